@@ -1,0 +1,57 @@
+"""`make derive`: write generated/substep_kernels, or with --check say whether it is up to date."""
+
+import argparse
+import sys
+import time
+from pathlib import Path
+
+from .emit import package
+from .schemes import ALL
+
+GENERATED = Path(__file__).parents[2] / "generated" / "substep_kernels"
+
+
+def differences(folder: Path, files: dict[str, str]) -> list[str]:
+    """What a fresh derivation would change in the folder, one line a file."""
+    present = {path.name for path in folder.glob("*.py")}
+    lines = [f"{name}: missing" for name in sorted(files.keys() - present)]
+    lines += [f"{name}: stale, no declaration emits it" for name in sorted(present - files.keys())]
+    lines += [
+        f"{name}: differs from what its declaration emits"
+        for name in sorted(files.keys() & present)
+        if (folder / name).read_text(encoding="utf-8") != files[name]
+    ]
+    return lines
+
+
+def main() -> int:
+    """Exit status 1 if --check finds a difference."""
+    parser = argparse.ArgumentParser(prog="python -m substep_derive", description=__doc__)
+    parser.add_argument("--check", action="store_true", help="compare, write nothing, exit 1 on a difference")
+    parser.add_argument("--folder", type=Path, default=GENERATED)
+    options = parser.parse_args()
+    files = package(ALL)
+    found = differences(options.folder, files)
+    if options.check:
+        if found:
+            print(
+                "generated/ is not what the declarations emit; run `make derive` and commit the result:",
+                *found,
+                sep="\n  ",
+            )
+        return bool(found)
+    options.folder.mkdir(parents=True, exist_ok=True)
+    for path in options.folder.glob("*.py"):
+        if path.name not in files:
+            path.unlink()
+    for name, text in files.items():
+        (options.folder / name).write_text(text, encoding="utf-8", newline="\n")
+    size = sum(len(text.encode()) for text in files.values())
+    print(
+        f"{len(files)} files, {size / 1000:.0f} kB, {len(found)} changed, {time.process_time():.1f} s of process time"
+    )
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

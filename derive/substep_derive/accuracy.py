@@ -1,0 +1,250 @@
+"""Amplification -> what happens at small and at infinite Omega, exactly.
+
+With s = h*(exact eigenvalue), s^2 + 2*xi*Omega*s + Omega^2 = 0, the numerical eigenvalue next to e^s is
+e^(s + L), and L = A + B*s with A, B real. Then phi = Omega*sqrt(1 - xi^2)*(1 + B) and
+
+    numerical damping = -A/phi,    period error = -B/(1 + B),
+
+so that both follow from one series, at any damping. Numbers in s are pairs (alpha, beta) standing
+for alpha + beta*zeta with zeta = s/Omega, zeta^2 = -2*xi*zeta - 1.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import reduce
+from math import comb, factorial
+from typing import Any, cast
+
+from sympy import QQ, Abs, Dummy, Expr, Integer, Max, Piecewise, Poly, factor, factor_list, oo, sqrt
+
+from . import algebra
+from .amplification import Amplification
+from .symbols import Omega, lam, mu, xi
+
+Pair = tuple[Any, Any]
+
+
+class Series:
+    """A power series in Omega, cut off after Omega^(n-1), whose coefficients are pairs."""
+
+    def __init__(self, coefficients: Sequence[Pair], damping: Any) -> None:
+        self.c, self.xi = list(coefficients), damping
+
+    def __add__(self, other: "Series") -> "Series":
+        return Series([(a + c, b + d) for (a, b), (c, d) in zip(self.c, other.c, strict=True)], self.xi)
+
+    def __mul__(self, other: "Series") -> "Series":
+        n = len(self.c)
+        product = [(0 * self.xi, 0 * self.xi)] * n
+        for i, left in enumerate(self.c):
+            if left[0] == 0 and left[1] == 0:
+                continue
+            for j, right in enumerate(other.c[: n - i]):
+                a, b = _times(left, right, self.xi)
+                product[i + j] = (product[i + j][0] + a, product[i + j][1] + b)
+        return Series(product, self.xi)
+
+    def scaled(self, factor: Any) -> "Series":
+        """The series times a constant."""
+        return Series([(a * factor, b * factor) for a, b in self.c], self.xi)
+
+    def over(self, other: "Series", k: int, inverse: Pair) -> "Series":
+        """self/other, where other starts with Omega^k and `inverse` inverts its leading coefficient.
+
+        The last k coefficients of the quotient are lost and returned as zeros.
+        """
+        n = len(self.c)
+        zero = 0 * self.xi
+        rest, quotient = self.c[k:] + [(zero, zero)] * k, []
+        for i in range(n - k):
+            q = _times(rest[i], inverse, self.xi)
+            quotient.append(q)
+            for j in range(i, n - k):
+                p = _times(q, other.c[j - i + k], self.xi)
+                rest[j] = (rest[j][0] - p[0], rest[j][1] - p[1])
+        return Series(quotient + [(zero, zero)] * k, self.xi)
+
+
+def _times(left: Pair, right: Pair, damping: Any) -> Pair:
+    (a, b), (c, d) = left, right
+    return (a * c - b * d, a * d + b * c - 2 * damping * b * d)
+
+
+def powers_of_zeta(n: int, damping: Any) -> list[Pair]:
+    """zeta^0 ... zeta^(n-1) as pairs."""
+    zero = 0 * damping
+    one = zero + 1
+    powers: list[Pair] = [(one, zero)]
+    for _ in range(n - 1):
+        a, b = powers[-1]
+        powers.append((-b, a - 2 * damping * b))
+    return powers
+
+
+def live(charpoly: Poly) -> Poly:
+    """The characteristic polynomial in lambda without its roots at 0."""
+    p = Poly(charpoly.as_expr().subs(mu, lam - 1), lam)
+    while p.eval(0) == 0:
+        p = p.quo(Poly(lam, lam))
+    return p
+
+
+@dataclass(frozen=True)
+class LeadingTerms:
+    """numerical_damping and period_error at small Omega, up to and including Omega^3.
+
+    Each maps the power of Omega to its coefficient, a function of xi and the parameters; powers
+    whose coefficient vanishes are left out. order: of the free vibration's frequency and decay, the
+    largest p with numerical eigenvalue = exact eigenvalue + O(Omega^(p+1)).
+    """
+
+    numerical_damping: dict[int, Expr]
+    period_error: dict[int, Expr]
+    order: int
+
+
+@dataclass(frozen=True)
+class LogarithmDefect:
+    """L = A + B*s with e^(s+L) an eigenvalue; A and B as coefficients of powers of Omega.
+
+    The coefficients are polynomials over `ring`, in xi, the parameters, w = 1/c and q = 1/(xi^2 - 1).
+    """
+
+    A: list[Any]
+    B: list[Any]
+    ring: Any
+    reciprocals: dict[Any, Any]  # generator -> the polynomial it is the reciprocal of
+
+    def expr(self, coefficient: Any) -> Expr:
+        """A coefficient as a factored rational function of xi and the parameters."""
+        numerator: Any = coefficient
+        denominator: Any = self.ring.one
+        for generator, polynomial in self.reciprocals.items():
+            index = self.ring.gens.index(generator)
+            top = max((monomial[index] for monomial in numerator), default=0)
+            parts = [self.ring.zero] * (top + 1)
+            for monomial, value in numerator.terms():
+                power = monomial[index]
+                parts[power] += self.ring.term_new((*monomial[:index], 0, *monomial[index + 1 :]), value)
+            numerator = sum((part * polynomial ** (top - i) for i, part in enumerate(parts)), self.ring.zero)
+            denominator *= polynomial**top
+        numerator, denominator = numerator.cancel(denominator)
+        return cast(Expr, factor(numerator.as_expr()) / factor(denominator.as_expr()))
+
+
+def logarithm_defect(amplification: Amplification, terms: int) -> LogarithmDefect:
+    """A up to Omega^(terms-1), B up to Omega^(terms-2).
+
+    Raises ValueError when the scheme is not consistent: no eigenvalue tends to e^s.
+    """
+    p = live(amplification.charpoly)
+    w, q = Dummy("w"), Dummy("q")
+    symbols = [*sorted(p.as_expr().free_symbols | {xi} - {lam, Omega}, key=str), w, q]
+    polynomials, *_ = algebra.polynomial_ring(symbols)
+    damping, w_, q_ = (polynomials.from_expr(s) for s in (xi, w, q))
+    zero = polynomials.zero
+    n = terms + 2
+    zeta = powers_of_zeta(n, damping)
+
+    def exponential(j: int) -> Series:
+        return Series(
+            [(a * QQ(j**k, factorial(k)), b * QQ(j**k, factorial(k))) for k, (a, b) in enumerate(zeta)], damping
+        )
+
+    # p(e^s (1 + delta)) = sum_i F[i] delta^i; delta is small, of order two at least
+    summands: list[Series] = []
+    for j, coefficient in enumerate(reversed(p.all_coeffs())):
+        by_power = Poly(coefficient, Omega)
+        row = [polynomials.from_expr(by_power.coeff_monomial(Omega**i)) for i in range(n)]
+        summands.append(Series([(x, zero) for x in row], damping) * exponential(j))
+    F = [_sum([t.scaled(QQ(comb(j, i))) for j, t in enumerate(summands) if j >= i]) for i in range(len(summands))]
+    c = F[1].c[1][1]
+    consistent = all(F[0].c[i] == (zero, zero) for i in range(3)) and F[1].c[0] == (zero, zero)
+    if not consistent or c == 0 or F[1].c[1][0] != c * damping:
+        raise ValueError(f"{amplification.scheme.name} is not consistent: no eigenvalue tends to the exact one")
+    inverse = (damping * w_ * q_, w_ * q_)  # of c*(zeta + xi), since (zeta + xi)^2 = xi^2 - 1
+    delta = F[0].over(F[1], 1, inverse).scaled(QQ(-1))
+    for _ in range(terms - 3):  # F[0]/F[1] starts with Omega^2, each turn gains a power
+        power, correction = delta, F[0]
+        for higher in F[2:]:
+            power = power * delta
+            correction = correction + higher * power
+        delta = correction.over(F[1], 1, inverse).scaled(QQ(-1))
+    logarithm, power = delta, delta
+    for k in range(2, (terms + 1) // 2):
+        power = power * delta
+        logarithm = logarithm + power.scaled(QQ((-1) ** (k + 1), k))
+    pairs = logarithm.c[:terms]
+    return LogarithmDefect([a for a, _ in pairs], [b for _, b in pairs[1:]], polynomials, {w_: c, q_: damping**2 - 1})
+
+
+def _sum(series: list[Series]) -> Series:
+    return reduce(lambda total, other: total + other, series)
+
+
+def leading_terms(amplification: Amplification) -> LeadingTerms:
+    """Raises ValueError when the scheme is not consistent."""
+    L = logarithm_defect(amplification, 5)
+    zero, one = L.ring.zero, L.ring.one
+    xi_ = L.ring.from_expr(xi)
+    frequency = Series([(b + (one if k == 0 else zero), zero) for k, b in enumerate(L.B)], xi_)
+    damping = Series([(a, zero) for a in L.A[1:]], xi_).over(frequency, 0, (one, zero))
+    period = Series([(b, zero) for b in L.B], xi_).over(frequency, 0, (one, zero))
+    root = sqrt(1 - xi**2)
+    added = {k: -e / root for k, (a, _) in enumerate(damping.c) if (e := L.expr(a)) != 0}
+    elongation = {k: -e for k, (b, _) in enumerate(period.c) if (e := L.expr(b)) != 0}
+    return LeadingTerms(added, elongation, min((*added, *elongation), default=4))
+
+
+def rho_infinity(amplification: Amplification) -> Expr:
+    """The spectral radius as Omega -> oo, in closed form; oo for an explicit scheme.
+
+    Raises NotImplementedError if a factor of degree above two in lambda is left with free parameters.
+    """
+    p = live(amplification.charpoly)
+    by_power = Poly(p.as_expr(), Omega)
+    leading = Poly(by_power.LC(), lam)
+    if leading.degree() < p.degree():
+        return oo
+    moduli: list[Expr] = []
+    for base, _ in factor_list(leading.as_expr(), lam)[1]:
+        part = Poly(base, lam)
+        if part.degree() == 1:
+            a, b = part.all_coeffs()
+            moduli.append(Abs(b / a))
+        elif part.degree() == 2:
+            a, b, c = part.all_coeffs()
+            disc = b**2 - 4 * a * c
+            moduli.append(Piecewise((sqrt(c / a), disc < 0), ((Abs(b) + sqrt(disc)) / Abs(2 * a), True)))
+        elif part.degree() > 2:
+            if leading.free_symbols != {lam}:
+                raise NotImplementedError(f"rho_inf of a factor of degree {part.degree()}: give the parameters values")
+            moduli += [Abs(root) for root in part.all_roots()]
+    return Max(*moduli) if moduli else Integer(0)
+
+
+def defect_series(amplification: Amplification, terms: int) -> dict[str, Expr]:
+    """For two live eigenvalues, c2*lambda^2 - trace*lambda + det: how far e^s is from being a root.
+
+    c2*e^s + det*e^-s - trace = r_0 + r_1*zeta and det*e^(2*xi*Omega) - c2 = g, each a polynomial in
+    Omega of degree terms - 1, whose first coefficients cancel because the scheme is consistent.
+    """
+    det, trace, c2 = quadratic(amplification)
+    zeta = powers_of_zeta(terms, xi)
+    r_0, r_1, g = -trace, Integer(0) * trace, -c2
+    for k, (a, b) in enumerate(zeta):
+        both = (c2 + (-1) ** k * det) * Omega**k / factorial(k)
+        r_0 += both * a
+        r_1 += both * b
+        g += det * (2 * xi * Omega) ** k / factorial(k)
+    cut = [sum(Poly(e, Omega).coeff_monomial(Omega**i) * Omega**i for i in range(terms)) for e in (r_0, r_1, g)]
+    return dict(zip(("r_0", "r_1", "g"), cut, strict=True))
+
+
+def quadratic(amplification: Amplification) -> tuple[Expr, Expr, Expr]:
+    """(det, trace, c2) of c2*lambda^2 - trace*lambda + det, the two live eigenvalues."""
+    p = live(amplification.charpoly)
+    if p.degree() != 2:
+        raise NotImplementedError(f"{amplification.scheme.name} has {p.degree()} live eigenvalues")
+    c2, minus_trace, det = p.all_coeffs()
+    return det, -minus_trace, c2

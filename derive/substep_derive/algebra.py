@@ -1,0 +1,66 @@
+"""Exact linear algebra over rational functions: the only file that touches sympy.polys and cse.
+
+Everything is kept as polynomial numerators over one common denominator, so that nothing has to be
+simplified after it was built.
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+from sympy import QQ, Expr, Integer, Matrix, Poly, Symbol, cancel, factor, fraction, lcm_list, ring, together
+from sympy import cse as sympy_cse
+from sympy.polys.matrices import DomainMatrix
+from sympy.polys.matrices.exceptions import DMNonInvertibleMatrixError
+
+SingularMatrix = DMNonInvertibleMatrixError
+
+
+def clear_rows(matrix: Matrix) -> Matrix:
+    """Each row times its common denominator: polynomials in place of rational functions."""
+    entries: list[Expr] = []
+    for i in range(matrix.rows):
+        row = [fraction(together(entry)) for entry in matrix.row(i)]
+        scale = lcm_list([den for _, den in row])
+        entries += [cancel(num * scale / den) for num, den in row]
+    return Matrix(matrix.rows, matrix.cols, entries)
+
+
+def solve(matrix: Matrix, right: Matrix) -> tuple[Matrix, Expr]:
+    """(numerators, den) with matrix * numerators/den = right, common factors cancelled.
+
+    Raises SingularMatrix for a singular matrix.
+    """
+    both = DomainMatrix.from_Matrix(clear_rows(matrix.row_join(right)))
+    numerators, den = both[:, : matrix.cols].solve_den(both[:, matrix.cols :])
+    numerators, den = numerators.cancel_denom(den)
+    return numerators.to_Matrix(), both.domain.to_sympy(den)
+
+
+def determinant(matrix: Matrix) -> Expr:
+    """The determinant, each row cleared of its denominators."""
+    cleared = DomainMatrix.from_Matrix(clear_rows(matrix))
+    return cleared.domain.to_sympy(cleared.det())
+
+
+def primitive(expression: Expr, variable: Symbol) -> Poly:
+    """The expression as a polynomial in one variable, without the factors its coefficients share."""
+    return Poly(expression, variable).clear_denoms(convert=True)[1].primitive()[1]
+
+
+def polynomial_ring(symbols: Sequence[Symbol]) -> tuple[Any, ...]:
+    """Sparse polynomials over the rationals: the ring and its generators."""
+    return ring(list(symbols), QQ)
+
+
+def horner(expression: Expr, variable: Symbol) -> Expr:
+    """Nested form in one variable with factored coefficients: few operations, few digits lost."""
+    nested: Expr = Integer(0)
+    for coefficient in Poly(expression, variable).all_coeffs():
+        nested = nested * variable + factor(coefficient)
+    return nested
+
+
+def cse(expressions: Sequence[Expr], names: str = "x") -> tuple[list[tuple[Symbol, Expr]], list[Expr]]:
+    """Common subexpressions in an order that does not depend on the session."""
+    counter = (Symbol(f"{names}{i}") for i in range(10**6))
+    return sympy_cse(list(expressions), symbols=counter, order="canonical")

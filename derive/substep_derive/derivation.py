@@ -1,0 +1,106 @@
+"""Everything derived about one scheme, behind one name."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from sympy import Expr, Matrix, Poly, Symbol, factor
+
+from .accuracy import LeadingTerms, leading_terms, rho_infinity
+from .amplification import Amplification
+from .effective import EffectiveSystem, effective_systems
+from .scheme import DeclarationError, Scheme
+from .schemes import ALL
+from .symbols import Omega, state_label, xi
+
+
+@dataclass(frozen=True)
+class Derivation:
+    """Exact results, computed when first asked for. Omega = omega*h, xi the damping ratio."""
+
+    scheme: Scheme
+
+    @property
+    def symbols(self) -> Mapping[str, Symbol]:
+        """Name -> symbol, for Omega, xi and every free parameter."""
+        return {s.name: s for s in (Omega, xi, *self.scheme.values)}
+
+    @property
+    def state(self) -> tuple[str, ...]:
+        """Labels of the state, the order of A."""
+        return tuple(state_label(s) for s in self.scheme.state)
+
+    @cached_property
+    def amplification(self) -> Amplification:
+        """Numerators, denominators, load, characteristic polynomial."""
+        return Amplification.of(self.scheme)
+
+    @property
+    def N(self) -> Matrix:
+        """Numerators (m, m) of A."""
+        return self.amplification.N
+
+    @property
+    def den(self) -> Expr:
+        """Common denominator of A and of the load vectors."""
+        return self.amplification.den
+
+    @property
+    def A(self) -> Matrix:
+        """Amplification matrix (m, m) in the order of `state`."""
+        return self.N / self.den
+
+    @property
+    def A_thesis(self) -> Matrix:
+        """A in the thesis's order: rows and columns (h^2*a, h*v, u)."""
+        return self.A[::-1, ::-1]
+
+    @cached_property
+    def det(self) -> Expr:
+        """Determinant of A."""
+        p = self.charpoly
+        return factor((-1) ** p.degree() * p.eval(-1) / p.LC())
+
+    @property
+    def charpoly(self) -> Poly:
+        """A multiple of det((1 + mu) I - A), polynomial in mu = lambda - 1 and in all other symbols."""
+        return self.amplification.charpoly
+
+    @property
+    def load(self) -> Matrix:
+        """Load vectors (m, K): x1 = A x0 + load @ [h^2 f(t_n + tau*h) for tau in stencil]."""
+        return self.amplification.load_N / self.den
+
+    @property
+    def stencil(self) -> tuple[Expr, ...]:
+        """Instants at which the load is taken, in steps after t_n."""
+        return self.amplification.stencil
+
+    @cached_property
+    def rho_inf(self) -> Expr:
+        """Spectral radius as Omega -> oo."""
+        return rho_infinity(self.amplification)
+
+    @cached_property
+    def series(self) -> LeadingTerms:
+        """Leading terms of numerical damping and period error at small Omega."""
+        return leading_terms(self.amplification)
+
+    @cached_property
+    def balances(self) -> tuple[EffectiveSystem, ...]:
+        """Effective stiffness, residual, tangent and recovery, one for each balance."""
+        return effective_systems(self.scheme)
+
+
+def derive(scheme: str | Scheme, **parameters: Any) -> Derivation:
+    """Derive a scheme of the catalogue by name, or a declaration; parameters (exact) are fixed first.
+
+    Raises DeclarationError for an unknown name or parameter.
+    """
+    if isinstance(scheme, str):
+        found = {declared.name: declared for declared in ALL}
+        if scheme not in found:
+            raise DeclarationError(f"expected a scheme, one of: {', '.join(found)}; got '{scheme}'")
+        scheme = found[scheme]
+    return Derivation(scheme.fix(parameters) if parameters else scheme)

@@ -1,0 +1,135 @@
+"""Scheme -> EffectiveSystem: effective stiffness, residual and recovery of v and a per balance.
+
+All relations together make every new symbol affine in the balances' new accelerations z. A symbol
+belongs to the first balance that determines it; a balance may only read what earlier balances
+determined and its own z.
+"""
+
+from dataclasses import dataclass
+
+from sympy import Expr, Matrix, Symbol, cancel, factor
+
+from . import algebra
+from .scheme import Balance, DeclarationError, Scheme
+from .symbols import C, M, N, N_discrete, knot_of
+
+
+@dataclass(frozen=True)
+class EffectiveSystem:
+    """One balance in its own unknown: R(unknown) = 0, solved by effective_stiffness * d = -R.
+
+    unknown: the new displacement, or, for an explicit balance, the new acceleration.
+    residual: M*a + C*v + N - F, with v and a expressed in the unknown and in what is known.
+    tangent: derivative of the internal force, K_t at the displacement where the force is taken.
+    effective_stiffness: derivative of the residual (an effective mass for an explicit balance).
+    recover_v, recover_a: velocity and acceleration at the balance from the solved unknown.
+    effective_mass: derivative of the residual by the new acceleration z, c_a M + c_v C + c_u K_t;
+    c_u, c_v, c_a: what displacement, velocity and inertia gain with z.
+    """
+
+    unknown: Symbol
+    residual: Expr
+    tangent: Expr
+    effective_stiffness: Expr
+    recover_v: Expr
+    recover_a: Expr
+    effective_mass: Expr
+    c_u: Expr
+    c_v: Expr
+    c_a: Expr
+
+    @property
+    def explicit(self) -> bool:
+        """Whether the internal force does not depend on the unknown acceleration."""
+        return self.c_u == 0
+
+
+def affine(relations: dict[Symbol, Expr], unknowns: list[Symbol], scheme: str) -> dict[Symbol, Expr]:
+    """The relations solved for the unknowns, each in terms of every other symbol."""
+    if not unknowns:
+        return {}
+    equations = Matrix([symbol - expression for symbol, expression in relations.items()])
+    matrix = equations.jacobian(Matrix(unknowns))
+    others = sorted((s for s in equations.free_symbols - set(unknowns) if knot_of(s)), key=str)
+    known = equations.jacobian(Matrix(others))
+    try:
+        numerators, den = algebra.solve(matrix, -known)
+    except algebra.SingularMatrix as error:
+        raise DeclarationError(
+            f"{scheme}: the relations for {', '.join(map(str, unknowns))} do not determine them; "
+            "one of them repeats another"
+        ) from error
+    return {
+        symbol: sum((factor(cancel(numerators[i, j] / den)) * other for j, other in enumerate(others)), 0 * den)
+        for i, symbol in enumerate(unknowns)
+    }
+
+
+def new_accelerations(scheme: Scheme) -> list[Symbol]:
+    """For each balance the new acceleration z it is solved for: the one in its inertia.
+
+    A balance whose inertia is a difference of velocities gets a symbol of its own for it.
+    """
+    new = set(scheme.unknowns)
+    found: list[Symbol] = []
+    for balance in scheme.balances:
+        candidates = [s for s in scheme.unknowns if s in balance.inertia.free_symbols & new and s.name[0] == "a"]
+        candidates = [s for s in candidates if s not in found]
+        found.append(candidates[0] if candidates else Symbol(f"a_*{len(found) + 1}"))
+    return found
+
+
+def effective_systems(scheme: Scheme) -> tuple[EffectiveSystem, ...]:
+    """Raises DeclarationError when a balance reads an acceleration that a later balance defines."""
+    z = new_accelerations(scheme)
+    relations = dict(scheme.relations)
+    for balance, symbol in zip(scheme.balances, z, strict=True):
+        if symbol not in scheme.unknowns:
+            relations[symbol] = balance.inertia
+    unknowns = [s for s in scheme.unknowns if s not in z]
+    solved = affine(relations, unknowns, scheme.name)
+    level = {s: max((k + 1 for k, zk in enumerate(z) if e.has(zk)), default=0) for s, e in solved.items()}
+    level |= {zk: k + 1 for k, zk in enumerate(z)}
+    systems: list[EffectiveSystem] = []
+    for k, balance in enumerate(scheme.balances, start=1):
+        if late := [s for s in sorted(balance.symbols, key=str) if level.get(s, 0) > k]:
+            raise DeclarationError(
+                f"{scheme.name}: balance {k} reads {late[0]}, which depends on the acceleration of a later "
+                "balance; write the balances in the order in which they are solved, each for its own acceleration"
+            )
+        systems.append(_effective(scheme, balance, z[k - 1], k, relations, level))
+    return tuple(systems)
+
+
+def _effective(
+    scheme: Scheme, balance: Balance, z: Symbol, k: int, relations: dict[Symbol, Expr], level: dict[Symbol, int]
+) -> EffectiveSystem:
+    mine = {s: e for s, e in relations.items() if max((level.get(x, 0) for x in (e - s).free_symbols), default=0) == k}
+    in_z = affine(mine, [s for s in level if level[s] == k and s != z], scheme.name)
+    where = {atom: atom.args for atom in balance.force.atoms(N, N_discrete)}
+    moved = {s for args in where.values() for arg in args for s in arg.free_symbols if level.get(s) == k}
+    c_u = sum((in_z[s].diff(z) for s in moved if s in in_z), 0 * z)
+    residual = M * balance.inertia + C * balance.damping + balance.force - balance.load
+    if len(moved) == 1 and c_u != 0:
+        unknown = moved.pop()
+        free = [s for s in (*in_z, z) if s != unknown]
+        by_unknown = affine(mine, free, scheme.name)
+    else:
+        unknown, by_unknown = z, in_z
+    residual = residual.subs(by_unknown)
+    inertia, damping = balance.inertia.subs(by_unknown), balance.damping.subs(by_unknown)
+    tangent = balance.force.subs(by_unknown).diff(unknown)
+    c_v = factor(balance.damping.subs(in_z).diff(z))
+    c_a = factor(balance.inertia.subs(in_z).diff(z))
+    return EffectiveSystem(
+        unknown=unknown,
+        residual=residual,
+        tangent=tangent,
+        effective_stiffness=M * factor(inertia.diff(unknown)) + C * factor(damping.diff(unknown)) + tangent,
+        recover_v=damping,
+        recover_a=inertia,
+        effective_mass=c_a * M + c_v * C + factor(c_u) * tangent,
+        c_u=factor(c_u),
+        c_v=c_v,
+        c_a=c_a,
+    )

@@ -1,0 +1,86 @@
+"""The only place symbols are made; the order here is the order of print.
+
+A *knot* is a label with its own displacement u, velocity v and acceleration a. A label is never a
+time: Runge-Kutta has two knots at h/2. Labels that are numbers stand for whole steps from t_n
+(0, 1, -1, -1/2, ...), and only they are carried over to the next step.
+"""
+
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+from sympy import Expr, Function, Symbol
+
+# time step, natural frequency, Omega = omega*h, damping ratio, amplification-matrix unknowns
+h, omega, Omega, xi = (Symbol(name) for name in ("h", "omega", "Omega", "xi"))
+lam, mu, z = (Symbol(name) for name in ("lambda", "mu", "z"))
+# mass, damping, tangent stiffness at the start (structure-dependent schemes read the three)
+M, C, K0 = (Symbol(name) for name in ("M", "C", "K0"))
+
+# parameters of schemes, under the names of their papers
+beta, gamma, gamma_t, theta, alpha, alpha_B, alpha_m, alpha_f, rho_inf = (
+    Symbol(name)
+    for name in (["beta", "gamma", "gamma_t", "theta", "alpha", "alpha_B", "alpha_m", "alpha_f", "rho_inf"])
+)
+delta, alpha_g, p, phi, beta1, beta2 = (Symbol(name) for name in ["delta", "alpha_g", "p", "phi", "beta1", "beta2"])
+
+
+class Knot(NamedTuple):
+    """Displacement, velocity and acceleration at one knot."""
+
+    u: Symbol
+    v: Symbol
+    a: Symbol
+
+
+def knot(label: str | int) -> Knot:
+    """The knot of that label: symbols u_label, v_label, a_label."""
+    return Knot(*(Symbol(f"{kind}_{label}") for kind in "uva"))
+
+
+def knot_of(symbol: Symbol) -> tuple[str, str] | None:
+    """(kind, label) of a knot's symbol, None for any other symbol."""
+    kind, _, label = symbol.name.partition("_")
+    return (kind, label) if label and kind in ("u", "v", "a") else None
+
+
+def lattice(label: str) -> Fraction | None:
+    """The label as a number of steps from t_n, None for a sub-step's or stage's label."""
+    try:
+        return Fraction(label)
+    except ValueError:
+        return None
+
+
+def state_label(symbol: Symbol) -> str:
+    """'u', 'h*v', 'h^2*a', with the step in brackets for a symbol of an earlier step."""
+    kind, label = knot_of(symbol) or ("", "")
+    scaled = {"u": "u", "v": "h*v", "a": "h^2*a"}[kind]
+    return scaled if label == "0" else f"{scaled}[{label}]"
+
+
+class K_t(Function):
+    """Tangent stiffness: the derivative of the internal force."""
+
+    nargs = 1
+
+
+class N(Function):
+    """Internal force as a function of the displacement (or of a mixture of displacements)."""
+
+    nargs = 1
+
+    def fdiff(self, argindex: Any = 1) -> Expr:
+        """The tangent stiffness."""
+        return K_t(self.args[0])
+
+
+class N_discrete(Function):
+    """Discrete gradient of the strain energy between two displacements."""
+
+    nargs = 2
+
+
+class f(Function):
+    """External load at t_n + tau*h, as a function of tau."""
+
+    nargs = 1

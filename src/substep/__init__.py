@@ -1,0 +1,28 @@
+"""Direct time integration schemes for structural dynamics: declared once, derived, compiled.
+
+import substep as ss
+s = ss.scheme("newmark_bdf2", gamma_t=0.2, beta=0.3025, gamma=0.6)
+s.spectral_radius([0.1, 10.0])
+r = ss.march(ss.scene("linear_oscillator", omega=6.28), s, dt=0.01, t_end=10.0)
+"""
+
+from .loads import HalfSine, Harmonic, Record, Step
+from .marching import march
+from .response import Response
+from .scenes import LinearOscillator, scene, scenes
+from .schemes import Scheme, scheme, schemes
+
+__all__ = [
+    "HalfSine",
+    "Harmonic",
+    "LinearOscillator",
+    "Record",
+    "Response",
+    "Scheme",
+    "Step",
+    "march",
+    "scene",
+    "scenes",
+    "scheme",
+    "schemes",
+]

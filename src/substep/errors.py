@@ -1,0 +1,49 @@
+"""Messages that say what was expected, what came, and the cure."""
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+
+def unknown_name(what: str, name: str, known: Iterable[str]) -> ValueError:
+    """For a name that is not among the known ones, with the nearest of them."""
+    known = tuple(known)
+    near = get_close_matches(name, known, n=1)
+    cure = f"; did you mean '{near[0]}'?" if near else ""
+    return ValueError(f"expected {what}, one of: {', '.join(known) or 'none'}; got '{name}'{cure}")
+
+
+def real_array(name: str, value: ArrayLike) -> NDArray[np.float64]:
+    """The value as a float array without NaN or infinity, else a ValueError."""
+    try:
+        array = np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"expected {name} to be a real number or an array of them, got {value!r}") from error
+    if not np.isfinite(array).all():
+        where = np.argwhere(~np.isfinite(np.atleast_1d(array)))[0]
+        at = f" at index {tuple(int(i) for i in where)}" if array.ndim else ""
+        raise ValueError(
+            f"expected {name} to be finite, got {np.atleast_1d(array)[tuple(where)]}{at}; remove or replace it"
+        )
+    return array
+
+
+def real_number(name: str, value: Any, *, positive: bool = False) -> float:
+    """The value as one finite (positive) float, else a ValueError."""
+    array = real_array(name, value)
+    if array.ndim:
+        raise ValueError(f"expected one number for {name}, got an array of shape {array.shape}; a sweep takes arrays")
+    if positive and array <= 0:
+        raise ValueError(f"expected {name} > 0, got {float(array)}; give a positive value")
+    return float(array)
+
+
+def non_negative(name: str, value: ArrayLike) -> NDArray[np.float64]:
+    """The value as an array of finite numbers not below 0, else a ValueError."""
+    array = real_array(name, value)
+    if (array < 0).any():
+        raise ValueError(f"expected {name} >= 0, got {array.min()}; give non-negative values")
+    return array

@@ -1,0 +1,94 @@
+"""Loads per unit mass, functions of time that a march samples at the scheme's own instants."""
+
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .errors import real_array, real_number
+
+Array = NDArray[np.float64]
+
+
+class Load(Protocol):
+    """Anything that gives the load per unit mass at an array of times."""
+
+    def __call__(self, t: Array) -> Array:
+        """Load at the times t, of the same shape."""
+        ...
+
+
+@dataclass(frozen=True)
+class Harmonic:
+    """amplitude * sin(omega*t + phase)."""
+
+    amplitude: float
+    omega: float
+    phase: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("amplitude", "omega", "phase"):
+            real_number(name, getattr(self, name))
+
+    def __call__(self, t: Array) -> Array:
+        """Load at the times t."""
+        return self.amplitude * np.sin(self.omega * t + self.phase)
+
+
+@dataclass(frozen=True)
+class Step:
+    """amplitude from t = start on, 0 before."""
+
+    amplitude: float
+    start: float = 0.0
+
+    def __post_init__(self) -> None:
+        real_number("amplitude", self.amplitude)
+        real_number("start", self.start)
+
+    def __call__(self, t: Array) -> Array:
+        """Load at the times t."""
+        return np.where(t >= self.start, self.amplitude, 0.0)
+
+
+@dataclass(frozen=True)
+class HalfSine:
+    """amplitude * sin(pi*t/duration) for 0 <= t <= duration, 0 elsewhere."""
+
+    amplitude: float
+    duration: float
+
+    def __post_init__(self) -> None:
+        real_number("amplitude", self.amplitude)
+        real_number("duration", self.duration, positive=True)
+
+    def __call__(self, t: Array) -> Array:
+        """Load at the times t."""
+        inside = (t >= 0) & (t <= self.duration)
+        return np.where(inside, self.amplitude * np.sin(np.pi * t / self.duration), 0.0)
+
+
+@dataclass(frozen=True)
+class Record:
+    """Samples at 0, dt, 2 dt, ..., linear between them, 0 after the last."""
+
+    dt: float
+    values: ArrayLike
+    _values: Array = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        real_number("dt of the record", self.dt, positive=True)
+        values = real_array("values of the record", self.values).copy()
+        if values.ndim != 1 or values.size < 2:
+            raise ValueError(f"expected a record of at least two samples in one row, got shape {values.shape}")
+        values.flags.writeable = False
+        object.__setattr__(self, "_values", values)
+
+    def __call__(self, t: Array) -> Array:
+        """Load at the times t."""
+        position = np.asarray(t) / self.dt
+        nearest = np.rint(position)  # a step's instant that is a knot but for rounding counts as the knot
+        position = np.where(np.abs(position - nearest) <= 1e-9, nearest, position)
+        last = self._values.size - 1
+        return np.interp(position, np.arange(last + 1.0), self._values, left=0.0, right=0.0)

@@ -1,0 +1,100 @@
+"""The main job: the thesis's figures, drawn anew, with the numbers behind them."""
+
+import csv
+from collections.abc import Callable, Iterator
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+
+from .build import Properties, properties
+from .charts import save, save_csv, stability_figure
+from .schemes import Array, Scheme, scheme
+
+# thesis, Table 4.1 and the sub-step ratios of figures 4.1-4.5
+NEWMARK_SETS = tuple(
+    (Fraction(beta), Fraction(gamma))
+    for beta, gamma in (("0.25", "0.5"), ("0.3025", "0.6"), ("0.36", "0.7"), ("0.4225", "0.8"), ("0.49", "0.9"))
+)
+SPLITS = tuple(Fraction(split) for split in ("0.2", "0.4", "0.5", "0.6", "0.8"))
+RADIUS_RATIOS = np.logspace(-2, 3, 501)
+ERROR_RATIOS = np.linspace(0.0, 0.2, 201)
+
+
+def chapter_4_schemes(split: Fraction) -> dict[str, Scheme]:
+    """The curves of one figure: the five sets of Table 4.1, and Bathe's scheme last."""
+    drawn = {
+        rf"Newmark-BDF2, $\gamma_t$ = {float(split):g}, $\beta$ = {float(beta):g}, $\gamma$ = {float(gamma):g}": scheme(
+            "newmark_bdf2", gamma_t=float(split), beta=float(beta), gamma=float(gamma)
+        )
+        for beta, gamma in NEWMARK_SETS
+    }
+    return {**drawn, "Bathe": scheme("bathe")}
+
+
+def figure_4(number: int, split: Fraction, folder: Path) -> None:
+    """Figure 4.number: spectral radius, amplitude error and period error, as PNG, SVG and CSV."""
+    drawn = chapter_4_schemes(split)
+    radius: dict[str, Array] = {label: s.spectral_radius(2 * np.pi * RADIUS_RATIOS) for label, s in drawn.items()}
+    amplitude = {label: s.amplitude_error(2 * np.pi * ERROR_RATIOS) for label, s in drawn.items()}
+    period = {label: s.period_error(2 * np.pi * ERROR_RATIOS) for label, s in drawn.items()}
+    figure = stability_figure(
+        rf"Figure 4.{number}: spectral radius, amplitude and period error for $\gamma_t$ = {float(split):g}, $\xi$ = 0",
+        (RADIUS_RATIOS, radius),
+        (ERROR_RATIOS, amplitude, period),
+    )
+    save(figure, folder / f"figure_4_{number}")
+    names = [f"beta={float(b):g} gamma={float(g):g}" for b, g in NEWMARK_SETS] + ["bathe"]
+    panels = (
+        ("a_spectral_radius", RADIUS_RATIOS, radius),
+        ("b_amplitude_error", ERROR_RATIOS, amplitude),
+        ("c_period_error", ERROR_RATIOS, period),
+    )
+    for panel, ratios, series in panels:
+        save_csv(folder / f"figure_4_{number}{panel}.csv", ["h/T", *names], [ratios, *series.values()])
+
+
+def parameter_sets() -> Iterator[tuple[str, dict[str, Fraction]]]:
+    """(scheme, parameters) of every curve in chapter 4."""
+    yield "bathe", {}
+    for split in SPLITS:
+        for beta, gamma in NEWMARK_SETS:
+            yield "newmark_bdf2", {"gamma_t": split, "beta": beta, "gamma": gamma}
+
+
+HEADER = (
+    *("scheme", "gamma_t", "beta", "gamma", "rho_inf", "order"),
+    *("damping: power of Omega", "damping: coefficient", "period error: power of Omega", "period error: coefficient"),
+)
+
+
+def property_row(name: str, parameters: dict[str, Fraction], found: Properties) -> list[str]:
+    """One row of the table, exact: parameters, rho_inf, order, leading terms of both errors."""
+    shown = [str(parameters[key]) if key in parameters else "" for key in ("gamma_t", "beta", "gamma")]
+    terms = [("", "0") if term is None else (str(term[0]), str(term[1])) for term in (found.damping, found.period)]
+    return [name, *shown, str(found.rho_inf), str(found.order), *terms[0], *terms[1]]
+
+
+def property_table(folder: Path, step: Callable[[], object]) -> list[list[str]]:
+    """The table of rho_inf, order and error constants, undamped; also written as CSV."""
+    rows = []
+    for name, parameters in parameter_sets():
+        rows.append(property_row(name, parameters, properties(name, parameters)))
+        step()
+    with (folder / "chapter_4_properties.csv").open("w", encoding="utf-8", newline="") as file:
+        csv.writer(file).writerows([HEADER, *rows])
+    return rows
+
+
+def reproduce(folder: Path, step: Callable[[], object]) -> list[list[str]]:
+    """Everything into the folder; calls step() `steps()` times; returns the table of properties."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for number, split in enumerate(SPLITS, start=1):
+        figure_4(number, split, folder)
+        step()
+    return property_table(folder, step)
+
+
+def steps() -> int:
+    """How often `reproduce` calls its step."""
+    return len(SPLITS) + sum(1 for _ in parameter_sets())

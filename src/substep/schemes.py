@@ -1,0 +1,161 @@
+"""Handles of schemes: parameters checked once, stability functions that broadcast.
+
+Metadata come from the emitted index; a scheme's compiled module (and with it numba) is imported on
+first use.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from importlib import import_module
+from types import MappingProxyType, ModuleType
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from substep_kernels.index import SCHEMES
+
+from .errors import non_negative, real_array, unknown_name
+
+Array = NDArray[np.float64]
+
+
+def schemes() -> tuple[str, ...]:
+    """Names of all schemes, members of families included."""
+    return tuple(SCHEMES)
+
+
+def scheme(name: str, **parameters: ArrayLike) -> "Scheme":
+    """A handle of the scheme; parameters not given take the default of the declaration.
+
+    Parameters may be arrays, and then broadcast with Omega and xi. Raises ValueError for an unknown
+    scheme or parameter, and for a value that is not finite or lies outside the declared interval.
+    """
+    if name not in SCHEMES:
+        raise unknown_name("a scheme", name, SCHEMES)
+    declared = {entry[0]: entry[1:] for entry in SCHEMES[name]["parameters"]}
+    for key in parameters:
+        if key not in declared:
+            raise unknown_name(f"a parameter of {name}", key, declared)
+    values = {key: _within(name, key, parameters.get(key, entry[-1]), entry) for key, entry in declared.items()}
+    return Scheme(name, MappingProxyType(values))
+
+
+def _within(scheme: str, key: str, value: ArrayLike, entry: tuple[Any, ...]) -> Array:
+    array = real_array(f"parameter {key} of {scheme}", value)
+    low, high, low_open, high_open, _ = entry
+    below = low is not None and (array <= low if low_open else array < low)
+    above = high is not None and (array >= high if high_open else array > high)
+    if np.any(below) or np.any(above):
+        interval = f"{'(' if low_open else '['}{low}, {'inf' if high is None else high}{')' if high_open else ']'}"
+        worst = array[below | above].flat[0] if array.ndim else float(array)
+        raise ValueError(f"expected parameter {key} of {scheme} in {interval}, got {worst}; choose a value inside")
+    array = array.copy()
+    array.flags.writeable = False
+    return array
+
+
+@dataclass(frozen=True)
+class Scheme:
+    """A time integration scheme with its parameters; make one with `substep.scheme`.
+
+    All stability functions take Omega = omega*h >= 0 and the damping ratio xi >= 0, which broadcast
+    with each other and with the parameters.
+    """
+
+    name: str
+    parameters: Mapping[str, Array]
+
+    @property
+    def state(self) -> tuple[str, ...]:
+        """What the scheme carries from step to step, in the order of the amplification matrix."""
+        return SCHEMES[self.name]["state"]
+
+    @property
+    def reference(self) -> str:
+        """Where the scheme was published."""
+        return SCHEMES[self.name]["reference"]
+
+    @property
+    def balances(self) -> int:
+        """How many balances (implicit solves or force evaluations) a step has."""
+        return SCHEMES[self.name]["balances"]
+
+    @property
+    def kernels(self) -> ModuleType:
+        """The generated module, imported (and compiled or read from numba's cache) on first use."""
+        return import_module(f"substep_kernels.{SCHEMES[self.name]['module']}")
+
+    def amplification(self, Omega: ArrayLike, xi: ArrayLike = 0.0) -> Array:
+        """Amplification matrix, (..., m, m), of the undriven oscillator, in the order of `state`."""
+        m = len(self.state)
+        shape, arguments = self._points(Omega, xi)
+        out = np.empty((arguments[0].size, m, m))
+        self.kernels.amplification(*arguments, out)
+        return out.reshape(*shape, m, m)
+
+    def spectral_radius(self, Omega: ArrayLike, xi: ArrayLike = 0.0) -> Array:
+        """Largest modulus of the eigenvalues of the amplification matrix (thesis (4.17))."""
+        return self._evaluate("spectral_radius", Omega, xi)
+
+    def numerical_damping(self, Omega: ArrayLike, xi: ArrayLike = 0.0) -> Array:
+        """-ln|lambda_1|/phi - xi/sqrt(1 - xi^2), the damping ratio the scheme adds (thesis (4.3)).
+
+        lambda_1 is the complex pair of largest modulus, phi its argument. NaN where all eigenvalues
+        are real or xi >= 1; 0, its limit, at Omega = 0.
+        """
+        return self._evaluate("numerical_damping", Omega, xi)
+
+    def amplitude_error(self, Omega: ArrayLike, xi: ArrayLike = 0.0) -> Array:
+        """1 - exp(-2 pi numerical_damping) (thesis (4.4)); NaN where that is."""
+        return self._evaluate("amplitude_error", Omega, xi)
+
+    def period_error(self, Omega: ArrayLike, xi: ArrayLike = 0.0) -> Array:
+        """Omega*sqrt(1 - xi^2)/phi - 1 (thesis (4.6)); NaN where numerical_damping is, 0 at Omega = 0."""
+        return self._evaluate("period_error", Omega, xi)
+
+    def stencil(self) -> Array:
+        """Instants at which a step takes the load, in steps after t_n: (..., K)."""
+        shape, (first, *rest) = self._broadcast(np.zeros(()), *self._module_parameters())
+        out = np.empty((first.size, self._loads))
+        self.kernels.stencil(*rest, out)
+        return out.reshape(*shape, -1)
+
+    def coefficients(self, Omega: ArrayLike, xi: ArrayLike = 0.0) -> tuple[Array, Array, Array, Array]:
+        """Increment A - I (n, m, m), load (n, m, K), and the rows (n, 3, m), (n, 3, K) of (u, h*v, h^2*a)."""
+        _, arguments = self._points(Omega, xi)
+        n, m, K = arguments[0].size, len(self.state), self._loads
+        out = np.empty((n, m, m)), np.empty((n, m, K)), np.empty((n, 3, m)), np.empty((n, 3, K))
+        self.kernels.coefficients(*arguments, *out)
+        return out
+
+    @property
+    def _loads(self) -> int:
+        return SCHEMES[self.name]["loads"]
+
+    def _module_parameters(self) -> list[Array]:
+        """Parameters in the order of the module, which a member shares with its parent."""
+        fixed = {name: np.float64(value) for name, value in SCHEMES[self.name]["fixed"].items()}
+        values = {**self.parameters, **fixed}
+        return [np.asarray(values[name]) for name in self.kernels.PARAMETERS]
+
+    def _points(self, Omega: ArrayLike, xi: ArrayLike) -> tuple[tuple[int, ...], list[Array]]:
+        return self._broadcast(non_negative("Omega", Omega), non_negative("xi", xi), *self._module_parameters())
+
+    def _broadcast(self, *arrays: Array) -> tuple[tuple[int, ...], list[Array]]:
+        """The common shape, and each array at that shape as contiguous 1-D (what kernels read)."""
+        try:
+            full = np.broadcast_arrays(*arrays)
+        except ValueError as error:
+            names = ["Omega", "xi", *self.kernels.PARAMETERS][-len(arrays) :] if len(arrays) > 1 else ["Omega"]
+            shapes = ", ".join(f"{name} {np.shape(a)}" for name, a in zip(names, arrays, strict=False))
+            raise ValueError(
+                f"expected shapes that broadcast, got {shapes}; add axes, for example Omega[:, None]"
+            ) from error
+        return full[0].shape, [np.ascontiguousarray(a, dtype=np.float64).reshape(-1) for a in full]
+
+    def _evaluate(self, function: str, Omega: ArrayLike, xi: ArrayLike) -> Array:
+        shape, arguments = self._points(Omega, xi)
+        out = np.empty(arguments[0].size)
+        kernel: Callable[..., None] = getattr(self.kernels, function)
+        kernel(*arguments, out)
+        return out.reshape(shape)[()]

@@ -1,0 +1,53 @@
+"""The command line, as a user types it."""
+
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+import substep as ss
+from substep.cli import app
+
+runner = CliRunner()
+
+
+def test_schemes_lists_every_one() -> None:
+    result = runner.invoke(app, ["schemes"])
+    assert result.exit_code == 0
+    assert all(name in result.output for name in ss.schemes())
+
+
+@pytest.mark.parametrize("name", ss.schemes())
+def test_show_prints_the_closed_forms(name: str) -> None:
+    text = runner.invoke(app, ["show", name])
+    assert text.exit_code == 0, text.output
+    for word in ("K_eff", "den = ", "N_13", "rho_inf", "numerical damping", "period error"):
+        assert word in text.output
+    latex = runner.invoke(app, ["show", name, "--latex"])
+    assert latex.exit_code == 0
+    assert latex.output.count(r"\[") == latex.output.count(r"\]") > 10
+    assert r"\Omega" in latex.output
+
+
+def test_show_of_an_unknown_scheme_names_the_nearest() -> None:
+    result = runner.invoke(app, ["show", "bath"])
+    assert result.exit_code == 2
+    assert "bathe" in result.output
+
+
+def test_reproduce_draws_every_panel_and_writes_its_numbers(tmp_path: Path) -> None:
+    result = runner.invoke(app, ["reproduce", "--folder", str(tmp_path)])
+    assert result.exit_code == 0, result.output
+    for number in range(1, 6):
+        for suffix in ("png", "svg"):
+            assert (tmp_path / f"figure_4_{number}.{suffix}").stat().st_size > 10_000
+        for panel in ("a_spectral_radius", "b_amplitude_error", "c_period_error"):
+            header, *rows = (tmp_path / f"figure_4_{number}{panel}.csv").read_text().splitlines()
+            assert header.startswith("h/T,beta=0.25 gamma=0.5,")
+            assert header.endswith(",bathe")
+            assert len(rows) in (501, 201)
+            assert all(len(row.split(",")) == 7 for row in rows)
+    table = (tmp_path / "chapter_4_properties.csv").read_text().splitlines()
+    assert len(table) == 27
+    assert table[1] == "bathe,,,,0,2,3,1/288,2,1/24"
+    assert table[-1] == "newmark_bdf2,4/5,49/100,9/10,20/49,1,1,2/15,2,293/4500"

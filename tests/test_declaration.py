@@ -1,0 +1,87 @@
+"""A declaration with a mistake gets an error that names it."""
+
+import pytest
+from substep_derive import Balance, DeclarationError, Parameter, Scheme, derive
+from substep_derive.scheme import exact_number
+from substep_derive.symbols import N, f, gamma, h, knot
+from sympy import Interval, Rational, Symbol
+
+u0, v0, a0 = knot(0)
+u1, v1, a1 = end = knot(1)
+half = Rational(1, 2)
+GOOD = {u1: u0 + h * v0 + h**2 / 4 * (a0 + a1), v1: v0 + h / 2 * (a0 + a1)}
+
+
+def test_a_good_declaration_derives() -> None:
+    assert derive(Scheme("good", GOOD, (Balance.at(end, 1),))).A == derive("newmark", beta="1/4", gamma="1/2").A
+
+
+def test_undeclared_parameter() -> None:
+    with pytest.raises(DeclarationError, match="'gamma' is neither"):
+        Scheme("bad", {**GOOD, v1: v0 + h * (1 - gamma) * a0 + h * gamma * a1}, (Balance.at(end, 1),))
+
+
+def test_unknown_that_no_relation_defines() -> None:
+    with pytest.raises(DeclarationError, match=r"without a relation of their own: .*v_1.*relation is missing"):
+        Scheme("bad", {u1: GOOD[u1]}, (Balance.at(end, 1),))
+
+
+def test_a_relation_too_many() -> None:
+    with pytest.raises(DeclarationError, match="relation too many"):
+        Scheme("bad", {**GOOD, a1: a0}, (Balance.at(end, 1),))
+
+
+def test_a_relation_that_repeats_another() -> None:
+    ug = Symbol("u_g")
+    twice = {u1: ug, ug: u1, v1: GOOD[v1]}
+    with pytest.raises(DeclarationError, match="not determined"):
+        derive(Scheme("bad", twice, (Balance.at(end, 1),))).den
+
+
+def test_a_relation_that_is_not_linear() -> None:
+    with pytest.raises(DeclarationError, match="not linear"):
+        derive(Scheme("bad", {**GOOD, v1: v0 * a1}, (Balance.at(end, 1),))).den
+
+
+def test_balances_in_the_wrong_order() -> None:
+    inner = knot("g")
+    relations = {
+        inner.u: u0 + h / 2 * v0 + h**2 / 16 * (a0 + inner.a),
+        inner.v: v0 + h / 4 * (a0 + inner.a),
+        u1: inner.u + h / 2 * inner.v,
+        v1: inner.v + h / 4 * (inner.a + a1),
+    }
+    with pytest.raises(DeclarationError, match="balance 1 reads .* later"):
+        derive(Scheme("bad", relations, (Balance.at(end, 1), Balance.at(inner, half)))).balances
+
+
+def test_a_state_that_is_not_carried_over() -> None:
+    vm = knot(-1).v
+    with pytest.raises(DeclarationError, match="no relation defines"):
+        derive(Scheme("bad", {u1: u0 + h * vm, Symbol("v_q"): a1}, (Balance(a1, v0, N(u1), f(1)),))).den
+
+
+def test_parameters_are_exact_and_inside_their_interval() -> None:
+    assert exact_number("0.2") == Rational(1, 5)
+    with pytest.raises(TypeError, match="write it as text"):
+        exact_number(0.2)
+    for text in ("__import__('os')", "1/0", "x", "nan"):
+        with pytest.raises(ValueError, match="expected a rational"):
+            exact_number(text)
+    with pytest.raises(DeclarationError, match="outside"):
+        derive("newmark_bdf2", gamma_t=1)
+    with pytest.raises(DeclarationError, match="no parameter 'delta'"):
+        derive("newmark", delta=1)
+    with pytest.raises(DeclarationError, match="expected a scheme"):
+        derive("newmarc")
+
+
+def test_parameter_names_that_the_module_needs_are_refused() -> None:
+    from substep_derive.emit import scheme_module
+
+    taken = Parameter(Symbol("out"), Interval(0, 1), half)
+    scheme = Scheme(
+        "bad", {**GOOD, v1: v0 + h * (1 - taken.symbol) * a0 + h * taken.symbol * a1}, (Balance.at(end, 1),), (taken,)
+    )
+    with pytest.raises(DeclarationError, match="rename"):
+        scheme_module(scheme, "test")

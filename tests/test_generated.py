@@ -1,0 +1,76 @@
+"""generated/ is what the declarations emit, whatever the session; hand edits and stale files are found."""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from substep_derive.__main__ import GENERATED, differences
+from substep_derive.emit import fill
+from substep_derive.schemes import ALL
+
+CURE = "run `make derive` and commit the result"
+
+
+def derive_module(*arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "substep_derive", *arguments],
+        env={**os.environ, **environment},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+@pytest.mark.parametrize(
+    "environment",
+    [
+        {"PYTHONHASHSEED": "0"},
+        {"PYTHONHASHSEED": "20151"},
+        {"PYTHONHASHSEED": "1", "SYMPY_GROUND_TYPES": "python"},
+        {"PYTHONHASHSEED": "2", "SYMPY_GROUND_TYPES": "flint"},
+    ],
+    ids=str,
+)
+def test_committed_text_is_what_is_derived(environment: dict[str, str]) -> None:
+    checked = derive_module("--check", **environment)
+    assert checked.returncode == 0, checked.stdout + checked.stderr
+
+
+def test_deriving_into_a_folder_writes_it_anew_and_removes_what_is_stale(tmp_path: Path) -> None:
+    folder = tmp_path / "substep_kernels"
+    shutil.copytree(GENERATED, folder, ignore=shutil.ignore_patterns("__pycache__"))
+    (folder / "gone.py").write_text("# a scheme that is no longer declared\n")
+    (folder / "bathe.py").write_text((folder / "bathe.py").read_text() + "# edited by hand\n")
+    (folder / "newmark.py").unlink()
+    found = derive_module("--check", "--folder", str(folder))
+    assert found.returncode == 1
+    assert CURE in found.stdout
+    for line in ("gone.py: stale", "bathe.py: differs", "newmark.py: missing"):
+        assert line in found.stdout
+    assert derive_module("--folder", str(folder)).returncode == 0
+    assert differences(folder, {path.name: path.read_text() for path in GENERATED.glob("*.py")}) == []
+
+
+def test_every_scheme_has_its_module_and_nothing_else_is_there() -> None:
+    modules = {f"{scheme.name}.py" for scheme in ALL if scheme.parent is None}
+    assert {path.name for path in GENERATED.glob("*.py")} == modules | {"__init__.py", "index.py", "linear_march.py"}
+
+
+def test_modules_stay_small_and_say_where_they_come_from() -> None:
+    sizes = {path: path.stat().st_size for path in GENERATED.glob("*.py")}
+    assert sum(sizes.values()) < 1_500_000
+    for path in sizes:
+        text = path.read_text(encoding="utf-8")
+        assert text.count("\n") <= 600, path.name
+        assert "make derive" in text.splitlines()[0]
+        assert str(Path.home()) not in text
+
+
+def test_a_template_field_too_many_or_too_few_is_refused() -> None:
+    with pytest.raises(KeyError, match="template wants"):
+        fill("{a}", a=1, b=2)
+    with pytest.raises(KeyError, match="template wants"):
+        fill("{a} {b}", a=1)
