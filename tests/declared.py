@@ -1,34 +1,62 @@
-"""The declarations under test, and random exact parameters for them."""
+"""Random exact parameters for the declarations under test, and the oracle's name and numbers for them."""
 
 from fractions import Fraction
+from functools import cache
 
 import numpy as np
-from substep_derive import Scheme
-from substep_derive.schemes import ALL, alpha, explicit, multi_step, one_step
-from sympy import Rational
+from substep_derive import Derivation, Scheme, derive
+from substep_derive.scheme import Root
+from substep_derive.schemes import ALL
+from sympy import Poly, Rational, real_roots
 
-# declared, and run through the pencil here; their emission comes with the catalogue
-PENCIL_ONLY = (
-    one_step.wilson_theta,
-    one_step.energy_momentum,
-    multi_step.houbolt,
-    multi_step.park,
-    explicit.rk4,
-    explicit.noh_bathe,
-    alpha.generalized_alpha,
-    alpha.kr_alpha_plain_start,
-)
-EVERY = (*ALL, *PENCIL_ONLY)
-BY_NAME = {scheme.name: scheme for scheme in EVERY}
+BY_NAME = {scheme.name: scheme for scheme in ALL}
+NAMES = tuple(BY_NAME)
+
+# schemes that share another's linear step
+_SAME = {
+    "kr_alpha_plain_start": "kr_alpha",
+    "hht_alpha_mixed_displacement": "hht_alpha",
+    "generalized_alpha_mixed_displacement": "generalized_alpha",
+}
+
+
+@cache
+def derived(name: str) -> Derivation:
+    """Derived once a session."""
+    return derive(name)
 
 
 def random_parameters(scheme: Scheme, rng: np.random.Generator) -> dict[str, Rational]:
-    """Exact values inside each parameter's interval, at most 2 from its finite end."""
-    values = {}
+    """Exact values inside each parameter's interval, at most 2 from its finite end.
+
+    A parameter that is given implicitly takes its default for the others, to 30 digits.
+    """
+    values: dict[str, Rational] = {}
     for parameter in scheme.parameters:
+        if isinstance(parameter.default, Root):
+            known = {p.symbol: values[p.name] for p in scheme.parameters if p.name in values}
+            equation = Poly(parameter.default.equation.subs(known), parameter.symbol)
+            inside = [r for r in real_roots(equation) if parameter.domain.contains(r)]
+            values[parameter.name] = Rational(str(inside[0].n(30)))
+            continue
         low = Fraction(str(parameter.domain.start))
         high = Fraction(str(parameter.domain.end)) if parameter.domain.end.is_finite else low + 2
-        share = Fraction(int(rng.integers(1, 100)), 100)
-        value = low + share * (high - low)
+        value = low + Fraction(int(rng.integers(1, 100)), 100) * (high - low)
         values[parameter.name] = Rational(value.numerator, value.denominator)
     return values
+
+
+def for_oracle(scheme: Scheme, values: dict[str, Rational]) -> tuple[str, dict[str, Rational]]:
+    """The oracle's name for the scheme, and the parameters it wants."""
+    name = _SAME.get(scheme.name, scheme.name)
+    everything = {**scheme.fixed, **values}
+    members = {"average_acceleration", "linear_acceleration", "fox_goodwin"}
+    if name in members:
+        return "newmark", everything
+    if name == "central_difference":
+        return name, {}
+    if name == "three_substep":
+        return name, {"rho_inf": everything["rho_inf"]}
+    if name == "generalized_alpha":
+        return "generalized_alpha", everything
+    return name, dict(values)

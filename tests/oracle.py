@@ -51,13 +51,13 @@ class Oscillator:
 SCHEMES: dict[str, Entry] = {}
 
 
-def scheme(name: str, state: str, parameters: str = "") -> Callable:
+def scheme(name: str, state: str, parameters: str = "", optional: str = "") -> Callable:
     """Register a rule from (oscillator, state, params, f) to (new_state, reported), or to one triple that is both."""
     names, labels = tuple(parameters.split()), tuple(state.split())
 
     def register(rule: Callable) -> Callable:
         def step(state, Omega, xi, params, f):
-            if set(params) != set(names):
+            if not set(names) <= set(params) <= {*names, *optional.split()}:
                 raise ValueError(f"{name} takes the parameters {names}, got {tuple(params)}")
             one = 0 * Omega + 1
             p = SimpleNamespace(**{key: one * value for key, value in params.items()})
@@ -244,11 +244,12 @@ def wbz_alpha(s, state, p, f):
     return newmark_end(s, state, s.one, ((1 - al) ** 2 / 4, s.one / 2 - al), f(1), weights=(1 - al, 1))
 
 
-@scheme("generalized_alpha", "u h*v h^2*a", "alpha_m alpha_f")
+@scheme("generalized_alpha", "u h*v h^2*a", "alpha_m alpha_f", optional="beta gamma")
 def generalized_alpha(s, state, p, f):
-    """Chung and Hulbert 1993; beta and gamma follow from alpha_m and alpha_f."""
+    """Chung and Hulbert 1993; beta and gamma follow from alpha_m and alpha_f unless they are given."""
     am, af = p.alpha_m, p.alpha_f
-    beta, gamma = (1 - am + af) ** 2 / 4, s.one / 2 - am + af
+    beta = getattr(p, "beta", (1 - am + af) ** 2 / 4)
+    gamma = getattr(p, "gamma", s.one / 2 - am + af)
     return newmark_end(s, state, s.one, (beta, gamma), f(1 - af), weights=(1 - am, 1 - af))
 
 

@@ -21,7 +21,7 @@ def test_schemes_lists_every_one() -> None:
 def test_show_prints_the_closed_forms(name: str) -> None:
     text = runner.invoke(app, ["show", name])
     assert text.exit_code == 0, text.output
-    for word in ("K_eff", "den = ", "N_13", "rho_inf", "numerical damping", "period error"):
+    for word in ("K_eff", "den = ", "N_12", "rho_inf", "numerical damping", "period error"):
         assert word in text.output
     latex = runner.invoke(app, ["show", name, "--latex"])
     assert latex.exit_code == 0

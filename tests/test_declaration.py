@@ -58,7 +58,13 @@ def test_balances_in_the_wrong_order() -> None:
 def test_a_state_that_is_not_carried_over() -> None:
     vm = knot(-1).v
     with pytest.raises(DeclarationError, match="no relation defines"):
-        derive(Scheme("bad", {u1: u0 + h * vm, Symbol("v_q"): a1}, (Balance(a1, v0, N(u1), f(1)),))).den
+        derive(Scheme("bad", {u1: u0 + h * vm, Symbol("v_q"): a1}, (Balance(a1, v0, N(u1), f(1)),), start={vm: v0})).den
+
+
+def test_a_start_that_says_nothing_of_the_history() -> None:
+    vm = knot(-1).v
+    with pytest.raises(DeclarationError, match=r"reads v_-1, for which start says nothing"):
+        Scheme("bad", {u1: u0 + h * vm, v1: GOOD[v1]}, (Balance.at(end, 1),))
 
 
 def test_parameters_are_exact_and_inside_their_interval() -> None:

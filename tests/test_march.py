@@ -1,26 +1,31 @@
 """Histories of the linear oscillator against published and exact ones."""
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
+from declared import BY_NAME, for_oracle
 from oracle import SCHEMES as ORACLE
 from published import CHOPRA
+from substep_derive import derive
 
 import substep as ss
 
 RNG = np.random.default_rng(7)
-RUNS = {
+PARAMETERS = {
     "newmark": {"beta": 0.3025, "gamma": 0.6},
-    "bathe": {},
     "silva_bezerra": {"gamma_t": 0.3},
     "newmark_bdf2": {"gamma_t": 0.4, "beta": 0.25, "gamma": 0.5},
+    "generalized_alpha": {"rho_inf": 0.25},
 }
+RUNS = {name: PARAMETERS.get(name, {}) for name in ss.schemes()}
 
 
 def piecewise_linear_exact(omega: float, xi: float, record: ss.Record, t: np.ndarray) -> np.ndarray:
-    """u at times t, from rest, knot by knot with the closed form for a linear load (Nigam & Jennings 1969)."""
+    """u at times t, from u = 0.3, v = 0.5, knot by knot in closed form (Nigam & Jennings 1969)."""
     values = np.asarray(record.values)
     wd = omega * np.sqrt(1 - xi**2)
-    u, v, found = 0.0, 0.0, np.empty(t.size)
+    u, v, found = 0.3, 0.5, np.empty(t.size)
 
     def advance(u: float, v: float, f0: float, slope: float, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         # particular solution a + b s
@@ -42,10 +47,6 @@ def piecewise_linear_exact(omega: float, xi: float, record: ss.Record, t: np.nda
     return found
 
 
-def test_every_scheme_runs() -> None:
-    assert set(RUNS) == set(ss.schemes())
-
-
 @pytest.mark.parametrize("example", CHOPRA)
 def test_chopra(example: str) -> None:
     (beta, gamma), expected = CHOPRA[example]
@@ -55,49 +56,75 @@ def test_chopra(example: str) -> None:
     assert np.abs(r.u[1:, 0] - expected).max() <= 1.0e-4
 
 
+def oracle_history(name: str, s: ss.Scheme, scene: ss.LinearOscillator, dt: float, n: int) -> np.ndarray:
+    """(n + 1, 3) of u, v, a by the oracle's steps, with each scheme's start written out from its paper."""
+    other, numbers = for_oracle(BY_NAME[name], {key: float(value) for key, value in s.parameters.items()})
+    Omega, xi, load = scene.omega * dt, scene.xi, scene.load
+
+    def force(t: float) -> float:
+        return 0.0 if load is None else dt**2 * float(load(np.array([t]))[0])
+
+    x0 = np.array(scene.start) * dt ** np.arange(3)
+    u, v, a = x0
+    rows, x, first = [x0], x0, 0
+    if name in ("houbolt", "park", "oalts"):
+        first = 1 if name == "oalts" else 2
+        for i in range(first):
+            newmark = {"beta": 0.25, "gamma": 0.5}
+            x = np.array(ORACLE["newmark"].step(x, Omega, xi, newmark, lambda tau, i=i: force((i + tau) * dt))[0])
+            rows.append(x)
+        kinds = {"houbolt": [0], "park": [0, 1], "oalts": [0, 1, 2]}[name]
+        x = np.array([rows[first - lag][kind] for lag in range(first + 1) for kind in kinds])
+    elif name == "gholampour":
+        x = np.array([u, v, a, a - (force(dt) - force(0.0) - 2 * xi * Omega * a - Omega**2 * v)])
+    elif name == "central_difference_lagged":
+        x = np.array([u, v - (force(0.0) - 2 * xi * Omega * v - Omega**2 * u) / 2])
+    elif name == "kr_alpha":
+        rho = numbers["rho_inf"]
+        g, b = (3 - rho) / (2 * (1 + rho)), 1 / (1 + rho) ** 2
+        x = np.array([u, v - g * a / (1 + 2 * g * xi * Omega + b * Omega**2), a])
+    else:
+        x = x0[: len(s.state)]
+    for i in range(first, n):
+        x, told = ORACLE[other].step(x, Omega, xi, numbers, lambda tau, i=i: force((i + tau) * dt))
+        rows.append(np.array(x if name == "kr_alpha_plain_start" else told, dtype=float))
+    return np.array(rows) / dt ** np.arange(3)
+
+
 @pytest.mark.parametrize("name", RUNS)
 @pytest.mark.parametrize(
     "load", [None, ss.Harmonic(2.0, 3.0, 0.4), ss.Step(1.5, 0.35), ss.HalfSine(3.0, 0.8)], ids=repr
 )
 def test_history_equals_the_stepped_one(name: str, load: ss.loads.Load | None) -> None:
-    omega, xi, dt, n = 5.0, 0.03, 0.1, 40
-    scene = ss.scene("linear_oscillator", omega=omega, xi=xi, u0=0.7, v0=-0.2, a0=1.3, load=load)
-    r = ss.march(scene, ss.scheme(name, **RUNS[name]), dt=dt, t_end=n * dt)
-    x = np.array([0.7, -0.2 * dt, 1.3 * dt**2])
-    expected = [x]
-    for i in range(n):
-
-        def force(tau: float, i: int = i) -> float:
-            return 0.0 if load is None else dt**2 * float(load(np.array([(i + tau) * dt]))[0])
-
-        x, _ = ORACLE[name].step(x, omega * dt, xi, RUNS[name], force)
-        expected.append(np.array(x, dtype=float))
-    expected = np.array(expected) / dt ** np.arange(3)
+    dt, n = 0.1, 40
+    scene = ss.scene("linear_oscillator", omega=5.0, xi=0.03, u0=0.7, v0=-0.2, a0=1.3, load=load)
+    s = ss.scheme(name, **RUNS[name])
+    r = ss.march(scene, s, dt=dt, t_end=n * dt)
+    expected = oracle_history(name, s, scene, dt, n)
     for i, history in enumerate((r.u, r.v, r.a)):
         assert history.shape == (n + 1, 1)
         assert np.abs(history[:, 0] - expected[:, i]).max() <= 1e-12 * np.abs(expected[:, i]).max()
     assert r.status == "completed"
     assert r.t_failed is None
-    assert r.newton_iterations.shape == (n, ss.scheme(name).balances)
-    assert np.allclose(r.energy, 0.5 * r.v[:, 0] ** 2 + 0.5 * omega**2 * r.u[:, 0] ** 2, rtol=1e-14)
+    assert r.newton_iterations.shape == (n, s.balances)
+    assert np.allclose(r.energy, 0.5 * r.v[:, 0] ** 2 + 0.5 * 5.0**2 * r.u[:, 0] ** 2, rtol=1e-14)
 
 
 @pytest.mark.parametrize("name", RUNS)
 def test_a_record_whose_knots_fall_between_steps_converges_at_the_derived_order(name: str) -> None:
-    from substep_derive import derive
-
-    parameters = RUNS[name]
-    order = derive(name, **{key: str(value) for key, value in parameters.items()}).series.order
-    record = ss.Record(0.0617, np.concatenate([[0.0], RNG.normal(size=48), [0.0]]))
-    omega, xi, t_end = 4.0, 0.05, 3.2
-    scene = ss.scene("linear_oscillator", omega=omega, xi=xi, u0=0, load=record)
+    s = ss.scheme(name, **RUNS[name])
+    exact = {key: Fraction(float(value)).limit_denominator(10**6) for key, value in s.parameters.items()}
+    order = min(2, derive(name, **exact).order[0])  # of the record's kinks no scheme knows more
+    record = ss.Record(3.2 / 48, np.concatenate([[0.0], RNG.normal(size=48), [0.0]]))
+    omega, xi, t_end = 4.0, 0.2, 3.2  # a knot falls a third or two into a step, whatever the step
+    scene = ss.scene("linear_oscillator", omega=omega, xi=xi, u0=0.3, v0=0.5, load=record)
     errors = []
     steps = (1600, 3200, 6400, 12800)
     for n in steps:
-        r = ss.march(scene, ss.scheme(name, **parameters), dt=t_end / n, t_end=t_end)
+        r = ss.march(scene, s, dt=t_end / n, t_end=t_end)
         errors.append(np.abs(r.u[:, 0] - piecewise_linear_exact(omega, xi, record, r.t)).max())
     observed = np.log2(errors[0] / errors[-1]) / (len(steps) - 1)
-    assert abs(observed - order) < 0.25, (observed, order, errors)
+    assert order - 0.25 < observed < order + (0.35 if name != "rk4" else 1.25), (observed, order, errors)
 
 
 def test_a_record_is_linear_between_knots_and_zero_after_its_end() -> None:

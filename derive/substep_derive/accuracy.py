@@ -15,7 +15,7 @@ from functools import reduce
 from math import comb, factorial
 from typing import Any, cast
 
-from sympy import QQ, Abs, Dummy, Expr, Integer, Max, Piecewise, Poly, factor, factor_list, oo, sqrt
+from sympy import QQ, Abs, Dummy, Expr, Integer, Max, Piecewise, Poly, expand, factor, factor_list, oo, sqrt
 
 from . import algebra
 from .amplification import Amplification
@@ -91,7 +91,7 @@ def live(charpoly: Poly) -> Poly:
 
 @dataclass(frozen=True)
 class LeadingTerms:
-    """numerical_damping and period_error at small Omega, up to and including Omega^3.
+    """numerical_damping and period_error at small Omega, up to Omega^highest.
 
     Each maps the power of Omega to its coefficient, a function of xi and the parameters; powers
     whose coefficient vanishes are left out. order: of the free vibration's frequency and decay, the
@@ -101,6 +101,7 @@ class LeadingTerms:
     numerical_damping: dict[int, Expr]
     period_error: dict[int, Expr]
     order: int
+    highest: int
 
 
 @dataclass(frozen=True)
@@ -132,16 +133,17 @@ class LogarithmDefect:
         return cast(Expr, factor(numerator.as_expr()) / factor(denominator.as_expr()))
 
 
-def logarithm_defect(amplification: Amplification, terms: int) -> LogarithmDefect:
-    """A up to Omega^(terms-1), B up to Omega^(terms-2).
+def logarithm_defect(amplification: Amplification, terms: int, at: Expr = xi) -> LogarithmDefect:
+    """A up to Omega^(terms-1), B up to Omega^(terms-2), at one damping ratio or any.
 
     Raises ValueError when the scheme is not consistent: no eigenvalue tends to e^s.
     """
     p = live(amplification.charpoly)
+    p = Poly(p.as_expr().subs(xi, at), lam)
     w, q = Dummy("w"), Dummy("q")
-    symbols = [*sorted(p.as_expr().free_symbols | {xi} - {lam, Omega}, key=str), w, q]
+    symbols = [*sorted((p.as_expr().free_symbols | at.free_symbols) - {lam, Omega}, key=str), w, q]
     polynomials, *_ = algebra.polynomial_ring(symbols)
-    damping, w_, q_ = (polynomials.from_expr(s) for s in (xi, w, q))
+    damping, w_, q_ = (polynomials.from_expr(s) for s in (at, w, q))
     zero = polynomials.zero
     n = terms + 2
     zeta = powers_of_zeta(n, damping)
@@ -182,9 +184,12 @@ def _sum(series: list[Series]) -> Series:
     return reduce(lambda total, other: total + other, series)
 
 
-def leading_terms(amplification: Amplification) -> LeadingTerms:
-    """Raises ValueError when the scheme is not consistent."""
-    L = logarithm_defect(amplification, 5)
+def leading_terms(amplification: Amplification, highest: int = 3) -> LeadingTerms:
+    """Up to Omega^highest, two powers further for a scheme whose error starts beyond.
+
+    Raises ValueError when the scheme is not consistent.
+    """
+    L = logarithm_defect(amplification, highest + 2)
     zero, one = L.ring.zero, L.ring.one
     xi_ = L.ring.from_expr(xi)
     frequency = Series([(b + (one if k == 0 else zero), zero) for k, b in enumerate(L.B)], xi_)
@@ -193,7 +198,15 @@ def leading_terms(amplification: Amplification) -> LeadingTerms:
     root = sqrt(1 - xi**2)
     added = {k: -e / root for k, (a, _) in enumerate(damping.c) if (e := L.expr(a)) != 0}
     elongation = {k: -e for k, (b, _) in enumerate(period.c) if (e := L.expr(b)) != 0}
-    return LeadingTerms(added, elongation, min((*added, *elongation), default=4))
+    if not added and not elongation and highest == 3:
+        return leading_terms(amplification, 5)
+    return LeadingTerms(added, elongation, min((*added, *elongation), default=highest + 1), highest)
+
+
+def limit_polynomial(amplification: Amplification) -> Poly:
+    """The polynomial in lambda whose roots are the live eigenvalues as Omega -> oo."""
+    p = live(amplification.charpoly)
+    return Poly(Poly(p.as_expr(), Omega).LC(), lam)
 
 
 def rho_infinity(amplification: Amplification) -> Expr:
@@ -202,8 +215,7 @@ def rho_infinity(amplification: Amplification) -> Expr:
     Raises NotImplementedError if a factor of degree above two in lambda is left with free parameters.
     """
     p = live(amplification.charpoly)
-    by_power = Poly(p.as_expr(), Omega)
-    leading = Poly(by_power.LC(), lam)
+    leading = limit_polynomial(amplification)
     if leading.degree() < p.degree():
         return oo
     moduli: list[Expr] = []
@@ -223,28 +235,30 @@ def rho_infinity(amplification: Amplification) -> Expr:
     return Max(*moduli) if moduli else Integer(0)
 
 
-def defect_series(amplification: Amplification, terms: int) -> dict[str, Expr]:
-    """For two live eigenvalues, c2*lambda^2 - trace*lambda + det: how far e^s is from being a root.
+def defect_series(amplification: Amplification, terms: int) -> tuple[dict[str, Expr], list[list[Expr]]]:
+    """How far the exact eigenvalue e^s is from being an eigenvalue, up to Omega^(terms - 1).
 
-    c2*e^s + det*e^-s - trace = r_0 + r_1*zeta and det*e^(2*xi*Omega) - c2 = g, each a polynomial in
-    Omega of degree terms - 1, whose first coefficients cancel because the scheme is consistent.
+    With the live polynomial c_0 + ... + c_d lambda^d taken at e^s: over e^s for two eigenvalues,
+    c_2*e^s + c_0*e^-s + c_1, else as it is; that is r_0 + r_1*zeta. g = c_0*e^(2*xi*Omega) - c_d, the
+    same for the squared modulus of a single pair. The first coefficients cancel because the scheme is
+    consistent. Also returned are c_j's coefficients by power of Omega, from which all later terms follow.
     """
-    det, trace, c2 = quadratic(amplification)
+    c = list(reversed(live(amplification.charpoly).all_coeffs()))
+    powers = max(Poly(e, Omega).degree() for e in c) + 1
+    columns = [[Poly(e, Omega).coeff_monomial(Omega**i) for i in range(powers)] for e in c]
     zeta = powers_of_zeta(terms, xi)
-    r_0, r_1, g = -trace, Integer(0) * trace, -c2
-    for k, (a, b) in enumerate(zeta):
-        both = (c2 + (-1) ** k * det) * Omega**k / factorial(k)
-        r_0 += both * a
-        r_1 += both * b
-        g += det * (2 * xi * Omega) ** k / factorial(k)
-    cut = [sum(Poly(e, Omega).coeff_monomial(Omega**i) * Omega**i for i in range(terms)) for e in (r_0, r_1, g)]
-    return dict(zip(("r_0", "r_1", "g"), cut, strict=True))
+    parts: dict[str, Expr] = dict.fromkeys(("r_0", "r_1", "g"), Integer(0))
+    for n in range(terms):
+        for k in range(max(0, n + 1 - powers), n + 1):  # Omega^(n - k) of a coefficient, Omega^k of its exponential
+            share = sum((column[n - k] * j**k for j, column in zip(exponents(c), columns, strict=True)), Integer(0))
+            for name, number in zip(("r_0", "r_1"), zeta[k], strict=True):
+                parts[name] += expand(share * number / factorial(k)) * Omega**n
+            parts["g"] += columns[0][n - k] * (2 * xi) ** k / factorial(k) * Omega**n
+        if n < powers:
+            parts["g"] -= columns[-1][n] * Omega**n
+    return parts, columns
 
 
-def quadratic(amplification: Amplification) -> tuple[Expr, Expr, Expr]:
-    """(det, trace, c2) of c2*lambda^2 - trace*lambda + det, the two live eigenvalues."""
-    p = live(amplification.charpoly)
-    if p.degree() != 2:
-        raise NotImplementedError(f"{amplification.scheme.name} has {p.degree()} live eigenvalues")
-    c2, minus_trace, det = p.all_coeffs()
-    return det, -minus_trace, c2
+def exponents(coefficients: Sequence[object]) -> range:
+    """The multiples of s in the exponentials of `defect_series`."""
+    return range(-1, 2) if len(coefficients) == 3 else range(len(coefficients))

@@ -36,6 +36,15 @@ def solve(matrix: Matrix, right: Matrix) -> tuple[Matrix, Expr]:
     return numerators.to_Matrix(), both.domain.to_sympy(den)
 
 
+def common_denominator(matrix: Matrix) -> tuple[Matrix, Expr]:
+    """(numerators, den) of a matrix of rational functions, common factors cancelled."""
+    if not matrix.rows:
+        return matrix, Integer(1)
+    fractions = [fraction(cancel(entry)) for entry in matrix]
+    den = lcm_list([den for _, den in fractions])
+    return Matrix(matrix.rows, matrix.cols, [cancel(num * den / own) for num, own in fractions]), den
+
+
 def determinant(matrix: Matrix) -> Expr:
     """The determinant, each row cleared of its denominators."""
     cleared = DomainMatrix.from_Matrix(clear_rows(matrix))

@@ -3,14 +3,15 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, cast
 
-from sympy import Expr, Matrix, Poly, Symbol, factor
+from sympy import Expr, Integer, Matrix, Poly, Rational, Symbol, factor
 
 from .accuracy import LeadingTerms, leading_terms, rho_infinity
 from .amplification import Amplification
 from .effective import EffectiveSystem, effective_systems
-from .scheme import DeclarationError, Scheme
+from .order import Triple, order_of
+from .scheme import DeclarationError, Root, Scheme, root_near
 from .schemes import ALL
 from .symbols import Omega, state_label, xi
 
@@ -39,12 +40,12 @@ class Derivation:
     @property
     def N(self) -> Matrix:
         """Numerators (m, m) of A."""
-        return self.amplification.N
+        return self.amplification.step.N
 
     @property
     def den(self) -> Expr:
         """Common denominator of A and of the load vectors."""
-        return self.amplification.den
+        return self.amplification.step.den
 
     @property
     def A(self) -> Matrix:
@@ -70,7 +71,7 @@ class Derivation:
     @property
     def load(self) -> Matrix:
         """Load vectors (m, K): x1 = A x0 + load @ [h^2 f(t_n + tau*h) for tau in stencil]."""
-        return self.amplification.load_N / self.den
+        return self.amplification.step.load_N / self.den
 
     @property
     def stencil(self) -> tuple[Expr, ...]:
@@ -88,9 +89,33 @@ class Derivation:
         return leading_terms(self.amplification)
 
     @cached_property
+    def order(self) -> Triple:
+        """Order of u, v and a, free and forced, damped and undamped.
+
+        Of free parameters: the order at two points without special position, so the one that almost all have.
+        """
+        schemes = [self.scheme] if not self.scheme.parameters else [unremarkable(self.scheme, k) for k in (1, 2)]
+        found = [
+            order_of(Amplification.of(s), damping).uva for s in schemes for damping in (Rational(0), Rational(1, 4))
+        ]
+        return cast(Triple, tuple(map(min, zip(*found, strict=True))))
+
+    @cached_property
     def balances(self) -> tuple[EffectiveSystem, ...]:
         """Effective stiffness, residual, tangent and recovery, one for each balance."""
         return effective_systems(self.scheme)
+
+
+def unremarkable(scheme: Scheme, k: int) -> Scheme:
+    """The scheme at parameters inside their intervals that satisfy no simple relation."""
+    values: dict[Symbol, Rational] = {}
+    for i, p in enumerate(scheme.parameters):
+        if isinstance(p.default, Root):
+            values[p.symbol] = root_near(p.default.equation.subs(values), p)
+        else:
+            width = p.domain.end - p.domain.start if p.domain.end.is_finite else Integer(1)
+            values[p.symbol] = p.domain.start + width * Rational(31 * k + 7 * i, 97 + 12 * i)
+    return scheme.fix({symbol.name: value for symbol, value in values.items()})
 
 
 def derive(scheme: str | Scheme, **parameters: Any) -> Derivation:

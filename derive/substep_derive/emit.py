@@ -1,38 +1,38 @@
 """Kernel list -> text of a module. The text depends on the declarations alone, byte for byte."""
 
 import hashlib
-from collections.abc import Iterable
-from string import Formatter
+from collections.abc import Iterable, Mapping, Sequence
 from textwrap import indent, wrap
-from typing import Any
 
-from sympy import Expr, Symbol, count_ops, srepr
-from sympy.printing.pycode import PythonCodePrinter
+from sympy import Symbol, count_ops, srepr
 
 from . import algebra, templates
+from .accuracy import exponents
 from .amplification import Amplification
 from .effective import effective_systems
-from .kernels import Kernel, entries, scheme_kernels
-from .scheme import DeclarationError, Parameter, Scheme
-from .symbols import Omega, knot, state_label, xi
+from .emit_index import index_module
+from .kernels import DEFECT_TERMS, Kernel, entries, scheme_kernels
+from .scheme import DeclarationError, Root, Scheme
+from .symbols import Omega, state_label, xi
+from .templates import PRINTER, fill, literal_tuple
 
 SMALL_OMEGA = 0.125  # below: exact eigenvalue plus its defect; above: direct formulas
-RESERVED = {"out", "i", "den", "increment", "load", "outputs", "outputs_load", "Omega", "xi", "math", "cmath"}
-PRINTER = PythonCodePrinter({"fully_qualified_modules": False})
-
-
-def fill(template: str, **fields: object) -> str:
-    """str.format that also refuses fields the template does not use."""
-    wanted = {name for _, name, _, _ in Formatter().parse(template) if name}
-    if wanted != set(fields):
-        raise KeyError(f"template wants {sorted(wanted)}, got {sorted(fields)}")
-    return template.format(**fields)
+RESERVED = {  # names a generated function gives to something else than a parameter
+    *("c1", "c2", "trace", "det", "q", "g", "given", "out", "i", "den", "den_o", "increment", "load", "outputs"),
+    *("outputs_load", "Omega", "xi", "math", "cmath", "np", "columns", "half", "quadratic", "tails"),
+}
 
 
 def digest(scheme: Scheme) -> str:
     """sha256 of everything declared about the scheme."""
     declared = [scheme.name, scheme.reference, *(f"{k}={v}" for k, v in scheme.fixed.items())]
-    declared += [srepr(part) for p in scheme.parameters for part in (p.symbol, p.domain, p.default)]
+    for p in (*scheme.parameters, *(family.argument for family in scheme.families)):
+        default = p.default.equation if isinstance(p.default, Root) else p.default
+        declared += [srepr(part) for part in (p.symbol, p.domain, default)]
+    started = [] if isinstance(scheme.start, Scheme) else [*scheme.start.items()]
+    declared += [scheme.start.name] if isinstance(scheme.start, Scheme) else []
+    declared += [srepr(part) for value in (*started, *scheme.report.items()) for part in value]
+    declared += [srepr(part) for family in scheme.families for value in family.values.items() for part in value]
     declared += [srepr(part) for relation in scheme.relations.items() for part in relation]
     declared += [srepr(slot) for b in scheme.balances for slot in (b.inertia, b.damping, b.force, b.load)]
     return hashlib.sha256("\n".join(declared).encode()).hexdigest()
@@ -64,9 +64,9 @@ def closed_forms(scheme: Scheme, amplification: Amplification) -> str:
     lines += [
         "",
         f"Amplification matrix N/den in ({', '.join(labels)}):",
-        f"    den = {algebra.horner(amplification.den, Omega)}",
+        f"    den = {algebra.horner(amplification.step.den, Omega)}",
     ]
-    lines += [f"    {name} = {algebra.horner(e, Omega)}" for name, e in entries("N", amplification.N)]
+    lines += [f"    {name} = {algebra.horner(e, Omega)}" for name, e in entries("N", amplification.step.N)]
     wrapped = (wrap(line, 110, subsequent_indent=" " * 8, break_long_words=False) or [""] for line in lines)
     return "\n".join(part for line in wrapped for part in line)
 
@@ -75,90 +75,94 @@ def scheme_module(scheme: Scheme, source: str) -> str:
     """Text of generated/substep_kernels/<name>.py."""
     amplification = Amplification.of(scheme)
     kernels = scheme_kernels(amplification)
-    by_name = {kernel.name: kernel for kernel in kernels}
-    m, K = amplification.load_N.shape
+    names = {kernel.name: [name for name, _ in kernel.outputs] for kernel in kernels}
+    m, K = amplification.step.load_N.shape
     arguments = [Omega.name, xi.name, *(p.name for p in scheme.parameters)]
     if taken := [a for a in arguments[2:] if a in RESERVED or (a[0] == "x" and a[1:].isdigit())]:
-        raise DeclarationError(
-            f"{scheme.name}: the name '{taken[0]}' is used by the generated module; rename the parameter"
-        )
-    typed = {"arguments": ", ".join(arguments), "arguments_i": ", ".join(f"{a}[i]" for a in arguments)}
-    names = {key: [name for name, _ in by_name[key].outputs] for key in ("_amplification", "_increment")}
-    targets = {"N": "out", "D": "increment", "B": "load", "O": "outputs", "P": "outputs_load"}
-
-    def stores(kernel: str) -> str:
-        rows = (f"        {targets[name[0]]}[i, {name[2]}, {name[3]}] = {name} / den" for name in names[kernel][1:])
-        return "\n".join(rows)
-
+        raise DeclarationError(f"{scheme.name}: the name '{taken[0]}' is used by the module; rename the parameter")
     at_i = {p.symbol: Symbol(f"{p.name}[i]") for p in scheme.parameters}
-    instants = [PRINTER.doprint(tau.subs(at_i)) for tau in amplification.stencil]
-    state = [knot(0)[i] for i in range(3)]
-    header = fill(
-        templates.SCHEME_HEADER,
-        title=f"{scheme.name}: stability functions and march coefficients.",
-        reference=scheme.reference + ".",
-        closed_forms=closed_forms(scheme, amplification),
-        name=scheme.name,
-        state=_tuple(state_label(s) for s in scheme.state),
-        parameters=_tuple(p.name for p in scheme.parameters),
-        outputs_in_state=tuple(scheme.state.index(s) if s in scheme.state else -1 for s in state),
-    )
-    functions = fill(
-        templates.SCHEME_FUNCTIONS,
-        **typed,
-        small_Omega=SMALL_OMEGA,
-        m=m,
-        K=K,
-        den_and_N=", ".join(names["_amplification"]),
-        den_and_DB=",\n            ".join(wrap(", ".join(names["_increment"]), 100)).replace(",,", ","),
-        store_N=stores("_amplification"),
-        store_DB=stores("_increment"),
-        store_stencil="\n".join(f"        out[i, {k}] = {tau}" for k, tau in enumerate(instants)),
-        parameters_comma="".join(f"{p.name}, " for p in scheme.parameters),
-    )
-    banner = fill(templates.BANNER, source=source, digest=digest(scheme))
-    return banner + header + "".join(print_kernel(kernel) for kernel in kernels) + functions
+    told = iter(range(3))
+    typed = {"arguments": ", ".join(arguments), "arguments_i": ", ".join(f"{a}[i]" for a in arguments)}
+    parts = [
+        fill(templates.BANNER, source=source, digest=digest(scheme)),
+        fill(
+            templates.SCHEME_HEADER,
+            title=f"{scheme.name}: stability functions and march coefficients.",
+            reference=scheme.reference + ".",
+            closed_forms=closed_forms(scheme, amplification),
+            name=scheme.name,
+            state=literal_tuple(f'"{state_label(s)}"' for s in scheme.state),
+            parameters=literal_tuple(f'"{p.name}"' for p in scheme.parameters),
+            outputs_in_state=tuple(place if place >= 0 else -1 - next(told) for place in amplification.in_state),
+            start_stencil=literal_tuple(str(float(tau)) for tau in amplification.start_stencil),
+        ),
+        *(print_kernel(kernel) for kernel in kernels),
+        fill(templates.TAILS, **_tails(names["_columns"])),
+        _spectrum(names, typed["arguments"], ", ".join(arguments[1:])),
+        fill(
+            templates.SCHEME_FUNCTIONS,
+            **typed,
+            m=m,
+            K=K,
+            R=amplification.outputs.N.rows,
+            store_amplification=_stores([name for name in names["_increment"] if name[0] == "D"], identity=True),
+            increment_names=_assigned(names["_increment"]),
+            store_increment=_stores(names["_increment"]),
+            store_stencil="\n".join(
+                f"        out[i, {k}] = {PRINTER.doprint(tau.subs(at_i))}"
+                for k, tau in enumerate(amplification.stencil)
+            ),
+            parameters_comma="".join(f"{p.name}, " for p in scheme.parameters),
+        ),
+    ]
+    if "_start" in names:
+        start = amplification.start_stencil
+        assigned, stores = _assigned(names["_start"]), _stores(names["_start"])
+        parts.append(fill(templates.START, **typed, m=m, K=len(start), start_names=assigned, store_start=stores))
+    return "".join(parts)
 
 
-def _tuple(names: Iterable[str]) -> str:
-    return "(" + "".join(f'"{name}", ' for name in names).rstrip() + ")"
+def _spectrum(names: Mapping[str, Sequence[str]], arguments: str, no_Omega: str) -> str:
+    """The functions of one point, for two live eigenvalues or more."""
+    fields = {"arguments": arguments, "arguments_no_Omega": no_Omega, "small_Omega": SMALL_OMEGA}
+    if "_quadratic" in names:
+        return fill(templates.TWO_EIGENVALUES, **fields)
+    half = sum(1 for name in names["_asymmetry"] if name[0] == "w")
+    return fill(templates.MORE_EIGENVALUES, **fields, half=half)
 
 
-def index_module(schemes: Iterable[Scheme]) -> str:
-    """Text of generated/substep_kernels/index.py: names, parameters and members as literals."""
-    lines = ["{"]
-    for scheme in schemes:
-        described: dict[str, Any] = {
-            "module": scheme.parent or scheme.name,
-            "parameters": tuple(_describe(p) for p in scheme.parameters),
-            "fixed": {name: float(value) for name, value in scheme.fixed.items()},
-            "balances": len(scheme.balances),
-            "loads": Amplification.of(scheme).load_N.cols,
-            "state": tuple(state_label(s) for s in scheme.state),
-            "reference": scheme.reference,
-        }
-        lines += [f'    "{scheme.name}": {{', *(f'        "{k}": {v!r},' for k, v in described.items()), "    },"]
-    text = fill(templates.INDEX, schemes="\n".join([*lines, "}"]))
-    return (
-        fill(templates.BANNER, source="substep_derive.schemes", digest=hashlib.sha256(text.encode()).hexdigest()) + text
-    )
+def _tails(columns: Sequence[str]) -> dict[str, int]:
+    """Sizes in `TAILS`: columns are named c<power of lambda>_<power of Omega>."""
+    rows = len({name.split("_")[0] for name in columns})
+    return {
+        "rows": rows,
+        "powers": len(columns) // rows,
+        "first": exponents(columns[:rows])[0],
+        "terms": DEFECT_TERMS,
+    }
 
 
-def _bound(end: Expr) -> float | None:
-    return float(end) if end.is_finite else None
+TARGETS = {
+    **{"D": ("increment", "den"), "B": ("load", "den"), "O": ("outputs", "den_o")},
+    **{"P": ("outputs_load", "den_o"), "S": ("given", "den"), "T": ("load", "den")},
+}
 
 
-def _describe(parameter: Parameter) -> tuple[str, float | None, float | None, bool, bool, float]:
-    """(name, low, high, low excluded, high excluded, default); None: unbounded."""
-    domain = parameter.domain
-    return (
-        parameter.name,
-        _bound(domain.start),
-        _bound(domain.end),
-        bool(domain.left_open),
-        bool(domain.right_open),
-        float(parameter.default),
-    )
+def _stores(names: Sequence[str], *, identity: bool = False) -> str:
+    """Lines that store name_ij over its denominator in the array its letter stands for, or I + it in out."""
+    lines = []
+    for name in names:
+        if not name.startswith("den"):
+            array, den = TARGETS[name[0]]
+            one = "1.0 + " if identity and name[2] == name[3] else ""
+            lines.append(f"        {'out' if identity else array}[i, {name[2]}, {name[3]}] = {one}{name} / {den}")
+    return "\n".join(lines)
+
+
+def _assigned(names: Sequence[str]) -> str:
+    """The names as a target of assignment, over several lines if need be."""
+    lines = wrap(", ".join(names), 100)
+    return lines[0] if len(lines) == 1 else "(\n            " + "\n            ".join(lines) + "\n        )"
 
 
 def package(schemes: Iterable[Scheme]) -> dict[str, str]:

@@ -11,7 +11,7 @@ from typing import Any
 
 from sympy import Expr, Interval, Rational, Symbol, sympify
 
-from .symbols import K0, C, Knot, M, N, f, h, knot_of, lattice
+from .symbols import K0, C, Knot, M, N, f, h, knot, knot_of, lattice
 
 
 class DeclarationError(ValueError):
@@ -19,17 +19,39 @@ class DeclarationError(ValueError):
 
 
 @dataclass(frozen=True)
+class Root:
+    """A default given implicitly: the one root in the parameter's interval of a polynomial equation."""
+
+    equation: Expr
+
+    def subs(self, values: Mapping[Symbol, Expr]) -> "Root":
+        """The equation with parameters replaced."""
+        return Root(self.equation.subs(values, simultaneous=True))
+
+
+@dataclass(frozen=True)
 class Parameter:
-    """A free parameter, the interval it may lie in, and the value taken when none is given."""
+    """A free parameter, the interval it may lie in, and the value taken when none is given.
+
+    The default may be an expression in parameters declared before this one.
+    """
 
     symbol: Symbol
     domain: Interval
-    default: Rational
+    default: Expr | Root
 
     @property
     def name(self) -> str:
         """The symbol's name."""
         return self.symbol.name
+
+
+@dataclass(frozen=True)
+class Family:
+    """A way to name a scheme's parameters by one other: argument -> parameters."""
+
+    argument: Parameter
+    values: Mapping[Symbol, Expr]
 
 
 @dataclass(frozen=True)
@@ -68,6 +90,10 @@ class Scheme:
 
     relations: new symbol -> expression in old and new symbols, any parameters and h.
     balances: in the order in which they are solved, each for its own new acceleration.
+    families: other names for sets of parameters, such as generalized-alpha's by rho_inf.
+    start: how the state is had from u_0, v_0, a_0 at t = 0: expressions for what is not just that, or
+    the one-step scheme that marches the first steps.
+    report: u_1, v_1 or a_1 where the scheme's own symbol does not stand for the value at t_n + h.
     parent: for a member of a family, the scheme whose parameters `fixed` it fixes.
     """
 
@@ -75,6 +101,9 @@ class Scheme:
     relations: Mapping[Symbol, Expr]
     balances: tuple[Balance, ...]
     parameters: tuple[Parameter, ...] = ()
+    families: tuple[Family, ...] = ()
+    start: "Mapping[Symbol, Expr] | Scheme" = field(default_factory=dict)
+    report: Mapping[Symbol, Expr] = field(default_factory=dict)
     reference: str = ""
     parent: str | None = None
     fixed: Mapping[str, Rational] = field(default_factory=dict)
@@ -97,6 +126,13 @@ class Scheme:
                 f"{self.name}: {len(self.relations)} relations and {len(self.balances)} balances "
                 f"for {len(unknowns)} unknowns; without a relation of their own: {defined}. "
                 f"{'A relation is missing' if len(unknowns) > count else 'There is a relation too many'}"
+            )
+
+        given = set(knot(0)) | set(self.start if isinstance(self.start, Mapping) else self.state)
+        if missing := [s for s in self.state if s not in given]:
+            raise DeclarationError(
+                f"{self.name}: the step reads {missing[0]}, for which start says nothing; "
+                f"give start={{{missing[0]}: ...}} or start=<a one-step scheme>"
             )
 
     @property
@@ -132,31 +168,82 @@ class Scheme:
         """The free parameters' symbols, in the order declared."""
         return tuple(parameter.symbol for parameter in self.parameters)
 
+    @property
+    def typical(self) -> dict[Symbol, Expr]:
+        """One value for each free parameter: its default, for an implicit one the middle of its interval."""
+        values: dict[Symbol, Expr] = {}
+        for p in self.parameters:
+            implicit = isinstance(p.default, Root)
+            values[p.symbol] = (p.domain.start + p.domain.end) / 2 if implicit else p.default.subs(values)
+        return values
+
+    def exact(self, values: Mapping[str, Any]) -> dict[Symbol, Rational]:
+        """Exact values of parameters, a family's argument replaced by what it stands for.
+
+        Raises DeclarationError for an unknown parameter, one given twice, or a value outside its interval.
+        """
+        known = {parameter.name: parameter for parameter in self.parameters}
+        families = {family.argument.name: family for family in self.families}
+        found: dict[Symbol, Rational] = {}
+        for key, value in values.items():
+            if key not in known and key not in families:
+                names = ", ".join([*known, *families]) or "none"
+                raise DeclarationError(f"{self.name} has no parameter '{key}'; its parameters: {names}")
+            number = exact_number(value)
+            if key in known:
+                mine: dict[Symbol, Any] = {known[key].symbol: number}
+            else:
+                argument = families[key].argument
+                _check_inside(self.name, argument, number)
+                mine = {s: e.subs(argument.symbol, number) for s, e in families[key].values.items()}
+            if twice := [s for s in mine if s in found]:
+                raise DeclarationError(f"{self.name}: {twice[0]} is given twice, by itself and by a family")
+            found |= mine
+        for symbol, number in found.items():
+            _check_inside(self.name, known[symbol.name], number)
+        return found
+
     def fix(self, values: Mapping[str, Any], name: str | None = None, reference: str = "") -> "Scheme":
         """A member: this scheme with some parameters fixed at exact values.
 
-        Raises DeclarationError for an unknown parameter or a value outside its interval.
+        Raises DeclarationError as `exact` does.
         """
-        known = {parameter.name: parameter for parameter in self.parameters}
-        for key in values:
-            if key not in known:
-                names = ", ".join(known) or "none"
-                raise DeclarationError(f"{self.name} has no parameter '{key}'; its parameters: {names}")
-        exact = {known[key].symbol: exact_number(value) for key, value in values.items()}
-        for key, value in exact.items():
-            if known[key.name].domain.contains(value) == False:  # noqa: E712 (a SymPy boolean)
-                raise DeclarationError(
-                    f"{self.name}: {key} = {value} lies outside {known[key.name].domain}; choose a value inside"
-                )
+        exact = self.exact(values)
+        kept = [p for p in self.parameters if p.symbol not in exact]
         return replace(
             self,
             name=name or self.name,
             reference=reference or self.reference,
-            parameters=tuple(p for p in self.parameters if p.symbol not in exact),
-            relations={symbol: e.subs(exact) for symbol, e in self.relations.items()},
+            parameters=tuple(replace(p, default=p.default.subs(exact)) for p in kept),
+            families=tuple(f for f in self.families if not exact.keys() & f.values.keys()),
+            relations=_replaced(self.relations, exact),
+            start=_replaced(self.start, exact) if isinstance(self.start, Mapping) else self.start,
+            report=_replaced(self.report, exact),
             balances=tuple(balance.replace(exact) for balance in self.balances),
             parent=self.parent or self.name,
             fixed={**self.fixed, **{key.name: value for key, value in exact.items()}},
+        )
+
+
+def root_near(equation: Expr, parameter: Parameter) -> Rational:
+    """A rational within 1e-40 of the root in the parameter's interval: where only its size matters."""
+    low, high = Rational(parameter.domain.start), Rational(parameter.domain.end)
+    sign = equation.subs(parameter.symbol, low) > 0
+    while high - low > Rational(1, 10**40):
+        middle = (low + high) / 2
+        inside = (equation.subs(parameter.symbol, middle) > 0) == sign
+        low, high = (middle, high) if inside else (low, middle)
+    return low
+
+
+def _replaced(expressions: Mapping[Symbol, Expr], values: Mapping[Symbol, Expr]) -> dict[Symbol, Expr]:
+    return {symbol: e.subs(values, simultaneous=True) for symbol, e in expressions.items()}
+
+
+def _check_inside(scheme: str, parameter: Parameter, value: Rational) -> None:
+    if parameter.domain.contains(value) == False:  # noqa: E712 (a SymPy boolean)
+        raise DeclarationError(
+            f"{scheme}: {parameter.name} = {value} lies outside {parameter.domain}; choose a value inside"
         )
 
 

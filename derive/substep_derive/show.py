@@ -3,8 +3,9 @@
 from dataclasses import dataclass
 from typing import Any
 
-from sympy import Eq, latex
+from sympy import Eq, Integer, factor, latex
 
+from .accuracy import limit_polynomial
 from .algebra import horner
 from .derivation import derive
 from .symbols import Omega, mu
@@ -47,12 +48,17 @@ def closed_forms(name: str) -> list[ClosedForm]:
     add("spectrum", "det A", d.det)
     for k, coefficient in enumerate(reversed(d.charpoly.all_coeffs())):
         add("spectrum", f"p_{k} (of {mu}^{k})", horner(coefficient, Omega))
-    add("spectrum", "rho_inf", d.rho_inf)
+    try:
+        add("spectrum", "rho_inf", d.rho_inf)
+    except NotImplementedError:
+        limit = limit_polynomial(d.amplification)
+        add("spectrum", "rho_inf = largest |lambda| of 0", factor(limit.as_expr()))
     for k, tau in enumerate(d.stencil):
         for i, label in enumerate(d.state):
-            add("load vector over den", f"B_{label} at t_n + ({tau})*h", d.amplification.load_N[i, k])
-    for power, coefficient in d.series.numerical_damping.items():
-        add("small Omega", f"numerical damping, Omega^{power}", coefficient)
-    for power, coefficient in d.series.period_error.items():
-        add("small Omega", f"period error, Omega^{power}", coefficient)
+            add("load vector over den", f"B_{label} at t_n + ({tau})*h", d.amplification.step.load_N[i, k])
+    for error, terms in (("numerical damping", d.series.numerical_damping), ("period error", d.series.period_error)):
+        for power, coefficient in terms.items():
+            add("small Omega", f"{error}, Omega^{power}", coefficient)
+        if not terms:
+            add("small Omega", f"{error}, up to Omega^{d.series.highest}", Integer(0))
     return found

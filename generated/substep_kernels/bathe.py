@@ -32,96 +32,49 @@ Amplification matrix N/den in (u, h*v, h^2*a):
 import cmath
 import math
 
+import numpy as np
 from numba import njit
 
 NAME = "bathe"
 STATE = ("u", "h*v", "h^2*a",)
 PARAMETERS = ()
-# where u, h*v, h^2*a of the new step stand in the state; -1: not in it
+# where u, h*v, h^2*a of the new step stand in the state; -1 - k: row k of the outputs
 OUTPUTS_IN_STATE = (0, 1, 2)
+# instants, in steps, at which the start takes the load
+START_STENCIL = ()
 
 _compile = njit(cache=True, nogil=True, error_model="numpy")
 
 
 @_compile
-def _amplification(Omega, xi):
-    """Common denominator and numerators of the amplification matrix. 65 operations."""
-    x0 = 168*xi
-    x1 = xi**2
-    x2 = 14*xi
-    x3 = Omega*xi
-    x4 = 8*x3
-    x5 = Omega**2
-    x6 = 24*xi
-    x7 = -x6
-    den = Omega*(Omega*(Omega*(Omega + x2) + 48*x1 + 25) + x0) + 144
-    N_00 = Omega*(Omega*(48*x1 - 2*x3 - 19) + x0) + 144
-    N_01 = Omega*(Omega*(16*x1 - 5) + 80*xi) + 144
-    N_02 = x4 + 28
-    N_10 = x5*(Omega*(Omega + x7) - 96)
-    N_11 = Omega*(Omega*(-x4 - 47) + x7) + 144
-    N_12 = 48 - 4*x5
-    N_20 = x5*(Omega*(19*Omega + x6) - 144)
-    N_21 = Omega*(Omega*(Omega*(5*Omega + x2) + 48*x1 - 144) - 288*xi)
-    N_22 = Omega*(-28*Omega - 96*xi)
-    return den, N_00, N_01, N_02, N_10, N_11, N_12, N_20, N_21, N_22
-
-
-@_compile
 def _increment(Omega, xi):
-    """Denominator; numerators of A - I, of the load vectors, and of the rows of (u, h*v, h^2*a). 103 operations."""
-    x0 = 168*xi
-    x1 = xi**2
-    x2 = 48*x1
-    x3 = 14*xi
-    x4 = Omega + x3
-    x5 = Omega**2
-    x6 = Omega*(Omega*(16*x1 - 5) + 80*xi) + 144
-    x7 = 8*xi
-    x8 = Omega*x7
-    x9 = x8 + 28
-    x10 = 24*xi
-    x11 = -x10
-    x12 = x5*(Omega*(Omega + x11) - 96)
-    x13 = 48 - 4*x5
-    x14 = x5*(Omega*(19*Omega + x10) - 144)
-    x15 = Omega*(Omega*(Omega*(5*Omega + x3) + 48*x1 - 144) - 288*xi)
-    x16 = Omega*(Omega + x7) + 16
-    x17 = Omega*(3*Omega + x10) + 48
-    x18 = Omega*(-28*Omega - 96*xi)
-    x19 = Omega*(9*Omega + 72*xi) + 144
-    den = Omega*(Omega*(Omega*x4 + x2 + 25) + x0) + 144
-    D_00 = x5*(Omega*(-Omega - 16*xi) - 44)
-    D_01 = x6
-    D_02 = x9
-    D_10 = x12
-    D_11 = Omega*(Omega*(Omega*(-Omega - 22*xi) - 48*x1 - 72) - 192*xi)
-    D_12 = x13
-    D_20 = x14
-    D_21 = x15
-    D_22 = Omega*(Omega*(-Omega*x4 - x2 - 53) - 264*xi) - 144
-    B_00 = x9
-    B_01 = x16
-    B_10 = x13
-    B_11 = x17
-    B_20 = x18
-    B_21 = x19
-    O_00 = Omega*(Omega*(-2*Omega*xi + x2 - 19) + x0) + 144
-    O_01 = x6
-    O_02 = x9
-    O_10 = x12
-    O_11 = Omega*(Omega*(-x8 - 47) + x11) + 144
-    O_12 = x13
-    O_20 = x14
-    O_21 = x15
-    O_22 = x18
-    P_00 = x9
-    P_01 = x16
-    P_10 = x13
-    P_11 = x17
-    P_20 = x18
-    P_21 = x19
-    return den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22, B_00, B_01, B_10, B_11, B_20, B_21, O_00, O_01, O_02, O_10, O_11, O_12, O_20, O_21, O_22, P_00, P_01, P_10, P_11, P_20, P_21
+    """Denominators and numerators of A - I, of the load vectors, and of outputs not in the state. 88 operations."""
+    x0 = xi**2
+    x1 = 48*x0
+    x2 = 14*xi
+    x3 = Omega + x2
+    x4 = Omega**2
+    x5 = 8*xi
+    x6 = Omega*x5 + 28
+    x7 = 24*xi
+    x8 = 48 - 4*x4
+    den = Omega*(Omega*(Omega*x3 + x1 + 25) + 168*xi) + 144
+    D_00 = x4*(Omega*(-Omega - 16*xi) - 44)
+    D_01 = Omega*(Omega*(16*x0 - 5) + 80*xi) + 144
+    D_02 = x6
+    D_10 = x4*(Omega*(Omega - x7) - 96)
+    D_11 = Omega*(Omega*(Omega*(-Omega - 22*xi) - 48*x0 - 72) - 192*xi)
+    D_12 = x8
+    D_20 = x4*(Omega*(19*Omega + x7) - 144)
+    D_21 = Omega*(Omega*(Omega*(5*Omega + x2) + 48*x0 - 144) - 288*xi)
+    D_22 = Omega*(Omega*(-Omega*x3 - x1 - 53) - 264*xi) - 144
+    B_00 = x6
+    B_01 = Omega*(Omega + x5) + 16
+    B_10 = x8
+    B_11 = Omega*(3*Omega + x7) + 48
+    B_20 = Omega*(-28*Omega - 96*xi)
+    B_21 = Omega*(9*Omega + 72*xi) + 144
+    return den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22, B_00, B_01, B_10, B_11, B_20, B_21
 
 
 @_compile
@@ -140,18 +93,64 @@ def _quadratic(Omega, xi):
 
 @_compile
 def _defect(Omega, xi):
-    """Residual of the exact eigenvalue, r_0 + r_1*zeta, and of its modulus, g, at small Omega. 184 operations."""
+    """Residual of the exact eigenvalue, r_0 + r_1*zeta, and of its modulus, g, up to Omega^6. 61 operations."""
     x0 = Omega**4
     x1 = xi**2
     x2 = xi**4
-    x3 = 400*x2
-    x4 = xi**6
-    x5 = xi**8
-    x6 = 12*xi*(4*x1 - 3)
-    r_0 = x0*(Omega*(Omega*(Omega*(Omega*(Omega*((1/100800)*Omega*(160*x1 + x3 - 1216*x4 + 512*x5 - 23) + (1/1260)*xi*(414*x1 - 656*x2 + 288*x4 - 65)) + (32/105)*x1 - 1/630*x3 + (32/105)*x4 - 13/630) + (1/60)*xi*(-188*x1 + 128*x2 + 51)) - 97/15*x1 + (24/5)*x2 + 71/60) + xi*(8*x1 - 5)) + 24*x1 - 12)
-    r_1 = x0*(Omega*(Omega*(Omega*(Omega*(Omega*((1/12600)*Omega*xi*(30*x1 + 168*x2 - 336*x4 + 128*x5 - 15) - 13/60*x1 + (8/9)*x2 - 52/45*x4 + (16/35)*x5 + 1/120) + (2/315)*xi*(140*x1 - 224*x2 + 96*x4 - 21)) + 3*x1 - 22/3*x2 + (64/15)*x4 - 1/6) + (1/15)*xi*(-230*x1 + 144*x2 + 75)) - 14*x1 + 16*x2 + 1) + x6)
-    g = Omega**3*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(-2/4725*Omega*x5*(304*x1 - 375) - 8/315*xi**7*(22*x1 - 25)) - 4/45*x4*(24*x1 - 25)) - 4/105*xi**5*(184*x1 - 175)) - 2/15*x2*(144*x1 - 125)) - 4/15*xi**3*(156*x1 - 125)) + 50*x1 - 64*x2 - 1) - x6)
+    x3 = 12*xi*(4*x1 - 3)
+    r_0 = x0*(Omega*((1/60)*Omega*(-388*x1 + 288*x2 + 71) + xi*(8*x1 - 5)) + 24*x1 - 12)
+    r_1 = x0*(Omega*((1/15)*Omega*xi*(-230*x1 + 144*x2 + 75) - 14*x1 + 16*x2 + 1) + x3)
+    g = Omega**3*(Omega*(Omega*(-2/15*Omega*x2*(144*x1 - 125) - 4/15*xi**3*(156*x1 - 125)) + 50*x1 - 64*x2 - 1) - x3)
     return r_0, r_1, g
+
+
+@_compile
+def _columns(xi):
+    """Coefficients of the live polynomial, by power of lambda, then of Omega. 13 operations."""
+    x0 = xi**2
+    c0_0 = 144
+    c0_1 = -120*xi
+    c0_2 = 25
+    c0_3 = 0
+    c0_4 = 0
+    c1_0 = -288
+    c1_1 = -48*xi
+    c1_2 = 94 - 48*x0
+    c1_3 = 10*xi
+    c1_4 = 0
+    c2_0 = 144
+    c2_1 = 168*xi
+    c2_2 = 48*x0 + 25
+    c2_3 = 14*xi
+    c2_4 = 1
+    return c0_0, c0_1, c0_2, c0_3, c0_4, c1_0, c1_1, c1_2, c1_3, c1_4, c2_0, c2_1, c2_2, c2_3, c2_4
+
+
+@_compile
+def _tails(Omega, xi, columns):
+    """What powers of Omega from 7 on add to the residual of `_defect`, and to its g."""
+    c = np.array(columns).reshape(3, 5)
+    term = np.empty(7 + 20, dtype=np.complex128)
+    residual, g = 0j, 0.0
+    for j in range(3 + 1):  # the last turn is that of g
+        last = j == 3
+        w = complex(2.0 * xi * Omega, 0.0)
+        if not last:
+            w = (j + -1) * complex(-xi * Omega, math.sqrt(1.0 - xi * xi) * Omega)
+        term[0] = 1.0
+        for k in range(1, term.size):
+            term[k] = term[k - 1] * w / k
+        for k in range(term.size - 2, -1, -1):  # from here term[k] holds the exponential's tail from w^k on
+            term[k] += term[k + 1]
+        for i in range(5):
+            tail = Omega**i * term[max(7 - i, 0)]
+            if last:
+                g += c[0, i] * tail.real
+            else:
+                residual += c[j, i] * tail
+    for i in range(7, 5):
+        g -= c[3 - 1, i] * Omega**i
+    return residual, g
 
 
 @_compile
@@ -171,17 +170,19 @@ def _modulus(c2, c1, trace, det, q):
 
 
 @_compile
-def _small_errors(Omega, xi, c2, c1, trace, det, q, r_0, r_1, g):
+def _small_errors(Omega, xi, quadratic, defect, tails):
     """Damping and period error of the pair e^z (1 + ratio) next to the exact e^z."""
+    c2, c1 = quadratic[:2]
     root = math.sqrt(1.0 - xi * xi)
+    residual, g = complex(defect[0] - defect[1] * xi, defect[1] * root) + tails[0], defect[2] + tails[1]
     x, y = -xi * Omega, root * Omega
     expm1 = complex(math.expm1(x) * math.cos(y) - 2.0 * math.sin(0.5 * y) ** 2, math.exp(x) * math.sin(y))
     slope = 2.0 * c2 * expm1 + c1
-    first = complex(r_0 - r_1 * xi, r_1 * root) / slope
+    first = residual / slope
     ratio = -2.0 * first / (1.0 + cmath.sqrt(1.0 - 4.0 * c2 * (1.0 + expm1) * first / slope))
     shift = math.atan2(ratio.imag, 1.0 + ratio.real)
     angle = y + shift
-    return -(0.5 * math.log1p(g / c2) + xi * shift / root) / angle, -shift / angle
+    return 0.0 - (0.5 * math.log1p(g / c2) + xi * shift / root) / angle, 0.0 - shift / angle
 
 
 @_compile
@@ -190,7 +191,13 @@ def _large_errors(Omega, xi, c2, c1, trace, det, q):
     root = math.sqrt(1.0 - xi * xi)
     angle = math.atan2(math.sqrt(discriminant), half)
     decay = math.log1p(-q / c2) if q < 0.5 * c2 else math.log(modulus2)
-    return -0.5 * decay / angle - xi / root, Omega * root / angle - 1.0
+    return 0.0 - 0.5 * decay / angle - xi / root, Omega * root / angle - 1.0
+
+
+@_compile
+def _radius(Omega, xi):
+    """Spectral radius at one point."""
+    return _modulus(*_quadratic(Omega, xi))
 
 
 @_compile
@@ -202,7 +209,8 @@ def _errors(Omega, xi):
     if not (xi < 1.0 and _discriminant(*quadratic)[2] > 0.0):
         return math.nan, math.nan
     if Omega < 0.125:
-        return _small_errors(Omega, xi, *quadratic, *_defect(Omega, xi))
+        tails = _tails(Omega, xi, _columns(xi))
+        return _small_errors(Omega, xi, quadratic, _defect(Omega, xi), tails)
     return _large_errors(Omega, xi, *quadratic)
 
 
@@ -210,7 +218,7 @@ def _errors(Omega, xi):
 def spectral_radius(Omega, xi, out):
     """Spectral radius; 1-D arrays of one length."""
     for i in range(out.size):
-        out[i] = _modulus(*_quadratic(Omega[i], xi[i]))
+        out[i] = _radius(Omega[i], xi[i])
 
 
 @_compile
@@ -224,7 +232,7 @@ def numerical_damping(Omega, xi, out):
 def amplitude_error(Omega, xi, out):
     """1 - exp(-2 pi numerical damping): decay over one period."""
     for i in range(out.size):
-        out[i] = -math.expm1(-2.0 * math.pi * _errors(Omega[i], xi[i])[0])
+        out[i] = 0.0 - math.expm1(-2.0 * math.pi * _errors(Omega[i], xi[i])[0])
 
 
 @_compile
@@ -238,16 +246,16 @@ def period_error(Omega, xi, out):
 def amplification(Omega, xi, out):
     """Amplification matrix in the order of STATE; out (n, 3, 3)."""
     for i in range(out.shape[0]):
-        den, N_00, N_01, N_02, N_10, N_11, N_12, N_20, N_21, N_22 = _amplification(Omega[i], xi[i])
-        out[i, 0, 0] = N_00 / den
-        out[i, 0, 1] = N_01 / den
-        out[i, 0, 2] = N_02 / den
-        out[i, 1, 0] = N_10 / den
-        out[i, 1, 1] = N_11 / den
-        out[i, 1, 2] = N_12 / den
-        out[i, 2, 0] = N_20 / den
-        out[i, 2, 1] = N_21 / den
-        out[i, 2, 2] = N_22 / den
+        den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22, B_00, B_01, B_10, B_11, B_20, B_21 = _increment(Omega[i], xi[i])
+        out[i, 0, 0] = 1.0 + D_00 / den
+        out[i, 0, 1] = D_01 / den
+        out[i, 0, 2] = D_02 / den
+        out[i, 1, 0] = D_10 / den
+        out[i, 1, 1] = 1.0 + D_11 / den
+        out[i, 1, 2] = D_12 / den
+        out[i, 2, 0] = D_20 / den
+        out[i, 2, 1] = D_21 / den
+        out[i, 2, 2] = 1.0 + D_22 / den
 
 
 @_compile
@@ -260,15 +268,12 @@ def stencil(out):
 
 @_compile
 def coefficients(Omega, xi, increment, load, outputs, outputs_load):
-    """x1 = x0 + increment x0 + load h^2 f, and the rows of (u, h*v, h^2*a) at the new step.
+    """x1 = x0 + increment x0 + load h^2 f, and outputs that are not in the state.
 
-    increment (n, 3, 3), load (n, 3, 2), outputs (n, 3, 3), outputs_load (n, 3, 2).
+    increment (n, 3, 3), load (n, 3, 2), outputs (n, 0, 3), outputs_load (n, 0, 2).
     """
     for i in range(increment.shape[0]):
-        (
-            den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22, B_00, B_01, B_10, B_11, B_20, B_21, O_00,
-            O_01, O_02, O_10, O_11, O_12, O_20, O_21, O_22, P_00, P_01, P_10, P_11, P_20, P_21
-        ) = _increment(Omega[i], xi[i])
+        den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22, B_00, B_01, B_10, B_11, B_20, B_21 = _increment(Omega[i], xi[i])
         increment[i, 0, 0] = D_00 / den
         increment[i, 0, 1] = D_01 / den
         increment[i, 0, 2] = D_02 / den
@@ -284,18 +289,3 @@ def coefficients(Omega, xi, increment, load, outputs, outputs_load):
         load[i, 1, 1] = B_11 / den
         load[i, 2, 0] = B_20 / den
         load[i, 2, 1] = B_21 / den
-        outputs[i, 0, 0] = O_00 / den
-        outputs[i, 0, 1] = O_01 / den
-        outputs[i, 0, 2] = O_02 / den
-        outputs[i, 1, 0] = O_10 / den
-        outputs[i, 1, 1] = O_11 / den
-        outputs[i, 1, 2] = O_12 / den
-        outputs[i, 2, 0] = O_20 / den
-        outputs[i, 2, 1] = O_21 / den
-        outputs[i, 2, 2] = O_22 / den
-        outputs_load[i, 0, 0] = P_00 / den
-        outputs_load[i, 0, 1] = P_01 / den
-        outputs_load[i, 1, 0] = P_10 / den
-        outputs_load[i, 1, 1] = P_11 / den
-        outputs_load[i, 2, 0] = P_20 / den
-        outputs_load[i, 2, 1] = P_21 / den

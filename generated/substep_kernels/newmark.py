@@ -28,91 +28,45 @@ Amplification matrix N/den in (u, h*v, h^2*a):
 import cmath
 import math
 
+import numpy as np
 from numba import njit
 
 NAME = "newmark"
 STATE = ("u", "h*v", "h^2*a",)
 PARAMETERS = ("beta", "gamma",)
-# where u, h*v, h^2*a of the new step stand in the state; -1: not in it
+# where u, h*v, h^2*a of the new step stand in the state; -1 - k: row k of the outputs
 OUTPUTS_IN_STATE = (0, 1, 2)
+# instants, in steps, at which the start takes the load
+START_STENCIL = ()
 
 _compile = njit(cache=True, nogil=True, error_model="numpy")
 
 
 @_compile
-def _amplification(Omega, xi, beta, gamma):
-    """Common denominator and numerators of the amplification matrix. 39 operations."""
-    x0 = 2*beta
-    x1 = 4*xi
-    x2 = gamma*x1
-    x3 = -gamma
-    x4 = beta + x3
-    x5 = x0 + x3
-    x6 = 2*Omega
-    x7 = x0 - 1
-    x8 = Omega**2
-    x9 = 2*x8
-    x10 = gamma - 1
-    den = Omega*(Omega*x0 + x2) + 2
-    N_00 = Omega*x2 + 2
-    N_01 = -Omega*x1*x4 + 2
-    N_02 = -x5*x6*xi - x7
-    N_10 = -gamma*x9
-    N_11 = x4*x9 + 2
-    N_12 = -2*x10 + x5*x8
-    N_20 = -x9
-    N_21 = Omega*(-x1 - x6)
-    N_22 = Omega*(Omega*x7 + x1*x10)
-    return den, N_00, N_01, N_02, N_10, N_11, N_12, N_20, N_21, N_22
-
-
-@_compile
 def _increment(Omega, xi, beta, gamma):
-    """Denominator; numerators of A - I, of the load vectors, and of the rows of (u, h*v, h^2*a). 50 operations."""
+    """Denominators and numerators of A - I, of the load vectors, and of outputs not in the state. 41 operations."""
     x0 = 2*beta
     x1 = 4*xi
     x2 = gamma*x1
     x3 = Omega**2
     x4 = -gamma
-    x5 = beta + x4
-    x6 = -Omega*x1*x5 + 2
-    x7 = x0 + x4
-    x8 = 2*Omega
-    x9 = x0 - 1
-    x10 = -x7*x8*xi - x9
-    x11 = 2*x3
-    x12 = -gamma*x11
-    x13 = gamma - 1
-    x14 = -2*x13 + x3*x7
-    x15 = -x11
-    x16 = Omega*(-x1 - x8)
-    x17 = 2*gamma
+    x5 = x0 + x4
+    x6 = 2*Omega
+    x7 = 2*x3
     den = Omega*(Omega*x0 + x2) + 2
     D_00 = -x0*x3
-    D_01 = x6
-    D_02 = x10
-    D_10 = x12
-    D_11 = Omega*(-gamma*x8 - x2)
-    D_12 = x14
-    D_20 = x15
-    D_21 = x16
+    D_01 = -Omega*x1*(beta + x4) + 2
+    D_02 = -x0 - x5*x6*xi + 1
+    D_10 = -gamma*x7
+    D_11 = Omega*(-gamma*x6 - x2)
+    D_12 = x3*x5 - 2*(gamma - 1)
+    D_20 = -x7
+    D_21 = Omega*(-x1 - x6)
     D_22 = Omega*(-Omega - x1) - 2
     B_00 = x0
-    B_10 = x17
+    B_10 = 2*gamma
     B_20 = 2
-    O_00 = Omega*x2 + 2
-    O_01 = x6
-    O_02 = x10
-    O_10 = x12
-    O_11 = x11*x5 + 2
-    O_12 = x14
-    O_20 = x15
-    O_21 = x16
-    O_22 = Omega*(Omega*x9 + x1*x13)
-    P_00 = x0
-    P_10 = x17
-    P_20 = 2
-    return den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22, B_00, B_10, B_20, O_00, O_01, O_02, O_10, O_11, O_12, O_20, O_21, O_22, P_00, P_10, P_20
+    return den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22, B_00, B_10, B_20
 
 
 @_compile
@@ -133,7 +87,7 @@ def _quadratic(Omega, xi, beta, gamma):
 
 @_compile
 def _defect(Omega, xi, beta, gamma):
-    """Residual of the exact eigenvalue, r_0 + r_1*zeta, and of its modulus, g, at small Omega. 334 operations."""
+    """Residual of the exact eigenvalue, r_0 + r_1*zeta, and of its modulus, g, up to Omega^6. 126 operations."""
     x0 = Omega**3
     x1 = 2*gamma - 1
     x2 = 2*xi
@@ -145,33 +99,62 @@ def _defect(Omega, xi, beta, gamma):
     x8 = -30*gamma
     x9 = xi**4
     x10 = gamma*x4
-    x11 = 24*x4
-    x12 = -x11
-    x13 = x1*xi
-    x14 = 28*gamma
-    x15 = xi**6
-    x16 = beta*x4
-    x17 = beta*x9
-    x18 = 64*x15
-    x19 = 180*beta
-    x20 = -90*gamma
-    x21 = xi**8
-    x22 = gamma*x15
-    x23 = x1*(x2 - 1)*(x2 + 1)
-    x24 = 3 - 6*gamma
-    x25 = 8*x4
-    x26 = -x25
-    x27 = x8 + 15
-    x28 = 224*x9
-    x29 = 21 - 42*gamma
-    x30 = x20 + 45
-    x31 = x24 + x3
-    x32 = gamma*x25
-    x33 = 10*gamma
-    r_0 = x0*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(-1/1814400*Omega*(11520*beta*x15 + 4320*beta*x4 + 7200*gamma*x9 - 2160*x10 + 5824*x15 - 14400*x17 - x19 - x20 - 2048*x21 - 5760*x22 + 1160*x4 - 4720*x9 - 43) - 1/10080*x13*(x18 + 88*x4 - 144*x9 - 13)) - 1/180*beta + (2/45)*gamma*x9 - 1/30*x10 + (1/10080)*x14 + (2/105)*x15 + (1/15)*x16 - 4/45*x17 + (2/105)*x4 - 5/126*x9 - 13/10080) - 1/180*x13*(x12 + 16*x9 + 7)) - 2/3*beta*x4 + (1/3)*x10 - 7/30*x4 + (1/360)*x7 + (1/360)*x8 + (8/45)*x9 + 13/360) - x6*xi*(x5 - 3)) + gamma - 1/3*x3 + (2/3)*x4 - 1/3) - x1*x2)
-    r_1 = x0*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(-1/226800*Omega*xi*(2880*beta*x15 + 1800*beta*x4 + 2160*gamma*x9 - 900*x10 + 1584*x15 - 4320*x17 - x19 - 512*x21 - 1440*x22 - x30 + 510*x4 - 1512*x9) - 1/5040*x1*(-160*x15 + 64*x21 - 28*x4 + 120*x9 + 1)) - 1/2520*xi*(84*beta - gamma*x28 + 224*x10 - 96*x15 - 448*x16 + 448*x17 + x28 + x29 - 140*x4)) - 1/360*x1*(x18 + 48*x4 - 112*x9 - 3)) - 1/90*xi*(120*beta*x4 - 60*x10 - x27 + 50*x4 - x7 - 32*x9)) - x6*(x26 + 8*x9 + 1)) - 1/3*xi*(12*beta + x24 - x5)) - x23)
-    g = Omega**2*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*((2/14175)*Omega*x21*(90*beta + 40*x10 + x30 - 36*x4) + (8/2835)*xi**7*(18*beta - 18*gamma + 9*x10 + x26 + 9)) + (4/315)*x15*(14*beta - 14*gamma + x32 - 7*x4 + 7)) + (4/315)*xi**5*(42*beta + x12 + x14*x4 + x29)) + (2/45)*x9*(30*beta + gamma*x11 + x27 - 20*x4)) + (4/15)*xi**3*(10*beta + x26 + x33*x4 - x33 + 5)) + (2/3)*x4*(x31 + x32 - 6*x4)) + (2/3)*xi*(12*x10 + x26 + x31)) + x23)
+    x11 = x1*(x2 - 1)*(x2 + 1)
+    x12 = 3 - 6*gamma
+    x13 = 8*x4
+    x14 = -x13
+    x15 = x8 + 15
+    x16 = x12 + x3
+    x17 = 10*gamma
+    r_0 = x0*(Omega*(Omega*(-1/360*Omega*(240*beta*x4 - 120*x10 + 84*x4 - x7 - x8 - 64*x9 - 13) - x6*xi*(x5 - 3)) + gamma - 1/3*x3 + (2/3)*x4 - 1/3) - x1*x2)
+    r_1 = x0*(Omega*(Omega*(-1/90*Omega*xi*(120*beta*x4 - 60*x10 - x15 + 50*x4 - x7 - 32*x9) - x6*(x14 + 8*x9 + 1)) - 1/3*xi*(12*beta + x12 - x5)) - x11)
+    g = Omega**2*(Omega*(Omega*(Omega*((2/45)*Omega*x9*(30*beta + 24*x10 + x15 - 20*x4) + (4/15)*xi**3*(10*beta + x14 + x17*x4 - x17 + 5)) + (2/3)*x4*(gamma*x13 + x16 - 6*x4)) + (2/3)*xi*(12*x10 + x14 + x16)) + x11)
     return r_0, r_1, g
+
+
+@_compile
+def _columns(xi, beta, gamma):
+    """Coefficients of the live polynomial, by power of lambda, then of Omega. 15 operations."""
+    x0 = 4*xi
+    x1 = 2*beta
+    x2 = 2*gamma
+    c0_0 = 2
+    c0_1 = x0*(gamma - 1)
+    c0_2 = x1 - x2 + 1
+    c1_0 = -4
+    c1_1 = -x0*(x2 - 1)
+    c1_2 = -4*beta + x2 + 1
+    c2_0 = 2
+    c2_1 = gamma*x0
+    c2_2 = x1
+    return c0_0, c0_1, c0_2, c1_0, c1_1, c1_2, c2_0, c2_1, c2_2
+
+
+@_compile
+def _tails(Omega, xi, columns):
+    """What powers of Omega from 7 on add to the residual of `_defect`, and to its g."""
+    c = np.array(columns).reshape(3, 3)
+    term = np.empty(7 + 20, dtype=np.complex128)
+    residual, g = 0j, 0.0
+    for j in range(3 + 1):  # the last turn is that of g
+        last = j == 3
+        w = complex(2.0 * xi * Omega, 0.0)
+        if not last:
+            w = (j + -1) * complex(-xi * Omega, math.sqrt(1.0 - xi * xi) * Omega)
+        term[0] = 1.0
+        for k in range(1, term.size):
+            term[k] = term[k - 1] * w / k
+        for k in range(term.size - 2, -1, -1):  # from here term[k] holds the exponential's tail from w^k on
+            term[k] += term[k + 1]
+        for i in range(3):
+            tail = Omega**i * term[max(7 - i, 0)]
+            if last:
+                g += c[0, i] * tail.real
+            else:
+                residual += c[j, i] * tail
+    for i in range(7, 3):
+        g -= c[3 - 1, i] * Omega**i
+    return residual, g
 
 
 @_compile
@@ -191,17 +174,19 @@ def _modulus(c2, c1, trace, det, q):
 
 
 @_compile
-def _small_errors(Omega, xi, c2, c1, trace, det, q, r_0, r_1, g):
+def _small_errors(Omega, xi, quadratic, defect, tails):
     """Damping and period error of the pair e^z (1 + ratio) next to the exact e^z."""
+    c2, c1 = quadratic[:2]
     root = math.sqrt(1.0 - xi * xi)
+    residual, g = complex(defect[0] - defect[1] * xi, defect[1] * root) + tails[0], defect[2] + tails[1]
     x, y = -xi * Omega, root * Omega
     expm1 = complex(math.expm1(x) * math.cos(y) - 2.0 * math.sin(0.5 * y) ** 2, math.exp(x) * math.sin(y))
     slope = 2.0 * c2 * expm1 + c1
-    first = complex(r_0 - r_1 * xi, r_1 * root) / slope
+    first = residual / slope
     ratio = -2.0 * first / (1.0 + cmath.sqrt(1.0 - 4.0 * c2 * (1.0 + expm1) * first / slope))
     shift = math.atan2(ratio.imag, 1.0 + ratio.real)
     angle = y + shift
-    return -(0.5 * math.log1p(g / c2) + xi * shift / root) / angle, -shift / angle
+    return 0.0 - (0.5 * math.log1p(g / c2) + xi * shift / root) / angle, 0.0 - shift / angle
 
 
 @_compile
@@ -210,7 +195,13 @@ def _large_errors(Omega, xi, c2, c1, trace, det, q):
     root = math.sqrt(1.0 - xi * xi)
     angle = math.atan2(math.sqrt(discriminant), half)
     decay = math.log1p(-q / c2) if q < 0.5 * c2 else math.log(modulus2)
-    return -0.5 * decay / angle - xi / root, Omega * root / angle - 1.0
+    return 0.0 - 0.5 * decay / angle - xi / root, Omega * root / angle - 1.0
+
+
+@_compile
+def _radius(Omega, xi, beta, gamma):
+    """Spectral radius at one point."""
+    return _modulus(*_quadratic(Omega, xi, beta, gamma))
 
 
 @_compile
@@ -222,7 +213,8 @@ def _errors(Omega, xi, beta, gamma):
     if not (xi < 1.0 and _discriminant(*quadratic)[2] > 0.0):
         return math.nan, math.nan
     if Omega < 0.125:
-        return _small_errors(Omega, xi, *quadratic, *_defect(Omega, xi, beta, gamma))
+        tails = _tails(Omega, xi, _columns(xi, beta, gamma))
+        return _small_errors(Omega, xi, quadratic, _defect(Omega, xi, beta, gamma), tails)
     return _large_errors(Omega, xi, *quadratic)
 
 
@@ -230,7 +222,7 @@ def _errors(Omega, xi, beta, gamma):
 def spectral_radius(Omega, xi, beta, gamma, out):
     """Spectral radius; 1-D arrays of one length."""
     for i in range(out.size):
-        out[i] = _modulus(*_quadratic(Omega[i], xi[i], beta[i], gamma[i]))
+        out[i] = _radius(Omega[i], xi[i], beta[i], gamma[i])
 
 
 @_compile
@@ -244,7 +236,7 @@ def numerical_damping(Omega, xi, beta, gamma, out):
 def amplitude_error(Omega, xi, beta, gamma, out):
     """1 - exp(-2 pi numerical damping): decay over one period."""
     for i in range(out.size):
-        out[i] = -math.expm1(-2.0 * math.pi * _errors(Omega[i], xi[i], beta[i], gamma[i])[0])
+        out[i] = 0.0 - math.expm1(-2.0 * math.pi * _errors(Omega[i], xi[i], beta[i], gamma[i])[0])
 
 
 @_compile
@@ -258,16 +250,16 @@ def period_error(Omega, xi, beta, gamma, out):
 def amplification(Omega, xi, beta, gamma, out):
     """Amplification matrix in the order of STATE; out (n, 3, 3)."""
     for i in range(out.shape[0]):
-        den, N_00, N_01, N_02, N_10, N_11, N_12, N_20, N_21, N_22 = _amplification(Omega[i], xi[i], beta[i], gamma[i])
-        out[i, 0, 0] = N_00 / den
-        out[i, 0, 1] = N_01 / den
-        out[i, 0, 2] = N_02 / den
-        out[i, 1, 0] = N_10 / den
-        out[i, 1, 1] = N_11 / den
-        out[i, 1, 2] = N_12 / den
-        out[i, 2, 0] = N_20 / den
-        out[i, 2, 1] = N_21 / den
-        out[i, 2, 2] = N_22 / den
+        den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22, B_00, B_10, B_20 = _increment(Omega[i], xi[i], beta[i], gamma[i])
+        out[i, 0, 0] = 1.0 + D_00 / den
+        out[i, 0, 1] = D_01 / den
+        out[i, 0, 2] = D_02 / den
+        out[i, 1, 0] = D_10 / den
+        out[i, 1, 1] = 1.0 + D_11 / den
+        out[i, 1, 2] = D_12 / den
+        out[i, 2, 0] = D_20 / den
+        out[i, 2, 1] = D_21 / den
+        out[i, 2, 2] = 1.0 + D_22 / den
 
 
 @_compile
@@ -279,15 +271,12 @@ def stencil(beta, gamma, out):
 
 @_compile
 def coefficients(Omega, xi, beta, gamma, increment, load, outputs, outputs_load):
-    """x1 = x0 + increment x0 + load h^2 f, and the rows of (u, h*v, h^2*a) at the new step.
+    """x1 = x0 + increment x0 + load h^2 f, and outputs that are not in the state.
 
-    increment (n, 3, 3), load (n, 3, 1), outputs (n, 3, 3), outputs_load (n, 3, 1).
+    increment (n, 3, 3), load (n, 3, 1), outputs (n, 0, 3), outputs_load (n, 0, 1).
     """
     for i in range(increment.shape[0]):
-        (
-            den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22, B_00, B_10, B_20, O_00, O_01, O_02, O_10,
-            O_11, O_12, O_20, O_21, O_22, P_00, P_10, P_20
-        ) = _increment(Omega[i], xi[i], beta[i], gamma[i])
+        den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22, B_00, B_10, B_20 = _increment(Omega[i], xi[i], beta[i], gamma[i])
         increment[i, 0, 0] = D_00 / den
         increment[i, 0, 1] = D_01 / den
         increment[i, 0, 2] = D_02 / den
@@ -300,15 +289,3 @@ def coefficients(Omega, xi, beta, gamma, increment, load, outputs, outputs_load)
         load[i, 0, 0] = B_00 / den
         load[i, 1, 0] = B_10 / den
         load[i, 2, 0] = B_20 / den
-        outputs[i, 0, 0] = O_00 / den
-        outputs[i, 0, 1] = O_01 / den
-        outputs[i, 0, 2] = O_02 / den
-        outputs[i, 1, 0] = O_10 / den
-        outputs[i, 1, 1] = O_11 / den
-        outputs[i, 1, 2] = O_12 / den
-        outputs[i, 2, 0] = O_20 / den
-        outputs[i, 2, 1] = O_21 / den
-        outputs[i, 2, 2] = O_22 / den
-        outputs_load[i, 0, 0] = P_00 / den
-        outputs_load[i, 1, 0] = P_10 / den
-        outputs_load[i, 2, 0] = P_20 / den

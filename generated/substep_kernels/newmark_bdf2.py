@@ -52,88 +52,23 @@ Amplification matrix N/den in (u, h*v, h^2*a):
 import cmath
 import math
 
+import numpy as np
 from numba import njit
 
 NAME = "newmark_bdf2"
 STATE = ("u", "h*v", "h^2*a",)
 PARAMETERS = ("gamma_t", "beta", "gamma",)
-# where u, h*v, h^2*a of the new step stand in the state; -1: not in it
+# where u, h*v, h^2*a of the new step stand in the state; -1 - k: row k of the outputs
 OUTPUTS_IN_STATE = (0, 1, 2)
+# instants, in steps, at which the start takes the load
+START_STENCIL = ()
 
 _compile = njit(cache=True, nogil=True, error_model="numpy")
 
 
 @_compile
-def _amplification(Omega, xi, gamma_t, beta, gamma):
-    """Common denominator and numerators of the amplification matrix. 192 operations."""
-    x0 = gamma_t - 2
-    x1 = x0**2
-    x2 = 2*x1
-    x3 = gamma_t**2
-    x4 = gamma*x3
-    x5 = 2*gamma_t
-    x6 = gamma*x5
-    x7 = -x6
-    x8 = gamma_t - 1
-    x9 = x4 + x7 + x8
-    x10 = 4*xi
-    x11 = x0*x10
-    x12 = x11*x9
-    x13 = x8**2
-    x14 = beta*x3
-    x15 = 2*x14
-    x16 = gamma*gamma_t
-    x17 = -gamma
-    x18 = beta*x5
-    x19 = x14 - x18
-    x20 = x17 + x19
-    x21 = x10*(x16 + x20)
-    x22 = gamma_t*x8
-    x23 = xi**2
-    x24 = gamma_t**3
-    x25 = gamma*x24
-    x26 = 4*x23
-    x27 = 8*x16*x23
-    x28 = beta*x24
-    x29 = beta*gamma_t**4 + 4*x14 - 4*x28
-    x30 = beta*gamma_t
-    x31 = Omega*x8**3
-    x32 = gamma - 3*x14 + x18 + x28
-    x33 = 4*x4
-    x34 = x23*x33 - x27
-    x35 = 2*x8
-    x36 = gamma*x26
-    x37 = gamma + x19
-    x38 = Omega*x5*x8
-    x39 = 1 - gamma_t
-    x40 = 2*gamma
-    x41 = 4*x30
-    x42 = 2*xi
-    x43 = 2*beta
-    x44 = x3*x8*(x17 + x43)
-    x45 = Omega*x44
-    x46 = -x15
-    x47 = -x18 - x43 - x46 - x9
-    x48 = Omega**2
-    x49 = 2*x0
-    x50 = gamma*x11*x13
-    x51 = gamma - 1
-    den = Omega*(Omega*(Omega*(Omega*x13*x15 + x21*x22) - 24*x23*x4 + 2*x25*x26 + 2*x27 + 2*x29 + 2*x3 - 2*x5 + 2) + x12) + x2
-    N_00 = Omega*(Omega*(x10*x30*x31 + x35*(x32 + x34)) + x12) + x2
-    N_01 = Omega*(x10*(5*x16 + x20 + x25 - x33 + x39) + x38*(beta*x26 - x36 + x37)) + x2
-    N_02 = Omega*(x45*(x42 - 1)*(x42 + 1) + x47*x5*xi) + x15 - x3 - x40 - x41 + x6 + 2
-    N_10 = x48*(Omega*(-x11*x16*x8 - x18*x31) + x49*(gamma + x39))
-    N_11 = Omega*(Omega*(-Omega*x10*x22*(beta + x17) + 2*x29 + 2*x9) + x50) + x2
-    N_12 = x48*(-gamma_t*x47 - x42*x45) + x49*x51
-    N_20 = x48*(Omega*(-Omega*x32*x35 - x50) - x2)
-    N_21 = Omega*(Omega*(Omega*(-x13*x21 - x37*x38) - x49*(x0 + x34 + x36)) - x1*x10)
-    N_22 = Omega*(Omega*(x3 + x40 + x41 + x44*x48 + x46 + x7 - 2) - x11*x51)
-    return den, N_00, N_01, N_02, N_10, N_11, N_12, N_20, N_21, N_22
-
-
-@_compile
 def _increment(Omega, xi, gamma_t, beta, gamma):
-    """Denominator; numerators of A - I, of the load vectors, and of the rows of (u, h*v, h^2*a). 295 operations."""
+    """Denominators and numerators of A - I, of the load vectors, and of outputs not in the state. 260 operations."""
     x0 = gamma_t - 2
     x1 = x0**2
     x2 = 2*x1
@@ -142,117 +77,78 @@ def _increment(Omega, xi, gamma_t, beta, gamma):
     x5 = gamma*x4
     x6 = 2*gamma_t
     x7 = gamma*x6
-    x8 = -x7
-    x9 = x5 + x8
-    x10 = x3 + x9
-    x11 = 4*xi
-    x12 = x0*x11
-    x13 = x10*x12
-    x14 = x3**2
-    x15 = 2*x14
-    x16 = beta*x4
-    x17 = Omega*x16
-    x18 = x15*x17
-    x19 = -gamma
-    x20 = gamma*gamma_t
-    x21 = beta*x6
-    x22 = x16 - x21
-    x23 = x20 + x22
-    x24 = x19 + x23
-    x25 = 4*gamma_t
-    x26 = x3*xi
-    x27 = x25*x26
-    x28 = x24*x27
+    x8 = x5 - x7
+    x9 = x3 + x8
+    x10 = 4*xi
+    x11 = x0*x10
+    x12 = x3**2
+    x13 = 2*x12
+    x14 = beta*x4
+    x15 = Omega*x14
+    x16 = x13*x15
+    x17 = -gamma
+    x18 = gamma*gamma_t
+    x19 = beta*x6
+    x20 = x14 - x19
+    x21 = x18 + x20
+    x22 = x17 + x21
+    x23 = 4*gamma_t
+    x24 = x23*x3*xi
+    x25 = x22*x24
+    x26 = beta*gamma_t**4
+    x27 = gamma_t**3
+    x28 = beta*x27
     x29 = xi**2
-    x30 = gamma_t**3
-    x31 = gamma*x30
-    x32 = 4*x29
-    x33 = x20*x29
-    x34 = 8*x33
-    x35 = x4 - x6 + 1
-    x36 = beta*gamma_t**4
-    x37 = beta*x30
-    x38 = 4*x16 + x36 - 4*x37
-    x39 = Omega**2
-    x40 = gamma - x20
-    x41 = gamma*x32
-    x42 = 4*beta
-    x43 = gamma + x22
-    x44 = Omega*x3
-    x45 = x44*x6
-    x46 = 4*x5
-    x47 = 1 - gamma_t
-    x48 = Omega*(x11*(x19 + 5*x20 + x22 + x31 - x46 + x47) + x45*(x29*x42 - x41 + x43)) + x2
-    x49 = 2*xi
-    x50 = 2*beta
-    x51 = x19 + x50
-    x52 = x3*x4
-    x53 = Omega*x52
-    x54 = x51*x53
-    x55 = 2*x16
-    x56 = -x55
-    x57 = -x10 - x21 - x50 - x56
-    x58 = 2*gamma
-    x59 = -x58
-    x60 = beta*x25
-    x61 = x59 - x60 + x7
-    x62 = Omega*(x54*(x49 - 1)*(x49 + 1) + x57*x6*xi) - x4 + x55 + x61 + 2
-    x63 = gamma + x47
-    x64 = 2*x0
-    x65 = Omega*x3**3
-    x66 = x12*x20*x3
-    x67 = x39*(Omega*(-x21*x65 - x66) + x63*x64)
-    x68 = gamma - 1
-    x69 = x39*(-gamma_t*x57 - x49*x54) + x64*x68
-    x70 = -x2
-    x71 = gamma*x12
-    x72 = x14*x71
-    x73 = gamma + x21
-    x74 = -3*x16 + x37 + x73
-    x75 = 2*Omega
-    x76 = x39*(Omega*(-x3*x74*x75 - x72) + x70)
-    x77 = x1*x11
-    x78 = x29*x46 - x34
-    x79 = x11*x14
-    x80 = Omega*(Omega*(Omega*(-x24*x79 - x43*x45) - x64*(x0 + x41 + x78)) - x77)
-    x81 = -Omega*x26*x60 - 2*x24
-    x82 = Omega*(x18 + x20*x79) + x15
-    x83 = -x0*x58 + x21*x3*x39
-    x84 = Omega*(x0*x44*x55 + x66) + x3*x64
-    x85 = Omega*(x24*x75 + x71)
-    x86 = Omega*(x17*x2 + x20*x77) + x2
-    den = Omega*(Omega*(Omega*(x18 + x28) - 24*x29*x5 + 2*x31*x32 + 2*x34 + 2*x35 + 2*x38) + x13) + x2
-    D_00 = x39*(Omega*(4*gamma_t*x3*xi*(beta + x40) - x18) + 2*beta*x4 - 2*x21 - 2*x35 - 2*x40)
-    D_01 = x48
-    D_02 = x62
-    D_10 = x67
-    D_11 = Omega*(Omega*(Omega*(-x18 - x27*(beta + x23 + x59)) - x64*(4*gamma*x29*x4 - x20*x32 - x20 - x47)) + x12*x63)
-    D_12 = x69
-    D_20 = x76
-    D_21 = x80
-    D_22 = Omega*(Omega*(Omega*(-x28 - x53*(-x42 + x73)) + 8*beta*x30 + 24*gamma*x29*x4 + 4*gamma_t - 10*x16 - 8*x29*x31 - 16*x33 - 2*x36 - x4 - x61 - 4) - x12*(gamma + x0 + x9)) + x70
-    B_00 = x81
-    B_01 = x82
-    B_10 = x83
-    B_11 = x84
-    B_20 = x85
-    B_21 = x86
-    O_00 = Omega*(Omega*(2*x3*(x74 + x78) + x60*x65*xi) + x13) + x2
-    O_01 = x48
-    O_02 = x62
-    O_10 = x67
-    O_11 = Omega*(Omega*(-Omega*x27*(beta + x19) + 2*x10 + 2*x38) + x72) + x2
-    O_12 = x69
-    O_20 = x76
-    O_21 = x80
-    O_22 = Omega*(Omega*(x39*x51*x52 + x4 + x56 + x58 + x60 + x8 - 2) - x12*x68)
-    P_00 = x81
-    P_01 = x82
-    P_10 = x83
-    P_11 = x84
-    P_20 = x85
-    P_21 = x86
-    return den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22, B_00, B_01, B_10, B_11, B_20, B_21, O_00, O_01, O_02, O_10, O_11, O_12, O_20, O_21, O_22, P_00, P_01, P_10, P_11, P_20, P_21
+    x30 = gamma*x27
+    x31 = 4*x29
+    x32 = x18*x29
+    x33 = 8*x32
+    x34 = x4 - x6 + 1
+    x35 = Omega**2
+    x36 = gamma - x18
+    x37 = gamma*x31
+    x38 = 4*beta
+    x39 = gamma + x20
+    x40 = Omega*x3
+    x41 = x40*x6
+    x42 = 4*x5
+    x43 = 1 - gamma_t
+    x44 = 2*xi
+    x45 = 2*beta
+    x46 = x4*x40
+    x47 = x46*(x17 + x45)
+    x48 = 2*beta*x4 - x19 - x45 - x9
+    x49 = 2*x14
+    x50 = 2*gamma
+    x51 = -x50
+    x52 = beta*x23
+    x53 = x51 - x52 + x7
+    x54 = gamma + x43
+    x55 = 2*x0
+    x56 = x11*x18*x3
+    x57 = -x2
+    x58 = gamma*x11
+    x59 = gamma + x19
+    x60 = 2*Omega
+    x61 = x1*x10
+    x62 = x10*x12
+    den = Omega*(Omega*(Omega*(x16 + x25) + 8*x14 + 2*x26 - 8*x28 - 24*x29*x5 + 2*x30*x31 + 2*x33 + 2*x34) + x11*x9) + x2
+    D_00 = x35*(Omega*(4*gamma_t*x3*xi*(beta + x36) - x16) + 2*beta*x4 - 2*x19 - 2*x34 - 2*x36)
+    D_01 = Omega*(x10*(x17 + 5*x18 + x20 + x30 - x42 + x43) + x41*(x29*x38 - x37 + x39)) + x2
+    D_02 = Omega*(x47*(x44 - 1)*(x44 + 1) + x48*x6*xi) - x4 + x49 + x53 + 2
+    D_10 = x35*(Omega*(-Omega*x19*x3**3 - x56) + x54*x55)
+    D_11 = Omega*(Omega*(Omega*(-x16 - x24*(beta + x21 + x51)) - x55*(4*gamma*x29*x4 - x18*x31 - x18 - x43)) + x11*x54)
+    D_12 = x35*(-gamma_t*x48 - x44*x47) + x55*(gamma - 1)
+    D_20 = x35*(Omega*(-x12*x58 - x3*x60*(-3*x14 + x28 + x59)) + x57)
+    D_21 = Omega*(Omega*(Omega*(-x22*x62 - x39*x41) - x55*(x0 + x29*x42 - x33 + x37)) - x61)
+    D_22 = Omega*(Omega*(Omega*(-x25 - x46*(-x38 + x59)) + 8*beta*x27 + 24*gamma*x29*x4 + 4*gamma_t - 10*x14 - 2*x26 - 8*x29*x30 - 16*x32 - x4 - x53 - 4) - x11*(gamma + x0 + x8)) + x57
+    B_00 = -2*x22 - x40*x52*xi
+    B_01 = Omega*(x16 + x18*x62) + x13
+    B_10 = -x0*x50 + x19*x3*x35
+    B_11 = Omega*(x0*x40*x49 + x56) + x3*x55
+    B_20 = Omega*(x22*x60 + x58)
+    B_21 = Omega*(x15*x2 + x18*x61) + x2
+    return den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22, B_00, B_01, B_10, B_11, B_20, B_21
 
 
 @_compile
@@ -302,131 +198,145 @@ def _quadratic(Omega, xi, gamma_t, beta, gamma):
 
 @_compile
 def _defect(Omega, xi, gamma_t, beta, gamma):
-    """Residual of the exact eigenvalue, r_0 + r_1*zeta, and of its modulus, g, at small Omega. 1118 operations."""
+    """Residual of the exact eigenvalue, r_0 + r_1*zeta, and of its modulus, g, up to Omega^6. 413 operations."""
     x0 = Omega**3
     x1 = 2*xi
     x2 = 2*gamma
-    x3 = gamma_t - 2
-    x4 = gamma_t*x3*(x2 - 1)
-    x5 = gamma_t**2
-    x6 = 4*x5
-    x7 = 7*gamma_t
-    x8 = xi**2
-    x9 = 8*x8
-    x10 = gamma_t*x9
-    x11 = gamma*x5
-    x12 = x5*x8
-    x13 = 2*x12
-    x14 = gamma_t**3
-    x15 = gamma*x14
-    x16 = 6*gamma_t
-    x17 = gamma*x16
-    x18 = gamma*gamma_t
-    x19 = 24*x18
-    x20 = gamma*x12
-    x21 = 36*x20
-    x22 = beta*x5
-    x23 = beta*x14
-    x24 = 6*x23
-    x25 = 12*gamma
-    x26 = x14*x25
-    x27 = -12*x22 + x24 - x26*x8 + x9
-    x28 = gamma_t*x8
-    x29 = 4*x28
-    x30 = 10*x11
-    x31 = beta*gamma_t
-    x32 = 16*x8
-    x33 = 4*gamma
-    x34 = 12*x23
-    x35 = -x33 + x34
-    x36 = 6 - 3*gamma_t
-    x37 = (1/6)*gamma_t
-    x38 = xi**4
-    x39 = 256*x38
-    x40 = gamma_t**4
-    x41 = beta*x40
-    x42 = 120*x22
-    x43 = x38*x5
-    x44 = 480*x23
-    x45 = 960*x18
-    x46 = x15*x38
-    x47 = x41*x8
-    x48 = x15*x8
-    x49 = x11*x38
-    x50 = 30*x11
-    x51 = -60*x18 + x50
-    x52 = 48*x8
-    x53 = 32*x38
-    x54 = -28*x11
-    x55 = gamma*x8
-    x56 = gamma*x38
-    x57 = 24*x28
-    x58 = 16*x38
-    x59 = beta*x28
-    x60 = x18*x8
-    x61 = x18*x38
-    x62 = beta*x12
-    x63 = 120*x23
-    x64 = gamma_t*xi
-    x65 = 80*gamma_t
-    x66 = xi**6
-    x67 = 768*x66
-    x68 = gamma_t*x38
-    x69 = x18*x66
-    x70 = x5*x66
-    x71 = 1792*x38
-    x72 = x23*x8
-    x73 = x23*x38
-    x74 = x11*x66
-    x75 = x15*x66
-    x76 = 512*gamma
-    x77 = x22*x38
-    x78 = 384*x66
-    x79 = 896*x38
-    x80 = beta*x68
-    x81 = gamma_t*x66
-    x82 = -128*x66 + 64*x81
-    x83 = xi**8
-    x84 = 8192*x83
-    x85 = 2048*x83
-    x86 = x38*x41
-    x87 = x23*x66
-    x88 = x18*x83
-    x89 = x15*x83
-    x90 = x41*x66
-    x91 = x22*x66
-    x92 = x11*x83
-    x93 = 90*x11 - 180*x18
-    x94 = x4*(x1 - 1)*(x1 + 1)
-    x95 = 18*gamma_t
-    x96 = 9*x5
-    x97 = -24*x22
-    x98 = -x18*x52
-    x99 = x6*x8
-    x100 = 24*x48
-    x101 = 32*x8
-    x102 = x101*x18
-    x103 = -24*x72
-    x104 = gamma_t*x2
-    x105 = 90*gamma_t
-    x106 = 240*x38
-    x107 = 96*x8
-    x108 = gamma*x66
-    x109 = -2240*x73
-    x110 = 168*x22
-    x111 = 56*x8
-    x112 = 3*x5
-    x113 = 18*x11
-    x114 = 6*x8
-    x115 = 8*x38
-    x116 = 12*x8
-    x117 = -x116
-    x118 = 40*x8
-    x119 = 36*x18
-    r_0 = x0*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*((1/1814400)*Omega*(-gamma_t*x84 - 262*gamma_t - 3320*x12 - 20520*x20 - 4320*x22 + 9360*x23 + 6800*x28 + 18880*x38 - 4860*x41 + 11920*x43 - 54720*x46 + 64800*x47 + 9000*x48 + 125280*x49 + x5*x85 + 133*x5 + 13680*x60 - 77760*x61 + 60480*x62 - 23296*x66 - 26080*x68 + 115200*x69 - 11584*x70 - 129600*x72 + 241920*x73 - 184320*x74 + 74880*x75 - 115200*x77 - 4640*x8 + 29056*x81 + x84 - 112320*x86 - 92160*x87 - 46080*x88 - 23040*x89 + 34560*x90 + 46080*x91 + 69120*x92 + x93 + 172) - 1/10080*x64*(-gamma*x65 - 13*gamma_t - x11*x78 + 54*x11 - 720*x20 - 1512*x22 + x23*x79 + 728*x23 + 88*x28 + 784*x31 + 288*x38 + 1248*x49 - 416*x55 + 1024*x56 - 2688*x59 + 1312*x60 - 2560*x61 + 4704*x62 - x66*x76 - 144*x68 + 1024*x69 - 2016*x72 - 2688*x77 - 176*x8 + 1792*x80 + x82 + 26)) - 1/10080*gamma_t*x67 + (11/210)*x12 + (1/180)*x18 + (1/3)*x20 + (1/10080)*x22*x71 + (11/180)*x22 - 13/90*x23 - 23/210*x28 - 10/63*x38 + (1/10080)*x41*x71 + (7/90)*x41 - 53/630*x43 + (2/5)*x46 - 2/5*x47 - 13/90*x48 - 44/45*x49 - 41/10080*x5 + (1/10080)*x54 - 2/9*x60 + (28/45)*x61 - 1/3*x62 + (1/10080)*x65 + (1/10080)*x67 + (64/315)*x68 - 16/45*x69 + (2/105)*x70 + (4/5)*x72 - 4/9*x73 + (8/15)*x74 - 8/45*x75 + (8/105)*x8 - 13/2520) - 1/180*x64*(gamma_t*x58 + 40*x18 + x2 + 144*x20 + 330*x22 - 150*x23 - 180*x31 - 64*x49 + x52 - x53 + x54 + 72*x55 - 64*x56 - x57 + 240*x59 - 264*x60 + 160*x61 - 360*x62 + x63*x8 + x7 - 14)) - 1/360*gamma_t*x39 - 41/180*gamma_t - 17/30*x12 - 4*x20 + (19/15)*x28 - 1/360*x38*x45 + (1/360)*x39 - 5/6*x41 - 1/360*x42 + (8/45)*x43 - 1/360*x44*x8 + (1/360)*x44 + (1/360)*x45*x8 - 4/3*x46 + (2/3)*x47 + (5/3)*x48 + 4*x49 + (43/360)*x5 + (1/360)*x51 - 14/15*x8 + 13/90) - x37*xi*(-gamma_t*x25 - x11*x9 + x18*x32 - 36*x22 + x29 + x30 + 24*x31 + x35 + x36 - x9)) - 1/3*x10 - 2*x11 + (1/3)*x13 + x15 + (1/3)*x17 - 1/3*x19*x8 + (1/3)*x21 + (1/3)*x27 - 1/3*x6 + (1/3)*x7 - 4/3) + x1*x4)
-    r_1 = x0*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*((1/226800)*Omega*xi*(-gamma_t*x85 - 270*gamma_t + 450*x11 - 1410*x12 - 180*x15 - 360*x18 - 10620*x20 - 3420*x22 + 7380*x23 + 2940*x28 + 6048*x38 - 3780*x41 + 3672*x43 - 18000*x46 + 22680*x47 + 4680*x48 + 41760*x49 + 512*x5*x83 + 135*x5 + 6840*x60 - 25920*x61 + 21600*x62 - 6336*x66 - 8208*x68 + 31680*x69 - 3024*x70 - 46080*x72 + 66240*x73 - 50400*x74 + 20160*x75 - 31680*x77 - 2040*x8 + 7776*x81 + x85 - 30240*x86 - 23040*x87 - 11520*x88 - 5760*x89 + 8640*x90 + 11520*x91 + 17280*x92 + 180) - 1/5040*gamma_t*(1792*beta*x81 + gamma*x111 + 64*gamma_t*x83 - x104 - x106 + 1152*x108 + x109 + x110 + x111 + 168*x20 - 84*x23 - 28*x28 + x3 - 84*x31 + x33 - 1008*x49 - 640*x56 + 1344*x59 - 280*x60 + 1888*x61 - 2520*x62 + 320*x66 + 120*x68 - 2816*x69 + 1176*x72 + 1344*x74 - x76*x83 + 5376*x77 - 3136*x80 - 160*x81 - 128*x83 + 896*x87 + 1024*x88 - 2688*x91 - 384*x92)) + (1/2520)*xi*(-gamma_t*x78 + 126*gamma_t + x109 - 210*x11 + 364*x12 + 84*x15 + 168*x18 + 2744*x20 + x22*x79 + 672*x22 - 1596*x23 - 784*x28 + x41*x79 + 840*x41 - 448*x43 + 2240*x46 - 2240*x47 - 1176*x48 - 5600*x49 - 63*x5 - 1792*x60 + 3584*x61 - 1904*x62 + 1120*x68 - 1792*x69 + 96*x70 + 4592*x72 + 2688*x74 - 896*x75 + x78 - x79 + 560*x8 - 84)) - 1/360*gamma_t*(-gamma*x52 + gamma_t*x52 - x107 - 256*x108 + x17 - 240*x20 - 240*x22 - x25 + 120*x31 + x36 + x38*x44 + 224*x38 + 640*x49 + 352*x56 - 960*x59 + 384*x60 - 1216*x61 + 1680*x62 + x63 - 112*x68 + 640*x69 - 720*x72 - 256*x74 - 1440*x77 + 960*x80 + x82)) + (1/90)*xi*(300*beta*x14 + 120*beta*x40*x8 + 600*gamma*gamma_t*x8 + 360*gamma*x14*x8 + 720*gamma*x38*x5 + 150*gamma*x5 - 128*gamma_t*x38 + 260*gamma_t*x8 - x105 - x106*x15 - 110*x12 - 60*x15 - 120*x18 - 900*x20 - 60*x22 + 32*x38*x5 + 128*x38 - 180*x41 + 45*x5 - 480*x61 - 240*x72 - 200*x8 + 60)) - x37*(48*beta*gamma_t*x8 + 32*gamma*gamma_t*x38 + 24*gamma*x5*x8 - gamma*x9 + 8*gamma_t*x38 + gamma_t - x10 - x102 - x103 - x104 - x11*x58 - 12*x31 - x35 - x58 - 72*x62 + 16*x8 - x97 - 2)) + (1/3)*xi*(-gamma_t*x32 - x100 + x19 + 72*x20 + x26 + x32 + x34 - x50 + x95 - x96 + x97 + x98 + x99 - 12)) + x94)
-    g = Omega**2*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*((2/14175)*Omega*x83*(-x105 + x118*x15 - 160*x20 + 360*x22 - 360*x23 + 90*x41 + 45*x5 + x57 + 160*x60 - 64*x8 + x93 + x99 + 90) + (8/2835)*xi**7*(x113 + x119*x8 - x119 + x12 - x21 + 72*x22 - 72*x23 + 5*x28 + 18*x41 + 9*x48 - 14*x8 - x95 + x96 + 18)) + (4/315)*x66*(-14*gamma_t + x102 + 14*x11 + x117 + x12 + x15*x9 - 28*x18 - 32*x20 + 56*x22 - 56*x23 + x29 + 14*x41 + 7*x5 + 14)) + (4/315)*xi**5*(gamma_t*x116 - 42*gamma_t + 42*x11 + x110 - x118 - 84*x18 - 112*x20 - 168*x23 + 42*x41 + 28*x48 + 21*x5 + 112*x60 + x99 + 42)) + (2/45)*x38*(-30*gamma_t + x10 + x100 - x101 - x107*x11 + x107*x18 + 30*x41 + x42 + 15*x5 + x51 - x63 + x99 + 30)) + (4/15)*xi**3*(-10*gamma_t + x117 + x118*x18 + x13 - 20*x18 - 40*x20 + 40*x22 - 40*x23 + 2*x28 + x30 + 10*x41 + 10*x48 + 5*x5 + 10)) - 2/3*beta*x112 - 2/3*gamma_t*x114 + (2/3)*x103 + (2/3)*x11*x114 - 2/3*x11*x53 + (2/3)*x114*x41 + (2/3)*x114 + (2/3)*x115*x15 - 2/3*x115 + 2*x12 + (2/3)*x18*x53 + (2/3)*x24 - 2/3*x25*x28 - 2*x41 + (4/3)*x43 + 16*x62) - 2/3*xi*(gamma*x95 + x11*x52 - x112 - x113 + 6*x15 + x16 + x27 + x29 + x98 - x99 - 6)) - x94)
+    x3 = gamma_t*(gamma_t - 2)*(x2 - 1)
+    x4 = gamma_t**2
+    x5 = 4*x4
+    x6 = xi**2
+    x7 = 8*x6
+    x8 = gamma_t*x7
+    x9 = gamma*x4
+    x10 = x4*x6
+    x11 = 2*x10
+    x12 = gamma_t**3
+    x13 = gamma*x12
+    x14 = 6*gamma_t
+    x15 = gamma*gamma_t
+    x16 = 24*x15
+    x17 = x6*x9
+    x18 = beta*x4
+    x19 = beta*x12
+    x20 = 6*x19
+    x21 = 12*x6
+    x22 = -x13*x21 - 12*x18 + x20 + x7
+    x23 = gamma_t*x6
+    x24 = 4*x23
+    x25 = 10*x9
+    x26 = beta*gamma_t
+    x27 = 16*x6
+    x28 = 12*x19
+    x29 = -4*gamma + x28
+    x30 = (1/6)*gamma_t
+    x31 = xi**4
+    x32 = 256*x31
+    x33 = gamma_t**4
+    x34 = beta*x33
+    x35 = 120*x18
+    x36 = x31*x4
+    x37 = 480*x19
+    x38 = 960*x15
+    x39 = 480*x31
+    x40 = 240*x6
+    x41 = x13*x6
+    x42 = x31*x9
+    x43 = 30*x9
+    x44 = -60*x15 + x43
+    x45 = x3*(x1 - 1)*(x1 + 1)
+    x46 = 18*gamma_t
+    x47 = 24*x18
+    x48 = -x47
+    x49 = x15*x6
+    x50 = -48*x49
+    x51 = x5*x6
+    x52 = 24*x41
+    x53 = -24*x19*x6
+    x54 = 16*x31
+    x55 = 32*x6
+    x56 = 3*x4
+    x57 = 6*x6
+    x58 = 8*x31
+    r_0 = x0*(Omega*(Omega*((1/360)*Omega*(-gamma_t*x32 - 82*gamma_t - 204*x10 - x13*x39 - 1440*x17 + 456*x23 - x31*x38 + x32 + x34*x40 - 300*x34 - x35 + 64*x36 - x37*x6 + x37 + x38*x6 + 43*x4 + 600*x41 + 1440*x42 + x44 - 336*x6 + 52) - x30*xi*(-3*gamma_t + x15*x27 - 12*x15 - 36*x18 + x24 + x25 + 24*x26 + x29 - x7*x9 - x7 + 6)) + (1/3)*gamma*x14 + (7/3)*gamma_t + (1/3)*x11 + x13 - 1/3*x16*x6 + 12*x17 + (1/3)*x22 - 1/3*x5 - 1/3*x8 - 2*x9 - 4/3) + x1*x3)
+    r_1 = x0*(Omega*(Omega*((1/90)*Omega*xi*(300*beta*x12 + 120*beta*x33*x6 + 600*gamma*gamma_t*x6 + 360*gamma*x12*x6 + 720*gamma*x31*x4 + 150*gamma*x4 - 128*gamma_t*x31 + 260*gamma_t*x6 - 90*gamma_t - 110*x10 - 240*x13*x31 - 60*x13 - x15*x39 - 120*x15 - 900*x17 - 60*x18 - x19*x40 + 32*x31*x4 + 128*x31 - 180*x34 + 45*x4 - 200*x6 + 60) - x30*(48*beta*gamma_t*x6 + 32*gamma*gamma_t*x31 + 24*gamma*x4*x6 - gamma*x7 - gamma_t*x2 + 8*gamma_t*x31 + gamma_t - x15*x55 - 72*x18*x6 - 12*x26 - x29 - x48 - x53 - x54*x9 - x54 + 16*x6 - x8 - 2)) + (1/3)*xi*(-gamma_t*x27 + 12*x13 + x16 + 72*x17 + x27 + x28 - 9*x4 - x43 + x46 + x48 + x50 + x51 - x52 - 12)) + x45)
+    g = Omega**2*(Omega*(Omega*(Omega*((2/45)*Omega*x31*(-30*gamma_t - 96*x17 - 120*x19 + 30*x34 + x35 + 15*x4 + x44 + 96*x49 + x51 + x52 - x55 + x8 + 30) + (4/15)*xi**3*(-10*gamma_t + x11 - 20*x15 - 40*x17 + 40*x18 - 40*x19 - x21 + 2*x23 + x25 + 10*x34 + 5*x4 + 10*x41 + 40*x49 + 10)) - 2/3*beta*x56 - 2/3*gamma_t*x57 + (2/3)*x13*x58 - 2/3*x15*x21 + (64/3)*x15*x31 + (2/3)*x20 + (2/3)*x34*x57 - 2*x34 + (4/3)*x36 - 64/3*x42 + (2/3)*x47*x6 + (2/3)*x53 + (2/3)*x56*x6 + (2/3)*x57*x9 + (2/3)*x57 - 2/3*x58) - 2/3*xi*(gamma*x46 + 6*x13 + x14 + 48*x17 + x22 + x24 + x50 - x51 - x56 - 18*x9 - 6)) - x45)
     return r_0, r_1, g
+
+
+@_compile
+def _columns(xi, gamma_t, beta, gamma):
+    """Coefficients of the live polynomial, by power of lambda, then of Omega. 98 operations."""
+    x0 = gamma_t - 2
+    x1 = x0**2
+    x2 = 2*x1
+    x3 = gamma_t**2
+    x4 = gamma*x3
+    x5 = 2*gamma_t
+    x6 = gamma*x5
+    x7 = x4 - x6
+    x8 = 4*xi
+    x9 = x0*x8
+    x10 = gamma_t**3
+    x11 = beta*x10
+    x12 = gamma_t**4
+    x13 = 2*beta
+    x14 = beta*x3
+    x15 = x3 - x5
+    x16 = 4*gamma
+    x17 = -gamma_t*x16 + 2*x4
+    x18 = beta*x12
+    x19 = xi**2
+    x20 = x10*x19
+    x21 = gamma*gamma_t
+    x22 = x19*x21
+    x23 = -beta*x5 + x14
+    x24 = gamma_t - 1
+    x25 = gamma_t*x24*x8
+    x26 = -gamma
+    c0_0 = x2
+    c0_1 = x9*(x7 + 1)
+    c0_2 = -8*x11 + x12*x13 + 8*x14 + x15 + x17 + 2
+    c0_3 = 0
+    c0_4 = 0
+    c1_0 = -4*x1
+    c1_1 = -gamma_t*x9*(-x16 + x6 + 1)
+    c1_2 = 16*beta*x10 + 24*gamma*x19*x3 - 8*gamma*x20 - 16*x14 - x17 - 4*x18 - 16*x22 - x3 - x5 + 4
+    c1_3 = -x25*(gamma + x23)
+    c1_4 = -x24*x3*(x13 + x26)
+    c2_0 = x2
+    c2_1 = x9*(x24 + x7)
+    c2_2 = -8*x11 + 8*x14 + 2*x15 + 2*x16*x20 + 2*x18 - 24*x19*x4 + 16*x22 + 2
+    c2_3 = x25*(x21 + x23 + x26)
+    c2_4 = 2*x14*x24**2
+    return c0_0, c0_1, c0_2, c0_3, c0_4, c1_0, c1_1, c1_2, c1_3, c1_4, c2_0, c2_1, c2_2, c2_3, c2_4
+
+
+@_compile
+def _tails(Omega, xi, columns):
+    """What powers of Omega from 7 on add to the residual of `_defect`, and to its g."""
+    c = np.array(columns).reshape(3, 5)
+    term = np.empty(7 + 20, dtype=np.complex128)
+    residual, g = 0j, 0.0
+    for j in range(3 + 1):  # the last turn is that of g
+        last = j == 3
+        w = complex(2.0 * xi * Omega, 0.0)
+        if not last:
+            w = (j + -1) * complex(-xi * Omega, math.sqrt(1.0 - xi * xi) * Omega)
+        term[0] = 1.0
+        for k in range(1, term.size):
+            term[k] = term[k - 1] * w / k
+        for k in range(term.size - 2, -1, -1):  # from here term[k] holds the exponential's tail from w^k on
+            term[k] += term[k + 1]
+        for i in range(5):
+            tail = Omega**i * term[max(7 - i, 0)]
+            if last:
+                g += c[0, i] * tail.real
+            else:
+                residual += c[j, i] * tail
+    for i in range(7, 5):
+        g -= c[3 - 1, i] * Omega**i
+    return residual, g
 
 
 @_compile
@@ -446,17 +356,19 @@ def _modulus(c2, c1, trace, det, q):
 
 
 @_compile
-def _small_errors(Omega, xi, c2, c1, trace, det, q, r_0, r_1, g):
+def _small_errors(Omega, xi, quadratic, defect, tails):
     """Damping and period error of the pair e^z (1 + ratio) next to the exact e^z."""
+    c2, c1 = quadratic[:2]
     root = math.sqrt(1.0 - xi * xi)
+    residual, g = complex(defect[0] - defect[1] * xi, defect[1] * root) + tails[0], defect[2] + tails[1]
     x, y = -xi * Omega, root * Omega
     expm1 = complex(math.expm1(x) * math.cos(y) - 2.0 * math.sin(0.5 * y) ** 2, math.exp(x) * math.sin(y))
     slope = 2.0 * c2 * expm1 + c1
-    first = complex(r_0 - r_1 * xi, r_1 * root) / slope
+    first = residual / slope
     ratio = -2.0 * first / (1.0 + cmath.sqrt(1.0 - 4.0 * c2 * (1.0 + expm1) * first / slope))
     shift = math.atan2(ratio.imag, 1.0 + ratio.real)
     angle = y + shift
-    return -(0.5 * math.log1p(g / c2) + xi * shift / root) / angle, -shift / angle
+    return 0.0 - (0.5 * math.log1p(g / c2) + xi * shift / root) / angle, 0.0 - shift / angle
 
 
 @_compile
@@ -465,7 +377,13 @@ def _large_errors(Omega, xi, c2, c1, trace, det, q):
     root = math.sqrt(1.0 - xi * xi)
     angle = math.atan2(math.sqrt(discriminant), half)
     decay = math.log1p(-q / c2) if q < 0.5 * c2 else math.log(modulus2)
-    return -0.5 * decay / angle - xi / root, Omega * root / angle - 1.0
+    return 0.0 - 0.5 * decay / angle - xi / root, Omega * root / angle - 1.0
+
+
+@_compile
+def _radius(Omega, xi, gamma_t, beta, gamma):
+    """Spectral radius at one point."""
+    return _modulus(*_quadratic(Omega, xi, gamma_t, beta, gamma))
 
 
 @_compile
@@ -477,7 +395,8 @@ def _errors(Omega, xi, gamma_t, beta, gamma):
     if not (xi < 1.0 and _discriminant(*quadratic)[2] > 0.0):
         return math.nan, math.nan
     if Omega < 0.125:
-        return _small_errors(Omega, xi, *quadratic, *_defect(Omega, xi, gamma_t, beta, gamma))
+        tails = _tails(Omega, xi, _columns(xi, gamma_t, beta, gamma))
+        return _small_errors(Omega, xi, quadratic, _defect(Omega, xi, gamma_t, beta, gamma), tails)
     return _large_errors(Omega, xi, *quadratic)
 
 
@@ -485,7 +404,7 @@ def _errors(Omega, xi, gamma_t, beta, gamma):
 def spectral_radius(Omega, xi, gamma_t, beta, gamma, out):
     """Spectral radius; 1-D arrays of one length."""
     for i in range(out.size):
-        out[i] = _modulus(*_quadratic(Omega[i], xi[i], gamma_t[i], beta[i], gamma[i]))
+        out[i] = _radius(Omega[i], xi[i], gamma_t[i], beta[i], gamma[i])
 
 
 @_compile
@@ -499,7 +418,7 @@ def numerical_damping(Omega, xi, gamma_t, beta, gamma, out):
 def amplitude_error(Omega, xi, gamma_t, beta, gamma, out):
     """1 - exp(-2 pi numerical damping): decay over one period."""
     for i in range(out.size):
-        out[i] = -math.expm1(-2.0 * math.pi * _errors(Omega[i], xi[i], gamma_t[i], beta[i], gamma[i])[0])
+        out[i] = 0.0 - math.expm1(-2.0 * math.pi * _errors(Omega[i], xi[i], gamma_t[i], beta[i], gamma[i])[0])
 
 
 @_compile
@@ -513,16 +432,16 @@ def period_error(Omega, xi, gamma_t, beta, gamma, out):
 def amplification(Omega, xi, gamma_t, beta, gamma, out):
     """Amplification matrix in the order of STATE; out (n, 3, 3)."""
     for i in range(out.shape[0]):
-        den, N_00, N_01, N_02, N_10, N_11, N_12, N_20, N_21, N_22 = _amplification(Omega[i], xi[i], gamma_t[i], beta[i], gamma[i])
-        out[i, 0, 0] = N_00 / den
-        out[i, 0, 1] = N_01 / den
-        out[i, 0, 2] = N_02 / den
-        out[i, 1, 0] = N_10 / den
-        out[i, 1, 1] = N_11 / den
-        out[i, 1, 2] = N_12 / den
-        out[i, 2, 0] = N_20 / den
-        out[i, 2, 1] = N_21 / den
-        out[i, 2, 2] = N_22 / den
+        den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22, B_00, B_01, B_10, B_11, B_20, B_21 = _increment(Omega[i], xi[i], gamma_t[i], beta[i], gamma[i])
+        out[i, 0, 0] = 1.0 + D_00 / den
+        out[i, 0, 1] = D_01 / den
+        out[i, 0, 2] = D_02 / den
+        out[i, 1, 0] = D_10 / den
+        out[i, 1, 1] = 1.0 + D_11 / den
+        out[i, 1, 2] = D_12 / den
+        out[i, 2, 0] = D_20 / den
+        out[i, 2, 1] = D_21 / den
+        out[i, 2, 2] = 1.0 + D_22 / den
 
 
 @_compile
@@ -535,15 +454,12 @@ def stencil(gamma_t, beta, gamma, out):
 
 @_compile
 def coefficients(Omega, xi, gamma_t, beta, gamma, increment, load, outputs, outputs_load):
-    """x1 = x0 + increment x0 + load h^2 f, and the rows of (u, h*v, h^2*a) at the new step.
+    """x1 = x0 + increment x0 + load h^2 f, and outputs that are not in the state.
 
-    increment (n, 3, 3), load (n, 3, 2), outputs (n, 3, 3), outputs_load (n, 3, 2).
+    increment (n, 3, 3), load (n, 3, 2), outputs (n, 0, 3), outputs_load (n, 0, 2).
     """
     for i in range(increment.shape[0]):
-        (
-            den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22, B_00, B_01, B_10, B_11, B_20, B_21, O_00,
-            O_01, O_02, O_10, O_11, O_12, O_20, O_21, O_22, P_00, P_01, P_10, P_11, P_20, P_21
-        ) = _increment(Omega[i], xi[i], gamma_t[i], beta[i], gamma[i])
+        den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22, B_00, B_01, B_10, B_11, B_20, B_21 = _increment(Omega[i], xi[i], gamma_t[i], beta[i], gamma[i])
         increment[i, 0, 0] = D_00 / den
         increment[i, 0, 1] = D_01 / den
         increment[i, 0, 2] = D_02 / den
@@ -559,18 +475,3 @@ def coefficients(Omega, xi, gamma_t, beta, gamma, increment, load, outputs, outp
         load[i, 1, 1] = B_11 / den
         load[i, 2, 0] = B_20 / den
         load[i, 2, 1] = B_21 / den
-        outputs[i, 0, 0] = O_00 / den
-        outputs[i, 0, 1] = O_01 / den
-        outputs[i, 0, 2] = O_02 / den
-        outputs[i, 1, 0] = O_10 / den
-        outputs[i, 1, 1] = O_11 / den
-        outputs[i, 1, 2] = O_12 / den
-        outputs[i, 2, 0] = O_20 / den
-        outputs[i, 2, 1] = O_21 / den
-        outputs[i, 2, 2] = O_22 / den
-        outputs_load[i, 0, 0] = P_00 / den
-        outputs_load[i, 0, 1] = P_01 / den
-        outputs_load[i, 1, 0] = P_10 / den
-        outputs_load[i, 1, 1] = P_11 / den
-        outputs_load[i, 2, 0] = P_20 / den
-        outputs_load[i, 2, 1] = P_21 / den

@@ -24,7 +24,7 @@ def main() -> None:
 @app.command()
 def schemes() -> None:
     """List all schemes with their parameters (default value) and reference."""
-    table = Table("scheme", "parameters", "state", "reference")
+    table = Table(Column("scheme", no_wrap=True), "parameters", "state", "reference")
     for name in scheme_names():
         s = scheme(name)
         parameters = ", ".join(f"{key} ({float(value):.4g})" for key, value in s.parameters.items())

@@ -8,6 +8,7 @@ from .errors import real_number
 from .response import Response, Status
 from .scenes import LinearOscillator
 from .schemes import Array, Scheme
+from .schemes import scheme as make_scheme
 
 
 def number_of_steps(dt: float, t_end: float) -> int:
@@ -62,23 +63,45 @@ def _linear_history(scene: LinearOscillator, scheme: Scheme, dt: float, n: int) 
     """(n + 1, 3) history of (u, h*v, h^2*a), steps completed, whether all are finite."""
     from substep_kernels.linear_march import COMPLETED, linear_march  # noqa: PLC0415 (numba on first use)
 
-    kernels = scheme.kernels
-    coefficients = scheme.coefficients(scene.omega * dt, scene.xi)
-    forces = np.zeros((1, n, 0))
-    if scene.load is None:
-        coefficients = (coefficients[0], coefficients[1][:, :, :0], coefficients[2], coefficients[3][:, :, :0])
+    Omega = scene.omega * dt
+    out = np.empty((n + 1, 3))
+    out[0] = [value * dt**i for i, value in enumerate(scene.start)]
+    first = 0  # steps marched by another scheme
+    if scheme.start == "given":
+        x = out[0, [kind for kind, _ in scheme.history]]
+    elif scheme.start == "start":
+        given, load = (part[0] for part in scheme.start_coefficients(Omega, scene.xi))
+        x = given @ out[0] + load @ _forces(scene, np.array(scheme.kernels.START_STENCIL), dt)
     else:
-        times = (np.arange(n)[:, None] + scheme.stencil()) * dt
-        forces = dt**2 * np.asarray(scene.load(times), dtype=np.float64)[None]
-        if forces.shape[1:] != times.shape or not np.isfinite(forces).all():
-            raise ValueError(
-                f"expected a finite load at each of {times.shape} times, got shape {forces.shape[1:]}, "
-                f"finite: {bool(np.isfinite(forces).all())}; correct the load function"
-            )
-    out = np.empty((1, n + 1, 3))
-    out[0, 0] = [value * dt**i for i, value in enumerate(scene.start)]
-    in_state = np.array(kernels.OUTPUTS_IN_STATE)
-    x = np.array([[out[0, 0, list(in_state).index(k)] for k in range(len(scheme.state))]])
-    n_done, status = np.empty(1, dtype=np.int64), np.empty(1, dtype=np.int64)
-    linear_march(*map(np.ascontiguousarray, coefficients), in_state, x, forces, 1, out, n_done, status)
-    return out[0], int(n_done[0]), bool(status[0] == COMPLETED)
+        first = min(max(lag for _, lag in scheme.history), n)
+        head, n_done, finite = _linear_history(scene, make_scheme(scheme.start), dt, first)
+        out[: first + 1] = head
+        if first == n or not finite:
+            return out, n_done, finite
+        x = np.array([out[first - lag, kind] for kind, lag in scheme.history])
+    increment, load, outputs, outputs_load = scheme.coefficients(Omega, scene.xi)
+    forces = np.zeros((n - first, 0))
+    if scene.load is None:
+        load, outputs_load = load[:, :, :0], outputs_load[:, :, :0]
+    else:
+        forces = _forces(scene, np.arange(first, n)[:, None] + scheme.stencil(), dt)
+    rows, lane_done, status = np.empty((1, n - first + 1, 3)), np.empty(1, dtype=np.int64), np.empty(1, dtype=np.int64)
+    rows[0, 0] = out[first]
+    matrices = [np.ascontiguousarray(matrix) for matrix in (increment, load, outputs, outputs_load)]
+    places = np.array(scheme.kernels.OUTPUTS_IN_STATE)
+    linear_march(*matrices, places, x[None].copy(), forces[None], 1, rows, lane_done, status)
+    out[first:] = rows[0]
+    return out, first + int(lane_done[0]), bool(status[0] == COMPLETED)
+
+
+def _forces(scene: LinearOscillator, steps: Array, dt: float) -> Array:
+    """h^2 f at the instants steps*dt. Raises ValueError for a load that is not finite or changes shape."""
+    if scene.load is None:
+        return np.zeros(steps.shape)
+    forces = dt**2 * np.asarray(scene.load(steps * dt), dtype=np.float64)
+    if forces.shape != steps.shape or not np.isfinite(forces).all():
+        raise ValueError(
+            f"expected a finite load at each of {steps.shape} times, got shape {forces.shape}, "
+            f"finite: {bool(np.isfinite(forces).all())}; correct the load function"
+        )
+    return forces

@@ -4,7 +4,7 @@ Metadata come from the emitted index; a scheme's compiled module (and with it nu
 first use.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from types import MappingProxyType, ModuleType
@@ -27,22 +27,39 @@ def schemes() -> tuple[str, ...]:
 def scheme(name: str, **parameters: ArrayLike) -> "Scheme":
     """A handle of the scheme; parameters not given take the default of the declaration.
 
+    A family's argument (`rho_inf` of generalized-alpha, ...) stands for the parameters it sets.
     Parameters may be arrays, and then broadcast with Omega and xi. Raises ValueError for an unknown
-    scheme or parameter, and for a value that is not finite or lies outside the declared interval.
+    scheme or parameter, for one that a family also sets, and for a value that is not finite or lies
+    outside the declared interval.
     """
     if name not in SCHEMES:
         raise unknown_name("a scheme", name, SCHEMES)
-    declared = {entry[0]: entry[1:] for entry in SCHEMES[name]["parameters"]}
-    for key in parameters:
-        if key not in declared:
-            raise unknown_name(f"a parameter of {name}", key, declared)
-    values = {key: _within(name, key, parameters.get(key, entry[-1]), entry) for key, entry in declared.items()}
-    return Scheme(name, MappingProxyType(values))
+    entry = SCHEMES[name]
+    declared = {parameter: rest for parameter, *rest in entry["parameters"]}
+    families = entry["families"]
+    given: dict[str, Array] = {}
+    for key, value in parameters.items():
+        if key in declared:
+            mine = {key: _within(name, key, value, declared[key])}
+        elif key in families:
+            domain, values = families[key][:4], families[key][4]
+            argument = _within(name, key, value, domain)
+            mine = {set_by_it: np.asarray(function(argument)) for set_by_it, function in values.items()}
+        else:
+            raise unknown_name(f"a parameter of {name}", key, [*declared, *families])
+        if twice := sorted(mine.keys() & given.keys()):
+            raise ValueError(f"expected {twice[0]} of {name} once, got it by itself and through a family; drop one")
+        given |= mine
+    complete: dict[str, Array] = {}
+    for key, (*domain, default) in declared.items():
+        value = given[key] if key in given else default(*complete.values())
+        complete[key] = _within(name, key, value, domain)
+    return Scheme(name, MappingProxyType(complete))
 
 
-def _within(scheme: str, key: str, value: ArrayLike, entry: tuple[Any, ...]) -> Array:
+def _within(scheme: str, key: str, value: ArrayLike, domain: Sequence[Any]) -> Array:
     array = real_array(f"parameter {key} of {scheme}", value)
-    low, high, low_open, high_open, _ = entry
+    low, high, low_open, high_open = domain[:4]
     below = low is not None and (array <= low if low_open else array < low)
     above = high is not None and (array >= high if high_open else array > high)
     if np.any(below) or np.any(above):
@@ -121,11 +138,29 @@ class Scheme:
         return out.reshape(*shape, -1)
 
     def coefficients(self, Omega: ArrayLike, xi: ArrayLike = 0.0) -> tuple[Array, Array, Array, Array]:
-        """Increment A - I (n, m, m), load (n, m, K), and the rows (n, 3, m), (n, 3, K) of (u, h*v, h^2*a)."""
+        """Increment A - I (n, m, m), load (n, m, K), and outputs outside the state (n, R, m), (n, R, K)."""
         _, arguments = self._points(Omega, xi)
-        n, m, K = arguments[0].size, len(self.state), self._loads
-        out = np.empty((n, m, m)), np.empty((n, m, K)), np.empty((n, 3, m)), np.empty((n, 3, K))
+        n, m, K, R = arguments[0].size, len(self.state), self._loads, SCHEMES[self.name]["outputs"]
+        out = np.empty((n, m, m)), np.empty((n, m, K)), np.empty((n, R, m)), np.empty((n, R, K))
         self.kernels.coefficients(*arguments, *out)
+        return out
+
+    @property
+    def history(self) -> tuple[tuple[int, int], ...]:
+        """Of each entry of the state: 0 for u, 1 for h*v, 2 for h^2*a, and how many steps before t_n."""
+        return SCHEMES[self.name]["history"]
+
+    @property
+    def start(self) -> str:
+        """ "given", "start" or the scheme that marches the first steps: see the index of the kernels."""
+        return SCHEMES[self.name]["start"]
+
+    def start_coefficients(self, Omega: ArrayLike, xi: ArrayLike = 0.0) -> tuple[Array, Array]:
+        """State at t = 0 = given (n, m, 3) @ (u, h*v, h^2*a) + load (n, m, K) @ h^2 f at START_STENCIL*h."""
+        _, arguments = self._points(Omega, xi)
+        n, m = arguments[0].size, len(self.state)
+        out = np.empty((n, m, 3)), np.empty((n, m, len(self.kernels.START_STENCIL)))
+        self.kernels.start(*arguments, *out)
         return out
 
     @property

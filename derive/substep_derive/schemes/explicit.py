@@ -3,15 +3,42 @@
 from sympy import Interval, Rational
 
 from ..scheme import Balance, Parameter, Scheme
-from ..symbols import N, f, h, knot, p
+from ..symbols import C, M, N, f, h, knot, p, phi
 
 u0, v0, a0 = start = knot(0)
 u1, v1, a1 = end = knot(1)
 half = Rational(1, 2)
 
+forward_euler = Scheme(
+    "forward_euler",
+    relations={u1: u0 + h * v0, v1: v0 + h * a0},
+    balances=(Balance.at(start, 0),),
+    reference="Euler; thesis (2.10)-(2.11)",
+)
+
+_vb = knot("-1/2").v
+_vf = knot("1/2").v
+_lagged = (f(1) - C * _vf - N(u1)) / M
+
+central_difference_lagged = Scheme(
+    "central_difference_lagged",
+    relations={_vf: _vb + h * a0, u1: u0 + h * _vf},
+    balances=(Balance(a0, _vb, N(u0), f(0)),),
+    start={_vb: v0 - h / 2 * (f(0) - C * v0 - N(u0)) / M},
+    report={v1: _vf + h / 2 * _lagged, a1: _lagged},
+    reference="Belytschko, Liu & Moran, Nonlinear Finite Elements (2000), box 6.1",
+)
+
 _up, _vp, _ap = second = knot("p")
 _uq, _vq, _aq = third = knot("q")
 _ur, _vr, _ar = fourth = knot("r")
+
+rk2 = Scheme(
+    "rk2",
+    relations={_up: u0 + h / 2 * v0, _vp: v0 + h / 2 * a0, u1: u0 + h * _vp, v1: v0 + h * _ap},
+    balances=(Balance.at(start, 0), Balance.at(second, half)),
+    reference="Runge's midpoint rule; thesis (2.7)",
+)
 
 rk4 = Scheme(
     "rk4",
@@ -46,3 +73,13 @@ noh_bathe = Scheme(
     balances=(Balance(_ap, v0 + p * h * a0, N(_up), f(p)), Balance(a1, _vp + _rh * _ap, N(u1), f(1))),
     reference="Noh & Bathe, Comput. Struct. 129 (2013) 178-193",
 )
+
+tchamwa_wielgosz = Scheme(
+    "tchamwa_wielgosz",
+    parameters=(Parameter(phi, Interval(1, 2), Rational(11, 10)),),
+    relations={u1: u0 + h * v0 + phi * h**2 * a0, v1: v0 + h * a0},
+    balances=(Balance.at(end, 1),),
+    reference="Tchamwa, Conway & Wielgosz, ASME PVP 398 (1999); Maheo, Grolleau & Rio, Comput. Mech. 51 (2013)",
+)
+
+ALL = (forward_euler, central_difference_lagged, rk2, rk4, noh_bathe, tchamwa_wielgosz)

@@ -23,4 +23,15 @@ newmark = Scheme(
     reference="Newmark, J. Eng. Mech. Div. ASCE 85 (1959) 67-94; thesis (2.13)-(2.16)",
 )
 
-ALL = (newmark,)
+average_acceleration = newmark.fix({"beta": "1/4", "gamma": half}, name="average_acceleration")
+linear_acceleration = newmark.fix({"beta": "1/6", "gamma": half}, name="linear_acceleration")
+fox_goodwin = newmark.fix(
+    {"beta": "1/12", "gamma": half},
+    name="fox_goodwin",
+    reference="Fox & Goodwin, Proc. Camb. Phil. Soc. 45 (1949) 373-388",
+)
+central_difference = newmark.fix(
+    {"beta": 0, "gamma": half}, name="central_difference", reference="Newmark with beta = 0; thesis (2.2)-(2.5)"
+)
+
+ALL = (newmark, average_acceleration, linear_acceleration, fox_goodwin, central_difference)
