@@ -35,6 +35,32 @@ def test_show_of_an_unknown_scheme_names_the_nearest() -> None:
     assert "bathe" in result.output
 
 
+def test_certify_prints_the_proof_and_reads_exact_numbers() -> None:
+    result = runner.invoke(app, ["certify", "newmark_bdf2", "--gamma-t", "1/5", "--beta", "0.3025", "--gamma=3/5"])
+    assert result.exit_code == 0, result.output
+    assert "beta = 121/400" in result.output
+    assert "stable for every Omega" in result.output.replace("\n", " ")
+    limit = runner.invoke(app, ["certify", "fox_goodwin", "--xi", "0"])
+    assert "sqrt(6)" in limit.output
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["newmark", "--beta", "__import__('os')"], "rational"),
+        (["newmark", "--bta", "1/4"], "no parameter"),
+        (["newmark", "--beta"], "none"),
+        (["newmark", "1/4"], "such as"),
+        (["newmarc"], "expected a scheme"),
+        (["newmark_bdf2", "--gamma-t", "2"], "outside"),
+    ],
+)
+def test_certify_refuses_what_is_no_exact_number(arguments: list[str], message: str) -> None:
+    result = runner.invoke(app, ["certify", *arguments])
+    assert result.exit_code == 2
+    assert message in " ".join(result.output.replace("│", " ").split())
+
+
 def test_reproduce_draws_every_panel_and_writes_its_numbers(tmp_path: Path) -> None:
     result = runner.invoke(app, ["reproduce", "--folder", str(tmp_path)])
     assert result.exit_code == 0, result.output
@@ -47,6 +73,9 @@ def test_reproduce_draws_every_panel_and_writes_its_numbers(tmp_path: Path) -> N
             assert header.endswith(",bathe")
             assert len(rows) in (501, 201)
             assert all(len(row.split(",")) == 7 for row in rows)
+    for chart in ("catalogue_spectra", "trade_off_equal_cost", "stability_region"):
+        assert (tmp_path / f"{chart}.png").stat().st_size > 10_000
+    assert "## C2.1: true" in (tmp_path / "claims.md").read_text()
     table = (tmp_path / "chapter_4_properties.csv").read_text().splitlines()
     assert len(table) == 27
     assert table[1] == "bathe,,,,0,2,3,1/288,2,1/24"

@@ -1,6 +1,20 @@
-"""From a declared scheme to its closed forms, exactly: `derive`, and the nouns of a declaration."""
+"""From a declared scheme to its closed forms and its stability proof, exactly; and a declaration's nouns."""
 
+from .algebraic import Algebraic
 from .derivation import Derivation, derive
-from .scheme import Balance, DeclarationError, Parameter, Scheme
+from .scheme import Balance, DeclarationError, Family, Parameter, Root, Scheme
+from .stability import Certificate, certify
 
-__all__ = ["Balance", "DeclarationError", "Derivation", "Parameter", "Scheme", "derive"]
+__all__ = [
+    "Algebraic",
+    "Balance",
+    "Certificate",
+    "DeclarationError",
+    "Derivation",
+    "Family",
+    "Parameter",
+    "Root",
+    "Scheme",
+    "certify",
+    "derive",
+]

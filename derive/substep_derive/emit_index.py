@@ -12,30 +12,36 @@ from .symbols import knot_of, lattice, state_label
 from .templates import PRINTER, fill, literal_tuple
 
 
-def index_module(schemes: Iterable[Scheme]) -> str:
+def index_module(amplifications: Iterable[Amplification]) -> str:
     """Text of generated/substep_kernels/index.py: names, parameters, families and members, without numba."""
     roots: list[str] = []
     lines = ["{"]
-    for scheme in schemes:
-        amplification = Amplification.of(scheme)
-        history = [knot_of(s) or ("", "0") for s in scheme.state]
-        described = {
-            "module": repr(scheme.parent or scheme.name),
-            "parameters": literal_tuple(_parameter(scheme, k, roots) for k in range(len(scheme.parameters))),
-            "families": "{" + ", ".join(_family(family) for family in scheme.families) + "}",
-            "fixed": repr({name: float(value) for name, value in scheme.fixed.items()}),
-            "balances": repr(len(scheme.balances)),
-            "loads": repr(len(amplification.stencil)),
-            "outputs": repr(amplification.outputs.N.rows),
-            "state": repr(tuple(state_label(s) for s in scheme.state)),
-            "history": repr(tuple(("uva".index(kind), int(-(lattice(label) or 0))) for kind, label in history)),
-            "start": repr(_start(scheme)),
-            "reference": repr(scheme.reference),
-        }
-        lines += [f'    "{scheme.name}": {{', *(f'        "{k}": {text},' for k, text in described.items()), "    },"]
+    for amplification in amplifications:
+        described = index_entry(amplification, roots)
+        lines += [f'    "{amplification.scheme.name}": {{', *(f"        {line}" for line in described), "    },"]
     text = fill(templates.INDEX, schemes="\n".join([*lines, "}"]), roots="".join(roots))
     checked = hashlib.sha256(text.encode()).hexdigest()
     return fill(templates.BANNER, source="substep_derive.schemes", digest=checked) + text
+
+
+def index_entry(amplification: Amplification, roots: list[str]) -> list[str]:
+    """Lines of one scheme's entry; functions for implicit defaults are added to roots."""
+    scheme = amplification.scheme
+    history = [knot_of(s) or ("", "0") for s in scheme.state]
+    described = {
+        "module": repr(scheme.parent or scheme.name),
+        "parameters": literal_tuple(_parameter(scheme, k, roots) for k in range(len(scheme.parameters))),
+        "families": "{" + ", ".join(_family(family) for family in scheme.families) + "}",
+        "fixed": repr({name: float(value) for name, value in scheme.fixed.items()}),
+        "balances": repr(len(scheme.balances)),
+        "loads": repr(len(amplification.stencil)),
+        "outputs": repr(amplification.outputs.N.rows),
+        "state": repr(tuple(state_label(s) for s in scheme.state)),
+        "history": repr(tuple(("uva".index(kind), int(-(lattice(label) or 0))) for kind, label in history)),
+        "start": repr(_start(scheme)),
+        "reference": repr(scheme.reference),
+    }
+    return [f'"{key}": {text},' for key, text in described.items()]
 
 
 def _start(scheme: Scheme) -> str:

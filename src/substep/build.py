@@ -1,15 +1,150 @@
-"""The one door back to the derivation: closed forms and exact results for the command line and tables.
+"""The one door back to the derivation: closed forms, certificates, and kernels for a scheme of one's own.
 
-SymPy is imported here and nowhere else, when a function is called.
+SymPy is imported here and nowhere else, when a function is called. A user's module is printed to a real
+file in the user's cache, so that numba can cache what it compiles, and imported from there.
 """
 
+import hashlib
+import importlib.util
+import os
+import sys
+import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
+from pathlib import Path
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
+import platformdirs
+
 if TYPE_CHECKING:
+    from substep_derive import Certificate, Derivation
+    from substep_derive import Scheme as Declaration
+    from substep_derive.limits import Overshoot
     from substep_derive.show import ClosedForm
+
+
+def cache_folder() -> Path:
+    """Folder of the user's own modules: $SUBSTEP_CACHE, or the platform's cache folder; made if missing.
+
+    Raises PermissionError if others own it or may write to it, for what lies there is run as code.
+    """
+    folder = Path(os.environ.get("SUBSTEP_CACHE") or platformdirs.user_cache_dir("substep"))
+    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+    found = folder.stat()
+    if hasattr(os, "getuid") and (found.st_uid != os.getuid() or found.st_mode & 0o022):
+        raise PermissionError(
+            f"expected the cache folder {folder} to be yours alone, got owner {found.st_uid} and mode "
+            f"{found.st_mode & 0o777:o}; run chmod 700 on it, or set SUBSTEP_CACHE to a folder of your own"
+        )
+    return folder
+
+
+def _generator_version() -> str:
+    """Digest of the generator's own source: another generator prints other text."""
+    import substep_derive  # noqa: PLC0415
+
+    folder = Path(substep_derive.__file__).parent
+    digest = hashlib.sha256()
+    for path in sorted(folder.glob("*.py")):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
+def own_entry(declaration: "Declaration") -> tuple[str, Mapping[str, Any]]:
+    """(name, index entry) of a declared scheme, whose module is taken from the cache or derived and kept there.
+
+    Raises DeclarationError for a declaration that does not define one step, PermissionError as `cache_folder`.
+    """
+    from substep_derive.emit import digest  # noqa: PLC0415
+
+    key = hashlib.sha256((_generator_version() + digest(declaration)).encode()).hexdigest()[:24]
+    module_name = f"substep_own_{key}"
+    module = sys.modules.get(module_name)
+    if module is None:
+        path = cache_folder() / f"{module_name}.py"
+        if not _intact(path):
+            _write(path, declaration)
+        module = _load(module_name, path)
+    return declaration.name, {**module.ENTRY, "module": module}
+
+
+def _intact(path: Path) -> bool:
+    """Whether the file is there and its first line is the sha256 of the rest."""
+    try:
+        first, rest = path.read_text(encoding="utf-8").split("\n", 1)
+    except (FileNotFoundError, ValueError):
+        return False
+    return first == "# sha256 " + hashlib.sha256(rest.encode()).hexdigest()
+
+
+def _write(path: Path, declaration: "Declaration") -> None:
+    """Derive and print; other processes see the old file or the whole new one."""
+    from substep_derive.emit import own_module  # noqa: PLC0415
+
+    text = own_module(declaration)
+    checked = "# sha256 " + hashlib.sha256(text.encode()).hexdigest() + "\n" + text
+    with tempfile.NamedTemporaryFile("w", dir=path.parent, delete=False, encoding="utf-8", newline="\n") as file:
+        file.write(checked)
+    Path(file.name).replace(path)
+
+
+def _load(name: str, path: Path) -> ModuleType:
+    spec = importlib.util.spec_from_file_location(name, path)
+    if spec is None or spec.loader is None:
+        raise ImportError(f"expected a Python module at {path}; remove the file and try again")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module  # before it runs: numba's cache looks functions up by their module
+    try:
+        spec.loader.exec_module(module)
+    except BaseException:
+        del sys.modules[name]
+        raise
+    return module
+
+
+def certificate(name: str, xi: Any = 0, **parameters: Any) -> "Certificate":
+    """The exact stability certificate: see `substep_derive.certify`."""
+    from substep_derive import certify  # noqa: PLC0415
+
+    return certify(name, xi=xi, **parameters)
+
+
+def derived(name: str, **parameters: Any) -> "Derivation":
+    """Closed forms and orders at exact parameters: see `substep_derive.derive`."""
+    from substep_derive import derive  # noqa: PLC0415
+
+    return derive(name, **parameters)
+
+
+def overshoot(name: str) -> "Overshoot":
+    """Overshoot class of a scheme at almost all parameters."""
+    from substep_derive.limits import overshoot as of  # noqa: PLC0415
+
+    return of(derived(name).amplification)
+
+
+def thesis() -> ModuleType:
+    """The thesis's printed formulas and what derivation says of them: `substep_derive.thesis`."""
+    from substep_derive import thesis as printed  # noqa: PLC0415
+
+    return printed
+
+
+def at_rest(expression: Any) -> Any:
+    """A derived expression at xi = 0, factored."""
+    from substep_derive.symbols import xi  # noqa: PLC0415
+
+    return expression.subs(xi, 0).factor()
+
+
+def number(expression: Any, **values: Fraction) -> Fraction:
+    """A derived expression at exact parameters."""
+    from substep_derive.scheme import exact_number  # noqa: PLC0415
+
+    found = expression.subs({name: exact_number(value) for name, value in values.items()})
+    return Fraction(int(found.p), int(found.q))
 
 
 def closed_forms(name: str) -> "list[ClosedForm]":

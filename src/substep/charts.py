@@ -16,11 +16,16 @@ STYLES = ("-", "--", "-.", (0, (1, 1)), (0, (8, 2)))
 SVG_IS_REPRODUCIBLE = {"svg.hashsalt": "substep"}
 
 
+def look(i: int) -> tuple[str, str | tuple[int, tuple[int, ...]]]:
+    """Colour and line style of the i-th curve; no two of the first 25 share both."""
+    return COLOURS[i % 5], STYLES[(i + i // 5) % 5]
+
+
 def curves(axes: Axes, x: Array, series: Mapping[str, Array], *, x_label: str, y_label: str) -> None:
     """One line for each named series; the last is drawn in black as the reference."""
     for i, (label, y) in enumerate(series.items()):
         reference = i == len(series) - 1
-        colour, style = (REFERENCE, "-") if reference else (COLOURS[i % 5], STYLES[i % 5])
+        colour, style = (REFERENCE, "-") if reference else look(i)
         axes.plot(x, y, color=colour, linestyle=style, linewidth=1.4, label=label)
     axes.set_xlabel(x_label)
     axes.set_ylabel(y_label)

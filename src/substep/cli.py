@@ -2,7 +2,7 @@
 
 from itertools import groupby
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
@@ -11,6 +11,9 @@ from rich.table import Column, Table
 
 from .schemes import scheme
 from .schemes import schemes as scheme_names
+
+if TYPE_CHECKING:
+    from .claims.judging import Judgement
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
 console = Console()
@@ -54,18 +57,69 @@ def show(
 def reproduce(
     folder: Annotated[Path, typer.Option(help="where the results go")] = Path("results"),
 ) -> None:
-    """Draw the thesis's figures 4.1-4.5, write the numbers behind them and the table of properties."""
+    """Draw the thesis's figures 4.1-4.5 and the charts, write the numbers behind them, judge the claims."""
     from . import reproduce as job  # noqa: PLC0415 (Matplotlib only when asked for)
 
     with Progress(console=console) as progress:
-        task = progress.add_task("chapter 4", total=job.steps())
-        rows = job.reproduce(folder, lambda: progress.advance(task))
+        task = progress.add_task("figures, properties, claims", total=job.steps())
+        results = job.reproduce(folder, lambda: progress.advance(task))
     table = Table(
         Column("scheme", no_wrap=True),
         *(Column(name, overflow="fold") for name in ("γ_t", "β", "γ", "ρ∞", "order", "damping", "period error")),
         title="Chapter 4 at ξ = 0: exact leading terms in Ω (as CSV: chapter_4_properties.csv)",
     )
-    for name, split, beta, gamma, rho, order, k, damping, n, period in rows:
+    for name, split, beta, gamma, rho, order, k, damping, n, period in results.properties:
         table.add_row(name, split, beta, gamma, rho, order, f"{damping} Ω^{k}", f"{period} Ω^{n}")
     console.print(table)
-    console.print(f"figures and tables are in {folder.resolve()}")
+    _print_claims(results.claims)
+    console.print(f"figures, tables and the ledger (claims.md) are in {folder.resolve()}")
+
+
+@app.command()
+def claims() -> None:
+    """Judge what the thesis claims and print, line by line, verdict and evidence."""
+    from . import claims as ledger  # noqa: PLC0415
+
+    with Progress(console=console) as progress:
+        task = progress.add_task("claims", total=len(ledger.JUDGES))
+        found = ledger.judge(lambda: progress.advance(task))
+    _print_claims(found)
+
+
+def _print_claims(found: "list[Judgement]") -> None:
+    table = Table("", "verdict", "claim", "found", title="The thesis's claims")
+    for j in found:
+        table.add_row(j.id, j.verdict, j.claim, j.evidence)
+    console.print(table)
+
+
+@app.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True})
+def certify(
+    context: typer.Context,
+    name: Annotated[str, typer.Argument(help="a name listed by `substep schemes`")],
+    xi: Annotated[str, typer.Option(help="damping ratio, exact: 0, 1/20 or 0.05")] = "0",
+) -> None:
+    """Prove for which Ω a scheme is stable. Parameters follow as exact numbers: --gamma-t 1/5 --beta 0.3025."""
+    from .build import certificate  # noqa: PLC0415
+
+    try:
+        found = certificate(name, xi=xi, **_exact_options(context.args))
+    except (ValueError, TypeError) as error:
+        raise typer.BadParameter(str(error)) from error
+    print(found.text)
+
+
+def _exact_options(arguments: list[str]) -> dict[str, str]:
+    """--name value or --name=value, a dash in the name standing for an underscore; values stay text."""
+    values: dict[str, str] = {}
+    rest = iter(arguments)
+    for argument in rest:
+        if not argument.startswith("--"):
+            raise ValueError(f"expected a parameter such as --gamma-t 1/5, got '{argument}'")
+        key, joined, value = argument[2:].partition("=")
+        if not joined:
+            value = next(rest, "")
+        if not value:
+            raise ValueError(f"expected a number after --{key}, got none")
+        values[key.replace("-", "_")] = value
+    return values

@@ -2,21 +2,20 @@
 
 import csv
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
 
+from . import claims
 from .build import Properties, properties
+from .catalogue_charts import CHARTS
+from .chapter_4 import NEWMARK_SETS, SPLITS
 from .charts import save, save_csv, stability_figure
+from .claims.judging import Judgement
 from .schemes import Array, Scheme, scheme
 
-# thesis, Table 4.1 and the sub-step ratios of figures 4.1-4.5
-NEWMARK_SETS = tuple(
-    (Fraction(beta), Fraction(gamma))
-    for beta, gamma in (("0.25", "0.5"), ("0.3025", "0.6"), ("0.36", "0.7"), ("0.4225", "0.8"), ("0.49", "0.9"))
-)
-SPLITS = tuple(Fraction(split) for split in ("0.2", "0.4", "0.5", "0.6", "0.8"))
 RADIUS_RATIOS = np.logspace(-2, 3, 501)
 ERROR_RATIOS = np.linspace(0.0, 0.2, 201)
 
@@ -86,15 +85,29 @@ def property_table(folder: Path, step: Callable[[], object]) -> list[list[str]]:
     return rows
 
 
-def reproduce(folder: Path, step: Callable[[], object]) -> list[list[str]]:
-    """Everything into the folder; calls step() `steps()` times; returns the table of properties."""
+@dataclass(frozen=True)
+class Results:
+    """What `reproduce` found: rows of the table of chapter 4, and the ledger."""
+
+    properties: list[list[str]]
+    claims: list[Judgement]
+
+
+def reproduce(folder: Path, step: Callable[[], object]) -> Results:
+    """Everything into the folder; calls step() `steps()` times."""
     folder.mkdir(parents=True, exist_ok=True)
     for number, split in enumerate(SPLITS, start=1):
         figure_4(number, split, folder)
         step()
-    return property_table(folder, step)
+    for chart in CHARTS:
+        chart(folder)
+        step()
+    rows = property_table(folder, step)
+    judgements = claims.judge(step)
+    claims.write(folder, judgements)
+    return Results(rows, judgements)
 
 
 def steps() -> int:
     """How often `reproduce` calls its step."""
-    return len(SPLITS) + sum(1 for _ in parameter_sets())
+    return len(SPLITS) + len(CHARTS) + sum(1 for _ in parameter_sets()) + len(claims.JUDGES)

@@ -5,16 +5,19 @@ first use.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib import import_module
 from types import MappingProxyType, ModuleType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from substep_kernels.index import SCHEMES
 
 from .errors import non_negative, real_array, unknown_name
+
+if TYPE_CHECKING:
+    from .build import Declaration
 
 Array = NDArray[np.float64]
 
@@ -24,17 +27,23 @@ def schemes() -> tuple[str, ...]:
     return tuple(SCHEMES)
 
 
-def scheme(name: str, **parameters: ArrayLike) -> "Scheme":
+def scheme(name: "str | Declaration", **parameters: ArrayLike) -> "Scheme":
     """A handle of the scheme; parameters not given take the default of the declaration.
 
-    A family's argument (`rho_inf` of generalized-alpha, ...) stands for the parameters it sets.
-    Parameters may be arrays, and then broadcast with Omega and xi. Raises ValueError for an unknown
-    scheme or parameter, for one that a family also sets, and for a value that is not finite or lies
-    outside the declared interval.
+    name: of the catalogue, or a declaration of your own (`substep_derive.Scheme`), which is derived and
+    compiled on first use and kept in the user's cache. A family's argument (`rho_inf` of
+    generalized-alpha, ...) stands for the parameters it sets. Parameters may be arrays, and then
+    broadcast with Omega and xi. Raises ValueError for an unknown scheme or parameter, for one that a
+    family also sets, and for a value that is not finite or lies outside the declared interval.
     """
-    if name not in SCHEMES:
-        raise unknown_name("a scheme", name, SCHEMES)
-    entry = SCHEMES[name]
+    if isinstance(name, str):
+        if name not in SCHEMES:
+            raise unknown_name("a scheme", name, SCHEMES)
+        entry = SCHEMES[name]
+    else:
+        from .build import own_entry  # noqa: PLC0415 (the one door to SymPy)
+
+        name, entry = own_entry(name)
     declared = {parameter: rest for parameter, *rest in entry["parameters"]}
     families = entry["families"]
     given: dict[str, Array] = {}
@@ -54,7 +63,7 @@ def scheme(name: str, **parameters: ArrayLike) -> "Scheme":
     for key, (*domain, default) in declared.items():
         value = given[key] if key in given else default(*complete.values())
         complete[key] = _within(name, key, value, domain)
-    return Scheme(name, MappingProxyType(complete))
+    return Scheme(name, MappingProxyType(complete), entry)
 
 
 def _within(scheme: str, key: str, value: ArrayLike, domain: Sequence[Any]) -> Array:
@@ -81,26 +90,28 @@ class Scheme:
 
     name: str
     parameters: Mapping[str, Array]
+    entry: Mapping[str, Any] = field(repr=False, compare=False)  # of the index, see substep_kernels.index
 
     @property
     def state(self) -> tuple[str, ...]:
         """What the scheme carries from step to step, in the order of the amplification matrix."""
-        return SCHEMES[self.name]["state"]
+        return self.entry["state"]
 
     @property
     def reference(self) -> str:
         """Where the scheme was published."""
-        return SCHEMES[self.name]["reference"]
+        return self.entry["reference"]
 
     @property
     def balances(self) -> int:
         """How many balances (implicit solves or force evaluations) a step has."""
-        return SCHEMES[self.name]["balances"]
+        return self.entry["balances"]
 
     @property
     def kernels(self) -> ModuleType:
         """The generated module, imported (and compiled or read from numba's cache) on first use."""
-        return import_module(f"substep_kernels.{SCHEMES[self.name]['module']}")
+        module = self.entry["module"]
+        return module if isinstance(module, ModuleType) else import_module(f"substep_kernels.{module}")
 
     def amplification(self, Omega: ArrayLike, xi: ArrayLike = 0.0) -> Array:
         """Amplification matrix, (..., m, m), of the undriven oscillator, in the order of `state`."""
@@ -140,7 +151,7 @@ class Scheme:
     def coefficients(self, Omega: ArrayLike, xi: ArrayLike = 0.0) -> tuple[Array, Array, Array, Array]:
         """Increment A - I (n, m, m), load (n, m, K), and outputs outside the state (n, R, m), (n, R, K)."""
         _, arguments = self._points(Omega, xi)
-        n, m, K, R = arguments[0].size, len(self.state), self._loads, SCHEMES[self.name]["outputs"]
+        n, m, K, R = arguments[0].size, len(self.state), self._loads, self.entry["outputs"]
         out = np.empty((n, m, m)), np.empty((n, m, K)), np.empty((n, R, m)), np.empty((n, R, K))
         self.kernels.coefficients(*arguments, *out)
         return out
@@ -148,12 +159,12 @@ class Scheme:
     @property
     def history(self) -> tuple[tuple[int, int], ...]:
         """Of each entry of the state: 0 for u, 1 for h*v, 2 for h^2*a, and how many steps before t_n."""
-        return SCHEMES[self.name]["history"]
+        return self.entry["history"]
 
     @property
     def start(self) -> str:
         """ "given", "start" or the scheme that marches the first steps: see the index of the kernels."""
-        return SCHEMES[self.name]["start"]
+        return self.entry["start"]
 
     def start_coefficients(self, Omega: ArrayLike, xi: ArrayLike = 0.0) -> tuple[Array, Array]:
         """State at t = 0 = given (n, m, 3) @ (u, h*v, h^2*a) + load (n, m, K) @ h^2 f at START_STENCIL*h."""
@@ -165,11 +176,11 @@ class Scheme:
 
     @property
     def _loads(self) -> int:
-        return SCHEMES[self.name]["loads"]
+        return self.entry["loads"]
 
     def _module_parameters(self) -> list[Array]:
         """Parameters in the order of the module, which a member shares with its parent."""
-        fixed = {name: np.float64(value) for name, value in SCHEMES[self.name]["fixed"].items()}
+        fixed = {name: np.float64(value) for name, value in self.entry["fixed"].items()}
         values = {**self.parameters, **fixed}
         return [np.asarray(values[name]) for name in self.kernels.PARAMETERS]
 

@@ -1,0 +1,156 @@
+"""Exact signs of polynomials at rational and at algebraic points, and their positive roots.
+
+Polynomials are in one variable over K = Q or K = Q(r). A value is first shown to be zero or not (a remainder,
+a gcd); only a sign that exists is sought, by intervals that close in.
+"""
+
+from collections.abc import Iterable, Sequence
+from typing import Any, Protocol
+
+from sympy import QQ, Poly, Symbol
+from sympy import ring as polynomial_ring
+
+from .algebraic import Field, RealRoot, enclose, irreducible, real_roots, sign_of
+
+NARROW = QQ(1, 2**64)  # width up to which an interval is tried before zero is asked for exactly
+
+
+class Point(Protocol):
+    """A place on the real line at which polynomials over K have values with signs."""
+
+    def value(self, polynomial: Any) -> Any:
+        """The value of a polynomial in one variable, as a number that +, - and * apply to."""
+        ...
+
+    def reduced(self, number: Any) -> Any:
+        """The same number, written as short as `value` writes it."""
+        ...
+
+    def sign(self, number: Any) -> int:
+        """-1, 0 or 1, exactly."""
+        ...
+
+
+class RationalPoint:
+    """The rational x: values are elements of K."""
+
+    def __init__(self, field: Field, x: Any) -> None:
+        self.field, self.x = field, x
+
+    def value(self, polynomial: Any) -> Any:
+        """The polynomial's value."""
+        return polynomial.evaluate(polynomial.ring.gens[0], self.field.domain.convert(self.x))
+
+    def reduced(self, number: Any) -> Any:
+        """The number itself."""
+        return number
+
+    def sign(self, number: Any) -> int:
+        """The sign of an element of K."""
+        return self.field.sign(number)
+
+
+class RootPoint:
+    """An irrational real root: values are remainders modulo a polynomial over K that the root is a root of."""
+
+    def __init__(self, field: Field, root: RealRoot, ring: Any) -> None:
+        self.field, self.root = field, root
+        self._modulus = ring.from_list([field.domain.convert(QQ.convert(c)) for c in root.polynomial.all_coeffs()])
+
+    def value(self, polynomial: Any) -> Any:
+        """The polynomial's remainder."""
+        return polynomial.rem(self._modulus)
+
+    def reduced(self, number: Any) -> Any:
+        """The remainder of a product of remainders."""
+        return number.rem(self._modulus)
+
+    def sign(self, number: Any) -> int:
+        """The sign of the number a remainder stands for."""
+        number = number.rem(self._modulus)
+        known_nonzero = not self.field.algebraic  # the modulus is irreducible over Q, perhaps not over Q(r)
+        while number:
+            x = self.root.low, self.root.high
+            low, high = enclose(map(self.field.enclose, number.to_dense()), x)
+            if low > 0 or high < 0:
+                return sign_of(low + high)
+            if not known_nonzero and x[1] - x[0] < NARROW:
+                if self._is_zero(number):
+                    return 0
+                known_nonzero = True
+            self.root.narrow()
+            self.field.narrow()
+        return 0
+
+    def _is_zero(self, number: Any) -> bool:
+        """Whether the root is one of the factor that modulus and number share; the modulus shrinks to what holds it."""
+        shared = self._modulus.gcd(number)
+        if shared.degree() < 1:
+            return False
+        ends = [self.field.sign(shared.evaluate(shared.ring.gens[0], self.field.domain.convert(end)))
+                for end in (self.root.low, self.root.high)]  # fmt: skip
+        vanishes = ends[0] * ends[1] < 0  # it has at most the one root in the interval, and that is simple
+        self._modulus = shared if vanishes else self._modulus.exquo(shared)
+        return vanishes
+
+
+def point(field: Field, root: RealRoot, ring: Any) -> Point:
+    """The point at a root."""
+    return RootPoint(field, root, ring) if root.rational is None else RationalPoint(field, root.rational)
+
+
+def separate(roots: Iterable[RealRoot]) -> list[RealRoot]:
+    """Distinct roots in ascending order, their intervals narrowed until a rational fits between any two."""
+    ordered = sorted(roots, key=lambda root: (root.low, root.high))
+    i = 1
+    while i < len(ordered):
+        left, right = ordered[i - 1], ordered[i]
+        if left.high < right.low:
+            i += 1
+            continue
+        for root in (left, right):
+            if root.rational is None:
+                root.narrow()
+        ordered.sort(key=lambda root: (root.low, root.high))
+        i = max(i - 1, 1)
+    return ordered
+
+
+def simplest_between(low: Any, high: Any) -> Any:
+    """The rational of smallest denominator strictly between two rationals 0 <= low < high."""
+    whole = low.numerator // low.denominator
+    if whole + 1 < high:
+        return QQ(whole + 1)
+    if low == whole:  # below high <= whole + 1
+        gap = high - whole
+        return whole + QQ(1, gap.denominator // gap.numerator + 1)
+    above = low - whole, high - whole
+    return whole + 1 / simplest_between(1 / above[1], 1 / above[0])
+
+
+def positive_roots(field: Field, polynomials: Sequence[Any], ring: Any) -> list[RealRoot]:
+    """The positive roots of nonzero polynomials over K, each once, separated from 0 and each other, ascending.
+
+    Over Q(r) these are found among the roots of the norm, a polynomial over Q.
+    """
+    x = Symbol("x")
+    found: dict[Poly, list[Any]] = {}
+    for polynomial in polynomials:
+        over_k = Poly.from_dict(dict(polynomial), x, domain=field.domain)
+        for factor in irreducible(over_k.norm() if field.algebraic else over_k):
+            if factor.eval(0) != 0:
+                found.setdefault(factor, []).append(polynomial)
+    roots = []
+    for factor, sources in found.items():
+        for root in real_roots(factor, above=0):
+            while root.low <= 0:
+                root.narrow()
+            at = point(field, root, ring)
+            if not field.algebraic or any(at.sign(at.value(source)) == 0 for source in sources):
+                roots.append(root)
+    return separate(roots)
+
+
+def ring_over(field: Field, *symbols: Symbol) -> Any:
+    """Sparse polynomials over K."""
+    return polynomial_ring(list(symbols), field.domain)[0]

@@ -1,0 +1,141 @@
+"""A scheme of the user's own, in a file outside the package, gets everything a built-in one has."""
+
+import hashlib
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from substep_derive import Balance, Parameter, Scheme, certify, derive
+from substep_derive.symbols import gamma, h, knot
+from sympy import Interval, Rational
+
+import substep as ss
+from substep import build
+
+OWN = '''
+"""Newmark's relations with beta = gamma^2/2 (a user's file)."""
+from sympy import Interval, Rational
+from substep_derive import Balance, Parameter, Scheme
+from substep_derive.symbols import gamma, h, knot
+
+u0, v0, a0 = knot(0)
+u1, v1, a1 = end = knot(1)
+half = Rational(1, 2)
+
+mine = Scheme(
+    "mine",
+    parameters=(Parameter(gamma, Interval(half, 2), Rational(3, 5)),),
+    relations={
+        u1: u0 + h * v0 + h**2 * ((half - gamma**2 / 2) * a0 + gamma**2 / 2 * a1),
+        v1: v0 + h * ((1 - gamma) * a0 + gamma * a1),
+    },
+    balances=(Balance.at(end, 1),),
+)
+'''
+
+RUN = """
+import substep as ss, sys
+from my_scheme import mine
+from substep_derive import certify, derive
+s = ss.scheme(mine, gamma=0.7)
+r = ss.march(ss.scene("linear_oscillator", omega=2.0, xi=0.05), s, dt=0.1, t_end=1.0)
+print(repr(float(s.spectral_radius(1.3))), repr(float(r.u[-1, 0])), certify(mine, gamma="7/10").stable)
+print(derive(mine).balances[0].effective_stiffness)
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    cache = tmp_path / "cache"
+    monkeypatch.setenv("SUBSTEP_CACHE", str(cache))
+    (tmp_path / "my_scheme.py").write_text(OWN)
+    (tmp_path / "run.py").write_text(RUN)
+    return tmp_path
+
+
+def start(folder: Path) -> "subprocess.Popen[str]":
+    environment = {**os.environ, "PYTHONPATH": str(folder), "NUMBA_DISABLE_JIT": "1"}
+    command = [sys.executable, str(folder / "run.py")]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
+
+
+def result(process: "subprocess.Popen[str]") -> str:
+    out, err = process.communicate(timeout=300)
+    assert process.returncode == 0, err
+    return out
+
+
+def expected() -> tuple[float, float]:
+    s = ss.scheme("newmark", beta=0.7**2 / 2, gamma=0.7)
+    r = ss.march(ss.scene("linear_oscillator", omega=2.0, xi=0.05), s, dt=0.1, t_end=1.0)
+    return float(s.spectral_radius(1.3)), float(r.u[-1, 0])
+
+
+def test_closed_forms_certificate_kernels_and_march_and_the_cache(folder: Path) -> None:
+    first = result(start(folder))
+    radius, u, stable = first.splitlines()[0].split()
+    assert np.allclose([float(radius), float(u)], expected(), rtol=1e-13)
+    assert stable == str(certify("newmark", beta="49/200", gamma="7/10").stable)
+    assert "K_t(u_1)" in first
+    (module,) = (folder / "cache").glob("substep_own_*.py")
+    text = module.read_text()
+    assert text.splitlines()[0] == "# sha256 " + hashlib.sha256(text.split("\n", 1)[1].encode()).hexdigest()
+    assert (folder / "cache").stat().st_mode & 0o777 == 0o700
+    written = module.stat().st_mtime_ns
+    assert result(start(folder)) == first
+    assert module.stat().st_mtime_ns == written  # taken from the cache
+
+
+def test_a_torn_file_is_written_again(folder: Path) -> None:
+    first = result(start(folder))
+    (module,) = (folder / "cache").glob("substep_own_*.py")
+    whole = module.read_text()
+    for torn in (whole[: len(whole) // 2], "", whole.replace("math.nan", "0.0"), "import os; os.abort()"):
+        module.write_text(torn)
+        assert result(start(folder)) == first
+        assert module.read_text() == whole
+
+
+def test_two_processes_at_once(folder: Path) -> None:
+    both = [start(folder), start(folder)]
+    first, second = (result(process) for process in both)
+    assert first == second
+    assert len(list((folder / "cache").glob("*.py"))) == 1
+    assert not [path for path in (folder / "cache").iterdir() if path.name.startswith("tmp")]
+
+
+def test_a_folder_that_others_may_write_to_or_own_is_refused(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    build.cache_folder().chmod(0o777)
+    with pytest.raises(PermissionError, match="chmod 700"):
+        build.cache_folder()
+    build_folder = folder / "cache"
+    build_folder.chmod(0o700)
+    monkeypatch.setattr(os, "getuid", lambda: build_folder.stat().st_uid + 1)
+    with pytest.raises(PermissionError, match="yours alone"):
+        build.cache_folder()
+
+
+def declared(name: str) -> Scheme:
+    u0, v0, a0 = knot(0)
+    u1, v1, a1 = end = knot(1)
+    half = Rational(1, 2)
+    return Scheme(
+        name,
+        parameters=(Parameter(gamma, Interval(half, 2), Rational(3, 5)),),
+        relations={
+            u1: u0 + h * v0 + h**2 * ((half - gamma**2 / 2) * a0 + gamma**2 / 2 * a1),
+            v1: v0 + h * ((1 - gamma) * a0 + gamma * a1),
+        },
+        balances=(Balance.at(end, 1),),
+    )
+
+
+def test_in_one_process_compiled(folder: Path) -> None:
+    mine = ss.scheme(declared("mine"), gamma=0.7)
+    assert np.isclose(mine.spectral_radius(1.3), expected()[0], rtol=1e-14)
+    assert mine.state == derive(declared("mine")).state
+    with pytest.raises(ValueError, match=r"in \[0\.5, 2\.0\], got 3"):
+        ss.scheme(declared("mine"), gamma=3.0)
