@@ -19,7 +19,7 @@ from substep_derive.hurwitz import Hurwitz, Verdict, verdict
 from substep_derive.signs import RationalPoint, RootPoint, point, positive_roots, ring_over, simplest_between
 from substep_derive.stability import Certificate, certify
 from substep_derive.symbols import K0, M, f, h
-from sympy import QQ, CRootOf, Mul, Poly, Rational, Symbol, minimal_polynomial, oo, sqrt
+from sympy import QQ, CRootOf, Mul, Poly, Rational, Symbol, minimal_polynomial, oo, pi, sqrt
 from sympy.abc import r, x
 
 SETS, OMEGAS = (2000, 16) if os.environ.get("SUBSTEP_VERIFY") == "1" else (200, 6)
@@ -208,6 +208,8 @@ def test_algebraic_numbers_are_checked() -> None:
     assert Algebraic.of(sqrt(2) + sqrt(3)).index == 3
     with pytest.raises(ValueError, match="real number"):
         Algebraic.of(sqrt(-2))
+    with pytest.raises(ValueError, match="algebraic number"):
+        Algebraic.of(pi)
 
 
 def test_wrong_calls() -> None:
@@ -237,6 +239,13 @@ def test_wrong_calls() -> None:
         certify("newmark", beta=SQRT_3, gamma=TWO_MINUS_SQRT_2)
     assert "r**2 - 3" in str(caught.value)
     assert "r**2 - 4*r + 2" in str(caught.value)
+
+
+def test_irrational_declarations_are_refused() -> None:
+    forward_euler = BY_NAME["forward_euler"]
+    relations = {symbol: e * sqrt(2) for symbol, e in forward_euler.relations.items()}
+    with pytest.raises(DeclarationError, match="declare a parameter"):
+        certify(replace(forward_euler, name="irrational", relations=relations))
 
 
 def test_the_end_of_a_default_interval_counts() -> None:

@@ -42,6 +42,7 @@ def test_certify_prints_the_proof_and_reads_exact_numbers() -> None:
     assert "stable for every Omega" in result.output.replace("\n", " ")
     limit = runner.invoke(app, ["certify", "fox_goodwin", "--xi", "0"])
     assert "sqrt(6)" in limit.output
+    assert "Largest ||A^k||" in limit.output
 
 
 @pytest.mark.parametrize(
@@ -75,6 +76,9 @@ def test_reproduce_draws_every_panel_and_writes_its_numbers(tmp_path: Path) -> N
             assert all(len(row.split(",")) == 7 for row in rows)
     for chart in ("catalogue_spectra", "trade_off_equal_cost", "stability_region"):
         assert (tmp_path / f"{chart}.png").stat().st_size > 10_000
+    catalogue = (tmp_path / "catalogue.csv").read_text().splitlines()
+    assert len(catalogue) == 1 + len(ss.schemes())
+    assert 'fox_goodwin,"2, 2, 2",9.89898,sqrt(6),sqrt(6),no,no,U0-V1,2.44949' in catalogue
     assert "## C2.1: true" in (tmp_path / "claims.md").read_text()
     table = (tmp_path / "chapter_4_properties.csv").read_text().splitlines()
     assert len(table) == 27

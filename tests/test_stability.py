@@ -188,3 +188,18 @@ def test_far_below_the_range_nothing_is_lost() -> None:
     for s in (ss.scheme("bathe"), ss.scheme("newmark", beta=0.25, gamma=0.5)):
         leading = {"bathe": 1 / 24, "newmark": 1 / 12}[s.name]
         assert s.period_error(1e-9) == pytest.approx(leading * 1e-18, rel=1e-6)
+
+
+def test_powers_stay_bounded_unless_an_eigenvalue_on_the_circle_is_multiple() -> None:
+    average, central = ss.scheme("average_acceleration"), ss.scheme("central_difference")
+    omegas = np.array([0.1, 1.0, 30.0])
+    assert np.allclose(average.power_norm(omegas, n=200), average.power_norm(omegas, n=2000), rtol=1e-6)
+    growth = central.power_norm(2.0, n=1000) / central.power_norm(2.0, n=100)
+    assert growth == pytest.approx(10, rel=0.02)
+    assert central.power_norm(1.9, n=1000) < 20
+    assert central.power_norm(3.0, n=1000) == np.inf
+    assert ss.scheme("bathe").power_norm(omegas).shape == (3,)
+    with pytest.raises(ValueError, match="Omega > 0"):
+        average.power_norm(0.0)
+    with pytest.raises(ValueError, match="n >= 1"):
+        average.power_norm(1.0, n=0)

@@ -11,8 +11,10 @@ from sympy import QQ, Expr, Integer, Matrix, Poly, Symbol, cancel, factor, fract
 from sympy import cse as sympy_cse
 from sympy.polys.matrices import DomainMatrix
 from sympy.polys.matrices.exceptions import DMNonInvertibleMatrixError
+from sympy.polys.polyerrors import NotAlgebraic
 
 SingularMatrix = DMNonInvertibleMatrixError
+NotAlgebraicNumber = NotAlgebraic
 
 
 def clear_rows(matrix: Matrix) -> Matrix:

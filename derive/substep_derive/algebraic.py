@@ -26,6 +26,7 @@ from sympy import (
     minimal_polynomial,
 )
 
+from . import algebra
 from .scheme import exact_number
 
 generator = Symbol("r")  # the algebraic number that parameters may be rational functions of
@@ -149,7 +150,7 @@ class Algebraic:
         """
         try:
             polynomial = Poly(minimal_polynomial(number, generator), generator, domain=QQ)
-        except NotImplementedError as error:
+        except (algebra.NotAlgebraicNumber, NotImplementedError) as error:
             raise ValueError(f"expected an algebraic number, got {number}") from error
         for root in real_roots(polynomial.primitive()[1]):
             low, high = (Rational(int(end.numerator), int(end.denominator)) for end in (root.low, root.high))

@@ -71,9 +71,11 @@ def critical_curve(scheme: str | Scheme, **parameters: Any) -> CriticalCurve:
         found = survey.certificate(i)
         if found is not None:
             branches[i] = next((b for b in (before, after) if b and _ends_at(b, found)), None)
-        elif before == after:
-            branches[i] = before
-            if not survey.stable(i):
+        elif before == after and before is not None:
+            stable, endless = survey.stable(i), before.constant is oo
+            if not endless or stable is not False:
+                branches[i] = before
+            if not endless or stable is None:
                 followed.append(i)
     runs: list[list[int]] = []
     for i, branch in enumerate(branches):

@@ -106,6 +106,18 @@ class Derivation:
         return effective_systems(self.scheme)
 
 
+def at_defaults(scheme: Scheme) -> Scheme:
+    """The scheme with every parameter at its default, an irrational one within 1e-40 of it."""
+    values: dict[Symbol, Rational] = {}
+    for p in scheme.parameters:
+        if isinstance(p.default, Root):
+            values[p.symbol] = root_near(p.default.equation.subs(values), p)
+        else:
+            default = p.default.subs(values)
+            values[p.symbol] = default if default.is_Rational else Rational(str(default.n(40)))
+    return scheme.fix({symbol.name: value for symbol, value in values.items()})
+
+
 def unremarkable(scheme: Scheme, k: int) -> Scheme:
     """The scheme at parameters inside their intervals that satisfy no simple relation."""
     values: dict[Symbol, Rational] = {}

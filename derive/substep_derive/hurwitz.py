@@ -33,11 +33,20 @@ _characteristics: dict[Any, Any] = {}
 
 
 def characteristic(scheme: Scheme) -> Any:
-    """det(new, old) of the scheme's pencil: polynomial over Q in its parameters, xi, Omega and lambda."""
+    """det(new, old) of the scheme's pencil: polynomial over Q in its parameters, xi, Omega and lambda.
+
+    Raises DeclarationError for a declaration with other numbers than rationals.
+    """
     key = (scheme.name, tuple(scheme.relations.items()), scheme.balances, scheme.values)
     if key not in _characteristics:
         ring = ring_over(Field(), *scheme.values, xi, Omega, lam)
-        _characteristics[key] = ring.from_expr(Pencil.of(scheme).characteristic())
+        try:
+            _characteristics[key] = ring.from_expr(Pencil.of(scheme).characteristic())
+        except ValueError as error:
+            raise DeclarationError(
+                f"{scheme.name}: expected rational numbers in the declaration ({error}); "
+                f"declare a parameter and give its value as Algebraic"
+            ) from error
     return _characteristics[key]
 
 
@@ -131,7 +140,7 @@ class Verdict(Enum):
 
     @property
     def stable(self) -> bool:
-        """Whether the powers of the amplification matrix stay bounded."""
+        """No eigenvalue outside the circle, and those on it simple."""
         return self in (Verdict.INSIDE, Verdict.SIMPLE)
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from sympy import QQ, Expr, Poly, Rational, Symbol, fraction, together
 
-from .algebraic import Algebraic, Field, generator, irreducible
+from .algebraic import Algebraic, Field, generator
 from .derivation import derive
 from .scheme import DeclarationError, Parameter, Root, Scheme, exact_number
 
@@ -41,9 +41,8 @@ class Setting:
         """The same parameters at another xi. Raises ValueError for a second algebraic number."""
         numbers = _Numbers(self.field.r)
         number = numbers.expression(damping)
-        return replace(
-            self, damping=number, field=self.field if numbers.found is self.field.r else Field(numbers.found)
-        )
+        field = self.field if numbers.found is self.field.r else Field(numbers.found)
+        return replace(self, damping=number, field=field)
 
     @property
     def title(self) -> str:
@@ -119,10 +118,9 @@ def _default(scheme: Scheme, parameter: Parameter, values: Mapping[Symbol, Expr]
 
 def _only_root(parameter: Parameter, equation: Expr) -> Any:
     """The root in the parameter's interval of an equation over Q."""
-    polynomial = Poly(fraction(together(equation))[0], parameter.symbol, domain=QQ)
-    ends = parameter.domain.start, parameter.domain.end
-    for factor in irreducible(polynomial):
-        if factor.count_roots(*ends):
-            found = Algebraic(tuple(factor.all_coeffs()), ends)
-            return Rational(-found.coefficients[1], found.coefficients[0]) if len(found.coefficients) == 2 else found
-    raise DeclarationError(f"{parameter.name}: {equation} has no root in {parameter.domain}; give {parameter.name}")
+    polynomial = Poly(fraction(together(equation))[0], parameter.symbol, domain=QQ).clear_denoms()[1]
+    try:
+        found = Algebraic(tuple(polynomial.all_coeffs()), (parameter.domain.start, parameter.domain.end))
+    except ValueError as error:
+        raise DeclarationError(f"{parameter.name} has no default here ({error}); give {parameter.name}") from error
+    return Rational(-found.coefficients[1], found.coefficients[0]) if len(found.coefficients) == 2 else found

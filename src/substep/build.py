@@ -118,6 +118,35 @@ def derived(name: str, **parameters: Any) -> "Derivation":
     return derive(name, **parameters)
 
 
+@dataclass(frozen=True)
+class CatalogueRow:
+    """A scheme at its default parameters, exact values as text."""
+
+    scheme: str
+    order: str
+    rho_inf: str
+    critical_Omega: str
+    critical_curve: str
+    A_stable: str
+    L_stable: str
+    overshoot: str
+    bifurcation: str
+
+
+def catalogue_row(name: str) -> CatalogueRow:
+    """Derived: see `substep_derive.limits.profile`."""
+    from substep_derive.limits import profile  # noqa: PLC0415
+
+    p = profile(derived(name).scheme)
+    critical = "none" if p.critical_Omega is None else str(p.critical_Omega)
+    curve = "" if p.critical_curve is None else str(p.critical_curve)
+    A, L = ({True: "yes", False: "no", None: "open"}[x] for x in (p.A_stable, p.L_stable))
+    order = ", ".join(map(str, p.order))
+    ends = (f"{float(x):.6g}" if x.is_finite else "oo" for x in (p.rho_inf, p.bifurcation))
+    rho, bifurcation = ends
+    return CatalogueRow(name, order, rho, critical, curve, A, L, str(p.overshoot), bifurcation)
+
+
 def overshoot(name: str) -> "Overshoot":
     """Overshoot class of a scheme at almost all parameters."""
     from substep_derive.limits import overshoot as of  # noqa: PLC0415

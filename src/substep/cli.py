@@ -65,6 +65,14 @@ def reproduce(
         results = job.reproduce(folder, lambda: progress.advance(task))
     table = Table(
         Column("scheme", no_wrap=True),
+        *(Column(name, overflow="fold") for name in ("order u, v, a", "ρ∞", "Ω_cr", "A", "L", "overshoot")),
+        title="Every scheme at its default parameters (all columns: catalogue.csv)",
+    )
+    for row in results.catalogue:
+        table.add_row(row.scheme, row.order, row.rho_inf, row.critical_Omega, row.A_stable, row.L_stable, row.overshoot)
+    console.print(table)
+    table = Table(
+        Column("scheme", no_wrap=True),
         *(Column(name, overflow="fold") for name in ("γ_t", "β", "γ", "ρ∞", "order", "damping", "period error")),
         title="Chapter 4 at ξ = 0: exact leading terms in Ω (as CSV: chapter_4_properties.csv)",
     )
@@ -107,6 +115,12 @@ def certify(
     except (ValueError, TypeError) as error:
         raise typer.BadParameter(str(error)) from error
     print(found.text)
+    parameters = {key: float(value) for key, value in found.parameters.items()}
+    for low, high, *_ in found.multiple:  # shown by a run as well: powers grow though no eigenvalue is outside
+        if low == high:
+            norms = (scheme(name, **parameters).power_norm(float(low), float(found.xi), n) for n in (10, 100, 1000))
+            print(f"\nLargest ||A^k|| in the energy norm at Omega = {low}: " + ", ".join(f"{x:.4g}" for x in norms))
+            print("for k up to 10, 100, 1000.")
 
 
 def _exact_options(arguments: list[str]) -> dict[str, str]:

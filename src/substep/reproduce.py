@@ -2,19 +2,19 @@
 
 import csv
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass, fields
 from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
 
 from . import claims
-from .build import Properties, properties
+from .build import CatalogueRow, Properties, catalogue_row, properties
 from .catalogue_charts import CHARTS
 from .chapter_4 import NEWMARK_SETS, SPLITS
 from .charts import save, save_csv, stability_figure
 from .claims.judging import Judgement
-from .schemes import Array, Scheme, scheme
+from .schemes import Array, Scheme, scheme, schemes
 
 RADIUS_RATIOS = np.logspace(-2, 3, 501)
 ERROR_RATIOS = np.linspace(0.0, 0.2, 201)
@@ -85,10 +85,22 @@ def property_table(folder: Path, step: Callable[[], object]) -> list[list[str]]:
     return rows
 
 
+def catalogue_table(folder: Path, step: Callable[[], object]) -> list[CatalogueRow]:
+    """Every scheme at its default parameters; also written as CSV."""
+    rows = []
+    for name in schemes():
+        rows.append(catalogue_row(name))
+        step()
+    with (folder / "catalogue.csv").open("w", encoding="utf-8", newline="") as file:
+        csv.writer(file).writerows([[f.name for f in fields(CatalogueRow)], *(astuple(row) for row in rows)])
+    return rows
+
+
 @dataclass(frozen=True)
 class Results:
-    """What `reproduce` found: rows of the table of chapter 4, and the ledger."""
+    """What `reproduce` found: rows of the tables of the catalogue and of chapter 4, and the ledger."""
 
+    catalogue: list[CatalogueRow]
     properties: list[list[str]]
     claims: list[Judgement]
 
@@ -102,12 +114,13 @@ def reproduce(folder: Path, step: Callable[[], object]) -> Results:
     for chart in CHARTS:
         chart(folder)
         step()
+    catalogue = catalogue_table(folder, step)
     rows = property_table(folder, step)
     judgements = claims.judge(step)
     claims.write(folder, judgements)
-    return Results(rows, judgements)
+    return Results(catalogue, rows, judgements)
 
 
 def steps() -> int:
     """How often `reproduce` calls its step."""
-    return len(SPLITS) + len(CHARTS) + sum(1 for _ in parameter_sets()) + len(claims.JUDGES)
+    return len(SPLITS) + len(CHARTS) + len(schemes()) + sum(1 for _ in parameter_sets()) + len(claims.JUDGES)

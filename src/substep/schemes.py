@@ -141,6 +141,29 @@ class Scheme:
         """Omega*sqrt(1 - xi^2)/phi - 1 (thesis (4.6)); NaN where numerical_damping is, 0 at Omega = 0."""
         return self._evaluate("period_error", Omega, xi)
 
+    def power_norm(self, Omega: ArrayLike, xi: ArrayLike = 0.0, n: int = 1000) -> Array:
+        """The largest of ||A||, ||A^2||, ..., ||A^n|| in the energy norm of (omega*u, v, a/omega), n >= 1.
+
+        Bounded in n for a stable scheme; it grows with n where an eigenvalue on the circle is multiple.
+        Raises ValueError for Omega = 0, where the energy does not see u.
+        """
+        if n < 1:
+            raise ValueError(f"expected n >= 1 powers, got {n}")
+        omega = non_negative("Omega", Omega)
+        if (omega == 0).any():
+            raise ValueError("expected Omega > 0, got 0, where the energy does not see u; give a positive Omega")
+        A = self.amplification(omega, xi)
+        scale = np.broadcast_to(omega[..., None], A.shape[:-1]) ** (1.0 - np.array([kind for kind, _ in self.history]))
+        A = scale[..., :, None] * A / scale[..., None, :]
+        power, largest = A, np.linalg.norm(A, 2, axis=(-2, -1))
+        with np.errstate(over="ignore", invalid="ignore"):
+            for _ in range(n - 1):
+                power = power @ A
+                if not np.isfinite(power).all():
+                    return np.where(np.isfinite(power).all(axis=(-2, -1)), largest, np.inf)[()]
+                largest = np.maximum(largest, np.linalg.norm(power, 2, axis=(-2, -1)))
+        return largest[()]
+
     def stencil(self) -> Array:
         """Instants at which a step takes the load, in steps after t_n: (..., K)."""
         shape, (first, *rest) = self._broadcast(np.zeros(()), *self._module_parameters())

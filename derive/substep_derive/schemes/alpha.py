@@ -53,8 +53,8 @@ def chung_hulbert(name: str, force: Expr) -> Scheme:
     return Scheme(
         name,
         parameters=(
-            Parameter(alpha_m, Interval(-1, half), Rational(1, 4)),
-            Parameter(alpha_f, Interval(0, half), Rational(2, 5)),
+            Parameter(alpha_m, Interval(-1, half), Rational(1, 3)),
+            Parameter(alpha_f, Interval(0, half), Rational(4, 9)),
             Parameter(beta, Interval(0, oo), (1 - alpha_m + alpha_f) ** 2 / 4),
             Parameter(gamma, Interval(0, oo), half - alpha_m + alpha_f),
         ),

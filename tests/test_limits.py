@@ -1,0 +1,90 @@
+"""Order, overshoot, bifurcation and stability classes against what the literature says of them."""
+
+import numpy as np
+import pytest
+from declared import BY_NAME, NAMES
+from substep_derive import derive
+from substep_derive.derivation import at_defaults
+from substep_derive.limits import Overshoot, bifurcation, overshoot, profile
+from substep_derive.order import order_of
+from sympy import Rational, oo, sqrt
+
+import substep as ss
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        # Hilber & Hughes 1978; Chung & Hulbert 1993; Kolay & Ricles 2014
+        ("hht_alpha", "U0-V1"),
+        ("wilson_theta", "U2-V1"),
+        ("average_acceleration", "U0-V0"),
+        ("bathe", "U0-V0"),
+        ("generalized_alpha", "U0-V1"),
+        ("kr_alpha", "U1-V0"),
+        ("houbolt", "U0-V0"),
+    ],
+)
+def test_overshoot_of_the_literature(name: str, expected: str) -> None:
+    assert str(overshoot(derive(name).amplification)) == expected
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_overshoot_is_what_a_run_shows(name: str) -> None:
+    """The growth of u and v/omega from Omega = 1e3 to 1e5 in the scheme's own first step."""
+    found = overshoot(derive(at_defaults(BY_NAME[name])).amplification)
+    s = ss.scheme(name)
+    lag = max(back for _, back in s.history) if s.start not in ("given", "start") else 0
+    sizes = []
+    for omega in (1e4, 1e5):
+        u, v = [], []
+        for start in ({"u0": 1.0, "v0": 0.0}, {"u0": 0.0, "v0": omega}):
+            r = ss.march(ss.scene("linear_oscillator", omega=omega, **start), s, dt=1.0, t_end=lag + 1.0)
+            u.append(abs(r.u[-1, 0]))
+            v.append(abs(r.v[-1, 0]) / omega)
+        sizes.append((max(u), max(v)))
+    (u0, v0), (u1, v1) = sizes
+    grown = [round(float(np.log10(b / a))) if a > 1e-9 and b > 1e-9 else 0 for a, b in ((u0, u1), (v0, v1))]
+    assert Overshoot(max(grown[0], 0), max(grown[1], 0)) == found
+
+
+def test_bifurcation() -> None:
+    assert bifurcation(derive("linear_acceleration").amplification) == 2 * sqrt(3)
+    assert bifurcation(derive("noh_bathe", p="1/2").amplification) == 4
+    assert bifurcation(derive("bathe").amplification) == oo
+    with pytest.raises(ValueError, match="expected values for"):
+        bifurcation(derive("newmark_bdf2").amplification)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_profile_agrees_with_the_compiled_functions(name: str) -> None:
+    found = profile(BY_NAME[name])
+    s = ss.scheme(name)
+    omegas = np.logspace(-3, 5, 400)
+    radius = s.spectral_radius(omegas)
+    assert found.stable == bool((radius <= 1 + 1e-9).all()) or found.critical_Omega == 0
+    if found.critical_Omega not in (None, 0):
+        end = float(found.critical_Omega)
+        assert s.spectral_radius(0.999 * end) <= 1 + 1e-9 < s.spectral_radius(1.001 * end)
+    if found.rho_inf.is_finite:
+        assert s.spectral_radius(1e9) == pytest.approx(float(found.rho_inf), abs=1e-3)
+    if found.A_stable:
+        assert (s.spectral_radius(omegas, np.array([[0.1], [0.5], [1.0], [3.0]])) <= 1 + 1e-9).all()
+
+
+@pytest.mark.parametrize("damping", ["0", "1/4"])
+@pytest.mark.parametrize("name", NAMES)
+def test_derived_order_is_the_observed_one(name: str, damping: str) -> None:
+    """Free vibration at a fixed time, u, v and a, from step sizes 1/200 to 1/1600."""
+    exact = order_of(derive(at_defaults(BY_NAME[name])).amplification, Rational(damping)).free
+    omega, xi, t = 2.0, float(Rational(damping)), 1.0
+    scene = ss.scene("linear_oscillator", omega=omega, xi=xi, u0=0.7, v0=1.1)
+    s = np.roots([1.0, 2 * xi * omega, omega**2])
+    c = np.linalg.solve([[1, 1], s], [0.7, 1.1])
+    truth = [float(np.real((c * s**k * np.exp(s * t)).sum())) for k in range(3)]
+    steps = np.array([50, 100, 200, 400])
+    runs = [ss.march(scene, ss.scheme(name), dt=t / n, t_end=t) for n in steps]
+    for k, (order, field) in enumerate(zip(exact, ("u", "v", "a"), strict=True)):
+        errors = np.array([abs(getattr(r, field)[-1, 0] - truth[k]) for r in runs])
+        observed = np.log2(errors[:-1] / errors[1:])[-1]
+        assert observed == pytest.approx(order, abs=0.25) or errors[-1] < 1e-12, (field, observed, errors)
