@@ -62,6 +62,17 @@ def test_certify_refuses_what_is_no_exact_number(arguments: list[str], message: 
     assert message in " ".join(result.output.replace("│", " ").split())
 
 
+def test_conditions_and_equivalences() -> None:
+    conditions = runner.invoke(app, ["conditions", "newmark"])
+    assert conditions.exit_code == 0, conditions.output
+    assert "2*beta >= gamma" in conditions.output
+    assert "gamma >= 1/2" in conditions.output
+    found = runner.invoke(app, ["equivalences", "bathe", "silva_bezerra"])
+    assert found.exit_code == 0, found.output
+    assert "silva_bezerra" in found.output
+    assert runner.invoke(app, ["conditions", "newmarc"]).exit_code == 2
+
+
 def test_reproduce_draws_every_panel_and_writes_its_numbers(tmp_path: Path) -> None:
     result = runner.invoke(app, ["reproduce", "--folder", str(tmp_path)])
     assert result.exit_code == 0, result.output

@@ -83,6 +83,7 @@ def test_parameters_are_exact_and_inside_their_interval() -> None:
 
 
 def test_parameter_names_that_the_module_needs_are_refused() -> None:
+    from substep_derive.amplification import Amplification
     from substep_derive.emit import scheme_module
 
     taken = Parameter(Symbol("out"), Interval(0, 1), half)
@@ -90,4 +91,4 @@ def test_parameter_names_that_the_module_needs_are_refused() -> None:
         "bad", {**GOOD, v1: v0 + h * (1 - taken.symbol) * a0 + h * taken.symbol * a1}, (Balance.at(end, 1),), (taken,)
     )
     with pytest.raises(DeclarationError, match="rename"):
-        scheme_module(scheme, "test")
+        scheme_module(Amplification.of(scheme), "test")

@@ -9,7 +9,7 @@ import importlib.util
 import os
 import sys
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -21,6 +21,8 @@ import platformdirs
 if TYPE_CHECKING:
     from substep_derive import Certificate, Derivation
     from substep_derive import Scheme as Declaration
+    from substep_derive.conditions import Conditions
+    from substep_derive.equivalence import Equivalence
     from substep_derive.limits import Overshoot
     from substep_derive.show import ClosedForm
 
@@ -109,6 +111,20 @@ def certificate(name: str, xi: Any = 0, **parameters: Any) -> "Certificate":
     from substep_derive import certify  # noqa: PLC0415
 
     return certify(name, xi=xi, **parameters)
+
+
+def conditions(name: str) -> "Conditions":
+    """Stability conditions with the parameters symbolic: see `substep_derive.conditions`."""
+    from substep_derive.conditions import conditions as of  # noqa: PLC0415
+
+    return of(name)
+
+
+def equivalences(names: Sequence[str]) -> "tuple[Equivalence, ...]":
+    """Pairs that share matrix or spectrum, among the named schemes or, for none named, all."""
+    from substep_derive.equivalence import equivalences as found  # noqa: PLC0415
+
+    return found([derived(name).scheme for name in names]) if names else found()
 
 
 def derived(name: str, **parameters: Any) -> "Derivation":

@@ -123,6 +123,31 @@ def certify(
             print("for k up to 10, 100, 1000.")
 
 
+@app.command()
+def conditions(name: Annotated[str, typer.Argument(help="a name listed by `substep schemes`")]) -> None:
+    """Print for which parameters a scheme is stable for every Ω, undamped: derived, parameters symbolic."""
+    from .build import conditions as derived  # noqa: PLC0415
+
+    try:
+        print(derived(name).text)
+    except ValueError as error:
+        raise typer.BadParameter(str(error)) from error
+
+
+@app.command()
+def equivalences(
+    names: Annotated[list[str] | None, typer.Argument(help="at least two schemes; all if none is given")] = None,
+) -> None:
+    """Find schemes that share their amplification matrix or only their spectrum, with the parameter maps."""
+    from .build import equivalences as find  # noqa: PLC0415
+
+    try:
+        for found in find(names or []):
+            print(found.text)
+    except ValueError as error:
+        raise typer.BadParameter(str(error)) from error
+
+
 def _exact_options(arguments: list[str]) -> dict[str, str]:
     """--name value or --name=value, a dash in the name standing for an underscore; values stay text."""
     values: dict[str, str] = {}
