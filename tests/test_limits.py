@@ -6,7 +6,8 @@ from declared import BY_NAME, NAMES
 from substep_derive import derive
 from substep_derive.derivation import at_defaults
 from substep_derive.limits import Overshoot, bifurcation, overshoot, profile
-from substep_derive.order import order_of
+from substep_derive.order import order_conditions, order_of
+from substep_derive.symbols import alpha, gamma
 from sympy import Rational, oo, sqrt
 
 import substep as ss
@@ -88,3 +89,18 @@ def test_derived_order_is_the_observed_one(name: str, damping: str) -> None:
         errors = np.array([abs(getattr(r, field)[-1, 0] - truth[k]) for r in runs])
         observed = np.log2(errors[:-1] / errors[1:])[-1]
         assert observed == pytest.approx(order, abs=0.25) or errors[-1] < 1e-12, (field, observed, errors)
+
+
+def test_order_conditions_with_symbolic_parameters() -> None:
+    newmark = order_conditions(derive("newmark").amplification)
+    assert newmark == dict.fromkeys("uva", (2 * gamma - 1,))
+    assert order_conditions(derive("hht_alpha").amplification) == {"u": (), "v": (), "a": (alpha,)}
+    assert order_conditions(derive("houbolt").amplification) == dict.fromkeys("uva", ())
+    assert all(order_conditions(derive("backward_euler").amplification).values())
+
+
+def test_error_constants_of_average_acceleration() -> None:
+    """Its frequency error is Omega^2/12 (free) and its forced error comes from the same rational function."""
+    found = order_of(derive("average_acceleration").amplification, Rational(0))
+    assert found.free == found.forced == (2, 2, 2)
+    assert (0, Rational(-1, 12)) in [tuple(Rational(str(x)) for x in pair) for pair in found.free_constants[0]]

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from declared import BY_NAME, for_oracle
 from oracle import amplification as stepped
-from published import AMPLITUDE_ERROR_PERCENT, PERIOD_ERROR_PERCENT, RATIOS, SPRADIUS_NEWMARK
+from published import AMPLITUDE_ERROR_PERCENT, GENERALIZED_ALPHA_LOSS, PERIOD_ERROR_PERCENT, RATIOS, SPRADIUS_NEWMARK
 
 import substep as ss
 
@@ -144,6 +144,12 @@ def test_published_amplitude_error() -> None:
 def test_published_spectral_radius() -> None:
     found = ss.scheme("newmark", beta=0.3025, gamma=0.6).spectral_radius(2 * np.pi * np.logspace(-3, 3, 10))
     assert np.abs(found - SPRADIUS_NEWMARK).max() < 0.6e-8
+
+
+@pytest.mark.parametrize("rho", GENERALIZED_ALPHA_LOSS)
+def test_published_loss_of_generalized_alpha(rho: float) -> None:
+    found = 1 - ss.scheme("generalized_alpha", rho_inf=rho).spectral_radius(2 * np.pi * 0.01)
+    assert found == pytest.approx(GENERALIZED_ALPHA_LOSS[rho], rel=0.005)  # three printed digits
 
 
 def test_on_a_bifurcation_the_square_root_of_eps_is_all_there_is() -> None:

@@ -7,7 +7,7 @@ simplified after it was built.
 from collections.abc import Sequence
 from typing import Any
 
-from sympy import QQ, Expr, Integer, Matrix, Poly, Symbol, cancel, factor, fraction, lcm_list, ring, together
+from sympy import QQ, Expr, Integer, Matrix, Poly, Symbol, cancel, factor, field, fraction, lcm_list, ring, together
 from sympy import cse as sympy_cse
 from sympy.polys.matrices import DomainMatrix
 from sympy.polys.matrices.exceptions import DMNonInvertibleMatrixError
@@ -61,6 +61,11 @@ def primitive(expression: Expr, variable: Symbol) -> Poly:
 def polynomial_ring(symbols: Sequence[Symbol]) -> tuple[Any, ...]:
     """Sparse polynomials over the rationals: the ring and its generators."""
     return ring(list(symbols), QQ)
+
+
+def rational_functions(symbols: Sequence[Symbol]) -> Any:
+    """Their field over the rationals, None for no symbols."""
+    return field(list(symbols), QQ)[0] if symbols else None
 
 
 def horner(expression: Expr, variable: Symbol) -> Expr:

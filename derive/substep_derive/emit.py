@@ -12,9 +12,9 @@ from .amplification import Amplification
 from .effective import effective_systems
 from .emit_index import index_entry, index_module
 from .kernels import DEFECT_TERMS, Kernel, entries, scheme_kernels
+from .printing import PRINTER, fill, literal_tuple
 from .scheme import DeclarationError, Root, Scheme
 from .symbols import Omega, state_label, xi
-from .templates import PRINTER, fill, literal_tuple
 
 SMALL_OMEGA = 0.125  # below: exact eigenvalue plus its defect; above: direct formulas
 RESERVED = {  # names a generated function gives to something else than a parameter

@@ -7,9 +7,9 @@ from sympy import Expr, Float, Pow, Rational, fraction, together
 
 from . import algebra, templates
 from .amplification import Amplification
+from .printing import PRINTER, fill, literal_tuple
 from .scheme import Family, Parameter, Root, Scheme
 from .symbols import knot_of, lattice, state_label
-from .templates import PRINTER, fill, literal_tuple
 
 
 def index_module(amplifications: Iterable[Amplification]) -> str:

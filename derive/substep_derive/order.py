@@ -12,8 +12,9 @@ from dataclasses import dataclass
 from math import factorial
 from typing import Any, cast
 
-from sympy import QQ, Expr, Matrix, Poly, Rational
+from sympy import QQ, Expr, Integer, Matrix, Poly, Rational, Symbol, factor, factor_list, fraction, prod
 
+from . import algebra
 from .accuracy import Series, logarithm_defect
 from .amplification import Affine, Amplification
 from .scheme import Scheme
@@ -22,6 +23,7 @@ from .symbols import Omega, knot_of, lam, lattice, mu, xi
 TERMS = 9
 KAPPA = QQ(1, 3)
 Triple = tuple[int, int, int]
+Error = list[tuple[Any, Any]]  # coefficients of powers of Omega
 
 
 @dataclass(frozen=True)
@@ -45,32 +47,34 @@ class Order:
 
 
 class _Expansion:
-    """Series with rational coefficients at one damping ratio."""
+    """Series at one damping ratio; coefficients rational, or rational functions of free parameters."""
 
-    def __init__(self, damping: Rational) -> None:
-        self.xi = QQ(damping.p, damping.q)
+    def __init__(self, damping: Rational, symbols: Sequence[Symbol] = (), terms: int = TERMS) -> None:
+        self.field = algebra.rational_functions(symbols)
+        self.terms = terms
+        self.xi = self.number(damping)
         self.zero = 0 * self.xi
         self.damping = damping
 
     def constant(self, value: Any) -> Series:
         one = self.zero + 1
-        return Series([(one * value, self.zero)] + [(self.zero, self.zero)] * (TERMS - 1), self.xi)
+        return Series([(one * value, self.zero)] + [(self.zero, self.zero)] * (self.terms - 1), self.xi)
 
     def number(self, value: Expr) -> Any:
-        return QQ(value.p, value.q)
+        return QQ(value.p, value.q) if self.field is None else self.field.from_expr(value)
 
     def polynomial(self, expression: Expr) -> Series:
         """A polynomial in Omega with the damping ratio put in."""
         poly = Poly(expression.subs(xi, self.damping), Omega)
-        row = [self.number(poly.coeff_monomial(Omega**i)) for i in range(TERMS)]
+        row = [self.number(poly.coeff_monomial(Omega**i)) for i in range(self.terms)]
         return Series([(x, self.zero) for x in row], self.xi)
 
     def exponential(self, a: Any, b: Any) -> Series:
         """exp((a + b*zeta) Omega)."""
         total, power = self.constant(1), self.constant(1)
         step = Series([(self.zero, self.zero), (a + self.zero, b + self.zero)], self.xi)
-        step = Series(step.c + [(self.zero, self.zero)] * (TERMS - 2), self.xi)
-        for k in range(1, TERMS):
+        step = Series(step.c + [(self.zero, self.zero)] * (self.terms - 2), self.xi)
+        for k in range(1, self.terms):
             power = power * step
             total = total + power.scaled(QQ(1, factorial(k)))
         return total
@@ -78,7 +82,7 @@ class _Expansion:
     def power_of_s(self, k: int, conjugate: bool = False) -> Series:
         """s^k, or the conjugate's."""
         s = (-2 * self.xi, self.zero - 1) if conjugate else (self.zero, self.zero + 1)
-        base = Series([(self.zero, self.zero), s] + [(self.zero, self.zero)] * (TERMS - 2), self.xi)
+        base = Series([(self.zero, self.zero), s] + [(self.zero, self.zero)] * (self.terms - 2), self.xi)
         result = self.constant(1)
         for _ in range(k):
             result = result * base
@@ -166,17 +170,19 @@ class _Modes:
         return result
 
 
-def _free(amplification: Amplification, expansion: _Expansion) -> list[tuple[int, Any]]:
+def _free(amplification: Amplification, expansion: _Expansion) -> list[list[Error]]:
+    """For u, v and a: drift per unit of omega*t, amplitude's deviation, amplitude of the conjugate."""
     modes, e = _Modes(amplification, expansion), expansion
     scheme = amplification.scheme
     x, steps = _start(scheme, amplification, e)
-    L = logarithm_defect(amplification, 7, expansion.damping)
+    L = logarithm_defect(amplification, min(7, e.terms), expansion.damping)
     pairs = list(zip(L.A, [L.ring.zero, *L.B], strict=True))
     drift = Series(
-        [(e.number(L.expr(a)), e.number(L.expr(b))) for a, b in pairs] + [(e.zero, e.zero)] * (TERMS - len(pairs)), e.xi
+        [(e.number(L.expr(a)), e.number(L.expr(b))) for a, b in pairs] + [(e.zero, e.zero)] * (e.terms - len(pairs)),
+        e.xi,
     )
     conjugate = Series([(a - 2 * e.xi * b, -b) for a, b in drift.c], e.xi)
-    found: list[tuple[int, Any]] = []
+    found: list[list[Error]] = []
     parts = []
     for shift, s in ((drift, (e.zero, e.zero + 1)), (conjugate, (-2 * e.xi, e.zero - 1))):
         growth, power = e.constant(1), e.constant(1)
@@ -193,12 +199,7 @@ def _free(amplification: Amplification, expansion: _Expansion) -> list[tuple[int
         exact = e.power_of_s(k)
         amplitude = e.over(parts[0][k] + exact.scaled(QQ(-1)), exact)
         other = e.over(parts[1][k], exact)
-        candidates = [(_leading(drift) - 1, drift.c), (_leading(amplitude), amplitude.c), (_leading(other), other.c)]
-        order = min(power for power, _ in candidates)
-        constants = [
-            c[power + (i == 0)] for i, (power, c) in enumerate(candidates) if power == order and power < TERMS - 3
-        ]
-        found.append((order, tuple(constants)))
+        found.append([drift.c[1:], amplitude.c, other.c])
     return found
 
 
@@ -219,11 +220,12 @@ def _start(scheme: Scheme, amplification: Amplification, e: _Expansion) -> tuple
     return _times(e.matrix(amplification.start)[0], given), 0
 
 
-def _forced(amplification: Amplification, expansion: _Expansion) -> list[tuple[int, Any]]:
+def _forced(amplification: Amplification, expansion: _Expansion) -> list[list[Error]]:
+    """For u, v and a: the error relative to the power of omega that belongs to it."""
     modes, e = _Modes(amplification, expansion), expansion
     at = e.exponential(KAPPA, QQ(0))
     load = [e.exponential(KAPPA * e.number(tau), QQ(0)) for tau in amplification.stencil]
-    square = Series([(e.zero, e.zero)] * 2 + [(e.zero + 1, e.zero)] + [(e.zero, e.zero)] * (TERMS - 3), e.xi)
+    square = Series([(e.zero, e.zero)] * 2 + [(e.zero + 1, e.zero)] + [(e.zero, e.zero)] * (e.terms - 3), e.xi)
     load = [square * entry for entry in load]  # h^2 times a load of omega^2
     adjugate = modes.adjugate(at, _times(modes.B, load))
     p = modes.polynomial(at)
@@ -233,12 +235,17 @@ def _forced(amplification: Amplification, expansion: _Expansion) -> list[tuple[i
     gain = 1 / (KAPPA**2 + 2 * e.xi * KAPPA + 1)
     found = []
     for k, value in enumerate(told):
-        power = Series([(e.zero, e.zero)] * k + [(e.zero + 1, e.zero)] + [(e.zero, e.zero)] * (TERMS - 1 - k), e.xi)
+        power = Series([(e.zero, e.zero)] * k + [(e.zero + 1, e.zero)] + [(e.zero, e.zero)] * (e.terms - 1 - k), e.xi)
         exact = power.scaled(gain * KAPPA**k)
         error = e.over(back * value + exact.scaled(QQ(-1)), power)
-        order = _leading(error)
-        found.append((order, (error.c[order],) if order < TERMS - 3 else ()))
+        found.append([error.c])
     return found
+
+
+def _first(errors: list[Error], terms: int) -> tuple[int, tuple[Any, ...]]:
+    """The lowest power in any of the errors, and their coefficients of it; terms - 3 are right."""
+    order = next((k for k in range(terms - 3) if any(tuple(e[k]) != (0, 0) for e in errors)), terms - 3)
+    return order, tuple(e[order] for e in errors if order < terms - 3 and tuple(e[order]) != (0, 0))
 
 
 def order_of(amplification: Amplification, damping: Rational) -> Order:
@@ -247,8 +254,33 @@ def order_of(amplification: Amplification, damping: Rational) -> Order:
     Raises ValueError for an inconsistent scheme.
     """
     expansion = _Expansion(damping)
-    free, forced = _free(amplification, expansion), _forced(amplification, expansion)
+    free, forced = ([_first(errors, TERMS) for errors in of(amplification, expansion)] for of in (_free, _forced))
     return Order(
         *(cast(Triple, tuple(k for k, _ in found)) for found in (free, forced)),
         *(tuple(c for _, c in found) for found in (free, forced)),
     )
+
+
+def order_conditions(amplification: Amplification, order: int = 2) -> dict[str, tuple[Expr, ...]]:
+    """What must vanish, as polynomials in the free parameters, for u, v and a to be of that order.
+
+    For "u", "v", "a": coefficients of the powers of Omega below it, free and forced, at xi = 0 and 1/4 (the
+    start included); none: it has that order for all parameters. Raises ValueError for an inconsistent scheme.
+    """
+    found: dict[str, set[Expr]] = {"u": set(), "v": set(), "a": set()}
+    for damping in (Rational(0), Rational(1, 4)):
+        expansion = _Expansion(damping, amplification.scheme.values, order + 5)
+        for of in (_free, _forced):
+            for name, errors in zip(found, of(amplification, expansion), strict=True):
+                for error in errors:
+                    for pair in error[:order]:
+                        found[name] |= {_polynomial(part) for part in pair if part != 0}
+    return {name: tuple(sorted(conditions, key=str)) for name, conditions in found.items()}
+
+
+def _polynomial(coefficient: Any) -> Expr:
+    """The squarefree part of a coefficient's numerator, numbers left out; 1 for a number."""
+    if not hasattr(coefficient, "as_expr"):
+        return Integer(1)
+    factors = factor_list(fraction(factor(coefficient.as_expr()))[0])[1]
+    return cast(Expr, prod(base for base, _ in factors))

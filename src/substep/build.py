@@ -120,6 +120,13 @@ def conditions(name: str) -> "Conditions":
     return of(name)
 
 
+def order_conditions(name: str) -> "dict[str, tuple[Any, ...]]":
+    """What must vanish for u, v and a to be of second order: see `substep_derive.order.order_conditions`."""
+    from substep_derive.order import order_conditions as of  # noqa: PLC0415
+
+    return of(derived(name).amplification)
+
+
 def equivalences(names: Sequence[str]) -> "tuple[Equivalence, ...]":
     """Pairs that share matrix or spectrum, among the named schemes or, for none named, all."""
     from substep_derive.equivalence import equivalences as found  # noqa: PLC0415

@@ -125,11 +125,15 @@ def certify(
 
 @app.command()
 def conditions(name: Annotated[str, typer.Argument(help="a name listed by `substep schemes`")]) -> None:
-    """Print for which parameters a scheme is stable for every Ω, undamped: derived, parameters symbolic."""
+    """Print for which parameters a scheme is stable for every Ω, undamped, and of second order: derived."""
     from .build import conditions as derived  # noqa: PLC0415
+    from .build import order_conditions  # noqa: PLC0415
 
     try:
         print(derived(name).text)
+        for quantity, polynomials in order_conditions(name).items():
+            wanted = " and ".join(f"{p} = 0" for p in polynomials) or "always"
+            print(f"{quantity} is of second order, free and forced, damped and undamped: {wanted}")
     except ValueError as error:
         raise typer.BadParameter(str(error)) from error
 
