@@ -10,7 +10,7 @@ import mpmath
 import numpy as np
 import oracle
 import pytest
-from declared import BY_NAME
+from declared import BY_NAME, NAMES, for_oracle
 from substep_derive import Balance, DeclarationError
 from substep_derive.algebraic import Algebraic, Field, RealRoot
 from substep_derive.curve import critical_curve
@@ -343,8 +343,10 @@ def test_shared_factor_by_minors() -> None:
 
 
 def moduli(name: str, omega: Fraction, damping: Fraction, parameters: dict[str, Fraction]) -> list[Any]:
-    exact = [mpmath.mpf(q.numerator) / q.denominator for q in (omega, damping, *parameters.values())]
-    matrix = oracle.amplification(name, exact[0], exact[1], dict(zip(parameters, exact[2:], strict=True)))
+    other, wanted = for_oracle(BY_NAME[name], parameters)
+    numbers = (Fraction(str(q)) for q in (omega, damping, *wanted.values()))
+    exact = [mpmath.mpf(q.numerator) / q.denominator for q in numbers]
+    matrix = oracle.amplification(other, exact[0], exact[1], dict(zip(wanted, exact[2:], strict=True)))
     return mpmath.eig(mpmath.matrix(matrix), left=False, right=False)
 
 
@@ -379,17 +381,15 @@ def parameter_sets(name: str, count: int) -> Iterator[tuple[dict[str, Fraction],
     scheme, rng = BY_NAME[name], np.random.default_rng(sorted(BY_NAME).index(name))
     domains = {p.name: p.domain for p in scheme.parameters}
     dampings = [Fraction(0), Fraction(0), Fraction(1, 50), Fraction(3, 10), Fraction(1), Fraction(7, 4)]
-    for k in range(count if oracle.SCHEMES[name].parameters else len(dampings) - 1):
-        drawn = oracle.sample_parameters(name, rng).items()
+    other = for_oracle(scheme, {p.name: scheme.typical[p.symbol] for p in scheme.parameters})[0]
+    for k in range(count if scheme.parameters else len(dampings) - 1):
+        drawn = oracle.sample_parameters(other, rng).items() if scheme.parameters else ()
         values = {key: Fraction(value).limit_denominator(100) for key, value in drawn}
         if all(domains[key].contains(Rational(value)) for key, value in values.items()):
             yield values, dampings[k % len(dampings) if values else k + 1]
 
 
-STEPPED = [name for name in BY_NAME if name in oracle.SCHEMES]
-
-
-@pytest.mark.parametrize("name", STEPPED)
+@pytest.mark.parametrize("name", NAMES)
 def test_fifty_digits(name: str) -> None:
     rng = np.random.default_rng(7)
     with mpmath.workdps(50):
@@ -399,7 +399,7 @@ def test_fifty_digits(name: str) -> None:
                 confirm(name, found, damping, parameters, omega)
 
 
-@pytest.mark.parametrize("name", STEPPED)
+@pytest.mark.parametrize("name", NAMES)
 def test_conditions_in_the_text_say_the_same(name: str) -> None:
     """Lienard and Chipart's conditions, as printed, against Routh's array, which decides."""
     for parameters, damping in parameter_sets(name, 3):
