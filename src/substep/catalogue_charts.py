@@ -23,11 +23,15 @@ def at_like_rho() -> dict[str, Scheme]:
         "hht_alpha",
         "wbz_alpha",
         "oalts",
+        "kr_alpha",
         "rho_inf_bathe",
         "beta1_beta2_bathe",
         "three_substep",
     )
     tuned = {f"{name}, $\\rho_\\infty$ = {RHO:g}": scheme(name, rho_inf=RHO) for name in free}
+    # second order with rho_inf = RHO at gamma_t = 1/2: see `substep_derive.design.region`
+    beta = 0.5 / (2 + RHO)
+    tuned[rf"newmark_bdf2, $\gamma_t$ = 0.5, $\beta$ = {beta:g}, $\gamma$ = 0.5"] = scheme("newmark_bdf2", beta=beta)
     fixed = ("wilson_theta", "houbolt", "park", "gholampour", "bathe", "average_acceleration")
     return {**tuned, **{name: scheme(name) for name in fixed}}
 
@@ -48,7 +52,7 @@ def spectra(folder: Path) -> None:
         axes.set_title(f"({letter})", loc="left", fontsize=10)
     for axes in (b, c):
         axes.locator_params(axis="x", nbins=5)
-    figure.suptitle(r"Implicit schemes, $\xi$ = 0, one step $h$ each", fontsize=11)
+    figure.suptitle(r"Schemes without a limit on the step, $\xi$ = 0, one step $h$ each", fontsize=11)
     handles, labels = a.get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=4, fontsize=8, frameon=False)
     save(figure, folder / "catalogue_spectra")
