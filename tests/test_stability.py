@@ -97,7 +97,10 @@ def test_sixty_digits(name: str, parameters: dict[str, float], damping: float) -
             values, moves = exact_spectrum(matrix)
             radius = max(abs(x) for x in values)
             move = max(d for x, d in zip(values, moves, strict=True) if abs(x) >= radius * (1 - 1e-9))
-            check(got["spectral_radius"][i], radius, max(1e-13 * radius, 200 * move), omega)
+            beside = move > 20 * EPS * radius
+            # 1e-13 away from a double root; beside one, and for rounded parameters, the conditioning
+            slack = (16 if beside else 0) if name in DENSE else 200
+            check(got["spectral_radius"][i], radius, max(1e-13 * radius, slack * move), omega)
             pairs = [(abs(x), x, d) for x, d in zip(values, moves, strict=True) if x.imag > 1e-40 * abs(x)]
             if not pairs:
                 doubtful = (
