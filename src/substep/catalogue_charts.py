@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from . import build
-from .charts import REFERENCE, curves, look, save, save_csv
+from .charts import REFERENCE, curves, look, save, save_csv, stability_figure
 from .schemes import Array, Scheme, scheme
 
 RHO = 0.5  # the common high-frequency spectral radius
@@ -32,7 +32,16 @@ def at_like_rho() -> dict[str, Scheme]:
     # second order with rho_inf = RHO at gamma_t = 1/2: see `substep_derive.design.region`
     beta = 0.5 / (2 + RHO)
     tuned[rf"newmark_bdf2, $\gamma_t$ = 0.5, $\beta$ = {beta:g}, $\gamma$ = 0.5"] = scheme("newmark_bdf2", beta=beta)
-    fixed = ("wilson_theta", "houbolt", "park", "gholampour", "bathe", "average_acceleration")
+    fixed = (
+        "backward_euler",
+        "energy_momentum",
+        "wilson_theta",
+        "houbolt",
+        "park",
+        "gholampour",
+        "bathe",
+        "average_acceleration",
+    )
     return {**tuned, **{name: scheme(name) for name in fixed}}
 
 
@@ -147,4 +156,24 @@ def _certified(split: Fraction, gamma: Fraction) -> bool:
     return build.certificate("newmark_bdf2", gamma_t=split, beta=beta, gamma=gamma).stable
 
 
-CHARTS: tuple[Callable[[Path], None], ...] = (spectra, trade_off, stability_region)
+EXPLICIT = (
+    *("forward_euler", "central_difference_lagged", "rk2", "rk4", "noh_bathe", "tchamwa_wielgosz"),
+    "central_difference",
+)
+
+
+def explicit_spectra(folder: Path) -> None:
+    """The same of the explicit schemes, which have no rho_inf, past their limits."""
+    ratios = np.logspace(-2, np.log10(0.7), 301)
+    drawn = {name: scheme(name) for name in EXPLICIT}
+    radius = {name: s.spectral_radius(2 * np.pi * ratios) for name, s in drawn.items()}
+    amplitude = {name: s.amplitude_error(2 * np.pi * SMALL) for name, s in drawn.items()}
+    period = {name: s.period_error(2 * np.pi * SMALL) for name, s in drawn.items()}
+    figure = stability_figure(r"Explicit schemes, $\xi$ = 0", (ratios, radius), (SMALL, amplitude, period))
+    save(figure, folder / "explicit_spectra")
+    save_csv(folder / "explicit_spectral_radius.csv", ["h/T", *drawn], [ratios, *radius.values()])
+    save_csv(folder / "explicit_amplitude_error.csv", ["h/T", *drawn], [SMALL, *amplitude.values()])
+    save_csv(folder / "explicit_period_error.csv", ["h/T", *drawn], [SMALL, *period.values()])
+
+
+CHARTS: tuple[Callable[[Path], None], ...] = (spectra, explicit_spectra, trade_off, stability_region)
