@@ -56,15 +56,15 @@ def test_chopra(example: str) -> None:
     assert np.abs(r.u[1:, 0] - expected).max() <= 1.0e-4
 
 
-def oracle_history(name: str, s: ss.Scheme, scene: ss.LinearOscillator, dt: float, n: int) -> np.ndarray:
+def oracle_history(name: str, s: ss.Scheme, scene: ss.Scene, dt: float, n: int) -> np.ndarray:
     """(n + 1, 3) of u, v, a by the oracle's steps, with each scheme's start written out from its paper."""
     other, numbers = for_oracle(BY_NAME[name], {key: float(value) for key, value in s.parameters.items()})
-    Omega, xi, load = scene.omega * dt, scene.xi, scene.load
+    Omega, xi, load = scene.parameters["omega"] * dt, scene.parameters["xi"], scene.load
 
     def force(t: float) -> float:
         return 0.0 if load is None else dt**2 * float(load(np.array([t]))[0])
 
-    x0 = np.array(scene.start) * dt ** np.arange(3)
+    x0 = np.array([scene.u0[0], scene.v0[0], scene.a0[0]]) * dt ** np.arange(3)
     u, v, a = x0
     rows, x, first = [x0], x0, 0
     if name in ("houbolt", "park", "oalts"):

@@ -2,6 +2,7 @@
 
 from .algebraic import Algebraic
 from .derivation import Derivation, derive
+from .scene import Scene
 from .scheme import Balance, DeclarationError, Family, Parameter, Root, Scheme
 from .stability import Certificate, certify
 
@@ -14,6 +15,7 @@ __all__ = [
     "Family",
     "Parameter",
     "Root",
+    "Scene",
     "Scheme",
     "certify",
     "derive",

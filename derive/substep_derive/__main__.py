@@ -5,7 +5,8 @@ import sys
 import time
 from pathlib import Path
 
-from .emit import package
+from .package import package
+from .scenes import ALL as SCENES
 from .schemes import ALL
 
 GENERATED = Path(__file__).parents[2] / "generated" / "substep_kernels"
@@ -30,7 +31,7 @@ def main() -> int:
     parser.add_argument("--check", action="store_true", help="compare, write nothing, exit 1 on a difference")
     parser.add_argument("--folder", type=Path, default=GENERATED)
     options = parser.parse_args()
-    files = package(ALL)
+    files = package(ALL, SCENES)
     found = differences(options.folder, files)
     if options.check:
         if found:

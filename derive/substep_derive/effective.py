@@ -79,8 +79,31 @@ def new_accelerations(scheme: Scheme) -> list[Symbol]:
     return found
 
 
-def effective_systems(scheme: Scheme) -> tuple[EffectiveSystem, ...]:
-    """Raises DeclarationError when a balance reads an acceleration that a later balance defines."""
+@dataclass(frozen=True)
+class Stage:
+    """One balance, its new acceleration z, and what becomes known with it.
+
+    relations: as declared, of this stage alone. in_z: every other symbol of the stage, affine in z and in
+    what earlier stages know. moved: those of them at which the balance takes the internal force.
+    """
+
+    balance: Balance
+    z: Symbol
+    relations: dict[Symbol, Expr]
+    in_z: dict[Symbol, Expr]
+    moved: frozenset[Symbol]
+
+    @property
+    def c_u(self) -> Expr:
+        """What the displacement of the internal force gains with z; 0 for an explicit balance."""
+        return factor(sum((self.in_z[s].diff(self.z) for s in self.moved if s in self.in_z), 0 * self.z))
+
+
+def stages(scheme: Scheme) -> tuple[dict[Symbol, Expr], tuple[Stage, ...]]:
+    """New symbols that follow from the state alone, and a stage a balance.
+
+    Raises DeclarationError when a balance reads an acceleration that a later balance defines.
+    """
     z = new_accelerations(scheme)
     relations = dict(scheme.relations)
     for balance, symbol in zip(scheme.balances, z, strict=True):
@@ -90,30 +113,36 @@ def effective_systems(scheme: Scheme) -> tuple[EffectiveSystem, ...]:
     solved = affine(relations, unknowns, scheme.name)
     level = {s: max((k + 1 for k, zk in enumerate(z) if e.has(zk)), default=0) for s, e in solved.items()}
     level |= {zk: k + 1 for k, zk in enumerate(z)}
-    systems: list[EffectiveSystem] = []
+    prior = {s: e for s, e in solved.items() if level[s] == 0}
+    found: list[Stage] = []
     for k, balance in enumerate(scheme.balances, start=1):
         if late := [s for s in sorted(balance.symbols, key=str) if level.get(s, 0) > k]:
             raise DeclarationError(
                 f"{scheme.name}: balance {k} reads {late[0]}, which depends on the acceleration of a later "
                 "balance; write the balances in the order in which they are solved, each for its own acceleration"
             )
-        systems.append(_effective(scheme, balance, z[k - 1], k, relations, level))
-    return tuple(systems)
+        mine = {
+            s: e for s, e in relations.items() if max((level.get(x, 0) for x in (e - s).free_symbols), default=0) == k
+        }
+        in_z = affine(mine, [s for s in level if level[s] == k and s != z[k - 1]], scheme.name)
+        where = {arg for atom in balance.force.atoms(N, N_discrete) for arg in atom.args}
+        moved = frozenset(s for arg in where for s in arg.free_symbols if level.get(s) == k)
+        found.append(Stage(balance, z[k - 1], mine, in_z, moved))
+    return prior, tuple(found)
 
 
-def _effective(
-    scheme: Scheme, balance: Balance, z: Symbol, k: int, relations: dict[Symbol, Expr], level: dict[Symbol, int]
-) -> EffectiveSystem:
-    mine = {s: e for s, e in relations.items() if max((level.get(x, 0) for x in (e - s).free_symbols), default=0) == k}
-    in_z = affine(mine, [s for s in level if level[s] == k and s != z], scheme.name)
-    where = {atom: atom.args for atom in balance.force.atoms(N, N_discrete)}
-    moved = {s for args in where.values() for arg in args for s in arg.free_symbols if level.get(s) == k}
-    c_u = sum((in_z[s].diff(z) for s in moved if s in in_z), 0 * z)
+def effective_systems(scheme: Scheme) -> tuple[EffectiveSystem, ...]:
+    """Raises DeclarationError as `stages` does."""
+    return tuple(_effective(stage, scheme.name) for stage in stages(scheme)[1])
+
+
+def _effective(stage: Stage, scheme: str) -> EffectiveSystem:
+    balance, z, mine, in_z = stage.balance, stage.z, stage.relations, stage.in_z
     residual = M * balance.inertia + C * balance.damping + balance.force - balance.load
-    if len(moved) == 1 and c_u != 0:
-        unknown = moved.pop()
+    if len(stage.moved) == 1 and stage.c_u != 0:
+        (unknown,) = stage.moved
         free = [s for s in (*in_z, z) if s != unknown]
-        by_unknown = affine(mine, free, scheme.name)
+        by_unknown = affine(mine, free, scheme)
     else:
         unknown, by_unknown = z, in_z
     residual = residual.subs(by_unknown)
@@ -128,8 +157,8 @@ def _effective(
         effective_stiffness=M * factor(inertia.diff(unknown)) + C * factor(damping.diff(unknown)) + tangent,
         recover_v=damping,
         recover_a=inertia,
-        effective_mass=c_a * M + c_v * C + factor(c_u) * tangent,
-        c_u=factor(c_u),
+        effective_mass=c_a * M + c_v * C + stage.c_u * tangent,
+        c_u=stage.c_u,
         c_v=c_v,
         c_a=c_a,
     )

@@ -3,7 +3,7 @@
 import hashlib
 from collections.abc import Iterable
 
-from sympy import Expr, Float, Pow, Rational, fraction, together
+from sympy import Expr, Float, Pow, fraction, together
 
 from . import algebra, templates
 from .amplification import Amplification
@@ -80,17 +80,17 @@ def _parameter(scheme: Scheme, k: int, roots: list[str]) -> str:
         )
         text = name
     else:
-        text = f"lambda {earlier}: {_number(default)}".replace("lambda :", "lambda:")
+        text = f"lambda {earlier}: {number(default)}".replace("lambda :", "lambda:")
     return f'("{parameter.name}", {_domain(parameter)}, {text})'
 
 
 def _family(family: Family) -> str:
     argument = family.argument
-    values = ", ".join(f'"{s.name}": lambda {argument.name}: {_number(e)}' for s, e in family.values.items())
+    values = ", ".join(f'"{s.name}": lambda {argument.name}: {number(e)}' for s, e in family.values.items())
     return f'"{argument.name}": ({_domain(argument)}, {{{values}}})'
 
 
-def _number(expression: Expr) -> str:
+def number(expression: Expr) -> str:
     """Text that evaluates to a float or an array: a number as a float, sqrt as a power."""
-    powers = expression.replace(lambda e: e.is_Pow and e.exp == Rational(1, 2), lambda e: Pow(e.base, Float(0.5)))
-    return repr(float(expression)) if expression.is_number else PRINTER.doprint(powers)
+    roots = expression.replace(lambda e: e.is_Pow and not e.exp.is_Integer, lambda e: Pow(e.base, Float(e.exp)))
+    return repr(float(expression)) if expression.is_number else PRINTER.doprint(roots)

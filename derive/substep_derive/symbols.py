@@ -24,6 +24,20 @@ beta, gamma, gamma_t, theta, alpha, alpha_B, alpha_m, alpha_f, rho_inf = (
 delta, alpha_g, p, phi, beta1, beta2 = (Symbol(name) for name in ["delta", "alpha_g", "p", "phi", "beta1", "beta2"])
 
 
+# of scenes: time, and the load the user gives as a function of time
+t, sampled = Symbol("t"), Symbol("f")
+
+
+def rate(coordinate: Symbol) -> Symbol:
+    """The coordinate's velocity."""
+    return Symbol(f"{coordinate.name}_dot")
+
+
+def acceleration(coordinate: Symbol) -> Symbol:
+    """The coordinate's acceleration."""
+    return Symbol(f"{coordinate.name}_ddot")
+
+
 class Knot(NamedTuple):
     """Displacement, velocity and acceleration at one knot."""
 

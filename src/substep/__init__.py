@@ -9,15 +9,15 @@ r = ss.march(ss.scene("linear_oscillator", omega=6.28), s, dt=0.01, t_end=10.0)
 from .loads import HalfSine, Harmonic, Record, Step
 from .marching import march
 from .response import Response
-from .scenes import LinearOscillator, scene, scenes
+from .scenes import Scene, scene, scenes
 from .schemes import Scheme, scheme, schemes
 
 __all__ = [
     "HalfSine",
     "Harmonic",
-    "LinearOscillator",
     "Record",
     "Response",
+    "Scene",
     "Scheme",
     "Step",
     "march",

@@ -1,4 +1,4 @@
-"""The one door back to the derivation: closed forms, certificates, and kernels for a scheme of one's own.
+"""The one door back to the derivation: closed forms, certificates, and kernels of one's own and of uncommitted pairs.
 
 SymPy is imported here and nowhere else, when a function is called. A user's module is printed to a real
 file in the user's cache, so that numba can cache what it compiles, and imported from there.
@@ -9,9 +9,10 @@ import importlib.util
 import os
 import sys
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cache
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
@@ -20,6 +21,7 @@ import platformdirs
 
 if TYPE_CHECKING:
     from substep_derive import Certificate, Derivation
+    from substep_derive import Scene as SceneDeclaration
     from substep_derive import Scheme as Declaration
     from substep_derive.conditions import Conditions
     from substep_derive.equivalence import Equivalence
@@ -43,6 +45,7 @@ def cache_folder() -> Path:
     return folder
 
 
+@cache
 def _generator_version() -> str:
     """Digest of the generator's own source: another generator prints other text."""
     import substep_derive  # noqa: PLC0415
@@ -59,17 +62,42 @@ def own_entry(declaration: "Declaration") -> tuple[str, Mapping[str, Any]]:
 
     Raises DeclarationError for a declaration that does not define one step, PermissionError as `cache_folder`.
     """
-    from substep_derive.emit import digest  # noqa: PLC0415
+    from substep_derive.emit import digest, own_module  # noqa: PLC0415
 
-    key = hashlib.sha256((_generator_version() + digest(declaration)).encode()).hexdigest()[:24]
-    module_name = f"substep_own_{key}"
+    module = _cached(digest(declaration), lambda: own_module(declaration))
+    return declaration.name, {**module.ENTRY, "module": module, "declaration": declaration}
+
+
+def own_scene_entry(declaration: "SceneDeclaration") -> tuple[str, Mapping[str, Any]]:
+    """The same of a declared scene. Raises DeclarationError for energies that do not define a motion."""
+    from substep_derive.emit_scene import digest  # noqa: PLC0415
+    from substep_derive.package import own_scene  # noqa: PLC0415
+
+    module = _cached(digest(declaration), lambda: own_scene(declaration))
+    return declaration.name, {**module.ENTRY, "module": module, "declaration": declaration}
+
+
+def pair_module(scheme: "str | Declaration", scene: "str | SceneDeclaration") -> ModuleType:
+    """Kernels of a scheme on a scene, named or declared, that are not committed: from the cache, or printed now."""
+    from substep_derive import emit, emit_scene, scenes, schemes  # noqa: PLC0415
+    from substep_derive.motion import Motion  # noqa: PLC0415
+    from substep_derive.package import catalogue_pair  # noqa: PLC0415
+
+    mine = next(s for s in schemes.ALL if s.name == scheme) if isinstance(scheme, str) else scheme
+    theirs = next(s for s in scenes.ALL if s.name == scene) if isinstance(scene, str) else scene
+    return _cached(emit.digest(mine) + emit_scene.digest(theirs), lambda: catalogue_pair(mine, Motion(theirs)))
+
+
+def _cached(declared: str, text: Callable[[], str]) -> ModuleType:
+    """The module whose declarations have that digest, printed by text if the cache has no whole file of it."""
+    module_name = f"substep_own_{hashlib.sha256((_generator_version() + declared).encode()).hexdigest()[:24]}"
     module = sys.modules.get(module_name)
     if module is None:
         path = cache_folder() / f"{module_name}.py"
         if not _intact(path):
-            _write(path, declaration)
+            _write(path, text())
         module = _load(module_name, path)
-    return declaration.name, {**module.ENTRY, "module": module}
+    return module
 
 
 def _intact(path: Path) -> bool:
@@ -81,11 +109,8 @@ def _intact(path: Path) -> bool:
     return first == "# sha256 " + hashlib.sha256(rest.encode()).hexdigest()
 
 
-def _write(path: Path, declaration: "Declaration") -> None:
-    """Derive and print; other processes see the old file or the whole new one."""
-    from substep_derive.emit import own_module  # noqa: PLC0415
-
-    text = own_module(declaration)
+def _write(path: Path, text: str) -> None:
+    """Other processes see the old file or the whole new one."""
     checked = "# sha256 " + hashlib.sha256(text.encode()).hexdigest() + "\n" + text
     with tempfile.NamedTemporaryFile("w", dir=path.parent, delete=False, encoding="utf-8", newline="\n") as file:
         file.write(checked)

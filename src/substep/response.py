@@ -1,5 +1,6 @@
 """What a march returns."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
@@ -16,7 +17,8 @@ class Response:
 
     status: "completed", or why the march stopped; then all arrays end at the last good state and
     t_failed is the end of the step that failed. newton_iterations (n, balances): 0 where a balance is
-    linear. angular_momentum is None for a scene without one.
+    linear. a is the scheme's own acceleration, else M^-1 (F - C v - N). angular_momentum is None for a
+    scene without one; outputs holds the scene's own, such as strain.
     """
 
     t: Array
@@ -28,3 +30,11 @@ class Response:
     newton_iterations: NDArray[np.int64]
     status: Status
     t_failed: float | None
+    outputs: Mapping[str, Array]
+
+    @property
+    def strain(self) -> Array:
+        """Axial strain (n+1,). Raises AttributeError for a scene without one."""
+        if "strain" not in self.outputs:
+            raise AttributeError("expected a scene with a strain, such as elastic_pendulum; this one has none")
+        return self.outputs["strain"]

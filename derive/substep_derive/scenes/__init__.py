@@ -1,0 +1,5 @@
+"""Declarations of scenes, one system a file; ALL holds them in the order of print."""
+
+from . import contact, nonlinear, oscillator, pendulum
+
+ALL = (*oscillator.ALL, *pendulum.ALL, *nonlinear.ALL, *contact.ALL)

@@ -1,0 +1,142 @@
+"""Many runs of one scheme on one scene at once: lanes of the pair's kernel, spread over threads."""
+
+import os
+from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from importlib import import_module
+from importlib.util import find_spec
+from types import ModuleType
+from typing import Any, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .response import Status
+from .scenes import Scene
+from .schemes import Array, Scheme
+from .schemes import scheme as make_scheme
+
+STATUSES: tuple[Status, ...] = get_args(Status)  # in the order of the kernels' numbers
+TOLERANCE = 1e-12  # of the last correction of u, relative to the scene's length
+
+
+@dataclass(frozen=True)
+class Lanes:
+    """Results of P runs.
+
+    out (P, rows, 2 or 3, d): u, v (and a of the scheme's own) every stride steps, no rows without a history;
+    state (P, m, d): last good state, rows as the kernel's STATE; iterations (P, steps, balances), no steps
+    without a history; peak (P,): largest energy, the start's included, J; n_done, status (P,): steps
+    completed, place in STATUSES.
+    """
+
+    out: Array
+    state: Array
+    iterations: NDArray[np.int64]
+    peak: Array
+    n_done: NDArray[np.int64]
+    status: NDArray[np.int64]
+
+
+def pair_module(scene: Scene, scheme: Scheme) -> ModuleType:
+    """The kernels of the scheme on the scene: committed, or printed to the user's cache on first use."""
+    name = f"substep_kernels.{scheme.name}__{scene.name}"
+    own = "declaration" in scheme.entry or "declaration" in scene.entry
+    if not own and find_spec(name) is not None:
+        return import_module(name)
+    from .build import pair_module as built  # noqa: PLC0415 (the one door to SymPy)
+
+    return built(scheme.entry.get("declaration", scheme.name), scene.entry.get("declaration", scene.name))
+
+
+def march_lanes(
+    scene: Scene,
+    scheme: Scheme,
+    dt: Array,
+    n: NDArray[np.int64],
+    *,
+    values: Mapping[str, Array] | None = None,
+    start: tuple[Array, Array, Array] | None = None,
+    bound: Any = np.inf,
+    stride: int = 1,
+    history: bool = False,
+) -> Lanes:
+    """P runs with steps dt (P,) of n (P,) steps each.
+
+    values: parameters of the scheme or the scene, (P,) each, where they differ from theirs; start: u, v, a at
+    t = 0, (P, d) each, where they do. bound: energy in J beyond which a lane stops, a number or (P,).
+    """
+    module = pair_module(scene, scheme)
+    P, steps = len(dt), int(n.max(initial=0))
+    u, v, a = (np.broadcast_to(x, (P, len(scene.u0))).copy() for x in start or (scene.u0, scene.v0, scene.a0))
+    given = {**scene.parameters, **scheme.parameters, **(values or {})}
+    scalars = {"h": dt, "tolerance": TOLERANCE * scene.length, "bound": bound, **given}
+    arrays: dict[str, Any] = {
+        **{name: np.ascontiguousarray(np.broadcast_to(np.asarray(x, float), (P,))) for name, x in scalars.items()},
+        **{"u": u, "v": v, "a": a, "n": n.astype(np.int64), "first": 0, "stride": stride},
+        "state": np.empty((P, len(module.STATE), u.shape[1])),
+        "out": np.zeros((P, steps // stride + 1 if history else 0, len(module.REPORTED), u.shape[1])),
+        "iterations": np.zeros((P, steps if history else 0, scheme.balances), dtype=np.int64),
+        **{name: np.empty(P, dtype=np.int64) for name in ("n_done", "status")},
+        "peak": np.empty(P),
+    }
+    if history:
+        arrays["out"][:, 0] = np.stack([u, v, a], axis=1)[:, : len(module.REPORTED)]
+    if scene.entry["sampled"]:
+        values_of_scheme = [float(x) for x in scheme.parameters.values()]
+        instants = np.arange(steps)[:, None] + np.array(module.stencil(*values_of_scheme))
+        arrays["forces"] = scene.forces(instants * dt[:, None, None])
+        arrays["start_forces"] = scene.forces(np.array(module.start_stencil(*values_of_scheme)) * dt[:, None])
+    head = None
+    if module.START_ARGUMENTS:
+        module.start(*(arrays[name] for name in module.START_ARGUMENTS))
+    else:
+        head = _head(scene, scheme, module, arrays, values, (u, v, a))
+    _run(module, arrays, P)
+    peak = np.maximum(arrays["peak"], _start_energy(scene, u, v))
+    if head is not None:
+        early = head.n_done < np.minimum(n, arrays["first"])
+        for name in ("n_done", "status"):
+            arrays[name][early] = getattr(head, name)[early]
+        peak = np.maximum(peak, head.peak)
+    return Lanes(peak=peak, **{name: arrays[name] for name in ("out", "state", "iterations", "n_done", "status")})
+
+
+def _start_energy(scene: Scene, u: Array, v: Array) -> Array:
+    return scene.energy(np.zeros(len(u)), u, v)
+
+
+def _head(
+    scene: Scene, scheme: Scheme, module: ModuleType, arrays: dict[str, Any], values: Any, start: tuple[Array, ...]
+) -> Lanes:
+    """The first steps by another scheme: fills the state, the first rows, and first; a lane that fails stays put."""
+    first = max(lag for _, lag in module.STATE)
+    n = arrays["n"]
+    head = march_lanes(
+        scene, make_scheme(scheme.start), arrays["h"], np.full(len(n), first),
+        values=values, start=start, bound=arrays["bound"], history=True,
+    )  # fmt: skip
+    for k, (kind, lag) in enumerate(module.STATE):
+        arrays["state"][:, k] = head.out[:, first - lag, "uva".index(kind)]
+    out = arrays["out"]
+    for row in range(min(out.shape[1], first // arrays["stride"] + 1)):
+        out[:, row] = head.out[:, row * arrays["stride"], : out.shape[2]]
+    arrays["n"] = np.where(head.n_done < first, np.minimum(n, head.n_done), n)
+    arrays["first"] = first
+    return head
+
+
+def _run(module: ModuleType, arrays: Mapping[str, Any], lanes: int) -> None:
+    """The march, its lanes shared among threads, each taking the next small part: slow lanes cluster."""
+    parts = 1 if lanes == 1 else min(lanes, 16 * (os.cpu_count() or 1))
+
+    def part(k: int) -> None:
+        mine = slice(k * lanes // parts, (k + 1) * lanes // parts)
+        module.march(*(x[mine] if isinstance(x := arrays[name], np.ndarray) else x for name in module.ARGUMENTS))
+
+    if parts == 1:
+        part(0)
+        return
+    with ThreadPoolExecutor() as pool:
+        list(pool.map(part, range(parts)))

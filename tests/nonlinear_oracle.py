@@ -1,0 +1,297 @@
+"""Every scheme of the project on nonlinear systems M a + C v + N(u) = F(t), stepped by number: an independent oracle.
+
+This file shares nothing with the code under test: no derivation, no generated kernel, no solver, and not the linear
+oracle of oracle.py either. Each step writes the relations of the scheme as its paper prints them, except that an
+implicit step has its relations solved for u and v as functions of the new acceleration, u = u_p + c_u a and
+v = v_p + c_v a (a `Line`), so that small time steps lose no digits; Newton's iteration then runs to rounding.
+
+In the steps, index 0 is t_n, 1 is t_{n+1}, g and p are sub-step knots, m is t_{n-1}, mm is t_{n-2}.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from types import SimpleNamespace
+from typing import NamedTuple
+
+import numpy as np
+
+Array = np.ndarray
+solve, norm = np.linalg.solve, np.linalg.norm
+
+TRAPEZOID = {"beta": 1 / 4, "gamma": 1 / 2}
+MEMBERS = {  # name: the method that steps it, with these parameters fixed
+    "forward_euler": ("runge_kutta", {"stages": [(0, 1)]}),
+    "rk2": ("runge_kutta", {"stages": [(0, 0), (1 / 2, 1)]}),
+    "rk4": ("runge_kutta", {"stages": [(0, 1 / 6), (1 / 2, 1 / 3), (1 / 2, 1 / 3), (1, 1 / 6)]}),
+    "central_difference": ("newmark", {"beta": 0, "gamma": 1 / 2}),
+    "average_acceleration": ("newmark", TRAPEZOID),
+    "linear_acceleration": ("newmark", {"beta": 1 / 6, "gamma": 1 / 2}),
+    "fox_goodwin": ("newmark", {"beta": 1 / 12, "gamma": 1 / 2}),
+    "hht_alpha_mixed_displacement": ("hht_alpha", {"mixed": True}),
+    "generalized_alpha_mixed_displacement": ("generalized_alpha", {"mixed": True}),
+    "bathe": ("newmark_bdf2", {"gamma_t": 1 / 2, **TRAPEZOID}),
+    "silva_bezerra": ("newmark_bdf2", TRAPEZOID),
+    "kr_alpha_plain_start": ("kr_alpha", {}),
+}
+STARTERS = {"houbolt": 2, "park": 2, "oalts": 1}  # steps of average acceleration before the first own one
+
+
+@dataclass(frozen=True)
+class System:
+    """M a + C v + N(u) = F(t), arrays of length d, with the tangent dN/du; only energy_momentum needs the gradient."""
+
+    mass: Array
+    damping: Array
+    force: Callable[[Array], Array]
+    tangent: Callable[[Array], Array]
+    load: Callable[[float], Array | float] = lambda t: 0.0
+    discrete_gradient: Callable[[Array, Array], Array] | None = None  # N over a step from (u0, u1), also at u1 = u0
+
+    def acceleration(self, u: Array, v: Array, t: float) -> Array:
+        return solve(self.mass, self.load(t) - self.damping @ v - self.force(u))
+
+
+class Row(NamedTuple):
+    u: Array
+    v: Array
+    a: Array
+
+
+class Line(NamedTuple):  # u = u_p + c_u a, v = v_p + c_v a for the unknown a
+    u_p: Array
+    c_u: float
+    v_p: Array
+    c_v: float
+
+    def end(self, a: Array) -> Row:
+        return Row(self.u_p + self.c_u * a, self.v_p + self.c_v * a, a)
+
+
+def history(name, parameters: dict[str, float], system: System, dt: float, n: int, u0, v0, a0) -> tuple[Array, ...]:
+    """Return u, v and a, each (n + 1, d), at t = 0, dt, ..., n dt; row 0 is the given start."""
+    given = Row(*(np.array(x, dtype=float) for x in (u0, v0, a0)))
+    with np.errstate(over="ignore", invalid="ignore"):  # an unstable run may overflow
+        run = Run(name, parameters, system, dt, given)
+        reported = [given]
+        for i in range(n):
+            run.t = i * dt
+            u, v, a = run.step("average_acceleration" if i < STARTERS.get(name, 0) else name)
+            reported.append(Row(u, v if run.lag is None else v + run.lag @ a, a))
+    return tuple(np.array(column) for column in zip(*reported, strict=True))
+
+
+def slope(force: Callable[[Array], Array], u: Array) -> Array:
+    """Return the derivative by central differences; its error only slows Newton's iteration."""
+    shift = 1e-6 * norm(u) or 1e-6
+    return np.array([(force(u + e) - force(u - e)) / (2 * shift) for e in shift * np.eye(len(u))]).T
+
+
+def newmark_line(row: Row, h: float, beta: float, gamma: float) -> Line:
+    u0, v0, a0 = row
+    return Line(u0 + h * v0 + h**2 * (0.5 - beta) * a0, beta * h**2, v0 + h * (1 - gamma) * a0, gamma * h)
+
+
+def same_line(known_u: Array, known_v: Array, w: float) -> Line:
+    """y1 = known_y + w y1', one formula for u and v."""
+    return Line(known_u + w * known_v, w * w, known_v, w)
+
+
+class Run:
+    """One run; a method with the name of a scheme returns the row at t + h from the rows up to t."""
+
+    def __init__(self, name: str, parameters: dict[str, float], s: System, h: float, given: Row):
+        self.parameters, self.s, self.h, self.t, self.rows = parameters, s, h, 0.0, [given]
+        self.lag = None  # v(t_n) - lag a_n is what the rows hold as v
+        u, v, a = given
+        if name == "central_difference_lagged":  # v_{n-1/2}
+            self.lag = h / 2 * np.eye(len(u))
+            v_half = v - self.lag @ s.acceleration(u, v, 0.0)
+            self.rows = [Row(u, v_half, s.acceleration(u, v_half, 0.0))]
+        elif name == "kr_alpha":  # v(t_n - gamma h)
+            _, gamma, alpha1, _ = self.kr_constants(parameters["rho_inf"])
+            self.lag = gamma * h * alpha1
+            self.rows = [Row(u, v - self.lag @ a, a)]
+        elif name == "gholampour":  # a_{-1}, from the differentiated equation of motion; u_{-1}, v_{-1} are not used
+            change = s.load(h) - s.load(0.0) - h * (s.damping @ a) - h * (s.tangent(u) @ v)
+            self.rows = [Row(u, v, a - solve(s.mass, change)), given]
+
+    def step(self, name: str) -> Row:
+        method, fixed = MEMBERS.get(name, (name, {}))
+        self.rows.append(getattr(self, method)(SimpleNamespace(**self.parameters, **fixed)))
+        return self.rows[-1]
+
+    def now(self):
+        return self.s, self.h, self.t, *self.rows[-1]
+
+    def balance(self, tau, line, last=None, *, weights=(1, 1), mixed=False, load=None, force=None) -> Row:
+        """Return the row at t + tau h, where the load is taken, by Newton's iteration from u of `last`, the last knot.
+
+        With weights (w_a, w_f) the equation of motion holds for w_a a1 + (1 - w_a) a0, the same of v with w_f, and of
+        N(u1) and N(u0) with w_f or, if `mixed`, for N of the mixed displacement. A given force(u1) replaces N.
+        """
+        s, last, (wa, wf) = self.s, last or self.rows[-1], weights
+        load = s.load(self.t + tau * self.h) if load is None else load
+        a, more = (last.u - line.u_p) / line.c_u if line.c_u else last.a, 4
+        for _ in range(100):
+            u, v, _ = line.end(a)
+            uf, vf, af = wf * u + (1 - wf) * last.u, wf * v + (1 - wf) * last.v, wa * a + (1 - wa) * last.a
+            if force:
+                n, tangent = force(u), slope(force, u)
+            elif mixed:
+                n, tangent = s.force(uf), wf * s.tangent(uf)
+            else:
+                n, tangent = wf * s.force(u) + (1 - wf) * s.force(last.u), wf * s.tangent(u)
+            derivative = wa * s.mass + wf * line.c_v * s.damping + line.c_u * tangent
+            change = solve(derivative, s.mass @ af + s.damping @ vf + n - load)
+            a = a - change
+            more -= norm(line.c_u * change) <= 1e-12 * (norm(last.u) + norm(line.u_p) + norm(line.c_u * a))
+            if not more:  # u stood still four times, which brings a to rounding
+                return line.end(a)
+        raise RuntimeError("Newton's iteration does not converge")
+
+    # One step, explicit
+    def runge_kutta(self, p):
+        """k = h f(y0 + c k, t + c h) in turn, then y1 = y0 + sum of b k, for the stages (c, b)."""
+        s, h, t, u0, v0, _ = self.now()
+        ku, kv, u1, v1 = 0 * u0, 0 * v0, u0, v0
+        for c, b in p.stages:
+            ku, kv = h * (v0 + c * kv), h * s.acceleration(u0 + c * ku, v0 + c * kv, t + c * h)
+            u1, v1 = u1 + b * ku, v1 + b * kv
+        return Row(u1, v1, s.acceleration(u1, v1, t + h))
+
+    def central_difference_lagged(self, p):
+        s, h, t, u0, v_before, a0 = self.now()
+        v_half = v_before + h * a0
+        u1 = u0 + h * v_half
+        return Row(u1, v_half, s.acceleration(u1, v_half, t + h))
+
+    def noh_bathe(self, par):
+        (s, h, t, u0, v0, a0), p, r = self.now(), par.p, 1 - par.p
+        q1 = (1 - 2 * p) / (2 * p * (1 - p))
+        q2 = 0.5 - p * q1
+        q0 = 0.5 - q1 - q2
+        up = u0 + p * h * v0 + (p * h) ** 2 / 2 * a0
+        ap = s.acceleration(up, v0 + p * h * a0, t + p * h)
+        vp = v0 + p * h / 2 * (a0 + ap)
+        u1 = up + r * h * vp + (r * h) ** 2 / 2 * ap
+        a1 = s.acceleration(u1, vp + r * h * ap, t + h)
+        return Row(u1, vp + r * h * (q0 * a0 + (0.5 + q1) * ap + q2 * a1), a1)
+
+    def tchamwa_wielgosz(self, p):
+        s, h, t, u0, v0, a0 = self.now()
+        u1, v1 = u0 + h * v0 + p.phi * h**2 * a0, v0 + h * a0
+        return Row(u1, v1, s.acceleration(u1, v1, t + h))
+
+    def kr_constants(self, rho):
+        """Return alpha_f, gamma, alpha1 and alpha3, with the tangent at the start of the run."""
+        h, m, c, k = self.h, self.s.mass, self.s.damping, self.s.tangent(self.rows[0].u)
+        am, af, beta, gamma = (2 - rho) / (1 + rho), 1 / (1 + rho), 1 / (1 + rho) ** 2, (3 - rho) / (2 * (1 + rho))
+        d = m + gamma * h * c + beta * h**2 * k
+        return af, gamma, solve(d, m), solve(d, am * m + af * gamma * h * c + af * beta * h**2 * k)
+
+    def kr_alpha(self, p):
+        (s, h, t, u0, v0, a0), (af, gamma, alpha1, alpha3) = self.now(), self.kr_constants(p.rho_inf)
+        u1, v1 = u0 + h * v0 + h**2 * (0.5 + gamma) * alpha1 @ a0, v0 + h * alpha1 @ a0
+        vf, force = af * v1 + (1 - af) * v0, af * s.force(u1) + (1 - af) * s.force(u0)
+        mean = solve(s.mass, s.load(t + af * h) - s.damping @ vf - force)  # alpha3 a1 + (I - alpha3) a0
+        return Row(u1, v1, solve(alpha3, mean - (a0 - alpha3 @ a0)))
+
+    # One step, implicit
+    def backward_euler(self, p):
+        return self.balance(1, same_line(self.rows[-1].u, self.rows[-1].v, self.h))
+
+    def newmark(self, p, wa=1, wf=1):
+        line = newmark_line(self.rows[-1], self.h, p.beta, p.gamma)
+        return self.balance(wf, line, weights=(wa, wf), mixed=getattr(p, "mixed", False))
+
+    def wilson_theta(self, p):
+        """Linear acceleration up to t_n + theta h, balance there with the load extrapolated, then back to t_{n+1}."""
+        (s, h, t, u0, v0, a0), th = self.now(), p.theta
+        load = s.load(t) + th * (s.load(t + h) - s.load(t))
+        a_th = self.balance(th, newmark_line(self.rows[-1], th * h, 1 / 6, 1 / 2), load=load).a
+        a1 = a0 + (a_th - a0) / th
+        return Row(u0 + h * v0 + h**2 / 6 * (2 * a0 + a1), v0 + h / 2 * (a0 + a1), a1)
+
+    def hht_alpha(self, p):
+        p.beta, p.gamma = (1 - p.alpha) ** 2 / 4, (1 - 2 * p.alpha) / 2
+        return self.newmark(p, 1, 1 + p.alpha)
+
+    def wbz_alpha(self, p):
+        p.beta, p.gamma = (1 - p.alpha_B) ** 2 / 4, 0.5 - p.alpha_B
+        return self.newmark(p, 1 - p.alpha_B, 1)
+
+    def generalized_alpha(self, p):
+        return self.newmark(p, 1 - p.alpha_m, 1 - p.alpha_f)
+
+    def energy_momentum(self, p):
+        """u1 = u0 + h (v0 + v1)/2 with the unknown (v1 - v0)/h; v of the line is (v0 + v1)/2."""
+        (s, h, t, u0, v0, _), gradient = self.now(), self.s.discrete_gradient
+        assert gradient, "energy_momentum needs a discrete gradient"
+        line = Line(u0 + h * v0, h**2 / 2, v0, h / 2)
+        u1, _, a = self.balance(1 / 2, line, force=lambda u: gradient(u0, u))
+        v1 = v0 + h * a
+        return Row(u1, v1, s.acceleration(u1, v1, t + h))
+
+    # Multi-step
+    def houbolt(self, p):
+        """2 u1 - 5 u0 + 4 um - umm = h^2 a1 and 11 u1 - 18 u0 + 9 um - 2 umm = 6 h v1."""
+        (umm, um, u0), h = (row.u for row in self.rows[-3:]), self.h
+        u_p = (5 * u0 - 4 * um + umm) / 2
+        return self.balance(1, Line(u_p, h**2 / 2, (11 * u_p - 18 * u0 + 9 * um - 2 * umm) / (6 * h), 11 * h / 12))
+
+    def park(self, p):
+        """10 y1 - 15 y0 + 6 ym - ymm = 6 h y1'."""
+        known_u, known_v, _ = ((15 * y0 - 6 * ym + ymm) / 10 for ymm, ym, y0 in zip(*self.rows[-3:], strict=True))
+        return self.balance(1, same_line(known_u, known_v, 6 * self.h / 10))
+
+    def gholampour(self, p):
+        """Relations with the jerk (a1 - am)/(2 h) and the snap (a1 + am - 2 a0)/h^2."""
+        am, (u0, v0, a0), h = self.rows[-2].a, self.rows[-1], self.h
+        u_p = u0 + h * v0 + h**2 / 2 * a0 - h**3 / 6 * am / (2 * h) + p.alpha_g * h**2 * (am - 2 * a0)
+        v_p = v0 + h * a0 - h**2 / 2 * am / (2 * h) + p.delta * h * (am - 2 * a0)
+        return self.balance(1, Line(u_p, h**2 / 12 + p.alpha_g * h**2, v_p, h / 4 + p.delta * h))
+
+    def oalts(self, p):
+        """y1 + A1 y0 + A2 ym = h (B0 y1' + B1 y0' + B2 ym')."""
+        (um, vm, am), (u0, v0, a0), h, rho = *self.rows[-2:], self.h, p.rho_inf
+        a_1, b_0 = (4 * rho - 4) / (3 - rho), 2 / ((1 + rho) * (3 - rho))
+        a_2, b_1, b_2 = -1 - a_1, 2 - 2 * b_0 + a_1 / 2, a_1 / 2 + b_0
+        known_u = -a_1 * u0 - a_2 * um + h * (b_1 * v0 + b_2 * vm)
+        return self.balance(1, same_line(known_u, -a_1 * v0 - a_2 * vm + h * (b_1 * a0 + b_2 * am), h * b_0))
+
+    # Composite
+    def newmark_bdf2(self, p):
+        """Newmark up to the knot, then three-point backward Euler c1 y0 + c2 yg + c3 y1 = y1'."""
+        (u0, v0, _), h, g = self.rows[-1], self.h, p.gamma_t
+        knot = self.balance(g, newmark_line(self.rows[-1], g * h, p.beta, p.gamma))
+        c1, c2, c3 = (1 - g) / (g * h), -1 / ((1 - g) * g * h), (2 - g) / ((1 - g) * h)
+        return self.balance(1, same_line(-(c1 * u0 + c2 * knot.u) / c3, -(c1 * v0 + c2 * knot.v) / c3, 1 / c3), knot)
+
+    def trapezoids_then(self, split: float, *weights: float) -> Row:
+        """Trapezoids over `split` each, then y1 = y0 + h times the weighted sum of the rates at all knots."""
+        knots, h = [self.rows[-1]], self.h
+        for i in range(1, len(weights) - 1):
+            knots.append(self.balance(i * split, newmark_line(knots[-1], split * h, 1 / 4, 1 / 2), knots[-1]))
+        known_u = knots[0].u + h * sum(w * knot.v for w, knot in zip(weights, knots, strict=False))
+        known_v = knots[0].v + h * sum(w * knot.a for w, knot in zip(weights, knots, strict=False))
+        return self.balance(1, same_line(known_u, known_v, h * weights[-1]), knots[-1])
+
+    def rho_inf_bathe(self, p):
+        g, rho = p.gamma_t, p.rho_inf
+        q1 = (1 + rho) / (2 * g * (rho - 1) + 4)
+        q2 = 0.5 - g * q1
+        return self.trapezoids_then(g, 1 - q1 - q2, q1, q2)
+
+    def beta1_beta2_bathe(self, p):
+        g, b1, b2 = p.gamma_t, p.beta1, p.beta2
+        return self.trapezoids_then(g, g * (1 - b1), g * b1 + (1 - g) * (1 - b2), (1 - g) * b2)
+
+    def three_substep(self, p):
+        g, rho = p.gamma, p.rho_inf
+        d1, d2, d3 = 1 - 3 * g / 2, 0.5 - 3 * g / 2 + 3 * g**2 / 4, rho * g**3 / 8
+        b1 = g / 8 + d1 / 4 + d2 / (2 * g) + d3 / g**2
+        b2 = g / 2 + d1 / 2 - 2 * d3 / g**2
+        b3 = 3 * g / 8 + d1 / 4 - d2 / (2 * g) + d3 / g**2
+        return self.trapezoids_then(g, b3, b2, b1, g / 2)
