@@ -45,8 +45,8 @@ def main() -> int:
     for path in options.folder.glob("*.py"):
         if path.name not in files:
             path.unlink()
-    for name, text in files.items():
-        (options.folder / name).write_text(text, encoding="utf-8", newline="\n")
+    for name in sorted({line.split(":")[0] for line in found} & files.keys()):  # others keep their compiled code
+        (options.folder / name).write_text(files[name], encoding="utf-8", newline="\n")
     size = sum(len(text.encode()) for text in files.values())
     print(
         f"{len(files)} files, {size / 1000:.0f} kB, {len(found)} changed, {time.process_time():.1f} s of process time"

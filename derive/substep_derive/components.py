@@ -37,14 +37,14 @@ class Writer:
     K0: Matrix = field(default_factory=Matrix)
 
     def __post_init__(self) -> None:
-        self.fixed.update(self.scheme.values, (p.symbol for p in self.motion.scene.parameters), [h])
+        self.fixed |= set(self.scheme.values) | {p.symbol for p in self.motion.scene.parameters} | {h}
         tangent = self.motion.tangent(list(self.components(knot(0).u)))
         self.K0 = tangent
         if any(e.has(K0) for e in (*self.scheme.relations.values(), *(b.inertia for b in self.scheme.balances))):
             names = Matrix(self.size, self.size, lambda i, j: Symbol(f"K0_{i}{j}"))
             entries = [(names[k], tangent[k]) for k in range(len(names)) if tangent[k] != 0]
             self.constants += entries
-            self.fixed |= {name for name, _ in entries}
+            self.fixed.update(name for name, _ in entries)
             self.K0 = Matrix(self.size, self.size, lambda i, j: names[i, j] if tangent[i, j] != 0 else 0)
 
     @property

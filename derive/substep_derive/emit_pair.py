@@ -45,7 +45,8 @@ def pair_module(p: Pair, source: str) -> str:
     if own and own != ["tolerance"]:
         raise DeclarationError(f"{p.scheme.name}: the name '{own[0]}' is used by the kernel; rename the parameter")
     forces = ["forces"] if p.motion.is_sampled else []
-    arguments = [*lane, "state", *forces, "bound", "first", "n", "stride", "out", "iterations"]
+    counted = ["iterations"] if p.newton else []
+    arguments = [*lane, "state", *forces, "bound", "first", "n", "stride", "out", *counted]
     results = ["peak", "n_done", "status"]
     body, counts = _lane(p, arguments)
     start_names, start = _start(p)
@@ -185,12 +186,15 @@ def _march(p: Pair, arguments: Sequence[str], results: Sequence[str], lane: Sequ
         calls["forces"] = "forces[lane % forces.shape[0]]"
         more += f" forces (lanes or 1, n, {len(p.stencil)}): the load at the stencil."
     if p.newton:
-        more += " tolerance: of the last correction of u."
+        more += (
+            " tolerance: of the last correction of u. iterations (lanes, rows, balances): Newton's, of the first "
+            "rows steps."
+        )
     docstring = (
         f"{', '.join(lane)}: one number a lane. state (lanes, {len(p.scheme.state)}, {len(p.motion.coordinates)}), "
         "rows as STATE: at the start, and at the end that of the last good step. "
         f"out (lanes, rows, {len(p.report)}, {len(p.motion.coordinates)}): {', '.join('uva'[: len(p.report)])} every "
-        "stride steps, row 0 the caller's. iterations (lanes, rows, balances): Newton's, of the first rows steps. "
+        "stride steps, row 0 the caller's. "
         "peak (lanes,): largest energy of the steps made here. first: steps completed before. "
         "n_done (lanes,): steps completed in all, at most n (lanes,); "
         "status (lanes,). A lane stops before a state that is not finite or whose energy exceeds bound (lanes,)."

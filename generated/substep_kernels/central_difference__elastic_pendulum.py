@@ -13,7 +13,7 @@ from numba import njit
 SCHEME = "central_difference"
 SCENE = "elastic_pendulum"
 # arguments of march, in order; those of SCALARS hold one number a lane
-ARGUMENTS = ("h", "EA", "L", "m", "state", "bound", "first", "n", "stride", "out", "iterations", "peak", "n_done", "status",)
+ARGUMENTS = ("h", "EA", "L", "m", "state", "bound", "first", "n", "stride", "out", "peak", "n_done", "status",)
 SCALARS = ("h", "EA", "L", "m",)
 START_ARGUMENTS = ("h", "u", "v", "a", "state",)
 # the state, row by row: u, v or a, and how many steps before t_n
@@ -27,7 +27,7 @@ _compile = njit(cache=True, nogil=True, error_model="numpy")
 
 
 @_compile
-def _lane(h, EA, L, m, state, bound, first, n, stride, out, iterations):
+def _lane(h, EA, L, m, state, bound, first, n, stride, out):
     """One run; returns its status, steps completed and the largest energy of them."""
     u_0_x = state[0, 0]
     u_0_y = state[0, 1]
@@ -85,17 +85,17 @@ def _lane(h, EA, L, m, state, bound, first, n, stride, out, iterations):
 
 
 @_compile
-def march(h, EA, L, m, state, bound, first, n, stride, out, iterations, peak, n_done, status):
+def march(h, EA, L, m, state, bound, first, n, stride, out, peak, n_done, status):
     """March every lane n steps of central_difference.
 
     h, EA, L, m: one number a lane. state (lanes, 3, 2), rows as STATE: at the start, and at the end that of the
-    last good step. out (lanes, rows, 3, 2): u, v, a every stride steps, row 0 the caller's. iterations (lanes,
-    rows, balances): Newton's, of the first rows steps. peak (lanes,): largest energy of the steps made here.
-    first: steps completed before. n_done (lanes,): steps completed in all, at most n (lanes,); status (lanes,). A
-    lane stops before a state that is not finite or whose energy exceeds bound (lanes,).
+    last good step. out (lanes, rows, 3, 2): u, v, a every stride steps, row 0 the caller's. peak (lanes,):
+    largest energy of the steps made here. first: steps completed before. n_done (lanes,): steps completed in all,
+    at most n (lanes,); status (lanes,). A lane stops before a state that is not finite or whose energy exceeds
+    bound (lanes,).
     """
     for lane in range(h.size):
-        status[lane], n_done[lane], peak[lane] = _lane(h[lane], EA[lane], L[lane], m[lane], state[lane], bound[lane], first, n[lane], stride, out[lane], iterations[lane])
+        status[lane], n_done[lane], peak[lane] = _lane(h[lane], EA[lane], L[lane], m[lane], state[lane], bound[lane], first, n[lane], stride, out[lane])
 
 
 @_compile

@@ -105,11 +105,11 @@ def march(h, EA, L, m, tolerance, state, bound, first, n, stride, out, iteration
     """March every lane n steps of energy_momentum.
 
     h, EA, L, m, tolerance: one number a lane. state (lanes, 2, 2), rows as STATE: at the start, and at the end
-    that of the last good step. out (lanes, rows, 2, 2): u, v every stride steps, row 0 the caller's. iterations
-    (lanes, rows, balances): Newton's, of the first rows steps. peak (lanes,): largest energy of the steps made
-    here. first: steps completed before. n_done (lanes,): steps completed in all, at most n (lanes,); status
-    (lanes,). A lane stops before a state that is not finite or whose energy exceeds bound (lanes,). tolerance: of
-    the last correction of u.
+    that of the last good step. out (lanes, rows, 2, 2): u, v every stride steps, row 0 the caller's. peak
+    (lanes,): largest energy of the steps made here. first: steps completed before. n_done (lanes,): steps
+    completed in all, at most n (lanes,); status (lanes,). A lane stops before a state that is not finite or whose
+    energy exceeds bound (lanes,). tolerance: of the last correction of u. iterations (lanes, rows, balances):
+    Newton's, of the first rows steps.
     """
     for lane in range(h.size):
         status[lane], n_done[lane], peak[lane] = _lane(h[lane], EA[lane], L[lane], m[lane], tolerance[lane], state[lane], bound[lane], first, n[lane], stride, out[lane], iterations[lane])

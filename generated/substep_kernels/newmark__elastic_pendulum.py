@@ -120,10 +120,10 @@ def march(h, beta, gamma, EA, L, m, tolerance, state, bound, first, n, stride, o
 
     h, beta, gamma, EA, L, m, tolerance: one number a lane. state (lanes, 3, 2), rows as STATE: at the start, and
     at the end that of the last good step. out (lanes, rows, 3, 2): u, v, a every stride steps, row 0 the
-    caller's. iterations (lanes, rows, balances): Newton's, of the first rows steps. peak (lanes,): largest energy
-    of the steps made here. first: steps completed before. n_done (lanes,): steps completed in all, at most n
-    (lanes,); status (lanes,). A lane stops before a state that is not finite or whose energy exceeds bound
-    (lanes,). tolerance: of the last correction of u.
+    caller's. peak (lanes,): largest energy of the steps made here. first: steps completed before. n_done
+    (lanes,): steps completed in all, at most n (lanes,); status (lanes,). A lane stops before a state that is not
+    finite or whose energy exceeds bound (lanes,). tolerance: of the last correction of u. iterations (lanes,
+    rows, balances): Newton's, of the first rows steps.
     """
     for lane in range(h.size):
         status[lane], n_done[lane], peak[lane] = _lane(h[lane], beta[lane], gamma[lane], EA[lane], L[lane], m[lane], tolerance[lane], state[lane], bound[lane], first, n[lane], stride, out[lane], iterations[lane])

@@ -202,6 +202,34 @@ def overshoot(name: str) -> "Overshoot":
     return of(derived(name).amplification)
 
 
+@dataclass(frozen=True)
+class RigidEnergy:
+    """Relative energy change a step on the stiff pendulum's rigid limit: power of h v0/L -> coefficient, as text.
+
+    first: of the step from steady rotation; settled: of every later one. sign_changes: where the settled
+    coefficient of lowest power changes sign in the one parameter left free, ascending.
+    """
+
+    first: Mapping[int, str]
+    settled: Mapping[int, str]
+    sign_changes: tuple[float, ...]
+
+
+def rigid_energy(name: str, **parameters: Any) -> RigidEnergy:
+    """Closed forms with the given parameters fixed, exact: see `substep_derive.rigid_limit`."""
+    from substep_derive import rigid_limit  # noqa: PLC0415
+
+    scheme = derived(name).scheme
+    scheme = scheme.fix(parameters) if parameters else scheme
+    first, settled = rigid_limit.energy_change(scheme, 4), rigid_limit.settled_energy_change(scheme)
+    changes: tuple[float, ...] = ()
+    if settled and len(scheme.parameters) == 1:
+        found = rigid_limit.sign_changes(settled[min(settled)], scheme.parameters[0])
+        changes = tuple(float(root) for root in found)
+    texts = ({power: str(e) for power, e in series.items()} for series in (first, settled))
+    return RigidEnergy(*texts, changes)
+
+
 def thesis() -> ModuleType:
     """The thesis's printed formulas and what derivation says of them: `substep_derive.thesis`."""
     from substep_derive import thesis as printed  # noqa: PLC0415
