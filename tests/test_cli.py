@@ -95,3 +95,59 @@ def test_reproduce_draws_every_panel_and_writes_its_numbers(tmp_path: Path) -> N
     assert len(table) == 27
     assert table[1] == "bathe,,,,0,2,3,1/288,2,1/24"
     assert table[-1] == "newmark_bdf2,4/5,49/100,9/10,20/49,1,1,2/15,2,293/4500"
+
+
+def test_scenes_lists_every_one() -> None:
+    result = runner.invoke(app, ["scenes"])
+    assert result.exit_code == 0
+    assert all(name in result.output for name in ss.scenes())
+
+
+def test_run_marches_and_writes_the_history(tmp_path: Path) -> None:
+    file = tmp_path / "history.csv"
+    arguments = ["--dt", "0.01", "--t-end", "30", "--EA", "1e4", "--gamma-t", "0.9", "--beta", "0.49", "--gamma", "0.9"]
+    result = runner.invoke(app, ["run", "elastic_pendulum", "newmark_bdf2", *arguments, "--csv", str(file)])
+    assert result.exit_code == 0, result.output
+    assert "134.115867451" in result.output
+    header, *rows = file.read_text().splitlines()
+    assert header.startswith("t (s),x,y,velocity x")
+    assert len(rows) == 3001
+    options = ["--dt", "0.1", "--t-end", "50", "--EA", "1e10", "--a0", "-19.6,0"]
+    failed = runner.invoke(app, ["run", "elastic_pendulum", "average_acceleration", *options])
+    assert failed.exit_code == 0
+    assert "newton_failed" in failed.output
+    assert "stopped in the step that ends at t = 4.7 s" in failed.output
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["pendulum", "bathe", "--dt", "0.1", "--t-end", "1"], "expected a scene"),
+        (["elastic_pendulum", "bathe", "--dt", "0.1", "--t-end", "1"], "expected a value for EA"),
+        (["elastic_pendulum", "bathe", "--dt", "0.3", "--t-end", "1", "--EA", "1e4"], "nearest are 0.9 and 1.2"),
+        (
+            ["elastic_pendulum", "bathe", "--dt", "0.1", "--t-end", "1", "--EA", "1e4", "--strain", "log"],
+            "green_lagrange",
+        ),
+        (["elastic_pendulum", "bathe", "--dt", "0.1", "--t-end", "1", "--EA", "much"], "could not convert"),
+    ],
+)
+def test_run_says_what_is_wrong(arguments: list[str], message: str) -> None:
+    result = runner.invoke(app, ["run", *arguments])
+    assert result.exit_code == 2
+    assert message in " ".join(result.output.replace("│", " ").split())
+
+
+def test_chart_draws_the_schemes_named(tmp_path: Path) -> None:
+    result = runner.invoke(app, ["chart", "bathe", "park", "--file", str(tmp_path / "two")])
+    assert result.exit_code == 0, result.output
+    assert (tmp_path / "two.png").stat().st_size > 10_000
+    assert runner.invoke(app, ["chart", "bath", "--file", str(tmp_path / "none")]).exit_code == 2
+
+
+def test_models_names_what_suffices() -> None:
+    result = runner.invoke(app, ["models", "--angle", "1e-5"])
+    assert result.exit_code == 0, result.output
+    assert "rigid_pendulum with" in result.output
+    assert "suffices" in result.output
+    assert "none of them" in runner.invoke(app, ["models", "--angle", "1e-15"]).output

@@ -1,5 +1,6 @@
 """The command line `substep`."""
 
+import math
 from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -150,6 +151,119 @@ def equivalences(
             print(found.text)
     except ValueError as error:
         raise typer.BadParameter(str(error)) from error
+
+
+@app.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True})
+def run(
+    context: typer.Context,
+    scene_name: Annotated[str, typer.Argument(metavar="SCENE", help="a name listed by `substep scenes`")],
+    scheme_name: Annotated[str, typer.Argument(metavar="SCHEME", help="a name listed by `substep schemes`")],
+    dt: Annotated[float, typer.Option(help="time step in s")],
+    t_end: Annotated[float, typer.Option(help="end of the run in s, a multiple of dt")],
+    a0: Annotated[str, typer.Option(help="initial acceleration: consistent, or numbers as -19.6,0")] = "",
+    strain: Annotated[str, typer.Option(help="elastic_pendulum: green_lagrange or engineering")] = "",
+    csv: Annotated[Path | None, typer.Option(help="write the history here")] = None,
+) -> None:
+    """March a scene. Parameters of both follow as numbers: --EA 1e4 --gamma-t 0.2."""
+    from .charts import save_csv  # noqa: PLC0415
+    from .marching import march  # noqa: PLC0415
+    from .scenes import SCENES, scene  # noqa: PLC0415
+
+    try:
+        given = {key: float(value) for key, value in _exact_options(context.args).items()}
+        known = {key for key, *_ in SCENES[scene_name]["parameters"]} if scene_name in SCENES else set()
+        options: dict[str, object] = {key: value for key, value in given.items() if key in known}
+        if a0:
+            options["a0"] = a0 if a0 == "consistent" else [float(x) for x in a0.split(",")]
+        if strain:
+            options["strain"] = strain
+        s = scheme(scheme_name, **{key: value for key, value in given.items() if key not in known})
+        here = scene(scene_name, **options)
+        r = march(here, s, dt, t_end)
+    except ValueError as error:
+        raise typer.BadParameter(str(error)) from error
+    names = [name for name, _ in here.coordinates]
+    columns = {"t (s)": r.t}
+    for symbol, values in (("", r.u), ("velocity ", r.v), ("acceleration ", r.a)):
+        columns |= {f"{symbol}{name}": values[:, i] for i, name in enumerate(names)}
+    columns["energy"] = r.energy
+    if r.angular_momentum is not None:
+        columns["angular momentum"] = r.angular_momentum
+    columns |= dict(r.outputs)
+    table = Table("", "start", "end", title=f"{scheme_name} on {scene_name}: {r.status}, {len(r.t) - 1} steps")
+    for name, values in columns.items():
+        table.add_row(name, f"{values[0]:.12g}", f"{values[-1]:.12g}")
+    console.print(table)
+    if r.t_failed is not None:
+        console.print(f"stopped in the step that ends at t = {r.t_failed:.12g} s; the end is the last good state")
+    if r.newton_iterations.any():
+        console.print(f"Newton iterations a step and balance: {r.newton_iterations.mean():.3g} in the mean")
+    if csv is not None:
+        save_csv(csv, list(columns), list(columns.values()))
+
+
+@app.command()
+def scenes() -> None:
+    """List all scenes with their parameters (default value) and reference."""
+    from .scenes import SCENES  # noqa: PLC0415
+    from .scenes import scenes as scene_names  # noqa: PLC0415
+
+    table = Table(Column("scene", no_wrap=True), "coordinates", "parameters", "reference")
+    for name in scene_names():
+        entry = SCENES[name]
+        coordinates = ", ".join(f"{q} ({unit})" for q, unit in entry["coordinates"])
+        values = ((key, default) for key, *_, default in entry["parameters"])
+        parameters = ", ".join(key if default is None else f"{key} ({default:.7g})" for key, default in values)
+        table.add_row(name, coordinates, parameters, entry["reference"])
+    console.print(table)
+
+
+@app.command()
+def chart(
+    names: Annotated[list[str], typer.Argument(help="schemes, at their default parameters")],
+    file: Annotated[Path, typer.Option(help="where the chart goes, without suffix")] = Path("chart"),
+) -> None:
+    """Draw spectral radius, amplitude error and period error of schemes over h/T, as PNG and SVG."""
+    from . import charts  # noqa: PLC0415
+    from .reproduce import ERROR_RATIOS, RADIUS_RATIOS  # noqa: PLC0415
+
+    try:
+        drawn = {name: scheme(name) for name in names}
+    except ValueError as error:
+        raise typer.BadParameter(str(error)) from error
+    wide, narrow = 2 * math.pi * RADIUS_RATIOS, 2 * math.pi * ERROR_RATIOS
+    figure = charts.stability_figure(
+        "Spectral radius, amplitude and period error at $\\xi$ = 0",
+        (RADIUS_RATIOS, {name: s.spectral_radius(wide) for name, s in drawn.items()}),
+        (
+            ERROR_RATIOS,
+            {name: s.amplitude_error(narrow) for name, s in drawn.items()},
+            {name: s.period_error(narrow) for name, s in drawn.items()},
+        ),
+    )
+    charts.save(figure, file)
+    console.print(f"{file.with_suffix('.png')} and {file.with_suffix('.svg')}")
+
+
+@app.command()
+def models(
+    angle: Annotated[float, typer.Option(help="wished accuracy of the angle after 30 s, rad")] = 1e-5,
+    energy: Annotated[float, typer.Option(help="wished relative accuracy of the energy")] = float("inf"),
+) -> None:
+    """Say which model, elastic or rigid bar, and which step suffice for the stiff pendulum."""
+    from .models import cheapest, compare  # noqa: PLC0415
+
+    attempts = compare()
+    found = cheapest(attempts, angle, energy)
+    table = Table("model", "scheme", "dt (s)", "angle error (rad)", "energy error", "time (ms)")
+    for a in sorted(attempts, key=lambda a: a.seconds):
+        row = (f"{a.dt:g}", f"{a.angle_error:.3g}", f"{a.energy_error:.3g}", f"{1e3 * a.seconds:.3g}")
+        table.add_row(a.model, a.scheme, *row, style="bold" if a is found else None)
+    console.print(table)
+    if found is None:
+        console.print("none of them is that accurate")
+    else:
+        console.print(f"{found.model} with {found.scheme} at dt = {found.dt:g} s suffices")
 
 
 def _exact_options(arguments: list[str]) -> dict[str, str]:

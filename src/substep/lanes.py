@@ -4,6 +4,7 @@ import os
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import cache
 from importlib import import_module
 from importlib.util import find_spec
 from types import ModuleType
@@ -41,13 +42,21 @@ class Lanes:
 
 def pair_module(scene: Scene, scheme: Scheme) -> ModuleType:
     """The kernels of the scheme on the scene: committed, or printed to the user's cache on first use."""
-    name = f"substep_kernels.{scheme.name}__{scene.name}"
-    own = "declaration" in scheme.entry or "declaration" in scene.entry
-    if not own and find_spec(name) is not None:
+    if "declaration" in scheme.entry or "declaration" in scene.entry:
+        from .build import pair_module as built  # noqa: PLC0415 (the one door to SymPy)
+
+        return built(scheme.entry.get("declaration", scheme.name), scene.entry.get("declaration", scene.name))
+    return _catalogue_pair(scheme.name, scene.name)
+
+
+@cache
+def _catalogue_pair(scheme: str, scene: str) -> ModuleType:
+    name = f"substep_kernels.{scheme}__{scene}"
+    if find_spec(name) is not None:
         return import_module(name)
     from .build import pair_module as built  # noqa: PLC0415 (the one door to SymPy)
 
-    return built(scheme.entry.get("declaration", scheme.name), scene.entry.get("declaration", scene.name))
+    return built(scheme, scene)
 
 
 def march_lanes(
