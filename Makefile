@@ -1,4 +1,4 @@
-.PHONY: all install derive derive-check reproduce test verify lint notebooks clean
+.PHONY: all install derive derive-check reproduce test verify lint notebooks bench clean
 
 PYTHON ?= python3
 BIN := .venv/bin
@@ -34,6 +34,9 @@ verify: $(READY)
 
 notebooks: $(READY)
 	$(BIN)/jupytext --to ipynb --execute notebooks/*.py
+
+bench: $(READY)
+	$(BIN)/python -m benchmarks
 
 clean:
 	rm -rf .venv results

@@ -1,18 +1,22 @@
 """Kernels of scheme x scene as plain Python functions: nothing is compiled."""
 
+import hashlib
+import os
 from functools import cache
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-import numpy as np
-import pytest
 from declared import BY_NAME
+from substep_derive import emit, emit_scene
 from substep_derive.motion import Motion
 from substep_derive.package import catalogue_pair
 from substep_derive.scenes import ALL
 
 import substep as ss
+from substep.build import _generator_version
 
+PRINTED = Path(__file__).parents[1] / ".pytest_cache" / "pairs"
 SCENE_BY_NAME = {scene.name: scene for scene in ALL}
 
 
@@ -23,7 +27,15 @@ def motion(name: str) -> Motion:
 
 @cache
 def text(scheme: str, scene: str) -> str:
-    return catalogue_pair(BY_NAME[scheme], motion(scene))
+    """The module's text, printed once for all of pytest's workers."""
+    digests = emit.digest(BY_NAME[scheme]) + emit_scene.digest(SCENE_BY_NAME[scene]) + _generator_version()
+    path = PRINTED / f"{hashlib.sha256(digests.encode()).hexdigest()}.py"
+    if not path.exists():
+        PRINTED.mkdir(parents=True, exist_ok=True)
+        mine = path.with_suffix(f".{os.getpid()}")
+        mine.write_text(catalogue_pair(BY_NAME[scheme], motion(scene)), encoding="utf-8")
+        mine.replace(path)
+    return path.read_text(encoding="utf-8")
 
 
 @cache
@@ -33,16 +45,6 @@ def plain(scheme: str, scene: str) -> SimpleNamespace:
     space: dict[str, Any] = {}
     exec(compile(source, f"{scheme}__{scene}", "exec"), space)
     return SimpleNamespace(**space)
-
-
-@pytest.fixture
-def uncompiled(monkeypatch: pytest.MonkeyPatch):
-    """`march` and `march_lanes` take the plain modules; a kernel's overflow is a status, not a warning."""
-    from substep import lanes
-
-    monkeypatch.setattr(lanes, "pair_module", lambda scene, scheme: plain(scheme.name, scene.name))
-    with np.errstate(all="ignore"):
-        yield
 
 
 def variant(name: str, **options: Any) -> ss.Scene:

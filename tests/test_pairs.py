@@ -7,9 +7,10 @@ import pytest
 from by_hand import SCENES, push
 from declared import BY_NAME
 from nonlinear_oracle import history
-from plain_kernels import SCENE_BY_NAME, plain, uncompiled, variant  # noqa: F401 (a fixture)
+from plain_kernels import SCENE_BY_NAME, plain, variant
 
 import substep as ss
+from substep import lanes
 from substep.lanes import march_lanes
 
 PARAMETERS: dict[str, dict[str, float]] = {
@@ -41,15 +42,38 @@ def test_kernel_steps_as_the_papers_do(scheme: str, scene: str) -> None:
     assert np.allclose(mine.a0, a0, rtol=1e-14, atol=1e-14)
     values = {key: float(value) for key, value in s.parameters.items()}
     expected = history(scheme, values, hand.system, hand.dt, n, hand.u0, hand.v0, a0)
-    lanes = march_lanes(mine, s, np.array([hand.dt]), np.array([n]), history=True)
-    assert lanes.status[0] == 0
-    assert lanes.n_done[0] == n
+    found = march_lanes(mine, s, np.array([hand.dt]), np.array([n]), history=True)
+    assert found.status[0] == 0
+    assert found.n_done[0] == n
     kinds = plain(scheme, scene).REPORTED
     for k, kind in enumerate(kinds):
         scale = np.abs(expected["uva".index(kind)]).max()
-        assert np.abs(lanes.out[0, :, k] - expected["uva".index(kind)]).max() <= 2e-9 * scale, kind
+        assert np.abs(found.out[0, :, k] - expected["uva".index(kind)]).max() <= 2e-9 * scale, kind
     t = np.arange(n + 1) * hand.dt
     energies = [hand.energy(x, u, v) for x, u, v in zip(t, expected[0], expected[1], strict=True)]
-    assert lanes.peak[0] == pytest.approx(max(energies), rel=1e-8)
-    assert mine.energy(t, lanes.out[0, :, 0], lanes.out[0, :, 1]) == pytest.approx(energies, rel=1e-8, abs=1e-12)
-    assert math.isfinite(lanes.state.sum())
+    assert found.peak[0] == pytest.approx(max(energies), rel=1e-8)
+    assert mine.energy(t, found.out[0, :, 0], found.out[0, :, 1]) == pytest.approx(energies, rel=1e-8, abs=1e-12)
+    assert math.isfinite(found.state.sum())
+
+
+@pytest.mark.usefixtures("uncompiled")
+@pytest.mark.parametrize("scene", SCENES)
+@pytest.mark.parametrize("scheme", BY_NAME)
+def test_lanes_in_blocks_are_the_lanes_alone(scheme: str, scene: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Blocks of 3 for 4 lanes: steps, lengths of run and bounds differ, one lane is stopped by its bound or fails."""
+    hand, s = SCENES[scene], ss.scheme(scheme, **PARAMETERS.get(scheme, {}))
+    mine = variant(scene, load=push if scene == "linear_oscillator" else None, **hand.parameters)
+    dt, n = hand.dt * np.array([1.0, 0.7, 40.0, 1.3]), np.array([7, 9, 6, 5])
+    bound = np.array([np.inf, np.inf, 1e300, 0.5 * mine.E0])
+    module = plain(scheme, scene)
+    monkeypatch.setattr(module, "WIDTH", 3)
+    monkeypatch.setitem(module.march_block.__globals__, "WIDTH", 3)
+    alone, abreast = (
+        march_lanes(mine, s, dt, n, bound=bound, history=True)
+        for few in (100, 0)
+        if monkeypatch.setattr(lanes, "FEW", few) is None
+    )
+    for name in ("out", "state", "peak", "n_done", "status"):
+        assert np.array_equal(getattr(alone, name), getattr(abreast, name), equal_nan=True), name
+    for lane, done in enumerate(alone.n_done):  # of a step that failed there is no count
+        assert np.array_equal(alone.iterations[lane, :done], abreast.iterations[lane, :done])

@@ -2,12 +2,13 @@
 
 import re
 from pathlib import Path
+from typing import Any
 
 import mpmath
 import numpy as np
 import pytest
 from by_hand import SCENES
-from plain_kernels import SCENE_BY_NAME, motion, plain, uncompiled  # noqa: F401 (a fixture)
+from plain_kernels import SCENE_BY_NAME, motion, plain
 from scipy.integrate import solve_ivp
 from substep_derive import DeclarationError, Scene
 from substep_derive.motion import Motion
@@ -51,7 +52,7 @@ def test_a_declaration_that_defines_no_motion_is_refused(changes: dict[str, obje
 def test_time_may_only_push() -> None:
     with pytest.raises(DeclarationError, match="tangent must not depend on time"):
         _ = Motion(declared(potential=k * u**2 * sin(t))).potential
-    assert Motion(declared(potential=k * (u - sin(t)) ** 2 / 2)).load[0] == k * sin(t)
+    assert list(Motion(declared(potential=k * (u - sin(t)) ** 2 / 2)).load) == [k * sin(t)]
 
 
 def test_angular_momentum_comes_from_the_symmetry() -> None:
@@ -112,7 +113,7 @@ def test_what_cannot_be_cancelled_is_guarded(scene: str, d: float) -> None:
         with mpmath.workdps(60):
             a, b = mpmath.mpf(x0), mpmath.mpf(x1)
 
-            def exact(b: mpmath.mpf, a: mpmath.mpf = a) -> mpmath.mpf:
+            def exact(b: Any, a: Any = a) -> Any:
                 return (g(b) - g(a)) / (b - a) if b != a else mpmath.diff(g, a)
 
             small = mpmath.mpf(10) ** -20
@@ -136,10 +137,11 @@ def test_log_cosh_neither_overflows_nor_loses_digits() -> None:
 
 @pytest.mark.parametrize("h", [1e-3, 0.01, 0.1])
 @pytest.mark.parametrize(("EA", "a0"), [(1e4, None), (1e10, (-19.6, 0.0))], ids=["flexible", "stiff"])
-def test_energy_momentum_conserves_both(EA: float, a0, h: float) -> None:
+def test_energy_momentum_conserves_both(EA: float, a0: tuple[float, float] | None, h: float) -> None:
     r = ss.march(ss.scene("elastic_pendulum", EA=EA, a0=a0), ss.scheme("energy_momentum"), h, 2000 * h)
     assert r.status == "completed"
     assert np.abs(r.energy / r.energy[0] - 1).max() < 1e-11
+    assert r.angular_momentum is not None
     assert np.abs(r.angular_momentum / r.angular_momentum[0] - 1).max() < 1e-11
 
 

@@ -11,6 +11,7 @@ from . import emit_scene, templates, templates_scene
 from .components import Assignments, assign, plain
 from .effective import effective_systems
 from .emit import digest
+from .emit_block import march_block
 from .pair import Pair, Step
 from .potentials import NEAR, Difference, DifferenceSlope, log_cosh, near_series, negative_part
 from .printing import KERNEL_PRINTER, block, fill, lines, literal_tuple, operations
@@ -27,7 +28,7 @@ TAKEN = {  # names a kernel gives to something else than a parameter
         "count",
         "energy",
         "tolerance",
-        "determinant",
+        "one_over_det",
         "np",
         "njit",
         "start_forces",
@@ -49,6 +50,7 @@ def pair_module(p: Pair, source: str) -> str:
     arguments = [*lane, "state", *forces, "bound", "first", "n", "stride", "out", *counted]
     results = ["peak", "n_done", "status"]
     body, counts = _lane(p, arguments)
+    body += march_block(p, [*arguments, *results], state_places(p))
     start_names, start = _start(p)
     text = "".join([body, _march(p, arguments, results, lane), start, _stencil(p)])
     parts = [
@@ -97,6 +99,11 @@ def _arguments(p: Pair) -> list[str]:
 def _components(p: Pair, symbol: Symbol) -> list[str]:
     names = [f"_{q.name}" for q in p.motion.coordinates] if len(p.motion.coordinates) > 1 else [""]
     return [plain(symbol) + name for name in names]
+
+
+def state_places(p: Pair) -> list[tuple[str, str]]:
+    """Name of every component of the state, and its row and column."""
+    return [(name, f"{j}, {i}") for j, s in enumerate(p.scheme.state) for i, name in enumerate(_components(p, s))]
 
 
 def _lane(p: Pair, arguments: Sequence[str]) -> tuple[str, dict[str, object]]:
@@ -157,8 +164,8 @@ def _step(p: Pair, step: Step, k: int) -> tuple[str, int, int]:
     if size == 1:
         solve = [(change[0], R[0] / J[0])]
     else:
-        determinant = Symbol("determinant")
-        solve = assign(Matrix([determinant, *change]), Matrix([J.det(), *(J.adjugate() * R / determinant)]))
+        determinant = Symbol("one_over_det")
+        solve = assign(Matrix([determinant, *change]), Matrix([1 / J.det(), *(J.adjugate() * R * determinant)]))
     update = [(z, z - c) for z, c in zip(step.z, change, strict=True)]
     first = list(zip(step.z, step.first, strict=True))
     converged = " and ".join(f"abs({KERNEL_PRINTER.doprint(step.reach * c)}) <= tolerance" for c in change)

@@ -183,3 +183,73 @@ its circular frequency, damping ratio and mass, as functions of the parameters, 
 
 SCENES = {scenes}
 '''
+
+BLOCK = '''
+
+# lanes of a block: the arrays of a step, all rows of one, stay in the first cache, and LLVM sees that none overlap
+WIDTH = {width}
+
+
+@_compile
+def march_block({arguments}):
+    """As march, for at most WIDTH lanes, which fill vector registers abreast."""
+    numbers = np.zeros(({rows}, WIDTH))
+    flags = np.zeros(({flag_rows}, WIDTH), dtype=np.int64)
+{allocate}
+    last = first
+    for j in range(h.size):
+        status[j], n_done[j], peak[j] = COMPLETED, n[j], -np.inf
+        last = max(last, n[j])
+        alive[j] = 1
+{read}
+{constants}    for i in range(first, last):
+        for j in range(h.size):
+            alive[j] = alive[j] & (i < n[j])
+{loops}
+        for j in range(WIDTH):
+{told}
+            total[j] = {sum}
+            finite = total[j] - total[j] == 0.0
+            went[j] = alive[j] & {unfailed}finite & (energy[j] <= bound_[j])
+            peak_[j] = max(peak_[j], energy[j]) if went[j] else peak_[j]
+        stopped = 0
+        for j in range(WIDTH):
+            stopped += alive[j] - went[j]
+{shift}
+        if stopped > 0:
+            for j in range(h.size):
+                if alive[j] & ~went[j]:
+                    n_done[j] = i
+                    status[j] = {why}
+                    alive[j] = 0
+        if (i + 1) % stride == 0 and (i + 1) // stride < out.shape[1]:
+            for j in range(h.size):
+                if went[j]:
+                    row = out[j, (i + 1) // stride]
+{store}
+    for j in range(h.size):
+        peak[j] = peak_[j]
+{write_state}
+'''
+
+BLOCK_NEWTON = """
+        for j in range(WIDTH):
+{before}
+{first}
+            busy[j] = alive[j] & ~failed[j]
+            count[j] = 0
+        for _ in range(50):
+            left = 0
+            for j in range(WIDTH):
+{iteration}
+                count[j] += busy[j]
+                busy[j] = busy[j] & ~({near})
+                left += busy[j]
+            if left == 0:
+                break
+        for j in range(WIDTH):
+            failed[j] = failed[j] | busy[j]
+{after}
+        if i < iterations.shape[1]:
+            for j in range(h.size):
+                iterations[j, i, {balance}] = count[j]"""

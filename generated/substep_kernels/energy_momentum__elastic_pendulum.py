@@ -20,7 +20,7 @@ START_ARGUMENTS = ("h", "u", "v", "a", "state",)
 STATE = (("u", 0), ("v", 0),)
 REPORTED = "uv"
 # arithmetic operations of a step, and of one iteration of each balance that has one
-OPERATIONS = {'step': 27, 'iteration': (50,)}
+OPERATIONS = {'step': 27, 'iteration': (51,)}
 COMPLETED, NEWTON_FAILED, NON_FINITE, ENERGY_BOUND = 0, 1, 2, 3
 
 _compile = njit(cache=True, nogil=True, error_model="numpy")
@@ -59,9 +59,9 @@ def _lane(h, EA, L, m, tolerance, state, bound, first, n, stride, out, iteration
             jacobian_01 = c5*u_1_y*x0
             jacobian_10 = c5*u_1_x*x2
             jacobian_11 = c0*(c4*u_1_y*x2 + x1) + m
-            determinant = jacobian_00*jacobian_11 - jacobian_01*jacobian_10
-            change_0 = (-jacobian_01*residual_1 + jacobian_11*residual_0)/determinant
-            change_1 = (jacobian_00*residual_1 - jacobian_10*residual_0)/determinant
+            one_over_det = 1/(jacobian_00*jacobian_11 - jacobian_01*jacobian_10)
+            change_0 = one_over_det*(-jacobian_01*residual_1 + jacobian_11*residual_0)
+            change_1 = one_over_det*(jacobian_00*residual_1 - jacobian_10*residual_0)
             a_s1_x = a_s1_x - change_0
             a_s1_y = a_s1_y - change_1
             if abs(c0*change_0) <= tolerance and abs(c0*change_1) <= tolerance:
@@ -98,6 +98,152 @@ def _lane(h, EA, L, m, tolerance, state, bound, first, n, stride, out, iteration
     state[1, 0] = v_0_x
     state[1, 1] = v_0_y
     return status, done, peak
+
+
+# lanes of a block: the arrays of a step, all rows of one, stay in the first cache, and LLVM sees that none overlap
+WIDTH = 32
+
+
+@_compile
+def march_block(h, EA, L, m, tolerance, state, bound, first, n, stride, out, iterations, peak, n_done, status):
+    """As march, for at most WIDTH lanes, which fill vector registers abreast."""
+    numbers = np.zeros((29, WIDTH))
+    flags = np.zeros((5, WIDTH), dtype=np.int64)
+    a_s1_x = numbers[0]
+    a_s1_y = numbers[1]
+    c0 = numbers[2]
+    c1 = numbers[3]
+    c2 = numbers[4]
+    c3 = numbers[5]
+    c4 = numbers[6]
+    c5 = numbers[7]
+    c6 = numbers[8]
+    c7 = numbers[9]
+    energy = numbers[10]
+    total = numbers[11]
+    u_0_x = numbers[12]
+    u_0_y = numbers[13]
+    u_1_x = numbers[14]
+    u_1_y = numbers[15]
+    u_star_x = numbers[16]
+    u_star_y = numbers[17]
+    v_0_x = numbers[18]
+    v_0_y = numbers[19]
+    v_1_x = numbers[20]
+    v_1_y = numbers[21]
+    h_ = numbers[22]
+    EA_ = numbers[23]
+    L_ = numbers[24]
+    m_ = numbers[25]
+    tolerance_ = numbers[26]
+    bound_ = numbers[27]
+    peak_ = numbers[28]
+    alive = flags[0]
+    went = flags[1]
+    busy = flags[2]
+    failed = flags[3]
+    count = flags[4]
+    last = first
+    for j in range(h.size):
+        status[j], n_done[j], peak[j] = COMPLETED, n[j], -np.inf
+        last = max(last, n[j])
+        alive[j] = 1
+        h_[j] = h[j]
+        EA_[j] = EA[j]
+        L_[j] = L[j]
+        m_[j] = m[j]
+        tolerance_[j] = tolerance[j]
+        bound_[j] = bound[j]
+        peak_[j] = -np.inf
+        u_0_x[j] = state[j, 0, 0]
+        u_0_y[j] = state[j, 0, 1]
+        v_0_x[j] = state[j, 1, 0]
+        v_0_y[j] = state[j, 1, 1]
+    for j in range(WIDTH):
+        c0[j] = (1/2)*h_[j]**2
+        c1[j] = 1/c0[j]
+        c2[j] = 2*L_[j]**2
+        c3[j] = (1/8)*EA_[j]/L_[j]**3
+        c4[j] = (1/4)*EA_[j]/L_[j]**3
+        c5[j] = (1/4)*EA_[j]*c0[j]/L_[j]**3
+        c6[j] = (1/2)*m_[j]
+        c7[j] = L_[j]**2
+    for i in range(first, last):
+        for j in range(h.size):
+            alive[j] = alive[j] & (i < n[j])
+        for j in range(WIDTH):
+            u_star_x[j] = h_[j]*v_0_x[j] + u_0_x[j]
+            u_star_y[j] = h_[j]*v_0_y[j] + u_0_y[j]
+            a_s1_x[j] = c1[j]*(u_0_x[j] - u_star_x[j])
+            a_s1_y[j] = c1[j]*(u_0_y[j] - u_star_y[j])
+            busy[j] = alive[j] & ~failed[j]
+            count[j] = 0
+        for _ in range(50):
+            left = 0
+            for j in range(WIDTH):
+                u_1_x_j = a_s1_x[j]*c0[j] + u_star_x[j]
+                u_1_y_j = a_s1_y[j]*c0[j] + u_star_y[j]
+                x0 = u_0_x[j] + u_1_x_j
+                x1 = c3[j]*(-c2[j] + u_0_x[j]**2 + u_0_y[j]**2 + u_1_x_j**2 + u_1_y_j**2)
+                x2 = u_0_y[j] + u_1_y_j
+                residual_0 = a_s1_x[j]*m_[j] + x0*x1
+                residual_1 = a_s1_y[j]*m_[j] + x1*x2
+                jacobian_00 = c0[j]*(c4[j]*u_1_x_j*x0 + x1) + m_[j]
+                jacobian_01 = c5[j]*u_1_y_j*x0
+                jacobian_10 = c5[j]*u_1_x_j*x2
+                jacobian_11 = c0[j]*(c4[j]*u_1_y_j*x2 + x1) + m_[j]
+                one_over_det = 1/(jacobian_00*jacobian_11 - jacobian_01*jacobian_10)
+                change_0 = one_over_det*(-jacobian_01*residual_1 + jacobian_11*residual_0)
+                change_1 = one_over_det*(jacobian_00*residual_1 - jacobian_10*residual_0)
+                a_s1_x[j] = a_s1_x[j] - change_0 if busy[j] else a_s1_x[j]
+                a_s1_y[j] = a_s1_y[j] - change_1 if busy[j] else a_s1_y[j]
+                count[j] += busy[j]
+                busy[j] = busy[j] & ~((abs(c0[j]*change_0) <= tolerance_[j]) & (abs(c0[j]*change_1) <= tolerance_[j]))
+                left += busy[j]
+            if left == 0:
+                break
+        for j in range(WIDTH):
+            failed[j] = failed[j] | busy[j]
+            u_1_x[j] = a_s1_x[j]*c0[j] + u_star_x[j]
+            u_1_y[j] = a_s1_y[j]*c0[j] + u_star_y[j]
+            v_1_x[j] = a_s1_x[j]*h_[j] + v_0_x[j]
+            v_1_y[j] = a_s1_y[j]*h_[j] + v_0_y[j]
+        if i < iterations.shape[1]:
+            for j in range(h.size):
+                iterations[j, i, 0] = count[j]
+        for j in range(WIDTH):
+            energy[j] = c3[j]*(-c7[j] + u_1_x[j]**2 + u_1_y[j]**2)**2 + c6[j]*(v_1_x[j]**2 + v_1_y[j]**2)
+            total[j] = energy[j] + u_1_x[j] + u_1_y[j] + v_1_x[j] + v_1_y[j]
+            finite = total[j] - total[j] == 0.0
+            went[j] = alive[j] & ~failed[j] & finite & (energy[j] <= bound_[j])
+            peak_[j] = max(peak_[j], energy[j]) if went[j] else peak_[j]
+        stopped = 0
+        for j in range(WIDTH):
+            stopped += alive[j] - went[j]
+            u_0_x[j] = u_1_x[j] if went[j] else u_0_x[j]
+            u_0_y[j] = u_1_y[j] if went[j] else u_0_y[j]
+            v_0_x[j] = v_1_x[j] if went[j] else v_0_x[j]
+            v_0_y[j] = v_1_y[j] if went[j] else v_0_y[j]
+        if stopped > 0:
+            for j in range(h.size):
+                if alive[j] & ~went[j]:
+                    n_done[j] = i
+                    status[j] = NEWTON_FAILED if failed[j] else ENERGY_BOUND if total[j] - total[j] == 0.0 else NON_FINITE
+                    alive[j] = 0
+        if (i + 1) % stride == 0 and (i + 1) // stride < out.shape[1]:
+            for j in range(h.size):
+                if went[j]:
+                    row = out[j, (i + 1) // stride]
+                    row[0, 0] = u_1_x[j]
+                    row[0, 1] = u_1_y[j]
+                    row[1, 0] = v_1_x[j]
+                    row[1, 1] = v_1_y[j]
+    for j in range(h.size):
+        peak[j] = peak_[j]
+        state[j, 0, 0] = u_0_x[j]
+        state[j, 0, 1] = u_0_y[j]
+        state[j, 1, 0] = v_0_x[j]
+        state[j, 1, 1] = v_0_y[j]
 
 
 @_compile

@@ -24,7 +24,7 @@ START_ARGUMENTS = ("h", "EA", "L", "m", "u", "v", "a", "state",)
 STATE = (("u", 0), ("v", 0), ("a", 0), ("a", 1),)
 REPORTED = "uva"
 # arithmetic operations of a step, and of one iteration of each balance that has one
-OPERATIONS = {'step': 43, 'iteration': (40,)}
+OPERATIONS = {'step': 43, 'iteration': (41,)}
 COMPLETED, NEWTON_FAILED, NON_FINITE, ENERGY_BOUND = 0, 1, 2, 3
 
 _compile = njit(cache=True, nogil=True, error_model="numpy")
@@ -73,9 +73,9 @@ def _lane(h, delta, alpha_g, EA, L, m, tolerance, state, bound, first, n, stride
             jacobian_01 = x3
             jacobian_10 = x3
             jacobian_11 = c1*(c9*x1 + x2) + m
-            determinant = jacobian_00*jacobian_11 - jacobian_01*jacobian_10
-            change_0 = (-jacobian_01*residual_1 + jacobian_11*residual_0)/determinant
-            change_1 = (jacobian_00*residual_1 - jacobian_10*residual_0)/determinant
+            one_over_det = 1/(jacobian_00*jacobian_11 - jacobian_01*jacobian_10)
+            change_0 = one_over_det*(-jacobian_01*residual_1 + jacobian_11*residual_0)
+            change_1 = one_over_det*(jacobian_00*residual_1 - jacobian_10*residual_0)
             a_1_x = a_1_x - change_0
             a_1_y = a_1_y - change_1
             if abs(c1*change_0) <= tolerance and abs(c1*change_1) <= tolerance:
@@ -122,6 +122,185 @@ def _lane(h, delta, alpha_g, EA, L, m, tolerance, state, bound, first, n, stride
     state[3, 0] = a_m1_x
     state[3, 1] = a_m1_y
     return status, done, peak
+
+
+# lanes of a block: the arrays of a step, all rows of one, stay in the first cache, and LLVM sees that none overlap
+WIDTH = 32
+
+
+@_compile
+def march_block(h, delta, alpha_g, EA, L, m, tolerance, state, bound, first, n, stride, out, iterations, peak, n_done, status):
+    """As march, for at most WIDTH lanes, which fill vector registers abreast."""
+    numbers = np.zeros((40, WIDTH))
+    flags = np.zeros((5, WIDTH), dtype=np.int64)
+    a_0_x = numbers[0]
+    a_0_y = numbers[1]
+    a_1_x = numbers[2]
+    a_1_y = numbers[3]
+    a_m1_x = numbers[4]
+    a_m1_y = numbers[5]
+    c0 = numbers[6]
+    c1 = numbers[7]
+    c10 = numbers[8]
+    c11 = numbers[9]
+    c12 = numbers[10]
+    c2 = numbers[11]
+    c3 = numbers[12]
+    c4 = numbers[13]
+    c5 = numbers[14]
+    c6 = numbers[15]
+    c7 = numbers[16]
+    c8 = numbers[17]
+    c9 = numbers[18]
+    energy = numbers[19]
+    total = numbers[20]
+    u_0_x = numbers[21]
+    u_0_y = numbers[22]
+    u_1_x = numbers[23]
+    u_1_y = numbers[24]
+    u_star_x = numbers[25]
+    u_star_y = numbers[26]
+    v_0_x = numbers[27]
+    v_0_y = numbers[28]
+    v_1_x = numbers[29]
+    v_1_y = numbers[30]
+    h_ = numbers[31]
+    delta_ = numbers[32]
+    alpha_g_ = numbers[33]
+    EA_ = numbers[34]
+    L_ = numbers[35]
+    m_ = numbers[36]
+    tolerance_ = numbers[37]
+    bound_ = numbers[38]
+    peak_ = numbers[39]
+    alive = flags[0]
+    went = flags[1]
+    busy = flags[2]
+    failed = flags[3]
+    count = flags[4]
+    last = first
+    for j in range(h.size):
+        status[j], n_done[j], peak[j] = COMPLETED, n[j], -np.inf
+        last = max(last, n[j])
+        alive[j] = 1
+        h_[j] = h[j]
+        delta_[j] = delta[j]
+        alpha_g_[j] = alpha_g[j]
+        EA_[j] = EA[j]
+        L_[j] = L[j]
+        m_[j] = m[j]
+        tolerance_[j] = tolerance[j]
+        bound_[j] = bound[j]
+        peak_[j] = -np.inf
+        u_0_x[j] = state[j, 0, 0]
+        u_0_y[j] = state[j, 0, 1]
+        v_0_x[j] = state[j, 1, 0]
+        v_0_y[j] = state[j, 1, 1]
+        a_0_x[j] = state[j, 2, 0]
+        a_0_y[j] = state[j, 2, 1]
+        a_m1_x[j] = state[j, 3, 0]
+        a_m1_y[j] = state[j, 3, 1]
+    for j in range(WIDTH):
+        c0[j] = (1/2)*h_[j]**2*(4*alpha_g_[j] - 1)
+        c1[j] = (1/12)*h_[j]**2*(12*alpha_g_[j] + 1)
+        c2[j] = (1/12)*h_[j]**2*(12*alpha_g_[j] - 1)
+        c3[j] = h_[j]*(2*delta_[j] - 1)
+        c4[j] = (1/4)*h_[j]*(4*delta_[j] + 1)
+        c5[j] = (1/4)*h_[j]*(4*delta_[j] - 1)
+        c6[j] = ((1/c1[j]) if (c1[j] > 0) else (0))
+        c7[j] = L_[j]**2
+        c8[j] = (1/2)*EA_[j]/L_[j]**3
+        c9[j] = EA_[j]/L_[j]**3
+        c10[j] = EA_[j]*c1[j]/L_[j]**3
+        c11[j] = (1/2)*m_[j]
+        c12[j] = (1/8)*EA_[j]/L_[j]**3
+    for i in range(first, last):
+        for j in range(h.size):
+            alive[j] = alive[j] & (i < n[j])
+        for j in range(WIDTH):
+            u_star_x[j] = -a_0_x[j]*c0[j] + a_m1_x[j]*c2[j] + h_[j]*v_0_x[j] + u_0_x[j]
+            u_star_y[j] = -a_0_y[j]*c0[j] + a_m1_y[j]*c2[j] + h_[j]*v_0_y[j] + u_0_y[j]
+            a_1_x[j] = c6[j]*(u_0_x[j] - u_star_x[j])
+            a_1_y[j] = c6[j]*(u_0_y[j] - u_star_y[j])
+            busy[j] = alive[j] & ~failed[j]
+            count[j] = 0
+        for _ in range(50):
+            left = 0
+            for j in range(WIDTH):
+                u_1_x_j = a_1_x[j]*c1[j] + u_star_x[j]
+                u_1_y_j = a_1_y[j]*c1[j] + u_star_y[j]
+                x0 = u_1_x_j**2
+                x1 = u_1_y_j**2
+                x2 = c8[j]*(-c7[j] + x0 + x1)
+                x3 = c10[j]*u_1_x_j*u_1_y_j
+                residual_0 = a_1_x[j]*m_[j] + u_1_x_j*x2
+                residual_1 = a_1_y[j]*m_[j] + u_1_y_j*x2
+                jacobian_00 = c1[j]*(c9[j]*x0 + x2) + m_[j]
+                jacobian_01 = x3
+                jacobian_10 = x3
+                jacobian_11 = c1[j]*(c9[j]*x1 + x2) + m_[j]
+                one_over_det = 1/(jacobian_00*jacobian_11 - jacobian_01*jacobian_10)
+                change_0 = one_over_det*(-jacobian_01*residual_1 + jacobian_11*residual_0)
+                change_1 = one_over_det*(jacobian_00*residual_1 - jacobian_10*residual_0)
+                a_1_x[j] = a_1_x[j] - change_0 if busy[j] else a_1_x[j]
+                a_1_y[j] = a_1_y[j] - change_1 if busy[j] else a_1_y[j]
+                count[j] += busy[j]
+                busy[j] = busy[j] & ~((abs(c1[j]*change_0) <= tolerance_[j]) & (abs(c1[j]*change_1) <= tolerance_[j]))
+                left += busy[j]
+            if left == 0:
+                break
+        for j in range(WIDTH):
+            failed[j] = failed[j] | busy[j]
+            u_1_x[j] = a_1_x[j]*c1[j] + u_star_x[j]
+            u_1_y[j] = a_1_y[j]*c1[j] + u_star_y[j]
+            v_1_x[j] = -a_0_x[j]*c3[j] + a_1_x[j]*c4[j] + a_m1_x[j]*c5[j] + v_0_x[j]
+            v_1_y[j] = -a_0_y[j]*c3[j] + a_1_y[j]*c4[j] + a_m1_y[j]*c5[j] + v_0_y[j]
+        if i < iterations.shape[1]:
+            for j in range(h.size):
+                iterations[j, i, 0] = count[j]
+        for j in range(WIDTH):
+            energy[j] = c11[j]*(v_1_x[j]**2 + v_1_y[j]**2) + c12[j]*(-c7[j] + u_1_x[j]**2 + u_1_y[j]**2)**2
+            total[j] = a_0_x[j] + a_0_y[j] + a_1_x[j] + a_1_y[j] + energy[j] + u_1_x[j] + u_1_y[j] + v_1_x[j] + v_1_y[j]
+            finite = total[j] - total[j] == 0.0
+            went[j] = alive[j] & ~failed[j] & finite & (energy[j] <= bound_[j])
+            peak_[j] = max(peak_[j], energy[j]) if went[j] else peak_[j]
+        stopped = 0
+        for j in range(WIDTH):
+            stopped += alive[j] - went[j]
+            a_m1_x[j] = a_0_x[j] if went[j] else a_m1_x[j]
+            a_m1_y[j] = a_0_y[j] if went[j] else a_m1_y[j]
+            u_0_x[j] = u_1_x[j] if went[j] else u_0_x[j]
+            u_0_y[j] = u_1_y[j] if went[j] else u_0_y[j]
+            v_0_x[j] = v_1_x[j] if went[j] else v_0_x[j]
+            v_0_y[j] = v_1_y[j] if went[j] else v_0_y[j]
+            a_0_x[j] = a_1_x[j] if went[j] else a_0_x[j]
+            a_0_y[j] = a_1_y[j] if went[j] else a_0_y[j]
+        if stopped > 0:
+            for j in range(h.size):
+                if alive[j] & ~went[j]:
+                    n_done[j] = i
+                    status[j] = NEWTON_FAILED if failed[j] else ENERGY_BOUND if total[j] - total[j] == 0.0 else NON_FINITE
+                    alive[j] = 0
+        if (i + 1) % stride == 0 and (i + 1) // stride < out.shape[1]:
+            for j in range(h.size):
+                if went[j]:
+                    row = out[j, (i + 1) // stride]
+                    row[0, 0] = u_1_x[j]
+                    row[0, 1] = u_1_y[j]
+                    row[1, 0] = v_1_x[j]
+                    row[1, 1] = v_1_y[j]
+                    row[2, 0] = a_1_x[j]
+                    row[2, 1] = a_1_y[j]
+    for j in range(h.size):
+        peak[j] = peak_[j]
+        state[j, 0, 0] = u_0_x[j]
+        state[j, 0, 1] = u_0_y[j]
+        state[j, 1, 0] = v_0_x[j]
+        state[j, 1, 1] = v_0_y[j]
+        state[j, 2, 0] = a_0_x[j]
+        state[j, 2, 1] = a_0_y[j]
+        state[j, 3, 0] = a_m1_x[j]
+        state[j, 3, 1] = a_m1_y[j]
 
 
 @_compile

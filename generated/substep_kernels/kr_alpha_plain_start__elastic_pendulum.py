@@ -134,6 +134,210 @@ def _lane(h, rho_inf, EA, L, m, state, bound, first, n, stride, out):
     return status, done, peak
 
 
+# lanes of a block: the arrays of a step, all rows of one, stay in the first cache, and LLVM sees that none overlap
+WIDTH = 32
+
+
+@_compile
+def march_block(h, rho_inf, EA, L, m, state, bound, first, n, stride, out, peak, n_done, status):
+    """As march, for at most WIDTH lanes, which fill vector registers abreast."""
+    numbers = np.zeros((69, WIDTH))
+    flags = np.zeros((2, WIDTH), dtype=np.int64)
+    K0_00 = numbers[0]
+    K0_01 = numbers[1]
+    K0_10 = numbers[2]
+    K0_11 = numbers[3]
+    a_0_x = numbers[4]
+    a_0_y = numbers[5]
+    a_1_x = numbers[6]
+    a_1_y = numbers[7]
+    c0 = numbers[8]
+    c1 = numbers[9]
+    c10 = numbers[10]
+    c11 = numbers[11]
+    c12 = numbers[12]
+    c13 = numbers[13]
+    c14 = numbers[14]
+    c15 = numbers[15]
+    c16 = numbers[16]
+    c17 = numbers[17]
+    c18 = numbers[18]
+    c19 = numbers[19]
+    c2 = numbers[20]
+    c20 = numbers[21]
+    c21 = numbers[22]
+    c22 = numbers[23]
+    c23 = numbers[24]
+    c24 = numbers[25]
+    c25 = numbers[26]
+    c26 = numbers[27]
+    c27 = numbers[28]
+    c28 = numbers[29]
+    c29 = numbers[30]
+    c3 = numbers[31]
+    c30 = numbers[32]
+    c31 = numbers[33]
+    c32 = numbers[34]
+    c33 = numbers[35]
+    c34 = numbers[36]
+    c35 = numbers[37]
+    c36 = numbers[38]
+    c37 = numbers[39]
+    c38 = numbers[40]
+    c39 = numbers[41]
+    c4 = numbers[42]
+    c40 = numbers[43]
+    c41 = numbers[44]
+    c42 = numbers[45]
+    c43 = numbers[46]
+    c5 = numbers[47]
+    c6 = numbers[48]
+    c7 = numbers[49]
+    c8 = numbers[50]
+    c9 = numbers[51]
+    energy = numbers[52]
+    total = numbers[53]
+    u_0_x = numbers[54]
+    u_0_y = numbers[55]
+    u_1_x = numbers[56]
+    u_1_y = numbers[57]
+    v_0_x = numbers[58]
+    v_0_y = numbers[59]
+    v_1_x = numbers[60]
+    v_1_y = numbers[61]
+    h_ = numbers[62]
+    rho_inf_ = numbers[63]
+    EA_ = numbers[64]
+    L_ = numbers[65]
+    m_ = numbers[66]
+    bound_ = numbers[67]
+    peak_ = numbers[68]
+    alive = flags[0]
+    went = flags[1]
+    last = first
+    for j in range(h.size):
+        status[j], n_done[j], peak[j] = COMPLETED, n[j], -np.inf
+        last = max(last, n[j])
+        alive[j] = 1
+        h_[j] = h[j]
+        rho_inf_[j] = rho_inf[j]
+        EA_[j] = EA[j]
+        L_[j] = L[j]
+        m_[j] = m[j]
+        bound_[j] = bound[j]
+        peak_[j] = -np.inf
+        u_0_x[j] = state[j, 0, 0]
+        u_0_y[j] = state[j, 0, 1]
+        v_0_x[j] = state[j, 1, 0]
+        v_0_y[j] = state[j, 1, 1]
+        a_0_x[j] = state[j, 2, 0]
+        a_0_y[j] = state[j, 2, 1]
+    for j in range(WIDTH):
+        K0_00[j] = EA_[j]*u_0_x[j]**2/L_[j]**3 + (1/2)*EA_[j]*(-L_[j]**2 + u_0_x[j]**2 + u_0_y[j]**2)/L_[j]**3
+        K0_01[j] = EA_[j]*u_0_x[j]*u_0_y[j]/L_[j]**3
+        K0_10[j] = EA_[j]*u_0_x[j]*u_0_y[j]/L_[j]**3
+        K0_11[j] = EA_[j]*u_0_y[j]**2/L_[j]**3 + (1/2)*EA_[j]*(-L_[j]**2 + u_0_x[j]**2 + u_0_y[j]**2)/L_[j]**3
+        c0[j] = 2*K0_00[j]*h_[j]**2 + 2*m_[j]*(rho_inf_[j] + 1)**2
+        c1[j] = 2*K0_01[j]*h_[j]**2
+        c2[j] = 2*K0_11[j]*h_[j]**2 + 2*m_[j]*(rho_inf_[j] + 1)**2
+        c3[j] = 2*K0_10[j]*h_[j]**2
+        c4[j] = c0[j]*c2[j] - c1[j]*c3[j]
+        c5[j] = c2[j]/c4[j]
+        c6[j] = c1[j]/c4[j]
+        c7[j] = c3[j]/c4[j]
+        c8[j] = c0[j]/c4[j]
+        c9[j] = 4*c6[j]*h_[j]**2*m_[j]*(rho_inf_[j] + 1)
+        c10[j] = 4*c5[j]*h_[j]**2*m_[j]*(rho_inf_[j] + 1)
+        c11[j] = 4*c7[j]*h_[j]**2*m_[j]*(rho_inf_[j] + 1)
+        c12[j] = 4*c8[j]*h_[j]**2*m_[j]*(rho_inf_[j] + 1)
+        c13[j] = 2*c6[j]*h_[j]*m_[j]*(rho_inf_[j] + 1)**2
+        c14[j] = 2*c5[j]*h_[j]*m_[j]*(rho_inf_[j] + 1)**2
+        c15[j] = 2*c7[j]*h_[j]*m_[j]*(rho_inf_[j] + 1)**2
+        c16[j] = 2*c8[j]*h_[j]*m_[j]*(rho_inf_[j] + 1)**2
+        c17[j] = 2*K0_00[j]*h_[j]**2*(rho_inf_[j] + 1) + 2*m_[j]*(rho_inf_[j] + 1)**3
+        c18[j] = 2*K0_01[j]*h_[j]**2*(rho_inf_[j] + 1)
+        c19[j] = 2*K0_11[j]*h_[j]**2*(rho_inf_[j] + 1) + 2*m_[j]*(rho_inf_[j] + 1)**3
+        c20[j] = 2*K0_10[j]*h_[j]**2*(rho_inf_[j] + 1)
+        c21[j] = c17[j]*c19[j] - c18[j]*c20[j]
+        c22[j] = c19[j]/c21[j]
+        c23[j] = c18[j]/c21[j]
+        c24[j] = c20[j]/c21[j]
+        c25[j] = c17[j]/c21[j]
+        c26[j] = 2*K0_10[j]*c23[j]*h_[j]**2*rho_inf_[j] - c22[j]*(2*K0_00[j]*h_[j]**2*rho_inf_[j] + 2*m_[j]*(rho_inf_[j] + 1)**2*(2*rho_inf_[j] - 1))
+        c27[j] = 2*K0_01[j]*c22[j]*h_[j]**2*rho_inf_[j] - c23[j]*(2*K0_11[j]*h_[j]**2*rho_inf_[j] + 2*m_[j]*(rho_inf_[j] + 1)**2*(2*rho_inf_[j] - 1))
+        c28[j] = L_[j]**2
+        c29[j] = (1/2)*EA_[j]*(1 - 1/(rho_inf_[j] + 1))/L_[j]**3
+        c30[j] = (1/2)*EA_[j]/(L_[j]**3*(rho_inf_[j] + 1))
+        c31[j] = 2*K0_10[j]*c25[j]*h_[j]**2*rho_inf_[j] - c24[j]*(2*K0_00[j]*h_[j]**2*rho_inf_[j] + 2*m_[j]*(rho_inf_[j] + 1)**2*(2*rho_inf_[j] - 1))
+        c32[j] = 2*K0_01[j]*c24[j]*h_[j]**2*rho_inf_[j] - c25[j]*(2*K0_11[j]*h_[j]**2*rho_inf_[j] + 2*m_[j]*(rho_inf_[j] + 1)**2*(2*rho_inf_[j] - 1))
+        c33[j] = m_[j]*(-2*K0_10[j]*c23[j]*h_[j]**2 + c22[j]*(2*K0_00[j]*h_[j]**2 - 2*m_[j]*(rho_inf_[j] - 2)*(rho_inf_[j] + 1)**2))
+        c34[j] = m_[j]*(2*K0_01[j]*c22[j]*h_[j]**2 - c23[j]*(2*K0_11[j]*h_[j]**2 - 2*m_[j]*(rho_inf_[j] - 2)*(rho_inf_[j] + 1)**2))
+        c35[j] = m_[j]*(2*K0_10[j]*c25[j]*h_[j]**2 - c24[j]*(2*K0_00[j]*h_[j]**2 - 2*m_[j]*(rho_inf_[j] - 2)*(rho_inf_[j] + 1)**2))
+        c36[j] = m_[j]*(-2*K0_01[j]*c24[j]*h_[j]**2 + c25[j]*(2*K0_11[j]*h_[j]**2 - 2*m_[j]*(rho_inf_[j] - 2)*(rho_inf_[j] + 1)**2))
+        c37[j] = c33[j]*c36[j] - c34[j]*c35[j]
+        c38[j] = c36[j]/c37[j]
+        c39[j] = c34[j]/c37[j]
+        c40[j] = c35[j]/c37[j]
+        c41[j] = c33[j]/c37[j]
+        c42[j] = (1/2)*m_[j]
+        c43[j] = (1/8)*EA_[j]/L_[j]**3
+    for i in range(first, last):
+        for j in range(h.size):
+            alive[j] = alive[j] & (i < n[j])
+        for j in range(WIDTH):
+            u_1_x[j] = a_0_x[j]*c10[j] - a_0_y[j]*c9[j] + h_[j]*v_0_x[j] + u_0_x[j]
+            u_1_y[j] = -a_0_x[j]*c11[j] + a_0_y[j]*c12[j] + h_[j]*v_0_y[j] + u_0_y[j]
+            v_1_x[j] = a_0_x[j]*c14[j] - a_0_y[j]*c13[j] + v_0_x[j]
+            v_1_y[j] = -a_0_x[j]*c15[j] + a_0_y[j]*c16[j] + v_0_y[j]
+        for j in range(WIDTH):
+            x0 = -c28[j]
+            x1 = c29[j]*(u_0_x[j]**2 + u_0_y[j]**2 + x0)
+            x2 = c30[j]*(u_1_x[j]**2 + u_1_y[j]**2 + x0)
+            residual_0 = m_[j]*(-a_0_x[j]*c26[j] + a_0_y[j]*c27[j]) + u_0_x[j]*x1 + u_1_x[j]*x2
+            residual_1 = m_[j]*(a_0_x[j]*c31[j] - a_0_y[j]*c32[j]) + u_0_y[j]*x1 + u_1_y[j]*x2
+            a_1_x[j] = -c38[j]*residual_0 + c39[j]*residual_1
+            a_1_y[j] = c40[j]*residual_0 - c41[j]*residual_1
+        for j in range(WIDTH):
+            energy[j] = c42[j]*(v_1_x[j]**2 + v_1_y[j]**2) + c43[j]*(-c28[j] + u_1_x[j]**2 + u_1_y[j]**2)**2
+            total[j] = a_1_x[j] + a_1_y[j] + energy[j] + u_1_x[j] + u_1_y[j] + v_1_x[j] + v_1_y[j]
+            finite = total[j] - total[j] == 0.0
+            went[j] = alive[j] & finite & (energy[j] <= bound_[j])
+            peak_[j] = max(peak_[j], energy[j]) if went[j] else peak_[j]
+        stopped = 0
+        for j in range(WIDTH):
+            stopped += alive[j] - went[j]
+            u_0_x[j] = u_1_x[j] if went[j] else u_0_x[j]
+            u_0_y[j] = u_1_y[j] if went[j] else u_0_y[j]
+            v_0_x[j] = v_1_x[j] if went[j] else v_0_x[j]
+            v_0_y[j] = v_1_y[j] if went[j] else v_0_y[j]
+            a_0_x[j] = a_1_x[j] if went[j] else a_0_x[j]
+            a_0_y[j] = a_1_y[j] if went[j] else a_0_y[j]
+        if stopped > 0:
+            for j in range(h.size):
+                if alive[j] & ~went[j]:
+                    n_done[j] = i
+                    status[j] = ENERGY_BOUND if total[j] - total[j] == 0.0 else NON_FINITE
+                    alive[j] = 0
+        if (i + 1) % stride == 0 and (i + 1) // stride < out.shape[1]:
+            for j in range(h.size):
+                if went[j]:
+                    row = out[j, (i + 1) // stride]
+                    row[0, 0] = u_1_x[j]
+                    row[0, 1] = u_1_y[j]
+                    row[1, 0] = v_1_x[j]
+                    row[1, 1] = v_1_y[j]
+                    row[2, 0] = a_1_x[j]
+                    row[2, 1] = a_1_y[j]
+    for j in range(h.size):
+        peak[j] = peak_[j]
+        state[j, 0, 0] = u_0_x[j]
+        state[j, 0, 1] = u_0_y[j]
+        state[j, 1, 0] = v_0_x[j]
+        state[j, 1, 1] = v_0_y[j]
+        state[j, 2, 0] = a_0_x[j]
+        state[j, 2, 1] = a_0_y[j]
+
+
 @_compile
 def march(h, rho_inf, EA, L, m, state, bound, first, n, stride, out, peak, n_done, status):
     """March every lane n steps of kr_alpha_plain_start.

@@ -87,6 +87,128 @@ def _lane(h, EA, L, m, state, bound, first, n, stride, out):
     return status, done, peak
 
 
+# lanes of a block: the arrays of a step, all rows of one, stay in the first cache, and LLVM sees that none overlap
+WIDTH = 32
+
+
+@_compile
+def march_block(h, EA, L, m, state, bound, first, n, stride, out, peak, n_done, status):
+    """As march, for at most WIDTH lanes, which fill vector registers abreast."""
+    numbers = np.zeros((29, WIDTH))
+    flags = np.zeros((2, WIDTH), dtype=np.int64)
+    a_0_x = numbers[0]
+    a_0_y = numbers[1]
+    a_p_x = numbers[2]
+    a_p_y = numbers[3]
+    c0 = numbers[4]
+    c1 = numbers[5]
+    c2 = numbers[6]
+    c3 = numbers[7]
+    c4 = numbers[8]
+    c5 = numbers[9]
+    c6 = numbers[10]
+    energy = numbers[11]
+    total = numbers[12]
+    u_0_x = numbers[13]
+    u_0_y = numbers[14]
+    u_1_x = numbers[15]
+    u_1_y = numbers[16]
+    u_p_x = numbers[17]
+    u_p_y = numbers[18]
+    v_0_x = numbers[19]
+    v_0_y = numbers[20]
+    v_1_x = numbers[21]
+    v_1_y = numbers[22]
+    h_ = numbers[23]
+    EA_ = numbers[24]
+    L_ = numbers[25]
+    m_ = numbers[26]
+    bound_ = numbers[27]
+    peak_ = numbers[28]
+    alive = flags[0]
+    went = flags[1]
+    last = first
+    for j in range(h.size):
+        status[j], n_done[j], peak[j] = COMPLETED, n[j], -np.inf
+        last = max(last, n[j])
+        alive[j] = 1
+        h_[j] = h[j]
+        EA_[j] = EA[j]
+        L_[j] = L[j]
+        m_[j] = m[j]
+        bound_[j] = bound[j]
+        peak_[j] = -np.inf
+        u_0_x[j] = state[j, 0, 0]
+        u_0_y[j] = state[j, 0, 1]
+        v_0_x[j] = state[j, 1, 0]
+        v_0_y[j] = state[j, 1, 1]
+    for j in range(WIDTH):
+        c0[j] = (1/2)*h_[j]
+        c1[j] = (1/2)*h_[j]**2
+        c2[j] = L_[j]**2
+        c3[j] = (1/2)*EA_[j]/L_[j]**3
+        c4[j] = 1/m_[j]
+        c5[j] = (1/2)*m_[j]
+        c6[j] = (1/8)*EA_[j]/L_[j]**3
+    for i in range(first, last):
+        for j in range(h.size):
+            alive[j] = alive[j] & (i < n[j])
+        for j in range(WIDTH):
+            u_p_x[j] = c0[j]*v_0_x[j] + u_0_x[j]
+            u_p_y[j] = c0[j]*v_0_y[j] + u_0_y[j]
+        for j in range(WIDTH):
+            x0 = c3[j]*(-c2[j] + u_0_x[j]**2 + u_0_y[j]**2)
+            residual_0 = u_0_x[j]*x0
+            residual_1 = u_0_y[j]*x0
+            a_0_x[j] = -c4[j]*residual_0
+            a_0_y[j] = -c4[j]*residual_1
+            u_1_x[j] = a_0_x[j]*c1[j] + h_[j]*v_0_x[j] + u_0_x[j]
+            u_1_y[j] = a_0_y[j]*c1[j] + h_[j]*v_0_y[j] + u_0_y[j]
+            v_p_x = a_0_x[j]*c0[j] + v_0_x[j]
+            v_p_y = a_0_y[j]*c0[j] + v_0_y[j]
+        for j in range(WIDTH):
+            x0 = c3[j]*(-c2[j] + u_p_x[j]**2 + u_p_y[j]**2)
+            residual_0 = u_p_x[j]*x0
+            residual_1 = u_p_y[j]*x0
+            a_p_x[j] = -c4[j]*residual_0
+            a_p_y[j] = -c4[j]*residual_1
+            v_1_x[j] = a_p_x[j]*h_[j] + v_0_x[j]
+            v_1_y[j] = a_p_y[j]*h_[j] + v_0_y[j]
+        for j in range(WIDTH):
+            energy[j] = c5[j]*(v_1_x[j]**2 + v_1_y[j]**2) + c6[j]*(-c2[j] + u_1_x[j]**2 + u_1_y[j]**2)**2
+            total[j] = energy[j] + u_1_x[j] + u_1_y[j] + v_1_x[j] + v_1_y[j]
+            finite = total[j] - total[j] == 0.0
+            went[j] = alive[j] & finite & (energy[j] <= bound_[j])
+            peak_[j] = max(peak_[j], energy[j]) if went[j] else peak_[j]
+        stopped = 0
+        for j in range(WIDTH):
+            stopped += alive[j] - went[j]
+            u_0_x[j] = u_1_x[j] if went[j] else u_0_x[j]
+            u_0_y[j] = u_1_y[j] if went[j] else u_0_y[j]
+            v_0_x[j] = v_1_x[j] if went[j] else v_0_x[j]
+            v_0_y[j] = v_1_y[j] if went[j] else v_0_y[j]
+        if stopped > 0:
+            for j in range(h.size):
+                if alive[j] & ~went[j]:
+                    n_done[j] = i
+                    status[j] = ENERGY_BOUND if total[j] - total[j] == 0.0 else NON_FINITE
+                    alive[j] = 0
+        if (i + 1) % stride == 0 and (i + 1) // stride < out.shape[1]:
+            for j in range(h.size):
+                if went[j]:
+                    row = out[j, (i + 1) // stride]
+                    row[0, 0] = u_1_x[j]
+                    row[0, 1] = u_1_y[j]
+                    row[1, 0] = v_1_x[j]
+                    row[1, 1] = v_1_y[j]
+    for j in range(h.size):
+        peak[j] = peak_[j]
+        state[j, 0, 0] = u_0_x[j]
+        state[j, 0, 1] = u_0_y[j]
+        state[j, 1, 0] = v_0_x[j]
+        state[j, 1, 1] = v_0_y[j]
+
+
 @_compile
 def march(h, EA, L, m, state, bound, first, n, stride, out, peak, n_done, status):
     """March every lane n steps of rk2.

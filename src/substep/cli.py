@@ -1,6 +1,8 @@
 """The command line `substep`."""
 
 import math
+from collections import Counter
+from collections.abc import Sequence
 from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -15,6 +17,7 @@ from .schemes import schemes as scheme_names
 
 if TYPE_CHECKING:
     from .claims.judging import Judgement
+    from .failures import Row
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
 console = Console()
@@ -57,13 +60,16 @@ def show(
 @app.command()
 def reproduce(
     folder: Annotated[Path, typer.Option(help="where the results go")] = Path("results"),
+    full: Annotated[
+        bool, typer.Option("--full", help="the 1000 s runs, every scheme on every scene, fine maps")
+    ] = False,
 ) -> None:
-    """Draw the thesis's figures 4.1-4.5 and the charts, write the numbers behind them, judge the claims."""
+    """Draw the thesis's figures and the charts, map where methods fail, write the numbers, judge the claims."""
     from . import reproduce as job  # noqa: PLC0415 (Matplotlib only when asked for)
 
     with Progress(console=console) as progress:
-        task = progress.add_task("figures, properties, claims", total=job.steps())
-        results = job.reproduce(folder, lambda: progress.advance(task))
+        task = progress.add_task("figures, properties, claims", total=job.steps(full))
+        results = job.reproduce(folder, lambda: progress.advance(task), full=full)
     table = Table(
         Column("scheme", no_wrap=True),
         *(Column(name, overflow="fold") for name in ("order u, v, a", "ρ∞", "Ω_cr", "A", "L", "overshoot")),
@@ -80,8 +86,36 @@ def reproduce(
     for name, split, beta, gamma, rho, order, k, damping, n, period in results.properties:
         table.add_row(name, split, beta, gamma, rho, order, f"{damping} Ω^{k}", f"{period} Ω^{n}")
     console.print(table)
+    words = Counter(row.word for row in results.failures)
+    told = ", ".join(f"{number} {word}" for word, number in words.most_common())
+    console.print(f"Where methods fail, {words.total()} runs: {told} (failures.csv, or `substep failures`)")
     _print_claims(results.claims)
     console.print(f"figures, tables and the ledger (claims.md) are in {folder.resolve()}")
+
+
+@app.command()
+def failures(
+    folder: Annotated[Path, typer.Option(help="where tables and maps go")] = Path("results"),
+    full: Annotated[bool, typer.Option("--full", help="every scheme on every scene, maps of 500 x 500 runs")] = False,
+) -> None:
+    """Run the places where methods fail: survived, gains energy, blew up, Newton failed; as tables and maps."""
+    from . import failures as battery  # noqa: PLC0415
+
+    with Progress(console=console) as progress:
+        task = progress.add_task("battery", total=battery.count())
+        rows = battery.battery(folder, lambda: progress.advance(task), full)
+    _print_failures(rows)
+    console.print(f"tables and maps are in {folder.resolve()}")
+
+
+def _print_failures(rows: "Sequence[Row]") -> None:
+    table = Table(
+        Column("scheme", no_wrap=True), "scene", "h (s)", "", "at t (s)", "max E/E0", title="Where methods fail"
+    )
+    for row in rows:
+        at = "" if row.t is None else f"{row.t:.4g}"
+        table.add_row(row.scheme, row.scene, f"{row.h:.4g}", row.word, at, f"{row.max_ratio:.4g}")
+    console.print(table)
 
 
 @app.command()

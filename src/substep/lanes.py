@@ -19,6 +19,7 @@ from .schemes import Array, Scheme
 from .schemes import scheme as make_scheme
 
 STATUSES: tuple[Status, ...] = get_args(Status)  # in the order of the kernels' numbers
+FEW = 16  # lanes below which a block, whose lanes wait for the slowest, does not pay
 TOLERANCE = 1e-12  # of the last correction of u, relative to the scene's length
 
 
@@ -82,8 +83,8 @@ def march_lanes(
     given = {**scene.parameters, **scheme.parameters, **(values or {})}
     scalars = {"h": dt, "tolerance": TOLERANCE * scene.length, "bound": bound, **given}
     arrays: dict[str, Any] = {
-        **{name: np.ascontiguousarray(np.broadcast_to(np.asarray(x, float), (P,))) for name, x in scalars.items()},
-        **{"u": u, "v": v, "a": a, "n": n.astype(np.int64), "first": 0, "stride": stride},
+        **{name: np.broadcast_to(np.asarray(x, float), (P,)).copy() for name, x in scalars.items()},
+        **{"u": u, "v": v, "a": a, "n": np.array(n, dtype=np.int64), "first": 0, "stride": stride},
         "state": np.empty((P, len(module.STATE), u.shape[1])),
         "out": np.zeros((P, steps // stride + 1 if history else 0, len(module.REPORTED), u.shape[1])),
         "iterations": np.zeros((P, steps if history else 0, scheme.balances), dtype=np.int64),
@@ -137,15 +138,15 @@ def _head(
 
 
 def _run(module: ModuleType, arrays: Mapping[str, Any], lanes: int) -> None:
-    """The march, its lanes shared among threads, each taking the next small part: slow lanes cluster."""
-    parts = 1 if lanes == 1 else min(lanes, 16 * (os.cpu_count() or 1))
+    """The march: a few lanes one by one, many in blocks; threads take the next part, for slow lanes cluster."""
+    march, width = (module.march, 1) if lanes < FEW else (module.march_block, module.WIDTH)
 
-    def part(k: int) -> None:
-        mine = slice(k * lanes // parts, (k + 1) * lanes // parts)
-        module.march(*(x[mine] if isinstance(x := arrays[name], np.ndarray) else x for name in module.ARGUMENTS))
+    def part(first: int) -> None:
+        mine = slice(first, first + width)
+        march(*(x[mine] if isinstance(x := arrays[name], np.ndarray) else x for name in module.ARGUMENTS))
 
-    if parts == 1:
+    if lanes == 1:
         part(0)
         return
-    with ThreadPoolExecutor() as pool:
-        list(pool.map(part, range(parts)))
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        list(pool.map(part, range(0, lanes, width)))

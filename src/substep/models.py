@@ -7,6 +7,7 @@ motion, so that the rigid model pays for leaving the bar's stretching out.
 import csv
 from collections.abc import Sequence
 from dataclasses import astuple, dataclass, fields
+from itertools import product
 from pathlib import Path
 from statistics import median
 from time import perf_counter
@@ -61,17 +62,20 @@ def attempt(model: Scene, name: str, dt: float, t_end: float, angle: float, repe
 def compare(
     EA: float = 1e10,
     t_end: float = 30.0,
-    names: Sequence[str] = SCHEMES,
+    names: Sequence[str] | None = None,
     steps: Sequence[float] = STEPS,
     repeats: int = 3,
 ) -> list[Attempt]:
-    """Both models with every scheme and step. EA in N, t_end and steps in s, every step a divisor of 0.1 and t_end."""
+    """Both models with every scheme (SCHEMES if none is named) and step.
+
+    EA in N; t_end and steps in s, every step a divisor of 0.1 and of t_end.
+    """
     exact = ElasticPendulum(EA)
     times = np.linspace(0.0, t_end, 1 + 4 * int(np.ceil(t_end)))
     positions = exact.position(times)
     angle = float(np.unwrap(np.arctan2(positions[:, 1], positions[:, 0]))[-1])
-    models = scene("rigid_pendulum"), scene("elastic_pendulum", EA=EA)
-    return [attempt(model, name, dt, t_end, angle, repeats) for model in models for name in names for dt in steps]
+    runs = product((scene("rigid_pendulum"), scene("elastic_pendulum", EA=EA)), names or SCHEMES, steps)
+    return [attempt(model, name, dt, t_end, angle, repeats) for model, name, dt in runs]
 
 
 def cheapest(attempts: Sequence[Attempt], angle: float, energy: float = float("inf")) -> Attempt | None:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from . import claims
+from . import chapter_5, claims, failures, models
 from .build import CatalogueRow, Properties, catalogue_row, properties
 from .catalogue_charts import CHARTS
 from .chapter_4 import NEWMARK_SETS, SPLITS
@@ -98,29 +98,43 @@ def catalogue_table(folder: Path, step: Callable[[], object]) -> list[CatalogueR
 
 @dataclass(frozen=True)
 class Results:
-    """What `reproduce` found: rows of the tables of the catalogue and of chapter 4, and the ledger."""
+    """What `reproduce` found: rows of the tables of the catalogue, of chapter 4 and of failures, and the ledger."""
 
     catalogue: list[CatalogueRow]
     properties: list[list[str]]
+    failures: list[failures.Row]
     claims: list[Judgement]
 
 
-def reproduce(folder: Path, step: Callable[[], object]) -> Results:
-    """Everything into the folder; calls step() `steps()` times."""
+def jobs(full: bool) -> tuple[Callable[[Path], object], ...]:
+    """What only draws or tabulates, one job a piece; full: the long runs too."""
+    return (*CHARTS, *chapter_5.JOBS, *(chapter_5.LONG_JOBS if full else ()), model_comparison)
+
+
+def model_comparison(folder: Path) -> None:
+    """The stiff pendulum elastic and rigid, and what each scheme computes a step on either."""
+    models.chart(models.compare(), folder)
+    models.operations(folder)
+
+
+def reproduce(folder: Path, step: Callable[[], object], *, full: bool = False) -> Results:
+    """Everything into the folder; calls step() `steps(full)` times. full: the long runs and fine maps as well."""
     folder.mkdir(parents=True, exist_ok=True)
     for number, split in enumerate(SPLITS, start=1):
         figure_4(number, split, folder)
         step()
-    for chart in CHARTS:
-        chart(folder)
+    for job in jobs(full):
+        job(folder)
         step()
+    outcomes = failures.battery(folder, step, full)
     catalogue = catalogue_table(folder, step)
     rows = property_table(folder, step)
     judgements = claims.judge(step)
     claims.write(folder, judgements)
-    return Results(catalogue, rows, judgements)
+    return Results(catalogue, rows, outcomes, judgements)
 
 
-def steps() -> int:
+def steps(full: bool = False) -> int:
     """How often `reproduce` calls its step."""
-    return len(SPLITS) + len(CHARTS) + len(schemes()) + sum(1 for _ in parameter_sets()) + len(claims.JUDGES)
+    tables = len(schemes()) + sum(1 for _ in parameter_sets())
+    return len(SPLITS) + len(jobs(full)) + failures.count() + tables + len(claims.JUDGES)

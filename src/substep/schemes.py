@@ -220,7 +220,7 @@ class Scheme:
             raise ValueError(
                 f"expected shapes that broadcast, got {shapes}; add axes, for example Omega[:, None]"
             ) from error
-        return full[0].shape, [np.ascontiguousarray(a, dtype=np.float64).reshape(-1) for a in full]
+        return full[0].shape, [np.array(a, dtype=np.float64, order="C").reshape(-1) for a in full]
 
     def _evaluate(self, function: str, Omega: ArrayLike, xi: ArrayLike) -> Array:
         shape, arguments = self._points(Omega, xi)

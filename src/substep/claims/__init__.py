@@ -9,10 +9,15 @@ from collections.abc import Callable
 from inspect import cleandoc
 from pathlib import Path
 
-from . import chapter_2, chapter_4, misprints
+from . import chapter_2, chapter_4, chapter_5, misprints
 from .judging import Judge, Judgement
 
-JUDGES: tuple[tuple[Judge, str], ...] = (*chapter_2.JUDGES, *chapter_4.JUDGES, *misprints.JUDGES)
+JUDGES: tuple[tuple[Judge, str], ...] = (
+    *chapter_2.JUDGES,
+    *chapter_4.JUDGES,
+    *chapter_5.JUDGES,
+    *misprints.JUDGES,
+)
 
 
 def key(judge: Judge) -> str:

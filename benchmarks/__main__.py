@@ -1,0 +1,41 @@
+"""`python -m benchmarks`: run the jobs, print them, write results/bench.json and results/bench.md."""
+
+import argparse
+import time
+from pathlib import Path
+
+from rich.console import Console
+
+from . import jobs_accuracy, jobs_cores, jobs_pendulum, jobs_single, jobs_spectrum, jobs_stability, jobs_startup, report
+from .job import Job
+
+JOBS = (jobs_stability, jobs_spectrum, jobs_single, jobs_pendulum, jobs_cores, jobs_accuracy, jobs_startup)
+NAMES = tuple(module.NAME for module in JOBS)
+
+
+def main() -> None:
+    """Parse the options and run."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
+    parser.add_argument("--quick", action="store_true", help="fewer schemes, rounds and steps: about a minute")
+    parser.add_argument("--full", action="store_true", help="also compile the whole committed set from nothing")
+    parser.add_argument("--only", action="append", choices=NAMES, metavar="NAME", help=f"one of {', '.join(NAMES)}")
+    parser.add_argument("--out", type=Path, default=Path("results"), help="folder of the page (default: results)")
+    options = parser.parse_args()
+    console, facts = Console(), report.machine()
+    jobs: list[Job] = []
+    for module in JOBS:
+        if options.only and module.NAME not in options.only:
+            continue
+        began = time.perf_counter()
+        full = {"full": options.full} if module is jobs_startup else {}
+        found = module.job(options.quick, **full)
+        jobs.append(found)
+        report.show(found, console)
+        console.print(f"{module.NAME}: {time.perf_counter() - began:.0f} s", style="dim")
+    report.show_goals(jobs, console)
+    for path in report.write(jobs, facts, options.out):
+        console.print(f"written: {path}", markup=False)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,99 @@
+"""One linear run with its history of u, v and a: a chain of dependent steps."""
+
+import numpy as np
+
+from . import limits, ours, peers, reference
+from .job import Job, Table
+from .linear import SCHEMES, TwoLoads, record, scheme
+from .peers_march import OPENSEES, OpenSees
+from .timing import Alternative, cores, measure
+
+NAME = "single"
+OMEGA, XI, DT = 6.28, 0.02, 0.01
+
+
+def job(quick: bool) -> Job:
+    """One oscillator under the record."""
+    n, rounds = 100_000, 5 if quick else 11
+    found = Job(NAME, f"One linear run of {n} steps under a record, history of u, v, a, one core")
+    with cores(1):
+        for name in list(SCHEMES)[: 1 if quick else None]:
+            table = _run(found, name, n, rounds)
+            found.tables.append(table)
+            found.compare(table, f"single run, {name}: substep / C", "substep", "C", "<=", 1.05)
+            if name == "newmark_bdf2":
+                found.compare(
+                    table, f"single run, {name}: openseespy Newmark / substep, a step", "openseespy Newmark", "substep",
+                    ">=", 300,
+                )  # fmt: skip
+    found.notes.append(
+        "'exact' holds u against the exact response to the record, 'scheme' against the scheme in 50 digits, both over "
+        "all steps and of the largest u. openseespy's rows are one call of analyze for all steps, without a history; "
+        "'a call a step' keeps one, as Python does it."
+    )
+    return found
+
+
+def _run(found: Job, name: str, n: int, rounds: int) -> Table:
+    f = record(n, DT)
+    forces = f * DT**2
+    exact = _exact(f, n)
+    same = reference.march(name, OMEGA * DT, XI, forces, n)
+    scale = np.abs(exact).max()
+    loads = TwoLoads.of(scheme(name), np.array([OMEGA * DT]), XI)
+    D, B0, B1 = (np.ascontiguousarray(x[..., 0]) for x in (loads.D, loads.B0, loads.B1))
+
+    def against_exact(u: np.ndarray) -> dict[str, float]:
+        return {"exact": float(np.abs(u - exact).max() / scale)}
+
+    def against_both(u: np.ndarray) -> dict[str, float]:
+        return {**against_exact(u), "scheme": float(np.abs(u - same).max() / scale)}
+
+    rows: list[Alternative] = []
+
+    def add(label: str, kind, run, errors=against_both, units: int = n) -> None:
+        try:
+            run()
+        except (peers.MissingPeerError, limits.MissingCompilerError) as error:
+            found.skipped[label] = str(error)
+        else:
+            rows.append(Alternative(label, kind, run, units, errors))
+
+    add("substep", "substep", lambda: ours.single_run(name, OMEGA, XI, DT, n, f)[0])
+    if len(loads.D) == 2:
+        out = np.zeros((n + 1, 3))
+        numbers = (2 * XI * OMEGA * DT, (OMEGA * DT) ** 2, forces, out)
+        numerator, denominator = (x[0] for x in loads.filter())
+        add("C", "limit", lambda: limits.single_run(D, B0, B1, *numbers)[:, 0])
+        add("C, increments", "limit", lambda: limits.single_run(D, B0, B1, *numbers, increment=True)[:, 0])
+        add("scipy lfilter", "peer", lambda: peers.lfilter_run(numerator, denominator, forces))
+        if name == "newmark_bdf2":
+            add("Python loop", "peer", lambda: peers.python_loop(D, B0, B1, forces))
+    if name == "newmark_bdf2":
+        add("scipy lsim", "peer", lambda: peers.lsim_run(OMEGA, XI, f, DT), against_exact)
+        add("pyyeti SolveUnc", "peer", lambda: peers.solve_unc_run(OMEGA, XI, f, DT), against_exact)
+        for integrator in OPENSEES:
+            try:
+                program = OpenSees(integrator, OMEGA, XI, f, DT)
+            except peers.MissingPeerError as error:
+                found.skipped["openseespy"] = str(error)
+                break
+            found_errors = against_exact(program.steps())  # one call of analyze keeps no history to judge
+            add(f"openseespy {integrator}", "peer", program.run, lambda _, known=found_errors: known)
+            if integrator == "Newmark":
+                add("openseespy Newmark, a call a step", "peer", program.steps, against_exact)
+    errors = {"exact": "u against the exact response", "scheme": "u against the scheme in 50 digits"}
+    return Table(f"{name}: one run", "step", measure(rows, rounds), errors)
+
+
+def _exact(f: np.ndarray, n: int) -> np.ndarray:
+    """The exact response at the steps' ends, the load linear between them."""
+    w = complex(-XI * OMEGA, np.sqrt(1 - XI**2) * OMEGA)
+    one = np.expm1(w * DT) / (w * DT)
+    two = (one - 1) / (w * DT)
+    growth, now, then = np.exp(w * DT), DT * (one - two), DT * two
+    z, out = 0j, np.zeros(n + 1)
+    for i, (f0, f1) in enumerate(zip(f[:-1].tolist(), f[1:].tolist(), strict=True)):
+        z = growth * z + now * f0 + then * f1
+        out[i + 1] = z.imag
+    return out / w.imag

@@ -1,0 +1,85 @@
+"""Stability functions at many points, every input an array."""
+
+import numpy as np
+
+from . import limits, ours, peers, reference
+from .job import Job, Table
+from .linear import SCHEMES, scheme
+from .timing import Alternative, cores, measure
+
+NAME = "stability"
+
+
+def random_points(name: str, n: int) -> tuple[np.ndarray, ...]:
+    """Omega, xi and the scheme's parameters, drawn beside its usual values."""
+    random = np.random.default_rng(2015)
+    Omega, xi = 10.0 ** random.uniform(-2, 1, n), random.uniform(0.0, 0.2, n)
+    own = scheme(name).parameters
+    return Omega, xi, *(float(value) * random.uniform(1.0, 1.02, n) for value in own.values())
+
+
+def _errors(name: str, points: tuple[np.ndarray, ...], both: bool):
+    """Largest errors against 50 digits at a few points; of damping relative to xi's scale, absolute."""
+    few = range(0, len(points[0]), max(1, len(points[0]) // 24))
+    exact = np.array([reference.spectrum(name, *(float(x[i]) for x in points)) for i in few])
+
+    def errors(found) -> dict[str, float]:
+        rows = [x[: len(points[0])] for x in (found if both else (found,))]
+        difference = [np.abs(row[np.array(few)] - exact[:, k]) for k, row in enumerate(rows)]
+        names = ("rho", "damping", "period")
+        return {key: float(np.nanmax(d)) for key, d in zip(names, difference, strict=False)}
+
+    return errors
+
+
+def job(quick: bool) -> Job:
+    """All three functions, and the spectral radius alone."""
+    found = Job(NAME, "Stability functions, random Omega, xi and parameters, one core")
+    n, rounds = (1 << 16, 7) if quick else (1 << 17, 15)
+    with cores(1):
+        for name in list(SCHEMES)[: 1 if quick else None]:
+            _scheme(found, name, n, rounds)
+    found.notes.append(
+        "C is bound by the divider (four divisions and three square roots a vector) and keeps no more digits than "
+        "the formula with P and Q; substep's defect of the eigenvalue costs time and buys the digits of small Omega."
+    )
+    return found
+
+
+def _scheme(found: Job, name: str, n: int, rounds: int) -> None:
+    points, (Omega, xi, *parameters) = random_points(name, n), random_points(name, n)
+    handle = ours.handle(name, tuple(parameters))
+    few = slice(0, 4096)
+    matrices = ours.handle(name, tuple(p[few] for p in parameters)).amplification(Omega[few], xi[few])
+    short = tuple(x[few] for x in points)
+    three = [
+        Alternative("substep", "substep", lambda: ours.stability(handle, Omega, xi), n, _errors(name, points, True))
+    ]
+    one = [Alternative("substep", "substep", lambda: ours.radius(handle, Omega, xi), n, _errors(name, points, False))]
+    try:
+        C, out = limits.Stability(name), np.empty((3, n))
+        three.append(Alternative("C", "limit", lambda: C.all(points, out), n, _errors(name, points, True)))
+        one.append(Alternative("C", "limit", lambda: C.radius(points, out[0]), n, _errors(name, points, False)))
+        closed = peers.closed_form(name)
+        three.append(
+            Alternative("NumPy, closed form", "peer", lambda: closed(*short), len(short[0]), _errors(name, short, True))
+        )
+    except limits.MissingCompilerError as error:
+        found.skipped["C"] = str(error)
+    except ValueError as error:
+        found.skipped[f"C and closed form of {name}"] = str(error)
+    three.append(
+        Alternative(
+            "np.linalg.eigvals", "peer", lambda: peers.eigenvalues(matrices, Omega[few], xi[few]), len(matrices),
+            _errors(name, short, True),
+        )
+    )  # fmt: skip
+    columns = dict.fromkeys(("rho", "damping", "period"), "largest difference from 50 digits")
+    tables = [
+        Table(f"{name}: rho, numerical damping, period error", "point", measure(three, rounds), columns),
+        Table(f"{name}: rho alone", "point", measure(one, rounds), {"rho": columns["rho"]}),
+    ]
+    found.tables += tables
+    for table, what in zip(tables, ("all three", "rho alone"), strict=True):
+        found.compare(table, f"stability, {name}, {what}: substep / C", "substep", "C", "<=", 1.1)
+    found.compare(tables[0], f"stability, {name}: eigvals / substep", "np.linalg.eigvals", "substep", ">=", 500)

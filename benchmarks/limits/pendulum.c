@@ -1,0 +1,109 @@
+// Elastic pendulum (Green-Lagrange bar), newmark_bdf2 (bathe is gamma_t = 1/2, beta = 1/4, gamma = 1/2): Newton per
+// sub-step for the acceleration, from the last converged position. Compiled twice: GROUPS vectors in flight, which
+// iterate until all their lanes have converged, or (SCALAR) one lane at a time.
+#ifdef SCALAR
+#include <math.h>
+#include <stddef.h>
+#define LANES 1
+#define GROUPS 1
+#define INLINE static inline __attribute__((always_inline))
+typedef double vec;
+typedef int mask;
+INLINE vec load(const double *p) { return *p; }
+INLINE void store(double *p, vec x) { *p = x; }
+INLINE vec all(double x) { return x; }
+INLINE mask less(vec a, vec b) { return a < b; }
+INLINE vec largest(vec a, vec b) { return a > b ? a : b; }
+INLINE vec magnitude(vec a) { return fabs(a); }
+INLINE int any(mask m) { return m; }
+#else
+#include "vectors.h"
+#define GROUPS 4
+#endif
+#define MOST 50
+
+// a with a + k (|u|^2 - L^2) u = 0 at u = start + c a; a in: the first guess. Returns whether all lanes converged.
+INLINE int balance(vec a[2][GROUPS], vec start[2][GROUPS], vec c, vec k[GROUPS], vec L2, vec tolerance) {
+    for (int count = 0; count < MOST; count++) {
+        mask open = (mask)(less(all(0.0), all(0.0)));
+        for (int g = 0; g < GROUPS; g++) {
+            vec x = start[0][g] + c * a[0][g], y = start[1][g] + c * a[1][g];
+            vec square = x * x + y * y, force = k[g] * (square - L2);
+            vec rx = a[0][g] + x * force, ry = a[1][g] + y * force;
+            vec diagonal = 1.0 + c * force, rank = 2.0 * c * k[g];  // Jacobian: diagonal I + rank u u'
+            vec other = diagonal + rank * square, along = rank * (x * rx + y * ry);
+            vec inverse = 1.0 / (diagonal * other);
+            vec dx = (other * rx - x * along) * inverse, dy = (other * ry - y * along) * inverse;
+            a[0][g] -= dx, a[1][g] -= dy;
+            open |= less(tolerance, c * largest(magnitude(dx), magnitude(dy)));
+        }
+        if (!any(open)) return 1;
+    }
+    return 0;
+}
+
+INLINE vec energy_per_mass(vec x, vec y, vec vx, vec vy, vec k, vec L2) {
+    vec stretch = x * x + y * y - L2;
+    return 0.5 * (vx * vx + vy * vy) + 0.25 * k * stretch * stretch;
+}
+
+// state (6, lanes): u, v, a, x and y of each, overwritten; peak (lanes): largest energy per mass, the start's included. stiffness (lanes):
+// EA/(2 L^3 m). lanes a multiple of GROUPS*LANES. Returns the steps completed by all lanes.
+ptrdiff_t MARCH(ptrdiff_t lanes, ptrdiff_t n, double h, double gamma_t, double beta, double gamma, double L,
+                double tolerance, const double *stiffness, double *state, double *peak) {
+    double g = gamma_t, step = g * h, c1 = beta * step * step, w = (1.0 - g) * h / (2.0 - g), c2 = w * w;
+    double p = 1.0 / (g * (2.0 - g)), q = (1.0 - g) * (1.0 - g) * p;  // u_1 = p u_g - q u_0 + w v_1, and so for v
+    double inverse1 = 1.0 / c1, inverse2 = 1.0 / c2;
+    ptrdiff_t done = n;
+    for (ptrdiff_t j = 0; j + GROUPS * LANES <= lanes; j += GROUPS * LANES) {
+        vec u[2][GROUPS], v[2][GROUPS], a[2][GROUPS], top[GROUPS], stiff[GROUPS], L2 = all(L * L);
+        for (int r = 0; r < 2; r++)
+            for (int k = 0; k < GROUPS; k++) {
+                u[r][k] = load(state + r * lanes + j + k * LANES);
+                v[r][k] = load(state + (2 + r) * lanes + j + k * LANES);
+                a[r][k] = load(state + (4 + r) * lanes + j + k * LANES);
+            }
+        for (int k = 0; k < GROUPS; k++) {
+            stiff[k] = load(stiffness + j + k * LANES);
+            top[k] = energy_per_mass(u[0][k], u[1][k], v[0][k], v[1][k], stiff[k], L2);
+        }
+        for (ptrdiff_t i = 0; i < n; i++) {
+            vec start[2][GROUPS], z[2][GROUPS], inner_u[2][GROUPS], inner_v[2][GROUPS];
+            for (int r = 0; r < 2; r++)
+                for (int k = 0; k < GROUPS; k++) {
+                    start[r][k] = u[r][k] + step * v[r][k] + step * step * (0.5 - beta) * a[r][k];
+                    z[r][k] = (u[r][k] - start[r][k]) * inverse1;
+                }
+            int good = balance(z, start, all(c1), stiff, L2, all(tolerance));
+            for (int r = 0; r < 2; r++)
+                for (int k = 0; k < GROUPS; k++) {
+                    inner_u[r][k] = start[r][k] + c1 * z[r][k];
+                    inner_v[r][k] = v[r][k] + step * ((1.0 - gamma) * a[r][k] + gamma * z[r][k]);
+                    v[r][k] = p * inner_v[r][k] - q * v[r][k];
+                    start[r][k] = p * inner_u[r][k] - q * u[r][k] + w * v[r][k];
+                    z[r][k] = (inner_u[r][k] - start[r][k]) * inverse2;
+                }
+            good &= balance(z, start, all(c2), stiff, L2, all(tolerance));
+            for (int k = 0; k < GROUPS; k++) {
+                for (int r = 0; r < 2; r++) {
+                    a[r][k] = z[r][k];
+                    u[r][k] = start[r][k] + c2 * z[r][k];
+                    v[r][k] += w * z[r][k];
+                }
+                top[k] = largest(top[k], energy_per_mass(u[0][k], u[1][k], v[0][k], v[1][k], stiff[k], L2));
+            }
+            if (!good) {
+                if (i < done) done = i;
+                break;
+            }
+        }
+        for (int r = 0; r < 2; r++)
+            for (int k = 0; k < GROUPS; k++) {
+                store(state + r * lanes + j + k * LANES, u[r][k]);
+                store(state + (2 + r) * lanes + j + k * LANES, v[r][k]);
+                store(state + (4 + r) * lanes + j + k * LANES, a[r][k]);
+            }
+        for (int k = 0; k < GROUPS; k++) store(peak + j + k * LANES, top[k]);
+    }
+    return done;
+}

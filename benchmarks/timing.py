@@ -1,0 +1,118 @@
+"""Interleaved medians: the alternatives take turns, so that drift of the machine's clock meets them all."""
+
+import os
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+Kind = Literal["substep", "limit", "peer"]
+LEAST = 2e-3  # s, of one sample: shorter calls are repeated within it
+SLOW = 0.25  # s: longer calls are sampled once or twice
+
+
+@dataclass(frozen=True)
+class Alternative:
+    """One way to do the work. run() does `units` units of it; errors(result) are printed beside the speed."""
+
+    name: str
+    kind: Kind
+    run: Callable[[], Any]
+    units: int
+    errors: Callable[[Any], dict[str, float]] = field(default=lambda _: {})
+
+
+@dataclass(frozen=True)
+class Measured:
+    """samples (rounds,): s a unit, NaN in rounds it sat out; errors by name."""
+
+    name: str
+    kind: Kind
+    samples: NDArray[np.float64]
+    errors: dict[str, float]
+
+    @property
+    def seconds(self) -> float:
+        """Median time of one unit, s."""
+        return float(np.nanmedian(self.samples))
+
+    @property
+    def spread(self) -> float:
+        """Distance of the quartiles, relative to the median."""
+        low, high = np.nanpercentile(self.samples, [25, 75])
+        return float((high - low) / self.seconds)
+
+
+def measure(alternatives: Sequence[Alternative], rounds: int, *, wall: bool = False) -> list[Measured]:
+    """Each alternative once to warm up and for its errors, then all in turn, `rounds` times.
+
+    By the process's own time, which other programs on the machine do not lengthen, so alternatives that spread
+    over threads want `cores(1)`; wall: by the clock on the wall instead, for work on several cores.
+    """
+    clock = time.perf_counter if wall else time.process_time
+    errors, repeats, turns = [], [], []
+    for one in alternatives:
+        errors.append({name: float(value) for name, value in one.errors(one.run()).items()})
+        began = clock()
+        one.run()
+        took = max(clock() - began, 1e-7)
+        repeats.append(max(1, round(LEAST / took)))
+        turns.append(rounds if took < SLOW else 2 if took < 4 * SLOW else 1)
+    samples = np.full((len(alternatives), rounds), np.nan)
+    for turn in range(rounds):
+        for k, one in enumerate(alternatives):
+            if turn >= turns[k]:
+                continue
+            began = clock()
+            for _ in range(repeats[k]):
+                one.run()
+            samples[k, turn] = (clock() - began) / (repeats[k] * one.units)
+    return [Measured(one.name, one.kind, samples[k], errors[k]) for k, one in enumerate(alternatives)]
+
+
+@dataclass(frozen=True)
+class Ratio:
+    """Of two times in the same rounds: the median and its quartiles."""
+
+    median: float
+    low: float
+    high: float
+
+
+def ratio(slow: Measured, fast: Measured) -> Ratio:
+    """How many times the time of the other one takes."""
+    both = slow.samples / fast.samples
+    median, low, high = np.nanpercentile(both, [50, 25, 75])
+    return Ratio(float(median), float(low), float(high))
+
+
+@contextmanager
+def cores(count: int) -> Iterator[None]:
+    """All threads of the process on `count` cores; where the system cannot pin threads, as they are."""
+    if not hasattr(os, "sched_setaffinity"):
+        yield
+        return
+    before = os.sched_getaffinity(0)
+    _pin(set(sorted(before)[:count]))
+    try:
+        yield
+    finally:
+        _pin(before)
+
+
+def _pin(chosen: set[int]) -> None:
+    for thread in Path("/proc/self/task").iterdir():
+        try:
+            os.sched_setaffinity(int(thread.name), chosen)
+        except ProcessLookupError:  # it ended meanwhile
+            continue
+
+
+def available_cores() -> int:
+    """How many cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
