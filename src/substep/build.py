@@ -195,6 +195,14 @@ def catalogue_row(name: str) -> CatalogueRow:
     return CatalogueRow(name, order, rho, critical, curve, A, L, str(p.overshoot), bifurcation)
 
 
+def second_order_betas(rho_inf: Fraction, gamma_t: Fraction) -> list[float]:
+    """Beta of newmark_bdf2, second order, stable for every Omega, with that rho_inf: `substep_derive.design.region`."""
+    from substep_derive.design import region  # noqa: PLC0415
+
+    curves = [(float(r.beta.subs("gamma_t", gamma_t)), r.intervals) for r in region(rho_inf)]
+    return [beta for beta, cells in curves if any(float(low) < gamma_t < float(high) for low, high, *_ in cells)]
+
+
 def overshoot(name: str) -> "Overshoot":
     """Overshoot class of a scheme at almost all parameters."""
     from substep_derive.limits import overshoot as of  # noqa: PLC0415

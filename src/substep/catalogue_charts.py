@@ -29,8 +29,7 @@ def at_like_rho() -> dict[str, Scheme]:
         "three_substep",
     )
     tuned = {f"{name}, $\\rho_\\infty$ = {RHO:g}": scheme(name, rho_inf=RHO) for name in free}
-    # second order with rho_inf = RHO at gamma_t = 1/2: see `substep_derive.design.region`
-    beta = 0.5 / (2 + RHO)
+    beta, *_ = build.second_order_betas(Fraction(RHO), Fraction(1, 2))
     tuned[rf"newmark_bdf2, $\gamma_t$ = 0.5, $\beta$ = {beta:g}, $\gamma$ = 0.5"] = scheme("newmark_bdf2", beta=beta)
     fixed = (
         "backward_euler",

@@ -8,21 +8,20 @@ import numpy as np
 from .. import build
 from ..chapter_4 import SPLITS
 from ..schemes import scheme
-from .judging import Verdict, fractions, listed, overall, row, show, stable
+from .judging import Verdict, conditions, fractions, listed, overall, row, show, stable
 
 OMEGA = 2 * np.pi * np.linspace(0.005, 0.2, 40)  # h/T of the accuracy figures
 
 
 def claim_2_1() -> tuple[Verdict, str]:
     """Newmark is unconditionally stable iff 2 beta >= gamma >= 1/2; gamma > 1/2 also damps the low modes."""
-    grid = list(product(fractions("0", "1/8", "1/4", "3/10", "1/3", "1/2"), fractions("2/5", "1/2", "3/5", "4/5", "1")))
-    wrong = [(b, g) for b, g in grid if stable("newmark", beta=b, gamma=g) != (2 * b >= g >= Fraction(1, 2))]
+    derived = conditions("newmark")
     term = build.derived("newmark").series.numerical_damping[1]
     at_rest = build.at_rest(term)
     damps = all(build.number(at_rest, gamma=g) > 0 for g in fractions("11/20", "3/4", "1"))
-    return overall(not wrong, damps), (
-        f"certificates agree with 2 beta >= gamma >= 1/2 at {len(grid) - len(wrong)} of {len(grid)} points, boundary "
-        f"included; numerical damping at small Omega is ({at_rest}) Omega"
+    return overall(derived == ["2*beta >= gamma", "gamma >= 1/2"], damps), (
+        f"derived, necessary and sufficient: {' and '.join(derived)}; numerical damping at small Omega is ({at_rest}) "
+        "Omega"
     )
 
 
@@ -124,7 +123,8 @@ def claim_2_8() -> tuple[Verdict, str]:
     order = build.derived("wbz_alpha", alpha_B=Fraction(-1, 10)).order
     beyond = stable("wbz_alpha", alpha_B=Fraction(1, 100))
     return overall(len(works) == len(inside), min(order[:2]) >= 2), (
-        f"stable at alpha_B = {listed(works)} of {listed(inside)}, at 1/100: {beyond}; order of u, v, a {order}"
+        f"stable at alpha_B = {listed(works)} of {listed(inside)}, at 1/100: {beyond}; derived, necessary and "
+        f"sufficient: {' and '.join(conditions('wbz_alpha'))}; order of u, v, a {order}"
     )
 
 
@@ -143,6 +143,7 @@ def claim_2_9() -> tuple[Verdict, str]:
     return overall(not bad, min(order[:2]) >= 2, *same.values()), (
         f"stable at {len(good)} of {len(points)} points of (2.36)-(2.38)"
         + (f", unstable at {_point(bad[0])} (a double root on the circle counts)" if bad else "")
+        + f"; derived, necessary and sufficient: {' and '.join(conditions('generalized_alpha'))}"
         + f"; order of u, v, a {order}; same matrix as {', '.join(f'{k}: {v}' for k, v in same.items())}"
     )
 
@@ -165,9 +166,11 @@ def claim_2_10() -> tuple[Verdict, str]:
     points = gholampour_points()
     right = [p for p in points if stable("gholampour", **p)]
     printed = [p for p in points if build.thesis().gholampour_is_stable(p)]
-    return overall(len(right) == len(points), len(printed) == len(points)), (
-        f"as corrected (delta h^3 s) stable at {len(right)} of {len(points)} points of the region; as printed "
-        f"(delta h^3 s/6) at {len(printed)}"
+    derived = conditions("gholampour")
+    exactly = derived == ["2*alpha_g >= delta", "delta >= 1/3", "6*delta >= 6*alpha_g + 1"]
+    return overall(exactly and len(right) == len(points), len(printed) == len(points)), (
+        f"derived for the corrected form, iff: {' and '.join(derived)}; as corrected (delta h^3 s) "
+        f"stable at {len(right)} of {len(points)} points of the region; as printed (delta h^3 s/6) at {len(printed)}"
     )
 
 

@@ -40,6 +40,11 @@ def stable(name: str, **parameters: Fraction) -> bool:
     return build.certificate(name, **parameters).stable
 
 
+def conditions(name: str) -> list[str]:
+    """Necessary and sufficient for stability at every Omega > 0, undamped: derived with the parameters symbolic."""
+    return [str(inequality) for inequality in build.conditions(name).inequalities]
+
+
 def show(value: Any) -> str:
     """An exact number with its decimals."""
     return f"{value}" if value == int(value) else f"{value} = {float(value):.6g}"
