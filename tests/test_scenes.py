@@ -8,10 +8,12 @@ import mpmath
 import numpy as np
 import pytest
 from by_hand import SCENES
+from declared import BY_NAME
 from plain_kernels import SCENE_BY_NAME, motion, plain
 from scipy.integrate import solve_ivp
 from substep_derive import DeclarationError, Scene
 from substep_derive.motion import Motion
+from substep_derive.package import catalogue_pair
 from substep_derive.potentials import divided_difference
 from substep_derive.scene import optional, required
 from substep_derive.symbols import rate, sampled, t
@@ -47,6 +49,14 @@ def declared(**changes: object) -> Scene:
 def test_a_declaration_that_defines_no_motion_is_refused(changes: dict[str, object], message: str) -> None:
     with pytest.raises(DeclarationError, match=message):
         declared(**changes)
+
+
+@pytest.mark.parametrize("name", ["total", "c3", "j", "beta"])
+def test_a_parameter_may_not_have_a_name_that_kernels_use(name: str) -> None:
+    p = Symbol(name)
+    scene = declared(potential=p * u**4, parameters=(optional(m, 2), optional(p, 1)))
+    with pytest.raises(DeclarationError, match=f"'{name}'"):
+        catalogue_pair(BY_NAME["newmark"], Motion(scene))
 
 
 def test_time_may_only_push() -> None:

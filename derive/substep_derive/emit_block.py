@@ -8,7 +8,7 @@ branch, so that every lane comes out as if it were alone.
 from collections.abc import Iterable, Sequence
 from textwrap import indent
 
-from sympy import Expr, Matrix, Symbol, symbols
+from sympy import Expr, Symbol
 
 from . import templates_scene
 from .components import Assignments, assign
@@ -124,24 +124,14 @@ class _Names:
 
 
 def _step(w: _Names, step: Step, k: int) -> str:
-    size = len(step.z)
     if step.first is None:
-        R = Matrix(symbols(f"residual_:{size}"))
+        R = step.residual_names
         before = w.body(step.before, 3) + "\n" if step.before else ""
         residual = w.body(assign(R, step.residual), 3)
         solved = w.body(assign(step.z, -step.inverse * R), 3)
         after = "\n" + w.body(step.after, 3) if step.after else ""
         return f"        for j in range(WIDTH):\n{before}{residual}\n{solved}{after}"
-    R = Matrix(symbols(f"residual_:{size}"))
-    J = Matrix(size, size, lambda i, j: Symbol(f"jacobian_{i}{j}") if step.jacobian[i, j] != 0 else 0)
-    jacobian = [(s, e) for s, e in zip(J, step.jacobian, strict=True) if e != 0]
-    entries = [*assign(R, step.residual), *jacobian]
-    change = Matrix(symbols(f"change_:{size}"))
-    determinant = Symbol("one_over_det")
-    if size == 1:
-        solve = assign(change, R / J[0])
-    else:
-        solve = assign(Matrix([determinant, *change]), Matrix([1 / J.det(), *(J.adjugate() * R * determinant)]))
+    entries, solve, change = step.correction()
     local = w.without(s for s, _ in step.moving)  # the displacement of an iteration stays a number
     lines = [local.body(step.moving, 4), local.body(entries, 4)]
     lines.append(_lines((f"{s} = {KERNEL_PRINTER.doprint(e)}" for s, e in solve), 4))

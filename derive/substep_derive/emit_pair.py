@@ -5,10 +5,10 @@ from collections.abc import Iterable, Sequence
 from textwrap import indent, wrap
 
 import sympy
-from sympy import Function, Matrix, Symbol, symbols
+from sympy import Function, Symbol, symbols
 
 from . import emit_scene, templates, templates_scene
-from .components import Assignments, assign, plain
+from .components import assign, plain
 from .effective import effective_systems
 from .emit import digest
 from .emit_block import march_block
@@ -19,32 +19,57 @@ from .scheme import DeclarationError
 from .symbols import knot_of, lattice
 
 FUNCTIONS: dict[str, type[Function]] = {"log_cosh": log_cosh, "negative_part": negative_part}
-TAKEN = {  # names a kernel gives to something else than a parameter
-    *("h", "i", "n", "lane", "first", "state", "forces", "bound", "stride", "out", "iterations", "peak", "n_done"),
-    *(
-        "status",
-        "done",
-        "row",
-        "count",
-        "energy",
-        "tolerance",
-        "one_over_det",
-        "np",
-        "njit",
-        "start_forces",
+# names a kernel gives to something else than a parameter
+TAKEN = set(
+    [
+        "h",
+        "i",
+        "j",
+        "n",
         "u",
         "v",
         "a",
-    ),
-}
+        "np",
+        "njit",
+        "lane",
+        "first",
+        "last",
+        "state",
+        "forces",
+        "start_forces",
+        "bound",
+        "stride",
+        "out",
+        "row",
+        "iterations",
+        "count",
+        "peak",
+        "n_done",
+        "status",
+        "done",
+        "energy",
+        "total",
+        "tolerance",
+        "one_over_det",
+        "numbers",
+        "flags",
+        "alive",
+        "went",
+        "busy",
+        "failed",
+        "left",
+        "stopped",
+        "finite",
+    ]
+)
 
 
 def pair_module(p: Pair, source: str) -> str:
     """Text of generated/substep_kernels/<scheme>__<scene>.py."""
-    lane = [*_arguments(p), *(["tolerance"] if p.newton else [])]
-    own = [a for a in lane if a != "h" and (a in TAKEN or (a[0] in "cx" and a[1:].isdigit()))]
-    if own and own != ["tolerance"]:
-        raise DeclarationError(f"{p.scheme.name}: the name '{own[0]}' is used by the kernel; rename the parameter")
+    parameters = [s.name for s in p.parameters(p.expressions)]
+    if own := [a for a in parameters if a in TAKEN or (a[0] in "cx" and a[1:].isdigit())]:
+        raise DeclarationError(f"{p.motion.scene.name}: the kernel uses the name '{own[0]}'; rename the parameter")
+    lane = ["h", *parameters, *(["tolerance"] if p.newton else [])]
     forces = ["forces"] if p.motion.is_sampled else []
     counted = ["iterations"] if p.newton else []
     arguments = [*lane, "state", *forces, "bound", "first", "n", "stride", "out", *counted]
@@ -92,10 +117,6 @@ def _state(p: Pair) -> list[tuple[str, str]]:
     return [knot_of(s) or ("u", "0") for s in p.scheme.state]
 
 
-def _arguments(p: Pair) -> list[str]:
-    return ["h", *(s.name for s in p.parameters(p.expressions))]
-
-
 def _components(p: Pair, symbol: Symbol) -> list[str]:
     names = [f"_{q.name}" for q in p.motion.coordinates] if len(p.motion.coordinates) > 1 else [""]
     return [plain(symbol) + name for name in names]
@@ -107,9 +128,7 @@ def state_places(p: Pair) -> list[tuple[str, str]]:
 
 
 def _lane(p: Pair, arguments: Sequence[str]) -> tuple[str, dict[str, object]]:
-    state = [
-        (name, f"state[{j}, {i}]") for j, s in enumerate(p.scheme.state) for i, name in enumerate(_components(p, s))
-    ]
+    state = [(name, f"state[{place}]") for name, place in state_places(p)]
     texts, prior_count = block(p.prior, 2) if p.prior else ("", 0)
     steps, counts, iteration = [texts] if texts else [], prior_count, {}
     for k, step in enumerate(p.steps):
@@ -147,25 +166,13 @@ def _step(p: Pair, step: Step, k: int) -> tuple[str, int, int]:
     """Text of one balance; its operations once a step, and in every iteration."""
     before, counts = block(step.before, 2) if step.before else ("", 0)
     after, after_count = block(step.after, 2) if step.after else ("", 0)
-    size = len(step.z)
     if step.first is None:
-        residuals = [(Symbol(f"residual_{i}"), e) for i, e in enumerate(step.residual)]
-        residual, count = block(residuals, 2)
-        solved = [(z, -e) for z, e in zip(step.z, step.inverse * Matrix([r for r, _ in residuals]), strict=True)]
+        residual, count = block(assign(step.residual_names, step.residual), 2)
+        solved = assign(step.z, -step.inverse * step.residual_names)
         text = "\n".join(part for part in (before, residual, lines(solved, 2), after) if part)
         return text, counts + count + operations(solved) + after_count, 0
-    R = Matrix(symbols(f"residual_:{size}"))
-    J = Matrix(size, size, lambda i, j: Symbol(f"jacobian_{i}{j}"))
-    entries = [*zip(R, step.residual, strict=True), *zip(J, step.jacobian, strict=True)]
-    iteration, count = block([both for both in entries if both[0] not in J or both[1] != 0], 3)
-    J = Matrix(size, size, lambda i, j: J[i, j] if step.jacobian[i, j] != 0 else 0)
-    change = symbols(f"change_:{size}")
-    solve: Assignments = []
-    if size == 1:
-        solve = [(change[0], R[0] / J[0])]
-    else:
-        determinant = Symbol("one_over_det")
-        solve = assign(Matrix([determinant, *change]), Matrix([1 / J.det(), *(J.adjugate() * R * determinant)]))
+    entries, solve, change = step.correction()
+    iteration, count = block(entries, 3)
     update = [(z, z - c) for z, c in zip(step.z, change, strict=True)]
     first = list(zip(step.z, step.first, strict=True))
     converged = " and ".join(f"abs({KERNEL_PRINTER.doprint(step.reach * c)}) <= tolerance" for c in change)
@@ -181,7 +188,7 @@ def _step(p: Pair, step: Step, k: int) -> tuple[str, int, int]:
         balance=k,
         after=after,
     ).strip("\n")
-    again = operations(step.moving) + count + operations(solve) + operations(update) + size
+    again = operations(step.moving) + count + operations(solve) + operations(update) + len(step.z)
     return text, counts + operations(first) + after_count, again
 
 

@@ -8,7 +8,7 @@ only a nonlinear force that moves with z needs Newton's iteration.
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from sympy import Expr, Integer, Matrix, Symbol, zeros
+from sympy import Expr, Integer, Matrix, Symbol, symbols, zeros
 
 from .amplification import instants, reported
 from .components import STEP, Assignments, Writer, assign
@@ -37,6 +37,22 @@ class Step:
     first: Matrix | None
     reach: Expr
     after: Assignments
+
+    @property
+    def residual_names(self) -> Matrix:
+        """What the kernel calls the residual's components."""
+        return Matrix(symbols(f"residual_:{len(self.z)}"))
+
+    def correction(self) -> tuple[Assignments, Assignments, Matrix]:
+        """Residual and Jacobian under their names; the solve written out, in general form; Newton's correction."""
+        size, R = len(self.z), self.residual_names
+        J = Matrix(size, size, lambda i, j: Symbol(f"jacobian_{i}{j}") if self.jacobian[i, j] != 0 else 0)
+        entries = assign(R, self.residual) + [(s, e) for s, e in zip(J, self.jacobian, strict=True) if e != 0]
+        change, one_over = Matrix(symbols(f"change_:{size}")), Symbol("one_over_det")
+        if size == 1:
+            return entries, assign(change, R / J[0]), change
+        solve = assign(Matrix([one_over, *change]), Matrix([1 / J.det(), *(J.adjugate() * R * one_over)]))
+        return entries, solve, change
 
 
 @dataclass(frozen=True)
