@@ -238,27 +238,18 @@ def rho_infinity(amplification: Amplification) -> Expr:
 def defect_series(amplification: Amplification, terms: int) -> tuple[dict[str, Expr], list[list[Expr]]]:
     """How far the exact eigenvalue e^s is from being an eigenvalue, up to Omega^(terms - 1).
 
-    With the live polynomial c_0 + ... + c_d lambda^d taken at e^s: over e^s for two eigenvalues,
-    c_2*e^s + c_0*e^-s + c_1, else as it is; that is r_0 + r_1*zeta. g = c_0*e^(2*xi*Omega) - c_d, the
-    same for the squared modulus of a single pair. The first coefficients cancel because the scheme is
-    consistent. Also returned are c_j's coefficients by power of Omega, from which all later terms follow.
+    That is r_0 + r_1*zeta, the live polynomial c_0 + ... + c_d lambda^d taken at e^s; its first
+    coefficients cancel because the scheme is consistent. Also returned are c_j's coefficients by power of
+    Omega, from which all later terms follow.
     """
     c = list(reversed(live(amplification.charpoly).all_coeffs()))
     powers = max(Poly(e, Omega).degree() for e in c) + 1
     columns = [[Poly(e, Omega).coeff_monomial(Omega**i) for i in range(powers)] for e in c]
     zeta = powers_of_zeta(terms, xi)
-    parts: dict[str, Expr] = dict.fromkeys(("r_0", "r_1", "g"), Integer(0))
+    parts: dict[str, Expr] = dict.fromkeys(("r_0", "r_1"), Integer(0))
     for n in range(terms):
         for k in range(max(0, n + 1 - powers), n + 1):  # Omega^(n - k) of a coefficient, Omega^k of its exponential
-            share = sum((column[n - k] * j**k for j, column in zip(exponents(c), columns, strict=True)), Integer(0))
+            share = sum((column[n - k] * j**k for j, column in enumerate(columns)), Integer(0))
             for name, number in zip(("r_0", "r_1"), zeta[k], strict=True):
                 parts[name] += expand(share * number / factorial(k)) * Omega**n
-            parts["g"] += columns[0][n - k] * (2 * xi) ** k / factorial(k) * Omega**n
-        if n < powers:
-            parts["g"] -= columns[-1][n] * Omega**n
     return parts, columns
-
-
-def exponents(coefficients: Sequence[object]) -> range:
-    """The multiples of s in the exponentials of `defect_series`."""
-    return range(-1, 2) if len(coefficients) == 3 else range(len(coefficients))

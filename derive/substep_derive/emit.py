@@ -6,20 +6,25 @@ from textwrap import indent, wrap
 
 from sympy import Symbol, count_ops, srepr
 
-from . import algebra, templates
-from .accuracy import exponents
+from . import algebra, templates, templates_stability
 from .amplification import Amplification
 from .effective import effective_systems
 from .emit_index import index_entry
-from .kernels import DEFECT_TERMS, Kernel, entries, scheme_kernels
+from .kernels import Kernel, entries, scheme_kernels
 from .printing import PRINTER, fill, literal_tuple
 from .scheme import DeclarationError, Root, Scheme
+from .stability_kernels import DEFECT_TERMS_OF_MANY, stability_kernels
 from .symbols import Omega, state_label, xi
 
-SMALL_OMEGA = 0.125  # below: exact eigenvalue plus its defect; above: direct formulas
-RESERVED = {  # names a generated function gives to something else than a parameter
-    *("c1", "c2", "trace", "det", "q", "g", "given", "out", "i", "den", "den_o", "increment", "load", "outputs"),
-    *("outputs_load", "Omega", "xi", "math", "cmath", "np", "columns", "half", "quadratic", "tails"),
+SMALL_OMEGA = 0.25  # below: exact eigenvalue plus its defect; above: direct formulas
+SMALL_OMEGA_OF_MANY = 0.125  # the same for more than two live eigenvalues
+BLOCK = 1024  # points whose arrays stay in the nearest cache
+RESERVED = {  # names a generated function gives to something else than a parameter; so is a letter with digits
+    *("trace", "det", "q", "w", "g", "given", "out", "i", "k", "x", "y", "z", "den", "den_o", "increment", "load"),
+    *("outputs", "outputs_load", "Omega", "xi", "math", "cmath", "np", "columns", "half", "quadratic", "tails"),
+    *("radius", "damping", "period", "rest", "where", "count", "gain", "shift", "angle", "root", "less", "modulus2"),
+    *("is_complex", "square", "cosine", "inverse", "exact", "sine", "grown", "decay", "tangent", "nothing", "moving"),
+    *("opposite", "r_0", "r_1", "njit", "_"),
 }
 
 
@@ -41,6 +46,7 @@ def digest(scheme: Scheme) -> str:
 def print_kernel(kernel: Kernel) -> str:
     """One jitted scalar function: common subexpressions, then the named outputs."""
     subexpressions, outputs = algebra.cse([e for _, e in kernel.outputs])
+    subexpressions = [*(kernel.first or ()), *subexpressions]
     operations = sum(int(count_ops(e)) for e in (*(e for _, e in subexpressions), *outputs))
     lines = [f"{name} = {PRINTER.doprint(e)}" for name, e in subexpressions]
     lines += [f"{name} = {PRINTER.doprint(e)}" for (name, _), e in zip(kernel.outputs, outputs, strict=True)]
@@ -48,7 +54,7 @@ def print_kernel(kernel: Kernel) -> str:
     arguments = ", ".join(a.name for a in kernel.arguments)
     returned = ", ".join(name for name, _ in kernel.outputs)
     return (
-        f"\n\n@_compile\ndef {kernel.name}({arguments}):\n"
+        f"\n\n@{'_compile' if kernel.first is None else '_inline'}\ndef {kernel.name}({arguments}):\n"
         f'    """{kernel.docstring} {operations} operations."""\n{body}\n    return {returned}\n'
     )
 
@@ -74,11 +80,11 @@ def closed_forms(scheme: Scheme, amplification: Amplification) -> str:
 def scheme_module(amplification: Amplification, source: str) -> str:
     """Text of generated/substep_kernels/<name>.py."""
     scheme = amplification.scheme
-    kernels = scheme_kernels(amplification)
+    kernels = [*scheme_kernels(amplification), *stability_kernels(amplification)]
     names = {kernel.name: [name for name, _ in kernel.outputs] for kernel in kernels}
     m, K = amplification.step.load_N.shape
     arguments = [Omega.name, xi.name, *(p.name for p in scheme.parameters)]
-    if taken := [a for a in arguments[2:] if a in RESERVED or (a[0] == "x" and a[1:].isdigit())]:
+    if taken := [a for a in arguments[2:] if a in RESERVED or a[1:].isdigit()]:
         raise DeclarationError(f"{scheme.name}: the name '{taken[0]}' is used by the module; rename the parameter")
     at_i = {p.symbol: Symbol(f"{p.name}[i]") for p in scheme.parameters}
     told = iter(range(3))
@@ -90,15 +96,16 @@ def scheme_module(amplification: Amplification, source: str) -> str:
             title=f"{scheme.name}: stability functions and march coefficients.",
             reference=scheme.reference + ".",
             closed_forms=closed_forms(scheme, amplification),
+            imports="import math" if "_quadratic" in names else "import cmath\nimport math",
             name=scheme.name,
             state=literal_tuple(f'"{state_label(s)}"' for s in scheme.state),
             parameters=literal_tuple(f'"{p.name}"' for p in scheme.parameters),
             outputs_in_state=tuple(place if place >= 0 else -1 - next(told) for place in amplification.in_state),
             start_stencil=literal_tuple(str(float(tau)) for tau in amplification.start_stencil),
         ),
+        fill(templates_stability.ELEMENTARY) if "_quadratic" in names else "",
         *(print_kernel(kernel) for kernel in kernels),
-        fill(templates.TAILS, **_tails(names["_columns"])),
-        _spectrum(names, typed["arguments"], ", ".join(arguments[1:])),
+        _spectrum(names, arguments),
         fill(
             templates.SCHEME_FUNCTIONS,
             **typed,
@@ -122,23 +129,30 @@ def scheme_module(amplification: Amplification, source: str) -> str:
     return "".join(parts)
 
 
-def _spectrum(names: Mapping[str, Sequence[str]], arguments: str, no_Omega: str) -> str:
-    """The functions of one point, for two live eigenvalues or more."""
-    fields = {"arguments": arguments, "arguments_no_Omega": no_Omega, "small_Omega": SMALL_OMEGA}
+def _spectrum(names: Mapping[str, Sequence[str]], arguments: Sequence[str]) -> str:
+    """The stability functions, for two live eigenvalues or more."""
+    typed = {"arguments": ", ".join(arguments), "arguments_i": ", ".join(f"{a}[i]" for a in arguments)}
+    slices = ", ".join(f"{a}[i:k]" for a in arguments)
+    expm1 = "_expm1" if "_quadratic" in names else "math.expm1"
+    functions = fill(templates_stability.STABILITY, **typed, arguments_slice=slices, block=BLOCK, expm1=expm1)
     if "_quadratic" in names:
-        return fill(templates.TWO_EIGENVALUES, **fields)
+        pair = fill(templates_stability.TWO_EIGENVALUES, arguments=typed["arguments"])
+        gathered = ", ".join(f"x[{j}, k]" for j in range(len(arguments)))
+        sizes = {"gathered": gathered, "size": len(arguments), "small_Omega": SMALL_OMEGA}
+        return fill(templates_stability.TAILS) + pair + fill(templates_stability.BLOCK, **typed, **sizes) + functions
     half = sum(1 for name in names["_asymmetry"] if name[0] == "w")
-    return fill(templates.MORE_EIGENVALUES, **fields, half=half)
+    fields = {"arguments_no_Omega": ", ".join(arguments[1:]), "small_Omega": SMALL_OMEGA_OF_MANY, "half": half}
+    tails = fill(templates_stability.TAILS_OF_MANY, **_tails(names["_columns"]))
+    return tails + fill(templates_stability.MORE_EIGENVALUES, **typed, **fields) + functions
 
 
 def _tails(columns: Sequence[str]) -> dict[str, int]:
-    """Sizes in `TAILS`: columns are named c<power of lambda>_<power of Omega>."""
+    """Sizes in `TAILS_OF_MANY`: columns are named c<power of lambda>_<power of Omega>."""
     rows = len({name.split("_")[0] for name in columns})
     return {
         "rows": rows,
         "powers": len(columns) // rows,
-        "first": exponents(columns[:rows])[0],
-        "terms": DEFECT_TERMS,
+        "terms": DEFECT_TERMS_OF_MANY,
     }
 
 

@@ -67,7 +67,6 @@ Amplification matrix N/den in (u, h*v, h^2*a):
         gamma_t - 4*xi**2 + 1)) + 8*gamma_t*xi*(beta1 - 1))
 """
 
-import cmath
 import math
 
 import numpy as np
@@ -82,6 +81,59 @@ OUTPUTS_IN_STATE = (0, 1, 2)
 START_STENCIL = ()
 
 _compile = njit(cache=True, nogil=True, error_model="numpy")
+
+# no fastmath: contraction is 12 % faster, but then the last bit depends on a point's place in its array
+_inline = njit(nogil=True, error_model="numpy", forceinline=True)
+
+
+@_inline
+def _log1p(u, m):
+    """ln(1 + u), where m = 1 + u > 0; for u < -1/2 from m alone."""
+    bits = np.float64(m).view(np.int64)
+    k = (bits - 0x3FE6A09E667F3BCD) >> 52  # m = 2^k (1 + f), 1 + f from sqrt(1/2) to sqrt(2)
+    rest = u - (m - 1.0) if u > -0.5 else 0.0  # what rounding took from m
+    rest *= np.int64((1023 - k) << 52).view(np.float64)
+    f = np.int64(bits - (k << 52)).view(np.float64) - 1.0
+    s = f / (2.0 + f)
+    z = s * s
+    p = 0.1818356432645545 + z * (0.15314050542042326 + z * 0.14795949810482026)
+    p = 0.39999999999414676 + z * (0.28571428742387633 + z * (0.22222198573179955 + z * p))
+    half = 0.5 * f * f
+    log = f - (half - (s * (half + z * (0.6666666666666734 + z * p)) + (rest + k * 1.9082149292705877e-10)))
+    return k * 0.6931471803691238 + log  # ln 2 in two parts
+
+
+@_inline
+def _angle(y, x):
+    """atan2(y, x) for y >= 0."""
+    flat = abs(x)
+    low, high = (flat, y) if y > flat else (y, flat)
+    steep = low > 0.41421356237309503 * high  # tan(pi/8)
+    t = (low - high) / (low + high) if steep else low / high
+    z = t * t
+    p = 0.07690083348291338 + z * (-0.06641246187674198 + z * (0.056931644865597986 + z * -0.043608244913722165))
+    p += z * z * z * z * 0.02128013148948228
+    p = 0.11111106703546104 + z * (-0.09090783528237137 + z * p)
+    p = -0.3333333333333022 + z * (0.19999999999104665 + z * (-0.14285714196526547 + z * p))
+    angle = t + t * z * p
+    angle = 0.7853981633974483 + angle if steep else angle
+    angle = 1.5707963267948966 - angle if y > flat else angle
+    return 3.141592653589793 - angle if x < 0.0 else angle
+
+
+@_inline
+def _expm1(x):
+    """exp(x) - 1."""
+    x = -40.0 if x < -40.0 else (710.0 if x > 710.0 else x)
+    shifted = 1.4426950408889634 * x + 6755399441055744.0  # its last bits are those of the integer k
+    k = np.float64(shifted).view(np.int64) - 0x4338000000000000
+    turns = shifted - 6755399441055744.0
+    r = x - turns * 0.6931471803691238 - turns * 1.9082149292705877e-10
+    p = 1.0 / 3628800.0 + r * (1.0 / 39916800.0 + r * (1.0 / 479001600.0 + r * (1.0 / 6227020800.0)))
+    p = 1.0 / 5040.0 + r * (1.0 / 40320.0 + r * (1.0 / 362880.0 + r * p))
+    p = 0.5 + r * (1.0 / 6.0 + r * (1.0 / 24.0 + r * (1.0 / 120.0 + r * (1.0 / 720.0 + r * p))))
+    half = np.int64((k + 1022) << 52).view(np.float64)  # 2^(k - 1), which does not overflow
+    return 2.0 * (half * (r + r * r * p) + (half - 0.5))
 
 
 @_compile
@@ -173,326 +225,245 @@ def _increment(Omega, xi, beta1, beta2, gamma_t):
     return den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22, B_00, B_01, B_10, B_11, B_20, B_21
 
 
-@_compile
+@_inline
 def _quadratic(Omega, xi, beta1, beta2, gamma_t):
-    """Live eigenvalues: c2*lambda^2 - trace*lambda + det = 0; c1 = 2*c2 - trace, q = c2 - det. 228 operations."""
-    x0 = 2*beta2
-    x1 = -2*beta2*gamma_t + gamma_t
-    x2 = -x0 - x1
+    """Live eigenvalues: c2*lambda^2 - trace*lambda + det = 0; b0, its value at 1; q = c2 - det. 150 operations."""
+    r0 = gamma_t - 1
+    r1 = 2*gamma_t - 1
+    r2 = gamma_t - 2
+    r3 = 3*gamma_t - 2
+    r4 = gamma_t*(2*gamma_t - 2) + 1
+    r5 = 5*gamma_t - 4
+    r6 = 2*beta2 - 1
+    r7 = gamma_t*(9*gamma_t - 8) + 4
+    x0 = beta2*r0
+    x1 = 2*x0
+    x2 = -gamma_t + x1
     x3 = 4*xi
     x4 = gamma_t**2
     x5 = beta2**2
-    x6 = gamma_t - 1
-    x7 = Omega*x4
-    x8 = gamma_t*x0
-    x9 = xi**2
-    x10 = beta2*x4
-    x11 = 8*x10
-    x12 = x11*x9
-    x13 = gamma_t*x9
-    x14 = 8*beta2
-    x15 = x13*x14
-    x16 = 4*x5
-    x17 = 8*gamma_t
-    x18 = x16*x4 + x16 - x17*x5
-    x19 = 8*xi
-    x20 = beta1*x4
-    x21 = 2*x4
-    x22 = 2*gamma_t
-    x23 = 1 - x22
-    x24 = beta1*x22 + x23
-    x25 = -x0
-    x26 = x25 + x8
-    x27 = x7*(x24 + x26)
-    x28 = x0*x6
-    x29 = -gamma_t
-    x30 = 4*beta2
-    x31 = beta1*x30
-    x32 = -gamma_t*x31
-    x33 = beta2*gamma_t
-    x34 = -2*x20 + x21
-    x35 = -6*x10 + x18 + x20*x30 + x34
-    x36 = x22*xi
-    x37 = -beta2 + x24 + x33
-    x38 = gamma_t*x30
-    x39 = -x30
-    x40 = x32 + x39
-    x41 = 4*gamma_t
-    x42 = x4*x9
-    x43 = 4*x20
-    x44 = 4*x10
-    x45 = 8*x20
-    x46 = x26 + x29 + 2
-    c2 = Omega*(Omega*(Omega*(x2*x6*x8*xi + x5*x6**2*x7) - x12 + x15 + x18 + x4) - x2*x3) + 4
-    c1 = Omega*(Omega*(Omega*(x27*x28 + x36*(x29 + x32 + 6*x33 + x35)) - 16*beta1*x4*x9 - 16*beta2*x4*x9 + 8*beta2 - 8*gamma_t*x9 + 8*x0*x13 + 8*x1 + 8*x10 + 8*x20 + 8*x21*x9 - 8*x4) + x19)
-    trace = Omega*(Omega*(Omega*(-x21*xi*(-x24 - x31 - x38 - x40) - x28*x37*x7) + 8*x13 + 2*x18 + 16*x33 + 2*x39 + 10*x4 - 2*x41 - 16*x42 - 2*x43 - 2*x44 + 2*x45*x9) - x19*x6*(x0 - 1)) + 8
-    det = Omega*(Omega*(Omega*(-x36*x37*x46 + x37**2*x7) - x11 + x12 + 8*x13 - x14 - x15 - x17 + x18 + 16*x20*x9 + 16*x33 + 9*x4 - 16*x42 - x45 + 4) - x3*x46) + 4
-    q = Omega*(Omega*(Omega*(2*gamma_t*xi*(beta1*x41 - 5*gamma_t + 10*x33 + x35 + x40 + 2) - x24*x27) + 4*x0*x4 + 4*x13*x30 - 8*x13 - 4*x23 - 4*x25 - 4*x34 - 4*x38 + 16*x42 - 4*x43*x9 - 4*x44*x9) + x19)
-    return c2, c1, trace, det, q
+    x6 = r0**2
+    x7 = 4*x6
+    x8 = xi**2
+    x9 = 8*gamma_t
+    x10 = x0*x9
+    x11 = Omega*x4
+    x12 = 2*gamma_t
+    x13 = x12*xi
+    x14 = beta1*x12 - r1
+    x15 = x1 + x14
+    x16 = 8*xi
+    x17 = beta1*x4
+    x18 = 8*x17
+    x19 = 8*x6
+    x20 = beta2*x19
+    x21 = -r1*x9 + 16*x17
+    x22 = 4*x0
+    x23 = beta2*x7
+    x24 = -x18
+    x25 = -x19
+    x26 = x0 + x14
+    x27 = -r2 + x1
+    c2 = Omega*(Omega*(Omega*(x0*x13*x2 + x11*x5*x6) - x10*x8 + x4 + x5*x7) - x2*x3) + 4
+    b0 = Omega**2*(Omega*(-gamma_t*x15*x3 + x11*x15**2) + 4)
+    q = Omega*(Omega*(Omega*(2*gamma_t*xi*(beta1*(gamma_t*x22 - r2*x12) + beta2*(-2*r0*r3 + x23) + r1*r2) - x11*x14*x15) - 4*r4 + x18 + x20 + x8*(-16*gamma_t*x0 - x21)) + x16)
+    trace = Omega*(Omega*(Omega*(-x1*x11*x26 - 2*x4*xi*(beta1*(-x12 + x22) + r1 - x22)) + beta2*(x20 + x25) + r5*x12 + x21*x8 + x24) - r0*r6*x16) + 8
+    det = Omega*(Omega*(Omega*(x11*x26**2 - x13*x26*x27) + beta2*(x23 + x25) + r7 + x24 + x8*(x10 + x21)) - x27*x3) + 4
+    return c2, b0, q, trace, det
 
 
-@_compile
-def _defect(Omega, xi, beta1, beta2, gamma_t):
-    """Residual of the exact eigenvalue, r_0 + r_1*zeta, and of its modulus, g, up to Omega^6. 707 operations."""
-    x0 = Omega**3
-    x1 = 4*beta2
-    x2 = gamma_t**2
+@_inline
+def _defect(Omega, xi, beta1, beta2, gamma_t, e1, e2, e3, e4, e5, e6, e7, f1, f2, f3, f4, f5, f6):
+    """Re(c2*e^s + det*e^-s - trace) and det*e^(2*xi*Omega) - c2, cancelled up to Omega^3. 337 operations."""
+    r0 = gamma_t - 1
+    r1 = 2*gamma_t - 1
+    r2 = xi + 1
+    r3 = xi - 1
+    r4 = gamma_t*(2*gamma_t - 2) + 1
+    r5 = gamma_t*(12*gamma_t - 9) + 4
+    r6 = gamma_t - 6
+    r7 = gamma_t*(3*gamma_t - 6) + 4
+    r8 = 2*xi**2 - 1
+    x0 = gamma_t**2
+    x1 = 2*beta1
+    x2 = beta2*r0**2
     x3 = 2*x2
-    x4 = beta2*x3
-    x5 = 4*beta1*x3 + 8*beta2 - 4*gamma_t*x1 + 8*gamma_t - 4*x3 + 4*x4 - 4
-    x6 = 12*x2
-    x7 = beta1*x6
-    x8 = beta2**2
-    x9 = 12*x8
-    x10 = xi**2
-    x11 = 12*beta2
-    x12 = 12*gamma_t
-    x13 = 24*gamma_t
-    x14 = gamma_t**4
-    x15 = 24*x14
-    x16 = gamma_t**3
-    x17 = x16*x8
-    x18 = x10*x12
-    x19 = 24*x10
-    x20 = x19*x2
-    x21 = beta2*x16
-    x22 = beta1*x21
-    x23 = beta1*x20
-    x24 = beta1*x15
-    x25 = 12*x16
-    x26 = 12*x14
-    x27 = beta1*x25
-    x28 = beta1**2
-    x29 = -x24 - x25 + x26*x28 + x26 + x27
-    x30 = 6*x16
-    x31 = beta1*x30
-    x32 = -beta2*x27
-    x33 = beta1*x2
-    x34 = x10*x33
-    x35 = x10*x2
-    x36 = beta2*gamma_t
-    x37 = -24*beta2*gamma_t*x10 - 15*gamma_t + 30*x36
-    x38 = 15*x2
-    x39 = 360*x16
-    x40 = xi**4
-    x41 = 64*x40
-    x42 = 144*x10
-    x43 = 360*x14
-    x44 = beta1*x14
-    x45 = gamma_t*x10
-    x46 = x2*x40
-    x47 = 480*x46
-    x48 = beta2*x43
-    x49 = 240*x10
-    x50 = beta2*x49
-    x51 = x16*x49
-    x52 = 120*beta2
-    x53 = gamma_t*x52
-    x54 = x2*x52
-    x55 = 120*x8
-    x56 = 180*x14
-    x57 = gamma_t*x40
-    x58 = beta1*x39
-    x59 = beta2*x35
-    x60 = 960*x45
-    x61 = 480*x10
-    x62 = x10*x21
-    x63 = x35*x8
-    x64 = 480*x34
-    x65 = 60*x8
-    x66 = 60*beta2
-    x67 = -x65 + x66
-    x68 = 2*x10
-    x69 = x5*(x68 - 1)
-    x70 = 6*beta2
-    x71 = 6*x8
-    x72 = 3*x16
-    x73 = beta1*x72
-    x74 = 21*x2
-    x75 = 9*x21
-    x76 = gamma_t*x8
-    x77 = x33*x70
-    x78 = 18*x2*x8
-    x79 = x10*x6
-    x80 = (4/3)*xi
-    x81 = 32*x40
-    x82 = beta2*x40
-    x83 = 24*x40
-    x84 = 48*x10
-    x85 = beta2*x57
-    x86 = beta2*x2
-    x87 = 72*x45
-    x88 = -x11*x14 + x11*x44 + 18*x21 + x29 + x32
-    x89 = -x81
-    x90 = 150*x16
-    x91 = 80*x10
-    x92 = 120*x17
-    x93 = 90*x8
-    x94 = 180*x16
-    x95 = beta2*x94
-    x96 = 480*x45
-    x97 = 120*x22
-    x98 = beta2*x10
-    x99 = 240*x46
-    x100 = beta2*x56
-    x101 = x10*x16
-    x102 = 120*x101
-    x103 = beta1*x100 + beta1*x102 - beta1*x43 + beta1*x99 + beta2*x96 - x10*x52 - x100 - x102 - x22*x49 + x28*x56 + x33*x50 + x56 - x99
-    x104 = 96*x46
-    x105 = beta2*x84
-    x106 = x16*x19
-    x107 = beta2*x46
-    x108 = 60*x16
-    x109 = 60*x14
-    x110 = 40*x10
-    x111 = 40*x40
-    x112 = 140*x45
-    x113 = x14*x8
-    x114 = 160*x46
-    x115 = x10*x108
-    x116 = 45*x2
-    x117 = 240*x45
-    r_0 = x0*(Omega*(Omega*(-1/180*Omega*(beta1*x47 + beta1*x48 + beta1*x51 - beta2*x58 + beta2*x60 + beta2*x64 + gamma_t*x55 + 60*gamma_t - x17*x61 + x2*x55 + 540*x21 - x22*x61 + x28*x43 + 60*x33 - 840*x34 + 1020*x35 + x38 - x39*x8 - x39 - x41 + x42 + x43 - 720*x44 - 540*x45 - x47 - x48 + x49*x8 - x50 - x51 - x53 - x54 + x56*x8 + 240*x57 + x58 - 1440*x59 - x60*x8 + 720*x62 + 1200*x63 + x67 - 28) + (1/3)*xi*(20*beta1*x2 - 8*beta2*x10 + 32*beta2*x2 - beta2*x25 - 16*beta2*x35 - beta2*x7 + 10*beta2 + 16*x10*x2 + 4*x10 + 6*x16 - x18 - 23*x2 - x31 - x32 - 16*x34 - x37 - 5)) - 1/3*beta2*x13 - 1/3*beta2*x15 + (1/3)*beta2*x24 + (4/3)*x10 + (1/3)*x11 + (1/3)*x12 + (1/3)*x13*x8 + (1/3)*x14*x9 - 8*x17 - 1/3*x18 + (1/3)*x20 + 12*x21 - 8*x22 - 1/3*x23 + (1/3)*x29 - 1/3*x6 + (1/3)*x7 - 1/3*x9 - 5/3) - x5*xi)
-    r_1 = x0*(Omega*(Omega*(-1/45*Omega*xi*(beta1*x90 + 90*gamma_t + x10*x55 + x103 + x14*x93 - x17*x49 - x2*x93 - 105*x2 - x33*x66 + 120*x33 + 570*x35 - 180*x36 + x39*x98 - 300*x45 + x54 + 120*x57 - 720*x59 + 600*x63 - x64 + x67 + 180*x76 - x8*x96 + x89 - x90 + x91 - x92 + x95 - x97 - 30) + (1/3)*beta2*x19 - 1/3*beta2*x23 - 1/3*beta2*x87 - 1/3*gamma_t*x83 - 4/3*gamma_t - 1/3*x1 + (1/3)*x10*x25 - 1/3*x10*x27 - 4*x10 - 1/3*x19*x21 + (1/3)*x19*x22 + (1/3)*x2*x81 + (1/3)*x2 - 1/3*x33*x81 + (1/3)*x33*x84 - 4/3*x33 - 18*x35 + (8/3)*x36 + (1/3)*x4 + (8/3)*x40 + 12*x45 + 24*x59 - 1/3*x81*x86 - 16/3*x82 + 16*x85 - 1/3*x88 + 2/3) + x80*(beta2*x31 + beta2*x74 + 9*gamma_t - x10*x7 + x30*x8 - 18*x36 - x38 - 6*x45 + x68 + x7 + x70 - x71 + x72 - x73 - x75 + 18*x76 - x77 - x78 + x79 - 3)) - x69)
-    g = Omega**2*(Omega*(Omega*(Omega*((2/45)*Omega*x10*(beta1*x94 - beta1*x95 + x10*x65 - x10*x92 + 60*x10 + x103 - x111 + 45*x113 + x116*x8 + x116 - x117*x8 - x117 - 90*x17 + 270*x21 - 360*x34 + 435*x35 + x46*x52 + 144*x57 - 660*x59 + 300*x62 + 300*x63 + 48*x82 - 168*x85 - 90*x86 - x94) + (2/15)*xi*(beta1*x10*x54 + beta1*x108 + beta1*x114 + beta1*x115 - beta1*x16*x66 + beta2*x111 + 280*beta2*x45 - beta2*x91 - x10*x97 - x101*x65 + 80*x107 - x108 + x109*x28 + x109 + x110*x8 + x110 - x112*x8 - x112 + 15*x113 - x114 - x115 - x14*x66 - 30*x17 + x2*x49 + 90*x21 - 200*x34 + x38*x8 + x38 - x40*x53 + x44*x66 - 120*x44 + 100*x57 - 350*x59 + 160*x63 - 30*x86 + x89 + x90*x98)) + (1/3)*beta1*x104 + (1/3)*beta1*x106 + (1/3)*beta2*x81 + (1/3)*gamma_t*x41 + (1/3)*x101*x66 - 1/3*x104 + (1/3)*x105*x33 - 1/3*x105 - 1/3*x106 + 16*x107 - 1/3*x17*x19 + (1/3)*x19*x8 + (1/3)*x19 - 1/3*x2*x70 + x2 - 1/3*x22*x84 - 32*x34 + 38*x35 + (1/3)*x36*x42 - 52*x59 + 24*x63 - 1/3*x8*x87 - 1/3*x83 - 80/3*x85 - 1/3*x87 + (1/3)*x88) - x80*(6*beta1*beta2*x16 + 18*beta1*x2 + 27*beta2*x2 - beta2*x79 + 12*beta2 + 18*gamma_t*x8 - x10*x11 + 24*x10*x2 + 8*x10 + 6*x16*x8 + 3*x16 - x23 - x37 - 18*x45 - x71 - x73 - x74 - x75 - x77 - x78 - 6)) + x69)
-    return r_0, r_1, g
-
-
-@_compile
-def _columns(xi, beta1, beta2, gamma_t):
-    """Coefficients of the live polynomial, by power of lambda, then of Omega. 116 operations."""
-    x0 = 2*beta2
-    x1 = gamma_t*x0
-    x2 = -gamma_t - x0 + x1 + 2
-    x3 = 4*xi
-    x4 = 8*beta2
-    x5 = 8*gamma_t
-    x6 = gamma_t**2
-    x7 = xi**2
-    x8 = x6*x7
-    x9 = 16*x8
-    x10 = beta1*x6
-    x11 = beta2*gamma_t
-    x12 = gamma_t*x4
-    x13 = x12*x7
-    x14 = x4*x8
-    x15 = beta2**2
-    x16 = 4*x15
-    x17 = -x15*x5 + x16*x6 + x16
-    x18 = 2*gamma_t
-    x19 = beta1*x18 - x18 + 1
-    x20 = -beta2 + x11 + x19
-    x21 = gamma_t - 1
-    x22 = x21*xi
-    x23 = 4*beta2
-    x24 = -x23
+    x4 = -r4 + x0*x1 + x3
+    x5 = 4*e2
+    x6 = 8*e4
+    x7 = 8*e2
+    x8 = gamma_t*x7
+    x9 = gamma_t**3
+    x10 = 4*x9
+    x11 = gamma_t**4
+    x12 = 4*x11
+    x13 = e2*x0
+    x14 = 10*x13
+    x15 = 8*x11
+    x16 = beta1*x12
+    x17 = x0*x7
+    x18 = -x17
+    x19 = 8*x9
+    x20 = beta2*r0
+    x21 = 4*x0
+    x22 = 16*gamma_t
+    x23 = -e2*x22 + x17 + x21 + x7
+    x24 = 8*e3
     x25 = 4*gamma_t
-    x26 = 8*x8
-    x27 = 2*beta2*gamma_t - gamma_t - x0
-    c0_0 = 4
-    c0_1 = -x2*x3
-    c0_2 = beta1*x9 - 8*x10 + 16*x11 - x13 + x14 + x17 - x4*x6 - x4 + x5*x7 - x5 + 9*x6 - x9 + 4
-    c0_3 = -x18*x2*x20*xi
-    c0_4 = x20**2*x6
-    c1_0 = -8
-    c1_1 = 8*x22*(x0 - 1)
-    c1_2 = -2*beta1*x26 + 8*x10 - 2*x12 - 2*x17 + 2*x23*x6 - 2*x24 - 2*x25*x7 + 2*x25 + 2*x26 - 10*x6
-    c1_3 = 2*x6*xi*(4*beta1*beta2*gamma_t - beta1*x23 - 4*x11 - x19 - x24)
-    c1_4 = x0*x20*x21*x6
-    c2_0 = 4
-    c2_1 = -x27*x3
-    c2_2 = x13 - x14 + x17 + x6
-    c2_3 = x1*x22*x27
-    c2_4 = x15*x21**2*x6
-    return c0_0, c0_1, c0_2, c0_3, c0_4, c1_0, c1_1, c1_2, c1_3, c1_4, c2_0, c2_1, c2_2, c2_3, c2_4
+    x26 = e1*x0
+    x27 = e1*x10
+    x28 = 16*x13
+    x29 = -x28 + x8
+    x30 = 8*x26
+    x31 = -x27
+    x32 = e1*x19
+    x33 = 8*gamma_t
+    x34 = e1*x33
+    x35 = gamma_t*x24
+    x36 = e1*x12
+    x37 = x0*x24
+    x38 = 16*e3
+    x39 = -gamma_t*x38
+    x40 = r1**2
+    x41 = 2*r1
+    x42 = e2*x10
+    x43 = x7*x9
+    x44 = 16*e4
+    x45 = x0*x38
+    x46 = x0*x20
+    x47 = xi**2
+    x48 = f1*x0
+    x49 = f1*x33
+    x50 = 32*f2
+    x51 = gamma_t*x50
+    x52 = -x51
+    x53 = f1*x19
+    x54 = 16*f1
+    x55 = -x0*x54
+    x56 = x0*x50
+    x57 = -x56
+    x58 = x53 + x55
+    x59 = 64*f3
+    x60 = 64*f2
+    x61 = x0*x60
+    w = Omega**3*(Omega*(Omega*(Omega*x13*(beta1*(beta1*x21 - r1*x25 + x20*x25) + beta2*(-r0*x41 + x3) + x40) + beta1*(-beta1*x36 + beta2*(-x31 - x36) + e1*x15 + x31 + x37) + beta2*(-6*e1*x9 + x24 + 2*x26 + x36 + x37 + x39) - 4*e3 - x26 + x27 + x35 - x36 - x37 + xi*(beta1*(beta2*(-x18 - x43) + x18 + x42) + beta2*(-gamma_t*x44 + x29 + x43 + x44) - gamma_t*x5 + gamma_t*x6 + x14 - x42 - x6 + xi*(-beta1*x45 + beta2*(-x39 - x45) - x35 + x45))) + beta1*(x10 - x15 + x16 + x18 + x19*x20) + beta2*(beta2*(x12 - x19 + x23) - x15 - x23 + 12*x9) + x0 - x10 + x12 + x14 + x5 + x6 - x8 + xi*(beta1*(beta2*(-x30 + x32) + x30 + x31) + beta2*(beta2*(-16*x26 + x32 + x34) - 12*e1*x9 + 20*x26 - x34) + e1*x25 + x24 - 10*x26 + x27 + xi*(beta1*x28 + x29))) + 8*r2*r3*x4*xi)
+    g = Omega**2*(Omega*(Omega*(2*Omega*x48*xi*(gamma_t*x1 - r1 + x20)**2 + beta1*(-r1*x10 + x10*x20 + x16) + x0*x40 - x41*x46 + x47*(beta1*(beta2*(-x54*x9 - x55) + x57 + x58) + beta2*(beta2*(16*f2*x0 + 16*f2 - x49 - x51 - x58) + f1*x22 + 20*f1*x9 + gamma_t*x60 - 36*x48 - x50 + x57) + 36*f2*x0 + 16*f2 + x47*(beta1*x61 + beta2*(-gamma_t*x59 + x52 + x56 + x59) + 32*f3*gamma_t + 64*f4 + x51 - x59 - x61) + 20*x48 - x49 + x52 - x53)) - 4/3*xi*(beta1*(-3*r6*x0 + 6*x46) + beta2*(6*beta2*r0**3 - 3*r0*r7) + gamma_t*(gamma_t*(3*gamma_t - 21) + 15) + x47*(-24*beta1*x0 + 2*r5 - 12*x2) - 6)) + 4*r8*x4)
+    return w, g
 
 
-@_compile
-def _tails(Omega, xi, columns):
-    """What powers of Omega from 7 on add to the residual of `_defect`, and to its g."""
-    c = np.array(columns).reshape(3, 5)
-    term = np.empty(7 + 20, dtype=np.complex128)
-    residual, g = 0j, 0.0
-    for j in range(3 + 1):  # the last turn is that of g
-        last = j == 3
-        w = complex(2.0 * xi * Omega, 0.0)
-        if not last:
-            w = (j + -1) * complex(-xi * Omega, math.sqrt(1.0 - xi * xi) * Omega)
-        term[0] = 1.0
-        for k in range(1, term.size):
-            term[k] = term[k - 1] * w / k
-        for k in range(term.size - 2, -1, -1):  # from here term[k] holds the exponential's tail from w^k on
-            term[k] += term[k + 1]
-        for i in range(5):
-            tail = Omega**i * term[max(7 - i, 0)]
-            if last:
-                g += c[0, i] * tail.real
-            else:
-                residual += c[j, i] * tail
-    for i in range(7, 5):
-        g -= c[3 - 1, i] * Omega**i
-    return residual, g
+@_inline
+def _tails(Omega, xi):
+    """Tails of exponentials whose first terms a scheme cancels.
+
+    e_k = Re(s^k/k! + s^(k+2)/(k+2)! + ...)/Omega^k, and f_k = 1/k! + y/(k+1)! + ... at y = 2 xi Omega.
+    """
+    x, y, z = 2.0 * xi, 2.0 * xi * Omega, Omega * Omega
+    t2 = 0.5 * x * x - 1.0  # t_k = Re(s^k)/Omega^k
+    t3, t4 = -x * t2 + xi, 2.0 * t2 * t2 - 1.0
+    t5, t6 = 2.0 * t2 * t3 + xi, 2.0 * t3 * t3 - 1.0
+    t7, t8, t9 = 2.0 * t3 * t4 + xi, 2.0 * t4 * t4 - 1.0, 2.0 * t4 * t5 + xi
+    turn, z2 = 2.0 * t2 * z, z * z  # s^4 = turn*s^2 - z^2
+    c = 1.0 / 3628800.0 + turn * (1.0 / 479001600.0)
+    b = 1.0 / 40320.0 + turn * c - z2 * (1.0 / 479001600.0)
+    e6 = t6 * (1.0 / 720.0 - z2 * c) + z * t8 * b
+    c = 1.0 / 39916800.0 + turn * (1.0 / 6227020800.0)
+    b = 1.0 / 362880.0 + turn * c - z2 * (1.0 / 6227020800.0)
+    e7 = t7 * (1.0 / 5040.0 - z2 * c) + z * t9 * b
+    e5 = t5 * (1.0 / 120.0) + z * e7
+    e4, e3 = t4 * (1.0 / 24.0) + z * e6, t3 * (1.0 / 6.0) + z * e5
+    e2, e1 = t2 * 0.5 + z * e4, -xi + z * e3
+    f = 1.0 / 3628800.0 + y * (1.0 / 39916800.0 + y * (1.0 / 479001600.0 + y * (1.0 / 6227020800.0)))
+    f6 = 1.0 / 720.0 + y * (1.0 / 5040.0 + y * (1.0 / 40320.0 + y * (1.0 / 362880.0 + y * f)))
+    f5 = 1.0 / 120.0 + y * f6
+    f4 = 1.0 / 24.0 + y * f5
+    f3 = 1.0 / 6.0 + y * f4
+    f2 = 0.5 + y * f3
+    return e1, e2, e3, e4, e5, e6, e7, 1.0 + y * f2, f2, f3, f4, f5, f6
 
 
-@_compile
-def _discriminant(c2, c1, trace, det, q):
-    """(half trace, squared modulus, discriminant) of the live pair; a positive one means complex."""
-    half, modulus2 = 0.5 * trace / c2, det / c2
-    p, s = (c1 - q) / c2, c1 / c2
-    return half, modulus2, p - 0.25 * s * s if p < 0.5 else modulus2 - half * half
+@_inline
+def _pair(c2, b0, q, trace, det):
+    """(radius, half trace, squared modulus less 1, that modulus, root of discriminant, complex) of the live pair.
+
+    P = b0/c2 = det(I - A) and Q = q/c2 = 1 - det A keep the digits of what is near 1; far from it
+    trace and determinant do.
+    """
+    inverse = 1.0 / c2
+    P, Q, half, modulus2 = b0 * inverse, q * inverse, 0.5 * trace * inverse, det * inverse
+    discriminant = P - 0.25 * (P + Q) * (P + Q) if P < 0.5 else modulus2 - half * half
+    modulus2 = 1.0 - Q if Q < 0.5 else modulus2
+    root = math.sqrt(abs(discriminant))  # abs: a root that cannot fail is one instruction
+    radius = math.sqrt(abs(modulus2)) if discriminant > 0.0 else abs(half) + root
+    return radius, half, -Q, modulus2, root, discriminant > 0.0
 
 
-@_compile
-def _modulus(c2, c1, trace, det, q):
-    half, modulus2, discriminant = _discriminant(c2, c1, trace, det, q)
-    if discriminant > 0.0:
-        return math.sqrt(1.0 - q / c2) if q < 0.5 * c2 else math.sqrt(modulus2)
-    return abs(half) + math.sqrt(-discriminant)
-
-
-@_compile
-def _small_errors(Omega, xi, quadratic, defect, tails):
-    """Damping and period error of the pair e^z (1 + ratio) next to the exact e^z."""
-    c2, c1 = quadratic[:2]
-    root = math.sqrt(1.0 - xi * xi)
-    residual, g = complex(defect[0] - defect[1] * xi, defect[1] * root) + tails[0], defect[2] + tails[1]
-    x, y = -xi * Omega, root * Omega
-    expm1 = complex(math.expm1(x) * math.cos(y) - 2.0 * math.sin(0.5 * y) ** 2, math.exp(x) * math.sin(y))
-    slope = 2.0 * c2 * expm1 + c1
-    first = residual / slope
-    ratio = -2.0 * first / (1.0 + cmath.sqrt(1.0 - 4.0 * c2 * (1.0 + expm1) * first / slope))
-    shift = math.atan2(ratio.imag, 1.0 + ratio.real)
-    angle = y + shift
-    return 0.0 - (0.5 * math.log1p(g / c2) + xi * shift / root) / angle, 0.0 - shift / angle
-
-
-@_compile
-def _large_errors(Omega, xi, c2, c1, trace, det, q):
-    half, modulus2, discriminant = _discriminant(c2, c1, trace, det, q)
-    root = math.sqrt(1.0 - xi * xi)
-    angle = math.atan2(math.sqrt(discriminant), half)
-    decay = math.log1p(-q / c2) if q < 0.5 * c2 else math.log(modulus2)
-    return 0.0 - 0.5 * decay / angle - xi / root, Omega * root / angle - 1.0
-
-
-@_compile
+@_inline
 def _radius(Omega, xi, beta1, beta2, gamma_t):
     """Spectral radius at one point."""
-    return _modulus(*_quadratic(Omega, xi, beta1, beta2, gamma_t))
+    return _pair(*_quadratic(Omega, xi, beta1, beta2, gamma_t))[0]
+
+
+@_inline
+def _far(Omega, xi, beta1, beta2, gamma_t):
+    """Spectral radius, numerical damping and period error from the eigenvalues themselves."""
+    radius, half, less, modulus2, root, is_complex = _pair(*_quadratic(Omega, xi, beta1, beta2, gamma_t))
+    angle, square = _angle(root, half), abs(1.0 - xi * xi)
+    cosine = math.sqrt(square)
+    inverse = 1.0 / (angle * cosine)
+    damping = 0.0 - (0.5 * _log1p(less, modulus2) * cosine + xi * angle) * inverse
+    period = Omega * square * inverse - 1.0
+    return radius, damping if is_complex and xi < 1.0 else math.nan, period if is_complex and xi < 1.0 else math.nan
+
+
+@_inline
+def _near(Omega, xi, beta1, beta2, gamma_t):
+    """Numerical damping and period error from what the exact eigenvalue e^s leaves over in the polynomial.
+
+    With w = Re(c2 e^s + det e^-s - trace) and g = det e^(2 xi Omega) - c2, which are small and known to
+    all digits: 1 + g/c2 is the squared modulus over the exact one, and half the angle's error has the tangent below.
+    """
+    quadratic = _quadratic(Omega, xi, beta1, beta2, gamma_t)
+    tails = _tails(Omega, xi)
+    w, g = _defect(Omega, xi, beta1, beta2, gamma_t, *tails)
+    c2 = quadratic[0]
+    radius, _, _, _, root, is_complex = _pair(*quadratic)
+    cosine = math.sqrt(abs(1.0 - xi * xi))
+    exact = cosine * Omega
+    z = exact * exact
+    sine = -1.0 / 6.0 + z * (1.0 / 120.0 + z * (-1.0 / 5040.0 + z * (1.0 / 362880.0 - z / 39916800.0)))
+    sine = exact + exact * z * sine
+    gain = g / c2
+    grown = 1.0 + math.sqrt(abs(1.0 + gain))
+    decay = 1.0 + Omega * (tails[0] + Omega * tails[1])  # Re(e^s)
+    tangent = 0.5 * (w - decay * g * gain / (grown * grown)) / (c2 * (root + radius * sine))
+    shift = 2.0 * _angle(abs(tangent), 1.0)
+    shift = shift if tangent > 0.0 else -shift
+    inverse = 1.0 / (exact + shift)
+    damping = 0.0 - (0.5 * _log1p(gain, 1.0 + gain) + xi * shift / cosine) * inverse
+    period = 0.0 - shift * inverse
+    nothing = math.nan if xi >= 1.0 or (Omega > 0.0 and not is_complex) else 0.0
+    moving = Omega > 0.0 and is_complex and xi < 1.0
+    return damping if moving else nothing, period if moving else nothing
 
 
 @_compile
-def _errors(Omega, xi, beta1, beta2, gamma_t):
-    """Numerical damping and period error at one point; NaN where the eigenvalues are real."""
-    if Omega == 0.0 and xi < 1.0:
-        return 0.0, 0.0
-    quadratic = _quadratic(Omega, xi, beta1, beta2, gamma_t)
-    if not (xi < 1.0 and _discriminant(*quadratic)[2] > 0.0):
-        return math.nan, math.nan
-    if Omega < 0.125:
-        tails = _tails(Omega, xi, _columns(xi, beta1, beta2, gamma_t))
-        return _small_errors(Omega, xi, quadratic, _defect(Omega, xi, beta1, beta2, gamma_t), tails)
-    return _large_errors(Omega, xi, *quadratic)
+def _block(Omega, xi, beta1, beta2, gamma_t, radius, damping, period):
+    """Of all points, then anew of those near Omega = 0, where the difference from the exact decides."""
+    count = 0
+    for i in range(radius.size):
+        radius[i], damping[i], period[i] = _far(Omega[i], xi[i], beta1[i], beta2[i], gamma_t[i])
+        count += Omega[i] < 0.25
+    if count > 0:
+        where, x, y = np.empty(count, np.int64), np.empty((5, count)), np.empty((2, count))
+        k = 0
+        for i in range(radius.size):
+            if Omega[i] < 0.25:
+                where[k], x[0, k], x[1, k], x[2, k], x[3, k], x[4, k] = i, Omega[i], xi[i], beta1[i], beta2[i], gamma_t[i]
+                k += 1
+        for k in range(count):
+            y[0, k], y[1, k] = _near(x[0, k], x[1, k], x[2, k], x[3, k], x[4, k])
+        for k in range(count):
+            damping[where[k]], period[where[k]] = y[0, k], y[1, k]
 
 
 @_compile
@@ -503,24 +474,41 @@ def spectral_radius(Omega, xi, beta1, beta2, gamma_t, out):
 
 
 @_compile
+def stability(Omega, xi, beta1, beta2, gamma_t, radius, damping, period):
+    """Spectral radius, numerical damping ratio and period error in one pass; 1-D arrays of one length.
+
+    Damping is that of the complex pair of largest modulus, less the physical one; period is the
+    numerical over the exact one, less 1; both are NaN where the eigenvalues are real.
+    """
+    for i in range(0, radius.size, 1024):
+        k = min(i + 1024, radius.size)
+        _block(Omega[i:k], xi[i:k], beta1[i:k], beta2[i:k], gamma_t[i:k], radius[i:k], damping[i:k], period[i:k])
+
+
+@_compile
 def numerical_damping(Omega, xi, beta1, beta2, gamma_t, out):
     """Numerical damping ratio of the complex pair of largest modulus, less the physical one."""
-    for i in range(out.size):
-        out[i] = _errors(Omega[i], xi[i], beta1[i], beta2[i], gamma_t[i])[0]
+    rest = np.empty((2, min(out.size, 1024)))
+    for i in range(0, out.size, 1024):
+        k = min(i + 1024, out.size)
+        _block(Omega[i:k], xi[i:k], beta1[i:k], beta2[i:k], gamma_t[i:k], rest[0, : k - i], out[i:k], rest[1, : k - i])
 
 
 @_compile
 def amplitude_error(Omega, xi, beta1, beta2, gamma_t, out):
     """1 - exp(-2 pi numerical damping): decay over one period."""
+    numerical_damping(Omega, xi, beta1, beta2, gamma_t, out)
     for i in range(out.size):
-        out[i] = 0.0 - math.expm1(-2.0 * math.pi * _errors(Omega[i], xi[i], beta1[i], beta2[i], gamma_t[i])[0])
+        out[i] = 0.0 - _expm1(-2.0 * math.pi * out[i])
 
 
 @_compile
 def period_error(Omega, xi, beta1, beta2, gamma_t, out):
     """Numerical over exact period, less 1."""
-    for i in range(out.size):
-        out[i] = _errors(Omega[i], xi[i], beta1[i], beta2[i], gamma_t[i])[1]
+    rest = np.empty((2, min(out.size, 1024)))
+    for i in range(0, out.size, 1024):
+        k = min(i + 1024, out.size)
+        _block(Omega[i:k], xi[i:k], beta1[i:k], beta2[i:k], gamma_t[i:k], rest[0, : k - i], rest[1, : k - i], out[i:k])
 
 
 @_compile

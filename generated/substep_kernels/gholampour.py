@@ -187,29 +187,20 @@ def _columns(xi, delta, alpha_g):
 
 @_compile
 def _tails(Omega, xi, columns):
-    """What powers of Omega from 7 on add to the residual of `_defect`, and to its g."""
+    """What powers of Omega from 7 on add to the residual of `_defect`."""
     c = np.array(columns).reshape(4, 3)
     term = np.empty(7 + 20, dtype=np.complex128)
-    residual, g = 0j, 0.0
-    for j in range(4 + 1):  # the last turn is that of g
-        last = j == 4
-        w = complex(2.0 * xi * Omega, 0.0)
-        if not last:
-            w = (j + 0) * complex(-xi * Omega, math.sqrt(1.0 - xi * xi) * Omega)
+    residual = 0j
+    for j in range(4):
+        w = j * complex(-xi * Omega, math.sqrt(1.0 - xi * xi) * Omega)
         term[0] = 1.0
         for k in range(1, term.size):
             term[k] = term[k - 1] * w / k
         for k in range(term.size - 2, -1, -1):  # from here term[k] holds the exponential's tail from w^k on
             term[k] += term[k + 1]
         for i in range(3):
-            tail = Omega**i * term[max(7 - i, 0)]
-            if last:
-                g += c[0, i] * tail.real
-            else:
-                residual += c[j, i] * tail
-    for i in range(7, 3):
-        g -= c[4 - 1, i] * Omega**i
-    return residual, g
+            residual += c[j, i] * Omega**i * term[max(7 - i, 0)]
+    return residual
 
 
 @_compile
@@ -219,8 +210,9 @@ def _find_roots(c, roots):
     radius = (abs(c[0] / c[d])) ** (1.0 / d) if c[0] != 0.0 else 1.0
     for k in range(d):
         roots[k] = radius * cmath.exp(complex(0.0, 2.0 * math.pi * k / d + 0.4))
+    moved = math.inf
     for _ in range(500):
-        moved = 0.0
+        last, moved = moved, 0.0
         for k in range(d):
             z = roots[k]
             value, slope = complex(c[d], 0.0), 0j
@@ -233,10 +225,11 @@ def _find_roots(c, roots):
             for j in range(d):
                 if j != k and roots[j] != z:
                     repulsion += 1.0 / (z - roots[j])
-            step = newton / (1.0 - newton * repulsion)
+            slower = 1.0 - newton * repulsion
+            step = newton / slower if slower != 0j else newton
             roots[k] = z - step
             moved = max(moved, abs(step) / abs(z))
-        if moved < 1e-16:
+        if moved < 1e-16 or (moved < 1e-13 and moved >= last):  # from here on it is rounding that moves them
             break
 
 
@@ -289,13 +282,14 @@ def _spectrum(Omega, xi, polynomial, defect, columns):
     """
     c, b1 = np.array(polynomial[:-1]), polynomial[-1]
     d = c.size - 1
-    near = Omega < 0.125 and xi < 1.0
+    near = Omega == 0.0 or (Omega < 0.125 and xi < 1.0)
     radius, modulus, angle, shift, gain = 0.0, 0.0, math.nan, math.nan, math.nan
     rest = c
     if near:
-        root = math.sqrt(1.0 - xi * xi)
-        residual = complex(defect[0] - defect[1] * xi, defect[1] * root) + _tails(Omega, xi, columns)[0]
-        ratio = _principal(Omega, xi, c, b1, residual)
+        root, ratio = math.sqrt(abs(1.0 - xi * xi)), 0j
+        if Omega > 0.0:
+            residual = complex(defect[0] - defect[1] * xi, defect[1] * root) + _tails(Omega, xi, columns)
+            ratio = _principal(Omega, xi, c, b1, residual)
         gain = 0.5 * math.log1p(2.0 * ratio.real + ratio.real**2 + ratio.imag**2)
         shift = math.atan2(ratio.imag, 1.0 + ratio.real)
         angle = root * Omega + shift
@@ -329,19 +323,26 @@ def _radius(Omega, xi, delta, alpha_g):
 
 
 @_compile
-def _errors(Omega, xi, delta, alpha_g):
-    """Numerical damping and period error at one point; NaN where the eigenvalues are real."""
-    if Omega == 0.0 and xi < 1.0:
-        return 0.0, 0.0
-    if not xi < 1.0:
-        return math.nan, math.nan
+def _point(Omega, xi, delta, alpha_g):
+    """Spectral radius, numerical damping and period error at one point; NaN where the eigenvalues are real."""
     columns = _columns(xi, delta, alpha_g)
-    _, angle, shift, gain = _spectrum(Omega, xi, _polynomial(Omega, xi, delta, alpha_g), _defect(Omega, xi, delta, alpha_g), columns)
+    radius, angle, shift, gain = _spectrum(Omega, xi, _polynomial(Omega, xi, delta, alpha_g), _defect(Omega, xi, delta, alpha_g), columns)
+    if not xi < 1.0:
+        return radius, math.nan, math.nan
+    if Omega == 0.0:
+        return radius, 0.0, 0.0
     if xi == 0.0:  # a polynomial that reads the same backwards has its complex pairs on the circle
         opposite = np.abs(np.array(_asymmetry(Omega, xi, delta, alpha_g)))
         if opposite[:2].sum() == 0.0 or (_polynomial(Omega, xi, delta, alpha_g)[0] == 0.0 and opposite[2:].sum() == 0.0):
             gain = 0.0
-    return 0.0 - (gain + xi * shift / math.sqrt(1.0 - xi * xi)) / angle, 0.0 - shift / angle
+    return radius, 0.0 - (gain + xi * shift / math.sqrt(1.0 - xi * xi)) / angle, 0.0 - shift / angle
+
+
+@_compile
+def _block(Omega, xi, delta, alpha_g, radius, damping, period):
+    """Of all points."""
+    for i in range(radius.size):
+        radius[i], damping[i], period[i] = _point(Omega[i], xi[i], delta[i], alpha_g[i])
 
 
 @_compile
@@ -352,24 +353,41 @@ def spectral_radius(Omega, xi, delta, alpha_g, out):
 
 
 @_compile
+def stability(Omega, xi, delta, alpha_g, radius, damping, period):
+    """Spectral radius, numerical damping ratio and period error in one pass; 1-D arrays of one length.
+
+    Damping is that of the complex pair of largest modulus, less the physical one; period is the
+    numerical over the exact one, less 1; both are NaN where the eigenvalues are real.
+    """
+    for i in range(0, radius.size, 1024):
+        k = min(i + 1024, radius.size)
+        _block(Omega[i:k], xi[i:k], delta[i:k], alpha_g[i:k], radius[i:k], damping[i:k], period[i:k])
+
+
+@_compile
 def numerical_damping(Omega, xi, delta, alpha_g, out):
     """Numerical damping ratio of the complex pair of largest modulus, less the physical one."""
-    for i in range(out.size):
-        out[i] = _errors(Omega[i], xi[i], delta[i], alpha_g[i])[0]
+    rest = np.empty((2, min(out.size, 1024)))
+    for i in range(0, out.size, 1024):
+        k = min(i + 1024, out.size)
+        _block(Omega[i:k], xi[i:k], delta[i:k], alpha_g[i:k], rest[0, : k - i], out[i:k], rest[1, : k - i])
 
 
 @_compile
 def amplitude_error(Omega, xi, delta, alpha_g, out):
     """1 - exp(-2 pi numerical damping): decay over one period."""
+    numerical_damping(Omega, xi, delta, alpha_g, out)
     for i in range(out.size):
-        out[i] = 0.0 - math.expm1(-2.0 * math.pi * _errors(Omega[i], xi[i], delta[i], alpha_g[i])[0])
+        out[i] = 0.0 - math.expm1(-2.0 * math.pi * out[i])
 
 
 @_compile
 def period_error(Omega, xi, delta, alpha_g, out):
     """Numerical over exact period, less 1."""
-    for i in range(out.size):
-        out[i] = _errors(Omega[i], xi[i], delta[i], alpha_g[i])[1]
+    rest = np.empty((2, min(out.size, 1024)))
+    for i in range(0, out.size, 1024):
+        k = min(i + 1024, out.size)
+        _block(Omega[i:k], xi[i:k], delta[i:k], alpha_g[i:k], rest[0, : k - i], rest[1, : k - i], out[i:k])
 
 
 @_compile

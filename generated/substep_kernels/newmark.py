@@ -25,7 +25,6 @@ Amplification matrix N/den in (u, h*v, h^2*a):
     N_22 = Omega*(Omega*(2*beta - 1) + 4*xi*(gamma - 1))
 """
 
-import cmath
 import math
 
 import numpy as np
@@ -40,6 +39,59 @@ OUTPUTS_IN_STATE = (0, 1, 2)
 START_STENCIL = ()
 
 _compile = njit(cache=True, nogil=True, error_model="numpy")
+
+# no fastmath: contraction is 12 % faster, but then the last bit depends on a point's place in its array
+_inline = njit(nogil=True, error_model="numpy", forceinline=True)
+
+
+@_inline
+def _log1p(u, m):
+    """ln(1 + u), where m = 1 + u > 0; for u < -1/2 from m alone."""
+    bits = np.float64(m).view(np.int64)
+    k = (bits - 0x3FE6A09E667F3BCD) >> 52  # m = 2^k (1 + f), 1 + f from sqrt(1/2) to sqrt(2)
+    rest = u - (m - 1.0) if u > -0.5 else 0.0  # what rounding took from m
+    rest *= np.int64((1023 - k) << 52).view(np.float64)
+    f = np.int64(bits - (k << 52)).view(np.float64) - 1.0
+    s = f / (2.0 + f)
+    z = s * s
+    p = 0.1818356432645545 + z * (0.15314050542042326 + z * 0.14795949810482026)
+    p = 0.39999999999414676 + z * (0.28571428742387633 + z * (0.22222198573179955 + z * p))
+    half = 0.5 * f * f
+    log = f - (half - (s * (half + z * (0.6666666666666734 + z * p)) + (rest + k * 1.9082149292705877e-10)))
+    return k * 0.6931471803691238 + log  # ln 2 in two parts
+
+
+@_inline
+def _angle(y, x):
+    """atan2(y, x) for y >= 0."""
+    flat = abs(x)
+    low, high = (flat, y) if y > flat else (y, flat)
+    steep = low > 0.41421356237309503 * high  # tan(pi/8)
+    t = (low - high) / (low + high) if steep else low / high
+    z = t * t
+    p = 0.07690083348291338 + z * (-0.06641246187674198 + z * (0.056931644865597986 + z * -0.043608244913722165))
+    p += z * z * z * z * 0.02128013148948228
+    p = 0.11111106703546104 + z * (-0.09090783528237137 + z * p)
+    p = -0.3333333333333022 + z * (0.19999999999104665 + z * (-0.14285714196526547 + z * p))
+    angle = t + t * z * p
+    angle = 0.7853981633974483 + angle if steep else angle
+    angle = 1.5707963267948966 - angle if y > flat else angle
+    return 3.141592653589793 - angle if x < 0.0 else angle
+
+
+@_inline
+def _expm1(x):
+    """exp(x) - 1."""
+    x = -40.0 if x < -40.0 else (710.0 if x > 710.0 else x)
+    shifted = 1.4426950408889634 * x + 6755399441055744.0  # its last bits are those of the integer k
+    k = np.float64(shifted).view(np.int64) - 0x4338000000000000
+    turns = shifted - 6755399441055744.0
+    r = x - turns * 0.6931471803691238 - turns * 1.9082149292705877e-10
+    p = 1.0 / 3628800.0 + r * (1.0 / 39916800.0 + r * (1.0 / 479001600.0 + r * (1.0 / 6227020800.0)))
+    p = 1.0 / 5040.0 + r * (1.0 / 40320.0 + r * (1.0 / 362880.0 + r * p))
+    p = 0.5 + r * (1.0 / 6.0 + r * (1.0 / 24.0 + r * (1.0 / 120.0 + r * (1.0 / 720.0 + r * p))))
+    half = np.int64((k + 1022) << 52).view(np.float64)  # 2^(k - 1), which does not overflow
+    return 2.0 * (half * (r + r * r * p) + (half - 0.5))
 
 
 @_compile
@@ -69,153 +121,153 @@ def _increment(Omega, xi, beta, gamma):
     return den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22, B_00, B_10, B_20
 
 
-@_compile
+@_inline
 def _quadratic(Omega, xi, beta, gamma):
-    """Live eigenvalues: c2*lambda^2 - trace*lambda + det = 0; c1 = 2*c2 - trace, q = c2 - det. 31 operations."""
+    """Live eigenvalues: c2*lambda^2 - trace*lambda + det = 0; b0, its value at 1; q = c2 - det. 30 operations."""
+    r0 = 2*gamma - 1
+    r1 = 2*gamma + 1
+    r2 = gamma - 1
     x0 = 2*beta
     x1 = 4*xi
-    x2 = 2*gamma
-    x3 = x2 + 1
-    x4 = x2 - 1
     c2 = Omega*(Omega*x0 + gamma*x1) + 2
-    c1 = Omega*(Omega*x3 + x1)
-    trace = Omega*(Omega*(4*beta - x3) + x1*x4) + 4
-    det = Omega*(Omega*(x0 - x2 + 1) + x1*(gamma - 1)) + 2
-    q = Omega*(Omega*x4 + x1)
-    return c2, c1, trace, det, q
+    b0 = 2*Omega**2
+    q = Omega*(Omega*r0 + x1)
+    trace = Omega*(Omega*(4*beta - r1) + r0*x1) + 4
+    det = Omega*(Omega*(-r0 + x0) + r2*x1) + 2
+    return c2, b0, q, trace, det
 
 
-@_compile
-def _defect(Omega, xi, beta, gamma):
-    """Residual of the exact eigenvalue, r_0 + r_1*zeta, and of its modulus, g, up to Omega^6. 126 operations."""
-    x0 = Omega**3
-    x1 = 2*gamma - 1
-    x2 = 2*xi
-    x3 = 6*beta
-    x4 = xi**2
-    x5 = 4*x4
-    x6 = (1/6)*x1
-    x7 = 60*beta
-    x8 = -30*gamma
-    x9 = xi**4
-    x10 = gamma*x4
-    x11 = x1*(x2 - 1)*(x2 + 1)
-    x12 = 3 - 6*gamma
-    x13 = 8*x4
-    x14 = -x13
-    x15 = x8 + 15
-    x16 = x12 + x3
-    x17 = 10*gamma
-    r_0 = x0*(Omega*(Omega*(-1/360*Omega*(240*beta*x4 - 120*x10 + 84*x4 - x7 - x8 - 64*x9 - 13) - x6*xi*(x5 - 3)) + gamma - 1/3*x3 + (2/3)*x4 - 1/3) - x1*x2)
-    r_1 = x0*(Omega*(Omega*(-1/90*Omega*xi*(120*beta*x4 - 60*x10 - x15 + 50*x4 - x7 - 32*x9) - x6*(x14 + 8*x9 + 1)) - 1/3*xi*(12*beta + x12 - x5)) - x11)
-    g = Omega**2*(Omega*(Omega*(Omega*((2/45)*Omega*x9*(30*beta + 24*x10 + x15 - 20*x4) + (4/15)*xi**3*(10*beta + x14 + x17*x4 - x17 + 5)) + (2/3)*x4*(gamma*x13 + x16 - 6*x4)) + (2/3)*xi*(12*x10 + x14 + x16)) + x11)
-    return r_0, r_1, g
+@_inline
+def _defect(Omega, xi, beta, gamma, e1, e2, e3, e4, e5, e6, e7, f1, f2, f3, f4, f5, f6):
+    """Re(c2*e^s + det*e^-s - trace) and det*e^(2*xi*Omega) - c2, cancelled up to Omega^3. 64 operations."""
+    r0 = 2*gamma - 1
+    r1 = 4*xi**2 - 3
+    r2 = 3*gamma - 2
+    r3 = 2*xi + 1
+    r4 = 2*xi - 1
+    x0 = 4*e4
+    x1 = 2*gamma
+    x2 = xi**2
+    x3 = 4*x2
+    x4 = 8*f3
+    w = Omega**3*(Omega*(Omega*r0*(e3 + x0*xi) + 4*beta*e2 - e2*x1 + e2 + 4*e3*xi + x0) + r0*r1*xi)
+    g = Omega**2*(Omega*(Omega*x3*(2*beta*f2 - f2*x1 + f2 + x2*(8*f4 + gamma*x4 - x4)) + (2/3)*xi*(6*beta - 3*r0 + r2*x3)) + r0*r3*r4)
+    return w, g
 
 
-@_compile
-def _columns(xi, beta, gamma):
-    """Coefficients of the live polynomial, by power of lambda, then of Omega. 15 operations."""
-    x0 = 4*xi
-    x1 = 2*beta
-    x2 = 2*gamma
-    c0_0 = 2
-    c0_1 = x0*(gamma - 1)
-    c0_2 = x1 - x2 + 1
-    c1_0 = -4
-    c1_1 = -x0*(x2 - 1)
-    c1_2 = -4*beta + x2 + 1
-    c2_0 = 2
-    c2_1 = gamma*x0
-    c2_2 = x1
-    return c0_0, c0_1, c0_2, c1_0, c1_1, c1_2, c2_0, c2_1, c2_2
+@_inline
+def _tails(Omega, xi):
+    """Tails of exponentials whose first terms a scheme cancels.
+
+    e_k = Re(s^k/k! + s^(k+2)/(k+2)! + ...)/Omega^k, and f_k = 1/k! + y/(k+1)! + ... at y = 2 xi Omega.
+    """
+    x, y, z = 2.0 * xi, 2.0 * xi * Omega, Omega * Omega
+    t2 = 0.5 * x * x - 1.0  # t_k = Re(s^k)/Omega^k
+    t3, t4 = -x * t2 + xi, 2.0 * t2 * t2 - 1.0
+    t5, t6 = 2.0 * t2 * t3 + xi, 2.0 * t3 * t3 - 1.0
+    t7, t8, t9 = 2.0 * t3 * t4 + xi, 2.0 * t4 * t4 - 1.0, 2.0 * t4 * t5 + xi
+    turn, z2 = 2.0 * t2 * z, z * z  # s^4 = turn*s^2 - z^2
+    c = 1.0 / 3628800.0 + turn * (1.0 / 479001600.0)
+    b = 1.0 / 40320.0 + turn * c - z2 * (1.0 / 479001600.0)
+    e6 = t6 * (1.0 / 720.0 - z2 * c) + z * t8 * b
+    c = 1.0 / 39916800.0 + turn * (1.0 / 6227020800.0)
+    b = 1.0 / 362880.0 + turn * c - z2 * (1.0 / 6227020800.0)
+    e7 = t7 * (1.0 / 5040.0 - z2 * c) + z * t9 * b
+    e5 = t5 * (1.0 / 120.0) + z * e7
+    e4, e3 = t4 * (1.0 / 24.0) + z * e6, t3 * (1.0 / 6.0) + z * e5
+    e2, e1 = t2 * 0.5 + z * e4, -xi + z * e3
+    f = 1.0 / 3628800.0 + y * (1.0 / 39916800.0 + y * (1.0 / 479001600.0 + y * (1.0 / 6227020800.0)))
+    f6 = 1.0 / 720.0 + y * (1.0 / 5040.0 + y * (1.0 / 40320.0 + y * (1.0 / 362880.0 + y * f)))
+    f5 = 1.0 / 120.0 + y * f6
+    f4 = 1.0 / 24.0 + y * f5
+    f3 = 1.0 / 6.0 + y * f4
+    f2 = 0.5 + y * f3
+    return e1, e2, e3, e4, e5, e6, e7, 1.0 + y * f2, f2, f3, f4, f5, f6
 
 
-@_compile
-def _tails(Omega, xi, columns):
-    """What powers of Omega from 7 on add to the residual of `_defect`, and to its g."""
-    c = np.array(columns).reshape(3, 3)
-    term = np.empty(7 + 20, dtype=np.complex128)
-    residual, g = 0j, 0.0
-    for j in range(3 + 1):  # the last turn is that of g
-        last = j == 3
-        w = complex(2.0 * xi * Omega, 0.0)
-        if not last:
-            w = (j + -1) * complex(-xi * Omega, math.sqrt(1.0 - xi * xi) * Omega)
-        term[0] = 1.0
-        for k in range(1, term.size):
-            term[k] = term[k - 1] * w / k
-        for k in range(term.size - 2, -1, -1):  # from here term[k] holds the exponential's tail from w^k on
-            term[k] += term[k + 1]
-        for i in range(3):
-            tail = Omega**i * term[max(7 - i, 0)]
-            if last:
-                g += c[0, i] * tail.real
-            else:
-                residual += c[j, i] * tail
-    for i in range(7, 3):
-        g -= c[3 - 1, i] * Omega**i
-    return residual, g
+@_inline
+def _pair(c2, b0, q, trace, det):
+    """(radius, half trace, squared modulus less 1, that modulus, root of discriminant, complex) of the live pair.
+
+    P = b0/c2 = det(I - A) and Q = q/c2 = 1 - det A keep the digits of what is near 1; far from it
+    trace and determinant do.
+    """
+    inverse = 1.0 / c2
+    P, Q, half, modulus2 = b0 * inverse, q * inverse, 0.5 * trace * inverse, det * inverse
+    discriminant = P - 0.25 * (P + Q) * (P + Q) if P < 0.5 else modulus2 - half * half
+    modulus2 = 1.0 - Q if Q < 0.5 else modulus2
+    root = math.sqrt(abs(discriminant))  # abs: a root that cannot fail is one instruction
+    radius = math.sqrt(abs(modulus2)) if discriminant > 0.0 else abs(half) + root
+    return radius, half, -Q, modulus2, root, discriminant > 0.0
 
 
-@_compile
-def _discriminant(c2, c1, trace, det, q):
-    """(half trace, squared modulus, discriminant) of the live pair; a positive one means complex."""
-    half, modulus2 = 0.5 * trace / c2, det / c2
-    p, s = (c1 - q) / c2, c1 / c2
-    return half, modulus2, p - 0.25 * s * s if p < 0.5 else modulus2 - half * half
-
-
-@_compile
-def _modulus(c2, c1, trace, det, q):
-    half, modulus2, discriminant = _discriminant(c2, c1, trace, det, q)
-    if discriminant > 0.0:
-        return math.sqrt(1.0 - q / c2) if q < 0.5 * c2 else math.sqrt(modulus2)
-    return abs(half) + math.sqrt(-discriminant)
-
-
-@_compile
-def _small_errors(Omega, xi, quadratic, defect, tails):
-    """Damping and period error of the pair e^z (1 + ratio) next to the exact e^z."""
-    c2, c1 = quadratic[:2]
-    root = math.sqrt(1.0 - xi * xi)
-    residual, g = complex(defect[0] - defect[1] * xi, defect[1] * root) + tails[0], defect[2] + tails[1]
-    x, y = -xi * Omega, root * Omega
-    expm1 = complex(math.expm1(x) * math.cos(y) - 2.0 * math.sin(0.5 * y) ** 2, math.exp(x) * math.sin(y))
-    slope = 2.0 * c2 * expm1 + c1
-    first = residual / slope
-    ratio = -2.0 * first / (1.0 + cmath.sqrt(1.0 - 4.0 * c2 * (1.0 + expm1) * first / slope))
-    shift = math.atan2(ratio.imag, 1.0 + ratio.real)
-    angle = y + shift
-    return 0.0 - (0.5 * math.log1p(g / c2) + xi * shift / root) / angle, 0.0 - shift / angle
-
-
-@_compile
-def _large_errors(Omega, xi, c2, c1, trace, det, q):
-    half, modulus2, discriminant = _discriminant(c2, c1, trace, det, q)
-    root = math.sqrt(1.0 - xi * xi)
-    angle = math.atan2(math.sqrt(discriminant), half)
-    decay = math.log1p(-q / c2) if q < 0.5 * c2 else math.log(modulus2)
-    return 0.0 - 0.5 * decay / angle - xi / root, Omega * root / angle - 1.0
-
-
-@_compile
+@_inline
 def _radius(Omega, xi, beta, gamma):
     """Spectral radius at one point."""
-    return _modulus(*_quadratic(Omega, xi, beta, gamma))
+    return _pair(*_quadratic(Omega, xi, beta, gamma))[0]
+
+
+@_inline
+def _far(Omega, xi, beta, gamma):
+    """Spectral radius, numerical damping and period error from the eigenvalues themselves."""
+    radius, half, less, modulus2, root, is_complex = _pair(*_quadratic(Omega, xi, beta, gamma))
+    angle, square = _angle(root, half), abs(1.0 - xi * xi)
+    cosine = math.sqrt(square)
+    inverse = 1.0 / (angle * cosine)
+    damping = 0.0 - (0.5 * _log1p(less, modulus2) * cosine + xi * angle) * inverse
+    period = Omega * square * inverse - 1.0
+    return radius, damping if is_complex and xi < 1.0 else math.nan, period if is_complex and xi < 1.0 else math.nan
+
+
+@_inline
+def _near(Omega, xi, beta, gamma):
+    """Numerical damping and period error from what the exact eigenvalue e^s leaves over in the polynomial.
+
+    With w = Re(c2 e^s + det e^-s - trace) and g = det e^(2 xi Omega) - c2, which are small and known to
+    all digits: 1 + g/c2 is the squared modulus over the exact one, and half the angle's error has the tangent below.
+    """
+    quadratic = _quadratic(Omega, xi, beta, gamma)
+    tails = _tails(Omega, xi)
+    w, g = _defect(Omega, xi, beta, gamma, *tails)
+    c2 = quadratic[0]
+    radius, _, _, _, root, is_complex = _pair(*quadratic)
+    cosine = math.sqrt(abs(1.0 - xi * xi))
+    exact = cosine * Omega
+    z = exact * exact
+    sine = -1.0 / 6.0 + z * (1.0 / 120.0 + z * (-1.0 / 5040.0 + z * (1.0 / 362880.0 - z / 39916800.0)))
+    sine = exact + exact * z * sine
+    gain = g / c2
+    grown = 1.0 + math.sqrt(abs(1.0 + gain))
+    decay = 1.0 + Omega * (tails[0] + Omega * tails[1])  # Re(e^s)
+    tangent = 0.5 * (w - decay * g * gain / (grown * grown)) / (c2 * (root + radius * sine))
+    shift = 2.0 * _angle(abs(tangent), 1.0)
+    shift = shift if tangent > 0.0 else -shift
+    inverse = 1.0 / (exact + shift)
+    damping = 0.0 - (0.5 * _log1p(gain, 1.0 + gain) + xi * shift / cosine) * inverse
+    period = 0.0 - shift * inverse
+    nothing = math.nan if xi >= 1.0 or (Omega > 0.0 and not is_complex) else 0.0
+    moving = Omega > 0.0 and is_complex and xi < 1.0
+    return damping if moving else nothing, period if moving else nothing
 
 
 @_compile
-def _errors(Omega, xi, beta, gamma):
-    """Numerical damping and period error at one point; NaN where the eigenvalues are real."""
-    if Omega == 0.0 and xi < 1.0:
-        return 0.0, 0.0
-    quadratic = _quadratic(Omega, xi, beta, gamma)
-    if not (xi < 1.0 and _discriminant(*quadratic)[2] > 0.0):
-        return math.nan, math.nan
-    if Omega < 0.125:
-        tails = _tails(Omega, xi, _columns(xi, beta, gamma))
-        return _small_errors(Omega, xi, quadratic, _defect(Omega, xi, beta, gamma), tails)
-    return _large_errors(Omega, xi, *quadratic)
+def _block(Omega, xi, beta, gamma, radius, damping, period):
+    """Of all points, then anew of those near Omega = 0, where the difference from the exact decides."""
+    count = 0
+    for i in range(radius.size):
+        radius[i], damping[i], period[i] = _far(Omega[i], xi[i], beta[i], gamma[i])
+        count += Omega[i] < 0.25
+    if count > 0:
+        where, x, y = np.empty(count, np.int64), np.empty((4, count)), np.empty((2, count))
+        k = 0
+        for i in range(radius.size):
+            if Omega[i] < 0.25:
+                where[k], x[0, k], x[1, k], x[2, k], x[3, k] = i, Omega[i], xi[i], beta[i], gamma[i]
+                k += 1
+        for k in range(count):
+            y[0, k], y[1, k] = _near(x[0, k], x[1, k], x[2, k], x[3, k])
+        for k in range(count):
+            damping[where[k]], period[where[k]] = y[0, k], y[1, k]
 
 
 @_compile
@@ -226,24 +278,41 @@ def spectral_radius(Omega, xi, beta, gamma, out):
 
 
 @_compile
+def stability(Omega, xi, beta, gamma, radius, damping, period):
+    """Spectral radius, numerical damping ratio and period error in one pass; 1-D arrays of one length.
+
+    Damping is that of the complex pair of largest modulus, less the physical one; period is the
+    numerical over the exact one, less 1; both are NaN where the eigenvalues are real.
+    """
+    for i in range(0, radius.size, 1024):
+        k = min(i + 1024, radius.size)
+        _block(Omega[i:k], xi[i:k], beta[i:k], gamma[i:k], radius[i:k], damping[i:k], period[i:k])
+
+
+@_compile
 def numerical_damping(Omega, xi, beta, gamma, out):
     """Numerical damping ratio of the complex pair of largest modulus, less the physical one."""
-    for i in range(out.size):
-        out[i] = _errors(Omega[i], xi[i], beta[i], gamma[i])[0]
+    rest = np.empty((2, min(out.size, 1024)))
+    for i in range(0, out.size, 1024):
+        k = min(i + 1024, out.size)
+        _block(Omega[i:k], xi[i:k], beta[i:k], gamma[i:k], rest[0, : k - i], out[i:k], rest[1, : k - i])
 
 
 @_compile
 def amplitude_error(Omega, xi, beta, gamma, out):
     """1 - exp(-2 pi numerical damping): decay over one period."""
+    numerical_damping(Omega, xi, beta, gamma, out)
     for i in range(out.size):
-        out[i] = 0.0 - math.expm1(-2.0 * math.pi * _errors(Omega[i], xi[i], beta[i], gamma[i])[0])
+        out[i] = 0.0 - _expm1(-2.0 * math.pi * out[i])
 
 
 @_compile
 def period_error(Omega, xi, beta, gamma, out):
     """Numerical over exact period, less 1."""
-    for i in range(out.size):
-        out[i] = _errors(Omega[i], xi[i], beta[i], gamma[i])[1]
+    rest = np.empty((2, min(out.size, 1024)))
+    for i in range(0, out.size, 1024):
+        k = min(i + 1024, out.size)
+        _block(Omega[i:k], xi[i:k], beta[i:k], gamma[i:k], rest[0, : k - i], rest[1, : k - i], out[i:k])
 
 
 @_compile

@@ -70,7 +70,6 @@ Amplification matrix N/den in (u, h*v, h^2*a):
         4*xi*(gamma_t*rho_inf - gamma_t + 2)*(2*gamma_t*rho_inf - rho_inf + 1))
 """
 
-import cmath
 import math
 
 import numpy as np
@@ -85,6 +84,59 @@ OUTPUTS_IN_STATE = (0, 1, 2)
 START_STENCIL = ()
 
 _compile = njit(cache=True, nogil=True, error_model="numpy")
+
+# no fastmath: contraction is 12 % faster, but then the last bit depends on a point's place in its array
+_inline = njit(nogil=True, error_model="numpy", forceinline=True)
+
+
+@_inline
+def _log1p(u, m):
+    """ln(1 + u), where m = 1 + u > 0; for u < -1/2 from m alone."""
+    bits = np.float64(m).view(np.int64)
+    k = (bits - 0x3FE6A09E667F3BCD) >> 52  # m = 2^k (1 + f), 1 + f from sqrt(1/2) to sqrt(2)
+    rest = u - (m - 1.0) if u > -0.5 else 0.0  # what rounding took from m
+    rest *= np.int64((1023 - k) << 52).view(np.float64)
+    f = np.int64(bits - (k << 52)).view(np.float64) - 1.0
+    s = f / (2.0 + f)
+    z = s * s
+    p = 0.1818356432645545 + z * (0.15314050542042326 + z * 0.14795949810482026)
+    p = 0.39999999999414676 + z * (0.28571428742387633 + z * (0.22222198573179955 + z * p))
+    half = 0.5 * f * f
+    log = f - (half - (s * (half + z * (0.6666666666666734 + z * p)) + (rest + k * 1.9082149292705877e-10)))
+    return k * 0.6931471803691238 + log  # ln 2 in two parts
+
+
+@_inline
+def _angle(y, x):
+    """atan2(y, x) for y >= 0."""
+    flat = abs(x)
+    low, high = (flat, y) if y > flat else (y, flat)
+    steep = low > 0.41421356237309503 * high  # tan(pi/8)
+    t = (low - high) / (low + high) if steep else low / high
+    z = t * t
+    p = 0.07690083348291338 + z * (-0.06641246187674198 + z * (0.056931644865597986 + z * -0.043608244913722165))
+    p += z * z * z * z * 0.02128013148948228
+    p = 0.11111106703546104 + z * (-0.09090783528237137 + z * p)
+    p = -0.3333333333333022 + z * (0.19999999999104665 + z * (-0.14285714196526547 + z * p))
+    angle = t + t * z * p
+    angle = 0.7853981633974483 + angle if steep else angle
+    angle = 1.5707963267948966 - angle if y > flat else angle
+    return 3.141592653589793 - angle if x < 0.0 else angle
+
+
+@_inline
+def _expm1(x):
+    """exp(x) - 1."""
+    x = -40.0 if x < -40.0 else (710.0 if x > 710.0 else x)
+    shifted = 1.4426950408889634 * x + 6755399441055744.0  # its last bits are those of the integer k
+    k = np.float64(shifted).view(np.int64) - 0x4338000000000000
+    turns = shifted - 6755399441055744.0
+    r = x - turns * 0.6931471803691238 - turns * 1.9082149292705877e-10
+    p = 1.0 / 3628800.0 + r * (1.0 / 39916800.0 + r * (1.0 / 479001600.0 + r * (1.0 / 6227020800.0)))
+    p = 1.0 / 5040.0 + r * (1.0 / 40320.0 + r * (1.0 / 362880.0 + r * p))
+    p = 0.5 + r * (1.0 / 6.0 + r * (1.0 / 24.0 + r * (1.0 / 120.0 + r * (1.0 / 720.0 + r * p))))
+    half = np.int64((k + 1022) << 52).view(np.float64)  # 2^(k - 1), which does not overflow
+    return 2.0 * (half * (r + r * r * p) + (half - 0.5))
 
 
 @_compile
@@ -184,280 +236,225 @@ def _increment(Omega, xi, rho_inf, gamma_t):
     return den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22, B_00, B_01, B_10, B_11, B_20, B_21
 
 
-@_compile
+@_inline
 def _quadratic(Omega, xi, rho_inf, gamma_t):
-    """Live eigenvalues: c2*lambda^2 - trace*lambda + det = 0; c1 = 2*c2 - trace, q = c2 - det. 183 operations."""
+    """Live eigenvalues: c2*lambda^2 - trace*lambda + det = 0; b0, its value at 1; q = c2 - det. 138 operations."""
+    r0 = gamma_t - 1
+    r1 = gamma_t**2 - 2
+    r2 = gamma_t - 2
+    r3 = gamma_t*(gamma_t - 2) + 2
+    r4 = rho_inf - 1
+    r5 = rho_inf + 1
+    r6 = gamma_t*(gamma_t - 1) + 1
     x0 = gamma_t*rho_inf
-    x1 = -gamma_t + x0 + 2
+    x1 = -r2 + x0
     x2 = x1**2
     x3 = 4*x2
     x4 = gamma_t**2
-    x5 = -x4
-    x6 = rho_inf*x4
-    x7 = x6 + 2
-    x8 = x5 + x7
-    x9 = 4*x1
-    x10 = x9*xi
-    x11 = gamma_t - 1
-    x12 = Omega*x11**2
-    x13 = x12*x4
-    x14 = 2*gamma_t
-    x15 = x11*xi
-    x16 = x14*x15
-    x17 = xi**2
-    x18 = x17*x4
-    x19 = gamma_t**3
-    x20 = 8*x17
-    x21 = x19*x20
-    x22 = 16*x17
-    x23 = rho_inf*x21
-    x24 = 8*x4
-    x25 = x17*x24
-    x26 = rho_inf*x25
-    x27 = 8*gamma_t
-    x28 = gamma_t**4
-    x29 = 4*x19
-    x30 = rho_inf**2
-    x31 = 2*rho_inf
-    x32 = rho_inf*x29 + x28*x30 - x28*x31 + x28 - x29
-    x33 = x24 - x27 + x32 + 4
-    x34 = 8*x2
-    x35 = x34*xi
-    x36 = 2*x0
-    x37 = 2*x6
-    x38 = rho_inf - 1
-    x39 = x13*x38
-    x40 = x30*x4
-    x41 = x31 - x36
-    x42 = x1*x38
-    x43 = -x14 + x4
-    x44 = x17*x29
-    x45 = x17*x27
-    x46 = rho_inf*x4 - x36 - x43 - 2
-    c2 = Omega*(Omega*(Omega*(x13 - x16*x8) + gamma_t*x22 - 24*x18 + x21 - x23 + x26 + x33) + x10*x8) + x3
-    c1 = Omega*(Omega*(Omega*(2*gamma_t*x11*xi*(x14 - x37 + x4 + x40 + x41 - 6) - 2*x39) + x9*(x1 + x14*x17 - x17*x36 + x17*x37 - 2*x18)) + x35)
-    trace = Omega*(Omega*(Omega*(x12*x37 - x16*x38*(x43 + x7)) + 2*x0*x20 - 16*x0 + 8*x17*x40 - 24*x18 - 2*x26 - 2*x30*x44 + 2*x32 + 12*x4 - 4*x40 + 2*x44 + 2*x45 + 8*x6 - 8) + x15*x27*x42) + x34
-    det = Omega*(Omega*(Omega*(x12*x40 - x15*x36*x46) + x0*x22 - 24*x17*x6 - x21*x30 + x23 + x25*x30 + x33) + x10*x46) + x3
-    q = Omega*(Omega*(Omega*(2*gamma_t*x11*xi*(-x14*x30 + x30*x4 - x37 - x41 - x5 - 2) - x39*(rho_inf + 1)) + x11*x42*x45) + x35)
-    return c2, c1, trace, det, q
+    x5 = rho_inf*x4
+    x6 = xi*(-r1 + x5)
+    x7 = 4*x1
+    x8 = Omega*r0**2
+    x9 = x4*x8
+    x10 = 2*gamma_t
+    x11 = r0*x10
+    x12 = xi**2
+    x13 = 8*r0*x5
+    x14 = x12*(8*gamma_t*r0*r2 - x13)
+    x15 = r3**2 + rho_inf*(gamma_t**4*rho_inf - 2*gamma_t**3*r2)
+    x16 = gamma_t*r0
+    x17 = x7*xi
+    x18 = 8*x2
+    x19 = 8*x16
+    x20 = r4*x1*x19
+    x21 = r2*x0
+    x22 = 2*x5
+    x23 = -r3 + x21
+    c2 = Omega*(Omega*(Omega*(-x11*x6 + x9) + x14 + x15) + x6*x7) + x3
+    b0 = Omega**2*(Omega*(r4**2*x9 + r4*x16*x17) + x3)
+    q = Omega*(Omega*(Omega*(2*gamma_t*r0*xi*(r1 + rho_inf*(-2*r6 + x21)) - r4*r5*x9) + x12*x20) + x18*xi)
+    trace = Omega*(Omega*(Omega*(-r4*x11*xi*(r3 + x5) + x22*x8) + rho_inf*(-4*gamma_t*r1*r2 + r1*x22) + x12*(r2*x19 + rho_inf*(-x13 - 16*x16)) + x4*(gamma_t*(x10 - 8) + 12) - 8) + x20*xi) + x18
+    det = Omega*(Omega*(Omega*(-2*r0*x0*x23*xi + rho_inf**2*x9) + rho_inf*x14 + x15) + x17*x23) + x3
+    return c2, b0, q, trace, det
 
 
-@_compile
-def _defect(Omega, xi, rho_inf, gamma_t):
-    """Residual of the exact eigenvalue, r_0 + r_1*zeta, and of its modulus, g, up to Omega^6. 438 operations."""
-    x0 = Omega**4
-    x1 = xi**2
-    x2 = -gamma_t
-    x3 = gamma_t*rho_inf
-    x4 = 4*gamma_t
-    x5 = gamma_t**2
-    x6 = 3*x5
-    x7 = rho_inf*x6
-    x8 = x6 + x7
-    x9 = (2/3)*(x2 + x3 + 2)*(-2*x3 - x4 + x8 + 2)
-    x10 = 4*x1
-    x11 = (1/3)*gamma_t*(gamma_t - 1)*(rho_inf - 1)
-    x12 = 112*gamma_t
-    x13 = 8*x3
-    x14 = gamma_t**3
-    x15 = 120*x14
+@_inline
+def _defect(Omega, xi, rho_inf, gamma_t, e1, e2, e3, e4, e5, e6, e7, f1, f2, f3, f4, f5, f6):
+    """Re(c2*e^s + det*e^-s - trace) and det*e^(2*xi*Omega) - c2, cancelled up to Omega^3. 243 operations."""
+    r0 = gamma_t - 1
+    r1 = rho_inf**2 + 1
+    r2 = rho_inf - 1
+    r3 = 4*xi**2 - 3
+    r4 = gamma_t - 2
+    r5 = 3*gamma_t - 2
+    r6 = gamma_t*(3*gamma_t - 4) + 2
+    x0 = 8*e2
+    x1 = 32*e4
+    x2 = gamma_t**2
+    x3 = r0**2
+    x4 = x2*x3
+    x5 = e1*gamma_t
+    x6 = e1*x2
+    x7 = -x5 + x6
+    x8 = 4*e2
+    x9 = 16*e4
+    x10 = 8*gamma_t
+    x11 = e4*x10
+    x12 = 2*x2
+    x13 = 16*e3
+    x14 = gamma_t*rho_inf
+    x15 = gamma_t**3
     x16 = gamma_t**4
-    x17 = 75*x16
-    x18 = xi**4
-    x19 = gamma_t*x1
-    x20 = gamma_t*x18
-    x21 = rho_inf*x5
-    x22 = rho_inf*x14
-    x23 = 30*x16
-    x24 = rho_inf*x23
-    x25 = x1*x3
-    x26 = x18*x3
-    x27 = rho_inf**2
-    x28 = x27*x5
-    x29 = x1*x5
-    x30 = x18*x5
-    x31 = 180*x14
-    x32 = x27*x31
-    x33 = x14*x18
-    x34 = 240*x33
-    x35 = 60*x1
-    x36 = x16*x35
-    x37 = rho_inf*x29
-    x38 = x18*x21
-    x39 = x1*x16
-    x40 = x27*x29
-    x41 = x18*x28
-    x42 = x14*x27
-    x43 = x1*x42
-    x44 = x9*xi*(x10 - 3)
-    x45 = 12*x1
-    x46 = 16*x18
-    x47 = 6*x29
-    x48 = 45*x16
-    x49 = 128*x18
-    x50 = x12*x18
-    x51 = x1*x15
-    x52 = x15*x18
-    x53 = x27*x48
-    x54 = x1*x23
-    x55 = 6*x14
-    x56 = 3*x16
-    x57 = 24*x1
-    x58 = 32*x18
-    x59 = 64*x18
-    x60 = 48*x29
-    x61 = 6*x39
-    x62 = 10*x39
-    x63 = 120*x29
-    x64 = rho_inf*x33
-    r_0 = x0*(Omega*((1/180)*Omega*(-120*rho_inf*x39 + 240*x1*x22 + x1*x31 - 336*x1 - x12 - x13 + x15 - x17*x27 - x17 + 256*x18 + 936*x19 - 736*x20 + 4*x21 + 60*x22 - x24 + 264*x25 - 224*x26 + x27*x34 + x27*x36 - 92*x28 - 924*x29 + 784*x30 + x32 - x34 + x36 - 552*x37 + 352*x38 + 276*x40 - 176*x41 - 420*x43 + 28*x5 + 52) + x11*xi*(-x1*x4 + 8*x1 + x10*x3 + x2 - 5*x3 + x8 - 4)) + x9*(2*x1 - 1))
-    r_1 = x0*(Omega*((1/45)*Omega*xi*(-150*gamma_t - rho_inf*x36 - rho_inf*x50 + rho_inf*x51 - 200*x1 + 45*x14 + 560*x19 - 368*x20 + 60*x21 + 160*x25 + x27*x52 + x27*x54 - 75*x28 - 560*x29 - 30*x3 + 392*x30 - 320*x37 + 176*x38 + 160*x40 - 88*x41 + 135*x42 - 240*x43 - x48 + x49 + 105*x5 + x51 - x52 - x53 + x54 + 60) + x11*(3*gamma_t + rho_inf*x47 + x13*x18 - 8*x20 - x3*x45 + 3*x3 - x45 + x46 + x47 - x6 - x7)) + x44)
-    g = Omega**3*(Omega*(Omega*(-2/45*Omega*x1*(120*gamma_t*rho_inf*x1 + 120*gamma_t*x1 + 120*rho_inf*x1*x14 + 232*rho_inf*x18*x5 + 60*x1*x14 + 45*x1*x16*x27 - x1*x24 + 120*x1*x27*x5 - x1*x32 + 96*x14*x18*x27 + 90*x14*x27 + 88*x18*x5 + 64*x18 - 45*x28 - x3*x49 - 24*x33 - x35 - 240*x37 - 15*x39 - 80*x41 - x50 - x53 - x63 - 72*x64) - 2/15*xi*(60*gamma_t*rho_inf*x1 + 80*gamma_t*x1 + 50*rho_inf*x1*x14 + 136*rho_inf*x18*x5 - rho_inf*x62 - rho_inf*x63 + 40*x1*x14 + 20*x1*x16*x27 + 60*x1*x27*x5 - 90*x1*x42 - 40*x1 + 60*x14*x18*x27 + 30*x14*x27 - 15*x16*x27 - 48*x18*x28 + 72*x18*x5 + 48*x18 - 88*x20 - 72*x26 - 15*x28 - 80*x29 - 20*x33 - x62 - 40*x64)) + (1/3)*gamma_t*x59 + (1/3)*rho_inf*x60 + (1/3)*x14*x46 - 1/3*x14*x57 - 16*x19 - 1/3*x21*x59 - 1/3*x22*x45 + (1/3)*x22*x46 - 1/3*x27*x55 + (1/3)*x27*x56 + (1/3)*x27*x6 - 1/3*x27*x61 - 1/3*x28*x57 - 1/3*x3*x57 + (1/3)*x3*x58 - 56/3*x30 + 8*x41 - 1/3*x42*x58 + 12*x43 + (1/3)*x55 - 1/3*x56 + (1/3)*x57 - 1/3*x58 - 1/3*x6 + (1/3)*x60 + (1/3)*x61) - x44)
-    return r_0, r_1, g
+    x17 = 2*x16
+    x18 = 2*x15
+    x19 = 8*x2
+    x20 = e2*x17 + e4*x19 + x16 - x18 + x2
+    x21 = x0*x15
+    x22 = -gamma_t*x1 - x21
+    x23 = 4*x5
+    x24 = 32*e3
+    x25 = gamma_t*x24
+    x26 = e1*x15
+    x27 = 4*x16
+    x28 = 4*x6
+    x29 = e1*x17 + e3*x19
+    x30 = 16*e2
+    x31 = gamma_t*x30
+    x32 = x2*x30
+    x33 = rho_inf**2
+    x34 = xi**2
+    x35 = 16*f2
+    x36 = 32*f2
+    x37 = x2*x36
+    x38 = x15*x35
+    x39 = -12*f1*x15 + f1*x27
+    x40 = 128*f3
+    x41 = 256*f4
+    x42 = 192*f3
+    x43 = gamma_t*x42
+    x44 = gamma_t*x41
+    x45 = x15*x36
+    x46 = f3*x15
+    x47 = 64*x2
+    x48 = f4*x47 + 32*x46
+    w = Omega**4*(Omega*(Omega*e2*r1*x4 - gamma_t*r0*r2*(rho_inf*x7 + x7 + xi*(e2*x12 + rho_inf*(2*e2*x2 - gamma_t*x8 - x11) + x11 - x8 - x9 + xi*(8*e3*gamma_t - 8*e3*x14 - x13)))) + rho_inf*(rho_inf*x20 - x12 + 4*x15 - x16*x8 - x17 - x2*x9 - x22) + x0 + x1 + x20 + x22 - x31 + x32 + xi*(-e1*x18 + rho_inf*(-e1*x27 + rho_inf*(-6*x26 + x28 + x29) - x13*x2 + x23 + x25 + 8*x26 - 8*x6) + x23 + x24 - x25 - x28 + x29 + xi*(-24*e2*x2 + rho_inf*(rho_inf*(8*e2*x2 - x21) + x31 - x32) + x21 + x31)))
+    g = Omega**3*(Omega*(Omega*f1*x12*x3*x33*xi + x33*x4 + x34*(f2*x27 - gamma_t*x36 + rho_inf*(-f1*x10 + 16*f1*x2 - 8*f2*x16 + rho_inf*(-f1*x19 + 4*f2*x16 - x39) + x38 + x39) + x34*(rho_inf*(64*f2*gamma_t - 96*f2*x2 - 128*f4*x2 + rho_inf*(-f3*x47 + x37 - x45 + x48) + x2*x42 - x43 + x44 + x45 - 64*x46) - x2*x40 - x40 + x41 + x43 - x44 + x48) + x35 + x37 - x38) - x4) - 2/3*r3*xi*(-r4 + x14)*(r5*x14 + r6))
+    return w, g
 
 
-@_compile
-def _columns(xi, rho_inf, gamma_t):
-    """Coefficients of the live polynomial, by power of lambda, then of Omega. 118 operations."""
-    x0 = gamma_t*rho_inf
-    x1 = -gamma_t + x0 + 2
-    x2 = x1**2
-    x3 = 4*x2
-    x4 = gamma_t**2
-    x5 = 2*x0
-    x6 = 2*gamma_t
-    x7 = x4 - x6
-    x8 = xi*(rho_inf*x4 - x5 - x7 - 2)
-    x9 = 4*x1
-    x10 = xi**2
-    x11 = rho_inf*x4
-    x12 = rho_inf**2
-    x13 = gamma_t**3
-    x14 = 8*x10
-    x15 = x13*x14
-    x16 = rho_inf*x15
-    x17 = 8*x4
-    x18 = 16*x10
-    x19 = 8*gamma_t
-    x20 = gamma_t**4
-    x21 = 4*x13
-    x22 = -2*rho_inf*x20 + rho_inf*x21 + x12*x20 + x20 - x21
-    x23 = x17 - x19 + x22 + 4
-    x24 = gamma_t - 1
-    x25 = x24**2
-    x26 = x25*x4
-    x27 = xi*(rho_inf - 1)
-    x28 = x10*x4
-    x29 = 8*x0
-    x30 = x10*x21
-    x31 = x11*x14
-    x32 = x11 + 2
-    x33 = x24*x6
-    x34 = xi*(x32 - x4)
-    c0_0 = x3
-    c0_1 = x8*x9
-    c0_2 = x0*x18 - 24*x10*x11 + x10*x12*x17 - x12*x15 + x16 + x23
-    c0_3 = -x24*x5*x8
-    c0_4 = x12*x26
-    c1_0 = -8*x2
-    c1_1 = -x1*x19*x24*x27
-    c1_2 = -2*x10*x19 - 2*x10*x29 - 8*x11 - 8*x12*x28 + 2*x12*x30 + 4*x12*x4 - 2*x22 + 24*x28 + 2*x29 - 2*x30 + 2*x31 - 12*x4 + 8
-    c1_3 = x27*x33*(x32 + x7)
-    c1_4 = -2*x11*x25
-    c2_0 = x3
-    c2_1 = x34*x9
-    c2_2 = gamma_t*x18 + x15 - x16 + x23 - 24*x28 + x31
-    c2_3 = -x33*x34
-    c2_4 = x26
-    return c0_0, c0_1, c0_2, c0_3, c0_4, c1_0, c1_1, c1_2, c1_3, c1_4, c2_0, c2_1, c2_2, c2_3, c2_4
+@_inline
+def _tails(Omega, xi):
+    """Tails of exponentials whose first terms a scheme cancels.
+
+    e_k = Re(s^k/k! + s^(k+2)/(k+2)! + ...)/Omega^k, and f_k = 1/k! + y/(k+1)! + ... at y = 2 xi Omega.
+    """
+    x, y, z = 2.0 * xi, 2.0 * xi * Omega, Omega * Omega
+    t2 = 0.5 * x * x - 1.0  # t_k = Re(s^k)/Omega^k
+    t3, t4 = -x * t2 + xi, 2.0 * t2 * t2 - 1.0
+    t5, t6 = 2.0 * t2 * t3 + xi, 2.0 * t3 * t3 - 1.0
+    t7, t8, t9 = 2.0 * t3 * t4 + xi, 2.0 * t4 * t4 - 1.0, 2.0 * t4 * t5 + xi
+    turn, z2 = 2.0 * t2 * z, z * z  # s^4 = turn*s^2 - z^2
+    c = 1.0 / 3628800.0 + turn * (1.0 / 479001600.0)
+    b = 1.0 / 40320.0 + turn * c - z2 * (1.0 / 479001600.0)
+    e6 = t6 * (1.0 / 720.0 - z2 * c) + z * t8 * b
+    c = 1.0 / 39916800.0 + turn * (1.0 / 6227020800.0)
+    b = 1.0 / 362880.0 + turn * c - z2 * (1.0 / 6227020800.0)
+    e7 = t7 * (1.0 / 5040.0 - z2 * c) + z * t9 * b
+    e5 = t5 * (1.0 / 120.0) + z * e7
+    e4, e3 = t4 * (1.0 / 24.0) + z * e6, t3 * (1.0 / 6.0) + z * e5
+    e2, e1 = t2 * 0.5 + z * e4, -xi + z * e3
+    f = 1.0 / 3628800.0 + y * (1.0 / 39916800.0 + y * (1.0 / 479001600.0 + y * (1.0 / 6227020800.0)))
+    f6 = 1.0 / 720.0 + y * (1.0 / 5040.0 + y * (1.0 / 40320.0 + y * (1.0 / 362880.0 + y * f)))
+    f5 = 1.0 / 120.0 + y * f6
+    f4 = 1.0 / 24.0 + y * f5
+    f3 = 1.0 / 6.0 + y * f4
+    f2 = 0.5 + y * f3
+    return e1, e2, e3, e4, e5, e6, e7, 1.0 + y * f2, f2, f3, f4, f5, f6
 
 
-@_compile
-def _tails(Omega, xi, columns):
-    """What powers of Omega from 7 on add to the residual of `_defect`, and to its g."""
-    c = np.array(columns).reshape(3, 5)
-    term = np.empty(7 + 20, dtype=np.complex128)
-    residual, g = 0j, 0.0
-    for j in range(3 + 1):  # the last turn is that of g
-        last = j == 3
-        w = complex(2.0 * xi * Omega, 0.0)
-        if not last:
-            w = (j + -1) * complex(-xi * Omega, math.sqrt(1.0 - xi * xi) * Omega)
-        term[0] = 1.0
-        for k in range(1, term.size):
-            term[k] = term[k - 1] * w / k
-        for k in range(term.size - 2, -1, -1):  # from here term[k] holds the exponential's tail from w^k on
-            term[k] += term[k + 1]
-        for i in range(5):
-            tail = Omega**i * term[max(7 - i, 0)]
-            if last:
-                g += c[0, i] * tail.real
-            else:
-                residual += c[j, i] * tail
-    for i in range(7, 5):
-        g -= c[3 - 1, i] * Omega**i
-    return residual, g
+@_inline
+def _pair(c2, b0, q, trace, det):
+    """(radius, half trace, squared modulus less 1, that modulus, root of discriminant, complex) of the live pair.
+
+    P = b0/c2 = det(I - A) and Q = q/c2 = 1 - det A keep the digits of what is near 1; far from it
+    trace and determinant do.
+    """
+    inverse = 1.0 / c2
+    P, Q, half, modulus2 = b0 * inverse, q * inverse, 0.5 * trace * inverse, det * inverse
+    discriminant = P - 0.25 * (P + Q) * (P + Q) if P < 0.5 else modulus2 - half * half
+    modulus2 = 1.0 - Q if Q < 0.5 else modulus2
+    root = math.sqrt(abs(discriminant))  # abs: a root that cannot fail is one instruction
+    radius = math.sqrt(abs(modulus2)) if discriminant > 0.0 else abs(half) + root
+    return radius, half, -Q, modulus2, root, discriminant > 0.0
 
 
-@_compile
-def _discriminant(c2, c1, trace, det, q):
-    """(half trace, squared modulus, discriminant) of the live pair; a positive one means complex."""
-    half, modulus2 = 0.5 * trace / c2, det / c2
-    p, s = (c1 - q) / c2, c1 / c2
-    return half, modulus2, p - 0.25 * s * s if p < 0.5 else modulus2 - half * half
-
-
-@_compile
-def _modulus(c2, c1, trace, det, q):
-    half, modulus2, discriminant = _discriminant(c2, c1, trace, det, q)
-    if discriminant > 0.0:
-        return math.sqrt(1.0 - q / c2) if q < 0.5 * c2 else math.sqrt(modulus2)
-    return abs(half) + math.sqrt(-discriminant)
-
-
-@_compile
-def _small_errors(Omega, xi, quadratic, defect, tails):
-    """Damping and period error of the pair e^z (1 + ratio) next to the exact e^z."""
-    c2, c1 = quadratic[:2]
-    root = math.sqrt(1.0 - xi * xi)
-    residual, g = complex(defect[0] - defect[1] * xi, defect[1] * root) + tails[0], defect[2] + tails[1]
-    x, y = -xi * Omega, root * Omega
-    expm1 = complex(math.expm1(x) * math.cos(y) - 2.0 * math.sin(0.5 * y) ** 2, math.exp(x) * math.sin(y))
-    slope = 2.0 * c2 * expm1 + c1
-    first = residual / slope
-    ratio = -2.0 * first / (1.0 + cmath.sqrt(1.0 - 4.0 * c2 * (1.0 + expm1) * first / slope))
-    shift = math.atan2(ratio.imag, 1.0 + ratio.real)
-    angle = y + shift
-    return 0.0 - (0.5 * math.log1p(g / c2) + xi * shift / root) / angle, 0.0 - shift / angle
-
-
-@_compile
-def _large_errors(Omega, xi, c2, c1, trace, det, q):
-    half, modulus2, discriminant = _discriminant(c2, c1, trace, det, q)
-    root = math.sqrt(1.0 - xi * xi)
-    angle = math.atan2(math.sqrt(discriminant), half)
-    decay = math.log1p(-q / c2) if q < 0.5 * c2 else math.log(modulus2)
-    return 0.0 - 0.5 * decay / angle - xi / root, Omega * root / angle - 1.0
-
-
-@_compile
+@_inline
 def _radius(Omega, xi, rho_inf, gamma_t):
     """Spectral radius at one point."""
-    return _modulus(*_quadratic(Omega, xi, rho_inf, gamma_t))
+    return _pair(*_quadratic(Omega, xi, rho_inf, gamma_t))[0]
+
+
+@_inline
+def _far(Omega, xi, rho_inf, gamma_t):
+    """Spectral radius, numerical damping and period error from the eigenvalues themselves."""
+    radius, half, less, modulus2, root, is_complex = _pair(*_quadratic(Omega, xi, rho_inf, gamma_t))
+    angle, square = _angle(root, half), abs(1.0 - xi * xi)
+    cosine = math.sqrt(square)
+    inverse = 1.0 / (angle * cosine)
+    damping = 0.0 - (0.5 * _log1p(less, modulus2) * cosine + xi * angle) * inverse
+    period = Omega * square * inverse - 1.0
+    return radius, damping if is_complex and xi < 1.0 else math.nan, period if is_complex and xi < 1.0 else math.nan
+
+
+@_inline
+def _near(Omega, xi, rho_inf, gamma_t):
+    """Numerical damping and period error from what the exact eigenvalue e^s leaves over in the polynomial.
+
+    With w = Re(c2 e^s + det e^-s - trace) and g = det e^(2 xi Omega) - c2, which are small and known to
+    all digits: 1 + g/c2 is the squared modulus over the exact one, and half the angle's error has the tangent below.
+    """
+    quadratic = _quadratic(Omega, xi, rho_inf, gamma_t)
+    tails = _tails(Omega, xi)
+    w, g = _defect(Omega, xi, rho_inf, gamma_t, *tails)
+    c2 = quadratic[0]
+    radius, _, _, _, root, is_complex = _pair(*quadratic)
+    cosine = math.sqrt(abs(1.0 - xi * xi))
+    exact = cosine * Omega
+    z = exact * exact
+    sine = -1.0 / 6.0 + z * (1.0 / 120.0 + z * (-1.0 / 5040.0 + z * (1.0 / 362880.0 - z / 39916800.0)))
+    sine = exact + exact * z * sine
+    gain = g / c2
+    grown = 1.0 + math.sqrt(abs(1.0 + gain))
+    decay = 1.0 + Omega * (tails[0] + Omega * tails[1])  # Re(e^s)
+    tangent = 0.5 * (w - decay * g * gain / (grown * grown)) / (c2 * (root + radius * sine))
+    shift = 2.0 * _angle(abs(tangent), 1.0)
+    shift = shift if tangent > 0.0 else -shift
+    inverse = 1.0 / (exact + shift)
+    damping = 0.0 - (0.5 * _log1p(gain, 1.0 + gain) + xi * shift / cosine) * inverse
+    period = 0.0 - shift * inverse
+    nothing = math.nan if xi >= 1.0 or (Omega > 0.0 and not is_complex) else 0.0
+    moving = Omega > 0.0 and is_complex and xi < 1.0
+    return damping if moving else nothing, period if moving else nothing
 
 
 @_compile
-def _errors(Omega, xi, rho_inf, gamma_t):
-    """Numerical damping and period error at one point; NaN where the eigenvalues are real."""
-    if Omega == 0.0 and xi < 1.0:
-        return 0.0, 0.0
-    quadratic = _quadratic(Omega, xi, rho_inf, gamma_t)
-    if not (xi < 1.0 and _discriminant(*quadratic)[2] > 0.0):
-        return math.nan, math.nan
-    if Omega < 0.125:
-        tails = _tails(Omega, xi, _columns(xi, rho_inf, gamma_t))
-        return _small_errors(Omega, xi, quadratic, _defect(Omega, xi, rho_inf, gamma_t), tails)
-    return _large_errors(Omega, xi, *quadratic)
+def _block(Omega, xi, rho_inf, gamma_t, radius, damping, period):
+    """Of all points, then anew of those near Omega = 0, where the difference from the exact decides."""
+    count = 0
+    for i in range(radius.size):
+        radius[i], damping[i], period[i] = _far(Omega[i], xi[i], rho_inf[i], gamma_t[i])
+        count += Omega[i] < 0.25
+    if count > 0:
+        where, x, y = np.empty(count, np.int64), np.empty((4, count)), np.empty((2, count))
+        k = 0
+        for i in range(radius.size):
+            if Omega[i] < 0.25:
+                where[k], x[0, k], x[1, k], x[2, k], x[3, k] = i, Omega[i], xi[i], rho_inf[i], gamma_t[i]
+                k += 1
+        for k in range(count):
+            y[0, k], y[1, k] = _near(x[0, k], x[1, k], x[2, k], x[3, k])
+        for k in range(count):
+            damping[where[k]], period[where[k]] = y[0, k], y[1, k]
 
 
 @_compile
@@ -468,24 +465,41 @@ def spectral_radius(Omega, xi, rho_inf, gamma_t, out):
 
 
 @_compile
+def stability(Omega, xi, rho_inf, gamma_t, radius, damping, period):
+    """Spectral radius, numerical damping ratio and period error in one pass; 1-D arrays of one length.
+
+    Damping is that of the complex pair of largest modulus, less the physical one; period is the
+    numerical over the exact one, less 1; both are NaN where the eigenvalues are real.
+    """
+    for i in range(0, radius.size, 1024):
+        k = min(i + 1024, radius.size)
+        _block(Omega[i:k], xi[i:k], rho_inf[i:k], gamma_t[i:k], radius[i:k], damping[i:k], period[i:k])
+
+
+@_compile
 def numerical_damping(Omega, xi, rho_inf, gamma_t, out):
     """Numerical damping ratio of the complex pair of largest modulus, less the physical one."""
-    for i in range(out.size):
-        out[i] = _errors(Omega[i], xi[i], rho_inf[i], gamma_t[i])[0]
+    rest = np.empty((2, min(out.size, 1024)))
+    for i in range(0, out.size, 1024):
+        k = min(i + 1024, out.size)
+        _block(Omega[i:k], xi[i:k], rho_inf[i:k], gamma_t[i:k], rest[0, : k - i], out[i:k], rest[1, : k - i])
 
 
 @_compile
 def amplitude_error(Omega, xi, rho_inf, gamma_t, out):
     """1 - exp(-2 pi numerical damping): decay over one period."""
+    numerical_damping(Omega, xi, rho_inf, gamma_t, out)
     for i in range(out.size):
-        out[i] = 0.0 - math.expm1(-2.0 * math.pi * _errors(Omega[i], xi[i], rho_inf[i], gamma_t[i])[0])
+        out[i] = 0.0 - _expm1(-2.0 * math.pi * out[i])
 
 
 @_compile
 def period_error(Omega, xi, rho_inf, gamma_t, out):
     """Numerical over exact period, less 1."""
-    for i in range(out.size):
-        out[i] = _errors(Omega[i], xi[i], rho_inf[i], gamma_t[i])[1]
+    rest = np.empty((2, min(out.size, 1024)))
+    for i in range(0, out.size, 1024):
+        k = min(i + 1024, out.size)
+        _block(Omega[i:k], xi[i:k], rho_inf[i:k], gamma_t[i:k], rest[0, : k - i], rest[1, : k - i], out[i:k])
 
 
 @_compile

@@ -1,0 +1,157 @@
+"""The printed stability functions: elementary functions, digits from Omega = 1e-6 to 1e8, conventions, shapes."""
+
+import ast
+import inspect
+from typing import Any
+
+import mpmath
+import numpy as np
+import pytest
+from declared import BY_NAME, NAMES, for_oracle
+from oracle import amplification as stepped
+from substep_derive.emit import RESERVED
+from substep_kernels import newmark
+from test_stability import exact_spectrum
+
+import substep as ss
+
+EPS = np.finfo(float).eps
+FUNCTIONS = ("spectral_radius", "numerical_damping", "amplitude_error", "period_error")
+RNG = np.random.default_rng(4)
+
+
+def is_pair(name: str) -> bool:
+    """Whether the scheme has two live eigenvalues, so that its functions are branch-free."""
+    return hasattr(ss.scheme(name).kernels, "_quadratic")
+
+
+def ulps(value: float, exact: Any) -> float:
+    return float(abs(value - exact) / np.spacing(abs(float(exact))))
+
+
+def spread(low: float, high: float, n: int = 400) -> Any:
+    return 10 ** RNG.uniform(np.log10(low), np.log10(high), n)
+
+
+def test_log1p() -> None:
+    for u in [*spread(1e-300, 1e300), *-spread(1e-20, 0.99), *RNG.uniform(-0.999, 3, 800), 0.0, -0.5, 1.0]:
+        with mpmath.workdps(40):
+            assert newmark._log1p(u, 1.0 + u) == 0 if u == 0 else ulps(newmark._log1p(u, 1.0 + u), mpmath.log1p(u)) < 2
+    for m in spread(1e-300, 0.4):  # where 1 - Q has no digits left, from the determinant alone
+        with mpmath.workdps(40):
+            assert ulps(newmark._log1p(-1.0, m), mpmath.log(m)) < 2
+
+
+def test_angle() -> None:
+    y, x = np.concatenate([spread(1e-9, 1e4, 800), RNG.uniform(0, 2, 800)]), RNG.uniform(-2, 2, 1600)
+    for b, a in [*zip(y, x, strict=True), (1.0, 0.0), (0.0, 1.0), (0.0, -1.0), (1e-300, 1.0)]:
+        with mpmath.workdps(40):
+            exact = mpmath.atan2(b, a)
+            assert newmark._angle(b, a) == exact if exact == 0 else ulps(newmark._angle(b, a), exact) < 3
+
+
+def test_expm1() -> None:
+    for x in [*RNG.uniform(-40, 709, 400), *RNG.uniform(-1, 1, 800), *spread(1e-20, 1.0), *-spread(1e-20, 1.0)]:
+        with mpmath.workdps(40):
+            assert ulps(newmark._expm1(x), mpmath.expm1(x)) < 2.5
+    assert [newmark._expm1(x) for x in (0.0, -np.inf, -800.0, np.inf, 710.0)] == [0, -1, -1, np.inf, np.inf]
+    assert np.isnan(newmark._expm1(np.nan))
+
+
+@pytest.mark.parametrize("damping", [0.0, 0.05, 0.7])
+@pytest.mark.parametrize("name", NAMES)
+def test_digits_from_small_to_large(name: str, damping: float) -> None:
+    """Relative errors: radius 1e-13, period 1e-12 (1e-9 with damping), damping 1e-6, beyond the conditioning.
+
+    That is, far from Omega = 0, of the eigenvalue; near it, of coefficients that cancel for parameters
+    that are rounded.
+    """
+    s = ss.scheme(name)
+    omegas = np.concatenate([np.logspace(-6, 8, 29), [0.12, 0.2499, 0.2501, 0.6]])
+    radius, added, period = (getattr(s, f)(omegas, damping) for f in (FUNCTIONS[0], FUNCTIONS[1], FUNCTIONS[3]))
+    other, numbers = for_oracle(BY_NAME[name], {key: float(value) for key, value in s.parameters.items()})
+    with mpmath.workdps(120):
+        xi = mpmath.mpf(damping)
+        root = mpmath.sqrt(1 - xi**2)
+        exact_numbers = {key: mpmath.mpf(value) for key, value in numbers.items()}
+        for i, omega in enumerate(omegas):
+            values, moves = exact_spectrum(mpmath.matrix(stepped(other, mpmath.mpf(omega), xi, exact_numbers)))
+            largest = max(abs(x) for x in values)
+            move = max(d for x, d in zip(values, moves, strict=True) if abs(x) >= largest * (1 - 1e-9))
+            assert abs(radius[i] - largest) <= max(1e-13 * largest, 200 * move), omega
+            pairs = [(abs(x), x, d) for x, d in zip(values, moves, strict=True) if x.imag > 1e-40 * abs(x)]
+            if not pairs:
+                continue
+            modulus, pair, move = max(pairs, key=lambda entry: entry[0])
+            tied = sum(1 for size, _, _ in pairs if size >= modulus * (1 - 1e-9)) > 1
+            if tied or pair.imag <= max(1e-7 * modulus, 40 * move):
+                continue
+            angle = mpmath.arg(pair)
+            damped, longer = -mpmath.log(modulus) / angle - xi / root, omega * root / angle - 1
+            wobble = 40 * move / modulus / angle * (1 + omega * root / angle + abs(damped))
+            floor = 4 * EPS * omega if omega < 0.12 else wobble
+            relative = 1e-12 if damping == 0 else 1e-9
+            tight = floor * omega if is_pair(name) and damping == 0 and omega < 0.12 else floor
+            assert abs(period[i] - longer) <= max(relative * abs(longer), tight), (omega, period[i], float(longer))
+            assert abs(added[i] - damped) <= max(1e-6 * abs(damped), floor), (omega, added[i], float(damped))
+            assert abs(damped) > 1e-45 or added[i] == 0, omega
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_conventions(name: str) -> None:
+    s = ss.scheme(name)
+    for function in FUNCTIONS[1:]:
+        f = getattr(s, function)
+        assert f(0.0, 0.0) == f(0.0, 0.4) == 0
+        assert np.isnan(f([0.0, 0.1, 2.0, 1e3], 1.0)).all()
+        assert np.isnan(f([0.0, 0.1, 2.0, 1e3], 1.7)).all()
+    assert np.isfinite(s.spectral_radius([0.0, 1e-9, 0.1, 1.0, 1e3], [[0.0], [0.5], [1.0], [2.0]])).all()
+    omegas = np.array([[0.01], [0.1], [0.5], [2.0]])
+    assert s.amplitude_error(omegas) == pytest.approx(1 - np.exp(-2 * np.pi * s.numerical_damping(omegas)), nan_ok=True)
+
+
+def test_real_eigenvalues_are_nan_at_every_size() -> None:
+    explicit = ss.scheme("newmark", beta=0.0, gamma=0.5)
+    beyond = 2.0 + np.logspace(-3, 3, 50)
+    assert np.isnan(explicit.period_error(beyond)).all()
+    assert np.isnan(explicit.numerical_damping(beyond, 0.1)[5:]).all()
+    found = ss.scheme("newmark", beta=0.0, gamma=15.0).period_error([0.05, 0.2])
+    assert np.array_equal(np.isnan(found), [False, True])
+
+
+@pytest.mark.parametrize("name", ["newmark_bdf2", "rk4", "generalized_alpha"])
+def test_any_size_and_stride_gives_the_same_bits(name: str) -> None:
+    s = ss.scheme(name)
+    n = 2049 if is_pair(name) else 70
+    values = [10 ** RNG.uniform(-3, 2, n), RNG.uniform(0, 0.6, n)]
+    values += [np.full(n, float(s.parameters[p])) for p in s.kernels.PARAMETERS]
+    whole = np.array([_called(s.kernels, function, values) for function in FUNCTIONS])
+    three = np.empty((3, n))
+    s.kernels.stability(*values, *three)
+    assert np.array_equal(three, whole[[0, 1, 3]], equal_nan=True)
+    for function, expected in zip(FUNCTIONS, whole, strict=True):
+        for part in (slice(0, 0), slice(3, 4), slice(5, 12), slice(0, 65), slice(1, n - 2), slice(2, n, 3)):
+            assert np.array_equal(
+                _called(s.kernels, function, [v[part] for v in values]), expected[part], equal_nan=True
+            )
+        single = [_called(s.kernels, function, [v[i : i + 1] for v in values])[0] for i in range(64)]
+        assert np.array_equal(single, expected[:64], equal_nan=True)
+
+
+def _called(kernels: Any, function: str, values: list[Any]) -> Any:
+    out = np.empty(values[0].size)
+    getattr(kernels, function)(*values, out)
+    return out
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_no_parameter_can_be_shadowed(name: str) -> None:
+    """Names the functions of a module assign are reserved where the parameters are in scope."""
+    kernels = ss.scheme(name).kernels
+    if not kernels.PARAMETERS:
+        return
+    for function in ast.parse(inspect.getsource(kernels)).body:
+        if isinstance(function, ast.FunctionDef) and {"xi", *kernels.PARAMETERS} <= {a.arg for a in function.args.args}:
+            assigned = {n.id for n in ast.walk(function) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
+            entries = {n for n in assigned if "_" in n and n.split("_")[1].isdigit()}  # D_00 of the matrices
+            assert {n for n in assigned - entries if not n[1:].isdigit()} <= RESERVED | {"den_o"}, function.name
