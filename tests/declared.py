@@ -1,9 +1,11 @@
 """Random exact parameters for the declarations under test, and the oracle's name and numbers for them."""
 
+from collections.abc import Iterator
 from fractions import Fraction
 from functools import cache
 
 import numpy as np
+from oracle import sample_parameters
 from substep_derive import Derivation, Scheme, derive
 from substep_derive.scheme import Root
 from substep_derive.schemes import ALL
@@ -60,3 +62,16 @@ def for_oracle(scheme: Scheme, values: dict[str, Rational]) -> tuple[str, dict[s
     if name == "generalized_alpha":
         return "generalized_alpha", everything
     return name, dict(values)
+
+
+def parameter_sets(name: str, count: int) -> Iterator[tuple[dict[str, Fraction], Fraction]]:
+    """Exact parameters, unstable ones among them, each with a damping ratio."""
+    scheme, rng = BY_NAME[name], np.random.default_rng(sorted(BY_NAME).index(name))
+    domains = {p.name: p.domain for p in scheme.parameters}
+    dampings = [Fraction(0), Fraction(0), Fraction(1, 50), Fraction(3, 10), Fraction(1), Fraction(7, 4)]
+    other = for_oracle(scheme, {p.name: scheme.typical[p.symbol] for p in scheme.parameters})[0]
+    for k in range(count if scheme.parameters else len(dampings) - 1):
+        drawn = sample_parameters(other, rng).items() if scheme.parameters else ()
+        values = {key: Fraction(value).limit_denominator(100) for key, value in drawn}
+        if all(domains[key].contains(Rational(value)) for key, value in values.items()):
+            yield values, dampings[k % len(dampings) if values else k + 1]

@@ -41,9 +41,14 @@ def text(scheme: str, scene: str) -> str:
 @cache
 def plain(scheme: str, scene: str) -> SimpleNamespace:
     """The module with its kernels as Python functions."""
-    source = text(scheme, scene).replace("from numba import njit", "njit = lambda **_: lambda function: function")
+    return uncompiled(text(scheme, scene))
+
+
+def uncompiled(source: str) -> SimpleNamespace:
+    """A module from its text, without numba."""
     space: dict[str, Any] = {}
-    exec(compile(source, f"{scheme}__{scene}", "exec"), space)
+    source = source.replace("from numba import njit", "njit = lambda **_: lambda function: function")
+    exec(compile(source, "kernels", "exec"), space)
     return SimpleNamespace(**space)
 
 

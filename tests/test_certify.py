@@ -10,16 +10,14 @@ import mpmath
 import numpy as np
 import oracle
 import pytest
-from declared import BY_NAME, NAMES, for_oracle
+from declared import BY_NAME, NAMES, for_oracle, parameter_sets
 from substep_derive import Balance, DeclarationError
-from substep_derive.algebraic import Algebraic, Field, RealRoot
-from substep_derive.curve import critical_curve
-from substep_derive.damping import _on_curve, certify_all_damping
-from substep_derive.hurwitz import Hurwitz, Verdict, verdict
-from substep_derive.signs import RationalPoint, RootPoint, point, positive_roots, ring_over, simplest_between
+from substep_derive.algebraic import Algebraic
+from substep_derive.damping import certify_all_damping
+from substep_derive.hurwitz import Verdict
 from substep_derive.stability import Certificate, certify
 from substep_derive.symbols import K0, M, f, h
-from sympy import QQ, CRootOf, Mul, Poly, Rational, Symbol, minimal_polynomial, oo, pi, sqrt
+from sympy import CRootOf, Rational, minimal_polynomial, oo, pi, sqrt
 from sympy.abc import r, x
 
 SETS, OMEGAS = (2000, 16) if os.environ.get("SUBSTEP_VERIFY") == "1" else (200, 6)
@@ -255,90 +253,6 @@ def test_the_end_of_a_default_interval_counts() -> None:
     assert certify("wilson_theta", theta=open_end).critical_Omega == 2 * sqrt(3)
 
 
-# --- signs ---------------------------------------------------------------------------------------------
-
-
-def test_simplest_rational_between() -> None:
-    for low, high, expected in [("0", "1", "1/2"), ("1/3", "1/2", "2/5"), ("2/5", "4", "1"), ("3", "22/7", "25/8")]:
-        ends = (QQ(*map(int, (*text.split("/"), "1")[:2])) for text in (low, high))
-        assert str(simplest_between(*ends)) == expected
-
-
-def test_zero_over_an_algebraic_field_is_found() -> None:
-    """x^2 - 3 is irreducible over Q but not over Q(sqrt 3): remainders alone do not tell zero."""
-    field = Field(SQRT_3)
-    ring = ring_over(field, Symbol("w"))
-    w, s = ring.gens[0], field.domain.unit
-    root = RealRoot(Poly(x**2 - 3, x), 1, 2)
-    at = point(field, root, ring)
-    assert isinstance(at, RootPoint)
-    assert at.sign(at.value((w - s) * (w + 1))) == 0
-    assert at.sign(at.value(w + s)) == 1
-    fresh = point(field, RealRoot(Poly(x**2 - 3, x), 1, 2), ring)
-    assert fresh.sign(fresh.value(w + s)) == 1
-    assert fresh.sign(fresh.value(w - s + QQ(1, 10**40))) == 1
-    assert fresh.sign(fresh.value(w - s - QQ(1, 10**40))) == -1
-    assert [r.rational for r in positive_roots(field, [w**2 - s * w, w**2 - 4], ring)] == [None, 2]
-    assert not positive_roots(field, [w + s], ring)
-
-
-def rooted(*factors: tuple[int, ...]) -> list[Any]:
-    """h as a product of polynomials in s, coefficients from the lowest, constants over Q[w]."""
-    product = [1]
-    for factor in factors:
-        product = [
-            sum(product[i] * factor[k - i] for i in range(len(product)) if 0 <= k - i < len(factor))
-            for k in range(len(product) + len(factor) - 1)
-        ]
-    ring = ring_over(Field(), Symbol("w"))
-    return [ring.one * c for c in product]
-
-
-INSIDE, OUT, PAIR, OTHER, OFF = (1, 1), (-1, 1), (1, 0, 1), (4, 0, 1), (5, 2, 1)
-
-
-@pytest.mark.parametrize(
-    ("factors", "expected"),
-    [
-        ([INSIDE, OFF, (7, 1)], Verdict.INSIDE),
-        ([INSIDE, OFF, OFF, INSIDE], Verdict.INSIDE),
-        ([INSIDE, PAIR], Verdict.SIMPLE),
-        ([PAIR, OTHER, INSIDE, OFF], Verdict.SIMPLE),
-        ([PAIR, OTHER, (9, 0, 1)], Verdict.SIMPLE),
-        ([PAIR, PAIR], Verdict.MULTIPLE),
-        ([PAIR, PAIR, OTHER, OFF], Verdict.MULTIPLE),
-        ([(0, 1), PAIR, INSIDE], Verdict.SIMPLE),
-        ([(0, 1), (0, 1), INSIDE], Verdict.MULTIPLE),
-        ([INSIDE, OFF, (1, 0)], Verdict.SIMPLE),  # a leading zero: lambda = -1
-        ([INSIDE, OFF, (1, 0, 0)], Verdict.MULTIPLE),
-        ([(0, 1), (1, 0)], Verdict.SIMPLE),
-        ([OUT, INSIDE], Verdict.OUTSIDE),
-        ([OUT, INSIDE, PAIR], Verdict.OUTSIDE),
-        ([OUT, OFF, OFF], Verdict.OUTSIDE),
-        ([(5, -2, 1), OFF], Verdict.OUTSIDE),
-        ([PAIR, (-4, 0, 1)], Verdict.OUTSIDE),
-        ([PAIR, PAIR, OUT], Verdict.OUTSIDE),
-        ([(1, 0, 1, 0, 1), INSIDE], Verdict.OUTSIDE),
-        ([(0, 1), (0, 1), OUT], Verdict.OUTSIDE),
-        ([(0,), INSIDE], Verdict.UNDEFINED),
-        ([(3,)], Verdict.INSIDE),
-    ],
-)
-@pytest.mark.parametrize("sign", [1, -1])
-def test_verdicts(factors: list[tuple[int, ...]], expected: Verdict, sign: int) -> None:
-    assert verdict([sign * c for c in rooted(*factors)], RationalPoint(Field(), QQ(1))) is expected
-
-
-def test_shared_factor_by_minors() -> None:
-    for pairs, factors in [(1, [PAIR, INSIDE, OFF]), (2, [PAIR, OTHER, INSIDE, OFF]), (2, [PAIR, OTHER, INSIDE])]:
-        h = Hurwitz("h", rooted(*factors))
-        assert all(not h.determinant(h.degree - 1 - 2 * k) for k in range(pairs))
-        assert h.determinant(h.degree - 1 - 2 * pairs)
-        shared = h.shared(pairs)
-        expected = [1, 1] if pairs == 1 else [4, 5, 1]
-        assert [c / shared[-1] for c in shared] == expected
-
-
 # --- every certificate against 50 digits ---------------------------------------------------------------
 
 
@@ -375,18 +289,6 @@ def confirm(name: str, found: Certificate, damping: Fraction, parameters: dict[s
         on_circle = [v for v in values if abs(v) > 1 - EDGE]
         apart = [abs(v - w) for i, v in enumerate(on_circle) for w in on_circle[:i]]
         assert apart and min(apart) < EDGE, (parameters, damping, omega, found.intervals)
-
-
-def parameter_sets(name: str, count: int) -> Iterator[tuple[dict[str, Fraction], Fraction]]:
-    scheme, rng = BY_NAME[name], np.random.default_rng(sorted(BY_NAME).index(name))
-    domains = {p.name: p.domain for p in scheme.parameters}
-    dampings = [Fraction(0), Fraction(0), Fraction(1, 50), Fraction(3, 10), Fraction(1), Fraction(7, 4)]
-    other = for_oracle(scheme, {p.name: scheme.typical[p.symbol] for p in scheme.parameters})[0]
-    for k in range(count if scheme.parameters else len(dampings) - 1):
-        drawn = oracle.sample_parameters(other, rng).items() if scheme.parameters else ()
-        values = {key: Fraction(value).limit_denominator(100) for key, value in drawn}
-        if all(domains[key].contains(Rational(value)) for key, value in values.items()):
-            yield values, dampings[k % len(dampings) if values else k + 1]
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -441,101 +343,3 @@ def test_text_names_roots_without_radicals_and_algebraic_parameters() -> None:
     text = certify("wilson_theta", theta=(1 + SQRT_3) / 2).text
     assert "where r is the root of r^2 - 3 in [1, 2]" in text
     assert "h_3 = 12*r + 36" in text
-
-
-# --- every damping -------------------------------------------------------------------------------------
-
-
-def test_damping_at_once() -> None:
-    for name in ("newmark", "bathe", "wilson_theta", "houbolt", "park", "rho_inf_bathe"):
-        found = certify_all_damping(BY_NAME[name])
-        assert found.stable_for_all_xi is True
-        assert [(c.low, c.high, c.low_closed, c.high_closed, c.stable) for c in found.cells] == [
-            (0, oo, True, False, True)
-        ]
-        assert "xi = 0: stable for every Omega > 0" in found.text
-    assert certify_all_damping("newmark", beta=0).stable_for_all_xi is False
-
-
-SOME_STABLE_ONLY_WITH_DAMPING = [
-    ("generalized_alpha", {"alpha_m": "1/10", "alpha_f": "3/8", "beta": "3/2", "gamma": "1/2"}),
-    ("beta1_beta2_bathe", {"beta1": "5/17", "beta2": "1/2", "gamma_t": "3/17"}),
-    ("newmark_bdf2", {"beta": "2/5", "gamma": "1", "gamma_t": "2/17"}),
-]
-
-
-@pytest.mark.parametrize(("name", "parameters"), SOME_STABLE_ONLY_WITH_DAMPING)
-def test_stable_only_with_damping(name: str, parameters: dict[str, Any]) -> None:
-    found = certify_all_damping(name, **parameters)
-    assert [cell.stable for cell in found.cells] == [False, True]
-    end = found.cells[1].low
-    assert found.cells[1].low_closed
-    assert found.cells[0].high == end
-    below, above = (Rational(str(end.evalf(30))) * (1 + shift) for shift in (-Rational(1, 10**20), Rational(1, 10**20)))
-    assert not certify(name, below, **parameters).stable
-    assert certify(name, above, **parameters).stable
-    if Poly(minimal_polynomial(end, x)).degree() < 5:
-        assert certify(name, Algebraic.of(end), **parameters).stable
-
-
-@pytest.mark.parametrize("name", ["newmark", "generalized_alpha", "newmark_bdf2", "beta1_beta2_bathe", "gholampour"])
-def test_damping_cells_against_single_certificates(name: str) -> None:
-    rng = np.random.default_rng(11)
-    for parameters, _ in parameter_sets(name, 4):
-        found = certify_all_damping(BY_NAME[name], **parameters)
-        assert None not in [cell.stable for cell in found.cells]
-        for value in rng.uniform(0, 2, 4):
-            damping = Rational(str(Fraction(value).limit_denominator(100)))
-            cell = next(c for c in found.cells if c.low <= damping < c.high)
-            assert certify(BY_NAME[name], damping, **parameters).stable == cell.stable
-        for i, piece in enumerate(found.survey.stretches):
-            if piece.certificate is None and piece.low.polynomial.degree() <= 4:
-                single = found.survey.certificate(i)
-                assert single is not None
-                assert single.stable == found.survey.stable(i)
-
-
-def test_critical_xi() -> None:
-    """Of rk2: -1 is double at xi = 1/2, 1 at xi = 1, and a curve has a vertical tangent at xi = sqrt(3)/2."""
-    survey = certify_all_damping("rk2").survey
-    assert [piece.ends[0] for piece in survey.stretches if piece.is_point] == [0, Rational(1, 2), sqrt(3) / 2, 1]
-
-
-def test_what_decides_on_a_curve() -> None:
-    """On Omega = 1 two pairs stay on the axis; they coincide where xi = 1 and leave it where xi = 0."""
-    ring = ring_over(Field(), Symbol("Omega"), Symbol("xi"))
-    omega, xi = ring.gens
-    h = [xi, omega - 1, xi + 1, 0 * xi, 1 + 0 * xi]  # (s^2 + 1)(s^2 + xi) + (Omega - 1) s
-    found = [polynomial.subs(0, 1) for polynomial in _on_curve(omega - 1, h)]
-    assert all(found)
-    product = Poly(Mul(*(polynomial.as_expr() for polynomial in found)), Symbol("xi"))
-    assert set(product.real_roots()) == {0, 1}
-
-
-def test_critical_curves_in_closed_form() -> None:
-    xi = Symbol("xi")
-    assert critical_curve("central_difference").explicit == 2
-    assert critical_curve("newmark").explicit == oo
-    assert critical_curve("central_difference_lagged").explicit == 2 * sqrt(xi**2 + 1) - 2 * xi
-    curve = critical_curve("noh_bathe")
-    assert len(curve.relations) == 1
-    for damping in (0, "1/7", 2):
-        expected = certify("noh_bathe", damping).critical_Omega
-        assert (curve.explicit.subs(xi, Rational(damping)) - expected).equals(0)  # pyright: ignore
-    curve = critical_curve("forward_euler")
-    assert [(piece.low, piece.high, piece.Omega) for piece in curve.pieces] == [
-        (0, 0, 0),
-        (0, 1, 2 * xi),
-        (1, oo, 2 * xi - 2 * sqrt(xi**2 - 1)),
-    ]
-
-
-def test_critical_curve_without_closed_form() -> None:
-    curve = critical_curve("rk4")
-    assert curve.explicit is None
-    xi, omega = Symbol("xi"), Symbol("Omega")
-    for damping in (Rational(1, 100), Rational(2, 5), Rational(9, 10), Rational(5)):
-        piece = next(p for p in curve.pieces if p.low < damping and (p.high == oo or damping < p.high))
-        end = certify("rk4", damping).critical_Omega
-        at = Poly(piece.relation.subs(xi, damping), omega)  # pyright: ignore
-        assert not at.rem(Poly(minimal_polynomial(end, omega), omega))

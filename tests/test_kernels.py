@@ -56,7 +56,7 @@ def test_a_kernel_holds_what_its_scene_needs(scheme: str, scene: str) -> None:
     loop, linear, explicit = loop_of(function), scene in LINEAR, scheme in EXPLICIT
     arguments = {a.arg for a in function.args.args}
     read = {n.id for n in ast.walk(function) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Load)}
-    assert arguments <= read | {"h"}, "an argument that nothing reads"
+    assert arguments <= read, "an argument that nothing reads"
     of_scheme = {p.name for p in BY_NAME[scheme].parameters}
     control = CONTROL | ({"forces"} if scene == "linear_oscillator" else set())
     control |= set() if linear or explicit else {"tolerance", "iterations"}

@@ -13,7 +13,7 @@ from sympy import Dummy, Expr, Integer, Matrix, Poly, Symbol, cancel, default_so
 
 from . import algebra
 from .scheme import DeclarationError, Scheme
-from .symbols import K0, C, K_t, M, N, N_discrete, Omega, f, h, knot, knot_of, lam, lattice, mu, xi
+from .symbols import K0, C, K_t, M, N, N_discrete, Omega, f, h, knot, knot_of, lam, mu, successor, xi
 
 LINEAR_OSCILLATOR = {h: Integer(1), M: Integer(1), C: 2 * xi * Omega, K0: Omega**2}
 
@@ -77,18 +77,13 @@ class Pencil:
         n, m = len(unknowns), len(state)
         return cls(unknowns, state, stencil, matrix[:, :n], matrix[:, n : n + m], matrix[:, n + m :])
 
-    def successor(self, symbol: Symbol) -> Symbol:
-        """The symbol whose value the state's symbol takes one step later."""
-        kind, label = knot_of(symbol) or ("", "")
-        return Symbol(f"{kind}_{(lattice(label) or 0) + 1}")
-
     def characteristic(self) -> Expr:
         """det(new, old) with x1 = lambda*x0: a polynomial in lambda, up to a factor free of it."""
         n, m = len(self.unknowns), len(self.state)
         system = self.new.row_join(self.old)
         for j, symbol in enumerate(self.state):
             row = zeros(1, n + m)
-            after = self.successor(symbol)
+            after = successor(symbol)
             row[0, n + j] = lam
             row[0, self.unknowns.index(after) if after in self.unknowns else n + self.state.index(after)] = -1
             system = system.col_join(row)
@@ -147,7 +142,7 @@ class Amplification:
         rows = {symbol: solution[i, :] / den for i, symbol in enumerate(pencil.unknowns)}
         for j, symbol in enumerate(pencil.state):
             rows.setdefault(symbol, eye(solution.cols)[j, :])
-        after = [pencil.successor(s) for s in pencil.state]
+        after = [successor(s) for s in pencil.state]
         told = reported(scheme)
         read = sorted({s for e in told for s in e.free_symbols if knot_of(s)}, key=str)
         if missing := [s for s in (*after, *read) if s not in rows]:

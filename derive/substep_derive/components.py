@@ -24,6 +24,12 @@ def plain(symbol: Symbol) -> str:
     return symbol.name.replace("-", "m").replace("/", "o").replace("*", "s")
 
 
+def component_names(symbol: Symbol, motion: Motion) -> list[str]:
+    """Names of the vector's components; of one coordinate, just the symbol's."""
+    suffixes = [f"_{q.name}" for q in motion.coordinates] if len(motion.coordinates) > 1 else [""]
+    return [plain(symbol) + suffix for suffix in suffixes]
+
+
 @dataclass
 class Writer:
     """Writes vectors in components, and collects as constants what does not change in a run."""
@@ -53,9 +59,8 @@ class Writer:
         return len(self.motion.coordinates)
 
     def components(self, symbol: Symbol) -> Matrix:
-        """Symbols of the vector's components; of one coordinate, just the name."""
-        names = [f"_{q.name}" for q in self.motion.coordinates] if self.size > 1 else [""]
-        return Matrix([Symbol(plain(symbol) + name) for name in names])
+        """Symbols of the vector's components."""
+        return Matrix([Symbol(name) for name in component_names(symbol, self.motion)])
 
     def constant(self, e: Expr) -> Expr:
         """A name for an expression that does not change in a run."""

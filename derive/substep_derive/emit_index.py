@@ -51,7 +51,7 @@ def _start(scheme: Scheme) -> str:
     return "start" if scheme.start else "given"
 
 
-def _domain(parameter: Parameter) -> str:
+def domain_text(parameter: Parameter) -> str:
     """low, high (None: unbounded), low excluded, high excluded."""
     domain = parameter.domain
     low, high = (float(end) if end.is_finite else None for end in (domain.start, domain.end))
@@ -81,13 +81,13 @@ def _parameter(scheme: Scheme, k: int, roots: list[str]) -> str:
         text = name
     else:
         text = f"lambda {earlier}: {number(default)}".replace("lambda :", "lambda:")
-    return f'("{parameter.name}", {_domain(parameter)}, {text})'
+    return f'("{parameter.name}", {domain_text(parameter)}, {text})'
 
 
 def _family(family: Family) -> str:
     argument = family.argument
     values = ", ".join(f'"{s.name}": lambda {argument.name}: {number(e)}' for s, e in family.values.items())
-    return f'"{argument.name}": ({_domain(argument)}, {{{values}}})'
+    return f'"{argument.name}": ({domain_text(argument)}, {{{values}}})'
 
 
 def number(expression: Expr) -> str:

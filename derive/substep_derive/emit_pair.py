@@ -8,7 +8,7 @@ import sympy
 from sympy import Function, Symbol, symbols
 
 from . import emit_scene, templates, templates_scene
-from .components import assign, plain
+from .components import assign, component_names
 from .effective import effective_systems
 from .emit import digest
 from .emit_block import march_block
@@ -20,48 +20,11 @@ from .symbols import knot_of, lattice
 
 FUNCTIONS: dict[str, type[Function]] = {"log_cosh": log_cosh, "negative_part": negative_part}
 # names a kernel gives to something else than a parameter
-TAKEN = set(
-    [
-        "h",
-        "i",
-        "j",
-        "n",
-        "u",
-        "v",
-        "a",
-        "np",
-        "njit",
-        "lane",
-        "first",
-        "last",
-        "state",
-        "forces",
-        "start_forces",
-        "bound",
-        "stride",
-        "out",
-        "row",
-        "iterations",
-        "count",
-        "peak",
-        "n_done",
-        "status",
-        "done",
-        "energy",
-        "total",
-        "tolerance",
-        "one_over_det",
-        "numbers",
-        "flags",
-        "alive",
-        "went",
-        "busy",
-        "failed",
-        "left",
-        "stopped",
-        "finite",
-    ]
-)
+TAKEN = {
+    *("h", "i", "j", "n", "u", "v", "a", "np", "njit", "lane", "first", "last", "state", "forces", "start_forces"),
+    *("bound", "stride", "out", "row", "iterations", "count", "peak", "n_done", "status", "done", "energy", "total"),
+    *("tolerance", "one_over_det", "numbers", "flags", "alive", "went", "busy", "failed", "left", "stopped", "finite"),
+}
 
 
 def pair_module(p: Pair, source: str) -> str:
@@ -117,14 +80,11 @@ def _state(p: Pair) -> list[tuple[str, str]]:
     return [knot_of(s) or ("u", "0") for s in p.scheme.state]
 
 
-def _components(p: Pair, symbol: Symbol) -> list[str]:
-    names = [f"_{q.name}" for q in p.motion.coordinates] if len(p.motion.coordinates) > 1 else [""]
-    return [plain(symbol) + name for name in names]
-
-
 def state_places(p: Pair) -> list[tuple[str, str]]:
     """Name of every component of the state, and its row and column."""
-    return [(name, f"{j}, {i}") for j, s in enumerate(p.scheme.state) for i, name in enumerate(_components(p, s))]
+    return [
+        (name, f"{j}, {i}") for j, s in enumerate(p.scheme.state) for i, name in enumerate(component_names(s, p.motion))
+    ]
 
 
 def _lane(p: Pair, arguments: Sequence[str]) -> tuple[str, dict[str, object]]:
@@ -236,7 +196,7 @@ def _start(p: Pair) -> tuple[list[str], str]:
     vectors = [*"uva", "state"]
     body = [f"    {name} = start_forces[{k}]" for k, name in enumerate(loads) if name in used]
     for kind in "uva":
-        for i, name in enumerate(_components(p, Symbol(f"{kind}_0"))):
+        for i, name in enumerate(component_names(Symbol(f"{kind}_0"), p.motion)):
             body += [f"    {name} = {kind}[{i}]"] if name in used else []
     state = p.start.state
     stores = [(f"state[{j}, {i}]", state[i, j]) for j in range(state.cols) for i in range(state.rows)]
@@ -281,7 +241,7 @@ def _helpers(text: str, p: Pair) -> Iterable[str]:
 
 def _difference(name: str) -> str:
     g = FUNCTIONS.get(name) or getattr(sympy, name)
-    series, slope, m, _ = near_series(g)
+    series, slope, last, m = near_series(g)
     old, new = symbols("old new")
 
     def at(x: Symbol, order: int = 0) -> str:
@@ -291,8 +251,8 @@ def _difference(name: str) -> str:
         templates_scene.DIFFERENCE,
         g=name,
         near="0.0" if g is negative_part else KERNEL_PRINTER.doprint(NEAR.n(5)),  # its kink has no series
-        series=block([("difference", series)], 2)[0],
-        slope_series=block([("slope", slope)], 2)[0],
+        series=block([("difference", series), ("last", last)], 2)[0],
+        slope_series=block([("difference", series), ("last", last), ("slope", slope)], 2)[0],
         at_old=at(old),
         at_new=at(new),
         slope_at_new=at(new, 1),

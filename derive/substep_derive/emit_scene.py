@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from sympy import Expr, Matrix, Symbol, srepr, sympify
 
 from . import templates, templates_scene
-from .emit_index import number
+from .emit_index import domain_text, number
 from .motion import Motion
 from .printing import block, fill, literal_tuple
 from .scene import Scene
@@ -136,6 +136,4 @@ def scene_entry(motion: Motion) -> str:
 
 
 def _parameter(p: Parameter) -> str:
-    low, high = (float(end) if end.is_finite else None for end in (p.domain.start, p.domain.end))
-    default = None if p.default is None else float(p.default)
-    return f'("{p.name}", {low}, {high}, {bool(p.domain.left_open)}, {bool(p.domain.right_open)}, {default})'
+    return f'("{p.name}", {domain_text(p)}, {None if p.default is None else float(p.default)})'

@@ -15,7 +15,7 @@ from .components import STEP, Assignments, Writer, assign
 from .effective import Stage, stages
 from .motion import Motion
 from .scheme import DeclarationError, Scheme
-from .symbols import N, N_discrete, h, knot, knot_of, lattice, t
+from .symbols import N, N_discrete, h, knot, knot_of, lattice, successor, t
 
 
 @dataclass(frozen=True)
@@ -103,12 +103,6 @@ class Pair:
     def newton(self) -> bool:
         """Whether any balance iterates."""
         return any(step.first is not None for step in self.steps)
-
-
-def successor(symbol: Symbol) -> Symbol:
-    """The symbol of the same knot one step later."""
-    kind, label = knot_of(symbol) or ("u", "0")
-    return Symbol(f"{kind}_{(lattice(label) or 0) + 1}")
 
 
 def pair(scheme: Scheme, motion: Motion) -> Pair:

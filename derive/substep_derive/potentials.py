@@ -158,8 +158,12 @@ def discrete_slopes(potential: Expr, old: dict[Symbol, Expr], new: dict[Symbol, 
     return {q: e / len(orders) for q, e in total.items()}
 
 
-def near_series(g: type[Function]) -> tuple[Expr, Expr, Symbol, Symbol]:
-    """Taylor series of g's divided difference and of its slope by x1, in the mean m and the difference d."""
+def near_series(g: type[Function]) -> tuple[Expr, Expr, Expr, Symbol]:
+    """Taylor series of g's divided difference, of its slope by x1, and the former's last term; the mean m.
+
+    In m and the difference d. The last term tells whether the series has converged: near a singularity of g
+    arguments no further apart than NEAR may still be too far.
+    """
     m, d = Symbol("m"), Symbol("d")
     derivatives = [g(m)]
     for _ in range(2 * TAYLOR_TERMS):
@@ -173,4 +177,5 @@ def near_series(g: type[Function]) -> tuple[Expr, Expr, Symbol, Symbol]:
             for k in range(TAYLOR_TERMS)
         )
     )
-    return series, slope, m, d
+    last = derivatives[2 * TAYLOR_TERMS - 1] * (d / 2) ** (2 * TAYLOR_TERMS - 2) / factorial(2 * TAYLOR_TERMS - 1)
+    return series, slope, last, m

@@ -1,6 +1,6 @@
 """Small printing tools of the emitters."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from string import Formatter
 from textwrap import indent
 from typing import Any
@@ -80,8 +80,3 @@ def fill(template: str, **fields: object) -> str:
 def literal_tuple(items: Iterable[str]) -> str:
     """Text of a tuple of the items' texts."""
     return "(" + "".join(f"{item}, " for item in items).rstrip() + ")"
-
-
-def literal_dict(items: Mapping[str, str]) -> str:
-    """Text of a dictionary from names to the values' texts."""
-    return "{" + ", ".join(f'"{key}": {value}' for key, value in items.items()) + "}"

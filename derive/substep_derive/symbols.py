@@ -65,6 +65,12 @@ def lattice(label: str) -> Fraction | None:
         return None
 
 
+def successor(symbol: Symbol) -> Symbol:
+    """The symbol of the same kind one step later: u_0 of u_-1, v_1/2 of v_-1/2."""
+    kind, label = knot_of(symbol) or ("", "")
+    return Symbol(f"{kind}_{(lattice(label) or 0) + 1}")
+
+
 def state_label(symbol: Symbol) -> str:
     """'u', 'h*v', 'h^2*a', with the step in brackets for a symbol of an earlier step."""
     kind, label = knot_of(symbol) or ("", "")

@@ -76,7 +76,8 @@ def _{g}_difference(old, new):
     d, m = new - old, 0.5 * (old + new)
     if abs(d) <= {near}:
 {series}
-        return difference
+        if abs(last) <= 1e-15 * abs(difference):
+            return difference
     return ({at_new} - {at_old}) / d
 
 
@@ -86,7 +87,8 @@ def _{g}_difference_slope(old, new):
     d, m = new - old, 0.5 * (old + new)
     if abs(d) <= {near}:
 {slope_series}
-        return slope
+        if abs(last) <= 1e-15 * abs(difference):
+            return slope
     return ({slope_at_new} - _{g}_difference(old, new)) / d
 '''
 

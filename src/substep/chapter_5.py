@@ -107,8 +107,8 @@ def _runs(
     """One lane for each key."""
     ones = np.ones(len(keys))
     lanes = march_lanes(
-        march.scene, scheme(name), march.h * ones, (march.steps * ones).astype(np.int64),
-        values=values, stride=stride, history=True,
+        march.scene, scheme(name, **values), march.h * ones, (march.steps * ones).astype(np.int64),
+        stride=stride, history=True,
     )  # fmt: skip
     return {key: _run(march, lanes, k, stride, key) for k, key in enumerate(keys)}
 

@@ -41,6 +41,21 @@ def real_number(name: str, value: Any, *, positive: bool = False) -> float:
     return float(array)
 
 
+def inside(
+    name: str, value: ArrayLike, low: float | None, high: float | None, low_open: bool, high_open: bool
+) -> NDArray[np.float64]:
+    """The value as an array of finite numbers in an interval, None for no bound, else a ValueError."""
+    array = real_array(name, value)
+    below = low is not None and (array <= low if low_open else array < low)
+    above = high is not None and (array >= high if high_open else array > high)
+    if np.any(below) or np.any(above):
+        ends = ("-inf" if low is None else low), ("inf" if high is None else high)
+        interval = f"{'(' if low_open else '['}{ends[0]}, {ends[1]}{')' if high_open else ']'}"
+        worst = array[below | above].flat[0] if array.ndim else float(array)
+        raise ValueError(f"expected {name} in {interval}, got {worst}; choose a value inside")
+    return array
+
+
 def non_negative(name: str, value: ArrayLike) -> NDArray[np.float64]:
     """The value as an array of finite numbers not below 0, else a ValueError."""
     array = real_array(name, value)

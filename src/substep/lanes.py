@@ -66,22 +66,20 @@ def march_lanes(
     dt: Array,
     n: NDArray[np.int64],
     *,
-    values: Mapping[str, Array] | None = None,
     start: tuple[Array, Array, Array] | None = None,
     bound: Any = np.inf,
     stride: int = 1,
     history: bool = False,
 ) -> Lanes:
-    """P runs with steps dt (P,) of n (P,) steps each.
+    """P runs with steps dt (P,) of n (P,) steps each; the scheme's parameters may be arrays (P,).
 
-    values: parameters of the scheme or the scene, (P,) each, where they differ from theirs; start: u, v, a at
-    t = 0, (P, d) each, where they do. bound: energy in J beyond which a lane stops, a number or (P,).
+    start: u, v, a at t = 0, (P, d) each, where they differ from the scene's. bound: energy in J beyond which a
+    lane stops, a number or (P,).
     """
     module = pair_module(scene, scheme)
     P, steps = len(dt), int(n.max(initial=0))
     u, v, a = (np.broadcast_to(x, (P, len(scene.u0))).copy() for x in start or (scene.u0, scene.v0, scene.a0))
-    given = {**scene.parameters, **scheme.parameters, **(values or {})}
-    scalars = {"h": dt, "tolerance": TOLERANCE * scene.length, "bound": bound, **given}
+    scalars = {"h": dt, "tolerance": TOLERANCE * scene.length, "bound": bound, **scene.parameters, **scheme.parameters}
     arrays: dict[str, Any] = {
         **{name: np.broadcast_to(np.asarray(x, float), (P,)).copy() for name, x in scalars.items()},
         **{"u": u, "v": v, "a": a, "n": np.array(n, dtype=np.int64), "first": 0, "stride": stride},
@@ -102,9 +100,9 @@ def march_lanes(
     if module.START_ARGUMENTS:
         module.start(*(arrays[name] for name in module.START_ARGUMENTS))
     else:
-        head = _head(scene, scheme, module, arrays, values, (u, v, a))
+        head = _head(scene, scheme, module, arrays, (u, v, a))
     _run(module, arrays, P)
-    peak = np.maximum(arrays["peak"], _start_energy(scene, u, v))
+    peak = np.maximum(arrays["peak"], scene.energy(np.zeros(P), u, v))
     if head is not None:
         early = head.n_done < np.minimum(n, arrays["first"])
         for name in ("n_done", "status"):
@@ -113,19 +111,13 @@ def march_lanes(
     return Lanes(peak=peak, **{name: arrays[name] for name in ("out", "state", "iterations", "n_done", "status")})
 
 
-def _start_energy(scene: Scene, u: Array, v: Array) -> Array:
-    return scene.energy(np.zeros(len(u)), u, v)
-
-
-def _head(
-    scene: Scene, scheme: Scheme, module: ModuleType, arrays: dict[str, Any], values: Any, start: tuple[Array, ...]
-) -> Lanes:
+def _head(scene: Scene, scheme: Scheme, module: ModuleType, arrays: dict[str, Any], start: tuple[Array, ...]) -> Lanes:
     """The first steps by another scheme: fills the state, the first rows, and first; a lane that fails stays put."""
     first = max(lag for _, lag in module.STATE)
     n = arrays["n"]
     head = march_lanes(
         scene, make_scheme(scheme.start), arrays["h"], np.full(len(n), first),
-        values=values, start=start, bound=arrays["bound"], history=True,
+        start=start, bound=arrays["bound"], history=True,
     )  # fmt: skip
     for k, (kind, lag) in enumerate(module.STATE):
         arrays["state"][:, k] = head.out[:, first - lag, "uva".index(kind)]

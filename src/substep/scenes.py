@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from substep_kernels.scenes import SCENES
 
-from .errors import real_array, real_number, unknown_name
+from .errors import inside, real_array, real_number, unknown_name
 from .loads import Load
 
 if TYPE_CHECKING:
@@ -136,7 +136,8 @@ def scene(
     for key, (*domain, default) in declared.items():
         if key not in parameters and default is None:
             raise ValueError(f"expected a value for {key} of {name}, got none; add {key}=...")
-        values[key] = _within(name, key, parameters.get(key, default), *domain)
+        what = f"parameter {key} of {name}"
+        values[key] = float(inside(what, real_number(what, parameters.get(key, default)), *domain))
     if load is not None and not entry["sampled"]:
         raise ValueError(f"expected no load for {name}, got one; its load is part of its declaration")
     if load is not None and not callable(load):
@@ -152,23 +153,10 @@ def scene(
     return Scene(name, draft.parameters, u0, v0, _acceleration(draft, wanted), load, entry)
 
 
-def _within(scene: str, key: str, value: Any, low: float | None, high: float | None, *open_ends: bool) -> float:
-    number = real_number(key, value, positive=low == 0.0 and open_ends[0])
-    if low is not None and number < low:
-        raise ValueError(f"expected {key} >= {low:g} of {scene}, got {number}; choose a value inside")
-    if high is not None and (number >= high if open_ends[1] else number > high):
-        raise ValueError(
-            f"expected {key} {'<' if open_ends[1] else '<='} {high:g} of {scene}, got {number}; choose a value inside"
-        )
-    return number
-
-
 def _acceleration(scene: Scene, a0: ArrayLike | str) -> Array:
     if isinstance(a0, str):
         if a0 != "consistent":
             raise ValueError(f"expected a0 to be numbers or 'consistent', got '{a0}'")
-        if scene.load is None and not scene.entry["sampled"]:
-            return scene.acceleration(np.zeros(()), scene.u0, scene.v0)
         return scene.acceleration(np.zeros(1), scene.u0[None], scene.v0[None])[0]
     array = np.atleast_1d(real_array("a0", a0))
     if array.shape != scene.u0.shape:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from substep_kernels.index import SCHEMES
 
-from .errors import non_negative, real_array, unknown_name
+from .errors import inside, non_negative, unknown_name
 
 if TYPE_CHECKING:
     from .build import Declaration
@@ -67,15 +67,7 @@ def scheme(name: "str | Declaration", **parameters: ArrayLike) -> "Scheme":
 
 
 def _within(scheme: str, key: str, value: ArrayLike, domain: Sequence[Any]) -> Array:
-    array = real_array(f"parameter {key} of {scheme}", value)
-    low, high, low_open, high_open = domain[:4]
-    below = low is not None and (array <= low if low_open else array < low)
-    above = high is not None and (array >= high if high_open else array > high)
-    if np.any(below) or np.any(above):
-        interval = f"{'(' if low_open else '['}{low}, {'inf' if high is None else high}{')' if high_open else ']'}"
-        worst = array[below | above].flat[0] if array.ndim else float(array)
-        raise ValueError(f"expected parameter {key} of {scheme} in {interval}, got {worst}; choose a value inside")
-    array = array.copy()
+    array = inside(f"parameter {key} of {scheme}", value, *domain[:4]).copy()
     array.flags.writeable = False
     return array
 

@@ -190,7 +190,7 @@ def largest_steps() -> dict[Key, float]:
         u, a = (np.broadcast_to(x, v.shape) for x in (pendulum.u0, pendulum.a0))
         bound = GAIN * pendulum.energy(np.zeros(len(v)), u, v)
         n = np.round(LONG / h).astype(np.int64)
-        lanes = march_lanes(pendulum, scheme(method), h, n, values=values, start=(u, v, a), bound=bound)
+        lanes = march_lanes(pendulum, scheme(method, **values), h, n, start=(u, v, a), bound=bound)
         good = (lanes.status == 0).reshape(len(keys), len(STEPS), len(FASTER)).all(axis=2)
         counts = np.minimum.accumulate(good, axis=1).sum(axis=1)
         return {key: float(STEPS[count - 1]) if count else 0.0 for key, count in zip(keys, counts, strict=True)}
