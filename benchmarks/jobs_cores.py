@@ -2,6 +2,8 @@
 
 import numpy as np
 
+import substep as ss
+
 from . import jobs_pendulum, jobs_spectrum, jobs_stability, ours
 from .job import Job, Table
 from .linear import record
@@ -19,11 +21,11 @@ def job(quick: bool) -> Job:
     rounds, n = (5, 1 << 17) if quick else (11, 1 << 20)
     Omega, xi, *parameters = jobs_stability.random_points("newmark_bdf2", n)
     handle = ours.handle("newmark_bdf2", tuple(parameters))
-    f, EA = record(4096, jobs_spectrum.DT), jobs_pendulum.CASES["flexible"][0]
+    load, EA = ss.Record(jobs_spectrum.DT, record(4096, jobs_spectrum.DT)), jobs_pendulum.CASES["flexible"][0]
     omegas = np.repeat(jobs_spectrum.OMEGAS, 1 if quick else 8)
     works = {  # the work, its units, what they are, the goal
         "march, response spectrum": (
-            lambda: ours.spectrum_peaks("newmark_bdf2", omegas, jobs_spectrum.XI, f, jobs_spectrum.DT),
+            lambda: ours.spectrum_peaks("newmark_bdf2", omegas, jobs_spectrum.XI, load),
             4096 * len(omegas), "lane-step", 1.8,
         ),
         "march, pendulum batch": (

@@ -2,6 +2,8 @@
 
 import numpy as np
 
+import substep as ss
+
 from . import limits, ours, peers, reference
 from .job import Job, Table
 from .linear import SCHEMES, TwoLoads, exact_peaks, record, scheme
@@ -36,6 +38,7 @@ def job(quick: bool) -> Job:
 
 def _peaks(found: Job, name: str, n: int, rounds: int) -> Table:
     f, work = record(n, DT), LANES * n
+    load = ss.Record(DT, f)
     exact = exact_peaks(tuple(OMEGAS), XI, n, DT)
     loads = TwoLoads.of(scheme(name), OMEGAS * DT, XI)
     forces = f * DT**2
@@ -57,7 +60,7 @@ def _peaks(found: Job, name: str, n: int, rounds: int) -> Table:
             rows.append(Alternative(label, kind, run, work, errors))
 
     rows: list[Alternative] = []
-    add("substep", "substep", lambda: ours.spectrum_peaks(name, OMEGAS, XI, f, DT))
+    add("substep", "substep", lambda: ours.spectrum_peaks(name, OMEGAS, XI, load))
     peak, peaks = np.empty(LANES), np.empty((3, LANES))
     if len(loads.D) == 2:
         companion, (numerator, denominator) = loads.companion(), loads.filter()
@@ -83,6 +86,7 @@ def _peaks(found: Job, name: str, n: int, rounds: int) -> Table:
 def _history(found: Job, name: str, n: int, rounds: int) -> None:
     """u, v and a of every step and lane."""
     f = record(n, DT)
+    load = ss.Record(DT, f)
     loads = TwoLoads.of(scheme(name), OMEGAS * DT, XI)
     forces, size = f * DT**2, 3 * LANES * (n + 1)
     damping, stiffness = 2 * XI * OMEGAS * DT, (OMEGAS * DT) ** 2
@@ -108,8 +112,8 @@ def _history(found: Job, name: str, n: int, rounds: int) -> None:
 
     rows = [
         Alternative(
-            "substep", "substep", lambda: ours.history(name, OMEGAS, XI, f, DT, out), size,
-            lambda found: errors(found[:, ::512, 0].T),
+            "substep", "substep", lambda: ours.history(name, OMEGAS, XI, load, out), size,
+            lambda found: errors(found[::512, 0]),
         ),
         Alternative("C, 2x2 map, history", "limit", by_c, size, lambda found: errors(found[::512, 0])),
         Alternative("stores past the caches", "limit", lambda: limits.write(out, stream=True), size),

@@ -56,11 +56,6 @@ class TwoLoads:
         D, B = increment.transpose(1, 2, 0), load.transpose(1, 2, 0)
         stencil = handle.stencil().reshape(-1)
         B0, B1 = (B * (1.0 - stencil)[:, None]).sum(axis=1), (B * stencil[:, None]).sum(axis=1)
-        if np.allclose(stencil[-1], 1.0) and len(D) == 3:
-            stiffness, damping = Omega**2, 2.0 * xi * Omega
-            B0 = B0[:2] + D[:2, 2]
-            D = np.stack([D[:2, 0] - stiffness * D[:2, 2], D[:2, 1] - damping * D[:2, 2]], axis=1)
-            B1 = B1[:2]
         return cls(*(np.ascontiguousarray(x) for x in (D, B0, B1)))
 
     def companion(self) -> Array:

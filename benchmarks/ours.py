@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 import substep as ss
 from substep.lanes import march_lanes
+from substep.linear import Oscillators, march_linear
 
 from .linear import scheme
 
@@ -29,32 +30,20 @@ def stability(s: Any, Omega: Array, xi: Array) -> tuple[Array, Array, Array]:
     return s.spectral_radius(Omega, xi), s.numerical_damping(Omega, xi), s.period_error(Omega, xi)
 
 
-def spectrum_peaks(name: str, omegas: Array, xi: float, record: Array, dt: float) -> Array:
+def spectrum_peaks(name: str, omegas: Array, xi: float, load: ss.Record) -> Array:
     """Peak |u| of each oscillator under the record (n + 1,), from rest."""
-    return np.abs(_lanes(name, omegas, xi, record, dt)[:, :, 0]).max(axis=1)
+    return march_linear(scheme(name), _at_rest(omegas, xi, load), len(load.samples) - 1, load, keep="peak").peak[0]
 
 
-def history(name: str, omegas: Array, xi: float, record: Array, dt: float, out: Array | None = None) -> Array:
-    """u, h*v, h^2*a (lanes, n + 1, 3); into out (n + 1, 3, lanes) where substep takes it, which today it does not."""
-    return _lanes(name, omegas, xi, record, dt)
+def history(name: str, omegas: Array, xi: float, load: ss.Record, out: Array | None = None) -> Array:
+    """u, v, a (n + 1, 3, lanes), into out if given."""
+    return march_linear(scheme(name), _at_rest(omegas, xi, load), len(load.samples) - 1, load, out=out).out
 
 
-def _lanes(name: str, omegas: Array, xi: float, record: Array, dt: float) -> Array:
-    """(lanes, n + 1, 3) of u, h*v, h^2*a. The kernel takes lanes already; nothing public hands it more than one."""
-    from substep_kernels.linear_march import linear_march  # noqa: PLC0415 (numba on first use)
-
-    s, lanes, n = scheme(name), len(omegas), len(record) - 1
-    increment, load, outputs, outputs_load = s.coefficients(omegas * dt, np.full(lanes, xi))
-    stencil = s.stencil().reshape(-1)
-    forces = dt**2 * (record[:-1, None] * (1.0 - stencil) + record[1:, None] * stencil)
-    out = np.zeros((lanes, n + 1, 3))
-    out[:, 0, 2] = dt**2 * record[0]
-    done, status = np.empty(lanes, dtype=np.int64), np.empty(lanes, dtype=np.int64)
-    places = np.array(s.kernels.OUTPUTS_IN_STATE)
-    linear_march(
-        increment, load, outputs, outputs_load, places, out[:, 0].copy(), forces[None], 1, out, done, status
-    )  # fmt: skip
-    return out
+def _at_rest(omegas: Array, xi: float, load: ss.Record) -> Oscillators:
+    start = np.zeros((3, len(omegas)))
+    start[2] = load.samples[0]
+    return Oscillators(omegas, np.full(len(omegas), xi), np.full(len(omegas), load.dt), start)
 
 
 def single_run(

@@ -9,8 +9,11 @@ from sympy import Symbol, count_ops, srepr
 from . import algebra, templates, templates_stability
 from .amplification import Amplification
 from .effective import effective_systems
+from .emit_coefficients import coefficient_functions
 from .emit_index import index_entry
+from .emit_march import loads_for, shape_name
 from .kernels import Kernel, entries, scheme_kernels
+from .march_form import MarchForm
 from .printing import PRINTER, fill, literal_tuple
 from .scheme import DeclarationError, Root, Scheme
 from .stability_kernels import DEFECT_TERMS_OF_MANY, stability_kernels
@@ -24,7 +27,7 @@ RESERVED = {  # names a generated function gives to something else than a parame
     *("outputs", "outputs_load", "Omega", "xi", "math", "cmath", "np", "columns", "half", "quadratic", "tails"),
     *("radius", "damping", "period", "rest", "where", "count", "gain", "shift", "angle", "root", "less", "modulus2"),
     *("is_complex", "square", "cosine", "inverse", "exact", "sine", "grown", "decay", "tangent", "nothing", "moving"),
-    *("opposite", "r_0", "r_1", "njit", "_"),
+    *("opposite", "r_0", "r_1", "njit", "_", "s", "j", "r", "first", "size"),
 }
 
 
@@ -77,17 +80,16 @@ def closed_forms(scheme: Scheme, amplification: Amplification) -> str:
     return "\n".join(part for line in wrapped for part in line)
 
 
-def scheme_module(amplification: Amplification, source: str) -> str:
+def scheme_module(form: MarchForm, source: str) -> str:
     """Text of generated/substep_kernels/<name>.py."""
-    scheme = amplification.scheme
+    amplification, scheme = form.amplification, form.scheme
     kernels = [*scheme_kernels(amplification), *stability_kernels(amplification)]
     names = {kernel.name: [name for name, _ in kernel.outputs] for kernel in kernels}
-    m, K = amplification.step.load_N.shape
+    m = len(scheme.state)
     arguments = [Omega.name, xi.name, *(p.name for p in scheme.parameters)]
     if taken := [a for a in arguments[2:] if a in RESERVED or a[1:].isdigit()]:
         raise DeclarationError(f"{scheme.name}: the name '{taken[0]}' is used by the module; rename the parameter")
     at_i = {p.symbol: Symbol(f"{p.name}[i]") for p in scheme.parameters}
-    told = iter(range(3))
     typed = {"arguments": ", ".join(arguments), "arguments_i": ", ".join(f"{a}[i]" for a in arguments)}
     parts = [
         fill(templates.BANNER, source=source, digest=digest(scheme)),
@@ -100,7 +102,10 @@ def scheme_module(amplification: Amplification, source: str) -> str:
             name=scheme.name,
             state=literal_tuple(f'"{state_label(s)}"' for s in scheme.state),
             parameters=literal_tuple(f'"{p.name}"' for p in scheme.parameters),
-            outputs_in_state=tuple(place if place >= 0 else -1 - next(told) for place in amplification.in_state),
+            march=shape_name(form.shape),
+            loads=loads_for(len(form.stencil)),
+            kept=form.kept,
+            carrier=form.carrier,
             start_stencil=literal_tuple(str(float(tau)) for tau in amplification.start_stencil),
         ),
         fill(templates_stability.ELEMENTARY) if "_quadratic" in names else "",
@@ -110,17 +115,15 @@ def scheme_module(amplification: Amplification, source: str) -> str:
             templates.SCHEME_FUNCTIONS,
             **typed,
             m=m,
-            K=K,
-            R=amplification.outputs.N.rows,
-            store_amplification=_stores([name for name in names["_increment"] if name[0] == "D"], identity=True),
+            K=len(form.stencil),
+            store_amplification=_stores(names["_increment"], identity=True),
             increment_names=_assigned(names["_increment"]),
-            store_increment=_stores(names["_increment"]),
             store_stencil="\n".join(
-                f"        out[i, {k}] = {PRINTER.doprint(tau.subs(at_i))}"
-                for k, tau in enumerate(amplification.stencil)
+                f"        out[i, {k}] = {PRINTER.doprint(tau.subs(at_i))}" for k, tau in enumerate(form.stencil)
             ),
             parameters_comma="".join(f"{p.name}, " for p in scheme.parameters),
         ),
+        coefficient_functions(form, arguments),
     ]
     if "_start" in names:
         start = amplification.start_stencil
@@ -156,20 +159,16 @@ def _tails(columns: Sequence[str]) -> dict[str, int]:
     }
 
 
-TARGETS = {
-    **{"D": ("increment", "den"), "B": ("load", "den"), "O": ("outputs", "den_o")},
-    **{"P": ("outputs_load", "den_o"), "S": ("given", "den"), "T": ("load", "den")},
-}
+TARGETS = {"D": "out", "S": "given", "T": "load"}
 
 
 def _stores(names: Sequence[str], *, identity: bool = False) -> str:
-    """Lines that store name_ij over its denominator in the array its letter stands for, or I + it in out."""
+    """Lines that store name_ij over its denominator in the array its letter stands for, or I + it."""
     lines = []
     for name in names:
         if not name.startswith("den"):
-            array, den = TARGETS[name[0]]
             one = "1.0 + " if identity and name[2] == name[3] else ""
-            lines.append(f"        {'out' if identity else array}[i, {name[2]}, {name[3]}] = {one}{name} / {den}")
+            lines.append(f"        {TARGETS[name[0]]}[i, {name[2]}, {name[3]}] = {one}{name} / den")
     return "\n".join(lines)
 
 
@@ -181,8 +180,8 @@ def _assigned(names: Sequence[str]) -> str:
 
 def own_module(scheme: Scheme) -> str:
     """Text of a module for a scheme of the user's own: as a committed one, with its index entry as ENTRY."""
-    amplification = Amplification.of(scheme)
+    form = MarchForm.of(Amplification.of(scheme))
     roots: list[str] = []
-    entry = "\n".join(f"    {line}" for line in index_entry(amplification, roots))
-    text = scheme_module(amplification, f"the declaration of {scheme.name}")
+    entry = "\n".join(f"    {line}" for line in index_entry(form, roots))
+    text = scheme_module(form, f"the declaration of {scheme.name}")
     return f"{text}{''.join(roots)}\n\nENTRY = {{\n{entry}\n}}\n"

@@ -6,27 +6,27 @@ from collections.abc import Iterable
 from sympy import Expr, Float, Pow, fraction, together
 
 from . import algebra, templates
-from .amplification import Amplification
+from .march_form import MarchForm
 from .printing import PRINTER, fill, literal_tuple
 from .scheme import Family, Parameter, Root, Scheme
 from .symbols import knot_of, lattice, state_label
 
 
-def index_module(amplifications: Iterable[Amplification]) -> str:
+def index_module(forms: Iterable[MarchForm]) -> str:
     """Text of generated/substep_kernels/index.py: names, parameters, families and members, without numba."""
     roots: list[str] = []
     lines = ["{"]
-    for amplification in amplifications:
-        described = index_entry(amplification, roots)
-        lines += [f'    "{amplification.scheme.name}": {{', *(f"        {line}" for line in described), "    },"]
+    for form in forms:
+        described = index_entry(form, roots)
+        lines += [f'    "{form.scheme.name}": {{', *(f"        {line}" for line in described), "    },"]
     text = fill(templates.INDEX, schemes="\n".join([*lines, "}"]), roots="".join(roots))
     checked = hashlib.sha256(text.encode()).hexdigest()
     return fill(templates.BANNER, source="substep_derive.schemes", digest=checked) + text
 
 
-def index_entry(amplification: Amplification, roots: list[str]) -> list[str]:
+def index_entry(form: MarchForm, roots: list[str]) -> list[str]:
     """Lines of one scheme's entry; functions for implicit defaults are added to roots."""
-    scheme = amplification.scheme
+    scheme = form.scheme
     history = [knot_of(s) or ("", "0") for s in scheme.state]
     described = {
         "module": repr(scheme.parent or scheme.name),
@@ -34,8 +34,7 @@ def index_entry(amplification: Amplification, roots: list[str]) -> list[str]:
         "families": "{" + ", ".join(_family(family) for family in scheme.families) + "}",
         "fixed": repr({name: float(value) for name, value in scheme.fixed.items()}),
         "balances": repr(len(scheme.balances)),
-        "loads": repr(len(amplification.stencil)),
-        "outputs": repr(amplification.outputs.N.rows),
+        "loads": repr(len(form.stencil)),
         "state": repr(tuple(state_label(s) for s in scheme.state)),
         "history": repr(tuple(("uva".index(kind), int(-(lattice(label) or 0))) for kind, label in history)),
         "start": repr(_start(scheme)),

@@ -34,16 +34,14 @@ def polynomial_kernel(name: str, arguments: Sequence[Symbol], outputs: list[tupl
 def scheme_kernels(amplification: Amplification) -> list[Kernel]:
     """Polynomials from which a scheme's module computes its matrices."""
     arguments = (Omega, xi, *amplification.scheme.values)
-    step, outputs, start = amplification.step, amplification.outputs, amplification.start
-    increment = [("den", step.den), *entries("D", step.N - step.den * eye(step.N.rows)), *entries("B", step.load_N)]
-    if outputs.N.rows:
-        increment += [("den_o", outputs.den), *entries("O", outputs.N), *entries("P", outputs.load_N)]
+    step, start = amplification.step, amplification.start
+    increment = [("den", step.den), *entries("D", step.N - step.den * eye(step.N.rows))]
     kernels = [
         polynomial_kernel(
             "_increment",
             arguments,
             increment,
-            "Denominators and numerators of A - I, of the load vectors, and of outputs not in the state.",
+            "Denominator and numerators of A - I.",
         ),
     ]
     if start is not None:

@@ -19,8 +19,8 @@ from numba import njit
 NAME = "{name}"
 STATE = {state}
 PARAMETERS = {parameters}
-# where u, h*v, h^2*a of the new step stand in the state; -1 - k: row k of the outputs
-OUTPUTS_IN_STATE = {outputs_in_state}
+# module of the linear march and its load instants; entries of the state it carries; whether a was eliminated
+MARCH, LOADS, KEPT, CARRIER = "{march}", {loads}, {kept}, {carrier}
 # instants, in steps, at which the start takes the load
 START_STENCIL = {start_stencil}
 
@@ -42,17 +42,6 @@ def stencil({parameters_comma}out):
     """Instants (n, {K}) at which the load is taken, in steps after t_n."""
     for i in range(out.shape[0]):
 {store_stencil}
-
-
-@_compile
-def coefficients({arguments}, increment, load, outputs, outputs_load):
-    """x1 = x0 + increment x0 + load h^2 f, and outputs that are not in the state.
-
-    increment (n, {m}, {m}), load (n, {m}, {K}), outputs (n, {R}, {m}), outputs_load (n, {R}, {K}).
-    """
-    for i in range(increment.shape[0]):
-        {increment_names} = _increment({arguments_i})
-{store_increment}
 '''
 
 START = '''
@@ -63,65 +52,6 @@ def start({arguments}, given, load):
     for i in range(given.shape[0]):
         {start_names} = _start({arguments_i})
 {store_start}
-'''
-
-LINEAR_MARCH = '''"""The linear march over lanes, for every scheme: x1 = x0 + D x0 + B h^2 f."""
-
-import math
-
-from numba import njit
-
-COMPLETED, NON_FINITE = 0, 2
-
-_compile = njit(cache=True, nogil=True, error_model="numpy")
-
-
-@_compile
-def linear_march(increment, load, outputs, outputs_load, in_state, x, forces, stride, out, n_done, status):
-    """March P lanes n steps; lane j keeps its history in out[j], one row (u, h*v, h^2*a) every stride steps.
-
-    increment (P, m, m) = A - I, load (P, m, K), outputs (P, R, m), outputs_load (P, R, K): see a
-    scheme's `coefficients`; in_state (3,): its OUTPUTS_IN_STATE. x (P, m): the start, overwritten.
-    forces (P or 1, n, K): h^2 f at the stencil's instants, (.., n, 0) if there is no load.
-    out (P, n // stride + 1, 3): row 0 is the caller's. n_done (P,): steps completed; status
-    (P,): COMPLETED or NON_FINITE, in which case the state stays the last finite one.
-    """
-    lanes, m = x.shape
-    n, terms = forces.shape[1], forces.shape[2]
-    for j in range(lanes):
-        new = x[j].copy()
-        row_out = out[j, 0].copy()
-        lane_forces = forces[j % forces.shape[0]]
-        status[j] = COMPLETED
-        n_done[j] = n
-        for i in range(n):
-            finite = True
-            for row in range(m):
-                total = 0.0
-                for column in range(m):
-                    total += increment[j, row, column] * x[j, column]
-                for k in range(terms):
-                    total += load[j, row, k] * lane_forces[i, k]
-                new[row] = x[j, row] + total
-                finite = finite and math.isfinite(new[row])
-            for row in range(3):
-                if in_state[row] >= 0:
-                    row_out[row] = new[in_state[row]]
-                else:
-                    place, total = -1 - in_state[row], 0.0
-                    for column in range(m):
-                        total += outputs[j, place, column] * x[j, column]
-                    for k in range(terms):
-                        total += outputs_load[j, place, k] * lane_forces[i, k]
-                    row_out[row] = total
-                    finite = finite and math.isfinite(total)
-            if not finite:
-                status[j] = NON_FINITE
-                n_done[j] = i
-                break
-            x[j] = new
-            if (i + 1) % stride == 0:
-                out[j, (i + 1) // stride] = row_out
 '''
 
 INDEX = '''"""What there is, as plain data: read without importing numba or SymPy.

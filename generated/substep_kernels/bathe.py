@@ -37,8 +37,8 @@ from numba import njit
 NAME = "bathe"
 STATE = ("u", "h*v", "h^2*a",)
 PARAMETERS = ()
-# where u, h*v, h^2*a of the new step stand in the state; -1 - k: row k of the outputs
-OUTPUTS_IN_STATE = (0, 1, 2)
+# module of the linear march and its load instants; entries of the state it carries; whether a was eliminated
+MARCH, LOADS, KEPT, CARRIER = "linear_march_2_01y", 4, (0, 1), True
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
@@ -100,33 +100,24 @@ def _expm1(x):
 
 @_compile
 def _increment(Omega, xi):
-    """Denominators and numerators of A - I, of the load vectors, and of outputs not in the state. 88 operations."""
+    """Denominator and numerators of A - I. 71 operations."""
     x0 = xi**2
     x1 = 48*x0
     x2 = 14*xi
     x3 = Omega + x2
     x4 = Omega**2
-    x5 = 8*xi
-    x6 = Omega*x5 + 28
-    x7 = 24*xi
-    x8 = 48 - 4*x4
+    x5 = 24*xi
     den = Omega*(Omega*(Omega*x3 + x1 + 25) + 168*xi) + 144
     D_00 = x4*(Omega*(-Omega - 16*xi) - 44)
     D_01 = Omega*(Omega*(16*x0 - 5) + 80*xi) + 144
-    D_02 = x6
-    D_10 = x4*(Omega*(Omega - x7) - 96)
+    D_02 = 8*Omega*xi + 28
+    D_10 = x4*(Omega*(Omega - x5) - 96)
     D_11 = Omega*(Omega*(Omega*(-Omega - 22*xi) - 48*x0 - 72) - 192*xi)
-    D_12 = x8
-    D_20 = x4*(Omega*(19*Omega + x7) - 144)
+    D_12 = 48 - 4*x4
+    D_20 = x4*(Omega*(19*Omega + x5) - 144)
     D_21 = Omega*(Omega*(Omega*(5*Omega + x2) + 48*x0 - 144) - 288*xi)
     D_22 = Omega*(Omega*(-Omega*x3 - x1 - 53) - 264*xi) - 144
-    B_00 = x6
-    B_01 = Omega*(Omega + x5) + 16
-    B_10 = x8
-    B_11 = Omega*(3*Omega + x7) + 48
-    B_20 = Omega*(-28*Omega - 96*xi)
-    B_21 = Omega*(9*Omega + 72*xi) + 144
-    return den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22, B_00, B_01, B_10, B_11, B_20, B_21
+    return den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22
 
 
 @_inline
@@ -326,7 +317,7 @@ def period_error(Omega, xi, out):
 def amplification(Omega, xi, out):
     """Amplification matrix in the order of STATE; out (n, 3, 3)."""
     for i in range(out.shape[0]):
-        den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22, B_00, B_01, B_10, B_11, B_20, B_21 = _increment(Omega[i], xi[i])
+        den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22 = _increment(Omega[i], xi[i])
         out[i, 0, 0] = 1.0 + D_00 / den
         out[i, 0, 1] = D_01 / den
         out[i, 0, 2] = D_02 / den
@@ -340,32 +331,154 @@ def amplification(Omega, xi, out):
 
 @_compile
 def stencil(out):
-    """Instants (n, 2) at which the load is taken, in steps after t_n."""
+    """Instants (n, 3) at which the load is taken, in steps after t_n."""
     for i in range(out.shape[0]):
-        out[i, 0] = 1/2
-        out[i, 1] = 1
+        out[i, 0] = 0
+        out[i, 1] = 1/2
+        out[i, 2] = 1
+
+_exact = njit(nogil=True, error_model="numpy")  # no fastmath: the tails are what rounding took
+
+
+@_exact
+def _plus(a, b):
+    """a + b and what its rounding took."""
+    head = a + b
+    rest = head - a
+    return head, (a - (head - rest)) + (b - rest)
+
+
+@_exact
+def _plus_one(a, b, b_):
+    """The same for a double and a pair."""
+    head, tail = _plus(a, b)
+    tail += b_
+    total = head + tail
+    return total, tail - (total - head)
+
+
+@_exact
+def _plus_two(a, a_, b, b_):
+    """The same for two pairs."""
+    head, tail = _plus(a, b)
+    tail += a_ + b_
+    total = head + tail
+    return total, tail - (total - head)
+
+
+@_exact
+def _times(a, b):
+    """a*b and what its rounding took, from halves whose products are exact."""
+    head, c, d = a * b, 134217729.0 * a, 134217729.0 * b
+    a1, b1 = c - (c - a), d - (d - b)
+    a2, b2 = a - a1, b - b1
+    return head, ((a1 * b1 - head) + a1 * b2 + a2 * b1) + a2 * b2
+
+
+@_exact
+def _times_one(a, b, b_):
+    """The same for a double and a pair."""
+    head, tail = _times(a, b)
+    tail += a * b_
+    total = head + tail
+    return total, tail - (total - head)
+
+
+@_exact
+def _times_two(a, a_, b, b_):
+    """The same for two pairs."""
+    head, tail = _times(a, b)
+    tail += a * b_ + a_ * b
+    total = head + tail
+    return total, tail - (total - head)
+
+
+@_exact
+def _over(a, a_, b, b_):
+    """The double next to a/b."""
+    head = a / b
+    product, tail = _times(head, b)
+    return head + ((a - product) - tail + a_ - head * b_) / b
 
 
 @_compile
-def coefficients(Omega, xi, increment, load, outputs, outputs_load):
-    """x1 = x0 + increment x0 + load h^2 f, and outputs that are not in the state.
+def _coefficients(s):
+    """Of a block of lanes, whose Omega, xi stand in its first rows."""
+    for j in range(48):
+        Omega, xi = s[j], s[48 + j]
+        d0, d0_ = _times(xi, xi)
+        s1, s1_ = _times(14.0, xi)
+        d1, d1_ = _plus_one(Omega, s1, s1_)
+        d2, d2_ = _times(Omega, Omega)
+        d3, d3_ = _times(24.0, xi)
+        s5, s5_ = _times(5.0, Omega)
+        d4, d4_ = _plus_two(-1.0 * d3, -1.0 * d3_, s5, s5_)
+        s7, s7_ = _times(168.0, xi)
+        s8, s8_ = _times_one(48.0, d0, d0_)
+        s9, s9_ = _times_one(Omega, d1, d1_)
+        s10, s10_ = _plus_one(25.0, s8, s8_)
+        s11, s11_ = _plus_two(s10, s10_, s9, s9_)
+        s12, s12_ = _times_one(Omega, s11, s11_)
+        s13, s13_ = _plus_two(s7, s7_, s12, s12_)
+        s14, s14_ = _times_one(Omega, s13, s13_)
+        den, den_ = _plus_one(144.0, s14, s14_)
+        s16, s16_ = _plus_one(-1.0 * Omega, -1.0 * d3, -1.0 * d3_)
+        s17, s17_ = _times_one(Omega, s16, s16_)
+        s18, s18_ = _plus_one(-72.0, s17, s17_)
+        N00, N00_ = _times_two(d2, d2_, s18, s18_)
+        s20, s20_ = _times_one(-1.0 * Omega, d4, d4_)
+        N01, N01_ = _plus_one(144.0, s20, s20_)
+        s22, s22_ = _times_one(Omega, d4, d4_)
+        s23, s23_ = _plus_one(-144.0, s22, s22_)
+        N10, N10_ = _times_two(d2, d2_, s23, s23_)
+        s25, s25_ = _times(-288.0, xi)
+        s26, s26_ = _times_one(-48.0, d0, d0_)
+        s27, s27_ = _times_one(-1.0 * Omega, d1, d1_)
+        s28, s28_ = _plus_one(-72.0, s26, s26_)
+        s29, s29_ = _plus_two(s28, s28_, s27, s27_)
+        s30, s30_ = _times_one(Omega, s29, s29_)
+        s31, s31_ = _plus_two(s25, s25_, s30, s30_)
+        N11, N11_ = _times_one(Omega, s31, s31_)
+        D00 = _over(N00, N00_, den, den_)
+        D01 = _over(N01, N01_, den, den_)
+        D10 = _over(N10, N10_, den, den_)
+        D11 = _over(N11, N11_, den, den_)
+        x0 = xi**2
+        x1 = 8*xi
+        x2 = Omega*x1 + 28
+        x3 = Omega**2
+        x4 = 48 - 4*x3
+        x5 = Omega*(-28*Omega - 96*xi)
+        den_o = Omega*(Omega*(Omega*(Omega + 14*xi) + 48*x0 + 25) + 168*xi) + 144
+        B00 = (x2) / den
+        B01 = (x2) / den
+        B02 = (Omega*(Omega + x1) + 16) / den
+        B10 = (x4) / den
+        B11 = (x4) / den
+        B12 = (Omega*(3*Omega + 24*xi) + 48) / den
+        O00 = (x3*(Omega*(47*Omega + 120*xi) - 144)) / den_o
+        O01 = (Omega*(Omega*(Omega*(5*Omega + 70*xi) + 240*x0 - 144) - 288*xi)) / den_o
+        P00 = (x5) / den_o
+        P01 = (x5) / den_o
+        P02 = (Omega*(9*Omega + 72*xi) + 144) / den_o
+        B03 = 0.0
+        B13 = 0.0
+        P03 = 0.0
+        s[96 + j], s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j], s[768 + j], s[816 + j], s[864 + j], s[912 + j] = D00, D01, D10, D11, B00, B01, B02, B03, B10, B11, B12, B13, O00, O01, P00, P01, P02, P03
 
-    increment (n, 3, 3), load (n, 3, 2), outputs (n, 0, 3), outputs_load (n, 0, 2).
+
+@_compile
+def coefficients(Omega, xi, out):
+    """D, B, O, P of linear_march_2_01y, x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f, row by row.
+
+    D (m, m), rounded once; B (m, 4) and P have zeros in columns beyond the stencil; out (18, n).
     """
-    for i in range(increment.shape[0]):
-        den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22, B_00, B_01, B_10, B_11, B_20, B_21 = _increment(Omega[i], xi[i])
-        increment[i, 0, 0] = D_00 / den
-        increment[i, 0, 1] = D_01 / den
-        increment[i, 0, 2] = D_02 / den
-        increment[i, 1, 0] = D_10 / den
-        increment[i, 1, 1] = D_11 / den
-        increment[i, 1, 2] = D_12 / den
-        increment[i, 2, 0] = D_20 / den
-        increment[i, 2, 1] = D_21 / den
-        increment[i, 2, 2] = D_22 / den
-        load[i, 0, 0] = B_00 / den
-        load[i, 0, 1] = B_01 / den
-        load[i, 1, 0] = B_10 / den
-        load[i, 1, 1] = B_11 / den
-        load[i, 2, 0] = B_20 / den
-        load[i, 2, 1] = B_21 / den
+    s = np.ones(20 * 48)
+    for first in range(0, out.shape[1], 48):
+        size = min(48, out.shape[1] - first)
+        for j in range(size):
+            s[j], s[48 + j] = Omega[first + j], xi[first + j]
+        _coefficients(s)
+        for r in range(18):
+            for j in range(size):
+                out[r, first + j] = s[(2 + r) * 48 + j]

@@ -28,8 +28,8 @@ from numba import njit
 NAME = "forward_euler"
 STATE = ("u", "h*v",)
 PARAMETERS = ()
-# where u, h*v, h^2*a of the new step stand in the state; -1 - k: row k of the outputs
-OUTPUTS_IN_STATE = (0, 1, -1)
+# module of the linear march and its load instants; entries of the state it carries; whether a was eliminated
+MARCH, LOADS, KEPT, CARRIER = "linear_march_2_01y", 2, (0, 1), False
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
@@ -91,26 +91,13 @@ def _expm1(x):
 
 @_compile
 def _increment(Omega, xi):
-    """Denominators and numerators of A - I, of the load vectors, and of outputs not in the state. 13 operations."""
-    x0 = Omega**2
-    x1 = 2*xi
-    x2 = Omega*x1
-    x3 = -x2
+    """Denominator and numerators of A - I. 5 operations."""
     den = 1
     D_00 = 0
     D_01 = 1
-    D_10 = -x0
-    D_11 = x3
-    B_00 = 0
-    B_01 = 0
-    B_10 = 1
-    B_11 = 0
-    den_o = 1
-    O_00 = x0*(x2 - 1)
-    O_01 = Omega*(Omega*(x1 - 1)*(x1 + 1) - x1)
-    P_00 = x3
-    P_01 = 1
-    return den, D_00, D_01, D_10, D_11, B_00, B_01, B_10, B_11, den_o, O_00, O_01, P_00, P_01
+    D_10 = -Omega**2
+    D_11 = -2*Omega*xi
+    return den, D_00, D_01, D_10, D_11
 
 
 @_inline
@@ -307,7 +294,7 @@ def period_error(Omega, xi, out):
 def amplification(Omega, xi, out):
     """Amplification matrix in the order of STATE; out (n, 2, 2)."""
     for i in range(out.shape[0]):
-        den, D_00, D_01, D_10, D_11, B_00, B_01, B_10, B_11, den_o, O_00, O_01, P_00, P_01 = _increment(Omega[i], xi[i])
+        den, D_00, D_01, D_10, D_11 = _increment(Omega[i], xi[i])
         out[i, 0, 0] = 1.0 + D_00 / den
         out[i, 0, 1] = D_01 / den
         out[i, 1, 0] = D_10 / den
@@ -321,24 +308,111 @@ def stencil(out):
         out[i, 0] = 0
         out[i, 1] = 1
 
+_exact = njit(nogil=True, error_model="numpy")  # no fastmath: the tails are what rounding took
+
+
+@_exact
+def _plus(a, b):
+    """a + b and what its rounding took."""
+    head = a + b
+    rest = head - a
+    return head, (a - (head - rest)) + (b - rest)
+
+
+@_exact
+def _plus_one(a, b, b_):
+    """The same for a double and a pair."""
+    head, tail = _plus(a, b)
+    tail += b_
+    total = head + tail
+    return total, tail - (total - head)
+
+
+@_exact
+def _plus_two(a, a_, b, b_):
+    """The same for two pairs."""
+    head, tail = _plus(a, b)
+    tail += a_ + b_
+    total = head + tail
+    return total, tail - (total - head)
+
+
+@_exact
+def _times(a, b):
+    """a*b and what its rounding took, from halves whose products are exact."""
+    head, c, d = a * b, 134217729.0 * a, 134217729.0 * b
+    a1, b1 = c - (c - a), d - (d - b)
+    a2, b2 = a - a1, b - b1
+    return head, ((a1 * b1 - head) + a1 * b2 + a2 * b1) + a2 * b2
+
+
+@_exact
+def _times_one(a, b, b_):
+    """The same for a double and a pair."""
+    head, tail = _times(a, b)
+    tail += a * b_
+    total = head + tail
+    return total, tail - (total - head)
+
+
+@_exact
+def _times_two(a, a_, b, b_):
+    """The same for two pairs."""
+    head, tail = _times(a, b)
+    tail += a * b_ + a_ * b
+    total = head + tail
+    return total, tail - (total - head)
+
+
+@_exact
+def _over(a, a_, b, b_):
+    """The double next to a/b."""
+    head = a / b
+    product, tail = _times(head, b)
+    return head + ((a - product) - tail + a_ - head * b_) / b
+
 
 @_compile
-def coefficients(Omega, xi, increment, load, outputs, outputs_load):
-    """x1 = x0 + increment x0 + load h^2 f, and outputs that are not in the state.
+def _coefficients(s):
+    """Of a block of lanes, whose Omega, xi stand in its first rows."""
+    for j in range(48):
+        Omega, xi = s[j], s[48 + j]
+        den = 1.0
+        N00 = 0.0
+        N01 = 1.0
+        s0, s0_ = _times(Omega, Omega)
+        N10, N10_ = -1.0 * s0, -1.0 * s0_
+        N11, N11_ = _times(-2.0 * Omega, xi)
+        D00 = _over(N00, 0.0, den, 0.0)
+        D01 = _over(N01, 0.0, den, 0.0)
+        D10 = _over(N10, N10_, den, 0.0)
+        D11 = _over(N11, N11_, den, 0.0)
+        x0 = 2*xi
+        x1 = Omega*x0
+        den_o = 1
+        B00 = 0
+        B01 = 0
+        B10 = (1) / den
+        B11 = 0
+        O00 = (Omega**2*(x1 - 1)) / den_o
+        O01 = (Omega*(Omega*(x0 - 1)*(x0 + 1) - x0)) / den_o
+        P00 = (-x1) / den_o
+        P01 = (1) / den_o
+        s[96 + j], s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j] = D00, D01, D10, D11, B00, B01, B10, B11, O00, O01, P00, P01
 
-    increment (n, 2, 2), load (n, 2, 2), outputs (n, 1, 2), outputs_load (n, 1, 2).
+
+@_compile
+def coefficients(Omega, xi, out):
+    """D, B, O, P of linear_march_2_01y, x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f, row by row.
+
+    D (m, m), rounded once; B (m, 2) and P have zeros in columns beyond the stencil; out (12, n).
     """
-    for i in range(increment.shape[0]):
-        den, D_00, D_01, D_10, D_11, B_00, B_01, B_10, B_11, den_o, O_00, O_01, P_00, P_01 = _increment(Omega[i], xi[i])
-        increment[i, 0, 0] = D_00 / den
-        increment[i, 0, 1] = D_01 / den
-        increment[i, 1, 0] = D_10 / den
-        increment[i, 1, 1] = D_11 / den
-        load[i, 0, 0] = B_00 / den
-        load[i, 0, 1] = B_01 / den
-        load[i, 1, 0] = B_10 / den
-        load[i, 1, 1] = B_11 / den
-        outputs[i, 0, 0] = O_00 / den_o
-        outputs[i, 0, 1] = O_01 / den_o
-        outputs_load[i, 0, 0] = P_00 / den_o
-        outputs_load[i, 0, 1] = P_01 / den_o
+    s = np.ones(14 * 48)
+    for first in range(0, out.shape[1], 48):
+        size = min(48, out.shape[1] - first)
+        for j in range(size):
+            s[j], s[48 + j] = Omega[first + j], xi[first + j]
+        _coefficients(s)
+        for r in range(12):
+            for j in range(size):
+                out[r, first + j] = s[(2 + r) * 48 + j]

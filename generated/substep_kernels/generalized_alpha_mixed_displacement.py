@@ -36,8 +36,8 @@ from numba import njit
 NAME = "generalized_alpha_mixed_displacement"
 STATE = ("u", "h*v", "h^2*a",)
 PARAMETERS = ("alpha_m", "alpha_f", "beta", "gamma",)
-# where u, h*v, h^2*a of the new step stand in the state; -1 - k: row k of the outputs
-OUTPUTS_IN_STATE = (0, 1, 2)
+# module of the linear march and its load instants; entries of the state it carries; whether a was eliminated
+MARCH, LOADS, KEPT, CARRIER = "linear_march_3_012", 2, (0, 1, 2), False
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
@@ -46,7 +46,7 @@ _compile = njit(cache=True, nogil=True, error_model="numpy")
 
 @_compile
 def _increment(Omega, xi, alpha_m, alpha_f, beta, gamma):
-    """Denominators and numerators of A - I, of the load vectors, and of outputs not in the state. 52 operations."""
+    """Denominator and numerators of A - I. 51 operations."""
     x0 = alpha_m - 1
     x1 = 2*x0
     x2 = 2*beta
@@ -59,21 +59,17 @@ def _increment(Omega, xi, alpha_m, alpha_f, beta, gamma):
     x9 = x2 + x8
     x10 = 2*x4
     x11 = 2*x7
-    x12 = 2*gamma
     den = Omega*(-x2*x4 - x3*x6) - x1
     D_00 = -x2*x7
     D_01 = -Omega*x5*(alpha_f*gamma + beta + x8) - x1
     D_02 = -alpha_m + x10*x9*xi - x2 + 1
     D_10 = -gamma*x11
-    D_11 = Omega*(x12*x4 - x6)
+    D_11 = Omega*(gamma*x10 - x6)
     D_12 = -2*gamma - 2*x0 - x3*x7*x9
     D_20 = -x11
     D_21 = Omega*(x10 - x5)
     D_22 = Omega*(x3*x5 + x4) - 2
-    B_00 = x2
-    B_10 = x12
-    B_20 = 2
-    return den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22, B_00, B_10, B_20
+    return den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22
 
 
 @_compile
@@ -380,7 +376,7 @@ def period_error(Omega, xi, alpha_m, alpha_f, beta, gamma, out):
 def amplification(Omega, xi, alpha_m, alpha_f, beta, gamma, out):
     """Amplification matrix in the order of STATE; out (n, 3, 3)."""
     for i in range(out.shape[0]):
-        den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22, B_00, B_10, B_20 = _increment(Omega[i], xi[i], alpha_m[i], alpha_f[i], beta[i], gamma[i])
+        den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22 = _increment(Omega[i], xi[i], alpha_m[i], alpha_f[i], beta[i], gamma[i])
         out[i, 0, 0] = 1.0 + D_00 / den
         out[i, 0, 1] = D_01 / den
         out[i, 0, 2] = D_02 / den
@@ -398,24 +394,149 @@ def stencil(alpha_m, alpha_f, beta, gamma, out):
     for i in range(out.shape[0]):
         out[i, 0] = 1 - alpha_f[i]
 
+_exact = njit(nogil=True, error_model="numpy")  # no fastmath: the tails are what rounding took
+
+
+@_exact
+def _plus(a, b):
+    """a + b and what its rounding took."""
+    head = a + b
+    rest = head - a
+    return head, (a - (head - rest)) + (b - rest)
+
+
+@_exact
+def _plus_one(a, b, b_):
+    """The same for a double and a pair."""
+    head, tail = _plus(a, b)
+    tail += b_
+    total = head + tail
+    return total, tail - (total - head)
+
+
+@_exact
+def _plus_two(a, a_, b, b_):
+    """The same for two pairs."""
+    head, tail = _plus(a, b)
+    tail += a_ + b_
+    total = head + tail
+    return total, tail - (total - head)
+
+
+@_exact
+def _times(a, b):
+    """a*b and what its rounding took, from halves whose products are exact."""
+    head, c, d = a * b, 134217729.0 * a, 134217729.0 * b
+    a1, b1 = c - (c - a), d - (d - b)
+    a2, b2 = a - a1, b - b1
+    return head, ((a1 * b1 - head) + a1 * b2 + a2 * b1) + a2 * b2
+
+
+@_exact
+def _times_one(a, b, b_):
+    """The same for a double and a pair."""
+    head, tail = _times(a, b)
+    tail += a * b_
+    total = head + tail
+    return total, tail - (total - head)
+
+
+@_exact
+def _times_two(a, a_, b, b_):
+    """The same for two pairs."""
+    head, tail = _times(a, b)
+    tail += a * b_ + a_ * b
+    total = head + tail
+    return total, tail - (total - head)
+
+
+@_exact
+def _over(a, a_, b, b_):
+    """The double next to a/b."""
+    head = a / b
+    product, tail = _times(head, b)
+    return head + ((a - product) - tail + a_ - head * b_) / b
+
 
 @_compile
-def coefficients(Omega, xi, alpha_m, alpha_f, beta, gamma, increment, load, outputs, outputs_load):
-    """x1 = x0 + increment x0 + load h^2 f, and outputs that are not in the state.
+def _coefficients(s):
+    """Of a block of lanes, whose Omega, xi, alpha_m, alpha_f, beta, gamma stand in its first rows."""
+    for j in range(48):
+        Omega, xi, alpha_m, alpha_f, beta, gamma = s[j], s[48 + j], s[96 + j], s[144 + j], s[192 + j], s[240 + j]
+        d0, d0_ = _plus(-1.0, alpha_m)
+        d1, d1_ = 2.0 * d0, 2.0 * d0_
+        d2 = 2.0 * beta
+        d3, d3_ = _plus(-1.0, alpha_f)
+        d4, d4_ = _times_one(Omega, d3, d3_)
+        d5 = 4.0 * xi
+        d6, d6_ = _times(d5, gamma)
+        d7, d7_ = _times(Omega, Omega)
+        d8 = -1.0 * gamma
+        d9, d9_ = _plus(d2, d8)
+        d10, d10_ = 2.0 * d4, 2.0 * d4_
+        d11, d11_ = 2.0 * d7, 2.0 * d7_
+        s6, s6_ = _times_one(-1.0 * d2, d4, d4_)
+        s7, s7_ = _times_two(-1.0 * d3, -1.0 * d3_, d6, d6_)
+        s8, s8_ = _plus_two(s6, s6_, s7, s7_)
+        s9, s9_ = _times_one(Omega, s8, s8_)
+        den, den_ = _plus_two(-1.0 * d1, -1.0 * d1_, s9, s9_)
+        N00, N00_ = _times_one(-1.0 * d2, d7, d7_)
+        s12, s12_ = _times(alpha_f, gamma)
+        s13, s13_ = _plus(beta, d8)
+        s14, s14_ = _plus_two(s13, s13_, s12, s12_)
+        s15, s15_ = _times(-1.0 * Omega, d5)
+        s16, s16_ = _times_two(s15, s15_, s14, s14_)
+        N01, N01_ = _plus_two(-1.0 * d1, -1.0 * d1_, s16, s16_)
+        s18, s18_ = _times_one(xi, d10, d10_)
+        s19, s19_ = _times_two(s18, s18_, d9, d9_)
+        s20, s20_ = _plus(1.0, -1.0 * alpha_m)
+        s21, s21_ = _plus_one(-1.0 * d2, s20, s20_)
+        N02, N02_ = _plus_two(s21, s21_, s19, s19_)
+        N10, N10_ = _times_one(-1.0 * gamma, d11, d11_)
+        s24, s24_ = _times_one(gamma, d10, d10_)
+        s25, s25_ = _plus_two(-1.0 * d6, -1.0 * d6_, s24, s24_)
+        N11, N11_ = _times_one(Omega, s25, s25_)
+        s27, s27_ = _times_two(-1.0 * d3, -1.0 * d3_, d7, d7_)
+        s28, s28_ = _times_two(s27, s27_, d9, d9_)
+        s29, s29_ = _plus_one(-2.0 * gamma, -2.0 * d0, -2.0 * d0_)
+        N12, N12_ = _plus_two(s29, s29_, s28, s28_)
+        N20, N20_ = -1.0 * d11, -1.0 * d11_
+        s31, s31_ = _plus_one(-1.0 * d5, d10, d10_)
+        N21, N21_ = _times_one(Omega, s31, s31_)
+        s33, s33_ = _times_one(d5, d3, d3_)
+        s34, s34_ = _plus_two(d4, d4_, s33, s33_)
+        s35, s35_ = _times_one(Omega, s34, s34_)
+        N22, N22_ = _plus_one(-2.0, s35, s35_)
+        D00 = _over(N00, N00_, den, den_)
+        D01 = _over(N01, N01_, den, den_)
+        D02 = _over(N02, N02_, den, den_)
+        D10 = _over(N10, N10_, den, den_)
+        D11 = _over(N11, N11_, den, den_)
+        D12 = _over(N12, N12_, den, den_)
+        D20 = _over(N20, N20_, den, den_)
+        D21 = _over(N21, N21_, den, den_)
+        D22 = _over(N22, N22_, den, den_)
+        B00 = (2*beta) / den
+        B10 = (2*gamma) / den
+        B20 = (2) / den
+        B01 = 0.0
+        B11 = 0.0
+        B21 = 0.0
+        s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j], s[768 + j], s[816 + j], s[864 + j], s[912 + j], s[960 + j] = D00, D01, D02, D10, D11, D12, D20, D21, D22, B00, B01, B10, B11, B20, B21
 
-    increment (n, 3, 3), load (n, 3, 1), outputs (n, 0, 3), outputs_load (n, 0, 1).
+
+@_compile
+def coefficients(Omega, xi, alpha_m, alpha_f, beta, gamma, out):
+    """D, B, O, P of linear_march_3_012, x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f, row by row.
+
+    D (m, m), rounded once; B (m, 2) and P have zeros in columns beyond the stencil; out (15, n).
     """
-    for i in range(increment.shape[0]):
-        den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22, B_00, B_10, B_20 = _increment(Omega[i], xi[i], alpha_m[i], alpha_f[i], beta[i], gamma[i])
-        increment[i, 0, 0] = D_00 / den
-        increment[i, 0, 1] = D_01 / den
-        increment[i, 0, 2] = D_02 / den
-        increment[i, 1, 0] = D_10 / den
-        increment[i, 1, 1] = D_11 / den
-        increment[i, 1, 2] = D_12 / den
-        increment[i, 2, 0] = D_20 / den
-        increment[i, 2, 1] = D_21 / den
-        increment[i, 2, 2] = D_22 / den
-        load[i, 0, 0] = B_00 / den
-        load[i, 1, 0] = B_10 / den
-        load[i, 2, 0] = B_20 / den
+    s = np.ones(21 * 48)
+    for first in range(0, out.shape[1], 48):
+        size = min(48, out.shape[1] - first)
+        for j in range(size):
+            s[j], s[48 + j], s[96 + j], s[144 + j], s[192 + j], s[240 + j] = Omega[first + j], xi[first + j], alpha_m[first + j], alpha_f[first + j], beta[first + j], gamma[first + j]
+        _coefficients(s)
+        for r in range(15):
+            for j in range(size):
+                out[r, first + j] = s[(6 + r) * 48 + j]

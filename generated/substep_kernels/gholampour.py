@@ -41,8 +41,8 @@ from numba import njit
 NAME = "gholampour"
 STATE = ("u", "h*v", "h^2*a", "h^2*a[-1]",)
 PARAMETERS = ("delta", "alpha_g",)
-# where u, h*v, h^2*a of the new step stand in the state; -1 - k: row k of the outputs
-OUTPUTS_IN_STATE = (0, 1, 2)
+# module of the linear march and its load instants; entries of the state it carries; whether a was eliminated
+MARCH, LOADS, KEPT, CARRIER = "linear_march_4_012", 2, (0, 1, 2, 3), False
 # instants, in steps, at which the start takes the load
 START_STENCIL = (0.0, 1.0,)
 
@@ -51,46 +51,41 @@ _compile = njit(cache=True, nogil=True, error_model="numpy")
 
 @_compile
 def _increment(Omega, xi, delta, alpha_g):
-    """Denominators and numerators of A - I, of the load vectors, and of outputs not in the state. 81 operations."""
+    """Denominator and numerators of A - I. 79 operations."""
     x0 = 12*alpha_g
-    x1 = x0 + 1
-    x2 = 2*x1
-    x3 = 4*delta
-    x4 = x3 + 1
-    x5 = 12*xi
-    x6 = x4*x5
-    x7 = Omega*x2 + x6
-    x8 = Omega*x7 + 24
-    x9 = Omega**2
-    x10 = 8*Omega*xi
-    x11 = 36*alpha_g - 16*delta - 1
-    x12 = 2*Omega
-    x13 = x0 - 1
-    x14 = 3*alpha_g - delta
-    x15 = 6*x4
-    x16 = x3 - 1
-    den = x8
-    D_00 = -x2*x9
-    D_01 = -x10*(6*alpha_g - 6*delta - 1) + 24
-    D_02 = -x11*x12*xi - 12*(4*alpha_g - 1)
-    D_03 = x10*x14 + 2*x13
-    D_10 = -x15*x9
-    D_11 = Omega*(-Omega*x15 - x6)
-    D_12 = x11*x9 - 24*(2*delta - 1)
-    D_13 = -4*x14*x9 + 6*x16
-    D_20 = -24*x9
+    x1 = 2*x0 + 2
+    x2 = 4*delta
+    x3 = x2 + 1
+    x4 = 12*xi
+    x5 = x3*x4
+    x6 = Omega*x1 + x5
+    x7 = Omega*x6 + 24
+    x8 = Omega**2
+    x9 = 8*Omega*xi
+    x10 = 36*alpha_g - 16*delta - 1
+    x11 = 2*Omega
+    x12 = x0 - 1
+    x13 = 3*alpha_g - delta
+    x14 = 6*x3
+    x15 = x2 - 1
+    den = x7
+    D_00 = -x1*x8
+    D_01 = -x9*(6*alpha_g - 6*delta - 1) + 24
+    D_02 = -x10*x11*xi - 12*(4*alpha_g - 1)
+    D_03 = 2*x12 + x13*x9
+    D_10 = -x14*x8
+    D_11 = Omega*(-Omega*x14 - x5)
+    D_12 = x10*x8 - 24*(2*delta - 1)
+    D_13 = -4*x13*x8 + 6*x15
+    D_20 = -24*x8
     D_21 = Omega*(-24*Omega - 48*xi)
-    D_22 = Omega*(x12*(x0 - 7) + x5*(x3 - 5)) - 24
-    D_23 = Omega*(-x12*x13 - x16*x5)
+    D_22 = Omega*(x11*(x0 - 7) + x4*(x2 - 5)) - 24
+    D_23 = Omega*(-x11*x12 - x15*x4)
     D_30 = 0
     D_31 = 0
-    D_32 = x8
-    D_33 = -Omega*x7 - 24
-    B_00 = 2*x1
-    B_10 = 6*x4
-    B_20 = 24
-    B_30 = 0
-    return den, D_00, D_01, D_02, D_03, D_10, D_11, D_12, D_13, D_20, D_21, D_22, D_23, D_30, D_31, D_32, D_33, B_00, B_10, B_20, B_30
+    D_32 = x7
+    D_33 = -Omega*x6 - 24
+    return den, D_00, D_01, D_02, D_03, D_10, D_11, D_12, D_13, D_20, D_21, D_22, D_23, D_30, D_31, D_32, D_33
 
 
 @_compile
@@ -394,10 +389,7 @@ def period_error(Omega, xi, delta, alpha_g, out):
 def amplification(Omega, xi, delta, alpha_g, out):
     """Amplification matrix in the order of STATE; out (n, 4, 4)."""
     for i in range(out.shape[0]):
-        (
-            den, D_00, D_01, D_02, D_03, D_10, D_11, D_12, D_13, D_20, D_21, D_22, D_23, D_30, D_31, D_32, D_33,
-            B_00, B_10, B_20, B_30
-        ) = _increment(Omega[i], xi[i], delta[i], alpha_g[i])
+        den, D_00, D_01, D_02, D_03, D_10, D_11, D_12, D_13, D_20, D_21, D_22, D_23, D_30, D_31, D_32, D_33 = _increment(Omega[i], xi[i], delta[i], alpha_g[i])
         out[i, 0, 0] = 1.0 + D_00 / den
         out[i, 0, 1] = D_01 / den
         out[i, 0, 2] = D_02 / den
@@ -422,38 +414,185 @@ def stencil(delta, alpha_g, out):
     for i in range(out.shape[0]):
         out[i, 0] = 1
 
+_exact = njit(nogil=True, error_model="numpy")  # no fastmath: the tails are what rounding took
+
+
+@_exact
+def _plus(a, b):
+    """a + b and what its rounding took."""
+    head = a + b
+    rest = head - a
+    return head, (a - (head - rest)) + (b - rest)
+
+
+@_exact
+def _plus_one(a, b, b_):
+    """The same for a double and a pair."""
+    head, tail = _plus(a, b)
+    tail += b_
+    total = head + tail
+    return total, tail - (total - head)
+
+
+@_exact
+def _plus_two(a, a_, b, b_):
+    """The same for two pairs."""
+    head, tail = _plus(a, b)
+    tail += a_ + b_
+    total = head + tail
+    return total, tail - (total - head)
+
+
+@_exact
+def _times(a, b):
+    """a*b and what its rounding took, from halves whose products are exact."""
+    head, c, d = a * b, 134217729.0 * a, 134217729.0 * b
+    a1, b1 = c - (c - a), d - (d - b)
+    a2, b2 = a - a1, b - b1
+    return head, ((a1 * b1 - head) + a1 * b2 + a2 * b1) + a2 * b2
+
+
+@_exact
+def _times_one(a, b, b_):
+    """The same for a double and a pair."""
+    head, tail = _times(a, b)
+    tail += a * b_
+    total = head + tail
+    return total, tail - (total - head)
+
+
+@_exact
+def _times_two(a, a_, b, b_):
+    """The same for two pairs."""
+    head, tail = _times(a, b)
+    tail += a * b_ + a_ * b
+    total = head + tail
+    return total, tail - (total - head)
+
+
+@_exact
+def _over(a, a_, b, b_):
+    """The double next to a/b."""
+    head = a / b
+    product, tail = _times(head, b)
+    return head + ((a - product) - tail + a_ - head * b_) / b
+
 
 @_compile
-def coefficients(Omega, xi, delta, alpha_g, increment, load, outputs, outputs_load):
-    """x1 = x0 + increment x0 + load h^2 f, and outputs that are not in the state.
+def _coefficients(s):
+    """Of a block of lanes, whose Omega, xi, delta, alpha_g stand in its first rows."""
+    for j in range(48):
+        Omega, xi, delta, alpha_g = s[j], s[48 + j], s[96 + j], s[144 + j]
+        d0, d0_ = _times(12.0, alpha_g)
+        d1, d1_ = _plus_one(2.0, 2.0 * d0, 2.0 * d0_)
+        d2 = 4.0 * delta
+        d3, d3_ = _plus(1.0, d2)
+        d4, d4_ = _times(12.0, xi)
+        d5, d5_ = _times_two(d3, d3_, d4, d4_)
+        s5, s5_ = _times_one(Omega, d1, d1_)
+        d6, d6_ = _plus_two(d5, d5_, s5, s5_)
+        s7, s7_ = _times_one(Omega, d6, d6_)
+        d7, d7_ = _plus_one(24.0, s7, s7_)
+        d8, d8_ = _times(Omega, Omega)
+        d9, d9_ = _times(8.0 * Omega, xi)
+        s11, s11_ = _times(36.0, alpha_g)
+        s12, s12_ = _plus(-1.0, -16.0 * delta)
+        d10, d10_ = _plus_two(s12, s12_, s11, s11_)
+        d11 = 2.0 * Omega
+        d12, d12_ = _plus_one(-1.0, d0, d0_)
+        s15, s15_ = _times(3.0, alpha_g)
+        d13, d13_ = _plus_one(-1.0 * delta, s15, s15_)
+        d14, d14_ = _times_one(6.0, d3, d3_)
+        d15, d15_ = _plus(-1.0, d2)
+        den, den_ = d7, d7_
+        N00, N00_ = _times_two(-1.0 * d1, -1.0 * d1_, d8, d8_)
+        s20, s20_ = _times(-6.0, delta)
+        s21, s21_ = _times(6.0, alpha_g)
+        s22, s22_ = _plus_one(-1.0, s20, s20_)
+        s23, s23_ = _plus_two(s22, s22_, s21, s21_)
+        s24, s24_ = _times_two(-1.0 * d9, -1.0 * d9_, s23, s23_)
+        N01, N01_ = _plus_one(24.0, s24, s24_)
+        s26, s26_ = _plus(-1.0, 4.0 * alpha_g)
+        s27, s27_ = _times_one(-12.0, s26, s26_)
+        s28, s28_ = _times(-1.0 * d11, xi)
+        s29, s29_ = _times_two(s28, s28_, d10, d10_)
+        N02, N02_ = _plus_two(s27, s27_, s29, s29_)
+        s31, s31_ = _times_two(d13, d13_, d9, d9_)
+        N03, N03_ = _plus_two(2.0 * d12, 2.0 * d12_, s31, s31_)
+        N10, N10_ = _times_two(-1.0 * d14, -1.0 * d14_, d8, d8_)
+        s34, s34_ = _times_one(-1.0 * Omega, d14, d14_)
+        s35, s35_ = _plus_two(-1.0 * d5, -1.0 * d5_, s34, s34_)
+        N11, N11_ = _times_one(Omega, s35, s35_)
+        s37, s37_ = _plus(-1.0, 2.0 * delta)
+        s38, s38_ = _times_one(-24.0, s37, s37_)
+        s39, s39_ = _times_two(d10, d10_, d8, d8_)
+        N12, N12_ = _plus_two(s38, s38_, s39, s39_)
+        s41, s41_ = _times_one(6.0, d15, d15_)
+        s42, s42_ = _times_two(-4.0 * d13, -4.0 * d13_, d8, d8_)
+        N13, N13_ = _plus_two(s41, s41_, s42, s42_)
+        N20, N20_ = _times_one(-24.0, d8, d8_)
+        s45, s45_ = _times(-48.0, xi)
+        s46, s46_ = _times(-24.0, Omega)
+        s47, s47_ = _plus_two(s45, s45_, s46, s46_)
+        N21, N21_ = _times_one(Omega, s47, s47_)
+        s49, s49_ = _plus_one(-7.0, d0, d0_)
+        s50, s50_ = _times_one(d11, s49, s49_)
+        s51, s51_ = _plus(-5.0, d2)
+        s52, s52_ = _times_two(d4, d4_, s51, s51_)
+        s53, s53_ = _plus_two(s50, s50_, s52, s52_)
+        s54, s54_ = _times_one(Omega, s53, s53_)
+        N22, N22_ = _plus_one(-24.0, s54, s54_)
+        s56, s56_ = _times_one(-1.0 * d11, d12, d12_)
+        s57, s57_ = _times_two(-1.0 * d15, -1.0 * d15_, d4, d4_)
+        s58, s58_ = _plus_two(s56, s56_, s57, s57_)
+        N23, N23_ = _times_one(Omega, s58, s58_)
+        N30 = 0.0
+        N31 = 0.0
+        N32, N32_ = d7, d7_
+        s60, s60_ = _times_one(-1.0 * Omega, d6, d6_)
+        N33, N33_ = _plus_one(-24.0, s60, s60_)
+        D00 = _over(N00, N00_, den, den_)
+        D01 = _over(N01, N01_, den, den_)
+        D02 = _over(N02, N02_, den, den_)
+        D03 = _over(N03, N03_, den, den_)
+        D10 = _over(N10, N10_, den, den_)
+        D11 = _over(N11, N11_, den, den_)
+        D12 = _over(N12, N12_, den, den_)
+        D13 = _over(N13, N13_, den, den_)
+        D20 = _over(N20, N20_, den, den_)
+        D21 = _over(N21, N21_, den, den_)
+        D22 = _over(N22, N22_, den, den_)
+        D23 = _over(N23, N23_, den, den_)
+        D30 = _over(N30, 0.0, den, den_)
+        D31 = _over(N31, 0.0, den, den_)
+        D32 = _over(N32, N32_, den, den_)
+        D33 = _over(N33, N33_, den, den_)
+        B00 = (2*(12*alpha_g + 1)) / den
+        B10 = (6*(4*delta + 1)) / den
+        B20 = (24) / den
+        B30 = 0
+        B01 = 0.0
+        B11 = 0.0
+        B21 = 0.0
+        B31 = 0.0
+        s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j], s[768 + j], s[816 + j], s[864 + j], s[912 + j], s[960 + j], s[1008 + j], s[1056 + j], s[1104 + j], s[1152 + j], s[1200 + j], s[1248 + j], s[1296 + j] = D00, D01, D02, D03, D10, D11, D12, D13, D20, D21, D22, D23, D30, D31, D32, D33, B00, B01, B10, B11, B20, B21, B30, B31
 
-    increment (n, 4, 4), load (n, 4, 1), outputs (n, 0, 4), outputs_load (n, 0, 1).
+
+@_compile
+def coefficients(Omega, xi, delta, alpha_g, out):
+    """D, B, O, P of linear_march_4_012, x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f, row by row.
+
+    D (m, m), rounded once; B (m, 2) and P have zeros in columns beyond the stencil; out (24, n).
     """
-    for i in range(increment.shape[0]):
-        (
-            den, D_00, D_01, D_02, D_03, D_10, D_11, D_12, D_13, D_20, D_21, D_22, D_23, D_30, D_31, D_32, D_33,
-            B_00, B_10, B_20, B_30
-        ) = _increment(Omega[i], xi[i], delta[i], alpha_g[i])
-        increment[i, 0, 0] = D_00 / den
-        increment[i, 0, 1] = D_01 / den
-        increment[i, 0, 2] = D_02 / den
-        increment[i, 0, 3] = D_03 / den
-        increment[i, 1, 0] = D_10 / den
-        increment[i, 1, 1] = D_11 / den
-        increment[i, 1, 2] = D_12 / den
-        increment[i, 1, 3] = D_13 / den
-        increment[i, 2, 0] = D_20 / den
-        increment[i, 2, 1] = D_21 / den
-        increment[i, 2, 2] = D_22 / den
-        increment[i, 2, 3] = D_23 / den
-        increment[i, 3, 0] = D_30 / den
-        increment[i, 3, 1] = D_31 / den
-        increment[i, 3, 2] = D_32 / den
-        increment[i, 3, 3] = D_33 / den
-        load[i, 0, 0] = B_00 / den
-        load[i, 1, 0] = B_10 / den
-        load[i, 2, 0] = B_20 / den
-        load[i, 3, 0] = B_30 / den
+    s = np.ones(28 * 48)
+    for first in range(0, out.shape[1], 48):
+        size = min(48, out.shape[1] - first)
+        for j in range(size):
+            s[j], s[48 + j], s[96 + j], s[144 + j] = Omega[first + j], xi[first + j], delta[first + j], alpha_g[first + j]
+        _coefficients(s)
+        for r in range(24):
+            for j in range(size):
+                out[r, first + j] = s[(4 + r) * 48 + j]
 
 
 @_compile

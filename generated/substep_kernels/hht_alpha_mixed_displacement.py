@@ -35,8 +35,8 @@ from numba import njit
 NAME = "hht_alpha_mixed_displacement"
 STATE = ("u", "h*v", "h^2*a",)
 PARAMETERS = ("alpha",)
-# where u, h*v, h^2*a of the new step stand in the state; -1 - k: row k of the outputs
-OUTPUTS_IN_STATE = (0, 1, 2)
+# module of the linear march and its load instants; entries of the state it carries; whether a was eliminated
+MARCH, LOADS, KEPT, CARRIER = "linear_march_3_012", 2, (0, 1, 2), False
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
@@ -45,7 +45,7 @@ _compile = njit(cache=True, nogil=True, error_model="numpy")
 
 @_compile
 def _increment(Omega, xi, alpha):
-    """Denominators and numerators of A - I, of the load vectors, and of outputs not in the state. 54 operations."""
+    """Denominator and numerators of A - I. 52 operations."""
     x0 = (alpha - 1)**2
     x1 = alpha + 1
     x2 = Omega*x1
@@ -67,10 +67,7 @@ def _increment(Omega, xi, alpha):
     D_20 = -4*x6
     D_21 = Omega*(-x10 - 4*x2)
     D_22 = Omega*(-x1*x10 - x8) - 4
-    B_00 = x0
-    B_10 = -2*x4
-    B_20 = 4
-    return den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22, B_00, B_10, B_20
+    return den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22
 
 
 @_compile
@@ -362,7 +359,7 @@ def period_error(Omega, xi, alpha, out):
 def amplification(Omega, xi, alpha, out):
     """Amplification matrix in the order of STATE; out (n, 3, 3)."""
     for i in range(out.shape[0]):
-        den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22, B_00, B_10, B_20 = _increment(Omega[i], xi[i], alpha[i])
+        den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22 = _increment(Omega[i], xi[i], alpha[i])
         out[i, 0, 0] = 1.0 + D_00 / den
         out[i, 0, 1] = D_01 / den
         out[i, 0, 2] = D_02 / den
@@ -380,24 +377,148 @@ def stencil(alpha, out):
     for i in range(out.shape[0]):
         out[i, 0] = alpha[i] + 1
 
+_exact = njit(nogil=True, error_model="numpy")  # no fastmath: the tails are what rounding took
+
+
+@_exact
+def _plus(a, b):
+    """a + b and what its rounding took."""
+    head = a + b
+    rest = head - a
+    return head, (a - (head - rest)) + (b - rest)
+
+
+@_exact
+def _plus_one(a, b, b_):
+    """The same for a double and a pair."""
+    head, tail = _plus(a, b)
+    tail += b_
+    total = head + tail
+    return total, tail - (total - head)
+
+
+@_exact
+def _plus_two(a, a_, b, b_):
+    """The same for two pairs."""
+    head, tail = _plus(a, b)
+    tail += a_ + b_
+    total = head + tail
+    return total, tail - (total - head)
+
+
+@_exact
+def _times(a, b):
+    """a*b and what its rounding took, from halves whose products are exact."""
+    head, c, d = a * b, 134217729.0 * a, 134217729.0 * b
+    a1, b1 = c - (c - a), d - (d - b)
+    a2, b2 = a - a1, b - b1
+    return head, ((a1 * b1 - head) + a1 * b2 + a2 * b1) + a2 * b2
+
+
+@_exact
+def _times_one(a, b, b_):
+    """The same for a double and a pair."""
+    head, tail = _times(a, b)
+    tail += a * b_
+    total = head + tail
+    return total, tail - (total - head)
+
+
+@_exact
+def _times_two(a, a_, b, b_):
+    """The same for two pairs."""
+    head, tail = _times(a, b)
+    tail += a * b_ + a_ * b
+    total = head + tail
+    return total, tail - (total - head)
+
+
+@_exact
+def _over(a, a_, b, b_):
+    """The double next to a/b."""
+    head = a / b
+    product, tail = _times(head, b)
+    return head + ((a - product) - tail + a_ - head * b_) / b
+
 
 @_compile
-def coefficients(Omega, xi, alpha, increment, load, outputs, outputs_load):
-    """x1 = x0 + increment x0 + load h^2 f, and outputs that are not in the state.
+def _coefficients(s):
+    """Of a block of lanes, whose Omega, xi, alpha stand in its first rows."""
+    for j in range(48):
+        Omega, xi, alpha = s[j], s[48 + j], s[96 + j]
+        s0, s0_ = _plus(-1.0, alpha)
+        d0, d0_ = _times_two(s0, s0_, s0, s0_)
+        d1, d1_ = _plus(1.0, alpha)
+        d2, d2_ = _times_one(Omega, d1, d1_)
+        d3 = 2.0 * alpha
+        d4, d4_ = _plus(-1.0, d3)
+        d5, d5_ = _times_one(4.0 * xi, d4, d4_)
+        d6, d6_ = _times(Omega, Omega)
+        d7, d7_ = _times(alpha, alpha)
+        d8, d8_ = 2.0 * d2, 2.0 * d2_
+        d9, d9_ = 2.0 * d4, 2.0 * d4_
+        d10 = 8.0 * xi
+        s8, s8_ = _times_two(d0, d0_, d2, d2_)
+        s9, s9_ = _times_two(-1.0 * d1, -1.0 * d1_, d5, d5_)
+        s10, s10_ = _plus_two(s8, s8_, s9, s9_)
+        s11, s11_ = _times_one(Omega, s10, s10_)
+        den, den_ = _plus_one(4.0, s11, s11_)
+        N00, N00_ = _times_two(-1.0 * d0, -1.0 * d0_, d6, d6_)
+        s14, s14_ = _times_one(5.0, d7, d7_)
+        s15, s15_ = _plus_one(-1.0, s14, s14_)
+        s16, s16_ = _times(-2.0 * Omega, xi)
+        s17, s17_ = _times_two(s16, s16_, s15, s15_)
+        N01, N01_ = _plus_one(4.0, s17, s17_)
+        s19, s19_ = _times_one(-1.0 * xi, d7, d7_)
+        s20, s20_ = _times_two(s19, s19_, d8, d8_)
+        s21, s21_ = _plus(1.0, 2.0 * alpha)
+        s22, s22_ = _plus_two(s21, s21_, -1.0 * d7, -1.0 * d7_)
+        N02, N02_ = _plus_two(s22, s22_, s20, s20_)
+        N10, N10_ = _times_two(d6, d6_, d9, d9_)
+        s25, s25_ = _times_two(d2, d2_, d9, d9_)
+        s26, s26_ = _plus_two(d5, d5_, s25, s25_)
+        N11, N11_ = _times_one(Omega, s26, s26_)
+        s28, s28_ = _times_two(d1, d1_, d6, d6_)
+        s29, s29_ = _times_two(s28, s28_, d7, d7_)
+        s30, s30_ = _plus(2.0, 2.0 * d3)
+        N12, N12_ = _plus_two(s30, s30_, s29, s29_)
+        N20, N20_ = -4.0 * d6, -4.0 * d6_
+        s32, s32_ = _plus_one(-1.0 * d10, -4.0 * d2, -4.0 * d2_)
+        N21, N21_ = _times_one(Omega, s32, s32_)
+        s34, s34_ = _times_one(-1.0 * d10, d1, d1_)
+        s35, s35_ = _plus_two(-1.0 * d8, -1.0 * d8_, s34, s34_)
+        s36, s36_ = _times_one(Omega, s35, s35_)
+        N22, N22_ = _plus_one(-4.0, s36, s36_)
+        D00 = _over(N00, N00_, den, den_)
+        D01 = _over(N01, N01_, den, den_)
+        D02 = _over(N02, N02_, den, den_)
+        D10 = _over(N10, N10_, den, den_)
+        D11 = _over(N11, N11_, den, den_)
+        D12 = _over(N12, N12_, den, den_)
+        D20 = _over(N20, N20_, den, den_)
+        D21 = _over(N21, N21_, den, den_)
+        D22 = _over(N22, N22_, den, den_)
+        B00 = ((alpha - 1)**2) / den
+        B10 = (-2*(2*alpha - 1)) / den
+        B20 = (4) / den
+        B01 = 0.0
+        B11 = 0.0
+        B21 = 0.0
+        s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j], s[768 + j], s[816 + j] = D00, D01, D02, D10, D11, D12, D20, D21, D22, B00, B01, B10, B11, B20, B21
 
-    increment (n, 3, 3), load (n, 3, 1), outputs (n, 0, 3), outputs_load (n, 0, 1).
+
+@_compile
+def coefficients(Omega, xi, alpha, out):
+    """D, B, O, P of linear_march_3_012, x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f, row by row.
+
+    D (m, m), rounded once; B (m, 2) and P have zeros in columns beyond the stencil; out (15, n).
     """
-    for i in range(increment.shape[0]):
-        den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22, B_00, B_10, B_20 = _increment(Omega[i], xi[i], alpha[i])
-        increment[i, 0, 0] = D_00 / den
-        increment[i, 0, 1] = D_01 / den
-        increment[i, 0, 2] = D_02 / den
-        increment[i, 1, 0] = D_10 / den
-        increment[i, 1, 1] = D_11 / den
-        increment[i, 1, 2] = D_12 / den
-        increment[i, 2, 0] = D_20 / den
-        increment[i, 2, 1] = D_21 / den
-        increment[i, 2, 2] = D_22 / den
-        load[i, 0, 0] = B_00 / den
-        load[i, 1, 0] = B_10 / den
-        load[i, 2, 0] = B_20 / den
+    s = np.ones(18 * 48)
+    for first in range(0, out.shape[1], 48):
+        size = min(48, out.shape[1] - first)
+        for j in range(size):
+            s[j], s[48 + j], s[96 + j] = Omega[first + j], xi[first + j], alpha[first + j]
+        _coefficients(s)
+        for r in range(15):
+            for j in range(size):
+                out[r, first + j] = s[(3 + r) * 48 + j]

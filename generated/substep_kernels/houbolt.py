@@ -34,8 +34,8 @@ from numba import njit
 NAME = "houbolt"
 STATE = ("u", "u[-1]", "u[-2]",)
 PARAMETERS = ()
-# where u, h*v, h^2*a of the new step stand in the state; -1 - k: row k of the outputs
-OUTPUTS_IN_STATE = (0, -1, -2)
+# module of the linear march and its load instants; entries of the state it carries; whether a was eliminated
+MARCH, LOADS, KEPT, CARRIER = "linear_march_3_0yy", 2, (0, 1, 2), False
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
@@ -44,14 +44,12 @@ _compile = njit(cache=True, nogil=True, error_model="numpy")
 
 @_compile
 def _increment(Omega, xi):
-    """Denominators and numerators of A - I, of the load vectors, and of outputs not in the state. 43 operations."""
+    """Denominator and numerators of A - I. 18 operations."""
     x0 = 3*Omega
     x1 = x0 + 11*xi
     x2 = Omega*x1 + 6
     x3 = Omega*xi
     x4 = -Omega*x1 - 6
-    x5 = 6*Omega
-    x6 = Omega**2
     den = x2
     D_00 = Omega*(-x0 + 7*xi) + 9
     D_01 = -9*x3 - 12
@@ -62,19 +60,7 @@ def _increment(Omega, xi):
     D_20 = 0
     D_21 = x2
     D_22 = x4
-    B_00 = 3
-    B_10 = 0
-    B_20 = 0
-    den_o = Omega*(x5 + 22*xi) + 12
-    O_00 = 19 - 18*x6
-    O_01 = 9*x6 - 26
-    O_02 = 7 - 2*x6
-    O_10 = Omega*(-30*Omega - 38*xi)
-    O_11 = Omega*(24*Omega + 52*xi)
-    O_12 = Omega*(-x5 - 14*xi)
-    P_00 = 11
-    P_10 = 12
-    return den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22, B_00, B_10, B_20, den_o, O_00, O_01, O_02, O_10, O_11, O_12, P_00, P_10
+    return den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22
 
 
 @_compile
@@ -340,10 +326,7 @@ def period_error(Omega, xi, out):
 def amplification(Omega, xi, out):
     """Amplification matrix in the order of STATE; out (n, 3, 3)."""
     for i in range(out.shape[0]):
-        (
-            den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22, B_00, B_10, B_20, den_o, O_00, O_01,
-            O_02, O_10, O_11, O_12, P_00, P_10
-        ) = _increment(Omega[i], xi[i])
+        den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22 = _increment(Omega[i], xi[i])
         out[i, 0, 0] = 1.0 + D_00 / den
         out[i, 0, 1] = D_01 / den
         out[i, 0, 2] = D_02 / den
@@ -361,35 +344,140 @@ def stencil(out):
     for i in range(out.shape[0]):
         out[i, 0] = 1
 
+_exact = njit(nogil=True, error_model="numpy")  # no fastmath: the tails are what rounding took
+
+
+@_exact
+def _plus(a, b):
+    """a + b and what its rounding took."""
+    head = a + b
+    rest = head - a
+    return head, (a - (head - rest)) + (b - rest)
+
+
+@_exact
+def _plus_one(a, b, b_):
+    """The same for a double and a pair."""
+    head, tail = _plus(a, b)
+    tail += b_
+    total = head + tail
+    return total, tail - (total - head)
+
+
+@_exact
+def _plus_two(a, a_, b, b_):
+    """The same for two pairs."""
+    head, tail = _plus(a, b)
+    tail += a_ + b_
+    total = head + tail
+    return total, tail - (total - head)
+
+
+@_exact
+def _times(a, b):
+    """a*b and what its rounding took, from halves whose products are exact."""
+    head, c, d = a * b, 134217729.0 * a, 134217729.0 * b
+    a1, b1 = c - (c - a), d - (d - b)
+    a2, b2 = a - a1, b - b1
+    return head, ((a1 * b1 - head) + a1 * b2 + a2 * b1) + a2 * b2
+
+
+@_exact
+def _times_one(a, b, b_):
+    """The same for a double and a pair."""
+    head, tail = _times(a, b)
+    tail += a * b_
+    total = head + tail
+    return total, tail - (total - head)
+
+
+@_exact
+def _times_two(a, a_, b, b_):
+    """The same for two pairs."""
+    head, tail = _times(a, b)
+    tail += a * b_ + a_ * b
+    total = head + tail
+    return total, tail - (total - head)
+
+
+@_exact
+def _over(a, a_, b, b_):
+    """The double next to a/b."""
+    head = a / b
+    product, tail = _times(head, b)
+    return head + ((a - product) - tail + a_ - head * b_) / b
+
 
 @_compile
-def coefficients(Omega, xi, increment, load, outputs, outputs_load):
-    """x1 = x0 + increment x0 + load h^2 f, and outputs that are not in the state.
+def _coefficients(s):
+    """Of a block of lanes, whose Omega, xi stand in its first rows."""
+    for j in range(48):
+        Omega, xi = s[j], s[48 + j]
+        d0, d0_ = _times(3.0, Omega)
+        s1, s1_ = _times(11.0, xi)
+        d1, d1_ = _plus_two(d0, d0_, s1, s1_)
+        s3, s3_ = _times_one(Omega, d1, d1_)
+        d2, d2_ = _plus_one(6.0, s3, s3_)
+        d3, d3_ = _times(Omega, xi)
+        s6, s6_ = _times_one(-1.0 * Omega, d1, d1_)
+        d4, d4_ = _plus_one(-6.0, s6, s6_)
+        den, den_ = d2, d2_
+        s8, s8_ = _times(7.0, xi)
+        s9, s9_ = _plus_two(-1.0 * d0, -1.0 * d0_, s8, s8_)
+        s10, s10_ = _times_one(Omega, s9, s9_)
+        N00, N00_ = _plus_one(9.0, s10, s10_)
+        s12, s12_ = _times_one(-9.0, d3, d3_)
+        N01, N01_ = _plus_one(-12.0, s12, s12_)
+        N02, N02_ = _plus_one(3.0, 2.0 * d3, 2.0 * d3_)
+        N10, N10_ = d2, d2_
+        N11, N11_ = d4, d4_
+        N12 = 0.0
+        N20 = 0.0
+        N21, N21_ = d2, d2_
+        N22, N22_ = d4, d4_
+        D00 = _over(N00, N00_, den, den_)
+        D01 = _over(N01, N01_, den, den_)
+        D02 = _over(N02, N02_, den, den_)
+        D10 = _over(N10, N10_, den, den_)
+        D11 = _over(N11, N11_, den, den_)
+        D12 = _over(N12, 0.0, den, den_)
+        D20 = _over(N20, 0.0, den, den_)
+        D21 = _over(N21, N21_, den, den_)
+        D22 = _over(N22, N22_, den, den_)
+        x0 = 6*Omega
+        x1 = Omega**2
+        den_o = Omega*(x0 + 22*xi) + 12
+        B00 = (3) / den
+        B10 = 0
+        B20 = 0
+        O00 = (19 - 18*x1) / den_o
+        O01 = (9*x1 - 26) / den_o
+        O02 = (7 - 2*x1) / den_o
+        O10 = (Omega*(-30*Omega - 38*xi)) / den_o
+        O11 = (Omega*(24*Omega + 52*xi)) / den_o
+        O12 = (Omega*(-x0 - 14*xi)) / den_o
+        P00 = (11) / den_o
+        P10 = (12) / den_o
+        B01 = 0.0
+        B11 = 0.0
+        B21 = 0.0
+        P01 = 0.0
+        P11 = 0.0
+        s[96 + j], s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j], s[768 + j], s[816 + j], s[864 + j], s[912 + j], s[960 + j], s[1008 + j], s[1056 + j], s[1104 + j], s[1152 + j], s[1200 + j], s[1248 + j] = D00, D01, D02, D10, D11, D12, D20, D21, D22, B00, B01, B10, B11, B20, B21, O00, O01, O02, O10, O11, O12, P00, P01, P10, P11
 
-    increment (n, 3, 3), load (n, 3, 1), outputs (n, 2, 3), outputs_load (n, 2, 1).
+
+@_compile
+def coefficients(Omega, xi, out):
+    """D, B, O, P of linear_march_3_0yy, x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f, row by row.
+
+    D (m, m), rounded once; B (m, 2) and P have zeros in columns beyond the stencil; out (25, n).
     """
-    for i in range(increment.shape[0]):
-        (
-            den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22, B_00, B_10, B_20, den_o, O_00, O_01,
-            O_02, O_10, O_11, O_12, P_00, P_10
-        ) = _increment(Omega[i], xi[i])
-        increment[i, 0, 0] = D_00 / den
-        increment[i, 0, 1] = D_01 / den
-        increment[i, 0, 2] = D_02 / den
-        increment[i, 1, 0] = D_10 / den
-        increment[i, 1, 1] = D_11 / den
-        increment[i, 1, 2] = D_12 / den
-        increment[i, 2, 0] = D_20 / den
-        increment[i, 2, 1] = D_21 / den
-        increment[i, 2, 2] = D_22 / den
-        load[i, 0, 0] = B_00 / den
-        load[i, 1, 0] = B_10 / den
-        load[i, 2, 0] = B_20 / den
-        outputs[i, 0, 0] = O_00 / den_o
-        outputs[i, 0, 1] = O_01 / den_o
-        outputs[i, 0, 2] = O_02 / den_o
-        outputs[i, 1, 0] = O_10 / den_o
-        outputs[i, 1, 1] = O_11 / den_o
-        outputs[i, 1, 2] = O_12 / den_o
-        outputs_load[i, 0, 0] = P_00 / den_o
-        outputs_load[i, 1, 0] = P_10 / den_o
+    s = np.ones(27 * 48)
+    for first in range(0, out.shape[1], 48):
+        size = min(48, out.shape[1] - first)
+        for j in range(size):
+            s[j], s[48 + j] = Omega[first + j], xi[first + j]
+        _coefficients(s)
+        for r in range(25):
+            for j in range(size):
+                out[r, first + j] = s[(2 + r) * 48 + j]

@@ -33,8 +33,8 @@ from numba import njit
 NAME = "newmark"
 STATE = ("u", "h*v", "h^2*a",)
 PARAMETERS = ("beta", "gamma",)
-# where u, h*v, h^2*a of the new step stand in the state; -1 - k: row k of the outputs
-OUTPUTS_IN_STATE = (0, 1, 2)
+# module of the linear march and its load instants; entries of the state it carries; whether a was eliminated
+MARCH, LOADS, KEPT, CARRIER = "linear_march_2_01y", 2, (0, 1), True
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
@@ -96,7 +96,7 @@ def _expm1(x):
 
 @_compile
 def _increment(Omega, xi, beta, gamma):
-    """Denominators and numerators of A - I, of the load vectors, and of outputs not in the state. 41 operations."""
+    """Denominator and numerators of A - I. 40 operations."""
     x0 = 2*beta
     x1 = 4*xi
     x2 = gamma*x1
@@ -115,10 +115,7 @@ def _increment(Omega, xi, beta, gamma):
     D_20 = -x7
     D_21 = Omega*(-x1 - x6)
     D_22 = Omega*(-Omega - x1) - 2
-    B_00 = x0
-    B_10 = 2*gamma
-    B_20 = 2
-    return den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22, B_00, B_10, B_20
+    return den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22
 
 
 @_inline
@@ -319,7 +316,7 @@ def period_error(Omega, xi, beta, gamma, out):
 def amplification(Omega, xi, beta, gamma, out):
     """Amplification matrix in the order of STATE; out (n, 3, 3)."""
     for i in range(out.shape[0]):
-        den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22, B_00, B_10, B_20 = _increment(Omega[i], xi[i], beta[i], gamma[i])
+        den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22 = _increment(Omega[i], xi[i], beta[i], gamma[i])
         out[i, 0, 0] = 1.0 + D_00 / den
         out[i, 0, 1] = D_01 / den
         out[i, 0, 2] = D_02 / den
@@ -333,28 +330,147 @@ def amplification(Omega, xi, beta, gamma, out):
 
 @_compile
 def stencil(beta, gamma, out):
-    """Instants (n, 1) at which the load is taken, in steps after t_n."""
+    """Instants (n, 2) at which the load is taken, in steps after t_n."""
     for i in range(out.shape[0]):
-        out[i, 0] = 1
+        out[i, 0] = 0
+        out[i, 1] = 1
+
+_exact = njit(nogil=True, error_model="numpy")  # no fastmath: the tails are what rounding took
+
+
+@_exact
+def _plus(a, b):
+    """a + b and what its rounding took."""
+    head = a + b
+    rest = head - a
+    return head, (a - (head - rest)) + (b - rest)
+
+
+@_exact
+def _plus_one(a, b, b_):
+    """The same for a double and a pair."""
+    head, tail = _plus(a, b)
+    tail += b_
+    total = head + tail
+    return total, tail - (total - head)
+
+
+@_exact
+def _plus_two(a, a_, b, b_):
+    """The same for two pairs."""
+    head, tail = _plus(a, b)
+    tail += a_ + b_
+    total = head + tail
+    return total, tail - (total - head)
+
+
+@_exact
+def _times(a, b):
+    """a*b and what its rounding took, from halves whose products are exact."""
+    head, c, d = a * b, 134217729.0 * a, 134217729.0 * b
+    a1, b1 = c - (c - a), d - (d - b)
+    a2, b2 = a - a1, b - b1
+    return head, ((a1 * b1 - head) + a1 * b2 + a2 * b1) + a2 * b2
+
+
+@_exact
+def _times_one(a, b, b_):
+    """The same for a double and a pair."""
+    head, tail = _times(a, b)
+    tail += a * b_
+    total = head + tail
+    return total, tail - (total - head)
+
+
+@_exact
+def _times_two(a, a_, b, b_):
+    """The same for two pairs."""
+    head, tail = _times(a, b)
+    tail += a * b_ + a_ * b
+    total = head + tail
+    return total, tail - (total - head)
+
+
+@_exact
+def _over(a, a_, b, b_):
+    """The double next to a/b."""
+    head = a / b
+    product, tail = _times(head, b)
+    return head + ((a - product) - tail + a_ - head * b_) / b
 
 
 @_compile
-def coefficients(Omega, xi, beta, gamma, increment, load, outputs, outputs_load):
-    """x1 = x0 + increment x0 + load h^2 f, and outputs that are not in the state.
+def _coefficients(s):
+    """Of a block of lanes, whose Omega, xi, beta, gamma stand in its first rows."""
+    for j in range(48):
+        Omega, xi, beta, gamma = s[j], s[48 + j], s[96 + j], s[144 + j]
+        d0 = 2.0 * beta
+        d1 = 4.0 * xi
+        d2, d2_ = _times(Omega, Omega)
+        d3 = 2.0 * xi
+        d4, d4_ = _plus(d0, -1.0 * gamma)
+        d5, d5_ = _times_one(Omega, d4, d4_)
+        d6, d6_ = _times_one(d3, d5, d5_)
+        d7 = 2.0 * gamma
+        s4, s4_ = _times(Omega, d0)
+        s5, s5_ = _times(d1, gamma)
+        s6, s6_ = _plus_two(s4, s4_, s5, s5_)
+        s7, s7_ = _times_one(Omega, s6, s6_)
+        den, den_ = _plus_one(2.0, s7, s7_)
+        s9, s9_ = _plus_one(-1.0, d6, d6_)
+        N00, N00_ = _times_two(d2, d2_, s9, s9_)
+        s11, s11_ = _plus(-1.0, d7)
+        s12, s12_ = _times_one(d3, s11, s11_)
+        s13, s13_ = _times(xi, xi)
+        s14, s14_ = _times_two(4.0 * d5, 4.0 * d5_, s13, s13_)
+        s15, s15_ = _plus_two(s12, s12_, s14, s14_)
+        s16, s16_ = _times_one(Omega, s15, s15_)
+        N01, N01_ = _plus_one(2.0, s16, s16_)
+        s18, s18_ = _times_two(-1.0 * d2, -1.0 * d2_, d4, d4_)
+        s19, s19_ = _plus_one(-2.0, s18, s18_)
+        N10, N10_ = _times_two(d2, d2_, s19, s19_)
+        s21, s21_ = _plus_one(-1.0 * d7, -1.0 * d6, -1.0 * d6_)
+        s22, s22_ = _times_one(Omega, s21, s21_)
+        s23, s23_ = _plus_one(-1.0 * d1, s22, s22_)
+        N11, N11_ = _times_one(Omega, s23, s23_)
+        D00 = _over(N00, N00_, den, den_)
+        D01 = _over(N01, N01_, den, den_)
+        D10 = _over(N10, N10_, den, den_)
+        D11 = _over(N11, N11_, den, den_)
+        x0 = 2*beta
+        x1 = 4*xi
+        x2 = -gamma + x0
+        x3 = 2*xi
+        x4 = x0 - 1
+        x5 = gamma - 1
+        x6 = Omega**2
+        x7 = x1*x5
+        x8 = Omega*x4
+        x9 = 4*xi**2
+        den_o = Omega*(Omega*x0 + gamma*x1) + 2
+        B00 = (-Omega*x2*x3 - x4) / den
+        B01 = (x0) / den
+        B10 = (x2*x6 - 2*x5) / den
+        B11 = (2*gamma) / den
+        O00 = (x6*(Omega*(-Omega*x4 - x7) - 2)) / den_o
+        O01 = (Omega*(Omega*(-2*gamma*x9 - x3*x8 + 2*x9 - 2) - x1)) / den_o
+        P00 = (Omega*(x7 + x8)) / den_o
+        P01 = (2) / den_o
+        s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j] = D00, D01, D10, D11, B00, B01, B10, B11, O00, O01, P00, P01
 
-    increment (n, 3, 3), load (n, 3, 1), outputs (n, 0, 3), outputs_load (n, 0, 1).
+
+@_compile
+def coefficients(Omega, xi, beta, gamma, out):
+    """D, B, O, P of linear_march_2_01y, x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f, row by row.
+
+    D (m, m), rounded once; B (m, 2) and P have zeros in columns beyond the stencil; out (12, n).
     """
-    for i in range(increment.shape[0]):
-        den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22, B_00, B_10, B_20 = _increment(Omega[i], xi[i], beta[i], gamma[i])
-        increment[i, 0, 0] = D_00 / den
-        increment[i, 0, 1] = D_01 / den
-        increment[i, 0, 2] = D_02 / den
-        increment[i, 1, 0] = D_10 / den
-        increment[i, 1, 1] = D_11 / den
-        increment[i, 1, 2] = D_12 / den
-        increment[i, 2, 0] = D_20 / den
-        increment[i, 2, 1] = D_21 / den
-        increment[i, 2, 2] = D_22 / den
-        load[i, 0, 0] = B_00 / den
-        load[i, 1, 0] = B_10 / den
-        load[i, 2, 0] = B_20 / den
+    s = np.ones(16 * 48)
+    for first in range(0, out.shape[1], 48):
+        size = min(48, out.shape[1] - first)
+        for j in range(size):
+            s[j], s[48 + j], s[96 + j], s[144 + j] = Omega[first + j], xi[first + j], beta[first + j], gamma[first + j]
+        _coefficients(s)
+        for r in range(12):
+            for j in range(size):
+                out[r, first + j] = s[(4 + r) * 48 + j]

@@ -41,8 +41,8 @@ from numba import njit
 NAME = "rk4"
 STATE = ("u", "h*v",)
 PARAMETERS = ()
-# where u, h*v, h^2*a of the new step stand in the state; -1 - k: row k of the outputs
-OUTPUTS_IN_STATE = (0, 1, -1)
+# module of the linear march and its load instants; entries of the state it carries; whether a was eliminated
+MARCH, LOADS, KEPT, CARRIER = "linear_march_2_01y", 4, (0, 1), False
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
@@ -104,48 +104,23 @@ def _expm1(x):
 
 @_compile
 def _increment(Omega, xi):
-    """Denominators and numerators of A - I, of the load vectors, and of outputs not in the state. 111 operations."""
+    """Denominator and numerators of A - I. 44 operations."""
     x0 = Omega**2
     x1 = 2*xi
-    x2 = -x1
-    x3 = x1 - 1
-    x4 = x1 + 1
-    x5 = x3*x4
-    x6 = (1/4)*Omega
-    x7 = x5*x6
-    x8 = 6*xi
-    x9 = xi**2
-    x10 = 2*x9 - 1
-    x11 = Omega*xi
-    x12 = x10*x11
-    x13 = x12 - x3*x4
-    x14 = 4*xi
-    x15 = -x4 + 4*x9
-    x16 = 4*x9
-    x17 = x16 + x3
-    x18 = x15*x17
-    x19 = (1/2)*x5
-    x20 = -x19
-    x21 = (1/24)*Omega*x18
-    x22 = (1/3)*xi
+    x2 = x1 - 1
+    x3 = x1 + 1
+    x4 = x2*x3
+    x5 = (1/4)*Omega
+    x6 = 6*xi
+    x7 = xi**2
+    x8 = xi*(2*x7 - 1)
+    x9 = Omega*x8 - x2*x3
     den = 6
-    D_00 = x0*(Omega*(-x2 - x7) - 3)
-    D_01 = Omega*(-Omega*x13 - x8) + 6
-    D_10 = x0*(Omega*(Omega*x13 + x8) - 6)
-    D_11 = Omega*(Omega*(Omega*(-x10*x14 + x18*x6) + 3*x5) - 12*xi)
-    B_00 = Omega*(x7 - xi) + 1
-    B_01 = 2 - x11
-    B_02 = 0
-    B_10 = Omega*(Omega*(-x12 - x20) + x2) + 1
-    B_11 = Omega*(Omega*x19 - x14) + 4
-    B_12 = 1
-    den_o = 1
-    O_00 = x0*(Omega*(Omega*(Omega*((2/3)*x10*xi - x21) + x20) + x1) - 1)
-    O_01 = Omega*(Omega*(Omega*(Omega*(-1/12*x11*x5*(x16 - 3) + (1/6)*x15*x17) - x1*x10) + x5) + x2)
-    P_00 = Omega*(Omega*(Omega*(-x10*x22 + x21) + (1/6)*x5) - x22)
-    P_01 = Omega*(Omega*(-1/3*x12 + (1/3)*x3*x4) - 4/3*xi)
-    P_02 = 1 - 1/3*x11
-    return den, D_00, D_01, D_10, D_11, B_00, B_01, B_02, B_10, B_11, B_12, den_o, O_00, O_01, P_00, P_01, P_02
+    D_00 = x0*(Omega*(x1 - x4*x5) - 3)
+    D_01 = Omega*(-Omega*x9 - x6) + 6
+    D_10 = x0*(Omega*(Omega*x9 + x6) - 6)
+    D_11 = Omega*(Omega*(Omega*(x5*(x2 + 4*x7)*(-x3 + 4*x7) - 4*x8) + 3*x4) - 12*xi)
+    return den, D_00, D_01, D_10, D_11
 
 
 @_inline
@@ -364,7 +339,7 @@ def period_error(Omega, xi, out):
 def amplification(Omega, xi, out):
     """Amplification matrix in the order of STATE; out (n, 2, 2)."""
     for i in range(out.shape[0]):
-        den, D_00, D_01, D_10, D_11, B_00, B_01, B_02, B_10, B_11, B_12, den_o, O_00, O_01, P_00, P_01, P_02 = _increment(Omega[i], xi[i])
+        den, D_00, D_01, D_10, D_11 = _increment(Omega[i], xi[i])
         out[i, 0, 0] = 1.0 + D_00 / den
         out[i, 0, 1] = D_01 / den
         out[i, 1, 0] = D_10 / den
@@ -379,27 +354,165 @@ def stencil(out):
         out[i, 1] = 1/2
         out[i, 2] = 1
 
+_exact = njit(nogil=True, error_model="numpy")  # no fastmath: the tails are what rounding took
+
+
+@_exact
+def _plus(a, b):
+    """a + b and what its rounding took."""
+    head = a + b
+    rest = head - a
+    return head, (a - (head - rest)) + (b - rest)
+
+
+@_exact
+def _plus_one(a, b, b_):
+    """The same for a double and a pair."""
+    head, tail = _plus(a, b)
+    tail += b_
+    total = head + tail
+    return total, tail - (total - head)
+
+
+@_exact
+def _plus_two(a, a_, b, b_):
+    """The same for two pairs."""
+    head, tail = _plus(a, b)
+    tail += a_ + b_
+    total = head + tail
+    return total, tail - (total - head)
+
+
+@_exact
+def _times(a, b):
+    """a*b and what its rounding took, from halves whose products are exact."""
+    head, c, d = a * b, 134217729.0 * a, 134217729.0 * b
+    a1, b1 = c - (c - a), d - (d - b)
+    a2, b2 = a - a1, b - b1
+    return head, ((a1 * b1 - head) + a1 * b2 + a2 * b1) + a2 * b2
+
+
+@_exact
+def _times_one(a, b, b_):
+    """The same for a double and a pair."""
+    head, tail = _times(a, b)
+    tail += a * b_
+    total = head + tail
+    return total, tail - (total - head)
+
+
+@_exact
+def _times_two(a, a_, b, b_):
+    """The same for two pairs."""
+    head, tail = _times(a, b)
+    tail += a * b_ + a_ * b
+    total = head + tail
+    return total, tail - (total - head)
+
+
+@_exact
+def _over(a, a_, b, b_):
+    """The double next to a/b."""
+    head = a / b
+    product, tail = _times(head, b)
+    return head + ((a - product) - tail + a_ - head * b_) / b
+
 
 @_compile
-def coefficients(Omega, xi, increment, load, outputs, outputs_load):
-    """x1 = x0 + increment x0 + load h^2 f, and outputs that are not in the state.
+def _coefficients(s):
+    """Of a block of lanes, whose Omega, xi stand in its first rows."""
+    for j in range(48):
+        Omega, xi = s[j], s[48 + j]
+        d0, d0_ = _times(Omega, Omega)
+        d1 = 2.0 * xi
+        d2, d2_ = _plus(-1.0, d1)
+        d3, d3_ = _plus(1.0, d1)
+        d4, d4_ = _times_two(d2, d2_, d3, d3_)
+        d5 = 0.25 * Omega
+        d6, d6_ = _times(6.0, xi)
+        d7, d7_ = _times(xi, xi)
+        s6, s6_ = _plus_one(-1.0, 2.0 * d7, 2.0 * d7_)
+        d8, d8_ = _times_one(xi, s6, s6_)
+        s8, s8_ = _times_one(Omega, d8, d8_)
+        s9, s9_ = _times_two(-1.0 * d2, -1.0 * d2_, d3, d3_)
+        d9, d9_ = _plus_two(s8, s8_, s9, s9_)
+        den = 6.0
+        s11, s11_ = _times_one(-1.0 * d5, d4, d4_)
+        s12, s12_ = _plus_one(d1, s11, s11_)
+        s13, s13_ = _times_one(Omega, s12, s12_)
+        s14, s14_ = _plus_one(-3.0, s13, s13_)
+        N00, N00_ = _times_two(d0, d0_, s14, s14_)
+        s16, s16_ = _times_one(-1.0 * Omega, d9, d9_)
+        s17, s17_ = _plus_two(-1.0 * d6, -1.0 * d6_, s16, s16_)
+        s18, s18_ = _times_one(Omega, s17, s17_)
+        N01, N01_ = _plus_one(6.0, s18, s18_)
+        s20, s20_ = _times_one(Omega, d9, d9_)
+        s21, s21_ = _plus_two(d6, d6_, s20, s20_)
+        s22, s22_ = _times_one(Omega, s21, s21_)
+        s23, s23_ = _plus_one(-6.0, s22, s22_)
+        N10, N10_ = _times_two(d0, d0_, s23, s23_)
+        s25, s25_ = _times(-12.0, xi)
+        s26, s26_ = _times_one(3.0, d4, d4_)
+        s27, s27_ = _plus_two(d2, d2_, 4.0 * d7, 4.0 * d7_)
+        s28, s28_ = _plus_two(-1.0 * d3, -1.0 * d3_, 4.0 * d7, 4.0 * d7_)
+        s29, s29_ = _times_one(d5, s27, s27_)
+        s30, s30_ = _times_two(s29, s29_, s28, s28_)
+        s31, s31_ = _plus_two(-4.0 * d8, -4.0 * d8_, s30, s30_)
+        s32, s32_ = _times_one(Omega, s31, s31_)
+        s33, s33_ = _plus_two(s26, s26_, s32, s32_)
+        s34, s34_ = _times_one(Omega, s33, s33_)
+        s35, s35_ = _plus_two(s25, s25_, s34, s34_)
+        N11, N11_ = _times_one(Omega, s35, s35_)
+        D00 = _over(N00, N00_, den, 0.0)
+        D01 = _over(N01, N01_, den, 0.0)
+        D10 = _over(N10, N10_, den, 0.0)
+        D11 = _over(N11, N11_, den, 0.0)
+        x0 = 2*xi
+        x1 = x0 - 1
+        x2 = x0 + 1
+        x3 = x1*x2
+        x4 = Omega*xi
+        x5 = -x0
+        x6 = xi**2
+        x7 = 2*x6 - 1
+        x8 = x4*x7
+        x9 = (1/2)*x3
+        x10 = -x9
+        x11 = -x2 + 4*x6
+        x12 = 4*x6
+        x13 = x1 + x12
+        x14 = (1/24)*Omega*x11*x13
+        x15 = (1/3)*xi
+        den_o = 1
+        B00 = (Omega*((1/4)*Omega*x3 - xi) + 1) / den
+        B01 = (2 - x4) / den
+        B02 = 0
+        B10 = (Omega*(Omega*(-x10 - x8) + x5) + 1) / den
+        B11 = (Omega*(Omega*x9 - 4*xi) + 4) / den
+        B12 = (1) / den
+        O00 = (Omega**2*(Omega*(Omega*(Omega*(-x14 + (2/3)*x7*xi) + x10) + x0) - 1)) / den_o
+        O01 = (Omega*(Omega*(Omega*(Omega*((1/6)*x11*x13 - 1/12*x3*x4*(x12 - 3)) - x0*x7) + x3) + x5)) / den_o
+        P00 = (Omega*(Omega*(Omega*(x14 - x15*x7) + (1/6)*x3) - x15)) / den_o
+        P01 = (Omega*(Omega*((1/3)*x1*x2 - 1/3*x8) - 4/3*xi)) / den_o
+        P02 = (1 - 1/3*x4) / den_o
+        B03 = 0.0
+        B13 = 0.0
+        P03 = 0.0
+        s[96 + j], s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j], s[768 + j], s[816 + j], s[864 + j], s[912 + j] = D00, D01, D10, D11, B00, B01, B02, B03, B10, B11, B12, B13, O00, O01, P00, P01, P02, P03
 
-    increment (n, 2, 2), load (n, 2, 3), outputs (n, 1, 2), outputs_load (n, 1, 3).
+
+@_compile
+def coefficients(Omega, xi, out):
+    """D, B, O, P of linear_march_2_01y, x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f, row by row.
+
+    D (m, m), rounded once; B (m, 4) and P have zeros in columns beyond the stencil; out (18, n).
     """
-    for i in range(increment.shape[0]):
-        den, D_00, D_01, D_10, D_11, B_00, B_01, B_02, B_10, B_11, B_12, den_o, O_00, O_01, P_00, P_01, P_02 = _increment(Omega[i], xi[i])
-        increment[i, 0, 0] = D_00 / den
-        increment[i, 0, 1] = D_01 / den
-        increment[i, 1, 0] = D_10 / den
-        increment[i, 1, 1] = D_11 / den
-        load[i, 0, 0] = B_00 / den
-        load[i, 0, 1] = B_01 / den
-        load[i, 0, 2] = B_02 / den
-        load[i, 1, 0] = B_10 / den
-        load[i, 1, 1] = B_11 / den
-        load[i, 1, 2] = B_12 / den
-        outputs[i, 0, 0] = O_00 / den_o
-        outputs[i, 0, 1] = O_01 / den_o
-        outputs_load[i, 0, 0] = P_00 / den_o
-        outputs_load[i, 0, 1] = P_01 / den_o
-        outputs_load[i, 0, 2] = P_02 / den_o
+    s = np.ones(20 * 48)
+    for first in range(0, out.shape[1], 48):
+        size = min(48, out.shape[1] - first)
+        for j in range(size):
+            s[j], s[48 + j] = Omega[first + j], xi[first + j]
+        _coefficients(s)
+        for r in range(18):
+            for j in range(size):
+                out[r, first + j] = s[(2 + r) * 48 + j]

@@ -33,8 +33,8 @@ from numba import njit
 NAME = "tchamwa_wielgosz"
 STATE = ("u", "h*v", "h^2*a",)
 PARAMETERS = ("phi",)
-# where u, h*v, h^2*a of the new step stand in the state; -1 - k: row k of the outputs
-OUTPUTS_IN_STATE = (0, 1, 2)
+# module of the linear march and its load instants; entries of the state it carries; whether a was eliminated
+MARCH, LOADS, KEPT, CARRIER = "linear_march_2_01y", 2, (0, 1), True
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
@@ -96,7 +96,7 @@ def _expm1(x):
 
 @_compile
 def _increment(Omega, xi, phi):
-    """Denominators and numerators of A - I, of the load vectors, and of outputs not in the state. 11 operations."""
+    """Denominator and numerators of A - I. 11 operations."""
     x0 = 2*xi
     den = 1
     D_00 = 0
@@ -108,10 +108,7 @@ def _increment(Omega, xi, phi):
     D_20 = -Omega**2
     D_21 = Omega*(-Omega - x0)
     D_22 = Omega*(-Omega*phi - x0) - 1
-    B_00 = 0
-    B_10 = 0
-    B_20 = 1
-    return den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22, B_00, B_10, B_20
+    return den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22
 
 
 @_inline
@@ -306,7 +303,7 @@ def period_error(Omega, xi, phi, out):
 def amplification(Omega, xi, phi, out):
     """Amplification matrix in the order of STATE; out (n, 3, 3)."""
     for i in range(out.shape[0]):
-        den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22, B_00, B_10, B_20 = _increment(Omega[i], xi[i], phi[i])
+        den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22 = _increment(Omega[i], xi[i], phi[i])
         out[i, 0, 0] = 1.0 + D_00 / den
         out[i, 0, 1] = D_01 / den
         out[i, 0, 2] = D_02 / den
@@ -320,28 +317,119 @@ def amplification(Omega, xi, phi, out):
 
 @_compile
 def stencil(phi, out):
-    """Instants (n, 1) at which the load is taken, in steps after t_n."""
+    """Instants (n, 2) at which the load is taken, in steps after t_n."""
     for i in range(out.shape[0]):
-        out[i, 0] = 1
+        out[i, 0] = 0
+        out[i, 1] = 1
+
+_exact = njit(nogil=True, error_model="numpy")  # no fastmath: the tails are what rounding took
+
+
+@_exact
+def _plus(a, b):
+    """a + b and what its rounding took."""
+    head = a + b
+    rest = head - a
+    return head, (a - (head - rest)) + (b - rest)
+
+
+@_exact
+def _plus_one(a, b, b_):
+    """The same for a double and a pair."""
+    head, tail = _plus(a, b)
+    tail += b_
+    total = head + tail
+    return total, tail - (total - head)
+
+
+@_exact
+def _plus_two(a, a_, b, b_):
+    """The same for two pairs."""
+    head, tail = _plus(a, b)
+    tail += a_ + b_
+    total = head + tail
+    return total, tail - (total - head)
+
+
+@_exact
+def _times(a, b):
+    """a*b and what its rounding took, from halves whose products are exact."""
+    head, c, d = a * b, 134217729.0 * a, 134217729.0 * b
+    a1, b1 = c - (c - a), d - (d - b)
+    a2, b2 = a - a1, b - b1
+    return head, ((a1 * b1 - head) + a1 * b2 + a2 * b1) + a2 * b2
+
+
+@_exact
+def _times_one(a, b, b_):
+    """The same for a double and a pair."""
+    head, tail = _times(a, b)
+    tail += a * b_
+    total = head + tail
+    return total, tail - (total - head)
+
+
+@_exact
+def _times_two(a, a_, b, b_):
+    """The same for two pairs."""
+    head, tail = _times(a, b)
+    tail += a * b_ + a_ * b
+    total = head + tail
+    return total, tail - (total - head)
+
+
+@_exact
+def _over(a, a_, b, b_):
+    """The double next to a/b."""
+    head = a / b
+    product, tail = _times(head, b)
+    return head + ((a - product) - tail + a_ - head * b_) / b
 
 
 @_compile
-def coefficients(Omega, xi, phi, increment, load, outputs, outputs_load):
-    """x1 = x0 + increment x0 + load h^2 f, and outputs that are not in the state.
+def _coefficients(s):
+    """Of a block of lanes, whose Omega, xi, phi stand in its first rows."""
+    for j in range(48):
+        Omega, xi, phi = s[j], s[48 + j], s[96 + j]
+        d0, d0_ = _times(Omega, Omega)
+        d1, d1_ = _times(2.0 * Omega, xi)
+        den = 1.0
+        N00, N00_ = _times_one(-1.0 * phi, d0, d0_)
+        s3, s3_ = _times_one(-1.0 * phi, d1, d1_)
+        N01, N01_ = _plus_one(1.0, s3, s3_)
+        N10, N10_ = -1.0 * d0, -1.0 * d0_
+        N11, N11_ = -1.0 * d1, -1.0 * d1_
+        D00 = _over(N00, N00_, den, 0.0)
+        D01 = _over(N01, N01_, den, 0.0)
+        D10 = _over(N10, N10_, den, 0.0)
+        D11 = _over(N11, N11_, den, 0.0)
+        x0 = 2*xi
+        x1 = Omega*phi
+        x2 = x0 + x1
+        den_o = 1
+        B00 = (phi) / den
+        B01 = 0
+        B10 = (1) / den
+        B11 = 0
+        O00 = (Omega**2*(Omega*x2 - 1)) / den_o
+        O01 = (Omega*(Omega*(x0*x1 + (x0 - 1)*(x0 + 1)) - x0)) / den_o
+        P00 = (-Omega*x2) / den_o
+        P01 = (1) / den_o
+        s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j] = D00, D01, D10, D11, B00, B01, B10, B11, O00, O01, P00, P01
 
-    increment (n, 3, 3), load (n, 3, 1), outputs (n, 0, 3), outputs_load (n, 0, 1).
+
+@_compile
+def coefficients(Omega, xi, phi, out):
+    """D, B, O, P of linear_march_2_01y, x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f, row by row.
+
+    D (m, m), rounded once; B (m, 2) and P have zeros in columns beyond the stencil; out (12, n).
     """
-    for i in range(increment.shape[0]):
-        den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22, B_00, B_10, B_20 = _increment(Omega[i], xi[i], phi[i])
-        increment[i, 0, 0] = D_00 / den
-        increment[i, 0, 1] = D_01 / den
-        increment[i, 0, 2] = D_02 / den
-        increment[i, 1, 0] = D_10 / den
-        increment[i, 1, 1] = D_11 / den
-        increment[i, 1, 2] = D_12 / den
-        increment[i, 2, 0] = D_20 / den
-        increment[i, 2, 1] = D_21 / den
-        increment[i, 2, 2] = D_22 / den
-        load[i, 0, 0] = B_00 / den
-        load[i, 1, 0] = B_10 / den
-        load[i, 2, 0] = B_20 / den
+    s = np.ones(15 * 48)
+    for first in range(0, out.shape[1], 48):
+        size = min(48, out.shape[1] - first)
+        for j in range(size):
+            s[j], s[48 + j], s[96 + j] = Omega[first + j], xi[first + j], phi[first + j]
+        _coefficients(s)
+        for r in range(12):
+            for j in range(size):
+                out[r, first + j] = s[(3 + r) * 48 + j]

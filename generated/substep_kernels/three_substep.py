@@ -80,8 +80,8 @@ from numba import njit
 NAME = "three_substep"
 STATE = ("u", "h*v", "h^2*a",)
 PARAMETERS = ("rho_inf", "gamma",)
-# where u, h*v, h^2*a of the new step stand in the state; -1 - k: row k of the outputs
-OUTPUTS_IN_STATE = (0, 1, 2)
+# module of the linear march and its load instants; entries of the state it carries; whether a was eliminated
+MARCH, LOADS, KEPT, CARRIER = "linear_march_2_01y", 4, (0, 1), True
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
@@ -143,138 +143,104 @@ def _expm1(x):
 
 @_compile
 def _increment(Omega, xi, rho_inf, gamma):
-    """Denominators and numerators of A - I, of the load vectors, and of outputs not in the state. 481 operations."""
+    """Denominator and numerators of A - I. 348 operations."""
     x0 = 128*gamma
     x1 = gamma**2
     x2 = x1*xi
     x3 = gamma**3
     x4 = xi**2
-    x5 = 4*x4
-    x6 = x5 + 1
-    x7 = 2*x4
-    x8 = gamma**4
-    x9 = x8*xi
-    x10 = 64*x9
-    x11 = gamma**5
-    x12 = Omega*gamma**7
-    x13 = 2*x12
-    x14 = gamma**6
-    x15 = x14*xi
-    x16 = 24*x15
-    x17 = Omega**2
-    x18 = 2*gamma
-    x19 = x1 + 2
-    x20 = 32*gamma
-    x21 = 3*x1
-    x22 = rho_inf*x21
-    x23 = -x22
-    x24 = 5*x1
-    x25 = x24 + 6
-    x26 = 8*x2
-    x27 = x22 - x24
-    x28 = 8*gamma
-    x29 = -x28
-    x30 = x29 + 2
-    x31 = x27 + x30
-    x32 = -6*gamma
-    x33 = rho_inf*x1
-    x34 = 2*x33
-    x35 = x21*x4
-    x36 = -x7
-    x37 = x33*x4
-    x38 = x36 + x37
-    x39 = x34 - x35 + x38
-    x40 = 8*x3
-    x41 = gamma*xi
-    x42 = 64*x41
-    x43 = 12*gamma
-    x44 = x1 + x33
-    x45 = x24*x4
-    x46 = -3*rho_inf*x1*x4 + x45
-    x47 = 24*gamma
-    x48 = -x4*x47
-    x49 = 6*x4
-    x50 = x48 + x49
-    x51 = 16*x1
-    x52 = x28*x4
-    x53 = x28 - 4
-    x54 = x3*xi
-    x55 = 16*x54
-    x56 = x22*x4
-    x57 = x21 + 2
-    x58 = x32 + x57
-    x59 = x22 + x58
-    x60 = 16*gamma
-    x61 = x4*x60 - x49
-    x62 = 4*x8
-    x63 = gamma - 2
-    x64 = 6 - x47
-    x65 = 9*x1
-    x66 = x33 + x65
-    x67 = x60 - 6
-    x68 = x27 + x67
-    x69 = 2*x9
-    x70 = -x52
-    x71 = x7 + x70
-    x72 = -x33
-    x73 = -x57 - x72
-    x74 = x60*xi
-    x75 = 8*x4
-    x76 = x1*x75
-    x77 = x43 - 6
-    x78 = 8*x1
-    x79 = x33 - 2
-    x80 = x65 + x79
-    x81 = 4*x3
-    x82 = x81*xi
-    x83 = 7*x1
-    x84 = x22 + x83
-    x85 = Omega*x8
-    x86 = 32*xi
-    x87 = rho_inf*x24
-    x88 = rho_inf + 1
-    x89 = x13*x88
-    x90 = -x21
-    x91 = x38 + x4*x65
-    x92 = x33*x75
-    x93 = 9*x33
-    x94 = x25 - x60
-    x95 = -x0
-    x96 = 2*x1 + x4*x83 + x56
-    x97 = x18 + x96
-    x98 = Omega*x62
-    x99 = x1*x4
-    x100 = x1 + x79
-    x101 = gamma*rho_inf + x63
-    x102 = -3*gamma + x44 + 1
-    x103 = x87 + x94
-    x104 = -4*gamma + x19 + x33
-    x105 = x104*x60
-    x106 = 24*x104
-    x107 = x106*x2
-    x108 = x104*x85
-    x109 = x7 + 1
-    x110 = x104*x81
-    den = Omega*(Omega*(Omega*(Omega*(Omega*(x13 + x16) + 24*x11*x6) + x10*(x7 + 3)) + 96*x3*x6) + 384*x2) + x0
-    D_00 = x17*(Omega*(Omega*(Omega*(-x13 + 2*x31*x8*xi) + x40*(x32 + x39 + 2)) + x26*(-x23 - x25)) - x20*(-x18 + x19))
-    D_01 = Omega*(Omega*(Omega*(Omega*(4*rho_inf*x12*xi + x62*(-x45 + x56 + x59 + x61)) + x55*(x39 + x52 + x53)) + x51*(x43 - x44 - x46 - x50 - 6)) - x42*(x19 + x29)) + x0
-    D_02 = Omega*(Omega*(Omega*(rho_inf*x13 + x68*x69) + x40*(10*gamma + rho_inf*x1*x4 - x21 - x33 - x35 - x71 - 4)) - x26*(x64 + x66)) - 32*x1*x63
-    D_10 = x17*(Omega*(Omega*(Omega*(-x80*x82 - x85*(x30 + x84)) + x78*(-x1 - x23 - x76 - x77)) + x31*x74) + 16*x73)
-    D_11 = Omega*(Omega*(Omega*(Omega*(Omega*(-x69*(x67 + x84) - x89) - x40*(x23 + x52 + x67 + x90 + x91)) + 16*x2*(x1 + x64 - x76 + x87)) + x20*(-x36 - x46 - x52 - 2)) + x73*x86)
-    D_12 = Omega*(Omega*(Omega*(x82*(x29 + 11*x33 + x57) + x85*(x93 + x94)) + x78*(x33 + x77 + x90 + x92)) + x68*x74) + 16*x28 + 16*x79 + 16*x90
-    D_20 = x17*(Omega*(Omega*(Omega*(-Omega*x40*(x34 + x58) - x26*(17*x1 + x64 + x93)) - x20*(x71 + x97 - 2)) - x80*x86) + x95)
-    D_21 = Omega*(Omega*(Omega*(Omega*(Omega*(-x55*(6*x1 + x30 + x87) - x59*x98) - x51*(-x1 + 13*x37 + x50 + x72 + x77 + 21*x99)) - x42*(x53 + x71 + x96)) - 64*x18 - 64*x91) - 256*x41)
-    D_22 = Omega*(Omega*(Omega*(Omega*(Omega*(-x16*x88 - x89) - x40*(10*gamma + 12*x37 + x72 + 12*x99 - 4)) - x26*(48*gamma + 16*x37 + x4*x51 + x66 - 18)) - x20*(x61 + x97)) - x86*(x28 + x80)) + x95
-    B_00 = Omega*(Omega*(-8*x102*x85*xi - x81*(x1*x5 + x103 + x33*x5 + x70)) - 48*x101*x54) - x100*x60
-    B_01 = Omega*(Omega*(2*x108*xi + x109*x110) + x107) + x105
-    B_02 = Omega*(Omega*(Omega*(x13 + 16*x15) + 16*x109*x11) + x10) + 32*x3
-    B_10 = Omega*(Omega*(Omega*(8*x101*x9 + x102*x98) - x1*x106) - x102*x42) - x101*x20
-    B_11 = Omega*(x105*xi + x17*(-x104*x82 - x108)) + 16*x104
-    B_12 = Omega*(Omega*(Omega*(4*Omega*x14 + x11*x86) + 32*x109*x8) + 128*x54) + 64*x1
-    B_20 = Omega*(Omega*(Omega*(Omega*x103*x81 + 96*x102*x2) + x60*(x100 + x48 + x75 + x76 + x92)) + x101*x42)
-    B_21 = Omega*(Omega*(Omega*(-Omega*x110 - x107) - x105*x109) - x104*x86)
-    B_22 = Omega*(Omega*(Omega*(8*Omega*x11 + x10) + 64*x109*x3) + 256*x2) + x0
-    return den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22, B_00, B_01, B_02, B_10, B_11, B_12, B_20, B_21, B_22
+    x5 = 4*x4 + 1
+    x6 = 2*x4
+    x7 = gamma**4
+    x8 = x7*xi
+    x9 = Omega*gamma**7
+    x10 = 2*x9
+    x11 = 24*gamma**6*xi
+    x12 = Omega**2
+    x13 = 2*gamma
+    x14 = x1 + 2
+    x15 = 32*gamma
+    x16 = 3*x1
+    x17 = rho_inf*x16
+    x18 = -x17
+    x19 = 5*x1
+    x20 = x19 + 6
+    x21 = 8*x2
+    x22 = x17 - x19
+    x23 = 8*gamma
+    x24 = -x23
+    x25 = x24 + 2
+    x26 = x22 + x25
+    x27 = -6*gamma
+    x28 = rho_inf*x1
+    x29 = 2*x28
+    x30 = x16*x4
+    x31 = -x6
+    x32 = x28*x4
+    x33 = x31 + x32
+    x34 = x29 - x30 + x33
+    x35 = 8*x3
+    x36 = gamma*xi
+    x37 = 64*x36
+    x38 = 12*gamma
+    x39 = x19*x4
+    x40 = -3*rho_inf*x1*x4 + x39
+    x41 = 6*x4
+    x42 = 24*gamma
+    x43 = -x4*x42 + x41
+    x44 = 16*x1
+    x45 = x23*x4
+    x46 = x23 - 4
+    x47 = x3*xi
+    x48 = 16*x47
+    x49 = x17*x4
+    x50 = x16 + 2
+    x51 = x27 + x50
+    x52 = x17 + x51
+    x53 = 16*gamma
+    x54 = x4*x53 - x41
+    x55 = 4*x7
+    x56 = 9*x1
+    x57 = x28 + x56
+    x58 = 6 - x42
+    x59 = x53 - 6
+    x60 = x22 + x59
+    x61 = 2*x8
+    x62 = -x45 + x6
+    x63 = -x28
+    x64 = -x50 - x63
+    x65 = x53*xi
+    x66 = 8*x1
+    x67 = x4*x66
+    x68 = x38 - 6
+    x69 = x57 - 2
+    x70 = 4*x47
+    x71 = 7*x1
+    x72 = x17 + x71
+    x73 = Omega*x7
+    x74 = 32*xi
+    x75 = rho_inf*x19
+    x76 = rho_inf + 1
+    x77 = x10*x76
+    x78 = -x16
+    x79 = x33 + x4*x56
+    x80 = x28 + x78
+    x81 = 9*x28
+    x82 = -x0
+    x83 = 2*x1 + x4*x71 + x49
+    x84 = x13 + x83
+    x85 = x1*x4
+    den = Omega*(Omega*(Omega*(Omega*(Omega*(x10 + x11) + 24*gamma**5*x5) + 64*x8*(x6 + 3)) + 96*x3*x5) + 384*x2) + x0
+    D_00 = x12*(Omega*(Omega*(Omega*(-x10 + 2*x26*x7*xi) + x35*(x27 + x34 + 2)) + x21*(-x18 - x20)) - x15*(-x13 + x14))
+    D_01 = Omega*(Omega*(Omega*(Omega*(4*rho_inf*x9*xi + x55*(-x39 + x49 + x52 + x54)) + x48*(x34 + x45 + x46)) + x44*(-x1 - x28 + x38 - x40 - x43 - 6)) - x37*(x14 + x24)) + x0
+    D_02 = Omega*(Omega*(Omega*(rho_inf*x10 + x60*x61) + x35*(10*gamma + rho_inf*x1*x4 - x16 - x28 - x30 - x62 - 4)) - x21*(x57 + x58)) - 32*x1*(gamma - 2)
+    D_10 = x12*(Omega*(Omega*(Omega*(-x69*x70 - x73*(x25 + x72)) + x66*(-x1 - x18 - x67 - x68)) + x26*x65) + 16*x64)
+    D_11 = Omega*(Omega*(Omega*(Omega*(Omega*(-x61*(x59 + x72) - x77) - x35*(x18 + x45 + x59 + x78 + x79)) + 16*x2*(x1 + x58 - x67 + x75)) + x15*(-x31 - x40 - x45 - 2)) + x64*x74)
+    D_12 = Omega*(Omega*(Omega*(x70*(x24 + 11*x28 + x50) + x73*(x20 - x53 + x81)) + x66*(8*x32 + x68 + x80)) + x60*x65) + 16*x23 + 16*x80 - 32
+    D_20 = x12*(Omega*(Omega*(Omega*(-Omega*x35*(x29 + x51) - x21*(17*x1 + x58 + x81)) - x15*(x62 + x84 - 2)) - x69*x74) + x82)
+    D_21 = Omega*(Omega*(Omega*(Omega*(Omega*(-Omega*x52*x55 - x48*(6*x1 + x25 + x75)) - x44*(-x1 + 13*x32 + x43 + x63 + x68 + 21*x85)) - x37*(x46 + x62 + x83)) - 64*x13 - 64*x79) - 256*x36)
+    D_22 = Omega*(Omega*(Omega*(Omega*(Omega*(-x11*x76 - x77) - x35*(10*gamma + 12*x32 + x63 + 12*x85 - 4)) - x21*(48*gamma + 16*x32 + x4*x44 + x57 - 18)) - x15*(x54 + x84)) - x74*(x23 + x69)) + x82
+    return den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22
 
 
 @_inline
@@ -543,10 +509,7 @@ def period_error(Omega, xi, rho_inf, gamma, out):
 def amplification(Omega, xi, rho_inf, gamma, out):
     """Amplification matrix in the order of STATE; out (n, 3, 3)."""
     for i in range(out.shape[0]):
-        (
-            den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22, B_00, B_01, B_02, B_10, B_11, B_12, B_20,
-            B_21, B_22
-        ) = _increment(Omega[i], xi[i], rho_inf[i], gamma[i])
+        den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22 = _increment(Omega[i], xi[i], rho_inf[i], gamma[i])
         out[i, 0, 0] = 1.0 + D_00 / den
         out[i, 0, 1] = D_01 / den
         out[i, 0, 2] = D_02 / den
@@ -560,39 +523,337 @@ def amplification(Omega, xi, rho_inf, gamma, out):
 
 @_compile
 def stencil(rho_inf, gamma, out):
-    """Instants (n, 3) at which the load is taken, in steps after t_n."""
+    """Instants (n, 4) at which the load is taken, in steps after t_n."""
     for i in range(out.shape[0]):
-        out[i, 0] = gamma[i]
-        out[i, 1] = 2*gamma[i]
-        out[i, 2] = 1
+        out[i, 0] = 0
+        out[i, 1] = gamma[i]
+        out[i, 2] = 2*gamma[i]
+        out[i, 3] = 1
+
+_exact = njit(nogil=True, error_model="numpy")  # no fastmath: the tails are what rounding took
+
+
+@_exact
+def _plus(a, b):
+    """a + b and what its rounding took."""
+    head = a + b
+    rest = head - a
+    return head, (a - (head - rest)) + (b - rest)
+
+
+@_exact
+def _plus_one(a, b, b_):
+    """The same for a double and a pair."""
+    head, tail = _plus(a, b)
+    tail += b_
+    total = head + tail
+    return total, tail - (total - head)
+
+
+@_exact
+def _plus_two(a, a_, b, b_):
+    """The same for two pairs."""
+    head, tail = _plus(a, b)
+    tail += a_ + b_
+    total = head + tail
+    return total, tail - (total - head)
+
+
+@_exact
+def _times(a, b):
+    """a*b and what its rounding took, from halves whose products are exact."""
+    head, c, d = a * b, 134217729.0 * a, 134217729.0 * b
+    a1, b1 = c - (c - a), d - (d - b)
+    a2, b2 = a - a1, b - b1
+    return head, ((a1 * b1 - head) + a1 * b2 + a2 * b1) + a2 * b2
+
+
+@_exact
+def _times_one(a, b, b_):
+    """The same for a double and a pair."""
+    head, tail = _times(a, b)
+    tail += a * b_
+    total = head + tail
+    return total, tail - (total - head)
+
+
+@_exact
+def _times_two(a, a_, b, b_):
+    """The same for two pairs."""
+    head, tail = _times(a, b)
+    tail += a * b_ + a_ * b
+    total = head + tail
+    return total, tail - (total - head)
+
+
+@_exact
+def _over(a, a_, b, b_):
+    """The double next to a/b."""
+    head = a / b
+    product, tail = _times(head, b)
+    return head + ((a - product) - tail + a_ - head * b_) / b
 
 
 @_compile
-def coefficients(Omega, xi, rho_inf, gamma, increment, load, outputs, outputs_load):
-    """x1 = x0 + increment x0 + load h^2 f, and outputs that are not in the state.
+def _coefficients(s):
+    """Of a block of lanes, whose Omega, xi, rho_inf, gamma stand in its first rows."""
+    for j in range(48):
+        Omega, xi, rho_inf, gamma = s[j], s[48 + j], s[96 + j], s[144 + j]
+        d0 = 128.0 * gamma
+        d1, d1_ = _times(gamma, gamma)
+        d2, d2_ = _times_one(xi, d1, d1_)
+        s2, s2_ = _times(gamma, gamma)
+        d3, d3_ = _times_one(gamma, s2, s2_)
+        d4, d4_ = _times(xi, xi)
+        d5, d5_ = 4.0 * d4, 4.0 * d4_
+        d6, d6_ = _plus_one(1.0, d5, d5_)
+        d7, d7_ = 2.0 * d4, 2.0 * d4_
+        s6, s6_ = _times(gamma, gamma)
+        s7, s7_ = _times_one(gamma, s6, s6_)
+        d8, d8_ = _times_one(gamma, s7, s7_)
+        d9, d9_ = _times_one(xi, d8, d8_)
+        s10, s10_ = _times(gamma, gamma)
+        s11, s11_ = _times_one(gamma, s10, s10_)
+        s12, s12_ = _times_one(gamma, s11, s11_)
+        s13, s13_ = _times_one(gamma, s12, s12_)
+        s14, s14_ = _times_one(gamma, s13, s13_)
+        s15, s15_ = _times_one(gamma, s14, s14_)
+        d10, d10_ = _times_one(2.0 * Omega, s15, s15_)
+        s17, s17_ = _times(gamma, gamma)
+        s18, s18_ = _times_one(gamma, s17, s17_)
+        s19, s19_ = _times_one(gamma, s18, s18_)
+        s20, s20_ = _times_one(gamma, s19, s19_)
+        s21, s21_ = _times_one(gamma, s20, s20_)
+        s22, s22_ = _times(24.0, xi)
+        d11, d11_ = _times_two(s22, s22_, s21, s21_)
+        d12, d12_ = _times(Omega, Omega)
+        d13 = 64.0 * gamma
+        d14, d14_ = _plus(1.0, rho_inf)
+        d15, d15_ = _times_two(d10, d10_, d14, d14_)
+        d16, d16_ = _times(3.0, gamma)
+        d17, d17_ = _plus_one(-1.0, d16, d16_)
+        d18, d18_ = 16.0 * d9, 16.0 * d9_
+        d19 = 16.0 * gamma
+        d20, d20_ = _times_one(3.0, d1, d1_)
+        d21, d21_ = _times_one(rho_inf, d20, d20_)
+        d22, d22_ = _plus_two(d20, d20_, d21, d21_)
+        d23, d23_ = 8.0 * d3, 8.0 * d3_
+        s32, s32_ = _times(d0, xi)
+        d24, d24_ = _times_two(s32, s32_, d17, d17_)
+        d25, d25_ = _times(12.0, gamma)
+        d26, d26_ = _times_one(rho_inf, d1, d1_)
+        d27, d27_ = _plus_two(-1.0 * d1, -1.0 * d1_, -1.0 * d26, -1.0 * d26_)
+        s37, s37_ = _times_two(d1, d1_, d5, d5_)
+        s38, s38_ = _times_two(d26, d26_, d5, d5_)
+        s39, s39_ = _plus_one(-6.0, d25, d25_)
+        s40, s40_ = _plus_two(s39, s39_, d27, d27_)
+        s41, s41_ = _plus_two(s40, s40_, s37, s37_)
+        s42, s42_ = _plus_two(s41, s41_, s38, s38_)
+        d28, d28_ = _times_two(16.0 * d1, 16.0 * d1_, s42, s42_)
+        s44, s44_ = _times_one(rho_inf, d16, d16_)
+        s45, s45_ = _plus_one(-2.0, d16, d16_)
+        s46, s46_ = _plus_two(s45, s45_, s44, s44_)
+        s47, s47_ = _times_two(d18, d18_, s46, s46_)
+        s48, s48_ = _times(-6.0, gamma)
+        s49, s49_ = _plus_one(2.0, d22, d22_)
+        s50, s50_ = _plus_two(s49, s49_, s48, s48_)
+        s51, s51_ = _times_one(4.0 * Omega, d8, d8_)
+        s52, s52_ = _times_two(s51, s51_, s50, s50_)
+        d29, d29_ = _plus_two(s47, s47_, s52, s52_)
+        d30, d30_ = _times_one(12.0, d4, d4_)
+        s55, s55_ = _times_one(384.0, d2, d2_)
+        s56, s56_ = _plus_two(d10, d10_, d11, d11_)
+        s57, s57_ = _times_one(Omega, s56, s56_)
+        s58, s58_ = _times(gamma, gamma)
+        s59, s59_ = _times_one(gamma, s58, s58_)
+        s60, s60_ = _times_one(gamma, s59, s59_)
+        s61, s61_ = _times_one(gamma, s60, s60_)
+        s62, s62_ = _times_one(24.0, d6, d6_)
+        s63, s63_ = _times_two(s62, s62_, s61, s61_)
+        s64, s64_ = _plus_two(s57, s57_, s63, s63_)
+        s65, s65_ = _times_one(Omega, s64, s64_)
+        s66, s66_ = _plus_one(3.0, d7, d7_)
+        s67, s67_ = _times_two(64.0 * d9, 64.0 * d9_, s66, s66_)
+        s68, s68_ = _plus_two(s65, s65_, s67, s67_)
+        s69, s69_ = _times_one(Omega, s68, s68_)
+        s70, s70_ = _times_one(96.0, d3, d3_)
+        s71, s71_ = _times_two(s70, s70_, d6, d6_)
+        s72, s72_ = _plus_two(s69, s69_, s71, s71_)
+        s73, s73_ = _times_one(Omega, s72, s72_)
+        s74, s74_ = _plus_two(s55, s55_, s73, s73_)
+        s75, s75_ = _times_one(Omega, s74, s74_)
+        den, den_ = _plus_one(d0, s75, s75_)
+        s77, s77_ = _times_two(-1.0 * d17, -1.0 * d17_, d18, d18_)
+        s78, s78_ = _plus_two(-1.0 * d15, -1.0 * d15_, s77, s77_)
+        s79, s79_ = _times_one(Omega, s78, s78_)
+        s80, s80_ = _times_one(-8.0 * gamma, d4, d4_)
+        s81, s81_ = _plus(6.0, -1.0 * d19)
+        s82, s82_ = _plus_two(s81, s81_, d22, d22_)
+        s83, s83_ = _plus_two(s82, s82_, s80, s80_)
+        s84, s84_ = _times_two(d23, d23_, s83, s83_)
+        s85, s85_ = _plus_two(s79, s79_, s84, s84_)
+        s86, s86_ = _times_one(Omega, s85, s85_)
+        s87, s87_ = _times(gamma, rho_inf)
+        s88, s88_ = _plus(-6.0, gamma)
+        s89, s89_ = _plus_two(s88, s88_, s87, s87_)
+        s90, s90_ = _times_one(32.0 * xi, d3, d3_)
+        s91, s91_ = _times_two(s90, s90_, s89, s89_)
+        s92, s92_ = _plus_two(s86, s86_, s91, s91_)
+        s93, s93_ = _times_one(Omega, s92, s92_)
+        s94, s94_ = _plus_one(-1.0 * d13, s93, s93_)
+        N00, N00_ = _times_two(d12, d12_, s94, s94_)
+        s96, s96_ = _times_one(Omega, d29, d29_)
+        s97, s97_ = _plus_two(d28, d28_, s96, s96_)
+        s98, s98_ = _times_one(Omega, s97, s97_)
+        s99, s99_ = _plus_two(d24, d24_, s98, s98_)
+        s100, s100_ = _times_one(Omega, s99, s99_)
+        N01, N01_ = _plus_one(d0, s100, s100_)
+        s102, s102_ = _times_one(-1.0 * Omega, d29, d29_)
+        s103, s103_ = _plus_two(-1.0 * d28, -1.0 * d28_, s102, s102_)
+        s104, s104_ = _times_one(Omega, s103, s103_)
+        s105, s105_ = _plus_two(-1.0 * d24, -1.0 * d24_, s104, s104_)
+        s106, s106_ = _times_one(Omega, s105, s105_)
+        s107, s107_ = _plus_one(-1.0 * d0, s106, s106_)
+        N10, N10_ = _times_two(d12, d12_, s107, s107_)
+        s109, s109_ = _times_two(-1.0 * d11, -1.0 * d11_, d14, d14_)
+        s110, s110_ = _plus_two(-1.0 * d15, -1.0 * d15_, s109, s109_)
+        s111, s111_ = _times_one(Omega, s110, s110_)
+        s112, s112_ = _times_two(d1, d1_, d30, d30_)
+        s113, s113_ = _times_two(d26, d26_, d30, d30_)
+        s114, s114_ = _plus(-6.0, d19)
+        s115, s115_ = _plus_two(s114, s114_, -1.0 * d20, -1.0 * d20_)
+        s116, s116_ = _plus_two(s115, s115_, -1.0 * d21, -1.0 * d21_)
+        s117, s117_ = _plus_two(s116, s116_, s112, s112_)
+        s118, s118_ = _plus_two(s117, s117_, s113, s113_)
+        s119, s119_ = _times_two(-1.0 * d23, -1.0 * d23_, s118, s118_)
+        s120, s120_ = _plus_two(s111, s111_, s119, s119_)
+        s121, s121_ = _times_one(Omega, s120, s120_)
+        s122, s122_ = _times(9.0, gamma)
+        s123, s123_ = _times_two(d1, d1_, d7, d7_)
+        s124, s124_ = _times_two(d26, d26_, d7, d7_)
+        s125, s125_ = _plus_one(-3.0, d27, d27_)
+        s126, s126_ = _plus_two(s125, s125_, s122, s122_)
+        s127, s127_ = _plus_two(s126, s126_, s123, s123_)
+        s128, s128_ = _plus_two(s127, s127_, s124, s124_)
+        s129, s129_ = _times_two(-64.0 * d2, -64.0 * d2_, s128, s128_)
+        s130, s130_ = _plus_two(s121, s121_, s129, s129_)
+        s131, s131_ = _times_one(Omega, s130, s130_)
+        s132, s132_ = _times_two(d25, d25_, d4, d4_)
+        s133, s133_ = _plus_one(1.0, -1.0 * d5, -1.0 * d5_)
+        s134, s134_ = _plus_two(s133, s133_, s132, s132_)
+        s135, s135_ = _times_one(-1.0 * d13, s134, s134_)
+        s136, s136_ = _plus_two(s131, s131_, s135, s135_)
+        s137, s137_ = _times_one(Omega, s136, s136_)
+        s138, s138_ = _times(-256.0 * gamma, xi)
+        s139, s139_ = _plus_two(s137, s137_, s138, s138_)
+        N11, N11_ = _times_one(Omega, s139, s139_)
+        D00 = _over(N00, N00_, den, den_)
+        D01 = _over(N01, N01_, den, den_)
+        D10 = _over(N10, N10_, den, den_)
+        D11 = _over(N11, N11_, den, den_)
+        x0 = 64*gamma
+        x1 = gamma**2
+        x2 = x1*xi
+        x3 = xi**2
+        x4 = 4*x3
+        x5 = x4 + 1
+        x6 = gamma**3
+        x7 = 48*x6
+        x8 = 2*x3
+        x9 = gamma**4
+        x10 = x9*xi
+        x11 = 32*x10
+        x12 = gamma**5
+        x13 = Omega*gamma**7
+        x14 = gamma**6
+        x15 = x14*xi
+        x16 = 12*x15
+        x17 = gamma - 2
+        x18 = 24*gamma
+        x19 = rho_inf*x1
+        x20 = 2*x13
+        x21 = rho_inf*x20
+        x22 = 16*gamma
+        x23 = 5*x1
+        x24 = 3*x1
+        x25 = rho_inf*x24
+        x26 = x22 - x23 + x25 - 6
+        x27 = 2*x10
+        x28 = 8*gamma
+        x29 = -x28*x3
+        x30 = -10*gamma + x19 + x24 + 4
+        x31 = x1 + x19
+        x32 = x31 - 2
+        x33 = gamma*rho_inf + x17
+        x34 = 3*gamma
+        x35 = x31 - x34 + 1
+        x36 = 8*x10
+        x37 = 6 - x22
+        x38 = x23 + x37
+        x39 = rho_inf*x23 + x38
+        x40 = 4*x6
+        x41 = -4*gamma + x31 + 2
+        x42 = x22*x41
+        x43 = 24*x41
+        x44 = x8 + 1
+        x45 = x40*x41
+        x46 = 32*x6
+        x47 = x19 - x24
+        x48 = x28 + x47 - 2
+        x49 = 12*gamma
+        x50 = 8*x3
+        x51 = x19*x50
+        x52 = 8*x1
+        x53 = Omega*x9
+        x54 = x24 + 2
+        x55 = 32*gamma
+        x56 = x33*x55
+        x57 = x0*xi
+        x58 = Omega**2
+        x59 = 128*xi
+        x60 = 4*Omega
+        x61 = x1*x3
+        x62 = -x18*x3 + x50
+        x63 = x24 + 12*x61 + x62
+        x64 = 4*x1
+        x65 = rho_inf*x13 + rho_inf*x16
+        x66 = x19*x3
+        x67 = -12*x66
+        x68 = x25 + x67
+        x69 = 6*gamma
+        x70 = -6*gamma + x54
+        x71 = 16*xi
+        x72 = 2*Omega*x6
+        den_o = Omega*(Omega*(Omega*(Omega*(Omega*(x13 + x16) + 12*x12*x5) + x11*(x8 + 3)) + x5*x7) + 192*x2) + x0
+        B00 = (Omega*(Omega*(Omega*(x21 + x26*x27) + 8*x6*(rho_inf*x1*x3 - x24*x3 - x29 - x30 - x8)) - 8*x2*(9*x1 - x18 + x19 + 6)) - 32*x1*x17) / den
+        B01 = (Omega*(Omega*(-Omega*x35*x36 - x40*(x1*x4 + x19*x4 + x29 + x39)) - x33*x7*xi) - x22*x32) / den
+        B02 = (Omega*(Omega*(Omega*x27*x41 + x44*x45) + x2*x43) + x42) / den
+        B03 = (Omega*(Omega*(Omega*(16*x15 + x20) + 16*x12*x44) + 64*x10) + x46) / den
+        B10 = (Omega*(Omega*(Omega*(x40*xi*(11*x19 - x28 + x54) + x53*(9*x19 + x38)) + x52*(x47 + x49 + x51 - 6)) + x22*x26*xi) + 16*x48) / den
+        B11 = (Omega*(Omega*(Omega*(x33*x36 + 4*x35*x53) - x1*x43) - x35*x57) - x56) / den
+        B12 = (Omega*(x42*xi + x58*(-x41*x53 - x45*xi)) + 16*x41) / den
+        B13 = (Omega*(Omega*(Omega*(32*x12*xi + x14*x60) + 32*x44*x9) + x59*x6) + 64*x1) / den
+        O00 = (x58*(Omega*(Omega*(Omega*(Omega*(Omega*x65 + x40*(-6*x1 - x37 - x68)) + 32*x2*(9*gamma + 2*rho_inf*x1*x3 - x19 - x64 - 3)) - x22*(x63 - 2)) - x57*(x34 - 2)) - x0)) / den_o
+        O01 = (Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(x21*xi + 2*x9*(-x68 - x70)) + 24*x6*xi*(4*rho_inf*x1*x3 - 2*x19 - x70)) + x52*(72*gamma*x3 + 16*x19*xi**4 - 24*x3 + x31 - x49 - 36*x61 + x67 + 6)) - x55*xi*(x63 + x69 - 4)) - x0*(x3*x69 - x4 + 1)) - gamma*x59)) / den_o
+        P00 = (Omega*(Omega*(Omega*(Omega*(-Omega*x65 - x40*(-x30 - x67)) - x64*xi*(48*gamma - 15*x1 + x19 + 16*x66 - 18)) - x22*(2*gamma - x1 + x22*x3 - x23*x3 + x25*x3 - 6*x3)) - x48*x71)) / den_o
+        P01 = (Omega*(Omega*(Omega*(48*x2*x35 + x39*x72) + x28*(x1*x50 + x32 + x51 + x62)) + x56*xi)) / den_o
+        P02 = (Omega*(Omega*(Omega*(-12*x2*x41 - x41*x72) - x28*x41*x44) - x41*x71)) / den_o
+        P03 = (Omega*(Omega*(Omega*(x11 + x12*x60) + x44*x46) + 128*x2) + x0) / den_o
+        s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j], s[768 + j], s[816 + j], s[864 + j], s[912 + j], s[960 + j], s[1008 + j] = D00, D01, D10, D11, B00, B01, B02, B03, B10, B11, B12, B13, O00, O01, P00, P01, P02, P03
 
-    increment (n, 3, 3), load (n, 3, 3), outputs (n, 0, 3), outputs_load (n, 0, 3).
+
+@_compile
+def coefficients(Omega, xi, rho_inf, gamma, out):
+    """D, B, O, P of linear_march_2_01y, x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f, row by row.
+
+    D (m, m), rounded once; B (m, 4) and P have zeros in columns beyond the stencil; out (18, n).
     """
-    for i in range(increment.shape[0]):
-        (
-            den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22, B_00, B_01, B_02, B_10, B_11, B_12, B_20,
-            B_21, B_22
-        ) = _increment(Omega[i], xi[i], rho_inf[i], gamma[i])
-        increment[i, 0, 0] = D_00 / den
-        increment[i, 0, 1] = D_01 / den
-        increment[i, 0, 2] = D_02 / den
-        increment[i, 1, 0] = D_10 / den
-        increment[i, 1, 1] = D_11 / den
-        increment[i, 1, 2] = D_12 / den
-        increment[i, 2, 0] = D_20 / den
-        increment[i, 2, 1] = D_21 / den
-        increment[i, 2, 2] = D_22 / den
-        load[i, 0, 0] = B_00 / den
-        load[i, 0, 1] = B_01 / den
-        load[i, 0, 2] = B_02 / den
-        load[i, 1, 0] = B_10 / den
-        load[i, 1, 1] = B_11 / den
-        load[i, 1, 2] = B_12 / den
-        load[i, 2, 0] = B_20 / den
-        load[i, 2, 1] = B_21 / den
-        load[i, 2, 2] = B_22 / den
+    s = np.ones(22 * 48)
+    for first in range(0, out.shape[1], 48):
+        size = min(48, out.shape[1] - first)
+        for j in range(size):
+            s[j], s[48 + j], s[96 + j], s[144 + j] = Omega[first + j], xi[first + j], rho_inf[first + j], gamma[first + j]
+        _coefficients(s)
+        for r in range(18):
+            for j in range(size):
+                out[r, first + j] = s[(4 + r) * 48 + j]

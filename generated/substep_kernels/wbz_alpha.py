@@ -34,8 +34,8 @@ from numba import njit
 NAME = "wbz_alpha"
 STATE = ("u", "h*v", "h^2*a",)
 PARAMETERS = ("alpha_B",)
-# where u, h*v, h^2*a of the new step stand in the state; -1 - k: row k of the outputs
-OUTPUTS_IN_STATE = (0, 1, 2)
+# module of the linear march and its load instants; entries of the state it carries; whether a was eliminated
+MARCH, LOADS, KEPT, CARRIER = "linear_march_3_012", 2, (0, 1, 2), False
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
@@ -44,7 +44,7 @@ _compile = njit(cache=True, nogil=True, error_model="numpy")
 
 @_compile
 def _increment(Omega, xi, alpha_B):
-    """Denominators and numerators of A - I, of the load vectors, and of outputs not in the state. 46 operations."""
+    """Denominator and numerators of A - I. 44 operations."""
     x0 = alpha_B - 1
     x1 = 4*x0
     x2 = x0**2
@@ -65,10 +65,7 @@ def _increment(Omega, xi, alpha_B):
     D_20 = -4*x5
     D_21 = Omega*(-4*Omega - x9)
     D_22 = Omega*(-x7 - x9) - 4
-    B_00 = x2
-    B_10 = -2*x3
-    B_20 = 4
-    return den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22, B_00, B_10, B_20
+    return den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22
 
 
 @_compile
@@ -347,7 +344,7 @@ def period_error(Omega, xi, alpha_B, out):
 def amplification(Omega, xi, alpha_B, out):
     """Amplification matrix in the order of STATE; out (n, 3, 3)."""
     for i in range(out.shape[0]):
-        den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22, B_00, B_10, B_20 = _increment(Omega[i], xi[i], alpha_B[i])
+        den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22 = _increment(Omega[i], xi[i], alpha_B[i])
         out[i, 0, 0] = 1.0 + D_00 / den
         out[i, 0, 1] = D_01 / den
         out[i, 0, 2] = D_02 / den
@@ -365,24 +362,139 @@ def stencil(alpha_B, out):
     for i in range(out.shape[0]):
         out[i, 0] = 1
 
+_exact = njit(nogil=True, error_model="numpy")  # no fastmath: the tails are what rounding took
+
+
+@_exact
+def _plus(a, b):
+    """a + b and what its rounding took."""
+    head = a + b
+    rest = head - a
+    return head, (a - (head - rest)) + (b - rest)
+
+
+@_exact
+def _plus_one(a, b, b_):
+    """The same for a double and a pair."""
+    head, tail = _plus(a, b)
+    tail += b_
+    total = head + tail
+    return total, tail - (total - head)
+
+
+@_exact
+def _plus_two(a, a_, b, b_):
+    """The same for two pairs."""
+    head, tail = _plus(a, b)
+    tail += a_ + b_
+    total = head + tail
+    return total, tail - (total - head)
+
+
+@_exact
+def _times(a, b):
+    """a*b and what its rounding took, from halves whose products are exact."""
+    head, c, d = a * b, 134217729.0 * a, 134217729.0 * b
+    a1, b1 = c - (c - a), d - (d - b)
+    a2, b2 = a - a1, b - b1
+    return head, ((a1 * b1 - head) + a1 * b2 + a2 * b1) + a2 * b2
+
+
+@_exact
+def _times_one(a, b, b_):
+    """The same for a double and a pair."""
+    head, tail = _times(a, b)
+    tail += a * b_
+    total = head + tail
+    return total, tail - (total - head)
+
+
+@_exact
+def _times_two(a, a_, b, b_):
+    """The same for two pairs."""
+    head, tail = _times(a, b)
+    tail += a * b_ + a_ * b
+    total = head + tail
+    return total, tail - (total - head)
+
+
+@_exact
+def _over(a, a_, b, b_):
+    """The double next to a/b."""
+    head = a / b
+    product, tail = _times(head, b)
+    return head + ((a - product) - tail + a_ - head * b_) / b
+
 
 @_compile
-def coefficients(Omega, xi, alpha_B, increment, load, outputs, outputs_load):
-    """x1 = x0 + increment x0 + load h^2 f, and outputs that are not in the state.
+def _coefficients(s):
+    """Of a block of lanes, whose Omega, xi, alpha_B stand in its first rows."""
+    for j in range(48):
+        Omega, xi, alpha_B = s[j], s[48 + j], s[96 + j]
+        d0, d0_ = _plus(-1.0, alpha_B)
+        d1, d1_ = 4.0 * d0, 4.0 * d0_
+        d2, d2_ = _times_two(d0, d0_, d0, d0_)
+        d3, d3_ = _plus(-1.0, 2.0 * alpha_B)
+        d4, d4_ = _times_one(4.0 * xi, d3, d3_)
+        d5, d5_ = _times(Omega, Omega)
+        d6, d6_ = _times(alpha_B, alpha_B)
+        d7 = 2.0 * Omega
+        d8, d8_ = _times(d7, xi)
+        d9 = 8.0 * xi
+        s7, s7_ = _times_one(Omega, d2, d2_)
+        s8, s8_ = _plus_two(-1.0 * d4, -1.0 * d4_, s7, s7_)
+        s9, s9_ = _times_one(Omega, s8, s8_)
+        den, den_ = _plus_two(-1.0 * d1, -1.0 * d1_, s9, s9_)
+        N00, N00_ = _times_two(-1.0 * d2, -1.0 * d2_, d5, d5_)
+        s12, s12_ = _plus_two(d3, d3_, d6, d6_)
+        s13, s13_ = _times_two(-1.0 * d8, -1.0 * d8_, s12, s12_)
+        N01, N01_ = _plus_two(-1.0 * d1, -1.0 * d1_, s13, s13_)
+        s15, s15_ = _plus(1.0, alpha_B)
+        s16, s16_ = _times_two(-1.0 * d0, -1.0 * d0_, s15, s15_)
+        s17, s17_ = _times_two(-1.0 * d6, -1.0 * d6_, d8, d8_)
+        N02, N02_ = _plus_two(s16, s16_, s17, s17_)
+        N10, N10_ = _times_two(2.0 * d3, 2.0 * d3_, d5, d5_)
+        s20, s20_ = _times_one(d7, d3, d3_)
+        s21, s21_ = _plus_two(d4, d4_, s20, s20_)
+        N11, N11_ = _times_one(Omega, s21, s21_)
+        s23, s23_ = _times_two(d5, d5_, d6, d6_)
+        N12, N12_ = _plus_one(2.0, s23, s23_)
+        N20, N20_ = -4.0 * d5, -4.0 * d5_
+        s25, s25_ = _plus(-1.0 * d9, -4.0 * Omega)
+        N21, N21_ = _times_one(Omega, s25, s25_)
+        s27, s27_ = _plus(-1.0 * d7, -1.0 * d9)
+        s28, s28_ = _times_one(Omega, s27, s27_)
+        N22, N22_ = _plus_one(-4.0, s28, s28_)
+        D00 = _over(N00, N00_, den, den_)
+        D01 = _over(N01, N01_, den, den_)
+        D02 = _over(N02, N02_, den, den_)
+        D10 = _over(N10, N10_, den, den_)
+        D11 = _over(N11, N11_, den, den_)
+        D12 = _over(N12, N12_, den, den_)
+        D20 = _over(N20, N20_, den, den_)
+        D21 = _over(N21, N21_, den, den_)
+        D22 = _over(N22, N22_, den, den_)
+        B00 = ((alpha_B - 1)**2) / den
+        B10 = (-2*(2*alpha_B - 1)) / den
+        B20 = (4) / den
+        B01 = 0.0
+        B11 = 0.0
+        B21 = 0.0
+        s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j], s[768 + j], s[816 + j] = D00, D01, D02, D10, D11, D12, D20, D21, D22, B00, B01, B10, B11, B20, B21
 
-    increment (n, 3, 3), load (n, 3, 1), outputs (n, 0, 3), outputs_load (n, 0, 1).
+
+@_compile
+def coefficients(Omega, xi, alpha_B, out):
+    """D, B, O, P of linear_march_3_012, x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f, row by row.
+
+    D (m, m), rounded once; B (m, 2) and P have zeros in columns beyond the stencil; out (15, n).
     """
-    for i in range(increment.shape[0]):
-        den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22, B_00, B_10, B_20 = _increment(Omega[i], xi[i], alpha_B[i])
-        increment[i, 0, 0] = D_00 / den
-        increment[i, 0, 1] = D_01 / den
-        increment[i, 0, 2] = D_02 / den
-        increment[i, 1, 0] = D_10 / den
-        increment[i, 1, 1] = D_11 / den
-        increment[i, 1, 2] = D_12 / den
-        increment[i, 2, 0] = D_20 / den
-        increment[i, 2, 1] = D_21 / den
-        increment[i, 2, 2] = D_22 / den
-        load[i, 0, 0] = B_00 / den
-        load[i, 1, 0] = B_10 / den
-        load[i, 2, 0] = B_20 / den
+    s = np.ones(18 * 48)
+    for first in range(0, out.shape[1], 48):
+        size = min(48, out.shape[1] - first)
+        for j in range(size):
+            s[j], s[48 + j], s[96 + j] = Omega[first + j], xi[first + j], alpha_B[first + j]
+        _coefficients(s)
+        for r in range(15):
+            for j in range(size):
+                out[r, first + j] = s[(3 + r) * 48 + j]

@@ -88,6 +88,14 @@ def pair_module(scheme: "str | Declaration", scene: "str | SceneDeclaration") ->
     return _cached(emit.digest(mine) + emit_scene.digest(theirs), lambda: catalogue_pair(mine, Motion(theirs)))
 
 
+def march_module(name: str, K: int) -> ModuleType:
+    """Kernels of a linear march whose shape, or number of load instants, no scheme of the catalogue has."""
+    from substep_derive.emit_march import march_module as printed  # noqa: PLC0415
+    from substep_derive.emit_march import shape_of  # noqa: PLC0415
+
+    return _cached(f"{name} {K}", lambda: printed(shape_of(name), (K,)))
+
+
 def _cached(declared: str, text: Callable[[], str]) -> ModuleType:
     """The module whose declarations have that digest, printed by text if the cache has no whole file of it."""
     module_name = f"substep_own_{hashlib.sha256((_generator_version() + declared).encode()).hexdigest()[:24]}"

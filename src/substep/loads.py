@@ -85,6 +85,11 @@ class Record:
         values.flags.writeable = False
         object.__setattr__(self, "_values", values)
 
+    @property
+    def samples(self) -> Array:
+        """The values (n,), read only."""
+        return self._values
+
     def __call__(self, t: Array) -> Array:
         """Load at the times t."""
         position = np.asarray(t) / self.dt

@@ -7,10 +7,10 @@ import numpy as np
 
 from .errors import real_number
 from .lanes import STATUSES, march_lanes
+from .linear import Oscillators, march_linear
 from .response import Response, Status
 from .scenes import Scene
 from .schemes import Array, Scheme
-from .schemes import scheme as make_scheme
 
 
 def number_of_steps(dt: float, t_end: float) -> int:
@@ -75,52 +75,19 @@ def _response(
 
 
 def _oscillator_response(scene: Scene, scheme: Scheme, dt: float, n: int, bound: float, stride: int) -> Response:
-    """The linear march, which does not depend on the scheme's formulas but on its coefficients."""
-    history, n_done, finite = _linear_history(scene, scheme, dt, n)
-    rows = (history[: n_done + 1] / dt ** np.arange(3))[..., None]
-    status: Status = "completed" if finite else "non_finite"
-    beyond = scene.energy(np.arange(n_done + 1) * dt, rows[:, 0], rows[:, 1]) > bound
-    if beyond.any():
-        status, n_done = "energy_bound", max(int(np.argmax(beyond)) - 1, 0)
-    iterations = np.zeros((n_done, scheme.balances), dtype=np.int64)
-    return _response(scene, dt, stride, rows[: n_done + 1 : stride], n_done, status, iterations)
-
-
-def _linear_history(scene: Scene, scheme: Scheme, dt: float, n: int) -> tuple[Array, int, bool]:
-    """(n + 1, 3) history of (u, h*v, h^2*a), steps completed, whether all are finite."""
-    from substep_kernels.linear_march import COMPLETED, linear_march  # noqa: PLC0415 (numba on first use)
-
+    """The linear march; every step if a bound has to be watched."""
     omega, xi, mass = scene.entry["oscillator"](**scene.parameters)
-    Omega = omega * dt
-    out = np.empty((n + 1, 3))
-    out[0] = [scene.u0[0], scene.v0[0] * dt, scene.a0[0] * dt**2]
-
-    def forces(steps: Array) -> Array:
-        return dt**2 / mass * scene.forces(steps * dt)
-
-    first = 0  # steps marched by another scheme
-    if scheme.start == "given":
-        x = out[0, [kind for kind, _ in scheme.history]]
-    elif scheme.start == "start":
-        given, load = (part[0] for part in scheme.start_coefficients(Omega, xi))
-        x = given @ out[0] + load @ forces(np.array(scheme.kernels.START_STENCIL))
-    else:
-        first = min(max(lag for _, lag in scheme.history), n)
-        head, n_done, finite = _linear_history(scene, make_scheme(scheme.start), dt, first)
-        out[: first + 1] = head
-        if first == n or not finite:
-            return out, n_done, finite
-        x = np.array([out[first - lag, kind] for kind, lag in scheme.history])
-    increment, load, outputs, outputs_load = scheme.coefficients(Omega, xi)
-    at_stencil = np.zeros((n - first, 0))
-    if scene.load is None:
-        load, outputs_load = load[:, :, :0], outputs_load[:, :, :0]
-    else:
-        at_stencil = forces(np.arange(first, n)[:, None] + scheme.stencil())
-    rows, lane_done, status = np.empty((1, n - first + 1, 3)), np.empty(1, dtype=np.int64), np.empty(1, dtype=np.int64)
-    rows[0, 0] = out[first]
-    matrices = [np.ascontiguousarray(matrix) for matrix in (increment, load, outputs, outputs_load)]
-    places = np.array(scheme.kernels.OUTPUTS_IN_STATE)
-    linear_march(*matrices, places, x[None].copy(), at_stencil[None], 1, rows, lane_done, status)
-    out[first:] = rows[0]
-    return out, first + int(lane_done[0]), bool(status[0] == COMPLETED)
+    one = np.ones(1)
+    o = Oscillators(omega * one, xi * one, dt * one, np.stack([scene.u0, scene.v0, scene.a0]))
+    load = None if scene.load is None else scene.load if mass == 1.0 else lambda t: scene.forces(t) / mass
+    every = stride if bound == math.inf else 1
+    lanes = march_linear(scheme, o, n, load, stride=every)
+    n_done, status = int(lanes.n_done[0]), STATUSES[lanes.status[0]]
+    rows = lanes.out[: n_done // every + 1]
+    if bound < math.inf:
+        beyond = scene.energy(np.arange(n_done + 1) * dt, rows[:, 0], rows[:, 1]) > bound
+        if beyond.any():
+            status, n_done = "energy_bound", max(int(np.argmax(beyond)) - 1, 0)
+        rows = rows[: n_done + 1 : stride]
+    iterations = np.zeros((n_done, scheme.balances), dtype=np.int64)
+    return _response(scene, dt, stride, rows, n_done, status, iterations)

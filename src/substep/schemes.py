@@ -5,7 +5,7 @@ first use.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib import import_module
 from types import MappingProxyType, ModuleType
 from typing import TYPE_CHECKING, Any
@@ -159,17 +159,43 @@ class Scheme:
     def stencil(self) -> Array:
         """Instants at which a step takes the load, in steps after t_n: (..., K)."""
         shape, (first, *rest) = self._broadcast(np.zeros(()), *self._module_parameters())
-        out = np.empty((first.size, self._loads))
+        out = np.empty((first.size, self.entry["loads"]))
         self.kernels.stencil(*rest, out)
         return out.reshape(*shape, -1)
 
     def coefficients(self, Omega: ArrayLike, xi: ArrayLike = 0.0) -> tuple[Array, Array, Array, Array]:
-        """Increment A - I (n, m, m), load (n, m, K), and outputs outside the state (n, R, m), (n, R, K)."""
+        """D (n, m, m), B (n, m, K), O (n, R, m), P (n, R, K) of x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f.
+
+        x are the `marched` entries of the state, f the loads at the stencil's instants. y are those of u, h*v, h^2*a
+        that are not in x. If not all of the state is marched, a_n was eliminated by the balance at t_n, and at the
+        start the load there stands for h^2 a + 2 xi Omega h v + Omega^2 u. D is rounded once.
+        """
+        m, R, K, loads = len(self.marched), self.places.count("y"), self.kernels.LOADS, self.entry["loads"]
+        D, B, y_x, y_f = np.split(self.coefficient_rows(Omega, xi).T, np.cumsum([m * m, m * K, R * m]), axis=1)
+        B, y_f = B.reshape(-1, m, K)[..., :loads], y_f.reshape(len(D), R, K)[..., :loads]
+        return D.reshape(-1, m, m), B, y_x.reshape(len(D), R, m), y_f
+
+    @property
+    def marched(self) -> tuple[int, ...]:
+        """Which entries of the state the linear march carries."""
+        return self.kernels.KEPT
+
+    @property
+    def places(self) -> str:
+        """Where u, h*v and h^2*a stand in what is marched, a digit each; y for an output of its own."""
+        return self.kernels.MARCH.rpartition("_")[2]
+
+    def coefficient_rows(self, Omega: ArrayLike, xi: ArrayLike) -> Array:
+        """The same as rows (m*m + m*K + R*m + R*K, n) with K = kernels.LOADS, zeros beyond the stencil."""
         _, arguments = self._points(Omega, xi)
-        n, m, K, R = arguments[0].size, len(self.state), self._loads, self.entry["outputs"]
-        out = np.empty((n, m, m)), np.empty((n, m, K)), np.empty((n, R, m)), np.empty((n, R, K))
-        self.kernels.coefficients(*arguments, *out)
+        m, R, K = len(self.marched), self.places.count("y"), self.kernels.LOADS
+        out = np.empty((m * m + m * K + R * (m + K), arguments[0].size))
+        self.kernels.coefficients(*arguments, out)
         return out
+
+    def lane(self, j: int) -> "Scheme":
+        """The scheme with the parameters of lane j, where they are arrays (P,)."""
+        return replace(self, parameters={k: x[j] if x.ndim else x for k, x in self.parameters.items()})
 
     @property
     def history(self) -> tuple[tuple[int, int], ...]:
@@ -188,10 +214,6 @@ class Scheme:
         out = np.empty((n, m, 3)), np.empty((n, m, len(self.kernels.START_STENCIL)))
         self.kernels.start(*arguments, *out)
         return out
-
-    @property
-    def _loads(self) -> int:
-        return self.entry["loads"]
 
     def _module_parameters(self) -> list[Array]:
         """Parameters in the order of the module, which a member shares with its parent."""

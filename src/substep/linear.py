@@ -1,0 +1,269 @@
+"""The linear march: one scheme, many oscillators a + 2 xi omega v + omega^2 u = load at once.
+
+It needs no formula of the scheme, only its coefficients D, B, O, P (`Scheme.coefficients`).
+"""
+
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import cache
+from importlib import import_module
+from importlib.util import find_spec
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .loads import Record
+from .schemes import Array, Scheme
+from .schemes import scheme as make_scheme
+
+COMPLETED, NON_FINITE = 0, 2  # places in lanes.STATUSES
+BLOCK = 48  # lanes that the kernels march abreast; threads take whole blocks
+WORTH_THREADS = 4_000_000  # lane-steps, about a millisecond
+CHUNK = 1 << 16  # steps of one lane at a time where not all are kept
+
+Load = Callable[[Array], Array]
+
+
+class Oscillators(NamedTuple):
+    """P oscillators and their steps: omega in rad/s, xi, dt in s (P,); start (3, P): u, v, a at t = 0."""
+
+    omega: Array
+    xi: Array
+    dt: Array
+    start: Array
+
+    def lane(self, j: int) -> "Oscillators":
+        """One of them."""
+        return Oscillators(*(x[..., j : j + 1] for x in self))
+
+
+@dataclass(frozen=True)
+class LinearLanes:
+    """Results of P runs.
+
+    out (rows, 3, P): u, v, a every stride steps, NaN after n_done, or no rows; peak (3, P): largest |u|, |v|, |a| up
+    to n_done, the start's included, or (3, 0); n_done, status (P,): steps completed, place in lanes.STATUSES.
+    """
+
+    out: Array
+    peak: Array
+    n_done: NDArray[np.int64]
+    status: NDArray[np.int64]
+
+
+def march_linear(
+    scheme: Scheme,
+    o: Oscillators,
+    n: int,
+    load: Load | None = None,
+    *,
+    stride: int = 1,
+    keep: Literal["history", "peak"] = "history",
+    out: Array | None = None,
+) -> LinearLanes:
+    """March all n steps; the scheme's parameters may be arrays (P,).
+
+    load: per unit mass, at times of any shape. A Record sampled every dt is read where it stands. out: room for the
+    history, writeable, C-contiguous, (n // stride + 1, 3, P); raises ValueError for any other.
+    """
+    P, rows = len(o.omega), n // stride + 1 if keep == "history" else 0
+    lanes = LinearLanes(
+        _room(out, (rows, 3, P)), np.zeros((3, P if keep == "peak" else 0)), np.full(P, n), np.full(P, COMPLETED)
+    )
+    if rows:
+        lanes.out[0] = o.start
+    if P == 1:
+        _alone(scheme, o, n, load, stride, lanes, 0)
+    elif P and n:
+        x = _abreast(scheme, o, n, load, stride, lanes)
+        for j in np.flatnonzero(~np.isfinite(x).all(axis=0)):
+            _alone(scheme.lane(int(j)), o.lane(int(j)), n, load, stride, lanes, int(j))
+    if keep == "peak":
+        np.maximum(lanes.peak, np.abs(o.start), out=lanes.peak)
+    return lanes
+
+
+def _room(out: Array | None, shape: tuple[int, ...]) -> Array:
+    if out is None:
+        return np.empty(shape)
+    if out.shape != shape or out.dtype != np.float64 or not (out.flags.c_contiguous and out.flags.writeable):
+        raise ValueError(
+            f"expected out to be writeable, C-contiguous, of floats and shape {shape}, got {out.dtype} and shape "
+            f"{out.shape}; make it with numpy.empty({shape})"
+        )
+    return out
+
+
+class _Run(NamedTuple):
+    """What the kernels take: coefficients (rows, P); the state (m, P) at the step named first, up to which another
+    scheme marched; the load at K instants of each step, of all lanes K x (n,) or of each (K, n, P).
+    """
+
+    march: Callable[..., None]
+    run: Callable[..., None]
+    C: Array
+    x: Array
+    shared: tuple[Array, ...]
+    own: Array
+    first: int
+    head: LinearLanes | None
+
+
+def _prepared(scheme: Scheme, o: Oscillators, n: int, load: Load | None) -> _Run:
+    module, Omega, m = scheme.kernels, o.omega * o.dt, len(scheme.marched)
+    state, head, first = _started(scheme, o, Omega, n, load)
+    C, K, stencil = _scaled_coefficients(scheme, Omega, o.xi, o.dt), module.LOADS, scheme.stencil()
+    excess = _excess(o, Omega, state, load) if module.CARRIER else np.zeros(1)
+    one_stencil = stencil.ndim == 1
+    samples = _samples(load, o.dt, n, stencil) if one_stencil and not excess.any() else None
+    own = np.empty((K, 0, 1))
+    if samples is not None:
+        C, K = _on_lattice(C, m, scheme.places.count("y"), K, stencil), 2
+        shared = samples[:-1], samples[1:]
+    elif load is None and not excess.any():
+        shared = (np.zeros(n),) * K
+    else:
+        alike = one_stencil and (o.dt == o.dt[0]).all() and (excess == excess[0]).all()
+        dt = o.dt[:1] if alike else o.dt
+        instants = np.arange(n)[:, None] + np.atleast_2d(stencil).T[:, None]  # (K, n, 1 or P)
+        own = np.zeros((K, n, len(dt)))
+        if load is not None:
+            own[: len(instants)] = load(instants * dt)
+        own[0, :1] += excess[: len(dt)] / dt**2
+        shared = tuple(own[..., 0]) if alike else (np.empty(0),) * K
+        own = own[:, :0] if alike else own
+    march, run = _kernels(module.MARCH, K)
+    return _Run(march, run, C, np.ascontiguousarray(state[list(scheme.marched)]), shared, own, first, head)
+
+
+def _scaled_coefficients(scheme: Scheme, Omega: Array, xi: Array, h: Array) -> Array:
+    """Rows (.., P) as the kernels take them, for loads f, not h^2 f, and the scales that make v, a of h*v, h^2*a."""
+    m, K, places = len(scheme.marched), scheme.kernels.LOADS, scheme.places
+    C = scheme.coefficient_rows(Omega, xi)
+    C[m * m : m * (m + K)] *= h**2
+    outputs = [kind for kind, place in enumerate(places) if place == "y"]
+    R, at = len(outputs), m * (m + K)
+    for row, kind in enumerate(outputs):
+        C[at + row * m : at + (row + 1) * m] *= h**-kind
+        C[at + R * m + row * K : at + R * m + (row + 1) * K] *= h ** (2 - kind)
+    scales = [h**-kind for kind, place in enumerate(places) if place != "y" and kind > 0]
+    return np.concatenate([C, *(scale[None] for scale in scales)])
+
+
+@cache
+def _kernels(name: str, K: int) -> tuple[Callable[..., None], Callable[..., None]]:
+    """Of a shape and number of load instants, for many lanes and for one: committed, or printed on first use."""
+    module = import_module(f"substep_kernels.{name}") if find_spec(f"substep_kernels.{name}") else None
+    if not hasattr(module, f"march_{K}"):
+        from .build import march_module  # noqa: PLC0415 (the one door to SymPy)
+
+        module = march_module(name, K)
+    return getattr(module, f"march_{K}"), getattr(module, f"run_{K}")
+
+
+def _started(
+    scheme: Scheme, o: Oscillators, Omega: Array, n: int, load: Load | None
+) -> tuple[Array, LinearLanes | None, int]:
+    """The scheme's whole state (s, P) of u, h*v, h^2*a, and the steps that another scheme marched to get there."""
+    units = o.dt ** np.arange(3)[:, None]
+    given = o.start * units
+    if scheme.start == "given":
+        return given[[kind for kind, _ in scheme.history]], None, 0
+    if scheme.start == "start":
+        S, T = scheme.start_coefficients(Omega, o.xi)
+        at_start = np.array(scheme.kernels.START_STENCIL) * o.dt[:, None]
+        forces = o.dt[:, None] ** 2 * (load(at_start) if load else np.zeros_like(at_start))
+        return np.einsum("pmk,kp->mp", S, given) + np.einsum("pmk,pk->mp", T, forces), None, 0
+    first = min(max(lag for _, lag in scheme.history), n)
+    head = march_linear(make_scheme(scheme.start), o, first, load)
+    return np.stack([head.out[max(first - lag, 0), kind] * units[kind] for kind, lag in scheme.history]), head, first
+
+
+def _excess(o: Oscillators, Omega: Array, state: Array, load: Load | None) -> Array:
+    """h^2 (a + 2 xi omega v + omega^2 u - load) at the start, 0 for an acceleration consistent but for rounding."""
+    at_start = o.dt**2 * (load(np.zeros(1)) if load else 0.0)
+    terms = np.stack([Omega**2 * state[0], 2 * o.xi * Omega * state[1], state[2], -at_start])
+    excess = terms.sum(axis=0)
+    return np.where(np.abs(excess) <= 1e-15 * np.abs(terms).sum(axis=0), 0.0, excess)
+
+
+def _samples(load: Load | None, dt: Array, n: int, stencil: Array) -> Array | None:
+    """The n + 1 samples at the steps of a record that is linear, or not asked, between them; None for another load."""
+    if not isinstance(load, Record) or not (dt == load.dt).all() or stencil.min() < 0.0 or stencil.max() > 1.0:
+        return None
+    values = load.samples
+    if len(values) <= n and not np.isin(stencil, (0.0, 1.0)).all():  # it jumps to 0 after its last
+        return None
+    return values[: n + 1] if len(values) > n else np.concatenate([values, np.zeros(n + 1 - len(values))])
+
+
+def _on_lattice(C: Array, m: int, R: int, K: int, stencil: Array) -> Array:
+    """Coefficients for the load at a step's two ends, linear between them, from those for its instants."""
+    weight = np.zeros((K, 1))
+    weight[: len(stencil), 0] = stencil
+    D, B, y_x, y_f, scales = np.split(C, np.cumsum([m * m, m * K, R * m, R * K]))
+    ends = [
+        np.stack([(x * (1.0 - weight)).sum(axis=1), (x * weight).sum(axis=1)], axis=1).reshape(-1, C.shape[1])
+        for x in (B.reshape(m, K, C.shape[1]), y_f.reshape(R, K, C.shape[1]))
+    ]
+    return np.concatenate([D, ends[0], y_x, ends[1], scales])
+
+
+def _abreast(scheme: Scheme, o: Oscillators, n: int, load: Load | None, stride: int, lanes: LinearLanes) -> Array:
+    """All lanes at once; returns their last state (m, P)."""
+    r, P = _prepared(scheme, o, n, load), len(o.omega)
+
+    def part(first: int, last: int) -> None:
+        r.march(r.C, r.x, *r.shared, r.own, r.first, n, stride, lanes.out, lanes.peak, first, last)
+
+    workers = min(os.cpu_count() or 1, -(-P // BLOCK)) if P * n > WORTH_THREADS else 1
+    if workers == 1:
+        part(0, P)
+    else:
+        ends = [*(min(P, BLOCK * round(P / BLOCK * k / workers)) for k in range(workers)), P]
+        with ThreadPoolExecutor(workers) as pool:
+            list(pool.map(part, ends[:-1], ends[1:]))
+    if r.head is not None:
+        _rows_of_head(r, stride, lanes, slice(None))
+    return r.x
+
+
+def _rows_of_head(r: _Run, stride: int, lanes: LinearLanes, j: slice) -> None:
+    """What another scheme marched, into the rows and peaks of the lanes j."""
+    assert r.head is not None
+    if len(lanes.out):
+        kept = r.head.out[::stride]
+        lanes.out[: len(kept), :, j] = kept
+    if lanes.peak.size:
+        lanes.peak[:, j] = np.fmax(lanes.peak[:, j], np.abs(r.head.out).max(axis=0))
+
+
+def _alone(scheme: Scheme, o: Oscillators, n: int, load: Load | None, stride: int, lanes: LinearLanes, j: int) -> None:
+    """One lane into place j of the results, up to the first step that is not finite."""
+    r = _prepared(scheme, o, n, load)
+    if lanes.peak.size:
+        lanes.peak[:, j] = 0.0
+    shared = tuple(r.own[..., 0]) if r.own.size else r.shared
+    if r.head is not None:
+        _rows_of_head(r, stride, lanes, slice(j, j + 1))
+        lanes.n_done[j], lanes.status[j] = r.head.n_done[0], r.head.status[0]
+    straight = stride == 1 and lanes.out.shape[2] == 1 and len(lanes.out) > 0
+    begin, x = r.first, r.x[:, 0].copy()
+    while begin < n and lanes.status[j] == COMPLETED:
+        end = n if straight else min(n, begin + CHUNK)
+        rows = lanes.out[begin + 1 :, :, 0] if straight else np.empty((end - begin, 3))
+        r.run(r.C[:, 0].copy(), x, *(np.ascontiguousarray(f[begin:end]) for f in shared), rows)
+        lanes.n_done[j] = end
+        if not np.isfinite(rows[-1]).all():
+            good = int(np.argmin(np.isfinite(rows).all(axis=1)))
+            lanes.n_done[j], lanes.status[j], rows = begin + good, NON_FINITE, rows[:good]
+        if lanes.peak.size and len(rows):
+            lanes.peak[:, j] = np.maximum(lanes.peak[:, j], np.abs(rows).max(axis=0))
+        if not straight:
+            at = np.arange(-(-(begin + 1) // stride), (begin + len(rows)) // stride + 1)
+            lanes.out[at[: len(lanes.out)], :, j] = rows[at * stride - begin - 1] if len(lanes.out) else 0.0
+        begin = end
+    lanes.out[lanes.n_done[j] // stride + 1 :, :, j] = np.nan

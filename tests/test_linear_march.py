@@ -1,0 +1,173 @@
+"""The linear march over lanes: coefficients rounded once, lanes as the lane alone, any load, any outcome."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from declared import BY_NAME
+from plain_kernels import uncompiled as plain
+from substep_derive.amplification import Amplification
+from substep_derive.emit_march import LOADS, march_module, shape_name, shape_of
+from substep_derive.march_form import MarchForm
+from substep_derive.symbols import Omega, xi
+from sympy import Rational
+
+import substep as ss
+from substep import linear
+from substep.linear import BLOCK, LinearLanes, Oscillators, march_linear
+
+Array = np.ndarray
+P, N, DT = BLOCK + 5, 11, 0.02  # a full block and a part of one
+OWN = {name: s for name, s in BY_NAME.items() if s.parent is None}
+# none; of a record and of a function of time; as many columns as there are lanes
+LOADED = {"free": None, "record": ss.Record(DT, np.sin(np.arange(9.0))), "function": ss.Harmonic(2.0, 7.0, 0.3)}
+
+
+@pytest.fixture
+def uncompiled(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The march's kernels as plain Python; everything else compiled."""
+    found: dict[str, object] = {}
+
+    def kernels(name: str, K: int) -> tuple[object, object]:
+        module = found.setdefault(name, plain(march_module(shape_of(name), (2, 4, 6))))
+        return getattr(module, f"march_{K}"), getattr(module, f"run_{K}")
+
+    monkeypatch.setattr(linear, "_kernels", kernels)
+
+
+def oscillators(seed: int, *, dt: float | None = None, consistent: ss.Record | None | bool = True) -> Oscillators:
+    """P of them; their steps differ unless dt is given."""
+    rng = np.random.default_rng(seed)
+    omega, damping, u, v = rng.uniform(1, 30, P), rng.uniform(0, 0.3, P), rng.normal(size=P), rng.normal(size=P)
+    a = -(omega**2) * u - 2 * damping * omega * v if consistent else rng.normal(size=P)
+    step = np.full(P, dt) if dt else rng.uniform(0.5 * DT, DT, P)
+    return Oscillators(omega, damping, step, np.stack([u, v, a]))
+
+
+def test_every_shape_is_committed_and_told_by_its_name() -> None:
+    shapes = {MarchForm.of(Amplification.of(s)).shape for s in OWN.values()}
+    assert all(shape_of(shape_name(shape)) == shape for shape in shapes)
+    assert all(hasattr(ss.scheme(name).kernels, "MARCH") for name in OWN)
+    assert max(ss.scheme(name).kernels.LOADS for name in OWN) <= max(LOADS)
+
+
+@pytest.mark.parametrize("name", OWN)
+def test_coefficients_are_rounded_once(name: str) -> None:
+    form, s = MarchForm.of(Amplification.of(OWN[name])), ss.scheme(name)
+    rng = np.random.default_rng(7)
+    Omegas, xis = 10.0 ** rng.uniform(-4, 2, 6), rng.uniform(0, 0.5, 6) * np.array([0, 1, 1, 1, 1, 1])
+    found = s.coefficients(Omegas, xis)
+    values = {p.symbol: Rational(float(s.parameters[p.name])) for p in OWN[name].parameters}
+    matrices = (
+        (form.increment, form.step.den), (form.step.load_N, form.step.den),
+        (form.outputs.N, form.outputs.den), (form.outputs.load_N, form.outputs.den),
+    )  # fmt: skip
+    for k, (x, damping) in enumerate(zip(Omegas, xis, strict=True)):
+        at = values | {Omega: Rational(float(x)), xi: Rational(float(damping))}
+        for kind, ((numerators, den), mine) in enumerate(zip(matrices, found, strict=True)):
+            exact = [e.subs(at) / den.subs(at) for e in numerators]
+            size = max((abs(float(e)) for e in exact), default=0.0)
+            for e, y in zip(exact, mine[k].reshape(-1), strict=True):
+                off = abs(float(Rational(float(y)) - e))
+                assert off <= (0.51 * np.spacing(abs(float(e))) if kind == 0 else 1e-13 * size)
+
+
+def alone(
+    scheme: ss.Scheme, o: Oscillators, j: int, load: Callable[[Array], Array] | None, **keep: object
+) -> LinearLanes:
+    return march_linear(scheme.lane(j), o.lane(j), N, load, **keep)  # type: ignore[arg-type]
+
+
+def close(a: Array, b: Array) -> bool:
+    scale = np.nanmax(np.abs(b), axis=0) if b.size else 1.0
+    return np.allclose(a / scale, b / scale, rtol=0, atol=1e-12, equal_nan=True)
+
+
+@pytest.mark.usefixtures("uncompiled")
+@pytest.mark.parametrize("kind", LOADED)
+@pytest.mark.parametrize("name", OWN)
+def test_lanes_are_the_lane_alone(name: str, kind: str) -> None:
+    s, load = ss.scheme(name), LOADED[kind]
+    o = oscillators(3, dt=DT if kind == "record" else None, consistent=kind != "function")
+    for keep in ({"stride": 1}, {"stride": 3}, {"stride": N}, {"keep": "peak"}):
+        abreast = march_linear(s, o, N, load, **keep)
+        for j in (0, 17, BLOCK - 1, BLOCK, P - 1):
+            one = alone(s, o, j, load, **keep)
+            assert close(abreast.out[..., j : j + 1], one.out), (keep, j)
+            assert close(abreast.peak[:, j : j + 1].T, one.peak.T), (keep, j)
+        assert (abreast.n_done == N).all()
+        assert (abreast.status == linear.COMPLETED).all()
+
+
+@pytest.mark.usefixtures("uncompiled")
+@pytest.mark.parametrize("name", ["newmark", "generalized_alpha", "houbolt", "rk4"])
+def test_a_load_of_each_lanes_own_and_of_all(name: str) -> None:
+    """The same load, read by all lanes from one row, from a row each, and off the record."""
+    s, record = ss.scheme(name), LOADED["record"]
+    o = oscillators(5, dt=DT, consistent=False)
+    off = march_linear(s, o, N, record)
+    read = march_linear(s, o, N, lambda t: record(t))
+    own = march_linear(s, o._replace(dt=o.dt * np.where(np.arange(P) == 3, 1 - 1e-15, 1.0)), N, record)
+    assert close(read.out, off.out)
+    assert close(own.out, off.out)
+
+
+@pytest.mark.usefixtures("uncompiled")
+@pytest.mark.parametrize("name", ["rk4", "central_difference", "houbolt"])
+def test_a_lane_that_overflows_ends_alone(name: str) -> None:
+    s, o = ss.scheme(name), oscillators(9)
+    start, omega = o.start.copy(), o.omega.copy()
+    start[:, [2, BLOCK + 1]] *= 1e300
+    omega[[2, BLOCK + 1]] = 4e3 if name != "houbolt" else 1e160
+    o = o._replace(start=start, omega=omega)
+    with np.errstate(all="ignore"):
+        found = march_linear(s, o, N)
+        peaks = march_linear(s, o, N, keep="peak")
+        for j in (0, 2, 3, BLOCK, BLOCK + 1, P - 1):
+            one = alone(s, o, j, None)
+            assert found.n_done[j] == one.n_done[0] == peaks.n_done[j]
+            assert found.status[j] == one.status[0] == (linear.NON_FINITE if j in (2, BLOCK + 1) else linear.COMPLETED)
+            done = int(one.n_done[0])
+            assert np.isnan(found.out[done + 1 :, :, j]).all()
+            assert np.isfinite(found.out[: done + 1, :, j]).all()
+            assert np.allclose(peaks.peak[:, j], np.abs(one.out[: done + 1, :, 0]).max(axis=0), rtol=1e-12)
+    assert found.n_done.min() < N
+
+
+def test_threads_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    s, o = ss.scheme("bathe"), oscillators(1, dt=DT)
+    serial = march_linear(s, o, N, LOADED["record"])
+    monkeypatch.setattr(linear, "WORTH_THREADS", 0)
+    assert np.array_equal(march_linear(s, o, N, LOADED["record"]).out, serial.out)
+
+
+def test_parameters_of_each_lanes_own() -> None:
+    beta = np.linspace(0.25, 0.4, P)
+    s, o = ss.scheme("newmark", beta=beta, gamma=0.5), oscillators(2)
+    found = march_linear(s, o, N, LOADED["function"])
+    one = alone(s, o, 7, LOADED["function"])
+    assert close(found.out[..., 7:8], one.out)
+    assert not close(found.out[..., 7:8], march_linear(s.lane(8), o.lane(7), N, LOADED["function"]).out)
+
+
+def test_room_for_the_history() -> None:
+    s, o = ss.scheme("newmark"), oscillators(4)
+    room = np.full((N + 1, 3, P), np.nan)
+    found = march_linear(s, o, N, out=room)
+    assert found.out is room
+    assert np.array_equal(room, march_linear(s, o, N).out)
+    for bad in (
+        np.empty((N + 1, 3, P - 1)), np.empty((N + 1, 3, P), dtype=np.float32), np.empty((P, 3, N + 1)).T,
+        np.empty((N + 1, 3, 2 * P))[:, :, ::2],
+    ):  # fmt: skip
+        with pytest.raises(ValueError, match="expected out to be writeable, C-contiguous"):
+            march_linear(s, o, N, out=bad)
+
+
+def test_no_lanes_and_no_steps() -> None:
+    s, o = ss.scheme("bathe"), oscillators(4)
+    nobody = Oscillators(*(x[..., :0] for x in o))
+    assert march_linear(s, nobody, N).out.shape == (N + 1, 3, 0)
+    assert np.array_equal(march_linear(s, o, 0).out, o.start[None])
+    assert np.array_equal(march_linear(s, o.lane(3), 0).out, o.lane(3).start[None])
+    assert np.array_equal(march_linear(s, o, 0, keep="peak").peak, np.abs(o.start))
