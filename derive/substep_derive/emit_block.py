@@ -13,137 +13,134 @@ from sympy import Expr, Symbol
 from . import templates_scene
 from .components import Assignments, assign
 from .pair import Pair, Step
-from .printing import KERNEL_PRINTER, block, fill
+from .printing import KernelPrinter, block, fill, lines
 
-WIDTH = 32
+WIDTH = 96
+LOOP = "for j in range(begin, end):"
 
 
-def march_block(p: Pair, arguments: Sequence[str], state: Sequence[tuple[str, str]]) -> str:
-    """Text of `march_block`; state: (name, its place in one lane's state)."""
-    scalars = [*(s.name for s in p.parameters(p.expressions)), *(["tolerance"] if p.newton else []), "bound"]
-    shared = _shared(p) | {name for name, _ in state} | {str(s) for s, _ in p.constants} | {"energy", "total"}
-    shared |= {str(s) for s, _ in p.told}
-    w = _Names(shared, {"h", *scalars}, len(p.stencil))
-    numbers = [*sorted(shared), *(f"{name}_" for name in ("h", *scalars, "peak"))]
-    flags = ["alive", "went", *(("busy", "failed", "count") if p.newton else ())]
-    allocate = [f"{name} = numbers[{k}]" for k, name in enumerate(numbers)]
-    allocate += [f"{name} = flags[{k}]" for k, name in enumerate(flags)]
-    read = [f"{name}_[j] = {name}[j]" for name in ("h", *scalars)] + ["peak_[j] = -np.inf"]
-    read += [f"{name}[j] = state[j, {place}]" for name, place in state]
-    loops = [w.loop(p.prior, 2)] if p.prior else []
-    loops += [_step(w, step, k) for k, step in enumerate(p.steps)]
-    new = [after for _, after in p.shift]
-    total = sorted({str(w.at(e)) for vector in (*p.report, new) for e in vector} | {"energy[j]"})
-    stores = [f"row[{kind}, {i}] = {w.at(e)}" for kind, vector in enumerate(p.report) for i, e in enumerate(vector)]
-    constants = _lines((f"{w.at(name)} = {w.text(e)}" for name, e in p.constants), 2)
+def march_block(p: Pair, arguments: Sequence[str], state: Sequence[tuple[str, str]], calls: Sequence[str]) -> str:
+    """Text of `march_block`; state: (name, its place in one lane's state); calls: arguments for lanes of a block."""
+    loops = _loops(p)
+    loads = [f"f_{k}" for k in range(len(p.stencil))] if p.motion.is_sampled else []
+    near = [str(s) for s, _ in p.near]
+    held = {*_shared(p, loops), *(name for name, _ in state), *(str(s) for s, _ in p.constants), *near, *loads}
+    scalars = ["h", *(s.name for s in p.parameters(p.expressions)), *(["tolerance"] if p.newton else []), "bound"]
+    rows = [*sorted(held), *(f"{name}_" for name in (*scalars, "peak")), "running", "seen"]
+    rows += ["size"] if p.newton else []
+    names = {name: f"{name}[j]" for name in held} | {name: f"{name}_[j]" for name in scalars}
+    w = KernelPrinter(names)
+    steps = [_given(loads)] if loads else []
+    iterating = iter((k, step) for k, step in enumerate(p.steps) if step.first is not None)
+    for bodies in loops[:-1]:
+        k, step = next(iterating)
+        start = f"\n{LOOP}\n" + _bodies(w, bodies) + "\n    size[j] = running[j]"
+        steps += [indent(start.strip("\n"), "        "), _newton(w, step, k)]
+    after = {str(new): old for old, new in p.shift}
+    kept = [[after.get(str(e), e) for e in vector] for vector in p.report]
+    stores = [f"row[{kind}, {i}] = {w.doprint(e)}" for kind, vector in enumerate(kept) for i, e in enumerate(vector)]
+    read_shift, shift = _shift(w, p.shift)
+    constants = lines([*p.constants, *p.near], 2, w)
     return fill(
         templates_scene.BLOCK,
         width=WIDTH,
         arguments=", ".join(arguments),
-        rows=len(numbers),
-        flag_rows=len(flags),
-        allocate=_lines(allocate, 1),
-        read=_lines(read, 2),
-        constants=f"    for j in range(WIDTH):\n{constants}\n" if constants else "",
-        loops="\n".join(loops),
-        told=w.body([*p.told, (Symbol("energy"), p.energy)], 3),
-        sum=" + ".join(total),
-        unfailed="~failed[j] & " if p.newton else "",
-        shift=_lines((f"{w.at(old)} = {w.at(after)} if went[j] else {w.at(old)}" for old, after in p.shift), 3),
-        why=("NEWTON_FAILED if failed[j] else " if p.newton else "")
-        + "ENERGY_BOUND if total[j] - total[j] == 0.0 else NON_FINITE",
+        rows=len(rows),
+        allocate=_lines((f"{name} = rows[{k}]" for k, name in enumerate(rows)), 1),
+        read=_lines(
+            [
+                *(f"{name}_[j] = {name}[lane]" for name in scalars),
+                *(f"{name}[j] = state[lane, {place}]" for name, place in state),
+                "peak_[j] = -np.inf",
+            ],
+            2,
+        ),
+        constants=f"    {LOOP}\n{constants}\n" if constants else "",
+        counted="        counted = i < iterations.shape[1]\n" if p.newton else "",
+        steps="".join(f"{text}\n" for text in steps),
+        told=indent(_bodies(w, loops[-1]), "        "),
+        sum=" + ".join(w.doprint(Symbol(name)) for name in p.finite),
+        read_shift=read_shift,
+        shift=shift,
         store=_lines(stores, 5),
-        write_state=_lines((f"state[j, {place}] = {name}[j]" for name, place in state), 2),
+        write_state=_lines((f"state[lane, {place}] = {name}[j]" for name, place in state), 2),
+        calls=", ".join(calls),
     )
 
 
-def _lines(texts: Iterable[str], depth: int) -> str:
-    return indent("\n".join(texts), "    " * depth)
+# A loop over lanes: lists of assignments, and whether their common subexpressions are named.
+_Loop = list[tuple[Assignments, bool]]
 
 
-def _shared(p: Pair) -> set[str]:
+def _loops(p: Pair) -> list[_Loop]:
+    """What is computed before, between and after the iterations, each in one loop over lanes."""
+    found: list[_Loop] = [[(p.prior, True)]]
+    for step in p.steps:
+        if step.first is None:
+            R = step.residual_names
+            solved = assign(step.z, -step.inverse * R)
+            found[-1] += [(step.before, True), (assign(R, step.residual), True), (solved, False), (step.after, True)]
+        else:
+            found[-1] += [(step.before, True), (assign(step.z, step.first), False)]
+            found.append([(step.after, True)])
+    found[-1].append(([*p.told, (Symbol("energy"), p.energy)], True))
+    return [[body for body in loop if body[0]] for loop in found]
+
+
+def _shared(p: Pair, loops: Sequence[_Loop]) -> set[str]:
     """Names that one loop over lanes assigns and another reads."""
     groups: list[tuple[set[str], set[str]]] = []  # assigned, read
 
     def group(assigned: Iterable[Symbol], read: Iterable[Expr]) -> None:
         groups.append(({str(s) for s in assigned}, {str(s) for e in read for s in e.free_symbols}))
 
-    group((s for s, _ in p.prior), (e for _, e in p.prior))
+    for loop in loops:
+        group((s for body, _ in loop for s, _ in body), (e for body, _ in loop for _, e in body))
+    groups[-1][1].update(p.finite, (str(new) for _, new in p.shift))
     for step in p.steps:
-        group((s for s, _ in step.before), (e for _, e in step.before))
-        group(step.z, [*(step.first or step.inverse)])
-        group((s for s, _ in step.moving), [*(e for _, e in step.moving), *step.residual, *step.jacobian, *step.z])
-        group((s for s, _ in step.after), (e for _, e in step.after))
-    group(
-        (s for s, _ in p.told),
-        [*(e for _, e in p.told), p.energy, *(e for v in p.report for e in v), *(e for _, e in p.shift)],
-    )
-    found: set[str] = set()
-    for k, (assigned, _) in enumerate(groups):
-        found |= {name for name in assigned if any(name in read for j, (_, read) in enumerate(groups) if j != k)}
-    return found
+        if step.first is not None:
+            group(step.z, [*(e for _, e in step.moving), *step.residual, *step.jacobian, *step.z])
+            groups[-1][1].difference_update(str(s) for s, _ in step.moving)
+    after = {str(new) for _, new in p.shift}
+    group([], [e for vector in p.report for e in vector if str(e) not in after])
+    return {
+        name
+        for k, (assigned, _) in enumerate(groups)
+        for name in assigned
+        if any(name in read for j, (_, read) in enumerate(groups) if j != k)
+    }
 
 
-class _Names:
-    """Prints a lane's variables: numbers inside a loop, entries of arrays where loops share them."""
-
-    def __init__(self, arrays: set[str], scalars: set[str], loads: int, local: frozenset[str] = frozenset()) -> None:
-        self.arrays, self.scalars, self.local = arrays, scalars, local
-        self.loads = {f"f_{k}": f"forces[j % forces.shape[0], i, {k}]" for k in range(loads)}
-
-    def at(self, name: Expr) -> Expr:
-        """u as u[j] if loops share it, an argument as its copy in the block."""
-        text = str(name)
-        if text in self.arrays:
-            return Symbol(f"{text}[j]")
-        if text in self.scalars:
-            return Symbol(f"{text}_[j]")
-        return Symbol(self.loads.get(text, f"{text}_j" if text in self.local else text))
-
-    def without(self, names: Iterable[Symbol]) -> "_Names":
-        """The same with some names numbers of the loop they are in."""
-        local = frozenset(str(s) for s in names)
-        return _Names(self.arrays - local, self.scalars, len(self.loads), local)
-
-    def renamed(self, e: Expr) -> Expr:
-        """Every name of an expression."""
-        return e.subs({s: self.at(s) for s in e.free_symbols}, simultaneous=True)
-
-    def text(self, e: Expr) -> str:
-        """An expression, printed."""
-        return KERNEL_PRINTER.doprint(self.renamed(e))
-
-    def body(self, assigned: Assignments, depth: int) -> str:
-        """Lines of a loop: common subexpressions, then the assignments."""
-        return block([(self.at(s), self.renamed(e)) for s, e in assigned], depth)[0]
-
-    def loop(self, assigned: Assignments, depth: int) -> str:
-        """A whole loop over lanes."""
-        indent = "    " * depth
-        return f"{indent}for j in range(WIDTH):\n{self.body(assigned, depth + 1)}"
+def _lines(texts: Iterable[str], depth: int) -> str:
+    return indent("\n".join(texts), "    " * depth)
 
 
-def _step(w: _Names, step: Step, k: int) -> str:
-    if step.first is None:
-        R = step.residual_names
-        before = w.body(step.before, 3) + "\n" if step.before else ""
-        residual = w.body(assign(R, step.residual), 3)
-        solved = w.body(assign(step.z, -step.inverse * R), 3)
-        after = "\n" + w.body(step.after, 3) if step.after else ""
-        return f"        for j in range(WIDTH):\n{before}{residual}\n{solved}{after}"
+def _bodies(w: KernelPrinter, loop: _Loop) -> str:
+    return "\n".join(block(body, 1, w)[0] if named else lines(body, 1, w) for body, named in loop)
+
+
+def _given(loads: Sequence[str]) -> str:
+    """The loads of a step; one row of forces may serve all lanes."""
+    read = (f"{name}[j] = forces[(j - begin) % forces.shape[0], i, {k}]" for k, name in enumerate(loads))
+    return _lines([LOOP, *(f"    {line}" for line in read)], 2)
+
+
+def _shift(w: KernelPrinter, shift: Assignments) -> tuple[str, str]:
+    """What a shift reads, and the choice of its values: a load within a choice would keep the loop from vectors."""
+    rows = dict.fromkeys(str(s) for both in shift for s in both if str(s) in w.names)
+    local = KernelPrinter({name: f"{name}_j" for name in rows})
+    read = lines([(f"{name}_j", Symbol(name)) for name in rows], 3, w)
+    chosen = (f"{w.doprint(old)} = {local.doprint(new)} if good else {local.doprint(old)}" for old, new in shift)
+    return read, _lines(chosen, 3)
+
+
+def _newton(w: KernelPrinter, step: Step, k: int) -> str:
     entries, solve, change = step.correction()
-    local = w.without(s for s, _ in step.moving)  # the displacement of an iteration stays a number
-    lines = [local.body(step.moving, 4), local.body(entries, 4)]
-    lines.append(_lines((f"{s} = {KERNEL_PRINTER.doprint(e)}" for s, e in solve), 4))
-    update = ((w.at(z), c) for z, c in zip(step.z, change, strict=True))
-    lines.append(_lines((f"{z} = {z} - {c} if busy[j] else {z}" for z, c in update), 4))
-    near = " & ".join(f"(abs({w.text(step.reach * c)}) <= tolerance_[j])" for c in change)
-    return fill(
-        templates_scene.BLOCK_NEWTON,
-        before=w.body(step.before, 3),
-        first="\n".join(f"            {w.at(z)} = {w.text(e)}" for z, e in zip(step.z, step.first, strict=True)),
-        iteration="\n".join(lines),
-        near=near,
-        balance=k,
-        after=w.body(step.after, 3),
-    ).strip("\n")
+    # the displacement of an iteration stays a number
+    moving = {str(s) for s, _ in step.moving}
+    local = KernelPrinter({name: text for name, text in w.names.items() if name not in moving})
+    body = [lines(step.moving, 4, local), block(entries, 4, local)[0], lines(solve, 4, local)]
+    body.append(_lines((f"{c} = {c} if going else 0.0" for c in change), 4))
+    body.append(lines([(z, z - c) for z, c in zip(step.z, change, strict=True)], 4, w))
+    body.append(_lines(step.largest(change), 4))
+    return fill(templates_scene.BLOCK_NEWTON, iteration="\n".join(body), balance=k).strip("\n")

@@ -23,7 +23,8 @@ FUNCTIONS: dict[str, type[Function]] = {"log_cosh": log_cosh, "negative_part": n
 TAKEN = {
     *("h", "i", "j", "n", "u", "v", "a", "np", "njit", "lane", "first", "last", "state", "forces", "start_forces"),
     *("bound", "stride", "out", "row", "iterations", "count", "peak", "n_done", "status", "done", "energy", "total"),
-    *("tolerance", "one_over_det", "numbers", "flags", "alive", "went", "busy", "failed", "left", "stopped", "finite"),
+    *("tolerance", "one_over_det", "largest", "rows", "begin", "end", "ends", "running", "seen", "size", "counted"),
+    *("going", "good", "top", "old", "new", "left", "stopped"),
 }
 
 
@@ -38,7 +39,7 @@ def pair_module(p: Pair, source: str) -> str:
     arguments = [*lane, "state", *forces, "bound", "first", "n", "stride", "out", *counted]
     results = ["peak", "n_done", "status"]
     body, counts = _lane(p, arguments)
-    body += march_block(p, [*arguments, *results], state_places(p))
+    body += march_block(p, [*arguments, *results], state_places(p), _calls([*arguments, *results], block=True))
     start_names, start = _start(p)
     text = "".join([body, _march(p, arguments, results, lane), start, _stencil(p)])
     parts = [
@@ -101,8 +102,6 @@ def _lane(p: Pair, arguments: Sequence[str]) -> tuple[str, dict[str, object]]:
     forces = ""
     if p.motion.is_sampled:
         forces = "".join(f"        f_{k} = forces[i, {k}]\n" for k in range(len(p.stencil)))
-    moved = [after for _, after in p.shift]
-    finite = sorted({str(e) for vector in p.report for e in vector} | {str(e) for e in moved})
     store = [
         f"            row[{kind}, {i}] = {e}" for kind, vector in enumerate(p.report) for i, e in enumerate(vector)
     ]
@@ -110,11 +109,11 @@ def _lane(p: Pair, arguments: Sequence[str]) -> tuple[str, dict[str, object]]:
         templates_scene.LANE,
         lane_arguments=", ".join(arguments),
         read_state="\n".join(f"    {name} = {place}" for name, place in state),
-        constants=lines(p.constants),
+        constants=lines([*p.constants, *p.near]),
         forces=forces,
         steps="\n".join(steps),
         told=told,
-        sum=" + ".join([*finite, "energy"]),
+        sum=" + ".join(p.finite),
         shift="\n".join(f"        {old} = {new}" for old, new in p.shift),
         store="\n".join(store),
         write_state="\n".join(f"    {place} = {name}" for name, place in state),
@@ -135,7 +134,6 @@ def _step(p: Pair, step: Step, k: int) -> tuple[str, int, int]:
     iteration, count = block(entries, 3)
     update = [(z, z - c) for z, c in zip(step.z, change, strict=True)]
     first = list(zip(step.z, step.first, strict=True))
-    converged = " and ".join(f"abs({KERNEL_PRINTER.doprint(step.reach * c)}) <= tolerance" for c in change)
     text = fill(
         templates_scene.NEWTON,
         before=before,
@@ -144,7 +142,7 @@ def _step(p: Pair, step: Step, k: int) -> tuple[str, int, int]:
         iteration=iteration,
         change=lines(solve, 3),
         update=lines(update, 3),
-        converged=converged,
+        largest=indent("\n".join(step.largest(change)), " " * 12),
         balance=k,
         after=after,
     ).strip("\n")
@@ -153,11 +151,8 @@ def _step(p: Pair, step: Step, k: int) -> tuple[str, int, int]:
 
 
 def _march(p: Pair, arguments: Sequence[str], results: Sequence[str], lane: Sequence[str]) -> str:
-    whole = {"first", "stride"}
-    calls = {name: name if name in whole else f"{name}[lane]" for name in arguments}
     more = ""
-    if "forces" in calls:
-        calls["forces"] = "forces[lane % forces.shape[0]]"
+    if "forces" in arguments:
         more += f" forces (lanes or 1, n, {len(p.stencil)}): the load at the stencil."
     if p.newton:
         more += (
@@ -178,8 +173,16 @@ def _march(p: Pair, arguments: Sequence[str], results: Sequence[str], lane: Sequ
         arguments=", ".join([*arguments, *results]),
         title=f"March every lane n steps of {p.scheme.name}.",
         docstring=indent("\n".join(wrap(docstring + more, 110)), "    "),
-        lane_call=", ".join(calls[name] for name in arguments),
+        lane_call=", ".join(_calls(arguments)),
     )
+
+
+def _calls(arguments: Sequence[str], *, block: bool = False) -> list[str]:
+    """Arguments of march for one lane or a block of them; one row of forces may serve all."""
+    lanes = "lane : lane + WIDTH" if block else "lane"
+    row = "lane % forces.shape[0]"
+    some = {"first": "first", "stride": "stride", "forces": f"forces[{row} :][:WIDTH]" if block else f"forces[{row}]"}
+    return [some.get(name, f"{name}[{lanes}]") for name in arguments]
 
 
 def _start(p: Pair) -> tuple[list[str], str]:

@@ -8,12 +8,13 @@ only a nonlinear force that moves with z needs Newton's iteration.
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from sympy import Expr, Integer, Matrix, Symbol, symbols, zeros
+from sympy import Abs, Add, Dummy, Expr, Integer, Matrix, Mul, Ne, Piecewise, Symbol, diag, oo, symbols, zeros
 
 from .amplification import instants, reported
 from .components import STEP, Assignments, Writer, assign
 from .effective import Stage, stages
 from .motion import Motion
+from .scene import POSITIVE
 from .scheme import DeclarationError, Scheme
 from .symbols import N, N_discrete, h, knot, knot_of, lattice, successor, t
 
@@ -53,6 +54,12 @@ class Step:
             return entries, assign(change, R / J[0]), change
         solve = assign(Matrix([one_over, *change]), Matrix([1 / J.det(), *(J.adjugate() * R * one_over)]))
         return entries, solve, change
+
+    @staticmethod
+    def largest(change: Matrix) -> list[str]:
+        """Lines that find the largest component of the correction; a comparison is one instruction, max is more."""
+        first, *more = (f"abs({c})" for c in change)
+        return [f"largest = {first}", *(f"largest = {c} if {c} > largest else largest" for c in more)]
 
 
 @dataclass(frozen=True)
@@ -98,6 +105,22 @@ class Pair:
         used = {s for e in expressions for s in e.free_symbols}
         declared = (*self.scheme.values, *(p.symbol for p in self.motion.scene.parameters))
         return tuple(s for s in declared if s in used)
+
+    @property
+    def near(self) -> Assignments:
+        """How small the last correction of z has to be for that of the displacement to be within the tolerance."""
+        within = Symbol("tolerance")
+        return [
+            (Symbol(f"near_{k}"), Piecewise((within / Abs(step.reach), Ne(step.reach, 0)), (oo, True)))
+            for k, step in enumerate(self.steps)
+            if step.first is not None
+        ]
+
+    @property
+    def finite(self) -> list[str]:
+        """Names of what has to be finite for a step to count, the energy last."""
+        moved = {str(new) for _, new in self.shift}
+        return [*sorted({str(e) for vector in self.report for e in vector} | moved), "energy"]
 
     @property
     def newton(self) -> bool:
@@ -196,7 +219,9 @@ def _step(w: Writer, stage: Stage, last: Symbol, wanted: set[Symbol]) -> Step:
         residual = w.hoisted(still + w.vector(force))
         return Step(z, before, [], residual, slope, w.inverse(slope), None, Integer(0), after)
     mixed, forces, known, by_z = _moving_force(w, stage, reach)
-    rest = w.hoisted(still + known)
+    per_mass = _per_mass(w.motion)
+    slope, forces, by_z, still = (_scaled(w, per_mass, matrix) for matrix in (slope, forces, by_z, still + known))
+    rest = w.hoisted(still)
     residual = slope * z + forces
     if any(e != 0 for e in rest):
         before += assign(w.components(Symbol("r")), rest)
@@ -205,6 +230,27 @@ def _step(w: Writer, stage: Stage, last: Symbol, wanted: set[Symbol]) -> Step:
     one_over = w.reciprocal(solved(unknown)[0].diff(z[0]), c_u)
     first = (w.components(last) - w.components(predicted(0))) * one_over
     return Step(z, before, reached + mixed, w.hoisted(residual), w.hoisted(slope + by_z), Matrix(), first, c_u, after)
+
+
+def _per_mass(motion: Motion) -> list[Expr]:
+    """What makes a balance one of accelerations, which spares a product; 1 for masses that may vanish."""
+    sure = {p.symbol: Dummy(positive=True) for p in motion.scene.parameters if p.domain.is_subset(POSITIVE)}
+    masses = [e.subs(sure) for e in motion.mass.diagonal()]
+    if motion.mass != diag(*motion.mass.diagonal()) or not all(e.is_positive for e in masses):
+        return [Integer(1)] * len(masses)
+    return [1 / e for e in motion.mass.diagonal()]
+
+
+def _scaled(w: Writer, factors: list[Expr], matrix: Matrix) -> Matrix:
+    """Each row times its factor."""
+    return Matrix(matrix.rows, matrix.cols, lambda i, j: _distributed(w, factors[i], matrix[i, j]))
+
+
+def _distributed(w: Writer, factor: Expr, e: Expr) -> Expr:
+    """factor*e, the factor multiplied into the terms of a sum where all have constants that it joins."""
+    terms = Add.make_args(e)
+    known = [any(not a.is_number and a.free_symbols <= w.fixed for a in Mul.make_args(term)) for term in terms]
+    return Add(*(factor * term for term in terms)) if all(known) else factor * e
 
 
 def _moving_force(w: Writer, stage: Stage, reach: dict[Symbol, Expr]) -> tuple[Assignments, Matrix, Matrix, Matrix]:
@@ -221,7 +267,7 @@ def _moving_force(w: Writer, stage: Stage, reach: dict[Symbol, Expr]) -> tuple[A
         by_s = forces.jacobian(w.components(s))
         for a, name in names.items():
             by_s += forces.jacobian(w.components(name)) * w.vector(a).jacobian(w.components(s))
-        by_z += by_s * c_u
+        by_z += by_s.applyfunc(lambda e, c_u=c_u: _distributed(w, c_u, e))
     mixed = [both for a, name in names.items() for both in assign(w.components(name), w.hoisted(w.vector(a)))]
     return mixed, forces, w.vector(known), by_z
 

@@ -1,6 +1,6 @@
 """Small printing tools of the emitters."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from string import Formatter
 from textwrap import indent
 from typing import Any
@@ -15,12 +15,22 @@ PRINTER = PythonCodePrinter({"fully_qualified_modules": False})
 _NUMPY = ("sin", "cos", "tan", "sinh", "cosh", "tanh", "exp", "log", "sqrt", "asin", "acos", "atan", "sign")
 
 
-class _KernelPrinter(PythonCodePrinter):
-    """NumPy's functions, which give NaN where math's raise, and the helpers of a scene's kernels."""
+class KernelPrinter(PythonCodePrinter):
+    """NumPy's functions, which give NaN where math's raise, and the helpers of a scene's kernels.
 
-    def __init__(self) -> None:
+    names: symbol -> its text where that is another, so that the order of terms does not hang on it.
+    """
+
+    def __init__(self, names: Mapping[str, str] | None = None) -> None:
         functions = {name: f"np.{name}" for name in _NUMPY} | {"Abs": "abs"}
         super().__init__({"user_functions": functions})
+        self.names = names or {}
+
+    def _print_Symbol(self, expr: Any) -> str:
+        return self.names.get(expr.name, expr.name)
+
+    def _print_Infinity(self, expr: Any) -> Any:
+        return "np.inf"
 
     def _print_Pow(self, expr: Any, rational: bool = False) -> str:
         return self._hprint_Pow(expr, rational=rational, sqrt="np.sqrt")
@@ -49,19 +59,22 @@ class _KernelPrinter(PythonCodePrinter):
         return self._print_Difference(expr, "difference_slope")
 
 
-KERNEL_PRINTER = _KernelPrinter()
+KERNEL_PRINTER = KernelPrinter()
 
 
-def block(outputs: Sequence[tuple[Symbol | str, Expr]], depth: int = 1) -> tuple[str, int]:
+def block(
+    outputs: Sequence[tuple[Symbol | str, Expr]], depth: int = 1, printer: KernelPrinter = KERNEL_PRINTER
+) -> tuple[str, int]:
     """Lines that assign common subexpressions and then the outputs, indented; and their operations."""
     subexpressions, expressions = algebra.cse([e for _, e in outputs])
     assigned = [*subexpressions, *zip((name for name, _ in outputs), expressions, strict=True)]
-    return lines(assigned, depth), operations(assigned)
+    return lines(assigned, depth, printer), operations(assigned)
 
 
-def lines(assigned: Iterable[tuple[Any, Expr]], depth: int = 1) -> str:
+def lines(assigned: Iterable[tuple[Any, Expr]], depth: int = 1, printer: KernelPrinter = KERNEL_PRINTER) -> str:
     """One line an assignment, in the order given."""
-    return indent("\n".join(f"{name} = {KERNEL_PRINTER.doprint(e)}" for name, e in assigned), "    " * depth)
+    named = ((name if isinstance(name, str) else printer.doprint(name), e) for name, e in assigned)
+    return indent("\n".join(f"{name} = {printer.doprint(e)}" for name, e in named), "    " * depth)
 
 
 def operations(assigned: Iterable[tuple[Any, Expr]]) -> int:

@@ -46,7 +46,8 @@ REPORTED = "{reported}"
 OPERATIONS = {operations}
 COMPLETED, NEWTON_FAILED, NON_FINITE, ENERGY_BOUND = 0, 1, 2, 3
 
-_compile = njit(cache=True, nogil=True, error_model="numpy")
+# contract: a product and a sum may become one operation; sums keep their order
+_compile = njit(cache=True, nogil=True, error_model="numpy", fastmath={{"contract"}})
 '''
 
 SINC = '''
@@ -126,7 +127,8 @@ NEWTON = """
 {iteration}
 {change}
 {update}
-            if {converged}:
+{largest}
+            if largest <= near_{balance}:
                 break
         else:
             status, done = NEWTON_FAILED, i
@@ -188,70 +190,91 @@ SCENES = {scenes}
 
 BLOCK = '''
 
-# lanes of a block: the arrays of a step, all rows of one, stay in the first cache, and LLVM sees that none overlap
+# lanes of a block at most. A row holds one variable of all lanes; the rows of a step stay in the first cache
 WIDTH = {width}
 
 
 @_compile
-def march_block({arguments}):
-    """As march, for at most WIDTH lanes, which fill vector registers abreast."""
-    numbers = np.zeros(({rows}, WIDTH))
-    flags = np.zeros(({flag_rows}, WIDTH), dtype=np.int64)
+def _block({arguments}):
+    """At most WIDTH lanes, which fill vector registers abreast; the last one is repeated to fill the last register."""
+    rows = np.zeros(({rows}, WIDTH + 16))
+    begin = -(rows.ctypes.data // 8) & 7  # on a cache line
+    end = begin + 8 * ((h.size + 7) // 8)
 {allocate}
-    last = first
-    for j in range(h.size):
-        status[j], n_done[j], peak[j] = COMPLETED, n[j], -np.inf
-        last = max(last, n[j])
-        alive[j] = 1
+    for j in range(begin, end):
+        lane = min(j - begin, h.size - 1)
 {read}
-{constants}    for i in range(first, last):
-        for j in range(h.size):
-            alive[j] = alive[j] & (i < n[j])
-{loops}
-        for j in range(WIDTH):
+{constants}    for lane in range(h.size):
+        status[lane], n_done[lane] = COMPLETED, n[lane]
+        running[begin + lane] = np.nan  # the correction that no iteration has made; 0.0 once the lane stops
+    last, ends = n.max(), first
+    for i in range(first, last):
+        if i == ends:
+            ends = last
+            for lane in range(h.size):
+                if n[lane] <= i:
+                    running[begin + lane], bound_[begin + lane] = 0.0, np.nan
+                else:
+                    ends = min(ends, n[lane])
+{counted}{steps}        stopped = 0
+        for j in range(begin, end):
 {told}
-            total[j] = {sum}
-            finite = total[j] - total[j] == 0.0
-            went[j] = alive[j] & {unfailed}finite & (energy[j] <= bound_[j])
-            peak_[j] = max(peak_[j], energy[j]) if went[j] else peak_[j]
-        stopped = 0
-        for j in range(WIDTH):
-            stopped += alive[j] - went[j]
+            total = {sum}
+            now = energy + (total - total)  # NaN unless all are finite
+            seen[j] = now
+            good = now <= bound_[j]
+            stopped = stopped if good else 1
+            top = peak_[j]
+{read_shift}
+            peak_[j] = now if good & (now > top) else top
 {shift}
         if stopped > 0:
-            for j in range(h.size):
-                if alive[j] & ~went[j]:
-                    n_done[j] = i
-                    status[j] = {why}
-                    alive[j] = 0
-        if (i + 1) % stride == 0 and (i + 1) // stride < out.shape[1]:
-            for j in range(h.size):
-                if went[j]:
-                    row = out[j, (i + 1) // stride]
+            stopped = 0
+            for j in range(begin, end):
+                stopped += (running[j] != 0.0) & (not seen[j] <= bound_[j])
+        if stopped > 0:
+            for lane in range(h.size):
+                j = begin + lane
+                if running[j] != 0.0 and not seen[j] <= bound_[j]:
+                    n_done[lane], status[lane] = i, ENERGY_BOUND if seen[j] > bound_[j] else NON_FINITE
+                    running[j], bound_[j] = 0.0, np.nan
+        if (i + 1) // stride < out.shape[1] and (i + 1) % stride == 0:
+            for lane in range(h.size):
+                j = begin + lane
+                if seen[j] <= bound_[j]:
+                    row = out[lane, (i + 1) // stride]
 {store}
-    for j in range(h.size):
-        peak[j] = peak_[j]
+    for lane in range(h.size):
+        j = begin + lane
+        peak[lane] = peak_[j]
 {write_state}
+
+
+@_compile
+def march_block({arguments}):
+    """As march, WIDTH lanes at a time."""
+    for lane in range(0, h.size, WIDTH):
+        _block({calls})
 '''
 
 BLOCK_NEWTON = """
-        for j in range(WIDTH):
-{before}
-{first}
-            busy[j] = alive[j] & ~failed[j]
-            count[j] = 0
+        if counted:
+            iterations[:, i, {balance}] = 0
         for _ in range(50):
+            if counted:
+                for lane in range(h.size):
+                    iterations[lane, i, {balance}] += not size[begin + lane] <= near_{balance}[begin + lane]
             left = 0
-            for j in range(WIDTH):
+            for j in range(begin, end):
+                going = not size[j] <= near_{balance}[j]
 {iteration}
-                count[j] += busy[j]
-                busy[j] = busy[j] & ~({near})
-                left += busy[j]
+                size[j] = largest
+                left = left if largest <= near_{balance}[j] else 1
             if left == 0:
                 break
-        for j in range(WIDTH):
-            failed[j] = failed[j] | busy[j]
-{after}
-        if i < iterations.shape[1]:
-            for j in range(h.size):
-                iterations[j, i, {balance}] = count[j]"""
+        if left > 0:
+            for lane in range(h.size):
+                j = begin + lane
+                if running[j] != 0.0 and not size[j] <= near_{balance}[j]:
+                    n_done[lane], status[lane] = i, NEWTON_FAILED
+                    running[j], bound_[j] = 0.0, np.nan"""

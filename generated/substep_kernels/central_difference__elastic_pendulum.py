@@ -23,7 +23,8 @@ REPORTED = "uva"
 OPERATIONS = {'step': 38, 'iteration': ()}
 COMPLETED, NEWTON_FAILED, NON_FINITE, ENERGY_BOUND = 0, 1, 2, 3
 
-_compile = njit(cache=True, nogil=True, error_model="numpy")
+# contract: a product and a sum may become one operation; sums keep their order
+_compile = njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 
 
 @_compile
@@ -84,62 +85,52 @@ def _lane(h, EA, L, m, state, bound, first, n, stride, out):
     return status, done, peak
 
 
-# lanes of a block: the arrays of a step, all rows of one, stay in the first cache, and LLVM sees that none overlap
-WIDTH = 32
+# lanes of a block at most. A row holds one variable of all lanes; the rows of a step stay in the first cache
+WIDTH = 96
 
 
 @_compile
-def march_block(h, EA, L, m, state, bound, first, n, stride, out, peak, n_done, status):
-    """As march, for at most WIDTH lanes, which fill vector registers abreast."""
-    numbers = np.zeros((27, WIDTH))
-    flags = np.zeros((2, WIDTH), dtype=np.int64)
-    a_0_x = numbers[0]
-    a_0_y = numbers[1]
-    a_1_x = numbers[2]
-    a_1_y = numbers[3]
-    c0 = numbers[4]
-    c1 = numbers[5]
-    c2 = numbers[6]
-    c3 = numbers[7]
-    c4 = numbers[8]
-    c5 = numbers[9]
-    c6 = numbers[10]
-    energy = numbers[11]
-    total = numbers[12]
-    u_0_x = numbers[13]
-    u_0_y = numbers[14]
-    u_1_x = numbers[15]
-    u_1_y = numbers[16]
-    v_0_x = numbers[17]
-    v_0_y = numbers[18]
-    v_1_x = numbers[19]
-    v_1_y = numbers[20]
-    h_ = numbers[21]
-    EA_ = numbers[22]
-    L_ = numbers[23]
-    m_ = numbers[24]
-    bound_ = numbers[25]
-    peak_ = numbers[26]
-    alive = flags[0]
-    went = flags[1]
-    last = first
-    for j in range(h.size):
-        status[j], n_done[j], peak[j] = COMPLETED, n[j], -np.inf
-        last = max(last, n[j])
-        alive[j] = 1
-        h_[j] = h[j]
-        EA_[j] = EA[j]
-        L_[j] = L[j]
-        m_[j] = m[j]
-        bound_[j] = bound[j]
+def _block(h, EA, L, m, state, bound, first, n, stride, out, peak, n_done, status):
+    """At most WIDTH lanes, which fill vector registers abreast; the last one is repeated to fill the last register."""
+    rows = np.zeros((21, WIDTH + 16))
+    begin = -(rows.ctypes.data // 8) & 7  # on a cache line
+    end = begin + 8 * ((h.size + 7) // 8)
+    a_0_x = rows[0]
+    a_0_y = rows[1]
+    c0 = rows[2]
+    c1 = rows[3]
+    c2 = rows[4]
+    c3 = rows[5]
+    c4 = rows[6]
+    c5 = rows[7]
+    c6 = rows[8]
+    u_0_x = rows[9]
+    u_0_y = rows[10]
+    v_0_x = rows[11]
+    v_0_y = rows[12]
+    h_ = rows[13]
+    EA_ = rows[14]
+    L_ = rows[15]
+    m_ = rows[16]
+    bound_ = rows[17]
+    peak_ = rows[18]
+    running = rows[19]
+    seen = rows[20]
+    for j in range(begin, end):
+        lane = min(j - begin, h.size - 1)
+        h_[j] = h[lane]
+        EA_[j] = EA[lane]
+        L_[j] = L[lane]
+        m_[j] = m[lane]
+        bound_[j] = bound[lane]
+        u_0_x[j] = state[lane, 0, 0]
+        u_0_y[j] = state[lane, 0, 1]
+        v_0_x[j] = state[lane, 1, 0]
+        v_0_y[j] = state[lane, 1, 1]
+        a_0_x[j] = state[lane, 2, 0]
+        a_0_y[j] = state[lane, 2, 1]
         peak_[j] = -np.inf
-        u_0_x[j] = state[j, 0, 0]
-        u_0_y[j] = state[j, 0, 1]
-        v_0_x[j] = state[j, 1, 0]
-        v_0_y[j] = state[j, 1, 1]
-        a_0_x[j] = state[j, 2, 0]
-        a_0_y[j] = state[j, 2, 1]
-    for j in range(WIDTH):
+    for j in range(begin, end):
         c0[j] = (1/2)*h_[j]**2
         c1[j] = (1/2)*h_[j]
         c2[j] = L_[j]**2
@@ -147,59 +138,86 @@ def march_block(h, EA, L, m, state, bound, first, n, stride, out, peak, n_done, 
         c4[j] = 1/m_[j]
         c5[j] = (1/2)*m_[j]
         c6[j] = (1/8)*EA_[j]/L_[j]**3
+    for lane in range(h.size):
+        status[lane], n_done[lane] = COMPLETED, n[lane]
+        running[begin + lane] = np.nan  # the correction that no iteration has made; 0.0 once the lane stops
+    last, ends = n.max(), first
     for i in range(first, last):
-        for j in range(h.size):
-            alive[j] = alive[j] & (i < n[j])
-        for j in range(WIDTH):
-            u_1_x[j] = a_0_x[j]*c0[j] + h_[j]*v_0_x[j] + u_0_x[j]
-            u_1_y[j] = a_0_y[j]*c0[j] + h_[j]*v_0_y[j] + u_0_y[j]
-        for j in range(WIDTH):
-            x0 = c3[j]*(-c2[j] + u_1_x[j]**2 + u_1_y[j]**2)
-            residual_0 = u_1_x[j]*x0
-            residual_1 = u_1_y[j]*x0
-            a_1_x[j] = -c4[j]*residual_0
-            a_1_y[j] = -c4[j]*residual_1
-            v_1_x[j] = a_0_x[j]*c1[j] + a_1_x[j]*c1[j] + v_0_x[j]
-            v_1_y[j] = a_0_y[j]*c1[j] + a_1_y[j]*c1[j] + v_0_y[j]
-        for j in range(WIDTH):
-            energy[j] = c5[j]*(v_1_x[j]**2 + v_1_y[j]**2) + c6[j]*(-c2[j] + u_1_x[j]**2 + u_1_y[j]**2)**2
-            total[j] = a_1_x[j] + a_1_y[j] + energy[j] + u_1_x[j] + u_1_y[j] + v_1_x[j] + v_1_y[j]
-            finite = total[j] - total[j] == 0.0
-            went[j] = alive[j] & finite & (energy[j] <= bound_[j])
-            peak_[j] = max(peak_[j], energy[j]) if went[j] else peak_[j]
+        if i == ends:
+            ends = last
+            for lane in range(h.size):
+                if n[lane] <= i:
+                    running[begin + lane], bound_[begin + lane] = 0.0, np.nan
+                else:
+                    ends = min(ends, n[lane])
         stopped = 0
-        for j in range(WIDTH):
-            stopped += alive[j] - went[j]
-            u_0_x[j] = u_1_x[j] if went[j] else u_0_x[j]
-            u_0_y[j] = u_1_y[j] if went[j] else u_0_y[j]
-            v_0_x[j] = v_1_x[j] if went[j] else v_0_x[j]
-            v_0_y[j] = v_1_y[j] if went[j] else v_0_y[j]
-            a_0_x[j] = a_1_x[j] if went[j] else a_0_x[j]
-            a_0_y[j] = a_1_y[j] if went[j] else a_0_y[j]
+        for j in range(begin, end):
+            u_1_x = a_0_x[j]*c0[j] + h_[j]*v_0_x[j] + u_0_x[j]
+            u_1_y = a_0_y[j]*c0[j] + h_[j]*v_0_y[j] + u_0_y[j]
+            x0 = c3[j]*(-c2[j] + u_1_x**2 + u_1_y**2)
+            residual_0 = u_1_x*x0
+            residual_1 = u_1_y*x0
+            a_1_x = -c4[j]*residual_0
+            a_1_y = -c4[j]*residual_1
+            v_1_x = a_0_x[j]*c1[j] + a_1_x*c1[j] + v_0_x[j]
+            v_1_y = a_0_y[j]*c1[j] + a_1_y*c1[j] + v_0_y[j]
+            energy = c5[j]*(v_1_x**2 + v_1_y**2) + c6[j]*(-c2[j] + u_1_x**2 + u_1_y**2)**2
+            total = a_1_x + a_1_y + u_1_x + u_1_y + v_1_x + v_1_y + energy
+            now = energy + (total - total)  # NaN unless all are finite
+            seen[j] = now
+            good = now <= bound_[j]
+            stopped = stopped if good else 1
+            top = peak_[j]
+            u_0_x_j = u_0_x[j]
+            u_0_y_j = u_0_y[j]
+            v_0_x_j = v_0_x[j]
+            v_0_y_j = v_0_y[j]
+            a_0_x_j = a_0_x[j]
+            a_0_y_j = a_0_y[j]
+            peak_[j] = now if good & (now > top) else top
+            u_0_x[j] = u_1_x if good else u_0_x_j
+            u_0_y[j] = u_1_y if good else u_0_y_j
+            v_0_x[j] = v_1_x if good else v_0_x_j
+            v_0_y[j] = v_1_y if good else v_0_y_j
+            a_0_x[j] = a_1_x if good else a_0_x_j
+            a_0_y[j] = a_1_y if good else a_0_y_j
         if stopped > 0:
-            for j in range(h.size):
-                if alive[j] & ~went[j]:
-                    n_done[j] = i
-                    status[j] = ENERGY_BOUND if total[j] - total[j] == 0.0 else NON_FINITE
-                    alive[j] = 0
-        if (i + 1) % stride == 0 and (i + 1) // stride < out.shape[1]:
-            for j in range(h.size):
-                if went[j]:
-                    row = out[j, (i + 1) // stride]
-                    row[0, 0] = u_1_x[j]
-                    row[0, 1] = u_1_y[j]
-                    row[1, 0] = v_1_x[j]
-                    row[1, 1] = v_1_y[j]
-                    row[2, 0] = a_1_x[j]
-                    row[2, 1] = a_1_y[j]
-    for j in range(h.size):
-        peak[j] = peak_[j]
-        state[j, 0, 0] = u_0_x[j]
-        state[j, 0, 1] = u_0_y[j]
-        state[j, 1, 0] = v_0_x[j]
-        state[j, 1, 1] = v_0_y[j]
-        state[j, 2, 0] = a_0_x[j]
-        state[j, 2, 1] = a_0_y[j]
+            stopped = 0
+            for j in range(begin, end):
+                stopped += (running[j] != 0.0) & (not seen[j] <= bound_[j])
+        if stopped > 0:
+            for lane in range(h.size):
+                j = begin + lane
+                if running[j] != 0.0 and not seen[j] <= bound_[j]:
+                    n_done[lane], status[lane] = i, ENERGY_BOUND if seen[j] > bound_[j] else NON_FINITE
+                    running[j], bound_[j] = 0.0, np.nan
+        if (i + 1) // stride < out.shape[1] and (i + 1) % stride == 0:
+            for lane in range(h.size):
+                j = begin + lane
+                if seen[j] <= bound_[j]:
+                    row = out[lane, (i + 1) // stride]
+                    row[0, 0] = u_0_x[j]
+                    row[0, 1] = u_0_y[j]
+                    row[1, 0] = v_0_x[j]
+                    row[1, 1] = v_0_y[j]
+                    row[2, 0] = a_0_x[j]
+                    row[2, 1] = a_0_y[j]
+    for lane in range(h.size):
+        j = begin + lane
+        peak[lane] = peak_[j]
+        state[lane, 0, 0] = u_0_x[j]
+        state[lane, 0, 1] = u_0_y[j]
+        state[lane, 1, 0] = v_0_x[j]
+        state[lane, 1, 1] = v_0_y[j]
+        state[lane, 2, 0] = a_0_x[j]
+        state[lane, 2, 1] = a_0_y[j]
+
+
+@_compile
+def march_block(h, EA, L, m, state, bound, first, n, stride, out, peak, n_done, status):
+    """As march, WIDTH lanes at a time."""
+    for lane in range(0, h.size, WIDTH):
+        _block(h[lane : lane + WIDTH], EA[lane : lane + WIDTH], L[lane : lane + WIDTH], m[lane : lane + WIDTH], state[lane : lane + WIDTH], bound[lane : lane + WIDTH], first, n[lane : lane + WIDTH], stride, out[lane : lane + WIDTH], peak[lane : lane + WIDTH], n_done[lane : lane + WIDTH], status[lane : lane + WIDTH])
 
 
 @_compile

@@ -20,10 +20,11 @@ START_ARGUMENTS = ("h", "u", "v", "a", "state",)
 STATE = (("u", 0), ("v", 0),)
 REPORTED = "uv"
 # arithmetic operations of a step, and of one iteration of each balance that has one
-OPERATIONS = {'step': 27, 'iteration': (51,)}
+OPERATIONS = {'step': 27, 'iteration': (45,)}
 COMPLETED, NEWTON_FAILED, NON_FINITE, ENERGY_BOUND = 0, 1, 2, 3
 
-_compile = njit(cache=True, nogil=True, error_model="numpy")
+# contract: a product and a sum may become one operation; sums keep their order
+_compile = njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 
 
 @_compile
@@ -36,11 +37,13 @@ def _lane(h, EA, L, m, tolerance, state, bound, first, n, stride, out, iteration
     c0 = (1/2)*h**2
     c1 = 1/c0
     c2 = 2*L**2
-    c3 = (1/8)*EA/L**3
-    c4 = (1/4)*EA/L**3
-    c5 = (1/4)*EA*c0/L**3
+    c3 = (1/8)*EA/(L**3*m)
+    c4 = (1/8)*EA*c0/(L**3*m)
+    c5 = (1/4)*EA*c0/(L**3*m)
     c6 = (1/2)*m
     c7 = L**2
+    c8 = (1/8)*EA/L**3
+    near_0 = ((tolerance/abs(c0)) if (c0 != 0) else (np.inf))
     status, done, peak = COMPLETED, n, -np.inf
     for i in range(first, n):
         u_star_x = h*v_0_x + u_0_x
@@ -51,20 +54,26 @@ def _lane(h, EA, L, m, tolerance, state, bound, first, n, stride, out, iteration
             u_1_x = a_s1_x*c0 + u_star_x
             u_1_y = a_s1_y*c0 + u_star_y
             x0 = u_0_x + u_1_x
-            x1 = c3*(-c2 + u_0_x**2 + u_0_y**2 + u_1_x**2 + u_1_y**2)
-            x2 = u_0_y + u_1_y
-            residual_0 = a_s1_x*m + x0*x1
-            residual_1 = a_s1_y*m + x1*x2
-            jacobian_00 = c0*(c4*u_1_x*x0 + x1) + m
-            jacobian_01 = c5*u_1_y*x0
-            jacobian_10 = c5*u_1_x*x2
-            jacobian_11 = c0*(c4*u_1_y*x2 + x1) + m
+            x1 = -c2 + u_0_x**2 + u_0_y**2 + u_1_x**2 + u_1_y**2
+            x2 = c3*x1
+            x3 = u_0_y + u_1_y
+            x4 = c5*x0
+            x5 = c4*x1 + 1
+            x6 = c5*x3
+            residual_0 = a_s1_x + x0*x2
+            residual_1 = a_s1_y + x2*x3
+            jacobian_00 = u_1_x*x4 + x5
+            jacobian_01 = u_1_y*x4
+            jacobian_10 = u_1_x*x6
+            jacobian_11 = u_1_y*x6 + x5
             one_over_det = 1/(jacobian_00*jacobian_11 - jacobian_01*jacobian_10)
             change_0 = one_over_det*(-jacobian_01*residual_1 + jacobian_11*residual_0)
             change_1 = one_over_det*(jacobian_00*residual_1 - jacobian_10*residual_0)
             a_s1_x = a_s1_x - change_0
             a_s1_y = a_s1_y - change_1
-            if abs(c0*change_0) <= tolerance and abs(c0*change_1) <= tolerance:
+            largest = abs(change_0)
+            largest = abs(change_1) if abs(change_1) > largest else largest
+            if largest <= near_0:
                 break
         else:
             status, done = NEWTON_FAILED, i
@@ -75,7 +84,7 @@ def _lane(h, EA, L, m, tolerance, state, bound, first, n, stride, out, iteration
         u_1_y = a_s1_y*c0 + u_star_y
         v_1_x = a_s1_x*h + v_0_x
         v_1_y = a_s1_y*h + v_0_y
-        energy = c3*(-c7 + u_1_x**2 + u_1_y**2)**2 + c6*(v_1_x**2 + v_1_y**2)
+        energy = c6*(v_1_x**2 + v_1_y**2) + c8*(-c7 + u_1_x**2 + u_1_y**2)**2
         if not np.isfinite(u_1_x + u_1_y + v_1_x + v_1_y + energy):
             status, done = NON_FINITE, i
             break
@@ -100,150 +109,185 @@ def _lane(h, EA, L, m, tolerance, state, bound, first, n, stride, out, iteration
     return status, done, peak
 
 
-# lanes of a block: the arrays of a step, all rows of one, stay in the first cache, and LLVM sees that none overlap
-WIDTH = 32
+# lanes of a block at most. A row holds one variable of all lanes; the rows of a step stay in the first cache
+WIDTH = 96
 
 
 @_compile
-def march_block(h, EA, L, m, tolerance, state, bound, first, n, stride, out, iterations, peak, n_done, status):
-    """As march, for at most WIDTH lanes, which fill vector registers abreast."""
-    numbers = np.zeros((29, WIDTH))
-    flags = np.zeros((5, WIDTH), dtype=np.int64)
-    a_s1_x = numbers[0]
-    a_s1_y = numbers[1]
-    c0 = numbers[2]
-    c1 = numbers[3]
-    c2 = numbers[4]
-    c3 = numbers[5]
-    c4 = numbers[6]
-    c5 = numbers[7]
-    c6 = numbers[8]
-    c7 = numbers[9]
-    energy = numbers[10]
-    total = numbers[11]
-    u_0_x = numbers[12]
-    u_0_y = numbers[13]
-    u_1_x = numbers[14]
-    u_1_y = numbers[15]
-    u_star_x = numbers[16]
-    u_star_y = numbers[17]
-    v_0_x = numbers[18]
-    v_0_y = numbers[19]
-    v_1_x = numbers[20]
-    v_1_y = numbers[21]
-    h_ = numbers[22]
-    EA_ = numbers[23]
-    L_ = numbers[24]
-    m_ = numbers[25]
-    tolerance_ = numbers[26]
-    bound_ = numbers[27]
-    peak_ = numbers[28]
-    alive = flags[0]
-    went = flags[1]
-    busy = flags[2]
-    failed = flags[3]
-    count = flags[4]
-    last = first
-    for j in range(h.size):
-        status[j], n_done[j], peak[j] = COMPLETED, n[j], -np.inf
-        last = max(last, n[j])
-        alive[j] = 1
-        h_[j] = h[j]
-        EA_[j] = EA[j]
-        L_[j] = L[j]
-        m_[j] = m[j]
-        tolerance_[j] = tolerance[j]
-        bound_[j] = bound[j]
+def _block(h, EA, L, m, tolerance, state, bound, first, n, stride, out, iterations, peak, n_done, status):
+    """At most WIDTH lanes, which fill vector registers abreast; the last one is repeated to fill the last register."""
+    rows = np.zeros((28, WIDTH + 16))
+    begin = -(rows.ctypes.data // 8) & 7  # on a cache line
+    end = begin + 8 * ((h.size + 7) // 8)
+    a_s1_x = rows[0]
+    a_s1_y = rows[1]
+    c0 = rows[2]
+    c1 = rows[3]
+    c2 = rows[4]
+    c3 = rows[5]
+    c4 = rows[6]
+    c5 = rows[7]
+    c6 = rows[8]
+    c7 = rows[9]
+    c8 = rows[10]
+    near_0 = rows[11]
+    u_0_x = rows[12]
+    u_0_y = rows[13]
+    u_star_x = rows[14]
+    u_star_y = rows[15]
+    v_0_x = rows[16]
+    v_0_y = rows[17]
+    h_ = rows[18]
+    EA_ = rows[19]
+    L_ = rows[20]
+    m_ = rows[21]
+    tolerance_ = rows[22]
+    bound_ = rows[23]
+    peak_ = rows[24]
+    running = rows[25]
+    seen = rows[26]
+    size = rows[27]
+    for j in range(begin, end):
+        lane = min(j - begin, h.size - 1)
+        h_[j] = h[lane]
+        EA_[j] = EA[lane]
+        L_[j] = L[lane]
+        m_[j] = m[lane]
+        tolerance_[j] = tolerance[lane]
+        bound_[j] = bound[lane]
+        u_0_x[j] = state[lane, 0, 0]
+        u_0_y[j] = state[lane, 0, 1]
+        v_0_x[j] = state[lane, 1, 0]
+        v_0_y[j] = state[lane, 1, 1]
         peak_[j] = -np.inf
-        u_0_x[j] = state[j, 0, 0]
-        u_0_y[j] = state[j, 0, 1]
-        v_0_x[j] = state[j, 1, 0]
-        v_0_y[j] = state[j, 1, 1]
-    for j in range(WIDTH):
+    for j in range(begin, end):
         c0[j] = (1/2)*h_[j]**2
         c1[j] = 1/c0[j]
         c2[j] = 2*L_[j]**2
-        c3[j] = (1/8)*EA_[j]/L_[j]**3
-        c4[j] = (1/4)*EA_[j]/L_[j]**3
-        c5[j] = (1/4)*EA_[j]*c0[j]/L_[j]**3
+        c3[j] = (1/8)*EA_[j]/(L_[j]**3*m_[j])
+        c4[j] = (1/8)*EA_[j]*c0[j]/(L_[j]**3*m_[j])
+        c5[j] = (1/4)*EA_[j]*c0[j]/(L_[j]**3*m_[j])
         c6[j] = (1/2)*m_[j]
         c7[j] = L_[j]**2
+        c8[j] = (1/8)*EA_[j]/L_[j]**3
+        near_0[j] = ((tolerance_[j]/abs(c0[j])) if (c0[j] != 0) else (np.inf))
+    for lane in range(h.size):
+        status[lane], n_done[lane] = COMPLETED, n[lane]
+        running[begin + lane] = np.nan  # the correction that no iteration has made; 0.0 once the lane stops
+    last, ends = n.max(), first
     for i in range(first, last):
-        for j in range(h.size):
-            alive[j] = alive[j] & (i < n[j])
-        for j in range(WIDTH):
+        if i == ends:
+            ends = last
+            for lane in range(h.size):
+                if n[lane] <= i:
+                    running[begin + lane], bound_[begin + lane] = 0.0, np.nan
+                else:
+                    ends = min(ends, n[lane])
+        counted = i < iterations.shape[1]
+        for j in range(begin, end):
             u_star_x[j] = h_[j]*v_0_x[j] + u_0_x[j]
             u_star_y[j] = h_[j]*v_0_y[j] + u_0_y[j]
             a_s1_x[j] = c1[j]*(u_0_x[j] - u_star_x[j])
             a_s1_y[j] = c1[j]*(u_0_y[j] - u_star_y[j])
-            busy[j] = alive[j] & ~failed[j]
-            count[j] = 0
+            size[j] = running[j]
+        if counted:
+            iterations[:, i, 0] = 0
         for _ in range(50):
+            if counted:
+                for lane in range(h.size):
+                    iterations[lane, i, 0] += not size[begin + lane] <= near_0[begin + lane]
             left = 0
-            for j in range(WIDTH):
-                u_1_x_j = a_s1_x[j]*c0[j] + u_star_x[j]
-                u_1_y_j = a_s1_y[j]*c0[j] + u_star_y[j]
-                x0 = u_0_x[j] + u_1_x_j
-                x1 = c3[j]*(-c2[j] + u_0_x[j]**2 + u_0_y[j]**2 + u_1_x_j**2 + u_1_y_j**2)
-                x2 = u_0_y[j] + u_1_y_j
-                residual_0 = a_s1_x[j]*m_[j] + x0*x1
-                residual_1 = a_s1_y[j]*m_[j] + x1*x2
-                jacobian_00 = c0[j]*(c4[j]*u_1_x_j*x0 + x1) + m_[j]
-                jacobian_01 = c5[j]*u_1_y_j*x0
-                jacobian_10 = c5[j]*u_1_x_j*x2
-                jacobian_11 = c0[j]*(c4[j]*u_1_y_j*x2 + x1) + m_[j]
+            for j in range(begin, end):
+                going = not size[j] <= near_0[j]
+                u_1_x = a_s1_x[j]*c0[j] + u_star_x[j]
+                u_1_y = a_s1_y[j]*c0[j] + u_star_y[j]
+                x0 = u_0_x[j] + u_1_x
+                x1 = -c2[j] + u_0_x[j]**2 + u_0_y[j]**2 + u_1_x**2 + u_1_y**2
+                x2 = c3[j]*x1
+                x3 = u_0_y[j] + u_1_y
+                x4 = c5[j]*x0
+                x5 = c4[j]*x1 + 1
+                x6 = c5[j]*x3
+                residual_0 = a_s1_x[j] + x0*x2
+                residual_1 = a_s1_y[j] + x2*x3
+                jacobian_00 = u_1_x*x4 + x5
+                jacobian_01 = u_1_y*x4
+                jacobian_10 = u_1_x*x6
+                jacobian_11 = u_1_y*x6 + x5
                 one_over_det = 1/(jacobian_00*jacobian_11 - jacobian_01*jacobian_10)
                 change_0 = one_over_det*(-jacobian_01*residual_1 + jacobian_11*residual_0)
                 change_1 = one_over_det*(jacobian_00*residual_1 - jacobian_10*residual_0)
-                a_s1_x[j] = a_s1_x[j] - change_0 if busy[j] else a_s1_x[j]
-                a_s1_y[j] = a_s1_y[j] - change_1 if busy[j] else a_s1_y[j]
-                count[j] += busy[j]
-                busy[j] = busy[j] & ~((abs(c0[j]*change_0) <= tolerance_[j]) & (abs(c0[j]*change_1) <= tolerance_[j]))
-                left += busy[j]
+                change_0 = change_0 if going else 0.0
+                change_1 = change_1 if going else 0.0
+                a_s1_x[j] = a_s1_x[j] - change_0
+                a_s1_y[j] = a_s1_y[j] - change_1
+                largest = abs(change_0)
+                largest = abs(change_1) if abs(change_1) > largest else largest
+                size[j] = largest
+                left = left if largest <= near_0[j] else 1
             if left == 0:
                 break
-        for j in range(WIDTH):
-            failed[j] = failed[j] | busy[j]
-            u_1_x[j] = a_s1_x[j]*c0[j] + u_star_x[j]
-            u_1_y[j] = a_s1_y[j]*c0[j] + u_star_y[j]
-            v_1_x[j] = a_s1_x[j]*h_[j] + v_0_x[j]
-            v_1_y[j] = a_s1_y[j]*h_[j] + v_0_y[j]
-        if i < iterations.shape[1]:
-            for j in range(h.size):
-                iterations[j, i, 0] = count[j]
-        for j in range(WIDTH):
-            energy[j] = c3[j]*(-c7[j] + u_1_x[j]**2 + u_1_y[j]**2)**2 + c6[j]*(v_1_x[j]**2 + v_1_y[j]**2)
-            total[j] = energy[j] + u_1_x[j] + u_1_y[j] + v_1_x[j] + v_1_y[j]
-            finite = total[j] - total[j] == 0.0
-            went[j] = alive[j] & ~failed[j] & finite & (energy[j] <= bound_[j])
-            peak_[j] = max(peak_[j], energy[j]) if went[j] else peak_[j]
+        if left > 0:
+            for lane in range(h.size):
+                j = begin + lane
+                if running[j] != 0.0 and not size[j] <= near_0[j]:
+                    n_done[lane], status[lane] = i, NEWTON_FAILED
+                    running[j], bound_[j] = 0.0, np.nan
         stopped = 0
-        for j in range(WIDTH):
-            stopped += alive[j] - went[j]
-            u_0_x[j] = u_1_x[j] if went[j] else u_0_x[j]
-            u_0_y[j] = u_1_y[j] if went[j] else u_0_y[j]
-            v_0_x[j] = v_1_x[j] if went[j] else v_0_x[j]
-            v_0_y[j] = v_1_y[j] if went[j] else v_0_y[j]
+        for j in range(begin, end):
+            u_1_x = a_s1_x[j]*c0[j] + u_star_x[j]
+            u_1_y = a_s1_y[j]*c0[j] + u_star_y[j]
+            v_1_x = a_s1_x[j]*h_[j] + v_0_x[j]
+            v_1_y = a_s1_y[j]*h_[j] + v_0_y[j]
+            energy = c6[j]*(v_1_x**2 + v_1_y**2) + c8[j]*(-c7[j] + u_1_x**2 + u_1_y**2)**2
+            total = u_1_x + u_1_y + v_1_x + v_1_y + energy
+            now = energy + (total - total)  # NaN unless all are finite
+            seen[j] = now
+            good = now <= bound_[j]
+            stopped = stopped if good else 1
+            top = peak_[j]
+            u_0_x_j = u_0_x[j]
+            u_0_y_j = u_0_y[j]
+            v_0_x_j = v_0_x[j]
+            v_0_y_j = v_0_y[j]
+            peak_[j] = now if good & (now > top) else top
+            u_0_x[j] = u_1_x if good else u_0_x_j
+            u_0_y[j] = u_1_y if good else u_0_y_j
+            v_0_x[j] = v_1_x if good else v_0_x_j
+            v_0_y[j] = v_1_y if good else v_0_y_j
         if stopped > 0:
-            for j in range(h.size):
-                if alive[j] & ~went[j]:
-                    n_done[j] = i
-                    status[j] = NEWTON_FAILED if failed[j] else ENERGY_BOUND if total[j] - total[j] == 0.0 else NON_FINITE
-                    alive[j] = 0
-        if (i + 1) % stride == 0 and (i + 1) // stride < out.shape[1]:
-            for j in range(h.size):
-                if went[j]:
-                    row = out[j, (i + 1) // stride]
-                    row[0, 0] = u_1_x[j]
-                    row[0, 1] = u_1_y[j]
-                    row[1, 0] = v_1_x[j]
-                    row[1, 1] = v_1_y[j]
-    for j in range(h.size):
-        peak[j] = peak_[j]
-        state[j, 0, 0] = u_0_x[j]
-        state[j, 0, 1] = u_0_y[j]
-        state[j, 1, 0] = v_0_x[j]
-        state[j, 1, 1] = v_0_y[j]
+            stopped = 0
+            for j in range(begin, end):
+                stopped += (running[j] != 0.0) & (not seen[j] <= bound_[j])
+        if stopped > 0:
+            for lane in range(h.size):
+                j = begin + lane
+                if running[j] != 0.0 and not seen[j] <= bound_[j]:
+                    n_done[lane], status[lane] = i, ENERGY_BOUND if seen[j] > bound_[j] else NON_FINITE
+                    running[j], bound_[j] = 0.0, np.nan
+        if (i + 1) // stride < out.shape[1] and (i + 1) % stride == 0:
+            for lane in range(h.size):
+                j = begin + lane
+                if seen[j] <= bound_[j]:
+                    row = out[lane, (i + 1) // stride]
+                    row[0, 0] = u_0_x[j]
+                    row[0, 1] = u_0_y[j]
+                    row[1, 0] = v_0_x[j]
+                    row[1, 1] = v_0_y[j]
+    for lane in range(h.size):
+        j = begin + lane
+        peak[lane] = peak_[j]
+        state[lane, 0, 0] = u_0_x[j]
+        state[lane, 0, 1] = u_0_y[j]
+        state[lane, 1, 0] = v_0_x[j]
+        state[lane, 1, 1] = v_0_y[j]
+
+
+@_compile
+def march_block(h, EA, L, m, tolerance, state, bound, first, n, stride, out, iterations, peak, n_done, status):
+    """As march, WIDTH lanes at a time."""
+    for lane in range(0, h.size, WIDTH):
+        _block(h[lane : lane + WIDTH], EA[lane : lane + WIDTH], L[lane : lane + WIDTH], m[lane : lane + WIDTH], tolerance[lane : lane + WIDTH], state[lane : lane + WIDTH], bound[lane : lane + WIDTH], first, n[lane : lane + WIDTH], stride, out[lane : lane + WIDTH], iterations[lane : lane + WIDTH], peak[lane : lane + WIDTH], n_done[lane : lane + WIDTH], status[lane : lane + WIDTH])
 
 
 @_compile

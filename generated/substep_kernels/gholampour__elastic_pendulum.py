@@ -24,10 +24,11 @@ START_ARGUMENTS = ("h", "EA", "L", "m", "u", "v", "a", "state",)
 STATE = (("u", 0), ("v", 0), ("a", 0), ("a", 1),)
 REPORTED = "uva"
 # arithmetic operations of a step, and of one iteration of each balance that has one
-OPERATIONS = {'step': 43, 'iteration': (41,)}
+OPERATIONS = {'step': 43, 'iteration': (37,)}
 COMPLETED, NEWTON_FAILED, NON_FINITE, ENERGY_BOUND = 0, 1, 2, 3
 
-_compile = njit(cache=True, nogil=True, error_model="numpy")
+# contract: a product and a sum may become one operation; sums keep their order
+_compile = njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 
 
 @_compile
@@ -49,11 +50,12 @@ def _lane(h, delta, alpha_g, EA, L, m, tolerance, state, bound, first, n, stride
     c5 = (1/4)*h*(4*delta - 1)
     c6 = ((1/c1) if (c1 > 0) else (0))
     c7 = L**2
-    c8 = (1/2)*EA/L**3
-    c9 = EA/L**3
-    c10 = EA*c1/L**3
+    c8 = (1/2)*EA/(L**3*m)
+    c9 = EA*c1/(L**3*m)
+    c10 = (1/2)*EA*c1/(L**3*m)
     c11 = (1/2)*m
     c12 = (1/8)*EA/L**3
+    near_0 = ((tolerance/abs(c1)) if (c1 != 0) else (np.inf))
     status, done, peak = COMPLETED, n, -np.inf
     for i in range(first, n):
         u_star_x = -a_0_x*c0 + a_m1_x*c2 + h*v_0_x + u_0_x
@@ -65,20 +67,24 @@ def _lane(h, delta, alpha_g, EA, L, m, tolerance, state, bound, first, n, stride
             u_1_y = a_1_y*c1 + u_star_y
             x0 = u_1_x**2
             x1 = u_1_y**2
-            x2 = c8*(-c7 + x0 + x1)
-            x3 = c10*u_1_x*u_1_y
-            residual_0 = a_1_x*m + u_1_x*x2
-            residual_1 = a_1_y*m + u_1_y*x2
-            jacobian_00 = c1*(c9*x0 + x2) + m
-            jacobian_01 = x3
-            jacobian_10 = x3
-            jacobian_11 = c1*(c9*x1 + x2) + m
+            x2 = -c7 + x0 + x1
+            x3 = c8*x2
+            x4 = c10*x2 + 1
+            x5 = c9*u_1_x*u_1_y
+            residual_0 = a_1_x + u_1_x*x3
+            residual_1 = a_1_y + u_1_y*x3
+            jacobian_00 = c9*x0 + x4
+            jacobian_01 = x5
+            jacobian_10 = x5
+            jacobian_11 = c9*x1 + x4
             one_over_det = 1/(jacobian_00*jacobian_11 - jacobian_01*jacobian_10)
             change_0 = one_over_det*(-jacobian_01*residual_1 + jacobian_11*residual_0)
             change_1 = one_over_det*(jacobian_00*residual_1 - jacobian_10*residual_0)
             a_1_x = a_1_x - change_0
             a_1_y = a_1_y - change_1
-            if abs(c1*change_0) <= tolerance and abs(c1*change_1) <= tolerance:
+            largest = abs(change_0)
+            largest = abs(change_1) if abs(change_1) > largest else largest
+            if largest <= near_0:
                 break
         else:
             status, done = NEWTON_FAILED, i
@@ -124,83 +130,74 @@ def _lane(h, delta, alpha_g, EA, L, m, tolerance, state, bound, first, n, stride
     return status, done, peak
 
 
-# lanes of a block: the arrays of a step, all rows of one, stay in the first cache, and LLVM sees that none overlap
-WIDTH = 32
+# lanes of a block at most. A row holds one variable of all lanes; the rows of a step stay in the first cache
+WIDTH = 96
 
 
 @_compile
-def march_block(h, delta, alpha_g, EA, L, m, tolerance, state, bound, first, n, stride, out, iterations, peak, n_done, status):
-    """As march, for at most WIDTH lanes, which fill vector registers abreast."""
-    numbers = np.zeros((40, WIDTH))
-    flags = np.zeros((5, WIDTH), dtype=np.int64)
-    a_0_x = numbers[0]
-    a_0_y = numbers[1]
-    a_1_x = numbers[2]
-    a_1_y = numbers[3]
-    a_m1_x = numbers[4]
-    a_m1_y = numbers[5]
-    c0 = numbers[6]
-    c1 = numbers[7]
-    c10 = numbers[8]
-    c11 = numbers[9]
-    c12 = numbers[10]
-    c2 = numbers[11]
-    c3 = numbers[12]
-    c4 = numbers[13]
-    c5 = numbers[14]
-    c6 = numbers[15]
-    c7 = numbers[16]
-    c8 = numbers[17]
-    c9 = numbers[18]
-    energy = numbers[19]
-    total = numbers[20]
-    u_0_x = numbers[21]
-    u_0_y = numbers[22]
-    u_1_x = numbers[23]
-    u_1_y = numbers[24]
-    u_star_x = numbers[25]
-    u_star_y = numbers[26]
-    v_0_x = numbers[27]
-    v_0_y = numbers[28]
-    v_1_x = numbers[29]
-    v_1_y = numbers[30]
-    h_ = numbers[31]
-    delta_ = numbers[32]
-    alpha_g_ = numbers[33]
-    EA_ = numbers[34]
-    L_ = numbers[35]
-    m_ = numbers[36]
-    tolerance_ = numbers[37]
-    bound_ = numbers[38]
-    peak_ = numbers[39]
-    alive = flags[0]
-    went = flags[1]
-    busy = flags[2]
-    failed = flags[3]
-    count = flags[4]
-    last = first
-    for j in range(h.size):
-        status[j], n_done[j], peak[j] = COMPLETED, n[j], -np.inf
-        last = max(last, n[j])
-        alive[j] = 1
-        h_[j] = h[j]
-        delta_[j] = delta[j]
-        alpha_g_[j] = alpha_g[j]
-        EA_[j] = EA[j]
-        L_[j] = L[j]
-        m_[j] = m[j]
-        tolerance_[j] = tolerance[j]
-        bound_[j] = bound[j]
+def _block(h, delta, alpha_g, EA, L, m, tolerance, state, bound, first, n, stride, out, iterations, peak, n_done, status):
+    """At most WIDTH lanes, which fill vector registers abreast; the last one is repeated to fill the last register."""
+    rows = np.zeros((38, WIDTH + 16))
+    begin = -(rows.ctypes.data // 8) & 7  # on a cache line
+    end = begin + 8 * ((h.size + 7) // 8)
+    a_0_x = rows[0]
+    a_0_y = rows[1]
+    a_1_x = rows[2]
+    a_1_y = rows[3]
+    a_m1_x = rows[4]
+    a_m1_y = rows[5]
+    c0 = rows[6]
+    c1 = rows[7]
+    c10 = rows[8]
+    c11 = rows[9]
+    c12 = rows[10]
+    c2 = rows[11]
+    c3 = rows[12]
+    c4 = rows[13]
+    c5 = rows[14]
+    c6 = rows[15]
+    c7 = rows[16]
+    c8 = rows[17]
+    c9 = rows[18]
+    near_0 = rows[19]
+    u_0_x = rows[20]
+    u_0_y = rows[21]
+    u_star_x = rows[22]
+    u_star_y = rows[23]
+    v_0_x = rows[24]
+    v_0_y = rows[25]
+    h_ = rows[26]
+    delta_ = rows[27]
+    alpha_g_ = rows[28]
+    EA_ = rows[29]
+    L_ = rows[30]
+    m_ = rows[31]
+    tolerance_ = rows[32]
+    bound_ = rows[33]
+    peak_ = rows[34]
+    running = rows[35]
+    seen = rows[36]
+    size = rows[37]
+    for j in range(begin, end):
+        lane = min(j - begin, h.size - 1)
+        h_[j] = h[lane]
+        delta_[j] = delta[lane]
+        alpha_g_[j] = alpha_g[lane]
+        EA_[j] = EA[lane]
+        L_[j] = L[lane]
+        m_[j] = m[lane]
+        tolerance_[j] = tolerance[lane]
+        bound_[j] = bound[lane]
+        u_0_x[j] = state[lane, 0, 0]
+        u_0_y[j] = state[lane, 0, 1]
+        v_0_x[j] = state[lane, 1, 0]
+        v_0_y[j] = state[lane, 1, 1]
+        a_0_x[j] = state[lane, 2, 0]
+        a_0_y[j] = state[lane, 2, 1]
+        a_m1_x[j] = state[lane, 3, 0]
+        a_m1_y[j] = state[lane, 3, 1]
         peak_[j] = -np.inf
-        u_0_x[j] = state[j, 0, 0]
-        u_0_y[j] = state[j, 0, 1]
-        v_0_x[j] = state[j, 1, 0]
-        v_0_y[j] = state[j, 1, 1]
-        a_0_x[j] = state[j, 2, 0]
-        a_0_y[j] = state[j, 2, 1]
-        a_m1_x[j] = state[j, 3, 0]
-        a_m1_y[j] = state[j, 3, 1]
-    for j in range(WIDTH):
+    for j in range(begin, end):
         c0[j] = (1/2)*h_[j]**2*(4*alpha_g_[j] - 1)
         c1[j] = (1/12)*h_[j]**2*(12*alpha_g_[j] + 1)
         c2[j] = (1/12)*h_[j]**2*(12*alpha_g_[j] - 1)
@@ -209,98 +206,144 @@ def march_block(h, delta, alpha_g, EA, L, m, tolerance, state, bound, first, n, 
         c5[j] = (1/4)*h_[j]*(4*delta_[j] - 1)
         c6[j] = ((1/c1[j]) if (c1[j] > 0) else (0))
         c7[j] = L_[j]**2
-        c8[j] = (1/2)*EA_[j]/L_[j]**3
-        c9[j] = EA_[j]/L_[j]**3
-        c10[j] = EA_[j]*c1[j]/L_[j]**3
+        c8[j] = (1/2)*EA_[j]/(L_[j]**3*m_[j])
+        c9[j] = EA_[j]*c1[j]/(L_[j]**3*m_[j])
+        c10[j] = (1/2)*EA_[j]*c1[j]/(L_[j]**3*m_[j])
         c11[j] = (1/2)*m_[j]
         c12[j] = (1/8)*EA_[j]/L_[j]**3
+        near_0[j] = ((tolerance_[j]/abs(c1[j])) if (c1[j] != 0) else (np.inf))
+    for lane in range(h.size):
+        status[lane], n_done[lane] = COMPLETED, n[lane]
+        running[begin + lane] = np.nan  # the correction that no iteration has made; 0.0 once the lane stops
+    last, ends = n.max(), first
     for i in range(first, last):
-        for j in range(h.size):
-            alive[j] = alive[j] & (i < n[j])
-        for j in range(WIDTH):
+        if i == ends:
+            ends = last
+            for lane in range(h.size):
+                if n[lane] <= i:
+                    running[begin + lane], bound_[begin + lane] = 0.0, np.nan
+                else:
+                    ends = min(ends, n[lane])
+        counted = i < iterations.shape[1]
+        for j in range(begin, end):
             u_star_x[j] = -a_0_x[j]*c0[j] + a_m1_x[j]*c2[j] + h_[j]*v_0_x[j] + u_0_x[j]
             u_star_y[j] = -a_0_y[j]*c0[j] + a_m1_y[j]*c2[j] + h_[j]*v_0_y[j] + u_0_y[j]
             a_1_x[j] = c6[j]*(u_0_x[j] - u_star_x[j])
             a_1_y[j] = c6[j]*(u_0_y[j] - u_star_y[j])
-            busy[j] = alive[j] & ~failed[j]
-            count[j] = 0
+            size[j] = running[j]
+        if counted:
+            iterations[:, i, 0] = 0
         for _ in range(50):
+            if counted:
+                for lane in range(h.size):
+                    iterations[lane, i, 0] += not size[begin + lane] <= near_0[begin + lane]
             left = 0
-            for j in range(WIDTH):
-                u_1_x_j = a_1_x[j]*c1[j] + u_star_x[j]
-                u_1_y_j = a_1_y[j]*c1[j] + u_star_y[j]
-                x0 = u_1_x_j**2
-                x1 = u_1_y_j**2
-                x2 = c8[j]*(-c7[j] + x0 + x1)
-                x3 = c10[j]*u_1_x_j*u_1_y_j
-                residual_0 = a_1_x[j]*m_[j] + u_1_x_j*x2
-                residual_1 = a_1_y[j]*m_[j] + u_1_y_j*x2
-                jacobian_00 = c1[j]*(c9[j]*x0 + x2) + m_[j]
-                jacobian_01 = x3
-                jacobian_10 = x3
-                jacobian_11 = c1[j]*(c9[j]*x1 + x2) + m_[j]
+            for j in range(begin, end):
+                going = not size[j] <= near_0[j]
+                u_1_x = a_1_x[j]*c1[j] + u_star_x[j]
+                u_1_y = a_1_y[j]*c1[j] + u_star_y[j]
+                x0 = u_1_x**2
+                x1 = u_1_y**2
+                x2 = -c7[j] + x0 + x1
+                x3 = c8[j]*x2
+                x4 = c10[j]*x2 + 1
+                x5 = c9[j]*u_1_x*u_1_y
+                residual_0 = a_1_x[j] + u_1_x*x3
+                residual_1 = a_1_y[j] + u_1_y*x3
+                jacobian_00 = c9[j]*x0 + x4
+                jacobian_01 = x5
+                jacobian_10 = x5
+                jacobian_11 = c9[j]*x1 + x4
                 one_over_det = 1/(jacobian_00*jacobian_11 - jacobian_01*jacobian_10)
                 change_0 = one_over_det*(-jacobian_01*residual_1 + jacobian_11*residual_0)
                 change_1 = one_over_det*(jacobian_00*residual_1 - jacobian_10*residual_0)
-                a_1_x[j] = a_1_x[j] - change_0 if busy[j] else a_1_x[j]
-                a_1_y[j] = a_1_y[j] - change_1 if busy[j] else a_1_y[j]
-                count[j] += busy[j]
-                busy[j] = busy[j] & ~((abs(c1[j]*change_0) <= tolerance_[j]) & (abs(c1[j]*change_1) <= tolerance_[j]))
-                left += busy[j]
+                change_0 = change_0 if going else 0.0
+                change_1 = change_1 if going else 0.0
+                a_1_x[j] = a_1_x[j] - change_0
+                a_1_y[j] = a_1_y[j] - change_1
+                largest = abs(change_0)
+                largest = abs(change_1) if abs(change_1) > largest else largest
+                size[j] = largest
+                left = left if largest <= near_0[j] else 1
             if left == 0:
                 break
-        for j in range(WIDTH):
-            failed[j] = failed[j] | busy[j]
-            u_1_x[j] = a_1_x[j]*c1[j] + u_star_x[j]
-            u_1_y[j] = a_1_y[j]*c1[j] + u_star_y[j]
-            v_1_x[j] = -a_0_x[j]*c3[j] + a_1_x[j]*c4[j] + a_m1_x[j]*c5[j] + v_0_x[j]
-            v_1_y[j] = -a_0_y[j]*c3[j] + a_1_y[j]*c4[j] + a_m1_y[j]*c5[j] + v_0_y[j]
-        if i < iterations.shape[1]:
-            for j in range(h.size):
-                iterations[j, i, 0] = count[j]
-        for j in range(WIDTH):
-            energy[j] = c11[j]*(v_1_x[j]**2 + v_1_y[j]**2) + c12[j]*(-c7[j] + u_1_x[j]**2 + u_1_y[j]**2)**2
-            total[j] = a_0_x[j] + a_0_y[j] + a_1_x[j] + a_1_y[j] + energy[j] + u_1_x[j] + u_1_y[j] + v_1_x[j] + v_1_y[j]
-            finite = total[j] - total[j] == 0.0
-            went[j] = alive[j] & ~failed[j] & finite & (energy[j] <= bound_[j])
-            peak_[j] = max(peak_[j], energy[j]) if went[j] else peak_[j]
+        if left > 0:
+            for lane in range(h.size):
+                j = begin + lane
+                if running[j] != 0.0 and not size[j] <= near_0[j]:
+                    n_done[lane], status[lane] = i, NEWTON_FAILED
+                    running[j], bound_[j] = 0.0, np.nan
         stopped = 0
-        for j in range(WIDTH):
-            stopped += alive[j] - went[j]
-            a_m1_x[j] = a_0_x[j] if went[j] else a_m1_x[j]
-            a_m1_y[j] = a_0_y[j] if went[j] else a_m1_y[j]
-            u_0_x[j] = u_1_x[j] if went[j] else u_0_x[j]
-            u_0_y[j] = u_1_y[j] if went[j] else u_0_y[j]
-            v_0_x[j] = v_1_x[j] if went[j] else v_0_x[j]
-            v_0_y[j] = v_1_y[j] if went[j] else v_0_y[j]
-            a_0_x[j] = a_1_x[j] if went[j] else a_0_x[j]
-            a_0_y[j] = a_1_y[j] if went[j] else a_0_y[j]
+        for j in range(begin, end):
+            u_1_x = a_1_x[j]*c1[j] + u_star_x[j]
+            u_1_y = a_1_y[j]*c1[j] + u_star_y[j]
+            v_1_x = -a_0_x[j]*c3[j] + a_1_x[j]*c4[j] + a_m1_x[j]*c5[j] + v_0_x[j]
+            v_1_y = -a_0_y[j]*c3[j] + a_1_y[j]*c4[j] + a_m1_y[j]*c5[j] + v_0_y[j]
+            energy = c11[j]*(v_1_x**2 + v_1_y**2) + c12[j]*(-c7[j] + u_1_x**2 + u_1_y**2)**2
+            total = a_0_x[j] + a_0_y[j] + a_1_x[j] + a_1_y[j] + u_1_x + u_1_y + v_1_x + v_1_y + energy
+            now = energy + (total - total)  # NaN unless all are finite
+            seen[j] = now
+            good = now <= bound_[j]
+            stopped = stopped if good else 1
+            top = peak_[j]
+            a_m1_x_j = a_m1_x[j]
+            a_0_x_j = a_0_x[j]
+            a_m1_y_j = a_m1_y[j]
+            a_0_y_j = a_0_y[j]
+            u_0_x_j = u_0_x[j]
+            u_0_y_j = u_0_y[j]
+            v_0_x_j = v_0_x[j]
+            v_0_y_j = v_0_y[j]
+            a_1_x_j = a_1_x[j]
+            a_1_y_j = a_1_y[j]
+            peak_[j] = now if good & (now > top) else top
+            a_m1_x[j] = a_0_x_j if good else a_m1_x_j
+            a_m1_y[j] = a_0_y_j if good else a_m1_y_j
+            u_0_x[j] = u_1_x if good else u_0_x_j
+            u_0_y[j] = u_1_y if good else u_0_y_j
+            v_0_x[j] = v_1_x if good else v_0_x_j
+            v_0_y[j] = v_1_y if good else v_0_y_j
+            a_0_x[j] = a_1_x_j if good else a_0_x_j
+            a_0_y[j] = a_1_y_j if good else a_0_y_j
         if stopped > 0:
-            for j in range(h.size):
-                if alive[j] & ~went[j]:
-                    n_done[j] = i
-                    status[j] = NEWTON_FAILED if failed[j] else ENERGY_BOUND if total[j] - total[j] == 0.0 else NON_FINITE
-                    alive[j] = 0
-        if (i + 1) % stride == 0 and (i + 1) // stride < out.shape[1]:
-            for j in range(h.size):
-                if went[j]:
-                    row = out[j, (i + 1) // stride]
-                    row[0, 0] = u_1_x[j]
-                    row[0, 1] = u_1_y[j]
-                    row[1, 0] = v_1_x[j]
-                    row[1, 1] = v_1_y[j]
-                    row[2, 0] = a_1_x[j]
-                    row[2, 1] = a_1_y[j]
-    for j in range(h.size):
-        peak[j] = peak_[j]
-        state[j, 0, 0] = u_0_x[j]
-        state[j, 0, 1] = u_0_y[j]
-        state[j, 1, 0] = v_0_x[j]
-        state[j, 1, 1] = v_0_y[j]
-        state[j, 2, 0] = a_0_x[j]
-        state[j, 2, 1] = a_0_y[j]
-        state[j, 3, 0] = a_m1_x[j]
-        state[j, 3, 1] = a_m1_y[j]
+            stopped = 0
+            for j in range(begin, end):
+                stopped += (running[j] != 0.0) & (not seen[j] <= bound_[j])
+        if stopped > 0:
+            for lane in range(h.size):
+                j = begin + lane
+                if running[j] != 0.0 and not seen[j] <= bound_[j]:
+                    n_done[lane], status[lane] = i, ENERGY_BOUND if seen[j] > bound_[j] else NON_FINITE
+                    running[j], bound_[j] = 0.0, np.nan
+        if (i + 1) // stride < out.shape[1] and (i + 1) % stride == 0:
+            for lane in range(h.size):
+                j = begin + lane
+                if seen[j] <= bound_[j]:
+                    row = out[lane, (i + 1) // stride]
+                    row[0, 0] = u_0_x[j]
+                    row[0, 1] = u_0_y[j]
+                    row[1, 0] = v_0_x[j]
+                    row[1, 1] = v_0_y[j]
+                    row[2, 0] = a_0_x[j]
+                    row[2, 1] = a_0_y[j]
+    for lane in range(h.size):
+        j = begin + lane
+        peak[lane] = peak_[j]
+        state[lane, 0, 0] = u_0_x[j]
+        state[lane, 0, 1] = u_0_y[j]
+        state[lane, 1, 0] = v_0_x[j]
+        state[lane, 1, 1] = v_0_y[j]
+        state[lane, 2, 0] = a_0_x[j]
+        state[lane, 2, 1] = a_0_y[j]
+        state[lane, 3, 0] = a_m1_x[j]
+        state[lane, 3, 1] = a_m1_y[j]
+
+
+@_compile
+def march_block(h, delta, alpha_g, EA, L, m, tolerance, state, bound, first, n, stride, out, iterations, peak, n_done, status):
+    """As march, WIDTH lanes at a time."""
+    for lane in range(0, h.size, WIDTH):
+        _block(h[lane : lane + WIDTH], delta[lane : lane + WIDTH], alpha_g[lane : lane + WIDTH], EA[lane : lane + WIDTH], L[lane : lane + WIDTH], m[lane : lane + WIDTH], tolerance[lane : lane + WIDTH], state[lane : lane + WIDTH], bound[lane : lane + WIDTH], first, n[lane : lane + WIDTH], stride, out[lane : lane + WIDTH], iterations[lane : lane + WIDTH], peak[lane : lane + WIDTH], n_done[lane : lane + WIDTH], status[lane : lane + WIDTH])
 
 
 @_compile

@@ -21,10 +21,11 @@ START_ARGUMENTS = ()
 STATE = (("u", 0), ("u", 1), ("u", 2),)
 REPORTED = "uva"
 # arithmetic operations of a step, and of one iteration of each balance that has one
-OPERATIONS = {'step': 45, 'iteration': (41,)}
+OPERATIONS = {'step': 45, 'iteration': (37,)}
 COMPLETED, NEWTON_FAILED, NON_FINITE, ENERGY_BOUND = 0, 1, 2, 3
 
-_compile = njit(cache=True, nogil=True, error_model="numpy")
+# contract: a product and a sum may become one operation; sums keep their order
+_compile = njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 
 
 @_compile
@@ -43,11 +44,12 @@ def _lane(h, EA, L, m, tolerance, state, bound, first, n, stride, out, iteration
     c4 = (19/12)/h
     c5 = 1/c0
     c6 = L**2
-    c7 = (1/2)*EA/L**3
-    c8 = EA/L**3
-    c9 = EA*c0/L**3
+    c7 = (1/2)*EA/(L**3*m)
+    c8 = EA*c0/(L**3*m)
+    c9 = (1/2)*EA*c0/(L**3*m)
     c10 = (1/2)*m
     c11 = (1/8)*EA/L**3
+    near_0 = ((tolerance/abs(c0)) if (c0 != 0) else (np.inf))
     status, done, peak = COMPLETED, n, -np.inf
     for i in range(first, n):
         u_star_x = (5/2)*u_0_x - 2*u_m1_x + (1/2)*u_m2_x
@@ -59,20 +61,24 @@ def _lane(h, EA, L, m, tolerance, state, bound, first, n, stride, out, iteration
             u_1_y = a_1_y*c0 + u_star_y
             x0 = u_1_x**2
             x1 = u_1_y**2
-            x2 = c7*(-c6 + x0 + x1)
-            x3 = c9*u_1_x*u_1_y
-            residual_0 = a_1_x*m + u_1_x*x2
-            residual_1 = a_1_y*m + u_1_y*x2
-            jacobian_00 = c0*(c8*x0 + x2) + m
-            jacobian_01 = x3
-            jacobian_10 = x3
-            jacobian_11 = c0*(c8*x1 + x2) + m
+            x2 = -c6 + x0 + x1
+            x3 = c7*x2
+            x4 = c9*x2 + 1
+            x5 = c8*u_1_x*u_1_y
+            residual_0 = a_1_x + u_1_x*x3
+            residual_1 = a_1_y + u_1_y*x3
+            jacobian_00 = c8*x0 + x4
+            jacobian_01 = x5
+            jacobian_10 = x5
+            jacobian_11 = c8*x1 + x4
             one_over_det = 1/(jacobian_00*jacobian_11 - jacobian_01*jacobian_10)
             change_0 = one_over_det*(-jacobian_01*residual_1 + jacobian_11*residual_0)
             change_1 = one_over_det*(jacobian_00*residual_1 - jacobian_10*residual_0)
             a_1_x = a_1_x - change_0
             a_1_y = a_1_y - change_1
-            if abs(c0*change_0) <= tolerance and abs(c0*change_1) <= tolerance:
+            largest = abs(change_0)
+            largest = abs(change_1) if abs(change_1) > largest else largest
+            if largest <= near_0:
                 break
         else:
             status, done = NEWTON_FAILED, i
@@ -114,74 +120,67 @@ def _lane(h, EA, L, m, tolerance, state, bound, first, n, stride, out, iteration
     return status, done, peak
 
 
-# lanes of a block: the arrays of a step, all rows of one, stay in the first cache, and LLVM sees that none overlap
-WIDTH = 32
+# lanes of a block at most. A row holds one variable of all lanes; the rows of a step stay in the first cache
+WIDTH = 96
 
 
 @_compile
-def march_block(h, EA, L, m, tolerance, state, bound, first, n, stride, out, iterations, peak, n_done, status):
-    """As march, for at most WIDTH lanes, which fill vector registers abreast."""
-    numbers = np.zeros((35, WIDTH))
-    flags = np.zeros((5, WIDTH), dtype=np.int64)
-    a_1_x = numbers[0]
-    a_1_y = numbers[1]
-    c0 = numbers[2]
-    c1 = numbers[3]
-    c10 = numbers[4]
-    c11 = numbers[5]
-    c2 = numbers[6]
-    c3 = numbers[7]
-    c4 = numbers[8]
-    c5 = numbers[9]
-    c6 = numbers[10]
-    c7 = numbers[11]
-    c8 = numbers[12]
-    c9 = numbers[13]
-    energy = numbers[14]
-    total = numbers[15]
-    u_0_x = numbers[16]
-    u_0_y = numbers[17]
-    u_1_x = numbers[18]
-    u_1_y = numbers[19]
-    u_m1_x = numbers[20]
-    u_m1_y = numbers[21]
-    u_m2_x = numbers[22]
-    u_m2_y = numbers[23]
-    u_star_x = numbers[24]
-    u_star_y = numbers[25]
-    v_1_x = numbers[26]
-    v_1_y = numbers[27]
-    h_ = numbers[28]
-    EA_ = numbers[29]
-    L_ = numbers[30]
-    m_ = numbers[31]
-    tolerance_ = numbers[32]
-    bound_ = numbers[33]
-    peak_ = numbers[34]
-    alive = flags[0]
-    went = flags[1]
-    busy = flags[2]
-    failed = flags[3]
-    count = flags[4]
-    last = first
-    for j in range(h.size):
-        status[j], n_done[j], peak[j] = COMPLETED, n[j], -np.inf
-        last = max(last, n[j])
-        alive[j] = 1
-        h_[j] = h[j]
-        EA_[j] = EA[j]
-        L_[j] = L[j]
-        m_[j] = m[j]
-        tolerance_[j] = tolerance[j]
-        bound_[j] = bound[j]
+def _block(h, EA, L, m, tolerance, state, bound, first, n, stride, out, iterations, peak, n_done, status):
+    """At most WIDTH lanes, which fill vector registers abreast; the last one is repeated to fill the last register."""
+    rows = np.zeros((35, WIDTH + 16))
+    begin = -(rows.ctypes.data // 8) & 7  # on a cache line
+    end = begin + 8 * ((h.size + 7) // 8)
+    a_1_x = rows[0]
+    a_1_y = rows[1]
+    c0 = rows[2]
+    c1 = rows[3]
+    c10 = rows[4]
+    c11 = rows[5]
+    c2 = rows[6]
+    c3 = rows[7]
+    c4 = rows[8]
+    c5 = rows[9]
+    c6 = rows[10]
+    c7 = rows[11]
+    c8 = rows[12]
+    c9 = rows[13]
+    near_0 = rows[14]
+    u_0_x = rows[15]
+    u_0_y = rows[16]
+    u_m1_x = rows[17]
+    u_m1_y = rows[18]
+    u_m2_x = rows[19]
+    u_m2_y = rows[20]
+    u_star_x = rows[21]
+    u_star_y = rows[22]
+    v_1_x = rows[23]
+    v_1_y = rows[24]
+    h_ = rows[25]
+    EA_ = rows[26]
+    L_ = rows[27]
+    m_ = rows[28]
+    tolerance_ = rows[29]
+    bound_ = rows[30]
+    peak_ = rows[31]
+    running = rows[32]
+    seen = rows[33]
+    size = rows[34]
+    for j in range(begin, end):
+        lane = min(j - begin, h.size - 1)
+        h_[j] = h[lane]
+        EA_[j] = EA[lane]
+        L_[j] = L[lane]
+        m_[j] = m[lane]
+        tolerance_[j] = tolerance[lane]
+        bound_[j] = bound[lane]
+        u_0_x[j] = state[lane, 0, 0]
+        u_0_y[j] = state[lane, 0, 1]
+        u_m1_x[j] = state[lane, 1, 0]
+        u_m1_y[j] = state[lane, 1, 1]
+        u_m2_x[j] = state[lane, 2, 0]
+        u_m2_y[j] = state[lane, 2, 1]
         peak_[j] = -np.inf
-        u_0_x[j] = state[j, 0, 0]
-        u_0_y[j] = state[j, 0, 1]
-        u_m1_x[j] = state[j, 1, 0]
-        u_m1_y[j] = state[j, 1, 1]
-        u_m2_x[j] = state[j, 2, 0]
-        u_m2_y[j] = state[j, 2, 1]
-    for j in range(WIDTH):
+    for j in range(begin, end):
         c0[j] = (1/2)*h_[j]**2
         c1[j] = (13/6)/h_[j]
         c2[j] = (7/12)/h_[j]
@@ -189,94 +188,136 @@ def march_block(h, EA, L, m, tolerance, state, bound, first, n, stride, out, ite
         c4[j] = (19/12)/h_[j]
         c5[j] = 1/c0[j]
         c6[j] = L_[j]**2
-        c7[j] = (1/2)*EA_[j]/L_[j]**3
-        c8[j] = EA_[j]/L_[j]**3
-        c9[j] = EA_[j]*c0[j]/L_[j]**3
+        c7[j] = (1/2)*EA_[j]/(L_[j]**3*m_[j])
+        c8[j] = EA_[j]*c0[j]/(L_[j]**3*m_[j])
+        c9[j] = (1/2)*EA_[j]*c0[j]/(L_[j]**3*m_[j])
         c10[j] = (1/2)*m_[j]
         c11[j] = (1/8)*EA_[j]/L_[j]**3
+        near_0[j] = ((tolerance_[j]/abs(c0[j])) if (c0[j] != 0) else (np.inf))
+    for lane in range(h.size):
+        status[lane], n_done[lane] = COMPLETED, n[lane]
+        running[begin + lane] = np.nan  # the correction that no iteration has made; 0.0 once the lane stops
+    last, ends = n.max(), first
     for i in range(first, last):
-        for j in range(h.size):
-            alive[j] = alive[j] & (i < n[j])
-        for j in range(WIDTH):
+        if i == ends:
+            ends = last
+            for lane in range(h.size):
+                if n[lane] <= i:
+                    running[begin + lane], bound_[begin + lane] = 0.0, np.nan
+                else:
+                    ends = min(ends, n[lane])
+        counted = i < iterations.shape[1]
+        for j in range(begin, end):
             u_star_x[j] = (5/2)*u_0_x[j] - 2*u_m1_x[j] + (1/2)*u_m2_x[j]
             u_star_y[j] = (5/2)*u_0_y[j] - 2*u_m1_y[j] + (1/2)*u_m2_y[j]
             a_1_x[j] = c5[j]*(u_0_x[j] - u_star_x[j])
             a_1_y[j] = c5[j]*(u_0_y[j] - u_star_y[j])
-            busy[j] = alive[j] & ~failed[j]
-            count[j] = 0
+            size[j] = running[j]
+        if counted:
+            iterations[:, i, 0] = 0
         for _ in range(50):
+            if counted:
+                for lane in range(h.size):
+                    iterations[lane, i, 0] += not size[begin + lane] <= near_0[begin + lane]
             left = 0
-            for j in range(WIDTH):
-                u_1_x_j = a_1_x[j]*c0[j] + u_star_x[j]
-                u_1_y_j = a_1_y[j]*c0[j] + u_star_y[j]
-                x0 = u_1_x_j**2
-                x1 = u_1_y_j**2
-                x2 = c7[j]*(-c6[j] + x0 + x1)
-                x3 = c9[j]*u_1_x_j*u_1_y_j
-                residual_0 = a_1_x[j]*m_[j] + u_1_x_j*x2
-                residual_1 = a_1_y[j]*m_[j] + u_1_y_j*x2
-                jacobian_00 = c0[j]*(c8[j]*x0 + x2) + m_[j]
-                jacobian_01 = x3
-                jacobian_10 = x3
-                jacobian_11 = c0[j]*(c8[j]*x1 + x2) + m_[j]
+            for j in range(begin, end):
+                going = not size[j] <= near_0[j]
+                u_1_x = a_1_x[j]*c0[j] + u_star_x[j]
+                u_1_y = a_1_y[j]*c0[j] + u_star_y[j]
+                x0 = u_1_x**2
+                x1 = u_1_y**2
+                x2 = -c6[j] + x0 + x1
+                x3 = c7[j]*x2
+                x4 = c9[j]*x2 + 1
+                x5 = c8[j]*u_1_x*u_1_y
+                residual_0 = a_1_x[j] + u_1_x*x3
+                residual_1 = a_1_y[j] + u_1_y*x3
+                jacobian_00 = c8[j]*x0 + x4
+                jacobian_01 = x5
+                jacobian_10 = x5
+                jacobian_11 = c8[j]*x1 + x4
                 one_over_det = 1/(jacobian_00*jacobian_11 - jacobian_01*jacobian_10)
                 change_0 = one_over_det*(-jacobian_01*residual_1 + jacobian_11*residual_0)
                 change_1 = one_over_det*(jacobian_00*residual_1 - jacobian_10*residual_0)
-                a_1_x[j] = a_1_x[j] - change_0 if busy[j] else a_1_x[j]
-                a_1_y[j] = a_1_y[j] - change_1 if busy[j] else a_1_y[j]
-                count[j] += busy[j]
-                busy[j] = busy[j] & ~((abs(c0[j]*change_0) <= tolerance_[j]) & (abs(c0[j]*change_1) <= tolerance_[j]))
-                left += busy[j]
+                change_0 = change_0 if going else 0.0
+                change_1 = change_1 if going else 0.0
+                a_1_x[j] = a_1_x[j] - change_0
+                a_1_y[j] = a_1_y[j] - change_1
+                largest = abs(change_0)
+                largest = abs(change_1) if abs(change_1) > largest else largest
+                size[j] = largest
+                left = left if largest <= near_0[j] else 1
             if left == 0:
                 break
-        for j in range(WIDTH):
-            failed[j] = failed[j] | busy[j]
-            u_1_x[j] = a_1_x[j]*c0[j] + u_star_x[j]
-            u_1_y[j] = a_1_y[j]*c0[j] + u_star_y[j]
+        if left > 0:
+            for lane in range(h.size):
+                j = begin + lane
+                if running[j] != 0.0 and not size[j] <= near_0[j]:
+                    n_done[lane], status[lane] = i, NEWTON_FAILED
+                    running[j], bound_[j] = 0.0, np.nan
+        stopped = 0
+        for j in range(begin, end):
+            u_1_x = a_1_x[j]*c0[j] + u_star_x[j]
+            u_1_y = a_1_y[j]*c0[j] + u_star_y[j]
             v_1_x[j] = a_1_x[j]*c3[j] - c1[j]*u_m1_x[j] + c2[j]*u_m2_x[j] + c4[j]*u_0_x[j]
             v_1_y[j] = a_1_y[j]*c3[j] - c1[j]*u_m1_y[j] + c2[j]*u_m2_y[j] + c4[j]*u_0_y[j]
-        if i < iterations.shape[1]:
-            for j in range(h.size):
-                iterations[j, i, 0] = count[j]
-        for j in range(WIDTH):
-            energy[j] = c10[j]*(v_1_x[j]**2 + v_1_y[j]**2) + c11[j]*(-c6[j] + u_1_x[j]**2 + u_1_y[j]**2)**2
-            total[j] = a_1_x[j] + a_1_y[j] + energy[j] + u_0_x[j] + u_0_y[j] + u_1_x[j] + u_1_y[j] + u_m1_x[j] + u_m1_y[j] + v_1_x[j] + v_1_y[j]
-            finite = total[j] - total[j] == 0.0
-            went[j] = alive[j] & ~failed[j] & finite & (energy[j] <= bound_[j])
-            peak_[j] = max(peak_[j], energy[j]) if went[j] else peak_[j]
-        stopped = 0
-        for j in range(WIDTH):
-            stopped += alive[j] - went[j]
-            u_m2_x[j] = u_m1_x[j] if went[j] else u_m2_x[j]
-            u_m2_y[j] = u_m1_y[j] if went[j] else u_m2_y[j]
-            u_m1_x[j] = u_0_x[j] if went[j] else u_m1_x[j]
-            u_m1_y[j] = u_0_y[j] if went[j] else u_m1_y[j]
-            u_0_x[j] = u_1_x[j] if went[j] else u_0_x[j]
-            u_0_y[j] = u_1_y[j] if went[j] else u_0_y[j]
+            energy = c10[j]*(v_1_x[j]**2 + v_1_y[j]**2) + c11[j]*(-c6[j] + u_1_x**2 + u_1_y**2)**2
+            total = a_1_x[j] + a_1_y[j] + u_0_x[j] + u_0_y[j] + u_1_x + u_1_y + u_m1_x[j] + u_m1_y[j] + v_1_x[j] + v_1_y[j] + energy
+            now = energy + (total - total)  # NaN unless all are finite
+            seen[j] = now
+            good = now <= bound_[j]
+            stopped = stopped if good else 1
+            top = peak_[j]
+            u_m2_x_j = u_m2_x[j]
+            u_m1_x_j = u_m1_x[j]
+            u_m2_y_j = u_m2_y[j]
+            u_m1_y_j = u_m1_y[j]
+            u_0_x_j = u_0_x[j]
+            u_0_y_j = u_0_y[j]
+            peak_[j] = now if good & (now > top) else top
+            u_m2_x[j] = u_m1_x_j if good else u_m2_x_j
+            u_m2_y[j] = u_m1_y_j if good else u_m2_y_j
+            u_m1_x[j] = u_0_x_j if good else u_m1_x_j
+            u_m1_y[j] = u_0_y_j if good else u_m1_y_j
+            u_0_x[j] = u_1_x if good else u_0_x_j
+            u_0_y[j] = u_1_y if good else u_0_y_j
         if stopped > 0:
-            for j in range(h.size):
-                if alive[j] & ~went[j]:
-                    n_done[j] = i
-                    status[j] = NEWTON_FAILED if failed[j] else ENERGY_BOUND if total[j] - total[j] == 0.0 else NON_FINITE
-                    alive[j] = 0
-        if (i + 1) % stride == 0 and (i + 1) // stride < out.shape[1]:
-            for j in range(h.size):
-                if went[j]:
-                    row = out[j, (i + 1) // stride]
-                    row[0, 0] = u_1_x[j]
-                    row[0, 1] = u_1_y[j]
+            stopped = 0
+            for j in range(begin, end):
+                stopped += (running[j] != 0.0) & (not seen[j] <= bound_[j])
+        if stopped > 0:
+            for lane in range(h.size):
+                j = begin + lane
+                if running[j] != 0.0 and not seen[j] <= bound_[j]:
+                    n_done[lane], status[lane] = i, ENERGY_BOUND if seen[j] > bound_[j] else NON_FINITE
+                    running[j], bound_[j] = 0.0, np.nan
+        if (i + 1) // stride < out.shape[1] and (i + 1) % stride == 0:
+            for lane in range(h.size):
+                j = begin + lane
+                if seen[j] <= bound_[j]:
+                    row = out[lane, (i + 1) // stride]
+                    row[0, 0] = u_0_x[j]
+                    row[0, 1] = u_0_y[j]
                     row[1, 0] = v_1_x[j]
                     row[1, 1] = v_1_y[j]
                     row[2, 0] = a_1_x[j]
                     row[2, 1] = a_1_y[j]
-    for j in range(h.size):
-        peak[j] = peak_[j]
-        state[j, 0, 0] = u_0_x[j]
-        state[j, 0, 1] = u_0_y[j]
-        state[j, 1, 0] = u_m1_x[j]
-        state[j, 1, 1] = u_m1_y[j]
-        state[j, 2, 0] = u_m2_x[j]
-        state[j, 2, 1] = u_m2_y[j]
+    for lane in range(h.size):
+        j = begin + lane
+        peak[lane] = peak_[j]
+        state[lane, 0, 0] = u_0_x[j]
+        state[lane, 0, 1] = u_0_y[j]
+        state[lane, 1, 0] = u_m1_x[j]
+        state[lane, 1, 1] = u_m1_y[j]
+        state[lane, 2, 0] = u_m2_x[j]
+        state[lane, 2, 1] = u_m2_y[j]
+
+
+@_compile
+def march_block(h, EA, L, m, tolerance, state, bound, first, n, stride, out, iterations, peak, n_done, status):
+    """As march, WIDTH lanes at a time."""
+    for lane in range(0, h.size, WIDTH):
+        _block(h[lane : lane + WIDTH], EA[lane : lane + WIDTH], L[lane : lane + WIDTH], m[lane : lane + WIDTH], tolerance[lane : lane + WIDTH], state[lane : lane + WIDTH], bound[lane : lane + WIDTH], first, n[lane : lane + WIDTH], stride, out[lane : lane + WIDTH], iterations[lane : lane + WIDTH], peak[lane : lane + WIDTH], n_done[lane : lane + WIDTH], status[lane : lane + WIDTH])
 
 
 @_compile

@@ -30,7 +30,8 @@ REPORTED = "uva"
 OPERATIONS = {'step': 72, 'iteration': ()}
 COMPLETED, NEWTON_FAILED, NON_FINITE, ENERGY_BOUND = 0, 1, 2, 3
 
-_compile = njit(cache=True, nogil=True, error_model="numpy")
+# contract: a product and a sum may become one operation; sums keep their order
+_compile = njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 
 
 @_compile
@@ -140,111 +141,101 @@ def _lane(h, rho_inf, EA, L, m, state, bound, first, n, stride, out):
     return status, done, peak
 
 
-# lanes of a block: the arrays of a step, all rows of one, stay in the first cache, and LLVM sees that none overlap
-WIDTH = 32
+# lanes of a block at most. A row holds one variable of all lanes; the rows of a step stay in the first cache
+WIDTH = 96
 
 
 @_compile
-def march_block(h, rho_inf, EA, L, m, state, bound, first, n, stride, out, peak, n_done, status):
-    """As march, for at most WIDTH lanes, which fill vector registers abreast."""
-    numbers = np.zeros((75, WIDTH))
-    flags = np.zeros((2, WIDTH), dtype=np.int64)
-    K0_00 = numbers[0]
-    K0_01 = numbers[1]
-    K0_10 = numbers[2]
-    K0_11 = numbers[3]
-    a_0_x = numbers[4]
-    a_0_y = numbers[5]
-    a_1_x = numbers[6]
-    a_1_y = numbers[7]
-    c0 = numbers[8]
-    c1 = numbers[9]
-    c10 = numbers[10]
-    c11 = numbers[11]
-    c12 = numbers[12]
-    c13 = numbers[13]
-    c14 = numbers[14]
-    c15 = numbers[15]
-    c16 = numbers[16]
-    c17 = numbers[17]
-    c18 = numbers[18]
-    c19 = numbers[19]
-    c2 = numbers[20]
-    c20 = numbers[21]
-    c21 = numbers[22]
-    c22 = numbers[23]
-    c23 = numbers[24]
-    c24 = numbers[25]
-    c25 = numbers[26]
-    c26 = numbers[27]
-    c27 = numbers[28]
-    c28 = numbers[29]
-    c29 = numbers[30]
-    c3 = numbers[31]
-    c30 = numbers[32]
-    c31 = numbers[33]
-    c32 = numbers[34]
-    c33 = numbers[35]
-    c34 = numbers[36]
-    c35 = numbers[37]
-    c36 = numbers[38]
-    c37 = numbers[39]
-    c38 = numbers[40]
-    c39 = numbers[41]
-    c4 = numbers[42]
-    c40 = numbers[43]
-    c41 = numbers[44]
-    c42 = numbers[45]
-    c43 = numbers[46]
-    c44 = numbers[47]
-    c45 = numbers[48]
-    c46 = numbers[49]
-    c47 = numbers[50]
-    c5 = numbers[51]
-    c6 = numbers[52]
-    c7 = numbers[53]
-    c8 = numbers[54]
-    c9 = numbers[55]
-    energy = numbers[56]
-    total = numbers[57]
-    u_0_x = numbers[58]
-    u_0_y = numbers[59]
-    u_1_x = numbers[60]
-    u_1_y = numbers[61]
-    v_0_x = numbers[62]
-    v_0_y = numbers[63]
-    v_1_x = numbers[64]
-    v_1_y = numbers[65]
-    v_told_x = numbers[66]
-    v_told_y = numbers[67]
-    h_ = numbers[68]
-    rho_inf_ = numbers[69]
-    EA_ = numbers[70]
-    L_ = numbers[71]
-    m_ = numbers[72]
-    bound_ = numbers[73]
-    peak_ = numbers[74]
-    alive = flags[0]
-    went = flags[1]
-    last = first
-    for j in range(h.size):
-        status[j], n_done[j], peak[j] = COMPLETED, n[j], -np.inf
-        last = max(last, n[j])
-        alive[j] = 1
-        h_[j] = h[j]
-        rho_inf_[j] = rho_inf[j]
-        EA_[j] = EA[j]
-        L_[j] = L[j]
-        m_[j] = m[j]
-        bound_[j] = bound[j]
+def _block(h, rho_inf, EA, L, m, state, bound, first, n, stride, out, peak, n_done, status):
+    """At most WIDTH lanes, which fill vector registers abreast; the last one is repeated to fill the last register."""
+    rows = np.zeros((69, WIDTH + 16))
+    begin = -(rows.ctypes.data // 8) & 7  # on a cache line
+    end = begin + 8 * ((h.size + 7) // 8)
+    K0_00 = rows[0]
+    K0_01 = rows[1]
+    K0_10 = rows[2]
+    K0_11 = rows[3]
+    a_0_x = rows[4]
+    a_0_y = rows[5]
+    c0 = rows[6]
+    c1 = rows[7]
+    c10 = rows[8]
+    c11 = rows[9]
+    c12 = rows[10]
+    c13 = rows[11]
+    c14 = rows[12]
+    c15 = rows[13]
+    c16 = rows[14]
+    c17 = rows[15]
+    c18 = rows[16]
+    c19 = rows[17]
+    c2 = rows[18]
+    c20 = rows[19]
+    c21 = rows[20]
+    c22 = rows[21]
+    c23 = rows[22]
+    c24 = rows[23]
+    c25 = rows[24]
+    c26 = rows[25]
+    c27 = rows[26]
+    c28 = rows[27]
+    c29 = rows[28]
+    c3 = rows[29]
+    c30 = rows[30]
+    c31 = rows[31]
+    c32 = rows[32]
+    c33 = rows[33]
+    c34 = rows[34]
+    c35 = rows[35]
+    c36 = rows[36]
+    c37 = rows[37]
+    c38 = rows[38]
+    c39 = rows[39]
+    c4 = rows[40]
+    c40 = rows[41]
+    c41 = rows[42]
+    c42 = rows[43]
+    c43 = rows[44]
+    c44 = rows[45]
+    c45 = rows[46]
+    c46 = rows[47]
+    c47 = rows[48]
+    c5 = rows[49]
+    c6 = rows[50]
+    c7 = rows[51]
+    c8 = rows[52]
+    c9 = rows[53]
+    u_0_x = rows[54]
+    u_0_y = rows[55]
+    v_0_x = rows[56]
+    v_0_y = rows[57]
+    v_told_x = rows[58]
+    v_told_y = rows[59]
+    h_ = rows[60]
+    rho_inf_ = rows[61]
+    EA_ = rows[62]
+    L_ = rows[63]
+    m_ = rows[64]
+    bound_ = rows[65]
+    peak_ = rows[66]
+    running = rows[67]
+    seen = rows[68]
+    for j in range(begin, end):
+        lane = min(j - begin, h.size - 1)
+        h_[j] = h[lane]
+        rho_inf_[j] = rho_inf[lane]
+        EA_[j] = EA[lane]
+        L_[j] = L[lane]
+        m_[j] = m[lane]
+        bound_[j] = bound[lane]
+        u_0_x[j] = state[lane, 0, 0]
+        u_0_y[j] = state[lane, 0, 1]
+        v_0_x[j] = state[lane, 1, 0]
+        v_0_y[j] = state[lane, 1, 1]
+        a_0_x[j] = state[lane, 2, 0]
+        a_0_y[j] = state[lane, 2, 1]
         peak_[j] = -np.inf
-        u_0_x[j] = state[j, 0, 0]
-        u_0_y[j] = state[j, 0, 1]
-        v_0_x[j] = state[j, 1, 0]
-        v_0_y[j] = state[j, 1, 1]
-        a_0_x[j] = state[j, 2, 0]
-        a_0_y[j] = state[j, 2, 1]
-    for j in range(WIDTH):
+    for j in range(begin, end):
         K0_00[j] = EA_[j]*u_0_x[j]**2/L_[j]**3 + (1/2)*EA_[j]*(-L_[j]**2 + u_0_x[j]**2 + u_0_y[j]**2)/L_[j]**3
         K0_01[j] = EA_[j]*u_0_x[j]*u_0_y[j]/L_[j]**3
         K0_10[j] = EA_[j]*u_0_x[j]*u_0_y[j]/L_[j]**3
@@ -297,63 +288,90 @@ def march_block(h, rho_inf, EA, L, m, state, bound, first, n, stride, out, peak,
         c45[j] = c8[j]*h_[j]*m_[j]*(rho_inf_[j] - 3)*(rho_inf_[j] + 1)
         c46[j] = (1/2)*m_[j]
         c47[j] = (1/8)*EA_[j]/L_[j]**3
+    for lane in range(h.size):
+        status[lane], n_done[lane] = COMPLETED, n[lane]
+        running[begin + lane] = np.nan  # the correction that no iteration has made; 0.0 once the lane stops
+    last, ends = n.max(), first
     for i in range(first, last):
-        for j in range(h.size):
-            alive[j] = alive[j] & (i < n[j])
-        for j in range(WIDTH):
-            u_1_x[j] = a_0_x[j]*c10[j] - a_0_y[j]*c9[j] + h_[j]*v_0_x[j] + u_0_x[j]
-            u_1_y[j] = -a_0_x[j]*c11[j] + a_0_y[j]*c12[j] + h_[j]*v_0_y[j] + u_0_y[j]
-            v_1_x[j] = a_0_x[j]*c14[j] - a_0_y[j]*c13[j] + v_0_x[j]
-            v_1_y[j] = -a_0_x[j]*c15[j] + a_0_y[j]*c16[j] + v_0_y[j]
-        for j in range(WIDTH):
+        if i == ends:
+            ends = last
+            for lane in range(h.size):
+                if n[lane] <= i:
+                    running[begin + lane], bound_[begin + lane] = 0.0, np.nan
+                else:
+                    ends = min(ends, n[lane])
+        stopped = 0
+        for j in range(begin, end):
+            u_1_x = a_0_x[j]*c10[j] - a_0_y[j]*c9[j] + h_[j]*v_0_x[j] + u_0_x[j]
+            u_1_y = -a_0_x[j]*c11[j] + a_0_y[j]*c12[j] + h_[j]*v_0_y[j] + u_0_y[j]
+            v_1_x = a_0_x[j]*c14[j] - a_0_y[j]*c13[j] + v_0_x[j]
+            v_1_y = -a_0_x[j]*c15[j] + a_0_y[j]*c16[j] + v_0_y[j]
             x0 = -c28[j]
             x1 = c29[j]*(u_0_x[j]**2 + u_0_y[j]**2 + x0)
-            x2 = c30[j]*(u_1_x[j]**2 + u_1_y[j]**2 + x0)
-            residual_0 = m_[j]*(-a_0_x[j]*c26[j] + a_0_y[j]*c27[j]) + u_0_x[j]*x1 + u_1_x[j]*x2
-            residual_1 = m_[j]*(a_0_x[j]*c31[j] - a_0_y[j]*c32[j]) + u_0_y[j]*x1 + u_1_y[j]*x2
-            a_1_x[j] = -c38[j]*residual_0 + c39[j]*residual_1
-            a_1_y[j] = c40[j]*residual_0 - c41[j]*residual_1
-        for j in range(WIDTH):
-            v_told_x[j] = -a_1_x[j]*c43[j] + a_1_y[j]*c42[j] + v_1_x[j]
-            v_told_y[j] = a_1_x[j]*c44[j] - a_1_y[j]*c45[j] + v_1_y[j]
-            energy[j] = c46[j]*(v_told_x[j]**2 + v_told_y[j]**2) + c47[j]*(-c28[j] + u_1_x[j]**2 + u_1_y[j]**2)**2
-            total[j] = a_1_x[j] + a_1_y[j] + energy[j] + u_1_x[j] + u_1_y[j] + v_1_x[j] + v_1_y[j] + v_told_x[j] + v_told_y[j]
-            finite = total[j] - total[j] == 0.0
-            went[j] = alive[j] & finite & (energy[j] <= bound_[j])
-            peak_[j] = max(peak_[j], energy[j]) if went[j] else peak_[j]
-        stopped = 0
-        for j in range(WIDTH):
-            stopped += alive[j] - went[j]
-            u_0_x[j] = u_1_x[j] if went[j] else u_0_x[j]
-            u_0_y[j] = u_1_y[j] if went[j] else u_0_y[j]
-            v_0_x[j] = v_1_x[j] if went[j] else v_0_x[j]
-            v_0_y[j] = v_1_y[j] if went[j] else v_0_y[j]
-            a_0_x[j] = a_1_x[j] if went[j] else a_0_x[j]
-            a_0_y[j] = a_1_y[j] if went[j] else a_0_y[j]
+            x2 = c30[j]*(u_1_x**2 + u_1_y**2 + x0)
+            residual_0 = m_[j]*(-a_0_x[j]*c26[j] + a_0_y[j]*c27[j]) + u_0_x[j]*x1 + u_1_x*x2
+            residual_1 = m_[j]*(a_0_x[j]*c31[j] - a_0_y[j]*c32[j]) + u_0_y[j]*x1 + u_1_y*x2
+            a_1_x = -c38[j]*residual_0 + c39[j]*residual_1
+            a_1_y = c40[j]*residual_0 - c41[j]*residual_1
+            v_told_x[j] = -a_1_x*c43[j] + a_1_y*c42[j] + v_1_x
+            v_told_y[j] = a_1_x*c44[j] - a_1_y*c45[j] + v_1_y
+            energy = c46[j]*(v_told_x[j]**2 + v_told_y[j]**2) + c47[j]*(-c28[j] + u_1_x**2 + u_1_y**2)**2
+            total = a_1_x + a_1_y + u_1_x + u_1_y + v_1_x + v_1_y + v_told_x[j] + v_told_y[j] + energy
+            now = energy + (total - total)  # NaN unless all are finite
+            seen[j] = now
+            good = now <= bound_[j]
+            stopped = stopped if good else 1
+            top = peak_[j]
+            u_0_x_j = u_0_x[j]
+            u_0_y_j = u_0_y[j]
+            v_0_x_j = v_0_x[j]
+            v_0_y_j = v_0_y[j]
+            a_0_x_j = a_0_x[j]
+            a_0_y_j = a_0_y[j]
+            peak_[j] = now if good & (now > top) else top
+            u_0_x[j] = u_1_x if good else u_0_x_j
+            u_0_y[j] = u_1_y if good else u_0_y_j
+            v_0_x[j] = v_1_x if good else v_0_x_j
+            v_0_y[j] = v_1_y if good else v_0_y_j
+            a_0_x[j] = a_1_x if good else a_0_x_j
+            a_0_y[j] = a_1_y if good else a_0_y_j
         if stopped > 0:
-            for j in range(h.size):
-                if alive[j] & ~went[j]:
-                    n_done[j] = i
-                    status[j] = ENERGY_BOUND if total[j] - total[j] == 0.0 else NON_FINITE
-                    alive[j] = 0
-        if (i + 1) % stride == 0 and (i + 1) // stride < out.shape[1]:
-            for j in range(h.size):
-                if went[j]:
-                    row = out[j, (i + 1) // stride]
-                    row[0, 0] = u_1_x[j]
-                    row[0, 1] = u_1_y[j]
+            stopped = 0
+            for j in range(begin, end):
+                stopped += (running[j] != 0.0) & (not seen[j] <= bound_[j])
+        if stopped > 0:
+            for lane in range(h.size):
+                j = begin + lane
+                if running[j] != 0.0 and not seen[j] <= bound_[j]:
+                    n_done[lane], status[lane] = i, ENERGY_BOUND if seen[j] > bound_[j] else NON_FINITE
+                    running[j], bound_[j] = 0.0, np.nan
+        if (i + 1) // stride < out.shape[1] and (i + 1) % stride == 0:
+            for lane in range(h.size):
+                j = begin + lane
+                if seen[j] <= bound_[j]:
+                    row = out[lane, (i + 1) // stride]
+                    row[0, 0] = u_0_x[j]
+                    row[0, 1] = u_0_y[j]
                     row[1, 0] = v_told_x[j]
                     row[1, 1] = v_told_y[j]
-                    row[2, 0] = a_1_x[j]
-                    row[2, 1] = a_1_y[j]
-    for j in range(h.size):
-        peak[j] = peak_[j]
-        state[j, 0, 0] = u_0_x[j]
-        state[j, 0, 1] = u_0_y[j]
-        state[j, 1, 0] = v_0_x[j]
-        state[j, 1, 1] = v_0_y[j]
-        state[j, 2, 0] = a_0_x[j]
-        state[j, 2, 1] = a_0_y[j]
+                    row[2, 0] = a_0_x[j]
+                    row[2, 1] = a_0_y[j]
+    for lane in range(h.size):
+        j = begin + lane
+        peak[lane] = peak_[j]
+        state[lane, 0, 0] = u_0_x[j]
+        state[lane, 0, 1] = u_0_y[j]
+        state[lane, 1, 0] = v_0_x[j]
+        state[lane, 1, 1] = v_0_y[j]
+        state[lane, 2, 0] = a_0_x[j]
+        state[lane, 2, 1] = a_0_y[j]
+
+
+@_compile
+def march_block(h, rho_inf, EA, L, m, state, bound, first, n, stride, out, peak, n_done, status):
+    """As march, WIDTH lanes at a time."""
+    for lane in range(0, h.size, WIDTH):
+        _block(h[lane : lane + WIDTH], rho_inf[lane : lane + WIDTH], EA[lane : lane + WIDTH], L[lane : lane + WIDTH], m[lane : lane + WIDTH], state[lane : lane + WIDTH], bound[lane : lane + WIDTH], first, n[lane : lane + WIDTH], stride, out[lane : lane + WIDTH], peak[lane : lane + WIDTH], n_done[lane : lane + WIDTH], status[lane : lane + WIDTH])
 
 
 @_compile

@@ -25,7 +25,8 @@ REPORTED = "uva"
 OPERATIONS = {'step': 73, 'iteration': ()}
 COMPLETED, NEWTON_FAILED, NON_FINITE, ENERGY_BOUND = 0, 1, 2, 3
 
-_compile = njit(cache=True, nogil=True, error_model="numpy")
+# contract: a product and a sum may become one operation; sums keep their order
+_compile = njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 
 
 @_compile
@@ -101,76 +102,60 @@ def _lane(h, p, EA, L, m, state, bound, first, n, stride, out):
     return status, done, peak
 
 
-# lanes of a block: the arrays of a step, all rows of one, stay in the first cache, and LLVM sees that none overlap
-WIDTH = 32
+# lanes of a block at most. A row holds one variable of all lanes; the rows of a step stay in the first cache
+WIDTH = 96
 
 
 @_compile
-def march_block(h, p, EA, L, m, state, bound, first, n, stride, out, peak, n_done, status):
-    """As march, for at most WIDTH lanes, which fill vector registers abreast."""
-    numbers = np.zeros((40, WIDTH))
-    flags = np.zeros((2, WIDTH), dtype=np.int64)
-    a_0_x = numbers[0]
-    a_0_y = numbers[1]
-    a_1_x = numbers[2]
-    a_1_y = numbers[3]
-    a_p_x = numbers[4]
-    a_p_y = numbers[5]
-    c0 = numbers[6]
-    c1 = numbers[7]
-    c10 = numbers[8]
-    c11 = numbers[9]
-    c12 = numbers[10]
-    c2 = numbers[11]
-    c3 = numbers[12]
-    c4 = numbers[13]
-    c5 = numbers[14]
-    c6 = numbers[15]
-    c7 = numbers[16]
-    c8 = numbers[17]
-    c9 = numbers[18]
-    energy = numbers[19]
-    total = numbers[20]
-    u_0_x = numbers[21]
-    u_0_y = numbers[22]
-    u_1_x = numbers[23]
-    u_1_y = numbers[24]
-    u_p_x = numbers[25]
-    u_p_y = numbers[26]
-    v_0_x = numbers[27]
-    v_0_y = numbers[28]
-    v_1_x = numbers[29]
-    v_1_y = numbers[30]
-    v_p_x = numbers[31]
-    v_p_y = numbers[32]
-    h_ = numbers[33]
-    p_ = numbers[34]
-    EA_ = numbers[35]
-    L_ = numbers[36]
-    m_ = numbers[37]
-    bound_ = numbers[38]
-    peak_ = numbers[39]
-    alive = flags[0]
-    went = flags[1]
-    last = first
-    for j in range(h.size):
-        status[j], n_done[j], peak[j] = COMPLETED, n[j], -np.inf
-        last = max(last, n[j])
-        alive[j] = 1
-        h_[j] = h[j]
-        p_[j] = p[j]
-        EA_[j] = EA[j]
-        L_[j] = L[j]
-        m_[j] = m[j]
-        bound_[j] = bound[j]
+def _block(h, p, EA, L, m, state, bound, first, n, stride, out, peak, n_done, status):
+    """At most WIDTH lanes, which fill vector registers abreast; the last one is repeated to fill the last register."""
+    rows = np.zeros((28, WIDTH + 16))
+    begin = -(rows.ctypes.data // 8) & 7  # on a cache line
+    end = begin + 8 * ((h.size + 7) // 8)
+    a_0_x = rows[0]
+    a_0_y = rows[1]
+    c0 = rows[2]
+    c1 = rows[3]
+    c10 = rows[4]
+    c11 = rows[5]
+    c12 = rows[6]
+    c2 = rows[7]
+    c3 = rows[8]
+    c4 = rows[9]
+    c5 = rows[10]
+    c6 = rows[11]
+    c7 = rows[12]
+    c8 = rows[13]
+    c9 = rows[14]
+    u_0_x = rows[15]
+    u_0_y = rows[16]
+    v_0_x = rows[17]
+    v_0_y = rows[18]
+    h_ = rows[19]
+    p_ = rows[20]
+    EA_ = rows[21]
+    L_ = rows[22]
+    m_ = rows[23]
+    bound_ = rows[24]
+    peak_ = rows[25]
+    running = rows[26]
+    seen = rows[27]
+    for j in range(begin, end):
+        lane = min(j - begin, h.size - 1)
+        h_[j] = h[lane]
+        p_[j] = p[lane]
+        EA_[j] = EA[lane]
+        L_[j] = L[lane]
+        m_[j] = m[lane]
+        bound_[j] = bound[lane]
+        u_0_x[j] = state[lane, 0, 0]
+        u_0_y[j] = state[lane, 0, 1]
+        v_0_x[j] = state[lane, 1, 0]
+        v_0_y[j] = state[lane, 1, 1]
+        a_0_x[j] = state[lane, 2, 0]
+        a_0_y[j] = state[lane, 2, 1]
         peak_[j] = -np.inf
-        u_0_x[j] = state[j, 0, 0]
-        u_0_y[j] = state[j, 0, 1]
-        v_0_x[j] = state[j, 1, 0]
-        v_0_y[j] = state[j, 1, 1]
-        a_0_x[j] = state[j, 2, 0]
-        a_0_y[j] = state[j, 2, 1]
-    for j in range(WIDTH):
+    for j in range(begin, end):
         c0[j] = h_[j]*p_[j]
         c1[j] = (1/2)*h_[j]**2*p_[j]**2
         c2[j] = h_[j]*(p_[j] - 1)
@@ -184,69 +169,95 @@ def march_block(h, p, EA, L, m, state, bound, first, n, stride, out, peak, n_don
         c10[j] = (1/2)*h_[j]*(p_[j] - 1)*(2*p_[j] - 1)/p_[j]
         c11[j] = (1/2)*m_[j]
         c12[j] = (1/8)*EA_[j]/L_[j]**3
+    for lane in range(h.size):
+        status[lane], n_done[lane] = COMPLETED, n[lane]
+        running[begin + lane] = np.nan  # the correction that no iteration has made; 0.0 once the lane stops
+    last, ends = n.max(), first
     for i in range(first, last):
-        for j in range(h.size):
-            alive[j] = alive[j] & (i < n[j])
-        for j in range(WIDTH):
-            u_p_x[j] = a_0_x[j]*c1[j] + c0[j]*v_0_x[j] + u_0_x[j]
-            u_p_y[j] = a_0_y[j]*c1[j] + c0[j]*v_0_y[j] + u_0_y[j]
-        for j in range(WIDTH):
-            x0 = c7[j]*(-c6[j] + u_p_x[j]**2 + u_p_y[j]**2)
-            residual_0 = u_p_x[j]*x0
-            residual_1 = u_p_y[j]*x0
-            a_p_x[j] = -c8[j]*residual_0
-            a_p_y[j] = -c8[j]*residual_1
-            u_1_x[j] = -a_0_x[j]*c4[j] - a_p_x[j]*c3[j] - c2[j]*v_0_x[j] + u_p_x[j]
-            u_1_y[j] = -a_0_y[j]*c4[j] - a_p_y[j]*c3[j] - c2[j]*v_0_y[j] + u_p_y[j]
-            v_p_x[j] = a_0_x[j]*c5[j] + a_p_x[j]*c5[j] + v_0_x[j]
-            v_p_y[j] = a_0_y[j]*c5[j] + a_p_y[j]*c5[j] + v_0_y[j]
-        for j in range(WIDTH):
-            x0 = c7[j]*(-c6[j] + u_1_x[j]**2 + u_1_y[j]**2)
-            residual_0 = u_1_x[j]*x0
-            residual_1 = u_1_y[j]*x0
-            a_1_x[j] = -c8[j]*residual_0
-            a_1_y[j] = -c8[j]*residual_1
-            v_1_x[j] = -a_0_x[j]*c10[j] + a_1_x[j]*c5[j] - a_p_x[j]*c9[j] + v_p_x[j]
-            v_1_y[j] = -a_0_y[j]*c10[j] + a_1_y[j]*c5[j] - a_p_y[j]*c9[j] + v_p_y[j]
-        for j in range(WIDTH):
-            energy[j] = c11[j]*(v_1_x[j]**2 + v_1_y[j]**2) + c12[j]*(-c6[j] + u_1_x[j]**2 + u_1_y[j]**2)**2
-            total[j] = a_1_x[j] + a_1_y[j] + energy[j] + u_1_x[j] + u_1_y[j] + v_1_x[j] + v_1_y[j]
-            finite = total[j] - total[j] == 0.0
-            went[j] = alive[j] & finite & (energy[j] <= bound_[j])
-            peak_[j] = max(peak_[j], energy[j]) if went[j] else peak_[j]
+        if i == ends:
+            ends = last
+            for lane in range(h.size):
+                if n[lane] <= i:
+                    running[begin + lane], bound_[begin + lane] = 0.0, np.nan
+                else:
+                    ends = min(ends, n[lane])
         stopped = 0
-        for j in range(WIDTH):
-            stopped += alive[j] - went[j]
-            u_0_x[j] = u_1_x[j] if went[j] else u_0_x[j]
-            u_0_y[j] = u_1_y[j] if went[j] else u_0_y[j]
-            v_0_x[j] = v_1_x[j] if went[j] else v_0_x[j]
-            v_0_y[j] = v_1_y[j] if went[j] else v_0_y[j]
-            a_0_x[j] = a_1_x[j] if went[j] else a_0_x[j]
-            a_0_y[j] = a_1_y[j] if went[j] else a_0_y[j]
+        for j in range(begin, end):
+            u_p_x = a_0_x[j]*c1[j] + c0[j]*v_0_x[j] + u_0_x[j]
+            u_p_y = a_0_y[j]*c1[j] + c0[j]*v_0_y[j] + u_0_y[j]
+            x0 = c7[j]*(-c6[j] + u_p_x**2 + u_p_y**2)
+            residual_0 = u_p_x*x0
+            residual_1 = u_p_y*x0
+            a_p_x = -c8[j]*residual_0
+            a_p_y = -c8[j]*residual_1
+            u_1_x = -a_0_x[j]*c4[j] - a_p_x*c3[j] - c2[j]*v_0_x[j] + u_p_x
+            u_1_y = -a_0_y[j]*c4[j] - a_p_y*c3[j] - c2[j]*v_0_y[j] + u_p_y
+            v_p_x = a_0_x[j]*c5[j] + a_p_x*c5[j] + v_0_x[j]
+            v_p_y = a_0_y[j]*c5[j] + a_p_y*c5[j] + v_0_y[j]
+            x0 = c7[j]*(-c6[j] + u_1_x**2 + u_1_y**2)
+            residual_0 = u_1_x*x0
+            residual_1 = u_1_y*x0
+            a_1_x = -c8[j]*residual_0
+            a_1_y = -c8[j]*residual_1
+            v_1_x = -a_0_x[j]*c10[j] + a_1_x*c5[j] - a_p_x*c9[j] + v_p_x
+            v_1_y = -a_0_y[j]*c10[j] + a_1_y*c5[j] - a_p_y*c9[j] + v_p_y
+            energy = c11[j]*(v_1_x**2 + v_1_y**2) + c12[j]*(-c6[j] + u_1_x**2 + u_1_y**2)**2
+            total = a_1_x + a_1_y + u_1_x + u_1_y + v_1_x + v_1_y + energy
+            now = energy + (total - total)  # NaN unless all are finite
+            seen[j] = now
+            good = now <= bound_[j]
+            stopped = stopped if good else 1
+            top = peak_[j]
+            u_0_x_j = u_0_x[j]
+            u_0_y_j = u_0_y[j]
+            v_0_x_j = v_0_x[j]
+            v_0_y_j = v_0_y[j]
+            a_0_x_j = a_0_x[j]
+            a_0_y_j = a_0_y[j]
+            peak_[j] = now if good & (now > top) else top
+            u_0_x[j] = u_1_x if good else u_0_x_j
+            u_0_y[j] = u_1_y if good else u_0_y_j
+            v_0_x[j] = v_1_x if good else v_0_x_j
+            v_0_y[j] = v_1_y if good else v_0_y_j
+            a_0_x[j] = a_1_x if good else a_0_x_j
+            a_0_y[j] = a_1_y if good else a_0_y_j
         if stopped > 0:
-            for j in range(h.size):
-                if alive[j] & ~went[j]:
-                    n_done[j] = i
-                    status[j] = ENERGY_BOUND if total[j] - total[j] == 0.0 else NON_FINITE
-                    alive[j] = 0
-        if (i + 1) % stride == 0 and (i + 1) // stride < out.shape[1]:
-            for j in range(h.size):
-                if went[j]:
-                    row = out[j, (i + 1) // stride]
-                    row[0, 0] = u_1_x[j]
-                    row[0, 1] = u_1_y[j]
-                    row[1, 0] = v_1_x[j]
-                    row[1, 1] = v_1_y[j]
-                    row[2, 0] = a_1_x[j]
-                    row[2, 1] = a_1_y[j]
-    for j in range(h.size):
-        peak[j] = peak_[j]
-        state[j, 0, 0] = u_0_x[j]
-        state[j, 0, 1] = u_0_y[j]
-        state[j, 1, 0] = v_0_x[j]
-        state[j, 1, 1] = v_0_y[j]
-        state[j, 2, 0] = a_0_x[j]
-        state[j, 2, 1] = a_0_y[j]
+            stopped = 0
+            for j in range(begin, end):
+                stopped += (running[j] != 0.0) & (not seen[j] <= bound_[j])
+        if stopped > 0:
+            for lane in range(h.size):
+                j = begin + lane
+                if running[j] != 0.0 and not seen[j] <= bound_[j]:
+                    n_done[lane], status[lane] = i, ENERGY_BOUND if seen[j] > bound_[j] else NON_FINITE
+                    running[j], bound_[j] = 0.0, np.nan
+        if (i + 1) // stride < out.shape[1] and (i + 1) % stride == 0:
+            for lane in range(h.size):
+                j = begin + lane
+                if seen[j] <= bound_[j]:
+                    row = out[lane, (i + 1) // stride]
+                    row[0, 0] = u_0_x[j]
+                    row[0, 1] = u_0_y[j]
+                    row[1, 0] = v_0_x[j]
+                    row[1, 1] = v_0_y[j]
+                    row[2, 0] = a_0_x[j]
+                    row[2, 1] = a_0_y[j]
+    for lane in range(h.size):
+        j = begin + lane
+        peak[lane] = peak_[j]
+        state[lane, 0, 0] = u_0_x[j]
+        state[lane, 0, 1] = u_0_y[j]
+        state[lane, 1, 0] = v_0_x[j]
+        state[lane, 1, 1] = v_0_y[j]
+        state[lane, 2, 0] = a_0_x[j]
+        state[lane, 2, 1] = a_0_y[j]
+
+
+@_compile
+def march_block(h, p, EA, L, m, state, bound, first, n, stride, out, peak, n_done, status):
+    """As march, WIDTH lanes at a time."""
+    for lane in range(0, h.size, WIDTH):
+        _block(h[lane : lane + WIDTH], p[lane : lane + WIDTH], EA[lane : lane + WIDTH], L[lane : lane + WIDTH], m[lane : lane + WIDTH], state[lane : lane + WIDTH], bound[lane : lane + WIDTH], first, n[lane : lane + WIDTH], stride, out[lane : lane + WIDTH], peak[lane : lane + WIDTH], n_done[lane : lane + WIDTH], status[lane : lane + WIDTH])
 
 
 @_compile

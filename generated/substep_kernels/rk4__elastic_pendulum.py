@@ -29,7 +29,8 @@ REPORTED = "uv"
 OPERATIONS = {'step': 119, 'iteration': ()}
 COMPLETED, NEWTON_FAILED, NON_FINITE, ENERGY_BOUND = 0, 1, 2, 3
 
-_compile = njit(cache=True, nogil=True, error_model="numpy")
+# contract: a product and a sum may become one operation; sums keep their order
+_compile = njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 
 
 @_compile
@@ -113,78 +114,52 @@ def _lane(h, EA, L, m, state, bound, first, n, stride, out):
     return status, done, peak
 
 
-# lanes of a block: the arrays of a step, all rows of one, stay in the first cache, and LLVM sees that none overlap
-WIDTH = 32
+# lanes of a block at most. A row holds one variable of all lanes; the rows of a step stay in the first cache
+WIDTH = 96
 
 
 @_compile
-def march_block(h, EA, L, m, state, bound, first, n, stride, out, peak, n_done, status):
-    """As march, for at most WIDTH lanes, which fill vector registers abreast."""
-    numbers = np.zeros((45, WIDTH))
-    flags = np.zeros((2, WIDTH), dtype=np.int64)
-    a_0_x = numbers[0]
-    a_0_y = numbers[1]
-    a_p_x = numbers[2]
-    a_p_y = numbers[3]
-    a_q_x = numbers[4]
-    a_q_y = numbers[5]
-    a_r_x = numbers[6]
-    a_r_y = numbers[7]
-    c0 = numbers[8]
-    c1 = numbers[9]
-    c10 = numbers[10]
-    c2 = numbers[11]
-    c3 = numbers[12]
-    c4 = numbers[13]
-    c5 = numbers[14]
-    c6 = numbers[15]
-    c7 = numbers[16]
-    c8 = numbers[17]
-    c9 = numbers[18]
-    energy = numbers[19]
-    total = numbers[20]
-    u_0_x = numbers[21]
-    u_0_y = numbers[22]
-    u_1_x = numbers[23]
-    u_1_y = numbers[24]
-    u_p_x = numbers[25]
-    u_p_y = numbers[26]
-    u_q_x = numbers[27]
-    u_q_y = numbers[28]
-    u_r_x = numbers[29]
-    u_r_y = numbers[30]
-    v_0_x = numbers[31]
-    v_0_y = numbers[32]
-    v_1_x = numbers[33]
-    v_1_y = numbers[34]
-    v_p_x = numbers[35]
-    v_p_y = numbers[36]
-    v_q_x = numbers[37]
-    v_q_y = numbers[38]
-    h_ = numbers[39]
-    EA_ = numbers[40]
-    L_ = numbers[41]
-    m_ = numbers[42]
-    bound_ = numbers[43]
-    peak_ = numbers[44]
-    alive = flags[0]
-    went = flags[1]
-    last = first
-    for j in range(h.size):
-        status[j], n_done[j], peak[j] = COMPLETED, n[j], -np.inf
-        last = max(last, n[j])
-        alive[j] = 1
-        h_[j] = h[j]
-        EA_[j] = EA[j]
-        L_[j] = L[j]
-        m_[j] = m[j]
-        bound_[j] = bound[j]
+def _block(h, EA, L, m, state, bound, first, n, stride, out, peak, n_done, status):
+    """At most WIDTH lanes, which fill vector registers abreast; the last one is repeated to fill the last register."""
+    rows = np.zeros((23, WIDTH + 16))
+    begin = -(rows.ctypes.data // 8) & 7  # on a cache line
+    end = begin + 8 * ((h.size + 7) // 8)
+    c0 = rows[0]
+    c1 = rows[1]
+    c10 = rows[2]
+    c2 = rows[3]
+    c3 = rows[4]
+    c4 = rows[5]
+    c5 = rows[6]
+    c6 = rows[7]
+    c7 = rows[8]
+    c8 = rows[9]
+    c9 = rows[10]
+    u_0_x = rows[11]
+    u_0_y = rows[12]
+    v_0_x = rows[13]
+    v_0_y = rows[14]
+    h_ = rows[15]
+    EA_ = rows[16]
+    L_ = rows[17]
+    m_ = rows[18]
+    bound_ = rows[19]
+    peak_ = rows[20]
+    running = rows[21]
+    seen = rows[22]
+    for j in range(begin, end):
+        lane = min(j - begin, h.size - 1)
+        h_[j] = h[lane]
+        EA_[j] = EA[lane]
+        L_[j] = L[lane]
+        m_[j] = m[lane]
+        bound_[j] = bound[lane]
+        u_0_x[j] = state[lane, 0, 0]
+        u_0_y[j] = state[lane, 0, 1]
+        v_0_x[j] = state[lane, 1, 0]
+        v_0_y[j] = state[lane, 1, 1]
         peak_[j] = -np.inf
-        u_0_x[j] = state[j, 0, 0]
-        u_0_y[j] = state[j, 0, 1]
-        v_0_x[j] = state[j, 1, 0]
-        v_0_y[j] = state[j, 1, 1]
-    for j in range(WIDTH):
+    for j in range(begin, end):
         c0[j] = (1/2)*h_[j]
         c1[j] = (1/4)*h_[j]**2
         c2[j] = L_[j]**2
@@ -196,83 +171,105 @@ def march_block(h, EA, L, m, state, bound, first, n, stride, out, peak, n_done, 
         c8[j] = (1/6)*h_[j]
         c9[j] = (1/2)*m_[j]
         c10[j] = (1/8)*EA_[j]/L_[j]**3
+    for lane in range(h.size):
+        status[lane], n_done[lane] = COMPLETED, n[lane]
+        running[begin + lane] = np.nan  # the correction that no iteration has made; 0.0 once the lane stops
+    last, ends = n.max(), first
     for i in range(first, last):
-        for j in range(h.size):
-            alive[j] = alive[j] & (i < n[j])
-        for j in range(WIDTH):
-            u_p_x[j] = c0[j]*v_0_x[j] + u_0_x[j]
-            u_p_y[j] = c0[j]*v_0_y[j] + u_0_y[j]
-        for j in range(WIDTH):
+        if i == ends:
+            ends = last
+            for lane in range(h.size):
+                if n[lane] <= i:
+                    running[begin + lane], bound_[begin + lane] = 0.0, np.nan
+                else:
+                    ends = min(ends, n[lane])
+        stopped = 0
+        for j in range(begin, end):
+            u_p_x = c0[j]*v_0_x[j] + u_0_x[j]
+            u_p_y = c0[j]*v_0_y[j] + u_0_y[j]
             x0 = c3[j]*(-c2[j] + u_0_x[j]**2 + u_0_y[j]**2)
             residual_0 = u_0_x[j]*x0
             residual_1 = u_0_y[j]*x0
-            a_0_x[j] = -c4[j]*residual_0
-            a_0_y[j] = -c4[j]*residual_1
-            v_p_x[j] = a_0_x[j]*c0[j] + v_0_x[j]
-            v_p_y[j] = a_0_y[j]*c0[j] + v_0_y[j]
-            u_q_x[j] = a_0_x[j]*c1[j] + c0[j]*v_0_x[j] + u_0_x[j]
-            u_q_y[j] = a_0_y[j]*c1[j] + c0[j]*v_0_y[j] + u_0_y[j]
-        for j in range(WIDTH):
-            x0 = c3[j]*(-c2[j] + u_p_x[j]**2 + u_p_y[j]**2)
-            residual_0 = u_p_x[j]*x0
-            residual_1 = u_p_y[j]*x0
-            a_p_x[j] = -c4[j]*residual_0
-            a_p_y[j] = -c4[j]*residual_1
-            v_q_x[j] = a_p_x[j]*c0[j] + v_0_x[j]
-            v_q_y[j] = a_p_y[j]*c0[j] + v_0_y[j]
-            u_r_x[j] = a_p_x[j]*c5[j] + h_[j]*v_0_x[j] + u_0_x[j]
-            u_r_y[j] = a_p_y[j]*c5[j] + h_[j]*v_0_y[j] + u_0_y[j]
-        for j in range(WIDTH):
-            x0 = c3[j]*(-c2[j] + u_q_x[j]**2 + u_q_y[j]**2)
-            residual_0 = u_q_x[j]*x0
-            residual_1 = u_q_y[j]*x0
-            a_q_x[j] = -c4[j]*residual_0
-            a_q_y[j] = -c4[j]*residual_1
-            u_1_x[j] = a_q_x[j]*c7[j] + c6[j]*v_0_x[j] + c6[j]*v_p_x[j] + c6[j]*v_q_x[j] + u_0_x[j]
-            u_1_y[j] = a_q_y[j]*c7[j] + c6[j]*v_0_y[j] + c6[j]*v_p_y[j] + c6[j]*v_q_y[j] + u_0_y[j]
-            v_r_x = a_q_x[j]*h_[j] + v_0_x[j]
-            v_r_y = a_q_y[j]*h_[j] + v_0_y[j]
-        for j in range(WIDTH):
-            x0 = c3[j]*(-c2[j] + u_r_x[j]**2 + u_r_y[j]**2)
-            residual_0 = u_r_x[j]*x0
-            residual_1 = u_r_y[j]*x0
-            a_r_x[j] = -c4[j]*residual_0
-            a_r_y[j] = -c4[j]*residual_1
-            v_1_x[j] = a_0_x[j]*c8[j] + a_p_x[j]*c6[j] + a_q_x[j]*c6[j] + a_r_x[j]*c8[j] + v_0_x[j]
-            v_1_y[j] = a_0_y[j]*c8[j] + a_p_y[j]*c6[j] + a_q_y[j]*c6[j] + a_r_y[j]*c8[j] + v_0_y[j]
-        for j in range(WIDTH):
-            energy[j] = c10[j]*(-c2[j] + u_1_x[j]**2 + u_1_y[j]**2)**2 + c9[j]*(v_1_x[j]**2 + v_1_y[j]**2)
-            total[j] = energy[j] + u_1_x[j] + u_1_y[j] + v_1_x[j] + v_1_y[j]
-            finite = total[j] - total[j] == 0.0
-            went[j] = alive[j] & finite & (energy[j] <= bound_[j])
-            peak_[j] = max(peak_[j], energy[j]) if went[j] else peak_[j]
-        stopped = 0
-        for j in range(WIDTH):
-            stopped += alive[j] - went[j]
-            u_0_x[j] = u_1_x[j] if went[j] else u_0_x[j]
-            u_0_y[j] = u_1_y[j] if went[j] else u_0_y[j]
-            v_0_x[j] = v_1_x[j] if went[j] else v_0_x[j]
-            v_0_y[j] = v_1_y[j] if went[j] else v_0_y[j]
+            a_0_x = -c4[j]*residual_0
+            a_0_y = -c4[j]*residual_1
+            v_p_x = a_0_x*c0[j] + v_0_x[j]
+            v_p_y = a_0_y*c0[j] + v_0_y[j]
+            u_q_x = a_0_x*c1[j] + c0[j]*v_0_x[j] + u_0_x[j]
+            u_q_y = a_0_y*c1[j] + c0[j]*v_0_y[j] + u_0_y[j]
+            x0 = c3[j]*(-c2[j] + u_p_x**2 + u_p_y**2)
+            residual_0 = u_p_x*x0
+            residual_1 = u_p_y*x0
+            a_p_x = -c4[j]*residual_0
+            a_p_y = -c4[j]*residual_1
+            v_q_x = a_p_x*c0[j] + v_0_x[j]
+            v_q_y = a_p_y*c0[j] + v_0_y[j]
+            u_r_x = a_p_x*c5[j] + h_[j]*v_0_x[j] + u_0_x[j]
+            u_r_y = a_p_y*c5[j] + h_[j]*v_0_y[j] + u_0_y[j]
+            x0 = c3[j]*(-c2[j] + u_q_x**2 + u_q_y**2)
+            residual_0 = u_q_x*x0
+            residual_1 = u_q_y*x0
+            a_q_x = -c4[j]*residual_0
+            a_q_y = -c4[j]*residual_1
+            u_1_x = a_q_x*c7[j] + c6[j]*v_0_x[j] + c6[j]*v_p_x + c6[j]*v_q_x + u_0_x[j]
+            u_1_y = a_q_y*c7[j] + c6[j]*v_0_y[j] + c6[j]*v_p_y + c6[j]*v_q_y + u_0_y[j]
+            v_r_x = a_q_x*h_[j] + v_0_x[j]
+            v_r_y = a_q_y*h_[j] + v_0_y[j]
+            x0 = c3[j]*(-c2[j] + u_r_x**2 + u_r_y**2)
+            residual_0 = u_r_x*x0
+            residual_1 = u_r_y*x0
+            a_r_x = -c4[j]*residual_0
+            a_r_y = -c4[j]*residual_1
+            v_1_x = a_0_x*c8[j] + a_p_x*c6[j] + a_q_x*c6[j] + a_r_x*c8[j] + v_0_x[j]
+            v_1_y = a_0_y*c8[j] + a_p_y*c6[j] + a_q_y*c6[j] + a_r_y*c8[j] + v_0_y[j]
+            energy = c10[j]*(-c2[j] + u_1_x**2 + u_1_y**2)**2 + c9[j]*(v_1_x**2 + v_1_y**2)
+            total = u_1_x + u_1_y + v_1_x + v_1_y + energy
+            now = energy + (total - total)  # NaN unless all are finite
+            seen[j] = now
+            good = now <= bound_[j]
+            stopped = stopped if good else 1
+            top = peak_[j]
+            u_0_x_j = u_0_x[j]
+            u_0_y_j = u_0_y[j]
+            v_0_x_j = v_0_x[j]
+            v_0_y_j = v_0_y[j]
+            peak_[j] = now if good & (now > top) else top
+            u_0_x[j] = u_1_x if good else u_0_x_j
+            u_0_y[j] = u_1_y if good else u_0_y_j
+            v_0_x[j] = v_1_x if good else v_0_x_j
+            v_0_y[j] = v_1_y if good else v_0_y_j
         if stopped > 0:
-            for j in range(h.size):
-                if alive[j] & ~went[j]:
-                    n_done[j] = i
-                    status[j] = ENERGY_BOUND if total[j] - total[j] == 0.0 else NON_FINITE
-                    alive[j] = 0
-        if (i + 1) % stride == 0 and (i + 1) // stride < out.shape[1]:
-            for j in range(h.size):
-                if went[j]:
-                    row = out[j, (i + 1) // stride]
-                    row[0, 0] = u_1_x[j]
-                    row[0, 1] = u_1_y[j]
-                    row[1, 0] = v_1_x[j]
-                    row[1, 1] = v_1_y[j]
-    for j in range(h.size):
-        peak[j] = peak_[j]
-        state[j, 0, 0] = u_0_x[j]
-        state[j, 0, 1] = u_0_y[j]
-        state[j, 1, 0] = v_0_x[j]
-        state[j, 1, 1] = v_0_y[j]
+            stopped = 0
+            for j in range(begin, end):
+                stopped += (running[j] != 0.0) & (not seen[j] <= bound_[j])
+        if stopped > 0:
+            for lane in range(h.size):
+                j = begin + lane
+                if running[j] != 0.0 and not seen[j] <= bound_[j]:
+                    n_done[lane], status[lane] = i, ENERGY_BOUND if seen[j] > bound_[j] else NON_FINITE
+                    running[j], bound_[j] = 0.0, np.nan
+        if (i + 1) // stride < out.shape[1] and (i + 1) % stride == 0:
+            for lane in range(h.size):
+                j = begin + lane
+                if seen[j] <= bound_[j]:
+                    row = out[lane, (i + 1) // stride]
+                    row[0, 0] = u_0_x[j]
+                    row[0, 1] = u_0_y[j]
+                    row[1, 0] = v_0_x[j]
+                    row[1, 1] = v_0_y[j]
+    for lane in range(h.size):
+        j = begin + lane
+        peak[lane] = peak_[j]
+        state[lane, 0, 0] = u_0_x[j]
+        state[lane, 0, 1] = u_0_y[j]
+        state[lane, 1, 0] = v_0_x[j]
+        state[lane, 1, 1] = v_0_y[j]
+
+
+@_compile
+def march_block(h, EA, L, m, state, bound, first, n, stride, out, peak, n_done, status):
+    """As march, WIDTH lanes at a time."""
+    for lane in range(0, h.size, WIDTH):
+        _block(h[lane : lane + WIDTH], EA[lane : lane + WIDTH], L[lane : lane + WIDTH], m[lane : lane + WIDTH], state[lane : lane + WIDTH], bound[lane : lane + WIDTH], first, n[lane : lane + WIDTH], stride, out[lane : lane + WIDTH], peak[lane : lane + WIDTH], n_done[lane : lane + WIDTH], status[lane : lane + WIDTH])
 
 
 @_compile

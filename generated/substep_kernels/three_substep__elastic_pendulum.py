@@ -32,10 +32,11 @@ START_ARGUMENTS = ("h", "u", "v", "a", "state",)
 STATE = (("u", 0), ("v", 0), ("a", 0),)
 REPORTED = "uva"
 # arithmetic operations of a step, and of one iteration of each balance that has one
-OPERATIONS = {'step': 107, 'iteration': (41, 41, 41)}
+OPERATIONS = {'step': 107, 'iteration': (37, 37, 37)}
 COMPLETED, NEWTON_FAILED, NON_FINITE, ENERGY_BOUND = 0, 1, 2, 3
 
-_compile = njit(cache=True, nogil=True, error_model="numpy")
+# contract: a product and a sum may become one operation; sums keep their order
+_compile = njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 
 
 @_compile
@@ -52,9 +53,9 @@ def _lane(h, rho_inf, gamma, EA, L, m, tolerance, state, bound, first, n, stride
     c2 = (1/2)*gamma*h
     c3 = ((1/c1) if (c1 > 0) else (0))
     c4 = L**2
-    c5 = (1/2)*EA/L**3
-    c6 = EA/L**3
-    c7 = EA*c1/L**3
+    c5 = (1/2)*EA/(L**3*m)
+    c6 = EA*c1/(L**3*m)
+    c7 = (1/2)*EA*c1/(L**3*m)
     c8 = (1/4)*h*(gamma*rho_inf + gamma - 2)
     c9 = (1/16)*h**2*(gamma**2*rho_inf - 3*gamma**2 + 8*gamma - 2)
     c10 = (1/16)*h**2*(gamma**2*rho_inf + gamma**2 - 4*gamma + 2)
@@ -64,6 +65,9 @@ def _lane(h, rho_inf, gamma, EA, L, m, tolerance, state, bound, first, n, stride
     c14 = (1/8)*h*(gamma**2*rho_inf - 3*gamma**2 + 8*gamma - 2)/gamma
     c15 = (1/2)*m
     c16 = (1/8)*EA/L**3
+    near_0 = ((tolerance/abs(c1)) if (c1 != 0) else (np.inf))
+    near_1 = ((tolerance/abs(c1)) if (c1 != 0) else (np.inf))
+    near_2 = ((tolerance/abs(c1)) if (c1 != 0) else (np.inf))
     status, done, peak = COMPLETED, n, -np.inf
     for i in range(first, n):
         u_star_x = a_0_x*c1 + c0*v_0_x + u_0_x
@@ -75,20 +79,24 @@ def _lane(h, rho_inf, gamma, EA, L, m, tolerance, state, bound, first, n, stride
             u_g_y = a_g_y*c1 + u_star_y
             x0 = u_g_x**2
             x1 = u_g_y**2
-            x2 = c5*(-c4 + x0 + x1)
-            x3 = c7*u_g_x*u_g_y
-            residual_0 = a_g_x*m + u_g_x*x2
-            residual_1 = a_g_y*m + u_g_y*x2
-            jacobian_00 = c1*(c6*x0 + x2) + m
-            jacobian_01 = x3
-            jacobian_10 = x3
-            jacobian_11 = c1*(c6*x1 + x2) + m
+            x2 = -c4 + x0 + x1
+            x3 = c5*x2
+            x4 = c7*x2 + 1
+            x5 = c6*u_g_x*u_g_y
+            residual_0 = a_g_x + u_g_x*x3
+            residual_1 = a_g_y + u_g_y*x3
+            jacobian_00 = c6*x0 + x4
+            jacobian_01 = x5
+            jacobian_10 = x5
+            jacobian_11 = c6*x1 + x4
             one_over_det = 1/(jacobian_00*jacobian_11 - jacobian_01*jacobian_10)
             change_0 = one_over_det*(-jacobian_01*residual_1 + jacobian_11*residual_0)
             change_1 = one_over_det*(jacobian_00*residual_1 - jacobian_10*residual_0)
             a_g_x = a_g_x - change_0
             a_g_y = a_g_y - change_1
-            if abs(c1*change_0) <= tolerance and abs(c1*change_1) <= tolerance:
+            largest = abs(change_0)
+            largest = abs(change_1) if abs(change_1) > largest else largest
+            if largest <= near_0:
                 break
         else:
             status, done = NEWTON_FAILED, i
@@ -108,20 +116,24 @@ def _lane(h, rho_inf, gamma, EA, L, m, tolerance, state, bound, first, n, stride
             u_k_y = a_k_y*c1 + u_star_y
             x0 = u_k_x**2
             x1 = u_k_y**2
-            x2 = c5*(-c4 + x0 + x1)
-            x3 = c7*u_k_x*u_k_y
-            residual_0 = a_k_x*m + u_k_x*x2
-            residual_1 = a_k_y*m + u_k_y*x2
-            jacobian_00 = c1*(c6*x0 + x2) + m
-            jacobian_01 = x3
-            jacobian_10 = x3
-            jacobian_11 = c1*(c6*x1 + x2) + m
+            x2 = -c4 + x0 + x1
+            x3 = c5*x2
+            x4 = c7*x2 + 1
+            x5 = c6*u_k_x*u_k_y
+            residual_0 = a_k_x + u_k_x*x3
+            residual_1 = a_k_y + u_k_y*x3
+            jacobian_00 = c6*x0 + x4
+            jacobian_01 = x5
+            jacobian_10 = x5
+            jacobian_11 = c6*x1 + x4
             one_over_det = 1/(jacobian_00*jacobian_11 - jacobian_01*jacobian_10)
             change_0 = one_over_det*(-jacobian_01*residual_1 + jacobian_11*residual_0)
             change_1 = one_over_det*(jacobian_00*residual_1 - jacobian_10*residual_0)
             a_k_x = a_k_x - change_0
             a_k_y = a_k_y - change_1
-            if abs(c1*change_0) <= tolerance and abs(c1*change_1) <= tolerance:
+            largest = abs(change_0)
+            largest = abs(change_1) if abs(change_1) > largest else largest
+            if largest <= near_1:
                 break
         else:
             status, done = NEWTON_FAILED, i
@@ -141,20 +153,24 @@ def _lane(h, rho_inf, gamma, EA, L, m, tolerance, state, bound, first, n, stride
             u_1_y = a_1_y*c1 + u_star_y
             x0 = u_1_x**2
             x1 = u_1_y**2
-            x2 = c5*(-c4 + x0 + x1)
-            x3 = c7*u_1_x*u_1_y
-            residual_0 = a_1_x*m + u_1_x*x2
-            residual_1 = a_1_y*m + u_1_y*x2
-            jacobian_00 = c1*(c6*x0 + x2) + m
-            jacobian_01 = x3
-            jacobian_10 = x3
-            jacobian_11 = c1*(c6*x1 + x2) + m
+            x2 = -c4 + x0 + x1
+            x3 = c5*x2
+            x4 = c7*x2 + 1
+            x5 = c6*u_1_x*u_1_y
+            residual_0 = a_1_x + u_1_x*x3
+            residual_1 = a_1_y + u_1_y*x3
+            jacobian_00 = c6*x0 + x4
+            jacobian_01 = x5
+            jacobian_10 = x5
+            jacobian_11 = c6*x1 + x4
             one_over_det = 1/(jacobian_00*jacobian_11 - jacobian_01*jacobian_10)
             change_0 = one_over_det*(-jacobian_01*residual_1 + jacobian_11*residual_0)
             change_1 = one_over_det*(jacobian_00*residual_1 - jacobian_10*residual_0)
             a_1_x = a_1_x - change_0
             a_1_y = a_1_y - change_1
-            if abs(c1*change_0) <= tolerance and abs(c1*change_1) <= tolerance:
+            largest = abs(change_0)
+            largest = abs(change_1) if abs(change_1) > largest else largest
+            if largest <= near_2:
                 break
         else:
             status, done = NEWTON_FAILED, i
@@ -196,103 +212,90 @@ def _lane(h, rho_inf, gamma, EA, L, m, tolerance, state, bound, first, n, stride
     return status, done, peak
 
 
-# lanes of a block: the arrays of a step, all rows of one, stay in the first cache, and LLVM sees that none overlap
-WIDTH = 32
+# lanes of a block at most. A row holds one variable of all lanes; the rows of a step stay in the first cache
+WIDTH = 96
 
 
 @_compile
-def march_block(h, rho_inf, gamma, EA, L, m, tolerance, state, bound, first, n, stride, out, iterations, peak, n_done, status):
-    """As march, for at most WIDTH lanes, which fill vector registers abreast."""
-    numbers = np.zeros((54, WIDTH))
-    flags = np.zeros((5, WIDTH), dtype=np.int64)
-    a_0_x = numbers[0]
-    a_0_y = numbers[1]
-    a_1_x = numbers[2]
-    a_1_y = numbers[3]
-    a_g_x = numbers[4]
-    a_g_y = numbers[5]
-    a_k_x = numbers[6]
-    a_k_y = numbers[7]
-    c0 = numbers[8]
-    c1 = numbers[9]
-    c10 = numbers[10]
-    c11 = numbers[11]
-    c12 = numbers[12]
-    c13 = numbers[13]
-    c14 = numbers[14]
-    c15 = numbers[15]
-    c16 = numbers[16]
-    c2 = numbers[17]
-    c3 = numbers[18]
-    c4 = numbers[19]
-    c5 = numbers[20]
-    c6 = numbers[21]
-    c7 = numbers[22]
-    c8 = numbers[23]
-    c9 = numbers[24]
-    energy = numbers[25]
-    total = numbers[26]
-    u_0_x = numbers[27]
-    u_0_y = numbers[28]
-    u_1_x = numbers[29]
-    u_1_y = numbers[30]
-    u_g_x = numbers[31]
-    u_g_y = numbers[32]
-    u_k_x = numbers[33]
-    u_k_y = numbers[34]
-    u_star_x = numbers[35]
-    u_star_y = numbers[36]
-    v_0_x = numbers[37]
-    v_0_y = numbers[38]
-    v_1_x = numbers[39]
-    v_1_y = numbers[40]
-    v_g_x = numbers[41]
-    v_g_y = numbers[42]
-    v_k_x = numbers[43]
-    v_k_y = numbers[44]
-    h_ = numbers[45]
-    rho_inf_ = numbers[46]
-    gamma_ = numbers[47]
-    EA_ = numbers[48]
-    L_ = numbers[49]
-    m_ = numbers[50]
-    tolerance_ = numbers[51]
-    bound_ = numbers[52]
-    peak_ = numbers[53]
-    alive = flags[0]
-    went = flags[1]
-    busy = flags[2]
-    failed = flags[3]
-    count = flags[4]
-    last = first
-    for j in range(h.size):
-        status[j], n_done[j], peak[j] = COMPLETED, n[j], -np.inf
-        last = max(last, n[j])
-        alive[j] = 1
-        h_[j] = h[j]
-        rho_inf_[j] = rho_inf[j]
-        gamma_[j] = gamma[j]
-        EA_[j] = EA[j]
-        L_[j] = L[j]
-        m_[j] = m[j]
-        tolerance_[j] = tolerance[j]
-        bound_[j] = bound[j]
+def _block(h, rho_inf, gamma, EA, L, m, tolerance, state, bound, first, n, stride, out, iterations, peak, n_done, status):
+    """At most WIDTH lanes, which fill vector registers abreast; the last one is repeated to fill the last register."""
+    rows = np.zeros((48, WIDTH + 16))
+    begin = -(rows.ctypes.data // 8) & 7  # on a cache line
+    end = begin + 8 * ((h.size + 7) // 8)
+    a_0_x = rows[0]
+    a_0_y = rows[1]
+    a_1_x = rows[2]
+    a_1_y = rows[3]
+    a_g_x = rows[4]
+    a_g_y = rows[5]
+    a_k_x = rows[6]
+    a_k_y = rows[7]
+    c0 = rows[8]
+    c1 = rows[9]
+    c10 = rows[10]
+    c11 = rows[11]
+    c12 = rows[12]
+    c13 = rows[13]
+    c14 = rows[14]
+    c15 = rows[15]
+    c16 = rows[16]
+    c2 = rows[17]
+    c3 = rows[18]
+    c4 = rows[19]
+    c5 = rows[20]
+    c6 = rows[21]
+    c7 = rows[22]
+    c8 = rows[23]
+    c9 = rows[24]
+    near_0 = rows[25]
+    near_1 = rows[26]
+    near_2 = rows[27]
+    u_0_x = rows[28]
+    u_0_y = rows[29]
+    u_star_x = rows[30]
+    u_star_y = rows[31]
+    v_0_x = rows[32]
+    v_0_y = rows[33]
+    v_g_x = rows[34]
+    v_g_y = rows[35]
+    h_ = rows[36]
+    rho_inf_ = rows[37]
+    gamma_ = rows[38]
+    EA_ = rows[39]
+    L_ = rows[40]
+    m_ = rows[41]
+    tolerance_ = rows[42]
+    bound_ = rows[43]
+    peak_ = rows[44]
+    running = rows[45]
+    seen = rows[46]
+    size = rows[47]
+    for j in range(begin, end):
+        lane = min(j - begin, h.size - 1)
+        h_[j] = h[lane]
+        rho_inf_[j] = rho_inf[lane]
+        gamma_[j] = gamma[lane]
+        EA_[j] = EA[lane]
+        L_[j] = L[lane]
+        m_[j] = m[lane]
+        tolerance_[j] = tolerance[lane]
+        bound_[j] = bound[lane]
+        u_0_x[j] = state[lane, 0, 0]
+        u_0_y[j] = state[lane, 0, 1]
+        v_0_x[j] = state[lane, 1, 0]
+        v_0_y[j] = state[lane, 1, 1]
+        a_0_x[j] = state[lane, 2, 0]
+        a_0_y[j] = state[lane, 2, 1]
         peak_[j] = -np.inf
-        u_0_x[j] = state[j, 0, 0]
-        u_0_y[j] = state[j, 0, 1]
-        v_0_x[j] = state[j, 1, 0]
-        v_0_y[j] = state[j, 1, 1]
-        a_0_x[j] = state[j, 2, 0]
-        a_0_y[j] = state[j, 2, 1]
-    for j in range(WIDTH):
+    for j in range(begin, end):
         c0[j] = gamma_[j]*h_[j]
         c1[j] = (1/4)*gamma_[j]**2*h_[j]**2
         c2[j] = (1/2)*gamma_[j]*h_[j]
         c3[j] = ((1/c1[j]) if (c1[j] > 0) else (0))
         c4[j] = L_[j]**2
-        c5[j] = (1/2)*EA_[j]/L_[j]**3
-        c6[j] = EA_[j]/L_[j]**3
-        c7[j] = EA_[j]*c1[j]/L_[j]**3
+        c5[j] = (1/2)*EA_[j]/(L_[j]**3*m_[j])
+        c6[j] = EA_[j]*c1[j]/(L_[j]**3*m_[j])
+        c7[j] = (1/2)*EA_[j]*c1[j]/(L_[j]**3*m_[j])
         c8[j] = (1/4)*h_[j]*(gamma_[j]*rho_inf_[j] + gamma_[j] - 2)
         c9[j] = (1/16)*h_[j]**2*(gamma_[j]**2*rho_inf_[j] - 3*gamma_[j]**2 + 8*gamma_[j] - 2)
         c10[j] = (1/16)*h_[j]**2*(gamma_[j]**2*rho_inf_[j] + gamma_[j]**2 - 4*gamma_[j] + 2)
@@ -302,171 +305,239 @@ def march_block(h, rho_inf, gamma, EA, L, m, tolerance, state, bound, first, n, 
         c14[j] = (1/8)*h_[j]*(gamma_[j]**2*rho_inf_[j] - 3*gamma_[j]**2 + 8*gamma_[j] - 2)/gamma_[j]
         c15[j] = (1/2)*m_[j]
         c16[j] = (1/8)*EA_[j]/L_[j]**3
+        near_0[j] = ((tolerance_[j]/abs(c1[j])) if (c1[j] != 0) else (np.inf))
+        near_1[j] = ((tolerance_[j]/abs(c1[j])) if (c1[j] != 0) else (np.inf))
+        near_2[j] = ((tolerance_[j]/abs(c1[j])) if (c1[j] != 0) else (np.inf))
+    for lane in range(h.size):
+        status[lane], n_done[lane] = COMPLETED, n[lane]
+        running[begin + lane] = np.nan  # the correction that no iteration has made; 0.0 once the lane stops
+    last, ends = n.max(), first
     for i in range(first, last):
-        for j in range(h.size):
-            alive[j] = alive[j] & (i < n[j])
-        for j in range(WIDTH):
+        if i == ends:
+            ends = last
+            for lane in range(h.size):
+                if n[lane] <= i:
+                    running[begin + lane], bound_[begin + lane] = 0.0, np.nan
+                else:
+                    ends = min(ends, n[lane])
+        counted = i < iterations.shape[1]
+        for j in range(begin, end):
             u_star_x[j] = a_0_x[j]*c1[j] + c0[j]*v_0_x[j] + u_0_x[j]
             u_star_y[j] = a_0_y[j]*c1[j] + c0[j]*v_0_y[j] + u_0_y[j]
             a_g_x[j] = c3[j]*(u_0_x[j] - u_star_x[j])
             a_g_y[j] = c3[j]*(u_0_y[j] - u_star_y[j])
-            busy[j] = alive[j] & ~failed[j]
-            count[j] = 0
+            size[j] = running[j]
+        if counted:
+            iterations[:, i, 0] = 0
         for _ in range(50):
+            if counted:
+                for lane in range(h.size):
+                    iterations[lane, i, 0] += not size[begin + lane] <= near_0[begin + lane]
             left = 0
-            for j in range(WIDTH):
-                u_g_x_j = a_g_x[j]*c1[j] + u_star_x[j]
-                u_g_y_j = a_g_y[j]*c1[j] + u_star_y[j]
-                x0 = u_g_x_j**2
-                x1 = u_g_y_j**2
-                x2 = c5[j]*(-c4[j] + x0 + x1)
-                x3 = c7[j]*u_g_x_j*u_g_y_j
-                residual_0 = a_g_x[j]*m_[j] + u_g_x_j*x2
-                residual_1 = a_g_y[j]*m_[j] + u_g_y_j*x2
-                jacobian_00 = c1[j]*(c6[j]*x0 + x2) + m_[j]
-                jacobian_01 = x3
-                jacobian_10 = x3
-                jacobian_11 = c1[j]*(c6[j]*x1 + x2) + m_[j]
+            for j in range(begin, end):
+                going = not size[j] <= near_0[j]
+                u_g_x = a_g_x[j]*c1[j] + u_star_x[j]
+                u_g_y = a_g_y[j]*c1[j] + u_star_y[j]
+                x0 = u_g_x**2
+                x1 = u_g_y**2
+                x2 = -c4[j] + x0 + x1
+                x3 = c5[j]*x2
+                x4 = c7[j]*x2 + 1
+                x5 = c6[j]*u_g_x*u_g_y
+                residual_0 = a_g_x[j] + u_g_x*x3
+                residual_1 = a_g_y[j] + u_g_y*x3
+                jacobian_00 = c6[j]*x0 + x4
+                jacobian_01 = x5
+                jacobian_10 = x5
+                jacobian_11 = c6[j]*x1 + x4
                 one_over_det = 1/(jacobian_00*jacobian_11 - jacobian_01*jacobian_10)
                 change_0 = one_over_det*(-jacobian_01*residual_1 + jacobian_11*residual_0)
                 change_1 = one_over_det*(jacobian_00*residual_1 - jacobian_10*residual_0)
-                a_g_x[j] = a_g_x[j] - change_0 if busy[j] else a_g_x[j]
-                a_g_y[j] = a_g_y[j] - change_1 if busy[j] else a_g_y[j]
-                count[j] += busy[j]
-                busy[j] = busy[j] & ~((abs(c1[j]*change_0) <= tolerance_[j]) & (abs(c1[j]*change_1) <= tolerance_[j]))
-                left += busy[j]
+                change_0 = change_0 if going else 0.0
+                change_1 = change_1 if going else 0.0
+                a_g_x[j] = a_g_x[j] - change_0
+                a_g_y[j] = a_g_y[j] - change_1
+                largest = abs(change_0)
+                largest = abs(change_1) if abs(change_1) > largest else largest
+                size[j] = largest
+                left = left if largest <= near_0[j] else 1
             if left == 0:
                 break
-        for j in range(WIDTH):
-            failed[j] = failed[j] | busy[j]
-            u_g_x[j] = a_g_x[j]*c1[j] + u_star_x[j]
-            u_g_y[j] = a_g_y[j]*c1[j] + u_star_y[j]
+        if left > 0:
+            for lane in range(h.size):
+                j = begin + lane
+                if running[j] != 0.0 and not size[j] <= near_0[j]:
+                    n_done[lane], status[lane] = i, NEWTON_FAILED
+                    running[j], bound_[j] = 0.0, np.nan
+        for j in range(begin, end):
+            u_g_x = a_g_x[j]*c1[j] + u_star_x[j]
+            u_g_y = a_g_y[j]*c1[j] + u_star_y[j]
             v_g_x[j] = a_0_x[j]*c2[j] + a_g_x[j]*c2[j] + v_0_x[j]
             v_g_y[j] = a_0_y[j]*c2[j] + a_g_y[j]*c2[j] + v_0_y[j]
-        if i < iterations.shape[1]:
-            for j in range(h.size):
-                iterations[j, i, 0] = count[j]
-        for j in range(WIDTH):
-            u_star_x[j] = a_g_x[j]*c1[j] + c0[j]*v_g_x[j] + u_g_x[j]
-            u_star_y[j] = a_g_y[j]*c1[j] + c0[j]*v_g_y[j] + u_g_y[j]
-            a_k_x[j] = c3[j]*(u_g_x[j] - u_star_x[j])
-            a_k_y[j] = c3[j]*(u_g_y[j] - u_star_y[j])
-            busy[j] = alive[j] & ~failed[j]
-            count[j] = 0
+            u_star_x[j] = a_g_x[j]*c1[j] + c0[j]*v_g_x[j] + u_g_x
+            u_star_y[j] = a_g_y[j]*c1[j] + c0[j]*v_g_y[j] + u_g_y
+            a_k_x[j] = c3[j]*(u_g_x - u_star_x[j])
+            a_k_y[j] = c3[j]*(u_g_y - u_star_y[j])
+            size[j] = running[j]
+        if counted:
+            iterations[:, i, 1] = 0
         for _ in range(50):
+            if counted:
+                for lane in range(h.size):
+                    iterations[lane, i, 1] += not size[begin + lane] <= near_1[begin + lane]
             left = 0
-            for j in range(WIDTH):
-                u_k_x_j = a_k_x[j]*c1[j] + u_star_x[j]
-                u_k_y_j = a_k_y[j]*c1[j] + u_star_y[j]
-                x0 = u_k_x_j**2
-                x1 = u_k_y_j**2
-                x2 = c5[j]*(-c4[j] + x0 + x1)
-                x3 = c7[j]*u_k_x_j*u_k_y_j
-                residual_0 = a_k_x[j]*m_[j] + u_k_x_j*x2
-                residual_1 = a_k_y[j]*m_[j] + u_k_y_j*x2
-                jacobian_00 = c1[j]*(c6[j]*x0 + x2) + m_[j]
-                jacobian_01 = x3
-                jacobian_10 = x3
-                jacobian_11 = c1[j]*(c6[j]*x1 + x2) + m_[j]
+            for j in range(begin, end):
+                going = not size[j] <= near_1[j]
+                u_k_x = a_k_x[j]*c1[j] + u_star_x[j]
+                u_k_y = a_k_y[j]*c1[j] + u_star_y[j]
+                x0 = u_k_x**2
+                x1 = u_k_y**2
+                x2 = -c4[j] + x0 + x1
+                x3 = c5[j]*x2
+                x4 = c7[j]*x2 + 1
+                x5 = c6[j]*u_k_x*u_k_y
+                residual_0 = a_k_x[j] + u_k_x*x3
+                residual_1 = a_k_y[j] + u_k_y*x3
+                jacobian_00 = c6[j]*x0 + x4
+                jacobian_01 = x5
+                jacobian_10 = x5
+                jacobian_11 = c6[j]*x1 + x4
                 one_over_det = 1/(jacobian_00*jacobian_11 - jacobian_01*jacobian_10)
                 change_0 = one_over_det*(-jacobian_01*residual_1 + jacobian_11*residual_0)
                 change_1 = one_over_det*(jacobian_00*residual_1 - jacobian_10*residual_0)
-                a_k_x[j] = a_k_x[j] - change_0 if busy[j] else a_k_x[j]
-                a_k_y[j] = a_k_y[j] - change_1 if busy[j] else a_k_y[j]
-                count[j] += busy[j]
-                busy[j] = busy[j] & ~((abs(c1[j]*change_0) <= tolerance_[j]) & (abs(c1[j]*change_1) <= tolerance_[j]))
-                left += busy[j]
+                change_0 = change_0 if going else 0.0
+                change_1 = change_1 if going else 0.0
+                a_k_x[j] = a_k_x[j] - change_0
+                a_k_y[j] = a_k_y[j] - change_1
+                largest = abs(change_0)
+                largest = abs(change_1) if abs(change_1) > largest else largest
+                size[j] = largest
+                left = left if largest <= near_1[j] else 1
             if left == 0:
                 break
-        for j in range(WIDTH):
-            failed[j] = failed[j] | busy[j]
-            u_k_x[j] = a_k_x[j]*c1[j] + u_star_x[j]
-            u_k_y[j] = a_k_y[j]*c1[j] + u_star_y[j]
-            v_k_x[j] = a_g_x[j]*c2[j] + a_k_x[j]*c2[j] + v_g_x[j]
-            v_k_y[j] = a_g_y[j]*c2[j] + a_k_y[j]*c2[j] + v_g_y[j]
-        if i < iterations.shape[1]:
-            for j in range(h.size):
-                iterations[j, i, 1] = count[j]
-        for j in range(WIDTH):
-            u_star_x[j] = a_0_x[j]*c9[j] - a_g_x[j]*c11[j] + a_k_x[j]*c10[j] + c12[j]*v_0_x[j] + c13[j]*v_k_x[j] - c8[j]*v_g_x[j] + u_0_x[j]
-            u_star_y[j] = a_0_y[j]*c9[j] - a_g_y[j]*c11[j] + a_k_y[j]*c10[j] + c12[j]*v_0_y[j] + c13[j]*v_k_y[j] - c8[j]*v_g_y[j] + u_0_y[j]
-            a_1_x[j] = c3[j]*(u_k_x[j] - u_star_x[j])
-            a_1_y[j] = c3[j]*(u_k_y[j] - u_star_y[j])
-            busy[j] = alive[j] & ~failed[j]
-            count[j] = 0
+        if left > 0:
+            for lane in range(h.size):
+                j = begin + lane
+                if running[j] != 0.0 and not size[j] <= near_1[j]:
+                    n_done[lane], status[lane] = i, NEWTON_FAILED
+                    running[j], bound_[j] = 0.0, np.nan
+        for j in range(begin, end):
+            u_k_x = a_k_x[j]*c1[j] + u_star_x[j]
+            u_k_y = a_k_y[j]*c1[j] + u_star_y[j]
+            v_k_x = a_g_x[j]*c2[j] + a_k_x[j]*c2[j] + v_g_x[j]
+            v_k_y = a_g_y[j]*c2[j] + a_k_y[j]*c2[j] + v_g_y[j]
+            u_star_x[j] = a_0_x[j]*c9[j] - a_g_x[j]*c11[j] + a_k_x[j]*c10[j] + c12[j]*v_0_x[j] + c13[j]*v_k_x - c8[j]*v_g_x[j] + u_0_x[j]
+            u_star_y[j] = a_0_y[j]*c9[j] - a_g_y[j]*c11[j] + a_k_y[j]*c10[j] + c12[j]*v_0_y[j] + c13[j]*v_k_y - c8[j]*v_g_y[j] + u_0_y[j]
+            a_1_x[j] = c3[j]*(u_k_x - u_star_x[j])
+            a_1_y[j] = c3[j]*(u_k_y - u_star_y[j])
+            size[j] = running[j]
+        if counted:
+            iterations[:, i, 2] = 0
         for _ in range(50):
+            if counted:
+                for lane in range(h.size):
+                    iterations[lane, i, 2] += not size[begin + lane] <= near_2[begin + lane]
             left = 0
-            for j in range(WIDTH):
-                u_1_x_j = a_1_x[j]*c1[j] + u_star_x[j]
-                u_1_y_j = a_1_y[j]*c1[j] + u_star_y[j]
-                x0 = u_1_x_j**2
-                x1 = u_1_y_j**2
-                x2 = c5[j]*(-c4[j] + x0 + x1)
-                x3 = c7[j]*u_1_x_j*u_1_y_j
-                residual_0 = a_1_x[j]*m_[j] + u_1_x_j*x2
-                residual_1 = a_1_y[j]*m_[j] + u_1_y_j*x2
-                jacobian_00 = c1[j]*(c6[j]*x0 + x2) + m_[j]
-                jacobian_01 = x3
-                jacobian_10 = x3
-                jacobian_11 = c1[j]*(c6[j]*x1 + x2) + m_[j]
+            for j in range(begin, end):
+                going = not size[j] <= near_2[j]
+                u_1_x = a_1_x[j]*c1[j] + u_star_x[j]
+                u_1_y = a_1_y[j]*c1[j] + u_star_y[j]
+                x0 = u_1_x**2
+                x1 = u_1_y**2
+                x2 = -c4[j] + x0 + x1
+                x3 = c5[j]*x2
+                x4 = c7[j]*x2 + 1
+                x5 = c6[j]*u_1_x*u_1_y
+                residual_0 = a_1_x[j] + u_1_x*x3
+                residual_1 = a_1_y[j] + u_1_y*x3
+                jacobian_00 = c6[j]*x0 + x4
+                jacobian_01 = x5
+                jacobian_10 = x5
+                jacobian_11 = c6[j]*x1 + x4
                 one_over_det = 1/(jacobian_00*jacobian_11 - jacobian_01*jacobian_10)
                 change_0 = one_over_det*(-jacobian_01*residual_1 + jacobian_11*residual_0)
                 change_1 = one_over_det*(jacobian_00*residual_1 - jacobian_10*residual_0)
-                a_1_x[j] = a_1_x[j] - change_0 if busy[j] else a_1_x[j]
-                a_1_y[j] = a_1_y[j] - change_1 if busy[j] else a_1_y[j]
-                count[j] += busy[j]
-                busy[j] = busy[j] & ~((abs(c1[j]*change_0) <= tolerance_[j]) & (abs(c1[j]*change_1) <= tolerance_[j]))
-                left += busy[j]
+                change_0 = change_0 if going else 0.0
+                change_1 = change_1 if going else 0.0
+                a_1_x[j] = a_1_x[j] - change_0
+                a_1_y[j] = a_1_y[j] - change_1
+                largest = abs(change_0)
+                largest = abs(change_1) if abs(change_1) > largest else largest
+                size[j] = largest
+                left = left if largest <= near_2[j] else 1
             if left == 0:
                 break
-        for j in range(WIDTH):
-            failed[j] = failed[j] | busy[j]
-            u_1_x[j] = a_1_x[j]*c1[j] + u_star_x[j]
-            u_1_y[j] = a_1_y[j]*c1[j] + u_star_y[j]
-            v_1_x[j] = a_0_x[j]*c14[j] + a_1_x[j]*c2[j] - a_g_x[j]*c8[j] + a_k_x[j]*c13[j] + v_0_x[j]
-            v_1_y[j] = a_0_y[j]*c14[j] + a_1_y[j]*c2[j] - a_g_y[j]*c8[j] + a_k_y[j]*c13[j] + v_0_y[j]
-        if i < iterations.shape[1]:
-            for j in range(h.size):
-                iterations[j, i, 2] = count[j]
-        for j in range(WIDTH):
-            energy[j] = c15[j]*(v_1_x[j]**2 + v_1_y[j]**2) + c16[j]*(-c4[j] + u_1_x[j]**2 + u_1_y[j]**2)**2
-            total[j] = a_1_x[j] + a_1_y[j] + energy[j] + u_1_x[j] + u_1_y[j] + v_1_x[j] + v_1_y[j]
-            finite = total[j] - total[j] == 0.0
-            went[j] = alive[j] & ~failed[j] & finite & (energy[j] <= bound_[j])
-            peak_[j] = max(peak_[j], energy[j]) if went[j] else peak_[j]
+        if left > 0:
+            for lane in range(h.size):
+                j = begin + lane
+                if running[j] != 0.0 and not size[j] <= near_2[j]:
+                    n_done[lane], status[lane] = i, NEWTON_FAILED
+                    running[j], bound_[j] = 0.0, np.nan
         stopped = 0
-        for j in range(WIDTH):
-            stopped += alive[j] - went[j]
-            u_0_x[j] = u_1_x[j] if went[j] else u_0_x[j]
-            u_0_y[j] = u_1_y[j] if went[j] else u_0_y[j]
-            v_0_x[j] = v_1_x[j] if went[j] else v_0_x[j]
-            v_0_y[j] = v_1_y[j] if went[j] else v_0_y[j]
-            a_0_x[j] = a_1_x[j] if went[j] else a_0_x[j]
-            a_0_y[j] = a_1_y[j] if went[j] else a_0_y[j]
+        for j in range(begin, end):
+            u_1_x = a_1_x[j]*c1[j] + u_star_x[j]
+            u_1_y = a_1_y[j]*c1[j] + u_star_y[j]
+            v_1_x = a_0_x[j]*c14[j] + a_1_x[j]*c2[j] - a_g_x[j]*c8[j] + a_k_x[j]*c13[j] + v_0_x[j]
+            v_1_y = a_0_y[j]*c14[j] + a_1_y[j]*c2[j] - a_g_y[j]*c8[j] + a_k_y[j]*c13[j] + v_0_y[j]
+            energy = c15[j]*(v_1_x**2 + v_1_y**2) + c16[j]*(-c4[j] + u_1_x**2 + u_1_y**2)**2
+            total = a_1_x[j] + a_1_y[j] + u_1_x + u_1_y + v_1_x + v_1_y + energy
+            now = energy + (total - total)  # NaN unless all are finite
+            seen[j] = now
+            good = now <= bound_[j]
+            stopped = stopped if good else 1
+            top = peak_[j]
+            u_0_x_j = u_0_x[j]
+            u_0_y_j = u_0_y[j]
+            v_0_x_j = v_0_x[j]
+            v_0_y_j = v_0_y[j]
+            a_0_x_j = a_0_x[j]
+            a_1_x_j = a_1_x[j]
+            a_0_y_j = a_0_y[j]
+            a_1_y_j = a_1_y[j]
+            peak_[j] = now if good & (now > top) else top
+            u_0_x[j] = u_1_x if good else u_0_x_j
+            u_0_y[j] = u_1_y if good else u_0_y_j
+            v_0_x[j] = v_1_x if good else v_0_x_j
+            v_0_y[j] = v_1_y if good else v_0_y_j
+            a_0_x[j] = a_1_x_j if good else a_0_x_j
+            a_0_y[j] = a_1_y_j if good else a_0_y_j
         if stopped > 0:
-            for j in range(h.size):
-                if alive[j] & ~went[j]:
-                    n_done[j] = i
-                    status[j] = NEWTON_FAILED if failed[j] else ENERGY_BOUND if total[j] - total[j] == 0.0 else NON_FINITE
-                    alive[j] = 0
-        if (i + 1) % stride == 0 and (i + 1) // stride < out.shape[1]:
-            for j in range(h.size):
-                if went[j]:
-                    row = out[j, (i + 1) // stride]
-                    row[0, 0] = u_1_x[j]
-                    row[0, 1] = u_1_y[j]
-                    row[1, 0] = v_1_x[j]
-                    row[1, 1] = v_1_y[j]
-                    row[2, 0] = a_1_x[j]
-                    row[2, 1] = a_1_y[j]
-    for j in range(h.size):
-        peak[j] = peak_[j]
-        state[j, 0, 0] = u_0_x[j]
-        state[j, 0, 1] = u_0_y[j]
-        state[j, 1, 0] = v_0_x[j]
-        state[j, 1, 1] = v_0_y[j]
-        state[j, 2, 0] = a_0_x[j]
-        state[j, 2, 1] = a_0_y[j]
+            stopped = 0
+            for j in range(begin, end):
+                stopped += (running[j] != 0.0) & (not seen[j] <= bound_[j])
+        if stopped > 0:
+            for lane in range(h.size):
+                j = begin + lane
+                if running[j] != 0.0 and not seen[j] <= bound_[j]:
+                    n_done[lane], status[lane] = i, ENERGY_BOUND if seen[j] > bound_[j] else NON_FINITE
+                    running[j], bound_[j] = 0.0, np.nan
+        if (i + 1) // stride < out.shape[1] and (i + 1) % stride == 0:
+            for lane in range(h.size):
+                j = begin + lane
+                if seen[j] <= bound_[j]:
+                    row = out[lane, (i + 1) // stride]
+                    row[0, 0] = u_0_x[j]
+                    row[0, 1] = u_0_y[j]
+                    row[1, 0] = v_0_x[j]
+                    row[1, 1] = v_0_y[j]
+                    row[2, 0] = a_0_x[j]
+                    row[2, 1] = a_0_y[j]
+    for lane in range(h.size):
+        j = begin + lane
+        peak[lane] = peak_[j]
+        state[lane, 0, 0] = u_0_x[j]
+        state[lane, 0, 1] = u_0_y[j]
+        state[lane, 1, 0] = v_0_x[j]
+        state[lane, 1, 1] = v_0_y[j]
+        state[lane, 2, 0] = a_0_x[j]
+        state[lane, 2, 1] = a_0_y[j]
+
+
+@_compile
+def march_block(h, rho_inf, gamma, EA, L, m, tolerance, state, bound, first, n, stride, out, iterations, peak, n_done, status):
+    """As march, WIDTH lanes at a time."""
+    for lane in range(0, h.size, WIDTH):
+        _block(h[lane : lane + WIDTH], rho_inf[lane : lane + WIDTH], gamma[lane : lane + WIDTH], EA[lane : lane + WIDTH], L[lane : lane + WIDTH], m[lane : lane + WIDTH], tolerance[lane : lane + WIDTH], state[lane : lane + WIDTH], bound[lane : lane + WIDTH], first, n[lane : lane + WIDTH], stride, out[lane : lane + WIDTH], iterations[lane : lane + WIDTH], peak[lane : lane + WIDTH], n_done[lane : lane + WIDTH], status[lane : lane + WIDTH])
 
 
 @_compile

@@ -20,6 +20,8 @@ from .schemes import scheme as make_scheme
 
 STATUSES: tuple[Status, ...] = get_args(Status)  # in the order of the kernels' numbers
 FEW = 16  # lanes below which a block, whose lanes wait for the slowest, does not pay
+LEAST = 48  # of a part: fewer do not fill the time that a processor takes for one iteration
+PARTS = 4  # that a thread takes, about
 TOLERANCE = 1e-12  # of the last correction of u, relative to the scene's length
 
 
@@ -78,10 +80,10 @@ def march_lanes(
     """
     module = pair_module(scene, scheme)
     P, steps = len(dt), int(n.max(initial=0))
-    u, v, a = (np.broadcast_to(x, (P, len(scene.u0))).copy() for x in start or (scene.u0, scene.v0, scene.a0))
+    u, v, a = (np.full((P, len(scene.u0)), x) for x in start or (scene.u0, scene.v0, scene.a0))
     scalars = {"h": dt, "tolerance": TOLERANCE * scene.length, "bound": bound, **scene.parameters, **scheme.parameters}
     arrays: dict[str, Any] = {
-        **{name: np.broadcast_to(np.asarray(x, float), (P,)).copy() for name, x in scalars.items()},
+        **{name: np.full(P, x, dtype=np.float64) for name, x in scalars.items()},
         **{"u": u, "v": v, "a": a, "n": np.array(n, dtype=np.int64), "first": 0, "stride": stride},
         "state": np.empty((P, len(module.STATE), u.shape[1])),
         "out": np.zeros((P, steps // stride + 1 if history else 0, len(module.REPORTED), u.shape[1])),
@@ -131,14 +133,21 @@ def _head(scene: Scene, scheme: Scheme, module: ModuleType, arrays: dict[str, An
 
 def _run(module: ModuleType, arrays: Mapping[str, Any], lanes: int) -> None:
     """The march: a few lanes one by one, many in blocks; threads take the next part, for slow lanes cluster."""
-    march, width = (module.march, 1) if lanes < FEW else (module.march_block, module.WIDTH)
+    march, least = (module.march, 1) if lanes < FEW else (module.march_block, LEAST)
+    cores = min(_cores(), -(-lanes // least))
+    share = max(least, -(-lanes // (PARTS * cores))) if cores > 1 else lanes
 
     def part(first: int) -> None:
-        mine = slice(first, first + width)
+        mine = slice(first, first + share)
         march(*(x[mine] if isinstance(x := arrays[name], np.ndarray) else x for name in module.ARGUMENTS))
 
-    if lanes == 1:
+    if cores <= 1:
         part(0)
         return
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        list(pool.map(part, range(0, lanes, width)))
+    with ThreadPoolExecutor(cores) as pool:
+        list(pool.map(part, range(0, lanes, share)))
+
+
+def _cores() -> int:
+    """How many this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
