@@ -35,7 +35,7 @@ def uncompiled(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(linear, "_kernels", kernels)
 
 
-def oscillators(seed: int, *, dt: float | None = None, consistent: ss.Record | None | bool = True) -> Oscillators:
+def oscillators(seed: int, *, dt: float | None = None, consistent: bool = True) -> Oscillators:
     """P of them; their steps differ unless dt is given."""
     rng = np.random.default_rng(seed)
     omega, damping, u, v = rng.uniform(1, 30, P), rng.uniform(0, 0.3, P), rng.normal(size=P), rng.normal(size=P)
@@ -106,7 +106,7 @@ def test_a_load_of_each_lanes_own_and_of_all(name: str) -> None:
     s, record = ss.scheme(name), LOADED["record"]
     o = oscillators(5, dt=DT, consistent=False)
     off = march_linear(s, o, N, record)
-    read = march_linear(s, o, N, lambda t: record(t))
+    read = march_linear(s, o, N, record.__call__)
     own = march_linear(s, o._replace(dt=o.dt * np.where(np.arange(P) == 3, 1 - 1e-15, 1.0)), N, record)
     assert close(read.out, off.out)
     assert close(own.out, off.out)
