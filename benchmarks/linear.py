@@ -20,6 +20,7 @@ SCHEMES: dict[str, dict[str, float]] = {
 }
 
 
+@cache
 def scheme(name: str) -> Any:
     """The handle of a benchmarked scheme."""
     return ss.scheme(name, **SCHEMES[name])

@@ -33,7 +33,7 @@ def stability(s: Any, Omega: Array, xi: Array) -> tuple[Array, Array, Array]:
 
 def spectrum_peaks(name: str, omegas: Array, xi: float, load: ss.Record) -> Array:
     """Peak |u| of each oscillator under the record (n + 1,), from rest."""
-    return march_linear(scheme(name), _at_rest(omegas, xi, load), len(load.samples) - 1, load, keep="peak").peak[0]
+    return march_linear(scheme(name), _at_rest(omegas, xi, load), len(load.samples) - 1, load, keep="peak_u").peak[0]
 
 
 def history(name: str, omegas: Array, xi: float, load: ss.Record, out: Array | None = None) -> Array:

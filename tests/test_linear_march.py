@@ -7,13 +7,14 @@ import pytest
 from declared import BY_NAME
 from plain_kernels import uncompiled as plain
 from substep_derive.amplification import Amplification
+from substep_derive.emit_filter import filter_module
 from substep_derive.emit_march import LOADS, march_module, shape_name, shape_of
 from substep_derive.march_form import MarchForm
 from substep_derive.symbols import Omega, xi
 from sympy import Rational
 
 import substep as ss
-from substep import linear
+from substep import filtered, linear
 from substep.linear import BLOCK, LinearLanes, Oscillators, march_linear
 
 Array = np.ndarray
@@ -97,6 +98,38 @@ def test_lanes_are_the_lane_alone(name: str, kind: str) -> None:
             assert close(abreast.peak[:, j : j + 1].T, one.peak.T), (keep, j)
         assert (abreast.n_done == N).all()
         assert (abreast.status == linear.COMPLETED).all()
+
+
+@pytest.mark.parametrize("name", OWN)
+def test_the_filter_finds_the_same_peaks(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """From rest under a record, u alone and all three, as plain Python; and it is asked."""
+    s, n = ss.scheme(name), 27
+    record = ss.Record(DT, np.sin(1.3 * np.arange(n + 1.0)))
+    o = oscillators(6, dt=DT)._replace(start=np.zeros((3, P)))
+    text = filter_module().replace('"""Peaks of', f'"""{name}:', 1)
+    kernels = plain(text)
+    monkeypatch.setattr(filtered, "_kernel", lambda d, followed: getattr(kernels, f"peaks_{d}_{followed}"))
+    found = [filtered.peaks_from_rest(s, o, n, record, followed) for followed in (1, 3)]
+    histories = march_linear(s, o, n, record).out
+    expected = np.abs(histories).max(axis=0)
+    if found[0] is None or found[1] is None:
+        assert name in ("houbolt", "park", "gholampour", "oalts")
+        return
+    assert np.allclose(found[1] / expected, 1.0, rtol=0, atol=1e-11)
+    assert np.array_equal(found[0], found[1][:1])
+
+
+def test_only_from_rest_under_a_record_at_the_steps_is_there_a_filter() -> None:
+    s, o = ss.scheme("newmark"), oscillators(6, dt=DT)
+    rest, record = o._replace(start=np.zeros((3, P))), ss.Record(DT, np.sin(np.arange(30.0)))
+    assert filtered.peaks_from_rest(s, rest, N, record, 1) is not None
+    others = (
+        (o, record), (rest, ss.Harmonic(1.0, 2.0)), (rest, None), (rest, ss.Record(2 * DT, np.sin(np.arange(30.0)))),
+        (rest, ss.Record(DT, np.cos(np.arange(30.0)))), (rest, ss.Record(DT, np.sin(np.arange(N + 0.0)))),
+        (rest._replace(dt=np.where(np.arange(P) == 3, 0.5 * DT, DT)), record),
+    )  # fmt: skip
+    for lanes, load in others:
+        assert filtered.peaks_from_rest(s, lanes, N, load, 1) is None
 
 
 @pytest.mark.usefixtures("uncompiled")

@@ -53,6 +53,12 @@ def determinant(matrix: Matrix) -> Expr:
     return cleared.domain.to_sympy(cleared.det())
 
 
+def quotient(a: Expr, b: Expr) -> Expr:
+    """a/b of polynomials in any symbols, which divide. Raises ExactQuotientFailed if they do not."""
+    symbols = sorted(a.free_symbols | b.free_symbols, key=str)
+    return Poly(a, *symbols, domain=QQ).exquo(Poly(b, *symbols, domain=QQ)).as_expr()
+
+
 def primitive(expression: Expr, variable: Symbol) -> Poly:
     """The expression as a polynomial in one variable, without the factors its coefficients share."""
     return Poly(expression, variable).clear_denoms(convert=True)[1].primitive()[1]

@@ -18,6 +18,7 @@ from .printing import PRINTER, fill, literal_tuple
 from .scheme import DeclarationError, Root, Scheme
 from .stability_kernels import DEFECT_TERMS_OF_MANY, stability_kernels
 from .symbols import Omega, state_label, xi
+from .transfer import Transfer
 
 SMALL_OMEGA = 0.25  # below: exact eigenvalue plus its defect; above: direct formulas
 SMALL_OMEGA_OF_MANY = 0.125  # the same for more than two live eigenvalues
@@ -27,7 +28,7 @@ RESERVED = {  # names a generated function gives to something else than a parame
     *("outputs", "outputs_load", "Omega", "xi", "math", "cmath", "np", "columns", "half", "quadratic", "tails"),
     *("radius", "damping", "period", "rest", "where", "count", "gain", "shift", "angle", "root", "less", "modulus2"),
     *("is_complex", "square", "cosine", "inverse", "exact", "sine", "grown", "decay", "tangent", "nothing", "moving"),
-    *("opposite", "r_0", "r_1", "njit", "_", "s", "j", "r", "first", "size"),
+    *("opposite", "r_0", "r_1", "njit", "_", "s", "j", "r", "first", "size", "whole"),
 }
 
 
@@ -83,6 +84,7 @@ def closed_forms(scheme: Scheme, amplification: Amplification) -> str:
 def scheme_module(form: MarchForm, source: str) -> str:
     """Text of generated/substep_kernels/<name>.py."""
     amplification, scheme = form.amplification, form.scheme
+    transfer = Transfer.of(amplification)
     kernels = [*scheme_kernels(amplification), *stability_kernels(amplification)]
     names = {kernel.name: [name for name, _ in kernel.outputs] for kernel in kernels}
     m = len(scheme.state)
@@ -105,6 +107,7 @@ def scheme_module(form: MarchForm, source: str) -> str:
             march=shape_name(form.shape),
             loads=loads_for(len(form.stencil)),
             kept=form.kept,
+            filter_order=transfer.order if transfer else 0,
             carrier=form.carrier,
             start_stencil=literal_tuple(str(float(tau)) for tau in amplification.start_stencil),
         ),
@@ -123,7 +126,7 @@ def scheme_module(form: MarchForm, source: str) -> str:
             ),
             parameters_comma="".join(f"{p.name}, " for p in scheme.parameters),
         ),
-        coefficient_functions(form, arguments),
+        coefficient_functions(form, transfer, arguments),
     ]
     if "_start" in names:
         start = amplification.start_stencil

@@ -1,40 +1,55 @@
-"""MarchForm -> text of the functions that compute a scheme's march coefficients, block by block of lanes."""
+"""MarchForm and Transfer -> text of the functions that compute what a linear march needs, block by block of lanes."""
 
 from collections.abc import Sequence
 from itertools import product
 from textwrap import indent
 from typing import Any
 
+from sympy import Expr
+
 from . import algebra, templates_march
 from .double_double import DoubleDouble
+from .emit_filter import filter_rows
 from .emit_march import WIDTH, loads_for, shape_name
 from .march_form import MarchForm
 from .printing import PRINTER, fill
 from .symbols import Omega
+from .transfer import Transfer
 
 
-def coefficient_functions(form: MarchForm, arguments: Sequence[str]) -> str:
-    """Text of `coefficients` of a scheme whose functions take these arguments."""
+def coefficient_functions(form: MarchForm, transfer: Transfer | None, arguments: Sequence[str]) -> str:
+    """Text of `coefficients` and, where there is one, `transfer` of a scheme whose functions take these arguments."""
     m, R, K = form.step.N.rows, form.outputs.N.rows, loads_for(len(form.stencil))
     sizes = {"D": (m, m), "B": (m, K), "O": (R, m), "P": (R, K)}
     entries = [f"{name}{i}{j}" for name, size in sizes.items() for i, j in product(*map(range, size))]
+    doc = fill(templates_march.COEFFICIENTS, march=shape_name(form.shape), K=K, rows=len(entries))
+    text = fill(templates_march.PAIRS)
+    text += _by_blocks("coefficients", arguments, [*_increment(form), *_others(form, K)], entries, doc)
+    if transfer is not None:
+        rows = filter_rows(transfer.order)
+        doc = fill(templates_march.TRANSFER, rows=len(rows))
+        text += _by_blocks("transfer", arguments, _filter(transfer), rows, doc)
+    return text
+
+
+def _by_blocks(name: str, arguments: Sequence[str], lines: Sequence[str], entries: Sequence[str], doc: str) -> str:
     rows = [*arguments, *entries]
 
     def at(names: Sequence[str]) -> str:
         return ", ".join(f"s[{rows.index(name) * WIDTH} + j]" if rows.index(name) else "s[j]" for name in names)
 
-    return fill(templates_march.PAIRS) + fill(
-        templates_march.COEFFICIENTS,
+    return fill(
+        templates_march.BY_BLOCKS,
+        name=name,
+        doc=doc,
         told=", ".join(arguments),
         width=WIDTH,
         arguments=", ".join(arguments),
         at_arguments=at(arguments),
         arguments_at=", ".join(f"{name}[first + j]" for name in arguments),
-        lines=indent("\n".join([*_increment(form), *_others(form, K)]), " " * 8),
+        lines=indent("\n".join(lines), " " * 8),
         entries=", ".join(entries),
         at_entries=at(entries),
-        march=shape_name(form.shape),
-        K=K,
         rows=len(entries),
         all_rows=len(rows),
         given=len(arguments),
@@ -46,29 +61,40 @@ def _increment(form: MarchForm) -> list[str]:
     numerators = {f"{i}{j}": N[i, j] for i, j in product(range(N.rows), repeat=2)}
     nested = [(f"N{place}", algebra.horner(e, Omega)) for place, e in numerators.items()]
     pairs.assign([("den", algebra.horner(form.step.den, Omega)), *nested])
-    return [
-        *pairs.lines,
-        *(f"D{place} = _over({pairs.pair(f'N{place}')}, {pairs.pair('den')})" for place in numerators),
-    ]
+    den = pairs.pair("den")
+    return [*pairs.lines, *(f"D{place} = _over({pairs.pair(f'N{place}')}, {den})" for place in numerators)]
 
 
 def _others(form: MarchForm, K: int) -> list[str]:
     """B, O and P, whose rounding does not add up."""
-    parts = [("B", form.step.load_N, "den"), ("O", form.outputs.N, "den_o"), ("P", form.outputs.load_N, "den_o")]
-    named: list[tuple[str, Any, str]] = []
-    if form.outputs.N.rows:
-        named.append(("den_o", form.outputs.den, ""))
+    parts = (("B", form.step.load_N, "den"), ("O", form.outputs.N, "den_o"), ("P", form.outputs.load_N, "den_o"))
+    named: list[tuple[str, Any, str]] = [("den_o", form.outputs.den, "")] if form.outputs.N.rows else []
     for name, matrix, den in parts:
         named += [(f"{name}{i}{j}", matrix[i, j], den) for i, j in product(range(matrix.rows), range(matrix.cols))]
+    beyond = [
+        f"{name}{i}{j} = 0.0"
+        for name, matrix, _ in (parts[0], parts[2])
+        for i, j in product(range(matrix.rows), range(matrix.cols, K))
+    ]
+    return [*_fractions(named), *beyond]
+
+
+def _filter(t: Transfer) -> list[str]:
+    d = t.order
+    named: list[tuple[str, Any, str]] = [("den", t.den, ""), ("whole", t.S, ""), ("P", t.P, "den")]
+    named += [(f"g{i}", e, "den") for i, e in enumerate(t.g, start=1)]
+    for kind, taps in zip("uva", t.k, strict=True):
+        named += [(f"{kind}{i}", taps[i], "whole" if kind == "u" else "den") for i in range(d)]
+    return [*_fractions(named), "S = whole / den"]
+
+
+def _fractions(named: Sequence[tuple[str, Expr, str]]) -> list[str]:
+    """Lines that assign numerators over denominators by name, or alone."""
     subexpressions, expressions = algebra.cse([algebra.horner(e, Omega) for _, e, _ in named])
     lines = [f"{s} = {PRINTER.doprint(e)}" for s, e in subexpressions]
     for (name, _, den), e in zip(named, expressions, strict=True):
-        lines.append(f"{name} = ({PRINTER.doprint(e)}) / {den}" if den and e != 0 else f"{name} = {PRINTER.doprint(e)}")
-    beyond = [
-        (name, i, j)
-        for name, matrix, _ in parts
-        if name != "O"
-        for i in range(matrix.rows)
-        for j in range(matrix.cols, K)
-    ]
-    return [*lines, *(f"{name}{i}{j} = 0.0" for name, i, j in beyond)]
+        text = PRINTER.doprint(e)
+        lines.append(
+            f"{name} = ({text}) / {den}" if den and e != 0 else f"{name} = {float(e) if e.is_number else text}"
+        )
+    return lines

@@ -71,7 +71,7 @@ class _Shape:
         """D or O times x plus B or P times the load, by the row's name, such as D1."""
         other = {"D": "B", "O": "P"}[row[0]] + row[1:]
         terms = [(f"{row}{j}", f"{x}{j}") for j in range(self.m)] + [(f"{other}{k}", f"{f}{k}") for k in range(self.K)]
-        return _nested(f"{self.at(a) if place else a} * {b}" for a, b in terms)
+        return nested(f"{self.at(a) if place else a} * {b}" for a, b in terms)
 
     def scaled_in_block(self, name: str, *, taken: bool = False) -> str:
         """u, v or a in a loop over lanes; taken: from the block, not from the loop."""
@@ -87,7 +87,7 @@ class _Shape:
         """Lines of one step."""
         lines = [f"{name} = {self.sum(f'O{i}', 'x', 'f', place)}" for i, name in enumerate(self.y)]
         lines += [f"c{i} = {self.sum(f'D{i}', 'x', 'f', place)}" for i in range(self.m)]
-        return _lines([*lines, *(f"{name} += c{i}" for i, name in enumerate(self.x))], depth)
+        return place_lines([*lines, *(f"{name} += c{i}" for i, name in enumerate(self.x))], depth)
 
     def kernels(self) -> str:
         """Text of all kernels for K load instants."""
@@ -106,7 +106,7 @@ class _Shape:
             f_of_lane=", ".join(self.at(f"own{k}") for k in range(K)),
             scaled=", ".join(scaled),
             step=self.step(4), step_alone=self.step(3), step_own=self.step(2), largest=", ".join(largest),
-            takes=_lines(
+            takes=place_lines(
                 (
                     f"place = min(max(at + {r} * lanes, 0), FAR)\n"
                     f"for j in range(size):\n    values[place + j] = {self.scaled_in_block(name, taken=True)}"
@@ -122,24 +122,24 @@ class _Shape:
         """Of the march of one lane, two steps at once: E x + (1 + D) B f_0 + B f_1."""
         m, K = range(self.m), range(self.K)
         squares = [
-            f"E{i}{j} = 2.0 * D{i}{j} + ({_nested(f'D{i}{k} * D{k}{j}' for k in m)})" for i, j in product(m, repeat=2)
+            f"E{i}{j} = 2.0 * D{i}{j} + ({nested(f'D{i}{k} * D{k}{j}' for k in m)})" for i, j in product(m, repeat=2)
         ]
         two = [f"f{k}, l{k} = F{k}[i], F{k}[i + 1]" for k in K]
-        two += [f"g{i} = {_nested(f'B{i}{k} * f{k}' for k in K)}" for i in m]
+        two += [f"g{i} = {nested(f'B{i}{k} * f{k}' for k in K)}" for i in m]
         two += [f"{name} = {self.sum(f'O{i}', 'x', 'f', False)}" for i, name in enumerate(self.y)]
-        two += [f"w{i} = x{i} + ({_nested([*(f'D{i}{j} * x{j}' for j in m), f'g{i}'])})" for i in m]
+        two += [f"w{i} = x{i} + ({nested([*(f'D{i}{j} * x{j}' for j in m), f'g{i}'])})" for i in m]
         two += self.stored("w", "i")
         two += [
-            f"h{i} = g{i} + ({_nested([*(f'D{i}{j} * g{j}' for j in m), *(f'B{i}{k} * l{k}' for k in K)])})" for i in m
+            f"h{i} = g{i} + ({nested([*(f'D{i}{j} * g{j}' for j in m), *(f'B{i}{k} * l{k}' for k in K)])})" for i in m
         ]
         two += [f"{name} = {self.sum(f'O{i}', 'w', 'l', False)}" for i, name in enumerate(self.y)]
-        two += [f"c{i} = {_nested([*(f'E{i}{j} * x{j}' for j in m), f'h{i}'])}" for i in m]
+        two += [f"c{i} = {nested([*(f'E{i}{j} * x{j}' for j in m), f'h{i}'])}" for i in m]
         two += [f"x{i} += c{i}" for i in m]
         one = [f"f{k} = F{k}[i]" for k in K]
         return {
-            "squares": _lines(squares, 1),
-            "two": _lines([*two, *self.stored("x", "i + 1")], 2),
-            "one": "\n".join([_lines(one, 2), self.step(2, place=False), _lines(self.stored("x", "i"), 2)]),
+            "squares": place_lines(squares, 1),
+            "two": place_lines([*two, *self.stored("x", "i + 1")], 2),
+            "one": "\n".join([place_lines(one, 2), self.step(2, place=False), place_lines(self.stored("x", "i"), 2)]),
         }
 
     def stored(self, x: str, step: str) -> list[str]:
@@ -148,7 +148,7 @@ class _Shape:
         return [f"out[{step}, {k}] = {e.replace('x', x)}" for k, e in enumerate(scaled)]
 
 
-def _nested(terms: Iterable[str]) -> str:
+def nested(terms: Iterable[str]) -> str:
     """a*b + (c*d + e): one multiply-add each, the first added last."""
     *others, text = terms
     for k, term in enumerate(reversed(others)):
@@ -156,7 +156,8 @@ def _nested(terms: Iterable[str]) -> str:
     return text
 
 
-def _lines(texts: Iterable[str], depth: int) -> str:
+def place_lines(texts: Iterable[str], depth: int) -> str:
+    """Lines at that depth of indentation."""
     return indent("\n".join(texts), "    " * depth)
 
 

@@ -21,6 +21,8 @@ STATE = {state}
 PARAMETERS = {parameters}
 # module of the linear march and its load instants; entries of the state it carries; whether a was eliminated
 MARCH, LOADS, KEPT, CARRIER = "{march}", {loads}, {kept}, {carrier}
+# order of the filter that gives peaks from rest, 0 for none
+FILTER = {filter_order}
 # instants, in steps, at which the start takes the load
 START_STENCIL = {start_stencil}
 

@@ -210,10 +210,10 @@ def _over(a, a_, b, b_):
     return head + ((a - product) - tail + a_ - head * b_) / b
 '''
 
-COEFFICIENTS = '''
+BY_BLOCKS = '''
 
 @_compile
-def _coefficients(s):
+def _{name}(s):
     """Of a block of lanes, whose {told} stand in its first rows."""
     for j in range({width}):
         {arguments} = {at_arguments}
@@ -222,18 +222,78 @@ def _coefficients(s):
 
 
 @_compile
-def coefficients({arguments}, out):
-    """D, B, O, P of {march}, x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f, row by row.
-
-    D (m, m), rounded once; B (m, {K}) and P have zeros in columns beyond the stencil; out ({rows}, n).
-    """
+def {name}({arguments}, out):
+    """{doc}"""
     s = np.ones({all_rows} * {width})
     for first in range(0, out.shape[1], {width}):
         size = min({width}, out.shape[1] - first)
         for j in range(size):
             {at_arguments} = {arguments_at}
-        _coefficients(s)
+        _{name}(s)
         for r in range({rows}):
             for j in range(size):
                 out[r, first + j] = s[({given} + r) * {width} + j]
+'''
+
+COEFFICIENTS = """D, B, O, P of {march}, x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f, row by row.
+
+    D (m, m), rounded once; B (m, {K}) and P have zeros in columns beyond the stencil; out ({rows}, n).
+    """
+
+TRANSFER = """From a load linear between steps to the response from rest, see linear_filter; out ({rows}, n).
+
+    P, g, and k of u, S, k of h*v and of h^2*a: e0 = h^2 f + g1 e1 + ... - P q, u = S (q + k0 e0 + k1 e1 + ...).
+    """
+
+FILTER_HEADER = '''"""Peaks of oscillators from rest under one load, linear between steps: a digital filter a lane.
+
+See a scheme's `transfer`. Time outside, a block of {width} lanes inside; the numbers that end a name are the filter's
+order and how many of u, h*v, h^2*a are followed.
+"""
+
+import numpy as np
+from numba import njit
+
+_compile = njit(cache=True, nogil=True, error_model="numpy", fastmath={{"contract"}})
+'''
+
+FILTER = '''
+
+@_compile
+def _filter_{d}_{followed}(s, f):
+    """All steps of a block; s: q, differences and peaks, then the filter."""
+    n = f.size - 1
+    whole = n - n % 4
+    for i in range(1, whole, 4):
+        for j in range({width}):
+            {moving} = {at_moving}
+            for k in range(4):
+                f0 = f[i + k]
+{step}
+            {at_moving} = {moving}
+    for i in range(whole + 1, n + 1):
+        f0 = f[i]
+        for j in range({width}):
+            {moving} = {at_moving}
+{step_alone}
+            {at_moving} = {moving}
+
+
+@_compile
+def peaks_{d}_{followed}(T, f, peak, begin, end):
+    """Peaks ({followed}, P) of the lanes from begin to end; T (.., P): of `transfer`; f (n + 1,), its first 0."""
+    room = np.empty({rows} * {width} + 8)
+    s = room[-(room.ctypes.data >> 3) & 7 :]  # from the start of a cache line
+    for first in range(begin, end, {width}):
+        size = min({width}, end - first)
+        s[:] = 0.0
+        for r in range({given}):
+            for j in range(size):
+                s[({moved} + r) * {width} + j] = T[r, first + j]
+        _filter_{d}_{followed}(s, f)
+        for r in range({followed}):
+            for j in range(size):
+                peak[r, first + j] = s[({peaks} + r) * {width} + j]
+        for j in range(size):
+            peak[0, first + j] *= abs(s[{scale} + j])
 '''

@@ -77,6 +77,8 @@ STATE = ("u", "h*v", "h^2*a",)
 PARAMETERS = ("beta1", "beta2", "gamma_t",)
 # module of the linear march and its load instants; entries of the state it carries; whether a was eliminated
 MARCH, LOADS, KEPT, CARRIER = "linear_march_2_01y", 4, (0, 1), True
+# order of the filter that gives peaks from rest, 0 for none
+FILTER = 2
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
@@ -796,5 +798,91 @@ def coefficients(Omega, xi, beta1, beta2, gamma_t, out):
             s[j], s[48 + j], s[96 + j], s[144 + j], s[192 + j] = Omega[first + j], xi[first + j], beta1[first + j], beta2[first + j], gamma_t[first + j]
         _coefficients(s)
         for r in range(18):
+            for j in range(size):
+                out[r, first + j] = s[(5 + r) * 48 + j]
+
+
+@_compile
+def _transfer(s):
+    """Of a block of lanes, whose Omega, xi, beta1, beta2, gamma_t stand in its first rows."""
+    for j in range(48):
+        Omega, xi, beta1, beta2, gamma_t = s[j], s[48 + j], s[96 + j], s[144 + j], s[192 + j]
+        x0 = 2*beta2
+        x1 = gamma_t*x0
+        x2 = -x1
+        x3 = gamma_t + x2
+        x4 = -x0 - x3
+        x5 = 4*xi
+        x6 = gamma_t**2
+        x7 = beta2**2
+        x8 = gamma_t - 1
+        x9 = Omega*x6
+        x10 = 8*beta2
+        x11 = xi**2
+        x12 = x11*x6
+        x13 = x10*x12
+        x14 = gamma_t*x10*x11
+        x15 = 4*x7
+        x16 = 8*gamma_t
+        x17 = x16*x7
+        x18 = x15*x6 + x15 - x17
+        x19 = -x0
+        x20 = x1 + x19
+        x21 = 2*gamma_t
+        x22 = beta1*x21 - x21 + 1
+        x23 = x20 + x22
+        x24 = 4*gamma_t
+        x25 = x24*xi
+        x26 = -x23*x25
+        x27 = Omega*(x23**2*x9 + x26) + 4
+        x28 = -gamma_t + x20 + 2
+        x29 = 9*x6
+        x30 = beta2*gamma_t
+        x31 = -beta2 + x22 + x30
+        x32 = x31**2*x9
+        x33 = beta1*x6
+        x34 = 2*x7
+        x35 = gamma_t**3
+        x36 = beta1*x35
+        x37 = beta2*x35
+        x38 = 3*x37
+        x39 = x0*x33
+        x40 = 6*x7
+        x41 = x40*x6
+        x42 = x22 + 3*x30
+        x43 = x31*x9
+        x44 = beta2*x6
+        x45 = beta2 + x33 + x44 - x6
+        x46 = x2 + x45 + x8
+        x47 = x25*x31
+        x48 = 4*beta2 - 10*x30
+        x49 = Omega*gamma_t*(4*beta1*beta2*x6 - 4*beta1*x30 - gamma_t - x17 - 2*x33 - 6*x44 - x48 + 4*x6*x7 + 2*x6 + 4*x7) + x26
+        den = Omega*(Omega*(Omega*(x1*x4*x8*xi + x7*x8**2*x9) - x13 + x14 + x18 + x6) - x4*x5) + 4
+        whole = x27
+        P = (Omega**2*x27) / den
+        g1 = (Omega*(Omega*(Omega*(-x21*x28*x31*xi + x32) - x10*x6 - x10 + x11*x16 + 16*x11*x33 - 16*x12 + x13 - x14 - x16 + x18 + x29 + 16*x30 - 8*x33 + 4) - x28*x5) + 4) / den
+        u0 = (Omega*(-x25*(beta1*beta2*x35 - beta2*x33 + 2*beta2*x6 + 3*gamma_t*x7 - x19 + x35*x7 - x37 - x42 - 3*x6*x7 - x7) - x43*(-3*beta2 + x42)) - 4*beta1*beta2*x35 - 10*beta2*x6 - 12*gamma_t*x7 + 2*x1 + 2*x34 - 4*x35*x7 - 2*x35 + 2*x36 + 2*x38 + 2*x39 + 2*x41 + 2*x6 - 4) / whole
+        u1 = (Omega*(-x32 - x46*x47) + 2*beta2*x29 + 2*gamma_t*x40 + 2*x0*x36 + 2*x24 + 8*x33 + 2*x34*x35 - 2*x34 + 2*x35 - 2*x36 - 2*x38 - 2*x39 - 2*x41 + 2*x48 - 10*x6 - 4) / whole
+        v0 = (Omega*(Omega*x23*x44*x8 - x30*x5*x8) + 4*x3 + 4*x45) / den
+        v1 = (Omega*(x23*x43 - x47) - 4*x46) / den
+        a0 = (Omega*x49 + 4) / den
+        a1 = (-Omega*x49 - 4) / den
+        S = whole / den
+        s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j] = P, g1, u0, u1, S, v0, v1, a0, a1
+
+
+@_compile
+def transfer(Omega, xi, beta1, beta2, gamma_t, out):
+    """From a load linear between steps to the response from rest, see linear_filter; out (9, n).
+
+    P, g, and k of u, S, k of h*v and of h^2*a: e0 = h^2 f + g1 e1 + ... - P q, u = S (q + k0 e0 + k1 e1 + ...).
+    """
+    s = np.ones(14 * 48)
+    for first in range(0, out.shape[1], 48):
+        size = min(48, out.shape[1] - first)
+        for j in range(size):
+            s[j], s[48 + j], s[96 + j], s[144 + j], s[192 + j] = Omega[first + j], xi[first + j], beta1[first + j], beta2[first + j], gamma_t[first + j]
+        _transfer(s)
+        for r in range(9):
             for j in range(size):
                 out[r, first + j] = s[(5 + r) * 48 + j]

@@ -29,6 +29,8 @@ STATE = ("u", "h*v",)
 PARAMETERS = ()
 # module of the linear march and its load instants; entries of the state it carries; whether a was eliminated
 MARCH, LOADS, KEPT, CARRIER = "linear_march_2_01y", 2, (0, 1), False
+# order of the filter that gives peaks from rest, 0 for none
+FILTER = 2
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
@@ -395,9 +397,9 @@ def _coefficients(s):
         x3 = 2*Omega
         den_o = x1
         B00 = (2) / den
-        B01 = 0
+        B01 = 0.0
         B10 = (4) / den
-        B11 = 0
+        B11 = 0.0
         O00 = (Omega**2*(x0 - 4)) / den_o
         O01 = (Omega*(Omega*(x3*xi + 4*(2*xi**2 - 1)) - x2)) / den_o
         P00 = (Omega*(-x2 - x3)) / den_o
@@ -418,5 +420,42 @@ def coefficients(Omega, xi, out):
             s[j], s[48 + j] = Omega[first + j], xi[first + j]
         _coefficients(s)
         for r in range(12):
+            for j in range(size):
+                out[r, first + j] = s[(2 + r) * 48 + j]
+
+
+@_compile
+def _transfer(s):
+    """Of a block of lanes, whose Omega, xi stand in its first rows."""
+    for j in range(48):
+        Omega, xi = s[j], s[48 + j]
+        x0 = 4*xi
+        den = Omega*(Omega + x0) + 4
+        whole = 4.0
+        P = (4*Omega**2) / den
+        g1 = (Omega*(Omega - x0) + 4) / den
+        u0 = (-3) / whole
+        u1 = (-1) / whole
+        v0 = (2) / den
+        v1 = (2) / den
+        a0 = (4) / den
+        a1 = (-4) / den
+        S = whole / den
+        s[96 + j], s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j] = P, g1, u0, u1, S, v0, v1, a0, a1
+
+
+@_compile
+def transfer(Omega, xi, out):
+    """From a load linear between steps to the response from rest, see linear_filter; out (9, n).
+
+    P, g, and k of u, S, k of h*v and of h^2*a: e0 = h^2 f + g1 e1 + ... - P q, u = S (q + k0 e0 + k1 e1 + ...).
+    """
+    s = np.ones(11 * 48)
+    for first in range(0, out.shape[1], 48):
+        size = min(48, out.shape[1] - first)
+        for j in range(size):
+            s[j], s[48 + j] = Omega[first + j], xi[first + j]
+        _transfer(s)
+        for r in range(9):
             for j in range(size):
                 out[r, first + j] = s[(2 + r) * 48 + j]

@@ -30,6 +30,8 @@ STATE = ("u", "h*v",)
 PARAMETERS = ()
 # module of the linear march and its load instants; entries of the state it carries; whether a was eliminated
 MARCH, LOADS, KEPT, CARRIER = "linear_march_2_01y", 2, (0, 1), False
+# order of the filter that gives peaks from rest, 0 for none
+FILTER = 2
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
@@ -389,11 +391,11 @@ def _coefficients(s):
         D11 = _over(N11, N11_, den, 0.0)
         x0 = 2*xi
         x1 = Omega*x0
-        den_o = 1
-        B00 = 0
-        B01 = 0
+        den_o = 1.0
+        B00 = 0.0
+        B01 = 0.0
         B10 = (1) / den
-        B11 = 0
+        B11 = 0.0
         O00 = (Omega**2*(x1 - 1)) / den_o
         O01 = (Omega*(Omega*(x0 - 1)*(x0 + 1) - x0)) / den_o
         P00 = (-x1) / den_o
@@ -414,5 +416,41 @@ def coefficients(Omega, xi, out):
             s[j], s[48 + j] = Omega[first + j], xi[first + j]
         _coefficients(s)
         for r in range(12):
+            for j in range(size):
+                out[r, first + j] = s[(2 + r) * 48 + j]
+
+
+@_compile
+def _transfer(s):
+    """Of a block of lanes, whose Omega, xi stand in its first rows."""
+    for j in range(48):
+        Omega, xi = s[j], s[48 + j]
+        den = 1.0
+        whole = 1.0
+        P = (Omega**2) / den
+        g1 = (Omega*(Omega - 2*xi) + 1) / den
+        u0 = (-1) / whole
+        u1 = (-1) / whole
+        v0 = 0.0
+        v1 = (1) / den
+        a0 = (1) / den
+        a1 = (-1) / den
+        S = whole / den
+        s[96 + j], s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j] = P, g1, u0, u1, S, v0, v1, a0, a1
+
+
+@_compile
+def transfer(Omega, xi, out):
+    """From a load linear between steps to the response from rest, see linear_filter; out (9, n).
+
+    P, g, and k of u, S, k of h*v and of h^2*a: e0 = h^2 f + g1 e1 + ... - P q, u = S (q + k0 e0 + k1 e1 + ...).
+    """
+    s = np.ones(11 * 48)
+    for first in range(0, out.shape[1], 48):
+        size = min(48, out.shape[1] - first)
+        for j in range(size):
+            s[j], s[48 + j] = Omega[first + j], xi[first + j]
+        _transfer(s)
+        for r in range(9):
             for j in range(size):
                 out[r, first + j] = s[(2 + r) * 48 + j]

@@ -38,6 +38,8 @@ STATE = ("u", "h*v", "h^2*a",)
 PARAMETERS = ("alpha_m", "alpha_f", "beta", "gamma",)
 # module of the linear march and its load instants; entries of the state it carries; whether a was eliminated
 MARCH, LOADS, KEPT, CARRIER = "linear_march_3_012", 2, (0, 1, 2), False
+# order of the filter that gives peaks from rest, 0 for none
+FILTER = 3
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
@@ -538,5 +540,58 @@ def coefficients(Omega, xi, alpha_m, alpha_f, beta, gamma, out):
             s[j], s[48 + j], s[96 + j], s[144 + j], s[192 + j], s[240 + j] = Omega[first + j], xi[first + j], alpha_m[first + j], alpha_f[first + j], beta[first + j], gamma[first + j]
         _coefficients(s)
         for r in range(15):
+            for j in range(size):
+                out[r, first + j] = s[(6 + r) * 48 + j]
+
+
+@_compile
+def _transfer(s):
+    """Of a block of lanes, whose Omega, xi, alpha_m, alpha_f, beta, gamma stand in its first rows."""
+    for j in range(48):
+        Omega, xi, alpha_m, alpha_f, beta, gamma = s[j], s[48 + j], s[96 + j], s[144 + j], s[192 + j], s[240 + j]
+        x0 = alpha_f - 1
+        x1 = 2*beta
+        x2 = 4*xi
+        x3 = 2*alpha_m
+        x4 = 2*gamma
+        x5 = alpha_f*x4
+        x6 = -alpha_f - gamma + x5 + 1
+        x7 = alpha_f*beta
+        x8 = x1 - x4 + 1
+        x9 = alpha_f + x5 - 4*x7 + x8
+        x10 = gamma - 1
+        x11 = alpha_f*x8
+        x12 = 2*alpha_f
+        den = Omega*(-Omega*x0*x1 - gamma*x0*x2) - 2*(alpha_m - 1)
+        whole = 2.0
+        P = (2*Omega**2) / den
+        g1 = (Omega*(Omega*x9 - x2*x6) - 2*x3 + 2) / den
+        g2 = (Omega*(Omega*x11 + alpha_f*x10*x2) + x3) / den
+        u0 = (2*beta - 2*x7 - 2) / whole
+        u1 = (-x9) / whole
+        u2 = (-x11) / whole
+        v0 = (-x0*x4) / den
+        v1 = (2*x6) / den
+        v2 = (-x10*x12) / den
+        a0 = (-2*x0) / den
+        a1 = (2*x12 - 2) / den
+        a2 = (-x12) / den
+        S = whole / den
+        s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j], s[768 + j], s[816 + j], s[864 + j] = P, g1, g2, u0, u1, u2, S, v0, v1, v2, a0, a1, a2
+
+
+@_compile
+def transfer(Omega, xi, alpha_m, alpha_f, beta, gamma, out):
+    """From a load linear between steps to the response from rest, see linear_filter; out (13, n).
+
+    P, g, and k of u, S, k of h*v and of h^2*a: e0 = h^2 f + g1 e1 + ... - P q, u = S (q + k0 e0 + k1 e1 + ...).
+    """
+    s = np.ones(19 * 48)
+    for first in range(0, out.shape[1], 48):
+        size = min(48, out.shape[1] - first)
+        for j in range(size):
+            s[j], s[48 + j], s[96 + j], s[144 + j], s[192 + j], s[240 + j] = Omega[first + j], xi[first + j], alpha_m[first + j], alpha_f[first + j], beta[first + j], gamma[first + j]
+        _transfer(s)
+        for r in range(13):
             for j in range(size):
                 out[r, first + j] = s[(6 + r) * 48 + j]

@@ -43,6 +43,8 @@ STATE = ("u", "h*v", "h^2*a", "h^2*a[-1]",)
 PARAMETERS = ("delta", "alpha_g",)
 # module of the linear march and its load instants; entries of the state it carries; whether a was eliminated
 MARCH, LOADS, KEPT, CARRIER = "linear_march_4_012", 2, (0, 1, 2, 3), False
+# order of the filter that gives peaks from rest, 0 for none
+FILTER = 3
 # instants, in steps, at which the start takes the load
 START_STENCIL = (0.0, 1.0,)
 
@@ -570,7 +572,7 @@ def _coefficients(s):
         B00 = (2*(12*alpha_g + 1)) / den
         B10 = (6*(4*delta + 1)) / den
         B20 = (24) / den
-        B30 = 0
+        B30 = 0.0
         B01 = 0.0
         B11 = 0.0
         B21 = 0.0
@@ -591,6 +593,54 @@ def coefficients(Omega, xi, delta, alpha_g, out):
             s[j], s[48 + j], s[96 + j], s[144 + j] = Omega[first + j], xi[first + j], delta[first + j], alpha_g[first + j]
         _coefficients(s)
         for r in range(24):
+            for j in range(size):
+                out[r, first + j] = s[(4 + r) * 48 + j]
+
+
+@_compile
+def _transfer(s):
+    """Of a block of lanes, whose Omega, xi, delta, alpha_g stand in its first rows."""
+    for j in range(48):
+        Omega, xi, delta, alpha_g = s[j], s[48 + j], s[96 + j], s[144 + j]
+        x0 = 12*alpha_g
+        x1 = 4*delta
+        x2 = x1 + 1
+        x3 = 6*xi
+        x4 = 2*delta - 1
+        x5 = 8*alpha_g - x1 + 1
+        x6 = x1 - 1
+        x7 = 6*alpha_g - 6*delta + 1
+        den = Omega*(Omega*(x0 + 1) + x2*x3) + 12
+        whole = 12.0
+        P = (12*Omega**2) / den
+        g1 = (Omega*(3*Omega*x5 + 24*x4*xi) + 12) / den
+        g2 = (Omega*(-2*Omega*x7 - x3*x6)) / den
+        u0 = (x0 - 11) / whole
+        u1 = (-3*x5) / whole
+        u2 = (2*x7) / whole
+        v0 = (3*x2) / den
+        v1 = (-12*x4) / den
+        v2 = (3*x6) / den
+        a0 = (12) / den
+        a1 = (-12) / den
+        a2 = 0.0
+        S = whole / den
+        s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j], s[768 + j] = P, g1, g2, u0, u1, u2, S, v0, v1, v2, a0, a1, a2
+
+
+@_compile
+def transfer(Omega, xi, delta, alpha_g, out):
+    """From a load linear between steps to the response from rest, see linear_filter; out (13, n).
+
+    P, g, and k of u, S, k of h*v and of h^2*a: e0 = h^2 f + g1 e1 + ... - P q, u = S (q + k0 e0 + k1 e1 + ...).
+    """
+    s = np.ones(17 * 48)
+    for first in range(0, out.shape[1], 48):
+        size = min(48, out.shape[1] - first)
+        for j in range(size):
+            s[j], s[48 + j], s[96 + j], s[144 + j] = Omega[first + j], xi[first + j], delta[first + j], alpha_g[first + j]
+        _transfer(s)
+        for r in range(13):
             for j in range(size):
                 out[r, first + j] = s[(4 + r) * 48 + j]
 

@@ -37,6 +37,8 @@ STATE = ("u", "h*v", "h^2*a",)
 PARAMETERS = ("alpha",)
 # module of the linear march and its load instants; entries of the state it carries; whether a was eliminated
 MARCH, LOADS, KEPT, CARRIER = "linear_march_3_012", 2, (0, 1, 2), False
+# order of the filter that gives peaks from rest, 0 for none
+FILTER = 3
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
@@ -520,5 +522,54 @@ def coefficients(Omega, xi, alpha, out):
             s[j], s[48 + j], s[96 + j] = Omega[first + j], xi[first + j], alpha[first + j]
         _coefficients(s)
         for r in range(15):
+            for j in range(size):
+                out[r, first + j] = s[(3 + r) * 48 + j]
+
+
+@_compile
+def _transfer(s):
+    """Of a block of lanes, whose Omega, xi, alpha stand in its first rows."""
+    for j in range(48):
+        Omega, xi, alpha = s[j], s[48 + j], s[96 + j]
+        x0 = alpha + 1
+        x1 = 4*xi
+        x2 = 2*alpha
+        x3 = x0*(x2 - 1)
+        x4 = alpha**2
+        x5 = x2 + 1
+        x6 = 4*x4 + x5
+        x7 = x0*(-alpha + 2*x4 + 1)
+        x8 = alpha*x0**2
+        den = Omega*(Omega*x0*(alpha - 1)**2 - x1*x3) + 4
+        whole = 4.0
+        P = (4*Omega**2) / den
+        g1 = (Omega*(Omega*x7 - x1*x6) + 4) / den
+        g2 = (Omega*(-Omega*x8 + 4*alpha*x5*xi)) / den
+        u0 = (alpha**3 - alpha - x4 - 3) / whole
+        u1 = (-x7) / whole
+        u2 = (x8) / whole
+        v0 = (-2*x3) / den
+        v1 = (2*x6) / den
+        v2 = (-x2*x5) / den
+        a0 = (4*x0) / den
+        a1 = (-4*x5) / den
+        a2 = (4*alpha) / den
+        S = whole / den
+        s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j] = P, g1, g2, u0, u1, u2, S, v0, v1, v2, a0, a1, a2
+
+
+@_compile
+def transfer(Omega, xi, alpha, out):
+    """From a load linear between steps to the response from rest, see linear_filter; out (13, n).
+
+    P, g, and k of u, S, k of h*v and of h^2*a: e0 = h^2 f + g1 e1 + ... - P q, u = S (q + k0 e0 + k1 e1 + ...).
+    """
+    s = np.ones(16 * 48)
+    for first in range(0, out.shape[1], 48):
+        size = min(48, out.shape[1] - first)
+        for j in range(size):
+            s[j], s[48 + j], s[96 + j] = Omega[first + j], xi[first + j], alpha[first + j]
+        _transfer(s)
+        for r in range(13):
             for j in range(size):
                 out[r, first + j] = s[(3 + r) * 48 + j]

@@ -36,6 +36,8 @@ STATE = ("u", "u[-1]", "u[-2]",)
 PARAMETERS = ()
 # module of the linear march and its load instants; entries of the state it carries; whether a was eliminated
 MARCH, LOADS, KEPT, CARRIER = "linear_march_3_0yy", 2, (0, 1, 2), False
+# order of the filter that gives peaks from rest, 0 for none
+FILTER = 3
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
@@ -448,8 +450,8 @@ def _coefficients(s):
         x1 = Omega**2
         den_o = Omega*(x0 + 22*xi) + 12
         B00 = (3) / den
-        B10 = 0
-        B20 = 0
+        B10 = 0.0
+        B20 = 0.0
         O00 = (19 - 18*x1) / den_o
         O01 = (9*x1 - 26) / den_o
         O02 = (7 - 2*x1) / den_o
@@ -479,5 +481,46 @@ def coefficients(Omega, xi, out):
             s[j], s[48 + j] = Omega[first + j], xi[first + j]
         _coefficients(s)
         for r in range(25):
+            for j in range(size):
+                out[r, first + j] = s[(2 + r) * 48 + j]
+
+
+@_compile
+def _transfer(s):
+    """Of a block of lanes, whose Omega, xi stand in its first rows."""
+    for j in range(48):
+        Omega, xi = s[j], s[48 + j]
+        x0 = Omega*xi
+        den = Omega*(3*Omega + 11*xi) + 6
+        whole = 3.0
+        P = (3*Omega**2) / den
+        g1 = (7*x0 + 9) / den
+        g2 = (-2*x0 - 3) / den
+        u0 = 0.0
+        u1 = 0.0
+        u2 = 0.0
+        v0 = (11/2) / den
+        v1 = (-7/2) / den
+        v2 = (1) / den
+        a0 = (6) / den
+        a1 = (-9) / den
+        a2 = (3) / den
+        S = whole / den
+        s[96 + j], s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j] = P, g1, g2, u0, u1, u2, S, v0, v1, v2, a0, a1, a2
+
+
+@_compile
+def transfer(Omega, xi, out):
+    """From a load linear between steps to the response from rest, see linear_filter; out (13, n).
+
+    P, g, and k of u, S, k of h*v and of h^2*a: e0 = h^2 f + g1 e1 + ... - P q, u = S (q + k0 e0 + k1 e1 + ...).
+    """
+    s = np.ones(15 * 48)
+    for first in range(0, out.shape[1], 48):
+        size = min(48, out.shape[1] - first)
+        for j in range(size):
+            s[j], s[48 + j] = Omega[first + j], xi[first + j]
+        _transfer(s)
+        for r in range(13):
             for j in range(size):
                 out[r, first + j] = s[(2 + r) * 48 + j]

@@ -60,6 +60,8 @@ STATE = ("u", "h*v", "h^2*a",)
 PARAMETERS = ("rho_inf",)
 # module of the linear march and its load instants; entries of the state it carries; whether a was eliminated
 MARCH, LOADS, KEPT, CARRIER = "linear_march_3_012", 2, (0, 1, 2), False
+# order of the filter that gives peaks from rest, 0 for none
+FILTER = 3
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
@@ -614,8 +616,8 @@ def _coefficients(s):
         x0 = rho_inf + 1
         x1 = 2*xi*(rho_inf - 3)
         x2 = xi**2
-        B00 = 0
-        B10 = 0
+        B00 = 0.0
+        B10 = 0.0
         B20 = (Omega*(Omega*(Omega*(Omega*x0 - x0**2*x1) + x0**3*(rho_inf**2*x2 - 6*rho_inf*x2 + 9*x2 + 2)) - x0**4*x1) + x0**5) / den
         B01 = 0.0
         B11 = 0.0
@@ -636,5 +638,57 @@ def coefficients(Omega, xi, rho_inf, out):
             s[j], s[48 + j], s[96 + j] = Omega[first + j], xi[first + j], rho_inf[first + j]
         _coefficients(s)
         for r in range(15):
+            for j in range(size):
+                out[r, first + j] = s[(3 + r) * 48 + j]
+
+
+@_compile
+def _transfer(s):
+    """Of a block of lanes, whose Omega, xi, rho_inf stand in its first rows."""
+    for j in range(48):
+        Omega, xi, rho_inf = s[j], s[48 + j], s[96 + j]
+        x0 = rho_inf + 1
+        x1 = x0**2
+        x2 = rho_inf - 3
+        x3 = x0*xi
+        x4 = x2*x3
+        x5 = Omega*(Omega - x4)
+        x6 = x0**3
+        x7 = rho_inf - 1
+        x8 = x1*x7
+        x9 = rho_inf**2
+        x10 = 2*rho_inf - 1
+        x11 = rho_inf*x1
+        den = -x1*(rho_inf - 2) + x5
+        whole = x6
+        P = (Omega**2*x6) / den
+        g1 = (Omega*(Omega*x9*(rho_inf + 3) + x3*(-6*rho_inf + x9 + 1)) - 3*x8) / den
+        g2 = (Omega*(Omega*rho_inf**3 - rho_inf*x3*(3*rho_inf - 1)) + x1*x10) / den
+        u0 = (-x6) / whole
+        u1 = (-x0*(x10 + x9)) / whole
+        u2 = (-rho_inf*x0*x7) / whole
+        v0 = 0.0
+        v1 = (x1) / den
+        v2 = (x11) / den
+        a0 = (x1 + x5) / den
+        a1 = (Omega*(Omega*x7 - x4*x7) + x8) / den
+        a2 = (Omega*(-Omega*rho_inf + rho_inf*x0*x2*xi) - x11) / den
+        S = whole / den
+        s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j] = P, g1, g2, u0, u1, u2, S, v0, v1, v2, a0, a1, a2
+
+
+@_compile
+def transfer(Omega, xi, rho_inf, out):
+    """From a load linear between steps to the response from rest, see linear_filter; out (13, n).
+
+    P, g, and k of u, S, k of h*v and of h^2*a: e0 = h^2 f + g1 e1 + ... - P q, u = S (q + k0 e0 + k1 e1 + ...).
+    """
+    s = np.ones(16 * 48)
+    for first in range(0, out.shape[1], 48):
+        size = min(48, out.shape[1] - first)
+        for j in range(size):
+            s[j], s[48 + j], s[96 + j] = Omega[first + j], xi[first + j], rho_inf[first + j]
+        _transfer(s)
+        for r in range(13):
             for j in range(size):
                 out[r, first + j] = s[(3 + r) * 48 + j]

@@ -35,6 +35,8 @@ STATE = ("u", "h*v", "h^2*a",)
 PARAMETERS = ("beta", "gamma",)
 # module of the linear march and its load instants; entries of the state it carries; whether a was eliminated
 MARCH, LOADS, KEPT, CARRIER = "linear_march_2_01y", 2, (0, 1), True
+# order of the filter that gives peaks from rest, 0 for none
+FILTER = 2
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
@@ -472,5 +474,46 @@ def coefficients(Omega, xi, beta, gamma, out):
             s[j], s[48 + j], s[96 + j], s[144 + j] = Omega[first + j], xi[first + j], beta[first + j], gamma[first + j]
         _coefficients(s)
         for r in range(12):
+            for j in range(size):
+                out[r, first + j] = s[(4 + r) * 48 + j]
+
+
+@_compile
+def _transfer(s):
+    """Of a block of lanes, whose Omega, xi, beta, gamma stand in its first rows."""
+    for j in range(48):
+        Omega, xi, beta, gamma = s[j], s[48 + j], s[96 + j], s[144 + j]
+        x0 = 2*beta
+        x1 = 4*xi
+        x2 = gamma - 1
+        x3 = 2*gamma
+        x4 = x0 - x3 + 1
+        den = Omega*(Omega*x0 + gamma*x1) + 2
+        whole = 2.0
+        P = (2*Omega**2) / den
+        g1 = (Omega*(Omega*x4 + x1*x2) + 2) / den
+        u0 = (2*(beta - 1)) / whole
+        u1 = (-x4) / whole
+        v0 = (x3) / den
+        v1 = (-2*x2) / den
+        a0 = (2) / den
+        a1 = (-2) / den
+        S = whole / den
+        s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j] = P, g1, u0, u1, S, v0, v1, a0, a1
+
+
+@_compile
+def transfer(Omega, xi, beta, gamma, out):
+    """From a load linear between steps to the response from rest, see linear_filter; out (9, n).
+
+    P, g, and k of u, S, k of h*v and of h^2*a: e0 = h^2 f + g1 e1 + ... - P q, u = S (q + k0 e0 + k1 e1 + ...).
+    """
+    s = np.ones(13 * 48)
+    for first in range(0, out.shape[1], 48):
+        size = min(48, out.shape[1] - first)
+        for j in range(size):
+            s[j], s[48 + j], s[96 + j], s[144 + j] = Omega[first + j], xi[first + j], beta[first + j], gamma[first + j]
+        _transfer(s)
+        for r in range(9):
             for j in range(size):
                 out[r, first + j] = s[(4 + r) * 48 + j]

@@ -59,6 +59,8 @@ STATE = ("u", "h*v", "h^2*a",)
 PARAMETERS = ("gamma_t", "beta", "gamma",)
 # module of the linear march and its load instants; entries of the state it carries; whether a was eliminated
 MARCH, LOADS, KEPT, CARRIER = "linear_march_2_01y", 4, (0, 1), True
+# order of the filter that gives peaks from rest, 0 for none
+FILTER = 2
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
@@ -765,5 +767,76 @@ def coefficients(Omega, xi, gamma_t, beta, gamma, out):
             s[j], s[48 + j], s[96 + j], s[144 + j], s[192 + j] = Omega[first + j], xi[first + j], gamma_t[first + j], beta[first + j], gamma[first + j]
         _coefficients(s)
         for r in range(18):
+            for j in range(size):
+                out[r, first + j] = s[(5 + r) * 48 + j]
+
+
+@_compile
+def _transfer(s):
+    """Of a block of lanes, whose Omega, xi, gamma_t, beta, gamma stand in its first rows."""
+    for j in range(48):
+        Omega, xi, gamma_t, beta, gamma = s[j], s[48 + j], s[96 + j], s[144 + j], s[192 + j]
+        x0 = gamma_t - 2
+        x1 = 2*x0**2
+        x2 = gamma_t - 1
+        x3 = gamma_t**2
+        x4 = gamma*x3
+        x5 = 2*gamma_t
+        x6 = gamma*x5
+        x7 = x4 - x6
+        x8 = 4*xi
+        x9 = x0*x8
+        x10 = beta*x3
+        x11 = 2*x10
+        x12 = Omega*x11*x2**2
+        x13 = -gamma
+        x14 = gamma*gamma_t
+        x15 = beta*x5
+        x16 = x10 - x15
+        x17 = gamma_t*x2*x8
+        x18 = beta*gamma_t**4
+        x19 = gamma_t**3
+        x20 = 4*beta
+        x21 = 4*x10
+        x22 = xi**2
+        x23 = -x5
+        x24 = x23 + x3
+        x25 = 4*x14
+        x26 = x0*x2*x25*xi
+        x27 = x2*x3
+        x28 = Omega*x27
+        x29 = Omega*(x26 + x28*(gamma + x15 - x20)) + x1
+        x30 = Omega**2
+        x31 = beta*x19
+        x32 = 2*beta + x13
+        x33 = x28*x32
+        x34 = Omega*x2*x5*(gamma + x16) + x26
+        den = Omega*(Omega*(Omega*(x12 + x17*(x13 + x14 + x16)) + 8*gamma*x19*x22 + 16*x14*x22 + 2*x18 - 2*x19*x20 + 2*x21 - 24*x22*x4 + 2*x24 + 2) + x9*(x2 + x7)) + x1
+        whole = x29
+        P = (x29*x30) / den
+        g1 = (Omega*(Omega*(8*x10 + 2*x18 + x24 - x25 - 8*x31 + 2*x4 + 2) + x9*(x7 + 1)) + x1) / den
+        u0 = (Omega*(-x17*(beta*gamma_t + x13) + x33) + 2*x11 + 2*x14 - 2*x23 - 2*x31 - 2*x4 - 6) / whole
+        u1 = (-x21 - x3 + 2*x31 + 2*x33*xi + x5 + x6 - 2) / whole
+        v0 = (Omega*(x12 + x26) - 2*x0*(-gamma_t + x14 + 1)) / den
+        v1 = (2*x0*(x14 - 1) - x27*x30*x32) / den
+        a0 = (Omega*x34 + x1) / den
+        a1 = (-Omega*x34 - x1) / den
+        S = whole / den
+        s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j] = P, g1, u0, u1, S, v0, v1, a0, a1
+
+
+@_compile
+def transfer(Omega, xi, gamma_t, beta, gamma, out):
+    """From a load linear between steps to the response from rest, see linear_filter; out (9, n).
+
+    P, g, and k of u, S, k of h*v and of h^2*a: e0 = h^2 f + g1 e1 + ... - P q, u = S (q + k0 e0 + k1 e1 + ...).
+    """
+    s = np.ones(14 * 48)
+    for first in range(0, out.shape[1], 48):
+        size = min(48, out.shape[1] - first)
+        for j in range(size):
+            s[j], s[48 + j], s[96 + j], s[144 + j], s[192 + j] = Omega[first + j], xi[first + j], gamma_t[first + j], beta[first + j], gamma[first + j]
+        _transfer(s)
+        for r in range(9):
             for j in range(size):
                 out[r, first + j] = s[(5 + r) * 48 + j]

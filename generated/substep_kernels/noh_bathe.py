@@ -45,6 +45,8 @@ STATE = ("u", "h*v", "h^2*a",)
 PARAMETERS = ("p",)
 # module of the linear march and its load instants; entries of the state it carries; whether a was eliminated
 MARCH, LOADS, KEPT, CARRIER = "linear_march_3_012", 2, (0, 1, 2), False
+# order of the filter that gives peaks from rest, 0 for none
+FILTER = 3
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
@@ -631,7 +633,7 @@ def _coefficients(s):
         x4 = xi*(p - 2)
         x5 = 8*p
         B00 = (-x1) / den
-        B01 = 0
+        B01 = 0.0
         B10 = (Omega*(2*Omega*x0*x2 + x3*x4) - 4*x0) / den
         B11 = (x3) / den
         B20 = (Omega*(Omega*x1 + x4*x5)) / den
@@ -652,5 +654,77 @@ def coefficients(Omega, xi, p, out):
             s[j], s[48 + j], s[96 + j] = Omega[first + j], xi[first + j], p[first + j]
         _coefficients(s)
         for r in range(15):
+            for j in range(size):
+                out[r, first + j] = s[(3 + r) * 48 + j]
+
+
+@_compile
+def _transfer(s):
+    """Of a block of lanes, whose Omega, xi, p stand in its first rows."""
+    for j in range(48):
+        Omega, xi, p = s[j], s[48 + j], s[96 + j]
+        x0 = 4*p
+        x1 = 3*p
+        x2 = p - 1
+        x3 = Omega*x2
+        x4 = p*x3
+        x5 = -x0
+        x6 = p**2
+        x7 = 2*x6
+        x8 = x7 + 1
+        x9 = 4*xi
+        x10 = x4*(x1 - 1) + x9*(x5 + x8)
+        x11 = Omega*x10 + x0
+        x12 = -p
+        x13 = xi**2
+        x14 = p - 2
+        x15 = 2*p
+        x16 = x15 - 1
+        x17 = Omega*x16
+        x18 = x17*x2**2
+        x19 = p*x18
+        x20 = p**3
+        x21 = 2*x20
+        x22 = 6*p
+        x23 = x6 + 2
+        x24 = -x22 + x23
+        x25 = 2*xi
+        x26 = x2*x25
+        x27 = x2*x7
+        x28 = x14*xi
+        x29 = -x1 + x6 + 1
+        x30 = 4*x6
+        x31 = Omega*x27
+        den = x0
+        whole = x11
+        P = (Omega**2*x11) / den
+        g1 = (Omega*(Omega*(Omega*(-x19 - x26*(x21 + x24)) - 12*x13*x14*x6) - x9*(x12 + x8)) + x0) / den
+        g2 = (Omega*(Omega*(4*x13*(8*p + 3*x20 - 10*x6 - 2) + x17*x2**3*x25) + x16*x2*x9)) / den
+        u0 = (-Omega*x10 - x15*(x12 + x23)) / whole
+        u1 = (Omega*(x19 + x24*x26) + x27) / whole
+        u2 = (x18*x25) / whole
+        v0 = (Omega*(x20*x3 + x21*x28) + x15) / den
+        v1 = (Omega*(-x28*x7*(x15 - 3) - x29*x4) + x15) / den
+        v2 = (x25*x3*(x20 + x22 - x30 - 2)) / den
+        a0 = (Omega*(x28*x30 + x31) + x0) / den
+        a1 = (Omega*(-x31 - x9*(x0 + x21 - 6*x6 - 1)) + x5) / den
+        a2 = (x29*x3*x9) / den
+        S = whole / den
+        s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j] = P, g1, g2, u0, u1, u2, S, v0, v1, v2, a0, a1, a2
+
+
+@_compile
+def transfer(Omega, xi, p, out):
+    """From a load linear between steps to the response from rest, see linear_filter; out (13, n).
+
+    P, g, and k of u, S, k of h*v and of h^2*a: e0 = h^2 f + g1 e1 + ... - P q, u = S (q + k0 e0 + k1 e1 + ...).
+    """
+    s = np.ones(16 * 48)
+    for first in range(0, out.shape[1], 48):
+        size = min(48, out.shape[1] - first)
+        for j in range(size):
+            s[j], s[48 + j], s[96 + j] = Omega[first + j], xi[first + j], p[first + j]
+        _transfer(s)
+        for r in range(13):
             for j in range(size):
                 out[r, first + j] = s[(3 + r) * 48 + j]

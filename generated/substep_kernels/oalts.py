@@ -68,6 +68,8 @@ STATE = ("u", "h*v", "h^2*a", "u[-1]", "h*v[-1]", "h^2*a[-1]",)
 PARAMETERS = ("rho_inf",)
 # module of the linear march and its load instants; entries of the state it carries; whether a was eliminated
 MARCH, LOADS, KEPT, CARRIER = "linear_march_6_012", 2, (0, 1, 2, 3, 4, 5), False
+# order of the filter that gives peaks from rest, 0 for none
+FILTER = 0
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
@@ -718,9 +720,9 @@ def _coefficients(s):
         B00 = (4) / den
         B10 = (-2*x0*x1) / den
         B20 = (x0**2*x1**2) / den
-        B30 = 0
-        B40 = 0
-        B50 = 0
+        B30 = 0.0
+        B40 = 0.0
+        B50 = 0.0
         B01 = 0.0
         B11 = 0.0
         B21 = 0.0

@@ -63,6 +63,8 @@ STATE = ("u", "h*v", "u[-1]", "h*v[-1]", "u[-2]", "h*v[-2]",)
 PARAMETERS = ()
 # module of the linear march and its load instants; entries of the state it carries; whether a was eliminated
 MARCH, LOADS, KEPT, CARRIER = "linear_march_6_01y", 2, (0, 1, 2, 3, 4, 5), False
+# order of the filter that gives peaks from rest, 0 for none
+FILTER = 0
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
@@ -608,10 +610,10 @@ def _coefficients(s):
         den_o = x0 + 50
         B00 = (18) / den
         B10 = (30) / den
-        B20 = 0
-        B30 = 0
-        B40 = 0
-        B50 = 0
+        B20 = 0.0
+        B30 = 0.0
+        B40 = 0.0
+        B50 = 0.0
         O00 = (-75*x1) / den_o
         O01 = (Omega*(-45*Omega - 150*xi)) / den_o
         O02 = (30*x1) / den_o

@@ -80,6 +80,8 @@ STATE = ("u", "h*v", "h^2*a",)
 PARAMETERS = ("rho_inf", "gamma_t",)
 # module of the linear march and its load instants; entries of the state it carries; whether a was eliminated
 MARCH, LOADS, KEPT, CARRIER = "linear_march_2_01y", 4, (0, 1), True
+# order of the filter that gives peaks from rest, 0 for none
+FILTER = 2
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
@@ -777,5 +779,86 @@ def coefficients(Omega, xi, rho_inf, gamma_t, out):
             s[j], s[48 + j], s[96 + j], s[144 + j] = Omega[first + j], xi[first + j], rho_inf[first + j], gamma_t[first + j]
         _coefficients(s)
         for r in range(18):
+            for j in range(size):
+                out[r, first + j] = s[(4 + r) * 48 + j]
+
+
+@_compile
+def _transfer(s):
+    """Of a block of lanes, whose Omega, xi, rho_inf, gamma_t stand in its first rows."""
+    for j in range(48):
+        Omega, xi, rho_inf, gamma_t = s[j], s[48 + j], s[96 + j], s[144 + j]
+        x0 = gamma_t*rho_inf
+        x1 = -gamma_t + x0 + 2
+        x2 = x1**2
+        x3 = 4*x2
+        x4 = gamma_t**2
+        x5 = rho_inf*x4
+        x6 = x5 + 2
+        x7 = xi*(-x4 + x6)
+        x8 = 4*x1
+        x9 = gamma_t - 1
+        x10 = Omega*x9**2
+        x11 = x10*x4
+        x12 = 2*gamma_t
+        x13 = x12*x9
+        x14 = xi**2
+        x15 = 24*x14
+        x16 = gamma_t**3
+        x17 = 8*x14*x16
+        x18 = 16*x14
+        x19 = rho_inf*x17
+        x20 = 8*x4
+        x21 = x14*x20
+        x22 = gamma_t**4
+        x23 = 4*x16
+        x24 = rho_inf**2
+        x25 = 2*rho_inf
+        x26 = -8*gamma_t + rho_inf*x23 + x20 + x22*x24 - x22*x25 + x22 - x23 + 4
+        x27 = rho_inf - 1
+        x28 = x8*xi
+        x29 = gamma_t*x9
+        x30 = x28*x29
+        x31 = x27*x30
+        x32 = Omega*(x11*x27**2 + x31) + x3
+        x33 = 2*x0
+        x34 = -x12 + x4
+        x35 = x33 + x34 + 2
+        x36 = rho_inf*x4 - x35
+        x37 = x24*x4
+        x38 = x10*x37
+        x39 = x9*xi
+        x40 = x33*x39
+        x41 = 4*x0
+        x42 = x10*x5
+        x43 = 2*x2
+        x44 = Omega*x29*(x25 + x35 + x37 - 2*x5) + x31
+        den = Omega*(Omega*(Omega*(x11 - x13*x7) + gamma_t*x18 + rho_inf*x21 - x15*x4 + x17 - x19 + x26) + x7*x8) + x3
+        whole = x32
+        P = (Omega**2*x32) / den
+        g1 = (Omega*(Omega*(Omega*(-x36*x40 + x38) + x0*x18 - x15*x5 - x17*x24 + x19 + x21*x24 + x26) + x28*x36) + x3) / den
+        u0 = (Omega*(-x1*x13*xi*(x25 - 1) - x42*(rho_inf - 2)) + x1*(x12 + x4 - x41 + x5 - 6)) / whole
+        u1 = (Omega*(-x1*x40 - x38) - x1*(x34 + x6)) / whole
+        v0 = (Omega*(-x11*x27 - x30) + x43) / den
+        v1 = (Omega*(x1*x39*x41 + x27*x42) + x43) / den
+        a0 = (Omega*x44 + x3) / den
+        a1 = (-Omega*x44 - x3) / den
+        S = whole / den
+        s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j] = P, g1, u0, u1, S, v0, v1, a0, a1
+
+
+@_compile
+def transfer(Omega, xi, rho_inf, gamma_t, out):
+    """From a load linear between steps to the response from rest, see linear_filter; out (9, n).
+
+    P, g, and k of u, S, k of h*v and of h^2*a: e0 = h^2 f + g1 e1 + ... - P q, u = S (q + k0 e0 + k1 e1 + ...).
+    """
+    s = np.ones(13 * 48)
+    for first in range(0, out.shape[1], 48):
+        size = min(48, out.shape[1] - first)
+        for j in range(size):
+            s[j], s[48 + j], s[96 + j], s[144 + j] = Omega[first + j], xi[first + j], rho_inf[first + j], gamma_t[first + j]
+        _transfer(s)
+        for r in range(9):
             for j in range(size):
                 out[r, first + j] = s[(4 + r) * 48 + j]

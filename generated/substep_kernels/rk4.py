@@ -43,6 +43,8 @@ STATE = ("u", "h*v",)
 PARAMETERS = ()
 # module of the linear march and its load instants; entries of the state it carries; whether a was eliminated
 MARCH, LOADS, KEPT, CARRIER = "linear_march_2_01y", 4, (0, 1), False
+# order of the filter that gives peaks from rest, 0 for none
+FILTER = 2
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
@@ -483,10 +485,10 @@ def _coefficients(s):
         x13 = x1 + x12
         x14 = (1/24)*Omega*x11*x13
         x15 = (1/3)*xi
-        den_o = 1
+        den_o = 1.0
         B00 = (Omega*((1/4)*Omega*x3 - xi) + 1) / den
         B01 = (2 - x4) / den
-        B02 = 0
+        B02 = 0.0
         B10 = (Omega*(Omega*(-x10 - x8) + x5) + 1) / den
         B11 = (Omega*(Omega*x9 - 4*xi) + 4) / den
         B12 = (1) / den
@@ -514,5 +516,55 @@ def coefficients(Omega, xi, out):
             s[j], s[48 + j] = Omega[first + j], xi[first + j]
         _coefficients(s)
         for r in range(18):
+            for j in range(size):
+                out[r, first + j] = s[(2 + r) * 48 + j]
+
+
+@_compile
+def _transfer(s):
+    """Of a block of lanes, whose Omega, xi stand in its first rows."""
+    for j in range(48):
+        Omega, xi = s[j], s[48 + j]
+        x0 = 576*xi
+        x1 = -x0
+        x2 = xi**2
+        x3 = 384*x2 - 48
+        x4 = 2*xi
+        x5 = x4 + 1
+        x6 = x4 - 1
+        x7 = x5*x6
+        x8 = 48*x7*xi
+        x9 = Omega - 8*xi
+        x10 = 48*x2 - 8
+        x11 = Omega*(Omega*(Omega*x9 + x10) - x8)
+        x12 = Omega*(Omega*(x11 + x3) + x1) + 576
+        x13 = 96*Omega*xi*(2*x2 - 1) - 96*x5*x6
+        den = 576.0
+        whole = x12
+        P = (Omega**2*x12) / den
+        g1 = (Omega*(Omega*(Omega*(Omega*(x11 + 384*xi**4) - 768*xi**3) + 1152*x2) - 1152*xi) + 576) / den
+        u0 = (Omega*(Omega*(Omega*(Omega*(-Omega*x9 - x10) + x8) - x3) + 528*xi) - 480) / whole
+        u1 = (Omega*(Omega*(Omega*(Omega*(Omega*(-Omega + 6*xi) - 8*x7) + 32*xi*(3*x2 - 1)) - 96*x2) + 144*xi) - 96) / whole
+        v0 = (Omega*(24*Omega*x7 - 192*xi) + 288) / den
+        v1 = (Omega*(Omega*(x11 + 288*x2 - 24) - 384*xi) + 288) / den
+        a0 = (Omega*(-Omega*x13 + x1) + 576) / den
+        a1 = (Omega*(Omega*x13 + x0) - 576) / den
+        S = whole / den
+        s[96 + j], s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j] = P, g1, u0, u1, S, v0, v1, a0, a1
+
+
+@_compile
+def transfer(Omega, xi, out):
+    """From a load linear between steps to the response from rest, see linear_filter; out (9, n).
+
+    P, g, and k of u, S, k of h*v and of h^2*a: e0 = h^2 f + g1 e1 + ... - P q, u = S (q + k0 e0 + k1 e1 + ...).
+    """
+    s = np.ones(11 * 48)
+    for first in range(0, out.shape[1], 48):
+        size = min(48, out.shape[1] - first)
+        for j in range(size):
+            s[j], s[48 + j] = Omega[first + j], xi[first + j]
+        _transfer(s)
+        for r in range(9):
             for j in range(size):
                 out[r, first + j] = s[(2 + r) * 48 + j]

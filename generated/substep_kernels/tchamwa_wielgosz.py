@@ -35,6 +35,8 @@ STATE = ("u", "h*v", "h^2*a",)
 PARAMETERS = ("phi",)
 # module of the linear march and its load instants; entries of the state it carries; whether a was eliminated
 MARCH, LOADS, KEPT, CARRIER = "linear_march_2_01y", 2, (0, 1), True
+# order of the filter that gives peaks from rest, 0 for none
+FILTER = 2
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
@@ -406,11 +408,11 @@ def _coefficients(s):
         x0 = 2*xi
         x1 = Omega*phi
         x2 = x0 + x1
-        den_o = 1
+        den_o = 1.0
         B00 = (phi) / den
-        B01 = 0
+        B01 = 0.0
         B10 = (1) / den
-        B11 = 0
+        B11 = 0.0
         O00 = (Omega**2*(Omega*x2 - 1)) / den_o
         O01 = (Omega*(Omega*(x0*x1 + (x0 - 1)*(x0 + 1)) - x0)) / den_o
         P00 = (-Omega*x2) / den_o
@@ -431,5 +433,42 @@ def coefficients(Omega, xi, phi, out):
             s[j], s[48 + j], s[96 + j] = Omega[first + j], xi[first + j], phi[first + j]
         _coefficients(s)
         for r in range(12):
+            for j in range(size):
+                out[r, first + j] = s[(3 + r) * 48 + j]
+
+
+@_compile
+def _transfer(s):
+    """Of a block of lanes, whose Omega, xi, phi stand in its first rows."""
+    for j in range(48):
+        Omega, xi, phi = s[j], s[48 + j], s[96 + j]
+        x0 = phi - 1
+        den = 1.0
+        whole = 1.0
+        P = (Omega**2) / den
+        g1 = (Omega*(-Omega*x0 - 2*xi) + 1) / den
+        u0 = (-1) / whole
+        u1 = (x0) / whole
+        v0 = 0.0
+        v1 = (1) / den
+        a0 = (1) / den
+        a1 = (-1) / den
+        S = whole / den
+        s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j] = P, g1, u0, u1, S, v0, v1, a0, a1
+
+
+@_compile
+def transfer(Omega, xi, phi, out):
+    """From a load linear between steps to the response from rest, see linear_filter; out (9, n).
+
+    P, g, and k of u, S, k of h*v and of h^2*a: e0 = h^2 f + g1 e1 + ... - P q, u = S (q + k0 e0 + k1 e1 + ...).
+    """
+    s = np.ones(12 * 48)
+    for first in range(0, out.shape[1], 48):
+        size = min(48, out.shape[1] - first)
+        for j in range(size):
+            s[j], s[48 + j], s[96 + j] = Omega[first + j], xi[first + j], phi[first + j]
+        _transfer(s)
+        for r in range(9):
             for j in range(size):
                 out[r, first + j] = s[(3 + r) * 48 + j]

@@ -82,6 +82,8 @@ STATE = ("u", "h*v", "h^2*a",)
 PARAMETERS = ("rho_inf", "gamma",)
 # module of the linear march and its load instants; entries of the state it carries; whether a was eliminated
 MARCH, LOADS, KEPT, CARRIER = "linear_march_2_01y", 4, (0, 1), True
+# order of the filter that gives peaks from rest, 0 for none
+FILTER = 2
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
@@ -855,5 +857,91 @@ def coefficients(Omega, xi, rho_inf, gamma, out):
             s[j], s[48 + j], s[96 + j], s[144 + j] = Omega[first + j], xi[first + j], rho_inf[first + j], gamma[first + j]
         _coefficients(s)
         for r in range(18):
+            for j in range(size):
+                out[r, first + j] = s[(4 + r) * 48 + j]
+
+
+@_compile
+def _transfer(s):
+    """Of a block of lanes, whose Omega, xi, rho_inf, gamma stand in its first rows."""
+    for j in range(48):
+        Omega, xi, rho_inf, gamma = s[j], s[48 + j], s[96 + j], s[144 + j]
+        x0 = xi**2
+        x1 = 4*x0
+        x2 = x1 + 1
+        x3 = gamma**2
+        x4 = 48*x3
+        x5 = 2*x0
+        x6 = gamma**3
+        x7 = x6*xi
+        x8 = gamma**4
+        x9 = 12*x8
+        x10 = Omega*gamma**6
+        x11 = gamma**5
+        x12 = 3*gamma
+        x13 = x12 - 1
+        x14 = 64*xi
+        x15 = x13*x14
+        x16 = rho_inf + 1
+        x17 = 8*x7
+        x18 = x13*x17
+        x19 = 6*gamma
+        x20 = -x19
+        x21 = rho_inf*x6
+        x22 = Omega*(Omega*(Omega*(x10*x16**2 + x16*x18) + 16*x20 + 16*x21*x5 - 16*x21 + 144*x3 + 16*x5*x6 - 16*x6 + 16) + x15) + 64
+        x23 = x12 - 2
+        x24 = 3*x3
+        x25 = 8*x0
+        x26 = 24*gamma
+        x27 = 16*xi
+        x28 = rho_inf**2*x10
+        x29 = x20 + x24 + 2
+        x30 = 4*x21
+        x31 = x21*x25
+        x32 = -x26 - x30 + x31 + 4
+        x33 = -6*x3
+        x34 = x19 + x21
+        x35 = -x24
+        x36 = 12*gamma
+        x37 = x36 + x6 - 4
+        x38 = x21 + x33 + x37
+        x39 = 48*gamma
+        x40 = 8*x21
+        x41 = 3*x11
+        x42 = rho_inf*x41 + x41
+        x43 = rho_inf*x3
+        x44 = 8*gamma
+        x45 = x10*x16
+        x46 = rho_inf*x24
+        x47 = 3*x8
+        x48 = x44*(x1*x3 + x1*x43 - x3 + x36 - x43 - 6)
+        x49 = 2*Omega*x6*(x29 + x46) + x17*(rho_inf*x12 + x23)
+        den = Omega*(Omega*(Omega*(Omega*(Omega*(x10 + 12*x11*xi) + x2*x9) + 32*x7*(x5 + 3)) + x2*x4) + 192*gamma*xi) + 64
+        whole = x22
+        P = (Omega**2*x22) / den
+        g1 = (Omega*(Omega*(Omega*(Omega*(Omega*(x28 - x29*x30*xi) - 48*rho_inf*x0*x8 + 24*rho_inf*x8 + 4*x32 + 4*x4 - 144*x6 + 36*x8) - x27*(-18*gamma + x1*x21 - 3*x21 + 24*x3 - 9*x6 + 4)) - 16*x0*x26 + 192*x0*x3 + 16*x24 + 16*x25) + x14*x23) + 64) / den
+        u0 = (Omega*(Omega*(Omega*(-rho_inf*x10*(rho_inf + 2) - 2*x7*(rho_inf*x36 - 4*rho_inf + x38)) - 32*x0*x21 - 2*x25*x6 - 144*x3 + 2*x39 + 2*x40 - 2*x42 + 12*x6 + 2*x9 - 16) - x27*(x35 + x37)) + 8*x33 + 8*x34 + 8*x6 - 64) / whole
+        u1 = (Omega*(Omega*(Omega*(-2*x21*x38*xi - x28) - 2*rho_inf*x9 - 192*x3 - 2*x31 + 2*x39 + 2*x40 + 2*x42 + 148*x6 - 48*x8 - 16) - x27*(x34 + x35 - 2)) - x44*(x20 + x3 + x43 + 6)) / whole
+        v0 = (Omega*(Omega*(Omega*(x18 + x45) - 4*x3*(-gamma*x25 - 16*gamma + x24 + x46 + 6)) - x27*x3*(gamma*rho_inf + gamma - 6)) + 32) / den
+        v1 = (Omega*(Omega*(Omega*(rho_inf*x45 + x13*x40*xi) + 4*rho_inf*x47 + 168*x3 + 4*x32 + 4*x47 - 80*x6) + x27*x38) + 32) / den
+        a0 = (Omega*(Omega*(Omega*x49 + x48) + x15) + 64) / den
+        a1 = (Omega*(Omega*(-Omega*x49 - x48) - x15) - 64) / den
+        S = whole / den
+        s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j] = P, g1, u0, u1, S, v0, v1, a0, a1
+
+
+@_compile
+def transfer(Omega, xi, rho_inf, gamma, out):
+    """From a load linear between steps to the response from rest, see linear_filter; out (9, n).
+
+    P, g, and k of u, S, k of h*v and of h^2*a: e0 = h^2 f + g1 e1 + ... - P q, u = S (q + k0 e0 + k1 e1 + ...).
+    """
+    s = np.ones(13 * 48)
+    for first in range(0, out.shape[1], 48):
+        size = min(48, out.shape[1] - first)
+        for j in range(size):
+            s[j], s[48 + j], s[96 + j], s[144 + j] = Omega[first + j], xi[first + j], rho_inf[first + j], gamma[first + j]
+        _transfer(s)
+        for r in range(9):
             for j in range(size):
                 out[r, first + j] = s[(4 + r) * 48 + j]

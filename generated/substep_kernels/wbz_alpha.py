@@ -36,6 +36,8 @@ STATE = ("u", "h*v", "h^2*a",)
 PARAMETERS = ("alpha_B",)
 # module of the linear march and its load instants; entries of the state it carries; whether a was eliminated
 MARCH, LOADS, KEPT, CARRIER = "linear_march_3_012", 2, (0, 1, 2), False
+# order of the filter that gives peaks from rest, 0 for none
+FILTER = 3
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
@@ -496,5 +498,52 @@ def coefficients(Omega, xi, alpha_B, out):
             s[j], s[48 + j], s[96 + j] = Omega[first + j], xi[first + j], alpha_B[first + j]
         _coefficients(s)
         for r in range(15):
+            for j in range(size):
+                out[r, first + j] = s[(3 + r) * 48 + j]
+
+
+@_compile
+def _transfer(s):
+    """Of a block of lanes, whose Omega, xi, alpha_B stand in its first rows."""
+    for j in range(48):
+        Omega, xi, alpha_B = s[j], s[48 + j], s[96 + j]
+        x0 = alpha_B - 1
+        x1 = 2*alpha_B
+        x2 = x1 - 1
+        x3 = 4*xi
+        x4 = alpha_B + 1
+        x5 = x4**2
+        x6 = x1 + 1
+        den = Omega*(Omega*x0**2 - x2*x3) - 4*x0
+        whole = 4.0
+        P = (4*Omega**2) / den
+        g1 = (Omega*(Omega*x5 - x3*x6) - 4*x2) / den
+        g2 = (4*alpha_B) / den
+        u0 = (x4*(alpha_B - 3)) / whole
+        u1 = (-x5) / whole
+        u2 = 0.0
+        v0 = (-2*x2) / den
+        v1 = (2*x6) / den
+        v2 = 0.0
+        a0 = (4) / den
+        a1 = (-4) / den
+        a2 = 0.0
+        S = whole / den
+        s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j] = P, g1, g2, u0, u1, u2, S, v0, v1, v2, a0, a1, a2
+
+
+@_compile
+def transfer(Omega, xi, alpha_B, out):
+    """From a load linear between steps to the response from rest, see linear_filter; out (13, n).
+
+    P, g, and k of u, S, k of h*v and of h^2*a: e0 = h^2 f + g1 e1 + ... - P q, u = S (q + k0 e0 + k1 e1 + ...).
+    """
+    s = np.ones(16 * 48)
+    for first in range(0, out.shape[1], 48):
+        size = min(48, out.shape[1] - first)
+        for j in range(size):
+            s[j], s[48 + j], s[96 + j] = Omega[first + j], xi[first + j], alpha_B[first + j]
+        _transfer(s)
+        for r in range(13):
             for j in range(size):
                 out[r, first + j] = s[(3 + r) * 48 + j]

@@ -39,6 +39,8 @@ STATE = ("u", "h*v", "h^2*a",)
 PARAMETERS = ("theta",)
 # module of the linear march and its load instants; entries of the state it carries; whether a was eliminated
 MARCH, LOADS, KEPT, CARRIER = "linear_march_3_012", 2, (0, 1, 2), False
+# order of the filter that gives peaks from rest, 0 for none
+FILTER = 3
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
@@ -540,5 +542,54 @@ def coefficients(Omega, xi, theta, out):
             s[j], s[48 + j], s[96 + j] = Omega[first + j], xi[first + j], theta[first + j]
         _coefficients(s)
         for r in range(15):
+            for j in range(size):
+                out[r, first + j] = s[(3 + r) * 48 + j]
+
+
+@_compile
+def _transfer(s):
+    """Of a block of lanes, whose Omega, xi, theta stand in its first rows."""
+    for j in range(48):
+        Omega, xi, theta = s[j], s[48 + j], s[96 + j]
+        x0 = 6*theta
+        x1 = theta**3
+        x2 = theta**2
+        x3 = 6*xi
+        x4 = 2*theta
+        x5 = 6*x4 - 6
+        x6 = 3*theta
+        x7 = theta - 1
+        x8 = 6*x7
+        den = Omega*(Omega*x1 + x2*x3) + x0
+        whole = 6.0
+        P = (6*Omega**2) / den
+        g1 = (Omega*(Omega*(2*x1 - 3*x2 - x6 + 5) + x3*(2*x2 - x4 - 1)) + x5) / den
+        g2 = (Omega*(-Omega*x7**3 - x3*x7**2) - x8) / den
+        u0 = (theta - 6) / whole
+        u1 = (4*theta - 5) / whole
+        u2 = (x7) / whole
+        v0 = (x6) / den
+        v1 = (3) / den
+        v2 = (-3*x7) / den
+        a0 = (x0) / den
+        a1 = (-x5) / den
+        a2 = (x8) / den
+        S = whole / den
+        s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j] = P, g1, g2, u0, u1, u2, S, v0, v1, v2, a0, a1, a2
+
+
+@_compile
+def transfer(Omega, xi, theta, out):
+    """From a load linear between steps to the response from rest, see linear_filter; out (13, n).
+
+    P, g, and k of u, S, k of h*v and of h^2*a: e0 = h^2 f + g1 e1 + ... - P q, u = S (q + k0 e0 + k1 e1 + ...).
+    """
+    s = np.ones(16 * 48)
+    for first in range(0, out.shape[1], 48):
+        size = min(48, out.shape[1] - first)
+        for j in range(size):
+            s[j], s[48 + j], s[96 + j] = Omega[first + j], xi[first + j], theta[first + j]
+        _transfer(s)
+        for r in range(13):
             for j in range(size):
                 out[r, first + j] = s[(3 + r) * 48 + j]

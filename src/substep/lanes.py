@@ -1,6 +1,5 @@
 """Many runs of one scheme on one scene at once: lanes of the pair's kernel, spread over threads."""
 
-import os
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -17,6 +16,7 @@ from .response import Status
 from .scenes import Scene
 from .schemes import Array, Scheme
 from .schemes import scheme as make_scheme
+from .threads import cores
 
 STATUSES: tuple[Status, ...] = get_args(Status)  # in the order of the kernels' numbers
 FEW = 16  # lanes below which a block, whose lanes wait for the slowest, does not pay
@@ -134,20 +134,15 @@ def _head(scene: Scene, scheme: Scheme, module: ModuleType, arrays: dict[str, An
 def _run(module: ModuleType, arrays: Mapping[str, Any], lanes: int) -> None:
     """The march: a few lanes one by one, many in blocks; threads take the next part, for slow lanes cluster."""
     march, least = (module.march, 1) if lanes < FEW else (module.march_block, LEAST)
-    cores = min(_cores(), -(-lanes // least))
-    share = max(least, -(-lanes // (PARTS * cores))) if cores > 1 else lanes
+    workers = min(cores(), -(-lanes // least))
+    share = max(least, -(-lanes // (PARTS * workers))) if workers > 1 else lanes
 
     def part(first: int) -> None:
         mine = slice(first, first + share)
         march(*(x[mine] if isinstance(x := arrays[name], np.ndarray) else x for name in module.ARGUMENTS))
 
-    if cores <= 1:
+    if workers <= 1:
         part(0)
         return
-    with ThreadPoolExecutor(cores) as pool:
+    with ThreadPoolExecutor(workers) as pool:
         list(pool.map(part, range(0, lanes, share)))
-
-
-def _cores() -> int:
-    """How many this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -3,10 +3,8 @@
 It needs no formula of the scheme, only its coefficients D, B, O, P (`Scheme.coefficients`).
 """
 
-import os
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from importlib import import_module
 from importlib.util import find_spec
@@ -15,12 +13,13 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from .filtered import BLOCK, peaks_from_rest
 from .loads import Record
 from .schemes import Array, Scheme
 from .schemes import scheme as make_scheme
+from .threads import spread
 
 COMPLETED, NON_FINITE = 0, 2  # places in lanes.STATUSES
-BLOCK = 48  # lanes that the kernels march abreast; threads take whole blocks
 WORTH_THREADS = 4_000_000  # lane-steps, about a millisecond
 CHUNK = 1 << 16  # steps of one lane at a time where not all are kept
 
@@ -28,7 +27,7 @@ Load = Callable[[Array], Array]
 
 
 class Oscillators(NamedTuple):
-    """P oscillators and their steps: omega in rad/s, xi, dt in s (P,); start (3, P): u, v, a at t = 0."""
+    """P oscillators and their steps: omega in rad/s, xi, dt in s (P,); start: u, v, a (3, P)."""
 
     omega: Array
     xi: Array
@@ -44,8 +43,9 @@ class Oscillators(NamedTuple):
 class LinearLanes:
     """Results of P runs.
 
-    out (rows, 3, P): u, v, a every stride steps, NaN after n_done, or no rows; peak (3, P): largest |u|, |v|, |a| up
-    to n_done, the start's included, or (3, 0); n_done, status (P,): steps completed, place in lanes.STATUSES.
+    out (rows, 3, P): u, v, a every stride steps, NaN after n_done, or no rows; peak: largest |u|, |v|, |a| (3, P), or
+    |u| (1, P), or none, up to n_done, the start's included; n_done, status (P,): steps completed, place in
+    lanes.STATUSES.
     """
 
     out: Array
@@ -61,7 +61,7 @@ def march_linear(
     load: Load | None = None,
     *,
     stride: int = 1,
-    keep: Literal["history", "peak"] = "history",
+    keep: Literal["history", "peak", "peak_u"] = "history",
     out: Array | None = None,
 ) -> LinearLanes:
     """March all n steps; the scheme's parameters may be arrays (P,).
@@ -70,9 +70,13 @@ def march_linear(
     history, writeable, C-contiguous, (n // stride + 1, 3, P); raises ValueError for any other.
     """
     P, rows = len(o.omega), n // stride + 1 if keep == "history" else 0
-    lanes = LinearLanes(
-        _room(out, (rows, 3, P)), np.zeros((3, P if keep == "peak" else 0)), np.full(P, n), np.full(P, COMPLETED)
-    )
+    followed = {"history": 0, "peak_u": 1, "peak": 3}[keep]
+    done = np.full(P, n), np.full(P, COMPLETED)
+    if followed and P:
+        peak = peaks_from_rest(scheme, o, n, load, followed)
+        if peak is not None and np.isfinite(peak).all():
+            return LinearLanes(np.empty((0, 3, P)), peak, *done)
+    lanes = LinearLanes(_room(out, (rows, 3, P)), np.zeros((3, P if followed else 0)), *done)
     if rows:
         lanes.out[0] = o.start
     if P == 1:
@@ -81,9 +85,9 @@ def march_linear(
         x = _abreast(scheme, o, n, load, stride, lanes)
         for j in np.flatnonzero(~np.isfinite(x).all(axis=0)):
             _alone(scheme.lane(int(j)), o.lane(int(j)), n, load, stride, lanes, int(j))
-    if keep == "peak":
+    if followed:
         np.maximum(lanes.peak, np.abs(o.start), out=lanes.peak)
-    return lanes
+    return replace(lanes, peak=lanes.peak[:followed])
 
 
 def _room(out: Array | None, shape: tuple[int, ...]) -> Array:
@@ -217,15 +221,10 @@ def _abreast(scheme: Scheme, o: Oscillators, n: int, load: Load | None, stride: 
     r, P = _prepared(scheme, o, n, load), len(o.omega)
 
     def part(first: int, last: int) -> None:
-        r.march(r.C, r.x, *r.shared, r.own, r.first, n, stride, lanes.out, lanes.peak, first, last)
+        pace = stride if len(lanes.out) else n  # no stop where nothing is kept
+        r.march(r.C, r.x, *r.shared, r.own, r.first, n, pace, lanes.out, lanes.peak, first, last)
 
-    workers = min(os.cpu_count() or 1, -(-P // BLOCK)) if P * n > WORTH_THREADS else 1
-    if workers == 1:
-        part(0, P)
-    else:
-        ends = [*(min(P, BLOCK * round(P / BLOCK * k / workers)) for k in range(workers)), P]
-        with ThreadPoolExecutor(workers) as pool:
-            list(pool.map(part, ends[:-1], ends[1:]))
+    spread(part, P, BLOCK, worth=P * n > WORTH_THREADS)
     if r.head is not None:
         _rows_of_head(r, stride, lanes, slice(None))
     return r.x

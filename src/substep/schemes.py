@@ -193,6 +193,13 @@ class Scheme:
         self.kernels.coefficients(*arguments, out)
         return out
 
+    def transfer_rows(self, Omega: ArrayLike, xi: ArrayLike) -> Array:
+        """The filter from load to response, (4*order + 1, n): see `transfer` of the generated module."""
+        _, arguments = self._points(Omega, xi)
+        out = np.empty((4 * self.kernels.FILTER + 1, arguments[0].size))
+        self.kernels.transfer(*arguments, out)
+        return out
+
     def lane(self, j: int) -> "Scheme":
         """The scheme with the parameters of lane j, where they are arrays (P,)."""
         return replace(self, parameters={k: x[j] if x.ndim else x for k, x in self.parameters.items()})

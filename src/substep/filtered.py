@@ -1,0 +1,52 @@
+"""Peaks of many oscillators from rest under one record with a sample at each step: the fastest march there is."""
+
+from collections.abc import Callable
+from functools import cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .loads import Record
+from .schemes import Array, Scheme
+from .threads import spread
+
+if TYPE_CHECKING:
+    from .linear import Load, Oscillators
+
+BLOCK = 48  # lanes that the kernels march abreast; threads take whole blocks
+WORTH_THREADS = 8_000_000  # lane-steps, about a millisecond
+
+
+def peaks_from_rest(scheme: Scheme, o: "Oscillators", n: int, load: "Load | None", followed: int) -> Array | None:
+    """Largest |u| (1, P), or |u|, |v|, |a| (3, P), over n steps; None where no filter tells them.
+
+    That is for another start than rest, another load, and schemes that begin otherwise or take the load outside a step.
+    """
+    order, dt = scheme.kernels.FILTER, float(o.dt[0])
+    if not order or not isinstance(load, Record) or load.dt != dt or len(load.samples) <= n or load.samples[0] != 0.0:
+        return None
+    if (
+        scheme.start not in ("given", "start")
+        or any(scheme.kernels.START_STENCIL)
+        or o.start.any()
+        or (o.dt != dt).any()
+    ):
+        return None
+    T = scheme.transfer_rows(o.omega * dt, o.xi)
+    T[2 * order] *= dt**2  # of h^2 f, and u, v, a of u, h*v, h^2*a
+    T[2 * order + 1 : 3 * order + 1] *= dt
+    P, f = len(o.omega), load.samples[: n + 1]
+    peak, kernel = np.empty((followed, P)), _kernel(order, followed)
+
+    def part(first: int, last: int) -> None:
+        kernel(T, f, peak, first, last)
+
+    spread(part, P, BLOCK, worth=P * n > WORTH_THREADS)
+    return peak
+
+
+@cache
+def _kernel(order: int, followed: int) -> Callable[..., None]:
+    from substep_kernels import linear_filter  # noqa: PLC0415 (numba on first use)
+
+    return getattr(linear_filter, f"peaks_{order}_{followed}")
