@@ -8,7 +8,7 @@ from .transfer import ORDERS
 
 def filter_module() -> str:
     """Text of linear_filter.py, without its banner."""
-    head = fill(templates_march.FILTER_HEADER, width=WIDTH)
+    head = fill(templates_march.FILTER_HEADER, whole=2 * WIDTH)
     return head + "".join(_kernels(d, followed) for d in ORDERS for followed in (1, 3))
 
 
@@ -27,20 +27,32 @@ def _kernels(d: int, followed: int) -> str:
     given = filter_rows(d) if followed == 3 else filter_rows(d)[: 2 * d + 1]
     row = {name: k for k, name in enumerate([*moving, *given])}
 
-    def at(name: str) -> str:
-        return f"s[{row[name] * WIDTH} + j]" if row[name] else "s[j]"
+    def at(name: str, half: int) -> str:
+        place = 2 * WIDTH * row[name] + WIDTH * half
+        return f"s[{place} + j]" if place else "s[j]"
 
-    def told(kind: str) -> str:
-        terms = [f"{at(name)} * {x}" for name, x in zip(_taps(kind, d), e, strict=True)]
-        return nested([*reversed(terms), *(["q"] if kind == "u" else [])])
+    def lines(half: int) -> list[list[str]]:
+        """Of one half of the block, in stages that do not wait for the other half's."""
+        own = {name: f"{name}_{half}" for name in [*e, *moving]}
 
-    back = nested([*(f"{at(f'g{i}')} * e{i}" for i in range(d - 1, 0, -1)), "f0"])
-    step = [f"e0 = ({back}) - {at('P')} * q", "q += e0"]
-    step += [f"{t} = max({t}, abs({told(kind)}))" for t, kind in zip(peaks, "uva", strict=False)]
-    step += [f"{later} = {sooner}" for sooner, later in zip(reversed(e[:-1]), reversed(e[1:]), strict=True)]
+        def told(kind: str) -> str:
+            terms = [f"{at(name, half)} * {own[x]}" for name, x in zip(_taps(kind, d), e, strict=True)]
+            return nested([*reversed(terms), *([own["q"]] if kind == "u" else [])])
+
+        back = nested([*(f"{at(f'g{i}', half)} * {own[f'e{i}']}" for i in range(d - 1, 0, -1)), "f0"])
+        return [
+            [f"{own['e0']} = ({back}) - {at('P', half)} * {own['q']}"],
+            [f"{own['q']} += {own['e0']}"],
+            [f"{own[t]} = max({own[t]}, abs({told(kind)}))" for t, kind in zip(peaks, "uva", strict=False)],
+            [f"{own[b]} = {own[a]}" for a, b in zip(reversed(e[:-1]), reversed(e[1:]), strict=True)],
+        ]
+
+    step = [line for stage in zip(lines(0), lines(1), strict=True) for half in stage for line in half]
+    halves = [(name, half) for half in range(2) for name in moving]
     return fill(
         templates_march.FILTER,
-        d=d, followed=followed, width=WIDTH, rows=len(row), given=len(given), moved=len(moving), peaks=row["t0"],
-        scale=row["S"] * WIDTH, moving=", ".join(moving), at_moving=", ".join(map(at, moving)),
+        d=d, followed=followed, width=WIDTH, whole=2 * WIDTH, rows=len(row), given=len(given), moved=len(moving),
+        peaks=row["t0"], scale=2 * WIDTH * row["S"], moving=", ".join(f"{name}_{half}" for name, half in halves),
+        at_moving=", ".join(at(name, half) for name, half in halves),
         step=place_lines(step, 4), step_alone=place_lines(step, 3),
     )  # fmt: skip

@@ -247,8 +247,8 @@ TRANSFER = """From a load linear between steps to the response from rest, see li
 
 FILTER_HEADER = '''"""Peaks of oscillators from rest under one load, linear between steps: a digital filter a lane.
 
-See a scheme's `transfer`. Time outside, a block of {width} lanes inside; the numbers that end a name are the filter's
-order and how many of u, h*v, h^2*a are followed.
+See a scheme's `transfer`. Time outside, a block of {whole} lanes inside, its two halves abreast. The numbers that
+end a name are the filter's order and how many of u, h*v, h^2*a are followed.
 """
 
 import numpy as np
@@ -263,15 +263,15 @@ FILTER = '''
 def _filter_{d}_{followed}(s, f):
     """All steps of a block; s: q, differences and peaks, then the filter."""
     n = f.size - 1
-    whole = n - n % 4
-    for i in range(1, whole, 4):
+    whole = 1 + n - n % 2
+    for i in range(1, whole, 2):
         for j in range({width}):
             {moving} = {at_moving}
-            for k in range(4):
+            for k in range(2):
                 f0 = f[i + k]
 {step}
             {at_moving} = {moving}
-    for i in range(whole + 1, n + 1):
+    for i in range(whole, n + 1):
         f0 = f[i]
         for j in range({width}):
             {moving} = {at_moving}
@@ -282,18 +282,18 @@ def _filter_{d}_{followed}(s, f):
 @_compile
 def peaks_{d}_{followed}(T, f, peak, begin, end):
     """Peaks ({followed}, P) of the lanes from begin to end; T (.., P): of `transfer`; f (n + 1,), its first 0."""
-    room = np.empty({rows} * {width} + 8)
+    room = np.empty({rows} * {whole} + 8)
     s = room[-(room.ctypes.data >> 3) & 7 :]  # from the start of a cache line
-    for first in range(begin, end, {width}):
-        size = min({width}, end - first)
+    for first in range(begin, end, {whole}):
+        size = min({whole}, end - first)
         s[:] = 0.0
         for r in range({given}):
             for j in range(size):
-                s[({moved} + r) * {width} + j] = T[r, first + j]
+                s[({moved} + r) * {whole} + j] = T[r, first + j]
         _filter_{d}_{followed}(s, f)
         for r in range({followed}):
             for j in range(size):
-                peak[r, first + j] = s[({peaks} + r) * {width} + j]
+                peak[r, first + j] = s[({peaks} + r) * {whole} + j]
         for j in range(size):
             peak[0, first + j] *= abs(s[{scale} + j])
 '''

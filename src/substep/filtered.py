@@ -13,7 +13,7 @@ from .threads import spread
 if TYPE_CHECKING:
     from .linear import Load, Oscillators
 
-BLOCK = 48  # lanes that the kernels march abreast; threads take whole blocks
+BLOCK = 96  # lanes that the kernels march abreast; threads take whole blocks
 WORTH_THREADS = 8_000_000  # lane-steps, about a millisecond
 
 

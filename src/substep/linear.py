@@ -13,12 +13,13 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .filtered import BLOCK, peaks_from_rest
+from .filtered import peaks_from_rest
 from .loads import Record
 from .schemes import Array, Scheme
 from .schemes import scheme as make_scheme
 from .threads import spread
 
+BLOCK = 48  # lanes that the kernels march abreast; threads take whole blocks
 COMPLETED, NON_FINITE = 0, 2  # places in lanes.STATUSES
 WORTH_THREADS = 4_000_000  # lane-steps, about a millisecond
 CHUNK = 1 << 16  # steps of one lane at a time where not all are kept
