@@ -2,6 +2,8 @@
 
 import numpy as np
 
+import substep as ss
+
 from . import ours, reference
 from .job import Goal, Job
 from .linear import SCHEMES, record, scheme
@@ -40,7 +42,8 @@ def _march_error(name: str, Omega: float, xi: float, loaded: bool, n: int) -> tu
     f = record(n, DT) if loaded else None
     u0 = 0.0 if loaded else 1.0
     omega = Omega / DT
-    u = ours.single_run(name, omega, xi, DT, n, f, u0)[0]
+    scene = ours.oscillator(omega, xi, None if f is None else ss.Record(DT, f), u0)
+    u = ours.single_run(name, scene, DT, n)[0]
     forces = None if f is None else f * DT**2
     exact, rounded = (reference.march(name, omega * DT, xi, forces, n, u0, rounded=yes) for yes in (False, True))
     scale = np.abs(exact).max()

@@ -2,6 +2,8 @@
 
 import numpy as np
 
+import substep as ss
+
 from . import limits, ours, peers, reference
 from .job import Job, Table
 from .linear import SCHEMES, TwoLoads, record, scheme
@@ -14,7 +16,7 @@ OMEGA, XI, DT = 6.28, 0.02, 0.01
 
 def job(quick: bool) -> Job:
     """One oscillator under the record."""
-    n, rounds = 100_000, 5 if quick else 11
+    n, rounds = (100_000, 5) if quick else (400_000, 11)
     found = Job(NAME, f"One linear run of {n} steps under a record, history of u, v, a, one core")
     with cores(1):
         for name in list(SCHEMES)[: 1 if quick else None]:
@@ -49,6 +51,8 @@ def _run(found: Job, name: str, n: int, rounds: int) -> Table:
     def against_both(u: np.ndarray) -> dict[str, float]:
         return {**against_exact(u), "scheme": float(np.abs(u - same).max() / scale)}
 
+    load = ss.Record(DT, f)
+    scene = ours.oscillator(OMEGA, XI, load)
     rows: list[Alternative] = []
 
     def add(label: str, kind, run, errors=against_both, units: int = n) -> None:
@@ -59,7 +63,9 @@ def _run(found: Job, name: str, n: int, rounds: int) -> Table:
         else:
             rows.append(Alternative(label, kind, run, units, errors))
 
-    add("substep", "substep", lambda: ours.single_run(name, OMEGA, XI, DT, n, f)[0])
+    room = np.zeros((n + 1, 3, 1))
+    add("substep", "substep", lambda: ours.single_lane(name, OMEGA, XI, load, room))
+    add("substep, ss.march", "substep", lambda: ours.single_run(name, scene, DT, n)[0])
     if len(loads.D) == 2:
         out = np.zeros((n + 1, 3))
         numbers = (2 * XI * OMEGA * DT, (OMEGA * DT) ** 2, forces, out)

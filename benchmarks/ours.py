@@ -47,13 +47,21 @@ def _at_rest(omegas: Array, xi: float, load: ss.Record) -> Oscillators:
     return Oscillators(omegas, np.full(len(omegas), xi), np.full(len(omegas), load.dt), start)
 
 
-def single_run(
-    name: str, omega: float, xi: float, dt: float, n: int, record: Array | None = None, u0: float = 0.0
-) -> tuple[Array, Array, Array]:
-    """u, v, a (n + 1,) of one oscillator, from u0 at rest."""
-    load = None if record is None else ss.Record(dt, record)
-    r = ss.march(ss.scene("linear_oscillator", omega=omega, xi=xi, u0=u0, v0=0.0, load=load), scheme(name), dt, n * dt)
+def oscillator(omega: float, xi: float, load: ss.Record | None, u0: float = 0.0) -> ss.Scene:
+    """One oscillator, from u0 at rest."""
+    return ss.scene("linear_oscillator", omega=omega, xi=xi, u0=u0, v0=0.0, load=load)
+
+
+def single_run(name: str, scene: ss.Scene, dt: float, n: int) -> tuple[Array, Array, Array]:
+    """u, v, a (n + 1,) of one oscillator."""
+    r = ss.march(scene, scheme(name), dt, n * dt)
     return r.u[:, 0], r.v[:, 0], r.a[:, 0]
+
+
+def single_lane(name: str, omega: float, xi: float, load: ss.Record, out: Array) -> Array:
+    """The same from rest into out (n + 1, 3, 1), as the kernels in C take it."""
+    lanes = _at_rest(np.array([omega]), xi, load)
+    return march_linear(scheme(name), lanes, len(out) - 1, load, out=out).out[:, 0, 0]
 
 
 @cache

@@ -118,44 +118,65 @@ class _Run(NamedTuple):
 
 
 def _prepared(scheme: Scheme, o: Oscillators, n: int, load: Load | None) -> _Run:
-    module, Omega, m = scheme.kernels, o.omega * o.dt, len(scheme.marched)
+    module, Omega = scheme.kernels, o.omega * o.dt
     state, head, first = _started(scheme, o, Omega, n, load)
-    C, K, stencil = _scaled_coefficients(scheme, Omega, o.xi, o.dt), module.LOADS, scheme.stencil()
+    K, stencil = module.LOADS, scheme.stencil()
     excess = _excess(o, Omega, state, load) if module.CARRIER else np.zeros(1)
-    one_stencil = stencil.ndim == 1
-    samples = _samples(load, o.dt, n, stencil) if one_stencil and not excess.any() else None
+    one_stencil, consistent = stencil.ndim == 1, not excess.any()
+    samples = _samples(load, o.dt, n, stencil) if one_stencil and consistent else None
     own = np.empty((K, 0, 1))
     if samples is not None:
-        C, K = _on_lattice(C, m, scheme.places.count("y"), K, stencil), 2
+        C, K = _coefficients(scheme, Omega, o, stencil), 2
         shared = samples[:-1], samples[1:]
-    elif load is None and not excess.any():
-        shared = (np.zeros(n),) * K
     else:
-        alike = one_stencil and (o.dt == o.dt[0]).all() and (excess == excess[0]).all()
-        dt = o.dt[:1] if alike else o.dt
-        instants = np.arange(n)[:, None] + np.atleast_2d(stencil).T[:, None]  # (K, n, 1 or P)
-        own = np.zeros((K, n, len(dt)))
-        if load is not None:
-            own[: len(instants)] = load(instants * dt)
-        own[0, :1] += excess[: len(dt)] / dt**2
-        shared = tuple(own[..., 0]) if alike else (np.empty(0),) * K
-        own = own[:, :0] if alike else own
+        C = _coefficients(scheme, Omega, o)
+        if load is None and consistent:
+            shared = (np.zeros(n),) * K
+        else:
+            alike = one_stencil and (o.dt == o.dt[0]).all() and (excess == excess[0]).all()
+            dt = o.dt[:1] if alike else o.dt
+            instants = np.arange(n)[:, None] + np.atleast_2d(stencil).T[:, None]  # (K, n, 1 or P)
+            own = np.zeros((K, n, len(dt)))
+            if load is not None:
+                own[: len(instants)] = load(instants * dt)
+            own[0, :1] += excess[: len(dt)] / dt**2
+            shared = tuple(own[..., 0]) if alike else (np.empty(0),) * K
+            own = own[:, :0] if alike else own
     march, run = _kernels(module.MARCH, K)
     return _Run(march, run, C, np.ascontiguousarray(state[list(scheme.marched)]), shared, own, first, head)
 
 
-def _scaled_coefficients(scheme: Scheme, Omega: Array, xi: Array, h: Array) -> Array:
-    """Rows (.., P) as the kernels take them, for loads f, not h^2 f, and the scales that make v, a of h*v, h^2*a."""
-    m, K, places = len(scheme.marched), scheme.kernels.LOADS, scheme.places
-    C = scheme.coefficient_rows(Omega, xi)
-    C[m * m : m * (m + K)] *= h**2
-    outputs = [kind for kind, place in enumerate(places) if place == "y"]
-    R, at = len(outputs), m * (m + K)
-    for row, kind in enumerate(outputs):
-        C[at + row * m : at + (row + 1) * m] *= h**-kind
-        C[at + R * m + row * K : at + R * m + (row + 1) * K] *= h ** (2 - kind)
-    scales = [h**-kind for kind, place in enumerate(places) if place != "y" and kind > 0]
+def _coefficients(scheme: Scheme, Omega: Array, o: Oscillators, stencil: Array | None = None) -> Array:
+    """Rows (.., P) as the kernels take them, for loads f, not h^2 f, and the scales that make v, a of h*v, h^2*a.
+
+    With a stencil: for the load at a step's two ends, linear between them, in place of its instants.
+    """
+    m, K, places, C = len(scheme.marched), scheme.kernels.LOADS, scheme.places, scheme.coefficient_rows(Omega, o.xi)
+    if stencil is not None:
+        D = m * m  # its rows stay as they are, to the last bit
+        C, K = np.concatenate([C[:D], _to_ends(m, places.count("y"), K, stencil.tobytes()) @ C[D:]]), 2
+    h, square = o.dt, o.dt * o.dt
+    units = (1.0, h, square)
+    C[m * m : m * (m + K)] *= square
+    at, R = m * (m + K), places.count("y")
+    for row, kind in enumerate(kind for kind, place in enumerate(places) if place == "y"):
+        C[at + row * m : at + (row + 1) * m] /= units[kind]
+        C[at + R * m + row * K : at + R * m + (row + 1) * K] *= units[2 - kind]
+    scales = [1.0 / units[kind] for kind, place in enumerate(places) if place != "y" and kind > 0]
     return np.concatenate([C, *(scale[None] for scale in scales)])
+
+
+@cache
+def _to_ends(m: int, R: int, K: int, stencil: bytes) -> Array:
+    """What takes the rows of B, O, P for loads at a step's instants to those for loads at its ends."""
+    share = np.zeros(K)
+    share[: len(stencil) // 8] = np.frombuffer(stencil)
+    ends = np.stack([1.0 - share, share])
+    whole = np.zeros((2 * m + R * m + 2 * R, m * K + R * m + R * K))
+    whole[: 2 * m, : m * K] = np.kron(np.eye(m), ends)
+    whole[2 * m : (2 + R) * m, m * K : (K + R) * m] = np.eye(R * m)
+    whole[(2 + R) * m :, (K + R) * m :] = np.kron(np.eye(R), ends)
+    return whole
 
 
 @cache
@@ -189,7 +210,8 @@ def _started(
 
 def _excess(o: Oscillators, Omega: Array, state: Array, load: Load | None) -> Array:
     """h^2 (a + 2 xi omega v + omega^2 u - load) at the start, 0 for an acceleration consistent but for rounding."""
-    at_start = o.dt**2 * (load(np.zeros(1)) if load else 0.0)
+    value = load.samples[0] if isinstance(load, Record) else load(np.zeros(1)) if load else 0.0
+    at_start = o.dt**2 * value * np.ones(len(Omega))
     terms = np.stack([Omega**2 * state[0], 2 * o.xi * Omega * state[1], state[2], -at_start])
     excess = terms.sum(axis=0)
     return np.where(np.abs(excess) <= 1e-15 * np.abs(terms).sum(axis=0), 0.0, excess)
@@ -203,18 +225,6 @@ def _samples(load: Load | None, dt: Array, n: int, stencil: Array) -> Array | No
     if len(values) <= n and not np.isin(stencil, (0.0, 1.0)).all():  # it jumps to 0 after its last
         return None
     return values[: n + 1] if len(values) > n else np.concatenate([values, np.zeros(n + 1 - len(values))])
-
-
-def _on_lattice(C: Array, m: int, R: int, K: int, stencil: Array) -> Array:
-    """Coefficients for the load at a step's two ends, linear between them, from those for its instants."""
-    weight = np.zeros((K, 1))
-    weight[: len(stencil), 0] = stencil
-    D, B, y_x, y_f, scales = np.split(C, np.cumsum([m * m, m * K, R * m, R * K]))
-    ends = [
-        np.stack([(x * (1.0 - weight)).sum(axis=1), (x * weight).sum(axis=1)], axis=1).reshape(-1, C.shape[1])
-        for x in (B.reshape(m, K, C.shape[1]), y_f.reshape(R, K, C.shape[1]))
-    ]
-    return np.concatenate([D, ends[0], y_x, ends[1], scales])
 
 
 def _abreast(scheme: Scheme, o: Oscillators, n: int, load: Load | None, stride: int, lanes: LinearLanes) -> Array:

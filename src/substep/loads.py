@@ -96,4 +96,7 @@ class Record:
         nearest = np.rint(position)  # a step's instant that is a knot but for rounding counts as the knot
         position = np.where(np.abs(position - nearest) <= 1e-9, nearest, position)
         last = self._values.size - 1
-        return np.interp(position, np.arange(last + 1.0), self._values, left=0.0, right=0.0)
+        before = np.clip(np.floor(position), 0, last - 1).astype(np.int64)
+        share = position - before
+        between = self._values[before] * (1.0 - share) + self._values[before + 1] * share
+        return np.where((position >= 0.0) & (position <= last), between, 0.0)

@@ -8,6 +8,7 @@ import numpy as np
 from .errors import real_number
 from .lanes import STATUSES, march_lanes
 from .linear import Oscillators, march_linear
+from .loads import Record
 from .response import Response, Status
 from .scenes import Scene
 from .schemes import Array, Scheme
@@ -57,21 +58,9 @@ def _response(
     scene: Scene, dt: float, stride: int, rows: Array, n_done: int, status: Status, iterations: Any
 ) -> Response:
     """From rows (steps, u v a, d); without a, from the equation of motion."""
-    t = np.arange(len(rows)) * stride * dt
-    u, v = rows[:, 0], rows[:, 1]
-    a = rows[:, 2] if rows.shape[1] > 2 else np.concatenate([scene.a0[None], scene.acceleration(t, u, v)[1:]])
-    return Response(
-        t=t,
-        u=u,
-        v=v,
-        a=a,
-        energy=scene.energy(t, u, v),
-        angular_momentum=scene.angular_momentum(t, u, v),
-        newton_iterations=iterations,
-        status=status,
-        t_failed=None if status == "completed" else (n_done + 1) * dt,
-        outputs=scene.outputs(t, u, v),
-    )
+    failed = None if status == "completed" else (n_done + 1) * dt
+    a = rows[:, 2] if rows.shape[1] > 2 else None
+    return Response(rows[:, 0], rows[:, 1], iterations, status, failed, scene, stride * dt, a)
 
 
 def _oscillator_response(scene: Scene, scheme: Scheme, dt: float, n: int, bound: float, stride: int) -> Response:
@@ -79,7 +68,11 @@ def _oscillator_response(scene: Scene, scheme: Scheme, dt: float, n: int, bound:
     omega, xi, mass = scene.entry["oscillator"](**scene.parameters)
     one = np.ones(1)
     o = Oscillators(omega * one, xi * one, dt * one, np.stack([scene.u0, scene.v0, scene.a0]))
-    load = None if scene.load is None else scene.load if mass == 1.0 else lambda t: scene.forces(t) / mass
+
+    def checked(t: Array) -> Array:
+        return scene.forces(t) / mass
+
+    load = scene.load if scene.load is None or (mass == 1.0 and isinstance(scene.load, Record)) else checked
     every = stride if bound == math.inf else 1
     lanes = march_linear(scheme, o, n, load, stride=every)
     n_done, status = int(lanes.n_done[0]), STATUSES[lanes.status[0]]
@@ -89,5 +82,5 @@ def _oscillator_response(scene: Scene, scheme: Scheme, dt: float, n: int, bound:
         if beyond.any():
             status, n_done = "energy_bound", max(int(np.argmax(beyond)) - 1, 0)
         rows = rows[: n_done + 1 : stride]
-    iterations = np.zeros((n_done, scheme.balances), dtype=np.int64)
+    iterations = np.broadcast_to(np.int64(0), (n_done, scheme.balances))
     return _response(scene, dt, stride, rows, n_done, status, iterations)

@@ -1,11 +1,15 @@
 """What a march returns."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Literal
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from .scenes import Scene
 
 Array = NDArray[np.float64]
 Status = Literal["completed", "newton_failed", "non_finite", "energy_bound"]
@@ -13,24 +17,49 @@ Status = Literal["completed", "newton_failed", "non_finite", "energy_bound"]
 
 @dataclass(frozen=True)
 class Response:
-    """Histories at t (n+1,): u, v, a (n+1, ndof), energy (n+1,).
+    """Histories u, v (n+1, ndof), and t, energy, angular_momentum (n+1,), which are computed when first read.
 
     status: "completed", or why the march stopped; then all arrays end at the last good state and
     t_failed is the end of the step that failed. newton_iterations (n, balances): 0 where a balance is
-    linear. a is the scheme's own acceleration, else M^-1 (F - C v - N). angular_momentum is None for a
-    scene without one; outputs holds the scene's own, such as strain.
+    linear. a (n+1, ndof) is the scheme's own acceleration, else M^-1 (F - C v - N). angular_momentum is None for
+    a scene without one; outputs holds the scene's own, such as strain.
     """
 
-    t: Array
     u: Array
     v: Array
-    a: Array
-    energy: Array
-    angular_momentum: Array | None
     newton_iterations: NDArray[np.int64]
     status: Status
     t_failed: float | None
-    outputs: Mapping[str, Array]
+    scene: "Scene" = field(repr=False)
+    step: float  # s between two rows
+    own_a: Array | None = field(repr=False)
+
+    @cached_property
+    def t(self) -> Array:
+        """Times (n+1,), s."""
+        return np.arange(len(self.u)) * self.step
+
+    @cached_property
+    def a(self) -> Array:
+        """Acceleration (n+1, ndof)."""
+        if self.own_a is not None:
+            return self.own_a
+        return np.concatenate([self.scene.a0[None], self.scene.acceleration(self.t, self.u, self.v)[1:]])
+
+    @cached_property
+    def energy(self) -> Array:
+        """Kinetic energy and potential (n+1,), J."""
+        return self.scene.energy(self.t, self.u, self.v)
+
+    @cached_property
+    def angular_momentum(self) -> Array | None:
+        """About the pivot (n+1,)."""
+        return self.scene.angular_momentum(self.t, self.u, self.v)
+
+    @cached_property
+    def outputs(self) -> Mapping[str, Array]:
+        """The scene's named outputs, each (n+1,)."""
+        return self.scene.outputs(self.t, self.u, self.v)
 
     @property
     def strain(self) -> Array:

@@ -6,6 +6,7 @@ first use.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cache
 from importlib import import_module
 from types import MappingProxyType, ModuleType
 from typing import TYPE_CHECKING, Any
@@ -72,6 +73,11 @@ def _within(scheme: str, key: str, value: ArrayLike, domain: Sequence[Any]) -> A
     return array
 
 
+@cache
+def _module(name: str) -> ModuleType:
+    return import_module(f"substep_kernels.{name}")
+
+
 @dataclass(frozen=True)
 class Scheme:
     """A time integration scheme with its parameters; make one with `substep.scheme`.
@@ -103,7 +109,7 @@ class Scheme:
     def kernels(self) -> ModuleType:
         """The generated module, imported (and compiled or read from numba's cache) on first use."""
         module = self.entry["module"]
-        return module if isinstance(module, ModuleType) else import_module(f"substep_kernels.{module}")
+        return module if isinstance(module, ModuleType) else _module(module)
 
     def amplification(self, Omega: ArrayLike, xi: ArrayLike = 0.0) -> Array:
         """Amplification matrix, (..., m, m), of the undriven oscillator, in the order of `state`."""
@@ -171,7 +177,9 @@ class Scheme:
         start the load there stands for h^2 a + 2 xi Omega h v + Omega^2 u. D is rounded once.
         """
         m, R, K, loads = len(self.marched), self.places.count("y"), self.kernels.LOADS, self.entry["loads"]
-        D, B, y_x, y_f = np.split(self.coefficient_rows(Omega, xi).T, np.cumsum([m * m, m * K, R * m]), axis=1)
+        _, (Omegas, xis, *values) = self._points(Omega, xi)
+        rows = self._rows(self.kernels.coefficients, m * m + m * K + R * (m + K), Omegas, xis, values)
+        D, B, y_x, y_f = np.split(rows.T, np.cumsum([m * m, m * K, R * m]), axis=1)
         B, y_f = B.reshape(-1, m, K)[..., :loads], y_f.reshape(len(D), R, K)[..., :loads]
         return D.reshape(-1, m, m), B, y_x.reshape(len(D), R, m), y_f
 
@@ -185,19 +193,20 @@ class Scheme:
         """Where u, h*v and h^2*a stand in what is marched, a digit each; y for an output of its own."""
         return self.kernels.MARCH.rpartition("_")[2]
 
-    def coefficient_rows(self, Omega: ArrayLike, xi: ArrayLike) -> Array:
-        """The same as rows (m*m + m*K + R*m + R*K, n) with K = kernels.LOADS, zeros beyond the stencil."""
-        _, arguments = self._points(Omega, xi)
+    def coefficient_rows(self, Omega: Array, xi: Array) -> Array:
+        """The same as rows (m*m + m*K + R*m + R*K, P) with K = kernels.LOADS, zeros beyond the stencil; inputs (P,)."""
         m, R, K = len(self.marched), self.places.count("y"), self.kernels.LOADS
-        out = np.empty((m * m + m * K + R * (m + K), arguments[0].size))
-        self.kernels.coefficients(*arguments, out)
-        return out
+        return self._rows(self.kernels.coefficients, m * m + m * K + R * (m + K), Omega, xi, self._module_parameters())
 
-    def transfer_rows(self, Omega: ArrayLike, xi: ArrayLike) -> Array:
-        """The filter from load to response, (4*order + 1, n): see `transfer` of the generated module."""
-        _, arguments = self._points(Omega, xi)
-        out = np.empty((4 * self.kernels.FILTER + 1, arguments[0].size))
-        self.kernels.transfer(*arguments, out)
+    def transfer_rows(self, Omega: Array, xi: Array) -> Array:
+        """The filter from load to response, (4*order + 1, P): see `transfer` of the generated module; inputs (P,)."""
+        return self._rows(self.kernels.transfer, 4 * self.kernels.FILTER + 1, Omega, xi, self._module_parameters())
+
+    def _rows(
+        self, function: Callable[..., None], rows: int, Omega: Array, xi: Array, parameters: Sequence[Array]
+    ) -> Array:
+        out = np.empty((rows, len(Omega)))
+        function(Omega, xi, *(x if x.ndim else np.full(len(Omega), x) for x in parameters), out)
         return out
 
     def lane(self, j: int) -> "Scheme":
