@@ -1,30 +1,27 @@
 """Kernel list -> text of a module. The text depends on the declarations alone, byte for byte."""
 
 import hashlib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Sequence
 from textwrap import indent, wrap
 
 from sympy import Symbol, count_ops, srepr
 
-from . import algebra, templates, templates_eigenvalues, templates_elementary, templates_many, templates_stability
+from . import algebra, templates, templates_elementary
 from .amplification import Amplification
 from .effective import effective_systems
 from .emit_index import index_entry
+from .emit_stability import stability_functions
 from .kernels import Kernel, entries, scheme_kernels
 from .printing import PRINTER, fill, literal_tuple
-from .residual import Residual
 from .scheme import DeclarationError, Root, Scheme
-from .stability_kernels import DEFECT_TERMS_OF_MANY, live_coefficients, stability_kernels
+from .stability_kernels import live_coefficients, stability_kernels
 from .symbols import Omega, state_label, xi
 
-SMALL_OMEGA = 0.125  # below: exact eigenvalue plus its defect; above: direct formulas
-SMALL_OMEGA_OF_MANY = 0.125  # the same for more than two live eigenvalues
-BLOCK = 1024  # points whose arrays stay in the nearest cache
 RESERVED = {  # names a generated function gives to something else than a parameter; so is a letter with digits
     *("trace", "det", "q", "w", "g", "given", "out", "i", "k", "n", "x", "y", "z", "den", "den_o", "increment", "load"),
-    *("outputs", "outputs_load", "Omega", "xi", "math", "cmath", "np", "columns", "half", "tails", "leading"),
+    *("outputs", "outputs_load", "Omega", "xi", "math", "cmath", "np", "half", "leading"),
     *("radius", "damping", "period", "rest", "where", "count", "kept", "gain", "shift", "angle", "root", "third"),
-    *("less", "modulus2", "discriminant", "square", "scale", "opposite", "r_0", "r_1", "njit", "_"),
+    *("less", "modulus2", "discriminant", "square", "scale", "opposite", "found", "njit", "_"),
 }
 
 
@@ -81,6 +78,7 @@ def scheme_module(amplification: Amplification, source: str) -> str:
     """Text of generated/substep_kernels/<name>.py."""
     scheme = amplification.scheme
     kernels = [*scheme_kernels(amplification), *stability_kernels(amplification)]
+    count = len(live_coefficients(amplification)) - 1
     names = {kernel.name: [name for name, _ in kernel.outputs] for kernel in kernels}
     m, K = amplification.step.load_N.shape
     arguments = [Omega.name, xi.name, *(p.name for p in scheme.parameters)]
@@ -96,16 +94,16 @@ def scheme_module(amplification: Amplification, source: str) -> str:
             title=f"{scheme.name}: stability functions and march coefficients.",
             reference=scheme.reference + ".",
             closed_forms=closed_forms(scheme, amplification),
-            imports="import math" if "_columns" not in names else "import cmath\nimport math",
+            imports="import math" if count <= 3 else "import cmath\nimport math",
             name=scheme.name,
             state=literal_tuple(f'"{state_label(s)}"' for s in scheme.state),
             parameters=literal_tuple(f'"{p.name}"' for p in scheme.parameters),
             outputs_in_state=tuple(place if place >= 0 else -1 - next(told) for place in amplification.in_state),
             start_stencil=literal_tuple(str(float(tau)) for tau in amplification.start_stencil),
         ),
-        fill(templates_elementary.ELEMENTARY) if "_columns" not in names else "",
+        fill(templates_elementary.ELEMENTARY),
         *(print_kernel(kernel) for kernel in kernels),
-        _spectrum(amplification, names, arguments),
+        stability_functions(amplification, arguments),
         fill(
             templates.SCHEME_FUNCTIONS,
             **typed,
@@ -127,61 +125,6 @@ def scheme_module(amplification: Amplification, source: str) -> str:
         assigned, stores = _assigned(names["_start"]), _stores(names["_start"])
         parts.append(fill(templates.START, **typed, m=m, K=len(start), start_names=assigned, store_start=stores))
     return "".join(parts)
-
-
-def _spectrum(amplification: Amplification, names: Mapping[str, Sequence[str]], arguments: Sequence[str]) -> str:
-    """The stability functions, for two live eigenvalues, three or more."""
-    typed = {"arguments": ", ".join(arguments), "arguments_i": ", ".join(f"{a}[i]" for a in arguments)}
-    slices = ", ".join(f"{a}[i:k]" for a in arguments)
-    real = "_columns" not in names
-    expm1 = "_expm1" if real else "math.expm1"
-    functions = fill(templates_stability.STABILITY, **typed, arguments_slice=slices, block=BLOCK, expm1=expm1)
-    if not real:
-        half = sum(1 for name in names["_asymmetry"] if name[0] == "w")
-        fields = {"arguments_no_Omega": ", ".join(arguments[1:]), "small_Omega": SMALL_OMEGA_OF_MANY, "half": half}
-        tails = fill(templates_many.TAILS_OF_MANY, **_tails(names["_columns"]))
-        return tails + fill(templates_many.MORE_EIGENVALUES, **typed, **fields) + functions
-    residual = Residual.of(live_coefficients(amplification))
-    two = "_quadratic" in names
-    kept, others = ("root",), "x, y"
-    if not two:
-        kept, others = ("root", "third"), "x * (x - third) - square * y * y, y * (2.0 * x - third)"
-    size = len(arguments) + len(kept)
-    parts = [
-        fill(
-            templates_stability.PAIR, outputs=", ".join(residual.outputs), lines=_indented(residual.text(SMALL_OMEGA))
-        ),
-        fill(
-            templates_eigenvalues.TWO_EIGENVALUES if two else templates_eigenvalues.THREE_EIGENVALUES,
-            arguments=typed["arguments"],
-            arguments_no_xi=", ".join((arguments[0], *arguments[2:])),
-        ),
-        fill(templates_stability.NEAR, arguments=typed["arguments"], kept=", ".join(kept), others=others),
-        fill(
-            templates_stability.BLOCK,
-            **typed,
-            gathered=", ".join(f"x[{j}, k]" for j in range(size)),
-            kept_i=", ".join(f"kept[{j}, i]" for j in range(len(kept))),
-            size=size,
-            size_kept=len(kept),
-            small_Omega=SMALL_OMEGA,
-        ),
-    ]
-    return "".join(parts) + functions
-
-
-def _indented(lines: Iterable[str]) -> str:
-    return indent("\n".join(lines), "    ")
-
-
-def _tails(columns: Sequence[str]) -> dict[str, int]:
-    """Sizes in `TAILS_OF_MANY`: columns are named c<power of lambda>_<power of Omega>."""
-    rows = len({name.split("_")[0] for name in columns})
-    return {
-        "rows": rows,
-        "powers": len(columns) // rows,
-        "terms": DEFECT_TERMS_OF_MANY,
-    }
 
 
 TARGETS = {

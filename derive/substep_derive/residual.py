@@ -92,10 +92,8 @@ class Residual:
         for j in range(1, max(j for j, _ in self.tails) + 1):
             mine = [n for i, n in self.tails if i == j]
             top, low = max((*mine, j, 2)), min(mine, default=j) if j > 1 else 1
-            *others, second, first = (_number(c) for c in _until_negligible(j, top, small_Omega))
-            yield f"u, v = {second}, {first}  # from here u + v s = {series(j, top)} + ..."
-            for constant in reversed(others):
-                yield f"u, v = {constant} - z * v, u - y * v"
+            constants = [_number(c) for c in _until_negligible(j, top, small_Omega)]
+            yield f"u, v = _in_s(y, z, ({', '.join(reversed(constants))}))"
             yield f"a{j}_{top} = u * z{top} - Omega * v * y{top}"
             yield f"b{j}_{top} = u * y{top} + Omega * v * (z{top} - x * y{top})"
             for n in range(top - 1, low - 1, -1):

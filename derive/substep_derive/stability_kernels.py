@@ -4,15 +4,11 @@ from collections.abc import Sequence
 
 from sympy import Add, Expr, Integer, Poly, Symbol, expand, factor, horner
 
-from .accuracy import defect_series, live
+from .accuracy import live
 from .amplification import Amplification
-from .kernels import Kernel, polynomial_kernel
+from .kernels import Kernel
 from .residual import Residual, about_one
 from .symbols import Omega, xi
-
-DEFECT_TERMS_OF_MANY = 7  # powers of Omega that are cancelled symbolically
-
-UP_TO = f"up to Omega^{DEFECT_TERMS_OF_MANY - 1}"
 
 
 def live_coefficients(amplification: Amplification) -> list[Expr]:
@@ -26,7 +22,7 @@ def stability_kernels(amplification: Amplification) -> list[Kernel]:
     c = live_coefficients(amplification)
     if len(c) == 3:
         return _two(c, arguments)
-    return _three(c, arguments) if len(c) == 4 else _more(amplification, c, arguments)
+    return _three(c, arguments) if len(c) == 4 else _more(c, arguments)
 
 
 def _two(c: list[Expr], arguments: tuple[Symbol, ...]) -> list[Kernel]:
@@ -38,12 +34,7 @@ def _two(c: list[Expr], arguments: tuple[Symbol, ...]) -> list[Kernel]:
             {"c2": c2, "b0": c2 - trace + det, "q": c2 - det, "trace": trace, "det": det},
             "Live eigenvalues: c2*lambda^2 - trace*lambda + det = 0; b0, its value at 1; q = c2 - det.",
         ),
-        _inlined(
-            "_asymmetry",
-            (Omega, *arguments[2:]),
-            {"q": (c2 - det).subs(xi, 0)},
-            "At xi = 0, the difference of the outer coefficients.",
-        ),
+        _asymmetry({"w": c2 - det}, arguments),
         _defect(c, arguments),
     ]
 
@@ -59,14 +50,15 @@ def _three(c: list[Expr], arguments: tuple[Symbol, ...]) -> list[Kernel]:
             {"c3": c3, "c2": c2, "c1": c1, "c0": c0, "b0": b0, "b1": b1},
             "Live eigenvalues: c3*lambda^3 + c2*lambda^2 + c1*lambda + c0 = 0; b0, b1, its value and slope at 1.",
         ),
-        _inlined(
-            "_asymmetry",
-            (Omega, *arguments[2:]),
-            {name: e.subs(xi, 0) for name, e in opposite.items()},
-            "At xi = 0, w: differences of opposite coefficients; y: the same over lambda, and what that leaves.",
-        ),
+        _asymmetry(opposite, arguments),
         _defect(c, arguments),
     ]
+
+
+def _asymmetry(opposite: dict[str, Expr], arguments: tuple[Symbol, ...]) -> Kernel:
+    doc = "At xi = 0, w: differences of opposite coefficients; y: the same over lambda, and what that leaves."
+    outputs = {name: e.subs(xi, 0) for name, e in opposite.items()}
+    return _inlined("_asymmetry", (Omega, *arguments[2:]), outputs, doc)
 
 
 def _defect(c: list[Expr], arguments: tuple[Symbol, ...]) -> Kernel:
@@ -115,36 +107,18 @@ def _nested(polynomial: Expr, order: Sequence[Symbol], alone: dict[Expr, Symbol]
     return factor(polynomial).replace(lambda e: isinstance(e, Add), named)
 
 
-def _more(amplification: Amplification, c: list[Expr], arguments: tuple[Symbol, ...]) -> list[Kernel]:
+def _more(c: list[Expr], arguments: tuple[Symbol, ...]) -> list[Kernel]:
     d = len(c) - 1
-    defects, columns = defect_series(amplification, DEFECT_TERMS_OF_MANY)
-    by_power = polynomial_kernel(
-        "_columns",
-        arguments[1:],
-        [(f"c{j}_{i}", e) for j, column in enumerate(columns) for i, e in enumerate(column)],
-        "Coefficients of the live polynomial, by power of lambda, then of Omega.",
-    )
+    b0, b1, *_ = about_one(c)
+    opposite = {f"w{j}": c[j] - c[d - j] for j in range((d + 1) // 2)}
+    opposite |= {"y0": c[0], **{f"y{j}": c[j] - c[d + 1 - j] for j in range(1, d // 2 + 1)}}
     return [
-        polynomial_kernel(
+        _inlined(
             "_polynomial",
             arguments,
-            [*((f"c{j}", e) for j, e in enumerate(c)), ("b1", sum((j * e for j, e in enumerate(c)), Integer(0)))],
-            "Live eigenvalues: c0 + c1*lambda + ... = 0; b1, the slope at lambda = 1.",
+            {**{f"c{j}": e for j, e in enumerate(c)}, "b0": b0, "b1": b1},
+            "Live eigenvalues: c0 + c1*lambda + ... = 0; b0, b1, its value and slope at 1.",
         ),
-        polynomial_kernel(
-            "_asymmetry",
-            arguments,
-            [
-                *((f"w{j}", c[j] - c[d - j]) for j in range((d + 1) // 2)),
-                *((f"y{j}", c[j] - c[d + 1 - j]) for j in range(1, d // 2 + 1)),
-            ],
-            "Differences of the polynomial's opposite coefficients: w, and y for the polynomial over lambda.",
-        ),
-        polynomial_kernel(
-            "_defect",
-            arguments,
-            [(name, defects[name]) for name in ("r_0", "r_1")],
-            f"Residual of the exact eigenvalue, r_0 + r_1*zeta, {UP_TO}.",
-        ),
-        by_power,
+        _asymmetry(opposite, arguments),
+        _defect(c, arguments),
     ]

@@ -86,16 +86,17 @@ def _pair(c3, c2, c1, c0, b0, b1):
     a2, a1, a0 = c2 * inverse, c1 * inverse, c0 * inverse
     third = _real_root(a2, a1, a0)
     m = 1.0 - third
-    divisor, m = third if third != 0.0 else 1.0, m if m != 0.0 else 1.0
-    both = 1.0 / (divisor * m)
-    P = b0 * inverse * (both * divisor)
-    T = (b1 * inverse - P) * (both * divisor)
+    divisor, safe_m = third if third != 0.0 else 1.0, m if m != 0.0 else 1.0
+    both = 1.0 / (divisor * safe_m)
+    over_m, over_third = both * divisor, both * safe_m
+    P = b0 * inverse * over_m
+    T = (b1 * inverse - P) * over_m
     Q = T - P
-    det, last = a1 + third * (a2 + third), -a0 * (both * m)
+    det, last = a1 + third * (a2 + third), -a0 * over_third
     backward = third * third > abs(det)
     det = last if backward else det
-    half = 0.5 * ((a1 - last) * (both * m) if backward else -(a2 + third))
-    beside = P < 0.5 and P < 0.5 * m * m
+    half = 0.5 * ((a1 - last) * over_third if backward else -(a2 + third))
+    beside = P < 0.5 and P < 0.5 * m * m and T * T < m * m  # nearer to 1 than third is
     half = 1.0 - 0.5 * T if beside else half
     discriminant = P - 0.25 * T * T if beside else det - half * half
     less = -Q if beside and Q < 0.5 else det - 1.0

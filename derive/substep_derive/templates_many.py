@@ -1,24 +1,4 @@
-"""The fixed text of stability functions for more than three live eigenvalues."""
-
-TAILS_OF_MANY = '''
-
-@_compile
-def _tails(Omega, xi, columns):
-    """What powers of Omega from {terms} on add to the residual of `_defect`."""
-    c = np.array(columns).reshape({rows}, {powers})
-    term = np.empty({terms} + 20, dtype=np.complex128)
-    residual = 0j
-    for j in range({rows}):
-        w = j * complex(-xi * Omega, math.sqrt(1.0 - xi * xi) * Omega)
-        term[0] = 1.0
-        for k in range(1, term.size):
-            term[k] = term[k - 1] * w / k
-        for k in range(term.size - 2, -1, -1):  # from here term[k] holds the exponential's tail from w^k on
-            term[k] += term[k + 1]
-        for i in range({powers}):
-            residual += c[j, i] * Omega**i * term[max({terms} - i, 0)]
-    return residual
-'''
+"""The fixed text of eigenvalues in generated stability functions: more than three."""
 
 MORE_EIGENVALUES = '''
 
@@ -64,102 +44,80 @@ def _rounding(c, z):
 
 
 @_compile
-def _principal(Omega, xi, c, b1, residual):
-    """ratio with e^z (1 + ratio) the eigenvalue next to the exact e^z, from the residual of e^z."""
+def _divide(c, b0, b1, e, others):
+    """P = p(1) and T = p'(1) of the monic quadratic p next to the exact eigenvalue e, and the rest of c over it.
+
+    The rest, lowest first and times c[d]/others[-1], follows from p by division, p from b0 and b1, which are those of
+    c, and the rest: each turn gains a factor of the order of Omega.
+    """
     d = c.size - 1
-    root = math.sqrt(1.0 - xi * xi)
-    e = cmath.exp(complex(-xi * Omega, root * Omega))
-    x, y = -xi * Omega, root * Omega
-    expm1 = complex(math.expm1(x) * math.cos(y) - 2.0 * math.sin(0.5 * y) ** 2, math.exp(x) * math.sin(y))
-    taylor = np.zeros(d + 1, dtype=np.complex128)  # of the polynomial at e, in the ratio
-    slope1 = complex(b1, 0.0)  # at e, from the one at 1, which is small and exact
-    for j in range(d + 1):
-        term, at_1 = c[j] * e**j, 1.0 * j
-        for i in range(j + 1):
-            taylor[i] += term
-            term *= (j - i) / (i + 1.0)
-            if i > 0:
-                at_1 *= (j - i) / i
-                slope1 += c[j] * at_1 * expm1**i
-    taylor[0], taylor[1] = residual, e * slope1
-    ratio = -taylor[0] / taylor[1]
-    for _ in range(8):
-        value, slope = taylor[d], 0j
-        for j in range(d - 1, -1, -1):
-            slope = slope * ratio + value
-            value = value * ratio + taylor[j]
-        ratio -= value / slope
-    return ratio
+    T = 2.0 * (1.0 - e.real)
+    P, moved = T - 1.0 + abs(e) ** 2, math.inf
+    for _ in range(60):
+        trace, det = 2.0 - T, 1.0 - T + P
+        value, slope = 0.0, 0.0  # of the rest at 1
+        for j in range(d - 1):
+            below = others[j - 1] if j > 0 else 0.0
+            below2 = others[j - 2] if j > 1 else 0.0
+            others[j] = (c[j] + trace * below - below2) / det
+            value, slope = value + others[j], slope + j * others[j]
+        last, moved, P = moved, P, b0 / value
+        moved = abs(moved - P) + abs(T - (b1 - P * slope) / value)
+        T = (b1 - P * slope) / value
+        if moved >= last or moved == 0.0:
+            break
+    return P, T
 
 
 @_compile
-def _spectrum(Omega, xi, polynomial, defect, columns):
-    """(radius, modulus of the largest complex pair, its angle, shift, log-modulus gain); NaN without a pair.
+def _spectrum(Omega, xi, polynomial):
+    """(radius; of the largest pair half the trace, modulus^2 - 1, modulus^2, imaginary part; what `_near` wants).
 
-    shift and gain are what the pair adds to the exact angle and to the exact log-modulus, which keep
-    their digits where the pair is the one next to the exact eigenvalues.
+    That is the imaginary part of the pair next to the exact one and the rest's polynomial. An imaginary part is -1
+    where there is no pair, and -2 where another pair is the largest.
     """
-    c, b1 = np.array(polynomial[:-1]), polynomial[-1]
-    d = c.size - 1
-    near = Omega == 0.0 or (Omega < {small_Omega} and xi < 1.0)
-    radius, modulus, angle, shift, gain = 0.0, 0.0, math.nan, math.nan, math.nan
-    rest = c
-    if near:
-        root, ratio = math.sqrt(abs(1.0 - xi * xi)), 0j
-        if Omega > 0.0:
-            residual = complex(defect[0] - defect[1] * xi, defect[1] * root) + _tails(Omega, xi, columns)
-            ratio = _principal(Omega, xi, c, b1, residual)
-        gain = 0.5 * math.log1p(2.0 * ratio.real + ratio.real**2 + ratio.imag**2)
-        shift = math.atan2(ratio.imag, 1.0 + ratio.real)
-        angle = root * Omega + shift
-        modulus = math.exp(gain - xi * Omega)
-        radius = modulus
-        trace, det = 2.0 * modulus * math.cos(angle), modulus * modulus
-        rest = np.empty(d - 1)  # the other eigenvalues' polynomial: c over z^2 - trace z + det
-        for j in range(d - 1):  # from below, which keeps the smaller roots' digits
-            below = rest[j - 1] if j > 0 else 0.0
-            below2 = rest[j - 2] if j > 1 else 0.0
-            rest[j] = (c[j] + trace * below - below2) / det
-    roots = np.empty(rest.size - 1, dtype=np.complex128)
-    _find_roots(rest, roots)
-    for k in range(roots.size):
-        size = abs(roots[k])
+    c, b0, b1 = np.array(polynomial[:-2]), polynomial[-2], polynomial[-1]
+    others, radius, modulus, half, root, less, modulus2 = np.zeros(c.size - 2), 0.0, 0.0, 0.0, -1.0, 0.0, 0.0
+    if Omega * max(1.0, xi) < {small_Omega}:
+        e = cmath.exp(Omega * complex(-xi, math.sqrt(abs(1.0 - xi * xi))))
+        P, T = _divide(c, b0, b1, e, others)
+        half, less, modulus2 = 1.0 - 0.5 * T, P - T, 1.0 + P - T
+        discriminant = P - 0.25 * T * T
+        root = math.sqrt(discriminant) if discriminant > 0.0 else -1.0
+        modulus = math.sqrt(abs(modulus2)) if discriminant > 0.0 else 0.0
+        radius = modulus if discriminant > 0.0 else abs(half) + math.sqrt(-discriminant)
+        c = others
+    roots, kept = np.empty(c.size - 1, dtype=np.complex128), root
+    _find_roots(c, roots)
+    for z in roots:
+        size = abs(z)
         radius = max(radius, size)
         # beside a double root real and complex are not told apart
-        if size > modulus * (1.0 + 1e-12) and roots[k].imag > 8.0 * _rounding(rest, roots[k]):
-            modulus, angle, near = size, cmath.phase(roots[k]), False
-    if not near and xi < 1.0:
-        shift = angle - math.sqrt(1.0 - xi * xi) * Omega
-        gain = math.log(modulus) + xi * Omega if modulus > 0.0 else math.nan
-    return radius, angle, shift, gain
+        if size > modulus * (1.0 + 1e-12) and z.imag > 8.0 * _rounding(c, z) and Omega > 0.0:
+            modulus, half, root, less, modulus2, kept = size, z.real, z.imag, size * size - 1.0, size * size, -2.0
+    return radius, half, less, modulus2, root, kept, {others}
+
+
+@_inline
+def _is_conservative({arguments}):
+    """Whether the polynomial reads the same backwards, itself or without a root at 0: pairs may be on the circle."""
+    opposite = np.abs(np.array(_asymmetry({arguments_no_xi})))
+    return xi == 0.0 and (opposite[:{half}].sum() == 0.0 or opposite[{half}:].sum() == 0.0)
+
+
+@_compile
+def _far({arguments}):
+    """Spectral radius, numerical damping and period error from the eigenvalues themselves, and what `_near` wants."""
+    found = _spectrum(Omega, xi, _polynomial({arguments}))
+    radius, half, less, modulus2, root = found[:5]
+    if abs(less) < 1e-6 and _is_conservative({arguments}):
+        less, modulus2 = 0.0, 1.0
+    damping, period = _measured(Omega, xi, half, less, modulus2, root)
+    return (radius, damping, period) + found[5:]
 
 
 @_compile
 def _radius({arguments}):
     """Spectral radius at one point."""
-    columns = _columns({arguments_no_Omega})
-    return _spectrum(Omega, xi, _polynomial({arguments}), _defect({arguments}), columns)[0]
-
-
-@_compile
-def _point({arguments}):
-    """Spectral radius, numerical damping and period error at one point; NaN where the eigenvalues are real."""
-    columns = _columns({arguments_no_Omega})
-    radius, angle, shift, gain = _spectrum(Omega, xi, _polynomial({arguments}), _defect({arguments}), columns)
-    if not xi < 1.0:
-        return radius, math.nan, math.nan
-    if Omega == 0.0:
-        return radius, 0.0, 0.0
-    if xi == 0.0:  # a polynomial that reads the same backwards has its complex pairs on the circle
-        opposite = np.abs(np.array(_asymmetry({arguments})))
-        if opposite[:{half}].sum() == 0.0 or (_polynomial({arguments})[0] == 0.0 and opposite[{half}:].sum() == 0.0):
-            gain = 0.0
-    return radius, 0.0 - (gain + xi * shift / math.sqrt(1.0 - xi * xi)) / angle, 0.0 - shift / angle
-
-
-@_compile
-def _block({arguments}, radius, damping, period):
-    """Of all points."""
-    for i in range(radius.size):
-        radius[i], damping[i], period[i] = _point({arguments_i})
+    return _far({arguments})[0]
 '''

@@ -36,6 +36,15 @@ def _compared(Omega, xi, w, gain, x, y, root):
 
 
 @_inline
+def _in_s(y, z, constants):
+    """u, v with u + v s the polynomial in s of these constants, highest first, where s^2 = -y s - z."""
+    u, v = 0.0, 0.0
+    for constant in constants:
+        u, v = constant - z * v, u - y * v
+    return u, v
+
+
+@_inline
 def _residual(Omega, xi, {outputs}):
     """p0, p1, x, y: the polynomial at e^s is Omega^3 (p0 + i r p1), and e^s = x + i r y, r = sqrt(1 - xi^2).
 
@@ -51,7 +60,8 @@ def _near({arguments}, {kept}):
     """Numerical damping and period error from what the exact eigenvalue e^s leaves over in the polynomial."""
     p0, p1, x, y, leading = _residual(Omega, xi, *_defect({arguments}))
     square = 1.0 - xi * xi
-    g0, g1 = {others}  # the polynomial at e^s is this times leading and w - i sqrt(square) y gain
+    # the polynomial at e^s is leading (g0 + i sqrt(square) g1) (w - i sqrt(square) y gain): g, of all other roots
+{others}
     scale = Omega * Omega * Omega / (leading * (g0 * g0 + square * g1 * g1) * y)
     w = scale * y * (p0 * g0 + square * p1 * g1)
     gain = 0.0 if _is_conservative({arguments}) else scale * (p0 * g1 - p1 * g0)
@@ -69,7 +79,7 @@ def _block({arguments}, radius, damping, period):
         radius[i], damping[i], period[i], {kept_i} = _far({arguments_i})
     for i in range(n):
         where[count] = i
-        count += Omega[i] < {small_Omega}
+        count += (Omega[i] < {small_Omega}) & (kept[0, i] > -2.0)  # no branch
     x, y = np.empty(({size}, count)), np.empty((2, count))
     for k in range(count):
         i = where[k]
@@ -115,7 +125,7 @@ def amplitude_error({arguments}, out):
     """1 - exp(-2 pi numerical damping): decay over one period."""
     numerical_damping({arguments}, out)
     for i in range(out.size):
-        out[i] = 0.0 - {expm1}(-2.0 * math.pi * out[i])
+        out[i] = 0.0 - _expm1(-2.0 * math.pi * out[i])
 
 
 @_compile

@@ -127,9 +127,9 @@ def _quadratic(Omega, xi):
 
 @_inline
 def _asymmetry(Omega):
-    """At xi = 0, the difference of the outer coefficients. 2 operations."""
-    q = -Omega**2
-    return q
+    """At xi = 0, w: differences of opposite coefficients; y: the same over lambda, and what that leaves. 2 operations."""
+    w = -Omega**2
+    return w
 
 
 @_inline
@@ -179,6 +179,15 @@ def _compared(Omega, xi, w, gain, x, y, root):
 
 
 @_inline
+def _in_s(y, z, constants):
+    """u, v with u + v s the polynomial in s of these constants, highest first, where s^2 = -y s - z."""
+    u, v = 0.0, 0.0
+    for constant in constants:
+        u, v = constant - z * v, u - y * v
+    return u, v
+
+
+@_inline
 def _residual(Omega, xi, p0, p1, k0, k1_3, k2_4, leading):
     """p0, p1, x, y: the polynomial at e^s is Omega^3 (p0 + i r p1), and e^s = x + i r y, r = sqrt(1 - xi^2).
 
@@ -188,26 +197,12 @@ def _residual(Omega, xi, p0, p1, k0, k1_3, k2_4, leading):
     z2, y2 = -1.0, -x  # zeta^2 = z2 + y2 zeta, and so on
     z3, y3 = -y2, z2 - x * y2
     z4, y4 = -y3, z3 - x * y3
-    u, v = 1.0 / 362880.0, 1.0 / 3628800.0  # from here u + v s = 1/6 + ...
-    u, v = 1.0 / 40320.0 - z * v, u - y * v
-    u, v = 1.0 / 5040.0 - z * v, u - y * v
-    u, v = 1.0 / 720.0 - z * v, u - y * v
-    u, v = 1.0 / 120.0 - z * v, u - y * v
-    u, v = 1.0 / 24.0 - z * v, u - y * v
-    u, v = 1.0 / 6.0 - z * v, u - y * v
+    u, v = _in_s(y, z, (1.0 / 3628800.0, 1.0 / 362880.0, 1.0 / 40320.0, 1.0 / 5040.0, 1.0 / 720.0, 1.0 / 120.0, 1.0 / 24.0, 1.0 / 6.0))
     a1_3 = u * z3 - Omega * v * y3
     b1_3 = u * y3 + Omega * v * (z3 - x * y3)
     a1_2, b1_2 = 1.0 / 2.0 * z2 + Omega * a1_3, 1.0 / 2.0 * y2 + Omega * b1_3
     a1_1, b1_1 = Omega * a1_2, 1.0 + Omega * b1_2
-    u, v = 2047.0 / 239500800.0, 1.0 / 760320.0  # from here u + v s = 7/12 + ...
-    u, v = 31.0 / 604800.0 - z * v, u - y * v
-    u, v = 73.0 / 259200.0 - z * v, u - y * v
-    u, v = 17.0 / 12096.0 - z * v, u - y * v
-    u, v = 127.0 / 20160.0 - z * v, u - y * v
-    u, v = 1.0 / 40.0 - z * v, u - y * v
-    u, v = 31.0 / 360.0 - z * v, u - y * v
-    u, v = 1.0 / 4.0 - z * v, u - y * v
-    u, v = 7.0 / 12.0 - z * v, u - y * v
+    u, v = _in_s(y, z, (1.0 / 760320.0, 2047.0 / 239500800.0, 31.0 / 604800.0, 73.0 / 259200.0, 17.0 / 12096.0, 127.0 / 20160.0, 1.0 / 40.0, 31.0 / 360.0, 1.0 / 4.0, 7.0 / 12.0))
     a2_4 = u * z4 - Omega * v * y4
     b2_4 = u * y4 + Omega * v * (z4 - x * y4)
     p0 += Omega * (k0 + k1_3 * a1_3 + k2_4 * a2_4)
@@ -262,7 +257,8 @@ def _near(Omega, xi, root):
     """Numerical damping and period error from what the exact eigenvalue e^s leaves over in the polynomial."""
     p0, p1, x, y, leading = _residual(Omega, xi, *_defect(Omega, xi))
     square = 1.0 - xi * xi
-    g0, g1 = x, y  # the polynomial at e^s is this times leading and w - i sqrt(square) y gain
+    # the polynomial at e^s is leading (g0 + i sqrt(square) g1) (w - i sqrt(square) y gain): g, of all other roots
+    g0, g1 = x, y
     scale = Omega * Omega * Omega / (leading * (g0 * g0 + square * g1 * g1) * y)
     w = scale * y * (p0 * g0 + square * p1 * g1)
     gain = 0.0 if _is_conservative(Omega, xi) else scale * (p0 * g1 - p1 * g0)
@@ -278,7 +274,7 @@ def _block(Omega, xi, radius, damping, period):
         radius[i], damping[i], period[i], kept[0, i] = _far(Omega[i], xi[i])
     for i in range(n):
         where[count] = i
-        count += Omega[i] < 0.125
+        count += (Omega[i] < 0.125) & (kept[0, i] > -2.0)  # no branch
     x, y = np.empty((3, count)), np.empty((2, count))
     for k in range(count):
         i = where[k]

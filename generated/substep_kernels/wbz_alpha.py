@@ -224,6 +224,15 @@ def _compared(Omega, xi, w, gain, x, y, root):
 
 
 @_inline
+def _in_s(y, z, constants):
+    """u, v with u + v s the polynomial in s of these constants, highest first, where s^2 = -y s - z."""
+    u, v = 0.0, 0.0
+    for constant in constants:
+        u, v = constant - z * v, u - y * v
+    return u, v
+
+
+@_inline
 def _residual(Omega, xi, p0, p1, k0, k1_3, k1_4, k2_3, k2_4, k2_5, k3_3, k3_4, k3_5, leading):
     """p0, p1, x, y: the polynomial at e^s is Omega^3 (p0 + i r p1), and e^s = x + i r y, r = sqrt(1 - xi^2).
 
@@ -234,39 +243,18 @@ def _residual(Omega, xi, p0, p1, k0, k1_3, k1_4, k2_3, k2_4, k2_5, k3_3, k3_4, k
     z3, y3 = -y2, z2 - x * y2
     z4, y4 = -y3, z3 - x * y3
     z5, y5 = -y4, z4 - x * y4
-    u, v = 1.0 / 3628800.0, 1.0 / 39916800.0  # from here u + v s = 1/24 + ...
-    u, v = 1.0 / 362880.0 - z * v, u - y * v
-    u, v = 1.0 / 40320.0 - z * v, u - y * v
-    u, v = 1.0 / 5040.0 - z * v, u - y * v
-    u, v = 1.0 / 720.0 - z * v, u - y * v
-    u, v = 1.0 / 120.0 - z * v, u - y * v
-    u, v = 1.0 / 24.0 - z * v, u - y * v
+    u, v = _in_s(y, z, (1.0 / 39916800.0, 1.0 / 3628800.0, 1.0 / 362880.0, 1.0 / 40320.0, 1.0 / 5040.0, 1.0 / 720.0, 1.0 / 120.0, 1.0 / 24.0))
     a1_4 = u * z4 - Omega * v * y4
     b1_4 = u * y4 + Omega * v * (z4 - x * y4)
     a1_3, b1_3 = 1.0 / 6.0 * z3 + Omega * a1_4, 1.0 / 6.0 * y3 + Omega * b1_4
     a1_2, b1_2 = 1.0 / 2.0 * z2 + Omega * a1_3, 1.0 / 2.0 * y2 + Omega * b1_3
     a1_1, b1_1 = Omega * a1_2, 1.0 + Omega * b1_2
-    u, v = 2047.0 / 239500800.0, 1.0 / 760320.0  # from here u + v s = 1/4 + ...
-    u, v = 31.0 / 604800.0 - z * v, u - y * v
-    u, v = 73.0 / 259200.0 - z * v, u - y * v
-    u, v = 17.0 / 12096.0 - z * v, u - y * v
-    u, v = 127.0 / 20160.0 - z * v, u - y * v
-    u, v = 1.0 / 40.0 - z * v, u - y * v
-    u, v = 31.0 / 360.0 - z * v, u - y * v
-    u, v = 1.0 / 4.0 - z * v, u - y * v
+    u, v = _in_s(y, z, (1.0 / 760320.0, 2047.0 / 239500800.0, 31.0 / 604800.0, 73.0 / 259200.0, 17.0 / 12096.0, 127.0 / 20160.0, 1.0 / 40.0, 31.0 / 360.0, 1.0 / 4.0))
     a2_5 = u * z5 - Omega * v * y5
     b2_5 = u * y5 + Omega * v * (z5 - x * y5)
     a2_4, b2_4 = 7.0 / 12.0 * z4 + Omega * a2_5, 7.0 / 12.0 * y4 + Omega * b2_5
     a2_3, b2_3 = z3 + Omega * a2_4, y3 + Omega * b2_4
-    u, v = 115.0 / 456192.0, 289.0 / 5322240.0  # from here u + v s = 5/4 + ...
-    u, v = 437.0 / 403200.0 - z * v, u - y * v
-    u, v = 2591.0 / 604800.0 - z * v, u - y * v
-    u, v = 311.0 / 20160.0 - z * v, u - y * v
-    u, v = 605.0 / 12096.0 - z * v, u - y * v
-    u, v = 23.0 / 160.0 - z * v, u - y * v
-    u, v = 43.0 / 120.0 - z * v, u - y * v
-    u, v = 3.0 / 4.0 - z * v, u - y * v
-    u, v = 5.0 / 4.0 - z * v, u - y * v
+    u, v = _in_s(y, z, (289.0 / 5322240.0, 115.0 / 456192.0, 437.0 / 403200.0, 2591.0 / 604800.0, 311.0 / 20160.0, 605.0 / 12096.0, 23.0 / 160.0, 43.0 / 120.0, 3.0 / 4.0, 5.0 / 4.0))
     a3_5 = u * z5 - Omega * v * y5
     b3_5 = u * y5 + Omega * v * (z5 - x * y5)
     a3_4, b3_4 = 3.0 / 2.0 * z4 + Omega * a3_5, 3.0 / 2.0 * y4 + Omega * b3_5
@@ -316,16 +304,17 @@ def _pair(c3, c2, c1, c0, b0, b1):
     a2, a1, a0 = c2 * inverse, c1 * inverse, c0 * inverse
     third = _real_root(a2, a1, a0)
     m = 1.0 - third
-    divisor, m = third if third != 0.0 else 1.0, m if m != 0.0 else 1.0
-    both = 1.0 / (divisor * m)
-    P = b0 * inverse * (both * divisor)
-    T = (b1 * inverse - P) * (both * divisor)
+    divisor, safe_m = third if third != 0.0 else 1.0, m if m != 0.0 else 1.0
+    both = 1.0 / (divisor * safe_m)
+    over_m, over_third = both * divisor, both * safe_m
+    P = b0 * inverse * over_m
+    T = (b1 * inverse - P) * over_m
     Q = T - P
-    det, last = a1 + third * (a2 + third), -a0 * (both * m)
+    det, last = a1 + third * (a2 + third), -a0 * over_third
     backward = third * third > abs(det)
     det = last if backward else det
-    half = 0.5 * ((a1 - last) * (both * m) if backward else -(a2 + third))
-    beside = P < 0.5 and P < 0.5 * m * m
+    half = 0.5 * ((a1 - last) * over_third if backward else -(a2 + third))
+    beside = P < 0.5 and P < 0.5 * m * m and T * T < m * m  # nearer to 1 than third is
     half = 1.0 - 0.5 * T if beside else half
     discriminant = P - 0.25 * T * T if beside else det - half * half
     less = -Q if beside and Q < 0.5 else det - 1.0
@@ -369,7 +358,9 @@ def _near(Omega, xi, alpha_B, root, third):
     """Numerical damping and period error from what the exact eigenvalue e^s leaves over in the polynomial."""
     p0, p1, x, y, leading = _residual(Omega, xi, *_defect(Omega, xi, alpha_B))
     square = 1.0 - xi * xi
-    g0, g1 = x * (x - third) - square * y * y, y * (2.0 * x - third)  # the polynomial at e^s is this times leading and w - i sqrt(square) y gain
+    # the polynomial at e^s is leading (g0 + i sqrt(square) g1) (w - i sqrt(square) y gain): g, of all other roots
+    g0, g1 = x - third, y
+    g0, g1 = g0 * x - square * g1 * y, g0 * y + g1 * x
     scale = Omega * Omega * Omega / (leading * (g0 * g0 + square * g1 * g1) * y)
     w = scale * y * (p0 * g0 + square * p1 * g1)
     gain = 0.0 if _is_conservative(Omega, xi, alpha_B) else scale * (p0 * g1 - p1 * g0)
@@ -385,7 +376,7 @@ def _block(Omega, xi, alpha_B, radius, damping, period):
         radius[i], damping[i], period[i], kept[0, i], kept[1, i] = _far(Omega[i], xi[i], alpha_B[i])
     for i in range(n):
         where[count] = i
-        count += Omega[i] < 0.125
+        count += (Omega[i] < 0.125) & (kept[0, i] > -2.0)  # no branch
     x, y = np.empty((5, count)), np.empty((2, count))
     for k in range(count):
         i = where[k]
