@@ -24,7 +24,9 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 PART = 1 << 15  # points a thread takes at a time, so that what it reads and writes stays in its caches
-MANY = 1 << 17  # points from which on threads pay: about a millisecond of work
+NANOSECONDS = {"spectral_radius": 2.0}  # of a point at the fastest schemes
+OTHER_NANOSECONDS = 8.0
+WORTH_THREADS = 1e6  # ns of work from which on threads pay
 
 
 def schemes() -> tuple[str, ...]:
@@ -246,8 +248,8 @@ class Scheme:
                 own = (a[: last - first] if one else a[first:last] for a, one in zip(inputs, numbers, strict=True))
                 kernel(*own, *out[:, first:last])
 
-        others = (os.cpu_count() or 1) - 1
-        if n < MANY or not others:
+        others = _cores() - 1
+        if n * NANOSECONDS.get(function, OTHER_NANOSECONDS) < WORTH_THREADS or not others:
             work()
         else:
             with ThreadPoolExecutor(others) as pool:
@@ -256,6 +258,11 @@ class Scheme:
             for one in helping:
                 one.result()
         return [row.reshape(shape)[()] for row in out]
+
+
+def _cores() -> int:
+    """How many cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _flat(array: Array, shape: tuple[int, ...]) -> Array:
