@@ -28,7 +28,7 @@ def radius(s: Any, Omega: Array, xi: Array) -> Array:
 
 def stability(s: Any, Omega: Array, xi: Array) -> tuple[Array, Array, Array]:
     """Spectral radius, numerical damping, period error."""
-    return s.spectral_radius(Omega, xi), s.numerical_damping(Omega, xi), s.period_error(Omega, xi)
+    return s.stability(Omega, xi)
 
 
 def spectrum_peaks(name: str, omegas: Array, xi: float, load: ss.Record) -> Array:

@@ -10,6 +10,7 @@ from oracle import amplification as stepped
 from published import AMPLITUDE_ERROR_PERCENT, GENERALIZED_ALPHA_LOSS, PERIOD_ERROR_PERCENT, RATIOS, SPRADIUS_NEWMARK
 
 import substep as ss
+from substep.schemes import PART
 
 EPS = np.finfo(float).eps
 TABLE_4_1 = ((0.25, 0.5), (0.3025, 0.6), (0.36, 0.7), (0.4225, 0.8), (0.49, 0.9))
@@ -216,3 +217,63 @@ def test_powers_stay_bounded_unless_an_eigenvalue_on_the_circle_is_multiple() ->
         average.power_norm(0.0)
     with pytest.raises(ValueError, match="n >= 1"):
         average.power_norm(1.0, n=0)
+
+
+def test_all_three_in_one_pass() -> None:
+    for name in ("newmark_bdf2", "generalized_alpha", "park"):
+        s = ss.scheme(name)
+        three = s.stability(np.logspace(-3, 2, 9), [[0.0], [0.3], [1.0]])
+        apart = [f(np.logspace(-3, 2, 9), [[0.0], [0.3], [1.0]]) for f in (s.spectral_radius, s.numerical_damping)]
+        apart.append(s.period_error(np.logspace(-3, 2, 9), [[0.0], [0.3], [1.0]]))
+        assert all(
+            np.array_equal(x, y, equal_nan=True) and x.shape == (3, 9) for x, y in zip(three, apart, strict=True)
+        )
+        assert all(np.isscalar(x) for x in s.stability(0.5, 0.1))
+
+
+def test_inputs_of_any_layout_are_read_and_left_alone() -> None:
+    omegas = np.logspace(-2, 2, 24).reshape(4, 6)
+    gamma = np.linspace(0.5, 0.6, 6)
+    s = ss.scheme("newmark_bdf2", gamma=gamma)
+    expected = s.stability(omegas, 0.1)
+    frozen = omegas.copy()
+    frozen.flags.writeable = False
+    wide = np.repeat(omegas, 2, axis=1)
+    unaligned = np.frombuffer(b"x" + omegas.tobytes(), dtype=np.uint8)[1:].view(np.float64).reshape(4, 6)
+    layouts = (
+        *(omegas, frozen, np.asfortranarray(omegas), wide[:, ::2], omegas[::-1][::-1], unaligned, omegas.tolist()),
+        omegas.astype(">f8"),
+    )
+    for given in layouts:
+        before = np.array(given)
+        found = s.stability(given, np.full((4, 1), 0.1))
+        assert all(np.array_equal(x, y, equal_nan=True) for x, y in zip(found, expected, strict=True))
+        assert np.array_equal(given, before)
+    assert omegas.flags.writeable
+    assert not frozen.flags.writeable
+    mine = s.stability(omegas, 0.1)[0]
+    mine[:] = 7.0  # what is returned is the caller's own
+    assert np.array_equal(s.stability(omegas, 0.1)[0], expected[0])
+    assert s.stability(omegas[1, 2], 0.1)[1].shape == gamma.shape
+    assert ss.scheme("newmark").stability(np.float64(0.3))[0] == ss.scheme("newmark").spectral_radius([0.3])[0]
+    for empty in (np.zeros((0, 6)), np.zeros((4, 0, 6))):
+        assert all(x.shape == empty.shape for x in s.stability(empty, 0.1))
+    with pytest.raises(ValueError, match=r"shapes that broadcast, got Omega \(4, 5\).*gamma \(6,\)"):
+        s.stability(omegas[:, :5])
+    for wrong, message in ((np.array([1.0, np.nan]), "finite"), (-1.0, ">= 0"), ("a", "real number"), (1j, "real")):
+        with pytest.raises(ValueError, match=message):
+            ss.scheme("newmark").stability(wrong)
+
+
+@pytest.mark.parametrize("n", [PART + 1, 4 * PART, 5 * PART + 12345])
+def test_threads_and_parts_give_the_same_bits(n: int) -> None:
+    """Whatever part of the array a thread takes, and whether a parameter is one number or an array."""
+    omegas = 10 ** np.random.default_rng(1).uniform(-3, 2, n)
+    s = ss.scheme("generalized_alpha", rho_inf=0.6)
+    whole = s.stability(omegas, 0.05)
+    arrays = {key: np.full(n, value) for key, value in s.parameters.items()}
+    again = ss.scheme("generalized_alpha", **arrays).stability(omegas, np.full(n, 0.05))
+    few = [*range(5), *range(PART - 3, PART + 1), *range(n - 5, n)]
+    for x, y, alone in zip(whole, again, s.stability(omegas[few], 0.05), strict=True):
+        assert np.array_equal(x, y, equal_nan=True)
+        assert np.array_equal(x[few], alone, equal_nan=True)

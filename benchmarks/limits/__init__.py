@@ -103,7 +103,7 @@ def _header(scheme: str) -> str:
 
 
 class Stability:
-    """Stability functions of a scheme with two live eigenvalues; inputs Omega, xi, parameters, (n,) each, 8 | n.
+    """Stability functions of a scheme with two or three live eigenvalues; inputs Omega, xi, parameters, (n,), 8 | n.
 
     Raises ValueError for a scheme with more.
     """

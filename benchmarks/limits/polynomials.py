@@ -23,29 +23,35 @@ class _VectorPrinter(C99CodePrinter):
 
 
 def header(scheme: str) -> str:
-    """C text: polynomials() gives c2, c2 - trace + det, c2 - det and det, each nested in Omega.
+    """C text: EIGENVALUES, and polynomials() that gives the coefficients stability.c wants, each nested in Omega.
 
-    Raises ValueError for a scheme with other than two live eigenvalues.
+    Raises ValueError for a scheme with other than two or three live eigenvalues.
     """
     derivation = derive(scheme)
     coefficients = live(derivation.charpoly).all_coeffs()
-    if len(coefficients) != 3:
-        raise ValueError(f"expected two live eigenvalues, got {len(coefficients) - 1} of {scheme}")
-    c2, minus_trace, det = coefficients
-    outputs = {"c2": c2, "p": c2 + minus_trace + det, "q": c2 - det, "det": det}
+    count = len(coefficients) - 1
+    if count == 2:
+        c2, minus_trace, det = coefficients
+        outputs = {"c2": c2, "p": c2 + minus_trace + det, "q": c2 - det, "det": det}
+    elif count == 3:
+        c3, c2, c1, c0 = coefficients
+        outputs = {"c3": c3, "c2": c2, "c1": c1, "c0": c0, "p": c3 + c2 + c1 + c0, "q": 3 * c3 + 2 * c2 + c1}
+    else:
+        raise ValueError(f"expected two or three live eigenvalues, got {count} of {scheme}")
     Omega = derivation.symbols["Omega"]
     common, expressions = cse([horner(e, Omega) for e in outputs.values()])
     printer = _VectorPrinter()
     lines = [f"vec {symbol} = v[{i}];" for i, symbol in enumerate(derivation.symbols)]
     lines += [f"vec {symbol} = all(0.0) + ({printer.doprint(e)});" for symbol, e in common]
-    lines += [f"*{name}_ = all(0.0) + ({printer.doprint(e)});" for name, e in zip(outputs, expressions, strict=True)]
-    arguments = ", ".join(f"vec *{name}_" for name in outputs)
+    stored = zip(outputs, expressions, strict=True)
+    lines += [f"out[{i}] = all(0.0) + ({printer.doprint(e)});  // {name}" for i, (name, e) in enumerate(stored)]
     return "\n".join(
         [
             f"#define INPUTS {len(derivation.symbols)}",
+            f"#define EIGENVALUES {count}",
             _table("LOG", LOG_TERMS, lambda z: 2 * atanh(sqrt(z)) / sqrt(z) if z else mp.mpf(2), LOG_END),
             _table("ATAN", ATAN_TERMS, lambda z: atan(sqrt(z)) / sqrt(z) if z else mp.mpf(1), ATAN_END),
-            f"INLINE void polynomials(const vec *v, {arguments}) {{",
+            "INLINE void polynomials(const vec *v, vec *out) {",
             *(f"    {line}" for line in lines),
             "}\n",
         ]

@@ -15,7 +15,7 @@ from functools import reduce
 from math import comb, factorial
 from typing import Any, cast
 
-from sympy import QQ, Abs, Dummy, Expr, Integer, Max, Piecewise, Poly, expand, factor, factor_list, oo, sqrt
+from sympy import QQ, Abs, Dummy, Expr, Integer, Max, Piecewise, Poly, factor, factor_list, oo, sqrt
 
 from . import algebra
 from .amplification import Amplification
@@ -233,23 +233,3 @@ def rho_infinity(amplification: Amplification) -> Expr:
                 raise NotImplementedError(f"rho_inf of a factor of degree {part.degree()}: give the parameters values")
             moduli += [Abs(root) for root in part.all_roots()]
     return Max(*moduli) if moduli else Integer(0)
-
-
-def defect_series(amplification: Amplification, terms: int) -> tuple[dict[str, Expr], list[list[Expr]]]:
-    """How far the exact eigenvalue e^s is from being an eigenvalue, up to Omega^(terms - 1).
-
-    That is r_0 + r_1*zeta, the live polynomial c_0 + ... + c_d lambda^d taken at e^s; its first
-    coefficients cancel because the scheme is consistent. Also returned are c_j's coefficients by power of
-    Omega, from which all later terms follow.
-    """
-    c = list(reversed(live(amplification.charpoly).all_coeffs()))
-    powers = max(Poly(e, Omega).degree() for e in c) + 1
-    columns = [[Poly(e, Omega).coeff_monomial(Omega**i) for i in range(powers)] for e in c]
-    zeta = powers_of_zeta(terms, xi)
-    parts: dict[str, Expr] = dict.fromkeys(("r_0", "r_1"), Integer(0))
-    for n in range(terms):
-        for k in range(max(0, n + 1 - powers), n + 1):  # Omega^(n - k) of a coefficient, Omega^k of its exponential
-            share = sum((column[n - k] * j**k for j, column in enumerate(columns)), Integer(0))
-            for name, number in zip(("r_0", "r_1"), zeta[k], strict=True):
-                parts[name] += expand(share * number / factorial(k)) * Omega**n
-    return parts, columns

@@ -1,34 +1,31 @@
 """Kernel list -> text of a module. The text depends on the declarations alone, byte for byte."""
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from textwrap import indent, wrap
 
 from sympy import Symbol, count_ops, srepr
 
-from . import algebra, templates, templates_stability
+from . import algebra, templates, templates_elementary
 from .amplification import Amplification
 from .effective import effective_systems
 from .emit_coefficients import coefficient_functions
 from .emit_index import index_entry
 from .emit_march import loads_for, shape_name
+from .emit_stability import stability_functions
 from .kernels import Kernel, entries, scheme_kernels
 from .march_form import MarchForm
 from .printing import PRINTER, fill, literal_tuple
 from .scheme import DeclarationError, Root, Scheme
-from .stability_kernels import DEFECT_TERMS_OF_MANY, stability_kernels
+from .stability_kernels import live_coefficients, stability_kernels
 from .symbols import Omega, state_label, xi
 from .transfer import Transfer
 
-SMALL_OMEGA = 0.25  # below: exact eigenvalue plus its defect; above: direct formulas
-SMALL_OMEGA_OF_MANY = 0.125  # the same for more than two live eigenvalues
-BLOCK = 1024  # points whose arrays stay in the nearest cache
 RESERVED = {  # names a generated function gives to something else than a parameter; so is a letter with digits
-    *("trace", "det", "q", "w", "g", "given", "out", "i", "k", "x", "y", "z", "den", "den_o", "increment", "load"),
-    *("outputs", "outputs_load", "Omega", "xi", "math", "cmath", "np", "columns", "half", "quadratic", "tails"),
-    *("radius", "damping", "period", "rest", "where", "count", "gain", "shift", "angle", "root", "less", "modulus2"),
-    *("is_complex", "square", "cosine", "inverse", "exact", "sine", "grown", "decay", "tangent", "nothing", "moving"),
-    *("opposite", "r_0", "r_1", "njit", "_", "s", "j", "r", "first", "size", "whole"),
+    *("trace", "det", "q", "w", "g", "given", "out", "i", "k", "n", "x", "y", "z", "den", "den_o", "increment", "load"),
+    *("outputs", "outputs_load", "Omega", "xi", "math", "cmath", "np", "half", "leading", "s", "j", "r", "first"),
+    *("radius", "damping", "period", "rest", "where", "count", "kept", "gain", "shift", "angle", "root", "third"),
+    *("less", "modulus2", "discriminant", "square", "scale", "opposite", "found", "njit", "_", "size", "whole"),
 }
 
 
@@ -86,6 +83,7 @@ def scheme_module(form: MarchForm, source: str) -> str:
     amplification, scheme = form.amplification, form.scheme
     transfer = Transfer.of(amplification)
     kernels = [*scheme_kernels(amplification), *stability_kernels(amplification)]
+    count = len(live_coefficients(amplification)) - 1
     names = {kernel.name: [name for name, _ in kernel.outputs] for kernel in kernels}
     m = len(scheme.state)
     arguments = [Omega.name, xi.name, *(p.name for p in scheme.parameters)]
@@ -100,7 +98,7 @@ def scheme_module(form: MarchForm, source: str) -> str:
             title=f"{scheme.name}: stability functions and march coefficients.",
             reference=scheme.reference + ".",
             closed_forms=closed_forms(scheme, amplification),
-            imports="import math" if "_quadratic" in names else "import cmath\nimport math",
+            imports="import math" if count <= 3 else "import cmath\nimport math",
             name=scheme.name,
             state=literal_tuple(f'"{state_label(s)}"' for s in scheme.state),
             parameters=literal_tuple(f'"{p.name}"' for p in scheme.parameters),
@@ -111,9 +109,9 @@ def scheme_module(form: MarchForm, source: str) -> str:
             carrier=form.carrier,
             start_stencil=literal_tuple(str(float(tau)) for tau in amplification.start_stencil),
         ),
-        fill(templates_stability.ELEMENTARY) if "_quadratic" in names else "",
+        fill(templates_elementary.ELEMENTARY),
         *(print_kernel(kernel) for kernel in kernels),
-        _spectrum(names, arguments),
+        stability_functions(amplification, arguments),
         fill(
             templates.SCHEME_FUNCTIONS,
             **typed,
@@ -133,33 +131,6 @@ def scheme_module(form: MarchForm, source: str) -> str:
         assigned, stores = _assigned(names["_start"]), _stores(names["_start"])
         parts.append(fill(templates.START, **typed, m=m, K=len(start), start_names=assigned, store_start=stores))
     return "".join(parts)
-
-
-def _spectrum(names: Mapping[str, Sequence[str]], arguments: Sequence[str]) -> str:
-    """The stability functions, for two live eigenvalues or more."""
-    typed = {"arguments": ", ".join(arguments), "arguments_i": ", ".join(f"{a}[i]" for a in arguments)}
-    slices = ", ".join(f"{a}[i:k]" for a in arguments)
-    expm1 = "_expm1" if "_quadratic" in names else "math.expm1"
-    functions = fill(templates_stability.STABILITY, **typed, arguments_slice=slices, block=BLOCK, expm1=expm1)
-    if "_quadratic" in names:
-        pair = fill(templates_stability.TWO_EIGENVALUES, arguments=typed["arguments"])
-        gathered = ", ".join(f"x[{j}, k]" for j in range(len(arguments)))
-        sizes = {"gathered": gathered, "size": len(arguments), "small_Omega": SMALL_OMEGA}
-        return fill(templates_stability.TAILS) + pair + fill(templates_stability.BLOCK, **typed, **sizes) + functions
-    half = sum(1 for name in names["_asymmetry"] if name[0] == "w")
-    fields = {"arguments_no_Omega": ", ".join(arguments[1:]), "small_Omega": SMALL_OMEGA_OF_MANY, "half": half}
-    tails = fill(templates_stability.TAILS_OF_MANY, **_tails(names["_columns"]))
-    return tails + fill(templates_stability.MORE_EIGENVALUES, **typed, **fields) + functions
-
-
-def _tails(columns: Sequence[str]) -> dict[str, int]:
-    """Sizes in `TAILS_OF_MANY`: columns are named c<power of lambda>_<power of Omega>."""
-    rows = len({name.split("_")[0] for name in columns})
-    return {
-        "rows": rows,
-        "powers": len(columns) // rows,
-        "terms": DEFECT_TERMS_OF_MANY,
-    }
 
 
 TARGETS = {"D": "out", "S": "given", "T": "load"}

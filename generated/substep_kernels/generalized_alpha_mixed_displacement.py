@@ -27,7 +27,6 @@ Amplification matrix N/den in (u, h*v, h^2*a):
     N_22 = Omega*(-Omega*(alpha_f - 1)*(2*beta - 1) - 4*xi*(alpha_f - 1)*(gamma - 1)) - 2*alpha_m
 """
 
-import cmath
 import math
 
 import numpy as np
@@ -44,6 +43,59 @@ FILTER = 3
 START_STENCIL = ()
 
 _compile = njit(cache=True, nogil=True, error_model="numpy")
+
+# no fastmath: contraction is 12 % faster, but then the last bit depends on a point's place in its array
+_inline = njit(nogil=True, error_model="numpy", forceinline=True)
+
+
+@_inline
+def _log1p(u, m):
+    """ln(1 + u), where m = 1 + u > 0; for u < -1/2 from m alone."""
+    bits = np.float64(m).view(np.int64)
+    k = (bits - 0x3FE6A09E667F3BCD) >> 52  # m = 2^k (1 + f), 1 + f from sqrt(1/2) to sqrt(2)
+    rest = u - (m - 1.0) if u > -0.5 else 0.0  # what rounding took from m
+    rest *= np.int64((1023 - k) << 52).view(np.float64)
+    f = np.int64(bits - (k << 52)).view(np.float64) - 1.0
+    s = f / (2.0 + f)
+    z = s * s
+    p = 0.1818356432645545 + z * (0.15314050542042326 + z * 0.14795949810482026)
+    p = 0.39999999999414676 + z * (0.28571428742387633 + z * (0.22222198573179955 + z * p))
+    half = 0.5 * f * f
+    log = f - (half - (s * (half + z * (0.6666666666666734 + z * p)) + (rest + k * 1.9082149292705877e-10)))
+    return k * 0.6931471803691238 + log  # ln 2 in two parts
+
+
+@_inline
+def _angle(y, x):
+    """atan2(y, x) for y >= 0."""
+    flat = abs(x)
+    low, high = (flat, y) if y > flat else (y, flat)
+    steep = low > 0.41421356237309503 * high  # tan(pi/8)
+    t = (low - high) / (low + high) if steep else low / high
+    z = t * t
+    p = 0.07690083348291338 + z * (-0.06641246187674198 + z * (0.056931644865597986 + z * -0.043608244913722165))
+    p += z * z * z * z * 0.02128013148948228
+    p = 0.11111106703546104 + z * (-0.09090783528237137 + z * p)
+    p = -0.3333333333333022 + z * (0.19999999999104665 + z * (-0.14285714196526547 + z * p))
+    angle = t + t * z * p
+    angle = 0.7853981633974483 + angle if steep else angle
+    angle = 1.5707963267948966 - angle if y > flat else angle
+    return 3.141592653589793 - angle if x < 0.0 else angle
+
+
+@_inline
+def _expm1(x):
+    """exp(x) - 1."""
+    x = -40.0 if x < -40.0 else (710.0 if x > 710.0 else x)
+    shifted = 1.4426950408889634 * x + 6755399441055744.0  # its last bits are those of the integer k
+    k = np.float64(shifted).view(np.int64) - 0x4338000000000000
+    turns = shifted - 6755399441055744.0
+    r = x - turns * 0.6931471803691238 - turns * 1.9082149292705877e-10
+    p = 1.0 / 3628800.0 + r * (1.0 / 39916800.0 + r * (1.0 / 479001600.0 + r * (1.0 / 6227020800.0)))
+    p = 1.0 / 5040.0 + r * (1.0 / 40320.0 + r * (1.0 / 362880.0 + r * p))
+    p = 0.5 + r * (1.0 / 6.0 + r * (1.0 / 24.0 + r * (1.0 / 120.0 + r * (1.0 / 720.0 + r * p))))
+    half = np.int64((k + 1022) << 52).view(np.float64)  # 2^(k - 1), which does not overflow
+    return 2.0 * (half * (r + r * r * p) + (half - 0.5))
 
 
 @_compile
@@ -74,259 +126,274 @@ def _increment(Omega, xi, alpha_m, alpha_f, beta, gamma):
     return den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22
 
 
-@_compile
-def _polynomial(Omega, xi, alpha_m, alpha_f, beta, gamma):
-    """Live eigenvalues: c0 + c1*lambda + ... = 0; b1, the slope at lambda = 1. 67 operations."""
-    x0 = 4*xi
+@_inline
+def _cubic(Omega, xi, alpha_m, alpha_f, beta, gamma):
+    """Live eigenvalues: c3*lambda^3 + c2*lambda^2 + c1*lambda + c0 = 0; b0, b1, its value and slope at 1. 72 operations."""
+    r0 = alpha_f - 1
+    r1 = alpha_m - 1
+    r2 = 2*gamma + 1
+    r3 = 3*gamma - 1
+    r4 = 2*gamma - 1
+    r5 = 3*alpha_m - 2
+    r6 = 3*gamma - 2
+    r7 = gamma - 1
+    r8 = 3*alpha_m - 1
+    r9 = 2*gamma + 3
+    x0 = 2*beta
+    x1 = -r4
+    x2 = 4*xi
+    x3 = 6*beta
+    x4 = x0 + x1
+    c3 = Omega*(-Omega*r0*x0 - 4*gamma*r0*xi) - 2*r1
+    c2 = Omega*(Omega*(alpha_f*(-r2 + x3) - 4*beta + r2) + x2*(alpha_f*r3 + x1)) + 2*r5
+    c1 = Omega*(Omega*(alpha_f*(4*gamma - x3) + x4) - x2*(alpha_f*r6 - r7)) - 2*r8
+    c0 = Omega*(Omega*alpha_f*x4 + alpha_f*r7*x2) + 2*alpha_m
+    b0 = 2*Omega**2
+    b1 = Omega*(Omega*(-2*alpha_f + r9) + x2)
+    return c3, c2, c1, c0, b0, b1
+
+
+@_inline
+def _asymmetry(Omega, alpha_m, alpha_f, beta, gamma):
+    """At xi = 0, w: differences of opposite coefficients; y: the same over lambda, and what that leaves. 39 operations."""
+    r0 = 2*gamma - 1
+    r1 = 2*alpha_m - 1
+    r2 = 6*gamma + 1
+    x0 = Omega**2
     x1 = 2*beta
-    x2 = 2*gamma
-    x3 = 1 - x2
-    x4 = x1 + x3
-    x5 = 3*alpha_m
-    x6 = -2*alpha_f
-    x7 = alpha_f*gamma
-    x8 = 3*x7
-    x9 = 6*alpha_f*beta
-    x10 = -alpha_f
-    x11 = alpha_f - 1
-    c0 = Omega*(Omega*alpha_f*x4 + alpha_f*x0*(gamma - 1)) + 2*alpha_m
-    c1 = Omega*(Omega*(x4 + 4*x7 - x9) - x0*(-gamma + x6 + x8 + 1)) - 2*x5 + 2
-    c2 = Omega*(Omega*(-alpha_f*x2 - 4*beta + x10 + x2 + x9 + 1) + x0*(x10 + x3 + x8)) + 2*x5 - 4
-    c3 = Omega*(-Omega*x1*x11 - gamma*x0*x11) - 2*(alpha_m - 1)
-    b1 = Omega*(Omega*(x2 + x6 + 3) + x0)
-    return c0, c1, c2, c3, b1
+    x2 = 4*beta
+    x3 = -r0
+    x4 = -4*gamma
+    w0 = 2*r1 + x0*(alpha_f*(x2 + x3) - x1)
+    w1 = -6*r1 + x0*(alpha_f*(-12*beta + r2) + 6*beta + x4)
+    y0 = alpha_f*x0*(x1 + x3) + 2*alpha_m
+    y1 = -4*alpha_m + x0*(alpha_f*(-x2 - x4) + x3)
+    return w0, w1, y0, y1
 
 
-@_compile
-def _asymmetry(Omega, xi, alpha_m, alpha_f, beta, gamma):
-    """Differences of the polynomial's opposite coefficients: w, and y for the polynomial over lambda. 53 operations."""
-    x0 = 2*alpha_m - 1
-    x1 = 2*gamma
-    x2 = alpha_f*x1
-    x3 = alpha_f - x2
-    x4 = 4*xi
-    x5 = alpha_f*beta
-    x6 = 4*x5
-    x7 = 6*alpha_f*gamma
-    w0 = Omega*(Omega*(-2*beta + x3 + x6) + x4*(-gamma - x3)) + 2*x0
-    w1 = Omega*(Omega*(alpha_f + 6*beta - 4*gamma - 12*x5 + x7) - x4*(-3*alpha_f - 3*gamma + x7 + 2)) - 6*x0
-    y1 = Omega*(Omega*(4*alpha_f*gamma - x1 - x6 + 1) - x4*(-2*alpha_f + x2 + 1)) - 4*alpha_m
-    return w0, w1, y1
-
-
-@_compile
+@_inline
 def _defect(Omega, xi, alpha_m, alpha_f, beta, gamma):
-    """Residual of the exact eigenvalue, r_0 + r_1*zeta, up to Omega^6. 252 operations."""
-    x0 = Omega**3
-    x1 = 2*alpha_f - 2*alpha_m - 2*gamma + 1
-    x2 = 2*xi
-    x3 = 6*alpha_f
-    x4 = xi**2
-    x5 = 24*alpha_f
-    x6 = 36*alpha_m
-    x7 = gamma*x4
-    x8 = 48*x7
-    x9 = alpha_f*gamma
-    x10 = alpha_f*x4
-    x11 = xi**4
-    x12 = alpha_f*x11
-    x13 = beta*x4
-    x14 = alpha_m*x4
-    x15 = x11*x9
-    x16 = 1080*alpha_f*beta - 1500*beta
-    x17 = 12*beta
-    r_0 = x0*(Omega*(Omega*((1/360)*Omega*(4320*alpha_f*beta*x4 + 8880*alpha_f*gamma*x4 + 2400*alpha_f*x4 - 240*alpha_f + 8640*alpha_m*x11 + 540*alpha_m + 17280*gamma*x11 + 450*gamma - 6656*x11 - 2880*x12 - 6000*x13 - 6480*x14 - 14400*x15 - x16 + 4716*x4 - 10440*x7 - 420*x9 - 347) - 1/6*xi*(24*alpha_f*beta - 144*alpha_f*x7 + 30*alpha_f + 120*alpha_m*x4 - 60*alpha_m - 48*beta - 78*gamma - 56*x10 - 84*x4 + 200*x7 + 60*x9 + 39)) - 3*alpha_m - 2*beta + (1/3)*gamma*x3 - 3*gamma + (1/3)*x3 - 1/3*x4*x5 + (1/3)*x4*x6 - 22/3*x4 - 1/3*x5*x7 + (1/3)*x8 + 5/3) + x1*x2)
-    r_1 = x0*(Omega*(Omega*((1/90)*Omega*xi*(2160*alpha_f*beta*x4 + 6240*alpha_f*gamma*x4 + 1560*alpha_f*x4 - 330*alpha_f + 4320*alpha_m*x11 + 810*alpha_m + 8640*gamma*x11 + 990*gamma - 3328*x11 - 1440*x12 - 3000*x13 - 4320*x14 - 7200*x15 - x16 + 3190*x4 - 7380*x7 - 870*x9 - 555) - 8*alpha_f*beta*x4 - 32*alpha_f*gamma*x4 + (1/6)*alpha_f*x17 - 44/3*alpha_f*x4 + (4/3)*alpha_f - 40*alpha_m*x11 - 5/2*alpha_m - 4*beta - 200/3*gamma*x11 - 7/3*gamma + 28*x11 + (56/3)*x12 + 16*x13 + 30*x14 + 48*x15 - 20*x4 + (128/3)*x7 + 2*x9 + 3/2) - 1/3*xi*(alpha_f*x8 - gamma*x5 + 42*gamma + 48*x10 - 72*x14 + x17 + 44*x4 - x5 + x6 - 96*x7 - 21)) + x1*(x2 - 1)*(x2 + 1))
-    return r_0, r_1
+    """The polynomial at e^s, cancelled up to Omega^3, and coefficients for `_residual`. 40 operations."""
+    r0 = 2*gamma - 1
+    r1 = 2*xi + 1
+    r2 = 2*xi - 1
+    r3 = 2*gamma + 3
+    r4 = 2*gamma + 1
+    r5 = gamma + 1
+    r6 = alpha_f - 1
+    r7 = alpha_m - 1
+    x0 = 2*alpha_f
+    x1 = -2*alpha_m - r0 + x0
+    x2 = 4*xi
+    x3 = 2*beta
+    x4 = -Omega*r6*x3 - gamma*r6*x2
+    x5 = -2*r7
+    p0 = 2*x1*xi
+    p1 = r1*r2*x1
+    k0 = 0
+    k1_2 = r3 - x0
+    k1_3 = x2
+    k2_2 = -alpha_f*r4 + r4 + x3
+    k2_3 = -x2*(alpha_f - r5)
+    k2_4 = 2
+    k3_3 = x4
+    k3_4 = x5
+    leading = Omega*x4 + x5
+    return p0, p1, k0, k1_2, k1_3, k2_2, k2_3, k2_4, k3_3, k3_4, leading
 
 
-@_compile
-def _columns(xi, alpha_m, alpha_f, beta, gamma):
-    """Coefficients of the live polynomial, by power of lambda, then of Omega. 48 operations."""
-    x0 = 4*xi
-    x1 = 2*beta
-    x2 = 2*gamma
-    x3 = 1 - x2
-    x4 = x1 + x3
-    x5 = 3*alpha_m
-    x6 = alpha_f*gamma
-    x7 = 3*x6
-    x8 = 6*alpha_f*beta
-    x9 = -alpha_f
-    x10 = alpha_f - 1
-    c0_0 = 2*alpha_m
-    c0_1 = alpha_f*x0*(gamma - 1)
-    c0_2 = alpha_f*x4
-    c1_0 = 2 - 2*x5
-    c1_1 = -x0*(-2*alpha_f - gamma + x7 + 1)
-    c1_2 = x4 + 4*x6 - x8
-    c2_0 = 2*x5 - 4
-    c2_1 = x0*(x3 + x7 + x9)
-    c2_2 = -alpha_f*x2 - 4*beta + x2 + x8 + x9 + 1
-    c3_0 = -2*(alpha_m - 1)
-    c3_1 = -gamma*x0*x10
-    c3_2 = -x1*x10
-    return c0_0, c0_1, c0_2, c1_0, c1_1, c1_2, c2_0, c2_1, c2_2, c3_0, c3_1, c3_2
+@_inline
+def _measured(Omega, xi, half, less, modulus2, root):
+    """Numerical damping and period error of the pair half +- i*root, less = modulus2 - 1; root < 0 for none."""
+    angle, square = _angle(root, half), abs(1.0 - xi * xi)
+    cosine = math.sqrt(square)
+    inverse = 1.0 / (angle * cosine)
+    damping = 0.0 - (0.5 * _log1p(less, modulus2) * cosine + xi * angle) * inverse
+    period = Omega * square * inverse - 1.0
+    moving = root > 0.0 and xi < 1.0
+    return damping if moving else math.nan, period if moving else math.nan
 
 
-@_compile
-def _tails(Omega, xi, columns):
-    """What powers of Omega from 7 on add to the residual of `_defect`."""
-    c = np.array(columns).reshape(4, 3)
-    term = np.empty(7 + 20, dtype=np.complex128)
-    residual = 0j
-    for j in range(4):
-        w = j * complex(-xi * Omega, math.sqrt(1.0 - xi * xi) * Omega)
-        term[0] = 1.0
-        for k in range(1, term.size):
-            term[k] = term[k - 1] * w / k
-        for k in range(term.size - 2, -1, -1):  # from here term[k] holds the exponential's tail from w^k on
-            term[k] += term[k + 1]
-        for i in range(3):
-            residual += c[j, i] * Omega**i * term[max(7 - i, 0)]
-    return residual
+@_inline
+def _compared(Omega, xi, w, gain, x, y, root):
+    """Numerical damping and period error of a pair from its distance to the exact one, e^s = x +- i sqrt(1 - xi^2) y.
 
-
-@_compile
-def _find_roots(c, roots):
-    """All roots of c[0] + ... + c[d] z^d by Aberth's simultaneous iteration."""
-    d = roots.size
-    radius = (abs(c[0] / c[d])) ** (1.0 / d) if c[0] != 0.0 else 1.0
-    for k in range(d):
-        roots[k] = radius * cmath.exp(complex(0.0, 2.0 * math.pi * k / d + 0.4))
-    moved = math.inf
-    for _ in range(500):
-        last, moved = moved, 0.0
-        for k in range(d):
-            z = roots[k]
-            value, slope = complex(c[d], 0.0), 0j
-            for j in range(d - 1, -1, -1):
-                slope = slope * z + value
-                value = value * z + c[j]
-            if value == 0j or slope == 0j:
-                continue
-            newton, repulsion = value / slope, 0j
-            for j in range(d):
-                if j != k and roots[j] != z:
-                    repulsion += 1.0 / (z - roots[j])
-            slower = 1.0 - newton * repulsion
-            step = newton / slower if slower != 0j else newton
-            roots[k] = z - step
-            moved = max(moved, abs(step) / abs(z))
-        if moved < 1e-16 or (moved < 1e-13 and moved >= last):  # from here on it is rounding that moves them
-            break
-
-
-@_compile
-def _rounding(c, z):
-    """How far rounding of the coefficients may move the root z; 1e300 for a multiple root."""
-    size, slope = 0.0, 0j
-    for j in range(c.size - 1, 0, -1):
-        slope = slope * z + j * c[j]
-        size = (size + abs(c[j])) * abs(z)
-    size += abs(c[0])
-    return 2.3e-16 * size / abs(slope) if slope != 0j else 1e300
-
-
-@_compile
-def _principal(Omega, xi, c, b1, residual):
-    """ratio with e^z (1 + ratio) the eigenvalue next to the exact e^z, from the residual of e^z."""
-    d = c.size - 1
-    root = math.sqrt(1.0 - xi * xi)
-    e = cmath.exp(complex(-xi * Omega, root * Omega))
-    x, y = -xi * Omega, root * Omega
-    expm1 = complex(math.expm1(x) * math.cos(y) - 2.0 * math.sin(0.5 * y) ** 2, math.exp(x) * math.sin(y))
-    taylor = np.zeros(d + 1, dtype=np.complex128)  # of the polynomial at e, in the ratio
-    slope1 = complex(b1, 0.0)  # at e, from the one at 1, which is small and exact
-    for j in range(d + 1):
-        term, at_1 = c[j] * e**j, 1.0 * j
-        for i in range(j + 1):
-            taylor[i] += term
-            term *= (j - i) / (i + 1.0)
-            if i > 0:
-                at_1 *= (j - i) / i
-                slope1 += c[j] * at_1 * expm1**i
-    taylor[0], taylor[1] = residual, e * slope1
-    ratio = -taylor[0] / taylor[1]
-    for _ in range(8):
-        value, slope = taylor[d], 0j
-        for j in range(d - 1, -1, -1):
-            slope = slope * ratio + value
-            value = value * ratio + taylor[j]
-        ratio -= value / slope
-    return ratio
-
-
-@_compile
-def _spectrum(Omega, xi, polynomial, defect, columns):
-    """(radius, modulus of the largest complex pair, its angle, shift, log-modulus gain); NaN without a pair.
-
-    shift and gain are what the pair adds to the exact angle and to the exact log-modulus, which keep
-    their digits where the pair is the one next to the exact eigenvalues.
+    Of the pair's lambda^2 - t lambda + d, w = Re(e^s + d e^-s - t) and gain = d/|e^s|^2 - 1 are small and known to all
+    digits: 1 + gain is the squared modulus over the exact one, and half the angle's error has the tangent below.
     """
-    c, b1 = np.array(polynomial[:-1]), polynomial[-1]
-    d = c.size - 1
-    near = Omega == 0.0 or (Omega < 0.125 and xi < 1.0)
-    radius, modulus, angle, shift, gain = 0.0, 0.0, math.nan, math.nan, math.nan
-    rest = c
-    if near:
-        root, ratio = math.sqrt(abs(1.0 - xi * xi)), 0j
-        if Omega > 0.0:
-            residual = complex(defect[0] - defect[1] * xi, defect[1] * root) + _tails(Omega, xi, columns)
-            ratio = _principal(Omega, xi, c, b1, residual)
-        gain = 0.5 * math.log1p(2.0 * ratio.real + ratio.real**2 + ratio.imag**2)
-        shift = math.atan2(ratio.imag, 1.0 + ratio.real)
-        angle = root * Omega + shift
-        modulus = math.exp(gain - xi * Omega)
-        radius = modulus
-        trace, det = 2.0 * modulus * math.cos(angle), modulus * modulus
-        rest = np.empty(d - 1)  # the other eigenvalues' polynomial: c over z^2 - trace z + det
-        for j in range(d - 1):  # from below, which keeps the smaller roots' digits
-            below = rest[j - 1] if j > 0 else 0.0
-            below2 = rest[j - 2] if j > 1 else 0.0
-            rest[j] = (c[j] + trace * below - below2) / det
-    roots = np.empty(rest.size - 1, dtype=np.complex128)
-    _find_roots(rest, roots)
-    for k in range(roots.size):
-        size = abs(roots[k])
-        radius = max(radius, size)
-        # beside a double root real and complex are not told apart
-        if size > modulus * (1.0 + 1e-12) and roots[k].imag > 8.0 * _rounding(rest, roots[k]):
-            modulus, angle, near = size, cmath.phase(roots[k]), False
-    if not near and xi < 1.0:
-        shift = angle - math.sqrt(1.0 - xi * xi) * Omega
-        gain = math.log(modulus) + xi * Omega if modulus > 0.0 else math.nan
-    return radius, angle, shift, gain
+    cosine = math.sqrt(abs(1.0 - xi * xi))
+    grown = math.sqrt(abs(1.0 + gain))
+    mean = (1.0 + grown) * (1.0 + grown)
+    tangent = 0.5 * (w * mean - x * gain * gain) / (mean * (root + grown * cosine * y))
+    shift = 2.0 * _angle(abs(tangent), 1.0)
+    shift = shift if tangent > 0.0 else -shift
+    inverse = 1.0 / (cosine * (cosine * Omega + shift))
+    damping = 0.0 - (0.5 * _log1p(gain, 1.0 + gain) * cosine + xi * shift) * inverse
+    period = 0.0 - shift * cosine * inverse
+    nothing = math.nan if xi >= 1.0 or (Omega > 0.0 and not root > 0.0) else 0.0
+    moving = Omega > 0.0 and root > 0.0 and xi < 1.0
+    return damping if moving else nothing, period if moving else nothing
 
 
-@_compile
+@_inline
+def _in_s(y, z, constants):
+    """u, v with u + v s the polynomial in s of these constants, highest first, where s^2 = -y s - z."""
+    u, v = 0.0, 0.0
+    for constant in constants:
+        u, v = constant - z * v, u - y * v
+    return u, v
+
+
+@_inline
+def _residual(Omega, xi, p0, p1, k0, k1_2, k1_3, k2_2, k2_3, k2_4, k3_3, k3_4, leading):
+    """p0, p1, x, y: the polynomial at e^s is Omega^3 (p0 + i r p1), and e^s = x + i r y, r = sqrt(1 - xi^2).
+
+    s = Omega zeta, zeta^2 = -2 xi zeta - 1; a_jn + b_jn zeta are the powers of (e^s - 1)^j from s^n on, over Omega^n.
+    """
+    x, y, z = 2.0 * xi, 2.0 * xi * Omega, Omega * Omega
+    z2, y2 = -1.0, -x  # zeta^2 = z2 + y2 zeta, and so on
+    z3, y3 = -y2, z2 - x * y2
+    z4, y4 = -y3, z3 - x * y3
+    u, v = _in_s(y, z, (1.0 / 3628800.0, 1.0 / 362880.0, 1.0 / 40320.0, 1.0 / 5040.0, 1.0 / 720.0, 1.0 / 120.0, 1.0 / 24.0, 1.0 / 6.0))
+    a1_3 = u * z3 - Omega * v * y3
+    b1_3 = u * y3 + Omega * v * (z3 - x * y3)
+    a1_2, b1_2 = 1.0 / 2.0 * z2 + Omega * a1_3, 1.0 / 2.0 * y2 + Omega * b1_3
+    a1_1, b1_1 = Omega * a1_2, 1.0 + Omega * b1_2
+    u, v = _in_s(y, z, (1.0 / 760320.0, 2047.0 / 239500800.0, 31.0 / 604800.0, 73.0 / 259200.0, 17.0 / 12096.0, 127.0 / 20160.0, 1.0 / 40.0, 31.0 / 360.0, 1.0 / 4.0, 7.0 / 12.0))
+    a2_4 = u * z4 - Omega * v * y4
+    b2_4 = u * y4 + Omega * v * (z4 - x * y4)
+    a2_3, b2_3 = z3 + Omega * a2_4, y3 + Omega * b2_4
+    a2_2, b2_2 = z2 + Omega * a2_3, y2 + Omega * b2_3
+    u, v = _in_s(y, z, (289.0 / 5322240.0, 115.0 / 456192.0, 437.0 / 403200.0, 2591.0 / 604800.0, 311.0 / 20160.0, 605.0 / 12096.0, 23.0 / 160.0, 43.0 / 120.0, 3.0 / 4.0, 5.0 / 4.0, 3.0 / 2.0))
+    a3_4 = u * z4 - Omega * v * y4
+    b3_4 = u * y4 + Omega * v * (z4 - x * y4)
+    a3_3, b3_3 = z3 + Omega * a3_4, y3 + Omega * b3_4
+    p0 += Omega * (k0 + k1_2 * a1_2 + k1_3 * a1_3 + k2_2 * a2_2 + k2_3 * a2_3 + k2_4 * a2_4 + k3_3 * a3_3 + k3_4 * a3_4)
+    p1 += Omega * (k1_2 * b1_2 + k1_3 * b1_3 + k2_2 * b2_2 + k2_3 * b2_3 + k2_4 * b2_4 + k3_3 * b3_3 + k3_4 * b3_4)
+    return p0 - xi * p1, p1, 1.0 + Omega * (a1_1 - xi * b1_1), Omega * b1_1, leading
+
+
+@_inline
+def _closer(y, p, size):
+    """A step of fourth order to the positive root of y^3 + 3 p y = size."""
+    f, slope = y * (y * y + 3.0 * p) - size, 3.0 * (y * y + p)
+    bend = slope * slope - 3.0 * y * f
+    return y - f * bend / (slope * (bend - 3.0 * y * f) + f * f + 1e-300)
+
+
+@_inline
+def _real_root(a2, a1, a0):
+    """The real root of x^3 + a2 x^2 + a1 x + a0 that is farthest from the other two.
+
+    From the inflection, y^3 + 3 p y = size has one positive root, within 16 % of y^2 = size^(2/3) - 3 p or, for p > 0,
+    y^-2 = size^(-2/3) + 9 p^2/size^2 with powers taken by the exponents; two steps of fourth order do the rest.
+    """
+    middle = -1.0 / 3.0 * a2
+    p = 1.0 / 3.0 * (a1 + a2 * middle)
+    value = ((middle + a2) * middle + a1) * middle + a0
+    size = abs(value)
+    third = (np.float64(size).view(np.int64) >> 32) * 0x55555556 >> 32
+    k = np.int64((0x553EF0FF - third) << 32).view(np.float64)  # size^(-1/3)
+    k *= k
+    y2 = k * (1.0 + 9.0 * p * p * k * k) if p > 0.0 else size * k * size * k - 3.0 * p
+    bits = np.float64(y2).view(np.int64) >> 1
+    y = np.int64(0x5FE62FD000000000 - bits if p > 0.0 else 0x1FF6C8FE00000000 + bits).view(np.float64)
+    y = _closer(_closer(y, p, size), p, size)
+    return middle - y if value > 0.0 else middle + y
+
+
+@_inline
+def _pair(c3, c2, c1, c0, b0, b1):
+    """(half trace, squared modulus less 1, that square, discriminant) of a pair, and the third eigenvalue.
+
+    Of what is left over lambda - third, P, the value at 1, and Q = 1 - det follow from b0 and b1, which keep the
+    digits of a pair near 1; away from 1, trace and determinant by the division that begins with the smaller root.
+    """
+    inverse = 1.0 / c3
+    a2, a1, a0 = c2 * inverse, c1 * inverse, c0 * inverse
+    third = _real_root(a2, a1, a0)
+    m = 1.0 - third
+    divisor, safe_m = third if third != 0.0 else 1.0, m if m != 0.0 else 1.0
+    both = 1.0 / (divisor * safe_m)
+    over_m, over_third = both * divisor, both * safe_m
+    P = b0 * inverse * over_m
+    T = (b1 * inverse - P) * over_m
+    Q = T - P
+    det, last = a1 + third * (a2 + third), -a0 * over_third
+    backward = third * third > abs(det)
+    det = last if backward else det
+    half = 0.5 * ((a1 - last) * over_third if backward else -(a2 + third))
+    beside = P < 0.5 and P < 0.5 * m * m and T * T < m * m  # nearer to 1 than third is
+    half = 1.0 - 0.5 * T if beside else half
+    discriminant = P - 0.25 * T * T if beside else det - half * half
+    less = -Q if beside and Q < 0.5 else det - 1.0
+    return half, less, 1.0 - Q if beside and Q < 0.5 else det, discriminant, third
+
+
+@_inline
+def _modulus(half, modulus2, discriminant, third):
+    """The largest modulus."""
+    root = math.sqrt(abs(modulus2 if discriminant > 0.0 else discriminant))  # one that cannot fail is one instruction
+    modulus = root if discriminant > 0.0 else abs(half) + root
+    return modulus if modulus > abs(third) else abs(third)
+
+
+@_inline
+def _is_conservative(Omega, xi, alpha_m, alpha_f, beta, gamma):
+    """Whether the polynomial reads the same backwards, itself or without a root at 0: its pairs are on the circle."""
+    w0, w1, y0, y1 = _asymmetry(Omega, alpha_m, alpha_f, beta, gamma)
+    return xi == 0.0 and (abs(w0) + abs(w1) == 0.0 or abs(y0) + abs(y1) == 0.0)
+
+
+@_inline
 def _radius(Omega, xi, alpha_m, alpha_f, beta, gamma):
     """Spectral radius at one point."""
-    columns = _columns(xi, alpha_m, alpha_f, beta, gamma)
-    return _spectrum(Omega, xi, _polynomial(Omega, xi, alpha_m, alpha_f, beta, gamma), _defect(Omega, xi, alpha_m, alpha_f, beta, gamma), columns)[0]
+    half, _, modulus2, discriminant, third = _pair(*_cubic(Omega, xi, alpha_m, alpha_f, beta, gamma))
+    return _modulus(half, modulus2, discriminant, third)
 
 
-@_compile
-def _point(Omega, xi, alpha_m, alpha_f, beta, gamma):
-    """Spectral radius, numerical damping and period error at one point; NaN where the eigenvalues are real."""
-    columns = _columns(xi, alpha_m, alpha_f, beta, gamma)
-    radius, angle, shift, gain = _spectrum(Omega, xi, _polynomial(Omega, xi, alpha_m, alpha_f, beta, gamma), _defect(Omega, xi, alpha_m, alpha_f, beta, gamma), columns)
-    if not xi < 1.0:
-        return radius, math.nan, math.nan
-    if Omega == 0.0:
-        return radius, 0.0, 0.0
-    if xi == 0.0:  # a polynomial that reads the same backwards has its complex pairs on the circle
-        opposite = np.abs(np.array(_asymmetry(Omega, xi, alpha_m, alpha_f, beta, gamma)))
-        if opposite[:2].sum() == 0.0 or (_polynomial(Omega, xi, alpha_m, alpha_f, beta, gamma)[0] == 0.0 and opposite[2:].sum() == 0.0):
-            gain = 0.0
-    return radius, 0.0 - (gain + xi * shift / math.sqrt(1.0 - xi * xi)) / angle, 0.0 - shift / angle
+@_inline
+def _far(Omega, xi, alpha_m, alpha_f, beta, gamma):
+    """Spectral radius, numerical damping, period error, the pair's imaginary part, -1 for none, third eigenvalue."""
+    half, less, modulus2, discriminant, third = _pair(*_cubic(Omega, xi, alpha_m, alpha_f, beta, gamma))
+    root = math.sqrt(abs(discriminant)) if discriminant > 0.0 else -1.0
+    less, modulus2 = (0.0, 1.0) if _is_conservative(Omega, xi, alpha_m, alpha_f, beta, gamma) else (less, modulus2)
+    damping, period = _measured(Omega, xi, half, less, modulus2, root)
+    return _modulus(half, modulus2, discriminant, third), damping, period, root, third
+
+
+@_inline
+def _near(Omega, xi, alpha_m, alpha_f, beta, gamma, root, third):
+    """Numerical damping and period error from what the exact eigenvalue e^s leaves over in the polynomial."""
+    p0, p1, x, y, leading = _residual(Omega, xi, *_defect(Omega, xi, alpha_m, alpha_f, beta, gamma))
+    square = 1.0 - xi * xi
+    # the polynomial at e^s is leading (g0 + i sqrt(square) g1) (w - i sqrt(square) y gain): g, of all other roots
+    g0, g1 = x - third, y
+    g0, g1 = g0 * x - square * g1 * y, g0 * y + g1 * x
+    scale = Omega * Omega * Omega / (leading * (g0 * g0 + square * g1 * g1) * y)
+    w = scale * y * (p0 * g0 + square * p1 * g1)
+    gain = 0.0 if _is_conservative(Omega, xi, alpha_m, alpha_f, beta, gamma) else scale * (p0 * g1 - p1 * g0)
+    return _compared(Omega, xi, w, gain, x, y, root)
 
 
 @_compile
 def _block(Omega, xi, alpha_m, alpha_f, beta, gamma, radius, damping, period):
-    """Of all points."""
-    for i in range(radius.size):
-        radius[i], damping[i], period[i] = _point(Omega[i], xi[i], alpha_m[i], alpha_f[i], beta[i], gamma[i])
+    """Of all points, then anew of those near Omega = 0, where the difference from the exact decides."""
+    n, count = radius.size, 0
+    where, kept = np.empty(n, np.int64), np.empty((2, n))
+    for i in range(n):
+        radius[i], damping[i], period[i], kept[0, i], kept[1, i] = _far(Omega[i], xi[i], alpha_m[i], alpha_f[i], beta[i], gamma[i])
+    for i in range(n):
+        where[count] = i
+        count += (Omega[i] < 0.125) & (kept[0, i] > -2.0)  # no branch
+    x, y = np.empty((8, count)), np.empty((2, count))
+    for k in range(count):
+        i = where[k]
+        x[0, k], x[1, k], x[2, k], x[3, k], x[4, k], x[5, k], x[6, k], x[7, k] = Omega[i], xi[i], alpha_m[i], alpha_f[i], beta[i], gamma[i], kept[0, i], kept[1, i]
+    for k in range(count):
+        y[0, k], y[1, k] = _near(x[0, k], x[1, k], x[2, k], x[3, k], x[4, k], x[5, k], x[6, k], x[7, k])
+    for k in range(count):
+        damping[where[k]], period[where[k]] = y[0, k], y[1, k]
 
 
 @_compile
@@ -362,7 +429,7 @@ def amplitude_error(Omega, xi, alpha_m, alpha_f, beta, gamma, out):
     """1 - exp(-2 pi numerical damping): decay over one period."""
     numerical_damping(Omega, xi, alpha_m, alpha_f, beta, gamma, out)
     for i in range(out.size):
-        out[i] = 0.0 - math.expm1(-2.0 * math.pi * out[i])
+        out[i] = 0.0 - _expm1(-2.0 * math.pi * out[i])
 
 
 @_compile

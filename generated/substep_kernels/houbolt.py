@@ -25,7 +25,6 @@ Amplification matrix N/den in (u, u[-1], u[-2]):
     N_22 = 0
 """
 
-import cmath
 import math
 
 import numpy as np
@@ -42,6 +41,59 @@ FILTER = 3
 START_STENCIL = ()
 
 _compile = njit(cache=True, nogil=True, error_model="numpy")
+
+# no fastmath: contraction is 12 % faster, but then the last bit depends on a point's place in its array
+_inline = njit(nogil=True, error_model="numpy", forceinline=True)
+
+
+@_inline
+def _log1p(u, m):
+    """ln(1 + u), where m = 1 + u > 0; for u < -1/2 from m alone."""
+    bits = np.float64(m).view(np.int64)
+    k = (bits - 0x3FE6A09E667F3BCD) >> 52  # m = 2^k (1 + f), 1 + f from sqrt(1/2) to sqrt(2)
+    rest = u - (m - 1.0) if u > -0.5 else 0.0  # what rounding took from m
+    rest *= np.int64((1023 - k) << 52).view(np.float64)
+    f = np.int64(bits - (k << 52)).view(np.float64) - 1.0
+    s = f / (2.0 + f)
+    z = s * s
+    p = 0.1818356432645545 + z * (0.15314050542042326 + z * 0.14795949810482026)
+    p = 0.39999999999414676 + z * (0.28571428742387633 + z * (0.22222198573179955 + z * p))
+    half = 0.5 * f * f
+    log = f - (half - (s * (half + z * (0.6666666666666734 + z * p)) + (rest + k * 1.9082149292705877e-10)))
+    return k * 0.6931471803691238 + log  # ln 2 in two parts
+
+
+@_inline
+def _angle(y, x):
+    """atan2(y, x) for y >= 0."""
+    flat = abs(x)
+    low, high = (flat, y) if y > flat else (y, flat)
+    steep = low > 0.41421356237309503 * high  # tan(pi/8)
+    t = (low - high) / (low + high) if steep else low / high
+    z = t * t
+    p = 0.07690083348291338 + z * (-0.06641246187674198 + z * (0.056931644865597986 + z * -0.043608244913722165))
+    p += z * z * z * z * 0.02128013148948228
+    p = 0.11111106703546104 + z * (-0.09090783528237137 + z * p)
+    p = -0.3333333333333022 + z * (0.19999999999104665 + z * (-0.14285714196526547 + z * p))
+    angle = t + t * z * p
+    angle = 0.7853981633974483 + angle if steep else angle
+    angle = 1.5707963267948966 - angle if y > flat else angle
+    return 3.141592653589793 - angle if x < 0.0 else angle
+
+
+@_inline
+def _expm1(x):
+    """exp(x) - 1."""
+    x = -40.0 if x < -40.0 else (710.0 if x > 710.0 else x)
+    shifted = 1.4426950408889634 * x + 6755399441055744.0  # its last bits are those of the integer k
+    k = np.float64(shifted).view(np.int64) - 0x4338000000000000
+    turns = shifted - 6755399441055744.0
+    r = x - turns * 0.6931471803691238 - turns * 1.9082149292705877e-10
+    p = 1.0 / 3628800.0 + r * (1.0 / 39916800.0 + r * (1.0 / 479001600.0 + r * (1.0 / 6227020800.0)))
+    p = 1.0 / 5040.0 + r * (1.0 / 40320.0 + r * (1.0 / 362880.0 + r * p))
+    p = 0.5 + r * (1.0 / 6.0 + r * (1.0 / 24.0 + r * (1.0 / 120.0 + r * (1.0 / 720.0 + r * p))))
+    half = np.int64((k + 1022) << 52).view(np.float64)  # 2^(k - 1), which does not overflow
+    return 2.0 * (half * (r + r * r * p) + (half - 0.5))
 
 
 @_compile
@@ -65,218 +117,248 @@ def _increment(Omega, xi):
     return den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22
 
 
-@_compile
-def _polynomial(Omega, xi):
-    """Live eigenvalues: c0 + c1*lambda + ... = 0; b1, the slope at lambda = 1. 18 operations."""
+@_inline
+def _cubic(Omega, xi):
+    """Live eigenvalues: c3*lambda^3 + c2*lambda^2 + c1*lambda + c0 = 0; b0, b1, its value and slope at 1. 20 operations."""
     x0 = Omega*xi
     x1 = 9*Omega
-    c0 = -2*x0 - 3
-    c1 = x1*xi + 12
-    c2 = -18*x0 - 15
     c3 = Omega*(3*Omega + 11*xi) + 6
+    c2 = -18*x0 - 15
+    c1 = x1*xi + 12
+    c0 = -2*x0 - 3
+    b0 = 3*Omega**2
     b1 = Omega*(x1 + 6*xi)
-    return c0, c1, c2, c3, b1
+    return c3, c2, c1, c0, b0, b1
 
 
-@_compile
-def _asymmetry(Omega, xi):
-    """Differences of the polynomial's opposite coefficients: w, and y for the polynomial over lambda. 14 operations."""
-    x0 = 3*Omega
-    w0 = Omega*(-x0 - 13*xi) - 9
-    w1 = 27*Omega*xi + 27
-    y1 = Omega*(-x0 - 2*xi) + 6
-    return w0, w1, y1
+@_inline
+def _asymmetry(Omega):
+    """At xi = 0, w: differences of opposite coefficients; y: the same over lambda, and what that leaves. 6 operations."""
+    x0 = 3*Omega**2
+    w0 = -x0 - 9
+    w1 = 27
+    y0 = -3
+    y1 = 6 - x0
+    return w0, w1, y0, y1
 
 
-@_compile
+@_inline
 def _defect(Omega, xi):
-    """Residual of the exact eigenvalue, r_0 + r_1*zeta, up to Omega^6. 43 operations."""
-    x0 = Omega**4
-    x1 = 2*xi
-    x2 = xi**2
-    x3 = xi**4
-    x4 = (1/30)*Omega
-    r_0 = x0*(Omega*(x4*(-1608*x2 + 1928*x3 + 161) - 3/2*xi*(24*x2 - 13)) + (11/4)*(x1 - 1)*(x1 + 1))
-    r_1 = x0*(Omega*(57*x2 - 72*x3 + x4*xi*(-4180*x2 + 3856*x3 + 885) - 21/4) + 11*xi*(2*x2 - 1))
-    return r_0, r_1
+    """The polynomial at e^s, cancelled up to Omega^4, and coefficients for `_residual`. 20 operations."""
+    r0 = 2*xi + 1
+    r1 = 2*xi - 1
+    r2 = 2*xi**2 - 1
+    x0 = 11*xi
+    p0 = (11/4)*Omega*r0*r1
+    p1 = Omega*r2*x0
+    k0 = 0
+    k1_3 = 9
+    k1_4 = 6*xi
+    k2_3 = 9
+    k2_4 = 15*xi
+    k2_5 = 3
+    k3_3 = 3
+    k3_4 = x0
+    k3_5 = 6
+    leading = Omega*(3*Omega + x0) + 6
+    return p0, p1, k0, k1_3, k1_4, k2_3, k2_4, k2_5, k3_3, k3_4, k3_5, leading
 
 
-@_compile
-def _columns(xi):
-    """Coefficients of the live polynomial, by power of lambda, then of Omega. 8 operations."""
-    c0_0 = -3
-    c0_1 = -2*xi
-    c0_2 = 0
-    c1_0 = 12
-    c1_1 = 9*xi
-    c1_2 = 0
-    c2_0 = -15
-    c2_1 = -18*xi
-    c2_2 = 0
-    c3_0 = 6
-    c3_1 = 11*xi
-    c3_2 = 3
-    return c0_0, c0_1, c0_2, c1_0, c1_1, c1_2, c2_0, c2_1, c2_2, c3_0, c3_1, c3_2
+@_inline
+def _measured(Omega, xi, half, less, modulus2, root):
+    """Numerical damping and period error of the pair half +- i*root, less = modulus2 - 1; root < 0 for none."""
+    angle, square = _angle(root, half), abs(1.0 - xi * xi)
+    cosine = math.sqrt(square)
+    inverse = 1.0 / (angle * cosine)
+    damping = 0.0 - (0.5 * _log1p(less, modulus2) * cosine + xi * angle) * inverse
+    period = Omega * square * inverse - 1.0
+    moving = root > 0.0 and xi < 1.0
+    return damping if moving else math.nan, period if moving else math.nan
 
 
-@_compile
-def _tails(Omega, xi, columns):
-    """What powers of Omega from 7 on add to the residual of `_defect`."""
-    c = np.array(columns).reshape(4, 3)
-    term = np.empty(7 + 20, dtype=np.complex128)
-    residual = 0j
-    for j in range(4):
-        w = j * complex(-xi * Omega, math.sqrt(1.0 - xi * xi) * Omega)
-        term[0] = 1.0
-        for k in range(1, term.size):
-            term[k] = term[k - 1] * w / k
-        for k in range(term.size - 2, -1, -1):  # from here term[k] holds the exponential's tail from w^k on
-            term[k] += term[k + 1]
-        for i in range(3):
-            residual += c[j, i] * Omega**i * term[max(7 - i, 0)]
-    return residual
+@_inline
+def _compared(Omega, xi, w, gain, x, y, root):
+    """Numerical damping and period error of a pair from its distance to the exact one, e^s = x +- i sqrt(1 - xi^2) y.
 
-
-@_compile
-def _find_roots(c, roots):
-    """All roots of c[0] + ... + c[d] z^d by Aberth's simultaneous iteration."""
-    d = roots.size
-    radius = (abs(c[0] / c[d])) ** (1.0 / d) if c[0] != 0.0 else 1.0
-    for k in range(d):
-        roots[k] = radius * cmath.exp(complex(0.0, 2.0 * math.pi * k / d + 0.4))
-    moved = math.inf
-    for _ in range(500):
-        last, moved = moved, 0.0
-        for k in range(d):
-            z = roots[k]
-            value, slope = complex(c[d], 0.0), 0j
-            for j in range(d - 1, -1, -1):
-                slope = slope * z + value
-                value = value * z + c[j]
-            if value == 0j or slope == 0j:
-                continue
-            newton, repulsion = value / slope, 0j
-            for j in range(d):
-                if j != k and roots[j] != z:
-                    repulsion += 1.0 / (z - roots[j])
-            slower = 1.0 - newton * repulsion
-            step = newton / slower if slower != 0j else newton
-            roots[k] = z - step
-            moved = max(moved, abs(step) / abs(z))
-        if moved < 1e-16 or (moved < 1e-13 and moved >= last):  # from here on it is rounding that moves them
-            break
-
-
-@_compile
-def _rounding(c, z):
-    """How far rounding of the coefficients may move the root z; 1e300 for a multiple root."""
-    size, slope = 0.0, 0j
-    for j in range(c.size - 1, 0, -1):
-        slope = slope * z + j * c[j]
-        size = (size + abs(c[j])) * abs(z)
-    size += abs(c[0])
-    return 2.3e-16 * size / abs(slope) if slope != 0j else 1e300
-
-
-@_compile
-def _principal(Omega, xi, c, b1, residual):
-    """ratio with e^z (1 + ratio) the eigenvalue next to the exact e^z, from the residual of e^z."""
-    d = c.size - 1
-    root = math.sqrt(1.0 - xi * xi)
-    e = cmath.exp(complex(-xi * Omega, root * Omega))
-    x, y = -xi * Omega, root * Omega
-    expm1 = complex(math.expm1(x) * math.cos(y) - 2.0 * math.sin(0.5 * y) ** 2, math.exp(x) * math.sin(y))
-    taylor = np.zeros(d + 1, dtype=np.complex128)  # of the polynomial at e, in the ratio
-    slope1 = complex(b1, 0.0)  # at e, from the one at 1, which is small and exact
-    for j in range(d + 1):
-        term, at_1 = c[j] * e**j, 1.0 * j
-        for i in range(j + 1):
-            taylor[i] += term
-            term *= (j - i) / (i + 1.0)
-            if i > 0:
-                at_1 *= (j - i) / i
-                slope1 += c[j] * at_1 * expm1**i
-    taylor[0], taylor[1] = residual, e * slope1
-    ratio = -taylor[0] / taylor[1]
-    for _ in range(8):
-        value, slope = taylor[d], 0j
-        for j in range(d - 1, -1, -1):
-            slope = slope * ratio + value
-            value = value * ratio + taylor[j]
-        ratio -= value / slope
-    return ratio
-
-
-@_compile
-def _spectrum(Omega, xi, polynomial, defect, columns):
-    """(radius, modulus of the largest complex pair, its angle, shift, log-modulus gain); NaN without a pair.
-
-    shift and gain are what the pair adds to the exact angle and to the exact log-modulus, which keep
-    their digits where the pair is the one next to the exact eigenvalues.
+    Of the pair's lambda^2 - t lambda + d, w = Re(e^s + d e^-s - t) and gain = d/|e^s|^2 - 1 are small and known to all
+    digits: 1 + gain is the squared modulus over the exact one, and half the angle's error has the tangent below.
     """
-    c, b1 = np.array(polynomial[:-1]), polynomial[-1]
-    d = c.size - 1
-    near = Omega == 0.0 or (Omega < 0.125 and xi < 1.0)
-    radius, modulus, angle, shift, gain = 0.0, 0.0, math.nan, math.nan, math.nan
-    rest = c
-    if near:
-        root, ratio = math.sqrt(abs(1.0 - xi * xi)), 0j
-        if Omega > 0.0:
-            residual = complex(defect[0] - defect[1] * xi, defect[1] * root) + _tails(Omega, xi, columns)
-            ratio = _principal(Omega, xi, c, b1, residual)
-        gain = 0.5 * math.log1p(2.0 * ratio.real + ratio.real**2 + ratio.imag**2)
-        shift = math.atan2(ratio.imag, 1.0 + ratio.real)
-        angle = root * Omega + shift
-        modulus = math.exp(gain - xi * Omega)
-        radius = modulus
-        trace, det = 2.0 * modulus * math.cos(angle), modulus * modulus
-        rest = np.empty(d - 1)  # the other eigenvalues' polynomial: c over z^2 - trace z + det
-        for j in range(d - 1):  # from below, which keeps the smaller roots' digits
-            below = rest[j - 1] if j > 0 else 0.0
-            below2 = rest[j - 2] if j > 1 else 0.0
-            rest[j] = (c[j] + trace * below - below2) / det
-    roots = np.empty(rest.size - 1, dtype=np.complex128)
-    _find_roots(rest, roots)
-    for k in range(roots.size):
-        size = abs(roots[k])
-        radius = max(radius, size)
-        # beside a double root real and complex are not told apart
-        if size > modulus * (1.0 + 1e-12) and roots[k].imag > 8.0 * _rounding(rest, roots[k]):
-            modulus, angle, near = size, cmath.phase(roots[k]), False
-    if not near and xi < 1.0:
-        shift = angle - math.sqrt(1.0 - xi * xi) * Omega
-        gain = math.log(modulus) + xi * Omega if modulus > 0.0 else math.nan
-    return radius, angle, shift, gain
+    cosine = math.sqrt(abs(1.0 - xi * xi))
+    grown = math.sqrt(abs(1.0 + gain))
+    mean = (1.0 + grown) * (1.0 + grown)
+    tangent = 0.5 * (w * mean - x * gain * gain) / (mean * (root + grown * cosine * y))
+    shift = 2.0 * _angle(abs(tangent), 1.0)
+    shift = shift if tangent > 0.0 else -shift
+    inverse = 1.0 / (cosine * (cosine * Omega + shift))
+    damping = 0.0 - (0.5 * _log1p(gain, 1.0 + gain) * cosine + xi * shift) * inverse
+    period = 0.0 - shift * cosine * inverse
+    nothing = math.nan if xi >= 1.0 or (Omega > 0.0 and not root > 0.0) else 0.0
+    moving = Omega > 0.0 and root > 0.0 and xi < 1.0
+    return damping if moving else nothing, period if moving else nothing
 
 
-@_compile
+@_inline
+def _in_s(y, z, constants):
+    """u, v with u + v s the polynomial in s of these constants, highest first, where s^2 = -y s - z."""
+    u, v = 0.0, 0.0
+    for constant in constants:
+        u, v = constant - z * v, u - y * v
+    return u, v
+
+
+@_inline
+def _residual(Omega, xi, p0, p1, k0, k1_3, k1_4, k2_3, k2_4, k2_5, k3_3, k3_4, k3_5, leading):
+    """p0, p1, x, y: the polynomial at e^s is Omega^3 (p0 + i r p1), and e^s = x + i r y, r = sqrt(1 - xi^2).
+
+    s = Omega zeta, zeta^2 = -2 xi zeta - 1; a_jn + b_jn zeta are the powers of (e^s - 1)^j from s^n on, over Omega^n.
+    """
+    x, y, z = 2.0 * xi, 2.0 * xi * Omega, Omega * Omega
+    z2, y2 = -1.0, -x  # zeta^2 = z2 + y2 zeta, and so on
+    z3, y3 = -y2, z2 - x * y2
+    z4, y4 = -y3, z3 - x * y3
+    z5, y5 = -y4, z4 - x * y4
+    u, v = _in_s(y, z, (1.0 / 39916800.0, 1.0 / 3628800.0, 1.0 / 362880.0, 1.0 / 40320.0, 1.0 / 5040.0, 1.0 / 720.0, 1.0 / 120.0, 1.0 / 24.0))
+    a1_4 = u * z4 - Omega * v * y4
+    b1_4 = u * y4 + Omega * v * (z4 - x * y4)
+    a1_3, b1_3 = 1.0 / 6.0 * z3 + Omega * a1_4, 1.0 / 6.0 * y3 + Omega * b1_4
+    a1_2, b1_2 = 1.0 / 2.0 * z2 + Omega * a1_3, 1.0 / 2.0 * y2 + Omega * b1_3
+    a1_1, b1_1 = Omega * a1_2, 1.0 + Omega * b1_2
+    u, v = _in_s(y, z, (1.0 / 760320.0, 2047.0 / 239500800.0, 31.0 / 604800.0, 73.0 / 259200.0, 17.0 / 12096.0, 127.0 / 20160.0, 1.0 / 40.0, 31.0 / 360.0, 1.0 / 4.0))
+    a2_5 = u * z5 - Omega * v * y5
+    b2_5 = u * y5 + Omega * v * (z5 - x * y5)
+    a2_4, b2_4 = 7.0 / 12.0 * z4 + Omega * a2_5, 7.0 / 12.0 * y4 + Omega * b2_5
+    a2_3, b2_3 = z3 + Omega * a2_4, y3 + Omega * b2_4
+    u, v = _in_s(y, z, (289.0 / 5322240.0, 115.0 / 456192.0, 437.0 / 403200.0, 2591.0 / 604800.0, 311.0 / 20160.0, 605.0 / 12096.0, 23.0 / 160.0, 43.0 / 120.0, 3.0 / 4.0, 5.0 / 4.0))
+    a3_5 = u * z5 - Omega * v * y5
+    b3_5 = u * y5 + Omega * v * (z5 - x * y5)
+    a3_4, b3_4 = 3.0 / 2.0 * z4 + Omega * a3_5, 3.0 / 2.0 * y4 + Omega * b3_5
+    a3_3, b3_3 = z3 + Omega * a3_4, y3 + Omega * b3_4
+    p0 += Omega * Omega * (k0 + k1_3 * a1_3 + k1_4 * a1_4 + k2_3 * a2_3 + k2_4 * a2_4 + k2_5 * a2_5 + k3_3 * a3_3 + k3_4 * a3_4 + k3_5 * a3_5)
+    p1 += Omega * Omega * (k1_3 * b1_3 + k1_4 * b1_4 + k2_3 * b2_3 + k2_4 * b2_4 + k2_5 * b2_5 + k3_3 * b3_3 + k3_4 * b3_4 + k3_5 * b3_5)
+    return p0 - xi * p1, p1, 1.0 + Omega * (a1_1 - xi * b1_1), Omega * b1_1, leading
+
+
+@_inline
+def _closer(y, p, size):
+    """A step of fourth order to the positive root of y^3 + 3 p y = size."""
+    f, slope = y * (y * y + 3.0 * p) - size, 3.0 * (y * y + p)
+    bend = slope * slope - 3.0 * y * f
+    return y - f * bend / (slope * (bend - 3.0 * y * f) + f * f + 1e-300)
+
+
+@_inline
+def _real_root(a2, a1, a0):
+    """The real root of x^3 + a2 x^2 + a1 x + a0 that is farthest from the other two.
+
+    From the inflection, y^3 + 3 p y = size has one positive root, within 16 % of y^2 = size^(2/3) - 3 p or, for p > 0,
+    y^-2 = size^(-2/3) + 9 p^2/size^2 with powers taken by the exponents; two steps of fourth order do the rest.
+    """
+    middle = -1.0 / 3.0 * a2
+    p = 1.0 / 3.0 * (a1 + a2 * middle)
+    value = ((middle + a2) * middle + a1) * middle + a0
+    size = abs(value)
+    third = (np.float64(size).view(np.int64) >> 32) * 0x55555556 >> 32
+    k = np.int64((0x553EF0FF - third) << 32).view(np.float64)  # size^(-1/3)
+    k *= k
+    y2 = k * (1.0 + 9.0 * p * p * k * k) if p > 0.0 else size * k * size * k - 3.0 * p
+    bits = np.float64(y2).view(np.int64) >> 1
+    y = np.int64(0x5FE62FD000000000 - bits if p > 0.0 else 0x1FF6C8FE00000000 + bits).view(np.float64)
+    y = _closer(_closer(y, p, size), p, size)
+    return middle - y if value > 0.0 else middle + y
+
+
+@_inline
+def _pair(c3, c2, c1, c0, b0, b1):
+    """(half trace, squared modulus less 1, that square, discriminant) of a pair, and the third eigenvalue.
+
+    Of what is left over lambda - third, P, the value at 1, and Q = 1 - det follow from b0 and b1, which keep the
+    digits of a pair near 1; away from 1, trace and determinant by the division that begins with the smaller root.
+    """
+    inverse = 1.0 / c3
+    a2, a1, a0 = c2 * inverse, c1 * inverse, c0 * inverse
+    third = _real_root(a2, a1, a0)
+    m = 1.0 - third
+    divisor, safe_m = third if third != 0.0 else 1.0, m if m != 0.0 else 1.0
+    both = 1.0 / (divisor * safe_m)
+    over_m, over_third = both * divisor, both * safe_m
+    P = b0 * inverse * over_m
+    T = (b1 * inverse - P) * over_m
+    Q = T - P
+    det, last = a1 + third * (a2 + third), -a0 * over_third
+    backward = third * third > abs(det)
+    det = last if backward else det
+    half = 0.5 * ((a1 - last) * over_third if backward else -(a2 + third))
+    beside = P < 0.5 and P < 0.5 * m * m and T * T < m * m  # nearer to 1 than third is
+    half = 1.0 - 0.5 * T if beside else half
+    discriminant = P - 0.25 * T * T if beside else det - half * half
+    less = -Q if beside and Q < 0.5 else det - 1.0
+    return half, less, 1.0 - Q if beside and Q < 0.5 else det, discriminant, third
+
+
+@_inline
+def _modulus(half, modulus2, discriminant, third):
+    """The largest modulus."""
+    root = math.sqrt(abs(modulus2 if discriminant > 0.0 else discriminant))  # one that cannot fail is one instruction
+    modulus = root if discriminant > 0.0 else abs(half) + root
+    return modulus if modulus > abs(third) else abs(third)
+
+
+@_inline
+def _is_conservative(Omega, xi):
+    """Whether the polynomial reads the same backwards, itself or without a root at 0: its pairs are on the circle."""
+    w0, w1, y0, y1 = _asymmetry(Omega)
+    return xi == 0.0 and (abs(w0) + abs(w1) == 0.0 or abs(y0) + abs(y1) == 0.0)
+
+
+@_inline
 def _radius(Omega, xi):
     """Spectral radius at one point."""
-    columns = _columns(xi)
-    return _spectrum(Omega, xi, _polynomial(Omega, xi), _defect(Omega, xi), columns)[0]
+    half, _, modulus2, discriminant, third = _pair(*_cubic(Omega, xi))
+    return _modulus(half, modulus2, discriminant, third)
 
 
-@_compile
-def _point(Omega, xi):
-    """Spectral radius, numerical damping and period error at one point; NaN where the eigenvalues are real."""
-    columns = _columns(xi)
-    radius, angle, shift, gain = _spectrum(Omega, xi, _polynomial(Omega, xi), _defect(Omega, xi), columns)
-    if not xi < 1.0:
-        return radius, math.nan, math.nan
-    if Omega == 0.0:
-        return radius, 0.0, 0.0
-    if xi == 0.0:  # a polynomial that reads the same backwards has its complex pairs on the circle
-        opposite = np.abs(np.array(_asymmetry(Omega, xi)))
-        if opposite[:2].sum() == 0.0 or (_polynomial(Omega, xi)[0] == 0.0 and opposite[2:].sum() == 0.0):
-            gain = 0.0
-    return radius, 0.0 - (gain + xi * shift / math.sqrt(1.0 - xi * xi)) / angle, 0.0 - shift / angle
+@_inline
+def _far(Omega, xi):
+    """Spectral radius, numerical damping, period error, the pair's imaginary part, -1 for none, third eigenvalue."""
+    half, less, modulus2, discriminant, third = _pair(*_cubic(Omega, xi))
+    root = math.sqrt(abs(discriminant)) if discriminant > 0.0 else -1.0
+    less, modulus2 = (0.0, 1.0) if _is_conservative(Omega, xi) else (less, modulus2)
+    damping, period = _measured(Omega, xi, half, less, modulus2, root)
+    return _modulus(half, modulus2, discriminant, third), damping, period, root, third
+
+
+@_inline
+def _near(Omega, xi, root, third):
+    """Numerical damping and period error from what the exact eigenvalue e^s leaves over in the polynomial."""
+    p0, p1, x, y, leading = _residual(Omega, xi, *_defect(Omega, xi))
+    square = 1.0 - xi * xi
+    # the polynomial at e^s is leading (g0 + i sqrt(square) g1) (w - i sqrt(square) y gain): g, of all other roots
+    g0, g1 = x - third, y
+    g0, g1 = g0 * x - square * g1 * y, g0 * y + g1 * x
+    scale = Omega * Omega * Omega / (leading * (g0 * g0 + square * g1 * g1) * y)
+    w = scale * y * (p0 * g0 + square * p1 * g1)
+    gain = 0.0 if _is_conservative(Omega, xi) else scale * (p0 * g1 - p1 * g0)
+    return _compared(Omega, xi, w, gain, x, y, root)
 
 
 @_compile
 def _block(Omega, xi, radius, damping, period):
-    """Of all points."""
-    for i in range(radius.size):
-        radius[i], damping[i], period[i] = _point(Omega[i], xi[i])
+    """Of all points, then anew of those near Omega = 0, where the difference from the exact decides."""
+    n, count = radius.size, 0
+    where, kept = np.empty(n, np.int64), np.empty((2, n))
+    for i in range(n):
+        radius[i], damping[i], period[i], kept[0, i], kept[1, i] = _far(Omega[i], xi[i])
+    for i in range(n):
+        where[count] = i
+        count += (Omega[i] < 0.125) & (kept[0, i] > -2.0)  # no branch
+    x, y = np.empty((4, count)), np.empty((2, count))
+    for k in range(count):
+        i = where[k]
+        x[0, k], x[1, k], x[2, k], x[3, k] = Omega[i], xi[i], kept[0, i], kept[1, i]
+    for k in range(count):
+        y[0, k], y[1, k] = _near(x[0, k], x[1, k], x[2, k], x[3, k])
+    for k in range(count):
+        damping[where[k]], period[where[k]] = y[0, k], y[1, k]
 
 
 @_compile
@@ -312,7 +394,7 @@ def amplitude_error(Omega, xi, out):
     """1 - exp(-2 pi numerical damping): decay over one period."""
     numerical_damping(Omega, xi, out)
     for i in range(out.size):
-        out[i] = 0.0 - math.expm1(-2.0 * math.pi * out[i])
+        out[i] = 0.0 - _expm1(-2.0 * math.pi * out[i])
 
 
 @_compile

@@ -137,56 +137,105 @@ def _quadratic(Omega, xi, beta, gamma):
 
 
 @_inline
-def _defect(Omega, xi, beta, gamma, e1, e2, e3, e4, e5, e6, e7, f1, f2, f3, f4, f5, f6):
-    """Re(c2*e^s + det*e^-s - trace) and det*e^(2*xi*Omega) - c2, cancelled up to Omega^3. 64 operations."""
+def _asymmetry(Omega, beta, gamma):
+    """At xi = 0, w: differences of opposite coefficients; y: the same over lambda, and what that leaves. 4 operations."""
     r0 = 2*gamma - 1
-    r1 = 4*xi**2 - 3
-    r2 = 3*gamma - 2
-    r3 = 2*xi + 1
-    r4 = 2*xi - 1
-    x0 = 4*e4
-    x1 = 2*gamma
-    x2 = xi**2
-    x3 = 4*x2
-    x4 = 8*f3
-    w = Omega**3*(Omega*(Omega*r0*(e3 + x0*xi) + 4*beta*e2 - e2*x1 + e2 + 4*e3*xi + x0) + r0*r1*xi)
-    g = Omega**2*(Omega*(Omega*x3*(2*beta*f2 - f2*x1 + f2 + x2*(8*f4 + gamma*x4 - x4)) + (2/3)*xi*(6*beta - 3*r0 + r2*x3)) + r0*r3*r4)
-    return w, g
+    w = Omega**2*r0
+    return w
 
 
 @_inline
-def _tails(Omega, xi):
-    """Tails of exponentials whose first terms a scheme cancels.
+def _defect(Omega, xi, beta, gamma):
+    """The polynomial at e^s, cancelled up to Omega^3, and coefficients for `_residual`. 21 operations."""
+    r0 = 2*gamma - 1
+    r1 = 2*xi + 1
+    r2 = 2*xi - 1
+    r3 = 2*gamma + 1
+    x0 = 4*xi
+    x1 = 2*beta
+    x2 = gamma*x0
+    p0 = -2*r0*xi
+    p1 = -r0*r1*r2
+    k0 = 0
+    k1_2 = r3
+    k1_3 = x0
+    k2_2 = x1
+    k2_3 = x2
+    k2_4 = 2
+    leading = Omega*(Omega*x1 + x2) + 2
+    return p0, p1, k0, k1_2, k1_3, k2_2, k2_3, k2_4, leading
 
-    e_k = Re(s^k/k! + s^(k+2)/(k+2)! + ...)/Omega^k, and f_k = 1/k! + y/(k+1)! + ... at y = 2 xi Omega.
+
+@_inline
+def _measured(Omega, xi, half, less, modulus2, root):
+    """Numerical damping and period error of the pair half +- i*root, less = modulus2 - 1; root < 0 for none."""
+    angle, square = _angle(root, half), abs(1.0 - xi * xi)
+    cosine = math.sqrt(square)
+    inverse = 1.0 / (angle * cosine)
+    damping = 0.0 - (0.5 * _log1p(less, modulus2) * cosine + xi * angle) * inverse
+    period = Omega * square * inverse - 1.0
+    moving = root > 0.0 and xi < 1.0
+    return damping if moving else math.nan, period if moving else math.nan
+
+
+@_inline
+def _compared(Omega, xi, w, gain, x, y, root):
+    """Numerical damping and period error of a pair from its distance to the exact one, e^s = x +- i sqrt(1 - xi^2) y.
+
+    Of the pair's lambda^2 - t lambda + d, w = Re(e^s + d e^-s - t) and gain = d/|e^s|^2 - 1 are small and known to all
+    digits: 1 + gain is the squared modulus over the exact one, and half the angle's error has the tangent below.
+    """
+    cosine = math.sqrt(abs(1.0 - xi * xi))
+    grown = math.sqrt(abs(1.0 + gain))
+    mean = (1.0 + grown) * (1.0 + grown)
+    tangent = 0.5 * (w * mean - x * gain * gain) / (mean * (root + grown * cosine * y))
+    shift = 2.0 * _angle(abs(tangent), 1.0)
+    shift = shift if tangent > 0.0 else -shift
+    inverse = 1.0 / (cosine * (cosine * Omega + shift))
+    damping = 0.0 - (0.5 * _log1p(gain, 1.0 + gain) * cosine + xi * shift) * inverse
+    period = 0.0 - shift * cosine * inverse
+    nothing = math.nan if xi >= 1.0 or (Omega > 0.0 and not root > 0.0) else 0.0
+    moving = Omega > 0.0 and root > 0.0 and xi < 1.0
+    return damping if moving else nothing, period if moving else nothing
+
+
+@_inline
+def _in_s(y, z, constants):
+    """u, v with u + v s the polynomial in s of these constants, highest first, where s^2 = -y s - z."""
+    u, v = 0.0, 0.0
+    for constant in constants:
+        u, v = constant - z * v, u - y * v
+    return u, v
+
+
+@_inline
+def _residual(Omega, xi, p0, p1, k0, k1_2, k1_3, k2_2, k2_3, k2_4, leading):
+    """p0, p1, x, y: the polynomial at e^s is Omega^3 (p0 + i r p1), and e^s = x + i r y, r = sqrt(1 - xi^2).
+
+    s = Omega zeta, zeta^2 = -2 xi zeta - 1; a_jn + b_jn zeta are the powers of (e^s - 1)^j from s^n on, over Omega^n.
     """
     x, y, z = 2.0 * xi, 2.0 * xi * Omega, Omega * Omega
-    t2 = 0.5 * x * x - 1.0  # t_k = Re(s^k)/Omega^k
-    t3, t4 = -x * t2 + xi, 2.0 * t2 * t2 - 1.0
-    t5, t6 = 2.0 * t2 * t3 + xi, 2.0 * t3 * t3 - 1.0
-    t7, t8, t9 = 2.0 * t3 * t4 + xi, 2.0 * t4 * t4 - 1.0, 2.0 * t4 * t5 + xi
-    turn, z2 = 2.0 * t2 * z, z * z  # s^4 = turn*s^2 - z^2
-    c = 1.0 / 3628800.0 + turn * (1.0 / 479001600.0)
-    b = 1.0 / 40320.0 + turn * c - z2 * (1.0 / 479001600.0)
-    e6 = t6 * (1.0 / 720.0 - z2 * c) + z * t8 * b
-    c = 1.0 / 39916800.0 + turn * (1.0 / 6227020800.0)
-    b = 1.0 / 362880.0 + turn * c - z2 * (1.0 / 6227020800.0)
-    e7 = t7 * (1.0 / 5040.0 - z2 * c) + z * t9 * b
-    e5 = t5 * (1.0 / 120.0) + z * e7
-    e4, e3 = t4 * (1.0 / 24.0) + z * e6, t3 * (1.0 / 6.0) + z * e5
-    e2, e1 = t2 * 0.5 + z * e4, -xi + z * e3
-    f = 1.0 / 3628800.0 + y * (1.0 / 39916800.0 + y * (1.0 / 479001600.0 + y * (1.0 / 6227020800.0)))
-    f6 = 1.0 / 720.0 + y * (1.0 / 5040.0 + y * (1.0 / 40320.0 + y * (1.0 / 362880.0 + y * f)))
-    f5 = 1.0 / 120.0 + y * f6
-    f4 = 1.0 / 24.0 + y * f5
-    f3 = 1.0 / 6.0 + y * f4
-    f2 = 0.5 + y * f3
-    return e1, e2, e3, e4, e5, e6, e7, 1.0 + y * f2, f2, f3, f4, f5, f6
+    z2, y2 = -1.0, -x  # zeta^2 = z2 + y2 zeta, and so on
+    z3, y3 = -y2, z2 - x * y2
+    z4, y4 = -y3, z3 - x * y3
+    u, v = _in_s(y, z, (1.0 / 3628800.0, 1.0 / 362880.0, 1.0 / 40320.0, 1.0 / 5040.0, 1.0 / 720.0, 1.0 / 120.0, 1.0 / 24.0, 1.0 / 6.0))
+    a1_3 = u * z3 - Omega * v * y3
+    b1_3 = u * y3 + Omega * v * (z3 - x * y3)
+    a1_2, b1_2 = 1.0 / 2.0 * z2 + Omega * a1_3, 1.0 / 2.0 * y2 + Omega * b1_3
+    a1_1, b1_1 = Omega * a1_2, 1.0 + Omega * b1_2
+    u, v = _in_s(y, z, (1.0 / 760320.0, 2047.0 / 239500800.0, 31.0 / 604800.0, 73.0 / 259200.0, 17.0 / 12096.0, 127.0 / 20160.0, 1.0 / 40.0, 31.0 / 360.0, 1.0 / 4.0, 7.0 / 12.0))
+    a2_4 = u * z4 - Omega * v * y4
+    b2_4 = u * y4 + Omega * v * (z4 - x * y4)
+    a2_3, b2_3 = z3 + Omega * a2_4, y3 + Omega * b2_4
+    a2_2, b2_2 = z2 + Omega * a2_3, y2 + Omega * b2_3
+    p0 += Omega * (k0 + k1_2 * a1_2 + k1_3 * a1_3 + k2_2 * a2_2 + k2_3 * a2_3 + k2_4 * a2_4)
+    p1 += Omega * (k1_2 * b1_2 + k1_3 * b1_3 + k2_2 * b2_2 + k2_3 * b2_3 + k2_4 * b2_4)
+    return p0 - xi * p1, p1, 1.0 + Omega * (a1_1 - xi * b1_1), Omega * b1_1, leading
 
 
 @_inline
 def _pair(c2, b0, q, trace, det):
-    """(radius, half trace, squared modulus less 1, that modulus, root of discriminant, complex) of the live pair.
+    """(half trace, squared modulus less 1, that square, discriminant) of the live pair.
 
     P = b0/c2 = det(I - A) and Q = q/c2 = 1 - det A keep the digits of what is near 1; far from it
     trace and determinant do.
@@ -194,79 +243,69 @@ def _pair(c2, b0, q, trace, det):
     inverse = 1.0 / c2
     P, Q, half, modulus2 = b0 * inverse, q * inverse, 0.5 * trace * inverse, det * inverse
     discriminant = P - 0.25 * (P + Q) * (P + Q) if P < 0.5 else modulus2 - half * half
-    modulus2 = 1.0 - Q if Q < 0.5 else modulus2
-    root = math.sqrt(abs(discriminant))  # abs: a root that cannot fail is one instruction
-    radius = math.sqrt(abs(modulus2)) if discriminant > 0.0 else abs(half) + root
-    return radius, half, -Q, modulus2, root, discriminant > 0.0
+    return half, -Q, 1.0 - Q if Q < 0.5 else modulus2, discriminant
+
+
+@_inline
+def _modulus(half, modulus2, discriminant):
+    """The pair's modulus, the larger one of real eigenvalues."""
+    root = math.sqrt(abs(modulus2 if discriminant > 0.0 else discriminant))  # one that cannot fail is one instruction
+    return root if discriminant > 0.0 else abs(half) + root
+
+
+@_inline
+def _is_conservative(Omega, xi, beta, gamma):
+    """Whether the polynomial reads the same backwards: a complex pair is on the circle."""
+    return xi == 0.0 and _asymmetry(Omega, beta, gamma) == 0.0
 
 
 @_inline
 def _radius(Omega, xi, beta, gamma):
     """Spectral radius at one point."""
-    return _pair(*_quadratic(Omega, xi, beta, gamma))[0]
+    half, _, modulus2, discriminant = _pair(*_quadratic(Omega, xi, beta, gamma))
+    return _modulus(half, modulus2, discriminant)
 
 
 @_inline
 def _far(Omega, xi, beta, gamma):
-    """Spectral radius, numerical damping and period error from the eigenvalues themselves."""
-    radius, half, less, modulus2, root, is_complex = _pair(*_quadratic(Omega, xi, beta, gamma))
-    angle, square = _angle(root, half), abs(1.0 - xi * xi)
-    cosine = math.sqrt(square)
-    inverse = 1.0 / (angle * cosine)
-    damping = 0.0 - (0.5 * _log1p(less, modulus2) * cosine + xi * angle) * inverse
-    period = Omega * square * inverse - 1.0
-    return radius, damping if is_complex and xi < 1.0 else math.nan, period if is_complex and xi < 1.0 else math.nan
+    """Spectral radius, numerical damping, period error and the pair's imaginary part, -1 for none."""
+    half, less, modulus2, discriminant = _pair(*_quadratic(Omega, xi, beta, gamma))
+    root = math.sqrt(abs(discriminant)) if discriminant > 0.0 else -1.0
+    damping, period = _measured(Omega, xi, half, less, modulus2, root)
+    return _modulus(half, modulus2, discriminant), damping, period, root
 
 
 @_inline
-def _near(Omega, xi, beta, gamma):
-    """Numerical damping and period error from what the exact eigenvalue e^s leaves over in the polynomial.
-
-    With w = Re(c2 e^s + det e^-s - trace) and g = det e^(2 xi Omega) - c2, which are small and known to
-    all digits: 1 + g/c2 is the squared modulus over the exact one, and half the angle's error has the tangent below.
-    """
-    quadratic = _quadratic(Omega, xi, beta, gamma)
-    tails = _tails(Omega, xi)
-    w, g = _defect(Omega, xi, beta, gamma, *tails)
-    c2 = quadratic[0]
-    radius, _, _, _, root, is_complex = _pair(*quadratic)
-    cosine = math.sqrt(abs(1.0 - xi * xi))
-    exact = cosine * Omega
-    z = exact * exact
-    sine = -1.0 / 6.0 + z * (1.0 / 120.0 + z * (-1.0 / 5040.0 + z * (1.0 / 362880.0 - z / 39916800.0)))
-    sine = exact + exact * z * sine
-    gain = g / c2
-    grown = 1.0 + math.sqrt(abs(1.0 + gain))
-    decay = 1.0 + Omega * (tails[0] + Omega * tails[1])  # Re(e^s)
-    tangent = 0.5 * (w - decay * g * gain / (grown * grown)) / (c2 * (root + radius * sine))
-    shift = 2.0 * _angle(abs(tangent), 1.0)
-    shift = shift if tangent > 0.0 else -shift
-    inverse = 1.0 / (exact + shift)
-    damping = 0.0 - (0.5 * _log1p(gain, 1.0 + gain) + xi * shift / cosine) * inverse
-    period = 0.0 - shift * inverse
-    nothing = math.nan if xi >= 1.0 or (Omega > 0.0 and not is_complex) else 0.0
-    moving = Omega > 0.0 and is_complex and xi < 1.0
-    return damping if moving else nothing, period if moving else nothing
+def _near(Omega, xi, beta, gamma, root):
+    """Numerical damping and period error from what the exact eigenvalue e^s leaves over in the polynomial."""
+    p0, p1, x, y, leading = _residual(Omega, xi, *_defect(Omega, xi, beta, gamma))
+    square = 1.0 - xi * xi
+    # the polynomial at e^s is leading (g0 + i sqrt(square) g1) (w - i sqrt(square) y gain): g, of all other roots
+    g0, g1 = x, y
+    scale = Omega * Omega * Omega / (leading * (g0 * g0 + square * g1 * g1) * y)
+    w = scale * y * (p0 * g0 + square * p1 * g1)
+    gain = 0.0 if _is_conservative(Omega, xi, beta, gamma) else scale * (p0 * g1 - p1 * g0)
+    return _compared(Omega, xi, w, gain, x, y, root)
 
 
 @_compile
 def _block(Omega, xi, beta, gamma, radius, damping, period):
     """Of all points, then anew of those near Omega = 0, where the difference from the exact decides."""
-    count = 0
-    for i in range(radius.size):
-        radius[i], damping[i], period[i] = _far(Omega[i], xi[i], beta[i], gamma[i])
-        count += Omega[i] < 0.25
-    if count > 0:
-        where, x, y = np.empty(count, np.int64), np.empty((4, count)), np.empty((2, count))
-        k = 0
-        for i in range(radius.size):
-            if Omega[i] < 0.25:
-                where[k], x[0, k], x[1, k], x[2, k], x[3, k] = i, Omega[i], xi[i], beta[i], gamma[i]
-                k += 1
-        for k in range(count):
-            y[0, k], y[1, k] = _near(x[0, k], x[1, k], x[2, k], x[3, k])
-        for k in range(count):
-            damping[where[k]], period[where[k]] = y[0, k], y[1, k]
+    n, count = radius.size, 0
+    where, kept = np.empty(n, np.int64), np.empty((1, n))
+    for i in range(n):
+        radius[i], damping[i], period[i], kept[0, i] = _far(Omega[i], xi[i], beta[i], gamma[i])
+    for i in range(n):
+        where[count] = i
+        count += (Omega[i] < 0.125) & (kept[0, i] > -2.0)  # no branch
+    x, y = np.empty((5, count)), np.empty((2, count))
+    for k in range(count):
+        i = where[k]
+        x[0, k], x[1, k], x[2, k], x[3, k], x[4, k] = Omega[i], xi[i], beta[i], gamma[i], kept[0, i]
+    for k in range(count):
+        y[0, k], y[1, k] = _near(x[0, k], x[1, k], x[2, k], x[3, k], x[4, k])
+    for k in range(count):
+        damping[where[k]], period[where[k]] = y[0, k], y[1, k]
 
 
 @_compile

@@ -228,87 +228,125 @@ def _quadratic(Omega, xi, gamma_t, beta, gamma):
 
 
 @_inline
-def _defect(Omega, xi, gamma_t, beta, gamma, e1, e2, e3, e4, e5, e6, e7, f1, f2, f3, f4, f5, f6):
-    """Re(c2*e^s + det*e^-s - trace) and det*e^(2*xi*Omega) - c2, cancelled up to Omega^3. 224 operations."""
+def _asymmetry(Omega, gamma_t, beta, gamma):
+    """At xi = 0, w: differences of opposite coefficients; y: the same over lambda, and what that leaves. 15 operations."""
     r0 = gamma_t - 1
     r1 = 2*gamma - 1
-    r2 = 4*xi**2 - 3
-    r3 = gamma_t - 2
-    r4 = gamma_t + 1
-    r5 = gamma_t*(gamma_t - 3) + 3
-    r6 = gamma_t*(gamma_t - 2) + 2
-    r7 = 2*xi + 1
-    r8 = 2*xi - 1
-    x0 = gamma_t*r1*r3
-    x1 = 4*e2
-    x2 = 16*e4
-    x3 = 6*gamma_t
-    x4 = gamma_t**2
-    x5 = e2*x4
-    x6 = 4*x4
-    x7 = gamma_t**3
-    x8 = 2*x5
-    x9 = gamma_t**4
-    x10 = 16*e2
-    x11 = 16*e3
-    x12 = e3*gamma_t
-    x13 = 4*gamma_t
-    x14 = 8*x4
-    x15 = e1*x14
-    x16 = e1*x7
-    x17 = 8*e2
-    x18 = gamma*xi
-    x19 = r0**2
-    x20 = 2*e3
-    x21 = 2*e1
-    x22 = 8*e4
-    x23 = gamma_t*x17
-    x24 = 32*e4
-    x25 = beta*x4
-    x26 = xi**2
-    x27 = 8*f2
-    x28 = 32*f2
-    x29 = 128*f4
-    x30 = 32*f3
-    x31 = 128*f3
-    w = Omega**3*(Omega*(Omega*(Omega*beta*x19*x8 + gamma_t*(beta*(-e1*x6 + gamma_t*x21 + x21*x7) + gamma*(4*e3 - gamma_t*x20) + x12 - x20 + xi*(beta*(x1*x7 + x23 - 12*x5) + e4*x13 + gamma*(-gamma_t*x24 + x1*x4 + x1 + x22*x4 - x23 + x24) + x18*(e3*x14 + x11 - 24*x12) - x22))) + beta*(x1*x9 - x10*x7 + 16*x5 + x6 - 6*x7 + 2*x9) - e2*x3 + e4*x6 + gamma*(-gamma_t*x1 - x4 + x7 + x8) - gamma_t*x2 + x1 + x2 + 3*x5 + xi*(beta*(4*e1*x9 + x15 - 12*x16) + 4*e3*x4 + gamma*(e1*x13 - x15 + 4*x16) + x11 - 16*x12 + x18*(gamma_t*x10 + x17*x7 - 24*x5))) - r2*x0*xi)
-    g = Omega**2*(Omega*(Omega*(-2*x19*x25 + x26*(beta*(x27*x9 + x28*x4 - x28*x7) + f2*x6 + gamma*(-16*f2*gamma_t + x27*x4) - gamma_t*x27 + x26*(-64*f3 + 32*f4*x4 + gamma*(gamma_t*x31 + x30*x7 - x31*x4) - gamma_t*x29 + gamma_t*x30 + x29) + x27)) - 2/3*xi*(gamma*r5*x3 + 6*r3*x25 - 3*r6 + x26*(-12*gamma*gamma_t*r3**2 - 4*r3*r4))) - r7*r8*x0)
-    return w, g
+    r2 = gamma_t - 2
+    x0 = Omega**2
+    w = x0*(2*beta*gamma_t**2*r0**2*x0 - gamma_t*r1*r2)
+    return w
 
 
 @_inline
-def _tails(Omega, xi):
-    """Tails of exponentials whose first terms a scheme cancels.
+def _defect(Omega, xi, gamma_t, beta, gamma):
+    """The polynomial at e^s, cancelled up to Omega^3, and coefficients for `_residual`. 71 operations."""
+    r0 = 2*gamma - 1
+    r1 = gamma_t - 2
+    r2 = 2*xi + 1
+    r3 = 2*xi - 1
+    r4 = gamma_t - 1
+    r5 = 2*gamma_t - 3
+    r6 = 3*gamma_t - 4
+    x0 = gamma_t*r1
+    x1 = r0*x0
+    x2 = 2*beta
+    x3 = gamma_t**2
+    x4 = r4*x3
+    x5 = beta*x0
+    x6 = 4*xi
+    x7 = gamma_t*r4*x6
+    x8 = gamma*r4
+    x9 = 8*x8*xi**2
+    x10 = r1**2
+    x11 = 2*r4**2
+    x12 = 2*x10
+    x13 = beta*x3
+    x14 = Omega*(Omega*x11*x13 + x7*(x5 + x8)) + x0*x9 + x11 + x12*x13
+    x15 = r1*x6*(gamma*x0 + r4)
+    p0 = 2*x1*xi
+    p1 = r2*r3*x1
+    k0 = x4*(gamma + r1*x2)
+    k1_1 = Omega*x4*(gamma + r5*x2) + x7*(gamma*r5 + x5)
+    k1_2 = r1*(-2*gamma*gamma_t + gamma_t*x9 + r6)
+    k1_3 = x10*x6
+    k2_2 = x14
+    k2_3 = x15
+    k2_4 = x12
+    leading = Omega*(Omega*x14 + x15) + x12
+    return p0, p1, k0, k1_1, k1_2, k1_3, k2_2, k2_3, k2_4, leading
 
-    e_k = Re(s^k/k! + s^(k+2)/(k+2)! + ...)/Omega^k, and f_k = 1/k! + y/(k+1)! + ... at y = 2 xi Omega.
+
+@_inline
+def _measured(Omega, xi, half, less, modulus2, root):
+    """Numerical damping and period error of the pair half +- i*root, less = modulus2 - 1; root < 0 for none."""
+    angle, square = _angle(root, half), abs(1.0 - xi * xi)
+    cosine = math.sqrt(square)
+    inverse = 1.0 / (angle * cosine)
+    damping = 0.0 - (0.5 * _log1p(less, modulus2) * cosine + xi * angle) * inverse
+    period = Omega * square * inverse - 1.0
+    moving = root > 0.0 and xi < 1.0
+    return damping if moving else math.nan, period if moving else math.nan
+
+
+@_inline
+def _compared(Omega, xi, w, gain, x, y, root):
+    """Numerical damping and period error of a pair from its distance to the exact one, e^s = x +- i sqrt(1 - xi^2) y.
+
+    Of the pair's lambda^2 - t lambda + d, w = Re(e^s + d e^-s - t) and gain = d/|e^s|^2 - 1 are small and known to all
+    digits: 1 + gain is the squared modulus over the exact one, and half the angle's error has the tangent below.
+    """
+    cosine = math.sqrt(abs(1.0 - xi * xi))
+    grown = math.sqrt(abs(1.0 + gain))
+    mean = (1.0 + grown) * (1.0 + grown)
+    tangent = 0.5 * (w * mean - x * gain * gain) / (mean * (root + grown * cosine * y))
+    shift = 2.0 * _angle(abs(tangent), 1.0)
+    shift = shift if tangent > 0.0 else -shift
+    inverse = 1.0 / (cosine * (cosine * Omega + shift))
+    damping = 0.0 - (0.5 * _log1p(gain, 1.0 + gain) * cosine + xi * shift) * inverse
+    period = 0.0 - shift * cosine * inverse
+    nothing = math.nan if xi >= 1.0 or (Omega > 0.0 and not root > 0.0) else 0.0
+    moving = Omega > 0.0 and root > 0.0 and xi < 1.0
+    return damping if moving else nothing, period if moving else nothing
+
+
+@_inline
+def _in_s(y, z, constants):
+    """u, v with u + v s the polynomial in s of these constants, highest first, where s^2 = -y s - z."""
+    u, v = 0.0, 0.0
+    for constant in constants:
+        u, v = constant - z * v, u - y * v
+    return u, v
+
+
+@_inline
+def _residual(Omega, xi, p0, p1, k0, k1_1, k1_2, k1_3, k2_2, k2_3, k2_4, leading):
+    """p0, p1, x, y: the polynomial at e^s is Omega^3 (p0 + i r p1), and e^s = x + i r y, r = sqrt(1 - xi^2).
+
+    s = Omega zeta, zeta^2 = -2 xi zeta - 1; a_jn + b_jn zeta are the powers of (e^s - 1)^j from s^n on, over Omega^n.
     """
     x, y, z = 2.0 * xi, 2.0 * xi * Omega, Omega * Omega
-    t2 = 0.5 * x * x - 1.0  # t_k = Re(s^k)/Omega^k
-    t3, t4 = -x * t2 + xi, 2.0 * t2 * t2 - 1.0
-    t5, t6 = 2.0 * t2 * t3 + xi, 2.0 * t3 * t3 - 1.0
-    t7, t8, t9 = 2.0 * t3 * t4 + xi, 2.0 * t4 * t4 - 1.0, 2.0 * t4 * t5 + xi
-    turn, z2 = 2.0 * t2 * z, z * z  # s^4 = turn*s^2 - z^2
-    c = 1.0 / 3628800.0 + turn * (1.0 / 479001600.0)
-    b = 1.0 / 40320.0 + turn * c - z2 * (1.0 / 479001600.0)
-    e6 = t6 * (1.0 / 720.0 - z2 * c) + z * t8 * b
-    c = 1.0 / 39916800.0 + turn * (1.0 / 6227020800.0)
-    b = 1.0 / 362880.0 + turn * c - z2 * (1.0 / 6227020800.0)
-    e7 = t7 * (1.0 / 5040.0 - z2 * c) + z * t9 * b
-    e5 = t5 * (1.0 / 120.0) + z * e7
-    e4, e3 = t4 * (1.0 / 24.0) + z * e6, t3 * (1.0 / 6.0) + z * e5
-    e2, e1 = t2 * 0.5 + z * e4, -xi + z * e3
-    f = 1.0 / 3628800.0 + y * (1.0 / 39916800.0 + y * (1.0 / 479001600.0 + y * (1.0 / 6227020800.0)))
-    f6 = 1.0 / 720.0 + y * (1.0 / 5040.0 + y * (1.0 / 40320.0 + y * (1.0 / 362880.0 + y * f)))
-    f5 = 1.0 / 120.0 + y * f6
-    f4 = 1.0 / 24.0 + y * f5
-    f3 = 1.0 / 6.0 + y * f4
-    f2 = 0.5 + y * f3
-    return e1, e2, e3, e4, e5, e6, e7, 1.0 + y * f2, f2, f3, f4, f5, f6
+    z2, y2 = -1.0, -x  # zeta^2 = z2 + y2 zeta, and so on
+    z3, y3 = -y2, z2 - x * y2
+    z4, y4 = -y3, z3 - x * y3
+    u, v = _in_s(y, z, (1.0 / 3628800.0, 1.0 / 362880.0, 1.0 / 40320.0, 1.0 / 5040.0, 1.0 / 720.0, 1.0 / 120.0, 1.0 / 24.0, 1.0 / 6.0))
+    a1_3 = u * z3 - Omega * v * y3
+    b1_3 = u * y3 + Omega * v * (z3 - x * y3)
+    a1_2, b1_2 = 1.0 / 2.0 * z2 + Omega * a1_3, 1.0 / 2.0 * y2 + Omega * b1_3
+    a1_1, b1_1 = Omega * a1_2, 1.0 + Omega * b1_2
+    u, v = _in_s(y, z, (1.0 / 760320.0, 2047.0 / 239500800.0, 31.0 / 604800.0, 73.0 / 259200.0, 17.0 / 12096.0, 127.0 / 20160.0, 1.0 / 40.0, 31.0 / 360.0, 1.0 / 4.0, 7.0 / 12.0))
+    a2_4 = u * z4 - Omega * v * y4
+    b2_4 = u * y4 + Omega * v * (z4 - x * y4)
+    a2_3, b2_3 = z3 + Omega * a2_4, y3 + Omega * b2_4
+    a2_2, b2_2 = z2 + Omega * a2_3, y2 + Omega * b2_3
+    p0 += Omega * (k0 + k1_1 * a1_1 + k1_2 * a1_2 + k1_3 * a1_3 + k2_2 * a2_2 + k2_3 * a2_3 + k2_4 * a2_4)
+    p1 += Omega * (k1_1 * b1_1 + k1_2 * b1_2 + k1_3 * b1_3 + k2_2 * b2_2 + k2_3 * b2_3 + k2_4 * b2_4)
+    return p0 - xi * p1, p1, 1.0 + Omega * (a1_1 - xi * b1_1), Omega * b1_1, leading
 
 
 @_inline
 def _pair(c2, b0, q, trace, det):
-    """(radius, half trace, squared modulus less 1, that modulus, root of discriminant, complex) of the live pair.
+    """(half trace, squared modulus less 1, that square, discriminant) of the live pair.
 
     P = b0/c2 = det(I - A) and Q = q/c2 = 1 - det A keep the digits of what is near 1; far from it
     trace and determinant do.
@@ -316,79 +354,69 @@ def _pair(c2, b0, q, trace, det):
     inverse = 1.0 / c2
     P, Q, half, modulus2 = b0 * inverse, q * inverse, 0.5 * trace * inverse, det * inverse
     discriminant = P - 0.25 * (P + Q) * (P + Q) if P < 0.5 else modulus2 - half * half
-    modulus2 = 1.0 - Q if Q < 0.5 else modulus2
-    root = math.sqrt(abs(discriminant))  # abs: a root that cannot fail is one instruction
-    radius = math.sqrt(abs(modulus2)) if discriminant > 0.0 else abs(half) + root
-    return radius, half, -Q, modulus2, root, discriminant > 0.0
+    return half, -Q, 1.0 - Q if Q < 0.5 else modulus2, discriminant
+
+
+@_inline
+def _modulus(half, modulus2, discriminant):
+    """The pair's modulus, the larger one of real eigenvalues."""
+    root = math.sqrt(abs(modulus2 if discriminant > 0.0 else discriminant))  # one that cannot fail is one instruction
+    return root if discriminant > 0.0 else abs(half) + root
+
+
+@_inline
+def _is_conservative(Omega, xi, gamma_t, beta, gamma):
+    """Whether the polynomial reads the same backwards: a complex pair is on the circle."""
+    return xi == 0.0 and _asymmetry(Omega, gamma_t, beta, gamma) == 0.0
 
 
 @_inline
 def _radius(Omega, xi, gamma_t, beta, gamma):
     """Spectral radius at one point."""
-    return _pair(*_quadratic(Omega, xi, gamma_t, beta, gamma))[0]
+    half, _, modulus2, discriminant = _pair(*_quadratic(Omega, xi, gamma_t, beta, gamma))
+    return _modulus(half, modulus2, discriminant)
 
 
 @_inline
 def _far(Omega, xi, gamma_t, beta, gamma):
-    """Spectral radius, numerical damping and period error from the eigenvalues themselves."""
-    radius, half, less, modulus2, root, is_complex = _pair(*_quadratic(Omega, xi, gamma_t, beta, gamma))
-    angle, square = _angle(root, half), abs(1.0 - xi * xi)
-    cosine = math.sqrt(square)
-    inverse = 1.0 / (angle * cosine)
-    damping = 0.0 - (0.5 * _log1p(less, modulus2) * cosine + xi * angle) * inverse
-    period = Omega * square * inverse - 1.0
-    return radius, damping if is_complex and xi < 1.0 else math.nan, period if is_complex and xi < 1.0 else math.nan
+    """Spectral radius, numerical damping, period error and the pair's imaginary part, -1 for none."""
+    half, less, modulus2, discriminant = _pair(*_quadratic(Omega, xi, gamma_t, beta, gamma))
+    root = math.sqrt(abs(discriminant)) if discriminant > 0.0 else -1.0
+    damping, period = _measured(Omega, xi, half, less, modulus2, root)
+    return _modulus(half, modulus2, discriminant), damping, period, root
 
 
 @_inline
-def _near(Omega, xi, gamma_t, beta, gamma):
-    """Numerical damping and period error from what the exact eigenvalue e^s leaves over in the polynomial.
-
-    With w = Re(c2 e^s + det e^-s - trace) and g = det e^(2 xi Omega) - c2, which are small and known to
-    all digits: 1 + g/c2 is the squared modulus over the exact one, and half the angle's error has the tangent below.
-    """
-    quadratic = _quadratic(Omega, xi, gamma_t, beta, gamma)
-    tails = _tails(Omega, xi)
-    w, g = _defect(Omega, xi, gamma_t, beta, gamma, *tails)
-    c2 = quadratic[0]
-    radius, _, _, _, root, is_complex = _pair(*quadratic)
-    cosine = math.sqrt(abs(1.0 - xi * xi))
-    exact = cosine * Omega
-    z = exact * exact
-    sine = -1.0 / 6.0 + z * (1.0 / 120.0 + z * (-1.0 / 5040.0 + z * (1.0 / 362880.0 - z / 39916800.0)))
-    sine = exact + exact * z * sine
-    gain = g / c2
-    grown = 1.0 + math.sqrt(abs(1.0 + gain))
-    decay = 1.0 + Omega * (tails[0] + Omega * tails[1])  # Re(e^s)
-    tangent = 0.5 * (w - decay * g * gain / (grown * grown)) / (c2 * (root + radius * sine))
-    shift = 2.0 * _angle(abs(tangent), 1.0)
-    shift = shift if tangent > 0.0 else -shift
-    inverse = 1.0 / (exact + shift)
-    damping = 0.0 - (0.5 * _log1p(gain, 1.0 + gain) + xi * shift / cosine) * inverse
-    period = 0.0 - shift * inverse
-    nothing = math.nan if xi >= 1.0 or (Omega > 0.0 and not is_complex) else 0.0
-    moving = Omega > 0.0 and is_complex and xi < 1.0
-    return damping if moving else nothing, period if moving else nothing
+def _near(Omega, xi, gamma_t, beta, gamma, root):
+    """Numerical damping and period error from what the exact eigenvalue e^s leaves over in the polynomial."""
+    p0, p1, x, y, leading = _residual(Omega, xi, *_defect(Omega, xi, gamma_t, beta, gamma))
+    square = 1.0 - xi * xi
+    # the polynomial at e^s is leading (g0 + i sqrt(square) g1) (w - i sqrt(square) y gain): g, of all other roots
+    g0, g1 = x, y
+    scale = Omega * Omega * Omega / (leading * (g0 * g0 + square * g1 * g1) * y)
+    w = scale * y * (p0 * g0 + square * p1 * g1)
+    gain = 0.0 if _is_conservative(Omega, xi, gamma_t, beta, gamma) else scale * (p0 * g1 - p1 * g0)
+    return _compared(Omega, xi, w, gain, x, y, root)
 
 
 @_compile
 def _block(Omega, xi, gamma_t, beta, gamma, radius, damping, period):
     """Of all points, then anew of those near Omega = 0, where the difference from the exact decides."""
-    count = 0
-    for i in range(radius.size):
-        radius[i], damping[i], period[i] = _far(Omega[i], xi[i], gamma_t[i], beta[i], gamma[i])
-        count += Omega[i] < 0.25
-    if count > 0:
-        where, x, y = np.empty(count, np.int64), np.empty((5, count)), np.empty((2, count))
-        k = 0
-        for i in range(radius.size):
-            if Omega[i] < 0.25:
-                where[k], x[0, k], x[1, k], x[2, k], x[3, k], x[4, k] = i, Omega[i], xi[i], gamma_t[i], beta[i], gamma[i]
-                k += 1
-        for k in range(count):
-            y[0, k], y[1, k] = _near(x[0, k], x[1, k], x[2, k], x[3, k], x[4, k])
-        for k in range(count):
-            damping[where[k]], period[where[k]] = y[0, k], y[1, k]
+    n, count = radius.size, 0
+    where, kept = np.empty(n, np.int64), np.empty((1, n))
+    for i in range(n):
+        radius[i], damping[i], period[i], kept[0, i] = _far(Omega[i], xi[i], gamma_t[i], beta[i], gamma[i])
+    for i in range(n):
+        where[count] = i
+        count += (Omega[i] < 0.125) & (kept[0, i] > -2.0)  # no branch
+    x, y = np.empty((6, count)), np.empty((2, count))
+    for k in range(count):
+        i = where[k]
+        x[0, k], x[1, k], x[2, k], x[3, k], x[4, k], x[5, k] = Omega[i], xi[i], gamma_t[i], beta[i], gamma[i], kept[0, i]
+    for k in range(count):
+        y[0, k], y[1, k] = _near(x[0, k], x[1, k], x[2, k], x[3, k], x[4, k], x[5, k])
+    for k in range(count):
+        damping[where[k]], period[where[k]] = y[0, k], y[1, k]
 
 
 @_compile

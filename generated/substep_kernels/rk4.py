@@ -153,63 +153,105 @@ def _quadratic(Omega, xi):
 
 
 @_inline
-def _defect(Omega, xi, e1, e2, e3, e4, e5, e6, e7, f1, f2, f3, f4, f5, f6):
-    """Re(c2*e^s + det*e^-s - trace) and det*e^(2*xi*Omega) - c2, cancelled up to Omega^5. 124 operations."""
-    x0 = 144*e6
-    x1 = 6*xi
-    x2 = xi**3
-    x3 = 24*x2
-    x4 = xi**4
-    x5 = 48*x4
-    x6 = 96*x2
-    x7 = xi**2
-    x8 = 144*x7
-    x9 = 6*x7
-    x10 = x9 - 1
-    x11 = 8*e2
-    x12 = 8*xi
-    x13 = 16*x7
-    x14 = 2*f1
-    x15 = 12*f1*x7
-    x16 = xi**6
-    w = Omega**6*(Omega*(Omega*(Omega*(Omega*e2 - e1 - x11*xi) + e1*x12 + 48*e2*x7 - x11 + 1) - 8*e1*x9 + 8*e1 + 8*e2*x1 - 8*e2*x3 - 8*e3*x5 - 8*e4*x6 - 8*e5*x8 - 8*x0*xi - 8*xi) - 8*e1*x1 + 8*e1*x3 + 8*e2*x5 + 8*e3*x6 + 8*e4*x8 + 1152*e5*xi + 8*x0 + 8*x10)
-    g = Omega**5*(Omega*(Omega*(Omega*(Omega*x14*xi - f1*x13 + 1) + x12*(-x14 + x15 - 1)) - 384*f1*x4 + 1536*f2*x16 - 6144*f3*x16 + 18432*f4*x16 - 36864*f5*x16 + 36864*f6*x16 + 8*x10 + 8*x15) + (48/5)*xi*(x7*(x13 - 20) + 5))
-    return w, g
+def _asymmetry(Omega):
+    """At xi = 0, w: differences of opposite coefficients; y: the same over lambda, and what that leaves. 4 operations."""
+    w = Omega**6*(8 - Omega**2)
+    return w
 
 
 @_inline
-def _tails(Omega, xi):
-    """Tails of exponentials whose first terms a scheme cancels.
+def _defect(Omega, xi):
+    """The polynomial at e^s, cancelled up to Omega^6, and coefficients for `_residual`. 36 operations."""
+    r0 = 4*xi**2 - 3
+    r1 = 2*xi**2 - 1
+    x0 = Omega**3
+    x1 = xi**2
+    p0 = x0*(x1*(384/5 - 384/5*x1) - 48/5)
+    p1 = -48/5*x0*xi*(x1*(16*x1 - 20) + 5)
+    k0 = Omega - 8*xi
+    k1_3 = x1*(384 - 384*x1) - 48
+    k1_4 = 192*r0*xi
+    k1_5 = -576*r1
+    k1_6 = 1152*xi
+    k2_7 = 576
+    leading = 576
+    return p0, p1, k0, k1_3, k1_4, k1_5, k1_6, k2_7, leading
 
-    e_k = Re(s^k/k! + s^(k+2)/(k+2)! + ...)/Omega^k, and f_k = 1/k! + y/(k+1)! + ... at y = 2 xi Omega.
+
+@_inline
+def _measured(Omega, xi, half, less, modulus2, root):
+    """Numerical damping and period error of the pair half +- i*root, less = modulus2 - 1; root < 0 for none."""
+    angle, square = _angle(root, half), abs(1.0 - xi * xi)
+    cosine = math.sqrt(square)
+    inverse = 1.0 / (angle * cosine)
+    damping = 0.0 - (0.5 * _log1p(less, modulus2) * cosine + xi * angle) * inverse
+    period = Omega * square * inverse - 1.0
+    moving = root > 0.0 and xi < 1.0
+    return damping if moving else math.nan, period if moving else math.nan
+
+
+@_inline
+def _compared(Omega, xi, w, gain, x, y, root):
+    """Numerical damping and period error of a pair from its distance to the exact one, e^s = x +- i sqrt(1 - xi^2) y.
+
+    Of the pair's lambda^2 - t lambda + d, w = Re(e^s + d e^-s - t) and gain = d/|e^s|^2 - 1 are small and known to all
+    digits: 1 + gain is the squared modulus over the exact one, and half the angle's error has the tangent below.
+    """
+    cosine = math.sqrt(abs(1.0 - xi * xi))
+    grown = math.sqrt(abs(1.0 + gain))
+    mean = (1.0 + grown) * (1.0 + grown)
+    tangent = 0.5 * (w * mean - x * gain * gain) / (mean * (root + grown * cosine * y))
+    shift = 2.0 * _angle(abs(tangent), 1.0)
+    shift = shift if tangent > 0.0 else -shift
+    inverse = 1.0 / (cosine * (cosine * Omega + shift))
+    damping = 0.0 - (0.5 * _log1p(gain, 1.0 + gain) * cosine + xi * shift) * inverse
+    period = 0.0 - shift * cosine * inverse
+    nothing = math.nan if xi >= 1.0 or (Omega > 0.0 and not root > 0.0) else 0.0
+    moving = Omega > 0.0 and root > 0.0 and xi < 1.0
+    return damping if moving else nothing, period if moving else nothing
+
+
+@_inline
+def _in_s(y, z, constants):
+    """u, v with u + v s the polynomial in s of these constants, highest first, where s^2 = -y s - z."""
+    u, v = 0.0, 0.0
+    for constant in constants:
+        u, v = constant - z * v, u - y * v
+    return u, v
+
+
+@_inline
+def _residual(Omega, xi, p0, p1, k0, k1_3, k1_4, k1_5, k1_6, k2_7, leading):
+    """p0, p1, x, y: the polynomial at e^s is Omega^3 (p0 + i r p1), and e^s = x + i r y, r = sqrt(1 - xi^2).
+
+    s = Omega zeta, zeta^2 = -2 xi zeta - 1; a_jn + b_jn zeta are the powers of (e^s - 1)^j from s^n on, over Omega^n.
     """
     x, y, z = 2.0 * xi, 2.0 * xi * Omega, Omega * Omega
-    t2 = 0.5 * x * x - 1.0  # t_k = Re(s^k)/Omega^k
-    t3, t4 = -x * t2 + xi, 2.0 * t2 * t2 - 1.0
-    t5, t6 = 2.0 * t2 * t3 + xi, 2.0 * t3 * t3 - 1.0
-    t7, t8, t9 = 2.0 * t3 * t4 + xi, 2.0 * t4 * t4 - 1.0, 2.0 * t4 * t5 + xi
-    turn, z2 = 2.0 * t2 * z, z * z  # s^4 = turn*s^2 - z^2
-    c = 1.0 / 3628800.0 + turn * (1.0 / 479001600.0)
-    b = 1.0 / 40320.0 + turn * c - z2 * (1.0 / 479001600.0)
-    e6 = t6 * (1.0 / 720.0 - z2 * c) + z * t8 * b
-    c = 1.0 / 39916800.0 + turn * (1.0 / 6227020800.0)
-    b = 1.0 / 362880.0 + turn * c - z2 * (1.0 / 6227020800.0)
-    e7 = t7 * (1.0 / 5040.0 - z2 * c) + z * t9 * b
-    e5 = t5 * (1.0 / 120.0) + z * e7
-    e4, e3 = t4 * (1.0 / 24.0) + z * e6, t3 * (1.0 / 6.0) + z * e5
-    e2, e1 = t2 * 0.5 + z * e4, -xi + z * e3
-    f = 1.0 / 3628800.0 + y * (1.0 / 39916800.0 + y * (1.0 / 479001600.0 + y * (1.0 / 6227020800.0)))
-    f6 = 1.0 / 720.0 + y * (1.0 / 5040.0 + y * (1.0 / 40320.0 + y * (1.0 / 362880.0 + y * f)))
-    f5 = 1.0 / 120.0 + y * f6
-    f4 = 1.0 / 24.0 + y * f5
-    f3 = 1.0 / 6.0 + y * f4
-    f2 = 0.5 + y * f3
-    return e1, e2, e3, e4, e5, e6, e7, 1.0 + y * f2, f2, f3, f4, f5, f6
+    z2, y2 = -1.0, -x  # zeta^2 = z2 + y2 zeta, and so on
+    z3, y3 = -y2, z2 - x * y2
+    z4, y4 = -y3, z3 - x * y3
+    z5, y5 = -y4, z4 - x * y4
+    z6, y6 = -y5, z5 - x * y5
+    z7, y7 = -y6, z6 - x * y6
+    u, v = _in_s(y, z, (1.0 / 6227020800.0, 1.0 / 479001600.0, 1.0 / 39916800.0, 1.0 / 3628800.0, 1.0 / 362880.0, 1.0 / 40320.0, 1.0 / 5040.0, 1.0 / 720.0))
+    a1_6 = u * z6 - Omega * v * y6
+    b1_6 = u * y6 + Omega * v * (z6 - x * y6)
+    a1_5, b1_5 = 1.0 / 120.0 * z5 + Omega * a1_6, 1.0 / 120.0 * y5 + Omega * b1_6
+    a1_4, b1_4 = 1.0 / 24.0 * z4 + Omega * a1_5, 1.0 / 24.0 * y4 + Omega * b1_5
+    a1_3, b1_3 = 1.0 / 6.0 * z3 + Omega * a1_4, 1.0 / 6.0 * y3 + Omega * b1_4
+    a1_2, b1_2 = 1.0 / 2.0 * z2 + Omega * a1_3, 1.0 / 2.0 * y2 + Omega * b1_3
+    a1_1, b1_1 = Omega * a1_2, 1.0 + Omega * b1_2
+    u, v = _in_s(y, z, (5461.0 / 217945728000.0, 8191.0 / 43589145600.0, 1.0 / 760320.0, 2047.0 / 239500800.0, 31.0 / 604800.0, 73.0 / 259200.0, 17.0 / 12096.0, 127.0 / 20160.0, 1.0 / 40.0))
+    a2_7 = u * z7 - Omega * v * y7
+    b2_7 = u * y7 + Omega * v * (z7 - x * y7)
+    p0 += Omega * Omega * Omega * Omega * (k0 + k1_3 * a1_3 + k1_4 * a1_4 + k1_5 * a1_5 + k1_6 * a1_6 + k2_7 * a2_7)
+    p1 += Omega * Omega * Omega * Omega * (k1_3 * b1_3 + k1_4 * b1_4 + k1_5 * b1_5 + k1_6 * b1_6 + k2_7 * b2_7)
+    return p0 - xi * p1, p1, 1.0 + Omega * (a1_1 - xi * b1_1), Omega * b1_1, leading
 
 
 @_inline
 def _pair(c2, b0, q, trace, det):
-    """(radius, half trace, squared modulus less 1, that modulus, root of discriminant, complex) of the live pair.
+    """(half trace, squared modulus less 1, that square, discriminant) of the live pair.
 
     P = b0/c2 = det(I - A) and Q = q/c2 = 1 - det A keep the digits of what is near 1; far from it
     trace and determinant do.
@@ -217,79 +259,69 @@ def _pair(c2, b0, q, trace, det):
     inverse = 1.0 / c2
     P, Q, half, modulus2 = b0 * inverse, q * inverse, 0.5 * trace * inverse, det * inverse
     discriminant = P - 0.25 * (P + Q) * (P + Q) if P < 0.5 else modulus2 - half * half
-    modulus2 = 1.0 - Q if Q < 0.5 else modulus2
-    root = math.sqrt(abs(discriminant))  # abs: a root that cannot fail is one instruction
-    radius = math.sqrt(abs(modulus2)) if discriminant > 0.0 else abs(half) + root
-    return radius, half, -Q, modulus2, root, discriminant > 0.0
+    return half, -Q, 1.0 - Q if Q < 0.5 else modulus2, discriminant
+
+
+@_inline
+def _modulus(half, modulus2, discriminant):
+    """The pair's modulus, the larger one of real eigenvalues."""
+    root = math.sqrt(abs(modulus2 if discriminant > 0.0 else discriminant))  # one that cannot fail is one instruction
+    return root if discriminant > 0.0 else abs(half) + root
+
+
+@_inline
+def _is_conservative(Omega, xi):
+    """Whether the polynomial reads the same backwards: a complex pair is on the circle."""
+    return xi == 0.0 and _asymmetry(Omega) == 0.0
 
 
 @_inline
 def _radius(Omega, xi):
     """Spectral radius at one point."""
-    return _pair(*_quadratic(Omega, xi))[0]
+    half, _, modulus2, discriminant = _pair(*_quadratic(Omega, xi))
+    return _modulus(half, modulus2, discriminant)
 
 
 @_inline
 def _far(Omega, xi):
-    """Spectral radius, numerical damping and period error from the eigenvalues themselves."""
-    radius, half, less, modulus2, root, is_complex = _pair(*_quadratic(Omega, xi))
-    angle, square = _angle(root, half), abs(1.0 - xi * xi)
-    cosine = math.sqrt(square)
-    inverse = 1.0 / (angle * cosine)
-    damping = 0.0 - (0.5 * _log1p(less, modulus2) * cosine + xi * angle) * inverse
-    period = Omega * square * inverse - 1.0
-    return radius, damping if is_complex and xi < 1.0 else math.nan, period if is_complex and xi < 1.0 else math.nan
+    """Spectral radius, numerical damping, period error and the pair's imaginary part, -1 for none."""
+    half, less, modulus2, discriminant = _pair(*_quadratic(Omega, xi))
+    root = math.sqrt(abs(discriminant)) if discriminant > 0.0 else -1.0
+    damping, period = _measured(Omega, xi, half, less, modulus2, root)
+    return _modulus(half, modulus2, discriminant), damping, period, root
 
 
 @_inline
-def _near(Omega, xi):
-    """Numerical damping and period error from what the exact eigenvalue e^s leaves over in the polynomial.
-
-    With w = Re(c2 e^s + det e^-s - trace) and g = det e^(2 xi Omega) - c2, which are small and known to
-    all digits: 1 + g/c2 is the squared modulus over the exact one, and half the angle's error has the tangent below.
-    """
-    quadratic = _quadratic(Omega, xi)
-    tails = _tails(Omega, xi)
-    w, g = _defect(Omega, xi, *tails)
-    c2 = quadratic[0]
-    radius, _, _, _, root, is_complex = _pair(*quadratic)
-    cosine = math.sqrt(abs(1.0 - xi * xi))
-    exact = cosine * Omega
-    z = exact * exact
-    sine = -1.0 / 6.0 + z * (1.0 / 120.0 + z * (-1.0 / 5040.0 + z * (1.0 / 362880.0 - z / 39916800.0)))
-    sine = exact + exact * z * sine
-    gain = g / c2
-    grown = 1.0 + math.sqrt(abs(1.0 + gain))
-    decay = 1.0 + Omega * (tails[0] + Omega * tails[1])  # Re(e^s)
-    tangent = 0.5 * (w - decay * g * gain / (grown * grown)) / (c2 * (root + radius * sine))
-    shift = 2.0 * _angle(abs(tangent), 1.0)
-    shift = shift if tangent > 0.0 else -shift
-    inverse = 1.0 / (exact + shift)
-    damping = 0.0 - (0.5 * _log1p(gain, 1.0 + gain) + xi * shift / cosine) * inverse
-    period = 0.0 - shift * inverse
-    nothing = math.nan if xi >= 1.0 or (Omega > 0.0 and not is_complex) else 0.0
-    moving = Omega > 0.0 and is_complex and xi < 1.0
-    return damping if moving else nothing, period if moving else nothing
+def _near(Omega, xi, root):
+    """Numerical damping and period error from what the exact eigenvalue e^s leaves over in the polynomial."""
+    p0, p1, x, y, leading = _residual(Omega, xi, *_defect(Omega, xi))
+    square = 1.0 - xi * xi
+    # the polynomial at e^s is leading (g0 + i sqrt(square) g1) (w - i sqrt(square) y gain): g, of all other roots
+    g0, g1 = x, y
+    scale = Omega * Omega * Omega / (leading * (g0 * g0 + square * g1 * g1) * y)
+    w = scale * y * (p0 * g0 + square * p1 * g1)
+    gain = 0.0 if _is_conservative(Omega, xi) else scale * (p0 * g1 - p1 * g0)
+    return _compared(Omega, xi, w, gain, x, y, root)
 
 
 @_compile
 def _block(Omega, xi, radius, damping, period):
     """Of all points, then anew of those near Omega = 0, where the difference from the exact decides."""
-    count = 0
-    for i in range(radius.size):
-        radius[i], damping[i], period[i] = _far(Omega[i], xi[i])
-        count += Omega[i] < 0.25
-    if count > 0:
-        where, x, y = np.empty(count, np.int64), np.empty((2, count)), np.empty((2, count))
-        k = 0
-        for i in range(radius.size):
-            if Omega[i] < 0.25:
-                where[k], x[0, k], x[1, k] = i, Omega[i], xi[i]
-                k += 1
-        for k in range(count):
-            y[0, k], y[1, k] = _near(x[0, k], x[1, k])
-        for k in range(count):
-            damping[where[k]], period[where[k]] = y[0, k], y[1, k]
+    n, count = radius.size, 0
+    where, kept = np.empty(n, np.int64), np.empty((1, n))
+    for i in range(n):
+        radius[i], damping[i], period[i], kept[0, i] = _far(Omega[i], xi[i])
+    for i in range(n):
+        where[count] = i
+        count += (Omega[i] < 0.125) & (kept[0, i] > -2.0)  # no branch
+    x, y = np.empty((3, count)), np.empty((2, count))
+    for k in range(count):
+        i = where[k]
+        x[0, k], x[1, k], x[2, k] = Omega[i], xi[i], kept[0, i]
+    for k in range(count):
+        y[0, k], y[1, k] = _near(x[0, k], x[1, k], x[2, k])
+    for k in range(count):
+        damping[where[k]], period[where[k]] = y[0, k], y[1, k]
 
 
 @_compile

@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
 from importlib import import_module
+from math import prod
 from types import MappingProxyType, ModuleType
 from typing import TYPE_CHECKING, Any
 
@@ -16,11 +17,16 @@ from numpy.typing import ArrayLike, NDArray
 from substep_kernels.index import SCHEMES
 
 from .errors import inside, non_negative, unknown_name
+from .threads import spread
 
 if TYPE_CHECKING:
     from .build import Declaration
 
 Array = NDArray[np.float64]
+PART = 1 << 15  # points a thread takes at a time, so that what it reads and writes stays in its caches
+NANOSECONDS = {"spectral_radius": 2.0}  # of a point at the fastest schemes
+OTHER_NANOSECONDS = 8.0
+WORTH_THREADS = 1e6  # ns of work from which on threads pay
 
 
 def schemes() -> tuple[str, ...]:
@@ -121,7 +127,12 @@ class Scheme:
 
     def spectral_radius(self, Omega: ArrayLike, xi: ArrayLike = 0.0) -> Array:
         """Largest modulus of the eigenvalues of the amplification matrix (thesis (4.17))."""
-        return self._evaluate("spectral_radius", Omega, xi)
+        return self._evaluate("spectral_radius", 1, Omega, xi)[0]
+
+    def stability(self, Omega: ArrayLike, xi: ArrayLike = 0.0) -> tuple[Array, Array, Array]:
+        """Spectral radius, numerical damping and period error, as the functions of these names, in one pass."""
+        radius, damping, period = self._evaluate("stability", 3, Omega, xi)
+        return radius, damping, period
 
     def numerical_damping(self, Omega: ArrayLike, xi: ArrayLike = 0.0) -> Array:
         """-ln|lambda_1|/phi - xi/sqrt(1 - xi^2), the damping ratio the scheme adds (thesis (4.3)).
@@ -129,15 +140,15 @@ class Scheme:
         lambda_1 is the complex pair of largest modulus, phi its argument. NaN where all eigenvalues
         are real or xi >= 1; 0, its limit, at Omega = 0.
         """
-        return self._evaluate("numerical_damping", Omega, xi)
+        return self._evaluate("numerical_damping", 1, Omega, xi)[0]
 
     def amplitude_error(self, Omega: ArrayLike, xi: ArrayLike = 0.0) -> Array:
         """1 - exp(-2 pi numerical_damping) (thesis (4.4)); NaN where that is."""
-        return self._evaluate("amplitude_error", Omega, xi)
+        return self._evaluate("amplitude_error", 1, Omega, xi)[0]
 
     def period_error(self, Omega: ArrayLike, xi: ArrayLike = 0.0) -> Array:
         """Omega*sqrt(1 - xi^2)/phi - 1 (thesis (4.6)); NaN where numerical_damping is, 0 at Omega = 0."""
-        return self._evaluate("period_error", Omega, xi)
+        return self._evaluate("period_error", 1, Omega, xi)[0]
 
     def power_norm(self, Omega: ArrayLike, xi: ArrayLike = 0.0, n: int = 1000) -> Array:
         """The largest of ||A||, ||A^2||, ..., ||A^n|| in the energy norm of (omega*u, v, a/omega), n >= 1.
@@ -237,24 +248,51 @@ class Scheme:
         values = {**self.parameters, **fixed}
         return [np.asarray(values[name]) for name in self.kernels.PARAMETERS]
 
-    def _points(self, Omega: ArrayLike, xi: ArrayLike) -> tuple[tuple[int, ...], list[Array]]:
-        return self._broadcast(non_negative("Omega", Omega), non_negative("xi", xi), *self._module_parameters())
+    def _arguments(self, Omega: ArrayLike, xi: ArrayLike) -> list[Array]:
+        return [non_negative("Omega", Omega), non_negative("xi", xi), *self._module_parameters()]
 
-    def _broadcast(self, *arrays: Array) -> tuple[tuple[int, ...], list[Array]]:
-        """The common shape, and each array at that shape as contiguous 1-D (what kernels read)."""
+    def _points(self, Omega: ArrayLike, xi: ArrayLike) -> tuple[tuple[int, ...], list[Array]]:
+        return self._broadcast(*self._arguments(Omega, xi))
+
+    def _shape(self, *arrays: Array) -> tuple[int, ...]:
         try:
-            full = np.broadcast_arrays(*arrays)
+            return np.broadcast(*arrays).shape
         except ValueError as error:
             names = ["Omega", "xi", *self.kernels.PARAMETERS][-len(arrays) :] if len(arrays) > 1 else ["Omega"]
             shapes = ", ".join(f"{name} {np.shape(a)}" for name, a in zip(names, arrays, strict=False))
             raise ValueError(
                 f"expected shapes that broadcast, got {shapes}; add axes, for example Omega[:, None]"
             ) from error
-        return full[0].shape, [np.array(a, dtype=np.float64, order="C").reshape(-1) for a in full]
 
-    def _evaluate(self, function: str, Omega: ArrayLike, xi: ArrayLike) -> Array:
-        shape, arguments = self._points(Omega, xi)
-        out = np.empty(arguments[0].size)
-        kernel: Callable[..., None] = getattr(self.kernels, function)
-        kernel(*arguments, out)
-        return out.reshape(shape)[()]
+    def _broadcast(self, *arrays: Array) -> tuple[tuple[int, ...], list[Array]]:
+        """The common shape, and each array at that shape as contiguous 1-D (what kernels read)."""
+        shape = self._shape(*arrays)
+        return shape, [_flat(a, shape) for a in arrays]
+
+    def _evaluate(self, function: str, outputs: int, Omega: ArrayLike, xi: ArrayLike) -> list[Array]:
+        """What a kernel with so many outputs gives at all points; many points are spread over threads."""
+        arrays = self._arguments(Omega, xi)
+        shape = self._shape(*arrays)
+        n, kernel, numbers = prod(shape), getattr(self.kernels, function), [a.size == 1 for a in arrays]
+        inputs = [_flat(a, (min(n, PART),) if one else shape) for a, one in zip(arrays, numbers, strict=True)]
+        out = np.empty((outputs, n))
+
+        def part(begin: int, end: int) -> None:
+            for first in range(begin, end, PART):
+                last = min(first + PART, end)
+                own = (a[: last - first] if one else a[first:last] for a, one in zip(inputs, numbers, strict=True))
+                kernel(*own, *out[:, first:last])
+
+        spread(part, n, PART, worth=n * NANOSECONDS.get(function, OTHER_NANOSECONDS) >= WORTH_THREADS)
+        return [row.reshape(shape)[()] for row in out]
+
+
+def _flat(array: Array, shape: tuple[int, ...]) -> Array:
+    """The array at that shape as contiguous 1-D, a view where it can be one; read-only, it may be the caller's."""
+    if array.size == 1:
+        array = np.full(prod(shape), array.reshape(())[()])
+    elif array.shape != shape or not array.flags.c_contiguous:
+        array = np.ascontiguousarray(np.broadcast_to(array, shape))
+    flat = array.reshape(-1)
+    flat.flags.writeable = False
+    return flat

@@ -1,0 +1,136 @@
+"""The fixed text of eigenvalues in generated stability functions: a pair, or a pair and a real one."""
+
+TWO_EIGENVALUES = '''
+
+@_inline
+def _pair(c2, b0, q, trace, det):
+    """(half trace, squared modulus less 1, that square, discriminant) of the live pair.
+
+    P = b0/c2 = det(I - A) and Q = q/c2 = 1 - det A keep the digits of what is near 1; far from it
+    trace and determinant do.
+    """
+    inverse = 1.0 / c2
+    P, Q, half, modulus2 = b0 * inverse, q * inverse, 0.5 * trace * inverse, det * inverse
+    discriminant = P - 0.25 * (P + Q) * (P + Q) if P < 0.5 else modulus2 - half * half
+    return half, -Q, 1.0 - Q if Q < 0.5 else modulus2, discriminant
+
+
+@_inline
+def _modulus(half, modulus2, discriminant):
+    """The pair's modulus, the larger one of real eigenvalues."""
+    root = math.sqrt(abs(modulus2 if discriminant > 0.0 else discriminant))  # one that cannot fail is one instruction
+    return root if discriminant > 0.0 else abs(half) + root
+
+
+@_inline
+def _is_conservative({arguments}):
+    """Whether the polynomial reads the same backwards: a complex pair is on the circle."""
+    return xi == 0.0 and _asymmetry({arguments_no_xi}) == 0.0
+
+
+@_inline
+def _radius({arguments}):
+    """Spectral radius at one point."""
+    half, _, modulus2, discriminant = _pair(*_quadratic({arguments}))
+    return _modulus(half, modulus2, discriminant)
+
+
+@_inline
+def _far({arguments}):
+    """Spectral radius, numerical damping, period error and the pair's imaginary part, -1 for none."""
+    half, less, modulus2, discriminant = _pair(*_quadratic({arguments}))
+    root = math.sqrt(abs(discriminant)) if discriminant > 0.0 else -1.0
+    damping, period = _measured(Omega, xi, half, less, modulus2, root)
+    return _modulus(half, modulus2, discriminant), damping, period, root
+'''
+
+THREE_EIGENVALUES = '''
+
+@_inline
+def _closer(y, p, size):
+    """A step of fourth order to the positive root of y^3 + 3 p y = size."""
+    f, slope = y * (y * y + 3.0 * p) - size, 3.0 * (y * y + p)
+    bend = slope * slope - 3.0 * y * f
+    return y - f * bend / (slope * (bend - 3.0 * y * f) + f * f + 1e-300)
+
+
+@_inline
+def _real_root(a2, a1, a0):
+    """The real root of x^3 + a2 x^2 + a1 x + a0 that is farthest from the other two.
+
+    From the inflection, y^3 + 3 p y = size has one positive root, within 16 % of y^2 = size^(2/3) - 3 p or, for p > 0,
+    y^-2 = size^(-2/3) + 9 p^2/size^2 with powers taken by the exponents; two steps of fourth order do the rest.
+    """
+    middle = -1.0 / 3.0 * a2
+    p = 1.0 / 3.0 * (a1 + a2 * middle)
+    value = ((middle + a2) * middle + a1) * middle + a0
+    size = abs(value)
+    third = (np.float64(size).view(np.int64) >> 32) * 0x55555556 >> 32
+    k = np.int64((0x553EF0FF - third) << 32).view(np.float64)  # size^(-1/3)
+    k *= k
+    y2 = k * (1.0 + 9.0 * p * p * k * k) if p > 0.0 else size * k * size * k - 3.0 * p
+    bits = np.float64(y2).view(np.int64) >> 1
+    y = np.int64(0x5FE62FD000000000 - bits if p > 0.0 else 0x1FF6C8FE00000000 + bits).view(np.float64)
+    y = _closer(_closer(y, p, size), p, size)
+    return middle - y if value > 0.0 else middle + y
+
+
+@_inline
+def _pair(c3, c2, c1, c0, b0, b1):
+    """(half trace, squared modulus less 1, that square, discriminant) of a pair, and the third eigenvalue.
+
+    Of what is left over lambda - third, P, the value at 1, and Q = 1 - det follow from b0 and b1, which keep the
+    digits of a pair near 1; away from 1, trace and determinant by the division that begins with the smaller root.
+    """
+    inverse = 1.0 / c3
+    a2, a1, a0 = c2 * inverse, c1 * inverse, c0 * inverse
+    third = _real_root(a2, a1, a0)
+    m = 1.0 - third
+    divisor, safe_m = third if third != 0.0 else 1.0, m if m != 0.0 else 1.0
+    both = 1.0 / (divisor * safe_m)
+    over_m, over_third = both * divisor, both * safe_m
+    P = b0 * inverse * over_m
+    T = (b1 * inverse - P) * over_m
+    Q = T - P
+    det, last = a1 + third * (a2 + third), -a0 * over_third
+    backward = third * third > abs(det)
+    det = last if backward else det
+    half = 0.5 * ((a1 - last) * over_third if backward else -(a2 + third))
+    beside = P < 0.5 and P < 0.5 * m * m and T * T < m * m  # nearer to 1 than third is
+    half = 1.0 - 0.5 * T if beside else half
+    discriminant = P - 0.25 * T * T if beside else det - half * half
+    less = -Q if beside and Q < 0.5 else det - 1.0
+    return half, less, 1.0 - Q if beside and Q < 0.5 else det, discriminant, third
+
+
+@_inline
+def _modulus(half, modulus2, discriminant, third):
+    """The largest modulus."""
+    root = math.sqrt(abs(modulus2 if discriminant > 0.0 else discriminant))  # one that cannot fail is one instruction
+    modulus = root if discriminant > 0.0 else abs(half) + root
+    return modulus if modulus > abs(third) else abs(third)
+
+
+@_inline
+def _is_conservative({arguments}):
+    """Whether the polynomial reads the same backwards, itself or without a root at 0: its pairs are on the circle."""
+    w0, w1, y0, y1 = _asymmetry({arguments_no_xi})
+    return xi == 0.0 and (abs(w0) + abs(w1) == 0.0 or abs(y0) + abs(y1) == 0.0)
+
+
+@_inline
+def _radius({arguments}):
+    """Spectral radius at one point."""
+    half, _, modulus2, discriminant, third = _pair(*_cubic({arguments}))
+    return _modulus(half, modulus2, discriminant, third)
+
+
+@_inline
+def _far({arguments}):
+    """Spectral radius, numerical damping, period error, the pair's imaginary part, -1 for none, third eigenvalue."""
+    half, less, modulus2, discriminant, third = _pair(*_cubic({arguments}))
+    root = math.sqrt(abs(discriminant)) if discriminant > 0.0 else -1.0
+    less, modulus2 = (0.0, 1.0) if _is_conservative({arguments}) else (less, modulus2)
+    damping, period = _measured(Omega, xi, half, less, modulus2, root)
+    return _modulus(half, modulus2, discriminant, third), damping, period, root, third
+'''

@@ -1,0 +1,57 @@
+"""Fixed text of the elementary functions in generated modules."""
+
+# numba knows no vector log1p, atan2 or expm1: polynomials of least maximal error, and no branch but selects
+ELEMENTARY = '''
+# no fastmath: contraction is 12 % faster, but then the last bit depends on a point's place in its array
+_inline = njit(nogil=True, error_model="numpy", forceinline=True)
+
+
+@_inline
+def _log1p(u, m):
+    """ln(1 + u), where m = 1 + u > 0; for u < -1/2 from m alone."""
+    bits = np.float64(m).view(np.int64)
+    k = (bits - 0x3FE6A09E667F3BCD) >> 52  # m = 2^k (1 + f), 1 + f from sqrt(1/2) to sqrt(2)
+    rest = u - (m - 1.0) if u > -0.5 else 0.0  # what rounding took from m
+    rest *= np.int64((1023 - k) << 52).view(np.float64)
+    f = np.int64(bits - (k << 52)).view(np.float64) - 1.0
+    s = f / (2.0 + f)
+    z = s * s
+    p = 0.1818356432645545 + z * (0.15314050542042326 + z * 0.14795949810482026)
+    p = 0.39999999999414676 + z * (0.28571428742387633 + z * (0.22222198573179955 + z * p))
+    half = 0.5 * f * f
+    log = f - (half - (s * (half + z * (0.6666666666666734 + z * p)) + (rest + k * 1.9082149292705877e-10)))
+    return k * 0.6931471803691238 + log  # ln 2 in two parts
+
+
+@_inline
+def _angle(y, x):
+    """atan2(y, x) for y >= 0."""
+    flat = abs(x)
+    low, high = (flat, y) if y > flat else (y, flat)
+    steep = low > 0.41421356237309503 * high  # tan(pi/8)
+    t = (low - high) / (low + high) if steep else low / high
+    z = t * t
+    p = 0.07690083348291338 + z * (-0.06641246187674198 + z * (0.056931644865597986 + z * -0.043608244913722165))
+    p += z * z * z * z * 0.02128013148948228
+    p = 0.11111106703546104 + z * (-0.09090783528237137 + z * p)
+    p = -0.3333333333333022 + z * (0.19999999999104665 + z * (-0.14285714196526547 + z * p))
+    angle = t + t * z * p
+    angle = 0.7853981633974483 + angle if steep else angle
+    angle = 1.5707963267948966 - angle if y > flat else angle
+    return 3.141592653589793 - angle if x < 0.0 else angle
+
+
+@_inline
+def _expm1(x):
+    """exp(x) - 1."""
+    x = -40.0 if x < -40.0 else (710.0 if x > 710.0 else x)
+    shifted = 1.4426950408889634 * x + 6755399441055744.0  # its last bits are those of the integer k
+    k = np.float64(shifted).view(np.int64) - 0x4338000000000000
+    turns = shifted - 6755399441055744.0
+    r = x - turns * 0.6931471803691238 - turns * 1.9082149292705877e-10
+    p = 1.0 / 3628800.0 + r * (1.0 / 39916800.0 + r * (1.0 / 479001600.0 + r * (1.0 / 6227020800.0)))
+    p = 1.0 / 5040.0 + r * (1.0 / 40320.0 + r * (1.0 / 362880.0 + r * p))
+    p = 0.5 + r * (1.0 / 6.0 + r * (1.0 / 24.0 + r * (1.0 / 120.0 + r * (1.0 / 720.0 + r * p))))
+    half = np.int64((k + 1022) << 52).view(np.float64)  # 2^(k - 1), which does not overflow
+    return 2.0 * (half * (r + r * r * p) + (half - 0.5))
+'''
