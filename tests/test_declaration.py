@@ -85,10 +85,11 @@ def test_parameters_are_exact_and_inside_their_interval() -> None:
 def test_parameter_names_that_the_module_needs_are_refused() -> None:
     from substep_derive.amplification import Amplification
     from substep_derive.emit import scheme_module
+    from substep_derive.march_form import MarchForm
 
     taken = Parameter(Symbol("out"), Interval(0, 1), half)
     scheme = Scheme(
         "bad", {**GOOD, v1: v0 + h * (1 - taken.symbol) * a0 + h * taken.symbol * a1}, (Balance.at(end, 1),), (taken,)
     )
     with pytest.raises(DeclarationError, match="rename"):
-        scheme_module(Amplification.of(scheme), "test")
+        scheme_module(MarchForm.of(Amplification.of(scheme)), "test")
