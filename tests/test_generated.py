@@ -87,7 +87,7 @@ def test_modules_stay_small_and_say_where_they_come_from() -> None:
     assert sum(sizes.values()) < 1_500_000
     for path in sizes:
         text = path.read_text(encoding="utf-8")
-        assert text.count("\n") <= 850, path.name  # a line for each operation on pairs of doubles
+        assert text.count("\n") <= 1000, path.name  # a line for each operation on pairs of doubles
         assert "make derive" in text.splitlines()[0]
         assert str(Path.home()) not in text
 
