@@ -127,11 +127,11 @@ def _prepared(scheme: Scheme, o: Oscillators, n: int, load: Load | None) -> _Run
     own = np.empty((K, 0, 1))
     if samples is not None:
         C, K = _coefficients(scheme, Omega, o, stencil), 2
-        shared = samples[:-1], samples[1:]
+        shared = _fixed(samples[:-1]), _fixed(samples[1:])
     else:
         C = _coefficients(scheme, Omega, o)
         if load is None and consistent:
-            shared = (np.zeros(n),) * K
+            shared = (_fixed(np.zeros(n)),) * K
         else:
             alike = one_stencil and (o.dt == o.dt[0]).all() and (excess == excess[0]).all()
             dt = o.dt[:1] if alike else o.dt
@@ -140,10 +140,17 @@ def _prepared(scheme: Scheme, o: Oscillators, n: int, load: Load | None) -> _Run
             if load is not None:
                 own[: len(instants)] = load(instants * dt)
             own[0, :1] += excess[: len(dt)] / dt**2
-            shared = tuple(own[..., 0]) if alike else (np.empty(0),) * K
+            shared = tuple(map(_fixed, own[..., 0])) if alike else (_fixed(np.empty(0)),) * K
             own = own[:, :0] if alike else own
     march, run = _kernels(module.MARCH, K)
     return _Run(march, run, C, np.ascontiguousarray(state[list(scheme.marched)]), shared, own, first, head)
+
+
+def _fixed(row: Array) -> Array:
+    """A contiguous row as a kernel takes it: read-only, as a record's samples are, so that it is compiled once."""
+    row = np.ascontiguousarray(row).view()
+    row.flags.writeable = False
+    return row
 
 
 def _coefficients(scheme: Scheme, Omega: Array, o: Oscillators, stencil: Array | None = None) -> Array:
@@ -256,7 +263,7 @@ def _alone(scheme: Scheme, o: Oscillators, n: int, load: Load | None, stride: in
     r = _prepared(scheme, o, n, load)
     if lanes.peak.size:
         lanes.peak[:, j] = 0.0
-    shared = tuple(r.own[..., 0]) if r.own.size else r.shared
+    shared = tuple(map(_fixed, r.own[..., 0])) if r.own.size else r.shared
     if r.head is not None:
         _rows_of_head(r, stride, lanes, slice(j, j + 1))
         lanes.n_done[j], lanes.status[j] = r.head.n_done[0], r.head.status[0]
@@ -265,7 +272,7 @@ def _alone(scheme: Scheme, o: Oscillators, n: int, load: Load | None, stride: in
     while begin < n and lanes.status[j] == COMPLETED:
         end = n if straight else min(n, begin + CHUNK)
         rows = lanes.out[begin + 1 :, :, 0] if straight else np.empty((end - begin, 3))
-        r.run(r.C[:, 0].copy(), x, *(np.ascontiguousarray(f[begin:end]) for f in shared), rows)
+        r.run(r.C[:, 0].copy(), x, *(f[begin:end] for f in shared), rows)
         lanes.n_done[j] = end
         if not np.isfinite(rows[-1]).all():
             good = int(np.argmin(np.isfinite(rows).all(axis=1)))

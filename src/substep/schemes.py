@@ -217,7 +217,7 @@ class Scheme:
         self, function: Callable[..., None], rows: int, Omega: Array, xi: Array, parameters: Sequence[Array]
     ) -> Array:
         out = np.empty((rows, len(Omega)))
-        function(Omega, xi, *(x if x.ndim else np.full(len(Omega), x) for x in parameters), out)
+        function(*(_flat(x, Omega.shape) for x in (Omega, xi, *parameters)), out)
         return out
 
     def lane(self, j: int) -> "Scheme":
