@@ -22,15 +22,16 @@ def job(quick: bool) -> Job:
     Omega, xi, *parameters = jobs_stability.random_points("newmark_bdf2", n)
     handle = ours.handle("newmark_bdf2", tuple(parameters))
     load, EA = ss.Record(jobs_spectrum.DT, record(4096, jobs_spectrum.DT)), jobs_pendulum.CASES["flexible"][0]
-    omegas = np.repeat(jobs_spectrum.OMEGAS, 1 if quick else 8)
+    times = 1 if quick else 8
+    omegas, speeds = np.repeat(jobs_spectrum.OMEGAS, times), np.repeat(jobs_pendulum.V0, times)
     works = {  # the work, its units, what they are, the goal
         "march, response spectrum": (
             lambda: ours.spectrum_peaks("newmark_bdf2", omegas, jobs_spectrum.XI, load),
             4096 * len(omegas), "lane-step", 1.8,
         ),
         "march, pendulum batch": (
-            lambda: ours.pendulum_batch("bathe", EA, (0.0, 0.0), jobs_pendulum.V0, jobs_pendulum.H, 500),
-            500 * jobs_pendulum.LANES, "lane-step", 1.8,
+            lambda: ours.pendulum_batch("bathe", EA, (0.0, 0.0), speeds, jobs_pendulum.H, 500),
+            500 * len(speeds), "lane-step", 1.8,
         ),
         "stability": (lambda: ours.stability(handle, Omega, xi), n, "point", 1.6),
     }  # fmt: skip

@@ -219,3 +219,16 @@ def test_no_lanes_and_no_steps() -> None:
     assert np.array_equal(march_linear(s, o, 0).out, o.start[None])
     assert np.array_equal(march_linear(s, o.lane(3), 0).out, o.lane(3).start[None])
     assert np.array_equal(march_linear(s, o, 0, keep="peak").peak, np.abs(o.start))
+
+
+@pytest.mark.parametrize(("name", "K"), [("linear_march_2_01y", 6), ("linear_march_3_01y", 2)])
+def test_a_shape_that_no_scheme_of_the_catalogue_has_is_printed_on_first_use(
+    name: str, K: int, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    tmp_path.chmod(0o700)
+    monkeypatch.setenv("SUBSTEP_CACHE", str(tmp_path))
+    march, run = linear._kernels.__wrapped__(name, K)
+    assert march.__name__ == f"march_{K}"
+    assert run.__name__ == f"run_{K}"
+    assert len(list(tmp_path.glob("*.py"))) == 1
+    assert linear._kernels.__wrapped__(name, K)[0] is march
