@@ -6,10 +6,29 @@ from pathlib import Path
 
 from rich.console import Console
 
-from . import jobs_accuracy, jobs_cores, jobs_pendulum, jobs_single, jobs_spectrum, jobs_stability, jobs_startup, report
+from . import (
+    jobs_accuracy,
+    jobs_cores,
+    jobs_pendulum,
+    jobs_schemes,
+    jobs_single,
+    jobs_spectrum,
+    jobs_stability,
+    jobs_startup,
+    report,
+)
 from .job import Job
 
-JOBS = (jobs_stability, jobs_spectrum, jobs_single, jobs_pendulum, jobs_cores, jobs_accuracy, jobs_startup)
+JOBS = (
+    jobs_stability,
+    jobs_spectrum,
+    jobs_single,
+    jobs_pendulum,
+    jobs_cores,
+    jobs_accuracy,
+    jobs_schemes,
+    jobs_startup,
+)
 NAMES = tuple(module.NAME for module in JOBS)
 
 

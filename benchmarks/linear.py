@@ -22,8 +22,8 @@ SCHEMES: dict[str, dict[str, float]] = {
 
 @cache
 def scheme(name: str) -> Any:
-    """The handle of a benchmarked scheme."""
-    return ss.scheme(name, **SCHEMES[name])
+    """The handle of a scheme, with the parameters above if it is among them."""
+    return ss.scheme(name, **SCHEMES.get(name, {}))
 
 
 @cache

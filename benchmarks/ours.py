@@ -33,15 +33,16 @@ def stability(s: Any, Omega: Array, xi: Array) -> tuple[Array, Array, Array]:
 
 def spectrum_peaks(name: str, omegas: Array, xi: float, load: ss.Record) -> Array:
     """Peak |u| of each oscillator under the record (n + 1,), from rest."""
-    return march_linear(scheme(name), _at_rest(omegas, xi, load), len(load.samples) - 1, load, keep="peak_u").peak[0]
+    return march_linear(scheme(name), at_rest(omegas, xi, load), len(load.samples) - 1, load, keep="peak_u").peak[0]
 
 
 def history(name: str, omegas: Array, xi: float, load: ss.Record, out: Array | None = None) -> Array:
     """u, v, a (n + 1, 3, lanes), into out if given."""
-    return march_linear(scheme(name), _at_rest(omegas, xi, load), len(load.samples) - 1, load, out=out).out
+    return march_linear(scheme(name), at_rest(omegas, xi, load), len(load.samples) - 1, load, out=out).out
 
 
-def _at_rest(omegas: Array, xi: float, load: ss.Record) -> Oscillators:
+def at_rest(omegas: Array, xi: float, load: ss.Record) -> Oscillators:
+    """One oscillator a lane, stepping as the record does."""
     start = np.zeros((3, len(omegas)))
     start[2] = load.samples[0]
     return Oscillators(omegas, np.full(len(omegas), xi), np.full(len(omegas), load.dt), start)
@@ -60,7 +61,7 @@ def single_run(name: str, scene: ss.Scene, dt: float, n: int) -> tuple[Array, Ar
 
 def single_lane(name: str, omega: float, xi: float, load: ss.Record, out: Array) -> Array:
     """The same from rest into out (n + 1, 3, 1), as the kernels in C take it."""
-    lanes = _at_rest(np.array([omega]), xi, load)
+    lanes = at_rest(np.array([omega]), xi, load)
     return march_linear(scheme(name), lanes, len(out) - 1, load, out=out).out[:, 0, 0]
 
 

@@ -12,6 +12,7 @@ from . import templates_march
 from .printing import fill
 
 WIDTH = 48  # lanes abreast: 6 registers of 8 hide the latency of the recurrence
+TURNS = 4  # steps that a block takes at once, as long as LLVM unrolls them
 LOADS = (2, 4)  # kernels are printed for so many instants a step; fewer are filled up with zeros
 
 Shape = tuple[int, tuple[int, int, int]]
@@ -96,7 +97,8 @@ class _Shape:
         largest = (f"max({t}, abs({e}))" for t, e in zip(self.t, scaled, strict=True))
         return fill(
             templates_march.MARCH,
-            K=K, m=self.m, width=WIDTH, rows=len(self.row), before=self.before, given=len(self.row) - self.before,
+            K=K, m=self.m, width=WIDTH, turns=TURNS if self.m < 4 else 1, rows=len(self.row),
+            before=self.before, given=len(self.row) - self.before,
             peaks=self.row["t0"], own=self.row["own0"], scales_told=self.told(),
             x=", ".join(self.x), xy=", ".join(xy), xyt=", ".join(xyt), t=", ".join(self.t),
             f=", ".join(self.f), F=", ".join(self.F),

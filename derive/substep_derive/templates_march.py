@@ -19,15 +19,15 @@ MARCH = '''
 @_compile
 def _final_{K}(s, {F}, i, n):
     """A block's state and outputs n steps after step i."""
-    whole = i + n - n % 4
-    for i in range(i, whole, 4):
+    whole = i + n - n % {turns}
+    for i in range(i, whole, {turns}):
         for j in range({width}):
             {xy} = {at_xy}
-            for k in range(4):
+            for k in range({turns}):
                 {f} = {f_at_k}
 {step}
             {at_xy} = {xy}
-    for i in range(whole, whole + n % 4):
+    for i in range(whole, whole + n % {turns}):
         {f} = {f_at_i}
         for j in range({width}):
             {xy} = {at_xy}
@@ -38,16 +38,16 @@ def _final_{K}(s, {F}, i, n):
 @_compile
 def _peaks_{K}(s, {F}, i, n):
     """The same, and the largest moduli on the way."""
-    whole = i + n - n % 4
-    for i in range(i, whole, 4):
+    whole = i + n - n % {turns}
+    for i in range(i, whole, {turns}):
         for j in range({width}):
             {xyt} = {at_xyt}
-            for k in range(4):
+            for k in range({turns}):
                 {f} = {f_at_k}
 {step}
                 {t} = {largest}
             {at_xyt} = {xyt}
-    for i in range(whole, whole + n % 4):
+    for i in range(whole, whole + n % {turns}):
         {f} = {f_at_i}
         for j in range({width}):
             {xyt} = {at_xyt}

@@ -1,0 +1,51 @@
+"""Every scheme of the catalogue on the same work: what its kernels reach."""
+
+from functools import partial
+
+import numpy as np
+
+import substep as ss
+from substep.linear import march_linear
+
+from . import jobs_pendulum, jobs_spectrum, ours
+from .job import Job, Table
+from .linear import record, scheme
+from .timing import Alternative, cores, measure
+
+NAME = "schemes"
+
+
+def job(quick: bool) -> Job:
+    """A table for each kind of work, a row a scheme with kernels of its own."""
+    found = Job(NAME, "All schemes, one core")
+    random, rounds = np.random.default_rng(2015), 3 if quick else 7
+    names = [name for name in ss.schemes() if not ss.scheme(name).entry["fixed"]]
+    points = 1 << 14
+    Omega, xi = 10.0 ** random.uniform(-2, 1, points), random.uniform(0.0, 0.2, points)
+    n, dt = 1024, jobs_spectrum.DT
+    load = ss.Record(dt, record(n, dt))
+    lanes = ours.at_rest(jobs_spectrum.OMEGAS, jobs_spectrum.XI, load)
+    long = 1 << 15
+    long_load = ss.Record(dt, record(long, dt))
+    one, steps, h = lanes.lane(240), 500, 1e-3
+    EA, a0 = jobs_pendulum.CASES["flexible"]
+    works = {
+        "stability: rho, damping, period error": (lambda s: s.stability(Omega, xi), points, "point"),
+        "response spectrum: peak |u|": (lambda s: march_linear(s, lanes, n, load, keep="peak_u"), n * 480, "lane-step"),
+        "history of one oscillator": (lambda s: march_linear(s, one, long, long_load), long, "step"),
+        "flexible pendulum, 480 lanes": (
+            lambda s: ours.pendulum_batch(s.name, EA, a0, jobs_pendulum.V0, h, steps), steps * 480, "lane-step",
+        ),
+        "flexible pendulum, one lane": (
+            lambda s: ours.pendulum_batch(s.name, EA, a0, jobs_pendulum.V0[:1], h, steps), steps, "step",
+        ),
+    }  # fmt: skip
+    with cores(1):
+        for what, (run, units, unit) in works.items():
+            rows = [Alternative(name, "substep", partial(run, scheme(name)), units) for name in names]
+            found.tables.append(Table(what, unit, measure(rows, rounds), {}))
+    found.notes.append(
+        "houbolt, park, gholampour and oalts begin with steps of another scheme, so that no "
+        "filter tells their peaks; oalts and park have more than three live eigenvalues, found by iteration."
+    )
+    return found
