@@ -117,8 +117,13 @@ class Stability:
         return out
 
     def all(self, inputs: tuple[Array, ...], out: Array) -> Array:
-        """Spectral radius, numerical damping, period error, into out (3, n)."""
+        """Spectral radius, numerical damping, period error, into out (3, n), the digits of small Omega as substep's."""
         _call_with_columns(self.library.stability, inputs, *out)
+        return out
+
+    def all_far(self, inputs: tuple[Array, ...], out: Array) -> Array:
+        """The same by the formula for large Omega alone."""
+        _call_with_columns(self.library.stability_far, inputs, *out)
         return out
 
 

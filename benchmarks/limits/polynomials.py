@@ -1,11 +1,17 @@
 """polynomials.h for stability.c: a scheme's polynomials from its derivation, and those of log and atan."""
 
+import ast
+from collections.abc import Iterator
 from typing import Any
 
 from mpmath import atan, atanh, chebyfit, mp, sqrt
 from substep_derive import derive
 from substep_derive.accuracy import live
 from substep_derive.algebra import cse, horner
+from substep_derive.amplification import Amplification
+from substep_derive.emit_stability import SMALL_OMEGA
+from substep_derive.residual import Residual
+from substep_derive.stability_kernels import live_coefficients, stability_kernels
 from sympy.printing.c import C99CodePrinter
 
 LOG_TERMS, ATAN_TERMS = 8, 12  # the fewest that reach the last digit
@@ -23,7 +29,7 @@ class _VectorPrinter(C99CodePrinter):
 
 
 def header(scheme: str) -> str:
-    """C text: EIGENVALUES, and polynomials() that gives the coefficients stability.c wants, each nested in Omega.
+    """C text: EIGENVALUES, polynomials(), the coefficients stability.c wants, and residual() at the exact eigenvalue.
 
     Raises ValueError for a scheme with other than two or three live eigenvalues.
     """
@@ -49,13 +55,55 @@ def header(scheme: str) -> str:
         [
             f"#define INPUTS {len(derivation.symbols)}",
             f"#define EIGENVALUES {count}",
+            f"#define SMALL_OMEGA {SMALL_OMEGA}",
             _table("LOG", LOG_TERMS, lambda z: 2 * atanh(sqrt(z)) / sqrt(z) if z else mp.mpf(2), LOG_END),
             _table("ATAN", ATAN_TERMS, lambda z: atan(sqrt(z)) / sqrt(z) if z else mp.mpf(1), ATAN_END),
             "INLINE void polynomials(const vec *v, vec *out) {",
             *(f"    {line}" for line in lines),
+            "}",
+            "INLINE void residual(const vec *in, vec *out) {",
+            *(f"    {line}" for line in _residual(derivation.amplification)),
             "}\n",
         ]
     )
+
+
+def _residual(amplification: Amplification) -> Iterator[str]:
+    """C lines of the kernel `_defect` and of the text that substep's `_residual` is printed from."""
+    kernel = next(k for k in stability_kernels(amplification) if k.name == "_defect")
+    common, expressions = cse([e for _, e in kernel.outputs])
+    outputs = zip((name for name, _ in kernel.outputs), expressions, strict=True)
+    printer = _VectorPrinter()
+    yield from (f"vec {symbol} = in[{i}];" for i, symbol in enumerate(kernel.arguments))
+    for name, e in (*(kernel.first or ()), *common, *outputs):
+        yield f"vec {name} = all(0.0) + ({printer.doprint(e)});"
+    declared = {name for name, _ in kernel.outputs}
+    for line in Residual.of(live_coefficients(amplification)).text(SMALL_OMEGA):
+        yield from _translated(ast.parse(line), declared)
+
+
+def _translated(line: ast.Module, declared: set[str]) -> Iterator[str]:
+    """C of a line of Python that assigns or returns sums and products; declared grows by its names."""
+    for statement in line.body:
+        match statement:
+            case ast.Assign(targets=[ast.Tuple(elts=names)], value=ast.Call(args=[y, z, ast.Tuple(elts=constants)])):
+                targets = [ast.unparse(name) for name in names]
+                yield from (f"vec {name};" for name in targets if name not in declared)
+                table = ", ".join(map(ast.unparse, constants))
+                pointers = ", ".join(f"&{name}" for name in targets)
+                size = len(constants)
+                yield f"in_s({pointers}, {ast.unparse(y)}, {ast.unparse(z)}, (const double[]){{{table}}}, {size});"
+                declared.update(targets)
+            case ast.Assign(targets=[ast.Tuple(elts=names)], value=ast.Tuple(elts=values)):
+                for name, value in zip(names, values, strict=True):
+                    yield f"vec {ast.unparse(name)} = all(0.0) + ({ast.unparse(value)});"
+                    declared.add(ast.unparse(name))
+            case ast.Return(value=ast.Tuple(elts=values)):
+                yield from (f"out[{i}] = {ast.unparse(value)};" for i, value in enumerate(values))
+            case ast.Assign(targets=[ast.Name(id=name)], value=value):
+                yield f"vec {name} = {ast.unparse(value)};"
+            case _:
+                yield f"{ast.unparse(statement)};"
 
 
 def _table(name: str, terms: int, function: Any, end: Any) -> str:

@@ -7,6 +7,16 @@
 #define HALF_PI 1.57079632679489661923
 #define TAN_PI_8 0.41421356237309504880
 
+// (u, v), where u + v s is the polynomial in s of these constants, highest first, and s^2 = -y s - z
+INLINE void in_s(vec *u, vec *v, vec y, vec z, const double *constants, int n) {
+    *u = *v = all(0.0);
+#pragma GCC unroll 16
+    for (int i = 0; i < n; i++) {
+        vec below = *u - y * *v;
+        *u = constants[i] - z * *v, *v = below;
+    }
+}
+
 #include "polynomials.h"
 
 INLINE vec horner(vec x, const double *coefficients, int n) {
@@ -87,41 +97,129 @@ INLINE void pair(const vec *c, vec *scale, vec *half, vec *p, vec *q, vec *det, 
     *half = 1.0 - 0.5 * t;
     vec forward = a1 + r * (a2 + r);
     *det = choose(less(magnitude(forward), r * r), -a0 * (both * m), forward);
-    *scale = all(1.0), *third = magnitude(r);
+    *scale = all(1.0), *third = r;
 }
 #endif
 
 INLINE vec spectral_radius(vec c, vec half, vec gap, vec det, vec third) {
     vec modulus = root(magnitude(choose(less(gap, all(0.0)), gap, det * c)));
     vec straight = choose(less(gap, all(0.0)), magnitude(half), all(0.0));
-    return largest((straight + modulus) / c, third);
+    return largest((straight + modulus) / c, magnitude(third));
+}
+
+typedef struct {
+    vec c, half, q, det, gap, third;
+} spectrum;
+
+INLINE spectrum eigenvalues(const vec *v, vec *rho) {
+    spectrum s;
+    vec out[POLYNOMIALS], p;
+    polynomials(v, out);
+    pair(out, &s.c, &s.half, &p, &s.q, &s.det, &s.third);
+    vec sum = 0.5 * (p + s.q);
+    s.gap = p * s.c - sum * sum;
+    *rho = spectral_radius(s.c, s.half, s.gap, s.det, s.third);
+    return s;
+}
+
+// numerical damping and period error; NaN where the eigenvalues are real
+INLINE void far(const vec *v, spectrum s, vec *damping, vec *period) {
+    vec r = 1.0 / s.c, y = -s.q * r;
+    mask beside = less(s.q, 0.5 * s.c);
+    vec u = choose(beside, 1.0 + y, s.det * r);
+    vec theta = angle(root(s.gap), s.half);
+    vec damped = 1.0 - v[1] * v[1], scale = root(damped), both = 1.0 / (theta * damped);
+    *damping = -(0.5 * logarithm(u, y) * damped + v[1] * scale * theta) * both;
+    *period = v[0] * scale * damped * both - 1.0;
+}
+
+// the same from what the exact eigenvalue e^s = x + i scale y leaves over in the polynomial, as substep's `_near`;
+// imaginary: of the pair
+INLINE void near(const vec *v, vec imaginary, vec third, vec *damping, vec *period) {
+    vec found[5];
+    residual(v, found);
+    vec p0 = found[0], p1 = found[1], x = found[2], y = found[3], leading = found[4];
+    vec damped = 1.0 - v[1] * v[1], scale = root(damped), g0 = x, g1 = y;
+#if EIGENVALUES == 3
+    g0 = (x - third) * x - damped * y * y, g1 = (x - third) * y + y * x;
+#endif
+    vec size = v[0] * v[0] * v[0] / (leading * (g0 * g0 + damped * g1 * g1) * y);
+    vec w = size * y * (p0 * g0 + damped * p1 * g1), gain = size * (p0 * g1 - p1 * g0);
+    vec grown = root(1.0 + gain), mean = (1.0 + grown) * (1.0 + grown);
+    vec opposite = 0.5 * (w * mean - x * gain * gain), adjacent = mean * (imaginary + grown * scale * y);
+    vec half = angle(magnitude(opposite), adjacent), shift = 2.0 * choose(less(opposite, all(0.0)), -half, half);
+    vec both = 1.0 / (scale * (scale * v[0] + shift));
+    *damping = -(0.5 * logarithm(1.0 + gain, gain) * scale + v[1] * shift) * both;
+    *period = -shift * scale * both;
+}
+
+INLINE void loads(const double *const *in, ptrdiff_t i, vec *v) {
+    for (int k = 0; k < INPUTS; k++) v[k] = load(in[k] + i);
 }
 
 void radius(ptrdiff_t n, const double *const *in, double *rho) {
     for (ptrdiff_t i = 0; i + LANES <= n; i += LANES) {
-        vec v[INPUTS], out[POLYNOMIALS], c, half, p, q, det, third;
-        for (int k = 0; k < INPUTS; k++) v[k] = load(in[k] + i);
-        polynomials(v, out);
-        pair(out, &c, &half, &p, &q, &det, &third);
-        vec sum = 0.5 * (p + q), gap = p * c - sum * sum;
-        store(rho + i, spectral_radius(c, half, gap, det, third));
+        vec v[INPUTS], modulus;
+        loads(in, i, v);
+        eigenvalues(v, &modulus);
+        store(rho + i, modulus);
+    }
+}
+
+void stability_far(ptrdiff_t n, const double *const *in, double *rho, double *damping, double *period) {
+    for (ptrdiff_t i = 0; i + LANES <= n; i += LANES) {
+        vec v[INPUTS], found[3];
+        loads(in, i, v);
+        far(v, eigenvalues(v, found), found + 1, found + 2);
+        store(rho + i, found[0]), store(damping + i, found[1]), store(period + i, found[2]);
+    }
+}
+
+#define BLOCK 512
+
+// vectors of near points alone in place, those of mixed ones by `far` and then packed
+static void block(ptrdiff_t n, const double *const *in, ptrdiff_t first, double *rho, double *damping, double *period) {
+    double packed[INPUTS + 2][BLOCK + LANES];
+    mask chosen[BLOCK / LANES];
+    ptrdiff_t vectors = n / LANES, size = 0;
+    for (ptrdiff_t j = 0; j < vectors; j++) {
+        ptrdiff_t i = first + LANES * j;
+        vec v[INPUTS], found[3];
+        loads(in, i, v);
+        mask small = less(v[0], all(SMALL_OMEGA));
+        spectrum s = eigenvalues(v, found);
+        store(rho + i, found[0]);
+        chosen[j] = small;
+        if (count(small) == LANES) {
+            near(v, root(s.gap) / s.c, s.third, found + 1, found + 2);
+            chosen[j] = less(all(1.0), all(0.0));
+        } else {
+            far(v, s, found + 1, found + 2);
+            if (any(small)) {
+                for (int k = 0; k < INPUTS; k++) pack(packed[k] + size, small, v[k]);
+                pack(packed[INPUTS] + size, small, root(s.gap) / s.c);
+                pack(packed[INPUTS + 1] + size, small, s.third);
+                size += count(small);
+            }
+        }
+        store(damping + i, found[1]), store(period + i, found[2]);
+    }
+    if (size == 0) return;
+    for (ptrdiff_t i = 0; i < size; i += LANES) {
+        vec v[INPUTS], found[2];
+        for (int k = 0; k < INPUTS; k++) v[k] = load(packed[k] + i);
+        near(v, load(packed[INPUTS] + i), load(packed[INPUTS + 1] + i), found, found + 1);
+        store(packed[0] + i, found[0]), store(packed[1] + i, found[1]);
+    }
+    size = 0;
+    for (ptrdiff_t j = 0; j < vectors; j++) {
+        double *d = damping + first + LANES * j, *p = period + first + LANES * j;
+        store(d, unpack(packed[0] + size, chosen[j], load(d)));
+        store(p, unpack(packed[1] + size, chosen[j], load(p)));
+        size += count(chosen[j]);
     }
 }
 
 void stability(ptrdiff_t n, const double *const *in, double *rho, double *damping, double *period) {
-    for (ptrdiff_t i = 0; i + LANES <= n; i += LANES) {
-        vec v[INPUTS], out[POLYNOMIALS], c, half, p, q, det, third;
-        for (int k = 0; k < INPUTS; k++) v[k] = load(in[k] + i);
-        polynomials(v, out);
-        pair(out, &c, &half, &p, &q, &det, &third);
-        vec sum = 0.5 * (p + q), gap = p * c - sum * sum;
-        store(rho + i, spectral_radius(c, half, gap, det, third));
-        vec r = 1.0 / c, y = -q * r;
-        mask near = less(q, 0.5 * c);
-        vec u = choose(near, 1.0 + y, det * r);
-        vec theta = angle(root(gap), half);  // NaN where the eigenvalues are real
-        vec damped = 1.0 - v[1] * v[1], scale = root(damped), both = 1.0 / (theta * damped);
-        store(damping + i, -(0.5 * logarithm(u, y) * damped + v[1] * scale * theta) * both);
-        store(period + i, v[0] * scale * damped * both - 1.0);
-    }
+    for (ptrdiff_t i = 0; i < n; i += BLOCK) block(n - i < BLOCK ? n - i : BLOCK, in, i, rho, damping, period);
 }

@@ -33,6 +33,12 @@ INLINE vec smallest(vec a, vec b) { return (vec)_mm512_min_pd((__m512d)a, (__m51
 INLINE vec magnitude(vec a) { return (vec)_mm512_abs_pd((__m512d)a); }
 INLINE vec root(vec a) { return (vec)_mm512_sqrt_pd((__m512d)a); }
 INLINE int any(mask m) { return m != 0; }
+INLINE int count(mask m) { return __builtin_popcount(m); }
+// the chosen lanes one after another, and back: whole vectors are written
+INLINE void pack(double *p, mask m, vec a) { store(p, (vec)_mm512_maskz_compress_pd(m, (__m512d)a)); }
+INLINE vec unpack(const double *p, mask m, vec a) {
+    return (vec)_mm512_mask_expand_pd((__m512d)a, m, (__m512d)load(p));
+}
 INLINE void stream(double *p, vec a) { _mm512_stream_pd(p, (__m512d)a); }
 INLINE void fence(void) { _mm_sfence(); }
 #else
@@ -46,6 +52,18 @@ INLINE int any(mask m) {
     int64_t found = 0;
     for (int i = 0; i < LANES; i++) found |= m[i];
     return found != 0;
+}
+INLINE int count(mask m) {
+    int found = 0;
+    for (int i = 0; i < LANES; i++) found -= m[i];
+    return found;
+}
+INLINE void pack(double *p, mask m, vec a) {
+    for (int i = 0; i < LANES; p -= m[i++]) *p = a[i];
+}
+INLINE vec unpack(const double *p, mask m, vec a) {
+    for (int i = 0; i < LANES; p -= m[i++]) a[i] = m[i] ? *p : a[i];
+    return a;
 }
 #if LANES == 4
 INLINE vec root(vec a) { return (vec)_mm256_sqrt_pd((__m256d)a); }
