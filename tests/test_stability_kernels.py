@@ -124,7 +124,8 @@ def test_any_size_and_stride_gives_the_same_bits(name: str) -> None:
     s.kernels.stability(*values, *three)
     assert np.array_equal(three, whole[[0, 1, 3]], equal_nan=True)
     for function, expected in zip(FUNCTIONS, whole, strict=True):
-        for part in (slice(0, 0), slice(3, 4), slice(5, 12), slice(0, 65), slice(1, n - 2), slice(2, n, 3)):
+        pieces = [slice(0, 0), slice(3, 4), slice(5, 12), slice(0, 65), slice(1, n - 2), slice(2, n, 3)]
+        for part in (*pieces, np.argsort(values[0]), values[0] < 0.125, values[0] >= 0.125):
             assert np.array_equal(
                 _called(s.kernels, function, [v[part] for v in values]), expected[part], equal_nan=True
             )

@@ -133,19 +133,22 @@ INLINE void far(const vec *v, spectrum s, vec *damping, vec *period) {
     *period = v[0] * scale * damped * both - 1.0;
 }
 
-// the same from what the exact eigenvalue e^s = x + i scale y leaves over in the polynomial, as substep's `_near`;
-// imaginary: of the pair
-INLINE void near(const vec *v, vec imaginary, vec third, vec *damping, vec *period) {
+// w, gain, x and y of `near` from what the exact eigenvalue e^s = x + i scale y leaves over in the polynomial
+INLINE void distance(const vec *v, vec third, vec *out) {
     vec found[5];
     residual(v, found);
     vec p0 = found[0], p1 = found[1], x = found[2], y = found[3], leading = found[4];
-    vec damped = 1.0 - v[1] * v[1], scale = root(damped), g0 = x, g1 = y;
+    vec damped = 1.0 - v[1] * v[1], g0 = x, g1 = y;
 #if EIGENVALUES == 3
     g0 = (x - third) * x - damped * y * y, g1 = (x - third) * y + y * x;
 #endif
     vec size = v[0] * v[0] * v[0] / (leading * (g0 * g0 + damped * g1 * g1) * y);
-    vec w = size * y * (p0 * g0 + damped * p1 * g1), gain = size * (p0 * g1 - p1 * g0);
-    vec grown = root(1.0 + gain), mean = (1.0 + grown) * (1.0 + grown);
+    out[0] = size * y * (p0 * g0 + damped * p1 * g1), out[1] = size * (p0 * g1 - p1 * g0), out[2] = x, out[3] = y;
+}
+
+// numerical damping and period error as substep's `_compared`; imaginary: of the pair
+INLINE void near(const vec *v, vec imaginary, vec w, vec gain, vec x, vec y, vec *damping, vec *period) {
+    vec scale = root(1.0 - v[1] * v[1]), grown = root(1.0 + gain), mean = (1.0 + grown) * (1.0 + grown);
     vec opposite = 0.5 * (w * mean - x * gain * gain), adjacent = mean * (imaginary + grown * scale * y);
     vec half = angle(magnitude(opposite), adjacent), shift = 2.0 * choose(less(opposite, all(0.0)), -half, half);
     vec both = 1.0 / (scale * (scale * v[0] + shift));
@@ -175,48 +178,50 @@ void stability_far(ptrdiff_t n, const double *const *in, double *rho, double *da
     }
 }
 
-#define BLOCK 512
+#define BLOCK 1024
 
-// vectors of near points alone in place, those of mixed ones by `far` and then packed
+// lanes near Omega = 0 are packed, and their formula is split in two loops, whose iterations overlap
 static void block(ptrdiff_t n, const double *const *in, ptrdiff_t first, double *rho, double *damping, double *period) {
-    double packed[INPUTS + 2][BLOCK + LANES];
-    mask chosen[BLOCK / LANES];
-    ptrdiff_t vectors = n / LANES, size = 0;
+    double packed[INPUTS + 2][BLOCK + LANES], between[4][BLOCK + LANES];
+    mask small[BLOCK / LANES];
+    ptrdiff_t size = 0, vectors = n / LANES;
     for (ptrdiff_t j = 0; j < vectors; j++) {
         ptrdiff_t i = first + LANES * j;
         vec v[INPUTS], found[3];
         loads(in, i, v);
-        mask small = less(v[0], all(SMALL_OMEGA));
         spectrum s = eigenvalues(v, found);
         store(rho + i, found[0]);
-        chosen[j] = small;
-        if (count(small) == LANES) {
-            near(v, root(s.gap) / s.c, s.third, found + 1, found + 2);
-            chosen[j] = less(all(1.0), all(0.0));
-        } else {
+        small[j] = less(v[0], all(SMALL_OMEGA));
+        if (count(small[j]) < LANES) {
             far(v, s, found + 1, found + 2);
-            if (any(small)) {
-                for (int k = 0; k < INPUTS; k++) pack(packed[k] + size, small, v[k]);
-                pack(packed[INPUTS] + size, small, root(s.gap) / s.c);
-                pack(packed[INPUTS + 1] + size, small, s.third);
-                size += count(small);
-            }
+            store(damping + i, found[1]), store(period + i, found[2]);
         }
-        store(damping + i, found[1]), store(period + i, found[2]);
+        if (any(small[j])) {
+            for (int k = 0; k < INPUTS; k++) pack(packed[k] + size, small[j], v[k]);
+            pack(packed[INPUTS] + size, small[j], root(s.gap) / s.c);
+            pack(packed[INPUTS + 1] + size, small[j], s.third);
+            size += count(small[j]);
+        }
     }
     if (size == 0) return;
     for (ptrdiff_t i = 0; i < size; i += LANES) {
-        vec v[INPUTS], found[2];
+        vec v[INPUTS], found[4];
         for (int k = 0; k < INPUTS; k++) v[k] = load(packed[k] + i);
-        near(v, load(packed[INPUTS] + i), load(packed[INPUTS + 1] + i), found, found + 1);
+        distance(v, load(packed[INPUTS + 1] + i), found);
+        for (int k = 0; k < 4; k++) store(between[k] + i, found[k]);
+    }
+    for (ptrdiff_t i = 0; i < size; i += LANES) {
+        vec v[2] = {load(packed[0] + i), load(packed[1] + i)}, t[4], found[2];
+        for (int k = 0; k < 4; k++) t[k] = load(between[k] + i);
+        near(v, load(packed[INPUTS] + i), t[0], t[1], t[2], t[3], found, found + 1);
         store(packed[0] + i, found[0]), store(packed[1] + i, found[1]);
     }
     size = 0;
     for (ptrdiff_t j = 0; j < vectors; j++) {
         double *d = damping + first + LANES * j, *p = period + first + LANES * j;
-        store(d, unpack(packed[0] + size, chosen[j], load(d)));
-        store(p, unpack(packed[1] + size, chosen[j], load(p)));
-        size += count(chosen[j]);
+        store(d, unpack(packed[0] + size, small[j], load(d)));
+        store(p, unpack(packed[1] + size, small[j], load(p)));
+        size += count(small[j]);
     }
 }
 

@@ -10,7 +10,7 @@ from .residual import Residual
 from .stability_kernels import live_coefficients
 
 SMALL_OMEGA = 0.125  # below: exact eigenvalue plus its defect; above: direct formulas
-BLOCK = 1024  # points whose arrays stay in the nearest cache
+BLOCK = 2048  # points whose arrays stay in the second cache; fewer, and the loops' beginnings and ends tell
 
 
 def stability_functions(amplification: Amplification, arguments: Sequence[str]) -> str:
@@ -18,26 +18,38 @@ def stability_functions(amplification: Amplification, arguments: Sequence[str]) 
     c = live_coefficients(amplification)
     degree, residual = len(c) - 1, Residual.of(c)
     kept = ("root", "third") if degree == 3 else ("root", *(f"o{k}" for k in range(degree - 2)))
+    beside = kept[1:]  # the eigenvalues beside the pair, or their polynomial
+    point, size = [*arguments, *beside], len(arguments) + len(kept)
     typed = {"arguments": ", ".join(arguments), "arguments_i": ", ".join(f"{a}[i]" for a in arguments)}
-    size = len(arguments) + len(kept)
-    lines = _indented(residual.text(SMALL_OMEGA))
+    first = 3 if degree <= 3 else 4  # row of what `_near` wants: the largest pair's imaginary part or another's
+    rows = range(first, first + len(kept))
+    chosen = f"Omega[i] < {SMALL_OMEGA}"
     parts = [
-        fill(templates_stability.PAIR, outputs=", ".join(residual.outputs), lines=lines),
+        fill(
+            templates_stability.PAIR,
+            outputs=", ".join(residual.outputs),
+            lines=_indented(residual.text(SMALL_OMEGA)),
+        ),
         _eigenvalues(degree, arguments),
         fill(
             templates_stability.NEAR,
             arguments=typed["arguments"],
             kept=", ".join(kept),
-            others=_indented(_others(("-third",) if degree == 3 else kept[1:])),
+            point=", ".join(point),
+            point_i=", ".join(f"{a}[i]" for a in point),
+            others=_indented(_others(("-third",) if degree == 3 else beside)),
         ),
         fill(
             templates_stability.BLOCK,
             **typed,
+            found_i=", ".join(f"s[{j}, i]" for j in range(rows.stop)),
+            kept=", ".join(f"s[{j}]" for j in rows),
+            kept_i=", ".join(f"s[{j}, i]" for j in rows),
+            chosen=f"({chosen}) & (s[{first}, i] > -2.0)" if degree > 3 else chosen,
             gathered=", ".join(f"x[{j}, k]" for j in range(size)),
-            kept_i=", ".join(f"kept[{j}, i]" for j in range(len(kept))),
+            rows=", ".join(f"x[{j}]" for j in range(size)),
             size=size,
-            size_kept=len(kept),
-            small_Omega=SMALL_OMEGA,
+            size_kept=rows.stop,
         ),
         fill(
             templates_stability.STABILITY,

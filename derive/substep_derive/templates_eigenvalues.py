@@ -36,12 +36,11 @@ def _radius({arguments}):
 
 
 @_inline
-def _far({arguments}):
-    """Spectral radius, numerical damping, period error and the pair's imaginary part, -1 for none."""
+def _eigenvalues({arguments}):
+    """Spectral radius and `_measured`'s half, less, modulus2 and root."""
     half, less, modulus2, discriminant = _pair(*_quadratic({arguments}))
     root = math.sqrt(abs(discriminant)) if discriminant > 0.0 else -1.0
-    damping, period = _measured(Omega, xi, half, less, modulus2, root)
-    return _modulus(half, modulus2, discriminant), damping, period, root
+    return _modulus(half, modulus2, discriminant), half, less, modulus2, root
 '''
 
 THREE_EIGENVALUES = '''
@@ -126,11 +125,10 @@ def _radius({arguments}):
 
 
 @_inline
-def _far({arguments}):
-    """Spectral radius, numerical damping, period error, the pair's imaginary part, -1 for none, third eigenvalue."""
+def _eigenvalues({arguments}):
+    """Spectral radius, `_measured`'s half, less, modulus2 and root, and the third eigenvalue."""
     half, less, modulus2, discriminant, third = _pair(*_cubic({arguments}))
     root = math.sqrt(abs(discriminant)) if discriminant > 0.0 else -1.0
     less, modulus2 = (0.0, 1.0) if _is_conservative({arguments}) else (less, modulus2)
-    damping, period = _measured(Omega, xi, half, less, modulus2, root)
-    return _modulus(half, modulus2, discriminant, third), damping, period, root, third
+    return _modulus(half, modulus2, discriminant, third), half, less, modulus2, root, third
 '''

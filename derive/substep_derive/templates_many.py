@@ -106,18 +106,16 @@ def _is_conservative({arguments}):
 
 
 @_compile
-def _far({arguments}):
-    """Spectral radius, numerical damping and period error from the eigenvalues themselves, and what `_near` wants."""
+def _eigenvalues({arguments}):
+    """Spectral radius, `_measured`'s half, less, modulus2 and root, and what `_near` wants."""
     found = _spectrum(Omega, xi, _polynomial({arguments}))
-    radius, half, less, modulus2, root = found[:5]
-    if abs(less) < 1e-6 and _is_conservative({arguments}):
-        less, modulus2 = 0.0, 1.0
-    damping, period = _measured(Omega, xi, half, less, modulus2, root)
-    return (radius, damping, period) + found[5:]
+    if abs(found[2]) < 1e-6 and _is_conservative({arguments}):
+        return found[:2] + (0.0, 1.0) + found[4:]
+    return found
 
 
 @_compile
 def _radius({arguments}):
     """Spectral radius at one point."""
-    return _far({arguments})[0]
+    return _eigenvalues({arguments})[0]
 '''

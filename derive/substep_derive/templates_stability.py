@@ -19,14 +19,14 @@ def _compared(Omega, xi, w, gain, x, y, root):
     """Numerical damping and period error of a pair from its distance to the exact one, e^s = x +- i sqrt(1 - xi^2) y.
 
     Of the pair's lambda^2 - t lambda + d, w = Re(e^s + d e^-s - t) and gain = d/|e^s|^2 - 1 are small and known to all
-    digits: 1 + gain is the squared modulus over the exact one, and half the angle's error has the tangent below.
+    digits: 1 + gain is the squared modulus over the exact one, and half the angle's error is that triangle's below.
     """
     cosine = math.sqrt(abs(1.0 - xi * xi))
     grown = math.sqrt(abs(1.0 + gain))
     mean = (1.0 + grown) * (1.0 + grown)
-    tangent = 0.5 * (w * mean - x * gain * gain) / (mean * (root + grown * cosine * y))
-    shift = 2.0 * _angle(abs(tangent), 1.0)
-    shift = shift if tangent > 0.0 else -shift
+    opposite = 0.5 * (w * mean - x * gain * gain)
+    shift = 2.0 * _angle(abs(opposite), mean * (root + grown * cosine * y))
+    shift = shift if opposite > 0.0 else -shift
     inverse = 1.0 / (cosine * (cosine * Omega + shift))
     damping = 0.0 - (0.5 * _log1p(gain, 1.0 + gain) * cosine + xi * shift) * inverse
     period = 0.0 - shift * cosine * inverse
@@ -56,8 +56,8 @@ def _residual(Omega, xi, {outputs}):
 NEAR = '''
 
 @_inline
-def _near({arguments}, {kept}):
-    """Numerical damping and period error from what the exact eigenvalue e^s leaves over in the polynomial."""
+def _distance({point}):
+    """w and gain of `_compared` from what the exact eigenvalue e^s = x + i r y leaves over in the polynomial; x, y."""
     p0, p1, x, y, leading = _residual(Omega, xi, *_defect({arguments}))
     square = 1.0 - xi * xi
     # the polynomial at e^s is leading (g0 + i sqrt(square) g1) (w - i sqrt(square) y gain): g, of all other roots
@@ -65,27 +65,49 @@ def _near({arguments}, {kept}):
     scale = Omega * Omega * Omega / (leading * (g0 * g0 + square * g1 * g1) * y)
     w = scale * y * (p0 * g0 + square * p1 * g1)
     gain = 0.0 if _is_conservative({arguments}) else scale * (p0 * g1 - p1 * g0)
-    return _compared(Omega, xi, w, gain, x, y, root)
+    return w, gain, x, y
+
+
+@_compile
+def _near({arguments}, {kept}, damping, period):
+    """Numerical damping and period error of points near Omega = 0; in two loops, whose iterations overlap."""
+    s = np.empty((4, root.size))
+    for i in range(root.size):
+        s[0, i], s[1, i], s[2, i], s[3, i] = _distance({point_i})
+    for i in range(root.size):
+        damping[i], period[i] = _compared(Omega[i], xi[i], s[0, i], s[1, i], s[2, i], s[3, i], root[i])
 '''
 
 BLOCK = '''
 
 @_compile
 def _block({arguments}, radius, damping, period):
-    """Of all points, then anew of those near Omega = 0, where the difference from the exact decides."""
+    """Of all points, but anew, or alone, of those near Omega = 0, where the difference from the exact decides."""
     n, count = radius.size, 0
-    where, kept = np.empty(n, np.int64), np.empty(({size_kept}, n))
+    s = np.empty(({size_kept}, n))
     for i in range(n):
-        radius[i], damping[i], period[i], {kept_i} = _far({arguments_i})
+        radius[i], {found_i} = _eigenvalues({arguments_i})
+    for i in range(n):
+        count += {chosen}
+    if count == n:
+        _near({arguments}, {kept}, damping, period)
+        return
+    for i in range(n):  # a loop of its own, so that iterations overlap
+        damping[i], period[i] = _measured(Omega[i], xi[i], s[0, i], s[1, i], s[2, i], s[3, i])
+    if count == 0:
+        return
+    where, count = np.empty(n + 8, np.int64), 0
     for i in range(n):
         where[count] = i
-        count += (Omega[i] < {small_Omega}) & (kept[0, i] > -2.0)  # no branch
+        count += {chosen}  # no branch
+    while count % 8:  # vectors are whole: points one by one take as long each
+        where[count] = where[0]
+        count += 1
     x, y = np.empty(({size}, count)), np.empty((2, count))
     for k in range(count):
         i = where[k]
         {gathered} = {arguments_i}, {kept_i}
-    for k in range(count):
-        y[0, k], y[1, k] = _near({gathered})
+    _near({rows}, y[0], y[1])
     for k in range(count):
         damping[where[k]], period[where[k]] = y[0, k], y[1, k]
 '''

@@ -358,14 +358,14 @@ def _compared(Omega, xi, w, gain, x, y, root):
     """Numerical damping and period error of a pair from its distance to the exact one, e^s = x +- i sqrt(1 - xi^2) y.
 
     Of the pair's lambda^2 - t lambda + d, w = Re(e^s + d e^-s - t) and gain = d/|e^s|^2 - 1 are small and known to all
-    digits: 1 + gain is the squared modulus over the exact one, and half the angle's error has the tangent below.
+    digits: 1 + gain is the squared modulus over the exact one, and half the angle's error is that triangle's below.
     """
     cosine = math.sqrt(abs(1.0 - xi * xi))
     grown = math.sqrt(abs(1.0 + gain))
     mean = (1.0 + grown) * (1.0 + grown)
-    tangent = 0.5 * (w * mean - x * gain * gain) / (mean * (root + grown * cosine * y))
-    shift = 2.0 * _angle(abs(tangent), 1.0)
-    shift = shift if tangent > 0.0 else -shift
+    opposite = 0.5 * (w * mean - x * gain * gain)
+    shift = 2.0 * _angle(abs(opposite), mean * (root + grown * cosine * y))
+    shift = shift if opposite > 0.0 else -shift
     inverse = 1.0 / (cosine * (cosine * Omega + shift))
     damping = 0.0 - (0.5 * _log1p(gain, 1.0 + gain) * cosine + xi * shift) * inverse
     period = 0.0 - shift * cosine * inverse
@@ -445,17 +445,16 @@ def _radius(Omega, xi, rho_inf, gamma):
 
 
 @_inline
-def _far(Omega, xi, rho_inf, gamma):
-    """Spectral radius, numerical damping, period error and the pair's imaginary part, -1 for none."""
+def _eigenvalues(Omega, xi, rho_inf, gamma):
+    """Spectral radius and `_measured`'s half, less, modulus2 and root."""
     half, less, modulus2, discriminant = _pair(*_quadratic(Omega, xi, rho_inf, gamma))
     root = math.sqrt(abs(discriminant)) if discriminant > 0.0 else -1.0
-    damping, period = _measured(Omega, xi, half, less, modulus2, root)
-    return _modulus(half, modulus2, discriminant), damping, period, root
+    return _modulus(half, modulus2, discriminant), half, less, modulus2, root
 
 
 @_inline
-def _near(Omega, xi, rho_inf, gamma, root):
-    """Numerical damping and period error from what the exact eigenvalue e^s leaves over in the polynomial."""
+def _distance(Omega, xi, rho_inf, gamma):
+    """w and gain of `_compared` from what the exact eigenvalue e^s = x + i r y leaves over in the polynomial; x, y."""
     p0, p1, x, y, leading = _residual(Omega, xi, *_defect(Omega, xi, rho_inf, gamma))
     square = 1.0 - xi * xi
     # the polynomial at e^s is leading (g0 + i sqrt(square) g1) (w - i sqrt(square) y gain): g, of all other roots
@@ -463,25 +462,47 @@ def _near(Omega, xi, rho_inf, gamma, root):
     scale = Omega * Omega * Omega / (leading * (g0 * g0 + square * g1 * g1) * y)
     w = scale * y * (p0 * g0 + square * p1 * g1)
     gain = 0.0 if _is_conservative(Omega, xi, rho_inf, gamma) else scale * (p0 * g1 - p1 * g0)
-    return _compared(Omega, xi, w, gain, x, y, root)
+    return w, gain, x, y
+
+
+@_compile
+def _near(Omega, xi, rho_inf, gamma, root, damping, period):
+    """Numerical damping and period error of points near Omega = 0; in two loops, whose iterations overlap."""
+    s = np.empty((4, root.size))
+    for i in range(root.size):
+        s[0, i], s[1, i], s[2, i], s[3, i] = _distance(Omega[i], xi[i], rho_inf[i], gamma[i])
+    for i in range(root.size):
+        damping[i], period[i] = _compared(Omega[i], xi[i], s[0, i], s[1, i], s[2, i], s[3, i], root[i])
 
 
 @_compile
 def _block(Omega, xi, rho_inf, gamma, radius, damping, period):
-    """Of all points, then anew of those near Omega = 0, where the difference from the exact decides."""
+    """Of all points, but anew, or alone, of those near Omega = 0, where the difference from the exact decides."""
     n, count = radius.size, 0
-    where, kept = np.empty(n, np.int64), np.empty((1, n))
+    s = np.empty((4, n))
     for i in range(n):
-        radius[i], damping[i], period[i], kept[0, i] = _far(Omega[i], xi[i], rho_inf[i], gamma[i])
+        radius[i], s[0, i], s[1, i], s[2, i], s[3, i] = _eigenvalues(Omega[i], xi[i], rho_inf[i], gamma[i])
+    for i in range(n):
+        count += Omega[i] < 0.125
+    if count == n:
+        _near(Omega, xi, rho_inf, gamma, s[3], damping, period)
+        return
+    for i in range(n):  # a loop of its own, so that iterations overlap
+        damping[i], period[i] = _measured(Omega[i], xi[i], s[0, i], s[1, i], s[2, i], s[3, i])
+    if count == 0:
+        return
+    where, count = np.empty(n + 8, np.int64), 0
     for i in range(n):
         where[count] = i
-        count += (Omega[i] < 0.125) & (kept[0, i] > -2.0)  # no branch
+        count += Omega[i] < 0.125  # no branch
+    while count % 8:  # vectors are whole: points one by one take as long each
+        where[count] = where[0]
+        count += 1
     x, y = np.empty((5, count)), np.empty((2, count))
     for k in range(count):
         i = where[k]
-        x[0, k], x[1, k], x[2, k], x[3, k], x[4, k] = Omega[i], xi[i], rho_inf[i], gamma[i], kept[0, i]
-    for k in range(count):
-        y[0, k], y[1, k] = _near(x[0, k], x[1, k], x[2, k], x[3, k], x[4, k])
+        x[0, k], x[1, k], x[2, k], x[3, k], x[4, k] = Omega[i], xi[i], rho_inf[i], gamma[i], s[3, i]
+    _near(x[0], x[1], x[2], x[3], x[4], y[0], y[1])
     for k in range(count):
         damping[where[k]], period[where[k]] = y[0, k], y[1, k]
 
@@ -500,17 +521,17 @@ def stability(Omega, xi, rho_inf, gamma, radius, damping, period):
     Damping is that of the complex pair of largest modulus, less the physical one; period is the
     numerical over the exact one, less 1; both are NaN where the eigenvalues are real.
     """
-    for i in range(0, radius.size, 1024):
-        k = min(i + 1024, radius.size)
+    for i in range(0, radius.size, 2048):
+        k = min(i + 2048, radius.size)
         _block(Omega[i:k], xi[i:k], rho_inf[i:k], gamma[i:k], radius[i:k], damping[i:k], period[i:k])
 
 
 @_compile
 def numerical_damping(Omega, xi, rho_inf, gamma, out):
     """Numerical damping ratio of the complex pair of largest modulus, less the physical one."""
-    rest = np.empty((2, min(out.size, 1024)))
-    for i in range(0, out.size, 1024):
-        k = min(i + 1024, out.size)
+    rest = np.empty((2, min(out.size, 2048)))
+    for i in range(0, out.size, 2048):
+        k = min(i + 2048, out.size)
         _block(Omega[i:k], xi[i:k], rho_inf[i:k], gamma[i:k], rest[0, : k - i], out[i:k], rest[1, : k - i])
 
 
@@ -525,9 +546,9 @@ def amplitude_error(Omega, xi, rho_inf, gamma, out):
 @_compile
 def period_error(Omega, xi, rho_inf, gamma, out):
     """Numerical over exact period, less 1."""
-    rest = np.empty((2, min(out.size, 1024)))
-    for i in range(0, out.size, 1024):
-        k = min(i + 1024, out.size)
+    rest = np.empty((2, min(out.size, 2048)))
+    for i in range(0, out.size, 2048):
+        k = min(i + 2048, out.size)
         _block(Omega[i:k], xi[i:k], rho_inf[i:k], gamma[i:k], rest[0, : k - i], rest[1, : k - i], out[i:k])
 
 
