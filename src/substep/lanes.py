@@ -1,7 +1,6 @@
 """Many runs of one scheme on one scene at once: lanes of the pair's kernel, spread over threads."""
 
 from collections.abc import Mapping
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
@@ -16,12 +15,12 @@ from .response import Status
 from .scenes import Scene
 from .schemes import Array, Scheme
 from .schemes import scheme as make_scheme
-from .threads import cores
+from .threads import spread
 
 STATUSES: tuple[Status, ...] = get_args(Status)  # in the order of the kernels' numbers
 FEW = 16  # lanes below which a block, whose lanes wait for the slowest, does not pay
 LEAST = 48  # of a part: fewer do not fill the time that a processor takes for one iteration
-PARTS = 4  # that a thread takes, about
+WORTH_THREADS = 1e6  # ns of work
 TOLERANCE = 1e-12  # of the last correction of u, relative to the scene's length
 
 
@@ -133,16 +132,11 @@ def _head(scene: Scene, scheme: Scheme, module: ModuleType, arrays: dict[str, An
 
 def _run(module: ModuleType, arrays: Mapping[str, Any], lanes: int) -> None:
     """The march: a few lanes one by one, many in blocks; threads take the next part, for slow lanes cluster."""
-    march, least = (module.march, 1) if lanes < FEW else (module.march_block, LEAST)
-    workers = min(cores(), -(-lanes // least))
-    share = max(least, -(-lanes // (PARTS * workers))) if workers > 1 else lanes
+    few = lanes < FEW
+    march, least, cost = (module.march, 1, 100) if few else (module.march_block, LEAST, 4)  # ns a step of a lane
 
-    def part(first: int) -> None:
-        mine = slice(first, first + share)
+    def part(first: int, last: int) -> None:
+        mine = slice(first, last)
         march(*(x[mine] if isinstance(x := arrays[name], np.ndarray) else x for name in module.ARGUMENTS))
 
-    if workers <= 1:
-        part(0)
-        return
-    with ThreadPoolExecutor(workers) as pool:
-        list(pool.map(part, range(0, lanes, share)))
+    spread(part, lanes, least, worth=cost * int(arrays["n"].sum()) > WORTH_THREADS)

@@ -3,6 +3,9 @@
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from functools import cache
+
+PIECES = 8  # a core: the others take what a late or slow one leaves
 
 
 def cores() -> int:
@@ -10,13 +13,30 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
+@cache
+def _pool(threads: int) -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(threads)  # kept, since to start threads takes as long as little work
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_pool.cache_clear)  # a forked process has the pool, but not its threads
+
+
 def spread(part: Callable[[int, int], None], size: int, block: int, *, worth: bool) -> None:
-    """Call part(first, last) until all of size is done: at once, or, if worth it, whole blocks by each core."""
+    """Call part(first, last) until all of size is done: at once, or, if worth it, whole blocks on each core."""
     blocks = -(-size // block)
-    workers = min(cores(), blocks) if worth else 1
+    workers = max(1, min(cores(), blocks)) if worth else 1
     if workers == 1:
         part(0, size)
         return
-    ends = [*(block * round(blocks * k / workers) for k in range(workers)), size]
-    with ThreadPoolExecutor(workers) as pool:
-        list(pool.map(part, ends[:-1], ends[1:]))
+    step = block * -(-blocks // (PIECES * workers))
+    todo = iter(range(0, size, step))
+
+    def work() -> None:
+        for first in todo:
+            part(first, min(size, first + step))
+
+    helping = [_pool(workers - 1).submit(work) for _ in range(workers - 1)]
+    work()
+    for one in helping:
+        one.result()
