@@ -23,7 +23,7 @@ def job(quick: bool) -> Job:
     handle = ours.handle("newmark_bdf2", tuple(parameters))
     load, EA = ss.Record(jobs_spectrum.DT, record(4096, jobs_spectrum.DT)), jobs_pendulum.CASES["flexible"][0]
     times = 1 if quick else 8
-    omegas, speeds = np.repeat(jobs_spectrum.OMEGAS, times), np.repeat(jobs_pendulum.V0, times)
+    omegas, speeds = np.repeat(jobs_spectrum.OMEGAS, 4 * times), np.repeat(jobs_pendulum.V0, times)
     works = {  # the work, its units, what they are, the goal
         "march, response spectrum": (
             lambda: ours.spectrum_peaks("newmark_bdf2", omegas, jobs_spectrum.XI, load),
