@@ -7,8 +7,9 @@ import pytest
 from typer.testing import CliRunner
 
 import substep as ss
-from substep import chapter_5, claims, failures, models
+from substep import chapter_5, claims, failures
 from substep.cli import app
+from substep.precision import jobs as precision
 
 runner = CliRunner()
 
@@ -82,7 +83,7 @@ def test_reproduce_draws_every_panel_and_writes_its_numbers(tmp_path: Path, monk
         monkeypatch.setattr(claims, "JUDGES", claims.JUDGES[:1])
         monkeypatch.setattr(failures, "battery", lambda folder, step, full: [failures.Row("a", "b", 1, "c", None, 1)])
         monkeypatch.setattr(failures, "count", lambda: 0)
-        monkeypatch.setattr(models, "SCHEMES", models.SCHEMES[:1])
+        monkeypatch.setattr(precision, "jobs", lambda full: ())
     result = runner.invoke(app, ["reproduce", "--folder", str(tmp_path)])
     assert result.exit_code == 0, result.output
     for number in range(1, 6):
@@ -94,7 +95,7 @@ def test_reproduce_draws_every_panel_and_writes_its_numbers(tmp_path: Path, monk
             assert header.endswith(",bathe")
             assert len(rows) in (501, 201)
             assert all(len(row.split(",")) == 7 for row in rows)
-    for chart in ("catalogue_spectra", "trade_off_equal_cost", "stability_region", "figure_5_2", "models"):
+    for chart in ("catalogue_spectra", "trade_off_equal_cost", "stability_region", "figure_5_2"):
         assert (tmp_path / f"{chart}.png").stat().st_size > 10_000
     catalogue = (tmp_path / "catalogue.csv").read_text().splitlines()
     assert len(catalogue) == 1 + len(ss.schemes())
@@ -154,9 +155,14 @@ def test_chart_draws_the_schemes_named(tmp_path: Path) -> None:
     assert runner.invoke(app, ["chart", "bath", "--file", str(tmp_path / "none")]).exit_code == 2
 
 
-def test_models_names_what_suffices() -> None:
-    result = runner.invoke(app, ["models", "--angle", "1e-5"])
+def test_choose_recommends_and_draws_why(tmp_path: Path) -> None:
+    wish = ["choose", "linear_oscillator", "--omega", "6.28", "--accuracy", "1e-2", "--t-end", "2"]
+    result = runner.invoke(app, [*wish, "--file", str(tmp_path / "why")])
     assert result.exit_code == 0, result.output
-    assert "rigid_pendulum with" in result.output
-    assert "suffices" in result.output
-    assert "none of them" in runner.invoke(app, ["models", "--angle", "1e-15"]).output
+    assert "on linear_oscillator, dt =" in result.output
+    assert (tmp_path / "why.png").stat().st_size > 10_000
+    for bad in (["--quantity", "angle"], ["--accuracy", "0"], ["--omega", "-1"]):
+        assert runner.invoke(app, [*wish, *bad]).exit_code == 2
+    unknown = runner.invoke(app, ["choose", "softening", "--accuracy", "1e-2"])
+    assert unknown.exit_code == 2
+    assert "--t-end" in unknown.output

@@ -189,6 +189,15 @@ class CatalogueRow:
     bifurcation: str
 
 
+@cache
+def order(name: str) -> tuple[int, int, int]:
+    """Of u, v and a, at the scheme's default parameters."""
+    from substep_derive import Derivation  # noqa: PLC0415
+    from substep_derive.derivation import at_defaults  # noqa: PLC0415
+
+    return Derivation(at_defaults(derived(name).scheme)).order
+
+
 def catalogue_row(name: str) -> CatalogueRow:
     """Derived: see `substep_derive.limits.profile`."""
     from substep_derive.limits import profile  # noqa: PLC0415

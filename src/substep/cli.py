@@ -254,10 +254,18 @@ def scenes() -> None:
 
 @app.command()
 def chart(
-    names: Annotated[list[str], typer.Argument(help="schemes, at their default parameters")],
+    names: Annotated[list[str], typer.Argument(help="schemes, at their default parameters; or work-precision")],
     file: Annotated[Path, typer.Option(help="where the chart goes, without suffix")] = Path("chart"),
+    full: Annotated[bool, typer.Option("--full", help="work-precision: every step, medians of 20")] = False,
 ) -> None:
-    """Draw spectral radius, amplitude error and period error of schemes over h/T, as PNG and SVG."""
+    """Draw spectral radius, amplitude error and period error of schemes over h/T, as PNG and SVG.
+
+    work-precision: draw error against cost of all schemes on four scenes, and where general solvers overtake, into the
+    folder of the file.
+    """
+    if names == ["work-precision"]:
+        _work_precision(file.parent, full)
+        return
     from . import charts  # noqa: PLC0415
     from .reproduce import ERROR_RATIOS, RADIUS_RATIOS  # noqa: PLC0415
 
@@ -279,25 +287,38 @@ def chart(
     console.print(f"{file.with_suffix('.png')} and {file.with_suffix('.svg')}")
 
 
-@app.command()
-def models(
-    angle: Annotated[float, typer.Option(help="wished accuracy of the angle after 30 s, rad")] = 1e-5,
-    energy: Annotated[float, typer.Option(help="wished relative accuracy of the energy")] = float("inf"),
-) -> None:
-    """Say which model, elastic or rigid bar, and which step suffice for the stiff pendulum."""
-    from .models import cheapest, compare  # noqa: PLC0415
+def _work_precision(folder: Path, full: bool) -> None:
+    from .precision.jobs import jobs  # noqa: PLC0415
 
-    attempts = compare()
-    found = cheapest(attempts, angle, energy)
-    table = Table("model", "scheme", "dt (s)", "angle error (rad)", "energy error", "time (ms)")
-    for a in sorted(attempts, key=lambda a: a.seconds):
-        row = (f"{a.dt:g}", f"{a.angle_error:.3g}", f"{a.energy_error:.3g}", f"{1e3 * a.seconds:.3g}")
-        table.add_row(a.model, a.scheme, *row, style="bold" if a is found else None)
-    console.print(table)
-    if found is None:
-        console.print("none of them is that accurate")
-    else:
-        console.print(f"{found.model} with {found.scheme} at dt = {found.dt:g} s suffices")
+    folder.mkdir(parents=True, exist_ok=True)
+    with Progress(console=console) as progress:
+        for job in progress.track(jobs(full), description="speed against accuracy"):
+            job(folder)
+    console.print(f"charts and tables are in {folder.resolve()}")
+
+
+@app.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True})
+def choose(
+    context: typer.Context,
+    scene_name: Annotated[str, typer.Argument(metavar="SCENE", help="a name listed by `substep scenes`")],
+    accuracy: Annotated[float, typer.Option(help="largest error wished: relative, of the angle in rad")],
+    quantity: Annotated[str, typer.Option(help="u, v, a, energy or angle")] = "u",
+    t_end: Annotated[float | None, typer.Option(help="span in s; by default that of the scene's chart")] = None,
+    file: Annotated[Path | None, typer.Option(help="draw why: where the chart goes, without suffix")] = None,
+) -> None:
+    """Recommend scheme, step and model for a wished accuracy. The scene's parameters follow: --EA 1e10."""
+    from .precision import choice  # noqa: PLC0415
+    from .precision.cases import span  # noqa: PLC0415
+    from .scenes import scene  # noqa: PLC0415
+
+    try:
+        here = scene(scene_name, **{key: float(value) for key, value in _exact_options(context.args).items()})
+        found = choice.choose(here, accuracy, t_end=span(here) if t_end is None else t_end, quantity=quantity)
+    except ValueError as error:
+        raise typer.BadParameter(str(error)) from error
+    console.print(found.text, highlight=False)
+    if file is not None:
+        choice.chart(found, file)
 
 
 def _exact_options(arguments: list[str]) -> dict[str, str]:

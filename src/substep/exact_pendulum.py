@@ -54,8 +54,13 @@ class ElasticPendulum:
         numbers they are, up to 1e15 periods. About 0.2 ms a time, and for a bar first met 10 ms, or 2 s if very soft.
         Raises ValueError for a bar so soft, EA*L below about 2e-5*m*v0^2, that its series need too many terms.
         """
+        return self.motion(t)[0]
+
+    def motion(self, t: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Position, as above, and velocity in m/s of the same shape, with the same digits."""
         times = real_array("t", t)
-        return self._motion.positions(times.ravel()).reshape(*times.shape, 2)
+        states = self._motion.states(times.ravel()).reshape(*times.shape, 4)
+        return states[..., :2], states[..., 2:]
 
     @property
     def radial_period(self) -> float:
@@ -77,18 +82,20 @@ class _Motion(NamedTuple):
 
     a: Number
     span: Number  # b - a
+    moment: Number  # L*v0, of which s*angle' does not change
     pace: Number  # dt/dpsi*sqrt(s + span)
     period: Number
     t_sines: list[Number]
     turn: Number  # angle per period
     angle_sines: list[Number]
 
-    def positions(self, times: NDArray[np.float64]) -> NDArray[np.float64]:
-        """(x, y) in metres, shape (n, 2), at n times in seconds."""
+    def states(self, times: NDArray[np.float64]) -> NDArray[np.float64]:
+        """x, y in metres and their rates, shape (n, 4), at n times in seconds."""
         periods = [_MP.nint(t / self.period) for t in times.tolist()]
         rests = [t - n * self.period for t, n in zip(times.tolist(), periods, strict=True)]
         near = self._near(np.array(rests, dtype=np.float64)).tolist()
-        return np.array([self._position(*at) for at in zip(periods, rests, near, strict=True)])
+        found = [self._state(*at) for at in zip(periods, rests, near, strict=True)]
+        return np.array(found, dtype=np.float64).reshape(-1, 4)
 
     def _near(self, rests: NDArray[np.float64]) -> NDArray[np.float64]:
         """Psi in float64 at times within half a period, by Newton's method."""
@@ -100,16 +107,19 @@ class _Motion(NamedTuple):
             psi -= (mean * psi + np.sin(phases) @ sines - rests) / (mean + np.cos(phases) @ (k * sines))
         return psi
 
-    def _position(self, periods: Number, rest: Number, near: float) -> tuple[float, float]:
-        """(x, y) so many periods and a rest of time after the start, psi being near what is given."""
+    def _state(self, periods: Number, rest: Number, near: float) -> tuple[float, ...]:
+        """x, y and their rates so many periods and a rest of time after the start, psi being near what is given."""
         cosine, sines = _sines(near, len(self.t_sines))
         t = self.period * near / (2 * _MP.pi) + _MP.fdot(self.t_sines, sines)
         # one more step of Newton's method squares the error of float64
         psi = near + (rest - t) * _MP.sqrt(_square(self.a, self.span, cosine) + self.span) / self.pace
         cosine, sines = _sines(psi, len(self.angle_sines))
         angle = self.turn * (periods + psi / (2 * _MP.pi)) + _MP.fdot(self.angle_sines, sines)
-        length = _MP.sqrt(_square(self.a, self.span, cosine))
-        return float(length * _MP.cos(angle)), float(length * _MP.sin(angle))
+        s = _square(self.a, self.span, cosine)
+        length = _MP.sqrt(s)
+        growth = self.span * sines[0] / 2 * _MP.sqrt(s + self.span) / self.pace / (2 * s)  # length'/length
+        x, y, turning = length * _MP.cos(angle), length * _MP.sin(angle), self.moment / s
+        return float(x), float(y), float(growth * x - turning * y), float(growth * y + turning * x)
 
 
 @lru_cache(maxsize=64)
@@ -131,7 +141,7 @@ def _motion(*parameters: float) -> _Motion:
             f"expected a bar that stretches to about 20 L at most, got EA = {parameters[0]}, with which it "
             f"stretches to {_MP.nstr(_MP.sqrt(a + span) / L, 3)} L; give a larger EA or a smaller v0"
         )
-    return _Motion(a, span, pace, *t, *angle)
+    return _Motion(a, span, L * v0, pace, *t, *angle)
 
 
 def _square(a: Number, span: Number, cosine: Number) -> Number:

@@ -8,12 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
-from . import chapter_5, claims, failures, models
+from . import chapter_5, claims, failures
 from .build import CatalogueRow, Properties, catalogue_row, properties
 from .catalogue_charts import CHARTS
 from .chapter_4 import NEWMARK_SETS, SPLITS
 from .charts import save, save_csv, stability_figure
 from .claims.judging import Judgement
+from .precision import jobs as precision
 from .schemes import Array, Scheme, scheme, schemes
 
 RADIUS_RATIOS = np.logspace(-2, 3, 501)
@@ -108,13 +109,7 @@ class Results:
 
 def jobs(full: bool) -> tuple[Callable[[Path], object], ...]:
     """What only draws or tabulates, one job a piece; full: the long runs too."""
-    return (*CHARTS, *chapter_5.JOBS, *(chapter_5.LONG_JOBS if full else ()), model_comparison)
-
-
-def model_comparison(folder: Path) -> None:
-    """The stiff pendulum elastic and rigid, and what each scheme computes a step on either."""
-    models.chart(models.compare(), folder)
-    models.operations(folder)
+    return (*CHARTS, *chapter_5.JOBS, *(chapter_5.LONG_JOBS if full else ()), *precision.jobs(full))
 
 
 def reproduce(folder: Path, step: Callable[[], object], *, full: bool = False) -> Results:

@@ -1,0 +1,182 @@
+"""Which scheme, which step and which model reach a wished accuracy for the least work."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from heapq import heapreplace
+from itertools import count
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+from ..charts import COLOURS, REFERENCE, look, save
+from ..errors import real_number, unknown_name
+from ..scenes import Scene
+from ..scenes import scene as make_scene
+from ..schemes import Scheme, scheme, schemes
+from .cases import SAMPLES
+from .measure import Run, measure, quantities, shared
+from .reference import Reference, reference
+
+MOST_OPERATIONS = 1e9  # of one run, about a second
+REPEATS = 20  # of the run that is recommended
+FINER = 100  # the reference's error is so many times smaller than the accuracy
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A model, and a scheme at one step on it; error: the largest of the wished quantity over the span."""
+
+    model: Scene
+    run: Run
+    error: float
+
+
+@dataclass(frozen=True)
+class Choice:
+    """best: the candidate of the fewest operations within the accuracy, None if none is; candidates: all tried.
+
+    Of every scheme and model all steps of the ladder were tried whose run costs less than the best one.
+    """
+
+    quantity: str
+    accuracy: float
+    reference: Reference
+    best: Candidate | None
+    candidates: tuple[Candidate, ...]
+
+    @property
+    def runner_up(self) -> Candidate | None:
+        """The dearest candidate that is cheaper than the best, and not accurate enough."""
+        if self.best is None:
+            return None
+        cheaper = [c for c in self.candidates if c.run.cost.operations < self.best.run.cost.operations]
+        return max(cheaper, key=lambda c: c.run.cost.operations, default=None)
+
+    @property
+    def text(self) -> str:
+        """What is recommended, and why."""
+        name = {"angle": "angle (rad)"}.get(self.quantity, self.quantity)
+        best, next_ = self.best, self.runner_up
+        span = self.reference.t[-1]
+        if best is None:
+            least = min(self.candidates, key=lambda c: c.error)
+            return (
+                f"no candidate keeps the error of {name} below {self.accuracy:g} over {span:g} s; the nearest is "
+                f"{least.run.method} on {least.model.name} with {least.error:.3g} at dt = {least.run.dt:.6g} s"
+            )
+        run = best.run
+        lines = [
+            f"{run.method} on {best.model.name}, dt = {run.dt:.6g} s ({run.steps} steps): error of {name} "
+            f"{best.error:.3g} <= {self.accuracy:g} over {span:g} s, {run.cost.operations:.4g} operations, "
+            f"{1e3 * run.seconds:.3g} ms"
+        ]
+        if next_ is not None:
+            lines.append(
+                f"the next cheaper, {next_.run.method} on {next_.model.name} at dt = {next_.run.dt:.6g} s "
+                f"({next_.run.cost.operations:.4g} operations), is off by {next_.error:.3g}"
+            )
+        lines.append(f"reference: {self.reference.source}")
+        return "\n".join(lines)
+
+
+def rigid(scene: Scene) -> tuple[Scene, ...]:
+    """The simpler model of an elastic pendulum: the same pendulum on a bar that cannot stretch."""
+    if not scene.name.startswith("elastic_pendulum"):
+        return ()
+    return (make_scene("rigid_pendulum", **{name: scene.parameters[name] for name in ("L", "m", "v0")}),)
+
+
+def ladder() -> Iterator[int]:
+    """Numbers of steps: 1, 2, 3, 4, 6, 8, 12, ... times the intervals on which errors are told."""
+    yield SAMPLES
+    for k in count(1):
+        yield SAMPLES << k
+        yield 3 * SAMPLES << (k - 1)
+
+
+def choose(
+    scene: Scene,
+    accuracy: float,
+    *,
+    t_end: float,
+    quantity: str = "u",
+    simpler: Sequence[Scene] | None = None,
+    among: Sequence[Scheme] | None = None,
+) -> Choice:
+    """The least work, counted in operations of the kernels, that keeps a quantity within the accuracy up to t_end (s).
+
+    accuracy: of the largest error over the span, relative to the quantity's largest value; of the angle, in rad.
+    quantity: "u", "v", "a", "energy" or "angle", as far as the scene has it. simpler: scenes that stand for this one
+    with less in them, by default the rigid bar for an elastic pendulum; they are judged by what they share with it.
+    among: schemes to choose from, by default all, each at its default parameters.
+    Raises ValueError for a quantity the scene has not, an accuracy that is not positive, and a scene whose motion is
+    neither known nor resolved by 4 million Runge-Kutta steps.
+    """
+    accuracy, t_end = real_number("accuracy", accuracy, positive=True), real_number("t_end", t_end, positive=True)
+    if quantity not in quantities(scene):
+        raise unknown_name(f"a quantity of {scene.name}", quantity, quantities(scene))
+    exact = reference(scene, t_end, SAMPLES, accuracy / FINER)
+    methods = [scheme(name) for name in schemes()] if among is None else list(among)
+    best: Candidate | None = None
+    tried: list[Candidate] = []
+    for model in (scene, *(rigid(scene) if simpler is None else simpler)):
+        if model is not scene and quantity not in shared(scene, model):
+            continue
+        limit = MOST_OPERATIONS if best is None else best.run.cost.operations
+        found = list(_search(exact, model, methods, quantity, accuracy, limit))
+        good = [c for c in found if c.error <= accuracy and c.run.cost.operations < limit]
+        best = min(good, key=lambda c: c.run.cost.operations, default=best)
+        tried += found
+    if best is not None:
+        s = next(s for s in methods if s.name == best.run.method)
+        best = Candidate(best.model, measure(exact, s, best.run.steps, REPEATS, best.model), best.error)
+    return Choice(quantity, accuracy, exact, best, tuple(tried))
+
+
+def _search(
+    exact: Reference, model: Scene, methods: Sequence[Scheme], quantity: str, accuracy: float, limit: float
+) -> Iterator[Candidate]:
+    """The cheapest method so far tries its next step, until all are dearer than one that is accurate, or the limit."""
+    steps = [ladder() for _ in methods]
+    queue = [(0.0, i) for i in range(len(methods))]  # operations of its last run, which
+    while queue[0][0] < limit:
+        _, i = queue[0]
+        run = measure(exact, methods[i], next(steps[i]), 0, model)
+        error = run.errors[quantity].maximum
+        heapreplace(queue, (run.cost.operations, i))
+        if error <= accuracy:
+            limit = min(limit, run.cost.operations)
+        yield Candidate(model, run, error)
+
+
+def chart(choice: Choice, path: Path) -> None:
+    """Error over operations of all that was tried, and the recommended run, as PNG and SVG."""
+    figure = Figure(figsize=(9, 6), layout="constrained")
+    axes = figure.subplots()
+    best, full = choice.best, choice.reference.scene
+    by: dict[tuple[str, str], list[Candidate]] = {}
+    for c in choice.candidates:
+        by.setdefault((c.run.method, c.model.name), []).append(c)
+    ranked = sorted(by, key=lambda key: min((c.error, c.run.cost.operations) for c in by[key]))
+    near = [key for name in dict.fromkeys(m for _, m in ranked) for key in [k for k in ranked if k[1] == name][:4]]
+    for (method, model), found in by.items():
+        simple = model != full.name
+        x, y = [c.run.cost.operations for c in found], [min(max(c.error, 1e-16), 10.0) for c in found]
+        style: dict[str, object] = {"color": "0.75", "linewidth": 0.8, "zorder": 1}
+        if (method, model) in near:
+            i = near.index((method, model))
+            style = {"color": look(i)[0], "linestyle": look(i)[1], "linewidth": 1.4, "label": f"{method}, {model}"}
+        axes.plot(x, y, marker="s" if simple else "o", markersize=4, markerfacecolor="none", **style)  # pyright: ignore
+    axes.axhline(choice.accuracy, color=REFERENCE, linewidth=1, linestyle="--", label="wished accuracy")
+    if best is not None:
+        axes.plot(best.run.cost.operations, best.error, "*", markersize=16, color=COLOURS[3], zorder=5,
+                  label=f"recommended: {best.run.method}, {best.model.name}, dt = {best.run.dt:.4g} s")  # fmt: skip
+    unit = "rad" if choice.quantity == "angle" else "relative"
+    axes.set(xscale="log", yscale="log", xlabel="operations of a run", ylim=(None, 20))
+    axes.set_ylabel(f"largest error of {choice.quantity} ({unit}); failed runs at 10")
+    axes.grid(visible=True, linewidth=0.3, color="0.85")
+    figure.suptitle(
+        f"{full.name} over {choice.reference.t[-1]:g} s: circles this scene, squares a simpler model", fontsize=11
+    )
+    figure.legend(loc="outside lower center", ncols=2, fontsize=8, frameon=False)
+    save(figure, path)

@@ -1,0 +1,320 @@
+"""Speed against accuracy: exact motions, counts, errors, charts, and what is recommended."""
+
+import csv
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from substep_derive import Scene as Declaration
+from substep_derive.scene import optional
+from substep_derive.symbols import rate
+from sympy import Rational, symbols
+
+import substep as ss
+from substep.precision import cases, charts, choose, exact, jobs, measure, peers, turning
+from substep.precision import reference as references
+from substep.precision.choice import SAMPLES, ladder
+from substep.precision.measure import Cost, Errors, Run
+
+KNOWN = {
+    "damped": ss.scene("linear_oscillator", omega=6.28, xi=0.1, u0=0.7, v0=-2.0),
+    "elastic": ss.scene("elastic_pendulum", EA=1e4),
+    "soft": ss.scene("elastic_pendulum", EA=300.0, L=2.0, m=3.0, v0=5.0),
+    "rigid": ss.scene("rigid_pendulum"),
+    "duffing": ss.scene("duffing"),
+}
+
+
+def integrated(scene: ss.Scene, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    d = len(scene.u0)
+
+    def rates(t: float, y: np.ndarray) -> np.ndarray:
+        return np.concatenate([y[d:], scene.acceleration(np.array(t), y[:d], y[d:]).ravel()])
+
+    start = np.concatenate([scene.u0, scene.v0])
+    r = solve_ivp(rates, (0, times[-1]), start, "DOP853", times, rtol=1e-13, atol=1e-13)
+    return r.y[:d].T, r.y[d:].T
+
+
+@pytest.mark.parametrize("scene", KNOWN.values(), ids=KNOWN)
+def test_exact_motions(scene: ss.Scene) -> None:
+    times = np.linspace(0, 2, 9)
+    motion = exact.motion(scene)
+    assert motion is not None
+    for found, should in zip(motion(times), integrated(scene, times), strict=True):
+        np.testing.assert_allclose(found, should, rtol=0, atol=1e-10 * np.abs(should).max())
+
+
+def test_motions_without_closed_form_are_not_made_up() -> None:
+    assert exact.motion(ss.scene("linear_oscillator", omega=1.0, xi=1.0)) is None
+    assert exact.motion(ss.scene("linear_oscillator", omega=1.0, load=ss.Step(1.0))) is None
+    assert exact.motion(ss.scene("elastic_pendulum", EA=1e4, v0=0.0)) is None
+    assert exact.motion(ss.scene("softening")) is None
+
+
+@pytest.mark.usefixtures("uncompiled")
+@pytest.mark.parametrize("name", ["elastic", "duffing"])
+def test_converged_reference_is_as_close_as_it_says(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    scene, t_end = KNOWN[name], {"elastic": 0.5, "duffing": 0.1}[name]
+    true = references.reference(scene, t_end, 10, 1e-7)
+    monkeypatch.setattr(exact, "motion", lambda _: None)
+    found = references.reference(scene, t_end, 10, 1e-7)
+    assert found.error <= 1e-7
+    for x, should in ((found.u, true.u), (found.v, true.v), (found.a, true.a)):
+        np.testing.assert_allclose(x, should, rtol=0, atol=1e-6 * np.abs(should).max())
+    monkeypatch.setattr(references, "MOST_STEPS", 40)
+    with pytest.raises(ValueError, match="shorter span or less accuracy"):
+        references.reference(scene, t_end, 10, 1e-14)
+
+
+@pytest.fixture
+def duffing() -> references.Reference:
+    return references.reference(KNOWN["duffing"], 0.15, SAMPLES, 1e-12)
+
+
+UNDAMPED = {"fox_goodwin": 4, "central_difference_lagged": 2}  # derived orders hold with damping too
+
+
+@pytest.mark.usefixtures("uncompiled")
+@pytest.mark.parametrize("name", ss.schemes())
+def test_every_scheme_reaches_its_derived_order(name: str, duffing: references.Reference) -> None:
+    coarse, fine = (measure.measure(duffing, ss.scheme(name), n, 0) for n in (8 * SAMPLES, 16 * SAMPLES))
+    assert np.isnan(fine.seconds)
+    slope = np.log2(coarse.errors["u"].maximum / fine.errors["u"].maximum)
+    assert slope == pytest.approx(UNDAMPED.get(name, charts.order(name)), abs=0.35)
+
+
+@pytest.mark.usefixtures("uncompiled")
+def test_costs_are_counted(duffing: references.Reference) -> None:
+    scene = duffing.scene
+    for name, solves in (("central_difference", 1), ("noh_bathe", 2), ("rk4", 4)):  # explicit: no tangent
+        run = measure.measure(duffing, ss.scheme(name), SAMPLES * 4, 0)
+        assert run.cost[:2] == (solves * run.steps, solves * run.steps)
+    s = ss.scheme("bathe")
+    run = measure.measure(duffing, s, SAMPLES * 2, 0)
+    r = ss.march(scene, s, run.dt, 0.15)
+    newton = int(r.newton_iterations.sum())
+    assert run.cost[:2] == (newton, 2 * newton)
+    each = measure.pair_module(scene, s).OPERATIONS
+    assert run.cost.operations == each["step"] * run.steps + sum(r.newton_iterations.sum(axis=0) * each["iteration"])
+    failed = measure.measure(duffing, ss.scheme("central_difference"), SAMPLES // 10 * 10, 0)
+    assert failed.cost.solves >= failed.steps
+
+
+def test_costs_of_a_linear_scene() -> None:
+    found = references.reference(KNOWN["damped"], 1.0, SAMPLES, 1e-12)
+    run = measure.measure(found, ss.scheme("newmark_bdf2"), SAMPLES, 2)
+    assert run.cost[:2] == (2 * SAMPLES, 2 * SAMPLES)
+    assert run.cost.operations % (2 * SAMPLES) == 0
+    assert run.seconds > 0
+
+
+def test_errors_are_told_three_ways() -> None:
+    scene = KNOWN["damped"]
+    t, one = np.arange(4.0), np.ones((4, 1))
+    should = references.Reference(scene, t, np.array([[1.0], [-4.0], [2.0], [0.0]]), one, 0 * one, 0.0, "by hand")
+    off = np.array([[0.0], [0.4], [-0.8], [0.2]])
+    found = measure.against(should, scene, should.u + off, one, 0 * one + 3.0)
+    assert found["u"] == pytest.approx(Errors(0.05, 0.2, np.sqrt((0.1**2 + 0.2**2 + 0.05**2) / 4)))
+    assert found["v"] == Errors(0, 0, 0)
+    assert found["a"].maximum == 3.0  # of a reference that is 0, the error itself
+    assert measure.failed(should, scene)["u"].maximum == np.inf
+
+
+def test_angles_do_not_mind_revolutions() -> None:
+    bar, rigid = KNOWN["elastic"], KNOWN["rigid"]
+    assert measure.quantities(bar)[-1] == measure.quantities(rigid)[-1] == "angle"
+    assert "angle" not in measure.quantities(KNOWN["duffing"])
+    assert measure.shared(bar, rigid) == ("energy", "angle")
+    t = np.linspace(0, 20, 41)
+    turned = 7.72 / 3.0443 * t
+    u = 3.0443 * np.stack([np.cos(turned), np.sin(turned)], axis=1)
+    should = references.Reference(bar, t, u, 0 * u, 0 * u, 0.0, "by hand")
+    found = measure.against(should, rigid, turned[:, None] + 1e-6, turned[:, None], turned[:, None])
+    assert found["angle"].maximum == pytest.approx(1e-6, rel=1e-6)
+
+
+def test_every_scheme_is_of_one_kind() -> None:
+    found = charts.kinds()
+    assert sorted(name for names in found.values() for name in names) == sorted(ss.schemes())
+    for kind, name in (("explicit", "rk4"), ("one solve a step", "newmark"), ("several steps", "houbolt")):
+        assert name in found[kind]
+    assert "newmark_bdf2" in found["sub-steps"]
+
+
+def test_charts_show_failures_and_write_every_number(tmp_path: Path) -> None:
+    case = cases.CASES[0]
+    found = case.reference()
+    fine = [measure.measure(found, ss.scheme(name), n, 1) for name in ("bathe", "rk4") for n in case.steps(5)]
+    ok = fine[0]
+    broken = [
+        Run("bathe", 1.0, 1, "newton_failed", Cost(10**6, 1, 1), 1.0, dict.fromkeys(ok.errors, Errors(*[np.inf] * 3)))
+    ]
+    charts.work_precision(case, found, [*fine, *broken], [], {"numbalsoda": "not here"}, tmp_path)
+    for name in ("linear", "linear_quantities"):
+        assert (tmp_path / f"work_precision_{name}.png").stat().st_size > 10_000
+    with (tmp_path / "work_precision_linear.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == len(fine) + 1
+    assert rows[-1]["status"] == "newton_failed"
+    assert float(rows[0]["u_maximum"]) == pytest.approx(ok.errors["u"].maximum, rel=1e-5)
+
+
+def test_failures_are_open_marks_at_the_edge() -> None:
+    from matplotlib.figure import Figure
+
+    axes = Figure().subplots()
+    runs = [Run("m", 1.0, 1, "completed", Cost(n, n, n), 1.0, {"u": Errors(e, e, e)}) for n, e in ((1, 5.0), (2, 0.1))]
+    charts.curve(axes, runs, lambda run: run.cost.solves, lambda run: run.errors["u"].maximum, color="k")
+    line, marks = axes.lines
+    assert line.get_xydata().tolist() == [[2, 0.1]]
+    assert marks.get_xydata().tolist() == [[1, charts.TOP]]
+    assert marks.get_markerfacecolor() == "none"
+
+
+@pytest.mark.parametrize("case", cases.CASES, ids=lambda case: case.name)
+def test_cases_have_references_and_peers(case: cases.Case, monkeypatch: pytest.MonkeyPatch) -> None:
+    found = case.reference()
+    assert found.u.shape == found.v.shape == found.a.shape == (SAMPLES + 1, len(found.scene.u0))
+    np.testing.assert_allclose(found.scene.energy(found.t, found.u, found.v), found.scene.E0, rtol=1e-9)
+    assert cases.span(found.scene) == case.t_end
+    if case.name == "stiff":
+        true = references.reference(found.scene, case.t_end, SAMPLES, 1e-12)
+        off = measure.against(true, found.scene, found.u, found.v, found.a)
+        assert off["angle"].maximum == pytest.approx(found.error, rel=0.02)
+    monkeypatch.setattr(peers, "TOLERANCES", (1e-4, 1e-9))
+    general, _ = peers.peers(found, ("scipy DOP853",))
+    if case.name != "stiff":
+        (loose, tight) = peers.runs(found, general[0], every=1, repeats=1)
+        assert tight.errors["u"].maximum < 1e-6 < loose.errors["u"].maximum
+        assert tight.cost.evaluations > loose.cost.evaluations > 0
+
+
+def test_missing_peers_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    def absent(name: str) -> Any:
+        raise ModuleNotFoundError(f"No module named '{name}'")
+
+    monkeypatch.setattr(peers, "import_module", absent)
+    found, missing = peers.peers(cases.CASES[0].reference())
+    assert not found
+    assert list(missing) == ["scipy", "numbalsoda"]
+    assert "No module named" in missing["scipy"]
+
+
+def test_the_fastest_of_a_kind() -> None:
+    def point(kind: str, error: float, alone: float, together: float) -> turning.Point:
+        return turning.Point(1e4, f"{kind}{error}", kind, 1, error, alone, together)
+
+    found = [point("a", 1e-2, 1.0, 0.5), point("a", 1e-4, 2.0, 0.2), point("b", 1e-6, 0.1, 0.1)]
+    assert turning.least(found, 1e4, "a", 1e-2, together=False) == found[0]
+    assert turning.least(found, 1e4, "a", 1e-2, together=True) == found[1]
+    assert turning.least(found, 1e4, "a", 1e-5, together=True) is None
+    assert turning.least(found, 1e6, "a", 1e-2, together=True) is None
+
+
+def test_turning_points_are_drawn(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(turning, "STIFFNESSES", (1e4,))
+    monkeypatch.setattr(turning, "FINEST", 4)
+    monkeypatch.setattr(turning, "PEERS", ("scipy DOP853",))
+    found, missing = turning.points(("newmark_bdf2",), every=4, repeats=1)
+    turning.chart(found, missing, tmp_path)
+    assert (tmp_path / "turning.png").stat().st_size > 10_000
+    mine = [p for p in found if p.kind == "second order"]
+    assert [p.steps for p in mine] == [SAMPLES, 16 * SAMPLES]
+    assert mine[1].together < mine[1].alone
+    assert {p.method for p in found if p.kind == "general solver"} == {"scipy DOP853"}
+
+
+AMONG = ("newmark_bdf2", "average_acceleration", "energy_momentum", "rk4")
+
+
+def largest_error(scene: ss.Scene, name: str, steps: int, t_end: float) -> float:
+    """Of u over the span, told without the code under test: against DOP853."""
+    r = ss.march(scene, ss.scheme(name), t_end / steps, t_end, stride=steps // SAMPLES)
+    if r.status != "completed":
+        return np.inf
+    u, _ = integrated(scene, np.linspace(0, t_end, SAMPLES + 1))
+    return float(np.linalg.norm(r.u - u, axis=1).max() / np.linalg.norm(u, axis=1).max())
+
+
+@pytest.mark.usefixtures("uncompiled")
+@pytest.mark.parametrize(("name", "t_end", "accuracy"), [("duffing", 0.3, 3e-3), ("elastic", 1.0, 1e-5)])
+def test_what_is_recommended_suffices_and_nothing_cheaper_does(name: str, t_end: float, accuracy: float) -> None:
+    scene, among = KNOWN[name], [ss.scheme(n) for n in AMONG]
+    found = choose(scene, accuracy, t_end=t_end, among=among)
+    best, next_ = found.best, found.runner_up
+    assert best is not None
+    assert next_ is not None
+    assert largest_error(scene, best.run.method, best.run.steps, t_end) <= accuracy
+    assert largest_error(scene, next_.run.method, next_.run.steps, t_end) > accuracy
+    assert next_.run.cost.operations < best.run.cost.operations
+    for s in among:  # every step of the ladder that is cheaper was tried, and fails
+        for steps in ladder():
+            run = measure.measure(found.reference, s, steps, 0)
+            if run.cost.operations >= best.run.cost.operations:
+                break
+            assert run.errors["u"].maximum > accuracy
+            assert (s.name, steps) in {(c.run.method, c.run.steps) for c in found.candidates}
+
+
+@pytest.mark.usefixtures("uncompiled")
+def test_no_more_model_than_the_scene_needs(tmp_path: Path) -> None:
+    """A rigid bar is off by twice the strain m v0^2/(EA L) that it leaves out, in any scheme and at any step."""
+    stiff, among, t_end = ss.scene("elastic_pendulum", EA=1e7), [ss.scheme("energy_momentum")], 1.0
+    lag = cases.lag(stiff, t_end)
+    coarse, fine = (choose(stiff, x, t_end=t_end, quantity="angle", among=among) for x in (2 * lag, 0.5 * lag))
+    assert coarse.best is not None
+    assert fine.best is not None
+    assert coarse.best.model.name == "rigid_pendulum"
+    assert coarse.best.error == pytest.approx(lag, rel=0.3)
+    assert fine.best.model is stiff
+    assert "next cheaper" in fine.text
+    charts_path = tmp_path / "why.1"
+    from substep.precision.choice import chart
+
+    chart(fine, charts_path)
+    only_bar = choose(stiff, 2 * lag, t_end=t_end, quantity="angle", among=among, simpler=())
+    assert only_bar.best is not None
+    assert only_bar.best.model is stiff
+
+
+def test_a_wish_beyond_reach_and_bad_wishes(monkeypatch: pytest.MonkeyPatch) -> None:
+    from substep.precision import choice
+
+    monkeypatch.setattr(choice, "MOST_OPERATIONS", 2e3)
+    found = choose(KNOWN["damped"], 1e-9, t_end=1.0, among=[ss.scheme("bathe")])
+    assert found.best is None
+    assert found.runner_up is None
+    assert "no candidate" in found.text
+    with pytest.raises(ValueError, match="quantity of duffing"):
+        choose(KNOWN["duffing"], 1e-3, t_end=1.0, quantity="angle")
+    with pytest.raises(ValueError, match="accuracy > 0"):
+        choose(KNOWN["duffing"], 0.0, t_end=1.0)
+
+
+def test_a_scene_of_ones_own() -> None:
+    x, k = symbols("x k")
+    mine = Declaration(
+        name="quartic_well", coordinates={x: "m"}, kinetic=rate(x) ** 2 / 2, potential=k * x**4 / 4,
+        parameters=(optional(k, 3),), start={x: 1, rate(x): Rational(1, 2)}, length=1, reference="here",
+    )  # fmt: skip
+    scene, among = ss.scene(mine), [ss.scheme(n) for n in ("average_acceleration", "rk4")]
+    found = choose(scene, 1e-4, t_end=4.0, among=among)
+    assert found.best is not None
+    assert "rk4" in found.reference.source
+    assert largest_error(scene, found.best.run.method, found.best.run.steps, 4.0) <= 1e-4
+
+
+def test_jobs_cover_every_case() -> None:
+    names = [job.args[0].name for job in jobs.jobs(False) if isinstance(job, partial) and job.args]
+    assert names == [case.name for case in cases.CASES]
+
+
+def test_operations_of_the_two_models(tmp_path: Path) -> None:
+    rows = jobs.operations(tmp_path)
+    assert [row[0] for row in rows] == list(ss.schemes())
+    assert all(rigid < elastic for _, elastic, _, rigid in rows)
+    assert len((tmp_path / "operations.csv").read_text().splitlines()) == 1 + len(rows)
