@@ -31,7 +31,7 @@ def motion(n: int = 400, dt: float = DT) -> Array:
     noise = np.random.default_rng(1940).normal(size=n)
     a, b = 2 * np.exp(-0.3 * 16 * dt) * np.cos(16 * dt), -np.exp(-0.6 * 16 * dt)
     t = np.arange(n) / n
-    return np.sin(np.pi * t) ** 2 * lfilter([1.0], [1.0, -a, -b], noise)
+    return np.sin(np.pi * t) ** 2 * lfilter([1.0, -1.0], [1.0, -a, -b], noise)
 
 
 def exact_by_scipy(T: float, xi: float, f: Array, dt: float = DT) -> Array:

@@ -83,7 +83,7 @@ def response_spectrum(
     }
     attrs = {
         "scheme": s.name,
-        "parameters": ", ".join(f"{key} = {float(value):.17g}" for key, value in s.parameters.items()),
+        "parameters": ", ".join(f"{key} = {float(value)}" for key, value in s.parameters.items()),
         "dt": load.dt,
         "samples": len(load.samples),
         "source": source,
