@@ -90,6 +90,6 @@ def _draw(folder: Path, rows: list[BounceRow]) -> None:
         figure, folder / "penalty_bounce", SECTION,
         """A unit mass bounces on a penalty spring (k = 10⁶ N/m, v0 = -1 m/s): speed after over speed before contact, 1
         in truth, over the step ω_c h, ω_c = √(k/m). Line: the mean over 50 places of the first contact within a step;
-        band: their extremes, of runs that left the spring. Where contact falls decides how much energy is gained or
-        lost, with every scheme once ω_c h exceeds about 1.""",
+        band: their extremes, of runs that left the spring. Once ω_c h exceeds about 2, where contact falls decides how
+        much energy is gained or lost; only the energy-momentum method keeps it.""",
     )  # fmt: skip

@@ -98,7 +98,7 @@ def overshoot(folder: Path, full: bool = False) -> list[OvershootRow]:
         figure, folder / "overshoot", SECTION,
         f"""Schemes without a limit on the step, undamped oscillator from u0 = 1, v0 = 0: largest |u|/u0 and |v|/(ω
         u0), 1 in truth, of the first {OVERSHOOT_STEPS} steps of h = {OVERSHOOT_RATIO:g} T. What stands right of the
-        line overshoots: stability tells of powers of a matrix, not of the first of them.""",
+        line overshoots: stability bounds the powers of a matrix, but not by 1.""",
     )  # fmt: skip
     return rows
 
