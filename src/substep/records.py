@@ -27,7 +27,7 @@ def read_record(path: Path, dt: float | None = None) -> tuple[float, Array]:
     for another number of samples or another unit than the header's, and for a dt that is not the file's; OSError for a
     file that cannot be read.
     """
-    lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
+    lines = path.read_text(encoding="utf-8-sig", errors="replace").splitlines()
     if dt is not None:
         real_number("dt", dt, positive=True)
     return _at2(path, lines, dt) if path.suffix.lower() == ".at2" else _two_columns(path, lines, dt)
@@ -79,7 +79,7 @@ def _at2(path: Path, lines: list[str], dt: float | None) -> tuple[float, Array]:
     at, found = sizes[0]
     n, step = int(found[1]), float(found[2].upper().replace("D", "E"))
     units = [(k, line) for k, line in enumerate(header, start=1) if "UNITS" in line.upper()]
-    if not units or not re.search(r"ACCELERATION.*UNITS\s*(?:OF|:|=)?\s*\(?G\b(?!\s*[/*A-Z])", units[0][1].upper()):
+    if not units or not re.search(r"ACCELERATION.*UNITS\s*(?:OF|:|=)?\s*\(?G\b(?!\s*[/*])", units[0][1].upper()):
         where, text = (f", line {units[0][0]}", f"'{units[0][1].strip()}'") if units else ("", "no line on units")
         raise ValueError(
             f"{path}{where}: expected an acceleration in units of g, got {text}; convert it to two columns, time in s "
