@@ -90,7 +90,7 @@ def reproduce(
     told = ", ".join(f"{number} {word}" for word, number in words.most_common())
     console.print(f"Where methods fail, {words.total()} runs: {told} (failures.csv, or `substep failures`)")
     _print_claims(results.claims)
-    console.print(f"figures, tables and the ledger (claims.md) are in {folder.resolve()}")
+    console.print(f"figures, tables and the ledger (claims.md), all on one page: {folder.resolve() / 'index.html'}")
 
 
 @app.command()
