@@ -27,6 +27,7 @@ def job(quick: bool) -> Job:
             for peer, bound in (("scipy lfilter", 50), ("pyyeti srs", 50), ("eqsig", 200)):
                 if name == "newmark_bdf2":
                     found.compare(table, f"response spectrum, {name}: {peer} / substep", peer, "substep", ">=", bound)
+        _whole_spectrum(found, n, rounds)
         _history(found, "newmark_bdf2", n, rounds)
     found.notes.append(
         "'exact' holds the peak against the exact response to the record, linear between its samples: of a scheme it "
@@ -39,7 +40,7 @@ def job(quick: bool) -> Job:
 def _peaks(found: Job, name: str, n: int, rounds: int) -> Table:
     f, work = record(n, DT), LANES * n
     load = ss.Record(DT, f)
-    exact = exact_peaks(tuple(OMEGAS), XI, n, DT)
+    exact = exact_peaks(tuple(OMEGAS), XI, n, DT)[0]
     loads = TwoLoads.of(scheme(name), OMEGAS * DT, XI)
     forces = f * DT**2
     some = (0, LANES // 2, LANES - 1)
@@ -81,6 +82,32 @@ def _peaks(found: Job, name: str, n: int, rounds: int) -> Table:
         )  # fmt: skip
     errors = {"exact": "peak against the exact response", "scheme": "peak against the scheme in 50 digits"}
     return Table(f"{name}: peak |u|", "lane-step", measure(rows, rounds), errors)
+
+
+def _whole_spectrum(found: Job, n: int, rounds: int) -> None:
+    """SD, SV and SA as a user asks for them, three peaks a lane."""
+    f, work, exact, rows = record(n, DT), LANES * n, exact_peaks(tuple(OMEGAS), XI, n, DT), []
+    ways = {
+        "substep, average_acceleration": lambda: ours.spectrum("average_acceleration", OMEGAS, XI, f, DT),
+        "substep, the same with its error": lambda: ours.spectrum("average_acceleration", OMEGAS, XI, f, DT, True),
+        "substep, the exact reference": lambda: ours.exact_spectrum(OMEGAS, XI, f, DT),
+        "pyyeti srs, three times": lambda: peers.pyyeti_spectrum(OMEGAS, XI, f, DT),
+        "eqsig response_series": lambda: peers.eqsig_spectrum(OMEGAS, XI, f, DT),
+    }
+    for label, run in ways.items():
+        try:
+            run()
+        except peers.MissingPeerError as error:
+            found.skipped[label] = str(error)
+        else:
+            kind = "substep" if label.startswith("substep") else "peer"
+            rows.append(Alternative(label, kind, run, work, lambda peaks: _three(peaks, exact)))
+    against = {name: f"{name} against the exact response" for name in ("SD", "SV", "SA")}
+    found.tables.append(Table("SD, SV, SA", "lane-step", measure(rows, rounds), against))
+
+
+def _three(peaks: np.ndarray, exact: np.ndarray) -> dict[str, float]:
+    return dict(zip(("SD", "SV", "SA"), np.abs(peaks / exact - 1.0).max(axis=1), strict=True))
 
 
 def _history(found: Job, name: str, n: int, rounds: int) -> None:

@@ -79,17 +79,21 @@ class TwoLoads:
 
 @cache
 def exact_peaks(omegas: tuple[float, ...], xi: float, n: int, dt: float) -> Array:
-    """Peak |u| over the steps' ends of the exact response to the record, linear between its samples, from rest."""
-    f, coefficients = record(n, dt), []
+    """Peak |u|, |v|, |2 xi omega v + omega^2 u| (3, P) over the steps' ends of the exact response from rest.
+
+    To the record, linear between its samples.
+    """
+    f, coefficients, rates = record(n, dt), [], []
     with mp.workdps(30):
         for omega in omegas:
             w = mp.mpc(-xi * omega, mp.sqrt(1 - mp.mpf(xi) ** 2) * omega)
             one = (mp.expm1(w * dt)) / (w * dt)
             two = (one - 1) / (w * dt)
             coefficients.append([complex(c) for c in (mp.exp(w * dt), dt * (one - two), dt * two, 1 / w.imag)])
-    growth, now, then, scale = np.array(coefficients).T
-    z, peak = np.zeros(len(omegas), dtype=complex), np.zeros(len(omegas))
+            rates.append([1.0, complex(w), complex(2 * xi * omega * w + omega**2)])  # u, v and what the mass feels
+    (growth, now, then, scale), rate = np.array(coefficients).T, np.array(rates).T
+    z, peak = np.zeros(len(omegas), dtype=complex), np.zeros((3, len(omegas)))
     for i in range(n):
         z = growth * z + now * f[i] + then * f[i + 1]
-        np.maximum(peak, np.abs(z.imag), out=peak)
+        np.maximum(peak, np.abs((rate * z).imag), out=peak)
     return peak * scale.real

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import substep as ss
+from substep.exact_oscillator import exact_peaks
 from substep.lanes import march_lanes
 from substep.linear import Oscillators, march_linear
 
@@ -34,6 +35,17 @@ def stability(s: Any, Omega: Array, xi: Array) -> tuple[Array, Array, Array]:
 def spectrum_peaks(name: str, omegas: Array, xi: float, load: ss.Record) -> Array:
     """Peak |u| of each oscillator under the record (n + 1,), from rest."""
     return march_linear(scheme(name), at_rest(omegas, xi, load), len(load.samples) - 1, load, keep="peak_u").peak[0]
+
+
+def spectrum(name: str, omegas: Array, xi: float, record: Array, dt: float, errors: bool = False) -> Array:
+    """SD, SV, SA (3, lanes)."""
+    found = ss.response_spectrum(record, dt, 2 * np.pi / omegas, xi, scheme(name), errors=errors)
+    return np.stack([found[quantity] for quantity in ("displacement", "velocity", "acceleration")])
+
+
+def exact_spectrum(omegas: Array, xi: float, record: Array, dt: float) -> Array:
+    """The same of the exact response that errors are told against."""
+    return exact_peaks(omegas, np.full(len(omegas), xi), ss.Record(dt, record))
 
 
 def history(name: str, omegas: Array, xi: float, load: ss.Record, out: Array | None = None) -> Array:

@@ -89,6 +89,20 @@ def pyyeti_peaks(omegas: Array, xi: float, record: Array, dt: float) -> Array:
     )  # fmt: skip
 
 
+def pyyeti_spectrum(omegas: Array, xi: float, record: Array, dt: float) -> Array:
+    """SD, SV, SA (3, lanes) of pyyeti.srs, a call for each."""
+    srs, arguments = peer("pyyeti.srs"), (record, 1.0 / dt, omegas / (2 * np.pi), 0.5 / xi)
+    kinds = ("reldisp", "relvelo", "absacce")
+    return np.stack([srs.srs(*arguments, stype=kind, rolloff="none", parallel="no") for kind in kinds])
+
+
+def eqsig_spectrum(omegas: Array, xi: float, record: Array, dt: float) -> Array:
+    """SD, SV, SA (3, lanes) of eqsig's Nigam-Jennings response; its acceleration is absolute."""
+    return np.stack(
+        [np.abs(x).max(axis=1) for x in peer("eqsig.sdof").response_series(record, dt, 2 * np.pi / omegas, xi)]
+    )
+
+
 def eqsig_peaks(omegas: Array, xi: float, record: Array, dt: float) -> Array:
     """eqsig's Nigam-Jennings response."""
     sdof = peer("eqsig.sdof")

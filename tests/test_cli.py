@@ -1,5 +1,6 @@
 """The command line, as a user types it."""
 
+import math
 import os
 from pathlib import Path
 
@@ -100,6 +101,8 @@ def test_reproduce_draws_every_panel_and_writes_its_numbers(tmp_path: Path, monk
     catalogue = (tmp_path / "catalogue.csv").read_text().splitlines()
     assert len(catalogue) == 1 + len(ss.schemes())
     assert 'fox_goodwin,"2, 2, 2",9.89898,sqrt(6),sqrt(6),no,no,U0-V1,2.44949' in catalogue
+    page = (tmp_path / "index.html").read_text()
+    assert all(f'src="{name}.png"' in page for name in ("figure_4_1", "catalogue_spectra", "figure_5_2"))
     assert "## C2.1: true" in (tmp_path / "claims.md").read_text()
     table = (tmp_path / "chapter_4_properties.csv").read_text().splitlines()
     assert len(table) == 27
@@ -166,3 +169,25 @@ def test_choose_recommends_and_draws_why(tmp_path: Path) -> None:
     unknown = runner.invoke(app, ["choose", "softening", "--accuracy", "1e-2"])
     assert unknown.exit_code == 2
     assert "--t-end" in unknown.output
+
+
+def test_spectrum_prints_writes_and_draws(tmp_path: Path) -> None:
+    file, out = tmp_path / "motion.txt", tmp_path / "out.csv"
+    file.write_text("\n".join(f"{0.01 * i:.2f} {math.sin(0.11 * i) * math.sin(0.01 * i):.9f}" for i in range(315)))
+    options = ["--xi", "0.02", "--scheme", "newmark", "--beta", "0.25", "--gamma=0.5", "--periods", "0.1,0.57,2"]
+    result = runner.invoke(app, ["spectrum", str(file), *options, "--csv", str(out), "--chart", str(tmp_path / "s")])
+    assert result.exit_code == 0, result.output
+    assert "315 samples" in result.output
+    assert "0.57" in result.output
+    header, *rows = out.read_text().splitlines()
+    assert header.startswith("period (s),displacement (m),velocity (m s-1),acceleration (m s-2),pseudo_velocity")
+    assert len(rows) == 3
+    assert (tmp_path / "s.png").stat().st_size > 10_000
+    assert "Nigam" in (tmp_path / "s.svg").read_text(encoding="utf-8")
+    unstable = runner.invoke(
+        app, ["spectrum", str(file), "--scheme", "central_difference", "--chart", str(tmp_path / "u")]
+    )
+    assert unstable.exit_code == 0, unstable.output
+    assert "unstable at 15 of 200 periods" in unstable.output
+    for wrong in ([str(tmp_path / "none.txt")], [str(file), "--scheme", "bath"], [str(file), "--periods", "1,x"]):
+        assert runner.invoke(app, ["spectrum", *wrong]).exit_code == 2

@@ -11,6 +11,7 @@ from .marching import march
 from .response import Response
 from .scenes import Scene, scene, scenes
 from .schemes import Scheme, scheme, schemes
+from .spectrum import response_spectrum
 
 __all__ = [
     "HalfSine",
@@ -21,6 +22,7 @@ __all__ = [
     "Scheme",
     "Step",
     "march",
+    "response_spectrum",
     "scene",
     "scenes",
     "scheme",

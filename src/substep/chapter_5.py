@@ -28,6 +28,7 @@ from .schemes import Array, scheme
 
 Parameters = tuple[Fraction, Fraction, Fraction]  # gamma_t, beta, gamma
 
+SECTION = "Chapter 5"
 SPLITS = tuple(Fraction(split) for split in ("0.2", "0.5", "0.9"))
 SETS: tuple[Parameters, ...] = tuple((split, *pair) for split, pair in product(SPLITS, NEWMARK_SETS))
 NAMES = ("gamma_t", "beta", "gamma")
@@ -158,7 +159,24 @@ class Plot:
 
     def draw(self, folder: Path) -> None:
         """Write figure_5_number as PNG and SVG into the folder."""
-        save(self.figure(), folder / f"figure_5_{self.number}")
+        save(self.figure(), folder / f"figure_5_{self.number}", SECTION, self.caption())
+
+    def caption(self) -> str:
+        """What the figure shows, in plain words."""
+        march, sets = self.march, "Newmark-BDF2 with the five sets (β, γ) of Table 4.1"
+        scene = f"Elastic pendulum of Kuhl & Crisfield 1999, {march.case} (EA = {march.scene.parameters['EA']:g} N)"
+        split = "γ_t = 0.2, 0.5, 0.9" if self.gamma_t is None else f"γ_t = {float(self.gamma_t):g}"
+        told = {
+            "energy": "(a) energy, (b) angular momentum, both constant in truth, (c) relative change of energy",
+            "trajectory": "path of the mass, dots where runs end and a cross at the exact end, above the distance from "
+            "the exact position",
+            "strain": "axial strain; the wide grey line is "
+            + ("the exact strain, first 15 s" if march.case == "flexible" else "that of steady rotation"),
+        }[self.kind]
+        return (
+            f"{scene}, h = {march.h:g} s, {march.t_end:g} s, {sets} at {split}, and Bathe's scheme in black: {told}. "
+            f"A curve ends where its run failed. Kumar 2015, figure 5.{self.number}."
+        )
 
     def _what(self) -> str:
         if self.gamma_t is not None:
@@ -350,7 +368,12 @@ def long_figure(march: March, folder: Path) -> None:
     figure.suptitle(f"Long runs, {march}; dotted: rigid limit; grey line: where the thesis ends, 50 s", fontsize=11)
     handles, labels = _legend(panels[0])
     figure.legend(handles, labels, loc="outside lower center", ncols=6, fontsize=9, frameon=False)
-    save(figure, folder / f"chapter_5_long_h_{march.h:.0e}")
+    save(
+        figure, folder / f"chapter_5_long_h_{march.h:.0e}", SECTION,
+        f"""Energy of the stiff pendulum (EA = 10¹⁰ N) with h = {march.h:g} s over {march.t_end:g} s, far beyond the 50
+        s of the thesis (grey line), for Newmark-BDF2 with the five sets of Table 4.1 at three γ_t, and Bathe's scheme
+        in black. Dotted: the leading term of the energy change a step in the rigid limit, derived.""",
+    )  # fmt: skip
 
 
 def long_values(folder: Path) -> None:

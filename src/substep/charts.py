@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import matplotlib
 import numpy as np
@@ -9,6 +10,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from .schemes import Array
+
+if TYPE_CHECKING:
+    from xarray import Dataset
 
 COLOURS = ("#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7")
 REFERENCE = "#000000"
@@ -57,11 +61,38 @@ def stability_figure(
     return figure
 
 
-def save(figure: Figure, path: Path) -> None:
-    """Write path.png and path.svg."""
+def spectrum_figure(spectrum: "Dataset") -> Figure:
+    """SD, SV and SA of `response_spectrum` at one xi, pseudo-quantities too, and below the scheme's own error."""
+    s, T = spectrum, spectrum.period.to_numpy()
+    figure = Figure(figsize=(13, 6.2), layout="constrained")
+    top, bottom = figure.subplots(2, 3, sharex=True, height_ratios=(1.7, 1))
+    symbols = {"displacement": "SD", "velocity": "SV", "acceleration": "SA"}
+    for value, error, (name, symbol), colour in zip(top, bottom, symbols.items(), COLOURS, strict=False):
+        unit = {"m": "m", "m s-1": "m/s", "m s-2": "m/s$^2$"}[s[name].units]
+        value.loglog(T, s[name], color=colour, linewidth=1.4, label=symbol)
+        if f"pseudo_{name}" in s:
+            value.loglog(T, s[f"pseudo_{name}"], color=REFERENCE, linewidth=0.8, linestyle="--", label=f"P{symbol}")
+            value.legend(fontsize=9, frameon=False)
+        value.set_ylabel(f"{name} {symbol} ({unit})")
+        error.loglog(T, 100 * np.abs(s[f"{name}_error"]), color=colour, linewidth=1.0)
+        error.set_ylabel(f"error of {symbol} (%)")
+        error.set_xlabel("period $T$ (s)")
+        for axes in (value, error):
+            axes.grid(visible=True, linewidth=0.3, color="0.8")
+    settings = f"$\\xi$ = {float(s.xi):g}, {s.scheme}, $h$ = {s.dt:g} s"
+    figure.suptitle(f"Response spectrum: {Path(s.source).name}, {settings}; below: the scheme's own error", fontsize=11)
+    return figure
+
+
+def save(figure: Figure, path: Path, section: str, caption: str) -> None:
+    """Write path.png and path.svg, both with the caption and the section of the page of results they belong to.
+
+    caption: what is drawn, of which scene and parameters, what to see in it and where it comes from, in plain words.
+    """
+    told = {"Description": " ".join(caption.split())}
     with matplotlib.rc_context(SVG_IS_REPRODUCIBLE):
-        figure.savefig(path.with_suffix(".png"), dpi=160)
-        figure.savefig(path.with_suffix(".svg"), metadata={"Date": None})
+        figure.savefig(f"{path}.png", dpi=160, metadata=told | {"Keywords": section})
+        figure.savefig(f"{path}.svg", metadata=told | {"Keywords": [section], "Date": None})
 
 
 def save_csv(path: Path, header: list[str], columns: list[Array]) -> None:

@@ -22,7 +22,15 @@ def peaks_from_rest(scheme: Scheme, o: "Oscillators", n: int, load: "Load | None
 
     That is for another start than rest, another load, and schemes that begin otherwise or take the load outside a step.
     """
-    order, dt = scheme.kernels.FILTER, float(o.dt[0])
+    T = filter_of(scheme, o, n, load)
+    if T is None or not isinstance(load, Record):
+        return None
+    return filter_peaks(T, scheme.kernels.FILTER, load.samples[: n + 1], followed)
+
+
+def filter_of(scheme: Scheme, o: "Oscillators", n: int, load: "Load | None") -> Array | None:
+    """The rows of the scheme's `transfer` from f, not h^2 f, to u, v, a; None where no filter tells n steps."""
+    order, dt = scheme.kernels.FILTER, float(o.dt[0]) if len(o.dt) else 1.0
     if not order or not isinstance(load, Record) or load.dt != dt or len(load.samples) <= n or load.samples[0] != 0.0:
         return None
     if (
@@ -33,9 +41,14 @@ def peaks_from_rest(scheme: Scheme, o: "Oscillators", n: int, load: "Load | None
     ):
         return None
     T = scheme.transfer_rows(o.omega * dt, o.xi)
-    T[2 * order] *= dt**2  # of h^2 f, and u, v, a of u, h*v, h^2*a
+    T[2 * order] *= dt**2
     T[2 * order + 1 : 3 * order + 1] *= dt
-    P, f = len(o.omega), load.samples[: n + 1]
+    return T
+
+
+def filter_peaks(T: Array, order: int, f: Array, followed: int) -> Array:
+    """Largest |u| (1, P), or |u|, |v|, |a| (3, P), of filters T (4*order + 1, P) of the load f (n + 1,), f[0] = 0."""
+    P, n = T.shape[1], len(f) - 1
     peak, kernel = np.empty((followed, P)), _kernel(order, followed)
 
     def part(first: int, last: int) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from . import chapter_5, claims, failures
+from . import chapter_5, claims, failures, page
 from .build import CatalogueRow, Properties, catalogue_row, properties
 from .catalogue_charts import CHARTS
 from .chapter_4 import NEWMARK_SETS, SPLITS
@@ -43,7 +43,13 @@ def figure_4(number: int, split: Fraction, folder: Path) -> None:
         (RADIUS_RATIOS, radius),
         (ERROR_RATIOS, amplitude, period),
     )
-    save(figure, folder / f"figure_4_{number}")
+    save(
+        figure, folder / f"figure_4_{number}", "Chapter 4",
+        f"""Newmark-BDF2 at γ_t = {float(split):g} with the five sets (β, γ) of Table 4.1, and Bathe's scheme in black,
+        on the undamped oscillator over h/T: (a) spectral radius, (b) amplitude error a period, (c) period error. Only
+        γ = 1/2 is of second order: above it the amplitude error starts with a slope. Kumar 2015, figure
+        4.{number}.""",
+    )  # fmt: skip
     names = [f"beta={float(b):g} gamma={float(g):g}" for b, g in NEWMARK_SETS] + ["bathe"]
     panels = (
         ("a_spectral_radius", RADIUS_RATIOS, radius),
@@ -126,6 +132,7 @@ def reproduce(folder: Path, step: Callable[[], object], *, full: bool = False) -
     rows = property_table(folder, step)
     judgements = claims.judge(step)
     claims.write(folder, judgements)
+    page.write(folder)
     return Results(catalogue, rows, outcomes, judgements)
 
 

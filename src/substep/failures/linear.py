@@ -13,7 +13,7 @@ from ..charts import COLOURS, curves, save, save_csv
 from ..marching import march
 from ..scenes import scene
 from ..schemes import Array, Scheme, scheme, schemes
-from .words import write_rows
+from .words import SECTION, write_rows
 
 CROSSING = (0.99, 1.01)
 CROSSING_STEPS = 500
@@ -94,7 +94,12 @@ def overshoot(folder: Path, full: bool = False) -> list[OvershootRow]:
     axes.set_xlabel(f"largest in the first {OVERSHOOT_STEPS} steps, $h/T$ = {OVERSHOOT_RATIO:g}")
     axes.grid(visible=True, linewidth=0.3, color="0.85")
     figure.legend(loc="outside lower center", ncols=2, frameon=False, fontsize=9)
-    save(figure, folder / "overshoot")
+    save(
+        figure, folder / "overshoot", SECTION,
+        f"""Schemes without a limit on the step, undamped oscillator from u0 = 1, v0 = 0: largest |u|/u0 and |v|/(ω
+        u0), 1 in truth, of the first {OVERSHOOT_STEPS} steps of h = {OVERSHOOT_RATIO:g} T. What stands right of the
+        line overshoots: stability bounds the powers of a matrix, but not by 1.""",
+    )  # fmt: skip
     return rows
 
 
@@ -176,5 +181,10 @@ def _draw_alternating(folder: Path) -> None:
     handles, labels = grid[0, 0].get_legend_handles_labels()
     figure.suptitle(r"Steps $h$ and $\kappa h$ in turn, $\xi$ = 0", fontsize=11)
     figure.legend(handles, labels, loc="outside lower center", ncols=7, frameon=False, fontsize=9)
-    save(figure, folder / "alternating_steps")
+    save(
+        figure, folder / "alternating_steps", SECTION,
+        """Steps h and κh in turn on the undamped oscillator, each by the scheme's formulas for a constant step:
+        spectral radius a step over h/T; κ = 1 is black. Above 1 the response grows: Wilson-θ and KR-α do, though each
+        constant step is stable; multi-step schemes, which take their uneven history as if it were even, do not.""",
+    )  # fmt: skip
     save_csv(folder / "alternating_steps_radius.csv", list(columns), list(columns.values()))

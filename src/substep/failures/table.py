@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from ..charts import save
 from ..scenes import Scene, scene
 from ..schemes import scheme, schemes
-from .words import NEWTON, QUICK, WORDS, paint, run, whole_steps, word_legend, write_rows
+from .words import NEWTON, QUICK, SECTION, WORDS, paint, run, whole_steps, word_legend, write_rows
 
 
 @dataclass(frozen=True)
@@ -100,4 +100,9 @@ def picture(folder: Path, rows: list[Row]) -> None:
         handles=word_legend(), loc="outside lower center", ncols=NEWTON + 1, frameon=False, fontsize=9,
         title="numbers: time of failure in s; white: only in the full battery", title_fontsize=9,
     )  # fmt: skip
-    save(figure, folder / "failures")
+    save(
+        figure, folder / "failures", SECTION,
+        """What became of every scheme, at its default parameters, on scenes where methods fail, at a few steps each:
+        survived, gains energy (more than 1 %), blew up (a thousandfold energy, or no number), Newton failed. The
+        number in a cell is the time of failure in s.""",
+    )  # fmt: skip

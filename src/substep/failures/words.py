@@ -19,6 +19,7 @@ from ..schemes import Array, Scheme
 
 WORDS = ("survived", "gains energy", "blew up", "Newton failed")
 SURVIVED, GAINS, BLEW_UP, NEWTON = range(4)
+SECTION = "Where methods fail"  # of the page of results
 GAIN = 1.01  # largest E/E0 of a run that survived
 BLOW_UP = 1e3  # E/E0 beyond which a run has blown up
 

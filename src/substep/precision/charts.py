@@ -14,9 +14,10 @@ from ..lanes import pair_module
 from ..scenes import scene
 from ..schemes import scheme, schemes
 from .cases import Case
-from .measure import Run
+from .measure import LONG, Run
 from .reference import Reference
 
+SECTION = "Speed against accuracy"
 TOP = 1.0  # an error of everything there is: what lies beyond, or failed, is marked at this edge
 COSTS: Mapping[str, Callable[[Run], float]] = {
     "linear or Newton solves": lambda run: run.cost.solves,
@@ -140,7 +141,15 @@ def _costs(
     title = f"{case.title}: error against cost; open marks at the edge: failed, or an error above 100 %"
     absent = f"not installed: {', '.join(missing)}" if missing else ""
     figure.suptitle("\n".join(line for line in (title, case.note, absent) if line), fontsize=11)
-    save(figure, folder / f"work_precision_{case.name}")
+    said = f"{case.title}: the largest error of u, relative to its largest value, over three costs of a run"
+    save(
+        figure, folder / f"work_precision_{case.name}", SECTION,
+        f"""{said}: solves (of a balance by its effective stiffness, or by the mass if explicit), evaluations of force
+        and tangent, and time with compilation apart. A row for each kind of scheme, at default parameters, the others
+        in grey; a composite is compared at equal work, since its sub-steps count. Triangles have the derived orders,
+        which hold with damping and load too (undamped, fox_goodwin is of order 4). Black: general solvers at falling
+        tolerances, in the quick form until a run takes {LONG:g} s. {case.note.capitalize()} {absent.capitalize()}""",
+    )  # fmt: skip
 
 
 def slope_triangle(axes: Axes, p: int, top: float) -> None:
@@ -178,4 +187,10 @@ def _quantities(case: Case, exact: Reference, runs: Sequence[Run], folder: Path)
     handles, labels = grid[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=4, frameon=False, fontsize=9)
     figure.suptitle(f"{case.title}: errors of every quantity" + (f"\n{case.note}" if case.note else ""), fontsize=11)
-    save(figure, folder / f"work_precision_{case.name}_quantities")
+    save(
+        figure, folder / f"work_precision_{case.name}_quantities", SECTION,
+        f"""{case.title}: errors of displacement, velocity, acceleration and energy (its drift) at the end, the largest,
+        and the root of the mean square on a grid of {len(exact.t) - 1} intervals, each relative to the largest value of
+        the exact motion, over evaluations of force and tangent. Every scheme, coloured by its kind.
+        {case.note.capitalize()}""",
+    )  # fmt: skip

@@ -14,6 +14,7 @@ from ..scenes import Scene
 from ..scenes import scene as make_scene
 from ..schemes import Scheme, scheme, schemes
 from .cases import SAMPLES
+from .charts import SECTION
 from .measure import Run, measure, quantities, shared
 from .reference import Reference, reference
 
@@ -179,4 +180,9 @@ def chart(choice: Choice, path: Path) -> None:
         f"{full.name} over {choice.reference.t[-1]:g} s: circles this scene, squares a simpler model", fontsize=11
     )
     figure.legend(loc="outside lower center", ncols=2, fontsize=8, frameon=False)
-    save(figure, path)
+    save(
+        figure, path, SECTION,
+        f"""What to choose for {full.name} over {choice.reference.t[-1]:g} s with an error of {choice.quantity} of at
+        most {choice.accuracy:g}: error over the operations of a run, for every step that was tried of every scheme;
+        circles on the scene itself, squares on a model with less in it. {choice.text}""",
+    )  # fmt: skip

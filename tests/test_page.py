@@ -1,0 +1,115 @@
+"""The page of results: what stands in the folder, with the captions figures carry, as valid HTML."""
+
+import json
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from PIL import Image
+
+from substep import page
+from substep.charts import save, save_csv
+
+VOID = {"meta", "link", "img", "br", "hr"}
+
+
+class Reader(HTMLParser):
+    """What the page holds; tags that do not match are an error."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.links: list[str] = []
+        self.images: list[str] = []
+        self.texts: dict[str, list[str]] = {}
+        self.ids: list[str] = []
+        self.feed(text)
+        self.close()
+        assert not self.open
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        found = {key: value or "" for key, value in attrs}
+        assert len(found) == len(attrs)
+        if tag not in VOID:
+            self.open.append(tag)
+        self.ids += [found["id"]] if "id" in found else []
+        self.links += [found["href"]] if "href" in found else []
+        self.images += [found["src"]] if "src" in found else []
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        if self.open:
+            self.texts.setdefault(self.open[-1], []).append(data.strip())
+
+
+def figure() -> Figure:
+    drawn = Figure(figsize=(2, 1))
+    drawn.subplots().plot([0, 1])
+    return drawn
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    save(figure(), tmp_path / "figure_5_10", "Chapter 5", "The tenth, γ_t < 0.2 & ρ∞ > 0.")
+    save(figure(), tmp_path / "figure_5_1", "Chapter 5", "The first,\n        of two lines.")
+    save(figure(), tmp_path / "models", "Elastic or rigid", "Models.")
+    save_csv(tmp_path / "figure_5_1a.csv", ["h/T", "a <b>"], [np.array([1.0, 2.0]), np.array([0.1, 1 / 3])])
+    save_csv(tmp_path / "figure_5_10.csv", ["x"], [np.arange(page.LONGEST + 1.0)])
+    claim = {"id": "C1", "claim": "a < b", "verdict": "partly", "evidence": "b & c", "command": "substep claims"}
+    (tmp_path / "claims.json").write_text(json.dumps([claim]), encoding="utf-8")
+    return tmp_path
+
+
+def test_every_figure_with_its_caption_claim_and_table(folder: Path) -> None:
+    text = page.write(folder).read_text(encoding="utf-8")
+    found = Reader(text)
+    assert len(set(found.ids)) == len(found.ids)
+    assert found.images == ["figure_5_1.png", "figure_5_10.png", "models.png"]
+    assert [t for t in found.texts["figcaption"] if t] == [
+        "The first, of two lines.", "The tenth, γ_t < 0.2 & ρ∞ > 0.", "Models.",
+    ]  # fmt: skip
+    assert found.texts["h2"] == ["Chapter 5", "Elastic or rigid", "The ledger", "Tables"]
+    assert "γ_t &lt; 0.2 &amp; ρ∞ &gt; 0." in text
+    assert {"a < b", "b & c", "0.333333", "0.1"} <= set(found.texts["td"])
+    assert "a <b>" in found.texts["th"]
+    assert "figure_5_1a.csv: 2 rows" in found.texts["summary"]
+    assert "100" not in found.texts["td"]
+    assert f"figure_5_10.csv</a>: {page.LONGEST + 1} rows of 1 columns" in text
+    for link in [*found.links, *found.images]:
+        if link.startswith("#"):
+            assert link[1:] in found.ids
+        elif link != "claims.md":
+            assert (folder / link).exists(), link
+    assert "://" not in text
+    assert "<script" not in text
+
+
+def test_numbers_are_linked_at_their_figure(folder: Path) -> None:
+    files = ["figure_5_1.csv", "figure_5_10.csv", "figure_5_1a.csv", "models.csv", "models_2.csv"]
+    assert page._picture(folder / "figure_5_1.png", files).numbers == ["figure_5_1.csv", "figure_5_1a.csv"]
+    assert page._picture(folder / "models.png", files).numbers == ["models.csv", "models_2.csv"]
+
+
+def test_the_same_files_give_the_same_bytes(folder: Path) -> None:
+    once = page.write(folder).read_bytes()
+    picture = (folder / "models.png").read_bytes(), (folder / "models.svg").read_bytes()
+    save(figure(), folder / "models", "Elastic or rigid", "Models.")
+    assert ((folder / "models.png").read_bytes(), (folder / "models.svg").read_bytes()) == picture
+    assert page.write(folder).read_bytes() == once
+    assert "<dc:description>Models.</dc:description>" in (folder / "models.svg").read_text(encoding="utf-8")
+
+
+def test_a_figure_without_a_caption_is_an_error_that_names_it(folder: Path) -> None:
+    Image.new("RGB", (4, 4)).save(folder / "found.png")
+    with pytest.raises(ValueError, match=r"expected a caption and a section in the metadata of .*found\.png"):
+        page.write(folder)
+
+
+def test_an_empty_folder_is_a_page(tmp_path: Path) -> None:
+    found = Reader(page.write(tmp_path).read_text(encoding="utf-8"))
+    assert not found.images
+    assert "h2" not in found.texts
