@@ -134,6 +134,18 @@ def test_the_filter_finds_the_same_peaks(name: str, monkeypatch: pytest.MonkeyPa
     assert np.array_equal(found[0], found[1][:1])
 
 
+@pytest.mark.usefixtures("uncompiled")
+@pytest.mark.parametrize("alpha", [0.3, np.where(np.arange(P) == 3, 0.3, -0.2)], ids=["all lanes", "one lane"])
+def test_a_load_that_a_parameter_takes_outside_the_step_is_not_left_to_the_filter(alpha: float | Array) -> None:
+    """hht_alpha takes it at 1 + alpha, where the filter would extrapolate."""
+    s, o = ss.scheme("hht_alpha", alpha=alpha), oscillators(6, dt=DT)._replace(start=np.zeros((3, P)))
+    record = ss.Record(DT, np.sin(1.3 * np.arange(N + 2.0)))
+    expected = np.abs(march_linear(s, o, N, record).out).max(axis=0)
+    assert close(march_linear(s, o, N, record, keep="peak").peak.T, expected.T)
+    assert s.stencil() is s.stencil()
+    assert not s.stencil().flags.writeable
+
+
 def test_only_from_rest_under_a_record_at_the_steps_is_there_a_filter() -> None:
     s, o = ss.scheme("newmark"), oscillators(6, dt=DT)
     rest, record = o._replace(start=np.zeros((3, P))), ss.Record(DT, np.sin(np.arange(30.0)))

@@ -30,6 +30,7 @@ def peaks_from_rest(scheme: Scheme, o: "Oscillators", n: int, load: "Load | None
         or any(scheme.kernels.START_STENCIL)
         or o.start.any()
         or (o.dt != dt).any()
+        or not scheme.loaded_within
     ):
         return None
     T = scheme.transfer_rows(o.omega * dt, o.xi)

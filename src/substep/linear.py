@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from .filtered import peaks_from_rest
 from .loads import Record
-from .schemes import Array, Scheme
+from .schemes import Array, Scheme, read_only
 from .schemes import scheme as make_scheme
 from .threads import spread
 
@@ -123,15 +123,15 @@ def _prepared(scheme: Scheme, o: Oscillators, n: int, load: Load | None) -> _Run
     K, stencil = module.LOADS, scheme.stencil()
     excess = _excess(o, Omega, state, load) if module.CARRIER else np.zeros(1)
     one_stencil, consistent = stencil.ndim == 1, not excess.any()
-    samples = _samples(load, o.dt, n, stencil) if one_stencil and consistent else None
+    samples = _samples(scheme, load, o.dt, n) if one_stencil and consistent else None
     own = np.empty((K, 0, 1))
     if samples is not None:
         C, K = _coefficients(scheme, Omega, o, stencil), 2
-        shared = _fixed(samples[:-1]), _fixed(samples[1:])
+        shared = read_only(samples[:-1]), read_only(samples[1:])
     else:
         C = _coefficients(scheme, Omega, o)
         if load is None and consistent:
-            shared = (_fixed(np.zeros(n)),) * K
+            shared = (read_only(np.zeros(n)),) * K
         else:
             alike = one_stencil and (o.dt == o.dt[0]).all() and (excess == excess[0]).all()
             dt = o.dt[:1] if alike else o.dt
@@ -140,17 +140,10 @@ def _prepared(scheme: Scheme, o: Oscillators, n: int, load: Load | None) -> _Run
             if load is not None:
                 own[: len(instants)] = load(instants * dt)
             own[0, :1] += excess[: len(dt)] / dt**2
-            shared = tuple(map(_fixed, own[..., 0])) if alike else (_fixed(np.empty(0)),) * K
+            shared = tuple(map(read_only, own[..., 0])) if alike else (read_only(np.empty(0)),) * K
             own = own[:, :0] if alike else own
     march, run = _kernels(module.MARCH, K)
     return _Run(march, run, C, np.ascontiguousarray(state[list(scheme.marched)]), shared, own, first, head)
-
-
-def _fixed(row: Array) -> Array:
-    """A contiguous row as a kernel takes it: read-only, as a record's samples are, so that it is compiled once."""
-    row = np.ascontiguousarray(row).view()
-    row.flags.writeable = False
-    return row
 
 
 def _coefficients(scheme: Scheme, Omega: Array, o: Oscillators, stencil: Array | None = None) -> Array:
@@ -224,12 +217,12 @@ def _excess(o: Oscillators, Omega: Array, state: Array, load: Load | None) -> Ar
     return np.where(np.abs(excess) <= 1e-15 * np.abs(terms).sum(axis=0), 0.0, excess)
 
 
-def _samples(load: Load | None, dt: Array, n: int, stencil: Array) -> Array | None:
+def _samples(scheme: Scheme, load: Load | None, dt: Array, n: int) -> Array | None:
     """The n + 1 samples at the steps of a record that is linear, or not asked, between them; None for another load."""
-    if not isinstance(load, Record) or not (dt == load.dt).all() or stencil.min() < 0.0 or stencil.max() > 1.0:
+    if not isinstance(load, Record) or not (dt == load.dt).all() or not scheme.loaded_within:
         return None
     values = load.samples
-    if len(values) <= n and not np.isin(stencil, (0.0, 1.0)).all():  # it jumps to 0 after its last
+    if len(values) <= n and not np.isin(scheme.stencil(), (0.0, 1.0)).all():  # it jumps to 0 after its last
         return None
     return values[: n + 1] if len(values) > n else np.concatenate([values, np.zeros(n + 1 - len(values))])
 
@@ -263,7 +256,7 @@ def _alone(scheme: Scheme, o: Oscillators, n: int, load: Load | None, stride: in
     r = _prepared(scheme, o, n, load)
     if lanes.peak.size:
         lanes.peak[:, j] = 0.0
-    shared = tuple(map(_fixed, r.own[..., 0])) if r.own.size else r.shared
+    shared = tuple(map(read_only, r.own[..., 0])) if r.own.size else r.shared
     if r.head is not None:
         _rows_of_head(r, stride, lanes, slice(j, j + 1))
         lanes.n_done[j], lanes.status[j] = r.head.n_done[0], r.head.status[0]

@@ -6,7 +6,7 @@ first use.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cache
+from functools import cache, cached_property
 from importlib import import_module
 from math import prod
 from types import MappingProxyType, ModuleType
@@ -174,11 +174,21 @@ class Scheme:
         return largest[()]
 
     def stencil(self) -> Array:
-        """Instants at which a step takes the load, in steps after t_n: (..., K)."""
-        shape, (first, *rest) = self._broadcast(np.zeros(()), *self._module_parameters())
+        """Instants at which a step takes the load, in steps after t_n: (..., K), read-only."""
+        return self._stencil
+
+    @cached_property
+    def _stencil(self) -> Array:
+        shape, (first, *rest) = self._broadcast(np.zeros(()), *self._module_parameters)
         out = np.empty((first.size, self.entry["loads"]))
         self.kernels.stencil(*rest, out)
+        out.flags.writeable = False
         return out.reshape(*shape, -1)
+
+    @cached_property
+    def loaded_within(self) -> bool:
+        """Whether a step takes the load between its ends alone; a parameter may move an instant beyond."""
+        return bool(self._stencil.min() >= 0.0 and self._stencil.max() <= 1.0)
 
     def coefficients(self, Omega: ArrayLike, xi: ArrayLike = 0.0) -> tuple[Array, Array, Array, Array]:
         """D (n, m, m), B (n, m, K), O (n, R, m), P (n, R, K) of x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f.
@@ -207,11 +217,11 @@ class Scheme:
     def coefficient_rows(self, Omega: Array, xi: Array) -> Array:
         """The same as rows (m*m + m*K + R*m + R*K, P) with K = kernels.LOADS, zeros beyond the stencil; inputs (P,)."""
         m, R, K = len(self.marched), self.places.count("y"), self.kernels.LOADS
-        return self._rows(self.kernels.coefficients, m * m + m * K + R * (m + K), Omega, xi, self._module_parameters())
+        return self._rows(self.kernels.coefficients, m * m + m * K + R * (m + K), Omega, xi, self._module_parameters)
 
     def transfer_rows(self, Omega: Array, xi: Array) -> Array:
         """The filter from load to response, (4*order + 1, P): see `transfer` of the generated module; inputs (P,)."""
-        return self._rows(self.kernels.transfer, 4 * self.kernels.FILTER + 1, Omega, xi, self._module_parameters())
+        return self._rows(self.kernels.transfer, 4 * self.kernels.FILTER + 1, Omega, xi, self._module_parameters)
 
     def _rows(
         self, function: Callable[..., None], rows: int, Omega: Array, xi: Array, parameters: Sequence[Array]
@@ -242,14 +252,15 @@ class Scheme:
         self.kernels.start(*arguments, *out)
         return out
 
-    def _module_parameters(self) -> list[Array]:
+    @cached_property
+    def _module_parameters(self) -> tuple[Array, ...]:
         """Parameters in the order of the module, which a member shares with its parent."""
         fixed = {name: np.float64(value) for name, value in self.entry["fixed"].items()}
         values = {**self.parameters, **fixed}
-        return [np.asarray(values[name]) for name in self.kernels.PARAMETERS]
+        return tuple(np.asarray(values[name]) for name in self.kernels.PARAMETERS)
 
     def _arguments(self, Omega: ArrayLike, xi: ArrayLike) -> list[Array]:
-        return [non_negative("Omega", Omega), non_negative("xi", xi), *self._module_parameters()]
+        return [non_negative("Omega", Omega), non_negative("xi", xi), *self._module_parameters]
 
     def _points(self, Omega: ArrayLike, xi: ArrayLike) -> tuple[tuple[int, ...], list[Array]]:
         return self._broadcast(*self._arguments(Omega, xi))
@@ -288,11 +299,16 @@ class Scheme:
 
 
 def _flat(array: Array, shape: tuple[int, ...]) -> Array:
-    """The array at that shape as contiguous 1-D, a view where it can be one; read-only, it may be the caller's."""
-    if array.size == 1:
-        array = np.full(prod(shape), array.reshape(())[()])
-    elif array.shape != shape or not array.flags.c_contiguous:
-        array = np.ascontiguousarray(np.broadcast_to(array, shape))
-    flat = array.reshape(-1)
+    """The array at that shape as kernels read it."""
+    if array.shape != shape:
+        array = np.full(prod(shape), array.reshape(())[()]) if array.size == 1 else np.broadcast_to(array, shape)
+    return read_only(array)
+
+
+def read_only(array: Array) -> Array:
+    """The array as contiguous 1-D, a view where it can be one; read-only: it may be the caller's, and kernels are
+    compiled for such alone.
+    """
+    flat = np.ascontiguousarray(array).reshape(-1)
     flat.flags.writeable = False
     return flat
