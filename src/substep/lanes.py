@@ -6,18 +6,16 @@ from functools import cache
 from importlib import import_module
 from importlib.util import find_spec
 from types import ModuleType
-from typing import Any, get_args
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .response import Status
 from .scenes import Scene
 from .schemes import Array, Scheme
 from .schemes import scheme as make_scheme
 from .threads import spread
 
-STATUSES: tuple[Status, ...] = get_args(Status)  # in the order of the kernels' numbers
 FEW = 16  # lanes below which a block, whose lanes wait for the slowest, does not pay
 LEAST = 48  # of a part: fewer do not fill the time that a processor takes for one iteration
 WORTH_THREADS = 1e6  # ns of work
@@ -31,7 +29,7 @@ class Lanes:
     out (P, rows, 2 or 3, d): u, v (and a of the scheme's own) every stride steps, no rows without a history;
     state (P, m, d): last good state, rows as the kernel's STATE; iterations (P, steps, balances), no steps
     without a history; peak (P,): largest energy, the start's included, J; n_done, status (P,): steps
-    completed, place in STATUSES.
+    completed, place in response.STATUSES.
     """
 
     out: Array

@@ -15,12 +15,13 @@ from numpy.typing import NDArray
 
 from .filtered import peaks_from_rest
 from .loads import Record
+from .response import STATUSES
 from .schemes import Array, Scheme, read_only
 from .schemes import scheme as make_scheme
 from .threads import spread
 
 BLOCK = 48  # lanes that the kernels march abreast; threads take whole blocks
-COMPLETED, NON_FINITE = 0, 2  # places in lanes.STATUSES
+COMPLETED, NON_FINITE = STATUSES.index("completed"), STATUSES.index("non_finite")
 WORTH_THREADS = 4_000_000  # lane-steps, about a millisecond
 CHUNK = 1 << 16  # steps of one lane at a time where not all are kept
 
@@ -46,7 +47,7 @@ class LinearLanes:
 
     out (rows, 3, P): u, v, a every stride steps, NaN after n_done, or no rows; peak: largest |u|, |v|, |a| (3, P), or
     |u| (1, P), or none, up to n_done, the start's included; n_done, status (P,): steps completed, place in
-    lanes.STATUSES.
+    response.STATUSES.
     """
 
     out: Array
