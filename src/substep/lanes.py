@@ -3,8 +3,6 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
-from importlib import import_module
-from importlib.util import find_spec
 from types import ModuleType
 from typing import Any
 
@@ -12,13 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .scenes import Scene
-from .schemes import Array, Scheme
+from .schemes import Array, Scheme, committed
 from .schemes import scheme as make_scheme
 from .threads import spread
 
 FEW = 16  # lanes below which a block, whose lanes wait for the slowest, does not pay
 LEAST = 48  # of a part: fewer do not fill the time that a processor takes for one iteration
-WORTH_THREADS = 1e6  # ns of work
 TOLERANCE = 1e-12  # of the last correction of u, relative to the scene's length
 
 
@@ -51,12 +48,12 @@ def pair_module(scene: Scene, scheme: Scheme) -> ModuleType:
 
 @cache
 def _catalogue_pair(scheme: str, scene: str) -> ModuleType:
-    name = f"substep_kernels.{scheme}__{scene}"
-    if find_spec(name) is not None:
-        return import_module(name)
-    from .build import pair_module as built  # noqa: PLC0415 (the one door to SymPy)
+    module = committed(f"{scheme}__{scene}")
+    if module is None:
+        from .build import pair_module as built  # noqa: PLC0415 (the one door to SymPy)
 
-    return built(scheme, scene)
+        module = built(scheme, scene)
+    return module
 
 
 def march_lanes(
@@ -137,4 +134,4 @@ def _run(module: ModuleType, arrays: Mapping[str, Any], lanes: int) -> None:
         mine = slice(first, last)
         march(*(x[mine] if isinstance(x := arrays[name], np.ndarray) else x for name in module.ARGUMENTS))
 
-    spread(part, lanes, least, worth=cost * int(arrays["n"].sum()) > WORTH_THREADS)
+    spread(part, lanes, least, nanoseconds=cost * int(arrays["n"].sum()))

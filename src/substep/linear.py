@@ -6,8 +6,6 @@ It needs no formula of the scheme, only its coefficients D, B, O, P (`Scheme.coe
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache
-from importlib import import_module
-from importlib.util import find_spec
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -16,13 +14,12 @@ from numpy.typing import NDArray
 from .filtered import peaks_from_rest
 from .loads import Record
 from .response import STATUSES
-from .schemes import Array, Scheme, read_only
+from .schemes import Array, Scheme, committed, read_only
 from .schemes import scheme as make_scheme
 from .threads import spread
 
-BLOCK = 48  # lanes that the kernels march abreast; threads take whole blocks
 COMPLETED, NON_FINITE = STATUSES.index("completed"), STATUSES.index("non_finite")
-WORTH_THREADS = 4_000_000  # lane-steps, about a millisecond
+NANOSECONDS = 0.25  # of a step of a lane
 CHUNK = 1 << 16  # steps of one lane at a time where not all are kept
 
 Load = Callable[[Array], Array]
@@ -104,12 +101,14 @@ def _room(out: Array | None, shape: tuple[int, ...]) -> Array:
 
 
 class _Run(NamedTuple):
-    """What the kernels take: coefficients (rows, P); the state (m, P) at the step named first, up to which another
-    scheme marched; the load at K instants of each step, of all lanes K x (n,) or of each (K, n, P).
+    """The kernels, width lanes abreast, and what they take: coefficients (rows, P); the state (m, P) at the step named
+    first, up to which another scheme marched; the load at K instants of each step, of all lanes K x (n,) or of each
+    (K, n, P).
     """
 
     march: Callable[..., None]
     run: Callable[..., None]
+    width: int
     C: Array
     x: Array
     shared: tuple[Array, ...]
@@ -143,8 +142,8 @@ def _prepared(scheme: Scheme, o: Oscillators, n: int, load: Load | None) -> _Run
             own[0, :1] += excess[: len(dt)] / dt**2
             shared = tuple(map(read_only, own[..., 0])) if alike else (read_only(np.empty(0)),) * K
             own = own[:, :0] if alike else own
-    march, run = _kernels(module.MARCH, K)
-    return _Run(march, run, C, np.ascontiguousarray(state[list(scheme.marched)]), shared, own, first, head)
+    x = np.ascontiguousarray(state[list(scheme.marched)])
+    return _Run(*_kernels(module.MARCH, K), C, x, shared, own, first, head)
 
 
 def _coefficients(scheme: Scheme, Omega: Array, o: Oscillators, stencil: Array | None = None) -> Array:
@@ -181,14 +180,16 @@ def _to_ends(m: int, R: int, K: int, stencil: bytes) -> Array:
 
 
 @cache
-def _kernels(name: str, K: int) -> tuple[Callable[..., None], Callable[..., None]]:
-    """Of a shape and number of load instants, for many lanes and for one: committed, or printed on first use."""
-    module = import_module(f"substep_kernels.{name}") if find_spec(f"substep_kernels.{name}") else None
-    if not hasattr(module, f"march_{K}"):
+def _kernels(name: str, K: int) -> tuple[Callable[..., None], Callable[..., None], int]:
+    """Of a shape and number of load instants, committed or printed on first use: for many lanes, for one; the width of
+    the blocks of many.
+    """
+    module = committed(name)
+    if module is None or not hasattr(module, f"march_{K}"):
         from .build import march_module  # noqa: PLC0415 (the one door to SymPy)
 
         module = march_module(name, K)
-    return getattr(module, f"march_{K}"), getattr(module, f"run_{K}")
+    return getattr(module, f"march_{K}"), getattr(module, f"run_{K}"), module.WIDTH
 
 
 def _started(
@@ -236,7 +237,7 @@ def _abreast(scheme: Scheme, o: Oscillators, n: int, load: Load | None, stride: 
         pace = stride if len(lanes.out) else n  # no stop where nothing is kept
         r.march(r.C, r.x, *r.shared, r.own, r.first, n, pace, lanes.out, lanes.peak, first, last)
 
-    spread(part, P, BLOCK, worth=P * n > WORTH_THREADS)
+    spread(part, P, r.width, nanoseconds=P * n * NANOSECONDS)
     if r.head is not None:
         _rows_of_head(r, stride, lanes, slice(None))
     return r.x

@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from importlib import import_module
+from importlib.util import find_spec
 from math import prod
 from types import MappingProxyType, ModuleType
 from typing import TYPE_CHECKING, Any
@@ -26,7 +27,6 @@ Array = NDArray[np.float64]
 PART = 1 << 15  # points a thread takes at a time, so that what it reads and writes stays in its caches
 NANOSECONDS = {"spectral_radius": 2.0}  # of a point at the fastest schemes
 OTHER_NANOSECONDS = 8.0
-WORTH_THREADS = 1e6  # ns of work from which on threads pay
 
 
 def schemes() -> tuple[str, ...]:
@@ -80,8 +80,10 @@ def _within(scheme: str, key: str, value: ArrayLike, domain: Sequence[Any]) -> A
 
 
 @cache
-def _module(name: str) -> ModuleType:
-    return import_module(f"substep_kernels.{name}")
+def committed(name: str) -> ModuleType | None:
+    """The generated module of that name; None for one that is printed on first use."""
+    full = f"substep_kernels.{name}"
+    return import_module(full) if find_spec(full) else None
 
 
 @dataclass(frozen=True)
@@ -115,7 +117,9 @@ class Scheme:
     def kernels(self) -> ModuleType:
         """The generated module, imported (and compiled or read from numba's cache) on first use."""
         module = self.entry["module"]
-        return module if isinstance(module, ModuleType) else _module(module)
+        found = module if isinstance(module, ModuleType) else committed(module)
+        assert found is not None  # the index names what is committed
+        return found
 
     def amplification(self, Omega: ArrayLike, xi: ArrayLike = 0.0) -> Array:
         """Amplification matrix, (..., m, m), of the undriven oscillator, in the order of `state`."""
@@ -294,7 +298,7 @@ class Scheme:
                 own = (a[: last - first] if one else a[first:last] for a, one in zip(inputs, numbers, strict=True))
                 kernel(*own, *out[:, first:last])
 
-        spread(part, n, PART, worth=n * NANOSECONDS.get(function, OTHER_NANOSECONDS) >= WORTH_THREADS)
+        spread(part, n, PART, nanoseconds=n * NANOSECONDS.get(function, OTHER_NANOSECONDS))
         return [row.reshape(shape)[()] for row in out]
 
 
