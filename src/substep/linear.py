@@ -151,14 +151,14 @@ def _coefficients(scheme: Scheme, Omega: Array, o: Oscillators, stencil: Array |
 
     With a stencil: for the load at a step's two ends, linear between them, in place of its instants.
     """
-    m, K, places, C = len(scheme.marched), scheme.kernels.LOADS, scheme.places, scheme.coefficient_rows(Omega, o.xi)
+    (m, R, K), places, C = scheme.sizes, scheme.places, scheme.coefficient_rows(Omega, o.xi)
     if stencil is not None:
         D = m * m  # its rows stay as they are, to the last bit
-        C, K = np.concatenate([C[:D], _to_ends(m, places.count("y"), K, stencil.tobytes()) @ C[D:]]), 2
+        C, K = np.concatenate([C[:D], _to_ends(m, R, K, stencil.tobytes()) @ C[D:]]), 2
     h, square = o.dt, o.dt * o.dt
     units = (1.0, h, square)
     C[m * m : m * (m + K)] *= square
-    at, R = m * (m + K), places.count("y")
+    at = m * (m + K)
     for row, kind in enumerate(kind for kind, place in enumerate(places) if place == "y"):
         C[at + row * m : at + (row + 1) * m] /= units[kind]
         C[at + R * m + row * K : at + R * m + (row + 1) * K] *= units[2 - kind]

@@ -201,9 +201,8 @@ class Scheme:
         that are not in x. If not all of the state is marched, a_n was eliminated by the balance at t_n, and at the
         start the load there stands for h^2 a + 2 xi Omega h v + Omega^2 u. D is rounded once.
         """
-        m, R, K, loads = len(self.marched), self.places.count("y"), self.kernels.LOADS, self.entry["loads"]
         _, (Omegas, xis, *values) = self._points(Omega, xi)
-        rows = self._rows(self.kernels.coefficients, m * m + m * K + R * (m + K), Omegas, xis, values)
+        rows, (m, R, K), loads = self._coefficients(Omegas, xis, values), self.sizes, self.entry["loads"]
         D, B, y_x, y_f = np.split(rows.T, np.cumsum([m * m, m * K, R * m]), axis=1)
         B, y_f = B.reshape(-1, m, K)[..., :loads], y_f.reshape(len(D), R, K)[..., :loads]
         return D.reshape(-1, m, m), B, y_x.reshape(len(D), R, m), y_f
@@ -218,10 +217,18 @@ class Scheme:
         """Where u, h*v and h^2*a stand in what is marched, a digit each; y for an output of its own."""
         return self.kernels.MARCH.rpartition("_")[2]
 
+    @cached_property
+    def sizes(self) -> tuple[int, int, int]:
+        """m numbers marched, R outputs of their own, K load instants of the kernels, zeros beyond the stencil."""
+        return len(self.marched), self.places.count("y"), self.kernels.LOADS
+
     def coefficient_rows(self, Omega: Array, xi: Array) -> Array:
-        """The same as rows (m*m + m*K + R*m + R*K, P) with K = kernels.LOADS, zeros beyond the stencil; inputs (P,)."""
-        m, R, K = len(self.marched), self.places.count("y"), self.kernels.LOADS
-        return self._rows(self.kernels.coefficients, m * m + m * K + R * (m + K), Omega, xi, self._module_parameters)
+        """The `coefficients` as rows (m*m + m*K + R*m + R*K, P) of the `sizes`; inputs (P,)."""
+        return self._coefficients(Omega, xi, self._module_parameters)
+
+    def _coefficients(self, Omega: Array, xi: Array, parameters: Sequence[Array]) -> Array:
+        m, R, K = self.sizes
+        return self._rows(self.kernels.coefficients, m * m + m * K + R * (m + K), Omega, xi, parameters)
 
     def transfer_rows(self, Omega: Array, xi: Array) -> Array:
         """The filter from load to response, (4*order + 1, P): see `transfer` of the generated module; inputs (P,)."""
