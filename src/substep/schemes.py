@@ -183,9 +183,9 @@ class Scheme:
 
     @cached_property
     def _stencil(self) -> Array:
-        shape, (first, *rest) = self._broadcast(np.zeros(()), *self._module_parameters)
-        out = np.empty((first.size, self.entry["loads"]))
-        self.kernels.stencil(*rest, out)
+        shape, values = self._broadcast(*self._module_parameters)
+        out = np.empty((prod(shape), self.entry["loads"]))
+        self.kernels.stencil(*values, out)
         out.flags.writeable = False
         return out.reshape(*shape, -1)
 
