@@ -82,12 +82,13 @@ def test_parameters_are_exact_and_inside_their_interval() -> None:
         derive("newmarc")
 
 
-def test_parameter_names_that_the_module_needs_are_refused() -> None:
+@pytest.mark.parametrize("name", ["out", "P", "den_", "x3", "N00_", "k1_2"])
+def test_parameter_names_that_the_module_needs_are_refused(name: str) -> None:
     from substep_derive.amplification import Amplification
     from substep_derive.emit import scheme_module
     from substep_derive.march_form import MarchForm
 
-    taken = Parameter(Symbol("out"), Interval(0, 1), half)
+    taken = Parameter(Symbol(name), Interval(0, 1), half)
     scheme = Scheme(
         "bad", {**GOOD, v1: v0 + h * (1 - taken.symbol) * a0 + h * taken.symbol * a1}, (Balance.at(end, 1),), (taken,)
     )

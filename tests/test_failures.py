@@ -11,7 +11,8 @@ import substep as ss
 from substep import failures
 from substep.build import rigid_energy
 from substep.failures import contact, linear, maps, rounding, table, words
-from substep.lanes import STATUSES, Lanes, march_lanes
+from substep.lanes import Lanes, march_lanes
+from substep.response import STATUSES
 
 NEWTON = STATUSES.index("newton_failed")
 

@@ -15,6 +15,7 @@ from substep_kernels.scenes import SCENES as SCENES_INDEX
 
 import substep as ss
 from substep import lanes
+from substep.response import STATUSES
 
 EXPLICIT = {
     *("forward_euler", "central_difference", "central_difference_lagged", "rk2", "rk4", "noh_bathe"),
@@ -109,7 +110,7 @@ def runs(draw: st.DrawFn) -> tuple[ss.Scene, ss.Scheme, float]:
 def ends_with_a_status(scene: ss.Scene, scheme: ss.Scheme, dt: float) -> None:
     n = 12
     found = lanes.march_lanes(scene, scheme, np.array([dt]), np.array([n]), bound=1e250, history=True)
-    status, done = lanes.STATUSES[found.status[0]], int(found.n_done[0])
+    status, done = STATUSES[found.status[0]], int(found.n_done[0])
     assert 0 <= done <= n
     assert (done == n) == (status == "completed")
     assert np.isfinite(found.out[0, : done + 1]).all()

@@ -12,18 +12,18 @@ from declared import BY_NAME
 from plain_kernels import uncompiled as plain
 from substep_derive.amplification import Amplification
 from substep_derive.emit_filter import filter_module
-from substep_derive.emit_march import LOADS, march_module, shape_name, shape_of
+from substep_derive.emit_march import LOADS, WIDTH, march_module, shape_name, shape_of
 from substep_derive.march_form import MarchForm
 from substep_derive.symbols import Omega, xi
 from sympy import Rational
 
 import substep as ss
-from substep import filtered, linear
-from substep.linear import BLOCK, LinearLanes, Oscillators, march_linear
+from substep import filtered, linear, threads
+from substep.linear import LinearLanes, Oscillators, march_linear
 
 Array = np.ndarray
 GENERATED = Path(__file__).parents[1] / "generated" / "substep_kernels"
-P, N, DT = BLOCK + 5, 11, 0.02  # a full block and a part of one
+P, N, DT = WIDTH + 5, 11, 0.02  # a full block and a part of one
 OWN = {name: s for name, s in BY_NAME.items() if s.parent is None}
 # none; of a record and of a function of time; as many columns as there are lanes
 LOADED = {"free": None, "record": ss.Record(DT, np.sin(np.arange(9.0))), "function": ss.Harmonic(2.0, 7.0, 0.3)}
@@ -38,11 +38,11 @@ def module_of(name: str) -> Any:
 def uncompiled(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """The linear march's functions as plain Python."""
     found: dict[str, object] = {}
-    monkeypatch.setattr(sys.modules["substep.schemes"], "_module", module_of)
+    monkeypatch.setattr(sys.modules["substep.schemes"], "committed", module_of)
 
-    def kernels(name: str, K: int) -> tuple[object, object]:
+    def kernels(name: str, K: int) -> tuple[object, object, int]:
         module = found.setdefault(name, plain(march_module(shape_of(name), (2, 4, 6))))
-        return getattr(module, f"march_{K}"), getattr(module, f"run_{K}")
+        return getattr(module, f"march_{K}"), getattr(module, f"run_{K}"), WIDTH
 
     monkeypatch.setattr(linear, "_kernels", kernels)
     with np.errstate(all="ignore"):  # a block's unused lanes divide by what they find
@@ -106,7 +106,7 @@ def test_lanes_are_the_lane_alone(name: str, kind: str) -> None:
     o = oscillators(3, dt=DT if kind == "record" else None, consistent=kind != "function")
     for keep in ({"stride": 1}, {"stride": 3}, {"stride": N}, {"keep": "peak"}):
         abreast = march_linear(s, o, N, load, **keep)
-        for j in (0, 17, BLOCK - 1, BLOCK, P - 1):
+        for j in (0, 17, WIDTH - 1, WIDTH, P - 1):
             one = alone(s, o, j, load, **keep)
             assert close(abreast.out[..., j : j + 1], one.out), (keep, j)
             assert close(abreast.peak[:, j : j + 1].T, one.peak.T), (keep, j)
@@ -121,17 +121,28 @@ def test_the_filter_finds_the_same_peaks(name: str, monkeypatch: pytest.MonkeyPa
     s, n = ss.scheme(name), 27
     record = ss.Record(DT, np.sin(1.3 * np.arange(n + 1.0)))
     o = oscillators(6, dt=DT)._replace(start=np.zeros((3, P)))
-    text = filter_module().replace('"""Peaks of', f'"""{name}:', 1)
-    kernels = plain(text)
-    monkeypatch.setattr(filtered, "_kernel", lambda d, followed: getattr(kernels, f"peaks_{d}_{followed}"))
+    kernels = plain(filter_module())
+    monkeypatch.setattr(filtered, "_kernel", lambda d, k: (getattr(kernels, f"peaks_{d}_{k}"), kernels.WIDTH))
     found = [filtered.peaks_from_rest(s, o, n, record, followed) for followed in (1, 3)]
     histories = march_linear(s, o, n, record).out
     expected = np.abs(histories).max(axis=0)
     if found[0] is None or found[1] is None:
         assert name in ("houbolt", "park", "gholampour", "oalts")
         return
-    assert np.allclose(found[1] / expected, 1.0, rtol=0, atol=1e-11)
+    assert np.allclose(found[1] / expected, 1.0, rtol=0, atol=1e-12)
     assert np.array_equal(found[0], found[1][:1])
+
+
+@pytest.mark.usefixtures("uncompiled")
+@pytest.mark.parametrize("alpha", [0.3, np.where(np.arange(P) == 3, 0.3, -0.2)], ids=["all lanes", "one lane"])
+def test_a_load_that_a_parameter_takes_outside_the_step_is_not_left_to_the_filter(alpha: float | Array) -> None:
+    """hht_alpha takes it at 1 + alpha, where the filter would extrapolate."""
+    s, o = ss.scheme("hht_alpha", alpha=alpha), oscillators(6, dt=DT)._replace(start=np.zeros((3, P)))
+    record = ss.Record(DT, np.sin(1.3 * np.arange(N + 2.0)))
+    expected = np.abs(march_linear(s, o, N, record).out).max(axis=0)
+    assert close(march_linear(s, o, N, record, keep="peak").peak.T, expected.T)
+    assert s.stencil() is s.stencil()
+    assert not s.stencil().flags.writeable
 
 
 def test_only_from_rest_under_a_record_at_the_steps_is_there_a_filter() -> None:
@@ -165,16 +176,16 @@ def test_a_load_of_each_lanes_own_and_of_all(name: str) -> None:
 def test_a_lane_that_overflows_ends_alone(name: str) -> None:
     s, o = ss.scheme(name), oscillators(9)
     start, omega = o.start.copy(), o.omega.copy()
-    start[:, [2, BLOCK + 1]] *= 1e300
-    omega[[2, BLOCK + 1]] = 4e3 if name != "houbolt" else 1e160
+    start[:, [2, WIDTH + 1]] *= 1e300
+    omega[[2, WIDTH + 1]] = 4e3 if name != "houbolt" else 1e160
     o = o._replace(start=start, omega=omega)
     with np.errstate(all="ignore"):
         found = march_linear(s, o, N)
         peaks = march_linear(s, o, N, keep="peak")
-        for j in (0, 2, 3, BLOCK, BLOCK + 1, P - 1):
+        for j in (0, 2, 3, WIDTH, WIDTH + 1, P - 1):
             one = alone(s, o, j, None)
             assert found.n_done[j] == one.n_done[0] == peaks.n_done[j]
-            assert found.status[j] == one.status[0] == (linear.NON_FINITE if j in (2, BLOCK + 1) else linear.COMPLETED)
+            assert found.status[j] == one.status[0] == (linear.NON_FINITE if j in (2, WIDTH + 1) else linear.COMPLETED)
             done = int(one.n_done[0])
             assert np.isnan(found.out[done + 1 :, :, j]).all()
             assert np.isfinite(found.out[: done + 1, :, j]).all()
@@ -183,10 +194,18 @@ def test_a_lane_that_overflows_ends_alone(name: str) -> None:
 
 
 def test_threads_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of histories and of the filter's peaks, whose blocks are larger."""
     s, o = ss.scheme("bathe"), oscillators(1, dt=DT)
-    serial = march_linear(s, o, N, LOADED["record"])
-    monkeypatch.setattr(linear, "WORTH_THREADS", 0)
-    assert np.array_equal(march_linear(s, o, N, LOADED["record"]).out, serial.out)
+    many = Oscillators(*(np.tile(x, 4) for x in o))._replace(start=np.zeros((3, 4 * P)))
+    record = ss.Record(DT, np.sin(np.arange(N + 1.0)))
+
+    def found() -> tuple[Array, Array]:
+        return march_linear(s, o, N, record).out, march_linear(s, many, N, record, keep="peak").peak
+
+    serial = found()
+    monkeypatch.setattr(threads, "WORTH_THREADS", 0)
+    monkeypatch.setattr(threads, "cores", lambda: 2)
+    assert all(map(np.array_equal, found(), serial))
 
 
 def test_parameters_of_each_lanes_own() -> None:
@@ -227,7 +246,8 @@ def test_a_shape_that_no_scheme_of_the_catalogue_has_is_printed_on_first_use(
 ) -> None:
     tmp_path.chmod(0o700)
     monkeypatch.setenv("SUBSTEP_CACHE", str(tmp_path))
-    march, run = linear._kernels.__wrapped__(name, K)
+    march, run, width = linear._kernels.__wrapped__(name, K)
+    assert width == WIDTH
     assert march.__name__ == f"march_{K}"
     assert run.__name__ == f"run_{K}"
     assert len(list(tmp_path.glob("*.py"))) == 1

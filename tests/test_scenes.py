@@ -51,7 +51,7 @@ def test_a_declaration_that_defines_no_motion_is_refused(changes: dict[str, obje
         declared(**changes)
 
 
-@pytest.mark.parametrize("name", ["total", "c3", "j", "beta"])
+@pytest.mark.parametrize("name", ["total", "c3", "j", "beta", "near_0", "u_star", "a_g", "m_", "f_1"])
 def test_a_parameter_may_not_have_a_name_that_kernels_use(name: str) -> None:
     p = Symbol(name)
     scene = declared(potential=p * u**4, parameters=(optional(m, 2), optional(p, 1)))

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from declared import BY_NAME, NAMES, for_oracle
 from oracle import amplification as stepped
-from substep_derive.emit import RESERVED
+from substep_derive.emit import is_reserved
 from substep_kernels import newmark
 from test_stability import exact_spectrum
 
@@ -141,12 +141,16 @@ def _called(kernels: Any, function: str, values: list[Any]) -> Any:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_no_parameter_can_be_shadowed(name: str) -> None:
-    """Names the functions of a module assign are reserved where the parameters are in scope."""
+    """Names the functions of a module assign are reserved where the parameters are in scope, given or unpacked."""
     kernels = ss.scheme(name).kernels
     if not kernels.PARAMETERS:
         return
+    mine, found = {"Omega", "xi", *kernels.PARAMETERS}, set[str]()
     for function in ast.parse(inspect.getsource(kernels)).body:
-        if isinstance(function, ast.FunctionDef) and {"xi", *kernels.PARAMETERS} <= {a.arg for a in function.args.args}:
-            assigned = {n.id for n in ast.walk(function) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
-            entries = {n for n in assigned if "_" in n and n.split("_")[1].isdigit()}  # D_00 of the matrices
-            assert {n for n in assigned - entries if not n[1:].isdigit()} <= RESERVED | {"den_o"}, function.name
+        if isinstance(function, ast.FunctionDef):
+            names = [n for n in ast.walk(function) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)]
+            assigned = {n.id for n in names}
+            if mine - {"Omega"} <= assigned | {a.arg for a in function.args.args}:
+                found.add(function.name)
+                assert not [n for n in assigned - mine if not is_reserved(n)], function.name
+    assert {"_increment", "_coefficients", *(["_transfer"] if kernels.FILTER else [])} <= found

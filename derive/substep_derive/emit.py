@@ -1,6 +1,7 @@
 """Kernel list -> text of a module. The text depends on the declarations alone, byte for byte."""
 
 import hashlib
+import re
 from collections.abc import Sequence
 from textwrap import indent, wrap
 
@@ -21,12 +22,18 @@ from .stability_kernels import live_coefficients, stability_kernels
 from .symbols import Omega, state_label, xi
 from .transfer import Transfer
 
-RESERVED = {  # names a generated function gives to something else than a parameter; so is a letter with digits
+RESERVED = {  # names a generated function gives to something else than a parameter
     *("trace", "det", "q", "w", "g", "given", "out", "i", "k", "n", "x", "y", "z", "den", "den_o", "increment", "load"),
     *("outputs", "outputs_load", "Omega", "xi", "math", "cmath", "np", "half", "leading", "s", "j", "r", "first"),
     *("radius", "damping", "period", "rest", "where", "count", "kept", "gain", "shift", "angle", "root", "third"),
     *("less", "modulus2", "discriminant", "square", "scale", "opposite", "found", "njit", "_", "size", "whole"),
+    *("P", "S", "den_"),
 }
+
+
+def is_reserved(name: str) -> bool:
+    """Whether no parameter may have that name; a letter with digits and underscores is one, as in x1, N01_ or k1_2."""
+    return name in RESERVED or re.fullmatch(r"[A-Za-z][\d_]+", name) is not None
 
 
 def digest(scheme: Scheme) -> str:
@@ -87,7 +94,7 @@ def scheme_module(form: MarchForm, source: str) -> str:
     names = {kernel.name: [name for name, _ in kernel.outputs] for kernel in kernels}
     m = len(scheme.state)
     arguments = [Omega.name, xi.name, *(p.name for p in scheme.parameters)]
-    if taken := [a for a in arguments[2:] if a in RESERVED or a[1:].isdigit()]:
+    if taken := [a for a in arguments[2:] if is_reserved(a)]:
         raise DeclarationError(f"{scheme.name}: the name '{taken[0]}' is used by the module; rename the parameter")
     at_i = {p.symbol: Symbol(f"{p.name}[i]") for p in scheme.parameters}
     typed = {"arguments": ", ".join(arguments), "arguments_i": ", ".join(f"{a}[i]" for a in arguments)}

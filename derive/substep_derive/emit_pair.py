@@ -1,6 +1,7 @@
 """Pair -> text of a module that holds the whole march of one scheme on one scene, and calls only itself."""
 
 import hashlib
+import re
 from collections.abc import Iterable, Sequence
 from textwrap import indent, wrap
 
@@ -19,19 +20,21 @@ from .scheme import DeclarationError
 from .symbols import knot_of, lattice
 
 FUNCTIONS: dict[str, type[Function]] = {"log_cosh": log_cosh, "negative_part": negative_part}
-# names a kernel gives to something else than a parameter
+# names a kernel gives to something else than a parameter: control, then vectors' components and numbered names; one
+# that ends in an underscore may be a block's row
 TAKEN = {
     *("h", "i", "j", "n", "u", "v", "a", "np", "njit", "lane", "first", "last", "state", "forces", "start_forces"),
     *("bound", "stride", "out", "row", "iterations", "count", "peak", "n_done", "status", "done", "energy", "total"),
     *("tolerance", "one_over_det", "largest", "rows", "begin", "end", "ends", "running", "seen", "size", "counted"),
-    *("going", "good", "top", "old", "new", "left", "stopped"),
+    *("going", "good", "top", "old", "new", "left", "stopped", "now", "r"),
 }
+TAKEN_FORMS = re.compile(r"[uvar]_.+|([cx]|near_|residual_|change_|jacobian_|K0_|f_)\d+|.+_")
 
 
 def pair_module(p: Pair, source: str) -> str:
     """Text of generated/substep_kernels/<scheme>__<scene>.py."""
     parameters = [s.name for s in p.parameters(p.expressions)]
-    if own := [a for a in parameters if a in TAKEN or (a[0] in "cx" and a[1:].isdigit())]:
+    if own := [a for a in parameters if a in TAKEN or TAKEN_FORMS.fullmatch(a)]:
         raise DeclarationError(f"{p.motion.scene.name}: the kernel uses the name '{own[0]}'; rename the parameter")
     lane = ["h", *parameters, *(["tolerance"] if p.newton else [])]
     forces = ["forces"] if p.motion.is_sampled else []

@@ -9,6 +9,7 @@ one stretch s of memory, a row of {width} for each number. The number that ends 
 import numpy as np
 from numba import njit
 
+WIDTH = {width}  # lanes of a block
 FAR = 1 << 50  # beyond all places in memory; one known to be neither negative nor this far lets loops fill registers
 
 _compile = njit(cache=True, nogil=True, error_model="numpy", fastmath={{"contract"}})
@@ -253,6 +254,8 @@ end a name are the filter's order and how many of u, h*v, h^2*a are followed.
 
 import numpy as np
 from numba import njit
+
+WIDTH = {whole}  # lanes of a block
 
 _compile = njit(cache=True, nogil=True, error_model="numpy", fastmath={{"contract"}})
 '''

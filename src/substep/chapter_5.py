@@ -20,9 +20,9 @@ from . import build
 from .chapter_4 import NEWMARK_SETS
 from .charts import COLOURS, curves, save
 from .exact_pendulum import ElasticPendulum
-from .lanes import STATUSES, Lanes, march_lanes
+from .lanes import Lanes, march_lanes
 from .marching import number_of_steps
-from .response import Status
+from .response import STATUSES, Status
 from .scenes import Scene, scene
 from .schemes import Array, scheme
 

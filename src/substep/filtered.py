@@ -13,8 +13,7 @@ from .threads import spread
 if TYPE_CHECKING:
     from .linear import Load, Oscillators
 
-BLOCK = 96  # lanes that the kernels march abreast; threads take whole blocks
-WORTH_THREADS = 8_000_000  # lane-steps, about a millisecond
+NANOSECONDS = 0.125  # of a step of a lane
 
 
 def peaks_from_rest(scheme: Scheme, o: "Oscillators", n: int, load: "Load | None", followed: int) -> Array | None:
@@ -38,6 +37,7 @@ def filter_of(scheme: Scheme, o: "Oscillators", n: int, load: "Load | None") -> 
         or any(scheme.kernels.START_STENCIL)
         or o.start.any()
         or (o.dt != dt).any()
+        or not scheme.loaded_within
     ):
         return None
     T = scheme.transfer_rows(o.omega * dt, o.xi)
@@ -49,17 +49,18 @@ def filter_of(scheme: Scheme, o: "Oscillators", n: int, load: "Load | None") -> 
 def filter_peaks(T: Array, order: int, f: Array, followed: int) -> Array:
     """Largest |u| (1, P), or |u|, |v|, |a| (3, P), of filters T (4*order + 1, P) of the load f (n + 1,), f[0] = 0."""
     P, n = T.shape[1], len(f) - 1
-    peak, kernel = np.empty((followed, P)), _kernel(order, followed)
+    peak, (kernel, width) = np.empty((followed, P)), _kernel(order, followed)
 
     def part(first: int, last: int) -> None:
         kernel(T, f, peak, first, last)
 
-    spread(part, P, BLOCK, worth=P * n > WORTH_THREADS)
+    spread(part, P, width, nanoseconds=P * n * NANOSECONDS)
     return peak
 
 
 @cache
-def _kernel(order: int, followed: int) -> Callable[..., None]:
+def _kernel(order: int, followed: int) -> tuple[Callable[..., None], int]:
+    """Of the filter's order and how many of u, v, a are followed; and how many lanes its blocks have."""
     from substep_kernels import linear_filter  # noqa: PLC0415 (numba on first use)
 
-    return getattr(linear_filter, f"peaks_{order}_{followed}")
+    return getattr(linear_filter, f"peaks_{order}_{followed}"), linear_filter.WIDTH

@@ -3,24 +3,19 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
-from importlib import import_module
-from importlib.util import find_spec
 from types import ModuleType
-from typing import Any, get_args
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .response import Status
 from .scenes import Scene
-from .schemes import Array, Scheme
+from .schemes import Array, Scheme, committed
 from .schemes import scheme as make_scheme
 from .threads import spread
 
-STATUSES: tuple[Status, ...] = get_args(Status)  # in the order of the kernels' numbers
 FEW = 16  # lanes below which a block, whose lanes wait for the slowest, does not pay
 LEAST = 48  # of a part: fewer do not fill the time that a processor takes for one iteration
-WORTH_THREADS = 1e6  # ns of work
 TOLERANCE = 1e-12  # of the last correction of u, relative to the scene's length
 
 
@@ -31,7 +26,7 @@ class Lanes:
     out (P, rows, 2 or 3, d): u, v (and a of the scheme's own) every stride steps, no rows without a history;
     state (P, m, d): last good state, rows as the kernel's STATE; iterations (P, steps, balances), no steps
     without a history; peak (P,): largest energy, the start's included, J; n_done, status (P,): steps
-    completed, place in STATUSES.
+    completed, place in response.STATUSES.
     """
 
     out: Array
@@ -53,12 +48,12 @@ def pair_module(scene: Scene, scheme: Scheme) -> ModuleType:
 
 @cache
 def _catalogue_pair(scheme: str, scene: str) -> ModuleType:
-    name = f"substep_kernels.{scheme}__{scene}"
-    if find_spec(name) is not None:
-        return import_module(name)
-    from .build import pair_module as built  # noqa: PLC0415 (the one door to SymPy)
+    module = committed(f"{scheme}__{scene}")
+    if module is None:
+        from .build import pair_module as built  # noqa: PLC0415 (the one door to SymPy)
 
-    return built(scheme, scene)
+        module = built(scheme, scene)
+    return module
 
 
 def march_lanes(
@@ -139,4 +134,4 @@ def _run(module: ModuleType, arrays: Mapping[str, Any], lanes: int) -> None:
         mine = slice(first, last)
         march(*(x[mine] if isinstance(x := arrays[name], np.ndarray) else x for name in module.ARGUMENTS))
 
-    spread(part, lanes, least, worth=cost * int(arrays["n"].sum()) > WORTH_THREADS)
+    spread(part, lanes, least, nanoseconds=cost * int(arrays["n"].sum()))

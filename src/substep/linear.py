@@ -6,8 +6,6 @@ It needs no formula of the scheme, only its coefficients D, B, O, P (`Scheme.coe
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache
-from importlib import import_module
-from importlib.util import find_spec
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -15,13 +13,13 @@ from numpy.typing import NDArray
 
 from .filtered import peaks_from_rest
 from .loads import Record
-from .schemes import Array, Scheme
+from .response import STATUSES
+from .schemes import Array, Scheme, committed, read_only
 from .schemes import scheme as make_scheme
 from .threads import spread
 
-BLOCK = 48  # lanes that the kernels march abreast; threads take whole blocks
-COMPLETED, NON_FINITE = 0, 2  # places in lanes.STATUSES
-WORTH_THREADS = 4_000_000  # lane-steps, about a millisecond
+COMPLETED, NON_FINITE = STATUSES.index("completed"), STATUSES.index("non_finite")
+NANOSECONDS = 0.25  # of a step of a lane
 CHUNK = 1 << 16  # steps of one lane at a time where not all are kept
 
 Load = Callable[[Array], Array]
@@ -46,7 +44,7 @@ class LinearLanes:
 
     out (rows, 3, P): u, v, a every stride steps, NaN after n_done, or no rows; peak: largest |u|, |v|, |a| (3, P), or
     |u| (1, P), or none, up to n_done, the start's included; n_done, status (P,): steps completed, place in
-    lanes.STATUSES.
+    response.STATUSES.
     """
 
     out: Array
@@ -103,12 +101,14 @@ def _room(out: Array | None, shape: tuple[int, ...]) -> Array:
 
 
 class _Run(NamedTuple):
-    """What the kernels take: coefficients (rows, P); the state (m, P) at the step named first, up to which another
-    scheme marched; the load at K instants of each step, of all lanes K x (n,) or of each (K, n, P).
+    """The kernels, width lanes abreast, and what they take: coefficients (rows, P); the state (m, P) at the step named
+    first, up to which another scheme marched; the load at K instants of each step, of all lanes K x (n,) or of each
+    (K, n, P).
     """
 
     march: Callable[..., None]
     run: Callable[..., None]
+    width: int
     C: Array
     x: Array
     shared: tuple[Array, ...]
@@ -123,15 +123,15 @@ def _prepared(scheme: Scheme, o: Oscillators, n: int, load: Load | None) -> _Run
     K, stencil = module.LOADS, scheme.stencil()
     excess = _excess(o, Omega, state, load) if module.CARRIER else np.zeros(1)
     one_stencil, consistent = stencil.ndim == 1, not excess.any()
-    samples = _samples(load, o.dt, n, stencil) if one_stencil and consistent else None
+    samples = _samples(scheme, load, o.dt, n) if one_stencil and consistent else None
     own = np.empty((K, 0, 1))
     if samples is not None:
         C, K = _coefficients(scheme, Omega, o, stencil), 2
-        shared = _fixed(samples[:-1]), _fixed(samples[1:])
+        shared = read_only(samples[:-1]), read_only(samples[1:])
     else:
         C = _coefficients(scheme, Omega, o)
         if load is None and consistent:
-            shared = (_fixed(np.zeros(n)),) * K
+            shared = (read_only(np.zeros(n)),) * K
         else:
             alike = one_stencil and (o.dt == o.dt[0]).all() and (excess == excess[0]).all()
             dt = o.dt[:1] if alike else o.dt
@@ -140,17 +140,10 @@ def _prepared(scheme: Scheme, o: Oscillators, n: int, load: Load | None) -> _Run
             if load is not None:
                 own[: len(instants)] = load(instants * dt)
             own[0, :1] += excess[: len(dt)] / dt**2
-            shared = tuple(map(_fixed, own[..., 0])) if alike else (_fixed(np.empty(0)),) * K
+            shared = tuple(map(read_only, own[..., 0])) if alike else (read_only(np.empty(0)),) * K
             own = own[:, :0] if alike else own
-    march, run = _kernels(module.MARCH, K)
-    return _Run(march, run, C, np.ascontiguousarray(state[list(scheme.marched)]), shared, own, first, head)
-
-
-def _fixed(row: Array) -> Array:
-    """A contiguous row as a kernel takes it: read-only, as a record's samples are, so that it is compiled once."""
-    row = np.ascontiguousarray(row).view()
-    row.flags.writeable = False
-    return row
+    x = np.ascontiguousarray(state[list(scheme.marched)])
+    return _Run(*_kernels(module.MARCH, K), C, x, shared, own, first, head)
 
 
 def _coefficients(scheme: Scheme, Omega: Array, o: Oscillators, stencil: Array | None = None) -> Array:
@@ -158,14 +151,14 @@ def _coefficients(scheme: Scheme, Omega: Array, o: Oscillators, stencil: Array |
 
     With a stencil: for the load at a step's two ends, linear between them, in place of its instants.
     """
-    m, K, places, C = len(scheme.marched), scheme.kernels.LOADS, scheme.places, scheme.coefficient_rows(Omega, o.xi)
+    (m, R, K), places, C = scheme.sizes, scheme.places, scheme.coefficient_rows(Omega, o.xi)
     if stencil is not None:
         D = m * m  # its rows stay as they are, to the last bit
-        C, K = np.concatenate([C[:D], _to_ends(m, places.count("y"), K, stencil.tobytes()) @ C[D:]]), 2
+        C, K = np.concatenate([C[:D], _to_ends(m, R, K, stencil.tobytes()) @ C[D:]]), 2
     h, square = o.dt, o.dt * o.dt
     units = (1.0, h, square)
     C[m * m : m * (m + K)] *= square
-    at, R = m * (m + K), places.count("y")
+    at = m * (m + K)
     for row, kind in enumerate(kind for kind, place in enumerate(places) if place == "y"):
         C[at + row * m : at + (row + 1) * m] /= units[kind]
         C[at + R * m + row * K : at + R * m + (row + 1) * K] *= units[2 - kind]
@@ -187,14 +180,16 @@ def _to_ends(m: int, R: int, K: int, stencil: bytes) -> Array:
 
 
 @cache
-def _kernels(name: str, K: int) -> tuple[Callable[..., None], Callable[..., None]]:
-    """Of a shape and number of load instants, for many lanes and for one: committed, or printed on first use."""
-    module = import_module(f"substep_kernels.{name}") if find_spec(f"substep_kernels.{name}") else None
-    if not hasattr(module, f"march_{K}"):
+def _kernels(name: str, K: int) -> tuple[Callable[..., None], Callable[..., None], int]:
+    """Of a shape and number of load instants, committed or printed on first use: for many lanes, for one; the width of
+    the blocks of many.
+    """
+    module = committed(name)
+    if module is None or not hasattr(module, f"march_{K}"):
         from .build import march_module  # noqa: PLC0415 (the one door to SymPy)
 
         module = march_module(name, K)
-    return getattr(module, f"march_{K}"), getattr(module, f"run_{K}")
+    return getattr(module, f"march_{K}"), getattr(module, f"run_{K}"), module.WIDTH
 
 
 def _started(
@@ -224,12 +219,12 @@ def _excess(o: Oscillators, Omega: Array, state: Array, load: Load | None) -> Ar
     return np.where(np.abs(excess) <= 1e-15 * np.abs(terms).sum(axis=0), 0.0, excess)
 
 
-def _samples(load: Load | None, dt: Array, n: int, stencil: Array) -> Array | None:
+def _samples(scheme: Scheme, load: Load | None, dt: Array, n: int) -> Array | None:
     """The n + 1 samples at the steps of a record that is linear, or not asked, between them; None for another load."""
-    if not isinstance(load, Record) or not (dt == load.dt).all() or stencil.min() < 0.0 or stencil.max() > 1.0:
+    if not isinstance(load, Record) or not (dt == load.dt).all() or not scheme.loaded_within:
         return None
     values = load.samples
-    if len(values) <= n and not np.isin(stencil, (0.0, 1.0)).all():  # it jumps to 0 after its last
+    if len(values) <= n and not np.isin(scheme.stencil(), (0.0, 1.0)).all():  # it jumps to 0 after its last
         return None
     return values[: n + 1] if len(values) > n else np.concatenate([values, np.zeros(n + 1 - len(values))])
 
@@ -242,7 +237,7 @@ def _abreast(scheme: Scheme, o: Oscillators, n: int, load: Load | None, stride: 
         pace = stride if len(lanes.out) else n  # no stop where nothing is kept
         r.march(r.C, r.x, *r.shared, r.own, r.first, n, pace, lanes.out, lanes.peak, first, last)
 
-    spread(part, P, BLOCK, worth=P * n > WORTH_THREADS)
+    spread(part, P, r.width, nanoseconds=P * n * NANOSECONDS)
     if r.head is not None:
         _rows_of_head(r, stride, lanes, slice(None))
     return r.x
@@ -263,7 +258,7 @@ def _alone(scheme: Scheme, o: Oscillators, n: int, load: Load | None, stride: in
     r = _prepared(scheme, o, n, load)
     if lanes.peak.size:
         lanes.peak[:, j] = 0.0
-    shared = tuple(map(_fixed, r.own[..., 0])) if r.own.size else r.shared
+    shared = tuple(map(read_only, r.own[..., 0])) if r.own.size else r.shared
     if r.head is not None:
         _rows_of_head(r, stride, lanes, slice(j, j + 1))
         lanes.n_done[j], lanes.status[j] = r.head.n_done[0], r.head.status[0]

@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 
 from .errors import real_number
-from .lanes import STATUSES, march_lanes
+from .lanes import march_lanes
 from .linear import Oscillators, march_linear
 from .loads import Record
-from .response import Response, Status
+from .response import STATUSES, Response, Status
 from .scenes import Scene
 from .schemes import Array, Scheme
 

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 Status = Literal["completed", "newton_failed", "non_finite", "energy_bound"]
+STATUSES: tuple[Status, ...] = get_args(Status)  # in the order of the kernels' numbers
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,9 @@ first use.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cache
+from functools import cache, cached_property
 from importlib import import_module
+from importlib.util import find_spec
 from math import prod
 from types import MappingProxyType, ModuleType
 from typing import TYPE_CHECKING, Any
@@ -26,7 +27,6 @@ Array = NDArray[np.float64]
 PART = 1 << 15  # points a thread takes at a time, so that what it reads and writes stays in its caches
 NANOSECONDS = {"spectral_radius": 2.0}  # of a point at the fastest schemes
 OTHER_NANOSECONDS = 8.0
-WORTH_THREADS = 1e6  # ns of work from which on threads pay
 
 
 def schemes() -> tuple[str, ...]:
@@ -80,8 +80,10 @@ def _within(scheme: str, key: str, value: ArrayLike, domain: Sequence[Any]) -> A
 
 
 @cache
-def _module(name: str) -> ModuleType:
-    return import_module(f"substep_kernels.{name}")
+def committed(name: str) -> ModuleType | None:
+    """The generated module of that name; None for one that is printed on first use."""
+    full = f"substep_kernels.{name}"
+    return import_module(full) if find_spec(full) else None
 
 
 @dataclass(frozen=True)
@@ -115,7 +117,9 @@ class Scheme:
     def kernels(self) -> ModuleType:
         """The generated module, imported (and compiled or read from numba's cache) on first use."""
         module = self.entry["module"]
-        return module if isinstance(module, ModuleType) else _module(module)
+        found = module if isinstance(module, ModuleType) else committed(module)
+        assert found is not None  # the index names what is committed
+        return found
 
     def amplification(self, Omega: ArrayLike, xi: ArrayLike = 0.0) -> Array:
         """Amplification matrix, (..., m, m), of the undriven oscillator, in the order of `state`."""
@@ -174,11 +178,21 @@ class Scheme:
         return largest[()]
 
     def stencil(self) -> Array:
-        """Instants at which a step takes the load, in steps after t_n: (..., K)."""
-        shape, (first, *rest) = self._broadcast(np.zeros(()), *self._module_parameters())
-        out = np.empty((first.size, self.entry["loads"]))
-        self.kernels.stencil(*rest, out)
+        """Instants at which a step takes the load, in steps after t_n: (..., K), read-only."""
+        return self._stencil
+
+    @cached_property
+    def _stencil(self) -> Array:
+        shape, values = self._broadcast(*self._module_parameters)
+        out = np.empty((prod(shape), self.entry["loads"]))
+        self.kernels.stencil(*values, out)
+        out.flags.writeable = False
         return out.reshape(*shape, -1)
+
+    @cached_property
+    def loaded_within(self) -> bool:
+        """Whether a step takes the load between its ends alone; a parameter may move an instant beyond."""
+        return bool(self._stencil.min() >= 0.0 and self._stencil.max() <= 1.0)
 
     def coefficients(self, Omega: ArrayLike, xi: ArrayLike = 0.0) -> tuple[Array, Array, Array, Array]:
         """D (n, m, m), B (n, m, K), O (n, R, m), P (n, R, K) of x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f.
@@ -187,9 +201,8 @@ class Scheme:
         that are not in x. If not all of the state is marched, a_n was eliminated by the balance at t_n, and at the
         start the load there stands for h^2 a + 2 xi Omega h v + Omega^2 u. D is rounded once.
         """
-        m, R, K, loads = len(self.marched), self.places.count("y"), self.kernels.LOADS, self.entry["loads"]
         _, (Omegas, xis, *values) = self._points(Omega, xi)
-        rows = self._rows(self.kernels.coefficients, m * m + m * K + R * (m + K), Omegas, xis, values)
+        rows, (m, R, K), loads = self._coefficients(Omegas, xis, values), self.sizes, self.entry["loads"]
         D, B, y_x, y_f = np.split(rows.T, np.cumsum([m * m, m * K, R * m]), axis=1)
         B, y_f = B.reshape(-1, m, K)[..., :loads], y_f.reshape(len(D), R, K)[..., :loads]
         return D.reshape(-1, m, m), B, y_x.reshape(len(D), R, m), y_f
@@ -204,14 +217,22 @@ class Scheme:
         """Where u, h*v and h^2*a stand in what is marched, a digit each; y for an output of its own."""
         return self.kernels.MARCH.rpartition("_")[2]
 
+    @cached_property
+    def sizes(self) -> tuple[int, int, int]:
+        """m numbers marched, R outputs of their own, K load instants of the kernels, zeros beyond the stencil."""
+        return len(self.marched), self.places.count("y"), self.kernels.LOADS
+
     def coefficient_rows(self, Omega: Array, xi: Array) -> Array:
-        """The same as rows (m*m + m*K + R*m + R*K, P) with K = kernels.LOADS, zeros beyond the stencil; inputs (P,)."""
-        m, R, K = len(self.marched), self.places.count("y"), self.kernels.LOADS
-        return self._rows(self.kernels.coefficients, m * m + m * K + R * (m + K), Omega, xi, self._module_parameters())
+        """The `coefficients` as rows (m*m + m*K + R*m + R*K, P) of the `sizes`; inputs (P,)."""
+        return self._coefficients(Omega, xi, self._module_parameters)
+
+    def _coefficients(self, Omega: Array, xi: Array, parameters: Sequence[Array]) -> Array:
+        m, R, K = self.sizes
+        return self._rows(self.kernels.coefficients, m * m + m * K + R * (m + K), Omega, xi, parameters)
 
     def transfer_rows(self, Omega: Array, xi: Array) -> Array:
         """The filter from load to response, (4*order + 1, P): see `transfer` of the generated module; inputs (P,)."""
-        return self._rows(self.kernels.transfer, 4 * self.kernels.FILTER + 1, Omega, xi, self._module_parameters())
+        return self._rows(self.kernels.transfer, 4 * self.kernels.FILTER + 1, Omega, xi, self._module_parameters)
 
     def _rows(
         self, function: Callable[..., None], rows: int, Omega: Array, xi: Array, parameters: Sequence[Array]
@@ -242,14 +263,15 @@ class Scheme:
         self.kernels.start(*arguments, *out)
         return out
 
-    def _module_parameters(self) -> list[Array]:
+    @cached_property
+    def _module_parameters(self) -> tuple[Array, ...]:
         """Parameters in the order of the module, which a member shares with its parent."""
         fixed = {name: np.float64(value) for name, value in self.entry["fixed"].items()}
         values = {**self.parameters, **fixed}
-        return [np.asarray(values[name]) for name in self.kernels.PARAMETERS]
+        return tuple(np.asarray(values[name]) for name in self.kernels.PARAMETERS)
 
     def _arguments(self, Omega: ArrayLike, xi: ArrayLike) -> list[Array]:
-        return [non_negative("Omega", Omega), non_negative("xi", xi), *self._module_parameters()]
+        return [non_negative("Omega", Omega), non_negative("xi", xi), *self._module_parameters]
 
     def _points(self, Omega: ArrayLike, xi: ArrayLike) -> tuple[tuple[int, ...], list[Array]]:
         return self._broadcast(*self._arguments(Omega, xi))
@@ -283,16 +305,21 @@ class Scheme:
                 own = (a[: last - first] if one else a[first:last] for a, one in zip(inputs, numbers, strict=True))
                 kernel(*own, *out[:, first:last])
 
-        spread(part, n, PART, worth=n * NANOSECONDS.get(function, OTHER_NANOSECONDS) >= WORTH_THREADS)
+        spread(part, n, PART, nanoseconds=n * NANOSECONDS.get(function, OTHER_NANOSECONDS))
         return [row.reshape(shape)[()] for row in out]
 
 
 def _flat(array: Array, shape: tuple[int, ...]) -> Array:
-    """The array at that shape as contiguous 1-D, a view where it can be one; read-only, it may be the caller's."""
-    if array.size == 1:
-        array = np.full(prod(shape), array.reshape(())[()])
-    elif array.shape != shape or not array.flags.c_contiguous:
-        array = np.ascontiguousarray(np.broadcast_to(array, shape))
-    flat = array.reshape(-1)
+    """The array at that shape as kernels read it."""
+    if array.shape != shape:
+        array = np.full(prod(shape), array.reshape(())[()]) if array.size == 1 else np.broadcast_to(array, shape)
+    return read_only(array)
+
+
+def read_only(array: Array) -> Array:
+    """The array as contiguous 1-D, a view where it can be one; read-only: it may be the caller's, and kernels are
+    compiled for such alone.
+    """
+    flat = np.ascontiguousarray(array).reshape(-1)
     flat.flags.writeable = False
     return flat

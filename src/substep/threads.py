@@ -8,6 +8,7 @@ from contextvars import ContextVar
 from functools import cache
 
 _serial: ContextVar[bool] = ContextVar("serial", default=False)
+WORTH_THREADS = 1e6  # ns of work from which on threads pay
 PIECES = 8  # a core: the others take what a late or slow one leaves
 
 
@@ -37,10 +38,10 @@ if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_pool.cache_clear)  # a forked process has the pool, but not its threads
 
 
-def spread(part: Callable[[int, int], None], size: int, block: int, *, worth: bool) -> None:
-    """Call part(first, last) until all of size is done: at once, or, if worth it, whole blocks on each core."""
+def spread(part: Callable[[int, int], None], size: int, block: int, *, nanoseconds: float) -> None:
+    """Call part(first, last) until all of size is done: at once, or whole blocks on each core if the work is long."""
     blocks = -(-size // block)
-    workers = max(1, min(cores(), blocks)) if worth else 1
+    workers = max(1, min(cores(), blocks)) if nanoseconds >= WORTH_THREADS else 1
     if workers == 1:
         part(0, size)
         return

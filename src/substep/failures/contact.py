@@ -7,7 +7,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from ..charts import COLOURS, save
-from ..lanes import STATUSES, march_lanes
+from ..lanes import march_lanes
+from ..response import STATUSES
 from ..scenes import scene
 from ..schemes import Array, scheme, schemes
 from .words import QUICK, SECTION, write_rows

@@ -13,7 +13,8 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from ..charts import COLOURS
-from ..lanes import STATUSES, Lanes, march_lanes
+from ..lanes import Lanes, march_lanes
+from ..response import STATUSES
 from ..scenes import Scene
 from ..schemes import Array, Scheme
 
