@@ -43,14 +43,7 @@ def scheme(name: "str | Declaration", **parameters: ArrayLike) -> "Scheme":
     broadcast with Omega and xi. Raises ValueError for an unknown scheme or parameter, for one that a
     family also sets, and for a value that is not finite or lies outside the declared interval.
     """
-    if isinstance(name, str):
-        if name not in SCHEMES:
-            raise unknown_name("a scheme", name, SCHEMES)
-        entry = SCHEMES[name]
-    else:
-        from .build import own_entry  # noqa: PLC0415 (the one door to SymPy)
-
-        name, entry = own_entry(name)
+    name, entry = scheme_entry(name)
     declared = {parameter: rest for parameter, *rest in entry["parameters"]}
     families = entry["families"]
     given: dict[str, Array] = {}
@@ -71,6 +64,17 @@ def scheme(name: "str | Declaration", **parameters: ArrayLike) -> "Scheme":
         value = given[key] if key in given else default(*complete.values())
         complete[key] = _within(name, key, value, domain)
     return Scheme(name, MappingProxyType(complete), entry)
+
+
+def scheme_entry(name: "str | Declaration") -> tuple[str, Mapping[str, Any]]:
+    """A scheme's name and entry of the index. Raises ValueError for an unknown one."""
+    if isinstance(name, str):
+        if name not in SCHEMES:
+            raise unknown_name("a scheme", name, SCHEMES)
+        return name, SCHEMES[name]
+    from .build import own_entry  # noqa: PLC0415 (the one door to SymPy)
+
+    return own_entry(name)
 
 
 def _within(scheme: str, key: str, value: ArrayLike, domain: Sequence[Any]) -> Array:

@@ -1,16 +1,31 @@
 """Kernels release the interpreter's lock: work is spread over the cores this process may use."""
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from contextvars import ContextVar
 from functools import cache
 
+_serial: ContextVar[bool] = ContextVar("serial", default=False)
 PIECES = 8  # a core: the others take what a late or slow one leaves
 
 
 def cores() -> int:
-    """How many this process may use."""
+    """How many this process may use; one in what runs inside `serial`."""
+    if _serial.get():
+        return 1
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+@contextmanager
+def serial() -> Iterator[None]:
+    """Kernels called inside take one core: others are busy with other chunks."""
+    token = _serial.set(True)
+    try:
+        yield
+    finally:
+        _serial.reset(token)
 
 
 @cache
