@@ -11,6 +11,7 @@ from .marching import march
 from .response import Response
 from .scenes import Scene, scene, scenes
 from .schemes import Scheme, scheme, schemes
+from .sweeps import sweep
 
 __all__ = [
     "HalfSine",
@@ -25,4 +26,5 @@ __all__ = [
     "scenes",
     "scheme",
     "schemes",
+    "sweep",
 ]
