@@ -63,7 +63,7 @@ def scheme(name: "str | Declaration", **parameters: ArrayLike) -> "Scheme":
     for key, (*domain, default) in declared.items():
         value = given[key] if key in given else default(*complete.values())
         complete[key] = _within(name, key, value, domain)
-    return Scheme(name, MappingProxyType(complete), entry)
+    return Scheme(name, MappingProxyType(complete), entry, MappingProxyType(given))
 
 
 def scheme_entry(name: "str | Declaration") -> tuple[str, Mapping[str, Any]]:
@@ -99,6 +99,7 @@ class Scheme:
     name: str
     parameters: Mapping[str, Array]
     entry: Mapping[str, Any] = field(repr=False, compare=False)  # of the index, see substep_kernels.index
+    given: Mapping[str, Array] = field(default_factory=dict, repr=False, compare=False)  # the others took their default
 
     @property
     def state(self) -> tuple[str, ...]:
@@ -226,7 +227,8 @@ class Scheme:
 
     def lane(self, j: int) -> "Scheme":
         """The scheme with the parameters of lane j, where they are arrays (P,)."""
-        return replace(self, parameters={k: x[j] if x.ndim else x for k, x in self.parameters.items()})
+        mine, given = ({k: x[j] if x.ndim else x for k, x in d.items()} for d in (self.parameters, self.given))
+        return replace(self, parameters=mine, given=given)
 
     @property
     def history(self) -> tuple[tuple[int, int], ...]:

@@ -44,8 +44,8 @@ def sweep(
 ) -> "xarray.Dataset":
     """March every combination of the axes from t = 0 to t_end (s); one Dataset with a dimension for each.
 
-    scene, scheme: a handle, whose parameters the axes override, or a name or declaration, whose parameters are then
-    all given here, and those that are not take their default, which follows what is swept. dt: the step in s, a
+    scene, scheme: a name or declaration, or a handle, which stands for the parameters that it was given. The axes
+    override these; those that were not given take their default, which follows what is swept. dt: the step in s, a
     number or an axis, which is the first.
 
     axes: any parameter of scheme, scene or load (but Record), a family's argument included, by name: a row of values
@@ -117,7 +117,7 @@ def _fill(
             shape = tuple(s.stop - s.start for s in chunk.where)
             try:
                 for name in fills:
-                    targets[name][chunk.where] = results[name].reshape(*shape, *results[name].shape[1:])
+                    targets[name][chunk.where] = results[name].reshape((*shape, *results[name].shape[1:]))
             except BaseException:
                 for name, fill in reversed(fills.items()):
                     targets[name][chunk.where] = fill

@@ -190,7 +190,7 @@ def planned(
                 f"expected {'a0' if a0 is not None else 'load'} in the scene's handle; give it to ss.scene"
             )
         a0, load, handles["scene"] = scene.a0_asked, scene.load, dict(scene.parameters)
-        _check_handle(scene)
+        _check_scene(scene)
         source_of_scene = scene.entry.get("declaration", scene.name)
     else:
         strain = {"strain": values.pop("strain")} if scene == "elastic_pendulum" and "strain" in values else {}
@@ -199,7 +199,8 @@ def planned(
     if isinstance(scheme, Scheme):
         if arrays := [name for name, value in scheme.parameters.items() if value.ndim]:
             raise ValueError(f"expected one value for {arrays[0]} of {scheme.name}, got an array; give it as an axis")
-        handles["scheme"] = {key: float(x) for key, x in scheme.parameters.items()}
+        handles["scheme"] = {key: float(x) for key, x in scheme.given.items()}
+        _check_scheme(scheme)
     source_of_scheme = scheme.entry.get("declaration", scheme.name) if isinstance(scheme, Scheme) else scheme
     families = scheme_entry(source_of_scheme)[1]["families"]
     axes: list[Axis] = []
@@ -227,8 +228,18 @@ def planned(
     return plan
 
 
-def _check_handle(scene: Scene) -> None:
-    """Of other values than its parameters', as dataclasses.replace makes it, the sweep would not know."""
+def _check_scheme(scheme: Scheme) -> None:
+    """Of values that `scheme` did not make, as dataclasses.replace puts them in, the sweep would not know."""
+    again = make_scheme(scheme.entry.get("declaration", scheme.name), **scheme.given).parameters
+    for name, value in scheme.parameters.items():
+        if value != again[name]:
+            raise ValueError(
+                f"expected a scheme as ss.scheme makes it, {name} = {again[name]}, got {value}; make it anew"
+            )
+
+
+def _check_scene(scene: Scene) -> None:
+    """The same of a scene."""
     again = make_scene(scene.name, scene.entry, scene.parameters, scene.a0_asked, scene.load)
     for name in ("u0", "v0", "a0"):
         mine, made = getattr(scene, name), getattr(again, name)
