@@ -366,6 +366,7 @@ def test_a_killed_sweep_is_resumed_and_another_refused(tmp_path: Path, monkeypat
 def test_a_cluster_that_loses_a_worker_loses_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from distributed import Client, LocalCluster
 
+    monkeypatch.setattr(sys.modules["substep.sweeps.cluster"], "AHEAD", 1)  # chunks are still waiting
     flag, here = tmp_path / "killed", os.getpid()
 
     class Deadly:

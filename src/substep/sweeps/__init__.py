@@ -122,4 +122,7 @@ def _fill(
                 for name, fill in reversed(fills.items()):
                     targets[name][chunk.where] = fill
                 raise
+            left -= chunk.last - chunk.first
             advance(chunk.last - chunk.first)
+    if left:
+        raise RuntimeError(f"expected results of every run, {left} did not come; please report this")

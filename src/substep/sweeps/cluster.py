@@ -1,6 +1,7 @@
 """Chunks on the workers of a dask.distributed cluster, which runs those of a worker that dies again."""
 
 from collections.abc import Generator, Sequence
+from itertools import islice
 from typing import Any
 
 from .plan import Chunk, Plan
@@ -15,7 +16,7 @@ def run_on(client: Any, plan: Plan, chunks: Sequence[Chunk]) -> Generator[tuple[
 
     if not isinstance(client, Client) or client.asynchronous:
         raise ValueError(f"expected client to be a synchronous dask.distributed.Client, got {client!r}")
-    waiting, ahead = iter(chunks), AHEAD * max(4, sum(client.nthreads().values()))
+    waiting, ahead = iter(chunks), AHEAD * max(1, sum(client.nthreads().values()))
     running: dict[str, tuple[Any, Chunk]] = {}
 
     def submit(some: list[Chunk]) -> list[Any]:
@@ -25,11 +26,9 @@ def run_on(client: Any, plan: Plan, chunks: Sequence[Chunk]) -> Generator[tuple[
         return futures
 
     try:
-        arriving = as_completed(submit([c for c, _ in zip(waiting, range(ahead), strict=False)]), with_results=True)
+        arriving = as_completed(submit(list(islice(waiting, ahead))), with_results=True)
         for future, results in arriving:
             yield running.pop(future.key)[1], results
-            for chunk in waiting:
-                arriving.update(submit([chunk]))
-                break
+            arriving.update(submit(list(islice(waiting, 1))))
     finally:
         client.cancel([future for future, _ in running.values()])
