@@ -351,9 +351,12 @@ def test_a_killed_sweep_is_resumed_and_another_refused(tmp_path: Path, monkeypat
     assert seen == [10, 15, 20]
     monkeypatch.undo()
     xr.testing.assert_identical(found, ss.sweep("linear_oscillator", "newmark", **call))
-    (tmp_path / "other").mkdir()
-    with pytest.raises(ValueError, match="expected a sweep or nothing at"):
-        ss.sweep("linear_oscillator", "newmark", **call, save=tmp_path / "other")
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "file").write_text("mine")
+    xr.Dataset({"status": ("x", [1])}).to_zarr(tmp_path / "zarr", consolidated=False)
+    for other in ("folder", "file", "zarr"):
+        with pytest.raises(ValueError, match="expected a sweep or nothing at"):
+            ss.sweep("linear_oscillator", "newmark", **call, save=tmp_path / other)
 
 
 @pytest.mark.usefixtures("small")

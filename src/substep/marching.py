@@ -41,7 +41,9 @@ def march(
     dt = real_number("dt", dt, positive=True)
     n = number_of_steps(dt, real_number("t_end", t_end, positive=True))
     if arrays := [name for name, value in scheme.parameters.items() if value.ndim]:
-        raise ValueError(f"expected one value for {arrays[0]} of {scheme.name}, got an array; march once for each")
+        raise ValueError(
+            f"expected one value for {arrays[0]} of {scheme.name}, got an array; substep.sweep takes arrays"
+        )
     if stride < 1:
         raise ValueError(f"expected stride >= 1, got {stride}")
     bound = math.inf if energy_bound is None else real_number("energy_bound", energy_bound)

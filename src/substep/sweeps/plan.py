@@ -223,6 +223,7 @@ def planned(
         raise unknown_name("keep", str(keep), get_args(Keep))
     bound = math.inf if energy_bound is None else real_number("energy_bound", energy_bound)
     t_end = real_number("t_end", t_end, positive=True)
+    samples = int(samples) if isinstance(samples, np.integer) else samples
     plan = Plan(source_of_scene, source_of_scheme, given, a0, load, tuple(axes), t_end, keep, samples, bound)
     _check(plan)
     return plan
@@ -291,9 +292,8 @@ def _resolved(
 
 def _check(plan: Plan) -> None:
     """Every value, before anything is run."""
-    for owner in plan.given:
-        for key, value in plan.given[owner].items() if owner == "step" else ():
-            real_number(key, value, positive=True)
+    for key, value in plan.given["step"].items():
+        real_number(key, value, positive=True)
     for axis in plan.axes:
         if axis.owner == "step":
             inside(axis.name, axis.values, 0.0, None, True, True)
@@ -301,7 +301,7 @@ def _check(plan: Plan) -> None:
             for value in axis.values:
                 replace(plan.load, **{axis.key: float(value)})  # type: ignore[type-var]
     steps = plan.steps
-    plan.scheme_of_all  # noqa: B018
+    plan.scheme_of_all  # noqa: B018 (made, and checked by it)
     plan.scene_of_one  # noqa: B018
     swept_dt = any(axis.owner == "step" for axis in plan.axes)
     if plan.samples is None:

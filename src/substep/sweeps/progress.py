@@ -3,32 +3,44 @@
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rich.progress import Progress
 
 AFTER = 1.0  # s
 
 
 @contextmanager
 def shown(total: int, done: int, show: bool) -> Iterator[Callable[[int], None]]:
-    """Gives what is called with each number of points done; on a terminal's stderr, once it has taken a second."""
-    from rich.console import Console  # noqa: PLC0415 (on first use)
-    from rich.progress import Progress  # noqa: PLC0415
+    """Gives what is called with each number of runs done; a bar on stderr if that is a terminal."""
+    begin, bar = time.monotonic(), None
 
-    console = Console(stderr=True)
-    bar = Progress(console=console, transient=True, disable=not (show and console.is_terminal))
-    task = bar.add_task("sweep", total=total, completed=done)
-    begin = time.monotonic()
-
-    def advance(points: int) -> None:
-        bar.advance(task, points)
-        if not bar.live.is_started and not bar.finished and time.monotonic() - begin > AFTER:
-            bar.start()
+    def advance(more: int) -> None:
+        nonlocal done, bar
+        done += more
+        if show and bar is None and done < total and time.monotonic() - begin > AFTER:
+            bar = _bar(total)
+        if bar is not None:
+            bar.update(bar.task_ids[0], completed=done)
 
     try:
         yield advance
     except KeyboardInterrupt:
-        bar.stop()
-        if not bar.disable:
-            console.print(f"sweep interrupted: {bar.tasks[0].completed:.0f} of {total} runs are done")
+        if bar is not None and not bar.disable:
+            bar.console.print(f"sweep interrupted: {done} of {total} runs are done")
         raise
     finally:
-        bar.stop()
+        if bar is not None:
+            bar.stop()
+
+
+def _bar(total: int) -> "Progress":
+    from rich.console import Console  # noqa: PLC0415 (on first use)
+    from rich.progress import Progress  # noqa: PLC0415
+
+    console = Console(stderr=True)
+    bar = Progress(console=console, transient=True, disable=not console.is_terminal)
+    bar.add_task("sweep", total=total)
+    bar.start()
+    return bar

@@ -57,8 +57,8 @@ class Store:
         try:
             found = xarray.open_zarr(self.path, chunks=None, consolidated=False)
             theirs = {key: value for key, value in found.attrs.items() if key not in IGNORED}
-            axes_there = found["status"].dims
-        except (FileNotFoundError, KeyError, ValueError) as error:
+            _, axes_there = theirs["declarations"], found["status"].dims
+        except (OSError, KeyError, ValueError) as error:
             raise ValueError(
                 f"expected a sweep or nothing at {self.path}, got something else; give another path"
             ) from error
