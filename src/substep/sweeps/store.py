@@ -74,10 +74,11 @@ class Store:
         if axes != axes_there:
             raise ValueError(f"expected axes {axes_there} as in {self.path}, got {axes}; {cure}")
         for name in axes:
-            if not np.array_equal(template[name].values, found[name].values):
-                raise ValueError(
-                    f"expected {name} = {found[name].values} as in {self.path}, got {template[name].values}; {cure}"
-                )
+            here, there = template[name].values, found[name].values
+            if len(here) != len(there):
+                raise ValueError(f"expected {len(there)} values of {name} as in {self.path}, got {len(here)}; {cure}")
+            for k in np.flatnonzero(here != there):
+                raise ValueError(f"expected {name}[{k}] = {there[k]} as in {self.path}, got {here[k]}; {cure}")
 
 
 def _create(
