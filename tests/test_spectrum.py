@@ -151,14 +151,14 @@ def uncompiled(monkeypatch: pytest.MonkeyPatch) -> None:
         return plain((GENERATED / f"{name}.py").read_text(encoding="utf-8"))
 
     @cache
-    def march(name: str, K: int) -> tuple[object, object]:
+    def march(name: str, K: int) -> tuple[object, object, int]:
         kernels = plain(march_module(shape_of(name), (2, 4, 6)))
-        return getattr(kernels, f"march_{K}"), getattr(kernels, f"run_{K}")
+        return getattr(kernels, f"march_{K}"), getattr(kernels, f"run_{K}"), kernels.WIDTH
 
     filters = plain(filter_module())
-    monkeypatch.setattr(sys.modules["substep.schemes"], "_module", module)
+    monkeypatch.setattr(sys.modules["substep.schemes"], "committed", module)
     monkeypatch.setattr(linear, "_kernels", march)
-    monkeypatch.setattr(filtered, "_kernel", lambda d, followed: getattr(filters, f"peaks_{d}_{followed}"))
+    monkeypatch.setattr(filtered, "_kernel", lambda d, k: (getattr(filters, f"peaks_{d}_{k}"), filters.WIDTH))
 
 
 @pytest.mark.usefixtures("uncompiled")
@@ -169,7 +169,7 @@ def test_filter_and_march_agree(name: str, monkeypatch: pytest.MonkeyPatch) -> N
     with np.errstate(all="ignore"):  # a block's unused lanes
         found = spectrum._filtered(s, omega, xi, load)
         marched = spectrum._marched(s, omega, xi, load)
-        monkeypatch.setattr(spectrum, "HISTORY", 1)  # a block at a time, which changes nothing
+        monkeypatch.setattr(spectrum, "HISTORY", 200)  # two lanes at a time, which changes nothing
         assert np.array_equal(spectrum._marched(s, omega, xi, load), marched)
     if found is None:
         assert name in ("houbolt", "park", "gholampour", "oalts")

@@ -12,6 +12,7 @@ from .response import Response
 from .scenes import Scene, scene, scenes
 from .schemes import Scheme, scheme, schemes
 from .spectrum import response_spectrum
+from .sweeps import sweep
 
 __all__ = [
     "HalfSine",
@@ -27,4 +28,5 @@ __all__ = [
     "scenes",
     "scheme",
     "schemes",
+    "sweep",
 ]

@@ -12,8 +12,7 @@ from .schemes import Array
 from .threads import spread
 
 TERMS = 12  # of the exponential's series, 2^-3 the largest norm
-BLOCK = 48  # lanes that the kernel marches abreast
-WORTH_THREADS = 4_000_000  # lane-steps
+NANOSECONDS = 0.25  # of a step of a lane
 
 
 def increments(Omega: Array, xi: Array) -> tuple[Array, Array]:
@@ -44,7 +43,7 @@ def exact_peaks(omega: Array, xi: Array, load: Record) -> Array:
 
     The last is the absolute acceleration where the load is that of a moving ground.
     """
-    from substep_kernels.linear_march_2_01y import march_2  # noqa: PLC0415 (numba on first use)
+    from substep_kernels.linear_march_2_01y import WIDTH, march_2  # noqa: PLC0415 (numba on first use)
 
     h, n, P = load.dt, len(load.samples) - 1, len(omega)
     D, B = increments(omega * h, xi)
@@ -59,5 +58,5 @@ def exact_peaks(omega: Array, xi: Array, load: Record) -> Array:
             C, x, samples[:-1], samples[1:], np.empty((2, 0, 1)), 0, n, n, np.empty((0, 3, P)), peak, first, last
         )  # fmt: skip
 
-    spread(part, P, BLOCK, worth=P * n > WORTH_THREADS)
+    spread(part, P, WIDTH, nanoseconds=P * n * NANOSECONDS)
     return peak

@@ -1,6 +1,6 @@
 """Many runs of one scheme on one scene at once: lanes of the pair's kernel, spread over threads."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from types import ModuleType
@@ -74,7 +74,7 @@ def march_lanes(
     """
     module = pair_module(scene, scheme)
     P, steps = len(dt), int(n.max(initial=0))
-    u, v, a = (np.full((P, len(scene.u0)), x) for x in start or (scene.u0, scene.v0, scene.a0))
+    u, v, a = (np.full((P, scene.u0.shape[-1]), x) for x in start or (scene.u0, scene.v0, scene.a0))
     scalars = {"h": dt, "tolerance": TOLERANCE * scene.length, "bound": bound, **scene.parameters, **scheme.parameters}
     arrays: dict[str, Any] = {
         **{name: np.full(P, x, dtype=np.float64) for name, x in scalars.items()},
@@ -88,10 +88,10 @@ def march_lanes(
     if history:
         arrays["out"][:, 0] = np.stack([u, v, a], axis=1)[:, : len(module.REPORTED)]
     if scene.entry["sampled"]:
-        values_of_scheme = [float(x) for x in scheme.parameters.values()]
-        instants = np.arange(steps)[:, None] + np.array(module.stencil(*values_of_scheme))
-        arrays["forces"] = scene.forces(instants * dt[:, None, None])
-        arrays["start_forces"] = scene.forces(np.array(module.start_stencil(*values_of_scheme)) * dt[:, None])
+        values = [np.broadcast_to(x, P) for x in scheme.parameters.values()]
+        stencil, at_start = (_columns(f(*values), P) for f in (module.stencil, module.start_stencil))
+        arrays["forces"] = scene.forces((np.arange(steps)[:, None] + stencil[:, None]) * dt[:, None, None])
+        arrays["start_forces"] = scene.forces(at_start * dt[:, None])
     head = None
     if module.START_ARGUMENTS:
         module.start(*(arrays[name] for name in module.START_ARGUMENTS))
@@ -105,6 +105,11 @@ def march_lanes(
             arrays[name][early] = getattr(head, name)[early]
         peak = np.maximum(peak, head.peak)
     return Lanes(peak=peak, **{name: arrays[name] for name in ("out", "state", "iterations", "n_done", "status")})
+
+
+def _columns(numbers: Sequence[Any], P: int) -> Array:
+    """(P, K) of K numbers or arrays (P,)."""
+    return np.array([np.full(P, x) for x in numbers]).reshape(len(numbers), P).T
 
 
 def _head(scene: Scene, scheme: Scheme, module: ModuleType, arrays: dict[str, Any], start: tuple[Array, ...]) -> Lanes:

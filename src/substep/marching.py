@@ -1,13 +1,13 @@
 """March a scene with a scheme."""
 
 import math
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from .errors import real_number
 from .lanes import march_lanes
-from .linear import Oscillators, march_linear
+from .linear import LinearLanes, Oscillators, march_linear
 from .loads import Record
 from .response import STATUSES, Response, Status
 from .scenes import Scene
@@ -41,7 +41,9 @@ def march(
     dt = real_number("dt", dt, positive=True)
     n = number_of_steps(dt, real_number("t_end", t_end, positive=True))
     if arrays := [name for name, value in scheme.parameters.items() if value.ndim]:
-        raise ValueError(f"expected one value for {arrays[0]} of {scheme.name}, got an array; march once for each")
+        raise ValueError(
+            f"expected one value for {arrays[0]} of {scheme.name}, got an array; substep.sweep takes arrays"
+        )
     if stride < 1:
         raise ValueError(f"expected stride >= 1, got {stride}")
     bound = math.inf if energy_bound is None else real_number("energy_bound", energy_bound)
@@ -64,23 +66,47 @@ def _response(
 
 
 def _oscillator_response(scene: Scene, scheme: Scheme, dt: float, n: int, bound: float, stride: int) -> Response:
-    """The linear march; every step if a bound has to be watched."""
-    omega, xi, mass = scene.entry["oscillator"](**scene.parameters)
-    one = np.ones(1)
-    o = Oscillators(omega * one, xi * one, dt * one, np.stack([scene.u0, scene.v0, scene.a0]))
+    lanes = march_oscillators(scene, scheme, dt, n, 1, bound=bound, stride=stride)
+    n_done = int(lanes.n_done[0])
+    iterations = np.broadcast_to(np.int64(0), (n_done, scheme.balances))
+    rows = lanes.out[: n_done // stride + 1]
+    return _response(scene, dt, stride, rows, n_done, STATUSES[lanes.status[0]], iterations)
+
+
+def march_oscillators(
+    scene: Scene,
+    scheme: Scheme,
+    dt: float,
+    n: int,
+    P: int,
+    *,
+    bound: float = math.inf,
+    stride: int = 1,
+    keep: Literal["history", "peak"] = "history",
+) -> LinearLanes:
+    """P runs of n steps of a linear oscillator's scene; parameters of scene and scheme may be arrays (P,).
+
+    The mass has to be the same in all where there is a load. bound: a lane ends before the first state whose energy
+    exceeds it, in J, for which every step's state is looked at.
+    """
+    omega, xi, mass = (np.full(P, x) for x in scene.entry["oscillator"](**scene.parameters))
+    start = np.stack([np.full((P, 1), x)[:, 0] for x in (scene.u0, scene.v0, scene.a0)])
+    o = Oscillators(omega, xi, np.full(P, dt), start)
 
     def checked(t: Array) -> Array:
-        return scene.forces(t) / mass
+        return scene.forces(t) / mass[0]
 
-    load = scene.load if scene.load is None or (mass == 1.0 and isinstance(scene.load, Record)) else checked
-    every = stride if bound == math.inf else 1
-    lanes = march_linear(scheme, o, n, load, stride=every)
-    n_done, status = int(lanes.n_done[0]), STATUSES[lanes.status[0]]
-    rows = lanes.out[: n_done // every + 1]
-    if bound < math.inf:
-        beyond = scene.energy(np.arange(n_done + 1) * dt, rows[:, 0], rows[:, 1]) > bound
-        if beyond.any():
-            status, n_done = "energy_bound", max(int(np.argmax(beyond)) - 1, 0)
-        rows = rows[: n_done + 1 : stride]
-    iterations = np.broadcast_to(np.int64(0), (n_done, scheme.balances))
-    return _response(scene, dt, stride, rows, n_done, status, iterations)
+    load = scene.load if scene.load is None or (mass[0] == 1.0 and isinstance(scene.load, Record)) else checked
+    if bound == math.inf:
+        return march_linear(scheme, o, n, load, stride=stride, keep=keep)
+    lanes = march_linear(scheme, o, n, load)
+    u, v = (lanes.out[:, kind].T[..., None] for kind in (0, 1))
+    beyond = scene.energy(np.arange(n + 1) * dt, u, v) > bound  # False after n_done, where it is NaN
+    ended = beyond.any(axis=1)
+    n_done = np.where(ended, np.maximum(np.argmax(beyond, axis=1) - 1, 0), lanes.n_done)
+    status = np.where(ended, STATUSES.index("energy_bound"), lanes.status)
+    for j in np.flatnonzero(ended):
+        lanes.out[n_done[j] + 1 :, :, j] = np.nan
+    if keep == "peak":
+        return LinearLanes(lanes.out[:0], np.nanmax(np.abs(lanes.out), axis=0), n_done, status)
+    return LinearLanes(lanes.out[::stride], lanes.peak, n_done, status)

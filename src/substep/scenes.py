@@ -1,7 +1,7 @@
 """Scenes: what is marched. Each is declared from its energies; parameters are checked once, here."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from importlib import import_module
 from types import MappingProxyType, ModuleType
 from typing import TYPE_CHECKING, Any
@@ -25,16 +25,18 @@ _VARIANTS = {"strain": {"green_lagrange": "elastic_pendulum", "engineering": "el
 class Scene:
     """A benchmark problem with its parameters; make one with `substep.scene`.
 
-    u0, v0, a0 (d,): displacement, velocity and acceleration at t = 0, in the units of the coordinates, s.
+    u0, v0, a0 (d,): displacement, velocity and acceleration at t = 0, in the units of the coordinates, s. A sweep
+    has many in one, P lanes: some parameters are (P,), u0, v0, a0 (P, d), and u, v in what follows (P, ..., d).
     """
 
     name: str
-    parameters: Mapping[str, float]
+    parameters: Mapping[str, Any]  # numbers
     u0: Array
     v0: Array
     a0: Array
     load: Load | None
     entry: Mapping[str, Any] = field(repr=False, compare=False)  # of the index, see substep_kernels.scenes
+    a0_asked: ArrayLike | str | None = field(default=None, repr=False, compare=False)  # for other parameters
 
     @property
     def coordinates(self) -> tuple[tuple[str, str], ...]:
@@ -93,8 +95,10 @@ class Scene:
 
     def _evaluate(self, function: str, t: Array, u: Array, v: Array) -> Array:
         given = [self.forces(t)] if self.entry["sampled"] else []
+        inner = (1,) * (np.ndim(u) - 2)  # axes between a lane's and the coordinates'
+        values = (x.reshape(-1, *inner) if np.ndim(x) else x for x in self.parameters.values())
         with np.errstate(all="ignore"):
-            return getattr(self.module, function)(*self.parameters.values(), t, u, v, *given)
+            return getattr(self.module, function)(*values, t, u, v, *given)
 
 
 def scenes() -> tuple[str, ...]:
@@ -112,6 +116,12 @@ def scene(
     a function of time in s, for scenes that take one. elastic_pendulum also takes strain = "green_lagrange"
     or "engineering". Raises ValueError for unknown names, missing parameters and bad values.
     """
+    name, entry = scene_entry(name, parameters)
+    return make_scene(name, entry, checked_parameters(name, entry, parameters, real_number), a0, load)
+
+
+def scene_entry(name: "str | SceneDeclaration", parameters: dict[str, Any]) -> tuple[str, Mapping[str, Any]]:
+    """A scene's own name and entry of the index; takes the strain measure, which decides it, off the parameters."""
     if isinstance(name, str):
         if name not in SCENES:
             raise unknown_name("a scene", name, scenes())
@@ -120,11 +130,16 @@ def scene(
             if measure not in _VARIANTS["strain"]:
                 raise unknown_name("a strain measure", str(measure), _VARIANTS["strain"])
             name = _VARIANTS["strain"][measure]
-        entry = SCENES[name]
-    else:
-        from .build import own_scene_entry  # noqa: PLC0415 (the one door to SymPy)
+        return name, SCENES[name]
+    from .build import own_scene_entry  # noqa: PLC0415 (the one door to SymPy)
 
-        name, entry = own_scene_entry(name)
+    return own_scene_entry(name)
+
+
+def checked_parameters(
+    name: str, entry: Mapping[str, Any], parameters: Mapping[str, Any], number: Callable[[str, Any], ArrayLike]
+) -> dict[str, Any]:
+    """All parameters, defaults filled in, as numbers or, where number lets them pass, arrays."""
     declared = {key: rest for key, *rest in entry["parameters"]}
     for key in parameters:
         if key not in declared:
@@ -132,12 +147,20 @@ def scene(
             raise unknown_name(
                 f"a parameter of {name}", key, [*declared, *more, "a0", *(["load"] if entry["sampled"] else [])]
             )
-    values: dict[str, float] = {}
+    values: dict[str, Any] = {}
     for key, (*domain, default) in declared.items():
         if key not in parameters and default is None:
             raise ValueError(f"expected a value for {key} of {name}, got none; add {key}=...")
         what = f"parameter {key} of {name}"
-        values[key] = float(inside(what, real_number(what, parameters.get(key, default)), *domain))
+        value = inside(what, number(what, parameters.get(key, default)), *domain)
+        values[key] = value if value.ndim else float(value)
+    return values
+
+
+def make_scene(
+    name: str, entry: Mapping[str, Any], values: Mapping[str, Any], a0: ArrayLike | str | None, load: Load | None
+) -> Scene:
+    """A scene of checked parameters, numbers or (P,)."""
     if load is not None and not entry["sampled"]:
         raise ValueError(f"expected no load for {name}, got one; its load is part of its declaration")
     if load is not None and not callable(load):
@@ -145,20 +168,26 @@ def scene(
             f"expected load to be None or a function of time such as ss.Harmonic, got {type(load).__name__}; "
             "wrap samples as ss.Record(dt, values)"
         )
-    u0, v0, given = (None if x is None else np.array(x, dtype=np.float64) for x in entry["start"](**values))
+    lanes = np.broadcast_shapes(*(np.shape(x) for x in values.values()))
+    u0, v0, given = (
+        None if x is None else np.stack([np.full(lanes, q, dtype=np.float64) for q in x], axis=-1)
+        for x in entry["start"](**values)
+    )
     assert u0 is not None
     assert v0 is not None
-    draft = Scene(name, MappingProxyType(values), u0, v0, u0, load, entry)
+    draft = Scene(name, MappingProxyType(dict(values)), u0, v0, u0, load, entry, a0)
     wanted = a0 if a0 is not None else "consistent" if given is None else given
-    return Scene(name, draft.parameters, u0, v0, _acceleration(draft, wanted), load, entry)
+    return replace(draft, a0=_acceleration(draft, wanted))
 
 
 def _acceleration(scene: Scene, a0: ArrayLike | str) -> Array:
     if isinstance(a0, str):
         if a0 != "consistent":
             raise ValueError(f"expected a0 to be numbers or 'consistent', got '{a0}'")
-        return scene.acceleration(np.zeros(1), scene.u0[None], scene.v0[None])[0]
+        u, v = np.atleast_2d(scene.u0), np.atleast_2d(scene.v0)
+        return scene.acceleration(np.zeros(len(u)), u, v).reshape(scene.u0.shape)
     array = np.atleast_1d(real_array("a0", a0))
-    if array.shape != scene.u0.shape:
-        raise ValueError(f"expected a0 with {scene.u0.size} components for {scene.name}, got shape {array.shape}")
-    return array
+    if array.shape not in (scene.u0.shape, scene.u0.shape[-1:]):
+        components = scene.u0.shape[-1]
+        raise ValueError(f"expected a0 with {components} components for {scene.name}, got shape {array.shape}")
+    return np.broadcast_to(array, scene.u0.shape).copy()

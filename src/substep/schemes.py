@@ -43,14 +43,7 @@ def scheme(name: "str | Declaration", **parameters: ArrayLike) -> "Scheme":
     broadcast with Omega and xi. Raises ValueError for an unknown scheme or parameter, for one that a
     family also sets, and for a value that is not finite or lies outside the declared interval.
     """
-    if isinstance(name, str):
-        if name not in SCHEMES:
-            raise unknown_name("a scheme", name, SCHEMES)
-        entry = SCHEMES[name]
-    else:
-        from .build import own_entry  # noqa: PLC0415 (the one door to SymPy)
-
-        name, entry = own_entry(name)
+    name, entry = scheme_entry(name)
     declared = {parameter: rest for parameter, *rest in entry["parameters"]}
     families = entry["families"]
     given: dict[str, Array] = {}
@@ -70,7 +63,18 @@ def scheme(name: "str | Declaration", **parameters: ArrayLike) -> "Scheme":
     for key, (*domain, default) in declared.items():
         value = given[key] if key in given else default(*complete.values())
         complete[key] = _within(name, key, value, domain)
-    return Scheme(name, MappingProxyType(complete), entry)
+    return Scheme(name, MappingProxyType(complete), entry, MappingProxyType(given))
+
+
+def scheme_entry(name: "str | Declaration") -> tuple[str, Mapping[str, Any]]:
+    """A scheme's name and entry of the index. Raises ValueError for an unknown one."""
+    if isinstance(name, str):
+        if name not in SCHEMES:
+            raise unknown_name("a scheme", name, SCHEMES)
+        return name, SCHEMES[name]
+    from .build import own_entry  # noqa: PLC0415 (the one door to SymPy)
+
+    return own_entry(name)
 
 
 def _within(scheme: str, key: str, value: ArrayLike, domain: Sequence[Any]) -> Array:
@@ -97,6 +101,7 @@ class Scheme:
     name: str
     parameters: Mapping[str, Array]
     entry: Mapping[str, Any] = field(repr=False, compare=False)  # of the index, see substep_kernels.index
+    given: Mapping[str, Array] = field(default_factory=dict, repr=False, compare=False)  # the others took their default
 
     @property
     def state(self) -> tuple[str, ...]:
@@ -243,7 +248,8 @@ class Scheme:
 
     def lane(self, j: int) -> "Scheme":
         """The scheme with the parameters of lane j, where they are arrays (P,)."""
-        return replace(self, parameters={k: x[j] if x.ndim else x for k, x in self.parameters.items()})
+        mine, given = ({k: x[j] if x.ndim else x for k, x in d.items()} for d in (self.parameters, self.given))
+        return replace(self, parameters=mine, given=given)
 
     @property
     def history(self) -> tuple[tuple[int, int], ...]:

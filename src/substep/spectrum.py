@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from .errors import non_negative, real_array, real_number
 from .exact_oscillator import exact_peaks
 from .filtered import filter_of, filter_peaks
-from .linear import BLOCK, Oscillators, march_linear
+from .linear import Oscillators, march_linear
 from .loads import Record
 from .records import read_record
 from .schemes import Array, Scheme
@@ -152,7 +152,7 @@ def _filtered(s: Scheme, omega: Array, xi: Array, load: Record) -> Array | None:
 def _marched(s: Scheme, omega: Array, xi: Array, load: Record) -> Array:
     """By histories of so many lanes at a time that they fit into memory."""
     n, peaks = len(load.samples) - 1, np.empty((3, len(omega)))
-    at_once = max(1, HISTORY // (3 * (n + 1)) // BLOCK) * BLOCK
+    at_once = max(1, HISTORY // (3 * (n + 1)))
     with np.errstate(over="ignore", invalid="ignore"):
         for first in range(0, len(omega), at_once):
             part = slice(first, first + at_once)

@@ -1,0 +1,128 @@
+"""Many runs in one call: the outer product of any parameters, with its results in one Dataset."""
+
+import math
+from collections.abc import Generator, Mapping, Sequence
+from contextlib import closing
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..loads import Load
+from ..scenes import Scene
+from ..schemes import Scheme
+from .cluster import run_on
+from .dataset import template, variables
+from .plan import Chunk, Keep, Plan, planned
+from .progress import shown
+from .running import Results, run
+from .store import Store
+
+if TYPE_CHECKING:
+    import xarray
+    from distributed import Client
+
+    from ..build import Declaration, SceneDeclaration
+
+
+def sweep(
+    scene: "Scene | str | SceneDeclaration",
+    scheme: "Scheme | str | Declaration",
+    *,
+    dt: ArrayLike,
+    t_end: float,
+    keep: Keep = "final",
+    samples: int | None = None,
+    energy_bound: float | None = None,
+    a0: ArrayLike | str | None = None,
+    load: Load | None = None,
+    save: str | Path | None = None,
+    client: "Client | None" = None,
+    progress: bool = True,
+    **axes: Any,
+) -> "xarray.Dataset":
+    """March every combination of the axes from t = 0 to t_end (s); one Dataset with a dimension for each.
+
+    scene, scheme: a name or declaration, or a handle, which stands for the parameters that it was given. The axes
+    override these; those that were not given take their default, which follows what is swept. dt: the step in s, a
+    number or an axis, which is the first.
+
+    axes: any parameter of scheme, scene or load (but Record), a family's argument included, by name: a row of values
+    is a dimension, in call order, a number is no dimension. A name that two of them have takes a prefix, as in
+    scheme_gamma, scene_omega, load_omega; so may any. a0 and load, and strain of elastic_pendulum, as in
+    `substep.scene`, where the scene is not a handle.
+
+    keep: "final", u, v, a and energy at t_end; "peak", the largest |u|, |v|, |a| of each coordinate, the start's
+    included, as peak_u, peak_v, peak_a, and of a scene that is not a linear oscillator peak_energy; "history", every
+    step, or samples=N for N equal intervals, which several dt need and which every number of steps has to be a
+    multiple of. energy_bound: as in `substep.march`, in J.
+
+    The Dataset has beside them status (see its flag_meanings; -1 of what was not run), n_done (steps completed),
+    newton_iterations (mean a step, of each balance, 0 where it is linear) and newton_most. What a run that failed did
+    not reach is NaN: all of "final"; peaks are of the steps completed. attrs hold what all points share.
+
+    save: a folder for a Zarr store, which is written chunk by chunk and read from when the Dataset is used; the same
+    call again goes on where it was stopped, even by a kill. client: a dask.distributed client, whose workers take the
+    chunks. progress: a bar on the terminal once it has taken a second. Ctrl-C returns what is done, with
+    attrs["interrupted"] = 1.
+
+    Raises ValueError, before anything is run, for names and values that do not fit, for t_end that is not a multiple of
+    every dt, and for a save that holds another sweep. If running raises, the exception's `dataset` is what was done.
+    """
+    plan = planned(scene, scheme, dt, t_end, keep, samples, energy_bound, a0, load, axes)
+    of, shell, piece = variables(plan), template(plan), plan.piece(client is not None)
+    store = None if save is None else Store(Path(save), plan, shell, of, piece)
+    chunks = plan.chunks(piece if store is None else store.piece)
+    todo = chunks if store is None else [chunk for chunk in chunks if not store.is_done(chunk)]
+    names = tuple(axis.name for axis in plan.axes)
+    targets = (
+        {name: np.full((*plan.shape, *v.sizes), v.fill) for name, v in of.items()} if store is None else store.targets
+    )
+
+    def result(interrupted: bool) -> "xarray.Dataset":
+        if store is not None:
+            store.mark(interrupted)
+            return store.read()
+        whole = shell.assign({name: ((*names, *v.dims), targets[name], v.attrs) for name, v in of.items()})
+        return whole.assign_attrs(interrupted=int(interrupted))
+
+    blocks = _here(plan, todo) if client is None else run_on(client, plan, todo)
+    try:
+        left = sum(chunk.last - chunk.first for chunk in todo)
+        _fill(targets, {name: v.fill for name, v in of.items()}, blocks, left, math.prod(plan.shape), progress)
+    except KeyboardInterrupt:
+        return result(interrupted=True)
+    except Exception as error:
+        error.dataset = result(interrupted=True)  # type: ignore[attr-defined]
+        error.add_note("what the sweep had done before is in the attribute `dataset` of this exception")
+        raise
+    return result(interrupted=False)
+
+
+Blocks = Generator[tuple[Chunk, Results]]
+
+
+def _here(plan: Plan, chunks: Sequence[Chunk]) -> Blocks:
+    for chunk in chunks:
+        yield chunk, run(plan, chunk.first, chunk.last)
+
+
+def _fill(
+    targets: Mapping[str, Any], fills: Mapping[str, Any], blocks: Blocks, left: int, total: int, show: bool
+) -> None:
+    """Results into their place, the status last; what was half written is taken back."""
+    with shown(total, total - left, show) as advance, closing(blocks):
+        for chunk, results in blocks:
+            shape = tuple(s.stop - s.start for s in chunk.where)
+            try:
+                for name in fills:
+                    targets[name][chunk.where] = results[name].reshape((*shape, *results[name].shape[1:]))
+            except BaseException:
+                for name, fill in reversed(fills.items()):
+                    targets[name][chunk.where] = fill
+                raise
+            left -= chunk.last - chunk.first
+            advance(chunk.last - chunk.first)
+    if left:
+        raise RuntimeError(f"expected results of every run, {left} did not come; please report this")

@@ -1,0 +1,34 @@
+"""Chunks on the workers of a dask.distributed cluster, which runs those of a worker that dies again."""
+
+from collections.abc import Generator, Sequence
+from itertools import islice
+from typing import Any
+
+from .plan import Chunk, Plan
+from .running import Results, run_on_one_core
+
+AHEAD = 4  # chunks a worker's thread has waiting, so that results do not pile up
+
+
+def run_on(client: Any, plan: Plan, chunks: Sequence[Chunk]) -> Generator[tuple[Chunk, Results]]:
+    """Each chunk with its results, as they arrive. Raises ValueError for a client that is none."""
+    from distributed import Client, as_completed  # noqa: PLC0415 (the optional extra [scale])
+
+    if not isinstance(client, Client) or client.asynchronous:
+        raise ValueError(f"expected client to be a synchronous dask.distributed.Client, got {client!r}")
+    waiting, ahead = iter(chunks), AHEAD * max(1, sum(client.nthreads().values()))
+    running: dict[str, tuple[Any, Chunk]] = {}
+
+    def submit(some: list[Chunk]) -> list[Any]:
+        # map, not submit: it sends the plan, which may hold a long record, once
+        futures = client.map(run_on_one_core, [(c.first, c.last) for c in some], plan=plan, pure=False)
+        running.update({future.key: (future, c) for future, c in zip(futures, some, strict=True)})
+        return futures
+
+    try:
+        arriving = as_completed(submit(list(islice(waiting, ahead))), with_results=True)
+        for future, results in arriving:
+            yield running.pop(future.key)[1], results
+            arriving.update(submit(list(islice(waiting, 1))))
+    finally:
+        client.cancel([future for future, _ in running.values()])

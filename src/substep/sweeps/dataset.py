@@ -1,0 +1,151 @@
+"""The Dataset of a sweep: its variables, coordinates and attributes, before anything is run."""
+
+import re
+from dataclasses import fields, is_dataclass
+from pathlib import Path
+from types import ModuleType
+from typing import TYPE_CHECKING, Any, NamedTuple, get_args
+
+import numpy as np
+
+from ..loads import Load, Record
+from ..response import Status
+from .plan import Axis, Plan
+
+if TYPE_CHECKING:
+    import xarray
+
+NOT_RUN = -1
+STATUSES = {
+    "flag_values": [NOT_RUN, *range(len(get_args(Status)))],
+    "flag_meanings": " ".join(("not_run", *get_args(Status))),
+}
+WORDS = {"u": "displacement", "v": "velocity", "a": "acceleration", "energy": "kinetic energy and potential"}
+INSTANTS = 4097  # at which a load of the user's own is looked at, to tell it from another
+
+
+class Variable(NamedTuple):
+    """Of a Dataset: dimensions beyond the axes with their sizes, what stands where nothing was run, attributes."""
+
+    dims: tuple[str, ...]
+    sizes: tuple[int, ...]
+    fill: Any  # its dtype is the variable's
+    attrs: dict[str, Any]
+
+
+def variables(plan: Plan) -> dict[str, Variable]:
+    """What the sweep gives at each point, status last."""
+    units = {unit for _, unit in plan.scene_of_one.coordinates}
+    unit = units.pop() if len(units) == 1 else "of the coordinate"
+    of = {"u": unit, "v": f"{unit}/s", "a": f"{unit}/s^2", "energy": "J"}
+    coordinate, balance = ("coordinate", len(plan.scene_of_one.coordinates)), ("balance", plan.scheme_of_all.balances)
+    found: dict[str, Variable] = {}
+
+    def add(name: str, fill: Any, *dims: tuple[str, int], **attrs: Any) -> None:
+        found[name] = Variable(tuple(d for d, _ in dims), tuple(n for _, n in dims), fill, attrs)
+
+    for name, meant in WORDS.items():
+        dims = [("t", plan.rows)] if plan.keep == "history" else []
+        dims += [coordinate] if name != "energy" else []
+        peak = plan.keep == "peak"
+        if peak and name == "energy" and plan.oscillator:
+            continue
+        largest = "largest" if name == "energy" else "largest modulus of"
+        words = {"final": f"{meant} at t_end", "peak": f"{largest} {meant}", "history": meant}[plan.keep]
+        add(f"peak_{name}" if peak else name, np.float64(np.nan), *dims, units=of[name], long_name=words)
+    add(
+        "newton_iterations",
+        np.float64(np.nan),
+        balance,
+        units="1",
+        long_name="Newton's iterations, mean of the steps done",
+    )
+    add("newton_most", np.int64(0), balance, units="1", long_name="Newton's iterations, most of any step")
+    add("n_done", np.int64(0), units="1", long_name="steps completed")
+    add("status", np.int8(NOT_RUN), long_name="how the run ended", **STATUSES)
+    return found
+
+
+def template(plan: Plan) -> "xarray.Dataset":
+    """Coordinates and attributes, without variables."""
+    import xarray  # noqa: PLC0415 (on first use)
+
+    coordinates: dict[str, Any] = {axis.name: (axis.name, axis.values, _attributes(plan, axis)) for axis in plan.axes}
+    if plan.keep == "history":
+        t = np.arange(plan.rows) * (plan.t_end / (plan.rows - 1) if plan.samples else plan.given["step"]["dt"])
+        coordinates["t"] = ("t", t, {"units": "s", "long_name": "time"})
+    names = np.array([name for name, _ in plan.scene_of_one.coordinates], dtype=object)
+    coordinates["coordinate"] = ("coordinate", names, {"long_name": f"coordinate of {plan.scene_of_one.name}"})
+    balances = np.arange(1, plan.scheme_of_all.balances + 1)
+    coordinates["balance"] = ("balance", balances, {"long_name": f"balance of {plan.scheme_of_all.name}"})
+    return xarray.Dataset(coords=coordinates, attrs=description(plan))
+
+
+def _attributes(plan: Plan, axis: Axis) -> dict[str, Any]:
+    if axis.owner == "step":
+        return {"units": "s", "long_name": "step"}
+    whose = {"scheme": plan.scheme_of_all.name, "scene": plan.scene_of_one.name, "load": f"the load {_name(plan.load)}"}
+    return {"long_name": f"{axis.key} of {whose[axis.owner]}"}
+
+
+def description(plan: Plan) -> dict[str, Any]:
+    """Everything that is the same in all points, as a file's attributes can hold it."""
+    scene, scheme = plan.scene_of_one, plan.scheme_of_all
+    swept = {(axis.owner, axis.key) for axis in plan.axes}
+    said: dict[str, Any] = {"scene": scene.name, "scheme": scheme.name}
+    said |= {f"scene_{k}": x for k, x in scene.parameters.items() if ("scene", k) not in swept}
+    said |= {f"scheme_{k}": float(x) for k, x in scheme.parameters.items() if not x.ndim}
+    if plan.a0 is not None:
+        said["scene_a0"] = plan.a0 if isinstance(plan.a0, str) else np.atleast_1d(plan.a0).astype(float).tolist()
+    if plan.load is not None:
+        said |= {"load": _name(plan.load)} | {
+            f"load_{k}": x for k, x in _told(plan.load, plan.t_end).items() if ("load", k) not in swept
+        }
+    said |= dict(plan.given["step"]) | {"t_end": plan.t_end, "keep": plan.keep}
+    said |= {} if plan.samples is None else {"samples": plan.samples}
+    said |= {} if np.isinf(plan.bound) else {"energy_bound": plan.bound}
+    declarations = "".join(map(_declared, (scheme.kernels, scene.module)))
+    return {
+        **said,
+        "declarations": _digest(declarations.encode()),
+        "substep_version": _version(),
+        "interrupted": 0,
+    }
+
+
+def _name(load: Load | None) -> str:
+    return getattr(load, "__qualname__", type(load).__qualname__)
+
+
+def _told(load: Load, t_end: float) -> dict[str, Any]:
+    """A load's numbers, a digest where there are many or they cannot be known."""
+    if isinstance(load, Record):
+        return {"dt": float(load.dt), "samples_sha256": _digest(load.samples.tobytes())}
+    if is_dataclass(load):
+        values = {f.name: getattr(load, f.name) for f in fields(load) if f.init}
+        if all(isinstance(x, int | float | str) for x in values.values()):
+            return values
+    at = np.asarray(load(np.linspace(0.0, t_end, INSTANTS)), dtype=np.float64)
+    return {"samples_sha256": _digest(at.tobytes())}
+
+
+def _declared(module: ModuleType) -> str:
+    """The digest of the declaration that a generated module was printed from."""
+    text = Path(module.__file__ or "").read_text(encoding="utf-8")
+    found = re.search(r"Declaration digest: (\w+)", text)
+    return found[1] if found else text
+
+
+def _digest(data: bytes) -> str:
+    import hashlib  # noqa: PLC0415 (on first use)
+
+    return hashlib.sha256(data).hexdigest()
+
+
+def _version() -> str:
+    from importlib.metadata import PackageNotFoundError, version  # noqa: PLC0415 (on first use)
+
+    try:
+        return version("substep")
+    except PackageNotFoundError:
+        return "unknown"

@@ -1,0 +1,328 @@
+"""What a sweep runs: axes by name, points in the order of their outer product, chunks of them."""
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, fields, is_dataclass, replace
+from functools import cached_property
+from itertools import product
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import inside, real_array, real_number, unknown_name
+from ..loads import Load, Record
+from ..marching import number_of_steps
+from ..scenes import Scene, checked_parameters, make_scene, scene_entry
+from ..schemes import Array, Scheme, scheme_entry
+from ..schemes import scheme as make_scheme
+
+if TYPE_CHECKING:
+    from ..build import Declaration, SceneDeclaration
+
+Keep = Literal["final", "peak", "history"]
+Owner = Literal["step", "scheme", "scene", "load"]
+MEMORY = 64e6  # bytes of a chunk while it is run
+LANE_STEPS = {True: 5e7, False: 4e6}  # of a chunk, linear or not: about 0.2 s of one core
+FOR_A_CLUSTER = 2e6  # at least: of a chunk sent to another process, so that sending does not show
+# names of the Dataset that an axis cannot have
+RESERVED = {"t", "coordinate", "balance", "u", "v", "a", "energy", "peak_u", "peak_v", "peak_a", "peak_energy"} | {
+    "status", "n_done", "newton_iterations", "newton_most"
+}  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Axis:
+    """A dimension: its name, whose parameter it is, that one's name, and the values (n,)."""
+
+    name: str
+    owner: Owner
+    key: str
+    values: Array
+
+
+class Chunk(NamedTuple):
+    """Points first to last in C order, and where they stand in the outer product."""
+
+    first: int
+    last: int
+    where: tuple[slice, ...]
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A checked sweep, as plain data: sent to workers, it says everything.
+
+    scene, scheme: name, or declaration of one's own. given: parameters that are the same in all points, by owner.
+    """
+
+    scene: "str | SceneDeclaration"
+    scheme: "str | Declaration"
+    given: Mapping[Owner, Mapping[str, Any]]
+    a0: ArrayLike | str | None
+    load: Load | None
+    axes: tuple[Axis, ...]
+    t_end: float
+    keep: Keep
+    samples: int | None
+    bound: float
+
+    @cached_property
+    def shape(self) -> tuple[int, ...]:
+        """How many values each axis has."""
+        return tuple(len(axis.values) for axis in self.axes)
+
+    @cached_property
+    def steps(self) -> tuple[int, ...]:
+        """How many steps a run takes, of each dt."""
+        swept = [axis.values for axis in self.axes if axis.owner == "step"]
+        return tuple(
+            number_of_steps(float(dt), self.t_end) for dt in (swept[0] if swept else [self.given["step"]["dt"]])
+        )
+
+    @cached_property
+    def scheme_of_all(self) -> Scheme:
+        """The scheme with parameters that broadcast over the axes: checks every combination."""
+        mine = [axis for axis in self.axes if axis.owner == "scheme"]
+        spread = (axis.values.reshape(-1, *(1,) * (len(mine) - 1 - k)) for k, axis in enumerate(mine))
+        return make_scheme(self.scheme, **self.given["scheme"], **{a.key: x for a, x in zip(mine, spread, strict=True)})
+
+    @cached_property
+    def scene_of_one(self) -> Scene:
+        """The scene at the first value of each axis, whatever it is for an axis without values."""
+        mine = {axis.key: axis.values for axis in self.axes if axis.owner == "scene"}
+        name, entry = scene_entry(self.scene, {})
+        values = checked_parameters(name, entry, {**self.given["scene"], **mine}, real_array)
+        ones = {key: float(x[0] if np.size(x) else np.nan) if np.ndim(x) else x for key, x in values.items()}
+        return make_scene(name, entry, ones, self.a0, self.load)
+
+    @property
+    def oscillator(self) -> bool:
+        """Whether the linear march runs it."""
+        return self.scene_of_one.entry["oscillator"] is not None
+
+    def stride(self, n: int) -> int:
+        """Of n steps, every which is a row of the history."""
+        return 1 if self.samples is None else n // self.samples
+
+    @property
+    def rows(self) -> int:
+        """Of a history."""
+        return 1 + (self.samples or max(self.steps, default=0))
+
+    def __getstate__(self) -> dict[str, Any]:
+        """The fields alone: what is cached holds functions, which do not pickle."""
+        return {f.name: getattr(self, f.name) for f in fields(self)}
+
+    def groups(self, points: NDArray[np.int64]) -> Iterator[tuple[NDArray[np.int64], Scene, Scheme, float]]:
+        """Places of the points that can be lanes of one march, with their scene, scheme and dt: step and load agree."""
+        at = dict(zip(self.axes, np.unravel_index(points, (1, *self.shape))[1:], strict=True))
+        common = [axis for axis in self.axes if axis.owner in ("step", "load")]
+        keys = [at[axis] for axis in common]
+        entry = self.scene_of_one.entry["oscillator"]
+        if entry is not None and self.load is not None:  # a load per unit mass
+            mass = np.full(len(points), entry(**self._values("scene", at, self.scene_of_one.parameters))[2])
+            keys.append(mass)
+        order = np.lexsort(keys) if keys else np.arange(len(points))
+        changes = [np.diff(key[order]) != 0 for key in keys]
+        for mine in np.split(order, np.flatnonzero(np.any(changes, axis=0)) + 1 if keys else []):
+            yield mine, *self._lanes({axis: index[mine] for axis, index in at.items()})
+
+    def _lanes(self, at: Mapping[Axis, NDArray[np.int64]]) -> tuple[Scene, Scheme, float]:
+        one = {
+            owner: {a.key: float(a.values[i[0]]) for a, i in at.items() if a.owner == owner}
+            for owner in get_args(Owner)
+        }
+        load = replace(self.load, **one["load"]) if one["load"] else self.load  # type: ignore[type-var]
+        name, entry = scene_entry(self.scene, {})
+        values = checked_parameters(name, entry, self._values("scene", at, self.given["scene"]), real_array)
+        scheme = make_scheme(self.scheme, **self._values("scheme", at, self.given["scheme"]))
+        return make_scene(name, entry, values, self.a0, load), scheme, {**self.given["step"], **one["step"]}["dt"]
+
+    def _values(self, owner: Owner, at: Mapping[Axis, NDArray[np.int64]], given: Mapping[str, Any]) -> dict[str, Any]:
+        return {**given, **{axis.key: axis.values[i] for axis, i in at.items() if axis.owner == owner}}
+
+    def piece(self, cluster: bool) -> tuple[int, ...]:
+        """Shape of a chunk: leading axes one by one, one axis in pieces, trailing axes whole."""
+        n = max(self.steps, default=1)
+        lanes = min(LANE_STEPS[self.oscillator] / n, MEMORY / self._bytes_of_a_lane(n))
+        lanes = max(1.0, lanes, FOR_A_CLUSTER / n if cluster else 0.0)
+        piece: list[int] = []
+        for size in (max(size, 1) for size in reversed(self.shape)):
+            here = max(1, min(size, int(lanes)))
+            piece.append(-(-size // -(-size // here)))  # pieces of like size
+            lanes = lanes / size if here == size else 0.0
+        return tuple(reversed(piece))
+
+    def _bytes_of_a_lane(self, n: int) -> float:
+        """What a run takes, with one copy of its rows for what is worked out from them."""
+        d, scheme = len(self.scene_of_one.coordinates), self.scheme_of_all
+        whole = self.bound < math.inf or (self.keep == "peak" and not self.oscillator)
+        rows = n + 1 if whole else {"final": 2, "peak": 0, "history": self.rows}[self.keep]
+        counts = 0 if self.oscillator else n * scheme.balances
+        own_load = any(axis.owner == "scheme" for axis in self.axes) or not self.oscillator
+        loads = 2 * n * scheme.entry["loads"] if self.load is not None and own_load else 0
+        return 8.0 * (rows * (6 * d + 2) + counts + loads + 50)
+
+    def chunks(self, piece: tuple[int, ...]) -> list[Chunk]:
+        """All, in C order."""
+        if not math.prod(self.shape):
+            return []
+        chunks: list[Chunk] = []
+        for corner in product(*(range(0, size, step) for size, step in zip(self.shape, piece, strict=True))):
+            where = tuple(slice(i, min(i + p, n)) for i, p, n in zip(corner, piece, self.shape, strict=True))
+            first = int(np.ravel_multi_index((0, *corner), (1, *self.shape)))
+            chunks.append(Chunk(first, first + math.prod(s.stop - s.start for s in where), where))
+        return chunks
+
+
+def planned(
+    scene: "Scene | str | SceneDeclaration", scheme: "Scheme | str | Declaration", dt: ArrayLike, t_end: float,
+    keep: Keep, samples: int | None, energy_bound: float | None, a0: ArrayLike | str | None, load: Load | None,
+    values: dict[str, Any],
+) -> Plan:  # fmt: skip
+    """The checked plan of the arguments of `sweep`. Raises ValueError before anything is run."""
+    given: dict[Owner, dict[str, Any]] = {"step": {}, "scheme": {}, "scene": {}, "load": {}}
+    handles: dict[Owner, dict[str, Any]] = {"scheme": {}, "scene": {}}
+    if isinstance(scene, Scene):
+        if a0 is not None or load is not None:
+            raise ValueError(
+                f"expected {'a0' if a0 is not None else 'load'} in the scene's handle; give it to ss.scene"
+            )
+        a0, load, handles["scene"] = scene.a0_asked, scene.load, dict(scene.parameters)
+        _check_scene(scene)
+        source_of_scene = scene.entry.get("declaration", scene.name)
+    else:
+        strain = {"strain": values.pop("strain")} if scene == "elastic_pendulum" and "strain" in values else {}
+        name, _ = scene_entry(scene, strain)
+        source_of_scene = name if isinstance(scene, str) else scene
+    if isinstance(scheme, Scheme):
+        if arrays := [name for name, value in scheme.parameters.items() if value.ndim]:
+            raise ValueError(f"expected one value for {arrays[0]} of {scheme.name}, got an array; give it as an axis")
+        handles["scheme"] = {key: float(x) for key, x in scheme.given.items()}
+        _check_scheme(scheme)
+    source_of_scheme = scheme.entry.get("declaration", scheme.name) if isinstance(scheme, Scheme) else scheme
+    families = scheme_entry(source_of_scheme)[1]["families"]
+    axes: list[Axis] = []
+    for name, (owner, key), value in _resolved(source_of_scene, source_of_scheme, load, {"dt": dt, **values}):
+        for replaced in families[key][4] if owner == "scheme" and key in families else (key,):
+            handles.get(owner, {}).pop(replaced, None)
+        array = real_array(name, value)
+        if array.ndim > 1:
+            raise ValueError(
+                f"expected {name} to be a number or a row of them, got shape {array.shape}; give an axis each"
+            )
+        if array.ndim:
+            axes.append(Axis(name, owner, key, array.copy()))
+        else:
+            given[owner][key] = float(array)
+    if given["load"]:
+        load = replace(load, **given.pop("load"))  # type: ignore[type-var]
+    given |= {owner: {**mine, **given[owner]} for owner, mine in handles.items()}
+    if keep not in get_args(Keep):
+        raise unknown_name("keep", str(keep), get_args(Keep))
+    bound = math.inf if energy_bound is None else real_number("energy_bound", energy_bound)
+    t_end = real_number("t_end", t_end, positive=True)
+    samples = int(samples) if isinstance(samples, np.integer) else samples
+    plan = Plan(source_of_scene, source_of_scheme, given, a0, load, tuple(axes), t_end, keep, samples, bound)
+    _check(plan)
+    return plan
+
+
+def _check_scheme(scheme: Scheme) -> None:
+    """Of values that `scheme` did not make, as dataclasses.replace puts them in, the sweep would not know."""
+    again = make_scheme(scheme.entry.get("declaration", scheme.name), **scheme.given).parameters
+    for name, value in scheme.parameters.items():
+        if value != again[name]:
+            raise ValueError(
+                f"expected a scheme as ss.scheme makes it, {name} = {again[name]}, got {value}; make it anew"
+            )
+
+
+def _check_scene(scene: Scene) -> None:
+    """The same of a scene."""
+    again = make_scene(scene.name, scene.entry, scene.parameters, scene.a0_asked, scene.load)
+    for name in ("u0", "v0", "a0"):
+        mine, made = getattr(scene, name), getattr(again, name)
+        if not np.array_equal(mine, made, equal_nan=True):
+            raise ValueError(
+                f"expected a scene as ss.scene makes it, {name} = {made}, got {mine}; set parameters instead"
+            )
+
+
+def _resolved(
+    scene: Any, scheme: Any, load: Load | None, values: Mapping[str, Any]
+) -> Iterator[tuple[str, tuple[Owner, str], Any]]:
+    """(name, (owner, key), value) of each; a name that more than one have needs its prefix."""
+    scene_name, of_scene = scene_entry(scene, {})
+    scheme_name, of_scheme = scheme_entry(scheme)
+    own_load = is_dataclass(load) and not isinstance(load, (Record, type))
+    owned: dict[Owner, list[str]] = {
+        "scheme": [*(name for name, *_ in of_scheme["parameters"]), *of_scheme["families"]],
+        "scene": [name for name, *_ in of_scene["parameters"]],
+        "load": [f.name for f in fields(load) if f.init] if own_load else [],  # type: ignore[arg-type]
+    }
+    prefixed: dict[str, tuple[Owner, str]] = {
+        f"{owner}_{key}": (owner, key) for owner, keys in owned.items() for key in keys
+    }
+    seen: dict[tuple[Owner, str], str] = {}
+    found: tuple[Owner, str]
+    for name, value in values.items():
+        owners: list[Owner] = [owner for owner, keys in owned.items() if name in keys]
+        if name == "dt":
+            found = "step", "dt"
+        elif len(owners) > 1 or (owners and name in RESERVED):
+            choice = " or ".join(f"{owner}_{name}" for owner in owners)
+            whose = " and ".join(owners) if len(owners) > 1 else f"the {owners[0]} and the results"
+            raise ValueError(f"expected whose {name} is meant, which {whose} have; write {choice}")
+        elif owners:
+            found = owners[0], name
+        elif name in prefixed:
+            found = prefixed[name]
+        else:
+            known = [key for keys in owned.values() for key in keys]
+            raise unknown_name(
+                f"a parameter of {scheme_name}, {scene_name}, their load or the step", name, ["dt", *known]
+            )
+        if found in seen:
+            raise ValueError(f"expected {found[1]} of the {found[0]} once, got {seen[found]} and {name}; drop one")
+        seen[found] = name
+        yield name, found, value
+
+
+def _check(plan: Plan) -> None:
+    """Every value, before anything is run."""
+    for key, value in plan.given["step"].items():
+        real_number(key, value, positive=True)
+    for axis in plan.axes:
+        if axis.owner == "step":
+            inside(axis.name, axis.values, 0.0, None, True, True)
+        elif axis.owner == "load":
+            for value in axis.values:
+                replace(plan.load, **{axis.key: float(value)})  # type: ignore[type-var]
+    steps = plan.steps
+    plan.scheme_of_all  # noqa: B018 (made, and checked by it)
+    plan.scene_of_one  # noqa: B018
+    swept_dt = any(axis.owner == "step" for axis in plan.axes)
+    if plan.samples is None:
+        if swept_dt and plan.keep == "history":
+            raise ValueError(
+                "expected samples=N for histories of several dt, which share one grid of N intervals, got none; "
+                f"N has to divide the numbers of steps, so that {math.gcd(*steps)} is the finest"
+            )
+        return
+    if plan.keep != "history":
+        raise ValueError(f"expected samples with keep='history' only, got keep='{plan.keep}'; drop samples")
+    N = plan.samples
+    if not isinstance(N, int) or N < 1:
+        raise ValueError(f"expected samples to be a whole number of intervals >= 1, got {N!r}")
+    for n in steps:
+        if n % N:
+            common = math.gcd(*steps)
+            fit = [next(k for k in range(min(N, common), 0, -1) if common % k == 0)]
+            fit += [next(k for k in range(N, common + 1) if common % k == 0)] if common > N else []
+            near = [f"{plan.t_end / (k * N):.12g}" for k in (n // N + 1, n // N) if k]
+            raise ValueError(
+                f"expected samples = {N} to divide the number of steps, got {n} steps for dt = {plan.t_end / n:.12g}; "
+                f"take samples = {' or '.join(map(str, fit))}, or dt = {' or '.join(near)}"
+            )

@@ -1,0 +1,108 @@
+"""A sweep on disk: a Zarr store that is filled chunk by chunk and resumed where it was left.
+
+Zarr's local store writes a file beside its place and renames it, so that a chunk of a variable is there or not; the
+status is written last, and a chunk without -1 in it is done.
+"""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .dataset import NOT_RUN, Variable
+from .plan import Chunk, Plan
+
+if TYPE_CHECKING:
+    import xarray
+
+IGNORED = {"interrupted", "chunk"}  # attributes that may differ when a sweep is resumed
+
+
+class Store:
+    """The store at a path, made if it is not there. Raises ValueError for one of another sweep."""
+
+    def __init__(
+        self, path: Path, plan: Plan, template: "xarray.Dataset", variables: dict[str, Variable], piece: tuple[int, ...]
+    ) -> None:
+        import zarr  # noqa: PLC0415 (on first use)
+
+        self.path = path
+        if path.exists():
+            self._check(template)
+        else:
+            _create(path, plan, template, variables, piece)
+        self.group: zarr.Group = zarr.open_group(path, mode="r+")
+        self.piece = tuple(self.group.attrs["chunk"]) if plan.axes else ()  # type: ignore[arg-type]
+        self.targets: dict[str, Any] = {name: self.group[name] for name in variables}
+
+    def is_done(self, chunk: Chunk) -> bool:
+        """Whether all of the chunk was written."""
+        return bool((np.asarray(self.targets["status"][chunk.where]) != NOT_RUN).all())
+
+    def mark(self, interrupted: bool) -> None:
+        """Say whether something is left to do."""
+        self.group.attrs["interrupted"] = int(interrupted)
+
+    def read(self) -> "xarray.Dataset":
+        """What there is, read from disk when it is used."""
+        import xarray  # noqa: PLC0415 (on first use)
+
+        found = xarray.open_zarr(self.path, chunks=None, consolidated=False)
+        del found.attrs["chunk"]
+        return found[list(self.targets)]
+
+    def _check(self, template: "xarray.Dataset") -> None:
+        import xarray  # noqa: PLC0415 (on first use)
+
+        try:
+            found = xarray.open_zarr(self.path, chunks=None, consolidated=False)
+            theirs = {key: value for key, value in found.attrs.items() if key not in IGNORED}
+            _, axes_there = theirs["declarations"], found["status"].dims
+        except (OSError, KeyError, ValueError) as error:
+            raise ValueError(
+                f"expected a sweep or nothing at {self.path}, got something else; give another path"
+            ) from error
+        cure = "give save another path, or remove that one"
+        mine = {key: value for key, value in template.attrs.items() if key not in IGNORED}
+        for key in [*mine, *theirs]:
+            if key not in theirs or key not in mine or theirs[key] != mine[key]:
+                raise ValueError(
+                    f"expected the sweep that {self.path} holds, whose {key} is {theirs.get(key, 'not given')}, "
+                    f"got {mine.get(key, 'not given')}; {cure}"
+                )
+        axes = tuple(name for name in template.coords if name not in ("t", "coordinate", "balance"))
+        if axes != axes_there:
+            raise ValueError(f"expected axes {axes_there} as in {self.path}, got {axes}; {cure}")
+        for name in axes:
+            here, there = template[name].values, found[name].values
+            if len(here) != len(there):
+                raise ValueError(f"expected {len(there)} values of {name} as in {self.path}, got {len(here)}; {cure}")
+            for k in np.flatnonzero(here != there):
+                raise ValueError(f"expected {name}[{k}] = {there[k]} as in {self.path}, got {here[k]}; {cure}")
+
+
+def _create(
+    path: Path, plan: Plan, template: "xarray.Dataset", variables: dict[str, Variable], piece: tuple[int, ...]
+) -> None:
+    """Beside its place, then renamed: a store is there with all its variables or not at all."""
+    import tempfile  # noqa: PLC0415 (on first use)
+
+    import zarr  # noqa: PLC0415
+
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=path.parent, prefix=f"{path.name}.") as folder:
+        draft = Path(folder) / "store"
+        marked = template.assign_attrs(interrupted=1, chunk=list(piece))
+        marked.to_zarr(draft, consolidated=False, zarr_format=3)
+        group = zarr.open_group(draft, mode="r+")
+        for name, of in variables.items():
+            group.create_array(
+                name,
+                shape=(*plan.shape, *of.sizes),
+                chunks=(*piece, *(max(size, 1) for size in of.sizes)),
+                dtype=of.fill.dtype,
+                fill_value=of.fill,
+                dimension_names=(*(axis.name for axis in plan.axes), *of.dims),
+                attributes=of.attrs,
+            )
+        draft.rename(path)
