@@ -49,8 +49,7 @@ def write(folder: Path) -> Path:
     """
     tables = [_table(path) for path in sorted(folder.glob("*.csv"), key=_natural)]
     names = [table.file for table in tables]
-    pictures = [_picture(path, names) for path in sorted(folder.glob("*.png"), key=_natural)]
-    by_section = sorted(pictures, key=lambda picture: picture.section)
+    by_section = sorted(pictures(folder, names), key=lambda picture: picture.section)
     ledger = folder / "claims.json"
     environment = Environment(
         loader=PackageLoader("substep"),
@@ -68,6 +67,11 @@ def write(folder: Path) -> Path:
     path = folder / "index.html"
     path.write_text(environment.get_template("index.html").render(contents), encoding="utf-8")
     return path
+
+
+def pictures(folder: Path, files: Sequence[str] = ()) -> list[Picture]:
+    """All figures of the folder, with those of the CSV files that are theirs. Raises ValueError as `write`."""
+    return [_picture(path, files) for path in sorted(folder.glob("*.png"), key=_natural)]
 
 
 def _natural(path: Path) -> list[str]:

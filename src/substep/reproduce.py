@@ -121,6 +121,7 @@ def jobs(full: bool) -> tuple[Callable[[Path], object], ...]:
 def reproduce(folder: Path, step: Callable[[], object], *, full: bool = False) -> Results:
     """Everything into the folder; calls step() `steps(full)` times. full: the long runs and fine maps as well."""
     folder.mkdir(parents=True, exist_ok=True)
+    page.pictures(folder)  # one that the page refuses is told before the work, not after
     for number, split in enumerate(SPLITS, start=1):
         figure_4(number, split, folder)
         step()
