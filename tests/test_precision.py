@@ -215,6 +215,18 @@ def test_the_fastest_of_a_kind() -> None:
     assert turning.least(found, 1e6, "a", 1e-2, together=True) is None
 
 
+def test_where_solvers_overtake() -> None:
+    def point(kind: str, error: float, alone: float, together: float) -> turning.Point:
+        return turning.Point(1e4, kind, kind, 1, error, alone, together)
+
+    mine = [point("second order", e, 1e-3 / e**0.5, 1e-4 / e**0.5) for e in turning.ERRORS]
+    theirs = [point("general solver", e, 0.05, 0.05) for e in turning.ERRORS]
+    assert turning.overtaken([*mine, *theirs], 1e4, together=False) == pytest.approx(10**-3.5)  # 1e-3/sqrt(e) > 0.05
+    assert turning.overtaken([*mine, *theirs], 1e4, together=True) == pytest.approx(10**-5.5)
+    assert turning.overtaken(mine, 1e4, together=False) is None
+    assert turning.overtaken(theirs, 1e4, together=False) == pytest.approx(0.1)
+
+
 def test_turning_points_are_drawn(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(turning, "STIFFNESSES", (1e4,))
     monkeypatch.setattr(turning, "FINEST", 4)

@@ -57,8 +57,7 @@ CASES = (
     Case("flexible", "Flexible pendulum, EA = 10⁴ N, 10 s", lambda: scene("elastic_pendulum", EA=1e4), 10.0, 11),
     Case("stiff", "Stiff pendulum, EA = 10¹⁰ N, 10 s",
          lambda: scene("elastic_pendulum", EA=1e10, a0=(-19.6, 0.0)), 10.0, 14,
-         "measured against the rigid limit, since steps of use do not resolve the axial vibration; the dotted line is "
-         "how far that limit itself is off, and below it nothing is told", rigid_limit),
+         "measured against the rigid limit, since steps of use do not resolve the axial vibration", rigid_limit),
     Case("duffing", "Duffing, u'' + 100 u (1 + 10 u²) = 0, 10 periods",
          lambda: scene("duffing"), 10 * DUFFING_PERIOD, 11),
 )  # fmt: skip

@@ -18,6 +18,7 @@ from .measure import LONG, Run
 from .reference import Reference
 
 SECTION = "Speed against accuracy"
+KNOWN = 1e-14  # an error of the reference that does not show
 TOP = 1.0  # an error of everything there is: what lies beyond, or failed, is marked at this edge
 COSTS: Mapping[str, Callable[[Run], float]] = {
     "linear or Newton solves": lambda run: run.cost.solves,
@@ -129,7 +130,7 @@ def _costs(
                       markersize=4, markerfacecolor="none", label=name, zorder=2)  # fmt: skip
             axes.set(xscale="log", yscale="log", ylim=(low, 3))
             axes.grid(visible=True, linewidth=0.3, color="0.85")
-            if exact.error > 1e-14:
+            if exact.error > KNOWN:
                 axes.axhline(exact.error, color="0.3", linestyle=(0, (1, 2)), linewidth=1)
             for i, p in enumerate(sorted({order(name) for name in names}, reverse=True)):
                 slope_triangle(axes, p, low * 10 ** (1.4 + 1.4 * i))
@@ -140,7 +141,8 @@ def _costs(
         axes.set_xlabel(label)
     title = f"{case.title}: error against cost; open marks at the edge: failed, or an error above 100 %"
     absent = f"not installed: {', '.join(missing)}" if missing else ""
-    figure.suptitle("\n".join(line for line in (title, case.note, absent) if line), fontsize=11)
+    floor = f"dotted: how far {exact.source} itself is off, below which nothing is told" if exact.error > KNOWN else ""
+    figure.suptitle("\n".join(line for line in (title, case.note, floor, absent) if line), fontsize=11)
     said = f"{case.title}: the largest error of u, relative to its largest value, over three costs of a run"
     save(
         figure, folder / f"work_precision_{case.name}", SECTION,
@@ -148,7 +150,7 @@ def _costs(
         and tangent, and time with compilation apart. A row for each kind of scheme, at default parameters, the others
         in grey; a composite is compared at equal work, since its sub-steps count. Triangles have the derived orders,
         which hold with damping and load too (undamped, fox_goodwin is of order 4). Black: general solvers at falling
-        tolerances, in the quick form until a run takes {LONG:g} s. {case.note.capitalize()} {absent.capitalize()}""",
+        tolerances, in the quick form until a run takes {LONG:g} s. {_told(case.note, floor, absent)}""",
     )  # fmt: skip
 
 
@@ -159,6 +161,10 @@ def slope_triangle(axes: Axes, p: int, top: float) -> None:
     axes.plot([x, x * 10 ** (1 / p), x, x], [top, low, low, top], color="0.3", linewidth=0.8, scalex=False)
     text = axes.annotate(f"{p}", (x, top / 4), xytext=(-7, -3), textcoords="offset points", fontsize=8, color="0.3")
     text.set_in_layout(False)
+
+
+def _told(*remarks: str) -> str:
+    return " ".join(f"{remark[0].upper()}{remark[1:]}." for remark in remarks if remark)
 
 
 def _quantities(case: Case, exact: Reference, runs: Sequence[Run], folder: Path) -> None:
@@ -192,5 +198,5 @@ def _quantities(case: Case, exact: Reference, runs: Sequence[Run], folder: Path)
         f"""{case.title}: errors of displacement, velocity, acceleration and energy (its drift) at the end, the largest,
         and the root of the mean square on a grid of {len(exact.t) - 1} intervals, each relative to the largest value of
         the exact motion, over evaluations of force and tangent. Every scheme, coloured by its kind.
-        {case.note.capitalize()}""",
+        {_told(case.note)}""",
     )  # fmt: skip
