@@ -25,7 +25,7 @@ COSTS: Mapping[str, Callable[[Run], float]] = {
     "force and tangent evaluations": lambda run: run.cost.evaluations,
     "time (ms)": lambda run: 1e3 * run.seconds,
 }
-QUANTITIES = {"u": "displacement", "v": "velocity", "a": "acceleration", "energy": "energy"}
+SHOWN = {"u": "displacement", "v": "velocity", "a": "acceleration", "energy": "energy"}
 STATISTICS = {"final": "at the end", "maximum": "largest", "rms": "root mean square"}
 
 
@@ -150,7 +150,7 @@ def _costs(
         and tangent, and time with compilation apart. A row for each kind of scheme, at default parameters, the others
         in grey; a composite is compared at equal work, since its sub-steps count. Triangles have the derived orders,
         which hold with damping and load too (undamped, fox_goodwin is of order 4). Black: general solvers at falling
-        tolerances, in the quick form until a run takes {LONG:g} s. {_told(case.note, floor, absent)}""",
+        tolerances, until a run takes {LONG:g} s. {_told(case.note, floor, absent)}""",
     )  # fmt: skip
 
 
@@ -171,12 +171,12 @@ def _quantities(case: Case, exact: Reference, runs: Sequence[Run], folder: Path)
     """Errors of u, v, a and the energy, three ways each, over evaluations; colours tell the kind of scheme."""
     mine, groups = by_method(runs), kinds()
     figure = Figure(figsize=(14, 9.5), layout="constrained")
-    grid = figure.subplots(len(STATISTICS), len(QUANTITIES), sharex=True, sharey="col")
+    grid = figure.subplots(len(STATISTICS), len(SHOWN), sharex=True, sharey="col")
     label, cost = list(COSTS.items())[1]
-    for axes, title in zip(grid[0], QUANTITIES.values(), strict=True):
+    for axes, title in zip(grid[0], SHOWN.values(), strict=True):
         axes.set_title(title, fontsize=10)
     for row, (statistic, words) in zip(grid, STATISTICS.items(), strict=True):
-        for axes, quantity in zip(row, QUANTITIES, strict=True):
+        for axes, quantity in zip(row, SHOWN, strict=True):
 
             def error(run: Run, quantity: str = quantity, statistic: str = statistic) -> float:
                 return getattr(run.errors[quantity], statistic)

@@ -20,7 +20,7 @@ from .measure import measure, timed
 from .reference import Reference, reference
 
 STIFFNESSES = (1e4, 1e6, 1e8, 1e10)  # EA, N
-QUICK = ("central_difference", "noh_bathe", "average_acceleration", "newmark_bdf2", "bathe", "energy_momentum", "rk4")
+QUICK = ("noh_bathe", "average_acceleration", "newmark_bdf2", "energy_momentum", "rk4")  # one of each kind
 PEERS = ("scipy DOP853", "scipy LSODA", "numbalsoda dop853", "numbalsoda lsoda")  # those that win somewhere
 LANES = 480
 T_END, FINEST = 10.0, 12
