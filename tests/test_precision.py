@@ -295,6 +295,27 @@ def test_a_wish_beyond_reach_and_bad_wishes(monkeypatch: pytest.MonkeyPatch) -> 
         choose(KNOWN["duffing"], 0.0, t_end=1.0)
 
 
+@pytest.mark.usefixtures("uncompiled")
+def test_schemes_of_one_name_are_told_apart() -> None:
+    among = [ss.scheme("newmark_bdf2", gamma_t=x) for x in (0.9, 0.5)]
+    for order in (among, among[::-1]):
+        found = choose(KNOWN["duffing"], 3e-3, t_end=0.3, among=order)
+        assert found.best is not None
+        again = measure.measure(found.reference, found.best.scheme, found.best.run.steps, 0)
+        assert again.errors == found.best.run.errors
+        assert again.errors["u"].maximum == found.best.error
+        assert f"newmark_bdf2(gamma_t={found.best.scheme.parameters['gamma_t']}) on duffing" in found.text
+
+
+@pytest.mark.usefixtures("uncompiled")
+def test_among_takes_names_and_at_least_one() -> None:
+    found = choose(KNOWN["duffing"], 3e-2, t_end=0.1, among=["rk4"])
+    assert found.best is not None
+    assert found.best.method == "rk4"
+    with pytest.raises(ValueError, match="expected schemes to choose among, got none"):
+        choose(KNOWN["duffing"], 3e-2, t_end=0.1, among=[])
+
+
 def test_a_scene_of_ones_own() -> None:
     x, k = symbols("x k")
     mine = Declaration(
