@@ -70,6 +70,31 @@ def test_converged_reference_is_as_close_as_it_says(name: str, monkeypatch: pyte
         references.reference(scene, t_end, 10, 1e-14)
 
 
+def agrees(found: references.Reference, quantity: str, wished: float) -> None:
+    """The reference's quantity is within wished of DOP853's."""
+    u, v = integrated(found.scene, found.t)
+    should = {"u": u, "a": found.scene.acceleration(found.t, u, v)}[quantity]
+    off = np.abs({"u": found.u, "a": found.a}[quantity] - should).max()
+    assert off <= wished * np.abs(should).max()
+
+
+def test_reference_resolves_what_is_asked_for() -> None:
+    """Axial vibration is 1e-6 of u and most of a."""
+    stiff = ss.scene("elastic_pendulum", EA=1e7, strain="engineering")
+    agrees(references.reference(stiff, 0.2, SAMPLES, 1e-4, "a"), "a", 1e-4)
+
+
+def test_reference_is_not_deceived_by_vibration_that_coarse_steps_damp() -> None:
+    agrees(references.reference(ss.scene("bathe_noh"), 1.0, SAMPLES, 1e-5), "u", 1e-5)
+
+
+def test_reference_sees_a_short_pulse() -> None:
+    at_rest = ss.scene("linear_oscillator", omega=5.0, u0=0.0, load=ss.HalfSine(1000.0, 0.001))
+    found = references.reference(at_rest, 10.0, SAMPLES, 1e-3)
+    impulse = 1000.0 * 0.001 * 2 / np.pi
+    np.testing.assert_allclose(found.u[1:, 0], impulse / 5 * np.sin(5 * (found.t[1:] - 0.0005)), rtol=0, atol=1e-4)
+
+
 @pytest.fixture
 def duffing() -> references.Reference:
     return references.reference(KNOWN["duffing"], 0.15, SAMPLES, 1e-12)

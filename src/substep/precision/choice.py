@@ -126,7 +126,7 @@ def choose(
     methods = [scheme(s) if isinstance(s, str) else s for s in (schemes() if among is None else among)]
     if not methods:
         raise ValueError("expected schemes to choose among, got none; name one, or leave among out for all")
-    exact = reference(scene, t_end, SAMPLES, accuracy / FINER)
+    exact = reference(scene, t_end, SAMPLES, accuracy / FINER, quantity)
     best: Candidate | None = None
     tried: list[Candidate] = []
     for model in (scene, *(rigid(scene) if simpler is None else simpler)):
