@@ -320,6 +320,18 @@ def test_a_wish_beyond_reach_and_bad_wishes(monkeypatch: pytest.MonkeyPatch) -> 
         choose(KNOWN["duffing"], 0.0, t_end=1.0)
 
 
+@pytest.mark.parametrize("start", [{"u0": 1.0}, {"u0": 0.0, "v0": 1.0}])
+def test_an_error_of_phase_is_seen_at_whole_periods_too(start: dict[str, float]) -> None:
+    scene, t_end = ss.scene("linear_oscillator", omega=2 * np.pi, **start), 1.0 * SAMPLES
+    found = choose(scene, 1e-2, t_end=t_end, among=["average_acceleration"])
+    assert found.best is not None
+    r = ss.march(scene, found.best.scheme, found.best.run.dt, t_end)
+    known = exact.motion(scene)
+    assert known is not None
+    should = known(r.t)[0]
+    assert np.abs(r.u - should).max() <= 1.1e-2 * np.abs(should).max()
+
+
 @pytest.mark.usefixtures("uncompiled")
 def test_schemes_of_one_name_are_told_apart() -> None:
     among = [ss.scheme("newmark_bdf2", gamma_t=x) for x in (0.9, 0.5)]

@@ -6,6 +6,7 @@ from heapq import heapreplace
 from itertools import count
 from pathlib import Path
 
+import numpy as np
 from matplotlib.figure import Figure
 
 from ..charts import COLOURS, REFERENCE, look, save
@@ -16,10 +17,11 @@ from ..schemes import Scheme, scheme, schemes
 from .cases import SAMPLES
 from .charts import SECTION
 from .measure import Run, measure, quantities, shared
-from .reference import Reference, reference
+from .reference import MOST_STEPS, Reference, reference
 
 MOST_OPERATIONS = 1e9  # of one run, about a second
 REPEATS = 20  # of the run that is recommended
+PHASES = 8  # times of a vibration, at least, at which errors are told
 FINER = 100  # the reference's error is so many times smaller than the accuracy
 
 
@@ -94,12 +96,26 @@ def rigid(scene: Scene) -> tuple[Scene, ...]:
     return (make_scene("rigid_pendulum", **{name: scene.parameters[name] for name in ("L", "m", "v0")}),)
 
 
-def ladder() -> Iterator[int]:
+def ladder(samples: int = SAMPLES) -> Iterator[int]:
     """Numbers of steps: 1, 2, 3, 4, 6, 8, 12, ... times the intervals on which errors are told."""
-    yield SAMPLES
+    yield samples
     for k in count(1):
-        yield SAMPLES << k
-        yield 3 * SAMPLES << (k - 1)
+        yield samples << k
+        yield 3 * samples << (k - 1)
+
+
+def seen(scene: Scene, t_end: float, wished: float, quantity: str) -> Reference:
+    """The motion at so many times that they do not fall into step with it, which would hide an error of phase.
+
+    A vibration has the frequency sqrt(|a|/|u|), which is told of any instants, in step with it too.
+    """
+    samples = SAMPLES
+    while True:
+        exact = reference(scene, t_end, samples, wished, quantity)
+        u, a = (float(np.abs(x).max()) for x in (exact.u, exact.a))
+        if not u or samples >= min(PHASES * t_end * np.sqrt(a / u) / (2.0 * np.pi), MOST_STEPS // 4):
+            return exact
+        samples *= 2
 
 
 def choose(
@@ -113,7 +129,8 @@ def choose(
 ) -> Choice:
     """The least work, counted in operations of the kernels, that keeps a quantity within the accuracy up to t_end (s).
 
-    accuracy: of the largest error over the span, relative to the quantity's largest value; of the angle, in rad.
+    accuracy: of the largest error over the span, relative to the quantity's largest value; of the angle, in rad. It is
+    told at equal times, 50 or 8 of a vibration, and a run takes at least as many steps.
     quantity: "u", "v", "a", "energy" or "angle", as far as the scene has it. simpler: scenes that stand for this one
     with less in them, by default the rigid bar for an elastic pendulum; they are judged by what they share with it.
     among: schemes to choose from, names or handles, by default all, each at its default parameters.
@@ -126,7 +143,7 @@ def choose(
     methods = [scheme(s) if isinstance(s, str) else s for s in (schemes() if among is None else among)]
     if not methods:
         raise ValueError("expected schemes to choose among, got none; name one, or leave among out for all")
-    exact = reference(scene, t_end, SAMPLES, accuracy / FINER, quantity)
+    exact = seen(scene, t_end, accuracy / FINER, quantity)
     best: Candidate | None = None
     tried: list[Candidate] = []
     for model in (scene, *(rigid(scene) if simpler is None else simpler)):
@@ -146,7 +163,7 @@ def _search(
     exact: Reference, model: Scene, methods: Sequence[Scheme], quantity: str, accuracy: float, limit: float
 ) -> Iterator[Candidate]:
     """The cheapest method so far tries its next step, until all are dearer than one that is accurate, or the limit."""
-    steps = [ladder() for _ in methods]
+    steps = [ladder(len(exact.t) - 1) for _ in methods]
     queue = [(0.0, i) for i in range(len(methods))]  # operations of its last run, which
     while queue[0][0] < limit:
         _, i = queue[0]
