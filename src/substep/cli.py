@@ -318,7 +318,7 @@ def spectrum(
     table = Table("", "largest", "at T (s)", "its error", "largest error", "at T (s)", title=f"{file.name}: {told}")
     for name in QUANTITIES:
         value, error = s[name], s[f"{name}_error"]
-        at, off = (int(x.to_numpy().argmax()) for x in (value, abs(error)))
+        at, off = (int(x.where(x < math.inf, -1.0).to_numpy().argmax()) for x in (value, abs(error)))  # of stable ones
         row = (f"{float(value[at]):.6g} {value.units}", f"{float(s.period[at]):.4g}", f"{100 * float(error[at]):.3g} %")
         table.add_row(name, *row, f"{100 * float(error[off]):.3g} %", f"{float(s.period[off]):.4g}")
     console.print(table)
