@@ -142,7 +142,10 @@ def test_run_marches_and_writes_the_history(tmp_path: Path) -> None:
             ["elastic_pendulum", "bathe", "--dt", "0.1", "--t-end", "1", "--EA", "1e4", "--strain", "log"],
             "green_lagrange",
         ),
-        (["elastic_pendulum", "bathe", "--dt", "0.1", "--t-end", "1", "--EA", "much"], "could not convert"),
+        (
+            ["elastic_pendulum", "bathe", "--dt", "0.1", "--t-end", "1", "--EA", "much"],
+            "expected a number such as 0.2 for --EA, got 'much'",
+        ),
     ],
 )
 def test_run_says_what_is_wrong(arguments: list[str], message: str) -> None:
@@ -171,6 +174,23 @@ def test_choose_recommends_and_draws_why(tmp_path: Path) -> None:
     assert "--t-end" in unknown.output
 
 
+def test_files_without_a_folder_are_told_before_the_work(tmp_path: Path) -> None:
+    nowhere = str(tmp_path / "none" / "file")
+    run = ["--dt", "0.01", "--t-end", "0.1"]
+    motion = tmp_path / "motion.txt"
+    motion.write_text("0 0\n0.01 1\n0.02 0\n")
+    for arguments in (
+        ["run", "duffing", "bathe", *run, "--csv", nowhere],
+        ["chart", "bathe", "--file", nowhere],
+        ["spectrum", str(motion), "--csv", nowhere],
+        ["spectrum", str(motion), "--chart", nowhere],
+        ["choose", "duffing", "--accuracy", "1e-2", "--file", nowhere],
+    ):
+        result = runner.invoke(app, arguments)
+        assert result.exit_code == 2, arguments
+        assert "expected a folder that is there" in " ".join(result.output.replace("│", " ").split())
+
+
 def test_spectrum_prints_writes_and_draws(tmp_path: Path) -> None:
     file, out = tmp_path / "motion.txt", tmp_path / "out.csv"
     file.write_text("\n".join(f"{0.01 * i:.2f} {math.sin(0.11 * i) * math.sin(0.01 * i):.9f}" for i in range(315)))
@@ -189,5 +209,10 @@ def test_spectrum_prints_writes_and_draws(tmp_path: Path) -> None:
     )
     assert unstable.exit_code == 0, unstable.output
     assert "unstable at 15 of 200 periods" in unstable.output
-    for wrong in ([str(tmp_path / "none.txt")], [str(file), "--scheme", "bath"], [str(file), "--periods", "1,x"]):
+    assert "inf m" not in unstable.output
+    assert "inf %" not in unstable.output
+    for wrong in ([str(tmp_path / "none.txt")], [str(file), "--scheme", "bath"]):
         assert runner.invoke(app, ["spectrum", *wrong]).exit_code == 2
+    bad = runner.invoke(app, ["spectrum", str(file), "--periods", "1,x"])
+    assert bad.exit_code == 2
+    assert "for --periods, got 'x'" in " ".join(bad.output.replace("│", " ").split())

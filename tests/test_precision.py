@@ -70,6 +70,31 @@ def test_converged_reference_is_as_close_as_it_says(name: str, monkeypatch: pyte
         references.reference(scene, t_end, 10, 1e-14)
 
 
+def agrees(found: references.Reference, quantity: str, wished: float) -> None:
+    """The reference's quantity is within wished of DOP853's."""
+    u, v = integrated(found.scene, found.t)
+    should = {"u": u, "a": found.scene.acceleration(found.t, u, v)}[quantity]
+    off = np.abs({"u": found.u, "a": found.a}[quantity] - should).max()
+    assert off <= wished * np.abs(should).max()
+
+
+def test_reference_resolves_what_is_asked_for() -> None:
+    """Axial vibration is 1e-6 of u and most of a."""
+    stiff = ss.scene("elastic_pendulum", EA=1e7, strain="engineering")
+    agrees(references.reference(stiff, 0.2, SAMPLES, 1e-4, "a"), "a", 1e-4)
+
+
+def test_reference_is_not_deceived_by_vibration_that_coarse_steps_damp() -> None:
+    agrees(references.reference(ss.scene("bathe_noh"), 1.0, SAMPLES, 1e-5), "u", 1e-5)
+
+
+def test_reference_sees_a_short_pulse() -> None:
+    at_rest = ss.scene("linear_oscillator", omega=5.0, u0=0.0, load=ss.HalfSine(1000.0, 0.001))
+    found = references.reference(at_rest, 10.0, SAMPLES, 1e-3)
+    impulse = 1000.0 * 0.001 * 2 / np.pi
+    np.testing.assert_allclose(found.u[1:, 0], impulse / 5 * np.sin(5 * (found.t[1:] - 0.0005)), rtol=0, atol=1e-4)
+
+
 @pytest.fixture
 def duffing() -> references.Reference:
     return references.reference(KNOWN["duffing"], 0.15, SAMPLES, 1e-12)
@@ -305,6 +330,39 @@ def test_a_wish_beyond_reach_and_bad_wishes(monkeypatch: pytest.MonkeyPatch) -> 
         choose(KNOWN["duffing"], 1e-3, t_end=1.0, quantity="angle")
     with pytest.raises(ValueError, match="accuracy > 0"):
         choose(KNOWN["duffing"], 0.0, t_end=1.0)
+
+
+@pytest.mark.parametrize("start", [{"u0": 1.0}, {"u0": 0.0, "v0": 1.0}])
+def test_an_error_of_phase_is_seen_at_whole_periods_too(start: dict[str, float]) -> None:
+    scene, t_end = ss.scene("linear_oscillator", omega=2 * np.pi, **start), 1.0 * SAMPLES
+    found = choose(scene, 1e-2, t_end=t_end, among=["average_acceleration"])
+    assert found.best is not None
+    r = ss.march(scene, found.best.scheme, found.best.run.dt, t_end)
+    known = exact.motion(scene)
+    assert known is not None
+    should = known(r.t)[0]
+    assert np.abs(r.u - should).max() <= 1.1e-2 * np.abs(should).max()
+
+
+@pytest.mark.usefixtures("uncompiled")
+def test_schemes_of_one_name_are_told_apart() -> None:
+    among = [ss.scheme("newmark_bdf2", gamma_t=x) for x in (0.9, 0.5)]
+    for order in (among, among[::-1]):
+        found = choose(KNOWN["duffing"], 3e-3, t_end=0.3, among=order)
+        assert found.best is not None
+        again = measure.measure(found.reference, found.best.scheme, found.best.run.steps, 0)
+        assert again.errors == found.best.run.errors
+        assert again.errors["u"].maximum == found.best.error
+        assert f"newmark_bdf2(gamma_t={found.best.scheme.parameters['gamma_t']}) on duffing" in found.text
+
+
+@pytest.mark.usefixtures("uncompiled")
+def test_among_takes_names_and_at_least_one() -> None:
+    found = choose(KNOWN["duffing"], 3e-2, t_end=0.1, among=["rk4"])
+    assert found.best is not None
+    assert found.best.method == "rk4"
+    with pytest.raises(ValueError, match="expected schemes to choose among, got none"):
+        choose(KNOWN["duffing"], 3e-2, t_end=0.1, among=[])
 
 
 def test_a_scene_of_ones_own() -> None:

@@ -308,6 +308,7 @@ def test_given_and_consistent_accelerations() -> None:
         (lambda: ss.scene("elastic_pendulum", EA=float("nan")), "EA of elastic_pendulum to be finite"),
         (lambda: ss.scene("elastic_pendulum", EA=1e4, a0=(1.0, 2.0, 3.0)), "a0 with 2 components"),
         (lambda: ss.scene("elastic_pendulum", EA=1e4, strain="log"), "one of: green_lagrange, engineering"),
+        (lambda: ss.scene("elastic_pendulum", EA=1e4, strain=["engineering"]), "one of: green_lagrange, engineering"),
         (lambda: ss.scene("elastic_pendulum", EA=1e4, load=ss.Step(1.0)), "expected no load for elastic_pendulum"),
         (lambda: ss.scene("duffing", epsilon=1.0), "did you mean 'eps'"),
         (lambda: ss.scene("penalty_bounce", v0=1.0), r"v0 of penalty_bounce in \(-inf, 0\.0\), got 1"),

@@ -361,6 +361,21 @@ def test_a_killed_sweep_is_resumed_and_another_refused(tmp_path: Path, monkeypat
             ss.sweep("linear_oscillator", "newmark", **call, save=tmp_path / other)
 
 
+def test_a_load_of_ones_own_whose_code_changed_is_another(tmp_path: Path) -> None:
+    from dataclasses import make_dataclass
+
+    def ramp(sign: float) -> Any:
+        made = make_dataclass("Ramp", [("rate", float)], namespace={"__call__": lambda self, t: sign * self.rate * t})
+        return made(2.0)
+
+    call: dict[str, Any] = {"dt": 0.1, "t_end": 1.0, "omega": 2.0, "save": tmp_path / "s.zarr"}
+    first = ss.sweep("linear_oscillator", "newmark", load=ramp(1.0), **call)
+    assert first.attrs["load_rate"] == 2.0
+    xr.testing.assert_identical(first, ss.sweep("linear_oscillator", "newmark", load=ramp(1.0), **call))
+    with pytest.raises(ValueError, match="whose load_samples_sha256 is"):
+        ss.sweep("linear_oscillator", "newmark", load=ramp(-1.0), **call)
+
+
 @pytest.mark.usefixtures("small")
 def test_a_cluster_that_loses_a_worker_loses_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from distributed import Client, LocalCluster

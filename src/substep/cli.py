@@ -204,11 +204,12 @@ def run(
     from .scenes import SCENES, scene  # noqa: PLC0415
 
     try:
-        given = {key: float(value) for key, value in _exact_options(context.args).items()}
+        _room_for(csv)
+        given = _numbers(context.args)
         known = {key for key, *_ in SCENES[scene_name]["parameters"]} if scene_name in SCENES else set()
         options: dict[str, object] = {key: value for key, value in given.items() if key in known}
         if a0:
-            options["a0"] = a0 if a0 == "consistent" else [float(x) for x in a0.split(",")]
+            options["a0"] = a0 if a0 == "consistent" else [_number("--a0", x) for x in a0.split(",")]
         if strain:
             options["strain"] = strain
         s = scheme(scheme_name, **{key: value for key, value in given.items() if key not in known})
@@ -270,6 +271,7 @@ def chart(
     from .reproduce import ERROR_RATIOS, RADIUS_RATIOS  # noqa: PLC0415
 
     try:
+        _room_for(file)
         drawn = {name: scheme(name) for name in names}
     except ValueError as error:
         raise typer.BadParameter(str(error)) from error
@@ -307,16 +309,16 @@ def spectrum(
     from .spectrum import PERIODS, QUANTITIES, response_spectrum  # noqa: PLC0415
 
     try:
-        given = {key: float(value) for key, value in _exact_options(context.args).items()}
-        T = [float(text) for text in periods.split(",")] if periods else PERIODS
-        s = response_spectrum(file, periods=T, xi=xi, scheme=scheme(scheme_name, **given))
+        _room_for(csv, chart)
+        T = [_number("--periods", text) for text in periods.split(",")] if periods else PERIODS
+        s = response_spectrum(file, periods=T, xi=xi, scheme=scheme(scheme_name, **_numbers(context.args)))
     except (ValueError, OSError) as error:
         raise typer.BadParameter(str(error)) from error
     told = f"{s.samples} samples, dt = {s.dt:g} s, xi = {xi:g}, {' '.join((s.scheme, s.parameters)).strip()}"
     table = Table("", "largest", "at T (s)", "its error", "largest error", "at T (s)", title=f"{file.name}: {told}")
     for name in QUANTITIES:
         value, error = s[name], s[f"{name}_error"]
-        at, off = (int(x.to_numpy().argmax()) for x in (value, abs(error)))
+        at, off = (int(x.where(x < math.inf, -1.0).to_numpy().argmax()) for x in (value, abs(error)))  # of stable ones
         row = (f"{float(value[at]):.6g} {value.units}", f"{float(s.period[at]):.4g}", f"{100 * float(error[at]):.3g} %")
         table.add_row(name, *row, f"{100 * float(error[off]):.3g} %", f"{float(s.period[off]):.4g}")
     console.print(table)
@@ -362,13 +364,33 @@ def choose(
     from .scenes import scene  # noqa: PLC0415
 
     try:
-        here = scene(scene_name, **{key: float(value) for key, value in _exact_options(context.args).items()})
+        _room_for(file)
+        here = scene(scene_name, **_numbers(context.args))
         found = choice.choose(here, accuracy, t_end=span(here) if t_end is None else t_end, quantity=quantity)
     except ValueError as error:
         raise typer.BadParameter(str(error)) from error
     console.print(found.text, highlight=False)
     if file is not None:
         choice.chart(found, file)
+
+
+def _room_for(*files: Path | None) -> None:
+    """Raises ValueError for a file whose folder is not there, before work is done for it."""
+    for file in files:
+        if file is not None and not file.parent.is_dir():
+            raise ValueError(f"expected a folder that is there for {file}, got {file.parent}; make it first")
+
+
+def _number(name: str, text: str) -> float:
+    try:
+        return float(text)
+    except ValueError as error:
+        raise ValueError(f"expected a number such as 0.2 for {name}, got '{text}'; correct it") from error
+
+
+def _numbers(arguments: list[str]) -> dict[str, float]:
+    """--name value, as numbers."""
+    return {key: _number(f"--{key.replace('_', '-')}", text) for key, text in _exact_options(arguments).items()}
 
 
 def _exact_options(arguments: list[str]) -> dict[str, str]:

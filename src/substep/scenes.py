@@ -127,7 +127,7 @@ def scene_entry(name: "str | SceneDeclaration", parameters: dict[str, Any]) -> t
             raise unknown_name("a scene", name, scenes())
         if name == "elastic_pendulum" and "strain" in parameters:
             measure = parameters.pop("strain")
-            if measure not in _VARIANTS["strain"]:
+            if not isinstance(measure, str) or measure not in _VARIANTS["strain"]:
                 raise unknown_name("a strain measure", str(measure), _VARIANTS["strain"])
             name = _VARIANTS["strain"][measure]
         return name, SCENES[name]

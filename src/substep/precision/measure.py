@@ -13,7 +13,7 @@ from ..marching import march
 from ..response import Response, Status
 from ..scenes import Scene
 from ..schemes import Array, Scheme
-from .reference import Reference
+from .reference import QUANTITIES, Reference
 
 T = TypeVar("T")
 LONG = 0.5  # s, after which a run is not repeated
@@ -53,24 +53,6 @@ class Run:
     cost: Cost
     seconds: float
     errors: Mapping[str, Errors]
-
-
-Quantity = Callable[[Scene, Array, Array, Array, Array], Array]
-
-
-def _angle(scene: Scene, t: Array, u: Array, v: Array, a: Array) -> Array:
-    del t, v, a
-    turned = u[:, 0] if len(scene.coordinates) == 1 else np.arctan2(u[:, 1], u[:, 0])
-    return np.stack([np.cos(turned), np.sin(turned)], axis=1)
-
-
-QUANTITIES: Mapping[str, Quantity] = {
-    "u": lambda scene, t, u, v, a: u,
-    "v": lambda scene, t, u, v, a: v,
-    "a": lambda scene, t, u, v, a: a,
-    "energy": lambda scene, t, u, v, a: scene.energy(t, u, v)[:, None],
-    "angle": _angle,
-}
 
 
 def quantities(scene: Scene) -> tuple[str, ...]:

@@ -118,15 +118,15 @@ def _name(load: Load | None) -> str:
 
 
 def _told(load: Load, t_end: float) -> dict[str, Any]:
-    """A load's numbers, a digest where there are many or they cannot be known."""
+    """A load's numbers, a digest where there are many or they cannot be known, both where the code is the user's."""
     if isinstance(load, Record):
         return {"dt": float(load.dt), "samples_sha256": _digest(load.samples.tobytes())}
-    if is_dataclass(load):
-        values = {f.name: getattr(load, f.name) for f in fields(load) if f.init}
-        if all(isinstance(x, int | float | str) for x in values.values()):
-            return values
+    values = {f.name: getattr(load, f.name) for f in fields(load) if f.init} if is_dataclass(load) else {}
+    values = values if all(isinstance(x, int | float | str) for x in values.values()) else {}
+    if values and type(load).__module__ == Record.__module__:
+        return values
     at = np.asarray(load(np.linspace(0.0, t_end, INSTANTS)), dtype=np.float64)
-    return {"samples_sha256": _digest(at.tobytes())}
+    return values | {"samples_sha256": _digest(at.tobytes())}
 
 
 def _declared(module: ModuleType) -> str:
