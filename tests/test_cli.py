@@ -169,6 +169,9 @@ def test_choose_recommends_and_draws_why(tmp_path: Path) -> None:
     assert (tmp_path / "why.png").stat().st_size > 10_000
     for bad in (["--quantity", "angle"], ["--accuracy", "0"], ["--omega", "-1"]):
         assert runner.invoke(app, [*wish, *bad]).exit_code == 2
+    bar = ["elastic_pendulum", "--EA", "1e8", "--strain", "engineering", "--a0", "-19.6,0", "--quantity", "angle"]
+    rigid = runner.invoke(app, ["choose", *bar, "--accuracy", "1e-1", "--t-end", "0.1"])
+    assert "on rigid_pendulum" in rigid.output
     unknown = runner.invoke(app, ["choose", "softening", "--accuracy", "1e-2"])
     assert unknown.exit_code == 2
     assert "--t-end" in unknown.output

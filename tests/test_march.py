@@ -198,3 +198,12 @@ def test_wrong_input_says_what_was_expected_and_the_cure(call, message: str) -> 
 
 OSCILLATOR = ss.scene("linear_oscillator", omega=1.0)
 BAD_LOAD = ss.scene("linear_oscillator", omega=1.0, a0=0.0, load=lambda t: t * np.nan)
+
+
+@pytest.mark.usefixtures("uncompiled")
+def test_iterations_of_the_starting_scheme_are_counted() -> None:
+    scene = ss.scene("duffing")
+    mine = ss.march(scene, ss.scheme("houbolt"), 0.001, 0.02).newton_iterations
+    first = ss.march(scene, ss.scheme("average_acceleration"), 0.001, 0.002).newton_iterations
+    assert (mine[:2] == first).all()
+    assert (mine > 0).all()

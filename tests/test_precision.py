@@ -153,7 +153,9 @@ def test_angles_do_not_mind_revolutions() -> None:
     bar, rigid = KNOWN["elastic"], KNOWN["rigid"]
     assert measure.quantities(bar)[-1] == measure.quantities(rigid)[-1] == "angle"
     assert "angle" not in measure.quantities(KNOWN["duffing"])
-    assert measure.shared(bar, rigid) == ("energy", "angle")
+    assert measure.shared(bar, rigid) == ("angle",)
+    other = ss.scene("softening")
+    assert measure.shared(KNOWN["duffing"], other) == ("u", "v", "a")
     t = np.linspace(0, 20, 41)
     turned = 7.72 / 3.0443 * t
     u = 3.0443 * np.stack([np.cos(turned), np.sin(turned)], axis=1)
@@ -328,6 +330,10 @@ def test_a_wish_beyond_reach_and_bad_wishes(monkeypatch: pytest.MonkeyPatch) -> 
     assert "no candidate" in found.text
     with pytest.raises(ValueError, match="quantity of duffing"):
         choose(KNOWN["duffing"], 1e-3, t_end=1.0, quantity="angle")
+    with pytest.raises(ValueError, match="expected a scene, got 'duffing'"):
+        choose("duffing", 1e-3, t_end=1.0)  # pyright: ignore
+    with pytest.raises(ValueError, match="declaration of one, got 3"):
+        choose(KNOWN["duffing"], 1e-3, t_end=1.0, among=[3])  # pyright: ignore
     with pytest.raises(ValueError, match="accuracy > 0"):
         choose(KNOWN["duffing"], 0.0, t_end=1.0)
 

@@ -220,3 +220,11 @@ def test_a_record_of_zeros_has_no_error() -> None:
 def test_what_is_refused(change: dict[str, Any], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         ss.response_spectrum(**{"record": motion(), "dt": DT, **change})
+
+
+def test_a_record_of_a_march_is_one() -> None:
+    f = motion(200)
+    found = ss.response_spectrum(ss.Record(DT, f), periods=[0.5, 1.0])
+    assert found.equals(ss.response_spectrum(f, DT, [0.5, 1.0]))
+    with pytest.raises(ValueError, match="the record's own dt"):
+        ss.response_spectrum(ss.Record(DT, f), 2 * DT)

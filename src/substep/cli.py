@@ -18,9 +18,13 @@ from .schemes import schemes as scheme_names
 if TYPE_CHECKING:
     from .claims.judging import Judgement
     from .failures import Row
+    from .scenes import Scene
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
 console = Console()
+
+StartOption = Annotated[str, typer.Option(help="initial acceleration: consistent, or numbers as -19.6,0")]
+StrainOption = Annotated[str, typer.Option(help="elastic_pendulum: green_lagrange or engineering")]
 
 
 @app.callback()
@@ -194,26 +198,21 @@ def run(
     scheme_name: Annotated[str, typer.Argument(metavar="SCHEME", help="a name listed by `substep schemes`")],
     dt: Annotated[float, typer.Option(help="time step in s")],
     t_end: Annotated[float, typer.Option(help="end of the run in s, a multiple of dt")],
-    a0: Annotated[str, typer.Option(help="initial acceleration: consistent, or numbers as -19.6,0")] = "",
-    strain: Annotated[str, typer.Option(help="elastic_pendulum: green_lagrange or engineering")] = "",
+    a0: StartOption = "",
+    strain: StrainOption = "",
     csv: Annotated[Path | None, typer.Option(help="write the history here")] = None,
 ) -> None:
     """March a scene. Parameters of both follow as numbers: --EA 1e4 --gamma-t 0.2."""
     from .charts import save_csv  # noqa: PLC0415
     from .marching import march  # noqa: PLC0415
-    from .scenes import SCENES, scene  # noqa: PLC0415
+    from .scenes import SCENES  # noqa: PLC0415
 
     try:
         _room_for(csv)
         given = _numbers(context.args)
         known = {key for key, *_ in SCENES[scene_name]["parameters"]} if scene_name in SCENES else set()
-        options: dict[str, object] = {key: value for key, value in given.items() if key in known}
-        if a0:
-            options["a0"] = a0 if a0 == "consistent" else [_number("--a0", x) for x in a0.split(",")]
-        if strain:
-            options["strain"] = strain
         s = scheme(scheme_name, **{key: value for key, value in given.items() if key not in known})
-        here = scene(scene_name, **options)
+        here = _scene(scene_name, a0, strain, {key: value for key, value in given.items() if key in known})
         r = march(here, s, dt, t_end)
     except ValueError as error:
         raise typer.BadParameter(str(error)) from error
@@ -356,22 +355,32 @@ def choose(
     accuracy: Annotated[float, typer.Option(help="largest error wished: relative, of the angle in rad")],
     quantity: Annotated[str, typer.Option(help="u, v, a, energy or angle")] = "u",
     t_end: Annotated[float | None, typer.Option(help="span in s; by default that of the scene's chart")] = None,
+    a0: StartOption = "",
+    strain: StrainOption = "",
     file: Annotated[Path | None, typer.Option(help="draw why: where the chart goes, without suffix")] = None,
 ) -> None:
     """Recommend scheme, step and model for a wished accuracy. The scene's parameters follow: --EA 1e10."""
     from .precision import choice  # noqa: PLC0415
     from .precision.cases import span  # noqa: PLC0415
-    from .scenes import scene  # noqa: PLC0415
 
     try:
         _room_for(file)
-        here = scene(scene_name, **_numbers(context.args))
+        here = _scene(scene_name, a0, strain, _numbers(context.args))
         found = choice.choose(here, accuracy, t_end=span(here) if t_end is None else t_end, quantity=quantity)
     except ValueError as error:
         raise typer.BadParameter(str(error)) from error
     console.print(found.text, highlight=False)
     if file is not None:
         choice.chart(found, file)
+
+
+def _scene(name: str, a0: str, strain: str, parameters: dict[str, float]) -> "Scene":
+    from .scenes import scene  # noqa: PLC0415
+
+    options: dict[str, object] = {"strain": strain} if strain else {}
+    if a0:
+        options["a0"] = a0 if a0 == "consistent" else [_number("--a0", x) for x in a0.split(",")]
+    return scene(name, **options, **parameters)
 
 
 def _room_for(*files: Path | None) -> None:

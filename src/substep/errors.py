@@ -35,7 +35,7 @@ def real_number(name: str, value: Any, *, positive: bool = False) -> float:
     """The value as one finite (positive) float, else a ValueError."""
     array = real_array(name, value)
     if array.ndim:
-        raise ValueError(f"expected one number for {name}, got an array of shape {array.shape}; a sweep takes arrays")
+        raise ValueError(f"expected one number for {name}, got shape {array.shape}; give one, or march each")
     if positive and array <= 0:
         raise ValueError(f"expected {name} > 0, got {float(array)}; give a positive value")
     return float(array)

@@ -125,6 +125,8 @@ def _head(scene: Scene, scheme: Scheme, module: ModuleType, arrays: dict[str, An
     out = arrays["out"]
     for row in range(min(out.shape[1], first // arrays["stride"] + 1)):
         out[:, row] = head.out[:, row * arrays["stride"], : out.shape[2]]
+    counts = arrays["iterations"][:, :first]  # of another scheme, whose balances are others: under the first
+    counts[..., 0] = head.iterations[:, : counts.shape[1]].sum(axis=2)
     arrays["n"] = np.where(head.n_done < first, np.minimum(n, head.n_done), n)
     arrays["first"] = first
     return head

@@ -66,7 +66,8 @@ def _two_columns(path: Path, lines: list[str], dt: float | None) -> tuple[float,
         told = "equal steps, in the mean" if dt is None else "steps of the given dt ="
         raise ValueError(
             f"{path}, line {numbers[k]}: expected {told} {step:g} s, each time within {UNEVEN:.0%} of a step of where "
-            f"they put it, got t = {t[k]:g} s for {t[0] + k * step:g} s; resample the record, or give the file's dt"
+            f"they put it, got t = {t[k]:g} s for {t[0] + k * step:g} s; resample the record, print times "
+            f"with more digits, or give the accelerations alone, as an array with its dt"
         )
     return step, values
 

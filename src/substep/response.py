@@ -22,8 +22,9 @@ class Response:
 
     status: "completed", or why the march stopped; then all arrays end at the last good state and
     t_failed is the end of the step that failed. newton_iterations (n, balances): 0 where a balance is
-    linear. a (n+1, ndof) is the scheme's own acceleration, else M^-1 (F - C v - N). angular_momentum is None for
-    a scene without one; outputs holds the scene's own, such as strain.
+    linear, in steps that another scheme starts all of that one's under the first balance. a (n+1, ndof) is the
+    scheme's own acceleration, else M^-1 (F - C v - N). angular_momentum is None for a scene without one;
+    outputs holds the scene's own, such as strain.
     """
 
     u: Array

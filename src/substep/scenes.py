@@ -131,6 +131,8 @@ def scene_entry(name: "str | SceneDeclaration", parameters: dict[str, Any]) -> t
                 raise unknown_name("a strain measure", str(measure), _VARIANTS["strain"])
             name = _VARIANTS["strain"][measure]
         return name, SCENES[name]
+    if not hasattr(name, "potential"):
+        raise ValueError(f"expected the name of a scene or a declaration of one, got {name!r}")
     from .build import own_scene_entry  # noqa: PLC0415 (the one door to SymPy)
 
     return own_scene_entry(name)

@@ -72,6 +72,8 @@ def scheme_entry(name: "str | Declaration") -> tuple[str, Mapping[str, Any]]:
         if name not in SCHEMES:
             raise unknown_name("a scheme", name, SCHEMES)
         return name, SCHEMES[name]
+    if not hasattr(name, "balances"):
+        raise ValueError(f"expected the name of a scheme or a declaration of one, got {name!r}")
     from .build import own_entry  # noqa: PLC0415 (the one door to SymPy)
 
     return own_entry(name)

@@ -31,7 +31,7 @@ QUANTITIES = {
 
 
 def response_spectrum(
-    record: ArrayLike | str | Path,
+    record: ArrayLike | str | Path | Record,
     dt: float | None = None,
     periods: ArrayLike = PERIODS,
     xi: ArrayLike = 0.05,
@@ -42,9 +42,9 @@ def response_spectrum(
     """Peak response of oscillators u'' + 2 xi omega u' + omega^2 u = -a_g, omega = 2 pi/period, from rest.
 
     record: ground acceleration (n,) in m/s^2 with its step dt in s, or the path of a file: two columns, time (s) and
-    acceleration (m/s^2), or PEER's .AT2 (g); a file tells its own dt, and another one is an error. periods (P,) in s,
-    by default 200 from 0.02 to 10 s. xi: damping ratio, or several (X,). scheme: a name or a handle, whose parameters
-    are numbers; it steps from sample to sample.
+    acceleration (m/s^2), or PEER's .AT2 (g); a file, or a `Record`, has its own dt, and another one is an error.
+    periods (P,) in s, by default 200 from 0.02 to 10 s. xi: damping ratio, or several (X,). scheme: a name or a handle,
+    whose parameters are numbers; it steps from sample to sample.
 
     Returns a Dataset over period, and over xi where several were given: displacement (m) and velocity (m/s) relative to
     the ground, acceleration (m/s^2) absolute, |2 xi omega v + omega^2 u|; pseudo_velocity = omega*SD,
@@ -92,9 +92,13 @@ def response_spectrum(
     return Dataset(variables, coordinates, attrs)
 
 
-def _read(record: ArrayLike | str | Path, dt: float | None) -> Record:
+def _read(record: ArrayLike | str | Path | Record, dt: float | None) -> Record:
     if isinstance(record, str | Path):
         return Record(*read_record(Path(record), dt))
+    if isinstance(record, Record):
+        if dt not in (None, record.dt):
+            raise ValueError(f"expected the record's own dt = {record.dt:g} s, got {dt:g} s; leave dt out")
+        return record
     if dt is None:
         raise ValueError("expected dt of the record, got none; give the step between its samples in s")
     return Record(real_number("dt of the record", dt, positive=True), record)

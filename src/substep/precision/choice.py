@@ -19,7 +19,7 @@ from .charts import SECTION
 from .measure import Run, measure, quantities, shared
 from .reference import MOST_STEPS, Reference, reference
 
-MOST_OPERATIONS = 1e9  # of one run, about a second
+MOST_OPERATIONS = 2e8  # of one run, some tenths of a second
 REPEATS = 20  # of the run that is recommended
 PHASES = 8  # times of a vibration, at least, at which errors are told
 FINER = 100  # the reference's error is so many times smaller than the accuracy
@@ -138,9 +138,11 @@ def choose(
     motion is neither known nor resolved by 4 million Runge-Kutta steps.
     """
     accuracy, t_end = real_number("accuracy", accuracy, positive=True), real_number("t_end", t_end, positive=True)
+    if not isinstance(scene, Scene):
+        raise ValueError(f"expected a scene, got {scene!r}; make one with ss.scene")
     if quantity not in quantities(scene):
-        raise unknown_name(f"a quantity of {scene.name}", quantity, quantities(scene))
-    methods = [scheme(s) if isinstance(s, str) else s for s in (schemes() if among is None else among)]
+        raise unknown_name(f"a quantity of {scene.name}", str(quantity), quantities(scene))
+    methods = [s if isinstance(s, Scheme) else scheme(s) for s in (schemes() if among is None else among)]
     if not methods:
         raise ValueError("expected schemes to choose among, got none; name one, or leave among out for all")
     exact = seen(scene, t_end, accuracy / FINER, quantity)

@@ -123,5 +123,8 @@ def failed(exact: Reference, scene: Scene) -> dict[str, Errors]:
 
 
 def shared(one: Scene, other: Scene) -> tuple[str, ...]:
-    """Quantities of both; of another model not those that depend on its coordinates."""
-    return quantities(one) if one is other else tuple(n for n in ("energy", "angle") if n in quantities(other))
+    """Quantities of both; of another model those of its coordinates only if they are the same, and never its energy."""
+    if one is other:
+        return quantities(one)
+    told = ("u", "v", "a", "angle") if one.coordinates == other.coordinates else ("angle",)
+    return tuple(name for name in told if name in quantities(one) and name in quantities(other))

@@ -70,9 +70,10 @@ def _together(where: Scene, s: Scheme, steps: int, repeats: int) -> float:
     """Seconds of LANES runs from start velocities that differ by up to 10 %."""
     zero, v0 = np.zeros((LANES, 2)), where.v0 * np.linspace(0.95, 1.05, LANES)[:, None]
     dt, n = np.full(LANES, T_END / steps), np.full(LANES, steps)
-    march_lanes(where, s, dt, np.minimum(n, 1), start=(zero + where.u0, v0, zero))  # compiles
-    _, seconds = timed(lambda: march_lanes(where, s, dt, n, start=(zero + where.u0, v0, zero)), repeats)
-    return seconds
+    start = zero + where.u0, v0, zero + where.a0
+    march_lanes(where, s, dt, np.minimum(n, 1), start=start)  # compiles
+    lanes, seconds = timed(lambda: march_lanes(where, s, dt, n, start=start), repeats)
+    return seconds if (lanes.n_done == n).all() else np.inf
 
 
 def least(found: Sequence[Point], EA: float, kind: str, error: float, together: bool) -> Point | None:
