@@ -9,6 +9,7 @@ from typer.testing import CliRunner
 
 import substep as ss
 from substep import chapter_5, claims, failures
+from substep import reproduce as reproduction
 from substep.cli import app
 from substep.precision import jobs as precision
 
@@ -85,6 +86,7 @@ def test_reproduce_draws_every_panel_and_writes_its_numbers(tmp_path: Path, monk
         monkeypatch.setattr(failures, "battery", lambda folder, step, full: [failures.Row("a", "b", 1, "c", None, 1)])
         monkeypatch.setattr(failures, "count", lambda: 0)
         monkeypatch.setattr(precision, "jobs", lambda full: ())
+        monkeypatch.setattr(reproduction, "cores", lambda: 1)  # nothing is compiled ahead
     result = runner.invoke(app, ["reproduce", "--folder", str(tmp_path)])
     assert result.exit_code == 0, result.output
     for number in range(1, 6):

@@ -1,6 +1,6 @@
 """Fixed text of the elementary functions in generated modules."""
 
-# numba knows no vector log1p, atan2 or expm1: polynomials of least maximal error, and no branch but selects
+# numba knows no vector log1p or atan2: polynomials of least maximal error, and no branch but selects
 ELEMENTARY = '''
 # no fastmath: contraction is 12 % faster, but then the last bit depends on a point's place in its array
 _inline = njit(nogil=True, error_model="numpy", forceinline=True)
@@ -39,19 +39,4 @@ def _angle(y, x):
     angle = 0.7853981633974483 + angle if steep else angle
     angle = 1.5707963267948966 - angle if y > flat else angle
     return 3.141592653589793 - angle if x < 0.0 else angle
-
-
-@_inline
-def _expm1(x):
-    """exp(x) - 1."""
-    x = -40.0 if x < -40.0 else (710.0 if x > 710.0 else x)
-    shifted = 1.4426950408889634 * x + 6755399441055744.0  # its last bits are those of the integer k
-    k = np.float64(shifted).view(np.int64) - 0x4338000000000000
-    turns = shifted - 6755399441055744.0
-    r = x - turns * 0.6931471803691238 - turns * 1.9082149292705877e-10
-    p = 1.0 / 3628800.0 + r * (1.0 / 39916800.0 + r * (1.0 / 479001600.0 + r * (1.0 / 6227020800.0)))
-    p = 1.0 / 5040.0 + r * (1.0 / 40320.0 + r * (1.0 / 362880.0 + r * p))
-    p = 0.5 + r * (1.0 / 6.0 + r * (1.0 / 24.0 + r * (1.0 / 120.0 + r * (1.0 / 720.0 + r * p))))
-    half = np.int64((k + 1022) << 52).view(np.float64)  # 2^(k - 1), which does not overflow
-    return 2.0 * (half * (r + r * r * p) + (half - 0.5))
 '''

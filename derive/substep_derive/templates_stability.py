@@ -131,30 +131,4 @@ def stability({arguments}, radius, damping, period):
     for i in range(0, radius.size, {block}):
         k = min(i + {block}, radius.size)
         _block({arguments_slice}, radius[i:k], damping[i:k], period[i:k])
-
-
-@_compile
-def numerical_damping({arguments}, out):
-    """Numerical damping ratio of the complex pair of largest modulus, less the physical one."""
-    rest = np.empty((2, min(out.size, {block})))
-    for i in range(0, out.size, {block}):
-        k = min(i + {block}, out.size)
-        _block({arguments_slice}, rest[0, : k - i], out[i:k], rest[1, : k - i])
-
-
-@_compile
-def amplitude_error({arguments}, out):
-    """1 - exp(-2 pi numerical damping): decay over one period."""
-    numerical_damping({arguments}, out)
-    for i in range(out.size):
-        out[i] = 0.0 - _expm1(-2.0 * math.pi * out[i])
-
-
-@_compile
-def period_error({arguments}, out):
-    """Numerical over exact period, less 1."""
-    rest = np.empty((2, min(out.size, {block})))
-    for i in range(0, out.size, {block}):
-        k = min(i + {block}, out.size)
-        _block({arguments_slice}, rest[0, : k - i], rest[1, : k - i], out[i:k])
 '''

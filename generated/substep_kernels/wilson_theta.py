@@ -84,21 +84,6 @@ def _angle(y, x):
     return 3.141592653589793 - angle if x < 0.0 else angle
 
 
-@_inline
-def _expm1(x):
-    """exp(x) - 1."""
-    x = -40.0 if x < -40.0 else (710.0 if x > 710.0 else x)
-    shifted = 1.4426950408889634 * x + 6755399441055744.0  # its last bits are those of the integer k
-    k = np.float64(shifted).view(np.int64) - 0x4338000000000000
-    turns = shifted - 6755399441055744.0
-    r = x - turns * 0.6931471803691238 - turns * 1.9082149292705877e-10
-    p = 1.0 / 3628800.0 + r * (1.0 / 39916800.0 + r * (1.0 / 479001600.0 + r * (1.0 / 6227020800.0)))
-    p = 1.0 / 5040.0 + r * (1.0 / 40320.0 + r * (1.0 / 362880.0 + r * p))
-    p = 0.5 + r * (1.0 / 6.0 + r * (1.0 / 24.0 + r * (1.0 / 120.0 + r * (1.0 / 720.0 + r * p))))
-    half = np.int64((k + 1022) << 52).view(np.float64)  # 2^(k - 1), which does not overflow
-    return 2.0 * (half * (r + r * r * p) + (half - 0.5))
-
-
 @_compile
 def _increment(Omega, xi, theta):
     """Denominator and numerators of A - I. 66 operations."""
@@ -429,32 +414,6 @@ def stability(Omega, xi, theta, radius, damping, period):
     for i in range(0, radius.size, 2048):
         k = min(i + 2048, radius.size)
         _block(Omega[i:k], xi[i:k], theta[i:k], radius[i:k], damping[i:k], period[i:k])
-
-
-@_compile
-def numerical_damping(Omega, xi, theta, out):
-    """Numerical damping ratio of the complex pair of largest modulus, less the physical one."""
-    rest = np.empty((2, min(out.size, 2048)))
-    for i in range(0, out.size, 2048):
-        k = min(i + 2048, out.size)
-        _block(Omega[i:k], xi[i:k], theta[i:k], rest[0, : k - i], out[i:k], rest[1, : k - i])
-
-
-@_compile
-def amplitude_error(Omega, xi, theta, out):
-    """1 - exp(-2 pi numerical damping): decay over one period."""
-    numerical_damping(Omega, xi, theta, out)
-    for i in range(out.size):
-        out[i] = 0.0 - _expm1(-2.0 * math.pi * out[i])
-
-
-@_compile
-def period_error(Omega, xi, theta, out):
-    """Numerical over exact period, less 1."""
-    rest = np.empty((2, min(out.size, 2048)))
-    for i in range(0, out.size, 2048):
-        k = min(i + 2048, out.size)
-        _block(Omega[i:k], xi[i:k], theta[i:k], rest[0, : k - i], rest[1, : k - i], out[i:k])
 
 
 @_compile

@@ -2,8 +2,10 @@
 
 import csv
 from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import astuple, dataclass, fields
 from fractions import Fraction
+from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
@@ -14,8 +16,11 @@ from .catalogue_charts import CHARTS
 from .chapter_4 import NEWMARK_SETS, SPLITS
 from .charts import save, save_csv, stability_figure
 from .claims.judging import Judgement
+from .marching import march
 from .precision import jobs as precision
+from .precision.cases import CASES
 from .schemes import Array, Scheme, scheme, schemes
+from .threads import cores
 
 RADIUS_RATIOS = np.logspace(-2, 3, 501)
 ERROR_RATIOS = np.linspace(0.0, 0.2, 201)
@@ -118,10 +123,26 @@ def jobs(full: bool) -> tuple[Callable[[Path], object], ...]:
     return (*CHARTS, *chapter_5.JOBS, *(chapter_5.LONG_JOBS if full else ()), *precision.jobs(full))
 
 
+def compile_ahead(step: Callable[[], object]) -> None:
+    """Kernels of every scheme into numba's cache, on all cores: numba compiles on one core of a process."""
+    if cores() > 1:
+        with ProcessPoolExecutor(cores(), mp_context=get_context("spawn")) as pool:
+            for _ in pool.map(_compile, schemes()):
+                step()
+
+
+def _compile(name: str) -> None:
+    s = scheme(name)
+    s.stability(1.0)
+    for where in (case.make() for case in CASES):
+        march(where, s, 1e-3, 2e-3)
+
+
 def reproduce(folder: Path, step: Callable[[], object], *, full: bool = False) -> Results:
     """Everything into the folder; calls step() `steps(full)` times. full: the long runs and fine maps as well."""
     folder.mkdir(parents=True, exist_ok=True)
     page.pictures(folder)  # one that the page refuses is told before the work, not after
+    compile_ahead(step)
     for number, split in enumerate(SPLITS, start=1):
         figure_4(number, split, folder)
         step()
@@ -140,4 +161,5 @@ def reproduce(folder: Path, step: Callable[[], object], *, full: bool = False) -
 def steps(full: bool = False) -> int:
     """How often `reproduce` calls its step."""
     tables = len(schemes()) + sum(1 for _ in parameter_sets())
-    return len(SPLITS) + len(jobs(full)) + failures.count() + tables + len(claims.JUDGES)
+    ahead = len(schemes()) if cores() > 1 else 0
+    return ahead + len(SPLITS) + len(jobs(full)) + failures.count() + tables + len(claims.JUDGES)
