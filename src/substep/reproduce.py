@@ -3,10 +3,13 @@
 import csv
 from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
 from dataclasses import astuple, dataclass, fields
 from fractions import Fraction
+from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -79,33 +82,23 @@ HEADER = (
 )
 
 
-def property_row(name: str, parameters: dict[str, Fraction], found: Properties) -> list[str]:
-    """One row of the table, exact: parameters, rho_inf, order, leading terms of both errors."""
+def property_row(of: tuple[str, dict[str, Fraction]]) -> list[str]:
+    """One row of the table of rho_inf, order and leading terms of both errors, undamped: exact."""
+    name, parameters = of
+    found: Properties = properties(name, parameters)
     shown = [str(parameters[key]) if key in parameters else "" for key in ("gamma_t", "beta", "gamma")]
     terms = [("", "0") if term is None else (str(term[0]), str(term[1])) for term in (found.damping, found.period)]
     return [name, *shown, str(found.rho_inf), str(found.order), *terms[0], *terms[1]]
 
 
-def property_table(folder: Path, step: Callable[[], object]) -> list[list[str]]:
-    """The table of rho_inf, order and error constants, undamped; also written as CSV."""
-    rows = []
-    for name, parameters in parameter_sets():
-        rows.append(property_row(name, parameters, properties(name, parameters)))
-        step()
-    with (folder / "chapter_4_properties.csv").open("w", encoding="utf-8", newline="") as file:
-        csv.writer(file).writerows([HEADER, *rows])
-    return rows
-
-
-def catalogue_table(folder: Path, step: Callable[[], object]) -> list[CatalogueRow]:
-    """Every scheme at its default parameters; also written as CSV."""
-    rows = []
-    for name in schemes():
-        rows.append(catalogue_row(name))
-        step()
-    with (folder / "catalogue.csv").open("w", encoding="utf-8", newline="") as file:
-        csv.writer(file).writerows([[f.name for f in fields(CatalogueRow)], *(astuple(row) for row in rows)])
-    return rows
+def tables(folder: Path, catalogue: list[CatalogueRow], rows: list[list[str]]) -> None:
+    """Every scheme at its default parameters, and the parameter sets of chapter 4, as CSV."""
+    header = [f.name for f in fields(CatalogueRow)]
+    for name, lines in (
+        ("catalogue", [header, *(astuple(row) for row in catalogue)]), ("chapter_4_properties", [HEADER, *rows]),
+    ):  # fmt: skip
+        with (folder / f"{name}.csv").open("w", encoding="utf-8", newline="") as file:
+            csv.writer(file).writerows(lines)
 
 
 @dataclass(frozen=True)
@@ -119,47 +112,66 @@ class Results:
 
 
 def jobs(full: bool) -> tuple[Callable[[Path], object], ...]:
-    """What only draws or tabulates, one job a piece; full: the long runs too."""
-    return (*CHARTS, *chapter_5.JOBS, *(chapter_5.LONG_JOBS if full else ()), *precision.jobs(full))
+    """What only draws, one job a piece; full: the long runs too."""
+    chapter_4 = (partial(figure_4, number, split) for number, split in enumerate(SPLITS, start=1))
+    return (*chapter_4, *CHARTS, *chapter_5.JOBS, *(chapter_5.LONG_JOBS if full else ()))
 
 
-def compile_ahead(step: Callable[[], object]) -> None:
-    """Kernels of every scheme into numba's cache, on all cores: numba compiles on one core of a process."""
-    if cores() > 1:
-        with ProcessPoolExecutor(cores(), mp_context=get_context("spawn")) as pool:
-            for _ in pool.map(_compile, schemes()):
-                step()
+def _drawn(folder: Path, full: bool, i: int) -> None:
+    jobs(full)[i](folder)
 
 
-def _compile(name: str) -> None:
+def _compiled(name: str) -> None:
+    """The scheme's kernels into numba's cache, for numba compiles on one core of a process."""
     s = scheme(name)
     s.stability(1.0)
-    for where in (case.make() for case in CASES):
-        march(where, s, 1e-3, 2e-3)
+    where = [case.make() for case in CASES]
+    if name in failures.words.QUICK:
+        where += [case.make() for case in failures.table.CASES]
+    for one in where:
+        march(one, s, 1e-4, 2e-4)
+
+
+@contextmanager
+def _workers() -> Iterator[Callable[..., Iterator[Any]]]:
+    """`map` on a process for each core, which begins at once, or on this one if there is no other."""
+    if cores() == 1:
+        yield map
+        return
+    pool = ProcessPoolExecutor(cores(), mp_context=get_context("spawn"))
+    try:
+        yield pool.map
+    finally:
+        pool.shutdown(cancel_futures=True)
 
 
 def reproduce(folder: Path, step: Callable[[], object], *, full: bool = False) -> Results:
     """Everything into the folder; calls step() `steps(full)` times. full: the long runs and fine maps as well."""
     folder.mkdir(parents=True, exist_ok=True)
     page.pictures(folder)  # one that the page refuses is told before the work, not after
-    compile_ahead(step)
-    for number, split in enumerate(SPLITS, start=1):
-        figure_4(number, split, folder)
-        step()
-    for job in jobs(full):
+
+    def waited(found: Iterator[Any]) -> list[Any]:
+        return [(one, step())[0] for one in found]
+
+    with _workers() as each:
+        if each is not map:
+            waited(each(_compiled, schemes()))
+        drawn = each(partial(_drawn, folder, full), range(len(jobs(full))))
+        rows = each(catalogue_row, schemes()), each(property_row, parameter_sets()), each(claims.judged, claims.JUDGES)
+        outcomes = failures.battery(folder, step, full)
+        waited(drawn)
+        catalogue, of_chapter_4, judgements = map(waited, rows)
+    for job in precision.jobs(full):  # timed, so while nothing else runs
         job(folder)
         step()
-    outcomes = failures.battery(folder, step, full)
-    catalogue = catalogue_table(folder, step)
-    rows = property_table(folder, step)
-    judgements = claims.judge(step)
+    tables(folder, catalogue, of_chapter_4)
     claims.write(folder, judgements)
     page.write(folder)
-    return Results(catalogue, rows, outcomes, judgements)
+    return Results(catalogue, of_chapter_4, outcomes, judgements)
 
 
 def steps(full: bool = False) -> int:
     """How often `reproduce` calls its step."""
-    tables = len(schemes()) + sum(1 for _ in parameter_sets())
     ahead = len(schemes()) if cores() > 1 else 0
-    return ahead + len(SPLITS) + len(jobs(full)) + failures.count() + tables + len(claims.JUDGES)
+    drawn = len(jobs(full)) + len(precision.jobs(full)) + failures.count()
+    return ahead + drawn + len(schemes()) + sum(1 for _ in parameter_sets()) + len(claims.JUDGES)

@@ -154,7 +154,8 @@ class Scheme:
 
     def amplitude_error(self, Omega: ArrayLike, xi: ArrayLike = 0.0) -> Array:
         """1 - exp(-2 pi numerical_damping) (thesis (4.4)); NaN where that is."""
-        return 0.0 - np.expm1(-2.0 * np.pi * self.numerical_damping(Omega, xi))
+        with np.errstate(over="ignore"):  # -inf of a response that grows beyond all numbers
+            return 0.0 - np.expm1(-2.0 * np.pi * self.numerical_damping(Omega, xi))
 
     def period_error(self, Omega: ArrayLike, xi: ArrayLike = 0.0) -> Array:
         """Omega*sqrt(1 - xi^2)/phi - 1 (thesis (4.6)); NaN where numerical_damping is, 0 at Omega = 0."""

@@ -26,13 +26,19 @@ def key(judge: Judge) -> str:
     return kind[0].upper() + where.replace("_", ".")
 
 
+def judged(entry: tuple[Judge, str]) -> Judgement:
+    """What one of JUDGES finds."""
+    judges, command = entry
+    verdict, evidence = judges()
+    claim = " ".join(cleandoc(judges.__doc__ or "").split())
+    return Judgement(key(judges), claim, verdict, evidence, command)
+
+
 def judge(step: Callable[[], object] = lambda: None) -> list[Judgement]:
     """All claims, in the order of the thesis; step() is called after each."""
     found = []
-    for judges, command in JUDGES:
-        verdict, evidence = judges()
-        claim = " ".join(cleandoc(judges.__doc__ or "").split())
-        found.append(Judgement(key(judges), claim, verdict, evidence, command))
+    for entry in JUDGES:
+        found.append(judged(entry))
         step()
     return found
 

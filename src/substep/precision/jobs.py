@@ -21,7 +21,7 @@ def work_precision(case: Case, folder: Path, *, full: bool) -> None:
     """One scene: all schemes and the solvers that are installed."""
     every, repeats = (1, 20) if full else (2, 3)
     exact = case.reference()
-    general, missing = peers.peers(exact)
+    general, missing = peers.peers(exact, None if full else (*turning.PEERS, "scipy Radau"))
     theirs = [run for peer in general for run in peers.runs(exact, peer, every=every, repeats=repeats)]
     charts.work_precision(case, exact, runs(case, exact, every=every, repeats=repeats), theirs, missing, folder)
 

@@ -22,7 +22,7 @@ from .reference import Reference, reference
 STIFFNESSES = (1e4, 1e6, 1e8, 1e10)  # EA, N
 QUICK = ("noh_bathe", "average_acceleration", "newmark_bdf2", "energy_momentum", "rk4")  # one of each kind
 PEERS = ("scipy DOP853", "scipy LSODA", "numbalsoda dop853", "numbalsoda lsoda")  # those that win somewhere
-LANES = 480
+LANES = 96
 T_END, FINEST = 10.0, 12
 ERRORS = 10.0 ** -np.arange(1.0, 9.5, 0.5)
 
