@@ -42,7 +42,7 @@ def rigid_limit(where: Scene, t_end: float) -> Reference:
     t = np.linspace(0.0, t_end, SAMPLES + 1)
     along = np.stack([np.cos(v0 / L * t), np.sin(v0 / L * t)], axis=1)
     across = np.stack([-along[:, 1], along[:, 0]], axis=1)
-    return Reference(where, t, L * along, v0 * across, -(v0**2) / L * along, lag(where, t_end), "rigid limit")
+    return Reference(where, t, L * along, v0 * across, -(v0**2) / L * along, lag(where, t_end), "the rigid limit")
 
 
 def lag(where: Scene, t_end: float) -> float:
