@@ -12,13 +12,13 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Column, Table
 
+from .options import exact_options, number, numbers, room_for, scene_of
 from .schemes import scheme
 from .schemes import schemes as scheme_names
 
 if TYPE_CHECKING:
     from .claims.judging import Judgement
     from .failures import Row
-    from .scenes import Scene
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
 console = Console()
@@ -150,7 +150,7 @@ def certify(
     from .build import certificate  # noqa: PLC0415
 
     try:
-        found = certificate(name, xi=xi, **_exact_options(context.args))
+        found = certificate(name, xi=xi, **exact_options(context.args))
     except (ValueError, TypeError) as error:
         raise typer.BadParameter(str(error)) from error
     print(found.text)
@@ -208,11 +208,11 @@ def run(
     from .scenes import SCENES  # noqa: PLC0415
 
     try:
-        _room_for(csv)
-        given = _numbers(context.args)
+        room_for(csv)
+        given = numbers(context.args)
         known = {key for key, *_ in SCENES[scene_name]["parameters"]} if scene_name in SCENES else set()
         s = scheme(scheme_name, **{key: value for key, value in given.items() if key not in known})
-        here = _scene(scene_name, a0, strain, {key: value for key, value in given.items() if key in known})
+        here = scene_of(scene_name, a0, strain, {key: value for key, value in given.items() if key in known})
         r = march(here, s, dt, t_end)
     except ValueError as error:
         raise typer.BadParameter(str(error)) from error
@@ -270,7 +270,7 @@ def chart(
     from .reproduce import ERROR_RATIOS, RADIUS_RATIOS  # noqa: PLC0415
 
     try:
-        _room_for(file)
+        room_for(file)
         drawn = {name: scheme(name) for name in names}
     except ValueError as error:
         raise typer.BadParameter(str(error)) from error
@@ -308,9 +308,9 @@ def spectrum(
     from .spectrum import PERIODS, QUANTITIES, response_spectrum  # noqa: PLC0415
 
     try:
-        _room_for(csv, chart)
-        T = [_number("--periods", text) for text in periods.split(",")] if periods else PERIODS
-        s = response_spectrum(file, periods=T, xi=xi, scheme=scheme(scheme_name, **_numbers(context.args)))
+        room_for(csv, chart)
+        T = [number("--periods", text) for text in periods.split(",")] if periods else PERIODS
+        s = response_spectrum(file, periods=T, xi=xi, scheme=scheme(scheme_name, **numbers(context.args)))
     except (ValueError, OSError) as error:
         raise typer.BadParameter(str(error)) from error
     told = f"{s.samples} samples, dt = {s.dt:g} s, xi = {xi:g}, {' '.join((s.scheme, s.parameters)).strip()}"
@@ -364,55 +364,11 @@ def choose(
     from .precision.cases import span  # noqa: PLC0415
 
     try:
-        _room_for(file)
-        here = _scene(scene_name, a0, strain, _numbers(context.args))
+        room_for(file)
+        here = scene_of(scene_name, a0, strain, numbers(context.args))
         found = choice.choose(here, accuracy, t_end=span(here) if t_end is None else t_end, quantity=quantity)
     except ValueError as error:
         raise typer.BadParameter(str(error)) from error
     console.print(found.text, highlight=False)
     if file is not None:
         choice.chart(found, file)
-
-
-def _scene(name: str, a0: str, strain: str, parameters: dict[str, float]) -> "Scene":
-    from .scenes import scene  # noqa: PLC0415
-
-    options: dict[str, object] = {"strain": strain} if strain else {}
-    if a0:
-        options["a0"] = a0 if a0 == "consistent" else [_number("--a0", x) for x in a0.split(",")]
-    return scene(name, **options, **parameters)
-
-
-def _room_for(*files: Path | None) -> None:
-    """Raises ValueError for a file whose folder is not there, before work is done for it."""
-    for file in files:
-        if file is not None and not file.parent.is_dir():
-            raise ValueError(f"expected a folder that is there for {file}, got {file.parent}; make it first")
-
-
-def _number(name: str, text: str) -> float:
-    try:
-        return float(text)
-    except ValueError as error:
-        raise ValueError(f"expected a number such as 0.2 for {name}, got '{text}'; correct it") from error
-
-
-def _numbers(arguments: list[str]) -> dict[str, float]:
-    """--name value, as numbers."""
-    return {key: _number(f"--{key.replace('_', '-')}", text) for key, text in _exact_options(arguments).items()}
-
-
-def _exact_options(arguments: list[str]) -> dict[str, str]:
-    """--name value or --name=value, a dash in the name standing for an underscore; values stay text."""
-    values: dict[str, str] = {}
-    rest = iter(arguments)
-    for argument in rest:
-        if not argument.startswith("--"):
-            raise ValueError(f"expected a parameter such as --gamma-t 1/5, got '{argument}'")
-        key, joined, value = argument[2:].partition("=")
-        if not joined:
-            value = next(rest, "")
-        if not value:
-            raise ValueError(f"expected a number after --{key}, got none")
-        values[key.replace("-", "_")] = value
-    return values

@@ -149,8 +149,8 @@ def _costs(
         f"""{said}: solves (of a balance by its effective stiffness, or by the mass if explicit), evaluations of force
         and tangent, and time with compilation apart. A row for each kind of scheme, at default parameters, the others
         in grey; a composite is compared at equal work, since its sub-steps count. Triangles have the derived orders,
-        which hold with damping and load too (undamped, fox_goodwin is of order 4). Black: general solvers at falling
-        tolerances, until a run takes {LONG:g} s. {_told(case.note, floor, absent)}""",
+        which hold with damping and load too: undamped, as here, a scheme may be better. Black: general solvers at
+        falling tolerances, until a run takes {LONG:g} s. {_told(case.note, floor, absent)}""",
     )  # fmt: skip
 
 

@@ -138,8 +138,8 @@ def chart(found: Sequence[Point], missing: dict[str, str], folder: Path) -> None
         f"""Where general high-order solvers overtake: time a run, on one core, of the fastest method that keeps the
         angle of the elastic pendulum within an error over {T_END:g} s, for four stiffnesses EA. Schemes of second order
         and of order 4, alone and {LANES} runs at once, with start velocities that differ by 10 %; general solvers, one
-        run after another. Orders hold with damping; undamped, as here, fox_goodwin is of
-        order 4. Above each panel: the error from which on solvers are faster than schemes of second
+        run after another. The orders are those with damping: undamped, as here, a scheme may be better.
+        Above each panel: the error from which on solvers are faster than schemes of second
         order{absent}.
         """,
     )  # fmt: skip

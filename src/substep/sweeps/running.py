@@ -11,7 +11,6 @@ from ..schemes import Array, Scheme
 from ..threads import serial
 from .plan import Plan
 
-COMPLETED = 0  # place in Status
 Results = dict[str, Any]
 
 
