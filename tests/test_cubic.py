@@ -64,7 +64,8 @@ def test_the_real_root_and_the_pair_of_any_cubic() -> None:
         c = [float(x) for x in exact]
         scale = 2.0 ** RNG.integers(-20, 20)
         b0, b1 = float(sum(exact)), float(3 * exact[0] + 2 * exact[1] + exact[2])
-        half, less, modulus2, discriminant, third = houbolt._pair(*(scale * x for x in (*c, b0, b1)))
+        monic = houbolt._monic(*(scale * x for x in (*c, b0, b1)))
+        (half, less, modulus2, discriminant), third = houbolt._pair(*monic), monic[-1]
         with mpmath.workdps(60):
             given = [mpmath.mpf(x.numerator) / x.denominator for x in exact]
             roots = mpmath.polyroots(given, maxsteps=2000, extraprec=400, error=False)
@@ -131,7 +132,8 @@ def test_a_pair_near_one_keeps_its_digits(third: float) -> None:
         r, T = Fraction(third), P + Q
         b0, b1 = P * (1 - r), T * (1 - r) + P
         c = (1, T - 2 - r, 1 - Q + r * (2 - T), -r * (1 - Q))
-        _, less, _, discriminant, found = houbolt._pair(*(float(x) for x in (*c, b0, b1)))
+        monic = houbolt._monic(*(float(x) for x in (*c, b0, b1)))
+        (_, less, _, discriminant), found = houbolt._pair(*monic), monic[-1]
         assert found == pytest.approx(third, abs=4 * EPS * max(1.0, abs(third)) / min(1.0, (1 - third) ** 2))
         beside = 1.0 / abs(1 - third)
         if Fraction(1, 2) * min(1, (1 - r) ** 2) > P:

@@ -105,10 +105,49 @@ def test_real_eigenvalues_are_nan_at_every_size() -> None:
     assert np.array_equal(np.isnan(found), [False, True])
 
 
-@pytest.mark.parametrize("name", ["newmark_bdf2", "rk4", "generalized_alpha", "park"])
+def test_a_pair_far_from_the_exact_one_near_zero() -> None:
+    """Where dissipation is so large that the distance's series would not do."""
+    compared = 0
+    for gamma in (0.6, 2.0, 4.0, 8.0, 20.0):
+        beta, omegas = (gamma + 0.5) ** 2 / 4, np.array([0.001, 0.01, 0.03, 0.06, 0.12])
+        _, added, period = ss.scheme("newmark", beta=beta, gamma=gamma).stability(omegas, 0.02)
+        for i, omega in enumerate(omegas):
+            with mpmath.workdps(50):
+                A = stepped("newmark", mpmath.mpf(omega), mpmath.mpf(0.02), {"beta": beta, "gamma": gamma})
+                pair = max(mpmath.eig(mpmath.matrix(A), left=False, right=False), key=mpmath.im)
+                if pair.imag < 1e-6:
+                    assert np.isnan(period[i])
+                    continue
+                angle, root = mpmath.arg(pair), mpmath.sqrt(1 - mpmath.mpf(0.02) ** 2)
+                longer = omega * root / angle - 1
+                damped = -mpmath.log(abs(pair)) / angle - mpmath.mpf(0.02) / root
+                compared += 1
+                assert period[i] == pytest.approx(float(longer), rel=1e-12)
+                assert added[i] == pytest.approx(float(damped), rel=1e-12)
+    assert compared > 20
+
+
+@pytest.mark.parametrize("bad", [-1e-300, np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize("name", ["newmark", "generalized_alpha", "park"])
+def test_one_point_that_is_refused_refuses_all(name: str, bad: float) -> None:
+    values = np.linspace(0.0, 3.0, 100)
+    values[[0, 50]] = -0.0, 0.3
+    s = ss.scheme(name)
+    assert np.isfinite(s.spectral_radius(values, values)).all()
+    values[77] = bad
+    for function in (s.spectral_radius, s.stability):
+        with pytest.raises(ValueError, match="expected Omega"):
+            function(values, 0.1)
+        with pytest.raises(ValueError, match="expected xi"):
+            function(0.1, values)
+        with pytest.raises(ValueError, match="expected xi"):
+            function(np.empty(0), bad)
+
+
+@pytest.mark.parametrize("name", [name for name in NAMES if not BY_NAME[name].fixed])
 def test_any_size_and_stride_gives_the_same_bits(name: str) -> None:
     s = ss.scheme(name)
-    n = 2049 if name != "park" else 70
+    n = 2049 if name not in ("park", "oalts") else 70
     values = [10 ** RNG.uniform(-3, 2, n), RNG.uniform(0, 0.6, n)]
     values += [np.full(n, float(s.parameters[p])) for p in s.kernels.PARAMETERS]
     whole = _called(s.kernels.stability, values)

@@ -92,7 +92,7 @@ def _translated(line: ast.Module, declared: set[str]) -> Iterator[str]:
                 table = ", ".join(map(ast.unparse, constants))
                 pointers = ", ".join(f"&{name}" for name in targets)
                 size = len(constants)
-                yield f"in_s({pointers}, {ast.unparse(y)}, {ast.unparse(z)}, (const double[]){{{table}}}, {size});"
+                yield f"in_square({pointers}, {ast.unparse(y)}, {ast.unparse(z)}, (const double[]){{{table}}}, {size});"
                 declared.update(targets)
             case ast.Assign(targets=[ast.Tuple(elts=names)], value=ast.Tuple(elts=values)):
                 for name, value in zip(names, values, strict=True):

@@ -7,8 +7,8 @@
 #define HALF_PI 1.57079632679489661923
 #define TAN_PI_8 0.41421356237309504880
 
-// (u, v), where u + v s is the polynomial in s of these constants, highest first, and s^2 = -y s - z
-INLINE void in_s(vec *u, vec *v, vec y, vec z, const double *constants, int n) {
+// (u, v), where u + v s^2 is the polynomial in s^2 of these constants, highest first, and s^4 = -y s^2 - z
+INLINE void in_square(vec *u, vec *v, vec y, vec z, const double *constants, int n) {
     *u = *v = all(0.0);
 #pragma GCC unroll 16
     for (int i = 0; i < n; i++) {
@@ -133,26 +133,33 @@ INLINE void far(const vec *v, spectrum s, vec *damping, vec *period) {
     *period = v[0] * scale * damped * both - 1.0;
 }
 
-// w, gain, x and y of `near` from what the exact eigenvalue e^s = x + i scale y leaves over in the polynomial
-INLINE void distance(const vec *v, vec third, vec *out) {
-    vec found[5];
+// tanh of half the distance, in s, of the pair half + i root from the exact one, as substep's `_apart`
+INLINE void apart(const vec *v, const vec *pair, vec *re, vec *im) {
+    vec half = pair[0], less = 0.5 * pair[1], modulus2 = pair[2], imaginary = pair[3], found[5];
     residual(v, found);
-    vec p0 = found[0], p1 = found[1], x = found[2], y = found[3], leading = found[4];
-    vec damped = 1.0 - v[1] * v[1], g0 = x, g1 = y;
+    vec cosine = root(1.0 - v[1] * v[1]);
+    vec p0 = found[0], p1 = cosine * found[1], x = found[2], y = cosine * found[3], leading = found[4];
+    vec m = 0.25 * (1.0 + 2.0 * half + modulus2);
+    vec f0 = m * x - less, f1 = m * y + imaginary;
+    vec h0 = m - 0.25 * (less * x - imaginary * y), h1 = -0.25 * (less * y + imaginary * x);
+    vec g0 = f0 * h0 - f1 * h1, g1 = f0 * h1 + f1 * h0;
 #if EIGENVALUES == 3
-    g0 = (x - third) * x - damped * y * y, g1 = (x - third) * y + y * x;
+    vec third = pair[4], j0 = 1.0 + 0.5 * x - third * (1.0 - 0.5 * x), j1 = 0.5 * y + third * 0.5 * y, k0 = g0;
+    g0 = g0 * j0 - g1 * j1, g1 = k0 * j1 + g1 * j0;
 #endif
-    vec size = v[0] * v[0] * v[0] / (leading * (g0 * g0 + damped * g1 * g1) * y);
-    out[0] = size * y * (p0 * g0 + damped * p1 * g1), out[1] = size * (p0 * g1 - p1 * g0), out[2] = x, out[3] = y;
+    vec scale = -0.5 * m * v[0] * v[0] * v[0] / (leading * (g0 * g0 + g1 * g1));
+    *re = scale * (p0 * g0 + p1 * g1), *im = scale * (p1 * g0 - p0 * g1);
 }
 
-// numerical damping and period error as substep's `_compared`; imaginary: of the pair
-INLINE void near(const vec *v, vec imaginary, vec w, vec gain, vec x, vec y, vec *damping, vec *period) {
-    vec scale = root(1.0 - v[1] * v[1]), grown = root(1.0 + gain), mean = (1.0 + grown) * (1.0 + grown);
-    vec opposite = 0.5 * (w * mean - x * gain * gain), adjacent = mean * (imaginary + grown * scale * y);
-    vec half = angle(magnitude(opposite), adjacent), shift = 2.0 * choose(less(opposite, all(0.0)), -half, half);
+// numerical damping and period error as substep's `_compared`
+INLINE void near(const vec *v, vec re, vec im, vec *damping, vec *period) {
+    vec scale = root(1.0 - v[1] * v[1]), x = re * re - im * im, y = 2.0 * re * im;
+    vec u = 1.0 / 5.0 + 1.0 / 7.0 * x, w = 1.0 / 7.0 * y, t = u;
+    u = 1.0 / 3.0 + x * u - y * w, w = x * w + y * t, t = u;
+    u = 1.0 + x * u - y * w, w = x * w + y * t;
+    vec growth = 2.0 * (re * u - im * w), shift = 2.0 * (re * w + im * u);
     vec both = 1.0 / (scale * (scale * v[0] + shift));
-    *damping = -(0.5 * logarithm(1.0 + gain, gain) * scale + v[1] * shift) * both;
+    *damping = -(growth * scale + v[1] * shift) * both;
     *period = -shift * scale * both;
 }
 
@@ -182,7 +189,7 @@ void stability_far(ptrdiff_t n, const double *const *in, double *rho, double *da
 
 // lanes near Omega = 0 are packed, and their formula is split in two loops, whose iterations overlap
 static void block(ptrdiff_t n, const double *const *in, ptrdiff_t first, double *rho, double *damping, double *period) {
-    double packed[INPUTS + 2][BLOCK + LANES], between[4][BLOCK + LANES];
+    double packed[INPUTS + 5][BLOCK + LANES], between[2][BLOCK + LANES];
     mask small[BLOCK / LANES];
     ptrdiff_t size = 0, vectors = n / LANES;
     for (ptrdiff_t j = 0; j < vectors; j++) {
@@ -198,22 +205,21 @@ static void block(ptrdiff_t n, const double *const *in, ptrdiff_t first, double 
         }
         if (any(small[j])) {
             for (int k = 0; k < INPUTS; k++) pack(packed[k] + size, small[j], v[k]);
-            pack(packed[INPUTS] + size, small[j], root(s.gap) / s.c);
-            pack(packed[INPUTS + 1] + size, small[j], s.third);
+            vec r = 1.0 / s.c, less = -s.q * r, pair[] = {s.half * r, less, 1.0 + less, root(s.gap) * r, s.third};
+            for (int k = 0; k < 5; k++) pack(packed[INPUTS + k] + size, small[j], pair[k]);
             size += count(small[j]);
         }
     }
     if (size == 0) return;
     for (ptrdiff_t i = 0; i < size; i += LANES) {
-        vec v[INPUTS], found[4];
-        for (int k = 0; k < INPUTS; k++) v[k] = load(packed[k] + i);
-        distance(v, load(packed[INPUTS + 1] + i), found);
-        for (int k = 0; k < 4; k++) store(between[k] + i, found[k]);
+        vec v[INPUTS + 5], re, im;
+        for (int k = 0; k < INPUTS + 5; k++) v[k] = load(packed[k] + i);
+        apart(v, v + INPUTS, &re, &im);
+        store(between[0] + i, re), store(between[1] + i, im);
     }
     for (ptrdiff_t i = 0; i < size; i += LANES) {
-        vec v[2] = {load(packed[0] + i), load(packed[1] + i)}, t[4], found[2];
-        for (int k = 0; k < 4; k++) t[k] = load(between[k] + i);
-        near(v, load(packed[INPUTS] + i), t[0], t[1], t[2], t[3], found, found + 1);
+        vec v[2] = {load(packed[0] + i), load(packed[1] + i)}, found[2];
+        near(v, load(between[0] + i), load(between[1] + i), found, found + 1);
         store(packed[0] + i, found[0]), store(packed[1] + i, found[1]);
     }
     size = 0;

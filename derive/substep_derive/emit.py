@@ -23,11 +23,11 @@ from .symbols import Omega, state_label, xi
 from .transfer import Transfer
 
 RESERVED = {  # names a generated function gives to something else than a parameter
-    *("trace", "det", "q", "w", "g", "given", "out", "i", "k", "n", "x", "y", "z", "den", "den_o", "increment", "load"),
+    *("trace", "det", "q", "w", "given", "out", "i", "k", "n", "x", "y", "z", "den", "den_o", "increment", "load"),
     *("outputs", "outputs_load", "Omega", "xi", "math", "cmath", "np", "half", "leading", "s", "j", "r", "first"),
-    *("radius", "damping", "period", "rest", "where", "count", "kept", "gain", "shift", "angle", "root", "third"),
+    *("radius", "damping", "period", "rest", "count", "kept", "growth", "shift", "angle", "root", "third"),
     *("less", "modulus2", "discriminant", "square", "scale", "opposite", "found", "njit", "_", "size", "whole"),
-    *("P", "S", "den_"),
+    *("P", "S", "den_", "refused", "cosine", "better", "near_damping", "near_period"),
 }
 
 

@@ -17,43 +17,36 @@ def stability_functions(amplification: Amplification, arguments: Sequence[str]) 
     """Text after the kernels; arguments: Omega, xi and the parameters."""
     c = live_coefficients(amplification)
     degree, residual = len(c) - 1, Residual.of(c)
-    kept = ("root", "third") if degree == 3 else ("root", *(f"o{k}" for k in range(degree - 2)))
-    beside = kept[1:]  # the eigenvalues beside the pair, or their polynomial
-    point, size = [*arguments, *beside], len(arguments) + len(kept)
+    beside = ("third",) if degree == 3 else tuple(f"o{k}" for k in range(degree - 2))
+    first = 3 if degree <= 3 else 4  # row of what `_apart` wants: the pair's imaginary part, what is beside
+    found = range(first + 1 + len(beside))
+    monic = ", ".join(f"s[{j}, i]" for j in range(6)) if degree == 3 else ""
     typed = {"arguments": ", ".join(arguments), "arguments_i": ", ".join(f"{a}[i]" for a in arguments)}
-    first = 3 if degree <= 3 else 4  # row of what `_near` wants: the largest pair's imaginary part or another's
-    rows = range(first, first + len(kept))
-    chosen = f"Omega[i] < {SMALL_OMEGA}"
     parts = [
         fill(
             templates_stability.PAIR,
             outputs=", ".join(residual.outputs),
             lines=_indented(residual.text(SMALL_OMEGA)),
         ),
-        _eigenvalues(degree, arguments),
+        _eigenvalues(degree, typed, arguments),
         fill(
             templates_stability.NEAR,
-            arguments=typed["arguments"],
-            kept=", ".join(kept),
-            point=", ".join(point),
-            point_i=", ".join(f"{a}[i]" for a in point),
-            others=_indented(_others(("-third",) if degree == 3 else beside)),
-        ),
-        fill(
-            templates_stability.BLOCK,
             **typed,
-            found_i=", ".join(f"s[{j}, i]" for j in range(rows.stop)),
-            kept=", ".join(f"s[{j}]" for j in rows),
-            kept_i=", ".join(f"s[{j}, i]" for j in rows),
-            chosen=f"({chosen}) & (s[{first}, i] > -2.0)" if degree > 3 else chosen,
-            gathered=", ".join(f"x[{j}, k]" for j in range(size)),
-            rows=", ".join(f"x[{j}]" for j in range(size)),
-            size=size,
-            size_kept=rows.stop,
+            more="".join(f", {name}" for name in beside),
+            others=_indented(_others(("-third",) if degree == 3 else beside)),
+            re=found.stop,
+            im=found.stop + 1,
+            kept_i=", ".join(f"s[{j}, i]" for j in found[first:]),
+            first=first,
+            small_Omega=SMALL_OMEGA,
+            size=found.stop + 2,
+            before=fill(templates_stability.MONIC, arguments_i=typed["arguments_i"], monic=monic) if monic else "",
+            found_i=", ".join(f"s[{j}, i]" for j in found),
+            prepared_i=f", {monic}" if monic else "",
         ),
         fill(
             templates_stability.STABILITY,
-            **typed,
+            arguments=typed["arguments"],
             arguments_slice=", ".join(f"{a}[i:k]" for a in arguments),
             block=BLOCK,
         ),
@@ -61,8 +54,8 @@ def stability_functions(amplification: Amplification, arguments: Sequence[str]) 
     return "".join(parts)
 
 
-def _eigenvalues(degree: int, arguments: Sequence[str]) -> str:
-    names = {"arguments": ", ".join(arguments), "arguments_no_xi": ", ".join((arguments[0], *arguments[2:]))}
+def _eigenvalues(degree: int, typed: dict[str, str], arguments: Sequence[str]) -> str:
+    names = {**typed, "arguments_no_xi": ", ".join((arguments[0], *arguments[2:]))}
     if degree == 2:
         return fill(templates_eigenvalues.TWO_EIGENVALUES, **names)
     if degree == 3:
@@ -73,14 +66,15 @@ def _eigenvalues(degree: int, arguments: Sequence[str]) -> str:
 
 
 def _others(coefficients: Sequence[str]) -> Iterable[str]:
-    """g0, g1: e^s times the monic polynomial, its other coefficients given lowest first, at e^s = x + i r y."""
+    """g0, g1, times (1 - tau/2)^n and the monic polynomial in lambda, its other n coefficients given lowest first."""
     if not coefficients:
-        yield "g0, g1 = x, y"
         return
-    yield f"g0, g1 = x + {coefficients[-1]}, y".replace("+ -", "- ")
-    for coefficient in (*coefficients[-2::-1], ""):
-        more = f" + {coefficient}" if coefficient else ""
-        yield f"g0, g1 = g0 * x - square * g1 * y{more}, g0 * y + g1 * x"
+    yield "e0, e1, d0, d1 = 1.0 + 0.5 * x, 0.5 * y, 1.0 - 0.5 * x, -0.5 * y  # e^s = e/d"
+    yield f"j0, j1 = e0 + {coefficients[-1]} * d0, e1 + {coefficients[-1]} * d1".replace("+ -", "- ")
+    for k, coefficient in enumerate(coefficients[-2::-1]):
+        yield f"c0, c1 = {'c0 * d0 - c1 * d1, c0 * d1 + c1 * d0' if k else 'd0 * d0 - d1 * d1, 2.0 * d0 * d1'}"
+        yield f"j0, j1 = j0 * e0 - j1 * e1 + {coefficient} * c0, j0 * e1 + j1 * e0 + {coefficient} * c1"
+    yield "g0, g1 = g0 * j0 - g1 * j1, g0 * j1 + g1 * j0"
 
 
 def _indented(lines: Iterable[str]) -> str:

@@ -18,8 +18,8 @@ def _pair(c2, b0, q, trace, det):
 @_inline
 def _modulus(half, modulus2, discriminant):
     """The pair's modulus, the larger one of real eigenvalues."""
-    root = math.sqrt(abs(modulus2 if discriminant > 0.0 else discriminant))  # one that cannot fail is one instruction
-    return root if discriminant > 0.0 else abs(half) + root
+    real = 0.0 if discriminant > 0.0 else abs(half)
+    return real + math.sqrt(abs(modulus2 if discriminant > 0.0 else discriminant))  # one root that cannot fail
 
 
 @_inline
@@ -29,18 +29,22 @@ def _is_conservative({arguments}):
 
 
 @_inline
-def _radius({arguments}):
-    """Spectral radius at one point."""
-    half, _, modulus2, discriminant = _pair(*_quadratic({arguments}))
-    return _modulus(half, modulus2, discriminant)
-
-
-@_inline
 def _eigenvalues({arguments}):
     """Spectral radius and `_measured`'s half, less, modulus2 and root."""
     half, less, modulus2, discriminant = _pair(*_quadratic({arguments}))
     root = math.sqrt(abs(discriminant)) if discriminant > 0.0 else -1.0
     return _modulus(half, modulus2, discriminant), half, less, modulus2, root
+
+
+@_fused
+def _radii({arguments}, radius):
+    """Spectral radii; whether to refuse."""
+    refused = np.uint64(0)
+    for i in range(radius.size):
+        half, _, modulus2, discriminant = _pair(*_quadratic({arguments_i}))
+        radius[i] = _modulus(half, modulus2, discriminant)
+        refused |= _is_refused(Omega[i], xi[i])
+    return refused
 '''
 
 THREE_EIGENVALUES = '''
@@ -75,21 +79,26 @@ def _real_root(a2, a1, a0):
 
 
 @_inline
-def _pair(c3, c2, c1, c0, b0, b1):
-    """(half trace, squared modulus less 1, that square, discriminant) of a pair, and the third eigenvalue.
+def _monic(c3, c2, c1, c0, b0, b1):
+    """The others over c3, and the third eigenvalue, which is real."""
+    inverse = 1.0 / c3
+    a2, a1, a0 = c2 * inverse, c1 * inverse, c0 * inverse
+    return a2, a1, a0, b0 * inverse, b1 * inverse, _real_root(a2, a1, a0)
+
+
+@_inline
+def _pair(a2, a1, a0, b0, b1, third):
+    """(half trace, squared modulus less 1, that square, discriminant) of the pair beside the third eigenvalue.
 
     Of what is left over lambda - third, P, the value at 1, and Q = 1 - det follow from b0 and b1, which keep the
     digits of a pair near 1; away from 1, trace and determinant by the division that begins with the smaller root.
     """
-    inverse = 1.0 / c3
-    a2, a1, a0 = c2 * inverse, c1 * inverse, c0 * inverse
-    third = _real_root(a2, a1, a0)
     m = 1.0 - third
     divisor, safe_m = third if third != 0.0 else 1.0, m if m != 0.0 else 1.0
     both = 1.0 / (divisor * safe_m)
     over_m, over_third = both * divisor, both * safe_m
-    P = b0 * inverse * over_m
-    T = (b1 * inverse - P) * over_m
+    P = b0 * over_m
+    T = (b1 - P) * over_m
     Q = T - P
     det, last = a1 + third * (a2 + third), -a0 * over_third
     backward = third * third > abs(det)
@@ -99,14 +108,14 @@ def _pair(c3, c2, c1, c0, b0, b1):
     half = 1.0 - 0.5 * T if beside else half
     discriminant = P - 0.25 * T * T if beside else det - half * half
     less = -Q if beside and Q < 0.5 else det - 1.0
-    return half, less, 1.0 - Q if beside and Q < 0.5 else det, discriminant, third
+    return half, less, 1.0 - Q if beside and Q < 0.5 else det, discriminant
 
 
 @_inline
 def _modulus(half, modulus2, discriminant, third):
     """The largest modulus."""
-    root = math.sqrt(abs(modulus2 if discriminant > 0.0 else discriminant))  # one that cannot fail is one instruction
-    modulus = root if discriminant > 0.0 else abs(half) + root
+    real = 0.0 if discriminant > 0.0 else abs(half)
+    modulus = real + math.sqrt(abs(modulus2 if discriminant > 0.0 else discriminant))  # one root that cannot fail
     return modulus if modulus > abs(third) else abs(third)
 
 
@@ -118,17 +127,23 @@ def _is_conservative({arguments}):
 
 
 @_inline
-def _radius({arguments}):
-    """Spectral radius at one point."""
-    half, _, modulus2, discriminant, third = _pair(*_cubic({arguments}))
-    return _modulus(half, modulus2, discriminant, third)
-
-
-@_inline
-def _eigenvalues({arguments}):
+def _eigenvalues({arguments}, a2, a1, a0, b0, b1, third):
     """Spectral radius, `_measured`'s half, less, modulus2 and root, and the third eigenvalue."""
-    half, less, modulus2, discriminant, third = _pair(*_cubic({arguments}))
+    half, less, modulus2, discriminant = _pair(a2, a1, a0, b0, b1, third)
     root = math.sqrt(abs(discriminant)) if discriminant > 0.0 else -1.0
     less, modulus2 = (0.0, 1.0) if _is_conservative({arguments}) else (less, modulus2)
     return _modulus(half, modulus2, discriminant, third), half, less, modulus2, root, third
+
+
+@_fused
+def _radii({arguments}, radius):
+    """Spectral radii; whether to refuse. Two loops, whose iterations overlap."""
+    refused, s = np.uint64(0), np.empty((6, radius.size))
+    for i in range(radius.size):
+        s[0, i], s[1, i], s[2, i], s[3, i], s[4, i], s[5, i] = _monic(*_cubic({arguments_i}))
+        refused |= _is_refused(Omega[i], xi[i])
+    for i in range(radius.size):
+        half, _, modulus2, discriminant = _pair(s[0, i], s[1, i], s[2, i], s[3, i], s[4, i], s[5, i])
+        radius[i] = _modulus(half, modulus2, discriminant, s[5, i])
+    return refused
 '''

@@ -2,8 +2,9 @@
 
 # numba knows no vector log1p or atan2: polynomials of least maximal error, and no branch but selects
 ELEMENTARY = '''
-# no fastmath: contraction is 12 % faster, but then the last bit depends on a point's place in its array
-_inline = njit(nogil=True, error_model="numpy", forceinline=True)
+# a * b + c is rounded once
+_inline = njit(nogil=True, error_model="numpy", forceinline=True, fastmath={{"contract"}})
+_fused = njit(cache=True, nogil=True, error_model="numpy", fastmath={{"contract"}})
 
 
 @_inline

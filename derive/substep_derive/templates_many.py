@@ -115,7 +115,11 @@ def _eigenvalues({arguments}):
 
 
 @_compile
-def _radius({arguments}):
-    """Spectral radius at one point."""
-    return _eigenvalues({arguments})[0]
+def _radii({arguments}, radius):
+    """Spectral radii; whether to refuse."""
+    refused = np.uint64(0)
+    for i in range(radius.size):
+        radius[i] = _eigenvalues({arguments_i})[0]
+        refused |= _is_refused(Omega[i], xi[i])
+    return refused
 '''

@@ -3,6 +3,13 @@
 PAIR = '''
 
 @_inline
+def _is_refused(Omega, xi):
+    """1 where one is negative, infinite or NaN: such bits, and those of -0, are unsigned numbers from infinity's on."""
+    infinite = np.uint64(0x7FF0000000000000)
+    return np.uint64((np.float64(Omega).view(np.uint64) >= infinite) | (np.float64(xi).view(np.uint64) >= infinite))
+
+
+@_inline
 def _measured(Omega, xi, half, less, modulus2, root):
     """Numerical damping and period error of the pair half +- i*root, less = modulus2 - 1; root < 0 for none."""
     angle, square = _angle(root, half), abs(1.0 - xi * xi)
@@ -15,29 +22,25 @@ def _measured(Omega, xi, half, less, modulus2, root):
 
 
 @_inline
-def _compared(Omega, xi, w, gain, x, y, root):
-    """Numerical damping and period error of a pair from its distance to the exact one, e^s = x +- i sqrt(1 - xi^2) y.
-
-    Of the pair's lambda^2 - t lambda + d, w = Re(e^s + d e^-s - t) and gain = d/|e^s|^2 - 1 are small and known to all
-    digits: 1 + gain is the squared modulus over the exact one, and half the angle's error is that triangle's below.
-    """
+def _compared(Omega, xi, root, re, im):
+    """From tanh of half the pair's distance to the exact one: if that is small, numerical damping, period error."""
     cosine = math.sqrt(abs(1.0 - xi * xi))
-    grown = math.sqrt(abs(1.0 + gain))
-    mean = (1.0 + grown) * (1.0 + grown)
-    opposite = 0.5 * (w * mean - x * gain * gain)
-    shift = 2.0 * _angle(abs(opposite), mean * (root + grown * cosine * y))
-    shift = shift if opposite > 0.0 else -shift
+    x, y = re * re - im * im, 2.0 * re * im
+    u, v = 1.0 / 5.0 + 1.0 / 7.0 * x, 1.0 / 7.0 * y  # 1 + q^2/3 + q^4/5 + q^6/7
+    u, v = 1.0 / 3.0 + x * u - y * v, x * v + y * u
+    u, v = 1.0 + x * u - y * v, x * v + y * u
+    growth, shift = 2.0 * (re * u - im * v), 2.0 * (re * v + im * u)
     inverse = 1.0 / (cosine * (cosine * Omega + shift))
-    damping = 0.0 - (0.5 * _log1p(gain, 1.0 + gain) * cosine + xi * shift) * inverse
-    period = 0.0 - shift * cosine * inverse
-    nothing = math.nan if xi >= 1.0 or (Omega > 0.0 and not root > 0.0) else 0.0
-    moving = Omega > 0.0 and root > 0.0 and xi < 1.0
-    return damping if moving else nothing, period if moving else nothing
+    still = Omega == 0.0
+    damping = 0.0 if still else 0.0 - (growth * cosine + xi * shift) * inverse
+    period = 0.0 if still else 0.0 - shift * cosine * inverse
+    close = root > 0.0 and re * re + im * im < 0.000244140625  # the next term is below 4e-16
+    return xi < 1.0 and (still or close), damping, period
 
 
 @_inline
-def _in_s(y, z, constants):
-    """u, v with u + v s the polynomial in s of these constants, highest first, where s^2 = -y s - z."""
+def _in_square(y, z, constants):
+    """u, v with u + v s^2 the polynomial in s^2 of these constants, highest first, where s^4 = -y s^2 - z."""
     u, v = 0.0, 0.0
     for constant in constants:
         u, v = constant - z * v, u - y * v
@@ -46,89 +49,94 @@ def _in_s(y, z, constants):
 
 @_inline
 def _residual(Omega, xi, {outputs}):
-    """p0, p1, x, y: the polynomial at e^s is Omega^3 (p0 + i r p1), and e^s = x + i r y, r = sqrt(1 - xi^2).
+    """p0, p1, x, y: the polynomial in tau is Omega^3 (p0 + i r p1) at tau = x + i r y of e^s, r = sqrt(1 - xi^2).
 
-    s = Omega zeta, zeta^2 = -2 xi zeta - 1; a_jn + b_jn zeta are the powers of (e^s - 1)^j from s^n on, over Omega^n.
+    s = Omega zeta, zeta^2 = -2 xi zeta - 1; a_jn + b_jn zeta are the powers of tau^j from s^n on, over Omega^n.
     """
 {lines}
 '''
 
+MONIC = """
+    for i in range(n):
+        {monic} = _monic(*_cubic({arguments_i}))"""
+
 NEAR = '''
 
 @_inline
-def _distance({point}):
-    """w and gain of `_compared` from what the exact eigenvalue e^s = x + i r y leaves over in the polynomial; x, y."""
+def _apart({arguments}, half, less, modulus2, root{more}):
+    """tanh of half the distance, in s, of the pair half +- i root from the exact one, e^s; real and imaginary part.
+
+    In tau the pair is (less/2 +- i root)/scale. The polynomial at tau = x + i r y is `leading` times the product of all
+    its distances: from the pair, tanh by h, and from the other roots.
+    """
     p0, p1, x, y, leading = _residual(Omega, xi, *_defect({arguments}))
-    square = 1.0 - xi * xi
-    # the polynomial at e^s is leading (g0 + i sqrt(square) g1) (w - i sqrt(square) y gain): g, of all other roots
+    cosine, scale = math.sqrt(abs(1.0 - xi * xi)), 0.25 * (1.0 + 2.0 * half + modulus2)
+    p1, y, less = cosine * p1, cosine * y, 0.5 * less
+    f0, f1 = scale * x - less, scale * y + root  # times scale, tau's distance from the conjugate one
+    h0, h1 = scale - 0.25 * (less * x - root * y), -0.25 * (less * y + root * x)
+    g0, g1 = f0 * h0 - f1 * h1, f0 * h1 + f1 * h0
 {others}
-    scale = Omega * Omega * Omega / (leading * (g0 * g0 + square * g1 * g1) * y)
-    w = scale * y * (p0 * g0 + square * p1 * g1)
-    gain = 0.0 if _is_conservative({arguments}) else scale * (p0 * g1 - p1 * g0)
-    return w, gain, x, y
+    scale *= -0.5 * Omega * Omega * Omega / (leading * (g0 * g0 + g1 * g1))
+    growth = 0.0 if _is_conservative({arguments}) else scale * (p0 * g0 + p1 * g1)
+    return growth, scale * (p1 * g0 - p0 * g1)
 
 
-@_compile
-def _near({arguments}, {kept}, damping, period):
-    """Numerical damping and period error of points near Omega = 0; in two loops, whose iterations overlap."""
-    s = np.empty((4, root.size))
-    for i in range(root.size):
-        s[0, i], s[1, i], s[2, i], s[3, i] = _distance({point_i})
-    for i in range(root.size):
-        damping[i], period[i] = _compared(Omega[i], xi[i], s[0, i], s[1, i], s[2, i], s[3, i], root[i])
-'''
+@_fused
+def _near({arguments}, s, damping, period):
+    """Anew of points near Omega = 0 whose pair is close to the exact one; how many. Two loops: iterations overlap."""
+    count = 0
+    for i in range(period.size):
+        s[{re}, i], s[{im}, i] = _apart({arguments_i}, s[0, i], s[1, i], s[2, i], {kept_i})
+    for i in range(period.size):
+        better, near_damping, near_period = _compared(Omega[i], xi[i], s[{first}, i], s[{re}, i], s[{im}, i])
+        better = better and Omega[i] < {small_Omega}
+        damping[i], period[i] = near_damping if better else damping[i], near_period if better else period[i]
+        count += better
+    return count
 
-BLOCK = '''
 
-@_compile
+@_fused
 def _block({arguments}, radius, damping, period):
-    """Of all points, but anew, or alone, of those near Omega = 0, where the difference from the exact decides."""
-    n, count = radius.size, 0
-    s = np.empty(({size_kept}, n))
+    """Of all points; near Omega = 0 by the distance to the exact, where that can tell. Whether to refuse."""
+    n, count, refused = radius.size, 0, np.uint64(0)
+    s = np.empty(({size}, n)){before}
     for i in range(n):
-        radius[i], {found_i} = _eigenvalues({arguments_i})
+        radius[i], {found_i} = _eigenvalues({arguments_i}{prepared_i})
+        refused |= _is_refused(Omega[i], xi[i])
     for i in range(n):
-        count += {chosen}
-    if count == n:
-        _near({arguments}, {kept}, damping, period)
-        return
-    for i in range(n):  # a loop of its own, so that iterations overlap
+        count += Omega[i] < {small_Omega}
+    if count == n and _near({arguments}, s, damping, period) == n:
+        return refused
+    for i in range(n):
         damping[i], period[i] = _measured(Omega[i], xi[i], s[0, i], s[1, i], s[2, i], s[3, i])
-    if count == 0:
-        return
-    where, count = np.empty(n + 8, np.int64), 0
-    for i in range(n):
-        where[count] = i
-        count += {chosen}  # no branch
-    while count % 8:  # vectors are whole: points one by one take as long each
-        where[count] = where[0]
-        count += 1
-    x, y = np.empty(({size}, count)), np.empty((2, count))
-    for k in range(count):
-        i = where[k]
-        {gathered} = {arguments_i}, {kept_i}
-    _near({rows}, y[0], y[1])
-    for k in range(count):
-        damping[where[k]], period[where[k]] = y[0, k], y[1, k]
+    if count > 0:
+        _near({arguments}, s, damping, period)
+    return refused
 '''
 
 STABILITY = '''
 
-@_compile
+@_fused
 def spectral_radius({arguments}, out):
-    """Spectral radius; 1-D arrays of one length."""
-    for i in range(out.size):
-        out[i] = _radius({arguments_i})
+    """Spectral radius; 1-D arrays of one length. Returns whether any Omega or xi is negative or not finite."""
+    refused = np.uint64(0)
+    for i in range(0, out.size, {block}):
+        k = min(i + {block}, out.size)
+        refused |= _radii({arguments_slice}, out[i:k])
+    return refused
 
 
-@_compile
+@_fused
 def stability({arguments}, radius, damping, period):
     """Spectral radius, numerical damping ratio and period error in one pass; 1-D arrays of one length.
 
     Damping is that of the complex pair of largest modulus, less the physical one; period is the
-    numerical over the exact one, less 1; both are NaN where the eigenvalues are real.
+    numerical over the exact one, less 1; both are NaN where the eigenvalues are real. Returns whether
+    any Omega or xi is negative or not finite.
     """
+    refused = np.uint64(0)
     for i in range(0, radius.size, {block}):
         k = min(i + {block}, radius.size)
-        _block({arguments_slice}, radius[i:k], damping[i:k], period[i:k])
+        refused |= _block({arguments_slice}, radius[i:k], damping[i:k], period[i:k])
+    return refused
 '''

@@ -51,8 +51,9 @@ START_STENCIL = ()
 
 _compile = njit(cache=True, nogil=True, error_model="numpy")
 
-# no fastmath: contraction is 12 % faster, but then the last bit depends on a point's place in its array
-_inline = njit(nogil=True, error_model="numpy", forceinline=True)
+# a * b + c is rounded once
+_inline = njit(nogil=True, error_model="numpy", forceinline=True, fastmath={"contract"})
+_fused = njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 
 
 @_inline
@@ -180,34 +181,44 @@ def _asymmetry(Omega, p):
 
 @_inline
 def _defect(Omega, xi, p):
-    """The polynomial at e^s, cancelled up to Omega^4, and coefficients for `_residual`. 84 operations."""
+    """The polynomial at e^s, cancelled up to Omega^4, and coefficients for `_residual`. 120 operations."""
     r0 = 3*p - 2
     r1 = p - 1
     r2 = p*(6*p - 6) + 1
-    r3 = p*(2*p + 3) - 1
+    r3 = p*(4*p - 3) + 1
     r4 = p*(2*p - 4) + 1
-    r5 = p + 1
-    r6 = 2*p - 3
-    r7 = p - 2
-    r8 = p*(2*p - 1) + 1
+    r5 = 3*p - 1
+    r6 = 2*p - 1
+    r7 = p*(2*p - 2) + 1
     x0 = xi**2
-    x1 = 2*xi
-    x2 = 8*p
-    x3 = 4*p
-    p0 = Omega*((1/3)*p*r0**2 + x0*(p*(p*(32 - 12*p) - 68/3) + 4))
-    p1 = -2/3*Omega*xi*(-3*r1*r2 + x0*(p*(p*(36*p - 96) + 68) - 12))
+    x1 = 12*p
+    x2 = Omega*xi
+    x3 = (1/2)*p
+    x4 = r1*r3
+    x5 = 6*p
+    x6 = 2*x2
+    x7 = Omega*p
+    x8 = 4*p
+    p0 = Omega*((1/3)*p*r0**2 + x0*(p*(p*(32 - x1) - 68/3) + 4))
+    p1 = -2/3*x2*(-3*r1*r2 + x0*(p*(p*(36*p - 96) + 68) - 12))
     k0 = 0
-    k1_1 = p*r1*r3
-    k1_2 = x1*(p*(p*(6*p - 8) - 3) + 1)
-    k1_3 = 8*r4*x0 + x2
-    k1_4 = x2*xi
-    k2_2 = 2*Omega*p**3*r1 + p**2*r5*r6*x1
-    k2_3 = x3*(3*p*r7*x0 + 1)
-    k2_4 = 4*r8*xi
-    k2_5 = x3
-    k3_5 = x3
-    leading = x3
-    return p0, p1, k0, k1_1, k1_2, k1_3, k1_4, k2_2, k2_3, k2_4, k2_5, k3_5, leading
+    k1_1 = x3*x4
+    k1_3 = 2*p + 8*r4*x0 + x6*(p*(p*(x5 - 14) + 9) - 2)
+    k1_5 = 8*p*x2
+    k2_2 = -1/4*r1*r5*x7 + xi*(p*(p*(p*(x8 - 14) + 16) - 6) + 1)
+    k2_4 = Omega*(-p + x0*(p*(p*(x1 - 40) + 32) - 8)) + 4*r1*r6*xi
+    k2_6 = Omega*x8
+    k3_3 = Omega*(-x3*xi*(p*(p*(x8 - 8) + 4) - 1) - 1/8*x4*x7) + x0*(p*(p*(16 - x5) - 8) + 2) - x3
+    k3_5 = 2*p - r7*x6
+    leading = x8
+    return p0, p1, k0, k1_1, k1_3, k1_5, k2_2, k2_4, k2_6, k3_3, k3_5, leading
+
+
+@_inline
+def _is_refused(Omega, xi):
+    """1 where one is negative, infinite or NaN: such bits, and those of -0, are unsigned numbers from infinity's on."""
+    infinite = np.uint64(0x7FF0000000000000)
+    return np.uint64((np.float64(Omega).view(np.uint64) >= infinite) | (np.float64(xi).view(np.uint64) >= infinite))
 
 
 @_inline
@@ -223,29 +234,25 @@ def _measured(Omega, xi, half, less, modulus2, root):
 
 
 @_inline
-def _compared(Omega, xi, w, gain, x, y, root):
-    """Numerical damping and period error of a pair from its distance to the exact one, e^s = x +- i sqrt(1 - xi^2) y.
-
-    Of the pair's lambda^2 - t lambda + d, w = Re(e^s + d e^-s - t) and gain = d/|e^s|^2 - 1 are small and known to all
-    digits: 1 + gain is the squared modulus over the exact one, and half the angle's error is that triangle's below.
-    """
+def _compared(Omega, xi, root, re, im):
+    """From tanh of half the pair's distance to the exact one: if that is small, numerical damping, period error."""
     cosine = math.sqrt(abs(1.0 - xi * xi))
-    grown = math.sqrt(abs(1.0 + gain))
-    mean = (1.0 + grown) * (1.0 + grown)
-    opposite = 0.5 * (w * mean - x * gain * gain)
-    shift = 2.0 * _angle(abs(opposite), mean * (root + grown * cosine * y))
-    shift = shift if opposite > 0.0 else -shift
+    x, y = re * re - im * im, 2.0 * re * im
+    u, v = 1.0 / 5.0 + 1.0 / 7.0 * x, 1.0 / 7.0 * y  # 1 + q^2/3 + q^4/5 + q^6/7
+    u, v = 1.0 / 3.0 + x * u - y * v, x * v + y * u
+    u, v = 1.0 + x * u - y * v, x * v + y * u
+    growth, shift = 2.0 * (re * u - im * v), 2.0 * (re * v + im * u)
     inverse = 1.0 / (cosine * (cosine * Omega + shift))
-    damping = 0.0 - (0.5 * _log1p(gain, 1.0 + gain) * cosine + xi * shift) * inverse
-    period = 0.0 - shift * cosine * inverse
-    nothing = math.nan if xi >= 1.0 or (Omega > 0.0 and not root > 0.0) else 0.0
-    moving = Omega > 0.0 and root > 0.0 and xi < 1.0
-    return damping if moving else nothing, period if moving else nothing
+    still = Omega == 0.0
+    damping = 0.0 if still else 0.0 - (growth * cosine + xi * shift) * inverse
+    period = 0.0 if still else 0.0 - shift * cosine * inverse
+    close = root > 0.0 and re * re + im * im < 0.000244140625  # the next term is below 4e-16
+    return xi < 1.0 and (still or close), damping, period
 
 
 @_inline
-def _in_s(y, z, constants):
-    """u, v with u + v s the polynomial in s of these constants, highest first, where s^2 = -y s - z."""
+def _in_square(y, z, constants):
+    """u, v with u + v s^2 the polynomial in s^2 of these constants, highest first, where s^4 = -y s^2 - z."""
     u, v = 0.0, 0.0
     for constant in constants:
         u, v = constant - z * v, u - y * v
@@ -253,34 +260,39 @@ def _in_s(y, z, constants):
 
 
 @_inline
-def _residual(Omega, xi, p0, p1, k0, k1_1, k1_2, k1_3, k1_4, k2_2, k2_3, k2_4, k2_5, k3_5, leading):
-    """p0, p1, x, y: the polynomial at e^s is Omega^3 (p0 + i r p1), and e^s = x + i r y, r = sqrt(1 - xi^2).
+def _residual(Omega, xi, p0, p1, k0, k1_1, k1_3, k1_5, k2_2, k2_4, k2_6, k3_3, k3_5, leading):
+    """p0, p1, x, y: the polynomial in tau is Omega^3 (p0 + i r p1) at tau = x + i r y of e^s, r = sqrt(1 - xi^2).
 
-    s = Omega zeta, zeta^2 = -2 xi zeta - 1; a_jn + b_jn zeta are the powers of (e^s - 1)^j from s^n on, over Omega^n.
+    s = Omega zeta, zeta^2 = -2 xi zeta - 1; a_jn + b_jn zeta are the powers of tau^j from s^n on, over Omega^n.
     """
-    x, y, z = 2.0 * xi, 2.0 * xi * Omega, Omega * Omega
-    z2, y2 = -1.0, -x  # zeta^2 = z2 + y2 zeta, and so on
+    x, w = 2.0 * xi, Omega * Omega
+    y, z = w * (2.0 - x * x), w * w  # s^4 = -y s^2 - z
+    z1, y1 = 0.0, 1.0  # zeta^n = zn + yn zeta
+    z2, y2 = -y1, z1 - x * y1
     z3, y3 = -y2, z2 - x * y2
     z4, y4 = -y3, z3 - x * y3
     z5, y5 = -y4, z4 - x * y4
-    u, v = _in_s(y, z, (1.0 / 39916800.0, 1.0 / 3628800.0, 1.0 / 362880.0, 1.0 / 40320.0, 1.0 / 5040.0, 1.0 / 720.0, 1.0 / 120.0, 1.0 / 24.0))
-    a1_4 = u * z4 - Omega * v * y4
-    b1_4 = u * y4 + Omega * v * (z4 - x * y4)
-    a1_3, b1_3 = 1.0 / 6.0 * z3 + Omega * a1_4, 1.0 / 6.0 * y3 + Omega * b1_4
-    a1_2, b1_2 = 1.0 / 2.0 * z2 + Omega * a1_3, 1.0 / 2.0 * y2 + Omega * b1_3
-    a1_1, b1_1 = Omega * a1_2, 1.0 + Omega * b1_2
-    u, v = _in_s(y, z, (1.0 / 760320.0, 2047.0 / 239500800.0, 31.0 / 604800.0, 73.0 / 259200.0, 17.0 / 12096.0, 127.0 / 20160.0, 1.0 / 40.0, 31.0 / 360.0, 1.0 / 4.0))
-    a2_5 = u * z5 - Omega * v * y5
-    b2_5 = u * y5 + Omega * v * (z5 - x * y5)
-    a2_4, b2_4 = 7.0 / 12.0 * z4 + Omega * a2_5, 7.0 / 12.0 * y4 + Omega * b2_5
-    a2_3, b2_3 = z3 + Omega * a2_4, y3 + Omega * b2_4
-    a2_2, b2_2 = z2 + Omega * a2_3, y2 + Omega * b2_3
-    u, v = _in_s(y, z, (289.0 / 5322240.0, 115.0 / 456192.0, 437.0 / 403200.0, 2591.0 / 604800.0, 311.0 / 20160.0, 605.0 / 12096.0, 23.0 / 160.0, 43.0 / 120.0, 3.0 / 4.0, 5.0 / 4.0))
-    a3_5 = u * z5 - Omega * v * y5
-    b3_5 = u * y5 + Omega * v * (z5 - x * y5)
-    p0 += Omega * Omega * (k0 + k1_1 * a1_1 + k1_2 * a1_2 + k1_3 * a1_3 + k1_4 * a1_4 + k2_2 * a2_2 + k2_3 * a2_3 + k2_4 * a2_4 + k2_5 * a2_5 + k3_5 * a3_5)
-    p1 += Omega * Omega * (k1_1 * b1_1 + k1_2 * b1_2 + k1_3 * b1_3 + k1_4 * b1_4 + k2_2 * b2_2 + k2_3 * b2_3 + k2_4 * b2_4 + k2_5 * b2_5 + k3_5 * b3_5)
-    return p0 - xi * p1, p1, 1.0 + Omega * (a1_1 - xi * b1_1), Omega * b1_1, leading
+    z6, y6 = -y5, z5 - x * y5
+    u, v = _in_square(y, z, (5461.0 / 6227020800.0, -691.0 / 79833600.0, 31.0 / 362880.0, -17.0 / 20160.0, 1.0 / 120.0))
+    c1, d1 = u - w * v, -x * w * v
+    a1_5 = c1 * z5 - d1 * y5
+    b1_5 = c1 * y5 + d1 * (z5 - x * y5)
+    a1_3, b1_3 = -1.0 / 12.0 * z3 + w * a1_5, -1.0 / 12.0 * y3 + w * b1_5
+    a1_1, b1_1 = z1 + w * a1_3, y1 + w * b1_3
+    u, v = _in_square(y, z, (-3202291.0 / 5230697472000.0, 929569.0 / 174356582400.0, -5461.0 / 119750400.0, 691.0 / 1814400.0, -31.0 / 10080.0, 17.0 / 720.0))
+    c2, d2 = u - w * v, -x * w * v
+    a2_6 = c2 * z6 - d2 * y6
+    b2_6 = c2 * y6 + d2 * (z6 - x * y6)
+    a2_4, b2_4 = -1.0 / 6.0 * z4 + w * a2_6, -1.0 / 6.0 * y4 + w * b2_6
+    a2_2, b2_2 = z2 + w * a2_4, y2 + w * b2_4
+    u, v = _in_square(y, z, (16769029.0 / 871782912000.0, -133.0 / 912384.0, 641.0 / 604800.0, -11.0 / 1512.0, 11.0 / 240.0, -1.0 / 4.0))
+    c3, d3 = u - w * v, -x * w * v
+    a3_5 = c3 * z5 - d3 * y5
+    b3_5 = c3 * y5 + d3 * (z5 - x * y5)
+    a3_3, b3_3 = z3 + w * a3_5, y3 + w * b3_5
+    p0 += Omega * Omega * (k0 + k1_1 * a1_1 + k1_3 * a1_3 + k1_5 * a1_5 + k2_2 * a2_2 + k2_4 * a2_4 + k2_6 * a2_6 + k3_3 * a3_3 + k3_5 * a3_5)
+    p1 += Omega * Omega * (k1_1 * b1_1 + k1_3 * b1_3 + k1_5 * b1_5 + k2_2 * b2_2 + k2_4 * b2_4 + k2_6 * b2_6 + k3_3 * b3_3 + k3_5 * b3_5)
+    return p0 - xi * p1, p1, Omega * (a1_1 - xi * b1_1), Omega * b1_1, leading
 
 
 @_inline
@@ -313,21 +325,26 @@ def _real_root(a2, a1, a0):
 
 
 @_inline
-def _pair(c3, c2, c1, c0, b0, b1):
-    """(half trace, squared modulus less 1, that square, discriminant) of a pair, and the third eigenvalue.
+def _monic(c3, c2, c1, c0, b0, b1):
+    """The others over c3, and the third eigenvalue, which is real."""
+    inverse = 1.0 / c3
+    a2, a1, a0 = c2 * inverse, c1 * inverse, c0 * inverse
+    return a2, a1, a0, b0 * inverse, b1 * inverse, _real_root(a2, a1, a0)
+
+
+@_inline
+def _pair(a2, a1, a0, b0, b1, third):
+    """(half trace, squared modulus less 1, that square, discriminant) of the pair beside the third eigenvalue.
 
     Of what is left over lambda - third, P, the value at 1, and Q = 1 - det follow from b0 and b1, which keep the
     digits of a pair near 1; away from 1, trace and determinant by the division that begins with the smaller root.
     """
-    inverse = 1.0 / c3
-    a2, a1, a0 = c2 * inverse, c1 * inverse, c0 * inverse
-    third = _real_root(a2, a1, a0)
     m = 1.0 - third
     divisor, safe_m = third if third != 0.0 else 1.0, m if m != 0.0 else 1.0
     both = 1.0 / (divisor * safe_m)
     over_m, over_third = both * divisor, both * safe_m
-    P = b0 * inverse * over_m
-    T = (b1 * inverse - P) * over_m
+    P = b0 * over_m
+    T = (b1 - P) * over_m
     Q = T - P
     det, last = a1 + third * (a2 + third), -a0 * over_third
     backward = third * third > abs(det)
@@ -337,14 +354,14 @@ def _pair(c3, c2, c1, c0, b0, b1):
     half = 1.0 - 0.5 * T if beside else half
     discriminant = P - 0.25 * T * T if beside else det - half * half
     less = -Q if beside and Q < 0.5 else det - 1.0
-    return half, less, 1.0 - Q if beside and Q < 0.5 else det, discriminant, third
+    return half, less, 1.0 - Q if beside and Q < 0.5 else det, discriminant
 
 
 @_inline
 def _modulus(half, modulus2, discriminant, third):
     """The largest modulus."""
-    root = math.sqrt(abs(modulus2 if discriminant > 0.0 else discriminant))  # one that cannot fail is one instruction
-    modulus = root if discriminant > 0.0 else abs(half) + root
+    real = 0.0 if discriminant > 0.0 else abs(half)
+    modulus = real + math.sqrt(abs(modulus2 if discriminant > 0.0 else discriminant))  # one root that cannot fail
     return modulus if modulus > abs(third) else abs(third)
 
 
@@ -356,94 +373,106 @@ def _is_conservative(Omega, xi, p):
 
 
 @_inline
-def _radius(Omega, xi, p):
-    """Spectral radius at one point."""
-    half, _, modulus2, discriminant, third = _pair(*_cubic(Omega, xi, p))
-    return _modulus(half, modulus2, discriminant, third)
-
-
-@_inline
-def _eigenvalues(Omega, xi, p):
+def _eigenvalues(Omega, xi, p, a2, a1, a0, b0, b1, third):
     """Spectral radius, `_measured`'s half, less, modulus2 and root, and the third eigenvalue."""
-    half, less, modulus2, discriminant, third = _pair(*_cubic(Omega, xi, p))
+    half, less, modulus2, discriminant = _pair(a2, a1, a0, b0, b1, third)
     root = math.sqrt(abs(discriminant)) if discriminant > 0.0 else -1.0
     less, modulus2 = (0.0, 1.0) if _is_conservative(Omega, xi, p) else (less, modulus2)
     return _modulus(half, modulus2, discriminant, third), half, less, modulus2, root, third
 
 
+@_fused
+def _radii(Omega, xi, p, radius):
+    """Spectral radii; whether to refuse. Two loops, whose iterations overlap."""
+    refused, s = np.uint64(0), np.empty((6, radius.size))
+    for i in range(radius.size):
+        s[0, i], s[1, i], s[2, i], s[3, i], s[4, i], s[5, i] = _monic(*_cubic(Omega[i], xi[i], p[i]))
+        refused |= _is_refused(Omega[i], xi[i])
+    for i in range(radius.size):
+        half, _, modulus2, discriminant = _pair(s[0, i], s[1, i], s[2, i], s[3, i], s[4, i], s[5, i])
+        radius[i] = _modulus(half, modulus2, discriminant, s[5, i])
+    return refused
+
+
 @_inline
-def _distance(Omega, xi, p, third):
-    """w and gain of `_compared` from what the exact eigenvalue e^s = x + i r y leaves over in the polynomial; x, y."""
+def _apart(Omega, xi, p, half, less, modulus2, root, third):
+    """tanh of half the distance, in s, of the pair half +- i root from the exact one, e^s; real and imaginary part.
+
+    In tau the pair is (less/2 +- i root)/scale. The polynomial at tau = x + i r y is `leading` times the product of all
+    its distances: from the pair, tanh by h, and from the other roots.
+    """
     p0, p1, x, y, leading = _residual(Omega, xi, *_defect(Omega, xi, p))
-    square = 1.0 - xi * xi
-    # the polynomial at e^s is leading (g0 + i sqrt(square) g1) (w - i sqrt(square) y gain): g, of all other roots
-    g0, g1 = x - third, y
-    g0, g1 = g0 * x - square * g1 * y, g0 * y + g1 * x
-    scale = Omega * Omega * Omega / (leading * (g0 * g0 + square * g1 * g1) * y)
-    w = scale * y * (p0 * g0 + square * p1 * g1)
-    gain = 0.0 if _is_conservative(Omega, xi, p) else scale * (p0 * g1 - p1 * g0)
-    return w, gain, x, y
+    cosine, scale = math.sqrt(abs(1.0 - xi * xi)), 0.25 * (1.0 + 2.0 * half + modulus2)
+    p1, y, less = cosine * p1, cosine * y, 0.5 * less
+    f0, f1 = scale * x - less, scale * y + root  # times scale, tau's distance from the conjugate one
+    h0, h1 = scale - 0.25 * (less * x - root * y), -0.25 * (less * y + root * x)
+    g0, g1 = f0 * h0 - f1 * h1, f0 * h1 + f1 * h0
+    e0, e1, d0, d1 = 1.0 + 0.5 * x, 0.5 * y, 1.0 - 0.5 * x, -0.5 * y  # e^s = e/d
+    j0, j1 = e0 - third * d0, e1 - third * d1
+    g0, g1 = g0 * j0 - g1 * j1, g0 * j1 + g1 * j0
+    scale *= -0.5 * Omega * Omega * Omega / (leading * (g0 * g0 + g1 * g1))
+    growth = 0.0 if _is_conservative(Omega, xi, p) else scale * (p0 * g0 + p1 * g1)
+    return growth, scale * (p1 * g0 - p0 * g1)
 
 
-@_compile
-def _near(Omega, xi, p, root, third, damping, period):
-    """Numerical damping and period error of points near Omega = 0; in two loops, whose iterations overlap."""
-    s = np.empty((4, root.size))
-    for i in range(root.size):
-        s[0, i], s[1, i], s[2, i], s[3, i] = _distance(Omega[i], xi[i], p[i], third[i])
-    for i in range(root.size):
-        damping[i], period[i] = _compared(Omega[i], xi[i], s[0, i], s[1, i], s[2, i], s[3, i], root[i])
+@_fused
+def _near(Omega, xi, p, s, damping, period):
+    """Anew of points near Omega = 0 whose pair is close to the exact one; how many. Two loops: iterations overlap."""
+    count = 0
+    for i in range(period.size):
+        s[5, i], s[6, i] = _apart(Omega[i], xi[i], p[i], s[0, i], s[1, i], s[2, i], s[3, i], s[4, i])
+    for i in range(period.size):
+        better, near_damping, near_period = _compared(Omega[i], xi[i], s[3, i], s[5, i], s[6, i])
+        better = better and Omega[i] < 0.125
+        damping[i], period[i] = near_damping if better else damping[i], near_period if better else period[i]
+        count += better
+    return count
 
 
-@_compile
+@_fused
 def _block(Omega, xi, p, radius, damping, period):
-    """Of all points, but anew, or alone, of those near Omega = 0, where the difference from the exact decides."""
-    n, count = radius.size, 0
-    s = np.empty((5, n))
+    """Of all points; near Omega = 0 by the distance to the exact, where that can tell. Whether to refuse."""
+    n, count, refused = radius.size, 0, np.uint64(0)
+    s = np.empty((7, n))
     for i in range(n):
-        radius[i], s[0, i], s[1, i], s[2, i], s[3, i], s[4, i] = _eigenvalues(Omega[i], xi[i], p[i])
+        s[0, i], s[1, i], s[2, i], s[3, i], s[4, i], s[5, i] = _monic(*_cubic(Omega[i], xi[i], p[i]))
+    for i in range(n):
+        radius[i], s[0, i], s[1, i], s[2, i], s[3, i], s[4, i] = _eigenvalues(Omega[i], xi[i], p[i], s[0, i], s[1, i], s[2, i], s[3, i], s[4, i], s[5, i])
+        refused |= _is_refused(Omega[i], xi[i])
     for i in range(n):
         count += Omega[i] < 0.125
-    if count == n:
-        _near(Omega, xi, p, s[3], s[4], damping, period)
-        return
-    for i in range(n):  # a loop of its own, so that iterations overlap
-        damping[i], period[i] = _measured(Omega[i], xi[i], s[0, i], s[1, i], s[2, i], s[3, i])
-    if count == 0:
-        return
-    where, count = np.empty(n + 8, np.int64), 0
+    if count == n and _near(Omega, xi, p, s, damping, period) == n:
+        return refused
     for i in range(n):
-        where[count] = i
-        count += Omega[i] < 0.125  # no branch
-    while count % 8:  # vectors are whole: points one by one take as long each
-        where[count] = where[0]
-        count += 1
-    x, y = np.empty((5, count)), np.empty((2, count))
-    for k in range(count):
-        i = where[k]
-        x[0, k], x[1, k], x[2, k], x[3, k], x[4, k] = Omega[i], xi[i], p[i], s[3, i], s[4, i]
-    _near(x[0], x[1], x[2], x[3], x[4], y[0], y[1])
-    for k in range(count):
-        damping[where[k]], period[where[k]] = y[0, k], y[1, k]
+        damping[i], period[i] = _measured(Omega[i], xi[i], s[0, i], s[1, i], s[2, i], s[3, i])
+    if count > 0:
+        _near(Omega, xi, p, s, damping, period)
+    return refused
 
 
-@_compile
+@_fused
 def spectral_radius(Omega, xi, p, out):
-    """Spectral radius; 1-D arrays of one length."""
-    for i in range(out.size):
-        out[i] = _radius(Omega[i], xi[i], p[i])
+    """Spectral radius; 1-D arrays of one length. Returns whether any Omega or xi is negative or not finite."""
+    refused = np.uint64(0)
+    for i in range(0, out.size, 2048):
+        k = min(i + 2048, out.size)
+        refused |= _radii(Omega[i:k], xi[i:k], p[i:k], out[i:k])
+    return refused
 
 
-@_compile
+@_fused
 def stability(Omega, xi, p, radius, damping, period):
     """Spectral radius, numerical damping ratio and period error in one pass; 1-D arrays of one length.
 
     Damping is that of the complex pair of largest modulus, less the physical one; period is the
-    numerical over the exact one, less 1; both are NaN where the eigenvalues are real.
+    numerical over the exact one, less 1; both are NaN where the eigenvalues are real. Returns whether
+    any Omega or xi is negative or not finite.
     """
+    refused = np.uint64(0)
     for i in range(0, radius.size, 2048):
         k = min(i + 2048, radius.size)
-        _block(Omega[i:k], xi[i:k], p[i:k], radius[i:k], damping[i:k], period[i:k])
+        refused |= _block(Omega[i:k], xi[i:k], p[i:k], radius[i:k], damping[i:k], period[i:k])
+    return refused
 
 
 @_compile

@@ -70,8 +70,9 @@ START_STENCIL = ()
 
 _compile = njit(cache=True, nogil=True, error_model="numpy")
 
-# no fastmath: contraction is 12 % faster, but then the last bit depends on a point's place in its array
-_inline = njit(nogil=True, error_model="numpy", forceinline=True)
+# a * b + c is rounded once
+_inline = njit(nogil=True, error_model="numpy", forceinline=True, fastmath={"contract"})
+_fused = njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 
 
 @_inline
@@ -192,28 +193,34 @@ def _asymmetry(Omega):
 
 @_inline
 def _defect(Omega, xi):
-    """The polynomial at e^s, cancelled up to Omega^4, and coefficients for `_residual`. 27 operations."""
+    """The polynomial at e^s, cancelled up to Omega^4, and coefficients for `_residual`. 41 operations."""
     r0 = 2*xi**2 - 1
     r1 = 4*xi**2 - 3
     x0 = 12*Omega
-    x1 = Omega*(36*Omega + 120*xi) + 100
+    x1 = Omega*xi
+    x2 = 36*Omega
     p0 = r0*x0
     p1 = r1*x0*xi
     k0 = 0
-    k1_3 = 216
-    k1_4 = 72*xi
-    k2_3 = 540
-    k2_4 = 396*xi
-    k2_5 = 36
-    k3_3 = 720
-    k3_4 = 876*xi
-    k3_5 = 180
-    k4_4 = 540*Omega + 972*xi
-    k4_5 = 345
-    k5_5 = Omega*(216*Omega + 540*xi) + 300
-    k6_6 = Omega*x1
-    leading = x1
-    return p0, p1, k0, k1_3, k1_4, k2_3, k2_4, k2_5, k3_3, k3_4, k3_5, k4_4, k4_5, k5_5, k6_6, leading
+    k1_3 = 108
+    k1_5 = 72*x1
+    k2_4 = 135*Omega + 216*xi
+    k2_6 = x2
+    k3_3 = 90
+    k3_5 = 264*x1 + 108
+    k4_4 = (135/4)*Omega + 162*xi
+    k4_6 = 129*Omega
+    k5_5 = Omega*((27/4)*Omega + (99/2)*xi) + 72
+    k6_6 = Omega*(Omega*((9/16)*Omega + 6*xi) + 16)
+    leading = Omega*(x2 + 120*xi) + 100
+    return p0, p1, k0, k1_3, k1_5, k2_4, k2_6, k3_3, k3_5, k4_4, k4_6, k5_5, k6_6, leading
+
+
+@_inline
+def _is_refused(Omega, xi):
+    """1 where one is negative, infinite or NaN: such bits, and those of -0, are unsigned numbers from infinity's on."""
+    infinite = np.uint64(0x7FF0000000000000)
+    return np.uint64((np.float64(Omega).view(np.uint64) >= infinite) | (np.float64(xi).view(np.uint64) >= infinite))
 
 
 @_inline
@@ -229,29 +236,25 @@ def _measured(Omega, xi, half, less, modulus2, root):
 
 
 @_inline
-def _compared(Omega, xi, w, gain, x, y, root):
-    """Numerical damping and period error of a pair from its distance to the exact one, e^s = x +- i sqrt(1 - xi^2) y.
-
-    Of the pair's lambda^2 - t lambda + d, w = Re(e^s + d e^-s - t) and gain = d/|e^s|^2 - 1 are small and known to all
-    digits: 1 + gain is the squared modulus over the exact one, and half the angle's error is that triangle's below.
-    """
+def _compared(Omega, xi, root, re, im):
+    """From tanh of half the pair's distance to the exact one: if that is small, numerical damping, period error."""
     cosine = math.sqrt(abs(1.0 - xi * xi))
-    grown = math.sqrt(abs(1.0 + gain))
-    mean = (1.0 + grown) * (1.0 + grown)
-    opposite = 0.5 * (w * mean - x * gain * gain)
-    shift = 2.0 * _angle(abs(opposite), mean * (root + grown * cosine * y))
-    shift = shift if opposite > 0.0 else -shift
+    x, y = re * re - im * im, 2.0 * re * im
+    u, v = 1.0 / 5.0 + 1.0 / 7.0 * x, 1.0 / 7.0 * y  # 1 + q^2/3 + q^4/5 + q^6/7
+    u, v = 1.0 / 3.0 + x * u - y * v, x * v + y * u
+    u, v = 1.0 + x * u - y * v, x * v + y * u
+    growth, shift = 2.0 * (re * u - im * v), 2.0 * (re * v + im * u)
     inverse = 1.0 / (cosine * (cosine * Omega + shift))
-    damping = 0.0 - (0.5 * _log1p(gain, 1.0 + gain) * cosine + xi * shift) * inverse
-    period = 0.0 - shift * cosine * inverse
-    nothing = math.nan if xi >= 1.0 or (Omega > 0.0 and not root > 0.0) else 0.0
-    moving = Omega > 0.0 and root > 0.0 and xi < 1.0
-    return damping if moving else nothing, period if moving else nothing
+    still = Omega == 0.0
+    damping = 0.0 if still else 0.0 - (growth * cosine + xi * shift) * inverse
+    period = 0.0 if still else 0.0 - shift * cosine * inverse
+    close = root > 0.0 and re * re + im * im < 0.000244140625  # the next term is below 4e-16
+    return xi < 1.0 and (still or close), damping, period
 
 
 @_inline
-def _in_s(y, z, constants):
-    """u, v with u + v s the polynomial in s of these constants, highest first, where s^2 = -y s - z."""
+def _in_square(y, z, constants):
+    """u, v with u + v s^2 the polynomial in s^2 of these constants, highest first, where s^4 = -y s^2 - z."""
     u, v = 0.0, 0.0
     for constant in constants:
         u, v = constant - z * v, u - y * v
@@ -259,46 +262,51 @@ def _in_s(y, z, constants):
 
 
 @_inline
-def _residual(Omega, xi, p0, p1, k0, k1_3, k1_4, k2_3, k2_4, k2_5, k3_3, k3_4, k3_5, k4_4, k4_5, k5_5, k6_6, leading):
-    """p0, p1, x, y: the polynomial at e^s is Omega^3 (p0 + i r p1), and e^s = x + i r y, r = sqrt(1 - xi^2).
+def _residual(Omega, xi, p0, p1, k0, k1_3, k1_5, k2_4, k2_6, k3_3, k3_5, k4_4, k4_6, k5_5, k6_6, leading):
+    """p0, p1, x, y: the polynomial in tau is Omega^3 (p0 + i r p1) at tau = x + i r y of e^s, r = sqrt(1 - xi^2).
 
-    s = Omega zeta, zeta^2 = -2 xi zeta - 1; a_jn + b_jn zeta are the powers of (e^s - 1)^j from s^n on, over Omega^n.
+    s = Omega zeta, zeta^2 = -2 xi zeta - 1; a_jn + b_jn zeta are the powers of tau^j from s^n on, over Omega^n.
     """
-    x, y, z = 2.0 * xi, 2.0 * xi * Omega, Omega * Omega
-    z2, y2 = -1.0, -x  # zeta^2 = z2 + y2 zeta, and so on
+    x, w = 2.0 * xi, Omega * Omega
+    y, z = w * (2.0 - x * x), w * w  # s^4 = -y s^2 - z
+    z1, y1 = 0.0, 1.0  # zeta^n = zn + yn zeta
+    z2, y2 = -y1, z1 - x * y1
     z3, y3 = -y2, z2 - x * y2
     z4, y4 = -y3, z3 - x * y3
     z5, y5 = -y4, z4 - x * y4
     z6, y6 = -y5, z5 - x * y5
-    u, v = _in_s(y, z, (1.0 / 39916800.0, 1.0 / 3628800.0, 1.0 / 362880.0, 1.0 / 40320.0, 1.0 / 5040.0, 1.0 / 720.0, 1.0 / 120.0, 1.0 / 24.0))
-    a1_4 = u * z4 - Omega * v * y4
-    b1_4 = u * y4 + Omega * v * (z4 - x * y4)
-    a1_3, b1_3 = 1.0 / 6.0 * z3 + Omega * a1_4, 1.0 / 6.0 * y3 + Omega * b1_4
-    a1_2, b1_2 = 1.0 / 2.0 * z2 + Omega * a1_3, 1.0 / 2.0 * y2 + Omega * b1_3
-    a1_1, b1_1 = Omega * a1_2, 1.0 + Omega * b1_2
-    u, v = _in_s(y, z, (1.0 / 760320.0, 2047.0 / 239500800.0, 31.0 / 604800.0, 73.0 / 259200.0, 17.0 / 12096.0, 127.0 / 20160.0, 1.0 / 40.0, 31.0 / 360.0, 1.0 / 4.0))
-    a2_5 = u * z5 - Omega * v * y5
-    b2_5 = u * y5 + Omega * v * (z5 - x * y5)
-    a2_4, b2_4 = 7.0 / 12.0 * z4 + Omega * a2_5, 7.0 / 12.0 * y4 + Omega * b2_5
-    a2_3, b2_3 = z3 + Omega * a2_4, y3 + Omega * b2_4
-    u, v = _in_s(y, z, (289.0 / 5322240.0, 115.0 / 456192.0, 437.0 / 403200.0, 2591.0 / 604800.0, 311.0 / 20160.0, 605.0 / 12096.0, 23.0 / 160.0, 43.0 / 120.0, 3.0 / 4.0, 5.0 / 4.0))
-    a3_5 = u * z5 - Omega * v * y5
-    b3_5 = u * y5 + Omega * v * (z5 - x * y5)
-    a3_4, b3_4 = 3.0 / 2.0 * z4 + Omega * a3_5, 3.0 / 2.0 * y4 + Omega * b3_5
-    a3_3, b3_3 = z3 + Omega * a3_4, y3 + Omega * b3_4
-    u, v = _in_s(y, z, (3103.0 / 3991680.0, 7613.0 / 2661120.0, 253.0 / 25920.0, 55591.0 / 1814400.0, 265.0 / 3024.0, 6821.0 / 30240.0, 37.0 / 72.0, 81.0 / 80.0, 5.0 / 3.0, 13.0 / 6.0, 2.0))
-    a4_5 = u * z5 - Omega * v * y5
-    b4_5 = u * y5 + Omega * v * (z5 - x * y5)
-    a4_4, b4_4 = z4 + Omega * a4_5, y4 + Omega * b4_5
-    u, v = _in_s(y, z, (332514803.0 / 174356582400.0, 8923.0 / 1419264.0, 19301.0 / 997920.0, 2669.0 / 48384.0, 7501.0 / 51840.0, 1045.0 / 3024.0, 2243.0 / 3024.0, 45.0 / 32.0, 331.0 / 144.0, 25.0 / 8.0, 10.0 / 3.0, 5.0 / 2.0, 1.0))
-    a5_5 = u * z5 - Omega * v * y5
-    b5_5 = u * y5 + Omega * v * (z5 - x * y5)
-    u, v = _in_s(y, z, (6511014767.0 / 523069747200.0, 89809.0 / 2534400.0, 5009023.0 / 53222400.0, 6671.0 / 28800.0, 63373.0 / 120960.0, 97.0 / 90.0, 30083.0 / 15120.0, 259.0 / 80.0, 1087.0 / 240.0, 21.0 / 4.0, 19.0 / 4.0, 3.0, 1.0))
-    a6_6 = u * z6 - Omega * v * y6
-    b6_6 = u * y6 + Omega * v * (z6 - x * y6)
-    p0 += Omega * Omega * (k0 + k1_3 * a1_3 + k1_4 * a1_4 + k2_3 * a2_3 + k2_4 * a2_4 + k2_5 * a2_5 + k3_3 * a3_3 + k3_4 * a3_4 + k3_5 * a3_5 + k4_4 * a4_4 + k4_5 * a4_5 + k5_5 * a5_5 + k6_6 * a6_6)
-    p1 += Omega * Omega * (k1_3 * b1_3 + k1_4 * b1_4 + k2_3 * b2_3 + k2_4 * b2_4 + k2_5 * b2_5 + k3_3 * b3_3 + k3_4 * b3_4 + k3_5 * b3_5 + k4_4 * b4_4 + k4_5 * b4_5 + k5_5 * b5_5 + k6_6 * b6_6)
-    return p0 - xi * p1, p1, 1.0 + Omega * (a1_1 - xi * b1_1), Omega * b1_1, leading
+    u, v = _in_square(y, z, (5461.0 / 6227020800.0, -691.0 / 79833600.0, 31.0 / 362880.0, -17.0 / 20160.0, 1.0 / 120.0))
+    c1, d1 = u - w * v, -x * w * v
+    a1_5 = c1 * z5 - d1 * y5
+    b1_5 = c1 * y5 + d1 * (z5 - x * y5)
+    a1_3, b1_3 = -1.0 / 12.0 * z3 + w * a1_5, -1.0 / 12.0 * y3 + w * b1_5
+    a1_1, b1_1 = z1 + w * a1_3, y1 + w * b1_3
+    u, v = _in_square(y, z, (-3202291.0 / 5230697472000.0, 929569.0 / 174356582400.0, -5461.0 / 119750400.0, 691.0 / 1814400.0, -31.0 / 10080.0, 17.0 / 720.0))
+    c2, d2 = u - w * v, -x * w * v
+    a2_6 = c2 * z6 - d2 * y6
+    b2_6 = c2 * y6 + d2 * (z6 - x * y6)
+    a2_4, b2_4 = -1.0 / 6.0 * z4 + w * a2_6, -1.0 / 6.0 * y4 + w * b2_6
+    u, v = _in_square(y, z, (16769029.0 / 871782912000.0, -133.0 / 912384.0, 641.0 / 604800.0, -11.0 / 1512.0, 11.0 / 240.0, -1.0 / 4.0))
+    c3, d3 = u - w * v, -x * w * v
+    a3_5 = c3 * z5 - d3 * y5
+    b3_5 = c3 * y5 + d3 * (z5 - x * y5)
+    a3_3, b3_3 = z3 + w * a3_5, y3 + w * b3_5
+    u, v = _in_square(y, z, (23235713.0 / 435891456000.0, -967.0 / 2661120.0, 8507.0 / 3628800.0, -53.0 / 3780.0, 3.0 / 40.0, -1.0 / 3.0))
+    c4, d4 = u - w * v, -x * w * v
+    a4_6 = c4 * z6 - d4 * y6
+    b4_6 = c4 * y6 + d4 * (z6 - x * y6)
+    a4_4, b4_4 = z4 + w * a4_6, y4 + w * b4_6
+    u, v = _in_square(y, z, (-24779.0 / 31933440.0, 467.0 / 103680.0, -289.0 / 12096.0, 1.0 / 9.0, -5.0 / 12.0, 1.0))
+    c5, d5 = u - w * v, -x * w * v
+    a5_5 = c5 * z5 - d5 * y5
+    b5_5 = c5 * y5 + d5 * (z5 - x * y5)
+    u, v = _in_square(y, z, (-39607.0 / 26611200.0, 1901.0 / 241920.0, -1133.0 / 30240.0, 37.0 / 240.0, -1.0 / 2.0, 1.0))
+    c6, d6 = u - w * v, -x * w * v
+    a6_6 = c6 * z6 - d6 * y6
+    b6_6 = c6 * y6 + d6 * (z6 - x * y6)
+    p0 += Omega * Omega * (k0 + k1_3 * a1_3 + k1_5 * a1_5 + k2_4 * a2_4 + k2_6 * a2_6 + k3_3 * a3_3 + k3_5 * a3_5 + k4_4 * a4_4 + k4_6 * a4_6 + k5_5 * a5_5 + k6_6 * a6_6)
+    p1 += Omega * Omega * (k1_3 * b1_3 + k1_5 * b1_5 + k2_4 * b2_4 + k2_6 * b2_6 + k3_3 * b3_3 + k3_5 * b3_5 + k4_4 * b4_4 + k4_6 * b4_6 + k5_5 * b5_5 + k6_6 * b6_6)
+    return p0 - xi * p1, p1, Omega * (a1_1 - xi * b1_1), Omega * b1_1, leading
 
 
 @_compile
@@ -414,87 +422,98 @@ def _eigenvalues(Omega, xi):
 
 
 @_compile
-def _radius(Omega, xi):
-    """Spectral radius at one point."""
-    return _eigenvalues(Omega, xi)[0]
+def _radii(Omega, xi, radius):
+    """Spectral radii; whether to refuse."""
+    refused = np.uint64(0)
+    for i in range(radius.size):
+        radius[i] = _eigenvalues(Omega[i], xi[i])[0]
+        refused |= _is_refused(Omega[i], xi[i])
+    return refused
 
 
 @_inline
-def _distance(Omega, xi, o0, o1, o2, o3):
-    """w and gain of `_compared` from what the exact eigenvalue e^s = x + i r y leaves over in the polynomial; x, y."""
+def _apart(Omega, xi, half, less, modulus2, root, o0, o1, o2, o3):
+    """tanh of half the distance, in s, of the pair half +- i root from the exact one, e^s; real and imaginary part.
+
+    In tau the pair is (less/2 +- i root)/scale. The polynomial at tau = x + i r y is `leading` times the product of all
+    its distances: from the pair, tanh by h, and from the other roots.
+    """
     p0, p1, x, y, leading = _residual(Omega, xi, *_defect(Omega, xi))
-    square = 1.0 - xi * xi
-    # the polynomial at e^s is leading (g0 + i sqrt(square) g1) (w - i sqrt(square) y gain): g, of all other roots
-    g0, g1 = x + o3, y
-    g0, g1 = g0 * x - square * g1 * y + o2, g0 * y + g1 * x
-    g0, g1 = g0 * x - square * g1 * y + o1, g0 * y + g1 * x
-    g0, g1 = g0 * x - square * g1 * y + o0, g0 * y + g1 * x
-    g0, g1 = g0 * x - square * g1 * y, g0 * y + g1 * x
-    scale = Omega * Omega * Omega / (leading * (g0 * g0 + square * g1 * g1) * y)
-    w = scale * y * (p0 * g0 + square * p1 * g1)
-    gain = 0.0 if _is_conservative(Omega, xi) else scale * (p0 * g1 - p1 * g0)
-    return w, gain, x, y
+    cosine, scale = math.sqrt(abs(1.0 - xi * xi)), 0.25 * (1.0 + 2.0 * half + modulus2)
+    p1, y, less = cosine * p1, cosine * y, 0.5 * less
+    f0, f1 = scale * x - less, scale * y + root  # times scale, tau's distance from the conjugate one
+    h0, h1 = scale - 0.25 * (less * x - root * y), -0.25 * (less * y + root * x)
+    g0, g1 = f0 * h0 - f1 * h1, f0 * h1 + f1 * h0
+    e0, e1, d0, d1 = 1.0 + 0.5 * x, 0.5 * y, 1.0 - 0.5 * x, -0.5 * y  # e^s = e/d
+    j0, j1 = e0 + o3 * d0, e1 + o3 * d1
+    c0, c1 = d0 * d0 - d1 * d1, 2.0 * d0 * d1
+    j0, j1 = j0 * e0 - j1 * e1 + o2 * c0, j0 * e1 + j1 * e0 + o2 * c1
+    c0, c1 = c0 * d0 - c1 * d1, c0 * d1 + c1 * d0
+    j0, j1 = j0 * e0 - j1 * e1 + o1 * c0, j0 * e1 + j1 * e0 + o1 * c1
+    c0, c1 = c0 * d0 - c1 * d1, c0 * d1 + c1 * d0
+    j0, j1 = j0 * e0 - j1 * e1 + o0 * c0, j0 * e1 + j1 * e0 + o0 * c1
+    g0, g1 = g0 * j0 - g1 * j1, g0 * j1 + g1 * j0
+    scale *= -0.5 * Omega * Omega * Omega / (leading * (g0 * g0 + g1 * g1))
+    growth = 0.0 if _is_conservative(Omega, xi) else scale * (p0 * g0 + p1 * g1)
+    return growth, scale * (p1 * g0 - p0 * g1)
 
 
-@_compile
-def _near(Omega, xi, root, o0, o1, o2, o3, damping, period):
-    """Numerical damping and period error of points near Omega = 0; in two loops, whose iterations overlap."""
-    s = np.empty((4, root.size))
-    for i in range(root.size):
-        s[0, i], s[1, i], s[2, i], s[3, i] = _distance(Omega[i], xi[i], o0[i], o1[i], o2[i], o3[i])
-    for i in range(root.size):
-        damping[i], period[i] = _compared(Omega[i], xi[i], s[0, i], s[1, i], s[2, i], s[3, i], root[i])
+@_fused
+def _near(Omega, xi, s, damping, period):
+    """Anew of points near Omega = 0 whose pair is close to the exact one; how many. Two loops: iterations overlap."""
+    count = 0
+    for i in range(period.size):
+        s[9, i], s[10, i] = _apart(Omega[i], xi[i], s[0, i], s[1, i], s[2, i], s[4, i], s[5, i], s[6, i], s[7, i], s[8, i])
+    for i in range(period.size):
+        better, near_damping, near_period = _compared(Omega[i], xi[i], s[4, i], s[9, i], s[10, i])
+        better = better and Omega[i] < 0.125
+        damping[i], period[i] = near_damping if better else damping[i], near_period if better else period[i]
+        count += better
+    return count
 
 
-@_compile
+@_fused
 def _block(Omega, xi, radius, damping, period):
-    """Of all points, but anew, or alone, of those near Omega = 0, where the difference from the exact decides."""
-    n, count = radius.size, 0
-    s = np.empty((9, n))
+    """Of all points; near Omega = 0 by the distance to the exact, where that can tell. Whether to refuse."""
+    n, count, refused = radius.size, 0, np.uint64(0)
+    s = np.empty((11, n))
     for i in range(n):
         radius[i], s[0, i], s[1, i], s[2, i], s[3, i], s[4, i], s[5, i], s[6, i], s[7, i], s[8, i] = _eigenvalues(Omega[i], xi[i])
+        refused |= _is_refused(Omega[i], xi[i])
     for i in range(n):
-        count += (Omega[i] < 0.125) & (s[4, i] > -2.0)
-    if count == n:
-        _near(Omega, xi, s[4], s[5], s[6], s[7], s[8], damping, period)
-        return
-    for i in range(n):  # a loop of its own, so that iterations overlap
+        count += Omega[i] < 0.125
+    if count == n and _near(Omega, xi, s, damping, period) == n:
+        return refused
+    for i in range(n):
         damping[i], period[i] = _measured(Omega[i], xi[i], s[0, i], s[1, i], s[2, i], s[3, i])
-    if count == 0:
-        return
-    where, count = np.empty(n + 8, np.int64), 0
-    for i in range(n):
-        where[count] = i
-        count += (Omega[i] < 0.125) & (s[4, i] > -2.0)  # no branch
-    while count % 8:  # vectors are whole: points one by one take as long each
-        where[count] = where[0]
-        count += 1
-    x, y = np.empty((7, count)), np.empty((2, count))
-    for k in range(count):
-        i = where[k]
-        x[0, k], x[1, k], x[2, k], x[3, k], x[4, k], x[5, k], x[6, k] = Omega[i], xi[i], s[4, i], s[5, i], s[6, i], s[7, i], s[8, i]
-    _near(x[0], x[1], x[2], x[3], x[4], x[5], x[6], y[0], y[1])
-    for k in range(count):
-        damping[where[k]], period[where[k]] = y[0, k], y[1, k]
+    if count > 0:
+        _near(Omega, xi, s, damping, period)
+    return refused
 
 
-@_compile
+@_fused
 def spectral_radius(Omega, xi, out):
-    """Spectral radius; 1-D arrays of one length."""
-    for i in range(out.size):
-        out[i] = _radius(Omega[i], xi[i])
+    """Spectral radius; 1-D arrays of one length. Returns whether any Omega or xi is negative or not finite."""
+    refused = np.uint64(0)
+    for i in range(0, out.size, 2048):
+        k = min(i + 2048, out.size)
+        refused |= _radii(Omega[i:k], xi[i:k], out[i:k])
+    return refused
 
 
-@_compile
+@_fused
 def stability(Omega, xi, radius, damping, period):
     """Spectral radius, numerical damping ratio and period error in one pass; 1-D arrays of one length.
 
     Damping is that of the complex pair of largest modulus, less the physical one; period is the
-    numerical over the exact one, less 1; both are NaN where the eigenvalues are real.
+    numerical over the exact one, less 1; both are NaN where the eigenvalues are real. Returns whether
+    any Omega or xi is negative or not finite.
     """
+    refused = np.uint64(0)
     for i in range(0, radius.size, 2048):
         k = min(i + 2048, radius.size)
-        _block(Omega[i:k], xi[i:k], radius[i:k], damping[i:k], period[i:k])
+        refused |= _block(Omega[i:k], xi[i:k], radius[i:k], damping[i:k], period[i:k])
+    return refused
 
 
 @_compile

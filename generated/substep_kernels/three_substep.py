@@ -89,8 +89,9 @@ START_STENCIL = ()
 
 _compile = njit(cache=True, nogil=True, error_model="numpy")
 
-# no fastmath: contraction is 12 % faster, but then the last bit depends on a point's place in its array
-_inline = njit(nogil=True, error_model="numpy", forceinline=True)
+# a * b + c is rounded once
+_inline = njit(nogil=True, error_model="numpy", forceinline=True, fastmath={"contract"})
+_fused = njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 
 
 @_inline
@@ -287,43 +288,53 @@ def _asymmetry(Omega, rho_inf, gamma):
 
 @_inline
 def _defect(Omega, xi, rho_inf, gamma):
-    """The polynomial at e^s, cancelled up to Omega^4, and coefficients for `_residual`. 110 operations."""
+    """The polynomial at e^s, cancelled up to Omega^4, and coefficients for `_residual`. 181 operations."""
     r0 = 2*xi**2 - 1
     r1 = 4*xi**2 - 3
     r2 = rho_inf + 1
     r3 = 3*gamma - 1
-    r4 = gamma*(3*gamma + 6) - 2
-    r5 = 3*gamma + 2
-    r6 = gamma*(3*gamma - 16) + 6
-    r7 = gamma*(gamma - 8) + 2
-    r8 = 4*xi**2 + 1
-    r9 = 2*xi**2 + 3
+    r4 = rho_inf - 1
+    r5 = gamma*(3*gamma - 6) + 2
+    r6 = 3*gamma - 2
+    r7 = gamma*(3*gamma - 3) + 1
+    r8 = 2*gamma - 1
+    r9 = 3*gamma**2 - 1
+    r10 = 4*xi**2 + 1
+    r11 = 2*xi**2 + 3
     x0 = gamma**3
-    x1 = 3*rho_inf
-    x2 = (16/3)*Omega*(gamma*(gamma*(3*gamma - 18) + 18) + x0*x1 - 4)
-    x3 = Omega*gamma**6
-    x4 = x0*xi
-    x5 = gamma**2
-    x6 = x1*x5
-    x7 = xi**2
-    x8 = 4*x5
-    x9 = gamma*xi
-    x10 = Omega*(Omega*(12*gamma**5*xi + x3) + 12*gamma**4*r8) + 32*r9*x4
-    x11 = 48*r8*x5
-    x12 = 192*x9
-    p0 = r0*x2
-    p1 = r1*x2*xi
-    k0 = r2**2*x3 + 8*r2*r3*x4
-    k1_1 = Omega*(2*r2*x3 + 4*x4*(r4 + x6)) + 8*x5*(-r6 - x6 + x7*(2*gamma*r5 + 6*rho_inf*x5))
-    k1_2 = 16*x9*(-3*r7 - x6 + x7*(rho_inf*x8 + x8))
-    k1_3 = 128*r3*x7 + 64
-    k1_4 = 128*xi
-    k2_2 = x10
-    k2_3 = x11
-    k2_4 = x12
-    k2_5 = 64
-    leading = Omega*(Omega*(Omega*x10 + x11) + x12) + 64
-    return p0, p1, k0, k1_1, k1_2, k1_3, k1_4, k2_2, k2_3, k2_4, k2_5, leading
+    x1 = rho_inf*x0
+    x2 = 3*x1
+    x3 = 3*gamma
+    x4 = (16/3)*gamma*(gamma*(x3 - 18) + 18) + (16/3)*x2 - 64/3
+    x5 = Omega*xi
+    x6 = Omega*gamma**6
+    x7 = 8*r3
+    x8 = r6*x1
+    x9 = xi**2
+    x10 = gamma**4
+    x11 = gamma**2
+    x12 = -x2
+    x13 = 4*x0
+    x14 = rho_inf*x13
+    x15 = x0*xi
+    p0 = Omega*r0*x4
+    p1 = r1*x4*x5
+    k0 = r2**2*x6 + r2*x0*x7*xi
+    k1_1 = Omega*(-r2*r4*x6 + 4*x0*xi*(r5*rho_inf + 3*x11)) + gamma*(gamma*(gamma*(144 - 24*gamma) - 192) + 96) - 8*x8 + x9*(48*x10 + 16*x8) - 16
+    k1_3 = 128*r3*x9 + 16*x5*(gamma*(gamma*(24 - x3) - 18) + x12 + x9*(x13 + x14) + 4)
+    k1_5 = 128*x5
+    k2_2 = Omega*(Omega*((1/4)*r4**2*x6 - 2*r4*r7*x15) + 16*gamma*r8 + r3*x14 + 12*r8*x0 - 28*r8*x11 - 4*r8 + x9*(8*r3*x0 - x1*x7)) - 8*xi*(gamma*(gamma*(24 - 15*gamma) - 12) + x12 + x9*(-x13 + x14) + 2)
+    k2_4 = Omega*(64*r7*x9 + 16*r9) + 64*r3*xi
+    k2_6 = 64*Omega
+    leading = Omega*(Omega*(Omega*(Omega*(Omega*(12*gamma**5*xi + x6) + 12*r10*x10) + 32*r11*x15) + 48*r10*x11) + 192*gamma*xi) + 64
+    return p0, p1, k0, k1_1, k1_3, k1_5, k2_2, k2_4, k2_6, leading
+
+
+@_inline
+def _is_refused(Omega, xi):
+    """1 where one is negative, infinite or NaN: such bits, and those of -0, are unsigned numbers from infinity's on."""
+    infinite = np.uint64(0x7FF0000000000000)
+    return np.uint64((np.float64(Omega).view(np.uint64) >= infinite) | (np.float64(xi).view(np.uint64) >= infinite))
 
 
 @_inline
@@ -339,29 +350,25 @@ def _measured(Omega, xi, half, less, modulus2, root):
 
 
 @_inline
-def _compared(Omega, xi, w, gain, x, y, root):
-    """Numerical damping and period error of a pair from its distance to the exact one, e^s = x +- i sqrt(1 - xi^2) y.
-
-    Of the pair's lambda^2 - t lambda + d, w = Re(e^s + d e^-s - t) and gain = d/|e^s|^2 - 1 are small and known to all
-    digits: 1 + gain is the squared modulus over the exact one, and half the angle's error is that triangle's below.
-    """
+def _compared(Omega, xi, root, re, im):
+    """From tanh of half the pair's distance to the exact one: if that is small, numerical damping, period error."""
     cosine = math.sqrt(abs(1.0 - xi * xi))
-    grown = math.sqrt(abs(1.0 + gain))
-    mean = (1.0 + grown) * (1.0 + grown)
-    opposite = 0.5 * (w * mean - x * gain * gain)
-    shift = 2.0 * _angle(abs(opposite), mean * (root + grown * cosine * y))
-    shift = shift if opposite > 0.0 else -shift
+    x, y = re * re - im * im, 2.0 * re * im
+    u, v = 1.0 / 5.0 + 1.0 / 7.0 * x, 1.0 / 7.0 * y  # 1 + q^2/3 + q^4/5 + q^6/7
+    u, v = 1.0 / 3.0 + x * u - y * v, x * v + y * u
+    u, v = 1.0 + x * u - y * v, x * v + y * u
+    growth, shift = 2.0 * (re * u - im * v), 2.0 * (re * v + im * u)
     inverse = 1.0 / (cosine * (cosine * Omega + shift))
-    damping = 0.0 - (0.5 * _log1p(gain, 1.0 + gain) * cosine + xi * shift) * inverse
-    period = 0.0 - shift * cosine * inverse
-    nothing = math.nan if xi >= 1.0 or (Omega > 0.0 and not root > 0.0) else 0.0
-    moving = Omega > 0.0 and root > 0.0 and xi < 1.0
-    return damping if moving else nothing, period if moving else nothing
+    still = Omega == 0.0
+    damping = 0.0 if still else 0.0 - (growth * cosine + xi * shift) * inverse
+    period = 0.0 if still else 0.0 - shift * cosine * inverse
+    close = root > 0.0 and re * re + im * im < 0.000244140625  # the next term is below 4e-16
+    return xi < 1.0 and (still or close), damping, period
 
 
 @_inline
-def _in_s(y, z, constants):
-    """u, v with u + v s the polynomial in s of these constants, highest first, where s^2 = -y s - z."""
+def _in_square(y, z, constants):
+    """u, v with u + v s^2 the polynomial in s^2 of these constants, highest first, where s^4 = -y s^2 - z."""
     u, v = 0.0, 0.0
     for constant in constants:
         u, v = constant - z * v, u - y * v
@@ -369,31 +376,34 @@ def _in_s(y, z, constants):
 
 
 @_inline
-def _residual(Omega, xi, p0, p1, k0, k1_1, k1_2, k1_3, k1_4, k2_2, k2_3, k2_4, k2_5, leading):
-    """p0, p1, x, y: the polynomial at e^s is Omega^3 (p0 + i r p1), and e^s = x + i r y, r = sqrt(1 - xi^2).
+def _residual(Omega, xi, p0, p1, k0, k1_1, k1_3, k1_5, k2_2, k2_4, k2_6, leading):
+    """p0, p1, x, y: the polynomial in tau is Omega^3 (p0 + i r p1) at tau = x + i r y of e^s, r = sqrt(1 - xi^2).
 
-    s = Omega zeta, zeta^2 = -2 xi zeta - 1; a_jn + b_jn zeta are the powers of (e^s - 1)^j from s^n on, over Omega^n.
+    s = Omega zeta, zeta^2 = -2 xi zeta - 1; a_jn + b_jn zeta are the powers of tau^j from s^n on, over Omega^n.
     """
-    x, y, z = 2.0 * xi, 2.0 * xi * Omega, Omega * Omega
-    z2, y2 = -1.0, -x  # zeta^2 = z2 + y2 zeta, and so on
+    x, w = 2.0 * xi, Omega * Omega
+    y, z = w * (2.0 - x * x), w * w  # s^4 = -y s^2 - z
+    z1, y1 = 0.0, 1.0  # zeta^n = zn + yn zeta
+    z2, y2 = -y1, z1 - x * y1
     z3, y3 = -y2, z2 - x * y2
     z4, y4 = -y3, z3 - x * y3
     z5, y5 = -y4, z4 - x * y4
-    u, v = _in_s(y, z, (1.0 / 39916800.0, 1.0 / 3628800.0, 1.0 / 362880.0, 1.0 / 40320.0, 1.0 / 5040.0, 1.0 / 720.0, 1.0 / 120.0, 1.0 / 24.0))
-    a1_4 = u * z4 - Omega * v * y4
-    b1_4 = u * y4 + Omega * v * (z4 - x * y4)
-    a1_3, b1_3 = 1.0 / 6.0 * z3 + Omega * a1_4, 1.0 / 6.0 * y3 + Omega * b1_4
-    a1_2, b1_2 = 1.0 / 2.0 * z2 + Omega * a1_3, 1.0 / 2.0 * y2 + Omega * b1_3
-    a1_1, b1_1 = Omega * a1_2, 1.0 + Omega * b1_2
-    u, v = _in_s(y, z, (1.0 / 760320.0, 2047.0 / 239500800.0, 31.0 / 604800.0, 73.0 / 259200.0, 17.0 / 12096.0, 127.0 / 20160.0, 1.0 / 40.0, 31.0 / 360.0, 1.0 / 4.0))
-    a2_5 = u * z5 - Omega * v * y5
-    b2_5 = u * y5 + Omega * v * (z5 - x * y5)
-    a2_4, b2_4 = 7.0 / 12.0 * z4 + Omega * a2_5, 7.0 / 12.0 * y4 + Omega * b2_5
-    a2_3, b2_3 = z3 + Omega * a2_4, y3 + Omega * b2_4
-    a2_2, b2_2 = z2 + Omega * a2_3, y2 + Omega * b2_3
-    p0 += Omega * Omega * (k0 + k1_1 * a1_1 + k1_2 * a1_2 + k1_3 * a1_3 + k1_4 * a1_4 + k2_2 * a2_2 + k2_3 * a2_3 + k2_4 * a2_4 + k2_5 * a2_5)
-    p1 += Omega * Omega * (k1_1 * b1_1 + k1_2 * b1_2 + k1_3 * b1_3 + k1_4 * b1_4 + k2_2 * b2_2 + k2_3 * b2_3 + k2_4 * b2_4 + k2_5 * b2_5)
-    return p0 - xi * p1, p1, 1.0 + Omega * (a1_1 - xi * b1_1), Omega * b1_1, leading
+    z6, y6 = -y5, z5 - x * y5
+    u, v = _in_square(y, z, (5461.0 / 6227020800.0, -691.0 / 79833600.0, 31.0 / 362880.0, -17.0 / 20160.0, 1.0 / 120.0))
+    c1, d1 = u - w * v, -x * w * v
+    a1_5 = c1 * z5 - d1 * y5
+    b1_5 = c1 * y5 + d1 * (z5 - x * y5)
+    a1_3, b1_3 = -1.0 / 12.0 * z3 + w * a1_5, -1.0 / 12.0 * y3 + w * b1_5
+    a1_1, b1_1 = z1 + w * a1_3, y1 + w * b1_3
+    u, v = _in_square(y, z, (-3202291.0 / 5230697472000.0, 929569.0 / 174356582400.0, -5461.0 / 119750400.0, 691.0 / 1814400.0, -31.0 / 10080.0, 17.0 / 720.0))
+    c2, d2 = u - w * v, -x * w * v
+    a2_6 = c2 * z6 - d2 * y6
+    b2_6 = c2 * y6 + d2 * (z6 - x * y6)
+    a2_4, b2_4 = -1.0 / 6.0 * z4 + w * a2_6, -1.0 / 6.0 * y4 + w * b2_6
+    a2_2, b2_2 = z2 + w * a2_4, y2 + w * b2_4
+    p0 += Omega * Omega * (k0 + k1_1 * a1_1 + k1_3 * a1_3 + k1_5 * a1_5 + k2_2 * a2_2 + k2_4 * a2_4 + k2_6 * a2_6)
+    p1 += Omega * Omega * (k1_1 * b1_1 + k1_3 * b1_3 + k1_5 * b1_5 + k2_2 * b2_2 + k2_4 * b2_4 + k2_6 * b2_6)
+    return p0 - xi * p1, p1, Omega * (a1_1 - xi * b1_1), Omega * b1_1, leading
 
 
 @_inline
@@ -412,21 +422,14 @@ def _pair(c2, b0, q, trace, det):
 @_inline
 def _modulus(half, modulus2, discriminant):
     """The pair's modulus, the larger one of real eigenvalues."""
-    root = math.sqrt(abs(modulus2 if discriminant > 0.0 else discriminant))  # one that cannot fail is one instruction
-    return root if discriminant > 0.0 else abs(half) + root
+    real = 0.0 if discriminant > 0.0 else abs(half)
+    return real + math.sqrt(abs(modulus2 if discriminant > 0.0 else discriminant))  # one root that cannot fail
 
 
 @_inline
 def _is_conservative(Omega, xi, rho_inf, gamma):
     """Whether the polynomial reads the same backwards: a complex pair is on the circle."""
     return xi == 0.0 and _asymmetry(Omega, rho_inf, gamma) == 0.0
-
-
-@_inline
-def _radius(Omega, xi, rho_inf, gamma):
-    """Spectral radius at one point."""
-    half, _, modulus2, discriminant = _pair(*_quadratic(Omega, xi, rho_inf, gamma))
-    return _modulus(half, modulus2, discriminant)
 
 
 @_inline
@@ -437,78 +440,92 @@ def _eigenvalues(Omega, xi, rho_inf, gamma):
     return _modulus(half, modulus2, discriminant), half, less, modulus2, root
 
 
+@_fused
+def _radii(Omega, xi, rho_inf, gamma, radius):
+    """Spectral radii; whether to refuse."""
+    refused = np.uint64(0)
+    for i in range(radius.size):
+        half, _, modulus2, discriminant = _pair(*_quadratic(Omega[i], xi[i], rho_inf[i], gamma[i]))
+        radius[i] = _modulus(half, modulus2, discriminant)
+        refused |= _is_refused(Omega[i], xi[i])
+    return refused
+
+
 @_inline
-def _distance(Omega, xi, rho_inf, gamma):
-    """w and gain of `_compared` from what the exact eigenvalue e^s = x + i r y leaves over in the polynomial; x, y."""
+def _apart(Omega, xi, rho_inf, gamma, half, less, modulus2, root):
+    """tanh of half the distance, in s, of the pair half +- i root from the exact one, e^s; real and imaginary part.
+
+    In tau the pair is (less/2 +- i root)/scale. The polynomial at tau = x + i r y is `leading` times the product of all
+    its distances: from the pair, tanh by h, and from the other roots.
+    """
     p0, p1, x, y, leading = _residual(Omega, xi, *_defect(Omega, xi, rho_inf, gamma))
-    square = 1.0 - xi * xi
-    # the polynomial at e^s is leading (g0 + i sqrt(square) g1) (w - i sqrt(square) y gain): g, of all other roots
-    g0, g1 = x, y
-    scale = Omega * Omega * Omega / (leading * (g0 * g0 + square * g1 * g1) * y)
-    w = scale * y * (p0 * g0 + square * p1 * g1)
-    gain = 0.0 if _is_conservative(Omega, xi, rho_inf, gamma) else scale * (p0 * g1 - p1 * g0)
-    return w, gain, x, y
+    cosine, scale = math.sqrt(abs(1.0 - xi * xi)), 0.25 * (1.0 + 2.0 * half + modulus2)
+    p1, y, less = cosine * p1, cosine * y, 0.5 * less
+    f0, f1 = scale * x - less, scale * y + root  # times scale, tau's distance from the conjugate one
+    h0, h1 = scale - 0.25 * (less * x - root * y), -0.25 * (less * y + root * x)
+    g0, g1 = f0 * h0 - f1 * h1, f0 * h1 + f1 * h0
+
+    scale *= -0.5 * Omega * Omega * Omega / (leading * (g0 * g0 + g1 * g1))
+    growth = 0.0 if _is_conservative(Omega, xi, rho_inf, gamma) else scale * (p0 * g0 + p1 * g1)
+    return growth, scale * (p1 * g0 - p0 * g1)
 
 
-@_compile
-def _near(Omega, xi, rho_inf, gamma, root, damping, period):
-    """Numerical damping and period error of points near Omega = 0; in two loops, whose iterations overlap."""
-    s = np.empty((4, root.size))
-    for i in range(root.size):
-        s[0, i], s[1, i], s[2, i], s[3, i] = _distance(Omega[i], xi[i], rho_inf[i], gamma[i])
-    for i in range(root.size):
-        damping[i], period[i] = _compared(Omega[i], xi[i], s[0, i], s[1, i], s[2, i], s[3, i], root[i])
+@_fused
+def _near(Omega, xi, rho_inf, gamma, s, damping, period):
+    """Anew of points near Omega = 0 whose pair is close to the exact one; how many. Two loops: iterations overlap."""
+    count = 0
+    for i in range(period.size):
+        s[4, i], s[5, i] = _apart(Omega[i], xi[i], rho_inf[i], gamma[i], s[0, i], s[1, i], s[2, i], s[3, i])
+    for i in range(period.size):
+        better, near_damping, near_period = _compared(Omega[i], xi[i], s[3, i], s[4, i], s[5, i])
+        better = better and Omega[i] < 0.125
+        damping[i], period[i] = near_damping if better else damping[i], near_period if better else period[i]
+        count += better
+    return count
 
 
-@_compile
+@_fused
 def _block(Omega, xi, rho_inf, gamma, radius, damping, period):
-    """Of all points, but anew, or alone, of those near Omega = 0, where the difference from the exact decides."""
-    n, count = radius.size, 0
-    s = np.empty((4, n))
+    """Of all points; near Omega = 0 by the distance to the exact, where that can tell. Whether to refuse."""
+    n, count, refused = radius.size, 0, np.uint64(0)
+    s = np.empty((6, n))
     for i in range(n):
         radius[i], s[0, i], s[1, i], s[2, i], s[3, i] = _eigenvalues(Omega[i], xi[i], rho_inf[i], gamma[i])
+        refused |= _is_refused(Omega[i], xi[i])
     for i in range(n):
         count += Omega[i] < 0.125
-    if count == n:
-        _near(Omega, xi, rho_inf, gamma, s[3], damping, period)
-        return
-    for i in range(n):  # a loop of its own, so that iterations overlap
-        damping[i], period[i] = _measured(Omega[i], xi[i], s[0, i], s[1, i], s[2, i], s[3, i])
-    if count == 0:
-        return
-    where, count = np.empty(n + 8, np.int64), 0
+    if count == n and _near(Omega, xi, rho_inf, gamma, s, damping, period) == n:
+        return refused
     for i in range(n):
-        where[count] = i
-        count += Omega[i] < 0.125  # no branch
-    while count % 8:  # vectors are whole: points one by one take as long each
-        where[count] = where[0]
-        count += 1
-    x, y = np.empty((5, count)), np.empty((2, count))
-    for k in range(count):
-        i = where[k]
-        x[0, k], x[1, k], x[2, k], x[3, k], x[4, k] = Omega[i], xi[i], rho_inf[i], gamma[i], s[3, i]
-    _near(x[0], x[1], x[2], x[3], x[4], y[0], y[1])
-    for k in range(count):
-        damping[where[k]], period[where[k]] = y[0, k], y[1, k]
+        damping[i], period[i] = _measured(Omega[i], xi[i], s[0, i], s[1, i], s[2, i], s[3, i])
+    if count > 0:
+        _near(Omega, xi, rho_inf, gamma, s, damping, period)
+    return refused
 
 
-@_compile
+@_fused
 def spectral_radius(Omega, xi, rho_inf, gamma, out):
-    """Spectral radius; 1-D arrays of one length."""
-    for i in range(out.size):
-        out[i] = _radius(Omega[i], xi[i], rho_inf[i], gamma[i])
+    """Spectral radius; 1-D arrays of one length. Returns whether any Omega or xi is negative or not finite."""
+    refused = np.uint64(0)
+    for i in range(0, out.size, 2048):
+        k = min(i + 2048, out.size)
+        refused |= _radii(Omega[i:k], xi[i:k], rho_inf[i:k], gamma[i:k], out[i:k])
+    return refused
 
 
-@_compile
+@_fused
 def stability(Omega, xi, rho_inf, gamma, radius, damping, period):
     """Spectral radius, numerical damping ratio and period error in one pass; 1-D arrays of one length.
 
     Damping is that of the complex pair of largest modulus, less the physical one; period is the
-    numerical over the exact one, less 1; both are NaN where the eigenvalues are real.
+    numerical over the exact one, less 1; both are NaN where the eigenvalues are real. Returns whether
+    any Omega or xi is negative or not finite.
     """
+    refused = np.uint64(0)
     for i in range(0, radius.size, 2048):
         k = min(i + 2048, radius.size)
-        _block(Omega[i:k], xi[i:k], rho_inf[i:k], gamma[i:k], radius[i:k], damping[i:k], period[i:k])
+        refused |= _block(Omega[i:k], xi[i:k], rho_inf[i:k], gamma[i:k], radius[i:k], damping[i:k], period[i:k])
+    return refused
 
 
 @_compile

@@ -16,12 +16,17 @@ def unknown_name(what: str, name: str, known: Iterable[str]) -> ValueError:
     return ValueError(f"expected {what}, one of: {', '.join(known) or 'none'}; got '{name}'{cure}")
 
 
-def real_array(name: str, value: ArrayLike) -> NDArray[np.float64]:
-    """The value as a float array without NaN or infinity, else a ValueError."""
+def float_array(name: str, value: ArrayLike) -> NDArray[np.float64]:
+    """The value as a float array, else a ValueError."""
     try:
-        array = np.asarray(value, dtype=np.float64)
+        return np.asarray(value, dtype=np.float64)
     except (TypeError, ValueError) as error:
         raise ValueError(f"expected {name} to be a real number or an array of them, got {value!r}") from error
+
+
+def real_array(name: str, value: ArrayLike) -> NDArray[np.float64]:
+    """The value as a float array without NaN or infinity, else a ValueError."""
+    array = float_array(name, value)
     if not np.isfinite(array).all():
         where = np.argwhere(~np.isfinite(np.atleast_1d(array)))[0]
         at = f" at index {tuple(int(i) for i in where)}" if array.ndim else ""

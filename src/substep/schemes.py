@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from substep_kernels.index import SCHEMES
 
-from .errors import inside, non_negative, unknown_name
+from .errors import float_array, inside, non_negative, unknown_name
 from .threads import spread
 
 if TYPE_CHECKING:
@@ -301,19 +301,22 @@ class Scheme:
 
     def _evaluate(self, function: str, outputs: int, Omega: ArrayLike, xi: ArrayLike) -> list[Array]:
         """What a kernel with so many outputs gives at all points; many points are spread over threads."""
-        arrays = self._arguments(Omega, xi)
+        arrays = [float_array("Omega", Omega), float_array("xi", xi), *self._module_parameters]
         shape = self._shape(*arrays)
         n, kernel, numbers = prod(shape), getattr(self.kernels, function), [a.size == 1 for a in arrays]
         inputs = [_flat(a, (min(n, PART),) if one else shape) for a, one in zip(arrays, numbers, strict=True)]
-        out = np.empty((outputs, n))
+        out, refused = np.empty((outputs, n)), []
+        most = PART if any(numbers) else max(n, 1)
 
         def part(begin: int, end: int) -> None:
-            for first in range(begin, end, PART):
-                last = min(first + PART, end)
+            for first in range(begin, end, most):
+                last = min(first + most, end)
                 own = (a[: last - first] if one else a[first:last] for a, one in zip(inputs, numbers, strict=True))
-                kernel(*own, *out[:, first:last])
+                refused.append(kernel(*own, *out[:, first:last]))
 
         spread(part, n, PART, nanoseconds=n * NANOSECONDS[function])
+        if n == 0 or any(refused):  # kernels look at what they read anyway
+            non_negative("Omega", Omega), non_negative("xi", xi)
         return [row.reshape(shape)[()] for row in out]
 
 
