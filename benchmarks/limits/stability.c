@@ -9,9 +9,9 @@
 
 // (u, v), where u + v s^2 is the polynomial in s^2 of these constants, highest first, and s^4 = -y s^2 - z
 INLINE void in_square(vec *u, vec *v, vec y, vec z, const double *constants, int n) {
-    *u = *v = all(0.0);
+    *u = all(constants[1]), *v = all(constants[0]);
 #pragma GCC unroll 16
-    for (int i = 0; i < n; i++) {
+    for (int i = 2; i < n; i++) {
         vec below = *u - y * *v;
         *u = constants[i] - z * *v, *v = below;
     }
@@ -154,8 +154,7 @@ INLINE void apart(const vec *v, const vec *pair, vec *re, vec *im) {
 // numerical damping and period error as substep's `_compared`
 INLINE void near(const vec *v, vec re, vec im, vec *damping, vec *period) {
     vec scale = root(1.0 - v[1] * v[1]), x = re * re - im * im, y = 2.0 * re * im;
-    vec u = 1.0 / 5.0 + 1.0 / 7.0 * x, w = 1.0 / 7.0 * y, t = u;
-    u = 1.0 / 3.0 + x * u - y * w, w = x * w + y * t, t = u;
+    vec u = 1.0 / 3.0 + 1.0 / 5.0 * x, w = 1.0 / 5.0 * y, t = u;
     u = 1.0 + x * u - y * w, w = x * w + y * t;
     vec growth = 2.0 * (re * u - im * w), shift = 2.0 * (re * w + im * u);
     vec both = 1.0 / (scale * (scale * v[0] + shift));

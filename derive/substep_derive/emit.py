@@ -23,7 +23,7 @@ from .symbols import Omega, state_label, xi
 from .transfer import Transfer
 
 RESERVED = {  # names a generated function gives to something else than a parameter
-    *("trace", "det", "q", "w", "given", "out", "i", "k", "n", "x", "y", "z", "den", "den_o", "increment", "load"),
+    *("det", "q", "w", "given", "out", "i", "k", "n", "x", "y", "z", "den", "den_o", "increment", "load"),
     *("outputs", "outputs_load", "Omega", "xi", "math", "cmath", "np", "half", "leading", "s", "j", "r", "first"),
     *("radius", "damping", "period", "rest", "count", "kept", "growth", "shift", "angle", "root", "third"),
     *("less", "modulus2", "discriminant", "square", "scale", "opposite", "found", "njit", "_", "size", "whole"),

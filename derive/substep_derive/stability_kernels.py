@@ -31,8 +31,8 @@ def _two(c: list[Expr], arguments: tuple[Symbol, ...]) -> list[Kernel]:
         _inlined(
             "_quadratic",
             arguments,
-            {"c2": c2, "b0": c2 - trace + det, "q": c2 - det, "trace": trace, "det": det},
-            "Live eigenvalues: c2*lambda^2 - trace*lambda + det = 0; b0, its value at 1; q = c2 - det.",
+            {"c2": c2, "b0": c2 - trace + det, "q": c2 - det, "half": trace / 2, "det": det},
+            "Live eigenvalues: c2*lambda^2 - 2*half*lambda + det = 0; b0, its value at 1; q = c2 - det.",
         ),
         _asymmetry({"w": c2 - det}, arguments),
         _defect(c, arguments),

@@ -3,14 +3,14 @@
 TWO_EIGENVALUES = '''
 
 @_inline
-def _pair(c2, b0, q, trace, det):
+def _pair(c2, b0, q, half, det):
     """(half trace, squared modulus less 1, that square, discriminant) of the live pair.
 
     P = b0/c2 = det(I - A) and Q = q/c2 = 1 - det A keep the digits of what is near 1; far from it
     trace and determinant do.
     """
     inverse = 1.0 / c2
-    P, Q, half, modulus2 = b0 * inverse, q * inverse, 0.5 * trace * inverse, det * inverse
+    P, Q, half, modulus2 = b0 * inverse, q * inverse, half * inverse, det * inverse
     discriminant = P - 0.25 * (P + Q) * (P + Q) if P < 0.5 else modulus2 - half * half
     return half, -Q, 1.0 - Q if Q < 0.5 else modulus2, discriminant
 

@@ -201,7 +201,7 @@ def _increment(Omega, xi, beta1, beta2, gamma_t):
 
 @_inline
 def _quadratic(Omega, xi, beta1, beta2, gamma_t):
-    """Live eigenvalues: c2*lambda^2 - trace*lambda + det = 0; b0, its value at 1; q = c2 - det. 150 operations."""
+    """Live eigenvalues: c2*lambda^2 - 2*half*lambda + det = 0; b0, its value at 1; q = c2 - det. 150 operations."""
     r0 = gamma_t - 1
     r1 = 2*gamma_t - 1
     r2 = gamma_t - 2
@@ -219,31 +219,28 @@ def _quadratic(Omega, xi, beta1, beta2, gamma_t):
     x6 = r0**2
     x7 = 4*x6
     x8 = xi**2
-    x9 = 8*gamma_t
-    x10 = x0*x9
+    x9 = gamma_t*x0
+    x10 = 8*x9
     x11 = Omega*x4
     x12 = 2*gamma_t
     x13 = x12*xi
     x14 = beta1*x12 - r1
     x15 = x1 + x14
-    x16 = 8*xi
-    x17 = beta1*x4
-    x18 = 8*x17
-    x19 = 8*x6
-    x20 = beta2*x19
-    x21 = -r1*x9 + 16*x17
-    x22 = 4*x0
-    x23 = beta2*x7
-    x24 = -x18
-    x25 = -x19
-    x26 = x0 + x14
-    x27 = -r2 + x1
+    x16 = beta1*x4
+    x17 = 8*x16
+    x18 = 8*x6
+    x19 = gamma_t*r1
+    x20 = 16*x16 - 8*x19
+    x21 = 4*x0
+    x22 = beta2*x7
+    x23 = x0 + x14
+    x24 = -r2 + x1
     c2 = Omega*(Omega*(Omega*(x0*x13*x2 + x11*x5*x6) - x10*x8 + x4 + x5*x7) - x2*x3) + 4
     b0 = Omega**2*(Omega*(-gamma_t*x15*x3 + x11*x15**2) + 4)
-    q = Omega*(Omega*(Omega*(2*gamma_t*xi*(beta1*(gamma_t*x22 - r2*x12) + beta2*(-2*r0*r3 + x23) + r1*r2) - x11*x14*x15) - 4*r4 + x18 + x20 + x8*(-16*gamma_t*x0 - x21)) + x16)
-    trace = Omega*(Omega*(Omega*(-x1*x11*x26 - 2*x4*xi*(beta1*(-x12 + x22) + r1 - x22)) + beta2*(x20 + x25) + r5*x12 + x21*x8 + x24) - r0*r6*x16) + 8
-    det = Omega*(Omega*(Omega*(x11*x26**2 - x13*x26*x27) + beta2*(x23 + x25) + r7 + x24 + x8*(x10 + x21)) - x27*x3) + 4
-    return c2, b0, q, trace, det
+    q = Omega*(Omega*(Omega*(2*gamma_t*xi*(beta1*(gamma_t*x21 - r2*x12) + beta2*(-2*r0*r3 + x22) + r1*r2) - x11*x14*x15) + beta2*x18 - 4*r4 + x17 + x8*(-x20 - 16*x9)) + 8*xi)
+    half = Omega*(Omega*(Omega*(-x0*x11*x23 - x4*xi*(beta1*(-x12 + x21) + r1 - x21)) + beta2*(x22 - x7) + gamma_t*r5 - 4*x16 + x8*(x17 - 4*x19)) - r0*r6*x3) + 4
+    det = Omega*(Omega*(Omega*(x11*x23**2 - x13*x23*x24) + beta2*(-x18 + x22) + r7 - x17 + x8*(x10 + x20)) - x24*x3) + 4
+    return c2, b0, q, half, det
 
 
 @_inline
@@ -325,23 +322,22 @@ def _compared(Omega, xi, root, re, im):
     """From tanh of half the pair's distance to the exact one: if that is small, numerical damping, period error."""
     cosine = math.sqrt(abs(1.0 - xi * xi))
     x, y = re * re - im * im, 2.0 * re * im
-    u, v = 1.0 / 5.0 + 1.0 / 7.0 * x, 1.0 / 7.0 * y  # 1 + q^2/3 + q^4/5 + q^6/7
-    u, v = 1.0 / 3.0 + x * u - y * v, x * v + y * u
+    u, v = 1.0 / 3.0 + 1.0 / 5.0 * x, 1.0 / 5.0 * y  # 1 + q^2/3 + q^4/5
     u, v = 1.0 + x * u - y * v, x * v + y * u
     growth, shift = 2.0 * (re * u - im * v), 2.0 * (re * v + im * u)
     inverse = 1.0 / (cosine * (cosine * Omega + shift))
     still = Omega == 0.0
     damping = 0.0 if still else 0.0 - (growth * cosine + xi * shift) * inverse
     period = 0.0 if still else 0.0 - shift * cosine * inverse
-    close = root > 0.0 and re * re + im * im < 0.000244140625  # the next term is below 4e-16
+    close = root > 0.0 and re * re + im * im < 1.52587890625e-05  # the next term is below 6e-16
     return xi < 1.0 and (still or close), damping, period
 
 
 @_inline
 def _in_square(y, z, constants):
     """u, v with u + v s^2 the polynomial in s^2 of these constants, highest first, where s^4 = -y s^2 - z."""
-    u, v = 0.0, 0.0
-    for constant in constants:
+    u, v = constants[1], constants[0]
+    for constant in constants[2:]:
         u, v = constant - z * v, u - y * v
     return u, v
 
@@ -374,14 +370,14 @@ def _residual(Omega, xi, p0, p1, k0, k1_1, k1_3, k2_2, k2_4, leading):
 
 
 @_inline
-def _pair(c2, b0, q, trace, det):
+def _pair(c2, b0, q, half, det):
     """(half trace, squared modulus less 1, that square, discriminant) of the live pair.
 
     P = b0/c2 = det(I - A) and Q = q/c2 = 1 - det A keep the digits of what is near 1; far from it
     trace and determinant do.
     """
     inverse = 1.0 / c2
-    P, Q, half, modulus2 = b0 * inverse, q * inverse, 0.5 * trace * inverse, det * inverse
+    P, Q, half, modulus2 = b0 * inverse, q * inverse, half * inverse, det * inverse
     discriminant = P - 0.25 * (P + Q) * (P + Q) if P < 0.5 else modulus2 - half * half
     return half, -Q, 1.0 - Q if Q < 0.5 else modulus2, discriminant
 

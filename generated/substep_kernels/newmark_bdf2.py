@@ -178,7 +178,7 @@ def _increment(Omega, xi, gamma_t, beta, gamma):
 
 @_inline
 def _quadratic(Omega, xi, gamma_t, beta, gamma):
-    """Live eigenvalues: c2*lambda^2 - trace*lambda + det = 0; b0, its value at 1; q = c2 - det. 93 operations."""
+    """Live eigenvalues: c2*lambda^2 - 2*half*lambda + det = 0; b0, its value at 1; q = c2 - det. 98 operations."""
     r0 = gamma_t - 1
     r1 = gamma_t - 2
     r2 = 2*gamma - 1
@@ -195,22 +195,20 @@ def _quadratic(Omega, xi, gamma_t, beta, gamma):
     x8 = beta*x7
     x9 = x1*x8
     x10 = gamma*r0
-    x11 = 8*x10*xi**2
-    x12 = x11*x2
+    x11 = x10*xi**2
+    x12 = 8*x11
     x13 = beta*x2
-    x14 = gamma_t*r0*x4
-    x15 = Omega*(Omega*x6*x8 + x14*(x10 + x13))
-    x16 = x2*x4
-    x17 = 2*beta
-    x18 = Omega*r0*x7
-    x19 = 4*x0
-    x20 = 2*x3
-    c2 = Omega*(Omega*(x12 + x15 + x6 + x9) + x5*(r0 + x3)) + x1
-    b0 = Omega**2*(Omega*(x10*x16 + x18*(gamma + r1*x17)) + x1)
-    q = Omega*(Omega*(x15 + x2*(-r2 + x11)) + x19*xi)
-    trace = Omega*(Omega*(Omega*(x14*(gamma + x13) + x18*(-gamma + x17)) + r3 + x12 + x19*x8 + x20) + x16*(2*gamma*r1 + 1)) + x19
-    det = Omega*(Omega*(r4 + x20 + x9) + x5*(x3 + 1)) + x1
-    return c2, b0, q, trace, det
+    x14 = gamma_t*r0
+    x15 = Omega*(Omega*x6*x8 + x14*x4*(x10 + x13))
+    x16 = 2*beta
+    x17 = Omega*r0*x7
+    x18 = 2*xi
+    c2 = Omega*(Omega*(x12*x2 + x15 + x6 + x9) + x5*(r0 + x3)) + x1
+    b0 = Omega**2*(Omega*(x10*x2*x4 + x17*(gamma + r1*x16)) + x1)
+    q = Omega*(Omega*(x15 + x2*(-r2 + x12)) + x0*x4)
+    half = Omega*(Omega*(Omega*(x14*x18*(gamma + x13) + (1/2)*x17*(-gamma + x16)) + (1/2)*r3 + 4*x11*x2 + x3 + x9) + x18*x2*(2*gamma*r1 + 1)) + x1
+    det = Omega*(Omega*(r4 + 2*x3 + x9) + x5*(x3 + 1)) + x1
+    return c2, b0, q, half, det
 
 
 @_inline
@@ -286,23 +284,22 @@ def _compared(Omega, xi, root, re, im):
     """From tanh of half the pair's distance to the exact one: if that is small, numerical damping, period error."""
     cosine = math.sqrt(abs(1.0 - xi * xi))
     x, y = re * re - im * im, 2.0 * re * im
-    u, v = 1.0 / 5.0 + 1.0 / 7.0 * x, 1.0 / 7.0 * y  # 1 + q^2/3 + q^4/5 + q^6/7
-    u, v = 1.0 / 3.0 + x * u - y * v, x * v + y * u
+    u, v = 1.0 / 3.0 + 1.0 / 5.0 * x, 1.0 / 5.0 * y  # 1 + q^2/3 + q^4/5
     u, v = 1.0 + x * u - y * v, x * v + y * u
     growth, shift = 2.0 * (re * u - im * v), 2.0 * (re * v + im * u)
     inverse = 1.0 / (cosine * (cosine * Omega + shift))
     still = Omega == 0.0
     damping = 0.0 if still else 0.0 - (growth * cosine + xi * shift) * inverse
     period = 0.0 if still else 0.0 - shift * cosine * inverse
-    close = root > 0.0 and re * re + im * im < 0.000244140625  # the next term is below 4e-16
+    close = root > 0.0 and re * re + im * im < 1.52587890625e-05  # the next term is below 6e-16
     return xi < 1.0 and (still or close), damping, period
 
 
 @_inline
 def _in_square(y, z, constants):
     """u, v with u + v s^2 the polynomial in s^2 of these constants, highest first, where s^4 = -y s^2 - z."""
-    u, v = 0.0, 0.0
-    for constant in constants:
+    u, v = constants[1], constants[0]
+    for constant in constants[2:]:
         u, v = constant - z * v, u - y * v
     return u, v
 
@@ -335,14 +332,14 @@ def _residual(Omega, xi, p0, p1, k0, k1_1, k1_3, k2_2, k2_4, leading):
 
 
 @_inline
-def _pair(c2, b0, q, trace, det):
+def _pair(c2, b0, q, half, det):
     """(half trace, squared modulus less 1, that square, discriminant) of the live pair.
 
     P = b0/c2 = det(I - A) and Q = q/c2 = 1 - det A keep the digits of what is near 1; far from it
     trace and determinant do.
     """
     inverse = 1.0 / c2
-    P, Q, half, modulus2 = b0 * inverse, q * inverse, 0.5 * trace * inverse, det * inverse
+    P, Q, half, modulus2 = b0 * inverse, q * inverse, half * inverse, det * inverse
     discriminant = P - 0.25 * (P + Q) * (P + Q) if P < 0.5 else modulus2 - half * half
     return half, -Q, 1.0 - Q if Q < 0.5 else modulus2, discriminant
 

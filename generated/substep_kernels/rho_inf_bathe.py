@@ -213,7 +213,7 @@ def _increment(Omega, xi, rho_inf, gamma_t):
 
 @_inline
 def _quadratic(Omega, xi, rho_inf, gamma_t):
-    """Live eigenvalues: c2*lambda^2 - trace*lambda + det = 0; b0, its value at 1; q = c2 - det. 138 operations."""
+    """Live eigenvalues: c2*lambda^2 - 2*half*lambda + det = 0; b0, its value at 1; q = c2 - det. 135 operations."""
     r0 = gamma_t - 1
     r1 = gamma_t**2 - 2
     r2 = gamma_t - 2
@@ -231,26 +231,25 @@ def _quadratic(Omega, xi, rho_inf, gamma_t):
     x7 = 4*x1
     x8 = Omega*r0**2
     x9 = x4*x8
-    x10 = 2*gamma_t
-    x11 = r0*x10
-    x12 = xi**2
-    x13 = 8*r0*x5
-    x14 = x12*(8*gamma_t*r0*r2 - x13)
-    x15 = r3**2 + rho_inf*(gamma_t**4*rho_inf - 2*gamma_t**3*r2)
-    x16 = gamma_t*r0
-    x17 = x7*xi
-    x18 = 8*x2
-    x19 = 8*x16
-    x20 = r4*x1*x19
-    x21 = r2*x0
-    x22 = 2*x5
-    x23 = -r3 + x21
-    c2 = Omega*(Omega*(Omega*(-x11*x6 + x9) + x14 + x15) + x6*x7) + x3
-    b0 = Omega**2*(Omega*(r4**2*x9 + r4*x16*x17) + x3)
-    q = Omega*(Omega*(Omega*(2*gamma_t*r0*xi*(r1 + rho_inf*(-2*r6 + x21)) - r4*r5*x9) + x12*x20) + x18*xi)
-    trace = Omega*(Omega*(Omega*(-r4*x11*xi*(r3 + x5) + x22*x8) + rho_inf*(-4*gamma_t*r1*r2 + r1*x22) + x12*(r2*x19 + rho_inf*(-x13 - 16*x16)) + x4*(gamma_t*(x10 - 8) + 12) - 8) + x20*xi) + x18
-    det = Omega*(Omega*(Omega*(-2*r0*x0*x23*xi + rho_inf**2*x9) + rho_inf*x14 + x15) + x17*x23) + x3
-    return c2, b0, q, trace, det
+    x10 = gamma_t*r0
+    x11 = xi**2
+    x12 = 8*r0
+    x13 = x11*(8*gamma_t*r0*r2 - x12*x5)
+    x14 = 2*r2
+    x15 = r3**2 + rho_inf*(gamma_t**4*rho_inf - gamma_t**3*x14)
+    x16 = x7*xi
+    x17 = r4*x10
+    x18 = x16*x17
+    x19 = gamma_t*x12
+    x20 = r2*x0
+    x21 = 4*r0
+    x22 = -r3 + x20
+    c2 = Omega*(Omega*(Omega*(-2*x10*x6 + x9) + x13 + x15) + x6*x7) + x3
+    b0 = Omega**2*(Omega*(r4**2*x9 + x18) + x3)
+    q = Omega*(Omega*(Omega*(2*gamma_t*r0*xi*(r1 + rho_inf*(-2*r6 + x20)) - r4*r5*x9) + r4*x1*x11*x19) + 8*x2*xi)
+    half = Omega*(Omega*(Omega*(-x17*xi*(r3 + x5) + x5*x8) + rho_inf*(-gamma_t*r1*x14 + r1*x5) + x11*(gamma_t*r2*x21 + rho_inf*(-x19 - x21*x5)) + x4*(gamma_t*(gamma_t - 4) + 6) - 4) + x18) + x3
+    det = Omega*(Omega*(Omega*(-2*r0*x0*x22*xi + rho_inf**2*x9) + rho_inf*x13 + x15) + x16*x22) + x3
+    return c2, b0, q, half, det
 
 
 @_inline
@@ -333,23 +332,22 @@ def _compared(Omega, xi, root, re, im):
     """From tanh of half the pair's distance to the exact one: if that is small, numerical damping, period error."""
     cosine = math.sqrt(abs(1.0 - xi * xi))
     x, y = re * re - im * im, 2.0 * re * im
-    u, v = 1.0 / 5.0 + 1.0 / 7.0 * x, 1.0 / 7.0 * y  # 1 + q^2/3 + q^4/5 + q^6/7
-    u, v = 1.0 / 3.0 + x * u - y * v, x * v + y * u
+    u, v = 1.0 / 3.0 + 1.0 / 5.0 * x, 1.0 / 5.0 * y  # 1 + q^2/3 + q^4/5
     u, v = 1.0 + x * u - y * v, x * v + y * u
     growth, shift = 2.0 * (re * u - im * v), 2.0 * (re * v + im * u)
     inverse = 1.0 / (cosine * (cosine * Omega + shift))
     still = Omega == 0.0
     damping = 0.0 if still else 0.0 - (growth * cosine + xi * shift) * inverse
     period = 0.0 if still else 0.0 - shift * cosine * inverse
-    close = root > 0.0 and re * re + im * im < 0.000244140625  # the next term is below 4e-16
+    close = root > 0.0 and re * re + im * im < 1.52587890625e-05  # the next term is below 6e-16
     return xi < 1.0 and (still or close), damping, period
 
 
 @_inline
 def _in_square(y, z, constants):
     """u, v with u + v s^2 the polynomial in s^2 of these constants, highest first, where s^4 = -y s^2 - z."""
-    u, v = 0.0, 0.0
-    for constant in constants:
+    u, v = constants[1], constants[0]
+    for constant in constants[2:]:
         u, v = constant - z * v, u - y * v
     return u, v
 
@@ -386,14 +384,14 @@ def _residual(Omega, xi, p0, p1, k0, k1_1, k1_3, k1_5, k2_2, k2_4, k2_6, leading
 
 
 @_inline
-def _pair(c2, b0, q, trace, det):
+def _pair(c2, b0, q, half, det):
     """(half trace, squared modulus less 1, that square, discriminant) of the live pair.
 
     P = b0/c2 = det(I - A) and Q = q/c2 = 1 - det A keep the digits of what is near 1; far from it
     trace and determinant do.
     """
     inverse = 1.0 / c2
-    P, Q, half, modulus2 = b0 * inverse, q * inverse, 0.5 * trace * inverse, det * inverse
+    P, Q, half, modulus2 = b0 * inverse, q * inverse, half * inverse, det * inverse
     discriminant = P - 0.25 * (P + Q) * (P + Q) if P < 0.5 else modulus2 - half * half
     return half, -Q, 1.0 - Q if Q < 0.5 else modulus2, discriminant
 

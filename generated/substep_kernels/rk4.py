@@ -113,29 +113,29 @@ def _increment(Omega, xi):
 
 @_inline
 def _quadratic(Omega, xi):
-    """Live eigenvalues: c2*lambda^2 - trace*lambda + det = 0; b0, its value at 1; q = c2 - det. 82 operations."""
+    """Live eigenvalues: c2*lambda^2 - 2*half*lambda + det = 0; b0, its value at 1; q = c2 - det. 82 operations."""
     r0 = 6*xi**2 - 1
     r1 = 2*xi + 1
     r2 = 2*xi - 1
     r3 = 8*xi**2 - 1
     r4 = 4*xi**2 - 3
     r5 = 2*xi**2 - 1
-    x0 = 48*r1*r2*xi
-    x1 = 8*r0
-    x2 = Omega - 8*xi
-    x3 = Omega*(Omega*(Omega*x2 + x1) - x0)
-    x4 = 1152*xi
-    x5 = xi**2
-    x6 = 1152*x5
-    x7 = 768*xi**3
-    x8 = 384*xi**4
-    x9 = -x4
+    x0 = -576*xi
+    x1 = 48*r1*r2*xi
+    x2 = 8*r0
+    x3 = Omega - 8*xi
+    x4 = Omega*(Omega*(Omega*x3 + x2) - x1)
+    x5 = 1152*xi
+    x6 = xi**2
+    x7 = 1152*x6
+    x8 = 768*xi**3
+    x9 = 384*xi**4
     c2 = 576
-    b0 = Omega**2*(Omega*(Omega*(48*r3 + x3) - 576*xi) + 576)
-    q = Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(-Omega*x2 - x1) + x0) - x8) + x7) - x6) + x4)
-    trace = Omega*(Omega*(Omega*(Omega*(x5*(384*x5 - 384) + 48) - 192*r4*xi) + 576*r5) + x9) + 1152
-    det = Omega*(Omega*(Omega*(Omega*(x3 + x8) - x7) + x6) + x9) + 576
-    return c2, b0, q, trace, det
+    b0 = Omega**2*(Omega*(Omega*(48*r3 + x4) + x0) + 576)
+    q = Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(-Omega*x3 - x2) + x1) - x9) + x8) - x7) + x5)
+    half = Omega*(Omega*(Omega*(Omega*(x6*(192*x6 - 192) + 24) - 96*r4*xi) + 288*r5) + x0) + 576
+    det = Omega*(Omega*(Omega*(Omega*(x4 + x9) - x8) + x7) - x5) + 576
+    return c2, b0, q, half, det
 
 
 @_inline
@@ -196,23 +196,22 @@ def _compared(Omega, xi, root, re, im):
     """From tanh of half the pair's distance to the exact one: if that is small, numerical damping, period error."""
     cosine = math.sqrt(abs(1.0 - xi * xi))
     x, y = re * re - im * im, 2.0 * re * im
-    u, v = 1.0 / 5.0 + 1.0 / 7.0 * x, 1.0 / 7.0 * y  # 1 + q^2/3 + q^4/5 + q^6/7
-    u, v = 1.0 / 3.0 + x * u - y * v, x * v + y * u
+    u, v = 1.0 / 3.0 + 1.0 / 5.0 * x, 1.0 / 5.0 * y  # 1 + q^2/3 + q^4/5
     u, v = 1.0 + x * u - y * v, x * v + y * u
     growth, shift = 2.0 * (re * u - im * v), 2.0 * (re * v + im * u)
     inverse = 1.0 / (cosine * (cosine * Omega + shift))
     still = Omega == 0.0
     damping = 0.0 if still else 0.0 - (growth * cosine + xi * shift) * inverse
     period = 0.0 if still else 0.0 - shift * cosine * inverse
-    close = root > 0.0 and re * re + im * im < 0.000244140625  # the next term is below 4e-16
+    close = root > 0.0 and re * re + im * im < 1.52587890625e-05  # the next term is below 6e-16
     return xi < 1.0 and (still or close), damping, period
 
 
 @_inline
 def _in_square(y, z, constants):
     """u, v with u + v s^2 the polynomial in s^2 of these constants, highest first, where s^4 = -y s^2 - z."""
-    u, v = 0.0, 0.0
-    for constant in constants:
+    u, v = constants[1], constants[0]
+    for constant in constants[2:]:
         u, v = constant - z * v, u - y * v
     return u, v
 
@@ -253,14 +252,14 @@ def _residual(Omega, xi, p0, p1, k0, k1_1, k1_3, k1_5, k1_7, k2_2, k2_4, k2_6, k
 
 
 @_inline
-def _pair(c2, b0, q, trace, det):
+def _pair(c2, b0, q, half, det):
     """(half trace, squared modulus less 1, that square, discriminant) of the live pair.
 
     P = b0/c2 = det(I - A) and Q = q/c2 = 1 - det A keep the digits of what is near 1; far from it
     trace and determinant do.
     """
     inverse = 1.0 / c2
-    P, Q, half, modulus2 = b0 * inverse, q * inverse, 0.5 * trace * inverse, det * inverse
+    P, Q, half, modulus2 = b0 * inverse, q * inverse, half * inverse, det * inverse
     discriminant = P - 0.25 * (P + Q) * (P + Q) if P < 0.5 else modulus2 - half * half
     return half, -Q, 1.0 - Q if Q < 0.5 else modulus2, discriminant
 

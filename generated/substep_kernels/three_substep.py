@@ -233,7 +233,7 @@ def _increment(Omega, xi, rho_inf, gamma):
 
 @_inline
 def _quadratic(Omega, xi, rho_inf, gamma):
-    """Live eigenvalues: c2*lambda^2 - trace*lambda + det = 0; b0, its value at 1; q = c2 - det. 214 operations."""
+    """Live eigenvalues: c2*lambda^2 - 2*half*lambda + det = 0; b0, its value at 1; q = c2 - det. 212 operations."""
     r0 = 4*xi**2 + 1
     r1 = 2*xi**2 + 3
     r2 = rho_inf + 1
@@ -245,35 +245,35 @@ def _quadratic(Omega, xi, rho_inf, gamma):
     r8 = gamma*(5*gamma - 8) + 2
     r9 = gamma*(3*gamma - 3) + 1
     r10 = 3*gamma**2 - 2
-    x0 = gamma**2
-    x1 = 48*x0
-    x2 = gamma**3
-    x3 = 32*x2
-    x4 = gamma**4
-    x5 = Omega*gamma**6
-    x6 = 64*xi
-    x7 = rho_inf*x2
-    x8 = 16*x7
-    x9 = 16*gamma
-    x10 = xi**2
-    x11 = 128*xi
-    x12 = 128*x10
-    x13 = 3*x7
-    x14 = 4*x2
+    x0 = gamma*xi
+    x1 = gamma**2
+    x2 = 48*x1
+    x3 = gamma**3
+    x4 = 32*x3
+    x5 = gamma**4
+    x6 = Omega*gamma**6
+    x7 = 64*xi
+    x8 = r3*x7
+    x9 = rho_inf*x3
+    x10 = 16*x9
+    x11 = xi**2
+    x12 = x3*xi
+    x13 = 3*x9
+    x14 = 4*x3
     x15 = 16*xi
-    x16 = 8*r6*x7
-    x17 = r6*x8
+    x16 = 8*r6*x9
+    x17 = r6*x10
     x18 = r5*rho_inf
-    x19 = 3*x0
-    x20 = rho_inf*x19
-    x21 = 4*x0
-    x22 = x14*xi
-    c2 = Omega*(Omega*(Omega*(Omega*(Omega*(12*gamma**5*xi + x5) + 12*r0*x4) + r1*x3*xi) + r0*x1) + 192*gamma*xi) + 64
-    b0 = Omega**2*(Omega*(Omega*(Omega*(r2**2*x5 + 8*r2*r3*x2*xi) + gamma*(gamma*(144 - x9) - 96) + x10*(rho_inf*x3 + x3) - x8 + 16) + r3*x6) + 64)
-    q = Omega*(Omega*(Omega*(Omega*(Omega*(-r2*r4*x5 + 4*x2*xi*(x18 + x19)) + gamma*(gamma*(gamma*(144 - 24*gamma) - 192) + 96) + x10*(x17 + 48*x4) - x16 - 16) + x15*(gamma*(gamma*(24 - 3*gamma) - 18) + x10*(rho_inf*x14 + x14) - x13 + 4)) + r3*x12) + x11)
-    trace = Omega*(Omega*(Omega*(Omega*(Omega*(-2*rho_inf*x5 - x22*(-r5 + x20)) - 8*x0*(-2*r7 + x10*(-2*gamma*r6 + 6*rho_inf*x0) - x20)) - x9*xi*(-3*r8 + x10*(rho_inf*x21 - x21) - x20)) + 32*r10 + r9*x12) + r3*x11) + 128
-    det = Omega*(Omega*(Omega*(Omega*(Omega*(rho_inf**2*x5 - x18*x22) + 4*r5**2 - x10*x17 + x16) - x15*(-r5*r6 + 4*rho_inf*x10*x2 - x13)) + 64*r5*x10 + x1) + r6*x6) + 64
-    return c2, b0, q, trace, det
+    x19 = 3*x1
+    x20 = 64*x11
+    x21 = rho_inf*x19
+    x22 = 4*x1
+    c2 = Omega*(Omega*(Omega*(Omega*(Omega*(12*gamma**5*xi + x6) + 12*r0*x5) + r1*x4*xi) + r0*x2) + 192*x0) + 64
+    b0 = Omega**2*(Omega*(Omega*(Omega*(r2**2*x6 + 8*r2*r3*x12) + gamma*(gamma*(144 - 16*gamma) - 96) - x10 + x11*(rho_inf*x4 + x4) + 16) + x8) + 64)
+    q = Omega*(Omega*(Omega*(Omega*(Omega*(-r2*r4*x6 + 4*x3*xi*(x18 + x19)) + gamma*(gamma*(gamma*(144 - 24*gamma) - 192) + 96) + x11*(x17 + 48*x5) - x16 - 16) + x15*(gamma*(gamma*(24 - 3*gamma) - 18) + x11*(rho_inf*x14 + x14) - x13 + 4)) + 128*r3*x11) + 128*xi)
+    half = Omega*(Omega*(Omega*(Omega*(Omega*(-rho_inf*x6 - 2*x12*(-r5 + x21)) - x22*(-2*r7 + x11*(-2*gamma*r6 + 6*rho_inf*x1) - x21)) - 8*x0*(-3*r8 + x11*(rho_inf*x22 - x22) - x21)) + 16*r10 + r9*x20) + x8) + 64
+    det = Omega*(Omega*(Omega*(Omega*(Omega*(rho_inf**2*x6 - x14*x18*xi) + 4*r5**2 - x11*x17 + x16) - x15*(-r5*r6 + 4*rho_inf*x11*x3 - x13)) + r5*x20 + x2) + r6*x7) + 64
+    return c2, b0, q, half, det
 
 
 @_inline
@@ -354,23 +354,22 @@ def _compared(Omega, xi, root, re, im):
     """From tanh of half the pair's distance to the exact one: if that is small, numerical damping, period error."""
     cosine = math.sqrt(abs(1.0 - xi * xi))
     x, y = re * re - im * im, 2.0 * re * im
-    u, v = 1.0 / 5.0 + 1.0 / 7.0 * x, 1.0 / 7.0 * y  # 1 + q^2/3 + q^4/5 + q^6/7
-    u, v = 1.0 / 3.0 + x * u - y * v, x * v + y * u
+    u, v = 1.0 / 3.0 + 1.0 / 5.0 * x, 1.0 / 5.0 * y  # 1 + q^2/3 + q^4/5
     u, v = 1.0 + x * u - y * v, x * v + y * u
     growth, shift = 2.0 * (re * u - im * v), 2.0 * (re * v + im * u)
     inverse = 1.0 / (cosine * (cosine * Omega + shift))
     still = Omega == 0.0
     damping = 0.0 if still else 0.0 - (growth * cosine + xi * shift) * inverse
     period = 0.0 if still else 0.0 - shift * cosine * inverse
-    close = root > 0.0 and re * re + im * im < 0.000244140625  # the next term is below 4e-16
+    close = root > 0.0 and re * re + im * im < 1.52587890625e-05  # the next term is below 6e-16
     return xi < 1.0 and (still or close), damping, period
 
 
 @_inline
 def _in_square(y, z, constants):
     """u, v with u + v s^2 the polynomial in s^2 of these constants, highest first, where s^4 = -y s^2 - z."""
-    u, v = 0.0, 0.0
-    for constant in constants:
+    u, v = constants[1], constants[0]
+    for constant in constants[2:]:
         u, v = constant - z * v, u - y * v
     return u, v
 
@@ -407,14 +406,14 @@ def _residual(Omega, xi, p0, p1, k0, k1_1, k1_3, k1_5, k2_2, k2_4, k2_6, leading
 
 
 @_inline
-def _pair(c2, b0, q, trace, det):
+def _pair(c2, b0, q, half, det):
     """(half trace, squared modulus less 1, that square, discriminant) of the live pair.
 
     P = b0/c2 = det(I - A) and Q = q/c2 = 1 - det A keep the digits of what is near 1; far from it
     trace and determinant do.
     """
     inverse = 1.0 / c2
-    P, Q, half, modulus2 = b0 * inverse, q * inverse, 0.5 * trace * inverse, det * inverse
+    P, Q, half, modulus2 = b0 * inverse, q * inverse, half * inverse, det * inverse
     discriminant = P - 0.25 * (P + Q) * (P + Q) if P < 0.5 else modulus2 - half * half
     return half, -Q, 1.0 - Q if Q < 0.5 else modulus2, discriminant
 

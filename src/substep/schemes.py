@@ -316,7 +316,8 @@ class Scheme:
 
         spread(part, n, PART, nanoseconds=n * NANOSECONDS[function])
         if n == 0 or any(refused):  # kernels look at what they read anyway
-            non_negative("Omega", Omega), non_negative("xi", xi)
+            for name, value in (("Omega", Omega), ("xi", xi)):
+                non_negative(name, value)
         return [row.reshape(shape)[()] for row in out]
 
 
@@ -331,6 +332,8 @@ def read_only(array: Array) -> Array:
     """The array as contiguous 1-D, a view where it can be one; read-only: it may be the caller's, and kernels are
     compiled for such alone.
     """
+    if array.ndim == 1 and array.flags.c_contiguous and not array.flags.writeable:
+        return array
     flat = np.ascontiguousarray(array).reshape(-1)
     flat.flags.writeable = False
     return flat
