@@ -358,31 +358,39 @@ def _residual(Omega, xi, p0, p1, k0, k1_3, k1_5, k2_4, k2_6, k3_3, k3_5, k4_4, k
 
 @_compile
 def _find_roots(c, roots):
-    """All roots of c[0] + ... + c[d] z^d by Aberth's simultaneous iteration."""
+    """All roots of c[0] + ... + c[d] z^d by Aberth's simultaneous iteration, until values are rounding."""
     d = roots.size
     radius = (abs(c[0] / c[d])) ** (1.0 / d) if c[0] != 0.0 else 1.0
     for k in range(d):
         roots[k] = radius * cmath.exp(complex(0.0, 2.0 * math.pi * k / d + 0.4))
-    moved = math.inf
-    for _ in range(500):
-        last, moved = moved, 0.0
+    for _ in range(200):
+        left = 0
         for k in range(d):
-            z = roots[k]
-            value, slope = complex(c[d], 0.0), 0j
+            x, y = roots[k].real, roots[k].imag
+            modulus, size = math.sqrt(x * x + y * y), abs(c[d])
+            value, value_i, slope, slope_i = c[d], 0.0, 0.0, 0.0
             for j in range(d - 1, -1, -1):
-                slope = slope * z + value
-                value = value * z + c[j]
-            if value == 0j or slope == 0j:
+                slope, slope_i = slope * x - slope_i * y + value, slope * y + slope_i * x + value_i
+                value, value_i = value * x - value_i * y + c[j], value * y + value_i * x
+                size = size * modulus + abs(c[j])
+            if abs(value) + abs(value_i) <= 2.3e-16 * size:
                 continue
-            newton, repulsion = value / slope, 0j
+            left += 1
+            away, away_i = 0.0, 0.0  # from the others, the sum of 1/(z - other)
             for j in range(d):
-                if j != k and roots[j] != z:
-                    repulsion += 1.0 / (z - roots[j])
-            slower = 1.0 - newton * repulsion
-            step = newton / slower if slower != 0j else newton
-            roots[k] = z - step
-            moved = max(moved, abs(step) / abs(z))
-        if moved < 1e-16 or (moved < 1e-13 and moved >= last):  # from here on it is rounding that moves them
+                g, g_i = x - roots[j].real, y - roots[j].imag
+                square = g * g + g_i * g_i
+                inverse = 1.0 / square if square > 0.0 else 0.0  # itself, or one not told from it
+                away, away_i = away + g * inverse, away_i - g_i * inverse
+            # value / (slope - value * away)
+            g = slope - value * away + value_i * away_i
+            g_i = slope_i - value * away_i - value_i * away
+            square = g * g + g_i * g_i
+            if square > 0.0:
+                x -= (value * g + value_i * g_i) / square
+                y -= (value_i * g - value * g_i) / square
+            roots[k] = complex(x, y)
+        if left == 0:
             break
 
 
