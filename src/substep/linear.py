@@ -20,6 +20,7 @@ from .threads import spread
 
 COMPLETED, NON_FINITE = STATUSES.index("completed"), STATUSES.index("non_finite")
 NANOSECONDS = 0.25  # of a step of a lane
+AT_ONCE = 512  # steps of a history before the next block of lanes has its turn, which writes to the same pages
 CHUNK = 1 << 16  # steps of one lane at a time where not all are kept
 
 Load = Callable[[Array], Array]
@@ -234,8 +235,9 @@ def _abreast(scheme: Scheme, o: Oscillators, n: int, load: Load | None, stride: 
     r, P = _prepared(scheme, o, n, load), len(o.omega)
 
     def part(first: int, last: int) -> None:
-        pace = stride if len(lanes.out) else n  # no stop where nothing is kept
-        r.march(r.C, r.x, *r.shared, r.own, r.first, n, pace, lanes.out, lanes.peak, first, last)
+        pace, most = (stride, AT_ONCE) if len(lanes.out) else (n, n + 1)  # no stop where nothing is kept
+        for begin in range(r.first, n, most):
+            r.march(r.C, r.x, *r.shared, r.own, begin, min(begin + most, n), pace, lanes.out, lanes.peak, first, last)
 
     spread(part, P, r.width, nanoseconds=P * n * NANOSECONDS)
     if r.head is not None:
