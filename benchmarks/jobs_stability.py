@@ -1,5 +1,7 @@
 """Stability functions at many points, every input an array."""
 
+from functools import partial
+
 import numpy as np
 
 from . import limits, ours, peers, reference
@@ -87,7 +89,7 @@ def _three(found: Job, name: str, how: str, points: tuple[np.ndarray, ...], roun
         rows.append(Alternative("NumPy, closed form", "peer", lambda: closed(*few), len(few[0]), errors))
     except ValueError as error:
         found.skipped[f"closed form of {name}"] = str(error)
-    by_eigenvalues = lambda: peers.eigenvalues(matrices, *few[:2])  # noqa: E731
+    by_eigenvalues = partial(peers.eigenvalues, matrices, *few[:2])
     rows.append(Alternative("np.linalg.eigvals", "peer", by_eigenvalues, len(matrices), errors))
     what = f"{name}, {how}"
     table = Table(f"{what}: rho, numerical damping, period error", "point", measure(rows, rounds), COLUMNS)
@@ -104,7 +106,7 @@ def _radius(found: Job, name: str, points: tuple[np.ndarray, ...], rounds: int) 
     if C := _limit(found, name):
         rows.append(Alternative("C", "limit", lambda: C.radius(points, out), n, errors))
     few, matrices = _short(name, points)
-    largest = lambda: np.abs(np.linalg.eigvals(matrices)).max(axis=-1)  # noqa: E731
+    largest = partial(peers.radius, matrices)
     rows.append(Alternative("np.linalg.eigvals", "peer", largest, len(matrices), _errors(name, few, False)))
     table = Table(f"{name}: rho alone", "point", measure(rows, rounds), {"rho": COLUMNS["rho"]})
     found.tables.append(table)

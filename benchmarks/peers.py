@@ -33,6 +33,11 @@ def eigenvalues(matrices: Array, Omega: Array, xi: Array) -> tuple[Array, Array,
         return modulus.max(axis=1), -np.log(np.abs(pair)) / angle - xi / damped, Omega * damped / angle - 1.0
 
 
+def radius(matrices: Array) -> Array:
+    """Spectral radius alone."""
+    return np.abs(np.linalg.eigvals(matrices)).max(axis=1)
+
+
 def closed_form(name: str) -> Callable[..., tuple[Array, Array, Array]]:
     """The same by NumPy from the closed form of a scheme with two live eigenvalues, as one writes it without substep.
 

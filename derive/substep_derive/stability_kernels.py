@@ -63,7 +63,7 @@ def _asymmetry(opposite: dict[str, Expr], arguments: tuple[Symbol, ...]) -> Kern
 
 def _defect(c: list[Expr], arguments: tuple[Symbol, ...]) -> Kernel:
     residual = Residual.of(c)
-    doc = f"The polynomial at e^s, cancelled up to Omega^{residual.terms - 1}, and coefficients for `_residual`."
+    doc = f"The polynomial in tau at e^s, cancelled up to Omega^{residual.terms - 1}, and coefficients for `_residual`."
     return _inlined("_defect", arguments, residual.outputs, doc)
 
 

@@ -79,7 +79,7 @@ def _divide(c, b0, b1, e, others):
 
 @_compile
 def _spectrum(Omega, xi, polynomial):
-    """(radius; of the largest pair half the trace, modulus^2 - 1, modulus^2, imaginary part; what `_near` wants).
+    """(radius; of the largest pair half the trace, modulus^2 - 1, modulus^2, imaginary part; what `_apart` wants).
 
     That is the imaginary part of the pair next to the exact one and the rest's polynomial. An imaginary part is -1
     where there is no pair, and -2 where another pair is the largest.
@@ -115,7 +115,7 @@ def _is_conservative({arguments}):
 
 @_compile
 def _eigenvalues({arguments}):
-    """Spectral radius, `_measured`'s half, less, modulus2 and root, and what `_near` wants."""
+    """Spectral radius, `_measured`'s half, less, modulus2 and root, and what `_apart` wants."""
     found = _spectrum(Omega, xi, _polynomial({arguments}))
     if abs(found[2]) < 1e-6 and _is_conservative({arguments}):
         return found[:2] + (0.0, 1.0) + found[4:]

@@ -111,7 +111,7 @@ def _asymmetry(Omega):
 
 @_inline
 def _defect(Omega, xi):
-    """The polynomial at e^s, cancelled up to Omega^3, and coefficients for `_residual`. 12 operations."""
+    """The polynomial in tau at e^s, cancelled up to Omega^3, and coefficients for `_residual`. 12 operations."""
     r0 = 2*xi**2 - 1
     x0 = Omega + 2*xi
     p0 = -xi

@@ -258,7 +258,7 @@ def _asymmetry(Omega, beta1, beta2, gamma_t):
 
 @_inline
 def _defect(Omega, xi, beta1, beta2, gamma_t):
-    """The polynomial at e^s, cancelled up to Omega^3, and coefficients for `_residual`. 126 operations."""
+    """The polynomial in tau at e^s, cancelled up to Omega^3, and coefficients for `_residual`. 126 operations."""
     r0 = gamma_t - 1
     r1 = gamma_t*(2*gamma_t - 2) + 1
     r2 = 2*xi**2 - 1

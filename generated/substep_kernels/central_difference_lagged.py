@@ -126,7 +126,7 @@ def _asymmetry(Omega):
 
 @_inline
 def _defect(Omega, xi):
-    """The polynomial at e^s, cancelled up to Omega^3, and coefficients for `_residual`. 7 operations."""
+    """The polynomial in tau at e^s, cancelled up to Omega^3, and coefficients for `_residual`. 7 operations."""
     p0 = xi
     p1 = 2*xi**2
     k0 = 0

@@ -110,7 +110,7 @@ def _asymmetry(Omega):
 
 @_inline
 def _defect(Omega, xi):
-    """The polynomial at e^s, cancelled up to Omega^4, and coefficients for `_residual`. 18 operations."""
+    """The polynomial in tau at e^s, cancelled up to Omega^4, and coefficients for `_residual`. 18 operations."""
     r0 = 2*xi**2 - 1
     r1 = 4*xi**2 - 3
     x0 = (2/3)*Omega

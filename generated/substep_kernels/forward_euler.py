@@ -109,7 +109,7 @@ def _asymmetry(Omega):
 
 @_inline
 def _defect(Omega, xi):
-    """The polynomial at e^s, cancelled up to Omega^3, and coefficients for `_residual`. 8 operations."""
+    """The polynomial in tau at e^s, cancelled up to Omega^3, and coefficients for `_residual`. 8 operations."""
     r0 = 2*xi**2 - 1
     p0 = xi
     p1 = r0

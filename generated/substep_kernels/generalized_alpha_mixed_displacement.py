@@ -159,7 +159,7 @@ def _asymmetry(Omega, alpha_m, alpha_f, beta, gamma):
 
 @_inline
 def _defect(Omega, xi, alpha_m, alpha_f, beta, gamma):
-    """The polynomial at e^s, cancelled up to Omega^3, and coefficients for `_residual`. 54 operations."""
+    """The polynomial in tau at e^s, cancelled up to Omega^3, and coefficients for `_residual`. 54 operations."""
     r0 = 2*gamma - 1
     r1 = 2*xi + 1
     r2 = 2*xi - 1

@@ -193,7 +193,7 @@ def _asymmetry(Omega, delta, alpha_g):
 
 @_inline
 def _defect(Omega, xi, delta, alpha_g):
-    """The polynomial at e^s, cancelled up to Omega^4, and coefficients for `_residual`. 43 operations."""
+    """The polynomial in tau at e^s, cancelled up to Omega^4, and coefficients for `_residual`. 43 operations."""
     r0 = 2*xi + 1
     r1 = 2*xi - 1
     r2 = 6*delta - 1

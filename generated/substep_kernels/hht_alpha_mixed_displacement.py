@@ -147,7 +147,7 @@ def _asymmetry(Omega, alpha):
 
 @_inline
 def _defect(Omega, xi, alpha):
-    """The polynomial at e^s, cancelled up to Omega^4, and coefficients for `_residual`. 56 operations."""
+    """The polynomial in tau at e^s, cancelled up to Omega^4, and coefficients for `_residual`. 56 operations."""
     r0 = alpha*(12*alpha + 6) - 1
     r1 = alpha*(9*alpha + 6) - 2
     r2 = alpha*(7*alpha + 4) - 1

@@ -191,7 +191,7 @@ def _asymmetry(Omega, rho_inf):
 
 @_inline
 def _defect(Omega, xi, rho_inf):
-    """The polynomial at e^s, cancelled up to Omega^4, and coefficients for `_residual`. 56 operations."""
+    """The polynomial in tau at e^s, cancelled up to Omega^4, and coefficients for `_residual`. 56 operations."""
     r0 = rho_inf + 1
     r1 = rho_inf*(7*rho_inf - 10) + 7
     r2 = rho_inf*(11*rho_inf - 14) + 11

@@ -132,7 +132,7 @@ def _asymmetry(Omega, beta, gamma):
 
 @_inline
 def _defect(Omega, xi, beta, gamma):
-    """The polynomial at e^s, cancelled up to Omega^3, and coefficients for `_residual`. 24 operations."""
+    """The polynomial in tau at e^s, cancelled up to Omega^3, and coefficients for `_residual`. 24 operations."""
     r0 = 2*gamma - 1
     r1 = 2*xi + 1
     r2 = 2*xi - 1

@@ -224,7 +224,7 @@ def _asymmetry(Omega, gamma_t, beta, gamma):
 
 @_inline
 def _defect(Omega, xi, gamma_t, beta, gamma):
-    """The polynomial at e^s, cancelled up to Omega^3, and coefficients for `_residual`. 80 operations."""
+    """The polynomial in tau at e^s, cancelled up to Omega^3, and coefficients for `_residual`. 80 operations."""
     r0 = 2*gamma - 1
     r1 = gamma_t - 2
     r2 = 2*xi + 1

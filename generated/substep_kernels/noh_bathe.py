@@ -181,7 +181,7 @@ def _asymmetry(Omega, p):
 
 @_inline
 def _defect(Omega, xi, p):
-    """The polynomial at e^s, cancelled up to Omega^4, and coefficients for `_residual`. 120 operations."""
+    """The polynomial in tau at e^s, cancelled up to Omega^4, and coefficients for `_residual`. 120 operations."""
     r0 = 3*p - 2
     r1 = p - 1
     r2 = p*(6*p - 6) + 1

@@ -241,7 +241,7 @@ def _asymmetry(Omega, rho_inf):
 
 @_inline
 def _defect(Omega, xi, rho_inf):
-    """The polynomial at e^s, cancelled up to Omega^4, and coefficients for `_residual`. 58 operations."""
+    """The polynomial in tau at e^s, cancelled up to Omega^4, and coefficients for `_residual`. 58 operations."""
     r0 = rho_inf + 1
     r1 = 2*xi**2 - 1
     r2 = rho_inf*(rho_inf - 1) + 1
@@ -433,7 +433,7 @@ def _divide(c, b0, b1, e, others):
 
 @_compile
 def _spectrum(Omega, xi, polynomial):
-    """(radius; of the largest pair half the trace, modulus^2 - 1, modulus^2, imaginary part; what `_near` wants).
+    """(radius; of the largest pair half the trace, modulus^2 - 1, modulus^2, imaginary part; what `_apart` wants).
 
     That is the imaginary part of the pair next to the exact one and the rest's polynomial. An imaginary part is -1
     where there is no pair, and -2 where another pair is the largest.
@@ -469,7 +469,7 @@ def _is_conservative(Omega, xi, rho_inf):
 
 @_compile
 def _eigenvalues(Omega, xi, rho_inf):
-    """Spectral radius, `_measured`'s half, less, modulus2 and root, and what `_near` wants."""
+    """Spectral radius, `_measured`'s half, less, modulus2 and root, and what `_apart` wants."""
     found = _spectrum(Omega, xi, _polynomial(Omega, xi, rho_inf))
     if abs(found[2]) < 1e-6 and _is_conservative(Omega, xi, rho_inf):
         return found[:2] + (0.0, 1.0) + found[4:]

@@ -193,7 +193,7 @@ def _asymmetry(Omega):
 
 @_inline
 def _defect(Omega, xi):
-    """The polynomial at e^s, cancelled up to Omega^4, and coefficients for `_residual`. 41 operations."""
+    """The polynomial in tau at e^s, cancelled up to Omega^4, and coefficients for `_residual`. 41 operations."""
     r0 = 2*xi**2 - 1
     r1 = 4*xi**2 - 3
     x0 = 12*Omega
@@ -385,7 +385,7 @@ def _divide(c, b0, b1, e, others):
 
 @_compile
 def _spectrum(Omega, xi, polynomial):
-    """(radius; of the largest pair half the trace, modulus^2 - 1, modulus^2, imaginary part; what `_near` wants).
+    """(radius; of the largest pair half the trace, modulus^2 - 1, modulus^2, imaginary part; what `_apart` wants).
 
     That is the imaginary part of the pair next to the exact one and the rest's polynomial. An imaginary part is -1
     where there is no pair, and -2 where another pair is the largest.
@@ -421,7 +421,7 @@ def _is_conservative(Omega, xi):
 
 @_compile
 def _eigenvalues(Omega, xi):
-    """Spectral radius, `_measured`'s half, less, modulus2 and root, and what `_near` wants."""
+    """Spectral radius, `_measured`'s half, less, modulus2 and root, and what `_apart` wants."""
     found = _spectrum(Omega, xi, _polynomial(Omega, xi))
     if abs(found[2]) < 1e-6 and _is_conservative(Omega, xi):
         return found[:2] + (0.0, 1.0) + found[4:]

@@ -264,7 +264,7 @@ def _asymmetry(Omega, rho_inf, gamma_t):
 
 @_inline
 def _defect(Omega, xi, rho_inf, gamma_t):
-    """The polynomial at e^s, cancelled up to Omega^4, and coefficients for `_residual`. 121 operations."""
+    """The polynomial in tau at e^s, cancelled up to Omega^4, and coefficients for `_residual`. 121 operations."""
     r0 = 2*xi**2 - 1
     r1 = gamma_t - 2
     r2 = 3*gamma_t - 2

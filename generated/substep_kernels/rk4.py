@@ -147,7 +147,7 @@ def _asymmetry(Omega):
 
 @_inline
 def _defect(Omega, xi):
-    """The polynomial at e^s, cancelled up to Omega^6, and coefficients for `_residual`. 71 operations."""
+    """The polynomial in tau at e^s, cancelled up to Omega^6, and coefficients for `_residual`. 71 operations."""
     r0 = 6*xi**2 - 1
     r1 = 2*xi + 1
     r2 = 2*xi - 1

@@ -122,7 +122,7 @@ def _asymmetry(Omega, phi):
 
 @_inline
 def _defect(Omega, xi, phi):
-    """The polynomial at e^s, cancelled up to Omega^3, and coefficients for `_residual`. 13 operations."""
+    """The polynomial in tau at e^s, cancelled up to Omega^3, and coefficients for `_residual`. 13 operations."""
     r0 = phi - 1
     r1 = 2*phi - 1
     p0 = xi

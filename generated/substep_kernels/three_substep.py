@@ -288,7 +288,7 @@ def _asymmetry(Omega, rho_inf, gamma):
 
 @_inline
 def _defect(Omega, xi, rho_inf, gamma):
-    """The polynomial at e^s, cancelled up to Omega^4, and coefficients for `_residual`. 181 operations."""
+    """The polynomial in tau at e^s, cancelled up to Omega^4, and coefficients for `_residual`. 181 operations."""
     r0 = 2*xi**2 - 1
     r1 = 4*xi**2 - 3
     r2 = rho_inf + 1

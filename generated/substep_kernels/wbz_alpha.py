@@ -146,7 +146,7 @@ def _asymmetry(Omega, alpha_B):
 
 @_inline
 def _defect(Omega, xi, alpha_B):
-    """The polynomial at e^s, cancelled up to Omega^4, and coefficients for `_residual`. 51 operations."""
+    """The polynomial in tau at e^s, cancelled up to Omega^4, and coefficients for `_residual`. 51 operations."""
     r0 = 6*alpha_B - 1
     r1 = alpha_B*(3*alpha_B - 6) + 2
     r2 = alpha_B*(alpha_B - 4) + 1

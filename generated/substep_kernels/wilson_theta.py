@@ -152,7 +152,7 @@ def _asymmetry(Omega, theta):
 
 @_inline
 def _defect(Omega, xi, theta):
-    """The polynomial at e^s, cancelled up to Omega^4, and coefficients for `_residual`. 51 operations."""
+    """The polynomial in tau at e^s, cancelled up to Omega^4, and coefficients for `_residual`. 51 operations."""
     r0 = 2*xi + 1
     r1 = 2*xi - 1
     r2 = theta*(6*theta - 6) + 1

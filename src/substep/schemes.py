@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 PART = 1 << 15  # points a thread takes at a time, so that what it reads and writes stays in its caches
-NANOSECONDS = {"spectral_radius": 2.0, "stability": 8.0}  # of a point at the fastest schemes
+NANOSECONDS = {"spectral_radius": 0.6, "stability": 4.0}  # of a point at the fastest schemes
 
 
 def schemes() -> tuple[str, ...]:
