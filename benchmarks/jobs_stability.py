@@ -55,8 +55,8 @@ def job(quick: bool) -> Job:
             _radius(found, name, points, rounds)
     found.notes.append(
         f"'{FAR}' keeps no more digits than the formula with P and Q; '{SAME}' computes, as substep does, the points "
-        "below Omega = 0.125 (37 %) from the defect of the exact eigenvalue, which buys the digits of small Omega. C "
-        "packs such points where they stand among others; substep computes both for a block of 2048 that has some."
+        "near Omega = 0 from the defect of the exact eigenvalue, which buys the digits there. C packs such points "
+        "where they stand among others; substep computes both formulas for a block that has some."
     )
     return found
 

@@ -101,7 +101,8 @@ def close(a: Array, b: Array) -> bool:
 @pytest.mark.usefixtures("uncompiled")
 @pytest.mark.parametrize("kind", LOADED)
 @pytest.mark.parametrize("name", OWN)
-def test_lanes_are_the_lane_alone(name: str, kind: str) -> None:
+def test_lanes_are_the_lane_alone(name: str, kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(linear, "AT_ONCE", 7)
     s, load = ss.scheme(name), LOADED[kind]
     o = oscillators(3, dt=DT if kind == "record" else None, consistent=kind != "function")
     for keep in ({"stride": 1}, {"stride": 3}, {"stride": N}, {"keep": "peak"}):

@@ -1,4 +1,4 @@
-"""Speed against accuracy: exact motions, counts, errors, charts, and what is recommended."""
+"""Speed against accuracy: exact motions, references, counts, errors, charts."""
 
 import csv
 from functools import partial
@@ -8,16 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from substep_derive import Scene as Declaration
-from substep_derive.scene import optional
-from substep_derive.symbols import rate
-from sympy import Rational, symbols
 
 import substep as ss
 from substep import build
-from substep.precision import cases, charts, choose, exact, jobs, measure, peers, turning
+from substep.precision import cases, charts, exact, jobs, measure, peers, turning
 from substep.precision import reference as references
-from substep.precision.choice import SAMPLES, ladder
+from substep.precision.choice import SAMPLES
 from substep.precision.measure import Cost, Errors, Run
 
 KNOWN = {
@@ -271,124 +267,6 @@ def test_turning_points_are_drawn(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     assert [p.steps for p in mine] == [SAMPLES, 16 * SAMPLES]
     assert mine[1].together < mine[1].alone
     assert {p.method for p in found if p.kind == "general solver"} == {"scipy DOP853"}
-
-
-AMONG = ("newmark_bdf2", "average_acceleration", "energy_momentum", "rk4")
-
-
-def largest_error(scene: ss.Scene, name: str, steps: int, t_end: float) -> float:
-    """Of u over the span, told without the code under test: against DOP853."""
-    r = ss.march(scene, ss.scheme(name), t_end / steps, t_end, stride=steps // SAMPLES)
-    if r.status != "completed":
-        return np.inf
-    u, _ = integrated(scene, np.linspace(0, t_end, SAMPLES + 1))
-    return float(np.linalg.norm(r.u - u, axis=1).max() / np.linalg.norm(u, axis=1).max())
-
-
-@pytest.mark.usefixtures("uncompiled")
-@pytest.mark.parametrize(("name", "t_end", "accuracy"), [("duffing", 0.3, 3e-3), ("elastic", 1.0, 1e-5)])
-def test_what_is_recommended_suffices_and_nothing_cheaper_does(name: str, t_end: float, accuracy: float) -> None:
-    scene, among = KNOWN[name], [ss.scheme(n) for n in AMONG]
-    found = choose(scene, accuracy, t_end=t_end, among=among)
-    best, next_ = found.best, found.runner_up
-    assert best is not None
-    assert next_ is not None
-    assert largest_error(scene, best.run.method, best.run.steps, t_end) <= accuracy
-    assert largest_error(scene, next_.run.method, next_.run.steps, t_end) > accuracy
-    assert next_.run.cost.operations < best.run.cost.operations
-    for s in among:  # every step of the ladder that is cheaper was tried, and fails
-        for steps in ladder():
-            run = measure.measure(found.reference, s, steps, 0)
-            if run.cost.operations >= best.run.cost.operations:
-                break
-            assert run.errors["u"].maximum > accuracy
-            assert (s.name, steps) in {(c.run.method, c.run.steps) for c in found.candidates}
-
-
-@pytest.mark.usefixtures("uncompiled")
-def test_no_more_model_than_the_scene_needs(tmp_path: Path) -> None:
-    """A rigid bar is off by twice the strain m v0^2/(EA L) that it leaves out, in any scheme and at any step."""
-    stiff, among, t_end = ss.scene("elastic_pendulum", EA=1e7), [ss.scheme("energy_momentum")], 1.0
-    lag = cases.lag(stiff, t_end)
-    coarse, fine = (choose(stiff, x, t_end=t_end, quantity="angle", among=among) for x in (2 * lag, 0.5 * lag))
-    assert coarse.best is not None
-    assert fine.best is not None
-    assert coarse.best.model.name == "rigid_pendulum"
-    assert coarse.best.error == pytest.approx(lag, rel=0.3)
-    assert fine.best.model is stiff
-    assert "next cheaper" in fine.text
-    charts_path = tmp_path / "why.1"
-    from substep.precision.choice import chart
-
-    chart(fine, charts_path)
-    assert (tmp_path / "why.1.png").stat().st_size > 10_000
-    only_bar = choose(stiff, 2 * lag, t_end=t_end, quantity="angle", among=among, simpler=())
-    assert only_bar.best is not None
-    assert only_bar.best.model is stiff
-
-
-def test_a_wish_beyond_reach_and_bad_wishes(monkeypatch: pytest.MonkeyPatch) -> None:
-    from substep.precision import choice
-
-    monkeypatch.setattr(choice, "MOST_OPERATIONS", 2e3)
-    found = choose(KNOWN["damped"], 1e-9, t_end=1.0, among=[ss.scheme("bathe")])
-    assert found.best is None
-    assert found.runner_up is None
-    assert "no candidate" in found.text
-    with pytest.raises(ValueError, match="quantity of duffing"):
-        choose(KNOWN["duffing"], 1e-3, t_end=1.0, quantity="angle")
-    with pytest.raises(ValueError, match="expected a scene, got 'duffing'"):
-        choose("duffing", 1e-3, t_end=1.0)  # pyright: ignore
-    with pytest.raises(ValueError, match="declaration of one, got 3"):
-        choose(KNOWN["duffing"], 1e-3, t_end=1.0, among=[3])  # pyright: ignore
-    with pytest.raises(ValueError, match="accuracy > 0"):
-        choose(KNOWN["duffing"], 0.0, t_end=1.0)
-
-
-@pytest.mark.parametrize("start", [{"u0": 1.0}, {"u0": 0.0, "v0": 1.0}])
-def test_an_error_of_phase_is_seen_at_whole_periods_too(start: dict[str, float]) -> None:
-    scene, t_end = ss.scene("linear_oscillator", omega=2 * np.pi, **start), 1.0 * SAMPLES
-    found = choose(scene, 1e-2, t_end=t_end, among=["average_acceleration"])
-    assert found.best is not None
-    r = ss.march(scene, found.best.scheme, found.best.run.dt, t_end)
-    known = exact.motion(scene)
-    assert known is not None
-    should = known(r.t)[0]
-    assert np.abs(r.u - should).max() <= 1.1e-2 * np.abs(should).max()
-
-
-@pytest.mark.usefixtures("uncompiled")
-def test_schemes_of_one_name_are_told_apart() -> None:
-    among = [ss.scheme("newmark_bdf2", gamma_t=x) for x in (0.9, 0.5)]
-    for order in (among, among[::-1]):
-        found = choose(KNOWN["duffing"], 3e-3, t_end=0.3, among=order)
-        assert found.best is not None
-        again = measure.measure(found.reference, found.best.scheme, found.best.run.steps, 0)
-        assert again.errors == found.best.run.errors
-        assert again.errors["u"].maximum == found.best.error
-        assert f"newmark_bdf2(gamma_t={found.best.scheme.parameters['gamma_t']}) on duffing" in found.text
-
-
-@pytest.mark.usefixtures("uncompiled")
-def test_among_takes_names_and_at_least_one() -> None:
-    found = choose(KNOWN["duffing"], 3e-2, t_end=0.1, among=["rk4"])
-    assert found.best is not None
-    assert found.best.method == "rk4"
-    with pytest.raises(ValueError, match="expected schemes to choose among, got none"):
-        choose(KNOWN["duffing"], 3e-2, t_end=0.1, among=[])
-
-
-def test_a_scene_of_ones_own() -> None:
-    x, k = symbols("x k")
-    mine = Declaration(
-        name="quartic_well", coordinates={x: "m"}, kinetic=rate(x) ** 2 / 2, potential=k * x**4 / 4,
-        parameters=(optional(k, 3),), start={x: 1, rate(x): Rational(1, 2)}, length=1, reference="here",
-    )  # fmt: skip
-    scene, among = ss.scene(mine), [ss.scheme(n) for n in ("average_acceleration", "rk4")]
-    found = choose(scene, 1e-4, t_end=4.0, among=among)
-    assert found.best is not None
-    assert "rk4" in found.reference.source
-    assert largest_error(scene, found.best.run.method, found.best.run.steps, 4.0) <= 1e-4
 
 
 def test_jobs_cover_every_case() -> None:

@@ -82,7 +82,7 @@ def _spectrum(Omega, xi, polynomial):
     """(radius; of the largest pair half the trace, modulus^2 - 1, modulus^2, imaginary part; what `_apart` wants).
 
     That is the imaginary part of the pair next to the exact one and the rest's polynomial. An imaginary part is -1
-    where there is no pair, and -2 where another pair is the largest.
+    where there is no pair; that of the pair next to the exact one also where another pair is the largest.
     """
     c, b0, b1 = np.array(polynomial[:-2]), polynomial[-2], polynomial[-1]
     others, radius, modulus, half, root, less, modulus2 = np.zeros(c.size - 2), 0.0, 0.0, 0.0, -1.0, 0.0, 0.0
@@ -102,7 +102,7 @@ def _spectrum(Omega, xi, polynomial):
         radius = max(radius, size)
         # beside a double root real and complex are not told apart
         if size > modulus * (1.0 + 1e-12) and z.imag > 8.0 * _rounding(c, z) and Omega > 0.0:
-            modulus, half, root, less, modulus2, kept = size, z.real, z.imag, size * size - 1.0, size * size, -2.0
+            modulus, half, root, less, modulus2, kept = size, z.real, z.imag, size * size - 1.0, size * size, -1.0
     return radius, half, less, modulus2, root, kept, {others}
 
 

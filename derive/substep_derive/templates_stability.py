@@ -117,7 +117,7 @@ STABILITY = '''
 
 @_fused
 def spectral_radius({arguments}, out):
-    """Spectral radius; 1-D arrays of one length. Returns whether any Omega or xi is negative or not finite."""
+    """Spectral radius; 1-D arrays of one length. Returns whether any Omega or xi is negative, -0 or not finite."""
     refused = np.uint64(0)
     for i in range(0, out.size, {block}):
         k = min(i + {block}, out.size)
@@ -131,7 +131,7 @@ def stability({arguments}, radius, damping, period):
 
     Damping is that of the complex pair of largest modulus, less the physical one; period is the
     numerical over the exact one, less 1; both are NaN where the eigenvalues are real. Returns whether
-    any Omega or xi is negative or not finite.
+    any Omega or xi is negative, -0 or not finite.
     """
     refused = np.uint64(0)
     for i in range(0, radius.size, {block}):

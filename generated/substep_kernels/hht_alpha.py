@@ -408,7 +408,7 @@ def _block(Omega, xi, alpha, radius, damping, period):
 
 @_fused
 def spectral_radius(Omega, xi, alpha, out):
-    """Spectral radius; 1-D arrays of one length. Returns whether any Omega or xi is negative or not finite."""
+    """Spectral radius; 1-D arrays of one length. Returns whether any Omega or xi is negative, -0 or not finite."""
     refused = np.uint64(0)
     for i in range(0, out.size, 2048):
         k = min(i + 2048, out.size)
@@ -422,7 +422,7 @@ def stability(Omega, xi, alpha, radius, damping, period):
 
     Damping is that of the complex pair of largest modulus, less the physical one; period is the
     numerical over the exact one, less 1; both are NaN where the eigenvalues are real. Returns whether
-    any Omega or xi is negative or not finite.
+    any Omega or xi is negative, -0 or not finite.
     """
     refused = np.uint64(0)
     for i in range(0, radius.size, 2048):

@@ -457,7 +457,7 @@ def _block(Omega, xi, rho_inf, radius, damping, period):
 
 @_fused
 def spectral_radius(Omega, xi, rho_inf, out):
-    """Spectral radius; 1-D arrays of one length. Returns whether any Omega or xi is negative or not finite."""
+    """Spectral radius; 1-D arrays of one length. Returns whether any Omega or xi is negative, -0 or not finite."""
     refused = np.uint64(0)
     for i in range(0, out.size, 2048):
         k = min(i + 2048, out.size)
@@ -471,7 +471,7 @@ def stability(Omega, xi, rho_inf, radius, damping, period):
 
     Damping is that of the complex pair of largest modulus, less the physical one; period is the
     numerical over the exact one, less 1; both are NaN where the eigenvalues are real. Returns whether
-    any Omega or xi is negative or not finite.
+    any Omega or xi is negative, -0 or not finite.
     """
     refused = np.uint64(0)
     for i in range(0, radius.size, 2048):

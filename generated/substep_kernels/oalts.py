@@ -436,7 +436,7 @@ def _spectrum(Omega, xi, polynomial):
     """(radius; of the largest pair half the trace, modulus^2 - 1, modulus^2, imaginary part; what `_apart` wants).
 
     That is the imaginary part of the pair next to the exact one and the rest's polynomial. An imaginary part is -1
-    where there is no pair, and -2 where another pair is the largest.
+    where there is no pair; that of the pair next to the exact one also where another pair is the largest.
     """
     c, b0, b1 = np.array(polynomial[:-2]), polynomial[-2], polynomial[-1]
     others, radius, modulus, half, root, less, modulus2 = np.zeros(c.size - 2), 0.0, 0.0, 0.0, -1.0, 0.0, 0.0
@@ -456,7 +456,7 @@ def _spectrum(Omega, xi, polynomial):
         radius = max(radius, size)
         # beside a double root real and complex are not told apart
         if size > modulus * (1.0 + 1e-12) and z.imag > 8.0 * _rounding(c, z) and Omega > 0.0:
-            modulus, half, root, less, modulus2, kept = size, z.real, z.imag, size * size - 1.0, size * size, -2.0
+            modulus, half, root, less, modulus2, kept = size, z.real, z.imag, size * size - 1.0, size * size, -1.0
     return radius, half, less, modulus2, root, kept, others[0] / others[-1], others[1] / others[-1]
 
 
@@ -544,7 +544,7 @@ def _block(Omega, xi, rho_inf, radius, damping, period):
 
 @_fused
 def spectral_radius(Omega, xi, rho_inf, out):
-    """Spectral radius; 1-D arrays of one length. Returns whether any Omega or xi is negative or not finite."""
+    """Spectral radius; 1-D arrays of one length. Returns whether any Omega or xi is negative, -0 or not finite."""
     refused = np.uint64(0)
     for i in range(0, out.size, 2048):
         k = min(i + 2048, out.size)
@@ -558,7 +558,7 @@ def stability(Omega, xi, rho_inf, radius, damping, period):
 
     Damping is that of the complex pair of largest modulus, less the physical one; period is the
     numerical over the exact one, less 1; both are NaN where the eigenvalues are real. Returns whether
-    any Omega or xi is negative or not finite.
+    any Omega or xi is negative, -0 or not finite.
     """
     refused = np.uint64(0)
     for i in range(0, radius.size, 2048):

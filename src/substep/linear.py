@@ -235,7 +235,7 @@ def _abreast(scheme: Scheme, o: Oscillators, n: int, load: Load | None, stride: 
     r, P = _prepared(scheme, o, n, load), len(o.omega)
 
     def part(first: int, last: int) -> None:
-        pace, most = (stride, AT_ONCE) if len(lanes.out) else (n, n + 1)  # no stop where nothing is kept
+        pace, most = (stride, AT_ONCE) if len(lanes.out) else (n, max(n, 1))  # no stop where nothing is kept
         for begin in range(r.first, n, most):
             r.march(r.C, r.x, *r.shared, r.own, begin, min(begin + most, n), pace, lanes.out, lanes.peak, first, last)
 
