@@ -86,13 +86,14 @@ def march_{K}(C, x, {F}, forces, start, n, stride, out, peak, begin, end):
     """March the lanes from begin to end, from step start to step n.
 
     C ({given}, P): D, B, O, P, a row for each entry, and {scales_told}. x ({m}, P): the state there, overwritten by
-    the last. {F} (n,): the load of all lanes at each instant of a step; or forces ({K}, n, P), of every lane its own;
-    what is not used is empty. out (n // stride + 1, 3, P) or (0, 3, P): u, v, a every stride steps of all n, rows up
+    the last. {F} (n,): the load of all lanes at each instant of a step; or forces ({K}, n, P), its own of each; both
+    may be longer, and what is not used is empty. out (n // stride + 1, 3, P) or (0, 3, P): u, v, a every stride steps of all n, rows up
     to the start the caller's. peak (3, P) or (3, 0): largest |u|, |v|, |a| after the start.
     """
     room = np.empty({rows} * {width} + 8)
     s = room[-(room.ctypes.data >> 3) & 7 :]  # from the start of a cache line
-    lanes, given, state, loads = x.shape[1], C.reshape(-1), x.reshape(-1), forces.reshape(-1)
+    lanes, steps_loaded = x.shape[1], forces.shape[1]
+    given, state, loads = C.reshape(-1), x.reshape(-1), forces.reshape(-1)
     values, largest = out.reshape(-1), peak.reshape(-1)
     for first in range(begin, end, {width}):
         size = min({width}, end - first)
@@ -113,7 +114,7 @@ def march_{K}(C, x, {F}, forces, start, n, stride, out, peak, begin, end):
             if loads.size > 0:
                 for k in range(i, i + steps):
                     for r in range({K}):
-                        place = min(max((r * n + k) * lanes + first, 0), FAR)
+                        place = min(max((r * steps_loaded + k) * lanes + first, 0), FAR)
                         for j in range(size):
                             s[({own} + r) * {width} + j] = loads[place + j]
                     _own_{K}(s)
