@@ -87,8 +87,8 @@ def march_{K}(C, x, {F}, forces, start, n, stride, out, peak, begin, end):
 
     C ({given}, P): D, B, O, P, a row for each entry, and {scales_told}. x ({m}, P): the state there, overwritten by
     the last. {F} (n,): the load of all lanes at each instant of a step; or forces ({K}, n, P), its own of each; both
-    may be longer, and what is not used is empty. out (n // stride + 1, 3, P) or (0, 3, P): u, v, a every stride steps of all n, rows up
-    to the start the caller's. peak (3, P) or (3, 0): largest |u|, |v|, |a| after the start.
+    may be longer, and what is not used is empty. out (n // stride + 1, 3, P) or (0, 3, P): u, v, a every stride steps
+    of all n, rows up to the start the caller's. peak (3, P) or (3, 0): largest |u|, |v|, |a| after the start.
     """
     room = np.empty({rows} * {width} + 8)
     s = room[-(room.ctypes.data >> 3) & 7 :]  # from the start of a cache line
