@@ -85,9 +85,12 @@ def _inlined(name: str, arguments: tuple[Symbol, ...], outputs: dict[str, Expr],
 def _nested(polynomial: Expr, order: Sequence[Symbol], alone: dict[Expr, Symbol]) -> Expr:
     """Horner's form; short sums in the last parameter get a name in `alone`, to be formed before all else.
 
-    They are nearly exact, so that what vanishes at usual values, such as 1/2 of 2*gamma - 1, does so.
+    They are nearly exact, so that what vanishes at usual values, such as 1/2 of 2*gamma - 1, does so; what cannot
+    vanish stays open to sharing.
     """
     variables = [v for v in order if polynomial.has(v)]
+    if polynomial.free_symbols == {xi} and all(c > 0 for c in Poly(polynomial, xi).coeffs()):
+        return polynomial
     if len(variables) > 1:
         total: Expr = Integer(0)
         for coefficient in Poly(polynomial, variables[0]).all_coeffs():

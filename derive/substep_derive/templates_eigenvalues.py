@@ -3,23 +3,17 @@
 TWO_EIGENVALUES = '''
 
 @_inline
-def _pair(c2, b0, q, half, det):
-    """(half trace, squared modulus less 1, that square, discriminant) of the live pair.
+def _radius(c2, b0, q, half, det):
+    """Of the live pair: spectral radius, c2 times its squared modulus, c2^2 times the discriminant.
 
     P = b0/c2 = det(I - A) and Q = q/c2 = 1 - det A keep the digits of what is near 1; far from it
-    trace and determinant do.
+    trace and determinant do. One division, by which a pair on the circle has radius 1 exactly.
     """
-    inverse = 1.0 / c2
-    P, Q, half, modulus2 = b0 * inverse, q * inverse, half * inverse, det * inverse
-    discriminant = P - 0.25 * (P + Q) * (P + Q) if P < 0.5 else modulus2 - half * half
-    return half, -Q, 1.0 - Q if Q < 0.5 else modulus2, discriminant
-
-
-@_inline
-def _modulus(half, modulus2, discriminant):
-    """The pair's modulus, the larger one of real eigenvalues."""
-    real = 0.0 if discriminant > 0.0 else abs(half)
-    return real + math.sqrt(abs(modulus2 if discriminant > 0.0 else discriminant))  # one root that cannot fail
+    total = 0.5 * (b0 + q)
+    discriminant = b0 * c2 - total * total if b0 < 0.5 * c2 else det * c2 - half * half
+    product = c2 - q if q < 0.5 * c2 else det
+    real = 0.0 if discriminant > 0.0 else abs(half)  # one root that cannot fail: of the product or of what is real
+    return (real + math.sqrt(abs(product * c2 if discriminant > 0.0 else discriminant))) / c2, product, discriminant
 
 
 @_inline
@@ -31,20 +25,21 @@ def _is_conservative({arguments}):
 @_inline
 def _eigenvalues({arguments}):
     """Spectral radius and `_measured`'s half, less, modulus2 and root."""
-    half, less, modulus2, discriminant = _pair(*_quadratic({arguments}))
-    root = math.sqrt(abs(discriminant)) if discriminant > 0.0 else -1.0
-    return _modulus(half, modulus2, discriminant), half, less, modulus2, root
+    c2, b0, q, half, det = _quadratic({arguments})
+    radius, product, discriminant = _radius(c2, b0, q, half, det)
+    inverse = 1.0 / c2
+    root = math.sqrt(abs(discriminant)) * inverse if discriminant > 0.0 else -1.0
+    return radius, half * inverse, -q * inverse, product * inverse, root
 
 
 @_fused
 def _radii({arguments}, radius):
-    """Spectral radii; whether to refuse."""
-    refused = np.uint64(0)
+    """Spectral radii; the largest bits."""
+    bits = np.uint64(0)
     for i in range(radius.size):
-        half, _, modulus2, discriminant = _pair(*_quadratic({arguments_i}))
-        radius[i] = _modulus(half, modulus2, discriminant)
-        refused |= _is_refused(Omega[i], xi[i])
-    return refused
+        radius[i], _, _ = _radius(*_quadratic({arguments_i}))
+        bits = max(bits, _bits(Omega[i], xi[i]))
+    return bits
 '''
 
 THREE_EIGENVALUES = '''
@@ -137,13 +132,13 @@ def _eigenvalues({arguments}, a2, a1, a0, b0, b1, third):
 
 @_fused
 def _radii({arguments}, radius):
-    """Spectral radii; whether to refuse. Two loops, whose iterations overlap."""
-    refused, s = np.uint64(0), np.empty((6, radius.size))
+    """Spectral radii; the largest bits. Two loops, whose iterations overlap."""
+    bits, s = np.uint64(0), np.empty((6, radius.size))
     for i in range(radius.size):
         s[0, i], s[1, i], s[2, i], s[3, i], s[4, i], s[5, i] = _monic(*_cubic({arguments_i}))
-        refused |= _is_refused(Omega[i], xi[i])
+        bits = max(bits, _bits(Omega[i], xi[i]))
     for i in range(radius.size):
         half, _, modulus2, discriminant = _pair(s[0, i], s[1, i], s[2, i], s[3, i], s[4, i], s[5, i])
         radius[i] = _modulus(half, modulus2, discriminant, s[5, i])
-    return refused
+    return bits
 '''

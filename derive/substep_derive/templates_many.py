@@ -124,10 +124,10 @@ def _eigenvalues({arguments}):
 
 @_compile
 def _radii({arguments}, radius):
-    """Spectral radii; whether to refuse."""
-    refused = np.uint64(0)
+    """Spectral radii; the largest bits."""
+    bits = np.uint64(0)
     for i in range(radius.size):
         radius[i] = _eigenvalues({arguments_i})[0]
-        refused |= _is_refused(Omega[i], xi[i])
-    return refused
+        bits = max(bits, _bits(Omega[i], xi[i]))
+    return bits
 '''

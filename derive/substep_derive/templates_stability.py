@@ -3,10 +3,10 @@
 PAIR = '''
 
 @_inline
-def _is_refused(Omega, xi):
-    """1 where one is negative, infinite or NaN: such bits, and those of -0, are unsigned numbers from infinity's on."""
-    infinite = np.uint64(0x7FF0000000000000)
-    return np.uint64((np.float64(Omega).view(np.uint64) >= infinite) | (np.float64(xi).view(np.uint64) >= infinite))
+def _bits(Omega, xi):
+    """The larger one's, as an unsigned number: from infinity's on if one is negative, -0, infinite or NaN."""
+    a, b = np.float64(Omega).view(np.uint64), np.float64(xi).view(np.uint64)
+    return a if a > b else b
 
 
 @_inline
@@ -96,21 +96,21 @@ def _near({arguments}, s, damping, period):
 
 @_fused
 def _block({arguments}, radius, damping, period):
-    """Of all points; near Omega = 0 by the distance to the exact, where that can tell. Whether to refuse."""
-    n, count, refused = radius.size, 0, np.uint64(0)
+    """Of all points; near Omega = 0 by the distance to the exact, where that can tell. The largest bits."""
+    n, count, bits = radius.size, 0, np.uint64(0)
     s = np.empty(({size}, n)){before}
     for i in range(n):
         radius[i], {found_i} = _eigenvalues({arguments_i}{prepared_i})
-        refused |= _is_refused(Omega[i], xi[i])
+        bits = max(bits, _bits(Omega[i], xi[i]))
     for i in range(n):
         count += Omega[i] < {small_Omega}
     if count == n and _near({arguments}, s, damping, period) == n:
-        return refused
+        return bits
     for i in range(n):
         damping[i], period[i] = _measured(Omega[i], xi[i], s[0, i], s[1, i], s[2, i], s[3, i])
     if count > 0:
         _near({arguments}, s, damping, period)
-    return refused
+    return bits
 '''
 
 STABILITY = '''
@@ -118,11 +118,11 @@ STABILITY = '''
 @_fused
 def spectral_radius({arguments}, out):
     """Spectral radius; 1-D arrays of one length. Returns whether any Omega or xi is negative, -0 or not finite."""
-    refused = np.uint64(0)
+    bits = np.uint64(0)
     for i in range(0, out.size, {block}):
         k = min(i + {block}, out.size)
-        refused |= _radii({arguments_slice}, out[i:k])
-    return refused
+        bits = max(bits, _radii({arguments_slice}, out[i:k]))
+    return bits >= np.uint64(0x7FF0000000000000)
 
 
 @_fused
@@ -133,9 +133,9 @@ def stability({arguments}, radius, damping, period):
     numerical over the exact one, less 1; both are NaN where the eigenvalues are real. Returns whether
     any Omega or xi is negative, -0 or not finite.
     """
-    refused = np.uint64(0)
+    bits = np.uint64(0)
     for i in range(0, radius.size, {block}):
         k = min(i + {block}, radius.size)
-        refused |= _block({arguments_slice}, radius[i:k], damping[i:k], period[i:k])
-    return refused
+        bits = max(bits, _block({arguments_slice}, radius[i:k], damping[i:k], period[i:k]))
+    return bits >= np.uint64(0x7FF0000000000000)
 '''

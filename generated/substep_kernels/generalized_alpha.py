@@ -158,37 +158,37 @@ def _asymmetry(Omega, alpha_m, alpha_f, beta, gamma):
 
 @_inline
 def _defect(Omega, xi, alpha_m, alpha_f, beta, gamma):
-    """The polynomial in tau at e^s, cancelled up to Omega^3, and coefficients for `_residual`. 54 operations."""
+    """The polynomial in tau at e^s, cancelled up to Omega^3, and coefficients for `_residual`. 53 operations."""
     r0 = 2*gamma - 1
-    r1 = 2*xi + 1
-    r2 = 2*xi - 1
-    r3 = 4*beta - 1
-    r4 = 2*alpha_f - 1
-    r5 = 2*alpha_m - 1
-    r6 = alpha_f - 1
-    r7 = alpha_m - 1
+    r1 = 2*xi - 1
+    r2 = 4*beta - 1
+    r3 = 2*alpha_f - 1
+    r4 = 2*alpha_m - 1
+    r5 = alpha_f - 1
+    r6 = alpha_m - 1
     x0 = 2*alpha_f - 2*alpha_m - r0
-    x1 = -gamma
-    x2 = Omega*(alpha_f + x1)
-    x3 = 4*xi
-    x4 = 2*beta
-    p0 = 2*x0*xi
-    p1 = r1*r2*x0
+    x1 = 2*xi
+    x2 = -gamma
+    x3 = Omega*(alpha_f + x2)
+    x4 = 4*xi
+    x5 = 2*beta
+    p0 = x0*x1
+    p1 = r1*x0*(x1 + 1)
     k0 = 0
-    k1_3 = -2*x2 + 4*xi
-    k2_2 = -alpha_f*r0 + (1/2)*r3
-    k2_4 = -x2*x3 + 2
-    k3_3 = -1/2*Omega*r4*(x1 + x4) - r0*r4*xi
-    k3_5 = -Omega*r5
-    leading = Omega*(-Omega*r6*x4 - gamma*r6*x3) - 2*r7
+    k1_3 = -2*x3 + 4*xi
+    k2_2 = -alpha_f*r0 + (1/2)*r2
+    k2_4 = -x3*x4 + 2
+    k3_3 = -1/2*Omega*r3*(x2 + x5) - r0*r3*xi
+    k3_5 = -Omega*r4
+    leading = Omega*(-Omega*r5*x5 - gamma*r5*x4) - 2*r6
     return p0, p1, k0, k1_3, k2_2, k2_4, k3_3, k3_5, leading
 
 
 @_inline
-def _is_refused(Omega, xi):
-    """1 where one is negative, infinite or NaN: such bits, and those of -0, are unsigned numbers from infinity's on."""
-    infinite = np.uint64(0x7FF0000000000000)
-    return np.uint64((np.float64(Omega).view(np.uint64) >= infinite) | (np.float64(xi).view(np.uint64) >= infinite))
+def _bits(Omega, xi):
+    """The larger one's, as an unsigned number: from infinity's on if one is negative, -0, infinite or NaN."""
+    a, b = np.float64(Omega).view(np.uint64), np.float64(xi).view(np.uint64)
+    return a if a > b else b
 
 
 @_inline
@@ -349,15 +349,15 @@ def _eigenvalues(Omega, xi, alpha_m, alpha_f, beta, gamma, a2, a1, a0, b0, b1, t
 
 @_fused
 def _radii(Omega, xi, alpha_m, alpha_f, beta, gamma, radius):
-    """Spectral radii; whether to refuse. Two loops, whose iterations overlap."""
-    refused, s = np.uint64(0), np.empty((6, radius.size))
+    """Spectral radii; the largest bits. Two loops, whose iterations overlap."""
+    bits, s = np.uint64(0), np.empty((6, radius.size))
     for i in range(radius.size):
         s[0, i], s[1, i], s[2, i], s[3, i], s[4, i], s[5, i] = _monic(*_cubic(Omega[i], xi[i], alpha_m[i], alpha_f[i], beta[i], gamma[i]))
-        refused |= _is_refused(Omega[i], xi[i])
+        bits = max(bits, _bits(Omega[i], xi[i]))
     for i in range(radius.size):
         half, _, modulus2, discriminant = _pair(s[0, i], s[1, i], s[2, i], s[3, i], s[4, i], s[5, i])
         radius[i] = _modulus(half, modulus2, discriminant, s[5, i])
-    return refused
+    return bits
 
 
 @_inline
@@ -397,33 +397,33 @@ def _near(Omega, xi, alpha_m, alpha_f, beta, gamma, s, damping, period):
 
 @_fused
 def _block(Omega, xi, alpha_m, alpha_f, beta, gamma, radius, damping, period):
-    """Of all points; near Omega = 0 by the distance to the exact, where that can tell. Whether to refuse."""
-    n, count, refused = radius.size, 0, np.uint64(0)
+    """Of all points; near Omega = 0 by the distance to the exact, where that can tell. The largest bits."""
+    n, count, bits = radius.size, 0, np.uint64(0)
     s = np.empty((7, n))
     for i in range(n):
         s[0, i], s[1, i], s[2, i], s[3, i], s[4, i], s[5, i] = _monic(*_cubic(Omega[i], xi[i], alpha_m[i], alpha_f[i], beta[i], gamma[i]))
     for i in range(n):
         radius[i], s[0, i], s[1, i], s[2, i], s[3, i], s[4, i] = _eigenvalues(Omega[i], xi[i], alpha_m[i], alpha_f[i], beta[i], gamma[i], s[0, i], s[1, i], s[2, i], s[3, i], s[4, i], s[5, i])
-        refused |= _is_refused(Omega[i], xi[i])
+        bits = max(bits, _bits(Omega[i], xi[i]))
     for i in range(n):
         count += Omega[i] < 0.125
     if count == n and _near(Omega, xi, alpha_m, alpha_f, beta, gamma, s, damping, period) == n:
-        return refused
+        return bits
     for i in range(n):
         damping[i], period[i] = _measured(Omega[i], xi[i], s[0, i], s[1, i], s[2, i], s[3, i])
     if count > 0:
         _near(Omega, xi, alpha_m, alpha_f, beta, gamma, s, damping, period)
-    return refused
+    return bits
 
 
 @_fused
 def spectral_radius(Omega, xi, alpha_m, alpha_f, beta, gamma, out):
     """Spectral radius; 1-D arrays of one length. Returns whether any Omega or xi is negative, -0 or not finite."""
-    refused = np.uint64(0)
+    bits = np.uint64(0)
     for i in range(0, out.size, 2048):
         k = min(i + 2048, out.size)
-        refused |= _radii(Omega[i:k], xi[i:k], alpha_m[i:k], alpha_f[i:k], beta[i:k], gamma[i:k], out[i:k])
-    return refused
+        bits = max(bits, _radii(Omega[i:k], xi[i:k], alpha_m[i:k], alpha_f[i:k], beta[i:k], gamma[i:k], out[i:k]))
+    return bits >= np.uint64(0x7FF0000000000000)
 
 
 @_fused
@@ -434,11 +434,11 @@ def stability(Omega, xi, alpha_m, alpha_f, beta, gamma, radius, damping, period)
     numerical over the exact one, less 1; both are NaN where the eigenvalues are real. Returns whether
     any Omega or xi is negative, -0 or not finite.
     """
-    refused = np.uint64(0)
+    bits = np.uint64(0)
     for i in range(0, radius.size, 2048):
         k = min(i + 2048, radius.size)
-        refused |= _block(Omega[i:k], xi[i:k], alpha_m[i:k], alpha_f[i:k], beta[i:k], gamma[i:k], radius[i:k], damping[i:k], period[i:k])
-    return refused
+        bits = max(bits, _block(Omega[i:k], xi[i:k], alpha_m[i:k], alpha_f[i:k], beta[i:k], gamma[i:k], radius[i:k], damping[i:k], period[i:k]))
+    return bits >= np.uint64(0x7FF0000000000000)
 
 
 @_compile

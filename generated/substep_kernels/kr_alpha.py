@@ -241,10 +241,10 @@ def _defect(Omega, xi, rho_inf):
 
 
 @_inline
-def _is_refused(Omega, xi):
-    """1 where one is negative, infinite or NaN: such bits, and those of -0, are unsigned numbers from infinity's on."""
-    infinite = np.uint64(0x7FF0000000000000)
-    return np.uint64((np.float64(Omega).view(np.uint64) >= infinite) | (np.float64(xi).view(np.uint64) >= infinite))
+def _bits(Omega, xi):
+    """The larger one's, as an unsigned number: from infinity's on if one is negative, -0, infinite or NaN."""
+    a, b = np.float64(Omega).view(np.uint64), np.float64(xi).view(np.uint64)
+    return a if a > b else b
 
 
 @_inline
@@ -407,15 +407,15 @@ def _eigenvalues(Omega, xi, rho_inf, a2, a1, a0, b0, b1, third):
 
 @_fused
 def _radii(Omega, xi, rho_inf, radius):
-    """Spectral radii; whether to refuse. Two loops, whose iterations overlap."""
-    refused, s = np.uint64(0), np.empty((6, radius.size))
+    """Spectral radii; the largest bits. Two loops, whose iterations overlap."""
+    bits, s = np.uint64(0), np.empty((6, radius.size))
     for i in range(radius.size):
         s[0, i], s[1, i], s[2, i], s[3, i], s[4, i], s[5, i] = _monic(*_cubic(Omega[i], xi[i], rho_inf[i]))
-        refused |= _is_refused(Omega[i], xi[i])
+        bits = max(bits, _bits(Omega[i], xi[i]))
     for i in range(radius.size):
         half, _, modulus2, discriminant = _pair(s[0, i], s[1, i], s[2, i], s[3, i], s[4, i], s[5, i])
         radius[i] = _modulus(half, modulus2, discriminant, s[5, i])
-    return refused
+    return bits
 
 
 @_inline
@@ -455,33 +455,33 @@ def _near(Omega, xi, rho_inf, s, damping, period):
 
 @_fused
 def _block(Omega, xi, rho_inf, radius, damping, period):
-    """Of all points; near Omega = 0 by the distance to the exact, where that can tell. Whether to refuse."""
-    n, count, refused = radius.size, 0, np.uint64(0)
+    """Of all points; near Omega = 0 by the distance to the exact, where that can tell. The largest bits."""
+    n, count, bits = radius.size, 0, np.uint64(0)
     s = np.empty((7, n))
     for i in range(n):
         s[0, i], s[1, i], s[2, i], s[3, i], s[4, i], s[5, i] = _monic(*_cubic(Omega[i], xi[i], rho_inf[i]))
     for i in range(n):
         radius[i], s[0, i], s[1, i], s[2, i], s[3, i], s[4, i] = _eigenvalues(Omega[i], xi[i], rho_inf[i], s[0, i], s[1, i], s[2, i], s[3, i], s[4, i], s[5, i])
-        refused |= _is_refused(Omega[i], xi[i])
+        bits = max(bits, _bits(Omega[i], xi[i]))
     for i in range(n):
         count += Omega[i] < 0.125
     if count == n and _near(Omega, xi, rho_inf, s, damping, period) == n:
-        return refused
+        return bits
     for i in range(n):
         damping[i], period[i] = _measured(Omega[i], xi[i], s[0, i], s[1, i], s[2, i], s[3, i])
     if count > 0:
         _near(Omega, xi, rho_inf, s, damping, period)
-    return refused
+    return bits
 
 
 @_fused
 def spectral_radius(Omega, xi, rho_inf, out):
     """Spectral radius; 1-D arrays of one length. Returns whether any Omega or xi is negative, -0 or not finite."""
-    refused = np.uint64(0)
+    bits = np.uint64(0)
     for i in range(0, out.size, 2048):
         k = min(i + 2048, out.size)
-        refused |= _radii(Omega[i:k], xi[i:k], rho_inf[i:k], out[i:k])
-    return refused
+        bits = max(bits, _radii(Omega[i:k], xi[i:k], rho_inf[i:k], out[i:k]))
+    return bits >= np.uint64(0x7FF0000000000000)
 
 
 @_fused
@@ -492,11 +492,11 @@ def stability(Omega, xi, rho_inf, radius, damping, period):
     numerical over the exact one, less 1; both are NaN where the eigenvalues are real. Returns whether
     any Omega or xi is negative, -0 or not finite.
     """
-    refused = np.uint64(0)
+    bits = np.uint64(0)
     for i in range(0, radius.size, 2048):
         k = min(i + 2048, radius.size)
-        refused |= _block(Omega[i:k], xi[i:k], rho_inf[i:k], radius[i:k], damping[i:k], period[i:k])
-    return refused
+        bits = max(bits, _block(Omega[i:k], xi[i:k], rho_inf[i:k], radius[i:k], damping[i:k], period[i:k]))
+    return bits >= np.uint64(0x7FF0000000000000)
 
 
 @_compile

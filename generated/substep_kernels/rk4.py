@@ -115,13 +115,12 @@ def _increment(Omega, xi):
 def _quadratic(Omega, xi):
     """Live eigenvalues: c2*lambda^2 - 2*half*lambda + det = 0; b0, its value at 1; q = c2 - det. 82 operations."""
     r0 = 6*xi**2 - 1
-    r1 = 2*xi + 1
-    r2 = 2*xi - 1
-    r3 = 8*xi**2 - 1
-    r4 = 4*xi**2 - 3
-    r5 = 2*xi**2 - 1
+    r1 = 2*xi - 1
+    r2 = 8*xi**2 - 1
+    r3 = 4*xi**2 - 3
+    r4 = 2*xi**2 - 1
     x0 = -576*xi
-    x1 = 48*r1*r2*xi
+    x1 = 48*r1*xi*(2*xi + 1)
     x2 = 8*r0
     x3 = Omega - 8*xi
     x4 = Omega*(Omega*(Omega*x3 + x2) - x1)
@@ -131,9 +130,9 @@ def _quadratic(Omega, xi):
     x8 = 768*xi**3
     x9 = 384*xi**4
     c2 = 576
-    b0 = Omega**2*(Omega*(Omega*(48*r3 + x4) + x0) + 576)
+    b0 = Omega**2*(Omega*(Omega*(48*r2 + x4) + x0) + 576)
     q = Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(-Omega*x3 - x2) + x1) - x9) + x8) - x7) + x5)
-    half = Omega*(Omega*(Omega*(Omega*(x6*(192*x6 - 192) + 24) - 96*r4*xi) + 288*r5) + x0) + 576
+    half = Omega*(Omega*(Omega*(Omega*(x6*(192*x6 - 192) + 24) - 96*r3*xi) + 288*r4) + x0) + 576
     det = Omega*(Omega*(Omega*(Omega*(x4 + x9) - x8) + x7) - x5) + 576
     return c2, b0, q, half, det
 
@@ -147,36 +146,37 @@ def _asymmetry(Omega):
 
 @_inline
 def _defect(Omega, xi):
-    """The polynomial in tau at e^s, cancelled up to Omega^6, and coefficients for `_residual`. 71 operations."""
+    """The polynomial in tau at e^s, cancelled up to Omega^6, and coefficients for `_residual`. 70 operations."""
     r0 = 6*xi**2 - 1
-    r1 = 2*xi + 1
-    r2 = 2*xi - 1
-    r3 = 8*xi**2 - 3
+    r1 = 2*xi - 1
+    r2 = 8*xi**2 - 3
     x0 = Omega**3
     x1 = xi**2
     x2 = Omega - 8*xi
     x3 = Omega*xi
-    x4 = r1*r2
+    x4 = 2*xi
+    x5 = x4 + 1
+    x6 = r1*x5
     p0 = x0*(x1*(384/5 - 384/5*x1) - 48/5)
     p1 = -48/5*x0*xi*(x1*(16*x1 - 20) + 5)
     k0 = x2
     k1_1 = -Omega*x2 - 8*r0
-    k1_3 = 48*x3*x4 - 384*xi**4
+    k1_3 = 48*x3*x6 - 384*xi**4
     k1_5 = 768*Omega*xi**3 - 1152*x1
     k1_7 = 1152*x3
-    k2_2 = Omega*(Omega*((1/4)*Omega - 2*xi) + 2*r0) - 12*x4*xi
-    k2_4 = 12*Omega*r1**2*r2**2 - 48*r3*xi
-    k2_6 = 144*Omega*x4 - 576*xi
+    k2_2 = Omega*(Omega*((1/4)*Omega - x4) + 2*r0) - 12*x6*xi
+    k2_4 = 12*Omega*r1**2*x5**2 - 48*r2*xi
+    k2_6 = 144*Omega*x6 - 576*xi
     k2_8 = 576*Omega
     leading = 576
     return p0, p1, k0, k1_1, k1_3, k1_5, k1_7, k2_2, k2_4, k2_6, k2_8, leading
 
 
 @_inline
-def _is_refused(Omega, xi):
-    """1 where one is negative, infinite or NaN: such bits, and those of -0, are unsigned numbers from infinity's on."""
-    infinite = np.uint64(0x7FF0000000000000)
-    return np.uint64((np.float64(Omega).view(np.uint64) >= infinite) | (np.float64(xi).view(np.uint64) >= infinite))
+def _bits(Omega, xi):
+    """The larger one's, as an unsigned number: from infinity's on if one is negative, -0, infinite or NaN."""
+    a, b = np.float64(Omega).view(np.uint64), np.float64(xi).view(np.uint64)
+    return a if a > b else b
 
 
 @_inline
@@ -252,23 +252,17 @@ def _residual(Omega, xi, p0, p1, k0, k1_1, k1_3, k1_5, k1_7, k2_2, k2_4, k2_6, k
 
 
 @_inline
-def _pair(c2, b0, q, half, det):
-    """(half trace, squared modulus less 1, that square, discriminant) of the live pair.
+def _radius(c2, b0, q, half, det):
+    """Of the live pair: spectral radius, c2 times its squared modulus, c2^2 times the discriminant.
 
     P = b0/c2 = det(I - A) and Q = q/c2 = 1 - det A keep the digits of what is near 1; far from it
-    trace and determinant do.
+    trace and determinant do. One division, by which a pair on the circle has radius 1 exactly.
     """
-    inverse = 1.0 / c2
-    P, Q, half, modulus2 = b0 * inverse, q * inverse, half * inverse, det * inverse
-    discriminant = P - 0.25 * (P + Q) * (P + Q) if P < 0.5 else modulus2 - half * half
-    return half, -Q, 1.0 - Q if Q < 0.5 else modulus2, discriminant
-
-
-@_inline
-def _modulus(half, modulus2, discriminant):
-    """The pair's modulus, the larger one of real eigenvalues."""
-    real = 0.0 if discriminant > 0.0 else abs(half)
-    return real + math.sqrt(abs(modulus2 if discriminant > 0.0 else discriminant))  # one root that cannot fail
+    total = 0.5 * (b0 + q)
+    discriminant = b0 * c2 - total * total if b0 < 0.5 * c2 else det * c2 - half * half
+    product = c2 - q if q < 0.5 * c2 else det
+    real = 0.0 if discriminant > 0.0 else abs(half)  # one root that cannot fail: of the product or of what is real
+    return (real + math.sqrt(abs(product * c2 if discriminant > 0.0 else discriminant))) / c2, product, discriminant
 
 
 @_inline
@@ -280,20 +274,21 @@ def _is_conservative(Omega, xi):
 @_inline
 def _eigenvalues(Omega, xi):
     """Spectral radius and `_measured`'s half, less, modulus2 and root."""
-    half, less, modulus2, discriminant = _pair(*_quadratic(Omega, xi))
-    root = math.sqrt(abs(discriminant)) if discriminant > 0.0 else -1.0
-    return _modulus(half, modulus2, discriminant), half, less, modulus2, root
+    c2, b0, q, half, det = _quadratic(Omega, xi)
+    radius, product, discriminant = _radius(c2, b0, q, half, det)
+    inverse = 1.0 / c2
+    root = math.sqrt(abs(discriminant)) * inverse if discriminant > 0.0 else -1.0
+    return radius, half * inverse, -q * inverse, product * inverse, root
 
 
 @_fused
 def _radii(Omega, xi, radius):
-    """Spectral radii; whether to refuse."""
-    refused = np.uint64(0)
+    """Spectral radii; the largest bits."""
+    bits = np.uint64(0)
     for i in range(radius.size):
-        half, _, modulus2, discriminant = _pair(*_quadratic(Omega[i], xi[i]))
-        radius[i] = _modulus(half, modulus2, discriminant)
-        refused |= _is_refused(Omega[i], xi[i])
-    return refused
+        radius[i], _, _ = _radius(*_quadratic(Omega[i], xi[i]))
+        bits = max(bits, _bits(Omega[i], xi[i]))
+    return bits
 
 
 @_inline
@@ -331,31 +326,31 @@ def _near(Omega, xi, s, damping, period):
 
 @_fused
 def _block(Omega, xi, radius, damping, period):
-    """Of all points; near Omega = 0 by the distance to the exact, where that can tell. Whether to refuse."""
-    n, count, refused = radius.size, 0, np.uint64(0)
+    """Of all points; near Omega = 0 by the distance to the exact, where that can tell. The largest bits."""
+    n, count, bits = radius.size, 0, np.uint64(0)
     s = np.empty((6, n))
     for i in range(n):
         radius[i], s[0, i], s[1, i], s[2, i], s[3, i] = _eigenvalues(Omega[i], xi[i])
-        refused |= _is_refused(Omega[i], xi[i])
+        bits = max(bits, _bits(Omega[i], xi[i]))
     for i in range(n):
         count += Omega[i] < 0.125
     if count == n and _near(Omega, xi, s, damping, period) == n:
-        return refused
+        return bits
     for i in range(n):
         damping[i], period[i] = _measured(Omega[i], xi[i], s[0, i], s[1, i], s[2, i], s[3, i])
     if count > 0:
         _near(Omega, xi, s, damping, period)
-    return refused
+    return bits
 
 
 @_fused
 def spectral_radius(Omega, xi, out):
     """Spectral radius; 1-D arrays of one length. Returns whether any Omega or xi is negative, -0 or not finite."""
-    refused = np.uint64(0)
+    bits = np.uint64(0)
     for i in range(0, out.size, 2048):
         k = min(i + 2048, out.size)
-        refused |= _radii(Omega[i:k], xi[i:k], out[i:k])
-    return refused
+        bits = max(bits, _radii(Omega[i:k], xi[i:k], out[i:k]))
+    return bits >= np.uint64(0x7FF0000000000000)
 
 
 @_fused
@@ -366,11 +361,11 @@ def stability(Omega, xi, radius, damping, period):
     numerical over the exact one, less 1; both are NaN where the eigenvalues are real. Returns whether
     any Omega or xi is negative, -0 or not finite.
     """
-    refused = np.uint64(0)
+    bits = np.uint64(0)
     for i in range(0, radius.size, 2048):
         k = min(i + 2048, radius.size)
-        refused |= _block(Omega[i:k], xi[i:k], radius[i:k], damping[i:k], period[i:k])
-    return refused
+        bits = max(bits, _block(Omega[i:k], xi[i:k], radius[i:k], damping[i:k], period[i:k]))
+    return bits >= np.uint64(0x7FF0000000000000)
 
 
 @_compile

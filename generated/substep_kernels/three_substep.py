@@ -233,46 +233,45 @@ def _increment(Omega, xi, rho_inf, gamma):
 
 @_inline
 def _quadratic(Omega, xi, rho_inf, gamma):
-    """Live eigenvalues: c2*lambda^2 - 2*half*lambda + det = 0; b0, its value at 1; q = c2 - det. 212 operations."""
-    r0 = 4*xi**2 + 1
-    r1 = 2*xi**2 + 3
-    r2 = rho_inf + 1
-    r3 = 3*gamma - 1
-    r4 = rho_inf - 1
-    r5 = gamma*(3*gamma - 6) + 2
-    r6 = 3*gamma - 2
-    r7 = gamma*(3*gamma - 8) + 3
-    r8 = gamma*(5*gamma - 8) + 2
-    r9 = gamma*(3*gamma - 3) + 1
-    r10 = 3*gamma**2 - 2
+    """Live eigenvalues: c2*lambda^2 - 2*half*lambda + det = 0; b0, its value at 1; q = c2 - det. 210 operations."""
+    r0 = rho_inf + 1
+    r1 = 3*gamma - 1
+    r2 = rho_inf - 1
+    r3 = gamma*(3*gamma - 6) + 2
+    r4 = 3*gamma - 2
+    r5 = gamma*(3*gamma - 8) + 3
+    r6 = gamma*(5*gamma - 8) + 2
+    r7 = gamma*(3*gamma - 3) + 1
+    r8 = 3*gamma**2 - 2
     x0 = gamma*xi
-    x1 = gamma**2
-    x2 = 48*x1
-    x3 = gamma**3
-    x4 = 32*x3
-    x5 = gamma**4
-    x6 = Omega*gamma**6
-    x7 = 64*xi
-    x8 = r3*x7
-    x9 = rho_inf*x3
-    x10 = 16*x9
-    x11 = xi**2
-    x12 = x3*xi
-    x13 = 3*x9
-    x14 = 4*x3
-    x15 = 16*xi
-    x16 = 8*r6*x9
-    x17 = r6*x10
-    x18 = r5*rho_inf
-    x19 = 3*x1
-    x20 = 64*x11
-    x21 = rho_inf*x19
-    x22 = 4*x1
-    c2 = Omega*(Omega*(Omega*(Omega*(Omega*(12*gamma**5*xi + x6) + 12*r0*x5) + r1*x4*xi) + r0*x2) + 192*x0) + 64
-    b0 = Omega**2*(Omega*(Omega*(Omega*(r2**2*x6 + 8*r2*r3*x12) + gamma*(gamma*(144 - 16*gamma) - 96) - x10 + x11*(rho_inf*x4 + x4) + 16) + x8) + 64)
-    q = Omega*(Omega*(Omega*(Omega*(Omega*(-r2*r4*x6 + 4*x3*xi*(x18 + x19)) + gamma*(gamma*(gamma*(144 - 24*gamma) - 192) + 96) + x11*(x17 + 48*x5) - x16 - 16) + x15*(gamma*(gamma*(24 - 3*gamma) - 18) + x11*(rho_inf*x14 + x14) - x13 + 4)) + 128*r3*x11) + 128*xi)
-    half = Omega*(Omega*(Omega*(Omega*(Omega*(-rho_inf*x6 - 2*x12*(-r5 + x21)) - x22*(-2*r7 + x11*(-2*gamma*r6 + 6*rho_inf*x1) - x21)) - 8*x0*(-3*r8 + x11*(rho_inf*x22 - x22) - x21)) + 16*r10 + r9*x20) + x8) + 64
-    det = Omega*(Omega*(Omega*(Omega*(Omega*(rho_inf**2*x6 - x14*x18*xi) + 4*r5**2 - x11*x17 + x16) - x15*(-r5*r6 + 4*rho_inf*x11*x3 - x13)) + r5*x20 + x2) + r6*x7) + 64
+    x1 = xi**2
+    x2 = 4*x1 + 1
+    x3 = gamma**2
+    x4 = 48*x3
+    x5 = gamma**3
+    x6 = 32*x5
+    x7 = gamma**4
+    x8 = Omega*gamma**6
+    x9 = 64*xi
+    x10 = r1*x9
+    x11 = rho_inf*x5
+    x12 = 16*x11
+    x13 = x5*xi
+    x14 = 3*x11
+    x15 = 4*x5
+    x16 = 16*xi
+    x17 = 8*r4*x11
+    x18 = r4*x12
+    x19 = r3*rho_inf
+    x20 = 3*x3
+    x21 = 64*x1
+    x22 = rho_inf*x20
+    x23 = 4*x3
+    c2 = Omega*(Omega*(Omega*(Omega*(Omega*(12*gamma**5*xi + x8) + 12*x2*x7) + x6*xi*(2*x1 + 3)) + x2*x4) + 192*x0) + 64
+    b0 = Omega**2*(Omega*(Omega*(Omega*(r0**2*x8 + 8*r0*r1*x13) + gamma*(gamma*(144 - 16*gamma) - 96) + x1*(rho_inf*x6 + x6) - x12 + 16) + x10) + 64)
+    q = Omega*(Omega*(Omega*(Omega*(Omega*(-r0*r2*x8 + 4*x5*xi*(x19 + x20)) + gamma*(gamma*(gamma*(144 - 24*gamma) - 192) + 96) + x1*(x18 + 48*x7) - x17 - 16) + x16*(gamma*(gamma*(24 - 3*gamma) - 18) + x1*(rho_inf*x15 + x15) - x14 + 4)) + 128*r1*x1) + 128*xi)
+    half = Omega*(Omega*(Omega*(Omega*(Omega*(-rho_inf*x8 - 2*x13*(-r3 + x22)) - x23*(-2*r5 + x1*(-2*gamma*r4 + 6*rho_inf*x3) - x22)) - 8*x0*(-3*r6 + x1*(rho_inf*x23 - x23) - x22)) + r7*x21 + 16*r8) + x10) + 64
+    det = Omega*(Omega*(Omega*(Omega*(Omega*(rho_inf**2*x8 - x15*x19*xi) + 4*r3**2 - x1*x18 + x17) - x16*(-r3*r4 + 4*rho_inf*x1*x5 - x14)) + r3*x21 + x4) + r4*x9) + 64
     return c2, b0, q, half, det
 
 
@@ -288,7 +287,7 @@ def _asymmetry(Omega, rho_inf, gamma):
 
 @_inline
 def _defect(Omega, xi, rho_inf, gamma):
-    """The polynomial in tau at e^s, cancelled up to Omega^4, and coefficients for `_residual`. 181 operations."""
+    """The polynomial in tau at e^s, cancelled up to Omega^4, and coefficients for `_residual`. 179 operations."""
     r0 = 2*xi**2 - 1
     r1 = 4*xi**2 - 3
     r2 = rho_inf + 1
@@ -299,8 +298,6 @@ def _defect(Omega, xi, rho_inf, gamma):
     r7 = gamma*(3*gamma - 3) + 1
     r8 = 2*gamma - 1
     r9 = 3*gamma**2 - 1
-    r10 = 4*xi**2 + 1
-    r11 = 2*xi**2 + 3
     x0 = gamma**3
     x1 = rho_inf*x0
     x2 = 3*x1
@@ -317,6 +314,7 @@ def _defect(Omega, xi, rho_inf, gamma):
     x13 = 4*x0
     x14 = rho_inf*x13
     x15 = x0*xi
+    x16 = 4*x9 + 1
     p0 = Omega*r0*x4
     p1 = r1*x4*x5
     k0 = r2**2*x6 + r2*x0*x7*xi
@@ -326,15 +324,15 @@ def _defect(Omega, xi, rho_inf, gamma):
     k2_2 = Omega*(Omega*((1/4)*r4**2*x6 - 2*r4*r7*x15) + 16*gamma*r8 + r3*x14 + 12*r8*x0 - 28*r8*x11 - 4*r8 + x9*(8*r3*x0 - x1*x7)) - 8*xi*(gamma*(gamma*(24 - 15*gamma) - 12) + x12 + x9*(-x13 + x14) + 2)
     k2_4 = Omega*(64*r7*x9 + 16*r9) + 64*r3*xi
     k2_6 = 64*Omega
-    leading = Omega*(Omega*(Omega*(Omega*(Omega*(12*gamma**5*xi + x6) + 12*r10*x10) + 32*r11*x15) + 48*r10*x11) + 192*gamma*xi) + 64
+    leading = Omega*(Omega*(Omega*(Omega*(Omega*(12*gamma**5*xi + x6) + 12*x10*x16) + 32*x15*(2*x9 + 3)) + 48*x11*x16) + 192*gamma*xi) + 64
     return p0, p1, k0, k1_1, k1_3, k1_5, k2_2, k2_4, k2_6, leading
 
 
 @_inline
-def _is_refused(Omega, xi):
-    """1 where one is negative, infinite or NaN: such bits, and those of -0, are unsigned numbers from infinity's on."""
-    infinite = np.uint64(0x7FF0000000000000)
-    return np.uint64((np.float64(Omega).view(np.uint64) >= infinite) | (np.float64(xi).view(np.uint64) >= infinite))
+def _bits(Omega, xi):
+    """The larger one's, as an unsigned number: from infinity's on if one is negative, -0, infinite or NaN."""
+    a, b = np.float64(Omega).view(np.uint64), np.float64(xi).view(np.uint64)
+    return a if a > b else b
 
 
 @_inline
@@ -406,23 +404,17 @@ def _residual(Omega, xi, p0, p1, k0, k1_1, k1_3, k1_5, k2_2, k2_4, k2_6, leading
 
 
 @_inline
-def _pair(c2, b0, q, half, det):
-    """(half trace, squared modulus less 1, that square, discriminant) of the live pair.
+def _radius(c2, b0, q, half, det):
+    """Of the live pair: spectral radius, c2 times its squared modulus, c2^2 times the discriminant.
 
     P = b0/c2 = det(I - A) and Q = q/c2 = 1 - det A keep the digits of what is near 1; far from it
-    trace and determinant do.
+    trace and determinant do. One division, by which a pair on the circle has radius 1 exactly.
     """
-    inverse = 1.0 / c2
-    P, Q, half, modulus2 = b0 * inverse, q * inverse, half * inverse, det * inverse
-    discriminant = P - 0.25 * (P + Q) * (P + Q) if P < 0.5 else modulus2 - half * half
-    return half, -Q, 1.0 - Q if Q < 0.5 else modulus2, discriminant
-
-
-@_inline
-def _modulus(half, modulus2, discriminant):
-    """The pair's modulus, the larger one of real eigenvalues."""
-    real = 0.0 if discriminant > 0.0 else abs(half)
-    return real + math.sqrt(abs(modulus2 if discriminant > 0.0 else discriminant))  # one root that cannot fail
+    total = 0.5 * (b0 + q)
+    discriminant = b0 * c2 - total * total if b0 < 0.5 * c2 else det * c2 - half * half
+    product = c2 - q if q < 0.5 * c2 else det
+    real = 0.0 if discriminant > 0.0 else abs(half)  # one root that cannot fail: of the product or of what is real
+    return (real + math.sqrt(abs(product * c2 if discriminant > 0.0 else discriminant))) / c2, product, discriminant
 
 
 @_inline
@@ -434,20 +426,21 @@ def _is_conservative(Omega, xi, rho_inf, gamma):
 @_inline
 def _eigenvalues(Omega, xi, rho_inf, gamma):
     """Spectral radius and `_measured`'s half, less, modulus2 and root."""
-    half, less, modulus2, discriminant = _pair(*_quadratic(Omega, xi, rho_inf, gamma))
-    root = math.sqrt(abs(discriminant)) if discriminant > 0.0 else -1.0
-    return _modulus(half, modulus2, discriminant), half, less, modulus2, root
+    c2, b0, q, half, det = _quadratic(Omega, xi, rho_inf, gamma)
+    radius, product, discriminant = _radius(c2, b0, q, half, det)
+    inverse = 1.0 / c2
+    root = math.sqrt(abs(discriminant)) * inverse if discriminant > 0.0 else -1.0
+    return radius, half * inverse, -q * inverse, product * inverse, root
 
 
 @_fused
 def _radii(Omega, xi, rho_inf, gamma, radius):
-    """Spectral radii; whether to refuse."""
-    refused = np.uint64(0)
+    """Spectral radii; the largest bits."""
+    bits = np.uint64(0)
     for i in range(radius.size):
-        half, _, modulus2, discriminant = _pair(*_quadratic(Omega[i], xi[i], rho_inf[i], gamma[i]))
-        radius[i] = _modulus(half, modulus2, discriminant)
-        refused |= _is_refused(Omega[i], xi[i])
-    return refused
+        radius[i], _, _ = _radius(*_quadratic(Omega[i], xi[i], rho_inf[i], gamma[i]))
+        bits = max(bits, _bits(Omega[i], xi[i]))
+    return bits
 
 
 @_inline
@@ -485,31 +478,31 @@ def _near(Omega, xi, rho_inf, gamma, s, damping, period):
 
 @_fused
 def _block(Omega, xi, rho_inf, gamma, radius, damping, period):
-    """Of all points; near Omega = 0 by the distance to the exact, where that can tell. Whether to refuse."""
-    n, count, refused = radius.size, 0, np.uint64(0)
+    """Of all points; near Omega = 0 by the distance to the exact, where that can tell. The largest bits."""
+    n, count, bits = radius.size, 0, np.uint64(0)
     s = np.empty((6, n))
     for i in range(n):
         radius[i], s[0, i], s[1, i], s[2, i], s[3, i] = _eigenvalues(Omega[i], xi[i], rho_inf[i], gamma[i])
-        refused |= _is_refused(Omega[i], xi[i])
+        bits = max(bits, _bits(Omega[i], xi[i]))
     for i in range(n):
         count += Omega[i] < 0.125
     if count == n and _near(Omega, xi, rho_inf, gamma, s, damping, period) == n:
-        return refused
+        return bits
     for i in range(n):
         damping[i], period[i] = _measured(Omega[i], xi[i], s[0, i], s[1, i], s[2, i], s[3, i])
     if count > 0:
         _near(Omega, xi, rho_inf, gamma, s, damping, period)
-    return refused
+    return bits
 
 
 @_fused
 def spectral_radius(Omega, xi, rho_inf, gamma, out):
     """Spectral radius; 1-D arrays of one length. Returns whether any Omega or xi is negative, -0 or not finite."""
-    refused = np.uint64(0)
+    bits = np.uint64(0)
     for i in range(0, out.size, 2048):
         k = min(i + 2048, out.size)
-        refused |= _radii(Omega[i:k], xi[i:k], rho_inf[i:k], gamma[i:k], out[i:k])
-    return refused
+        bits = max(bits, _radii(Omega[i:k], xi[i:k], rho_inf[i:k], gamma[i:k], out[i:k]))
+    return bits >= np.uint64(0x7FF0000000000000)
 
 
 @_fused
@@ -520,11 +513,11 @@ def stability(Omega, xi, rho_inf, gamma, radius, damping, period):
     numerical over the exact one, less 1; both are NaN where the eigenvalues are real. Returns whether
     any Omega or xi is negative, -0 or not finite.
     """
-    refused = np.uint64(0)
+    bits = np.uint64(0)
     for i in range(0, radius.size, 2048):
         k = min(i + 2048, radius.size)
-        refused |= _block(Omega[i:k], xi[i:k], rho_inf[i:k], gamma[i:k], radius[i:k], damping[i:k], period[i:k])
-    return refused
+        bits = max(bits, _block(Omega[i:k], xi[i:k], rho_inf[i:k], gamma[i:k], radius[i:k], damping[i:k], period[i:k]))
+    return bits >= np.uint64(0x7FF0000000000000)
 
 
 @_compile

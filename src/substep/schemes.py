@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from .build import Declaration
 
 Array = NDArray[np.float64]
-PART = 1 << 15  # points a thread takes at a time, so that what it reads and writes stays in its caches
+PART = 1 << 13  # points at a time: numbers spread over so few cost no fresh pages, and what is written stays cached
 NANOSECONDS = {"spectral_radius": 0.6, "stability": 4.0}  # of a point at the fastest schemes
 
 
