@@ -51,8 +51,12 @@ def job(quick: bool) -> Job:
             points = random_points(name, n)
             order = np.argsort(points[0])
             _three(found, name, "at random", points, rounds)
-            _three(found, name, "in a sweep, Omega increasing", tuple(x[order] for x in points), rounds)
-            _radius(found, name, points, rounds)
+            sweep = _three(found, name, "in a sweep, Omega increasing", tuple(x[order] for x in points), rounds)
+            radius = _radius(found, name, random_points(name, 2 * n), rounds)  # so many that a call's 7 us do not tell
+            for table, what, limit in ((sweep, "sweep, all three", SAME), (radius, "rho alone", "C")):
+                text = f"stability, {name}, {what}"
+                found.compare(table, f"{text}: substep / {limit}", "substep", limit, "<=", 1.1)
+                found.compare(table, f"{text}: eigvals / substep", "np.linalg.eigvals", "substep", ">=", 500)
     found.notes.append(
         f"'{FAR}' keeps no more digits than the formula with P and Q; '{SAME}' computes, as substep does, the points "
         "near Omega = 0 from the defect of the exact eigenvalue, which buys the digits there. C packs such points "
@@ -75,7 +79,7 @@ def _short(name: str, points: tuple[np.ndarray, ...]) -> tuple[tuple[np.ndarray,
     return few, ours.handle(name, few[2:]).amplification(*few[:2])
 
 
-def _three(found: Job, name: str, how: str, points: tuple[np.ndarray, ...], rounds: int) -> None:
+def _three(found: Job, name: str, how: str, points: tuple[np.ndarray, ...], rounds: int) -> Table:
     (Omega, xi, *parameters), n = points, len(points[0])
     handle, errors, out = ours.handle(name, tuple(parameters)), _errors(name, points, True), np.empty((3, n))
     rows = [Alternative("substep", "substep", lambda: ours.stability(handle, Omega, xi), n, errors)]
@@ -91,15 +95,12 @@ def _three(found: Job, name: str, how: str, points: tuple[np.ndarray, ...], roun
         found.skipped[f"closed form of {name}"] = str(error)
     by_eigenvalues = partial(peers.eigenvalues, matrices, *few[:2])
     rows.append(Alternative("np.linalg.eigvals", "peer", by_eigenvalues, len(matrices), errors))
-    what = f"{name}, {how}"
-    table = Table(f"{what}: rho, numerical damping, period error", "point", measure(rows, rounds), COLUMNS)
-    found.tables.append(table)
-    for limit in (SAME, FAR):
-        found.compare(table, f"stability, {what}, all three: substep / {limit}", "substep", limit, "<=", 1.1)
-    found.compare(table, f"stability, {what}: eigvals / substep", "np.linalg.eigvals", "substep", ">=", 500)
+    title = f"{name}, {how}: rho, numerical damping, period error"
+    found.tables.append(Table(title, "point", measure(rows, rounds), COLUMNS))
+    return found.tables[-1]
 
 
-def _radius(found: Job, name: str, points: tuple[np.ndarray, ...], rounds: int) -> None:
+def _radius(found: Job, name: str, points: tuple[np.ndarray, ...], rounds: int) -> Table:
     (Omega, xi, *parameters), n = points, len(points[0])
     handle, errors, out = ours.handle(name, tuple(parameters)), _errors(name, points, False), np.empty(n)
     rows = [Alternative("substep", "substep", lambda: ours.radius(handle, Omega, xi), n, errors)]
@@ -108,7 +109,5 @@ def _radius(found: Job, name: str, points: tuple[np.ndarray, ...], rounds: int) 
     few, matrices = _short(name, points)
     largest = partial(peers.radius, matrices)
     rows.append(Alternative("np.linalg.eigvals", "peer", largest, len(matrices), _errors(name, few, False)))
-    table = Table(f"{name}: rho alone", "point", measure(rows, rounds), {"rho": COLUMNS["rho"]})
-    found.tables.append(table)
-    found.compare(table, f"stability, {name}, rho alone: substep / C", "substep", "C", "<=", 1.1)
-    found.compare(table, f"stability, {name}, rho alone: eigvals / substep", "np.linalg.eigvals", "substep", ">=", 500)
+    found.tables.append(Table(f"{name}: rho alone", "point", measure(rows, rounds), {"rho": COLUMNS["rho"]}))
+    return found.tables[-1]

@@ -27,7 +27,7 @@ RESERVED = {  # names a generated function gives to something else than a parame
     *("outputs", "outputs_load", "Omega", "xi", "math", "cmath", "np", "half", "leading", "s", "j", "r", "first"),
     *("radius", "damping", "period", "rest", "count", "kept", "growth", "shift", "angle", "root", "third"),
     *("less", "modulus2", "discriminant", "square", "scale", "opposite", "found", "njit", "_", "size", "whole"),
-    *("P", "S", "den_", "total", "product", "real", "inverse", "bits", "cosine"),
+    *("P", "S", "den_", "total", "product", "real", "split", "inverse", "bits", "cosine"),
     *("better", "near_damping", "near_period"),
 }
 

@@ -1,6 +1,6 @@
 """Amplification -> text of the stability functions of a module, chosen by the number of live eigenvalues alone."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from textwrap import indent
 
 from . import templates_eigenvalues, templates_many, templates_stability
@@ -22,13 +22,14 @@ def stability_functions(amplification: Amplification, arguments: Sequence[str]) 
     found = range(first + 1 + len(beside))
     monic = ", ".join(f"s[{j}, i]" for j in range(6)) if degree == 3 else ""
     typed = {"arguments": ", ".join(arguments), "arguments_i": ", ".join(f"{a}[i]" for a in arguments)}
+    blocks = {"arguments_slice": ", ".join(f"{a}[i:k]" for a in arguments), "block": BLOCK}
     parts = [
         fill(
             templates_stability.PAIR,
             outputs=", ".join(residual.outputs),
             lines=_indented(residual.text(SMALL_OMEGA)),
         ),
-        _eigenvalues(degree, typed, arguments),
+        _eigenvalues(degree, typed, blocks, arguments),
         fill(
             templates_stability.NEAR,
             **typed,
@@ -47,19 +48,20 @@ def stability_functions(amplification: Amplification, arguments: Sequence[str]) 
         fill(
             templates_stability.STABILITY,
             arguments=typed["arguments"],
-            arguments_slice=", ".join(f"{a}[i:k]" for a in arguments),
-            block=BLOCK,
+            **blocks,
         ),
     ]
     return "".join(parts)
 
 
-def _eigenvalues(degree: int, typed: dict[str, str], arguments: Sequence[str]) -> str:
+def _eigenvalues(
+    degree: int, typed: Mapping[str, str], blocks: Mapping[str, str | int], arguments: Sequence[str]
+) -> str:
     names = {**typed, "arguments_no_xi": ", ".join((arguments[0], *arguments[2:]))}
     if degree == 2:
         return fill(templates_eigenvalues.TWO_EIGENVALUES, **names)
     if degree == 3:
-        return fill(templates_eigenvalues.THREE_EIGENVALUES, **names)
+        return fill(templates_eigenvalues.THREE_EIGENVALUES, **names, **blocks)
     others = ", ".join(f"others[{k}] / others[-1]" for k in range(degree - 2))
     sizes = {"half": (degree + 1) // 2, "small_Omega": SMALL_OMEGA}
     return fill(templates_many.MORE_EIGENVALUES, **names, others=others, **sizes)

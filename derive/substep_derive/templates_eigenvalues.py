@@ -4,16 +4,16 @@ TWO_EIGENVALUES = '''
 
 @_inline
 def _radius(c2, b0, q, half, det):
-    """Of the live pair: spectral radius, c2 times its squared modulus, c2^2 times the discriminant.
+    """Of the live pair: spectral radius, c2 times its squared modulus, c2^2 times the square of half its difference.
 
     P = b0/c2 = det(I - A) and Q = q/c2 = 1 - det A keep the digits of what is near 1; far from it
     trace and determinant do. One division, by which a pair on the circle has radius 1 exactly.
     """
     total = 0.5 * (b0 + q)
-    discriminant = b0 * c2 - total * total if b0 < 0.5 * c2 else det * c2 - half * half
+    split = total * total - b0 * c2 if b0 < 0.5 * c2 else half * half - det * c2  # < 0: complex
     product = c2 - q if q < 0.5 * c2 else det
-    real = 0.0 if discriminant > 0.0 else abs(half)  # one root that cannot fail: of the product or of what is real
-    return (real + math.sqrt(abs(product * c2 if discriminant > 0.0 else discriminant))) / c2, product, discriminant
+    real = 0.0 if split < 0.0 else abs(half)
+    return (real + math.sqrt(product * c2 if split < 0.0 else split)) / c2, product, split
 
 
 @_inline
@@ -26,9 +26,9 @@ def _is_conservative({arguments}):
 def _eigenvalues({arguments}):
     """Spectral radius and `_measured`'s half, less, modulus2 and root."""
     c2, b0, q, half, det = _quadratic({arguments})
-    radius, product, discriminant = _radius(c2, b0, q, half, det)
+    radius, product, split = _radius(c2, b0, q, half, det)
     inverse = 1.0 / c2
-    root = math.sqrt(abs(discriminant)) * inverse if discriminant > 0.0 else -1.0
+    root = math.sqrt(abs(split)) * inverse if split < 0.0 else -1.0
     return radius, half * inverse, -q * inverse, product * inverse, root
 
 
@@ -131,14 +131,24 @@ def _eigenvalues({arguments}, a2, a1, a0, b0, b1, third):
 
 
 @_fused
-def _radii({arguments}, radius):
+def _radii_of_block({arguments}, radius, s):
     """Spectral radii; the largest bits. Two loops, whose iterations overlap."""
-    bits, s = np.uint64(0), np.empty((6, radius.size))
+    bits = np.uint64(0)
     for i in range(radius.size):
         s[0, i], s[1, i], s[2, i], s[3, i], s[4, i], s[5, i] = _monic(*_cubic({arguments_i}))
         bits = max(bits, _bits(Omega[i], xi[i]))
     for i in range(radius.size):
         half, _, modulus2, discriminant = _pair(s[0, i], s[1, i], s[2, i], s[3, i], s[4, i], s[5, i])
         radius[i] = _modulus(half, modulus2, discriminant, s[5, i])
+    return bits
+
+
+@_fused
+def _radii({arguments}, radius):
+    """Spectral radii; the largest bits."""
+    bits, s = np.uint64(0), np.empty((6, {block}))
+    for i in range(0, radius.size, {block}):
+        k = min(i + {block}, radius.size)
+        bits = max(bits, _radii_of_block({arguments_slice}, radius[i:k], s))
     return bits
 '''

@@ -118,11 +118,7 @@ STABILITY = '''
 @_fused
 def spectral_radius({arguments}, out):
     """Spectral radius; 1-D arrays of one length. Returns whether any Omega or xi is negative, -0 or not finite."""
-    bits = np.uint64(0)
-    for i in range(0, out.size, {block}):
-        k = min(i + {block}, out.size)
-        bits = max(bits, _radii({arguments_slice}, out[i:k]))
-    return bits >= np.uint64(0x7FF0000000000000)
+    return _radii({arguments}, out) >= np.uint64(0x7FF0000000000000)
 
 
 @_fused

@@ -338,15 +338,25 @@ def _eigenvalues(Omega, xi, alpha, a2, a1, a0, b0, b1, third):
 
 
 @_fused
-def _radii(Omega, xi, alpha, radius):
+def _radii_of_block(Omega, xi, alpha, radius, s):
     """Spectral radii; the largest bits. Two loops, whose iterations overlap."""
-    bits, s = np.uint64(0), np.empty((6, radius.size))
+    bits = np.uint64(0)
     for i in range(radius.size):
         s[0, i], s[1, i], s[2, i], s[3, i], s[4, i], s[5, i] = _monic(*_cubic(Omega[i], xi[i], alpha[i]))
         bits = max(bits, _bits(Omega[i], xi[i]))
     for i in range(radius.size):
         half, _, modulus2, discriminant = _pair(s[0, i], s[1, i], s[2, i], s[3, i], s[4, i], s[5, i])
         radius[i] = _modulus(half, modulus2, discriminant, s[5, i])
+    return bits
+
+
+@_fused
+def _radii(Omega, xi, alpha, radius):
+    """Spectral radii; the largest bits."""
+    bits, s = np.uint64(0), np.empty((6, 2048))
+    for i in range(0, radius.size, 2048):
+        k = min(i + 2048, radius.size)
+        bits = max(bits, _radii_of_block(Omega[i:k], xi[i:k], alpha[i:k], radius[i:k], s))
     return bits
 
 
@@ -409,11 +419,7 @@ def _block(Omega, xi, alpha, radius, damping, period):
 @_fused
 def spectral_radius(Omega, xi, alpha, out):
     """Spectral radius; 1-D arrays of one length. Returns whether any Omega or xi is negative, -0 or not finite."""
-    bits = np.uint64(0)
-    for i in range(0, out.size, 2048):
-        k = min(i + 2048, out.size)
-        bits = max(bits, _radii(Omega[i:k], xi[i:k], alpha[i:k], out[i:k]))
-    return bits >= np.uint64(0x7FF0000000000000)
+    return _radii(Omega, xi, alpha, out) >= np.uint64(0x7FF0000000000000)
 
 
 @_fused

@@ -545,11 +545,7 @@ def _block(Omega, xi, rho_inf, radius, damping, period):
 @_fused
 def spectral_radius(Omega, xi, rho_inf, out):
     """Spectral radius; 1-D arrays of one length. Returns whether any Omega or xi is negative, -0 or not finite."""
-    bits = np.uint64(0)
-    for i in range(0, out.size, 2048):
-        k = min(i + 2048, out.size)
-        bits = max(bits, _radii(Omega[i:k], xi[i:k], rho_inf[i:k], out[i:k]))
-    return bits >= np.uint64(0x7FF0000000000000)
+    return _radii(Omega, xi, rho_inf, out) >= np.uint64(0x7FF0000000000000)
 
 
 @_fused

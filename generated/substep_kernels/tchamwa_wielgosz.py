@@ -208,16 +208,16 @@ def _residual(Omega, xi, p0, p1, k0, k1_3, k2_2, k2_4, leading):
 
 @_inline
 def _radius(c2, b0, q, half, det):
-    """Of the live pair: spectral radius, c2 times its squared modulus, c2^2 times the discriminant.
+    """Of the live pair: spectral radius, c2 times its squared modulus, c2^2 times the square of half its difference.
 
     P = b0/c2 = det(I - A) and Q = q/c2 = 1 - det A keep the digits of what is near 1; far from it
     trace and determinant do. One division, by which a pair on the circle has radius 1 exactly.
     """
     total = 0.5 * (b0 + q)
-    discriminant = b0 * c2 - total * total if b0 < 0.5 * c2 else det * c2 - half * half
+    split = total * total - b0 * c2 if b0 < 0.5 * c2 else half * half - det * c2  # < 0: complex
     product = c2 - q if q < 0.5 * c2 else det
-    real = 0.0 if discriminant > 0.0 else abs(half)  # one root that cannot fail: of the product or of what is real
-    return (real + math.sqrt(abs(product * c2 if discriminant > 0.0 else discriminant))) / c2, product, discriminant
+    real = 0.0 if split < 0.0 else abs(half)
+    return (real + math.sqrt(product * c2 if split < 0.0 else split)) / c2, product, split
 
 
 @_inline
@@ -230,9 +230,9 @@ def _is_conservative(Omega, xi, phi):
 def _eigenvalues(Omega, xi, phi):
     """Spectral radius and `_measured`'s half, less, modulus2 and root."""
     c2, b0, q, half, det = _quadratic(Omega, xi, phi)
-    radius, product, discriminant = _radius(c2, b0, q, half, det)
+    radius, product, split = _radius(c2, b0, q, half, det)
     inverse = 1.0 / c2
-    root = math.sqrt(abs(discriminant)) * inverse if discriminant > 0.0 else -1.0
+    root = math.sqrt(abs(split)) * inverse if split < 0.0 else -1.0
     return radius, half * inverse, -q * inverse, product * inverse, root
 
 
@@ -301,11 +301,7 @@ def _block(Omega, xi, phi, radius, damping, period):
 @_fused
 def spectral_radius(Omega, xi, phi, out):
     """Spectral radius; 1-D arrays of one length. Returns whether any Omega or xi is negative, -0 or not finite."""
-    bits = np.uint64(0)
-    for i in range(0, out.size, 2048):
-        k = min(i + 2048, out.size)
-        bits = max(bits, _radii(Omega[i:k], xi[i:k], phi[i:k], out[i:k]))
-    return bits >= np.uint64(0x7FF0000000000000)
+    return _radii(Omega, xi, phi, out) >= np.uint64(0x7FF0000000000000)
 
 
 @_fused

@@ -318,7 +318,7 @@ class Scheme:
         if n == 0 or any(refused):  # kernels look at what they read anyway
             for name, value in (("Omega", Omega), ("xi", xi)):
                 non_negative(name, value)
-        return [row.reshape(shape)[()] for row in out]
+        return [row[()] for row in out.reshape(outputs, *shape)]
 
 
 def _flat(array: Array, shape: tuple[int, ...]) -> Array:
@@ -334,6 +334,6 @@ def read_only(array: Array) -> Array:
     """
     if array.ndim == 1 and array.flags.c_contiguous and not array.flags.writeable:
         return array
-    flat = np.ascontiguousarray(array).reshape(-1)
-    flat.flags.writeable = False
+    flat = array.ravel()
+    flat.setflags(write=False)
     return flat
