@@ -151,4 +151,7 @@ def _history(found: Job, name: str, n: int, rounds: int) -> None:
         f"{name}: history of u, v, a", "double", measure(rows, rounds), {"C": "u against C's, of the largest"}
     )
     found.tables.append(table)
-    found.compare(table, "history into memory: substep / stores", "substep", "stores past the caches", "<=", 1.6)
+    # numba has no stores past the caches: the floor is the plain ones
+    found.compare(
+        table, "history into memory: substep / plain stores", "substep", "stores through the caches", "<=", 1.6
+    )

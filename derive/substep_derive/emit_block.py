@@ -15,7 +15,7 @@ from .components import Assignments, assign
 from .pair import Pair, Step
 from .printing import KernelPrinter, block, fill, lines
 
-WIDTH = 96
+WIDTH = 120
 LOOP = "for j in range(begin, end):"
 
 

@@ -117,7 +117,7 @@ def _lane(h, EA, L, m, tolerance, state, bound, first, n, stride, out, iteration
 
 
 # lanes of a block at most. A row holds one variable of all lanes; the rows of a step stay in the first cache
-WIDTH = 96
+WIDTH = 120
 
 
 @_compile

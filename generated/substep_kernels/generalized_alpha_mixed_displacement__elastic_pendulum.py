@@ -132,7 +132,7 @@ def _lane(h, alpha_m, alpha_f, beta, gamma, EA, L, m, tolerance, state, bound, f
 
 
 # lanes of a block at most. A row holds one variable of all lanes; the rows of a step stay in the first cache
-WIDTH = 96
+WIDTH = 120
 
 
 @_compile

@@ -136,7 +136,7 @@ def _lane(h, rho_inf, EA, L, m, state, bound, first, n, stride, out):
 
 
 # lanes of a block at most. A row holds one variable of all lanes; the rows of a step stay in the first cache
-WIDTH = 96
+WIDTH = 120
 
 
 @_compile

@@ -175,7 +175,7 @@ def _lane(h, gamma_t, beta, gamma, EA, L, m, tolerance, state, bound, first, n, 
 
 
 # lanes of a block at most. A row holds one variable of all lanes; the rows of a step stay in the first cache
-WIDTH = 96
+WIDTH = 120
 
 
 @_compile
