@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 import substep as ss
 from substep.exact_oscillator import exact_peaks
-from substep.lanes import march_lanes
+from substep.lanes import Lanes, march_lanes
 from substep.linear import Oscillators, march_linear
 
 from .linear import scheme
@@ -83,11 +83,20 @@ def _pendulum(name: str, EA: float, a0: tuple[float, float]) -> tuple[Any, Any]:
     return ss.scene("elastic_pendulum", EA=EA, a0=a0), scheme(name)
 
 
+def pendulum_steps(name: str, EA: float, a0: tuple[float, float], v0: Array, h: float, n: int) -> int:
+    """How many of n steps all lanes of `pendulum_batch` complete."""
+    return int(_pendulums(name, EA, a0, v0, h, n).n_done.min())
+
+
 def pendulum_batch(name: str, EA: float, a0: tuple[float, float], v0: Array, h: float, n: int) -> tuple[Array, Array]:
     """Last u (lanes, 2) and largest energy (lanes,) of elastic pendulums, one start velocity a lane."""
+    found = _pendulums(name, EA, a0, v0, h, n)
+    return found.state[:, 0], found.peak
+
+
+def _pendulums(name: str, EA: float, a0: tuple[float, float], v0: Array, h: float, n: int) -> Lanes:
     scene, own = _pendulum(name, EA, a0)
     lanes = len(v0)
     u, v, a = (np.repeat(x[None], lanes, axis=0) for x in (scene.u0, scene.v0, scene.a0))
     v[:, 1] = v0
-    found = march_lanes(scene, own, np.full(lanes, h), np.full(lanes, n), start=(u, v, a))
-    return found.state[:, 0], found.peak
+    return march_lanes(scene, own, np.full(lanes, h), np.full(lanes, n), start=(u, v, a))

@@ -154,8 +154,14 @@ def companion_peaks(coefficients: Array, f: Array, peak: Array) -> Array:
 def single_run(
     D: Array, B0: Array, B1: Array, damping: float, stiffness: float, f: Array, out: Array, *, increment: bool = False
 ) -> Array:
-    """One run from out[0]; out (n + 1, 3), D (2, 2), B0, B1 (2,). increment: x + D x, not (1 + D) x."""
+    """One run from out[0]; out (n + 1, 3), D (2, 2), B0, B1 (2,). increment: x + D x, not (1 + D) x.
+
+    D (3, 3), B0, B1 (3,): the acceleration is carried too, and damping and stiffness are not asked.
+    """
     functions = library("single.c")
+    if len(D) == 3:
+        _call(functions.single_three, len(f) - 1, D, B0, B1, f, out)
+        return out
     march = functions.single_increment if increment else functions.single
     _call(march, len(f) - 1, D, B0, B1, float(damping), float(stiffness), f, out)
     return out
@@ -177,13 +183,17 @@ def write(out: Array, *, stream: bool) -> None:
 
 
 def pendulum(
-    state: Array, stiffness: Array, peak: Array, *, n: int, h: float, parameters: tuple[float, float, float],
+    state: Array, stiffness: Array, peak: Array, *, n: int, h: float, parameters: tuple[float, ...],
     length: float, tolerance: float, vectors: bool = True,
 ) -> int:  # fmt: skip
-    """Steps of newmark_bdf2 on the elastic pendulum; state (6, lanes) overwritten, 32 | lanes. Steps completed."""
+    """Steps on the elastic pendulum; state (6, lanes) overwritten, 32 | lanes. Steps completed.
+
+    parameters: gamma_t, beta, gamma of newmark_bdf2, or alpha_m, alpha_f, beta, gamma of generalized_alpha.
+    """
     functions = (
         library("pendulum.c", "-DMARCH=vectors") if vectors else library("pendulum.c", "-DMARCH=scalar", "-DSCALAR")
     )
-    march = functions.vectors if vectors else functions.scalar
+    name = "vectors" if vectors else "scalar"
+    march = getattr(functions, name if len(parameters) == 3 else f"{name}_alpha")
     march.restype = ctypes.c_ssize_t
     return _call(march, state.shape[1], n, h, *parameters, length, tolerance, stiffness, state, peak)
