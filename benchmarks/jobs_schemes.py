@@ -3,11 +3,12 @@
 from functools import partial
 
 import numpy as np
+from substep_derive.emit_stability import SMALL_OMEGA
 
 import substep as ss
 from substep.linear import march_linear
 
-from . import jobs_pendulum, jobs_spectrum, ours
+from . import jobs_pendulum, jobs_spectrum, ours, peers
 from .job import Job, Table
 from .linear import record, scheme
 from .timing import Alternative, cores, measure
@@ -20,8 +21,11 @@ def job(quick: bool) -> Job:
     found = Job(NAME, "All schemes, one core")
     random, rounds = np.random.default_rng(2015), 3 if quick else 7
     names = [name for name in ss.schemes() if not ss.scheme(name).entry["fixed"]]
-    points = 1 << 14
+    points = 1 << 16
     Omega, xi = 10.0 ** random.uniform(-2, 1, points), random.uniform(0.0, 0.2, points)
+    order, few = np.argsort(Omega), slice(None, None, 32)
+    sweep, larger = (Omega[order], xi[order]), (np.maximum(Omega, 2 * SMALL_OMEGA), xi)
+    matrices = {name: scheme(name).amplification(Omega[few], xi[few]) for name in names}
     n, dt = 1024, jobs_spectrum.DT
     load = ss.Record(dt, record(n, dt))
     lanes = ours.at_rest(jobs_spectrum.OMEGAS, jobs_spectrum.XI, load)
@@ -31,6 +35,13 @@ def job(quick: bool) -> Job:
     EA, a0 = jobs_pendulum.CASES["flexible"]
     works = {
         "stability: rho, damping, period error": (lambda s: s.stability(Omega, xi), points, "point"),
+        "the same, Omega increasing": (lambda s: s.stability(*sweep), points, "point"),
+        "the same, no Omega small": (lambda s: s.stability(*larger), points, "point"),
+        "rho alone": (lambda s: s.spectral_radius(Omega, xi), points, "point"),
+        "np.linalg.eigvals of the amplification matrix: rho, damping, period error": (
+            lambda s: peers.eigenvalues(matrices[s.name], Omega[few], xi[few]), points // 32, "point",
+        ),
+        "np.linalg.eigvals: rho alone": (lambda s: peers.radius(matrices[s.name]), points // 32, "point"),
         "response spectrum: peak |u|": (lambda s: march_linear(s, lanes, n, load, keep="peak_u"), n * 480, "lane-step"),
         "history of one oscillator": (lambda s: march_linear(s, one, long, long_load), long, "step"),
         "flexible pendulum, 480 lanes": (
