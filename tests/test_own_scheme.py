@@ -4,6 +4,7 @@ import hashlib
 import os
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -139,3 +140,19 @@ def test_in_one_process_compiled(folder: Path) -> None:
     assert mine.state == derive(declared("mine")).state
     with pytest.raises(ValueError, match=r"in \[0\.5, 2\.0\], got 3"):
         ss.scheme(declared("mine"), gamma=3.0)
+
+
+def test_a_leading_coefficient_below_zero(folder: Path) -> None:
+    """Newmark with beta = -1/2, whose pair's polynomial begins with 1 - Omega^2/2."""
+    newmark = derive("newmark").scheme
+    below = tuple(replace(p, domain=Interval(-1, 1)) for p in newmark.parameters)
+    s = ss.scheme(replace(newmark, name="newmark_below", parameters=below), beta=-0.5, gamma=0.5)
+    Omega, xi = np.linspace(1.5, 4.0, 26), np.linspace(0.0, 0.3, 26)
+    values = np.linalg.eigvals(s.amplification(Omega, xi))
+    radius, damping, period = s.stability(Omega, xi)
+    np.testing.assert_allclose(s.spectral_radius(Omega, xi), np.abs(values).max(axis=1), rtol=1e-12)
+    np.testing.assert_array_equal(radius, s.spectral_radius(Omega, xi))
+    pair = values[np.arange(26), values.imag.argmax(axis=1)]
+    angle = np.where(pair.imag > 0, np.angle(pair), np.nan)
+    np.testing.assert_allclose(period, Omega * np.sqrt(1 - xi**2) / angle - 1, rtol=1e-10)
+    np.testing.assert_allclose(damping, -np.log(np.abs(pair)) / angle - xi / np.sqrt(1 - xi**2), rtol=1e-10, atol=1e-14)

@@ -45,6 +45,13 @@ def test_angle() -> None:
             assert newmark._angle(b, a) == exact if exact == 0 else ulps(newmark._angle(b, a), exact) < 3
 
 
+@pytest.mark.parametrize("Omega", [1e-6, 1e-2, 0.7, 3.0, 1e4])
+def test_the_sign_of_the_polynomial_does_not_matter(Omega: float) -> None:
+    coefficients = newmark._quadratic(Omega, 0.1, 0.3025, 0.6)
+    radius, product, split = newmark._radius(*coefficients)
+    assert newmark._radius(*(-c for c in coefficients)) == (radius, -product, split)
+
+
 @pytest.mark.parametrize("damping", [0.0, 0.05, 0.7])
 @pytest.mark.parametrize("name", NAMES)
 def test_digits_from_small_to_large(name: str, damping: float) -> None:

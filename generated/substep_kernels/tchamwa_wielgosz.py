@@ -213,11 +213,11 @@ def _radius(c2, b0, q, half, det):
     P = b0/c2 = det(I - A) and Q = q/c2 = 1 - det A keep the digits of what is near 1; far from it
     trace and determinant do. One division, by which a pair on the circle has radius 1 exactly.
     """
-    total = 0.5 * (b0 + q)
-    split = total * total - b0 * c2 if b0 < 0.5 * c2 else half * half - det * c2  # < 0: complex
-    product = c2 - q if q < 0.5 * c2 else det
+    size, total = abs(c2), 0.5 * (b0 + q)
+    split = total * total - b0 * c2 if abs(b0) < 0.5 * size else half * half - det * c2  # < 0: complex
+    product = c2 - q if abs(q) < 0.5 * size else det
     real = 0.0 if split < 0.0 else abs(half)
-    return (real + math.sqrt(product * c2 if split < 0.0 else split)) / c2, product, split
+    return (real + math.sqrt(product * c2 if split < 0.0 else split)) / size, product, split
 
 
 @_inline
@@ -232,7 +232,7 @@ def _eigenvalues(Omega, xi, phi):
     c2, b0, q, half, det = _quadratic(Omega, xi, phi)
     radius, product, split = _radius(c2, b0, q, half, det)
     inverse = 1.0 / c2
-    root = math.sqrt(abs(split)) * inverse if split < 0.0 else -1.0
+    root = math.sqrt(abs(split)) * abs(inverse) if split < 0.0 else -1.0
     return radius, half * inverse, -q * inverse, product * inverse, root
 
 
