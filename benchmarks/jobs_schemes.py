@@ -35,13 +35,9 @@ def job(quick: bool) -> Job:
     EA, a0 = jobs_pendulum.CASES["flexible"]
     works = {
         "stability: rho, damping, period error": (lambda s: s.stability(Omega, xi), points, "point"),
-        "the same, Omega increasing": (lambda s: s.stability(*sweep), points, "point"),
-        "the same, no Omega small": (lambda s: s.stability(*larger), points, "point"),
-        "rho alone": (lambda s: s.spectral_radius(Omega, xi), points, "point"),
-        "np.linalg.eigvals of the amplification matrix: rho, damping, period error": (
-            lambda s: peers.eigenvalues(matrices[s.name], Omega[few], xi[few]), points // 32, "point",
-        ),
-        "np.linalg.eigvals: rho alone": (lambda s: peers.radius(matrices[s.name]), points // 32, "point"),
+        "stability, Omega increasing": (lambda s: s.stability(*sweep), points, "point"),
+        "stability, no Omega small": (lambda s: s.stability(*larger), points, "point"),
+        "stability: rho alone": (lambda s: s.spectral_radius(Omega, xi), points, "point"),
         "response spectrum: peak |u|": (lambda s: march_linear(s, lanes, n, load, keep="peak_u"), n * 480, "lane-step"),
         "history of one oscillator": (lambda s: march_linear(s, one, long, long_load), long, "step"),
         "flexible pendulum, 480 lanes": (
@@ -51,9 +47,18 @@ def job(quick: bool) -> Job:
             lambda s: ours.pendulum_batch(s.name, EA, a0, jobs_pendulum.V0[:1], h, steps), steps, "step",
         ),
     }  # fmt: skip
+    by_eigvals = {
+        "np.linalg.eigvals of the amplification matrix: rho, damping, period error": (
+            lambda s: peers.eigenvalues(matrices[s.name], Omega[few], xi[few]), points // 32, "point",
+        ),
+        "np.linalg.eigvals: rho alone": (lambda s: peers.radius(matrices[s.name]), points // 32, "point"),
+    }  # fmt: skip
     with cores(1):
-        for what, (run, units, unit) in works.items():
-            rows = [Alternative(name, "substep", partial(run, scheme(name)), units) for name in names]
+        for kind, what, (run, units, unit) in (
+            *(("substep", *item) for item in works.items()),
+            *(("peer", *item) for item in by_eigvals.items()),
+        ):
+            rows = [Alternative(name, kind, partial(run, scheme(name)), units) for name in names]
             found.tables.append(Table(what, unit, measure(rows, rounds), {}))
     found.notes.append(
         "houbolt, park, gholampour and oalts begin with steps of another scheme, so that no "

@@ -66,9 +66,12 @@ def _run(found: Job, name: str, n: int, rounds: int) -> Table:
     room = np.zeros((n + 1, 3, 1))
     add("substep", "substep", lambda: ours.single_lane(name, OMEGA, XI, load, room))
     add("substep, ss.march", "substep", lambda: ours.single_run(name, scene, DT, n)[0])
-    numbers = (2 * XI * OMEGA * DT, (OMEGA * DT) ** 2, forces, np.zeros((n + 1, 3)))
-    add("C", "limit", lambda: limits.single_run(D, B0, B1, *numbers)[:, 0])
-    if len(loads.D) == 2:
+    out = np.zeros((n + 1, 3))
+    if len(loads.D) == 3:
+        add("C", "limit", lambda: limits.single_run_of_three(D, B0, B1, forces, out)[:, 0])
+    else:
+        numbers = (2 * XI * OMEGA * DT, (OMEGA * DT) ** 2, forces, out)
+        add("C", "limit", lambda: limits.single_run(D, B0, B1, *numbers)[:, 0])
         numerator, denominator = (x[0] for x in loads.filter())
         add("C, increments", "limit", lambda: limits.single_run(D, B0, B1, *numbers, increment=True)[:, 0])
         add("scipy lfilter", "peer", lambda: peers.lfilter_run(numerator, denominator, forces))

@@ -4,7 +4,6 @@ import hashlib
 import os
 import subprocess
 import sys
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -143,16 +142,25 @@ def test_in_one_process_compiled(folder: Path) -> None:
 
 
 def test_a_leading_coefficient_below_zero(folder: Path) -> None:
-    """Newmark with beta = -1/2, whose pair's polynomial begins with 1 - Omega^2/2."""
-    newmark = derive("newmark").scheme
-    below = tuple(replace(p, domain=Interval(-1, 1)) for p in newmark.parameters)
-    s = ss.scheme(replace(newmark, name="newmark_below", parameters=below), beta=-0.5, gamma=0.5)
-    Omega, xi = np.linspace(1.5, 4.0, 26), np.linspace(0.0, 0.3, 26)
-    values = np.linalg.eigvals(s.amplification(Omega, xi))
-    radius, damping, period = s.stability(Omega, xi)
-    np.testing.assert_allclose(s.spectral_radius(Omega, xi), np.abs(values).max(axis=1), rtol=1e-12)
-    np.testing.assert_array_equal(radius, s.spectral_radius(Omega, xi))
-    pair = values[np.arange(26), values.imag.argmax(axis=1)]
-    angle = np.where(pair.imag > 0, np.angle(pair), np.nan)
-    np.testing.assert_allclose(period, Omega * np.sqrt(1 - xi**2) / angle - 1, rtol=1e-10)
-    np.testing.assert_allclose(damping, -np.log(np.abs(pair)) / angle - xi / np.sqrt(1 - xi**2), rtol=1e-10, atol=1e-14)
+    """Newmark with beta = (3 + gamma)/(4 + 2 gamma), 1/4 at gamma = -4: the usual polynomial times 4 + 2 gamma.
+
+    Its sign is chosen at the default, gamma = 0.
+    """
+    u0, v0, a0 = knot(0)
+    u1, v1, a1 = end = knot(1)
+    half, beta = Rational(1, 2), (3 + gamma) / (4 + 2 * gamma)
+    mine = Scheme(
+        "below_zero",
+        parameters=(Parameter(gamma, Interval(-9, 9), Rational(0)),),
+        relations={u1: u0 + h * v0 + h**2 * ((half - beta) * a0 + beta * a1), v1: v0 + h * (a0 + a1) / 2},
+        balances=(Balance.at(end, 1),),
+    )
+    below, usual = ss.scheme(mine, gamma=-4), ss.scheme("newmark", beta=0.25, gamma=0.5)
+    assert below.kernels._quadratic(1.0, 0.1, -4.0)[0] < 0
+    Omega = np.logspace(-6, 3, 40)
+    for xi in (0.0, 0.1):
+        found, expected = below.stability(Omega, xi), usual.stability(Omega, xi)
+        assert all(np.isfinite(x).all() for x in expected)
+        for x, y, atol in zip(found, expected, (0.0, 1e-16, 0.0), strict=True):
+            np.testing.assert_allclose(x, y, rtol=1e-12, atol=atol)
+        np.testing.assert_array_equal(found[0], below.spectral_radius(Omega, xi))

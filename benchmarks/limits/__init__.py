@@ -154,16 +154,16 @@ def companion_peaks(coefficients: Array, f: Array, peak: Array) -> Array:
 def single_run(
     D: Array, B0: Array, B1: Array, damping: float, stiffness: float, f: Array, out: Array, *, increment: bool = False
 ) -> Array:
-    """One run from out[0]; out (n + 1, 3), D (2, 2), B0, B1 (2,). increment: x + D x, not (1 + D) x.
-
-    D (3, 3), B0, B1 (3,): the acceleration is carried too, and damping and stiffness are not asked.
-    """
+    """One run from out[0]; out (n + 1, 3), D (2, 2), B0, B1 (2,). increment: x + D x, not (1 + D) x."""
     functions = library("single.c")
-    if len(D) == 3:
-        _call(functions.single_three, len(f) - 1, D, B0, B1, f, out)
-        return out
     march = functions.single_increment if increment else functions.single
     _call(march, len(f) - 1, D, B0, B1, float(damping), float(stiffness), f, out)
+    return out
+
+
+def single_run_of_three(D: Array, B0: Array, B1: Array, f: Array, out: Array) -> Array:
+    """One run whose acceleration is carried too; D (3, 3), B0, B1 (3,)."""
+    _call(library("single.c").single_three, len(f) - 1, D, B0, B1, f, out)
     return out
 
 

@@ -53,6 +53,17 @@ INLINE vec energy_per_mass(vec x, vec y, vec vx, vec vy, vec k, vec L2) {
     return 0.5 * (vx * vx + vy * vy) + 0.25 * k * stretch * stretch;
 }
 
+// x and y of u, v or a: two rows of the state
+INLINE void read_vector(vec x[2][GROUPS], const double *state, ptrdiff_t lanes) {
+    for (int r = 0; r < 2; r++)
+        for (int k = 0; k < GROUPS; k++) x[r][k] = load(state + r * lanes + k * LANES);
+}
+
+INLINE void write_vector(vec x[2][GROUPS], double *state, ptrdiff_t lanes) {
+    for (int r = 0; r < 2; r++)
+        for (int k = 0; k < GROUPS; k++) store(state + r * lanes + k * LANES, x[r][k]);
+}
+
 // state (6, lanes): u, v, a, x and y of each, overwritten; peak (lanes): largest energy per mass, the start's included.
 // stiffness (lanes): EA/(2 L^3 m). lanes a multiple of GROUPS*LANES. Returns the steps completed by all lanes.
 ptrdiff_t MARCH(ptrdiff_t lanes, ptrdiff_t n, double h, double gamma_t, double beta, double gamma, double L,
@@ -63,12 +74,8 @@ ptrdiff_t MARCH(ptrdiff_t lanes, ptrdiff_t n, double h, double gamma_t, double b
     ptrdiff_t done = n;
     for (ptrdiff_t j = 0; j + GROUPS * LANES <= lanes; j += GROUPS * LANES) {
         vec u[2][GROUPS], v[2][GROUPS], a[2][GROUPS], top[GROUPS], stiff[GROUPS], L2 = all(L * L);
-        for (int r = 0; r < 2; r++)
-            for (int k = 0; k < GROUPS; k++) {
-                u[r][k] = load(state + r * lanes + j + k * LANES);
-                v[r][k] = load(state + (2 + r) * lanes + j + k * LANES);
-                a[r][k] = load(state + (4 + r) * lanes + j + k * LANES);
-            }
+        read_vector(u, state + j, lanes), read_vector(v, state + 2 * lanes + j, lanes);
+        read_vector(a, state + 4 * lanes + j, lanes);
         for (int k = 0; k < GROUPS; k++) {
             stiff[k] = load(stiffness + j + k * LANES);
             top[k] = energy_per_mass(u[0][k], u[1][k], v[0][k], v[1][k], stiff[k], L2);
@@ -103,12 +110,8 @@ ptrdiff_t MARCH(ptrdiff_t lanes, ptrdiff_t n, double h, double gamma_t, double b
                 break;
             }
         }
-        for (int r = 0; r < 2; r++)
-            for (int k = 0; k < GROUPS; k++) {
-                store(state + r * lanes + j + k * LANES, u[r][k]);
-                store(state + (2 + r) * lanes + j + k * LANES, v[r][k]);
-                store(state + (4 + r) * lanes + j + k * LANES, a[r][k]);
-            }
+        write_vector(u, state + j, lanes), write_vector(v, state + 2 * lanes + j, lanes);
+        write_vector(a, state + 4 * lanes + j, lanes);
         for (int k = 0; k < GROUPS; k++) store(peak + j + k * LANES, top[k]);
     }
     return done;
@@ -122,12 +125,8 @@ ptrdiff_t JOINED(MARCH)(ptrdiff_t lanes, ptrdiff_t n, double h, double alpha_m, 
     ptrdiff_t done = n;
     for (ptrdiff_t j = 0; j + GROUPS * LANES <= lanes; j += GROUPS * LANES) {
         vec u[2][GROUPS], v[2][GROUPS], a[2][GROUPS], top[GROUPS], stiff[GROUPS], later[GROUPS], L2 = all(L * L);
-        for (int r = 0; r < 2; r++)
-            for (int k = 0; k < GROUPS; k++) {
-                u[r][k] = load(state + r * lanes + j + k * LANES);
-                v[r][k] = load(state + (2 + r) * lanes + j + k * LANES);
-                a[r][k] = load(state + (4 + r) * lanes + j + k * LANES);
-            }
+        read_vector(u, state + j, lanes), read_vector(v, state + 2 * lanes + j, lanes);
+        read_vector(a, state + 4 * lanes + j, lanes);
         for (int k = 0; k < GROUPS; k++) {
             stiff[k] = load(stiffness + j + k * LANES);
             later[k] = (1.0 - alpha_f) * stiff[k];
@@ -157,12 +156,8 @@ ptrdiff_t JOINED(MARCH)(ptrdiff_t lanes, ptrdiff_t n, double h, double alpha_m, 
                 break;
             }
         }
-        for (int r = 0; r < 2; r++)
-            for (int k = 0; k < GROUPS; k++) {
-                store(state + r * lanes + j + k * LANES, u[r][k]);
-                store(state + (2 + r) * lanes + j + k * LANES, v[r][k]);
-                store(state + (4 + r) * lanes + j + k * LANES, a[r][k]);
-            }
+        write_vector(u, state + j, lanes), write_vector(v, state + 2 * lanes + j, lanes);
+        write_vector(a, state + 4 * lanes + j, lanes);
         for (int k = 0; k < GROUPS; k++) store(peak + j + k * LANES, top[k]);
     }
     return done;
