@@ -1,9 +1,16 @@
-"""Fixtures that several files use."""
+"""What several files use: fixtures, and how examples are drawn."""
 
+import os
 from collections.abc import Iterator
 
 import numpy as np
 import pytest
+from hypothesis import settings
+
+# the same examples in each run of the gate; `make verify` searches on
+settings.register_profile("gate", derandomize=True, deadline=None)
+settings.register_profile("search", deadline=None, print_blob=True)
+settings.load_profile("search" if os.environ.get("SUBSTEP_VERIFY") else "gate")
 
 
 @pytest.fixture

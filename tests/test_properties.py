@@ -17,9 +17,9 @@ def exact(value: object) -> Rational:
     return Rational(str(value))
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(
-    split=fractions.filter(lambda x: 0 < x < 1),
+    split=st.fractions(min_value="1/40", max_value="39/40", max_denominator=40),
     b=fractions,
     c=fractions,
     omega=fractions.map(lambda x: 10 * x),
@@ -37,7 +37,7 @@ def test_invariants_of_the_composite(split, b, c, omega, damping) -> None:
     assert COMPOSITE.det == 0
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(omega=st.floats(0.0, 1e6), damping=st.floats(0.0, 3.0))
 def test_compiled_matrix_and_radius_agree_with_numpy(omega: float, damping: float) -> None:
     for s in (ss.scheme("bathe"), ss.scheme("newmark", beta=0.3, gamma=0.55)):
@@ -47,7 +47,7 @@ def test_compiled_matrix_and_radius_agree_with_numpy(omega: float, damping: floa
         assert abs(radius - found) <= 1e-6 * max(1.0, np.abs(A).max())
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(omega=fractions.map(lambda x: 10 * x), damping=fractions)
 def test_increment_is_the_matrix_less_one_with_a_eliminated(omega, damping) -> None:
     s = ss.scheme("newmark_bdf2", gamma_t=0.4, beta=0.36, gamma=0.7)
