@@ -78,6 +78,7 @@ def test_conditions_and_equivalences() -> None:
     assert runner.invoke(app, ["conditions", "newmarc"]).exit_code == 2
 
 
+@pytest.mark.long
 def test_reproduce_draws_every_panel_and_writes_its_numbers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Chapter 5, the battery and the ledger have tests of their own; here one piece of each, all in the long form."""
     if not os.environ.get("SUBSTEP_VERIFY"):

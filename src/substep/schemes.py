@@ -244,8 +244,11 @@ class Scheme:
     def _rows(
         self, function: Callable[..., None], rows: int, Omega: Array, xi: Array, parameters: Sequence[Array]
     ) -> Array:
-        out = np.empty((rows, len(Omega)))
-        function(*(_flat(x, Omega.shape) for x in (Omega, xi, *parameters)), out)
+        inputs, out = np.empty((2 + len(parameters), len(Omega))), np.empty((rows, len(Omega)))
+        for row, values in zip(inputs, (Omega, xi, *parameters), strict=True):
+            row[:] = values
+        inputs.flags.writeable = False  # as kernels read it
+        function(*inputs, out)
         return out
 
     def lane(self, j: int) -> "Scheme":
