@@ -239,13 +239,6 @@ def test_wrong_calls() -> None:
     assert "r**2 - 4*r + 2" in str(caught.value)
 
 
-def test_irrational_declarations_are_refused() -> None:
-    forward_euler = BY_NAME["forward_euler"]
-    relations = {symbol: e * sqrt(2) for symbol, e in forward_euler.relations.items()}
-    with pytest.raises(DeclarationError, match="declare a parameter"):
-        certify(replace(forward_euler, name="irrational", relations=relations))
-
-
 def test_the_end_of_a_default_interval_counts() -> None:
     open_end = Algebraic((1, -1), (0, 2))  # 1, written as a root
     with pytest.raises(DeclarationError, match="lies outside"):

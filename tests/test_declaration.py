@@ -1,10 +1,12 @@
 """A declaration with a mistake gets an error that names it."""
 
+from typing import Any
+
 import pytest
 from substep_derive import Balance, DeclarationError, Parameter, Scheme, derive
 from substep_derive.scheme import exact_number
 from substep_derive.symbols import N, f, gamma, h, knot
-from sympy import Interval, Rational, Symbol
+from sympy import Interval, Rational, Symbol, pi, sqrt
 
 u0, v0, a0 = knot(0)
 u1, v1, a1 = end = knot(1)
@@ -41,6 +43,19 @@ def test_a_relation_that_repeats_another() -> None:
 def test_a_relation_that_is_not_linear() -> None:
     with pytest.raises(DeclarationError, match="not linear"):
         derive(Scheme("bad", {**GOOD, v1: v0 * a1}, (Balance.at(end, 1),))).den
+
+
+@pytest.mark.parametrize("odd", [sqrt(2), 0.25, pi, sqrt(gamma)], ids=str)
+def test_a_coefficient_that_is_not_rational(odd: Any) -> None:
+    inside = Parameter(gamma, Interval.open(0, 1), half)
+    for bad in ({v1: v0 + h * odd * (a0 + a1)}, {v1: v0 + h * (a0 + a1) / (1 + odd)}):
+        with pytest.raises(DeclarationError, match=r"neither rational .* as the default of a Parameter"):
+            Scheme("bad", {**GOOD, **bad}, (Balance.at(end, 1),), (inside,))
+    for bad in (Balance(odd * a1, v1, N(u1), f(1)), Balance(a1, v1, odd * N(u1), f(1))):
+        with pytest.raises(DeclarationError, match="neither rational"):
+            Scheme("bad", GOOD, (bad,), (inside,))
+    chosen = Parameter(gamma, Interval.open(0, 2), sqrt(2) / 2)  # which is the way to have one
+    derive(Scheme("good", {**GOOD, v1: v0 + h * ((1 - gamma) * a0 + gamma * a1)}, (Balance.at(end, 1),), (chosen,)))
 
 
 def test_balances_in_the_wrong_order() -> None:

@@ -7,7 +7,7 @@ simplified after it was built.
 from collections.abc import Sequence
 from typing import Any
 
-from sympy import QQ, Expr, Integer, Matrix, Poly, Symbol, cancel, factor, field, fraction, lcm_list, ring, together
+from sympy import QQ, ZZ, Expr, Integer, Matrix, Poly, Symbol, factor, field, ring
 from sympy import cse as sympy_cse
 from sympy.polys.matrices import DomainMatrix
 from sympy.polys.matrices.exceptions import DMNonInvertibleMatrixError
@@ -17,14 +17,21 @@ SingularMatrix = DMNonInvertibleMatrixError
 NotAlgebraicNumber = NotAlgebraic
 
 
+def _rational(matrix: Matrix) -> DomainMatrix:
+    """Over rational functions with integer coefficients, common factors cancelled."""
+    symbols = sorted(matrix.free_symbols, key=str)
+    domain = ZZ.frac_field(*symbols) if symbols else QQ
+    return DomainMatrix([[domain.from_sympy(e) for e in row] for row in matrix.tolist()], matrix.shape, domain)
+
+
+def _cleared(matrix: Matrix) -> DomainMatrix:
+    """Each row times its common denominator: polynomials in place of rational functions."""
+    return _rational(matrix).clear_denoms_rowwise(convert=True)[1]
+
+
 def clear_rows(matrix: Matrix) -> Matrix:
     """Each row times its common denominator: polynomials in place of rational functions."""
-    entries: list[Expr] = []
-    for i in range(matrix.rows):
-        row = [fraction(together(entry)) for entry in matrix.row(i)]
-        scale = lcm_list([den for _, den in row])
-        entries += [cancel(num * scale / den) for num, den in row]
-    return Matrix(matrix.rows, matrix.cols, entries)
+    return _cleared(matrix).to_Matrix()
 
 
 def solve(matrix: Matrix, right: Matrix) -> tuple[Matrix, Expr]:
@@ -32,7 +39,7 @@ def solve(matrix: Matrix, right: Matrix) -> tuple[Matrix, Expr]:
 
     Raises SingularMatrix for a singular matrix.
     """
-    both = DomainMatrix.from_Matrix(clear_rows(matrix.row_join(right)))
+    both = _cleared(matrix.row_join(right))
     numerators, den = both[:, : matrix.cols].solve_den(both[:, matrix.cols :])
     numerators, den = numerators.cancel_denom(den)
     return numerators.to_Matrix(), both.domain.to_sympy(den)
@@ -42,14 +49,13 @@ def common_denominator(matrix: Matrix) -> tuple[Matrix, Expr]:
     """(numerators, den) of a matrix of rational functions, common factors cancelled."""
     if not matrix.rows:
         return matrix, Integer(1)
-    fractions = [fraction(cancel(entry)) for entry in matrix]
-    den = lcm_list([den for _, den in fractions])
-    return Matrix(matrix.rows, matrix.cols, [cancel(num * den / own) for num, own in fractions]), den
+    den, numerators = _rational(matrix).clear_denoms(convert=True)
+    return numerators.to_Matrix(), numerators.domain.to_sympy(den.element)
 
 
 def determinant(matrix: Matrix) -> Expr:
     """The determinant, each row cleared of its denominators."""
-    cleared = DomainMatrix.from_Matrix(clear_rows(matrix))
+    cleared = _cleared(matrix)
     return cleared.domain.to_sympy(cleared.det())
 
 

@@ -5,7 +5,10 @@ belongs to the first balance that determines it; a balance may only read what ea
 determined and its own z.
 """
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
+from types import MappingProxyType
 
 from sympy import Expr, Matrix, Symbol, cancel, factor
 
@@ -44,11 +47,18 @@ class EffectiveSystem:
         return self.c_u == 0
 
 
-def affine(relations: dict[Symbol, Expr], unknowns: list[Symbol], scheme: str) -> dict[Symbol, Expr]:
+def affine(relations: Mapping[Symbol, Expr], unknowns: Sequence[Symbol], scheme: str) -> Mapping[Symbol, Expr]:
     """The relations solved for the unknowns, each in terms of every other symbol."""
+    return _affine(tuple(relations.items()), tuple(unknowns), scheme)
+
+
+@cache  # a scheme's relations are the same on every scene
+def _affine(
+    relations: tuple[tuple[Symbol, Expr], ...], unknowns: tuple[Symbol, ...], scheme: str
+) -> Mapping[Symbol, Expr]:
     if not unknowns:
         return {}
-    equations = Matrix([symbol - expression for symbol, expression in relations.items()])
+    equations = Matrix([symbol - expression for symbol, expression in relations])
     matrix = equations.jacobian(Matrix(unknowns))
     others = sorted((s for s in equations.free_symbols - set(unknowns) if knot_of(s)), key=str)
     known = equations.jacobian(Matrix(others))
@@ -59,10 +69,11 @@ def affine(relations: dict[Symbol, Expr], unknowns: list[Symbol], scheme: str) -
             f"{scheme}: the relations for {', '.join(map(str, unknowns))} do not determine them; "
             "one of them repeats another"
         ) from error
-    return {
+    solved = {
         symbol: sum((factor(cancel(numerators[i, j] / den)) * other for j, other in enumerate(others)), 0 * den)
         for i, symbol in enumerate(unknowns)
     }
+    return MappingProxyType(solved)
 
 
 def new_accelerations(scheme: Scheme) -> list[Symbol]:
@@ -90,7 +101,7 @@ class Stage:
     balance: Balance
     z: Symbol
     relations: dict[Symbol, Expr]
-    in_z: dict[Symbol, Expr]
+    in_z: Mapping[Symbol, Expr]
     moved: frozenset[Symbol]
 
     @property

@@ -33,20 +33,11 @@ _characteristics: dict[Any, Any] = {}
 
 
 def characteristic(scheme: Scheme) -> Any:
-    """det(new, old) of the scheme's pencil: polynomial over Q in its parameters, xi, Omega and lambda.
-
-    Raises DeclarationError for a declaration with other numbers than rationals.
-    """
+    """det(new, old) of the scheme's pencil: polynomial over Q in its parameters, xi, Omega and lambda."""
     key = (scheme.name, tuple(scheme.relations.items()), scheme.balances, scheme.values)
     if key not in _characteristics:
         ring = ring_over(Field(), *scheme.values, xi, Omega, lam)
-        try:
-            _characteristics[key] = ring.from_expr(Pencil.of(scheme).characteristic())
-        except ValueError as error:
-            raise DeclarationError(
-                f"{scheme.name}: expected rational numbers in the declaration ({error}); "
-                f"declare a parameter and give its value as Algebraic"
-            ) from error
+        _characteristics[key] = ring.from_expr(Pencil.of(scheme).characteristic())
     return _characteristics[key]
 
 

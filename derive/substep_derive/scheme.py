@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any
 
-from sympy import Expr, Interval, Rational, Symbol, sympify
+from sympy import Expr, Interval, Number, NumberSymbol, Pow, Rational, Symbol, sympify
 
 from .symbols import K0, C, Knot, M, N, f, h, knot, knot_of, lattice
 
@@ -116,6 +116,13 @@ class Scheme:
                     f"{self.name}: '{symbol}' is neither a knot's u, v, a nor a declared parameter; "
                     f"declare Parameter({symbol}, ...) or correct the name"
                 )
+        for e in self._coefficients:
+            for part in sorted(e.atoms(Number, NumberSymbol, Pow), key=str):
+                if not (part.is_Rational or (isinstance(part, Pow) and part.exp.is_Integer)):
+                    raise DeclarationError(
+                        f"{self.name}: '{part}' is neither rational nor a whole power, but all that is derived is "
+                        "exact; write a fraction as Rational(1, 4), anything else as the default of a Parameter"
+                    )
         for symbol in self.relations:
             if knot_of(symbol) is None:
                 raise DeclarationError(f"{self.name}: a relation defines '{symbol}', not a knot's u, v or a")
@@ -134,6 +141,13 @@ class Scheme:
                 f"{self.name}: the step reads {missing[0]}, for which start says nothing; "
                 f"give start={{{missing[0]}: ...}} or start=<a one-step scheme>"
             )
+
+    @property
+    def _coefficients(self) -> list[Expr]:
+        """All expressions that have to be rational functions."""
+        start = self.start if isinstance(self.start, Mapping) else {}
+        found = [*self.relations.values(), *start.values(), *self.report.values()]
+        return found + [e for b in self.balances for e in (b.inertia, b.damping, b.force)]
 
     @property
     def _mentioned(self) -> set[Symbol]:

@@ -25,12 +25,12 @@ Effective stiffness of each balance and its unknown:
     a_r: M
 
 Amplification matrix N/den in (u, h*v):
-    den = 6
-    N_00 = Omega**2*(Omega*(-Omega*(2*xi - 1)*(2*xi + 1)/4 + 2*xi) - 3) + 6
-    N_01 = Omega*(Omega*(-Omega*xi*(2*xi**2 - 1) + (2*xi - 1)*(2*xi + 1)) - 6*xi) + 6
-    N_10 = Omega**2*(Omega*(Omega*(Omega*xi*(2*xi**2 - 1) - (2*xi - 1)*(2*xi + 1)) + 6*xi) - 6)
-    N_11 = Omega*(Omega*(Omega*(Omega*(4*xi**2 - 2*xi - 1)*(4*xi**2 + 2*xi - 1)/4 - 4*xi*(2*xi**2 - 1)) +
-        3*(2*xi - 1)*(2*xi + 1)) - 12*xi) + 6
+    den = 24
+    N_00 = Omega**2*(Omega*(-Omega*(2*xi - 1)*(2*xi + 1) + 8*xi) - 12) + 24
+    N_01 = Omega*(Omega*(-4*Omega*xi*(2*xi**2 - 1) + 4*(2*xi - 1)*(2*xi + 1)) - 24*xi) + 24
+    N_10 = Omega**2*(Omega*(Omega*(4*Omega*xi*(2*xi**2 - 1) - 4*(2*xi - 1)*(2*xi + 1)) + 24*xi) - 24)
+    N_11 = Omega*(Omega*(Omega*(Omega*(4*xi**2 - 2*xi - 1)*(4*xi**2 + 2*xi - 1) - 16*xi*(2*xi**2 - 1)) +
+        12*(2*xi - 1)*(2*xi + 1)) - 48*xi) + 24
 """
 
 import math
@@ -92,22 +92,21 @@ def _angle(y, x):
 
 @_compile
 def _increment(Omega, xi):
-    """Denominator and numerators of A - I. 44 operations."""
+    """Denominator and numerators of A - I. 46 operations."""
     x0 = Omega**2
     x1 = 2*xi
-    x2 = x1 - 1
-    x3 = x1 + 1
+    x2 = x1 + 1
+    x3 = x1 - 1
     x4 = x2*x3
-    x5 = (1/4)*Omega
-    x6 = 6*xi
-    x7 = xi**2
-    x8 = xi*(2*x7 - 1)
-    x9 = Omega*x8 - x2*x3
-    den = 6
-    D_00 = x0*(Omega*(x1 - x4*x5) - 3)
-    D_01 = Omega*(-Omega*x9 - x6) + 6
-    D_10 = x0*(Omega*(Omega*x9 + x6) - 6)
-    D_11 = Omega*(Omega*(Omega*(x5*(x2 + 4*x7)*(-x3 + 4*x7) - 4*x8) + 3*x4) - 12*xi)
+    x5 = 24*xi
+    x6 = xi**2
+    x7 = xi*(2*x6 - 1)
+    x8 = 4*Omega*x7 - 4*x2*x3
+    den = 24
+    D_00 = x0*(Omega*(-Omega*x4 + 8*xi) - 12)
+    D_01 = Omega*(-Omega*x8 - x5) + 24
+    D_10 = x0*(Omega*(Omega*x8 + x5) - 24)
+    D_11 = Omega*(Omega*(Omega*(Omega*(-x2 + 4*x6)*(x3 + 4*x6) - 16*x7) + 12*x4) - 48*xi)
     return den, D_00, D_01, D_10, D_11
 
 
@@ -454,39 +453,38 @@ def _coefficients(s):
         Omega, xi = s[j], s[48 + j]
         d0, d0_ = _times(Omega, Omega)
         d1 = 2.0 * xi
-        d2, d2_ = _plus(-1.0, d1)
-        d3, d3_ = _plus(1.0, d1)
+        d2, d2_ = _plus(1.0, d1)
+        d3, d3_ = _plus(-1.0, d1)
         d4, d4_ = _times_two(d2, d2_, d3, d3_)
-        d5 = 0.25 * Omega
-        d6, d6_ = _times(6.0, xi)
-        d7, d7_ = _times(xi, xi)
-        s6, s6_ = _plus_one(-1.0, 2.0 * d7, 2.0 * d7_)
-        d8, d8_ = _times_one(xi, s6, s6_)
-        s8, s8_ = _times_one(Omega, d8, d8_)
-        s9, s9_ = _times_two(-1.0 * d2, -1.0 * d2_, d3, d3_)
-        d9, d9_ = _plus_two(s8, s8_, s9, s9_)
-        den = 6.0
-        s11, s11_ = _times_one(-1.0 * d5, d4, d4_)
-        s12, s12_ = _plus_one(d1, s11, s11_)
+        d5, d5_ = _times(24.0, xi)
+        d6, d6_ = _times(xi, xi)
+        s6, s6_ = _plus_one(-1.0, 2.0 * d6, 2.0 * d6_)
+        d7, d7_ = _times_one(xi, s6, s6_)
+        s8, s8_ = _times_two(-4.0 * d2, -4.0 * d2_, d3, d3_)
+        s9, s9_ = _times_one(4.0 * Omega, d7, d7_)
+        d8, d8_ = _plus_two(s8, s8_, s9, s9_)
+        den = 24.0
+        s11, s11_ = _times_one(-1.0 * Omega, d4, d4_)
+        s12, s12_ = _plus_one(8.0 * xi, s11, s11_)
         s13, s13_ = _times_one(Omega, s12, s12_)
-        s14, s14_ = _plus_one(-3.0, s13, s13_)
+        s14, s14_ = _plus_one(-12.0, s13, s13_)
         N00, N00_ = _times_two(d0, d0_, s14, s14_)
-        s16, s16_ = _times_one(-1.0 * Omega, d9, d9_)
-        s17, s17_ = _plus_two(-1.0 * d6, -1.0 * d6_, s16, s16_)
+        s16, s16_ = _times_one(-1.0 * Omega, d8, d8_)
+        s17, s17_ = _plus_two(-1.0 * d5, -1.0 * d5_, s16, s16_)
         s18, s18_ = _times_one(Omega, s17, s17_)
-        N01, N01_ = _plus_one(6.0, s18, s18_)
-        s20, s20_ = _times_one(Omega, d9, d9_)
-        s21, s21_ = _plus_two(d6, d6_, s20, s20_)
+        N01, N01_ = _plus_one(24.0, s18, s18_)
+        s20, s20_ = _times_one(Omega, d8, d8_)
+        s21, s21_ = _plus_two(d5, d5_, s20, s20_)
         s22, s22_ = _times_one(Omega, s21, s21_)
-        s23, s23_ = _plus_one(-6.0, s22, s22_)
+        s23, s23_ = _plus_one(-24.0, s22, s22_)
         N10, N10_ = _times_two(d0, d0_, s23, s23_)
-        s25, s25_ = _times(-12.0, xi)
-        s26, s26_ = _times_one(3.0, d4, d4_)
-        s27, s27_ = _plus_two(d2, d2_, 4.0 * d7, 4.0 * d7_)
-        s28, s28_ = _plus_two(-1.0 * d3, -1.0 * d3_, 4.0 * d7, 4.0 * d7_)
-        s29, s29_ = _times_one(d5, s27, s27_)
+        s25, s25_ = _times(-48.0, xi)
+        s26, s26_ = _times_one(12.0, d4, d4_)
+        s27, s27_ = _plus_two(d3, d3_, 4.0 * d6, 4.0 * d6_)
+        s28, s28_ = _plus_two(-1.0 * d2, -1.0 * d2_, 4.0 * d6, 4.0 * d6_)
+        s29, s29_ = _times_one(Omega, s27, s27_)
         s30, s30_ = _times_two(s29, s29_, s28, s28_)
-        s31, s31_ = _plus_two(-4.0 * d8, -4.0 * d8_, s30, s30_)
+        s31, s31_ = _plus_two(-16.0 * d7, -16.0 * d7_, s30, s30_)
         s32, s32_ = _times_one(Omega, s31, s31_)
         s33, s33_ = _plus_two(s26, s26_, s32, s32_)
         s34, s34_ = _times_one(Omega, s33, s33_)
@@ -496,34 +494,35 @@ def _coefficients(s):
         D01 = _over(N01, N01_, den, 0.0)
         D10 = _over(N10, N10_, den, 0.0)
         D11 = _over(N11, N11_, den, 0.0)
-        x0 = 2*xi
-        x1 = x0 - 1
-        x2 = x0 + 1
-        x3 = x1*x2
-        x4 = Omega*xi
-        x5 = -x0
-        x6 = xi**2
-        x7 = 2*x6 - 1
-        x8 = x4*x7
-        x9 = (1/2)*x3
-        x10 = -x9
-        x11 = -x2 + 4*x6
-        x12 = 4*x6
-        x13 = x1 + x12
-        x14 = (1/24)*Omega*x11*x13
-        x15 = (1/3)*xi
-        den_o = 1.0
-        B00 = (Omega*((1/4)*Omega*x3 - xi) + 1) / den
-        B01 = (2 - x4) / den
+        x0 = 4*xi
+        x1 = 2*xi
+        x2 = x1 + 1
+        x3 = x1 - 1
+        x4 = x2*x3
+        x5 = Omega*x4
+        x6 = Omega*x0
+        x7 = 8*xi
+        x8 = -x7
+        x9 = xi**2
+        x10 = 2*x9 - 1
+        x11 = 48*xi
+        x12 = -x2 + 4*x9
+        x13 = 4*x9
+        x14 = x13 + x3
+        x15 = Omega*x12*x14
+        x16 = x10*x7
+        den_o = 24.0
+        B00 = (Omega*(-x0 + x5) + 4) / den
+        B01 = (8 - x6) / den
         B02 = 0.0
-        B10 = (Omega*(Omega*(-x10 - x8) + x5) + 1) / den
-        B11 = (Omega*(Omega*x9 - 4*xi) + 4) / den
-        B12 = (1) / den
-        O00 = (Omega**2*(Omega*(Omega*(Omega*(-x14 + (2/3)*x7*xi) + x10) + x0) - 1)) / den_o
-        O01 = (Omega*(Omega*(Omega*(Omega*((1/6)*x11*x13 - 1/12*x3*x4*(x12 - 3)) - x0*x7) + x3) + x5)) / den_o
-        P00 = (Omega*(Omega*(Omega*(x14 - x15*x7) + (1/6)*x3) - x15)) / den_o
-        P01 = (Omega*(Omega*((1/3)*x1*x2 - 1/3*x8) - 4/3*xi)) / den_o
-        P02 = (1 - 1/3*x4) / den_o
+        B10 = (Omega*(Omega*(-x10*x6 + 2*x2*x3) + x8) + 4) / den
+        B11 = (Omega*(2*x5 - 16*xi) + 16) / den
+        B12 = (4) / den
+        O00 = (Omega**2*(Omega*(Omega*(Omega*(16*x10*xi - x15) - 12*x4) + x11) - 24)) / den_o
+        O01 = (Omega*(Omega*(Omega*(Omega*(-x1*x5*(x13 - 3) + 4*x12*x14) - x10*x11) + 24*x4) - x11)) / den_o
+        P00 = (Omega*(Omega*(Omega*(x15 - x16) + 4*x4) + x8)) / den_o
+        P01 = (Omega*(Omega*(-Omega*x16 + 8*x2*x3) - 32*xi)) / den_o
+        P02 = (-Omega*x7 + 24) / den_o
         B03 = 0.0
         B13 = 0.0
         P03 = 0.0
