@@ -1,14 +1,17 @@
 """Closed forms against stepping the textbook's equations, and against each other."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import sympy as sp
 from declared import BY_NAME, NAMES, derived, for_oracle, random_parameters
 from oracle import SCHEMES as ORACLE
 from oracle import amplification as stepped
-from substep_derive import Scheme, derive
+from substep_derive import Parameter, Scheme, derive
+from substep_derive.stability_kernels import live_coefficients, never_negative
 from substep_derive.symbols import K0, C, K_t, M, N, Omega, beta, f, gamma, gamma_t, h, mu, xi
-from sympy import Matrix, Rational, cancel, symbols
+from sympy import Interval, Matrix, Rational, cancel, symbols
 
 
 def point(scheme: Scheme, rng: np.random.Generator) -> tuple[dict[str, Rational], Rational, Rational]:
@@ -23,6 +26,26 @@ def at(values: dict, omega: Rational, damping: Rational) -> dict:
 
 def floats(values: dict[str, Rational]) -> dict[str, float]:
     return {key: float(value) for key, value in values.items()}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_what_never_is_negative_is_not(name: str) -> None:
+    scheme, rng = BY_NAME[name], np.random.default_rng(5)
+    leading = live_coefficients(derived(name).amplification)[-1]
+    if name in ("newmark", "bathe", "forward_euler"):
+        assert never_negative(leading, scheme)
+    if name == "newmark_bdf2":  # its terms are of either sign
+        assert not never_negative(leading, scheme)
+    for _ in range(20 if never_negative(leading, scheme) else 0):
+        values, omega, damping = point(scheme, rng)
+        assert leading.subs(at(values, omega, damping)) >= 0
+
+
+def test_a_parameter_below_zero_may_make_it_negative() -> None:
+    below = Parameter(gamma, Interval(-1, 1), Rational(1, 2))
+    scheme = replace(BY_NAME["newmark"], parameters=(BY_NAME["newmark"].parameters[0], below))
+    assert not never_negative(1 + 2 * gamma * xi * Omega, scheme)
+    assert never_negative(1 + 2 * xi * Omega, scheme)
 
 
 @pytest.mark.parametrize("name", NAMES)

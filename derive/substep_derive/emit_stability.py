@@ -3,11 +3,14 @@
 from collections.abc import Iterable, Mapping, Sequence
 from textwrap import indent
 
+from sympy import Expr
+
 from . import templates_eigenvalues, templates_many, templates_stability
 from .amplification import Amplification
 from .printing import fill
 from .residual import Residual
-from .stability_kernels import live_coefficients
+from .scheme import Scheme
+from .stability_kernels import live_coefficients, never_negative
 
 SMALL_OMEGA = 0.125  # below: exact eigenvalue plus its defect; above: direct formulas
 BLOCK = 2048  # points whose arrays stay in the second cache; fewer, and the loops' beginnings and ends tell
@@ -29,7 +32,7 @@ def stability_functions(amplification: Amplification, arguments: Sequence[str]) 
             outputs=", ".join(residual.outputs),
             lines=_indented(residual.text(SMALL_OMEGA)),
         ),
-        _eigenvalues(degree, typed, blocks, arguments),
+        _eigenvalues(amplification.scheme, c, typed, blocks, arguments),
         fill(
             templates_stability.NEAR,
             **typed,
@@ -55,11 +58,16 @@ def stability_functions(amplification: Amplification, arguments: Sequence[str]) 
 
 
 def _eigenvalues(
-    degree: int, typed: Mapping[str, str], blocks: Mapping[str, str | int], arguments: Sequence[str]
+    scheme: Scheme,
+    c: Sequence[Expr],
+    typed: Mapping[str, str],
+    blocks: Mapping[str, str | int],
+    arguments: Sequence[str],
 ) -> str:
-    names = {**typed, "arguments_no_xi": ", ".join((arguments[0], *arguments[2:]))}
+    names, degree = {**typed, "arguments_no_xi": ", ".join((arguments[0], *arguments[2:]))}, len(c) - 1
     if degree == 2:
-        return fill(templates_eigenvalues.TWO_EIGENVALUES, **names)
+        size = "c2" if never_negative(c[2], scheme) else "abs(c2)"
+        return fill(templates_eigenvalues.TWO_EIGENVALUES, **names, size=size)
     if degree == 3:
         return fill(templates_eigenvalues.THREE_EIGENVALUES, **names, **blocks)
     others = ", ".join(f"others[{k}] / others[-1]" for k in range(degree - 2))

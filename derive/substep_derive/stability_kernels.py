@@ -8,12 +8,19 @@ from .accuracy import live
 from .amplification import Amplification
 from .kernels import Kernel
 from .residual import Residual, about_one
+from .scheme import Scheme
 from .symbols import Omega, xi
 
 
 def live_coefficients(amplification: Amplification) -> list[Expr]:
     """Of the live eigenvalues' polynomial in lambda, lowest first."""
     return list(reversed(live(amplification.charpoly).all_coeffs()))
+
+
+def never_negative(polynomial: Expr, scheme: Scheme) -> bool:
+    """Whether no term can be, wherever Omega, xi and the parameters may lie: enough, though not needed."""
+    bounded = all(p.domain.start >= 0 for p in scheme.parameters if polynomial.has(p.symbol))
+    return bounded and all(c > 0 for c in Poly(polynomial, Omega, xi, *scheme.values).coeffs())
 
 
 def stability_kernels(amplification: Amplification) -> list[Kernel]:

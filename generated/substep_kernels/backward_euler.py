@@ -202,7 +202,7 @@ def _radius(c2, b0, q, half, det):
     P = b0/c2 = det(I - A) and Q = q/c2 = 1 - det A keep the digits of what is near 1; far from it
     trace and determinant do. One division, by which a pair on the circle has radius 1 exactly.
     """
-    size, total = abs(c2), 0.5 * (b0 + q)
+    size, total = c2, 0.5 * (b0 + q)
     split = total * total - b0 * c2 if abs(b0) < 0.5 * size else half * half - det * c2  # < 0: complex
     product = c2 - q if abs(q) < 0.5 * size else det
     real = 0.0 if split < 0.0 else abs(half)
