@@ -6,7 +6,7 @@ import pytest
 from substep_derive import Balance, DeclarationError, Parameter, Scheme, derive
 from substep_derive.scheme import exact_number
 from substep_derive.symbols import N, f, gamma, h, knot
-from sympy import Interval, Rational, Symbol, pi, sqrt
+from sympy import Abs, I, Interval, Rational, Symbol, pi, sin, sqrt
 
 u0, v0, a0 = knot(0)
 u1, v1, a1 = end = knot(1)
@@ -45,7 +45,7 @@ def test_a_relation_that_is_not_linear() -> None:
         derive(Scheme("bad", {**GOOD, v1: v0 * a1}, (Balance.at(end, 1),))).den
 
 
-@pytest.mark.parametrize("odd", [sqrt(2), 0.25, pi, sqrt(gamma)], ids=str)
+@pytest.mark.parametrize("odd", [sqrt(2), 0.25, pi, sqrt(gamma), 2**gamma, Abs(gamma), sin(1), I], ids=str)
 def test_a_coefficient_that_is_not_rational(odd: Any) -> None:
     inside = Parameter(gamma, Interval.open(0, 1), half)
     for bad in ({v1: v0 + h * odd * (a0 + a1)}, {v1: v0 + h * (a0 + a1) / (1 + odd)}):

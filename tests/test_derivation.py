@@ -8,10 +8,13 @@ import sympy as sp
 from declared import BY_NAME, NAMES, derived, for_oracle, random_parameters
 from oracle import SCHEMES as ORACLE
 from oracle import amplification as stepped
-from substep_derive import Parameter, Scheme, derive
+from substep_derive import Scheme, derive
+from substep_derive.__main__ import GENERATED
 from substep_derive.stability_kernels import live_coefficients, never_negative
 from substep_derive.symbols import K0, C, K_t, M, N, Omega, beta, f, gamma, gamma_t, h, mu, xi
 from sympy import Interval, Matrix, Rational, cancel, symbols
+
+TAKEN_FOR_ITS_SIZE = [p.stem for p in sorted(GENERATED.glob("*.py")) if "size, total = c2," in p.read_text()]
 
 
 def point(scheme: Scheme, rng: np.random.Generator) -> tuple[dict[str, Rational], Rational, Rational]:
@@ -28,24 +31,22 @@ def floats(values: dict[str, Rational]) -> dict[str, float]:
     return {key: float(value) for key, value in values.items()}
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_what_never_is_negative_is_not(name: str) -> None:
+@pytest.mark.parametrize("name", TAKEN_FOR_ITS_SIZE)
+def test_a_leading_coefficient_taken_for_its_size_is_not_negative(name: str) -> None:
     scheme, rng = BY_NAME[name], np.random.default_rng(5)
     leading = live_coefficients(derived(name).amplification)[-1]
-    if name in ("newmark", "bathe", "forward_euler"):
-        assert never_negative(leading, scheme)
-    if name == "newmark_bdf2":  # its terms are of either sign
-        assert not never_negative(leading, scheme)
-    for _ in range(20 if never_negative(leading, scheme) else 0):
+    for _ in range(20):
         values, omega, damping = point(scheme, rng)
         assert leading.subs(at(values, omega, damping)) >= 0
 
 
-def test_a_parameter_below_zero_may_make_it_negative() -> None:
-    below = Parameter(gamma, Interval(-1, 1), Rational(1, 2))
-    scheme = replace(BY_NAME["newmark"], parameters=(BY_NAME["newmark"].parameters[0], below))
-    assert not never_negative(1 + 2 * gamma * xi * Omega, scheme)
-    assert never_negative(1 + 2 * xi * Omega, scheme)
+def test_what_may_be_negative_is_not_said_never_to_be() -> None:
+    assert "newmark" in TAKEN_FOR_ITS_SIZE
+    newmark = BY_NAME["newmark"]
+    below = replace(newmark, parameters=tuple(replace(p, domain=Interval(-1, 1)) for p in newmark.parameters))
+    damped, difference = 1 + 2 * gamma * xi * Omega, 1 - xi * Omega
+    assert [never_negative(damped, s) for s in (newmark, below)] == [True, False]
+    assert not never_negative(difference, newmark)
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -9,9 +9,9 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any
 
-from sympy import Expr, Interval, Number, NumberSymbol, Pow, Rational, Symbol, sympify
+from sympy import Add, Expr, Interval, Mul, Pow, Rational, Symbol, preorder_traversal, sympify
 
-from .symbols import K0, C, Knot, M, N, f, h, knot, knot_of, lattice
+from .symbols import K0, C, K_t, Knot, M, N, N_discrete, f, h, knot, knot_of, lattice
 
 
 class DeclarationError(ValueError):
@@ -116,13 +116,12 @@ class Scheme:
                     f"{self.name}: '{symbol}' is neither a knot's u, v, a nor a declared parameter; "
                     f"declare Parameter({symbol}, ...) or correct the name"
                 )
-        for e in self._coefficients:
-            for part in sorted(e.atoms(Number, NumberSymbol, Pow), key=str):
-                if not (part.is_Rational or (isinstance(part, Pow) and part.exp.is_Integer)):
-                    raise DeclarationError(
-                        f"{self.name}: '{part}' is neither rational nor a whole power, but all that is derived is "
-                        "exact; write a fraction as Rational(1, 4), anything else as the default of a Parameter"
-                    )
+        for part in (part for e in self._coefficients for part in preorder_traversal(e)):
+            if not _is_rational(part):
+                raise DeclarationError(
+                    f"{self.name}: '{part}' is neither rational nor a whole power, but all that is derived is "
+                    "exact; write a fraction as Rational(1, 4), anything else as the default of a Parameter"
+                )
         for symbol in self.relations:
             if knot_of(symbol) is None:
                 raise DeclarationError(f"{self.name}: a relation defines '{symbol}', not a knot's u, v or a")
@@ -248,6 +247,12 @@ def root_near(equation: Expr, parameter: Parameter) -> Rational:
         inside = (equation.subs(parameter.symbol, middle) > 0) == sign
         low, high = (middle, high) if inside else (low, middle)
     return low
+
+
+def _is_rational(part: Expr) -> bool:
+    """Whether it is, if the parts it is made of are."""
+    declared = (Rational, Symbol, Add, Mul, f, N, N_discrete, K_t)
+    return isinstance(part, declared) or (isinstance(part, Pow) and part.exp.is_Integer)
 
 
 def _replaced(expressions: Mapping[Symbol, Expr], values: Mapping[Symbol, Expr]) -> dict[Symbol, Expr]:
