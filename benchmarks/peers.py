@@ -44,7 +44,7 @@ def closed_form(name: str) -> Callable[..., tuple[Array, Array, Array]]:
     Raises ValueError for a scheme with more.
     """
     from substep_derive import derive  # noqa: PLC0415 (SymPy, only where it is needed)
-    from substep_derive.accuracy import live  # noqa: PLC0415
+    from substep_derive.oscillator.spectrum import live  # noqa: PLC0415
     from sympy import lambdify  # noqa: PLC0415
 
     derivation = derive(name)

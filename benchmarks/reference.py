@@ -8,7 +8,7 @@ import numpy as np
 from mpmath import mp
 from numpy.typing import NDArray
 from substep_derive import derive
-from substep_derive.accuracy import live
+from substep_derive.oscillator.spectrum import live
 from sympy import Rational
 
 from .linear import scheme

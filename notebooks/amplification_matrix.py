@@ -21,8 +21,8 @@
 import numpy as np
 from matplotlib.figure import Figure
 from substep_derive import derive
-from substep_derive.algebra import horner
-from substep_derive.symbols import Omega, beta, gamma, gamma_t, xi
+from substep_derive.algebra.rational import horner
+from substep_derive.declare.symbols import Omega, beta, gamma, gamma_t, xi
 from sympy import Eq, Matrix, Rational, Symbol, cancel, factor, simplify, zeros
 
 import substep as ss

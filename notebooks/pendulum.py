@@ -19,8 +19,8 @@
 # %%
 import matplotlib.pyplot as plt
 import numpy as np
-from substep_derive.motion import Motion
-from substep_derive.scenes.pendulum import elastic_pendulum
+from substep_derive.declare.scenes.pendulum import elastic_pendulum
+from substep_derive.motion.equations import Motion
 
 import substep as ss
 from substep.exact_pendulum import ElasticPendulum

@@ -7,8 +7,8 @@ from functools import cache
 import numpy as np
 from oracle import sample_parameters
 from substep_derive import Derivation, Scheme, derive
-from substep_derive.scheme import Root
-from substep_derive.schemes import ALL
+from substep_derive.declare.parameter import Root
+from substep_derive.declare.schemes import ALL
 from sympy import Poly, Rational, real_roots
 
 BY_NAME = {scheme.name: scheme for scheme in ALL}

@@ -8,10 +8,10 @@ from types import SimpleNamespace
 from typing import Any
 
 from declared import BY_NAME
-from substep_derive import emit, emit_scene
-from substep_derive.motion import Motion
+from substep_derive.declare.digest import scene_digest, scheme_digest
+from substep_derive.declare.scenes import ALL
+from substep_derive.motion.equations import Motion
 from substep_derive.package import catalogue_pair
-from substep_derive.scenes import ALL
 
 import substep as ss
 from substep.build import _generator_version
@@ -28,7 +28,7 @@ def motion(name: str) -> Motion:
 @cache
 def text(scheme: str, scene: str) -> str:
     """The module's text, printed once for all of pytest's workers."""
-    digests = emit.digest(BY_NAME[scheme]) + emit_scene.digest(SCENE_BY_NAME[scene]) + _generator_version()
+    digests = scheme_digest(BY_NAME[scheme]) + scene_digest(SCENE_BY_NAME[scene]) + _generator_version()
     path = PRINTED / f"{hashlib.sha256(digests.encode()).hexdigest()}.py"
     if not path.exists():
         PRINTED.mkdir(parents=True, exist_ok=True)

@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 import pytest
 from declared import BY_NAME, parameter_sets
-from substep_derive.algebraic import Algebraic, Field
-from substep_derive.curve import critical_curve
-from substep_derive.damping import _on_curve, certify_all_damping
-from substep_derive.signs import ring_over
-from substep_derive.stability import certify
+from substep_derive.algebra.algebraic import Algebraic, Field
+from substep_derive.algebra.points import ring_over
+from substep_derive.stability.all_damping import _on_curve, certify_all_damping
+from substep_derive.stability.certificate import certify
+from substep_derive.stability.critical_curve import critical_curve
 from sympy import Mul, Poly, Rational, Symbol, minimal_polynomial, oo, sqrt
 from sympy.abc import x
 

@@ -12,11 +12,11 @@ import oracle
 import pytest
 from declared import BY_NAME, NAMES, for_oracle, parameter_sets
 from substep_derive import Balance, DeclarationError
-from substep_derive.algebraic import Algebraic
-from substep_derive.damping import certify_all_damping
-from substep_derive.hurwitz import Verdict
-from substep_derive.stability import Certificate, certify
-from substep_derive.symbols import K0, M, f, h
+from substep_derive.algebra.algebraic import Algebraic
+from substep_derive.declare.symbols import K0, M, f, h
+from substep_derive.stability.all_damping import certify_all_damping
+from substep_derive.stability.certificate import Certificate, certify
+from substep_derive.stability.hurwitz import Verdict
 from sympy import CRootOf, Rational, minimal_polynomial, oo, pi, sqrt
 from sympy.abc import r, x
 

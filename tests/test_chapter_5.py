@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from declared import BY_NAME, NAMES
 from substep_derive import derive
-from substep_derive.derivation import at_defaults
-from substep_derive.order import order_of
+from substep_derive.oscillator.order import order_of
+from substep_derive.study.derivation import at_defaults
 from sympy import Rational
 
 import substep as ss

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from substep_derive import Scene as Declaration
-from substep_derive.scene import optional
-from substep_derive.symbols import rate
+from substep_derive.declare.scene import optional
+from substep_derive.declare.symbols import rate
 from sympy import Rational, symbols
 from test_precision import KNOWN, integrated
 

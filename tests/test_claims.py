@@ -4,8 +4,8 @@ import json
 from pathlib import Path
 
 import pytest
-from substep_derive import thesis
-from substep_derive.thesis import gholampour_printed
+from substep_derive.study import thesis
+from substep_derive.study.thesis import gholampour_printed
 from sympy import Rational
 
 from substep import build, claims

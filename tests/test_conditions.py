@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from declared import BY_NAME
 from substep_derive import DeclarationError
-from substep_derive.conditions import Conditions, conditions
-from substep_derive.stability import certify
-from substep_derive.symbols import alpha_B, beta, gamma, theta
+from substep_derive.declare.symbols import alpha_B, beta, gamma, theta
+from substep_derive.stability.certificate import certify
+from substep_derive.stability.conditions import Conditions, conditions
 from sympy import And, Rational, sqrt
 
 EXHAUSTIVE = os.environ.get("SUBSTEP_VERIFY") == "1"

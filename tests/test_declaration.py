@@ -4,8 +4,8 @@ from typing import Any
 
 import pytest
 from substep_derive import Balance, DeclarationError, Parameter, Scheme, derive
-from substep_derive.scheme import exact_number
-from substep_derive.symbols import N, f, gamma, h, knot
+from substep_derive.algebra.exact_number import exact_number
+from substep_derive.declare.symbols import N, f, gamma, h, knot
 from sympy import Abs, I, Interval, Rational, Symbol, pi, sin, sqrt
 
 u0, v0, a0 = knot(0)
@@ -99,9 +99,9 @@ def test_parameters_are_exact_and_inside_their_interval() -> None:
 
 @pytest.mark.parametrize("name", ["out", "P", "den_", "x3", "N00_", "k1_2"])
 def test_parameter_names_that_the_module_needs_are_refused(name: str) -> None:
-    from substep_derive.amplification import Amplification
-    from substep_derive.emit import scheme_module
-    from substep_derive.march_form import MarchForm
+    from substep_derive.emit.scheme_module import scheme_module
+    from substep_derive.kernels.march_form import MarchForm
+    from substep_derive.oscillator.amplification import Amplification
 
     taken = Parameter(Symbol(name), Interval(0, 1), half)
     scheme = Scheme(

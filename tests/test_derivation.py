@@ -10,8 +10,8 @@ from oracle import SCHEMES as ORACLE
 from oracle import amplification as stepped
 from substep_derive import Scheme, derive
 from substep_derive.__main__ import GENERATED
-from substep_derive.stability_kernels import live_coefficients, never_negative
-from substep_derive.symbols import K0, C, K_t, M, N, Omega, beta, f, gamma, gamma_t, h, mu, xi
+from substep_derive.declare.symbols import K0, C, K_t, M, N, Omega, beta, f, gamma, gamma_t, h, mu, xi
+from substep_derive.kernels.stability import live_coefficients, never_negative
 from sympy import Interval, Matrix, Rational, cancel, symbols
 
 TAKEN_FOR_ITS_SIZE = [p.stem for p in sorted(GENERATED.glob("*.py")) if "size, total = c2," in p.read_text()]

@@ -4,11 +4,11 @@ import os
 
 import pytest
 from substep_derive import DeclarationError, derive
-from substep_derive.algebraic import Algebraic
-from substep_derive.conditions import conditions
-from substep_derive.design import design, least_period_error, region, rho, second_order_region
-from substep_derive.stability import certify
-from substep_derive.symbols import beta, gamma_t
+from substep_derive.algebra.algebraic import Algebraic
+from substep_derive.declare.symbols import beta, gamma_t
+from substep_derive.stability.certificate import certify
+from substep_derive.stability.conditions import conditions
+from substep_derive.study.design import design, least_period_error, region, rho, second_order_region
 from sympy import Rational, simplify, sqrt
 
 EXHAUSTIVE = os.environ.get("SUBSTEP_VERIFY") == "1"

@@ -6,11 +6,11 @@ from functools import cache
 import pytest
 from declared import BY_NAME
 from substep_derive import Scheme, derive
-from substep_derive.accuracy import live
-from substep_derive.equivalence import MATRIX, SPECTRUM, UNDAMPED, Equivalence, equivalences
-from substep_derive.scheme import Balance
-from substep_derive.schemes.newmark import average_acceleration
-from substep_derive.symbols import Omega, gamma_t, h, knot, lam, rho_inf, xi
+from substep_derive.declare.scheme import Balance
+from substep_derive.declare.schemes.newmark import average_acceleration
+from substep_derive.declare.symbols import Omega, gamma_t, h, knot, lam, rho_inf, xi
+from substep_derive.oscillator.spectrum import live
+from substep_derive.study.equivalence import MATRIX, SPECTRUM, UNDAMPED, Equivalence, equivalences
 from sympy import Poly, Rational, Symbol, resultant, simplify
 
 EXHAUSTIVE = os.environ.get("SUBSTEP_VERIFY") == "1"

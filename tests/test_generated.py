@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 from substep_derive import __main__ as command
 from substep_derive.__main__ import GENERATED
-from substep_derive.printing import fill
-from substep_derive.scenes import ALL as SCENES
-from substep_derive.schemes import ALL
+from substep_derive.declare.scenes import ALL as SCENES
+from substep_derive.declare.schemes import ALL
+from substep_derive.emit.printing import fill
 
 import substep as ss
 

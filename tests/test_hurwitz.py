@@ -3,9 +3,9 @@
 from typing import Any
 
 import pytest
-from substep_derive.algebraic import Algebraic, Field, RealRoot
-from substep_derive.hurwitz import Hurwitz, Verdict, verdict
-from substep_derive.signs import RationalPoint, RootPoint, point, positive_roots, ring_over, simplest_between
+from substep_derive.algebra.algebraic import Algebraic, Field, RealRoot
+from substep_derive.algebra.points import RationalPoint, RootPoint, point, positive_roots, ring_over, simplest_between
+from substep_derive.stability.hurwitz import Hurwitz, Verdict, verdict
 from sympy import QQ, Poly, Symbol
 from sympy.abc import x
 

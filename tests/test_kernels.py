@@ -11,7 +11,7 @@ from declared import BY_NAME, random_parameters
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from plain_kernels import SCENE_BY_NAME, motion, plain, text, variant
-from substep_derive.symbols import knot
+from substep_derive.declare.symbols import knot
 from substep_kernels.scenes import SCENES as SCENES_INDEX
 
 import substep as ss

@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 from declared import BY_NAME, NAMES
 from substep_derive import derive
-from substep_derive.derivation import at_defaults
-from substep_derive.limits import Overshoot, bifurcation, overshoot, profile
-from substep_derive.order import order_conditions, order_of
-from substep_derive.symbols import alpha, gamma
+from substep_derive.declare.symbols import alpha, gamma
+from substep_derive.oscillator.bifurcation import bifurcation
+from substep_derive.oscillator.order import order_conditions, order_of
+from substep_derive.oscillator.overshoot import Overshoot, overshoot
+from substep_derive.study.derivation import at_defaults
+from substep_derive.study.profile import profile
 from sympy import Rational, oo, sqrt
 
 import substep as ss

@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 from declared import BY_NAME
 from plain_kernels import uncompiled as plain
-from substep_derive.amplification import Amplification
-from substep_derive.emit_filter import filter_module
-from substep_derive.emit_march import LOADS, WIDTH, march_module, shape_name, shape_of
-from substep_derive.march_form import MarchForm
-from substep_derive.symbols import Omega, xi
+from substep_derive.declare.symbols import Omega, xi
+from substep_derive.emit.filter_module import filter_module
+from substep_derive.emit.march_module import WIDTH, march_module
+from substep_derive.kernels.march_form import MarchForm
+from substep_derive.kernels.march_shape import LOADS, shape_name, shape_of
+from substep_derive.oscillator.amplification import Amplification
 from sympy import Rational
 
 import substep as ss

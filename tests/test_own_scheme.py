@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from substep_derive import Balance, Parameter, Scheme, certify, derive
-from substep_derive.symbols import gamma, h, knot
+from substep_derive.declare.symbols import gamma, h, knot
 from sympy import Interval, Rational
 
 import substep as ss

@@ -34,7 +34,7 @@ def test_only_algebra_touches_the_low_level_of_sympy() -> None:
 
 
 def test_declarations_hold_no_branch_and_the_derivation_no_scheme_name() -> None:
-    from substep_derive.schemes import ALL
+    from substep_derive.declare.schemes import ALL
 
     asked = {"thesis.py", "design.py"}  # what they answer is asked of one scheme
     for path in set((ROOT / "derive" / "substep_derive").glob("*.py")):

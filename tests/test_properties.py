@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from substep_derive import derive
-from substep_derive.symbols import Omega, xi
+from substep_derive.declare.symbols import Omega, xi
 from sympy import Matrix, Rational, Symbol, eye
 
 import substep as ss

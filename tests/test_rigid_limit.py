@@ -10,10 +10,12 @@ from typing import Any
 
 import mpmath
 import pytest
-from substep_derive import schemes
-from substep_derive.rigid_limit import energy_change, momentum_change, settled_energy_change, sign_changes
-from substep_derive.scheme import Balance, DeclarationError, Parameter, Scheme
-from substep_derive.symbols import K0, M, beta, gamma_t, h, knot
+from substep_derive.declare import schemes
+from substep_derive.declare.errors import DeclarationError
+from substep_derive.declare.parameter import Parameter
+from substep_derive.declare.scheme import Balance, Scheme
+from substep_derive.declare.symbols import K0, M, beta, gamma_t, h, knot
+from substep_derive.motion.rigid_limit import energy_change, momentum_change, settled_energy_change, sign_changes
 from sympy import Expr, Interval, Poly, Rational, factor, oo, sqrt
 
 mp = mpmath.MPContext()

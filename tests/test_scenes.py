@@ -12,11 +12,11 @@ from declared import BY_NAME
 from plain_kernels import SCENE_BY_NAME, motion, plain, uncompiled
 from scipy.integrate import solve_ivp
 from substep_derive import DeclarationError, Scene
-from substep_derive.motion import Motion
+from substep_derive.declare.scene import optional, required
+from substep_derive.declare.symbols import rate, sampled, t
+from substep_derive.motion.differences import divided_difference
+from substep_derive.motion.equations import Motion
 from substep_derive.package import catalogue_pair
-from substep_derive.potentials import divided_difference
-from substep_derive.scene import optional, required
-from substep_derive.symbols import rate, sampled, t
 from sympy import Rational, Symbol, cos, cosh, exp, log, sin, sqrt, symbols
 
 import substep as ss

@@ -12,8 +12,9 @@ from mpmath import mp
 from plain_kernels import uncompiled as plain
 from scipy.integrate import solve_ivp
 from scipy.signal import StateSpace, lfilter, lsim
-from substep_derive.emit_filter import filter_module
-from substep_derive.emit_march import march_module, shape_of
+from substep_derive.emit.filter_module import filter_module
+from substep_derive.emit.march_module import march_module
+from substep_derive.kernels.march_shape import shape_of
 
 import substep as ss
 from substep import filtered, linear, spectrum

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from declared import BY_NAME, NAMES, for_oracle
 from oracle import amplification as stepped
-from substep_derive.emit import is_reserved
+from substep_derive.emit.scheme_module import is_reserved
 from substep_kernels import newmark, newmark_bdf2
 from test_stability import exact_spectrum
 

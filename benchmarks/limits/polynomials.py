@@ -6,12 +6,12 @@ from typing import Any
 
 from mpmath import atan, atanh, chebyfit, mp, sqrt
 from substep_derive import derive
-from substep_derive.accuracy import live
-from substep_derive.algebra import cse, horner
-from substep_derive.amplification import Amplification
-from substep_derive.emit_stability import SMALL_OMEGA
-from substep_derive.residual import Residual
-from substep_derive.stability_kernels import live_coefficients, stability_kernels
+from substep_derive.algebra.rational import cse, horner
+from substep_derive.emit.stability import SMALL_OMEGA
+from substep_derive.kernels.eigenvalue_defect import Residual
+from substep_derive.kernels.stability import live_coefficients, stability_kernels
+from substep_derive.oscillator.amplification import Amplification
+from substep_derive.oscillator.spectrum import live
 from sympy.printing.c import C99CodePrinter
 
 LOG_TERMS, ATAN_TERMS = 8, 12  # the fewest that reach the last digit

@@ -1,10 +1,12 @@
 """From a declared scheme to its closed forms and its stability proof, exactly; and a declaration's nouns."""
 
-from .algebraic import Algebraic
-from .derivation import Derivation, derive
-from .scene import Scene
-from .scheme import Balance, DeclarationError, Family, Parameter, Root, Scheme
-from .stability import Certificate, certify
+from .algebra.algebraic import Algebraic
+from .declare.errors import DeclarationError
+from .declare.parameter import Family, Parameter, Root
+from .declare.scene import Scene
+from .declare.scheme import Balance, Scheme
+from .stability.certificate import Certificate, certify
+from .study.derivation import Derivation, derive
 
 __all__ = [
     "Algebraic",

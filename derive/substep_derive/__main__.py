@@ -5,9 +5,9 @@ import sys
 import time
 from pathlib import Path
 
+from .declare.scenes import ALL as SCENES
+from .declare.schemes import ALL
 from .package import package
-from .scenes import ALL as SCENES
-from .schemes import ALL
 
 GENERATED = Path(__file__).parents[2] / "generated" / "substep_kernels"
 

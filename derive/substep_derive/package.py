@@ -3,20 +3,21 @@
 import hashlib
 from collections.abc import Iterable
 
-from . import templates
-from .amplification import Amplification
-from .emit import scheme_module
-from .emit_filter import filter_module
-from .emit_index import index_module
-from .emit_march import march_module, shape_name
-from .emit_pair import pair_module
-from .emit_scene import scene_entry, scene_module, scenes_index
-from .march_form import MarchForm
-from .motion import Motion
-from .pair import pair
-from .printing import fill
-from .scene import Scene
-from .scheme import Scheme
+from .declare.scene import Scene
+from .declare.scheme import Scheme
+from .emit.filter_module import filter_module
+from .emit.index import index_module
+from .emit.march_module import march_module
+from .emit.printing import fill
+from .emit.scene_module import scene_entry, scene_module, scenes_index
+from .emit.scene_step_module import pair_module
+from .emit.scheme_module import scheme_module
+from .emit.templates.scheme import BANNER
+from .kernels.march_form import MarchForm
+from .kernels.march_shape import shape_name
+from .kernels.scene_step import pair
+from .motion.equations import Motion
+from .oscillator.amplification import Amplification
 
 COMMITTED = "elastic_pendulum"  # the scene whose pairs are committed; others are printed on first use
 
@@ -29,7 +30,7 @@ def package(schemes: Iterable[Scheme], scenes: Iterable[Scene]) -> dict[str, str
     files["index.py"] = index_module(forms)
     marches = {shape_name(shape): march_module(shape) for shape in sorted({form.shape for form in forms})}
     for name, text in {**marches, "linear_filter": filter_module()}.items():
-        banner = fill(templates.BANNER, source="substep_derive", digest=hashlib.sha256(text.encode()).hexdigest())
+        banner = fill(BANNER, source="substep_derive", digest=hashlib.sha256(text.encode()).hexdigest())
         files[f"{name}.py"] = banner + text
     for form in forms:
         name = form.scheme.name

@@ -23,10 +23,10 @@ if TYPE_CHECKING:
     from substep_derive import Certificate, Derivation
     from substep_derive import Scene as SceneDeclaration
     from substep_derive import Scheme as Declaration
-    from substep_derive.conditions import Conditions
-    from substep_derive.equivalence import Equivalence
-    from substep_derive.limits import Overshoot
-    from substep_derive.show import ClosedForm
+    from substep_derive.oscillator.overshoot import Overshoot
+    from substep_derive.stability.conditions import Conditions
+    from substep_derive.study.closed_forms import ClosedForm
+    from substep_derive.study.equivalence import Equivalence
 
 
 def cache_folder() -> Path:
@@ -52,7 +52,7 @@ def _generator_version() -> str:
 
     folder = Path(substep_derive.__file__).parent
     digest = hashlib.sha256()
-    for path in sorted(folder.glob("*.py")):
+    for path in sorted(folder.rglob("*.py")):
         digest.update(path.read_bytes())
     return digest.hexdigest()
 
@@ -62,36 +62,37 @@ def own_entry(declaration: "Declaration") -> tuple[str, Mapping[str, Any]]:
 
     Raises DeclarationError for a declaration that does not define one step, PermissionError as `cache_folder`.
     """
-    from substep_derive.emit import digest, own_module  # noqa: PLC0415
+    from substep_derive.declare.digest import scheme_digest  # noqa: PLC0415
+    from substep_derive.emit.scheme_module import own_module  # noqa: PLC0415
 
-    module = _cached(digest(declaration), lambda: own_module(declaration))
+    module = _cached(scheme_digest(declaration), lambda: own_module(declaration))
     return declaration.name, {**module.ENTRY, "module": module, "declaration": declaration}
 
 
 def own_scene_entry(declaration: "SceneDeclaration") -> tuple[str, Mapping[str, Any]]:
     """The same of a declared scene. Raises DeclarationError for energies that do not define a motion."""
-    from substep_derive.emit_scene import digest  # noqa: PLC0415
+    from substep_derive.declare.digest import scene_digest  # noqa: PLC0415
     from substep_derive.package import own_scene  # noqa: PLC0415
 
-    module = _cached(digest(declaration), lambda: own_scene(declaration))
+    module = _cached(scene_digest(declaration), lambda: own_scene(declaration))
     return declaration.name, {**module.ENTRY, "module": module, "declaration": declaration}
 
 
 def pair_module(scheme: "str | Declaration", scene: "str | SceneDeclaration") -> ModuleType:
     """Kernels of a scheme on a scene, named or declared, that are not committed: from the cache, or printed now."""
-    from substep_derive import emit, emit_scene, scenes, schemes  # noqa: PLC0415
-    from substep_derive.motion import Motion  # noqa: PLC0415
+    from substep_derive.declare.catalogue import find, find_scene  # noqa: PLC0415
+    from substep_derive.declare.digest import scene_digest, scheme_digest  # noqa: PLC0415
+    from substep_derive.motion.equations import Motion  # noqa: PLC0415
     from substep_derive.package import catalogue_pair  # noqa: PLC0415
 
-    mine = next(s for s in schemes.ALL if s.name == scheme) if isinstance(scheme, str) else scheme
-    theirs = next(s for s in scenes.ALL if s.name == scene) if isinstance(scene, str) else scene
-    return _cached(emit.digest(mine) + emit_scene.digest(theirs), lambda: catalogue_pair(mine, Motion(theirs)))
+    mine, theirs = find(scheme), find_scene(scene)
+    return _cached(scheme_digest(mine) + scene_digest(theirs), lambda: catalogue_pair(mine, Motion(theirs)))
 
 
 def march_module(name: str, K: int) -> ModuleType:
     """Kernels of a linear march whose shape, or number of load instants, no scheme of the catalogue has."""
-    from substep_derive.emit_march import march_module as printed  # noqa: PLC0415
-    from substep_derive.emit_march import shape_of  # noqa: PLC0415
+    from substep_derive.emit.march_module import march_module as printed  # noqa: PLC0415
+    from substep_derive.kernels.march_shape import shape_of  # noqa: PLC0415
 
     return _cached(f"{name} {K}", lambda: printed(shape_of(name), (K,)))
 
@@ -147,22 +148,22 @@ def certificate(name: str, xi: Any = 0, **parameters: Any) -> "Certificate":
 
 
 def conditions(name: str) -> "Conditions":
-    """Stability conditions with the parameters symbolic: see `substep_derive.conditions`."""
-    from substep_derive.conditions import conditions as of  # noqa: PLC0415
+    """Stability conditions with the parameters symbolic: see `substep_derive.stability.conditions`."""
+    from substep_derive.stability.conditions import conditions as of  # noqa: PLC0415
 
     return of(name)
 
 
 def order_conditions(name: str) -> "dict[str, tuple[Any, ...]]":
-    """What must vanish for u, v and a to be of second order: see `substep_derive.order.order_conditions`."""
-    from substep_derive.order import order_conditions as of  # noqa: PLC0415
+    """What must vanish for u, v and a to be of second order: see `substep_derive.oscillator.order.order_conditions`."""
+    from substep_derive.oscillator.order import order_conditions as of  # noqa: PLC0415
 
     return of(derived(name).amplification)
 
 
 def equivalences(names: Sequence[str]) -> "tuple[Equivalence, ...]":
     """Pairs that share matrix or spectrum, among the named schemes or, for none named, all."""
-    from substep_derive.equivalence import equivalences as found  # noqa: PLC0415
+    from substep_derive.study.equivalence import equivalences as found  # noqa: PLC0415
 
     return found([derived(name).scheme for name in names]) if names else found()
 
@@ -193,14 +194,14 @@ class CatalogueRow:
 def order(name: str) -> tuple[int, int, int]:
     """Of u, v and a, at the scheme's default parameters."""
     from substep_derive import Derivation  # noqa: PLC0415
-    from substep_derive.derivation import at_defaults  # noqa: PLC0415
+    from substep_derive.study.derivation import at_defaults  # noqa: PLC0415
 
     return Derivation(at_defaults(derived(name).scheme)).order
 
 
 def catalogue_row(name: str) -> CatalogueRow:
-    """Derived: see `substep_derive.limits.profile`."""
-    from substep_derive.limits import profile  # noqa: PLC0415
+    """Derived: see `substep_derive.study.profile.profile`."""
+    from substep_derive.study.profile import profile  # noqa: PLC0415
 
     p = profile(derived(name).scheme)
     critical = "none" if p.critical_Omega is None else str(p.critical_Omega)
@@ -213,8 +214,8 @@ def catalogue_row(name: str) -> CatalogueRow:
 
 
 def second_order_betas(rho_inf: Fraction, gamma_t: Fraction) -> list[float]:
-    """Beta of newmark_bdf2, second order, stable for every Omega, with that rho_inf: `substep_derive.design.region`."""
-    from substep_derive.design import region  # noqa: PLC0415
+    """Beta of newmark_bdf2 of second order, stable for every Omega, of that rho_inf: `substep_derive.study.design`."""
+    from substep_derive.study.design import region  # noqa: PLC0415
 
     curves = [(float(r.beta.subs("gamma_t", gamma_t)), r.intervals) for r in region(rho_inf)]
     return [beta for beta, cells in curves if any(float(low) < gamma_t < float(high) for low, high, *_ in cells)]
@@ -222,7 +223,7 @@ def second_order_betas(rho_inf: Fraction, gamma_t: Fraction) -> list[float]:
 
 def overshoot(name: str) -> "Overshoot":
     """Overshoot class of a scheme at almost all parameters."""
-    from substep_derive.limits import overshoot as of  # noqa: PLC0415
+    from substep_derive.oscillator.overshoot import overshoot as of  # noqa: PLC0415
 
     return of(derived(name).amplification)
 
@@ -241,8 +242,8 @@ class RigidEnergy:
 
 
 def rigid_energy(name: str, **parameters: Any) -> RigidEnergy:
-    """Closed forms with the given parameters fixed, exact: see `substep_derive.rigid_limit`."""
-    from substep_derive import rigid_limit  # noqa: PLC0415
+    """Closed forms with the given parameters fixed, exact: see `substep_derive.motion.rigid_limit`."""
+    from substep_derive.motion import rigid_limit  # noqa: PLC0415
 
     scheme = derived(name).scheme
     scheme = scheme.fix(parameters) if parameters else scheme
@@ -256,30 +257,30 @@ def rigid_energy(name: str, **parameters: Any) -> RigidEnergy:
 
 
 def thesis() -> ModuleType:
-    """The thesis's printed formulas and what derivation says of them: `substep_derive.thesis`."""
-    from substep_derive import thesis as printed  # noqa: PLC0415
+    """The thesis's printed formulas and what derivation says of them: `substep_derive.study.thesis`."""
+    from substep_derive.study import thesis as printed  # noqa: PLC0415
 
     return printed
 
 
 def at_rest(expression: Any) -> Any:
     """A derived expression at xi = 0, factored."""
-    from substep_derive.symbols import xi  # noqa: PLC0415
+    from substep_derive.declare.symbols import xi  # noqa: PLC0415
 
     return expression.subs(xi, 0).factor()
 
 
 def number(expression: Any, **values: Fraction) -> Fraction:
     """A derived expression at exact parameters."""
-    from substep_derive.scheme import exact_number  # noqa: PLC0415
+    from substep_derive.algebra.exact_number import exact_number  # noqa: PLC0415
 
     found = expression.subs({name: exact_number(value) for name, value in values.items()})
     return Fraction(int(found.p), int(found.q))
 
 
 def closed_forms(name: str) -> "list[ClosedForm]":
-    """Everything derived about a scheme: see `substep_derive.show`."""
-    from substep_derive.show import closed_forms as derived  # noqa: PLC0415
+    """Everything derived about a scheme: see `substep_derive.study.closed_forms`."""
+    from substep_derive.study.closed_forms import closed_forms as derived  # noqa: PLC0415
 
     return derived(name)
 
@@ -297,7 +298,7 @@ class Properties:
 def properties(name: str, parameters: Mapping[str, Fraction]) -> Properties:
     """rho_inf, order of the free vibration, and the first term (power of Omega, coefficient) of each error."""
     from substep_derive import derive  # noqa: PLC0415
-    from substep_derive.symbols import xi  # noqa: PLC0415
+    from substep_derive.declare.symbols import xi  # noqa: PLC0415
 
     d = derive(name, **parameters)
 

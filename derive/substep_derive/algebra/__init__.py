@@ -1,0 +1,1 @@
+"""Exact algebra: rational functions, algebraic numbers, signs at real points, power series. It knows no scheme."""

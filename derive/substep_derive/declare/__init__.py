@@ -1,0 +1,1 @@
+"""What is declared: symbols, schemes, scenes and their parameters. Nothing is derived here."""

@@ -1,0 +1,36 @@
+"""What tells one declaration from another: the sha256 of everything declared."""
+
+import hashlib
+
+from sympy import srepr, sympify
+
+from .parameter import Root
+from .scene import Scene
+from .scheme import Scheme
+
+
+def scheme_digest(scheme: Scheme) -> str:
+    """sha256 of everything declared about the scheme."""
+    declared = [scheme.name, scheme.reference, *(f"{k}={v}" for k, v in scheme.fixed.items())]
+    for p in (*scheme.parameters, *(family.argument for family in scheme.families)):
+        default = p.default.equation if isinstance(p.default, Root) else p.default
+        declared += [srepr(part) for part in (p.symbol, p.domain, default)]
+    started = [] if isinstance(scheme.start, Scheme) else [*scheme.start.items()]
+    declared += [scheme.start.name] if isinstance(scheme.start, Scheme) else []
+    declared += [srepr(part) for value in (*started, *scheme.report.items()) for part in value]
+    declared += [srepr(part) for family in scheme.families for value in family.values.items() for part in value]
+    declared += [srepr(part) for relation in scheme.relations.items() for part in relation]
+    declared += [srepr(slot) for b in scheme.balances for slot in (b.inertia, b.damping, b.force, b.load)]
+    return hashlib.sha256("\n".join(declared).encode()).hexdigest()
+
+
+def scene_digest(scene: Scene) -> str:
+    """sha256 of everything declared about the scene."""
+    parts: list[object] = [scene.name, scene.reference]
+    for mapping in (scene.coordinates, scene.start, scene.invariants, scene.load, scene.outputs):
+        parts += [x if isinstance(x, str) else srepr(sympify(x)) for both in mapping.items() for x in both]
+    for p in scene.parameters:
+        parts += [srepr(p.symbol), srepr(p.domain), srepr(sympify(p.default))]
+    energies = (scene.kinetic, scene.potential, scene.dissipation, scene.length, scene.energy_scale)
+    parts += [srepr(sympify(e)) for e in energies]
+    return hashlib.sha256("\n".join(map(str, parts)).encode()).hexdigest()

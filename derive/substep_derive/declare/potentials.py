@@ -1,0 +1,70 @@
+"""Functions that potentials are written with."""
+
+from typing import Any
+
+from sympy import Expr, Function, Mul, S, cosh, log, tanh
+
+
+class negative_part(Function):
+    """min(x, 0): the penetration of a unilateral contact."""
+
+    nargs = 1
+
+    def fdiff(self, argindex: Any = 1) -> Expr:
+        """1 in contact, 0 outside."""
+        return is_negative(self.args[0])
+
+
+class is_negative(Function):
+    """1 for x < 0, else 0."""
+
+    nargs = 1
+
+    def fdiff(self, argindex: Any = 1) -> Expr:
+        """0: the jump at x = 0 is left to Newton's iteration."""
+        return S.Zero
+
+    def _eval_power(self, expt: Expr) -> Expr | None:
+        return self if expt.is_positive else None
+
+
+class log_cosh(Function):
+    """log(cosh(x)), which does not overflow with cosh."""
+
+    nargs = 1
+
+    def fdiff(self, argindex: Any = 1) -> Expr:
+        """Its derivative."""
+        return tanh(self.args[0])
+
+
+class sinc(Function):
+    """sin(x)/x."""
+
+    nargs = 1
+
+    def fdiff(self, argindex: Any = 1) -> Expr:
+        """Its derivative, (cos(x) - sinc(x))/x."""
+        return sinc_slope(self.args[0])
+
+
+class sinc_slope(Function):
+    """The derivative of sin(x)/x."""
+
+    nargs = 1
+
+
+def tidy(potential: Expr) -> Expr:
+    """log(cosh(x)) as one function, so that it neither overflows nor loses digits."""
+    return potential.replace(
+        lambda e: isinstance(e, log) and isinstance(e.args[0], cosh), lambda e: log_cosh(e.args[0].args[0])
+    )
+
+
+def contact(expression: Expr) -> Expr:
+    """min(x, 0) * [x < 0] is min(x, 0)."""
+    products = {e * is_negative(e.args[0]): e for e in expression.atoms(negative_part)}
+    return expression.replace(
+        lambda e: e.is_Mul and any(set(p.args) <= set(e.args) for p in products),
+        lambda e: Mul(*(x for x in e.args if not (isinstance(x, is_negative) and negative_part(x.args[0]) in e.args))),
+    )

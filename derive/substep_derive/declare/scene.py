@@ -1,0 +1,103 @@
+"""What is declared about a scene, from its energies: frozen, checked when built, never typed a second time.
+
+Raises `DeclarationError`, which names the expression at fault, for energies that do not define a motion.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from sympy import Expr, Interval, Matrix, S, Symbol, oo, sympify
+
+from .errors import DeclarationError
+from .parameter import Parameter
+from .symbols import acceleration, h, rate, sampled, t
+
+POSITIVE, REAL = Interval.open(0, oo), Interval(-oo, oo)
+
+
+def required(symbol: Symbol, domain: Interval = POSITIVE) -> Parameter:
+    """A parameter that has no default."""
+    return Parameter(symbol, domain, None)
+
+
+def optional(symbol: Symbol, default: Any, domain: Interval = POSITIVE) -> Parameter:
+    """A parameter with its default."""
+    return Parameter(symbol, domain, sympify(default))
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A benchmark problem of one or more coordinates, from its energies.
+
+    coordinates: symbol -> unit. kinetic: in rate(coordinate), quadratic, with a constant mass.
+    potential: in coordinates, invariants, parameters and the time t (a prescribed motion enters here).
+    invariants: symbol -> expression at most quadratic in the coordinates; what energy-momentum schemes
+    take their discrete gradient in, and the place to name |u|^2. None given: the coordinates themselves.
+    dissipation: Rayleigh's function, half the power lost, quadratic in the rates. load: coordinate ->
+    force in t, or in `sampled` where the user gives a function of time.
+    start: coordinate and rate -> value at t = 0; acceleration(coordinate) -> value where it is given
+    rather than consistent with the equation of motion. length: what Newton's tolerance is relative to.
+    outputs: name -> expression in coordinates and invariants. energy_scale: for scenes that start with
+    no energy. reference: where the scene is from.
+    """
+
+    name: str
+    coordinates: Mapping[Symbol, str]
+    kinetic: Expr
+    potential: Expr
+    parameters: tuple[Parameter, ...]
+    start: Mapping[Symbol, Any]
+    length: Any
+    invariants: Mapping[Symbol, Expr] = field(default_factory=dict)
+    dissipation: Expr = S.Zero
+    load: Mapping[Symbol, Expr] = field(default_factory=dict)
+    outputs: Mapping[str, Expr] = field(default_factory=dict)
+    energy_scale: Expr | None = None
+    reference: str = ""
+
+    def __post_init__(self) -> None:
+        q, v = tuple(self.coordinates), self.rates
+        values = {p.symbol for p in self.parameters}
+        self._known("kinetic energy", self.kinetic, values | set(v))
+        self._known("potential", self.potential, values | set(q) | set(self.invariants) | {t})
+        self._known("dissipation", self.dissipation, values | set(v))
+        for symbol, force in self.load.items():
+            self._known(f"load on {symbol}", force, values | {t, sampled})
+        for symbol, e in (*self.start.items(), ("length", self.length)):
+            self._known(f"start of {symbol}" if symbol != "length" else "length", sympify(e), values)
+        for name, energy in (("kinetic energy", self.kinetic), ("dissipation", self.dissipation)):
+            hessian = Matrix([energy]).jacobian(v).jacobian(v)
+            half = (Matrix([v]) * hessian * Matrix(v))[0] / 2
+            if hessian.free_symbols & set(v) or (energy - half).expand() != 0:
+                raise DeclarationError(
+                    f"{self.name}: expected a {name} quadratic in {', '.join(map(str, v))} with constant "
+                    f"coefficients, got {energy}; choose coordinates in which it is"
+                )
+        for symbol, e in self.invariants.items():
+            third = [e.diff(a, b, c) for a in q for b in q for c in q]
+            if any(d != 0 for d in third):
+                raise DeclarationError(
+                    f"{self.name}: expected invariant {symbol} at most quadratic in the coordinates, got {e}"
+                )
+        if missing := [s for s in (*q, *v) if s not in self.start]:
+            raise DeclarationError(f"{self.name}: start says nothing of {missing[0]}; give start={{{missing[0]}: ...}}")
+        if h in values or {str(s) for s in values} & {str(s) for s in (*q, *v, *self.invariants)}:
+            raise DeclarationError(f"{self.name}: a parameter has the name of a coordinate, rate, invariant or of h")
+
+    def _known(self, what: str, expression: Expr, allowed: set[Symbol]) -> None:
+        if unknown := sorted(expression.free_symbols - allowed, key=str):
+            raise DeclarationError(
+                f"{self.name}: the {what} holds '{unknown[0]}', expected only "
+                f"{', '.join(sorted(map(str, allowed)))}; declare it or correct the name"
+            )
+
+    @property
+    def rates(self) -> tuple[Symbol, ...]:
+        """Symbols of the coordinates' velocities."""
+        return tuple(rate(q) for q in self.coordinates)
+
+    @property
+    def accelerations(self) -> tuple[Symbol, ...]:
+        """Symbols of the coordinates' accelerations."""
+        return tuple(acceleration(q) for q in self.coordinates)

@@ -1,0 +1,86 @@
+"""Explicit schemes."""
+
+from sympy import Interval, Rational
+
+from ..parameter import Parameter
+from ..scheme import Balance, Scheme
+from ..symbols import C, M, N, f, h, knot, p, phi
+
+u0, v0, a0 = start = knot(0)
+u1, v1, a1 = end = knot(1)
+half = Rational(1, 2)
+
+forward_euler = Scheme(
+    "forward_euler",
+    relations={u1: u0 + h * v0, v1: v0 + h * a0},
+    balances=(Balance.at(start, 0),),
+    reference="Euler; thesis (2.10)-(2.11)",
+)
+
+_vb = knot("-1/2").v
+_vf = knot("1/2").v
+_lagged = (f(1) - C * _vf - N(u1)) / M
+
+central_difference_lagged = Scheme(
+    "central_difference_lagged",
+    relations={_vf: _vb + h * a0, u1: u0 + h * _vf},
+    balances=(Balance(a0, _vb, N(u0), f(0)),),
+    start={_vb: v0 - h / 2 * (f(0) - C * v0 - N(u0)) / M},
+    report={v1: _vf + h / 2 * _lagged, a1: _lagged},
+    reference="Belytschko, Liu & Moran, Nonlinear Finite Elements (2000), box 6.1",
+)
+
+_up, _vp, _ap = second = knot("p")
+_uq, _vq, _aq = third = knot("q")
+_ur, _vr, _ar = fourth = knot("r")
+
+rk2 = Scheme(
+    "rk2",
+    relations={_up: u0 + h / 2 * v0, _vp: v0 + h / 2 * a0, u1: u0 + h * _vp, v1: v0 + h * _ap},
+    balances=(Balance.at(start, 0), Balance.at(second, half)),
+    reference="Runge's midpoint rule; thesis (2.7)",
+)
+
+rk4 = Scheme(
+    "rk4",
+    relations={
+        _up: u0 + h / 2 * v0,
+        _vp: v0 + h / 2 * a0,
+        _uq: u0 + h / 2 * _vp,
+        _vq: v0 + h / 2 * _ap,
+        _ur: u0 + h * _vq,
+        _vr: v0 + h * _aq,
+        u1: u0 + h / 6 * (v0 + 2 * _vp + 2 * _vq + _vr),
+        v1: v0 + h / 6 * (a0 + 2 * _ap + 2 * _aq + _ar),
+    },
+    balances=(Balance.at(start, 0), Balance.at(second, half), Balance.at(third, half), Balance.at(fourth, 1)),
+    reference="Kutta, Z. Math. Phys. 46 (1901) 435-453; thesis (2.8)-(2.9)",
+)
+
+_q1 = (1 - 2 * p) / (2 * p * (1 - p))
+_q2 = half - p * _q1
+_q0 = half - _q1 - _q2
+_rh = (1 - p) * h
+
+noh_bathe = Scheme(
+    "noh_bathe",
+    parameters=(Parameter(p, Interval.Ropen(half, 1), Rational(27, 50)),),
+    relations={
+        _up: u0 + p * h * v0 + (p * h) ** 2 / 2 * a0,
+        _vp: v0 + p * h / 2 * (a0 + _ap),
+        u1: _up + _rh * _vp + _rh**2 / 2 * _ap,
+        v1: _vp + _rh * (_q0 * a0 + (half + _q1) * _ap + _q2 * a1),
+    },
+    balances=(Balance(_ap, v0 + p * h * a0, N(_up), f(p)), Balance(a1, _vp + _rh * _ap, N(u1), f(1))),
+    reference="Noh & Bathe, Comput. Struct. 129 (2013) 178-193",
+)
+
+tchamwa_wielgosz = Scheme(
+    "tchamwa_wielgosz",
+    parameters=(Parameter(phi, Interval(1, 2), Rational(11, 10)),),
+    relations={u1: u0 + h * v0 + phi * h**2 * a0, v1: v0 + h * a0},
+    balances=(Balance.at(end, 1),),
+    reference="Tchamwa, Conway & Wielgosz, ASME PVP 398 (1999); Maheo, Grolleau & Rio, Comput. Mech. 51 (2013)",
+)
+
+ALL = (forward_euler, central_difference_lagged, rk2, rk4, noh_bathe, tchamwa_wielgosz)

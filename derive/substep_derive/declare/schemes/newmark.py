@@ -1,0 +1,38 @@
+"""Newmark's family and its named members."""
+
+from sympy import Interval, Rational, oo
+
+from ..parameter import Parameter
+from ..scheme import Balance, Scheme
+from ..symbols import beta, gamma, h, knot
+
+u0, v0, a0 = knot(0)
+u1, v1, a1 = end = knot(1)
+half = Rational(1, 2)
+
+newmark = Scheme(
+    "newmark",
+    parameters=(
+        Parameter(beta, Interval(0, oo), Rational(1, 4)),
+        Parameter(gamma, Interval(0, oo), half),
+    ),
+    relations={
+        u1: u0 + h * v0 + h**2 * ((half - beta) * a0 + beta * a1),
+        v1: v0 + h * ((1 - gamma) * a0 + gamma * a1),
+    },
+    balances=(Balance.at(end, 1),),
+    reference="Newmark, J. Eng. Mech. Div. ASCE 85 (1959) 67-94; thesis (2.13)-(2.16)",
+)
+
+average_acceleration = newmark.fix({"beta": "1/4", "gamma": half}, name="average_acceleration")
+linear_acceleration = newmark.fix({"beta": "1/6", "gamma": half}, name="linear_acceleration")
+fox_goodwin = newmark.fix(
+    {"beta": "1/12", "gamma": half},
+    name="fox_goodwin",
+    reference="Fox & Goodwin, Proc. Camb. Phil. Soc. 45 (1949) 373-388",
+)
+central_difference = newmark.fix(
+    {"beta": 0, "gamma": half}, name="central_difference", reference="Newmark with beta = 0; thesis (2.2)-(2.5)"
+)
+
+ALL = (newmark, average_acceleration, linear_acceleration, fox_goodwin, central_difference)

@@ -1,0 +1,44 @@
+"""Implicit one-step schemes with one balance."""
+
+from sympy import Interval, Rational, oo
+
+from ..parameter import Parameter
+from ..scheme import Balance, Scheme
+from ..symbols import N, N_discrete, f, h, knot, theta
+
+u0, v0, a0 = knot(0)
+u1, v1, a1 = end = knot(1)
+half = Rational(1, 2)
+
+backward_euler = Scheme(
+    "backward_euler",
+    relations={v1: (u1 - u0) / h, a1: (v1 - v0) / h},
+    balances=(Balance.at(end, 1),),
+    reference="Euler; Bathe, Finite Element Procedures (1996), ch. 9",
+)
+
+_ut, _vt, _at = knot("t")
+_th = theta * h
+
+wilson_theta = Scheme(
+    "wilson_theta",
+    parameters=(Parameter(theta, Interval(1, oo), Rational(7, 5)),),
+    relations={
+        _at: 6 / _th**2 * (_ut - u0) - 6 / _th * v0 - 2 * a0,
+        _vt: 3 / _th * (_ut - u0) - 2 * v0 - _th / 2 * a0,
+        a1: a0 + (_at - a0) / theta,
+        v1: v0 + h / 2 * (a0 + a1),
+        u1: u0 + h * v0 + h**2 / 6 * (2 * a0 + a1),
+    },
+    balances=(Balance(_at, _vt, N(_ut), f(0) + theta * (f(1) - f(0))),),
+    reference="Wilson, Farhoomand & Bathe, Earthq. Eng. Struct. Dyn. 1 (1973) 241-252; thesis (2.18)-(2.22)",
+)
+
+energy_momentum = Scheme(
+    "energy_momentum",
+    relations={u1: u0 + h / 2 * (v0 + v1)},
+    balances=(Balance((v1 - v0) / h, (v0 + v1) / 2, N_discrete(u0, u1), f(half)),),
+    reference="Simo & Tarnow, ZAMP 43 (1992) 757-792; Gonzalez, J. Nonlinear Sci. 6 (1996) 449-467",
+)
+
+ALL = (backward_euler, wilson_theta, energy_momentum)

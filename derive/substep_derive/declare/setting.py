@@ -1,0 +1,129 @@
+"""A scheme with an exact value for each parameter and for the damping ratio, all in one field."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from sympy import QQ, Expr, Poly, Rational, Symbol, fraction, together
+
+from ..algebra.algebraic import Algebraic, Field, generator
+from ..algebra.exact_number import exact_number
+from .catalogue import find
+from .errors import DeclarationError
+from .parameter import Parameter, Root
+from .scheme import Scheme
+
+
+@dataclass(frozen=True)
+class Setting:
+    """A scheme with a value for every parameter and for xi (None: xi stays a symbol), all in one field K."""
+
+    scheme: Scheme
+    values: Mapping[Symbol, Expr]
+    damping: Expr | None
+    field: Field
+
+    @classmethod
+    def of(cls, scheme: str | Scheme, damping: Any, given: Mapping[str, Any]) -> "Setting":
+        """Raises DeclarationError, ValueError, TypeError as `certify` does."""
+        declared = find(scheme)
+        numbers = _Numbers()
+        number = None if damping is None else numbers.expression(damping)
+        values = _given(declared, given, numbers)
+        for parameter in declared.parameters:
+            if parameter.symbol not in values:
+                values[parameter.symbol] = _default(declared, parameter, values, numbers)
+        field = Field(numbers.found)
+        for parameter in declared.parameters:
+            _check_inside(declared, parameter, values[parameter.symbol], field)
+        if number is not None and field.sign(field.number(number)) < 0:
+            raise ValueError(f"expected a damping ratio xi >= 0, got {damping}")
+        return cls(declared, {s: values[s] for s in declared.values}, number, field)
+
+    def damped(self, damping: Any) -> "Setting":
+        """The same parameters at another xi. Raises ValueError for a second algebraic number."""
+        numbers = _Numbers(self.field.r)
+        number = numbers.expression(damping)
+        field = self.field if numbers.found is self.field.r else Field(numbers.found)
+        return replace(self, damping=number, field=field)
+
+    @property
+    def title(self) -> str:
+        """The scheme, the values, and what r is."""
+        values = {s.name: v for s, v in self.values.items()} | ({} if self.damping is None else {"xi": self.damping})
+        line = ", ".join([self.scheme.name, *(f"{name} = {value}" for name, value in values.items())])
+        return line if self.field.r is None else f"{line}, where {self.field.r.definition}"
+
+
+class _Numbers:
+    """Exact numbers as expressions; remembers the one algebraic number they may be functions of."""
+
+    def __init__(self, found: Algebraic | None = None) -> None:
+        self.found = found
+
+    def expression(self, value: Any) -> Expr:
+        if not isinstance(value, Algebraic):
+            return exact_number(value)
+        if self.found is None:
+            self.found = value
+        elif not self.found.shares_generator(value):
+            raise ValueError(
+                f"two algebraic numbers in one certificate, {self.found} and {value}; "
+                f"express all values by a single one, or give one of them as a rational"
+            )
+        return value.value
+
+
+def _given(scheme: Scheme, given: Mapping[str, Any], numbers: _Numbers) -> dict[Symbol, Expr]:
+    """What was given, in terms of the scheme's own parameters; a family's argument may be algebraic too."""
+    own = {p.name: p.symbol for p in scheme.parameters}
+    families = {family.argument.name: family for family in scheme.families}
+    algebraic = {k: v for k, v in given.items() if isinstance(v, Algebraic) and (k in own or k in families)}
+    values: dict[Symbol, Expr] = dict(scheme.exact({k: v for k, v in given.items() if k not in algebraic}))
+    for key, value in algebraic.items():
+        number = numbers.expression(value)
+        if key in own:
+            mine = {own[key]: number}
+        else:
+            family = families[key]
+            _check_inside(scheme, family.argument, number, Field(numbers.found))
+            mine = {s: e.subs(family.argument.symbol, number) for s, e in family.values.items()}
+        if twice := [s for s in mine if s in values]:
+            raise DeclarationError(f"{scheme.name}: {twice[0]} is given twice, by itself and by a family")
+        values |= mine
+    return values
+
+
+def _check_inside(scheme: Scheme, parameter: Parameter, value: Expr, field: Field) -> None:
+    if not field.inside(value, parameter.domain):
+        what = value if field.r is None else f"{value} ({field.r.definition})"
+        raise DeclarationError(
+            f"{scheme.name}: {parameter.name} = {what} lies outside {parameter.domain}; choose a value inside"
+        )
+
+
+def _default(scheme: Scheme, parameter: Parameter, values: Mapping[Symbol, Expr], numbers: _Numbers) -> Expr:
+    default = parameter.default.subs(values)
+    if isinstance(default, Root):
+        if default.equation.free_symbols != {parameter.symbol}:
+            raise ValueError(f"{scheme.name}: give {parameter.name}; its default is a root of {default.equation}")
+        return numbers.expression(_only_root(parameter, default.equation))
+    if default.is_finite is False:
+        raise DeclarationError(
+            f"{scheme.name}: the default of {parameter.name} is {default} here; give {parameter.name}"
+        )
+    if default.is_rational_function(generator) and (default.free_symbols or default.is_Rational):
+        return default
+    if default.free_symbols:
+        raise ValueError(f"{scheme.name}: give {parameter.name}; its default {default} is no rational function of r")
+    return numbers.expression(Algebraic.of(default))
+
+
+def _only_root(parameter: Parameter, equation: Expr) -> Any:
+    """The root in the parameter's interval of an equation over Q."""
+    polynomial = Poly(fraction(together(equation))[0], parameter.symbol, domain=QQ).clear_denoms()[1]
+    try:
+        found = Algebraic(tuple(polynomial.all_coeffs()), (parameter.domain.start, parameter.domain.end))
+    except ValueError as error:
+        raise DeclarationError(f"{parameter.name} has no default here ({error}); give {parameter.name}") from error
+    return Rational(-found.coefficients[1], found.coefficients[0]) if len(found.coefficients) == 2 else found

@@ -1,0 +1,1 @@
+"""Text of generated modules, printed from kernels. Nothing is analysed here."""

@@ -1,0 +1,102 @@
+"""MarchForm and Transfer -> text of the functions that compute what a linear march needs, block by block of lanes."""
+
+from collections.abc import Sequence
+from itertools import product
+from textwrap import indent
+from typing import Any
+
+from sympy import Expr
+
+from ..algebra import rational
+from ..declare.symbols import Omega
+from ..kernels.march_form import MarchForm
+from ..kernels.march_shape import loads_for, shape_name
+from ..oscillator.transfer import Transfer
+from .double_double import DoubleDouble
+from .filter_module import filter_rows
+from .march_module import WIDTH
+from .printing import PRINTER, fill
+from .templates.march import BY_BLOCKS, COEFFICIENTS, PAIRS, TRANSFER
+
+
+def coefficient_functions(form: MarchForm, transfer: Transfer | None, arguments: Sequence[str]) -> str:
+    """Text of `coefficients` and, where there is one, `transfer` of a scheme whose functions take these arguments."""
+    m, R, K = form.step.N.rows, form.outputs.N.rows, loads_for(len(form.stencil))
+    sizes = {"D": (m, m), "B": (m, K), "O": (R, m), "P": (R, K)}
+    entries = [f"{name}{i}{j}" for name, size in sizes.items() for i, j in product(*map(range, size))]
+    doc = fill(COEFFICIENTS, march=shape_name(form.shape), K=K, rows=len(entries))
+    text = fill(PAIRS)
+    text += _by_blocks("coefficients", arguments, [*_increment(form), *_others(form, K)], entries, doc)
+    if transfer is not None:
+        rows = filter_rows(transfer.order)
+        doc = fill(TRANSFER, rows=len(rows))
+        text += _by_blocks("transfer", arguments, _filter(transfer), rows, doc)
+    return text
+
+
+def _by_blocks(name: str, arguments: Sequence[str], lines: Sequence[str], entries: Sequence[str], doc: str) -> str:
+    rows = [*arguments, *entries]
+
+    def at(names: Sequence[str]) -> str:
+        return ", ".join(f"s[{rows.index(name) * WIDTH} + j]" if rows.index(name) else "s[j]" for name in names)
+
+    return fill(
+        BY_BLOCKS,
+        name=name,
+        doc=doc,
+        told=", ".join(arguments),
+        width=WIDTH,
+        arguments=", ".join(arguments),
+        at_arguments=at(arguments),
+        arguments_at=", ".join(f"{name}[first + j]" for name in arguments),
+        lines=indent("\n".join(lines), " " * 8),
+        entries=", ".join(entries),
+        at_entries=at(entries),
+        rows=len(entries),
+        all_rows=len(rows),
+        given=len(arguments),
+    )
+
+
+def _increment(form: MarchForm) -> list[str]:
+    pairs, N = DoubleDouble(), form.increment
+    numerators = {f"{i}{j}": N[i, j] for i, j in product(range(N.rows), repeat=2)}
+    nested = [(f"N{place}", rational.horner(e, Omega)) for place, e in numerators.items()]
+    pairs.assign([("den", rational.horner(form.step.den, Omega)), *nested])
+    den = pairs.pair("den")
+    return [*pairs.lines, *(f"D{place} = _over({pairs.pair(f'N{place}')}, {den})" for place in numerators)]
+
+
+def _others(form: MarchForm, K: int) -> list[str]:
+    """B, O and P, whose rounding does not add up."""
+    parts = (("B", form.step.load_N, "den"), ("O", form.outputs.N, "den_o"), ("P", form.outputs.load_N, "den_o"))
+    named: list[tuple[str, Any, str]] = [("den_o", form.outputs.den, "")] if form.outputs.N.rows else []
+    for name, matrix, den in parts:
+        named += [(f"{name}{i}{j}", matrix[i, j], den) for i, j in product(range(matrix.rows), range(matrix.cols))]
+    beyond = [
+        f"{name}{i}{j} = 0.0"
+        for name, matrix, _ in (parts[0], parts[2])
+        for i, j in product(range(matrix.rows), range(matrix.cols, K))
+    ]
+    return [*_fractions(named), *beyond]
+
+
+def _filter(t: Transfer) -> list[str]:
+    d = t.order
+    named: list[tuple[str, Any, str]] = [("den", t.den, ""), ("whole", t.S, ""), ("P", t.P, "den")]
+    named += [(f"g{i}", e, "den") for i, e in enumerate(t.g, start=1)]
+    for kind, taps in zip("uva", t.k, strict=True):
+        named += [(f"{kind}{i}", taps[i], "whole" if kind == "u" else "den") for i in range(d)]
+    return [*_fractions(named), "S = whole / den"]
+
+
+def _fractions(named: Sequence[tuple[str, Expr, str]]) -> list[str]:
+    """Lines that assign numerators over denominators by name, or alone."""
+    subexpressions, expressions = rational.cse([rational.horner(e, Omega) for _, e, _ in named])
+    lines = [f"{s} = {PRINTER.doprint(e)}" for s, e in subexpressions]
+    for (name, _, den), e in zip(named, expressions, strict=True):
+        text = PRINTER.doprint(e)
+        lines.append(
+            f"{name} = ({text}) / {den}" if den and e != 0 else f"{name} = {float(e) if e.is_number else text}"
+        )
+    return lines

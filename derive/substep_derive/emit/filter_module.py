@@ -1,0 +1,58 @@
+"""Order of a filter -> text of the kernels that follow the peaks of what it puts out."""
+
+from ..oscillator.transfer import ORDERS
+from .march_module import WIDTH, nested, place_lines
+from .printing import fill
+from .templates.march import FILTER, FILTER_HEADER
+
+
+def filter_module() -> str:
+    """Text of linear_filter.py, without its banner."""
+    head = fill(FILTER_HEADER, whole=2 * WIDTH)
+    return head + "".join(_kernels(d, followed) for d in ORDERS for followed in (1, 3))
+
+
+def filter_rows(d: int) -> list[str]:
+    """Names of the rows of `transfer`."""
+    return ["P", *(f"g{i}" for i in range(1, d)), *_taps("u", d), "S", *_taps("v", d), *_taps("a", d)]
+
+
+def _taps(kind: str, d: int) -> list[str]:
+    return [f"{kind}{i}" for i in range(d)]
+
+
+def _kernels(d: int, followed: int) -> str:
+    e, peaks = [f"e{i}" for i in range(d)], [f"t{r}" for r in range(followed)]
+    moving = ["q", *e[1:], *peaks]
+    given = filter_rows(d) if followed == 3 else filter_rows(d)[: 2 * d + 1]
+    row = {name: k for k, name in enumerate([*moving, *given])}
+
+    def at(name: str, half: int) -> str:
+        place = 2 * WIDTH * row[name] + WIDTH * half
+        return f"s[{place} + j]" if place else "s[j]"
+
+    def lines(half: int) -> list[list[str]]:
+        """Of one half of the block, in stages that do not wait for the other half's."""
+        own = {name: f"{name}_{half}" for name in [*e, *moving]}
+
+        def told(kind: str) -> str:
+            terms = [f"{at(name, half)} * {own[x]}" for name, x in zip(_taps(kind, d), e, strict=True)]
+            return nested([*reversed(terms), *([own["q"]] if kind == "u" else [])])
+
+        back = nested([*(f"{at(f'g{i}', half)} * {own[f'e{i}']}" for i in range(d - 1, 0, -1)), "f0"])
+        return [
+            [f"{own['e0']} = ({back}) - {at('P', half)} * {own['q']}"],
+            [f"{own['q']} += {own['e0']}"],
+            [f"{own[t]} = max({own[t]}, abs({told(kind)}))" for t, kind in zip(peaks, "uva", strict=False)],
+            [f"{own[b]} = {own[a]}" for a, b in zip(reversed(e[:-1]), reversed(e[1:]), strict=True)],
+        ]
+
+    step = [line for stage in zip(lines(0), lines(1), strict=True) for half in stage for line in half]
+    halves = [(name, half) for half in range(2) for name in moving]
+    return fill(
+        FILTER,
+        d=d, followed=followed, width=WIDTH, whole=2 * WIDTH, rows=len(row), given=len(given), moved=len(moving),
+        peaks=row["t0"], scale=2 * WIDTH * row["S"], moving=", ".join(f"{name}_{half}" for name, half in halves),
+        at_moving=", ".join(at(name, half) for name, half in halves),
+        step=place_lines(step, 4), step_alone=place_lines(step, 3),
+    )  # fmt: skip

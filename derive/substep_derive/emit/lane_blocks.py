@@ -1,0 +1,146 @@
+"""Pair -> text of its march over blocks of lanes: time outside, lanes inside, so that lanes fill vector registers.
+
+The lines are those of the one-lane march with a name `u` read as `u[j]` of lane j; what is used in one loop over
+lanes only stays a number. A lane that has converged, failed or ended keeps its values by selection, not by a
+branch, so that every lane comes out as if it were alone.
+"""
+
+from collections.abc import Iterable, Sequence
+from textwrap import indent
+
+from sympy import Expr, Symbol
+
+from ..kernels.scene_step import Pair, Step
+from ..motion.components import Assignments, assign
+from .printing import KernelPrinter, block, fill, lines
+from .templates.scene import BLOCK, BLOCK_NEWTON
+
+WIDTH = 120
+LOOP = "for j in range(begin, end):"
+
+
+def march_block(p: Pair, arguments: Sequence[str], state: Sequence[tuple[str, str]], calls: Sequence[str]) -> str:
+    """Text of `march_block`; state: (name, its place in one lane's state); calls: arguments for lanes of a block."""
+    loops = _loops(p)
+    loads = [f"f_{k}" for k in range(len(p.stencil))] if p.motion.is_sampled else []
+    near = [str(s) for s, _ in p.near]
+    held = {*_shared(p, loops), *(name for name, _ in state), *(str(s) for s, _ in p.constants), *near, *loads}
+    scalars = ["h", *(s.name for s in p.parameters(p.expressions)), *(["tolerance"] if p.newton else []), "bound"]
+    rows = [*sorted(held), *(f"{name}_" for name in (*scalars, "peak")), "running", "seen"]
+    rows += ["size"] if p.newton else []
+    names = {name: f"{name}[j]" for name in held} | {name: f"{name}_[j]" for name in scalars}
+    w = KernelPrinter(names)
+    steps = [_given(loads)] if loads else []
+    iterating = iter((k, step) for k, step in enumerate(p.steps) if step.first is not None)
+    for bodies in loops[:-1]:
+        k, step = next(iterating)
+        start = f"\n{LOOP}\n" + _bodies(w, bodies) + "\n    size[j] = running[j]"
+        steps += [indent(start.strip("\n"), "        "), _newton(w, step, k)]
+    after = {str(new): old for old, new in p.shift}
+    kept = [[after.get(str(e), e) for e in vector] for vector in p.report]
+    stores = [f"row[{kind}, {i}] = {w.doprint(e)}" for kind, vector in enumerate(kept) for i, e in enumerate(vector)]
+    read_shift, shift = _shift(w, p.shift)
+    constants = lines([*p.constants, *p.near], 2, w)
+    return fill(
+        BLOCK,
+        width=WIDTH,
+        arguments=", ".join(arguments),
+        rows=len(rows),
+        allocate=_lines((f"{name} = rows[{k}]" for k, name in enumerate(rows)), 1),
+        read=_lines(
+            [
+                *(f"{name}_[j] = {name}[lane]" for name in scalars),
+                *(f"{name}[j] = state[lane, {place}]" for name, place in state),
+                "peak_[j] = -np.inf",
+            ],
+            2,
+        ),
+        constants=f"    {LOOP}\n{constants}\n" if constants else "",
+        counted="        counted = i < iterations.shape[1]\n" if p.newton else "",
+        steps="".join(f"{text}\n" for text in steps),
+        told=indent(_bodies(w, loops[-1]), "        "),
+        sum=" + ".join(w.doprint(Symbol(name)) for name in p.finite),
+        read_shift=read_shift,
+        shift=shift,
+        store=_lines(stores, 5),
+        write_state=_lines((f"state[lane, {place}] = {name}[j]" for name, place in state), 2),
+        calls=", ".join(calls),
+    )
+
+
+# A loop over lanes: lists of assignments, and whether their common subexpressions are named.
+_Loop = list[tuple[Assignments, bool]]
+
+
+def _loops(p: Pair) -> list[_Loop]:
+    """What is computed before, between and after the iterations, each in one loop over lanes."""
+    found: list[_Loop] = [[(p.prior, True)]]
+    for step in p.steps:
+        if step.first is None:
+            R = step.residual_names
+            solved = assign(step.z, -step.inverse * R)
+            found[-1] += [(step.before, True), (assign(R, step.residual), True), (solved, False), (step.after, True)]
+        else:
+            found[-1] += [(step.before, True), (assign(step.z, step.first), False)]
+            found.append([(step.after, True)])
+    found[-1].append(([*p.told, (Symbol("energy"), p.energy)], True))
+    return [[body for body in loop if body[0]] for loop in found]
+
+
+def _shared(p: Pair, loops: Sequence[_Loop]) -> set[str]:
+    """Names that one loop over lanes assigns and another reads."""
+    groups: list[tuple[set[str], set[str]]] = []  # assigned, read
+
+    def group(assigned: Iterable[Symbol], read: Iterable[Expr]) -> None:
+        groups.append(({str(s) for s in assigned}, {str(s) for e in read for s in e.free_symbols}))
+
+    for loop in loops:
+        group((s for body, _ in loop for s, _ in body), (e for body, _ in loop for _, e in body))
+    groups[-1][1].update(p.finite, (str(new) for _, new in p.shift))
+    for step in p.steps:
+        if step.first is not None:
+            group(step.z, [*(e for _, e in step.moving), *step.residual, *step.jacobian, *step.z])
+            groups[-1][1].difference_update(str(s) for s, _ in step.moving)
+    after = {str(new) for _, new in p.shift}
+    group([], [e for vector in p.report for e in vector if str(e) not in after])
+    return {
+        name
+        for k, (assigned, _) in enumerate(groups)
+        for name in assigned
+        if any(name in read for j, (_, read) in enumerate(groups) if j != k)
+    }
+
+
+def _lines(texts: Iterable[str], depth: int) -> str:
+    return indent("\n".join(texts), "    " * depth)
+
+
+def _bodies(w: KernelPrinter, loop: _Loop) -> str:
+    return "\n".join(block(body, 1, w)[0] if named else lines(body, 1, w) for body, named in loop)
+
+
+def _given(loads: Sequence[str]) -> str:
+    """The loads of a step; one row of forces may serve all lanes."""
+    read = (f"{name}[j] = forces[(j - begin) % forces.shape[0], i, {k}]" for k, name in enumerate(loads))
+    return _lines([LOOP, *(f"    {line}" for line in read)], 2)
+
+
+def _shift(w: KernelPrinter, shift: Assignments) -> tuple[str, str]:
+    """What a shift reads, and the choice of its values: a load within a choice would keep the loop from vectors."""
+    rows = dict.fromkeys(str(s) for both in shift for s in both if str(s) in w.names)
+    local = KernelPrinter({name: f"{name}_j" for name in rows})
+    read = lines([(f"{name}_j", Symbol(name)) for name in rows], 3, w)
+    chosen = (f"{w.doprint(old)} = {local.doprint(new)} if good else {local.doprint(old)}" for old, new in shift)
+    return read, _lines(chosen, 3)
+
+
+def _newton(w: KernelPrinter, step: Step, k: int) -> str:
+    entries, solve, change = step.correction()
+    # the displacement of an iteration stays a number
+    moving = {str(s) for s, _ in step.moving}
+    local = KernelPrinter({name: text for name, text in w.names.items() if name not in moving})
+    body = [lines(step.moving, 4, local), block(entries, 4, local)[0], lines(solve, 4, local)]
+    body.append(_lines((f"{c} = {c} if going else 0.0" for c in change), 4))
+    body.append(lines([(z, z - c) for z, c in zip(step.z, change, strict=True)], 4, w))
+    body.append(_lines(step.largest(change), 4))
+    return fill(BLOCK_NEWTON, iteration="\n".join(body), balance=k).strip("\n")

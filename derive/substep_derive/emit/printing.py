@@ -1,0 +1,95 @@
+"""Small printing tools of the emitters."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from string import Formatter
+from textwrap import indent
+from typing import Any
+
+from sympy import Expr, Symbol, count_ops
+from sympy.printing.pycode import PythonCodePrinter
+
+from ..algebra import rational
+
+PRINTER = PythonCodePrinter({"fully_qualified_modules": False})
+
+_NUMPY = ("sin", "cos", "tan", "sinh", "cosh", "tanh", "exp", "log", "sqrt", "asin", "acos", "atan", "sign")
+
+
+class KernelPrinter(PythonCodePrinter):
+    """NumPy's functions, which give NaN where math's raise, and the helpers of a scene's kernels.
+
+    names: symbol -> its text where that is another, so that the order of terms does not hang on it.
+    """
+
+    def __init__(self, names: Mapping[str, str] | None = None) -> None:
+        functions = {name: f"np.{name}" for name in _NUMPY} | {"Abs": "abs"}
+        super().__init__({"user_functions": functions})
+        self.names = names or {}
+
+    def _print_Symbol(self, expr: Any) -> str:
+        return self.names.get(expr.name, expr.name)
+
+    def _print_Infinity(self, expr: Any) -> Any:
+        return "np.inf"
+
+    def _print_Pow(self, expr: Any, rational: bool = False) -> str:
+        return self._hprint_Pow(expr, rational=rational, sqrt="np.sqrt")
+
+    def _print_Pi(self, expr: Any) -> str:
+        return "np.pi"
+
+    def _print_Exp1(self, expr: Any) -> str:
+        return "np.e"
+
+    def _helper(self, expr: Any) -> str:
+        return f"_{type(expr).__name__}({', '.join(self._print(a) for a in expr.args)})"
+
+    _print_log_cosh = _print_sinc = _print_sinc_slope = _helper
+
+    def _print_negative_part(self, expr: Any) -> str:
+        return f"np.minimum({self._print(expr.args[0])}, 0.0)"
+
+    def _print_is_negative(self, expr: Any) -> str:
+        return f"1.0*({self._print(expr.args[0])} < 0.0)"
+
+    def _print_Difference(self, expr: Any, suffix: str = "difference") -> str:
+        return f"_{expr.args[0]}_{suffix}({self._print(expr.args[1])}, {self._print(expr.args[2])})"
+
+    def _print_DifferenceSlope(self, expr: Any) -> str:
+        return self._print_Difference(expr, "difference_slope")
+
+
+KERNEL_PRINTER = KernelPrinter()
+
+
+def block(
+    outputs: Sequence[tuple[Symbol | str, Expr]], depth: int = 1, printer: KernelPrinter = KERNEL_PRINTER
+) -> tuple[str, int]:
+    """Lines that assign common subexpressions and then the outputs, indented; and their operations."""
+    subexpressions, expressions = rational.cse([e for _, e in outputs])
+    assigned = [*subexpressions, *zip((name for name, _ in outputs), expressions, strict=True)]
+    return lines(assigned, depth, printer), operations(assigned)
+
+
+def lines(assigned: Iterable[tuple[Any, Expr]], depth: int = 1, printer: KernelPrinter = KERNEL_PRINTER) -> str:
+    """One line an assignment, in the order given."""
+    named = ((name if isinstance(name, str) else printer.doprint(name), e) for name, e in assigned)
+    return indent("\n".join(f"{name} = {printer.doprint(e)}" for name, e in named), "    " * depth)
+
+
+def operations(assigned: Iterable[tuple[Any, Expr]]) -> int:
+    """Arithmetic operations and function calls of assignments as they are printed."""
+    return sum(int(count_ops(e)) for _, e in assigned)
+
+
+def fill(template: str, **fields: object) -> str:
+    """str.format that also refuses fields the template does not use."""
+    wanted = {name for _, name, _, _ in Formatter().parse(template) if name}
+    if wanted != set(fields):
+        raise KeyError(f"template wants {sorted(wanted)}, got {sorted(fields)}")
+    return template.format(**fields)
+
+
+def literal_tuple(items: Iterable[str]) -> str:
+    """Text of a tuple of the items' texts."""
+    return "(" + "".join(f"{item}, " for item in items).rstrip() + ")"

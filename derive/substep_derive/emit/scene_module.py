@@ -1,0 +1,128 @@
+"""Scene -> text of its module: energies, invariants and accelerations in NumPy; and its entry in the index."""
+
+import hashlib
+from collections.abc import Iterable
+
+from sympy import Expr, Matrix, Symbol, sympify
+
+from ..declare.digest import scene_digest
+from ..declare.parameter import Parameter
+from ..declare.symbols import sampled, t
+from ..motion.equations import Motion
+from .index import domain_text, number
+from .printing import block, fill, literal_tuple
+from .templates.scene import LOG_COSH, SCENE_FUNCTION, SCENE_HEADER, SCENES
+from .templates.scheme import BANNER
+
+
+def closed_forms(motion: Motion) -> str:
+    """Equations of motion, tangent and invariants, as a reader of the module sees them."""
+    q = list(motion.coordinates)
+    forms: dict[str, object] = {
+        "kinetic energy": motion.scene.kinetic,
+        "potential": motion.scene.potential,
+        **{f"{s}": e for s, e in motion.scene.invariants.items()},
+        "mass": motion.mass.tolist(),
+        "damping": motion.damping.tolist() if any(motion.damping) else None,
+        "internal force": list(motion.force(q)),
+        "tangent stiffness": motion.tangent(q).tolist(),
+        "load": list(motion.load) if any(motion.load) else None,
+        "angular momentum": motion.angular_momentum,
+    }
+    return "\n".join(f"    {name}: {form}" for name, form in forms.items() if form is not None)
+
+
+def scene_module(motion: Motion) -> str:
+    """Text of generated/substep_kernels/scene_<name>.py."""
+    scene = motion.scene
+    values = tuple(p.symbol for p in scene.parameters)
+    acceleration = motion.consistent_acceleration
+    functions = [
+        _function("energy", values, "Kinetic energy and potential, in J for units of kg, m, s.", motion, motion.energy),
+        _function("acceleration", values, "Acceleration from the equation of motion.", motion, acceleration),
+    ]
+    if motion.angular_momentum is not None:
+        text = "Angular momentum about the pivot, in kg m^2/s."
+        functions.append(_function("angular_momentum", values, text, motion, motion.angular_momentum))
+    for name, e in motion.outputs.items():
+        functions.append(_function(name, values, f"{name.capitalize()}.", motion, e))
+    body = "".join(functions)
+    helper = fill(LOG_COSH, decorator="") if "_log_cosh(" in body else ""
+    return "".join(
+        [
+            fill(
+                BANNER,
+                source=f"the declaration of {scene.name} in substep_derive.scenes",
+                digest=scene_digest(scene),
+            ),
+            fill(
+                SCENE_HEADER,
+                name=scene.name,
+                reference=scene.reference + ".",
+                closed_forms=closed_forms(motion),
+            ),
+            helper,
+            body,
+        ]
+    )
+
+
+def _function(name: str, values: tuple[Symbol, ...], docstring: str, motion: Motion, value: Expr | Matrix) -> str:
+    """A function of the parameters, the time, u and v (..., d) and, where the user gives one, the load f (...)."""
+    is_vector = isinstance(value, Matrix)
+    rows = list(value) if is_vector else [value]
+    given = [sampled] if motion.is_sampled else []
+    read = {s for e in rows for s in e.free_symbols}
+    places = [(q, f"displacement[..., {k}]") for k, q in enumerate(motion.coordinates)]
+    places += [(r, f"velocity[..., {k}]") for k, r in enumerate(motion.scene.rates)]
+    taken = "".join(f"    {s} = {text}\n" for s, text in places if s in read)
+    outputs = [(f"value_{k}" if len(rows) > 1 else "value", e) for k, e in enumerate(rows)]
+    body, _ = block(outputs)
+    of_all = ", ".join(name for name, _ in outputs)
+    return fill(
+        SCENE_FUNCTION,
+        name=name,
+        arguments=", ".join([*(s.name for s in values), t.name, "displacement", "velocity", *(s.name for s in given)]),
+        docstring=docstring,
+        body=taken + body,
+        value=f"np.stack(np.broadcast_arrays({of_all}, displacement[..., 0])[:-1], axis=-1)" if is_vector else "value",
+    )
+
+
+def scenes_index(motions: Iterable[Motion]) -> str:
+    """Text of generated/substep_kernels/scenes.py."""
+    body = ["{", *(f'    "{m.scene.name}": {scene_entry(m)},' for m in motions), "}"]
+    text = fill(SCENES, scenes="\n".join(body))
+    checked = hashlib.sha256(text.encode()).hexdigest()
+    return fill(BANNER, source="substep_derive.scenes", digest=checked) + text
+
+
+def scene_entry(motion: Motion) -> str:
+    """Plain data about one scene, as text."""
+    scene = motion.scene
+    arguments = ", ".join(p.name for p in scene.parameters)
+
+    def function(text: str) -> str:
+        return f"lambda {arguments}: {text}".replace("lambda :", "lambda:")
+
+    u, v = ([sympify(scene.start[s]) for s in symbols] for symbols in (motion.coordinates, scene.rates))
+    given = [sympify(scene.start[a]) for a in scene.accelerations if a in scene.start]
+    oscillator = motion.oscillator
+    start = [literal_tuple(number(e) for e in vector) if vector else "None" for vector in (u, v, given)]
+    entry = {
+        "coordinates": literal_tuple(f'("{q}", "{unit}")' for q, unit in scene.coordinates.items()),
+        "parameters": literal_tuple(_parameter(p) for p in scene.parameters),
+        "start": function(f"({', '.join(start)})"),
+        "length": function(number(sympify(scene.length))),
+        "energy_scale": "None" if scene.energy_scale is None else function(number(scene.energy_scale)),
+        "outputs": literal_tuple(f'"{name}"' for name in scene.outputs),
+        "angular_momentum": repr(motion.angular_momentum is not None),
+        "sampled": repr(motion.is_sampled),
+        "oscillator": "None" if oscillator is None else function(literal_tuple(number(e) for e in oscillator)),
+        "reference": repr(scene.reference),
+    }
+    return "{\n" + "".join(f'        "{key}": {value},\n' for key, value in entry.items()) + "    }"
+
+
+def _parameter(p: Parameter) -> str:
+    return f'("{p.name}", {domain_text(p)}, {None if p.default is None else float(p.default)})'

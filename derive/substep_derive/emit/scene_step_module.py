@@ -1,0 +1,268 @@
+"""Pair -> text of a module that holds the whole march of one scheme on one scene, and calls only itself."""
+
+import hashlib
+import re
+from collections.abc import Iterable, Sequence
+from textwrap import indent, wrap
+
+import sympy
+from sympy import Function, Symbol, symbols
+
+from ..declare.digest import scene_digest, scheme_digest
+from ..declare.errors import DeclarationError
+from ..declare.potentials import log_cosh, negative_part
+from ..declare.symbols import knot_of, lattice
+from ..kernels.near_series import NEAR, near_series
+from ..kernels.scene_step import Pair, Step
+from ..motion.components import assign, component_names
+from ..motion.differences import Difference, DifferenceSlope
+from ..motion.effective import effective_systems
+from .lane_blocks import march_block
+from .printing import KERNEL_PRINTER, block, fill, lines, literal_tuple, operations
+from .templates.scene import DIFFERENCE, LANE, LOG_COSH, MARCH, NEWTON, PAIR_HEADER, SINC, SINC_SLOPE, START, STENCIL
+from .templates.scheme import BANNER
+
+FUNCTIONS: dict[str, type[Function]] = {"log_cosh": log_cosh, "negative_part": negative_part}
+# names a kernel gives to something else than a parameter: control, then vectors' components and numbered names; one
+# that ends in an underscore may be a block's row
+TAKEN = {
+    *("h", "i", "j", "n", "u", "v", "a", "np", "njit", "lane", "first", "last", "state", "forces", "start_forces"),
+    *("bound", "stride", "out", "row", "iterations", "count", "peak", "n_done", "status", "done", "energy", "total"),
+    *("tolerance", "one_over_det", "largest", "rows", "begin", "end", "ends", "running", "seen", "size", "counted"),
+    *("going", "good", "top", "old", "new", "left", "stopped", "now", "r"),
+}
+TAKEN_FORMS = re.compile(r"[uvar]_.+|([cx]|near_|residual_|change_|jacobian_|K0_|f_)\d+|.+_")
+
+
+def pair_module(p: Pair, source: str) -> str:
+    """Text of generated/substep_kernels/<scheme>__<scene>.py."""
+    parameters = [s.name for s in p.parameters(p.expressions)]
+    if own := [a for a in parameters if a in TAKEN or TAKEN_FORMS.fullmatch(a)]:
+        raise DeclarationError(f"{p.motion.scene.name}: the kernel uses the name '{own[0]}'; rename the parameter")
+    lane = ["h", *parameters, *(["tolerance"] if p.newton else [])]
+    forces = ["forces"] if p.motion.is_sampled else []
+    counted = ["iterations"] if p.newton else []
+    arguments = [*lane, "state", *forces, "bound", "first", "n", "stride", "out", *counted]
+    results = ["peak", "n_done", "status"]
+    body, counts = _lane(p, arguments)
+    body += march_block(p, [*arguments, *results], state_places(p), _calls([*arguments, *results], block=True))
+    start_names, start = _start(p)
+    text = "".join([body, _march(p, arguments, results, lane), start, _stencil(p)])
+    parts = [
+        fill(BANNER, source=source, digest=pair_digest(p)),
+        fill(
+            PAIR_HEADER,
+            scheme=p.scheme.name,
+            scene=p.motion.scene.name,
+            closed_forms=closed_forms(p),
+            arguments=literal_tuple(f'"{name}"' for name in (*arguments, *results)),
+            scalars=literal_tuple(f'"{name}"' for name in lane),
+            start_arguments=literal_tuple(f'"{name}"' for name in start_names),
+            state=literal_tuple(f'("{kind}", {-(lattice(label) or 0)})' for kind, label in _state(p)),
+            reported="uva"[: len(p.report)],
+            operations=counts,
+        ),
+        *_helpers(text, p),
+        text,
+    ]
+    return "".join(parts)
+
+
+def pair_digest(p: Pair) -> str:
+    """sha256 of both declarations."""
+    return hashlib.sha256((scheme_digest(p.scheme) + scene_digest(p.motion.scene)).encode()).hexdigest()
+
+
+def closed_forms(p: Pair) -> str:
+    """Residual and tangent of every balance, as of the paper; the scene's forms stand in its own module."""
+    rows = []
+    for k, e in enumerate(effective_systems(p.scheme), start=1):
+        rows += [f"    balance {k}, unknown z with effective mass {e.effective_mass}:", f"        {e.residual} = 0"]
+    told = "Effective mass and residual of each balance, N the internal force and K_t its tangent:"
+    wrapped = (wrap(row, 110, subsequent_indent=" " * 12, break_long_words=False) for row in rows)
+    return "\n".join([told, *(part for parts in wrapped for part in parts)])
+
+
+def _state(p: Pair) -> list[tuple[str, str]]:
+    return [knot_of(s) or ("u", "0") for s in p.scheme.state]
+
+
+def state_places(p: Pair) -> list[tuple[str, str]]:
+    """Name of every component of the state, and its row and column."""
+    return [
+        (name, f"{j}, {i}") for j, s in enumerate(p.scheme.state) for i, name in enumerate(component_names(s, p.motion))
+    ]
+
+
+def _lane(p: Pair, arguments: Sequence[str]) -> tuple[str, dict[str, object]]:
+    state = [(name, f"state[{place}]") for name, place in state_places(p)]
+    texts, prior_count = block(p.prior, 2) if p.prior else ("", 0)
+    steps, counts, iteration = [texts] if texts else [], prior_count, {}
+    for k, step in enumerate(p.steps):
+        text, once, again = _step(p, step, k)
+        steps.append(text)
+        counts += once
+        if again:
+            iteration[k] = again
+    told, told_count = block([*p.told, (Symbol("energy"), p.energy)], 2)
+    forces = ""
+    if p.motion.is_sampled:
+        forces = "".join(f"        f_{k} = forces[i, {k}]\n" for k in range(len(p.stencil)))
+    store = [
+        f"            row[{kind}, {i}] = {e}" for kind, vector in enumerate(p.report) for i, e in enumerate(vector)
+    ]
+    text = fill(
+        LANE,
+        lane_arguments=", ".join(arguments),
+        read_state="\n".join(f"    {name} = {place}" for name, place in state),
+        constants=lines([*p.constants, *p.near]),
+        forces=forces,
+        steps="\n".join(steps),
+        told=told,
+        sum=" + ".join(p.finite),
+        shift="\n".join(f"        {old} = {new}" for old, new in p.shift),
+        store="\n".join(store),
+        write_state="\n".join(f"    {place} = {name}" for name, place in state),
+    )
+    return text, {"step": counts + told_count, "iteration": tuple(iteration.values())}
+
+
+def _step(p: Pair, step: Step, k: int) -> tuple[str, int, int]:
+    """Text of one balance; its operations once a step, and in every iteration."""
+    before, counts = block(step.before, 2) if step.before else ("", 0)
+    after, after_count = block(step.after, 2) if step.after else ("", 0)
+    if step.first is None:
+        residual, count = block(assign(step.residual_names, step.residual), 2)
+        solved = assign(step.z, -step.inverse * step.residual_names)
+        text = "\n".join(part for part in (before, residual, lines(solved, 2), after) if part)
+        return text, counts + count + operations(solved) + after_count, 0
+    entries, solve, change = step.correction()
+    iteration, count = block(entries, 3)
+    update = [(z, z - c) for z, c in zip(step.z, change, strict=True)]
+    first = list(zip(step.z, step.first, strict=True))
+    text = fill(
+        NEWTON,
+        before=before,
+        first=lines(first, 2),
+        moving=lines(step.moving, 3),
+        iteration=iteration,
+        change=lines(solve, 3),
+        update=lines(update, 3),
+        largest=indent("\n".join(step.largest(change)), " " * 12),
+        balance=k,
+        after=after,
+    ).strip("\n")
+    again = operations(step.moving) + count + operations(solve) + operations(update) + len(step.z)
+    return text, counts + operations(first) + after_count, again
+
+
+def _march(p: Pair, arguments: Sequence[str], results: Sequence[str], lane: Sequence[str]) -> str:
+    more = ""
+    if "forces" in arguments:
+        more += f" forces (lanes or 1, n, {len(p.stencil)}): the load at the stencil."
+    if p.newton:
+        more += (
+            " tolerance: of the last correction of u. iterations (lanes, rows, balances): Newton's, of the first "
+            "rows steps."
+        )
+    docstring = (
+        f"{', '.join(lane)}: one number a lane. state (lanes, {len(p.scheme.state)}, {len(p.motion.coordinates)}), "
+        "rows as STATE: at the start, and at the end that of the last good step. "
+        f"out (lanes, rows, {len(p.report)}, {len(p.motion.coordinates)}): {', '.join('uva'[: len(p.report)])} every "
+        "stride steps, row 0 the caller's. "
+        "peak (lanes,): largest energy of the steps made here. first: steps completed before. "
+        "n_done (lanes,): steps completed in all, at most n (lanes,); "
+        "status (lanes,). A lane stops before a state that is not finite or whose energy exceeds bound (lanes,)."
+    )
+    return fill(
+        MARCH,
+        arguments=", ".join([*arguments, *results]),
+        title=f"March every lane n steps of {p.scheme.name}.",
+        docstring=indent("\n".join(wrap(docstring + more, 110)), "    "),
+        lane_call=", ".join(_calls(arguments)),
+    )
+
+
+def _calls(arguments: Sequence[str], *, block: bool = False) -> list[str]:
+    """Arguments of march for one lane or a block of them; one row of forces may serve all."""
+    lanes = "lane : lane + WIDTH" if block else "lane"
+    row = "lane % forces.shape[0]"
+    some = {"first": "first", "stride": "stride", "forces": f"forces[{row} :][:WIDTH]" if block else f"forces[{row}]"}
+    return [some.get(name, f"{name}[{lanes}]") for name in arguments]
+
+
+def _start(p: Pair) -> tuple[list[str], str]:
+    """Names of its arguments, and text of `start`; nothing where another scheme marches first."""
+    if p.start is None:
+        return [], ""
+    expressions = [*p.start.state, *(e for _, e in p.start.constants)]
+    used = {s.name for e in expressions for s in e.free_symbols}
+    loads = [f"f_{k}" for k in range(len(p.start.stencil))] if p.motion.is_sampled else []
+    arguments = ["h", *(s.name for s in p.parameters(expressions)), *(["start_forces"] if loads else [])]
+    calls = [f"{a}[lane]" for a in arguments]
+    if loads:
+        calls[-1] = "start_forces[lane % start_forces.shape[0]]"
+    vectors = [*"uva", "state"]
+    body = [f"    {name} = start_forces[{k}]" for k, name in enumerate(loads) if name in used]
+    for kind in "uva":
+        for i, name in enumerate(component_names(Symbol(f"{kind}_0"), p.motion)):
+            body += [f"    {name} = {kind}[{i}]"] if name in used else []
+    state = p.start.state
+    stores = [(f"state[{j}, {i}]", state[i, j]) for j in range(state.cols) for i in range(state.rows)]
+    text = fill(
+        START,
+        lane_arguments=", ".join([*arguments, *vectors]),
+        body="\n".join([*body, *([lines(p.start.constants)] if p.start.constants else []), lines(stores)]),
+        arguments=", ".join([*arguments, *vectors]),
+        lane_call=", ".join([*calls, *(f"{vector}[lane]" for vector in vectors)]),
+        m=state.cols,
+        d=state.rows,
+        more=f" start_forces (lanes or 1, {len(loads)}): the load at start_stencil." if loads else "",
+    )
+    return [*arguments, *vectors], text
+
+
+def _stencil(p: Pair) -> str:
+    if not p.motion.is_sampled:
+        return ""
+    start = () if p.start is None else p.start.stencil
+    return fill(
+        STENCIL,
+        parameters=", ".join(s.name for s in p.scheme.values),
+        instants=literal_tuple(KERNEL_PRINTER.doprint(tau) for tau in p.stencil),
+        start_instants=literal_tuple(KERNEL_PRINTER.doprint(tau) for tau in start),
+    )
+
+
+def _helpers(text: str, p: Pair) -> Iterable[str]:
+    """Functions that the kernel calls, in an order in which each finds those it calls itself."""
+    differences = {a for e in p.expressions for a in e.atoms(Difference, DifferenceSlope)}
+    names = sorted({str(a.args[0]) for a in differences})
+    if "_log_cosh(" in text or "log_cosh" in names:
+        yield fill(LOG_COSH, decorator="@_compile\n")
+    if "_sinc(" in text or "_sinc_slope(" in text:
+        yield SINC
+    if "_sinc_slope(" in text:
+        yield SINC_SLOPE
+    for name in names:
+        yield _difference(name)
+
+
+def _difference(name: str) -> str:
+    g = FUNCTIONS.get(name) or getattr(sympy, name)
+    series, slope, last, m = near_series(g)
+    old, new = symbols("old new")
+
+    def at(x: Symbol, order: int = 0) -> str:
+        return KERNEL_PRINTER.doprint((g(m).diff(m, order) if order else g(m)).subs(m, x))
+
+    return fill(
+        DIFFERENCE,
+        g=name,
+        near="0.0" if g is negative_part else KERNEL_PRINTER.doprint(NEAR.n(5)),  # its kink has no series
+        series=block([("difference", series), ("last", last)], 2)[0],
+        slope_series=block([("difference", series), ("last", last), ("slope", slope)], 2)[0],
+        at_old=at(old),
+        at_new=at(new),
+        slope_at_new=at(new, 1),
+    )

@@ -1,0 +1,158 @@
+"""Kernel list -> text of a module. The text depends on the declarations alone, byte for byte."""
+
+import re
+from collections.abc import Sequence
+from textwrap import indent, wrap
+
+from sympy import Symbol, count_ops
+
+from ..algebra import rational
+from ..declare.digest import scheme_digest
+from ..declare.errors import DeclarationError
+from ..declare.scheme import Scheme
+from ..declare.symbols import Omega, state_label, xi
+from ..kernels.kernel import Kernel, entries
+from ..kernels.march_form import MarchForm
+from ..kernels.march_shape import loads_for, shape_name
+from ..kernels.scheme import scheme_kernels
+from ..kernels.stability import live_coefficients, stability_kernels
+from ..motion.effective import effective_systems
+from ..oscillator.amplification import Amplification
+from ..oscillator.transfer import Transfer
+from .coefficients import coefficient_functions
+from .index import index_entry
+from .printing import PRINTER, fill, literal_tuple
+from .stability import stability_functions
+from .templates.elementary import ELEMENTARY
+from .templates.scheme import BANNER, SCHEME_FUNCTIONS, SCHEME_HEADER, START
+
+RESERVED = {  # names a generated function gives to something else than a parameter
+    *("det", "q", "w", "given", "out", "i", "k", "n", "x", "y", "z", "den", "den_o", "increment", "load"),
+    *("outputs", "outputs_load", "Omega", "xi", "math", "cmath", "np", "half", "leading", "s", "j", "r", "first"),
+    *("radius", "damping", "period", "rest", "count", "kept", "growth", "shift", "angle", "root", "third"),
+    *("less", "modulus2", "discriminant", "square", "scale", "opposite", "found", "njit", "_", "size", "whole"),
+    *("P", "S", "den_", "total", "product", "real", "split", "inverse", "bits", "cosine"),
+    *("better", "near_damping", "near_period"),
+}
+
+
+def is_reserved(name: str) -> bool:
+    """Whether no parameter may have that name; a letter with digits and underscores is one, as in x1, N01_ or k1_2."""
+    return name in RESERVED or re.fullmatch(r"[A-Za-z][\d_]+", name) is not None
+
+
+def print_kernel(kernel: Kernel) -> str:
+    """One jitted scalar function: common subexpressions, then the named outputs."""
+    subexpressions, outputs = rational.cse([e for _, e in kernel.outputs])
+    subexpressions = [*(kernel.first or ()), *subexpressions]
+    operations = sum(int(count_ops(e)) for e in (*(e for _, e in subexpressions), *outputs))
+    lines = [f"{name} = {PRINTER.doprint(e)}" for name, e in subexpressions]
+    lines += [f"{name} = {PRINTER.doprint(e)}" for (name, _), e in zip(kernel.outputs, outputs, strict=True)]
+    body = indent("\n".join(lines), "    ")
+    arguments = ", ".join(a.name for a in kernel.arguments)
+    returned = ", ".join(name for name, _ in kernel.outputs)
+    return (
+        f"\n\n@{'_compile' if kernel.first is None else '_inline'}\ndef {kernel.name}({arguments}):\n"
+        f'    """{kernel.docstring} {operations} operations."""\n{body}\n    return {returned}\n'
+    )
+
+
+def closed_forms(scheme: Scheme, amplification: Amplification) -> str:
+    """What a reader of the module sees of the paper: relations, balances, effective stiffness, A."""
+    lines = ["Relations and balances:"]
+    lines += [f"    {symbol} = {expression}" for symbol, expression in scheme.relations.items()]
+    lines += [f"    M*({b.inertia}) + C*({b.damping}) + {b.force} = {b.load}" for b in scheme.balances]
+    lines += ["", "Effective stiffness of each balance and its unknown:"]
+    lines += [f"    {e.unknown}: {e.effective_stiffness}" for e in effective_systems(scheme)]
+    labels = [state_label(s) for s in scheme.state]
+    lines += [
+        "",
+        f"Amplification matrix N/den in ({', '.join(labels)}):",
+        f"    den = {rational.horner(amplification.step.den, Omega)}",
+    ]
+    lines += [f"    {name} = {rational.horner(e, Omega)}" for name, e in entries("N", amplification.step.N)]
+    wrapped = (wrap(line, 110, subsequent_indent=" " * 8, break_long_words=False) or [""] for line in lines)
+    return "\n".join(part for line in wrapped for part in line)
+
+
+def scheme_module(form: MarchForm, source: str) -> str:
+    """Text of generated/substep_kernels/<name>.py."""
+    amplification, scheme = form.amplification, form.scheme
+    transfer = Transfer.of(amplification)
+    kernels = [*scheme_kernels(amplification), *stability_kernels(amplification)]
+    count = len(live_coefficients(amplification)) - 1
+    names = {kernel.name: [name for name, _ in kernel.outputs] for kernel in kernels}
+    m = len(scheme.state)
+    arguments = [Omega.name, xi.name, *(p.name for p in scheme.parameters)]
+    if taken := [a for a in arguments[2:] if is_reserved(a)]:
+        raise DeclarationError(f"{scheme.name}: the name '{taken[0]}' is used by the module; rename the parameter")
+    at_i = {p.symbol: Symbol(f"{p.name}[i]") for p in scheme.parameters}
+    typed = {"arguments": ", ".join(arguments), "arguments_i": ", ".join(f"{a}[i]" for a in arguments)}
+    parts = [
+        fill(BANNER, source=source, digest=scheme_digest(scheme)),
+        fill(
+            SCHEME_HEADER,
+            title=f"{scheme.name}: stability functions and march coefficients.",
+            reference=scheme.reference + ".",
+            closed_forms=closed_forms(scheme, amplification),
+            imports="import math" if count <= 3 else "import cmath\nimport math",
+            name=scheme.name,
+            state=literal_tuple(f'"{state_label(s)}"' for s in scheme.state),
+            parameters=literal_tuple(f'"{p.name}"' for p in scheme.parameters),
+            march=shape_name(form.shape),
+            loads=loads_for(len(form.stencil)),
+            kept=form.kept,
+            filter_order=transfer.order if transfer else 0,
+            carrier=form.carrier,
+            start_stencil=literal_tuple(str(float(tau)) for tau in amplification.start_stencil),
+        ),
+        fill(ELEMENTARY),
+        *(print_kernel(kernel) for kernel in kernels),
+        stability_functions(amplification, arguments),
+        fill(
+            SCHEME_FUNCTIONS,
+            **typed,
+            m=m,
+            K=len(form.stencil),
+            store_amplification=_stores(names["_increment"], identity=True),
+            increment_names=_assigned(names["_increment"]),
+            store_stencil="\n".join(
+                f"        out[i, {k}] = {PRINTER.doprint(tau.subs(at_i))}" for k, tau in enumerate(form.stencil)
+            ),
+            parameters_comma="".join(f"{p.name}, " for p in scheme.parameters),
+        ),
+        coefficient_functions(form, transfer, arguments),
+    ]
+    if "_start" in names:
+        start = amplification.start_stencil
+        assigned, stores = _assigned(names["_start"]), _stores(names["_start"])
+        parts.append(fill(START, **typed, m=m, K=len(start), start_names=assigned, store_start=stores))
+    return "".join(parts)
+
+
+TARGETS = {"D": "out", "S": "given", "T": "load"}
+
+
+def _stores(names: Sequence[str], *, identity: bool = False) -> str:
+    """Lines that store name_ij over its denominator in the array its letter stands for, or I + it."""
+    lines = []
+    for name in names:
+        if not name.startswith("den"):
+            one = "1.0 + " if identity and name[2] == name[3] else ""
+            lines.append(f"        {TARGETS[name[0]]}[i, {name[2]}, {name[3]}] = {one}{name} / den")
+    return "\n".join(lines)
+
+
+def _assigned(names: Sequence[str]) -> str:
+    """The names as a target of assignment, over several lines if need be."""
+    lines = wrap(", ".join(names), 100)
+    return lines[0] if len(lines) == 1 else "(\n            " + "\n            ".join(lines) + "\n        )"
+
+
+def own_module(scheme: Scheme) -> str:
+    """Text of a module for a scheme of the user's own: as a committed one, with its index entry as ENTRY."""
+    form = MarchForm.of(Amplification.of(scheme))
+    roots: list[str] = []
+    entry = "\n".join(f"    {line}" for line in index_entry(form, roots))
+    text = scheme_module(form, f"the declaration of {scheme.name}")
+    return f"{text}{''.join(roots)}\n\nENTRY = {{\n{entry}\n}}\n"

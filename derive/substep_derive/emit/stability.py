@@ -1,0 +1,93 @@
+"""Amplification -> text of the stability functions of a module, chosen by the number of live eigenvalues alone."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from textwrap import indent
+
+from sympy import Expr
+
+from ..declare.scheme import Scheme
+from ..kernels.eigenvalue_defect import Residual
+from ..kernels.stability import live_coefficients, never_negative
+from ..oscillator.amplification import Amplification
+from .printing import fill
+from .templates.eigenvalues import THREE_EIGENVALUES, TWO_EIGENVALUES
+from .templates.many_eigenvalues import MORE_EIGENVALUES
+from .templates.stability import MONIC, NEAR, PAIR, STABILITY
+
+SMALL_OMEGA = 0.125  # below: exact eigenvalue plus its defect; above: direct formulas
+BLOCK = 2048  # points whose arrays stay in the second cache; fewer, and the loops' beginnings and ends tell
+
+
+def stability_functions(amplification: Amplification, arguments: Sequence[str]) -> str:
+    """Text after the kernels; arguments: Omega, xi and the parameters."""
+    c = live_coefficients(amplification)
+    degree, residual = len(c) - 1, Residual.of(c)
+    beside = ("third",) if degree == 3 else tuple(f"o{k}" for k in range(degree - 2))
+    first = 3 if degree <= 3 else 4  # row of what `_apart` wants: the pair's imaginary part, what is beside
+    found = range(first + 1 + len(beside))
+    monic = ", ".join(f"s[{j}, i]" for j in range(6)) if degree == 3 else ""
+    typed = {"arguments": ", ".join(arguments), "arguments_i": ", ".join(f"{a}[i]" for a in arguments)}
+    blocks = {"arguments_slice": ", ".join(f"{a}[i:k]" for a in arguments), "block": BLOCK}
+    parts = [
+        fill(
+            PAIR,
+            outputs=", ".join(residual.outputs),
+            lines=_indented(residual.text(SMALL_OMEGA)),
+        ),
+        _eigenvalues(amplification.scheme, c, typed, blocks, arguments),
+        fill(
+            NEAR,
+            **typed,
+            more="".join(f", {name}" for name in beside),
+            others=_indented(_others(("-third",) if degree == 3 else beside)),
+            re=found.stop,
+            im=found.stop + 1,
+            kept_i=", ".join(f"s[{j}, i]" for j in found[first:]),
+            first=first,
+            small_Omega=SMALL_OMEGA,
+            size=found.stop + 2,
+            before=fill(MONIC, arguments_i=typed["arguments_i"], monic=monic) if monic else "",
+            found_i=", ".join(f"s[{j}, i]" for j in found),
+            prepared_i=f", {monic}" if monic else "",
+        ),
+        fill(
+            STABILITY,
+            arguments=typed["arguments"],
+            **blocks,
+        ),
+    ]
+    return "".join(parts)
+
+
+def _eigenvalues(
+    scheme: Scheme,
+    c: Sequence[Expr],
+    typed: Mapping[str, str],
+    blocks: Mapping[str, str | int],
+    arguments: Sequence[str],
+) -> str:
+    names, degree = {**typed, "arguments_no_xi": ", ".join((arguments[0], *arguments[2:]))}, len(c) - 1
+    if degree == 2:
+        size = "c2" if never_negative(c[2], scheme) else "abs(c2)"
+        return fill(TWO_EIGENVALUES, **names, size=size)
+    if degree == 3:
+        return fill(THREE_EIGENVALUES, **names, **blocks)
+    others = ", ".join(f"others[{k}] / others[-1]" for k in range(degree - 2))
+    sizes = {"half": (degree + 1) // 2, "small_Omega": SMALL_OMEGA}
+    return fill(MORE_EIGENVALUES, **names, others=others, **sizes)
+
+
+def _others(coefficients: Sequence[str]) -> Iterable[str]:
+    """g0, g1, times (1 - tau/2)^n and the monic polynomial in lambda, its other n coefficients given lowest first."""
+    if not coefficients:
+        return
+    yield "e0, e1, d0, d1 = 1.0 + 0.5 * x, 0.5 * y, 1.0 - 0.5 * x, -0.5 * y  # e^s = e/d"
+    yield f"j0, j1 = e0 + {coefficients[-1]} * d0, e1 + {coefficients[-1]} * d1".replace("+ -", "- ")
+    for k, coefficient in enumerate(coefficients[-2::-1]):
+        yield f"c0, c1 = {'c0 * d0 - c1 * d1, c0 * d1 + c1 * d0' if k else 'd0 * d0 - d1 * d1, 2.0 * d0 * d1'}"
+        yield f"j0, j1 = j0 * e0 - j1 * e1 + {coefficient} * c0, j0 * e1 + j1 * e0 + {coefficient} * c1"
+    yield "g0, g1 = g0 * j0 - g1 * j1, g0 * j1 + g1 * j0"
+
+
+def _indented(lines: Iterable[str]) -> str:
+    return indent("\n".join(lines), "    ")

@@ -1,0 +1,1 @@
+"""What a generated module is printed from: frozen objects, no text."""

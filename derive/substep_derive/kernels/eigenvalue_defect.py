@@ -1,0 +1,138 @@
+"""Live polynomial -> how far the exact eigenvalue e^s is from being one of its roots, to all digits.
+
+s = Omega*zeta with zeta^2 = -2*xi*zeta - 1, and numbers are pairs alpha + beta*zeta. In tau, which is
+2*(lambda - 1)/(lambda + 1) and 2*tanh(s/2) at e^s, the polynomial's coefficients are small as its value is: E_0 of
+order Omega^2, E_1 of order Omega. What they cancel because the scheme is consistent is cancelled here; the rest are
+tails of the series of tau's powers, which have every second power of s alone.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache
+from math import comb
+
+from sympy import Dummy, Expr, Integer, Poly, Rational, expand
+
+from ..algebra.power_series import powers_of_zeta
+from ..declare.symbols import Omega, xi
+
+LEAST_TERMS, MOST_TERMS = 4, 9  # powers of Omega that are cancelled; for a consistent scheme the first three vanish
+DIGITS = 2.0**-46  # of the tails at the largest Omega: the errors' own digits, not the eigenvalue's
+
+
+def about_one(c: list[Expr]) -> list[Expr]:
+    """Coefficients in powers of lambda - 1 from those in powers of lambda, lowest first."""
+    return [expand(sum((comb(k, j) * e for k, e in enumerate(c) if k >= j), Integer(0))) for j in range(len(c))]
+
+
+def in_tau(c: list[Expr]) -> list[Expr]:
+    """E_k, lowest first: (1 - tau/2)^d times the polynomial in lambda = (1 + tau/2)/(1 - tau/2) of degree d."""
+    tau, d = Dummy("tau"), len(c) - 1
+    total = sum((e * (1 + tau / 2) ** j * (1 - tau / 2) ** (d - j) for j, e in enumerate(c)), Integer(0))
+    return [expand(e) for e in reversed(Poly(total, tau).all_coeffs())]
+
+
+@cache
+def series(j: int, n: int) -> Rational:
+    """Coefficient of s^n in tau^j; of tau' = 1 - tau^2/4."""
+    if j == 0 or n < j:
+        return Rational(n == j)
+    return Rational(j, n) * (series(j - 1, n - 1) - series(j + 1, n - 1) / 4)
+
+
+@dataclass(frozen=True)
+class Residual:
+    """sum of E_k*tau^k at tau = 2*tanh(s/2): Omega^3*(p0 + p1*zeta) + Omega^terms*(k_0 + sum of k_jn*t_jn).
+
+    p0, p1: the powers of Omega below `terms`. tails: (j, n) -> k_jn, where t_jn are the powers of
+    tau^j from s^n on, over Omega^n. leading: the coefficient of lambda^d.
+    """
+
+    terms: int
+    p0: Expr
+    p1: Expr
+    constant: Expr
+    tails: dict[tuple[int, int], Expr]
+    leading: Expr
+
+    @classmethod
+    def of(cls, c: list[Expr]) -> "Residual":
+        """Of a polynomial in lambda, lowest first."""
+        by_power = [Poly(e, Omega) for e in in_tau(c)]
+        b = [[p.coeff_monomial(Omega**i) for i in range(p.degree() + 1)] for p in by_power]
+        zeta = powers_of_zeta(MOST_TERMS, xi)
+
+        def order(power: int) -> tuple[Expr, Expr]:
+            shares = [
+                (column[power - n] * series(j, n), zeta[n])
+                for j, column in enumerate(b)
+                for n in range(j, power + 1)
+                if power - n < len(column)
+            ]
+            return tuple(expand(sum((s * z[part] for s, z in shares), Integer(0))) for part in (0, 1))
+
+        terms = LEAST_TERMS
+        while terms < MOST_TERMS and order(terms - 1) == (0, 0):
+            terms += 1
+        sums = [sum((order(n)[part] * Omega ** (n - 3) for n in range(3, terms)), Integer(0)) for part in (0, 1)]
+        tails: dict[tuple[int, int], Expr] = {}
+        for j, column in enumerate(b):
+            for i, e in enumerate(column):
+                n = max(terms - i, j)
+                n += (n - j) % 2
+                if e != 0:
+                    tails[j, n] = tails.get((j, n), Integer(0)) + e * Omega ** (n - terms + i)
+        constant = tails.get((0, 0), Integer(0))
+        return cls(terms, sums[0], sums[1], constant, {key: e for key, e in tails.items() if key[0]}, c[-1])
+
+    @property
+    def outputs(self) -> dict[str, Expr]:
+        """What a kernel has to give for `text`: p0, p1, k0, k<j>_<n>, and the leading coefficient."""
+        tails = {f"k{j}_{n}": self.tails[j, n] for j, n in sorted(self.tails)}
+        return {"p0": self.p0, "p1": self.p1, "k0": self.constant, **tails, "leading": self.leading}
+
+    def text(self, small_Omega: float) -> Iterator[str]:
+        """Lines that return the real part and the imaginary part over sqrt(1 - xi^2) of two numbers.
+
+        They are the value at tau over Omega^3, and tau, from Omega, xi and the outputs; and the leading one.
+        """
+        highest = max(n for _, n in self.tails)
+        yield "x, w = 2.0 * xi, Omega * Omega"
+        yield "y, z = w * (2.0 - x * x), w * w  # s^4 = -y s^2 - z"
+        yield "z1, y1 = 0.0, 1.0  # zeta^n = zn + yn zeta"
+        for n in range(2, max(highest, 3) + 1):
+            yield f"z{n}, y{n} = -y{n - 1}, z{n - 1} - x * y{n - 1}"
+        for j in range(1, max(j for j, _ in self.tails) + 1):
+            mine = [n for i, n in self.tails if i == j]
+            top, low = max(mine, default=j), min(mine, default=j)
+            top, low = (max(top, 3), 1) if j == 1 else (top, low)  # tau itself
+            if j > 1 and not mine:
+                continue
+            constants = [_number(c) for c in _until_negligible(j, top, small_Omega)]
+            yield f"u, v = _in_square(y, z, ({', '.join(reversed(constants))}))"
+            yield f"c{j}, d{j} = u - w * v, -x * w * v"
+            yield f"a{j}_{top} = c{j} * z{top} - d{j} * y{top}"
+            yield f"b{j}_{top} = c{j} * y{top} + d{j} * (z{top} - x * y{top})"
+            for n in range(top - 2, low - 1, -2):
+                number, above = _number(series(j, n)), f"_{n + 2}"
+                own = (f"{number} * z{n}", f"{number} * y{n}")
+                own = tuple(e.removeprefix("1.0 * ") for e in own)
+                sums = ", ".join(f"{e} + w * {x}{j}{above}" for e, x in zip(own, "ab", strict=True))
+                yield f"a{j}_{n}, b{j}_{n} = {sums}"
+        names = [f"{j}_{n}" for j, n in sorted(self.tails)]
+        scale = " * ".join(["Omega"] * (self.terms - 3))
+        yield f"p0 += {scale} * (k0 + " + " + ".join(f"k{name} * a{name}" for name in names) + ")"
+        yield f"p1 += {scale} * (" + " + ".join(f"k{name} * b{name}" for name in names) + ")"
+        yield "return p0 - xi * p1, p1, Omega * (a1_1 - xi * b1_1), Omega * b1_1, leading"
+
+
+def _until_negligible(j: int, first: int, small_Omega: float) -> Iterator[Rational]:
+    """Coefficients of tau^j from s^first on, every second, as many as count where |s| <= small_Omega, two at least."""
+    n = first
+    while n < first + 4 or abs(series(j, n)) * small_Omega ** (n - first) > DIGITS * abs(series(j, first)):
+        yield series(j, n)
+        n += 2
+
+
+def _number(value: Rational) -> str:
+    return f"{value.p}.0" if value.q == 1 else f"{value.p}.0 / {value.q}.0"

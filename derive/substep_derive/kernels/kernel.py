@@ -1,0 +1,30 @@
+"""What the printer accepts: scalar functions with named outputs."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from sympy import Expr, Matrix, Symbol
+
+from ..algebra.rational import horner
+from ..declare.symbols import Omega
+
+
+@dataclass(frozen=True)
+class Kernel:
+    """A scalar function with named outputs: the only thing the printer accepts."""
+
+    name: str
+    arguments: tuple[Symbol, ...]
+    outputs: tuple[tuple[str, Expr], ...]
+    docstring: str
+    first: tuple[tuple[str, Expr], ...] | None = None  # sums to form before all else, in a kernel inlined in its loop
+
+
+def entries(name: str, matrix: Matrix) -> list[tuple[str, Expr]]:
+    """The entries row by row, named name_00, name_01, ..."""
+    return [(f"{name}_{i}{j}", matrix[i, j]) for i in range(matrix.rows) for j in range(matrix.cols)]
+
+
+def polynomial_kernel(name: str, arguments: Sequence[Symbol], outputs: list[tuple[str, Expr]], doc: str) -> Kernel:
+    """Outputs nested in Omega with factored coefficients."""
+    return Kernel(name, tuple(arguments), tuple((key, horner(e, Omega)) for key, e in outputs), doc)

@@ -1,0 +1,281 @@
+"""Scheme x Scene -> Pair: what a step computes, component by component, and nothing the scene does not need.
+
+Every balance is solved for its new acceleration z. Its displacement is p + c_u z with p the predictor; so
+a linear scene and an explicit balance need the constant matrix c_a M + c_v C + c_u K inverted once, and
+only a nonlinear force that moves with z needs Newton's iteration.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from sympy import Abs, Add, Dummy, Expr, Integer, Matrix, Mul, Ne, Piecewise, Symbol, diag, oo, symbols, zeros
+
+from ..declare.errors import DeclarationError
+from ..declare.scene import POSITIVE
+from ..declare.scheme import Scheme
+from ..declare.symbols import N, N_discrete, h, knot, knot_of, lattice, successor, t
+from ..motion.components import STEP, Assignments, Writer, assign
+from ..motion.effective import Stage, stages
+from ..motion.equations import Motion
+from ..oscillator.amplification import instants, reported
+
+
+@dataclass(frozen=True)
+class Step:
+    """One balance as the kernel computes it; matrices have a row a coordinate.
+
+    before: assignments once a step. moving: assignments that follow z in the iteration. residual: of the
+    balance, from before and moving. jacobian: its derivative by z. first: the z that the iteration starts
+    from; reach: what the displacement gains with z. after: assignments once z is known. Without iteration
+    first is None and z = -inverse * residual, inverse constant.
+    """
+
+    z: Matrix
+    before: Assignments
+    moving: Assignments
+    residual: Matrix
+    jacobian: Matrix
+    inverse: Matrix
+    first: Matrix | None
+    reach: Expr
+    after: Assignments
+
+    @property
+    def residual_names(self) -> Matrix:
+        """What the kernel calls the residual's components."""
+        return Matrix(symbols(f"residual_:{len(self.z)}"))
+
+    def correction(self) -> tuple[Assignments, Assignments, Matrix]:
+        """Residual and Jacobian under their names; the solve written out, in general form; Newton's correction."""
+        size, R = len(self.z), self.residual_names
+        J = Matrix(size, size, lambda i, j: Symbol(f"jacobian_{i}{j}") if self.jacobian[i, j] != 0 else 0)
+        entries = assign(R, self.residual) + [(s, e) for s, e in zip(J, self.jacobian, strict=True) if e != 0]
+        change, one_over = Matrix(symbols(f"change_:{size}")), Symbol("one_over_det")
+        if size == 1:
+            return entries, assign(change, R / J[0]), change
+        solve = assign(Matrix([one_over, *change]), Matrix([1 / J.det(), *(J.adjugate() * R * one_over)]))
+        return entries, solve, change
+
+    @staticmethod
+    def largest(change: Matrix) -> list[str]:
+        """Lines that find the largest component of the correction; a comparison is one instruction, max is more."""
+        first, *more = (f"abs({c})" for c in change)
+        return [f"largest = {first}", *(f"largest = {c} if {c} > largest else largest" for c in more)]
+
+
+@dataclass(frozen=True)
+class Start:
+    """The state at t = 0, a column a symbol of the state, from u_0, v_0, a_0 and loads at the stencil."""
+
+    constants: Assignments
+    state: Matrix
+    stencil: tuple[Expr, ...]
+
+
+@dataclass(frozen=True)
+class Pair:
+    """A step of the scheme on the scene.
+
+    constants: assignments once a run, in order. prior: assignments before the first balance. shift: component
+    of the state -> its successor, oldest first. told: assignments of what is reported; report: components of
+    u, v and, where the scheme has its own, a at t_n + h. energy of it. stencil: instants of the load, in
+    steps after t_n. start: None where another scheme marches first.
+    """
+
+    scheme: Scheme
+    motion: Motion
+    constants: Assignments
+    prior: Assignments
+    steps: tuple[Step, ...]
+    shift: Assignments
+    told: Assignments
+    report: tuple[Matrix, ...]
+    energy: Expr
+    stencil: tuple[Expr, ...]
+    start: Start | None
+
+    @property
+    def expressions(self) -> list[Expr]:
+        """All that a run computes, its start aside."""
+        lists = [self.constants, self.prior, self.told, *(a for s in self.steps for a in (s.before, s.moving, s.after))]
+        matrices = [m for s in self.steps for m in (s.residual, s.jacobian, s.inverse, s.first) if m is not None]
+        return [e for pairs in lists for _, e in pairs] + [e for m in matrices for e in m] + [self.energy]
+
+    def parameters(self, expressions: Iterable[Expr]) -> tuple[Symbol, ...]:
+        """The scheme's and the scene's parameters among them, in the order declared."""
+        used = {s for e in expressions for s in e.free_symbols}
+        declared = (*self.scheme.values, *(p.symbol for p in self.motion.scene.parameters))
+        return tuple(s for s in declared if s in used)
+
+    @property
+    def near(self) -> Assignments:
+        """How small the last correction of z has to be for that of the displacement to be within the tolerance."""
+        within = Symbol("tolerance")
+        return [
+            (Symbol(f"near_{k}"), Piecewise((within / Abs(step.reach), Ne(step.reach, 0)), (oo, True)))
+            for k, step in enumerate(self.steps)
+            if step.first is not None
+        ]
+
+    @property
+    def finite(self) -> list[str]:
+        """Names of what has to be finite for a step to count, the energy last."""
+        moved = {str(new) for _, new in self.shift}
+        return [*sorted({str(e) for vector in self.report for e in vector} | moved), "energy"]
+
+    @property
+    def newton(self) -> bool:
+        """Whether any balance iterates."""
+        return any(step.first is not None for step in self.steps)
+
+
+def pair(scheme: Scheme, motion: Motion) -> Pair:
+    """Raises DeclarationError for coefficients that are no matrices of the scene, or names that collide."""
+    _check_names(scheme, motion)
+    prior, found = stages(scheme)
+    own_a = knot(1).a in scheme.unknowns or knot(1).a in scheme.report
+    told = reported(scheme)[: 3 if own_a else 2]
+    stencil = instants([*(b.load for b in scheme.balances), *told], scheme.typical)
+    w = Writer(scheme, motion, stencil)
+    wanted = _wanted(scheme, prior, found, told)
+    known = _assigned(w, {s: e for s, e in prior.items() if s in wanted})
+    last, steps = knot(0).u, []
+    for stage in found:
+        steps.append(_step(w, stage, last, wanted))
+        last = next(iter(stage.moved), last)
+    oldest_first = sorted(scheme.state, key=lambda s: lattice((knot_of(s) or ("", "0"))[1]) or 0)
+    shift = [both for s in oldest_first for both in assign(w.components(s), w.components(successor(s)))]
+    report, assigned = [], []
+    for e, kind in zip(told, "uva", strict=False):
+        vector = w.hoisted(w.vector(e))
+        names = vector if e.is_Symbol else w.components(Symbol(f"{kind}_told"))
+        assigned += [] if e.is_Symbol else assign(names, vector)
+        report.append(names)
+    at = dict(zip((*motion.coordinates, *motion.scene.rates), (*report[0], *report[1]), strict=True))
+    energy = w.hoist(motion.energy.subs({**at, t: h * (STEP + 1)}, simultaneous=True))
+    return Pair(
+        scheme, motion, w.constants, known, tuple(steps), shift, assigned, tuple(report), energy, stencil,
+        None if isinstance(scheme.start, Scheme) else _start(scheme, motion),
+    )  # fmt: skip
+
+
+def _start(scheme: Scheme, motion: Motion) -> Start:
+    assert not isinstance(scheme.start, Scheme)
+    expressions = [scheme.start.get(s, s) for s in scheme.state]
+    stencil = instants(expressions, scheme.typical)
+    w = Writer(scheme, motion, stencil)
+    state = Matrix.hstack(*(w.hoisted(w.vector(e).subs(STEP, 0)) for e in expressions))
+    return Start(w.constants, state, stencil)
+
+
+def _wanted(scheme: Scheme, prior: dict[Symbol, Expr], found: Sequence[Stage], told: Iterable[Expr]) -> set[Symbol]:
+    """New symbols that a balance, the next step or the report reads."""
+    wanted = {s for e in told for s in e.free_symbols} | {successor(s) for s in scheme.state}
+    for stage in found:
+        mine = {*stage.in_z, stage.z}
+        read = {s for e in stage.in_z.values() for s in e.free_symbols} | stage.balance.symbols
+        wanted |= {s for s in read - mine if knot_of(s)}
+    for e in prior.values():
+        wanted |= {s for s in e.free_symbols if knot_of(s)}
+    return wanted
+
+
+def _assigned(w: Writer, expressions: dict[Symbol, Expr]) -> Assignments:
+    """Components of symbols, each from its expression."""
+    return [both for s, e in expressions.items() for both in assign(w.components(s), w.hoisted(w.vector(e)))]
+
+
+def predicted(k: int) -> Symbol:
+    """The displacement of a balance at z = 0; a second one for a force taken at two new displacements."""
+    return Symbol(f"u_star{k or ''}")
+
+
+def _step(w: Writer, stage: Stage, last: Symbol, wanted: set[Symbol]) -> Step:
+    """A balance; it iterates if its force moves with z and is not linear."""
+    z = w.components(stage.z)
+    at_zero = dict.fromkeys(z, Integer(0))
+
+    def solved(e: Expr) -> Matrix:
+        return w.vector(e.subs(stage.in_z, simultaneous=True))
+
+    inertia = w.motion.mass * solved(stage.balance.inertia) + w.motion.damping * solved(stage.balance.damping)
+    still = inertia.subs(at_zero) - w.vector(stage.balance.load)
+    slope = inertia.jacobian(z)  # of the residual by z, but for the internal force
+    moved = sorted(stage.moved, key=str)
+    reach: dict[Symbol, Expr] = {}
+    before: Assignments = []
+    after: Assignments = []
+    for k, s in enumerate(moved):
+        whole, predictor = w.hoisted(solved(s)), w.components(predicted(k))
+        reach[s] = whole[0].diff(z[0])
+        before += assign(predictor, whole.subs(at_zero))
+        after += assign(w.components(s), predictor + reach[s] * z)
+    reached = list(after)
+    after += _assigned(w, {s: e for s, e in stage.in_z.items() if s in wanted and s not in reach})
+    if stage.c_u == 0 or w.motion.linear:
+        force = stage.balance.force.subs({s: predicted(k) for k, s in enumerate(moved)})
+        displacement = stage.balance.force.replace(N, lambda u: u).replace(N_discrete, lambda u0, u1: (u0 + u1) / 2)
+        for s, c_u in reach.items():
+            slope += displacement.diff(s) * c_u * w.motion.tangent([Integer(0)] * w.size)
+        residual = w.hoisted(still + w.vector(force))
+        return Step(z, before, [], residual, slope, w.inverse(slope), None, Integer(0), after)
+    mixed, forces, known, by_z = _moving_force(w, stage, reach)
+    per_mass = _per_mass(w.motion)
+    slope, forces, by_z, still = (_scaled(w, per_mass, matrix) for matrix in (slope, forces, by_z, still + known))
+    rest = w.hoisted(still)
+    residual = slope * z + forces
+    if any(e != 0 for e in rest):
+        before += assign(w.components(Symbol("r")), rest)
+        residual += w.components(Symbol("r"))
+    unknown, c_u = next(iter(reach.items()))
+    one_over = w.reciprocal(solved(unknown)[0].diff(z[0]), c_u)
+    first = (w.components(last) - w.components(predicted(0))) * one_over
+    return Step(z, before, reached + mixed, w.hoisted(residual), w.hoisted(slope + by_z), Matrix(), first, c_u, after)
+
+
+def _per_mass(motion: Motion) -> list[Expr]:
+    """What makes a balance one of accelerations, which spares a product; 1 for masses that may vanish."""
+    sure = {p.symbol: Dummy(positive=True) for p in motion.scene.parameters if p.domain.is_subset(POSITIVE)}
+    masses = [e.subs(sure) for e in motion.mass.diagonal()]
+    if motion.mass != diag(*motion.mass.diagonal()) or not all(e.is_positive for e in masses):
+        return [Integer(1)] * len(masses)
+    return [1 / e for e in motion.mass.diagonal()]
+
+
+def _scaled(w: Writer, factors: list[Expr], matrix: Matrix) -> Matrix:
+    """Each row times its factor."""
+    return Matrix(matrix.rows, matrix.cols, lambda i, j: _distributed(w, factors[i], matrix[i, j]))
+
+
+def _distributed(w: Writer, factor: Expr, e: Expr) -> Expr:
+    """factor*e, the factor multiplied into the terms of a sum where all have constants that it joins."""
+    terms = Add.make_args(e)
+    known = [any(not a.is_number and a.free_symbols <= w.fixed for a in Mul.make_args(term)) for term in terms]
+    return Add(*(factor * term for term in terms)) if all(known) else factor * e
+
+
+def _moving_force(w: Writer, stage: Stage, reach: dict[Symbol, Expr]) -> tuple[Assignments, Matrix, Matrix, Matrix]:
+    """Mixed displacements that follow z, the force that does, the force that does not, the first's slope by z."""
+    force = stage.balance.force
+    arguments = sorted({a for atom in force.atoms(N, N_discrete) for a in atom.args if not a.is_Symbol}, key=str)
+    names = {a: Symbol(f"u_mix{k}") for k, a in enumerate(a for a in arguments if a.free_symbols & stage.moved)}
+    force = force.subs(names)
+    follows = {*stage.moved, *names.values()}
+    known = force.subs({a: 0 for a in force.atoms(N, N_discrete) if a.free_symbols & follows})
+    forces = w.vector(force - known)
+    by_z = zeros(w.size)
+    for s, c_u in reach.items():
+        by_s = forces.jacobian(w.components(s))
+        for a, name in names.items():
+            by_s += forces.jacobian(w.components(name)) * w.vector(a).jacobian(w.components(s))
+        by_z += by_s.applyfunc(lambda e, c_u=c_u: _distributed(w, c_u, e))
+    mixed = [both for a, name in names.items() for both in assign(w.components(name), w.hoisted(w.vector(a)))]
+    return mixed, forces, w.vector(known), by_z
+
+
+def _check_names(scheme: Scheme, motion: Motion) -> None:
+    mine, theirs = {p.name for p in scheme.parameters}, {p.name for p in motion.scene.parameters}
+    if both := sorted(mine & theirs):
+        raise DeclarationError(
+            f"{scheme.name} and {motion.scene.name} both have a parameter '{both[0]}'; rename the scene's"
+        )

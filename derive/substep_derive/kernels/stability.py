@@ -1,0 +1,134 @@
+"""Amplification -> Kernel list: the polynomials a module computes its stability functions from."""
+
+from collections.abc import Sequence
+
+from sympy import Add, Expr, Integer, Poly, Symbol, expand, factor, horner
+
+from ..declare.scheme import Scheme
+from ..declare.symbols import Omega, xi
+from ..oscillator.amplification import Amplification
+from ..oscillator.spectrum import live
+from .eigenvalue_defect import Residual, about_one
+from .kernel import Kernel
+
+
+def live_coefficients(amplification: Amplification) -> list[Expr]:
+    """Of the live eigenvalues' polynomial in lambda, lowest first."""
+    return list(reversed(live(amplification.charpoly).all_coeffs()))
+
+
+def never_negative(polynomial: Expr, scheme: Scheme) -> bool:
+    """Whether no term can be, wherever Omega, xi and the parameters may lie: enough, though not needed."""
+    bounded = all(p.domain.start >= 0 for p in scheme.parameters if polynomial.has(p.symbol))
+    return bounded and all(c > 0 for c in Poly(polynomial, Omega, xi, *scheme.values).coeffs())
+
+
+def stability_kernels(amplification: Amplification) -> list[Kernel]:
+    """Of the live eigenvalues: their polynomial, and how far it is from having the exact ones as roots."""
+    arguments = (Omega, xi, *amplification.scheme.values)
+    c = live_coefficients(amplification)
+    if len(c) == 3:
+        return _two(c, arguments)
+    return _three(c, arguments) if len(c) == 4 else _more(c, arguments)
+
+
+def _two(c: list[Expr], arguments: tuple[Symbol, ...]) -> list[Kernel]:
+    det, trace, c2 = c[0], -c[1], c[2]
+    return [
+        _inlined(
+            "_quadratic",
+            arguments,
+            {"c2": c2, "b0": c2 - trace + det, "q": c2 - det, "half": trace / 2, "det": det},
+            "Live eigenvalues: c2*lambda^2 - 2*half*lambda + det = 0; b0, its value at 1; q = c2 - det.",
+        ),
+        _asymmetry({"w": c2 - det}, arguments),
+        _defect(c, arguments),
+    ]
+
+
+def _three(c: list[Expr], arguments: tuple[Symbol, ...]) -> list[Kernel]:
+    c0, c1, c2, c3 = c
+    b0, b1, *_ = about_one(c)
+    opposite = {"w0": c0 - c3, "w1": c1 - c2, "y0": c0, "y1": c1 - c3}
+    return [
+        _inlined(
+            "_cubic",
+            arguments,
+            {"c3": c3, "c2": c2, "c1": c1, "c0": c0, "b0": b0, "b1": b1},
+            "Live eigenvalues: c3*lambda^3 + c2*lambda^2 + c1*lambda + c0 = 0; b0, b1, its value and slope at 1.",
+        ),
+        _asymmetry(opposite, arguments),
+        _defect(c, arguments),
+    ]
+
+
+def _asymmetry(opposite: dict[str, Expr], arguments: tuple[Symbol, ...]) -> Kernel:
+    doc = "At xi = 0, w: differences of opposite coefficients; y: the same over lambda, and what that leaves."
+    outputs = {name: e.subs(xi, 0) for name, e in opposite.items()}
+    return _inlined("_asymmetry", (Omega, *arguments[2:]), outputs, doc)
+
+
+def _defect(c: list[Expr], arguments: tuple[Symbol, ...]) -> Kernel:
+    residual = Residual.of(c)
+    doc = f"The polynomial in tau at e^s, cancelled up to Omega^{residual.terms - 1}, and coefficients for `_residual`."
+    return _inlined("_defect", arguments, residual.outputs, doc)
+
+
+def _inlined(name: str, arguments: tuple[Symbol, ...], outputs: dict[str, Expr], doc: str) -> Kernel:
+    """Outputs nested in Omega, and what does not factor in xi and the parameters: the fewest operations."""
+    degree = {v: max(Poly(e, v).degree() for e in outputs.values()) for v in arguments if v not in (Omega, xi)}
+    order = [xi, *sorted(degree, key=lambda v: (degree[v], v.name))]
+    alone: dict[Expr, Symbol] = {}
+    nested: list[tuple[str, Expr]] = []
+    for key, output in outputs.items():
+        total: Expr = Integer(0)
+        for coefficient in Poly(output, Omega).all_coeffs():
+            sums = factor(coefficient).replace(lambda e: isinstance(e, Add), lambda e: _nested(expand(e), order, alone))
+            total = total * Omega + sums
+        nested.append((key, total))
+    return Kernel(name, arguments, tuple(nested), doc, tuple((r.name, e) for e, r in alone.items()))
+
+
+def _nested(polynomial: Expr, order: Sequence[Symbol], alone: dict[Expr, Symbol]) -> Expr:
+    """Horner's form; short sums in the last parameter get a name in `alone`, to be formed before all else.
+
+    They are nearly exact, so that what vanishes at usual values, such as 1/2 of 2*gamma - 1, does so; what cannot
+    vanish stays open to sharing.
+    """
+    variables = [v for v in order if polynomial.has(v)]
+    if polynomial.free_symbols == {xi} and all(c > 0 for c in Poly(polynomial, xi).coeffs()):
+        return polynomial
+    if len(variables) > 1:
+        total: Expr = Integer(0)
+        for coefficient in Poly(polynomial, variables[0]).all_coeffs():
+            total = total * variables[0] + _nested(coefficient, variables[1:], alone)
+        return total
+    if not variables or polynomial.free_symbols - set(variables):
+        return polynomial
+
+    def named(part: Expr) -> Expr:
+        if Poly(part, *variables).degree() > 2:
+            return horner(part)
+        content, part = part.primitive()
+        if Poly(part, *variables).LC() < 0:
+            content, part = -content, -part
+        return content * alone.setdefault(horner(part), Symbol(f"r{len(alone)}"))
+
+    return factor(polynomial).replace(lambda e: isinstance(e, Add), named)
+
+
+def _more(c: list[Expr], arguments: tuple[Symbol, ...]) -> list[Kernel]:
+    d = len(c) - 1
+    b0, b1, *_ = about_one(c)
+    opposite = {f"w{j}": c[j] - c[d - j] for j in range((d + 1) // 2)}
+    opposite |= {"y0": c[0], **{f"y{j}": c[j] - c[d + 1 - j] for j in range(1, d // 2 + 1)}}
+    return [
+        _inlined(
+            "_polynomial",
+            arguments,
+            {**{f"c{j}": e for j, e in enumerate(c)}, "b0": b0, "b1": b1},
+            "Live eigenvalues: c0 + c1*lambda + ... = 0; b0, b1, its value and slope at 1.",
+        ),
+        _asymmetry(opposite, arguments),
+        _defect(c, arguments),
+    ]

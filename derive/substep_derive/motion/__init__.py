@@ -1,0 +1,1 @@
+"""Scenes' equations of motion, and what a scheme's step solves on them."""

@@ -1,0 +1,155 @@
+"""Vectors of a scheme's knots on a scene, written out in components."""
+
+from dataclasses import dataclass, field
+
+from sympy import Add, Dummy, Expr, Matrix, Mul, Piecewise, Symbol, cancel, diag, eye, fraction, sympify, zeros
+
+from ..declare.errors import DeclarationError
+from ..declare.scheme import Scheme
+from ..declare.symbols import K0, C, K_t, M, N, N_discrete, f, h, knot, knot_of, sampled, t
+from .equations import Motion
+
+STEP = Symbol("i")  # steps completed
+TANGENT = Symbol("K_t")  # where the start of a scheme reads the tangent
+
+Assignments = list[tuple[Symbol, Expr]]
+
+
+def assign(names: Matrix, values: Matrix) -> Assignments:
+    """A vector's components, one by one."""
+    return list(zip(names, values, strict=True))  # type: ignore[arg-type]
+
+
+def plain(symbol: Symbol) -> str:
+    """The knot's symbol as a Python name: u_-1 is u_m1, v_1/2 is v_1o2, a_*1 is a_s1."""
+    return symbol.name.replace("-", "m").replace("/", "o").replace("*", "s")
+
+
+def component_names(symbol: Symbol, motion: Motion) -> list[str]:
+    """Names of the vector's components; of one coordinate, just the symbol's."""
+    suffixes = [f"_{q.name}" for q in motion.coordinates] if len(motion.coordinates) > 1 else [""]
+    return [plain(symbol) + suffix for suffix in suffixes]
+
+
+@dataclass
+class Writer:
+    """Writes vectors in components, and collects as constants what does not change in a run."""
+
+    scheme: Scheme
+    motion: Motion
+    stencil: tuple[Expr, ...]
+    constants: Assignments = field(default_factory=list)
+    fixed: set[Symbol] = field(default_factory=set)
+    named: dict[Expr, Symbol] = field(default_factory=dict)
+    K0: Matrix = field(default_factory=Matrix)
+
+    def __post_init__(self) -> None:
+        self.fixed |= set(self.scheme.values) | {p.symbol for p in self.motion.scene.parameters} | {h}
+        tangent = self.motion.tangent(list(self.components(knot(0).u)))
+        self.K0 = tangent
+        if any(e.has(K0) for e in (*self.scheme.relations.values(), *(b.inertia for b in self.scheme.balances))):
+            names = Matrix(self.size, self.size, lambda i, j: Symbol(f"K0_{i}{j}"))
+            entries = [(names[k], tangent[k]) for k in range(len(names)) if tangent[k] != 0]
+            self.constants += entries
+            self.fixed.update(name for name, _ in entries)
+            self.K0 = Matrix(self.size, self.size, lambda i, j: names[i, j] if tangent[i, j] != 0 else 0)
+
+    @property
+    def size(self) -> int:
+        """Number of coordinates."""
+        return len(self.motion.coordinates)
+
+    def components(self, symbol: Symbol) -> Matrix:
+        """Symbols of the vector's components."""
+        return Matrix([Symbol(name) for name in component_names(symbol, self.motion)])
+
+    def constant(self, e: Expr) -> Expr:
+        """A name for an expression that does not change in a run."""
+        if e.is_number or e.is_Symbol:
+            return e
+        if e.could_extract_minus_sign():
+            return -self.constant(-e)
+        if e not in self.named:
+            self.named[e] = Symbol(f"c{len(self.named)}")
+            self.constants.append((self.named[e], e))
+            self.fixed.add(self.named[e])
+        return self.named[e]
+
+    def reciprocal(self, e: Expr, name: Expr) -> Expr:
+        """1/e as a constant; 0 where e may be 0 for some parameters and is."""
+        safe = e.free_symbols <= {h}
+        return self.constant(1 / name if safe else Piecewise((1 / name, name > 0), (0, True)))
+
+    def hoist(self, e: Expr) -> Expr:
+        """The expression with every part that does not change in a run replaced by a constant."""
+        e = sympify(e)
+        if e.free_symbols <= self.fixed:
+            return self.constant(e)
+        if isinstance(e, Mul | Add):
+            still = [a for a in e.args if a.free_symbols <= self.fixed]
+            moving = [self.hoist(a) for a in e.args if not a.free_symbols <= self.fixed]
+            return e.func(self.constant(e.func(*still)) if still else e.func(), *moving)
+        return e.func(*(self.hoist(a) if a.free_symbols - self.fixed else a for a in e.args)) if e.args else e
+
+    def hoisted(self, vector: Matrix) -> Matrix:
+        """The same of every entry."""
+        return vector.applyfunc(self.hoist)
+
+    def inverse(self, matrix: Matrix) -> Matrix:
+        """The inverse of a constant matrix, written out; its entries are constants."""
+        if matrix == diag(*matrix.diagonal()):
+            return diag(*(self.constant(1 / cancel(e)) for e in matrix.diagonal()))
+        entries = self.hoisted(matrix)
+        determinant = self.constant(entries.det())
+        return entries.adjugate().applyfunc(lambda e: self.constant(e / determinant))
+
+    def matrix(self, coefficient: Expr, tangent: Matrix) -> Matrix:
+        """A coefficient as a matrix: rational in M, C, K0 and the tangent it is den^-1 num, both linear in them."""
+        values = {M: self.motion.mass, C: self.motion.damping, K0: self.K0, TANGENT: tangent}
+        if not coefficient.free_symbols & set(values):
+            return coefficient * eye(self.size)
+
+        def linear(e: Expr) -> Matrix:
+            total = e.subs(dict.fromkeys(values, 0)) * eye(self.size)
+            for symbol, value in values.items():
+                slope = e.diff(symbol).expand()
+                if slope.free_symbols & set(values):
+                    raise DeclarationError(
+                        f"{self.scheme.name}: expected coefficients linear in M, C, K0 over such, got {coefficient}"
+                    )
+                if slope != 0:
+                    total += slope.factor() * value
+            return total
+
+        numerator, denominator = (linear(e) for e in fraction(cancel(coefficient)))
+        if denominator == diag(*denominator.diagonal()):
+            return (denominator.inv() * numerator).applyfunc(cancel)
+        return self.inverse(denominator) * numerator
+
+    def vector(self, e: Expr) -> Matrix:
+        """Components of an expression linear in knots' symbols, forces N and loads f."""
+        tangent, e = Matrix(), sympify(e)
+        for where in e.atoms(K_t):
+            tangent = self.motion.tangent(list(self.vector(where.args[0])))
+            e = e.subs(where, TANGENT)
+        marks: dict[Expr, Dummy] = {atom: Dummy() for atom in sorted(e.atoms(N, N_discrete, f), key=str)}
+        e = e.subs(marks)
+        knots = {s: Dummy() for s in sorted(e.free_symbols, key=str) if knot_of(s)}
+        e = e.subs(knots, simultaneous=True)
+        total = zeros(self.size, 1)
+        for atom, mark in (marks | knots).items():
+            coefficient = e.diff(mark)
+            if coefficient != 0:
+                total += self.matrix(coefficient, tangent) * self._value(atom)
+        return total
+
+    def _value(self, atom: Expr) -> Matrix:
+        if isinstance(atom, N):
+            return self.motion.force(list(self.vector(atom.args[0])))
+        if isinstance(atom, N_discrete):
+            old, new = (list(self.vector(argument)) for argument in atom.args)
+            return self.motion.discrete_gradient(old, new)
+        if isinstance(atom, f):
+            given = Symbol(f"f_{self.stencil.index(atom.args[0])}")
+            return self.motion.load.subs({sampled: given, t: h * (STEP + atom.args[0])})
+        return self.components(atom)

@@ -1,0 +1,180 @@
+"""Scheme -> Amplification: what one step does to a linear oscillator, exactly.
+
+The oscillator is a + 2*xi*omega*v + omega^2*u = f(t). In the state (u, h*v, h^2*a) the step length
+drops out, so h = 1 and omega = Omega from the start. Relations and balances together are one linear
+system, the pencil  new*X + old*x0 + load*f = 0, whether the step is composite or not.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import cast
+
+from sympy import Dummy, Expr, Integer, Matrix, Poly, Symbol, cancel, default_sort_key, eye, zeros
+
+from ..algebra import rational
+from ..declare.errors import DeclarationError
+from ..declare.scheme import Scheme
+from ..declare.symbols import K0, C, K_t, M, N, N_discrete, Omega, f, h, knot, knot_of, lam, mu, successor, xi
+
+LINEAR_OSCILLATOR = {h: Integer(1), M: Integer(1), C: 2 * xi * Omega, K0: Omega**2}
+
+
+def on_oscillator(expression: Expr) -> Expr:
+    """Internal force and tangent of the linear oscillator; its discrete gradient is the mean."""
+    linear = expression.replace(N, lambda u: Omega**2 * u).replace(K_t, lambda u: Omega**2)
+    return linear.replace(N_discrete, lambda u, w: Omega**2 * (u + w) / 2).subs(LINEAR_OSCILLATOR)
+
+
+def instants(expressions: Iterable[Expr], typical: Mapping[Symbol, Expr]) -> tuple[Expr, ...]:
+    """Arguments of all loads f(tau), in their order of time at typical parameters."""
+    found = {load.args[0] for e in expressions for load in e.atoms(f)}
+    return tuple(sorted(found, key=lambda tau: (tau.subs(typical), default_sort_key(tau))))
+
+
+def coefficients(expressions: Sequence[Expr], columns: Sequence[Symbol], stencil: Sequence[Expr]) -> Matrix:
+    """The matrix of linear expressions in the columns and in f(tau) for tau in the stencil.
+
+    Raises ValueError with the part that is not linear.
+    """
+    loads = {f(tau): Dummy(f"f_{k}") for k, tau in enumerate(stencil)}
+    everything = Matrix([*columns, *loads.values()])
+    system = Matrix([on_oscillator(e).subs(loads) for e in expressions])
+    matrix = system.jacobian(everything)
+    if rest := [e for e in (system - matrix * everything).applyfunc(cancel) if e != 0]:
+        raise ValueError(str(rest[0]))
+    return matrix
+
+
+def reported(scheme: Scheme) -> tuple[Expr, Expr, Expr]:
+    """u, v, a at t_n + h in the new symbols; a of its own, else from the equation of motion."""
+    u1, v1, a1 = knot(1)
+    v = scheme.report.get(v1, v1)
+    own = a1 if a1 in scheme.unknowns else (f(Integer(1)) - C * v - N(u1)) / M
+    return scheme.report.get(u1, u1), v, scheme.report.get(a1, own)
+
+
+@dataclass(frozen=True)
+class Pencil:
+    """new*X + old*x0 + load*f = 0 for the unknowns X, the old state x0 and h^2 f(t_n + stencil*h)."""
+
+    unknowns: tuple[Symbol, ...]
+    state: tuple[Symbol, ...]
+    stencil: tuple[Expr, ...]
+    new: Matrix
+    old: Matrix
+    load: Matrix
+
+    @classmethod
+    def of(cls, scheme: Scheme) -> "Pencil":
+        """Raises DeclarationError for a relation that is not linear in the knots' symbols."""
+        unknowns, state = scheme.unknowns, scheme.state
+        equations = [symbol - expression for symbol, expression in scheme.relations.items()]
+        equations += [M * b.inertia + C * b.damping + b.force - b.load for b in scheme.balances]
+        stencil = instants([*equations, *reported(scheme)], scheme.typical)
+        try:
+            matrix = coefficients(equations, [*unknowns, *state], stencil)
+        except ValueError as error:
+            raise DeclarationError(f"{scheme.name}: not linear in the knots' u, v, a: {error}") from error
+        n, m = len(unknowns), len(state)
+        return cls(unknowns, state, stencil, matrix[:, :n], matrix[:, n : n + m], matrix[:, n + m :])
+
+    def characteristic(self) -> Expr:
+        """det(new, old) with x1 = lambda*x0: a polynomial in lambda, up to a factor free of it."""
+        n, m = len(self.unknowns), len(self.state)
+        system = self.new.row_join(self.old)
+        for j, symbol in enumerate(self.state):
+            row = zeros(1, n + m)
+            after = successor(symbol)
+            row[0, n + j] = lam
+            row[0, self.unknowns.index(after) if after in self.unknowns else n + self.state.index(after)] = -1
+            system = system.col_join(row)
+        return rational.determinant(system)
+
+
+@dataclass(frozen=True)
+class Affine:
+    """Rows of numerators over one denominator, of the columns x and h^2 f: (N x + load_N h^2 f)/den."""
+
+    N: Matrix
+    load_N: Matrix
+    den: Expr
+
+    @classmethod
+    def of(cls, rows: Matrix, columns: int, positive_at: Mapping[Symbol, Expr]) -> "Affine":
+        """From rational rows; the sign of den is chosen positive at typical parameters."""
+        numerators, den = rational.common_denominator(rows)
+        if den.subs(positive_at) < 0:
+            numerators, den = -numerators, -den
+        return cls(numerators[:, :columns], numerators[:, columns:], den)
+
+
+@dataclass(frozen=True)
+class Amplification:
+    """x1 = A x0 + B h^2 f(t_n + stencil*h), with A = step.N/step.den and B = step.load_N/step.den.
+
+    outputs: rows of the u, h*v, h^2*a reported at t_n + h, in x0 and the same loads; where one is an
+    entry of the new state, in_state holds its place and it has no row. start: the state at t = 0 from
+    (u_0, h*v_0, h^2*a_0) and loads at start_stencil, None where that is all it is or another scheme starts.
+    charpoly: a multiple of det((1 + mu) I - A), a polynomial in mu.
+    """
+
+    scheme: Scheme
+    stencil: tuple[Expr, ...]
+    step: Affine
+    outputs: Affine
+    in_state: tuple[int, int, int]
+    start: Affine | None
+    start_stencil: tuple[Expr, ...]
+    charpoly: Poly
+
+    @classmethod
+    def of(cls, scheme: Scheme) -> "Amplification":
+        """Raises DeclarationError if the relations and balances do not determine the new state."""
+        pencil = Pencil.of(scheme)
+        m = len(pencil.state)
+        at_zero = scheme.typical | {Omega: Integer(0)}
+        try:
+            solution, den = rational.solve(pencil.new, -pencil.old.row_join(pencil.load))
+        except rational.SingularMatrix as error:
+            raise DeclarationError(
+                f"{scheme.name}: the relations and balances are dependent, so that "
+                f"{', '.join(map(str, pencil.unknowns))} are not determined; check each for a copy of another"
+            ) from error
+        rows = {symbol: solution[i, :] / den for i, symbol in enumerate(pencil.unknowns)}
+        for j, symbol in enumerate(pencil.state):
+            rows.setdefault(symbol, eye(solution.cols)[j, :])
+        after = [successor(s) for s in pencil.state]
+        told = reported(scheme)
+        read = sorted({s for e in told for s in e.free_symbols if knot_of(s)}, key=str)
+        if missing := [s for s in (*after, *read) if s not in rows]:
+            raise DeclarationError(
+                f"{scheme.name}: the step reads {', '.join(map(str, pencil.state))} "
+                f"but no relation defines {missing[0]} for the next one"
+            )
+        in_state = tuple(after.index(e) if e in after else -1 for e in told)
+        derived = [e for e, place in zip(told, in_state, strict=True) if place < 0]
+        load = zeros(len(pencil.stencil), m).row_join(eye(len(pencil.stencil)))
+        known = Matrix.vstack(*(rows[s] for s in rows), load)
+        outputs = coefficients(derived, list(rows), pencil.stencil) * known if derived else zeros(0, known.cols)
+        charpoly = rational.primitive(pencil.characteristic().subs(lam, 1 + mu), mu)
+        start, start_stencil = _start(scheme, pencil.state, at_zero)
+        return cls(
+            scheme,
+            pencil.stencil,
+            Affine.of(Matrix.vstack(*(rows[s] for s in after)), m, at_zero),
+            Affine.of(outputs, m, at_zero),
+            cast(tuple[int, int, int], in_state),
+            start,
+            start_stencil,
+            -charpoly if charpoly.LC().subs(at_zero) < 0 else charpoly,
+        )
+
+
+def _start(
+    scheme: Scheme, state: Sequence[Symbol], at_zero: Mapping[Symbol, Expr]
+) -> tuple[Affine | None, tuple[Expr, ...]]:
+    if isinstance(scheme.start, Scheme) or not scheme.start:
+        return None, ()
+    expressions = [scheme.start.get(s, s) for s in state]
+    stencil = instants(expressions, scheme.typical)
+    return Affine.of(coefficients(expressions, knot(0), stencil), 3, at_zero), stencil

@@ -1,0 +1,85 @@
+"""MarchForm -> Transfer: from a load on the lattice of steps to the response, as a digital filter.
+
+A load linear between the steps' ends is one number a step, and u, h*v, h^2*a answer it from rest as
+    q_n = -(c_0 q_(n-d) + ... + c_(d-1) q_(n-1))/c_d + h^2 f_n,   u_n = (n_0 q_(n-d) + ... + n_d q_n)/c_d.
+In differences e_0 = q_n - q_(n-1), e_1 = q_(n-1) - q_(n-2), ..., which keep the digits of small steps:
+    e_0 = h^2 f_n - P q_(n-1) + g_1 e_1 + ... + g_(d-1) e_(d-1),   u_n = S (q_n + k_0 e_0 + ... + k_(d-1) e_(d-1)).
+"""
+
+from dataclasses import dataclass
+from itertools import accumulate
+
+from sympy import Expr, Matrix, Poly, zeros
+
+from ..algebra import rational
+from ..declare.symbols import lam, successor
+from .amplification import Amplification, Pencil, coefficients, reported
+from .spectrum import live
+
+ORDERS = (2, 3)  # those kernels are printed for
+
+
+@dataclass(frozen=True)
+class Transfer:
+    """Numerators over den of P, g (d - 1), and S and S*k (d) of u; of h*v and h^2*a, whose S is 0, k alone."""
+
+    den: Expr
+    P: Expr
+    g: tuple[Expr, ...]
+    S: Expr
+    k: tuple[tuple[Expr, ...], ...]
+
+    @property
+    def order(self) -> int:
+        """How many steps the filter looks back."""
+        return len(self.g) + 1
+
+    @classmethod
+    def of(cls, amplification: Amplification) -> "Transfer | None":
+        """None where the load is taken outside a step, or the filter is of an order no kernel is printed for."""
+        scheme = amplification.scheme
+        p = live(amplification.charpoly)
+        d = p.degree()
+        typical = [tau.subs(scheme.typical) for tau in amplification.stencil]
+        if d not in ORDERS or any(not 0 <= tau <= 1 for tau in typical):
+            return None
+        c = _coefficients(p, d)
+        rows = _numerators(amplification, p)
+        if any(row.degree() > d for row in rows):
+            return None
+        lower = list(accumulate(c))
+        sums = [list(accumulate(_coefficients(row, d))) for row in rows]
+        if any(s[-1].expand() != 0 for s in sums[1:]):
+            return None
+        k = tuple(tuple(-s[d - 1 - i] for i in range(d)) for s in sums)
+        return cls(c[d], lower[-1], tuple(lower[d - 1 - i] for i in range(1, d)), sums[0][-1], k)
+
+
+def _coefficients(p: Poly, d: int) -> list[Expr]:
+    return [p.coeff_monomial(p.gen**j) for j in range(d + 1)]
+
+
+def _numerators(a: Amplification, p: Poly) -> list[Poly]:
+    """Of u, h*v, h^2*a over the live characteristic polynomial, by Cramer's rule on relations and balances."""
+    pencil = Pencil.of(a.scheme)
+    columns = [*pencil.unknowns, *pencil.state]
+    n, size = len(pencil.unknowns), len(pencil.unknowns) + len(pencil.state)
+    shift = zeros(len(pencil.state), size)
+    for j, symbol in enumerate(pencil.state):
+        after = successor(symbol)
+        shift[j, n + j] = lam
+        shift[j, columns.index(after)] += -1
+    told = coefficients(reported(a.scheme), columns, pencil.stencil)
+    weights = Matrix([1 - tau + tau * lam for tau in pencil.stencil])
+    system = pencil.new.row_join(pencil.old).col_join(shift)
+    load = (-pencil.load * weights).col_join(zeros(len(pencil.state), 1))
+    equations = rational.clear_rows(system.row_join(load))
+    # told is of the next step, hence lam; what else its numerators share with the determinant cancels
+    common = rational.quotient(lam * rational.determinant(equations[:, :size]), p.as_expr())
+    found: list[Poly] = []
+    for row in range(3):
+        own = (-told[row, :size]).row_join(told[row, size:] * weights).row_join(Matrix([[1]]))
+        *border, scale = rational.clear_rows(own)
+        numerator = rational.determinant(equations.col_join(Matrix([border])))
+        found.append(Poly(rational.quotient(numerator, common * scale), lam))
+    return found

@@ -1,0 +1,1 @@
+"""Stability, proved: Hurwitz polynomials, certificates, conditions on parameters, critical curves."""

@@ -1,0 +1,141 @@
+"""Everything derived about one scheme, behind one name."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, cast
+
+from sympy import Expr, Integer, Matrix, Poly, Rational, Symbol, factor
+
+from ..declare.catalogue import find
+from ..declare.parameter import Root, root_near
+from ..declare.scheme import Scheme
+from ..declare.symbols import Omega, state_label, xi
+from ..motion.effective import EffectiveSystem, effective_systems
+from ..oscillator.accuracy import LeadingTerms, leading_terms
+from ..oscillator.amplification import Amplification
+from ..oscillator.order import Triple, order_of
+from ..oscillator.spectrum import rho_infinity
+
+
+@dataclass(frozen=True)
+class Derivation:
+    """Exact results, computed when first asked for. Omega = omega*h, xi the damping ratio."""
+
+    scheme: Scheme
+
+    @property
+    def symbols(self) -> Mapping[str, Symbol]:
+        """Name -> symbol, for Omega, xi and every free parameter."""
+        return {s.name: s for s in (Omega, xi, *self.scheme.values)}
+
+    @property
+    def state(self) -> tuple[str, ...]:
+        """Labels of the state, the order of A."""
+        return tuple(state_label(s) for s in self.scheme.state)
+
+    @cached_property
+    def amplification(self) -> Amplification:
+        """Numerators, denominators, load, characteristic polynomial."""
+        return Amplification.of(self.scheme)
+
+    @property
+    def N(self) -> Matrix:
+        """Numerators (m, m) of A."""
+        return self.amplification.step.N
+
+    @property
+    def den(self) -> Expr:
+        """Common denominator of A and of the load vectors."""
+        return self.amplification.step.den
+
+    @property
+    def A(self) -> Matrix:
+        """Amplification matrix (m, m) in the order of `state`."""
+        return self.N / self.den
+
+    @property
+    def A_thesis(self) -> Matrix:
+        """A in the thesis's order: rows and columns (h^2*a, h*v, u)."""
+        return self.A[::-1, ::-1]
+
+    @cached_property
+    def det(self) -> Expr:
+        """Determinant of A."""
+        p = self.charpoly
+        return factor((-1) ** p.degree() * p.eval(-1) / p.LC())
+
+    @property
+    def charpoly(self) -> Poly:
+        """A multiple of det((1 + mu) I - A), polynomial in mu = lambda - 1 and in all other symbols."""
+        return self.amplification.charpoly
+
+    @property
+    def load(self) -> Matrix:
+        """Load vectors (m, K): x1 = A x0 + load @ [h^2 f(t_n + tau*h) for tau in stencil]."""
+        return self.amplification.step.load_N / self.den
+
+    @property
+    def stencil(self) -> tuple[Expr, ...]:
+        """Instants at which the load is taken, in steps after t_n."""
+        return self.amplification.stencil
+
+    @cached_property
+    def rho_inf(self) -> Expr:
+        """Spectral radius as Omega -> oo."""
+        return rho_infinity(self.amplification)
+
+    @cached_property
+    def series(self) -> LeadingTerms:
+        """Leading terms of numerical damping and period error at small Omega."""
+        return leading_terms(self.amplification)
+
+    @cached_property
+    def order(self) -> Triple:
+        """Order of u, v and a, free and forced, damped and undamped.
+
+        Of free parameters: the order at two points without special position, so the one that almost all have.
+        """
+        schemes = [self.scheme] if not self.scheme.parameters else [unremarkable(self.scheme, k) for k in (1, 2)]
+        found = [
+            order_of(Amplification.of(s), damping).uva for s in schemes for damping in (Rational(0), Rational(1, 4))
+        ]
+        return cast(Triple, tuple(map(min, zip(*found, strict=True))))
+
+    @cached_property
+    def balances(self) -> tuple[EffectiveSystem, ...]:
+        """Effective stiffness, residual, tangent and recovery, one for each balance."""
+        return effective_systems(self.scheme)
+
+
+def at_defaults(scheme: Scheme) -> Scheme:
+    """The scheme with every parameter at its default, an irrational one within 1e-40 of it."""
+    values: dict[Symbol, Rational] = {}
+    for p in scheme.parameters:
+        if isinstance(p.default, Root):
+            values[p.symbol] = root_near(p.default.equation.subs(values), p)
+        else:
+            default = p.default.subs(values)
+            values[p.symbol] = default if default.is_Rational else Rational(str(default.n(40)))
+    return scheme.fix({symbol.name: value for symbol, value in values.items()})
+
+
+def unremarkable(scheme: Scheme, k: int) -> Scheme:
+    """The scheme at parameters inside their intervals that satisfy no simple relation."""
+    values: dict[Symbol, Rational] = {}
+    for i, p in enumerate(scheme.parameters):
+        if isinstance(p.default, Root):
+            values[p.symbol] = root_near(p.default.equation.subs(values), p)
+        else:
+            width = p.domain.end - p.domain.start if p.domain.end.is_finite else Integer(1)
+            values[p.symbol] = p.domain.start + width * Rational(31 * k + 7 * i, 97 + 12 * i)
+    return scheme.fix({symbol.name: value for symbol, value in values.items()})
+
+
+def derive(scheme: str | Scheme, **parameters: Any) -> Derivation:
+    """Derive a scheme of the catalogue by name, or a declaration; parameters (exact) are fixed first.
+
+    Raises DeclarationError for an unknown name or parameter.
+    """
+    declared = find(scheme)
+    return Derivation(declared.fix(parameters) if parameters else declared)

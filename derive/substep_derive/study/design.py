@@ -1,0 +1,219 @@
+"""Parameters from wishes, exactly: order, high-frequency dissipation, least period error, stability.
+
+The wishes are equations and inequalities that the other modules derive; here they are only solved.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+from sympy import (
+    Expr,
+    Integer,
+    Poly,
+    Rational,
+    Symbol,
+    cancel,
+    factor,
+    fraction,
+    radsimp,
+    real_roots,
+    simplify,
+    sqrt,
+    together,
+)
+from sympy.core.relational import Relational
+
+from ..algebra.algebraic import Algebraic, generator
+from ..algebra.exact_number import exact_number
+from ..declare.errors import DeclarationError
+from ..declare.scheme import Scheme
+from ..declare.symbols import Omega, beta, gamma_t, lam, xi
+from ..oscillator.spectrum import live
+from ..stability.certificate import certify
+from ..stability.conditions import Conditions, conditions
+from .derivation import derive
+from .equivalence import solutions
+
+rho = Symbol("rho")  # a wished spectral radius at Omega -> oo that is left open
+SAMPLES = (Rational(1, 3), Rational(2, 3), Rational(9, 10))
+
+
+@dataclass(frozen=True)
+class Design:
+    """One set of parameters. values: name -> exact expression; text: what was asked for and what came out."""
+
+    scheme: str
+    values: Mapping[str, Expr]
+    wish: str
+
+    @property
+    def text(self) -> str:
+        """One line."""
+        found = ", ".join(f"{name} = {value}" for name, value in self.values.items())
+        return f"{self.scheme} with {self.wish}: {found}"
+
+
+def limit(scheme: str | Scheme) -> Poly:
+    """The characteristic polynomial in lambda as Omega -> oo.
+
+    Raises DeclarationError for a scheme with an eigenvalue that goes to oo.
+    """
+    derivation = derive(scheme)
+    p = live(derivation.charpoly)
+    leading = Poly(Poly(p.as_expr(), Omega).LC(), lam)
+    if leading.degree() < p.degree():
+        raise DeclarationError(f"{derivation.scheme.name}: an eigenvalue goes to infinity with Omega")
+    return leading
+
+
+def order_equations(scheme: Scheme, order: int) -> list[Expr]:
+    """Polynomials in the parameters, all zero for free vibration of that order (up to 3), at every damping ratio."""
+    series = derive(scheme).series
+    terms = [cancel(e * sqrt(1 - xi**2)) for k, e in series.numerical_damping.items() if k < order]
+    terms += [e for k, e in series.period_error.items() if k < order]
+    return [c for e in terms for c in Poly(fraction(together(e))[0], xi).coeffs()]
+
+
+def design(scheme: str | Scheme, rho_inf: Any = None, order: int = 2) -> tuple[Design, ...]:
+    """Parameters of that order and with that spectral radius as Omega -> oo, a number or left open as rho.
+
+    First with all eigenvalues -rho there, the largest dissipation at high frequency for the least at low ones
+    (Chung & Hulbert 1993); where the parameters do not allow that, with one of them +-rho and none larger. Each
+    is checked against the closed form of rho_inf, for rho left open at some numbers. Empty if there is none.
+
+    Raises DeclarationError for an unknown scheme or one with an eigenvalue that goes to oo, TypeError for a float.
+    """
+    declared = derive(scheme).scheme
+    wished = rho if rho_inf is None else exact_number(rho_inf)
+    p = limit(declared)
+    given = order_equations(declared, order)
+    all_equal = (p - Poly(p.LC() * (lam + wished) ** p.degree(), lam)).all_coeffs()
+    wishes = [("all eigenvalues", all_equal), ("an eigenvalue", [p.eval(-wished) * p.eval(wished)])]
+    for words, equations in wishes:
+        found = []
+        for values in solutions([*given, *equations], declared.values):
+            kept = {s: factor(values.get(s, s)) for s in declared.values}
+            if _has_radius(declared, kept, wished):
+                text = f"order {order}, rho_inf = {wished} ({words} of that modulus)"
+                one = Design(declared.name, {s.name: e for s, e in kept.items()}, text)
+                found += [one] if one not in found else []
+        if found:
+            return tuple(found)
+    return ()
+
+
+def _has_radius(scheme: Scheme, values: Mapping[Symbol, Expr], wished: Expr) -> bool:
+    """Whether rho_inf is what was wished, at one number for each symbol left free at least."""
+    radii = SAMPLES if wished == rho else (wished,)
+    for number in radii:
+        middle = {p.symbol: p.domain.start + min(p.domain.end - p.domain.start, 1) / 2 for p in scheme.parameters}
+        typical = {s: e if e.is_Rational else middle[s] for s, e in scheme.typical.items()}
+        free = {s: e for s, e in typical.items() if values[s] == s}
+        exact = {s: e.subs({rho: number, **free}) for s, e in values.items()}
+        inside = all(e.is_Rational and e in p.domain for p, e in zip(scheme.parameters, exact.values(), strict=True))
+        if inside and derive(scheme.fix({s.name: e for s, e in exact.items()})).rho_inf == number:
+            return True
+    return False
+
+
+@dataclass(frozen=True)
+class Least:
+    """Where the constant of the period error, (T - T_exact)/T_exact = constant*Omega^2 + ..., is least in size."""
+
+    scheme: str
+    parameter: str
+    value: Expr
+    constant: Expr
+
+
+def least_period_error(scheme: str | Scheme, **parameters: Any) -> Least:
+    """The value of the one parameter left free, undamped, in closed form up to degree two, else as a CRootOf.
+
+    Raises ValueError unless exactly one parameter is left free, or if the least is not taken inside its interval.
+    """
+    declared = derive(scheme, **parameters).scheme
+    if len(declared.parameters) != 1:
+        raise ValueError(f"{declared.name}: leave one parameter free, not {[p.name for p in declared.parameters]}")
+    (parameter,) = declared.parameters
+    x = parameter.symbol
+    constant = factor(derive(declared).series.period_error.get(2, Integer(0)).subs(xi, 0))
+    candidates: list[Any] = []
+    for e in (constant, constant.diff(x)):  # zeros first, then where it is stationary
+        candidates += [r for r in real_roots(Poly(fraction(together(e))[0], x)) if r in parameter.domain] if e else []
+    finite = [r for r in candidates if fraction(constant)[1].subs(x, r) != 0]
+    if not finite:
+        raise ValueError(f"{declared.name}: |{constant}| has no least value in {parameter.domain}")
+    best = min(finite, key=lambda r: abs(constant.subs(x, r)).n(30))
+    return Least(declared.name, x.name, best, radsimp(simplify(constant.subs(x, best))))
+
+
+@dataclass(frozen=True)
+class Region:
+    """beta as a function of gamma_t on which rho_inf is given, at gamma = 1/2.
+
+    intervals: of gamma_t, as (low, high, low_closed, high_closed), where it is stable for every Omega > 0.
+    """
+
+    rho_inf: Rational
+    beta: Expr
+    intervals: tuple[tuple[Expr, Expr, bool, bool], ...]
+
+
+def second_order_region() -> tuple[Any, ...]:
+    """Inequalities in (gamma_t, beta) for which newmark_bdf2 is of order 2 and stable for every Omega > 0."""
+    return conditions(derive("newmark_bdf2", gamma=Rational(1, 2)).scheme).inequalities
+
+
+def region(rho_inf: Any) -> tuple[Region, ...]:
+    """Where newmark_bdf2 is of order 2, stable for every Omega > 0, and has a given rho_inf: curves in (gamma_t, beta).
+
+    Raises TypeError for a float.
+    """
+    wished = exact_number(rho_inf)
+    scheme = derive("newmark_bdf2", gamma=Rational(1, 2)).scheme
+    p = limit(scheme)
+    while p.eval(0) == 0:
+        p = p.quo(Poly(lam, lam))
+    stable = conditions(scheme)
+    found = []
+    for root in dict.fromkeys((wished, -wished)):
+        for values in solutions([p.eval(root)], [beta]):
+            curve = factor(values[beta])
+            intervals = _stable_intervals(stable, curve, wished)
+            if intervals:
+                found.append(Region(wished, curve, intervals))
+    return tuple(found)
+
+
+def _stable_intervals(stable: Conditions, curve: Expr, wished: Rational) -> tuple[tuple[Expr, Expr, bool, bool], ...]:
+    """Cells between the zeros of all inequalities' sides on the curve, each settled at a rational."""
+    sides = [e.lhs - e.rhs for condition in stable.inequalities for e in condition.atoms(Relational)]
+    polynomials = [part for e in (*sides, beta) for part in fraction(together(e.subs(beta, curve)))]
+    cuts: set[Any] = {Integer(0), Integer(1)}
+    for e in polynomials:
+        if e.has(gamma_t):
+            cuts.update(r for r in real_roots(Poly(e, gamma_t)) if 0 < r < 1)
+    ends = sorted(cuts)
+
+    def holds(value: Expr) -> bool:
+        if value in (0, 1) or fraction(together(curve))[1].subs(gamma_t, value) == 0:
+            return False
+        split = value if value.is_Rational else Algebraic.of(value)
+        at = value if value.is_Rational else generator
+        b = cancel(curve.subs(gamma_t, at))
+        if curve.subs(gamma_t, value) < 0:
+            return False
+        weight = b if b.is_Rational else Algebraic(split.coefficients, split.interval, b)
+        return certify(stable.scheme, gamma_t=split, beta=weight).stable
+
+    found: list[tuple[Expr, Expr, bool, bool]] = []
+    for low, high in pairwise(ends):
+        if not holds(Rational(str(((low + high) / 2).n(12)))):
+            continue
+        if found and found[-1][1] == low and holds(low):
+            found[-1] = (found[-1][0], high, found[-1][2], holds(high))
+        else:
+            found.append((low, high, holds(low), holds(high)))
+    return tuple(found)

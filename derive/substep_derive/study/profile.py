@@ -1,0 +1,57 @@
+"""Scheme -> what it is at given parameters: the row of a table."""
+
+from dataclasses import dataclass
+
+from sympy import Expr, Rational
+
+from ..declare.scheme import Scheme
+from ..oscillator.bifurcation import bifurcation
+from ..oscillator.overshoot import Overshoot, overshoot
+from ..stability.all_damping import certify_all_damping
+from ..stability.certificate import certify
+from ..stability.critical_curve import critical_curve
+from .derivation import Derivation, at_defaults
+
+
+@dataclass(frozen=True)
+class Profile:
+    """What a scheme is at given parameters: the row of a table.
+
+    stable: for every Omega, undamped. A_stable: at every xi >= 0 too; L_stable: and rho_inf = 0; None where
+    that was not decided. critical_Omega as in `certify`, critical_curve as a function of xi where it has a
+    closed form.
+    """
+
+    order: tuple[int, int, int]
+    rho_inf: Expr
+    stable: bool
+    critical_Omega: Expr | None
+    critical_curve: Expr | None
+    A_stable: bool | None
+    L_stable: bool | None
+    overshoot: Overshoot
+    bifurcation: Expr
+
+
+def profile(scheme: Scheme) -> Profile:
+    """At the scheme's default parameters.
+
+    Certificates take them exactly, algebraic ones too; order, overshoot and bifurcation take irrational
+    ones within 1e-40.
+    """
+    at = Derivation(at_defaults(scheme))
+    certificate, damped = certify(scheme), certify_all_damping(scheme)
+    conditional = certificate.critical_Omega is not None and certificate.critical_Omega != 0
+    A_stable = damped.stable_for_all_xi
+    vanishes = abs(at.rho_inf.n(30)) < Rational(1, 10**25)
+    return Profile(
+        order=at.order,
+        rho_inf=at.rho_inf,
+        stable=certificate.stable,
+        critical_Omega=certificate.critical_Omega,
+        critical_curve=critical_curve(scheme).explicit if conditional else None,
+        A_stable=A_stable,
+        L_stable=A_stable and vanishes,
+        overshoot=overshoot(at.amplification),
+        bifurcation=bifurcation(at.amplification),
+    )

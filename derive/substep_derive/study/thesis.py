@@ -1,0 +1,218 @@
+"""What S. Kumar's thesis prints, as it is printed, so that derivation can confirm or refute it."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from sympy import Expr, Integer, Poly, Rational, Symbol, cancel, diff, factor, fraction, real_roots, together, zeros
+
+from ..algebra.algebraic import Algebraic
+from ..declare.scheme import Balance, Scheme
+from ..declare.schemes.alpha import hht_alpha
+from ..declare.schemes.explicit import rk4
+from ..declare.schemes.multi_step import gholampour_with
+from ..declare.schemes.one_step import wilson_theta
+from ..declare.symbols import (
+    N,
+    Omega,
+    alpha,
+    alpha_B,
+    alpha_f,
+    alpha_m,
+    beta,
+    delta,
+    f,
+    gamma,
+    gamma_t,
+    h,
+    knot,
+    theta,
+    xi,
+)
+from ..oscillator.accuracy import leading_terms
+from ..oscillator.amplification import Amplification
+from ..oscillator.order import order_of
+from ..stability.certificate import certify
+from .derivation import Derivation, derive
+
+u0, v0, a0 = knot(0)
+u1, v1, a1 = knot(1)
+
+# (2.54): delta*h^3/6 where the equation of motion wants delta*h^3
+gholampour_printed = gholampour_with(delta / 6, "gholampour_printed", "thesis (2.53)-(2.57), as printed")
+
+# (2.9): the last stage at t_(n+1/2)
+rk4_printed = Scheme(
+    "rk4_printed",
+    rk4.relations,
+    (
+        *rk4.balances[:3],
+        Balance(rk4.balances[3].inertia, rk4.balances[3].damping, rk4.balances[3].force, f(Rational(1, 2))),
+    ),
+    reference="thesis (2.8)-(2.9), as printed",
+)
+
+_ut, _vt, _at = knot("t")
+
+# (2.20): u_(n+theta) + u_n in place of the difference, and 6/theta v_n
+wilson_printed = Scheme(
+    "wilson_printed",
+    {
+        **wilson_theta.relations,
+        _at: 6 / (theta * h) ** 2 * (_ut + u0) - 6 / theta * v0 - 2 * a0,
+        _vt: 3 / (theta * h) * (_ut + u0) - 2 * v0 - theta * h / 2 * a0,
+    },
+    wilson_theta.balances,
+    wilson_theta.parameters,
+    reference="thesis (2.18)-(2.20), as printed",
+)
+
+# (2.23): - K u_n in place of - alpha K u_n, and the load at t_(n+alpha)
+hht_printed = Scheme(
+    "hht_printed",
+    hht_alpha.relations,
+    (Balance(a1, (1 + alpha) * v1 - alpha * v0, (1 + alpha) * N(u1) - N(u0), f(alpha)),),
+    hht_alpha.parameters,
+    reference="thesis (2.23)-(2.26), as printed",
+)
+
+
+def printed_a31() -> Expr:
+    """(4.16), with h = 1 and omega = Omega."""
+    c2 = -1 / ((1 - gamma_t) * gamma_t)
+    c3 = (2 - gamma_t) / (1 - gamma_t)
+    beta_1 = 1 + 2 * xi * Omega * gamma * gamma_t + beta * Omega**2 * gamma_t**2
+    beta_2 = c3**2 + 2 * xi * Omega * c3 + Omega**2
+    first = c2 * (
+        2 * (1 - gamma) * gamma_t
+        + 4 * gamma * xi * Omega * (1 - gamma) * gamma_t**2
+        + 2 * beta * gamma_t**3 * Omega**2 * (1 - gamma)
+        - 4 * xi * Omega * gamma * (1 - gamma) * gamma_t**2
+        - Omega**2 * gamma_t**3 * gamma * (1 - 2 * beta)
+    )
+    second = (c2 * c3 + 2 * xi * Omega * c2) * (
+        gamma_t**2 * (1 - 2 * beta)
+        + 2 * gamma_t**2 * (1 - 2 * beta) * xi * Omega * gamma * gamma_t
+        + beta * gamma_t**4 * Omega**2 * (1 - 2 * beta)
+        - 4 * xi * Omega * beta * (1 - gamma) * gamma_t**3
+        - beta * (1 - 2 * beta) * gamma_t**4 * Omega**2
+    )
+    return -(first + second) / (beta_1 * beta_2)
+
+
+def a31_ratio() -> Expr:
+    """(4.16) over the derived entry."""
+    return factor(cancel(printed_a31() / derive("newmark_bdf2").A_thesis[2, 0]))
+
+
+def same_matrix(one: Derivation, other: Derivation, values: dict[Symbol, Expr]) -> bool:
+    """Whether the amplification matrices agree identically when the other's parameters are replaced."""
+    difference = one.A - other.A.subs(values, simultaneous=True)
+    return difference.applyfunc(cancel) == zeros(*difference.shape)
+
+
+def composite_is_bathe() -> bool:
+    """Thesis p. 27."""
+    half, quarter = Rational(1, 2), Rational(1, 4)
+    return same_matrix(derive("bathe"), derive("newmark_bdf2"), {gamma_t: half, beta: quarter, gamma: half})
+
+
+def generalized_alpha_reductions() -> dict[str, bool]:
+    """Thesis p. 13: which schemes generalized-alpha becomes."""
+    general, zero, half = derive("generalized_alpha"), Integer(0), Rational(1, 2)
+    hht = {alpha_m: zero, alpha_f: -alpha, beta: (1 - alpha) ** 2 / 4, gamma: half - alpha}
+    wbz = {alpha_f: zero, alpha_m: alpha_B, beta: (1 - alpha_B) ** 2 / 4, gamma: half - alpha_B}
+    return {
+        "newmark": same_matrix(derive("newmark"), general, {alpha_m: zero, alpha_f: zero}),
+        "hht_alpha": same_matrix(derive("hht_alpha"), general, hht),
+        "wbz_alpha": same_matrix(derive("wbz_alpha"), general, wbz),
+    }
+
+
+def klarmann_wagner() -> tuple[Expr, Expr, tuple[Expr, Expr]]:
+    """(gamma_t of least leading period error, of greatest leading damping, both terms) of Silva-Bezerra."""
+    series = derive("silva_bezerra").series
+    period, damping = series.period_error[2].subs(xi, 0), series.numerical_damping[3].subs(xi, 0)
+    return _extremum(period), _extremum(damping), (factor(period), factor(damping))
+
+
+def _extremum(term: Expr) -> Expr:
+    """The stationary point of a rational function of gamma_t inside (0, 1)."""
+    stationary = Poly(fraction(together(diff(term, gamma_t)))[0], gamma_t)
+    inside = [root for root in sorted(set(real_roots(stationary))) if 0 < root < 1]
+    if len(inside) != 1:
+        raise ValueError(f"expected one stationary point in (0, 1), got {inside}")
+    return inside[0]
+
+
+def undamped_order(name: str) -> tuple[int, tuple[int, int, int]]:
+    """Order of frequency and decay, and of u, v, a in free vibration, at xi = 0."""
+    d = derive(name)
+    terms = leading_terms(d.amplification, 5)
+    at_rest = [*terms.period_error.items(), *terms.numerical_damping.items()]
+    powers = [power for power, coefficient in at_rest if coefficient.subs(xi, 0) != 0]
+    return min(powers, default=6), order_of(d.amplification, Rational(0)).free
+
+
+def printed_forced_order(scheme: Scheme) -> tuple[int, int, int]:
+    """Orders of u, v, a under load, undamped."""
+    return order_of(Amplification.of(scheme), Rational(0)).forced
+
+
+def is_consistent(scheme: Scheme) -> bool:
+    """Whether an eigenvalue tends to the exact one."""
+    fixed = scheme.fix({p.name: scheme.typical[p.symbol] for p in scheme.parameters})
+    try:
+        leading_terms(Amplification.of(fixed))
+    except ValueError:
+        return False
+    return True
+
+
+def wilson_threshold() -> Poly:
+    """The polynomial in theta that changes sign where Wilson's scheme becomes stable at Omega -> oo.
+
+    On the limit of the characteristic polynomial p, lambda = -1 is a root exactly there: a real eigenvalue
+    leaves the circle at -1.
+    """
+    d = derive("wilson_theta")
+    at_minus_one = d.charpoly.eval(-2)  # mu = lambda - 1
+    leading = Poly(Poly(at_minus_one, Omega).LC(), theta)
+    changing = [base for base, power in leading.factor_list()[1] if power % 2]
+    (found,) = [p for p in changing if any(root > 1 for root in p.real_roots())]
+    return found
+
+
+def effective_stiffness_has_damping() -> bool:
+    """(3.9) and (3.21) as printed leave C out; the derived stiffnesses hold it."""
+    return all(Symbol("C") in system.effective_stiffness.free_symbols for system in derive("newmark_bdf2").balances)
+
+
+def central_difference_remainder() -> Rational:
+    """The factor of h^2 and the third derivative in (u(t + h) - u(t - h))/(2h) - u', for (2.2)."""
+    t = Symbol("t")
+    u = t + t**2 / 2 + t**3 / 6  # all derivatives are 1 at t = 0
+    return Rational(cancel((u.subs(t, h) - u.subs(t, -h)) / (2 * h) - 1).coeff(h, 2))
+
+
+def gholampour_is_stable(values: Mapping[str, Any]) -> bool:
+    """With (2.54) as printed: by exact certificate, undamped."""
+    return certify(gholampour_printed, **values).stable
+
+
+def wilson_at_threshold() -> tuple[Algebraic, bool, bool]:
+    """The threshold, whether Wilson's scheme is stable there, and whether a millionth below."""
+    polynomial = wilson_threshold()
+    exact = Algebraic(tuple(int(c) for c in polynomial.all_coeffs()), ("1", "2"))
+    (root,) = (r for r in polynomial.real_roots() if r > 1)
+    below = Rational(str(root.n(20))) - Rational(1, 10**6)
+    return exact, certify("wilson_theta", theta=exact).stable, certify("wilson_theta", theta=below).stable
+
+
+def hht_beta_at_zero() -> Rational:
+    """beta at alpha = 0, from the scheme's own relation for u_1 (the remark after (2.26) says 1/2)."""
+    return Rational(hht_alpha.relations[u1].expand().coeff(a1).subs(alpha, 0) / h**2)
+
+
+def span_of_both_sub_steps() -> Expr:
+    """Where the second sub-step ends if it starts from t_n, as p. 15 prints, in steps after t_n."""
+    return 1 - gamma_t
