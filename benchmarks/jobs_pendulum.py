@@ -104,7 +104,7 @@ def _one_run(found: Job, rounds: int) -> None:
     EA, t_end = CASES["flexible"][0], 3.0
     scene = ss.scene("elastic_pendulum", EA=EA)
     L, m, v0 = (scene.parameters[key] for key in ("L", "m", "v0"))
-    from substep.exact_pendulum import ElasticPendulum  # noqa: PLC0415
+    from substep.exact.pendulum import ElasticPendulum  # noqa: PLC0415
 
     exact = ElasticPendulum(EA, L, m, v0).position(t_end)
     stiffness, start = EA / (2 * L**3 * m), np.array([L, 0.0, 0.0, v0])

@@ -6,7 +6,7 @@ import numpy as np
 from substep_derive.emit.stability import SMALL_OMEGA
 
 import substep as ss
-from substep.linear import march_linear
+from substep.marching.linear import march_linear
 
 from . import jobs_pendulum, jobs_spectrum, ours, peers
 from .job import Job, Table

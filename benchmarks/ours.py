@@ -7,9 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 import substep as ss
-from substep.exact_oscillator import exact_peaks
-from substep.lanes import Lanes, march_lanes
-from substep.linear import Oscillators, march_linear
+from substep.exact.oscillator import exact_peaks
+from substep.marching.linear import march_linear
+from substep.marching.oscillators import Oscillators
+from substep.marching.scene_lanes import Lanes, march_lanes
 
 from .linear import scheme
 

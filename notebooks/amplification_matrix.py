@@ -26,7 +26,7 @@ from substep_derive.declare.symbols import Omega, beta, gamma, gamma_t, xi
 from sympy import Eq, Matrix, Rational, Symbol, cancel, factor, simplify, zeros
 
 import substep as ss
-from substep.charts import curves
+from substep.figures.charts import curves
 
 d = derive("newmark_bdf2")
 d.state

@@ -23,7 +23,7 @@ from substep_derive.declare.scenes.pendulum import elastic_pendulum
 from substep_derive.motion.equations import Motion
 
 import substep as ss
-from substep.exact_pendulum import ElasticPendulum
+from substep.exact.pendulum import ElasticPendulum
 
 motion = Motion(elastic_pendulum)
 print("internal force  ", list(motion.force(motion.coordinates)))
@@ -93,9 +93,9 @@ assert abs(ss.march(stiff, ss.scheme("energy_momentum"), 0.1, 50.0).energy[-1] /
 # derived. At $\gamma$ = 1/2 it is of fourth order in $h v_0/L$, and its settled rate changes sign with $\gamma_t$:
 
 # %%
-from substep import build
+from substep.derived import facade
 
-rigid = build.rigid_energy("newmark_bdf2", beta="1/4", gamma="1/2")
+rigid = facade.rigid_energy("newmark_bdf2", beta="1/4", gamma="1/2")
 print("settled energy change a step, over (h v0/L)^4:", rigid.settled[4])
 print("changes sign at gamma_t =", rigid.sign_changes)
 long = {g: ss.march(stiff, ss.scheme("newmark_bdf2", gamma_t=g), dt=0.02, t_end=1000.0) for g in (0.25, 0.3427, 0.5)}
@@ -111,7 +111,7 @@ assert long[0.5].energy[-1] < 0.999 * long[0.5].energy[0]
 # is right but for what the bar stretches, 3e-6 rad.
 
 # %%
-from substep.precision import choose
+from substep.studies.precision import choose
 
 among = [ss.scheme(name) for name in ("energy_momentum", "bathe")]
 found = {wished: choose(stiff, wished, t_end=30.0, quantity="angle", among=among) for wished in (1e-5, 1e-6)}

@@ -20,7 +20,7 @@
 import numpy as np
 
 import substep as ss
-from substep.precision import choose
+from substep.studies.precision import choose
 
 # %% [markdown]
 # ## A sweep
@@ -67,9 +67,9 @@ for name in ("average_acceleration", "bathe", "newmark_bdf2"):
 # is Bathe's scheme, to the last digit shown.
 
 # %%
-from substep.precision.cases import CASES
-from substep.precision.charts import order
-from substep.precision.measure import measure
+from substep.studies.precision.cases import CASES
+from substep.studies.precision.charts import order
+from substep.studies.precision.measure import measure
 
 duffing = CASES[-1]
 exact = duffing.reference()

@@ -22,13 +22,13 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import substep as ss
-from substep import build
-from substep.failures import WORDS
-from substep.failures.contact import restitution
-from substep.failures.linear import alternating_radius
-from substep.failures.maps import first_rise, lattice
-from substep.failures.table import stiff
-from substep.failures.words import run
+from substep.derived import facade
+from substep.studies.failures import WORDS
+from substep.studies.failures.contact import restitution
+from substep.studies.failures.linear import alternating_radius
+from substep.studies.failures.maps import first_rise, lattice
+from substep.studies.failures.outcomes import run
+from substep.studies.failures.table import stiff
 
 # %% [markdown]
 # ## A stiff bar that is swung
@@ -49,7 +49,7 @@ assert np.isclose(first_rise(stiff(), np.array([0.1]))[0], 3.5)  # an independen
 # step is known in closed form; it changes sign at a $\gamma_t$ that the derivation gives and the runs show.
 
 # %%
-(split,) = build.rigid_energy("newmark_bdf2", beta="1/4", gamma="1/2").sign_changes
+(split,) = facade.rigid_energy("newmark_bdf2", beta="1/4", gamma="1/2").sign_changes
 h, gamma_t = np.geomspace(0.01, 1.0, 40), np.linspace(0.02, 0.98, 41)
 grid = [x.ravel() for x in np.meshgrid(h, gamma_t)]
 outcome, end = lattice(stiff(), lambda g: ss.scheme("newmark_bdf2", gamma_t=g), *grid)

@@ -14,7 +14,7 @@ from substep_derive.motion.equations import Motion
 from substep_derive.package import catalogue_pair
 
 import substep as ss
-from substep.build import _generator_version
+from substep.derived.module_cache import generator_version
 
 PRINTED = Path(__file__).parents[1] / ".pytest_cache" / "pairs"
 SCENE_BY_NAME = {scene.name: scene for scene in ALL}
@@ -28,7 +28,7 @@ def motion(name: str) -> Motion:
 @cache
 def text(scheme: str, scene: str) -> str:
     """The module's text, printed once for all of pytest's workers."""
-    digests = scheme_digest(BY_NAME[scheme]) + scene_digest(SCENE_BY_NAME[scene]) + _generator_version()
+    digests = scheme_digest(BY_NAME[scheme]) + scene_digest(SCENE_BY_NAME[scene]) + generator_version()
     path = PRINTED / f"{hashlib.sha256(digests.encode()).hexdigest()}.py"
     if not path.exists():
         PRINTED.mkdir(parents=True, exist_ok=True)

@@ -14,8 +14,8 @@ from substep_derive.study.derivation import at_defaults
 from sympy import Rational
 
 import substep as ss
-from substep import chapter_5, claims
-from substep.claims import chapter_5 as judges
+from substep.thesis import claims, figures_5
+from substep.thesis.claims import chapter_5 as judges
 
 MOST = {"gamma_t": 0.9, "beta": 0.49, "gamma": 0.9}  # the most dissipative set of the thesis
 # quadrature of the conserved quantities, independent of substep.exact_pendulum; EA = 1e4 N, in m
@@ -82,11 +82,11 @@ def test_exact_position_after_many_periods() -> None:
 
 
 def test_shared_runs_are_those_of_march() -> None:
-    march = chapter_5.STIFF[0.1]
-    found = chapter_5.runs(march)
-    assert set(found) == {None, *chapter_5.SETS}
-    key = chapter_5.SETS[7]
-    newmark = ss.scheme("newmark_bdf2", **dict(zip(chapter_5.NAMES, map(float, key), strict=True)))
+    march = figures_5.STIFF[0.1]
+    found = figures_5.runs(march)
+    assert set(found) == {None, *figures_5.SETS}
+    key = figures_5.SETS[7]
+    newmark = ss.scheme("newmark_bdf2", **dict(zip(figures_5.NAMES, map(float, key), strict=True)))
     for run, s in ((found[None], ss.scheme("bathe")), (found[key], newmark)):
         r = ss.march(march.scene, s, dt=march.h, t_end=march.t_end)
         for name in ("t", "u", "energy", "angular_momentum", "strain"):
@@ -98,39 +98,39 @@ def test_shared_runs_are_those_of_march() -> None:
 
 
 def test_rows_kept_end_with_the_run() -> None:
-    run = chapter_5.runs(chapter_5.FLEXIBLE[1e-4], chapter_5.SETS[:1])[None]
-    assert len(run.t) <= chapter_5.ROWS + 1
+    run = figures_5.runs(figures_5.FLEXIBLE[1e-4], figures_5.SETS[:1])[None]
+    assert len(run.t) <= figures_5.ROWS + 1
     assert run.t[-1] == pytest.approx(30.0, rel=1e-12)
 
 
 def test_settled_long_runs_follow_the_derived_growth() -> None:
     """Energy over 1000 s at h = 0.01 s; what the leading term leaves out is of relative order tau^2 = 6e-4."""
-    march = chapter_5.March("stiff", 0.01, 1000.0)
-    for key, run in chapter_5.runs(march).items():
-        expected = chapter_5.rigid_energy(march, key, run.t)
+    march = figures_5.March("stiff", 0.01, 1000.0)
+    for key, run in figures_5.runs(march).items():
+        expected = figures_5.rigid_energy(march, key, run.t)
         np.testing.assert_allclose(run.energy, expected, rtol=2e-3)
-    gaining = chapter_5.runs(march)[chapter_5.SETS[0]]
+    gaining = figures_5.runs(march)[figures_5.SETS[0]]
     assert gaining.energy[-1] - gaining.energy[0] == pytest.approx(
-        chapter_5.rigid_energy(march, chapter_5.SETS[0], gaining.t)[-1] - gaining.energy[0], rel=0.05
+        figures_5.rigid_energy(march, figures_5.SETS[0], gaining.t)[-1] - gaining.energy[0], rel=0.05
     )
-    assert chapter_5.rigid_growth(None) == chapter_5.rigid_growth((Fraction(1, 2), Fraction(1, 4), Fraction(1, 2)))
+    assert figures_5.rigid_growth(None) == figures_5.rigid_growth((Fraction(1, 2), Fraction(1, 4), Fraction(1, 2)))
 
 
 def test_energy_grows_without_bound_after_the_thesis_s_axes_end() -> None:
-    march = chapter_5.LONG[0]
-    run = chapter_5.runs(march)[chapter_5.SETS[0]]  # gamma_t = 0.2, beta = 1/4, gamma = 1/2
+    march = figures_5.LONG[0]
+    run = figures_5.runs(march)[figures_5.SETS[0]]  # gamma_t = 0.2, beta = 1/4, gamma = 1/2
     assert run.status == "newton_failed"
     assert 1000.0 < run.reached < 1100.0
     assert run.peak > 100 * run.energy[0]
-    predicted = chapter_5.rigid_energy(march, chapter_5.SETS[0], run.t)
+    predicted = figures_5.rigid_energy(march, figures_5.SETS[0], run.t)
     early = run.t < 300.0
     np.testing.assert_allclose(run.energy[early], predicted[early], rtol=0.02)
 
 
 def test_the_job_table_covers_figures_2_to_25() -> None:
-    assert [plot.number for plot in chapter_5.PLOTS] == list(range(2, 26))
-    assert len(chapter_5.JOBS) == 25
-    at = {plot.number: (plot.kind, plot.march.case, plot.march.h, plot.gamma_t) for plot in chapter_5.PLOTS}
+    assert [plot.number for plot in figures_5.PLOTS] == list(range(2, 26))
+    assert len(figures_5.JOBS) == 25
+    at = {plot.number: (plot.kind, plot.march.case, plot.march.h, plot.gamma_t) for plot in figures_5.PLOTS}
     # captions of the thesis, p. 37-51
     assert at[4] == ("energy", "flexible", 0.01, Fraction("0.9"))
     assert at[5] == ("energy", "flexible", 0.05, Fraction("0.2"))
@@ -145,7 +145,7 @@ def test_the_job_table_covers_figures_2_to_25() -> None:
 
 @pytest.mark.parametrize(("number", "panels"), [(5, 3), (12, 6), (15, 3), (23, 3)])
 def test_a_figure_of_each_kind(number: int, panels: int, tmp_path: Path) -> None:
-    plot = chapter_5.PLOTS[number - 2]
+    plot = figures_5.PLOTS[number - 2]
     axes = plot.figure().axes
     assert len(axes) == panels
     for panel in axes:
@@ -158,7 +158,7 @@ def test_a_figure_of_each_kind(number: int, panels: int, tmp_path: Path) -> None
 
 
 @verify
-@pytest.mark.parametrize("job", [*chapter_5.JOBS, *chapter_5.LONG_JOBS])
+@pytest.mark.parametrize("job", [*figures_5.JOBS, *figures_5.LONG_JOBS])
 def test_every_figure(job: object, tmp_path: Path) -> None:
     assert callable(job)
     job(tmp_path)
@@ -167,10 +167,10 @@ def test_every_figure(job: object, tmp_path: Path) -> None:
 
 
 def test_end_values(tmp_path: Path) -> None:
-    chapter_5.end_values(tmp_path)
+    figures_5.end_values(tmp_path)
     with (tmp_path / "chapter_5_end_values.csv").open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
-    assert len(rows) == len(chapter_5.MARCHES) * 16
+    assert len(rows) == len(figures_5.MARCHES) * 16
     assert {number for row in rows for number in row["figures"].split()} == {f"5.{k}" for k in range(2, 26)}
     assert {row["status"] for row in rows} == {"completed"}
     (row,) = (row for row in rows if row["scheme"] == "bathe" and row["case"] == "stiff" and row["h (s)"] == "0.1")

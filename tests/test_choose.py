@@ -11,8 +11,9 @@ from sympy import Rational, symbols
 from test_precision import KNOWN, integrated
 
 import substep as ss
-from substep.precision import cases, choice, choose, exact, measure
-from substep.precision.choice import SAMPLES, ladder
+from substep.exact import motions
+from substep.studies.precision import cases, choice, choose, measure
+from substep.studies.precision.choice import SAMPLES, ladder
 
 AMONG = ("newmark_bdf2", "average_acceleration", "energy_momentum", "rk4")
 
@@ -88,7 +89,7 @@ def test_an_error_of_phase_is_seen_at_whole_periods_too(start: dict[str, float])
     found = choose(scene, 1e-2, t_end=t_end, among=["average_acceleration"])
     assert found.best is not None
     r = ss.march(scene, found.best.scheme, found.best.run.dt, t_end)
-    known = exact.motion(scene)
+    known = motions.motion(scene)
     assert known is not None
     should = known(r.t)[0]
     assert np.abs(r.u - should).max() <= 1.1e-2 * np.abs(should).max()

@@ -8,8 +8,9 @@ from substep_derive.study import thesis
 from substep_derive.study.thesis import gholampour_printed
 from sympy import Rational
 
-from substep import build, claims
-from substep.claims import chapter_2, chapter_4, misprints
+from substep.derived import facade
+from substep.thesis import claims
+from substep.thesis.claims import chapter_2, chapter_4, misprints
 
 IDS = {
     *(f"C2.{k}" for k in range(1, 15)),
@@ -61,7 +62,7 @@ def test_a_verdict_follows_the_formula(monkeypatch: pytest.MonkeyPatch) -> None:
     def certificate(name: str, xi: object = 0, **parameters: object) -> object:
         return thesis.certify(gholampour_printed if name == "gholampour" else name, xi=xi, **parameters)
 
-    monkeypatch.setattr(build, "certificate", certificate)
+    monkeypatch.setattr(facade, "certificate", certificate)
     assert chapter_2.claim_2_10()[0] == "false"
     assert misprints.misprint_2_54()[0] == "true"
     monkeypatch.setattr(thesis, "composite_is_bathe", lambda: False)

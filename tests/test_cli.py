@@ -8,10 +8,11 @@ import pytest
 from typer.testing import CliRunner
 
 import substep as ss
-from substep import chapter_5, claims, failures
-from substep import reproduce as reproduction
-from substep.cli import app
-from substep.precision import jobs as precision
+from substep.cli.commands import app
+from substep.studies import failures
+from substep.studies.precision import jobs as precision
+from substep.thesis import claims, figures_5
+from substep.thesis import reproduce as reproduction
 
 runner = CliRunner()
 
@@ -82,7 +83,7 @@ def test_conditions_and_equivalences() -> None:
 def test_reproduce_draws_every_panel_and_writes_its_numbers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Chapter 5, the battery and the ledger have tests of their own; here one piece of each, all in the long form."""
     if not os.environ.get("SUBSTEP_VERIFY"):
-        monkeypatch.setattr(chapter_5, "JOBS", chapter_5.JOBS[:1])
+        monkeypatch.setattr(figures_5, "JOBS", figures_5.JOBS[:1])
         monkeypatch.setattr(claims, "JUDGES", claims.JUDGES[:1])
         monkeypatch.setattr(failures, "battery", lambda folder, step, full: [failures.Row("a", "b", 1, "c", None, 1)])
         monkeypatch.setattr(failures, "count", lambda: 0)

@@ -5,8 +5,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from substep import exact_pendulum
-from substep.exact_pendulum import ElasticPendulum
+from substep.exact import pendulum
+from substep.exact import pendulum as exact_pendulum_module
+from substep.exact.pendulum import ElasticPendulum
 
 # to 18 decimals, for EA = 1e4 and the scene of Kuhl & Crisfield 1999
 PUBLISHED = {
@@ -94,11 +95,11 @@ def test_digits_hold_after_many_periods(p: ElasticPendulum) -> None:
     with pytest.MonkeyPatch.context() as patch:
         finer = mpmath.MPContext()
         finer.dps = 60
-        near = exact_pendulum._Motion._near
-        patch.setattr(exact_pendulum._Motion, "_near", lambda *args: near(*args).round(10))
-        patch.setattr(exact_pendulum, "_MP", finer)
-        patch.setattr(exact_pendulum, "_NEGLIGIBLE", finer.mpf(10) ** -50)
-        expected = exact_pendulum._motion.__wrapped__(p.EA, p.L, p.m, p.v0).states(times)[:, :2]
+        near = pendulum._Motion._near
+        patch.setattr(pendulum._Motion, "_near", lambda *args: near(*args).round(10))
+        patch.setattr(exact_pendulum_module, "_MP", finer)
+        patch.setattr(exact_pendulum_module, "_NEGLIGIBLE", finer.mpf(10) ** -50)
+        expected = pendulum._motion.__wrapped__(p.EA, p.L, p.m, p.v0).states(times)[:, :2]
     np.testing.assert_array_equal(p.position(times), expected)
 
 

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import substep as ss
-from substep import failures
-from substep.build import rigid_energy
-from substep.failures import contact, linear, maps, rounding, table, words
-from substep.lanes import Lanes, march_lanes
-from substep.response import STATUSES
+from substep.core.response import STATUSES
+from substep.derived.facade import rigid_energy
+from substep.marching.scene_lanes import Lanes, march_lanes
+from substep.studies import failures
+from substep.studies.failures import contact, linear, maps, outcomes, rounding, table
 
 NEWTON = STATUSES.index("newton_failed")
 
@@ -36,16 +36,16 @@ def lanes_of(status: str, peak: float, n_done: int = 7) -> Lanes:
     ],
 )
 def test_words(status: str, ratio: float, word: str, failed: bool) -> None:
-    outcome = words.judge(lanes_of(status, 4.0 * ratio), np.array([0.25]), E0=4.0)
-    assert words.WORDS[outcome.word[0]] == word
+    outcome = outcomes.judge(lanes_of(status, 4.0 * ratio), np.array([0.25]), E0=4.0)
+    assert outcomes.WORDS[outcome.word[0]] == word
     assert outcome.t[0] == 2.0 if failed else np.isnan(outcome.t[0])
     assert outcome.max_ratio[0] == ratio
 
 
 def outcome_of(where: ss.Scene, name: str, h: float, span: float) -> tuple[str, float, float]:
     steps = np.array([h, h])  # two lanes, for which kernels are compiled
-    _, outcome = words.run(where, ss.scheme(name), steps, words.whole_steps(span, steps))
-    return words.WORDS[outcome.word[0]], float(outcome.t[0]), float(outcome.max_ratio[0])
+    _, outcome = outcomes.run(where, ss.scheme(name), steps, outcomes.whole_steps(span, steps))
+    return outcomes.WORDS[outcome.word[0]], float(outcome.t[0]), float(outcome.max_ratio[0])
 
 
 @pytest.mark.parametrize("name", ["central_difference", "linear_acceleration", "fox_goodwin"])
@@ -186,7 +186,7 @@ def test_map_equals_single_marches() -> None:
     where, points = table.stiff(), 6
     h, y = (x.ravel() for x in np.meshgrid(np.geomspace(0.02, 0.8, points), np.linspace(0.05, 0.95, points)))
     outcome, end = maps.lattice(where, maps.MAPS[0].make, h, y)
-    assert set(outcome.word.tolist()) >= {words.SURVIVED, words.GAINS, words.NEWTON}
+    assert set(outcome.word.tolist()) >= {outcomes.SURVIVED, outcomes.GAINS, outcomes.NEWTON}
     for k in range(points**2):
         n = min(math.floor(10 / h[k] + 1e-9), 500)
         s = ss.scheme("newmark_bdf2", gamma_t=y[k], beta=0.25, gamma=0.5)
@@ -194,7 +194,7 @@ def test_map_equals_single_marches() -> None:
         ratio = r.energy.max() / where.E0
         failures_of = {"newton_failed": "Newton failed", "non_finite": "blew up", "energy_bound": "blew up"}
         word = failures_of.get(r.status, "gains energy" if ratio > 1.01 else "survived")
-        assert words.WORDS[outcome.word[k]] == word
+        assert outcomes.WORDS[outcome.word[k]] == word
         assert np.isnan(outcome.t[k]) == (r.status == "completed")
         if r.status == "completed":  # how a run fails is chaos: the last bit decides when
             assert outcome.max_ratio[k] == pytest.approx(ratio, rel=1e-9)

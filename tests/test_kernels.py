@@ -15,8 +15,8 @@ from substep_derive.declare.symbols import knot
 from substep_kernels.scenes import SCENES as SCENES_INDEX
 
 import substep as ss
-from substep import lanes
-from substep.response import STATUSES
+from substep.core.response import STATUSES
+from substep.marching import scene_lanes
 
 EXPLICIT = {
     *("forward_euler", "central_difference", "central_difference_lagged", "rk2", "rk4", "noh_bathe"),
@@ -110,7 +110,7 @@ def runs(draw: st.DrawFn, scenes: Sequence[str] = tuple(SCENE_BY_NAME)) -> tuple
 
 def ends_with_a_status(scene: ss.Scene, scheme: ss.Scheme, dt: float) -> None:
     n = 12
-    found = lanes.march_lanes(scene, scheme, np.array([dt]), np.array([n]), bound=1e250, history=True)
+    found = scene_lanes.march_lanes(scene, scheme, np.array([dt]), np.array([n]), bound=1e250, history=True)
     status, done = STATUSES[found.status[0]], int(found.n_done[0])
     assert 0 <= done <= n
     assert (done == n) == (status == "completed")
@@ -122,7 +122,7 @@ def ends_with_a_status(scene: ss.Scene, scheme: ss.Scheme, dt: float) -> None:
 @given(runs())
 def test_any_run_ends_with_a_status_and_loses_nothing(run: tuple[ss.Scene, ss.Scheme, float]) -> None:
     with pytest.MonkeyPatch.context() as patch, np.errstate(all="ignore"):
-        patch.setattr(lanes, "pair_module", lambda scene, scheme: plain(scheme.name, scene.name))
+        patch.setattr(scene_lanes, "pair_module", lambda scene, scheme: plain(scheme.name, scene.name))
         ends_with_a_status(*run)
 
 
@@ -140,9 +140,9 @@ def test_every_pair_compiles_and_steps_as_its_plain_text(scheme: str, scene: str
     hand = SCENES[scene]
     here = variant(scene, **hand.parameters)
     s = ss.scheme(scheme)
-    compiled = lanes.march_lanes(here, s, np.array([hand.dt]), np.array([20]), history=True)
+    compiled = scene_lanes.march_lanes(here, s, np.array([hand.dt]), np.array([20]), history=True)
     with pytest.MonkeyPatch.context() as patch, np.errstate(all="ignore"):
-        patch.setattr(lanes, "pair_module", lambda scene, scheme: plain(scheme.name, scene.name))
-        python = lanes.march_lanes(here, s, np.array([hand.dt]), np.array([20]), history=True)
+        patch.setattr(scene_lanes, "pair_module", lambda scene, scheme: plain(scheme.name, scene.name))
+        python = scene_lanes.march_lanes(here, s, np.array([hand.dt]), np.array([20]), history=True)
     assert np.allclose(compiled.out, python.out, rtol=1e-9, atol=1e-9 * np.abs(python.out).max())
     assert compiled.status[0] == python.status[0]

@@ -19,8 +19,10 @@ from substep_derive.oscillator.amplification import Amplification
 from sympy import Rational
 
 import substep as ss
-from substep import filtered, linear, threads
-from substep.linear import LinearLanes, Oscillators, march_linear
+from substep.core import threads
+from substep.marching import digital_filter, linear
+from substep.marching.linear import LinearLanes, march_linear
+from substep.marching.oscillators import Oscillators
 
 Array = np.ndarray
 GENERATED = Path(__file__).parents[1] / "generated" / "substep_kernels"
@@ -39,7 +41,7 @@ def module_of(name: str) -> Any:
 def uncompiled(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """The linear march's functions as plain Python."""
     found: dict[str, object] = {}
-    monkeypatch.setattr(sys.modules["substep.schemes"], "committed", module_of)
+    monkeypatch.setattr(sys.modules["substep.core.schemes"], "committed", module_of)
 
     def kernels(name: str, K: int) -> tuple[object, object, int]:
         module = found.setdefault(name, plain(march_module(shape_of(name), (2, 4, 6))))
@@ -124,8 +126,8 @@ def test_the_filter_finds_the_same_peaks(name: str, monkeypatch: pytest.MonkeyPa
     record = ss.Record(DT, np.sin(1.3 * np.arange(n + 1.0)))
     o = oscillators(6, dt=DT)._replace(start=np.zeros((3, P)))
     kernels = plain(filter_module())
-    monkeypatch.setattr(filtered, "_kernel", lambda d, k: (getattr(kernels, f"peaks_{d}_{k}"), kernels.WIDTH))
-    found = [filtered.peaks_from_rest(s, o, n, record, followed) for followed in (1, 3)]
+    monkeypatch.setattr(digital_filter, "_kernel", lambda d, k: (getattr(kernels, f"peaks_{d}_{k}"), kernels.WIDTH))
+    found = [digital_filter.peaks_from_rest(s, o, n, record, followed) for followed in (1, 3)]
     histories = march_linear(s, o, n, record).out
     expected = np.abs(histories).max(axis=0)
     if found[0] is None or found[1] is None:
@@ -150,14 +152,14 @@ def test_a_load_that_a_parameter_takes_outside_the_step_is_not_left_to_the_filte
 def test_only_from_rest_under_a_record_at_the_steps_is_there_a_filter() -> None:
     s, o = ss.scheme("newmark"), oscillators(6, dt=DT)
     rest, record = o._replace(start=np.zeros((3, P))), ss.Record(DT, np.sin(np.arange(30.0)))
-    assert filtered.peaks_from_rest(s, rest, N, record, 1) is not None
+    assert digital_filter.peaks_from_rest(s, rest, N, record, 1) is not None
     others = (
         (o, record), (rest, ss.Harmonic(1.0, 2.0)), (rest, None), (rest, ss.Record(2 * DT, np.sin(np.arange(30.0)))),
         (rest, ss.Record(DT, np.cos(np.arange(30.0)))), (rest, ss.Record(DT, np.sin(np.arange(N + 0.0)))),
         (rest._replace(dt=np.where(np.arange(P) == 3, 0.5 * DT, DT)), record),
     )  # fmt: skip
     for lanes, load in others:
-        assert filtered.peaks_from_rest(s, lanes, N, load, 1) is None
+        assert digital_filter.peaks_from_rest(s, lanes, N, load, 1) is None
 
 
 @pytest.mark.usefixtures("uncompiled")

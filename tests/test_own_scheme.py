@@ -13,7 +13,7 @@ from substep_derive.declare.symbols import gamma, h, knot
 from sympy import Interval, Rational
 
 import substep as ss
-from substep import build
+from substep.derived import facade
 
 OWN = '''
 """Newmark's relations with beta = gamma^2/2 (a user's file)."""
@@ -108,14 +108,14 @@ def test_two_processes_at_once(folder: Path) -> None:
 
 
 def test_a_folder_that_others_may_write_to_or_own_is_refused(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    build.cache_folder().chmod(0o777)
+    facade.cache_folder().chmod(0o777)
     with pytest.raises(PermissionError, match="chmod 700"):
-        build.cache_folder()
+        facade.cache_folder()
     build_folder = folder / "cache"
     build_folder.chmod(0o700)
     monkeypatch.setattr(os, "getuid", lambda: build_folder.stat().st_uid + 1)
     with pytest.raises(PermissionError, match="yours alone"):
-        build.cache_folder()
+        facade.cache_folder()
 
 
 def declared(name: str) -> Scheme:

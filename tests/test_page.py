@@ -9,8 +9,8 @@ import pytest
 from matplotlib.figure import Figure
 from PIL import Image
 
-from substep import page
-from substep.charts import save, save_csv
+from substep.figures import page
+from substep.figures.charts import save, save_csv
 
 VOID = {"meta", "link", "img", "br", "hr"}
 

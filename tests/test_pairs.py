@@ -10,8 +10,8 @@ from nonlinear_oracle import history
 from plain_kernels import SCENE_BY_NAME, plain, variant
 
 import substep as ss
-from substep import lanes
-from substep.lanes import march_lanes
+from substep.marching import scene_lanes
+from substep.marching.scene_lanes import march_lanes
 
 PARAMETERS: dict[str, dict[str, float]] = {
     "newmark": {"beta": 0.3025, "gamma": 0.6},
@@ -71,7 +71,7 @@ def test_lanes_in_blocks_are_the_lanes_alone(scheme: str, scene: str, monkeypatc
     alone, abreast = (
         march_lanes(mine, s, dt, n, bound=bound, history=True)
         for few in (100, 0)
-        if monkeypatch.setattr(lanes, "FEW", few) is None
+        if monkeypatch.setattr(scene_lanes, "FEW", few) is None
     )
     for name in ("out", "state", "peak", "n_done", "status"):
         assert np.array_equal(getattr(alone, name), getattr(abreast, name), equal_nan=True), name

@@ -10,11 +10,12 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import substep as ss
-from substep import build
-from substep.precision import cases, charts, exact, jobs, measure, peers, turning
-from substep.precision import reference as references
-from substep.precision.choice import SAMPLES
-from substep.precision.measure import Cost, Errors, Run
+from substep.derived import facade
+from substep.exact import motions
+from substep.studies.precision import cases, charts, crossover, jobs, measure, peers
+from substep.studies.precision import reference as references
+from substep.studies.precision.choice import SAMPLES
+from substep.studies.precision.measure import Cost, Errors, Run
 
 KNOWN = {
     "damped": ss.scene("linear_oscillator", omega=6.28, xi=0.1, u0=0.7, v0=-2.0),
@@ -39,17 +40,17 @@ def integrated(scene: ss.Scene, times: np.ndarray) -> tuple[np.ndarray, np.ndarr
 @pytest.mark.parametrize("scene", KNOWN.values(), ids=KNOWN)
 def test_exact_motions(scene: ss.Scene) -> None:
     times = np.linspace(0, 2, 9)
-    motion = exact.motion(scene)
+    motion = motions.motion(scene)
     assert motion is not None
     for found, should in zip(motion(times), integrated(scene, times), strict=True):
         np.testing.assert_allclose(found, should, rtol=0, atol=1e-10 * np.abs(should).max())
 
 
 def test_motions_without_closed_form_are_not_made_up() -> None:
-    assert exact.motion(ss.scene("linear_oscillator", omega=1.0, xi=1.0)) is None
-    assert exact.motion(ss.scene("linear_oscillator", omega=1.0, load=ss.Step(1.0))) is None
-    assert exact.motion(ss.scene("elastic_pendulum", EA=1e4, v0=0.0)) is None
-    assert exact.motion(ss.scene("softening")) is None
+    assert motions.motion(ss.scene("linear_oscillator", omega=1.0, xi=1.0)) is None
+    assert motions.motion(ss.scene("linear_oscillator", omega=1.0, load=ss.Step(1.0))) is None
+    assert motions.motion(ss.scene("elastic_pendulum", EA=1e4, v0=0.0)) is None
+    assert motions.motion(ss.scene("softening")) is None
 
 
 @pytest.mark.usefixtures("uncompiled")
@@ -57,7 +58,7 @@ def test_motions_without_closed_form_are_not_made_up() -> None:
 def test_converged_reference_is_as_close_as_it_says(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     scene, t_end = KNOWN[name], {"elastic": 0.5, "duffing": 0.1}[name]
     true = references.reference(scene, t_end, 10, 1e-7)
-    monkeypatch.setattr(exact, "motion", lambda _: None)
+    monkeypatch.setattr(motions, "motion", lambda _: None)
     found = references.reference(scene, t_end, 10, 1e-7)
     assert found.error <= 1e-7
     for x, should in ((found.u, true.u), (found.v, true.v), (found.a, true.a)):
@@ -106,7 +107,7 @@ def test_every_scheme_reaches_its_derived_order(name: str, duffing: references.R
     coarse, fine = (measure.measure(duffing, ss.scheme(name), n, 0) for n in (8 * SAMPLES, 16 * SAMPLES))
     assert np.isnan(fine.seconds)
     slope = np.log2(coarse.errors["u"].maximum / fine.errors["u"].maximum)
-    order = build.thesis().undamped_order(name)[0] if name in BETTER_UNDAMPED else charts.order(name)
+    order = facade.thesis().undamped_order(name)[0] if name in BETTER_UNDAMPED else charts.order(name)
     assert slope == pytest.approx(order, abs=0.35)
     assert (order > charts.order(name)) == (name in BETTER_UNDAMPED)
 
@@ -234,34 +235,34 @@ def test_missing_peers_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_the_fastest_of_a_kind() -> None:
-    def point(kind: str, error: float, alone: float, together: float) -> turning.Point:
-        return turning.Point(1e4, f"{kind}{error}", kind, 1, error, alone, together)
+    def point(kind: str, error: float, alone: float, together: float) -> crossover.Point:
+        return crossover.Point(1e4, f"{kind}{error}", kind, 1, error, alone, together)
 
     found = [point("a", 1e-2, 1.0, 0.5), point("a", 1e-4, 2.0, 0.2), point("b", 1e-6, 0.1, 0.1)]
-    assert turning.least(found, 1e4, "a", 1e-2, together=False) == found[0]
-    assert turning.least(found, 1e4, "a", 1e-2, together=True) == found[1]
-    assert turning.least(found, 1e4, "a", 1e-5, together=True) is None
-    assert turning.least(found, 1e6, "a", 1e-2, together=True) is None
+    assert crossover.least(found, 1e4, "a", 1e-2, together=False) == found[0]
+    assert crossover.least(found, 1e4, "a", 1e-2, together=True) == found[1]
+    assert crossover.least(found, 1e4, "a", 1e-5, together=True) is None
+    assert crossover.least(found, 1e6, "a", 1e-2, together=True) is None
 
 
 def test_where_solvers_overtake() -> None:
-    def point(kind: str, error: float, alone: float, together: float) -> turning.Point:
-        return turning.Point(1e4, kind, kind, 1, error, alone, together)
+    def point(kind: str, error: float, alone: float, together: float) -> crossover.Point:
+        return crossover.Point(1e4, kind, kind, 1, error, alone, together)
 
-    mine = [point("second order", e, 1e-3 / e**0.5, 1e-4 / e**0.5) for e in turning.ERRORS]
-    theirs = [point("general solver", e, 0.05, 0.05) for e in turning.ERRORS]
-    assert turning.overtaken([*mine, *theirs], 1e4, together=False) == pytest.approx(10**-3.5)  # 1e-3/sqrt(e) > 0.05
-    assert turning.overtaken([*mine, *theirs], 1e4, together=True) == pytest.approx(10**-5.5)
-    assert turning.overtaken(mine, 1e4, together=False) is None
-    assert turning.overtaken(theirs, 1e4, together=False) == pytest.approx(0.1)
+    mine = [point("second order", e, 1e-3 / e**0.5, 1e-4 / e**0.5) for e in crossover.ERRORS]
+    theirs = [point("general solver", e, 0.05, 0.05) for e in crossover.ERRORS]
+    assert crossover.overtaken([*mine, *theirs], 1e4, together=False) == pytest.approx(10**-3.5)  # 1e-3/sqrt(e) > 0.05
+    assert crossover.overtaken([*mine, *theirs], 1e4, together=True) == pytest.approx(10**-5.5)
+    assert crossover.overtaken(mine, 1e4, together=False) is None
+    assert crossover.overtaken(theirs, 1e4, together=False) == pytest.approx(0.1)
 
 
 def test_turning_points_are_drawn(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(turning, "STIFFNESSES", (1e4,))
-    monkeypatch.setattr(turning, "FINEST", 4)
-    monkeypatch.setattr(turning, "PEERS", ("scipy DOP853",))
-    found, missing = turning.points(("newmark_bdf2",), every=4, repeats=1)
-    turning.chart(found, missing, tmp_path)
+    monkeypatch.setattr(crossover, "STIFFNESSES", (1e4,))
+    monkeypatch.setattr(crossover, "FINEST", 4)
+    monkeypatch.setattr(crossover, "PEERS", ("scipy DOP853",))
+    found, missing = crossover.points(("newmark_bdf2",), every=4, repeats=1)
+    crossover.chart(found, missing, tmp_path)
     assert (tmp_path / "turning.png").stat().st_size > 10_000
     mine = [p for p in found if p.kind == "second order"]
     assert [p.steps for p in mine] == [SAMPLES, 16 * SAMPLES]

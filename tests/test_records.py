@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import substep as ss
-from substep.records import STANDARD_GRAVITY, read_record
+from substep.ground_motion.records import STANDARD_GRAVITY, read_record
 
 VALUES = np.array([0.0, 0.1, -0.25, 3e-4, 0.02, 0.5, -0.125])
 AT2 = """PEER NGA STRONG MOTION DATABASE RECORD

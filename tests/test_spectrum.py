@@ -17,8 +17,9 @@ from substep_derive.emit.march_module import march_module
 from substep_derive.kernels.march_shape import shape_of
 
 import substep as ss
-from substep import filtered, linear, spectrum
-from substep.exact_oscillator import exact_peaks, increments
+from substep.exact.oscillator import exact_peaks, increments
+from substep.ground_motion import spectrum
+from substep.marching import digital_filter, linear
 
 Array = np.ndarray
 GENERATED = Path(__file__).parents[1] / "generated" / "substep_kernels"
@@ -157,9 +158,9 @@ def uncompiled(monkeypatch: pytest.MonkeyPatch) -> None:
         return getattr(kernels, f"march_{K}"), getattr(kernels, f"run_{K}"), kernels.WIDTH
 
     filters = plain(filter_module())
-    monkeypatch.setattr(sys.modules["substep.schemes"], "committed", module)
+    monkeypatch.setattr(sys.modules["substep.core.schemes"], "committed", module)
     monkeypatch.setattr(linear, "_kernels", march)
-    monkeypatch.setattr(filtered, "_kernel", lambda d, k: (getattr(filters, f"peaks_{d}_{k}"), filters.WIDTH))
+    monkeypatch.setattr(digital_filter, "_kernel", lambda d, k: (getattr(filters, f"peaks_{d}_{k}"), filters.WIDTH))
 
 
 @pytest.mark.usefixtures("uncompiled")

@@ -8,7 +8,7 @@ import xarray as xr
 
 import substep as ss
 from substep import sweeps
-from substep.response import Response
+from substep.core.response import Response
 
 RNG = np.random.default_rng(11)
 LOAD = ss.Harmonic(1.0, 3.0, 0.2)

@@ -6,12 +6,12 @@ s.spectral_radius([0.1, 10.0])
 r = ss.march(ss.scene("linear_oscillator", omega=6.28), s, dt=0.01, t_end=10.0)
 """
 
-from .loads import HalfSine, Harmonic, Record, Step
-from .marching import march
-from .response import Response
-from .scenes import Scene, scene, scenes
-from .schemes import Scheme, scheme, schemes
-from .spectrum import response_spectrum
+from .core.loads import HalfSine, Harmonic, Record, Step
+from .core.response import Response
+from .core.scenes import Scene, scene, scenes
+from .core.schemes import Scheme, scheme, schemes
+from .ground_motion.spectrum import response_spectrum
+from .marching.run import march
 from .sweeps import sweep
 
 __all__ = [

@@ -9,21 +9,21 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..loads import Load
-from ..scenes import Scene
-from ..schemes import Scheme
+from ..core.loads import Load
+from ..core.scenes import Scene
+from ..core.schemes import Scheme
+from .chunks import Results, run
 from .cluster import run_on
 from .dataset import template, variables
 from .plan import Chunk, Keep, Plan, planned
 from .progress import shown
-from .running import Results, run
 from .store import Store
 
 if TYPE_CHECKING:
     import xarray
     from distributed import Client
 
-    from ..build import Declaration, SceneDeclaration
+    from ..derived.modules import Declaration, SceneDeclaration
 
 
 def sweep(

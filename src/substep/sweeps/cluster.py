@@ -4,8 +4,8 @@ from collections.abc import Generator, Sequence
 from itertools import islice
 from typing import Any
 
+from .chunks import Results, run_on_one_core
 from .plan import Chunk, Plan
-from .running import Results, run_on_one_core
 
 AHEAD = 4  # chunks a worker's thread has waiting, so that results do not pile up
 

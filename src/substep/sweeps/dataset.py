@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple, get_args
 
 import numpy as np
 
-from ..loads import Load, Record
-from ..response import Status
+from ..core.loads import Load, Record
+from ..core.response import Status
 from .plan import Axis, Plan
 
 if TYPE_CHECKING:

@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..errors import inside, real_array, real_number, unknown_name
-from ..loads import Load, Record
-from ..marching import number_of_steps
-from ..scenes import Scene, checked_parameters, make_scene, scene_entry
-from ..schemes import Array, Scheme, scheme_entry
-from ..schemes import scheme as make_scheme
+from ..core.errors import inside, real_array, real_number, unknown_name
+from ..core.loads import Load, Record
+from ..core.scenes import Scene, checked_parameters, make_scene, scene_entry
+from ..core.schemes import Array, Scheme, scheme_entry
+from ..core.schemes import scheme as make_scheme
+from ..marching.run import number_of_steps
 
 if TYPE_CHECKING:
-    from ..build import Declaration, SceneDeclaration
+    from ..derived.modules import Declaration, SceneDeclaration
 
 Keep = Literal["final", "peak", "history"]
 Owner = Literal["step", "scheme", "scene", "load"]

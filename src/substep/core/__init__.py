@@ -1,0 +1,1 @@
+"""Handles of schemes and scenes, loads, responses, and the errors that all of them raise."""

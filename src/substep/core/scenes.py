@@ -1,0 +1,195 @@
+"""Scenes: what is marched. Each is declared from its energies; parameters are checked once, here."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from importlib import import_module
+from types import MappingProxyType, ModuleType
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from substep_kernels.scenes import SCENES
+
+from .errors import inside, real_array, real_number, unknown_name
+from .loads import Load
+
+if TYPE_CHECKING:
+    from ..derived.modules import SceneDeclaration
+
+Array = NDArray[np.float64]
+
+_VARIANTS = {"strain": {"green_lagrange": "elastic_pendulum", "engineering": "elastic_pendulum_engineering"}}
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A benchmark problem with its parameters; make one with `substep.scene`.
+
+    u0, v0, a0 (d,): displacement, velocity and acceleration at t = 0, in the units of the coordinates, s. A sweep
+    has many in one, P lanes: some parameters are (P,), u0, v0, a0 (P, d), and u, v in what follows (P, ..., d).
+    """
+
+    name: str
+    parameters: Mapping[str, Any]  # numbers
+    u0: Array
+    v0: Array
+    a0: Array
+    load: Load | None
+    entry: Mapping[str, Any] = field(repr=False, compare=False)  # of the index, see substep_kernels.scenes
+    a0_asked: ArrayLike | str | None = field(default=None, repr=False, compare=False)  # for other parameters
+
+    @property
+    def coordinates(self) -> tuple[tuple[str, str], ...]:
+        """Name and unit of each coordinate."""
+        return self.entry["coordinates"]
+
+    @property
+    def reference(self) -> str:
+        """Where the scene is from."""
+        return self.entry["reference"]
+
+    @property
+    def module(self) -> ModuleType:
+        """Generated functions of the scene: energy, acceleration, invariants."""
+        own = self.entry.get("module")
+        return own or import_module(f"substep_kernels.scene_{self.name}")
+
+    @property
+    def length(self) -> float:
+        """What Newton's tolerance is relative to."""
+        return self.entry["length"](**self.parameters)
+
+    @property
+    def E0(self) -> float:
+        """Energy at t = 0 or, where that is 0, the largest potential scale of the scene; J."""
+        at_start = float(self.energy(np.zeros(()), self.u0, self.v0))
+        return at_start or (self.entry["energy_scale"] or (lambda **_: 0.0))(**self.parameters)
+
+    def energy(self, t: Array, u: Array, v: Array) -> Array:
+        """Kinetic energy and potential (...,) at times t (...,) for u, v (..., d); inf beyond about 1e154."""
+        return self._evaluate("energy", t, u, v)
+
+    def acceleration(self, t: Array, u: Array, v: Array) -> Array:
+        """Acceleration (..., d) from the equation of motion."""
+        return self._evaluate("acceleration", t, u, v)
+
+    def angular_momentum(self, t: Array, u: Array, v: Array) -> Array | None:
+        """Angular momentum (...,) about the pivot; None for a scene without one."""
+        return self._evaluate("angular_momentum", t, u, v) if self.entry["angular_momentum"] else None
+
+    def outputs(self, t: Array, u: Array, v: Array) -> dict[str, Array]:
+        """The scene's named outputs, each (...,)."""
+        return {name: self._evaluate(name, t, u, v) for name in self.entry["outputs"]}
+
+    def forces(self, t: Array) -> Array:
+        """The load at the times t, of their shape. Raises ValueError for one not finite or of another shape."""
+        if self.load is None:
+            return np.zeros(np.shape(t))
+        forces = np.asarray(self.load(np.asarray(t)), dtype=np.float64)
+        if forces.shape != np.shape(t) or not np.isfinite(forces).all():
+            raise ValueError(
+                f"expected a finite load at each of {np.shape(t)} times, got shape {forces.shape}, "
+                f"finite: {bool(np.isfinite(forces).all())}; correct the load function"
+            )
+        return forces
+
+    def _evaluate(self, function: str, t: Array, u: Array, v: Array) -> Array:
+        given = [self.forces(t)] if self.entry["sampled"] else []
+        inner = (1,) * (np.ndim(u) - 2)  # axes between a lane's and the coordinates'
+        values = (x.reshape(-1, *inner) if np.ndim(x) else x for x in self.parameters.values())
+        with np.errstate(all="ignore"):
+            return getattr(self.module, function)(*values, t, u, v, *given)
+
+
+def scenes() -> tuple[str, ...]:
+    """Names of all scenes."""
+    return tuple(name for name in SCENES if name not in _VARIANTS["strain"].values() or name == "elastic_pendulum")
+
+
+def scene(
+    name: "str | SceneDeclaration", *, a0: ArrayLike | str | None = None, load: Load | None = None, **parameters: Any
+) -> Scene:
+    """The scene of that name, or of a declaration of your own (`substep_derive.Scene`).
+
+    Parameters not given take the default of the declaration. a0: the initial acceleration, one number a
+    coordinate; "consistent" takes it from the equation of motion; by default as the scene declares it. load:
+    a function of time in s, for scenes that take one. elastic_pendulum also takes strain = "green_lagrange"
+    or "engineering". Raises ValueError for unknown names, missing parameters and bad values.
+    """
+    name, entry = scene_entry(name, parameters)
+    return make_scene(name, entry, checked_parameters(name, entry, parameters, real_number), a0, load)
+
+
+def scene_entry(name: "str | SceneDeclaration", parameters: dict[str, Any]) -> tuple[str, Mapping[str, Any]]:
+    """A scene's own name and entry of the index; takes the strain measure, which decides it, off the parameters."""
+    if isinstance(name, str):
+        if name not in SCENES:
+            raise unknown_name("a scene", name, scenes())
+        if name == "elastic_pendulum" and "strain" in parameters:
+            measure = parameters.pop("strain")
+            if not isinstance(measure, str) or measure not in _VARIANTS["strain"]:
+                raise unknown_name("a strain measure", str(measure), _VARIANTS["strain"])
+            name = _VARIANTS["strain"][measure]
+        return name, SCENES[name]
+    if not hasattr(name, "potential"):
+        raise ValueError(f"expected the name of a scene or a declaration of one, got {name!r}")
+    from ..derived.modules import own_scene_entry  # noqa: PLC0415 (the one door to SymPy)
+
+    return own_scene_entry(name)
+
+
+def checked_parameters(
+    name: str, entry: Mapping[str, Any], parameters: Mapping[str, Any], number: Callable[[str, Any], ArrayLike]
+) -> dict[str, Any]:
+    """All parameters, defaults filled in, as numbers or, where number lets them pass, arrays."""
+    declared = {key: rest for key, *rest in entry["parameters"]}
+    for key in parameters:
+        if key not in declared:
+            more = ["strain"] if name.startswith("elastic_pendulum") else []
+            raise unknown_name(
+                f"a parameter of {name}", key, [*declared, *more, "a0", *(["load"] if entry["sampled"] else [])]
+            )
+    values: dict[str, Any] = {}
+    for key, (*domain, default) in declared.items():
+        if key not in parameters and default is None:
+            raise ValueError(f"expected a value for {key} of {name}, got none; add {key}=...")
+        what = f"parameter {key} of {name}"
+        value = inside(what, number(what, parameters.get(key, default)), *domain)
+        values[key] = value if value.ndim else float(value)
+    return values
+
+
+def make_scene(
+    name: str, entry: Mapping[str, Any], values: Mapping[str, Any], a0: ArrayLike | str | None, load: Load | None
+) -> Scene:
+    """A scene of checked parameters, numbers or (P,)."""
+    if load is not None and not entry["sampled"]:
+        raise ValueError(f"expected no load for {name}, got one; its load is part of its declaration")
+    if load is not None and not callable(load):
+        raise ValueError(
+            f"expected load to be None or a function of time such as ss.Harmonic, got {type(load).__name__}; "
+            "wrap samples as ss.Record(dt, values)"
+        )
+    lanes = np.broadcast_shapes(*(np.shape(x) for x in values.values()))
+    u0, v0, given = (
+        None if x is None else np.stack([np.full(lanes, q, dtype=np.float64) for q in x], axis=-1)
+        for x in entry["start"](**values)
+    )
+    assert u0 is not None
+    assert v0 is not None
+    draft = Scene(name, MappingProxyType(dict(values)), u0, v0, u0, load, entry, a0)
+    wanted = a0 if a0 is not None else "consistent" if given is None else given
+    return replace(draft, a0=_acceleration(draft, wanted))
+
+
+def _acceleration(scene: Scene, a0: ArrayLike | str) -> Array:
+    if isinstance(a0, str):
+        if a0 != "consistent":
+            raise ValueError(f"expected a0 to be numbers or 'consistent', got '{a0}'")
+        u, v = np.atleast_2d(scene.u0), np.atleast_2d(scene.v0)
+        return scene.acceleration(np.zeros(len(u)), u, v).reshape(scene.u0.shape)
+    array = np.atleast_1d(real_array("a0", a0))
+    if array.shape not in (scene.u0.shape, scene.u0.shape[-1:]):
+        components = scene.u0.shape[-1]
+        raise ValueError(f"expected a0 with {components} components for {scene.name}, got shape {array.shape}")
+    return np.broadcast_to(array, scene.u0.shape).copy()

@@ -1,0 +1,187 @@
+"""What the derivation says, for those who ask by a scheme's name: closed forms, certificates, orders, tables.
+
+SymPy is imported where a function is called.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cache
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from substep_derive import Certificate, Derivation
+    from substep_derive.oscillator.overshoot import Overshoot
+    from substep_derive.stability.conditions import Conditions
+    from substep_derive.study.closed_forms import ClosedForm
+    from substep_derive.study.equivalence import Equivalence
+
+
+def certificate(name: str, xi: Any = 0, **parameters: Any) -> "Certificate":
+    """The exact stability certificate: see `substep_derive.certify`."""
+    from substep_derive import certify  # noqa: PLC0415
+
+    return certify(name, xi=xi, **parameters)
+
+
+def conditions(name: str) -> "Conditions":
+    """Stability conditions with the parameters symbolic: see `substep_derive.stability.conditions`."""
+    from substep_derive.stability.conditions import conditions as of  # noqa: PLC0415
+
+    return of(name)
+
+
+def order_conditions(name: str) -> "dict[str, tuple[Any, ...]]":
+    """What must vanish for u, v and a to be of second order: see `substep_derive.oscillator.order.order_conditions`."""
+    from substep_derive.oscillator.order import order_conditions as of  # noqa: PLC0415
+
+    return of(derived(name).amplification)
+
+
+def equivalences(names: Sequence[str]) -> "tuple[Equivalence, ...]":
+    """Pairs that share matrix or spectrum, among the named schemes or, for none named, all."""
+    from substep_derive.study.equivalence import equivalences as found  # noqa: PLC0415
+
+    return found([derived(name).scheme for name in names]) if names else found()
+
+
+def derived(name: str, **parameters: Any) -> "Derivation":
+    """Closed forms and orders at exact parameters: see `substep_derive.derive`."""
+    from substep_derive import derive  # noqa: PLC0415
+
+    return derive(name, **parameters)
+
+
+@dataclass(frozen=True)
+class CatalogueRow:
+    """A scheme at its default parameters, exact values as text."""
+
+    scheme: str
+    order: str
+    rho_inf: str
+    critical_Omega: str
+    critical_curve: str
+    A_stable: str
+    L_stable: str
+    overshoot: str
+    bifurcation: str
+
+
+@cache
+def order(name: str) -> tuple[int, int, int]:
+    """Of u, v and a, at the scheme's default parameters."""
+    from substep_derive import Derivation  # noqa: PLC0415
+    from substep_derive.study.derivation import at_defaults  # noqa: PLC0415
+
+    return Derivation(at_defaults(derived(name).scheme)).order
+
+
+def catalogue_row(name: str) -> CatalogueRow:
+    """Derived: see `substep_derive.study.profile.profile`."""
+    from substep_derive.study.profile import profile  # noqa: PLC0415
+
+    p = profile(derived(name).scheme)
+    critical = "none" if p.critical_Omega is None else str(p.critical_Omega)
+    curve = "" if p.critical_curve is None else str(p.critical_curve)
+    A, L = ({True: "yes", False: "no", None: "open"}[x] for x in (p.A_stable, p.L_stable))
+    order = ", ".join(map(str, p.order))
+    ends = (f"{float(x):.6g}" if x.is_finite else "oo" for x in (p.rho_inf, p.bifurcation))
+    rho, bifurcation = ends
+    return CatalogueRow(name, order, rho, critical, curve, A, L, str(p.overshoot), bifurcation)
+
+
+def second_order_betas(rho_inf: Fraction, gamma_t: Fraction) -> list[float]:
+    """Beta of newmark_bdf2 of second order, stable for every Omega, of that rho_inf: `substep_derive.study.design`."""
+    from substep_derive.study.design import region  # noqa: PLC0415
+
+    curves = [(float(r.beta.subs("gamma_t", gamma_t)), r.intervals) for r in region(rho_inf)]
+    return [beta for beta, cells in curves if any(float(low) < gamma_t < float(high) for low, high, *_ in cells)]
+
+
+def overshoot(name: str) -> "Overshoot":
+    """Overshoot class of a scheme at almost all parameters."""
+    from substep_derive.oscillator.overshoot import overshoot as of  # noqa: PLC0415
+
+    return of(derived(name).amplification)
+
+
+@dataclass(frozen=True)
+class RigidEnergy:
+    """Relative energy change a step on the stiff pendulum's rigid limit: power of h v0/L -> coefficient, as text.
+
+    first: of the step from steady rotation; settled: of every later one. sign_changes: where the settled
+    coefficient of lowest power changes sign in the one parameter left free, ascending.
+    """
+
+    first: Mapping[int, str]
+    settled: Mapping[int, str]
+    sign_changes: tuple[float, ...]
+
+
+def rigid_energy(name: str, **parameters: Any) -> RigidEnergy:
+    """Closed forms with the given parameters fixed, exact: see `substep_derive.motion.rigid_limit`."""
+    from substep_derive.motion import rigid_limit  # noqa: PLC0415
+
+    scheme = derived(name).scheme
+    scheme = scheme.fix(parameters) if parameters else scheme
+    first, settled = rigid_limit.energy_change(scheme, 4), rigid_limit.settled_energy_change(scheme)
+    changes: tuple[float, ...] = ()
+    if settled and len(scheme.parameters) == 1:
+        found = rigid_limit.sign_changes(settled[min(settled)], scheme.parameters[0])
+        changes = tuple(float(root) for root in found)
+    texts = ({power: str(e) for power, e in series.items()} for series in (first, settled))
+    return RigidEnergy(*texts, changes)
+
+
+def thesis() -> ModuleType:
+    """The thesis's printed formulas and what derivation says of them: `substep_derive.study.thesis`."""
+    from substep_derive.study import thesis as printed  # noqa: PLC0415
+
+    return printed
+
+
+def at_rest(expression: Any) -> Any:
+    """A derived expression at xi = 0, factored."""
+    from substep_derive.declare.symbols import xi  # noqa: PLC0415
+
+    return expression.subs(xi, 0).factor()
+
+
+def number(expression: Any, **values: Fraction) -> Fraction:
+    """A derived expression at exact parameters."""
+    from substep_derive.algebra.exact_number import exact_number  # noqa: PLC0415
+
+    found = expression.subs({name: exact_number(value) for name, value in values.items()})
+    return Fraction(int(found.p), int(found.q))
+
+
+def closed_forms(name: str) -> "list[ClosedForm]":
+    """Everything derived about a scheme: see `substep_derive.study.closed_forms`."""
+    from substep_derive.study.closed_forms import closed_forms as derived  # noqa: PLC0415
+
+    return derived(name)
+
+
+@dataclass(frozen=True)
+class Properties:
+    """Exact properties of one parameter set, undamped: rho_inf, order, leading error terms."""
+
+    rho_inf: Any
+    order: int
+    damping: tuple[int, Any] | None
+    period: tuple[int, Any] | None
+
+
+def properties(name: str, parameters: Mapping[str, Fraction]) -> Properties:
+    """rho_inf, order of the free vibration, and the first term (power of Omega, coefficient) of each error."""
+    from substep_derive import derive  # noqa: PLC0415
+    from substep_derive.declare.symbols import xi  # noqa: PLC0415
+
+    d = derive(name, **parameters)
+
+    def first(terms: Mapping[int, Any]) -> tuple[int, Any] | None:
+        at_rest = ((power, coefficient.subs(xi, 0)) for power, coefficient in sorted(terms.items()))
+        return next(((power, value) for power, value in at_rest if value != 0), None)
+
+    return Properties(d.rho_inf, d.series.order, first(d.series.numerical_damping), first(d.series.period_error))

@@ -1,0 +1,90 @@
+"""Generated modules in the user's cache: printed once, checked, and imported from real files, so that numba can cache
+what it compiles.
+"""
+
+import hashlib
+import importlib.util
+import os
+import sys
+import tempfile
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from types import ModuleType
+from typing import TYPE_CHECKING
+
+import platformdirs
+
+if TYPE_CHECKING:
+    pass
+
+
+def cache_folder() -> Path:
+    """Folder of the user's own modules: $SUBSTEP_CACHE, or the platform's cache folder; made if missing.
+
+    Raises PermissionError if others own it or may write to it, for what lies there is run as code.
+    """
+    folder = Path(os.environ.get("SUBSTEP_CACHE") or platformdirs.user_cache_dir("substep"))
+    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+    found = folder.stat()
+    if hasattr(os, "getuid") and (found.st_uid != os.getuid() or found.st_mode & 0o022):
+        raise PermissionError(
+            f"expected the cache folder {folder} to be yours alone, got owner {found.st_uid} and mode "
+            f"{found.st_mode & 0o777:o}; run chmod 700 on it, or set SUBSTEP_CACHE to a folder of your own"
+        )
+    return folder
+
+
+@cache
+def generator_version() -> str:
+    """Digest of the generator's own source: another generator prints other text."""
+    import substep_derive  # noqa: PLC0415
+
+    folder = Path(substep_derive.__file__).parent
+    digest = hashlib.sha256()
+    for path in sorted(folder.rglob("*.py")):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
+def cached_module(declared: str, text: Callable[[], str]) -> ModuleType:
+    """The module whose declarations have that digest, printed by text if the cache has no whole file of it."""
+    module_name = f"substep_own_{hashlib.sha256((generator_version() + declared).encode()).hexdigest()[:24]}"
+    module = sys.modules.get(module_name)
+    if module is None:
+        path = cache_folder() / f"{module_name}.py"
+        if not _intact(path):
+            _write(path, text())
+        module = _load(module_name, path)
+    return module
+
+
+def _intact(path: Path) -> bool:
+    """Whether the file is there and its first line is the sha256 of the rest."""
+    try:
+        first, rest = path.read_text(encoding="utf-8").split("\n", 1)
+    except (FileNotFoundError, ValueError):
+        return False
+    return first == "# sha256 " + hashlib.sha256(rest.encode()).hexdigest()
+
+
+def _write(path: Path, text: str) -> None:
+    """Other processes see the old file or the whole new one."""
+    checked = "# sha256 " + hashlib.sha256(text.encode()).hexdigest() + "\n" + text
+    with tempfile.NamedTemporaryFile("w", dir=path.parent, delete=False, encoding="utf-8", newline="\n") as file:
+        file.write(checked)
+    Path(file.name).replace(path)
+
+
+def _load(name: str, path: Path) -> ModuleType:
+    spec = importlib.util.spec_from_file_location(name, path)
+    if spec is None or spec.loader is None:
+        raise ImportError(f"expected a Python module at {path}; remove the file and try again")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module  # before it runs: numba's cache looks functions up by their module
+    try:
+        spec.loader.exec_module(module)
+    except BaseException:
+        del sys.modules[name]
+        raise
+    return module

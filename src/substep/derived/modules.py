@@ -1,0 +1,50 @@
+"""Kernels of one's own schemes and scenes, and of pairs that are not committed."""
+
+from collections.abc import Mapping
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from substep_derive import Scene as SceneDeclaration
+    from substep_derive import Scheme as Declaration
+from .module_cache import cached_module
+
+
+def own_entry(declaration: "Declaration") -> tuple[str, Mapping[str, Any]]:
+    """(name, index entry) of a declared scheme, whose module is taken from the cache or derived and kept there.
+
+    Raises DeclarationError for a declaration that does not define one step, PermissionError as `cache_folder`.
+    """
+    from substep_derive.declare.digest import scheme_digest  # noqa: PLC0415
+    from substep_derive.emit.scheme_module import own_module  # noqa: PLC0415
+
+    module = cached_module(scheme_digest(declaration), lambda: own_module(declaration))
+    return declaration.name, {**module.ENTRY, "module": module, "declaration": declaration}
+
+
+def own_scene_entry(declaration: "SceneDeclaration") -> tuple[str, Mapping[str, Any]]:
+    """The same of a declared scene. Raises DeclarationError for energies that do not define a motion."""
+    from substep_derive.declare.digest import scene_digest  # noqa: PLC0415
+    from substep_derive.package import own_scene  # noqa: PLC0415
+
+    module = cached_module(scene_digest(declaration), lambda: own_scene(declaration))
+    return declaration.name, {**module.ENTRY, "module": module, "declaration": declaration}
+
+
+def pair_module(scheme: "str | Declaration", scene: "str | SceneDeclaration") -> ModuleType:
+    """Kernels of a scheme on a scene, named or declared, that are not committed: from the cache, or printed now."""
+    from substep_derive.declare.catalogue import find, find_scene  # noqa: PLC0415
+    from substep_derive.declare.digest import scene_digest, scheme_digest  # noqa: PLC0415
+    from substep_derive.motion.equations import Motion  # noqa: PLC0415
+    from substep_derive.package import catalogue_pair  # noqa: PLC0415
+
+    mine, theirs = find(scheme), find_scene(scene)
+    return cached_module(scheme_digest(mine) + scene_digest(theirs), lambda: catalogue_pair(mine, Motion(theirs)))
+
+
+def march_module(name: str, K: int) -> ModuleType:
+    """Kernels of a linear march whose shape, or number of load instants, no scheme of the catalogue has."""
+    from substep_derive.emit.march_module import march_module as printed  # noqa: PLC0415
+    from substep_derive.kernels.march_shape import shape_of  # noqa: PLC0415
+
+    return cached_module(f"{name} {K}", lambda: printed(shape_of(name), (K,)))

@@ -1,0 +1,1 @@
+"""Exact motions that schemes are held against."""

@@ -1,0 +1,1 @@
+"""How results are drawn, and the page that shows them."""

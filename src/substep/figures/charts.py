@@ -1,0 +1,102 @@
+"""Figures. Colours are Okabe and Ito's, which survive colour-blindness; line styles survive print."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from ..core.schemes import Array
+
+if TYPE_CHECKING:
+    from xarray import Dataset
+
+COLOURS = ("#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7")
+REFERENCE = "#000000"
+STYLES = ("-", "--", "-.", (0, (1, 1)), (0, (8, 2)))
+SVG_IS_REPRODUCIBLE = {"svg.hashsalt": "substep"}
+
+
+def look(i: int) -> tuple[str, str | tuple[int, tuple[int, ...]]]:
+    """Colour and line style of the i-th curve; no two of the first 25 share both."""
+    return COLOURS[i % 5], STYLES[(i + i // 5) % 5]
+
+
+def curves(axes: Axes, x: Array, series: Mapping[str, Array], *, x_label: str, y_label: str) -> None:
+    """One line for each named series; the last is drawn in black as the reference."""
+    for i, (label, y) in enumerate(series.items()):
+        reference = i == len(series) - 1
+        colour, style = (REFERENCE, "-") if reference else look(i)
+        axes.plot(x, y, color=colour, linestyle=style, linewidth=1.4, label=label)
+    axes.set_xlabel(x_label)
+    axes.set_ylabel(y_label)
+    axes.grid(visible=True, linewidth=0.3, color="0.8")
+
+
+def stability_figure(
+    title: str,
+    radius: tuple[Array, Mapping[str, Array]],
+    errors: tuple[Array, Mapping[str, Array], Mapping[str, Array]],
+) -> Figure:
+    """Spectral radius over h/T (log), amplitude and period error in per cent over h/T, one legend below."""
+    figure = Figure(figsize=(13, 4.6), layout="constrained")
+    a, b, c = figure.subplots(1, 3)
+    curves(a, *radius, x_label="time ratio $h/T$", y_label=r"spectral radius $\rho$")
+    a.set_xscale("log")
+    a.axhline(1.0, color="0.5", linewidth=0.6)
+    x, amplitude, period = errors
+    percent = [{label: 100 * y for label, y in series.items()} for series in (amplitude, period)]
+    curves(b, x, percent[0], x_label="time ratio $h/T$", y_label="amplitude error (%)")
+    curves(c, x, percent[1], x_label="time ratio $h/T$", y_label="period error (%)")
+    for axes in (b, c):
+        axes.locator_params(axis="x", nbins=5)
+    for axes, letter in zip((a, b, c), "abc", strict=True):
+        axes.set_title(f"({letter})", loc="left", fontsize=10)
+    figure.suptitle(title, fontsize=11)
+    handles, labels = a.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=3, fontsize=9, frameon=False)
+    return figure
+
+
+def spectrum_figure(spectrum: "Dataset") -> Figure:
+    """SD, SV and SA of `response_spectrum` at one xi, pseudo-quantities too, and below the scheme's own error."""
+    s, T = spectrum, spectrum.period.to_numpy()
+    figure = Figure(figsize=(13, 6.2), layout="constrained")
+    top, bottom = figure.subplots(2, 3, sharex=True, height_ratios=(1.7, 1))
+    symbols = {"displacement": "SD", "velocity": "SV", "acceleration": "SA"}
+    for value, error, (name, symbol), colour in zip(top, bottom, symbols.items(), COLOURS, strict=False):
+        unit = {"m": "m", "m s-1": "m/s", "m s-2": "m/s$^2$"}[s[name].units]
+        value.loglog(T, s[name], color=colour, linewidth=1.4, label=symbol)
+        if f"pseudo_{name}" in s:
+            value.loglog(T, s[f"pseudo_{name}"], color=REFERENCE, linewidth=0.8, linestyle="--", label=f"P{symbol}")
+            value.legend(fontsize=9, frameon=False)
+        value.set_ylabel(f"{name} {symbol} ({unit})")
+        error.loglog(T, 100 * np.abs(s[f"{name}_error"]), color=colour, linewidth=1.0)
+        error.set_ylabel(f"error of {symbol} (%)")
+        error.set_xlabel("period $T$ (s)")
+        for axes in (value, error):
+            axes.grid(visible=True, linewidth=0.3, color="0.8")
+    settings = f"$\\xi$ = {float(s.xi):g}, {s.scheme}, $h$ = {s.dt:g} s"
+    figure.suptitle(f"Response spectrum: {Path(s.source).name}, {settings}; below: the scheme's own error", fontsize=11)
+    return figure
+
+
+def save(figure: Figure, path: Path, section: str, caption: str) -> None:
+    """Write path.png and path.svg, both with the caption and the section of the page of results they belong to.
+
+    caption: what is drawn, of which scene and parameters, what to see in it and where it comes from, in plain words.
+    """
+    told = {"Description": " ".join(caption.split())}
+    with matplotlib.rc_context(SVG_IS_REPRODUCIBLE):
+        figure.savefig(f"{path}.png", dpi=160, metadata=told | {"Keywords": section})
+        figure.savefig(f"{path}.svg", metadata=told | {"Keywords": [section], "Date": None})
+
+
+def save_csv(path: Path, header: list[str], columns: list[Array]) -> None:
+    """Write columns under their names, 17 digits, so that nothing is lost."""
+    text = [",".join(f'"{name}"' if "," in name else name for name in header)]
+    text += [",".join(f"{value:.17g}" for value in row) for row in np.column_stack(columns)]
+    path.write_text("\n".join(text) + "\n", encoding="utf-8")

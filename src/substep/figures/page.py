@@ -1,0 +1,109 @@
+"""The page of results, index.html: every figure with the caption it carries, the ledger, and the tables.
+
+What stands in the folder is shown; there is no list of files but the folder itself.
+"""
+
+import csv
+import json
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import groupby
+from pathlib import Path
+from typing import Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from PIL import Image
+
+LONGEST = 100  # rows of a table that is shown; of a longer one there is a link
+NUMBER = re.compile(r"[-+]?\d+\.\d{6,}(e[-+]?\d+)?")  # shown to six digits: the file has them all
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A figure of the folder: its PNG's size in pixels, what its metadata say, and the CSV files of its numbers."""
+
+    name: str
+    width: int
+    height: int
+    section: str
+    caption: str
+    numbers: Sequence[str]
+
+
+@dataclass(frozen=True)
+class CsvTable:
+    """A CSV file of the folder: its name, how many rows it has below its header, and the rows if they are few."""
+
+    file: str
+    size: int
+    header: Sequence[str]
+    rows: Sequence[Sequence[str]]
+
+
+def write(folder: Path) -> Path:
+    """Write index.html into the folder of results and return its path; the same files give the same bytes.
+
+    Figures are read from PNG files, which tell section and caption (`charts.save`); the ledger from claims.json if
+    there is one; tables from CSV files. Raises ValueError, which names the file, for a figure without a caption.
+    """
+    tables = [_table(path) for path in sorted(folder.glob("*.csv"), key=_natural)]
+    names = [table.file for table in tables]
+    by_section = sorted(pictures(folder, names), key=lambda picture: picture.section)
+    ledger = folder / "claims.json"
+    environment = Environment(
+        loader=PackageLoader("substep.figures"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters["short"] = _short
+    contents: Mapping[str, Any] = {
+        "sections": [(name, list(own)) for name, own in groupby(by_section, key=lambda picture: picture.section)],
+        "claims": json.loads(ledger.read_text(encoding="utf-8")) if ledger.exists() else [],
+        "tables": tables,
+    }
+    path = folder / "index.html"
+    path.write_text(environment.get_template("index.html").render(contents), encoding="utf-8")
+    return path
+
+
+def pictures(folder: Path, files: Sequence[str] = ()) -> list[Picture]:
+    """All figures of the folder, with those of the CSV files that are theirs. Raises ValueError as `write`."""
+    return [_picture(path, files) for path in sorted(folder.glob("*.png"), key=_natural)]
+
+
+def _natural(path: Path) -> list[str]:
+    """So that 2 is before 10."""
+    return [part.zfill(9) if part.isdigit() else part for part in re.split(r"(\d+)", path.stem)]
+
+
+def _picture(path: Path, files: Sequence[str]) -> Picture:
+    with Image.open(path) as image:
+        image.load()  # metadata may follow the pixels
+        (width, height), told = image.size, image.info
+    if not told.get("Description") or not told.get("Keywords"):
+        raise ValueError(
+            f"expected a caption and a section in the metadata of {path}, got none; draw it with substep.charts.save "
+            f"or take it out of the folder"
+        )
+    own = re.compile(re.escape(path.stem) + r"(?!\d).*\.csv")
+    return Picture(
+        path.stem, width, height, told["Keywords"], told["Description"], [file for file in files if own.fullmatch(file)]
+    )
+
+
+def _table(path: Path) -> CsvTable:
+    with path.open(encoding="utf-8", newline="") as file:
+        reader = csv.reader(file)
+        header, rows, size = next(reader, []), [], 0
+        for row in reader:
+            size += 1
+            if size <= LONGEST:
+                rows.append(row)
+    return CsvTable(path.name, size, header, rows if size <= LONGEST else [])
+
+
+def _short(text: str) -> str:
+    return f"{float(text):.6g}" if NUMBER.fullmatch(text) else text

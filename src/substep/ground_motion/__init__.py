@@ -1,0 +1,1 @@
+"""Ground motions from files, and their response spectra."""

@@ -1,0 +1,96 @@
+"""Ground motions from files: two columns of text, or the .AT2 of PEER's strong motion data base."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+
+from ..core.errors import real_number
+from ..core.schemes import Array
+
+STANDARD_GRAVITY = 9.80665  # m/s^2
+UNEVEN = 0.01  # of a step: how far a printed time may be from equal steps
+AT2_HEADER = 4  # lines
+NUMBER = r"([0-9]*\.?[0-9]+(?:[eEdD][-+]?[0-9]+)?)"
+AT2_SIZES = (  # NPTS= 4000, DT= .01000 SEC, and the older 4000 0.0100 NPTS, DT
+    re.compile(rf"NPTS\s*=\s*(\d+)\s*,?\s*DT\s*=\s*{NUMBER}", re.IGNORECASE),
+    re.compile(rf"^\s*(\d+)\s+{NUMBER}\s+NPTS\s*,\s*DT", re.IGNORECASE),
+)
+
+
+def read_record(path: Path, dt: float | None = None) -> tuple[float, Array]:
+    """Step in s and ground acceleration (n,) in m/s^2 of a file.
+
+    A suffix .AT2, in any case, means PEER's format, in g; any other file has two columns, time in s and acceleration in
+    m/s^2, parted by blanks or a comma, with comments after '#'. dt: told by who knows it better than the printed times.
+    Raises ValueError, which names file and line, for what is no number, for steps that differ by more than a hundredth,
+    for another number of samples or another unit than the header's, and for a dt that is not the file's; OSError for a
+    file that cannot be read.
+    """
+    lines = path.read_text(encoding="utf-8-sig", errors="replace").splitlines()
+    if dt is not None:
+        real_number("dt", dt, positive=True)
+    return _at2(path, lines, dt) if path.suffix.lower() == ".at2" else _two_columns(path, lines, dt)
+
+
+def _numbers(path: Path, number: int, texts: list[str]) -> list[float]:
+    try:
+        values = [float(text) for text in texts]
+    except ValueError as error:
+        raise ValueError(f"{path}, line {number}: expected numbers, got '{' '.join(texts)}'; correct it") from error
+    if not np.isfinite(values).all():
+        raise ValueError(f"{path}, line {number}: expected finite numbers, got '{' '.join(texts)}'; correct it")
+    return values
+
+
+def _two_columns(path: Path, lines: list[str], dt: float | None) -> tuple[float, Array]:
+    rows, numbers = [], []
+    for number, line in enumerate(lines, start=1):
+        texts = line.partition("#")[0].replace(",", " ").split()
+        if not texts:
+            continue
+        if len(texts) != 2:
+            raise ValueError(
+                f"{path}, line {number}: expected two columns, time and acceleration, got {len(texts)}: "
+                f"'{line.strip()}'; put '#' before what is no data, name a PEER file *.AT2"
+            )
+        rows.append(_numbers(path, number, texts))
+        numbers.append(number)
+    if len(rows) < 2:
+        raise ValueError(f"{path}: expected at least two lines of time and acceleration, got {len(rows)}")
+    t, values = np.array(rows).T
+    step = float(f"{(t[-1] - t[0]) / (len(t) - 1):.12g}") if dt is None else float(dt)
+    off = np.abs(t - t[0] - step * np.arange(len(t)))
+    if step <= 0.0 or (off > UNEVEN * step).any():
+        k = int(np.argmax(off > UNEVEN * step))
+        told = "equal steps, in the mean" if dt is None else "steps of the given dt ="
+        raise ValueError(
+            f"{path}, line {numbers[k]}: expected {told} {step:g} s, each time within {UNEVEN:.0%} of a step of where "
+            f"they put it, got t = {t[k]:g} s for {t[0] + k * step:g} s; resample the record, print times "
+            f"with more digits, or give the accelerations alone, as an array with its dt"
+        )
+    return step, values
+
+
+def _at2(path: Path, lines: list[str], dt: float | None) -> tuple[float, Array]:
+    header = lines[:AT2_HEADER]
+    sizes = [(k, found) for k, line in enumerate(header) for form in AT2_SIZES if (found := form.search(line))]
+    if not sizes:
+        raise ValueError(f"{path}: expected NPTS and DT in the first {AT2_HEADER} lines of a PEER file, got none")
+    at, found = sizes[0]
+    n, step = int(found[1]), float(found[2].upper().replace("D", "E"))
+    units = [(k, line) for k, line in enumerate(header, start=1) if "UNITS" in line.upper()]
+    if not units or not re.search(r"ACCELERATION.*UNITS\s*(?:OF|:|=)?\s*\(?G\b(?!\s*[/*])", units[0][1].upper()):
+        where, text = (f", line {units[0][0]}", f"'{units[0][1].strip()}'") if units else ("", "no line on units")
+        raise ValueError(
+            f"{path}{where}: expected an acceleration in units of g, got {text}; convert it to two columns, time in s "
+            f"and acceleration in m/s^2"
+        )
+    values = [x for k, line in enumerate(lines[at + 1 :], start=at + 2) for x in _numbers(path, k, line.split())]
+    if len(values) != n:
+        raise ValueError(f"{path}, line {at + 1}: expected NPTS = {n} samples to follow, got {len(values)}")
+    if step <= 0.0 or n < 2:
+        raise ValueError(f"{path}, line {at + 1}: expected two samples or more and DT > 0, got {n} and {step:g}")
+    if dt is not None and abs(dt - step) > 1e-9 * step:
+        raise ValueError(f"{path}, line {at + 1}: expected the given dt = {dt:g} s, got DT = {step:g} s; leave dt out")
+    return step, STANDARD_GRAVITY * np.array(values)

@@ -1,0 +1,173 @@
+"""Response spectra of an acceleration record, each value with the scheme's own error."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..core.errors import non_negative, real_array, real_number
+from ..core.loads import Record
+from ..core.schemes import Array, Scheme
+from ..core.schemes import scheme as make_scheme
+from ..exact.oscillator import exact_peaks
+from ..marching.digital_filter import filter_of, filter_peaks
+from ..marching.linear import march_linear
+from ..marching.oscillators import Oscillators
+from .records import read_record
+
+if TYPE_CHECKING:
+    from xarray import Dataset
+
+PERIODS = np.geomspace(0.02, 10.0, 200)
+PERIODS.flags.writeable = False
+UNSTABLE = 1.0 + 1e-6  # spectral radius; where eigenvalues meet on the circle it has half its digits
+HISTORY = 1 << 23  # doubles of the histories that are in memory at a time
+
+QUANTITIES = {
+    "displacement": ("spectral displacement SD, relative to the ground", "m"),
+    "velocity": ("spectral velocity SV, relative to the ground", "m s-1"),
+    "acceleration": ("spectral acceleration SA, absolute", "m s-2"),
+}
+
+
+def response_spectrum(
+    record: ArrayLike | str | Path | Record,
+    dt: float | None = None,
+    periods: ArrayLike = PERIODS,
+    xi: ArrayLike = 0.05,
+    scheme: str | Scheme = "average_acceleration",
+    *,
+    errors: bool = True,
+) -> "Dataset":
+    """Peak response of oscillators u'' + 2 xi omega u' + omega^2 u = -a_g, omega = 2 pi/period, from rest.
+
+    record: ground acceleration (n,) in m/s^2 with its step dt in s, or the path of a file: two columns, time (s) and
+    acceleration (m/s^2), or PEER's .AT2 (g); a file, or a `Record`, has its own dt, and another one is an error.
+    periods (P,) in s, by default 200 from 0.02 to 10 s. xi: damping ratio, or several (X,). scheme: a name or a handle,
+    whose parameters are numbers; it steps from sample to sample.
+
+    Returns a Dataset over period, and over xi where several were given: displacement (m) and velocity (m/s) relative to
+    the ground, acceleration (m/s^2) absolute, |2 xi omega v + omega^2 u|; pseudo_velocity = omega*SD,
+    pseudo_acceleration = omega^2*SD. Peaks are those at the record's samples: between them, and of periods of a few
+    dt, the response may be larger; append zeros to a record to see what follows it.
+    errors: also displacement_error, velocity_error, acceleration_error, each the relative error of that peak against
+    the exact response to the record, linear between its samples, at the same instants (Nigam & Jennings 1969). Where
+    the scheme is unstable at dt, or overflows, values and errors are inf; attrs["unstable"] counts them.
+
+    Raises ValueError for input outside of these ranges or shapes, OSError for a file that cannot be read.
+    """
+    from xarray import Dataset  # noqa: PLC0415 (on first use)
+
+    source = str(record) if isinstance(record, str | Path) else "array"
+    load, T, damping, s = _read(record, dt), _periods(periods), non_negative("xi", xi), _numbers_only(scheme)
+    if damping.ndim > 1 or not damping.size:
+        raise ValueError(f"expected xi to be a number or a row of them, got shape {damping.shape}")
+    shape = (*damping.shape, len(T))
+    omega, lanes_xi = (np.broadcast_to(x, shape).flatten() for x in (2.0 * np.pi / T, damping[..., None]))
+    peaks, stable = _peaks(s, omega, lanes_xi, load)
+    dims = ("xi", "period")[-len(shape) :]
+    variables = {
+        name: (dims, peak.reshape(shape), {"long_name": text, "units": unit})
+        for (name, (text, unit)), peak in zip(QUANTITIES.items(), peaks, strict=True)
+    }
+    for power, name in ((1, "velocity"), (2, "acceleration")):
+        text = {"long_name": f"pseudo-spectral {name}, omega^{power} SD", "units": QUANTITIES[name][1]}
+        variables[f"pseudo_{name}"] = (dims, (omega**power * peaks[0]).reshape(shape), text)
+    if errors:
+        for name, peak, exact in zip(QUANTITIES, peaks, exact_peaks(omega, lanes_xi, load), strict=True):
+            text = {"long_name": f"relative error of the scheme's spectral {name}", "units": "1"}
+            variables[f"{name}_error"] = (dims, _relative(peak, exact).reshape(shape), text)
+    coordinates = {
+        "period": ("period", T, {"long_name": "natural period", "units": "s"}),
+        "xi": (dims[:-1], damping, {"long_name": "damping ratio", "units": "1"}),
+    }
+    attrs = {
+        "scheme": s.name,
+        "parameters": ", ".join(f"{key} = {float(value)}" for key, value in s.parameters.items()),
+        "dt": load.dt,
+        "samples": len(load.samples),
+        "source": source,
+        "unstable": int(np.count_nonzero(~stable)),
+    }
+    return Dataset(variables, coordinates, attrs)
+
+
+def _read(record: ArrayLike | str | Path | Record, dt: float | None) -> Record:
+    if isinstance(record, str | Path):
+        return Record(*read_record(Path(record), dt))
+    if isinstance(record, Record):
+        if dt not in (None, record.dt):
+            raise ValueError(f"expected the record's own dt = {record.dt:g} s, got {dt:g} s; leave dt out")
+        return record
+    if dt is None:
+        raise ValueError("expected dt of the record, got none; give the step between its samples in s")
+    return Record(real_number("dt of the record", dt, positive=True), record)
+
+
+def _periods(periods: ArrayLike) -> Array:
+    T = real_array("periods", periods)
+    if T.ndim != 1 or not T.size:
+        raise ValueError(f"expected periods in one row, got shape {T.shape}; give a list of them, in s")
+    if (T <= 0.0).any():
+        raise ValueError(f"expected periods > 0, got {T.min()}; give positive periods, in s")
+    return T
+
+
+def _numbers_only(scheme: str | Scheme) -> Scheme:
+    s = make_scheme(scheme) if isinstance(scheme, str) else scheme
+    for key, value in s.parameters.items():
+        if value.ndim:
+            raise ValueError(f"expected one number for {key} of {s.name}, got shape {value.shape}; call once for each")
+    return s
+
+
+def _peaks(s: Scheme, omega: Array, xi: Array, load: Record) -> tuple[Array, Array]:
+    """Largest |u|, |v|, |2 xi omega v + omega^2 u| (3, P), inf where not stable (P,)."""
+    peaks = np.full((3, len(omega)), np.inf)
+    stable = s.spectral_radius(omega * load.dt, xi) <= UNSTABLE
+    omega, xi = omega[stable], xi[stable]
+    found = _filtered(s, omega, xi, load)
+    peaks[:, stable] = _marched(s, omega, xi, load) if found is None else found
+    peaks[:, ~np.isfinite(peaks).all(axis=0)] = np.inf
+    return peaks, np.isfinite(peaks[0])
+
+
+def _at_rest(omega: Array, xi: Array, load: Record) -> Oscillators:
+    start = np.zeros((3, len(omega)))
+    start[2] = load.samples[0]
+    return Oscillators(omega, xi, np.full(len(omega), load.dt), start)
+
+
+def _filtered(s: Scheme, omega: Array, xi: Array, load: Record) -> Array | None:
+    """By the scheme's filter, None where none tells them. The ground's sign does not matter to peaks."""
+    T = filter_of(s, _at_rest(omega, xi, load), len(load.samples) - 1, load)
+    if T is None:
+        return None
+    order, peaks = s.kernels.FILTER, np.empty((3, len(omega)))
+    of_u, of_v = T[order : 2 * order], T[2 * order + 1 : 3 * order + 1]
+    peaks[:] = filter_peaks(T, order, load.samples, 3)
+    S = omega**2 * T[2 * order]  # 2 xi omega v + omega^2 u has the form of u: S (q + k0 e0 + k1 e1 + ...)
+    of_u += 2.0 * xi * omega / S * of_v
+    T[2 * order] = S
+    peaks[2:] = filter_peaks(T, order, load.samples, 1)
+    return peaks
+
+
+def _marched(s: Scheme, omega: Array, xi: Array, load: Record) -> Array:
+    """By histories of so many lanes at a time that they fit into memory."""
+    n, peaks = len(load.samples) - 1, np.empty((3, len(omega)))
+    at_once = max(1, HISTORY // (3 * (n + 1)))
+    with np.errstate(over="ignore", invalid="ignore"):
+        for first in range(0, len(omega), at_once):
+            part = slice(first, first + at_once)
+            u, v, _ = march_linear(s, _at_rest(omega[part], xi[part], load), n, load).out.transpose(1, 0, 2)
+            felt = 2.0 * xi[part] * omega[part] * v + omega[part] ** 2 * u
+            peaks[:, part] = [np.abs(x).max(axis=0) for x in (u, v, felt)]
+    return peaks
+
+
+def _relative(found: Array, exact: Array) -> Array:
+    """found/exact - 1; 0 where both are 0, inf where found alone is not."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(found == exact, 0.0, found / exact - 1.0)

@@ -1,0 +1,1 @@
+"""March scenes with schemes: one run, or many lanes at once."""

@@ -1,0 +1,269 @@
+"""The linear march: one scheme, many oscillators a + 2 xi omega v + omega^2 u = load at once.
+
+It needs no formula of the scheme, only its coefficients D, B, O, P (`Scheme.coefficients`).
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core.loads import Load, Record
+from ..core.response import STATUSES
+from ..core.schemes import Array, Scheme, committed, read_only
+from ..core.schemes import scheme as make_scheme
+from ..core.threads import spread
+from .digital_filter import peaks_from_rest
+from .oscillators import Oscillators
+
+COMPLETED, NON_FINITE = STATUSES.index("completed"), STATUSES.index("non_finite")
+NANOSECONDS = 0.25  # of a step of a lane
+AT_ONCE = 512  # steps of a history before the next block of lanes has its turn, which writes to the same pages
+CHUNK = 1 << 16  # steps of one lane at a time where not all are kept
+
+
+@dataclass(frozen=True)
+class LinearLanes:
+    """Results of P runs.
+
+    out (rows, 3, P): u, v, a every stride steps, NaN after n_done, or no rows; peak: largest |u|, |v|, |a| (3, P), or
+    |u| (1, P), or none, up to n_done, the start's included; n_done, status (P,): steps completed, place in
+    response.STATUSES.
+    """
+
+    out: Array
+    peak: Array
+    n_done: NDArray[np.int64]
+    status: NDArray[np.int64]
+
+
+def march_linear(
+    scheme: Scheme,
+    o: Oscillators,
+    n: int,
+    load: Load | None = None,
+    *,
+    stride: int = 1,
+    keep: Literal["history", "peak", "peak_u"] = "history",
+    out: Array | None = None,
+) -> LinearLanes:
+    """March all n steps; the scheme's parameters may be arrays (P,).
+
+    load: per unit mass, at times of any shape. A Record sampled every dt is read where it stands. out: room for the
+    history, writeable, C-contiguous, (n // stride + 1, 3, P); raises ValueError for any other.
+    """
+    P, rows = len(o.omega), n // stride + 1 if keep == "history" else 0
+    followed = {"history": 0, "peak_u": 1, "peak": 3}[keep]
+    done = np.full(P, n), np.full(P, COMPLETED)
+    if followed and P:
+        peak = peaks_from_rest(scheme, o, n, load, followed)
+        if peak is not None and np.isfinite(peak).all():
+            return LinearLanes(np.empty((0, 3, P)), peak, *done)
+    lanes = LinearLanes(_room(out, (rows, 3, P)), np.zeros((3, P if followed else 0)), *done)
+    if rows:
+        lanes.out[0] = o.start
+    if P == 1:
+        _alone(scheme, o, n, load, stride, lanes, 0)
+    elif P and n:
+        x = _abreast(scheme, o, n, load, stride, lanes)
+        for j in np.flatnonzero(~np.isfinite(x).all(axis=0)):
+            _alone(scheme.lane(int(j)), o.lane(int(j)), n, load, stride, lanes, int(j))
+    if followed:
+        np.maximum(lanes.peak, np.abs(o.start), out=lanes.peak)
+    return replace(lanes, peak=lanes.peak[:followed])
+
+
+def _room(out: Array | None, shape: tuple[int, ...]) -> Array:
+    if out is None:
+        return np.empty(shape)
+    if out.shape != shape or out.dtype != np.float64 or not (out.flags.c_contiguous and out.flags.writeable):
+        raise ValueError(
+            f"expected out to be writeable, C-contiguous, of floats and shape {shape}, got {out.dtype} and shape "
+            f"{out.shape}; make it with numpy.empty({shape})"
+        )
+    return out
+
+
+class _Run(NamedTuple):
+    """The kernels, width lanes abreast, and what they take: coefficients (rows, P); the state (m, P) at the step named
+    first, up to which another scheme marched; the load at K instants of each step, of all lanes K x (n,) or of each
+    (K, n, P).
+    """
+
+    march: Callable[..., None]
+    run: Callable[..., None]
+    width: int
+    C: Array
+    x: Array
+    shared: tuple[Array, ...]
+    own: Array
+    first: int
+    head: LinearLanes | None
+
+
+def _prepared(scheme: Scheme, o: Oscillators, n: int, load: Load | None) -> _Run:
+    module, Omega = scheme.kernels, o.omega * o.dt
+    state, head, first = _started(scheme, o, Omega, n, load)
+    K, stencil = module.LOADS, scheme.stencil()
+    excess = _excess(o, Omega, state, load) if module.CARRIER else np.zeros(1)
+    one_stencil, consistent = stencil.ndim == 1, not excess.any()
+    samples = _samples(scheme, load, o.dt, n) if one_stencil and consistent else None
+    own = np.empty((K, 0, 1))
+    if samples is not None:
+        C, K = _coefficients(scheme, Omega, o, stencil), 2
+        shared = read_only(samples[:-1]), read_only(samples[1:])
+    else:
+        C = _coefficients(scheme, Omega, o)
+        if load is None and consistent:
+            shared = (read_only(np.zeros(n)),) * K
+        else:
+            alike = one_stencil and (o.dt == o.dt[0]).all() and (excess == excess[0]).all()
+            dt = o.dt[:1] if alike else o.dt
+            instants = np.arange(n)[:, None] + np.atleast_2d(stencil).T[:, None]  # (K, n, 1 or P)
+            own = np.zeros((K, n, len(dt)))
+            if load is not None:
+                own[: len(instants)] = load(instants * dt)
+            own[0, :1] += excess[: len(dt)] / dt**2
+            shared = tuple(map(read_only, own[..., 0])) if alike else (read_only(np.empty(0)),) * K
+            own = own[:, :0] if alike else own
+    x = np.ascontiguousarray(state[list(scheme.marched)])
+    return _Run(*_kernels(module.MARCH, K), C, x, shared, own, first, head)
+
+
+def _coefficients(scheme: Scheme, Omega: Array, o: Oscillators, stencil: Array | None = None) -> Array:
+    """Rows (.., P) as the kernels take them, for loads f, not h^2 f, and the scales that make v, a of h*v, h^2*a.
+
+    With a stencil: for the load at a step's two ends, linear between them, in place of its instants.
+    """
+    (m, R, K), places, C = scheme.sizes, scheme.places, scheme.coefficient_rows(Omega, o.xi)
+    if stencil is not None:
+        D = m * m  # its rows stay as they are, to the last bit
+        C, K = np.concatenate([C[:D], _to_ends(m, R, K, stencil.tobytes()) @ C[D:]]), 2
+    h, square = o.dt, o.dt * o.dt
+    units = (1.0, h, square)
+    C[m * m : m * (m + K)] *= square
+    at = m * (m + K)
+    for row, kind in enumerate(kind for kind, place in enumerate(places) if place == "y"):
+        C[at + row * m : at + (row + 1) * m] /= units[kind]
+        C[at + R * m + row * K : at + R * m + (row + 1) * K] *= units[2 - kind]
+    scales = [1.0 / units[kind] for kind, place in enumerate(places) if place != "y" and kind > 0]
+    return np.concatenate([C, *(scale[None] for scale in scales)])
+
+
+@cache
+def _to_ends(m: int, R: int, K: int, stencil: bytes) -> Array:
+    """What takes the rows of B, O, P for loads at a step's instants to those for loads at its ends."""
+    share = np.zeros(K)
+    share[: len(stencil) // 8] = np.frombuffer(stencil)
+    ends = np.stack([1.0 - share, share])
+    whole = np.zeros((2 * m + R * m + 2 * R, m * K + R * m + R * K))
+    whole[: 2 * m, : m * K] = np.kron(np.eye(m), ends)
+    whole[2 * m : (2 + R) * m, m * K : (K + R) * m] = np.eye(R * m)
+    whole[(2 + R) * m :, (K + R) * m :] = np.kron(np.eye(R), ends)
+    return whole
+
+
+@cache
+def _kernels(name: str, K: int) -> tuple[Callable[..., None], Callable[..., None], int]:
+    """Of a shape and number of load instants, committed or printed on first use: for many lanes, for one; the width of
+    the blocks of many.
+    """
+    module = committed(name)
+    if module is None or not hasattr(module, f"march_{K}"):
+        from ..derived.modules import march_module  # noqa: PLC0415 (the one door to SymPy)
+
+        module = march_module(name, K)
+    return getattr(module, f"march_{K}"), getattr(module, f"run_{K}"), module.WIDTH
+
+
+def _started(
+    scheme: Scheme, o: Oscillators, Omega: Array, n: int, load: Load | None
+) -> tuple[Array, LinearLanes | None, int]:
+    """The scheme's whole state (s, P) of u, h*v, h^2*a, and the steps that another scheme marched to get there."""
+    units = o.dt ** np.arange(3)[:, None]
+    given = o.start * units
+    if scheme.start == "given":
+        return given[[kind for kind, _ in scheme.history]], None, 0
+    if scheme.start == "start":
+        S, T = scheme.start_coefficients(Omega, o.xi)
+        at_start = np.array(scheme.kernels.START_STENCIL) * o.dt[:, None]
+        forces = o.dt[:, None] ** 2 * (load(at_start) if load else np.zeros_like(at_start))
+        return np.einsum("pmk,kp->mp", S, given) + np.einsum("pmk,pk->mp", T, forces), None, 0
+    first = min(max(lag for _, lag in scheme.history), n)
+    head = march_linear(make_scheme(scheme.start), o, first, load)
+    return np.stack([head.out[max(first - lag, 0), kind] * units[kind] for kind, lag in scheme.history]), head, first
+
+
+def _excess(o: Oscillators, Omega: Array, state: Array, load: Load | None) -> Array:
+    """h^2 (a + 2 xi omega v + omega^2 u - load) at the start, 0 for an acceleration consistent but for rounding."""
+    value = load.samples[0] if isinstance(load, Record) else load(np.zeros(1)) if load else 0.0
+    at_start = o.dt**2 * value * np.ones(len(Omega))
+    terms = np.stack([Omega**2 * state[0], 2 * o.xi * Omega * state[1], state[2], -at_start])
+    excess = terms.sum(axis=0)
+    return np.where(np.abs(excess) <= 1e-15 * np.abs(terms).sum(axis=0), 0.0, excess)
+
+
+def _samples(scheme: Scheme, load: Load | None, dt: Array, n: int) -> Array | None:
+    """The n + 1 samples at the steps of a record that is linear, or not asked, between them; None for another load."""
+    if not isinstance(load, Record) or not (dt == load.dt).all() or not scheme.loaded_within:
+        return None
+    values = load.samples
+    if len(values) <= n and not np.isin(scheme.stencil(), (0.0, 1.0)).all():  # it jumps to 0 after its last
+        return None
+    return values[: n + 1] if len(values) > n else np.concatenate([values, np.zeros(n + 1 - len(values))])
+
+
+def _abreast(scheme: Scheme, o: Oscillators, n: int, load: Load | None, stride: int, lanes: LinearLanes) -> Array:
+    """All lanes at once; returns their last state (m, P)."""
+    r, P = _prepared(scheme, o, n, load), len(o.omega)
+
+    def part(first: int, last: int) -> None:
+        pace, most = (stride, AT_ONCE) if len(lanes.out) else (n, max(n, 1))  # no stop where nothing is kept
+        for begin in range(r.first, n, most):
+            r.march(r.C, r.x, *r.shared, r.own, begin, min(begin + most, n), pace, lanes.out, lanes.peak, first, last)
+
+    spread(part, P, r.width, nanoseconds=P * n * NANOSECONDS)
+    if r.head is not None:
+        _rows_of_head(r, stride, lanes, slice(None))
+    return r.x
+
+
+def _rows_of_head(r: _Run, stride: int, lanes: LinearLanes, j: slice) -> None:
+    """What another scheme marched, into the rows and peaks of the lanes j."""
+    assert r.head is not None
+    if len(lanes.out):
+        kept = r.head.out[::stride]
+        lanes.out[: len(kept), :, j] = kept
+    if lanes.peak.size:
+        lanes.peak[:, j] = np.fmax(lanes.peak[:, j], np.abs(r.head.out).max(axis=0))
+
+
+def _alone(scheme: Scheme, o: Oscillators, n: int, load: Load | None, stride: int, lanes: LinearLanes, j: int) -> None:
+    """One lane into place j of the results, up to the first step that is not finite."""
+    r = _prepared(scheme, o, n, load)
+    if lanes.peak.size:
+        lanes.peak[:, j] = 0.0
+    shared = tuple(map(read_only, r.own[..., 0])) if r.own.size else r.shared
+    if r.head is not None:
+        _rows_of_head(r, stride, lanes, slice(j, j + 1))
+        lanes.n_done[j], lanes.status[j] = r.head.n_done[0], r.head.status[0]
+    straight = stride == 1 and lanes.out.shape[2] == 1 and len(lanes.out) > 0
+    begin, x = r.first, r.x[:, 0].copy()
+    while begin < n and lanes.status[j] == COMPLETED:
+        end = n if straight else min(n, begin + CHUNK)
+        rows = lanes.out[begin + 1 :, :, 0] if straight else np.empty((end - begin, 3))
+        r.run(r.C[:, 0].copy(), x, *(f[begin:end] for f in shared), rows)
+        lanes.n_done[j] = end
+        if not np.isfinite(rows[-1]).all():
+            good = int(np.argmin(np.isfinite(rows).all(axis=1)))
+            lanes.n_done[j], lanes.status[j], rows = begin + good, NON_FINITE, rows[:good]
+        if lanes.peak.size and len(rows):
+            lanes.peak[:, j] = np.maximum(lanes.peak[:, j], np.abs(rows).max(axis=0))
+        if not straight:
+            at = np.arange(-(-(begin + 1) // stride), (begin + len(rows)) // stride + 1)
+            lanes.out[at[: len(lanes.out)], :, j] = rows[at * stride - begin - 1] if len(lanes.out) else 0.0
+        begin = end
+    lanes.out[lanes.n_done[j] // stride + 1 :, :, j] = np.nan

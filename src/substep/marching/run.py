@@ -1,0 +1,112 @@
+"""March a scene with a scheme."""
+
+import math
+from typing import Any, Literal
+
+import numpy as np
+
+from ..core.errors import real_number
+from ..core.loads import Record
+from ..core.response import STATUSES, Response, Status
+from ..core.scenes import Scene
+from ..core.schemes import Array, Scheme
+from .linear import LinearLanes, Oscillators, march_linear
+from .scene_lanes import march_lanes
+
+
+def number_of_steps(dt: float, t_end: float) -> int:
+    """t_end/dt, a whole number up to 1e-9, else a ValueError naming the two nearest spans."""
+    ratio = t_end / dt
+    n = round(ratio)
+    if abs(ratio - n) > 1e-9 * max(1.0, ratio) or n == 0:
+        low = math.floor(ratio)
+        around = [f"{k * dt:.12g}" for k in (low, low + 1) if k > 0]
+        raise ValueError(
+            f"expected t_end to be a multiple of dt = {dt:.12g}, got {t_end:.12g}; "
+            f"the nearest {'is' if len(around) == 1 else 'are'} {' and '.join(around)}"
+        )
+    return n
+
+
+def march(
+    scene: Scene, scheme: Scheme, dt: float, t_end: float, *, energy_bound: float | None = None, stride: int = 1
+) -> Response:
+    """The response of the scene from t = 0 to t_end in steps of dt (s).
+
+    energy_bound: stop before the first state whose energy exceeds it, in J. stride: keep every stride-th
+    step. The load is sampled at the scheme's own instants t_n + tau*dt. Raises ValueError for dt <= 0, for
+    t_end that is not a multiple of dt, for a scheme whose parameters are arrays and for a load that is not
+    finite. A run that fails does not raise: see Response.status.
+    """
+    dt = real_number("dt", dt, positive=True)
+    n = number_of_steps(dt, real_number("t_end", t_end, positive=True))
+    if arrays := [name for name, value in scheme.parameters.items() if value.ndim]:
+        raise ValueError(
+            f"expected one value for {arrays[0]} of {scheme.name}, got an array; substep.sweep takes arrays"
+        )
+    if stride < 1:
+        raise ValueError(f"expected stride >= 1, got {stride}")
+    bound = math.inf if energy_bound is None else real_number("energy_bound", energy_bound)
+    if scene.entry["oscillator"]:
+        return _oscillator_response(scene, scheme, dt, n, bound, stride)
+    lanes = march_lanes(scene, scheme, np.array([dt]), np.array([n]), bound=bound, stride=stride, history=True)
+    n_done = int(lanes.n_done[0])
+    rows = lanes.out[0, : n_done // stride + 1]
+    iterations = lanes.iterations[0, :n_done]
+    return _response(scene, dt, stride, rows, n_done, STATUSES[lanes.status[0]], iterations)
+
+
+def _response(
+    scene: Scene, dt: float, stride: int, rows: Array, n_done: int, status: Status, iterations: Any
+) -> Response:
+    """From rows (steps, u v a, d); without a, from the equation of motion."""
+    failed = None if status == "completed" else (n_done + 1) * dt
+    a = rows[:, 2] if rows.shape[1] > 2 else None
+    return Response(rows[:, 0], rows[:, 1], iterations, status, failed, scene, stride * dt, a)
+
+
+def _oscillator_response(scene: Scene, scheme: Scheme, dt: float, n: int, bound: float, stride: int) -> Response:
+    lanes = march_oscillators(scene, scheme, dt, n, 1, bound=bound, stride=stride)
+    n_done = int(lanes.n_done[0])
+    iterations = np.broadcast_to(np.int64(0), (n_done, scheme.balances))
+    rows = lanes.out[: n_done // stride + 1]
+    return _response(scene, dt, stride, rows, n_done, STATUSES[lanes.status[0]], iterations)
+
+
+def march_oscillators(
+    scene: Scene,
+    scheme: Scheme,
+    dt: float,
+    n: int,
+    P: int,
+    *,
+    bound: float = math.inf,
+    stride: int = 1,
+    keep: Literal["history", "peak"] = "history",
+) -> LinearLanes:
+    """P runs of n steps of a linear oscillator's scene; parameters of scene and scheme may be arrays (P,).
+
+    The mass has to be the same in all where there is a load. bound: a lane ends before the first state whose energy
+    exceeds it, in J, for which every step's state is looked at.
+    """
+    omega, xi, mass = (np.full(P, x) for x in scene.entry["oscillator"](**scene.parameters))
+    start = np.stack([np.full((P, 1), x)[:, 0] for x in (scene.u0, scene.v0, scene.a0)])
+    o = Oscillators(omega, xi, np.full(P, dt), start)
+
+    def checked(t: Array) -> Array:
+        return scene.forces(t) / mass[0]
+
+    load = scene.load if scene.load is None or (mass[0] == 1.0 and isinstance(scene.load, Record)) else checked
+    if bound == math.inf:
+        return march_linear(scheme, o, n, load, stride=stride, keep=keep)
+    lanes = march_linear(scheme, o, n, load)
+    u, v = (lanes.out[:, kind].T[..., None] for kind in (0, 1))
+    beyond = scene.energy(np.arange(n + 1) * dt, u, v) > bound  # False after n_done, where it is NaN
+    ended = beyond.any(axis=1)
+    n_done = np.where(ended, np.maximum(np.argmax(beyond, axis=1) - 1, 0), lanes.n_done)
+    status = np.where(ended, STATUSES.index("energy_bound"), lanes.status)
+    for j in np.flatnonzero(ended):
+        lanes.out[n_done[j] + 1 :, :, j] = np.nan
+    if keep == "peak":
+        return LinearLanes(lanes.out[:0], np.nanmax(np.abs(lanes.out), axis=0), n_done, status)
+    return LinearLanes(lanes.out[::stride], lanes.peak, n_done, status)

@@ -1,0 +1,144 @@
+"""Many runs of one scheme on one scene at once: lanes of the pair's kernel, spread over threads."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core.scenes import Scene
+from ..core.schemes import Array, Scheme, committed
+from ..core.schemes import scheme as make_scheme
+from ..core.threads import spread
+
+FEW = 16  # lanes below which a block, whose lanes wait for the slowest, does not pay
+LEAST = 48  # of a part: fewer do not fill the time that a processor takes for one iteration
+TOLERANCE = 1e-12  # of the last correction of u, relative to the scene's length
+
+
+@dataclass(frozen=True)
+class Lanes:
+    """Results of P runs.
+
+    out (P, rows, 2 or 3, d): u, v (and a of the scheme's own) every stride steps, no rows without a history;
+    state (P, m, d): last good state, rows as the kernel's STATE; iterations (P, steps, balances), no steps
+    without a history; peak (P,): largest energy, the start's included, J; n_done, status (P,): steps
+    completed, place in response.STATUSES.
+    """
+
+    out: Array
+    state: Array
+    iterations: NDArray[np.int64]
+    peak: Array
+    n_done: NDArray[np.int64]
+    status: NDArray[np.int64]
+
+
+def pair_module(scene: Scene, scheme: Scheme) -> ModuleType:
+    """The kernels of the scheme on the scene: committed, or printed to the user's cache on first use."""
+    if "declaration" in scheme.entry or "declaration" in scene.entry:
+        from ..derived.modules import pair_module as built  # noqa: PLC0415 (the one door to SymPy)
+
+        return built(scheme.entry.get("declaration", scheme.name), scene.entry.get("declaration", scene.name))
+    return _catalogue_pair(scheme.name, scene.name)
+
+
+@cache
+def _catalogue_pair(scheme: str, scene: str) -> ModuleType:
+    module = committed(f"{scheme}__{scene}")
+    if module is None:
+        from ..derived.modules import pair_module as built  # noqa: PLC0415 (the one door to SymPy)
+
+        module = built(scheme, scene)
+    return module
+
+
+def march_lanes(
+    scene: Scene,
+    scheme: Scheme,
+    dt: Array,
+    n: NDArray[np.int64],
+    *,
+    start: tuple[Array, Array, Array] | None = None,
+    bound: Any = np.inf,
+    stride: int = 1,
+    history: bool = False,
+) -> Lanes:
+    """P runs with steps dt (P,) of n (P,) steps each; the scheme's parameters may be arrays (P,).
+
+    start: u, v, a at t = 0, (P, d) each, where they differ from the scene's. bound: energy in J beyond which a
+    lane stops, a number or (P,).
+    """
+    module = pair_module(scene, scheme)
+    P, steps = len(dt), int(n.max(initial=0))
+    u, v, a = (np.full((P, scene.u0.shape[-1]), x) for x in start or (scene.u0, scene.v0, scene.a0))
+    scalars = {"h": dt, "tolerance": TOLERANCE * scene.length, "bound": bound, **scene.parameters, **scheme.parameters}
+    arrays: dict[str, Any] = {
+        **{name: np.full(P, x, dtype=np.float64) for name, x in scalars.items()},
+        **{"u": u, "v": v, "a": a, "n": np.array(n, dtype=np.int64), "first": 0, "stride": stride},
+        "state": np.empty((P, len(module.STATE), u.shape[1])),
+        "out": np.zeros((P, steps // stride + 1 if history else 0, len(module.REPORTED), u.shape[1])),
+        "iterations": np.zeros((P, steps if history else 0, scheme.balances), dtype=np.int64),
+        **{name: np.empty(P, dtype=np.int64) for name in ("n_done", "status")},
+        "peak": np.empty(P),
+    }
+    if history:
+        arrays["out"][:, 0] = np.stack([u, v, a], axis=1)[:, : len(module.REPORTED)]
+    if scene.entry["sampled"]:
+        values = [np.broadcast_to(x, P) for x in scheme.parameters.values()]
+        stencil, at_start = (_columns(f(*values), P) for f in (module.stencil, module.start_stencil))
+        arrays["forces"] = scene.forces((np.arange(steps)[:, None] + stencil[:, None]) * dt[:, None, None])
+        arrays["start_forces"] = scene.forces(at_start * dt[:, None])
+    head = None
+    if module.START_ARGUMENTS:
+        module.start(*(arrays[name] for name in module.START_ARGUMENTS))
+    else:
+        head = _head(scene, scheme, module, arrays, (u, v, a))
+    _run(module, arrays, P)
+    peak = np.maximum(arrays["peak"], scene.energy(np.zeros(P), u, v))
+    if head is not None:
+        early = head.n_done < np.minimum(n, arrays["first"])
+        for name in ("n_done", "status"):
+            arrays[name][early] = getattr(head, name)[early]
+        peak = np.maximum(peak, head.peak)
+    return Lanes(peak=peak, **{name: arrays[name] for name in ("out", "state", "iterations", "n_done", "status")})
+
+
+def _columns(numbers: Sequence[Any], P: int) -> Array:
+    """(P, K) of K numbers or arrays (P,)."""
+    return np.array([np.full(P, x) for x in numbers]).reshape(len(numbers), P).T
+
+
+def _head(scene: Scene, scheme: Scheme, module: ModuleType, arrays: dict[str, Any], start: tuple[Array, ...]) -> Lanes:
+    """The first steps by another scheme: fills the state, the first rows, and first; a lane that fails stays put."""
+    first = max(lag for _, lag in module.STATE)
+    n = arrays["n"]
+    head = march_lanes(
+        scene, make_scheme(scheme.start), arrays["h"], np.full(len(n), first),
+        start=start, bound=arrays["bound"], history=True,
+    )  # fmt: skip
+    for k, (kind, lag) in enumerate(module.STATE):
+        arrays["state"][:, k] = head.out[:, first - lag, "uva".index(kind)]
+    out = arrays["out"]
+    for row in range(min(out.shape[1], first // arrays["stride"] + 1)):
+        out[:, row] = head.out[:, row * arrays["stride"], : out.shape[2]]
+    counts = arrays["iterations"][:, :first]  # of another scheme, whose balances are others: under the first
+    counts[..., 0] = head.iterations[:, : counts.shape[1]].sum(axis=2)
+    arrays["n"] = np.where(head.n_done < first, np.minimum(n, head.n_done), n)
+    arrays["first"] = first
+    return head
+
+
+def _run(module: ModuleType, arrays: Mapping[str, Any], lanes: int) -> None:
+    """The march: a few lanes one by one, many in blocks; threads take the next part, for slow lanes cluster."""
+    few = lanes < FEW
+    march, least, cost = (module.march, 1, 100) if few else (module.march_block, LEAST, 4)  # ns a step of a lane
+
+    def part(first: int, last: int) -> None:
+        mine = slice(first, last)
+        march(*(x[mine] if isinstance(x := arrays[name], np.ndarray) else x for name in module.ARGUMENTS))
+
+    spread(part, lanes, least, nanoseconds=cost * int(arrays["n"].sum()))

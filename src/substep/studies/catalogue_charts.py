@@ -1,0 +1,201 @@
+"""Pictures of the whole catalogue: at like rho_inf, at equal cost, and where Newmark-BDF2 is stable."""
+
+from collections.abc import Callable
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from ..core.schemes import Array, Scheme, scheme
+from ..derived import facade
+from ..figures.charts import REFERENCE, curves, look, save, save_csv, stability_figure
+
+SECTION = "The catalogue"
+RHO = 0.5  # the common high-frequency spectral radius
+RATIOS = np.logspace(-2, 3, 401)
+SMALL = np.linspace(0.0, 0.2, 101)
+
+
+def at_like_rho() -> dict[str, Scheme]:
+    """Schemes whose rho_inf can be set, at RHO, and those that have only one, by what they do at infinity."""
+    free = (
+        "generalized_alpha",
+        "hht_alpha",
+        "wbz_alpha",
+        "oalts",
+        "kr_alpha",
+        "rho_inf_bathe",
+        "beta1_beta2_bathe",
+        "three_substep",
+    )
+    tuned = {f"{name}, $\\rho_\\infty$ = {RHO:g}": scheme(name, rho_inf=RHO) for name in free}
+    beta, *_ = facade.second_order_betas(Fraction(RHO), Fraction(1, 2))
+    tuned[rf"newmark_bdf2, $\gamma_t$ = 0.5, $\beta$ = {beta:g}, $\gamma$ = 0.5"] = scheme("newmark_bdf2", beta=beta)
+    fixed = (
+        "backward_euler",
+        "energy_momentum",
+        "wilson_theta",
+        "houbolt",
+        "park",
+        "gholampour",
+        "bathe",
+        "average_acceleration",
+    )
+    return {**tuned, **{name: scheme(name) for name in fixed}}
+
+
+def spectra(folder: Path) -> None:
+    """Spectral radius, period error and amplitude error of implicit schemes at like rho_inf."""
+    drawn = at_like_rho()
+    radius = {label: s.spectral_radius(2 * np.pi * RATIOS) for label, s in drawn.items()}
+    period = {label: 100 * s.period_error(2 * np.pi * SMALL) for label, s in drawn.items()}
+    amplitude = {label: 100 * s.amplitude_error(2 * np.pi * SMALL) for label, s in drawn.items()}
+    figure = Figure(figsize=(14, 6.2), layout="constrained")
+    a, b, c = figure.subplots(1, 3)
+    curves(a, RATIOS, radius, x_label="time ratio $h/T$", y_label=r"spectral radius $\rho$")
+    a.set_xscale("log")
+    curves(b, SMALL, period, x_label="time ratio $h/T$", y_label="period error (%)")
+    curves(c, SMALL, amplitude, x_label="time ratio $h/T$", y_label="amplitude error (%)")
+    for axes, letter in zip((a, b, c), "abc", strict=True):
+        axes.set_title(f"({letter})", loc="left", fontsize=10)
+    for axes in (b, c):
+        axes.locator_params(axis="x", nbins=5)
+    figure.suptitle(r"Schemes without a limit on the step, $\xi$ = 0, one step $h$ each", fontsize=11)
+    handles, labels = a.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=4, fontsize=8, frameon=False)
+    save(
+        figure, folder / "catalogue_spectra", SECTION,
+        f"""Implicit schemes on the undamped oscillator over h/T: (a) spectral radius, (b) period error, (c) amplitude
+        error a period. Schemes whose spectral radius at infinity can be set have ρ∞ = {RHO:g}; the others stand as
+        they are published; the average acceleration method is black. One step h each, so that a composite scheme costs
+        two or three solves where another costs one: see errors at equal cost.""",
+    )  # fmt: skip
+    plain = [label.replace("$", "").replace("\\", "") for label in drawn]
+    save_csv(folder / "catalogue_spectral_radius.csv", ["h/T", *plain], [RATIOS, *radius.values()])
+    save_csv(folder / "catalogue_period_error_percent.csv", ["h/T", *plain], [SMALL, *period.values()])
+    save_csv(folder / "catalogue_amplitude_error_percent.csv", ["h/T", *plain], [SMALL, *amplitude.values()])
+
+
+EQUAL_COST = (
+    "generalized_alpha",
+    "rho_inf_bathe",
+    "three_substep",
+    "oalts",
+    "houbolt",
+    "park",
+    "wilson_theta",
+    "bathe",
+)
+
+
+def trade_off(folder: Path) -> None:
+    """Amplitude error against period error at equal cost: the same number of solves per period."""
+    solves = np.logspace(np.log10(8), np.log10(200), 60)  # per period
+    compared = {
+        r"newmark_bdf2, $\gamma_t$ = .5, $\beta$ = .3025, $\gamma$ = .6": scheme(
+            "newmark_bdf2", gamma_t=0.5, beta=0.3025, gamma=0.6
+        ),
+        **{name: scheme(name) for name in EQUAL_COST},
+    }
+    figure = Figure(figsize=(8.5, 6), layout="constrained")
+    axes = figure.subplots()
+    columns: dict[str, Array] = {"solves per period": solves}
+    for i, (label, s) in enumerate(compared.items()):
+        omega = 2 * np.pi * s.balances / solves  # a scheme with k solves a step takes steps k times as long
+        amplitude, period = 100 * np.abs(s.amplitude_error(omega)), 100 * np.abs(s.period_error(omega))
+        colour, style = (REFERENCE, "-") if s.name == "bathe" else look(i)
+        axes.loglog(period, amplitude, color=colour, linestyle=style, linewidth=1.4, label=label)
+        for count, marker in ((20, "o"), (100, "s")):
+            k = int(np.argmin(np.abs(solves - count)))
+            axes.plot(period[k], amplitude[k], marker, color=colour, markersize=5)
+        columns |= {f"{s.name} period error %": period, f"{s.name} amplitude error %": amplitude}
+    axes.set_xlabel("period error (%)")
+    axes.set_ylabel("amplitude error per period (%)")
+    axes.grid(visible=True, which="both", linewidth=0.3, color="0.85")
+    axes.set_title("Equal cost: circles 20, squares 100 solves per period; $\\xi$ = 0", fontsize=10)
+    axes.legend(fontsize=8, frameon=False, loc="upper left")
+    save(
+        figure, folder / "trade_off_equal_cost", "Speed against accuracy",
+        """Amplitude error a period against period error at equal cost: a scheme with k solves a step takes steps k
+        times as long. Each curve runs over 8 to 200 solves a period of the undamped oscillator; circles mark 20,
+        squares 100. Schemes at their default parameters, Newmark-BDF2 with γ_t = 0.5, β = 0.3025, γ = 0.6; Bathe's is
+        black. Farther down and left is better.""",
+    )  # fmt: skip
+    save_csv(folder / "trade_off_equal_cost.csv", list(columns), list(columns.values()))
+
+
+def stability_region(folder: Path) -> None:
+    """rho_inf of Newmark-BDF2 with beta = (gamma + 1/2)^2/4 over (gamma_t, gamma), with points certified."""
+    splits, gammas = np.linspace(0.01, 0.99, 197), np.linspace(0.3, 1.5, 241)
+    t, g = np.meshgrid(splits, gammas)
+    b = (g + 0.5) ** 2 / 4
+    radius = scheme("newmark_bdf2", gamma_t=t, beta=b, gamma=g).spectral_radius(1e9)
+    omegas = 2 * np.pi * np.logspace(-2.5, 3, 150)
+    worst = np.max([scheme("newmark_bdf2", gamma_t=t, beta=b, gamma=g).spectral_radius(o) for o in omegas], axis=0)
+    figure = Figure(figsize=(8, 6), layout="constrained")
+    axes = figure.subplots()
+    shown = np.ma.masked_where(worst > 1 + 1e-9, radius)
+    mesh = axes.pcolormesh(t, g, shown, cmap="cividis", vmin=0, vmax=1, shading="auto", rasterized=True)
+    axes.set_facecolor("0.85")
+    figure.colorbar(mesh, ax=axes, label=r"$\rho_\infty$ (grey: unstable for some $\Omega$)")
+    for marker, stable, label in (("o", True, "certified stable"), ("x", False, "certified unstable")):
+        points = [p for p in CERTIFIED if _certified(*p) is stable]
+        x, y = ([float(p[k]) for p in points] for k in (0, 1))
+        face = {"facecolors": "none"} if stable else {}
+        axes.scatter(x, y, marker=marker, color="#D55E00", s=36, label=label, **face)
+    axes.set_xlabel(r"sub-step ratio $\gamma_t$")
+    axes.set_ylabel(r"Newmark's $\gamma$, with $\beta = (\gamma + 1/2)^2/4$")
+    axes.set_title(r"Newmark-BDF2, $\xi$ = 0", fontsize=10)
+    figure.legend(loc="outside lower center", ncols=2, fontsize=9, frameon=False)
+    save(
+        figure, folder / "stability_region", SECTION,
+        """Newmark-BDF2 with β = (γ + 1/2)²/4, the choice of Table 4.1, over γ_t and γ, undamped: the colour is the
+        spectral radius at infinity, grey is where a step is found at which the radius exceeds 1. Circles and crosses
+        are points that exact algebra certified stable or unstable: they agree with the colours.""",
+    )  # fmt: skip
+    save_csv(
+        folder / "stability_region.csv",
+        ["gamma_t", "gamma", "rho_inf", "largest rho"],
+        [x.ravel() for x in (t, g, radius, worst)],
+    )
+
+
+CERTIFIED = tuple(
+    (Fraction(split), Fraction(gamma))
+    for split in ("1/10", "3/10", "1/2", "7/10", "9/10")
+    for gamma in ("2/5", "9/20", "1/2", "7/10", "9/10", "6/5", "7/5")
+)
+
+
+def _certified(split: Fraction, gamma: Fraction) -> bool:
+    beta = (gamma + Fraction(1, 2)) ** 2 / 4
+    return facade.certificate("newmark_bdf2", gamma_t=split, beta=beta, gamma=gamma).stable
+
+
+EXPLICIT = (
+    *("forward_euler", "central_difference_lagged", "rk2", "rk4", "noh_bathe", "tchamwa_wielgosz"),
+    "central_difference",
+)
+
+
+def explicit_spectra(folder: Path) -> None:
+    """The same of the explicit schemes, which have no rho_inf, past their limits."""
+    ratios = np.logspace(-2, np.log10(0.7), 301)
+    drawn = {name: scheme(name) for name in EXPLICIT}
+    radius = {name: s.spectral_radius(2 * np.pi * ratios) for name, s in drawn.items()}
+    amplitude = {name: s.amplitude_error(2 * np.pi * SMALL) for name, s in drawn.items()}
+    period = {name: s.period_error(2 * np.pi * SMALL) for name, s in drawn.items()}
+    figure = stability_figure(r"Explicit schemes, $\xi$ = 0", (ratios, radius), (SMALL, amplitude, period))
+    save(
+        figure, folder / "explicit_spectra", SECTION,
+        """Explicit schemes on the undamped oscillator, and the central difference method in black: (a) spectral radius
+        over h/T, which leaves 1 at the limit of stability, (b) amplitude error a period, (c) period error, one step h
+        each. Forward Euler and the two-stage Runge-Kutta method are unstable at every step.""",
+    )  # fmt: skip
+    save_csv(folder / "explicit_spectral_radius.csv", ["h/T", *drawn], [ratios, *radius.values()])
+    save_csv(folder / "explicit_amplitude_error.csv", ["h/T", *drawn], [SMALL, *amplitude.values()])
+    save_csv(folder / "explicit_period_error.csv", ["h/T", *drawn], [SMALL, *period.values()])
+
+
+CHARTS: tuple[Callable[[Path], None], ...] = (spectra, explicit_spectra, trade_off, stability_region)

@@ -1,0 +1,89 @@
+"""What became of a run, in one of four words, and how it is written down and coloured."""
+
+import csv
+from collections.abc import Sequence
+from dataclasses import astuple, dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import ListedColormap
+from matplotlib.patches import Patch
+from numpy.typing import NDArray
+
+from ...core.response import STATUSES
+from ...core.scenes import Scene
+from ...core.schemes import Array, Scheme
+from ...figures.charts import COLOURS
+from ...marching.scene_lanes import Lanes, march_lanes
+
+WORDS = ("survived", "gains energy", "blew up", "Newton failed")
+SURVIVED, GAINS, BLEW_UP, NEWTON = range(4)
+SECTION = "Where methods fail"  # of the page of results
+GAIN = 1.01  # largest E/E0 of a run that survived
+BLOW_UP = 1e3  # E/E0 beyond which a run has blown up
+
+COLOUR_OF_WORD = ("0.88", COLOURS[1], COLOURS[3], COLOURS[0])
+QUICK = (  # of the scenes whose kernels are not committed: one of each kind, as each costs a compilation
+    "central_difference",
+    "average_acceleration",
+    "generalized_alpha",
+    "houbolt",
+    "newmark_bdf2",
+    "energy_momentum",
+)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of P runs.
+
+    word (P,): place in WORDS; t (P,): end of the step that failed, s, NaN of a run that ended; max_ratio (P,):
+    largest E/E0 of the states before, which for one that blew up in a single step is small.
+    """
+
+    word: NDArray[np.int64]
+    t: Array
+    max_ratio: Array
+
+
+def judge(lanes: Lanes, dt: Array, E0: float) -> Outcome:
+    """The outcome of runs in steps of dt (P,), s, marched with bound = BLOW_UP*E0, J.
+
+    Newton failed, whatever the energy then; blew up: E > 1e3 E0 or a state that is not finite; gains energy:
+    1.01 E0 < max E; else survived.
+    """
+    ratio = lanes.peak / E0
+    newton, completed = (lanes.status == STATUSES.index(status) for status in ("newton_failed", "completed"))
+    blew_up = ~completed | (ratio > BLOW_UP)
+    word = np.select([newton, blew_up, ratio > GAIN], [NEWTON, BLEW_UP, GAINS], SURVIVED)
+    return Outcome(word, np.where(completed, np.nan, (lanes.n_done + 1) * dt), ratio)
+
+
+def run(scene: Scene, scheme: Scheme, dt: Array, n: NDArray[np.int64], **options: Any) -> tuple[Lanes, Outcome]:
+    """Lanes of `march_lanes`, stopped where they blow up, and what became of them."""
+    lanes = march_lanes(scene, scheme, dt, n, bound=BLOW_UP * scene.E0, **options)
+    return lanes, judge(lanes, dt, scene.E0)
+
+
+def whole_steps(span: float, dt: Array) -> NDArray[np.int64]:
+    """How many steps of dt lie within a span, s, rounding forgiven."""
+    return np.floor(span / dt + 1e-9).astype(np.int64)
+
+
+def write_rows(path: Path, rows: Sequence[Any]) -> None:
+    """A table of rows of one dataclass as CSV, under the names of its fields."""
+    with path.open("w", encoding="utf-8", newline="") as file:
+        csv.writer(file).writerows([[f.name for f in fields(rows[0])], *(astuple(row) for row in rows)])
+
+
+def paint(axes: Axes, x: Array, y: Array, word: Array) -> None:
+    """Cells of a map in the colours of their words; NaN stays empty."""
+    colours = ListedColormap(COLOUR_OF_WORD)
+    axes.pcolormesh(x, y, word, cmap=colours, vmin=-0.5, vmax=len(WORDS) - 0.5, shading="nearest", rasterized=True)
+
+
+def word_legend() -> list[Patch]:
+    """Handles of a legend of the words."""
+    return [Patch(facecolor=colour, label=word) for colour, word in zip(COLOUR_OF_WORD, WORDS, strict=True)]

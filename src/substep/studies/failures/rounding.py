@@ -1,0 +1,134 @@
+"""Where the digits end: very small steps, and a pendulum that stands on its head."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...core.scenes import scene
+from ...core.schemes import Array, scheme, schemes
+from ...exact.pendulum import ElasticPendulum
+from ...marching.scene_lanes import Lanes, march_lanes
+from .outcomes import QUICK, WORDS, judge, whole_steps, write_rows
+from .table import PENDULUM_PERIOD
+
+TINY = np.array([1e-6, 1e-7])  # steps h, s
+TINY_SPAN = 2e-4  # s
+
+
+@dataclass(frozen=True)
+class RoundOffRow:
+    """Errors at 2e-4 s: u in m, energy relative, a in m/s^2 and relative, None where a scheme has no a of its own.
+
+    displacement_unknown: the error of a, m/s^2, were u the unknown of Newton's method and a its second difference.
+    """
+
+    scheme: str
+    h: float
+    u: float
+    energy: float
+    a: float | None
+    a_relative: float | None
+    displacement_unknown: float
+
+
+def round_off(folder: Path, full: bool = False) -> list[RoundOffRow]:
+    """Every scheme on the flexible pendulum against the exact motion.
+
+    The force itself is a small difference, strain 1e-7, and has 9 digits. Errors of a proportional to h are
+    truncation: a of the alpha-methods is of first order.
+    """
+    flexible = scene("elastic_pendulum", EA=1e4)
+    parameters = flexible.parameters
+    exact = ElasticPendulum(parameters["EA"], parameters["L"], parameters["m"], parameters["v0"])
+    u = exact.position(TINY_SPAN)
+    a = flexible.acceleration(np.zeros(()), u, flexible.v0)
+    steps = whole_steps(TINY_SPAN, TINY)
+    stride, rows = int(steps.min()), []
+    for name in schemes():
+        lanes = march_lanes(flexible, scheme(name), TINY, steps, stride=stride, history=True)
+        for h, n, out in zip(TINY.tolist(), steps, lanes.out, strict=True):
+            last = out[n // stride]
+            energy = float(flexible.energy(np.zeros(()), last[0], last[1]) / flexible.E0 - 1)
+            error = float(np.abs(last[2] - a).max()) if len(last) > 2 else None
+            relative = None if error is None else error / float(np.abs(a).max())
+            lost = float(np.spacing(parameters["L"]) / h**2)
+            rows.append(RoundOffRow(name, h, float(np.abs(last[0] - u).max()), energy, error, relative, lost))
+    write_rows(folder / "round_off.csv", rows)
+    return rows
+
+
+AWAY = 0.1  # rad from the top
+SWINGS = 10  # periods
+SWING_PARTS, TOP_PARTS = (20, 100), (20, 100, 1000)  # of a period
+TOP_SPAN = 200.0  # s
+
+
+def fall_time(away: float = AWAY) -> float:
+    """When a pendulum u'' + sin u = 0 left at rest at the double nearest pi is so far from pi, s.
+
+    It starts at delta = 1.22e-16 from the top, and with sin(angle/2) = sin(delta/2) cosh(w) its energy integral is
+    t = integral of 1/sqrt(1 - sin^2(delta/2) cosh^2 w), to w = acosh(sin(away/2)/sin(delta/2)): about ln(2 away/delta).
+    """
+    small = math.sin(math.sin(math.pi) / 2)  # sin(pi) of doubles is what pi lacks
+    end = math.acosh(math.sin(away / 2) / small)
+    x, weights = np.polynomial.legendre.leggauss(200)
+    w = end * (x + 1) / 2
+    return float(end / 2 * np.sum(weights / np.sqrt(1 - (small * np.cosh(w)) ** 2)))
+
+
+@dataclass(frozen=True)
+class TopRow:
+    """When |u - pi| first exceeds 0.1 rad, s, None if not in 200 s; exact: when it does in truth."""
+
+    scheme: str
+    h: float
+    t: float | None
+    exact: float
+
+
+@dataclass(frozen=True)
+class SwingRow:
+    """A swing that in truth turns back below the top: when it goes over it, in periods, or what else becomes of it."""
+
+    scheme: str
+    h: float
+    rotates_at: float | None
+    word: str
+    ended_at: float
+    max_ratio: float
+
+
+def separatrix(folder: Path, full: bool = False) -> tuple[list[TopRow], list[SwingRow]]:
+    """The pendulum left at the top, and the swing that almost reaches it, for 10 periods."""
+    top, swing, exact = scene("simple_pendulum", u0=math.pi, v0=0.0), scene("simple_pendulum"), fall_time()
+    falls, swings = [], []
+    for name in schemes() if full else QUICK:
+        s = scheme(name)
+        h = PENDULUM_PERIOD / np.array(TOP_PARTS)
+        lanes = march_lanes(top, s, h, whole_steps(TOP_SPAN, h), history=True)
+        for step, path in zip(h.tolist(), _paths(lanes), strict=True):
+            falls.append(TopRow(name, step, _first(np.abs(path - math.pi) > AWAY, step), exact))
+        h = PENDULUM_PERIOD / np.array(SWING_PARTS)
+        lanes = march_lanes(swing, s, h, whole_steps(SWINGS * PENDULUM_PERIOD, h), history=True)
+        outcome = judge(lanes, h, swing.E0)
+        runs = zip(h.tolist(), _paths(lanes), outcome.word, outcome.max_ratio.tolist(), strict=True)
+        for step, path, word, ratio in runs:
+            in_periods = step / PENDULUM_PERIOD
+            over = _first(np.abs(path) > math.pi, in_periods)
+            swings.append(SwingRow(name, step, over, WORDS[word], (len(path) - 1) * in_periods, ratio))
+    write_rows(folder / "separatrix_top.csv", falls)
+    write_rows(folder / "separatrix_swing.csv", swings)
+    return falls, swings
+
+
+def _paths(lanes: Lanes) -> Iterator[Array]:
+    """u at every completed step of each lane."""
+    return (out[: n + 1, 0, 0] for out, n in zip(lanes.out, lanes.n_done, strict=True))
+
+
+def _first(where: NDArray[np.bool_], h: float) -> float | None:
+    return float(np.argmax(where) * h) if where.any() else None

@@ -1,0 +1,108 @@
+"""Every scheme on every scene where schemes fail, at a few steps: a table of outcomes, and its picture."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from ...core.scenes import Scene, scene
+from ...core.schemes import scheme, schemes
+from ...figures.charts import save
+from .outcomes import NEWTON, QUICK, SECTION, WORDS, paint, run, whole_steps, word_legend, write_rows
+
+
+@dataclass(frozen=True)
+class Row:
+    """One run: step h and time of failure t in s (None of a run that ended), max_ratio the largest E/E0 before."""
+
+    scheme: str
+    scene: str
+    h: float
+    word: str
+    t: float | None
+    max_ratio: float
+
+
+@dataclass(frozen=True)
+class Case:
+    """A scene with steps of so many parts of a time, s, up to a span in the same times."""
+
+    label: str
+    make: Callable[[], Scene]
+    time: float
+    parts: tuple[float, ...]
+    span: float
+    committed: bool = False  # whether its kernels need no printing
+
+    @property
+    def steps(self) -> tuple[float, ...]:
+        """The steps h, s."""
+        return tuple(self.time / part for part in self.parts)
+
+
+DUFFING_PERIOD, SOFTENING_PERIOD, PENDULUM_PERIOD = 0.1515328344472604, 1.14187632340189, 33.72102056537891  # s
+CONTACT_TIME = 1e-3  # 1/omega_c of the bounce, s
+
+
+def stiff(a0: float = -19.6, **parameters: float) -> Scene:
+    """The stiff pendulum of Kuhl & Crisfield 1999 with its given initial acceleration a0 (m/s^2, along the bar)."""
+    return scene("elastic_pendulum", **{"EA": 1e10, **parameters}, a0=(a0, 0.0))
+
+
+CASES = (
+    Case("stiff pendulum", stiff, 1.0, (10, 20, 50, 1 / 0.009, 1e3, 1e4), 50.0, committed=True),
+    Case("flexible pendulum", lambda: scene("elastic_pendulum", EA=1e4), 1.0, (20, 100, 1e3), 30.0, committed=True),
+    Case("Duffing", lambda: scene("duffing"), DUFFING_PERIOD, (4, 10, 20), 100.0),
+    Case("softening", lambda: scene("softening"), SOFTENING_PERIOD, (4, 20), 100.0),
+    Case("near separatrix", lambda: scene("simple_pendulum"), PENDULUM_PERIOD, (20, 100), 10.0),
+    Case("Bathe-Noh", lambda: scene("bathe_noh"), 0.2618, (1, 10), 40.0),
+    Case("penalty bounce", lambda: scene("penalty_bounce"), CONTACT_TIME, (0.1, 1, 10), 100.0),
+)
+
+
+def rows_of(case: Case, full: bool = False) -> list[Row]:
+    """The outcome of every scheme at its default parameters, or of QUICK where kernels are not committed."""
+    where, steps = case.make(), np.array(case.steps)
+    found = []
+    for name in schemes() if full or case.committed else QUICK:
+        _, outcome = run(where, scheme(name), steps, whole_steps(case.span * case.time, steps))
+        for h, word, t, ratio in zip(steps, outcome.word, outcome.t, outcome.max_ratio, strict=True):
+            found.append(Row(name, case.label, float(h), WORDS[word], None if np.isnan(t) else float(t), float(ratio)))
+    return found
+
+
+def picture(folder: Path, rows: list[Row]) -> None:
+    """The table as CSV, and its words as a map of schemes over scenes and steps."""
+    write_rows(folder / "failures.csv", rows)
+    columns = [(case.label, h) for case in CASES for h in case.steps]
+    word = np.full((len(schemes()), len(columns)), np.nan)
+    for row in rows:
+        word[schemes().index(row.scheme), columns.index((row.scene, row.h))] = WORDS.index(row.word)
+    figure = Figure(figsize=(11, 9), layout="constrained")
+    axes = figure.subplots()
+    paint(axes, np.arange(len(columns)), np.arange(len(schemes())), word)
+    for row in rows:
+        if row.t is not None:
+            x, y = columns.index((row.scene, row.h)), schemes().index(row.scheme)
+            axes.text(x, y, f"{row.t:.3g}", ha="center", va="center", fontsize=6, color="white")
+    axes.set_xticks(range(len(columns)), [f"{h:.3g}" for _, h in columns], rotation=90, fontsize=8)
+    axes.set_yticks(range(len(schemes())), schemes(), fontsize=8)
+    axes.invert_yaxis()
+    axes.set_xlabel("step $h$ (s)")
+    start = 0
+    for case in CASES:
+        axes.axvline(start - 0.5, color="white", linewidth=3)
+        axes.text(start - 0.4, -0.8, case.label, rotation=25, fontsize=9)
+        start += len(case.steps)
+    figure.legend(
+        handles=word_legend(), loc="outside lower center", ncols=NEWTON + 1, frameon=False, fontsize=9,
+        title="numbers: time of failure in s; white: only in the full battery", title_fontsize=9,
+    )  # fmt: skip
+    save(
+        figure, folder / "failures", SECTION,
+        """What became of every scheme, at its default parameters, on scenes where methods fail, at a few steps each:
+        survived, gains energy (more than 1 %), blew up (a thousandfold energy, or no number), Newton failed. The
+        number in a cell is the time of failure in s.""",
+    )  # fmt: skip

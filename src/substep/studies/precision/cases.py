@@ -1,0 +1,77 @@
+"""The four scenes of the work-precision charts, what they are measured against, and the runs of all schemes."""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...core.scenes import Scene, scene
+from ...core.schemes import scheme, schemes
+from ..failures.table import DUFFING_PERIOD
+from .measure import Run, measure
+from .reference import Reference, reference
+
+SAMPLES = 50  # intervals of the grid on which errors are told; the largest step is one of them
+
+
+@dataclass(frozen=True)
+class Case:
+    """A scene over a span, s; note: what a reader of its chart must know."""
+
+    name: str
+    title: str
+    make: Callable[[], Scene]
+    t_end: float
+    finest: int  # the finest step is the span over SAMPLES*2^finest
+    note: str = ""
+    limit: Callable[[Scene, float], Reference] | None = None  # of a motion that no step resolves
+
+    def reference(self) -> Reference:
+        """What runs are measured against."""
+        where = self.make()
+        return self.limit(where, self.t_end) if self.limit else reference(where, self.t_end, SAMPLES, 1e-12)
+
+    def steps(self, every: int) -> list[int]:
+        """Numbers of steps, from coarse to fine, by factors of 2^every."""
+        return [SAMPLES << k for k in range(0, self.finest + 1, every)]
+
+
+def rigid_limit(where: Scene, t_end: float) -> Reference:
+    """Uniform rotation of the elastic pendulum as if its bar could not stretch."""
+    L, v0 = where.parameters["L"], where.parameters["v0"]
+    t = np.linspace(0.0, t_end, SAMPLES + 1)
+    along = np.stack([np.cos(v0 / L * t), np.sin(v0 / L * t)], axis=1)
+    across = np.stack([-along[:, 1], along[:, 0]], axis=1)
+    return Reference(where, t, L * along, v0 * across, -(v0**2) / L * along, lag(where, t_end), "the rigid limit")
+
+
+def lag(where: Scene, t_end: float) -> float:
+    """Angle by which the bar stays behind the rigid limit: it turns slower by twice its strain m v0^2/(EA L)."""
+    EA, L, m, v0 = where.parameters.values()
+    return 2.0 * m * v0**2 / (EA * L) * v0 / L * t_end
+
+
+CASES = (
+    Case("linear", "Linear oscillator, T = 1 s, ξ = 0, 10 periods",
+         lambda: scene("linear_oscillator", omega=2 * np.pi), 10.0, 10),
+    Case("flexible", "Flexible pendulum, EA = 10⁴ N, 10 s", lambda: scene("elastic_pendulum", EA=1e4), 10.0, 11),
+    Case("stiff", "Stiff pendulum, EA = 10¹⁰ N, 10 s",
+         lambda: scene("elastic_pendulum", EA=1e10, a0=(-19.6, 0.0)), 10.0, 14,
+         "measured against the rigid limit, since steps of use do not resolve the axial vibration", rigid_limit),
+    Case("duffing", "Duffing, u'' + 100 u (1 + 10 u²) = 0, 10 periods",
+         lambda: scene("duffing"), 10 * DUFFING_PERIOD, 11),
+)  # fmt: skip
+
+
+def runs(case: Case, exact: Reference, names: Iterable[str] | None = None, *, every: int, repeats: int) -> list[Run]:
+    """Every scheme (or those named) at its default parameters and at each number of steps."""
+    steps = case.steps(every)
+    return [measure(exact, scheme(name), n, repeats) for name in names or schemes() for n in steps]
+
+
+def span(where: Scene) -> float:
+    """The span, s, of the chart of such a scene. Raises ValueError for a scene that has none."""
+    found = next((case.t_end for case in CASES if case.make().name == where.name), None)
+    if found is None:
+        raise ValueError(f"expected a span for {where.name}, which has no chart to take it from; add --t-end in s")
+    return found

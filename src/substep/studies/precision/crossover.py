@@ -1,0 +1,145 @@
+"""Where general high-order codes overtake second-order schemes: over error, stiffness and number of runs at once."""
+
+import csv
+from collections.abc import Sequence
+from dataclasses import astuple, dataclass, fields
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from ...core.scenes import Scene, scene
+from ...core.schemes import Scheme, scheme
+from ...core.threads import serial
+from ...figures.charts import COLOURS, save
+from ...marching.scene_lanes import march_lanes
+from . import peers as others
+from .cases import SAMPLES
+from .charts import SECTION, order
+from .measure import measure, timed
+from .reference import Reference, reference
+
+STIFFNESSES = (1e4, 1e6, 1e8, 1e10)  # EA, N
+QUICK = ("noh_bathe", "average_acceleration", "newmark_bdf2", "energy_momentum", "rk4")  # one of each kind
+PEERS = ("scipy DOP853", "scipy LSODA", "numbalsoda dop853", "numbalsoda lsoda")  # those that win somewhere
+LANES = 96
+T_END, FINEST = 10.0, 12
+ERRORS = 10.0 ** -np.arange(1.0, 9.5, 0.5)
+
+
+@dataclass(frozen=True)
+class Point:
+    """A method on a bar of EA (N): its largest error of the angle in rad, and s a run, alone and of LANES at once."""
+
+    EA: float
+    method: str
+    kind: str
+    steps: int
+    error: float
+    alone: float
+    together: float
+
+
+def points(names: Sequence[str] = QUICK, *, every: int = 2, repeats: int = 3) -> tuple[list[Point], dict[str, str]]:
+    """All schemes named and the solvers that are installed, on one core; and which solvers are missing, and why."""
+    found: list[Point] = []
+    missing: dict[str, str] = {}
+    with serial():
+        for EA in STIFFNESSES:
+            where = scene("elastic_pendulum", EA=EA)
+            exact = reference(where, T_END, SAMPLES, 1e-12)
+            for name in names:
+                found += [_point(exact, scheme(name), SAMPLES << k, repeats) for k in range(0, FINEST + 1, every)]
+            general, missing = others.peers(exact, PEERS)
+            for peer in general:
+                for run in others.runs(exact, peer, every=every, repeats=repeats):
+                    error = run.errors["angle"].maximum
+                    found.append(Point(EA, run.method, "general solver", 0, error, run.seconds, run.seconds))
+    return found, missing
+
+
+def _point(exact: Reference, s: Scheme, steps: int, repeats: int) -> Point:
+    run, where = measure(exact, s, steps, repeats), exact.scene
+    p = order(s.name)
+    kind = "second order" if p == 2 else f"order {p}"
+    together = _together(where, s, steps, repeats) / LANES if run.status == "completed" else np.inf
+    return Point(where.parameters["EA"], s.name, kind, steps, run.errors["angle"].maximum, run.seconds, together)
+
+
+def _together(where: Scene, s: Scheme, steps: int, repeats: int) -> float:
+    """Seconds of LANES runs from start velocities that differ by up to 10 %."""
+    zero, v0 = np.zeros((LANES, 2)), where.v0 * np.linspace(0.95, 1.05, LANES)[:, None]
+    dt, n = np.full(LANES, T_END / steps), np.full(LANES, steps)
+    start = zero + where.u0, v0, zero + where.a0
+    march_lanes(where, s, dt, np.minimum(n, 1), start=start)  # compiles
+    lanes, seconds = timed(lambda: march_lanes(where, s, dt, n, start=start), repeats)
+    return seconds if (lanes.n_done == n).all() else np.inf
+
+
+def least(found: Sequence[Point], EA: float, kind: str, error: float, together: bool) -> Point | None:
+    """The fastest of a kind whose error is at most this."""
+    good = [p for p in found if (p.EA, p.kind) == (EA, kind) and p.error <= error]
+    return min(good, key=lambda p: time(p, together), default=None)
+
+
+def overtaken(found: Sequence[Point], EA: float, together: bool) -> float | None:
+    """The largest wished error from which on, and below, solvers beat schemes of second order; None if none does."""
+    turns = None
+    for error in ERRORS[::-1]:
+        mine, theirs = (least(found, EA, kind, error, together) for kind in ("second order", "general solver"))
+        if theirs is None or (mine is not None and time(mine, together) <= time(theirs, together)):
+            break
+        turns = float(error)
+    return turns
+
+
+def time(point: Point, together: bool) -> float:
+    """Seconds a run."""
+    return point.together if together else point.alone
+
+
+def chart(found: Sequence[Point], missing: dict[str, str], folder: Path) -> None:
+    """Time a run over the error that is wished, a panel for each EA; all points as CSV."""
+    with (folder / "turning.csv").open("w", encoding="utf-8", newline="") as file:
+        csv.writer(file).writerows([[f.name for f in fields(Point)], *(astuple(p) for p in found)])
+    kinds = list(dict.fromkeys(p.kind for p in found))
+    handles: list = []
+    labels: list = []
+    figure = Figure(figsize=(14, 4.8), layout="constrained")
+    (row,) = figure.subplots(1, len(STIFFNESSES), sharex=True, sharey=True, squeeze=False)
+    for axes, EA in zip(row, STIFFNESSES, strict=True):
+        for i, kind in enumerate(kinds):
+            for together in (False, True) if kind != "general solver" else (False,):
+                best = [least(found, EA, kind, e, together) for e in ERRORS]
+                y = [np.nan if p is None else 1e3 * time(p, together) for p in best]
+                label = f"{kind}, {LANES} runs at once" if together else f"{kind}, one run"
+                axes.plot(ERRORS, y, color=COLOURS[i], linestyle="--" if together else "-", marker="so^v"[i],
+                          markersize=4, markerfacecolor="none" if together else COLOURS[i], label=label)  # fmt: skip
+        axes.set(xscale="log", yscale="log", xlabel="wished error of the angle (rad)")
+        turns = [overtaken(found, EA, together) for together in (False, True)]
+        told = [f"{e:.0e} rad" if e else "nowhere" for e in turns]
+        axes.set_title(
+            f"$EA$ = {EA:.0e} N; solvers ahead below:\n{told[0]} (one run), {told[1]} ({LANES} runs)", fontsize=9
+        )
+        axes.grid(visible=True, linewidth=0.3, color="0.85")
+        if not handles:
+            axes.invert_xaxis()
+            axes.set_ylabel("time a run (ms), one core")
+            handles, labels = axes.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=5, fontsize=9, frameon=False)
+    names = dict.fromkeys(p.method for p in found if p.kind == "general solver")
+    absent = f"; not installed: {', '.join(missing)}" if missing else ""
+    figure.suptitle(
+        f"Elastic pendulum, {T_END:g} s: the fastest of each kind\nsolvers: {', '.join(names) or 'none'}{absent}",
+        fontsize=11,
+    )
+    save(
+        figure, folder / "turning", SECTION,
+        f"""Where general high-order solvers overtake: time a run, on one core, of the fastest method that keeps the
+        angle of the elastic pendulum within an error over {T_END:g} s, for four stiffnesses EA. Schemes of second order
+        and of order 4, alone and {LANES} runs at once, with start velocities that differ by 10 %; general solvers, one
+        run after another. The orders are those with damping: undamped, as here, a scheme may be better.
+        Above each panel: the error from which on solvers are faster than schemes of second
+        order{absent}.
+        """,
+    )  # fmt: skip

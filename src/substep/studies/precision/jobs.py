@@ -1,0 +1,60 @@
+"""Speed against accuracy, as `substep reproduce` draws it."""
+
+import csv
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+from ...core.scenes import scene
+from ...core.schemes import scheme, schemes
+from ...marching.scene_lanes import pair_module
+from . import charts, choice, crossover, peers
+from .cases import CASES, Case, runs
+
+# the quick form takes every second step, few repeats, and where kernels are not committed few schemes
+FEW = ("central_difference", "average_acceleration", "wilson_theta", "generalized_alpha", "newmark_bdf2", "bathe",
+       "energy_momentum", "rk4")  # fmt: skip
+ACCURACIES = (1e-5, 1e-7)  # rad: a rigid bar suffices for the first
+
+
+def work_precision(case: Case, folder: Path, *, full: bool) -> None:
+    """One scene: all schemes and the solvers that are installed."""
+    every, repeats = (1, 20) if full else (2, 3)
+    exact = case.reference()
+    general, missing = peers.peers(exact, None if full else (*crossover.PEERS, "scipy Radau"))
+    theirs = [run for peer in general for run in peers.runs(exact, peer, every=every, repeats=repeats)]
+    charts.work_precision(case, exact, runs(case, exact, every=every, repeats=repeats), theirs, missing, folder)
+
+
+def turning_points(folder: Path, *, full: bool) -> None:
+    """Where general solvers overtake."""
+    names = [name for name in schemes() if charts.order(name) in (2, 4)] if full else crossover.QUICK
+    crossover.chart(*crossover.points(names, every=1 if full else 2, repeats=20 if full else 3), folder)
+
+
+def stiff_pendulum(folder: Path, *, full: bool) -> None:
+    """Elastic or rigid bar, which scheme and which step."""
+    among = [scheme(name) for name in (schemes() if full else FEW)]
+    stiff = scene("elastic_pendulum", EA=1e10, a0=(-19.6, 0.0))
+    for accuracy in ACCURACIES:
+        found = choice.choose(stiff, accuracy, t_end=10.0, quantity="angle", among=among)
+        choice.chart(found, folder / f"choose_stiff_pendulum_{accuracy:.0e}")
+
+
+def operations(folder: Path) -> list[tuple[str, int, str, int]]:
+    """Of every scheme: operations a step (and in each Newton iteration) on the elastic bar and on the rigid one."""
+    elastic, rigid = scene("elastic_pendulum", EA=1e10), scene("rigid_pendulum")
+    rows = []
+    for name in schemes():
+        bar, stiff = (pair_module(model, scheme(name)).OPERATIONS for model in (elastic, rigid))
+        rows.append((name, bar["step"], " + ".join(map(str, bar["iteration"])) or "0", stiff["step"]))
+    header = ("scheme", "elastic: a step", "elastic: an iteration of each balance", "rigid: a step")
+    with (folder / "operations.csv").open("w", encoding="utf-8", newline="") as file:
+        csv.writer(file).writerows([header, *rows])
+    return rows
+
+
+def jobs(full: bool) -> tuple[Callable[[Path], object], ...]:
+    """All of it, one job a piece."""
+    scenes = (partial(work_precision, case, full=full) for case in CASES)
+    return (*scenes, partial(turning_points, full=full), partial(stiff_pendulum, full=full), operations)

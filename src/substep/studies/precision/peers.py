@@ -1,0 +1,126 @@
+"""General ODE solvers on the scenes of the charts: SciPy's, and compiled ones of numbalsoda, where installed."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+from numba import cfunc, njit
+
+from ...core.schemes import Array
+from .measure import LONG, Cost, Run, against, failed, timed
+from .reference import Reference
+
+SCIPY = ("RK45", "DOP853", "Radau", "LSODA")
+COMPILED = ("dop853", "lsoda")  # numbalsoda
+TOLERANCES = tuple(10.0**-k for k in range(2, 13))
+
+Slope = Callable[[float, Array], Array]
+
+
+@njit
+def _oscillator(y: Array, p: Array) -> tuple[float, ...]:
+    return y[1], -2.0 * p[1] * p[0] * y[1] - p[0] * p[0] * y[0]
+
+
+@njit
+def _elastic(y: Array, p: Array) -> tuple[float, ...]:
+    force = p[0] / (2.0 * p[1] ** 3 * p[2]) * (y[0] * y[0] + y[1] * y[1] - p[1] * p[1])
+    return y[2], y[3], -force * y[0], -force * y[1]
+
+
+@njit
+def _duffing(y: Array, p: Array) -> tuple[float, ...]:
+    return y[1], -p[0] * y[0] * (1.0 + p[1] * y[0] * y[0])
+
+
+# as a user of such a solver writes them; parameters in the order of the scene's
+_SLOPES: dict[str, Callable[..., tuple[float, ...]]] = {
+    "linear_oscillator": _oscillator,
+    "elastic_pendulum": _elastic,
+    "duffing": _duffing,
+}
+
+
+@dataclass(frozen=True)
+class Peer:
+    """A solver on one scene: solve(rtol) -> (states (samples + 1, 2d), evaluations of the slope)."""
+
+    name: str
+    solve: Callable[[float], tuple[Array, int]]
+
+
+def peers(exact: Reference, wanted: tuple[str, ...] | None = None) -> tuple[list[Peer], dict[str, str]]:
+    """Those that are installed (of those wanted), and why others are not there."""
+    slope = _SLOPES[exact.scene.name]
+    p = np.array(list(exact.scene.parameters.values()))
+    start = np.concatenate([exact.scene.u0, exact.scene.v0])
+    slope(start, p)  # compiles
+    found: list[Peer] = []
+    missing: dict[str, str] = {}
+    for package, kinds, make in (("scipy", SCIPY, _scipy), ("numbalsoda", COMPILED, _compiled)):
+        names = [kind for kind in kinds if wanted is None or f"{package} {kind}" in wanted]
+        try:
+            made = make(exact.t, slope, p, start) if names else None
+        except Exception as error:  # a peer's libraries may fail to load in any way
+            missing[package] = f"{type(error).__name__}: {str(error)[:120]}"
+            continue
+        found += [Peer(f"{package} {kind}", made(kind)) for kind in names if made]
+    return found, missing
+
+
+def _scipy(t: Array, slope: Any, p: Array, start: Array) -> Callable[[str], Callable[[float], tuple[Array, int]]]:
+    integrate = import_module("scipy.integrate")
+
+    def rates(_: float, y: Array) -> tuple[float, ...]:
+        return slope(y, p)
+
+    def of(method: str) -> Callable[[float], tuple[Array, int]]:
+        def solve(rtol: float) -> tuple[Array, int]:
+            r = integrate.solve_ivp(
+                rates, (0.0, t[-1]), start, method=method, t_eval=t, rtol=rtol, atol=rtol * np.abs(start).max() * 1e-2
+            )
+            return (r.y.T, int(r.nfev)) if r.success else (np.full((len(t), len(start)), np.nan), int(r.nfev))
+
+        return solve
+
+    return of
+
+
+def _compiled(t: Array, slope: Any, p: Array, start: Array) -> Callable[[str], Callable[[float], tuple[Array, int]]]:
+    package = import_module("numbalsoda")
+    size, counter = len(start), len(p)
+
+    @cfunc(package.lsoda_sig)
+    def rates(_: float, y: Any, dy: Any, data: Any) -> None:
+        found = slope(y, data)
+        for i in range(size):
+            dy[i] = found[i]
+        data[counter] += 1.0
+
+    def of(method: str) -> Callable[[float], tuple[Array, int]]:
+        def solve(rtol: float) -> tuple[Array, int]:
+            data = np.append(p, 0.0)
+            states, good = getattr(package, method)(
+                rates.address, start, t, data, rtol=rtol, atol=rtol * np.abs(start).max() * 1e-2, mxstep=10**8
+            )  # fmt: skip
+            return (states if good else np.full((len(t), size), np.nan)), int(data[counter])
+
+        return solve
+
+    return of
+
+
+def runs(exact: Reference, peer: Peer, *, every: int, repeats: int) -> Iterator[Run]:
+    """The peer at tolerances by factors of 10^every, until a run takes LONG."""
+    scene, d = exact.scene, exact.u.shape[1]
+    for rtol in TOLERANCES[::every]:
+        (states, evaluations), seconds = timed(partial(peer.solve, rtol), repeats)
+        good, u, v = bool(np.isfinite(states).all()), states[:, :d], states[:, d:]
+        told = against(exact, scene, u, v, scene.acceleration(exact.t, u, v)) if good else failed(exact, scene)
+        cost, status = Cost(0, evaluations, 0), "completed" if good else "non_finite"
+        yield Run(peer.name, np.nan, 0, status, cost, seconds, told)
+        if seconds > LONG:
+            return

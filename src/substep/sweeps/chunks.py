@@ -1,0 +1,86 @@
+"""One chunk of a sweep: its points as lanes of as few marches as can be, results as arrays (P, ...)."""
+
+from typing import Any
+
+import numpy as np
+
+from ..core.scenes import Scene
+from ..core.schemes import Array, Scheme
+from ..core.threads import serial
+from ..marching.run import march_oscillators, number_of_steps
+from ..marching.scene_lanes import march_lanes
+from .plan import Plan
+
+Results = dict[str, Any]
+
+
+def run(plan: Plan, first: int, last: int) -> Results:
+    """Results of the points first to last, each (last - first, ...), by the names of the Dataset."""
+    found: Results = {}
+    for mine, scene, scheme, dt in plan.groups(np.arange(first, last)):
+        group = _group(plan, scene, scheme, dt, len(mine))
+        if len(mine) == last - first:
+            return group
+        for name, values in group.items():
+            found.setdefault(name, np.empty((last - first, *values.shape[1:]), values.dtype))[mine] = values
+    return found
+
+
+def run_on_one_core(span: tuple[int, int], plan: Plan) -> Results:
+    """The same for a worker of a cluster, whose other cores have other chunks."""
+    with serial():
+        return run(plan, *span)
+
+
+def _group(plan: Plan, scene: Scene, scheme: Scheme, dt: float, P: int) -> Results:
+    """P points of one dt and load."""
+    n = number_of_steps(dt, plan.t_end)
+    stride = {"final": n, "peak": 1, "history": plan.stride(n)}[plan.keep]
+    if scene.entry["oscillator"]:
+        keep = "peak" if plan.keep == "peak" else "history"
+        linear = march_oscillators(scene, scheme, dt, n, P, bound=plan.bound, stride=stride, keep=keep)
+        n_done, status = linear.n_done, linear.status
+        counted = _counted(np.broadcast_to(np.int64(0), (P, 0, scheme.balances)), n_done)
+        rows = np.moveaxis(linear.out, -1, 0)[..., None]  # (P, rows, 3, 1)
+        peaks = {f"peak_{name}": peak[:, None] for name, peak in zip("uva", linear.peak, strict=False)}
+    else:
+        steps = np.full(P, dt), np.full(P, n)
+        lanes = march_lanes(scene, scheme, *steps, bound=plan.bound, stride=stride, history=True)
+        n_done, status = lanes.n_done, lanes.status
+        failed = np.flatnonzero(n_done < n)
+        for j in failed:
+            lanes.out[j, n_done[j] // stride + 1 :] = np.nan
+            lanes.iterations[j, n_done[j] :] = 0
+        counted = _counted(lanes.iterations, n_done)
+        rows, peaks = lanes.out, {"peak_energy": lanes.peak}
+    common = {**counted, "n_done": n_done, "status": status.astype(np.int8)}
+    if plan.keep == "peak" and scene.entry["oscillator"]:
+        return {**peaks, **common}
+    t = np.arange(rows.shape[1]) * (stride * dt)
+    u, v = rows[:, :, 0], rows[:, :, 1]
+    a = rows[:, :, 2] if rows.shape[2] > 2 else _accelerations(scene, t, u, v)
+    if plan.keep == "peak":
+        return {
+            **{f"peak_{k}": np.nanmax(np.abs(x), axis=1) for k, x in zip("uva", (u, v, a), strict=True)},
+            **peaks,
+            **common,
+        }
+    if plan.keep == "final":
+        t, u, v, a = t[1:], u[:, 1:], v[:, 1:], a[:, 1:]
+    energy = scene.energy(t, u, v)
+    chosen = (slice(None), 0) if plan.keep == "final" else ()
+    return {**{name: x[chosen] for name, x in {"u": u, "v": v, "a": a, "energy": energy}.items()}, **common}
+
+
+def _accelerations(scene: Scene, t: Array, u: Array, v: Array) -> Array:
+    """Of a scheme without its own: as Response.a."""
+    a = scene.acceleration(t, u, v)
+    a[:, 0] = scene.a0
+    return a
+
+
+def _counted(iterations: Array, n_done: Array) -> Results:
+    """Newton's iterations of each balance: mean of the steps done, NaN for none, and most."""
+    with np.errstate(invalid="ignore"):
+        mean = iterations.sum(axis=1) / n_done[:, None]
+    return {"newton_iterations": mean, "newton_most": iterations.max(axis=1, initial=0)}

@@ -1,0 +1,1 @@
+"""The thesis: its figures drawn anew, its claims judged."""

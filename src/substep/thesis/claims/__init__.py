@@ -1,0 +1,54 @@
+"""The ledger: what the thesis claims, each line judged by a computation made here and now.
+
+A verdict is the outcome of exact certificates, derived closed forms or compiled functions; none is typed.
+"true": all that was computed agrees; "false": the claim as a whole fails; "partly": a part of it does.
+"""
+
+import json
+from collections.abc import Callable
+from inspect import cleandoc
+from pathlib import Path
+
+from . import chapter_2, chapter_4, chapter_5, misprints
+from .judgement import Judge, Judgement
+
+JUDGES: tuple[tuple[Judge, str], ...] = (
+    *chapter_2.JUDGES,
+    *chapter_4.JUDGES,
+    *chapter_5.JUDGES,
+    *misprints.JUDGES,
+)
+
+
+def key(judge: Judge) -> str:
+    """C2.1 of claim_2_1, M2.54 of misprint_2_54."""
+    kind, _, where = judge.__name__.partition("_")
+    return kind[0].upper() + where.replace("_", ".")
+
+
+def judged(entry: tuple[Judge, str]) -> Judgement:
+    """What one of JUDGES finds."""
+    judges, command = entry
+    verdict, evidence = judges()
+    claim = " ".join(cleandoc(judges.__doc__ or "").split())
+    return Judgement(key(judges), claim, verdict, evidence, command)
+
+
+def judge(step: Callable[[], object] = lambda: None) -> list[Judgement]:
+    """All claims, in the order of the thesis; step() is called after each."""
+    found = []
+    for entry in JUDGES:
+        found.append(judged(entry))
+        step()
+    return found
+
+
+def write(folder: Path, judgements: list[Judgement]) -> None:
+    """claims.md for a reader, claims.json for a program."""
+    lines = ["# The thesis's claims, judged", "", "Each verdict was computed when this page was written.", ""]
+    for j in judgements:
+        lines += [f"## {j.id}: {j.verdict}", "", f"Claim: {j.claim}", ""]
+        lines += [f"Found: {j.evidence}.", "", f"See: `{j.command}`", ""]
+    (folder / "claims.md").write_text("\n".join(lines), encoding="utf-8")
+    text = json.dumps([j.as_dict() for j in judgements], indent=1, ensure_ascii=False)
+    (folder / "claims.json").write_text(text + "\n", encoding="utf-8")

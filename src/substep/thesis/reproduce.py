@@ -1,0 +1,179 @@
+"""The main job: the thesis's figures, drawn anew, with the numbers behind them."""
+
+import csv
+from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
+from dataclasses import astuple, dataclass, fields
+from fractions import Fraction
+from functools import partial
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..core.schemes import Array, Scheme, scheme, schemes
+from ..core.threads import cores
+from ..derived.facade import CatalogueRow, Properties, catalogue_row, properties
+from ..figures import page
+from ..figures.charts import save, save_csv, stability_figure
+from ..marching.run import march
+from ..studies import failures
+from ..studies.catalogue_charts import CHARTS
+from ..studies.precision import jobs as precision
+from ..studies.precision.cases import CASES
+from . import claims, figures_5
+from .claims.judgement import Judgement
+from .parameter_sets import NEWMARK_SETS, SPLITS
+
+RADIUS_RATIOS = np.logspace(-2, 3, 501)
+ERROR_RATIOS = np.linspace(0.0, 0.2, 201)
+
+
+def chapter_4_schemes(split: Fraction) -> dict[str, Scheme]:
+    """The curves of one figure: the five sets of Table 4.1, and Bathe's scheme last."""
+    drawn = {
+        rf"Newmark-BDF2, $\gamma_t$ = {float(split):g}, $\beta$ = {float(beta):g}, $\gamma$ = {float(gamma):g}": scheme(
+            "newmark_bdf2", gamma_t=float(split), beta=float(beta), gamma=float(gamma)
+        )
+        for beta, gamma in NEWMARK_SETS
+    }
+    return {**drawn, "Bathe": scheme("bathe")}
+
+
+def figure_4(number: int, split: Fraction, folder: Path) -> None:
+    """Figure 4.number: spectral radius, amplitude error and period error, as PNG, SVG and CSV."""
+    drawn = chapter_4_schemes(split)
+    radius: dict[str, Array] = {label: s.spectral_radius(2 * np.pi * RADIUS_RATIOS) for label, s in drawn.items()}
+    amplitude = {label: s.amplitude_error(2 * np.pi * ERROR_RATIOS) for label, s in drawn.items()}
+    period = {label: s.period_error(2 * np.pi * ERROR_RATIOS) for label, s in drawn.items()}
+    figure = stability_figure(
+        rf"Figure 4.{number}: spectral radius, amplitude and period error for $\gamma_t$ = {float(split):g}, $\xi$ = 0",
+        (RADIUS_RATIOS, radius),
+        (ERROR_RATIOS, amplitude, period),
+    )
+    save(
+        figure, folder / f"figure_4_{number}", "Chapter 4",
+        f"""Newmark-BDF2 at γ_t = {float(split):g} with the five sets (β, γ) of Table 4.1, and Bathe's scheme in black,
+        on the undamped oscillator over h/T: (a) spectral radius, (b) amplitude error a period, (c) period error. Only
+        γ = 1/2 is of second order: above it the amplitude error starts with a slope. Kumar 2015, figure
+        4.{number}.""",
+    )  # fmt: skip
+    names = [f"beta={float(b):g} gamma={float(g):g}" for b, g in NEWMARK_SETS] + ["bathe"]
+    panels = (
+        ("a_spectral_radius", RADIUS_RATIOS, radius),
+        ("b_amplitude_error", ERROR_RATIOS, amplitude),
+        ("c_period_error", ERROR_RATIOS, period),
+    )
+    for panel, ratios, series in panels:
+        save_csv(folder / f"figure_4_{number}{panel}.csv", ["h/T", *names], [ratios, *series.values()])
+
+
+def parameter_sets() -> Iterator[tuple[str, dict[str, Fraction]]]:
+    """(scheme, parameters) of every curve in chapter 4."""
+    yield "bathe", {}
+    for split in SPLITS:
+        for beta, gamma in NEWMARK_SETS:
+            yield "newmark_bdf2", {"gamma_t": split, "beta": beta, "gamma": gamma}
+
+
+HEADER = (
+    *("scheme", "gamma_t", "beta", "gamma", "rho_inf", "order"),
+    *("damping: power of Omega", "damping: coefficient", "period error: power of Omega", "period error: coefficient"),
+)
+
+
+def property_row(of: tuple[str, dict[str, Fraction]]) -> list[str]:
+    """One row of the table of rho_inf, order and leading terms of both errors, undamped: exact."""
+    name, parameters = of
+    found: Properties = properties(name, parameters)
+    shown = [str(parameters[key]) if key in parameters else "" for key in ("gamma_t", "beta", "gamma")]
+    terms = [("", "0") if term is None else (str(term[0]), str(term[1])) for term in (found.damping, found.period)]
+    return [name, *shown, str(found.rho_inf), str(found.order), *terms[0], *terms[1]]
+
+
+def tables(folder: Path, catalogue: list[CatalogueRow], rows: list[list[str]]) -> None:
+    """Every scheme at its default parameters, and the parameter sets of chapter 4, as CSV."""
+    header = [f.name for f in fields(CatalogueRow)]
+    for name, lines in (
+        ("catalogue", [header, *(astuple(row) for row in catalogue)]), ("chapter_4_properties", [HEADER, *rows]),
+    ):  # fmt: skip
+        with (folder / f"{name}.csv").open("w", encoding="utf-8", newline="") as file:
+            csv.writer(file).writerows(lines)
+
+
+@dataclass(frozen=True)
+class Results:
+    """What `reproduce` found: rows of the tables of the catalogue, of chapter 4 and of failures, and the ledger."""
+
+    catalogue: list[CatalogueRow]
+    properties: list[list[str]]
+    failures: list[failures.Row]
+    claims: list[Judgement]
+
+
+def jobs(full: bool) -> tuple[Callable[[Path], object], ...]:
+    """What only draws, one job a piece; full: the long runs too."""
+    chapter_4 = (partial(figure_4, number, split) for number, split in enumerate(SPLITS, start=1))
+    return (*chapter_4, *CHARTS, *figures_5.JOBS, *(figures_5.LONG_JOBS if full else ()))
+
+
+def _drawn(folder: Path, full: bool, i: int) -> None:
+    jobs(full)[i](folder)
+
+
+def _compiled(name: str) -> None:
+    """The scheme's kernels into numba's cache, for numba compiles on one core of a process."""
+    s = scheme(name)
+    s.stability(1.0)
+    where = [case.make() for case in CASES]
+    if name in failures.words.QUICK:
+        where += [case.make() for case in failures.table.CASES]
+    for one in where:
+        march(one, s, 1e-4, 2e-4)
+
+
+@contextmanager
+def _workers() -> Iterator[Callable[..., Iterator[Any]]]:
+    """`map` on a process for each core, which begins at once, or on this one if there is no other."""
+    if cores() == 1:
+        yield map
+        return
+    pool = ProcessPoolExecutor(cores(), mp_context=get_context("spawn"))
+    try:
+        yield pool.map
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def reproduce(folder: Path, step: Callable[[], object], *, full: bool = False) -> Results:
+    """Everything into the folder; calls step() `steps(full)` times. full: the long runs and fine maps as well."""
+    folder.mkdir(parents=True, exist_ok=True)
+    page.pictures(folder)  # one that the page refuses is told before the work, not after
+
+    def waited(found: Iterator[Any]) -> list[Any]:
+        return [(one, step())[0] for one in found]
+
+    with _workers() as each:
+        if each is not map:
+            waited(each(_compiled, schemes()))
+        drawn = each(partial(_drawn, folder, full), range(len(jobs(full))))
+        rows = each(catalogue_row, schemes()), each(property_row, parameter_sets()), each(claims.judged, claims.JUDGES)
+        outcomes = failures.battery(folder, step, full)
+        waited(drawn)
+        catalogue, of_chapter_4, judgements = map(waited, rows)
+    for job in precision.jobs(full):  # timed, so while nothing else runs
+        job(folder)
+        step()
+    tables(folder, catalogue, of_chapter_4)
+    claims.write(folder, judgements)
+    page.write(folder)
+    return Results(catalogue, of_chapter_4, outcomes, judgements)
+
+
+def steps(full: bool = False) -> int:
+    """How often `reproduce` calls its step."""
+    ahead = len(schemes()) if cores() > 1 else 0
+    drawn = len(jobs(full)) + len(precision.jobs(full)) + failures.count()
+    return ahead + drawn + len(schemes()) + sum(1 for _ in parameter_sets()) + len(claims.JUDGES)
