@@ -10,6 +10,7 @@ from published import CHOPRA
 from substep_derive import derive
 
 import substep as ss
+from substep.core.loads import Load
 
 RNG = np.random.default_rng(7)
 PARAMETERS = {
@@ -95,7 +96,7 @@ def oracle_history(name: str, s: ss.Scheme, scene: ss.Scene, dt: float, n: int) 
 @pytest.mark.parametrize(
     "load", [None, ss.Harmonic(2.0, 3.0, 0.4), ss.Step(1.5, 0.35), ss.HalfSine(3.0, 0.8)], ids=repr
 )
-def test_history_equals_the_stepped_one(name: str, load: ss.loads.Load | None) -> None:
+def test_history_equals_the_stepped_one(name: str, load: Load | None) -> None:
     dt, n = 0.1, 40
     scene = ss.scene("linear_oscillator", omega=5.0, xi=0.03, u0=0.7, v0=-0.2, a0=1.3, load=load)
     s = ss.scheme(name, **RUNS[name])

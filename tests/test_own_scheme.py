@@ -13,13 +13,13 @@ from substep_derive.declare.symbols import gamma, h, knot
 from sympy import Interval, Rational
 
 import substep as ss
-from substep.derived import facade
+from substep.derived import module_cache
 
 OWN = '''
 """Newmark's relations with beta = gamma^2/2 (a user's file)."""
 from sympy import Interval, Rational
 from substep_derive import Balance, Parameter, Scheme
-from substep_derive.symbols import gamma, h, knot
+from substep_derive.declare.symbols import gamma, h, knot
 
 u0, v0, a0 = knot(0)
 u1, v1, a1 = end = knot(1)
@@ -108,14 +108,14 @@ def test_two_processes_at_once(folder: Path) -> None:
 
 
 def test_a_folder_that_others_may_write_to_or_own_is_refused(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    facade.cache_folder().chmod(0o777)
+    module_cache.cache_folder().chmod(0o777)
     with pytest.raises(PermissionError, match="chmod 700"):
-        facade.cache_folder()
+        module_cache.cache_folder()
     build_folder = folder / "cache"
     build_folder.chmod(0o700)
     monkeypatch.setattr(os, "getuid", lambda: build_folder.stat().st_uid + 1)
     with pytest.raises(PermissionError, match="yours alone"):
-        facade.cache_folder()
+        module_cache.cache_folder()
 
 
 def declared(name: str) -> Scheme:
