@@ -6,9 +6,9 @@ from declared import BY_NAME, NAMES
 from substep_derive import derive
 from substep_derive.declare.symbols import alpha, gamma
 from substep_derive.oscillator.bifurcation import bifurcation
+from substep_derive.oscillator.evaluation import Evaluation
 from substep_derive.oscillator.order import order_conditions, order_of
 from substep_derive.oscillator.overshoot import Overshoot, overshoot
-from substep_derive.study.derivation import at_defaults
 from substep_derive.study.profile import profile
 from sympy import Rational, oo, sqrt
 
@@ -29,13 +29,13 @@ import substep as ss
     ],
 )
 def test_overshoot_of_the_literature(name: str, expected: str) -> None:
-    assert str(overshoot(derive(name).amplification)) == expected
+    assert str(overshoot(Evaluation.free(BY_NAME[name]))) == expected
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_overshoot_is_what_a_run_shows(name: str) -> None:
     """The growth of u and v/omega from Omega = 1e3 to 1e5 in the scheme's own first step."""
-    found = overshoot(derive(at_defaults(BY_NAME[name])).amplification)
+    found = overshoot(Evaluation.at_defaults(name))
     s = ss.scheme(name)
     lag = max(back for _, back in s.history) if s.start not in ("given", "start") else 0
     sizes = []
@@ -52,11 +52,11 @@ def test_overshoot_is_what_a_run_shows(name: str) -> None:
 
 
 def test_bifurcation() -> None:
-    assert bifurcation(derive("linear_acceleration").amplification) == 2 * sqrt(3)
-    assert bifurcation(derive("noh_bathe", p="1/2").amplification) == 4
-    assert bifurcation(derive("bathe").amplification) == oo
+    assert bifurcation(Evaluation.at_defaults("linear_acceleration")) == 2 * sqrt(3)
+    assert bifurcation(Evaluation.at_defaults(derive("noh_bathe", p="1/2").scheme)) == 4
+    assert bifurcation(Evaluation.at_defaults("bathe")) == oo
     with pytest.raises(ValueError, match="expected values for"):
-        bifurcation(derive("newmark_bdf2").amplification)
+        bifurcation(Evaluation.free(BY_NAME["newmark_bdf2"]))
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -79,7 +79,7 @@ def test_profile_agrees_with_the_compiled_functions(name: str) -> None:
 @pytest.mark.parametrize("name", NAMES)
 def test_derived_order_is_the_observed_one(name: str, damping: str) -> None:
     """Free vibration at a fixed time, u, v and a, from step sizes 1/200 to 1/1600."""
-    exact = order_of(derive(at_defaults(BY_NAME[name])).amplification, Rational(damping)).free
+    exact = order_of(Evaluation.at_defaults(name), Rational(damping)).free
     omega, xi, t = 2.0, float(Rational(damping)), 1.0
     scene = ss.scene("linear_oscillator", omega=omega, xi=xi, u0=0.7, v0=1.1)
     s = np.roots([1.0, 2 * xi * omega, omega**2])
@@ -94,15 +94,15 @@ def test_derived_order_is_the_observed_one(name: str, damping: str) -> None:
 
 
 def test_order_conditions_with_symbolic_parameters() -> None:
-    newmark = order_conditions(derive("newmark").amplification)
+    newmark = order_conditions(BY_NAME["newmark"])
     assert newmark == dict.fromkeys("uva", (2 * gamma - 1,))
-    assert order_conditions(derive("hht_alpha").amplification) == {"u": (), "v": (), "a": (alpha,)}
-    assert order_conditions(derive("houbolt").amplification) == dict.fromkeys("uva", ())
-    assert all(order_conditions(derive("backward_euler").amplification).values())
+    assert order_conditions(BY_NAME["hht_alpha"]) == {"u": (), "v": (), "a": (alpha,)}
+    assert order_conditions(BY_NAME["houbolt"]) == dict.fromkeys("uva", ())
+    assert all(order_conditions(BY_NAME["backward_euler"]).values())
 
 
 def test_error_constants_of_average_acceleration() -> None:
     """Its frequency error is Omega^2/12 (free) and its forced error comes from the same rational function."""
-    found = order_of(derive("average_acceleration").amplification, Rational(0))
+    found = order_of(Evaluation.at_defaults("average_acceleration"), Rational(0))
     assert found.free == found.forced == (2, 2, 2)
     assert (0, Rational(-1, 12)) in [tuple(Rational(str(x)) for x in pair) for pair in found.free_constants[0]]

@@ -13,6 +13,7 @@ from typing import Any
 from sympy import (
     QQ,
     Add,
+    CRootOf,
     Expr,
     Integer,
     Interval,
@@ -24,12 +25,15 @@ from sympy import (
     cancel,
     fraction,
     minimal_polynomial,
+    sqrt,
+    sqrtdenest,
 )
 
 from . import rational
 from .exact_number import exact_number
 
-generator = Symbol("r")  # the algebraic number that parameters may be rational functions of
+# the algebraic number that parameters may be rational functions of; its assumption tells it from a parameter named r
+generator = Symbol("r", algebraic=True)
 
 Enclosure = tuple[Any, Any]  # two rationals of QQ with a real number between them
 
@@ -98,6 +102,24 @@ class RealRoot:
             self.narrow()
         middle = (self.low + self.high) / 2
         return Fraction(int(middle.numerator), int(middle.denominator))
+
+
+def closed_form(root: RealRoot, variable: Symbol, *, in_square: bool = False) -> Expr:
+    """A root, or the square root of a positive one, in radicals up to degree two, else as a CRootOf."""
+    polynomial = root.polynomial
+    if polynomial.degree() > 2:
+        if not in_square:
+            return CRootOf(Poly(polynomial.as_expr(variable), variable), root.rank)
+        negative, positive = polynomial.count_roots(None, 0), polynomial.count_roots(0, None)
+        return CRootOf(Poly(polynomial.as_expr(variable**2), variable), positive + root.rank - negative)
+    coefficients = [Rational(int(c)) for c in polynomial.all_coeffs()]
+    if len(coefficients) == 2:
+        number = -coefficients[1] / coefficients[0]
+    else:
+        a, b, c = coefficients
+        upper = (root.rank == 1) == (a > 0)
+        number = (-b + (1 if upper else -1) * sqrt(b**2 - 4 * a * c)) / (2 * a)
+    return sqrtdenest(sqrt(number)) if in_square else number
 
 
 def irreducible(polynomial: Poly) -> list[Poly]:

@@ -5,6 +5,7 @@ a gcd); only a sign that exists is sought, by intervals that close in.
 """
 
 from collections.abc import Iterable, Sequence
+from itertools import pairwise
 from typing import Any, Protocol
 
 from sympy import QQ, Poly, Symbol
@@ -154,3 +155,30 @@ def positive_roots(field: Field, polynomials: Sequence[Any], ring: Any) -> list[
 def ring_over(field: Field, *symbols: Symbol) -> Any:
     """Sparse polynomials over K."""
     return polynomial_ring(list(symbols), field.domain)[0]
+
+
+def count_real_roots(field: Field, coefficients: Sequence[Any]) -> int:
+    """How many distinct real roots a polynomial over K has, coefficients from the highest: Sturm's theorem."""
+    chain, signs = [list(coefficients)], []
+    p = chain[0]
+    chain.append([c * (len(p) - 1 - i) for i, c in enumerate(p[:-1])])
+    while len(chain[-1]) > 1:
+        rest = _remainder(chain[-2], chain[-1])
+        if not rest:
+            break
+        chain.append([-c for c in rest])
+    for at in (-1, 1):  # -oo, oo
+        row = [field.sign(q[0]) * (at if len(q) % 2 == 0 else 1) for q in chain if q]
+        signs.append(sum(a != b for a, b in pairwise(row)))
+    return signs[0] - signs[1]
+
+
+def _remainder(p: Sequence[Any], divisor: Sequence[Any]) -> list[Any]:
+    """Of polynomials over K, coefficients from the highest; no coefficients for 0."""
+    rest = list(p)
+    while len(rest) >= len(divisor):
+        factor = rest[0] / divisor[0]
+        rest = [c - factor * d for c, d in zip(rest, [*divisor, *[0 * c for c in rest[len(divisor) :]]], strict=True)]
+        while rest and not rest[0]:
+            rest = rest[1:]
+    return rest

@@ -7,7 +7,7 @@ simplified after it was built.
 from collections.abc import Sequence
 from typing import Any
 
-from sympy import QQ, ZZ, Expr, Integer, Matrix, Poly, Symbol, factor, field, ring
+from sympy import QQ, ZZ, Expr, Integer, Matrix, Poly, Symbol, factor, ring
 from sympy import cse as sympy_cse
 from sympy.polys.matrices import DomainMatrix
 from sympy.polys.matrices.exceptions import DMNonInvertibleMatrixError
@@ -75,9 +75,19 @@ def polynomial_ring(symbols: Sequence[Symbol]) -> tuple[Any, ...]:
     return ring(list(symbols), QQ)
 
 
-def rational_functions(symbols: Sequence[Symbol]) -> Any:
-    """Their field over the rationals, None for no symbols."""
-    return field(list(symbols), QQ)[0] if symbols else None
+class RationalFunctions:
+    """The field of rational functions in some symbols over Q, which is Q itself for none."""
+
+    def __init__(self, symbols: Sequence[Symbol]) -> None:
+        self.domain: Any = QQ.frac_field(*symbols) if symbols else QQ
+
+    def number(self, value: Expr) -> Any:
+        """A rational function as an element of the field."""
+        return self.domain.from_sympy(value)
+
+    def expression(self, number: Any) -> Expr:
+        """An element as an expression."""
+        return self.domain.to_sympy(number)
 
 
 def horner(expression: Expr, variable: Symbol) -> Expr:

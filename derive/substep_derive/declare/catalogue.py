@@ -2,6 +2,8 @@
 
 from typing import Any
 
+from sympy import Rational
+
 from .errors import DeclarationError
 from .scene import Scene
 from .scenes import ALL as SCENES
@@ -17,6 +19,24 @@ def find(scheme: str | Scheme) -> Scheme:
 def find_scene(scene: str | Scene) -> Scene:
     """The scene of that name; a declaration itself. Raises DeclarationError for an unknown name."""
     return scene if isinstance(scene, Scene) else _named(scene, "scene", SCENES)
+
+
+def as_member(scheme: Scheme) -> tuple[str, dict[str, Rational]] | None:
+    """(name, parameters) of a scheme of the catalogue that a scheme without free parameters is; None if none is it.
+
+    What it computes decides, not its name.
+    """
+    for name in (scheme.name, scheme.parent):
+        for declared in (one for one in SCHEMES if one.name == name):
+            values = {p.name: scheme.fixed[p.name] for p in declared.parameters if p.name in scheme.fixed}
+            if len(values) == len(declared.parameters) and _same_step(declared.fix(values), scheme):
+                return declared.name, values
+    return None
+
+
+def _same_step(one: Scheme, other: Scheme) -> bool:
+    parts = ((s.relations, s.balances, s.report, s.start_scheme or s.start) for s in (one, other))
+    return next(parts) == next(parts)
 
 
 def _named(name: str, what: str, declared: tuple[Any, ...]) -> Any:

@@ -1,6 +1,7 @@
 """What tells one declaration from another: the sha256 of everything declared."""
 
 import hashlib
+from collections.abc import Mapping
 
 from sympy import srepr, sympify
 
@@ -15,8 +16,8 @@ def scheme_digest(scheme: Scheme) -> str:
     for p in (*scheme.parameters, *(family.argument for family in scheme.families)):
         default = p.default.equation if isinstance(p.default, Root) else p.default
         declared += [srepr(part) for part in (p.symbol, p.domain, default)]
-    started = [] if isinstance(scheme.start, Scheme) else [*scheme.start.items()]
-    declared += [scheme.start.name] if isinstance(scheme.start, Scheme) else []
+    started = [*scheme.start.items()] if isinstance(scheme.start, Mapping) else []
+    declared += [] if scheme.start_scheme is None else [scheme_digest(scheme.start_scheme)]
     declared += [srepr(part) for value in (*started, *scheme.report.items()) for part in value]
     declared += [srepr(part) for family in scheme.families for value in family.values.items() for part in value]
     declared += [srepr(part) for relation in scheme.relations.items() for part in relation]

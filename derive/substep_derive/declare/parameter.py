@@ -1,9 +1,26 @@
 """Parameters of schemes and scenes: the interval each may lie in, its default, and families of them."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
-from sympy import Expr, Interval, Rational, Symbol
+from sympy import (
+    QQ,
+    CoercionFailed,
+    Expr,
+    Interval,
+    Poly,
+    PolynomialError,
+    Rational,
+    Symbol,
+    fraction,
+    sympify,
+    together,
+    true,
+)
+
+from ..algebra.algebraic import Algebraic, RealRoot, irreducible, real_roots
+from .errors import DeclarationError
 
 
 @dataclass(frozen=True)
@@ -21,17 +38,113 @@ class Root:
 class Parameter:
     """A free parameter, the interval it may lie in, and the value taken when none is given.
 
-    The default may be an expression in parameters declared before this one.
+    The default may be an expression in parameters declared before this one, None where there is none (a scene's).
+
+    Raises DeclarationError for an interval or a default that is not exact.
     """
 
     symbol: Symbol
     domain: Interval
-    default: Expr | Root
+    default: Expr | Root  # None for a scene's parameter without one
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.symbol, Symbol):
+            raise DeclarationError(f"expected a SymPy Symbol as a parameter, got {self.symbol!r}; write Symbol('...')")
+        ends = (self.domain.start, self.domain.end) if isinstance(self.domain, Interval) else ()
+        if not ends or not all(isinstance(end, Rational) or end.is_infinite for end in ends):
+            raise DeclarationError(
+                f"{self.name}: expected an interval with rational or infinite ends and more than one number in it, "
+                f"got {self.domain}; write Interval(0, Rational(1, 2)), Interval.open(0, oo), ..."
+            )
+        if self.default is None or isinstance(self.default, Root):
+            return
+        default = sympify(self.default)
+        object.__setattr__(self, "default", default)
+        if default.has(self.symbol) or any(part.is_Float for part in default.atoms()):
+            raise DeclarationError(
+                f"{self.name}: expected an exact default, perhaps in parameters declared before, got {default}; write "
+                "a fraction as Rational(1, 4)"
+            )
+
+    def check_default(self) -> None:
+        """Raises DeclarationError for a default that is a number, or the root of an equation in numbers, outside."""
+        if isinstance(self.default, Root):
+            if not self.default.equation.free_symbols - {self.symbol}:
+                self.root({})
+        elif self.default is not None and self.default.is_number and self.domain.contains(self.default) is not true:
+            raise DeclarationError(
+                f"{self.name}: the default {self.default} does not lie in {self.domain}; choose one inside"
+            )
 
     @property
     def name(self) -> str:
         """The symbol's name."""
         return self.symbol.name
+
+    def inside(self, share: Rational) -> Rational:
+        """A number of the interval: that share of it between its ends, of an infinite one so far from its end."""
+        low, high = self.domain.start, self.domain.end
+        if low.is_finite:
+            return low + share * (high - low if high.is_finite else 1)
+        return high - share if high.is_finite else 2 * share - 1
+
+    def polynomial(self, values: Mapping[Symbol, Expr]) -> Poly:
+        """Of an implicit default: the polynomial over Q whose root in the interval it is, coprime integers."""
+        assert isinstance(self.default, Root)
+        numerator = fraction(together(self.default.subs(values).equation))[0]
+        try:
+            found = Poly(numerator, self.symbol, domain=QQ)
+        except (PolynomialError, CoercionFailed) as error:
+            raise DeclarationError(
+                f"{self.name}: expected a polynomial equation in {self.name} with rational coefficients for its "
+                f"default, got {numerator}; give {self.name}"
+            ) from error
+        return found.clear_denoms(convert=True)[1].primitive()[1] if not found.is_zero else found
+
+    def root(self, values: Mapping[Symbol, Expr]) -> "Rational | Algebraic":
+        """The implicit default at exact values of the other parameters.
+
+        Raises DeclarationError unless exactly one root lies in the interval.
+        """
+        polynomial = self.polynomial(values)
+        found = [] if polynomial.is_zero else _roots_inside(polynomial, self.domain)
+        if len(found) != 1:
+            count = "any number" if polynomial.is_zero else str(len(found))
+            raise DeclarationError(
+                f"{self.name} has no default here: expected one root of {polynomial.as_expr()} in {self.domain}, "
+                f"got {count}; give {self.name}, or declare an interval with one root in it"
+            )
+        (root,) = found
+        if root.rational is not None:
+            return Rational(int(root.rational.numerator), int(root.rational.denominator))
+        ends = (Rational(int(end.numerator), int(end.denominator)) for end in (root.low, root.high))
+        return Algebraic(tuple(int(c) for c in root.polynomial.all_coeffs()), tuple(ends))
+
+
+def _roots_inside(polynomial: Poly, domain: Interval) -> list[RealRoot]:
+    """The distinct real roots that lie in an interval."""
+    found = []
+    for factor in irreducible(polynomial):
+        for root in real_roots(factor) if factor.degree() else []:
+            if all(_beside(root, end, side, is_open) for end, side, is_open in _ends(domain)):
+                found.append(root)
+    return found
+
+
+def _ends(domain: Interval) -> Sequence[tuple[Expr, int, bool]]:
+    """The finite ends: number, 1 for the lower and -1 for the upper one, whether it is left out."""
+    both = ((domain.start, 1, domain.left_open), (domain.end, -1, domain.right_open))
+    return [(end, side, bool(is_open)) for end, side, is_open in both if end.is_finite]
+
+
+def _beside(root: RealRoot, end: Any, side: int, is_open: bool) -> bool:
+    """Whether a root lies on the interval's side of one of its ends."""
+    number = QQ(int(end.p), int(end.q))
+    if root.rational is not None:
+        return (root.rational - number) * side > 0 or (root.rational == number and not is_open)
+    while root.low <= number <= root.high:
+        root.narrow()
+    return (root.low - number) * side > 0
 
 
 @dataclass(frozen=True)
@@ -40,14 +153,3 @@ class Family:
 
     argument: Parameter
     values: Mapping[Symbol, Expr]
-
-
-def root_near(equation: Expr, parameter: Parameter) -> Rational:
-    """A rational within 1e-40 of the root in the parameter's interval: where only its size matters."""
-    low, high = Rational(parameter.domain.start), Rational(parameter.domain.end)
-    sign = equation.subs(parameter.symbol, low) > 0
-    while high - low > Rational(1, 10**40):
-        middle = (low + high) / 2
-        inside = (equation.subs(parameter.symbol, middle) > 0) == sign
-        low, high = (middle, high) if inside else (low, middle)
-    return low

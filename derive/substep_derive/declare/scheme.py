@@ -6,14 +6,16 @@ not define exactly one new state.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
-from sympy import Add, Expr, Mul, Pow, Rational, Symbol, preorder_traversal, sympify
+from sympy import Expr, Rational, Symbol, sympify
 
 from ..algebra.exact_number import exact_number
+from .checks import check
 from .errors import DeclarationError
 from .parameter import Family, Parameter, Root
-from .symbols import K0, C, K_t, Knot, M, N, N_discrete, f, h, knot, knot_of, lattice
+from .symbols import Knot, N, f, knot_of, lattice
 
 
 @dataclass(frozen=True)
@@ -71,47 +73,31 @@ class Scheme:
     fixed: Mapping[str, Rational] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        declared = {parameter.symbol for parameter in self.parameters} | {h, M, C, K0}
-        for symbol in sorted(self._mentioned, key=str):
-            if knot_of(symbol) is None and symbol not in declared:
-                raise DeclarationError(
-                    f"{self.name}: '{symbol}' is neither a knot's u, v, a nor a declared parameter; "
-                    f"declare Parameter({symbol}, ...) or correct the name"
-                )
-        for part in (part for e in self._coefficients for part in preorder_traversal(e)):
-            if not _is_rational(part):
-                raise DeclarationError(
-                    f"{self.name}: '{part}' is neither rational nor a whole power, but all that is derived is "
-                    "exact; write a fraction as Rational(1, 4), anything else as the default of a Parameter"
-                )
-        for symbol in self.relations:
-            if knot_of(symbol) is None:
-                raise DeclarationError(f"{self.name}: a relation defines '{symbol}', not a knot's u, v or a")
-        count, unknowns = len(self.relations) + len(self.balances), self.unknowns
-        if len(unknowns) != count:
-            defined = ", ".join(str(s) for s in unknowns if s not in self.relations)
-            raise DeclarationError(
-                f"{self.name}: {len(self.relations)} relations and {len(self.balances)} balances "
-                f"for {len(unknowns)} unknowns; without a relation of their own: {defined}. "
-                f"{'A relation is missing' if len(unknowns) > count else 'There is a relation too many'}"
-            )
+        check(self)
 
-        given = set(knot(0)) | set(self.start if isinstance(self.start, Mapping) else self.state)
-        if missing := [s for s in self.state if s not in given]:
-            raise DeclarationError(
-                f"{self.name}: the step reads {missing[0]}, for which start says nothing; "
-                f"give start={{{missing[0]}: ...}} or start=<a one-step scheme>"
-            )
+    def __hash__(self) -> int:
+        return hash((self.name, frozenset(self.relations), self.balances))
+
+    @cached_property
+    def start_scheme(self) -> "Scheme | None":
+        """The scheme that marches the first steps, its own parameters at their defaults; None without one."""
+        if not isinstance(self.start, Scheme):
+            return None
+        start = self.start
+        defaults: dict[Symbol, Expr] = {}
+        for p in start.parameters:
+            default = p.default if isinstance(p.default, Root | None) else p.default.subs(defaults)
+            if not isinstance(default, Rational):
+                raise DeclarationError(
+                    f"{self.name}: expected the scheme that starts it to have rational parameters, got {start.name} "
+                    f"with {p.name} = {default}; write start={start.name}.fix({{'{p.name}': ...}})"
+                )
+            defaults[p.symbol] = default
+        return start.fix({s.name: value for s, value in defaults.items()}) if defaults else start
 
     @property
-    def _coefficients(self) -> list[Expr]:
-        """All expressions that have to be rational functions."""
-        start = self.start if isinstance(self.start, Mapping) else {}
-        found = [*self.relations.values(), *start.values(), *self.report.values()]
-        return found + [e for b in self.balances for e in (b.inertia, b.damping, b.force)]
-
-    @property
-    def _mentioned(self) -> set[Symbol]:
+    def mentioned(self) -> set[Symbol]:
+        """Symbols of relations and balances, the load's instants among them."""
         symbols = {s for relation in self.relations.items() for e in relation for s in e.free_symbols}
         for balance in self.balances:
             symbols |= balance.symbols | balance.load.free_symbols
@@ -126,7 +112,7 @@ class Scheme:
             step = lattice(at[1]) if at else None
             return at is not None and (step is None or step > 0 or symbol in self.relations)
 
-        new = {symbol for symbol in self._mentioned if is_new(symbol)}
+        new = {symbol for symbol in self.mentioned if is_new(symbol)}
         for balance in self.balances:
             if not any(symbol in new for symbol in balance.inertia.free_symbols):
                 new |= {s for s in balance.inertia.free_symbols if knot_of(s)}
@@ -136,7 +122,7 @@ class Scheme:
     def state(self) -> tuple[Symbol, ...]:
         """Old symbols that the step reads: what must be carried from step to step."""
         new = set(self.unknowns)
-        return tuple(sorted((s for s in self._mentioned if knot_of(s) and s not in new), key=_knot_order))
+        return tuple(sorted((s for s in self.mentioned if knot_of(s) and s not in new), key=_knot_order))
 
     @property
     def values(self) -> tuple[Symbol, ...]:
@@ -149,7 +135,7 @@ class Scheme:
         values: dict[Symbol, Expr] = {}
         for p in self.parameters:
             implicit = isinstance(p.default, Root)
-            values[p.symbol] = (p.domain.start + p.domain.end) / 2 if implicit else p.default.subs(values)
+            values[p.symbol] = p.inside(Rational(1, 2)) if implicit else p.default.subs(values)
         return values
 
     def exact(self, values: Mapping[str, Any]) -> dict[Symbol, Rational]:
@@ -198,12 +184,6 @@ class Scheme:
             parent=self.parent or self.name,
             fixed={**self.fixed, **{key.name: value for key, value in exact.items()}},
         )
-
-
-def _is_rational(part: Expr) -> bool:
-    """Whether it is, if the parts it is made of are."""
-    declared = (Rational, Symbol, Add, Mul, f, N, N_discrete, K_t)
-    return isinstance(part, declared) or (isinstance(part, Pow) and part.exp.is_Integer)
 
 
 def _replaced(expressions: Mapping[Symbol, Expr], values: Mapping[Symbol, Expr]) -> dict[Symbol, Expr]:

@@ -3,36 +3,36 @@
 import hashlib
 from collections.abc import Iterable
 
-from sympy import Expr, Float, Pow, fraction, together
+from sympy import Expr, Float, Poly, Pow, factor, fraction, together
 
-from ..algebra import rational
+from ..declare.catalogue import as_member
+from ..declare.errors import DeclarationError
 from ..declare.parameter import Family, Parameter, Root
 from ..declare.scheme import Scheme
 from ..declare.symbols import knot_of, lattice, state_label
 from ..kernels.march_form import MarchForm
 from .printing import PRINTER, fill, literal_tuple
-from .templates.scheme import BANNER, INDEX, ROOT
+from .templates.scheme import BANNER, INDEX
 
 
 def index_module(forms: Iterable[MarchForm]) -> str:
     """Text of generated/substep_kernels/index.py: names, parameters, families and members, without numba."""
-    roots: list[str] = []
     lines = ["{"]
     for form in forms:
-        described = index_entry(form, roots)
+        described = index_entry(form)
         lines += [f'    "{form.scheme.name}": {{', *(f"        {line}" for line in described), "    },"]
-    text = fill(INDEX, schemes="\n".join([*lines, "}"]), roots="".join(roots))
+    text = fill(INDEX, schemes="\n".join([*lines, "}"]))
     checked = hashlib.sha256(text.encode()).hexdigest()
     return fill(BANNER, source="substep_derive.schemes", digest=checked) + text
 
 
-def index_entry(form: MarchForm, roots: list[str]) -> list[str]:
-    """Lines of one scheme's entry; functions for implicit defaults are added to roots."""
+def index_entry(form: MarchForm, *, own: bool = False) -> list[str]:
+    """Lines of one scheme's entry, of the catalogue or own."""
     scheme = form.scheme
     history = [knot_of(s) or ("", "0") for s in scheme.state]
     described = {
         "module": repr(scheme.parent or scheme.name),
-        "parameters": literal_tuple(_parameter(scheme, k, roots) for k in range(len(scheme.parameters))),
+        "parameters": literal_tuple(_parameter(scheme, k) for k in range(len(scheme.parameters))),
         "families": "{" + ", ".join(_family(family) for family in scheme.families) + "}",
         "fixed": repr({name: float(value) for name, value in scheme.fixed.items()}),
         "balances": repr(len(scheme.balances)),
@@ -40,16 +40,33 @@ def index_entry(form: MarchForm, roots: list[str]) -> list[str]:
         "state": repr(tuple(state_label(s) for s in scheme.state)),
         "history": repr(tuple(("uva".index(kind), int(-(lattice(label) or 0))) for kind, label in history)),
         "start": repr(_start(scheme)),
+        "starter": repr(_starter(scheme, own)),
         "reference": repr(scheme.reference),
     }
     return [f'"{key}": {text},' for key, text in described.items()]
 
 
 def _start(scheme: Scheme) -> str:
-    """ "given": u, h*v, h^2*a are the state; "start": the module's function; else a scheme that marches first."""
-    if isinstance(scheme.start, Scheme):
-        return scheme.start.name
-    return "start" if scheme.start else "given"
+    """ "given": u, h*v, h^2*a are the state; "function": the module's start; "scheme": another one marches first."""
+    if scheme.start_scheme is not None:
+        return "scheme"
+    return "function" if scheme.start else "given"
+
+
+def _starter(scheme: Scheme, own: bool) -> tuple[str, dict[str, float]] | None:
+    """Name and parameters of the scheme of the catalogue that marches first; no name for one of the user's own.
+
+    Raises DeclarationError for a scheme of the catalogue that is started by one outside of it.
+    """
+    if scheme.start_scheme is None:
+        return None
+    found = as_member(scheme.start_scheme)
+    if found is None and not own:
+        raise DeclarationError(
+            f"{scheme.name}: expected the scheme that starts it in the catalogue, got {scheme.start_scheme.name} "
+            "outside of it; add it to a file of declarations and to its ALL"
+        )
+    return ("", {}) if found is None else (found[0], {key: float(value) for key, value in found[1].items()})
 
 
 def domain_text(parameter: Parameter) -> str:
@@ -59,30 +76,16 @@ def domain_text(parameter: Parameter) -> str:
     return f"{low}, {high}, {bool(domain.left_open)}, {bool(domain.right_open)}"
 
 
-def _parameter(scheme: Scheme, k: int, roots: list[str]) -> str:
-    """(name, domain..., default as a function of the parameters before it)."""
+def _parameter(scheme: Scheme, k: int) -> str:
+    """(name, domain..., default as a function of the parameters before it); an implicit one by its polynomial."""
     parameter, earlier = scheme.parameters[k], ", ".join(p.name for p in scheme.parameters[:k])
     default = parameter.default
-    if isinstance(default, Root):
-        name = f"_{scheme.name}_{parameter.name}"
-        equation = fraction(together(default.equation))[0]
-        printed = (
-            PRINTER.doprint(rational.horner(e, parameter.symbol)) for e in (equation, equation.diff(parameter.symbol))
-        )
-        roots.append(
-            fill(
-                ROOT,
-                name=name,
-                arguments=earlier,
-                unknown=parameter.name,
-                start=float((parameter.domain.start + parameter.domain.end) / 2),
-                **dict(zip(("equation", "slope"), printed, strict=True)),
-            )
-        )
-        text = name
-    else:
-        text = f"lambda {earlier}: {number(default)}".replace("lambda :", "lambda:")
-    return f'("{parameter.name}", {domain_text(parameter)}, {text})'
+    function = f"lambda {earlier}: ".replace("lambda :", "lambda:")
+    if not isinstance(default, Root):
+        return f'("{parameter.name}", {domain_text(parameter)}, {function}{number(default)})'
+    polynomial = Poly(fraction(together(default.equation))[0], parameter.symbol)
+    coefficients = literal_tuple(number(factor(c)) for c in reversed(polynomial.all_coeffs()))
+    return f'("{parameter.name}", {domain_text(parameter)}, None, {function}{coefficients})'
 
 
 def _family(family: Family) -> str:

@@ -152,7 +152,5 @@ def _assigned(names: Sequence[str]) -> str:
 def own_module(scheme: Scheme) -> str:
     """Text of a module for a scheme of the user's own: as a committed one, with its index entry as ENTRY."""
     form = MarchForm.of(Amplification.of(scheme))
-    roots: list[str] = []
-    entry = "\n".join(f"    {line}" for line in index_entry(form, roots))
-    text = scheme_module(form, f"the declaration of {scheme.name}")
-    return f"{text}{''.join(roots)}\n\nENTRY = {{\n{entry}\n}}\n"
+    entry = "\n".join(f"    {line}" for line in index_entry(form, own=True))
+    return f"{scheme_module(form, f'the declaration of {scheme.name}')}\n\nENTRY = {{\n{entry}\n}}\n"

@@ -5,7 +5,7 @@ a linear scene and an explicit balance need the constant matrix c_a M + c_v C + 
 only a nonlinear force that moves with z needs Newton's iteration.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from sympy import Abs, Add, Dummy, Expr, Integer, Matrix, Mul, Ne, Piecewise, Symbol, diag, oo, symbols, zeros
@@ -155,12 +155,12 @@ def pair(scheme: Scheme, motion: Motion) -> Pair:
     energy = w.hoist(motion.energy.subs({**at, t: h * (STEP + 1)}, simultaneous=True))
     return Pair(
         scheme, motion, w.constants, known, tuple(steps), shift, assigned, tuple(report), energy, stencil,
-        None if isinstance(scheme.start, Scheme) else _start(scheme, motion),
+        _start(scheme, motion) if scheme.start_scheme is None else None,
     )  # fmt: skip
 
 
 def _start(scheme: Scheme, motion: Motion) -> Start:
-    assert not isinstance(scheme.start, Scheme)
+    assert isinstance(scheme.start, Mapping)
     expressions = [scheme.start.get(s, s) for s in scheme.state]
     stencil = instants(expressions, scheme.typical)
     w = Writer(scheme, motion, stencil)

@@ -1,25 +1,23 @@
-"""Amplification -> what happens at small and at infinite Omega, exactly.
+"""Amplification -> numerical damping and period error at small Omega, exactly.
 
-With s = h*(exact eigenvalue), s^2 + 2*xi*Omega*s + Omega^2 = 0, the numerical eigenvalue next to e^s is
-e^(s + L), and L = A + B*s with A, B real. Then phi = Omega*sqrt(1 - xi^2)*(1 + B) and
+With s = h*(exact eigenvalue) and e^(s + L) the numerical eigenvalue next to e^s (see `mode`), L = A + B*s with A, B
+real. Then phi = Omega*sqrt(1 - xi^2)*(1 + B) and
 
     numerical damping = -A/phi,    period error = -B/(1 + B),
 
-so that both follow from one series, at any damping. Numbers in s are pairs (alpha, beta) standing
-for alpha + beta*zeta with zeta = s/Omega, zeta^2 = -2*xi*zeta - 1.
+so that both follow from one series, at any damping.
 """
 
 from dataclasses import dataclass
-from functools import reduce
-from math import comb, factorial
 from typing import Any, cast
 
-from sympy import QQ, Dummy, Expr, Poly, factor, sqrt
+from sympy import Dummy, Expr, Poly, factor, sqrt
 
 from ..algebra import rational
-from ..algebra.power_series import Series, powers_of_zeta
+from ..algebra.power_series import Modal, PowerSeries
 from ..declare.symbols import Omega, lam, xi
 from .amplification import Amplification
+from .mode import logarithm
 from .spectrum import live
 
 
@@ -39,18 +37,13 @@ class LeadingTerms:
 
 
 @dataclass(frozen=True)
-class LogarithmDefect:
-    """L = A + B*s with e^(s+L) an eigenvalue; A and B as coefficients of powers of Omega.
+class _Coefficients:
+    """Polynomials over Q in xi, the parameters and reciprocals: generator -> the polynomial it inverts."""
 
-    The coefficients are polynomials over `ring`, in xi, the parameters, w = 1/c and q = 1/(xi^2 - 1).
-    """
-
-    A: list[Any]
-    B: list[Any]
     ring: Any
-    reciprocals: dict[Any, Any]  # generator -> the polynomial it is the reciprocal of
+    reciprocals: dict[Any, Any]
 
-    def expr(self, coefficient: Any) -> Expr:
+    def expression(self, coefficient: Any) -> Expr:
         """A coefficient as a factored rational function of xi and the parameters."""
         numerator: Any = coefficient
         denominator: Any = self.ring.one
@@ -67,71 +60,42 @@ class LogarithmDefect:
         return cast(Expr, factor(numerator.as_expr()) / factor(denominator.as_expr()))
 
 
-def logarithm_defect(amplification: Amplification, terms: int, at: Expr = xi) -> LogarithmDefect:
-    """A up to Omega^(terms-1), B up to Omega^(terms-2), at one damping ratio or any.
-
-    Raises ValueError when the scheme is not consistent: no eigenvalue tends to e^s.
-    """
+def _logarithm(amplification: Amplification, terms: int) -> tuple[list[Modal], _Coefficients]:
+    """The coefficients of L for Omega^0 to Omega^(terms - 1). Raises InconsistentScheme."""
     p = live(amplification.charpoly)
-    p = Poly(p.as_expr().subs(xi, at), lam)
-    w, q = Dummy("w"), Dummy("q")
-    symbols = [*sorted((p.as_expr().free_symbols | at.free_symbols) - {lam, Omega}, key=str), w, q]
-    polynomials, *_ = rational.polynomial_ring(symbols)
-    damping, w_, q_ = (polynomials.from_expr(s) for s in (at, w, q))
-    zero = polynomials.zero
-    n = terms + 2
-    zeta = powers_of_zeta(n, damping)
-
-    def exponential(j: int) -> Series:
-        return Series(
-            [(a * QQ(j**k, factorial(k)), b * QQ(j**k, factorial(k))) for k, (a, b) in enumerate(zeta)], damping
-        )
-
-    # p(e^s (1 + delta)) = sum_i F[i] delta^i; delta is small, of order two at least
-    summands: list[Series] = []
-    for j, coefficient in enumerate(reversed(p.all_coeffs())):
+    w, q = Dummy("w"), Dummy("q")  # 1/c and 1/(xi^2 - 1)
+    ring, *_ = rational.polynomial_ring([*sorted((p.as_expr().free_symbols | {xi}) - {lam, Omega}, key=str), w, q])
+    damping, w_, q_ = (ring.from_expr(symbol) for symbol in (xi, w, q))
+    rows = []
+    for coefficient in reversed(p.all_coeffs()):
         by_power = Poly(coefficient, Omega)
-        row = [polynomials.from_expr(by_power.coeff_monomial(Omega**i)) for i in range(n)]
-        summands.append(Series([(x, zero) for x in row], damping) * exponential(j))
-    F = [_sum([t.scaled(QQ(comb(j, i))) for j, t in enumerate(summands) if j >= i]) for i in range(len(summands))]
-    c = F[1].c[1][1]
-    consistent = all(F[0].c[i] == (zero, zero) for i in range(3)) and F[1].c[0] == (zero, zero)
-    if not consistent or c == 0 or F[1].c[1][0] != c * damping:
-        raise ValueError(f"{amplification.scheme.name} is not consistent: no eigenvalue tends to the exact one")
-    inverse = (damping * w_ * q_, w_ * q_)  # of c*(zeta + xi), since (zeta + xi)^2 = xi^2 - 1
-    delta = F[0].over(F[1], 1, inverse).scaled(QQ(-1))
-    for _ in range(terms - 3):  # F[0]/F[1] starts with Omega^2, each turn gains a power
-        power, correction = delta, F[0]
-        for higher in F[2:]:
-            power = power * delta
-            correction = correction + higher * power
-        delta = correction.over(F[1], 1, inverse).scaled(QQ(-1))
-    logarithm, power = delta, delta
-    for k in range(2, (terms + 1) // 2):
-        power = power * delta
-        logarithm = logarithm + power.scaled(QQ((-1) ** (k + 1), k))
-    pairs = logarithm.c[:terms]
-    return LogarithmDefect([a for a, _ in pairs], [b for _, b in pairs[1:]], polynomials, {w_: c, q_: damping**2 - 1})
+        row = [ring.from_expr(by_power.coeff_monomial(Omega**i)) for i in range(terms + 1)]
+        rows.append(PowerSeries(Modal(x, ring.zero, damping) for x in row))
+    leading: list[Any] = []
 
+    def inverse_of(number: Modal) -> Modal:
+        """Of c*(zeta + xi), since (zeta + xi)^2 = xi^2 - 1."""
+        leading.append(number.beta)
+        assert number.alpha == number.beta * damping
+        return Modal(damping * w_ * q_, w_ * q_, damping)
 
-def _sum(series: list[Series]) -> Series:
-    return reduce(lambda total, other: total + other, series)
+    found = logarithm(amplification.scheme.name, rows, damping, ring.one, inverse_of)
+    return found.c, _Coefficients(ring, {w_: leading[0], q_: damping**2 - 1})
 
 
 def leading_terms(amplification: Amplification, highest: int = 3) -> LeadingTerms:
-    """Up to Omega^highest, two powers further for a scheme whose error starts beyond.
+    """Up to Omega^highest, further by twos for a scheme whose error starts beyond.
 
-    Raises ValueError when the scheme is not consistent.
+    Raises InconsistentScheme when no eigenvalue tends to the exact one.
     """
-    L = logarithm_defect(amplification, highest + 2)
-    zero, one = L.ring.zero, L.ring.one
-    xi_ = L.ring.from_expr(xi)
-    frequency = Series([(b + (one if k == 0 else zero), zero) for k, b in enumerate(L.B)], xi_)
-    damping = Series([(a, zero) for a in L.A[1:]], xi_).over(frequency, 0, (one, zero))
-    period = Series([(b, zero) for b in L.B], xi_).over(frequency, 0, (one, zero))
+    L, over = _logarithm(amplification, highest + 2)
+    B = PowerSeries(c.beta for c in L[1:])
+    frequency = B + PowerSeries([over.ring.one] + [over.ring.zero] * (len(B) - 1))
+    damping = PowerSeries(c.alpha for c in L[1:]).over(frequency, over.ring.one)
+    period = B.over(frequency, over.ring.one)
     root = sqrt(1 - xi**2)
-    added = {k: -e / root for k, (a, _) in enumerate(damping.c) if (e := L.expr(a)) != 0}
-    elongation = {k: -e for k, (b, _) in enumerate(period.c) if (e := L.expr(b)) != 0}
-    if not added and not elongation and highest == 3:
-        return leading_terms(amplification, 5)
-    return LeadingTerms(added, elongation, min((*added, *elongation), default=highest + 1), highest)
+    added = {k: -e / root for k, a in enumerate(damping.c) if (e := over.expression(a)) != 0}
+    elongation = {k: -e for k, b in enumerate(period.c) if (e := over.expression(b)) != 0}
+    if not added and not elongation:
+        return leading_terms(amplification, highest + 2)
+    return LeadingTerms(added, elongation, min((*added, *elongation)), highest)

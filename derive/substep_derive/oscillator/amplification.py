@@ -7,6 +7,7 @@ system, the pencil  new*X + old*x0 + load*f = 0, whether the step is composite o
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import cast
 
 from sympy import Dummy, Expr, Integer, Matrix, Poly, Symbol, cancel, default_sort_key, eye, zeros
@@ -129,7 +130,11 @@ class Amplification:
 
     @classmethod
     def of(cls, scheme: Scheme) -> "Amplification":
-        """Raises DeclarationError if the relations and balances do not determine the new state."""
+        """Derived once for equal schemes. Raises DeclarationError if the new state is not determined."""
+        return _amplification(scheme)
+
+    @classmethod
+    def _derived(cls, scheme: Scheme) -> "Amplification":
         pencil = Pencil.of(scheme)
         m = len(pencil.state)
         at_zero = scheme.typical | {Omega: Integer(0)}
@@ -170,10 +175,15 @@ class Amplification:
         )
 
 
+@cache
+def _amplification(scheme: Scheme) -> Amplification:
+    return Amplification._derived(scheme)
+
+
 def _start(
     scheme: Scheme, state: Sequence[Symbol], at_zero: Mapping[Symbol, Expr]
 ) -> tuple[Affine | None, tuple[Expr, ...]]:
-    if isinstance(scheme.start, Scheme) or not scheme.start:
+    if not isinstance(scheme.start, Mapping) or not scheme.start:
         return None, ()
     expressions = [scheme.start.get(s, s) for s in state]
     stencil = instants(expressions, scheme.typical)

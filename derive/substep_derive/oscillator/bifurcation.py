@@ -1,55 +1,61 @@
-"""Amplification -> where, undamped, a pair of complex eigenvalues turns real."""
+"""Scheme -> where, undamped, a pair of complex eigenvalues turns real."""
 
 from itertools import pairwise
+from typing import Any
 
-from sympy import Expr, Integer, Poly, oo
+from sympy import QQ, Expr, Poly, oo
 
-from ..declare.symbols import Omega, lam, xi
-from .amplification import Amplification
-from .spectrum import live
+from ..algebra.algebraic import Field, RealRoot, closed_form
+from ..algebra.points import count_real_roots, positive_roots, ring_over, simplest_between
+from ..declare.symbols import Omega, lam
+from .evaluation import Evaluation
+from .spectrum import live_at
 
 
-def bifurcation(amplification: Amplification) -> Expr:
+def bifurcation(evaluation: Evaluation) -> Expr:
     """The smallest Omega at which, undamped, a complex pair turns real; oo if none does.
 
-    Exact (an algebraic number). All parameters of the scheme must have values; raises ValueError for
-    free ones.
+    Exact (an algebraic number). Raises ValueError for parameters left free.
     """
-    p = Poly(live(amplification.charpoly).as_expr().subs(xi, 0), lam)
-    if free := p.as_expr().free_symbols - {lam, Omega}:
-        raise ValueError(f"expected values for {', '.join(map(str, free))}; fix them before")
-    discriminant = Poly(p.discriminant(), Omega)
-    if discriminant.is_zero:  # a root that is double at every Omega: look at the others
-        p = p.quo(p.gcd(p.diff(lam)))
-        discriminant = Poly(p.discriminant(), Omega)
-    places = [root for root in sorted(set(discriminant.real_roots())) if root > 0]
-    cells = _samples(places)
-    counts = [_real_eigenvalues(p, sample) for sample in cells]
+    field = evaluation.field
+    if not isinstance(field, Field):
+        raise ValueError(f"expected values for {', '.join(map(str, evaluation.scheme.values))}; fix them before")
+    ring = ring_over(field, lam, Omega)
+    rows = live_at(evaluation, field.domain.zero)
+    p = ring.from_dict({(j, power): c for j, row in enumerate(rows) for power, c in row.items()})
+    if p.degree(0) < 2:
+        return oo
+    discriminant = p.discriminant()
+    if not discriminant:  # a root that is double at every Omega: look at the others
+        p = p.exquo(p.gcd(p.diff(ring.gens[0])))
+        if p.degree(0) < 2:
+            return oo
+        discriminant = p.discriminant()
+    over_Omega = ring_over(field, Omega)
+    places = positive_roots(field, [over_Omega.from_dict({(m[-1],): c for m, c in discriminant.terms()})], over_Omega)
+    counts = []
+    for low, high in zip([None, *places], [*places, None], strict=True):
+        start = QQ(0) if low is None else low.high
+        sample = simplest_between(start, start + 2 if high is None else high.low)
+        at = p.evaluate(1, field.domain.convert(sample))
+        counts.append(count_real_roots(field, [at.coeff(m) for m in _powers(at)]))
     for place, (before, behind) in zip(places, pairwise(counts), strict=True):
         if behind > before:
-            return place
+            return _exact(place)
     return oo
 
 
-def _samples(places: list[Expr]) -> list[Expr]:
-    """One rational in each cell that the places cut out of (0, oo)."""
-    ends = [Integer(0), *places]
-    inside = [_between(low, high) for low, high in pairwise(ends)]
-    last = Integer(1) if not places else Integer(int(places[-1].n(20)) + 2)
-    return [*inside, last]
+def _powers(polynomial: Any) -> list[Any]:
+    """Monomials from the highest power to 0 of a polynomial in one variable."""
+    x = polynomial.ring.gens[0]
+    return [x**k if k else 1 for k in range(polynomial.degree(), -1, -1)]
 
 
-def _between(low: Expr, high: Expr) -> Expr:
-    digits = 20
-    while True:
-        middle = ((low + high) / 2).n(digits)
-        exact = Integer(int(middle * 10**digits)) / 10**digits
-        if low < exact < high:
-            return exact
-        digits *= 2
-
-
-def _real_eigenvalues(p: Poly, at: Expr) -> int:
-    """How many real roots p has at one rational Omega, with their multiplicities."""
-    q = Poly(p.as_expr().subs(Omega, at), lam)
-    return sum(factor.count_roots() * power for factor, power in q.sqf_list()[1])
+def _exact(root: RealRoot) -> Expr:
+    """As the square root of a root where the polynomial holds even powers alone."""
+    coefficients = root.polynomial.all_coeffs()
+    if len(coefficients) % 2 and not any(coefficients[1::2]):
+        square = Poly(coefficients[::2], root.polynomial.gen)
+        low, high = root.low * root.low, root.high * root.high
+        return closed_form(RealRoot(square, low, high), Omega, in_square=True)
+    return closed_form(root, Omega)

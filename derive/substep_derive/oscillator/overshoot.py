@@ -1,15 +1,18 @@
-"""Amplification -> what happens at large Omega: overshoot, and where the eigenvalues turn real.
+"""Scheme -> overshoot: how its first step grows as Omega -> oo.
 
-Overshoot: Hilber & Hughes, Earthq. Eng. Struct. Dyn. 6 (1978) 99-117, in the notation U0-V1.
+Hilber & Hughes, Earthq. Eng. Struct. Dyn. 6 (1978) 99-117, in the notation U0-V1.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import reduce
+from typing import Any
 
-from sympy import Expr, Matrix, Poly, fraction, together
-
-from ..declare.scheme import Scheme
-from ..declare.symbols import Omega, knot_of, lattice, xi
-from .amplification import Amplification
+from ..algebra.points import ring_over
+from ..declare.symbols import Omega
+from .amplification import Affine
+from .evaluation import Evaluation
+from .start_up import start_up, stepped
 
 
 @dataclass(frozen=True)
@@ -26,38 +29,32 @@ class Overshoot:
         return f"U{self.u}-V{self.v}"
 
 
-def overshoot(amplification: Amplification) -> Overshoot:
+def overshoot(evaluation: Evaluation) -> Overshoot:
     """Of a multi-step scheme, in the first step that is its own, after the start it declares."""
-    found = [(_first_own_step(amplification, given)) for given in ((1, 0, -(Omega**2)), (0, Omega, 0))]
-    u = max(_growth(step[0]) for step in found)
-    v = max(_growth(step[1] / Omega) for step in found)
-    return Overshoot(max(u, 0), max(v, 0))
+    ring = ring_over(evaluation.field, Omega)
+    x, zero = ring.gens[0], evaluation.field.domain.zero
+    one, nothing = (ring.one, ring.one), (ring.zero, ring.one)
+
+    def polynomial(expression: Any) -> Any:
+        terms = evaluation.coefficients(expression, zero)
+        return ring.from_dict({(power,): c for (power, _), c in terms.items()})
+
+    def apply(affine: Affine, state: Sequence[tuple[Any, Any]]) -> list[tuple[Any, Any]]:
+        """Numerators and denominators of N x/den."""
+        den, below = polynomial(affine.den), reduce(lambda a, b: a.lcm(b), (d for _, d in state))
+        tops = [n * below.exquo(d) for n, d in state]
+        rows = [[polynomial(e) for e in affine.N.row(i)] for i in range(affine.N.rows)]
+        return [(sum((e * n for e, n in zip(row, tops, strict=True)), ring.zero), den * below) for row in rows]
+
+    found = []
+    for given in ((one, nothing, (-(x**2), ring.one)), (nothing, (x, ring.one), nothing)):
+        state, _ = start_up(evaluation.amplification, given, apply)
+        _, (u, v, _) = stepped(evaluation.amplification, state, apply)
+        found.append((_growth(u), _growth(v) - 1))
+    return Overshoot(*(max(0, *powers) for powers in zip(*found, strict=True)))
 
 
-def _growth(expression: Expr) -> int:
+def _growth(ratio: tuple[Any, Any]) -> int:
     """Degree in Omega of a rational function; that of 0 counts as 0."""
-    numerator, denominator = fraction(together(expression))
-    degrees = [Poly(part, Omega).degree() for part in (numerator, denominator)]
-    return int(degrees[0] - degrees[1]) if numerator != 0 else 0
-
-
-def _first_own_step(amplification: Amplification, given: tuple[Expr, Expr, Expr]) -> Matrix:
-    """Reported u, h*v, h^2*a after it, undamped."""
-    scheme = amplification.scheme
-    start = Matrix(given)
-    if isinstance(scheme.start, Scheme):
-        first = Amplification.of(scheme.start).step
-        history = [start]
-        at = [knot_of(s) or ("u", "0") for s in scheme.state]
-        for _ in range(int(max(-(lattice(label) or 0) for _, label in at))):
-            history.append(first.N.subs(xi, 0) * history[-1] / first.den.subs(xi, 0))
-        x = Matrix([history[-1 + int(lattice(label) or 0)]["uva".index(kind)] for kind, label in at])
-    elif amplification.start is None:
-        x = Matrix([start["uva".index(s.name[0])] for s in scheme.state])
-    else:
-        x = amplification.start.N.subs(xi, 0) * start / amplification.start.den.subs(xi, 0)
-    after = amplification.step.N.subs(xi, 0) * x / amplification.step.den.subs(xi, 0)
-    outputs = amplification.outputs
-    told = outputs.N.subs(xi, 0) * x / outputs.den.subs(xi, 0)
-    rest = iter(range(told.rows))
-    return Matrix([after[place] if place >= 0 else told[next(rest)] for place in amplification.in_state])
+    numerator, denominator = ratio
+    return numerator.degree() - denominator.degree() if numerator else 0

@@ -1,9 +1,14 @@
 """Amplification -> its eigenvalues that are not always 0, and their limit as Omega -> oo."""
 
-from sympy import Abs, Expr, Integer, Max, Piecewise, Poly, factor_list, oo, sqrt
+from collections.abc import Sequence
+from typing import Any
 
+from sympy import Abs, Expr, Integer, Max, Piecewise, Poly, Symbol, factor_list, oo, radsimp, sqrt
+
+from ..algebra.algebraic import Field, closed_form, generator
 from ..declare.symbols import Omega, lam, mu
 from .amplification import Amplification
+from .evaluation import Evaluation
 
 
 def live(charpoly: Poly) -> Poly:
@@ -12,6 +17,19 @@ def live(charpoly: Poly) -> Poly:
     while p.eval(0) == 0:
         p = p.quo(Poly(lam, lam))
     return p
+
+
+def live_at(evaluation: Evaluation, damping: Any) -> list[dict[int, Any]]:
+    """The same with numbers for the parameters and for xi: power of Omega -> number, a row a power of lambda.
+
+    From the lowest power of lambda whose row is not empty to the highest; no rows where all vanish.
+    """
+    p = Poly(evaluation.amplification.charpoly.as_expr().subs(mu, lam - 1), lam)
+    rows = [
+        {power: c for (power, _), c in evaluation.coefficients(e, damping).items()} for e in reversed(p.all_coeffs())
+    ]
+    kept = [j for j, row in enumerate(rows) if row]
+    return rows[kept[0] : kept[-1] + 1] if kept else []
 
 
 def limit_polynomial(amplification: Amplification) -> Poly:
@@ -25,22 +43,58 @@ def rho_infinity(amplification: Amplification) -> Expr:
 
     Raises NotImplementedError if a factor of degree above two in lambda is left with free parameters.
     """
-    p = live(amplification.charpoly)
     leading = limit_polynomial(amplification)
-    if leading.degree() < p.degree():
+    if leading.degree() < live(amplification.charpoly).degree():
         return oo
     moduli: list[Expr] = []
     for base, _ in factor_list(leading.as_expr(), lam)[1]:
         part = Poly(base, lam)
-        if part.degree() == 1:
-            a, b = part.all_coeffs()
-            moduli.append(Abs(b / a))
-        elif part.degree() == 2:
-            a, b, c = part.all_coeffs()
-            disc = b**2 - 4 * a * c
-            moduli.append(Piecewise((sqrt(c / a), disc < 0), ((Abs(b) + sqrt(disc)) / Abs(2 * a), True)))
-        elif part.degree() > 2:
-            if leading.free_symbols != {lam}:
-                raise NotImplementedError(f"rho_inf of a factor of degree {part.degree()}: give the parameters values")
-            moduli += [Abs(root) for root in part.all_roots()]
+        if part.degree() > 2 and leading.free_symbols != {lam}:
+            raise NotImplementedError(f"rho_inf of a factor of degree {part.degree()}: give the parameters values")
+        moduli += _moduli(part.all_coeffs()) if part.degree() < 3 else [Abs(root) for root in part.all_roots()]
     return Max(*moduli) if moduli else Integer(0)
+
+
+def _moduli(coefficients: Sequence[Expr]) -> list[Expr]:
+    """The largest modulus of the roots of a linear or quadratic polynomial, coefficients from the highest."""
+    if len(coefficients) == 1:
+        return []
+    if len(coefficients) == 2:
+        a, b = coefficients
+        return [Abs(b / a)]
+    a, b, c = coefficients
+    disc = b**2 - 4 * a * c
+    return [Piecewise((sqrt(c / a), disc < 0), ((Abs(b) + sqrt(disc)) / Abs(2 * a), True))]
+
+
+def rho_infinity_at(evaluation: Evaluation) -> Expr:
+    """The spectral radius as Omega -> oo at a parameter set, undamped; oo for an explicit scheme. 0 is 0 exactly."""
+    field, rows = evaluation.field, live_at(evaluation, evaluation.field.domain.zero)
+    assert isinstance(field, Field)
+    highest = max(power for row in rows for power in row)
+    leading = [row.get(highest, field.domain.zero) for row in rows]
+    if not leading[-1]:
+        return oo
+    while not leading[0]:
+        leading = leading[1:]
+    polynomial = Poly.from_list(leading[::-1], Symbol("x"), domain=field.domain)
+    number = closed_form(field.root, Omega) if field.root is not None else Integer(0)
+    moduli: list[Expr] = []
+    for part, _ in polynomial.factor_list()[1]:
+        if part.degree() < 3:
+            coefficients = [field.expression(field.domain.convert(c)) for c in part.rep.to_list()]
+            moduli += _moduli([radsimp(c.subs(generator, number)) for c in coefficients])
+        else:
+            moduli += [Abs(root) for root in _roots(part, field)]
+    return Max(*moduli) if moduli else Integer(0)
+
+
+def _roots(polynomial: Poly, field: Field) -> list[Expr]:
+    """Exact roots of a polynomial over K: those of its norm over Q that are next to its numerical roots."""
+    if not field.algebraic:
+        return polynomial.all_roots()
+    candidates = polynomial.norm().all_roots()
+    number = closed_form(field.root, Omega).n(60)
+    exact = [field.expression(field.domain.convert(c)).subs(generator, number).n(60) for c in polynomial.rep.to_list()]
+    found = Poly(exact, polynomial.gen).nroots(n=40, maxsteps=200)
+    return [min(candidates, key=lambda candidate, z=z: abs(candidate.n(40) - z)) for z in found]

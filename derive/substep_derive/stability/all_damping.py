@@ -14,12 +14,12 @@ from typing import Any
 
 from sympy import QQ, Expr, Integer, Poly, Rational, oo
 
-from ..algebra.algebraic import Algebraic, Field, RealRoot
+from ..algebra.algebraic import Algebraic, Field, RealRoot, closed_form
 from ..algebra.points import RationalPoint, point, positive_roots, ring_over, simplest_between
+from ..declare.parameter_set import ParameterSet
 from ..declare.scheme import Scheme
-from ..declare.setting import Setting
 from ..declare.symbols import Omega, xi
-from .certificate import Certificate, certificate, exact, summary
+from .certificate import Certificate, certificate, summary
 from .hurwitz import Hurwitz, Parts, Spectrum, tidy, verdict, with_derivative
 
 DEGREE = 8  # of a critical xi up to which a certificate over Q(xi) is sought
@@ -44,22 +44,22 @@ class Stretch:
     @property
     def ends(self) -> tuple[Expr, Expr]:
         """Exact."""
-        return exact(self.low, xi), oo if self.high is None else exact(self.high, xi)
+        return closed_form(self.low, xi), oo if self.high is None else closed_form(self.high, xi)
 
 
 @dataclass(frozen=True)
 class Survey:
     """The curves in the quarter plane Omega > 0, xi > 0, and the xi axis cut at the critical values."""
 
-    setting: Setting
+    parameter_set: ParameterSet
     spectrum: Spectrum
     curves: tuple[Any, ...]
     stretches: tuple[Stretch, ...]
 
     @classmethod
-    def of(cls, setting: Setting) -> "Survey":
-        """The setting leaves xi open. Raises DeclarationError as `certify` does."""
-        spectrum, field = Spectrum.of(setting), setting.field
+    def of(cls, parameter_set: ParameterSet) -> "Survey":
+        """The parameter_set leaves xi open. Raises DeclarationError as `certify` does."""
+        spectrum, field = Spectrum.of(parameter_set), parameter_set.field
         boundaries = [b for test in Parts.of(spectrum).tests for b in test.boundaries]
         factors = _factors([*boundaries, spectrum.common], field)
         curves = tuple(f for f in factors if f.degree(0) > 0)
@@ -73,10 +73,10 @@ class Survey:
         roots = [zero, *positive_roots(field, [p for p in (_in_xi(q, over_xi) for q in critical) if p], over_xi)]
         stretches = []
         for low, high in zip(roots, [*roots[1:], None], strict=True):
-            stretches.append(Stretch(low, low, None if low.rational is None else _at(setting, low.rational)))
+            stretches.append(Stretch(low, low, None if low.rational is None else _at(parameter_set, low.rational)))
             sample = simplest_between(low.high, low.high + 2 if high is None else high.low)
-            stretches.append(Stretch(low, high, _at(setting, sample)))
-        return cls(setting, spectrum, curves, tuple(stretches))
+            stretches.append(Stretch(low, high, _at(parameter_set, sample)))
+        return cls(parameter_set, spectrum, curves, tuple(stretches))
 
     @property
     def first(self) -> Certificate:
@@ -88,11 +88,11 @@ class Survey:
     def certificate(self, i: int) -> Certificate | None:
         """Of the i-th stretch; at an irrational xi over Q(xi), not sought over Q(r) or if its degree is high."""
         piece = self.stretches[i]
-        if piece.certificate or self.setting.field.algebraic or piece.low.polynomial.degree() > DEGREE:
+        if piece.certificate or self.parameter_set.field.algebraic or piece.low.polynomial.degree() > DEGREE:
             return piece.certificate
         ends = (as_rational(piece.low.low), as_rational(piece.low.high))
         return certificate(
-            self.setting.damped(Algebraic(tuple(piece.low.polynomial.all_coeffs()), ends)), in_square=False
+            self.parameter_set.damped(Algebraic(tuple(piece.low.polynomial.all_coeffs()), ends)), in_square=False
         )
 
     def stable(self, i: int) -> bool | None:
@@ -105,14 +105,14 @@ class Survey:
         if piece.certificate is not None:
             return piece.certificate.stable
         beside = [c for c in (self.stretches[i - 1].certificate, self.stretches[i + 1].certificate) if c is not None]
-        over_xi = ring_over(self.setting.field, xi)
-        at = point(self.setting.field, piece.low, over_xi)
+        over_xi = ring_over(self.parameter_set.field, xi)
+        at = point(self.parameter_set.field, piece.low, over_xi)
         if all(c.stable for c in beside):
             excluding = self._where_multiple
             if excluding is not None and all(at.sign(at.value(_in_xi(p, over_xi))) for p in excluding):
                 return True
         for x in (p.at.x for c in beside for p in c.proof.pieces if isinstance(p.at, RationalPoint)):
-            h = [_in_xi(c.subs(0, self.setting.field.domain.convert(x)), over_xi) for c in self.spectrum.h]
+            h = [_in_xi(c.subs(0, self.parameter_set.field.domain.convert(x)), over_xi) for c in self.spectrum.h]
             if not verdict(h, at).stable:
                 return False
         found = self.certificate(i)
@@ -121,7 +121,7 @@ class Survey:
     @cached_property
     def _where_multiple(self) -> list[Any] | None:
         """Polynomials in xi; where none vanishes, no eigenvalue on the circle is multiple. None if that is open."""
-        h, field = Hurwitz("h", self.spectrum.h), self.setting.field
+        h, field = Hurwitz("h", self.spectrum.h), self.parameter_set.field
         n = h.degree
         pairs = [(h.coefficients[0], h.coefficients[1]), (h.coefficients[-1], h.coefficients[-2])] if n else []
         pairs += [(h.determinant(n - 1), h.determinant(n - 3))] if n > 3 else []  # two pairs on the axis
@@ -141,8 +141,8 @@ def as_rational(number: Any) -> Rational:
     return Rational(int(number.numerator), int(number.denominator))
 
 
-def _at(setting: Setting, damping: Any) -> Certificate:
-    return certificate(setting.damped(as_rational(damping)), in_square=False)
+def _at(parameter_set: ParameterSet, damping: Any) -> Certificate:
+    return certificate(parameter_set.damped(as_rational(damping)), in_square=False)
 
 
 def _in_xi(polynomial: Any, over_xi: Any) -> Any:
@@ -246,7 +246,7 @@ def certify_all_damping(scheme: str | Scheme, **parameters: Any) -> DampingCerti
     may be left open, each as a cell of its own with stable = None.
     Raises as `certify` does.
     """
-    survey = Survey.of(Setting.of(scheme, None, parameters))
+    survey = Survey.of(ParameterSet.of(scheme, None, parameters))
     answers = [survey.stable(i) for i in range(len(survey.stretches))]
     runs: list[list[int]] = []
     for i, answer in enumerate(answers):
@@ -266,13 +266,13 @@ def span(survey: Survey, run: Sequence[int]) -> tuple[Expr, Expr, bool, bool]:
 
 
 def _lines(survey: Survey) -> Iterator[str]:
-    yield survey.setting.title
+    yield survey.parameter_set.title
     if survey.curves:
         yield "Curves on which the verdict can change, and what holds between and at their critical xi:"
     else:
         yield "Nothing that decides vanishes where Omega > 0 and xi > 0: xi = 0 and one xi > 0 settle all."
     for k, curve in enumerate(survey.curves, 1):
-        yield f"   F_{k} = {str(expression_of(curve, survey.setting.field)).replace('**', '^')}"
+        yield f"   F_{k} = {str(expression_of(curve, survey.parameter_set.field)).replace('**', '^')}"
     for i, piece in enumerate(survey.stretches):
         low, high = (_short(root) for root in (piece.low, piece.high))
         if piece.certificate is not None:
@@ -289,5 +289,5 @@ def _short(root: RealRoot | None) -> str:
     if root is None:
         return "oo"
     if root.polynomial.degree() <= 2:
-        return str(exact(root, xi))
+        return str(closed_form(root, xi))
     return f"{float(root.approximation()):.12g}... (degree {root.polynomial.degree()})"  # for the eye only

@@ -11,12 +11,12 @@ from functools import cached_property
 from itertools import groupby
 from typing import Any
 
-from sympy import QQ, CRootOf, Expr, Integer, Poly, Rational, Symbol, factor, oo, sqrt, sqrtdenest
+from sympy import QQ, Expr, Integer, Rational, factor, oo
 
-from ..algebra.algebraic import Algebraic, RealRoot
+from ..algebra.algebraic import Algebraic, RealRoot, closed_form
 from ..algebra.points import Point, RationalPoint, point, positive_roots, simplest_between
+from ..declare.parameter_set import ParameterSet
 from ..declare.scheme import Scheme
-from ..declare.setting import Setting
 from ..declare.symbols import Omega
 from .hurwitz import Parts, Spectrum, Verdict, verdict
 
@@ -48,12 +48,12 @@ class Proof:
     pieces: tuple[Piece, ...]
 
     @classmethod
-    def of(cls, setting: Setting, *, in_square: bool = True) -> "Proof":
+    def of(cls, parameter_set: ParameterSet, *, in_square: bool = True) -> "Proof":
         """Raises DeclarationError where the equations of the step are dependent for every Omega."""
-        spectrum = Spectrum.of(setting, in_square=in_square)
+        spectrum = Spectrum.of(parameter_set, in_square=in_square)
         parts = Parts.of(spectrum)
         boundaries = [b for test in parts.tests for b in test.boundaries]
-        field, ring = setting.field, spectrum.ring
+        field, ring = parameter_set.field, spectrum.ring
         roots = positive_roots(field, [b for b in [*boundaries, spectrum.common] if b], ring)
         pieces = []
         for low, high in zip([None, *roots], [*roots, None], strict=True):
@@ -76,7 +76,7 @@ class Proof:
         """The stretches as (low, high, low_closed, high_closed)."""
 
         def number(end: RealRoot | None, otherwise: Expr) -> Expr:
-            return otherwise if end is None else exact(end, Omega, in_square=self.spectrum.in_square)
+            return otherwise if end is None else closed_form(end, Omega, in_square=self.spectrum.in_square)
 
         return tuple(
             (number(run[0].low, Integer(0)), number(run[-1].high, oo), run[0].is_point, run[-1].is_point)
@@ -122,16 +122,16 @@ def certify(scheme: str | Scheme, xi: Any = 0, **parameters: Any) -> Certificate
     Raises TypeError for a float, DeclarationError for an unknown scheme or parameter or a value outside its
     interval, ValueError for two different algebraic numbers or a negative xi.
     """
-    return certificate(Setting.of(scheme, xi, parameters))
+    return certificate(ParameterSet.of(scheme, xi, parameters))
 
 
-def certificate(setting: Setting, *, in_square: bool = True) -> Certificate:
+def certificate(parameter_set: ParameterSet, *, in_square: bool = True) -> Certificate:
     """As `certify`, for values already checked; with in_square=False in powers of Omega even where Omega^2 would do."""
-    proof = Proof.of(setting, in_square=in_square)
+    proof = Proof.of(parameter_set, in_square=in_square)
     runs, intervals = proof.runs(), proof.intervals()
     from_zero = bool(runs) and runs[0][0] is proof.pieces[0]
     critical = intervals[0][1] if from_zero else Integer(0)
-    r = setting.field.r
+    r = parameter_set.field.r
 
     def public(value: Expr) -> Rational | Algebraic:
         if isinstance(value, Rational):
@@ -140,32 +140,14 @@ def certificate(setting: Setting, *, in_square: bool = True) -> Certificate:
         return Algebraic(r.coefficients, r.interval, value)
 
     return Certificate(
-        scheme=setting.scheme.name,
-        parameters={symbol.name: public(value) for symbol, value in setting.values.items()},
-        xi=public(setting.damping),
+        scheme=parameter_set.scheme.name,
+        parameters={symbol.name: public(value) for symbol, value in parameter_set.values.items()},
+        xi=public(parameter_set.damping),
         stable=from_zero and len(runs[0]) == len(proof.pieces),
         intervals=intervals,
         critical_Omega=None if critical is oo else critical,
         proof=proof,
     )
-
-
-def exact(root: RealRoot, variable: Symbol, *, in_square: bool = False) -> Expr:
-    """A root, or the square root of a positive one, in radicals up to degree two, else as a CRootOf."""
-    polynomial = root.polynomial
-    if polynomial.degree() > 2:
-        if not in_square:
-            return CRootOf(Poly(polynomial.as_expr(variable), variable), root.rank)
-        negative, positive = polynomial.count_roots(None, 0), polynomial.count_roots(0, None)
-        return CRootOf(Poly(polynomial.as_expr(variable**2), variable), positive + root.rank - negative)
-    coefficients = [Rational(int(c)) for c in polynomial.all_coeffs()]
-    if len(coefficients) == 2:
-        number = -coefficients[1] / coefficients[0]
-    else:
-        a, b, c = coefficients
-        upper = (root.rank == 1) == (a > 0)
-        number = (-b + (1 if upper else -1) * sqrt(b**2 - 4 * a * c)) / (2 * a)
-    return sqrtdenest(sqrt(number)) if in_square else number
 
 
 # --- the proof in words ------------------------------------------------------------------------------
@@ -179,7 +161,7 @@ def _lines(certificate: Certificate) -> Iterator[str]:
     def show(polynomial: Any) -> str:
         return _caret(_expression(polynomial, spectrum))
 
-    yield _caret(spectrum.setting.title)
+    yield _caret(spectrum.parameter_set.title)
     yield f"Result: {summary(certificate)}"
     yield f"\n1. Characteristic polynomial without its roots 0: p = {_sum('p', 'lambda', n)}"
     yield from (f"   p_{j} = {show(spectrum.p[j])}" for j in range(n, -1, -1))
@@ -233,9 +215,9 @@ def _caret(text: Any) -> str:
 
 def _expression(polynomial: Any, spectrum: Spectrum) -> Expr:
     """In terms of Omega, and factored if K = Q."""
-    number, power = spectrum.setting.field.expression, 2 if spectrum.in_square else 1
+    number, power = spectrum.parameter_set.field.expression, 2 if spectrum.in_square else 1
     expression = sum((number(c) * Omega ** (power * m[0]) for m, c in polynomial.terms()), Integer(0))
-    return expression if spectrum.setting.field.algebraic else factor(expression)
+    return expression if spectrum.parameter_set.field.algebraic else factor(expression)
 
 
 def _sum(name: str, variable: str, n: int) -> str:
@@ -251,7 +233,7 @@ def _root_lines(proof: Proof, names: dict[int, str]) -> Iterator[str]:
             continue
         approximate = f"{float(root.approximation()) ** (0.5 if square else 1):.12g}"  # for the eye only
         if root.polynomial.degree() <= 2:
-            number = str(exact(root, Omega, in_square=square))
+            number = str(closed_form(root, Omega, in_square=square))
             yield f"{names[id(root)]} = {number}" + (f" = {approximate}..." if approximate != number else "")
         else:
             variable = Omega**2 if square else Omega
@@ -261,7 +243,7 @@ def _root_lines(proof: Proof, names: dict[int, str]) -> Iterator[str]:
 
 
 def _table(proof: Proof, conditions: dict[str, Any], names: dict[int, str]) -> Iterator[str]:
-    field = proof.spectrum.setting.field
+    field = proof.spectrum.parameter_set.field
     shown = {name: c for name, c in conditions.items() if not (c.is_ground and field.sign(c.coeff(1)) > 0)}
     variable = "Omega^2" if proof.spectrum.in_square else "Omega"
     rows = [["Omega", "sample", *shown, "eigenvalues"]]

@@ -8,8 +8,8 @@ from sympy import Expr, Integer, Poly, Rational, expand, factor, oo, sqrt
 
 from ..algebra.algebraic import Algebraic, RealRoot
 from ..algebra.points import positive_roots
+from ..declare.parameter_set import ParameterSet
 from ..declare.scheme import Scheme
-from ..declare.setting import Setting
 from ..declare.symbols import Omega, xi
 from .all_damping import Survey, as_rational, expression_of, span
 from .certificate import Certificate
@@ -63,7 +63,7 @@ class _Branch:
 
 def critical_curve(scheme: str | Scheme, **parameters: Any) -> CriticalCurve:
     """The critical Omega as a function of xi, at given parameters. Raises as `certify` does."""
-    survey = Survey.of(Setting.of(scheme, None, parameters))
+    survey = Survey.of(ParameterSet.of(scheme, None, parameters))
     branches = [None if piece.is_point else _branch(survey, i) for i, piece in enumerate(survey.stretches)]
     followed = []
     for i in range(0, len(branches), 2):
@@ -98,9 +98,9 @@ def _critical_root(certificate: Certificate) -> RealRoot | Expr:
 def _over(curve: Any, certificate: Certificate) -> Any:
     """The curve's polynomial in Omega at a certificate's xi."""
     spectrum = certificate.proof.spectrum
-    field = spectrum.setting.field
-    assert spectrum.setting.damping is not None
-    damping = field.number(spectrum.setting.damping)
+    field = spectrum.parameter_set.field
+    assert spectrum.parameter_set.damping is not None
+    damping = field.number(spectrum.parameter_set.damping)
     rows: dict[tuple[int, ...], Any] = {}
     for (power, k), c in curve.terms():
         rows[(power,)] = rows.get((power,), field.domain.zero) + field.domain.convert(c) * damping**k
@@ -109,7 +109,7 @@ def _over(curve: Any, certificate: Certificate) -> Any:
 
 def _roots(polynomial: Any, certificate: Certificate) -> list[RealRoot]:
     spectrum = certificate.proof.spectrum
-    return positive_roots(spectrum.setting.field, [polynomial] if polynomial else [], spectrum.ring)
+    return positive_roots(spectrum.parameter_set.field, [polynomial] if polynomial else [], spectrum.ring)
 
 
 def _branch(survey: Survey, i: int) -> _Branch:
@@ -148,7 +148,7 @@ def _curve_piece(survey: Survey, branch: _Branch | None, run: Sequence[int], fol
     if branch.curve is None:
         return CurvePiece(*ends, None, branch.constant, skipped)
     sample = next(c for i in run if not survey.stretches[i].is_point and (c := survey.stretches[i].certificate))
-    relation = expression_of(branch.curve, survey.setting.field)
+    relation = expression_of(branch.curve, survey.parameter_set.field)
     end = _critical_root(sample)
     assert isinstance(end, RealRoot)
     return CurvePiece(*ends, relation, _explicit(relation, sample.xi, end), skipped)

@@ -11,7 +11,7 @@ over K, where Omega^2 is the variable if only even powers occur, or in Omega and
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from functools import reduce
+from functools import cache, reduce
 from math import comb
 from typing import Any
 
@@ -20,8 +20,8 @@ from sympy import QQ, Symbol
 from ..algebra.algebraic import Field, sign_of
 from ..algebra.points import Point, ring_over
 from ..declare.errors import DeclarationError
+from ..declare.parameter_set import ParameterSet
 from ..declare.scheme import Scheme
-from ..declare.setting import Setting
 from ..declare.symbols import Omega, lam, xi
 from ..oscillator.amplification import Pencil
 
@@ -30,16 +30,12 @@ even_part = Symbol("x")  # s^2
 
 # --- polynomials -------------------------------------------------------------------------------------
 
-_characteristics: dict[Any, Any] = {}
 
-
+@cache
 def characteristic(scheme: Scheme) -> Any:
     """det(new, old) of the scheme's pencil: polynomial over Q in its parameters, xi, Omega and lambda."""
-    key = (scheme.name, tuple(scheme.relations.items()), scheme.balances, scheme.values)
-    if key not in _characteristics:
-        ring = ring_over(Field(), *scheme.values, xi, Omega, lam)
-        _characteristics[key] = ring.from_expr(Pencil.of(scheme).characteristic())
-    return _characteristics[key]
+    ring = ring_over(Field(), *scheme.values, xi, Omega, lam)
+    return ring.from_expr(Pencil.of(scheme).characteristic())
 
 
 @dataclass(frozen=True)
@@ -50,7 +46,7 @@ class Spectrum:
     out; at its roots the equations of the step are dependent.
     """
 
-    setting: Setting
+    parameter_set: ParameterSet
     ring: Any
     in_square: bool
     common: Any
@@ -58,27 +54,27 @@ class Spectrum:
     h: list[Any]
 
     @classmethod
-    def of(cls, setting: Setting, *, in_square: bool = True) -> "Spectrum":
+    def of(cls, parameter_set: ParameterSet, *, in_square: bool = True) -> "Spectrum":
         """With in_square, Omega^2 is the variable where only even powers of Omega occur.
 
         Raises DeclarationError where the equations are dependent for every Omega.
         """
-        field = setting.field
-        free = (Omega,) if setting.damping is not None else (Omega, xi)
-        given = [*setting.values.values(), *([] if setting.damping is None else [setting.damping])]
-        rows = _collect(characteristic(setting.scheme), [field.number(value) for value in given], field)
+        field = parameter_set.field
+        free = (Omega,) if parameter_set.damping is not None else (Omega, xi)
+        given = [*parameter_set.values.values(), *([] if parameter_set.damping is None else [parameter_set.damping])]
+        rows = _collect(characteristic(parameter_set.scheme), [field.number(value) for value in given], field)
         in_square = in_square and len(free) == 1 and all(m[0] % 2 == 0 for row in rows.values() for m in row)
         ring = ring_over(field, *free)
         if in_square:
             rows = {j: {(m[0] // 2,): c for m, c in row.items()} for j, row in rows.items()}
         p = [ring.from_dict(rows.get(j, {})) for j in range(max(rows, default=0) + 1)]
-        if len(p) <= len(setting.scheme.state):
-            raise DeclarationError(f"{setting.title}: the relations and balances are dependent for every Omega")
+        if len(p) <= len(parameter_set.scheme.state):
+            raise DeclarationError(f"{parameter_set.title}: the relations and balances are dependent for every Omega")
         while not p[0]:
             p = p[1:]
         common = reduce(lambda a, b: a.gcd(b), p)
         p = tidy([c.exquo(common) for c in p], field)
-        return cls(setting, ring, in_square, common, p, tidy(bilinear(p), field))
+        return cls(parameter_set, ring, in_square, common, p, tidy(bilinear(p), field))
 
 
 def _collect(polynomial: Any, numbers: Sequence[Any], field: Field) -> dict[int, dict[tuple[int, ...], Any]]:
@@ -243,7 +239,7 @@ class Parts:
     @classmethod
     def of(cls, spectrum: Spectrum) -> "Parts":
         """The parts at generic Omega (and xi)."""
-        h, ring, field = spectrum.h, spectrum.ring, spectrum.setting.field
+        h, ring, field = spectrum.h, spectrum.ring, spectrum.parameter_set.field
         kept = [i for i, c in enumerate(h) if c]
         inner = h[kept[0] : kept[-1] + 1]
         both = ring_over(field, even_part, *ring.symbols)

@@ -5,15 +5,17 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, cast
 
-from sympy import Expr, Integer, Matrix, Poly, Rational, Symbol, factor
+from sympy import Expr, Matrix, Poly, Rational, Symbol, factor
 
 from ..declare.catalogue import find
-from ..declare.parameter import Root, root_near
+from ..declare.parameter import Root
+from ..declare.parameter_set import ParameterSet
 from ..declare.scheme import Scheme
 from ..declare.symbols import Omega, state_label, xi
 from ..motion.effective import EffectiveSystem, effective_systems
 from ..oscillator.accuracy import LeadingTerms, leading_terms
 from ..oscillator.amplification import Amplification
+from ..oscillator.evaluation import Evaluation
 from ..oscillator.order import Triple, order_of
 from ..oscillator.spectrum import rho_infinity
 
@@ -96,11 +98,7 @@ class Derivation:
 
         Of free parameters: the order at two points without special position, so the one that almost all have.
         """
-        schemes = [self.scheme] if not self.scheme.parameters else [unremarkable(self.scheme, k) for k in (1, 2)]
-        found = [
-            order_of(Amplification.of(s), damping).uva for s in schemes for damping in (Rational(0), Rational(1, 4))
-        ]
-        return cast(Triple, tuple(map(min, zip(*found, strict=True))))
+        return order_at(*(unremarkable(self.scheme, k) for k in ((1, 2) if self.scheme.parameters else (1,))))
 
     @cached_property
     def balances(self) -> tuple[EffectiveSystem, ...]:
@@ -108,28 +106,21 @@ class Derivation:
         return effective_systems(self.scheme)
 
 
-def at_defaults(scheme: Scheme) -> Scheme:
-    """The scheme with every parameter at its default, an irrational one within 1e-40 of it."""
-    values: dict[Symbol, Rational] = {}
-    for p in scheme.parameters:
-        if isinstance(p.default, Root):
-            values[p.symbol] = root_near(p.default.equation.subs(values), p)
-        else:
-            default = p.default.subs(values)
-            values[p.symbol] = default if default.is_Rational else Rational(str(default.n(40)))
-    return scheme.fix({symbol.name: value for symbol, value in values.items()})
+def order_at(*evaluations: Evaluation) -> Triple:
+    """Order of u, v and a, free and forced, damped and undamped: the least at any of the parameter sets."""
+    dampings = (Rational(0), Rational(1, 4))
+    found = [order_of(evaluation, damping).uva for evaluation in evaluations for damping in dampings]
+    return cast(Triple, tuple(map(min, zip(*found, strict=True))))
 
 
-def unremarkable(scheme: Scheme, k: int) -> Scheme:
-    """The scheme at parameters inside their intervals that satisfy no simple relation."""
-    values: dict[Symbol, Rational] = {}
-    for i, p in enumerate(scheme.parameters):
-        if isinstance(p.default, Root):
-            values[p.symbol] = root_near(p.default.equation.subs(values), p)
-        else:
-            width = p.domain.end - p.domain.start if p.domain.end.is_finite else Integer(1)
-            values[p.symbol] = p.domain.start + width * Rational(31 * k + 7 * i, 97 + 12 * i)
-    return scheme.fix({symbol.name: value for symbol, value in values.items()})
+def unremarkable(scheme: Scheme, k: int) -> Evaluation:
+    """At parameters inside their intervals that satisfy no simple relation, implicit ones at their default."""
+    values = {
+        p.name: p.inside(Rational(31 * k + 7 * i, 97 + 12 * i))
+        for i, p in enumerate(scheme.parameters)
+        if not isinstance(p.default, Root)
+    }
+    return Evaluation.at(ParameterSet.of(scheme, None, values))
 
 
 def derive(scheme: str | Scheme, **parameters: Any) -> Derivation:

@@ -38,7 +38,6 @@ from ..stability.hurwitz import characteristic
 from .derivation import derive
 
 Values = dict[Symbol, Expr]
-_amplifications: dict[Any, Amplification] = {}
 MATRIX, SPECTRUM, UNDAMPED = "matrix", "spectrum", "spectrum at xi = 0"
 
 
@@ -86,11 +85,8 @@ class Subject:
 
     @property
     def amplification(self) -> Amplification:
-        """Of one step, in the scheme's own parameters; derived once for all subjects."""
-        key = (self.scheme.name, tuple(self.scheme.relations.items()), self.scheme.balances)
-        if key not in _amplifications:
-            _amplifications[key] = derive(self.scheme).amplification
-        return _amplifications[key]
+        """Of one step, in the scheme's own parameters."""
+        return derive(self.scheme).amplification
 
     @cached_property
     def polynomial(self) -> list[Expr]:

@@ -2,15 +2,17 @@
 
 from dataclasses import dataclass
 
-from sympy import Expr, Rational
+from sympy import Expr
 
 from ..declare.scheme import Scheme
 from ..oscillator.bifurcation import bifurcation
+from ..oscillator.evaluation import Evaluation
 from ..oscillator.overshoot import Overshoot, overshoot
+from ..oscillator.spectrum import rho_infinity_at
 from ..stability.all_damping import certify_all_damping
 from ..stability.certificate import certify
 from ..stability.critical_curve import critical_curve
-from .derivation import Derivation, at_defaults
+from .derivation import order_at
 
 
 @dataclass(frozen=True)
@@ -34,24 +36,19 @@ class Profile:
 
 
 def profile(scheme: Scheme) -> Profile:
-    """At the scheme's default parameters.
-
-    Certificates take them exactly, algebraic ones too; order, overshoot and bifurcation take irrational
-    ones within 1e-40.
-    """
-    at = Derivation(at_defaults(scheme))
+    """At the scheme's default parameters, taken exactly, irrational ones too."""
+    at = Evaluation.at_defaults(scheme)
     certificate, damped = certify(scheme), certify_all_damping(scheme)
     conditional = certificate.critical_Omega is not None and certificate.critical_Omega != 0
-    A_stable = damped.stable_for_all_xi
-    vanishes = abs(at.rho_inf.n(30)) < Rational(1, 10**25)
+    A_stable, rho_inf = damped.stable_for_all_xi, rho_infinity_at(at)
     return Profile(
-        order=at.order,
-        rho_inf=at.rho_inf,
+        order=order_at(at),
+        rho_inf=rho_inf,
         stable=certificate.stable,
         critical_Omega=certificate.critical_Omega,
         critical_curve=critical_curve(scheme).explicit if conditional else None,
         A_stable=A_stable,
-        L_stable=A_stable and vanishes,
-        overshoot=overshoot(at.amplification),
-        bifurcation=bifurcation(at.amplification),
+        L_stable=A_stable and rho_inf == 0,
+        overshoot=overshoot(at),
+        bifurcation=bifurcation(at),
     )

@@ -30,6 +30,7 @@ from ..declare.symbols import (
 )
 from ..oscillator.accuracy import leading_terms
 from ..oscillator.amplification import Amplification
+from ..oscillator.evaluation import Evaluation
 from ..oscillator.order import order_of
 from ..stability.certificate import certify
 from .derivation import Derivation, derive
@@ -150,12 +151,12 @@ def undamped_order(name: str) -> tuple[int, tuple[int, int, int]]:
     terms = leading_terms(d.amplification, 5)
     at_rest = [*terms.period_error.items(), *terms.numerical_damping.items()]
     powers = [power for power, coefficient in at_rest if coefficient.subs(xi, 0) != 0]
-    return min(powers, default=6), order_of(d.amplification, Rational(0)).free
+    return min(powers, default=6), order_of(Evaluation.at_defaults(d.scheme), Rational(0)).free
 
 
 def printed_forced_order(scheme: Scheme) -> tuple[int, int, int]:
     """Orders of u, v, a under load, undamped."""
-    return order_of(Amplification.of(scheme), Rational(0)).forced
+    return order_of(Evaluation.at_defaults(scheme), Rational(0)).forced
 
 
 def is_consistent(scheme: Scheme) -> bool:

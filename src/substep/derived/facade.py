@@ -36,7 +36,7 @@ def order_conditions(name: str) -> "dict[str, tuple[Any, ...]]":
     """What must vanish for u, v and a to be of second order: see `substep_derive.oscillator.order.order_conditions`."""
     from substep_derive.oscillator.order import order_conditions as of  # noqa: PLC0415
 
-    return of(derived(name).amplification)
+    return of(derived(name).scheme)
 
 
 def equivalences(names: Sequence[str]) -> "tuple[Equivalence, ...]":
@@ -71,10 +71,10 @@ class CatalogueRow:
 @cache
 def order(name: str) -> tuple[int, int, int]:
     """Of u, v and a, at the scheme's default parameters."""
-    from substep_derive import Derivation  # noqa: PLC0415
-    from substep_derive.study.derivation import at_defaults  # noqa: PLC0415
+    from substep_derive.oscillator.evaluation import Evaluation  # noqa: PLC0415
+    from substep_derive.study.derivation import order_at  # noqa: PLC0415
 
-    return Derivation(at_defaults(derived(name).scheme)).order
+    return order_at(Evaluation.at_defaults(name))
 
 
 def catalogue_row(name: str) -> CatalogueRow:
@@ -101,9 +101,10 @@ def second_order_betas(rho_inf: Fraction, gamma_t: Fraction) -> list[float]:
 
 def overshoot(name: str) -> "Overshoot":
     """Overshoot class of a scheme at almost all parameters."""
+    from substep_derive.oscillator.evaluation import Evaluation  # noqa: PLC0415
     from substep_derive.oscillator.overshoot import overshoot as of  # noqa: PLC0415
 
-    return of(derived(name).amplification)
+    return of(Evaluation.free(derived(name).scheme))
 
 
 @dataclass(frozen=True)

@@ -59,21 +59,12 @@ def start({arguments}, given, load):
 INDEX = '''"""What there is, as plain data: read without importing numba or SymPy.
 
 Of each scheme: its module; parameters as (name, low, high, low excluded, high excluded, default as a
-function of the parameters before it), None for no bound; families as argument -> (domain, values);
+function of the parameters before it), None for no bound, or with None and a function that gives coefficients, from the
+lowest power, of the polynomial whose one root in the interval the default is; families as argument -> (domain, values);
 fixed parameters of a member; balances, loads, outputs outside the state; state labels; history as
-(0 for u, 1 for h*v, 2 for h^2*a; steps before t_n) of each; the scheme that marches the first steps.
+(0 for u, 1 for h*v, 2 for h^2*a; steps before t_n) of each; start: what is given is the state, or the module's
+function gives it, or another scheme marches the first steps, which starter names with its parameters.
 """
-{roots}
 
 SCHEMES = {schemes}
-'''
-
-ROOT = '''
-
-def {name}({arguments}):
-    """Default of {unknown}: the root of its equation, by Newton's iteration."""
-    {unknown} = {start}
-    for _ in range(12):
-        {unknown} = {unknown} - ({equation}) / ({slope})
-    return {unknown}
 '''

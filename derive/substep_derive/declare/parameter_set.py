@@ -1,10 +1,10 @@
-"""A scheme with an exact value for each parameter and for the damping ratio, all in one field."""
+"""A scheme with an exact value for each of its parameters, and for the damping ratio, all in one field."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from sympy import QQ, Expr, Poly, Rational, Symbol, fraction, together
+from sympy import Expr, Rational, Symbol
 
 from ..algebra.algebraic import Algebraic, Field, generator
 from ..algebra.exact_number import exact_number
@@ -15,7 +15,7 @@ from .scheme import Scheme
 
 
 @dataclass(frozen=True)
-class Setting:
+class ParameterSet:
     """A scheme with a value for every parameter and for xi (None: xi stays a symbol), all in one field K."""
 
     scheme: Scheme
@@ -24,7 +24,7 @@ class Setting:
     field: Field
 
     @classmethod
-    def of(cls, scheme: str | Scheme, damping: Any, given: Mapping[str, Any]) -> "Setting":
+    def of(cls, scheme: str | Scheme, damping: Any, given: Mapping[str, Any]) -> "ParameterSet":
         """Raises DeclarationError, ValueError, TypeError as `certify` does."""
         declared = find(scheme)
         numbers = _Numbers()
@@ -40,7 +40,7 @@ class Setting:
             raise ValueError(f"expected a damping ratio xi >= 0, got {damping}")
         return cls(declared, {s: values[s] for s in declared.values}, number, field)
 
-    def damped(self, damping: Any) -> "Setting":
+    def damped(self, damping: Any) -> "ParameterSet":
         """The same parameters at another xi. Raises ValueError for a second algebraic number."""
         numbers = _Numbers(self.field.r)
         number = numbers.expression(damping)
@@ -107,7 +107,8 @@ def _default(scheme: Scheme, parameter: Parameter, values: Mapping[Symbol, Expr]
     if isinstance(default, Root):
         if default.equation.free_symbols != {parameter.symbol}:
             raise ValueError(f"{scheme.name}: give {parameter.name}; its default is a root of {default.equation}")
-        return numbers.expression(_only_root(parameter, default.equation))
+        found = parameter.root(values)
+        return found if isinstance(found, Rational) else numbers.expression(found)
     if default.is_finite is False:
         raise DeclarationError(
             f"{scheme.name}: the default of {parameter.name} is {default} here; give {parameter.name}"
@@ -117,13 +118,3 @@ def _default(scheme: Scheme, parameter: Parameter, values: Mapping[Symbol, Expr]
     if default.free_symbols:
         raise ValueError(f"{scheme.name}: give {parameter.name}; its default {default} is no rational function of r")
     return numbers.expression(Algebraic.of(default))
-
-
-def _only_root(parameter: Parameter, equation: Expr) -> Any:
-    """The root in the parameter's interval of an equation over Q."""
-    polynomial = Poly(fraction(together(equation))[0], parameter.symbol, domain=QQ).clear_denoms()[1]
-    try:
-        found = Algebraic(tuple(polynomial.all_coeffs()), (parameter.domain.start, parameter.domain.end))
-    except ValueError as error:
-        raise DeclarationError(f"{parameter.name} has no default here ({error}); give {parameter.name}") from error
-    return Rational(-found.coefficients[1], found.coefficients[0]) if len(found.coefficients) == 2 else found

@@ -1,0 +1,211 @@
+"""What a scheme's declaration has to be, checked when it is built, so that nothing wrong is derived from it later.
+
+Every check raises `DeclarationError`, which names the scheme, the symbol or relation at fault, and the cure.
+"""
+
+from collections.abc import Iterable, Mapping
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+from sympy import Add, Expr, Mul, Pow, Rational, Symbol, preorder_traversal
+
+from .errors import DeclarationError
+from .parameter import Root
+from .symbols import K0, C, K_t, M, N, N_discrete, Omega, f, h, knot, knot_of, lam, lattice, mu, omega, t, xi
+
+if TYPE_CHECKING:
+    from .scheme import Scheme
+
+TAKEN = {s.name for s in (h, omega, Omega, xi, lam, mu, M, C, K0, t)} | {"f"}  # what derivation calls something else
+START_KNOT = frozenset(knot(0))
+
+
+def check(scheme: "Scheme") -> None:
+    """All checks, in the order in which their messages help most."""
+    _parameters(scheme)
+    _families(scheme)
+    _symbols(scheme)
+    _exact(scheme)
+    _balances(scheme)
+    _count(scheme)
+    _start(scheme)
+    _report(scheme)
+
+
+def _parameters(scheme: "Scheme") -> None:
+    seen: dict[str, Symbol] = {}
+    for p in (*scheme.parameters, *(family.argument for family in scheme.families)):
+        if p.name in TAKEN or knot_of(p.symbol) is not None:
+            what = "a knot's u, v or a" if knot_of(p.symbol) else "what derivation calls so itself"
+            raise DeclarationError(f"{scheme.name}: the name '{p.name}' stands for {what}; rename the parameter")
+    for p in scheme.parameters:
+        if p.name in seen:
+            raise DeclarationError(f"{scheme.name}: two parameters are named '{p.name}'; rename one of them")
+        default = p.default.equation if isinstance(p.default, Root) else p.default
+        own = {p.symbol} if isinstance(p.default, Root) else set()
+        if default is None or (later := default.free_symbols - set(seen.values()) - own):
+            unknown = "none" if default is None else f"one in {', '.join(sorted(map(str, later)))}"
+            raise DeclarationError(
+                f"{scheme.name}: expected a default of {p.name}, in parameters declared before it if any, got {unknown}"
+            )
+        seen[p.name] = p.symbol
+        if scheme.parent is None:  # of a member, what was fixed may have moved a default that is not used
+            p.check_default()
+
+
+def _families(scheme: "Scheme") -> None:
+    names = {p.name for p in scheme.parameters}
+    seen: set[str] = set()
+    for family in scheme.families:
+        argument = family.argument
+        if argument.name in names | seen:
+            raise DeclarationError(
+                f"{scheme.name}: the family's argument '{argument.name}' is another parameter's name; rename one"
+            )
+        seen.add(argument.name)
+        for symbol, value in family.values.items():
+            if symbol not in scheme.values:
+                raise DeclarationError(
+                    f"{scheme.name}: the family of {argument.name} sets '{symbol}', which is no parameter of the "
+                    f"scheme; its parameters: {', '.join(map(str, scheme.values)) or 'none'}"
+                )
+            if unknown := value.free_symbols - {argument.symbol}:
+                raise DeclarationError(
+                    f"{scheme.name}: the family of {argument.name} gives {symbol} = {value}; expected a function of "
+                    f"{argument.name} alone, got {', '.join(sorted(map(str, unknown)))} in it"
+                )
+
+
+def _symbols(scheme: "Scheme") -> None:
+    declared = set(scheme.values) | {h, M, C, K0}
+    start = scheme.start if isinstance(scheme.start, Mapping) else {}
+    added = (
+        *(x for both in (*start.items(), *scheme.report.items()) for x in both),
+        *(b.load for b in scheme.balances),
+    )
+    for symbol in sorted(scheme.mentioned | {s for e in added for s in e.free_symbols}, key=str):
+        at = knot_of(symbol)
+        if at is None and symbol not in declared:
+            raise DeclarationError(
+                f"{scheme.name}: '{symbol}' is neither a knot's u, v, a nor a declared parameter; "
+                f"declare Parameter({symbol}, ...) or correct the name"
+            )
+        if at is not None and not _canonical(at[1]):
+            raise DeclarationError(
+                f"{scheme.name}: expected a knot's label to be text such as 'g' or a whole or fractional number of "
+                f"steps such as 0, -1 or '1/2', got '{at[1]}'; rename the knot"
+            )
+        if at is not None and symbol != Symbol(symbol.name):
+            raise DeclarationError(
+                f"{scheme.name}: '{symbol}' has assumptions of its own; make it with knot('{at[1]}')"
+            )
+
+
+def _canonical(label: str) -> bool:
+    """Whether a label is written in one way alone, and is not one of those that derivation makes itself."""
+    step = lattice(label)
+    return not label.startswith("*") and (step is None or str(step) == label)
+
+
+def _exact(scheme: "Scheme") -> None:
+    start = scheme.start if isinstance(scheme.start, Mapping) else {}
+    expressions = [*scheme.relations.values(), *start.values(), *scheme.report.values()]
+    expressions += [e for b in scheme.balances for e in (b.inertia, b.damping, b.force, b.load)]
+    for part in (part for e in expressions for part in preorder_traversal(e)):
+        if not _is_rational(part):
+            raise DeclarationError(
+                f"{scheme.name}: '{part}' is neither rational nor a whole power, but all that is derived is "
+                "exact; write a fraction as Rational(1, 4), anything else as the default of a Parameter"
+            )
+
+
+def _is_rational(part: Expr) -> bool:
+    """Whether it is, if the parts it is made of are."""
+    declared = (Rational, Symbol, Add, Mul, f, N, N_discrete, K_t)
+    return isinstance(part, declared) or (isinstance(part, Pow) and part.exp.is_Integer)
+
+
+def _balances(scheme: "Scheme") -> None:
+    for k, b in enumerate(scheme.balances, start=1):
+        where = f"{scheme.name}: balance {k}"
+        for slot in ("inertia", "damping"):
+            if getattr(b, slot).atoms(N, N_discrete, K_t, f):
+                raise DeclarationError(
+                    f"{where}: expected the {slot} as a linear combination of knots' symbols, got {getattr(b, slot)}; "
+                    "write forces into force and loads into load"
+                )
+        if b.force.atoms(f, K_t):
+            raise DeclarationError(f"{where}: expected the force to hold N of displacements, got {b.force}")
+        bare = b.load.replace(f, lambda tau: Symbol("f"))
+        if knots := sorted(s for s in map(str, bare.free_symbols) if knot_of(Symbol(s))):
+            raise DeclarationError(f"{where}: expected a load of f(tau) alone, got {knots[0]}; write it into force")
+        for load in b.load.atoms(f):
+            if moving := load.free_symbols - set(scheme.values):
+                raise DeclarationError(
+                    f"{where}: expected f of an instant in steps after t_n, got {load} with {_listed(moving)} in it; "
+                    "f(1) is the load at t_n + h"
+                )
+    for symbol in scheme.relations:
+        if knot_of(symbol) is None:
+            raise DeclarationError(f"{scheme.name}: a relation defines '{symbol}', not a knot's u, v or a")
+        if held := scheme.relations[symbol].atoms(N, N_discrete, K_t, f):
+            raise DeclarationError(
+                f"{scheme.name}: the relation of {symbol} holds {_listed(held)}; forces and loads belong into balances"
+            )
+
+
+def _count(scheme: "Scheme") -> None:
+    count, unknowns = len(scheme.relations) + len(scheme.balances), scheme.unknowns
+    if len(unknowns) != count:
+        defined = ", ".join(str(s) for s in unknowns if s not in scheme.relations)
+        raise DeclarationError(
+            f"{scheme.name}: {len(scheme.relations)} relations and {len(scheme.balances)} balances "
+            f"for {len(unknowns)} unknowns; without a relation of their own: {defined}. "
+            f"{'A relation is missing' if len(unknowns) > count else 'There is a relation too many'}"
+        )
+
+
+def _start(scheme: "Scheme") -> None:
+    start = scheme.start_scheme
+    if start is not None:
+        if not set(start.state) <= START_KNOT or start.start_scheme is not None:
+            raise DeclarationError(
+                f"{scheme.name}: expected a one-step scheme to start it, got {start.name} with the state "
+                f"{_listed(start.state)}; start with one that reads u_0, v_0 and a_0 alone"
+            )
+        labels = {s: (knot_of(s) or ("", ""))[1] for s in scheme.state}
+        if off := [s for s, label in labels.items() if (lattice(label) or Fraction(0)).denominator > 1]:
+            raise DeclarationError(
+                f"{scheme.name}: the step reads {off[0]}, which {start.name}, marching whole steps, does not pass; "
+                f"give start={{{off[0]}: ...}}"
+            )
+        return
+    assert isinstance(scheme.start, Mapping)
+    if missing := [s for s in scheme.state if s not in START_KNOT and s not in scheme.start]:
+        raise DeclarationError(
+            f"{scheme.name}: the step reads {missing[0]}, for which start says nothing; "
+            f"give start={{{missing[0]}: ...}} or start=<a one-step scheme>"
+        )
+    for symbol, e in scheme.start.items():
+        if symbol not in scheme.state:
+            raise DeclarationError(
+                f"{scheme.name}: start gives {symbol}, which no step reads; the state is {_listed(scheme.state)}"
+            )
+        if other := [s for s in e.free_symbols if knot_of(s) and s not in START_KNOT]:
+            raise DeclarationError(
+                f"{scheme.name}: the start of {symbol} holds {_listed(other)}; expected u_0, v_0 and a_0 alone"
+            )
+
+
+def _report(scheme: "Scheme") -> None:
+    for symbol, e in scheme.report.items():
+        if symbol not in knot(1):
+            raise DeclarationError(f"{scheme.name}: report gives '{symbol}'; expected u_1, v_1 or a_1")
+        if unknown := [s for s in e.free_symbols if knot_of(s) and s not in (*scheme.unknowns, *scheme.state)]:
+            raise DeclarationError(
+                f"{scheme.name}: the report of {symbol} holds {_listed(unknown)}, which the step does not define"
+            )
+
+
+def _listed(symbols: Iterable[Expr]) -> str:
+    return ", ".join(sorted(map(str, symbols)))

@@ -1,0 +1,79 @@
+"""Polynomials and rational functions of a scheme's parameters -> numbers of one field.
+
+At a parameter set the field is Q, or Q(r) where a parameter is irrational; with parameters left free it is that of the
+rational functions in them. What vanishes is known to vanish: nothing is rounded.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from sympy import QQ, Expr, Poly, Symbol
+
+from ..algebra.algebraic import Field
+from ..algebra.rational import RationalFunctions
+from ..declare.parameter_set import ParameterSet
+from ..declare.scheme import Scheme
+from ..declare.symbols import Omega, xi
+from .amplification import Amplification
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """A scheme with numbers of a field for its parameters; values: each one's number as an expression."""
+
+    scheme: Scheme
+    field: Field | RationalFunctions
+    values: Mapping[Symbol, Expr]
+
+    @classmethod
+    def at(cls, parameters: ParameterSet) -> "Evaluation":
+        """At a parameter set."""
+        return cls(parameters.scheme, parameters.field, parameters.values)
+
+    @classmethod
+    def at_defaults(cls, scheme: str | Scheme) -> "Evaluation":
+        """With every parameter at its default. Raises DeclarationError, ValueError as `ParameterSet.of`."""
+        return cls.at(ParameterSet.of(scheme, None, {}))
+
+    @classmethod
+    def free(cls, scheme: Scheme) -> "Evaluation":
+        """With every parameter left free: what is found holds at almost all of them."""
+        return cls(scheme, RationalFunctions(scheme.values), {s: s for s in scheme.values})
+
+    @cached_property
+    def amplification(self) -> Amplification:
+        """Of the scheme, in its parameters."""
+        return Amplification.of(self.scheme)
+
+    def number(self, value: Expr) -> Any:
+        """A rational function of the parameters as a number of the field."""
+        return self.field.number(value.subs(self.values, simultaneous=True))
+
+    @cached_property
+    def _numbers(self) -> dict[Symbol, Any]:
+        return {symbol: self.field.number(value) for symbol, value in self.values.items()}
+
+    def coefficients(self, polynomial: Expr, damping: Any | None = None) -> dict[tuple[int, int], Any]:
+        """(power of Omega, power of xi) -> number, of a polynomial in both and in the parameters, zeros left out.
+
+        With a damping ratio, an element of the field, in place of xi its power is always 0.
+        """
+        symbols, domain = [*self._numbers, Omega, xi], self.field.domain
+        numbers = [*self._numbers.values()]
+        powers: list[list[Any]] = [[domain.one] for _ in (*numbers, damping)]
+        found: dict[tuple[int, int], Any] = {}
+        for monomial, c in Poly(polynomial, *symbols, domain=QQ).terms():
+            *own, at_Omega, at_xi = monomial
+            value = domain.convert(QQ(int(c.p), int(c.q)))
+            factors = list(zip(powers, numbers, own, strict=False))
+            if damping is not None:
+                factors.append((powers[-1], damping, at_xi))
+            for table, number, power in factors:
+                while len(table) <= power:
+                    table.append(table[-1] * number)
+                value = value * table[power]
+            key = at_Omega, at_xi if damping is None else 0
+            found[key] = found[key] + value if key in found else value
+        return {key: value for key, value in found.items() if value}

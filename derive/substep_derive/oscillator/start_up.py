@@ -1,0 +1,37 @@
+"""The state from which a scheme itself marches, in any arithmetic, from what is given at t = 0 without load."""
+
+from collections.abc import Callable, Sequence
+from typing import TypeVar
+
+from ..declare.symbols import knot_of, lattice
+from .amplification import Affine, Amplification
+
+T = TypeVar("T")
+Apply = Callable[[Affine, Sequence[T]], Sequence[T]]
+
+
+def start_up(amplification: Amplification, given: Sequence[T], apply: Apply) -> tuple[list[T], int]:
+    """(the scheme's state, how many steps another scheme has marched) from given u_0, h*v_0, h^2*a_0.
+
+    apply: the product of the rows of an Affine, its loads left aside, with a vector.
+    """
+    scheme = amplification.scheme
+    if scheme.start_scheme is None:
+        if amplification.start is None:
+            return [given["uva".index((knot_of(s) or ("u", ""))[0])] for s in scheme.state], 0
+        return list(apply(amplification.start, given)), 0
+    starter = Amplification.of(scheme.start_scheme)
+    at = [knot_of(s) or ("u", "0") for s in scheme.state]
+    steps = max(int(-(lattice(label) or 0)) for _, label in at)
+    history, state = [list(given)], start_up(starter, given, apply)[0]
+    for _ in range(steps):
+        state, reported = stepped(starter, state, apply)
+        history.append(reported)
+    return [history[steps + int(lattice(label) or 0)]["uva".index(kind)] for kind, label in at], steps
+
+
+def stepped(amplification: Amplification, state: Sequence[T], apply: Apply) -> tuple[list[T], list[T]]:
+    """The new state, and u, h*v, h^2*a reported at its end."""
+    after = list(apply(amplification.step, state))
+    others = iter(apply(amplification.outputs, state) if amplification.outputs.N.rows else ())
+    return after, [after[place] if place >= 0 else next(others) for place in amplification.in_state]
