@@ -20,7 +20,7 @@ def job(quick: bool) -> Job:
     """A table for each kind of work, a row a scheme with kernels of its own."""
     found = Job(NAME, "All schemes, one core")
     random, rounds = np.random.default_rng(2015), 3 if quick else 7
-    names = [name for name in ss.schemes() if not ss.scheme(name).entry["fixed"]]
+    names = [name for name in ss.schemes() if not ss.scheme(name).info.fixed]
     points = 1 << 16
     Omega, xi = 10.0 ** random.uniform(-2, 1, points), random.uniform(0.0, 0.2, points)
     order, few = np.argsort(Omega), slice(None, None, 32)

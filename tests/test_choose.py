@@ -1,4 +1,4 @@
-"""What is recommended: that it suffices, that nothing cheaper does, and that bad wishes are told."""
+"""What is recommended: that it suffices, that nothing cheaper does, and that bad wishes are reported."""
 
 from pathlib import Path
 

@@ -37,7 +37,7 @@ def test_overshoot_is_what_a_run_shows(name: str) -> None:
     """The growth of u and v/omega from Omega = 1e3 to 1e5 in the scheme's own first step."""
     found = overshoot(Evaluation.at_defaults(name))
     s = ss.scheme(name)
-    lag = max(back for _, back in s.history) if s.start not in ("given", "start") else 0
+    lag = max(back for _, back in s.history) if s.info.start == "scheme" else 0
     sizes = []
     for omega in (1e4, 1e5):
         u, v = [], []

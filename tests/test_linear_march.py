@@ -41,7 +41,7 @@ def module_of(name: str) -> Any:
 def uncompiled(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """The linear march's functions as plain Python."""
     found: dict[str, object] = {}
-    monkeypatch.setattr(sys.modules["substep.core.schemes"], "committed", module_of)
+    monkeypatch.setattr(sys.modules["substep.core.kernel_modules"], "committed", module_of)
 
     def kernels(name: str, K: int) -> tuple[object, object, int]:
         module = found.setdefault(name, plain(march_module(shape_of(name), (2, 4, 6))))
@@ -61,7 +61,7 @@ def oscillators(seed: int, *, dt: float | None = None, consistent: bool = True) 
     return Oscillators(omega, damping, step, np.stack([u, v, a]))
 
 
-def test_every_shape_is_committed_and_told_by_its_name() -> None:
+def test_every_shape_is_committed_and_named() -> None:
     names = {module_of(name).MARCH for name in OWN}
     assert all(shape_name(shape_of(name)) == name for name in names)
     assert names == {path.stem for path in GENERATED.glob("linear_march_*.py")}

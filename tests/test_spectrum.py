@@ -158,7 +158,7 @@ def uncompiled(monkeypatch: pytest.MonkeyPatch) -> None:
         return getattr(kernels, f"march_{K}"), getattr(kernels, f"run_{K}"), kernels.WIDTH
 
     filters = plain(filter_module())
-    monkeypatch.setattr(sys.modules["substep.core.schemes"], "committed", module)
+    monkeypatch.setattr(sys.modules["substep.core.kernel_modules"], "committed", module)
     monkeypatch.setattr(linear, "_kernels", march)
     monkeypatch.setattr(digital_filter, "_kernel", lambda d, k: (getattr(filters, f"peaks_{d}_{k}"), filters.WIDTH))
 

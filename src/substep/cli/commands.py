@@ -203,14 +203,14 @@ def run(
     csv: Annotated[Path | None, typer.Option(help="write the history here")] = None,
 ) -> None:
     """March a scene. Parameters of both follow as numbers: --EA 1e4 --gamma-t 0.2."""
-    from ..core.scenes import SCENES  # noqa: PLC0415
+    from ..core.scenes import scene_info  # noqa: PLC0415
     from ..figures.charts import save_csv  # noqa: PLC0415
     from ..marching.run import march  # noqa: PLC0415
 
     try:
         room_for(csv)
         given = numbers(context.args)
-        known = {key for key, *_ in SCENES[scene_name]["parameters"]} if scene_name in SCENES else set()
+        known = scene_info(scene_name, {}).parameters
         s = scheme(scheme_name, **{key: value for key, value in given.items() if key not in known})
         here = scene_of(scene_name, a0, strain, {key: value for key, value in given.items() if key in known})
         r = march(here, s, dt, t_end)
@@ -239,16 +239,17 @@ def run(
 @app.command()
 def scenes() -> None:
     """List all scenes with their parameters (default value) and reference."""
-    from ..core.scenes import SCENES  # noqa: PLC0415
+    from ..core.scenes import scene_info  # noqa: PLC0415
     from ..core.scenes import scenes as scene_names  # noqa: PLC0415
 
     table = Table(Column("scene", no_wrap=True), "coordinates", "parameters", "reference")
     for name in scene_names():
-        entry = SCENES[name]
-        coordinates = ", ".join(f"{q} ({unit})" for q, unit in entry["coordinates"])
-        values = ((key, default) for key, *_, default in entry["parameters"])
-        parameters = ", ".join(key if default is None else f"{key} ({default:.7g})" for key, default in values)
-        table.add_row(name, coordinates, parameters, entry["reference"])
+        info = scene_info(name, {})
+        coordinates = ", ".join(f"{q} ({unit})" for q, unit in info.coordinates)
+        parameters = ", ".join(
+            p.name if p.default is None else f"{p.name} ({p.default():.7g})" for p in info.parameters.values()
+        )
+        table.add_row(name, coordinates, parameters, info.reference)
     console.print(table)
 
 

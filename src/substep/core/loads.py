@@ -4,11 +4,10 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from .arrays import Array
 from .errors import real_array, real_number
-
-Array = NDArray[np.float64]
 
 
 class Load(Protocol):
@@ -69,13 +68,13 @@ class HalfSine:
         return np.where(inside, self.amplitude * np.sin(np.pi * t / self.duration), 0.0)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Record:
-    """Samples at 0, dt, 2 dt, ..., linear between them, 0 after the last."""
+    """Samples at 0, dt, 2 dt, ..., linear between them, 0 after the last. Two are equal for equal dt and samples."""
 
     dt: float
     values: ArrayLike
-    _values: Array = field(init=False, repr=False, compare=False)
+    _values: Array = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         real_number("dt of the record", self.dt, positive=True)
@@ -100,3 +99,9 @@ class Record:
         share = position - before
         between = self._values[before] * (1.0 - share) + self._values[before + 1] * share
         return np.where((position >= 0.0) & (position <= last), between, 0.0)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Record) and self.dt == other.dt and np.array_equal(self._values, other._values)
+
+    def __hash__(self) -> int:
+        return hash((self.dt, len(self._values), *self._values[:16].tolist()))

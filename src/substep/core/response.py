@@ -8,23 +8,24 @@ from typing import TYPE_CHECKING, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from .arrays import Array
+
 if TYPE_CHECKING:
     from .scenes import Scene
 
-Array = NDArray[np.float64]
 Status = Literal["completed", "newton_failed", "non_finite", "energy_bound"]
 STATUSES: tuple[Status, ...] = get_args(Status)  # in the order of the kernels' numbers
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Response:
     """Histories u, v (n+1, ndof), and t, energy, angular_momentum (n+1,), which are computed when first read.
 
     status: "completed", or why the march stopped; then all arrays end at the last good state and
     t_failed is the end of the step that failed. newton_iterations (n, balances): 0 where a balance is
-    linear, in steps that another scheme starts all of that one's under the first balance. a (n+1, ndof) is the
-    scheme's own acceleration, else M^-1 (F - C v - N). angular_momentum is None for a scene without one;
-    outputs holds the scene's own, such as strain.
+    linear; of the first steps, where another scheme marches them, that scheme's sum under the first balance.
+    a (n+1, ndof) is the scheme's own acceleration, else M^-1 (F - C v - N). angular_momentum is None for a
+    scene without one; outputs holds the scene's own, such as strain.
     """
 
     u: Array

@@ -2,68 +2,74 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from importlib import import_module
+from functools import cache, cached_property
 from types import MappingProxyType, ModuleType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from substep_kernels.scenes import SCENES
 
-from .errors import inside, real_array, real_number, unknown_name
+from .arrays import Array, Values, by_value
+from .entries import SceneInfo
+from .errors import real_array, real_number, unknown_name
+from .kernel_modules import loaded
 from .loads import Load
 
 if TYPE_CHECKING:
     from ..derived.modules import SceneDeclaration
 
-Array = NDArray[np.float64]
-
-_VARIANTS = {"strain": {"green_lagrange": "elastic_pendulum", "engineering": "elastic_pendulum_engineering"}}
+STRAIN_MEASURES = {"green_lagrange": "elastic_pendulum", "engineering": "elastic_pendulum_engineering"}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Scene:
     """A benchmark problem with its parameters; make one with `substep.scene`.
 
-    u0, v0, a0 (d,): displacement, velocity and acceleration at t = 0, in the units of the coordinates, s. A sweep
-    has many in one, P lanes: some parameters are (P,), u0, v0, a0 (P, d), and u, v in what follows (P, ..., d).
+    u0, v0, a0 (d,): displacement, velocity and acceleration at t = 0, in the units of the coordinates and s. In a
+    sweep one handle stands for P lanes: some parameters are (P,), u0, v0, a0 (P, d), and u, v in what follows
+    (P, ..., d). Two are equal if they are the same scene with the same parameters, start and load, arrays by shape and
+    value; a scene of the user's own is the same if everything declared about it is.
     """
 
-    name: str
+    info: SceneInfo = field(repr=False)
     parameters: Mapping[str, Any]  # numbers
     u0: Array
     v0: Array
     a0: Array
     load: Load | None
-    entry: Mapping[str, Any] = field(repr=False, compare=False)  # of the index, see substep_kernels.scenes
-    a0_asked: ArrayLike | str | None = field(default=None, repr=False, compare=False)  # for other parameters
+    a0_asked: ArrayLike | str | None = field(default=None, repr=False)  # as it was given
+
+    @property
+    def name(self) -> str:
+        """The scene's name."""
+        return self.info.name
 
     @property
     def coordinates(self) -> tuple[tuple[str, str], ...]:
         """Name and unit of each coordinate."""
-        return self.entry["coordinates"]
+        return self.info.coordinates
 
     @property
     def reference(self) -> str:
         """Where the scene is from."""
-        return self.entry["reference"]
+        return self.info.reference
 
     @property
     def module(self) -> ModuleType:
         """Generated functions of the scene: energy, acceleration, invariants."""
-        own = self.entry.get("module")
-        return own or import_module(f"substep_kernels.scene_{self.name}")
+        return loaded(self.info.module)
 
     @property
     def length(self) -> float:
         """What Newton's tolerance is relative to."""
-        return self.entry["length"](**self.parameters)
+        return self.info.length(**self.parameters)
 
     @property
     def E0(self) -> float:
         """Energy at t = 0 or, where that is 0, the largest potential scale of the scene; J."""
         at_start = float(self.energy(np.zeros(()), self.u0, self.v0))
-        return at_start or (self.entry["energy_scale"] or (lambda **_: 0.0))(**self.parameters)
+        return at_start or (self.info.energy_scale(**self.parameters) if self.info.energy_scale else 0.0)
 
     def energy(self, t: Array, u: Array, v: Array) -> Array:
         """Kinetic energy and potential (...,) at times t (...,) for u, v (..., d); inf beyond about 1e154."""
@@ -75,11 +81,11 @@ class Scene:
 
     def angular_momentum(self, t: Array, u: Array, v: Array) -> Array | None:
         """Angular momentum (...,) about the pivot; None for a scene without one."""
-        return self._evaluate("angular_momentum", t, u, v) if self.entry["angular_momentum"] else None
+        return self._evaluate("angular_momentum", t, u, v) if self.info.angular_momentum else None
 
     def outputs(self, t: Array, u: Array, v: Array) -> dict[str, Array]:
         """The scene's named outputs, each (...,)."""
-        return {name: self._evaluate(name, t, u, v) for name in self.entry["outputs"]}
+        return {name: self._evaluate(name, t, u, v) for name in self.info.outputs}
 
     def forces(self, t: Array) -> Array:
         """The load at the times t, of their shape. Raises ValueError for one not finite or of another shape."""
@@ -94,16 +100,28 @@ class Scene:
         return forces
 
     def _evaluate(self, function: str, t: Array, u: Array, v: Array) -> Array:
-        given = [self.forces(t)] if self.entry["sampled"] else []
+        given = [self.forces(t)] if self.info.sampled else []
         inner = (1,) * (np.ndim(u) - 2)  # axes between a lane's and the coordinates'
         values = (x.reshape(-1, *inner) if np.ndim(x) else x for x in self.parameters.values())
         with np.errstate(all="ignore"):
             return getattr(self.module, function)(*values, t, u, v, *given)
 
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Scene) or (self.info, self._values) != (other.info, other._values):
+            return False
+        return self.load is other.load or bool(self.load == other.load)
+
+    def __hash__(self) -> int:
+        return hash((self.info, self._values))  # without the load, which need not have one
+
+    @cached_property
+    def _values(self) -> tuple[Values, Values]:
+        return by_value(self.parameters), by_value({"u0": self.u0, "v0": self.v0, "a0": self.a0})
+
 
 def scenes() -> tuple[str, ...]:
-    """Names of all scenes."""
-    return tuple(name for name in SCENES if name not in _VARIANTS["strain"].values() or name == "elastic_pendulum")
+    """Names of all scenes; that of another strain measure is an option of its scene."""
+    return tuple(name for name in SCENES if name not in STRAIN_MEASURES.values() or name == "elastic_pendulum")
 
 
 def scene(
@@ -116,55 +134,64 @@ def scene(
     a function of time in s, for scenes that take one. elastic_pendulum also takes strain = "green_lagrange"
     or "engineering". Raises ValueError for unknown names, missing parameters and bad values.
     """
-    name, entry = scene_entry(name, parameters)
-    return make_scene(name, entry, checked_parameters(name, entry, parameters, real_number), a0, load)
+    info = scene_info(name, parameters)
+    return make_scene(info, checked_parameters(info, parameters, real_number), a0, load)
 
 
-def scene_entry(name: "str | SceneDeclaration", parameters: dict[str, Any]) -> tuple[str, Mapping[str, Any]]:
-    """A scene's own name and entry of the index; takes the strain measure, which decides it, off the parameters."""
+def scene_info(name: "str | SceneDeclaration", parameters: dict[str, Any]) -> SceneInfo:
+    """What is known of a scene of the catalogue, or of the user's own, which is derived if the cache has it not.
+
+    Takes the strain measure, which decides between two of the catalogue, off the parameters. Raises ValueError for an
+    unknown name, DeclarationError for energies that do not define a motion.
+    """
     if isinstance(name, str):
         if name not in SCENES:
             raise unknown_name("a scene", name, scenes())
         if name == "elastic_pendulum" and "strain" in parameters:
             measure = parameters.pop("strain")
-            if not isinstance(measure, str) or measure not in _VARIANTS["strain"]:
-                raise unknown_name("a strain measure", str(measure), _VARIANTS["strain"])
-            name = _VARIANTS["strain"][measure]
-        return name, SCENES[name]
+            if not isinstance(measure, str) or measure not in STRAIN_MEASURES:
+                raise unknown_name("a strain measure", str(measure), STRAIN_MEASURES)
+            name = STRAIN_MEASURES[measure]
+        return _in_catalogue(name)
     if not hasattr(name, "potential"):
-        raise ValueError(f"expected the name of a scene or a declaration of one, got {name!r}")
-    from ..derived.modules import own_scene_entry  # noqa: PLC0415 (the one door to SymPy)
+        raise ValueError(
+            f"expected the name of a scene or a declaration of one, got {name!r}; substep.scenes() lists the names"
+        )
+    from ..derived.modules import own_scene_module  # noqa: PLC0415 (the one door to SymPy)
 
-    return own_scene_entry(name)
+    module = own_scene_module(name)
+    return SceneInfo.of(name.name, module.ENTRY, module, name)
+
+
+@cache
+def _in_catalogue(name: str) -> SceneInfo:
+    return SceneInfo.of(name, SCENES[name])
 
 
 def checked_parameters(
-    name: str, entry: Mapping[str, Any], parameters: Mapping[str, Any], number: Callable[[str, Any], ArrayLike]
+    info: SceneInfo, parameters: Mapping[str, Any], number: Callable[[str, Any], ArrayLike]
 ) -> dict[str, Any]:
-    """All parameters, defaults filled in, as numbers or, where number lets them pass, arrays."""
-    declared = {key: rest for key, *rest in entry["parameters"]}
+    """All parameters, defaults filled in, as floats or, where `number` lets them pass, arrays."""
     for key in parameters:
-        if key not in declared:
-            more = ["strain"] if name.startswith("elastic_pendulum") else []
-            raise unknown_name(
-                f"a parameter of {name}", key, [*declared, *more, "a0", *(["load"] if entry["sampled"] else [])]
-            )
+        if key not in info.parameters:
+            more = ["strain"] if info.name.startswith("elastic_pendulum") else []
+            known = [*info.parameters, *more, "a0", *(["load"] if info.sampled else [])]
+            raise unknown_name(f"a parameter of {info.name}", key, known)
     values: dict[str, Any] = {}
-    for key, (*domain, default) in declared.items():
-        if key not in parameters and default is None:
-            raise ValueError(f"expected a value for {key} of {name}, got none; add {key}=...")
-        what = f"parameter {key} of {name}"
-        value = inside(what, number(what, parameters.get(key, default)), *domain)
+    for key, parameter in info.parameters.items():
+        what = f"parameter {key} of {info.name}"
+        given = parameters[key] if key in parameters else parameter.default_of(info.name, values)
+        value = parameter.inside(what, number(what, given))
         values[key] = value if value.ndim else float(value)
     return values
 
 
-def make_scene(
-    name: str, entry: Mapping[str, Any], values: Mapping[str, Any], a0: ArrayLike | str | None, load: Load | None
-) -> Scene:
+def make_scene(info: SceneInfo, values: Mapping[str, Any], a0: ArrayLike | str | None, load: Load | None) -> Scene:
     """A scene of checked parameters, numbers or (P,)."""
-    if load is not None and not entry["sampled"]:
-        raise ValueError(f"expected no load for {name}, got one; its load is part of its declaration")
+    if load is not None and not info.sampled:
+        raise ValueError(
+            f"expected no load for {info.name}, got one; its load is part of its declaration, so leave it out"
+        )
     if load is not None and not callable(load):
         raise ValueError(
             f"expected load to be None or a function of time such as ss.Harmonic, got {type(load).__name__}; "
@@ -173,11 +200,11 @@ def make_scene(
     lanes = np.broadcast_shapes(*(np.shape(x) for x in values.values()))
     u0, v0, given = (
         None if x is None else np.stack([np.full(lanes, q, dtype=np.float64) for q in x], axis=-1)
-        for x in entry["start"](**values)
+        for x in info.start(**values)
     )
     assert u0 is not None
     assert v0 is not None
-    draft = Scene(name, MappingProxyType(dict(values)), u0, v0, u0, load, entry, a0)
+    draft = Scene(info, MappingProxyType(dict(values)), u0, v0, u0, load, a0)
     wanted = a0 if a0 is not None else "consistent" if given is None else given
     return replace(draft, a0=_acceleration(draft, wanted))
 

@@ -1,4 +1,4 @@
-"""Kernels release the interpreter's lock: work is spread over the cores this process may use."""
+"""Work spread over the cores this process may use, by threads: kernels release the interpreter's lock."""
 
 import os
 from collections.abc import Callable, Iterator
@@ -8,12 +8,12 @@ from contextvars import ContextVar
 from functools import cache
 
 _serial: ContextVar[bool] = ContextVar("serial", default=False)
-WORTH_THREADS = 1e6  # ns of work from which on threads pay
-PIECES = 8  # a core: the others take what a late or slow one leaves
+WORTH_THREADS = 1e6  # ns: less work is done faster by one thread
+PIECES = 8  # of the work for each core: a thread that is late or slow leaves its pieces to the others
 
 
 def cores() -> int:
-    """How many this process may use; one in what runs inside `serial`."""
+    """How many cores this process may use; 1 for what runs inside `serial`."""
     if _serial.get():
         return 1
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
@@ -21,7 +21,7 @@ def cores() -> int:
 
 @contextmanager
 def serial() -> Iterator[None]:
-    """Kernels called inside take one core: others are busy with other chunks."""
+    """Kernels called inside take one core, as a worker's should whose other cores work on other chunks of a sweep."""
     token = _serial.set(True)
     try:
         yield
@@ -39,7 +39,10 @@ if hasattr(os, "register_at_fork"):
 
 
 def spread(part: Callable[[int, int], None], size: int, block: int, *, nanoseconds: float) -> None:
-    """Call part(first, last) until all of size is done: at once, or whole blocks on each core if the work is long."""
+    """Call part(first, last) for ranges that together are 0 to size: one range, or pieces on all cores for long work.
+
+    Pieces are whole blocks but for the last. nanoseconds: what all the work takes on one core, about.
+    """
     blocks = -(-size // block)
     workers = max(1, min(cores(), blocks)) if nanoseconds >= WORTH_THREADS else 1
     if workers == 1:

@@ -1,34 +1,32 @@
-"""Kernels of one's own schemes and scenes, and of pairs that are not committed."""
+"""Kernels that are not committed: of the user's own schemes and scenes, of other pairs, of other linear marches."""
 
-from collections.abc import Mapping
 from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from .module_cache import cached_module
 
 if TYPE_CHECKING:
     from substep_derive import Scene as SceneDeclaration
     from substep_derive import Scheme as Declaration
-from .module_cache import cached_module
 
 
-def own_entry(declaration: "Declaration") -> tuple[str, Mapping[str, Any]]:
-    """(name, index entry) of a declared scheme, whose module is taken from the cache or derived and kept there.
+def own_scheme_module(declaration: "Declaration") -> ModuleType:
+    """The module of a declared scheme, with its index entry as ENTRY: from the cache, or derived and kept there.
 
     Raises DeclarationError for a declaration that does not define one step, PermissionError as `cache_folder`.
     """
     from substep_derive.declare.digest import scheme_digest  # noqa: PLC0415
     from substep_derive.emit.scheme_module import own_module  # noqa: PLC0415
 
-    module = cached_module(scheme_digest(declaration), lambda: own_module(declaration))
-    return declaration.name, {**module.ENTRY, "module": module, "declaration": declaration}
+    return cached_module(scheme_digest(declaration), lambda: own_module(declaration))
 
 
-def own_scene_entry(declaration: "SceneDeclaration") -> tuple[str, Mapping[str, Any]]:
+def own_scene_module(declaration: "SceneDeclaration") -> ModuleType:
     """The same of a declared scene. Raises DeclarationError for energies that do not define a motion."""
     from substep_derive.declare.digest import scene_digest  # noqa: PLC0415
     from substep_derive.package import own_scene  # noqa: PLC0415
 
-    module = cached_module(scene_digest(declaration), lambda: own_scene(declaration))
-    return declaration.name, {**module.ENTRY, "module": module, "declaration": declaration}
+    return cached_module(scene_digest(declaration), lambda: own_scene(declaration))
 
 
 def pair_module(scheme: "str | Declaration", scene: "str | SceneDeclaration") -> ModuleType:

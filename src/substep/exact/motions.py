@@ -19,7 +19,7 @@ _MP.dps = 30
 def motion(scene: Scene) -> Motion | None:
     """u, v (n, d) of the scene as a function of times (n,) in s; None where no closed form is known."""
     make = _MOTIONS.get(scene.name)
-    return make(**scene.parameters) if make and scene.load is None and "declaration" not in scene.entry else None
+    return make(**scene.parameters) if make and scene.load is None and scene.info.declaration is None else None
 
 
 def _oscillator(omega: float, xi: float, u0: float, v0: float) -> Motion | None:

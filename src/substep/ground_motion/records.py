@@ -22,7 +22,7 @@ def read_record(path: Path, dt: float | None = None) -> tuple[float, Array]:
     """Step in s and ground acceleration (n,) in m/s^2 of a file.
 
     A suffix .AT2, in any case, means PEER's format, in g; any other file has two columns, time in s and acceleration in
-    m/s^2, parted by blanks or a comma, with comments after '#'. dt: told by who knows it better than the printed times.
+    m/s^2, parted by blanks or a comma, with comments after '#'. dt, s: given where the printed times are too coarse.
     Raises ValueError, which names file and line, for what is no number, for steps that differ by more than a hundredth,
     for another number of samples or another unit than the header's, and for a dt that is not the file's; OSError for a
     file that cannot be read.
@@ -63,9 +63,9 @@ def _two_columns(path: Path, lines: list[str], dt: float | None) -> tuple[float,
     off = np.abs(t - t[0] - step * np.arange(len(t)))
     if step <= 0.0 or (off > UNEVEN * step).any():
         k = int(np.argmax(off > UNEVEN * step))
-        told = "equal steps, in the mean" if dt is None else "steps of the given dt ="
+        which = "equal steps, in the mean" if dt is None else "steps of the given dt ="
         raise ValueError(
-            f"{path}, line {numbers[k]}: expected {told} {step:g} s, each time within {UNEVEN:.0%} of a step of where "
+            f"{path}, line {numbers[k]}: expected {which} {step:g} s, each time within {UNEVEN:.0%} of a step of where "
             f"they put it, got t = {t[k]:g} s for {t[0] + k * step:g} s; resample the record, print times "
             f"with more digits, or give the accelerations alone, as an array with its dt"
         )

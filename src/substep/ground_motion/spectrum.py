@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 
 PERIODS = np.geomspace(0.02, 10.0, 200)
 PERIODS.flags.writeable = False
-UNSTABLE = 1.0 + 1e-6  # spectral radius; where eigenvalues meet on the circle it has half its digits
-HISTORY = 1 << 23  # doubles of the histories that are in memory at a time
+UNSTABLE = 1.0 + 1e-6  # spectral radius, which has half its digits where eigenvalues meet on the unit circle
+HISTORY = 1 << 23  # doubles: how large the histories in memory may be
 
 QUANTITIES = {
     "displacement": ("spectral displacement SD, relative to the ground", "m"),
@@ -140,14 +140,14 @@ def _at_rest(omega: Array, xi: Array, load: Record) -> Oscillators:
 
 
 def _filtered(s: Scheme, omega: Array, xi: Array, load: Record) -> Array | None:
-    """By the scheme's filter, None where none tells them. The ground's sign does not matter to peaks."""
+    """The same by the scheme's filter, None where there is none. The sign of the load does not change peaks."""
     T = filter_of(s, _at_rest(omega, xi, load), len(load.samples) - 1, load)
     if T is None:
         return None
     order, peaks = s.kernels.FILTER, np.empty((3, len(omega)))
     of_u, of_v = T[order : 2 * order], T[2 * order + 1 : 3 * order + 1]
     peaks[:] = filter_peaks(T, order, load.samples, 3)
-    S = omega**2 * T[2 * order]  # 2 xi omega v + omega^2 u has the form of u: S (q + k0 e0 + k1 e1 + ...)
+    S = omega**2 * T[2 * order]  # 2 xi omega v + omega^2 u has the form of u in `transfer`: S (q + k0 e0 + ...)
     of_u += 2.0 * xi * omega / S * of_v
     T[2 * order] = S
     peaks[2:] = filter_peaks(T, order, load.samples, 1)
@@ -155,7 +155,7 @@ def _filtered(s: Scheme, omega: Array, xi: Array, load: Record) -> Array | None:
 
 
 def _marched(s: Scheme, omega: Array, xi: Array, load: Record) -> Array:
-    """By histories of so many lanes at a time that they fit into memory."""
+    """The same by histories, of as many oscillators at a time as HISTORY allows."""
     n, peaks = len(load.samples) - 1, np.empty((3, len(omega)))
     at_once = max(1, HISTORY // (3 * (n + 1)))
     with np.errstate(over="ignore", invalid="ignore"):

@@ -1,10 +1,15 @@
-"""Peaks of many oscillators from rest under one record with a sample at each step: the fastest march there is."""
+"""Peaks of many oscillators from rest under one record with a sample at each step, without their histories.
+
+Under a load that is linear between the steps, a linear scheme is a recursive digital filter from the samples to the
+response, whose coefficients are derived with the scheme. It takes half the operations of the march.
+"""
 
 from collections.abc import Callable
 from functools import cache
 
 import numpy as np
 
+from ..core.coefficients import loaded_within, transfer_rows
 from ..core.loads import Load, Record
 from ..core.schemes import Array, Scheme
 from ..core.threads import spread
@@ -14,10 +19,7 @@ NANOSECONDS = 0.125  # of a step of a lane
 
 
 def peaks_from_rest(scheme: Scheme, o: Oscillators, n: int, load: Load | None, followed: int) -> Array | None:
-    """Largest |u| (1, P), or |u|, |v|, |a| (3, P), over n steps; None where no filter tells them.
-
-    That is for another start than rest, another load, and schemes that begin otherwise or take the load outside a step.
-    """
+    """Largest |u| (1, P), or |u|, |v|, |a| (3, P), over n steps; None where `filter_of` has no filter."""
     T = filter_of(scheme, o, n, load)
     if T is None or not isinstance(load, Record):
         return None
@@ -25,19 +27,25 @@ def peaks_from_rest(scheme: Scheme, o: Oscillators, n: int, load: Load | None, f
 
 
 def filter_of(scheme: Scheme, o: Oscillators, n: int, load: Load | None) -> Array | None:
-    """The rows of the scheme's `transfer` from f, not h^2 f, to u, v, a; None where no filter tells n steps."""
+    """The filter (4*order + 1, P) from the load f, not h^2 f, to u, v, a; None where none gives these n steps.
+
+    There is none for schemes of high order (FILTER is 0) or that another scheme starts, or that take a load at the
+    start or outside of a step; nor for another start than rest with a load of 0, for a load that is no `Record` with a
+    sample at each of the n + 1 instants, and for steps that differ. The rows are those of `transfer` of the scheme's
+    module.
+    """
     order, dt = scheme.kernels.FILTER, float(o.dt[0]) if len(o.dt) else 1.0
     if not order or not isinstance(load, Record) or load.dt != dt or len(load.samples) <= n or load.samples[0] != 0.0:
         return None
     if (
-        scheme.start not in ("given", "start")
+        scheme.info.start == "scheme"
         or any(scheme.kernels.START_STENCIL)
         or o.start.any()
         or (o.dt != dt).any()
-        or not scheme.loaded_within
+        or not loaded_within(scheme)
     ):
         return None
-    T = scheme.transfer_rows(o.omega * dt, o.xi)
+    T = transfer_rows(scheme, o.omega * dt, o.xi)
     T[2 * order] *= dt**2
     T[2 * order + 1 : 3 * order + 1] *= dt
     return T
@@ -57,7 +65,7 @@ def filter_peaks(T: Array, order: int, f: Array, followed: int) -> Array:
 
 @cache
 def _kernel(order: int, followed: int) -> tuple[Callable[..., None], int]:
-    """Of the filter's order and how many of u, v, a are followed; and how many lanes its blocks have."""
+    """The kernel for a filter of that order that follows u, or u, v and a; and how many lanes it takes at once."""
     from substep_kernels import linear_filter  # noqa: PLC0415 (numba on first use)
 
     return getattr(linear_filter, f"peaks_{order}_{followed}"), linear_filter.WIDTH

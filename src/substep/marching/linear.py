@@ -1,6 +1,8 @@
 """The linear march: one scheme, many oscillators a + 2 xi omega v + omega^2 u = load at once.
 
-It needs no formula of the scheme, only its coefficients D, B, O, P (`Scheme.coefficients`).
+It needs no formula of the scheme, only the coefficients D, B, O, P of one step (see `core.coefficients`). A lane is one
+run: one oscillator with its step. Lanes march side by side in blocks; a lane that overflows is marched again alone, up
+to the first step that is not finite. A history is u, v, a of every stride-th step; peaks are followed without one.
 """
 
 from collections.abc import Callable
@@ -11,27 +13,29 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core import coefficients
+from ..core.arrays import read_only
+from ..core.kernel_modules import committed
 from ..core.loads import Load, Record
 from ..core.response import STATUSES
-from ..core.schemes import Array, Scheme, committed, read_only
-from ..core.schemes import scheme as make_scheme
+from ..core.schemes import Array, Scheme
 from ..core.threads import spread
 from .digital_filter import peaks_from_rest
 from .oscillators import Oscillators
 
 COMPLETED, NON_FINITE = STATUSES.index("completed"), STATUSES.index("non_finite")
-NANOSECONDS = 0.25  # of a step of a lane
-AT_ONCE = 512  # steps of a history before the next block of lanes has its turn, which writes to the same pages
-CHUNK = 1 << 16  # steps of one lane at a time where not all are kept
+NANOSECONDS = 0.25  # a step of a lane takes
+AT_ONCE = 512  # steps of a history for one block of lanes before the next block, which writes to the same memory pages
+CHUNK = 1 << 16  # steps of one lane at a time where not every step is kept
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class LinearLanes:
     """Results of P runs.
 
-    out (rows, 3, P): u, v, a every stride steps, NaN after n_done, or no rows; peak: largest |u|, |v|, |a| (3, P), or
-    |u| (1, P), or none, up to n_done, the start's included; n_done, status (P,): steps completed, place in
-    response.STATUSES.
+    out (rows, 3, P): u, v, a every stride steps, NaN after n_done; no rows where no history was asked for. peak: the
+    largest |u|, |v|, |a| (3, P), or |u| (1, P), up to n_done, the start's included; (0, P) beside a history. n_done
+    (P,): steps completed. status (P,): place in response.STATUSES.
     """
 
     out: Array
@@ -50,10 +54,11 @@ def march_linear(
     keep: Literal["history", "peak", "peak_u"] = "history",
     out: Array | None = None,
 ) -> LinearLanes:
-    """March all n steps; the scheme's parameters may be arrays (P,).
+    """March n steps of all P oscillators; the scheme's parameters may be arrays (P,).
 
-    load: per unit mass, at times of any shape. A Record sampled every dt is read where it stands. out: room for the
-    history, writeable, C-contiguous, (n // stride + 1, 3, P); raises ValueError for any other.
+    load: per unit mass, a function of times of any shape; the samples of a Record with a sample at each step are not
+    copied. keep: what LinearLanes shall hold. out: where the history goes, writeable, C-contiguous, of floats and shape
+    (n // stride + 1, 3, P); raises ValueError for any other.
     """
     P, rows = len(o.omega), n // stride + 1 if keep == "history" else 0
     followed = {"history": 0, "peak_u": 1, "peak": 3}[keep]
@@ -88,26 +93,24 @@ def _room(out: Array | None, shape: tuple[int, ...]) -> Array:
 
 
 class _Run(NamedTuple):
-    """The kernels, width lanes abreast, and what they take: coefficients (rows, P); the state (m, P) at the step named
-    first, up to which another scheme marched; the load at K instants of each step, of all lanes K x (n,) or of each
-    (K, n, P).
-    """
+    """Two kernels and the arrays they take."""
 
-    march: Callable[..., None]
-    run: Callable[..., None]
-    width: int
-    C: Array
-    x: Array
-    shared: tuple[Array, ...]
-    own: Array
-    first: int
-    head: LinearLanes | None
+    march_lanes: Callable[..., None]  # a range of steps of a range of lanes
+    march_one: Callable[..., None]  # a range of steps of one lane
+    width: int  # lanes of a block
+    C: Array  # coefficients (rows, P)
+    x: Array  # what is marched (m, P), at step `first`
+    shared: tuple[Array, ...]  # the load at K instants of each step, K arrays (n,), where it is the same for all lanes
+    own: Array  # the same of each lane (K, n, P); no steps where it is shared
+    first: int  # the step up to which the starter marched
+    head: LinearLanes | None  # what the starter marched
 
 
 def _prepared(scheme: Scheme, o: Oscillators, n: int, load: Load | None) -> _Run:
     module, Omega = scheme.kernels, o.omega * o.dt
     state, head, first = _started(scheme, o, Omega, n, load)
     K, stencil = module.LOADS, scheme.stencil()
+    # a balance eliminated the acceleration: that of the start is put into the load of the first step
     excess = _excess(o, Omega, state, load) if module.CARRIER else np.zeros(1)
     one_stencil, consistent = stencil.ndim == 1, not excess.any()
     samples = _samples(scheme, load, o.dt, n) if one_stencil and consistent else None
@@ -129,16 +132,18 @@ def _prepared(scheme: Scheme, o: Oscillators, n: int, load: Load | None) -> _Run
             own[0, :1] += excess[: len(dt)] / dt**2
             shared = tuple(map(read_only, own[..., 0])) if alike else (read_only(np.empty(0)),) * K
             own = own[:, :0] if alike else own
-    x = np.ascontiguousarray(state[list(scheme.marched)])
+    x = np.ascontiguousarray(state[list(coefficients.marched(scheme))])
     return _Run(*_kernels(module.MARCH, K), C, x, shared, own, first, head)
 
 
 def _coefficients(scheme: Scheme, Omega: Array, o: Oscillators, stencil: Array | None = None) -> Array:
-    """Rows (.., P) as the kernels take them, for loads f, not h^2 f, and the scales that make v, a of h*v, h^2*a.
+    """Coefficients as the kernels take them, (rows, P): for loads f in place of h^2 f, reporting v, a, not h*v, h^2*a.
 
-    With a stencil: for the load at a step's two ends, linear between them, in place of its instants.
+    The last rows are 1/h and 1/h^2 for those of v, a that are reported from what is marched. With a stencil the loads
+    are those at the two ends of a step, and linear between them; else those at the scheme's own instants.
     """
-    (m, R, K), places, C = scheme.sizes, scheme.places, scheme.coefficient_rows(Omega, o.xi)
+    m, R, K = coefficients.sizes(scheme)
+    places, C = coefficients.places(scheme), coefficients.coefficient_rows(scheme, Omega, o.xi)
     if stencil is not None:
         D = m * m  # its rows stay as they are, to the last bit
         C, K = np.concatenate([C[:D], _to_ends(m, R, K, stencil.tobytes()) @ C[D:]]), 2
@@ -155,7 +160,10 @@ def _coefficients(scheme: Scheme, Omega: Array, o: Oscillators, stencil: Array |
 
 @cache
 def _to_ends(m: int, R: int, K: int, stencil: bytes) -> Array:
-    """What takes the rows of B, O, P for loads at a step's instants to those for loads at its ends."""
+    """The matrix that turns the rows B, O, P for loads at a step's instants into those for loads at its two ends.
+
+    stencil: the instants' bytes, doubles, since a cache wants what can be hashed.
+    """
     share = np.zeros(K)
     share[: len(stencil) // 8] = np.frombuffer(stencil)
     ends = np.stack([1.0 - share, share])
@@ -168,8 +176,9 @@ def _to_ends(m: int, R: int, K: int, stencil: bytes) -> Array:
 
 @cache
 def _kernels(name: str, K: int) -> tuple[Callable[..., None], Callable[..., None], int]:
-    """Of a shape and number of load instants, committed or printed on first use: for many lanes, for one; the width of
-    the blocks of many.
+    """The kernels for many lanes and for one, and how many lanes are in a block: committed, or printed on first use.
+
+    name: of the module, which says the shape of the march; K: instants of the load.
     """
     module = committed(name)
     if module is None or not hasattr(module, f"march_{K}"):
@@ -182,23 +191,27 @@ def _kernels(name: str, K: int) -> tuple[Callable[..., None], Callable[..., None
 def _started(
     scheme: Scheme, o: Oscillators, Omega: Array, n: int, load: Load | None
 ) -> tuple[Array, LinearLanes | None, int]:
-    """The scheme's whole state (s, P) of u, h*v, h^2*a, and the steps that another scheme marched to get there."""
+    """The scheme's whole state (s, P), of u, h*v, h^2*a; what a starter marched to get there, and how many steps."""
     units = o.dt ** np.arange(3)[:, None]
     given = o.start * units
-    if scheme.start == "given":
+    if scheme.info.start == "given":
         return given[[kind for kind, _ in scheme.history]], None, 0
-    if scheme.start == "start":
-        S, T = scheme.start_coefficients(Omega, o.xi)
+    if scheme.info.start == "function":
+        S, T = coefficients.start_coefficients(scheme, Omega, o.xi)
         at_start = np.array(scheme.kernels.START_STENCIL) * o.dt[:, None]
         forces = o.dt[:, None] ** 2 * (load(at_start) if load else np.zeros_like(at_start))
         return np.einsum("pmk,kp->mp", S, given) + np.einsum("pmk,pk->mp", T, forces), None, 0
+    assert scheme.starter is not None
     first = min(max(lag for _, lag in scheme.history), n)
-    head = march_linear(make_scheme(scheme.start), o, first, load)
+    head = march_linear(scheme.starter, o, first, load)
     return np.stack([head.out[max(first - lag, 0), kind] * units[kind] for kind, lag in scheme.history]), head, first
 
 
 def _excess(o: Oscillators, Omega: Array, state: Array, load: Load | None) -> Array:
-    """h^2 (a + 2 xi omega v + omega^2 u - load) at the start, 0 for an acceleration consistent but for rounding."""
+    """h^2 (a + 2 xi omega v + omega^2 u - load) at the start (P,): 0 where the acceleration given is consistent.
+
+    What is below 1e-15 of the sum of the terms' moduli is rounding, and taken as 0.
+    """
     value = load.samples[0] if isinstance(load, Record) else load(np.zeros(1)) if load else 0.0
     at_start = o.dt**2 * value * np.ones(len(Omega))
     terms = np.stack([Omega**2 * state[0], 2 * o.xi * Omega * state[1], state[2], -at_start])
@@ -207,8 +220,11 @@ def _excess(o: Oscillators, Omega: Array, state: Array, load: Load | None) -> Ar
 
 
 def _samples(scheme: Scheme, load: Load | None, dt: Array, n: int) -> Array | None:
-    """The n + 1 samples at the steps of a record that is linear, or not asked, between them; None for another load."""
-    if not isinstance(load, Record) or not (dt == load.dt).all() or not scheme.loaded_within:
+    """The load at the n + 1 instants of the steps, if these give it at all instants of the scheme; None if not.
+
+    They do for a record with a sample at each step, which is linear between them.
+    """
+    if not isinstance(load, Record) or not (dt == load.dt).all() or not coefficients.loaded_within(scheme):
         return None
     values = load.samples
     if len(values) <= n and not np.isin(scheme.stencil(), (0.0, 1.0)).all():  # it jumps to 0 after its last
@@ -223,7 +239,9 @@ def _abreast(scheme: Scheme, o: Oscillators, n: int, load: Load | None, stride: 
     def part(first: int, last: int) -> None:
         pace, most = (stride, AT_ONCE) if len(lanes.out) else (n, max(n, 1))  # no stop where nothing is kept
         for begin in range(r.first, n, most):
-            r.march(r.C, r.x, *r.shared, r.own, begin, min(begin + most, n), pace, lanes.out, lanes.peak, first, last)
+            r.march_lanes(
+                r.C, r.x, *r.shared, r.own, begin, min(begin + most, n), pace, lanes.out, lanes.peak, first, last
+            )
 
     spread(part, P, r.width, nanoseconds=P * n * NANOSECONDS)
     if r.head is not None:
@@ -232,7 +250,7 @@ def _abreast(scheme: Scheme, o: Oscillators, n: int, load: Load | None, stride: 
 
 
 def _rows_of_head(r: _Run, stride: int, lanes: LinearLanes, j: slice) -> None:
-    """What another scheme marched, into the rows and peaks of the lanes j."""
+    """What the starter marched, into the rows and peaks of the lanes j."""
     assert r.head is not None
     if len(lanes.out):
         kept = r.head.out[::stride]
@@ -255,7 +273,7 @@ def _alone(scheme: Scheme, o: Oscillators, n: int, load: Load | None, stride: in
     while begin < n and lanes.status[j] == COMPLETED:
         end = n if straight else min(n, begin + CHUNK)
         rows = lanes.out[begin + 1 :, :, 0] if straight else np.empty((end - begin, 3))
-        r.run(r.C[:, 0].copy(), x, *(f[begin:end] for f in shared), rows)
+        r.march_one(r.C[:, 0].copy(), x, *(f[begin:end] for f in shared), rows)
         lanes.n_done[j] = end
         if not np.isfinite(rows[-1]).all():
             good = int(np.argmin(np.isfinite(rows).all(axis=1)))

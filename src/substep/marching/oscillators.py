@@ -6,7 +6,7 @@ from ..core.schemes import Array
 
 
 class Oscillators(NamedTuple):
-    """P oscillators and their steps: omega in rad/s, xi, dt in s (P,); start: u, v, a (3, P)."""
+    """P oscillators and their steps: omega (rad/s), xi and dt (s), (P,) each; start: u, v, a at t = 0, (3, P)."""
 
     omega: Array
     xi: Array
@@ -14,5 +14,5 @@ class Oscillators(NamedTuple):
     start: Array
 
     def lane(self, j: int) -> "Oscillators":
-        """One of them."""
+        """Oscillator j alone."""
         return Oscillators(*(x[..., j : j + 1] for x in self))

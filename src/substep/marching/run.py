@@ -15,7 +15,7 @@ from .scene_lanes import march_lanes
 
 
 def number_of_steps(dt: float, t_end: float) -> int:
-    """t_end/dt, a whole number up to 1e-9, else a ValueError naming the two nearest spans."""
+    """t_end/dt, which has to be whole to 1e-9, relative; else a ValueError that names the two nearest t_end."""
     ratio = t_end / dt
     n = round(ratio)
     if abs(ratio - n) > 1e-9 * max(1.0, ratio) or n == 0:
@@ -47,7 +47,7 @@ def march(
     if stride < 1:
         raise ValueError(f"expected stride >= 1, got {stride}")
     bound = math.inf if energy_bound is None else real_number("energy_bound", energy_bound)
-    if scene.entry["oscillator"]:
+    if scene.info.oscillator:
         return _oscillator_response(scene, scheme, dt, n, bound, stride)
     lanes = march_lanes(scene, scheme, np.array([dt]), np.array([n]), bound=bound, stride=stride, history=True)
     n_done = int(lanes.n_done[0])
@@ -59,7 +59,7 @@ def march(
 def _response(
     scene: Scene, dt: float, stride: int, rows: Array, n_done: int, status: Status, iterations: Any
 ) -> Response:
-    """From rows (steps, u v a, d); without a, from the equation of motion."""
+    """The response from rows (steps, 3, d) of u, v, a, or (steps, 2, d) of u, v for a scheme without its own a."""
     failed = None if status == "completed" else (n_done + 1) * dt
     a = rows[:, 2] if rows.shape[1] > 2 else None
     return Response(rows[:, 0], rows[:, 1], iterations, status, failed, scene, stride * dt, a)
@@ -86,10 +86,11 @@ def march_oscillators(
 ) -> LinearLanes:
     """P runs of n steps of a linear oscillator's scene; parameters of scene and scheme may be arrays (P,).
 
-    The mass has to be the same in all where there is a load. bound: a lane ends before the first state whose energy
-    exceeds it, in J, for which every step's state is looked at.
+    Where there is a load, the mass has to be the same in all. bound, J: a lane ends before the first state whose energy
+    exceeds it; all histories are then kept in memory for a while.
     """
-    omega, xi, mass = (np.full(P, x) for x in scene.entry["oscillator"](**scene.parameters))
+    assert scene.info.oscillator is not None
+    omega, xi, mass = (np.full(P, x) for x in scene.info.oscillator(**scene.parameters))
     start = np.stack([np.full((P, 1), x)[:, 0] for x in (scene.u0, scene.v0, scene.a0)])
     o = Oscillators(omega, xi, np.full(P, dt), start)
 

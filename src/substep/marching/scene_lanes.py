@@ -9,17 +9,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.kernel_modules import committed
 from ..core.scenes import Scene
-from ..core.schemes import Array, Scheme, committed
-from ..core.schemes import scheme as make_scheme
+from ..core.schemes import Array, Scheme
 from ..core.threads import spread
 
-FEW = 16  # lanes below which a block, whose lanes wait for the slowest, does not pay
-LEAST = 48  # of a part: fewer do not fill the time that a processor takes for one iteration
-TOLERANCE = 1e-12  # of the last correction of u, relative to the scene's length
+FEW = 16  # fewer lanes march one by one: in a block all lanes wait for the one whose Newton iteration takes longest
+LEAST = 48  # lanes of a part: fewer leave the processor waiting for the results of one iteration
+TOLERANCE = 1e-12  # Newton stops at a correction of u that is smaller, relative to the scene's length
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Lanes:
     """Results of P runs.
 
@@ -39,20 +39,20 @@ class Lanes:
 
 def pair_module(scene: Scene, scheme: Scheme) -> ModuleType:
     """The kernels of the scheme on the scene: committed, or printed to the user's cache on first use."""
-    if "declaration" in scheme.entry or "declaration" in scene.entry:
-        from ..derived.modules import pair_module as built  # noqa: PLC0415 (the one door to SymPy)
+    if scheme.info.declaration is None and scene.info.declaration is None:
+        return _catalogue_pair(scheme.name, scene.name)
+    from ..derived.modules import pair_module as printed  # noqa: PLC0415 (the one door to SymPy)
 
-        return built(scheme.entry.get("declaration", scheme.name), scene.entry.get("declaration", scene.name))
-    return _catalogue_pair(scheme.name, scene.name)
+    return printed(scheme.info.source, scene.info.source)
 
 
 @cache
 def _catalogue_pair(scheme: str, scene: str) -> ModuleType:
     module = committed(f"{scheme}__{scene}")
     if module is None:
-        from ..derived.modules import pair_module as built  # noqa: PLC0415 (the one door to SymPy)
+        from ..derived.modules import pair_module as printed  # noqa: PLC0415 (the one door to SymPy)
 
-        module = built(scheme, scene)
+        module = printed(scheme, scene)
     return module
 
 
@@ -87,7 +87,7 @@ def march_lanes(
     }
     if history:
         arrays["out"][:, 0] = np.stack([u, v, a], axis=1)[:, : len(module.REPORTED)]
-    if scene.entry["sampled"]:
+    if scene.info.sampled:
         values = [np.broadcast_to(x, P) for x in scheme.parameters.values()]
         stencil, at_start = (_columns(f(*values), P) for f in (module.stencil, module.start_stencil))
         arrays["forces"] = scene.forces((np.arange(steps)[:, None] + stencil[:, None]) * dt[:, None, None])
@@ -113,11 +113,15 @@ def _columns(numbers: Sequence[Any], P: int) -> Array:
 
 
 def _head(scene: Scene, scheme: Scheme, module: ModuleType, arrays: dict[str, Any], start: tuple[Array, ...]) -> Lanes:
-    """The first steps by another scheme: fills the state, the first rows, and first; a lane that fails stays put."""
+    """The first steps, marched by the scheme's starter: fills the state and the rows of these steps.
+
+    Sets `first`, the step from which the scheme itself goes on, and lowers n of the lanes that have failed by then.
+    """
+    assert scheme.starter is not None
     first = max(lag for _, lag in module.STATE)
     n = arrays["n"]
     head = march_lanes(
-        scene, make_scheme(scheme.start), arrays["h"], np.full(len(n), first),
+        scene, scheme.starter, arrays["h"], np.full(len(n), first),
         start=start, bound=arrays["bound"], history=True,
     )  # fmt: skip
     for k, (kind, lag) in enumerate(module.STATE):
@@ -125,7 +129,7 @@ def _head(scene: Scene, scheme: Scheme, module: ModuleType, arrays: dict[str, An
     out = arrays["out"]
     for row in range(min(out.shape[1], first // arrays["stride"] + 1)):
         out[:, row] = head.out[:, row * arrays["stride"], : out.shape[2]]
-    counts = arrays["iterations"][:, :first]  # of another scheme, whose balances are others: under the first
+    counts = arrays["iterations"][:, :first]  # the starter has other balances: all count under the first
     counts[..., 0] = head.iterations[:, : counts.shape[1]].sum(axis=2)
     arrays["n"] = np.where(head.n_done < first, np.minimum(n, head.n_done), n)
     arrays["first"] = first
@@ -133,7 +137,7 @@ def _head(scene: Scene, scheme: Scheme, module: ModuleType, arrays: dict[str, An
 
 
 def _run(module: ModuleType, arrays: Mapping[str, Any], lanes: int) -> None:
-    """The march: a few lanes one by one, many in blocks; threads take the next part, for slow lanes cluster."""
+    """March all lanes: a few one by one, many in blocks. Parts are small, for slow lanes often stand together."""
     few = lanes < FEW
     march, least, cost = (module.march, 1, 100) if few else (module.march_block, LEAST, 4)  # ns a step of a lane
 

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from ..core.loads import Load
 from ..core.scenes import Scene
 from ..core.schemes import Scheme
-from .chunks import Results, run
+from .chunks import Results, run_chunk
 from .cluster import run_on
 from .dataset import template, variables
 from .plan import Chunk, Keep, Plan, planned
@@ -105,13 +105,13 @@ Blocks = Generator[tuple[Chunk, Results]]
 
 def _here(plan: Plan, chunks: Sequence[Chunk]) -> Blocks:
     for chunk in chunks:
-        yield chunk, run(plan, chunk.first, chunk.last)
+        yield chunk, run_chunk(plan, chunk.first, chunk.last)
 
 
 def _fill(
     targets: Mapping[str, Any], fills: Mapping[str, Any], blocks: Blocks, left: int, total: int, show: bool
 ) -> None:
-    """Results into their place, the status last; what was half written is taken back."""
+    """Put results into their place, the status last; a chunk that was written in part is reset to the fill values."""
     with shown(total, total - left, show) as advance, closing(blocks):
         for chunk, results in blocks:
             shape = tuple(s.stop - s.start for s in chunk.where)

@@ -1,4 +1,4 @@
-"""One chunk of a sweep: its points as lanes of as few marches as can be, results as arrays (P, ...)."""
+"""One chunk of a sweep: its points marched as the lanes of as few marches as can be; results as arrays (P, ...)."""
 
 from typing import Any
 
@@ -14,11 +14,11 @@ from .plan import Plan
 Results = dict[str, Any]
 
 
-def run(plan: Plan, first: int, last: int) -> Results:
-    """Results of the points first to last, each (last - first, ...), by the names of the Dataset."""
+def run_chunk(plan: Plan, first: int, last: int) -> Results:
+    """Results of the points first to last - 1, by the variables' names in the Dataset, each (last - first, ...)."""
     found: Results = {}
     for mine, scene, scheme, dt in plan.groups(np.arange(first, last)):
-        group = _group(plan, scene, scheme, dt, len(mine))
+        group = _march_group(plan, scene, scheme, dt, len(mine))
         if len(mine) == last - first:
             return group
         for name, values in group.items():
@@ -27,16 +27,16 @@ def run(plan: Plan, first: int, last: int) -> Results:
 
 
 def run_on_one_core(span: tuple[int, int], plan: Plan) -> Results:
-    """The same for a worker of a cluster, whose other cores have other chunks."""
+    """The same, of the points (first, last), for a worker of a cluster, whose other cores run other chunks."""
     with serial():
-        return run(plan, *span)
+        return run_chunk(plan, *span)
 
 
-def _group(plan: Plan, scene: Scene, scheme: Scheme, dt: float, P: int) -> Results:
-    """P points of one dt and load."""
+def _march_group(plan: Plan, scene: Scene, scheme: Scheme, dt: float, P: int) -> Results:
+    """Results of P points that share step and load."""
     n = number_of_steps(dt, plan.t_end)
     stride = {"final": n, "peak": 1, "history": plan.stride(n)}[plan.keep]
-    if scene.entry["oscillator"]:
+    if scene.info.oscillator:
         keep = "peak" if plan.keep == "peak" else "history"
         linear = march_oscillators(scene, scheme, dt, n, P, bound=plan.bound, stride=stride, keep=keep)
         n_done, status = linear.n_done, linear.status
@@ -54,7 +54,7 @@ def _group(plan: Plan, scene: Scene, scheme: Scheme, dt: float, P: int) -> Resul
         counted = _counted(lanes.iterations, n_done)
         rows, peaks = lanes.out, {"peak_energy": lanes.peak}
     common = {**counted, "n_done": n_done, "status": status.astype(np.int8)}
-    if plan.keep == "peak" and scene.entry["oscillator"]:
+    if plan.keep == "peak" and scene.info.oscillator:
         return {**peaks, **common}
     t = np.arange(rows.shape[1]) * (stride * dt)
     u, v = rows[:, :, 0], rows[:, :, 1]
@@ -73,14 +73,14 @@ def _group(plan: Plan, scene: Scene, scheme: Scheme, dt: float, P: int) -> Resul
 
 
 def _accelerations(scene: Scene, t: Array, u: Array, v: Array) -> Array:
-    """Of a scheme without its own: as Response.a."""
+    """Accelerations (P, rows, d) of a scheme without its own: from the equation of motion, the start's as given."""
     a = scene.acceleration(t, u, v)
     a[:, 0] = scene.a0
     return a
 
 
 def _counted(iterations: Array, n_done: Array) -> Results:
-    """Newton's iterations of each balance: mean of the steps done, NaN for none, and most."""
+    """Newton's iterations of each balance, (P, balances): mean of the steps completed, NaN for none, and largest."""
     with np.errstate(invalid="ignore"):
         mean = iterations.sum(axis=1) / n_done[:, None]
     return {"newton_iterations": mean, "newton_most": iterations.max(axis=1, initial=0)}

@@ -1,4 +1,4 @@
-"""Chunks on the workers of a dask.distributed cluster, which runs those of a worker that dies again."""
+"""Chunks on the workers of a dask.distributed cluster; those of a worker that dies are run again by another."""
 
 from collections.abc import Generator, Sequence
 from itertools import islice
@@ -7,11 +7,11 @@ from typing import Any
 from .chunks import Results, run_on_one_core
 from .plan import Chunk, Plan
 
-AHEAD = 4  # chunks a worker's thread has waiting, so that results do not pile up
+AHEAD = 4  # chunks submitted for each thread of the workers: few, so that results do not pile up
 
 
 def run_on(client: Any, plan: Plan, chunks: Sequence[Chunk]) -> Generator[tuple[Chunk, Results]]:
-    """Each chunk with its results, as they arrive. Raises ValueError for a client that is none."""
+    """Each chunk with its results, as they arrive. Raises ValueError for anything but a synchronous client."""
     from distributed import Client, as_completed  # noqa: PLC0415 (the optional extra [scale])
 
     if not isinstance(client, Client) or client.asynchronous:

@@ -21,11 +21,11 @@ STATUSES = {
     "flag_meanings": " ".join(("not_run", *get_args(Status))),
 }
 WORDS = {"u": "displacement", "v": "velocity", "a": "acceleration", "energy": "kinetic energy and potential"}
-INSTANTS = 4097  # at which a load of the user's own is looked at, to tell it from another
+INSTANTS = 4097  # at which a load of the user's own is sampled, to recognise it when the sweep is resumed
 
 
 class Variable(NamedTuple):
-    """Of a Dataset: dimensions beyond the axes with their sizes, what stands where nothing was run, attributes."""
+    """A variable of the Dataset: its dimensions beyond the axes, their sizes, the value before a run, attributes."""
 
     dims: tuple[str, ...]
     sizes: tuple[int, ...]
@@ -34,7 +34,7 @@ class Variable(NamedTuple):
 
 
 def variables(plan: Plan) -> dict[str, Variable]:
-    """What the sweep gives at each point, status last."""
+    """What the sweep gives at each point, by name, the status last."""
     units = {unit for _, unit in plan.scene_of_one.coordinates}
     unit = units.pop() if len(units) == 1 else "of the coordinate"
     of = {"u": unit, "v": f"{unit}/s", "a": f"{unit}/s^2", "energy": "J"}
@@ -89,7 +89,7 @@ def _attributes(plan: Plan, axis: Axis) -> dict[str, Any]:
 
 
 def description(plan: Plan) -> dict[str, Any]:
-    """Everything that is the same in all points, as a file's attributes can hold it."""
+    """Everything that is the same in all points, as values that attributes of a file can hold."""
     scene, scheme = plan.scene_of_one, plan.scheme_of_all
     swept = {(axis.owner, axis.key) for axis in plan.axes}
     said: dict[str, Any] = {"scene": scene.name, "scheme": scheme.name}
@@ -99,7 +99,7 @@ def description(plan: Plan) -> dict[str, Any]:
         said["scene_a0"] = plan.a0 if isinstance(plan.a0, str) else np.atleast_1d(plan.a0).astype(float).tolist()
     if plan.load is not None:
         said |= {"load": _name(plan.load)} | {
-            f"load_{k}": x for k, x in _told(plan.load, plan.t_end).items() if ("load", k) not in swept
+            f"load_{k}": x for k, x in _description_of(plan.load, plan.t_end).items() if ("load", k) not in swept
         }
     said |= dict(plan.given["step"]) | {"t_end": plan.t_end, "keep": plan.keep}
     said |= {} if plan.samples is None else {"samples": plan.samples}
@@ -117,8 +117,8 @@ def _name(load: Load | None) -> str:
     return getattr(load, "__qualname__", type(load).__qualname__)
 
 
-def _told(load: Load, t_end: float) -> dict[str, Any]:
-    """A load's numbers, a digest where there are many or they cannot be known, both where the code is the user's."""
+def _description_of(load: Load, t_end: float) -> dict[str, Any]:
+    """What distinguishes a load: its numbers, and a digest of its values where the numbers do not say everything."""
     if isinstance(load, Record):
         return {"dt": float(load.dt), "samples_sha256": _digest(load.samples.tobytes())}
     values = {f.name: getattr(load, f.name) for f in fields(load) if f.init} if is_dataclass(load) else {}

@@ -1,4 +1,7 @@
-"""What a sweep runs: axes by name, points in the order of their outer product, chunks of them."""
+"""What a sweep runs: its axes, the points of their outer product in C order, and chunks of points.
+
+A point is one run. Points that share step and load can be the lanes of one march.
+"""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -10,10 +13,11 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..core.entries import SceneInfo, SchemeInfo
 from ..core.errors import inside, real_array, real_number, unknown_name
 from ..core.loads import Load, Record
-from ..core.scenes import Scene, checked_parameters, make_scene, scene_entry
-from ..core.schemes import Array, Scheme, scheme_entry
+from ..core.scenes import Scene, checked_parameters, make_scene, scene_info
+from ..core.schemes import Array, Scheme, scheme_info
 from ..core.schemes import scheme as make_scheme
 from ..marching.run import number_of_steps
 
@@ -22,9 +26,9 @@ if TYPE_CHECKING:
 
 Keep = Literal["final", "peak", "history"]
 Owner = Literal["step", "scheme", "scene", "load"]
-MEMORY = 64e6  # bytes of a chunk while it is run
-LANE_STEPS = {True: 5e7, False: 4e6}  # of a chunk, linear or not: about 0.2 s of one core
-FOR_A_CLUSTER = 2e6  # at least: of a chunk sent to another process, so that sending does not show
+MEMORY = 64e6  # bytes that a chunk takes while it is run
+LANE_STEPS = {True: 5e7, False: 4e6}  # steps of all lanes of a chunk, linear or not: about 0.2 s of one core
+FOR_A_CLUSTER = 2e6  # the least of them for a chunk sent to another process, so that sending takes little of the time
 # names of the Dataset that an axis cannot have
 RESERVED = {"t", "coordinate", "balance", "u", "v", "a", "energy", "peak_u", "peak_v", "peak_a", "peak_energy"} | {
     "status", "n_done", "newton_iterations", "newton_most"
@@ -33,7 +37,7 @@ RESERVED = {"t", "coordinate", "balance", "u", "v", "a", "energy", "peak_u", "pe
 
 @dataclass(frozen=True, eq=False)
 class Axis:
-    """A dimension: its name, whose parameter it is, that one's name, and the values (n,)."""
+    """A dimension: its name in the Dataset, whose parameter it is, the parameter's own name, and its values (n,)."""
 
     name: str
     owner: Owner
@@ -42,18 +46,19 @@ class Axis:
 
 
 class Chunk(NamedTuple):
-    """Points first to last in C order, and where they stand in the outer product."""
+    """Points first to last - 1 in C order, and where they stand in the outer product."""
 
     first: int
     last: int
     where: tuple[slice, ...]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Plan:
-    """A checked sweep, as plain data: sent to workers, it says everything.
+    """A checked sweep as plain data, which is all that a worker is sent.
 
-    scene, scheme: name, or declaration of one's own. given: parameters that are the same in all points, by owner.
+    scene, scheme: name, or a declaration of the user's own. given: parameters that are the same in all points, by
+    owner. a0, load, t_end (s), keep, samples: as in `substep.sweep`. bound: energy in J, inf for none.
     """
 
     scene: "str | SceneDeclaration"
@@ -74,7 +79,7 @@ class Plan:
 
     @cached_property
     def steps(self) -> tuple[int, ...]:
-        """How many steps a run takes, of each dt."""
+        """How many steps a run takes, for each dt."""
         swept = [axis.values for axis in self.axes if axis.owner == "step"]
         return tuple(
             number_of_steps(float(dt), self.t_end) for dt in (swept[0] if swept else [self.given["step"]["dt"]])
@@ -82,62 +87,66 @@ class Plan:
 
     @cached_property
     def scheme_of_all(self) -> Scheme:
-        """The scheme with parameters that broadcast over the axes: checks every combination."""
+        """The scheme with parameters that broadcast over its axes; to make it checks every combination of them."""
         mine = [axis for axis in self.axes if axis.owner == "scheme"]
         spread = (axis.values.reshape(-1, *(1,) * (len(mine) - 1 - k)) for k, axis in enumerate(mine))
         return make_scheme(self.scheme, **self.given["scheme"], **{a.key: x for a, x in zip(mine, spread, strict=True)})
 
     @cached_property
     def scene_of_one(self) -> Scene:
-        """The scene at the first value of each axis, whatever it is for an axis without values."""
+        """The scene at the first value of each axis, NaN of an axis without values; to make it checks all values."""
         mine = {axis.key: axis.values for axis in self.axes if axis.owner == "scene"}
-        name, entry = scene_entry(self.scene, {})
-        values = checked_parameters(name, entry, {**self.given["scene"], **mine}, real_array)
+        info = scene_info(self.scene, {})
+        values = checked_parameters(info, {**self.given["scene"], **mine}, real_array)
         ones = {key: float(x[0] if np.size(x) else np.nan) if np.ndim(x) else x for key, x in values.items()}
-        return make_scene(name, entry, ones, self.a0, self.load)
+        return make_scene(info, ones, self.a0, self.load)
 
     @property
     def oscillator(self) -> bool:
         """Whether the linear march runs it."""
-        return self.scene_of_one.entry["oscillator"] is not None
+        return self.scene_of_one.info.oscillator is not None
 
     def stride(self, n: int) -> int:
-        """Of n steps, every which is a row of the history."""
+        """Every how many of n steps are a row of the history."""
         return 1 if self.samples is None else n // self.samples
 
     @property
     def rows(self) -> int:
-        """Of a history."""
+        """How many rows a history has, the start's included."""
         return 1 + (self.samples or max(self.steps, default=0))
 
     def __getstate__(self) -> dict[str, Any]:
-        """The fields alone: what is cached holds functions, which do not pickle."""
+        """The fields alone: the handles made from them hold functions, which do not pickle."""
         return {f.name: getattr(self, f.name) for f in fields(self)}
 
     def groups(self, points: NDArray[np.int64]) -> Iterator[tuple[NDArray[np.int64], Scene, Scheme, float]]:
-        """Places of the points that can be lanes of one march, with their scene, scheme and dt: step and load agree."""
+        """The points in groups that can be the lanes of one march: their places, scene, scheme and dt.
+
+        Points of a group share step and load.
+        """
         at = dict(zip(self.axes, np.unravel_index(points, (1, *self.shape))[1:], strict=True))
         common = [axis for axis in self.axes if axis.owner in ("step", "load")]
         keys = [at[axis] for axis in common]
-        entry = self.scene_of_one.entry["oscillator"]
-        if entry is not None and self.load is not None:  # a load per unit mass
-            mass = np.full(len(points), entry(**self._values("scene", at, self.scene_of_one.parameters))[2])
-            keys.append(mass)
+        oscillator = self.scene_of_one.info.oscillator
+        if oscillator is not None and self.load is not None:  # the linear march takes the load per unit mass
+            _, _, mass = oscillator(**self._values("scene", at, self.scene_of_one.parameters))
+            keys.append(np.full(len(points), mass))
         order = np.lexsort(keys) if keys else np.arange(len(points))
         changes = [np.diff(key[order]) != 0 for key in keys]
         for mine in np.split(order, np.flatnonzero(np.any(changes, axis=0)) + 1 if keys else []):
             yield mine, *self._lanes({axis: index[mine] for axis, index in at.items()})
 
     def _lanes(self, at: Mapping[Axis, NDArray[np.int64]]) -> tuple[Scene, Scheme, float]:
+        """Scene and scheme of points given by their index on each axis, with arrays for what is swept; and dt."""
         one = {
             owner: {a.key: float(a.values[i[0]]) for a, i in at.items() if a.owner == owner}
             for owner in get_args(Owner)
         }
         load = replace(self.load, **one["load"]) if one["load"] else self.load  # type: ignore[type-var]
-        name, entry = scene_entry(self.scene, {})
-        values = checked_parameters(name, entry, self._values("scene", at, self.given["scene"]), real_array)
+        info = scene_info(self.scene, {})
+        values = checked_parameters(info, self._values("scene", at, self.given["scene"]), real_array)
         scheme = make_scheme(self.scheme, **self._values("scheme", at, self.given["scheme"]))
-        return make_scene(name, entry, values, self.a0, load), scheme, {**self.given["step"], **one["step"]}["dt"]
+        return make_scene(info, values, self.a0, load), scheme, {**self.given["step"], **one["step"]}["dt"]
 
     def _values(self, owner: Owner, at: Mapping[Axis, NDArray[np.int64]], given: Mapping[str, Any]) -> dict[str, Any]:
         return {**given, **{axis.key: axis.values[i] for axis, i in at.items() if axis.owner == owner}}
@@ -155,17 +164,17 @@ class Plan:
         return tuple(reversed(piece))
 
     def _bytes_of_a_lane(self, n: int) -> float:
-        """What a run takes, with one copy of its rows for what is worked out from them."""
+        """Memory that a run takes: its rows, a copy of them for what is computed from them, counts and loads."""
         d, scheme = len(self.scene_of_one.coordinates), self.scheme_of_all
         whole = self.bound < math.inf or (self.keep == "peak" and not self.oscillator)
         rows = n + 1 if whole else {"final": 2, "peak": 0, "history": self.rows}[self.keep]
         counts = 0 if self.oscillator else n * scheme.balances
         own_load = any(axis.owner == "scheme" for axis in self.axes) or not self.oscillator
-        loads = 2 * n * scheme.entry["loads"] if self.load is not None and own_load else 0
+        loads = 2 * n * scheme.info.loads if self.load is not None and own_load else 0
         return 8.0 * (rows * (6 * d + 2) + counts + loads + 50)
 
     def chunks(self, piece: tuple[int, ...]) -> list[Chunk]:
-        """All, in C order."""
+        """All chunks of that shape, in C order."""
         if not math.prod(self.shape):
             return []
         chunks: list[Chunk] = []
@@ -191,21 +200,20 @@ def planned(
             )
         a0, load, handles["scene"] = scene.a0_asked, scene.load, dict(scene.parameters)
         _check_scene(scene)
-        source_of_scene = scene.entry.get("declaration", scene.name)
+        of_scene = scene.info
     else:
         strain = {"strain": values.pop("strain")} if scene == "elastic_pendulum" and "strain" in values else {}
-        name, _ = scene_entry(scene, strain)
-        source_of_scene = name if isinstance(scene, str) else scene
+        of_scene = scene_info(scene, strain)
     if isinstance(scheme, Scheme):
         if arrays := [name for name, value in scheme.parameters.items() if value.ndim]:
             raise ValueError(f"expected one value for {arrays[0]} of {scheme.name}, got an array; give it as an axis")
         handles["scheme"] = {key: float(x) for key, x in scheme.given.items()}
         _check_scheme(scheme)
-    source_of_scheme = scheme.entry.get("declaration", scheme.name) if isinstance(scheme, Scheme) else scheme
-    families = scheme_entry(source_of_scheme)[1]["families"]
+    of_scheme = scheme.info if isinstance(scheme, Scheme) else scheme_info(scheme)
     axes: list[Axis] = []
-    for name, (owner, key), value in _resolved(source_of_scene, source_of_scheme, load, {"dt": dt, **values}):
-        for replaced in families[key][4] if owner == "scheme" and key in families else (key,):
+    for name, (owner, key), value in _resolved(of_scene, of_scheme, load, {"dt": dt, **values}):
+        family = of_scheme.families.get(key) if owner == "scheme" else None
+        for replaced in family.values if family else (key,):
             handles.get(owner, {}).pop(replaced, None)
         array = real_array(name, value)
         if array.ndim > 1:
@@ -224,14 +232,14 @@ def planned(
     bound = math.inf if energy_bound is None else real_number("energy_bound", energy_bound)
     t_end = real_number("t_end", t_end, positive=True)
     samples = int(samples) if isinstance(samples, np.integer) else samples
-    plan = Plan(source_of_scene, source_of_scheme, given, a0, load, tuple(axes), t_end, keep, samples, bound)
+    plan = Plan(of_scene.source, of_scheme.source, given, a0, load, tuple(axes), t_end, keep, samples, bound)
     _check(plan)
     return plan
 
 
 def _check_scheme(scheme: Scheme) -> None:
-    """Of values that `scheme` did not make, as dataclasses.replace puts them in, the sweep would not know."""
-    again = make_scheme(scheme.entry.get("declaration", scheme.name), **scheme.given).parameters
+    """Refuse a handle that `dataclasses.replace` changed: a sweep makes schemes anew, from what was given."""
+    again = make_scheme(scheme.info.source, **scheme.given).parameters
     for name, value in scheme.parameters.items():
         if value != again[name]:
             raise ValueError(
@@ -240,8 +248,8 @@ def _check_scheme(scheme: Scheme) -> None:
 
 
 def _check_scene(scene: Scene) -> None:
-    """The same of a scene."""
-    again = make_scene(scene.name, scene.entry, scene.parameters, scene.a0_asked, scene.load)
+    """Refuse a scene that `dataclasses.replace` changed."""
+    again = make_scene(scene.info, scene.parameters, scene.a0_asked, scene.load)
     for name in ("u0", "v0", "a0"):
         mine, made = getattr(scene, name), getattr(again, name)
         if not np.array_equal(mine, made, equal_nan=True):
@@ -251,15 +259,13 @@ def _check_scene(scene: Scene) -> None:
 
 
 def _resolved(
-    scene: Any, scheme: Any, load: Load | None, values: Mapping[str, Any]
+    scene: SceneInfo, scheme: SchemeInfo, load: Load | None, values: Mapping[str, Any]
 ) -> Iterator[tuple[str, tuple[Owner, str], Any]]:
-    """(name, (owner, key), value) of each; a name that more than one have needs its prefix."""
-    scene_name, of_scene = scene_entry(scene, {})
-    scheme_name, of_scheme = scheme_entry(scheme)
+    """(name, (owner, key), value) of each; a name that several owners have needs its prefix, else a ValueError."""
     own_load = is_dataclass(load) and not isinstance(load, (Record, type))
     owned: dict[Owner, list[str]] = {
-        "scheme": [*(name for name, *_ in of_scheme["parameters"]), *of_scheme["families"]],
-        "scene": [name for name, *_ in of_scene["parameters"]],
+        "scheme": [*scheme.parameters, *scheme.families],
+        "scene": [*scene.parameters],
         "load": [f.name for f in fields(load) if f.init] if own_load else [],  # type: ignore[arg-type]
     }
     prefixed: dict[str, tuple[Owner, str]] = {
@@ -282,7 +288,7 @@ def _resolved(
         else:
             known = [key for keys in owned.values() for key in keys]
             raise unknown_name(
-                f"a parameter of {scheme_name}, {scene_name}, their load or the step", name, ["dt", *known]
+                f"a parameter of {scheme.name}, {scene.name}, their load or the step", name, ["dt", *known]
             )
         if found in seen:
             raise ValueError(f"expected {found[1]} of the {found[0]} once, got {seen[found]} and {name}; drop one")
@@ -291,7 +297,7 @@ def _resolved(
 
 
 def _check(plan: Plan) -> None:
-    """Every value, before anything is run."""
+    """Raise ValueError for a bad value, before anything is run."""
     for key, value in plan.given["step"].items():
         real_number(key, value, positive=True)
     for axis in plan.axes:

@@ -1,4 +1,4 @@
-"""A bar on anything over a second."""
+"""A progress bar for a sweep that takes longer than a second."""
 
 import time
 from collections.abc import Callable, Iterator
@@ -13,7 +13,7 @@ AFTER = 1.0  # s
 
 @contextmanager
 def shown(total: int, done: int, show: bool) -> Iterator[Callable[[int], None]]:
-    """Gives what is called with each number of runs done; a bar on stderr if that is a terminal."""
+    """Yields a function to call with the number of runs just done; shows a bar on stderr if that is a terminal."""
     begin, bar = time.monotonic(), None
 
     def advance(more: int) -> None:

@@ -91,7 +91,7 @@ class Choice:
 
 def rigid(scene: Scene) -> tuple[Scene, ...]:
     """The simpler model of an elastic pendulum: the same pendulum on a bar that cannot stretch."""
-    if "declaration" in scene.entry or not scene.name.startswith("elastic_pendulum"):
+    if scene.info.declaration is not None or not scene.name.startswith("elastic_pendulum"):
         return ()
     return (make_scene("rigid_pendulum", **{name: scene.parameters[name] for name in ("L", "m", "v0")}),)
 

@@ -8,6 +8,7 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 
+from ...core.coefficients import sizes
 from ...core.response import Response, Status
 from ...core.scenes import Scene
 from ...core.schemes import Array, Scheme
@@ -65,8 +66,8 @@ def cost(scene: Scene, scheme: Scheme, r: Response, steps: int) -> Cost:
     """What the run cost; of one that failed, at least what it cost until then."""
     iterations = r.newton_iterations
     solves = int(np.maximum(iterations, 1).sum()) + (steps - len(iterations)) * scheme.balances
-    if scene.entry["oscillator"]:
-        m, K, R = len(scheme.marched), scheme.kernels.LOADS, scheme.places.count("y")
+    if scene.info.oscillator:
+        m, R, K = sizes(scheme)
         return Cost(solves, solves, 2 * (m + R) * (m + K) * steps)
     each = pair_module(scene, scheme).OPERATIONS
     newton = iterations.sum(axis=0)

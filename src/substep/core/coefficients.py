@@ -1,0 +1,103 @@
+"""What the linear march takes of a scheme: the coefficients of one step, the stencil of the load, and the start.
+
+A step marches x, the `marched` entries of the scheme's state, and reports y, those of u, h*v, h^2*a that are not among
+them: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f, with the loads f at the instants of the stencil. For a scheme
+whose acceleration a balance at t_n gives, that balance eliminates a_n from what is marched; at the start the load there
+then stands for h^2 a + 2 xi Omega h v + Omega^2 u. D is the amplification matrix less the identity, rounded once.
+"""
+
+from collections.abc import Callable, Sequence
+from math import prod
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .arrays import Array, common_shape, flat
+from .stability import points
+
+if TYPE_CHECKING:
+    from .schemes import Scheme
+
+
+def marched(scheme: "Scheme") -> tuple[int, ...]:
+    """Which entries of the scheme's state the linear march carries."""
+    return scheme.kernels.KEPT
+
+
+def places(scheme: "Scheme") -> str:
+    """Where u, h*v and h^2*a stand in what is marched, a digit each; y for one that is not marched but reported."""
+    return scheme.kernels.MARCH.rpartition("_")[2]
+
+
+def sizes(scheme: "Scheme") -> tuple[int, int, int]:
+    """m numbers marched, R numbers reported beside them, K instants of the load.
+
+    K is that of the march's kernel; the scheme's own stencil may have fewer, and its coefficients of the others are 0.
+    """
+    return len(marched(scheme)), places(scheme).count("y"), scheme.kernels.LOADS
+
+
+def coefficients(scheme: "Scheme", Omega: ArrayLike, xi: ArrayLike) -> tuple[Array, Array, Array, Array]:
+    """D (n, m, m), B (n, m, K), O (n, R, m), P (n, R, K) at the n points of Omega, xi and parameters in C order.
+
+    K is here the number of instants of the scheme's stencil.
+    """
+    _, (Omegas, xis, *parameters) = points(scheme, Omega, xi)
+    rows, (m, R, K), loads = _coefficient_rows(scheme, Omegas, xis, parameters), sizes(scheme), scheme.info.loads
+    D, B, y_x, y_f = np.split(rows.T, np.cumsum([m * m, m * K, R * m]), axis=1)
+    B, y_f = B.reshape(-1, m, K)[..., :loads], y_f.reshape(len(D), R, K)[..., :loads]
+    return D.reshape(-1, m, m), B, y_x.reshape(len(D), R, m), y_f
+
+
+def coefficient_rows(scheme: "Scheme", Omega: Array, xi: Array) -> Array:
+    """D, B, O, P as rows (m*m + m*K + R*m + R*K, P) of the `sizes`, for Omega and xi (P,)."""
+    return _coefficient_rows(scheme, Omega, xi, scheme.kernel_parameters)
+
+
+def _coefficient_rows(scheme: "Scheme", Omega: Array, xi: Array, parameters: Sequence[Array]) -> Array:
+    m, R, K = sizes(scheme)
+    return _rows(scheme.kernels.coefficients, m * m + m * K + R * (m + K), Omega, xi, parameters)
+
+
+def transfer_rows(scheme: "Scheme", Omega: Array, xi: Array) -> Array:
+    """The digital filter from load to response, (4*order + 1, P), for Omega and xi (P,).
+
+    What the rows mean says `transfer` of the generated module; order is the module's FILTER, which is not 0.
+    """
+    return _rows(scheme.kernels.transfer, 4 * scheme.kernels.FILTER + 1, Omega, xi, scheme.kernel_parameters)
+
+
+def _rows(function: Callable[..., None], rows: int, Omega: Array, xi: Array, parameters: Sequence[Array]) -> Array:
+    inputs, out = np.empty((2 + len(parameters), len(Omega))), np.empty((rows, len(Omega)))
+    for row, values in zip(inputs, (Omega, xi, *parameters), strict=True):
+        row[:] = values
+    inputs.flags.writeable = False  # kernels are compiled for read-only inputs
+    function(*inputs, out)
+    return out
+
+
+def start_coefficients(scheme: "Scheme", Omega: ArrayLike, xi: ArrayLike) -> tuple[Array, Array]:
+    """S (n, m, 3), T (n, m, K): the state at t = 0 is S (u, h*v, h^2*a) + T h^2 f, f the load at START_STENCIL*h."""
+    _, arguments = points(scheme, Omega, xi)
+    n, m = arguments[0].size, len(scheme.state)
+    out = np.empty((n, m, 3)), np.empty((n, m, len(scheme.kernels.START_STENCIL)))
+    scheme.kernels.start(*arguments, *out)
+    return out
+
+
+def stencil(scheme: "Scheme") -> Array:
+    """Instants at which a step takes the load, in steps after t_n: (..., K), read-only."""
+    values = scheme.kernel_parameters
+    shape = common_shape(scheme.kernels.PARAMETERS, values)
+    out = np.empty((prod(shape), scheme.info.loads))
+    scheme.kernels.stencil(*(flat(value, shape) for value in values), out)
+    out = out.reshape(*shape, -1)
+    out.flags.writeable = False
+    return out
+
+
+def loaded_within(scheme: "Scheme") -> bool:
+    """Whether a step takes the load between its two ends alone; a parameter may move an instant beyond them."""
+    instants = scheme.stencil()
+    return bool(instants.min() >= 0.0 and instants.max() <= 1.0)

@@ -1,0 +1,184 @@
+"""What the index says about a scheme or a scene, by name and type: the one place that reads an entry's literals.
+
+The committed index (`substep_kernels.index`, `substep_kernels.scenes`) and the `ENTRY` of a module in the user's cache
+hold the same plain literals. `SchemeInfo.of` and `SceneInfo.of` turn one of them into what the rest of the package
+reads.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType, ModuleType
+from typing import TYPE_CHECKING, Any, Literal
+
+from numpy.typing import ArrayLike
+
+from .arrays import Array
+from .errors import inside
+
+if TYPE_CHECKING:
+    from ..derived.modules import Declaration, SceneDeclaration
+
+Start = Literal["given", "function", "scheme"]
+
+
+@dataclass(frozen=True)
+class ParameterInfo:
+    """A parameter's interval (None for no bound) and its default, a function of the parameters declared before it.
+
+    default is None for a parameter that has to be given.
+    """
+
+    name: str
+    low: float | None
+    high: float | None
+    low_open: bool
+    high_open: bool
+    default: Callable[..., Any] | None
+
+    def default_of(self, owner: str, earlier: Mapping[str, Any]) -> Any:
+        """The default, from the parameters before it; a ValueError for a parameter that has to be given."""
+        if self.default is None:
+            raise ValueError(f"expected a value for {self.name} of {owner}, got none; add {self.name}=...")
+        return self.default(*earlier.values())
+
+    def inside(self, what: str, value: ArrayLike) -> Array:
+        """The value as an array, else a ValueError that calls it `what`: it has to be finite and in the interval."""
+        return inside(what, value, self.low, self.high, self.low_open, self.high_open)
+
+
+@dataclass(frozen=True)
+class FamilyInfo:
+    """Another name for a set of parameters: its argument, such as rho_inf, and each parameter as a function of it."""
+
+    argument: ParameterInfo
+    values: Mapping[str, Callable[[Array], Any]]
+
+
+@dataclass(frozen=True)
+class SchemeInfo:
+    """What there is to know about a scheme before its kernels are loaded. Equal for the same scheme.
+
+    module: the generated module, or the name of a committed one, which a member of a family shares with its parent.
+    fixed: the parameters that a member fixes. balances: how many a step has. loads: at how many instants a step takes
+    the load. state: what is carried from step to step. history, of each entry of the state: 0 for u, 1 for h*v, 2 for
+    h^2*a, and how many steps before t_n it stands. start, how the state at t = 0 is had: "given", it is u, h*v, h^2*a;
+    "function", from the module's `start`; "scheme", another scheme marches the first steps. starter, of "scheme" alone:
+    that scheme's name in the catalogue and its parameters; the name is empty where the declaration's `start_scheme` is
+    meant. declaration: of a scheme of the user's own.
+    """
+
+    name: str
+    module: str | ModuleType
+    parameters: Mapping[str, ParameterInfo] = field(compare=False)
+    families: Mapping[str, FamilyInfo] = field(compare=False)
+    fixed: Mapping[str, float] = field(compare=False)
+    balances: int = field(compare=False)
+    loads: int = field(compare=False)
+    state: tuple[str, ...] = field(compare=False)
+    history: tuple[tuple[int, int], ...] = field(compare=False)
+    start: Start = field(compare=False)
+    starter: tuple[str, Mapping[str, float]] | None = field(compare=False)
+    reference: str = field(compare=False)
+    declaration: "Declaration | None" = field(compare=False)
+
+    @classmethod
+    def of(
+        cls,
+        name: str,
+        entry: Mapping[str, Any],
+        module: ModuleType | None = None,
+        declaration: "Declaration | None" = None,
+    ) -> "SchemeInfo":
+        """From an entry of the index; module and declaration are those of a scheme of the user's own."""
+        start, starter = entry["start"], entry.get("starter")
+        if "starter" not in entry:  # the index as printed before it had this key: "given", "start" or a scheme's name
+            starter = None if start in ("given", "start") else (start, {})
+            start = {"given": "given", "start": "function"}.get(start, "scheme")
+        families = {
+            argument: FamilyInfo(ParameterInfo(argument, *domain, default=None), MappingProxyType(values))
+            for argument, (*domain, values) in entry["families"].items()
+        }
+        return cls(
+            name=name,
+            module=module or entry["module"],
+            parameters=_by_name(ParameterInfo(*literal) for literal in entry["parameters"]),
+            families=MappingProxyType(families),
+            fixed=MappingProxyType(entry["fixed"]),
+            balances=entry["balances"],
+            loads=entry["loads"],
+            state=entry["state"],
+            history=entry["history"],
+            start=start,
+            starter=starter,
+            reference=entry["reference"],
+            declaration=declaration,
+        )
+
+    @property
+    def source(self) -> "str | Declaration":
+        """What `substep.scheme` makes it from: a name of the catalogue, or the user's declaration."""
+        return self.name if self.declaration is None else self.declaration
+
+
+@dataclass(frozen=True)
+class SceneInfo:
+    """What there is to know about a scene before its functions are loaded. Equal for the same scene.
+
+    module: the generated module, or the name of a committed one. coordinates: (name, unit) of each. Functions of the
+    parameters: start gives u, v and a at t = 0, None in place of a where it follows from the equation of motion; length
+    is what Newton's tolerance is relative to; energy_scale, J, of a scene that starts without energy; oscillator gives
+    circular frequency, damping ratio and mass of a linear oscillator, and is None for any other scene. outputs: names
+    of further results. angular_momentum: whether it has one. sampled: whether the user gives the load. declaration: of
+    a scene of the user's own.
+    """
+
+    name: str
+    module: str | ModuleType
+    parameters: Mapping[str, ParameterInfo] = field(compare=False)
+    coordinates: tuple[tuple[str, str], ...] = field(compare=False)
+    start: Callable[..., tuple[Any, Any, Any]] = field(compare=False)
+    length: Callable[..., Any] = field(compare=False)
+    energy_scale: Callable[..., Any] | None = field(compare=False)
+    oscillator: Callable[..., tuple[Any, Any, Any]] | None = field(compare=False)
+    outputs: tuple[str, ...] = field(compare=False)
+    angular_momentum: bool = field(compare=False)
+    sampled: bool = field(compare=False)
+    reference: str = field(compare=False)
+    declaration: "SceneDeclaration | None" = field(compare=False)
+
+    @classmethod
+    def of(
+        cls,
+        name: str,
+        entry: Mapping[str, Any],
+        module: ModuleType | None = None,
+        declaration: "SceneDeclaration | None" = None,
+    ) -> "SceneInfo":
+        """From an entry of the index; module and declaration are those of a scene of the user's own."""
+        return cls(
+            name=name,
+            module=module or f"scene_{name}",
+            parameters=_by_name(
+                ParameterInfo(*literal, default=None if default is None else lambda *_, number=default: number)
+                for *literal, default in entry["parameters"]
+            ),
+            coordinates=entry["coordinates"],
+            start=entry["start"],
+            length=entry["length"],
+            energy_scale=entry["energy_scale"],
+            oscillator=entry["oscillator"],
+            outputs=entry["outputs"],
+            angular_momentum=entry["angular_momentum"],
+            sampled=entry["sampled"],
+            reference=entry["reference"],
+            declaration=declaration,
+        )
+
+    @property
+    def source(self) -> "str | SceneDeclaration":
+        """What `substep.scene` makes it from: a name of the catalogue, or the user's declaration."""
+        return self.name if self.declaration is None else self.declaration
+
+
+def _by_name(parameters: Any) -> Mapping[str, ParameterInfo]:
+    return MappingProxyType({parameter.name: parameter for parameter in parameters})

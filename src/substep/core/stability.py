@@ -1,0 +1,107 @@
+"""Stability functions of a scheme: amplification matrix, spectral radius, numerical damping, period elongation.
+
+All take Omega = omega*h >= 0 and the damping ratio xi >= 0, which broadcast with each other and with the scheme's
+parameters, and raise ValueError for negative or infinite values, NaN, and shapes that do not broadcast.
+"""
+
+from math import prod
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .arrays import Array, common_shape, flat
+from .errors import float_array, non_negative
+from .threads import spread
+
+if TYPE_CHECKING:
+    from .schemes import Scheme
+
+PART = 1 << 13  # points a call: where some inputs are numbers, so few values of them fit into the cache
+NANOSECONDS = {"spectral_radius": 0.6, "stability": 4.0}  # a point takes at the fastest schemes
+
+
+def points(scheme: "Scheme", Omega: ArrayLike, xi: ArrayLike) -> tuple[tuple[int, ...], list[Array]]:
+    """The common shape, and Omega, xi and the parameters of the module at each of its points, as kernels take them."""
+    arrays = [non_negative("Omega", Omega), non_negative("xi", xi), *scheme.kernel_parameters]
+    shape = common_shape(("Omega", "xi", *scheme.kernels.PARAMETERS), arrays)
+    return shape, [flat(array, shape) for array in arrays]
+
+
+def amplification(scheme: "Scheme", Omega: ArrayLike, xi: ArrayLike) -> Array:
+    """Amplification matrix (..., m, m) of the free oscillator, in the order of the scheme's state."""
+    m = len(scheme.state)
+    shape, arguments = points(scheme, Omega, xi)
+    out = np.empty((arguments[0].size, m, m))
+    scheme.kernels.amplification(*arguments, out)
+    return out.reshape(*shape, m, m)
+
+
+def spectral_radius(scheme: "Scheme", Omega: ArrayLike, xi: ArrayLike) -> Array:
+    """Largest modulus of the eigenvalues of the amplification matrix."""
+    return _evaluated(scheme, "spectral_radius", 1, Omega, xi)[0]
+
+
+def radius_damping_period(scheme: "Scheme", Omega: ArrayLike, xi: ArrayLike) -> tuple[Array, Array, Array]:
+    """Spectral radius, numerical damping and period error, in one pass."""
+    radius, damping, period = _evaluated(scheme, "stability", 3, Omega, xi)
+    return radius, damping, period
+
+
+def amplitude_error(numerical_damping: Array) -> Array:
+    """1 - exp(-2 pi numerical_damping); -inf for a response that grows beyond the largest number."""
+    with np.errstate(over="ignore"):
+        return 0.0 - np.expm1(-2.0 * np.pi * numerical_damping)
+
+
+def power_norm(scheme: "Scheme", Omega: ArrayLike, xi: ArrayLike, n: int) -> Array:
+    """The largest of ||A||, ||A^2||, ..., ||A^n|| in the energy norm of (omega*u, v, a/omega); inf on overflow.
+
+    Raises ValueError for n < 1 and for Omega = 0.
+    """
+    if n < 1:
+        raise ValueError(f"expected n >= 1 powers, got {n}; give how many powers of A are looked at")
+    omega = non_negative("Omega", Omega)
+    if (omega == 0).any():
+        raise ValueError("expected Omega > 0, got 0, where the energy does not depend on u; give a positive Omega")
+    A = amplification(scheme, omega, xi)
+    kinds = np.array([kind for kind, _ in scheme.history])
+    scale = np.broadcast_to(omega[..., None], A.shape[:-1]) ** (1.0 - kinds)
+    A = scale[..., :, None] * A / scale[..., None, :]
+    power, largest = A, np.linalg.norm(A, 2, axis=(-2, -1))
+    overflown = np.zeros(largest.shape, dtype=bool)
+    with np.errstate(over="ignore", invalid="ignore"):
+        for _ in range(n - 1):
+            power = power @ A
+            overflown |= ~np.isfinite(power).all(axis=(-2, -1))
+            power = np.where(overflown[..., None, None], 0.0, power)
+            largest = np.where(overflown, np.inf, np.maximum(largest, np.linalg.norm(power, 2, axis=(-2, -1))))
+            if overflown.all():
+                break
+    return largest[()]
+
+
+def _evaluated(scheme: "Scheme", function: str, outputs: int, Omega: ArrayLike, xi: ArrayLike) -> list[Array]:
+    """What a kernel with so many outputs gives at all points; many points are spread over threads.
+
+    The kernels report bad values of Omega and xi, so that these are looked at again only to say which one it is.
+    """
+    arrays = [float_array("Omega", Omega), float_array("xi", xi), *scheme.kernel_parameters]
+    module = scheme.kernels
+    shape = common_shape(("Omega", "xi", *module.PARAMETERS), arrays)
+    n, kernel, numbers = prod(shape), getattr(module, function), [a.size == 1 for a in arrays]
+    inputs = [flat(a, (min(n, PART),) if one else shape) for a, one in zip(arrays, numbers, strict=True)]
+    out, refused = np.empty((outputs, n)), []
+    most = PART if any(numbers) else max(n, 1)
+
+    def part(begin: int, end: int) -> None:
+        for first in range(begin, end, most):
+            last = min(first + most, end)
+            own = (a[: last - first] if one else a[first:last] for a, one in zip(inputs, numbers, strict=True))
+            refused.append(kernel(*own, *out[:, first:last]))
+
+    spread(part, n, PART, nanoseconds=n * NANOSECONDS[function])
+    if n == 0 or any(refused):
+        for name, value in (("Omega", Omega), ("xi", xi)):
+            non_negative(name, value)
+    return [row[()] for row in out.reshape(outputs, *shape)]
