@@ -42,11 +42,10 @@ def _parameters(scheme: "Scheme") -> None:
         if p.name in seen:
             raise DeclarationError(f"{scheme.name}: two parameters are named '{p.name}'; rename one of them")
         default = p.default.equation if isinstance(p.default, Root) else p.default
-        own = {p.symbol} if isinstance(p.default, Root) else set()
-        if default is None or (later := default.free_symbols - set(seen.values()) - own):
-            unknown = "none" if default is None else f"one in {', '.join(sorted(map(str, later)))}"
+        known = {*seen.values(), p.symbol} if isinstance(p.default, Root) else set(seen.values())
+        if default is None or not default.free_symbols <= known:
             raise DeclarationError(
-                f"{scheme.name}: expected a default of {p.name}, in parameters declared before it if any, got {unknown}"
+                f"{scheme.name}: expected a default of {p.name}, in parameters declared before it if any, got {default}"
             )
         seen[p.name] = p.symbol
         if scheme.parent is None:  # of a member, what was fixed may have moved a default that is not used

@@ -42,7 +42,7 @@ from ..oscillator.spectrum import live
 from .certificate import certify
 from .hurwitz import Hurwitz, bilinear
 
-W = Symbol("W")  # Omega^2 where only even powers occur, else Omega
+W = Symbol("W", real=True)  # unlike a parameter of that name: Omega^2 where only even powers occur, else Omega
 Box = Mapping[Symbol, Interval]
 ALL_POSITIVE = Interval.open(0, oo)
 ZERO = Integer(0)

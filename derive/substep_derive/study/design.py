@@ -36,7 +36,9 @@ from ..stability.conditions import Conditions, conditions
 from .derivation import derive
 from .equivalence import solutions
 
-rho = Symbol("rho")  # a wished spectral radius at Omega -> oo that is left open
+rho = Symbol(
+    "rho", real=True
+)  # unlike a parameter of that name: a wished spectral radius at Omega -> oo that is left open
 SAMPLES = (Rational(1, 3), Rational(2, 3), Rational(9, 10))
 
 

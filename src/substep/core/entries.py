@@ -5,7 +5,7 @@ hold the same plain literals. `SchemeInfo.of` and `SceneInfo.of` turn one of the
 reads.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType, ModuleType
 from typing import TYPE_CHECKING, Any, Literal
@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from .arrays import Array
 from .errors import inside
+from .roots import only_root
 
 if TYPE_CHECKING:
     from ..derived.modules import Declaration, SceneDeclaration
@@ -25,7 +26,8 @@ Start = Literal["given", "function", "scheme"]
 class ParameterInfo:
     """A parameter's interval (None for no bound) and its default, a function of the parameters declared before it.
 
-    default is None for a parameter that has to be given.
+    An implicit default is the one root in the interval of a polynomial, whose coefficients, from the lowest power, are
+    a function of those parameters. default and polynomial are None for a parameter that has to be given.
     """
 
     name: str
@@ -34,9 +36,16 @@ class ParameterInfo:
     low_open: bool
     high_open: bool
     default: Callable[..., Any] | None
+    polynomial: Callable[..., Sequence[Any]] | None = None
 
     def default_of(self, owner: str, earlier: Mapping[str, Any]) -> Any:
-        """The default, from the parameters before it; a ValueError for a parameter that has to be given."""
+        """The default, from the parameters before it.
+
+        Raises ValueError for a parameter that has to be given, or whose polynomial has no or more than one root.
+        """
+        if self.polynomial is not None:
+            interval = self.low, self.high, self.low_open, self.high_open
+            return only_root(f"{self.name} of {owner}", self.polynomial(*earlier.values()), *interval)
         if self.default is None:
             raise ValueError(f"expected a value for {self.name} of {owner}, got none; add {self.name}=...")
         return self.default(*earlier.values())
@@ -90,10 +99,6 @@ class SchemeInfo:
         declaration: "Declaration | None" = None,
     ) -> "SchemeInfo":
         """From an entry of the index; module and declaration are those of a scheme of the user's own."""
-        start, starter = entry["start"], entry.get("starter")
-        if "starter" not in entry:  # the index as printed before it had this key: "given", "start" or a scheme's name
-            starter = None if start in ("given", "start") else (start, {})
-            start = {"given": "given", "start": "function"}.get(start, "scheme")
         families = {
             argument: FamilyInfo(ParameterInfo(argument, *domain, default=None), MappingProxyType(values))
             for argument, (*domain, values) in entry["families"].items()
@@ -108,8 +113,8 @@ class SchemeInfo:
             loads=entry["loads"],
             state=entry["state"],
             history=entry["history"],
-            start=start,
-            starter=starter,
+            start=entry["start"],
+            starter=entry["starter"],
             reference=entry["reference"],
             declaration=declaration,
         )

@@ -6,7 +6,9 @@ from functools import reduce
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
+
+from .arrays import Array
 
 EPS = float(np.finfo(float).eps)
 
@@ -18,7 +20,7 @@ def only_root(
     high: float | None,
     low_open: bool,
     high_open: bool,
-) -> NDArray[np.float64]:
+) -> Array:
     """The root in the interval (None: no bound), of the shape to which the coefficients, from the lowest, broadcast.
 
     Between the roots of its derivative a polynomial is monotone, so that a change of sign there is one root, which is

@@ -1,0 +1,460 @@
+"""What is declared in an unusual way is right, as an independent stepping shows, or refused with a reason."""
+
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import strategies as st
+from plain_kernels import uncompiled
+from stepping import MP, Problem, Stepper, amplification, history
+from substep_derive import Algebraic, Balance, DeclarationError, Family, Parameter, Root, Scheme, certify, derive
+from substep_derive.declare.catalogue import find
+from substep_derive.declare.digest import scheme_digest
+from substep_derive.declare.parameter_set import ParameterSet
+from substep_derive.declare.symbols import N, Omega, f, h, knot, xi
+from substep_derive.emit.scheme_module import own_module
+from substep_derive.motion.equations import Motion
+from substep_derive.oscillator.evaluation import Evaluation
+from substep_derive.oscillator.order import order_of
+from substep_derive.package import catalogue_pair, package
+from substep_derive.study.derivation import order_at, unremarkable
+from substep_derive.study.profile import profile
+from sympy import Expr, Integer, Interval, Rational, Symbol, oo, sqrt
+
+import substep as ss
+from substep.core.roots import only_root, real_roots
+
+u0, v0, a0 = knot(0)
+u1, v1, a1 = end = knot(1)
+um, vm, am = knot(-1)
+half, quarter = Rational(1, 2), Rational(1, 4)
+gamma = Symbol("gamma")
+NEWMARK = {u1: u0 + h * v0 + h**2 / 4 * (a0 + a1), v1: v0 + h / 2 * (a0 + a1)}
+DUFFING = Problem(0, lambda u: u + u**3, lambda u: 1 + 3 * u**2)
+
+
+@pytest.fixture(autouse=True)
+def own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SUBSTEP_CACHE", str(tmp_path))
+
+
+# --- start schemes ---------------------------------------------------------------------------------------
+
+
+def two_step(start: Any, name: str = "two_step") -> Scheme:
+    """Houbolt's smaller relative: a three-point backward difference for u and v."""
+    relations = {v1: (3 * u1 - 4 * u0 + um) / (2 * h), a1: (3 * v1 - 4 * v0 + vm) / (2 * h)}
+    return Scheme(name, relations, (Balance.at(end, 1),), start=start)
+
+
+def fox_goodwin_like() -> Scheme:
+    return find("newmark").fix({"beta": "1/6", "gamma": "1/2"})
+
+
+OWN_STARTER = Scheme(
+    "own_starter", {u1: u0 + h * v0 + h**2 * (a0 / 3 + a1 / 6), v1: v0 + h / 2 * (a0 + a1)}, (Balance.at(end, 1),)
+)
+DAMPED = Problem("0.2", lambda u: 4 * u, lambda u: 4)
+
+
+STARTERS = [fox_goodwin_like(), OWN_STARTER, *map(find, ("newmark", "rk4", "central_difference", "bathe"))]
+
+
+@pytest.mark.parametrize("start", STARTERS, ids=lambda s: f"{s.name}-{len(s.fixed)}")
+def test_the_start_is_the_scheme_that_was_declared(start: Scheme) -> None:
+    """Linear and nonlinear runs begin with it, whatever its name, parameters and state."""
+    scheme = two_step(start)
+    s = ss.scheme(scheme)
+    linear = ss.march(ss.scene("linear_oscillator", omega=2.0, xi=0.05, u0=0.7, v0=1.1), s, dt=0.1, t_end=0.5)
+    acceleration = -4 * 0.7 - 0.2 * 1.1
+    rows = history(scheme, {}, DAMPED, Rational(1, 10), 5, ("0.7", "1.1", acceleration))
+    np.testing.assert_allclose(np.column_stack([linear.u, linear.v]), np.array(rows, dtype=float)[:, :2], rtol=1e-12)
+
+
+def test_two_starts_are_two_schemes() -> None:
+    catalogue = find("newmark").fix({"beta": "1/4", "gamma": "1/2"})
+    digests = {scheme_digest(two_step(start)) for start in (fox_goodwin_like(), catalogue, find("rk4"), OWN_STARTER)}
+    assert len(digests) == 4
+    assert "1/6" in own_module(two_step(fox_goodwin_like())) or "0.1666" in own_module(two_step(fox_goodwin_like()))
+
+
+def test_a_catalogue_scheme_is_started_by_one_of_the_catalogue() -> None:
+    with pytest.raises(DeclarationError, match="starts it in the catalogue, got own_starter"):
+        package([two_step(OWN_STARTER)], [])
+
+
+@pytest.mark.parametrize(
+    ("start", "message"),
+    [
+        (find("houbolt"), "one-step scheme to start it, got houbolt"),
+        (find("rho_inf_bathe"), r"rational parameters, got rho_inf_bathe with gamma_t"),
+        ({um: u0, vm: v0, am: a0}, "start gives a_-1, which no step reads"),
+        ({um: u0, vm: v1}, "start of v_-1 holds v_1"),
+        ({um: u0}, "reads v_-1, for which start says nothing"),
+    ],
+    ids=["multi-step", "irrational", "not read", "not given", "missing"],
+)
+def test_a_start_that_cannot_be(start: Any, message: str) -> None:
+    with pytest.raises(DeclarationError, match=message):
+        two_step(start)
+
+
+def test_a_start_scheme_does_not_pass_half_steps() -> None:
+    vh = knot("-1/2").v
+    relations = {knot("1/2").v: vh + h * a0, u1: u0 + h * knot("1/2").v}
+    with pytest.raises(DeclarationError, match="does not pass"):
+        Scheme("leapfrog", relations, (Balance(a0, vh, N(u0), f(0)),), start=find("rk4"))
+
+
+# --- implicit defaults -----------------------------------------------------------------------------------
+
+TWO_HUMPS = (gamma - Rational(1, 20)) * ((gamma - Rational(11, 20)) ** 2 + Rational(1, 1000))
+
+
+UNIT = Interval(0, 1)
+
+
+def with_default(default: Any, domain: Any = UNIT) -> Scheme:
+    mean = (1 - gamma) * a0 + gamma * a1
+    relations = {u1: u0 + h * v0 + h**2 / 2 * mean, v1: v0 + h * mean}
+    return Scheme("with_default", relations, (Balance.at(end, 1),), (Parameter(gamma, domain, default),))
+
+
+def test_the_implicit_default_is_the_root_in_the_interval() -> None:
+    scheme = with_default(Root(TWO_HUMPS))
+    assert float(ss.scheme(scheme).parameters["gamma"]) == pytest.approx(0.05, rel=1e-15)
+    assert certify(scheme).parameters == {"gamma": Rational(1, 20)}
+
+
+@pytest.mark.parametrize(
+    ("equation", "count"),
+    [
+        ((gamma - quarter) * (gamma - half), "got 2"),
+        (gamma**2 + 1, "got 0"),
+        (gamma - 2, "got 0"),
+        (Integer(0) * gamma, "any number"),
+        ((gamma - 1) * (gamma - 3), None),
+        ((gamma - half) ** 2, None),
+    ],
+)
+def test_no_or_several_roots_are_refused_in_both_places(equation: Expr, count: str | None) -> None:
+    c = [float(x) for x in reversed(equation.as_poly(gamma).all_coeffs())]
+    if count is None:
+        with_default(Root(equation))
+        only_root("gamma", c, 0.0, 1.0, False, False)
+        return
+    with pytest.raises(DeclarationError, match=count):
+        with_default(Root(equation))
+    with pytest.raises(ValueError, match="has no default here"):
+        only_root("gamma", c, 0.0, 1.0, False, False)
+
+
+def test_an_open_end_does_not_hold_its_root() -> None:
+    ends = gamma * (gamma - 1) * (gamma - Rational(1, 3))
+    assert certify(with_default(Root(ends), Interval.open(0, 1))).parameters == {"gamma": Rational(1, 3)}
+    assert only_root("gamma", [0.0, 1 / 3, -4 / 3, 1.0], 0.0, 1.0, True, True) == pytest.approx(1 / 3)
+    with pytest.raises(DeclarationError, match="got 3"):
+        with_default(Root(ends), Interval(0, 1))
+
+
+@given(st.lists(st.fractions(-3, 3, max_denominator=12), min_size=1, max_size=5, unique=True), st.booleans())
+@settings(max_examples=60, deadline=None)
+def test_real_roots_are_all_found(roots: list[Fraction], with_pair: bool) -> None:
+    p = np.poly1d([1.0])
+    for root in roots:
+        p *= np.poly1d([1.0, -float(root)])
+    p = p * np.poly1d([1.0, 0.0, 0.25]) if with_pair else p
+    found = real_roots([float(c) for c in p.coeffs[::-1]], None, None)
+    np.testing.assert_allclose(found, sorted(map(float, roots)), atol=1e-7)
+    inside = [x for x in sorted(map(float, roots)) if -1 <= x <= 2]
+    assume(all(min(abs(x + 1), abs(x - 2)) > 1e-6 for x in map(float, roots)))
+    np.testing.assert_allclose(real_roots([float(c) for c in p.coeffs[::-1]], -1.0, 2.0), inside, atol=1e-7)
+
+
+# --- irrational parameters and high orders ---------------------------------------------------------------
+
+
+def test_order_at_an_irrational_default() -> None:
+    """gamma = sqrt(2)/2, used as gamma^2 = 1/2, makes Newmark's scheme of second order."""
+    relations = {u1: u0 + h * v0 + h**2 / 2 * a0, v1: v0 + h * ((1 - gamma**2) * a0 + gamma**2 * a1)}
+    scheme = Scheme(
+        "irrational", relations, (Balance.at(end, 1),), (Parameter(gamma, Interval.open(0, 1), sqrt(2) / 2),)
+    )
+    assert order_at(Evaluation.at_defaults(scheme)) == (2, 2, 2)
+    assert profile(scheme).order == (2, 2, 2)
+    assert derive(scheme).order == (1, 1, 1)  # of almost all gamma
+    rounded = Evaluation.at(ParameterSet.of(scheme, None, {"gamma": Rational(str((sqrt(2) / 2).n(40)))}))
+    assert order_at(rounded) == (1, 1, 1)
+
+
+def test_limits_at_an_irrational_default() -> None:
+    """rho_inf of Noh and Bathe's family, whose optimal split is irrational, is the parameter itself, exactly."""
+    assert profile(find("rho_inf_bathe")).rho_inf == half
+    assert profile(find("three_substep")).rho_inf == half
+
+
+def taylor(stages: int) -> Scheme:
+    """The exponential's Taylor polynomial, a stage a derivative: order = stages on a linear problem."""
+    relations: dict[Symbol, Expr] = {}
+    balances = []
+    u, v = u0, v0
+    for k in range(stages, 0, -1):
+        stage = knot("1" if k == 1 else f"s{k}")
+        knot_here = knot(f"w{k}")
+        relations[knot_here.u], relations[knot_here.v] = u, v
+        balances.append(Balance(knot_here.a, knot_here.v, N(knot_here.u), f(0)))
+        u, v = u0 + h / k * knot_here.v, v0 + h / k * knot_here.a
+        if k == 1:
+            relations[stage.u], relations[stage.v] = u, v
+    return Scheme(f"taylor_{stages}", relations, tuple(balances))
+
+
+@pytest.mark.parametrize("stages", [4, 7, 8])
+def test_order_is_looked_for_until_it_is_found(stages: int) -> None:
+    scheme = taylor(stages)
+    assert order_of(Evaluation.at_defaults(scheme), Rational(0)).free[:2] == (stages, stages)
+    assert derive(scheme).series.order == stages
+
+
+# --- intervals -------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "domain", [Interval(-oo, 1), Interval(-oo, oo), Interval.open(0, oo), Interval(half, 2)], ids=str
+)
+def test_unusual_intervals(domain: Interval) -> None:
+    scheme = with_default(half, domain)
+    assert derive(scheme).order == (1, 1, 1)
+    for k in (1, 2):
+        value = unremarkable(scheme, k).values[gamma]
+        assert domain.contains(value) == True  # noqa: E712 (a SymPy boolean)
+    assert float(ss.scheme(scheme).parameters["gamma"]) == 0.5
+
+
+@pytest.mark.parametrize(
+    ("parameter", "message"),
+    [
+        (lambda: Parameter(gamma, Interval(0.0, 1.5), half), "rational or infinite ends"),
+        (lambda: Parameter(gamma, Interval(1, 0), half), "more than one number"),
+        (lambda: Parameter(gamma, Interval(1, 1), half), "more than one number"),
+        (lambda: Parameter(gamma, Interval(0, 1), 0.5), "exact default"),
+        (lambda: with_default(Rational(3)), "does not lie in"),
+        (lambda: with_default(Symbol("beta")), "parameters declared before"),
+    ],
+)
+def test_an_interval_or_default_that_is_not_exact(parameter: Any, message: str) -> None:
+    with pytest.raises(DeclarationError, match=message):
+        parameter()
+
+
+# --- names that derivation uses itself -------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "name", ["mu", "lambda", "Omega", "xi", "h", "omega", "t", "f", "M", "C", "K0", "u_x", "a_1", "v_g"]
+)
+def test_parameters_cannot_have_names_of_the_derivation(name: str) -> None:
+    p = Symbol(name)
+    relations = {u1: u0 + h * v0, v1: v0 + h * ((1 - p) * a0 + p * a1)}
+    with pytest.raises(DeclarationError, match="rename the parameter|two parameters"):
+        Scheme("bad", relations, (Balance.at(end, 1),), (Parameter(p, Interval(0, 1), half),))
+
+
+@pytest.mark.parametrize("name", ["r", "W", "rho", "x", "w", "q", "mu_", "z"])
+def test_parameters_may_have_names_of_algorithms(name: str) -> None:
+    """Certificate, order, series and conditions do not mistake them for their own symbols."""
+    p = Symbol(name)
+    mine = {u1: u0 + h * v0 + h**2 / 2 * ((1 - p) * a0 + p * a1), v1: v0 + h * ((1 - p) * a0 + p * a1)}
+    both = []
+    for symbol in (p, gamma):
+        relations = {k: e.subs(p, symbol) for k, e in mine.items()}
+        default = Parameter(symbol, Interval(0, 1), sqrt(2) / 2)
+        both.append(Scheme("own", relations, (Balance.at(end, 1),), (default,)))
+    first, second = both
+    assert certify(first).intervals == certify(second).intervals
+    assert certify(first, **{name: "3/4"}).intervals == certify(second, gamma="3/4").intervals
+    r = Algebraic((2, 0, -1), (0, 1))
+    assert certify(first, **{name: r}).intervals == certify(second, gamma=r).intervals
+    assert derive(first).series.numerical_damping[1].subs(p, gamma).equals(derive(second).series.numerical_damping[1])
+    from substep_derive.stability.conditions import conditions
+
+    assert [e.subs(p, gamma) for e in conditions(first).inequalities] == list(conditions(second).inequalities)
+
+
+@pytest.mark.parametrize("label", ["0.5", "+1", "01", "2/4", "1e0", "*1"])
+def test_labels_that_are_numbers_are_written_in_one_way(label: str) -> None:
+    k = knot(label)
+    relations = {k.u: u0 + h / 2 * v0, **NEWMARK, u1: k.u + h / 2 * v0 + h**2 / 4 * (a0 + a1)}
+    with pytest.raises(DeclarationError, match="rename the knot"):
+        Scheme("bad", relations, (Balance.at(end, 1),))
+
+
+def test_slots_that_hold_what_belongs_elsewhere() -> None:
+    for balance, message in (
+        (Balance(a1, v1, N(u1), f(1) - u0), "write it into force"),
+        (Balance(a1 + N(u0), v1, N(u1), f(1)), "linear combination"),
+        (Balance(a1, v1, N(u1) - f(0), f(1)), "hold N of displacements"),
+        (Balance(a1, v1, N(u1), f(h)), "steps after t_n"),
+    ):
+        with pytest.raises(DeclarationError, match=message):
+            Scheme("bad", NEWMARK, (balance,))
+    with pytest.raises(DeclarationError, match="belong into balances"):
+        Scheme("bad", {**NEWMARK, v1: v0 + h * f(0)}, (Balance.at(end, 1),))
+    with pytest.raises(DeclarationError, match="report gives 'u_0'"):
+        Scheme("bad", NEWMARK, (Balance.at(end, 1),), report={u0: u1})
+    with pytest.raises(DeclarationError, match="another parameter's name"):
+        scheme, same = with_default(half), Family(Parameter(gamma, UNIT, half), {gamma: gamma})
+        Scheme("bad", scheme.relations, scheme.balances, scheme.parameters, (same,))
+
+
+# --- the fuzz --------------------------------------------------------------------------------------------
+
+LABELS = [
+    "g",
+    "m1",
+    "star",
+    "s",
+    "told",
+    "told_u",
+    "1x",
+    "n1",
+    "0_",
+    "Ω",
+    "a",
+    "u",
+    "r_0",
+    "h",
+    "i",
+    "½",
+    "x.y",
+    "in",
+]
+NAMES = ["gamma", "q", "c0", "x1", "velocity", "np", "r", "W", "near_0", "u", "lam", "class", "theta_", "den"]
+small = st.fractions(-2, 2, max_denominator=6)
+
+
+@st.composite
+def declarations(draw: Any, longest: int = 4) -> tuple[Scheme, dict[str, Rational]]:
+    """One or two stages, implicit or explicit, and a history of up to `longest` entries beyond the step's own."""
+    p = Symbol(draw(st.sampled_from(NAMES)))
+    low, high = draw(st.sampled_from([(0, 1), (-oo, oo), (-2, oo), (-oo, 3)]))
+    parameter = Parameter(p, Interval(low, high), half)
+    past = draw(st.lists(st.sampled_from([s for k in range(1, 5) for s in knot(-k)]), max_size=longest, unique=True))
+
+    def whole(symbols: list[Symbol]) -> list[Symbol]:
+        """With what lies between, so that each is carried over from the step before."""
+        kinds = {
+            kind: max((int(s.name.split("_-")[1]) for s in symbols if s.name[0] == kind), default=0) for kind in "uva"
+        }
+        return [knot(-k)["uva".index(kind)] for kind, deepest in kinds.items() for k in range(1, deepest + 1)]
+
+    past = whole(past)
+    scale = {"u": Integer(1), "v": h, "a": h**2}
+
+    def mixture(own: dict[Symbol, Any], power: int) -> Expr:
+        """A combination of u, h*v, h^2*a of what is given, over h^power."""
+        total = sum((c * scale[s.name[0]] * s for s, c in own.items()), Integer(0))
+        return total / h**power
+
+    def some(symbols: Any) -> dict[Symbol, Any]:
+        found = {s: Rational(draw(small)) or Rational(1, 7) for s in symbols}  # what is carried has to be read
+        return {s: c + (p if draw(st.booleans()) else 0) for s, c in found.items()}
+
+    relations: dict[Symbol, Expr] = {}
+    balances = []
+    known = [u0, v0, a0, *past]
+    stages = draw(st.lists(st.sampled_from(LABELS), max_size=1, unique=True))
+    for label in (*stages, "1"):
+        k, implicit = knot(label), Integer(draw(st.sampled_from([0, 1, 1])))
+        relations[k.u] = mixture({u0: Integer(1), **some([v0, a0, *past]), k.a: implicit * Rational(1, 3)}, 0)
+        relations[k.v] = mixture({v0: Integer(1), **some([a0, *known[3:]]), k.a: implicit * half}, 1)
+        balances.append(Balance.at(k, half if label != "1" else 1))
+        known += list(k)
+    start = {s: knot(0)["uva".index(s.name[0])] for s in past}
+    scheme = Scheme("fuzzed", relations, tuple(balances), (parameter,), start=start)
+    return scheme, {p.name: Rational(draw(st.sampled_from(["1/3", "1/2", "4/5"])))}
+
+
+def check_matrix(scheme: Scheme, values: dict[str, Rational], omega: Rational, damping: Rational) -> None:
+    """Derived A, and the emitted module's, against unit states stepped."""
+    expected = np.array(amplification(scheme, values, _mpf(omega), _mpf(damping)), dtype=float)
+    d = derive(scheme)
+    where = {Symbol(k): v for k, v in values.items()} | {Omega: omega, xi: damping}
+    den = d.den.subs(where)
+    assume(den != 0)
+    found = np.array((d.N.subs(where) / den).tolist(), dtype=float)
+    size = max(1.0, np.abs(expected).max())
+    np.testing.assert_allclose(found, expected, atol=1e-13 * size)
+    try:
+        module = uncompiled(own_module(scheme))
+    except DeclarationError as error:
+        assert "rename" in str(error)
+        return
+    out = np.full((1, *found.shape), np.nan)
+    with np.errstate(all="ignore"):
+        module.amplification(*(np.array([float(x)]) for x in (omega, damping, *values.values())), out)
+    np.testing.assert_allclose(out[0], expected, atol=1e-10 * size)
+
+
+def _mpf(value: Rational) -> Any:
+    return MP.mpf(int(value.p)) / MP.mpf(int(value.q))
+
+
+@given(declarations(), st.sampled_from(["1/2", "3", "1/10"]), st.sampled_from(["0", "1/5"]))
+@settings(max_examples=25, deadline=None, suppress_health_check=list(HealthCheck))
+def test_fuzzed_declarations_step_as_they_are_written(declared: Any, omega: str, damping: str) -> None:
+    scheme, values = declared
+    check_matrix(scheme, values, Rational(omega), Rational(damping))
+
+
+@pytest.mark.parametrize("deep", [9, 10])
+def test_histories_of_eleven_and_twelve_entries(deep: int) -> None:
+    relations = {**NEWMARK, u1: NEWMARK[u1] + sum(Rational(k, 100) * knot(-k).u for k in range(1, deep + 1))}
+    scheme = Scheme("deep", relations, (Balance.at(end, 1),), start={knot(-k).u: u0 for k in range(1, deep + 1)})
+    assert len(scheme.state) == deep + 3
+    check_matrix(scheme, {}, Rational(2), Rational(1, 10))
+
+
+@given(declarations(longest=2))
+@settings(max_examples=12, deadline=None, suppress_health_check=list(HealthCheck))
+def test_fuzzed_declarations_march_as_they_are_written(declared: Any) -> None:
+    """On Duffing's equation, by the kernel of the pair as plain Python."""
+    scheme, values = declared
+    try:
+        text = catalogue_pair(scheme, Motion(_duffing()))
+    except DeclarationError as error:
+        assert "rename" in str(error)
+        return
+    module, n, dt = uncompiled(text), 4, 0.1
+    stepper = Stepper(scheme, values, DUFFING, Rational(1, 10), MP.mpf(1) / 5)
+    assert stepper.state
+    try:
+        rows = np.array(history(scheme, values, DUFFING, Rational(1, 10), n, ("0.2", "0.3", "-0.4")), dtype=float)
+    except (ArithmeticError, ZeroDivisionError):
+        return
+    assume(np.abs(rows).max() < 1e3)
+    scalars = {"h": dt, "tolerance": 1e-12, "k": 1.0, "eps": 1.0, **{k: float(v) for k, v in values.items()}}
+    arrays: dict[str, Any] = {name: np.array([x]) for name, x in scalars.items()}
+    u, v, a = (np.array([[x]]) for x in (0.2, 0.3, -0.4))
+    arrays |= {"u": u, "v": v, "a": a, "n": np.array([n]), "first": 0, "stride": 1, "bound": np.array([np.inf])}
+    arrays["state"] = np.zeros((1, len(module.STATE), 1))
+    arrays["out"] = np.zeros((1, n + 1, len(module.REPORTED), 1))
+    arrays["iterations"] = np.zeros((1, n, len(scheme.balances)), dtype=np.int64)
+    arrays |= {"n_done": np.zeros(1, dtype=np.int64), "status": np.zeros(1, dtype=np.int64), "peak": np.zeros(1)}
+    with np.errstate(all="ignore"):
+        module.start(*(arrays[name] for name in module.START_ARGUMENTS))
+        module.march(*(arrays[name] for name in module.ARGUMENTS))
+    assume(arrays["status"][0] == 0)
+    size = np.abs(rows).max(axis=0)
+    for k, kind in enumerate(module.REPORTED):
+        error = np.abs(arrays["out"][0, 1:, k, 0] - rows[1:, "uva".index(kind)]).max()
+        assert error <= 1e-8 * max(1.0, size["uva".index(kind)]), kind
+
+
+def _duffing() -> Any:
+    from substep_derive.declare.catalogue import find_scene
+
+    return find_scene("duffing")
