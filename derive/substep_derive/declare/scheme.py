@@ -12,6 +12,7 @@ from sympy import Add, Expr, Mul, Pow, Rational, Symbol, preorder_traversal, sym
 
 from ..algebra.exact_number import exact_number
 from .errors import DeclarationError
+from .names import check_scheme
 from .parameter import Family, Parameter, Root
 from .symbols import K0, C, K_t, Knot, M, N, N_discrete, f, h, knot, knot_of, lattice
 
@@ -71,6 +72,7 @@ class Scheme:
     fixed: Mapping[str, Rational] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
+        check_scheme(self.name, self.values, [f.argument.symbol for f in self.families], self._mentioned)
         declared = {parameter.symbol for parameter in self.parameters} | {h, M, C, K0}
         for symbol in sorted(self._mentioned, key=str):
             if knot_of(symbol) is None and symbol not in declared:

@@ -1,6 +1,5 @@
 """Kernel list -> text of a module. The text depends on the declarations alone, byte for byte."""
 
-import re
 from collections.abc import Sequence
 from textwrap import indent, wrap
 
@@ -8,7 +7,6 @@ from sympy import Symbol, count_ops
 
 from ..algebra import rational
 from ..declare.digest import scheme_digest
-from ..declare.errors import DeclarationError
 from ..declare.scheme import Scheme
 from ..declare.symbols import Omega, state_label, xi
 from ..kernels.kernel import Kernel, entries
@@ -21,24 +19,10 @@ from ..oscillator.amplification import Amplification
 from ..oscillator.transfer import Transfer
 from .coefficients import coefficient_functions
 from .index import index_entry
-from .printing import PRINTER, fill, literal_tuple
+from .printing import PRINTER, docstring, fill, literal_tuple
 from .stability import stability_functions
 from .templates.elementary import ELEMENTARY
 from .templates.scheme import BANNER, SCHEME_FUNCTIONS, SCHEME_HEADER, START
-
-RESERVED = {  # names a generated function gives to something else than a parameter
-    *("det", "q", "w", "given", "out", "i", "k", "n", "x", "y", "z", "den", "den_o", "increment", "load"),
-    *("outputs", "outputs_load", "Omega", "xi", "math", "cmath", "np", "half", "leading", "s", "j", "r", "first"),
-    *("radius", "damping", "period", "rest", "count", "kept", "growth", "shift", "angle", "root", "third"),
-    *("less", "modulus2", "discriminant", "square", "scale", "opposite", "found", "njit", "_", "size", "whole"),
-    *("P", "S", "den_", "total", "product", "real", "split", "inverse", "bits", "cosine"),
-    *("better", "near_damping", "near_period"),
-}
-
-
-def is_reserved(name: str) -> bool:
-    """Whether no parameter may have that name; a letter with digits and underscores is one, as in x1, N01_ or k1_2."""
-    return name in RESERVED or re.fullmatch(r"[A-Za-z][\d_]+", name) is not None
 
 
 def print_kernel(kernel: Kernel) -> str:
@@ -84,8 +68,6 @@ def scheme_module(form: MarchForm, source: str) -> str:
     names = {kernel.name: [name for name, _ in kernel.outputs] for kernel in kernels}
     m = len(scheme.state)
     arguments = [Omega.name, xi.name, *(p.name for p in scheme.parameters)]
-    if taken := [a for a in arguments[2:] if is_reserved(a)]:
-        raise DeclarationError(f"{scheme.name}: the name '{taken[0]}' is used by the module; rename the parameter")
     at_i = {p.symbol: Symbol(f"{p.name}[i]") for p in scheme.parameters}
     typed = {"arguments": ", ".join(arguments), "arguments_i": ", ".join(f"{a}[i]" for a in arguments)}
     parts = [
@@ -93,8 +75,8 @@ def scheme_module(form: MarchForm, source: str) -> str:
         fill(
             SCHEME_HEADER,
             title=f"{scheme.name}: stability functions and march coefficients.",
-            reference=scheme.reference + ".",
-            closed_forms=closed_forms(scheme, amplification),
+            reference=docstring(scheme.reference + "."),
+            closed_forms=docstring(closed_forms(scheme, amplification)),
             imports="import math" if count <= 3 else "import cmath\nimport math",
             name=scheme.name,
             state=literal_tuple(f'"{state_label(s)}"' for s in scheme.state),
