@@ -1,12 +1,14 @@
 """Kernel list -> text of a module. The text depends on the declarations alone, byte for byte."""
 
 from collections.abc import Sequence
+from itertools import product
 from textwrap import indent, wrap
 
 from sympy import Symbol, count_ops
 
 from ..algebra import rational
 from ..declare.digest import scheme_digest
+from ..declare.names import entry_name
 from ..declare.scheme import Scheme
 from ..declare.symbols import Omega, state_label, xi
 from ..kernels.kernel import Kernel, entries
@@ -54,7 +56,7 @@ def closed_forms(scheme: Scheme, amplification: Amplification) -> str:
         f"Amplification matrix N/den in ({', '.join(labels)}):",
         f"    den = {rational.horner(amplification.step.den, Omega)}",
     ]
-    lines += [f"    {name} = {rational.horner(e, Omega)}" for name, e in entries("N", amplification.step.N)]
+    lines += [f"    {name} = {rational.horner(e, Omega)}" for name, e in entries("N_", amplification.step.N)]
     wrapped = (wrap(line, 110, subsequent_indent=" " * 8, break_long_words=False) or [""] for line in lines)
     return "\n".join(part for line in wrapped for part in line)
 
@@ -96,7 +98,7 @@ def scheme_module(form: MarchForm, source: str) -> str:
             **typed,
             m=m,
             K=len(form.stencil),
-            store_amplification=_stores(names["_increment"], identity=True),
+            store_amplification=_stores("out", "D_", m, m, identity=True),
             increment_names=_assigned(names["_increment"]),
             store_stencil="\n".join(
                 f"        out[i, {k}] = {PRINTER.doprint(tau.subs(at_i))}" for k, tau in enumerate(form.stencil)
@@ -106,23 +108,18 @@ def scheme_module(form: MarchForm, source: str) -> str:
         coefficient_functions(form, transfer, arguments),
     ]
     if "_start" in names:
-        start = amplification.start_stencil
-        assigned, stores = _assigned(names["_start"]), _stores(names["_start"])
-        parts.append(fill(START, **typed, m=m, K=len(start), start_names=assigned, store_start=stores))
+        K = len(amplification.start_stencil)
+        stores = "\n".join(part for part in (_stores("given", "S_", m, 3), _stores("load", "T_", m, K)) if part)
+        parts.append(fill(START, **typed, m=m, K=K, start_names=_assigned(names["_start"]), store_start=stores))
     return "".join(parts)
 
 
-TARGETS = {"D": "out", "S": "given", "T": "load"}
-
-
-def _stores(names: Sequence[str], *, identity: bool = False) -> str:
-    """Lines that store name_ij over its denominator in the array its letter stands for, or I + it."""
-    lines = []
-    for name in names:
-        if not name.startswith("den"):
-            one = "1.0 + " if identity and name[2] == name[3] else ""
-            lines.append(f"        {TARGETS[name[0]]}[i, {name[2]}, {name[3]}] = {one}{name} / den")
-    return "\n".join(lines)
+def _stores(target: str, name: str, rows: int, columns: int, *, identity: bool = False) -> str:
+    """Lines that store the entries of that name over their denominator in the array target, or I + them."""
+    return "\n".join(
+        f"        {target}[i, {j}, {k}] = {'1.0 + ' if identity and j == k else ''}{entry_name(name, j, k)} / den"
+        for j, k in product(range(rows), range(columns))
+    )
 
 
 def _assigned(names: Sequence[str]) -> str:

@@ -220,9 +220,10 @@ class Scheme:
         return self.kernels.KEPT
 
     @property
-    def places(self) -> str:
-        """Where u, h*v and h^2*a stand in what is marched, a digit each; y for an output of its own."""
-        return self.kernels.MARCH.rpartition("_")[2]
+    def places(self) -> tuple[str, ...]:
+        """Where u, h*v and h^2*a stand in what is marched, a number each; y for an output of its own."""
+        places = self.kernels.MARCH.split("_")[3:]  # as of linear_march_2_01y or linear_march_12_0_11_y
+        return tuple(places if len(places) == 3 else places[0])
 
     @cached_property
     def sizes(self) -> tuple[int, int, int]:
