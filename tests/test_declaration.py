@@ -95,17 +95,3 @@ def test_parameters_are_exact_and_inside_their_interval() -> None:
         derive("newmark", delta=1)
     with pytest.raises(DeclarationError, match="expected a scheme"):
         derive("newmarc")
-
-
-@pytest.mark.parametrize("name", ["out", "P", "den_", "x3", "N00_", "k1_2"])
-def test_parameter_names_that_the_module_needs_are_refused(name: str) -> None:
-    from substep_derive.emit.scheme_module import scheme_module
-    from substep_derive.kernels.march_form import MarchForm
-    from substep_derive.oscillator.amplification import Amplification
-
-    taken = Parameter(Symbol(name), Interval(0, 1), half)
-    scheme = Scheme(
-        "bad", {**GOOD, v1: v0 + h * (1 - taken.symbol) * a0 + h * taken.symbol * a1}, (Balance.at(end, 1),), (taken,)
-    )
-    with pytest.raises(DeclarationError, match="rename"):
-        scheme_module(MarchForm.of(Amplification.of(scheme)), "test")

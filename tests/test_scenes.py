@@ -43,7 +43,7 @@ def declared(**changes: object) -> Scene:
         ({"start": {u: 1}}, "start says nothing of u_dot"),
         ({"length": w}, "length holds 'w'"),
         ({"load": {u: w * t}}, "load on u holds 'w'"),
-        ({"parameters": (optional(m, 2), required(k), required(u))}, "has the name of a coordinate"),
+        ({"parameters": (optional(m, 2), required(k), required(u))}, "'u', which is used there itself"),
     ],
 )
 def test_a_declaration_that_defines_no_motion_is_refused(changes: dict[str, object], message: str) -> None:
@@ -51,11 +51,10 @@ def test_a_declaration_that_defines_no_motion_is_refused(changes: dict[str, obje
         declared(**changes)
 
 
-@pytest.mark.parametrize("name", ["total", "c3", "j", "beta", "near_0", "u_star", "a_g", "m_", "f_1"])
-def test_a_parameter_may_not_have_a_name_that_kernels_use(name: str) -> None:
-    p = Symbol(name)
-    scene = declared(potential=p * u**4, parameters=(optional(m, 2), optional(p, 1)))
-    with pytest.raises(DeclarationError, match=f"'{name}'"):
+def test_a_scheme_and_a_scene_may_not_share_a_parameter() -> None:
+    beta = Symbol("beta")
+    scene = declared(potential=beta * u**4, parameters=(optional(m, 2), optional(beta, 1)))
+    with pytest.raises(DeclarationError, match="'beta'"):
         catalogue_pair(BY_NAME["newmark"], Motion(scene))
 
 

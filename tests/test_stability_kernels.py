@@ -1,7 +1,5 @@
 """The printed stability functions: elementary functions, digits from Omega = 1e-6 to 1e8, conventions, shapes."""
 
-import ast
-import inspect
 from typing import Any
 
 import mpmath
@@ -9,7 +7,6 @@ import numpy as np
 import pytest
 from declared import BY_NAME, NAMES, for_oracle
 from oracle import amplification as stepped
-from substep_derive.emit.scheme_module import is_reserved
 from substep_kernels import newmark, newmark_bdf2
 from test_stability import exact_spectrum
 
@@ -171,20 +168,3 @@ def _called(kernel: Any, values: list[Any]) -> Any:
     out = np.empty((3 if kernel.__name__ == "stability" else 1, values[0].size))
     kernel(*values, *out)
     return out
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_no_parameter_can_be_shadowed(name: str) -> None:
-    """Names the functions of a module assign are reserved where the parameters are in scope, given or unpacked."""
-    kernels = ss.scheme(name).kernels
-    if not kernels.PARAMETERS:
-        return
-    mine, found = {"Omega", "xi", *kernels.PARAMETERS}, set[str]()
-    for function in ast.parse(inspect.getsource(kernels)).body:
-        if isinstance(function, ast.FunctionDef):
-            names = [n for n in ast.walk(function) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)]
-            assigned = {n.id for n in names}
-            if mine - {"Omega"} <= assigned | {a.arg for a in function.args.args}:
-                found.add(function.name)
-                assert not [n for n in assigned - mine if not is_reserved(n)], function.name
-    assert {"_increment", "_coefficients", *(["_transfer"] if kernels.FILTER else [])} <= found

@@ -10,18 +10,19 @@ from typing import TYPE_CHECKING
 from sympy import Add, Expr, Mul, Pow, Rational, Symbol, preorder_traversal
 
 from .errors import DeclarationError
+from .names import check_scheme
 from .parameter import Root
-from .symbols import K0, C, K_t, M, N, N_discrete, Omega, f, h, knot, knot_of, lam, lattice, mu, omega, t, xi
+from .symbols import K0, C, K_t, M, N, N_discrete, f, h, knot, knot_of, lattice
 
 if TYPE_CHECKING:
     from .scheme import Scheme
 
-TAKEN = {s.name for s in (h, omega, Omega, xi, lam, mu, M, C, K0, t)} | {"f"}  # what derivation calls something else
 START_KNOT = frozenset(knot(0))
 
 
 def check(scheme: "Scheme") -> None:
     """All checks, in the order in which their messages help most."""
+    check_scheme(scheme.name, scheme.values, [family.argument.symbol for family in scheme.families], scheme.mentioned)
     _parameters(scheme)
     _families(scheme)
     _symbols(scheme)
@@ -33,35 +34,22 @@ def check(scheme: "Scheme") -> None:
 
 
 def _parameters(scheme: "Scheme") -> None:
-    seen: dict[str, Symbol] = {}
-    for p in (*scheme.parameters, *(family.argument for family in scheme.families)):
-        if p.name in TAKEN or knot_of(p.symbol) is not None:
-            what = "a knot's u, v or a" if knot_of(p.symbol) else "what derivation calls so itself"
-            raise DeclarationError(f"{scheme.name}: the name '{p.name}' stands for {what}; rename the parameter")
+    seen: set[Symbol] = set()
     for p in scheme.parameters:
-        if p.name in seen:
-            raise DeclarationError(f"{scheme.name}: two parameters are named '{p.name}'; rename one of them")
         default = p.default.equation if isinstance(p.default, Root) else p.default
-        known = {*seen.values(), p.symbol} if isinstance(p.default, Root) else set(seen.values())
+        known = seen | {p.symbol} if isinstance(p.default, Root) else seen
         if default is None or not default.free_symbols <= known:
             raise DeclarationError(
                 f"{scheme.name}: expected a default of {p.name}, in parameters declared before it if any, got {default}"
             )
-        seen[p.name] = p.symbol
+        seen.add(p.symbol)
         if scheme.parent is None:  # of a member, what was fixed may have moved a default that is not used
             p.check_default()
 
 
 def _families(scheme: "Scheme") -> None:
-    names = {p.name for p in scheme.parameters}
-    seen: set[str] = set()
     for family in scheme.families:
         argument = family.argument
-        if argument.name in names | seen:
-            raise DeclarationError(
-                f"{scheme.name}: the family's argument '{argument.name}' is another parameter's name; rename one"
-            )
-        seen.add(argument.name)
         for symbol, value in family.values.items():
             if symbol not in scheme.values:
                 raise DeclarationError(
@@ -94,16 +82,12 @@ def _symbols(scheme: "Scheme") -> None:
                 f"{scheme.name}: expected a knot's label to be text such as 'g' or a whole or fractional number of "
                 f"steps such as 0, -1 or '1/2', got '{at[1]}'; rename the knot"
             )
-        if at is not None and symbol != Symbol(symbol.name):
-            raise DeclarationError(
-                f"{scheme.name}: '{symbol}' has assumptions of its own; make it with knot('{at[1]}')"
-            )
 
 
 def _canonical(label: str) -> bool:
-    """Whether a label is written in one way alone, and is not one of those that derivation makes itself."""
+    """Whether a label is written in the only way that its number has, if it is one."""
     step = lattice(label)
-    return not label.startswith("*") and (step is None or str(step) == label)
+    return step is None or str(step) == label
 
 
 def _exact(scheme: "Scheme") -> None:

@@ -10,8 +10,9 @@ from typing import Any
 from sympy import Expr, Interval, Matrix, S, Symbol, oo, sympify
 
 from .errors import DeclarationError
+from .names import check_scene
 from .parameter import Parameter
-from .symbols import acceleration, h, rate, sampled, t
+from .symbols import acceleration, rate, sampled, t
 
 POSITIVE, REAL = Interval.open(0, oo), Interval(-oo, oo)
 
@@ -58,6 +59,8 @@ class Scene:
 
     def __post_init__(self) -> None:
         q, v = tuple(self.coordinates), self.rates
+        derived = (*v, *self.accelerations, *self.invariants)
+        check_scene(self.name, [p.symbol for p in self.parameters], q, derived, self.outputs)
         values = {p.symbol for p in self.parameters}
         self._known("kinetic energy", self.kinetic, values | set(v))
         self._known("potential", self.potential, values | set(q) | set(self.invariants) | {t})
@@ -82,8 +85,6 @@ class Scene:
                 )
         if missing := [s for s in (*q, *v) if s not in self.start]:
             raise DeclarationError(f"{self.name}: start says nothing of {missing[0]}; give start={{{missing[0]}: ...}}")
-        if h in values or {str(s) for s in values} & {str(s) for s in (*q, *v, *self.invariants)}:
-            raise DeclarationError(f"{self.name}: a parameter has the name of a coordinate, rate, invariant or of h")
 
     def _known(self, what: str, expression: Expr, allowed: set[Symbol]) -> None:
         if unknown := sorted(expression.free_symbols - allowed, key=str):

@@ -8,6 +8,7 @@ from typing import Any
 from sympy import Expr
 
 from ..algebra import rational
+from ..declare.names import entry_name
 from ..declare.symbols import Omega
 from ..kernels.march_form import MarchForm
 from ..kernels.march_shape import loads_for, shape_name
@@ -23,7 +24,7 @@ def coefficient_functions(form: MarchForm, transfer: Transfer | None, arguments:
     """Text of `coefficients` and, where there is one, `transfer` of a scheme whose functions take these arguments."""
     m, R, K = form.step.N.rows, form.outputs.N.rows, loads_for(len(form.stencil))
     sizes = {"D": (m, m), "B": (m, K), "O": (R, m), "P": (R, K)}
-    entries = [f"{name}{i}{j}" for name, size in sizes.items() for i, j in product(*map(range, size))]
+    entries = [entry_name(name, i, j) for name, size in sizes.items() for i, j in product(*map(range, size))]
     doc = fill(COEFFICIENTS, march=shape_name(form.shape), K=K, rows=len(entries))
     text = fill(PAIRS)
     text += _by_blocks("coefficients", arguments, [*_increment(form), *_others(form, K)], entries, doc)
@@ -60,11 +61,11 @@ def _by_blocks(name: str, arguments: Sequence[str], lines: Sequence[str], entrie
 
 def _increment(form: MarchForm) -> list[str]:
     pairs, N = DoubleDouble(), form.increment
-    numerators = {f"{i}{j}": N[i, j] for i, j in product(range(N.rows), repeat=2)}
-    nested = [(f"N{place}", rational.horner(e, Omega)) for place, e in numerators.items()]
+    places = list(product(range(N.rows), repeat=2))
+    nested = [(entry_name("N", *place), rational.horner(N[place], Omega)) for place in places]
     pairs.assign([("den", rational.horner(form.step.den, Omega)), *nested])
-    den = pairs.pair("den")
-    return [*pairs.lines, *(f"D{place} = _over({pairs.pair(f'N{place}')}, {den})" for place in numerators)]
+    over = [(entry_name("D", *place), pairs.pair(entry_name("N", *place))) for place in places]
+    return [*pairs.lines, *(f"{name} = _over({numerator}, {pairs.pair('den')})" for name, numerator in over)]
 
 
 def _others(form: MarchForm, K: int) -> list[str]:
@@ -72,9 +73,11 @@ def _others(form: MarchForm, K: int) -> list[str]:
     parts = (("B", form.step.load_N, "den"), ("O", form.outputs.N, "den_o"), ("P", form.outputs.load_N, "den_o"))
     named: list[tuple[str, Any, str]] = [("den_o", form.outputs.den, "")] if form.outputs.N.rows else []
     for name, matrix, den in parts:
-        named += [(f"{name}{i}{j}", matrix[i, j], den) for i, j in product(range(matrix.rows), range(matrix.cols))]
+        named += [
+            (entry_name(name, i, j), matrix[i, j], den) for i, j in product(range(matrix.rows), range(matrix.cols))
+        ]
     beyond = [
-        f"{name}{i}{j} = 0.0"
+        f"{entry_name(name, i, j)} = 0.0"
         for name, matrix, _ in (parts[0], parts[2])
         for i, j in product(range(matrix.rows), range(matrix.cols, K))
     ]

@@ -5,9 +5,11 @@ output of its own.
 """
 
 from collections.abc import Iterable
+from functools import partial
 from itertools import product
 from textwrap import indent, wrap
 
+from ..declare.names import entry_name
 from ..kernels.march_shape import LOADS, Shape
 from .printing import fill
 from .templates.march import MARCH, MARCH_HEADER
@@ -38,7 +40,7 @@ class _Shape:
         told = iter(self.y)
         self.reported = [self.x[place] if place >= 0 else next(told) for place in places]
         columns = {"D": (self.m, self.m), "B": (self.m, K), "O": (self.R, self.m), "P": (self.R, K)}
-        self.entries = [f"{name}{i}{j}" for name, size in columns.items() for i, j in product(*map(range, size))]
+        self.entries = [entry_name(name, i, j) for name, size in columns.items() for i, j in product(*map(range, size))]
         # u, v, a of what is in the state: v and a need a scale, that of the other outputs is in O and P
         self.scales = {name: f"z{k}" for k, name in enumerate(self.reported) if k and name[0] == "x"}
         own = [f"own{k}" for k in range(K)]  # loads of every lane its own
@@ -50,10 +52,11 @@ class _Shape:
         """Where a lane's number stands in its block."""
         return f"s[{self.row[name] * WIDTH} + j]" if self.row[name] else "s[j]"
 
-    def sum(self, row: str, x: str, f: str, place: bool) -> str:
-        """D or O times x plus B or P times the load, by the row's name, such as D1."""
-        other = {"D": "B", "O": "P"}[row[0]] + row[1:]
-        terms = [(f"{row}{j}", f"{x}{j}") for j in range(self.m)] + [(f"{other}{k}", f"{f}{k}") for k in range(self.K)]
+    def sum(self, name: str, i: int, x: str, f: str, place: bool) -> str:
+        """Row i of D or O times x plus that of B or P times the load."""
+        other = {"D": "B", "O": "P"}[name]
+        terms = [(entry_name(name, i, j), f"{x}{j}") for j in range(self.m)]
+        terms += [(entry_name(other, i, k), f"{f}{k}") for k in range(self.K)]
         return nested(f"{self.at(a) if place else a} * {b}" for a, b in terms)
 
     def scaled_in_block(self, name: str, *, taken: bool = False) -> str:
@@ -68,8 +71,8 @@ class _Shape:
 
     def step(self, depth: int, place: bool = True) -> str:
         """Lines of one step."""
-        lines = [f"{name} = {self.sum(f'O{i}', 'x', 'f', place)}" for i, name in enumerate(self.y)]
-        lines += [f"c{i} = {self.sum(f'D{i}', 'x', 'f', place)}" for i in range(self.m)]
+        lines = [f"{name} = {self.sum('O', i, 'x', 'f', place)}" for i, name in enumerate(self.y)]
+        lines += [f"c{i} = {self.sum('D', i, 'x', 'f', place)}" for i in range(self.m)]
         return place_lines([*lines, *(f"{name} += c{i}" for i, name in enumerate(self.x))], depth)
 
     def kernels(self) -> str:
@@ -105,19 +108,22 @@ class _Shape:
     def one_lane(self) -> dict[str, str]:
         """Of the march of one lane, two steps at once: E x + (1 + D) B f_0 + B f_1."""
         m, K = range(self.m), range(self.K)
+        D, E, B = (partial(entry_name, name) for name in "DEB")
         squares = [
-            f"E{i}{j} = 2.0 * D{i}{j} + ({nested(f'D{i}{k} * D{k}{j}' for k in m)})" for i, j in product(m, repeat=2)
+            f"{E(i, j)} = 2.0 * {D(i, j)} + ({nested(f'{D(i, k)} * {D(k, j)}' for k in m)})"
+            for i, j in product(m, repeat=2)
         ]
         two = [f"f{k}, l{k} = F{k}[i], F{k}[i + 1]" for k in K]
-        two += [f"g{i} = {nested(f'B{i}{k} * f{k}' for k in K)}" for i in m]
-        two += [f"{name} = {self.sum(f'O{i}', 'x', 'f', False)}" for i, name in enumerate(self.y)]
-        two += [f"w{i} = x{i} + ({nested([*(f'D{i}{j} * x{j}' for j in m), f'g{i}'])})" for i in m]
+        two += [f"g{i} = {nested(f'{B(i, k)} * f{k}' for k in K)}" for i in m]
+        two += [f"{name} = {self.sum('O', i, 'x', 'f', False)}" for i, name in enumerate(self.y)]
+        two += [f"w{i} = x{i} + ({nested([*(f'{D(i, j)} * x{j}' for j in m), f'g{i}'])})" for i in m]
         two += self.stored("w", "i")
         two += [
-            f"h{i} = g{i} + ({nested([*(f'D{i}{j} * g{j}' for j in m), *(f'B{i}{k} * l{k}' for k in K)])})" for i in m
+            f"h{i} = g{i} + ({nested([*(f'{D(i, j)} * g{j}' for j in m), *(f'{B(i, k)} * l{k}' for k in K)])})"
+            for i in m
         ]
-        two += [f"{name} = {self.sum(f'O{i}', 'w', 'l', False)}" for i, name in enumerate(self.y)]
-        two += [f"c{i} = {nested([*(f'E{i}{j} * x{j}' for j in m), f'h{i}'])}" for i in m]
+        two += [f"{name} = {self.sum('O', i, 'w', 'l', False)}" for i, name in enumerate(self.y)]
+        two += [f"c{i} = {nested([*(f'{E(i, j)} * x{j}' for j in m), f'h{i}'])}" for i in m]
         two += [f"x{i} += c{i}" for i in m]
         one = [f"f{k} = F{k}[i]" for k in K]
         return {

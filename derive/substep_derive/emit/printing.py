@@ -90,6 +90,11 @@ def fill(template: str, **fields: object) -> str:
     return template.format(**fields)
 
 
+def docstring(text: str) -> str:
+    """The text as it is written between three double quotes, whatever a declaration holds."""
+    return text.replace("\\", "\\\\").replace('"""', '\\"\\"\\"')
+
+
 def literal_tuple(items: Iterable[str]) -> str:
     """Text of a tuple of the items' texts."""
     return "(" + "".join(f"{item}, " for item in items).rstrip() + ")"

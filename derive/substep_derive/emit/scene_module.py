@@ -1,6 +1,7 @@
 """Scene -> text of its module: energies, invariants and accelerations in NumPy; and its entry in the index."""
 
 import hashlib
+import json
 from collections.abc import Iterable
 
 from sympy import Expr, Matrix, Symbol, sympify
@@ -10,7 +11,7 @@ from ..declare.parameter import Parameter
 from ..declare.symbols import sampled, t
 from ..motion.equations import Motion
 from .index import domain_text, number
-from .printing import block, fill, literal_tuple
+from .printing import block, docstring, fill, literal_tuple
 from .templates.scene import LOG_COSH, SCENE_FUNCTION, SCENE_HEADER, SCENES
 from .templates.scheme import BANNER
 
@@ -58,8 +59,8 @@ def scene_module(motion: Motion) -> str:
             fill(
                 SCENE_HEADER,
                 name=scene.name,
-                reference=scene.reference + ".",
-                closed_forms=closed_forms(motion),
+                reference=docstring(scene.reference + "."),
+                closed_forms=docstring(closed_forms(motion)),
             ),
             helper,
             body,
@@ -110,7 +111,9 @@ def scene_entry(motion: Motion) -> str:
     oscillator = motion.oscillator
     start = [literal_tuple(number(e) for e in vector) if vector else "None" for vector in (u, v, given)]
     entry = {
-        "coordinates": literal_tuple(f'("{q}", "{unit}")' for q, unit in scene.coordinates.items()),
+        "coordinates": literal_tuple(
+            f'("{q}", {json.dumps(unit, ensure_ascii=False)})' for q, unit in scene.coordinates.items()
+        ),
         "parameters": literal_tuple(_parameter(p) for p in scene.parameters),
         "start": function(f"({', '.join(start)})"),
         "length": function(number(sympify(scene.length))),

@@ -1,7 +1,6 @@
 """Pair -> text of a module that holds the whole march of one scheme on one scene, and calls only itself."""
 
 import hashlib
-import re
 from collections.abc import Iterable, Sequence
 from textwrap import indent, wrap
 
@@ -9,7 +8,6 @@ import sympy
 from sympy import Function, Symbol, symbols
 
 from ..declare.digest import scene_digest, scheme_digest
-from ..declare.errors import DeclarationError
 from ..declare.potentials import log_cosh, negative_part
 from ..declare.symbols import knot_of, lattice
 from ..kernels.near_series import NEAR, near_series
@@ -18,27 +16,16 @@ from ..motion.components import assign, component_names
 from ..motion.differences import Difference, DifferenceSlope
 from ..motion.effective import effective_systems
 from .lane_blocks import march_block
-from .printing import KERNEL_PRINTER, block, fill, lines, literal_tuple, operations
+from .printing import KERNEL_PRINTER, block, docstring, fill, lines, literal_tuple, operations
 from .templates.scene import DIFFERENCE, LANE, LOG_COSH, MARCH, NEWTON, PAIR_HEADER, SINC, SINC_SLOPE, START, STENCIL
 from .templates.scheme import BANNER
 
 FUNCTIONS: dict[str, type[Function]] = {"log_cosh": log_cosh, "negative_part": negative_part}
-# names a kernel gives to something else than a parameter: control, then vectors' components and numbered names; one
-# that ends in an underscore may be a block's row
-TAKEN = {
-    *("h", "i", "j", "n", "u", "v", "a", "np", "njit", "lane", "first", "last", "state", "forces", "start_forces"),
-    *("bound", "stride", "out", "row", "iterations", "count", "peak", "n_done", "status", "done", "energy", "total"),
-    *("tolerance", "one_over_det", "largest", "rows", "begin", "end", "ends", "running", "seen", "size", "counted"),
-    *("going", "good", "top", "old", "new", "left", "stopped", "now", "r"),
-}
-TAKEN_FORMS = re.compile(r"[uvar]_.+|([cx]|near_|residual_|change_|jacobian_|K0_|f_)\d+|.+_")
 
 
 def pair_module(p: Pair, source: str) -> str:
     """Text of generated/substep_kernels/<scheme>__<scene>.py."""
     parameters = [s.name for s in p.parameters(p.expressions)]
-    if own := [a for a in parameters if a in TAKEN or TAKEN_FORMS.fullmatch(a)]:
-        raise DeclarationError(f"{p.motion.scene.name}: the kernel uses the name '{own[0]}'; rename the parameter")
     lane = ["h", *parameters, *(["tolerance"] if p.newton else [])]
     forces = ["forces"] if p.motion.is_sampled else []
     counted = ["iterations"] if p.newton else []
@@ -54,7 +41,7 @@ def pair_module(p: Pair, source: str) -> str:
             PAIR_HEADER,
             scheme=p.scheme.name,
             scene=p.motion.scene.name,
-            closed_forms=closed_forms(p),
+            closed_forms=docstring(closed_forms(p)),
             arguments=literal_tuple(f'"{name}"' for name in (*arguments, *results)),
             scalars=literal_tuple(f'"{name}"' for name in lane),
             start_arguments=literal_tuple(f'"{name}"' for name in start_names),

@@ -1,14 +1,14 @@
 """Kernel list -> text of a module. The text depends on the declarations alone, byte for byte."""
 
-import re
 from collections.abc import Sequence
+from itertools import product
 from textwrap import indent, wrap
 
 from sympy import Symbol, count_ops
 
 from ..algebra import rational
 from ..declare.digest import scheme_digest
-from ..declare.errors import DeclarationError
+from ..declare.names import entry_name
 from ..declare.scheme import Scheme
 from ..declare.symbols import Omega, state_label, xi
 from ..kernels.kernel import Kernel, entries
@@ -21,24 +21,10 @@ from ..oscillator.amplification import Amplification
 from ..oscillator.transfer import Transfer
 from .coefficients import coefficient_functions
 from .index import index_entry
-from .printing import PRINTER, fill, literal_tuple
+from .printing import PRINTER, docstring, fill, literal_tuple
 from .stability import stability_functions
 from .templates.elementary import ELEMENTARY
 from .templates.scheme import BANNER, SCHEME_FUNCTIONS, SCHEME_HEADER, START
-
-RESERVED = {  # names a generated function gives to something else than a parameter
-    *("det", "q", "w", "given", "out", "i", "k", "n", "x", "y", "z", "den", "den_o", "increment", "load"),
-    *("outputs", "outputs_load", "Omega", "xi", "math", "cmath", "np", "half", "leading", "s", "j", "r", "first"),
-    *("radius", "damping", "period", "rest", "count", "kept", "growth", "shift", "angle", "root", "third"),
-    *("less", "modulus2", "discriminant", "square", "scale", "opposite", "found", "njit", "_", "size", "whole"),
-    *("P", "S", "den_", "total", "product", "real", "split", "inverse", "bits", "cosine"),
-    *("better", "near_damping", "near_period"),
-}
-
-
-def is_reserved(name: str) -> bool:
-    """Whether no parameter may have that name; a letter with digits and underscores is one, as in x1, N01_ or k1_2."""
-    return name in RESERVED or re.fullmatch(r"[A-Za-z][\d_]+", name) is not None
 
 
 def print_kernel(kernel: Kernel) -> str:
@@ -70,7 +56,7 @@ def closed_forms(scheme: Scheme, amplification: Amplification) -> str:
         f"Amplification matrix N/den in ({', '.join(labels)}):",
         f"    den = {rational.horner(amplification.step.den, Omega)}",
     ]
-    lines += [f"    {name} = {rational.horner(e, Omega)}" for name, e in entries("N", amplification.step.N)]
+    lines += [f"    {name} = {rational.horner(e, Omega)}" for name, e in entries("N_", amplification.step.N)]
     wrapped = (wrap(line, 110, subsequent_indent=" " * 8, break_long_words=False) or [""] for line in lines)
     return "\n".join(part for line in wrapped for part in line)
 
@@ -84,8 +70,6 @@ def scheme_module(form: MarchForm, source: str) -> str:
     names = {kernel.name: [name for name, _ in kernel.outputs] for kernel in kernels}
     m = len(scheme.state)
     arguments = [Omega.name, xi.name, *(p.name for p in scheme.parameters)]
-    if taken := [a for a in arguments[2:] if is_reserved(a)]:
-        raise DeclarationError(f"{scheme.name}: the name '{taken[0]}' is used by the module; rename the parameter")
     at_i = {p.symbol: Symbol(f"{p.name}[i]") for p in scheme.parameters}
     typed = {"arguments": ", ".join(arguments), "arguments_i": ", ".join(f"{a}[i]" for a in arguments)}
     parts = [
@@ -93,8 +77,8 @@ def scheme_module(form: MarchForm, source: str) -> str:
         fill(
             SCHEME_HEADER,
             title=f"{scheme.name}: stability functions and march coefficients.",
-            reference=scheme.reference + ".",
-            closed_forms=closed_forms(scheme, amplification),
+            reference=docstring(scheme.reference + "."),
+            closed_forms=docstring(closed_forms(scheme, amplification)),
             imports="import math" if count <= 3 else "import cmath\nimport math",
             name=scheme.name,
             state=literal_tuple(f'"{state_label(s)}"' for s in scheme.state),
@@ -114,7 +98,7 @@ def scheme_module(form: MarchForm, source: str) -> str:
             **typed,
             m=m,
             K=len(form.stencil),
-            store_amplification=_stores(names["_increment"], identity=True),
+            store_amplification=_stores("out", "D_", m, m, identity=True),
             increment_names=_assigned(names["_increment"]),
             store_stencil="\n".join(
                 f"        out[i, {k}] = {PRINTER.doprint(tau.subs(at_i))}" for k, tau in enumerate(form.stencil)
@@ -124,23 +108,18 @@ def scheme_module(form: MarchForm, source: str) -> str:
         coefficient_functions(form, transfer, arguments),
     ]
     if "_start" in names:
-        start = amplification.start_stencil
-        assigned, stores = _assigned(names["_start"]), _stores(names["_start"])
-        parts.append(fill(START, **typed, m=m, K=len(start), start_names=assigned, store_start=stores))
+        K = len(amplification.start_stencil)
+        stores = "\n".join(part for part in (_stores("given", "S_", m, 3), _stores("load", "T_", m, K)) if part)
+        parts.append(fill(START, **typed, m=m, K=K, start_names=_assigned(names["_start"]), store_start=stores))
     return "".join(parts)
 
 
-TARGETS = {"D": "out", "S": "given", "T": "load"}
-
-
-def _stores(names: Sequence[str], *, identity: bool = False) -> str:
-    """Lines that store name_ij over its denominator in the array its letter stands for, or I + it."""
-    lines = []
-    for name in names:
-        if not name.startswith("den"):
-            one = "1.0 + " if identity and name[2] == name[3] else ""
-            lines.append(f"        {TARGETS[name[0]]}[i, {name[2]}, {name[3]}] = {one}{name} / den")
-    return "\n".join(lines)
+def _stores(target: str, name: str, rows: int, columns: int, *, identity: bool = False) -> str:
+    """Lines that store the entries of that name over their denominator in the array target, or I + them."""
+    return "\n".join(
+        f"        {target}[i, {j}, {k}] = {'1.0 + ' if identity and j == k else ''}{entry_name(name, j, k)} / den"
+        for j, k in product(range(rows), range(columns))
+    )
 
 
 def _assigned(names: Sequence[str]) -> str:

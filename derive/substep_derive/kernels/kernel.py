@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from sympy import Expr, Matrix, Symbol
 
 from ..algebra.rational import horner
+from ..declare.names import entry_name
 from ..declare.symbols import Omega
 
 
@@ -21,8 +22,8 @@ class Kernel:
 
 
 def entries(name: str, matrix: Matrix) -> list[tuple[str, Expr]]:
-    """The entries row by row, named name_00, name_01, ..."""
-    return [(f"{name}_{i}{j}", matrix[i, j]) for i in range(matrix.rows) for j in range(matrix.cols)]
+    """The entries row by row, named as `entry_name` has it."""
+    return [(entry_name(name, i, j), matrix[i, j]) for i in range(matrix.rows) for j in range(matrix.cols)]
 
 
 def polynomial_kernel(name: str, arguments: Sequence[Symbol], outputs: list[tuple[str, Expr]], doc: str) -> Kernel:

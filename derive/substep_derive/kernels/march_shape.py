@@ -7,15 +7,16 @@ Shape = tuple[int, tuple[int, int, int]]
 
 
 def shape_name(shape: Shape) -> str:
-    """Name of its module, such as linear_march_2_01y."""
+    """Name of its module, such as linear_march_2_01y, or linear_march_12_0_11_y where a place may have two digits."""
     m, places = shape
-    return f"linear_march_{m}_" + "".join(str(place) if place >= 0 else "y" for place in places)
+    between = "_" if m > 10 else ""
+    return f"linear_march_{m}_" + between.join(str(place) if place >= 0 else "y" for place in places)
 
 
 def shape_of(name: str) -> Shape:
-    """The shape a name tells."""
-    *_, m, places = name.split("_")
-    u, v, a = (-1 if place == "y" else int(place) for place in places)
+    """The shape of the module of that name."""
+    _, _, m, *places = name.split("_")
+    u, v, a = (-1 if place == "y" else int(place) for place in (places if len(places) == 3 else places[0]))
     return int(m), (u, v, a)
 
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from sympy import Abs, Add, Dummy, Expr, Integer, Matrix, Mul, Ne, Piecewise, Symbol, diag, oo, symbols, zeros
 
-from ..declare.errors import DeclarationError
+from ..declare.names import check_pair, entry_name
 from ..declare.scene import POSITIVE
 from ..declare.scheme import Scheme
 from ..declare.symbols import N, N_discrete, h, knot, knot_of, lattice, successor, t
@@ -48,7 +48,7 @@ class Step:
     def correction(self) -> tuple[Assignments, Assignments, Matrix]:
         """Residual and Jacobian under their names; the solve written out, in general form; Newton's correction."""
         size, R = len(self.z), self.residual_names
-        J = Matrix(size, size, lambda i, j: Symbol(f"jacobian_{i}{j}") if self.jacobian[i, j] != 0 else 0)
+        J = Matrix(size, size, lambda i, j: Symbol(entry_name("jacobian_", i, j)) if self.jacobian[i, j] != 0 else 0)
         entries = assign(R, self.residual) + [(s, e) for s, e in zip(J, self.jacobian, strict=True) if e != 0]
         change, one_over = Matrix(symbols(f"change_:{size}")), Symbol("one_over_det")
         if size == 1:
@@ -130,8 +130,8 @@ class Pair:
 
 
 def pair(scheme: Scheme, motion: Motion) -> Pair:
-    """Raises DeclarationError for coefficients that are no matrices of the scene, or names that collide."""
-    _check_names(scheme, motion)
+    """Raises DeclarationError for coefficients that are no matrices of the scene, or a parameter that both have."""
+    check_pair(scheme.name, motion.scene.name, scheme.values, [p.symbol for p in motion.scene.parameters])
     prior, found = stages(scheme)
     own_a = knot(1).a in scheme.unknowns or knot(1).a in scheme.report
     told = reported(scheme)[: 3 if own_a else 2]
@@ -148,7 +148,7 @@ def pair(scheme: Scheme, motion: Motion) -> Pair:
     report, assigned = [], []
     for e, kind in zip(told, "uva", strict=False):
         vector = w.hoisted(w.vector(e))
-        names = vector if e.is_Symbol else w.components(Symbol(f"{kind}_told"))
+        names = vector if e.is_Symbol else w.components(Symbol(f"{kind}_*told"))
         assigned += [] if e.is_Symbol else assign(names, vector)
         report.append(names)
     at = dict(zip((*motion.coordinates, *motion.scene.rates), (*report[0], *report[1]), strict=True))
@@ -187,7 +187,7 @@ def _assigned(w: Writer, expressions: dict[Symbol, Expr]) -> Assignments:
 
 def predicted(k: int) -> Symbol:
     """The displacement of a balance at z = 0; a second one for a force taken at two new displacements."""
-    return Symbol(f"u_star{k or ''}")
+    return Symbol(f"u_*star{k or ''}")
 
 
 def _step(w: Writer, stage: Stage, last: Symbol, wanted: set[Symbol]) -> Step:
@@ -258,7 +258,7 @@ def _moving_force(w: Writer, stage: Stage, reach: dict[Symbol, Expr]) -> tuple[A
     """Mixed displacements that follow z, the force that does, the force that does not, the first's slope by z."""
     force = stage.balance.force
     arguments = sorted({a for atom in force.atoms(N, N_discrete) for a in atom.args if not a.is_Symbol}, key=str)
-    names = {a: Symbol(f"u_mix{k}") for k, a in enumerate(a for a in arguments if a.free_symbols & stage.moved)}
+    names = {a: Symbol(f"u_*mix{k}") for k, a in enumerate(a for a in arguments if a.free_symbols & stage.moved)}
     force = force.subs(names)
     follows = {*stage.moved, *names.values()}
     known = force.subs({a: 0 for a in force.atoms(N, N_discrete) if a.free_symbols & follows})
@@ -271,11 +271,3 @@ def _moving_force(w: Writer, stage: Stage, reach: dict[Symbol, Expr]) -> tuple[A
         by_z += by_s.applyfunc(lambda e, c_u=c_u: _distributed(w, c_u, e))
     mixed = [both for a, name in names.items() for both in assign(w.components(name), w.hoisted(w.vector(a)))]
     return mixed, forces, w.vector(known), by_z
-
-
-def _check_names(scheme: Scheme, motion: Motion) -> None:
-    mine, theirs = {p.name for p in scheme.parameters}, {p.name for p in motion.scene.parameters}
-    if both := sorted(mine & theirs):
-        raise DeclarationError(
-            f"{scheme.name} and {motion.scene.name} both have a parameter '{both[0]}'; rename the scene's"
-        )

@@ -11,7 +11,7 @@ def scheme_kernels(amplification: Amplification) -> list[Kernel]:
     """Polynomials from which a scheme's module computes its matrices."""
     arguments = (Omega, xi, *amplification.scheme.values)
     step, start = amplification.step, amplification.start
-    increment = [("den", step.den), *entries("D", step.N - step.den * eye(step.N.rows))]
+    increment = [("den", step.den), *entries("D_", step.N - step.den * eye(step.N.rows))]
     kernels = [
         polynomial_kernel(
             "_increment",
@@ -25,7 +25,7 @@ def scheme_kernels(amplification: Amplification) -> list[Kernel]:
             polynomial_kernel(
                 "_start",
                 arguments,
-                [("den", start.den), *entries("S", start.N), *entries("T", start.load_N)],
+                [("den", start.den), *entries("S_", start.N), *entries("T_", start.load_N)],
                 "Denominator and numerators of the state at t = 0 from u, h*v, h^2*a and the load.",
             )
         )

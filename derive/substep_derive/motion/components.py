@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from sympy import Add, Dummy, Expr, Matrix, Mul, Piecewise, Symbol, cancel, diag, eye, fraction, sympify, zeros
 
 from ..declare.errors import DeclarationError
+from ..declare.names import entry_name, python_name
 from ..declare.scheme import Scheme
 from ..declare.symbols import K0, C, K_t, M, N, N_discrete, f, h, knot, knot_of, sampled, t
 from .equations import Motion
@@ -20,15 +21,10 @@ def assign(names: Matrix, values: Matrix) -> Assignments:
     return list(zip(names, values, strict=True))  # type: ignore[arg-type]
 
 
-def plain(symbol: Symbol) -> str:
-    """The knot's symbol as a Python name: u_-1 is u_m1, v_1/2 is v_1o2, a_*1 is a_s1."""
-    return symbol.name.replace("-", "m").replace("/", "o").replace("*", "s")
-
-
 def component_names(symbol: Symbol, motion: Motion) -> list[str]:
     """Names of the vector's components; of one coordinate, just the symbol's."""
     suffixes = [f"_{q.name}" for q in motion.coordinates] if len(motion.coordinates) > 1 else [""]
-    return [plain(symbol) + suffix for suffix in suffixes]
+    return [python_name(symbol) + suffix for suffix in suffixes]
 
 
 @dataclass
@@ -48,7 +44,7 @@ class Writer:
         tangent = self.motion.tangent(list(self.components(knot(0).u)))
         self.K0 = tangent
         if any(e.has(K0) for e in (*self.scheme.relations.values(), *(b.inertia for b in self.scheme.balances))):
-            names = Matrix(self.size, self.size, lambda i, j: Symbol(f"K0_{i}{j}"))
+            names = Matrix(self.size, self.size, lambda i, j: Symbol(entry_name("K0_", i, j)))
             entries = [(names[k], tangent[k]) for k in range(len(names)) if tangent[k] != 0]
             self.constants += entries
             self.fixed.update(name for name, _ in entries)

@@ -25,9 +25,10 @@ def marched(scheme: "Scheme") -> tuple[int, ...]:
     return scheme.kernels.KEPT
 
 
-def places(scheme: "Scheme") -> str:
-    """Where u, h*v and h^2*a stand in what is marched, a digit each; y for one that is not marched but reported."""
-    return scheme.kernels.MARCH.rpartition("_")[2]
+def places(scheme: "Scheme") -> tuple[str, ...]:
+    """Where u, h*v and h^2*a stand in what is marched, a number each; y for an output of its own."""
+    own = scheme.kernels.MARCH.split("_")[3:]  # as of linear_march_2_01y or linear_march_12_0_11_y
+    return tuple(own if len(own) == 3 else own[0])
 
 
 def sizes(scheme: "Scheme") -> tuple[int, int, int]:

@@ -1,0 +1,178 @@
+"""Symbols and entries of matrices -> names in generated Python; and the check that declared names leave those alone.
+
+A knot's symbol becomes one Python name, and no two symbols the same one. No name of a label holds an underscore, so
+that what follows it, such as a coordinate's name, cannot be read as part of it.
+"""
+
+import builtins
+import keyword
+import re
+import unicodedata
+from collections.abc import Iterable
+
+from sympy import Symbol
+
+from .errors import DeclarationError
+from .symbols import knot, knot_of, lattice
+
+# A label that begins with a star is a kernel's own: the acceleration that a balance without one of its own is solved
+# for (*1, *2, ...), predictors (*star), mixed displacements (*mix0) and what is reported (*told).
+_OWN_LABELS = re.compile(r"s\d+|star\d*|mix\d+|told")
+_NUMBERS = re.compile(r"m?\d+(o\d+)?")  # names of labels that are numbers
+
+# names of the derivation's symbols, which a scheme's parameter would be taken for
+_DERIVATION = {"h", "omega", "Omega", "xi", "lambda", "mu", "z", "M", "C", "K0", "K_t", "t", "f"}
+# keyword arguments of functions that take parameters by name
+_CALLS = {
+    *("name", "scene", "scheme", "dt", "t_end", "keep", "samples", "energy_bound", "a0", "load", "save", "client"),
+    *("progress",),
+}
+# names that functions of a scheme's module use, where its parameters are in scope
+_SCHEME_MODULE = {
+    *("det", "q", "w", "given", "out", "i", "k", "n", "x", "y", "z", "den", "den_o", "increment", "load"),
+    *("outputs", "outputs_load", "Omega", "xi", "math", "cmath", "np", "half", "leading", "s", "j", "r", "first"),
+    *("radius", "damping", "period", "rest", "count", "kept", "growth", "shift", "angle", "root", "third"),
+    *("less", "modulus2", "discriminant", "square", "scale", "opposite", "found", "njit", "size", "whole"),
+    *("P", "S", "den_", "total", "product", "real", "split", "inverse", "bits", "cosine"),
+    *("better", "near_damping", "near_period"),
+}
+# the same of the module of a scheme on a scene
+_SCENE_STEP = {
+    *("h", "i", "j", "n", "u", "v", "a", "np", "njit", "lane", "first", "last", "state", "forces", "start_forces"),
+    *("bound", "stride", "out", "row", "iterations", "count", "peak", "n_done", "status", "done", "energy", "total"),
+    *("tolerance", "one_over_det", "largest", "rows", "begin", "end", "ends", "running", "seen", "size", "counted"),
+    *("going", "good", "top", "old", "new", "left", "stopped", "now", "r"),
+    *("COMPLETED", "NEWTON_FAILED", "NON_FINITE", "ENERGY_BOUND", "WIDTH"),
+}
+_SCENE_MODULE = {"np", "displacement", "velocity", "t", "f", "value"}
+_FUNCTIONS = {  # of generated modules
+    *("amplification", "coefficients", "march", "march_block", "spectral_radius", "stability", "start"),
+    *("start_stencil", "stencil", "transfer", "energy", "acceleration", "angular_momentum"),
+}
+# a letter with digits and underscores, as in x1, N01_ or k1_2
+_SCHEME_FORMS = re.compile(r"[A-Za-z][\d_]+")
+# components of vectors, constants, what is numbered; one that ends in an underscore may be a row of a block
+_SCENE_STEP_FORMS = re.compile(r"[uvar]_.+|([cx]|near_|residual_|change_|jacobian_|K0_|f_)\d[\d_]*|.+_")
+_SCENE_FORMS = re.compile(r"(x|value_)\d+")
+
+
+def python_name(symbol: Symbol) -> str:
+    """A symbol's name in Python; a knot's has its label rewritten: u_-1 is u_m1, v_1/2 is v_1o2, a_*1 is a_s1.
+
+    Labels of letters and digits stay as they are, unless that is the name of another label: then, and where a label
+    holds other characters, Z begins an escaped one, in which a character's code stands between Z and Z.
+    """
+    at = knot_of(symbol)
+    return f"{at[0]}_{_label_name(at[1])}" if at else symbol.name
+
+
+def _label_name(label: str) -> str:
+    number = lattice(label)
+    if number is not None and str(number) == label:
+        return label.replace("-", "m").replace("/", "o")
+    if label.startswith("*"):
+        own = label[1:]
+        return f"s{own}" if own.isdigit() else own
+    taken = _OWN_LABELS.fullmatch(label) or _NUMBERS.fullmatch(label)
+    if re.fullmatch("[A-Za-z0-9]+", label) and not taken and not label.startswith("Z"):
+        return label
+    return "Z" + "".join(c if re.match("[A-Ya-z0-9]", c) else f"Z{ord(c):x}Z" for c in label)
+
+
+def entry_name(name: str, *place: int) -> str:
+    """Name of a matrix's entry: D01 of D and (0, 1); with a place beyond 9, D_1_11 of (1, 11) and D_11_1 of (11, 1)."""
+    return name + ("".join(map(str, place)) if max(place) < 10 else "".join(f"_{i}" for i in place))
+
+
+def check_scheme(
+    scheme: str, parameters: Iterable[Symbol], family_arguments: Iterable[Symbol], mentioned: Iterable[Symbol]
+) -> None:
+    """Raises DeclarationError where names of a scheme, its parameters and its knots would not be told apart in kernels.
+
+    family_arguments: the names by which its families are called. mentioned: symbols of relations and balances.
+    """
+    _check_identifier(scheme, "scheme", scheme)
+    names = [p.name for p in parameters]
+    for name in names:
+        _check_identifier(scheme, "parameter", name)
+        own = name in _DERIVATION | _CALLS | _SCHEME_MODULE | _SCENE_STEP | _FUNCTIONS
+        if own or _SCHEME_FORMS.fullmatch(name) or _SCENE_STEP_FORMS.fullmatch(name):
+            raise _taken(scheme, "parameter", name)
+    arguments = [a.name for a in family_arguments]
+    for name in arguments:
+        _check_identifier(scheme, "family's argument", name)
+        if name in _CALLS:
+            raise _taken(scheme, "family's argument", name)
+    _check_distinct(scheme, [*names, *arguments])
+    for symbol in sorted(mentioned, key=str):
+        kind, label = knot_of(symbol) or ("", "")
+        if label.startswith("*"):
+            raise DeclarationError(
+                f"{scheme}: expected knots whose labels do not begin with '*', which kernels keep for themselves, got "
+                f"'{symbol}'; rename the knot"
+            )
+        if label and symbol != getattr(knot(label), kind):
+            raise DeclarationError(
+                f"{scheme}: expected '{symbol}' as knot({label!r}) makes it, got a symbol of that name with other "
+                f"assumptions; take it from knot({label!r})"
+            )
+
+
+def check_scene(
+    scene: str,
+    parameters: Iterable[Symbol],
+    coordinates: Iterable[Symbol],
+    derived: Iterable[Symbol],
+    outputs: Iterable[str],
+) -> None:
+    """Raises DeclarationError where names of a scene would not be told apart in kernels.
+
+    derived: symbols of rates, accelerations and invariants.
+    """
+    _check_identifier(scene, "scene", scene)
+    values, q = [p.name for p in parameters], [s.name for s in coordinates]
+    for name in values:
+        _check_identifier(scene, "parameter", name)
+        own = name in _CALLS | _SCENE_MODULE | _SCENE_STEP | _FUNCTIONS
+        if own or _SCENE_FORMS.fullmatch(name) or _SCENE_STEP_FORMS.fullmatch(name):
+            raise _taken(scene, "parameter", name)
+    for name in q:
+        _check_identifier(scene, "coordinate", name)
+        if name in _SCENE_MODULE | {"h"} or _SCENE_FORMS.fullmatch(name) or f"{name}_j" in q:
+            raise _taken(scene, "coordinate", name)
+    _check_distinct(scene, [*values, *q, *(s.name for s in derived), "t", "f", "h"])
+    for name in outputs:
+        _check_identifier(scene, "output", name)
+        if name in _FUNCTIONS | _SCENE_MODULE:
+            raise _taken(scene, "output", name)
+
+
+def check_pair(scheme: str, scene: str, of_scheme: Iterable[Symbol], of_scene: Iterable[Symbol]) -> None:
+    """Raises DeclarationError where a scheme and a scene both have a parameter of one name."""
+    if both := sorted({p.name for p in of_scheme} & {p.name for p in of_scene}):
+        raise DeclarationError(f"{scheme} and {scene} both have a parameter '{both[0]}'; rename the scene's")
+
+
+def _check_identifier(owner: str, what: str, name: str) -> None:
+    plain = name.isidentifier() and not keyword.iskeyword(name) and unicodedata.normalize("NFKC", name) == name
+    if not plain:
+        raise DeclarationError(
+            f"{owner}: expected a {what} whose name is an identifier of Python, got '{name}'; rename the {what}"
+        )
+    if name.startswith("_") or hasattr(builtins, name):
+        raise _taken(owner, what, name)
+
+
+def _check_distinct(owner: str, names: list[str]) -> None:
+    if twice := sorted({name for name in names if names.count(name) > 1}):
+        raise DeclarationError(
+            f"{owner}: expected a name of its own for each parameter, family's argument, coordinate, rate and "
+            f"invariant, and none of them t, f or h of a scene, got '{twice[0]}' twice; rename one"
+        )
+
+
+def _taken(owner: str, what: str, name: str) -> DeclarationError:
+    return DeclarationError(
+        f"{owner}: expected a {what} whose name is free in generated code, got '{name}', which is used there itself; "
+        f"rename the {what}"
+    )

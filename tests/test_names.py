@@ -1,0 +1,428 @@
+"""Whatever a declaration is named, its kernels are right, or it is refused by name."""
+
+import ast
+import itertools
+import keyword
+from collections.abc import Iterable
+from functools import cache
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from by_hand import SCENES
+from declared import BY_NAME
+from nonlinear_oracle import System
+from plain_kernels import SCENE_BY_NAME, text, uncompiled
+from substep_derive import Balance, DeclarationError, Family, Parameter, Scene, Scheme, certify
+from substep_derive.__main__ import GENERATED
+from substep_derive.declare.names import entry_name, python_name
+from substep_derive.declare.scene import optional
+from substep_derive.declare.symbols import N, f, h, knot, rate
+from substep_derive.motion.equations import Motion
+from substep_derive.package import catalogue_pair
+from sympy import Interval, Rational, Symbol
+
+import substep as ss
+from substep.core import threads
+from substep.marching import scene_lanes
+from substep.marching.scene_lanes import march_lanes
+
+Array = np.ndarray
+u0, v0, a0 = knot(0)
+u1, v1, a1 = knot(1)
+
+
+@pytest.fixture
+def plain_pairs(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Pairs of a declared scheme and any scene as plain Python functions."""
+
+    def pair(scene: ss.Scene, scheme: ss.Scheme) -> SimpleNamespace:
+        theirs = scene.entry.get("declaration") or SCENE_BY_NAME[scene.name]
+        mine = scheme.entry.get("declaration") or BY_NAME[scheme.name]
+        return uncompiled(catalogue_pair(mine, Motion(theirs)))
+
+    monkeypatch.setenv("SUBSTEP_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setattr(scene_lanes, "pair_module", pair)
+    monkeypatch.setattr(threads, "cores", lambda: 1)
+
+
+def with_a_stage(label: str) -> Scheme:
+    """Two balances, the first at the middle of the step, the second with a mixed displacement, and u_-1."""
+    stage, before, z = knot(label), knot(-1).u, knot("e").a
+    return Scheme(
+        "staged",
+        relations={
+            stage.u: u0 + (u0 - before) / 2,
+            stage.v: (u0 - before) / h,
+            u1: u0 + (h * v0 + u0 - before) / 2 + h**2 / 4 * (stage.a + z),
+            v1: v0 + h / 2 * (stage.a + z),
+        },
+        balances=(Balance.at(stage, Rational(1, 2)), Balance(z, v1, N((u1 + stage.u) / 2), f(1))),
+        start={before: u0 - h * v0 + h**2 / 2 * a0},
+        report={v1: 2 * v1},
+    )
+
+
+def stepped(s: System, h: float, n: int, u: Array, v: Array, a: Array) -> Array:
+    """u and twice v (n + 1, 2, d) of the same scheme, step by step."""
+    rows, before = [np.stack([u, v])], u - h * v + h**2 / 2 * a
+    for i in range(n):
+        middle, v_start = u + (u - before) / 2, v
+        a_middle = s.acceleration(middle, (u - before) / h, (i + 0.5) * h)
+        a, end = a_middle, u
+        for _ in range(60):
+            end = u + (h * v_start + u - before) / 2 + h**2 / 4 * (a_middle + a)
+            v = v_start + h / 2 * (a_middle + a)
+            residual = s.mass @ a + s.damping @ v + s.force((end + middle) / 2) - s.load((i + 1) * h)
+            slope = s.mass + h / 2 * s.damping + h**2 / 8 * s.tangent((end + middle) / 2)
+            a = a - np.linalg.solve(slope, residual)
+        before, u = u, end
+        rows.append(np.stack([u, 2 * v]))
+    return np.array(rows)
+
+
+LABELS = [
+    "g",
+    "m1",
+    "1o1",
+    "star",
+    "star1",
+    "mix0",
+    "told",
+    "s1",
+    "a b",
+    "x.y",
+    "1/2_",
+    "½",
+    "'",
+    "\\",
+    "0_x",
+    "Zg",
+    "j",
+]
+
+
+@pytest.mark.usefixtures("plain_pairs")
+@pytest.mark.parametrize("label", LABELS)
+@pytest.mark.parametrize("scene", ["duffing", "elastic_pendulum"])
+def test_a_stage_steps_the_same_whatever_its_label(scene: str, label: str) -> None:
+    hand, n = SCENES[scene], 12
+    mine = ss.scene(scene, **hand.parameters)
+    start = (hand.u0, hand.v0, hand.system.acceleration(hand.u0, hand.v0, 0.0) if hand.a0 is None else hand.a0)
+    given = tuple(x[None] for x in start)
+    for lanes in (1, scene_lanes.FEW):
+        of_lanes = tuple(np.repeat(x, lanes, axis=0) for x in given)
+        found = march_lanes(
+            mine,
+            ss.scheme(with_a_stage(label)),
+            np.full(lanes, hand.dt),
+            np.full(lanes, n),
+            start=of_lanes,
+            history=True,
+        )
+        expected = stepped(hand.system, hand.dt, n, *start)
+        # Newton's tolerance of 1e-12 of the scene's length, n steps
+        np.testing.assert_allclose(found.out[-1, :, :2], expected, rtol=0, atol=1e-10 * np.abs(expected).max())
+
+
+def test_no_two_knots_share_a_name() -> None:
+    labels = [
+        *LABELS,
+        "0",
+        "1",
+        "-1",
+        "1/2",
+        "-1/2",
+        "2",
+        "1.0",
+        "01",
+        "-0",
+        "+1",
+        "١",
+        "m1o2",
+        "1o2",
+        "Z",
+        "ZZ",
+        "Z20Z",
+    ]
+    labels += [
+        " ",
+        "  ",
+        "_",
+        "__",
+        "0_",
+        "x",
+        "x_j",
+        "ß",
+        "β",
+        "ϐ",
+        "star01",
+        "mix",
+        "mix00",
+        "*star",
+        "*1",
+        "*mix0",
+        "*told",
+    ]
+    labels += ["".join(c) for k in (1, 2, 3) for c in itertools.product("Z2_a", repeat=k)]
+    symbols_ = {s for label in labels for s in knot(label)}
+    names = {python_name(s) for s in symbols_}
+    assert len(names) == len(symbols_)
+    assert all(name.isidentifier() and name.isascii() and name.count("_") == 1 for name in names)
+
+
+def test_names_of_the_catalogue_are_as_their_papers_have_them() -> None:
+    printed = {"u_-1": "u_m1", "v_1/2": "v_1o2", "v_-1/2": "v_m1o2", "a_*1": "a_s1", "u_*star": "u_star", "a_g": "a_g"}
+    assert {name: python_name(Symbol(name)) for name in printed} == printed
+
+
+def test_no_two_entries_share_a_name() -> None:
+    names = [entry_name("N", i, j) for i in range(13) for j in range(13)]
+    assert len(set(names)) == len(names)
+    assert names[:3] == ["N00", "N01", "N02"]
+
+
+# --- parameters, coordinates and outputs
+
+
+def with_a_parameter(name: str) -> Scheme:
+    """Newmark's relations with its gamma under another name."""
+    c = Symbol(name)
+    return Scheme(
+        "mine",
+        {u1: u0 + h * v0 + h**2 * ((1 - c**2) / 2 * a0 + c**2 / 2 * a1), v1: v0 + h * ((1 - c) * a0 + c * a1)},
+        (Balance.at(knot(1), 1),),
+        (Parameter(c, Interval(0, 2), Rational(3, 5)),),
+    )
+
+
+def with_names(stiffness: str, coordinate: str, output: str = "stretch") -> Scene:
+    """Duffing's oscillator with two coordinates, under these names."""
+    k, q, other = map(Symbol, (stiffness, coordinate, "other"))
+    return Scene(
+        name="mine",
+        coordinates={q: "m", other: "m"},
+        kinetic=(rate(q) ** 2 + rate(other) ** 2) / 2,
+        potential=k * q**2 / 2 + k * q**4 / 4 + k * (other - q) ** 2 / 2,
+        parameters=(optional(k, 3),),
+        start={q: 1, other: Rational(1, 2), rate(q): 0, rate(other): 0},
+        length=1,
+        outputs={output: other - q},
+    )
+
+
+SUSPECT = [
+    *(
+        "lambda",
+        "in",
+        "None",
+        "np",
+        "njit",
+        "math",
+        "velocity",
+        "displacement",
+        "t",
+        "f",
+        "value",
+        "value_0",
+        "x0",
+        "h",
+        "i",
+    ),
+    *(
+        "j",
+        "n",
+        "u",
+        "v",
+        "a",
+        "r",
+        "z",
+        "mu",
+        "M",
+        "C",
+        "K0",
+        "K_t",
+        "omega",
+        "Omega",
+        "state",
+        "tolerance",
+        "c0",
+        "near_0",
+    ),
+    *(
+        "abs",
+        "range",
+        "max",
+        "min",
+        "float",
+        "COMPLETED",
+        "WIDTH",
+        "march",
+        "start",
+        "_lane",
+        "_",
+        "__debug__",
+        "a b",
+        "x.y",
+    ),
+    *(
+        "*",
+        "½",
+        "",
+        "ﬁ",
+        "β",
+        "a0",
+        "load",
+        "name",
+        "dt",
+        "E_",
+        "E",
+        "q_dot",
+        "q_j",
+        "total",
+        "kappa",
+        "value_",
+        "energy",
+    ),
+    *("D00", "D_1_11", "one", "u_star", "u_0", "r_q", "f_0", "jacobian_00", "K0_00", "change_0", "done", "sqrt"),
+]
+
+
+@cache
+def usual() -> tuple[Array, Array, Array]:
+    """The motion under names that nobody would take."""
+    return plain_motion(with_names("k", "q"), with_a_parameter("kappa"))
+
+
+def plain_motion(scene: Scene, scheme: Scheme) -> tuple[Array, Array, Array]:
+    s, model = ss.scheme(scheme), ss.scene(scene)
+    found = march_lanes(model, s, np.array([0.1]), np.array([8]), history=True)
+    u, v = found.out[0, :, 0], found.out[0, :, 1]
+    (output,) = model.outputs(np.zeros(9), u, v).values()
+    return u, model.energy(np.zeros(9), u, v), output
+
+
+@pytest.mark.usefixtures("plain_pairs")
+@pytest.mark.parametrize("name", SUSPECT)
+@pytest.mark.parametrize("what", ["parameter", "coordinate", "output"])
+def test_a_scene_is_right_or_refused_by_name(what: str, name: str) -> None:
+    given = {"parameter": (name, "q"), "coordinate": ("k", name), "output": ("k", "q", name)}[what]
+    try:
+        found = plain_motion(with_names(*given), with_a_parameter("kappa"))
+    except DeclarationError as error:
+        assert f"'{name}'" in str(error)
+        assert "rename" in str(error)
+        return
+    for x, y in zip(found, usual(), strict=True):
+        np.testing.assert_allclose(x, y, rtol=0, atol=1e-13)  # names decide the order of sums
+
+
+@pytest.mark.usefixtures("plain_pairs")
+@pytest.mark.parametrize("name", SUSPECT)
+def test_a_scheme_is_right_or_refused_by_name(name: str) -> None:
+    try:
+        scheme = with_a_parameter(name)
+    except DeclarationError as error:
+        assert f"'{name}'" in str(error)
+        return
+    for x, y in zip(plain_motion(with_names("k", "q"), scheme), usual(), strict=True):
+        np.testing.assert_allclose(x, y, rtol=0, atol=1e-13)
+    assert float(certify(scheme, **{name: "3/5"}).critical_Omega) == pytest.approx(
+        1 / 0.12**0.5
+    )  # 1/sqrt(gamma/2 - beta)
+
+
+def test_what_a_user_would_call_a_parameter_is_accepted() -> None:
+    for name in ("kappa", "β", "alpha_1", "rho_b", "damping_ratio", "lam", "E1_soft", "gamma2"):
+        assert with_a_parameter(name).values == (Symbol(name),)
+    for name in ("k", "EA", "L", "m", "v0", "u0", "mu", "E", "k1", "kappa"):
+        assert with_names(name, "q").parameters[0].name == name
+
+
+@pytest.mark.parametrize(
+    ("declare", "name"),
+    [
+        (lambda: with_a_stage("*"), "a_*"),
+        (lambda: with_a_stage("*1"), "a_*1"),
+        (lambda: Scheme("my scheme", {}, ()), "my scheme"),
+        (lambda: Scheme("lambda", {}, ()), "lambda"),
+    ],
+)
+def test_other_names_are_refused(declare: Any, name: str) -> None:
+    with pytest.raises(DeclarationError, match="rename") as raised:
+        declare()
+    assert f"'{name}'" in str(raised.value)
+
+
+def test_a_name_is_given_once() -> None:
+    c, rho = Symbol("kappa"), Symbol("rho_inf")
+    twice = (Parameter(c, Interval(0, 1), Rational(1)),) * 2
+    families = (Family(Parameter(c, Interval(0, 1), Rational(1)), {c: c}),)
+    relations = {u1: u0 + h * v0 + c * h**2 * a1, v1: v0 + h * a1}
+    for parameters, family in ((twice, ()), (twice[:1], families)):
+        with pytest.raises(DeclarationError, match="'kappa' twice"):
+            Scheme("mine", relations, (Balance.at(knot(1), 1),), parameters, family)
+    with pytest.raises(DeclarationError, match="'q_dot' twice"):
+        with_names("q_dot", "q")
+    with pytest.raises(DeclarationError, match=r"take it from knot\('1'\)"):
+        Scheme("mine", {Symbol("u_1", real=True): u0 + h * v0, v1: v0 + h * rho * a1}, (Balance.at(knot(1), 1),))
+
+
+# --- the check knows every name that kernels use
+
+
+def in_scope(source: str, mine: set[str]) -> set[str]:
+    """Names in the functions that take or unpack all of these."""
+    found: set[str] = set()
+    for function in ast.parse(source).body:
+        if not isinstance(function, ast.FunctionDef):
+            continue
+        names = {node.id for node in ast.walk(function) if isinstance(node, ast.Name)}
+        stored = {n.id for n in ast.walk(function) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
+        arguments = {node.arg for node in ast.walk(function) if isinstance(node, ast.arg)}
+        if mine <= stored | arguments or function.name == "stencil":
+            found |= {function.name} | names | arguments
+    return found
+
+
+def accepted(declare: Any, names: Iterable[str]) -> list[str]:
+    """Those of the names that may be declared after all."""
+    found = []
+    for name in sorted(names):
+        try:
+            declare(name)
+            found.append(name)
+        except DeclarationError:
+            pass
+    return found
+
+
+@pytest.mark.parametrize("name", [s.name for s in BY_NAME.values() if s.parent is None and s.parameters])
+def test_names_of_a_schemes_module_are_refused(name: str) -> None:
+    mine = {p.name for p in BY_NAME[name].parameters}
+    used = in_scope((GENERATED / f"{name}.py").read_text(encoding="utf-8"), {"Omega", *mine})
+    assert {"_increment", "_coefficients", "out"} <= used
+    assert accepted(with_a_parameter, used - mine) == []
+
+
+@pytest.mark.parametrize("scene", SCENE_BY_NAME)
+def test_names_of_a_scenes_modules_are_refused(scene: str) -> None:
+    declared = SCENE_BY_NAME[scene]
+    theirs = {p.name for p in declared.parameters}
+    own = {str(s) for s in (*declared.coordinates, *declared.rates, *declared.invariants)} | set(declared.outputs)
+    used = in_scope((GENERATED / f"scene_{scene}.py").read_text(encoding="utf-8"), theirs) - own
+    for scheme in ("newmark", "newmark_bdf2", "energy_momentum", "kr_alpha", "generalized_alpha_mixed_displacement"):
+        mine = {p.name for p in BY_NAME[scheme].parameters}
+        found = in_scope(text(scheme, scene), theirs) | in_scope(text(scheme, scene), {"h"})
+        assert {"h", "state", "energy"} <= found
+        assert accepted(with_a_parameter, found - mine - theirs) == []
+        used |= found - mine
+    assert accepted(lambda name: with_names(name, "q"), used - theirs) == []
+
+
+def test_keywords_are_refused() -> None:
+    assert accepted(with_a_parameter, keyword.kwlist) == []
+    assert accepted(lambda name: with_names(name, "q"), keyword.kwlist) == []
+    assert accepted(lambda name: with_names("k", name), keyword.kwlist) == []
