@@ -206,7 +206,7 @@ def sweep(**more: Any) -> xr.Dataset:
 def test_wrong_input_says_what_was_expected_and_the_cure(
     call: Any, message: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(sweeps, "run", None)  # nothing is run before
+    monkeypatch.setattr(sweeps, "run_chunk", None)  # nothing is run before
     with pytest.raises(ValueError, match=message):
         call()
 
