@@ -133,7 +133,7 @@ def test_a_family_is_an_axis_and_defaults_follow() -> None:
 
 
 def test_names_and_numbers() -> None:
-    """A number is no dimension; prefixes; a handle's start; the load's own parameters; what attributes tell."""
+    """A number is no dimension; prefixes; a handle's start; the load's own parameters; what attributes say."""
     by_name = ss.sweep(
         "linear_oscillator", "newmark", dt=0.1, t_end=1.0, scene_omega=4.0, load_omega=[1.0, 2.0], load=LOAD, a0=[1.0]
     )
