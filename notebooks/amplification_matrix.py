@@ -20,14 +20,14 @@
 # %%
 import numpy as np
 from matplotlib.figure import Figure
-from substep_derive import derive
+from substep_derive import Omega, derive, xi
 from substep_derive.algebra.rational import horner
-from substep_derive.declare.symbols import Omega, beta, gamma, gamma_t, xi
-from sympy import Eq, Matrix, Rational, Symbol, cancel, factor, simplify, zeros
+from sympy import Eq, Matrix, Rational, Symbol, cancel, factor, simplify, symbols, zeros
 
 import substep as ss
 from substep.figures.charts import curves
 
+beta, gamma, gamma_t = symbols("beta gamma gamma_t")
 d = derive("newmark_bdf2")
 d.state
 

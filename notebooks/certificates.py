@@ -19,7 +19,7 @@
 
 # %%
 import numpy as np
-from substep_derive import Algebraic, certify
+from substep_derive import Algebraic, certify, xi
 from substep_derive.stability.all_damping import certify_all_damping
 from substep_derive.stability.critical_curve import critical_curve
 from sympy import sqrt
@@ -78,8 +78,6 @@ assert np.abs(inside.u).max() < 20
 critical_curve("central_difference").explicit, critical_curve("central_difference_lagged").explicit
 
 # %%
-from substep_derive.declare.symbols import xi
-
 assert critical_curve("central_difference").explicit == 2
 assert critical_curve("central_difference_lagged").explicit.subs(xi, 1).equals(2 * sqrt(2) - 2)
 assert certify_all_damping("bathe").stable_for_all_xi

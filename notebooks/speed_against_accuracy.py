@@ -45,7 +45,7 @@ assert (loss.sel(dt=0.025) < loss.sel(dt=0.1)).all()
 # %% [markdown]
 # ## A response spectrum, and what of it is the scheme's own error
 #
-# Peaks of oscillators under a ground motion. The error beside each value is told against the exact response to the
+# Peaks of oscillators under a ground motion. The error beside each value is that against the exact response to the
 # record, linear between its samples: short periods are those that a step does not resolve.
 
 # %%
@@ -77,8 +77,8 @@ names = ("average_acceleration", "bathe", "newmark_bdf2", "rk4")
 runs = {name: [measure(exact, ss.scheme(name), n, 0) for n in duffing.steps(2)] for name in names}
 for name, found in runs.items():
     errors = [run.errors["u"].maximum for run in found]
-    told = (f"{run.cost.evaluations}: {run.errors['u'].maximum:.1e}" for run in found)
-    print(f"{name:22} order {order(name)}:", ", ".join(told))
+    reported = (f"{run.cost.evaluations}: {run.errors['u'].maximum:.1e}" for run in found)
+    print(f"{name:22} order {order(name)}:", ", ".join(reported))
     assert abs(np.log2(errors[-2] / errors[-1]) / 2 - order(name)) < 0.3
 
 # %%

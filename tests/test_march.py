@@ -87,8 +87,8 @@ def oracle_history(name: str, s: ss.Scheme, scene: ss.Scene, dt: float, n: int) 
     else:
         x = x0[: len(s.state)]
     for i in range(first, n):
-        x, told = ORACLE[other].step(x, Omega, xi, numbers, lambda tau, i=i: force((i + tau) * dt))
-        rows.append(np.array(x if name == "kr_alpha_plain_start" else told, dtype=float))
+        x, reported = ORACLE[other].step(x, Omega, xi, numbers, lambda tau, i=i: force((i + tau) * dt))
+        rows.append(np.array(x if name == "kr_alpha_plain_start" else reported, dtype=float))
     return np.array(rows) / dt ** np.arange(3)
 
 

@@ -110,8 +110,8 @@ def test_the_spectrum_is_a_dataset_that_tells_units_and_errors() -> None:
     for i, damping in enumerate((0.02, 0.05)):
         exact = np.array([exact_by_scipy(t, damping, f) for t in T.tolist()]).T
         for name, true in zip(spectrum.QUANTITIES, exact, strict=True):
-            told = s[name].to_numpy()[i] / (1 + s[f"{name}_error"].to_numpy()[i])
-            assert np.allclose(told / true, 1.0, rtol=0, atol=1e-10)
+            reported = s[name].to_numpy()[i] / (1 + s[f"{name}_error"].to_numpy()[i])
+            assert np.allclose(reported / true, 1.0, rtol=0, atol=1e-10)
     assert np.allclose(s.pseudo_velocity, s.displacement * 2 * np.pi / T, rtol=1e-15)
     assert np.allclose(s.pseudo_acceleration, s.displacement * (2 * np.pi / T) ** 2, rtol=1e-15)
     alone = ss.response_spectrum(f, DT, T, 0.02, "bathe", errors=False)

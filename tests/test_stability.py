@@ -106,7 +106,7 @@ def test_sixty_digits(name: str, parameters: dict[str, float], damping: float) -
             if not pairs:
                 doubtful = (
                     max(d / abs(x) for x, d in zip(values, moves, strict=True)) > 1e-9
-                )  # next to a double root, real and complex are not told apart
+                )  # next to a double root, real and complex cannot be distinguished
                 assert doubtful or np.isnan(got["numerical_damping"][i]), omega
                 continue
             modulus, pair, move = max(pairs, key=lambda entry: entry[0])
@@ -198,7 +198,7 @@ def test_functions_broadcast() -> None:
 
 
 def test_far_below_the_range_nothing_is_lost() -> None:
-    """At Omega = 1e-9 the trace alone no longer tells complex from real; P = det(I - A) does."""
+    """At Omega = 1e-9 the trace alone no longer distinguishes complex from real; P = det(I - A) does."""
     for s in (ss.scheme("bathe"), ss.scheme("newmark", beta=0.25, gamma=0.5)):
         leading = {"bathe": 1 / 24, "newmark": 1 / 12}[s.name]
         assert s.period_error(1e-9) == pytest.approx(leading * 1e-18, rel=1e-6)

@@ -133,7 +133,7 @@ def test_a_family_is_an_axis_and_defaults_follow() -> None:
 
 
 def test_names_and_numbers() -> None:
-    """A number is no dimension; prefixes; a handle's start; the load's own parameters; what attributes tell."""
+    """A number is no dimension; prefixes; a handle's start; the load's own parameters; what attributes say."""
     by_name = ss.sweep(
         "linear_oscillator", "newmark", dt=0.1, t_end=1.0, scene_omega=4.0, load_omega=[1.0, 2.0], load=LOAD, a0=[1.0]
     )
@@ -206,7 +206,7 @@ def sweep(**more: Any) -> xr.Dataset:
 def test_wrong_input_says_what_was_expected_and_the_cure(
     call: Any, message: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(sweeps, "run", None)  # nothing is run before
+    monkeypatch.setattr(sweeps, "run_chunk", None)  # nothing is run before
     with pytest.raises(ValueError, match=message):
         call()
 

@@ -44,14 +44,14 @@ def test_chunks_cover_every_point_once_in_c_order(lanes: int, monkeypatch: pytes
 @pytest.mark.parametrize("save", [False, True])
 def test_ctrl_c_returns_what_is_done(save: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     call = {**OSCILLATOR, **({"save": tmp_path / "s.zarr"} if save else {})}
-    whole, run = ss.sweep("linear_oscillator", "newmark_bdf2", **OSCILLATOR), sweeps.run
+    whole, run = ss.sweep("linear_oscillator", "newmark_bdf2", **OSCILLATOR), sweeps.run_chunk
 
     def interrupted(plan: Plan, first: int, last: int) -> Any:
         if first >= 20:
             raise KeyboardInterrupt
         return run(plan, first, last)
 
-    monkeypatch.setattr(sweeps, "run", interrupted)
+    monkeypatch.setattr(sweeps, "run_chunk", interrupted)
     found = ss.sweep("linear_oscillator", "newmark_bdf2", **call).load()
     assert found.attrs["interrupted"] == 1
     flat = found.stack(point=found["status"].dims)
@@ -61,10 +61,10 @@ def test_ctrl_c_returns_what_is_done(save: bool, tmp_path: Path, monkeypatch: py
     xr.testing.assert_equal(whole.where(found["status"] == 0)["u"], found["u"])
     if save:
         seen = []
-        monkeypatch.setattr(sweeps, "run", lambda plan, first, last: (seen.append(first), run(plan, first, last))[1])
+        monkeypatch.setattr(sweeps, "run_chunk", lambda plan, *span: (seen.append(span[0]), run(plan, *span))[1])
         xr.testing.assert_identical(ss.sweep("linear_oscillator", "newmark_bdf2", **call).load(), whole)
         assert seen == list(range(20, 48, 4))
-        monkeypatch.setattr(sweeps, "run", None)
+        monkeypatch.setattr(sweeps, "run_chunk", None)
         xr.testing.assert_identical(ss.sweep("linear_oscillator", "newmark_bdf2", **call).load(), whole)
 
 
@@ -120,7 +120,8 @@ ss.sweep("linear_oscillator", "newmark", dt=0.1, t_end=1.0, omega=np.arange(1.0,
 
 
 def test_a_killed_sweep_is_resumed_and_another_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path, run, call = tmp_path / "sweep.zarr", sweeps.run, {"dt": 0.1, "t_end": 1.0, "omega": np.arange(1.0, 23.0)}
+    path, run = tmp_path / "sweep.zarr", sweeps.run_chunk
+    call = {"dt": 0.1, "t_end": 1.0, "omega": np.arange(1.0, 23.0)}
     done = subprocess.run([sys.executable, "-c", KILLED, str(path)], capture_output=True, check=False)
     assert done.returncode == -signal.SIGKILL, done.stderr
     left = xr.open_zarr(path, chunks=None, consolidated=False)
@@ -140,7 +141,7 @@ def test_a_killed_sweep_is_resumed_and_another_refused(tmp_path: Path, monkeypat
         with pytest.raises(ValueError, match=message):
             ss.sweep("linear_oscillator", "newmark", **changed, save=path)
     seen = []
-    monkeypatch.setattr(sweeps, "run", lambda plan, first, last: (seen.append(first), run(plan, first, last))[1])
+    monkeypatch.setattr(sweeps, "run_chunk", lambda plan, first, last: (seen.append(first), run(plan, first, last))[1])
     found = ss.sweep("linear_oscillator", "newmark", **call, save=path).load()
     assert seen == [10, 15, 20]
     monkeypatch.undo()

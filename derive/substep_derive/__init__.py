@@ -3,22 +3,40 @@
 from .algebra.algebraic import Algebraic
 from .declare.errors import DeclarationError
 from .declare.parameter import Family, Parameter, Root
-from .declare.scene import Scene
+from .declare.scene import Scene, optional, required
 from .declare.scheme import Balance, Scheme
+from .declare.symbols import K0, C, K_t, M, N, N_discrete, Omega, acceleration, f, h, knot, rate, sampled, t, xi
 from .stability.certificate import Certificate, certify
 from .study.derivation import Derivation, derive
 
 __all__ = [
+    "K0",
     "Algebraic",
     "Balance",
+    "C",
     "Certificate",
     "DeclarationError",
     "Derivation",
     "Family",
+    "K_t",
+    "M",
+    "N",
+    "N_discrete",
+    "Omega",
     "Parameter",
     "Root",
     "Scene",
     "Scheme",
+    "acceleration",
     "certify",
     "derive",
+    "f",
+    "h",
+    "knot",
+    "optional",
+    "rate",
+    "required",
+    "sampled",
+    "t",
+    "xi",
 ]

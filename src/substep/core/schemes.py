@@ -50,7 +50,9 @@ def scheme(name: "str | Declaration", **parameters: ArrayLike) -> "Scheme":
         else:
             raise unknown_name(f"a parameter of {info.name}", key, [*info.parameters, *info.families])
         if twice := sorted(mine.keys() & given.keys()):
-            raise ValueError(f"expected {twice[0]} of {info.name} once, got it by itself and by a family; drop one")
+            raise ValueError(
+                f"expected {twice[0]} of {info.name} once, got it by itself and through a family; drop one of the two"
+            )
         given |= mine
     complete: dict[str, Array] = {}
     for key, parameter in info.parameters.items():

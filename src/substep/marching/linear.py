@@ -107,33 +107,40 @@ class _Run(NamedTuple):
 
 
 def _prepared(scheme: Scheme, o: Oscillators, n: int, load: Load | None) -> _Run:
-    module, Omega = scheme.kernels, o.omega * o.dt
+    """Kernels and their arrays, from the step on at which the scheme itself begins to march."""
+    module, Omega, stencil = scheme.kernels, o.omega * o.dt, scheme.stencil()
     state, head, first = _started(scheme, o, Omega, n, load)
-    K, stencil = module.LOADS, scheme.stencil()
-    # a balance eliminated the acceleration: that of the start is put into the load of the first step
     excess = _excess(o, Omega, state, load) if module.CARRIER else np.zeros(1)
-    one_stencil, consistent = stencil.ndim == 1, not excess.any()
-    samples = _samples(scheme, load, o.dt, n) if one_stencil and consistent else None
-    own = np.empty((K, 0, 1))
+    samples = _samples(scheme, load, o.dt, n) if stencil.ndim == 1 and not excess.any() else None
     if samples is not None:
         C, K = _coefficients(scheme, Omega, o, stencil), 2
-        shared = read_only(samples[:-1]), read_only(samples[1:])
+        shared, own = (read_only(samples[:-1]), read_only(samples[1:])), np.empty((K, 0, 1))
     else:
-        C = _coefficients(scheme, Omega, o)
-        if load is None and consistent:
-            shared = (read_only(np.zeros(n)),) * K
-        else:
-            alike = one_stencil and (o.dt == o.dt[0]).all() and (excess == excess[0]).all()
-            dt = o.dt[:1] if alike else o.dt
-            instants = np.arange(n)[:, None] + np.atleast_2d(stencil).T[:, None]  # (K, n, 1 or P)
-            own = np.zeros((K, n, len(dt)))
-            if load is not None:
-                own[: len(instants)] = load(instants * dt)
-            own[0, :1] += excess[: len(dt)] / dt**2
-            shared = tuple(map(read_only, own[..., 0])) if alike else (read_only(np.empty(0)),) * K
-            own = own[:, :0] if alike else own
+        C, K = _coefficients(scheme, Omega, o), module.LOADS
+        shared, own = _loads(stencil, o.dt, n, K, load, excess)
     x = np.ascontiguousarray(state[list(coefficients.marched(scheme))])
     return _Run(*_kernels(module.MARCH, K), C, x, shared, own, first, head)
+
+
+def _loads(
+    stencil: Array, dt: Array, n: int, K: int, load: Load | None, excess: Array
+) -> tuple[tuple[Array, ...], Array]:
+    """The load at the K instants of each step: `shared` and `own` of a _Run.
+
+    excess: of the given acceleration, which is not marched; the load at the first instant of the first step carries it.
+    """
+    if load is None and not excess.any():
+        return (read_only(np.zeros(n)),) * K, np.empty((K, 0, 1))
+    alike = stencil.ndim == 1 and (dt == dt[0]).all() and (excess == excess[0]).all()
+    dt = dt[:1] if alike else dt
+    instants = np.arange(n)[:, None] + np.atleast_2d(stencil).T[:, None]  # (instants of the scheme, n, 1 or P)
+    own = np.zeros((K, n, len(dt)))
+    if load is not None:
+        own[: len(instants)] = load(instants * dt)
+    own[0, :1] += excess[: len(dt)] / dt**2
+    if alike:
+        return tuple(map(read_only, own[..., 0])), own[:, :0]
+    return (read_only(np.empty(0)),) * K, own
 
 
 def _coefficients(scheme: Scheme, Omega: Array, o: Oscillators, stencil: Array | None = None) -> Array:

@@ -1,0 +1,96 @@
+"""README and docs: every block of Python runs, and every command line shown is one that the command line takes.
+
+The Python blocks of a file run in order as one program. A block that begins with a comment such as "# my_scheme.py"
+is also a file of that name, which later blocks import.
+"""
+
+import os
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import typer
+from typer.core import TyperGroup
+
+import substep as ss
+from substep.cli.arguments import exact_options
+from substep.cli.commands import app
+from substep.core.scenes import scene_info
+from substep.core.schemes import scheme_info
+
+ROOT = Path(__file__).parents[1]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+LANGUAGES = {"python", "sh", "bash"}
+
+
+def blocks(page: Path, *languages: str) -> list[tuple[int, str]]:
+    """(line of its first line, text) of each block in one of these languages."""
+    text = page.read_text(encoding="utf-8")
+    found = [(text.count("\n", 0, b.start(2)), b[2]) for b in FENCE.finditer(text) if b[1] in languages]
+    return [(line + 1, block) for line, block in found]
+
+
+def commands(page: Path) -> list[str]:
+    """Command lines of `substep`: lines of shell blocks, and code between single backticks."""
+    text = page.read_text(encoding="utf-8")
+    lines = [line for _, block in blocks(page, "sh", "bash") for line in block.splitlines()]
+    return [x for x in [*lines, *re.findall(r"`(substep [^`\n]+)`", FENCE.sub("", text))] if x.startswith("substep ")]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_every_block_has_a_language(page: Path) -> None:
+    marks = re.findall(r"^```(.*)$", page.read_text(encoding="utf-8"), re.MULTILINE)
+    assert len(marks) % 2 == 0
+    assert set(marks[::2]) <= LANGUAGES
+    assert set(marks[1::2]) <= {""}
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("page", [p for p in PAGES if blocks(p, "python")], ids=lambda page: page.stem)
+def test_python_blocks_run(page: Path, tmp_path: Path) -> None:
+    lines: list[str] = []  # each line of the program has the number that it has in the page
+    for first, block in blocks(page, "python"):
+        lines += [""] * (first - 1 - len(lines)) + block.splitlines()
+        if named := re.match(r"# (\w+\.py)\b", block):
+            (tmp_path / named[1]).write_text(block, encoding="utf-8")
+    program = tmp_path / f"{page.stem}_blocks.py"
+    program.write_text("\n".join(lines), encoding="utf-8")
+    paths = os.pathsep.join([str(tmp_path), *(path for path in sys.path if path)])
+    environment = {**os.environ, "MPLBACKEND": "Agg", "PYTHONPATH": paths}
+    command = [sys.executable, "-W", "error::DeprecationWarning:__main__", str(program)]
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+def parameters() -> set[str]:
+    """Names of all parameters of schemes, their families and scenes: options of commands that take these."""
+    schemes = [scheme_info(name) for name in ss.schemes()]
+    return {key for s in schemes for key in (*s.parameters, *s.families)} | {
+        key for name in ss.scenes() for key in scene_info(name, {}).parameters
+    }
+
+
+@pytest.mark.parametrize("page", [p for p in PAGES if commands(p)], ids=lambda page: page.stem)
+def test_commands_are_taken_by_the_command_line(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Parsed, not run: the command is there, and so are its options."""
+    monkeypatch.chdir(tmp_path)
+    group = typer.main.get_command(app)
+    assert isinstance(group, TyperGroup)
+    known = parameters()
+    for line in commands(page):
+        _, name, *arguments = shlex.split(line, comments=True)
+        assert name in group.commands, line
+        context = group.commands[name].make_context(name, arguments)
+        assert exact_options(context.args).keys() <= known, line
+
+
+@pytest.mark.parametrize("line", ["substep nosuch", "substep show bathe --nosuch", "substep run duffing bathe --dt 1"])
+def test_a_wrong_command_is_found(line: str, tmp_path: Path) -> None:
+    page = tmp_path / "page.md"
+    page.write_text(f"```sh\n{line}  # wrong\n```\n", encoding="utf-8")
+    with pytest.MonkeyPatch.context() as patch, pytest.raises(Exception, match="nosuch|t_end"):
+        test_commands_are_taken_by_the_command_line(page, tmp_path, patch)
