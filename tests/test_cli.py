@@ -84,7 +84,7 @@ def test_reproduce_draws_every_panel_and_writes_its_numbers(tmp_path: Path, monk
     """Chapter 5, the battery and the ledger have tests of their own; here one piece of each, all in the long form."""
     if not os.environ.get("SUBSTEP_VERIFY"):
         monkeypatch.setattr(figures_5, "JOBS", figures_5.JOBS[:1])
-        monkeypatch.setattr(claims, "JUDGES", claims.JUDGES[:1])
+        monkeypatch.setattr(claims, "CLAIMS", claims.CLAIMS[:1])
         monkeypatch.setattr(failures, "battery", lambda folder, step, full: [failures.Row("a", "b", 1, "c", None, 1)])
         monkeypatch.setattr(failures, "count", lambda: 0)
         monkeypatch.setattr(precision, "jobs", lambda full: ())

@@ -18,6 +18,7 @@ from sympy import QQ, Dummy, Expr, Poly, factor, sqrt
 
 from ..algebra import rational
 from ..algebra.power_series import Series, powers_of_zeta
+from ..declare.errors import InconsistentScheme
 from ..declare.symbols import Omega, lam, xi
 from .amplification import Amplification
 from .spectrum import live
@@ -70,7 +71,7 @@ class LogarithmDefect:
 def logarithm_defect(amplification: Amplification, terms: int, at: Expr = xi) -> LogarithmDefect:
     """A up to Omega^(terms-1), B up to Omega^(terms-2), at one damping ratio or any.
 
-    Raises ValueError when the scheme is not consistent: no eigenvalue tends to e^s.
+    Raises InconsistentScheme when the scheme is not consistent: no eigenvalue tends to e^s.
     """
     p = live(amplification.charpoly)
     p = Poly(p.as_expr().subs(xi, at), lam)
@@ -97,7 +98,7 @@ def logarithm_defect(amplification: Amplification, terms: int, at: Expr = xi) ->
     c = F[1].c[1][1]
     consistent = all(F[0].c[i] == (zero, zero) for i in range(3)) and F[1].c[0] == (zero, zero)
     if not consistent or c == 0 or F[1].c[1][0] != c * damping:
-        raise ValueError(f"{amplification.scheme.name} is not consistent: no eigenvalue tends to the exact one")
+        raise InconsistentScheme(f"{amplification.scheme.name} is not consistent: no eigenvalue tends to the exact one")
     inverse = (damping * w_ * q_, w_ * q_)  # of c*(zeta + xi), since (zeta + xi)^2 = xi^2 - 1
     delta = F[0].over(F[1], 1, inverse).scaled(QQ(-1))
     for _ in range(terms - 3):  # F[0]/F[1] starts with Omega^2, each turn gains a power
@@ -121,7 +122,7 @@ def _sum(series: list[Series]) -> Series:
 def leading_terms(amplification: Amplification, highest: int = 3) -> LeadingTerms:
     """Up to Omega^highest, two powers further for a scheme whose error starts beyond.
 
-    Raises ValueError when the scheme is not consistent.
+    Raises InconsistentScheme when the scheme is not consistent.
     """
     L = logarithm_defect(amplification, highest + 2)
     zero, one = L.ring.zero, L.ring.one
