@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from substep_derive.stability.conditions import Conditions
     from substep_derive.study.closed_forms import ClosedForm
     from substep_derive.study.equivalence import Equivalence
-    from sympy import Set
 
 
 def certificate(name: str, xi: Any = 0, **parameters: Any) -> "Certificate":
@@ -33,8 +32,8 @@ def conditions(name: str) -> "Conditions":
     return of(name)
 
 
-def stable_values(name: str) -> "Set":
-    """Where a scheme's only parameter makes it stable at every Omega > 0, undamped, exactly.
+def stable_values(name: str) -> Any:
+    """Where a scheme's only parameter makes it stable at every Omega > 0, undamped: an exact set of SymPy.
 
     See `substep_derive.study.region.stable_values`.
     """
