@@ -79,12 +79,23 @@ def test_conditions_and_equivalences() -> None:
     assert runner.invoke(app, ["conditions", "newmarc"]).exit_code == 2
 
 
+def test_kernels_compiled_ahead_are_those_that_jobs_march(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What runs on several cores only, before everything else."""
+    marched: list[str] = []
+    monkeypatch.setattr(reproduction, "march", lambda scene, *_: marched.append(scene.name))
+    reproduction._compiled("newmark_bdf2")
+    assert set(marched) == {case.make().name for case in (*reproduction.CASES, *failures.CASES)}
+    marched.clear()
+    reproduction._compiled("bathe")  # not in the quick battery
+    assert set(marched) == {case.make().name for case in reproduction.CASES}
+
+
 @pytest.mark.long
 def test_reproduce_draws_every_panel_and_writes_its_numbers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Chapter 5, the battery and the ledger have tests of their own; here one piece of each, all in the long form."""
     if not os.environ.get("SUBSTEP_VERIFY"):
         monkeypatch.setattr(figures_5, "JOBS", figures_5.JOBS[:1])
-        monkeypatch.setattr(claims, "JUDGES", claims.JUDGES[:1])
+        monkeypatch.setattr(claims, "CLAIMS", claims.CLAIMS[:1])
         monkeypatch.setattr(failures, "battery", lambda folder, step, full: [failures.Row("a", "b", 1, "c", None, 1)])
         monkeypatch.setattr(failures, "count", lambda: 0)
         monkeypatch.setattr(precision, "jobs", lambda full: ())

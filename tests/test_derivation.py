@@ -208,8 +208,6 @@ def test_series_predicts_the_eigenvalue(name: str, damping: Rational) -> None:
     scheme = BY_NAME[name]
     values = random_parameters(scheme, np.random.default_rng(3))
     d = derive(scheme.fix(values) if values else scheme)
-    if name == "three_substep":  # its error constants are of the size of the rounding of gamma
-        pytest.skip("gamma is irrational; its order is tested with the certificate")
     with mpmath.workdps(60):
         small = Rational(1, 10**4)
         p = sp.Poly(d.charpoly.as_expr().subs({Omega: small, xi: damping}), mu)

@@ -10,6 +10,7 @@ import pytest
 import substep as ss
 from substep.core.response import STATUSES
 from substep.derived.facade import rigid_energy
+from substep.exact.periods import period as exact_period
 from substep.marching.scene_lanes import Lanes, march_lanes
 from substep.studies import failures
 from substep.studies.failures import contact, linear, maps, outcomes, rounding, table
@@ -50,14 +51,14 @@ def outcome_of(where: ss.Scene, name: str, h: float, span: float) -> tuple[str, 
 
 @pytest.mark.parametrize("name", ["central_difference", "linear_acceleration", "fox_goodwin"])
 def test_duffing_blows_up_under_conditional_stability(name: str) -> None:
-    period = table.DUFFING_PERIOD
+    period = exact_period(ss.scene("duffing"))
     word, t, _ = outcome_of(ss.scene("duffing"), name, period / 4, 100 * period)
     assert word == "blew up"
     assert t < 5 * period
 
 
 def test_softening_gains_energy_under_unconditional_stability() -> None:
-    period = table.SOFTENING_PERIOD
+    period = exact_period(ss.scene("softening"))
     assert "average_acceleration" in linear.without_limit()
     word, _, ratio = outcome_of(ss.scene("softening"), "average_acceleration", period / 4, 100 * period)
     assert word == "gains energy"

@@ -1,10 +1,15 @@
 """What `import substep` costs and loads, and the layer borders that no linter sees."""
 
+import ast
 import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+from substep_derive.declare.schemes import ALL
+
 ROOT = Path(__file__).parents[1]
+DERIVE = ROOT / "derive" / "substep_derive"
 
 
 def run(code: str) -> str:
@@ -25,20 +30,106 @@ def test_a_stability_function_loads_numba_but_not_sympy() -> None:
     assert run(code) == "False"
 
 
-def test_only_one_file_touches_the_low_level_of_sympy() -> None:
-    for path in (ROOT / "derive" / "substep_derive").rglob("*.py"):
-        if path.name != "rational.py":
-            text = path.read_text(encoding="utf-8")
-            assert "sympy.polys" not in text, path
-            assert "sympy_cse" not in text, path
-
-
-def test_declarations_hold_no_branch_and_the_derivation_no_scheme_name() -> None:
-    from substep_derive.declare.schemes import ALL
-
-    asked = {"thesis.py", "design.py"}  # what they answer is asked of one scheme
-    for path in set((ROOT / "derive" / "substep_derive").glob("*.py")):
-        if path.name in asked:
-            continue
+def test_only_algebra_touches_the_low_level_of_sympy() -> None:
+    touching = []
+    for path in DERIVE.rglob("*.py"):
         text = path.read_text(encoding="utf-8")
-        assert not [s.name for s in ALL if f'"{s.name}"' in text], path
+        if "sympy.polys" in text or "sympy_cse" in text:
+            touching.append(path.relative_to(DERIVE).as_posix())
+    assert touching == ["algebra/rational.py"]
+
+
+SCHEMES = {scheme.name for scheme in ALL}
+PARAMETERS = {p.name for s in ALL for p in (*s.parameters, *(family.argument for family in s.families))}
+ABOUT_ONE_SCHEME = ("declare/schemes", "study/thesis.py", "study/design.py")
+
+
+def branches(source: str) -> list[str]:
+    """Places of a source that treat a scheme of the catalogue by its name or by its parameters.
+
+    These are: a string that is a scheme's name; a parameter's name that is compared, matched or looked up; a comparison
+    or a question of a scheme's own name; an import of one declaration, or of a parameter's symbol.
+    """
+    found = []
+    for node in ast.walk(ast.parse(source)):
+        texts: list[ast.expr] = []
+        if isinstance(node, ast.Constant) and node.value in SCHEMES:
+            found.append(f"line {node.lineno}: names the scheme {node.value}")
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            imported = {alias.name for alias in node.names}
+            one = imported - {"ALL"} if "declare.schemes" in node.module else imported & PARAMETERS
+            if one and ("declare.schemes" in node.module or node.module.endswith("symbols")):
+                found.append(f"line {node.lineno}: imports {', '.join(sorted(one))}")
+        elif isinstance(node, ast.Compare):
+            texts = [node.left, *node.comparators]
+            found += [f"line {node.lineno}: compares {ast.unparse(x)}" for x in texts if _asks_for_the_name(x)]
+        elif isinstance(node, ast.Match):
+            texts = [p.value for case in node.cases for p in ast.walk(case.pattern) if isinstance(p, ast.MatchValue)]
+            found += [f"line {node.lineno}: matches {ast.unparse(node.subject)}"] * _asks_for_the_name(node.subject)
+        elif isinstance(node, ast.Subscript):
+            texts = [node.slice]
+        elif isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute):
+            texts = node.args[:1] if node.func.attr in ("get", "pop") else []
+            found += [f"line {node.lineno}: asks {ast.unparse(node.func)}"] * _asks_for_the_name(node.func.value)
+        strings = (x.value for text in texts for x in ast.walk(text) if isinstance(x, ast.Constant))
+        found += [f"line {getattr(node, 'lineno', 0)}: looks for {x}" for x in strings if x in PARAMETERS]
+    return found
+
+
+def _asks_for_the_name(e: ast.expr) -> bool:
+    """Whether it is the name of something called scheme: scheme.name, self.scheme.name, amplification.scheme.name."""
+    own = e.value if isinstance(e, ast.Attribute) and e.attr == "name" else None
+    return (isinstance(own, ast.Name) and own.id == "scheme") or (
+        isinstance(own, ast.Attribute) and own.attr == "scheme"
+    )
+
+
+@pytest.mark.parametrize(
+    "broken",
+    [
+        'if scheme.name == "bathe": order = 3',
+        "order = 3 if self.scheme.name != wanted else 2",
+        'SPECIAL = {"kr_alpha": 1}',
+        'match scheme.name:\n    case "rk4":\n        pass',
+        "match scheme.name:\n    case other:\n        pass",
+        'if scheme.name.startswith("kr_"): pass',
+        'if "rho_inf" in values: pass',
+        'match key:\n    case "gamma_t":\n        pass',
+        'split = values["gamma_t"]',
+        'split = values.get("gamma_t")',
+        "from ..declare.symbols import Omega, gamma_t",
+        "from ..declare.schemes.composite import bathe",
+        "from substep_derive.declare.schemes import alpha",
+    ],
+)
+def test_a_branch_for_one_scheme_is_seen(broken: str) -> None:
+    assert branches(broken)
+
+
+@pytest.mark.parametrize(
+    "general",
+    [
+        'raise ValueError(f"{scheme.name} is not consistent")',
+        '"""Bathe\'s scheme, bathe, is one of them."""',
+        "from ..declare.schemes import ALL",
+        "from ..declare.symbols import Omega, xi",
+        "if scene.name == COMMITTED: pass",
+        'p = Hurwitz("p", coefficients)',
+    ],
+)
+def test_what_holds_for_every_scheme_is_not_taken_for_a_branch(general: str) -> None:
+    assert not branches(general)
+
+
+def test_no_scheme_has_a_branch_of_its_own() -> None:
+    """The derivation, and what runs its kernels, know no scheme: what is special about one is in its declaration."""
+    looked_at = 0
+    for folder in (DERIVE, ROOT / "src" / "substep" / "core", ROOT / "src" / "substep" / "marching"):
+        for path in sorted(folder.rglob("*.py")):
+            if not path.relative_to(folder).as_posix().startswith(ABOUT_ONE_SCHEME):
+                assert branches(path.read_text(encoding="utf-8")) == [], path
+                looked_at += 1
+    assert looked_at > 50
+    for exempt in ABOUT_ONE_SCHEME:  # an exemption that nothing needs is one too many
+        files = [DERIVE / exempt] if exempt.endswith(".py") else (DERIVE / exempt).rglob("*.py")
+        assert any(branches(path.read_text(encoding="utf-8")) for path in files), exempt

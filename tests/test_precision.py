@@ -3,6 +3,7 @@
 import csv
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -232,6 +233,13 @@ def test_missing_peers_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
     assert not found
     assert list(missing) == ["scipy", "numbalsoda"]
     assert "No module named" in missing["scipy"]
+
+
+def test_other_errors_of_peers_are_raised(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A package that is there but not used as it should be is not "not installed"."""
+    monkeypatch.setattr(peers, "import_module", lambda name: SimpleNamespace(__name__=name))
+    with pytest.raises(AttributeError, match="lsoda_sig"):
+        peers.peers(cases.CASES[0].reference(), ("numbalsoda lsoda",))
 
 
 def test_the_fastest_of_a_kind() -> None:

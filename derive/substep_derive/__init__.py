@@ -1,7 +1,7 @@
 """From a declared scheme to its closed forms and its stability proof, exactly; and a declaration's nouns."""
 
 from .algebra.algebraic import Algebraic
-from .declare.errors import DeclarationError
+from .declare.errors import DeclarationError, InconsistentScheme
 from .declare.parameter import Family, Parameter, Root
 from .declare.scene import Scene, optional, required
 from .declare.scheme import Balance, Scheme
@@ -18,6 +18,7 @@ __all__ = [
     "DeclarationError",
     "Derivation",
     "Family",
+    "InconsistentScheme",
     "K_t",
     "M",
     "N",

@@ -16,7 +16,7 @@ from typing import Any
 from sympy import QQ, Expr, Matrix, Rational, Symbol, cancel, eye, factor, factor_list, fraction, real_roots
 
 from ..algebra import rational
-from ..declare.errors import DeclarationError
+from ..declare.errors import DeclarationError, InconsistentScheme
 from ..declare.parameter import Parameter
 from ..declare.scheme import Scheme
 from ..declare.symbols import K0, C, M, N, h, knot, knot_of, lattice
@@ -34,7 +34,7 @@ def energy_change(scheme: Scheme, order: int = 6) -> dict[int, Expr]:
     All that the step reads lies on the exact rotation, a0 = -V^2/L towards the pivot. Coefficients are factored,
     those that vanish left out. Later steps differ at the same power of tau: `settled_energy_change`.
 
-    Raises DeclarationError if the balances do not become projections, ValueError for an inconsistent scheme.
+    Raises DeclarationError if the balances do not become projections, InconsistentScheme where u does not tend to u_0.
     """
     step = _RigidStep(scheme)
     return _change(_energy(step.first(order + 2)[v1]), step.power(0, order + 1))
@@ -182,7 +182,7 @@ class _RigidStep:
 
     def _on_circle(self, p: Series) -> Series:
         if p[0] != 1:
-            raise ValueError(f"{self.scheme.name} is not consistent: u does not tend to u_0 as h -> 0")
+            raise InconsistentScheme(f"{self.scheme.name} is not consistent: u does not tend to u_0 as h -> 0")
         return _times(p, _to_the(QQ(-1, 2), _times(p, _conjugate(p))))
 
 

@@ -1,15 +1,30 @@
 """What S. Kumar's thesis prints, as it is printed, so that derivation can confirm or refute it."""
 
-from collections.abc import Mapping
-from typing import Any
-
-from sympy import Expr, Integer, Poly, Rational, Symbol, cancel, diff, factor, fraction, real_roots, together, zeros
+from sympy import (
+    Expr,
+    Integer,
+    Interval,
+    Poly,
+    Rational,
+    Symbol,
+    cancel,
+    diff,
+    factor,
+    fraction,
+    oo,
+    real_roots,
+    solve,
+    together,
+    zeros,
+)
 
 from ..algebra.algebraic import Algebraic
+from ..declare.errors import InconsistentScheme
 from ..declare.scheme import Balance, Scheme
-from ..declare.schemes.alpha import hht_alpha
+from ..declare.schemes.alpha import generalized_alpha, hht_alpha, wbz_alpha
+from ..declare.schemes.composite import silva_bezerra
 from ..declare.schemes.explicit import rk4
-from ..declare.schemes.multi_step import gholampour_with
+from ..declare.schemes.multi_step import gholampour, gholampour_with
 from ..declare.schemes.one_step import wilson_theta
 from ..declare.symbols import (
     N,
@@ -17,6 +32,7 @@ from ..declare.symbols import (
     alpha,
     alpha_B,
     alpha_f,
+    alpha_g,
     alpha_m,
     beta,
     delta,
@@ -34,6 +50,7 @@ from ..oscillator.evaluation import Evaluation
 from ..oscillator.order import order_of
 from ..stability.certificate import certify
 from .derivation import Derivation, derive
+from .region import Region
 
 u0, v0, a0 = knot(0)
 u1, v1, a1 = knot(1)
@@ -75,6 +92,55 @@ hht_printed = Scheme(
     hht_alpha.parameters,
     reference="thesis (2.23)-(2.26), as printed",
 )
+
+# Coordinates of the regions in which the thesis claims stability; r and s count from an edge of the region
+_r, _s, _share, _below = (Symbol(name) for name in ("r", "s", "share", "below"))
+_half, _from_zero = Rational(1, 2), Interval(0, oo)
+
+newmark_conditions = (2 * beta >= gamma, gamma >= _half)  # (2.17)
+gholampour_conditions = (delta >= Rational(1, 3), delta / 2 <= alpha_g, alpha_g <= delta - Rational(1, 6))  # (2.56)-57
+
+wilson_values = Interval(Rational(137, 100), oo)  # of theta, p. 11
+hht_values = Interval(-Rational(1, 3), 0)  # of alpha, (2.24)
+
+wbz_region = Region(wbz_alpha, {alpha_B: -_s}, {_s: _from_zero})  # (2.28)-(2.30)
+
+# (2.36)-(2.38): alpha_m <= alpha_f <= 1/2, beta >= 1/4 + (alpha_f - alpha_m)/2, gamma = 1/2 - alpha_m + alpha_f
+generalized_alpha_region = Region(
+    generalized_alpha,
+    {
+        alpha_f: _half - _below,
+        alpha_m: _half - _below - _r,
+        beta: Rational(1, 4) + _r / 2 + _s,
+        gamma: _half + _r,
+    },
+    {_below: _from_zero, _r: _from_zero, _s: _from_zero},
+)
+
+
+def gholampour_region(scheme: Scheme = gholampour) -> Region:
+    """(2.56)-(2.57) for the scheme with (2.54) as it is meant or as it is printed."""
+    lowest = Rational(1, 3) + _s
+    room = lowest / 2 - Rational(1, 6)  # from delta/2 to delta - 1/6
+    return Region(
+        scheme, {delta: lowest, alpha_g: lowest / 2 + _share * room}, {_s: _from_zero, _share: Interval(0, 1)}
+    )
+
+
+# p. 15: t_(n+1) = t_n + (1 - gamma_t) h, in steps after t_n
+second_sub_step_end_printed = 1 - gamma_t
+
+
+def second_sub_step_end() -> Expr:
+    """Where the composite's three-point formula (2.48) ends, in steps after t_n.
+
+    u = t, known at t_n and t_n + gamma_t h, has v = 1 everywhere: the formula says for which u_(n+1) it has v = 1 at
+    the end, and u_(n+1) is the time there.
+    """
+    end = Symbol("end")
+    straight = {u0: Integer(0), knot("g").u: gamma_t * h, u1: end * h}
+    (found,) = solve(silva_bezerra.relations[v1].subs(straight) - 1, end)
+    return cancel(found)
 
 
 def printed_a31() -> Expr:
@@ -160,11 +226,11 @@ def printed_forced_order(scheme: Scheme) -> tuple[int, int, int]:
 
 
 def is_consistent(scheme: Scheme) -> bool:
-    """Whether an eigenvalue tends to the exact one."""
+    """Whether an eigenvalue tends to the exact one. Raises what a formula that is no scheme raises."""
     fixed = scheme.fix({p.name: scheme.typical[p.symbol] for p in scheme.parameters})
     try:
         leading_terms(Amplification.of(fixed))
-    except ValueError:
+    except InconsistentScheme:
         return False
     return True
 
@@ -195,11 +261,6 @@ def central_difference_remainder() -> Rational:
     return Rational(cancel((u.subs(t, h) - u.subs(t, -h)) / (2 * h) - 1).coeff(h, 2))
 
 
-def gholampour_is_stable(values: Mapping[str, Any]) -> bool:
-    """With (2.54) as printed: by exact certificate, undamped."""
-    return certify(gholampour_printed, **values).stable
-
-
 def wilson_at_threshold() -> tuple[Algebraic, bool, bool]:
     """The threshold, whether Wilson's scheme is stable there, and whether a millionth below."""
     polynomial = wilson_threshold()
@@ -211,9 +272,4 @@ def wilson_at_threshold() -> tuple[Algebraic, bool, bool]:
 
 def hht_beta_at_zero() -> Rational:
     """beta at alpha = 0, from the scheme's own relation for u_1 (the remark after (2.26) says 1/2)."""
-    return Rational(hht_alpha.relations[u1].expand().coeff(a1).subs(alpha, 0) / h**2)
-
-
-def span_of_both_sub_steps() -> Expr:
-    """Where the second sub-step ends if it starts from t_n, as p. 15 prints, in steps after t_n."""
-    return 1 - gamma_t
+    return Rational(cancel(hht_alpha.relations[u1].diff(a1).subs(alpha, 0) / h**2))

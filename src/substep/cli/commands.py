@@ -128,7 +128,7 @@ def claims() -> None:
     from ..thesis import claims as ledger  # noqa: PLC0415
 
     with Progress(console=console) as progress:
-        task = progress.add_task("claims", total=len(ledger.JUDGES))
+        task = progress.add_task("claims", total=len(ledger.CLAIMS))
         found = ledger.judge(lambda: progress.advance(task))
     _print_claims(found)
 

@@ -32,6 +32,31 @@ def conditions(name: str) -> "Conditions":
     return of(name)
 
 
+def stable_values(name: str) -> Any:
+    """Where a scheme's only parameter makes it stable at every Omega > 0, undamped: an exact set of SymPy.
+
+    See `substep_derive.study.region.stable_values`.
+    """
+    from substep_derive.study.region import stable_values as of  # noqa: PLC0415
+
+    return of(conditions(name))
+
+
+def same_conditions(name: str, printed: "Sequence[Any]") -> bool:
+    """Whether `conditions` are the printed ones: see `substep_derive.study.region.same_conditions`."""
+    from substep_derive.study.region import same_conditions as same  # noqa: PLC0415
+
+    return same(conditions(name), printed)
+
+
+def written_conditions(name: str) -> str:
+    """The inequalities of `conditions` for a reader, on one line."""
+    from substep_derive.stability.conditions import written  # noqa: PLC0415
+
+    parts = [written(inequality) for inequality in conditions(name).inequalities]
+    return " and ".join(f"({part})" if " or " in part else part for part in parts) or "none"
+
+
 def order_conditions(name: str) -> "dict[str, tuple[Any, ...]]":
     """What must vanish for u, v and a to be of second order: see `substep_derive.oscillator.order.order_conditions`."""
     from substep_derive.oscillator.order import order_conditions as of  # noqa: PLC0415

@@ -128,7 +128,7 @@ def _compiled(name: str) -> None:
     s = scheme(name)
     s.stability(1.0)
     where = [case.make() for case in CASES]
-    if name in failures.words.QUICK:
+    if name in failures.outcomes.QUICK:
         where += [case.make() for case in failures.table.CASES]
     for one in where:
         march(one, s, 1e-4, 2e-4)
@@ -159,7 +159,7 @@ def reproduce(folder: Path, step: Callable[[], object], *, full: bool = False) -
         if each is not map:
             waited(each(_compiled, schemes()))
         drawn = each(partial(_drawn, folder, full), range(len(jobs(full))))
-        rows = each(catalogue_row, schemes()), each(property_row, parameter_sets()), each(claims.judged, claims.JUDGES)
+        rows = each(catalogue_row, schemes()), each(property_row, parameter_sets()), each(claims.judged, claims.CLAIMS)
         outcomes = failures.battery(folder, step, full)
         waited(drawn)
         catalogue, of_chapter_4, judgements = map(waited, rows)
@@ -176,4 +176,4 @@ def steps(full: bool = False) -> int:
     """How often `reproduce` calls its step."""
     ahead = len(schemes()) if cores() > 1 else 0
     drawn = len(jobs(full)) + len(precision.jobs(full)) + failures.count()
-    return ahead + drawn + len(schemes()) + sum(1 for _ in parameter_sets()) + len(claims.JUDGES)
+    return ahead + drawn + len(schemes()) + sum(1 for _ in parameter_sets()) + len(claims.CLAIMS)

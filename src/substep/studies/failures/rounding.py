@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from ...core.scenes import scene
 from ...core.schemes import Array, scheme, schemes
 from ...exact.pendulum import ElasticPendulum
+from ...exact.periods import period
 from ...marching.scene_lanes import Lanes, march_lanes
 from .outcomes import QUICK, WORDS, judge, whole_steps, write_rows
-from .table import PENDULUM_PERIOD
 
 TINY = np.array([1e-6, 1e-7])  # steps h, s
 TINY_SPAN = 2e-4  # s
@@ -105,19 +105,19 @@ class SwingRow:
 def separatrix(folder: Path, full: bool = False) -> tuple[list[TopRow], list[SwingRow]]:
     """The pendulum left at the top, and the swing that almost reaches it, for 10 periods."""
     top, swing, exact = scene("simple_pendulum", u0=math.pi, v0=0.0), scene("simple_pendulum"), fall_time()
-    falls, swings = [], []
+    T, falls, swings = period(swing), [], []
     for name in schemes() if full else QUICK:
         s = scheme(name)
-        h = PENDULUM_PERIOD / np.array(TOP_PARTS)
+        h = T / np.array(TOP_PARTS)
         lanes = march_lanes(top, s, h, whole_steps(TOP_SPAN, h), history=True)
         for step, path in zip(h.tolist(), _paths(lanes), strict=True):
             falls.append(TopRow(name, step, _first(np.abs(path - math.pi) > AWAY, step), exact))
-        h = PENDULUM_PERIOD / np.array(SWING_PARTS)
-        lanes = march_lanes(swing, s, h, whole_steps(SWINGS * PENDULUM_PERIOD, h), history=True)
+        h = T / np.array(SWING_PARTS)
+        lanes = march_lanes(swing, s, h, whole_steps(SWINGS * T, h), history=True)
         outcome = judge(lanes, h, swing.E0)
         runs = zip(h.tolist(), _paths(lanes), outcome.word, outcome.max_ratio.tolist(), strict=True)
         for step, path, word, ratio in runs:
-            in_periods = step / PENDULUM_PERIOD
+            in_periods = step / T
             over = _first(np.abs(path) > math.pi, in_periods)
             swings.append(SwingRow(name, step, over, WORDS[word], (len(path) - 1) * in_periods, ratio))
     write_rows(folder / "separatrix_top.csv", falls)

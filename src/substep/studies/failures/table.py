@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ from matplotlib.figure import Figure
 
 from ...core.scenes import Scene, scene
 from ...core.schemes import scheme, schemes
+from ...exact.periods import period
 from ...figures.charts import save
 from .outcomes import NEWTON, QUICK, SECTION, WORDS, paint, run, whole_steps, word_legend, write_rows
 
@@ -27,14 +29,22 @@ class Row:
 
 @dataclass(frozen=True)
 class Case:
-    """A scene with steps of so many parts of a time, s, up to a span in the same times."""
+    """A scene with steps of so many parts of a time, up to a span of so many times.
+
+    given: the time in s; None stands for the scene's exact period.
+    """
 
     label: str
     make: Callable[[], Scene]
-    time: float
+    given: float | None
     parts: tuple[float, ...]
     span: float
     committed: bool = False  # whether its kernels need no printing
+
+    @cached_property
+    def time(self) -> float:
+        """The time, s."""
+        return period(self.make()) if self.given is None else self.given
 
     @property
     def steps(self) -> tuple[float, ...]:
@@ -42,7 +52,6 @@ class Case:
         return tuple(self.time / part for part in self.parts)
 
 
-DUFFING_PERIOD, SOFTENING_PERIOD, PENDULUM_PERIOD = 0.1515328344472604, 1.14187632340189, 33.72102056537891  # s
 CONTACT_TIME = 1e-3  # 1/omega_c of the bounce, s
 
 
@@ -54,9 +63,9 @@ def stiff(a0: float = -19.6, **parameters: float) -> Scene:
 CASES = (
     Case("stiff pendulum", stiff, 1.0, (10, 20, 50, 1 / 0.009, 1e3, 1e4), 50.0, committed=True),
     Case("flexible pendulum", lambda: scene("elastic_pendulum", EA=1e4), 1.0, (20, 100, 1e3), 30.0, committed=True),
-    Case("Duffing", lambda: scene("duffing"), DUFFING_PERIOD, (4, 10, 20), 100.0),
-    Case("softening", lambda: scene("softening"), SOFTENING_PERIOD, (4, 20), 100.0),
-    Case("near separatrix", lambda: scene("simple_pendulum"), PENDULUM_PERIOD, (20, 100), 10.0),
+    Case("Duffing", lambda: scene("duffing"), None, (4, 10, 20), 100.0),
+    Case("softening", lambda: scene("softening"), None, (4, 20), 100.0),
+    Case("near separatrix", lambda: scene("simple_pendulum"), None, (20, 100), 10.0),
     Case("Bathe-Noh", lambda: scene("bathe_noh"), 0.2618, (1, 10), 40.0),
     Case("penalty bounce", lambda: scene("penalty_bounce"), CONTACT_TIME, (0.1, 1, 10), 100.0),
 )

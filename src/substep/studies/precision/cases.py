@@ -7,7 +7,7 @@ import numpy as np
 
 from ...core.scenes import Scene, scene
 from ...core.schemes import scheme, schemes
-from ..failures.table import DUFFING_PERIOD
+from ...exact.periods import period
 from .measure import Run, measure
 from .reference import Reference, reference
 
@@ -59,7 +59,7 @@ CASES = (
          lambda: scene("elastic_pendulum", EA=1e10, a0=(-19.6, 0.0)), 10.0, 14,
          "measured against the rigid limit, since steps of use do not resolve the axial vibration", rigid_limit),
     Case("duffing", "Duffing, u'' + 100 u (1 + 10 u²) = 0, 10 periods",
-         lambda: scene("duffing"), 10 * DUFFING_PERIOD, 11),
+         lambda: scene("duffing"), 10 * period(scene("duffing")), 11),
 )  # fmt: skip
 
 

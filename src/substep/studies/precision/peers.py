@@ -53,7 +53,10 @@ class Peer:
 
 
 def peers(exact: Reference, wanted: tuple[str, ...] | None = None) -> tuple[list[Peer], dict[str, str]]:
-    """Those that are installed (of those wanted), and why others are not there."""
+    """Those that are installed (of those wanted), and the message of the ImportError of others.
+
+    Any other error is one of ours, or of a broken installation, and is raised.
+    """
     slope = _SLOPES[exact.scene.name]
     p = np.array(list(exact.scene.parameters.values()))
     start = np.concatenate([exact.scene.u0, exact.scene.v0])
@@ -64,7 +67,7 @@ def peers(exact: Reference, wanted: tuple[str, ...] | None = None) -> tuple[list
         names = [kind for kind in kinds if wanted is None or f"{package} {kind}" in wanted]
         try:
             made = make(exact.t, slope, p, start) if names else None
-        except Exception as error:  # a peer's libraries may fail to load in any way
+        except ImportError as error:
             missing[package] = f"{type(error).__name__}: {str(error)[:120]}"
             continue
         found += [Peer(f"{package} {kind}", made(kind)) for kind in names if made]

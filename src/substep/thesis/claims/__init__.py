@@ -6,39 +6,30 @@ A verdict is the outcome of exact certificates, derived closed forms or compiled
 
 import json
 from collections.abc import Callable
-from inspect import cleandoc
 from pathlib import Path
 
 from . import chapter_2, chapter_4, chapter_5, misprints
-from .judgement import Judge, Judgement
+from .judgement import Claim, Judgement
 
-JUDGES: tuple[tuple[Judge, str], ...] = (
-    *chapter_2.JUDGES,
-    *chapter_4.JUDGES,
-    *chapter_5.JUDGES,
-    *misprints.JUDGES,
+CLAIMS: tuple[Claim, ...] = (
+    *chapter_2.CLAIMS,
+    *chapter_4.CLAIMS,
+    *chapter_5.CLAIMS,
+    *misprints.CLAIMS,
 )
 
 
-def key(judge: Judge) -> str:
-    """C2.1 of claim_2_1, M2.54 of misprint_2_54."""
-    kind, _, where = judge.__name__.partition("_")
-    return kind[0].upper() + where.replace("_", ".")
-
-
-def judged(entry: tuple[Judge, str]) -> Judgement:
-    """What one of JUDGES finds."""
-    judges, command = entry
-    verdict, evidence = judges()
-    claim = " ".join(cleandoc(judges.__doc__ or "").split())
-    return Judgement(key(judges), claim, verdict, evidence, command)
+def judged(claim: Claim) -> Judgement:
+    """What a claim's judge finds."""
+    verdict, evidence = claim.judge()
+    return Judgement(claim.id, claim.text, verdict, evidence, claim.command)
 
 
 def judge(step: Callable[[], object] = lambda: None) -> list[Judgement]:
     """All claims, in the order of the thesis; step() is called after each."""
     found = []
-    for entry in JUDGES:
-        found.append(judged(entry))
+    for claim in CLAIMS:
+        found.append(judged(claim))
         step()
     return found
 

@@ -12,7 +12,7 @@ from ...marching.scene_lanes import march_lanes
 from ..figures_5 import FLEXIBLE, MARCHES, NAMES, SETS, SPLITS, STIFF, March, Parameters, Run, exact, runs
 from ..parameter_sets import NEWMARK_SETS
 from ..parameter_sets import SPLITS as LINEAR_SPLITS
-from .judgement import Verdict, overall, row
+from .judgement import Claim, Verdict, overall, row
 
 Key = Parameters | None  # None: Bathe's scheme
 VISIBLE = 0.01  # of L or of E0: curves closer than this look like one in the thesis's figures
@@ -49,7 +49,7 @@ def where(march: March) -> str:
 
 
 def claim_5_1() -> tuple[Verdict, str]:
-    """For the same step, dissipation of energy and angular momentum grows with gamma_t (flexible; stiff)."""
+    """Losses at the end of every run of the figures, over gamma_t."""
     parts, texts = [], []
     for pair in NEWMARK_SETS:
         rising = []
@@ -66,7 +66,7 @@ def claim_5_1() -> tuple[Verdict, str]:
 
 
 def claim_5_2() -> tuple[Verdict, str]:
-    """Dissipation grows with the Newmark parameters, greatest for (.49, .9)."""
+    """Losses at the end of every run of the figures, along Table 4.1."""
     parts, least = [], np.inf
     for march, split in product(MARCHES, SPLITS):
         lost = np.array([losses(march)[split, *pair] for pair in NEWMARK_SETS])
@@ -81,7 +81,7 @@ def claim_5_2() -> tuple[Verdict, str]:
 
 
 def claim_5_3() -> tuple[Verdict, str]:
-    """At h = 1e-4 s dissipation is very small."""
+    """Energy lost in 30 s at h = 1e-4 s."""
     parts, texts = [], []
     for march in (FLEXIBLE[1e-4], STIFF[1e-4]):
         lost = {key: float(loss[0]) for key, loss in losses(march).items()}
@@ -103,8 +103,7 @@ def _gain(found: dict[Key, Run]) -> tuple[float, str]:
 
 
 def claim_5_4() -> tuple[Verdict, str]:
-    """No growth in energy and momentum is observed (flexible; and the stiff case, beyond the axes of the figures and
-    beyond 50 s)."""
+    """The largest energy of the figures' runs and of longer ones."""
     flexible = (*FLEXIBLE.values(), *(March("flexible", h, LONG) for h in (0.01, 0.05)))
     highest, text = max(_gain(runs(march)) for march in flexible)
     _, coarser = _gain(runs(March("flexible", 0.3, 999.0)))
@@ -141,8 +140,7 @@ def _rings(march: March) -> float:
 
 
 def claim_5_5() -> tuple[Verdict, str]:
-    """Complete agreement of trajectories with Bathe (flexible, all h; stiff, h = 1e-4 s); slight variation at
-    h = .1 s."""
+    """Distances from Bathe's positions at the same time, and of the rings that paths fill."""
     parts, texts = [], []
     for march in MARCHES:
         apart, close = _apart(march), VISIBLE * march.scene.length
@@ -159,7 +157,7 @@ def claim_5_5() -> tuple[Verdict, str]:
 
 
 def claim_5_6() -> tuple[Verdict, str]:
-    """Least axial strain for (.49, .9)."""
+    """Peak strain in the last second of each figure."""
     parts, texts, peaks = [], [], {}
     for march, end in ((FLEXIBLE[1e-4], 15.0), (FLEXIBLE[0.01], 15.0), (STIFF[1e-4], 30.0), (STIFF[0.1], 50.0)):
         for split in SPLITS:
@@ -201,7 +199,7 @@ def largest_steps() -> dict[Key, float]:
 
 
 def claim_6_1() -> tuple[Verdict, str]:
-    """Higher dissipation gives better numerical stability than Bathe."""
+    """Energy lost against the largest step that the stiff pendulum survives."""
     limits, lost = largest_steps(), {key: loss[0] for key, loss in losses(FLEXIBLE[0.01]).items()}
     more = [key for key in SETS if lost[key] > lost[None]]
     better = [key for key in more if limits[key] > limits[None]]
@@ -224,7 +222,7 @@ def _errors(march: March) -> dict[Key, float]:
 
 
 def claim_6_2() -> tuple[Verdict, str]:
-    """Some combinations are better than Bathe in stability and accuracy (both at once?)."""
+    """Errors of the flexible pendulum against the largest step that the stiff one survives."""
     limits, coarse, fine = largest_steps(), _errors(FLEXIBLE[0.05]), _errors(FLEXIBLE[0.01])
     # less by more than rounding: one of the sets is Bathe's scheme itself
     accurate = [key for key in ALL_SETS if all(e[key] < (1 - 1e-6) * e[None] for e in (coarse, fine))]
@@ -245,7 +243,7 @@ def claim_6_2() -> tuple[Verdict, str]:
 
 
 def claim_6_3() -> tuple[Verdict, str]:
-    """Too large a time step leads to excessive dissipation."""
+    """Energy lost in 30 s over four steps."""
     parts, texts, steps = [], [], (0.01, 0.05, 0.1, 0.2)
     for case in ("flexible", "stiff"):
         lost = [losses(March(case, h, 30.0)) for h in steps]
@@ -259,14 +257,61 @@ def claim_6_3() -> tuple[Verdict, str]:
     )
 
 
-JUDGES = (
-    (claim_5_1, "substep reproduce"),
-    (claim_5_2, "substep reproduce"),
-    (claim_5_3, "substep reproduce"),
-    (claim_5_4, "substep reproduce --full"),
-    (claim_5_5, "substep reproduce"),
-    (claim_5_6, "substep reproduce"),
-    (claim_6_1, "substep claims"),
-    (claim_6_2, "substep claims"),
-    (claim_6_3, "substep claims"),
+CLAIMS = (
+    Claim(
+        "C5.1",
+        "For the same step, dissipation of energy and angular momentum grows with gamma_t (flexible; stiff).",
+        "substep reproduce",
+        claim_5_1,
+    ),
+    Claim(
+        "C5.2",
+        "Dissipation grows with the Newmark parameters, greatest for (.49, .9).",
+        "substep reproduce",
+        claim_5_2,
+    ),
+    Claim(
+        "C5.3",
+        "At h = 1e-4 s dissipation is very small.",
+        "substep reproduce",
+        claim_5_3,
+    ),
+    Claim(
+        "C5.4",
+        "No growth in energy and momentum is observed (flexible; and the stiff case, beyond the axes of the "
+        "figures and beyond 50 s).",
+        "substep reproduce --full",
+        claim_5_4,
+    ),
+    Claim(
+        "C5.5",
+        "Complete agreement of trajectories with Bathe (flexible, all h; stiff, h = 1e-4 s); slight variation"
+        " at h = .1 s.",
+        "substep reproduce",
+        claim_5_5,
+    ),
+    Claim(
+        "C5.6",
+        "Least axial strain for (.49, .9).",
+        "substep reproduce",
+        claim_5_6,
+    ),
+    Claim(
+        "C6.1",
+        "Higher dissipation gives better numerical stability than Bathe.",
+        "substep claims",
+        claim_6_1,
+    ),
+    Claim(
+        "C6.2",
+        "Some combinations are better than Bathe in stability and accuracy (both at once?).",
+        "substep claims",
+        claim_6_2,
+    ),
+    Claim(
+        "C6.3",
+        "Too large a time step leads to excessive dissipation.",
+        "substep claims",
+        claim_6_3,
+    ),
 )

@@ -1,4 +1,4 @@
-"""What a judgement is, and exact helpers that all chapters use."""
+"""What a claim and a judgement are, and exact helpers that all chapters use."""
 
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
@@ -8,6 +8,20 @@ from typing import Any, Literal
 from ...derived import facade
 
 Verdict = Literal["true", "false", "partly"]
+Judge = Callable[[], tuple[Verdict, str]]  # -> verdict, evidence
+
+
+@dataclass(frozen=True)
+class Claim:
+    """What the thesis says, under the id of the ledger.
+
+    command: shows what decides it; judge: computes verdict and evidence.
+    """
+
+    id: str
+    text: str
+    command: str
+    judge: Judge
 
 
 @dataclass(frozen=True)
@@ -40,9 +54,12 @@ def stable(name: str, **parameters: Fraction) -> bool:
     return facade.certificate(name, **parameters).stable
 
 
-def conditions(name: str) -> list[str]:
-    """Necessary and sufficient for stability at every Omega > 0, undamped: derived with the parameters symbolic."""
-    return [str(inequality) for inequality in facade.conditions(name).inequalities]
+def throughout(region: Any) -> str:
+    """How the derived conditions decide whether a scheme is stable everywhere in a region."""
+    if region.stable:
+        return "stable everywhere, for no derived condition is left there"
+    first = ", ".join(f"{name} = {value}" for name, value in region.counterexample.items())
+    return f"unstable {'everywhere' if region.unstable else 'in a part'}, for one at {first}"
 
 
 def show(value: Any) -> str:
@@ -58,6 +75,3 @@ def row(values: Any) -> str:
 def listed(values: Any) -> str:
     """Exact numbers, or "none"."""
     return ", ".join(str(x) for x in values) or "none"
-
-
-Judge = Callable[[], tuple[Verdict, str]]

@@ -1,10 +1,9 @@
-"""Formulas as the thesis prints them. A judge's docstring is what is printed; "false": derivation refutes it."""
+"""Formulas as the thesis prints them: a claim's text is what is printed; "false" says that derivation refutes it."""
 
 from fractions import Fraction
 
 from ...derived import facade
-from .chapter_2 import gholampour_points
-from .judgement import Verdict, stable
+from .judgement import Claim, Verdict, throughout
 
 
 def _found(holds: bool, evidence: str) -> tuple[Verdict, str]:
@@ -12,13 +11,13 @@ def _found(holds: bool, evidence: str) -> tuple[Verdict, str]:
 
 
 def misprint_2_2() -> tuple[Verdict, str]:
-    """The remainder of the central difference of u' is h^2/3 times the third derivative."""
+    """Taylor's theorem."""
     factor = facade.thesis().central_difference_remainder()
     return _found(factor == Fraction(1, 3), f"Taylor's theorem gives the factor {factor}")
 
 
 def misprint_2_9() -> tuple[Verdict, str]:
-    """The last stage of RK4 is taken at t + h/2."""
+    """Orders under load, as printed and corrected."""
     printed = facade.thesis()
     as_printed, corrected = (printed.printed_forced_order(s) for s in (printed.rk4_printed, printed.rk4))
     return _found(
@@ -36,51 +35,94 @@ def _consistency(name: str, right: str) -> tuple[Verdict, str]:
 
 
 def misprint_2_20() -> tuple[Verdict, str]:
-    """Wilson's relations hold u_(n+theta) + u_n and 6/theta v_n."""
+    """Consistency, as printed and corrected."""
     return _consistency("wilson_printed", "wilson_theta")
 
 
 def misprint_2_23() -> tuple[Verdict, str]:
-    """HHT's balance holds - K u_n, and the load at t_(n+alpha)."""
+    """Consistency, as printed and corrected."""
     return _consistency("hht_printed", "hht_alpha")
 
 
 def misprint_2_26() -> tuple[Verdict, str]:
-    """HHT with alpha = 0 has beta = 1/2."""
+    """The scheme's own relation for u_(n+1)."""
     beta = facade.thesis().hht_beta_at_zero()
     return _found(beta == Fraction(1, 2), f"the relation for u_(n+1) has beta = {beta} there")
 
 
 def misprint_2_54() -> tuple[Verdict, str]:
-    """Gholampour's velocity holds delta h^3/6 times the second difference quotient of a."""
-    points = gholampour_points()
-    as_printed = sum(facade.thesis().gholampour_is_stable(p) for p in points)
-    corrected = sum(stable("gholampour", **p) for p in points)
+    """The derived conditions on (2.56)-(2.57), as printed and corrected."""
+    printed = facade.thesis()
+    as_printed, corrected = printed.gholampour_region(printed.gholampour_printed), printed.gholampour_region()
     return _found(
-        as_printed == corrected,
-        f"of {len(points)} points of the claimed region {as_printed} are stable as printed, {corrected} with delta h^3",
+        as_printed.stable,
+        f"in the region (2.56)-(2.57), as printed: {throughout(as_printed)}; with delta h^3: {throughout(corrected)}",
     )
 
 
 def misprint_p15() -> tuple[Verdict, str]:
-    """The second sub-step ends at t_(n+1) = t_n + (1 - gamma_t) h."""
-    end = facade.thesis().span_of_both_sub_steps()
-    return _found(end == 1, f"that is {end} steps after t_n; it must be 1, from t_n + gamma_t h")
+    """Where the three-point formula ends, from its coefficients."""
+    printed, end = facade.thesis().second_sub_step_end_printed, facade.thesis().second_sub_step_end()
+    return _found(
+        printed == end,
+        f"printed: {printed} steps after t_n; the three-point formula's coefficients are those of an end {end} step "
+        "after t_n, from t_n + gamma_t h",
+    )
 
 
 def misprint_3_9() -> tuple[Verdict, str]:
-    """Effective stiffness and residual (3.7)-(3.9), (3.19)-(3.21) hold no damping."""
+    """The derived effective stiffnesses."""
     damped = facade.thesis().effective_stiffness_has_damping()
     return _found(not damped, f"the derived effective stiffnesses of both sub-steps hold C: {damped}")
 
 
-JUDGES = (
-    (misprint_2_2, "substep claims"),
-    (misprint_2_9, "substep claims"),
-    (misprint_2_20, "substep claims"),
-    (misprint_2_23, "substep claims"),
-    (misprint_2_26, "substep show hht_alpha"),
-    (misprint_2_54, "substep claims"),
-    (misprint_p15, "substep show silva_bezerra"),
-    (misprint_3_9, "substep show newmark_bdf2"),
+CLAIMS = (
+    Claim(
+        "M2.2",
+        "The remainder of the central difference of u' is h^2/3 times the third derivative.",
+        "substep claims",
+        misprint_2_2,
+    ),
+    Claim(
+        "M2.9",
+        "The last stage of RK4 is taken at t + h/2.",
+        "substep claims",
+        misprint_2_9,
+    ),
+    Claim(
+        "M2.20",
+        "Wilson's relations hold u_(n+theta) + u_n and 6/theta v_n.",
+        "substep claims",
+        misprint_2_20,
+    ),
+    Claim(
+        "M2.23",
+        "HHT's balance holds - K u_n, and the load at t_(n+alpha).",
+        "substep claims",
+        misprint_2_23,
+    ),
+    Claim(
+        "M2.26",
+        "HHT with alpha = 0 has beta = 1/2.",
+        "substep show hht_alpha",
+        misprint_2_26,
+    ),
+    Claim(
+        "M2.54",
+        "Gholampour's velocity holds delta h^3/6 times the second difference quotient of a.",
+        "substep claims",
+        misprint_2_54,
+    ),
+    Claim(
+        "Mp15",
+        "The second sub-step ends at t_(n+1) = t_n + (1 - gamma_t) h.",
+        "substep show silva_bezerra",
+        misprint_p15,
+    ),
+    Claim(
+        "M3.9",
+        "Effective stiffness and residual (3.7)-(3.9), (3.19)-(3.21) hold no damping.",
+        "substep show newmark_bdf2",
+        misprint_3_9,
+    ),
 )
