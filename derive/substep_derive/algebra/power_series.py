@@ -89,8 +89,13 @@ class PowerSeries:
         """The first power whose coefficient is not 0; the number of coefficients if there is none."""
         return next((k for k, c in enumerate(self.c) if c), len(self))
 
+    @property
+    def alternated(self) -> "PowerSeries":
+        """The series at -x."""
+        return PowerSeries(-c if k % 2 else c for k, c in enumerate(self.c))
+
     def shifted(self, power: int) -> "PowerSeries":
-        """Times x^power, without longer a series: the highest coefficients are dropped."""
+        """Times x^power, of the same length: the highest coefficients are dropped."""
         return PowerSeries([self.c[0] - self.c[0]] * power + self.c[: len(self) - power])
 
     def over(self, other: "PowerSeries", inverse: Any) -> "PowerSeries":

@@ -16,13 +16,12 @@ from typing import Any
 from sympy import QQ, Expr, Matrix, Rational, Symbol, cancel, eye, factor, factor_list, fraction, real_roots
 
 from ..algebra import rational
+from ..algebra.power_series import PowerSeries
 from ..declare.errors import DeclarationError, InconsistentScheme
 from ..declare.parameter import Parameter
 from ..declare.scheme import Scheme
 from ..declare.symbols import K0, C, M, N, h, knot, knot_of, lattice
 from .effective import affine, effective_systems, new_accelerations
-
-Series = list[Any]  # coefficients of s^0, s^1, ..., rational functions of the scheme's parameters
 
 u0, v0, a0 = start = knot(0)
 u1, v1, a1 = end = knot(1)
@@ -44,7 +43,7 @@ def momentum_change(scheme: Scheme, order: int = 6) -> dict[int, Expr]:
     """The angular momentum's relative change in the first step, given and refused as by `energy_change`."""
     step = _RigidStep(scheme)
     after = step.first(order + 2)
-    return _change(_times(_conjugate(after[u1]), after[v1])[1:], step.power(0, order + 1))
+    return _change(PowerSeries((after[u1].alternated * after[v1]).c[1:]), step.power(0, order + 1))
 
 
 def settled_energy_change(scheme: Scheme, order: int = 4) -> dict[int, Expr]:
@@ -70,19 +69,19 @@ def settled_energy_change(scheme: Scheme, order: int = 4) -> dict[int, Expr]:
     except rational.SingularMatrix as error:
         raise ValueError(f"{scheme.name}: a radial error is carried from step to step, nothing settles") from error
 
-    def relative() -> dict[Symbol, Series]:
+    def relative() -> dict[Symbol, PowerSeries]:
         """The new v and a as seen from the new direction of the bar."""
         after = step(settled)
-        return {old: _times(after[new], _conjugate(after[u1])) for old, new in carried.items()}
+        return {old: after[new] * after[u1].alternated for old, new in carried.items()}
 
     settled = {symbol: step.power(k, 3) for k, symbol in enumerate(start) if symbol in scheme.state}
     for n in range(2, order + 2, 2):  # radial parts are even in s; tangentially v is s itself and a is 0
         settled = {symbol: step.fit(x, n + 1) for symbol, x in settled.items()}
         found = relative()
-        tangential = [c if k % 2 else 0 * c for k, c in enumerate(found[v0])]
-        defect = [(found[symbol][n] - _at(settled[symbol], tangential)[n]).as_expr() for symbol in carried]
+        tangential = PowerSeries(c if k % 2 else step.zero for k, c in enumerate(found[v0].c))
+        defect = [(found[symbol].c[n] - settled[symbol].at(tangential).c[n]).as_expr() for symbol in carried]
         for symbol, c in zip(carried, numerators * Matrix(defect) / den, strict=True):
-            settled[symbol][n] += step.number(c)
+            settled[symbol].c[n] += step.number(c)
     settled = {symbol: step.fit(x, order + 2) for symbol, x in settled.items()}
     return _change(_energy(relative()[v0]), _energy(settled[v0]))
 
@@ -107,8 +106,8 @@ class _RigidStep:
 
     def __init__(self, scheme: Scheme) -> None:
         self.scheme = scheme
-        self.field = rational.rational_functions([h, *scheme.values])  # h, for a scheme without parameters
-        self.one, self.zero = self.field.one, self.field.zero
+        self.field = rational.RationalFunctions([h, *scheme.values])  # h, for a scheme without parameters
+        self.one, self.zero = self.field.domain.one, self.field.domain.zero
         z = new_accelerations(scheme)
         at = [knot((knot_of(symbol) or ("", ""))[1]) for symbol in z]
         for k, balance, system in zip(at, scheme.balances, effective_systems(scheme), strict=True):
@@ -134,91 +133,66 @@ class _RigidStep:
         self.balances = [(k.u, k.a) for k in at]
 
     def __call__(
-        self, state: dict[Symbol, Series], project: Callable[[Series], Series] | None = None
-    ) -> dict[Symbol, Series]:
+        self, state: dict[Symbol, PowerSeries], project: Callable[[PowerSeries], PowerSeries] | None = None
+    ) -> dict[Symbol, PowerSeries]:
         """All the step's symbols from those of its state; `project` other than p/|p| for small errors."""
         known = dict(state)
         for u, z in self.balances:
             p = self._value(self.solved[u], known)
             c_u = self.number(self.solved[u].diff(z))
-            known[z] = [(x - y) / c_u for x, y in zip((project or self._on_circle)(p), p, strict=True)]
+            known[z] = ((project or self._on_circle)(p) - p).scaled(self.one / c_u)
         return known | {symbol: self._value(e, known) for symbol, e in self.solved.items()}
 
-    def first(self, terms: int) -> dict[Symbol, Series]:
+    def first(self, terms: int) -> dict[Symbol, PowerSeries]:
         """The step from the exact rotation, e^(t s), s e^(t s), s^2 e^(t s) at t_n + t*h; v_1 as reported."""
-        state: dict[Symbol, Series] = {}
+        state: dict[Symbol, PowerSeries] = {}
         for symbol in self.scheme.state:
             kind, label = knot_of(symbol) or ("", "")
             t = Rational(lattice(label))
             rotation = [self.one * QQ(t.p, t.q) ** k / factorial(k) for k in range(terms)]
-            state[symbol] = _times(self.power("uva".index(kind), terms), rotation)
+            state[symbol] = self.power("uva".index(kind), terms) * PowerSeries(rotation)
         after = self(state)
         return after | {symbol: self._value(e, after) for symbol, e in self.scheme.report.items()}
 
     def radial(self, carried: dict[Symbol, Symbol]) -> Matrix:
         """What a step makes of small radial errors of v and a; u has none after a projection."""
-        still = {symbol: [self.zero] for symbol in self.scheme.state}
-        columns = [self(still | {old: [self.one]}, lambda _: [self.zero]) for old in carried]
-        return Matrix([[column[new][0].as_expr() for column in columns] for new in carried.values()])
+        nothing, one = PowerSeries([self.zero]), PowerSeries([self.one])
+        still = dict.fromkeys(self.scheme.state, nothing)
+        columns = [self(still | {old: one}, lambda _: nothing) for old in carried]
+        return Matrix([[column[new].c[0].as_expr() for column in columns] for new in carried.values()])
 
     def number(self, value: Expr) -> Any:
         """A coefficient of a series."""
-        return self.field.from_expr(cancel(value))
+        return self.field.number(cancel(value))
 
-    def power(self, k: int, terms: int) -> Series:
+    def power(self, k: int, terms: int) -> PowerSeries:
         """s^k."""
-        return self.fit([self.zero] * k + [self.one], terms)
+        return self.fit(PowerSeries([self.zero] * k + [self.one]), terms)
 
-    def fit(self, series: Series, terms: int) -> Series:
+    def fit(self, series: PowerSeries, terms: int) -> PowerSeries:
         """The series with so many coefficients."""
-        return (series + [self.zero] * terms)[:terms]
+        return PowerSeries((series.c + [self.zero] * terms)[:terms])
 
-    def _value(self, expression: Expr, known: dict[Symbol, Series]) -> Series:
-        total = [self.zero] * len(known[u0])
+    def _value(self, expression: Expr, known: dict[Symbol, PowerSeries]) -> PowerSeries:
+        total = PowerSeries([self.zero] * len(known[u0]))
         for symbol in known.keys() & expression.free_symbols:
-            c = self.number(expression.diff(symbol))
-            total = [x + c * y for x, y in zip(total, known[symbol], strict=True)]
+            total = total + known[symbol].scaled(self.number(expression.diff(symbol)))
         return total
 
-    def _on_circle(self, p: Series) -> Series:
-        if p[0] != 1:
+    def _on_circle(self, p: PowerSeries) -> PowerSeries:
+        if p.c[0] != 1:
             raise InconsistentScheme(f"{self.scheme.name} is not consistent: u does not tend to u_0 as h -> 0")
-        return _times(p, _to_the(QQ(-1, 2), _times(p, _conjugate(p))))
+        return p * (p * p.alternated).to_the(QQ(-1, 2))
 
 
-def _times(left: Series, right: Series) -> Series:
-    return [sum((left[i] * right[n - i] for i in range(n + 1)), 0 * left[0]) for n in range(len(left))]
-
-
-def _conjugate(series: Series) -> Series:
-    return [-c if k % 2 else c for k, c in enumerate(series)]
-
-
-def _to_the(power: Any, series: Series) -> Series:
-    """A power of a series that starts with 1, by the recurrence of f' x = power f x'."""
-    result = [series[0]]
-    for n in range(1, len(series)):
-        terms = ((power * k - (n - k)) * series[k] * result[n - k] for k in range(1, n + 1))
-        result.append(sum(terms, 0 * series[0]) / n)
-    return result
-
-
-def _at(series: Series, argument: Series) -> Series:
-    """A series of a series that starts with s."""
-    total = [0 * c for c in series]
-    for c in reversed(series):
-        total = _times(total, argument)
-        total[0] += c
-    return total
-
-
-def _energy(v: Series) -> Series:
+def _energy(v: PowerSeries) -> PowerSeries:
     """|h*v|^2/tau^2."""
-    return _times(v[1:], _conjugate(v[1:]))
+    shorter = PowerSeries(v.c[1:])
+    return shorter * shorter.alternated
 
 
-def _change(after: Series, before: Series) -> dict[int, Expr]:
+def _change(after: PowerSeries, before: PowerSeries) -> dict[int, Expr]:
     """after/before - 1, of what is even, by powers of tau: s^2 = -tau^2."""
-    ratio = _times(after, _to_the(QQ(-1), before))
+    ratio = (after * before.to_the(QQ(-1))).c
     found = {k: factor((ratio[k] * (-1) ** (k // 2)).as_expr()) for k in range(2, len(ratio), 2)}
     return {k: coefficient for k, coefficient in found.items() if coefficient != 0}

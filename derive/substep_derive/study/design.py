@@ -110,7 +110,7 @@ def _has_radius(scheme: Scheme, values: Mapping[Symbol, Expr], wished: Expr) -> 
     """Whether rho_inf is what was wished, at one number for each symbol left free at least."""
     radii = SAMPLES if wished == rho else (wished,)
     for number in radii:
-        middle = {p.symbol: p.domain.start + min(p.domain.end - p.domain.start, 1) / 2 for p in scheme.parameters}
+        middle = {p.symbol: p.inside(Rational(1, 2)) for p in scheme.parameters}
         typical = {s: e if e.is_Rational else middle[s] for s, e in scheme.typical.items()}
         free = {s: e for s, e in typical.items() if values[s] == s}
         exact = {s: e.subs({rho: number, **free}) for s, e in values.items()}
