@@ -8,6 +8,7 @@ from .declare.scheme import Scheme
 from .emit.filter_module import filter_module
 from .emit.index import index_module
 from .emit.march_module import march_module
+from .emit.operations import operations_table
 from .emit.printing import fill
 from .emit.scene_module import scene_entry, scene_module, scenes_index
 from .emit.scene_step_module import scene_step_module
@@ -39,7 +40,8 @@ def package(schemes: Iterable[Scheme], scenes: Iterable[Scene]) -> dict[str, str
     if COMMITTED in motions:
         on = motions[COMMITTED]
         texts |= {f"{name}__{COMMITTED}": _scene_step(k.scheme, on, k.systems) for name, k in kernels.items()}
-    return {f"{name}.py": text for name, text in texts.items()}
+    modules = {f"{name}.py": text for name, text in texts.items()}
+    return {**modules, "operations.md": operations_table(modules)}
 
 
 def catalogue_pair(scheme: Scheme, motion: EquationsOfMotion) -> str:

@@ -68,9 +68,7 @@ def scene_module(motion: EquationsOfMotion) -> str:
     )
 
 
-def _function(
-    name: str, values: tuple[Symbol, ...], doc: str, motion: EquationsOfMotion, value: Expr | Matrix
-) -> str:
+def _function(name: str, values: tuple[Symbol, ...], doc: str, motion: EquationsOfMotion, value: Expr | Matrix) -> str:
     """A function of the parameters, the time, u and v (..., d) and, where the user gives one, the load f (...)."""
     is_vector = isinstance(value, Matrix)
     rows = list(value) if is_vector else [value]
