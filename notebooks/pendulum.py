@@ -20,12 +20,12 @@
 import matplotlib.pyplot as plt
 import numpy as np
 from substep_derive.declare.scenes.pendulum import elastic_pendulum
-from substep_derive.motion.equations import Motion
+from substep_derive.motion.equations import EquationsOfMotion
 
 import substep as ss
 from substep.exact.pendulum import ElasticPendulum
 
-motion = Motion(elastic_pendulum)
+motion = EquationsOfMotion(elastic_pendulum)
 print("internal force  ", list(motion.force(motion.coordinates)))
 print("angular momentum", motion.angular_momentum)
 

@@ -10,7 +10,7 @@ from typing import Any
 from declared import BY_NAME
 from substep_derive.declare.digest import scene_digest, scheme_digest
 from substep_derive.declare.scenes import ALL
-from substep_derive.motion.equations import Motion
+from substep_derive.motion.equations import EquationsOfMotion
 from substep_derive.package import catalogue_pair
 
 import substep as ss
@@ -21,8 +21,8 @@ SCENE_BY_NAME = {scene.name: scene for scene in ALL}
 
 
 @cache
-def motion(name: str) -> Motion:
-    return Motion(SCENE_BY_NAME[name])
+def motion(name: str) -> EquationsOfMotion:
+    return EquationsOfMotion(SCENE_BY_NAME[name])
 
 
 @cache

@@ -11,6 +11,7 @@ from substep_derive import __main__ as command
 from substep_derive.__main__ import GENERATED
 from substep_derive.declare.scenes import ALL as SCENES
 from substep_derive.declare.schemes import ALL
+from substep_derive.emit.operations import function_costs
 from substep_derive.emit.printing import fill
 
 import substep as ss
@@ -37,7 +38,7 @@ if os.environ.get("SUBSTEP_VERIFY"):
 @pytest.fixture
 def derived(monkeypatch: pytest.MonkeyPatch) -> None:
     """The command's derivation gives the committed text; that it does is tested in processes of their own."""
-    monkeypatch.setattr(command, "package", lambda *_: {p.name: p.read_text() for p in GENERATED.glob("*.py")})
+    monkeypatch.setattr(command, "package", lambda *_: {p.name: p.read_text() for p in command._files(GENERATED)})
 
 
 @pytest.fixture
@@ -47,6 +48,7 @@ def tampered(tmp_path: Path) -> Path:
     shutil.copytree(GENERATED, folder, ignore=shutil.ignore_patterns("__pycache__"))
     (folder / "gone.py").write_text("# a scheme that is no longer declared\n")
     (folder / "bathe.py").write_text((folder / "bathe.py").read_text() + "# edited by hand\n")
+    (folder / "operations.md").write_text((folder / "operations.md").read_text().replace("| 7 |", "| 6 |", 1))
     (folder / "newmark.py").unlink()
     return folder
 
@@ -62,6 +64,7 @@ def test_committed_text_is_what_is_derived_and_nothing_else_passes(environment: 
         "newmark.py: missing",
         "gone.py: stale",
         "bathe.py: differs from what its declaration emits",
+        "operations.md: differs from what its declaration emits",
     ]
 
 
@@ -69,12 +72,12 @@ def test_committed_text_is_what_is_derived_and_nothing_else_passes(environment: 
 def test_deriving_writes_what_differs_and_removes_what_is_stale(
     tampered: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    before = {path.name: path.stat().st_mtime_ns for path in tampered.glob("*.py")}
+    before = {path.name: path.stat().st_mtime_ns for path in tampered.glob("*.*")}
     monkeypatch.setattr(sys, "argv", ["substep_derive", "--folder", str(tampered)])
     assert command.main() == 0
     assert command.differences(tampered, command.package(ALL, SCENES)) == []
-    after = {path.name: path.stat().st_mtime_ns for path in tampered.glob("*.py")}
-    assert {name for name in after if after[name] != before.get(name)} == {"bathe.py", "newmark.py"}
+    after = {path.name: path.stat().st_mtime_ns for path in tampered.glob("*.*")}
+    assert {name for name in after if after[name] != before.get(name)} == {"bathe.py", "newmark.py", "operations.md"}
 
 
 @pytest.mark.usefixtures("derived")
@@ -88,18 +91,34 @@ def test_every_scheme_has_its_module_and_nothing_else_is_there() -> None:
     modules |= {f"{scheme.name}__elastic_pendulum.py" for scheme in ALL}
     modules |= {f"scene_{scene.name}.py" for scene in SCENES}
     modules |= {f"{ss.scheme(scheme.name).kernels.MARCH}.py" for scheme in ALL if scheme.parent is None}
-    fixed = {"__init__.py", "index.py", "scenes.py", "linear_filter.py"}
-    assert {path.name for path in GENERATED.glob("*.py")} == modules | fixed
+    fixed = {"__init__.py", "index.py", "scenes.py", "linear_filter.py", "operations.md"}
+    assert {path.name for path in GENERATED.iterdir() if path.is_file()} == modules | fixed
 
 
 def test_modules_stay_small_and_say_where_they_come_from() -> None:
-    sizes = {path: path.stat().st_size for path in GENERATED.glob("*.py")}
-    assert sum(sizes.values()) < 1_500_000
-    for path in sizes:
-        text = path.read_text(encoding="utf-8")
-        assert text.count("\n") <= 1000, path.name  # a line for each operation on pairs of doubles
+    table = (GENERATED / "operations.md").read_text(encoding="utf-8")
+    modules = {path.stem: path.read_text(encoding="utf-8") for path in GENERATED.glob("*.py")}
+    for name, text in modules.items():
+        lines = text.count("\n")
+        assert lines <= 1000, name  # a line for each operation on pairs of doubles
         assert "make derive" in text.splitlines()[0]
         assert str(Path.home()) not in text
+        assert f"| {name} | {lines} | {len(text.encode()) / 1000:.1f} |" in table
+    assert f"{sum(len(text.encode()) for text in modules.values()) / 1000:.0f} kB" in table
+    assert table.count("\n") <= 1000
+
+
+def test_operations_are_counted_as_written() -> None:
+    text = """
+def f(x, y):
+    y += -x * g(x[2 * i + 1] + 1.0, x**2)
+    for i in range(3 * n):
+        return y / (2.0 / 3.0) + np.sin(-1.0)
+def nothing(x):
+    return x
+"""
+    # += - * + ** and, in the loop, * in its range, / and +
+    assert [(c.name, c.operations, c.calls) for c in function_costs(text)] == [("f", 8, 2)]
 
 
 def test_a_template_field_too_many_or_too_few_is_refused() -> None:

@@ -12,7 +12,7 @@ from substep_derive import Balance, Parameter, Scheme, derive
 from substep_derive.declare.symbols import h, knot
 from substep_derive.emit.march_module import march_module
 from substep_derive.kernels.march_shape import shape_name, shape_of
-from substep_derive.motion.equations import Motion
+from substep_derive.motion.equations import EquationsOfMotion
 from substep_derive.package import catalogue_pair
 from sympy import Interval, Rational, Symbol
 
@@ -134,7 +134,7 @@ def test_the_linear_march(plain_scheme: ss.Scheme) -> None:
 @pytest.mark.parametrize("plain_scheme", [(11,)], indirect=True, ids=str)
 def test_the_march_of_a_scene(plain_scheme: ss.Scheme, monkeypatch: pytest.MonkeyPatch) -> None:
     hand, n = SCENES["duffing"], 15
-    pair = uncompiled(catalogue_pair(multi_step(11), Motion(SCENE_BY_NAME["duffing"])))
+    pair = uncompiled(catalogue_pair(multi_step(11), EquationsOfMotion(SCENE_BY_NAME["duffing"])))
     monkeypatch.setattr(scene_lanes, "pair_module", lambda *_: pair)
     mine = ss.scene("duffing", **hand.parameters)
     found = march_lanes(mine, plain_scheme, np.array([hand.dt]), np.array([n]), history=True).out[0, :, 0, 0]

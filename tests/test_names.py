@@ -20,7 +20,7 @@ from substep_derive.__main__ import GENERATED
 from substep_derive.declare.names import entry_name, python_name
 from substep_derive.declare.scene import optional
 from substep_derive.declare.symbols import N, f, h, knot, rate
-from substep_derive.motion.equations import Motion
+from substep_derive.motion.equations import EquationsOfMotion
 from substep_derive.package import catalogue_pair
 from sympy import Interval, Rational, Symbol
 
@@ -41,7 +41,7 @@ def plain_pairs(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     def pair(scene: ss.Scene, scheme: ss.Scheme) -> SimpleNamespace:
         theirs = scene.entry.get("declaration") or SCENE_BY_NAME[scene.name]
         mine = scheme.entry.get("declaration") or BY_NAME[scheme.name]
-        return uncompiled(catalogue_pair(mine, Motion(theirs)))
+        return uncompiled(catalogue_pair(mine, EquationsOfMotion(theirs)))
 
     monkeypatch.setenv("SUBSTEP_CACHE", str(tmp_path / "cache"))
     monkeypatch.setattr(scene_lanes, "pair_module", pair)

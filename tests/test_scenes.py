@@ -15,7 +15,7 @@ from substep_derive import DeclarationError, Scene
 from substep_derive.declare.scene import optional, required
 from substep_derive.declare.symbols import rate, sampled, t
 from substep_derive.motion.differences import divided_difference
-from substep_derive.motion.equations import Motion
+from substep_derive.motion.equations import EquationsOfMotion
 from substep_derive.package import catalogue_pair
 from sympy import Rational, Symbol, cos, cosh, exp, log, sin, sqrt, symbols
 
@@ -55,23 +55,29 @@ def test_a_scheme_and_a_scene_may_not_share_a_parameter() -> None:
     beta = Symbol("beta")
     scene = declared(potential=beta * u**4, parameters=(optional(m, 2), optional(beta, 1)))
     with pytest.raises(DeclarationError, match="'beta'"):
-        catalogue_pair(BY_NAME["newmark"], Motion(scene))
+        catalogue_pair(BY_NAME["newmark"], EquationsOfMotion(scene))
 
 
 def test_time_may_only_push() -> None:
     with pytest.raises(DeclarationError, match="tangent must not depend on time"):
-        _ = Motion(declared(potential=k * u**2 * sin(t))).potential
-    assert list(Motion(declared(potential=k * (u - sin(t)) ** 2 / 2)).load) == [k * sin(t)]
+        _ = EquationsOfMotion(declared(potential=k * u**2 * sin(t))).potential
+    assert list(EquationsOfMotion(declared(potential=k * (u - sin(t)) ** 2 / 2)).load) == [k * sin(t)]
 
 
 def test_angular_momentum_comes_from_the_symmetry() -> None:
     x, y = symbols("x y")
     plane = {"coordinates": {x: "m", y: "m"}, "start": {x: 1, y: 0, rate(x): 0, rate(y): 0}}
     isotropic = m * (rate(x) ** 2 + rate(y) ** 2) / 2
-    assert Motion(declared(**plane, kinetic=isotropic, potential=k * (x**2 + y**2) ** 3)).angular_momentum is not None
-    assert Motion(declared(**plane, kinetic=isotropic, potential=k * (x**2 + 2 * y**2))).angular_momentum is None
+    assert (
+        EquationsOfMotion(declared(**plane, kinetic=isotropic, potential=k * (x**2 + y**2) ** 3)).angular_momentum
+        is not None
+    )
+    assert (
+        EquationsOfMotion(declared(**plane, kinetic=isotropic, potential=k * (x**2 + 2 * y**2))).angular_momentum
+        is None
+    )
     lopsided = m * (rate(x) ** 2 + 2 * rate(y) ** 2) / 2
-    assert Motion(declared(**plane, kinetic=lopsided, potential=k * (x**2 + y**2))).angular_momentum is None
+    assert EquationsOfMotion(declared(**plane, kinetic=lopsided, potential=k * (x**2 + y**2))).angular_momentum is None
 
 
 @pytest.mark.parametrize(
@@ -138,7 +144,9 @@ def test_what_cannot_be_cancelled_is_guarded(scene: str, d: float) -> None:
 @pytest.mark.parametrize(("x0", "x1"), [(0.05, 0.15), (0.05, 0.0502), (2.0, 2.1), (0.3, 0.3)])
 def test_near_a_singularity_the_series_is_not_trusted(x0: float, x1: float) -> None:
     """A user's log: 0.1 apart is near at 2, and far at 0.05."""
-    module = uncompiled(catalogue_pair(BY_NAME["energy_momentum"], Motion(declared(potential=k * (u**2 - log(u))))))
+    module = uncompiled(
+        catalogue_pair(BY_NAME["energy_momentum"], EquationsOfMotion(declared(potential=k * (u**2 - log(u)))))
+    )
     a, b = mpmath.mpf(x0), mpmath.mpf(x1)
     difference = mpmath.log(b / a) / (b - a) if x0 != x1 else 1 / a
     slope = (1 / b - difference) / (b - a) if x0 != x1 else -1 / (2 * a * a)

@@ -16,7 +16,7 @@ from substep_derive.declare.digest import scheme_digest
 from substep_derive.declare.parameter_set import ParameterSet
 from substep_derive.declare.symbols import N, Omega, f, h, knot, xi
 from substep_derive.emit.scheme_module import own_module
-from substep_derive.motion.equations import Motion
+from substep_derive.motion.equations import EquationsOfMotion
 from substep_derive.oscillator.evaluation import Evaluation
 from substep_derive.oscillator.order import order_of
 from substep_derive.package import catalogue_pair, package
@@ -424,7 +424,7 @@ def test_fuzzed_declarations_march_as_they_are_written(declared: Any) -> None:
     """On Duffing's equation, by the kernel of the pair as plain Python."""
     scheme, values = declared
     try:
-        text = catalogue_pair(scheme, Motion(_duffing()))
+        text = catalogue_pair(scheme, EquationsOfMotion(_duffing()))
     except DeclarationError as error:
         assert "rename" in str(error)
         return

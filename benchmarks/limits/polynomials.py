@@ -7,10 +7,10 @@ from typing import Any
 from mpmath import atan, atanh, chebyfit, mp, sqrt
 from substep_derive import derive
 from substep_derive.algebra.rational import cse, horner
+from substep_derive.declare.scheme import Scheme
+from substep_derive.emit.eigenvalue_defect import defect_lines
 from substep_derive.emit.stability import SMALL_OMEGA
-from substep_derive.kernels.eigenvalue_defect import Residual
-from substep_derive.kernels.stability import live_coefficients, stability_kernels
-from substep_derive.oscillator.amplification import Amplification
+from substep_derive.kernels.scheme import SchemeKernels
 from substep_derive.oscillator.spectrum import live
 from sympy.printing.c import C99CodePrinter
 
@@ -62,15 +62,16 @@ def header(scheme: str) -> str:
             *(f"    {line}" for line in lines),
             "}",
             "INLINE void residual(const vec *in, vec *out) {",
-            *(f"    {line}" for line in _residual(derivation.amplification)),
+            *(f"    {line}" for line in _residual(derivation.scheme)),
             "}\n",
         ]
     )
 
 
-def _residual(amplification: Amplification) -> Iterator[str]:
+def _residual(scheme: Scheme) -> Iterator[str]:
     """C lines of the kernel `_defect` and of the text that substep's `_residual` is printed from."""
-    kernel = next(k for k in stability_kernels(amplification) if k.name == "_defect")
+    kernels = SchemeKernels.of(scheme)
+    kernel = next(k for k in kernels.stability if k.name == "_defect")
     common, expressions = cse([e for _, e in kernel.outputs])
     outputs = zip((name for name, _ in kernel.outputs), expressions, strict=True)
     printer = _VectorPrinter()
@@ -78,7 +79,7 @@ def _residual(amplification: Amplification) -> Iterator[str]:
     for name, e in (*(kernel.first or ()), *common, *outputs):
         yield f"vec {name} = all(0.0) + ({printer.doprint(e)});"
     declared = {name for name, _ in kernel.outputs}
-    for line in Residual.of(live_coefficients(amplification)).text(SMALL_OMEGA):
+    for line in defect_lines(kernels.defect, SMALL_OMEGA):
         yield from _translated(ast.parse(line), declared)
 
 

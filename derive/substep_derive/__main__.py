@@ -14,7 +14,7 @@ GENERATED = Path(__file__).parents[2] / "generated" / "substep_kernels"
 
 def differences(folder: Path, files: dict[str, str]) -> list[str]:
     """What a fresh derivation would change in the folder, one line a file."""
-    present = {path.name for path in folder.glob("*.py")}
+    present = {path.name for path in _files(folder)}
     lines = [f"{name}: missing" for name in sorted(files.keys() - present)]
     lines += [f"{name}: stale, no declaration emits it" for name in sorted(present - files.keys())]
     lines += [
@@ -23,6 +23,11 @@ def differences(folder: Path, files: dict[str, str]) -> list[str]:
         if (folder / name).read_text(encoding="utf-8") != files[name]
     ]
     return lines
+
+
+def _files(folder: Path) -> list[Path]:
+    """What a derivation writes there: modules and the table of their operations."""
+    return [path for path in folder.glob("*") if path.suffix in (".py", ".md")]
 
 
 def main() -> int:
@@ -42,7 +47,7 @@ def main() -> int:
             )
         return bool(found)
     options.folder.mkdir(parents=True, exist_ok=True)
-    for path in options.folder.glob("*.py"):
+    for path in _files(options.folder):
         if path.name not in files:
             path.unlink()
     for name in sorted({line.split(":")[0] for line in found} & files.keys()):  # others keep their compiled code

@@ -1,4 +1,4 @@
-"""Pair -> text of its march over blocks of lanes: time outside, lanes inside, so that lanes fill vector registers.
+"""SceneStep -> text of its march over blocks of lanes: time outside, lanes inside, so that lanes fill vector registers.
 
 The lines are those of the one-lane march with a name `u` read as `u[j]` of lane j; what is used in one loop over
 lanes only stays a number. A lane that has converged, failed or ended keeps its values by selection, not by a
@@ -8,9 +8,9 @@ branch, so that every lane comes out as if it were alone.
 from collections.abc import Iterable, Sequence
 from textwrap import indent
 
-from sympy import Expr, Symbol
+from sympy import Expr, Matrix, Symbol
 
-from ..kernels.scene_step import Pair, Step
+from ..kernels.scene_step import BalanceStep, SceneStep
 from ..motion.components import Assignments, assign
 from .printing import KernelPrinter, block, fill, lines
 from .templates.scene import BLOCK, BLOCK_NEWTON
@@ -19,7 +19,7 @@ WIDTH = 120
 LOOP = "for j in range(begin, end):"
 
 
-def march_block(p: Pair, arguments: Sequence[str], state: Sequence[tuple[str, str]], calls: Sequence[str]) -> str:
+def march_block(p: SceneStep, arguments: Sequence[str], state: Sequence[tuple[str, str]], calls: Sequence[str]) -> str:
     """Text of `march_block`; state: (name, its place in one lane's state); calls: arguments for lanes of a block."""
     loops = _loops(p)
     loads = [f"f_{k}" for k in range(len(p.stencil))] if p.motion.is_sampled else []
@@ -72,7 +72,7 @@ def march_block(p: Pair, arguments: Sequence[str], state: Sequence[tuple[str, st
 _Loop = list[tuple[Assignments, bool]]
 
 
-def _loops(p: Pair) -> list[_Loop]:
+def _loops(p: SceneStep) -> list[_Loop]:
     """What is computed before, between and after the iterations, each in one loop over lanes."""
     found: list[_Loop] = [[(p.prior, True)]]
     for step in p.steps:
@@ -87,7 +87,7 @@ def _loops(p: Pair) -> list[_Loop]:
     return [[body for body in loop if body[0]] for loop in found]
 
 
-def _shared(p: Pair, loops: Sequence[_Loop]) -> set[str]:
+def _shared(p: SceneStep, loops: Sequence[_Loop]) -> set[str]:
     """Names that one loop over lanes assigns and another reads."""
     groups: list[tuple[set[str], set[str]]] = []  # assigned, read
 
@@ -134,7 +134,7 @@ def _shift(w: KernelPrinter, shift: Assignments) -> tuple[str, str]:
     return read, _lines(chosen, 3)
 
 
-def _newton(w: KernelPrinter, step: Step, k: int) -> str:
+def _newton(w: KernelPrinter, step: BalanceStep, k: int) -> str:
     entries, solve, change = step.correction()
     # the displacement of an iteration stays a number
     moving = {str(s) for s, _ in step.moving}
@@ -142,5 +142,11 @@ def _newton(w: KernelPrinter, step: Step, k: int) -> str:
     body = [lines(step.moving, 4, local), block(entries, 4, local)[0], lines(solve, 4, local)]
     body.append(_lines((f"{c} = {c} if going else 0.0" for c in change), 4))
     body.append(lines([(z, z - c) for z, c in zip(step.z, change, strict=True)], 4, w))
-    body.append(_lines(step.largest(change), 4))
+    body.append(_lines(largest_of(change), 4))
     return fill(BLOCK_NEWTON, iteration="\n".join(body), balance=k).strip("\n")
+
+
+def largest_of(change: Matrix) -> list[str]:
+    """Lines that find the largest component of the correction; a comparison is one instruction, max is more."""
+    first, *more = (f"abs({c})" for c in change)
+    return [f"largest = {first}", *(f"largest = {c} if {c} > largest else largest" for c in more)]

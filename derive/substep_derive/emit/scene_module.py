@@ -9,14 +9,14 @@ from sympy import Expr, Matrix, Symbol, sympify
 from ..declare.digest import scene_digest
 from ..declare.parameter import Parameter
 from ..declare.symbols import sampled, t
-from ..motion.equations import Motion
+from ..motion.equations import EquationsOfMotion
 from .index import domain_text, number
 from .printing import block, docstring, fill, literal_tuple
 from .templates.scene import LOG_COSH, SCENE_FUNCTION, SCENE_HEADER, SCENES
 from .templates.scheme import BANNER
 
 
-def closed_forms(motion: Motion) -> str:
+def energies_and_forces(motion: EquationsOfMotion) -> str:
     """Equations of motion, tangent and invariants, as a reader of the module sees them."""
     q = list(motion.coordinates)
     forms: dict[str, object] = {
@@ -33,7 +33,7 @@ def closed_forms(motion: Motion) -> str:
     return "\n".join(f"    {name}: {form}" for name, form in forms.items() if form is not None)
 
 
-def scene_module(motion: Motion) -> str:
+def scene_module(motion: EquationsOfMotion) -> str:
     """Text of generated/substep_kernels/scene_<name>.py."""
     scene = motion.scene
     values = tuple(p.symbol for p in scene.parameters)
@@ -60,7 +60,7 @@ def scene_module(motion: Motion) -> str:
                 SCENE_HEADER,
                 name=scene.name,
                 reference=docstring(scene.reference + "."),
-                closed_forms=docstring(closed_forms(motion)),
+                closed_forms=docstring(energies_and_forces(motion)),
             ),
             helper,
             body,
@@ -68,7 +68,7 @@ def scene_module(motion: Motion) -> str:
     )
 
 
-def _function(name: str, values: tuple[Symbol, ...], docstring: str, motion: Motion, value: Expr | Matrix) -> str:
+def _function(name: str, values: tuple[Symbol, ...], doc: str, motion: EquationsOfMotion, value: Expr | Matrix) -> str:
     """A function of the parameters, the time, u and v (..., d) and, where the user gives one, the load f (...)."""
     is_vector = isinstance(value, Matrix)
     rows = list(value) if is_vector else [value]
@@ -84,13 +84,13 @@ def _function(name: str, values: tuple[Symbol, ...], docstring: str, motion: Mot
         SCENE_FUNCTION,
         name=name,
         arguments=", ".join([*(s.name for s in values), t.name, "displacement", "velocity", *(s.name for s in given)]),
-        docstring=docstring,
+        docstring=doc,
         body=taken + body,
         value=f"np.stack(np.broadcast_arrays({of_all}, displacement[..., 0])[:-1], axis=-1)" if is_vector else "value",
     )
 
 
-def scenes_index(motions: Iterable[Motion]) -> str:
+def scenes_index(motions: Iterable[EquationsOfMotion]) -> str:
     """Text of generated/substep_kernels/scenes.py."""
     body = ["{", *(f'    "{m.scene.name}": {scene_entry(m)},' for m in motions), "}"]
     text = fill(SCENES, scenes="\n".join(body))
@@ -98,7 +98,7 @@ def scenes_index(motions: Iterable[Motion]) -> str:
     return fill(BANNER, source="substep_derive.scenes", digest=checked) + text
 
 
-def scene_entry(motion: Motion) -> str:
+def scene_entry(motion: EquationsOfMotion) -> str:
     """Plain data about one scene, as text."""
     scene = motion.scene
     arguments = ", ".join(p.name for p in scene.parameters)

@@ -1,30 +1,25 @@
-"""Pair -> text of a module that holds the whole march of one scheme on one scene, and calls only itself."""
+"""SceneStep -> text of a module that holds the whole march of one scheme on one scene, and calls only itself."""
 
 import hashlib
 from collections.abc import Iterable, Sequence
 from textwrap import indent, wrap
 
-import sympy
-from sympy import Function, Symbol, symbols
+from sympy import Symbol, symbols
 
 from ..declare.digest import scene_digest, scheme_digest
-from ..declare.potentials import log_cosh, negative_part
 from ..declare.symbols import knot_of, lattice
-from ..kernels.near_series import NEAR, near_series
-from ..kernels.scene_step import Pair, Step
+from ..kernels.near_series import NearSeries
+from ..kernels.scene_step import BalanceStep, SceneStep
 from ..motion.components import assign, component_names
-from ..motion.differences import Difference, DifferenceSlope
-from ..motion.effective import effective_systems
-from .lane_blocks import march_block
+from ..motion.effective import EffectiveSystem
+from .lane_blocks import largest_of, march_block
 from .printing import KERNEL_PRINTER, block, docstring, fill, lines, literal_tuple, operations
 from .templates.scene import DIFFERENCE, LANE, LOG_COSH, MARCH, NEWTON, PAIR_HEADER, SINC, SINC_SLOPE, START, STENCIL
 from .templates.scheme import BANNER
 
-FUNCTIONS: dict[str, type[Function]] = {"log_cosh": log_cosh, "negative_part": negative_part}
 
-
-def pair_module(p: Pair, source: str) -> str:
-    """Text of generated/substep_kernels/<scheme>__<scene>.py."""
+def scene_step_module(p: SceneStep, systems: Sequence[EffectiveSystem], source: str) -> str:
+    """Text of generated/substep_kernels/<scheme>__<scene>.py; systems: the scheme's, one a balance."""
     parameters = [s.name for s in p.parameters(p.expressions)]
     lane = ["h", *parameters, *(["tolerance"] if p.newton else [])]
     forces = ["forces"] if p.motion.is_sampled else []
@@ -41,7 +36,7 @@ def pair_module(p: Pair, source: str) -> str:
             PAIR_HEADER,
             scheme=p.scheme.name,
             scene=p.motion.scene.name,
-            closed_forms=docstring(closed_forms(p)),
+            closed_forms=docstring(residuals(systems)),
             arguments=literal_tuple(f'"{name}"' for name in (*arguments, *results)),
             scalars=literal_tuple(f'"{name}"' for name in lane),
             start_arguments=literal_tuple(f'"{name}"' for name in start_names),
@@ -55,33 +50,33 @@ def pair_module(p: Pair, source: str) -> str:
     return "".join(parts)
 
 
-def pair_digest(p: Pair) -> str:
+def pair_digest(p: SceneStep) -> str:
     """sha256 of both declarations."""
     return hashlib.sha256((scheme_digest(p.scheme) + scene_digest(p.motion.scene)).encode()).hexdigest()
 
 
-def closed_forms(p: Pair) -> str:
+def residuals(systems: Sequence[EffectiveSystem]) -> str:
     """Residual and tangent of every balance, as of the paper; the scene's forms stand in its own module."""
     rows = []
-    for k, e in enumerate(effective_systems(p.scheme), start=1):
+    for k, e in enumerate(systems, start=1):
         rows += [f"    balance {k}, unknown z with effective mass {e.effective_mass}:", f"        {e.residual} = 0"]
     told = "Effective mass and residual of each balance, N the internal force and K_t its tangent:"
     wrapped = (wrap(row, 110, subsequent_indent=" " * 12, break_long_words=False) for row in rows)
     return "\n".join([told, *(part for parts in wrapped for part in parts)])
 
 
-def _state(p: Pair) -> list[tuple[str, str]]:
+def _state(p: SceneStep) -> list[tuple[str, str]]:
     return [knot_of(s) or ("u", "0") for s in p.scheme.state]
 
 
-def state_places(p: Pair) -> list[tuple[str, str]]:
+def state_places(p: SceneStep) -> list[tuple[str, str]]:
     """Name of every component of the state, and its row and column."""
     return [
         (name, f"{j}, {i}") for j, s in enumerate(p.scheme.state) for i, name in enumerate(component_names(s, p.motion))
     ]
 
 
-def _lane(p: Pair, arguments: Sequence[str]) -> tuple[str, dict[str, object]]:
+def _lane(p: SceneStep, arguments: Sequence[str]) -> tuple[str, dict[str, object]]:
     state = [(name, f"state[{place}]") for name, place in state_places(p)]
     texts, prior_count = block(p.prior, 2) if p.prior else ("", 0)
     steps, counts, iteration = [texts] if texts else [], prior_count, {}
@@ -114,7 +109,7 @@ def _lane(p: Pair, arguments: Sequence[str]) -> tuple[str, dict[str, object]]:
     return text, {"step": counts + told_count, "iteration": tuple(iteration.values())}
 
 
-def _step(p: Pair, step: Step, k: int) -> tuple[str, int, int]:
+def _step(p: SceneStep, step: BalanceStep, k: int) -> tuple[str, int, int]:
     """Text of one balance; its operations once a step, and in every iteration."""
     before, counts = block(step.before, 2) if step.before else ("", 0)
     after, after_count = block(step.after, 2) if step.after else ("", 0)
@@ -135,7 +130,7 @@ def _step(p: Pair, step: Step, k: int) -> tuple[str, int, int]:
         iteration=iteration,
         change=lines(solve, 3),
         update=lines(update, 3),
-        largest=indent("\n".join(step.largest(change)), " " * 12),
+        largest=indent("\n".join(largest_of(change)), " " * 12),
         balance=k,
         after=after,
     ).strip("\n")
@@ -143,7 +138,7 @@ def _step(p: Pair, step: Step, k: int) -> tuple[str, int, int]:
     return text, counts + operations(first) + after_count, again
 
 
-def _march(p: Pair, arguments: Sequence[str], results: Sequence[str], lane: Sequence[str]) -> str:
+def _march(p: SceneStep, arguments: Sequence[str], results: Sequence[str], lane: Sequence[str]) -> str:
     more = ""
     if "forces" in arguments:
         more += f" forces (lanes or 1, n, {len(p.stencil)}): the load at the stencil."
@@ -178,7 +173,7 @@ def _calls(arguments: Sequence[str], *, block: bool = False) -> list[str]:
     return [some.get(name, f"{name}[{lanes}]") for name in arguments]
 
 
-def _start(p: Pair) -> tuple[list[str], str]:
+def _start(p: SceneStep) -> tuple[list[str], str]:
     """Names of its arguments, and text of `start`; nothing where another scheme marches first."""
     if p.start is None:
         return [], ""
@@ -209,7 +204,7 @@ def _start(p: Pair) -> tuple[list[str], str]:
     return [*arguments, *vectors], text
 
 
-def _stencil(p: Pair) -> str:
+def _stencil(p: SceneStep) -> str:
     if not p.motion.is_sampled:
         return ""
     start = () if p.start is None else p.start.stencil
@@ -221,35 +216,27 @@ def _stencil(p: Pair) -> str:
     )
 
 
-def _helpers(text: str, p: Pair) -> Iterable[str]:
+def _helpers(text: str, p: SceneStep) -> Iterable[str]:
     """Functions that the kernel calls, in an order in which each finds those it calls itself."""
-    differences = {a for e in p.expressions for a in e.atoms(Difference, DifferenceSlope)}
-    names = sorted({str(a.args[0]) for a in differences})
-    if "_log_cosh(" in text or "log_cosh" in names:
+    differences = p.near_series
+    if "_log_cosh(" in text or any(d.name == "log_cosh" for d in differences):
         yield fill(LOG_COSH, decorator="@_compile\n")
     if "_sinc(" in text or "_sinc_slope(" in text:
         yield SINC
     if "_sinc_slope(" in text:
         yield SINC_SLOPE
-    for name in names:
-        yield _difference(name)
+    yield from map(_difference, differences)
 
 
-def _difference(name: str) -> str:
-    g = FUNCTIONS.get(name) or getattr(sympy, name)
-    series, slope, last, m = near_series(g)
-    old, new = symbols("old new")
-
-    def at(x: Symbol, order: int = 0) -> str:
-        return KERNEL_PRINTER.doprint((g(m).diff(m, order) if order else g(m)).subs(m, x))
-
+def _difference(d: NearSeries) -> str:
+    (old, new), printed = symbols("old new"), KERNEL_PRINTER.doprint
     return fill(
         DIFFERENCE,
-        g=name,
-        near="0.0" if g is negative_part else KERNEL_PRINTER.doprint(NEAR.n(5)),  # its kink has no series
-        series=block([("difference", series), ("last", last)], 2)[0],
-        slope_series=block([("difference", series), ("last", last), ("slope", slope)], 2)[0],
-        at_old=at(old),
-        at_new=at(new),
-        slope_at_new=at(new, 1),
+        g=d.name,
+        near=printed(d.near.n(5)) if d.near else "0.0",
+        series=block([("difference", d.series), ("last", d.last)], 2)[0],
+        slope_series=block([("difference", d.series), ("last", d.last), ("slope", d.slope)], 2)[0],
+        at_old=printed(d.at(old)),
+        at_new=printed(d.at(new)),
+        slope_at_new=printed(d.at(new, 1)),
     )

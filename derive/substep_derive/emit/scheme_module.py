@@ -1,4 +1,4 @@
-"""Kernel list -> text of a module. The text depends on the declarations alone, byte for byte."""
+"""SchemeKernels -> text of a module. The text depends on the declarations alone, byte for byte."""
 
 from collections.abc import Sequence
 from itertools import product
@@ -12,13 +12,8 @@ from ..declare.names import entry_name
 from ..declare.scheme import Scheme
 from ..declare.symbols import Omega, state_label, xi
 from ..kernels.kernel import Kernel, entries
-from ..kernels.march_form import MarchForm
 from ..kernels.march_shape import loads_for, shape_name
-from ..kernels.scheme import scheme_kernels
-from ..kernels.stability import live_coefficients, stability_kernels
-from ..motion.effective import effective_systems
-from ..oscillator.amplification import Amplification
-from ..oscillator.transfer import Transfer
+from ..kernels.scheme import SchemeKernels
 from .coefficients import coefficient_functions
 from .index import index_entry
 from .printing import PRINTER, docstring, fill, literal_tuple
@@ -43,31 +38,29 @@ def print_kernel(kernel: Kernel) -> str:
     )
 
 
-def closed_forms(scheme: Scheme, amplification: Amplification) -> str:
+def relations_and_amplification(kernels: SchemeKernels) -> str:
     """What a reader of the module sees of the paper: relations, balances, effective stiffness, A."""
+    scheme, step = kernels.scheme, kernels.amplification.step
     lines = ["Relations and balances:"]
     lines += [f"    {symbol} = {expression}" for symbol, expression in scheme.relations.items()]
     lines += [f"    M*({b.inertia}) + C*({b.damping}) + {b.force} = {b.load}" for b in scheme.balances]
     lines += ["", "Effective stiffness of each balance and its unknown:"]
-    lines += [f"    {e.unknown}: {e.effective_stiffness}" for e in effective_systems(scheme)]
+    lines += [f"    {e.unknown}: {e.effective_stiffness}" for e in kernels.systems]
     labels = [state_label(s) for s in scheme.state]
     lines += [
         "",
         f"Amplification matrix N/den in ({', '.join(labels)}):",
-        f"    den = {rational.horner(amplification.step.den, Omega)}",
+        f"    den = {rational.horner(step.den, Omega)}",
     ]
-    lines += [f"    {name} = {rational.horner(e, Omega)}" for name, e in entries("N_", amplification.step.N)]
+    lines += [f"    {name} = {rational.horner(e, Omega)}" for name, e in entries("N_", step.N)]
     wrapped = (wrap(line, 110, subsequent_indent=" " * 8, break_long_words=False) or [""] for line in lines)
     return "\n".join(part for line in wrapped for part in line)
 
 
-def scheme_module(form: MarchForm, source: str) -> str:
+def scheme_module(kernels: SchemeKernels, source: str) -> str:
     """Text of generated/substep_kernels/<name>.py."""
-    amplification, scheme = form.amplification, form.scheme
-    transfer = Transfer.of(amplification)
-    kernels = [*scheme_kernels(amplification), *stability_kernels(amplification)]
-    count = len(live_coefficients(amplification)) - 1
-    names = {kernel.name: [name for name, _ in kernel.outputs] for kernel in kernels}
+    scheme, form, amplification = kernels.scheme, kernels.form, kernels.amplification
+    names = {kernel.name: [name for name, _ in kernel.outputs] for kernel in kernels.matrices}
     m = len(scheme.state)
     arguments = [Omega.name, xi.name, *(p.name for p in scheme.parameters)]
     at_i = {p.symbol: Symbol(f"{p.name}[i]") for p in scheme.parameters}
@@ -78,21 +71,21 @@ def scheme_module(form: MarchForm, source: str) -> str:
             SCHEME_HEADER,
             title=f"{scheme.name}: stability functions and march coefficients.",
             reference=docstring(scheme.reference + "."),
-            closed_forms=docstring(closed_forms(scheme, amplification)),
-            imports="import math" if count <= 3 else "import cmath\nimport math",
+            closed_forms=docstring(relations_and_amplification(kernels)),
+            imports="import math" if len(kernels.live) <= 4 else "import cmath\nimport math",
             name=scheme.name,
             state=literal_tuple(f'"{state_label(s)}"' for s in scheme.state),
             parameters=literal_tuple(f'"{p.name}"' for p in scheme.parameters),
             march=shape_name(form.shape),
             loads=loads_for(len(form.stencil)),
             kept=form.kept,
-            filter_order=transfer.order if transfer else 0,
+            filter_order=kernels.transfer.order if kernels.transfer else 0,
             carrier=form.carrier,
             start_stencil=literal_tuple(str(float(tau)) for tau in amplification.start_stencil),
         ),
         fill(ELEMENTARY),
-        *(print_kernel(kernel) for kernel in kernels),
-        stability_functions(amplification, arguments),
+        *(print_kernel(kernel) for kernel in (*kernels.matrices, *kernels.stability)),
+        stability_functions(kernels, arguments),
         fill(
             SCHEME_FUNCTIONS,
             **typed,
@@ -105,7 +98,7 @@ def scheme_module(form: MarchForm, source: str) -> str:
             ),
             parameters_comma="".join(f"{p.name}, " for p in scheme.parameters),
         ),
-        coefficient_functions(form, transfer, arguments),
+        coefficient_functions(form, kernels.transfer, arguments),
     ]
     if "_start" in names:
         K = len(amplification.start_stencil)
@@ -130,6 +123,6 @@ def _assigned(names: Sequence[str]) -> str:
 
 def own_module(scheme: Scheme) -> str:
     """Text of a module for a scheme of the user's own: as a committed one, with its index entry as ENTRY."""
-    form = MarchForm.of(Amplification.of(scheme))
-    entry = "\n".join(f"    {line}" for line in index_entry(form, own=True))
-    return f"{scheme_module(form, f'the declaration of {scheme.name}')}\n\nENTRY = {{\n{entry}\n}}\n"
+    kernels = SchemeKernels.of(scheme)
+    entry = "\n".join(f"    {line}" for line in index_entry(kernels.form, own=True))
+    return f"{scheme_module(kernels, f'the declaration of {scheme.name}')}\n\nENTRY = {{\n{entry}\n}}\n"

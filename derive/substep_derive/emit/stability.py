@@ -1,14 +1,10 @@
-"""Amplification -> text of the stability functions of a module, chosen by the number of live eigenvalues alone."""
+"""SchemeKernels -> text of the stability functions of a module, chosen by the number of live eigenvalues alone."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from textwrap import indent
 
-from sympy import Expr
-
-from ..declare.scheme import Scheme
-from ..kernels.eigenvalue_defect import Residual
-from ..kernels.stability import live_coefficients, never_negative
-from ..oscillator.amplification import Amplification
+from ..kernels.scheme import SchemeKernels
+from .eigenvalue_defect import defect_lines
 from .printing import fill
 from .templates.eigenvalues import THREE_EIGENVALUES, TWO_EIGENVALUES
 from .templates.many_eigenvalues import MORE_EIGENVALUES
@@ -18,10 +14,9 @@ SMALL_OMEGA = 0.125  # below: exact eigenvalue plus its defect; above: direct fo
 BLOCK = 2048  # points whose arrays stay in the second cache; fewer, and the loops' beginnings and ends tell
 
 
-def stability_functions(amplification: Amplification, arguments: Sequence[str]) -> str:
+def stability_functions(kernels: SchemeKernels, arguments: Sequence[str]) -> str:
     """Text after the kernels; arguments: Omega, xi and the parameters."""
-    c = live_coefficients(amplification)
-    degree, residual = len(c) - 1, Residual.of(c)
+    degree = len(kernels.live) - 1
     beside = ("third",) if degree == 3 else tuple(f"o{k}" for k in range(degree - 2))
     first = 3 if degree <= 3 else 4  # row of what `_apart` wants: the pair's imaginary part, what is beside
     found = range(first + 1 + len(beside))
@@ -31,10 +26,10 @@ def stability_functions(amplification: Amplification, arguments: Sequence[str]) 
     parts = [
         fill(
             PAIR,
-            outputs=", ".join(residual.outputs),
-            lines=_indented(residual.text(SMALL_OMEGA)),
+            outputs=", ".join(kernels.defect.outputs),
+            lines=_indented(defect_lines(kernels.defect, SMALL_OMEGA)),
         ),
-        _eigenvalues(amplification.scheme, c, typed, blocks, arguments),
+        _eigenvalues(kernels, degree, typed, blocks, arguments),
         fill(
             NEAR,
             **typed,
@@ -60,16 +55,15 @@ def stability_functions(amplification: Amplification, arguments: Sequence[str]) 
 
 
 def _eigenvalues(
-    scheme: Scheme,
-    c: Sequence[Expr],
+    kernels: SchemeKernels,
+    degree: int,
     typed: Mapping[str, str],
     blocks: Mapping[str, str | int],
     arguments: Sequence[str],
 ) -> str:
-    names, degree = {**typed, "arguments_no_xi": ", ".join((arguments[0], *arguments[2:]))}, len(c) - 1
+    names = {**typed, "arguments_no_xi": ", ".join((arguments[0], *arguments[2:]))}
     if degree == 2:
-        size = "c2" if never_negative(c[2], scheme) else "abs(c2)"
-        return fill(TWO_EIGENVALUES, **names, size=size)
+        return fill(TWO_EIGENVALUES, **names, size="c2" if kernels.positive else "abs(c2)")
     if degree == 3:
         return fill(THREE_EIGENVALUES, **names, **blocks)
     others = ", ".join(f"others[{k}] / others[-1]" for k in range(degree - 2))

@@ -41,7 +41,7 @@ def series(j: int, n: int) -> Rational:
 
 
 @dataclass(frozen=True)
-class Residual:
+class EigenvalueDefect:
     """sum of E_k*tau^k at tau = 2*tanh(s/2): Omega^3*(p0 + p1*zeta) + Omega^terms*(k_0 + sum of k_jn*t_jn).
 
     p0, p1: the powers of Omega below `terms`. tails: (j, n) -> k_jn, where t_jn are the powers of
@@ -56,7 +56,7 @@ class Residual:
     leading: Expr
 
     @classmethod
-    def of(cls, c: list[Expr]) -> "Residual":
+    def of(cls, c: list[Expr]) -> "EigenvalueDefect":
         """Of a polynomial in lambda, lowest first."""
         by_power = [Poly(e, Omega) for e in in_tau(c)]
         b = [[p.coeff_monomial(Omega**i) for i in range(p.degree() + 1)] for p in by_power]
@@ -87,52 +87,14 @@ class Residual:
 
     @property
     def outputs(self) -> dict[str, Expr]:
-        """What a kernel has to give for `text`: p0, p1, k0, k<j>_<n>, and the leading coefficient."""
+        """What a kernel has to give: p0, p1, k0, k<j>_<n>, and the leading coefficient."""
         tails = {f"k{j}_{n}": self.tails[j, n] for j, n in sorted(self.tails)}
         return {"p0": self.p0, "p1": self.p1, "k0": self.constant, **tails, "leading": self.leading}
 
-    def text(self, small_Omega: float) -> Iterator[str]:
-        """Lines that return the real part and the imaginary part over sqrt(1 - xi^2) of two numbers.
 
-        They are the value at tau over Omega^3, and tau, from Omega, xi and the outputs; and the leading one.
-        """
-        highest = max(n for _, n in self.tails)
-        yield "x, w = 2.0 * xi, Omega * Omega"
-        yield "y, z = w * (2.0 - x * x), w * w  # s^4 = -y s^2 - z"
-        yield "z1, y1 = 0.0, 1.0  # zeta^n = zn + yn zeta"
-        for n in range(2, max(highest, 3) + 1):
-            yield f"z{n}, y{n} = -y{n - 1}, z{n - 1} - x * y{n - 1}"
-        for j in range(1, max(j for j, _ in self.tails) + 1):
-            mine = [n for i, n in self.tails if i == j]
-            top, low = max(mine, default=j), min(mine, default=j)
-            top, low = (max(top, 3), 1) if j == 1 else (top, low)  # tau itself
-            if j > 1 and not mine:
-                continue
-            constants = [_number(c) for c in _until_negligible(j, top, small_Omega)]
-            yield f"u, v = _in_square(y, z, ({', '.join(reversed(constants))}))"
-            yield f"c{j}, d{j} = u - w * v, -x * w * v"
-            yield f"a{j}_{top} = c{j} * z{top} - d{j} * y{top}"
-            yield f"b{j}_{top} = c{j} * y{top} + d{j} * (z{top} - x * y{top})"
-            for n in range(top - 2, low - 1, -2):
-                number, above = _number(series(j, n)), f"_{n + 2}"
-                own = (f"{number} * z{n}", f"{number} * y{n}")
-                own = tuple(e.removeprefix("1.0 * ") for e in own)
-                sums = ", ".join(f"{e} + w * {x}{j}{above}" for e, x in zip(own, "ab", strict=True))
-                yield f"a{j}_{n}, b{j}_{n} = {sums}"
-        names = [f"{j}_{n}" for j, n in sorted(self.tails)]
-        scale = " * ".join(["Omega"] * (self.terms - 3))
-        yield f"p0 += {scale} * (k0 + " + " + ".join(f"k{name} * a{name}" for name in names) + ")"
-        yield f"p1 += {scale} * (" + " + ".join(f"k{name} * b{name}" for name in names) + ")"
-        yield "return p0 - xi * p1, p1, Omega * (a1_1 - xi * b1_1), Omega * b1_1, leading"
-
-
-def _until_negligible(j: int, first: int, small_Omega: float) -> Iterator[Rational]:
+def until_negligible(j: int, first: int, small_Omega: float) -> Iterator[Rational]:
     """Coefficients of tau^j from s^first on, every second, as many as count where |s| <= small_Omega, two at least."""
     n = first
     while n < first + 4 or abs(series(j, n)) * small_Omega ** (n - first) > DIGITS * abs(series(j, first)):
         yield series(j, n)
         n += 2
-
-
-def _number(value: Rational) -> str:
-    return f"{value.p}.0" if value.q == 1 else f"{value.p}.0 / {value.q}.0"

@@ -1,33 +1,56 @@
 """Functions of potentials -> Taylor series of their divided differences, for arguments that are near each other."""
 
+from dataclasses import dataclass
 from math import factorial
 
+import sympy
 from sympy import Add, Expr, Function, Rational, Symbol, factor
 
+from ..declare.potentials import log_cosh, negative_part
+
 NEAR = Rational(1, 8)  # arguments no further apart take the Taylor series
-
-
 TAYLOR_TERMS = 6  # its remainder there is below 1e-16 for log cosh: (NEAR/pi)^12
+FUNCTIONS: dict[str, type[Function]] = {"log_cosh": log_cosh, "negative_part": negative_part}
 
 
-def near_series(g: type[Function]) -> tuple[Expr, Expr, Expr, Symbol]:
-    """Taylor series of g's divided difference, of its slope by x1, and the former's last term; the mean m.
+@dataclass(frozen=True)
+class NearSeries:
+    """Taylor series of the divided difference of a function of that name, in the mean and the difference d.
 
-    In m and the difference d. The last term tells whether the series has converged: near a singularity of g
-    arguments no further apart than NEAR may still be too far.
+    slope: of its derivative by the new argument. last: the series' last term, which tells whether it has converged:
+    near a singularity arguments no further apart than `near` may still be too far. near: 0 for a function with a kink,
+    which has no series.
     """
-    m, d = Symbol("m"), Symbol("d")
-    derivatives = [g(m)]
-    for _ in range(2 * TAYLOR_TERMS):
-        derivatives.append(factor(derivatives[-1].diff(m)))
-    # Difference(m, d) = sum of g^(2k+1)(m) (d/2)^(2k)/(2k+1)!; by x1, half of d/dm plus d/dd
-    series = Add(*(derivatives[2 * k + 1] * (d / 2) ** (2 * k) / factorial(2 * k + 1) for k in range(TAYLOR_TERMS)))
-    slope = Add(
-        *(
-            derivatives[2 * k + 2] * (d / 2) ** (2 * k) / (2 * factorial(2 * k + 1))
-            + k * derivatives[2 * k + 1] * (d / 2) ** (2 * k - 1) / factorial(2 * k + 1)
-            for k in range(TAYLOR_TERMS)
+
+    name: str
+    function: type[Function]
+    near: Rational
+    mean: Symbol
+    series: Expr
+    slope: Expr
+    last: Expr
+
+    @classmethod
+    def of(cls, name: str) -> "NearSeries":
+        """Of a function of potentials, or one of SymPy's."""
+        g, m, d = FUNCTIONS.get(name) or getattr(sympy, name), Symbol("m"), Symbol("d")
+        derivatives = [g(m)]
+        for _ in range(2 * TAYLOR_TERMS):
+            derivatives.append(factor(derivatives[-1].diff(m)))
+        # Difference(m, d) = sum of g^(2k+1)(m) (d/2)^(2k)/(2k+1)!; by x1, half of d/dm plus d/dd
+        powers = [(d / 2) ** (2 * k) / factorial(2 * k + 1) for k in range(TAYLOR_TERMS)]
+        series = Add(*(derivatives[2 * k + 1] * power for k, power in enumerate(powers)))
+        slope = Add(
+            *(
+                derivatives[2 * k + 2] * (d / 2) ** (2 * k) / (2 * factorial(2 * k + 1))
+                + k * derivatives[2 * k + 1] * (d / 2) ** (2 * k - 1) / factorial(2 * k + 1)
+                for k in range(TAYLOR_TERMS)
+            )
         )
-    )
-    last = derivatives[2 * TAYLOR_TERMS - 1] * (d / 2) ** (2 * TAYLOR_TERMS - 2) / factorial(2 * TAYLOR_TERMS - 1)
-    return series, slope, last, m
+        near = Rational(0) if g is negative_part else NEAR
+        return cls(name, g, near, m, series, slope, derivatives[2 * TAYLOR_TERMS - 1] * powers[-1])
+
+    def at(self, x: Symbol, order: int = 0) -> Expr:
+        """The function or a derivative of it."""
+        g = self.function(self.mean)
+        return (g.diff(self.mean, order) if order else g).subs(self.mean, x)

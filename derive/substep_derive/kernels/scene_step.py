@@ -1,4 +1,4 @@
-"""Scheme x Scene -> Pair: what a step computes, component by component, and nothing the scene does not need.
+"""Scheme x Scene -> SceneStep: what a step computes, component by component, and nothing the scene does not need.
 
 Every balance is solved for its new acceleration z. Its displacement is p + c_u z with p the predictor; so
 a linear scene and an explicit balance need the constant matrix c_a M + c_v C + c_u K inverted once, and
@@ -15,13 +15,15 @@ from ..declare.scene import POSITIVE
 from ..declare.scheme import Scheme
 from ..declare.symbols import N, N_discrete, h, knot, knot_of, lattice, successor, t
 from ..motion.components import STEP, Assignments, Writer, assign
+from ..motion.differences import Difference, DifferenceSlope
 from ..motion.effective import Stage, stages
-from ..motion.equations import Motion
+from ..motion.equations import EquationsOfMotion
 from ..oscillator.amplification import instants, reported
+from .near_series import NearSeries
 
 
 @dataclass(frozen=True)
-class Step:
+class BalanceStep:
     """One balance as the kernel computes it; matrices have a row a coordinate.
 
     before: assignments once a step. moving: assignments that follow z in the iteration. residual: of the
@@ -56,12 +58,6 @@ class Step:
         solve = assign(Matrix([one_over, *change]), Matrix([1 / J.det(), *(J.adjugate() * R * one_over)]))
         return entries, solve, change
 
-    @staticmethod
-    def largest(change: Matrix) -> list[str]:
-        """Lines that find the largest component of the correction; a comparison is one instruction, max is more."""
-        first, *more = (f"abs({c})" for c in change)
-        return [f"largest = {first}", *(f"largest = {c} if {c} > largest else largest" for c in more)]
-
 
 @dataclass(frozen=True)
 class Start:
@@ -73,7 +69,7 @@ class Start:
 
 
 @dataclass(frozen=True)
-class Pair:
+class SceneStep:
     """A step of the scheme on the scene.
 
     constants: assignments once a run, in order. prior: assignments before the first balance. shift: component
@@ -83,16 +79,46 @@ class Pair:
     """
 
     scheme: Scheme
-    motion: Motion
+    motion: EquationsOfMotion
     constants: Assignments
     prior: Assignments
-    steps: tuple[Step, ...]
+    steps: tuple[BalanceStep, ...]
     shift: Assignments
     told: Assignments
     report: tuple[Matrix, ...]
     energy: Expr
     stencil: tuple[Expr, ...]
     start: Start | None
+
+    @classmethod
+    def of(cls, scheme: Scheme, motion: EquationsOfMotion) -> "SceneStep":
+        """Raises DeclarationError for coefficients that are no matrices of the scene, or a parameter that both have."""
+        check_pair(scheme.name, motion.scene.name, scheme.values, [p.symbol for p in motion.scene.parameters])
+        prior, found = stages(scheme)
+        own_a = knot(1).a in scheme.unknowns or knot(1).a in scheme.report
+        told = reported(scheme)[: 3 if own_a else 2]
+        stencil = instants([*(b.load for b in scheme.balances), *told], scheme.typical)
+        w = Writer(scheme, motion, stencil)
+        wanted = _wanted(scheme, prior, found, told)
+        known = _assigned(w, {s: e for s, e in prior.items() if s in wanted})
+        last, steps = knot(0).u, []
+        for stage in found:
+            steps.append(_step(w, stage, last, wanted))
+            last = next(iter(stage.moved), last)
+        oldest_first = sorted(scheme.state, key=lambda s: lattice((knot_of(s) or ("", "0"))[1]) or 0)
+        shift = [both for s in oldest_first for both in assign(w.components(s), w.components(successor(s)))]
+        report, assigned = [], []
+        for e, kind in zip(told, "uva", strict=False):
+            vector = w.hoisted(w.vector(e))
+            names = vector if e.is_Symbol else w.components(Symbol(f"{kind}_*told"))
+            assigned += [] if e.is_Symbol else assign(names, vector)
+            report.append(names)
+        at = dict(zip((*motion.coordinates, *motion.scene.rates), (*report[0], *report[1]), strict=True))
+        energy = w.hoist(motion.energy.subs({**at, t: h * (STEP + 1)}, simultaneous=True))
+        return cls(
+            scheme, motion, w.constants, known, tuple(steps), shift, assigned, tuple(report), energy, stencil,
+            _start(scheme, motion) if scheme.start_scheme is None else None,
+        )  # fmt: skip
 
     @property
     def expressions(self) -> list[Expr]:
@@ -124,42 +150,18 @@ class Pair:
         return [*sorted({str(e) for vector in self.report for e in vector} | moved), "energy"]
 
     @property
+    def near_series(self) -> list[NearSeries]:
+        """Of each function whose divided differences a run computes."""
+        found = {a for e in self.expressions for a in e.atoms(Difference, DifferenceSlope)}
+        return [NearSeries.of(name) for name in sorted({str(a.args[0]) for a in found})]
+
+    @property
     def newton(self) -> bool:
         """Whether any balance iterates."""
         return any(step.first is not None for step in self.steps)
 
 
-def pair(scheme: Scheme, motion: Motion) -> Pair:
-    """Raises DeclarationError for coefficients that are no matrices of the scene, or a parameter that both have."""
-    check_pair(scheme.name, motion.scene.name, scheme.values, [p.symbol for p in motion.scene.parameters])
-    prior, found = stages(scheme)
-    own_a = knot(1).a in scheme.unknowns or knot(1).a in scheme.report
-    told = reported(scheme)[: 3 if own_a else 2]
-    stencil = instants([*(b.load for b in scheme.balances), *told], scheme.typical)
-    w = Writer(scheme, motion, stencil)
-    wanted = _wanted(scheme, prior, found, told)
-    known = _assigned(w, {s: e for s, e in prior.items() if s in wanted})
-    last, steps = knot(0).u, []
-    for stage in found:
-        steps.append(_step(w, stage, last, wanted))
-        last = next(iter(stage.moved), last)
-    oldest_first = sorted(scheme.state, key=lambda s: lattice((knot_of(s) or ("", "0"))[1]) or 0)
-    shift = [both for s in oldest_first for both in assign(w.components(s), w.components(successor(s)))]
-    report, assigned = [], []
-    for e, kind in zip(told, "uva", strict=False):
-        vector = w.hoisted(w.vector(e))
-        names = vector if e.is_Symbol else w.components(Symbol(f"{kind}_*told"))
-        assigned += [] if e.is_Symbol else assign(names, vector)
-        report.append(names)
-    at = dict(zip((*motion.coordinates, *motion.scene.rates), (*report[0], *report[1]), strict=True))
-    energy = w.hoist(motion.energy.subs({**at, t: h * (STEP + 1)}, simultaneous=True))
-    return Pair(
-        scheme, motion, w.constants, known, tuple(steps), shift, assigned, tuple(report), energy, stencil,
-        _start(scheme, motion) if scheme.start_scheme is None else None,
-    )  # fmt: skip
-
-
-def _start(scheme: Scheme, motion: Motion) -> Start:
+def _start(scheme: Scheme, motion: EquationsOfMotion) -> Start:
     assert isinstance(scheme.start, Mapping)
     expressions = [scheme.start.get(s, s) for s in scheme.state]
     stencil = instants(expressions, scheme.typical)
@@ -190,7 +192,7 @@ def predicted(k: int) -> Symbol:
     return Symbol(f"u_*star{k or ''}")
 
 
-def _step(w: Writer, stage: Stage, last: Symbol, wanted: set[Symbol]) -> Step:
+def _step(w: Writer, stage: Stage, last: Symbol, wanted: set[Symbol]) -> BalanceStep:
     """A balance; it iterates if its force moves with z and is not linear."""
     z = w.components(stage.z)
     at_zero = dict.fromkeys(z, Integer(0))
@@ -218,7 +220,7 @@ def _step(w: Writer, stage: Stage, last: Symbol, wanted: set[Symbol]) -> Step:
         for s, c_u in reach.items():
             slope += displacement.diff(s) * c_u * w.motion.tangent([Integer(0)] * w.size)
         residual = w.hoisted(still + w.vector(force))
-        return Step(z, before, [], residual, slope, w.inverse(slope), None, Integer(0), after)
+        return BalanceStep(z, before, [], residual, slope, w.inverse(slope), None, Integer(0), after)
     mixed, forces, known, by_z = _moving_force(w, stage, reach)
     per_mass = _per_mass(w.motion)
     slope, forces, by_z, still = (_scaled(w, per_mass, matrix) for matrix in (slope, forces, by_z, still + known))
@@ -230,10 +232,12 @@ def _step(w: Writer, stage: Stage, last: Symbol, wanted: set[Symbol]) -> Step:
     unknown, c_u = next(iter(reach.items()))
     one_over = w.reciprocal(solved(unknown)[0].diff(z[0]), c_u)
     first = (w.components(last) - w.components(predicted(0))) * one_over
-    return Step(z, before, reached + mixed, w.hoisted(residual), w.hoisted(slope + by_z), Matrix(), first, c_u, after)
+    return BalanceStep(
+        z, before, reached + mixed, w.hoisted(residual), w.hoisted(slope + by_z), Matrix(), first, c_u, after
+    )
 
 
-def _per_mass(motion: Motion) -> list[Expr]:
+def _per_mass(motion: EquationsOfMotion) -> list[Expr]:
     """What makes a balance one of accelerations, which spares a product; 1 for masses that may vanish."""
     sure = {p.symbol: Dummy(positive=True) for p in motion.scene.parameters if p.domain.is_subset(POSITIVE)}
     masses = [e.subs(sure) for e in motion.mass.diagonal()]

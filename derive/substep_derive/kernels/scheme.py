@@ -1,32 +1,76 @@
-"""Amplification -> the kernels from which a scheme's module computes its matrices."""
+"""Scheme -> SchemeKernels: all that the scheme's module is printed from, each derived once."""
 
-from sympy import eye
+from dataclasses import dataclass
 
+from sympy import Expr, eye
+
+from ..declare.scheme import Scheme
 from ..declare.symbols import Omega, xi
+from ..motion.effective import EffectiveSystem, effective_systems
 from ..oscillator.amplification import Amplification
+from ..oscillator.transfer import Transfer
+from .eigenvalue_defect import EigenvalueDefect
 from .kernel import Kernel, entries, polynomial_kernel
+from .march_form import MarchForm
+from .stability import live_coefficients, never_negative, stability_kernels
 
 
-def scheme_kernels(amplification: Amplification) -> list[Kernel]:
-    """Polynomials from which a scheme's module computes its matrices."""
+@dataclass(frozen=True)
+class SchemeKernels:
+    """What a scheme's module computes.
+
+    form: of the linear march, with the amplification matrix. systems: one a balance. transfer: of the filter that
+    gives peaks from rest, None where there is none. live: coefficients of the live eigenvalues' polynomial in lambda,
+    lowest first; positive: whether its leading one is positive at all parameters. defect: of the exact eigenvalue in
+    it. matrices, stability: the polynomials from which matrices and stability functions are computed.
+    """
+
+    form: MarchForm
+    systems: tuple[EffectiveSystem, ...]
+    transfer: Transfer | None
+    live: tuple[Expr, ...]
+    positive: bool
+    defect: EigenvalueDefect
+    matrices: tuple[Kernel, ...]
+    stability: tuple[Kernel, ...]
+
+    @classmethod
+    def of(cls, scheme: Scheme) -> "SchemeKernels":
+        """Raises DeclarationError if the relations and balances do not determine the new state."""
+        amplification = Amplification.of(scheme)
+        live = live_coefficients(amplification)
+        defect = EigenvalueDefect.of(live)
+        return cls(
+            form=MarchForm.of(amplification),
+            systems=effective_systems(scheme),
+            transfer=Transfer.of(amplification),
+            live=tuple(live),
+            positive=never_negative(live[-1], scheme),
+            defect=defect,
+            matrices=_matrices(amplification),
+            stability=stability_kernels(scheme, live, defect),
+        )
+
+    @property
+    def scheme(self) -> Scheme:
+        """Whose kernels they are."""
+        return self.form.scheme
+
+    @property
+    def amplification(self) -> Amplification:
+        """Its amplification matrix in closed form."""
+        return self.form.amplification
+
+
+def _matrices(amplification: Amplification) -> tuple[Kernel, ...]:
+    """A - I and, where there is one, the matrices of the start."""
     arguments = (Omega, xi, *amplification.scheme.values)
     step, start = amplification.step, amplification.start
     increment = [("den", step.den), *entries("D_", step.N - step.den * eye(step.N.rows))]
-    kernels = [
-        polynomial_kernel(
-            "_increment",
-            arguments,
-            increment,
-            "Denominator and numerators of A - I.",
-        ),
-    ]
+    doc = "Denominator and numerators of A - I."
+    kernels = [polynomial_kernel("_increment", arguments, increment, doc)]
     if start is not None:
-        kernels.append(
-            polynomial_kernel(
-                "_start",
-                arguments,
-                [("den", start.den), *entries("S_", start.N), *entries("T_", start.load_N)],
-                "Denominator and numerators of the state at t = 0 from u, h*v, h^2*a and the load.",
-            )
-        )
-    return kernels
+        outputs = [("den", start.den), *entries("S_", start.N), *entries("T_", start.load_N)]
+        doc = "Denominator and numerators of the state at t = 0 from u, h*v, h^2*a and the load."
+        kernels.append(polynomial_kernel("_start", arguments, outputs, doc))
+    return tuple(kernels)

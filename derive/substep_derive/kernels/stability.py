@@ -1,4 +1,4 @@
-"""Amplification -> Kernel list: the polynomials a module computes its stability functions from."""
+"""Live eigenvalues -> the polynomials from which a module computes its stability functions."""
 
 from collections.abc import Sequence
 
@@ -8,7 +8,7 @@ from ..declare.scheme import Scheme
 from ..declare.symbols import Omega, xi
 from ..oscillator.amplification import Amplification
 from ..oscillator.spectrum import live
-from .eigenvalue_defect import Residual, about_one
+from .eigenvalue_defect import EigenvalueDefect, about_one
 from .kernel import Kernel
 
 
@@ -23,13 +23,11 @@ def never_negative(polynomial: Expr, scheme: Scheme) -> bool:
     return bounded and all(c > 0 for c in Poly(polynomial, Omega, xi, *scheme.values).coeffs())
 
 
-def stability_kernels(amplification: Amplification) -> list[Kernel]:
+def stability_kernels(scheme: Scheme, live: list[Expr], defect: EigenvalueDefect) -> tuple[Kernel, ...]:
     """Of the live eigenvalues: their polynomial, and how far it is from having the exact ones as roots."""
-    arguments = (Omega, xi, *amplification.scheme.values)
-    c = live_coefficients(amplification)
-    if len(c) == 3:
-        return _two(c, arguments)
-    return _three(c, arguments) if len(c) == 4 else _more(c, arguments)
+    arguments = (Omega, xi, *scheme.values)
+    kinds = {3: _two, 4: _three}
+    return (*kinds.get(len(live), _more)(live, arguments), _defect(defect, arguments))
 
 
 def _two(c: list[Expr], arguments: tuple[Symbol, ...]) -> list[Kernel]:
@@ -42,7 +40,6 @@ def _two(c: list[Expr], arguments: tuple[Symbol, ...]) -> list[Kernel]:
             "Live eigenvalues: c2*lambda^2 - 2*half*lambda + det = 0; b0, its value at 1; q = c2 - det.",
         ),
         _asymmetry({"w": c2 - det}, arguments),
-        _defect(c, arguments),
     ]
 
 
@@ -58,7 +55,6 @@ def _three(c: list[Expr], arguments: tuple[Symbol, ...]) -> list[Kernel]:
             "Live eigenvalues: c3*lambda^3 + c2*lambda^2 + c1*lambda + c0 = 0; b0, b1, its value and slope at 1.",
         ),
         _asymmetry(opposite, arguments),
-        _defect(c, arguments),
     ]
 
 
@@ -68,10 +64,9 @@ def _asymmetry(opposite: dict[str, Expr], arguments: tuple[Symbol, ...]) -> Kern
     return _inlined("_asymmetry", (Omega, *arguments[2:]), outputs, doc)
 
 
-def _defect(c: list[Expr], arguments: tuple[Symbol, ...]) -> Kernel:
-    residual = Residual.of(c)
-    doc = f"The polynomial in tau at e^s, cancelled up to Omega^{residual.terms - 1}, and coefficients for `_residual`."
-    return _inlined("_defect", arguments, residual.outputs, doc)
+def _defect(defect: EigenvalueDefect, arguments: tuple[Symbol, ...]) -> Kernel:
+    doc = f"The polynomial in tau at e^s, cancelled up to Omega^{defect.terms - 1}, and coefficients for `_residual`."
+    return _inlined("_defect", arguments, defect.outputs, doc)
 
 
 def _inlined(name: str, arguments: tuple[Symbol, ...], outputs: dict[str, Expr], doc: str) -> Kernel:
@@ -130,5 +125,4 @@ def _more(c: list[Expr], arguments: tuple[Symbol, ...]) -> list[Kernel]:
             "Live eigenvalues: c0 + c1*lambda + ... = 0; b0, b1, its value and slope at 1.",
         ),
         _asymmetry(opposite, arguments),
-        _defect(c, arguments),
     ]

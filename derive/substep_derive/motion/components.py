@@ -8,7 +8,7 @@ from ..declare.errors import DeclarationError
 from ..declare.names import entry_name, python_name
 from ..declare.scheme import Scheme
 from ..declare.symbols import K0, C, K_t, M, N, N_discrete, f, h, knot, knot_of, sampled, t
-from .equations import Motion
+from .equations import EquationsOfMotion
 
 STEP = Symbol("i")  # steps completed
 TANGENT = Symbol("K_t")  # where the start of a scheme reads the tangent
@@ -21,7 +21,7 @@ def assign(names: Matrix, values: Matrix) -> Assignments:
     return list(zip(names, values, strict=True))  # type: ignore[arg-type]
 
 
-def component_names(symbol: Symbol, motion: Motion) -> list[str]:
+def component_names(symbol: Symbol, motion: EquationsOfMotion) -> list[str]:
     """Names of the vector's components; of one coordinate, just the symbol's."""
     suffixes = [f"_{q.name}" for q in motion.coordinates] if len(motion.coordinates) > 1 else [""]
     return [python_name(symbol) + suffix for suffix in suffixes]
@@ -32,7 +32,7 @@ class Writer:
     """Writes vectors in components, and collects as constants what does not change in a run."""
 
     scheme: Scheme
-    motion: Motion
+    motion: EquationsOfMotion
     stencil: tuple[Expr, ...]
     constants: Assignments = field(default_factory=list)
     fixed: set[Symbol] = field(default_factory=set)

@@ -1,4 +1,4 @@
-"""Scene -> Motion: equations of motion, tangent, invariants and discrete gradient, from the energies."""
+"""Scene -> EquationsOfMotion: equations of motion, tangent, invariants and discrete gradient, from the energies."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from .differences import discrete_slopes
 
 
 @dataclass(frozen=True)
-class Motion:
+class EquationsOfMotion:
     """mass a + damping v + force(u) = load(t), derived from one scene."""
 
     scene: Scene

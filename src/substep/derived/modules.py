@@ -33,11 +33,13 @@ def pair_module(scheme: "str | Declaration", scene: "str | SceneDeclaration") ->
     """Kernels of a scheme on a scene, named or declared, that are not committed: from the cache, or printed now."""
     from substep_derive.declare.catalogue import find, find_scene  # noqa: PLC0415
     from substep_derive.declare.digest import scene_digest, scheme_digest  # noqa: PLC0415
-    from substep_derive.motion.equations import Motion  # noqa: PLC0415
+    from substep_derive.motion.equations import EquationsOfMotion  # noqa: PLC0415
     from substep_derive.package import catalogue_pair  # noqa: PLC0415
 
     mine, theirs = find(scheme), find_scene(scene)
-    return cached_module(scheme_digest(mine) + scene_digest(theirs), lambda: catalogue_pair(mine, Motion(theirs)))
+    return cached_module(
+        scheme_digest(mine) + scene_digest(theirs), lambda: catalogue_pair(mine, EquationsOfMotion(theirs))
+    )
 
 
 def march_module(name: str, K: int) -> ModuleType:
