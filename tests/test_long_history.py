@@ -17,7 +17,7 @@ from substep_derive.package import catalogue_pair
 from sympy import Interval, Rational, Symbol
 
 import substep as ss
-from substep.core import threads
+from substep.core import coefficients, threads
 from substep.marching import linear, scene_lanes
 from substep.marching.linear import march_linear
 from substep.marching.oscillators import Oscillators
@@ -76,7 +76,7 @@ def plain_scheme(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
         return getattr(march, f"march_{K}"), getattr(march, f"run_{K}"), march.WIDTH
 
     monkeypatch.setattr(linear, "_kernels", kernels)
-    return replace(handle, entry={**handle.entry, "module": module})
+    return replace(handle, info=replace(handle.info, module=module))
 
 
 COUNTS = pytest.mark.parametrize("plain_scheme", [(11,), (12,), (12, 10)], indirect=True, ids=str)
@@ -97,11 +97,11 @@ def test_the_amplification_matrix_and_what_is_derived_from_it(plain_scheme: ss.S
         np.testing.assert_allclose(D, expected - np.eye(m), rtol=0, atol=1e-14)
         loaded = oscillator_step(np.zeros(m), Omega, xi, 1.0)
         np.testing.assert_allclose(B[:, -1], loaded[0], rtol=0, atol=1e-14)
-        own = [kind for kind, place in enumerate(plain_scheme.places) if place == "y"]
+        own = [kind for kind, place in enumerate(coefficients.places(plain_scheme)) if place == "y"]
         np.testing.assert_allclose(of_f[:, -1], loaded[1][own], rtol=0, atol=1e-14)
         units = np.array([oscillator_step(e, Omega, xi, 0.0)[1][own] for e in np.eye(m)])
         np.testing.assert_allclose(of_u, units.T, rtol=0, atol=1e-14)
-        S, _ = plain_scheme.start_coefficients(np.array([Omega]), np.array([xi]))
+        S, _ = coefficients.start_coefficients(plain_scheme, Omega, xi)
         np.testing.assert_array_equal(S[0], [[1, -j, 0] for j in range(m)])
 
 
@@ -118,7 +118,7 @@ def marched(count: int, lag: int, omega: float, xi: float, dt: float, forces: Ar
 
 @COUNTS
 def test_the_linear_march(plain_scheme: ss.Scheme) -> None:
-    m, lag, dt, n = len(plain_scheme.state), int(plain_scheme.places[0]), 0.1, 17
+    m, lag, dt, n = len(plain_scheme.state), int(coefficients.places(plain_scheme)[0]), 0.1, 17
     load = ss.Harmonic(2.0, 1.7)
     for P in (1, 3):
         omega, xi = np.linspace(1.0, 4.0, P), np.linspace(0.0, 0.2, P)

@@ -39,8 +39,8 @@ def plain_pairs(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """Pairs of a declared scheme and any scene as plain Python functions."""
 
     def pair(scene: ss.Scene, scheme: ss.Scheme) -> SimpleNamespace:
-        theirs = scene.entry.get("declaration") or SCENE_BY_NAME[scene.name]
-        mine = scheme.entry.get("declaration") or BY_NAME[scheme.name]
+        theirs = scene.info.declaration or SCENE_BY_NAME[scene.name]
+        mine = scheme.info.declaration or BY_NAME[scheme.name]
         return uncompiled(catalogue_pair(mine, EquationsOfMotion(theirs)))
 
     monkeypatch.setenv("SUBSTEP_CACHE", str(tmp_path / "cache"))

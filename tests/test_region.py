@@ -12,7 +12,7 @@ from substep_derive.study.region import Region, same_conditions, stable_values
 from sympy import And, Eq, FiniteSet, Interval, Or, Rational, Symbol, oo, sqrt
 
 half, third = Rational(1, 2), Rational(1, 3)
-s = Symbol("s")
+above = Symbol("above")
 
 
 def inside_the_declared_intervals(region: Region) -> list[dict[str, Any]]:
@@ -51,8 +51,8 @@ def test_a_region_that_is_wrong_is_refuted_at_an_exact_point() -> None:
     assert not certify(thesis.gholampour_printed, **printed.counterexample or {}).stable
     too_low = Region(  # (2.37) with a smaller beta: stable for some of it only
         generalized_alpha,
-        {alpha_m: third * 0, alpha_f: half / 2, beta: Rational(1, 5) + s, gamma: Rational(3, 4)},
-        {s: Interval(0, 1)},
+        {alpha_m: third * 0, alpha_f: half / 2, beta: Rational(1, 5) + above, gamma: Rational(3, 4)},
+        {above: Interval(0, 1)},
     )
     assert not too_low.stable
     assert not too_low.unstable
@@ -67,7 +67,7 @@ def test_a_double_root_on_the_circle_counts_as_unstable() -> None:
     from substep_derive.declare.symbols import gamma_t, rho_inf
 
     closed, open_ = (
-        Region(rho_inf_bathe, {rho_inf: 1 - s, gamma_t: half}, {s: interval})
+        Region(rho_inf_bathe, {rho_inf: 1 - above, gamma_t: half}, {above: interval})
         for interval in (Interval(0, 1), Interval.Lopen(0, 1))
     )
     assert open_.stable
@@ -86,7 +86,9 @@ def test_without_coordinates_a_region_is_one_scheme() -> None:
 def test_what_is_not_decided_is_not_called_stable(monkeypatch: pytest.MonkeyPatch) -> None:
     from substep_derive.stability.conditions import Conditions
 
-    region = Region(generalized_alpha, {alpha_m: s, alpha_f: s, beta: s, gamma: half}, {s: Interval(0, half)})
+    region = Region(
+        generalized_alpha, {alpha_m: above, alpha_f: above, beta: above, gamma: half}, {above: Interval(0, half)}
+    )
     assert not region.stable
     again = Region(region.scheme, region.values, region.coordinates)
     monkeypatch.setattr(Conditions, "holds", lambda *_: True)
@@ -124,4 +126,4 @@ def test_the_exact_set_ends_where_certificates_do(tiny: Any) -> None:
     assert certify("hht_alpha", alpha=-half).stable
     assert not certify("hht_alpha", alpha=-half - tiny).stable
     assert not certify("hht_alpha", alpha=tiny).stable
-    assert not Region(thesis.wilson_theta, {theta: Rational(1366, 1000) + s}, {s: Interval(0, oo)}).stable
+    assert not Region(thesis.wilson_theta, {theta: Rational(1366, 1000) + above}, {above: Interval(0, oo)}).stable

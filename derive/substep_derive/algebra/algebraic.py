@@ -27,6 +27,7 @@ from sympy import (
     minimal_polynomial,
     sqrt,
     sqrtdenest,
+    sympify,
 )
 
 from . import rational
@@ -162,6 +163,7 @@ class Algebraic:
                 f"choose another interval"
             )
         object.__setattr__(self, "coefficients", tuple(int(c) for c in holding[0].all_coeffs()))
+        object.__setattr__(self, "value", sympify(self.value).subs(Symbol(generator.name), generator))
         object.__setattr__(self, "interval", (low, high))
 
     @classmethod

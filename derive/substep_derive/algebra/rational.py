@@ -59,10 +59,11 @@ def determinant(matrix: Matrix) -> Expr:
     return cleared.domain.to_sympy(cleared.det())
 
 
-def quotient(a: Expr, b: Expr) -> Expr:
-    """a/b of polynomials in any symbols, which divide. Raises ExactQuotientFailed if they do not."""
+def quotient(a: Expr, b: Expr) -> Expr | None:
+    """a/b of polynomials in any symbols; None where b does not divide a."""
     symbols = sorted(a.free_symbols | b.free_symbols, key=str)
-    return Poly(a, *symbols, domain=QQ).exquo(Poly(b, *symbols, domain=QQ)).as_expr()
+    found, rest = Poly(a, *symbols, domain=QQ).div(Poly(b, *symbols, domain=QQ))
+    return found.as_expr() if rest.is_zero else None
 
 
 def primitive(expression: Expr, variable: Symbol) -> Poly:

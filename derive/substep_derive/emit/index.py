@@ -11,7 +11,7 @@ from ..declare.parameter import Family, Parameter, Root
 from ..declare.scheme import Scheme
 from ..declare.symbols import knot_of, lattice, state_label
 from ..kernels.march_form import MarchForm
-from .printing import PRINTER, fill, literal_tuple
+from .printing import KERNEL_PRINTER, fill, literal_tuple
 from .templates.scheme import BANNER, INDEX
 
 
@@ -21,7 +21,8 @@ def index_module(forms: Iterable[MarchForm]) -> str:
     for form in forms:
         described = index_entry(form)
         lines += [f'    "{form.scheme.name}": {{', *(f"        {line}" for line in described), "    },"]
-    text = fill(INDEX, schemes="\n".join([*lines, "}"]))
+    body = "\n".join([*lines, "}"])
+    text = fill(INDEX, imports=numpy_for(body), schemes=body)
     checked = hashlib.sha256(text.encode()).hexdigest()
     return fill(BANNER, source="substep_derive.schemes", digest=checked) + text
 
@@ -69,6 +70,11 @@ def _starter(scheme: Scheme, own: bool) -> tuple[str, dict[str, float]] | None:
     return ("", {}) if found is None else (found[0], {key: float(value) for key, value in found[1].items()})
 
 
+def numpy_for(text: str) -> str:
+    """The import of NumPy, for a text that calls one of its functions."""
+    return "\nimport numpy as np\n" if "np." in text else ""
+
+
 def domain_text(parameter: Parameter) -> str:
     """low, high (None: unbounded), low excluded, high excluded."""
     domain = parameter.domain
@@ -97,4 +103,4 @@ def _family(family: Family) -> str:
 def number(expression: Expr) -> str:
     """Text that evaluates to a float or an array: a number as a float, sqrt as a power."""
     roots = expression.replace(lambda e: e.is_Pow and not e.exp.is_Integer, lambda e: Pow(e.base, Float(e.exp)))
-    return repr(float(expression)) if expression.is_number else PRINTER.doprint(roots)
+    return repr(float(expression)) if expression.is_number else KERNEL_PRINTER.doprint(roots)

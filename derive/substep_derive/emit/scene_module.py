@@ -10,7 +10,7 @@ from ..declare.digest import scene_digest
 from ..declare.parameter import Parameter
 from ..declare.symbols import sampled, t
 from ..motion.equations import EquationsOfMotion
-from .index import domain_text, number
+from .index import domain_text, number, numpy_for
 from .printing import block, docstring, fill, literal_tuple
 from .templates.scene import LOG_COSH, SCENE_FUNCTION, SCENE_HEADER, SCENES
 from .templates.scheme import BANNER
@@ -93,7 +93,7 @@ def _function(name: str, values: tuple[Symbol, ...], doc: str, motion: Equations
 def scenes_index(motions: Iterable[EquationsOfMotion]) -> str:
     """Text of generated/substep_kernels/scenes.py."""
     body = ["{", *(f'    "{m.scene.name}": {scene_entry(m)},' for m in motions), "}"]
-    text = fill(SCENES, scenes="\n".join(body))
+    text = fill(SCENES, imports=numpy_for("\n".join(body)), scenes="\n".join(body))
     checked = hashlib.sha256(text.encode()).hexdigest()
     return fill(BANNER, source="substep_derive.scenes", digest=checked) + text
 

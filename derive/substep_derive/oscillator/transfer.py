@@ -36,7 +36,9 @@ class Transfer:
 
     @classmethod
     def of(cls, amplification: Amplification) -> "Transfer | None":
-        """None where the load is taken outside a step, or the filter is of an order no kernel is printed for."""
+        """None where the load is taken outside a step, for an order that no kernel is printed for, and where what is
+        reported looks back further than the live eigenvalues.
+        """
         scheme = amplification.scheme
         p = live(amplification.charpoly)
         d = p.degree()
@@ -45,7 +47,7 @@ class Transfer:
             return None
         c = _coefficients(p, d)
         rows = _numerators(amplification, p)
-        if any(row.degree() > d for row in rows):
+        if rows is None or any(row.degree() > d for row in rows):
             return None
         lower = list(accumulate(c))
         sums = [list(accumulate(_coefficients(row, d))) for row in rows]
@@ -59,8 +61,11 @@ def _coefficients(p: Poly, d: int) -> list[Expr]:
     return [p.coeff_monomial(p.gen**j) for j in range(d + 1)]
 
 
-def _numerators(a: Amplification, p: Poly) -> list[Poly]:
-    """Of u, h*v, h^2*a over the live characteristic polynomial, by Cramer's rule on relations and balances."""
+def _numerators(a: Amplification, p: Poly) -> list[Poly] | None:
+    """Of u, h*v, h^2*a over the live characteristic polynomial, by Cramer's rule on relations and balances.
+
+    None where another denominator is needed.
+    """
     pencil = Pencil.of(a.scheme)
     columns = [*pencil.unknowns, *pencil.state]
     n, size = len(pencil.unknowns), len(pencil.unknowns) + len(pencil.state)
@@ -76,10 +81,14 @@ def _numerators(a: Amplification, p: Poly) -> list[Poly]:
     equations = rational.clear_rows(system.row_join(load))
     # told is of the next step, hence lam; what else its numerators share with the determinant cancels
     common = rational.quotient(lam * rational.determinant(equations[:, :size]), p.as_expr())
+    assert common is not None
     found: list[Poly] = []
     for row in range(3):
         own = (-told[row, :size]).row_join(told[row, size:] * weights).row_join(Matrix([[1]]))
         *border, scale = rational.clear_rows(own)
         numerator = rational.determinant(equations.col_join(Matrix([border])))
-        found.append(Poly(rational.quotient(numerator, common * scale), lam))
+        divided = rational.quotient(numerator, common * scale)
+        if divided is None:
+            return None
+        found.append(Poly(divided, lam))
     return found

@@ -93,8 +93,8 @@ hht_printed = Scheme(
     reference="thesis (2.23)-(2.26), as printed",
 )
 
-# Coordinates of the regions in which the thesis claims stability; r and s count from an edge of the region
-_r, _s, _share, _below = (Symbol(name) for name in ("r", "s", "share", "below"))
+# Coordinates of the regions in which the thesis claims stability; beyond and above count from an edge of the region
+_beyond, _above, _share, _below = (Symbol(name) for name in ("beyond", "above", "share", "below"))
 _half, _from_zero = Rational(1, 2), Interval(0, oo)
 
 newmark_conditions = (2 * beta >= gamma, gamma >= _half)  # (2.17)
@@ -103,27 +103,27 @@ gholampour_conditions = (delta >= Rational(1, 3), delta / 2 <= alpha_g, alpha_g 
 wilson_values = Interval(Rational(137, 100), oo)  # of theta, p. 11
 hht_values = Interval(-Rational(1, 3), 0)  # of alpha, (2.24)
 
-wbz_region = Region(wbz_alpha, {alpha_B: -_s}, {_s: _from_zero})  # (2.28)-(2.30)
+wbz_region = Region(wbz_alpha, {alpha_B: -_above}, {_above: _from_zero})  # (2.28)-(2.30)
 
 # (2.36)-(2.38): alpha_m <= alpha_f <= 1/2, beta >= 1/4 + (alpha_f - alpha_m)/2, gamma = 1/2 - alpha_m + alpha_f
 generalized_alpha_region = Region(
     generalized_alpha,
     {
         alpha_f: _half - _below,
-        alpha_m: _half - _below - _r,
-        beta: Rational(1, 4) + _r / 2 + _s,
-        gamma: _half + _r,
+        alpha_m: _half - _below - _beyond,
+        beta: Rational(1, 4) + _beyond / 2 + _above,
+        gamma: _half + _beyond,
     },
-    {_below: _from_zero, _r: _from_zero, _s: _from_zero},
+    {_below: _from_zero, _beyond: _from_zero, _above: _from_zero},
 )
 
 
 def gholampour_region(scheme: Scheme = gholampour) -> Region:
     """(2.56)-(2.57) for the scheme with (2.54) as it is meant or as it is printed."""
-    lowest = Rational(1, 3) + _s
+    lowest = Rational(1, 3) + _above
     room = lowest / 2 - Rational(1, 6)  # from delta/2 to delta - 1/6
     return Region(
-        scheme, {delta: lowest, alpha_g: lowest / 2 + _share * room}, {_s: _from_zero, _share: Interval(0, 1)}
+        scheme, {delta: lowest, alpha_g: lowest / 2 + _share * room}, {_above: _from_zero, _share: Interval(0, 1)}
     )
 
 

@@ -184,7 +184,7 @@ tolerance is relative to and, where the start has no energy, an energy scale, as
 outputs; whether there is an angular momentum and whether the user gives the load; of a linear oscillator
 its circular frequency, damping ratio and mass, as functions of the parameters, None of any other scene.
 """
-
+{imports}
 SCENES = {scenes}
 '''
 

@@ -65,6 +65,6 @@ fixed parameters of a member; balances, loads, outputs outside the state; state 
 (0 for u, 1 for h*v, 2 for h^2*a; steps before t_n) of each; start: what is given is the state, or the module's
 function gives it, or another scheme marches the first steps, which starter names with its parameters.
 """
-
+{imports}
 SCHEMES = {schemes}
 '''
