@@ -20,6 +20,7 @@ from substep_derive.motion.equations import EquationsOfMotion
 from substep_derive.oscillator.evaluation import Evaluation
 from substep_derive.oscillator.order import order_of
 from substep_derive.package import catalogue_pair, package
+from substep_derive.stability.conditions import conditions
 from substep_derive.study.derivation import order_at, unremarkable
 from substep_derive.study.profile import profile
 from sympy import Abs, Expr, Integer, Interval, Poly, Rational, Symbol, cos, exp, oo, pi, sin, sqrt
@@ -250,6 +251,24 @@ def test_an_interval_or_default_that_is_not_exact(parameter: Any, message: str) 
         parameter()
 
 
+@pytest.mark.parametrize(
+    "domain", [Interval(-oo, 1), Interval(-oo, oo), Interval.open(-3, oo), Interval(-3, 1)], ids=str
+)
+def test_conditions_in_unusual_intervals(domain: Interval) -> None:
+    """Newmark's scheme with beta = 1/4 + gamma^2 is stable from gamma = 1/2 on, wherever gamma may lie."""
+    beta = quarter + gamma**2
+    relations = {
+        u1: u0 + h * v0 + h**2 * ((half - beta) * a0 + beta * a1),
+        v1: v0 + h * ((1 - gamma) * a0 + gamma * a1),
+    }
+    scheme = Scheme("unusual", relations, (Balance.at(end, 1),), (Parameter(gamma, domain, half),))
+    found = conditions(scheme)
+    for text in ("-5", "-1", "0", "49/100", "1/2", "1", "7"):
+        value = Rational(text)
+        if value in domain:
+            assert found.holds({"gamma": value}) == certify(scheme, gamma=value).stable == (value >= half), text
+
+
 # --- names that derivation uses itself -------------------------------------------------------------------
 
 
@@ -279,8 +298,6 @@ def test_parameters_may_have_names_of_algorithms(name: str) -> None:
     r = Algebraic((2, 0, -1), (0, 1))
     assert certify(first, **{name: r}).intervals == certify(second, gamma=r).intervals
     assert derive(first).series.numerical_damping[1].subs(p, gamma).equals(derive(second).series.numerical_damping[1])
-    from substep_derive.stability.conditions import conditions
-
     assert [e.subs(p, gamma) for e in conditions(first).inequalities] == list(conditions(second).inequalities)
 
 

@@ -15,6 +15,7 @@ from ..algebra.exact_number import exact_number
 from .checks import check
 from .errors import DeclarationError
 from .parameter import Family, Parameter, Root
+from .published import Published
 from .symbols import Knot, N, f, knot_of, lattice
 
 
@@ -59,6 +60,7 @@ class Scheme:
     the one-step scheme that marches the first steps.
     report: u_1, v_1 or a_1 where the scheme's own symbol does not stand for the value at t_n + h.
     parent: for a member of a family, the scheme whose parameters `fixed` it fixes.
+    published: what the literature states about it, for tests.
     """
 
     name: str
@@ -71,6 +73,7 @@ class Scheme:
     reference: str = ""
     parent: str | None = None
     fixed: Mapping[str, Rational] = field(default_factory=dict)
+    published: Published | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
         check(self)
@@ -164,8 +167,14 @@ class Scheme:
             _check_inside(self.name, known[symbol.name], number)
         return found
 
-    def fix(self, values: Mapping[str, Any], name: str | None = None, reference: str = "") -> "Scheme":
-        """A member: this scheme with some parameters fixed at exact values.
+    def fix(
+        self,
+        values: Mapping[str, Any],
+        name: str | None = None,
+        reference: str = "",
+        published: Published | None = None,
+    ) -> "Scheme":
+        """A member: this scheme with some parameters fixed at exact values, and what is published about that.
 
         Raises DeclarationError as `exact` does.
         """
@@ -181,6 +190,7 @@ class Scheme:
             start=_replaced(self.start, exact) if isinstance(self.start, Mapping) else self.start,
             report=_replaced(self.report, exact),
             balances=tuple(balance.replace(exact) for balance in self.balances),
+            published=published,
             parent=self.parent or self.name,
             fixed={**self.fixed, **{key.name: value for key, value in exact.items()}},
         )

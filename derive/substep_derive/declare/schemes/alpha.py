@@ -3,6 +3,7 @@
 from sympy import Expr, Interval, Rational, Symbol, oo
 
 from ..parameter import Family, Parameter
+from ..published import Published
 from ..scheme import Balance, Scheme
 from ..symbols import K0, C, M, N, alpha, alpha_B, alpha_f, alpha_m, beta, f, gamma, h, knot, rho_inf
 from .newmark import newmark
@@ -33,6 +34,7 @@ def hht(name: str, force: Expr) -> Scheme:
         relations=newmark_relations((1 - alpha) ** 2 / 4, (1 - 2 * alpha) / 2),
         balances=(Balance(a1, mixed(v1, v0, -alpha), force, f(1 + alpha)),),
         reference="Hilber, Hughes & Taylor, Earthq. Eng. Struct. Dyn. 5 (1977) 283-292; thesis (2.23)-(2.26)",
+        published=Published("Hilber, Hughes & Taylor (1977)", 2, rho_inf, oo),
     )
 
 
@@ -46,6 +48,7 @@ wbz_alpha = Scheme(
     relations=newmark_relations((1 - alpha_B) ** 2 / 4, half - alpha_B),
     balances=(Balance(mixed(a1, a0, alpha_B), v1, N(u1), f(1)),),
     reference="Wood, Bossak & Zienkiewicz, Int. J. Numer. Methods Eng. 15 (1980) 1562-1566; thesis (2.27)-(2.30)",
+    published=Published("Wood, Bossak & Zienkiewicz (1980)", 2, rho_inf, oo, (alpha_B <= 0,)),
 )
 
 
@@ -68,6 +71,7 @@ def chung_hulbert(name: str, force: Expr) -> Scheme:
         relations=dict(newmark.relations),
         balances=(Balance(mixed(a1, a0, alpha_m), mixed(v1, v0, alpha_f), force, f(1 - alpha_f)),),
         reference="Chung & Hulbert, J. Appl. Mech. 60 (1993) 371-375; thesis (2.31)-(2.38)",
+        published=Published("Chung & Hulbert (1993)", 2, rho_inf, oo),
     )
 
 
@@ -98,6 +102,7 @@ def kolay_ricles(name: str, start: dict[Symbol, Expr], report: dict[Symbol, Expr
         start=start,
         report=report,
         reference="Kolay & Ricles, Earthq. Eng. Struct. Dyn. 43 (2014) 1361-1380",
+        published=Published("Kolay & Ricles (2014)", 2 if start else None, rho_inf, oo),
     )
 
 

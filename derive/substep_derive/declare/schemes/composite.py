@@ -3,6 +3,7 @@
 from sympy import Expr, Interval, Rational, Symbol, oo, sqrt
 
 from ..parameter import Family, Parameter, Root
+from ..published import Published
 from ..scheme import Balance, Scheme
 from ..symbols import beta, beta1, beta2, gamma, gamma_t, h, knot, rho_inf
 
@@ -45,6 +46,7 @@ bathe = Scheme(
     },
     balances=(Balance.at(inner, half), Balance.at(end, 1)),
     reference="Bathe & Baig, Comput. Struct. 83 (2005) 2513-2524",
+    published=Published("Bathe & Noh, Comput. Struct. 98-99 (2012) 1-6", 2, 0, oo),
 )
 
 silva_bezerra = newmark_bdf2.fix(
@@ -75,6 +77,7 @@ rho_inf_bathe = Scheme(
     },
     balances=(Balance.at(inner, gamma_t), Balance.at(end, 1)),
     reference="Noh & Bathe, Comput. Struct. 212 (2019) 299-310",
+    published=Published("Noh & Bathe (2019)", 2, rho_inf, oo),
 )
 
 _w0, _w1, _w2 = gamma_t * (1 - beta1), gamma_t * beta1 + (1 - gamma_t) * (1 - beta2), (1 - gamma_t) * beta2
@@ -99,6 +102,7 @@ beta1_beta2_bathe = Scheme(
     },
     balances=(Balance.at(inner, gamma_t), Balance.at(end, 1)),
     reference="Malakiyeh, Shojaee & Bathe, Comput. Struct. 212 (2019) 289-298",
+    published=Published("Malakiyeh, Shojaee & Bathe (2019)", 2, rho_inf, oo),
 )
 
 _uk, _vk, _ak = later = knot("k")
@@ -128,6 +132,7 @@ three_substep = Scheme(
     },
     balances=(Balance.at(inner, gamma), Balance.at(later, 2 * gamma), Balance.at(end, 1)),
     reference="Zhang et al., Int. J. Numer. Methods Eng. 121 (2020); three sub-steps, controllable rho_inf",
+    published=Published("Zhang et al. (2020)", 2, rho_inf, oo),
 )
 
 ALL = (bathe, silva_bezerra, newmark_bdf2, rho_inf_bathe, beta1_beta2_bathe, three_substep)

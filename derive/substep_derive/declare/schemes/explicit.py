@@ -1,8 +1,9 @@
 """Explicit schemes."""
 
-from sympy import Interval, Rational
+from sympy import Interval, Rational, oo, sqrt
 
 from ..parameter import Parameter
+from ..published import Published
 from ..scheme import Balance, Scheme
 from ..symbols import C, M, N, f, h, knot, p, phi
 
@@ -15,6 +16,7 @@ forward_euler = Scheme(
     relations={u1: u0 + h * v0, v1: v0 + h * a0},
     balances=(Balance.at(start, 0),),
     reference="Euler; thesis (2.10)-(2.11)",
+    published=Published("Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I (1993), II.1", 1, oo, 0),
 )
 
 _vb = knot("-1/2").v
@@ -39,6 +41,7 @@ rk2 = Scheme(
     relations={_up: u0 + h / 2 * v0, _vp: v0 + h / 2 * a0, u1: u0 + h * _vp, v1: v0 + h * _ap},
     balances=(Balance.at(start, 0), Balance.at(second, half)),
     reference="Runge's midpoint rule; thesis (2.7)",
+    published=Published("Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I (1993), II.1", 2, oo, 0),
 )
 
 rk4 = Scheme(
@@ -55,6 +58,7 @@ rk4 = Scheme(
     },
     balances=(Balance.at(start, 0), Balance.at(second, half), Balance.at(third, half), Balance.at(fourth, 1)),
     reference="Kutta, Z. Math. Phys. 46 (1901) 435-453; thesis (2.8)-(2.9)",
+    published=Published("Hairer & Wanner, Solving Ordinary Differential Equations II (1996), IV.2", 4, oo, 2 * sqrt(2)),
 )
 
 _q1 = (1 - 2 * p) / (2 * p * (1 - p))

@@ -1,8 +1,9 @@
 """Multi-step schemes: the state holds earlier steps, and each says how it starts."""
 
-from sympy import Expr, Interval, Rational
+from sympy import Expr, Interval, Rational, oo
 
 from ..parameter import Parameter
+from ..published import Published
 from ..scheme import Balance, Scheme
 from ..symbols import C, K_t, M, alpha_g, delta, f, h, knot, rho_inf
 from .newmark import average_acceleration
@@ -22,6 +23,7 @@ houbolt = Scheme(
     balances=(Balance.at(end, 1),),
     start=average_acceleration,
     reference="Houbolt, J. Aeronaut. Sci. 17 (1950) 540-550",
+    published=Published("Hughes, The Finite Element Method (1987), ch. 9", 2, 0, oo),
 )
 
 park = Scheme(
@@ -33,6 +35,7 @@ park = Scheme(
     balances=(Balance.at(end, 1),),
     start=average_acceleration,
     reference="Park, J. Appl. Mech. 42 (1975) 464-470",
+    published=Published("Park (1975)", 2, 0, oo),
 )
 
 _j = (a1 - am) / (2 * h)
@@ -78,6 +81,7 @@ oalts = Scheme(
     balances=(Balance.at(end, 1),),
     start=average_acceleration,
     reference="Zhang & Xing, Int. J. Numer. Methods Eng. 118 (2019); optimal A-stable linear two-step",
+    published=Published("Zhang & Xing (2019)", 2, rho_inf, oo),
 )
 
 ALL = (houbolt, park, gholampour, oalts)

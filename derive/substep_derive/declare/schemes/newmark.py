@@ -1,8 +1,9 @@
 """Newmark's family and its named members."""
 
-from sympy import Interval, Rational, oo
+from sympy import Interval, Rational, oo, sqrt
 
 from ..parameter import Parameter
+from ..published import Published
 from ..scheme import Balance, Scheme
 from ..symbols import beta, gamma, h, knot
 
@@ -22,17 +23,32 @@ newmark = Scheme(
     },
     balances=(Balance.at(end, 1),),
     reference="Newmark, J. Eng. Mech. Div. ASCE 85 (1959) 67-94; thesis (2.13)-(2.16)",
+    published=Published(
+        "Hughes, The Finite Element Method (1987), ch. 9; thesis (2.17)", 2, 1, oo, (2 * beta >= gamma, gamma >= half)
+    ),
 )
 
-average_acceleration = newmark.fix({"beta": "1/4", "gamma": half}, name="average_acceleration")
-linear_acceleration = newmark.fix({"beta": "1/6", "gamma": half}, name="linear_acceleration")
+_table = "Hughes, The Finite Element Method (1987), table 9.1.1"
+
+average_acceleration = newmark.fix(
+    {"beta": "1/4", "gamma": half}, name="average_acceleration", published=Published(_table, 2, 1, oo)
+)
+linear_acceleration = newmark.fix(
+    {"beta": "1/6", "gamma": half},
+    name="linear_acceleration",
+    published=Published(_table, 2, critical_Omega=2 * sqrt(3)),
+)
 fox_goodwin = newmark.fix(
     {"beta": "1/12", "gamma": half},
     name="fox_goodwin",
     reference="Fox & Goodwin, Proc. Camb. Phil. Soc. 45 (1949) 373-388",
+    published=Published(_table, 2, critical_Omega=sqrt(6)),
 )
 central_difference = newmark.fix(
-    {"beta": 0, "gamma": half}, name="central_difference", reference="Newmark with beta = 0; thesis (2.2)-(2.5)"
+    {"beta": 0, "gamma": half},
+    name="central_difference",
+    reference="Newmark with beta = 0; thesis (2.2)-(2.5)",
+    published=Published(_table, 2, oo, 2),
 )
 
 ALL = (newmark, average_acceleration, linear_acceleration, fox_goodwin, central_difference)

@@ -3,6 +3,7 @@
 from sympy import Interval, Rational, oo
 
 from ..parameter import Parameter
+from ..published import Published
 from ..scheme import Balance, Scheme
 from ..symbols import N, N_discrete, f, h, knot, theta
 
@@ -15,6 +16,7 @@ backward_euler = Scheme(
     relations={v1: (u1 - u0) / h, a1: (v1 - v0) / h},
     balances=(Balance.at(end, 1),),
     reference="Euler; Bathe, Finite Element Procedures (1996), ch. 9",
+    published=Published("Hairer & Wanner, Solving Ordinary Differential Equations II (1996), IV.3", 1, 0, oo),
 )
 
 _ut, _vt, _at = knot("t")
@@ -32,6 +34,9 @@ wilson_theta = Scheme(
     },
     balances=(Balance(_at, _vt, N(_ut), f(0) + theta * (f(1) - f(0))),),
     reference="Wilson, Farhoomand & Bathe, Earthq. Eng. Struct. Dyn. 1 (1973) 241-252; thesis (2.18)-(2.22)",
+    published=Published(
+        "Bathe & Wilson, Earthq. Eng. Struct. Dyn. 1 (1973) 283-291", 2, None, oo, (2 * theta**2 - 2 * theta - 1 >= 0,)
+    ),
 )
 
 energy_momentum = Scheme(
@@ -39,6 +44,7 @@ energy_momentum = Scheme(
     relations={u1: u0 + h / 2 * (v0 + v1)},
     balances=(Balance((v1 - v0) / h, (v0 + v1) / 2, N_discrete(u0, u1), f(half)),),
     reference="Simo & Tarnow, ZAMP 43 (1992) 757-792; Gonzalez, J. Nonlinear Sci. 6 (1996) 449-467",
+    published=Published("Simo & Tarnow, ZAMP 43 (1992) 757-792", 2, 1, oo),
 )
 
 ALL = (backward_euler, wilson_theta, energy_momentum)
