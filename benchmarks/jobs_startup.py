@@ -24,7 +24,7 @@ ss.march(ss.scene("elastic_pendulum", EA=1e4), ss.scheme("bathe"), dt=0.01, t_en
 """
 OWN_SCHEME = """
 from dataclasses import replace
-from substep_derive.schemes import ALL
+from substep_derive.declare.schemes import ALL
 import substep as ss
 mine = replace(next(s for s in ALL if s.name == "newmark_bdf2"), name="mine")
 ss.scheme(mine).period_error([0.1, 1.0], xi=0.05)

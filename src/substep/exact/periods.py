@@ -7,7 +7,7 @@ import mpmath
 
 from ..core.scenes import Scene
 
-_MP = mpmath.MPContext()  # one of our own, for the precision of mpmath.mp is the user's
+_MP = mpmath.MPContext()  # a context of our own, since the precision of mpmath.mp is the user's
 _MP.dps = 30
 
 
@@ -17,7 +17,7 @@ def period(scene: Scene) -> float:
     Parameters are read as the decimal numbers that print them. Raises ValueError for a scene without such a period:
     another scene, one that starts at rest in equilibrium, or a pendulum that reaches the top.
     """
-    if scene.name not in _PERIODS or "declaration" in scene.entry:
+    if scene.name not in _PERIODS or scene.info.declaration is not None:
         raise ValueError(f"expected a scene with a known period, one of: {', '.join(_PERIODS)}; got {scene.name}")
     return float(_PERIODS[scene.name](**{key: _MP.mpf(repr(float(x))) for key, x in scene.parameters.items()}))
 
