@@ -17,11 +17,11 @@ def claim_2_1() -> tuple[Verdict, str]:
     """The derived conditions against (2.17), and the numerical damping at small Omega."""
     same = facade.same_conditions("newmark", facade.thesis().newmark_conditions)
     term = facade.derived("newmark").series.numerical_damping[1]
-    at_rest = facade.at_rest(term)
-    damps = all(facade.number(at_rest, gamma=g) > 0 for g in fractions("11/20", "3/4", "1"))
+    undamped = facade.undamped(term)
+    damps = all(facade.number(undamped, gamma=g) > 0 for g in fractions("11/20", "3/4", "1"))
     return overall(same, damps), (
         f"derived, necessary and sufficient: {facade.written_conditions('newmark')}; numerical damping at small Omega "
-        f"is ({at_rest}) Omega"
+        f"is ({undamped}) Omega"
     )
 
 
@@ -192,7 +192,7 @@ def claim_2_12() -> tuple[Verdict, str]:
 
 def claim_2_13() -> tuple[Verdict, str]:
     """The amplitude lost in a period, beside the derived damping at small Omega."""
-    term = facade.at_rest(facade.derived("silva_bezerra").series.numerical_damping[3])
+    term = facade.undamped(facade.derived("silva_bezerra").series.numerical_damping[3])
     loss = {s: float(scheme("silva_bezerra", gamma_t=float(s)).amplitude_error(2 * np.pi * 0.1)) for s in SPLITS}
     return overall(max(loss.values()) < 1e-12), (
         f"numerical damping at small Omega is ({term}) Omega^3, positive for all gamma_t; amplitude lost per period "
