@@ -1,4 +1,4 @@
-"""Claims of chapter 2. What a judge returns is the verdict and what decided it."""
+"""Claims of chapter 2. Each judge returns the verdict and the evidence that decided it."""
 
 from fractions import Fraction
 
@@ -10,7 +10,7 @@ from ..parameter_sets import SPLITS
 from .judgement import Claim, Verdict, fractions, listed, overall, row, show, stable, throughout
 
 OMEGA = 2 * np.pi * np.linspace(0.005, 0.2, 40)  # h/T of the accuracy figures
-AT = 19  # h/T = 0.1 among them
+AT = 19  # place of h/T = 0.1 in OMEGA
 
 
 def claim_2_1() -> tuple[Verdict, str]:
@@ -26,7 +26,7 @@ def claim_2_1() -> tuple[Verdict, str]:
 
 
 def claim_2_2() -> tuple[Verdict, str]:
-    """Exact certificates of the three members."""
+    """Exact certificates of the three schemes."""
     limits = {name: facade.certificate(name).critical_Omega for name in CONDITIONAL}
     text = ", ".join(f"{name}: Omega_cr = {limit}" for name, limit in limits.items())
     return overall(*(limit is not None and limit > 0 for limit in limits.values())), text
@@ -180,9 +180,9 @@ def claim_2_11() -> tuple[Verdict, str]:
 def claim_2_12() -> tuple[Verdict, str]:
     """A certificate, the derived order, both errors for h/T up to 0.2, and the spectral radius at Omega = 1e6."""
     order, limit = facade.derived("park").order, float(scheme("park").spectral_radius(1e6))
-    mine, other = scheme("park"), scheme("houbolt")
+    park, houbolt = scheme("park"), scheme("houbolt")
     smaller = [
-        bool((getattr(mine, f)(OMEGA) < getattr(other, f)(OMEGA)).all()) for f in ("amplitude_error", "period_error")
+        bool((getattr(park, f)(OMEGA) < getattr(houbolt, f)(OMEGA)).all()) for f in ("amplitude_error", "period_error")
     ]
     return overall(stable("park"), min(order) >= 2, *smaller, limit < 0.01), (
         f"certificate: stable {stable('park')}; order {order}; for h/T <= 0.2 amplitude error smaller than Houbolt's: "
