@@ -30,10 +30,10 @@ stable = certify("newmark_bdf2", gamma_t="1/5", beta="121/400", gamma="3/5")
 print(stable.text)
 
 # %% [markdown]
-# In words: the characteristic polynomial has two eigenvalues that are not zero. The bilinear map takes the unit disk to the
-# left half plane, so that "all eigenvalues inside" becomes "all roots s have a negative real part"; for that Lienard
-# and Chipart's conditions are necessary and sufficient. Each is a polynomial in $\Omega$; where it has no positive root
-# it keeps one sign, and one sample decides for the whole cell.
+# In words: the characteristic polynomial has two eigenvalues that are not zero. The bilinear map takes the unit disk to
+# the left half plane, so that "all eigenvalues inside" becomes "all roots s have a negative real part"; for that
+# Lienard and Chipart's conditions are necessary and sufficient. Each is a polynomial in $\Omega$; where it has no
+# positive root it keeps one sign, and one sample decides for the whole cell.
 
 # %%
 assert stable.stable

@@ -13,8 +13,9 @@
 # %% [markdown]
 # # The elastic pendulum: chapter 5 of the thesis in brief
 #
-# A mass on an elastic bar without gravity starts with a velocity across the bar (Kuhl & Crisfield 1999). The scene is declared by its two
-# energies; equation of motion, tangent and angular momentum are derived, and with a scheme they become a kernel.
+# A mass on an elastic bar without gravity starts with a velocity across the bar (Kuhl & Crisfield 1999). The scene is
+# declared by its two energies; equation of motion, tangent and angular momentum are derived, and with a scheme they
+# become a kernel.
 
 # %%
 import matplotlib.pyplot as plt

@@ -13,8 +13,8 @@
 # %% [markdown]
 # # Speed against accuracy
 #
-# How much work does an accuracy cost, and which scheme and step reach it with the least? Sweeps give the data, a work-precision
-# chart shows them, and `choose` answers.
+# How much work does an accuracy cost, and which scheme and step reach it with the least? Sweeps give the data, a
+# work-precision chart shows them, and `choose` answers.
 
 # %%
 import numpy as np
@@ -97,8 +97,8 @@ figure
 # %% [markdown]
 # ## What to choose
 #
-# The least work, counted in operations of the compiled kernels, over schemes, steps and models. For the angle of
-# the stiff pendulum to 1e-5 rad no axial coordinate is needed; to 1e-7 rad it is.
+# The least work, counted in operations of the compiled kernels, over schemes, steps and models. For the angle of the
+# stiff pendulum to 1e-5 rad no axial coordinate is needed; to 1e-7 rad it is.
 
 # %%
 stiff = ss.scene("elastic_pendulum", EA=1e10)

@@ -14,8 +14,8 @@
 # # Where methods fail
 #
 # A scheme that is stable for every step on a linear oscillator may still gain energy, blow up, or make Newton's
-# iteration fail. A run has one of four outcomes: *survived* ($E \le 1.01 E_0$), *gains energy*
-# ($E \le 10^3 E_0$), *blew up*, *Newton failed*.
+# iteration fail. A run has one of four outcomes: *survived* ($E \le 1.01 E_0$), *gains energy* ($E \le 10^3 E_0$),
+# *blew up*, *Newton failed*.
 
 # %%
 import matplotlib.pyplot as plt
@@ -85,8 +85,8 @@ for scene, period in ((ss.scene("duffing"), 0.1515328344472604), (ss.scene("soft
 # %% [markdown]
 # ## Contact
 #
-# A mass hits a penalty spring and should leave as fast as it came. Its computed speed depends on where in a step contact
-# begins, and on $\omega_c h$.
+# A mass hits a penalty spring and should leave as fast as it came. Its computed speed depends on where in a step
+# contact begins, and on $\omega_c h$.
 
 # %%
 phases = np.arange(50) / 50
