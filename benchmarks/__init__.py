@@ -1,1 +1,1 @@
-"""Speed with its error beside it: substep, the machine's limit in C, and peers on the same work."""
+"""Speed and error of substep, of kernels in C near the machine's limit, and of other libraries, on the same work."""

@@ -1,4 +1,4 @@
-"""What a job hands to the report: times with their errors, goals with what was reached, and what was left out."""
+"""What a job hands to the report: times and errors, goals and whether they are reached, and what was left out."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -9,7 +9,7 @@ from .timing import Measured, Ratio, ratio
 
 @dataclass(frozen=True)
 class Goal:
-    """A number to stay under or above. reached is None where it could not be measured, and `why` says so."""
+    """A bound on a measured number; reached is None where it could not be measured, for the reason `why`."""
 
     text: str
     sense: Literal["<=", ">=", "<"]
@@ -32,7 +32,7 @@ class Goal:
 
 @dataclass
 class Table:
-    """Alternatives on the same work. unit: what the times are of; errors: what each column of errors is against."""
+    """Alternatives on the same work. unit: what a time is the time of; errors: what each column of errors means."""
 
     title: str
     unit: str
@@ -46,7 +46,7 @@ class Table:
 
 @dataclass
 class Job:
-    """Everything one job found."""
+    """The results of one job: tables, goals, what was left out and why, and notes for the reader."""
 
     name: str
     title: str

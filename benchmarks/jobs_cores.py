@@ -13,7 +13,7 @@ NAME = "cores"
 
 
 def job(quick: bool) -> Job:
-    """Marches and stability functions, by the clock on the wall: a busy machine shows here."""
+    """Marches and stability functions in wall-clock time, which other programs on the machine lengthen."""
     found = Job(NAME, "Two cores against one, by the clock on the wall")
     if available_cores() < 2:
         found.skipped["two cores"] = "this process may use one core only"
@@ -41,7 +41,7 @@ def job(quick: bool) -> Job:
             same = run()
         together = Alternative("two cores", "substep", run, units, lambda y, x=same: _differ(x, y))
         table = Table(what, unit, measure([_one_core(run, units, alone), together], rounds, wall=True))
-        table.errors = {"cores": "largest difference from the other, must be 0"}
+        table.errors = {"cores": "largest difference between the two, which must be 0"}
         found.tables.append(table)
         found.compare(table, f"{what}: two cores against one", "one core", "two cores", ">=", bound)
     return found

@@ -13,7 +13,7 @@ from .timing import Alternative, cores, measure
 NAME = "pendulum"
 LANES, H = 480, 0.01
 CASES = {"flexible": (1e4, (0.0, 0.0)), "stiff": (1e10, (-19.6, 0.0))}
-# what our C takes: of newmark_bdf2, whose special case bathe is, or of generalized_alpha, whose is newmark
+# parameters of our kernels in C: newmark_bdf2, which includes bathe, and generalized_alpha, which includes newmark
 PARAMETERS = {
     "newmark_bdf2": ("gamma_t", "beta", "gamma"),
     "bathe": (0.5, 0.25, 0.5),
@@ -21,12 +21,12 @@ PARAMETERS = {
     "generalized_alpha": ("alpha_m", "alpha_f", "beta", "gamma"),
 }
 V0 = np.linspace(7.0, 8.0, LANES)
-LONGER = 20
+LONGER = 20  # times the steps of the batch that a single lane takes
 
 
 def job(quick: bool) -> Job:
     """480 lanes from 480 start velocities; then one lane of the flexible pendulum."""
-    n, rounds = (400, 5) if quick else (4000, 11)  # so many that the set-up of a call, 50 us, does not tell
+    n, rounds = (400, 5) if quick else (4000, 11)  # so many that the set-up of a call, 50 us, hardly counts
     found = Job(NAME, f"Elastic pendulum, {LANES} lanes x {n} steps of {H} s, one core")
     with cores(1):
         for name in PARAMETERS:
@@ -95,12 +95,12 @@ def _batch(found: Job, name: str, case: str, EA: float, a0: tuple[float, float],
             Alternative("C, vectors", "limit", lambda: by_c(True), LANES * n, against(own)),
             Alternative("C, scalar", "limit", lambda: by_c(False), LANES * n, against(own)),
         ]
-    errors = {"C": "last position, substep's against C's and C's against substep's, of the length"}
+    errors = {"C": "distance of the last positions of substep and C, over the length"}
     return Table(f"{name}, {case}: Newton in every sub-step", "lane-step", measure(rows, rounds), errors)
 
 
 def _one_run(found: Job, rounds: int) -> None:
-    """3 s of the flexible pendulum by everyone, at three accuracies: time with the error it buys."""
+    """3 s of the flexible pendulum by substep and by ODE solvers, at several accuracies: time and error."""
     EA, t_end = CASES["flexible"][0], 3.0
     scene = ss.scene("elastic_pendulum", EA=EA)
     L, m, v0 = (scene.parameters[key] for key in ("L", "m", "v0"))
@@ -145,7 +145,7 @@ def _one_run(found: Job, rounds: int) -> None:
         )  # fmt: skip
     found.tables.append(
         Table(
-            "one flexible pendulum to 3 s: time and the error it buys", "run", measure(rows, min(rounds, 5)),
-            {"exact": "last position against the exact motion, of the length"},
+            "one flexible pendulum to 3 s: time and error", "run", measure(rows, min(rounds, 5)),
+            {"exact": "distance of the last position from the exact one, over the length"},
         )
     )  # fmt: skip

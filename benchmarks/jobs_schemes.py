@@ -1,4 +1,4 @@
-"""Every scheme of the catalogue on the same work: what its kernels reach."""
+"""Every scheme of the catalogue on the same work: the speed of its kernels."""
 
 from functools import partial
 
@@ -62,6 +62,6 @@ def job(quick: bool) -> Job:
             found.tables.append(Table(what, unit, measure(rows, rounds), {}))
     found.notes.append(
         "houbolt, park, gholampour and oalts begin with steps of another scheme, so that no "
-        "filter tells their peaks; oalts and park have more than three live eigenvalues, found by iteration."
+        "filter gives their peaks; oalts and park have more than three live eigenvalues, found by iteration."
     )
     return found

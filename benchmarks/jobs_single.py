@@ -86,7 +86,7 @@ def _run(found: Job, name: str, n: int, rounds: int) -> Table:
             except peers.MissingPeerError as error:
                 found.skipped["openseespy"] = str(error)
                 break
-            found_errors = against_exact(program.steps())  # one call of analyze keeps no history to judge
+            found_errors = against_exact(program.steps())  # one call of analyze keeps no history
             add(f"openseespy {integrator}", "peer", program.run, lambda _, known=found_errors: known)
             if integrator == "Newmark":
                 add("openseespy Newmark, a call a step", "peer", program.steps, against_exact)

@@ -1,4 +1,4 @@
-"""Response spectrum: many oscillators under one record, only the peaks kept; and their whole history into memory."""
+"""Response spectrum: many oscillators under one record, with their peaks only, and with their whole history."""
 
 import numpy as np
 
@@ -15,7 +15,7 @@ OMEGAS = 2 * np.pi * np.geomspace(0.1, 10.0, LANES)
 
 
 def job(quick: bool) -> Job:
-    """480 lanes, 4096 steps."""
+    """480 oscillators, 4096 steps."""
     n, rounds = 4096, 5 if quick else 11
     found = Job(NAME, f"Response spectrum and history, {LANES} lanes x {n} steps under one record, one core")
     with cores(1):
@@ -130,7 +130,7 @@ def _history(found: Job, name: str, n: int, rounds: int) -> None:
         limits.write(limits.aligned((n + 1, 3, LANES)), stream=False)
 
     def errors(u: np.ndarray) -> dict[str, float]:
-        """u (steps, lanes) of every 512th step, substep's against C's and the other way round."""
+        """Largest difference from C of u (steps, lanes) at every 512th step, relative to the largest u."""
         return {"C": float(np.abs(u - C).max() / np.abs(C).max())}
 
     def by_c() -> np.ndarray:
@@ -151,7 +151,7 @@ def _history(found: Job, name: str, n: int, rounds: int) -> None:
         f"{name}: history of u, v, a", "double", measure(rows, rounds), {"C": "u against C's, of the largest"}
     )
     found.tables.append(table)
-    # numba has no stores past the caches: the floor is the plain ones
+    # numba cannot store past the caches, so plain stores are the limit
     found.compare(
         table, "history into memory: substep / plain stores", "substep", "stores through the caches", "<=", 1.6
     )

@@ -1,4 +1,4 @@
-"""From nothing to the first result, in processes of their own: import, caches, compilation."""
+"""Time to the first result of a new process: import, caches, compilation."""
 
 import os
 import subprocess
@@ -24,7 +24,7 @@ ss.march(ss.scene("elastic_pendulum", EA=1e4), ss.scheme("bathe"), dt=0.01, t_en
 """
 OWN_SCHEME = """
 from dataclasses import replace
-from substep_derive.schemes import ALL
+from substep_derive.declare.schemes import ALL
 import substep as ss
 mine = replace(next(s for s in ALL if s.name == "newmark_bdf2"), name="mine")
 ss.scheme(mine).period_error([0.1, 1.0], xi=0.05)
@@ -45,7 +45,7 @@ for name in ss.schemes():
 
 
 def job(quick: bool, full: bool = False) -> Job:
-    """Whole processes, by the clock on the wall."""
+    """Wall-clock times of whole processes, with warm caches and with empty ones."""
     found = Job(NAME, "Start-up, whole processes, by the clock on the wall")
     repeats = 3 if quick else 5
     for text, code in (("stability and linear march", FIRST_RESULT), ("pendulum", PENDULUM)):
@@ -54,7 +54,7 @@ def job(quick: bool, full: bool = False) -> Job:
         found.goals.append(
             Goal(f"warm start to first result, {text}", "<=", 0.8, median(times), min(times), max(times), unit="s")
         )
-        found.notes.append(f"{text}: {median(busy):.2f} s of that on the processor; the rest waited for it.")
+        found.notes.append(f"{text}: {median(busy):.2f} s of that on the processor; the rest is waiting.")
     bare = [_process("import numpy, numba", {})[0] for _ in range(repeats)]
     found.notes.append(f"`import numpy, numba` alone takes {median(bare):.2f} s here.")
     if not quick:
@@ -69,6 +69,7 @@ def job(quick: bool, full: bool = False) -> Job:
 
 
 def _cold(code: str) -> float:
+    """Wall-clock seconds of a process whose caches are empty."""
     with tempfile.TemporaryDirectory() as folder:
         private = Path(folder) / "substep"
         private.mkdir(mode=0o700)

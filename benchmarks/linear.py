@@ -22,13 +22,13 @@ SCHEMES: dict[str, dict[str, float]] = {
 
 @cache
 def scheme(name: str) -> Any:
-    """The handle of a scheme, with the parameters above if it is among them."""
+    """The handle of a scheme, with its parameters in SCHEMES if it is named there."""
     return ss.scheme(name, **SCHEMES.get(name, {}))
 
 
 @cache
 def record(n: int, dt: float = 0.01) -> Array:
-    """A made-up ground motion of n + 1 samples, 0 at both ends, no two frequencies alike; m/s^2."""
+    """A synthetic ground motion of n + 1 samples in m/s^2, a sum of 40 frequencies that is 0 at both ends."""
     t = dt * np.arange(n + 1)
     frequencies = np.geomspace(0.2, 12.0, 40)
     phases = np.random.default_rng(1940).uniform(0, 2 * np.pi, 40)
@@ -43,7 +43,7 @@ def record(n: int, dt: float = 0.01) -> Array:
 class TwoLoads:
     """x1 = x0 + D x0 + B0 h^2 f_n + B1 h^2 f_n+1 for a load linear between steps; D (m, m, lanes), B (m, lanes).
 
-    (u, hv) where the balance is at the step's end and so gives the acceleration, else (u, hv, h^2 a).
+    x is (u, hv) where the balance at the step's end gives the acceleration, else (u, hv, h^2 a).
     """
 
     D: Array
@@ -52,7 +52,7 @@ class TwoLoads:
 
     @classmethod
     def of(cls, handle: Any, Omega: Array, xi: float) -> "TwoLoads":
-        """From the scheme's own coefficients, cancelled where they were derived."""
+        """From the coefficients of the scheme's handle, in which differences are cancelled symbolically."""
         increment, load, _, _ = handle.coefficients(Omega, np.full(Omega.shape, xi))
         D, B = increment.transpose(1, 2, 0), load.transpose(1, 2, 0)
         stencil = handle.stencil().reshape(-1)
@@ -60,7 +60,7 @@ class TwoLoads:
         return cls(*(np.ascontiguousarray(x) for x in (D, B0, B1)))
 
     def companion(self) -> Array:
-        """det, P = det(I - A), c1, c0, S of u = S (x + c1 d' + c0 d), see spectrum.c; two variables only."""
+        """det, P = det(I - A), c1, c0, S (5, lanes) of the companion form in spectrum.c, for x = (u, hv)."""
         (D00, D01), (D10, D11) = self.D
         P = D00 * D11 - D01 * D10
         det = 1.0 + D00 + D11 + P
@@ -79,9 +79,9 @@ class TwoLoads:
 
 @cache
 def exact_peaks(omegas: tuple[float, ...], xi: float, n: int, dt: float) -> Array:
-    """Peak |u|, |v|, |2 xi omega v + omega^2 u| (3, P) over the steps' ends of the exact response from rest.
+    """Peak |u|, |v|, |2 xi omega v + omega^2 u| (3, P) at the samples, exact, from rest.
 
-    To the record, linear between its samples.
+    The load is `record(n, dt)`, linear between its samples.
     """
     f, coefficients, rates = record(n, dt), [], []
     with mp.workdps(30):
@@ -90,7 +90,7 @@ def exact_peaks(omegas: tuple[float, ...], xi: float, n: int, dt: float) -> Arra
             one = (mp.expm1(w * dt)) / (w * dt)
             two = (one - 1) / (w * dt)
             coefficients.append([complex(c) for c in (mp.exp(w * dt), dt * (one - two), dt * two, 1 / w.imag)])
-            rates.append([1.0, complex(w), complex(2 * xi * omega * w + omega**2)])  # u, v and what the mass feels
+            rates.append([1.0, complex(w), complex(2 * xi * omega * w + omega**2)])  # u, v, absolute acceleration
     (growth, now, then, scale), rate = np.array(coefficients).T, np.array(rates).T
     z, peak = np.zeros(len(omegas), dtype=complex), np.zeros((3, len(omegas)))
     for i in range(n):

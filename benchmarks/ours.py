@@ -1,4 +1,4 @@
-"""substep as the jobs call it: the only file to change when its interface does."""
+"""The calls of substep that the jobs time: the only file to change when its interface does."""
 
 from functools import cache
 from typing import Any
@@ -45,7 +45,7 @@ def spectrum(name: str, omegas: Array, xi: float, record: Array, dt: float, erro
 
 
 def exact_spectrum(omegas: Array, xi: float, record: Array, dt: float) -> Array:
-    """The same of the exact response that errors are told against."""
+    """SD, SV, SA (3, lanes) of the exact response, from which errors are reported."""
     return exact_peaks(omegas, np.full(len(omegas), xi), ss.Record(dt, record))
 
 
@@ -73,14 +73,14 @@ def single_run(name: str, scene: ss.Scene, dt: float, n: int) -> tuple[Array, Ar
 
 
 def single_lane(name: str, omega: float, xi: float, load: ss.Record, out: Array) -> Array:
-    """The same from rest into out (n + 1, 3, 1), as the kernels in C take it."""
+    """u (n + 1,) of one oscillator from rest; out (n + 1, 3, 1) takes u, v, a, in the layout of the kernels in C."""
     lanes = at_rest(np.array([omega]), xi, load)
     return march_linear(scheme(name), lanes, len(out) - 1, load, out=out).out[:, 0, 0]
 
 
 @cache
 def _pendulum(name: str, EA: float, a0: tuple[float, float]) -> tuple[Any, Any]:
-    """The handles, which a user makes once; nor is the set-up of the C kernels timed."""
+    """Handles of scene and scheme, made once, so that their set-up is not timed, as that of the C kernels is not."""
     return ss.scene("elastic_pendulum", EA=EA, a0=a0), scheme(name)
 
 

@@ -1,4 +1,4 @@
-"""Other programs on the same work. Each is imported when a job wants it, and named where it is not installed."""
+"""Other libraries on the same work. Each is imported when a job calls it; the report names those not installed."""
 
 from collections.abc import Callable
 from importlib import import_module
@@ -39,9 +39,9 @@ def radius(matrices: Array) -> Array:
 
 
 def closed_form(name: str) -> Callable[..., tuple[Array, Array, Array]]:
-    """The same by NumPy from the closed form of a scheme with two live eigenvalues, as one writes it without substep.
+    """A function like `eigenvalues` of (Omega, xi, parameters), in NumPy, as one writes it without substep.
 
-    Raises ValueError for a scheme with more.
+    From the closed form of a scheme with two eigenvalues other than 0. Raises ValueError for a scheme with more.
     """
     from substep_derive import derive  # noqa: PLC0415 (SymPy, only where it is needed)
     from substep_derive.oscillator.spectrum import live  # noqa: PLC0415
@@ -50,7 +50,7 @@ def closed_form(name: str) -> Callable[..., tuple[Array, Array, Array]]:
     derivation = derive(name)
     coefficients = live(derivation.charpoly).all_coeffs()
     if len(coefficients) != 3:
-        raise ValueError("more than two live eigenvalues")
+        raise ValueError(f"expected a scheme with two eigenvalues that are not always 0, got {name}")
     c2, minus_trace, det = coefficients
     function = lambdify(list(derivation.symbols.values()), [-minus_trace / c2, det / c2], "numpy", cse=True)
 
@@ -70,7 +70,7 @@ def closed_form(name: str) -> Callable[..., tuple[Array, Array, Array]]:
 
 
 def numpy_across_lanes(D: Array, B0: Array, B1: Array, forces: Array) -> Array:
-    """A NumPy statement a step over all lanes; D (m, m, lanes), forces h^2 f (n + 1,)."""
+    """A loop over steps in Python with NumPy over all lanes; D (m, m, lanes), forces h^2 f (n + 1,)."""
     x = np.zeros_like(B0)
     peak = np.zeros(B0.shape[1])
     for f0, f1 in zip(forces[:-1].tolist(), forces[1:].tolist(), strict=True):
@@ -80,14 +80,14 @@ def numpy_across_lanes(D: Array, B0: Array, B1: Array, forces: Array) -> Array:
 
 
 def lfilter_peaks(numerator: Array, denominator: Array, forces: Array) -> Array:
-    """scipy.signal.lfilter, a lane at a time."""
+    """Peak |u| (lanes,) by scipy.signal.lfilter, a lane at a time."""
     signal = peer("scipy.signal")
     lanes = zip(numerator, denominator, strict=True)
     return np.array([np.abs(signal.lfilter(b, a, forces)).max() for b, a in lanes])
 
 
 def pyyeti_peaks(omegas: Array, xi: float, record: Array, dt: float) -> Array:
-    """pyyeti.srs, relative displacement, nothing resampled."""
+    """Peak |u| (lanes,) by pyyeti.srs, without resampling."""
     srs = peer("pyyeti.srs")
     return srs.srs(
         record, 1.0 / dt, omegas / (2 * np.pi), 0.5 / xi, stype="reldisp", rolloff="none", parallel="no"
@@ -109,7 +109,7 @@ def eqsig_spectrum(omegas: Array, xi: float, record: Array, dt: float) -> Array:
 
 
 def eqsig_peaks(omegas: Array, xi: float, record: Array, dt: float) -> Array:
-    """eqsig's Nigam-Jennings response."""
+    """Peak |u| (lanes,) of eqsig's Nigam-Jennings response."""
     sdof = peer("eqsig.sdof")
     return np.abs(sdof.response_series(record, dt, 2 * np.pi / omegas, xi)[0]).max(axis=1)
 
@@ -118,7 +118,7 @@ def eqsig_peaks(omegas: Array, xi: float, record: Array, dt: float) -> Array:
 
 
 def python_loop(D: Array, B0: Array, B1: Array, forces: Array) -> Array:
-    """A loop in plain Python, D (2, 2) as a nested list would be."""
+    """A loop in plain Python for one oscillator; D (2, 2), B0, B1 (2,)."""
     (d00, d01), (d10, d11) = D.tolist()
     (b00, b01), (b10, b11) = B0.tolist(), B1.tolist()
     u = v = 0.0
@@ -146,6 +146,6 @@ def lsim_run(omega: float, xi: float, record: Array, dt: float) -> Array:
 
 
 def solve_unc_run(omega: float, xi: float, record: Array, dt: float) -> Array:
-    """pyyeti's SolveUnc, exact for the same."""
+    """pyyeti's SolveUnc, exact for a load linear between samples."""
     ode = peer("pyyeti.ode")
     return ode.SolveUnc(1.0, 2 * xi * omega, omega**2, dt).tsolve(np.atleast_2d(record)).d[0]

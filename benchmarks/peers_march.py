@@ -9,7 +9,7 @@ from .peers import peer
 
 Array = NDArray[np.float64]
 
-# of OpenSees's transient integrators those whose scheme or family is in the catalogue, as its Python names them
+# integrators of OpenSees whose scheme is in the catalogue: their names in openseespy, and parameters
 OPENSEES = {
     "Newmark": (0.5, 0.25),
     "HHT": (0.9,),
@@ -22,7 +22,7 @@ OPENSEES = {
 
 
 class OpenSees:
-    """One mass on a spring and a dashpot in openseespy, ready to march; run() marches from rest to the end."""
+    """One mass on a spring and a dashpot in openseespy, marched from rest."""
 
     def __init__(self, integrator: str, omega: float, xi: float, record: Array, dt: float):
         self.ops = peer("openseespy.opensees")
@@ -58,7 +58,7 @@ class OpenSees:
         return np.array([self.ops.nodeDisp(2, 1)])
 
     def steps(self) -> Array:
-        """A call a step and the displacement of each, as one records a history in Python."""
+        """All displacements (n + 1,), with one call of analyze for each step, as a history is recorded in Python."""
         self._build()
         out = [0.0]
         for _ in self.record[1:]:

@@ -1,4 +1,4 @@
-"""The schemes themselves, without rounding: marches and eigenvalues in far more digits than a double holds."""
+"""Marches and eigenvalues of the schemes in far more digits than a double holds."""
 
 from fractions import Fraction
 from functools import cache
@@ -34,17 +34,17 @@ def _values(name: str, Omega: float, xi: float, parameters: tuple[float, ...] = 
 
 
 def _doubled(number: int) -> int:
-    """The nearest double, in fixed point."""
+    """The double nearest to a number, both in fixed point."""
     return int(Fraction(number / (1 << BITS)) * (1 << BITS))
 
 
 def march(
     name: str, Omega: float, xi: float, forces: Array | None, n: int, u0: float = 0.0, *, rounded: bool = False
 ) -> Array:
-    """u (n + 1,) of the scheme at those doubles, exactly, from u0 at rest with the consistent acceleration.
+    """u (n + 1,) of the scheme, without rounding, from u0 at rest with the consistent acceleration.
 
-    forces: h^2 f at the steps' ends (n + 1,), linear between them, or None. rounded: A - I rounded to
-    doubles, and nothing else: what any march in doubles starts from. State (u, hv, h^2 a).
+    forces: h^2 f at the steps' ends (n + 1,), linear between them, or None. rounded: only A - I is rounded to doubles,
+    which no march in doubles can avoid. State (u, hv, h^2 a).
     """
     derivation, values = _derivation(name), _values(name, Omega, xi)
     one = 1 << BITS
@@ -80,7 +80,7 @@ def march(
 
 
 def spectrum(name: str, Omega: float, xi: float, *parameters: float) -> tuple[float, float, float]:
-    """Spectral radius, numerical damping, period error to 50 digits, then rounded; parameters: all, or the usual."""
+    """Spectral radius, numerical damping, period error to 50 digits, then rounded; without parameters: at the usual."""
     derivation, values = _derivation(name), _values(name, Omega, xi, parameters)
     with mp.workdps(80):
         coefficients = [c.subs(values) for c in live(derivation.charpoly).all_coeffs()]

@@ -1,4 +1,4 @@
-"""What was measured, on the terminal, as results/bench.json and as a page, results/bench.md."""
+"""Reports of what was measured: on the terminal, in results/bench.json and as a page, results/bench.md."""
 
 import json
 import math
@@ -53,7 +53,7 @@ def _version(package: str) -> str | None:
 
 
 def time_text(seconds: float) -> str:
-    """With a unit that leaves one to three digits before the point."""
+    """A time with the unit that leaves one to three digits before the point."""
     if not math.isfinite(seconds):
         return "-"
     for scale, unit in ((1.0, "s"), (1e-3, "ms"), (1e-6, "µs")):
@@ -110,7 +110,7 @@ def show(job: Job, console: Console) -> None:
 
 
 def show_goals(jobs: Sequence[Job], console: Console) -> None:
-    """All goals, last, where they are read."""
+    """All goals on the terminal, after the tables."""
     grid = Grid(*GOALS, title="Goals", show_edge=False)
     for row in _goal_rows(jobs):
         grid.add_row(*row, style={"yes": "green", "no": "red"}.get(row[-1], "yellow"))
@@ -150,7 +150,7 @@ def _plain(job: Job) -> dict[str, Any]:
 
 
 def _finite(value: Any) -> Any:
-    """JSON has no NaN: null."""
+    """A copy in which null stands for NaN and infinity, which JSON does not have."""
     if isinstance(value, dict):
         return {key: _finite(item) for key, item in value.items()}
     if isinstance(value, list):
@@ -159,14 +159,14 @@ def _finite(value: Any) -> Any:
 
 
 def _page(jobs: Sequence[Job], facts: dict[str, Any]) -> Iterator[str]:
-    yield from ("# Speed, and the error beside it", "")
+    yield from ("# Speed and error", "")
     versions = ", ".join(f"{name} {number}" for name, number in facts["versions"].items())
     yield f"{facts['date']}, {facts['processor']} ({facts.get('vectors', 'unknown vectors')}), {facts['cores']} cores,"
     yield f"load {facts['load_at_start']} at the start; {facts['system']}; Python {facts['python']}, {versions};"
     yield f"C by `{facts['compiler']}`."
     yield ""
     yield "Medians over rounds in which all alternatives take turns; ratios are taken round by round. One core, and the"
-    yield "process's own time, unless a title says otherwise. Ratios hold where times drift."
+    yield "process's own time, unless a title says otherwise. Ratios stay the same when the machine's speed drifts."
     yield from ("", "## Goals", "", *_markdown(GOALS, _goal_rows(jobs)))
     for job in jobs:
         yield from ("", f"## {job.title}")

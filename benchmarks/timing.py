@@ -1,4 +1,4 @@
-"""Interleaved medians: the alternatives take turns, so that drift of the machine's clock meets them all."""
+"""Medians of interleaved runs: the alternatives take turns, so that drifts of the machine's speed affect them alike."""
 
 import os
 import time
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Kind = Literal["substep", "limit", "peer"]
-LEAST = 2e-2  # s, of one sample: shorter calls are repeated within it, after one that is not timed
+LEAST = 2e-2  # s, of one sample: a shorter call is repeated within it, after one call that is not timed
 SLOW = 0.25  # s: longer calls are sampled once or twice
 
 
@@ -29,7 +29,7 @@ class Alternative:
 
 @dataclass(frozen=True)
 class Measured:
-    """samples (rounds,): s a unit, NaN in rounds it sat out; errors by name."""
+    """One alternative, measured. samples (rounds,): s a unit, NaN in rounds without a sample; errors by name."""
 
     name: str
     kind: Kind
@@ -49,10 +49,10 @@ class Measured:
 
 
 def measure(alternatives: Sequence[Alternative], rounds: int, *, wall: bool = False) -> list[Measured]:
-    """Each alternative once to warm up and for its errors, then all in turn, `rounds` times.
+    """Run each alternative once to warm up and for its errors, then all in turn, `rounds` times.
 
-    By the process's own time, which other programs on the machine do not lengthen, so alternatives that spread
-    over threads want `cores(1)`; wall: by the clock on the wall instead, for work on several cores.
+    Times are the process's own, which other programs on the machine do not lengthen; threads add up in it, so measure
+    inside `cores(1)`. wall: wall-clock times instead, for work on several cores.
     """
     clock = time.perf_counter if wall else time.process_time
     errors, repeats, turns = [], [], []
@@ -69,7 +69,7 @@ def measure(alternatives: Sequence[Alternative], rounds: int, *, wall: bool = Fa
             if turn >= turns[k]:
                 continue
             if repeats[k] > 1:
-                one.run()  # what the other alternatives left in the caches is not its own
+                one.run()  # fills the caches with its own data again
             began = clock()
             for _ in range(repeats[k]):
                 one.run()
@@ -79,7 +79,7 @@ def measure(alternatives: Sequence[Alternative], rounds: int, *, wall: bool = Fa
 
 @dataclass(frozen=True)
 class Ratio:
-    """Of two times in the same rounds: the median and its quartiles."""
+    """The ratio of two times in the same rounds: median and quartiles."""
 
     median: float
     low: float
@@ -87,7 +87,7 @@ class Ratio:
 
 
 def ratio(slow: Measured, fast: Measured) -> Ratio:
-    """How many times the time of the other one takes."""
+    """The time of `slow` over the time of `fast`, round by round."""
     both = slow.samples / fast.samples
     median, low, high = np.nanpercentile(both, [50, 25, 75])
     return Ratio(float(median), float(low), float(high))
@@ -95,7 +95,7 @@ def ratio(slow: Measured, fast: Measured) -> Ratio:
 
 @contextmanager
 def cores(count: int) -> Iterator[None]:
-    """All threads of the process on `count` cores; where the system cannot pin threads, as they are."""
+    """Restrict all threads of the process to `count` cores, where the system can pin threads."""
     if not hasattr(os, "sched_setaffinity"):
         yield
         return

@@ -11,7 +11,7 @@
 # ---
 
 # %% [markdown]
-# # A proof of stability, read aloud
+# # A proof of stability, step by step
 #
 # A plot of the spectral radius shows that a scheme is stable where it was drawn. A certificate shows it for every
 # $\Omega = \omega h > 0$: by exact algebra, in steps that can be checked by hand. Two examples: Newmark-BDF2 with a
@@ -30,10 +30,10 @@ stable = certify("newmark_bdf2", gamma_t="1/5", beta="121/400", gamma="3/5")
 print(stable.text)
 
 # %% [markdown]
-# Read: the characteristic polynomial has two eigenvalues that are not zero. The bilinear map takes the unit disk to the
-# left half plane, so that "all eigenvalues inside" becomes "all roots s have a negative real part"; for that Lienard
-# and Chipart's conditions are necessary and sufficient. Each is a polynomial in $\Omega$; where it has no positive root
-# it keeps one sign, and one sample decides for the whole cell.
+# In words: the characteristic polynomial has two eigenvalues that are not zero. The bilinear map takes the unit disk to
+# the left half plane, so that "all eigenvalues inside" becomes "all roots s have a negative real part"; for that
+# Lienard and Chipart's conditions are necessary and sufficient. Each is a polynomial in $\Omega$; where it has no
+# positive root it keeps one sign, and one sample decides for the whole cell.
 
 # %%
 assert stable.stable
@@ -51,7 +51,7 @@ print(conditional.text)
 
 # %%
 assert conditional.critical_Omega == sqrt(6)
-assert conditional.intervals[0][3] is False  # the end itself does not belong to it: a double eigenvalue on the circle
+assert conditional.intervals[0][3] is False  # the end itself is not stable: a double eigenvalue on the circle
 assert [low for low, *_ in conditional.multiple] == [sqrt(6)]
 
 # %% [markdown]

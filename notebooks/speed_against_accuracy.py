@@ -13,8 +13,8 @@
 # %% [markdown]
 # # Speed against accuracy
 #
-# What does an error cost, and what is the least that reaches a wished accuracy? Sweeps give the data, a work-precision
-# chart shows them, and `choose` answers.
+# How much work does an accuracy cost, and which scheme and step reach it with the least? Sweeps give the data, a
+# work-precision chart shows them, and `choose` answers.
 
 # %%
 import numpy as np
@@ -43,7 +43,7 @@ assert (kept.status == 0).all()
 assert (loss.sel(dt=0.025) < loss.sel(dt=0.1)).all()
 
 # %% [markdown]
-# ## A response spectrum, and what of it is the scheme's own error
+# ## A response spectrum, and the scheme's own error in it
 #
 # Peaks of oscillators under a ground motion. The error beside each value is that against the exact response to the
 # record, linear between its samples: short periods are those that a step does not resolve.
@@ -97,8 +97,8 @@ figure
 # %% [markdown]
 # ## What to choose
 #
-# The least work, counted in operations of the compiled kernels, over schemes, steps and models. Whoever asks for the
-# angle of the stiff pendulum to 1e-5 rad needs no axial coordinate; to 1e-7 rad he does.
+# The least work, counted in operations of the compiled kernels, over schemes, steps and models. For the angle of the
+# stiff pendulum to 1e-5 rad no axial coordinate is needed; to 1e-7 rad it is.
 
 # %%
 stiff = ss.scene("elastic_pendulum", EA=1e10)

@@ -13,9 +13,9 @@
 # %% [markdown]
 # # Where methods fail
 #
-# A scheme that is stable for every step on a linear oscillator may still gain energy, blow up, or leave Newton's
-# iteration without a root. Four words for what becomes of a run: *survived* ($E \le 1.01 E_0$), *gains energy*
-# ($E \le 10^3 E_0$), *blew up*, *Newton failed*.
+# A scheme that is stable for every step on a linear oscillator may still gain energy, blow up, or make Newton's
+# iteration fail. A run has one of four outcomes: *survived* ($E \le 1.01 E_0$), *gains energy* ($E \le 10^3 E_0$),
+# *blew up*, *Newton failed*.
 
 # %%
 import matplotlib.pyplot as plt
@@ -31,7 +31,7 @@ from substep.studies.failures.outcomes import run
 from substep.studies.failures.table import stiff
 
 # %% [markdown]
-# ## A stiff bar that is swung
+# ## The stiff pendulum
 #
 # The trapezoidal rule is unconditionally stable on the linear oscillator. On the stiff pendulum it gains energy at a
 # time that depends on the given initial acceleration; with the published one, first beyond 1.1 $E_0$ at 3.5 s.
@@ -73,20 +73,20 @@ assert (column[resolved & (gamma_t > split + 0.02)] < 0).all()
 
 # %%
 for scene, period in ((ss.scene("duffing"), 0.1515328344472604), (ss.scene("softening"), 1.14187632340189)):
-    words = {}
+    outcomes = {}
     for name in ("central_difference", "average_acceleration", "newmark_bdf2", "energy_momentum"):
         _, found = run(scene, ss.scheme(name), np.array([period / 4]), np.array([400]))
-        words[name] = WORDS[found.word[0]]
-    print(scene.name, words)
-    assert words["energy_momentum"] == "survived"
-    assert words["average_acceleration"] == "gains energy"
-    assert scene.name != "duffing" or words["central_difference"] == "blew up"
+        outcomes[name] = WORDS[found.word[0]]
+    print(scene.name, outcomes)
+    assert outcomes["energy_momentum"] == "survived"
+    assert outcomes["average_acceleration"] == "gains energy"
+    assert scene.name != "duffing" or outcomes["central_difference"] == "blew up"
 
 # %% [markdown]
 # ## Contact
 #
-# A mass falls on a penalty spring and should leave as fast as it came. What it really does depends on where in a step
-# it touches, and on $\omega_c h$.
+# A mass hits a penalty spring and should leave as fast as it came. Its computed speed depends on where in a step
+# contact begins, and on $\omega_c h$.
 
 # %%
 phases = np.arange(50) / 50
@@ -101,7 +101,7 @@ assert np.allclose(ratio[np.isfinite(ratio)], 1, atol=1e-9)
 # ## Steps that alternate
 #
 # A multi-step scheme carries earlier steps; if the step changes from $h$ to $\kappa h$ and back, it is the product of
-# two amplification matrices that must not grow. One-step schemes do not mind.
+# two amplification matrices that must not grow. One-step schemes are not affected.
 
 # %%
 Omega = 2 * np.pi * np.logspace(-2, 3, 201)

@@ -83,10 +83,10 @@ def test_kernels_compiled_ahead_are_those_that_jobs_march(monkeypatch: pytest.Mo
     """What runs on several cores only, before everything else."""
     marched: list[str] = []
     monkeypatch.setattr(reproduction, "march", lambda scene, *_: marched.append(scene.name))
-    reproduction._compiled("newmark_bdf2")
+    reproduction._compile("newmark_bdf2")
     assert set(marched) == {case.make().name for case in (*reproduction.CASES, *failures.CASES)}
     marched.clear()
-    reproduction._compiled("bathe")  # not in the quick battery
+    reproduction._compile("bathe")  # not in the quick battery
     assert set(marched) == {case.make().name for case in reproduction.CASES}
 
 
@@ -192,7 +192,7 @@ def test_choose_recommends_and_draws_why(tmp_path: Path) -> None:
     assert "--t-end" in unknown.output
 
 
-def test_files_without_a_folder_are_told_before_the_work(tmp_path: Path) -> None:
+def test_files_without_a_folder_are_refused_before_the_work(tmp_path: Path) -> None:
     nowhere = str(tmp_path / "none" / "file")
     run = ["--dt", "0.01", "--t-end", "0.1"]
     motion = tmp_path / "motion.txt"

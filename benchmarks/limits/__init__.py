@@ -1,4 +1,4 @@
-"""Kernels of our own in C, as near to the machine's limit as we can write them: what substep is held against."""
+"""Kernels of our own in C, as near to the machine's limit as we can write them, with which substep is compared."""
 
 import ctypes
 import hashlib
@@ -46,7 +46,7 @@ def compiler() -> str:
 def library(source: str, *flags: str, header: str = "") -> ctypes.CDLL:
     """The compiled source; header stands in for polynomials.h. Kept by digest in the cache folder."""
     own = "".join(path.read_text() for path in sorted(HERE.glob("*.[ch]")))
-    about, machine = Path("/proc/cpuinfo"), ""  # a folder of the user may be shared by machines
+    about, machine = Path("/proc/cpuinfo"), ""  # a user's folder may be shared by machines with other processors
     if about.exists():
         machine = about.read_text().partition("flags")[2].partition("\n")[0]
     digest = hashlib.sha256("\0".join([compiler(), own, source, header, machine, *FLAGS, *flags]).encode()).hexdigest()
@@ -72,7 +72,7 @@ def _pointer(array: Array) -> ctypes.c_void_p:
 
 
 def _call(function: Any, *arguments: Any) -> Any:
-    """Call with numbers and arrays as C takes them: int -> ptrdiff_t, float -> double, array -> pointer."""
+    """Call a C function with converted numbers and arrays: int -> ptrdiff_t, float -> double, array -> pointer."""
     kinds = {int: ctypes.c_ssize_t, float: ctypes.c_double}
     return function(*(kinds[type(x)](x) if type(x) in kinds else _pointer(x) for x in arguments))
 
@@ -122,7 +122,7 @@ class Stability:
         return out
 
     def all_far(self, inputs: tuple[Array, ...], out: Array) -> Array:
-        """The same by the formula for large Omega alone."""
+        """What `all` computes, but with the formula for large Omega at all points."""
         _call_with_columns(self.library.stability_far, inputs, *out)
         return out
 

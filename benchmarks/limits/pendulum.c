@@ -117,7 +117,7 @@ ptrdiff_t MARCH(ptrdiff_t lanes, ptrdiff_t n, double h, double gamma_t, double b
     return done;
 }
 
-// The same of generalized_alpha
+// The march by generalized_alpha, with the arguments that the one by newmark_bdf2 has
 ptrdiff_t JOINED(MARCH)(ptrdiff_t lanes, ptrdiff_t n, double h, double alpha_m, double alpha_f, double beta,
                         double gamma, double L, double tolerance, const double *stiffness, double *state,
                         double *peak) {

@@ -84,7 +84,7 @@ def _residual(scheme: Scheme) -> Iterator[str]:
 
 
 def _translated(line: ast.Module, declared: set[str]) -> Iterator[str]:
-    """C of a line of Python that assigns or returns sums and products; declared grows by its names."""
+    """C text of a line of Python that assigns or returns sums and products; new names are added to `declared`."""
     for statement in line.body:
         match statement:
             case ast.Assign(targets=[ast.Tuple(elts=names)], value=ast.Call(args=[y, z, ast.Tuple(elts=constants)])):

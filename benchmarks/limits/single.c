@@ -14,7 +14,7 @@ void single(ptrdiff_t n, const double *D, const double *B0, const double *B1, do
     }
 }
 
-// The same, x0 and D x0 apart: a longer chain, and the digits of small steps
+// As `single`, but D x0 is added to x0: a longer chain of operations, which keeps the digits of small steps
 void single_increment(ptrdiff_t n, const double *D, const double *B0, const double *B1, double damping,
                       double stiffness, const double *f, double *out) {
     double u = out[0], v = out[1];

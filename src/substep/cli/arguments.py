@@ -1,4 +1,4 @@
-"""Options of the command line: parameters of schemes and scenes, which are not known before they are read."""
+"""Options whose names are parameters of schemes and scenes, which the command line does not know in advance."""
 
 from pathlib import Path
 
@@ -6,22 +6,22 @@ from ..core.scenes import Scene, scene
 
 
 def scene_of(name: str, a0: str, strain: str, parameters: dict[str, float]) -> Scene:
-    """The scene of these options, empty where they were not given."""
+    """The scene that the options describe; a0 and strain are empty where they were not given."""
     options: dict[str, object] = {"strain": strain} if strain else {}
     if a0:
         options["a0"] = a0 if a0 == "consistent" else [number("--a0", x) for x in a0.split(",")]
     return scene(name, **options, **parameters)
 
 
-def room_for(*files: Path | None) -> None:
-    """Raises ValueError for a file whose folder is not there, before work is done for it."""
+def require_folders(*files: Path | None) -> None:
+    """Raise ValueError for a file that cannot be written because its folder is missing, before any work is done."""
     for file in files:
         if file is not None and not file.parent.is_dir():
             raise ValueError(f"expected a folder that is there for {file}, got {file.parent}; make it first")
 
 
 def number(name: str, text: str) -> float:
-    """The number of the option of that name. Raises ValueError for what is none."""
+    """The text of the option `name` as a number. Raises ValueError where it is none."""
     try:
         return float(text)
     except ValueError as error:
@@ -29,12 +29,12 @@ def number(name: str, text: str) -> float:
 
 
 def numbers(arguments: list[str]) -> dict[str, float]:
-    """--name value, as numbers."""
+    """`exact_options` with values as numbers."""
     return {key: number(f"--{key.replace('_', '-')}", text) for key, text in exact_options(arguments).items()}
 
 
 def exact_options(arguments: list[str]) -> dict[str, str]:
-    """--name value or --name=value, a dash in the name standing for an underscore; values stay text."""
+    """Values by name, as text, of --name value or --name=value; a dash in the name stands for an underscore."""
     values: dict[str, str] = {}
     rest = iter(arguments)
     for argument in rest:

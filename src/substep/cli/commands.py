@@ -14,7 +14,7 @@ from rich.table import Column, Table
 
 from ..core.schemes import scheme
 from ..core.schemes import schemes as scheme_names
-from .arguments import exact_options, number, numbers, room_for, scene_of
+from .arguments import exact_options, number, numbers, require_folders, scene_of
 
 if TYPE_CHECKING:
     from ..studies.failures import Row
@@ -90,9 +90,9 @@ def reproduce(
     for name, split, beta, gamma, rho, order, k, damping, n, period in results.properties:
         table.add_row(name, split, beta, gamma, rho, order, f"{damping} Ω^{k}", f"{period} Ω^{n}")
     console.print(table)
-    words = Counter(row.word for row in results.failures)
-    told = ", ".join(f"{number} {word}" for word, number in words.most_common())
-    console.print(f"Where methods fail, {words.total()} runs: {told} (failures.csv, or `substep failures`)")
+    outcomes = Counter(row.word for row in results.failures)
+    counts = ", ".join(f"{number} {outcome}" for outcome, number in outcomes.most_common())
+    console.print(f"Where methods fail, {outcomes.total()} runs: {counts} (failures.csv, or `substep failures`)")
     _print_claims(results.claims)
     console.print(f"figures, tables and the ledger (claims.md), all on one page: {folder.resolve() / 'index.html'}")
 
@@ -102,7 +102,7 @@ def failures(
     folder: Annotated[Path, typer.Option(help="where tables and maps go")] = Path("results"),
     full: Annotated[bool, typer.Option("--full", help="every scheme on every scene, maps of 500 x 500 runs")] = False,
 ) -> None:
-    """Run the places where methods fail: survived, gains energy, blew up, Newton failed; as tables and maps."""
+    """Run schemes where they fail and report each run as survived, gains energy, blew up or Newton failed."""
     from ..studies import failures as battery  # noqa: PLC0415
 
     with Progress(console=console) as progress:
@@ -155,7 +155,7 @@ def certify(
         raise typer.BadParameter(str(error)) from error
     print(found.text)
     parameters = {key: float(value) for key, value in found.parameters.items()}
-    for low, high, *_ in found.multiple:  # shown by a run as well: powers grow though no eigenvalue is outside
+    for low, high, *_ in found.multiple:  # powers of the matrix grow there, though no eigenvalue is outside the circle
         if low == high:
             norms = (scheme(name, **parameters).power_norm(float(low), float(found.xi), n) for n in (10, 100, 1000))
             print(f"\nLargest ||A^k|| in the energy norm at Omega = {low}: " + ", ".join(f"{x:.4g}" for x in norms))
@@ -208,7 +208,7 @@ def run(
     from ..marching.run import march  # noqa: PLC0415
 
     try:
-        room_for(csv)
+        require_folders(csv)
         given = numbers(context.args)
         known = scene_info(scene_name, {}).parameters
         s = scheme(scheme_name, **{key: value for key, value in given.items() if key not in known})
@@ -271,7 +271,7 @@ def chart(
     from ..thesis.reproduce import ERROR_RATIOS, RADIUS_RATIOS  # noqa: PLC0415
 
     try:
-        room_for(file)
+        require_folders(file)
         drawn = {name: scheme(name) for name in names}
     except ValueError as error:
         raise typer.BadParameter(str(error)) from error
@@ -305,20 +305,23 @@ def spectrum(
     csv: Annotated[Path | None, typer.Option(help="write the spectrum here")] = None,
     chart: Annotated[Path | None, typer.Option(help="draw it here, without suffix")] = None,
 ) -> None:
-    """Peak response of oscillators to a ground motion, with the scheme's own error. Parameters follow as numbers."""
+    """Report the peak response of oscillators to a ground motion, with the scheme's own error.
+
+    Parameters of the scheme follow as numbers.
+    """
     from ..ground_motion.spectrum import PERIODS, QUANTITIES, response_spectrum  # noqa: PLC0415
 
     try:
-        room_for(csv, chart)
+        require_folders(csv, chart)
         T = [number("--periods", text) for text in periods.split(",")] if periods else PERIODS
         s = response_spectrum(file, periods=T, xi=xi, scheme=scheme(scheme_name, **numbers(context.args)))
     except (ValueError, OSError) as error:
         raise typer.BadParameter(str(error)) from error
-    told = f"{s.samples} samples, dt = {s.dt:g} s, xi = {xi:g}, {' '.join((s.scheme, s.parameters)).strip()}"
-    table = Table("", "largest", "at T (s)", "its error", "largest error", "at T (s)", title=f"{file.name}: {told}")
+    settings = f"{s.samples} samples, dt = {s.dt:g} s, xi = {xi:g}, {' '.join((s.scheme, s.parameters)).strip()}"
+    table = Table("", "largest", "at T (s)", "its error", "largest error", "at T (s)", title=f"{file.name}: {settings}")
     for name in QUANTITIES:
         value, error = s[name], s[f"{name}_error"]
-        at, off = (int(x.where(x < math.inf, -1.0).to_numpy().argmax()) for x in (value, abs(error)))  # of stable ones
+        at, off = (int(x.where(x < math.inf, -1.0).to_numpy().argmax()) for x in (value, abs(error)))  # stable periods
         row = (f"{float(value[at]):.6g} {value.units}", f"{float(s.period[at]):.4g}", f"{100 * float(error[at]):.3g} %")
         table.add_row(name, *row, f"{100 * float(error[off]):.3g} %", f"{float(s.period[off]):.4g}")
     console.print(table)
@@ -333,7 +336,7 @@ def spectrum(
         if chart is not None:
             charts.save(
                 charts.spectrum_figure(s), chart, "Response spectra",
-                f"""Response spectrum of {file.name}, {told}: relative displacement, relative velocity and absolute
+                f"""Response spectrum of {file.name}, {settings}: relative displacement, relative velocity and absolute
                 acceleration (dashed: pseudo-quantities), and below the error of the scheme's peak, relative to the
                 exact response to the record, linear between its samples (Nigam & Jennings 1969).""",
             )  # fmt: skip
@@ -353,7 +356,7 @@ def _work_precision(folder: Path, full: bool) -> None:
 def choose(
     context: typer.Context,
     scene_name: Annotated[str, typer.Argument(metavar="SCENE", help="a name listed by `substep scenes`")],
-    accuracy: Annotated[float, typer.Option(help="largest error wished: relative, of the angle in rad")],
+    accuracy: Annotated[float, typer.Option(help="largest error allowed: relative, or in rad of the angle")],
     quantity: Annotated[str, typer.Option(help="u, v, a, energy or angle")] = "u",
     t_end: Annotated[float | None, typer.Option(help="span in s; by default that of the scene's chart")] = None,
     a0: StartOption = "",
@@ -365,7 +368,7 @@ def choose(
     from ..studies.precision.cases import span  # noqa: PLC0415
 
     try:
-        room_for(file)
+        require_folders(file)
         here = scene_of(scene_name, a0, strain, numbers(context.args))
         found = choice.choose(here, accuracy, t_end=span(here) if t_end is None else t_end, quantity=quantity)
     except ValueError as error:

@@ -1,1 +1,1 @@
-"""The one door back to the derivation: SymPy is imported here and nowhere else, when a function is called."""
+"""The only package that imports `substep_derive` and so SymPy, and only when one of its functions is called."""

@@ -1,6 +1,6 @@
-"""What the derivation says, for those who ask by a scheme's name: closed forms, certificates, orders, tables.
+"""Results of the derivation by a scheme's name: closed forms, certificates, orders of accuracy, rows of tables.
 
-SymPy is imported where a function is called.
+SymPy is imported only when one of these functions is called.
 """
 
 from collections.abc import Mapping, Sequence
@@ -33,7 +33,7 @@ def conditions(name: str) -> "Conditions":
 
 
 def stable_values(name: str) -> Any:
-    """Where a scheme's only parameter makes it stable at every Omega > 0, undamped: an exact set of SymPy.
+    """The values of a scheme's only parameter for which it is stable at every Omega > 0, undamped: a set of SymPy.
 
     See `substep_derive.study.region.stable_values`.
     """
@@ -43,14 +43,17 @@ def stable_values(name: str) -> Any:
 
 
 def same_conditions(name: str, printed: "Sequence[Any]") -> bool:
-    """Whether `conditions` are the printed ones: see `substep_derive.study.region.same_conditions`."""
+    """Whether a scheme's derived stability conditions are equivalent to printed ones.
+
+    See `substep_derive.study.region.same_conditions`.
+    """
     from substep_derive.study.region import same_conditions as same  # noqa: PLC0415
 
     return same(conditions(name), printed)
 
 
 def written_conditions(name: str) -> str:
-    """The inequalities of `conditions` for a reader, on one line."""
+    """The inequalities of `conditions` as text on one line."""
     from substep_derive.stability.conditions import written  # noqa: PLC0415
 
     parts = [written(inequality) for inequality in conditions(name).inequalities]
@@ -58,14 +61,17 @@ def written_conditions(name: str) -> str:
 
 
 def order_conditions(name: str) -> "dict[str, tuple[Any, ...]]":
-    """What must vanish for u, v and a to be of second order: see `substep_derive.oscillator.order.order_conditions`."""
+    """Expressions that vanish where u, v and a are of second order.
+
+    See `substep_derive.oscillator.order.order_conditions`.
+    """
     from substep_derive.oscillator.order import order_conditions as of  # noqa: PLC0415
 
     return of(derived(name).scheme)
 
 
 def equivalences(names: Sequence[str]) -> "tuple[Equivalence, ...]":
-    """Pairs that share matrix or spectrum, among the named schemes or, for none named, all."""
+    """Pairs of schemes that share their amplification matrix or its spectrum, among those named; none named: all."""
     from substep_derive.study.equivalence import equivalences as found  # noqa: PLC0415
 
     return found([derived(name).scheme for name in names]) if names else found()
@@ -80,7 +86,7 @@ def derived(name: str, **parameters: Any) -> "Derivation":
 
 @dataclass(frozen=True)
 class CatalogueRow:
-    """A scheme at its default parameters, exact values as text."""
+    """Properties of a scheme at its default parameters, exact values as text."""
 
     scheme: str
     order: str
@@ -95,7 +101,7 @@ class CatalogueRow:
 
 @cache
 def order(name: str) -> tuple[int, int, int]:
-    """Of u, v and a, at the scheme's default parameters."""
+    """Orders of accuracy of u, v and a at the scheme's default parameters."""
     from substep_derive.oscillator.evaluation import Evaluation  # noqa: PLC0415
     from substep_derive.study.derivation import order_at  # noqa: PLC0415
 
@@ -103,7 +109,7 @@ def order(name: str) -> tuple[int, int, int]:
 
 
 def catalogue_row(name: str) -> CatalogueRow:
-    """Derived: see `substep_derive.study.profile.profile`."""
+    """A scheme's row in the table of the catalogue, derived: see `substep_derive.study.profile.profile`."""
     from substep_derive.study.profile import profile  # noqa: PLC0415
 
     p = profile(derived(name).scheme)
@@ -111,13 +117,15 @@ def catalogue_row(name: str) -> CatalogueRow:
     curve = "" if p.critical_curve is None else str(p.critical_curve)
     A, L = ({True: "yes", False: "no", None: "open"}[x] for x in (p.A_stable, p.L_stable))
     order = ", ".join(map(str, p.order))
-    ends = (f"{float(x):.6g}" if x.is_finite else "oo" for x in (p.rho_inf, p.bifurcation))
-    rho, bifurcation = ends
+    rho, bifurcation = (f"{float(x):.6g}" if x.is_finite else "oo" for x in (p.rho_inf, p.bifurcation))
     return CatalogueRow(name, order, rho, critical, curve, A, L, str(p.overshoot), bifurcation)
 
 
 def second_order_betas(rho_inf: Fraction, gamma_t: Fraction) -> list[float]:
-    """Beta of newmark_bdf2 of second order, stable for every Omega, of that rho_inf: `substep_derive.study.design`."""
+    """Values of beta that give newmark_bdf2 second order, stability at every Omega and this rho_inf.
+
+    See `substep_derive.study.design.region`.
+    """
     from substep_derive.study.design import region  # noqa: PLC0415
 
     curves = [(float(r.beta.subs("gamma_t", gamma_t)), r.intervals) for r in region(rho_inf)]
@@ -125,7 +133,7 @@ def second_order_betas(rho_inf: Fraction, gamma_t: Fraction) -> list[float]:
 
 
 def overshoot(name: str) -> "Overshoot":
-    """Overshoot class of a scheme at almost all parameters."""
+    """Overshoot class of a scheme, such as U0-V1, at almost all values of its parameters."""
     from substep_derive.oscillator.evaluation import Evaluation  # noqa: PLC0415
     from substep_derive.oscillator.overshoot import overshoot as of  # noqa: PLC0415
 
@@ -136,8 +144,8 @@ def overshoot(name: str) -> "Overshoot":
 class RigidEnergy:
     """Relative energy change a step on the stiff pendulum's rigid limit: power of h v0/L -> coefficient, as text.
 
-    first: of the step from steady rotation; settled: of every later one. sign_changes: where the settled
-    coefficient of lowest power changes sign in the one parameter left free, ascending.
+    first: the change in the first step, from steady rotation; settled: in every later step. sign_changes: values of
+    the one parameter left free at which the settled coefficient of lowest power changes sign, ascending.
     """
 
     first: Mapping[int, str]
@@ -146,7 +154,7 @@ class RigidEnergy:
 
 
 def rigid_energy(name: str, **parameters: Any) -> RigidEnergy:
-    """Closed forms with the given parameters fixed, exact: see `substep_derive.motion.rigid_limit`."""
+    """Energy change of a scheme with the given parameters fixed, exact: see `substep_derive.motion.rigid_limit`."""
     from substep_derive.motion import rigid_limit  # noqa: PLC0415
 
     scheme = derived(name).scheme
@@ -161,13 +169,13 @@ def rigid_energy(name: str, **parameters: Any) -> RigidEnergy:
 
 
 def thesis() -> ModuleType:
-    """The thesis's printed formulas and what derivation says of them: `substep_derive.study.thesis`."""
+    """The module that compares the thesis's printed formulas with derived ones: `substep_derive.study.thesis`."""
     from substep_derive.study import thesis as printed  # noqa: PLC0415
 
     return printed
 
 
-def at_rest(expression: Any) -> Any:
+def undamped(expression: Any) -> Any:
     """A derived expression at xi = 0, factored."""
     from substep_derive.declare.symbols import xi  # noqa: PLC0415
 
@@ -175,7 +183,7 @@ def at_rest(expression: Any) -> Any:
 
 
 def number(expression: Any, **values: Fraction) -> Fraction:
-    """A derived expression at exact parameters."""
+    """The value of a derived expression at exact parameters."""
     from substep_derive.algebra.exact_number import exact_number  # noqa: PLC0415
 
     found = expression.subs({name: exact_number(value) for name, value in values.items()})
@@ -183,7 +191,7 @@ def number(expression: Any, **values: Fraction) -> Fraction:
 
 
 def closed_forms(name: str) -> "list[ClosedForm]":
-    """Everything derived about a scheme: see `substep_derive.study.closed_forms`."""
+    """Everything derived about a scheme, as named forms: see `substep_derive.study.closed_forms`."""
     from substep_derive.study.closed_forms import closed_forms as derived  # noqa: PLC0415
 
     return derived(name)
@@ -191,7 +199,7 @@ def closed_forms(name: str) -> "list[ClosedForm]":
 
 @dataclass(frozen=True)
 class Properties:
-    """Exact properties of one parameter set, undamped: rho_inf, order, leading error terms."""
+    """Exact properties of one parameter set, undamped: rho_inf, order, leading error terms (power, coefficient)."""
 
     rho_inf: Any
     order: int
@@ -207,7 +215,7 @@ def properties(name: str, parameters: Mapping[str, Fraction]) -> Properties:
     d = derive(name, **parameters)
 
     def first(terms: Mapping[int, Any]) -> tuple[int, Any] | None:
-        at_rest = ((power, coefficient.subs(xi, 0)) for power, coefficient in sorted(terms.items()))
-        return next(((power, value) for power, value in at_rest if value != 0), None)
+        values = ((power, coefficient.subs(xi, 0)) for power, coefficient in sorted(terms.items()))
+        return next(((power, value) for power, value in values if value != 0), None)
 
     return Properties(d.rho_inf, d.series.order, first(d.series.numerical_damping), first(d.series.period_error))

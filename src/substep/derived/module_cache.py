@@ -33,7 +33,7 @@ def cache_folder() -> Path:
 
 @cache
 def generator_version() -> str:
-    """Digest of the generator's own source: another generator prints other text."""
+    """Digest of the generator's source, since a changed generator may print other text from the same declaration."""
     import substep_derive  # noqa: PLC0415
 
     folder = Path(substep_derive.__file__).parent
@@ -44,7 +44,7 @@ def generator_version() -> str:
 
 
 def cached_module(declared: str, text: Callable[[], str]) -> ModuleType:
-    """The module whose declarations have that digest, printed by text if the cache has no whole file of it."""
+    """The module of the declarations with the digest `declared`; text() prints it if the cache has no intact file."""
     module_name = f"substep_own_{hashlib.sha256((generator_version() + declared).encode()).hexdigest()[:24]}"
     module = sys.modules.get(module_name)
     if module is None:
@@ -65,7 +65,7 @@ def _intact(path: Path) -> bool:
 
 
 def _write(path: Path, text: str) -> None:
-    """Other processes see the old file or the whole new one."""
+    """Write the file in one move, so that other processes see either the old file or the whole new one."""
     checked = "# sha256 " + hashlib.sha256(text.encode()).hexdigest() + "\n" + text
     with tempfile.NamedTemporaryFile("w", dir=path.parent, delete=False, encoding="utf-8", newline="\n") as file:
         file.write(checked)

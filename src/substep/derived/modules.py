@@ -1,4 +1,4 @@
-"""Kernels that are not committed: of the user's own schemes and scenes, of other pairs, of other linear marches."""
+"""Modules that are not committed: own schemes and scenes, pairs of scheme and scene, shapes of the linear march."""
 
 from types import ModuleType
 from typing import TYPE_CHECKING
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 def own_scheme_module(declaration: "Declaration") -> ModuleType:
     """The module of a declared scheme, with its index entry as ENTRY: from the cache, or derived and kept there.
 
-    Raises DeclarationError for a declaration that does not define one step, PermissionError as `cache_folder`.
+    Raises DeclarationError for a declaration that does not define one step, PermissionError where `cache_folder` does.
     """
     from substep_derive.declare.digest import scheme_digest  # noqa: PLC0415
     from substep_derive.emit.scheme_module import own_module  # noqa: PLC0415
@@ -22,7 +22,10 @@ def own_scheme_module(declaration: "Declaration") -> ModuleType:
 
 
 def own_scene_module(declaration: "SceneDeclaration") -> ModuleType:
-    """The same of a declared scene. Raises DeclarationError for energies that do not define a motion."""
+    """The module of a declared scene: from the cache, or derived and kept there.
+
+    Raises DeclarationError for energies that do not define a motion.
+    """
     from substep_derive.declare.digest import scene_digest  # noqa: PLC0415
     from substep_derive.package import own_scene  # noqa: PLC0415
 

@@ -1,1 +1,1 @@
-"""Exact motions that schemes are held against."""
+"""Exact motions and periods, with which the results of schemes are compared."""

@@ -1,4 +1,4 @@
-"""Motions known in closed form, of the scenes that have one."""
+"""Exact motions of the scenes that have one: in closed form or, for the elastic pendulum, by quadrature."""
 
 from collections.abc import Callable
 from typing import Any
@@ -12,12 +12,12 @@ from .pendulum import ElasticPendulum
 
 Motion = Callable[[Array], tuple[Array, Array]]
 
-_MP = mpmath.MPContext()  # one of our own, for the precision of mpmath.mp is the user's
+_MP = mpmath.MPContext()  # a context of our own, since the precision of mpmath.mp is the user's
 _MP.dps = 30
 
 
 def motion(scene: Scene) -> Motion | None:
-    """u, v (n, d) of the scene as a function of times (n,) in s; None where no closed form is known."""
+    """A function from times (n,) in s to the scene's exact u, v (n, d); None where no exact motion is known."""
     make = _MOTIONS.get(scene.name)
     return make(**scene.parameters) if make and scene.load is None and scene.info.declaration is None else None
 
@@ -46,7 +46,7 @@ def _rigid(L: float, m: float, v0: float) -> Motion:
 
 
 def _duffing(k: float, eps: float, u0: float) -> Motion:
-    """u0*cn(w*t | M), w^2 = k*(1 + eps*u0^2), M = k*eps*u0^2/(2*w^2) of u'' + k*u*(1 + eps*u^2) = 0 from rest."""
+    """u0*cn(w*t | M), w^2 = k*(1 + eps*u0^2), M = k*eps*u0^2/(2*w^2), which solves u'' + k*u*(1 + eps*u^2) = 0."""
     stiffness, given = (_MP.mpf(repr(float(x))) for x in (k, u0))
     cubic = _MP.mpf(repr(float(eps))) * given**2
     w = _MP.sqrt(stiffness * (1 + cubic))

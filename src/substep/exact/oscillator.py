@@ -1,4 +1,4 @@
-"""The exact response of oscillators to a record, linear between its samples: what schemes are held against.
+"""The exact response of oscillators to a record, linear between its samples, with which schemes are compared.
 
 N. C. Nigam, P. C. Jennings, Calculation of response spectra from strong-motion earthquake records, Bull. Seism. Soc.
 Am. 59, 909-922, 1969. Their 2x2 map comes here from the exponential of the 4x4 matrix that adds the load and its slope
@@ -11,17 +11,17 @@ from ..core.loads import Record
 from ..core.schemes import Array
 from ..core.threads import spread
 
-TERMS = 12  # of the exponential's series, 2^-3 the largest norm
-NANOSECONDS = 0.25  # of a step of a lane
+TERMS = 12  # of the exponential's Taylor series, for a matrix whose norm is at most 2^-3
+NANOSECONDS = 0.25  # that a step of one lane takes, for the choice of threads
 
 
 def increments(Omega: Array, xi: Array) -> tuple[Array, Array]:
     """D (P, 2, 2), B (P, 2, 2) of x1 = x0 + D x0 + B h^2 (f0, f1), x = (u, h*v), for Omega > 0 and xi >= 0 (P,).
 
-    Each entry to 1e-15 (1 + (1 + xi) Omega) of itself or, of an oscillation, of its amplitude: Omega itself is not
-    known better.
+    Each entry has a relative error of 1e-15 (1 + (1 + xi) Omega), of its amplitude where it oscillates with Omega: the
+    rounding of Omega alone causes as much.
     """
-    M = np.zeros((len(Omega), 4, 4))  # of Omega u, h*v, h^2 f and its increment within the step
+    M = np.zeros((len(Omega), 4, 4))  # acts on Omega u, h*v, h^2 f and the increment of h^2 f within the step
     M[:, 0, 1], M[:, 1, 0], M[:, 1, 1] = Omega, -Omega, -2.0 * xi * Omega
     M[:, 1, 2] = M[:, 2, 3] = 1.0
     norm = float(np.abs(M).sum(axis=2).max(initial=1.0))
@@ -31,7 +31,7 @@ def increments(Omega: Array, xi: Array) -> tuple[Array, Array]:
     for k in range(2, TERMS + 1):
         term = term @ M / k
         E = E + term
-    for _ in range(halvings):  # of the exponential less 1, which keeps the digits of small steps
+    for _ in range(halvings):  # squares the exponential as 1 + E, since E keeps the digits of small steps
         E = 2.0 * E + E @ E
     E[:, 0, 1:] /= Omega[:, None]
     E[:, 1:, 0] *= Omega[:, None]
@@ -48,7 +48,8 @@ def exact_peaks(omega: Array, xi: Array, load: Record) -> Array:
     h, n, P = load.dt, len(load.samples) - 1, len(omega)
     D, B = increments(omega * h, xi)
     B = B * h**2
-    force = np.stack([omega**2, 2.0 * xi * omega / h], axis=1)[:, None]  # of the new state, told from the old one
+    # the force of spring and dashpot over the mass at the end of a step, force x1, is added up from x0 and the loads
+    force = np.stack([omega**2, 2.0 * xi * omega / h], axis=1)[:, None]
     rows = (D, B, force + force @ D, force @ B, np.full((P, 1, 1), 1.0 / h))
     C = np.ascontiguousarray(np.concatenate([row.reshape(P, -1) for row in rows], axis=1).T)
     x, peak, samples = np.zeros((2, P)), np.zeros((3, P)), load.samples

@@ -21,9 +21,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..core.errors import real_array, real_number
 
-_MP = mpmath.MPContext()  # one of our own, for the precision of mpmath.mp is the user's
+_MP = mpmath.MPContext()  # a context of our own, since the precision of mpmath.mp is the user's
 _MP.dps = 40
-_NEGLIGIBLE = _MP.mpf(10) ** -30  # relative to the mean; the digits beyond are for round-off and for many periods
+_NEGLIGIBLE = _MP.mpf(10) ** -30  # relative to the mean; ten more digits are left for round-off and for many periods
 _MOST_POINTS = 1024
 
 Number = Any  # mpf of _MP
@@ -57,7 +57,7 @@ class ElasticPendulum:
         return self.motion(t)[0]
 
     def motion(self, t: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Position, as above, and velocity in m/s of the same shape, with the same digits."""
+        """What `position` returns, and the velocity in m/s with the same shape and accuracy."""
         times = real_array("t", t)
         states = self._motion.states(times.ravel()).reshape(*times.shape, 4)
         return states[..., :2], states[..., 2:]
@@ -70,7 +70,7 @@ class ElasticPendulum:
     @property
     def angle_per_period(self) -> float:
         """Angle in rad swept in one radial period."""
-        return float(self._motion.turn)
+        return float(self._motion.angle)
 
     @property
     def _motion(self) -> "_Motion":
@@ -82,11 +82,11 @@ class _Motion(NamedTuple):
 
     a: Number
     span: Number  # b - a
-    moment: Number  # L*v0, of which s*angle' does not change
+    moment: Number  # L*v0, the angular momentum over the mass: s*angle' at any time
     pace: Number  # dt/dpsi*sqrt(s + span)
     period: Number
     t_sines: list[Number]
-    turn: Number  # angle per period
+    angle: Number  # swept in one period
     angle_sines: list[Number]
 
     def states(self, times: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -108,18 +108,18 @@ class _Motion(NamedTuple):
         return psi
 
     def _state(self, periods: Number, rest: Number, near: float) -> tuple[float, ...]:
-        """x, y and their rates so many periods and a rest of time after the start, psi being near what is given."""
+        """x, y and their rates at t = periods*period + rest; near: psi at the rest, in float64."""
         cosine, sines = _sines(near, len(self.t_sines))
         t = self.period * near / (2 * _MP.pi) + _MP.fdot(self.t_sines, sines)
         # one more step of Newton's method squares the error of float64
         psi = near + (rest - t) * _MP.sqrt(_square(self.a, self.span, cosine) + self.span) / self.pace
         cosine, sines = _sines(psi, len(self.angle_sines))
-        angle = self.turn * (periods + psi / (2 * _MP.pi)) + _MP.fdot(self.angle_sines, sines)
+        angle = self.angle * (periods + psi / (2 * _MP.pi)) + _MP.fdot(self.angle_sines, sines)
         s = _square(self.a, self.span, cosine)
         length = _MP.sqrt(s)
-        growth = self.span * sines[0] / 2 * _MP.sqrt(s + self.span) / self.pace / (2 * s)  # length'/length
-        x, y, turning = length * _MP.cos(angle), length * _MP.sin(angle), self.moment / s
-        return float(x), float(y), float(growth * x - turning * y), float(growth * y + turning * x)
+        stretching = self.span * sines[0] / 2 * _MP.sqrt(s + self.span) / self.pace / (2 * s)  # length'/length
+        x, y, rotation = length * _MP.cos(angle), length * _MP.sin(angle), self.moment / s  # rotation: angle'
+        return float(x), float(y), float(stretching * x - rotation * y), float(stretching * y + rotation * x)
 
 
 @lru_cache(maxsize=64)
@@ -145,7 +145,7 @@ def _motion(*parameters: float) -> _Motion:
 
 
 def _square(a: Number, span: Number, cosine: Number) -> Number:
-    """The squared length where cos(psi) is this."""
+    """The squared length s at the psi whose cosine is given."""
     return a + span * (1 - cosine) / 2
 
 

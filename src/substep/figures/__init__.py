@@ -1,1 +1,1 @@
-"""How results are drawn, and the page that shows them."""
+"""How results are drawn and saved with their captions, and the page that shows them."""

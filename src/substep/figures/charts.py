@@ -1,4 +1,7 @@
-"""Figures. Colours are Okabe and Ito's, which survive colour-blindness; line styles survive print."""
+"""Figures of stability functions and response spectra, and how every figure is saved.
+
+Colours are Okabe and Ito's, which the colour-blind can tell apart; line styles differ too, for print in black.
+"""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -41,7 +44,11 @@ def stability_figure(
     radius: tuple[Array, Mapping[str, Array]],
     errors: tuple[Array, Mapping[str, Array], Mapping[str, Array]],
 ) -> Figure:
-    """Spectral radius over h/T (log), amplitude and period error in per cent over h/T, one legend below."""
+    """Spectral radius over h/T (log), amplitude and period error in per cent over h/T, one legend below.
+
+    radius: h/T (n,) and the radius of each curve (n,) by label; errors: h/T (n,), then the amplitude and the period
+    errors, as fractions, likewise.
+    """
     figure = Figure(figsize=(13, 4.6), layout="constrained")
     a, b, c = figure.subplots(1, 3)
     curves(a, *radius, x_label="time ratio $h/T$", y_label=r"spectral radius $\rho$")
@@ -62,7 +69,7 @@ def stability_figure(
 
 
 def spectrum_figure(spectrum: "Dataset") -> Figure:
-    """SD, SV and SA of `response_spectrum` at one xi, pseudo-quantities too, and below the scheme's own error."""
+    """SD, SV and SA of a `response_spectrum` at one xi, dashed the pseudo-quantities, and below the scheme's error."""
     s, T = spectrum, spectrum.period.to_numpy()
     figure = Figure(figsize=(13, 6.2), layout="constrained")
     top, bottom = figure.subplots(2, 3, sharex=True, height_ratios=(1.7, 1))
@@ -85,18 +92,18 @@ def spectrum_figure(spectrum: "Dataset") -> Figure:
 
 
 def save(figure: Figure, path: Path, section: str, caption: str) -> None:
-    """Write path.png and path.svg, both with the caption and the section of the page of results they belong to.
+    """Write path.png and path.svg; their metadata hold the caption and the section of the page of results.
 
     caption: what is drawn, of which scene and parameters, what to see in it and where it comes from, in plain words.
     """
-    told = {"Description": " ".join(caption.split())}
+    metadata = {"Description": " ".join(caption.split())}
     with matplotlib.rc_context(SVG_IS_REPRODUCIBLE):
-        figure.savefig(f"{path}.png", dpi=160, metadata=told | {"Keywords": section})
-        figure.savefig(f"{path}.svg", metadata=told | {"Keywords": [section], "Date": None})
+        figure.savefig(f"{path}.png", dpi=160, metadata=metadata | {"Keywords": section})
+        figure.savefig(f"{path}.svg", metadata=metadata | {"Keywords": [section], "Date": None})
 
 
 def save_csv(path: Path, header: list[str], columns: list[Array]) -> None:
-    """Write columns under their names, 17 digits, so that nothing is lost."""
+    """Write columns under their names, with the 17 digits from which every double is read back exactly."""
     text = [",".join(f'"{name}"' if "," in name else name for name in header)]
     text += [",".join(f"{value:.17g}" for value in row) for row in np.column_stack(columns)]
     path.write_text("\n".join(text) + "\n", encoding="utf-8")

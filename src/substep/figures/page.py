@@ -1,6 +1,6 @@
-"""The page of results, index.html: every figure with the caption it carries, the ledger, and the tables.
+"""The page of results, index.html: every figure with its caption, the ledger of claims, and the tables.
 
-What stands in the folder is shown; there is no list of files but the folder itself.
+The page shows every file of its folder; no list of files is kept elsewhere.
 """
 
 import csv
@@ -15,13 +15,13 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from PIL import Image
 
-LONGEST = 100  # rows of a table that is shown; of a longer one there is a link
-NUMBER = re.compile(r"[-+]?\d+\.\d{6,}(e[-+]?\d+)?")  # shown to six digits: the file has them all
+LONGEST = 100  # most rows of a table that is shown; a longer one is only linked
+NUMBER = re.compile(r"[-+]?\d+\.\d{6,}(e[-+]?\d+)?")  # a number shown to six digits, of which the file has more
 
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure of the folder: its PNG's size in pixels, what its metadata say, and the CSV files of its numbers."""
+    """A figure of the folder: its PNG's size in pixels, section and caption, and the CSV files of its numbers."""
 
     name: str
     width: int
@@ -44,8 +44,8 @@ class CsvTable:
 def write(folder: Path) -> Path:
     """Write index.html into the folder of results and return its path; the same files give the same bytes.
 
-    Figures are read from PNG files, which tell section and caption (`charts.save`); the ledger from claims.json if
-    there is one; tables from CSV files. Raises ValueError, which names the file, for a figure without a caption.
+    Figures are PNG files, whose metadata hold section and caption (`charts.save`); the ledger is read from claims.json
+    if there is one, tables from CSV files. Raises ValueError, which names the file, for a figure without a caption.
     """
     tables = [_table(path) for path in sorted(folder.glob("*.csv"), key=_natural)]
     names = [table.file for table in tables]
@@ -70,28 +70,30 @@ def write(folder: Path) -> Path:
 
 
 def pictures(folder: Path, files: Sequence[str] = ()) -> list[Picture]:
-    """All figures of the folder, with those of the CSV files that are theirs. Raises ValueError as `write`."""
+    """All figures of the folder, each with those of the named CSV files that hold its numbers.
+
+    Raises ValueError, which names the file, for a figure without a caption.
+    """
     return [_picture(path, files) for path in sorted(folder.glob("*.png"), key=_natural)]
 
 
 def _natural(path: Path) -> list[str]:
-    """So that 2 is before 10."""
+    """A key by which file names sort with 2 before 10."""
     return [part.zfill(9) if part.isdigit() else part for part in re.split(r"(\d+)", path.stem)]
 
 
 def _picture(path: Path, files: Sequence[str]) -> Picture:
     with Image.open(path) as image:
         image.load()  # metadata may follow the pixels
-        (width, height), told = image.size, image.info
-    if not told.get("Description") or not told.get("Keywords"):
+        (width, height), metadata = image.size, image.info
+    section, caption = metadata.get("Keywords"), metadata.get("Description")
+    if not section or not caption:
         raise ValueError(
-            f"expected a caption and a section in the metadata of {path}, got none; draw it with substep.charts.save "
-            f"or take it out of the folder"
+            f"expected a caption and a section in the metadata of {path}, got none; save it with "
+            f"substep.figures.charts.save or take it out of the folder"
         )
-    own = re.compile(re.escape(path.stem) + r"(?!\d).*\.csv")
-    return Picture(
-        path.stem, width, height, told["Keywords"], told["Description"], [file for file in files if own.fullmatch(file)]
-    )
+    own = re.compile(re.escape(path.stem) + r"(?!\d).*\.csv")  # figure_1.csv, figure_1a.csv, not figure_10.csv
+    return Picture(path.stem, width, height, section, caption, [file for file in files if own.fullmatch(file)])
 
 
 def _table(path: Path) -> CsvTable:

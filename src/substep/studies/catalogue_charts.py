@@ -1,4 +1,4 @@
-"""Pictures of the whole catalogue: at like rho_inf, at equal cost, and where Newmark-BDF2 is stable."""
+"""Charts of the catalogue: schemes of equal rho_inf, errors at equal cost, and where Newmark-BDF2 is stable."""
 
 from collections.abc import Callable
 from fractions import Fraction
@@ -17,8 +17,8 @@ RATIOS = np.logspace(-2, 3, 401)
 SMALL = np.linspace(0.0, 0.2, 101)
 
 
-def at_like_rho() -> dict[str, Scheme]:
-    """Schemes whose rho_inf can be set, at RHO, and those that have only one, by what they do at infinity."""
+def at_equal_rho_inf() -> dict[str, Scheme]:
+    """Schemes by label: those whose rho_inf can be set, at RHO, then those that have no such choice."""
     free = (
         "generalized_alpha",
         "hht_alpha",
@@ -46,8 +46,8 @@ def at_like_rho() -> dict[str, Scheme]:
 
 
 def spectra(folder: Path) -> None:
-    """Spectral radius, period error and amplitude error of implicit schemes at like rho_inf."""
-    drawn = at_like_rho()
+    """Spectral radius, period error and amplitude error of implicit schemes, at equal rho_inf where it can be set."""
+    drawn = at_equal_rho_inf()
     radius = {label: s.spectral_radius(2 * np.pi * RATIOS) for label, s in drawn.items()}
     period = {label: 100 * s.period_error(2 * np.pi * SMALL) for label, s in drawn.items()}
     amplitude = {label: 100 * s.amplitude_error(2 * np.pi * SMALL) for label, s in drawn.items()}
@@ -67,9 +67,9 @@ def spectra(folder: Path) -> None:
     save(
         figure, folder / "catalogue_spectra", SECTION,
         f"""Implicit schemes on the undamped oscillator over h/T: (a) spectral radius, (b) period error, (c) amplitude
-        error a period. Schemes whose spectral radius at infinity can be set have ρ∞ = {RHO:g}; the others stand as
-        they are published; the average acceleration method is black. One step h each, so that a composite scheme costs
-        two or three solves where another costs one: see errors at equal cost.""",
+        error a period. Schemes whose spectral radius at infinity can be set have ρ∞ = {RHO:g}; the others are as
+        published; the average acceleration method is black. Each takes one step h, for which a composite scheme solves
+        two or three times where another solves once: the chart of errors at equal cost takes account of that.""",
     )  # fmt: skip
     plain = [label.replace("$", "").replace("\\", "") for label in drawn]
     save_csv(folder / "catalogue_spectral_radius.csv", ["h/T", *plain], [RATIOS, *radius.values()])
@@ -126,7 +126,7 @@ def trade_off(folder: Path) -> None:
 
 
 def stability_region(folder: Path) -> None:
-    """rho_inf of Newmark-BDF2 with beta = (gamma + 1/2)^2/4 over (gamma_t, gamma), with points certified."""
+    """rho_inf of Newmark-BDF2 with beta = (gamma + 1/2)^2/4 over (gamma_t, gamma), and certified points."""
     splits, gammas = np.linspace(0.01, 0.99, 197), np.linspace(0.3, 1.5, 241)
     t, g = np.meshgrid(splits, gammas)
     b = (g + 0.5) ** 2 / 4
@@ -151,7 +151,7 @@ def stability_region(folder: Path) -> None:
     save(
         figure, folder / "stability_region", SECTION,
         """Newmark-BDF2 with β = (γ + 1/2)²/4, the choice of Table 4.1, over γ_t and γ, undamped: the colour is the
-        spectral radius at infinity, grey is where a step is found at which the radius exceeds 1. Circles and crosses
+        spectral radius at infinity, grey is where the radius exceeds 1 at some step. Circles and crosses
         are points that exact algebra certified stable or unstable: they agree with the colours.""",
     )  # fmt: skip
     save_csv(
@@ -180,7 +180,7 @@ EXPLICIT = (
 
 
 def explicit_spectra(folder: Path) -> None:
-    """The same of the explicit schemes, which have no rho_inf, past their limits."""
+    """Spectral radius, amplitude error and period error of explicit schemes, to beyond their limits of stability."""
     ratios = np.logspace(-2, np.log10(0.7), 301)
     drawn = {name: scheme(name) for name in EXPLICIT}
     radius = {name: s.spectral_radius(2 * np.pi * ratios) for name, s in drawn.items()}

@@ -1,1 +1,1 @@
-"""The thesis: its figures drawn anew, its claims judged."""
+"""The thesis (Kumar 2015): its figures drawn anew, its claims judged by computation."""

@@ -1,7 +1,7 @@
-"""Chapter 5 of the thesis: the elastic pendulum, flexible and stiff, in figures 5.2 to 5.25 and, longer, beyond them.
+"""Chapter 5 of the thesis, the elastic pendulum, flexible and stiff: figures 5.2 to 5.25, and longer runs.
 
-Every figure shows the five sets of Table 4.1 and Bathe's scheme. The thesis's text and captions differ on two steps: by
-the figures it is h = 0.01 s in figure 5.15 (p. 36 says 0.1) and h = 0.1 s in 5.16-5.18, 5.23, 5.25 (p. 37 says 0.01).
+Every figure shows the five sets of Table 4.1 and Bathe's scheme. The thesis's text and captions differ on two steps:
+its figures show h = 0.01 s in figure 5.15 (p. 36 says 0.1) and h = 0.1 s in 5.16-5.18, 5.23, 5.25 (p. 37 says 0.01).
 """
 
 import csv
@@ -32,7 +32,7 @@ SECTION = "Chapter 5"
 SPLITS = tuple(Fraction(split) for split in ("0.2", "0.5", "0.9"))
 SETS: tuple[Parameters, ...] = tuple((split, *pair) for split, pair in product(SPLITS, NEWMARK_SETS))
 NAMES = ("gamma_t", "beta", "gamma")
-ROWS = 3000  # most rows kept of a run: 35 in a period of the flexible bar's axial vibration
+ROWS = 3000  # most states kept of a run: 35 in a period of the flexible bar's axial vibration
 DRAWN = 1000  # most points of a curve, strain excepted
 
 
@@ -71,9 +71,9 @@ LONG_FINE_SETS = (SETS[0], SETS[10], SETS[14])  # (1/4, 1/2) at both ends of gam
 
 @dataclass(frozen=True)
 class Run:
-    """One march, every so many rows of it: t (n,) in s, u (n, 2) in m, energy in J, momentum in kg m^2/s, strain.
+    """One run, every few steps of it kept: t (n,) in s, u (n, 2) in m, energy in J, momentum in kg m^2/s, strain.
 
-    peak: the largest energy of all steps, J; reached: the time of the last good state, s; iterations: of Newton.
+    peak: the largest energy of all steps, J; reached: the time of the last good state, s; iterations: Newton's, in all.
     """
 
     parameters: Parameters | None  # None for Bathe's scheme
@@ -94,7 +94,7 @@ def runs(march: March, sets: tuple[Parameters, ...] = SETS) -> dict[Parameters |
     n = march.steps
     stride = next(k for k in range(-(-n // ROWS), n + 1) if n % k == 0)  # a divisor, so that the end is kept
     found: dict[Parameters | None, Run] = {}
-    at_once = max(1, 5_000_000 // n)  # their Newton iterations are counted step by step, 80 MB
+    at_once = max(1, 5_000_000 // n)  # so that the counts of Newton iterations, one a step, take 80 MB at most
     for first in range(0, len(sets), at_once):
         part = sets[first : first + at_once]
         columns = zip(NAMES, np.array(part, dtype=np.float64).T, strict=True)
@@ -105,7 +105,7 @@ def runs(march: March, sets: tuple[Parameters, ...] = SETS) -> dict[Parameters |
 def _runs(
     march: March, name: str, keys: Sequence[Parameters | None], stride: int, values: dict[str, Array]
 ) -> dict[Parameters | None, Run]:
-    """One lane for each key."""
+    """One run, a lane of the march, for each key; values: the scheme's parameters, one for each key."""
     ones = np.ones(len(keys))
     lanes = march_lanes(
         march.scene, scheme(name, **values), march.h * ones, (march.steps * ones).astype(np.int64),
@@ -135,14 +135,14 @@ def at_split(found: dict[Parameters | None, Run], split: Fraction) -> dict[str, 
 
 @cache
 def exact(march: March, every: int) -> tuple[Array, Array]:
-    """(t, u): the exact positions in m at every so many of the rows kept of a completed run, t in s."""
+    """(t, u): times in s, every `every`-th of those kept of a completed run, and the exact positions in m there."""
     t = runs(march)[None].t[::every]
     return t, ElasticPendulum(**march.scene.parameters).position(t)
 
 
 @dataclass(frozen=True)
 class Plot:
-    """Figure 5.number of the thesis; gamma_t is None where each panel has its own."""
+    """Figure 5.number of the thesis; gamma_t is None for a figure with a panel for each gamma_t."""
 
     number: int
     kind: str  # "energy", "trajectory" or "strain"
@@ -152,7 +152,7 @@ class Plot:
     def figure(self) -> Figure:
         """All panels and one legend."""
         figure = {"energy": _energy_figure, "trajectory": _trajectory_figure, "strain": _strain_figure}[self.kind](self)
-        figure.suptitle(f"Figure 5.{self.number}: {self._what()}, {self.march}", fontsize=11)
+        figure.suptitle(f"Figure 5.{self.number}: {self._subject()}, {self.march}", fontsize=11)
         handles = {label: line for axes in figure.axes for line, label in zip(*_legend(axes), strict=True)}
         figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=4, fontsize=9, frameon=False)
         return figure
@@ -162,23 +162,25 @@ class Plot:
         save(self.figure(), folder / f"figure_5_{self.number}", SECTION, self.caption())
 
     def caption(self) -> str:
-        """What the figure shows, in plain words."""
+        """What the figure shows, as a text for the page of results."""
         march, sets = self.march, "Newmark-BDF2 with the five sets (β, γ) of Table 4.1"
         scene = f"Elastic pendulum of Kuhl & Crisfield 1999, {march.case} (EA = {march.scene.parameters['EA']:g} N)"
         split = "γ_t = 0.2, 0.5, 0.9" if self.gamma_t is None else f"γ_t = {float(self.gamma_t):g}"
-        told = {
-            "energy": "(a) energy, (b) angular momentum, both constant in truth, (c) relative change of energy",
-            "trajectory": "path of the mass, dots where runs end and a cross at the exact end, above the distance from "
-            "the exact position",
+        content = {
+            "energy": "(a) energy, (b) angular momentum, both constant in the exact motion, "
+            "(c) relative change of energy",
+            "trajectory": "path of the mass, with dots where runs end and a cross at the exact end; below, the "
+            "distance from the exact position",
             "strain": "axial strain; the wide grey line is "
             + ("the exact strain, first 15 s" if march.case == "flexible" else "that of steady rotation"),
         }[self.kind]
         return (
-            f"{scene}, h = {march.h:g} s, {march.t_end:g} s, {sets} at {split}, and Bathe's scheme in black: {told}. "
+            f"{scene}, h = {march.h:g} s, {march.t_end:g} s, {sets} at {split}, and Bathe's scheme in black: "
+            f"{content}. "
             f"A curve ends where its run failed. Kumar 2015, figure 5.{self.number}."
         )
 
-    def _what(self) -> str:
+    def _subject(self) -> str:
         if self.gamma_t is not None:
             return rf"energy and angular momentum, $\gamma_t$ = {float(self.gamma_t):g}"
         if self.kind == "trajectory":
@@ -204,7 +206,7 @@ def _legend(axes: Axes) -> tuple[list, list[str]]:
 
 
 def _lines(axes: Axes, x: Array, series: dict[str, Array], y_label: str, x_label: str = "time $t$ (s)") -> None:
-    """Curves, Bathe's on top and thinner, so that one below still shows; plain numbers on both axes."""
+    """Draw curves, Bathe's last and thinner, so that a curve below it still shows."""
     curves(axes, x, series, x_label=x_label, y_label=y_label)
     for line in axes.lines:
         line.set_linewidth(0.7 if line is axes.lines[-1] else 1.5)
@@ -243,7 +245,7 @@ def _trajectory_figure(plot: Plot) -> Figure:
     top, bottom = figure.subplots(2, 3, sharex="row", sharey="row", height_ratios=(1.7, 1))
     for axes, below, split in zip(top, bottom, SPLITS, strict=True):
         found = at_split(runs(plot.march), split)
-        # thousands of points that lie upon each other: as an image, also in the SVG
+        # the paths, thousands of points upon each other, are an image in the SVG too
         for i, (label, run) in enumerate(found.items()):
             colour = COLOURS[i] if label != "Bathe" else "black"
             axes.plot(*run.u.T, color=colour, linewidth=0.5, rasterized=True)
@@ -273,7 +275,7 @@ def _strain_figure(plot: Plot) -> Figure:
         _lines(axes, t[some], series, rf"strain $\epsilon${text}")
         name = "rigid limit" if stiff else "exact"
         axes.plot(t[some], truth / unit, color="0.75", linewidth=4, zorder=0, label=name)
-        if stiff:  # the start from 0, a matter of some hundred steps, is beyond the axis
+        if stiff:  # the first 2 % of the run, in which the strain rises from 0, do not decide the axis
             settled = np.array(list(series.values()))[:, len(t) // 50 :]
             margin = 0.1 * np.ptp(settled)
             axes.set_ylim(settled.min() - margin, settled.max() + margin)
@@ -305,7 +307,7 @@ HEADER = (
 
 
 def end_rows(march: March, found: dict[Parameters | None, Run]) -> Iterator[list[object]]:
-    """A line under HEADER for each run; a completed run's last row kept is its end."""
+    """A line under HEADER for each run, at its last kept state, which for a completed run is its end."""
     for key, run in found.items():
         split = key and key[0]
         shown = [p.number for p in PLOTS if p.march == march and (None in (split, p.gamma_t) or split == p.gamma_t)]
@@ -340,7 +342,7 @@ def rigid_growth(parameters: Parameters | None) -> tuple[int, Fraction]:
 
 
 def rigid_energy(march: March, parameters: Parameters | None, t: Array) -> Array:
-    """Energy (n,) in J at times t (n,) in s by that leading term alone; NaN once it has grown beyond all bounds."""
+    """Energy (n,) in J at times t (n,) in s by the leading term of `rigid_growth`; NaN beyond its time of blow-up."""
     power, c = rigid_growth(parameters)
     _, L, _, v0 = march.scene.parameters.values()
     shrinking = 1 - power / 2 * float(c) * (march.h * v0 / L) ** power * t / march.h
@@ -348,7 +350,7 @@ def rigid_energy(march: March, parameters: Parameters | None, t: Array) -> Array
 
 
 def long_figure(march: March, folder: Path) -> None:
-    """Energy of the stiff pendulum long after the figures of the thesis end, beside the rigid limit's leading term."""
+    """Draw the energy of the stiff pendulum far beyond the thesis's 50 s, and the leading term of the rigid limit."""
     found = runs(march)
     figure = Figure(figsize=(13, 5), layout="constrained")
     panels = figure.subplots(1, 3, sharey=True)

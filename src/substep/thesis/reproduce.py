@@ -1,4 +1,4 @@
-"""The main job: the thesis's figures, drawn anew, with the numbers behind them."""
+"""`substep reproduce`: the thesis's figures, the other charts, tables and the ledger, with all numbers behind them."""
 
 import csv
 from collections.abc import Callable, Iterator
@@ -84,9 +84,9 @@ HEADER = (
 )
 
 
-def property_row(of: tuple[str, dict[str, Fraction]]) -> list[str]:
-    """One row of the table of rho_inf, order and leading terms of both errors, undamped: exact."""
-    name, parameters = of
+def property_row(case: tuple[str, dict[str, Fraction]]) -> list[str]:
+    """A row under HEADER for (scheme, parameters), undamped and exact."""
+    name, parameters = case
     found: Properties = properties(name, parameters)
     shown = [str(parameters[key]) if key in parameters else "" for key in ("gamma_t", "beta", "gamma")]
     terms = [("", "0") if term is None else (str(term[0]), str(term[1])) for term in (found.damping, found.period)]
@@ -94,7 +94,7 @@ def property_row(of: tuple[str, dict[str, Fraction]]) -> list[str]:
 
 
 def tables(folder: Path, catalogue: list[CatalogueRow], rows: list[list[str]]) -> None:
-    """Every scheme at its default parameters, and the parameter sets of chapter 4, as CSV."""
+    """Write the tables of every scheme at its default parameters and of chapter 4's parameter sets, as CSV."""
     header = [f.name for f in fields(CatalogueRow)]
     for name, lines in (
         ("catalogue", [header, *(astuple(row) for row in catalogue)]), ("chapter_4_properties", [HEADER, *rows]),
@@ -114,17 +114,18 @@ class Results:
 
 
 def jobs(full: bool) -> tuple[Callable[[Path], object], ...]:
-    """What only draws, one job a piece; full: the long runs too."""
+    """The jobs that only draw, one for each figure or chart; full: the long runs too."""
     chapter_4 = (partial(figure_4, number, split) for number, split in enumerate(SPLITS, start=1))
     return (*chapter_4, *CHARTS, *figures_5.JOBS, *(figures_5.LONG_JOBS if full else ()))
 
 
-def _drawn(folder: Path, full: bool, i: int) -> None:
+def _draw(folder: Path, full: bool, i: int) -> None:
+    """Run the job at place i of `jobs(full)`, in a process of its own."""
     jobs(full)[i](folder)
 
 
-def _compiled(name: str) -> None:
-    """The scheme's kernels into numba's cache, for numba compiles on one core of a process."""
+def _compile(name: str) -> None:
+    """Compile the scheme's kernels into numba's cache, in a process of its own, since numba compiles on one core."""
     s = scheme(name)
     s.stability(1.0)
     where = [case.make() for case in CASES]
@@ -136,7 +137,7 @@ def _compiled(name: str) -> None:
 
 @contextmanager
 def _workers() -> Iterator[Callable[..., Iterator[Any]]]:
-    """`map` on a process for each core, which begins at once, or on this one if there is no other."""
+    """A `map` over one process for each core, which begins at once, or the built-in one if there is only one core."""
     if cores() == 1:
         yield map
         return
@@ -148,22 +149,22 @@ def _workers() -> Iterator[Callable[..., Iterator[Any]]]:
 
 
 def reproduce(folder: Path, step: Callable[[], object], *, full: bool = False) -> Results:
-    """Everything into the folder; calls step() `steps(full)` times. full: the long runs and fine maps as well."""
+    """Write everything into the folder; step() is called `steps(full)` times. full: long runs and fine maps as well."""
     folder.mkdir(parents=True, exist_ok=True)
-    page.pictures(folder)  # one that the page refuses is told before the work, not after
+    page.pictures(folder)  # raises for a figure that the page would refuse, before the work
 
     def waited(found: Iterator[Any]) -> list[Any]:
         return [(one, step())[0] for one in found]
 
     with _workers() as each:
         if each is not map:
-            waited(each(_compiled, schemes()))
-        drawn = each(partial(_drawn, folder, full), range(len(jobs(full))))
+            waited(each(_compile, schemes()))
+        drawn = each(partial(_draw, folder, full), range(len(jobs(full))))
         rows = each(catalogue_row, schemes()), each(property_row, parameter_sets()), each(claims.judged, claims.CLAIMS)
         outcomes = failures.battery(folder, step, full)
         waited(drawn)
         catalogue, of_chapter_4, judgements = map(waited, rows)
-    for job in precision.jobs(full):  # timed, so while nothing else runs
+    for job in precision.jobs(full):  # these measure times, so nothing else runs beside them
         job(folder)
         step()
     tables(folder, catalogue, of_chapter_4)

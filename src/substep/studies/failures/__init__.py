@@ -1,4 +1,4 @@
-"""Where schemes fail: the battery, each item a table and, where there is something to see, a chart."""
+"""Where schemes fail: a battery of studies, each of which writes a table and most of which draw a chart."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -29,7 +29,7 @@ def battery(folder: Path, step: Callable[[], object], full: bool = False) -> lis
     """The whole battery into the folder; the rows of its table, scheme by scheme and scene by scene.
 
     step: called `count()` times, after each part. full: every scheme on every scene, and maps of 500 x 500 runs; by
-    default scenes whose kernels are not committed see one scheme of each kind, and maps are 100 x 100.
+    default one scheme of each kind runs on scenes whose kernels are not committed, and maps are 100 x 100.
     """
     folder.mkdir(parents=True, exist_ok=True)
     rows: list[Row] = []

@@ -1,4 +1,4 @@
-"""A unit mass bounces on a penalty spring: the speed it leaves with depends on where in a step contact falls."""
+"""A unit mass bounces on a penalty spring: the speed after contact depends on where in a step contact begins."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,13 +14,16 @@ from ...marching.scene_lanes import march_lanes
 from .outcomes import QUICK, SECTION, write_rows
 
 FREQUENCIES = np.geomspace(1, 100, 41)  # omega_c h
-PHASES = np.arange(50) / 50  # of the first contact within a step
-STEPS = 200  # enough to leave at omega_c h = 1
+PHASES = np.arange(50) / 50  # where within a step contact begins, as a part of it
+STEPS = 200  # enough for the mass to leave the spring at omega_c h = 1
 
 
 @dataclass(frozen=True)
 class BounceRow:
-    """Restitution |v_out/v_in|, 1 in truth, over all phases of the contact that left; and the share that did not."""
+    """Restitution |v_out/v_in|, 1 in the exact motion, over the contact phases with which the mass left the spring.
+
+    newton_failed, stayed: the shares of phases with which Newton failed, or the mass had not left by the end.
+    """
 
     scheme: str
     omega_c_h: float
@@ -32,9 +35,10 @@ class BounceRow:
 
 
 def restitution(name: str, frequencies: Array, phases: Array) -> tuple[Array, Array]:
-    """Restitution (F, P), NaN of a mass that did not leave, and place in STATUSES (F, P), for omega_c h and phases.
+    """Restitution (F, P), NaN of a mass that did not leave, and place in STATUSES (F, P).
 
-    v0 = -1, k = 1e6, m = 1, u0 = (1 + phase) h |v0|: contact falls into the second step.
+    frequencies: omega_c h (F,); phases (P,). v0 = -1, k = 1e6, m = 1, u0 = (1 + phase) h |v0|: contact begins in the
+    second step.
     """
     bounce = scene("penalty_bounce")
     omega_c, v0 = bounce.parameters["k"] ** 0.5, bounce.parameters["v0"]
@@ -89,8 +93,8 @@ def _draw(folder: Path, rows: list[BounceRow]) -> None:
     figure.legend(handles, labels, loc="outside lower center", ncols=3, frameon=False, fontsize=9)
     save(
         figure, folder / "penalty_bounce", SECTION,
-        """A unit mass bounces on a penalty spring (k = 10⁶ N/m, v0 = -1 m/s): speed after over speed before contact, 1
-        in truth, over the step ω_c h, ω_c = √(k/m). Line: the mean over 50 places of the first contact within a step;
-        band: their extremes, of runs that left the spring. Once ω_c h exceeds about 2, where contact falls decides how
-        much energy is gained or lost; only the energy-momentum method keeps it.""",
+        """A unit mass bounces on a penalty spring (k = 10⁶ N/m, v0 = -1 m/s): speed after over speed before contact,
+        1 in the exact motion, over the step ω_c h, ω_c = √(k/m). Line: the mean over 50 places within a step at which
+        contact begins; band: their extremes, of runs that left the spring. Once ω_c h exceeds about 2, where contact
+        begins decides how much energy is gained or lost; only the energy-momentum method keeps it.""",
     )  # fmt: skip

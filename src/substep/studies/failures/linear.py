@@ -1,4 +1,4 @@
-"""Where schemes fail on the linear oscillator: beyond their limits, in the first steps, and as the step changes."""
+"""Where schemes fail on the linear oscillator: beyond their limits, in the first steps, in uneven steps."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -15,7 +15,7 @@ from ...figures.charts import COLOURS, curves, save, save_csv
 from ...marching.run import march
 from .outcomes import SECTION, write_rows
 
-CROSSING = (0.99, 1.01)
+CROSSING = (0.99, 1.01)  # times the critical Omega
 CROSSING_STEPS = 500
 
 
@@ -33,7 +33,7 @@ def without_limit() -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class LimitRow:
-    """Largest |u| of u0 = 1 m in the second half of 500 steps, and spectral radius, at 0.99 and 1.01 of the limit."""
+    """Largest |u| from u0 = 1 m in the second half of 500 steps, and spectral radius, at CROSSING critical Omega."""
 
     scheme: str
     critical_Omega: str
@@ -49,7 +49,7 @@ class LimitRow:
 
 
 def limits_crossed(folder: Path, full: bool = False) -> list[LimitRow]:
-    """Each conditional limit, exact, and what happens 1 % below and above it."""
+    """Every conditionally stable scheme: its exact critical Omega, and runs 1 % below and above it."""
     oscillator, rows = scene("linear_oscillator", omega=1.0), []
     for name, (text, limit) in ((name, limit) for name, limit in certified().items() if limit and limit[1] > 0):
         s, Omegas = scheme(name), limit * np.array(CROSSING)
@@ -65,7 +65,7 @@ OVERSHOOT_STEPS, OVERSHOOT_RATIO = 20, 10.0  # h/T
 
 @dataclass(frozen=True)
 class OvershootRow:
-    """Largest |u|/u0 and |v|/(omega u0), both 1 in truth, of the first steps."""
+    """Largest |u|/u0 and |v|/(omega u0) of the first steps, both 1 in the exact motion."""
 
     scheme: str
     u: float
@@ -73,7 +73,7 @@ class OvershootRow:
 
 
 def overshoot(folder: Path, full: bool = False) -> list[OvershootRow]:
-    """First 20 steps of h = 10 T from u0 = 1, v0 = 0, for every scheme; a chart of those without a limit."""
+    """First 20 steps of h = 10 T from u0 = 1, v0 = 0, for every scheme; a chart of the unconditionally stable ones."""
     oscillator = scene("linear_oscillator", omega=2 * np.pi)
     rows = []
     for name in schemes():
@@ -97,50 +97,50 @@ def overshoot(folder: Path, full: bool = False) -> list[OvershootRow]:
     save(
         figure, folder / "overshoot", SECTION,
         f"""Schemes without a limit on the step, undamped oscillator from u0 = 1, v0 = 0: largest |u|/u0 and |v|/(ω
-        u0), 1 in truth, of the first {OVERSHOOT_STEPS} steps of h = {OVERSHOOT_RATIO:g} T. What stands right of the
-        line overshoots: stability bounds the powers of a matrix, but not by 1.""",
+        u0), 1 in the exact motion, of the first {OVERSHOOT_STEPS} steps of h = {OVERSHOOT_RATIO:g} T. Marks
+        right of the line overshoot: stability bounds the powers of the amplification matrix, but not by 1.""",
     )  # fmt: skip
     return rows
 
 
 RATIOS = (0.5, 0.8, 0.9, 1.0, 1.1, 1.25, 2.0)
 OMEGAS = 2 * np.pi * np.logspace(-3, 3, 601)
-ROUNDING = 1e-6  # of a spectral radius: eigenvalues meet at 1 for small Omega
+ROUNDING = 1e-6  # error of a computed spectral radius for small Omega, where eigenvalues meet at 1
 DRAWN = ("houbolt", "park", "oalts", "gholampour", "wilson_theta", "kr_alpha")
 
 
 def alternating_radius(s: Scheme, Omega: Array, ratio: float) -> Array:
     """Spectral radius per step for steps h and ratio*h in turn, both by the scheme's formulas for one constant step.
 
-    The state holds u, h v and h^2 a, of earlier instants too: it is rescaled as the step changes, and a multi-step
-    scheme takes its uneven history as if it were even.
+    The state holds h v and h^2 a, which are rescaled when the step changes. A multi-step scheme takes the states of
+    earlier instants as if these were equally spaced.
     """
     return np.abs(_two_steps(s, Omega, ratio)).max(axis=-1) ** 0.5
 
 
 def alternating_period_error(s: Scheme, ratio: float, Omega: float) -> float:
-    """The period's relative error for such steps; for small Omega it tends to 0 only if the scheme stays consistent."""
+    """Relative period error for steps h and ratio*h in turn; it tends to 0 with Omega if the scheme is consistent."""
     eigenvalues = _two_steps(s, Omega, ratio)
     oscillating = eigenvalues[eigenvalues.imag > ROUNDING]
     return float((1 + ratio) * Omega / np.angle(oscillating[np.argmax(np.abs(oscillating))]) - 1)
 
 
 def _two_steps(s: Scheme, Omega: Array | float, ratio: float) -> NDArray[np.complex128]:
-    """Eigenvalues of a step h and a step ratio*h."""
+    """Eigenvalues of the amplification matrix of a step h and a step ratio*h together."""
     scale = ratio ** np.array([float(kind) for kind, _ in s.history])
     second = s.amplification(ratio * Omega) * scale / scale[:, None]
     return np.linalg.eigvals(second @ s.amplification(Omega)).astype(complex)
 
 
-SMALL_RATIO = 0.005  # h/T of the period error
+SMALL_RATIO = 0.005  # h/T at which the period error is reported
 
 
 @dataclass(frozen=True)
 class AlternatingRow:
     """Steps h and ratio*h in turn.
 
-    largest: spectral radius per step, over h/T; first: the h/T at which it first exceeds 1, None if it never does;
-    period_error: relative, at h/T = 0.005, where at a constant step it is less than 1e-3.
+    largest: the largest spectral radius per step over h/T; first: the h/T at which it first exceeds 1, None if it never
+    does; period_error: relative, at h/T = 0.005, where it is less than 1e-3 with a constant step.
     """
 
     scheme: str
@@ -151,7 +151,10 @@ class AlternatingRow:
 
 
 def alternating_steps(folder: Path, full: bool = False) -> list[AlternatingRow]:
-    """Steps h and kappa h in turn: multi-step schemes, those that fail, and two controls; full: all without a limit."""
+    """Steps h and kappa h in turn: the multi-step schemes, two that fail and two one-step schemes that do not.
+
+    full: all unconditionally stable schemes.
+    """
     rows = []
     for name in without_limit() if full else (*DRAWN, "bathe", "average_acceleration"):
         s = scheme(name)

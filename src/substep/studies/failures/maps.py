@@ -16,13 +16,16 @@ from ...marching.scene_lanes import march_lanes, pair_module
 from .outcomes import BLEW_UP, NEWTON, SECTION, WORDS, Outcome, paint, run, whole_steps, word_legend
 from .table import stiff
 
-SPAN, MOST_STEPS = 10.0, 500  # s; whichever is shorter
-STEPS = (1e-3, 1.0)  # s
+SPAN, MOST_STEPS = 10.0, 500  # a run takes SPAN (s) or MOST_STEPS steps, whichever is shorter
+STEPS = (1e-3, 1.0)  # least and largest h, s
 
 
 @dataclass(frozen=True)
 class Map:
-    """Outcomes over h and one parameter y: the scheme at an array of y, and derived lines y = constant."""
+    """A map of outcomes over the step h and one parameter y of a scheme.
+
+    y: its range; make: the scheme with an array of y; lines: values of y, derived, that are drawn as dashed lines.
+    """
 
     name: str
     title: str
@@ -71,16 +74,16 @@ MAPS = (
 )
 
 
-def lattice(where: Scene, make: Callable[[Array], Scheme], h: Array, y: Array) -> tuple[Outcome, Array]:
+def lattice(pendulum: Scene, make: Callable[[Array], Scheme], h: Array, y: Array) -> tuple[Outcome, Array]:
     """Outcomes at h (P,) and y (P,), and the energy of the last good state over E0 (P,).
 
     The scheme must carry u and v of t_n in its state.
     """
     s = make(y)
-    lanes, outcome = run(where, s, h, np.minimum(whole_steps(SPAN, h), MOST_STEPS))
-    rows = pair_module(where, s).STATE
+    lanes, outcome = run(pendulum, s, h, np.minimum(whole_steps(SPAN, h), MOST_STEPS))
+    rows = pair_module(pendulum, s).STATE
     u, v = (lanes.state[:, rows.index((kind, 0))] for kind in "uv")
-    return outcome, where.energy(np.zeros(len(h)), u, v) / where.E0
+    return outcome, pendulum.energy(np.zeros(len(h)), u, v) / pendulum.E0
 
 
 def draw(folder: Path, drawn: Map, points: int) -> tuple[Outcome, Array]:
@@ -111,7 +114,7 @@ def draw(folder: Path, drawn: Map, points: int) -> tuple[Outcome, Array]:
     figure.legend(handles=handles, loc="outside lower center", ncols=5, frameon=False, fontsize=9)
     save(
         figure, folder / f"map_{drawn.name}", SECTION,
-        f"""The stiff pendulum (EA = 10¹⁰ N, a0 = -19.6 m/s² along the bar) with {drawn.title}: (a) what became of a
+        f"""The stiff pendulum (EA = 10¹⁰ N, a0 = -19.6 m/s² along the bar) with {drawn.title}: (a) the outcome of a
         run of {SPAN:g} s or {MOST_STEPS} steps, whichever is shorter, and (b) its relative change of energy, over the
         step h and one parameter; {points} x {points} runs. Grey in (b):
         failed.{" Dashed: derived." if lines else ""}""",
@@ -125,24 +128,24 @@ def draw(folder: Path, drawn: Map, points: int) -> tuple[Outcome, Array]:
     return outcome, end
 
 
-FIRST_ENERGY = 1.1  # E/E0 that ends the trapezoidal rule's quiet
+FIRST_ENERGY = 1.1  # E/E0 beyond which the energy of the trapezoidal rule counts as risen
 STARTS = {"published": -19.6, "rigid rotation": -(7.72**2) / 3.0443, "consistent": 0.0}  # a0, m/s^2
 
 
-def first_rise(where: Scene, h: Array, span: float = 50.0) -> Array:
+def first_rise(pendulum: Scene, h: Array, span: float = 50.0) -> Array:
     """When the trapezoidal rule's energy first exceeds 1.1 E0, s, for steps h (P,); NaN if not within the span."""
     rule = scheme("average_acceleration")
-    lanes = march_lanes(where, rule, h, whole_steps(span, h), bound=FIRST_ENERGY * where.E0)
+    lanes = march_lanes(pendulum, rule, h, whole_steps(span, h), bound=FIRST_ENERGY * pendulum.E0)
     return np.where(lanes.status == 0, np.nan, (lanes.n_done + 1) * h)
 
 
-def critical_step(where: Scene) -> float:
+def critical_step(pendulum: Scene) -> float:
     """The step h, s, with h^2 omega v0/L = 4, omega = sqrt(EA/(m L)) the stiff pendulum's axial frequency.
 
-    Found by bisection of runs, EA from 1e7 to 1e11, to within 0.1 %: beyond it the trapezoidal rule's axial
-    oscillation, whose sign changes every step, grows; below it stays.
+    Not derived, but found by bisection of runs to within 0.1 %, for EA from 1e7 to 1e11: with larger steps the
+    trapezoidal rule's axial oscillation, whose sign changes every step, grows; with smaller steps it does not.
     """
-    EA, L, m, v0 = (where.parameters[name] for name in ("EA", "L", "m", "v0"))
+    EA, L, m, v0 = (pendulum.parameters[name] for name in ("EA", "L", "m", "v0"))
     return 2 * (L / v0) ** 0.5 * (m * L / EA) ** 0.25
 
 

@@ -1,4 +1,4 @@
-"""What became of a run, in one of four words, and how it is written down and coloured."""
+"""The outcome of a run, one of four, and how outcomes are written to files and coloured."""
 
 import csv
 from collections.abc import Sequence
@@ -25,7 +25,7 @@ GAIN = 1.01  # largest E/E0 of a run that survived
 BLOW_UP = 1e3  # E/E0 beyond which a run has blown up
 
 COLOUR_OF_WORD = ("0.88", COLOURS[1], COLOURS[3], COLOURS[0])
-QUICK = (  # of the scenes whose kernels are not committed: one of each kind, as each costs a compilation
+QUICK = (  # schemes run on scenes whose kernels are not committed: one of each kind, as each costs a compilation
     "central_difference",
     "average_acceleration",
     "generalized_alpha",
@@ -37,10 +37,10 @@ QUICK = (  # of the scenes whose kernels are not committed: one of each kind, as
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of P runs.
+    """The outcomes of P runs.
 
-    word (P,): place in WORDS; t (P,): end of the step that failed, s, NaN of a run that ended; max_ratio (P,):
-    largest E/E0 of the states before, which for one that blew up in a single step is small.
+    word (P,): place in WORDS; t (P,): end of the step that failed, s, NaN of a run that reached its end; max_ratio
+    (P,): largest E/E0 of the states before that step, which is small for a run that blew up in a single step.
     """
 
     word: NDArray[np.int64]
@@ -51,8 +51,8 @@ class Outcome:
 def judge(lanes: Lanes, dt: Array, E0: float) -> Outcome:
     """The outcome of runs in steps of dt (P,), s, marched with bound = BLOW_UP*E0, J.
 
-    Newton failed, whatever the energy then; blew up: E > 1e3 E0 or a state that is not finite; gains energy:
-    1.01 E0 < max E; else survived.
+    The first of these that holds: Newton failed; blew up: E > 1e3 E0 or a state that is not finite; gains energy:
+    max E > 1.01 E0; survived.
     """
     ratio = lanes.peak / E0
     newton, completed = (lanes.status == STATUSES.index(status) for status in ("newton_failed", "completed"))
@@ -62,13 +62,13 @@ def judge(lanes: Lanes, dt: Array, E0: float) -> Outcome:
 
 
 def run(scene: Scene, scheme: Scheme, dt: Array, n: NDArray[np.int64], **options: Any) -> tuple[Lanes, Outcome]:
-    """Lanes of `march_lanes`, stopped where they blow up, and what became of them."""
+    """Lanes of `march_lanes`, each stopped when it blows up, and their outcomes."""
     lanes = march_lanes(scene, scheme, dt, n, bound=BLOW_UP * scene.E0, **options)
     return lanes, judge(lanes, dt, scene.E0)
 
 
 def whole_steps(span: float, dt: Array) -> NDArray[np.int64]:
-    """How many steps of dt lie within a span, s, rounding forgiven."""
+    """How many whole steps dt (P,) fit into a span, both in s; a last step too long by rounding alone counts."""
     return np.floor(span / dt + 1e-9).astype(np.int64)
 
 
@@ -79,11 +79,11 @@ def write_rows(path: Path, rows: Sequence[Any]) -> None:
 
 
 def paint(axes: Axes, x: Array, y: Array, word: Array) -> None:
-    """Cells of a map in the colours of their words; NaN stays empty."""
+    """Draw the cells of a map in the colours of their outcomes; NaN stays empty."""
     colours = ListedColormap(COLOUR_OF_WORD)
     axes.pcolormesh(x, y, word, cmap=colours, vmin=-0.5, vmax=len(WORDS) - 0.5, shading="nearest", rasterized=True)
 
 
 def word_legend() -> list[Patch]:
-    """Handles of a legend of the words."""
+    """Handles of a legend of the outcomes."""
     return [Patch(facecolor=colour, label=word) for colour, word in zip(COLOUR_OF_WORD, WORDS, strict=True)]

@@ -1,4 +1,4 @@
-"""Where the digits end: very small steps, and a pendulum that stands on its head."""
+"""Where rounding decides: very small steps, and a pendulum at rest at the top."""
 
 import math
 from collections.abc import Iterator
@@ -23,7 +23,8 @@ TINY_SPAN = 2e-4  # s
 class RoundOffRow:
     """Errors at 2e-4 s: u in m, energy relative, a in m/s^2 and relative, None where a scheme has no a of its own.
 
-    displacement_unknown: the error of a, m/s^2, were u the unknown of Newton's method and a its second difference.
+    displacement_unknown: the error a would have, m/s^2, if Newton's method solved for u, of which a were the second
+    difference.
     """
 
     scheme: str
@@ -36,10 +37,10 @@ class RoundOffRow:
 
 
 def round_off(folder: Path, full: bool = False) -> list[RoundOffRow]:
-    """Every scheme on the flexible pendulum against the exact motion.
+    """Every scheme on the flexible pendulum in very small steps, against the exact motion.
 
-    The force itself is a small difference, strain 1e-7, and has 9 digits. Errors of a proportional to h are
-    truncation: a of the alpha-methods is of first order.
+    The force itself has only 9 digits, being the small difference of two lengths (the strain is 1e-7). Errors of a that
+    are proportional to h are truncation: the acceleration of the alpha-methods is of first order.
     """
     flexible = scene("elastic_pendulum", EA=1e4)
     parameters = flexible.parameters
@@ -63,17 +64,17 @@ def round_off(folder: Path, full: bool = False) -> list[RoundOffRow]:
 
 AWAY = 0.1  # rad from the top
 SWINGS = 10  # periods
-SWING_PARTS, TOP_PARTS = (20, 100), (20, 100, 1000)  # of a period
+SWING_PARTS, TOP_PARTS = (20, 100), (20, 100, 1000)  # steps per period
 TOP_SPAN = 200.0  # s
 
 
 def fall_time(away: float = AWAY) -> float:
-    """When a pendulum u'' + sin u = 0 left at rest at the double nearest pi is so far from pi, s.
+    """When a pendulum u'' + sin u = 0, released at rest at the double nearest pi, is `away` (rad) from pi, s.
 
     It starts at delta = 1.22e-16 from the top, and with sin(angle/2) = sin(delta/2) cosh(w) its energy integral is
     t = integral of 1/sqrt(1 - sin^2(delta/2) cosh^2 w), to w = acosh(sin(away/2)/sin(delta/2)): about ln(2 away/delta).
     """
-    small = math.sin(math.sin(math.pi) / 2)  # sin(pi) of doubles is what pi lacks
+    small = math.sin(math.sin(math.pi) / 2)  # sin(math.pi) is by how much the double math.pi falls short of pi
     end = math.acosh(math.sin(away / 2) / small)
     x, weights = np.polynomial.legendre.leggauss(200)
     w = end * (x + 1) / 2
@@ -82,7 +83,7 @@ def fall_time(away: float = AWAY) -> float:
 
 @dataclass(frozen=True)
 class TopRow:
-    """When |u - pi| first exceeds 0.1 rad, s, None if not in 200 s; exact: when it does in truth."""
+    """When |u - pi| first exceeds 0.1 rad, s, None if not within 200 s; exact: when it does in the exact motion."""
 
     scheme: str
     h: float
@@ -92,7 +93,10 @@ class TopRow:
 
 @dataclass(frozen=True)
 class SwingRow:
-    """A swing that in truth turns back below the top: when it goes over it, in periods, or what else becomes of it."""
+    """A swing whose exact motion turns back just below the top.
+
+    rotates_at: when the computed one passes the top, None if never; ended_at: when the run ended; in periods.
+    """
 
     scheme: str
     h: float
@@ -103,7 +107,7 @@ class SwingRow:
 
 
 def separatrix(folder: Path, full: bool = False) -> tuple[list[TopRow], list[SwingRow]]:
-    """The pendulum left at the top, and the swing that almost reaches it, for 10 periods."""
+    """The pendulum released at the top for 200 s, and the swing that almost reaches it for 10 periods."""
     top, swing, exact = scene("simple_pendulum", u0=math.pi, v0=0.0), scene("simple_pendulum"), fall_time()
     T, falls, swings = period(swing), [], []
     for name in schemes() if full else QUICK:
@@ -130,5 +134,6 @@ def _paths(lanes: Lanes) -> Iterator[Array]:
     return (out[: n + 1, 0, 0] for out, n in zip(lanes.out, lanes.n_done, strict=True))
 
 
-def _first(where: NDArray[np.bool_], h: float) -> float | None:
-    return float(np.argmax(where) * h) if where.any() else None
+def _first(holds: NDArray[np.bool_], h: float) -> float | None:
+    """The time of the first step at which a condition holds, None if it never does."""
+    return float(np.argmax(holds) * h) if holds.any() else None

@@ -1,4 +1,4 @@
-"""Every scheme on every scene where schemes fail, at a few steps: a table of outcomes, and its picture."""
+"""Every scheme on scenes where schemes fail, at a few steps each: a table of outcomes, and a chart of it."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ from .outcomes import NEWTON, QUICK, SECTION, WORDS, paint, run, whole_steps, wo
 
 @dataclass(frozen=True)
 class Row:
-    """One run: step h and time of failure t in s (None of a run that ended), max_ratio the largest E/E0 before."""
+    """One run: step h and time of failure t in s (None if it reached its end), max_ratio the largest E/E0 before t."""
 
     scheme: str
     scene: str
@@ -29,9 +29,9 @@ class Row:
 
 @dataclass(frozen=True)
 class Case:
-    """A scene with steps of so many parts of a time, up to a span of so many times.
+    """A scene, the steps tried on it and the span of the runs, as parts and multiples of a characteristic time.
 
-    given: the time in s; None stands for the scene's exact period.
+    given: the characteristic time in s; None stands for the scene's exact period.
     """
 
     label: str
@@ -39,11 +39,11 @@ class Case:
     given: float | None
     parts: tuple[float, ...]
     span: float
-    committed: bool = False  # whether its kernels need no printing
+    committed: bool = False  # whether the kernels of all schemes on this scene are
 
     @cached_property
     def time(self) -> float:
-        """The time, s."""
+        """The characteristic time, s."""
         return period(self.make()) if self.given is None else self.given
 
     @property
@@ -73,17 +73,17 @@ CASES = (
 
 def rows_of(case: Case, full: bool = False) -> list[Row]:
     """The outcome of every scheme at its default parameters, or of QUICK where kernels are not committed."""
-    where, steps = case.make(), np.array(case.steps)
+    model, steps = case.make(), np.array(case.steps)
     found = []
     for name in schemes() if full or case.committed else QUICK:
-        _, outcome = run(where, scheme(name), steps, whole_steps(case.span * case.time, steps))
+        _, outcome = run(model, scheme(name), steps, whole_steps(case.span * case.time, steps))
         for h, word, t, ratio in zip(steps, outcome.word, outcome.t, outcome.max_ratio, strict=True):
             found.append(Row(name, case.label, float(h), WORDS[word], None if np.isnan(t) else float(t), float(ratio)))
     return found
 
 
 def picture(folder: Path, rows: list[Row]) -> None:
-    """The table as CSV, and its words as a map of schemes over scenes and steps."""
+    """The table as CSV, and its outcomes as a map of schemes over scenes and steps."""
     write_rows(folder / "failures.csv", rows)
     columns = [(case.label, h) for case in CASES for h in case.steps]
     word = np.full((len(schemes()), len(columns)), np.nan)
@@ -107,11 +107,11 @@ def picture(folder: Path, rows: list[Row]) -> None:
         start += len(case.steps)
     figure.legend(
         handles=word_legend(), loc="outside lower center", ncols=NEWTON + 1, frameon=False, fontsize=9,
-        title="numbers: time of failure in s; white: only in the full battery", title_fontsize=9,
+        title="numbers: time of failure in s; white: run with --full only", title_fontsize=9,
     )  # fmt: skip
     save(
         figure, folder / "failures", SECTION,
-        """What became of every scheme, at its default parameters, on scenes where methods fail, at a few steps each:
-        survived, gains energy (more than 1 %), blew up (a thousandfold energy, or no number), Newton failed. The
+        """Outcomes of every scheme, at its default parameters, on scenes where methods fail, at a few steps each:
+        survived, gains energy (more than 1 %), blew up (a thousandfold energy, or no finite number), Newton failed. The
         number in a cell is the time of failure in s.""",
     )  # fmt: skip

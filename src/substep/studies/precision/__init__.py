@@ -1,4 +1,4 @@
-"""Speed charted against accuracy: what a run costs, how far it is off, and what to choose for a wished accuracy."""
+"""Speed against accuracy: what a run costs, how large its error is, and what to choose for a wished accuracy."""
 
 from .choice import Choice, choose
 

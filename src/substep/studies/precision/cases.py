@@ -1,4 +1,4 @@
-"""The four scenes of the work-precision charts, what they are measured against, and the runs of all schemes."""
+"""The four scenes of the work-precision charts, their references, and the runs of all schemes on them."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -11,12 +11,15 @@ from ...exact.periods import period
 from .measure import Run, measure
 from .reference import Reference, reference
 
-SAMPLES = 50  # intervals of the grid on which errors are told; the largest step is one of them
+SAMPLES = 50  # intervals of the grid on which errors are reported; the largest step is one of them
 
 
 @dataclass(frozen=True)
 class Case:
-    """A scene over a span, s; note: what a reader of its chart must know."""
+    """A scene over a span t_end, s.
+
+    note: a remark printed on its chart; limit: a reference in place of the exact motion, where no step resolves that.
+    """
 
     name: str
     title: str
@@ -24,12 +27,12 @@ class Case:
     t_end: float
     finest: int  # the finest step is the span over SAMPLES*2^finest
     note: str = ""
-    limit: Callable[[Scene, float], Reference] | None = None  # of a motion that no step resolves
+    limit: Callable[[Scene, float], Reference] | None = None
 
     def reference(self) -> Reference:
-        """What runs are measured against."""
-        where = self.make()
-        return self.limit(where, self.t_end) if self.limit else reference(where, self.t_end, SAMPLES, 1e-12)
+        """The motion from which errors are computed."""
+        model = self.make()
+        return self.limit(model, self.t_end) if self.limit else reference(model, self.t_end, SAMPLES, 1e-12)
 
     def steps(self, every: int) -> list[int]:
         """Numbers of steps, from coarse to fine, by factors of 2^every."""
@@ -46,7 +49,7 @@ def rigid_limit(where: Scene, t_end: float) -> Reference:
 
 
 def lag(where: Scene, t_end: float) -> float:
-    """Angle by which the bar stays behind the rigid limit: it turns slower by twice its strain m v0^2/(EA L)."""
+    """Angle in rad by which the elastic bar lags at t_end: it turns slower by twice its strain m v0^2/(EA L)."""
     EA, L, m, v0 = where.parameters.values()
     return 2.0 * m * v0**2 / (EA * L) * v0 / L * t_end
 
@@ -70,7 +73,7 @@ def runs(case: Case, exact: Reference, names: Iterable[str] | None = None, *, ev
 
 
 def span(where: Scene) -> float:
-    """The span, s, of the chart of such a scene. Raises ValueError for a scene that has none."""
+    """The span (s) of the work-precision chart of this scene. Raises ValueError for a scene without a chart."""
     found = next((case.t_end for case in CASES if case.make().name == where.name), None)
     if found is None:
         raise ValueError(f"expected a span for {where.name}, which has no chart to take it from; add --t-end in s")

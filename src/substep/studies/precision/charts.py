@@ -1,4 +1,4 @@
-"""Error over cost, log-log: every scheme on one scene, and general ODE solvers beside them."""
+"""Work-precision charts: error over cost of every scheme on one scene, beside general ODE solvers."""
 
 import csv
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -18,8 +18,8 @@ from .measure import LONG, Run
 from .reference import Reference
 
 SECTION = "Speed against accuracy"
-KNOWN = 1e-14  # an error of the reference that does not show
-TOP = 1.0  # an error of everything there is: what lies beyond, or failed, is marked at this edge
+KNOWN = 1e-14  # an error of the reference up to this is not marked in a chart
+TOP = 1.0  # a relative error of 100 %: runs beyond it, and runs that failed, are marked at this edge
 COSTS: Mapping[str, Callable[[Run], float]] = {
     "linear or Newton solves": lambda run: run.cost.solves,
     "force and tangent evaluations": lambda run: run.cost.evaluations,
@@ -30,7 +30,7 @@ STATISTICS = {"final": "at the end", "maximum": "largest", "rms": "root mean squ
 
 
 def kinds() -> dict[str, list[str]]:
-    """All schemes by what a step is: derived from their kernels and states."""
+    """All schemes by the kind of their step, which their kernels and states show."""
     found: dict[str, list[str]] = {"explicit": [], "one solve a step": [], "several steps": [], "sub-steps": []}
     where = scene("elastic_pendulum", EA=1e4)
     for name in schemes():
@@ -47,7 +47,7 @@ def kinds() -> dict[str, list[str]]:
 
 
 def order(name: str) -> int:
-    """Of u, derived, at the scheme's default parameters."""
+    """Derived order of accuracy of u at the scheme's default parameters."""
     return facade.order(name)[0]
 
 
@@ -62,7 +62,10 @@ def by_method(runs: Iterable[Run]) -> dict[str, list[Run]]:
 def work_precision(
     case: Case, exact: Reference, runs: Sequence[Run], peers: Sequence[Run], missing: Mapping[str, str], folder: Path
 ) -> None:
-    """Both charts of a scene, as PNG and SVG, and all numbers as CSV; missing: peers that are not installed."""
+    """Both charts of a scene, as PNG and SVG, and all numbers as CSV.
+
+    peers: runs of general solvers; missing: packages of such solvers that are not installed, and why.
+    """
     _costs(case, exact, runs, peers, missing, folder)
     _quantities(case, exact, runs, folder)
     write(folder / f"work_precision_{case.name}.csv", [*runs, *peers])
@@ -76,24 +79,24 @@ def write(path: Path, runs: Sequence[Run]) -> None:
         out = csv.writer(file)
         out.writerow(header)
         for run in runs:
-            told = [f"{x:.6g}" for errors in run.errors.values() for x in errors]
-            out.writerow([run.method, run.dt, run.steps, run.status, *run.cost, f"{run.seconds:.4g}", *told])
+            errors = [f"{x:.6g}" for of_quantity in run.errors.values() for x in of_quantity]
+            out.writerow([run.method, run.dt, run.steps, run.status, *run.cost, f"{run.seconds:.4g}", *errors])
 
 
 def curve(
     axes: Axes, runs: Sequence[Run], cost: Callable[[Run], float], error: Callable[[Run], float], **style: object
 ) -> None:
-    """One method; runs that failed, or whose error is everything there is, as open marks at the edge."""
+    """Draw one method; runs that failed or have an error above 100 % are open marks at the edge."""
     x = np.array([cost(run) for run in runs], dtype=np.float64)
     y = np.array([error(run) for run in runs])
     good = (y < TOP) & (x > 0)
     axes.plot(x[good], np.maximum(y[good], 1e-16), **style)  # pyright: ignore
-    lost = (y >= TOP) & (x > 0)
-    if not lost.any():
+    beyond = (y >= TOP) & (x > 0)
+    if not beyond.any():
         return
     look_of = {key: style[key] for key in ("color", "zorder", "alpha") if key in style}
     (marks,) = axes.plot(
-        x[lost], np.full(lost.sum(), TOP), "o", markersize=4, markerfacecolor="none", clip_on=False, **look_of
+        x[beyond], np.full(beyond.sum(), TOP), "o", markersize=4, markerfacecolor="none", clip_on=False, **look_of
     )
     marks.set_in_layout(False)
 
@@ -141,21 +144,21 @@ def _costs(
         axes.set_xlabel(label)
     title = f"{case.title}: error against cost; open marks at the edge: failed, or an error above 100 %"
     absent = f"not installed: {', '.join(missing)}" if missing else ""
-    floor = f"dotted: how far {exact.source} itself is off, below which nothing is told" if exact.error > KNOWN else ""
+    floor = f"dotted: the error of {exact.source}, below which no error is known" if exact.error > KNOWN else ""
     figure.suptitle("\n".join(line for line in (title, case.note, floor, absent) if line), fontsize=11)
-    said = f"{case.title}: the largest error of u, relative to its largest value, over three costs of a run"
+    subject = f"{case.title}: the largest error of u, relative to its largest value, over three costs of a run"
     save(
         figure, folder / f"work_precision_{case.name}", SECTION,
-        f"""{said}: solves (of a balance by its effective stiffness, or by the mass if explicit), evaluations of force
-        and tangent, and time with compilation apart. A row for each kind of scheme, at default parameters, the others
-        in grey; a composite is compared at equal work, since its sub-steps count. Triangles have the derived orders,
+        f"""{subject}: solves (of a balance by its effective stiffness, or by the mass if explicit), evaluations of
+        force and tangent, and time without compilation. A row for each kind of scheme, at default parameters, others in
+        grey; a composite is compared at equal work, since its sub-steps count. Triangles have the derived orders,
         which hold with damping and load too: undamped, as here, a scheme may be better. Black: general solvers at
-        falling tolerances, until a run takes {LONG:g} s. {_told(case.note, floor, absent)}""",
+        falling tolerances, until a run takes {LONG:g} s. {_sentences(case.note, floor, absent)}""",
     )  # fmt: skip
 
 
 def slope_triangle(axes: Axes, p: int, top: float) -> None:
-    """On the left, below top: a slope of the derived order p, 10 times less error for 10^(1/p) times the cost."""
+    """Draw a triangle on the left, below top, with the slope of order p: a tenth of the error for 10^(1/p) the cost."""
     left, right = axes.get_xlim()
     x, low = left * (right / left) ** 0.06, top / 10
     axes.plot([x, x * 10 ** (1 / p), x, x], [top, low, low, top], color="0.3", linewidth=0.8, scalex=False)
@@ -163,19 +166,19 @@ def slope_triangle(axes: Axes, p: int, top: float) -> None:
     text.set_in_layout(False)
 
 
-def _told(*remarks: str) -> str:
+def _sentences(*remarks: str) -> str:
     return " ".join(f"{remark[0].upper()}{remark[1:]}." for remark in remarks if remark)
 
 
 def _quantities(case: Case, exact: Reference, runs: Sequence[Run], folder: Path) -> None:
-    """Errors of u, v, a and the energy, three ways each, over evaluations; colours tell the kind of scheme."""
+    """Errors of u, v, a and the energy, three ways each, over evaluations; colours show the kind of scheme."""
     mine, groups = by_method(runs), kinds()
     figure = Figure(figsize=(14, 9.5), layout="constrained")
     grid = figure.subplots(len(STATISTICS), len(SHOWN), sharex=True, sharey="col")
     label, cost = list(COSTS.items())[1]
     for axes, title in zip(grid[0], SHOWN.values(), strict=True):
         axes.set_title(title, fontsize=10)
-    for row, (statistic, words) in zip(grid, STATISTICS.items(), strict=True):
+    for row, (statistic, label_of) in zip(grid, STATISTICS.items(), strict=True):
         for axes, quantity in zip(row, SHOWN, strict=True):
 
             def error(run: Run, quantity: str = quantity, statistic: str = statistic) -> float:
@@ -187,7 +190,7 @@ def _quantities(case: Case, exact: Reference, runs: Sequence[Run], folder: Path)
                           linestyle=("-", "--", ":", "-.")[i], label=kind if j == 0 else None)  # fmt: skip
             axes.set(xscale="log", yscale="log")
             axes.grid(visible=True, linewidth=0.3, color="0.85")
-        row[0].set_ylabel(f"relative error, {words}")
+        row[0].set_ylabel(f"relative error, {label_of}")
     for axes in grid[-1]:
         axes.set_xlabel(label)
     handles, labels = grid[0, 0].get_legend_handles_labels()
@@ -198,5 +201,5 @@ def _quantities(case: Case, exact: Reference, runs: Sequence[Run], folder: Path)
         f"""{case.title}: errors of displacement, velocity, acceleration and energy (its drift) at the end, the largest,
         and the root of the mean square on a grid of {len(exact.t) - 1} intervals, each relative to the largest value of
         the exact motion, over evaluations of force and tangent. Every scheme, coloured by its kind.
-        {_told(case.note)}""",
+        {_sentences(case.note)}""",
     )  # fmt: skip

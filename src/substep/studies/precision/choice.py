@@ -21,8 +21,8 @@ from .reference import MOST_STEPS, Reference, reference
 
 MOST_OPERATIONS = 2e8  # of one run, some tenths of a second
 REPEATS = 20  # of the run that is recommended
-PHASES = 8  # times of a vibration, at least, at which errors are told
-FINER = 100  # the reference's error is so many times smaller than the accuracy
+PHASES = 8  # errors are reported at least this often in a vibration
+FINER = 100  # the reference is this many times more accurate than is wished of a run
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Candidate:
 class Choice:
     """best: the candidate of the fewest operations within the accuracy, None if none is; candidates: all tried.
 
-    Of every scheme and model all steps of the ladder were tried whose run costs less than the best one.
+    For every scheme and model, all steps of the ladder were tried with which a run costs less than the best one.
     """
 
     quantity: str
@@ -56,7 +56,7 @@ class Choice:
 
     @property
     def runner_up(self) -> Candidate | None:
-        """The dearest candidate that is cheaper than the best, and not accurate enough."""
+        """The most expensive of the candidates that are cheaper than the best, none of which is accurate enough."""
         if self.best is None:
             return None
         cheaper = [c for c in self.candidates if c.run.cost.operations < self.best.run.cost.operations]
@@ -97,17 +97,17 @@ def rigid(scene: Scene) -> tuple[Scene, ...]:
 
 
 def ladder(samples: int = SAMPLES) -> Iterator[int]:
-    """Numbers of steps: 1, 2, 3, 4, 6, 8, 12, ... times the intervals on which errors are told."""
+    """Numbers of steps: 1, 2, 3, 4, 6, 8, 12, ... times the intervals on which errors are reported."""
     yield samples
     for k in count(1):
         yield samples << k
         yield 3 * samples << (k - 1)
 
 
-def seen(scene: Scene, t_end: float, wished: float, quantity: str) -> Reference:
-    """The motion at so many times that they do not fall into step with it, which would hide an error of phase.
+def sampled_reference(scene: Scene, t_end: float, wished: float, quantity: str) -> Reference:
+    """The reference at PHASES times of a vibration or more, since fewer could meet it at one phase and hide an error.
 
-    A vibration has the frequency sqrt(|a|/|u|), which is told of any instants, in step with it too.
+    The frequency of the vibration is estimated as sqrt(|a|/|u|), which holds even if the times meet it at one phase.
     """
     samples = SAMPLES
     while True:
@@ -129,13 +129,13 @@ def choose(
 ) -> Choice:
     """The least work, counted in operations of the kernels, that keeps a quantity within the accuracy up to t_end (s).
 
-    accuracy: of the largest error over the span, relative to the quantity's largest value; of the angle, in rad. It is
-    told at equal times, 50 or 8 of a vibration, and a run takes at least as many steps.
-    quantity: "u", "v", "a", "energy" or "angle", as far as the scene has it. simpler: scenes that stand for this one
-    with less in them, by default the rigid bar for an elastic pendulum; they are judged by what they share with it.
+    accuracy: bound on the largest error over the span, relative to the quantity's largest value, or in rad for the
+    angle. Errors are taken at equal times, 50 or more and 8 in a vibration or more; a run takes at least as many steps.
+    quantity: "u", "v", "a", "energy" or "angle", where the scene has it. simpler: simpler models that may replace the
+    scene, by default the rigid bar for an elastic pendulum; one is compared only in quantities that both have.
     among: schemes to choose from, names or handles, by default all, each at its default parameters.
-    Raises ValueError for a quantity the scene has not, an accuracy that is not positive, no schemes, and a scene whose
-    motion is neither known nor resolved by 4 million Runge-Kutta steps.
+    Raises ValueError for a quantity the scene does not have, an accuracy that is not positive, no schemes, and a scene
+    whose motion is neither known nor resolved by 4 million Runge-Kutta steps.
     """
     accuracy, t_end = real_number("accuracy", accuracy, positive=True), real_number("t_end", t_end, positive=True)
     if not isinstance(scene, Scene):
@@ -145,7 +145,7 @@ def choose(
     methods = [s if isinstance(s, Scheme) else scheme(s) for s in (schemes() if among is None else among)]
     if not methods:
         raise ValueError("expected schemes to choose among, got none; name one, or leave among out for all")
-    exact = seen(scene, t_end, accuracy / FINER, quantity)
+    exact = sampled_reference(scene, t_end, accuracy / FINER, quantity)
     best: Candidate | None = None
     tried: list[Candidate] = []
     for model in (scene, *(rigid(scene) if simpler is None else simpler)):
@@ -164,9 +164,12 @@ def choose(
 def _search(
     exact: Reference, model: Scene, methods: Sequence[Scheme], quantity: str, accuracy: float, limit: float
 ) -> Iterator[Candidate]:
-    """The cheapest method so far tries its next step, until all are dearer than one that is accurate, or the limit."""
+    """Try the next finer step of the method whose last run was the cheapest, until all cost more than an accurate one.
+
+    limit: operations of a run that no candidate may exceed.
+    """
     steps = [ladder(len(exact.t) - 1) for _ in methods]
-    queue = [(0.0, i) for i in range(len(methods))]  # operations of its last run, which
+    queue = [(0.0, i) for i in range(len(methods))]  # operations of the last run of a method, and its place
     while queue[0][0] < limit:
         _, i = queue[0]
         run = measure(exact, methods[i], next(steps[i]), 0, model)
@@ -178,7 +181,7 @@ def _search(
 
 
 def chart(choice: Choice, path: Path) -> None:
-    """Error over operations of all that was tried, and the recommended run, as PNG and SVG."""
+    """Draw error over operations of all candidates, and the recommended run, as PNG and SVG."""
     figure = Figure(figsize=(9, 6), layout="constrained")
     axes = figure.subplots()
     best, full = choice.best, choice.reference.scene
@@ -211,5 +214,5 @@ def chart(choice: Choice, path: Path) -> None:
         figure, path, SECTION,
         f"""What to choose for {full.name} over {choice.reference.t[-1]:g} s with an error of {choice.quantity} of at
         most {choice.accuracy:g}: error over the operations of a run, for every step that was tried of every scheme;
-        circles on the scene itself, squares on a model with less in it. {choice.text}""",
+        circles on the scene itself, squares on a simpler model. {choice.text}""",
     )  # fmt: skip

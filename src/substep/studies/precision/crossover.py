@@ -1,4 +1,4 @@
-"""Where general high-order codes overtake second-order schemes: over error, stiffness and number of runs at once."""
+"""Where general high-order solvers overtake second-order schemes, over error, stiffness and number of runs at once."""
 
 import csv
 from collections.abc import Sequence
@@ -29,7 +29,7 @@ ERRORS = 10.0 ** -np.arange(1.0, 9.5, 0.5)
 
 @dataclass(frozen=True)
 class Point:
-    """A method on a bar of EA (N): its largest error of the angle in rad, and s a run, alone and of LANES at once."""
+    """A method on a bar of EA (N): largest error of the angle in rad; s a run, alone and as one of LANES together."""
 
     EA: float
     method: str
@@ -46,8 +46,8 @@ def points(names: Sequence[str] = QUICK, *, every: int = 2, repeats: int = 3) ->
     missing: dict[str, str] = {}
     with serial():
         for EA in STIFFNESSES:
-            where = scene("elastic_pendulum", EA=EA)
-            exact = reference(where, T_END, SAMPLES, 1e-12)
+            pendulum = scene("elastic_pendulum", EA=EA)
+            exact = reference(pendulum, T_END, SAMPLES, 1e-12)
             for name in names:
                 found += [_point(exact, scheme(name), SAMPLES << k, repeats) for k in range(0, FINEST + 1, every)]
             general, missing = others.peers(exact, PEERS)
@@ -59,47 +59,47 @@ def points(names: Sequence[str] = QUICK, *, every: int = 2, repeats: int = 3) ->
 
 
 def _point(exact: Reference, s: Scheme, steps: int, repeats: int) -> Point:
-    run, where = measure(exact, s, steps, repeats), exact.scene
+    run, pendulum = measure(exact, s, steps, repeats), exact.scene
     p = order(s.name)
     kind = "second order" if p == 2 else f"order {p}"
-    together = _together(where, s, steps, repeats) / LANES if run.status == "completed" else np.inf
-    return Point(where.parameters["EA"], s.name, kind, steps, run.errors["angle"].maximum, run.seconds, together)
+    together = _together(pendulum, s, steps, repeats) / LANES if run.status == "completed" else np.inf
+    return Point(pendulum.parameters["EA"], s.name, kind, steps, run.errors["angle"].maximum, run.seconds, together)
 
 
-def _together(where: Scene, s: Scheme, steps: int, repeats: int) -> float:
+def _together(pendulum: Scene, s: Scheme, steps: int, repeats: int) -> float:
     """Seconds of LANES runs from start velocities that differ by up to 10 %."""
-    zero, v0 = np.zeros((LANES, 2)), where.v0 * np.linspace(0.95, 1.05, LANES)[:, None]
+    zero, v0 = np.zeros((LANES, 2)), pendulum.v0 * np.linspace(0.95, 1.05, LANES)[:, None]
     dt, n = np.full(LANES, T_END / steps), np.full(LANES, steps)
-    start = zero + where.u0, v0, zero + where.a0
-    march_lanes(where, s, dt, np.minimum(n, 1), start=start)  # compiles
-    lanes, seconds = timed(lambda: march_lanes(where, s, dt, n, start=start), repeats)
+    start = zero + pendulum.u0, v0, zero + pendulum.a0
+    march_lanes(pendulum, s, dt, np.minimum(n, 1), start=start)  # compiles
+    lanes, seconds = timed(lambda: march_lanes(pendulum, s, dt, n, start=start), repeats)
     return seconds if (lanes.n_done == n).all() else np.inf
 
 
 def least(found: Sequence[Point], EA: float, kind: str, error: float, together: bool) -> Point | None:
-    """The fastest of a kind whose error is at most this."""
+    """The fastest method of a kind whose error is at most the given one; None if there is none."""
     good = [p for p in found if (p.EA, p.kind) == (EA, kind) and p.error <= error]
     return min(good, key=lambda p: time(p, together), default=None)
 
 
 def overtaken(found: Sequence[Point], EA: float, together: bool) -> float | None:
-    """The largest wished error from which on, and below, solvers beat schemes of second order; None if none does."""
-    turns = None
+    """The largest wished error at and below which solvers beat schemes of second order; None if there is none."""
+    threshold = None
     for error in ERRORS[::-1]:
         mine, theirs = (least(found, EA, kind, error, together) for kind in ("second order", "general solver"))
         if theirs is None or (mine is not None and time(mine, together) <= time(theirs, together)):
             break
-        turns = float(error)
-    return turns
+        threshold = float(error)
+    return threshold
 
 
 def time(point: Point, together: bool) -> float:
-    """Seconds a run."""
+    """Seconds a run, alone or as one of LANES together."""
     return point.together if together else point.alone
 
 
 def chart(found: Sequence[Point], missing: dict[str, str], folder: Path) -> None:
-    """Time a run over the error that is wished, a panel for each EA; all points as CSV."""
+    """Draw the time of a run over the wished error, a panel for each EA; all points as CSV."""
     with (folder / "turning.csv").open("w", encoding="utf-8", newline="") as file:
         csv.writer(file).writerows([[f.name for f in fields(Point)], *(astuple(p) for p in found)])
     kinds = list(dict.fromkeys(p.kind for p in found))
@@ -116,10 +116,10 @@ def chart(found: Sequence[Point], missing: dict[str, str], folder: Path) -> None
                 axes.plot(ERRORS, y, color=COLOURS[i], linestyle="--" if together else "-", marker="so^v"[i],
                           markersize=4, markerfacecolor="none" if together else COLOURS[i], label=label)  # fmt: skip
         axes.set(xscale="log", yscale="log", xlabel="wished error of the angle (rad)")
-        turns = [overtaken(found, EA, together) for together in (False, True)]
-        told = [f"{e:.0e} rad" if e else "nowhere" for e in turns]
+        thresholds = [overtaken(found, EA, together) for together in (False, True)]
+        alone, at_once = (f"{e:.0e} rad" if e else "nowhere" for e in thresholds)
         axes.set_title(
-            f"$EA$ = {EA:.0e} N; solvers ahead below:\n{told[0]} (one run), {told[1]} ({LANES} runs)", fontsize=9
+            f"$EA$ = {EA:.0e} N; solvers ahead below:\n{alone} (one run), {at_once} ({LANES} runs)", fontsize=9
         )
         axes.grid(visible=True, linewidth=0.3, color="0.85")
         if not handles:

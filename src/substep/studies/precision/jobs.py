@@ -1,4 +1,4 @@
-"""Speed against accuracy, as `substep reproduce` draws it."""
+"""The charts and tables of speed against accuracy that `substep reproduce` writes, as jobs."""
 
 import csv
 from collections.abc import Callable
@@ -11,14 +11,14 @@ from ...marching.scene_lanes import pair_module
 from . import charts, choice, crossover, peers
 from .cases import CASES, Case, runs
 
-# the quick form takes every second step, few repeats, and where kernels are not committed few schemes
+# the quick form takes every second step, few repeats and, for `choose` on the stiff pendulum, these schemes only
 FEW = ("central_difference", "average_acceleration", "wilson_theta", "generalized_alpha", "newmark_bdf2", "bathe",
        "energy_momentum", "rk4")  # fmt: skip
 ACCURACIES = (1e-5, 1e-7)  # rad: a rigid bar suffices for the first
 
 
 def work_precision(case: Case, folder: Path, *, full: bool) -> None:
-    """One scene: all schemes and the solvers that are installed."""
+    """Charts of one scene: all schemes and the general solvers that are installed."""
     every, repeats = (1, 20) if full else (2, 3)
     exact = case.reference()
     general, missing = peers.peers(exact, None if full else (*crossover.PEERS, "scipy Radau"))
@@ -27,13 +27,13 @@ def work_precision(case: Case, folder: Path, *, full: bool) -> None:
 
 
 def turning_points(folder: Path, *, full: bool) -> None:
-    """Where general solvers overtake."""
+    """Chart of where general solvers overtake."""
     names = [name for name in schemes() if charts.order(name) in (2, 4)] if full else crossover.QUICK
     crossover.chart(*crossover.points(names, every=1 if full else 2, repeats=20 if full else 3), folder)
 
 
 def stiff_pendulum(folder: Path, *, full: bool) -> None:
-    """Elastic or rigid bar, which scheme and which step."""
+    """Charts of what to choose for the stiff pendulum: elastic or rigid bar, scheme and step."""
     among = [scheme(name) for name in (schemes() if full else FEW)]
     stiff = scene("elastic_pendulum", EA=1e10, a0=(-19.6, 0.0))
     for accuracy in ACCURACIES:
@@ -42,7 +42,7 @@ def stiff_pendulum(folder: Path, *, full: bool) -> None:
 
 
 def operations(folder: Path) -> list[tuple[str, int, str, int]]:
-    """Of every scheme: operations a step (and in each Newton iteration) on the elastic bar and on the rigid one."""
+    """Table of every scheme's operations a step, and in each Newton iteration, on the elastic and the rigid bar."""
     elastic, rigid = scene("elastic_pendulum", EA=1e10), scene("rigid_pendulum")
     rows = []
     for name in schemes():
@@ -55,6 +55,6 @@ def operations(folder: Path) -> list[tuple[str, int, str, int]]:
 
 
 def jobs(full: bool) -> tuple[Callable[[Path], object], ...]:
-    """All of it, one job a piece."""
+    """All charts and tables, one job each."""
     scenes = (partial(work_precision, case, full=full) for case in CASES)
     return (*scenes, partial(turning_points, full=full), partial(stiff_pendulum, full=full), operations)

@@ -1,4 +1,4 @@
-"""One run, measured: what it costs and how far it is off."""
+"""One run, measured: its cost and its errors."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -33,7 +33,7 @@ class Cost(NamedTuple):
 
 
 class Errors(NamedTuple):
-    """Relative to the largest of the reference: at the end, the largest, and the root of the mean square."""
+    """Errors relative to the reference's largest value: at the end, the largest, and the root of the mean square."""
 
     final: float
     maximum: float
@@ -42,9 +42,9 @@ class Errors(NamedTuple):
 
 @dataclass(frozen=True)
 class Run:
-    """One method at one step: dt in s (the mean one of a code that chooses its steps), seconds the median of repeats.
+    """One method at one step: dt in s (NaN for a solver that chooses its steps), seconds the median of repeats.
 
-    errors: of each quantity, inf of a run that failed; that of the energy is its drift where none is lost or given.
+    errors: by quantity, inf for a run that failed; where energy is conserved, its error is its drift.
     """
 
     method: str
@@ -57,13 +57,13 @@ class Run:
 
 
 def quantities(scene: Scene) -> tuple[str, ...]:
-    """Which quantities the scene has; an angle where its one coordinate is in rad, or its two are x and y."""
+    """The quantities that the scene has: an angle if its one coordinate is in rad or its two are x and y."""
     turns = scene.coordinates[0][1] == "rad" or [name for name, _ in scene.coordinates] == ["x", "y"]
     return tuple(name for name in QUANTITIES if name != "angle" or turns)
 
 
 def cost(scene: Scene, scheme: Scheme, r: Response, steps: int) -> Cost:
-    """What the run cost; of one that failed, at least what it cost until then."""
+    """What the run cost; the steps that a failed run did not take count as one solve a balance each."""
     iterations = r.newton_iterations
     solves = int(np.maximum(iterations, 1).sum()) + (steps - len(iterations)) * scheme.balances
     if scene.info.oscillator:
@@ -76,7 +76,7 @@ def cost(scene: Scene, scheme: Scheme, r: Response, steps: int) -> Cost:
 
 
 def timed(run: Callable[[], T], repeats: int) -> tuple[T, float]:
-    """What run() gives and its median time in s, of repeats, but no more once they took LONG."""
+    """The result of run() and its median time in s; it is repeated until `repeats` runs or LONG seconds are done."""
     spent: list[float] = []
     while True:
         began = perf_counter()
@@ -87,7 +87,7 @@ def timed(run: Callable[[], T], repeats: int) -> tuple[T, float]:
 
 
 def measure(exact: Reference, scheme: Scheme, steps: int, repeats: int, model: Scene | None = None) -> Run:
-    """The scheme over the span of the reference in so many steps, timed warm; repeats = 0: not timed.
+    """March the scheme over the span of the reference; timed after a run that compiles, or not at all if repeats = 0.
 
     steps: a multiple of the reference's intervals. model: another scene, marched in place of the reference's; only
     quantities that both have are compared.
@@ -102,8 +102,8 @@ def measure(exact: Reference, scheme: Scheme, steps: int, repeats: int, model: S
     r, seconds = run(), np.nan  # the first run compiles
     if repeats:
         r, seconds = timed(run, repeats)
-    told = against(exact, scene, r.u, r.v, r.a) if r.status == "completed" else failed(exact, scene)
-    return Run(scheme.name, dt, steps, r.status, cost(scene, scheme, r, steps), seconds, told)
+    errors = against(exact, scene, r.u, r.v, r.a) if r.status == "completed" else failed(exact, scene)
+    return Run(scheme.name, dt, steps, r.status, cost(scene, scheme, r, steps), seconds, errors)
 
 
 def against(exact: Reference, scene: Scene, u: Array, v: Array, a: Array) -> dict[str, Errors]:
@@ -111,21 +111,21 @@ def against(exact: Reference, scene: Scene, u: Array, v: Array, a: Array) -> dic
     found = {}
     with np.errstate(over="ignore", invalid="ignore"):
         for name in shared(exact.scene, scene):
-            should = QUANTITIES[name](exact.scene, exact.t, exact.u, exact.v, exact.a)
-            off = QUANTITIES[name](scene, exact.t, u, v, a) - should
-            size = np.sqrt((off * off).sum(axis=1)) / (np.sqrt((should * should).sum(axis=1)).max() or 1.0)
+            expected = QUANTITIES[name](exact.scene, exact.t, exact.u, exact.v, exact.a)
+            error = QUANTITIES[name](scene, exact.t, u, v, a) - expected
+            size = np.sqrt((error * error).sum(axis=1)) / (np.sqrt((expected * expected).sum(axis=1)).max() or 1.0)
             found[name] = Errors(float(size[-1]), float(size.max()), float(np.sqrt((size * size).mean())))
     return found
 
 
 def failed(exact: Reference, scene: Scene) -> dict[str, Errors]:
-    """The same of a run that did not reach the end."""
+    """The errors of a run that did not reach the end: all are inf."""
     return dict.fromkeys(shared(exact.scene, scene), Errors(np.inf, np.inf, np.inf))
 
 
 def shared(one: Scene, other: Scene) -> tuple[str, ...]:
-    """Quantities of both; of another model those of its coordinates only if they are the same, and never its energy."""
+    """Quantities in which two models compare: the angle, and u, v, a if their coordinates are alike; not the energy."""
     if one is other:
         return quantities(one)
-    told = ("u", "v", "a", "angle") if one.coordinates == other.coordinates else ("angle",)
-    return tuple(name for name in told if name in quantities(one) and name in quantities(other))
+    comparable = ("u", "v", "a", "angle") if one.coordinates == other.coordinates else ("angle",)
+    return tuple(name for name in comparable if name in quantities(one) and name in quantities(other))

@@ -36,7 +36,7 @@ def _duffing(y: Array, p: Array) -> tuple[float, ...]:
     return y[1], -p[0] * y[0] * (1.0 + p[1] * y[0] * y[0])
 
 
-# as a user of such a solver writes them; parameters in the order of the scene's
+# right-hand sides as a user of such a solver writes them; p: the scene's parameters in their order
 _SLOPES: dict[str, Callable[..., tuple[float, ...]]] = {
     "linear_oscillator": _oscillator,
     "elastic_pendulum": _elastic,
@@ -46,16 +46,16 @@ _SLOPES: dict[str, Callable[..., tuple[float, ...]]] = {
 
 @dataclass(frozen=True)
 class Peer:
-    """A solver on one scene: solve(rtol) -> (states (samples + 1, 2d), evaluations of the slope)."""
+    """A solver on one scene: solve(rtol) -> (states (samples + 1, 2d), evaluations of the right-hand side)."""
 
     name: str
     solve: Callable[[float], tuple[Array, int]]
 
 
 def peers(exact: Reference, wanted: tuple[str, ...] | None = None) -> tuple[list[Peer], dict[str, str]]:
-    """Those that are installed (of those wanted), and the message of the ImportError of others.
+    """The wanted solvers (None: all) that are installed, and the ImportError's message for each missing package.
 
-    Any other error is one of ours, or of a broken installation, and is raised.
+    Any other error is a mistake here, or a broken installation, and is raised.
     """
     slope = _SLOPES[exact.scene.name]
     p = np.array(list(exact.scene.parameters.values()))
@@ -117,13 +117,13 @@ def _compiled(t: Array, slope: Any, p: Array, start: Array) -> Callable[[str], C
 
 
 def runs(exact: Reference, peer: Peer, *, every: int, repeats: int) -> Iterator[Run]:
-    """The peer at tolerances by factors of 10^every, until a run takes LONG."""
+    """Runs of the peer at tolerances from 1e-2 on, each finer by 10^every, until a run takes LONG."""
     scene, d = exact.scene, exact.u.shape[1]
     for rtol in TOLERANCES[::every]:
         (states, evaluations), seconds = timed(partial(peer.solve, rtol), repeats)
         good, u, v = bool(np.isfinite(states).all()), states[:, :d], states[:, d:]
-        told = against(exact, scene, u, v, scene.acceleration(exact.t, u, v)) if good else failed(exact, scene)
+        errors = against(exact, scene, u, v, scene.acceleration(exact.t, u, v)) if good else failed(exact, scene)
         cost, status = Cost(0, evaluations, 0), "completed" if good else "non_finite"
-        yield Run(peer.name, np.nan, 0, status, cost, seconds, told)
+        yield Run(peer.name, np.nan, 0, status, cost, seconds, errors)
         if seconds > LONG:
             return

@@ -1,6 +1,6 @@
-"""The ledger: what the thesis claims, each line judged by a computation made here and now.
+"""The ledger: what the thesis claims, each line judged by a computation made when it is asked for.
 
-A verdict is the outcome of exact certificates, derived closed forms or compiled functions; none is typed.
+A verdict is the outcome of exact certificates, derived closed forms or compiled functions; none is written by hand.
 "true": all that was computed agrees; "false": the claim as a whole fails; "partly": a part of it does.
 """
 
@@ -20,13 +20,13 @@ CLAIMS: tuple[Claim, ...] = (
 
 
 def judged(claim: Claim) -> Judgement:
-    """What a claim's judge finds."""
+    """One claim with the verdict and the evidence that its judge computes."""
     verdict, evidence = claim.judge()
     return Judgement(claim.id, claim.text, verdict, evidence, claim.command)
 
 
 def judge(step: Callable[[], object] = lambda: None) -> list[Judgement]:
-    """All claims, in the order of the thesis; step() is called after each."""
+    """Judge all claims, chapter by chapter, then the misprints; step() is called after each."""
     found = []
     for claim in CLAIMS:
         found.append(judged(claim))
@@ -35,7 +35,7 @@ def judge(step: Callable[[], object] = lambda: None) -> list[Judgement]:
 
 
 def write(folder: Path, judgements: list[Judgement]) -> None:
-    """claims.md for a reader, claims.json for a program."""
+    """Write claims.md for a reader and claims.json for a program into the folder."""
     lines = ["# The thesis's claims, judged", "", "Each verdict was computed when this page was written.", ""]
     for j in judgements:
         lines += [f"## {j.id}: {j.verdict}", "", f"Claim: {j.claim}", ""]

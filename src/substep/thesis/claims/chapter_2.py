@@ -1,4 +1,4 @@
-"""Claims of chapter 2. What a judge returns is the verdict and what decided it."""
+"""Claims of chapter 2. Each judge returns the verdict and the evidence that decided it."""
 
 from fractions import Fraction
 
@@ -10,23 +10,23 @@ from ..parameter_sets import SPLITS
 from .judgement import Claim, Verdict, fractions, listed, overall, row, show, stable, throughout
 
 OMEGA = 2 * np.pi * np.linspace(0.005, 0.2, 40)  # h/T of the accuracy figures
-AT = 19  # h/T = 0.1 among them
+AT = 19  # place of h/T = 0.1 in OMEGA
 
 
 def claim_2_1() -> tuple[Verdict, str]:
     """The derived conditions against (2.17), and the numerical damping at small Omega."""
     same = facade.same_conditions("newmark", facade.thesis().newmark_conditions)
     term = facade.derived("newmark").series.numerical_damping[1]
-    at_rest = facade.at_rest(term)
-    damps = all(facade.number(at_rest, gamma=g) > 0 for g in fractions("11/20", "3/4", "1"))
+    undamped = facade.undamped(term)
+    damps = all(facade.number(undamped, gamma=g) > 0 for g in fractions("11/20", "3/4", "1"))
     return overall(same, damps), (
         f"derived, necessary and sufficient: {facade.written_conditions('newmark')}; numerical damping at small Omega "
-        f"is ({at_rest}) Omega"
+        f"is ({undamped}) Omega"
     )
 
 
 def claim_2_2() -> tuple[Verdict, str]:
-    """Exact certificates of the three members."""
+    """Exact certificates of the three schemes."""
     limits = {name: facade.certificate(name).critical_Omega for name in CONDITIONAL}
     text = ", ".join(f"{name}: Omega_cr = {limit}" for name, limit in limits.items())
     return overall(*(limit is not None and limit > 0 for limit in limits.values())), text
@@ -180,9 +180,9 @@ def claim_2_11() -> tuple[Verdict, str]:
 def claim_2_12() -> tuple[Verdict, str]:
     """A certificate, the derived order, both errors for h/T up to 0.2, and the spectral radius at Omega = 1e6."""
     order, limit = facade.derived("park").order, float(scheme("park").spectral_radius(1e6))
-    mine, other = scheme("park"), scheme("houbolt")
+    park, houbolt = scheme("park"), scheme("houbolt")
     smaller = [
-        bool((getattr(mine, f)(OMEGA) < getattr(other, f)(OMEGA)).all()) for f in ("amplitude_error", "period_error")
+        bool((getattr(park, f)(OMEGA) < getattr(houbolt, f)(OMEGA)).all()) for f in ("amplitude_error", "period_error")
     ]
     return overall(stable("park"), min(order) >= 2, *smaller, limit < 0.01), (
         f"certificate: stable {stable('park')}; order {order}; for h/T <= 0.2 amplitude error smaller than Houbolt's: "
@@ -192,7 +192,7 @@ def claim_2_12() -> tuple[Verdict, str]:
 
 def claim_2_13() -> tuple[Verdict, str]:
     """The amplitude lost in a period, beside the derived damping at small Omega."""
-    term = facade.at_rest(facade.derived("silva_bezerra").series.numerical_damping[3])
+    term = facade.undamped(facade.derived("silva_bezerra").series.numerical_damping[3])
     loss = {s: float(scheme("silva_bezerra", gamma_t=float(s)).amplitude_error(2 * np.pi * 0.1)) for s in SPLITS}
     return overall(max(loss.values()) < 1e-12), (
         f"numerical damping at small Omega is ({term}) Omega^3, positive for all gamma_t; amplitude lost per period "

@@ -1,4 +1,4 @@
-"""Claims of chapter 4. What a judge returns is the verdict and what decided it."""
+"""Claims of chapter 4. Each judge returns the verdict and the evidence that decided it."""
 
 from collections.abc import Iterator
 from fractions import Fraction
@@ -21,7 +21,7 @@ def composite(split: Fraction, beta: Fraction, gamma: Fraction) -> Scheme:
 
 
 def claim_4_1() -> tuple[Verdict, str]:
-    """The printed entry over the derived one."""
+    """The ratio of the printed entry to the derived one."""
     ratio = facade.thesis().a31_ratio()
     return overall(
         ratio == 1
@@ -37,7 +37,7 @@ def claim_4_2() -> tuple[Verdict, str]:
 
 
 def claim_4_3() -> tuple[Verdict, str]:
-    """Certificates of all sets of Table 4.1, and the derived conditions on all combinations."""
+    """Certificates of all sets of Table 4.1 and of other sets, and the derived stability conditions."""
     sets = list(product(SPLITS, NEWMARK_SETS))
     good = [s for s, (b, g) in sets if stable("newmark_bdf2", gamma_t=s, beta=b, gamma=g)]
     others = product(
@@ -86,7 +86,7 @@ def claim_4_5() -> tuple[Verdict, str]:
 
 
 def beside_bathe(function: str, split: Fraction) -> Iterator[tuple[str, Array]]:
-    """Ratio to Bathe's error over h/T for each set of Table 4.1."""
+    """Name and ratio of its error to that of Bathe's scheme, over h/T, for each set of Table 4.1."""
     bathe = getattr(scheme("bathe"), function)(OMEGA)
     for beta, gamma in NEWMARK_SETS:
         yield f"({float(beta):g}, {float(gamma):g})", getattr(composite(split, beta, gamma), function)(OMEGA) / bathe
@@ -106,6 +106,7 @@ def claim_4_6() -> tuple[Verdict, str]:
 
 
 def _period(split: Fraction) -> tuple[dict[str, Array], str]:
+    """Ratios of period errors by set, and their first and last values as text."""
     ratios = dict(beside_bathe("period_error", split))
     text = f"gamma_t = {float(split):g}: " + ", ".join(f"{k} {v[0]:.3f}..{v[-1]:.3f}" for k, v in ratios.items())
     return ratios, text

@@ -1,4 +1,4 @@
-"""Claims of chapters 5 and 6, by runs of the elastic pendulum. Chapter 5's runs are those that its figures draw."""
+"""Claims of chapters 5 and 6, judged by runs of the elastic pendulum, for chapter 5 those of its figures."""
 
 from collections.abc import Sequence
 from functools import cache
@@ -22,16 +22,16 @@ ALL_SETS: tuple[Parameters, ...] = tuple(
     (split, *pair) for split, pair in product(sorted({*LINEAR_SPLITS, *SPLITS}), NEWMARK_SETS)
 )
 STEPS = 0.05 * np.arange(1, 31)  # s, of the search for the largest step that the stiff pendulum survives
-FASTER = 1e-6 * np.arange(4)  # relative, of v0: with steps that large one run's end hangs on rounding
+FASTER = 1e-6 * np.arange(4)  # relative increases of v0: with steps this large rounding decides how a single run ends
 
 
 def name(key: Key) -> str:
-    """gamma_t and (beta, gamma), or Bathe."""
+    """A scheme for a reader: gamma_t and (beta, gamma), or Bathe."""
     return "Bathe" if key is None else f"gamma_t = {float(key[0]):g} ({float(key[1]):g}, {float(key[2]):g})"
 
 
 def names(keys: list[Parameters]) -> str:
-    """Names with a count, or "none"."""
+    """The number of schemes and their names, or "none"."""
     return f"{len(keys)}: " + ", ".join(map(name, keys)) if keys else "none"
 
 
@@ -44,7 +44,7 @@ def losses(march: March) -> dict[Key, Array]:
 
 
 def where(march: March) -> str:
-    """Case and step."""
+    """Case and step for a reader."""
     return f"{march.case}, h = {march.h:g} s"
 
 
@@ -96,7 +96,7 @@ def claim_5_3() -> tuple[Verdict, str]:
 
 
 def _gain(found: dict[Key, Run]) -> tuple[float, str]:
-    """The largest ratio of energy to that at the start, and whose it is."""
+    """The largest ratio of energy to that at the start, and as text with the scheme that reaches it."""
     worst = max(found, key=lambda key: found[key].peak)
     ratio = found[worst].peak / found[worst].energy[0]
     return ratio, f"{ratio:.6g} E0, {name(worst)}"
@@ -140,7 +140,7 @@ def _rings(march: March) -> float:
 
 
 def claim_5_5() -> tuple[Verdict, str]:
-    """Distances from Bathe's positions at the same time, and of the rings that paths fill."""
+    """Distances from the positions of Bathe's scheme at the same time, and differences of the rings that paths fill."""
     parts, texts = [], []
     for march in MARCHES:
         apart, close = _apart(march), VISIBLE * march.scene.length

@@ -1,4 +1,4 @@
-"""What a claim and a judgement are, and exact helpers that all chapters use."""
+"""What a claim and a judgement are, and what the judges of all chapters use."""
 
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
@@ -13,9 +13,9 @@ Judge = Callable[[], tuple[Verdict, str]]  # -> verdict, evidence
 
 @dataclass(frozen=True)
 class Claim:
-    """What the thesis says, under the id of the ledger.
+    """A statement of the thesis, under its id in the ledger.
 
-    command: shows what decides it; judge: computes verdict and evidence.
+    command: a command that shows what decides it; judge: computes verdict and evidence.
     """
 
     id: str
@@ -26,7 +26,7 @@ class Claim:
 
 @dataclass(frozen=True)
 class Judgement:
-    """One line of the ledger."""
+    """One line of the ledger: a claim, its verdict and the evidence."""
 
     id: str
     claim: str
@@ -40,22 +40,22 @@ class Judgement:
 
 
 def overall(*parts: bool) -> Verdict:
-    """true if all parts hold, false if none does."""
+    """The verdict on a claim of several parts: "true" if all hold, "false" if none does, else "partly"."""
     return "true" if all(parts) else "partly" if any(parts) else "false"
 
 
 def fractions(*texts: str) -> tuple[Fraction, ...]:
-    """Exact numbers."""
+    """The exact numbers of these texts."""
     return tuple(Fraction(text) for text in texts)
 
 
 def stable(name: str, **parameters: Fraction) -> bool:
-    """By exact certificate, undamped."""
+    """Whether a scheme is stable for every Omega > 0, undamped, by exact certificate."""
     return facade.certificate(name, **parameters).stable
 
 
 def throughout(region: Any) -> str:
-    """How the derived conditions decide whether a scheme is stable everywhere in a region."""
+    """For a reader: whether the derived conditions make a scheme stable everywhere in a region of parameters."""
     if region.stable:
         return "stable everywhere, for no derived condition is left there"
     first = ", ".join(f"{name} = {value}" for name, value in region.counterexample.items())
@@ -68,10 +68,10 @@ def show(value: Any) -> str:
 
 
 def row(values: Any) -> str:
-    """Numbers to four digits."""
+    """Numbers for a reader, to four digits."""
     return "(" + ", ".join(f"{float(x):.4g}" for x in values) + ")"
 
 
 def listed(values: Any) -> str:
-    """Exact numbers, or "none"."""
+    """Values for a reader, separated by commas, or "none"."""
     return ", ".join(str(x) for x in values) or "none"

@@ -1,4 +1,4 @@
-"""Formulas as the thesis prints them: a claim's text is what is printed; "false" says that derivation refutes it."""
+"""Formulas as the thesis prints them: a claim's text is the printed formula, "false" that derivation refutes it."""
 
 from fractions import Fraction
 
@@ -11,13 +11,13 @@ def _found(holds: bool, evidence: str) -> tuple[Verdict, str]:
 
 
 def misprint_2_2() -> tuple[Verdict, str]:
-    """Taylor's theorem."""
+    """The printed factor beside that of Taylor's theorem."""
     factor = facade.thesis().central_difference_remainder()
     return _found(factor == Fraction(1, 3), f"Taylor's theorem gives the factor {factor}")
 
 
 def misprint_2_9() -> tuple[Verdict, str]:
-    """Orders under load, as printed and corrected."""
+    """Orders of u, v and a under load, with the formula as printed and as corrected."""
     printed = facade.thesis()
     as_printed, corrected = (printed.printed_forced_order(s) for s in (printed.rk4_printed, printed.rk4))
     return _found(
@@ -35,23 +35,23 @@ def _consistency(name: str, right: str) -> tuple[Verdict, str]:
 
 
 def misprint_2_20() -> tuple[Verdict, str]:
-    """Consistency, as printed and corrected."""
+    """Whether the scheme is consistent, with the formula as printed and as corrected."""
     return _consistency("wilson_printed", "wilson_theta")
 
 
 def misprint_2_23() -> tuple[Verdict, str]:
-    """Consistency, as printed and corrected."""
+    """Whether the scheme is consistent, with the formula as printed and as corrected."""
     return _consistency("hht_printed", "hht_alpha")
 
 
 def misprint_2_26() -> tuple[Verdict, str]:
-    """The scheme's own relation for u_(n+1)."""
+    """The value of beta in the scheme's relation for u_(n+1)."""
     beta = facade.thesis().hht_beta_at_zero()
     return _found(beta == Fraction(1, 2), f"the relation for u_(n+1) has beta = {beta} there")
 
 
 def misprint_2_54() -> tuple[Verdict, str]:
-    """The derived conditions on (2.56)-(2.57), as printed and corrected."""
+    """Stability in the region (2.56)-(2.57), with the formula as printed and as corrected."""
     printed = facade.thesis()
     as_printed, corrected = printed.gholampour_region(printed.gholampour_printed), printed.gholampour_region()
     return _found(
@@ -61,7 +61,7 @@ def misprint_2_54() -> tuple[Verdict, str]:
 
 
 def misprint_p15() -> tuple[Verdict, str]:
-    """Where the three-point formula ends, from its coefficients."""
+    """The end of the second sub-step, from the coefficients of its three-point formula."""
     printed, end = facade.thesis().second_sub_step_end_printed, facade.thesis().second_sub_step_end()
     return _found(
         printed == end,
@@ -71,7 +71,7 @@ def misprint_p15() -> tuple[Verdict, str]:
 
 
 def misprint_3_9() -> tuple[Verdict, str]:
-    """The derived effective stiffnesses."""
+    """Whether the derived effective stiffnesses hold the damping."""
     damped = facade.thesis().effective_stiffness_has_damping()
     return _found(not damped, f"the derived effective stiffnesses of both sub-steps hold C: {damped}")
 
