@@ -32,7 +32,7 @@ def own_scene_module(declaration: "SceneDeclaration") -> ModuleType:
     return cached_module(scene_digest(declaration), lambda: own_scene(declaration))
 
 
-def pair_module(scheme: "str | Declaration", scene: "str | SceneDeclaration") -> ModuleType:
+def uncommitted_pair(scheme: "str | Declaration", scene: "str | SceneDeclaration") -> ModuleType:
     """Kernels of a scheme on a scene, named or declared, that are not committed: from the cache, or printed now."""
     from substep_derive.declare.catalogue import find, find_scene  # noqa: PLC0415
     from substep_derive.declare.digest import scene_digest, scheme_digest  # noqa: PLC0415

@@ -37,22 +37,22 @@ class Lanes:
     status: NDArray[np.int64]
 
 
-def pair_module(scene: Scene, scheme: Scheme) -> ModuleType:
+def pair_kernels(scene: Scene, scheme: Scheme) -> ModuleType:
     """The kernels of the scheme on the scene: committed, or printed to the user's cache on first use."""
     if scheme.info.declaration is None and scene.info.declaration is None:
         return _catalogue_pair(scheme.name, scene.name)
-    from ..derived.modules import pair_module as printed  # noqa: PLC0415 (the one door to SymPy)
+    from ..derived.modules import uncommitted_pair  # noqa: PLC0415 (the one door to SymPy)
 
-    return printed(scheme.info.source, scene.info.source)
+    return uncommitted_pair(scheme.info.source, scene.info.source)
 
 
 @cache
 def _catalogue_pair(scheme: str, scene: str) -> ModuleType:
     module = committed(f"{scheme}__{scene}")
     if module is None:
-        from ..derived.modules import pair_module as printed  # noqa: PLC0415 (the one door to SymPy)
+        from ..derived.modules import uncommitted_pair  # noqa: PLC0415 (the one door to SymPy)
 
-        module = printed(scheme, scene)
+        module = uncommitted_pair(scheme, scene)
     return module
 
 
@@ -72,7 +72,7 @@ def march_lanes(
     start: u, v, a at t = 0, (P, d) each, where they differ from the scene's. bound: energy in J beyond which a
     lane stops, a number or (P,).
     """
-    module = pair_module(scene, scheme)
+    module = pair_kernels(scene, scheme)
     P, steps = len(dt), int(n.max(initial=0))
     u, v, a = (np.full((P, scene.u0.shape[-1]), x) for x in start or (scene.u0, scene.v0, scene.a0))
     scalars = {"h": dt, "tolerance": TOLERANCE * scene.length, "bound": bound, **scene.parameters, **scheme.parameters}

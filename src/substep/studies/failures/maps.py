@@ -12,7 +12,7 @@ from ...core.scenes import Scene
 from ...core.schemes import Array, Scheme, scheme
 from ...derived import facade
 from ...figures.charts import COLOURS, REFERENCE, save, save_csv
-from ...marching.scene_lanes import march_lanes, pair_module
+from ...marching.scene_lanes import march_lanes, pair_kernels
 from .outcomes import BLEW_UP, NEWTON, SECTION, WORDS, Outcome, paint, run, whole_steps, word_legend
 from .table import stiff
 
@@ -81,7 +81,7 @@ def lattice(pendulum: Scene, make: Callable[[Array], Scheme], h: Array, y: Array
     """
     s = make(y)
     lanes, outcome = run(pendulum, s, h, np.minimum(whole_steps(SPAN, h), MOST_STEPS))
-    rows = pair_module(pendulum, s).STATE
+    rows = pair_kernels(pendulum, s).STATE
     u, v = (lanes.state[:, rows.index((kind, 0))] for kind in "uv")
     return outcome, pendulum.energy(np.zeros(len(h)), u, v) / pendulum.E0
 
