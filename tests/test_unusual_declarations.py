@@ -1,11 +1,15 @@
 """What is declared in an unusual way is right, as an independent stepping shows, or refused with a reason."""
 
 from fractions import Fraction
+from importlib import import_module
 from pathlib import Path
+from pkgutil import iter_modules
 from typing import Any
 
+import numba
 import numpy as np
 import pytest
+import substep_kernels
 from hypothesis import HealthCheck, assume, given, reject, settings
 from hypothesis import strategies as st
 from plain_kernels import uncompiled
@@ -38,8 +42,12 @@ DUFFING = Problem(0, lambda u: u + u**3, lambda u: 1 + 3 * u**2)
 
 
 @pytest.fixture(autouse=True)
-def own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def own_modules(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Own schemes are printed to a folder of the test's and run as plain Python; committed kernels stay compiled."""
+    for module in iter_modules(substep_kernels.__path__):
+        import_module(f"substep_kernels.{module.name}")
     monkeypatch.setenv("SUBSTEP_CACHE", str(tmp_path))
+    monkeypatch.setattr(numba.config, "DISABLE_JIT", True)
 
 
 # --- start schemes ---------------------------------------------------------------------------------------
