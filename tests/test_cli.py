@@ -80,7 +80,7 @@ def test_conditions_and_equivalences() -> None:
 
 
 def test_kernels_compiled_ahead_are_those_that_jobs_march(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What runs on several cores only, before everything else."""
+    """Compilation ahead of all jobs, which happens only on several cores."""
     marched: list[str] = []
     monkeypatch.setattr(reproduction, "march", lambda scene, *_: marched.append(scene.name))
     reproduction._compiled("newmark_bdf2")
@@ -192,7 +192,7 @@ def test_choose_recommends_and_draws_why(tmp_path: Path) -> None:
     assert "--t-end" in unknown.output
 
 
-def test_files_without_a_folder_are_told_before_the_work(tmp_path: Path) -> None:
+def test_files_without_a_folder_are_refused_before_the_work(tmp_path: Path) -> None:
     nowhere = str(tmp_path / "none" / "file")
     run = ["--dt", "0.01", "--t-end", "0.1"]
     motion = tmp_path / "motion.txt"
