@@ -28,7 +28,7 @@ def one(value: float) -> Array:
 
 
 def single(force, tangent, gradient, *, mass=1.0, damping=0.0, load=lambda t: 0.0) -> System:
-    """A system of one coordinate."""
+    """A system of one coordinate from scalar functions."""
     return System(
         np.array([[mass]]),
         np.array([[damping]]),

@@ -1,4 +1,4 @@
-"""What several files use: fixtures, and how examples are drawn."""
+"""What several test files use: fixtures, and the settings with which hypothesis draws examples."""
 
 import os
 from collections.abc import Iterator
@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 from hypothesis import settings
 
-# the same examples in each run of the gate; `make verify` searches on
+# every run of the gate draws the same examples; `make verify` searches for new ones
 settings.register_profile("gate", derandomize=True, deadline=None)
 settings.register_profile("search", deadline=None, print_blob=True)
 settings.load_profile("search" if os.environ.get("SUBSTEP_VERIFY") else "gate")
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Long tests first: begun last, one would keep a worker busy while the others have nothing left."""
+    """Run long tests first: one begun last would keep a worker busy while the others are idle."""
     items.sort(key=lambda item: item.get_closest_marker("long") is None)
 
 

@@ -24,7 +24,7 @@ _SAME = {
 
 @cache
 def derived(name: str) -> Derivation:
-    """Derived once a session."""
+    """The derivation of a scheme, made once per session."""
     return derive(name)
 
 

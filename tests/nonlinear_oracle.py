@@ -128,7 +128,7 @@ class Run:
     def balance(self, tau, line, last=None, *, weights=(1, 1), mixed=False, load=None, force=None) -> Row:
         """Return the row at t + tau h, where the load is taken, by Newton's iteration from u of `last`, the last knot.
 
-        With weights (w_a, w_f) the equation of motion holds for w_a a1 + (1 - w_a) a0, the same of v with w_f, and of
+        With weights (w_a, w_f) the equation of motion holds for w_a a1 + (1 - w_a) a0, likewise for v with w_f, and for
         N(u1) and N(u0) with w_f or, if `mixed`, for N of the mixed displacement. A given force(u1) replaces N.
         """
         s, last, (wa, wf) = self.s, last or self.rows[-1], weights

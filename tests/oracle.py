@@ -193,7 +193,7 @@ def backward_euler(s, state, p, f):
 def newmark_end(s, start, dt, beta_gamma, load, *, weights=(1, 1)):
     """Newmark's relations over a (sub-)step of length dt, with the balance at its end.
 
-    With weights (w_a, w_f) the balance holds for w_a a1 + (1 - w_a) a0, and the same of u and of v with w_f.
+    With weights (w_a, w_f) the balance holds for w_a a1 + (1 - w_a) a0, and likewise for u and v with w_f.
     """
     (u0, v0, a0), (beta, gamma), (wa, wf) = start, beta_gamma, weights
 

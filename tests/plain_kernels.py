@@ -53,7 +53,7 @@ def uncompiled(source: str) -> SimpleNamespace:
 
 
 def variant(name: str, **options: Any) -> ss.Scene:
-    """The scene, its strain measure told from its name."""
+    """The scene of that name, which for the elastic pendulum includes the strain measure."""
     if name == "elastic_pendulum_engineering":
         return ss.scene("elastic_pendulum", strain="engineering", **options)
     return ss.scene(name, **options)

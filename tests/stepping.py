@@ -53,7 +53,7 @@ class Stepper:
         self.equations = [self._function(e, [*self.state, *self.unknowns]) for e in equations]
 
     def _function(self, e: Expr, symbols: Sequence[Symbol]) -> Callable[..., Any]:
-        """Of (t, the symbols' values)."""
+        """The expression as a function of t and of the symbols' values."""
         forces = {atom: Dummy() for atom in e.atoms(N, N_discrete, K_t)}
         loads = {atom: Dummy() for atom in e.atoms(f)}
         plain = e.subs({**forces, **loads})

@@ -65,7 +65,7 @@ def test_damping_cells_against_single_certificates(name: str) -> None:
 
 
 def test_critical_xi() -> None:
-    """Of rk2: -1 is double at xi = 1/2, 1 at xi = 1, and a curve has a vertical tangent at xi = sqrt(3)/2."""
+    """For rk2, -1 is double at xi = 1/2, 1 at xi = 1, and a curve has a vertical tangent at xi = sqrt(3)/2."""
     survey = certify_all_damping("rk2").survey
     assert [piece.ends[0] for piece in survey.stretches if piece.is_point] == [0, Rational(1, 2), sqrt(3) / 2, 1]
 

@@ -91,7 +91,7 @@ def test_unconditional(name: str, parameters: dict[str, Any]) -> None:
 
 
 def test_thresholds_are_met_exactly() -> None:
-    """What a decision in floating point gets wrong: distances of 1e-40 to a threshold, and none."""
+    """At a threshold, and at 1e-40 from it, floating point would decide wrongly."""
     tiny = Fraction(1, 10**40)
     assert certify("newmark", beta=Fraction(1, 4) + tiny).stable
     assert certify("newmark", beta=Fraction(1, 4) - tiny).critical_Omega == 10**20
@@ -121,7 +121,7 @@ def test_linear_acceleration_then_bdf2_has_a_gap() -> None:
     assert not found.stable
 
 
-def test_multiple_eigenvalues_on_the_circle_are_told_apart() -> None:
+def test_multiple_eigenvalues_on_the_circle_are_distinguished() -> None:
     """Two equal steps of a method without damping: A = -I at one Omega, bounded, but -1 is not simple."""
     found = certify("noh_bathe", p="1/2")
     assert found.intervals == ((0, 2 * sqrt(2), False, False), (2 * sqrt(2), 4, False, False))

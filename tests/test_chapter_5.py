@@ -204,7 +204,7 @@ def test_verdicts_that_runs_of_march_settle(ledger: dict[str, tuple[str, str]]) 
 
 
 def test_a_verdict_follows_the_runs(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Changed on purpose: the sets in reverse order dissipate ever less."""
+    """With the sets put in reverse order on purpose, each dissipates less than the one before."""
     assert judges.claim_5_2()[0] == "true"
     monkeypatch.setattr(judges, "NEWMARK_SETS", judges.NEWMARK_SETS[::-1])
     assert judges.claim_5_2()[0] == "false"

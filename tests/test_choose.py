@@ -1,4 +1,4 @@
-"""What is recommended: that it suffices, that nothing cheaper does, and that bad wishes are reported."""
+"""Recommendations: they suffice, nothing cheaper does, and requests that cannot be met are reported."""
 
 from pathlib import Path
 
@@ -19,7 +19,7 @@ AMONG = ("newmark_bdf2", "average_acceleration", "energy_momentum", "rk4")
 
 
 def largest_error(scene: ss.Scene, name: str, steps: int, t_end: float) -> float:
-    """Of u over the span, told without the code under test: against DOP853."""
+    """The largest error of u over the span, measured without the code under test: against DOP853."""
     r = ss.march(scene, ss.scheme(name), t_end / steps, t_end, stride=steps // SAMPLES)
     if r.status != "completed":
         return np.inf
@@ -67,7 +67,7 @@ def test_no_more_model_than_the_scene_needs(tmp_path: Path) -> None:
     assert only_bar.best.model is stiff
 
 
-def test_a_wish_beyond_reach_and_bad_wishes(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_requests_beyond_reach_and_wrong_requests(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(choice, "MOST_OPERATIONS", 2e3)
     found = choose(KNOWN["damped"], 1e-9, t_end=1.0, among=[ss.scheme("bathe")])
     assert found.best is None
@@ -96,7 +96,7 @@ def test_an_error_of_phase_is_seen_at_whole_periods_too(start: dict[str, float])
 
 
 @pytest.mark.usefixtures("uncompiled")
-def test_schemes_of_one_name_are_told_apart() -> None:
+def test_schemes_of_one_name_are_distinguished() -> None:
     among = [ss.scheme("newmark_bdf2", gamma_t=x) for x in (0.9, 0.5)]
     for order in (among, among[::-1]):
         found = choose(KNOWN["duffing"], 3e-3, t_end=0.3, among=order)

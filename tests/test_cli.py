@@ -80,7 +80,7 @@ def test_conditions_and_equivalences() -> None:
 
 
 def test_kernels_compiled_ahead_are_those_that_jobs_march(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What runs on several cores only, before everything else."""
+    """Compilation ahead of all jobs, which happens only on several cores."""
     marched: list[str] = []
     monkeypatch.setattr(reproduction, "march", lambda scene, *_: marched.append(scene.name))
     reproduction._compile("newmark_bdf2")

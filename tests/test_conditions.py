@@ -39,7 +39,7 @@ def derived(name: str) -> Conditions:
 
 
 def grid_point(name: str, rng: np.random.Generator) -> dict[str, Rational]:
-    """On a coarse grid, so that many points lie on a boundary."""
+    """Random parameters on a coarse grid, so that many points lie on a boundary."""
     values: dict[str, Rational] = {}
     for parameter in BY_NAME[name].parameters:
         low = parameter.domain.start

@@ -59,7 +59,7 @@ def moves(c: list[Any], roots: list[Any]) -> list[Any]:
 
 
 def test_the_real_root_and_the_pair_of_any_cubic() -> None:
-    """To the conditioning of each; what is not used, the smaller of two real ones, to the size of the larger."""
+    """Each root is right to its conditioning; the smaller of a real pair, which is not used, to the larger's size."""
     for exact, _ in cubics():
         c = [float(x) for x in exact]
         scale = 2.0 ** RNG.integers(-20, 20)
@@ -83,7 +83,7 @@ def test_the_real_root_and_the_pair_of_any_cubic() -> None:
 
 
 def test_the_real_root_is_the_one_alone() -> None:
-    """Farthest from the other two, to its conditioning, which is that of a simple root unless all three meet."""
+    """It is the root farthest from the other two, right to its conditioning: a simple root's unless all three meet."""
     for exact, _ in cubics():
         a2, a1, a0 = (float(x) for x in exact[1:])
         third = houbolt._real_root(a2, a1, a0)
@@ -101,7 +101,7 @@ def test_the_real_root_is_the_one_alone() -> None:
 
 
 def test_two_steps_are_enough_for_every_shape() -> None:
-    """y^3 + 3 p y = size over all p: the last digit, from the smallest to the largest size."""
+    """The root of y^3 + 3 p y = size is right to the last digit for all p, from the smallest to the largest size."""
     for ratio in [*np.linspace(-3, 3, 401), *10.0 ** np.arange(-12, 13), *-(10.0 ** np.arange(-12, 13))]:
         for size in (*10.0 ** np.arange(-60.0, 61.0, 20.0), *RNG.uniform(0.5, 8, 4)):
             p = ratio * size ** (2 / 3)

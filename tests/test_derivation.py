@@ -77,15 +77,15 @@ def test_forced_step_and_what_it_reports_equal_the_stepped_ones(name: str) -> No
         other, numbers = for_oracle(scheme, values)
         x1, reported = ORACLE[other].step(x0, float(omega), float(damping), floats(numbers), load)
         forces = Matrix([load(float(tau.subs(where))) for tau in d.stencil])
-        mine = d.A.subs(where) * Matrix(x0) + d.load.subs(where) * forces
-        assert np.allclose(np.array(mine, dtype=float).ravel(), x1, rtol=1e-12, atol=1e-12)
+        after = d.A.subs(where) * Matrix(x0) + d.load.subs(where) * forces
+        assert np.allclose(np.array(after, dtype=float).ravel(), x1, rtol=1e-12, atol=1e-12)
         a = d.amplification
         outputs = (a.outputs.N * Matrix(x0) + a.outputs.load_N * forces).subs(where) / a.outputs.den.subs(where)
-        told, rest = [], list(outputs)
+        own_report, rest = [], list(outputs)
         for place in a.in_state:
-            told.append(float(mine[place]) if place >= 0 else float(rest.pop(0)))
+            own_report.append(float(after[place]) if place >= 0 else float(rest.pop(0)))
         if name != "kr_alpha_plain_start":  # the oracle reports the corrected velocity
-            assert np.allclose(told, reported, rtol=1e-12, atol=1e-12)
+            assert np.allclose(own_report, reported, rtol=1e-12, atol=1e-12)
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -1,4 +1,4 @@
-"""Parameters solved for against the published ones, and each against what was wished."""
+"""Designed parameters against the published ones, and against the requirements that they have to meet."""
 
 import os
 

@@ -109,7 +109,7 @@ def test_beta1_beta2_family_is_the_rho_inf_scheme() -> None:
 
 
 def spectrum(name: str, values: dict, damping: Rational, steps: int) -> Poly:
-    """Monic, at Omega = 2/3, without roots 0."""
+    """The monic characteristic polynomial of all steps at Omega = 2/3, without roots 0."""
     scheme = BY_NAME.get(name, bdf2)
     made = derive(scheme, **values).scheme
     p = (

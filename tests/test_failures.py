@@ -1,4 +1,4 @@
-"""The battery of failures: words from hand-made runs, outcomes known from theory or print, maps against marches."""
+"""The battery of failures: the word for each kind of run, outcomes known from theory or print, maps against marches."""
 
 import math
 from pathlib import Path

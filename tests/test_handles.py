@@ -56,7 +56,7 @@ def started(entry: dict[str, Any], declaration: Any = None) -> ss.Scheme:
 
 
 def test_start_and_starter() -> None:
-    """By u, h*v, h^2*a; by the module's function; by a scheme with its parameters; by one declared with the scheme."""
+    """A start by u, h*v, h^2*a, by the module's function, by a scheme of the index, or by one declared with it."""
     for start in ("given", "function"):
         s = started({"start": start, "starter": None})
         assert s.info.start == start
@@ -74,7 +74,7 @@ def test_start_and_starter() -> None:
     [lambda: ss.scene("linear_oscillator", omega=3.0, xi=0.1, load=ss.Harmonic(1.0, 2.0)), lambda: ss.scene("duffing")],
 )
 def test_a_starter_marches_the_first_steps_with_its_parameters(scene: Callable[[], ss.Scene]) -> None:
-    """Of the linear march and of a nonlinear scene: they are its steps to the last bit, and the next is not."""
+    """In both marches the first steps are the starter's to the last bit, and the next step is not."""
     houbolt = ss.scheme("houbolt")
     lag = max(back for _, back in houbolt.history)
     parameters = {"beta": 0.3, "gamma": 0.6}

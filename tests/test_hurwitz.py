@@ -19,7 +19,7 @@ def test_simplest_rational_between() -> None:
 
 
 def test_zero_over_an_algebraic_field_is_found() -> None:
-    """x^2 - 3 is irreducible over Q but not over Q(sqrt 3): remainders alone do not tell zero."""
+    """x^2 - 3 is irreducible over Q but not over Q(sqrt 3): a remainder that is not 0 may stand for 0."""
     field = Field(SQRT_3)
     ring = ring_over(field, Symbol("w"))
     w, s = ring.gens[0], field.domain.unit

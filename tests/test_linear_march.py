@@ -1,4 +1,4 @@
-"""The linear march over lanes: coefficients rounded once, lanes as the lane alone, any load, any outcome."""
+"""The linear march over lanes: coefficients are rounded once, and a lane is as it would be alone, whatever happens."""
 
 import sys
 from collections.abc import Callable, Iterator
@@ -53,7 +53,7 @@ def uncompiled(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 
 def oscillators(seed: int, *, dt: float | None = None, consistent: bool = True) -> Oscillators:
-    """P of them; their steps differ unless dt is given."""
+    """P oscillators, whose time steps differ unless dt is given."""
     rng = np.random.default_rng(seed)
     omega, damping, u, v = rng.uniform(1, 30, P), rng.uniform(0, 0.3, P), rng.normal(size=P), rng.normal(size=P)
     a = -(omega**2) * u - 2 * damping * omega * v if consistent else rng.normal(size=P)
@@ -121,7 +121,7 @@ def test_lanes_are_the_lane_alone(name: str, kind: str, monkeypatch: pytest.Monk
 @pytest.mark.usefixtures("uncompiled")
 @pytest.mark.parametrize("name", OWN)
 def test_the_filter_finds_the_same_peaks(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """From rest under a record, u alone and all three, as plain Python; and it is asked."""
+    """From rest under a record the filter is used, for u alone and for u, v, a; its kernels run as plain Python."""
     s, n = ss.scheme(name), 27
     record = ss.Record(DT, np.sin(1.3 * np.arange(n + 1.0)))
     o = oscillators(6, dt=DT)._replace(start=np.zeros((3, P)))
@@ -165,7 +165,7 @@ def test_only_from_rest_under_a_record_at_the_steps_is_there_a_filter() -> None:
 @pytest.mark.usefixtures("uncompiled")
 @pytest.mark.parametrize("name", ["newmark", "generalized_alpha", "houbolt", "rk4"])
 def test_a_load_of_each_lanes_own_and_of_all(name: str) -> None:
-    """The same load, read by all lanes from one row, from a row each, and off the record."""
+    """One load, taken from the record itself, from a row for all lanes, and from a row for each lane."""
     s, record = ss.scheme(name), LOADED["record"]
     o = oscillators(5, dt=DT, consistent=False)
     off = march_linear(s, o, N, record)
@@ -198,7 +198,7 @@ def test_a_lane_that_overflows_ends_alone(name: str) -> None:
 
 
 def test_threads_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of histories and of the filter's peaks, whose blocks are larger."""
+    """Neither histories nor the filter's peaks, whose blocks are larger."""
     s, o = ss.scheme("bathe"), oscillators(1, dt=DT)
     many = Oscillators(*(np.tile(x, 4) for x in o))._replace(start=np.zeros((3, 4 * P)))
     record = ss.Record(DT, np.sin(np.arange(N + 1.0)))

@@ -29,9 +29,9 @@ u1, v1, a1 = knot(1)
 
 
 def weights(count: int) -> list[Rational]:
-    """No two alike, and of sum 1."""
-    mine = [Rational((-1) ** j, 2 * j + 3) for j in range(count - 1)]
-    return [*mine, 1 - sum(mine, Rational(0))]
+    """Weights that are all different and have the sum 1."""
+    different = [Rational((-1) ** j, 2 * j + 3) for j in range(count - 1)]
+    return [*different, 1 - sum(different, Rational(0))]
 
 
 def multi_step(count: int, lag: int = 0) -> Scheme:
@@ -50,7 +50,7 @@ def multi_step(count: int, lag: int = 0) -> Scheme:
 
 
 def oscillator_step(state: Array, Omega: float, xi: float, f: float) -> tuple[Array, Array]:
-    """The new state and u, h*v, h^2*a of it, for a load h^2 f."""
+    """The state after a step and its u, h*v, h^2*a, under the load h^2 f."""
     known = sum(float(w) * u for w, u in zip(weights(len(state)), state, strict=True))
     slope = 1 + 2 * xi * Omega * (KAPPA + 0.5) + Omega**2 * KAPPA
     a = (f - 2 * xi * Omega * (known - state[0]) - Omega**2 * known) / slope

@@ -66,7 +66,7 @@ def with_a_stage(label: str) -> Scheme:
 
 
 def stepped(s: System, h: float, n: int, u: Array, v: Array, a: Array) -> Array:
-    """u and twice v (n + 1, 2, d) of the same scheme, step by step."""
+    """History (n + 1, 2, d) of u and twice v of the scheme of `with_a_stage`, stepped without the code under test."""
     rows, before = [np.stack([u, v])], u - h * v + h**2 / 2 * a
     for i in range(n):
         middle, v_start = u + (u - before) / 2, v
@@ -90,7 +90,7 @@ LABELS = [
     "star",
     "star1",
     "mix0",
-    "told",
+    "reported",
     "s1",
     "a b",
     "x.y",
@@ -164,7 +164,7 @@ def test_no_two_knots_share_a_name() -> None:
         "*star",
         "*1",
         "*mix0",
-        "*told",
+        "*reported",
     ]
     labels += ["".join(c) for k in (1, 2, 3) for c in itertools.product("Z2_a", repeat=k)]
     symbols_ = {s for label in labels for s in knot(label)}

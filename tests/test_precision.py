@@ -70,7 +70,7 @@ def test_converged_reference_is_as_close_as_it_says(name: str, monkeypatch: pyte
 
 
 def agrees(found: references.Reference, quantity: str, wished: float) -> None:
-    """The reference's quantity is within wished of DOP853's."""
+    """Assert that the reference's quantity differs from that of DOP853 by less than `wished`, relative to its size."""
     u, v = integrated(found.scene, found.t)
     should = {"u": u, "a": found.scene.acceleration(found.t, u, v)}[quantity]
     off = np.abs({"u": found.u, "a": found.a}[quantity] - should).max()
@@ -141,7 +141,7 @@ def test_costs_of_a_linear_scene() -> None:
     assert run.seconds > 0
 
 
-def test_errors_are_told_three_ways() -> None:
+def test_errors_are_reported_in_three_ways() -> None:
     scene = KNOWN["damped"]
     t, one = np.arange(4.0), np.ones((4, 1))
     should = references.Reference(scene, t, np.array([[1.0], [-4.0], [2.0], [0.0]]), one, 0 * one, 0.0, "by hand")

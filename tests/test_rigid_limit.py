@@ -269,7 +269,7 @@ def test_a_touching_zero_and_the_interval_s_ends_are_no_sign_changes() -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "told"),
+    ("name", "message"),
     [
         ("rk4", "expected each balance at one knot.*gains 0 times"),
         ("central_difference", "gains 0 times"),
@@ -278,8 +278,8 @@ def test_a_touching_zero_and_the_interval_s_ends_are_no_sign_changes() -> None:
         ("wilson_theta", "expected a balance at u_1, got one at u_t only"),
     ],
 )
-def test_other_balances_are_refused(name: str, told: str) -> None:
-    with pytest.raises(DeclarationError, match=f"^{name}: .*{told}"):
+def test_other_balances_are_refused(name: str, message: str) -> None:
+    with pytest.raises(DeclarationError, match=f"^{name}: .*{message}"):
         energy_change(BY_NAME[name])
 
 

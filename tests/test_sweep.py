@@ -1,4 +1,4 @@
-"""Sweeps: every point as a march of its own, whatever is swept, kept, stopped, resumed or sent away."""
+"""Sweeps: every point equals a march of its own, whatever is swept, kept, stopped, resumed or sent to a cluster."""
 
 from typing import Any
 
@@ -21,13 +21,13 @@ KEEPS = [{"keep": "final"}, {"keep": "peak"}, {"keep": "history", "samples": 5}]
 
 
 def points(found: xr.Dataset, number: int) -> list[dict[str, float]]:
-    """Random ones, by the coordinates of the axes."""
+    """Random points of a sweep, as coordinates on its axes."""
     axes = [str(name) for name in found["status"].dims]
     return [{name: float(RNG.choice(found[name].values)) for name in axes} for _ in range(number)]
 
 
 def agrees(found: xr.Dataset, r: Response, n: int, keep: str) -> None:
-    """A point of a sweep with the march of its own."""
+    """Assert that a point of a sweep equals the march of its own."""
     done = len(r.newton_iterations)
     assert found["n_done"] == done
     meanings = dict(
@@ -39,19 +39,19 @@ def agrees(found: xr.Dataset, r: Response, n: int, keep: str) -> None:
         size = np.abs(rows).max(axis=0)
         if keep == "peak":
             expected = size if name != "energy" or "peak_energy" in found else None
-            mine = found.get(f"peak_{name}")
+            swept = found.get(f"peak_{name}")
         elif keep == "final":
-            expected, mine = rows[-1] if done == n else np.full(rows.shape[1], np.nan), found[name]
+            expected, swept = rows[-1] if done == n else np.full(rows.shape[1], np.nan), found[name]
         else:
-            mine = found[name]
-            stride = n // (mine.sizes["t"] - 1)
+            swept = found[name]
+            stride = n // (swept.sizes["t"] - 1)
             expected = np.full((n // stride + 1, rows.shape[1]), np.nan)
             expected[: done // stride + 1] = rows[::stride]
         if expected is not None:
-            assert mine is not None
+            assert swept is not None
             finite = np.isfinite(size).all()  # the energy is inf before u is
             close = {"rtol": 0.0, "atol": 1e-11 * np.max(size)} if finite else {"rtol": 1e-11, "atol": 0.0}
-            assert np.allclose(np.ravel(mine.values), np.ravel(expected), equal_nan=True, **close)
+            assert np.allclose(np.ravel(swept.values), np.ravel(expected), equal_nan=True, **close)
     if done:
         assert np.allclose(found["newton_iterations"], r.newton_iterations.mean(axis=0))
         assert (found["newton_most"] == r.newton_iterations.max(axis=0)).all()
@@ -133,7 +133,7 @@ def test_a_family_is_an_axis_and_defaults_follow() -> None:
 
 
 def test_names_and_numbers() -> None:
-    """A number is no dimension; prefixes; a handle's start; the load's own parameters; what attributes say."""
+    """A number makes no dimension; names take prefixes; handles keep their start; attributes hold what was fixed."""
     by_name = ss.sweep(
         "linear_oscillator", "newmark", dt=0.1, t_end=1.0, scene_omega=4.0, load_omega=[1.0, 2.0], load=LOAD, a0=[1.0]
     )
@@ -154,7 +154,7 @@ def test_names_and_numbers() -> None:
 
 
 def test_the_start_follows_the_parameters() -> None:
-    """Of a handle too: the consistent acceleration, and a start made of parameters."""
+    """The consistent acceleration, and a start that is a function of parameters, also where a handle is swept."""
     found = ss.sweep(
         ss.scene("linear_oscillator", omega=1.0), "bathe", dt=0.1, t_end=1.0, keep="history", omega=[2.0], u0=[1.0, 3.0]
     )

@@ -19,7 +19,7 @@ from substep.sweeps.plan import Plan
 
 @pytest.fixture
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Chunks of a few points."""
+    """Divides sweeps into chunks of a few points."""
     monkeypatch.setattr(Plan, "piece", lambda self, cluster: (1,) * (len(self.shape) - 2) + (2, self.shape[-1]))
 
 

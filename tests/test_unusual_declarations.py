@@ -222,7 +222,7 @@ def taylor(stages: int) -> Scheme:
 
 
 @pytest.mark.parametrize("stages", [4, 7, 8])
-def test_order_is_looked_for_until_it_is_found(stages: int) -> None:
+def test_the_order_is_found_however_high_it_is(stages: int) -> None:
     scheme = taylor(stages)
     assert order_of(Evaluation.at_defaults(scheme), Rational(0)).free[:2] == (stages, stages)
     assert derive(scheme).series.order == stages
@@ -342,8 +342,8 @@ LABELS = [
     "m1",
     "star",
     "s",
-    "told",
-    "told_u",
+    "reported",
+    "reported_u",
     "1x",
     "n1",
     "0_",
@@ -370,7 +370,7 @@ def declarations(draw: Any, longest: int = 4) -> tuple[Scheme, dict[str, Rationa
     past = draw(st.lists(st.sampled_from([s for k in range(1, 5) for s in knot(-k)]), max_size=longest, unique=True))
 
     def whole(symbols: list[Symbol]) -> list[Symbol]:
-        """With what lies between, so that each is carried over from the step before."""
+        """The symbols with those of the steps between, so that each is carried over from the step before."""
         kinds = {
             kind: max((int(s.name.split("_-")[1]) for s in symbols if s.name[0] == kind), default=0) for kind in "uva"
         }
@@ -380,7 +380,7 @@ def declarations(draw: Any, longest: int = 4) -> tuple[Scheme, dict[str, Rationa
     scale = {"u": Integer(1), "v": h, "a": h**2}
 
     def mixture(own: dict[Symbol, Any], power: int) -> Expr:
-        """A combination of u, h*v, h^2*a of what is given, over h^power."""
+        """A linear combination of the symbols, scaled as u, h*v, h^2*a, divided by h^power."""
         total = sum((c * scale[s.name[0]] * s for s, c in own.items()), Integer(0))
         return total / h**power
 

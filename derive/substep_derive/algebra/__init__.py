@@ -1,1 +1,1 @@
-"""Exact algebra: rational functions, algebraic numbers, signs at real points, power series. It knows no scheme."""
+"""Exact algebra that knows nothing of schemes: rational functions, algebraic numbers, real points, power series."""

@@ -1,7 +1,7 @@
-"""Real algebraic numbers, exactly: as parameters of a scheme, and the field K = Q(r) they generate.
+"""Exact real algebraic numbers, which a scheme's parameters may be, and the field K = Q(r) that such an r generates.
 
-A number is an element of K, known to be zero or not; its sign is sought, if it has one, by rational intervals
-that close in. Nothing is rounded.
+Algebra decides whether an element of K is zero. If it is not, its sign is found by narrowing a rational interval
+around r until the interval around the element excludes zero. Nothing is rounded.
 """
 
 from collections.abc import Callable, Iterable
@@ -33,10 +33,10 @@ from sympy import (
 from . import rational
 from .exact_number import exact_number
 
-# the algebraic number that parameters may be rational functions of; its assumption tells it from a parameter named r
+# the algebraic number r of which parameters may be functions; its assumption keeps it distinct from a parameter named r
 generator = Symbol("r", algebraic=True)
 
-Enclosure = tuple[Any, Any]  # two rationals of QQ with a real number between them
+Enclosure = tuple[Any, Any]  # two rational numbers (of QQ) with a real number between them
 
 
 def sign_of(number: Any) -> int:
@@ -45,7 +45,7 @@ def sign_of(number: Any) -> int:
 
 
 def horner(coefficients: Iterable[Any], x: Any) -> Any:
-    """A polynomial's value, coefficients from the highest."""
+    """A polynomial's value at x, its coefficients given from the highest power down."""
     value: Any = 0
     for c in coefficients:
         value = value * x + c
@@ -53,7 +53,7 @@ def horner(coefficients: Iterable[Any], x: Any) -> Any:
 
 
 def enclose(coefficients: Iterable[Enclosure], x: Enclosure) -> Enclosure:
-    """Rationals around a polynomial's value, from rationals around its coefficients and around x."""
+    """An enclosure of a polynomial's value, from enclosures of its coefficients (highest power first) and of x."""
     low = high = QQ(0)
     for bottom, top in coefficients:
         corners = (low * x[0], low * x[1], high * x[0], high * x[1])
@@ -62,7 +62,7 @@ def enclose(coefficients: Iterable[Enclosure], x: Enclosure) -> Enclosure:
 
 
 class RealRoot:
-    """A real root of a polynomial irreducible over Q (primitive), between two rationals that close in on demand."""
+    """A real root of a primitive polynomial irreducible over Q: the one in a rational interval that `narrow` halves."""
 
     def __init__(self, polynomial: Poly, low: Any, high: Any) -> None:
         self.polynomial = polynomial
@@ -70,7 +70,7 @@ class RealRoot:
         self._coefficients = [QQ.convert(c) for c in polynomial.all_coeffs()]
         if polynomial.degree() == 1:
             self.low = self.high = -self._coefficients[1] / self._coefficients[0]
-        self._below = self._sign(self.low)
+        self._sign_left = self._sign(self.low)
 
     @property
     def rational(self) -> Any:
@@ -81,9 +81,9 @@ class RealRoot:
         return sign_of(horner(self._coefficients, x))
 
     def narrow(self) -> None:
-        """Half the interval; an irrational root never falls on its middle."""
+        """Halve the interval. An irrational root never falls on its middle, which is rational."""
         middle = (self.low + self.high) / 2
-        if self._sign(middle) == self._below:
+        if self._sign(middle) == self._sign_left:
             self.low = middle
         else:
             self.high = middle
@@ -98,7 +98,7 @@ class RealRoot:
         return self.polynomial == other.polynomial and self.rank == other.rank
 
     def approximation(self) -> Fraction:
-        """A rational next to the root, for display."""
+        """A rational number that agrees with the root to about 15 digits, for display."""
         while (self.high - self.low) * 10**15 > max(abs(self.low), abs(self.high)):
             self.narrow()
         middle = (self.low + self.high) / 2
@@ -106,7 +106,7 @@ class RealRoot:
 
 
 def closed_form(root: RealRoot, variable: Symbol, *, in_square: bool = False) -> Expr:
-    """A root, or the square root of a positive one, in radicals up to degree two, else as a CRootOf."""
+    """A root, or with in_square its square root, in radicals for a polynomial up to degree two, else as a CRootOf."""
     polynomial = root.polynomial
     if polynomial.degree() > 2:
         if not in_square:
@@ -124,7 +124,7 @@ def closed_form(root: RealRoot, variable: Symbol, *, in_square: bool = False) ->
 
 
 def irreducible(polynomial: Poly) -> list[Poly]:
-    """The distinct irreducible factors over Q of a polynomial over Q, coprime integers for coefficients."""
+    """The distinct irreducible factors over Q of a polynomial over Q, each with coprime integer coefficients."""
     return [factor.primitive()[1] for factor, _ in polynomial.factor_list()[1]]
 
 
@@ -137,10 +137,10 @@ def real_roots(polynomial: Poly, above: Any = None) -> list[RealRoot]:
 class Algebraic:
     """A real algebraic number: `value`, a rational function of r, where r is a root of a polynomial.
 
-    coefficients: the polynomial's, integers, highest first. interval: rationals (int, Fraction, text
-    such as '1/2') with exactly one root of it between them. Arithmetic with rationals and with other
-    functions of the same r gives numbers of the same r: with r = Algebraic((1, 0, -3), (1, 2)), that is
-    sqrt(3), Wilson's threshold is (1 + r)/2.
+    coefficients: integers, those of the polynomial from the highest power down. interval: two rationals
+    (int, Fraction or text such as '1/2') between which the polynomial has exactly one root, r. Arithmetic
+    with rationals and with other functions of the same r gives functions of that r: with
+    r = Algebraic((1, 0, -3), (1, 2)), which is sqrt(3), Wilson's threshold is (1 + r)/2.
 
     Raises ValueError if the interval does not hold exactly one root, TypeError for a float.
     """
@@ -168,7 +168,7 @@ class Algebraic:
 
     @classmethod
     def of(cls, number: Expr) -> "Algebraic":
-        """A real number written in radicals or as a root, by its minimal polynomial.
+        """The Algebraic of a real number that SymPy writes in radicals or as a root of a polynomial.
 
         Raises ValueError for what is no real algebraic number.
         """
@@ -240,7 +240,7 @@ class Algebraic:
 
 
 class Field:
-    """K = Q, or K = Q(r) for the r of an Algebraic, which says where on the real line K lies."""
+    """The field K = Q, or K = Q(r) for the r of an Algebraic, whose interval says which real root r is."""
 
     def __init__(self, r: Algebraic | None = None) -> None:
         self.r = r
@@ -278,18 +278,18 @@ class Field:
         return self.domain.convert(top) / self.domain.convert(bottom)
 
     def parts(self, number: Any) -> list[Any]:
-        """An element's coefficients as a polynomial in r, from the highest."""
+        """The coefficients of an element as a polynomial in r, from the highest power down."""
         return number.to_list() if self.algebraic else [number]
 
     def enclose(self, number: Any) -> Enclosure:
-        """Rationals around an element; closer after `narrow`."""
+        """Two rationals with the element between them; they are closer after `narrow`."""
         if not self.algebraic:
             return number, number
         assert self.root is not None
         return enclose([(c, c) for c in self.parts(number)], (self.root.low, self.root.high))
 
     def narrow(self) -> None:
-        """Close in on r."""
+        """Halve the interval around r."""
         if self.algebraic and self.root is not None:
             self.root.narrow()
 

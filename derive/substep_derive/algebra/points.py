@@ -1,7 +1,7 @@
 """Exact signs of polynomials at rational and at algebraic points, and their positive roots.
 
-Polynomials are in one variable over K = Q or K = Q(r). A value is first shown to be zero or not (a remainder,
-a gcd); only a sign that exists is sought, by intervals that close in.
+Polynomials are in one variable over K = Q or K = Q(r). Algebra (a remainder, a gcd) decides whether a value is
+zero; only if it is not, its sign is found by narrowing an interval around the point.
 """
 
 from collections.abc import Iterable, Sequence
@@ -13,18 +13,18 @@ from sympy import ring as polynomial_ring
 
 from .algebraic import Field, RealRoot, enclose, irreducible, real_roots, sign_of
 
-NARROW = QQ(1, 2**64)  # width up to which an interval is tried before zero is asked for exactly
+NARROW = QQ(1, 2**64)  # width of an interval below which algebra decides whether the value is zero
 
 
 class Point(Protocol):
     """A place on the real line at which polynomials over K have values with signs."""
 
     def value(self, polynomial: Any) -> Any:
-        """The value of a polynomial in one variable, as a number that +, - and * apply to."""
+        """The value of a polynomial in one variable, as an object with +, - and *."""
         ...
 
     def reduced(self, number: Any) -> Any:
-        """The same number, written as short as `value` writes it."""
+        """The same number in the short form in which `value` returns it."""
         ...
 
     def sign(self, number: Any) -> int:
@@ -33,7 +33,7 @@ class Point(Protocol):
 
 
 class RationalPoint:
-    """The rational x: values are elements of K."""
+    """The point at a rational x, where values are elements of K."""
 
     def __init__(self, field: Field, x: Any) -> None:
         self.field, self.x = field, x
@@ -43,7 +43,7 @@ class RationalPoint:
         return polynomial.evaluate(polynomial.ring.gens[0], self.field.domain.convert(self.x))
 
     def reduced(self, number: Any) -> Any:
-        """The number itself."""
+        """The number itself, which has only one form."""
         return number
 
     def sign(self, number: Any) -> int:
@@ -52,14 +52,14 @@ class RationalPoint:
 
 
 class RootPoint:
-    """An irrational real root: values are remainders modulo a polynomial over K that the root is a root of."""
+    """The point at an irrational real root: values are remainders modulo a polynomial over K that vanishes there."""
 
     def __init__(self, field: Field, root: RealRoot, ring: Any) -> None:
         self.field, self.root = field, root
         self._modulus = ring.from_list([field.domain.convert(QQ.convert(c)) for c in root.polynomial.all_coeffs()])
 
     def value(self, polynomial: Any) -> Any:
-        """The polynomial's remainder."""
+        """The polynomial's remainder, which has the same value at the root."""
         return polynomial.rem(self._modulus)
 
     def reduced(self, number: Any) -> Any:
@@ -84,19 +84,19 @@ class RootPoint:
         return 0
 
     def _is_zero(self, number: Any) -> bool:
-        """Whether the root is one of the factor that modulus and number share; the modulus shrinks to what holds it."""
+        """Whether the number vanishes at the root; replaces the modulus by its factor that has the root."""
         shared = self._modulus.gcd(number)
         if shared.degree() < 1:
             return False
         ends = [self.field.sign(shared.evaluate(shared.ring.gens[0], self.field.domain.convert(end)))
                 for end in (self.root.low, self.root.high)]  # fmt: skip
-        vanishes = ends[0] * ends[1] < 0  # it has at most the one root in the interval, and that is simple
+        vanishes = ends[0] * ends[1] < 0  # the gcd has at most one root in the interval, a simple one
         self._modulus = shared if vanishes else self._modulus.exquo(shared)
         return vanishes
 
 
 def point(field: Field, root: RealRoot, ring: Any) -> Point:
-    """The point at a root."""
+    """The point at a real root, rational or irrational."""
     return RootPoint(field, root, ring) if root.rational is None else RationalPoint(field, root.rational)
 
 
@@ -122,7 +122,7 @@ def simplest_between(low: Any, high: Any) -> Any:
     whole = low.numerator // low.denominator
     if whole + 1 < high:
         return QQ(whole + 1)
-    if low == whole:  # below high <= whole + 1
+    if low == whole:  # here low = whole < high <= whole + 1
         gap = high - whole
         return whole + QQ(1, gap.denominator // gap.numerator + 1)
     above = low - whole, high - whole
@@ -153,12 +153,12 @@ def positive_roots(field: Field, polynomials: Sequence[Any], ring: Any) -> list[
 
 
 def ring_over(field: Field, *symbols: Symbol) -> Any:
-    """Sparse polynomials over K."""
+    """The ring of sparse polynomials over K in these symbols."""
     return polynomial_ring(list(symbols), field.domain)[0]
 
 
 def count_real_roots(field: Field, coefficients: Sequence[Any]) -> int:
-    """How many distinct real roots a polynomial over K has, coefficients from the highest: Sturm's theorem."""
+    """The number of distinct real roots of a polynomial over K (highest power first), by Sturm's theorem."""
     chain, signs = [list(coefficients)], []
     p = chain[0]
     chain.append([c * (len(p) - 1 - i) for i, c in enumerate(p[:-1])])
@@ -167,14 +167,14 @@ def count_real_roots(field: Field, coefficients: Sequence[Any]) -> int:
         if not rest:
             break
         chain.append([-c for c in rest])
-    for at in (-1, 1):  # -oo, oo
+    for at in (-1, 1):  # the signs of the chain at -oo and at oo
         row = [field.sign(q[0]) * (at if len(q) % 2 == 0 else 1) for q in chain if q]
         signs.append(sum(a != b for a, b in pairwise(row)))
     return signs[0] - signs[1]
 
 
 def _remainder(p: Sequence[Any], divisor: Sequence[Any]) -> list[Any]:
-    """Of polynomials over K, coefficients from the highest; no coefficients for 0."""
+    """The remainder of a division of polynomials over K, highest power first; the list is empty for 0."""
     rest = list(p)
     while len(rest) >= len(divisor):
         factor = rest[0] / divisor[0]

@@ -1,7 +1,7 @@
 """Truncated power series over any ring, and the numbers alpha + beta*zeta of an oscillator's mode.
 
-A series knows how many of its coefficients are right: sums and products are as long as the shorter of the two, and a
-quotient loses as many as its divisor starts late.
+A series holds only coefficients that are exact: a sum or product is as long as the shorter of the two series, and a
+quotient is shorter by the number of zeros with which its divisor starts.
 """
 
 from collections.abc import Iterable, Sequence
@@ -11,9 +11,10 @@ from sympy import QQ
 
 
 class Modal:
-    """alpha + beta*zeta over any ring, where zeta^2 = -2*xi*zeta - 1.
+    """The number alpha + beta*zeta with alpha and beta from any ring, where zeta^2 = -2*xi*zeta - 1.
 
-    zeta is the exact eigenvalue over omega, s = Omega*zeta its product with the step; the other one is -2*xi - zeta.
+    zeta is the oscillator's exact eigenvalue divided by omega, and s = Omega*zeta the eigenvalue times the time step;
+    the conjugate eigenvalue is -2*xi - zeta.
     """
 
     __slots__ = ("alpha", "beta", "xi")
@@ -31,7 +32,7 @@ class Modal:
         return Modal(-self.alpha, -self.beta, self.xi)
 
     def __mul__(self, other: Any) -> "Modal":
-        """Times another one, or times an element of the ring."""
+        """The product with another Modal or with an element of the ring."""
         if not isinstance(other, Modal):
             return Modal(self.alpha * other, self.beta * other, self.xi)
         a, b, c, d = self.alpha, self.beta, other.alpha, other.beta
@@ -43,17 +44,17 @@ class Modal:
 
     @property
     def conjugate(self) -> "Modal":
-        """The same number of the other eigenvalue."""
+        """The number with the conjugate eigenvalue in place of zeta."""
         return Modal(self.alpha - 2 * self.xi * self.beta, -self.beta, self.xi)
 
     def inverse(self, one: Any) -> "Modal":
-        """1 over a number that is not 0, over a field whose 1 is given."""
+        """The reciprocal of a number that is not 0; one: the 1 of the field that alpha and beta are from."""
         other = self.conjugate
         return other * (one / (self * other).alpha)
 
 
 class PowerSeries:
-    """c[0] + c[1] x + ... + O(x^len(c))."""
+    """The truncated power series c[0] + c[1] x + ... + O(x^len(c))."""
 
     __slots__ = ("c",)
 
@@ -95,11 +96,11 @@ class PowerSeries:
         return PowerSeries(-c if k % 2 else c for k, c in enumerate(self.c))
 
     def shifted(self, power: int) -> "PowerSeries":
-        """Times x^power, of the same length: the highest coefficients are dropped."""
+        """The series times x^power, cut to the same length."""
         return PowerSeries([self.c[0] - self.c[0]] * power + self.c[: len(self) - power])
 
     def over(self, other: "PowerSeries", inverse: Any) -> "PowerSeries":
-        """self/other, where `inverse` inverts the first coefficient of other that is not 0.
+        """The quotient self/other; inverse: the reciprocal of other's first coefficient that is not 0.
 
         Raises ValueError if the quotient has negative powers.
         """
@@ -117,7 +118,10 @@ class PowerSeries:
         return PowerSeries(quotient)
 
     def to_the(self, power: Any) -> "PowerSeries":
-        """A power, whole or not, of a series that starts with 1: by the recurrence of f*x' = power*f'*x."""
+        """An integer or fractional power of this series f, which starts with 1.
+
+        The result x satisfies f*x' = power*f'*x, which gives its coefficients one after another.
+        """
         result = self.c[:1]
         for n in range(1, len(self)):
             total = self.c[0] - self.c[0]
@@ -127,7 +131,7 @@ class PowerSeries:
         return PowerSeries(result)
 
     def at(self, argument: "PowerSeries") -> "PowerSeries":
-        """The series of a series that starts with its first power."""
+        """The series with another one for its variable; the argument must have no constant term."""
         total = PowerSeries([c - c for c in argument.c])
         for c in reversed(self.c):
             total = total * argument

@@ -18,19 +18,19 @@ NotAlgebraicNumber = NotAlgebraic
 
 
 def _rational(matrix: Matrix) -> DomainMatrix:
-    """Over rational functions with integer coefficients, common factors cancelled."""
+    """The matrix over the rational functions with integer coefficients, common factors cancelled."""
     symbols = sorted(matrix.free_symbols, key=str)
     domain = ZZ.frac_field(*symbols) if symbols else QQ
     return DomainMatrix([[domain.from_sympy(e) for e in row] for row in matrix.tolist()], matrix.shape, domain)
 
 
 def _cleared(matrix: Matrix) -> DomainMatrix:
-    """Each row times its common denominator: polynomials in place of rational functions."""
+    """`clear_rows` in SymPy's fast representation of matrices."""
     return _rational(matrix).clear_denoms_rowwise(convert=True)[1]
 
 
 def clear_rows(matrix: Matrix) -> Matrix:
-    """Each row times its common denominator: polynomials in place of rational functions."""
+    """The matrix with each row multiplied by its common denominator, so that its entries are polynomials."""
     return _cleared(matrix).to_Matrix()
 
 
@@ -60,7 +60,7 @@ def determinant(matrix: Matrix) -> Expr:
 
 
 def quotient(a: Expr, b: Expr) -> Expr | None:
-    """a/b of polynomials in any symbols; None where b does not divide a."""
+    """The quotient a/b of two polynomials, None where b does not divide a."""
     symbols = sorted(a.free_symbols | b.free_symbols, key=str)
     found, rest = Poly(a, *symbols, domain=QQ).div(Poly(b, *symbols, domain=QQ))
     return found.as_expr() if rest.is_zero else None
@@ -77,7 +77,7 @@ def polynomial_ring(symbols: Sequence[Symbol]) -> tuple[Any, ...]:
 
 
 class RationalFunctions:
-    """The field of rational functions in some symbols over Q, which is Q itself for none."""
+    """The field of rational functions over Q in some symbols; Q itself if there are none."""
 
     def __init__(self, symbols: Sequence[Symbol]) -> None:
         self.domain: Any = QQ.frac_field(*symbols) if symbols else QQ
@@ -100,6 +100,6 @@ def horner(expression: Expr, variable: Symbol) -> Expr:
 
 
 def cse(expressions: Sequence[Expr], names: str = "x") -> tuple[list[tuple[Symbol, Expr]], list[Expr]]:
-    """Common subexpressions in an order that does not depend on the session."""
+    """Common subexpression elimination, in an order that is the same in every session."""
     counter = (Symbol(f"{names}{i}") for i in range(10**6))
     return sympy_cse(list(expressions), symbols=counter, order="canonical")

@@ -12,19 +12,19 @@ from .schemes import ALL as SCHEMES
 
 
 def find(scheme: str | Scheme) -> Scheme:
-    """The scheme of that name; a declaration itself. Raises DeclarationError for an unknown name."""
+    """The scheme of that name; a declaration is returned as it is. Raises DeclarationError for an unknown name."""
     return scheme if isinstance(scheme, Scheme) else _named(scheme, "scheme", SCHEMES)
 
 
 def find_scene(scene: str | Scene) -> Scene:
-    """The scene of that name; a declaration itself. Raises DeclarationError for an unknown name."""
+    """The scene of that name; a declaration is returned as it is. Raises DeclarationError for an unknown name."""
     return scene if isinstance(scene, Scene) else _named(scene, "scene", SCENES)
 
 
 def as_member(scheme: Scheme) -> tuple[str, dict[str, Rational]] | None:
-    """(name, parameters) of a scheme of the catalogue that a scheme without free parameters is; None if none is it.
+    """(name, parameters) of the catalogue's scheme with the same step as a scheme without free parameters, or None.
 
-    What it computes decides, not its name.
+    Candidates are found by name; relations, balances, report and start decide whether the step is the same.
     """
     for name in (scheme.name, scheme.parent):
         for declared in (one for one in SCHEMES if one.name == name):

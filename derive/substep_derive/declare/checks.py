@@ -1,4 +1,4 @@
-"""What a scheme's declaration has to be, checked when it is built, so that nothing wrong is derived from it later.
+"""Checks of a scheme's declaration, made when it is built, so that nothing wrong is derived from it later.
 
 Every check raises `DeclarationError`, which names the scheme, the symbol or relation at fault, and the cure.
 """
@@ -43,7 +43,7 @@ def _parameters(scheme: "Scheme") -> None:
                 f"{scheme.name}: expected a default of {p.name}, in parameters declared before it if any, got {default}"
             )
         seen.add(p.symbol)
-        if scheme.parent is None:  # of a member, what was fixed may have moved a default that is not used
+        if scheme.parent is None:  # in a member, fixed values may have moved an unused default outside
             p.check_default()
 
 
@@ -85,7 +85,7 @@ def _symbols(scheme: "Scheme") -> None:
 
 
 def _canonical(label: str) -> bool:
-    """Whether a label is written in the only way that its number has, if it is one."""
+    """Whether a label that is a number is written in lowest terms, as Fraction prints it; true for any other label."""
     step = lattice(label)
     return step is None or str(step) == label
 
@@ -103,7 +103,7 @@ def _exact(scheme: "Scheme") -> None:
 
 
 def _is_rational(part: Expr) -> bool:
-    """Whether it is, if the parts it is made of are."""
+    """Whether an expression is rational in its arguments, which are checked on their own."""
     declared = (Rational, Symbol, Add, Mul, f, N, N_discrete, K_t)
     return isinstance(part, declared) or (isinstance(part, Pow) and part.exp.is_Integer)
 

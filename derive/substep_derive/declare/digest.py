@@ -1,4 +1,4 @@
-"""What tells one declaration from another: the sha256 of everything declared."""
+"""Digests that distinguish one declaration from another: the sha256 of everything declared."""
 
 import hashlib
 from collections.abc import Mapping

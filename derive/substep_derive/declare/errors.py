@@ -1,8 +1,8 @@
-"""What is wrong with a declaration, and with a scheme that is declared as it should be."""
+"""Errors: a wrong declaration, and a scheme that is declared correctly but is not consistent."""
 
 
 class DeclarationError(ValueError):
-    """A scheme's declaration does not define the new state; the message names what is wrong."""
+    """A wrong declaration or request; the message says what was expected, what came, and the cure."""
 
 
 class InconsistentScheme(ValueError):

@@ -1,7 +1,7 @@
-"""Symbols and entries of matrices -> names in generated Python; and the check that declared names leave those alone.
+"""Names of symbols and matrix entries in generated Python, and the check that declared names do not collide with them.
 
-A knot's symbol becomes one Python name, and no two symbols the same one. No name of a label holds an underscore, so
-that what follows it, such as a coordinate's name, cannot be read as part of it.
+Every knot's symbol becomes a Python name of its own. The part of it that stands for the label holds no underscore, so
+that a coordinate's name appended after an underscore cannot be read as part of the label.
 """
 
 import builtins
@@ -16,8 +16,8 @@ from .errors import DeclarationError
 from .symbols import knot, knot_of, lattice
 
 # A label that begins with a star is a kernel's own: the acceleration that a balance without one of its own is solved
-# for (*1, *2, ...), predictors (*star), mixed displacements (*mix0) and what is reported (*told).
-_OWN_LABELS = re.compile(r"s\d+|star\d*|mix\d+|told")
+# for (*1, *2, ...), predictors (*star), mixed displacements (*mix0) and what is reported (*reported).
+_OWN_LABELS = re.compile(r"s\d+|star\d*|mix\d+|reported")
 _NUMBERS = re.compile(r"m?\d+(o\d+)?")  # names of labels that are numbers
 
 # names of the derivation's symbols, which a scheme's parameter would be taken for
@@ -59,8 +59,8 @@ _SCENE_FORMS = re.compile(r"(x|value_)\d+")
 def python_name(symbol: Symbol) -> str:
     """A symbol's name in Python; a knot's has its label rewritten: u_-1 is u_m1, v_1/2 is v_1o2, a_*1 is a_s1.
 
-    Labels of letters and digits stay as they are, unless that is the name of another label: then, and where a label
-    holds other characters, Z begins an escaped one, in which a character's code stands between Z and Z.
+    A label of letters and digits stays as it is. One that would collide with another label's name, or that holds other
+    characters, is escaped: it begins with Z, and each such character becomes its hexadecimal code between two Zs.
     """
     at = knot_of(symbol)
     return f"{at[0]}_{_label_name(at[1])}" if at else symbol.name
@@ -80,16 +80,16 @@ def _label_name(label: str) -> str:
 
 
 def entry_name(name: str, *place: int) -> str:
-    """Name of a matrix's entry: D01 of D and (0, 1); with a place beyond 9, D_1_11 of (1, 11) and D_11_1 of (11, 1)."""
+    """The name of a matrix entry: D01 for (0, 1) of D; with an index beyond 9, D_1_11 for (1, 11)."""
     return name + ("".join(map(str, place)) if max(place) < 10 else "".join(f"_{i}" for i in place))
 
 
 def check_scheme(
     scheme: str, parameters: Iterable[Symbol], family_arguments: Iterable[Symbol], mentioned: Iterable[Symbol]
 ) -> None:
-    """Raises DeclarationError where names of a scheme, its parameters and its knots would not be told apart in kernels.
+    """Raises DeclarationError where names of a scheme, its parameters and its knots would collide in generated code.
 
-    family_arguments: the names by which its families are called. mentioned: symbols of relations and balances.
+    family_arguments: the arguments of its families, such as rho_inf. mentioned: symbols of relations and balances.
     """
     _check_identifier(scheme, "scheme", scheme)
     names = [p.name for p in parameters]
@@ -125,7 +125,7 @@ def check_scene(
     derived: Iterable[Symbol],
     outputs: Iterable[str],
 ) -> None:
-    """Raises DeclarationError where names of a scene would not be told apart in kernels.
+    """Raises DeclarationError where names of a scene would collide in generated code.
 
     derived: symbols of rates, accelerations and invariants.
     """

@@ -38,14 +38,15 @@ class Root:
 class Parameter:
     """A free parameter, the interval it may lie in, and the value taken when none is given.
 
-    The default may be an expression in parameters declared before this one, None where there is none (a scene's).
+    The default may be an expression in parameters declared before this one. It is None for a scene's parameter that
+    has to be given.
 
     Raises DeclarationError for an interval or a default that is not exact.
     """
 
     symbol: Symbol
     domain: Interval
-    default: Expr | Root  # None for a scene's parameter without one
+    default: Expr | Root  # or None, for a scene's parameter that has to be given
 
     def __post_init__(self) -> None:
         if not isinstance(self.symbol, Symbol):
@@ -67,7 +68,7 @@ class Parameter:
             )
 
     def check_default(self) -> None:
-        """Raises DeclarationError for a default that is a number, or the root of an equation in numbers, outside."""
+        """Raises DeclarationError for a default outside the interval, if it depends on no other parameter."""
         if isinstance(self.default, Root):
             if not self.default.equation.free_symbols - {self.symbol}:
                 self.root({})
@@ -82,14 +83,17 @@ class Parameter:
         return self.symbol.name
 
     def inside(self, share: Rational) -> Rational:
-        """A number of the interval: that share of it between its ends, of an infinite one so far from its end."""
+        """The number at this share of the way through the interval.
+
+        In a half-infinite interval it lies this far from the finite end; in an infinite one it is 2*share - 1.
+        """
         low, high = self.domain.start, self.domain.end
         if low.is_finite:
             return low + share * (high - low if high.is_finite else 1)
         return high - share if high.is_finite else 2 * share - 1
 
     def polynomial(self, values: Mapping[Symbol, Expr]) -> Poly:
-        """Of an implicit default: the polynomial over Q whose root in the interval it is, coprime integers."""
+        """The polynomial, with coprime integer coefficients, whose root in the interval an implicit default is."""
         assert isinstance(self.default, Root)
         numerator = fraction(together(self.default.subs(values).equation))[0]
         try:
@@ -132,7 +136,7 @@ def _roots_inside(polynomial: Poly, domain: Interval) -> list[RealRoot]:
 
 
 def _ends(domain: Interval) -> Sequence[tuple[Expr, int, bool]]:
-    """The finite ends: number, 1 for the lower and -1 for the upper one, whether it is left out."""
+    """The finite ends as (number, 1 for the lower or -1 for the upper end, whether the interval excludes it)."""
     both = ((domain.start, 1, domain.left_open), (domain.end, -1, domain.right_open))
     return [(end, side, bool(is_open)) for end, side, is_open in both if end.is_finite]
 
@@ -149,7 +153,7 @@ def _beside(root: RealRoot, end: Any, side: int, is_open: bool) -> bool:
 
 @dataclass(frozen=True)
 class Family:
-    """A way to name a scheme's parameters by one other: argument -> parameters."""
+    """A family of members: one argument, such as rho_inf, from which some parameters of a scheme follow."""
 
     argument: Parameter
     values: Mapping[Symbol, Expr]

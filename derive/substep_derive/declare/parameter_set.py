@@ -25,7 +25,7 @@ class ParameterSet:
 
     @classmethod
     def of(cls, scheme: str | Scheme, damping: Any, given: Mapping[str, Any]) -> "ParameterSet":
-        """Raises DeclarationError, ValueError, TypeError as `certify` does."""
+        """Given values, defaults for the rest. Raises DeclarationError, ValueError, TypeError as `certify` does."""
         declared = find(scheme)
         numbers = _Numbers()
         number = None if damping is None else numbers.expression(damping)
@@ -49,7 +49,7 @@ class ParameterSet:
 
     @property
     def title(self) -> str:
-        """The scheme, the values, and what r is."""
+        """One line: the scheme, the values, and the definition of r if a value depends on it."""
         values = {s.name: v for s, v in self.values.items()} | ({} if self.damping is None else {"xi": self.damping})
         line = ", ".join([self.scheme.name, *(f"{name} = {value}" for name, value in values.items())])
         return line if self.field.r is None else f"{line}, where {self.field.r.definition}"
@@ -75,7 +75,7 @@ class _Numbers:
 
 
 def _given(scheme: Scheme, given: Mapping[str, Any], numbers: _Numbers) -> dict[Symbol, Expr]:
-    """What was given, in terms of the scheme's own parameters; a family's argument may be algebraic too."""
+    """Values of the scheme's own parameters that follow from those given, which may be arguments of families."""
     own = {p.name: p.symbol for p in scheme.parameters}
     families = {family.argument.name: family for family in scheme.families}
     algebraic = {k: v for k, v in given.items() if isinstance(v, Algebraic) and (k in own or k in families)}
@@ -83,14 +83,14 @@ def _given(scheme: Scheme, given: Mapping[str, Any], numbers: _Numbers) -> dict[
     for key, value in algebraic.items():
         number = numbers.expression(value)
         if key in own:
-            mine = {own[key]: number}
+            following = {own[key]: number}
         else:
             family = families[key]
             _check_inside(scheme, family.argument, number, Field(numbers.found))
-            mine = {s: e.subs(family.argument.symbol, number) for s, e in family.values.items()}
-        if twice := [s for s in mine if s in values]:
+            following = {s: e.subs(family.argument.symbol, number) for s, e in family.values.items()}
+        if twice := [s for s in following if s in values]:
             raise DeclarationError(f"{scheme.name}: {twice[0]} is given twice, by itself and by a family")
-        values |= mine
+        values |= following
     return values
 
 

@@ -11,7 +11,7 @@ class negative_part(Function):
     nargs = 1
 
     def fdiff(self, argindex: Any = 1) -> Expr:
-        """1 in contact, 0 outside."""
+        """The derivative: 1 where x < 0, in contact, and 0 elsewhere."""
         return is_negative(self.args[0])
 
 
@@ -21,7 +21,7 @@ class is_negative(Function):
     nargs = 1
 
     def fdiff(self, argindex: Any = 1) -> Expr:
-        """0: the jump at x = 0 is left to Newton's iteration."""
+        """The derivative, taken as 0: Newton's iteration copes with the jump at x = 0."""
         return S.Zero
 
     def _eval_power(self, expt: Expr) -> Expr | None:
@@ -29,12 +29,12 @@ class is_negative(Function):
 
 
 class log_cosh(Function):
-    """log(cosh(x)), which does not overflow with cosh."""
+    """log(cosh(x)) as one function, finite where cosh(x) overflows."""
 
     nargs = 1
 
     def fdiff(self, argindex: Any = 1) -> Expr:
-        """Its derivative."""
+        """The derivative, tanh(x)."""
         return tanh(self.args[0])
 
 
@@ -44,7 +44,7 @@ class sinc(Function):
     nargs = 1
 
     def fdiff(self, argindex: Any = 1) -> Expr:
-        """Its derivative, (cos(x) - sinc(x))/x."""
+        """The derivative, (cos(x) - sinc(x))/x."""
         return sinc_slope(self.args[0])
 
 
@@ -55,14 +55,14 @@ class sinc_slope(Function):
 
 
 def tidy(potential: Expr) -> Expr:
-    """log(cosh(x)) as one function, so that it neither overflows nor loses digits."""
+    """The potential with log(cosh(x)) as one function, which neither overflows nor loses digits."""
     return potential.replace(
         lambda e: isinstance(e, log) and isinstance(e.args[0], cosh), lambda e: log_cosh(e.args[0].args[0])
     )
 
 
 def contact(expression: Expr) -> Expr:
-    """min(x, 0) * [x < 0] is min(x, 0)."""
+    """The expression with each product of min(x, 0) and is_negative(x) replaced by min(x, 0), which it equals."""
     products = {e * is_negative(e.args[0]): e for e in expression.atoms(negative_part)}
     return expression.replace(
         lambda e: e.is_Mul and any(set(p.args) <= set(e.args) for p in products),

@@ -1,4 +1,4 @@
-"""What is declared about a scene, from its energies: frozen, checked when built, never typed a second time.
+"""The declaration of a scene by its energies: frozen, and checked when it is built.
 
 Raises `DeclarationError`, which names the expression at fault, for energies that do not define a motion.
 """
@@ -33,14 +33,14 @@ class Scene:
 
     coordinates: symbol -> unit. kinetic: in rate(coordinate), quadratic, with a constant mass.
     potential: in coordinates, invariants, parameters and the time t (a prescribed motion enters here).
-    invariants: symbol -> expression at most quadratic in the coordinates; what energy-momentum schemes
-    take their discrete gradient in, and the place to name |u|^2. None given: the coordinates themselves.
+    invariants: symbol -> expression at most quadratic in the coordinates, such as |u|^2; energy-momentum
+    schemes form the discrete gradient in them, or in the coordinates where none are declared.
     dissipation: Rayleigh's function, half the power lost, quadratic in the rates. load: coordinate ->
-    force in t, or in `sampled` where the user gives a function of time.
+    force as a function of t, or of `sampled`, which stands for a load that the user gives.
     start: coordinate and rate -> value at t = 0; acceleration(coordinate) -> value where it is given
-    rather than consistent with the equation of motion. length: what Newton's tolerance is relative to.
-    outputs: name -> expression in coordinates and invariants. energy_scale: for scenes that start with
-    no energy. reference: where the scene is from.
+    rather than consistent with the equation of motion. length: the length to which Newton's tolerance is
+    relative. outputs: name -> expression in coordinates and invariants. energy_scale: the energy to which
+    errors are relative in a scene that starts without energy. reference: where the scene is from.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""What is declared about a scheme: frozen, checked when built, and never typed a second time.
+"""The declaration of a time integration scheme: frozen, and checked when it is built.
 
 Raises `DeclarationError`, which names the symbol or relation at fault, for a declaration that does
 not define exactly one new state.
@@ -56,8 +56,8 @@ class Scheme:
     relations: new symbol -> expression in old and new symbols, any parameters and h.
     balances: in the order in which they are solved, each for its own new acceleration.
     families: other names for sets of parameters, such as generalized-alpha's by rho_inf.
-    start: how the state is had from u_0, v_0, a_0 at t = 0: expressions for what is not just that, or
-    the one-step scheme that marches the first steps.
+    start: how the state at t = 0 follows from u_0, v_0, a_0: expressions for those of its symbols that do
+    not just keep their value, or the one-step scheme that marches the first steps.
     report: u_1, v_1 or a_1 where the scheme's own symbol does not stand for the value at t_n + h.
     parent: for a member of a family, the scheme whose parameters `fixed` it fixes.
     published: what the literature states about it, for tests.
@@ -100,7 +100,7 @@ class Scheme:
 
     @property
     def mentioned(self) -> set[Symbol]:
-        """Symbols of relations and balances, the load's instants among them."""
+        """Symbols of relations and balances, including those in the load's instants."""
         symbols = {s for relation in self.relations.items() for e in relation for s in e.free_symbols}
         for balance in self.balances:
             symbols |= balance.symbols | balance.load.free_symbols
@@ -108,7 +108,7 @@ class Scheme:
 
     @property
     def unknowns(self) -> tuple[Symbol, ...]:
-        """Symbols of the new step: of knots after t_n, defined by a relation, or balanced at t_n."""
+        """Symbols that a step determines: at knots after t_n, in a relation, or as a balance's acceleration at t_n."""
 
         def is_new(symbol: Symbol) -> bool:
             at = knot_of(symbol)
@@ -134,7 +134,7 @@ class Scheme:
 
     @property
     def typical(self) -> dict[Symbol, Expr]:
-        """One value for each free parameter: its default, for an implicit one the middle of its interval."""
+        """One value for each free parameter: its default, or the middle of its interval if the default is implicit."""
         values: dict[Symbol, Expr] = {}
         for p in self.parameters:
             implicit = isinstance(p.default, Root)
@@ -155,14 +155,14 @@ class Scheme:
                 raise DeclarationError(f"{self.name} has no parameter '{key}'; its parameters: {names}")
             number = exact_number(value)
             if key in known:
-                mine: dict[Symbol, Any] = {known[key].symbol: number}
+                following: dict[Symbol, Any] = {known[key].symbol: number}
             else:
                 argument = families[key].argument
                 _check_inside(self.name, argument, number)
-                mine = {s: e.subs(argument.symbol, number) for s, e in families[key].values.items()}
-            if twice := [s for s in mine if s in found]:
+                following = {s: e.subs(argument.symbol, number) for s, e in families[key].values.items()}
+            if twice := [s for s in following if s in found]:
                 raise DeclarationError(f"{self.name}: {twice[0]} is given twice, by itself and by a family")
-            found |= mine
+            found |= following
         for symbol, number in found.items():
             _check_inside(self.name, known[symbol.name], number)
         return found
@@ -208,7 +208,7 @@ def _check_inside(scheme: str, parameter: Parameter, value: Rational) -> None:
 
 
 def _knot_order(symbol: Symbol) -> tuple[Any, ...]:
-    """Whole steps from the newest to the oldest, then stages by label; u, v, a at each."""
+    """Sort key: whole steps from the newest to the oldest, then sub-steps by label, and u, v, a at each knot."""
     at = knot_of(symbol)
     assert at is not None
     kind, label = at

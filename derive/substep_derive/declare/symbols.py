@@ -1,4 +1,4 @@
-"""The only place symbols are made; the order here is the order of print.
+"""The symbols that all declarations and derivations share.
 
 A *knot* is a label with its own displacement u, velocity v and acceleration a. A label is never a
 time: Runge-Kutta has two knots at h/2. Labels that are numbers stand for whole steps from t_n
@@ -24,7 +24,7 @@ beta, gamma, gamma_t, theta, alpha, alpha_B, alpha_m, alpha_f, rho_inf = (
 delta, alpha_g, p, phi, beta1, beta2 = (Symbol(name) for name in ["delta", "alpha_g", "p", "phi", "beta1", "beta2"])
 
 
-# of scenes: time, and the load the user gives as a function of time
+# for scenes: the time, and a load that the user gives as a function of time
 t, sampled = Symbol("t"), Symbol("f")
 
 
@@ -66,7 +66,7 @@ def lattice(label: str) -> Fraction | None:
 
 
 def successor(symbol: Symbol) -> Symbol:
-    """The symbol of the same kind one step later: u_0 of u_-1, v_1/2 of v_-1/2."""
+    """The symbol of the same kind one step later: u_0 for u_-1, v_1/2 for v_-1/2."""
     kind, label = knot_of(symbol) or ("", "")
     return Symbol(f"{kind}_{(lattice(label) or 0) + 1}")
 

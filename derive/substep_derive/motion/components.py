@@ -11,7 +11,7 @@ from ..declare.symbols import K0, C, K_t, M, N, N_discrete, f, h, knot, knot_of,
 from .equations import EquationsOfMotion
 
 STEP = Symbol("i")  # steps completed
-TANGENT = Symbol("K_t")  # where the start of a scheme reads the tangent
+TANGENT = Symbol("K_t")  # stands for the tangent stiffness that a scheme's start reads
 
 Assignments = list[tuple[Symbol, Expr]]
 
@@ -22,7 +22,7 @@ def assign(names: Matrix, values: Matrix) -> Assignments:
 
 
 def component_names(symbol: Symbol, motion: EquationsOfMotion) -> list[str]:
-    """Names of the vector's components; of one coordinate, just the symbol's."""
+    """Names of the vector's components; with a single coordinate, the symbol's own name."""
     suffixes = [f"_{q.name}" for q in motion.coordinates] if len(motion.coordinates) > 1 else [""]
     return [python_name(symbol) + suffix for suffix in suffixes]
 
@@ -72,7 +72,7 @@ class Writer:
         return self.named[e]
 
     def reciprocal(self, e: Expr, name: Expr) -> Expr:
-        """1/e as a constant; 0 where e may be 0 for some parameters and is."""
+        """A constant for 1/e, where name stands for e; 0 at parameters for which e is 0."""
         safe = e.free_symbols <= {h}
         return self.constant(1 / name if safe else Piecewise((1 / name, name > 0), (0, True)))
 
@@ -82,13 +82,13 @@ class Writer:
         if e.free_symbols <= self.fixed:
             return self.constant(e)
         if isinstance(e, Mul | Add):
-            still = [a for a in e.args if a.free_symbols <= self.fixed]
+            fixed = [a for a in e.args if a.free_symbols <= self.fixed]
             moving = [self.hoist(a) for a in e.args if not a.free_symbols <= self.fixed]
-            return e.func(self.constant(e.func(*still)) if still else e.func(), *moving)
+            return e.func(self.constant(e.func(*fixed)) if fixed else e.func(), *moving)
         return e.func(*(self.hoist(a) if a.free_symbols - self.fixed else a for a in e.args)) if e.args else e
 
     def hoisted(self, vector: Matrix) -> Matrix:
-        """The same of every entry."""
+        """The vector with `hoist` applied to each entry."""
         return vector.applyfunc(self.hoist)
 
     def inverse(self, matrix: Matrix) -> Matrix:
@@ -100,7 +100,7 @@ class Writer:
         return entries.adjugate().applyfunc(lambda e: self.constant(e / determinant))
 
     def matrix(self, coefficient: Expr, tangent: Matrix) -> Matrix:
-        """A coefficient as a matrix: rational in M, C, K0 and the tangent it is den^-1 num, both linear in them."""
+        """The matrix den^-1 num of a coefficient num/den, where num and den are linear in M, C, K0 and the tangent."""
         values = {M: self.motion.mass, C: self.motion.damping, K0: self.K0, TANGENT: tangent}
         if not coefficient.free_symbols & set(values):
             return coefficient * eye(self.size)
@@ -111,7 +111,7 @@ class Writer:
                 slope = e.diff(symbol).expand()
                 if slope.free_symbols & set(values):
                     raise DeclarationError(
-                        f"{self.scheme.name}: expected coefficients linear in M, C, K0 over such, got {coefficient}"
+                        f"{self.scheme.name}: expected coefficients num/den, each linear in M, C, K0, got {coefficient}"
                     )
                 if slope != 0:
                     total += slope.factor() * value

@@ -1,7 +1,7 @@
-"""Functions that potentials are written with, and their divided differences.
+"""Divided differences of potentials, from which discrete gradients are formed.
 
 A divided difference (g(x1) - g(x0))/(x1 - x0) is derived so that x1 - x0 cancels: for polynomials,
-powers, roots, sin, cos. For any other function of one argument it becomes a `Difference`, whose
+powers, roots, sin, cos. For any other function of one argument the result is a `Difference`, whose
 printed form uses the quotient for distant arguments and a Taylor series for near ones.
 """
 
@@ -19,7 +19,7 @@ class Difference(Function):
     nargs = 3
 
     def fdiff(self, argindex: Any = 1) -> Expr:
-        """By x1, or by x0, in which it is symmetric."""
+        """The derivative by x1, or by x0; the quotient is symmetric in both."""
         g, x0, x1 = self.args
         return DifferenceSlope(g, x0, x1) if argindex == 3 else DifferenceSlope(g, x1, x0)
 
@@ -62,7 +62,7 @@ def divided_difference(g: Expr, x: Symbol, x0: Expr, x1: Expr) -> Expr:
 
 
 def _of_power(exponent: Rational, slope: Expr, b0: Expr, b1: Expr) -> Expr:
-    """b^(p/q): with r = b^(1/q), (r1^p - r0^p)/(r1 - r0) over (r1^q - r0^q)/(r1 - r0)."""
+    """For b^(p/q), with r = b^(1/q): (r1^p - r0^p)/(r1 - r0) over (r1^q - r0^q)/(r1 - r0)."""
     p, q = exponent.p, exponent.q
     r0, r1 = b0 ** Rational(1, q), b1 ** Rational(1, q)
 
@@ -76,7 +76,8 @@ def _of_power(exponent: Rational, slope: Expr, b0: Expr, b1: Expr) -> Expr:
 def discrete_slopes(potential: Expr, old: dict[Symbol, Expr], new: dict[Symbol, Expr]) -> dict[Symbol, Expr]:
     """For each invariant q the factor D_q of V(new) - V(old) = sum of D_q (q_new - q_old).
 
-    Each q is moved alone, the others at their old or new value; the mean over all orders of moving.
+    The invariants change one after another, each with the others at their old or new value; the result is the mean
+    over all orders in which they can change.
     """
     total = dict.fromkeys(old, Integer(0))
     orders = list(permutations(old))

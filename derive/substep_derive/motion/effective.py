@@ -28,7 +28,7 @@ class EffectiveSystem:
     effective_stiffness: derivative of the residual (an effective mass for an explicit balance).
     recover_v, recover_a: velocity and acceleration at the balance from the solved unknown.
     effective_mass: derivative of the residual by the new acceleration z, c_a M + c_v C + c_u K_t;
-    c_u, c_v, c_a: what displacement, velocity and inertia gain with z.
+    c_u, c_v, c_a: derivatives of displacement, velocity and inertia by z.
     """
 
     unknown: Symbol
@@ -95,8 +95,8 @@ def new_accelerations(scheme: Scheme) -> list[Symbol]:
 class Stage:
     """One balance, its new acceleration z, and what becomes known with it.
 
-    relations: as declared, of this stage alone. in_z: every other symbol of the stage, affine in z and in
-    what earlier stages know. moved: those of them at which the balance takes the internal force.
+    relations: those of the declared ones that belong to this stage. in_z: every other symbol of the stage, affine
+    in z and in the symbols of earlier stages. moved: those of them at which the balance takes the internal force.
     """
 
     balance: Balance
@@ -107,12 +107,12 @@ class Stage:
 
     @property
     def c_u(self) -> Expr:
-        """What the displacement of the internal force gains with z; 0 for an explicit balance."""
+        """The derivative by z of the displacement at which the internal force is taken; 0 for an explicit balance."""
         return factor(sum((self.in_z[s].diff(self.z) for s in self.moved if s in self.in_z), 0 * self.z))
 
 
 def stages(scheme: Scheme) -> tuple[dict[Symbol, Expr], tuple[Stage, ...]]:
-    """New symbols that follow from the state alone, and a stage a balance.
+    """(the new symbols that follow from the state alone, one stage for each balance).
 
     Raises DeclarationError when a balance reads an acceleration that a later balance defines.
     """
@@ -133,28 +133,28 @@ def stages(scheme: Scheme) -> tuple[dict[Symbol, Expr], tuple[Stage, ...]]:
                 f"{scheme.name}: balance {k} reads {late[0]}, which depends on the acceleration of a later "
                 "balance; write the balances in the order in which they are solved, each for its own acceleration"
             )
-        mine = {
+        own = {
             s: e for s, e in relations.items() if max((level.get(x, 0) for x in (e - s).free_symbols), default=0) == k
         }
-        in_z = affine(mine, [s for s in level if level[s] == k and s != z[k - 1]], scheme.name)
+        in_z = affine(own, [s for s in level if level[s] == k and s != z[k - 1]], scheme.name)
         where = {arg for atom in balance.force.atoms(N, N_discrete) for arg in atom.args}
         moved = frozenset(s for arg in where for s in arg.free_symbols if level.get(s) == k)
-        found.append(Stage(balance, z[k - 1], mine, in_z, moved))
+        found.append(Stage(balance, z[k - 1], own, in_z, moved))
     return prior, tuple(found)
 
 
 def effective_systems(scheme: Scheme) -> tuple[EffectiveSystem, ...]:
-    """Raises DeclarationError as `stages` does."""
+    """The effective system of each balance. Raises DeclarationError as `stages` does."""
     return tuple(_effective(stage, scheme.name) for stage in stages(scheme)[1])
 
 
 def _effective(stage: Stage, scheme: str) -> EffectiveSystem:
-    balance, z, mine, in_z = stage.balance, stage.z, stage.relations, stage.in_z
+    balance, z, in_z = stage.balance, stage.z, stage.in_z
     residual = M * balance.inertia + C * balance.damping + balance.force - balance.load
     if len(stage.moved) == 1 and stage.c_u != 0:
         (unknown,) = stage.moved
         free = [s for s in (*in_z, z) if s != unknown]
-        by_unknown = affine(mine, free, scheme)
+        by_unknown = affine(stage.relations, free, scheme)
     else:
         unknown, by_unknown = z, in_z
     residual = residual.subs(by_unknown)

@@ -39,17 +39,17 @@ class EquationsOfMotion:
 
     @cached_property
     def invariants(self) -> dict[Symbol, Expr]:
-        """Invariants declared, and the coordinates that the potential holds by themselves."""
+        """The declared invariants, and those coordinates on which the potential depends directly."""
         potential = tidy(self.scene.potential)
         own = {q: q for q in self.coordinates if potential.has(q)}
         return {**self.scene.invariants, **own}
 
     @cached_property
     def potential(self) -> Expr:
-        """The part of the potential that does work of its own, in the invariants.
+        """The potential without its part that depends on time, which is a load; in the invariants.
 
-        Raises DeclarationError if time and coordinates meet in more than a product: force and load
-        could not be told apart.
+        Raises DeclarationError if that part is not linear in the coordinates: the tangent stiffness would
+        depend on time.
         """
         V = tidy(self.scene.potential)
         driven = (V - V.subs(t, 0)).expand() if V.has(t) else Integer(0)
@@ -106,7 +106,7 @@ class EquationsOfMotion:
 
     @cached_property
     def load(self) -> Matrix:
-        """Load in t, and in `sampled` where the user gives it: what is declared and what prescribed motion adds."""
+        """The load as a function of t and of `sampled`: the declared one, and that of a prescribed motion."""
         V = tidy(self.scene.potential)
         moving = (V - V.subs(t, 0)).subs(self.invariants).expand() if V.has(t) else Integer(0)
         return Matrix([sympify(self.scene.load.get(q, 0)) - moving.diff(q) for q in self.coordinates])
@@ -120,7 +120,7 @@ class EquationsOfMotion:
         """Simo & Tarnow (1992), Gonzalez (1996): N with N.(u1 - u0) = V(u1) - V(u0), formed in the invariants.
 
         An invariant is at most quadratic, so its own discrete gradient is the gradient at the midpoint;
-        angular momentum survives because |u|^2 moves as a whole.
+        angular momentum is conserved because |u|^2 enters as one invariant.
         """
         at = [dict(zip(self.coordinates, u, strict=True)) for u in (u0, u1)]
         old, new = ({q: e.subs(where, simultaneous=True) for q, e in self.invariants.items()} for where in at)
@@ -145,7 +145,7 @@ class EquationsOfMotion:
     def angular_momentum(self) -> Expr | None:
         """Noether's invariant of a rotation that leaves both energies as they are; None if there is none.
 
-        Of two coordinates: rotation of their plane. Of one that is an angle: its shift.
+        For two coordinates the rotation of their plane, for a single one that is an angle its shift.
         """
         q, v = self.coordinates, self.scene.rates
         V = tidy(self.scene.potential).subs(self.scene.invariants)
@@ -161,7 +161,7 @@ class EquationsOfMotion:
 
     @property
     def outputs(self) -> dict[str, Expr]:
-        """Named outputs in the coordinates."""
+        """The scene's named outputs as functions of the coordinates."""
         return {name: e.subs(self.scene.invariants) for name, e in self.scene.outputs.items()}
 
     @cached_property

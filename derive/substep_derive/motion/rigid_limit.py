@@ -47,12 +47,12 @@ def momentum_change(scheme: Scheme, order: int = 6) -> dict[int, Expr]:
 
 
 def settled_energy_change(scheme: Scheme, order: int = 4) -> dict[int, Expr]:
-    """(E1 - E0)/E0 of each step once the start is forgotten, given as by `energy_change`.
+    """(E1 - E0)/E0 of each step after the influence of the start has died out, given as by `energy_change`.
 
-    v takes on a radial part and a another size: power series in tau = h v_tangential/L that a step carries over into
-    themselves, found here order by order. Started elsewhere, the solution tends to them if radial errors die out
-    (rho_infinity < 1). The change is that of every step, at that step's tau: from c tau^4 follows
-    E = E0 (1 - 2 c tau0^4 n)^(-1/2) after n steps.
+    Then v has a radial part, and a differs from that of the exact rotation. Both are power series in
+    tau = h v_tangential/L that a step reproduces, and they are found here order by order. From any start the solution
+    tends to them if radial errors die out (rho_infinity < 1). The change is that of every step, at that step's tau:
+    from c tau^4 follows E = E0 (1 - 2 c tau0^4 n)^(-1/2) after n steps.
 
     Raises DeclarationError as `energy_change` does and for a state other than u_0, v_0, a_0; ValueError if radial
     errors have an eigenvalue 1.
@@ -135,7 +135,7 @@ class _RigidStep:
     def __call__(
         self, state: dict[Symbol, PowerSeries], project: Callable[[PowerSeries], PowerSeries] | None = None
     ) -> dict[Symbol, PowerSeries]:
-        """All the step's symbols from those of its state; `project` other than p/|p| for small errors."""
+        """The step's symbols from those of its state; project: what takes the place of p/|p| for small errors."""
         known = dict(state)
         for u, z in self.balances:
             p = self._value(self.solved[u], known)
@@ -144,7 +144,7 @@ class _RigidStep:
         return known | {symbol: self._value(e, known) for symbol, e in self.solved.items()}
 
     def first(self, terms: int) -> dict[Symbol, PowerSeries]:
-        """The step from the exact rotation, e^(t s), s e^(t s), s^2 e^(t s) at t_n + t*h; v_1 as reported."""
+        """The step from the exact rotation, e^(t s), s e^(t s), s^2 e^(t s) at t_n + t*h; u, v, a as reported."""
         state: dict[Symbol, PowerSeries] = {}
         for symbol in self.scheme.state:
             kind, label = knot_of(symbol) or ("", "")
@@ -155,22 +155,22 @@ class _RigidStep:
         return after | {symbol: self._value(e, after) for symbol, e in self.scheme.report.items()}
 
     def radial(self, carried: dict[Symbol, Symbol]) -> Matrix:
-        """What a step makes of small radial errors of v and a; u has none after a projection."""
+        """The matrix by which a step multiplies small radial errors of v and a; u has none after a projection."""
         nothing, one = PowerSeries([self.zero]), PowerSeries([self.one])
-        still = dict.fromkeys(self.scheme.state, nothing)
-        columns = [self(still | {old: one}, lambda _: nothing) for old in carried]
+        exact = dict.fromkeys(self.scheme.state, nothing)
+        columns = [self(exact | {old: one}, lambda _: nothing) for old in carried]
         return Matrix([[column[new].c[0].as_expr() for column in columns] for new in carried.values()])
 
     def number(self, value: Expr) -> Any:
-        """A coefficient of a series."""
+        """A rational function of the parameters, as a coefficient of a series."""
         return self.field.number(cancel(value))
 
     def power(self, k: int, terms: int) -> PowerSeries:
-        """s^k."""
+        """The series s^k."""
         return self.fit(PowerSeries([self.zero] * k + [self.one]), terms)
 
     def fit(self, series: PowerSeries, terms: int) -> PowerSeries:
-        """The series with so many coefficients."""
+        """The series cut, or filled up with zeros, to this number of coefficients."""
         return PowerSeries((series.c + [self.zero] * terms)[:terms])
 
     def _value(self, expression: Expr, known: dict[Symbol, PowerSeries]) -> PowerSeries:
@@ -186,13 +186,13 @@ class _RigidStep:
 
 
 def _energy(v: PowerSeries) -> PowerSeries:
-    """|h*v|^2/tau^2."""
+    """The kinetic energy in units of m V^2/2: |h*v|^2/tau^2."""
     shorter = PowerSeries(v.c[1:])
     return shorter * shorter.alternated
 
 
 def _change(after: PowerSeries, before: PowerSeries) -> dict[int, Expr]:
-    """after/before - 1, of what is even, by powers of tau: s^2 = -tau^2."""
+    """after/before - 1 as power of tau -> coefficient; both series are even in s, and s^2 = -tau^2."""
     ratio = (after * before.to_the(QQ(-1))).c
     found = {k: factor((ratio[k] * (-1) ** (k // 2)).as_expr()) for k in range(2, len(ratio), 2)}
     return {k: coefficient for k, coefficient in found.items() if coefficient != 0}

@@ -38,7 +38,10 @@ class LeadingTerms:
 
 @dataclass(frozen=True)
 class _Coefficients:
-    """Polynomials over Q in xi, the parameters and reciprocals: generator -> the polynomial it inverts."""
+    """Coefficients of series as polynomials over Q in xi, the parameters, and symbols that stand for reciprocals.
+
+    reciprocals: symbol -> the polynomial of which it is the reciprocal.
+    """
 
     ring: Any
     reciprocals: dict[Any, Any]
@@ -63,7 +66,7 @@ class _Coefficients:
 def _logarithm(amplification: Amplification, terms: int) -> tuple[list[Modal], _Coefficients]:
     """The coefficients of L for Omega^0 to Omega^(terms - 1). Raises InconsistentScheme."""
     p = live(amplification.charpoly)
-    w, q = Dummy("w"), Dummy("q")  # 1/c and 1/(xi^2 - 1)
+    w, q = Dummy("w"), Dummy("q")  # reciprocals of c (see inverse_of) and of xi^2 - 1
     ring, *_ = rational.polynomial_ring([*sorted((p.as_expr().free_symbols | {xi}) - {lam, Omega}, key=str), w, q])
     damping, w_, q_ = (ring.from_expr(symbol) for symbol in (xi, w, q))
     rows = []
@@ -74,7 +77,7 @@ def _logarithm(amplification: Amplification, terms: int) -> tuple[list[Modal], _
     leading: list[Any] = []
 
     def inverse_of(number: Modal) -> Modal:
-        """Of c*(zeta + xi), since (zeta + xi)^2 = xi^2 - 1."""
+        """The reciprocal of c*(zeta + xi), by (zeta + xi)^2 = xi^2 - 1."""
         leading.append(number.beta)
         assert number.alpha == number.beta * damping
         return Modal(damping * w_ * q_, w_ * q_, damping)
@@ -84,7 +87,7 @@ def _logarithm(amplification: Amplification, terms: int) -> tuple[list[Modal], _
 
 
 def leading_terms(amplification: Amplification, highest: int = 3) -> LeadingTerms:
-    """Up to Omega^highest, further by twos for a scheme whose error starts beyond.
+    """The leading terms up to Omega^highest, or two powers further at a time while all of them vanish.
 
     Raises InconsistentScheme when no eigenvalue tends to the exact one.
     """

@@ -21,7 +21,7 @@ LINEAR_OSCILLATOR = {h: Integer(1), M: Integer(1), C: 2 * xi * Omega, K0: Omega*
 
 
 def on_oscillator(expression: Expr) -> Expr:
-    """Internal force and tangent of the linear oscillator; its discrete gradient is the mean."""
+    """The expression with the linear oscillator's N and K_t; its discrete gradient is the mean of two forces."""
     linear = expression.replace(N, lambda u: Omega**2 * u).replace(K_t, lambda u: Omega**2)
     return linear.replace(N_discrete, lambda u, w: Omega**2 * (u + w) / 2).subs(LINEAR_OSCILLATOR)
 
@@ -47,7 +47,7 @@ def coefficients(expressions: Sequence[Expr], columns: Sequence[Symbol], stencil
 
 
 def reported(scheme: Scheme) -> tuple[Expr, Expr, Expr]:
-    """u, v, a at t_n + h in the new symbols; a of its own, else from the equation of motion."""
+    """u, v, a that a scheme reports at t_n + h; without an a_1 of its own, a follows from the equation of motion."""
     u1, v1, a1 = knot(1)
     v = scheme.report.get(v1, v1)
     own = a1 if a1 in scheme.unknowns else (f(Integer(1)) - C * v - N(u1)) / M
@@ -67,7 +67,7 @@ class Pencil:
 
     @classmethod
     def of(cls, scheme: Scheme) -> "Pencil":
-        """Raises DeclarationError for a relation that is not linear in the knots' symbols."""
+        """The pencil of a scheme. Raises DeclarationError for a relation that is not linear in the knots' symbols."""
         unknowns, state = scheme.unknowns, scheme.state
         equations = [symbol - expression for symbol, expression in scheme.relations.items()]
         equations += [M * b.inertia + C * b.damping + b.force - b.load for b in scheme.balances]
@@ -80,7 +80,7 @@ class Pencil:
         return cls(unknowns, state, stencil, matrix[:, :n], matrix[:, n : n + m], matrix[:, n + m :])
 
     def characteristic(self) -> Expr:
-        """det(new, old) with x1 = lambda*x0: a polynomial in lambda, up to a factor free of it."""
+        """The pencil's determinant with x1 = lambda*x0: the characteristic polynomial times a factor free of lambda."""
         n, m = len(self.unknowns), len(self.state)
         system = self.new.row_join(self.old)
         for j, symbol in enumerate(self.state):
@@ -94,7 +94,7 @@ class Pencil:
 
 @dataclass(frozen=True)
 class Affine:
-    """Rows of numerators over one denominator, of the columns x and h^2 f: (N x + load_N h^2 f)/den."""
+    """The map (N x + load_N h^2 f)/den of a state x and loads f, with one denominator for all entries."""
 
     N: Matrix
     load_N: Matrix
@@ -102,7 +102,7 @@ class Affine:
 
     @classmethod
     def of(cls, rows: Matrix, columns: int, positive_at: Mapping[Symbol, Expr]) -> "Affine":
-        """From rational rows; the sign of den is chosen positive at typical parameters."""
+        """From a matrix whose first `columns` columns belong to x; den is made positive at these values."""
         numerators, den = rational.common_denominator(rows)
         if den.subs(positive_at) < 0:
             numerators, den = -numerators, -den
@@ -113,9 +113,10 @@ class Affine:
 class Amplification:
     """x1 = A x0 + B h^2 f(t_n + stencil*h), with A = step.N/step.den and B = step.load_N/step.den.
 
-    outputs: rows of the u, h*v, h^2*a reported at t_n + h, in x0 and the same loads; where one is an
-    entry of the new state, in_state holds its place and it has no row. start: the state at t = 0 from
-    (u_0, h*v_0, h^2*a_0) and loads at start_stencil, None where that is all it is or another scheme starts.
+    in_state: for u, h*v, h^2*a as reported at t_n + h, the place in the new state, or -1. outputs: for
+    each -1 among these a row that gives the value from x0 and the same loads. start: the state at t = 0
+    from (u_0, h*v_0, h^2*a_0) and loads at start_stencil; None where it consists of these values, or where
+    another scheme marches the first steps.
     charpoly: a multiple of det((1 + mu) I - A), a polynomial in mu.
     """
 
@@ -130,7 +131,7 @@ class Amplification:
 
     @classmethod
     def of(cls, scheme: Scheme) -> "Amplification":
-        """Derived once for equal schemes. Raises DeclarationError if the new state is not determined."""
+        """Derived once for equal schemes. Raises DeclarationError if the balances and relations leave the step open."""
         return _amplification(scheme)
 
     @classmethod
@@ -149,15 +150,15 @@ class Amplification:
         for j, symbol in enumerate(pencil.state):
             rows.setdefault(symbol, eye(solution.cols)[j, :])
         after = [successor(s) for s in pencil.state]
-        told = reported(scheme)
-        read = sorted({s for e in told for s in e.free_symbols if knot_of(s)}, key=str)
+        reports = reported(scheme)
+        read = sorted({s for e in reports for s in e.free_symbols if knot_of(s)}, key=str)
         if missing := [s for s in (*after, *read) if s not in rows]:
             raise DeclarationError(
                 f"{scheme.name}: the step reads {', '.join(map(str, pencil.state))} "
                 f"but no relation defines {missing[0]} for the next one"
             )
-        in_state = tuple(after.index(e) if e in after else -1 for e in told)
-        derived = [e for e, place in zip(told, in_state, strict=True) if place < 0]
+        in_state = tuple(after.index(e) if e in after else -1 for e in reports)
+        derived = [e for e, place in zip(reports, in_state, strict=True) if place < 0]
         load = zeros(len(pencil.stencil), m).row_join(eye(len(pencil.stencil)))
         known = Matrix.vstack(*(rows[s] for s in rows), load)
         outputs = coefficients(derived, list(rows), pencil.stencil) * known if derived else zeros(0, known.cols)

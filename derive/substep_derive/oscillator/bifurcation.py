@@ -1,4 +1,4 @@
-"""Scheme -> where, undamped, a pair of complex eigenvalues turns real."""
+"""Scheme -> bifurcation: the Omega at which, undamped, a pair of complex eigenvalues becomes real."""
 
 from itertools import pairwise
 from typing import Any
@@ -13,7 +13,7 @@ from .spectrum import live_at
 
 
 def bifurcation(evaluation: Evaluation) -> Expr:
-    """The smallest Omega at which, undamped, a complex pair turns real; oo if none does.
+    """The smallest Omega at which, undamped, a complex pair of eigenvalues becomes real; oo if none does.
 
     Exact (an algebraic number). Raises ValueError for parameters left free.
     """
@@ -26,7 +26,7 @@ def bifurcation(evaluation: Evaluation) -> Expr:
     if p.degree(0) < 2:
         return oo
     discriminant = p.discriminant()
-    if not discriminant:  # a root that is double at every Omega: look at the others
+    if not discriminant:  # an eigenvalue is double at every Omega: take the distinct ones
         p = p.exquo(p.gcd(p.diff(ring.gens[0])))
         if p.degree(0) < 2:
             return oo
@@ -39,20 +39,20 @@ def bifurcation(evaluation: Evaluation) -> Expr:
         sample = simplest_between(start, start + 2 if high is None else high.low)
         at = p.evaluate(1, field.domain.convert(sample))
         counts.append(count_real_roots(field, [at.coeff(m) for m in _powers(at)]))
-    for place, (before, behind) in zip(places, pairwise(counts), strict=True):
-        if behind > before:
+    for place, (before, after) in zip(places, pairwise(counts), strict=True):
+        if after > before:
             return _exact(place)
     return oo
 
 
 def _powers(polynomial: Any) -> list[Any]:
-    """Monomials from the highest power to 0 of a polynomial in one variable."""
+    """The monomials of a polynomial in one variable, from its highest power down to 1."""
     x = polynomial.ring.gens[0]
     return [x**k if k else 1 for k in range(polynomial.degree(), -1, -1)]
 
 
 def _exact(root: RealRoot) -> Expr:
-    """As the square root of a root where the polynomial holds even powers alone."""
+    """The root in closed form, as a square root where its polynomial holds only even powers."""
     coefficients = root.polynomial.all_coeffs()
     if len(coefficients) % 2 and not any(coefficients[1::2]):
         square = Poly(coefficients[::2], root.polynomial.gen)

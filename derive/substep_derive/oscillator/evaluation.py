@@ -1,7 +1,7 @@
 """Polynomials and rational functions of a scheme's parameters -> numbers of one field.
 
-At a parameter set the field is Q, or Q(r) where a parameter is irrational; with parameters left free it is that of the
-rational functions in them. What vanishes is known to vanish: nothing is rounded.
+At a parameter set the field is Q, or Q(r) where a parameter is irrational; with parameters left free it is the field of
+rational functions in them. Nothing is rounded, so that a number that vanishes is exactly 0.
 """
 
 from collections.abc import Mapping
@@ -29,22 +29,22 @@ class Evaluation:
 
     @classmethod
     def at(cls, parameters: ParameterSet) -> "Evaluation":
-        """At a parameter set."""
+        """The scheme with the values of a parameter set."""
         return cls(parameters.scheme, parameters.field, parameters.values)
 
     @classmethod
     def at_defaults(cls, scheme: str | Scheme) -> "Evaluation":
-        """With every parameter at its default. Raises DeclarationError, ValueError as `ParameterSet.of`."""
+        """The scheme with every parameter at its default. Raises DeclarationError, ValueError as `ParameterSet.of`."""
         return cls.at(ParameterSet.of(scheme, None, {}))
 
     @classmethod
     def free(cls, scheme: Scheme) -> "Evaluation":
-        """With every parameter left free: what is found holds at almost all of them."""
+        """The scheme with every parameter left free: results hold at almost all values."""
         return cls(scheme, RationalFunctions(scheme.values), {s: s for s in scheme.values})
 
     @cached_property
     def amplification(self) -> Amplification:
-        """Of the scheme, in its parameters."""
+        """The amplification of the scheme, in the symbols of its parameters."""
         return Amplification.of(self.scheme)
 
     def number(self, value: Expr) -> Any:
@@ -58,7 +58,7 @@ class Evaluation:
     def coefficients(self, polynomial: Expr, damping: Any | None = None) -> dict[tuple[int, int], Any]:
         """(power of Omega, power of xi) -> number, of a polynomial in both and in the parameters, zeros left out.
 
-        With a damping ratio, an element of the field, in place of xi its power is always 0.
+        If damping, an element of the field, is given, it replaces xi, whose power is then always 0.
         """
         symbols, domain = [*self._numbers, Omega, xi], self.field.domain
         numbers = [*self._numbers.values()]

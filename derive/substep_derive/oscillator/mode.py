@@ -14,7 +14,7 @@ from ..declare.errors import InconsistentScheme
 
 
 def exponential(exponent: Modal, one: Any, terms: int) -> PowerSeries:
-    """exp(exponent*Omega); one: 1 of the ring."""
+    """The series of exp(exponent*Omega); one: the 1 of the ring that its coefficients are from."""
     powers = [Modal(one, 0 * one, exponent.xi)]
     for _ in range(terms - 1):
         powers.append(powers[-1] * exponent)
@@ -24,20 +24,21 @@ def exponential(exponent: Modal, one: Any, terms: int) -> PowerSeries:
 def logarithm(
     scheme: str, p: Sequence[PowerSeries], damping: Any, one: Any, inverse_of: Callable[[Modal], Modal]
 ) -> PowerSeries:
-    """L, shorter by one coefficient than those of p, the polynomial in lambda, from the lowest power.
+    """The series L; p: the coefficients of the characteristic polynomial in lambda, from the lowest power.
 
-    inverse_of: of a number that is not 0. Raises InconsistentScheme.
+    L is one coefficient shorter than those of p. inverse_of: gives the reciprocal of a number that is not 0.
+    Raises InconsistentScheme if no eigenvalue tends to the exact one.
     """
     terms, zero = len(p[0]), 0 * one
-    # p(e^s (1 + delta)) = sum_i F[i] delta^i; delta is small, of order two at least
+    # p(e^s (1 + delta)) = sum_i F[i] delta^i = 0 gives delta, which starts with Omega^2 or later
     parts = [c * exponential(Modal(zero, one * j, damping), one, terms) for j, c in enumerate(p)]
     F = [total([part.scaled(QQ(comb(j, i))) for j, part in enumerate(parts) if j >= i]) for i in range(len(parts))]
     if F[0].valuation < 3 or F[1].valuation != 1:
         raise InconsistentScheme(f"{scheme} is not consistent: no eigenvalue tends to the exact one")
     inverse = inverse_of(F[1].c[1])
     delta = F[0].over(F[1], inverse).scaled(QQ(-1))
-    for _ in range(len(delta) - 3):  # F[0]/F[1] starts with Omega^2; each turn gains a power
-        known = PowerSeries([*delta.c, Modal(zero, zero, damping)])  # what it lacks counts in no term of its square
+    for _ in range(len(delta) - 3):  # F[0]/F[1] starts with Omega^2; each pass gains a power
+        known = PowerSeries([*delta.c, Modal(zero, zero, damping)])  # the unknown last coefficient is not in its square
         power, correction = known, F[0]
         for higher in F[2:]:
             power = power * known

@@ -1,10 +1,11 @@
 """Scheme -> order of accuracy of u, v and a on the linear oscillator, with leading error constants.
 
 Free vibration: from the exact state of the mode e^(s t/h), s^2 + 2*xi*Omega*s + Omega^2 = 0, started
-as the scheme says, the numerical solution is a sum of modes. What stays for all times is the mode
-next to the exact one and its conjugate; the error of u, v or a is the drift of that mode's eigenvalue,
-its amplitude's deviation, and the conjugate's amplitude. Forced: the response to the load e^(kappa omega t)
-against the exact one. All are power series in Omega whose first non-zero term is the order.
+as the scheme says, the numerical solution is a sum of modes. Two of them last: the mode next to the
+exact one and its conjugate. The error of u, v or a consists of the drift of that mode's eigenvalue, the
+deviation of its amplitude, and the amplitude of its conjugate. Forced vibration: the response to the load
+e^(kappa omega t) minus the exact one. Each error is a power series in Omega; the power of its first term
+that is not zero is the order.
 """
 
 from collections.abc import Sequence
@@ -22,13 +23,13 @@ from .evaluation import Evaluation
 from .mode import exponential, logarithm
 from .start_up import start_up
 
-FEWEST_TERMS, MOST_TERMS = 9, 65
-KAPPA = QQ(1, 3)
+FEWEST_TERMS, MOST_TERMS = 9, 65  # of the series: tried first, and at most
+KAPPA = QQ(1, 3)  # any rate of the load that is in no special relation to the oscillator
 Triple = tuple[int, int, int]
 
 
 class AtLeast(int):
-    """An order of which only a lower bound was found."""
+    """A lower bound of an order: every term of the error series that was computed is zero."""
 
     def __str__(self) -> str:
         return f"at least {int(self)}"
@@ -42,7 +43,7 @@ class Order:
 
     The constants are relative to omega^2 times the load for a forced response, and to the exact mode
     for a free one (its largest part over a span of one radian), pairs (alpha, beta) for alpha + beta*zeta,
-    zeta^2 = -2*xi*zeta - 1. An order may be `AtLeast` what was looked at.
+    zeta^2 = -2*xi*zeta - 1. An order is `AtLeast` the length of the series if all its terms are zero.
     """
 
     free: Triple
@@ -52,13 +53,13 @@ class Order:
 
     @property
     def uva(self) -> Triple:
-        """The smaller of both for each of u, v, a."""
+        """For each of u, v, a the smaller of the orders in free and in forced vibration."""
         u, v, a = (min(pair) for pair in zip(self.free, self.forced, strict=True))
         return u, v, a
 
 
 class _Expansion:
-    """Series in Omega at one damping ratio, of so many terms, over an evaluation's field."""
+    """Makes series in Omega with this number of terms, at one damping ratio, over an evaluation's field."""
 
     def __init__(self, evaluation: Evaluation, damping: Rational, terms: int) -> None:
         self.evaluation, self.terms = evaluation, terms
@@ -70,20 +71,20 @@ class _Expansion:
         return Modal(self.zero + alpha, self.zero + beta, self.xi)
 
     def power(self, first: Modal, k: int) -> PowerSeries:
-        """first*Omega^k."""
+        """The series first*Omega^k."""
         return PowerSeries([first if i == k else self.modal(0, 0) for i in range(self.terms)])
 
     def polynomial(self, expression: Expr) -> PowerSeries:
-        """A polynomial in Omega and the parameters."""
+        """The series of a polynomial in Omega and the parameters."""
         found = self.evaluation.coefficients(expression, self.xi)
         return PowerSeries(self.modal(found.get((i, 0), 0), 0) for i in range(self.terms))
 
     def exponential(self, exponent: Modal) -> PowerSeries:
-        """exp(exponent*Omega)."""
+        """The series of exp(exponent*Omega)."""
         return exponential(exponent, self.one, self.terms)
 
     def s(self, k: int) -> PowerSeries:
-        """s^k = (Omega*zeta)^k."""
+        """The series of s^k = (Omega*zeta)^k."""
         power = self.modal(1, 0)
         for _ in range(k):
             power = power * self.modal(0, 1)
@@ -93,7 +94,7 @@ class _Expansion:
         return left.over(right, right.c[right.valuation].inverse(self.one))
 
     def apply(self, affine: Affine, x: Sequence[PowerSeries]) -> list[PowerSeries]:
-        """N x/den."""
+        """The series of N x/den, which leaves the loads of the affine map out."""
         return self.product(self.rows(affine.N, affine.den), x)
 
     def rows(self, numerators: Matrix, den: Expr) -> list[list[PowerSeries]]:
@@ -146,7 +147,7 @@ class _Modes:
     def reported(
         self, before: list[PowerSeries], after: list[PowerSeries], load: list[PowerSeries] | None = None
     ) -> list[PowerSeries]:
-        """u, h*v, h^2*a reported after a step from the one state to the other."""
+        """The u, h*v, h^2*a that the step from the state `before` to the state `after` reports."""
         rows = self.e.product(self.O, before)
         if load is not None:
             rows = [row + more for row, more in zip(rows, self.e.product(self.P, load), strict=True)]
@@ -155,7 +156,7 @@ class _Modes:
 
 
 def _free(e: _Expansion) -> list[list[PowerSeries]]:
-    """For u, v and a: drift per unit of omega*t, amplitude's deviation, amplitude of the conjugate."""
+    """Free vibration's errors of u, v, a: drift per unit of omega*t, amplitude's deviation, conjugate's amplitude."""
     modes, zeta = _Modes(e), e.modal(0, 1)
     amplification = e.evaluation.amplification
     x, steps = start_up(amplification, [e.s(k) for k in range(3)], e.apply)
@@ -182,7 +183,7 @@ def _free(e: _Expansion) -> list[list[PowerSeries]]:
 
 
 def _forced(e: _Expansion) -> list[list[PowerSeries]]:
-    """For u, v and a: the error relative to the power of omega that belongs to it."""
+    """Forced vibration's errors of u, v, a, relative to 1, omega, omega^2 times the static displacement."""
     modes, kappa = _Modes(e), e.modal(KAPPA, 0)
     at = e.exponential(kappa)
     amplification = e.evaluation.amplification
@@ -200,7 +201,7 @@ def _forced(e: _Expansion) -> list[list[PowerSeries]]:
 
 
 def _first(errors: list[PowerSeries]) -> tuple[int | AtLeast, tuple[Any, ...]]:
-    """The lowest power in any of the errors, and their coefficients of it; none: at least what they are known to."""
+    """The lowest power of Omega in any of the errors, and its coefficients; `AtLeast` their length if all are zero."""
     order = min(error.valuation for error in errors)
     if order >= min(map(len, errors)):
         return AtLeast(min(map(len, errors))), ()
@@ -208,14 +209,14 @@ def _first(errors: list[PowerSeries]) -> tuple[int | AtLeast, tuple[Any, ...]]:
 
 
 def order_of(evaluation: Evaluation, damping: Rational) -> Order:
-    """Orders at one rational damping ratio, looked for until found or up to the power 60 of Omega or so.
+    """Orders at one rational damping ratio, sought in series of up to about 60 terms.
 
     Raises InconsistentScheme for a scheme of which no eigenvalue tends to the exact one.
     """
     terms = FEWEST_TERMS
     while True:
         e = _Expansion(evaluation, damping, terms)
-        free, forced = ([_first(errors) for errors in of(e)] for of in (_free, _forced))
+        free, forced = ([_first(errors) for errors in errors_of(e)] for errors_of in (_free, _forced))
         orders = [order for order, _ in (*free, *forced)]
         if not any(isinstance(order, AtLeast) for order in orders) or terms >= MOST_TERMS:
             return Order(
@@ -226,17 +227,17 @@ def order_of(evaluation: Evaluation, damping: Rational) -> Order:
 
 
 def order_conditions(scheme: Scheme, order: int = 2) -> dict[str, tuple[Expr, ...]]:
-    """What must vanish, as polynomials in the free parameters, for u, v and a to be of that order.
+    """The polynomials in the free parameters that must vanish for u, v and a to be of that order.
 
-    For "u", "v", "a": coefficients of the powers of Omega below it, free and forced, at xi = 0 and 1/4 (the
-    start included); none: it has that order for all parameters. Raises InconsistentScheme.
+    Under "u", "v", "a": the coefficients of lower powers of Omega in the errors, free and forced, at xi = 0 and
+    1/4, the start included. Without any, all parameters give that order. Raises InconsistentScheme.
     """
     evaluation = Evaluation.free(scheme)
     found: dict[str, set[Expr]] = {"u": set(), "v": set(), "a": set()}
     for damping in (Rational(0), Rational(1, 4)):
         e = _Expansion(evaluation, damping, order + 5)
-        for of in (_free, _forced):
-            for name, errors in zip(found, of(e), strict=True):
+        for errors_of in (_free, _forced):
+            for name, errors in zip(found, errors_of(e), strict=True):
                 coefficients = chain.from_iterable(error.c[:order] for error in errors)
                 parts = (part for c in coefficients for part in (c.alpha, c.beta) if part)
                 found[name] |= {_condition(evaluation.field.expression(part)) for part in parts}

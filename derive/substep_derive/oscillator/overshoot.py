@@ -19,7 +19,7 @@ from .start_up import start_up, stepped
 class Overshoot:
     """Powers of Omega with which u_1 and v_1/omega grow in the scheme's first step as Omega -> oo.
 
-    For unit u_0 and unit v_0/omega with the consistent a_0, undamped; the larger of the two, negative as 0.
+    Undamped, from a unit u_0 and from a unit v_0/omega, each with the consistent a_0: the larger power, at least 0.
     """
 
     u: int
@@ -30,7 +30,7 @@ class Overshoot:
 
 
 def overshoot(evaluation: Evaluation) -> Overshoot:
-    """Of a multi-step scheme, in the first step that is its own, after the start it declares."""
+    """The overshoot of a scheme; for a multi-step scheme that of the first step after the start it declares."""
     ring = ring_over(evaluation.field, Omega)
     x, zero = ring.gens[0], evaluation.field.domain.zero
     one, nothing = (ring.one, ring.one), (ring.zero, ring.one)
@@ -55,6 +55,6 @@ def overshoot(evaluation: Evaluation) -> Overshoot:
 
 
 def _growth(ratio: tuple[Any, Any]) -> int:
-    """Degree in Omega of a rational function; that of 0 counts as 0."""
+    """The power of Omega with which a rational function grows; 0 for the function 0."""
     numerator, denominator = ratio
     return numerator.degree() - denominator.degree() if numerator else 0

@@ -1,4 +1,4 @@
-"""Amplification -> its eigenvalues that are not always 0, and their limit as Omega -> oo."""
+"""Amplification -> its live eigenvalues, those that are not 0 at every Omega, and their limits as Omega -> oo."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -12,7 +12,7 @@ from .evaluation import Evaluation
 
 
 def live(charpoly: Poly) -> Poly:
-    """The characteristic polynomial in lambda without its roots at 0."""
+    """The characteristic polynomial in lambda without the roots that are 0 at every Omega."""
     p = Poly(charpoly.as_expr().subs(mu, lam - 1), lam)
     while p.eval(0) == 0:
         p = p.quo(Poly(lam, lam))
@@ -20,9 +20,9 @@ def live(charpoly: Poly) -> Poly:
 
 
 def live_at(evaluation: Evaluation, damping: Any) -> list[dict[int, Any]]:
-    """The same with numbers for the parameters and for xi: power of Omega -> number, a row a power of lambda.
+    """The polynomial of `live` with numbers for parameters and xi: a row, power of Omega -> number, for each lambda^j.
 
-    From the lowest power of lambda whose row is not empty to the highest; no rows where all vanish.
+    Rows run from the lowest to the highest power of lambda whose row is not empty; there are none where all vanish.
     """
     p = Poly(evaluation.amplification.charpoly.as_expr().subs(mu, lam - 1), lam)
     rows = [
@@ -56,7 +56,7 @@ def rho_infinity(amplification: Amplification) -> Expr:
 
 
 def _moduli(coefficients: Sequence[Expr]) -> list[Expr]:
-    """The largest modulus of the roots of a linear or quadratic polynomial, coefficients from the highest."""
+    """The largest modulus of the roots of a polynomial up to degree two (highest power first); none for a constant."""
     if len(coefficients) == 1:
         return []
     if len(coefficients) == 2:
@@ -68,7 +68,7 @@ def _moduli(coefficients: Sequence[Expr]) -> list[Expr]:
 
 
 def rho_infinity_at(evaluation: Evaluation) -> Expr:
-    """The spectral radius as Omega -> oo at a parameter set, undamped; oo for an explicit scheme. 0 is 0 exactly."""
+    """The exact spectral radius as Omega -> oo at a parameter set, undamped; oo for an explicit scheme."""
     field, rows = evaluation.field, live_at(evaluation, evaluation.field.domain.zero)
     assert isinstance(field, Field)
     highest = max(power for row in rows for power in row)
@@ -90,7 +90,7 @@ def rho_infinity_at(evaluation: Evaluation) -> Expr:
 
 
 def _roots(polynomial: Poly, field: Field) -> list[Expr]:
-    """Exact roots of a polynomial over K: those of its norm over Q that are next to its numerical roots."""
+    """Exact roots of a polynomial over K: the roots of its norm over Q that are nearest to its numerical roots."""
     if not field.algebraic:
         return polynomial.all_roots()
     candidates = polynomial.norm().all_roots()

@@ -1,4 +1,4 @@
-"""The state from which a scheme itself marches, in any arithmetic, from what is given at t = 0 without load."""
+"""The state from which a scheme's own steps begin, from u, v, a at t = 0 without load, in any arithmetic."""
 
 from collections.abc import Callable, Sequence
 from typing import TypeVar
@@ -13,7 +13,7 @@ Apply = Callable[[Affine, Sequence[T]], Sequence[T]]
 def start_up(amplification: Amplification, given: Sequence[T], apply: Apply) -> tuple[list[T], int]:
     """(the scheme's state, how many steps another scheme has marched) from given u_0, h*v_0, h^2*a_0.
 
-    apply: the product of the rows of an Affine, its loads left aside, with a vector.
+    apply: gives N x/den for an Affine and a vector x, without its loads.
     """
     scheme = amplification.scheme
     if scheme.start_scheme is None:

@@ -1,8 +1,8 @@
-"""MarchForm -> Transfer: from a load on the lattice of steps to the response, as a digital filter.
+"""Amplification -> Transfer: the digital filter from a load given at whole steps to the response.
 
-A load linear between the steps' ends is one number a step, and u, h*v, h^2*a answer it from rest as
+A load that is linear within each step is one number a step, and u, h*v, h^2*a respond to it from rest as
     q_n = -(c_0 q_(n-d) + ... + c_(d-1) q_(n-1))/c_d + h^2 f_n,   u_n = (n_0 q_(n-d) + ... + n_d q_n)/c_d.
-In differences e_0 = q_n - q_(n-1), e_1 = q_(n-1) - q_(n-2), ..., which keep the digits of small steps:
+Written with differences e_0 = q_n - q_(n-1), e_1 = q_(n-1) - q_(n-2), ..., which keep the digits of small steps:
     e_0 = h^2 f_n - P q_(n-1) + g_1 e_1 + ... + g_(d-1) e_(d-1),   u_n = S (q_n + k_0 e_0 + ... + k_(d-1) e_(d-1)).
 """
 
@@ -16,12 +16,15 @@ from ..declare.symbols import lam, successor
 from .amplification import Amplification, Pencil, coefficients, reported
 from .spectrum import live
 
-ORDERS = (2, 3)  # those kernels are printed for
+ORDERS = (2, 3)  # orders of filters for which kernels are printed
 
 
 @dataclass(frozen=True)
 class Transfer:
-    """Numerators over den of P, g (d - 1), and S and S*k (d) of u; of h*v and h^2*a, whose S is 0, k alone."""
+    """The filter's coefficients, as numerators over den: P, S of u, and g (d - 1 entries).
+
+    k: d entries for each of u, h*v, h^2*a; those of u are multiplied by S, and the S of the other two is 0.
+    """
 
     den: Expr
     P: Expr
@@ -36,8 +39,8 @@ class Transfer:
 
     @classmethod
     def of(cls, amplification: Amplification) -> "Transfer | None":
-        """None where the load is taken outside a step, for an order that no kernel is printed for, and where what is
-        reported looks back further than the live eigenvalues.
+        """The filter of a scheme; None where the load is taken outside a step, for an order without a kernel, and
+        where the reported values look back further than the live eigenvalues.
         """
         scheme = amplification.scheme
         p = live(amplification.charpoly)
@@ -62,7 +65,7 @@ def _coefficients(p: Poly, d: int) -> list[Expr]:
 
 
 def _numerators(a: Amplification, p: Poly) -> list[Poly] | None:
-    """Of u, h*v, h^2*a over the live characteristic polynomial, by Cramer's rule on relations and balances.
+    """Numerators of u, h*v, h^2*a over the live characteristic polynomial, by Cramer's rule on relations and balances.
 
     None where another denominator is needed.
     """
@@ -74,17 +77,17 @@ def _numerators(a: Amplification, p: Poly) -> list[Poly] | None:
         after = successor(symbol)
         shift[j, n + j] = lam
         shift[j, columns.index(after)] += -1
-    told = coefficients(reported(a.scheme), columns, pencil.stencil)
+    outputs = coefficients(reported(a.scheme), columns, pencil.stencil)
     weights = Matrix([1 - tau + tau * lam for tau in pencil.stencil])
     system = pencil.new.row_join(pencil.old).col_join(shift)
     load = (-pencil.load * weights).col_join(zeros(len(pencil.state), 1))
     equations = rational.clear_rows(system.row_join(load))
-    # told is of the next step, hence lam; what else its numerators share with the determinant cancels
+    # outputs belong to the next step, hence lam; other factors shared with the determinant cancel
     common = rational.quotient(lam * rational.determinant(equations[:, :size]), p.as_expr())
     assert common is not None
     found: list[Poly] = []
     for row in range(3):
-        own = (-told[row, :size]).row_join(told[row, size:] * weights).row_join(Matrix([[1]]))
+        own = (-outputs[row, :size]).row_join(outputs[row, size:] * weights).row_join(Matrix([[1]]))
         *border, scale = rational.clear_rows(own)
         numerator = rational.determinant(equations.col_join(Matrix([border])))
         divided = rational.quotient(numerator, common * scale)

@@ -22,7 +22,7 @@ from ..declare.symbols import Omega, xi
 from .certificate import Certificate, certificate, summary
 from .hurwitz import Hurwitz, Parts, Spectrum, tidy, verdict, with_derivative
 
-DEGREE = 8  # of a critical xi up to which a certificate over Q(xi) is sought
+DEGREE = 8  # of an irrational critical xi; beyond it, no certificate over Q(xi) is computed
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Stretch:
 
     @property
     def ends(self) -> tuple[Expr, Expr]:
-        """Exact."""
+        """Both ends of the stretch, exact."""
         return closed_form(self.low, xi), oo if self.high is None else closed_form(self.high, xi)
 
 
@@ -58,7 +58,7 @@ class Survey:
 
     @classmethod
     def of(cls, parameter_set: ParameterSet) -> "Survey":
-        """The parameter_set leaves xi open. Raises DeclarationError as `certify` does."""
+        """The survey of a parameter set that leaves xi open. Raises DeclarationError as `certify` does."""
         spectrum, field = Spectrum.of(parameter_set), parameter_set.field
         boundaries = [b for test in Parts.of(spectrum).tests for b in test.boundaries]
         factors = _factors([*boundaries, spectrum.common], field)
@@ -86,7 +86,10 @@ class Survey:
         return found
 
     def certificate(self, i: int) -> Certificate | None:
-        """Of the i-th stretch; at an irrational xi over Q(xi), not sought over Q(r) or if its degree is high."""
+        """The certificate of the i-th stretch, at an irrational xi over Q(xi).
+
+        None at an irrational xi if parameters are irrational too, or if the degree of xi exceeds DEGREE.
+        """
         piece = self.stretches[i]
         if piece.certificate or self.parameter_set.field.algebraic or piece.low.polynomial.degree() > DEGREE:
             return piece.certificate
@@ -98,7 +101,7 @@ class Survey:
     def stable(self, i: int) -> bool | None:
         """Whether the i-th stretch is stable for every Omega; None if that was not decided.
 
-        At an irrational xi what holds on both sides helps: eigenvalues that are nowhere outside beside it
+        At an irrational xi the stretches on both sides are used: eigenvalues that are nowhere outside beside it
         are not outside at it, and one that is outside beside it often still is.
         """
         piece = self.stretches[i]
@@ -120,7 +123,7 @@ class Survey:
 
     @cached_property
     def _where_multiple(self) -> list[Any] | None:
-        """Polynomials in xi; where none vanishes, no eigenvalue on the circle is multiple. None if that is open."""
+        """Polynomials in xi: if none vanishes, no eigenvalue on the circle is multiple. None if no such were found."""
         h, field = Hurwitz("h", self.spectrum.h), self.parameter_set.field
         n = h.degree
         pairs = [(h.coefficients[0], h.coefficients[1]), (h.coefficients[-1], h.coefficients[-2])] if n else []
@@ -146,12 +149,12 @@ def _at(parameter_set: ParameterSet, damping: Any) -> Certificate:
 
 
 def _in_xi(polynomial: Any, over_xi: Any) -> Any:
-    """A polynomial without Omega in the ring of those in xi."""
+    """A polynomial that does not hold Omega, as an element of the ring in xi alone."""
     return over_xi.from_dict({(m[-1],): c for m, c in polynomial.terms()})
 
 
 def _one_sign(polynomial: Any, field: Field) -> bool:
-    """All coefficients of one sign: no zero where Omega > 0 and xi > 0."""
+    """Whether all coefficients have one sign, so that there is no zero where Omega > 0 and xi > 0."""
     return len({field.sign(c) for c in polynomial.values()}) == 1
 
 
@@ -170,7 +173,7 @@ def _eliminate(curve: Any, other: Any) -> Any:
 
 
 def _projections(curve: Any) -> Iterator[Any]:
-    """Where the curve goes to oo or 0, or two of its points meet."""
+    """Polynomials in xi that vanish where the curve goes to Omega = oo or 0, or where two of its points meet."""
     degree = curve.degree(0)
     for power in (degree, 0):
         yield curve.ring.from_dict({(0, m[1]): c for m, c in curve.terms() if m[0] == power})
@@ -179,7 +182,7 @@ def _projections(curve: Any) -> Iterator[Any]:
 
 
 def _on_curve(curve: Any, h: Sequence[Any]) -> Iterator[Any]:
-    """Polynomials, none containing the curve, away from whose zeros nothing changes along it."""
+    """Polynomials, not zero on the whole curve: between their zeros on it the verdict does not change."""
 
     def vanishes(polynomial: Any) -> bool:
         return not polynomial.rem(curve)
@@ -211,7 +214,7 @@ def expression_of(polynomial: Any, field: Field) -> Expr:
 
 @dataclass(frozen=True)
 class DampingCell:
-    """A maximal interval of xi with one answer to: stable for every Omega > 0? None: not decided there."""
+    """A maximal interval of xi on which stability for every Omega > 0 has one answer; None: it was not decided."""
 
     low: Expr
     high: Expr
@@ -260,7 +263,7 @@ def certify_all_damping(scheme: str | Scheme, **parameters: Any) -> DampingCerti
 
 
 def span(survey: Survey, run: Sequence[int]) -> tuple[Expr, Expr, bool, bool]:
-    """Ends of consecutive stretches together, and whether they belong to it."""
+    """(low, high, low_closed, high_closed) of consecutive stretches taken together."""
     first, last = survey.stretches[run[0]], survey.stretches[run[-1]]
     return first.ends[0], last.ends[1], first.is_point, last.is_point
 
@@ -270,7 +273,7 @@ def _lines(survey: Survey) -> Iterator[str]:
     if survey.curves:
         yield "Curves on which the verdict can change, and what holds between and at their critical xi:"
     else:
-        yield "Nothing that decides vanishes where Omega > 0 and xi > 0: xi = 0 and one xi > 0 settle all."
+        yield "The verdict changes nowhere in Omega > 0, xi > 0: xi = 0 and one xi > 0 settle all."
     for k, curve in enumerate(survey.curves, 1):
         yield f"   F_{k} = {str(expression_of(curve, survey.parameter_set.field)).replace('**', '^')}"
     for i, piece in enumerate(survey.stretches):
@@ -290,4 +293,4 @@ def _short(root: RealRoot | None) -> str:
         return "oo"
     if root.polynomial.degree() <= 2:
         return str(closed_form(root, xi))
-    return f"{float(root.approximation()):.12g}... (degree {root.polynomial.degree()})"  # for the eye only
+    return f"{float(root.approximation()):.12g}... (degree {root.polynomial.degree()})"  # for display only

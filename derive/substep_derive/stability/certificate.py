@@ -26,7 +26,7 @@ STABLE = tuple(v for v in Verdict if v.stable)
 
 @dataclass(frozen=True)
 class Piece:
-    """A critical point (low is high) or an open cell of the Omega axis; None stands for 0 and for oo."""
+    """A critical point (low is high) or an open cell of the Omega axis; low None is 0, high None is oo."""
 
     low: RealRoot | None
     high: RealRoot | None
@@ -49,7 +49,7 @@ class Proof:
 
     @classmethod
     def of(cls, parameter_set: ParameterSet, *, in_square: bool = True) -> "Proof":
-        """Raises DeclarationError where the equations of the step are dependent for every Omega."""
+        """The proof. Raises DeclarationError where the equations of the step are dependent for every Omega."""
         spectrum = Spectrum.of(parameter_set, in_square=in_square)
         parts = Parts.of(spectrum)
         boundaries = [b for test in parts.tests for b in test.boundaries]
@@ -68,12 +68,12 @@ class Proof:
         return cls(spectrum, parts, tuple(pieces))
 
     def runs(self, verdicts: Sequence[Verdict] = STABLE) -> list[list[Piece]]:
-        """Maximal stretches of pieces with one of the verdicts."""
+        """Maximal runs of consecutive pieces whose verdict is one of these."""
         groups = groupby(self.pieces, key=lambda piece: piece.verdict in verdicts)
         return [list(pieces) for wanted, pieces in groups if wanted]
 
     def intervals(self, verdicts: Sequence[Verdict] = STABLE) -> tuple[OmegaInterval, ...]:
-        """The stretches as (low, high, low_closed, high_closed)."""
+        """The runs as (low, high, low_closed, high_closed)."""
 
         def number(end: RealRoot | None, otherwise: Expr) -> Expr:
             return otherwise if end is None else closed_form(end, Omega, in_square=self.spectrum.in_square)
@@ -104,7 +104,7 @@ class Certificate:
 
     @property
     def multiple(self) -> tuple[OmegaInterval, ...]:
-        """Where no eigenvalue is outside the circle, but one on it is multiple: unstable for that alone."""
+        """The intervals unstable only because an eigenvalue on the circle is multiple: none lies outside it."""
         return self.proof.intervals((Verdict.MULTIPLE,))
 
     @cached_property
@@ -126,7 +126,7 @@ def certify(scheme: str | Scheme, xi: Any = 0, **parameters: Any) -> Certificate
 
 
 def certificate(parameter_set: ParameterSet, *, in_square: bool = True) -> Certificate:
-    """As `certify`, for values already checked; with in_square=False in powers of Omega even where Omega^2 would do."""
+    """As `certify`, for values already checked; in_square=False: in Omega even where Omega^2 would do."""
     proof = Proof.of(parameter_set, in_square=in_square)
     runs, intervals = proof.runs(), proof.intervals()
     from_zero = bool(runs) and runs[0][0] is proof.pieces[0]
@@ -214,7 +214,7 @@ def _caret(text: Any) -> str:
 
 
 def _expression(polynomial: Any, spectrum: Spectrum) -> Expr:
-    """In terms of Omega, and factored if K = Q."""
+    """A polynomial as an expression in Omega, factored if K = Q."""
     number, power = spectrum.parameter_set.field.expression, 2 if spectrum.in_square else 1
     expression = sum((number(c) * Omega ** (power * m[0]) for m, c in polynomial.terms()), Integer(0))
     return expression if spectrum.parameter_set.field.algebraic else factor(expression)
@@ -231,7 +231,7 @@ def _root_lines(proof: Proof, names: dict[int, str]) -> Iterator[str]:
         root = piece.low
         if not piece.is_point or root is None:
             continue
-        approximate = f"{float(root.approximation()) ** (0.5 if square else 1):.12g}"  # for the eye only
+        approximate = f"{float(root.approximation()) ** (0.5 if square else 1):.12g}"  # for display only
         if root.polynomial.degree() <= 2:
             number = str(closed_form(root, Omega, in_square=square))
             yield f"{names[id(root)]} = {number}" + (f" = {approximate}..." if approximate != number else "")

@@ -51,7 +51,7 @@ HIGHEST = 3  # degree up to which "for every W > 0" is eliminated
 
 @dataclass(frozen=True)
 class Sign:
-    """Of a polynomial on a box: 1 or -1, strict where it has no zero there; 0 stands for not known."""
+    """The sign of a polynomial on a box: 1 or -1, strict if it has no zero there; 0 if it is not known."""
 
     value: int
     strict: bool
@@ -95,7 +95,7 @@ def _bounded(interval: Interval) -> bool:
 
 
 def _vanishes(q: Poly, generators: Sequence[Symbol], parts: Sequence[tuple[Symbol, Symbol, Interval]]) -> bool:
-    """Whether there is an edge of the box, of those that belong to it, on which no term is left."""
+    """Whether the polynomial vanishes on an edge of the box that belongs to it."""
     edges: list[list[int]] = []
     for s, t, interval in parts:
         low = [] if interval.left_open or interval.start.is_infinite else [generators.index(t)]
@@ -108,12 +108,12 @@ def _vanishes(q: Poly, generators: Sequence[Symbol], parts: Sequence[tuple[Symbo
 
 @dataclass(frozen=True)
 class Atoms:
-    """Inequalities in factored form, without the factors whose sign the parameters' intervals tell."""
+    """Inequalities in factored form, without the factors whose sign follows from the parameters' intervals."""
 
     box: Box
 
     def _split(self, expression: Expr) -> tuple[int, list[Expr], list[Expr]]:
-        """(sign, factors that only matter where they vanish, factors whose sign is open)."""
+        """(sign of the rest, factors that matter only where they vanish, factors whose sign is not known)."""
         constant, factors = factor_list(expression)[:2]
         sign, touching, open_ = (1 if constant > 0 else -1), [], []
         for base, power in factors:
@@ -145,10 +145,10 @@ class Atoms:
 
 
 def sides(expression: Expr) -> tuple[Expr, Expr]:
-    """(left, right) with left - right a positive multiple of the polynomial, as it is read best.
+    """(left, right) with left - right a positive multiple of the polynomial, arranged to be read easily.
 
-    A linear one has its negative terms on the right; of another one a symbol that occurs once, with a number as
-    its coefficient, is what it is solved for; else it is left as it is.
+    A linear polynomial in several symbols has its negative terms on the right. Any other is solved for a symbol that
+    occurs linearly with a number as its coefficient, if there is one; otherwise 0 is on the right.
     """
     symbols = sorted(expression.free_symbols, key=str)
     p = Poly(expression, *symbols)
@@ -165,7 +165,7 @@ def sides(expression: Expr) -> tuple[Expr, Expr]:
 
 
 def relation(expression: Expr, left: Expr = ZERO, right: Expr = ZERO, *, strict: bool) -> Boolean:
-    """expression > 0 or >= 0; as left > right, of which it is a positive multiple, if both stay polynomials."""
+    """expression > 0 or >= 0; as left > right, both scaled to differ by the expression, if they stay polynomials."""
     shares: list[Any] = [factor(x * cancel(expression / (left - right))) for x in (left, right)] if right != 0 else []
     more, less = shares if shares and all(x.is_polynomial() for x in shares) else sides(factor(expression))
     if more.is_number:
@@ -175,9 +175,9 @@ def relation(expression: Expr, left: Expr = ZERO, right: Expr = ZERO, *, strict:
 
 @dataclass(frozen=True)
 class ForAll:
-    """For every Omega > 0: polynomial >= 0, or > 0 if strict. eliminated: the same in the parameters alone.
+    """The requirement that polynomial >= 0, or > 0 if strict, for every Omega > 0.
 
-    variable: Omega^2 or Omega, for which W stands in the polynomial.
+    variable: Omega^2 or Omega, for which W stands. eliminated: the equivalent in the parameters alone, or None.
     """
 
     name: str
@@ -187,7 +187,7 @@ class ForAll:
     eliminated: Boolean | None
 
     def holds(self, values: Mapping[Symbol, Rational]) -> bool:
-        """At exact values, by counting real roots."""
+        """Whether the requirement is met at exact values, by counting real roots."""
         p = Poly(self.polynomial.subs(values), W)
         if p.is_zero:
             return not self.strict
@@ -224,7 +224,7 @@ def for_all(polynomial: Expr, strict: bool, box: Box) -> Boolean | None:
 
 
 def _for_all_coefficients(a: Sequence[Expr], strict: bool, atoms: Atoms) -> Boolean | None:
-    """The same for a[0] + a[1]*W + ..., degenerate leading and last coefficients included."""
+    """The condition of `for_all` for a[0] + a[1]*W + ..., whose first and last coefficients may vanish."""
     while len(a) > 1 and expand(a[0]) == 0:
         a = a[1:]
     at_least = [atoms.at_least(c) for c in a]
@@ -245,13 +245,13 @@ def _for_all_coefficients(a: Sequence[Expr], strict: bool, atoms: Atoms) -> Bool
 
 
 def not_both_zero(f: Expr, g: Expr, known: Boolean, box: Box) -> Boolean | None:
-    """f + g > 0 for every W > 0, where f, g >= 0 for every W > 0 is part of what is known."""
+    """The condition that f + g > 0 for every W > 0; known includes that f and g are nowhere negative there."""
     atoms = Atoms({**box, W: ALL_POSITIVE})
     arms: list[Boolean] = []
     for one, other in ((f, g), (g, f)):
         a = [c for c in Poly(one, W).all_coeffs() if expand(c) != 0]
         if len(a) > 2 and any(atoms.at_least(c) is not true for c in a):
-            continue  # it could have a zero without being zero for every W
+            continue  # it could vanish at one W without vanishing at every W
         zeros = [atoms.zero(c) for c in a]
         if all(contradicts(known, chosen, box) for chosen in product(*(Or.make_args(e) for e in zeros))):
             return true
@@ -262,7 +262,7 @@ def not_both_zero(f: Expr, g: Expr, known: Boolean, box: Box) -> Boolean | None:
 
 
 def contradicts(known: Boolean, zeros: Sequence[Boolean], box: Box) -> bool:
-    """Whether equations, used where they are linear in a symbol, are shown to leave nothing of what is known."""
+    """Whether the equations, solved where they are linear in a symbol, are shown to contradict what is known."""
     values: dict[Symbol, Expr] = {}
     for equation in zeros:
         if not isinstance(equation, Eq):
@@ -345,7 +345,7 @@ class Conditions:
 
 
 def written(condition: Boolean) -> str:
-    """A condition for a reader."""
+    """A condition as text, with ^ for powers and = for equality."""
     if isinstance(condition, Or | And):
         word = " or " if isinstance(condition, Or) else " and "
         parts = (written(part) for part in condition.args)
@@ -385,7 +385,7 @@ def conditions(scheme: str | Scheme, xi: Any = 0) -> Conditions:
 
 
 def _in_square(coefficients: Sequence[Expr]) -> tuple[list[Expr], Expr]:
-    """In W, and what W stands for."""
+    """The coefficients in W, and Omega^2 or Omega, for which W stands."""
     even = all(m[0] % 2 == 0 for e in coefficients for m in Poly(e, Omega).monoms())
     if not even:
         return [e.subs(Omega, W) for e in coefficients], Omega
@@ -393,14 +393,14 @@ def _in_square(coefficients: Sequence[Expr]) -> tuple[list[Expr], Expr]:
 
 
 def _leading_sign(scheme: Scheme, leading: Expr, box: Box) -> int:
-    """Of the leading coefficient at small Omega."""
+    """The sign of the leading coefficient at small Omega."""
     if not (sign := sign_on(Poly(leading, W).EC(), box)).strict or not sign.value:
         raise NotImplementedError(f"{scheme.name}: the sign of {leading} at small Omega depends on the parameters")
     return sign.value
 
 
 def _together(requirements: Sequence[ForAll], box: Box) -> tuple[Boolean, ...]:
-    """All eliminated ones in one list, without those that another one implies."""
+    """All eliminated requirements as one list of conditions, without those that another one implies."""
     found = And(*(r.eliminated for r in requirements if r.eliminated is not None))
     kept = sorted(And.make_args(found), key=lambda e: (e.count_ops(), str(e))) if found is not true else []
     for condition in list(kept):

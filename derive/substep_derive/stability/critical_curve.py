@@ -17,10 +17,11 @@ from .certificate import Certificate
 
 @dataclass(frozen=True)
 class CurvePiece:
-    """The critical Omega over an interval of xi: a branch of relation = 0, and as a function of xi if that is short.
+    """The critical Omega over an interval of xi: a branch of relation = 0, and as a function of xi where that is short.
 
-    Without a relation Omega is a constant: oo (no end), 0 (unstable at once), a number at a single xi, or None
-    where it was not decided. by_continuity: single xi within, at which only the branch was followed.
+    Without a relation Omega is a constant: oo (stable for every Omega), 0 (unstable at once), a number at a single xi,
+    or None where it was not decided. by_continuity: single xi of the interval that no certificate covers, so that the
+    value is that of the branch on both sides.
     """
 
     low: Expr
@@ -42,7 +43,7 @@ class CriticalCurve:
 
     @property
     def relations(self) -> tuple[Expr, ...]:
-        """The irreducible polynomials in Omega and xi that carry it."""
+        """The irreducible polynomials in Omega and xi on whose zeros the curve lies."""
         return tuple(dict.fromkeys(piece.relation for piece in self.pieces if piece.relation is not None))
 
     @property
@@ -53,7 +54,7 @@ class CriticalCurve:
 
 @dataclass(frozen=True)
 class _Branch:
-    """The k-th of `count` positive roots of a curve, or without a curve the constant 0 or oo."""
+    """The k-th of the `count` positive roots Omega of a curve; without a curve, the constant 0 or oo."""
 
     curve: Any
     k: int
@@ -113,7 +114,7 @@ def _roots(polynomial: Any, certificate: Certificate) -> list[RealRoot]:
 
 
 def _branch(survey: Survey, i: int) -> _Branch:
-    """Which branch an open interval's critical Omega is on."""
+    """The branch on which the critical Omega of an open interval of xi lies."""
     found = survey.stretches[i].certificate
     assert found is not None
     end = _critical_root(found)
@@ -128,7 +129,7 @@ def _branch(survey: Survey, i: int) -> _Branch:
 
 
 def _ends_at(branch: _Branch, certificate: Certificate) -> bool:
-    """Whether a branch beside a critical xi goes to the critical Omega there, with no other root lost on the way."""
+    """Whether a branch beside a critical xi tends to the critical Omega there, while no root of its curve is lost."""
     end = _critical_root(certificate)
     if branch.curve is None or not isinstance(end, RealRoot):
         return branch.constant is not None and end == branch.constant

@@ -94,7 +94,7 @@ def _collect(polynomial: Any, numbers: Sequence[Any], field: Field) -> dict[int,
 
 
 def tidy(polynomials: Sequence[Any], field: Field) -> list[Any]:
-    """All divided by one rational: coprime integers, and the last polynomial not negative at small Omega (and xi)."""
+    """All divided by one rational, to coprime integers and a last polynomial not negative at small Omega (and xi)."""
     numbers = (QQ.convert(part) for q in polynomials for c in q.values() for part in field.parts(c))
     shared = reduce(QQ.gcd, numbers, QQ(0))
     last = next((q for q in reversed(polynomials) if q), None)
@@ -133,10 +133,10 @@ class Verdict(Enum):
 
 
 def verdict(h: Sequence[Any], at: Point) -> Verdict:
-    """Routh's array of h at a point.
+    """Where the eigenvalues lie at a point, by Routh's array of h.
 
-    A row of zeros ends the part without roots on the axis; the derivative of the row before takes its
-    place and tests the rest. A second one tells of multiple roots on the axis.
+    A row of zeros means that the row before is a factor of h with pairs of roots +s, -s; the derivative of
+    that factor replaces the zeros and tests it. A second row of zeros means multiple roots on the axis.
     """
     signed = [(number := at.value(c), at.sign(number)) for c in h]
     kept = [i for i, (_, sign) in enumerate(signed) if sign]
@@ -168,11 +168,11 @@ class Hurwitz:
 
     @property
     def degree(self) -> int:
-        """In s."""
+        """The degree in s."""
         return len(self.coefficients) - 1
 
     def determinant(self, order: int) -> Any:
-        """The leading principal minor of Hurwitz's matrix."""
+        """The leading principal minor, of this order, of Hurwitz's matrix."""
         return minor(self._rows(order, order), 0 * self.coefficients[0] + 1)
 
     def _rows(self, count: int, width: int) -> list[list[Any]]:
@@ -182,9 +182,9 @@ class Hurwitz:
         return [[self.coefficients[k] if 0 <= k <= n else zero for k in row] for row in places]
 
     def shared(self, pairs: int) -> list[Any]:
-        """What even and odd terms share as a polynomial in s^2, if it has degree `pairs` (last but one subresultant).
+        """The gcd of the even and the odd terms as a polynomial in s^2, if its degree is `pairs` (a subresultant).
 
-        That is its degree where determinant(degree - 1 - 2*pairs) is the first of those with fewer pairs not to vanish.
+        Its degree is the least number of pairs for which determinant(degree - 1 - 2*pairs) does not vanish.
         """
         order = self.degree - 1 - 2 * pairs
         if order < 1:
@@ -205,7 +205,7 @@ class Hurwitz:
 
     @property
     def boundaries(self) -> list[Any]:
-        """Nothing changes but at their roots (Orlando)."""
+        """Polynomials at whose roots alone a root s can reach the imaginary axis (Orlando)."""
         if self.degree < 1:
             return []
         ends = [self.coefficients[0], self.coefficients[-1]]
@@ -274,10 +274,12 @@ def with_derivative(circle: Sequence[Any]) -> list[Any]:
 
 
 def _with_power(coefficients: Iterable[Any], both: Any) -> Any:
+    """The polynomial in one variable more whose powers have these coefficients."""
     return both.from_dict({(j, *m): v for j, c in enumerate(coefficients) for m, v in c.items()})
 
 
 def _by_power(polynomial: Any, ring: Any) -> list[Any]:
+    """The coefficients of the powers of the first variable, from the lowest: the inverse of `_with_power`."""
     rows: dict[int, dict[tuple[int, ...], Any]] = {}
     for (j, *m), v in polynomial.terms():
         rows.setdefault(j, {})[tuple(m)] = v

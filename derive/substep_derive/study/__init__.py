@@ -1,1 +1,1 @@
-"""What is asked of a scheme: everything derived behind one name, profiles, equivalences, design, the thesis."""
+"""Questions about a scheme: its whole derivation, its profile, equivalent schemes, design, claims of the thesis."""

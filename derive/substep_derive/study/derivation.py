@@ -38,7 +38,7 @@ class Derivation:
 
     @cached_property
     def amplification(self) -> Amplification:
-        """Numerators, denominators, load, characteristic polynomial."""
+        """The derived amplification: numerators, denominators, load, characteristic polynomial."""
         return Amplification.of(self.scheme)
 
     @property
@@ -96,7 +96,7 @@ class Derivation:
     def order(self) -> Triple:
         """Order of u, v and a, free and forced, damped and undamped.
 
-        Of free parameters: the order at two points without special position, so the one that almost all have.
+        With free parameters it is the order that almost all values have, found at two sets in general position.
         """
         return order_at(*(unremarkable(self.scheme, k) for k in ((1, 2) if self.scheme.parameters else (1,))))
 
@@ -114,7 +114,7 @@ def order_at(*evaluations: Evaluation) -> Triple:
 
 
 def unremarkable(scheme: Scheme, k: int) -> Evaluation:
-    """At parameters inside their intervals that satisfy no simple relation, implicit ones at their default."""
+    """The scheme at the k-th set of parameters that satisfy no simple relation; implicit ones have their default."""
     values = {
         p.name: p.inside(Rational(31 * k + 7 * i, 97 + 12 * i))
         for i, p in enumerate(scheme.parameters)

@@ -1,6 +1,6 @@
-"""Parameters from wishes, exactly: order, high-frequency dissipation, least period error, stability.
+"""Exact parameters from requirements: order, high-frequency dissipation, least period error, stability.
 
-The wishes are equations and inequalities that the other modules derive; here they are only solved.
+The requirements are equations and inequalities that other modules derive; here they are only solved.
 """
 
 from collections.abc import Mapping
@@ -36,15 +36,14 @@ from ..stability.conditions import Conditions, conditions
 from .derivation import derive
 from .equivalence import solutions
 
-rho = Symbol(
-    "rho", real=True
-)  # unlike a parameter of that name: a wished spectral radius at Omega -> oo that is left open
-SAMPLES = (Rational(1, 3), Rational(2, 3), Rational(9, 10))
+# a required spectral radius as Omega -> oo that is left open; "real" keeps it distinct from a parameter named rho
+rho = Symbol("rho", real=True)
+SAMPLES = (Rational(1, 3), Rational(2, 3), Rational(9, 10))  # numbers at which results for an open rho are checked
 
 
 @dataclass(frozen=True)
 class Design:
-    """One set of parameters. values: name -> exact expression; text: what was asked for and what came out."""
+    """One set of parameters. values: name -> exact expression; wish: the requirements that they meet, in words."""
 
     scheme: str
     values: Mapping[str, Expr]
@@ -52,7 +51,7 @@ class Design:
 
     @property
     def text(self) -> str:
-        """One line."""
+        """The scheme, the requirements and the values in one line."""
         found = ", ".join(f"{name} = {value}" for name, value in self.values.items())
         return f"{self.scheme} with {self.wish}: {found}"
 
@@ -79,11 +78,11 @@ def order_equations(scheme: Scheme, order: int) -> list[Expr]:
 
 
 def design(scheme: str | Scheme, rho_inf: Any = None, order: int = 2) -> tuple[Design, ...]:
-    """Parameters of that order and with that spectral radius as Omega -> oo, a number or left open as rho.
+    """Parameters that give this order and this spectral radius as Omega -> oo, a number or left open as rho.
 
-    First with all eigenvalues -rho there, the largest dissipation at high frequency for the least at low ones
-    (Chung & Hulbert 1993); where the parameters do not allow that, with one of them +-rho and none larger. Each
-    is checked against the closed form of rho_inf, for rho left open at some numbers. Empty if there is none.
+    Solutions with all eigenvalues equal to -rho there come first: they have the least low-frequency dissipation for
+    that at high frequency (Chung & Hulbert 1993). Where there are none, one eigenvalue is rho or -rho and none is
+    larger. Each solution is checked against the closed form of rho_inf, an open rho at some numbers. Empty if none.
 
     Raises DeclarationError for an unknown scheme or one with an eigenvalue that goes to oo, TypeError for a float.
     """
@@ -107,7 +106,7 @@ def design(scheme: str | Scheme, rho_inf: Any = None, order: int = 2) -> tuple[D
 
 
 def _has_radius(scheme: Scheme, values: Mapping[Symbol, Expr], wished: Expr) -> bool:
-    """Whether rho_inf is what was wished, at one number for each symbol left free at least."""
+    """Whether rho_inf is the required one, at some number at least for each symbol that is left free."""
     radii = SAMPLES if wished == rho else (wished,)
     for number in radii:
         middle = {p.symbol: p.inside(Rational(1, 2)) for p in scheme.parameters}
@@ -131,7 +130,7 @@ class Least:
 
 
 def least_period_error(scheme: str | Scheme, **parameters: Any) -> Least:
-    """The value of the one parameter left free, undamped, in closed form up to degree two, else as a CRootOf.
+    """The value of the only free parameter for which the undamped constant is least, in radicals or as a CRootOf.
 
     Raises ValueError unless exactly one parameter is left free, or if the least is not taken inside its interval.
     """
@@ -153,7 +152,7 @@ def least_period_error(scheme: str | Scheme, **parameters: Any) -> Least:
 
 @dataclass(frozen=True)
 class Region:
-    """beta as a function of gamma_t on which rho_inf is given, at gamma = 1/2.
+    """newmark_bdf2 at gamma = 1/2: beta as a function of gamma_t for which rho_inf has a given value.
 
     intervals: of gamma_t, as (low, high, low_closed, high_closed), where it is stable for every Omega > 0.
     """
@@ -190,7 +189,7 @@ def region(rho_inf: Any) -> tuple[Region, ...]:
 
 
 def _stable_intervals(stable: Conditions, curve: Expr, wished: Rational) -> tuple[tuple[Expr, Expr, bool, bool], ...]:
-    """Cells between the zeros of all inequalities' sides on the curve, each settled at a rational."""
+    """The stable intervals of gamma_t on the curve, each decided at one rational between zeros of the inequalities."""
     sides = [e.lhs - e.rhs for condition in stable.inequalities for e in condition.atoms(Relational)]
     polynomials = [part for e in (*sides, beta) for part in fraction(together(e.subs(beta, curve)))]
     cuts: set[Any] = {Integer(0), Integer(1)}

@@ -43,7 +43,7 @@ MATRIX, SPECTRUM, UNDAMPED = "matrix", "spectrum", "spectrum at xi = 0"
 
 @dataclass(frozen=True)
 class Subject:
-    """A scheme with all its parameters, or with those that a family names by one; `steps` steps of h/steps."""
+    """One side of a comparison: `steps` steps of h/steps of a scheme, in all its parameters or a family's argument."""
 
     scheme: Scheme
     symbols: tuple[Symbol, ...]
@@ -54,13 +54,13 @@ class Subject:
 
     @classmethod
     def of(cls, scheme: Scheme) -> "Subject":
-        """All parameters free."""
+        """The scheme with all its parameters free."""
         domains = {p.symbol: p.domain for p in scheme.parameters}
         return cls(scheme, scheme.values, {}, domains, scheme.typical)
 
     @property
     def families(self) -> "list[Subject]":
-        """One for each way to name the parameters by one other."""
+        """One subject for each family, with the family's argument as its only parameter."""
         found, scheme = [], self.scheme
         for family in scheme.families:
             argument = family.argument
@@ -80,23 +80,23 @@ class Subject:
 
     @cached_property
     def terms(self) -> int:
-        """Of the polynomial, a measure of what a comparison costs."""
+        """The number of terms of the polynomial, a measure of what a comparison costs."""
         return sum(len(Poly(c, Omega, *self.symbols).terms()) for c in self.polynomial)
 
     @property
     def amplification(self) -> Amplification:
-        """Of one step, in the scheme's own parameters."""
+        """The amplification of one step, in the scheme's own parameters."""
         return derive(self.scheme).amplification
 
     @cached_property
     def polynomial(self) -> list[Expr]:
-        """Coefficients from the lowest: undamped, without roots 0 and without factors free of lambda."""
+        """The undamped characteristic polynomial without roots 0 and factors free of lambda, from the lowest power."""
         p = Poly(self.coefficients({}, damped=False)[::-1], lam).as_expr()
         kept = [base**k for base, k in factor_list(p)[1] if base.has(lam)]
         return Poly(expand(_product(kept)), lam).all_coeffs()[::-1]
 
     def coefficients(self, values: Mapping[Symbol, Expr], *, damped: bool) -> list[Expr]:
-        """The same at given parameters, after `steps` steps of h/steps, with factors free of lambda left in."""
+        """The characteristic polynomial of all the steps at given values, without roots 0, from the lowest power."""
         p = characteristic(self.scheme).as_expr()
         p = _at(_at(p, self.substituted), {**values, Omega: Omega / self.steps, **({} if damped else {xi: Integer(0)})})
         if self.steps > 1:
@@ -132,7 +132,7 @@ def _product(factors: Iterable[Expr]) -> Expr:
 @dataclass(frozen=True)
 class Equivalence:
     """left at left_values is right at right_values; values may depend on parameters left free, and hold where
-    they lie in the parameters' intervals. What a family's argument does not name has its default.
+    they lie in the parameters' intervals. Parameters that a family's argument does not determine have their default.
 
     kind: the same matrix A and state, the same spectrum at every damping ratio, or only undamped. steps: the
     left one's step is that many of the right one's, each h/steps long.
@@ -147,7 +147,7 @@ class Equivalence:
 
     @property
     def text(self) -> str:
-        """One line."""
+        """The equivalence in one line."""
         left, right = (
             name + (f"({', '.join(f'{k} = {v}' for k, v in values.items())})" if values else "")
             for name, values in ((self.left, self.left_values), (self.right, self.right_values))
@@ -159,7 +159,7 @@ class Equivalence:
 
 
 def solutions(equations: Sequence[Expr], unknowns: Sequence[Symbol], depth: int = 0) -> Iterator[Values]:
-    """Rational solutions, unknowns left out being free; other symbols are generic.
+    """Rational solutions; an unknown that a solution leaves out is free, and other symbols are generic.
 
     Equations are split into factors and used where they are linear in an unknown, with a Groebner basis where
     none is. Irrational solutions are not returned.
@@ -189,12 +189,13 @@ def solutions(equations: Sequence[Expr], unknowns: Sequence[Symbol], depth: int 
 
 
 def _factors(equation: Expr, unknowns: Sequence[Symbol]) -> list[Expr]:
-    """Without those that hold no unknown."""
+    """The irreducible factors that hold an unknown."""
     factors = factor_list(equation)[1] if equation.free_symbols else []
     return [base for base, _ in factors if base.free_symbols & set(unknowns)]
 
 
 def _difficulty(factors: Sequence[Expr]) -> tuple[int, int, int]:
+    """Sort key: first equations without a solution, then those linear in an unknown, then the shortest."""
     linear = all(any(Poly(e, x).degree() == 1 for x in e.free_symbols) for e in factors)
     return (len(factors) > 0, not linear, sum(len(Poly(e).terms()) for e in factors))
 
@@ -209,13 +210,14 @@ def _with_ratio(equation: Expr, x: Symbol, numerator: Expr, denominator: Expr) -
 
 
 def _at(equation: Expr, values: Mapping[Symbol, Expr]) -> Expr:
+    """The numerator of an equation's left side at given values."""
     return fraction(together(equation.subs(dict(values), simultaneous=True)))[0]
 
 
 def multiple(left: Sequence[Expr], right: Sequence[Expr]) -> list[Expr] | None:
     """What has to vanish for left(lambda, Omega) to be s(Omega)*lambda^k*right; linear in left's coefficients.
 
-    right has no factor free of lambda, so that s is a polynomial. None if degrees rule it out.
+    right has no factor free of lambda, so that s is a polynomial. None if the degrees exclude it.
     """
     a, b = _aligned([_powers(e) for e in left], [_powers(e) for e in right])
     lead = b[-1]
@@ -229,9 +231,10 @@ def multiple(left: Sequence[Expr], right: Sequence[Expr]) -> list[Expr] | None:
         scale.append((_entry(a[-1], first + i) - known) / lead[first])
     top = max(map(len, a))
     found = []
-    for mine, yours in zip(a, b, strict=True):
+    for left_row, right_row in zip(a, b, strict=True):
         for i in range(top):
-            total = _entry(mine, i) - sum((s * _entry(yours, i - k) for k, s in enumerate(scale)), Integer(0))
+            shifted = sum((s * _entry(right_row, i - k) for k, s in enumerate(scale)), Integer(0))
+            total = _entry(left_row, i) - shifted
             found.append(expand(total) if lead[first].is_number else _at(total, {}))
     return [e for e in found if e != 0]
 
@@ -246,7 +249,7 @@ def _entry(row: Sequence[Expr], i: int) -> Expr:
 
 
 def _aligned(left: Sequence[Any], right: Sequence[Any]) -> tuple[list[Any], list[Any]]:
-    """Filled up by coefficients 0 at the low end."""
+    """Both with as many coefficients as the longer one, filled up with zeros at the lowest powers."""
     n = max(len(left), len(right))
     zero: Any = [Integer(0)] if isinstance(left[0], list) else Integer(0)
     return [zero] * (n - len(left)) + list(left), [zero] * (n - len(right)) + list(right)
@@ -259,7 +262,7 @@ def crossed(left: Sequence[Expr], right: Sequence[Expr]) -> list[Expr]:
 
 
 def vanish(expressions: Sequence[Expr]) -> bool:
-    """Whether all are 0, refuted by a point before they are expanded."""
+    """Whether all expressions are identically 0; a value at one point may refute it without expanding them."""
     symbols = sorted({s for e in expressions for s in e.free_symbols}, key=str)
     point = {s: Rational(7 * k + 5, 11 * k + 13) for k, s in enumerate(symbols)}
     if any(e.subs(point) != 0 for e in expressions):
@@ -306,11 +309,11 @@ def equivalences(
     return tuple(found)
 
 
-def same_matrix(a: Subject, b: Subject, mine: Values, yours: Values) -> bool:
-    """Whether state and A are the same."""
+def same_matrix(a: Subject, b: Subject, left_values: Values, right_values: Values) -> bool:
+    """Whether two subjects have the same state and the same amplification matrix at these parameters."""
     if b.steps > 1 or a.scheme.state != b.scheme.state:
         return False
-    (left, d), (right, e) = a.matrix(mine), b.matrix(yours)
+    (left, d), (right, e) = a.matrix(left_values), b.matrix(right_values)
     return vanish([x * e - y * d for x, y in zip(left, right, strict=True)])
 
 
@@ -336,22 +339,24 @@ def _pairs(
     found = []
     free_names = {dummy: symbol for symbol, dummy in other.items()}
     for values in solutions(equations, unknowns):
-        mine: Values = dict(zip(a.symbols, a.symbols, strict=True)) | {
+        left_values: Values = dict(zip(a.symbols, a.symbols, strict=True)) | {
             s: e for s, e in values.items() if s in a.symbols
         }
-        yours: Values = dict(other) | {s: values[d] for s, d in other.items() if d in values}
+        right_values: Values = dict(other) | {s: values[d] for s, d in other.items() if d in values}
         typical = {**a.typical, **{d: b.typical[s] for s, d in other.items()}}
-        if _at(a.polynomial[-1], mine) == 0 or not (a.inside(mine, typical) and b.inside(yours, typical)):
+        if _at(a.polynomial[-1], left_values) == 0:
             continue
-        shown = [{s.name: e.subs(free_names) for s, e in found_at.items()} for found_at in (mine, yours)]
-        one = Equivalence(a.scheme.name, b.scheme.name, *shown, _kind(a, b, mine, yours), b.steps)
+        if not (a.inside(left_values, typical) and b.inside(right_values, typical)):
+            continue
+        shown = [{s.name: e.subs(free_names) for s, e in found_at.items()} for found_at in (left_values, right_values)]
+        one = Equivalence(a.scheme.name, b.scheme.name, *shown, _kind(a, b, left_values, right_values), b.steps)
         if one not in found:
             found.append(one)
     return found
 
 
-def _kind(a: Subject, b: Subject, mine: Values, yours: Values) -> str:
+def _kind(a: Subject, b: Subject, left_values: Values, right_values: Values) -> str:
     """How far two subjects agree that share their undamped spectrum."""
-    if not vanish(crossed(a.coefficients(mine, damped=True), b.coefficients(yours, damped=True))):
+    if not vanish(crossed(a.coefficients(left_values, damped=True), b.coefficients(right_values, damped=True))):
         return UNDAMPED
-    return MATRIX if same_matrix(a, b, mine, yours) else SPECTRUM
+    return MATRIX if same_matrix(a, b, left_values, right_values) else SPECTRUM

@@ -1,4 +1,4 @@
-"""Scheme -> what it is at given parameters: the row of a table."""
+"""Scheme -> Profile: its properties at given parameters, as one row of a table."""
 
 from dataclasses import dataclass
 
@@ -17,7 +17,7 @@ from .derivation import order_at
 
 @dataclass(frozen=True)
 class Profile:
-    """What a scheme is at given parameters: the row of a table.
+    """The properties of a scheme at given parameters.
 
     stable: for every Omega, undamped. A_stable: at every xi >= 0 too; L_stable: and rho_inf = 0; None where
     that was not decided. critical_Omega as in `certify`, critical_curve as a function of xi where it has a
@@ -36,7 +36,7 @@ class Profile:
 
 
 def profile(scheme: Scheme) -> Profile:
-    """At the scheme's default parameters, taken exactly, irrational ones too."""
+    """The profile at the scheme's default parameters, which are exact even where they are irrational."""
     at = Evaluation.at_defaults(scheme)
     certificate, damped = certify(scheme), certify_all_damping(scheme)
     conditional = certificate.critical_Omega is not None and certificate.critical_Omega != 0

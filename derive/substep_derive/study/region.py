@@ -1,4 +1,4 @@
-"""Whether a scheme is stable everywhere in a region of its parameters, and whether two sets of conditions are one.
+"""Whether a scheme is stable everywhere in a region of its parameters, and whether two sets of conditions are the same.
 
 A region is written as the image of a box: every parameter as a polynomial in coordinates that run through intervals.
 The scheme with the coordinates for its parameters is a scheme like any other, so `conditions` applies to it: it is
@@ -52,7 +52,7 @@ class Region:
 
     @cached_property
     def conditions(self) -> Conditions:
-        """On the coordinates, for stability at every Omega > 0, undamped. Raises as `conditions` does."""
+        """Conditions on the coordinates for undamped stability at every Omega > 0. Raises as `conditions` does."""
         return conditions(self.member)
 
     @cached_property
@@ -75,7 +75,7 @@ class Region:
         return [self._parameters(at) for at in self._points()]
 
     def _points(self) -> Iterator[dict[Symbol, Rational]]:
-        """The same in coordinates."""
+        """The points of `points` in the region's coordinates."""
         for chosen in product(*(_inside(interval) for interval in self.coordinates.values())):
             yield dict(zip(self.coordinates, chosen, strict=True))
 
@@ -109,7 +109,7 @@ def same_conditions(found: Conditions, printed: Iterable[Boolean]) -> bool:
 
 
 def _canonical(condition: Boolean) -> Any:
-    """The same for conditions that differ in the order of parts, in their sides or by a positive factor."""
+    """A form that is equal for conditions that differ only in order, in their sides, or by a positive factor."""
     if isinstance(condition, And | Or):
         return type(condition).__name__, frozenset(_canonical(part) for part in condition.args)
     if isinstance(condition, Eq | Ne):
@@ -122,7 +122,7 @@ def _canonical(condition: Boolean) -> Any:
 
 
 def _primitive(expression: Expr) -> Poly:
-    """The polynomial with whole coefficients that have no common factor, a positive multiple."""
+    """The positive multiple of a polynomial whose coefficients are integers without a common factor."""
     p = Poly(expand(expression), *sorted(expression.free_symbols, key=str))
     return p.clear_denoms(convert=True)[1].primitive()[1]
 

@@ -119,7 +119,7 @@ generalized_alpha_region = Region(
 
 
 def gholampour_region(scheme: Scheme = gholampour) -> Region:
-    """(2.56)-(2.57) for the scheme with (2.54) as it is meant or as it is printed."""
+    """The region (2.56)-(2.57), for the scheme itself or for the one with (2.54) as printed."""
     lowest = Rational(1, 3) + _above
     room = lowest / 2 - Rational(1, 6)  # from delta/2 to delta - 1/6
     return Region(
@@ -144,7 +144,7 @@ def second_sub_step_end() -> Expr:
 
 
 def printed_a31() -> Expr:
-    """(4.16), with h = 1 and omega = Omega."""
+    """The entry A31 as (4.16) prints it, with h = 1 and omega = Omega."""
     c2 = -1 / ((1 - gamma_t) * gamma_t)
     c3 = (2 - gamma_t) / (1 - gamma_t)
     beta_1 = 1 + 2 * xi * Omega * gamma * gamma_t + beta * Omega**2 * gamma_t**2
@@ -167,31 +167,31 @@ def printed_a31() -> Expr:
 
 
 def a31_ratio() -> Expr:
-    """(4.16) over the derived entry."""
+    """The entry A31 of (4.16) divided by the derived one."""
     return factor(cancel(printed_a31() / derive("newmark_bdf2").A_thesis[2, 0]))
 
 
-def same_matrix(one: Derivation, other: Derivation, values: dict[Symbol, Expr]) -> bool:
+def same_amplification(one: Derivation, other: Derivation, values: dict[Symbol, Expr]) -> bool:
     """Whether the amplification matrices agree identically when the other's parameters are replaced."""
     difference = one.A - other.A.subs(values, simultaneous=True)
     return difference.applyfunc(cancel) == zeros(*difference.shape)
 
 
 def composite_is_bathe() -> bool:
-    """Thesis p. 27."""
+    """Whether the composite scheme has the amplification matrix of Bathe's scheme as a special case (thesis p. 27)."""
     half, quarter = Rational(1, 2), Rational(1, 4)
-    return same_matrix(derive("bathe"), derive("newmark_bdf2"), {gamma_t: half, beta: quarter, gamma: half})
+    return same_amplification(derive("bathe"), derive("newmark_bdf2"), {gamma_t: half, beta: quarter, gamma: half})
 
 
 def generalized_alpha_reductions() -> dict[str, bool]:
-    """Thesis p. 13: which schemes generalized-alpha becomes."""
+    """Scheme -> whether generalized-alpha reduces to it, as thesis p. 13 says."""
     general, zero, half = derive("generalized_alpha"), Integer(0), Rational(1, 2)
     hht = {alpha_m: zero, alpha_f: -alpha, beta: (1 - alpha) ** 2 / 4, gamma: half - alpha}
     wbz = {alpha_f: zero, alpha_m: alpha_B, beta: (1 - alpha_B) ** 2 / 4, gamma: half - alpha_B}
     return {
-        "newmark": same_matrix(derive("newmark"), general, {alpha_m: zero, alpha_f: zero}),
-        "hht_alpha": same_matrix(derive("hht_alpha"), general, hht),
-        "wbz_alpha": same_matrix(derive("wbz_alpha"), general, wbz),
+        "newmark": same_amplification(derive("newmark"), general, {alpha_m: zero, alpha_f: zero}),
+        "hht_alpha": same_amplification(derive("hht_alpha"), general, hht),
+        "wbz_alpha": same_amplification(derive("wbz_alpha"), general, wbz),
     }
 
 
@@ -215,8 +215,8 @@ def undamped_order(name: str) -> tuple[int, tuple[int, int, int]]:
     """Order of frequency and decay, and of u, v, a in free vibration, at xi = 0."""
     d = derive(name)
     terms = leading_terms(d.amplification, 5)
-    at_rest = [*terms.period_error.items(), *terms.numerical_damping.items()]
-    powers = [power for power, coefficient in at_rest if coefficient.subs(xi, 0) != 0]
+    errors = [*terms.period_error.items(), *terms.numerical_damping.items()]
+    powers = [power for power, coefficient in errors if coefficient.subs(xi, 0) != 0]
     return min(powers, default=6), order_of(Evaluation.at_defaults(d.scheme), Rational(0)).free
 
 
@@ -226,7 +226,7 @@ def printed_forced_order(scheme: Scheme) -> tuple[int, int, int]:
 
 
 def is_consistent(scheme: Scheme) -> bool:
-    """Whether an eigenvalue tends to the exact one. Raises what a formula that is no scheme raises."""
+    """Whether an eigenvalue tends to the exact one. Any other error of a mistyped formula is raised."""
     fixed = scheme.fix({p.name: scheme.typical[p.symbol] for p in scheme.parameters})
     try:
         leading_terms(Amplification.of(fixed))
@@ -250,7 +250,7 @@ def wilson_threshold() -> Poly:
 
 
 def effective_stiffness_has_damping() -> bool:
-    """(3.9) and (3.21) as printed leave C out; the derived stiffnesses hold it."""
+    """Whether the derived effective stiffnesses hold C, which (3.9) and (3.21) leave out as printed."""
     return all(Symbol("C") in system.effective_stiffness.free_symbols for system in derive("newmark_bdf2").balances)
 
 

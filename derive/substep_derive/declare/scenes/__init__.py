@@ -1,4 +1,4 @@
-"""Declarations of scenes, one system a file; ALL holds them in the order of print."""
+"""Declarations of scenes, one system a file; ALL holds them in the order in which they are listed."""
 
 from . import contact, nonlinear, oscillator, pendulum
 

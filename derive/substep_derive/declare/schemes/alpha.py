@@ -1,4 +1,4 @@
-"""Schemes whose balance mixes the two ends of the step."""
+"""Alpha schemes, whose balance takes weighted means of the two ends of the step."""
 
 from sympy import Expr, Interval, Rational, Symbol, oo
 
@@ -19,7 +19,7 @@ def newmark_relations(b: Expr, g: Expr) -> dict[Symbol, Expr]:
 
 
 def mixed(new: Expr, old: Expr, weight: Expr) -> Expr:
-    """(1 - weight) new + weight old."""
+    """The weighted mean (1 - weight) new + weight old."""
     return (1 - weight) * new + weight * old
 
 
@@ -86,7 +86,7 @@ _alpha3 = (_am * M + _af * _g * h * C + _af * _b * h**2 * K0) / _D
 
 
 def kolay_ricles(name: str, start: dict[Symbol, Expr], report: dict[Symbol, Expr]) -> Scheme:
-    """KR-alpha with what its velocity is started from and reported as."""
+    """KR-alpha with a given start and report of its velocity."""
     return Scheme(
         name,
         parameters=(Parameter(rho_inf, Interval(0, 1), half),),

@@ -117,7 +117,7 @@ three_substep = Scheme(
     "three_substep",
     parameters=(
         Parameter(rho_inf, Interval(0, 1), half),
-        # where the y^4 term of |den(iy)|^2 - |num(iy)|^2 vanishes
+        # where the y^4 term of |den(iy)|^2 - |num(iy)|^2 vanishes, num/den the stability function of the step
         Parameter(
             gamma, Interval(Rational(33, 100), Rational(37, 100)), Root(_d2**2 - 2 * _d1 * _d3 - 3 * gamma**4 / 16)
         ),
