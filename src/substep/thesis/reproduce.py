@@ -128,11 +128,11 @@ def _compile(name: str) -> None:
     """Compile the scheme's kernels into numba's cache, in a process of its own, since numba compiles on one core."""
     s = scheme(name)
     s.stability(1.0)
-    where = [case.make() for case in CASES]
+    models = [case.make() for case in CASES]
     if name in failures.outcomes.QUICK:
-        where += [case.make() for case in failures.table.CASES]
-    for one in where:
-        march(one, s, 1e-4, 2e-4)
+        models += [case.make() for case in failures.table.CASES]
+    for model in models:
+        march(model, s, 1e-4, 2e-4)
 
 
 @contextmanager

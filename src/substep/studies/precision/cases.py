@@ -39,18 +39,18 @@ class Case:
         return [SAMPLES << k for k in range(0, self.finest + 1, every)]
 
 
-def rigid_limit(where: Scene, t_end: float) -> Reference:
+def rigid_limit(pendulum: Scene, t_end: float) -> Reference:
     """Uniform rotation of the elastic pendulum as if its bar could not stretch."""
-    L, v0 = where.parameters["L"], where.parameters["v0"]
+    L, v0 = pendulum.parameters["L"], pendulum.parameters["v0"]
     t = np.linspace(0.0, t_end, SAMPLES + 1)
     along = np.stack([np.cos(v0 / L * t), np.sin(v0 / L * t)], axis=1)
     across = np.stack([-along[:, 1], along[:, 0]], axis=1)
-    return Reference(where, t, L * along, v0 * across, -(v0**2) / L * along, lag(where, t_end), "the rigid limit")
+    return Reference(pendulum, t, L * along, v0 * across, -(v0**2) / L * along, lag(pendulum, t_end), "the rigid limit")
 
 
-def lag(where: Scene, t_end: float) -> float:
+def lag(pendulum: Scene, t_end: float) -> float:
     """Angle in rad by which the elastic bar lags at t_end: it turns slower by twice its strain m v0^2/(EA L)."""
-    EA, L, m, v0 = where.parameters.values()
+    EA, L, m, v0 = pendulum.parameters.values()
     return 2.0 * m * v0**2 / (EA * L) * v0 / L * t_end
 
 
@@ -72,9 +72,9 @@ def runs(case: Case, exact: Reference, names: Iterable[str] | None = None, *, ev
     return [measure(exact, scheme(name), n, repeats) for name in names or schemes() for n in steps]
 
 
-def span(where: Scene) -> float:
+def span(model: Scene) -> float:
     """The span (s) of the work-precision chart of this scene. Raises ValueError for a scene without a chart."""
-    found = next((case.t_end for case in CASES if case.make().name == where.name), None)
+    found = next((case.t_end for case in CASES if case.make().name == model.name), None)
     if found is None:
-        raise ValueError(f"expected a span for {where.name}, which has no chart to take it from; add --t-end in s")
+        raise ValueError(f"expected a span for {model.name}, which has no chart to take it from; add --t-end in s")
     return found
