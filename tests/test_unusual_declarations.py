@@ -6,12 +6,12 @@ from pathlib import Path
 from pkgutil import iter_modules
 from typing import Any
 
-import numba
 import numpy as np
 import pytest
 import substep_kernels
 from hypothesis import HealthCheck, assume, given, reject, settings
 from hypothesis import strategies as st
+from numba.core import config
 from plain_kernels import uncompiled
 from stepping import MP, Problem, Stepper, amplification, history
 from substep_derive import Algebraic, Balance, DeclarationError, Family, Parameter, Root, Scheme, certify, derive
@@ -47,7 +47,7 @@ def own_modules(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for module in iter_modules(substep_kernels.__path__):
         import_module(f"substep_kernels.{module.name}")
     monkeypatch.setenv("SUBSTEP_CACHE", str(tmp_path))
-    monkeypatch.setattr(numba.config, "DISABLE_JIT", True)
+    monkeypatch.setattr(config, "DISABLE_JIT", True)
 
 
 # --- start schemes ---------------------------------------------------------------------------------------
