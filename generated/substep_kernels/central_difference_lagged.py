@@ -9,6 +9,9 @@ Relations and balances:
     u_1 = h*v_1/2 + u_0
     M*(a_0) + C*(v_-1/2) + N(u_0) = f(0)
 
+Start:
+    v_-1/2 = v_0 - h*(-C*v_0 - N(u_0) + f(0))/(2*M)
+
 Effective stiffness of each balance and its unknown:
     a_0: M
 

@@ -9,6 +9,9 @@ Relations and balances:
     v_1 = a_0*h + delta*h*(a_-1 - 2*a_0 + a_1) + h*(-a_-1 + a_1)/4 + v_0
     M*(a_1) + C*(v_1) + N(u_1) = f(1)
 
+Start:
+    a_-1 = a_0 - (-C*a_0*h - h*v_0*K_t(u_0) - f(0) + f(1))/M
+
 Effective stiffness of each balance and its unknown:
     u_1: 3*C*(4*delta + 1)/(h*(12*alpha_g + 1)) + 12*M/(h**2*(12*alpha_g + 1)) + K_t(u_1)
 

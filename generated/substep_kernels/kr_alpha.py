@@ -15,6 +15,10 @@ Relations and balances:
         C*(v_0*(1 - 1/(rho_inf + 1)) + v_1/(rho_inf + 1)) + (1 - 1/(rho_inf + 1))*N(u_0) + N(u_1)/(rho_inf +
         1) = f(1/(rho_inf + 1))
 
+Start:
+    v_0 = -M*a_0*h*(3 - rho_inf)/((2*rho_inf + 2)*(C*h*(3 - rho_inf)/(2*rho_inf + 2) + K0*h**2/(rho_inf +
+        1)**2 + M)) + v_0
+
 Effective stiffness of each balance and its unknown:
     a_1: M*(-C*h*rho_inf**2 + 2*C*h*rho_inf + 3*C*h + 2*K0*h**2 - 2*M*rho_inf**3 + 6*M*rho_inf +
         4*M)/((rho_inf + 1)*(-C*h*rho_inf**2 + 2*C*h*rho_inf + 3*C*h + 2*K0*h**2 + 2*M*rho_inf**2 +

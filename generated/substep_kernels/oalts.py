@@ -13,6 +13,11 @@ Relations and balances:
         v_-1*(-1 - (4*rho_inf - 4)/(3 - rho_inf)) - v_0*(4*rho_inf - 4)/(3 - rho_inf)
     M*(a_1) + C*(v_1) + N(u_1) = f(1)
 
+First steps by average_acceleration, beta = 1/4, gamma = 1/2:
+    u_1 = h**2*(a_0/4 + a_1/4) + h*v_0 + u_0
+    v_1 = h*(a_0/2 + a_1/2) + v_0
+    M*(a_1) + C*(v_1) + N(u_1) = f(1)
+
 Effective stiffness of each balance and its unknown:
     u_1: -C*(rho_inf - 3)*(rho_inf + 1)/(2*h) + M*(rho_inf - 3)**2*(rho_inf + 1)**2/(4*h**2) + K_t(u_1)
 

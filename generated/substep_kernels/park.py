@@ -9,6 +9,11 @@ Relations and balances:
     a_1 = (6*v_-1 - v_-2 - 15*v_0 + 10*v_1)/(6*h)
     M*(a_1) + C*(v_1) + N(u_1) = f(1)
 
+First steps by average_acceleration, beta = 1/4, gamma = 1/2:
+    u_1 = h**2*(a_0/4 + a_1/4) + h*v_0 + u_0
+    v_1 = h*(a_0/2 + a_1/2) + v_0
+    M*(a_1) + C*(v_1) + N(u_1) = f(1)
+
 Effective stiffness of each balance and its unknown:
     u_1: 5*C/(3*h) + 25*M/(9*h**2) + K_t(u_1)
 

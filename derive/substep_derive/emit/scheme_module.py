@@ -1,6 +1,6 @@
 """SchemeKernels -> text of a module. The text depends on the declarations alone, byte for byte."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import product
 from textwrap import indent, wrap
 
@@ -44,6 +44,7 @@ def relations_and_amplification(kernels: SchemeKernels) -> str:
     lines = ["Relations and balances:"]
     lines += [f"    {symbol} = {expression}" for symbol, expression in scheme.relations.items()]
     lines += [f"    M*({b.inertia}) + C*({b.damping}) + {b.force} = {b.load}" for b in scheme.balances]
+    lines += _start(scheme)
     lines += ["", "Effective stiffness of each balance and its unknown:"]
     lines += [f"    {e.unknown}: {e.effective_stiffness}" for e in kernels.systems]
     labels = [state_label(s) for s in scheme.state]
@@ -55,6 +56,17 @@ def relations_and_amplification(kernels: SchemeKernels) -> str:
     lines += [f"    {name} = {rational.horner(e, Omega)}" for name, e in entries("N_", step.N)]
     wrapped = (wrap(line, 110, subsequent_indent=" " * 8, break_long_words=False) or [""] for line in lines)
     return "\n".join(part for line in wrapped for part in line)
+
+
+def _start(scheme: Scheme) -> list[str]:
+    """What the state at t = 0 is had from, where it is not just u_0, v_0 and a_0."""
+    if (other := scheme.start_scheme) is not None:
+        fixed = "".join(f", {name} = {value}" for name, value in other.fixed.items())
+        steps = [f"    {symbol} = {e}" for symbol, e in other.relations.items()]
+        steps += [f"    M*({b.inertia}) + C*({b.damping}) + {b.force} = {b.load}" for b in other.balances]
+        return ["", f"First steps by {other.name}{fixed}:", *steps]
+    assert isinstance(scheme.start, Mapping)
+    return ["", "Start:", *(f"    {symbol} = {e}" for symbol, e in scheme.start.items())] if scheme.start else []
 
 
 def scheme_module(kernels: SchemeKernels, source: str) -> str:
