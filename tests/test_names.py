@@ -90,7 +90,7 @@ LABELS = [
     "star",
     "star1",
     "mix0",
-    "told",
+    "reported",
     "s1",
     "a b",
     "x.y",
@@ -164,7 +164,7 @@ def test_no_two_knots_share_a_name() -> None:
         "*star",
         "*1",
         "*mix0",
-        "*told",
+        "*reported",
     ]
     labels += ["".join(c) for k in (1, 2, 3) for c in itertools.product("Z2_a", repeat=k)]
     symbols_ = {s for label in labels for s in knot(label)}
