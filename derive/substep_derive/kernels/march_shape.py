@@ -6,7 +6,7 @@ Shape = tuple[int, tuple[int, int, int]]
 
 
 def shape_name(shape: Shape) -> str:
-    """Name of the shape's module, such as linear_march_2_01y, or linear_march_12_0_11_y if a place may have two digits."""
+    """Name of the shape's module, such as linear_march_2_01y, or linear_march_12_0_11_y if places have two digits."""
     m, places = shape
     between = "_" if m > 10 else ""
     return f"linear_march_{m}_" + between.join(str(place) if place >= 0 else "y" for place in places)

@@ -49,7 +49,7 @@ class BalanceStep:
         return Matrix(symbols(f"residual_:{len(self.z)}"))
 
     def correction(self) -> tuple[Assignments, Assignments, Matrix]:
-        """Assignments of residual and Jacobian; the solve, written out, for any Jacobian; Newton's correction by name."""
+        """Assignments of residual and Jacobian; the solve, written out; Newton's correction by name."""
         size, R = len(self.z), self.residual_names
         J = Matrix(size, size, lambda i, j: Symbol(entry_name("jacobian_", i, j)) if self.jacobian[i, j] != 0 else 0)
         entries = assign(R, self.residual) + [(s, e) for s, e in zip(J, self.jacobian, strict=True) if e != 0]

@@ -52,7 +52,7 @@ def _three_eigenvalues(c: list[Expr], arguments: tuple[Symbol, ...]) -> list[Ker
             "_cubic",
             arguments,
             {"c3": c3, "c2": c2, "c1": c1, "c0": c0, "b0": b0, "b1": b1},
-            "c3*lambda^3 + c2*lambda^2 + c1*lambda + c0 = 0 for eigenvalues not always 0; b0, b1: its value, slope at 1.",
+            "c3*lambda^3 + ... + c0 = 0 for eigenvalues not always 0; b0, b1: its value and slope at lambda = 1.",
         ),
         _asymmetry(opposite, arguments),
     ]
@@ -60,8 +60,8 @@ def _three_eigenvalues(c: list[Expr], arguments: tuple[Symbol, ...]) -> list[Ker
 
 def _asymmetry(opposite: dict[str, Expr], arguments: tuple[Symbol, ...]) -> Kernel:
     """How far the polynomial at xi = 0 is from reading the same backwards, as it is (w) and without a root at 0 (y)."""
-    doc = "At xi = 0, all w are 0 if the polynomial in lambda reads the same backwards"
-    doc += ", and all y if it does after division by lambda." if "y0" in opposite else "."
+    doc = "At xi = 0: w = 0 if the polynomial in lambda reads the same backwards"
+    doc += "; y = 0 if that over lambda does." if "y0" in opposite else "."
     outputs = {name: e.subs(xi, 0) for name, e in opposite.items()}
     return _inlined("_asymmetry", (Omega, *arguments[2:]), outputs, doc)
 

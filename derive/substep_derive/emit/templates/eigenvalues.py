@@ -24,7 +24,7 @@ def _is_conservative({arguments}):
 
 @_inline
 def _eigenvalues({arguments}):
-    """Spectral radius; of the pair half +- i*root: half, less = modulus2 - 1, modulus2, root, which is -1 for real ones."""
+    """Spectral radius; of the pair half +- i*root: half, less = modulus2 - 1, modulus2, root (-1 if real)."""
     c2, b0, q, half, det = _quadratic({arguments})
     radius, product, split = _radius(c2, b0, q, half, det)
     inverse = 1.0 / c2
@@ -112,7 +112,7 @@ def _pair(a2, a1, a0, b0, b1, third):
 def _modulus(half, modulus2, discriminant, third):
     """The largest modulus of the three eigenvalues."""
     real = 0.0 if discriminant > 0.0 else abs(half)
-    modulus = real + math.sqrt(abs(modulus2 if discriminant > 0.0 else discriminant))  # one square root, of no negative number
+    modulus = real + math.sqrt(abs(modulus2 if discriminant > 0.0 else discriminant))  # one root, never of a negative
     return modulus if modulus > abs(third) else abs(third)
 
 
@@ -125,10 +125,7 @@ def _is_conservative({arguments}):
 
 @_inline
 def _eigenvalues({arguments}, a2, a1, a0, b0, b1, third):
-    """Spectral radius; half, less = modulus2 - 1, modulus2, root of the pair half +- i*root; the third eigenvalue.
-
-    root is -1 for a real pair.
-    """
+    """Spectral radius; of the pair half +- i*root: half, less = modulus2 - 1, modulus2, root (-1 if real); third."""
     half, less, modulus2, discriminant = _pair(a2, a1, a0, b0, b1, third)
     root = math.sqrt(abs(discriminant)) if discriminant > 0.0 else -1.0
     less, modulus2 = (0.0, 1.0) if _is_conservative({arguments}) else (less, modulus2)
