@@ -119,7 +119,7 @@ def _quadratic(Omega, xi):
 
 @_inline
 def _asymmetry(Omega):
-    """At xi = 0, all w are 0 if the polynomial in lambda reads the same backwards. 0 operations."""
+    """At xi = 0: w = 0 if the polynomial in lambda reads the same backwards. 0 operations."""
     w = 0
     return w
 
@@ -139,7 +139,7 @@ def _defect(Omega, xi):
 
 @_inline
 def _larger_bits(Omega, xi):
-    """The larger of their bits as unsigned integers: below those of infinity only if both are finite and not below +0."""
+    """The larger of their bits as unsigned integers: below infinity's only if both are finite and not below +0."""
     a, b = np.float64(Omega).view(np.uint64), np.float64(xi).view(np.uint64)
     return a if a > b else b
 
@@ -158,7 +158,7 @@ def _errors_of_pair(Omega, xi, half, less, modulus2, root):
 
 @_inline
 def _errors_of_distance(Omega, xi, root, re, im):
-    """Whether re + i im of `_distance_from_exact` is small; if so, the numerical damping and period error that follow."""
+    """Whether re + i im of `_distance_from_exact` is small; if so, numerical damping and period error."""
     cosine = math.sqrt(abs(1.0 - xi * xi))
     x, y = re * re - im * im, 2.0 * re * im
     u, v = 1.0 / 3.0 + 1.0 / 5.0 * x, 1.0 / 5.0 * y  # 1 + q^2/3 + q^4/5
@@ -253,9 +253,9 @@ def _spectral_radii(Omega, xi, radius):
 def _distance_from_exact(Omega, xi, half, less, modulus2, root):
     """tanh of half the distance in s between the eigenvalue half + i root and the exact one e^s; real, imaginary part.
 
-    In tau = 2 (lambda - 1)/(lambda + 1) the pair is (less/2 +- i root)/scale. At the exact tau = x + i r y the polynomial
-    is `leading` times the product of the distances from all its roots. Over those from the conjugate (f) and from the
-    other roots, it is the distance from the pair in tau, which divided by h is the tanh.
+    In tau = 2 (lambda - 1)/(lambda + 1) the pair is (less/2 +- i root)/scale. At the exact tau = x + i r y the
+    polynomial is `leading` times the product of the distances from all its roots. Over those from the conjugate (f) and
+    from the other roots, it is the distance from the pair in tau, which divided by h is the tanh.
     """
     p0, p1, x, y, leading = _polynomial_at_exact(Omega, xi, *_defect(Omega, xi))
     cosine, scale = math.sqrt(abs(1.0 - xi * xi)), 0.25 * (1.0 + 2.0 * half + modulus2)

@@ -132,7 +132,7 @@ def _cubic(Omega, xi, alpha):
 
 @_inline
 def _asymmetry(Omega, alpha):
-    """At xi = 0, all w are 0 if the polynomial in lambda reads the same backwards, and all y if it does after division by lambda. 22 operations."""
+    """At xi = 0: w = 0 if the polynomial in lambda reads the same backwards; y = 0 if that over lambda does. 22 operations."""
     r0 = alpha + 1
     r1 = alpha*(2*alpha - 1) + 1
     x0 = Omega**2
@@ -174,7 +174,7 @@ def _defect(Omega, xi, alpha):
 
 @_inline
 def _larger_bits(Omega, xi):
-    """The larger of their bits as unsigned integers: below those of infinity only if both are finite and not below +0."""
+    """The larger of their bits as unsigned integers: below infinity's only if both are finite and not below +0."""
     a, b = np.float64(Omega).view(np.uint64), np.float64(xi).view(np.uint64)
     return a if a > b else b
 
@@ -193,7 +193,7 @@ def _errors_of_pair(Omega, xi, half, less, modulus2, root):
 
 @_inline
 def _errors_of_distance(Omega, xi, root, re, im):
-    """Whether re + i im of `_distance_from_exact` is small; if so, the numerical damping and period error that follow."""
+    """Whether re + i im of `_distance_from_exact` is small; if so, numerical damping and period error."""
     cosine = math.sqrt(abs(1.0 - xi * xi))
     x, y = re * re - im * im, 2.0 * re * im
     u, v = 1.0 / 3.0 + 1.0 / 5.0 * x, 1.0 / 5.0 * y  # 1 + q^2/3 + q^4/5
@@ -320,7 +320,7 @@ def _pair(a2, a1, a0, b0, b1, third):
 def _modulus(half, modulus2, discriminant, third):
     """The largest modulus of the three eigenvalues."""
     real = 0.0 if discriminant > 0.0 else abs(half)
-    modulus = real + math.sqrt(abs(modulus2 if discriminant > 0.0 else discriminant))  # one square root, of no negative number
+    modulus = real + math.sqrt(abs(modulus2 if discriminant > 0.0 else discriminant))  # one root, never of a negative
     return modulus if modulus > abs(third) else abs(third)
 
 
@@ -367,9 +367,9 @@ def _spectral_radii(Omega, xi, alpha, radius):
 def _distance_from_exact(Omega, xi, alpha, half, less, modulus2, root, third):
     """tanh of half the distance in s between the eigenvalue half + i root and the exact one e^s; real, imaginary part.
 
-    In tau = 2 (lambda - 1)/(lambda + 1) the pair is (less/2 +- i root)/scale. At the exact tau = x + i r y the polynomial
-    is `leading` times the product of the distances from all its roots. Over those from the conjugate (f) and from the
-    other roots, it is the distance from the pair in tau, which divided by h is the tanh.
+    In tau = 2 (lambda - 1)/(lambda + 1) the pair is (less/2 +- i root)/scale. At the exact tau = x + i r y the
+    polynomial is `leading` times the product of the distances from all its roots. Over those from the conjugate (f) and
+    from the other roots, it is the distance from the pair in tau, which divided by h is the tanh.
     """
     p0, p1, x, y, leading = _polynomial_at_exact(Omega, xi, *_defect(Omega, xi, alpha))
     cosine, scale = math.sqrt(abs(1.0 - xi * xi)), 0.25 * (1.0 + 2.0 * half + modulus2)
