@@ -26,7 +26,7 @@ def uncompiled(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     from substep.core import threads
     from substep.marching import scene_lanes
 
-    monkeypatch.setattr(scene_lanes, "pair_module", lambda scene, scheme: plain(scheme.name, scene.name))
+    monkeypatch.setattr(scene_lanes, "march_kernels", lambda scene, scheme: plain(scheme.name, scene.name))
     monkeypatch.setattr(threads, "cores", lambda: 1)  # threads do not inherit np.errstate
     with np.errstate(all="ignore"):
         yield

@@ -122,7 +122,7 @@ def ends_with_a_status(scene: ss.Scene, scheme: ss.Scheme, dt: float) -> None:
 @given(runs())
 def test_any_run_ends_with_a_status_and_loses_nothing(run: tuple[ss.Scene, ss.Scheme, float]) -> None:
     with pytest.MonkeyPatch.context() as patch, np.errstate(all="ignore"):
-        patch.setattr(scene_lanes, "pair_module", lambda scene, scheme: plain(scheme.name, scene.name))
+        patch.setattr(scene_lanes, "march_kernels", lambda scene, scheme: plain(scheme.name, scene.name))
         ends_with_a_status(*run)
 
 
@@ -142,7 +142,7 @@ def test_every_pair_compiles_and_steps_as_its_plain_text(scheme: str, scene: str
     s = ss.scheme(scheme)
     compiled = scene_lanes.march_lanes(here, s, np.array([hand.dt]), np.array([20]), history=True)
     with pytest.MonkeyPatch.context() as patch, np.errstate(all="ignore"):
-        patch.setattr(scene_lanes, "pair_module", lambda scene, scheme: plain(scheme.name, scene.name))
+        patch.setattr(scene_lanes, "march_kernels", lambda scene, scheme: plain(scheme.name, scene.name))
         python = scene_lanes.march_lanes(here, s, np.array([hand.dt]), np.array([20]), history=True)
     assert np.allclose(compiled.out, python.out, rtol=1e-9, atol=1e-9 * np.abs(python.out).max())
     assert compiled.status[0] == python.status[0]

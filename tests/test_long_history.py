@@ -135,7 +135,7 @@ def test_the_linear_march(plain_scheme: ss.Scheme) -> None:
 def test_the_march_of_a_scene(plain_scheme: ss.Scheme, monkeypatch: pytest.MonkeyPatch) -> None:
     hand, n = SCENES["duffing"], 15
     pair = uncompiled(catalogue_pair(multi_step(11), EquationsOfMotion(SCENE_BY_NAME["duffing"])))
-    monkeypatch.setattr(scene_lanes, "pair_module", lambda *_: pair)
+    monkeypatch.setattr(scene_lanes, "march_kernels", lambda *_: pair)
     mine = ss.scene("duffing", **hand.parameters)
     found = march_lanes(mine, plain_scheme, np.array([hand.dt]), np.array([n]), history=True).out[0, :, 0, 0]
     u, v = float(hand.u0[0]), float(hand.v0[0])

@@ -44,7 +44,7 @@ def plain_pairs(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
         return uncompiled(catalogue_pair(mine, EquationsOfMotion(theirs)))
 
     monkeypatch.setenv("SUBSTEP_CACHE", str(tmp_path / "cache"))
-    monkeypatch.setattr(scene_lanes, "pair_module", pair)
+    monkeypatch.setattr(scene_lanes, "march_kernels", pair)
     monkeypatch.setattr(threads, "cores", lambda: 1)
 
 

@@ -124,7 +124,7 @@ def test_costs_are_counted(duffing: references.Reference) -> None:
     r = ss.march(scene, s, run.dt, 0.15)
     newton = int(r.newton_iterations.sum())
     assert run.cost[:2] == (newton, 2 * newton)
-    each = measure.pair_module(scene, s).OPERATIONS
+    each = measure.march_kernels(scene, s).OPERATIONS
     assert run.cost.operations == each["step"] * run.steps + sum(r.newton_iterations.sum(axis=0) * each["iteration"])
     longer = references.reference(scene, 1.5, SAMPLES, 1e-12)  # with steps that the explicit scheme does not survive
     failed = measure.measure(longer, ss.scheme("central_difference"), SAMPLES, 0)

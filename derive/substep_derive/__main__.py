@@ -50,9 +50,8 @@ def main() -> int:
     for path in _files(options.folder):
         if path.name not in files:
             path.unlink()
-    for name in sorted(
-        {line.split(":")[0] for line in found} & files.keys()
-    ):  # untouched files keep their compiled code
+    changed = {line.split(":")[0] for line in found} & files.keys()
+    for name in sorted(changed):  # the others are left alone, so that numba's cache of them stays valid
         (options.folder / name).write_text(files[name], encoding="utf-8", newline="\n")
     size = sum(len(text.encode()) for text in files.values())
     print(

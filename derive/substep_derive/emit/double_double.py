@@ -30,9 +30,7 @@ class DoubleDouble:
             head, tail = self._of(e)
             if tail is None:
                 self.lines.append(f"{name} = {head}")
-            elif self.lines and self.lines[-1].startswith(
-                f"{head}, {tail} = "
-            ):  # the operation just added: name its result
+            elif self.lines and self.lines[-1].startswith(f"{head}, {tail} = "):  # e's last operation: name its result
                 self.lines[-1] = self.lines[-1].replace(f"{head}, {tail}", f"{name}, {name}_", 1)
                 self._tailed.add(name)
             else:

@@ -18,9 +18,7 @@ def stability_functions(kernels: SchemeKernels, arguments: Sequence[str]) -> str
     """Text that follows the kernels of a module; arguments: Omega, xi and the parameters."""
     degree = len(kernels.live) - 1
     beside = ("third",) if degree == 3 else tuple(f"o{k}" for k in range(degree - 2))
-    first = (
-        3 if degree <= 3 else 4
-    )  # first row for `_distance_from_exact`: the imaginary part, then the other eigenvalues
+    first = 3 if degree <= 3 else 4  # row of the pair's imaginary part; the other eigenvalues follow
     found = range(first + 1 + len(beside))
     monic = ", ".join(f"s[{j}, i]" for j in range(6)) if degree == 3 else ""
     typed = {"arguments": ", ".join(arguments), "arguments_i": ", ".join(f"{a}[i]" for a in arguments)}

@@ -2,9 +2,9 @@
 
 A step marches x, the `marched` entries of the scheme's state, and reports y, those of u, h*v, h^2*a that are not among
 them: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f, with the loads f at the instants of the stencil. If a balance
-at t_n gives the acceleration a_n, that balance eliminates a_n from x; the first h^2 f of the first step is then replaced by
-h^2 a + 2 xi Omega h v + Omega^2 u at the start, with which the balance gives the acceleration there. D is the
-amplification matrix of x less the identity, rounded once.
+at t_n gives the acceleration a_n, that balance eliminates a_n from x; the first h^2 f of the first step is then
+replaced by h^2 a + 2 xi Omega h v + Omega^2 u at the start, with which the balance gives the acceleration there. D is
+the amplification matrix of x less the identity, rounded once.
 """
 
 from collections.abc import Callable, Sequence

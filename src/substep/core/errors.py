@@ -64,9 +64,7 @@ def inside(
 def non_negative(name: str, value: ArrayLike) -> NDArray[np.float64]:
     """The value as an array of finite numbers not below 0, else a ValueError."""
     plain = isinstance(value, np.ndarray) and value.dtype == np.float64 and value.size > 0
-    if (
-        plain and value.min() >= 0 and value.max() < np.inf
-    ):  # the usual case, decided without temporary arrays; NaN fails it
+    if plain and value.min() >= 0 and value.max() < np.inf:  # the usual case, without temporary arrays; NaN fails it
         return value
     array = real_array(name, value)
     if (array < 0).any():

@@ -21,9 +21,7 @@ if TYPE_CHECKING:
 
 PERIODS = np.geomspace(0.02, 10.0, 200)
 PERIODS.flags.writeable = False
-UNSTABLE = (
-    1.0 + 1e-6
-)  # a spectral radius beyond it: where eigenvalues meet on the unit circle it has only half its digits
+UNSTABLE = 1.0 + 1e-6  # largest spectral radius of a stable step; it may have only half its digits near 1
 HISTORY = 1 << 23  # doubles of histories in memory at a time
 
 QUANTITIES = {

@@ -103,7 +103,7 @@ class _Run(NamedTuple):
     x: Array  # what is marched (m, P), at step `first`
     shared: tuple[Array, ...]  # K arrays (n,): the load at K instants of each step, if all lanes share it
     own: Array  # (K, n, P): the load of each lane; (K, 0, 1) where it is shared
-    first: int  # the steps that the starter marched
+    first: int  # how many steps the starter marched
     head: LinearLanes | None  # results of these first steps, if there is a starter
 
 
@@ -236,9 +236,8 @@ def _samples(scheme: Scheme, load: Load | None, dt: Array, n: int) -> Array | No
     if not isinstance(load, Record) or not (dt == load.dt).all() or not coefficients.loaded_within(scheme):
         return None
     values = load.samples
-    if (
-        len(values) <= n and not np.isin(scheme.stencil(), (0.0, 1.0)).all()
-    ):  # the record jumps to 0 after its last sample
+    jumps = len(values) <= n  # to 0 after the last sample
+    if jumps and not np.isin(scheme.stencil(), (0.0, 1.0)).all():
         return None
     return values[: n + 1] if len(values) > n else np.concatenate([values, np.zeros(n + 1 - len(values))])
 

@@ -37,7 +37,7 @@ class Lanes:
     status: NDArray[np.int64]
 
 
-def pair_module(scene: Scene, scheme: Scheme) -> ModuleType:
+def march_kernels(scene: Scene, scheme: Scheme) -> ModuleType:
     """The kernels of the scheme on the scene: committed, or printed to the user's cache on first use."""
     if scheme.info.declaration is None and scene.info.declaration is None:
         return _from_catalogue(scheme.name, scene.name)
@@ -72,7 +72,7 @@ def march_lanes(
     start: u, v, a at t = 0, (P, d) each, where they differ from the scene's. bound: energy in J beyond which a
     lane stops, a number or (P,).
     """
-    module = pair_module(scene, scheme)
+    module = march_kernels(scene, scheme)
     P, steps = len(dt), int(n.max(initial=0))
     u, v, a = (np.full((P, scene.u0.shape[-1]), x) for x in start or (scene.u0, scene.v0, scene.a0))
     scalars = {"h": dt, "tolerance": TOLERANCE * scene.length, "bound": bound, **scene.parameters, **scheme.parameters}
@@ -129,9 +129,7 @@ def _head(scene: Scene, scheme: Scheme, module: ModuleType, arrays: dict[str, An
     out = arrays["out"]
     for row in range(min(out.shape[1], first // arrays["stride"] + 1)):
         out[:, row] = head.out[:, row * arrays["stride"], : out.shape[2]]
-    counts = arrays["iterations"][
-        :, :first
-    ]  # the starter may have other balances: their sum counts as the first balance's
+    counts = arrays["iterations"][:, :first]  # the starter's balances are other ones: their sum is put under the first
     counts[..., 0] = head.iterations[:, : counts.shape[1]].sum(axis=2)
     arrays["n"] = np.where(head.n_done < first, np.minimum(n, head.n_done), n)
     arrays["first"] = first

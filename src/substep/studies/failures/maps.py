@@ -12,7 +12,7 @@ from ...core.scenes import Scene
 from ...core.schemes import Array, Scheme, scheme
 from ...derived import facade
 from ...figures.charts import COLOURS, REFERENCE, save, save_csv
-from ...marching.scene_lanes import march_lanes, pair_module
+from ...marching.scene_lanes import march_kernels, march_lanes
 from .outcomes import BLEW_UP, NEWTON, SECTION, WORDS, Outcome, paint, run, whole_steps, word_legend
 from .table import stiff
 
@@ -78,7 +78,7 @@ def lattice(where: Scene, make: Callable[[Array], Scheme], h: Array, y: Array) -
     """
     s = make(y)
     lanes, outcome = run(where, s, h, np.minimum(whole_steps(SPAN, h), MOST_STEPS))
-    rows = pair_module(where, s).STATE
+    rows = march_kernels(where, s).STATE
     u, v = (lanes.state[:, rows.index((kind, 0))] for kind in "uv")
     return outcome, where.energy(np.zeros(len(h)), u, v) / where.E0
 

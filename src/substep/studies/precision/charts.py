@@ -12,7 +12,7 @@ from ...core.scenes import scene
 from ...core.schemes import scheme, schemes
 from ...derived import facade
 from ...figures.charts import COLOURS, REFERENCE, look, save
-from ...marching.scene_lanes import pair_module
+from ...marching.scene_lanes import march_kernels
 from .cases import Case
 from .measure import LONG, Run
 from .reference import Reference
@@ -35,7 +35,7 @@ def kinds() -> dict[str, list[str]]:
     where = scene("elastic_pendulum", EA=1e4)
     for name in schemes():
         s = scheme(name)
-        implicit = len(pair_module(where, s).OPERATIONS["iteration"])
+        implicit = len(march_kernels(where, s).OPERATIONS["iteration"])
         several = any(lag for _, lag in s.history)
         kind = (
             "explicit" if implicit == 0 else

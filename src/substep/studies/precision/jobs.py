@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ...core.scenes import scene
 from ...core.schemes import scheme, schemes
-from ...marching.scene_lanes import pair_module
+from ...marching.scene_lanes import march_kernels
 from . import charts, choice, crossover, peers
 from .cases import CASES, Case, runs
 
@@ -46,7 +46,7 @@ def operations(folder: Path) -> list[tuple[str, int, str, int]]:
     elastic, rigid = scene("elastic_pendulum", EA=1e10), scene("rigid_pendulum")
     rows = []
     for name in schemes():
-        bar, stiff = (pair_module(model, scheme(name)).OPERATIONS for model in (elastic, rigid))
+        bar, stiff = (march_kernels(model, scheme(name)).OPERATIONS for model in (elastic, rigid))
         rows.append((name, bar["step"], " + ".join(map(str, bar["iteration"])) or "0", stiff["step"]))
     header = ("scheme", "elastic: a step", "elastic: an iteration of each balance", "rigid: a step")
     with (folder / "operations.csv").open("w", encoding="utf-8", newline="") as file:

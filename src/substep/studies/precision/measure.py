@@ -13,7 +13,7 @@ from ...core.response import Response, Status
 from ...core.scenes import Scene
 from ...core.schemes import Array, Scheme
 from ...marching.run import march
-from ...marching.scene_lanes import pair_module
+from ...marching.scene_lanes import march_kernels
 from .reference import QUANTITIES, Reference
 
 T = TypeVar("T")
@@ -69,7 +69,7 @@ def cost(scene: Scene, scheme: Scheme, r: Response, steps: int) -> Cost:
     if scene.info.oscillator:
         m, R, K = sizes(scheme)
         return Cost(solves, solves, 2 * (m + R) * (m + K) * steps)
-    each = pair_module(scene, scheme).OPERATIONS
+    each = march_kernels(scene, scheme).OPERATIONS
     newton = iterations.sum(axis=0)
     inside = sum(count * one for count, one in zip(newton[newton > 0], each["iteration"], strict=False))
     return Cost(solves, solves + int(newton.sum()), each["step"] * steps + int(inside))
