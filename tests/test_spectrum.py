@@ -169,10 +169,10 @@ def test_filter_and_march_agree(name: str, monkeypatch: pytest.MonkeyPatch) -> N
     s, load, xi = ss.scheme(name), ss.Record(DT, motion(31)), np.array([0.0, 0.05, 0.3, 0.05])
     omega = 2 * np.pi / np.array([5.0, 1.0, 0.4, 2.0]) * (1.0 if name != "forward_euler" else 0.1)
     with np.errstate(all="ignore"):  # a block's unused lanes
-        found = spectrum._filtered(s, omega, xi, load)
-        marched = spectrum._marched(s, omega, xi, load)
+        found = spectrum._by_filter(s, omega, xi, load)
+        marched = spectrum._by_histories(s, omega, xi, load)
         monkeypatch.setattr(spectrum, "HISTORY", 200)  # two lanes at a time, which changes nothing
-        assert np.array_equal(spectrum._marched(s, omega, xi, load), marched)
+        assert np.array_equal(spectrum._by_histories(s, omega, xi, load), marched)
     if found is None:
         assert name in ("houbolt", "park", "gholampour", "oalts")
     else:

@@ -69,7 +69,7 @@ def header(scheme: str) -> str:
 
 
 def _residual(scheme: Scheme) -> Iterator[str]:
-    """C lines of the kernel `_defect` and of the text that substep's `_residual` is printed from."""
+    """C lines of the kernel `_defect` and of the text that substep's `_polynomial_at_exact` is printed from."""
     kernels = SchemeKernels.of(scheme)
     kernel = next(k for k in kernels.stability if k.name == "_defect")
     common, expressions = cse([e for _, e in kernel.outputs])

@@ -133,7 +133,7 @@ INLINE void far(const vec *v, spectrum s, vec *damping, vec *period) {
     *period = v[0] * scale * damped * both - 1.0;
 }
 
-// tanh of half the distance, in s, of the pair half + i root from the exact one, as substep's `_apart`
+// tanh of half the distance, in s, of the pair half + i root from the exact one, as substep's `_distance_from_exact`
 INLINE void apart(const vec *v, const vec *pair, vec *re, vec *im) {
     vec half = pair[0], less = 0.5 * pair[1], modulus2 = pair[2], imaginary = pair[3], found[5];
     residual(v, found);
@@ -151,7 +151,7 @@ INLINE void apart(const vec *v, const vec *pair, vec *re, vec *im) {
     *re = scale * (p0 * g0 + p1 * g1), *im = scale * (p1 * g0 - p0 * g1);
 }
 
-// numerical damping and period error as substep's `_compared`
+// numerical damping and period error as substep's `_errors_of_distance`
 INLINE void near(const vec *v, vec re, vec im, vec *damping, vec *period) {
     vec scale = root(1.0 - v[1] * v[1]), x = re * re - im * im, y = 2.0 * re * im;
     vec u = 1.0 / 3.0 + 1.0 / 5.0 * x, w = 1.0 / 5.0 * y, t = u;

@@ -26,7 +26,7 @@ def differences(folder: Path, files: dict[str, str]) -> list[str]:
 
 
 def _files(folder: Path) -> list[Path]:
-    """What a derivation writes there: modules and the table of their operations."""
+    """The files of a folder that a derivation may write: modules and the table of their operations."""
     return [path for path in folder.glob("*") if path.suffix in (".py", ".md")]
 
 
@@ -50,7 +50,8 @@ def main() -> int:
     for path in _files(options.folder):
         if path.name not in files:
             path.unlink()
-    for name in sorted({line.split(":")[0] for line in found} & files.keys()):  # others keep their compiled code
+    changed = {line.split(":")[0] for line in found} & files.keys()
+    for name in sorted(changed):  # the others are left alone, so that numba's cache of them stays valid
         (options.folder / name).write_text(files[name], encoding="utf-8", newline="\n")
     size = sum(len(text.encode()) for text in files.values())
     print(

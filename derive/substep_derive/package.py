@@ -45,7 +45,7 @@ def package(schemes: Iterable[Scheme], scenes: Iterable[Scene]) -> dict[str, str
 
 
 def catalogue_pair(scheme: Scheme, motion: EquationsOfMotion) -> str:
-    """Text of the module of a scheme on a scene, both declared here."""
+    """Text of the module that marches the scheme on the scene."""
     return _scene_step(scheme, motion, effective_systems(scheme))
 
 
@@ -65,5 +65,5 @@ def _scene_step(scheme: Scheme, motion: EquationsOfMotion, systems: Iterable[Eff
 
 
 def _with_banner(text: str) -> str:
-    """A text that hangs on no declaration, with its own digest."""
+    """The text of a module that depends on no declaration, under a banner with the text's own digest."""
     return fill(BANNER, source="substep_derive", digest=hashlib.sha256(text.encode()).hexdigest()) + text

@@ -35,26 +35,26 @@ from numba import njit
 NAME = "generalized_alpha_mixed_displacement"
 STATE = ("u", "h*v", "h^2*a",)
 PARAMETERS = ("alpha_m", "alpha_f", "beta", "gamma",)
-# module of the linear march and its load instants; entries of the state it carries; whether a was eliminated
+# linear march: its module and load instants a step; which entries of STATE it carries; whether a was eliminated
 MARCH, LOADS, KEPT, CARRIER = "linear_march_3_012", 2, (0, 1, 2), False
-# order of the filter that gives peaks from rest, 0 for none
+# order of the digital filter that gives peaks from rest, 0 for none
 FILTER = 3
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
 _compile = njit(cache=True, nogil=True, error_model="numpy")
 
-# a * b + c is rounded once
+# contract: a * b + c may become one operation, rounded once
 _inline = njit(nogil=True, error_model="numpy", forceinline=True, fastmath={"contract"})
 _fused = njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 
 
 @_inline
 def _log1p(u, m):
-    """ln(1 + u), where m = 1 + u > 0; for u < -1/2 from m alone."""
+    """ln(1 + u), where m = 1 + u > 0; for u < -1/2 computed from m alone."""
     bits = np.float64(m).view(np.int64)
     k = (bits - 0x3FE6A09E667F3BCD) >> 52  # m = 2^k (1 + f), 1 + f from sqrt(1/2) to sqrt(2)
-    rest = u - (m - 1.0) if u > -0.5 else 0.0  # what rounding took from m
+    rest = u - (m - 1.0) if u > -0.5 else 0.0  # the rounding error of m
     rest *= np.int64((1023 - k) << 52).view(np.float64)
     f = np.int64(bits - (k << 52)).view(np.float64) - 1.0
     s = f / (2.0 + f)
@@ -114,7 +114,7 @@ def _increment(Omega, xi, alpha_m, alpha_f, beta, gamma):
 
 @_inline
 def _cubic(Omega, xi, alpha_m, alpha_f, beta, gamma):
-    """Live eigenvalues: c3*lambda^3 + c2*lambda^2 + c1*lambda + c0 = 0; b0, b1, its value and slope at 1. 72 operations."""
+    """c3*lambda^3 + ... + c0 = 0 for eigenvalues not always 0; b0, b1: its value and slope at lambda = 1. 72 operations."""
     r0 = alpha_f - 1
     r1 = alpha_m - 1
     r2 = 2*gamma + 1
@@ -141,7 +141,7 @@ def _cubic(Omega, xi, alpha_m, alpha_f, beta, gamma):
 
 @_inline
 def _asymmetry(Omega, alpha_m, alpha_f, beta, gamma):
-    """At xi = 0, w: differences of opposite coefficients; y: the same over lambda, and what that leaves. 39 operations."""
+    """At xi = 0: w = 0 if the polynomial in lambda reads the same backwards; y = 0 if that over lambda does. 39 operations."""
     r0 = 2*gamma - 1
     r1 = 2*alpha_m - 1
     r2 = 6*gamma + 1
@@ -159,7 +159,7 @@ def _asymmetry(Omega, alpha_m, alpha_f, beta, gamma):
 
 @_inline
 def _defect(Omega, xi, alpha_m, alpha_f, beta, gamma):
-    """The polynomial in tau at e^s, cancelled up to Omega^3, and coefficients for `_residual`. 53 operations."""
+    """Parts of the polynomial in tau at e^s, summed up to Omega^3, for `_polynomial_at_exact`. 53 operations."""
     r0 = 2*gamma - 1
     r1 = 2*xi - 1
     r2 = 4*beta - 1
@@ -186,15 +186,15 @@ def _defect(Omega, xi, alpha_m, alpha_f, beta, gamma):
 
 
 @_inline
-def _bits(Omega, xi):
-    """The larger one's, as an unsigned number: from infinity's on if one is negative, -0, infinite or NaN."""
+def _larger_bits(Omega, xi):
+    """The larger of their bits as unsigned integers: below infinity's only if both are finite and not below +0."""
     a, b = np.float64(Omega).view(np.uint64), np.float64(xi).view(np.uint64)
     return a if a > b else b
 
 
 @_inline
-def _measured(Omega, xi, half, less, modulus2, root):
-    """Numerical damping and period error of the pair half +- i*root, less = modulus2 - 1; root < 0 for none."""
+def _errors_of_pair(Omega, xi, half, less, modulus2, root):
+    """Numerical damping and period error of the pair half +- i*root; less = modulus2 - 1; NaN where root < 0."""
     angle, square = _angle(root, half), abs(1.0 - xi * xi)
     cosine = math.sqrt(square)
     inverse = 1.0 / (angle * cosine)
@@ -205,8 +205,8 @@ def _measured(Omega, xi, half, less, modulus2, root):
 
 
 @_inline
-def _compared(Omega, xi, root, re, im):
-    """From tanh of half the pair's distance to the exact one: if that is small, numerical damping, period error."""
+def _errors_of_distance(Omega, xi, root, re, im):
+    """Whether re + i im of `_distance_from_exact` is small; if so, numerical damping and period error."""
     cosine = math.sqrt(abs(1.0 - xi * xi))
     x, y = re * re - im * im, 2.0 * re * im
     u, v = 1.0 / 3.0 + 1.0 / 5.0 * x, 1.0 / 5.0 * y  # 1 + q^2/3 + q^4/5
@@ -216,13 +216,13 @@ def _compared(Omega, xi, root, re, im):
     still = Omega == 0.0
     damping = 0.0 if still else 0.0 - (growth * cosine + xi * shift) * inverse
     period = 0.0 if still else 0.0 - shift * cosine * inverse
-    close = root > 0.0 and re * re + im * im < 1.52587890625e-05  # the next term is below 6e-16
+    close = root > 0.0 and re * re + im * im < 1.52587890625e-05  # the next term of the series is below 6e-16
     return xi < 1.0 and (still or close), damping, period
 
 
 @_inline
 def _in_square(y, z, constants):
-    """u, v with u + v s^2 the polynomial in s^2 of these constants, highest first, where s^4 = -y s^2 - z."""
+    """u and v, where u + v s^2 is the polynomial in s^2 with these constants, highest first, and s^4 = -y s^2 - z."""
     u, v = constants[1], constants[0]
     for constant in constants[2:]:
         u, v = constant - z * v, u - y * v
@@ -230,10 +230,11 @@ def _in_square(y, z, constants):
 
 
 @_inline
-def _residual(Omega, xi, p0, p1, k0, k1_3, k2_2, k2_4, k3_3, k3_5, leading):
-    """p0, p1, x, y: the polynomial in tau is Omega^3 (p0 + i r p1) at tau = x + i r y of e^s, r = sqrt(1 - xi^2).
+def _polynomial_at_exact(Omega, xi, p0, p1, k0, k1_3, k2_2, k2_4, k3_3, k3_5, leading):
+    """p0, p1, x, y, leading: the polynomial in tau has the value Omega^3 (p0 + i r p1) at the exact eigenvalue e^s.
 
-    s = Omega zeta, zeta^2 = -2 xi zeta - 1; a_jn + b_jn zeta are the powers of tau^j from s^n on, over Omega^n.
+    There tau = 2 (lambda - 1)/(lambda + 1) is x + i r y, with r = sqrt(1 - xi^2); s = Omega zeta, where
+    zeta^2 = -2 xi zeta - 1. aj_n + bj_n zeta is the power series of tau^j from s^n on, divided by Omega^n.
     """
     x, w = 2.0 * xi, Omega * Omega
     y, z = w * (2.0 - x * x), w * w  # s^4 = -y s^2 - z
@@ -264,7 +265,7 @@ def _residual(Omega, xi, p0, p1, k0, k1_3, k2_2, k2_4, k3_3, k3_5, leading):
 
 @_inline
 def _closer(y, p, size):
-    """A step of fourth order to the positive root of y^3 + 3 p y = size."""
+    """One step, of fourth order, from y towards the positive root of y^3 + 3 p y = size."""
     f, slope = y * (y * y + 3.0 * p) - size, 3.0 * (y * y + p)
     bend = slope * slope - 3.0 * y * f
     return y - f * bend / (slope * (bend - 3.0 * y * f) + f * f + 1e-300)
@@ -274,8 +275,9 @@ def _closer(y, p, size):
 def _real_root(a2, a1, a0):
     """The real root of x^3 + a2 x^2 + a1 x + a0 that is farthest from the other two.
 
-    From the inflection, y^3 + 3 p y = size has one positive root, within 16 % of y^2 = size^(2/3) - 3 p or, for p > 0,
-    y^-2 = size^(-2/3) + 9 p^2/size^2 with powers taken by the exponents; two steps of fourth order do the rest.
+    Its distance y from the point of inflection is the one positive root of y^3 + 3 p y = size. The first guess is
+    y^2 = size^(2/3) - 3 p or, for p > 0, y^-2 = size^(-2/3) + 9 p^2/size^2, with powers approximated by integer
+    arithmetic on the bits of the numbers. It is within 16 %, which two steps of fourth order reduce to rounding.
     """
     middle = -1.0 / 3.0 * a2
     p = 1.0 / 3.0 * (a1 + a2 * middle)
@@ -293,7 +295,7 @@ def _real_root(a2, a1, a0):
 
 @_inline
 def _monic(c3, c2, c1, c0, b0, b1):
-    """The others over c3, and the third eigenvalue, which is real."""
+    """The other coefficients, b0 and b1 divided by c3; and the third eigenvalue, which is real."""
     inverse = 1.0 / c3
     a2, a1, a0 = c2 * inverse, c1 * inverse, c0 * inverse
     return a2, a1, a0, b0 * inverse, b1 * inverse, _real_root(a2, a1, a0)
@@ -301,10 +303,11 @@ def _monic(c3, c2, c1, c0, b0, b1):
 
 @_inline
 def _pair(a2, a1, a0, b0, b1, third):
-    """(half trace, squared modulus less 1, that square, discriminant) of the pair beside the third eigenvalue.
+    """Half the trace, modulus^2 - 1, modulus^2 and discriminant of the pair beside the third eigenvalue.
 
-    Of what is left over lambda - third, P, the value at 1, and Q = 1 - det follow from b0 and b1, which keep the
-    digits of a pair near 1; away from 1, trace and determinant by the division that begins with the smaller root.
+    The pair's quadratic is the cubic divided by lambda - third. For a pair near 1 its value P at 1 and Q = 1 - det
+    follow from b0 and b1 with all digits. For other pairs trace and determinant follow from polynomial division, which
+    begins at the lowest coefficient if the third eigenvalue is larger than the pair, else at the highest.
     """
     m = 1.0 - third
     divisor, safe_m = third if third != 0.0 else 1.0, m if m != 0.0 else 1.0
@@ -317,7 +320,7 @@ def _pair(a2, a1, a0, b0, b1, third):
     backward = third * third > abs(det)
     det = last if backward else det
     half = 0.5 * ((a1 - last) * over_third if backward else -(a2 + third))
-    beside = P < 0.5 and P < 0.5 * m * m and T * T < m * m  # nearer to 1 than third is
+    beside = P < 0.5 and P < 0.5 * m * m and T * T < m * m  # the pair is nearer to 1 than third is
     half = 1.0 - 0.5 * T if beside else half
     discriminant = P - 0.25 * T * T if beside else det - half * half
     less = -Q if beside and Q < 0.5 else det - 1.0
@@ -326,22 +329,22 @@ def _pair(a2, a1, a0, b0, b1, third):
 
 @_inline
 def _modulus(half, modulus2, discriminant, third):
-    """The largest modulus."""
+    """The largest modulus of the three eigenvalues."""
     real = 0.0 if discriminant > 0.0 else abs(half)
-    modulus = real + math.sqrt(abs(modulus2 if discriminant > 0.0 else discriminant))  # one root that cannot fail
+    modulus = real + math.sqrt(abs(modulus2 if discriminant > 0.0 else discriminant))  # one root, never of a negative
     return modulus if modulus > abs(third) else abs(third)
 
 
 @_inline
 def _is_conservative(Omega, xi, alpha_m, alpha_f, beta, gamma):
-    """Whether the polynomial reads the same backwards, itself or without a root at 0: its pairs are on the circle."""
+    """Whether the polynomial, or it over lambda, reads the same backwards: a complex pair is on the unit circle."""
     w0, w1, y0, y1 = _asymmetry(Omega, alpha_m, alpha_f, beta, gamma)
     return xi == 0.0 and (abs(w0) + abs(w1) == 0.0 or abs(y0) + abs(y1) == 0.0)
 
 
 @_inline
 def _eigenvalues(Omega, xi, alpha_m, alpha_f, beta, gamma, a2, a1, a0, b0, b1, third):
-    """Spectral radius, `_measured`'s half, less, modulus2 and root, and the third eigenvalue."""
+    """Spectral radius; of the pair half +- i*root: half, less = modulus2 - 1, modulus2, root (-1 if real); third."""
     half, less, modulus2, discriminant = _pair(a2, a1, a0, b0, b1, third)
     root = math.sqrt(abs(discriminant)) if discriminant > 0.0 else -1.0
     less, modulus2 = (0.0, 1.0) if _is_conservative(Omega, xi, alpha_m, alpha_f, beta, gamma) else (less, modulus2)
@@ -349,12 +352,12 @@ def _eigenvalues(Omega, xi, alpha_m, alpha_f, beta, gamma, a2, a1, a0, b0, b1, t
 
 
 @_fused
-def _radii_of_block(Omega, xi, alpha_m, alpha_f, beta, gamma, radius, s):
-    """Spectral radii; the largest bits. Two loops, whose iterations overlap."""
+def _spectral_radii_of_block(Omega, xi, alpha_m, alpha_f, beta, gamma, radius, s):
+    """`_spectral_radii` of a block of points; in two loops, so that the processor overlaps their iterations."""
     bits = np.uint64(0)
     for i in range(radius.size):
         s[0, i], s[1, i], s[2, i], s[3, i], s[4, i], s[5, i] = _monic(*_cubic(Omega[i], xi[i], alpha_m[i], alpha_f[i], beta[i], gamma[i]))
-        bits = max(bits, _bits(Omega[i], xi[i]))
+        bits = max(bits, _larger_bits(Omega[i], xi[i]))
     for i in range(radius.size):
         half, _, modulus2, discriminant = _pair(s[0, i], s[1, i], s[2, i], s[3, i], s[4, i], s[5, i])
         radius[i] = _modulus(half, modulus2, discriminant, s[5, i])
@@ -362,26 +365,27 @@ def _radii_of_block(Omega, xi, alpha_m, alpha_f, beta, gamma, radius, s):
 
 
 @_fused
-def _radii(Omega, xi, alpha_m, alpha_f, beta, gamma, radius):
-    """Spectral radii; the largest bits."""
+def _spectral_radii(Omega, xi, alpha_m, alpha_f, beta, gamma, radius):
+    """Store the spectral radius at each point; return the largest `_larger_bits`."""
     bits, s = np.uint64(0), np.empty((6, 2048))
     for i in range(0, radius.size, 2048):
         k = min(i + 2048, radius.size)
-        bits = max(bits, _radii_of_block(Omega[i:k], xi[i:k], alpha_m[i:k], alpha_f[i:k], beta[i:k], gamma[i:k], radius[i:k], s))
+        bits = max(bits, _spectral_radii_of_block(Omega[i:k], xi[i:k], alpha_m[i:k], alpha_f[i:k], beta[i:k], gamma[i:k], radius[i:k], s))
     return bits
 
 
 @_inline
-def _apart(Omega, xi, alpha_m, alpha_f, beta, gamma, half, less, modulus2, root, third):
-    """tanh of half the distance, in s, of the pair half +- i root from the exact one, e^s; real and imaginary part.
+def _distance_from_exact(Omega, xi, alpha_m, alpha_f, beta, gamma, half, less, modulus2, root, third):
+    """tanh of half the distance in s between the eigenvalue half + i root and the exact one e^s; real, imaginary part.
 
-    In tau the pair is (less/2 +- i root)/scale. The polynomial at tau = x + i r y is `leading` times the product of all
-    its distances: from the pair, tanh by h, and from the other roots.
+    In tau = 2 (lambda - 1)/(lambda + 1) the pair is (less/2 +- i root)/scale. At the exact tau = x + i r y the
+    polynomial is `leading` times the product of the distances from all its roots. Over those from the conjugate (f) and
+    from the other roots, it is the distance from the pair in tau, which divided by h is the tanh.
     """
-    p0, p1, x, y, leading = _residual(Omega, xi, *_defect(Omega, xi, alpha_m, alpha_f, beta, gamma))
+    p0, p1, x, y, leading = _polynomial_at_exact(Omega, xi, *_defect(Omega, xi, alpha_m, alpha_f, beta, gamma))
     cosine, scale = math.sqrt(abs(1.0 - xi * xi)), 0.25 * (1.0 + 2.0 * half + modulus2)
     p1, y, less = cosine * p1, cosine * y, 0.5 * less
-    f0, f1 = scale * x - less, scale * y + root  # times scale, tau's distance from the conjugate one
+    f0, f1 = scale * x - less, scale * y + root  # scale times the distance in tau from the conjugate
     h0, h1 = scale - 0.25 * (less * x - root * y), -0.25 * (less * y + root * x)
     g0, g1 = f0 * h0 - f1 * h1, f0 * h1 + f1 * h0
     e0, e1, d0, d1 = 1.0 + 0.5 * x, 0.5 * y, 1.0 - 0.5 * x, -0.5 * y  # e^s = e/d
@@ -393,13 +397,16 @@ def _apart(Omega, xi, alpha_m, alpha_f, beta, gamma, half, less, modulus2, root,
 
 
 @_fused
-def _near(Omega, xi, alpha_m, alpha_f, beta, gamma, s, damping, period):
-    """Anew of points near Omega = 0 whose pair is close to the exact one; how many. Two loops: iterations overlap."""
+def _errors_near_zero(Omega, xi, alpha_m, alpha_f, beta, gamma, s, damping, period):
+    """Replace the errors at points near Omega = 0 whose pair is close to the exact one; return how many there are.
+
+    There are two loops, so that the processor overlaps their iterations.
+    """
     count = 0
     for i in range(period.size):
-        s[5, i], s[6, i] = _apart(Omega[i], xi[i], alpha_m[i], alpha_f[i], beta[i], gamma[i], s[0, i], s[1, i], s[2, i], s[3, i], s[4, i])
+        s[5, i], s[6, i] = _distance_from_exact(Omega[i], xi[i], alpha_m[i], alpha_f[i], beta[i], gamma[i], s[0, i], s[1, i], s[2, i], s[3, i], s[4, i])
     for i in range(period.size):
-        better, near_damping, near_period = _compared(Omega[i], xi[i], s[3, i], s[5, i], s[6, i])
+        better, near_damping, near_period = _errors_of_distance(Omega[i], xi[i], s[3, i], s[5, i], s[6, i])
         better = better and Omega[i] < 0.125
         damping[i], period[i] = near_damping if better else damping[i], near_period if better else period[i]
         count += better
@@ -407,44 +414,47 @@ def _near(Omega, xi, alpha_m, alpha_f, beta, gamma, s, damping, period):
 
 
 @_fused
-def _block(Omega, xi, alpha_m, alpha_f, beta, gamma, radius, damping, period):
-    """Of all points; near Omega = 0 by the distance to the exact, where that can tell. The largest bits."""
+def _stability_of_block(Omega, xi, alpha_m, alpha_f, beta, gamma, radius, damping, period):
+    """`stability` of a block of points; returns the largest `_larger_bits`.
+
+    Near Omega = 0, damping and period error follow from the distance of the pair from the exact one, if that is small.
+    """
     n, count, bits = radius.size, 0, np.uint64(0)
     s = np.empty((7, n))
     for i in range(n):
         s[0, i], s[1, i], s[2, i], s[3, i], s[4, i], s[5, i] = _monic(*_cubic(Omega[i], xi[i], alpha_m[i], alpha_f[i], beta[i], gamma[i]))
     for i in range(n):
         radius[i], s[0, i], s[1, i], s[2, i], s[3, i], s[4, i] = _eigenvalues(Omega[i], xi[i], alpha_m[i], alpha_f[i], beta[i], gamma[i], s[0, i], s[1, i], s[2, i], s[3, i], s[4, i], s[5, i])
-        bits = max(bits, _bits(Omega[i], xi[i]))
+        bits = max(bits, _larger_bits(Omega[i], xi[i]))
     for i in range(n):
         count += Omega[i] < 0.125
-    if count == n and _near(Omega, xi, alpha_m, alpha_f, beta, gamma, s, damping, period) == n:
+    if count == n and _errors_near_zero(Omega, xi, alpha_m, alpha_f, beta, gamma, s, damping, period) == n:
         return bits
     for i in range(n):
-        damping[i], period[i] = _measured(Omega[i], xi[i], s[0, i], s[1, i], s[2, i], s[3, i])
+        damping[i], period[i] = _errors_of_pair(Omega[i], xi[i], s[0, i], s[1, i], s[2, i], s[3, i])
     if count > 0:
-        _near(Omega, xi, alpha_m, alpha_f, beta, gamma, s, damping, period)
+        _errors_near_zero(Omega, xi, alpha_m, alpha_f, beta, gamma, s, damping, period)
     return bits
 
 
 @_fused
 def spectral_radius(Omega, xi, alpha_m, alpha_f, beta, gamma, out):
     """Spectral radius; 1-D arrays of one length. Returns whether any Omega or xi is negative, -0 or not finite."""
-    return _radii(Omega, xi, alpha_m, alpha_f, beta, gamma, out) >= np.uint64(0x7FF0000000000000)
+    return _spectral_radii(Omega, xi, alpha_m, alpha_f, beta, gamma, out) >= np.uint64(0x7FF0000000000000)
 
 
 @_fused
 def stability(Omega, xi, alpha_m, alpha_f, beta, gamma, radius, damping, period):
     """Spectral radius, numerical damping ratio and period error in one pass; 1-D arrays of one length.
 
-    Damping is that of the complex pair of largest modulus, less the physical one; period is the
-    numerical over the exact one, less 1; both are NaN where the eigenvalues are real. Returns whether
+    damping: that of the complex pair of largest modulus, less the physical one; period: the numerical
+    period over the exact one, less 1; both are NaN where all eigenvalues are real. Returns whether
     any Omega or xi is negative, -0 or not finite.
     """
     bits = np.uint64(0)
     for i in range(0, radius.size, 2048):
         k = min(i + 2048, radius.size)
-        bits = max(bits, _block(Omega[i:k], xi[i:k], alpha_m[i:k], alpha_f[i:k], beta[i:k], gamma[i:k], radius[i:k], damping[i:k], period[i:k]))
+        bits = max(bits, _stability_of_block(Omega[i:k], xi[i:k], alpha_m[i:k], alpha_f[i:k], beta[i:k], gamma[i:k], radius[i:k], damping[i:k], period[i:k]))
     return bits >= np.uint64(0x7FF0000000000000)
 
 
@@ -470,12 +480,12 @@ def stencil(alpha_m, alpha_f, beta, gamma, out):
     for i in range(out.shape[0]):
         out[i, 0] = 1 - alpha_f[i]
 
-_exact = njit(nogil=True, error_model="numpy")  # no fastmath: the tails are what rounding took
+_exact = njit(nogil=True, error_model="numpy")  # no fastmath: tails are rounding errors, which it would remove
 
 
 @_exact
 def _plus(a, b):
-    """a + b and what its rounding took."""
+    """The sum of two doubles: head, and tail, which is the rounding error of the head."""
     head = a + b
     rest = head - a
     return head, (a - (head - rest)) + (b - rest)
@@ -483,7 +493,7 @@ def _plus(a, b):
 
 @_exact
 def _plus_one(a, b, b_):
-    """The same for a double and a pair."""
+    """The sum of a double and a pair of head and tail."""
     head, tail = _plus(a, b)
     tail += b_
     total = head + tail
@@ -492,7 +502,7 @@ def _plus_one(a, b, b_):
 
 @_exact
 def _plus_two(a, a_, b, b_):
-    """The same for two pairs."""
+    """The sum of two pairs of head and tail."""
     head, tail = _plus(a, b)
     tail += a_ + b_
     total = head + tail
@@ -501,7 +511,7 @@ def _plus_two(a, a_, b, b_):
 
 @_exact
 def _times(a, b):
-    """a*b and what its rounding took, from halves whose products are exact."""
+    """The product of two doubles: head and tail, from halves of their digits, whose products are exact."""
     head, c, d = a * b, 134217729.0 * a, 134217729.0 * b
     a1, b1 = c - (c - a), d - (d - b)
     a2, b2 = a - a1, b - b1
@@ -510,7 +520,7 @@ def _times(a, b):
 
 @_exact
 def _times_one(a, b, b_):
-    """The same for a double and a pair."""
+    """The product of a double and a pair of head and tail."""
     head, tail = _times(a, b)
     tail += a * b_
     total = head + tail
@@ -519,7 +529,7 @@ def _times_one(a, b, b_):
 
 @_exact
 def _times_two(a, a_, b, b_):
-    """The same for two pairs."""
+    """The product of two pairs of head and tail."""
     head, tail = _times(a, b)
     tail += a * b_ + a_ * b
     total = head + tail
@@ -528,7 +538,7 @@ def _times_two(a, a_, b, b_):
 
 @_exact
 def _over(a, a_, b, b_):
-    """The double next to a/b."""
+    """The quotient of two pairs of head and tail, rounded to a double."""
     head = a / b
     product, tail = _times(head, b)
     return head + ((a - product) - tail + a_ - head * b_) / b
@@ -536,7 +546,7 @@ def _over(a, a_, b, b_):
 
 @_compile
 def _coefficients(s):
-    """Of a block of lanes, whose Omega, xi, alpha_m, alpha_f, beta, gamma stand in its first rows."""
+    """`coefficients` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
     for j in range(48):
         Omega, xi, alpha_m, alpha_f, beta, gamma = s[j], s[48 + j], s[96 + j], s[144 + j], s[192 + j], s[240 + j]
         d0, d0_ = _plus(-1.0, alpha_m)
@@ -603,9 +613,10 @@ def _coefficients(s):
 
 @_compile
 def coefficients(Omega, xi, alpha_m, alpha_f, beta, gamma, out):
-    """D, B, O, P of linear_march_3_012, x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f, row by row.
+    """D, B, O, P of linear_march_3_012: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f; out (15, n).
 
-    D (m, m), rounded once; B (m, 2) and P have zeros in columns beyond the stencil; out (15, n).
+    The rows of out are the entries of D, B, O, P, matrix by matrix and row by row. D is rounded once. Columns of
+    B and P beyond the scheme's own load instants, up to the march's 2, are zero.
     """
     s = np.ones(21 * 48)
     for first in range(0, out.shape[1], 48):
@@ -620,7 +631,7 @@ def coefficients(Omega, xi, alpha_m, alpha_f, beta, gamma, out):
 
 @_compile
 def _transfer(s):
-    """Of a block of lanes, whose Omega, xi, alpha_m, alpha_f, beta, gamma stand in its first rows."""
+    """`transfer` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
     for j in range(48):
         Omega, xi, alpha_m, alpha_f, beta, gamma = s[j], s[48 + j], s[96 + j], s[144 + j], s[192 + j], s[240 + j]
         x0 = alpha_f - 1
@@ -656,9 +667,10 @@ def _transfer(s):
 
 @_compile
 def transfer(Omega, xi, alpha_m, alpha_f, beta, gamma, out):
-    """From a load linear between steps to the response from rest, see linear_filter; out (13, n).
+    """Filter from a load, linear between steps, to the response from rest (see linear_filter); out (13, n).
 
-    P, g, and k of u, S, k of h*v and of h^2*a: e0 = h^2 f + g1 e1 + ... - P q, u = S (q + k0 e0 + k1 e1 + ...).
+    Rows of out: P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
+    u = S (q + k0 e0 + k1 e1 + ...) and h*v, h^2*a = k0 e0 + k1 e1 + ...; e1, e2, ... are e0 of the steps before.
     """
     s = np.ones(19 * 48)
     for first in range(0, out.shape[1], 48):

@@ -71,26 +71,26 @@ from numba import njit
 NAME = "oalts"
 STATE = ("u", "h*v", "h^2*a", "u[-1]", "h*v[-1]", "h^2*a[-1]",)
 PARAMETERS = ("rho_inf",)
-# module of the linear march and its load instants; entries of the state it carries; whether a was eliminated
+# linear march: its module and load instants a step; which entries of STATE it carries; whether a was eliminated
 MARCH, LOADS, KEPT, CARRIER = "linear_march_6_012", 2, (0, 1, 2, 3, 4, 5), False
-# order of the filter that gives peaks from rest, 0 for none
+# order of the digital filter that gives peaks from rest, 0 for none
 FILTER = 0
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
 _compile = njit(cache=True, nogil=True, error_model="numpy")
 
-# a * b + c is rounded once
+# contract: a * b + c may become one operation, rounded once
 _inline = njit(nogil=True, error_model="numpy", forceinline=True, fastmath={"contract"})
 _fused = njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 
 
 @_inline
 def _log1p(u, m):
-    """ln(1 + u), where m = 1 + u > 0; for u < -1/2 from m alone."""
+    """ln(1 + u), where m = 1 + u > 0; for u < -1/2 computed from m alone."""
     bits = np.float64(m).view(np.int64)
     k = (bits - 0x3FE6A09E667F3BCD) >> 52  # m = 2^k (1 + f), 1 + f from sqrt(1/2) to sqrt(2)
-    rest = u - (m - 1.0) if u > -0.5 else 0.0  # what rounding took from m
+    rest = u - (m - 1.0) if u > -0.5 else 0.0  # the rounding error of m
     rest *= np.int64((1023 - k) << 52).view(np.float64)
     f = np.int64(bits - (k << 52)).view(np.float64) - 1.0
     s = f / (2.0 + f)
@@ -192,7 +192,7 @@ def _increment(Omega, xi, rho_inf):
 
 @_inline
 def _polynomial(Omega, xi, rho_inf):
-    """Live eigenvalues: c0 + c1*lambda + ... = 0; b0, b1, its value and slope at 1. 76 operations."""
+    """c0 + c1*lambda + ... = 0 for eigenvalues not always 0; b0, b1: its value and slope at lambda = 1. 76 operations."""
     r0 = rho_inf + 1
     r1 = 3*rho_inf - 1
     r2 = rho_inf*(2*rho_inf - 5) + 1
@@ -222,7 +222,7 @@ def _polynomial(Omega, xi, rho_inf):
 
 @_inline
 def _asymmetry(Omega, rho_inf):
-    """At xi = 0, w: differences of opposite coefficients; y: the same over lambda, and what that leaves. 47 operations."""
+    """At xi = 0: w = 0 if the polynomial in lambda reads the same backwards; y = 0 if that over lambda does. 47 operations."""
     r0 = rho_inf + 1
     r1 = rho_inf**2 + 1
     r2 = rho_inf - 1
@@ -246,7 +246,7 @@ def _asymmetry(Omega, rho_inf):
 
 @_inline
 def _defect(Omega, xi, rho_inf):
-    """The polynomial in tau at e^s, cancelled up to Omega^4, and coefficients for `_residual`. 58 operations."""
+    """Parts of the polynomial in tau at e^s, summed up to Omega^4, for `_polynomial_at_exact`. 58 operations."""
     r0 = rho_inf + 1
     r1 = 2*xi**2 - 1
     r2 = rho_inf*(rho_inf - 1) + 1
@@ -278,15 +278,15 @@ def _defect(Omega, xi, rho_inf):
 
 
 @_inline
-def _bits(Omega, xi):
-    """The larger one's, as an unsigned number: from infinity's on if one is negative, -0, infinite or NaN."""
+def _larger_bits(Omega, xi):
+    """The larger of their bits as unsigned integers: below infinity's only if both are finite and not below +0."""
     a, b = np.float64(Omega).view(np.uint64), np.float64(xi).view(np.uint64)
     return a if a > b else b
 
 
 @_inline
-def _measured(Omega, xi, half, less, modulus2, root):
-    """Numerical damping and period error of the pair half +- i*root, less = modulus2 - 1; root < 0 for none."""
+def _errors_of_pair(Omega, xi, half, less, modulus2, root):
+    """Numerical damping and period error of the pair half +- i*root; less = modulus2 - 1; NaN where root < 0."""
     angle, square = _angle(root, half), abs(1.0 - xi * xi)
     cosine = math.sqrt(square)
     inverse = 1.0 / (angle * cosine)
@@ -297,8 +297,8 @@ def _measured(Omega, xi, half, less, modulus2, root):
 
 
 @_inline
-def _compared(Omega, xi, root, re, im):
-    """From tanh of half the pair's distance to the exact one: if that is small, numerical damping, period error."""
+def _errors_of_distance(Omega, xi, root, re, im):
+    """Whether re + i im of `_distance_from_exact` is small; if so, numerical damping and period error."""
     cosine = math.sqrt(abs(1.0 - xi * xi))
     x, y = re * re - im * im, 2.0 * re * im
     u, v = 1.0 / 3.0 + 1.0 / 5.0 * x, 1.0 / 5.0 * y  # 1 + q^2/3 + q^4/5
@@ -308,13 +308,13 @@ def _compared(Omega, xi, root, re, im):
     still = Omega == 0.0
     damping = 0.0 if still else 0.0 - (growth * cosine + xi * shift) * inverse
     period = 0.0 if still else 0.0 - shift * cosine * inverse
-    close = root > 0.0 and re * re + im * im < 1.52587890625e-05  # the next term is below 6e-16
+    close = root > 0.0 and re * re + im * im < 1.52587890625e-05  # the next term of the series is below 6e-16
     return xi < 1.0 and (still or close), damping, period
 
 
 @_inline
 def _in_square(y, z, constants):
-    """u, v with u + v s^2 the polynomial in s^2 of these constants, highest first, where s^4 = -y s^2 - z."""
+    """u and v, where u + v s^2 is the polynomial in s^2 with these constants, highest first, and s^4 = -y s^2 - z."""
     u, v = constants[1], constants[0]
     for constant in constants[2:]:
         u, v = constant - z * v, u - y * v
@@ -322,10 +322,11 @@ def _in_square(y, z, constants):
 
 
 @_inline
-def _residual(Omega, xi, p0, p1, k0, k1_3, k1_5, k2_4, k2_6, k3_3, k3_5, k4_4, k4_6, leading):
-    """p0, p1, x, y: the polynomial in tau is Omega^3 (p0 + i r p1) at tau = x + i r y of e^s, r = sqrt(1 - xi^2).
+def _polynomial_at_exact(Omega, xi, p0, p1, k0, k1_3, k1_5, k2_4, k2_6, k3_3, k3_5, k4_4, k4_6, leading):
+    """p0, p1, x, y, leading: the polynomial in tau has the value Omega^3 (p0 + i r p1) at the exact eigenvalue e^s.
 
-    s = Omega zeta, zeta^2 = -2 xi zeta - 1; a_jn + b_jn zeta are the powers of tau^j from s^n on, over Omega^n.
+    There tau = 2 (lambda - 1)/(lambda + 1) is x + i r y, with r = sqrt(1 - xi^2); s = Omega zeta, where
+    zeta^2 = -2 xi zeta - 1. aj_n + bj_n zeta is the power series of tau^j from s^n on, divided by Omega^n.
     """
     x, w = 2.0 * xi, Omega * Omega
     y, z = w * (2.0 - x * x), w * w  # s^4 = -y s^2 - z
@@ -363,7 +364,7 @@ def _residual(Omega, xi, p0, p1, k0, k1_3, k1_5, k2_4, k2_6, k3_3, k3_5, k4_4, k
 
 @_compile
 def _find_roots(c, roots):
-    """All roots of c[0] + ... + c[d] z^d by Aberth's simultaneous iteration, until values are rounding."""
+    """All roots of c[0] + ... + c[d] z^d by Aberth's simultaneous iteration, until values are below rounding."""
     d = roots.size
     radius = (abs(c[0] / c[d])) ** (1.0 / d) if c[0] != 0.0 else 1.0
     for k in range(d):
@@ -381,11 +382,11 @@ def _find_roots(c, roots):
             if abs(value) + abs(value_i) <= 2.3e-16 * size:
                 continue
             left += 1
-            away, away_i = 0.0, 0.0  # from the others, the sum of 1/(z - other)
+            away, away_i = 0.0, 0.0  # the sum of 1/(z - other) over the other roots
             for j in range(d):
                 g, g_i = x - roots[j].real, y - roots[j].imag
                 square = g * g + g_i * g_i
-                inverse = 1.0 / square if square > 0.0 else 0.0  # itself, or one not told from it
+                inverse = 1.0 / square if square > 0.0 else 0.0  # 0 for the root itself, or an equal one
                 away, away_i = away + g * inverse, away_i - g_i * inverse
             # value / (slope - value * away)
             g = slope - value * away + value_i * away_i
@@ -412,17 +413,18 @@ def _rounding(c, z):
 
 @_compile
 def _divide(c, b0, b1, e, others):
-    """P = p(1) and T = p'(1) of the monic quadratic p next to the exact eigenvalue e, and the rest of c over it.
+    """P = p(1) and T = p'(1) of the monic quadratic p whose roots are next to the exact eigenvalue e and its conjugate.
 
-    The rest, lowest first and times c[d]/others[-1], follows from p by division, p from b0 and b1, which are those of
-    c, and the rest: each turn gains a factor of the order of Omega.
+    Stores in others the coefficients, lowest first, of the quotient c/p, but for a factor. The quotient follows from p
+    by division, and p from the quotient and the value b0 and slope b1 of c at 1: this is iterated, and each iteration
+    gains a factor of the order of Omega.
     """
     d = c.size - 1
     T = 2.0 * (1.0 - e.real)
     P, moved = T - 1.0 + abs(e) ** 2, math.inf
     for _ in range(60):
         trace, det = 2.0 - T, 1.0 - T + P
-        value, slope = 0.0, 0.0  # of the rest at 1
+        value, slope = 0.0, 0.0  # of the quotient at 1
         for j in range(d - 1):
             below = others[j - 1] if j > 0 else 0.0
             below2 = others[j - 2] if j > 1 else 0.0
@@ -438,10 +440,11 @@ def _divide(c, b0, b1, e, others):
 
 @_compile
 def _spectrum(Omega, xi, polynomial):
-    """(radius; of the largest pair half the trace, modulus^2 - 1, modulus^2, imaginary part; what `_apart` wants).
+    """Spectral radius; half the trace, modulus^2 - 1, modulus^2, imaginary part of the largest complex pair; and more.
 
-    That is the imaginary part of the pair next to the exact one and the rest's polynomial. An imaginary part is -1
-    where there is no pair; that of the pair next to the exact one also where another pair is the largest.
+    That is, for `_distance_from_exact`, the imaginary part of the pair next to the exact one and the monic polynomial
+    of the other eigenvalues. An imaginary part is -1 where there is no complex pair; that of the pair next to the exact
+    one also where another pair is larger.
     """
     c, b0, b1 = np.array(polynomial[:-2]), polynomial[-2], polynomial[-1]
     others, radius, modulus, half, root, less, modulus2 = np.zeros(c.size - 2), 0.0, 0.0, 0.0, -1.0, 0.0, 0.0
@@ -459,7 +462,7 @@ def _spectrum(Omega, xi, polynomial):
     for z in roots:
         size = abs(z)
         radius = max(radius, size)
-        # beside a double root real and complex are not told apart
+        # near a double root rounding makes a real pair complex: such a pair is not taken
         if size > modulus * (1.0 + 1e-12) and z.imag > 8.0 * _rounding(c, z) and Omega > 0.0:
             modulus, half, root, less, modulus2, kept = size, z.real, z.imag, size * size - 1.0, size * size, -1.0
     return radius, half, less, modulus2, root, kept, others[0] / others[-1], others[1] / others[-1]
@@ -467,14 +470,14 @@ def _spectrum(Omega, xi, polynomial):
 
 @_inline
 def _is_conservative(Omega, xi, rho_inf):
-    """Whether the polynomial reads the same backwards, itself or without a root at 0: pairs may be on the circle."""
+    """Whether the polynomial, or it over lambda, reads the same backwards: complex pairs may be on the unit circle."""
     opposite = np.abs(np.array(_asymmetry(Omega, rho_inf)))
     return xi == 0.0 and (opposite[:2].sum() == 0.0 or opposite[2:].sum() == 0.0)
 
 
 @_compile
 def _eigenvalues(Omega, xi, rho_inf):
-    """Spectral radius, `_measured`'s half, less, modulus2 and root, and what `_apart` wants."""
+    """As `_spectrum`, but a pair that can only be on the unit circle has modulus 1 exactly."""
     found = _spectrum(Omega, xi, _polynomial(Omega, xi, rho_inf))
     if abs(found[2]) < 1e-6 and _is_conservative(Omega, xi, rho_inf):
         return found[:2] + (0.0, 1.0) + found[4:]
@@ -482,26 +485,27 @@ def _eigenvalues(Omega, xi, rho_inf):
 
 
 @_compile
-def _radii(Omega, xi, rho_inf, radius):
-    """Spectral radii; the largest bits."""
+def _spectral_radii(Omega, xi, rho_inf, radius):
+    """Store the spectral radius at each point; return the largest `_larger_bits`."""
     bits = np.uint64(0)
     for i in range(radius.size):
         radius[i] = _eigenvalues(Omega[i], xi[i], rho_inf[i])[0]
-        bits = max(bits, _bits(Omega[i], xi[i]))
+        bits = max(bits, _larger_bits(Omega[i], xi[i]))
     return bits
 
 
 @_inline
-def _apart(Omega, xi, rho_inf, half, less, modulus2, root, o0, o1):
-    """tanh of half the distance, in s, of the pair half +- i root from the exact one, e^s; real and imaginary part.
+def _distance_from_exact(Omega, xi, rho_inf, half, less, modulus2, root, o0, o1):
+    """tanh of half the distance in s between the eigenvalue half + i root and the exact one e^s; real, imaginary part.
 
-    In tau the pair is (less/2 +- i root)/scale. The polynomial at tau = x + i r y is `leading` times the product of all
-    its distances: from the pair, tanh by h, and from the other roots.
+    In tau = 2 (lambda - 1)/(lambda + 1) the pair is (less/2 +- i root)/scale. At the exact tau = x + i r y the
+    polynomial is `leading` times the product of the distances from all its roots. Over those from the conjugate (f) and
+    from the other roots, it is the distance from the pair in tau, which divided by h is the tanh.
     """
-    p0, p1, x, y, leading = _residual(Omega, xi, *_defect(Omega, xi, rho_inf))
+    p0, p1, x, y, leading = _polynomial_at_exact(Omega, xi, *_defect(Omega, xi, rho_inf))
     cosine, scale = math.sqrt(abs(1.0 - xi * xi)), 0.25 * (1.0 + 2.0 * half + modulus2)
     p1, y, less = cosine * p1, cosine * y, 0.5 * less
-    f0, f1 = scale * x - less, scale * y + root  # times scale, tau's distance from the conjugate one
+    f0, f1 = scale * x - less, scale * y + root  # scale times the distance in tau from the conjugate
     h0, h1 = scale - 0.25 * (less * x - root * y), -0.25 * (less * y + root * x)
     g0, g1 = f0 * h0 - f1 * h1, f0 * h1 + f1 * h0
     e0, e1, d0, d1 = 1.0 + 0.5 * x, 0.5 * y, 1.0 - 0.5 * x, -0.5 * y  # e^s = e/d
@@ -515,13 +519,16 @@ def _apart(Omega, xi, rho_inf, half, less, modulus2, root, o0, o1):
 
 
 @_fused
-def _near(Omega, xi, rho_inf, s, damping, period):
-    """Anew of points near Omega = 0 whose pair is close to the exact one; how many. Two loops: iterations overlap."""
+def _errors_near_zero(Omega, xi, rho_inf, s, damping, period):
+    """Replace the errors at points near Omega = 0 whose pair is close to the exact one; return how many there are.
+
+    There are two loops, so that the processor overlaps their iterations.
+    """
     count = 0
     for i in range(period.size):
-        s[7, i], s[8, i] = _apart(Omega[i], xi[i], rho_inf[i], s[0, i], s[1, i], s[2, i], s[4, i], s[5, i], s[6, i])
+        s[7, i], s[8, i] = _distance_from_exact(Omega[i], xi[i], rho_inf[i], s[0, i], s[1, i], s[2, i], s[4, i], s[5, i], s[6, i])
     for i in range(period.size):
-        better, near_damping, near_period = _compared(Omega[i], xi[i], s[4, i], s[7, i], s[8, i])
+        better, near_damping, near_period = _errors_of_distance(Omega[i], xi[i], s[4, i], s[7, i], s[8, i])
         better = better and Omega[i] < 0.125
         damping[i], period[i] = near_damping if better else damping[i], near_period if better else period[i]
         count += better
@@ -529,42 +536,45 @@ def _near(Omega, xi, rho_inf, s, damping, period):
 
 
 @_fused
-def _block(Omega, xi, rho_inf, radius, damping, period):
-    """Of all points; near Omega = 0 by the distance to the exact, where that can tell. The largest bits."""
+def _stability_of_block(Omega, xi, rho_inf, radius, damping, period):
+    """`stability` of a block of points; returns the largest `_larger_bits`.
+
+    Near Omega = 0, damping and period error follow from the distance of the pair from the exact one, if that is small.
+    """
     n, count, bits = radius.size, 0, np.uint64(0)
     s = np.empty((9, n))
     for i in range(n):
         radius[i], s[0, i], s[1, i], s[2, i], s[3, i], s[4, i], s[5, i], s[6, i] = _eigenvalues(Omega[i], xi[i], rho_inf[i])
-        bits = max(bits, _bits(Omega[i], xi[i]))
+        bits = max(bits, _larger_bits(Omega[i], xi[i]))
     for i in range(n):
         count += Omega[i] < 0.125
-    if count == n and _near(Omega, xi, rho_inf, s, damping, period) == n:
+    if count == n and _errors_near_zero(Omega, xi, rho_inf, s, damping, period) == n:
         return bits
     for i in range(n):
-        damping[i], period[i] = _measured(Omega[i], xi[i], s[0, i], s[1, i], s[2, i], s[3, i])
+        damping[i], period[i] = _errors_of_pair(Omega[i], xi[i], s[0, i], s[1, i], s[2, i], s[3, i])
     if count > 0:
-        _near(Omega, xi, rho_inf, s, damping, period)
+        _errors_near_zero(Omega, xi, rho_inf, s, damping, period)
     return bits
 
 
 @_fused
 def spectral_radius(Omega, xi, rho_inf, out):
     """Spectral radius; 1-D arrays of one length. Returns whether any Omega or xi is negative, -0 or not finite."""
-    return _radii(Omega, xi, rho_inf, out) >= np.uint64(0x7FF0000000000000)
+    return _spectral_radii(Omega, xi, rho_inf, out) >= np.uint64(0x7FF0000000000000)
 
 
 @_fused
 def stability(Omega, xi, rho_inf, radius, damping, period):
     """Spectral radius, numerical damping ratio and period error in one pass; 1-D arrays of one length.
 
-    Damping is that of the complex pair of largest modulus, less the physical one; period is the
-    numerical over the exact one, less 1; both are NaN where the eigenvalues are real. Returns whether
+    damping: that of the complex pair of largest modulus, less the physical one; period: the numerical
+    period over the exact one, less 1; both are NaN where all eigenvalues are real. Returns whether
     any Omega or xi is negative, -0 or not finite.
     """
     bits = np.uint64(0)
     for i in range(0, radius.size, 2048):
         k = min(i + 2048, radius.size)
-        bits = max(bits, _block(Omega[i:k], xi[i:k], rho_inf[i:k], radius[i:k], damping[i:k], period[i:k]))
+        bits = max(bits, _stability_of_block(Omega[i:k], xi[i:k], rho_inf[i:k], radius[i:k], damping[i:k], period[i:k]))
     return bits >= np.uint64(0x7FF0000000000000)
 
 
@@ -621,12 +631,12 @@ def stencil(rho_inf, out):
     for i in range(out.shape[0]):
         out[i, 0] = 1
 
-_exact = njit(nogil=True, error_model="numpy")  # no fastmath: the tails are what rounding took
+_exact = njit(nogil=True, error_model="numpy")  # no fastmath: tails are rounding errors, which it would remove
 
 
 @_exact
 def _plus(a, b):
-    """a + b and what its rounding took."""
+    """The sum of two doubles: head, and tail, which is the rounding error of the head."""
     head = a + b
     rest = head - a
     return head, (a - (head - rest)) + (b - rest)
@@ -634,7 +644,7 @@ def _plus(a, b):
 
 @_exact
 def _plus_one(a, b, b_):
-    """The same for a double and a pair."""
+    """The sum of a double and a pair of head and tail."""
     head, tail = _plus(a, b)
     tail += b_
     total = head + tail
@@ -643,7 +653,7 @@ def _plus_one(a, b, b_):
 
 @_exact
 def _plus_two(a, a_, b, b_):
-    """The same for two pairs."""
+    """The sum of two pairs of head and tail."""
     head, tail = _plus(a, b)
     tail += a_ + b_
     total = head + tail
@@ -652,7 +662,7 @@ def _plus_two(a, a_, b, b_):
 
 @_exact
 def _times(a, b):
-    """a*b and what its rounding took, from halves whose products are exact."""
+    """The product of two doubles: head and tail, from halves of their digits, whose products are exact."""
     head, c, d = a * b, 134217729.0 * a, 134217729.0 * b
     a1, b1 = c - (c - a), d - (d - b)
     a2, b2 = a - a1, b - b1
@@ -661,7 +671,7 @@ def _times(a, b):
 
 @_exact
 def _times_one(a, b, b_):
-    """The same for a double and a pair."""
+    """The product of a double and a pair of head and tail."""
     head, tail = _times(a, b)
     tail += a * b_
     total = head + tail
@@ -670,7 +680,7 @@ def _times_one(a, b, b_):
 
 @_exact
 def _times_two(a, a_, b, b_):
-    """The same for two pairs."""
+    """The product of two pairs of head and tail."""
     head, tail = _times(a, b)
     tail += a * b_ + a_ * b
     total = head + tail
@@ -679,7 +689,7 @@ def _times_two(a, a_, b, b_):
 
 @_exact
 def _over(a, a_, b, b_):
-    """The double next to a/b."""
+    """The quotient of two pairs of head and tail, rounded to a double."""
     head = a / b
     product, tail = _times(head, b)
     return head + ((a - product) - tail + a_ - head * b_) / b
@@ -687,7 +697,7 @@ def _over(a, a_, b, b_):
 
 @_compile
 def _coefficients(s):
-    """Of a block of lanes, whose Omega, xi, rho_inf stand in its first rows."""
+    """`coefficients` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
     for j in range(48):
         Omega, xi, rho_inf = s[j], s[48 + j], s[96 + j]
         d0, d0_ = _plus(-3.0, rho_inf)
@@ -843,9 +853,10 @@ def _coefficients(s):
 
 @_compile
 def coefficients(Omega, xi, rho_inf, out):
-    """D, B, O, P of linear_march_6_012, x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f, row by row.
+    """D, B, O, P of linear_march_6_012: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f; out (48, n).
 
-    D (m, m), rounded once; B (m, 2) and P have zeros in columns beyond the stencil; out (48, n).
+    The rows of out are the entries of D, B, O, P, matrix by matrix and row by row. D is rounded once. Columns of
+    B and P beyond the scheme's own load instants, up to the march's 2, are zero.
     """
     s = np.ones(51 * 48)
     for first in range(0, out.shape[1], 48):

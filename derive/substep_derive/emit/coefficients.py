@@ -17,7 +17,7 @@ from .double_double import DoubleDouble
 from .filter_module import filter_rows
 from .march_module import WIDTH
 from .printing import PRINTER, fill
-from .templates.march import BY_BLOCKS, COEFFICIENTS, PAIRS, TRANSFER
+from .templates.march import BY_BLOCKS, COEFFICIENTS, DOUBLE_DOUBLE, TRANSFER
 
 
 def coefficient_functions(form: MarchForm, transfer: Transfer | None, arguments: Sequence[str]) -> str:
@@ -26,7 +26,7 @@ def coefficient_functions(form: MarchForm, transfer: Transfer | None, arguments:
     sizes = {"D": (m, m), "B": (m, K), "O": (R, m), "P": (R, K)}
     entries = [entry_name(name, i, j) for name, size in sizes.items() for i, j in product(*map(range, size))]
     doc = fill(COEFFICIENTS, march=shape_name(form.shape), K=K, rows=len(entries))
-    text = fill(PAIRS)
+    text = fill(DOUBLE_DOUBLE)
     text += _by_blocks("coefficients", arguments, [*_increment(form), *_others(form, K)], entries, doc)
     if transfer is not None:
         rows = filter_rows(transfer.order)
@@ -45,7 +45,6 @@ def _by_blocks(name: str, arguments: Sequence[str], lines: Sequence[str], entrie
         BY_BLOCKS,
         name=name,
         doc=doc,
-        told=", ".join(arguments),
         width=WIDTH,
         arguments=", ".join(arguments),
         at_arguments=at(arguments),
@@ -69,7 +68,7 @@ def _increment(form: MarchForm) -> list[str]:
 
 
 def _others(form: MarchForm, K: int) -> list[str]:
-    """B, O and P, whose rounding does not add up."""
+    """Lines for B, O and P in plain doubles: their rounding errors do not grow with the number of steps."""
     parts = (("B", form.step.load_N, "den"), ("O", form.outputs.N, "den_o"), ("P", form.outputs.load_N, "den_o"))
     named: list[tuple[str, Any, str]] = [("den_o", form.outputs.den, "")] if form.outputs.N.rows else []
     for name, matrix, den in parts:
@@ -94,7 +93,7 @@ def _filter(t: Transfer) -> list[str]:
 
 
 def _fractions(named: Sequence[tuple[str, Expr, str]]) -> list[str]:
-    """Lines that assign numerators over denominators by name, or alone."""
+    """Lines that assign each name its numerator over the denominator of that name, or the numerator alone."""
     subexpressions, expressions = rational.cse([rational.horner(e, Omega) for _, e, _ in named])
     lines = [f"{s} = {PRINTER.doprint(e)}" for s, e in subexpressions]
     for (name, _, den), e in zip(named, expressions, strict=True):

@@ -1,7 +1,7 @@
 """Polynomials -> lines that evaluate them in pairs of doubles, head and tail, 32 digits in all.
 
-A march of many steps shows the last digit of its coefficients n*Omega times over; these come out rounded once.
-The functions the lines call are `PAIRS`.
+Over n steps of a march the rounding error of its coefficients grows about n*Omega times, so that they are computed in
+such pairs and rounded only once, at the end. The functions that the lines call are in the template DOUBLE_DOUBLE.
 """
 
 from collections.abc import Sequence
@@ -11,11 +11,11 @@ from sympy import Expr, Rational
 
 from ..algebra import rational
 
-Number = tuple[str, str | None]  # texts of head and tail; no tail: a double
+Number = tuple[str, str | None]  # texts of head and tail; None: the number is a double
 
 
 class DoubleDouble:
-    """Collects the lines; a name x that has a tail keeps it in x_."""
+    """Collects the lines; the tail of a name x that has one is in x_."""
 
     def __init__(self) -> None:
         self.lines: list[str] = []
@@ -30,7 +30,7 @@ class DoubleDouble:
             head, tail = self._of(e)
             if tail is None:
                 self.lines.append(f"{name} = {head}")
-            elif self.lines and self.lines[-1].startswith(f"{head}, {tail} = "):  # its last operation
+            elif self.lines and self.lines[-1].startswith(f"{head}, {tail} = "):  # e's last operation: name its result
                 self.lines[-1] = self.lines[-1].replace(f"{head}, {tail}", f"{name}, {name}_", 1)
                 self._tailed.add(name)
             else:
@@ -68,7 +68,7 @@ class DoubleDouble:
 
 
 def _power_of_two(text: str) -> bool:
-    """Whether it is a number that multiplies without rounding."""
+    """Whether the text is a power of two, by which a product is exact."""
     try:
         return abs(float(text)).hex().startswith("0x1.0000000000000p")
     except ValueError:

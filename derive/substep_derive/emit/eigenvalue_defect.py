@@ -8,9 +8,10 @@ from ..kernels.eigenvalue_defect import EigenvalueDefect, series, until_negligib
 
 
 def defect_lines(defect: EigenvalueDefect, small_Omega: float) -> Iterator[str]:
-    """Lines that return the real part and the imaginary part over sqrt(1 - xi^2) of two numbers.
+    """Lines that compute, from Omega, xi and the outputs of `_defect`, what the emitted function returns.
 
-    They are the value at tau over Omega^3, and tau, from Omega, xi and the outputs; and the leading one.
+    That is p0, p1, x, y, leading: with r = sqrt(1 - xi^2), the polynomial's value over Omega^3 is p0 + i r p1 at
+    tau = x + i r y of the exact eigenvalue.
     """
     highest = max(n for _, n in defect.tails)
     yield "x, w = 2.0 * xi, Omega * Omega"
@@ -19,10 +20,10 @@ def defect_lines(defect: EigenvalueDefect, small_Omega: float) -> Iterator[str]:
     for n in range(2, max(highest, 3) + 1):
         yield f"z{n}, y{n} = -y{n - 1}, z{n - 1} - x * y{n - 1}"
     for j in range(1, max(j for j, _ in defect.tails) + 1):
-        mine = [n for i, n in defect.tails if i == j]
-        top, low = max(mine, default=j), min(mine, default=j)
-        top, low = (max(top, 3), 1) if j == 1 else (top, low)  # tau itself
-        if j > 1 and not mine:
+        starts = [n for i, n in defect.tails if i == j]
+        top, low = max(starts, default=j), min(starts, default=j)
+        top, low = (max(top, 3), 1) if j == 1 else (top, low)  # all of tau, which is returned too
+        if j > 1 and not starts:
             continue
         constants = [_number(c) for c in until_negligible(j, top, small_Omega)]
         yield f"u, v = _in_square(y, z, ({', '.join(reversed(constants))}))"

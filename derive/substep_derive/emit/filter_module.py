@@ -1,4 +1,4 @@
-"""Order of a filter -> text of the kernels that follow the peaks of what it puts out."""
+"""Order of a digital filter -> text of the kernels that find the peaks of its output."""
 
 from ..oscillator.transfer import ORDERS
 from .march_module import WIDTH, nested, place_lines
@@ -13,7 +13,7 @@ def filter_module() -> str:
 
 
 def filter_rows(d: int) -> list[str]:
-    """Names of the rows of `transfer`."""
+    """Names of the rows that `transfer` of a scheme's module computes."""
     return ["P", *(f"g{i}" for i in range(1, d)), *_taps("u", d), "S", *_taps("v", d), *_taps("a", d)]
 
 
@@ -32,10 +32,10 @@ def _kernels(d: int, followed: int) -> str:
         return f"s[{place} + j]" if place else "s[j]"
 
     def lines(half: int) -> list[list[str]]:
-        """Of one half of the block, in stages that do not wait for the other half's."""
+        """Lines of a step of one half of the block, in stages; those of the halves alternate, so that none waits."""
         own = {name: f"{name}_{half}" for name in [*e, *moving]}
 
-        def told(kind: str) -> str:
+        def output(kind: str) -> str:
             terms = [f"{at(name, half)} * {own[x]}" for name, x in zip(_taps(kind, d), e, strict=True)]
             return nested([*reversed(terms), *([own["q"]] if kind == "u" else [])])
 
@@ -43,7 +43,7 @@ def _kernels(d: int, followed: int) -> str:
         return [
             [f"{own['e0']} = ({back}) - {at('P', half)} * {own['q']}"],
             [f"{own['q']} += {own['e0']}"],
-            [f"{own[t]} = max({own[t]}, abs({told(kind)}))" for t, kind in zip(peaks, "uva", strict=False)],
+            [f"{own[t]} = max({own[t]}, abs({output(kind)}))" for t, kind in zip(peaks, "uva", strict=False)],
             [f"{own[b]} = {own[a]}" for a, b in zip(reversed(e[:-1]), reversed(e[1:]), strict=True)],
         ]
 

@@ -1,4 +1,4 @@
-"""Declarations -> text of the index, which tells the runtime what there is without numba or SymPy."""
+"""Declarations -> text of the index, from which the runtime knows the schemes without numba or SymPy."""
 
 import hashlib
 from collections.abc import Iterable
@@ -28,7 +28,7 @@ def index_module(forms: Iterable[MarchForm]) -> str:
 
 
 def index_entry(form: MarchForm, *, own: bool = False) -> list[str]:
-    """Lines of one scheme's entry, of the catalogue or own."""
+    """Lines of one scheme's entry; own: the scheme is the user's, not of the catalogue."""
     scheme = form.scheme
     history = [knot_of(s) or ("", "0") for s in scheme.state]
     described = {
@@ -55,7 +55,7 @@ def _start(scheme: Scheme) -> str:
 
 
 def _starter(scheme: Scheme, own: bool) -> tuple[str, dict[str, float]] | None:
-    """Name and parameters of the scheme of the catalogue that marches first; no name for one of the user's own.
+    """Name and parameters of the scheme that marches the first steps; an empty name if it is not in the catalogue.
 
     Raises DeclarationError for a scheme of the catalogue that is started by one outside of it.
     """
@@ -71,19 +71,19 @@ def _starter(scheme: Scheme, own: bool) -> tuple[str, dict[str, float]] | None:
 
 
 def numpy_for(text: str) -> str:
-    """The import of NumPy, for a text that calls one of its functions."""
+    """The line that imports NumPy, if the text calls one of its functions."""
     return "\nimport numpy as np\n" if "np." in text else ""
 
 
 def domain_text(parameter: Parameter) -> str:
-    """low, high (None: unbounded), low excluded, high excluded."""
+    """Text of low, high (None: unbounded), low excluded, high excluded."""
     domain = parameter.domain
     low, high = (float(end) if end.is_finite else None for end in (domain.start, domain.end))
     return f"{low}, {high}, {bool(domain.left_open)}, {bool(domain.right_open)}"
 
 
 def _parameter(scheme: Scheme, k: int) -> str:
-    """(name, domain..., default as a function of the parameters before it); an implicit one by its polynomial."""
+    """Text of (name, domain..., default as a function of earlier parameters); for a `Root`, its polynomial."""
     parameter, earlier = scheme.parameters[k], ", ".join(p.name for p in scheme.parameters[:k])
     default = parameter.default
     function = f"lambda {earlier}: ".replace("lambda :", "lambda:")
@@ -101,6 +101,6 @@ def _family(family: Family) -> str:
 
 
 def number(expression: Expr) -> str:
-    """Text that evaluates to a float or an array: a number as a float, sqrt as a power."""
+    """Text of the expression with numbers as floats, and sqrt as a power, which arrays have too."""
     roots = expression.replace(lambda e: e.is_Pow and not e.exp.is_Integer, lambda e: Pow(e.base, Float(e.exp)))
     return repr(float(expression)) if expression.is_number else KERNEL_PRINTER.doprint(roots)

@@ -1,8 +1,8 @@
-"""SceneStep -> text of its march over blocks of lanes: time outside, lanes inside, so that lanes fill vector registers.
+"""SceneStep -> text of its march over blocks of lanes: steps outside, lanes inside, which fill vector registers.
 
-The lines are those of the one-lane march with a name `u` read as `u[j]` of lane j; what is used in one loop over
-lanes only stays a number. A lane that has converged, failed or ended keeps its values by selection, not by a
-branch, so that every lane comes out as if it were alone.
+The lines are those of the one-lane march with a name `u` replaced by `u[j]` of lane j; a name that is used in only one
+loop over lanes stays a number. A lane that has converged, failed or ended keeps its values by selection, not by a
+branch, so that the result of each lane is the same as if it were marched alone.
 """
 
 from collections.abc import Iterable, Sequence
@@ -15,7 +15,7 @@ from ..motion.components import Assignments, assign
 from .printing import KernelPrinter, block, fill, lines
 from .templates.scene import BLOCK, BLOCK_NEWTON
 
-WIDTH = 120
+WIDTH = 120  # largest number of lanes in a block
 LOOP = "for j in range(begin, end):"
 
 
@@ -58,7 +58,7 @@ def march_block(p: SceneStep, arguments: Sequence[str], state: Sequence[tuple[st
         constants=f"    {LOOP}\n{constants}\n" if constants else "",
         counted="        counted = i < iterations.shape[1]\n" if p.newton else "",
         steps="".join(f"{text}\n" for text in steps),
-        told=indent(_bodies(w, loops[-1]), "        "),
+        reported=indent(_bodies(w, loops[-1]), "        "),
         sum=" + ".join(w.doprint(Symbol(name)) for name in p.finite),
         read_shift=read_shift,
         shift=shift,
@@ -68,7 +68,7 @@ def march_block(p: SceneStep, arguments: Sequence[str], state: Sequence[tuple[st
     )
 
 
-# A loop over lanes: lists of assignments, and whether their common subexpressions are named.
+# What one loop over lanes computes: lists of assignments, each with whether to name its common subexpressions.
 _Loop = list[tuple[Assignments, bool]]
 
 
@@ -83,13 +83,13 @@ def _loops(p: SceneStep) -> list[_Loop]:
         else:
             found[-1] += [(step.before, True), (assign(step.z, step.first), False)]
             found.append([(step.after, True)])
-    found[-1].append(([*p.told, (Symbol("energy"), p.energy)], True))
+    found[-1].append(([*p.reported, (Symbol("energy"), p.energy)], True))
     return [[body for body in loop if body[0]] for loop in found]
 
 
 def _shared(p: SceneStep, loops: Sequence[_Loop]) -> set[str]:
     """Names that one loop over lanes assigns and another reads."""
-    groups: list[tuple[set[str], set[str]]] = []  # assigned, read
+    groups: list[tuple[set[str], set[str]]] = []  # names that a loop assigns, and that it reads
 
     def group(assigned: Iterable[Symbol], read: Iterable[Expr]) -> None:
         groups.append(({str(s) for s in assigned}, {str(s) for e in read for s in e.free_symbols}))
@@ -120,13 +120,13 @@ def _bodies(w: KernelPrinter, loop: _Loop) -> str:
 
 
 def _given(loads: Sequence[str]) -> str:
-    """The loads of a step; one row of forces may serve all lanes."""
+    """Lines that read the loads of a step; one row of forces may serve all lanes."""
     read = (f"{name}[j] = forces[(j - begin) % forces.shape[0], i, {k}]" for k, name in enumerate(loads))
     return _lines([LOOP, *(f"    {line}" for line in read)], 2)
 
 
 def _shift(w: KernelPrinter, shift: Assignments) -> tuple[str, str]:
-    """What a shift reads, and the choice of its values: a load within a choice would keep the loop from vectors."""
+    """Lines that read what a shift moves, and that select the new values: to read in a selection prevents vectors."""
     rows = dict.fromkeys(str(s) for both in shift for s in both if str(s) in w.names)
     local = KernelPrinter({name: f"{name}_j" for name in rows})
     read = lines([(f"{name}_j", Symbol(name)) for name in rows], 3, w)
@@ -136,7 +136,7 @@ def _shift(w: KernelPrinter, shift: Assignments) -> tuple[str, str]:
 
 def _newton(w: KernelPrinter, step: BalanceStep, k: int) -> str:
     entries, solve, change = step.correction()
-    # the displacement of an iteration stays a number
+    # what an iteration assigns and nothing else reads stays a number
     moving = {str(s) for s, _ in step.moving}
     local = KernelPrinter({name: text for name, text in w.names.items() if name not in moving})
     body = [lines(step.moving, 4, local), block(entries, 4, local)[0], lines(solve, 4, local)]
@@ -147,6 +147,6 @@ def _newton(w: KernelPrinter, step: BalanceStep, k: int) -> str:
 
 
 def largest_of(change: Matrix) -> list[str]:
-    """Lines that find the largest component of the correction; a comparison is one instruction, max is more."""
+    """Lines that find the largest component of the correction; a comparison is one instruction, max several."""
     first, *more = (f"abs({c})" for c in change)
     return [f"largest = {first}", *(f"largest = {c} if {c} > largest else largest" for c in more)]

@@ -1,7 +1,7 @@
 """Shape of a linear march -> text of its kernels, which know no scheme.
 
-A shape is how many numbers x the march carries, and where in it u, h*v and h^2*a stand, -1 for one that is an
-output of its own.
+A shape is how many numbers x the march carries, and the places of u, h*v and h^2*a in x, -1 for one that is not in x
+but an output of its own.
 """
 
 from collections.abc import Iterable
@@ -14,10 +14,8 @@ from ..kernels.march_shape import LOADS, Shape
 from .printing import fill
 from .templates.march import MARCH, MARCH_HEADER
 
-WIDTH = 48  # lanes abreast: 6 registers of 8 hide the latency of the recurrence
-
-
-TURNS = 4  # steps that a block takes at once, as long as LLVM unrolls them
+WIDTH = 48  # lanes of a block: 6 vector registers of 8, enough to hide the latency of the recurrence
+STEPS_AT_ONCE = 4  # steps for which a block's lanes stay in registers; LLVM unrolls no more of them
 
 
 def march_module(shape: Shape, loads: Iterable[int] = LOADS) -> str:
@@ -28,7 +26,7 @@ def march_module(shape: Shape, loads: Iterable[int] = LOADS) -> str:
 
 
 class _Shape:
-    """Names of a shape with K load instants, and the rows of a block where they stand."""
+    """Names in the kernels of a shape with K load instants, and their rows in a block."""
 
     def __init__(self, shape: Shape, K: int) -> None:
         self.m, places = shape
@@ -37,42 +35,42 @@ class _Shape:
             [f"{name}{r}" for r in range(count)] for name, count in (("x", self.m), ("y", self.R), ("t", 3), ("f", K))
         )
         self.F = [f"F{k}" for k in range(K)]
-        told = iter(self.y)
-        self.reported = [self.x[place] if place >= 0 else next(told) for place in places]
+        outputs = iter(self.y)
+        self.reported = [self.x[place] if place >= 0 else next(outputs) for place in places]
         columns = {"D": (self.m, self.m), "B": (self.m, K), "O": (self.R, self.m), "P": (self.R, K)}
         self.entries = [entry_name(name, i, j) for name, size in columns.items() for i, j in product(*map(range, size))]
-        # u, v, a of what is in the state: v and a need a scale, that of the other outputs is in O and P
+        # h*v and h^2*a in x need a scale to give v and a; that of the outputs is part of O and P
         self.scales = {name: f"z{k}" for k, name in enumerate(self.reported) if k and name[0] == "x"}
-        own = [f"own{k}" for k in range(K)]  # loads of every lane its own
+        own = [f"own{k}" for k in range(K)]  # loads, where each lane has its own
         before = [*self.x, *self.y, *self.t, *own]
         self.before = len(before)
         self.row = {name: k for k, name in enumerate([*before, *self.entries, *self.scales.values()])}
 
     def at(self, name: str) -> str:
-        """Where a lane's number stands in its block."""
+        """Text of the place of a lane's number in its block."""
         return f"s[{self.row[name] * WIDTH} + j]" if self.row[name] else "s[j]"
 
-    def sum(self, name: str, i: int, x: str, f: str, place: bool) -> str:
-        """Row i of D or O times x plus that of B or P times the load."""
+    def sum(self, name: str, i: int, x: str, f: str, in_block: bool) -> str:
+        """Text of row i of D or O times x plus that of B or P times the load; in_block: coefficients from it."""
         other = {"D": "B", "O": "P"}[name]
         terms = [(entry_name(name, i, j), f"{x}{j}") for j in range(self.m)]
         terms += [(entry_name(other, i, k), f"{f}{k}") for k in range(self.K)]
-        return nested(f"{self.at(a) if place else a} * {b}" for a, b in terms)
+        return nested(f"{self.at(a) if in_block else a} * {b}" for a, b in terms)
 
-    def scaled_in_block(self, name: str, *, taken: bool = False) -> str:
-        """u, v or a in a loop over lanes; taken: from the block, not from the loop."""
-        value = self.at(name) if taken else name
+    def scaled_in_block(self, name: str, *, in_block: bool = False) -> str:
+        """Text of u, v or a in a loop over lanes; in_block: read from the block, not from the loop's variables."""
+        value = self.at(name) if in_block else name
         return f"{self.at(self.scales[name])} * {value}" if name in self.scales else value
 
-    def told(self) -> str:
-        """What the scales are, for a reader."""
+    def scales_text(self) -> str:
+        """The scales as a docstring names them."""
         rows = [f"1/h{'^2' if z == 'z2' else ''}" for z in self.scales.values()]
-        return " and ".join(rows) or "no more"
+        return " and ".join(rows) or "nothing else"
 
-    def step(self, depth: int, place: bool = True) -> str:
-        """Lines of one step."""
-        lines = [f"{name} = {self.sum('O', i, 'x', 'f', place)}" for i, name in enumerate(self.y)]
-        lines += [f"c{i} = {self.sum('D', i, 'x', 'f', place)}" for i in range(self.m)]
+    def step(self, depth: int, in_block: bool = True) -> str:
+        """Lines of one step; in_block: with coefficients read from the block."""
+        lines = [f"{name} = {self.sum('O', i, 'x', 'f', in_block)}" for i, name in enumerate(self.y)]
+        lines += [f"c{i} = {self.sum('D', i, 'x', 'f', in_block)}" for i in range(self.m)]
         return place_lines([*lines, *(f"{name} += c{i}" for i, name in enumerate(self.x))], depth)
 
     def kernels(self) -> str:
@@ -82,9 +80,9 @@ class _Shape:
         largest = (f"max({t}, abs({e}))" for t, e in zip(self.t, scaled, strict=True))
         return fill(
             MARCH,
-            K=K, m=self.m, width=WIDTH, turns=TURNS if self.m < 4 else 1, rows=len(self.row),
+            K=K, m=self.m, width=WIDTH, steps_at_once=STEPS_AT_ONCE if self.m < 4 else 1, rows=len(self.row),
             before=self.before, given=len(self.row) - self.before,
-            peaks=self.row["t0"], own=self.row["own0"], scales_told=self.told(),
+            peaks=self.row["t0"], own=self.row["own0"], scales=self.scales_text(),
             x=", ".join(self.x), xy=", ".join(xy), xyt=", ".join(xyt), t=", ".join(self.t),
             f=", ".join(self.f), F=", ".join(self.F),
             at_x=", ".join(f"x[{r}]" for r in range(self.m)),
@@ -96,7 +94,7 @@ class _Shape:
             takes=place_lines(
                 (
                     f"place = min(max(at + {r} * lanes, 0), FAR)\n"
-                    f"for j in range(size):\n    values[place + j] = {self.scaled_in_block(name, taken=True)}"
+                    f"for j in range(size):\n    values[place + j] = {self.scaled_in_block(name, in_block=True)}"
                     for r, name in enumerate(self.reported)
                 ),
                 4,
@@ -106,7 +104,7 @@ class _Shape:
         )  # fmt: skip
 
     def one_lane(self) -> dict[str, str]:
-        """Of the march of one lane, two steps at once: E x + (1 + D) B f_0 + B f_1."""
+        """Lines of the march of one lane, by two steps: x2 = x0 + E x0 + (1 + D) B f_0 + B f_1, E = (1 + D)^2 - 1."""
         m, K = range(self.m), range(self.K)
         D, E, B = (partial(entry_name, name) for name in "DEB")
         squares = [
@@ -129,17 +127,19 @@ class _Shape:
         return {
             "squares": place_lines(squares, 1),
             "two": place_lines([*two, *self.stored("x", "i + 1")], 2),
-            "one": "\n".join([place_lines(one, 2), self.step(2, place=False), place_lines(self.stored("x", "i"), 2)]),
+            "one": "\n".join(
+                [place_lines(one, 2), self.step(2, in_block=False), place_lines(self.stored("x", "i"), 2)]
+            ),
         }
 
     def stored(self, x: str, step: str) -> list[str]:
-        """Lines that write u, v, a of a step, x being the name of its state."""
+        """Lines that store u, v, a of a step, whose state has the name x."""
         scaled = (f"{self.scales[name]} * {name}" if name in self.scales else name for name in self.reported)
         return [f"out[{step}, {k}] = {e.replace('x', x)}" for k, e in enumerate(scaled)]
 
 
 def nested(terms: Iterable[str]) -> str:
-    """a*b + (c*d + e): one multiply-add each, the first added last."""
+    """The sum as a*b + (c*d + e), which compiles to one multiply-add a term."""
     *others, text = terms
     for k, term in enumerate(reversed(others)):
         text = f"{term} + ({text})" if k else f"{term} + {text}"

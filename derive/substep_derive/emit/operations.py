@@ -1,6 +1,6 @@
 """Texts of generated modules -> the table of what their functions cost, so that a change of cost is seen in review.
 
-Operations are those written in a function's text, each once, whatever loop it stands in: sums, differences, products,
+Operations are those written in a function's text, each once, also those in a loop: sums, differences, products,
 quotients and powers, and changes of sign. Indices of arrays and arithmetic between numbers do not count. Calls are
 those of other functions, but for range.
 """
@@ -16,7 +16,7 @@ from .templates.operations import OPERATIONS
 
 @dataclass(frozen=True)
 class Cost:
-    """Of one function of a module: operations and calls; text: of the function."""
+    """Operations and calls of one function of a module; text: the function's source, by which equal ones are found."""
 
     name: str
     operations: int
@@ -44,7 +44,7 @@ def operations_table(files: Mapping[str, str]) -> str:
 
 
 def function_costs(text: str) -> Iterator[Cost]:
-    """Of every function of a module that computes anything, in the order of the text."""
+    """The cost of every function of a module that computes anything, in the order of the text."""
     for function in ast.parse(text).body:
         if isinstance(function, ast.FunctionDef):
             operations, calls = _count(function)

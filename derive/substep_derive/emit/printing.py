@@ -16,9 +16,9 @@ _NUMPY = ("sin", "cos", "tan", "sinh", "cosh", "tanh", "exp", "log", "sqrt", "as
 
 
 class KernelPrinter(PythonCodePrinter):
-    """NumPy's functions, which give NaN where math's raise, and the helpers of a scene's kernels.
+    """Prints NumPy's functions, which give NaN where math's raise, and calls of the helpers of a scene's kernels.
 
-    names: symbol -> its text where that is another, so that the order of terms does not hang on it.
+    names: symbol -> its text, where that is not its name; terms are ordered by the symbols, not by these texts.
     """
 
     def __init__(self, names: Mapping[str, str] | None = None) -> None:
@@ -83,7 +83,7 @@ def operations(assigned: Iterable[tuple[Any, Expr]]) -> int:
 
 
 def fill(template: str, **fields: object) -> str:
-    """str.format that also refuses fields the template does not use."""
+    """str.format that raises KeyError also for fields which the template does not use."""
     wanted = {name for _, name, _, _ in Formatter().parse(template) if name}
     if wanted != set(fields):
         raise KeyError(f"template wants {sorted(wanted)}, got {sorted(fields)}")
@@ -91,10 +91,10 @@ def fill(template: str, **fields: object) -> str:
 
 
 def docstring(text: str) -> str:
-    """The text as it is written between three double quotes, whatever a declaration holds."""
+    """The text escaped so that it can stand between three double quotes, whatever a declaration holds."""
     return text.replace("\\", "\\\\").replace('"""', '\\"\\"\\"')
 
 
 def literal_tuple(items: Iterable[str]) -> str:
-    """Text of a tuple of the items' texts."""
+    """Text of a tuple whose items have these texts."""
     return "(" + "".join(f"{item}, " for item in items).rstrip() + ")"

@@ -17,7 +17,7 @@ from .templates.scheme import BANNER
 
 
 def energies_and_forces(motion: EquationsOfMotion) -> str:
-    """Equations of motion, tangent and invariants, as a reader of the module sees them."""
+    """Energies, equations of motion, tangent and invariants, for the module's docstring."""
     q = list(motion.coordinates)
     forms: dict[str, object] = {
         "kinetic energy": motion.scene.kinetic,
@@ -60,7 +60,7 @@ def scene_module(motion: EquationsOfMotion) -> str:
                 SCENE_HEADER,
                 name=scene.name,
                 reference=docstring(scene.reference + "."),
-                closed_forms=docstring(energies_and_forces(motion)),
+                equations=docstring(energies_and_forces(motion)),
             ),
             helper,
             body,
@@ -69,7 +69,7 @@ def scene_module(motion: EquationsOfMotion) -> str:
 
 
 def _function(name: str, values: tuple[Symbol, ...], doc: str, motion: EquationsOfMotion, value: Expr | Matrix) -> str:
-    """A function of the parameters, the time, u and v (..., d) and, where the user gives one, the load f (...)."""
+    """A function of the parameters, the time, u and v (..., d) and, where the user gives one, of the load f (...)."""
     is_vector = isinstance(value, Matrix)
     rows = list(value) if is_vector else [value]
     given = [sampled] if motion.is_sampled else []

@@ -14,12 +14,23 @@ from ..motion.components import assign, component_names
 from ..motion.effective import EffectiveSystem
 from .lane_blocks import largest_of, march_block
 from .printing import KERNEL_PRINTER, block, docstring, fill, lines, literal_tuple, operations
-from .templates.scene import DIFFERENCE, LANE, LOG_COSH, MARCH, NEWTON, PAIR_HEADER, SINC, SINC_SLOPE, START, STENCIL
+from .templates.scene import (
+    DIFFERENCE,
+    LANE,
+    LOG_COSH,
+    MARCH,
+    NEWTON,
+    SCENE_STEP_HEADER,
+    SINC,
+    SINC_SLOPE,
+    START,
+    STENCIL,
+)
 from .templates.scheme import BANNER
 
 
 def scene_step_module(p: SceneStep, systems: Sequence[EffectiveSystem], source: str) -> str:
-    """Text of generated/substep_kernels/<scheme>__<scene>.py; systems: the scheme's, one a balance."""
+    """Text of generated/substep_kernels/<scheme>__<scene>.py; systems: one for each balance of the scheme."""
     parameters = [s.name for s in p.parameters(p.expressions)]
     lane = ["h", *parameters, *(["tolerance"] if p.newton else [])]
     forces = ["forces"] if p.motion.is_sampled else []
@@ -31,12 +42,12 @@ def scene_step_module(p: SceneStep, systems: Sequence[EffectiveSystem], source: 
     start_names, start = _start(p)
     text = "".join([body, _march(p, arguments, results, lane), start, _stencil(p)])
     parts = [
-        fill(BANNER, source=source, digest=pair_digest(p)),
+        fill(BANNER, source=source, digest=_both_digests(p)),
         fill(
-            PAIR_HEADER,
+            SCENE_STEP_HEADER,
             scheme=p.scheme.name,
             scene=p.motion.scene.name,
-            closed_forms=docstring(residuals(systems)),
+            residuals=docstring(residuals(systems)),
             arguments=literal_tuple(f'"{name}"' for name in (*arguments, *results)),
             scalars=literal_tuple(f'"{name}"' for name in lane),
             start_arguments=literal_tuple(f'"{name}"' for name in start_names),
@@ -50,19 +61,19 @@ def scene_step_module(p: SceneStep, systems: Sequence[EffectiveSystem], source: 
     return "".join(parts)
 
 
-def pair_digest(p: SceneStep) -> str:
-    """sha256 of both declarations."""
+def _both_digests(p: SceneStep) -> str:
+    """sha256 of the digests of the scheme's and the scene's declaration."""
     return hashlib.sha256((scheme_digest(p.scheme) + scene_digest(p.motion.scene)).encode()).hexdigest()
 
 
 def residuals(systems: Sequence[EffectiveSystem]) -> str:
-    """Residual and tangent of every balance, as of the paper; the scene's forms stand in its own module."""
+    """Effective mass and residual of every balance, as a paper has them; N and K_t are in the scene's own module."""
     rows = []
     for k, e in enumerate(systems, start=1):
         rows += [f"    balance {k}, unknown z with effective mass {e.effective_mass}:", f"        {e.residual} = 0"]
-    told = "Effective mass and residual of each balance, N the internal force and K_t its tangent:"
+    title = "Effective mass and residual of each balance, N the internal force and K_t its tangent:"
     wrapped = (wrap(row, 110, subsequent_indent=" " * 12, break_long_words=False) for row in rows)
-    return "\n".join([told, *(part for parts in wrapped for part in parts)])
+    return "\n".join([title, *(part for parts in wrapped for part in parts)])
 
 
 def _state(p: SceneStep) -> list[tuple[str, str]]:
@@ -86,7 +97,7 @@ def _lane(p: SceneStep, arguments: Sequence[str]) -> tuple[str, dict[str, object
         counts += once
         if again:
             iteration[k] = again
-    told, told_count = block([*p.told, (Symbol("energy"), p.energy)], 2)
+    reported, reported_count = block([*p.reported, (Symbol("energy"), p.energy)], 2)
     forces = ""
     if p.motion.is_sampled:
         forces = "".join(f"        f_{k} = forces[i, {k}]\n" for k in range(len(p.stencil)))
@@ -100,17 +111,17 @@ def _lane(p: SceneStep, arguments: Sequence[str]) -> tuple[str, dict[str, object
         constants=lines([*p.constants, *p.near]),
         forces=forces,
         steps="\n".join(steps),
-        told=told,
+        reported=reported,
         sum=" + ".join(p.finite),
         shift="\n".join(f"        {old} = {new}" for old, new in p.shift),
         store="\n".join(store),
         write_state="\n".join(f"    {place} = {name}" for name, place in state),
     )
-    return text, {"step": counts + told_count, "iteration": tuple(iteration.values())}
+    return text, {"step": counts + reported_count, "iteration": tuple(iteration.values())}
 
 
 def _step(p: SceneStep, step: BalanceStep, k: int) -> tuple[str, int, int]:
-    """Text of one balance; its operations once a step, and in every iteration."""
+    """Text of one balance; its operations outside of the iteration, and in one iteration."""
     before, counts = block(step.before, 2) if step.before else ("", 0)
     after, after_count = block(step.after, 2) if step.after else ("", 0)
     if step.first is None:
@@ -144,15 +155,16 @@ def _march(p: SceneStep, arguments: Sequence[str], results: Sequence[str], lane:
         more += f" forces (lanes or 1, n, {len(p.stencil)}): the load at the stencil."
     if p.newton:
         more += (
-            " tolerance: of the last correction of u. iterations (lanes, rows, balances): Newton's, of the first "
-            "rows steps."
+            " tolerance: a balance's Newton iteration ends at a correction of u that is no larger. "
+            "iterations (lanes, rows, balances): how many Newton iterations the first rows steps took."
         )
     docstring = (
-        f"{', '.join(lane)}: one number a lane. state (lanes, {len(p.scheme.state)}, {len(p.motion.coordinates)}), "
-        "rows as STATE: at the start, and at the end that of the last good step. "
+        f"{', '.join(lane)}: one number for each lane. "
+        f"state (lanes, {len(p.scheme.state)}, {len(p.motion.coordinates)}), rows as STATE: "
+        "on entry at step first, on return after the last step completed. "
         f"out (lanes, rows, {len(p.report)}, {len(p.motion.coordinates)}): {', '.join('uva'[: len(p.report)])} every "
-        "stride steps, row 0 the caller's. "
-        "peak (lanes,): largest energy of the steps made here. first: steps completed before. "
+        "stride steps; row 0 is left to the caller. "
+        "peak (lanes,): largest energy after the steps of this call. first: steps completed before it. "
         "n_done (lanes,): steps completed in all, at most n (lanes,); "
         "status (lanes,). A lane stops before a state that is not finite or whose energy exceeds bound (lanes,)."
     )
@@ -166,7 +178,7 @@ def _march(p: SceneStep, arguments: Sequence[str], results: Sequence[str], lane:
 
 
 def _calls(arguments: Sequence[str], *, block: bool = False) -> list[str]:
-    """Arguments of march for one lane or a block of them; one row of forces may serve all."""
+    """Arguments of the call for one lane, or a block of lanes; one row of forces may serve all lanes."""
     lanes = "lane : lane + WIDTH" if block else "lane"
     row = "lane % forces.shape[0]"
     some = {"first": "first", "stride": "stride", "forces": f"forces[{row} :][:WIDTH]" if block else f"forces[{row}]"}
@@ -174,7 +186,7 @@ def _calls(arguments: Sequence[str], *, block: bool = False) -> list[str]:
 
 
 def _start(p: SceneStep) -> tuple[list[str], str]:
-    """Names of its arguments, and text of `start`; nothing where another scheme marches first."""
+    """Names of the arguments and text of `start`; neither where another scheme marches first."""
     if p.start is None:
         return [], ""
     expressions = [*p.start.state, *(e for _, e in p.start.constants)]

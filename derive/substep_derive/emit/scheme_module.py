@@ -39,7 +39,7 @@ def print_kernel(kernel: Kernel) -> str:
 
 
 def relations_and_amplification(kernels: SchemeKernels) -> str:
-    """What a reader of the module sees of the paper: relations, balances, effective stiffness, A."""
+    """Relations, balances, effective stiffness and A as a paper has them, for the module's docstring."""
     scheme, step = kernels.scheme, kernels.amplification.step
     lines = ["Relations and balances:"]
     lines += [f"    {symbol} = {expression}" for symbol, expression in scheme.relations.items()]
@@ -83,7 +83,7 @@ def scheme_module(kernels: SchemeKernels, source: str) -> str:
             SCHEME_HEADER,
             title=f"{scheme.name}: stability functions and march coefficients.",
             reference=docstring(scheme.reference + "."),
-            closed_forms=docstring(relations_and_amplification(kernels)),
+            relations=docstring(relations_and_amplification(kernels)),
             imports="import math" if len(kernels.live) <= 4 else "import cmath\nimport math",
             name=scheme.name,
             state=literal_tuple(f'"{state_label(s)}"' for s in scheme.state),
@@ -120,7 +120,7 @@ def scheme_module(kernels: SchemeKernels, source: str) -> str:
 
 
 def _stores(target: str, name: str, rows: int, columns: int, *, identity: bool = False) -> str:
-    """Lines that store the entries of that name over their denominator in the array target, or I + them."""
+    """Lines that store entries over their denominator, or the identity plus these, in the array target."""
     return "\n".join(
         f"        {target}[i, {j}, {k}] = {'1.0 + ' if identity and j == k else ''}{entry_name(name, j, k)} / den"
         for j, k in product(range(rows), range(columns))
@@ -128,7 +128,7 @@ def _stores(target: str, name: str, rows: int, columns: int, *, identity: bool =
 
 
 def _assigned(names: Sequence[str]) -> str:
-    """The names as a target of assignment, over several lines if need be."""
+    """The names as the left side of an assignment, over several lines if need be."""
     lines = wrap(", ".join(names), 100)
     return lines[0] if len(lines) == 1 else "(\n            " + "\n            ".join(lines) + "\n        )"
 

@@ -11,14 +11,14 @@ from .templates.many_eigenvalues import MORE_EIGENVALUES
 from .templates.stability import MONIC, NEAR, PAIR, STABILITY
 
 SMALL_OMEGA = 0.125  # below: exact eigenvalue plus its defect; above: direct formulas
-BLOCK = 2048  # points whose arrays stay in the second cache; fewer, and the loops' beginnings and ends tell
+BLOCK = 2048  # points of a block: its arrays stay in the second cache, and it is long beside starting its loops
 
 
 def stability_functions(kernels: SchemeKernels, arguments: Sequence[str]) -> str:
-    """Text after the kernels; arguments: Omega, xi and the parameters."""
+    """Text that follows the kernels of a module; arguments: Omega, xi and the parameters."""
     degree = len(kernels.live) - 1
     beside = ("third",) if degree == 3 else tuple(f"o{k}" for k in range(degree - 2))
-    first = 3 if degree <= 3 else 4  # row of what `_apart` wants: the pair's imaginary part, what is beside
+    first = 3 if degree <= 3 else 4  # row of the pair's imaginary part; the other eigenvalues follow
     found = range(first + 1 + len(beside))
     monic = ", ".join(f"s[{j}, i]" for j in range(6)) if degree == 3 else ""
     typed = {"arguments": ", ".join(arguments), "arguments_i": ", ".join(f"{a}[i]" for a in arguments)}
@@ -72,7 +72,10 @@ def _eigenvalues(
 
 
 def _others(coefficients: Sequence[str]) -> Iterable[str]:
-    """g0, g1, times (1 - tau/2)^n and the monic polynomial in lambda, its other n coefficients given lowest first."""
+    """Lines that multiply g0 + i g1 by the distances of the exact tau from the other n eigenvalues.
+
+    Their product is (1 - tau/2)^n times the monic polynomial in lambda of these coefficients, lowest first.
+    """
     if not coefficients:
         return
     yield "e0, e1, d0, d1 = 1.0 + 0.5 * x, 0.5 * y, 1.0 - 0.5 * x, -0.5 * y  # e^s = e/d"

@@ -1,9 +1,10 @@
-"""Live polynomial -> how far the exact eigenvalue e^s is from being one of its roots, to all digits.
+"""Polynomial of the live eigenvalues -> its value at the exact eigenvalue e^s, computed without loss of digits.
 
-s = Omega*zeta with zeta^2 = -2*xi*zeta - 1, and numbers are pairs alpha + beta*zeta. In tau, which is
-2*(lambda - 1)/(lambda + 1) and 2*tanh(s/2) at e^s, the polynomial's coefficients are small as its value is: E_0 of
-order Omega^2, E_1 of order Omega. What they cancel because the scheme is consistent is cancelled here; the rest are
-tails of the series of tau's powers, which have every second power of s alone.
+Live eigenvalues are those that are not always 0. s = Omega*zeta with zeta^2 = -2*xi*zeta - 1, so that every number is
+written as alpha + beta*zeta. The polynomial is written in tau = 2*(lambda - 1)/(lambda + 1), which is 2*tanh(s/2) at
+lambda = e^s: there its coefficients become small as its value does, E_0 of order Omega^2 and E_1 of order Omega. Terms
+that cancel because the scheme is consistent are cancelled here, symbolically. What is left are tails of the power
+series of tau, tau^2, ..., each of which has only every second power of s.
 """
 
 from collections.abc import Iterator
@@ -16,8 +17,8 @@ from sympy import Dummy, Expr, Integer, Poly, Rational, expand
 from ..algebra.power_series import powers_of_zeta
 from ..declare.symbols import Omega, xi
 
-LEAST_TERMS, MOST_TERMS = 4, 9  # powers of Omega that are cancelled; for a consistent scheme the first three vanish
-DIGITS = 2.0**-46  # of the tails at the largest Omega: the errors' own digits, not the eigenvalue's
+LEAST_TERMS, MOST_TERMS = 4, 9  # powers of Omega summed symbolically; a consistent scheme's first 3 sums are 0
+DIGITS = 2.0**-46  # relative error allowed in a tail: it limits the digits of the scheme's errors, not of lambda
 
 
 def about_one(c: list[Expr]) -> list[Expr]:
@@ -26,7 +27,10 @@ def about_one(c: list[Expr]) -> list[Expr]:
 
 
 def in_tau(c: list[Expr]) -> list[Expr]:
-    """E_k, lowest first: (1 - tau/2)^d times the polynomial in lambda = (1 + tau/2)/(1 - tau/2) of degree d."""
+    """Coefficients E_k in powers of tau, lowest first, of (1 - tau/2)^d times the polynomial of degree d in lambda.
+
+    lambda = (1 + tau/2)/(1 - tau/2).
+    """
     tau, d = Dummy("tau"), len(c) - 1
     total = sum((e * (1 + tau / 2) ** j * (1 - tau / 2) ** (d - j) for j, e in enumerate(c)), Integer(0))
     return [expand(e) for e in reversed(Poly(total, tau).all_coeffs())]
@@ -34,7 +38,7 @@ def in_tau(c: list[Expr]) -> list[Expr]:
 
 @cache
 def series(j: int, n: int) -> Rational:
-    """Coefficient of s^n in tau^j; of tau' = 1 - tau^2/4."""
+    """Coefficient of s^n in tau^j, by the recurrence that tau' = 1 - tau^2/4 gives."""
     if j == 0 or n < j:
         return Rational(n == j)
     return Rational(j, n) * (series(j - 1, n - 1) - series(j + 1, n - 1) / 4)
@@ -42,10 +46,10 @@ def series(j: int, n: int) -> Rational:
 
 @dataclass(frozen=True)
 class EigenvalueDefect:
-    """sum of E_k*tau^k at tau = 2*tanh(s/2): Omega^3*(p0 + p1*zeta) + Omega^terms*(k_0 + sum of k_jn*t_jn).
+    """The value at tau = 2*tanh(s/2): Omega^3*(p0 + p1*zeta) + Omega^terms*(constant + sum of k_jn*t_jn).
 
-    p0, p1: the powers of Omega below `terms`. tails: (j, n) -> k_jn, where t_jn are the powers of
-    tau^j from s^n on, over Omega^n. leading: the coefficient of lambda^d.
+    p0, p1: from the powers of Omega below `terms`, which are summed symbolically. tails: (j, n) -> k_jn, where t_jn is
+    the power series of tau^j from s^n on, divided by Omega^n. leading: the polynomial's coefficient of lambda^d.
     """
 
     terms: int
@@ -57,12 +61,13 @@ class EigenvalueDefect:
 
     @classmethod
     def of(cls, c: list[Expr]) -> "EigenvalueDefect":
-        """Of a polynomial in lambda, lowest first."""
+        """From the coefficients of the polynomial in lambda, lowest first."""
         by_power = [Poly(e, Omega) for e in in_tau(c)]
         b = [[p.coeff_monomial(Omega**i) for i in range(p.degree() + 1)] for p in by_power]
         zeta = powers_of_zeta(MOST_TERMS, xi)
 
-        def order(power: int) -> tuple[Expr, Expr]:
+        def coefficients(power: int) -> tuple[Expr, Expr]:
+            """Those of Omega^power and of Omega^power*zeta in the value."""
             shares = [
                 (column[power - n] * series(j, n), zeta[n])
                 for j, column in enumerate(b)
@@ -72,9 +77,9 @@ class EigenvalueDefect:
             return tuple(expand(sum((s * z[part] for s, z in shares), Integer(0))) for part in (0, 1))
 
         terms = LEAST_TERMS
-        while terms < MOST_TERMS and order(terms - 1) == (0, 0):
+        while terms < MOST_TERMS and coefficients(terms - 1) == (0, 0):
             terms += 1
-        sums = [sum((order(n)[part] * Omega ** (n - 3) for n in range(3, terms)), Integer(0)) for part in (0, 1)]
+        sums = [sum((coefficients(n)[part] * Omega ** (n - 3) for n in range(3, terms)), Integer(0)) for part in (0, 1)]
         tails: dict[tuple[int, int], Expr] = {}
         for j, column in enumerate(b):
             for i, e in enumerate(column):
@@ -87,13 +92,13 @@ class EigenvalueDefect:
 
     @property
     def outputs(self) -> dict[str, Expr]:
-        """What a kernel has to give: p0, p1, k0, k<j>_<n>, and the leading coefficient."""
+        """What the kernel `_defect` returns: p0, p1, k0 for `constant`, k<j>_<n>, and the leading coefficient."""
         tails = {f"k{j}_{n}": self.tails[j, n] for j, n in sorted(self.tails)}
         return {"p0": self.p0, "p1": self.p1, "k0": self.constant, **tails, "leading": self.leading}
 
 
 def until_negligible(j: int, first: int, small_Omega: float) -> Iterator[Rational]:
-    """Coefficients of tau^j from s^first on, every second, as many as count where |s| <= small_Omega, two at least."""
+    """Coefficients of s^first, s^(first + 2), ... in tau^j: all that matter where |s| <= small_Omega, at least two."""
     n = first
     while n < first + 4 or abs(series(j, n)) * small_Omega ** (n - first) > DIGITS * abs(series(j, first)):
         yield series(j, n)

@@ -18,14 +18,14 @@ class Kernel:
     arguments: tuple[Symbol, ...]
     outputs: tuple[tuple[str, Expr], ...]
     docstring: str
-    first: tuple[tuple[str, Expr], ...] | None = None  # sums to form before all else, in a kernel inlined in its loop
+    first: tuple[tuple[str, Expr], ...] | None = None  # named sums that come first; given: inlined in its loop
 
 
 def entries(name: str, matrix: Matrix) -> list[tuple[str, Expr]]:
-    """The entries row by row, named as `entry_name` has it."""
+    """The matrix's entries row by row, each with its name from `entry_name`."""
     return [(entry_name(name, i, j), matrix[i, j]) for i in range(matrix.rows) for j in range(matrix.cols)]
 
 
 def polynomial_kernel(name: str, arguments: Sequence[Symbol], outputs: list[tuple[str, Expr]], doc: str) -> Kernel:
-    """Outputs nested in Omega with factored coefficients."""
+    """A kernel whose outputs are in Horner's form in Omega, with factored coefficients."""
     return Kernel(name, tuple(arguments), tuple((key, horner(e, Omega)) for key, e in outputs), doc)

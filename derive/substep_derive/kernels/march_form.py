@@ -1,8 +1,9 @@
-"""Amplification -> MarchForm: the fewest numbers a march has to carry.
+"""Amplification -> MarchForm: the smallest state that a linear march has to carry.
 
-Where the last balance of a step stands at its end, it gives the acceleration from u, h*v and the load, so that the
-march need not carry it: h^2 a_n = c_n - 2 xi Omega h v_n - Omega^2 u_n. c_n is h^2 f(t_n), and at the start, whose
-acceleration is given, whatever makes this true.
+Where the last balance is the equation of motion at the end of a step, it gives the acceleration from u, h*v and the
+load, so that the march need not carry it: h^2 a_n = c_n - 2 xi Omega h v_n - Omega^2 u_n with c_n = h^2 f(t_n). The
+acceleration given at the start need not satisfy the equation of motion; c_0 is then not h^2 f(0), but the value with
+which this formula returns the given acceleration.
 """
 
 from dataclasses import dataclass
@@ -17,10 +18,11 @@ from .march_shape import Shape
 
 @dataclass(frozen=True)
 class MarchForm:
-    """x1 = x0 + D x0 + B h^2 f, and outputs y1 = O x0 + P h^2 f: numerators over a denominator each.
+    """x1 = x0 + D x0 + B h^2 f and outputs y1 = O x0 + P h^2 f; numerators of D, B, and of O, P share a denominator.
 
-    kept: which entries of the scheme's state are carried. stencil: instants of the load, the first of them c_n if
-    `carrier`. in_state: where u, h*v, h^2*a of the new step stand in x, -1 for the next output.
+    kept: which entries of the scheme's state make up x. carrier: whether the acceleration was eliminated, so that the
+    first load is c_n. stencil: instants of the load. in_state: places of u, h*v, h^2*a of the new step in x, -1 for one
+    that is not in x but the next of the outputs.
     """
 
     amplification: Amplification
@@ -33,7 +35,7 @@ class MarchForm:
 
     @classmethod
     def of(cls, amplification: Amplification) -> "MarchForm":
-        """Of the scheme, without its acceleration if that is possible."""
+        """The march of the scheme; its acceleration is eliminated where that is possible."""
         a = amplification
         everything = tuple(range(len(a.scheme.state)))
         if a.scheme.state != knot(0) or not _balanced_at_the_end(a):
@@ -53,22 +55,22 @@ class MarchForm:
 
     @property
     def scheme(self) -> Scheme:
-        """Whose march it is."""
+        """The scheme that is marched."""
         return self.amplification.scheme
 
     @property
     def shape(self) -> Shape:
-        """What the kernels of the march depend on."""
+        """Size of x and `in_state`, which is all that the march's kernels depend on."""
         return len(self.kept), self.in_state
 
     @property
     def increment(self) -> Matrix:
-        """Numerators of D."""
+        """Numerators of D, over the denominator of `step`."""
         return self.step.N - self.step.den * eye(self.step.N.rows)
 
 
 def _balanced_at_the_end(a: Amplification) -> bool:
-    """Whether h^2 a_1 + 2 xi Omega h v_1 + Omega^2 u_1 = h^2 f(1) for every state before."""
+    """Whether h^2 a_1 + 2 xi Omega h v_1 + Omega^2 u_1 = h^2 f(1) for every state at the start of the step."""
     weights = Matrix([[Omega**2, 2 * xi * Omega, 1]])
     at_end = zeros(1, len(a.stencil))
     if 1 not in a.stencil:

@@ -1,13 +1,12 @@
 """The shape of a linear march: how many numbers it carries, and where in them u, h*v and h^2*a stand."""
 
-LOADS = (2, 4)  # kernels are printed for so many instants a step; fewer are filled up with zeros
-
-
+LOADS = (2, 4)  # load instants a step of the committed kernels; a scheme with fewer fills up with zeros
+# how many numbers are carried; places of u, h*v and h^2*a among them, -1 for one that is an output of its own
 Shape = tuple[int, tuple[int, int, int]]
 
 
 def shape_name(shape: Shape) -> str:
-    """Name of its module, such as linear_march_2_01y, or linear_march_12_0_11_y where a place may have two digits."""
+    """Name of the shape's module, such as linear_march_2_01y, or linear_march_12_0_11_y if places have two digits."""
     m, places = shape
     between = "_" if m > 10 else ""
     return f"linear_march_{m}_" + between.join(str(place) if place >= 0 else "y" for place in places)
@@ -21,5 +20,5 @@ def shape_of(name: str) -> Shape:
 
 
 def loads_for(count: int) -> int:
-    """How many load instants the kernel has that takes so many."""
+    """Number of load instants of the smallest kernel that can take `count` of them."""
     return max(LOADS[0], count + count % 2)

@@ -1,8 +1,8 @@
 """Scheme x Scene -> SceneStep: what a step computes, component by component, and nothing the scene does not need.
 
-Every balance is solved for its new acceleration z. Its displacement is p + c_u z with p the predictor; so
-a linear scene and an explicit balance need the constant matrix c_a M + c_v C + c_u K inverted once, and
-only a nonlinear force that moves with z needs Newton's iteration.
+Every balance is solved for its new acceleration z. Its displacement is p + c_u z with p the predictor. So
+a linear scene or an explicit balance needs only the constant matrix c_a M + c_v C + c_u K, inverted once a run;
+Newton's iteration is needed for a nonlinear force that depends on z.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -24,12 +24,13 @@ from .near_series import NearSeries
 
 @dataclass(frozen=True)
 class BalanceStep:
-    """One balance as the kernel computes it; matrices have a row a coordinate.
+    """One balance as the kernel computes it; vectors and matrices have a row for each coordinate.
 
-    before: assignments once a step. moving: assignments that follow z in the iteration. residual: of the
-    balance, from before and moving. jacobian: its derivative by z. first: the z that the iteration starts
-    from; reach: what the displacement gains with z. after: assignments once z is known. Without iteration
-    first is None and z = -inverse * residual, inverse constant.
+    z: the unknown acceleration. before: assignments made once a step. moving: those that depend on z and are repeated
+    in every Newton iteration. residual: of the balance, a function of what before and moving assign. jacobian: its
+    derivative with respect to z. first: the z from which the iteration starts. reach: c_u, the derivative of the
+    displacement with respect to z. after: assignments once z is known. A balance without iteration has first = None,
+    and z = -inverse * residual with a constant inverse.
     """
 
     z: Matrix
@@ -44,11 +45,11 @@ class BalanceStep:
 
     @property
     def residual_names(self) -> Matrix:
-        """What the kernel calls the residual's components."""
+        """The names that the residual's components have in the kernel."""
         return Matrix(symbols(f"residual_:{len(self.z)}"))
 
     def correction(self) -> tuple[Assignments, Assignments, Matrix]:
-        """Residual and Jacobian under their names; the solve written out, in general form; Newton's correction."""
+        """Assignments of residual and Jacobian; the solve, written out; Newton's correction by name."""
         size, R = len(self.z), self.residual_names
         J = Matrix(size, size, lambda i, j: Symbol(entry_name("jacobian_", i, j)) if self.jacobian[i, j] != 0 else 0)
         entries = assign(R, self.residual) + [(s, e) for s, e in zip(J, self.jacobian, strict=True) if e != 0]
@@ -61,7 +62,7 @@ class BalanceStep:
 
 @dataclass(frozen=True)
 class Start:
-    """The state at t = 0, a column a symbol of the state, from u_0, v_0, a_0 and loads at the stencil."""
+    """The state at t = 0 from u_0, v_0, a_0 and the loads at the stencil; a column for each symbol of the state."""
 
     constants: Assignments
     state: Matrix
@@ -72,10 +73,10 @@ class Start:
 class SceneStep:
     """A step of the scheme on the scene.
 
-    constants: assignments once a run, in order. prior: assignments before the first balance. shift: component
-    of the state -> its successor, oldest first. told: assignments of what is reported; report: components of
-    u, v and, where the scheme has its own, a at t_n + h. energy of it. stencil: instants of the load, in
-    steps after t_n. start: None where another scheme marches first.
+    constants: assignments made once a run, in order. prior: assignments before the first balance. shift: component
+    of the state -> its successor, oldest first. report: components of u, v and, where the scheme has its own, a at
+    t_n + h; reported: the assignments that compute them. energy: that of the reported u, v. stencil: instants of the
+    load, in steps after t_n. start: None where another scheme marches first.
     """
 
     scheme: Scheme
@@ -84,7 +85,7 @@ class SceneStep:
     prior: Assignments
     steps: tuple[BalanceStep, ...]
     shift: Assignments
-    told: Assignments
+    reported: Assignments
     report: tuple[Matrix, ...]
     energy: Expr
     stencil: tuple[Expr, ...]
@@ -96,10 +97,10 @@ class SceneStep:
         check_pair(scheme.name, motion.scene.name, scheme.values, [p.symbol for p in motion.scene.parameters])
         prior, found = stages(scheme)
         own_a = knot(1).a in scheme.unknowns or knot(1).a in scheme.report
-        told = reported(scheme)[: 3 if own_a else 2]
-        stencil = instants([*(b.load for b in scheme.balances), *told], scheme.typical)
+        outputs = reported(scheme)[: 3 if own_a else 2]
+        stencil = instants([*(b.load for b in scheme.balances), *outputs], scheme.typical)
         w = Writer(scheme, motion, stencil)
-        wanted = _wanted(scheme, prior, found, told)
+        wanted = _wanted(scheme, prior, found, outputs)
         known = _assigned(w, {s: e for s, e in prior.items() if s in wanted})
         last, steps = knot(0).u, []
         for stage in found:
@@ -108,9 +109,9 @@ class SceneStep:
         oldest_first = sorted(scheme.state, key=lambda s: lattice((knot_of(s) or ("", "0"))[1]) or 0)
         shift = [both for s in oldest_first for both in assign(w.components(s), w.components(successor(s)))]
         report, assigned = [], []
-        for e, kind in zip(told, "uva", strict=False):
+        for e, kind in zip(outputs, "uva", strict=False):
             vector = w.hoisted(w.vector(e))
-            names = vector if e.is_Symbol else w.components(Symbol(f"{kind}_*told"))
+            names = vector if e.is_Symbol else w.components(Symbol(f"{kind}_*reported"))
             assigned += [] if e.is_Symbol else assign(names, vector)
             report.append(names)
         at = dict(zip((*motion.coordinates, *motion.scene.rates), (*report[0], *report[1]), strict=True))
@@ -122,13 +123,14 @@ class SceneStep:
 
     @property
     def expressions(self) -> list[Expr]:
-        """All that a run computes, its start aside."""
-        lists = [self.constants, self.prior, self.told, *(a for s in self.steps for a in (s.before, s.moving, s.after))]
+        """Every expression that a run computes, except those of its start."""
+        lists = [self.constants, self.prior, self.reported]
+        lists += [a for s in self.steps for a in (s.before, s.moving, s.after)]
         matrices = [m for s in self.steps for m in (s.residual, s.jacobian, s.inverse, s.first) if m is not None]
         return [e for pairs in lists for _, e in pairs] + [e for m in matrices for e in m] + [self.energy]
 
     def parameters(self, expressions: Iterable[Expr]) -> tuple[Symbol, ...]:
-        """The scheme's and the scene's parameters among them, in the order declared."""
+        """Parameters of the scheme and the scene that the expressions contain, in the order declared."""
         used = {s for e in expressions for s in e.free_symbols}
         declared = (*self.scheme.values, *(p.symbol for p in self.motion.scene.parameters))
         return tuple(s for s in declared if s in used)
@@ -145,13 +147,13 @@ class SceneStep:
 
     @property
     def finite(self) -> list[str]:
-        """Names of what has to be finite for a step to count, the energy last."""
+        """Names of the numbers that have to be finite for a step to count as completed, the energy last."""
         moved = {str(new) for _, new in self.shift}
         return [*sorted({str(e) for vector in self.report for e in vector} | moved), "energy"]
 
     @property
     def near_series(self) -> list[NearSeries]:
-        """Of each function whose divided differences a run computes."""
+        """The Taylor series of each function whose divided differences a run computes."""
         found = {a for e in self.expressions for a in e.atoms(Difference, DifferenceSlope)}
         return [NearSeries.of(name) for name in sorted({str(a.args[0]) for a in found})]
 
@@ -170,30 +172,30 @@ def _start(scheme: Scheme, motion: EquationsOfMotion) -> Start:
     return Start(w.constants, state, stencil)
 
 
-def _wanted(scheme: Scheme, prior: dict[Symbol, Expr], found: Sequence[Stage], told: Iterable[Expr]) -> set[Symbol]:
-    """New symbols that a balance, the next step or the report reads."""
-    wanted = {s for e in told for s in e.free_symbols} | {successor(s) for s in scheme.state}
+def _wanted(scheme: Scheme, prior: dict[Symbol, Expr], found: Sequence[Stage], outputs: Iterable[Expr]) -> set[Symbol]:
+    """Symbols of the new step that a balance, the next step or the report reads."""
+    wanted = {s for e in outputs for s in e.free_symbols} | {successor(s) for s in scheme.state}
     for stage in found:
-        mine = {*stage.in_z, stage.z}
+        own = {*stage.in_z, stage.z}
         read = {s for e in stage.in_z.values() for s in e.free_symbols} | stage.balance.symbols
-        wanted |= {s for s in read - mine if knot_of(s)}
+        wanted |= {s for s in read - own if knot_of(s)}
     for e in prior.values():
         wanted |= {s for s in e.free_symbols if knot_of(s)}
     return wanted
 
 
 def _assigned(w: Writer, expressions: dict[Symbol, Expr]) -> Assignments:
-    """Components of symbols, each from its expression."""
+    """Assignments of the components of symbols, each from its expression."""
     return [both for s, e in expressions.items() for both in assign(w.components(s), w.hoisted(w.vector(e)))]
 
 
 def predicted(k: int) -> Symbol:
-    """The displacement of a balance at z = 0; a second one for a force taken at two new displacements."""
+    """Symbol of a balance's predictor, a displacement at z = 0; k counts them where a force takes two displacements."""
     return Symbol(f"u_*star{k or ''}")
 
 
 def _step(w: Writer, stage: Stage, last: Symbol, wanted: set[Symbol]) -> BalanceStep:
-    """A balance; it iterates if its force moves with z and is not linear."""
+    """One balance; it is iterated if its force depends on z and is nonlinear."""
     z = w.components(stage.z)
     at_zero = dict.fromkeys(z, Integer(0))
 
@@ -201,8 +203,8 @@ def _step(w: Writer, stage: Stage, last: Symbol, wanted: set[Symbol]) -> Balance
         return w.vector(e.subs(stage.in_z, simultaneous=True))
 
     inertia = w.motion.mass * solved(stage.balance.inertia) + w.motion.damping * solved(stage.balance.damping)
-    still = inertia.subs(at_zero) - w.vector(stage.balance.load)
-    slope = inertia.jacobian(z)  # of the residual by z, but for the internal force
+    still = inertia.subs(at_zero) - w.vector(stage.balance.load)  # the residual at z = 0, without the internal force
+    slope = inertia.jacobian(z)  # the residual's derivative by z, without that of the internal force
     moved = sorted(stage.moved, key=str)
     reach: dict[Symbol, Expr] = {}
     before: Assignments = []
@@ -238,7 +240,7 @@ def _step(w: Writer, stage: Stage, last: Symbol, wanted: set[Symbol]) -> Balance
 
 
 def _per_mass(motion: EquationsOfMotion) -> list[Expr]:
-    """What makes a balance one of accelerations, which spares a product; 1 for masses that may vanish."""
+    """1/mass for each row of a balance, which spares a product in every iteration; 1 if a mass may be zero."""
     sure = {p.symbol: Dummy(positive=True) for p in motion.scene.parameters if p.domain.is_subset(POSITIVE)}
     masses = [e.subs(sure) for e in motion.mass.diagonal()]
     if motion.mass != diag(*motion.mass.diagonal()) or not all(e.is_positive for e in masses):
@@ -247,19 +249,19 @@ def _per_mass(motion: EquationsOfMotion) -> list[Expr]:
 
 
 def _scaled(w: Writer, factors: list[Expr], matrix: Matrix) -> Matrix:
-    """Each row times its factor."""
+    """The matrix with each row multiplied by its factor."""
     return Matrix(matrix.rows, matrix.cols, lambda i, j: _distributed(w, factors[i], matrix[i, j]))
 
 
 def _distributed(w: Writer, factor: Expr, e: Expr) -> Expr:
-    """factor*e, the factor multiplied into the terms of a sum where all have constants that it joins."""
+    """factor*e; multiplied into a sum if each term has a constant, with which the factor is combined once a run."""
     terms = Add.make_args(e)
     known = [any(not a.is_number and a.free_symbols <= w.fixed for a in Mul.make_args(term)) for term in terms]
     return Add(*(factor * term for term in terms)) if all(known) else factor * e
 
 
 def _moving_force(w: Writer, stage: Stage, reach: dict[Symbol, Expr]) -> tuple[Assignments, Matrix, Matrix, Matrix]:
-    """Mixed displacements that follow z, the force that does, the force that does not, the first's slope by z."""
+    """Mixed displacements that depend on z; forces that depend on z and that do not; the former's derivative by z."""
     force = stage.balance.force
     arguments = sorted({a for atom in force.atoms(N, N_discrete) for a in atom.args if not a.is_Symbol}, key=str)
     names = {a: Symbol(f"u_*mix{k}") for k, a in enumerate(a for a in arguments if a.free_symbols & stage.moved)}

@@ -19,10 +19,11 @@ from .stability import live_coefficients, never_negative, stability_kernels
 class SchemeKernels:
     """What a scheme's module computes.
 
-    form: of the linear march, with the amplification matrix. systems: one a balance. transfer: of the filter that
-    gives peaks from rest, None where there is none. live: coefficients of the live eigenvalues' polynomial in lambda,
-    lowest first; positive: whether its leading one is positive at all parameters. defect: of the exact eigenvalue in
-    it. matrices, stability: the polynomials from which matrices and stability functions are computed.
+    form: the linear march, with the amplification matrix. systems: the effective system of each balance. transfer: the
+    digital filter that gives peaks from rest, None where there is none. live: coefficients, lowest first, of the
+    polynomial in lambda whose roots are the live eigenvalues, those that are not always 0; positive: whether the last
+    of them is positive at all parameters. defect: the polynomial's value at the exact eigenvalue. matrices, stability:
+    the polynomials from which matrices and stability functions are computed.
     """
 
     form: MarchForm
@@ -36,7 +37,7 @@ class SchemeKernels:
 
     @classmethod
     def of(cls, scheme: Scheme) -> "SchemeKernels":
-        """Raises DeclarationError if the relations and balances do not determine the new state."""
+        """Derive all of it. Raises DeclarationError if the relations and balances do not determine the new state."""
         amplification = Amplification.of(scheme)
         live = live_coefficients(amplification)
         defect = EigenvalueDefect.of(live)
@@ -53,17 +54,17 @@ class SchemeKernels:
 
     @property
     def scheme(self) -> Scheme:
-        """Whose kernels they are."""
+        """The scheme that the module is printed for."""
         return self.form.scheme
 
     @property
     def amplification(self) -> Amplification:
-        """Its amplification matrix in closed form."""
+        """The scheme's amplification matrix in closed form."""
         return self.form.amplification
 
 
 def _matrices(amplification: Amplification) -> tuple[Kernel, ...]:
-    """A - I and, where there is one, the matrices of the start."""
+    """Kernels of A - I and, where the scheme has its own start, of the start's matrices."""
     arguments = (Omega, xi, *amplification.scheme.values)
     step, start = amplification.step, amplification.start
     increment = [("den", step.den), *entries("D_", step.N - step.den * eye(step.N.rows))]

@@ -1,4 +1,4 @@
-"""Arrays as kernels take them: contiguous, one axis, read-only, which is what kernels are compiled for."""
+"""Arrays in the form for which kernels are compiled: contiguous, with one axis, read-only."""
 
 from collections.abc import Iterable, Mapping
 from math import prod
@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
+# arrays by value, see `by_value`: name, shape and bytes of each
 Values = tuple[tuple[str, tuple[int, ...], bytes], ...]
 
 
@@ -20,7 +21,7 @@ def read_only(array: Array) -> Array:
 
 
 def flat(array: Array, shape: tuple[int, ...]) -> Array:
-    """The array broadcast to that shape, as `read_only` makes it."""
+    """The array broadcast to that shape, then flat and read-only as from `read_only`."""
     if array.shape != shape:
         array = np.full(prod(shape), array.reshape(())[()]) if array.size == 1 else np.broadcast_to(array, shape)
     return read_only(array)

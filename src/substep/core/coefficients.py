@@ -1,9 +1,10 @@
-"""What the linear march takes of a scheme: the coefficients of one step, the stencil of the load, and the start.
+"""What the linear march needs of a scheme: the coefficients of one step, the stencil of the load, and the start.
 
 A step marches x, the `marched` entries of the scheme's state, and reports y, those of u, h*v, h^2*a that are not among
-them: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f, with the loads f at the instants of the stencil. For a scheme
-whose acceleration a balance at t_n gives, that balance eliminates a_n from what is marched; at the start the load there
-then stands for h^2 a + 2 xi Omega h v + Omega^2 u. D is the amplification matrix less the identity, rounded once.
+them: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f, with the loads f at the instants of the stencil. If a balance
+at t_n gives the acceleration a_n, that balance eliminates a_n from x; the first h^2 f of the first step is then
+replaced by h^2 a + 2 xi Omega h v + Omega^2 u at the start, with which the balance gives the acceleration there. D is
+the amplification matrix of x less the identity, rounded once.
 """
 
 from collections.abc import Callable, Sequence
@@ -26,15 +27,15 @@ def marched(scheme: "Scheme") -> tuple[int, ...]:
 
 
 def places(scheme: "Scheme") -> tuple[str, ...]:
-    """Where u, h*v and h^2*a stand in what is marched, a number each; y for an output of its own."""
-    own = scheme.kernels.MARCH.split("_")[3:]  # as of linear_march_2_01y or linear_march_12_0_11_y
+    """The place of each of u, h*v and h^2*a in x, as text; "y" for one that is not in x."""
+    own = scheme.kernels.MARCH.split("_")[3:]  # the names are such as linear_march_2_01y or linear_march_12_0_11_y
     return tuple(own if len(own) == 3 else own[0])
 
 
 def sizes(scheme: "Scheme") -> tuple[int, int, int]:
-    """m numbers marched, R numbers reported beside them, K instants of the load.
+    """m, the size of x; R, the size of y; K, the load instants a step of the march's kernel.
 
-    K is that of the march's kernel; the scheme's own stencil may have fewer, and its coefficients of the others are 0.
+    The scheme's own stencil may have fewer instants; the coefficients of the others are then 0.
     """
     return len(marched(scheme)), places(scheme).count("y"), scheme.kernels.LOADS
 
@@ -62,9 +63,9 @@ def _coefficient_rows(scheme: "Scheme", Omega: Array, xi: Array, parameters: Seq
 
 
 def transfer_rows(scheme: "Scheme", Omega: Array, xi: Array) -> Array:
-    """The digital filter from load to response, (4*order + 1, P), for Omega and xi (P,).
+    """Coefficients (4*order + 1, P) of the digital filter from load to response, for Omega and xi (P,).
 
-    What the rows mean says `transfer` of the generated module; order is the module's FILTER, which is not 0.
+    The rows are described at `transfer` in the generated module; order is the module's FILTER, which must not be 0.
     """
     return _rows(scheme.kernels.transfer, 4 * scheme.kernels.FILTER + 1, Omega, xi, scheme.kernel_parameters)
 
@@ -99,6 +100,6 @@ def stencil(scheme: "Scheme") -> Array:
 
 
 def loaded_within(scheme: "Scheme") -> bool:
-    """Whether a step takes the load between its two ends alone; a parameter may move an instant beyond them."""
+    """Whether all instants of the load lie within the step, at all parameter values of the handle."""
     instants = scheme.stencil()
     return bool(instants.min() >= 0.0 and instants.max() <= 1.0)

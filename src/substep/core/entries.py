@@ -1,4 +1,4 @@
-"""What the index says about a scheme or a scene, by name and type: the one place that reads an entry's literals.
+"""What the index says about a scheme or a scene, with names and types: only this module reads an entry's literals.
 
 The committed index (`substep_kernels.index`, `substep_kernels.scenes`) and the `ENTRY` of a module in the user's cache
 hold the same plain literals. `SchemeInfo.of` and `SceneInfo.of` turn one of them into what the rest of the package
@@ -39,7 +39,7 @@ class ParameterInfo:
     polynomial: Callable[..., Sequence[Any]] | None = None
 
     def default_of(self, owner: str, earlier: Mapping[str, Any]) -> Any:
-        """The default, from the parameters before it.
+        """The default, from the values of the parameters before it.
 
         Raises ValueError for a parameter that has to be given, or whose polynomial has no or more than one root.
         """
@@ -70,10 +70,10 @@ class SchemeInfo:
     module: the generated module, or the name of a committed one, which a member of a family shares with its parent.
     fixed: the parameters that a member fixes. balances: how many a step has. loads: at how many instants a step takes
     the load. state: what is carried from step to step. history, of each entry of the state: 0 for u, 1 for h*v, 2 for
-    h^2*a, and how many steps before t_n it stands. start, how the state at t = 0 is had: "given", it is u, h*v, h^2*a;
-    "function", from the module's `start`; "scheme", another scheme marches the first steps. starter, of "scheme" alone:
-    that scheme's name in the catalogue and its parameters; the name is empty where the declaration's `start_scheme` is
-    meant. declaration: of a scheme of the user's own.
+    h^2*a, and how many steps before t_n it stands. start, where the state at t = 0 comes from: "given", u, h*v, h^2*a
+    are the state; "function", the module's `start` computes it; "scheme", another scheme marches the first steps.
+    starter: with "scheme" only, that scheme's name in the catalogue and its parameters; an empty name stands for the
+    declaration's `start_scheme`. declaration: of a scheme of the user's own.
     """
 
     name: str

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 
 def unknown_name(what: str, name: str, known: Iterable[str]) -> ValueError:
-    """For a name that is not among the known ones, with the nearest of them."""
+    """The error for a name that is not among the known ones; it names the nearest of them."""
     known = tuple(known)
     near = get_close_matches(name, known, n=1)
     cure = f"; did you mean '{near[0]}'?" if near else ""
@@ -64,7 +64,7 @@ def inside(
 def non_negative(name: str, value: ArrayLike) -> NDArray[np.float64]:
     """The value as an array of finite numbers not below 0, else a ValueError."""
     plain = isinstance(value, np.ndarray) and value.dtype == np.float64 and value.size > 0
-    if plain and value.min() >= 0 and value.max() < np.inf:  # makes no arrays, as what follows does; NaN fails
+    if plain and value.min() >= 0 and value.max() < np.inf:  # the usual case, without temporary arrays; NaN fails it
         return value
     array = real_array(name, value)
     if (array < 0).any():

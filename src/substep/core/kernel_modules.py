@@ -14,7 +14,7 @@ def committed(name: str) -> ModuleType | None:
 
 
 def loaded(module: str | ModuleType) -> ModuleType:
-    """The module that an entry of the index names, or brings along."""
+    """The module that an entry of the index names; one of the user's own is in the entry itself."""
     found = module if isinstance(module, ModuleType) else committed(module)
     assert found is not None  # the index names only what is committed
     return found

@@ -92,7 +92,7 @@ class Record:
     def __call__(self, t: Array) -> Array:
         """Load at the times t."""
         position = np.asarray(t) / self.dt
-        nearest = np.rint(position)  # a step's instant that is a knot but for rounding counts as the knot
+        nearest = np.rint(position)  # an instant that differs from a sample's only by rounding counts as the sample's
         position = np.where(np.abs(position - nearest) <= 1e-9, nearest, position)
         last = self._values.size - 1
         before = np.clip(np.floor(position), 0, last - 1).astype(np.int64)

@@ -23,7 +23,7 @@ class Response:
 
     status: "completed", or why the march stopped; then all arrays end at the last good state and
     t_failed is the end of the step that failed. newton_iterations (n, balances): 0 where a balance is
-    linear; of the first steps, where another scheme marches them, that scheme's sum under the first balance.
+    linear; where another scheme marches the first steps, the sum over its balances counts as the first balance's.
     a (n+1, ndof) is the scheme's own acceleration, else M^-1 (F - C v - N). angular_momentum is None for a
     scene without one; outputs holds the scene's own, such as strain.
     """
@@ -56,7 +56,7 @@ class Response:
 
     @cached_property
     def angular_momentum(self) -> Array | None:
-        """About the pivot (n+1,)."""
+        """Angular momentum about the pivot (n+1,), kg m^2/s; None for a scene without one."""
         return self.scene.angular_momentum(self.t, self.u, self.v)
 
     @cached_property

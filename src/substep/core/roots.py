@@ -23,9 +23,9 @@ def only_root(
 ) -> Array:
     """The root in the interval (None: no bound), of the shape to which the coefficients, from the lowest, broadcast.
 
-    Between the roots of its derivative a polynomial is monotone, so that a change of sign there is one root, which is
-    found by halving; one that touches 0 within rounding at such a root is one too. Raises ValueError, which says how
-    many there are, unless exactly one lies in the interval.
+    Between two neighbouring roots of its derivative a polynomial is monotone: it has one root there if its sign
+    changes, which is found by bisection. A root of the derivative where the polynomial is 0 within rounding is one too.
+    Raises ValueError, which says how many roots lie in the interval, unless there is exactly one.
     """
     arrays = np.broadcast_arrays(*(np.asarray(c, dtype=np.float64) for c in coefficients))
     found = np.empty(arrays[0].shape)
@@ -58,17 +58,17 @@ def real_roots(coefficients: Sequence[float], low: float | None, high: float | N
         return reduce(lambda total, coefficient: total * x + coefficient, reversed(c))
 
     def sign(x: float) -> int:
-        """0 for a value that may be rounding."""
+        """The sign of the value; 0 for one that may be only rounding."""
         size = sum(abs(coefficient) * abs(x) ** k for k, coefficient in enumerate(c))
         return 0 if abs(value(x)) <= 4.0 * len(c) * EPS * size else 1 if value(x) > 0.0 else -1
 
     found = [x for x in ends if sign(x) == 0]
-    found += [_halved(value, a, b) for a, b in pairwise(ends) if sign(a) * sign(b) < 0]
+    found += [_bisected(value, a, b) for a, b in pairwise(ends) if sign(a) * sign(b) < 0]
     return sorted(set(found))
 
 
-def _halved(value: Callable[[float], float], low: float, high: float) -> float:
-    """Where the value changes its sign, to the last digit but for rounding in the value."""
+def _bisected(value: Callable[[float], float], low: float, high: float) -> float:
+    """The root where the value changes its sign: the interval is halved until no double lies inside it."""
     rising = value(high) > 0.0
     while True:
         middle = low + 0.5 * (high - low)

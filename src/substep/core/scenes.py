@@ -1,4 +1,4 @@
-"""Scenes: what is marched. Each is declared from its energies; parameters are checked once, here."""
+"""Scenes, the problems that are marched. Each is declared by its energies; its parameters are checked here, once."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -38,7 +38,7 @@ class Scene:
     v0: Array
     a0: Array
     load: Load | None
-    a0_asked: ArrayLike | str | None = field(default=None, repr=False)  # as it was given
+    a0_asked: ArrayLike | str | None = field(default=None, repr=False)  # the argument a0 of `substep.scene`
 
     @property
     def name(self) -> str:
@@ -120,7 +120,7 @@ class Scene:
 
 
 def scenes() -> tuple[str, ...]:
-    """Names of all scenes; that of another strain measure is an option of its scene."""
+    """Names of all scenes; one that differs only in the strain measure is an option of its scene."""
     return tuple(name for name in SCENES if name not in STRAIN_MEASURES.values() or name == "elastic_pendulum")
 
 
@@ -129,7 +129,7 @@ def scene(
 ) -> Scene:
     """The scene of that name, or of a declaration of your own (`substep_derive.Scene`).
 
-    Parameters not given take the default of the declaration. a0: the initial acceleration, one number a
+    Parameters not given take the default of the declaration. a0: the initial acceleration, one number for each
     coordinate; "consistent" takes it from the equation of motion; by default as the scene declares it. load:
     a function of time in s, for scenes that take one. elastic_pendulum also takes strain = "green_lagrange"
     or "engineering". Raises ValueError for unknown names, missing parameters and bad values.
@@ -139,10 +139,10 @@ def scene(
 
 
 def scene_info(name: "str | SceneDeclaration", parameters: dict[str, Any]) -> SceneInfo:
-    """What is known of a scene of the catalogue, or of the user's own, which is derived if the cache has it not.
+    """Description of a scene of the catalogue, or of the user's own, which is derived if it is not in the cache.
 
-    Takes the strain measure, which decides between two of the catalogue, off the parameters. Raises ValueError for an
-    unknown name, DeclarationError for energies that do not define a motion.
+    Removes the strain measure, which decides between two scenes of the catalogue, from the parameters. Raises
+    ValueError for an unknown name, DeclarationError for energies that do not define a motion.
     """
     if isinstance(name, str):
         if name not in SCENES:
@@ -171,7 +171,7 @@ def _in_catalogue(name: str) -> SceneInfo:
 def checked_parameters(
     info: SceneInfo, parameters: Mapping[str, Any], number: Callable[[str, Any], ArrayLike]
 ) -> dict[str, Any]:
-    """All parameters, defaults filled in, as floats or, where `number` lets them pass, arrays."""
+    """All parameters, defaults filled in, as floats or, where `number` returns them, arrays."""
     for key in parameters:
         if key not in info.parameters:
             more = ["strain"] if info.name.startswith("elastic_pendulum") else []
@@ -187,7 +187,7 @@ def checked_parameters(
 
 
 def make_scene(info: SceneInfo, values: Mapping[str, Any], a0: ArrayLike | str | None, load: Load | None) -> Scene:
-    """A scene of checked parameters, numbers or (P,)."""
+    """A scene with parameters that have been checked, numbers or (P,)."""
     if load is not None and not info.sampled:
         raise ValueError(
             f"expected no load for {info.name}, got one; its load is part of its declaration, so leave it out"

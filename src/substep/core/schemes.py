@@ -1,7 +1,7 @@
 """Schemes: the names of the catalogue, and handles whose parameters are checked once.
 
-What is known of a scheme comes from the emitted index; its compiled module, and with it numba, is imported on first
-use.
+The description of a scheme comes from the generated index; its compiled module, and with it numba, is imported on
+first use.
 """
 
 from collections.abc import Mapping
@@ -43,17 +43,17 @@ def scheme(name: "str | Declaration", **parameters: ArrayLike) -> "Scheme":
     given: dict[str, Array] = {}
     for key, value in parameters.items():
         if key in info.parameters:
-            mine = {key: _checked(info, info.parameters[key], value)}
+            new = {key: _checked(info, info.parameters[key], value)}
         elif key in info.families:
             argument = _checked(info, info.families[key].argument, value)
-            mine = {own: np.asarray(function(argument)) for own, function in info.families[key].values.items()}
+            new = {own: np.asarray(function(argument)) for own, function in info.families[key].values.items()}
         else:
             raise unknown_name(f"a parameter of {info.name}", key, [*info.parameters, *info.families])
-        if twice := sorted(mine.keys() & given.keys()):
+        if twice := sorted(new.keys() & given.keys()):
             raise ValueError(
                 f"expected {twice[0]} of {info.name} once, got it by itself and through a family; drop one of the two"
             )
-        given |= mine
+        given |= new
     complete: dict[str, Array] = {}
     for key, parameter in info.parameters.items():
         value = given[key] if key in given else parameter.default_of(info.name, complete)
@@ -62,7 +62,7 @@ def scheme(name: "str | Declaration", **parameters: ArrayLike) -> "Scheme":
 
 
 def scheme_info(name: "str | Declaration") -> SchemeInfo:
-    """What is known of a scheme of the catalogue, or of the user's own, which is derived if the cache has it not.
+    """Description of a scheme of the catalogue, or of the user's own, which is derived if it is not in the cache.
 
     Raises ValueError for an unknown name, DeclarationError for a declaration that does not define one step.
     """
@@ -102,7 +102,7 @@ class Scheme:
 
     info: SchemeInfo
     parameters: Mapping[str, Array]
-    given: Mapping[str, Array] = field(default_factory=dict)  # those that took no default
+    given: Mapping[str, Array] = field(default_factory=dict)  # those that were not left to their default
 
     @property
     def name(self) -> str:
@@ -136,7 +136,7 @@ class Scheme:
 
     @cached_property
     def kernel_parameters(self) -> tuple[Array, ...]:
-        """Parameters in the order of the module, which a member shares with its parent: those it fixes included."""
+        """Values of the module's PARAMETERS, also of those that a member fixes: it shares its parent's module."""
         fixed = {name: np.float64(value) for name, value in self.info.fixed.items()}
         values = {**self.parameters, **fixed}
         return tuple(np.asarray(values[name]) for name in self.kernels.PARAMETERS)
@@ -152,8 +152,8 @@ class Scheme:
 
     def lane(self, j: int) -> "Scheme":
         """The scheme with the parameters of lane j, where they are arrays (P,)."""
-        mine, given = ({k: x[j] if x.ndim else x for k, x in d.items()} for d in (self.parameters, self.given))
-        return replace(self, parameters=mine, given=given)
+        parameters, given = ({k: x[j] if x.ndim else x for k, x in d.items()} for d in (self.parameters, self.given))
+        return replace(self, parameters=parameters, given=given)
 
     def amplification(self, Omega: ArrayLike, xi: ArrayLike = 0.0) -> Array:
         """Amplification matrix, (..., m, m), of the undriven oscillator, in the order of `state`."""
@@ -164,7 +164,7 @@ class Scheme:
         return stability_functions.spectral_radius(self, Omega, xi)
 
     def stability(self, Omega: ArrayLike, xi: ArrayLike = 0.0) -> tuple[Array, Array, Array]:
-        """Spectral radius, numerical damping and period error, as the functions of these names, in one pass."""
+        """Spectral radius, numerical damping and period error in one pass, equal to the methods of these names."""
         return stability_functions.radius_damping_period(self, Omega, xi)
 
     def numerical_damping(self, Omega: ArrayLike, xi: ArrayLike = 0.0) -> Array:
@@ -176,7 +176,7 @@ class Scheme:
         return self.stability(Omega, xi)[1]
 
     def amplitude_error(self, Omega: ArrayLike, xi: ArrayLike = 0.0) -> Array:
-        """1 - exp(-2 pi numerical_damping) (thesis (4.4)); NaN where that is."""
+        """1 - exp(-2 pi numerical_damping) (thesis (4.4)); NaN where numerical_damping is."""
         return stability_functions.amplitude_error(self.numerical_damping(Omega, xi))
 
     def period_error(self, Omega: ArrayLike, xi: ArrayLike = 0.0) -> Array:

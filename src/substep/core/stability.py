@@ -17,8 +17,8 @@ from .threads import spread
 if TYPE_CHECKING:
     from .schemes import Scheme
 
-PART = 1 << 13  # points a call: where some inputs are numbers, so few values of them fit into the cache
-NANOSECONDS = {"spectral_radius": 0.6, "stability": 4.0}  # a point takes at the fastest schemes
+PART = 1 << 13  # points of a call where some inputs are single numbers: these are repeated so often, and fit the cache
+NANOSECONDS = {"spectral_radius": 0.6, "stability": 4.0}  # per point, of the fastest schemes
 
 
 def points(scheme: "Scheme", Omega: ArrayLike, xi: ArrayLike) -> tuple[tuple[int, ...], list[Array]]:
@@ -82,9 +82,9 @@ def power_norm(scheme: "Scheme", Omega: ArrayLike, xi: ArrayLike, n: int) -> Arr
 
 
 def _evaluated(scheme: "Scheme", function: str, outputs: int, Omega: ArrayLike, xi: ArrayLike) -> list[Array]:
-    """What a kernel with so many outputs gives at all points; many points are spread over threads.
+    """The outputs of a kernel at all points, each of the common shape; many points are spread over threads.
 
-    The kernels report bad values of Omega and xi, so that these are looked at again only to say which one it is.
+    The kernels return whether a value of Omega or xi is bad, so that these are searched only for the error message.
     """
     arrays = [float_array("Omega", Omega), float_array("xi", xi), *scheme.kernel_parameters]
     module = scheme.kernels

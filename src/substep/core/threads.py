@@ -8,8 +8,8 @@ from contextvars import ContextVar
 from functools import cache
 
 _serial: ContextVar[bool] = ContextVar("serial", default=False)
-WORTH_THREADS = 1e6  # ns: less work is done faster by one thread
-PIECES = 8  # of the work for each core: a thread that is late or slow leaves its pieces to the others
+WORTH_THREADS = 1e6  # ns of work; less than this is done faster by one thread
+PIECES = 8  # into which the work of each core is split: others take over the pieces of a thread that is late or slow
 
 
 def cores() -> int:
@@ -21,7 +21,7 @@ def cores() -> int:
 
 @contextmanager
 def serial() -> Iterator[None]:
-    """Kernels called inside take one core, as a worker's should whose other cores work on other chunks of a sweep."""
+    """Kernels called inside use one core: in a cluster's worker the other cores run other chunks of a sweep."""
     token = _serial.set(True)
     try:
         yield
@@ -31,7 +31,7 @@ def serial() -> Iterator[None]:
 
 @cache
 def _pool(threads: int) -> ThreadPoolExecutor:
-    return ThreadPoolExecutor(threads)  # kept, since to start threads takes as long as little work
+    return ThreadPoolExecutor(threads)  # kept, since starting threads takes as long as a small piece of work
 
 
 if hasattr(os, "register_at_fork"):
@@ -39,9 +39,9 @@ if hasattr(os, "register_at_fork"):
 
 
 def spread(part: Callable[[int, int], None], size: int, block: int, *, nanoseconds: float) -> None:
-    """Call part(first, last) for ranges that together are 0 to size: one range, or pieces on all cores for long work.
+    """Call part(first, last) for ranges that together cover 0 to size: one range, or many on all cores for long work.
 
-    Pieces are whole blocks but for the last. nanoseconds: what all the work takes on one core, about.
+    A range is a whole number of blocks, except the last. nanoseconds: about how long all the work takes on one core.
     """
     blocks = -(-size // block)
     workers = max(1, min(cores(), blocks)) if nanoseconds >= WORTH_THREADS else 1

@@ -9,8 +9,8 @@ from ..core.errors import real_number
 from ..core.schemes import Array
 
 STANDARD_GRAVITY = 9.80665  # m/s^2
-UNEVEN = 0.01  # of a step: how far a printed time may be from equal steps
-AT2_HEADER = 4  # lines
+UNEVEN = 0.01  # largest distance of a printed time from equal steps, as a part of a step
+AT2_HEADER = 4  # lines before the samples
 NUMBER = r"([0-9]*\.?[0-9]+(?:[eEdD][-+]?[0-9]+)?)"
 AT2_SIZES = (  # NPTS= 4000, DT= .01000 SEC, and the older 4000 0.0100 NPTS, DT
     re.compile(rf"NPTS\s*=\s*(\d+)\s*,?\s*DT\s*=\s*{NUMBER}", re.IGNORECASE),
@@ -22,10 +22,10 @@ def read_record(path: Path, dt: float | None = None) -> tuple[float, Array]:
     """Step in s and ground acceleration (n,) in m/s^2 of a file.
 
     A suffix .AT2, in any case, means PEER's format, in g; any other file has two columns, time in s and acceleration in
-    m/s^2, parted by blanks or a comma, with comments after '#'. dt, s: given where the printed times are too coarse.
-    Raises ValueError, which names file and line, for what is no number, for steps that differ by more than a hundredth,
-    for another number of samples or another unit than the header's, and for a dt that is not the file's; OSError for a
-    file that cannot be read.
+    m/s^2, separated by blanks or a comma, with comments after '#'. dt, s: to be given where the times are printed with
+    too few digits. Raises ValueError, which names file and line, for text that is not a number, for a time more than a
+    hundredth of a step from equal steps, for an .AT2 file whose number of samples is not that of its header or whose
+    unit is not g, and for a dt that is not the file's; OSError for a file that cannot be read.
     """
     lines = path.read_text(encoding="utf-8-sig", errors="replace").splitlines()
     if dt is not None:

@@ -1,4 +1,4 @@
-"""Response spectra of an acceleration record, each value with the scheme's own error."""
+"""Response spectra of an acceleration record, with the relative error of each value that the scheme causes."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 
 PERIODS = np.geomspace(0.02, 10.0, 200)
 PERIODS.flags.writeable = False
-UNSTABLE = 1.0 + 1e-6  # spectral radius, which has half its digits where eigenvalues meet on the unit circle
-HISTORY = 1 << 23  # doubles: how large the histories in memory may be
+UNSTABLE = 1.0 + 1e-6  # largest spectral radius of a stable step; it may have only half its digits near 1
+HISTORY = 1 << 23  # doubles of histories in memory at a time
 
 QUANTITIES = {
     "displacement": ("spectral displacement SD, relative to the ground", "m"),
@@ -50,7 +50,7 @@ def response_spectrum(
     Returns a Dataset over period, and over xi where several were given: displacement (m) and velocity (m/s) relative to
     the ground, acceleration (m/s^2) absolute, |2 xi omega v + omega^2 u|; pseudo_velocity = omega*SD,
     pseudo_acceleration = omega^2*SD. Peaks are those at the record's samples: between them, and of periods of a few
-    dt, the response may be larger; append zeros to a record to see what follows it.
+    dt, the response may be larger; append zeros to a record to include the free vibration that follows it.
     errors: also displacement_error, velocity_error, acceleration_error, each the relative error of that peak against
     the exact response to the record, linear between its samples, at the same instants (Nigam & Jennings 1969). Where
     the scheme is unstable at dt, or overflows, values and errors are inf; attrs["unstable"] counts them.
@@ -123,12 +123,12 @@ def _numbers_only(scheme: str | Scheme) -> Scheme:
 
 
 def _peaks(s: Scheme, omega: Array, xi: Array, load: Record) -> tuple[Array, Array]:
-    """Largest |u|, |v|, |2 xi omega v + omega^2 u| (3, P), inf where not stable (P,)."""
+    """Largest |u|, |v|, |2 xi omega v + omega^2 u| (3, P), inf where not stable; and where it is stable (P,)."""
     peaks = np.full((3, len(omega)), np.inf)
     stable = s.spectral_radius(omega * load.dt, xi) <= UNSTABLE
     omega, xi = omega[stable], xi[stable]
-    found = _filtered(s, omega, xi, load)
-    peaks[:, stable] = _marched(s, omega, xi, load) if found is None else found
+    found = _by_filter(s, omega, xi, load)
+    peaks[:, stable] = _by_histories(s, omega, xi, load) if found is None else found
     peaks[:, ~np.isfinite(peaks).all(axis=0)] = np.inf
     return peaks, np.isfinite(peaks[0])
 
@@ -139,8 +139,8 @@ def _at_rest(omega: Array, xi: Array, load: Record) -> Oscillators:
     return Oscillators(omega, xi, np.full(len(omega), load.dt), start)
 
 
-def _filtered(s: Scheme, omega: Array, xi: Array, load: Record) -> Array | None:
-    """The same by the scheme's filter, None where there is none. The sign of the load does not change peaks."""
+def _by_filter(s: Scheme, omega: Array, xi: Array, load: Record) -> Array | None:
+    """Peaks as in `_peaks` by the scheme's digital filter, None if there is none; the load's sign does not matter."""
     T = filter_of(s, _at_rest(omega, xi, load), len(load.samples) - 1, load)
     if T is None:
         return None
@@ -154,20 +154,20 @@ def _filtered(s: Scheme, omega: Array, xi: Array, load: Record) -> Array | None:
     return peaks
 
 
-def _marched(s: Scheme, omega: Array, xi: Array, load: Record) -> Array:
-    """The same by histories, of as many oscillators at a time as HISTORY allows."""
+def _by_histories(s: Scheme, omega: Array, xi: Array, load: Record) -> Array:
+    """Peaks as in `_peaks` from histories, of as many oscillators at a time as HISTORY allows."""
     n, peaks = len(load.samples) - 1, np.empty((3, len(omega)))
     at_once = max(1, HISTORY // (3 * (n + 1)))
     with np.errstate(over="ignore", invalid="ignore"):
         for first in range(0, len(omega), at_once):
             part = slice(first, first + at_once)
             u, v, _ = march_linear(s, _at_rest(omega[part], xi[part], load), n, load).out.transpose(1, 0, 2)
-            felt = 2.0 * xi[part] * omega[part] * v + omega[part] ** 2 * u
-            peaks[:, part] = [np.abs(x).max(axis=0) for x in (u, v, felt)]
+            absolute = 2.0 * xi[part] * omega[part] * v + omega[part] ** 2 * u
+            peaks[:, part] = [np.abs(x).max(axis=0) for x in (u, v, absolute)]
     return peaks
 
 
 def _relative(found: Array, exact: Array) -> Array:
-    """found/exact - 1; 0 where both are 0, inf where found alone is not."""
+    """found/exact - 1; 0 where both are equal, also to 0; inf where only exact is 0."""
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(found == exact, 0.0, found / exact - 1.0)

@@ -1,7 +1,7 @@
 """Peaks of many oscillators from rest under one record with a sample at each step, without their histories.
 
-Under a load that is linear between the steps, a linear scheme is a recursive digital filter from the samples to the
-response, whose coefficients are derived with the scheme. It takes half the operations of the march.
+Under a load that is linear within each step, a linear scheme is a recursive digital filter from the samples to the
+response, whose coefficients are derived with the scheme. It needs half the operations of the march.
 """
 
 from collections.abc import Callable
@@ -15,11 +15,11 @@ from ..core.schemes import Array, Scheme
 from ..core.threads import spread
 from .oscillators import Oscillators
 
-NANOSECONDS = 0.125  # of a step of a lane
+NANOSECONDS = 0.125  # for a step of a lane
 
 
 def peaks_from_rest(scheme: Scheme, o: Oscillators, n: int, load: Load | None, followed: int) -> Array | None:
-    """Largest |u| (1, P), or |u|, |v|, |a| (3, P), over n steps; None where `filter_of` has no filter."""
+    """Largest |u| (1, P), or |u|, |v|, |a| (3, P), over n steps; followed: 1 or 3; None without a filter."""
     T = filter_of(scheme, o, n, load)
     if T is None or not isinstance(load, Record):
         return None
@@ -27,12 +27,12 @@ def peaks_from_rest(scheme: Scheme, o: Oscillators, n: int, load: Load | None, f
 
 
 def filter_of(scheme: Scheme, o: Oscillators, n: int, load: Load | None) -> Array | None:
-    """The filter (4*order + 1, P) from the load f, not h^2 f, to u, v, a; None where none gives these n steps.
+    """The filter (4*order + 1, P) from the load f, not h^2 f, to u, v, a; None where no filter gives these n steps.
 
-    There is none for schemes of high order (FILTER is 0) or that another scheme starts, or that take a load at the
-    start or outside of a step; nor for another start than rest with a load of 0, for a load that is no `Record` with a
-    sample at each of the n + 1 instants, and for steps that differ. The rows are those of `transfer` of the scheme's
-    module.
+    There is none for a scheme of high order (FILTER is 0), for one that another scheme starts, and for one that takes a
+    load at the start or outside of a step. There is none for another start than rest with a load of 0, for a load that
+    is not a `Record` with a sample at each of the n + 1 instants, and for lanes with different steps. The rows are
+    those of `transfer` of the scheme's module.
     """
     order, dt = scheme.kernels.FILTER, float(o.dt[0]) if len(o.dt) else 1.0
     if not order or not isinstance(load, Record) or load.dt != dt or len(load.samples) <= n or load.samples[0] != 0.0:

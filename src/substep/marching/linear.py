@@ -1,8 +1,8 @@
 """The linear march: one scheme, many oscillators a + 2 xi omega v + omega^2 u = load at once.
 
 It needs no formula of the scheme, only the coefficients D, B, O, P of one step (see `core.coefficients`). A lane is one
-run: one oscillator with its step. Lanes march side by side in blocks; a lane that overflows is marched again alone, up
-to the first step that is not finite. A history is u, v, a of every stride-th step; peaks are followed without one.
+run: one oscillator with its step. Lanes are marched side by side in blocks; a lane that overflows is marched once more,
+alone, up to the first step that is not finite. A history is u, v, a of every stride-th step; peaks need no history.
 """
 
 from collections.abc import Callable
@@ -24,9 +24,9 @@ from .digital_filter import peaks_from_rest
 from .oscillators import Oscillators
 
 COMPLETED, NON_FINITE = STATUSES.index("completed"), STATUSES.index("non_finite")
-NANOSECONDS = 0.25  # a step of a lane takes
-AT_ONCE = 512  # steps of a history for one block of lanes before the next block, which writes to the same memory pages
-CHUNK = 1 << 16  # steps of one lane at a time where not every step is kept
+NANOSECONDS = 0.25  # for a step of a lane
+AT_ONCE = 512  # steps that each block marches in turn if a history is kept: blocks write to the same memory pages
+CHUNK = 1 << 16  # steps of a single lane that are kept in memory at a time where not every step is asked for
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,8 +34,8 @@ class LinearLanes:
     """Results of P runs.
 
     out (rows, 3, P): u, v, a every stride steps, NaN after n_done; no rows where no history was asked for. peak: the
-    largest |u|, |v|, |a| (3, P), or |u| (1, P), up to n_done, the start's included; (0, P) beside a history. n_done
-    (P,): steps completed. status (P,): place in response.STATUSES.
+    largest |u|, |v|, |a| (3, P), or |u| (1, P), from t = 0 to n_done; (0, P) if a history was asked for. n_done (P,):
+    steps completed. status (P,): index in response.STATUSES.
     """
 
     out: Array
@@ -57,7 +57,7 @@ def march_linear(
     """March n steps of all P oscillators; the scheme's parameters may be arrays (P,).
 
     load: per unit mass, a function of times of any shape; the samples of a Record with a sample at each step are not
-    copied. keep: what LinearLanes shall hold. out: where the history goes, writeable, C-contiguous, of floats and shape
+    copied. keep: what LinearLanes is to hold. out: where the history goes, writeable, C-contiguous, of floats and shape
     (n // stride + 1, 3, P); raises ValueError for any other.
     """
     P, rows = len(o.omega), n // stride + 1 if keep == "history" else 0
@@ -67,13 +67,13 @@ def march_linear(
         peak = peaks_from_rest(scheme, o, n, load, followed)
         if peak is not None and np.isfinite(peak).all():
             return LinearLanes(np.empty((0, 3, P)), peak, *done)
-    lanes = LinearLanes(_room(out, (rows, 3, P)), np.zeros((3, P if followed else 0)), *done)
+    lanes = LinearLanes(_history(out, (rows, 3, P)), np.zeros((3, P if followed else 0)), *done)
     if rows:
         lanes.out[0] = o.start
     if P == 1:
         _alone(scheme, o, n, load, stride, lanes, 0)
     elif P and n:
-        x = _abreast(scheme, o, n, load, stride, lanes)
+        x = _in_blocks(scheme, o, n, load, stride, lanes)
         for j in np.flatnonzero(~np.isfinite(x).all(axis=0)):
             _alone(scheme.lane(int(j)), o.lane(int(j)), n, load, stride, lanes, int(j))
     if followed:
@@ -81,7 +81,8 @@ def march_linear(
     return replace(lanes, peak=lanes.peak[:followed])
 
 
-def _room(out: Array | None, shape: tuple[int, ...]) -> Array:
+def _history(out: Array | None, shape: tuple[int, ...]) -> Array:
+    """The caller's array, checked, or a new one."""
     if out is None:
         return np.empty(shape)
     if out.shape != shape or out.dtype != np.float64 or not (out.flags.c_contiguous and out.flags.writeable):
@@ -93,21 +94,21 @@ def _room(out: Array | None, shape: tuple[int, ...]) -> Array:
 
 
 class _Run(NamedTuple):
-    """Two kernels and the arrays they take."""
+    """The two kernels of a march, and the arrays that they take."""
 
     march_lanes: Callable[..., None]  # a range of steps of a range of lanes
     march_one: Callable[..., None]  # a range of steps of one lane
     width: int  # lanes of a block
     C: Array  # coefficients (rows, P)
     x: Array  # what is marched (m, P), at step `first`
-    shared: tuple[Array, ...]  # the load at K instants of each step, K arrays (n,), where it is the same for all lanes
-    own: Array  # the same of each lane (K, n, P); no steps where it is shared
-    first: int  # the step up to which the starter marched
-    head: LinearLanes | None  # what the starter marched
+    shared: tuple[Array, ...]  # K arrays (n,): the load at K instants of each step, if all lanes share it
+    own: Array  # (K, n, P): the load of each lane; (K, 0, 1) where it is shared
+    first: int  # how many steps the starter marched
+    head: LinearLanes | None  # results of these first steps, if there is a starter
 
 
 def _prepared(scheme: Scheme, o: Oscillators, n: int, load: Load | None) -> _Run:
-    """Kernels and their arrays, from the step on at which the scheme itself begins to march."""
+    """The kernels and their arrays, ready for the first step that the scheme itself marches."""
     module, Omega, stencil = scheme.kernels, o.omega * o.dt, scheme.stencil()
     state, head, first = _started(scheme, o, Omega, n, load)
     excess = _excess(o, Omega, state, load) if module.CARRIER else np.zeros(1)
@@ -125,9 +126,10 @@ def _prepared(scheme: Scheme, o: Oscillators, n: int, load: Load | None) -> _Run
 def _loads(
     stencil: Array, dt: Array, n: int, K: int, load: Load | None, excess: Array
 ) -> tuple[tuple[Array, ...], Array]:
-    """The load at the K instants of each step: `shared` and `own` of a _Run.
+    """The load at the K instants of each step, as `shared` and `own` of a _Run.
 
-    excess: of the given acceleration, which is not marched; the load at the first instant of the first step carries it.
+    excess: from `_excess`; it is added to the load at the first instant of the first step, which stands for the given
+    acceleration where that is not marched.
     """
     if load is None and not excess.any():
         return (read_only(np.zeros(n)),) * K, np.empty((K, 0, 1))
@@ -144,10 +146,10 @@ def _loads(
 
 
 def _coefficients(scheme: Scheme, Omega: Array, o: Oscillators, stencil: Array | None = None) -> Array:
-    """Coefficients as the kernels take them, (rows, P): for loads f in place of h^2 f, reporting v, a, not h*v, h^2*a.
+    """Coefficients (rows, P) as the kernels take them: for loads f, not h^2 f, and outputs v, a, not h*v, h^2*a.
 
-    The last rows are 1/h and 1/h^2 for those of v, a that are reported from what is marched. With a stencil the loads
-    are those at the two ends of a step, and linear between them; else those at the scheme's own instants.
+    The last rows are 1/h and 1/h^2 for those of v, a that are taken from x. With a stencil, the loads are those at the
+    two ends of a step, between which the load is linear; without, those at the scheme's own instants.
     """
     m, R, K = coefficients.sizes(scheme)
     places, C = coefficients.places(scheme), coefficients.coefficient_rows(scheme, Omega, o.xi)
@@ -167,9 +169,9 @@ def _coefficients(scheme: Scheme, Omega: Array, o: Oscillators, stencil: Array |
 
 @cache
 def _to_ends(m: int, R: int, K: int, stencil: bytes) -> Array:
-    """The matrix that turns the rows B, O, P for loads at a step's instants into those for loads at its two ends.
+    """The matrix that turns the rows B, O, P for loads at the stencil into those for loads at the two ends of a step.
 
-    stencil: the instants' bytes, doubles, since a cache wants what can be hashed.
+    stencil: the instants as bytes of doubles, which the cache can hash.
     """
     share = np.zeros(K)
     share[: len(stencil) // 8] = np.frombuffer(stencil)
@@ -185,7 +187,7 @@ def _to_ends(m: int, R: int, K: int, stencil: bytes) -> Array:
 def _kernels(name: str, K: int) -> tuple[Callable[..., None], Callable[..., None], int]:
     """The kernels for many lanes and for one, and how many lanes are in a block: committed, or printed on first use.
 
-    name: of the module, which says the shape of the march; K: instants of the load.
+    name: of the module, which determines the shape of the march; K: load instants a step.
     """
     module = committed(name)
     if module is None or not hasattr(module, f"march_{K}"):
@@ -198,7 +200,7 @@ def _kernels(name: str, K: int) -> tuple[Callable[..., None], Callable[..., None
 def _started(
     scheme: Scheme, o: Oscillators, Omega: Array, n: int, load: Load | None
 ) -> tuple[Array, LinearLanes | None, int]:
-    """The scheme's whole state (s, P), of u, h*v, h^2*a; what a starter marched to get there, and how many steps."""
+    """The scheme's state (s, P) at its first own step; the starter's results, if there is one, and steps."""
     units = o.dt ** np.arange(3)[:, None]
     given = o.start * units
     if scheme.info.start == "given":
@@ -215,9 +217,9 @@ def _started(
 
 
 def _excess(o: Oscillators, Omega: Array, state: Array, load: Load | None) -> Array:
-    """h^2 (a + 2 xi omega v + omega^2 u - load) at the start (P,): 0 where the acceleration given is consistent.
+    """h^2 (a + 2 xi omega v + omega^2 u - load) at the start (P,): 0 where the given acceleration is consistent.
 
-    What is below 1e-15 of the sum of the terms' moduli is rounding, and taken as 0.
+    A value below 1e-15 of the sum of the terms' moduli is rounding, and counts as 0.
     """
     value = load.samples[0] if isinstance(load, Record) else load(np.zeros(1)) if load else 0.0
     at_start = o.dt**2 * value * np.ones(len(Omega))
@@ -227,24 +229,25 @@ def _excess(o: Oscillators, Omega: Array, state: Array, load: Load | None) -> Ar
 
 
 def _samples(scheme: Scheme, load: Load | None, dt: Array, n: int) -> Array | None:
-    """The load at the n + 1 instants of the steps, if these give it at all instants of the scheme; None if not.
+    """The load at the n + 1 ends of steps, if it is linear within each step and taken only there; None if not.
 
-    They do for a record with a sample at each step, which is linear between them.
+    So it is for a record with a sample at each step, and a scheme that takes the load within its step.
     """
     if not isinstance(load, Record) or not (dt == load.dt).all() or not coefficients.loaded_within(scheme):
         return None
     values = load.samples
-    if len(values) <= n and not np.isin(scheme.stencil(), (0.0, 1.0)).all():  # it jumps to 0 after its last
+    jumps = len(values) <= n  # to 0 after the last sample
+    if jumps and not np.isin(scheme.stencil(), (0.0, 1.0)).all():
         return None
     return values[: n + 1] if len(values) > n else np.concatenate([values, np.zeros(n + 1 - len(values))])
 
 
-def _abreast(scheme: Scheme, o: Oscillators, n: int, load: Load | None, stride: int, lanes: LinearLanes) -> Array:
-    """All lanes at once; returns their last state (m, P)."""
+def _in_blocks(scheme: Scheme, o: Oscillators, n: int, load: Load | None, stride: int, lanes: LinearLanes) -> Array:
+    """March all lanes side by side into `lanes`; returns their last state (m, P)."""
     r, P = _prepared(scheme, o, n, load), len(o.omega)
 
     def part(first: int, last: int) -> None:
-        pace, most = (stride, AT_ONCE) if len(lanes.out) else (n, max(n, 1))  # no stop where nothing is kept
+        pace, most = (stride, AT_ONCE) if len(lanes.out) else (n, max(n, 1))  # without a history, all steps in one call
         for begin in range(r.first, n, most):
             r.march_lanes(
                 r.C, r.x, *r.shared, r.own, begin, min(begin + most, n), pace, lanes.out, lanes.peak, first, last
@@ -257,7 +260,7 @@ def _abreast(scheme: Scheme, o: Oscillators, n: int, load: Load | None, stride: 
 
 
 def _rows_of_head(r: _Run, stride: int, lanes: LinearLanes, j: slice) -> None:
-    """What the starter marched, into the rows and peaks of the lanes j."""
+    """Put the starter's results into the rows and peaks of the lanes j."""
     assert r.head is not None
     if len(lanes.out):
         kept = r.head.out[::stride]
@@ -267,7 +270,7 @@ def _rows_of_head(r: _Run, stride: int, lanes: LinearLanes, j: slice) -> None:
 
 
 def _alone(scheme: Scheme, o: Oscillators, n: int, load: Load | None, stride: int, lanes: LinearLanes, j: int) -> None:
-    """One lane into place j of the results, up to the first step that is not finite."""
+    """March one lane, up to the first step that is not finite, into place j of the results."""
     r = _prepared(scheme, o, n, load)
     if lanes.peak.size:
         lanes.peak[:, j] = 0.0
@@ -275,11 +278,11 @@ def _alone(scheme: Scheme, o: Oscillators, n: int, load: Load | None, stride: in
     if r.head is not None:
         _rows_of_head(r, stride, lanes, slice(j, j + 1))
         lanes.n_done[j], lanes.status[j] = r.head.n_done[0], r.head.status[0]
-    straight = stride == 1 and lanes.out.shape[2] == 1 and len(lanes.out) > 0
+    direct = stride == 1 and lanes.out.shape[2] == 1 and len(lanes.out) > 0
     begin, x = r.first, r.x[:, 0].copy()
     while begin < n and lanes.status[j] == COMPLETED:
-        end = n if straight else min(n, begin + CHUNK)
-        rows = lanes.out[begin + 1 :, :, 0] if straight else np.empty((end - begin, 3))
+        end = n if direct else min(n, begin + CHUNK)
+        rows = lanes.out[begin + 1 :, :, 0] if direct else np.empty((end - begin, 3))
         r.march_one(r.C[:, 0].copy(), x, *(f[begin:end] for f in shared), rows)
         lanes.n_done[j] = end
         if not np.isfinite(rows[-1]).all():
@@ -287,7 +290,7 @@ def _alone(scheme: Scheme, o: Oscillators, n: int, load: Load | None, stride: in
             lanes.n_done[j], lanes.status[j], rows = begin + good, NON_FINITE, rows[:good]
         if lanes.peak.size and len(rows):
             lanes.peak[:, j] = np.maximum(lanes.peak[:, j], np.abs(rows).max(axis=0))
-        if not straight:
+        if not direct:
             at = np.arange(-(-(begin + 1) // stride), (begin + len(rows)) // stride + 1)
             lanes.out[at[: len(lanes.out)], :, j] = rows[at * stride - begin - 1] if len(lanes.out) else 0.0
         begin = end

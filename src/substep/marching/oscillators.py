@@ -14,5 +14,5 @@ class Oscillators(NamedTuple):
     start: Array
 
     def lane(self, j: int) -> "Oscillators":
-        """Oscillator j alone."""
+        """Oscillator j alone, P = 1."""
         return Oscillators(*(x[..., j : j + 1] for x in self))

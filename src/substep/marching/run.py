@@ -15,7 +15,7 @@ from .scene_lanes import march_lanes
 
 
 def number_of_steps(dt: float, t_end: float) -> int:
-    """t_end/dt, which has to be whole to 1e-9, relative; else a ValueError that names the two nearest t_end."""
+    """t_end/dt. Raises ValueError, which names the two nearest t_end, unless it is whole to 1e-9, relative."""
     ratio = t_end / dt
     n = round(ratio)
     if abs(ratio - n) > 1e-9 * max(1.0, ratio) or n == 0:
@@ -86,8 +86,8 @@ def march_oscillators(
 ) -> LinearLanes:
     """P runs of n steps of a linear oscillator's scene; parameters of scene and scheme may be arrays (P,).
 
-    Where there is a load, the mass has to be the same in all. bound, J: a lane ends before the first state whose energy
-    exceeds it; all histories are then kept in memory for a while.
+    Where there is a load, all lanes must have the same mass. bound, J: a lane ends before the first state whose energy
+    exceeds it; with a bound all histories are in memory at once.
     """
     assert scene.info.oscillator is not None
     omega, xi, mass = (np.full(P, x) for x in scene.info.oscillator(**scene.parameters))

@@ -1,4 +1,4 @@
-"""Many runs of one scheme on one scene at once: lanes of the pair's kernel, spread over threads."""
+"""Many runs of one scheme on one scene at once: lanes of the kernel generated for the two, spread over threads."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -15,18 +15,18 @@ from ..core.schemes import Array, Scheme
 from ..core.threads import spread
 
 FEW = 16  # fewer lanes march one by one: in a block all lanes wait for the one whose Newton iteration takes longest
-LEAST = 48  # lanes of a part: fewer leave the processor waiting for the results of one iteration
-TOLERANCE = 1e-12  # Newton stops at a correction of u that is smaller, relative to the scene's length
+LEAST = 48  # lanes of a thread's part: with fewer the processor waits for the results of an iteration
+TOLERANCE = 1e-12  # Newton's iteration ends at a correction of u smaller than this times the scene's length
 
 
 @dataclass(frozen=True, eq=False)
 class Lanes:
     """Results of P runs.
 
-    out (P, rows, 2 or 3, d): u, v (and a of the scheme's own) every stride steps, no rows without a history;
-    state (P, m, d): last good state, rows as the kernel's STATE; iterations (P, steps, balances), no steps
-    without a history; peak (P,): largest energy, the start's included, J; n_done, status (P,): steps
-    completed, place in response.STATUSES.
+    out (P, rows, 2 or 3, d): u, v (and a, if the scheme has its own) every stride steps, no rows without a history;
+    state (P, m, d): last good state, rows as the kernel's STATE; iterations (P, steps, balances): Newton iterations,
+    no steps without a history; peak (P,): largest energy from t = 0 on, J; n_done (P,): steps completed; status (P,):
+    index in response.STATUSES.
     """
 
     out: Array
@@ -40,14 +40,14 @@ class Lanes:
 def pair_kernels(scene: Scene, scheme: Scheme) -> ModuleType:
     """The kernels of the scheme on the scene: committed, or printed to the user's cache on first use."""
     if scheme.info.declaration is None and scene.info.declaration is None:
-        return _catalogue_pair(scheme.name, scene.name)
+        return _from_catalogue(scheme.name, scene.name)
     from ..derived.modules import uncommitted_pair  # noqa: PLC0415 (the one door to SymPy)
 
     return uncommitted_pair(scheme.info.source, scene.info.source)
 
 
 @cache
-def _catalogue_pair(scheme: str, scene: str) -> ModuleType:
+def _from_catalogue(scheme: str, scene: str) -> ModuleType:
     module = committed(f"{scheme}__{scene}")
     if module is None:
         from ..derived.modules import uncommitted_pair  # noqa: PLC0415 (the one door to SymPy)
@@ -108,12 +108,12 @@ def march_lanes(
 
 
 def _columns(numbers: Sequence[Any], P: int) -> Array:
-    """(P, K) of K numbers or arrays (P,)."""
+    """K numbers or arrays (P,) as the columns of an array (P, K)."""
     return np.array([np.full(P, x) for x in numbers]).reshape(len(numbers), P).T
 
 
 def _head(scene: Scene, scheme: Scheme, module: ModuleType, arrays: dict[str, Any], start: tuple[Array, ...]) -> Lanes:
-    """The first steps, marched by the scheme's starter: fills the state and the rows of these steps.
+    """March the first steps with the scheme's starter; fill the state and the rows of these steps.
 
     Sets `first`, the step from which the scheme itself goes on, and lowers n of the lanes that have failed by then.
     """
@@ -129,7 +129,7 @@ def _head(scene: Scene, scheme: Scheme, module: ModuleType, arrays: dict[str, An
     out = arrays["out"]
     for row in range(min(out.shape[1], first // arrays["stride"] + 1)):
         out[:, row] = head.out[:, row * arrays["stride"], : out.shape[2]]
-    counts = arrays["iterations"][:, :first]  # the starter has other balances: all count under the first
+    counts = arrays["iterations"][:, :first]  # the starter's balances are other ones: their sum is put under the first
     counts[..., 0] = head.iterations[:, : counts.shape[1]].sum(axis=2)
     arrays["n"] = np.where(head.n_done < first, np.minimum(n, head.n_done), n)
     arrays["first"] = first
@@ -137,12 +137,12 @@ def _head(scene: Scene, scheme: Scheme, module: ModuleType, arrays: dict[str, An
 
 
 def _run(module: ModuleType, arrays: Mapping[str, Any], lanes: int) -> None:
-    """March all lanes: a few one by one, many in blocks. Parts are small, for slow lanes often stand together."""
+    """March all lanes: a few one by one, many in blocks. Parts are small, since slow lanes are often neighbours."""
     few = lanes < FEW
     march, least, cost = (module.march, 1, 100) if few else (module.march_block, LEAST, 4)  # ns a step of a lane
 
     def part(first: int, last: int) -> None:
-        mine = slice(first, last)
-        march(*(x[mine] if isinstance(x := arrays[name], np.ndarray) else x for name in module.ARGUMENTS))
+        chosen = slice(first, last)
+        march(*(x[chosen] if isinstance(x := arrays[name], np.ndarray) else x for name in module.ARGUMENTS))
 
     spread(part, lanes, least, nanoseconds=cost * int(arrays["n"].sum()))

@@ -45,22 +45,23 @@ def sweep(
     """March every combination of the axes from t = 0 to t_end (s); one Dataset with a dimension for each.
 
     scene, scheme: a name or declaration, or a handle, which stands for the parameters that it was given. The axes
-    override these; those that were not given take their default, which follows what is swept. dt: the step in s, a
-    number or an axis, which is the first.
+    override these; parameters that were not given take their default, which may depend on a swept parameter. dt: the
+    step in s, a number or an axis, which is the first.
 
-    axes: any parameter of scheme, scene or load (but Record), a family's argument included, by name: a row of values
-    is a dimension, in call order, a number is no dimension. A name that two of them have takes a prefix, as in
-    scheme_gamma, scene_omega, load_omega; so may any. a0 and load, and strain of elastic_pendulum, as in
-    `substep.scene`, where the scene is not a handle.
+    axes: any parameter of scheme, scene or load (except of a Record), or a family's argument, by name: a row of values
+    becomes a dimension, in the order of the call, a number does not. A name that two of them have needs a prefix, as in
+    scheme_gamma, scene_omega, load_omega; any other may have it. a0 and load, and strain of elastic_pendulum, are
+    those of `substep.scene`, for a scene that is not a handle.
 
-    keep: "final", u, v, a and energy at t_end; "peak", the largest |u|, |v|, |a| of each coordinate, the start's
-    included, as peak_u, peak_v, peak_a, and of a scene that is not a linear oscillator peak_energy; "history", every
-    step, or samples=N for N equal intervals, which several dt need and which every number of steps has to be a
-    multiple of. energy_bound: as in `substep.march`, in J.
+    keep: "final", u, v, a and energy at t_end; "peak", the largest |u|, |v|, |a| of each coordinate from t = 0 on as
+    peak_u, peak_v, peak_a, and peak_energy of a scene that is not a linear oscillator; "history", u, v, a and energy at
+    every step, or, with samples=N, at the ends of N equal intervals. Several dt need samples, and N has to divide every
+    number of steps. energy_bound: as in `substep.march`, in J.
 
-    The Dataset has beside them status (see its flag_meanings; -1 of what was not run), n_done (steps completed),
-    newton_iterations (mean a step, of each balance, 0 where it is linear) and newton_most. What a run that failed did
-    not reach is NaN: all of "final"; peaks are of the steps completed. attrs hold what all points share.
+    The Dataset also has status (see its flag_meanings; -1 for a run not yet made), n_done (steps completed),
+    newton_iterations (mean over the steps, for each balance, 0 where it is linear) and newton_most (the largest number
+    in a step). Where a run failed, what it did not reach is NaN, which is all of "final"; peaks are those of the steps
+    completed. attrs hold what all points share.
 
     save: a folder for a Zarr store, which is written chunk by chunk and read from when the Dataset is used; the same
     call again goes on where it was stopped, even by a kill. client: a dask.distributed client, whose workers take the
@@ -111,7 +112,7 @@ def _here(plan: Plan, chunks: Sequence[Chunk]) -> Blocks:
 def _fill(
     targets: Mapping[str, Any], fills: Mapping[str, Any], blocks: Blocks, left: int, total: int, show: bool
 ) -> None:
-    """Put results into their place, the status last; a chunk that was written in part is reset to the fill values."""
+    """Put results into their place, the status last; a chunk that fails in between is reset to the fill values."""
     with shown(total, total - left, show) as advance, closing(blocks):
         for chunk, results in blocks:
             shape = tuple(s.stop - s.start for s in chunk.where)

@@ -1,4 +1,4 @@
-"""One chunk of a sweep: its points marched as the lanes of as few marches as can be; results as arrays (P, ...)."""
+"""One chunk of a sweep: its points are the lanes of as few marches as possible; results are arrays (P, ...)."""
 
 from typing import Any
 
@@ -17,17 +17,17 @@ Results = dict[str, Any]
 def run_chunk(plan: Plan, first: int, last: int) -> Results:
     """Results of the points first to last - 1, by the variables' names in the Dataset, each (last - first, ...)."""
     found: Results = {}
-    for mine, scene, scheme, dt in plan.groups(np.arange(first, last)):
-        group = _march_group(plan, scene, scheme, dt, len(mine))
-        if len(mine) == last - first:
+    for places, scene, scheme, dt in plan.groups(np.arange(first, last)):
+        group = _march_group(plan, scene, scheme, dt, len(places))
+        if len(places) == last - first:
             return group
         for name, values in group.items():
-            found.setdefault(name, np.empty((last - first, *values.shape[1:]), values.dtype))[mine] = values
+            found.setdefault(name, np.empty((last - first, *values.shape[1:]), values.dtype))[places] = values
     return found
 
 
 def run_on_one_core(span: tuple[int, int], plan: Plan) -> Results:
-    """The same, of the points (first, last), for a worker of a cluster, whose other cores run other chunks."""
+    """`run_chunk` for span = (first, last) on one core, in a worker of a cluster whose other cores run other chunks."""
     with serial():
         return run_chunk(plan, *span)
 
@@ -40,7 +40,7 @@ def _march_group(plan: Plan, scene: Scene, scheme: Scheme, dt: float, P: int) ->
         keep = "peak" if plan.keep == "peak" else "history"
         linear = march_oscillators(scene, scheme, dt, n, P, bound=plan.bound, stride=stride, keep=keep)
         n_done, status = linear.n_done, linear.status
-        counted = _counted(np.broadcast_to(np.int64(0), (P, 0, scheme.balances)), n_done)
+        iterations = _iterations(np.broadcast_to(np.int64(0), (P, 0, scheme.balances)), n_done)
         rows = np.moveaxis(linear.out, -1, 0)[..., None]  # (P, rows, 3, 1)
         peaks = {f"peak_{name}": peak[:, None] for name, peak in zip("uva", linear.peak, strict=False)}
     else:
@@ -51,9 +51,9 @@ def _march_group(plan: Plan, scene: Scene, scheme: Scheme, dt: float, P: int) ->
         for j in failed:
             lanes.out[j, n_done[j] // stride + 1 :] = np.nan
             lanes.iterations[j, n_done[j] :] = 0
-        counted = _counted(lanes.iterations, n_done)
+        iterations = _iterations(lanes.iterations, n_done)
         rows, peaks = lanes.out, {"peak_energy": lanes.peak}
-    common = {**counted, "n_done": n_done, "status": status.astype(np.int8)}
+    common = {**iterations, "n_done": n_done, "status": status.astype(np.int8)}
     if plan.keep == "peak" and scene.info.oscillator:
         return {**peaks, **common}
     t = np.arange(rows.shape[1]) * (stride * dt)
@@ -79,8 +79,8 @@ def _accelerations(scene: Scene, t: Array, u: Array, v: Array) -> Array:
     return a
 
 
-def _counted(iterations: Array, n_done: Array) -> Results:
-    """Newton's iterations of each balance, (P, balances): mean of the steps completed, NaN for none, and largest."""
+def _iterations(counts: Array, n_done: Array) -> Results:
+    """Newton iterations of each balance, (P, balances): mean over the steps completed, NaN if none, and largest."""
     with np.errstate(invalid="ignore"):
-        mean = iterations.sum(axis=1) / n_done[:, None]
-    return {"newton_iterations": mean, "newton_most": iterations.max(axis=1, initial=0)}
+        mean = counts.sum(axis=1) / n_done[:, None]
+    return {"newton_iterations": mean, "newton_most": counts.max(axis=1, initial=0)}

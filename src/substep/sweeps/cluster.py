@@ -1,4 +1,4 @@
-"""Chunks on the workers of a dask.distributed cluster; those of a worker that dies are run again by another."""
+"""Chunks run by the workers of a dask.distributed cluster; if a worker dies, another runs its chunks again."""
 
 from collections.abc import Generator, Sequence
 from itertools import islice
@@ -20,7 +20,7 @@ def run_on(client: Any, plan: Plan, chunks: Sequence[Chunk]) -> Generator[tuple[
     running: dict[str, tuple[Any, Chunk]] = {}
 
     def submit(some: list[Chunk]) -> list[Any]:
-        # map, not submit: it sends the plan, which may hold a long record, once
+        # map sends the plan, which may hold a long record, once; submit would send it with each chunk
         futures = client.map(run_on_one_core, [(c.first, c.last) for c in some], plan=plan, pure=False)
         running.update({future.key: (future, c) for future, c in zip(futures, some, strict=True)})
         return futures

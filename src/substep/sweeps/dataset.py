@@ -20,7 +20,7 @@ STATUSES = {
     "flag_values": [NOT_RUN, *range(len(get_args(Status)))],
     "flag_meanings": " ".join(("not_run", *get_args(Status))),
 }
-WORDS = {"u": "displacement", "v": "velocity", "a": "acceleration", "energy": "kinetic energy and potential"}
+MEANINGS = {"u": "displacement", "v": "velocity", "a": "acceleration", "energy": "kinetic energy and potential"}
 INSTANTS = 4097  # at which a load of the user's own is sampled, to recognise it when the sweep is resumed
 
 
@@ -29,30 +29,30 @@ class Variable(NamedTuple):
 
     dims: tuple[str, ...]
     sizes: tuple[int, ...]
-    fill: Any  # its dtype is the variable's
+    fill: Any  # its dtype is that of the variable
     attrs: dict[str, Any]
 
 
 def variables(plan: Plan) -> dict[str, Variable]:
-    """What the sweep gives at each point, by name, the status last."""
+    """The variables of a sweep's Dataset by name, the status last."""
     units = {unit for _, unit in plan.scene_of_one.coordinates}
     unit = units.pop() if len(units) == 1 else "of the coordinate"
-    of = {"u": unit, "v": f"{unit}/s", "a": f"{unit}/s^2", "energy": "J"}
+    unit_of = {"u": unit, "v": f"{unit}/s", "a": f"{unit}/s^2", "energy": "J"}
     coordinate, balance = ("coordinate", len(plan.scene_of_one.coordinates)), ("balance", plan.scheme_of_all.balances)
     found: dict[str, Variable] = {}
 
     def add(name: str, fill: Any, *dims: tuple[str, int], **attrs: Any) -> None:
         found[name] = Variable(tuple(d for d, _ in dims), tuple(n for _, n in dims), fill, attrs)
 
-    for name, meant in WORDS.items():
+    for name, meaning in MEANINGS.items():
         dims = [("t", plan.rows)] if plan.keep == "history" else []
         dims += [coordinate] if name != "energy" else []
         peak = plan.keep == "peak"
         if peak and name == "energy" and plan.oscillator:
             continue
         largest = "largest" if name == "energy" else "largest modulus of"
-        words = {"final": f"{meant} at t_end", "peak": f"{largest} {meant}", "history": meant}[plan.keep]
-        add(f"peak_{name}" if peak else name, np.float64(np.nan), *dims, units=of[name], long_name=words)
+        long_name = {"final": f"{meaning} at t_end", "peak": f"{largest} {meaning}", "history": meaning}[plan.keep]
+        add(f"peak_{name}" if peak else name, np.float64(np.nan), *dims, units=unit_of[name], long_name=long_name)
     add(
         "newton_iterations",
         np.float64(np.nan),
@@ -67,7 +67,7 @@ def variables(plan: Plan) -> dict[str, Variable]:
 
 
 def template(plan: Plan) -> "xarray.Dataset":
-    """Coordinates and attributes, without variables."""
+    """A Dataset with the coordinates and attributes of the sweep, without variables."""
     import xarray  # noqa: PLC0415 (on first use)
 
     coordinates: dict[str, Any] = {axis.name: (axis.name, axis.values, _attributes(plan, axis)) for axis in plan.axes}
@@ -92,21 +92,21 @@ def description(plan: Plan) -> dict[str, Any]:
     """Everything that is the same in all points, as values that attributes of a file can hold."""
     scene, scheme = plan.scene_of_one, plan.scheme_of_all
     swept = {(axis.owner, axis.key) for axis in plan.axes}
-    said: dict[str, Any] = {"scene": scene.name, "scheme": scheme.name}
-    said |= {f"scene_{k}": x for k, x in scene.parameters.items() if ("scene", k) not in swept}
-    said |= {f"scheme_{k}": float(x) for k, x in scheme.parameters.items() if not x.ndim}
+    found: dict[str, Any] = {"scene": scene.name, "scheme": scheme.name}
+    found |= {f"scene_{k}": x for k, x in scene.parameters.items() if ("scene", k) not in swept}
+    found |= {f"scheme_{k}": float(x) for k, x in scheme.parameters.items() if not x.ndim}
     if plan.a0 is not None:
-        said["scene_a0"] = plan.a0 if isinstance(plan.a0, str) else np.atleast_1d(plan.a0).astype(float).tolist()
+        found["scene_a0"] = plan.a0 if isinstance(plan.a0, str) else np.atleast_1d(plan.a0).astype(float).tolist()
     if plan.load is not None:
-        said |= {"load": _name(plan.load)} | {
+        found |= {"load": _name(plan.load)} | {
             f"load_{k}": x for k, x in _description_of(plan.load, plan.t_end).items() if ("load", k) not in swept
         }
-    said |= dict(plan.given["step"]) | {"t_end": plan.t_end, "keep": plan.keep}
-    said |= {} if plan.samples is None else {"samples": plan.samples}
-    said |= {} if np.isinf(plan.bound) else {"energy_bound": plan.bound}
-    declarations = "".join(map(_declared, (scheme.kernels, scene.module)))
+    found |= dict(plan.given["step"]) | {"t_end": plan.t_end, "keep": plan.keep}
+    found |= {} if plan.samples is None else {"samples": plan.samples}
+    found |= {} if np.isinf(plan.bound) else {"energy_bound": plan.bound}
+    declarations = "".join(map(_declaration_digest, (scheme.kernels, scene.module)))
     return {
-        **said,
+        **found,
         "declarations": _digest(declarations.encode()),
         "substep_version": _version(),
         "interrupted": 0,
@@ -118,7 +118,7 @@ def _name(load: Load | None) -> str:
 
 
 def _description_of(load: Load, t_end: float) -> dict[str, Any]:
-    """What distinguishes a load: its numbers, and a digest of its values where the numbers do not say everything."""
+    """What distinguishes a load: its fields, and a digest of its values where the fields do not determine it."""
     if isinstance(load, Record):
         return {"dt": float(load.dt), "samples_sha256": _digest(load.samples.tobytes())}
     values = {f.name: getattr(load, f.name) for f in fields(load) if f.init} if is_dataclass(load) else {}
@@ -129,7 +129,7 @@ def _description_of(load: Load, t_end: float) -> dict[str, Any]:
     return values | {"samples_sha256": _digest(at.tobytes())}
 
 
-def _declared(module: ModuleType) -> str:
+def _declaration_digest(module: ModuleType) -> str:
     """The digest of the declaration that a generated module was printed from."""
     text = Path(module.__file__ or "").read_text(encoding="utf-8")
     found = re.search(r"Declaration digest: (\w+)", text)

@@ -27,9 +27,9 @@ if TYPE_CHECKING:
 Keep = Literal["final", "peak", "history"]
 Owner = Literal["step", "scheme", "scene", "load"]
 MEMORY = 64e6  # bytes that a chunk takes while it is run
-LANE_STEPS = {True: 5e7, False: 4e6}  # steps of all lanes of a chunk, linear or not: about 0.2 s of one core
-FOR_A_CLUSTER = 2e6  # the least of them for a chunk sent to another process, so that sending takes little of the time
-# names of the Dataset that an axis cannot have
+LANE_STEPS = {True: 5e7, False: 4e6}  # linear march or not -> steps of all lanes of a chunk: about 0.2 s on one core
+FOR_A_CLUSTER = 2e6  # fewest such steps of a chunk for another process: sending it must take little of the time
+# names in the Dataset that an axis cannot have
 RESERVED = {"t", "coordinate", "balance", "u", "v", "a", "energy", "peak_u", "peak_v", "peak_a", "peak_energy"} | {
     "status", "n_done", "newton_iterations", "newton_most"
 }  # fmt: skip
@@ -87,40 +87,42 @@ class Plan:
 
     @cached_property
     def scheme_of_all(self) -> Scheme:
-        """The scheme with parameters that broadcast over its axes; to make it checks every combination of them."""
-        mine = [axis for axis in self.axes if axis.owner == "scheme"]
-        spread = (axis.values.reshape(-1, *(1,) * (len(mine) - 1 - k)) for k, axis in enumerate(mine))
-        return make_scheme(self.scheme, **self.given["scheme"], **{a.key: x for a, x in zip(mine, spread, strict=True)})
+        """The scheme with parameters that broadcast over its axes; making it checks all combinations of values."""
+        swept = [axis for axis in self.axes if axis.owner == "scheme"]
+        spread = (axis.values.reshape(-1, *(1,) * (len(swept) - 1 - k)) for k, axis in enumerate(swept))
+        return make_scheme(
+            self.scheme, **self.given["scheme"], **{a.key: x for a, x in zip(swept, spread, strict=True)}
+        )
 
     @cached_property
     def scene_of_one(self) -> Scene:
-        """The scene at the first value of each axis, NaN of an axis without values; to make it checks all values."""
-        mine = {axis.key: axis.values for axis in self.axes if axis.owner == "scene"}
+        """The scene at the first value of each axis, NaN for an axis without values; making it checks all values."""
+        swept = {axis.key: axis.values for axis in self.axes if axis.owner == "scene"}
         info = scene_info(self.scene, {})
-        values = checked_parameters(info, {**self.given["scene"], **mine}, real_array)
+        values = checked_parameters(info, {**self.given["scene"], **swept}, real_array)
         ones = {key: float(x[0] if np.size(x) else np.nan) if np.ndim(x) else x for key, x in values.items()}
         return make_scene(info, ones, self.a0, self.load)
 
     @property
     def oscillator(self) -> bool:
-        """Whether the linear march runs it."""
+        """Whether the scene is a linear oscillator, which the linear march runs."""
         return self.scene_of_one.info.oscillator is not None
 
     def stride(self, n: int) -> int:
-        """Every how many of n steps are a row of the history."""
+        """How many of n steps lie between two rows of the history."""
         return 1 if self.samples is None else n // self.samples
 
     @property
     def rows(self) -> int:
-        """How many rows a history has, the start's included."""
+        """How many rows a history has, with that of the start."""
         return 1 + (self.samples or max(self.steps, default=0))
 
     def __getstate__(self) -> dict[str, Any]:
-        """The fields alone: the handles made from them hold functions, which do not pickle."""
+        """Only the fields: cached handles of scheme and scene hold functions, which cannot be pickled."""
         return {f.name: getattr(self, f.name) for f in fields(self)}
 
     def groups(self, points: NDArray[np.int64]) -> Iterator[tuple[NDArray[np.int64], Scene, Scheme, float]]:
-        """The points in groups that can be the lanes of one march: their places, scene, scheme and dt.
+        """The points in groups that can be the lanes of one march: their places in points, scene, scheme and dt.
 
         Points of a group share step and load.
         """
@@ -133,8 +135,8 @@ class Plan:
             keys.append(np.full(len(points), mass))
         order = np.lexsort(keys) if keys else np.arange(len(points))
         changes = [np.diff(key[order]) != 0 for key in keys]
-        for mine in np.split(order, np.flatnonzero(np.any(changes, axis=0)) + 1 if keys else []):
-            yield mine, *self._lanes({axis: index[mine] for axis, index in at.items()})
+        for places in np.split(order, np.flatnonzero(np.any(changes, axis=0)) + 1 if keys else []):
+            yield places, *self._lanes({axis: index[places] for axis, index in at.items()})
 
     def _lanes(self, at: Mapping[Axis, NDArray[np.int64]]) -> tuple[Scene, Scheme, float]:
         """Scene and scheme of points given by their index on each axis, with arrays for what is swept; and dt."""
@@ -152,19 +154,19 @@ class Plan:
         return {**given, **{axis.key: axis.values[i] for axis, i in at.items() if axis.owner == owner}}
 
     def piece(self, cluster: bool) -> tuple[int, ...]:
-        """Shape of a chunk: leading axes one by one, one axis in pieces, trailing axes whole."""
+        """Shape of a chunk: one value of each leading axis, a piece of one axis, the whole of each trailing axis."""
         n = max(self.steps, default=1)
         lanes = min(LANE_STEPS[self.oscillator] / n, MEMORY / self._bytes_of_a_lane(n))
         lanes = max(1.0, lanes, FOR_A_CLUSTER / n if cluster else 0.0)
         piece: list[int] = []
         for size in (max(size, 1) for size in reversed(self.shape)):
             here = max(1, min(size, int(lanes)))
-            piece.append(-(-size // -(-size // here)))  # pieces of like size
+            piece.append(-(-size // -(-size // here)))  # pieces of nearly equal size
             lanes = lanes / size if here == size else 0.0
         return tuple(reversed(piece))
 
     def _bytes_of_a_lane(self, n: int) -> float:
-        """Memory that a run takes: its rows, a copy of them for what is computed from them, counts and loads."""
+        """Memory in bytes that a run takes: its rows, a copy of them to compute results from, counts and loads."""
         d, scheme = len(self.scene_of_one.coordinates), self.scheme_of_all
         whole = self.bound < math.inf or (self.keep == "peak" and not self.oscillator)
         rows = n + 1 if whole else {"final": 2, "peak": 0, "history": self.rows}[self.keep]
@@ -226,7 +228,7 @@ def planned(
             given[owner][key] = float(array)
     if given["load"]:
         load = replace(load, **given.pop("load"))  # type: ignore[type-var]
-    given |= {owner: {**mine, **given[owner]} for owner, mine in handles.items()}
+    given |= {owner: {**of_handle, **given[owner]} for owner, of_handle in handles.items()}
     if keep not in get_args(Keep):
         raise unknown_name("keep", str(keep), get_args(Keep))
     bound = math.inf if energy_bound is None else real_number("energy_bound", energy_bound)
@@ -238,7 +240,7 @@ def planned(
 
 
 def _check_scheme(scheme: Scheme) -> None:
-    """Refuse a handle that `dataclasses.replace` changed: a sweep makes schemes anew, from what was given."""
+    """Raise ValueError for a handle that `dataclasses.replace` changed: a sweep makes schemes from `given` alone."""
     again = make_scheme(scheme.info.source, **scheme.given).parameters
     for name, value in scheme.parameters.items():
         if value != again[name]:
@@ -248,20 +250,20 @@ def _check_scheme(scheme: Scheme) -> None:
 
 
 def _check_scene(scene: Scene) -> None:
-    """Refuse a scene that `dataclasses.replace` changed."""
+    """Raise ValueError for a scene that `dataclasses.replace` changed: a sweep makes scenes from their parameters."""
     again = make_scene(scene.info, scene.parameters, scene.a0_asked, scene.load)
     for name in ("u0", "v0", "a0"):
-        mine, made = getattr(scene, name), getattr(again, name)
-        if not np.array_equal(mine, made, equal_nan=True):
+        given, made = getattr(scene, name), getattr(again, name)
+        if not np.array_equal(given, made, equal_nan=True):
             raise ValueError(
-                f"expected a scene as ss.scene makes it, {name} = {made}, got {mine}; set parameters instead"
+                f"expected a scene as ss.scene makes it, {name} = {made}, got {given}; set parameters instead"
             )
 
 
 def _resolved(
     scene: SceneInfo, scheme: SchemeInfo, load: Load | None, values: Mapping[str, Any]
 ) -> Iterator[tuple[str, tuple[Owner, str], Any]]:
-    """(name, (owner, key), value) of each; a name that several owners have needs its prefix, else a ValueError."""
+    """(name, (owner, key), value) of each value. Raises ValueError for an unknown or ambiguous name."""
     own_load = is_dataclass(load) and not isinstance(load, (Record, type))
     owned: dict[Owner, list[str]] = {
         "scheme": [*scheme.parameters, *scheme.families],
@@ -307,7 +309,7 @@ def _check(plan: Plan) -> None:
             for value in axis.values:
                 replace(plan.load, **{axis.key: float(value)})  # type: ignore[type-var]
     steps = plan.steps
-    plan.scheme_of_all  # noqa: B018 (made, and checked by it)
+    plan.scheme_of_all  # noqa: B018 (making it checks it)
     plan.scene_of_one  # noqa: B018
     swept_dt = any(axis.owner == "step" for axis in plan.axes)
     if plan.samples is None:

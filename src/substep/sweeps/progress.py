@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from rich.progress import Progress
 
-AFTER = 1.0  # s
+AFTER = 1.0  # s that a sweep takes before its bar is shown
 
 
 @contextmanager

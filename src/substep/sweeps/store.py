@@ -1,7 +1,7 @@
-"""A sweep on disk: a Zarr store that is filled chunk by chunk and resumed where it was left.
+"""A sweep on disk: a Zarr store that is filled chunk by chunk, and completed by a later call if it was stopped.
 
-Zarr's local store writes a file beside its place and renames it, so that a chunk of a variable is there or not; the
-status is written last, and a chunk without -1 in it is done.
+Zarr's local store writes a file under another name and then renames it, so that a variable's chunk is either complete
+or absent. The status is written last: a chunk in which no status is -1 is done.
 """
 
 from pathlib import Path
@@ -15,11 +15,11 @@ from .plan import Chunk, Plan
 if TYPE_CHECKING:
     import xarray
 
-IGNORED = {"interrupted", "chunk"}  # attributes that may differ when a sweep is resumed
+IGNORED = {"interrupted", "chunk"}  # attributes that may differ when a later call goes on with the sweep
 
 
 class Store:
-    """The store at a path, made if it is not there. Raises ValueError for one of another sweep."""
+    """The store at a path, created if there is none. Raises ValueError if it holds another sweep."""
 
     def __init__(
         self, path: Path, plan: Plan, template: "xarray.Dataset", variables: dict[str, Variable], piece: tuple[int, ...]
@@ -40,11 +40,11 @@ class Store:
         return bool((np.asarray(self.targets["status"][chunk.where]) != NOT_RUN).all())
 
     def mark(self, interrupted: bool) -> None:
-        """Say whether something is left to do."""
+        """Record in the attributes whether something is left to do."""
         self.group.attrs["interrupted"] = int(interrupted)
 
     def read(self) -> "xarray.Dataset":
-        """What there is, read from disk when it is used."""
+        """The Dataset as it is on disk, whose values are read when they are used."""
         import xarray  # noqa: PLC0415 (on first use)
 
         found = xarray.open_zarr(self.path, chunks=None, consolidated=False)
@@ -56,19 +56,19 @@ class Store:
 
         try:
             found = xarray.open_zarr(self.path, chunks=None, consolidated=False)
-            theirs = {key: value for key, value in found.attrs.items() if key not in IGNORED}
-            _, axes_there = theirs["declarations"], found["status"].dims
+            stored = {key: value for key, value in found.attrs.items() if key not in IGNORED}
+            _, axes_there = stored["declarations"], found["status"].dims
         except (OSError, KeyError, ValueError) as error:
             raise ValueError(
                 f"expected a sweep or nothing at {self.path}, got something else; give another path"
             ) from error
         cure = "give save another path, or remove that one"
-        mine = {key: value for key, value in template.attrs.items() if key not in IGNORED}
-        for key in [*mine, *theirs]:
-            if key not in theirs or key not in mine or theirs[key] != mine[key]:
+        asked = {key: value for key, value in template.attrs.items() if key not in IGNORED}
+        for key in [*asked, *stored]:
+            if key not in stored or key not in asked or stored[key] != asked[key]:
                 raise ValueError(
-                    f"expected the sweep that {self.path} holds, whose {key} is {theirs.get(key, 'not given')}, "
-                    f"got {mine.get(key, 'not given')}; {cure}"
+                    f"expected the sweep that {self.path} holds, whose {key} is {stored.get(key, 'not given')}, "
+                    f"got {asked.get(key, 'not given')}; {cure}"
                 )
         axes = tuple(name for name in template.coords if name not in ("t", "coordinate", "balance"))
         if axes != axes_there:
@@ -84,7 +84,7 @@ class Store:
 def _create(
     path: Path, plan: Plan, template: "xarray.Dataset", variables: dict[str, Variable], piece: tuple[int, ...]
 ) -> None:
-    """Beside its place, then renamed: a store is there with all its variables or not at all."""
+    """Create the store under another name, then rename it, so that it has all its variables or does not exist."""
     import tempfile  # noqa: PLC0415 (on first use)
 
     import zarr  # noqa: PLC0415

@@ -4,10 +4,10 @@ TWO_EIGENVALUES = '''
 
 @_inline
 def _radius(c2, b0, q, half, det):
-    """Of the live pair: spectral radius, c2 times its squared modulus, c2^2 times the square of half its difference.
+    """Spectral radius; c2 times the pair's squared modulus; c2^2 times the square of half the pair's difference.
 
-    P = b0/c2 = det(I - A) and Q = q/c2 = 1 - det A keep the digits of what is near 1; far from it
-    trace and determinant do. One division, by which a pair on the circle has radius 1 exactly.
+    Near lambda = 1, b0/c2 = det(I - A) and q/c2 = 1 - det A keep all digits; elsewhere trace and determinant do. There
+    is only one division, the last, so that a pair on the unit circle has radius 1 exactly.
     """
     size, total = {size}, 0.5 * (b0 + q)
     split = total * total - b0 * c2 if abs(b0) < 0.5 * size else half * half - det * c2  # < 0: complex
@@ -18,13 +18,13 @@ def _radius(c2, b0, q, half, det):
 
 @_inline
 def _is_conservative({arguments}):
-    """Whether the polynomial reads the same backwards: a complex pair is on the circle."""
+    """Whether the polynomial reads the same backwards, so that a complex pair is on the unit circle."""
     return xi == 0.0 and _asymmetry({arguments_no_xi}) == 0.0
 
 
 @_inline
 def _eigenvalues({arguments}):
-    """Spectral radius and `_measured`'s half, less, modulus2 and root."""
+    """Spectral radius; of the pair half +- i*root: half, less = modulus2 - 1, modulus2, root (-1 if real)."""
     c2, b0, q, half, det = _quadratic({arguments})
     radius, product, split = _radius(c2, b0, q, half, det)
     inverse = 1.0 / c2
@@ -33,12 +33,12 @@ def _eigenvalues({arguments}):
 
 
 @_fused
-def _radii({arguments}, radius):
-    """Spectral radii; the largest bits."""
+def _spectral_radii({arguments}, radius):
+    """Store the spectral radius at each point; return the largest `_larger_bits`."""
     bits = np.uint64(0)
     for i in range(radius.size):
         radius[i], _, _ = _radius(*_quadratic({arguments_i}))
-        bits = max(bits, _bits(Omega[i], xi[i]))
+        bits = max(bits, _larger_bits(Omega[i], xi[i]))
     return bits
 '''
 
@@ -46,7 +46,7 @@ THREE_EIGENVALUES = '''
 
 @_inline
 def _closer(y, p, size):
-    """A step of fourth order to the positive root of y^3 + 3 p y = size."""
+    """One step, of fourth order, from y towards the positive root of y^3 + 3 p y = size."""
     f, slope = y * (y * y + 3.0 * p) - size, 3.0 * (y * y + p)
     bend = slope * slope - 3.0 * y * f
     return y - f * bend / (slope * (bend - 3.0 * y * f) + f * f + 1e-300)
@@ -56,8 +56,9 @@ def _closer(y, p, size):
 def _real_root(a2, a1, a0):
     """The real root of x^3 + a2 x^2 + a1 x + a0 that is farthest from the other two.
 
-    From the inflection, y^3 + 3 p y = size has one positive root, within 16 % of y^2 = size^(2/3) - 3 p or, for p > 0,
-    y^-2 = size^(-2/3) + 9 p^2/size^2 with powers taken by the exponents; two steps of fourth order do the rest.
+    Its distance y from the point of inflection is the one positive root of y^3 + 3 p y = size. The first guess is
+    y^2 = size^(2/3) - 3 p or, for p > 0, y^-2 = size^(-2/3) + 9 p^2/size^2, with powers approximated by integer
+    arithmetic on the bits of the numbers. It is within 16 %, which two steps of fourth order reduce to rounding.
     """
     middle = -1.0 / 3.0 * a2
     p = 1.0 / 3.0 * (a1 + a2 * middle)
@@ -75,7 +76,7 @@ def _real_root(a2, a1, a0):
 
 @_inline
 def _monic(c3, c2, c1, c0, b0, b1):
-    """The others over c3, and the third eigenvalue, which is real."""
+    """The other coefficients, b0 and b1 divided by c3; and the third eigenvalue, which is real."""
     inverse = 1.0 / c3
     a2, a1, a0 = c2 * inverse, c1 * inverse, c0 * inverse
     return a2, a1, a0, b0 * inverse, b1 * inverse, _real_root(a2, a1, a0)
@@ -83,10 +84,11 @@ def _monic(c3, c2, c1, c0, b0, b1):
 
 @_inline
 def _pair(a2, a1, a0, b0, b1, third):
-    """(half trace, squared modulus less 1, that square, discriminant) of the pair beside the third eigenvalue.
+    """Half the trace, modulus^2 - 1, modulus^2 and discriminant of the pair beside the third eigenvalue.
 
-    Of what is left over lambda - third, P, the value at 1, and Q = 1 - det follow from b0 and b1, which keep the
-    digits of a pair near 1; away from 1, trace and determinant by the division that begins with the smaller root.
+    The pair's quadratic is the cubic divided by lambda - third. For a pair near 1 its value P at 1 and Q = 1 - det
+    follow from b0 and b1 with all digits. For other pairs trace and determinant follow from polynomial division, which
+    begins at the lowest coefficient if the third eigenvalue is larger than the pair, else at the highest.
     """
     m = 1.0 - third
     divisor, safe_m = third if third != 0.0 else 1.0, m if m != 0.0 else 1.0
@@ -99,7 +101,7 @@ def _pair(a2, a1, a0, b0, b1, third):
     backward = third * third > abs(det)
     det = last if backward else det
     half = 0.5 * ((a1 - last) * over_third if backward else -(a2 + third))
-    beside = P < 0.5 and P < 0.5 * m * m and T * T < m * m  # nearer to 1 than third is
+    beside = P < 0.5 and P < 0.5 * m * m and T * T < m * m  # the pair is nearer to 1 than third is
     half = 1.0 - 0.5 * T if beside else half
     discriminant = P - 0.25 * T * T if beside else det - half * half
     less = -Q if beside and Q < 0.5 else det - 1.0
@@ -108,22 +110,22 @@ def _pair(a2, a1, a0, b0, b1, third):
 
 @_inline
 def _modulus(half, modulus2, discriminant, third):
-    """The largest modulus."""
+    """The largest modulus of the three eigenvalues."""
     real = 0.0 if discriminant > 0.0 else abs(half)
-    modulus = real + math.sqrt(abs(modulus2 if discriminant > 0.0 else discriminant))  # one root that cannot fail
+    modulus = real + math.sqrt(abs(modulus2 if discriminant > 0.0 else discriminant))  # one root, never of a negative
     return modulus if modulus > abs(third) else abs(third)
 
 
 @_inline
 def _is_conservative({arguments}):
-    """Whether the polynomial reads the same backwards, itself or without a root at 0: its pairs are on the circle."""
+    """Whether the polynomial, or it over lambda, reads the same backwards: a complex pair is on the unit circle."""
     w0, w1, y0, y1 = _asymmetry({arguments_no_xi})
     return xi == 0.0 and (abs(w0) + abs(w1) == 0.0 or abs(y0) + abs(y1) == 0.0)
 
 
 @_inline
 def _eigenvalues({arguments}, a2, a1, a0, b0, b1, third):
-    """Spectral radius, `_measured`'s half, less, modulus2 and root, and the third eigenvalue."""
+    """Spectral radius; of the pair half +- i*root: half, less = modulus2 - 1, modulus2, root (-1 if real); third."""
     half, less, modulus2, discriminant = _pair(a2, a1, a0, b0, b1, third)
     root = math.sqrt(abs(discriminant)) if discriminant > 0.0 else -1.0
     less, modulus2 = (0.0, 1.0) if _is_conservative({arguments}) else (less, modulus2)
@@ -131,12 +133,12 @@ def _eigenvalues({arguments}, a2, a1, a0, b0, b1, third):
 
 
 @_fused
-def _radii_of_block({arguments}, radius, s):
-    """Spectral radii; the largest bits. Two loops, whose iterations overlap."""
+def _spectral_radii_of_block({arguments}, radius, s):
+    """`_spectral_radii` of a block of points; in two loops, so that the processor overlaps their iterations."""
     bits = np.uint64(0)
     for i in range(radius.size):
         s[0, i], s[1, i], s[2, i], s[3, i], s[4, i], s[5, i] = _monic(*_cubic({arguments_i}))
-        bits = max(bits, _bits(Omega[i], xi[i]))
+        bits = max(bits, _larger_bits(Omega[i], xi[i]))
     for i in range(radius.size):
         half, _, modulus2, discriminant = _pair(s[0, i], s[1, i], s[2, i], s[3, i], s[4, i], s[5, i])
         radius[i] = _modulus(half, modulus2, discriminant, s[5, i])
@@ -144,11 +146,11 @@ def _radii_of_block({arguments}, radius, s):
 
 
 @_fused
-def _radii({arguments}, radius):
-    """Spectral radii; the largest bits."""
+def _spectral_radii({arguments}, radius):
+    """Store the spectral radius at each point; return the largest `_larger_bits`."""
     bits, s = np.uint64(0), np.empty((6, {block}))
     for i in range(0, radius.size, {block}):
         k = min(i + {block}, radius.size)
-        bits = max(bits, _radii_of_block({arguments_slice}, radius[i:k], s))
+        bits = max(bits, _spectral_radii_of_block({arguments_slice}, radius[i:k], s))
     return bits
 '''

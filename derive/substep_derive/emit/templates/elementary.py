@@ -1,18 +1,18 @@
 """Fixed text of the elementary functions in generated modules."""
 
-# numba knows no vector log1p or atan2: polynomials of least maximal error, and no branch but selects
+# numba does not vectorise log1p and atan2; these are polynomials of least maximal error without branches
 ELEMENTARY = '''
-# a * b + c is rounded once
+# contract: a * b + c may become one operation, rounded once
 _inline = njit(nogil=True, error_model="numpy", forceinline=True, fastmath={{"contract"}})
 _fused = njit(cache=True, nogil=True, error_model="numpy", fastmath={{"contract"}})
 
 
 @_inline
 def _log1p(u, m):
-    """ln(1 + u), where m = 1 + u > 0; for u < -1/2 from m alone."""
+    """ln(1 + u), where m = 1 + u > 0; for u < -1/2 computed from m alone."""
     bits = np.float64(m).view(np.int64)
     k = (bits - 0x3FE6A09E667F3BCD) >> 52  # m = 2^k (1 + f), 1 + f from sqrt(1/2) to sqrt(2)
-    rest = u - (m - 1.0) if u > -0.5 else 0.0  # what rounding took from m
+    rest = u - (m - 1.0) if u > -0.5 else 0.0  # the rounding error of m
     rest *= np.int64((1023 - k) << 52).view(np.float64)
     f = np.int64(bits - (k << 52)).view(np.float64) - 1.0
     s = f / (2.0 + f)

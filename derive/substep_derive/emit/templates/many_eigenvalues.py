@@ -4,7 +4,7 @@ MORE_EIGENVALUES = '''
 
 @_compile
 def _find_roots(c, roots):
-    """All roots of c[0] + ... + c[d] z^d by Aberth's simultaneous iteration, until values are rounding."""
+    """All roots of c[0] + ... + c[d] z^d by Aberth's simultaneous iteration, until values are below rounding."""
     d = roots.size
     radius = (abs(c[0] / c[d])) ** (1.0 / d) if c[0] != 0.0 else 1.0
     for k in range(d):
@@ -22,11 +22,11 @@ def _find_roots(c, roots):
             if abs(value) + abs(value_i) <= 2.3e-16 * size:
                 continue
             left += 1
-            away, away_i = 0.0, 0.0  # from the others, the sum of 1/(z - other)
+            away, away_i = 0.0, 0.0  # the sum of 1/(z - other) over the other roots
             for j in range(d):
                 g, g_i = x - roots[j].real, y - roots[j].imag
                 square = g * g + g_i * g_i
-                inverse = 1.0 / square if square > 0.0 else 0.0  # itself, or one not told from it
+                inverse = 1.0 / square if square > 0.0 else 0.0  # 0 for the root itself, or an equal one
                 away, away_i = away + g * inverse, away_i - g_i * inverse
             # value / (slope - value * away)
             g = slope - value * away + value_i * away_i
@@ -53,17 +53,18 @@ def _rounding(c, z):
 
 @_compile
 def _divide(c, b0, b1, e, others):
-    """P = p(1) and T = p'(1) of the monic quadratic p next to the exact eigenvalue e, and the rest of c over it.
+    """P = p(1) and T = p'(1) of the monic quadratic p whose roots are next to the exact eigenvalue e and its conjugate.
 
-    The rest, lowest first and times c[d]/others[-1], follows from p by division, p from b0 and b1, which are those of
-    c, and the rest: each turn gains a factor of the order of Omega.
+    Stores in others the coefficients, lowest first, of the quotient c/p, but for a factor. The quotient follows from p
+    by division, and p from the quotient and the value b0 and slope b1 of c at 1: this is iterated, and each iteration
+    gains a factor of the order of Omega.
     """
     d = c.size - 1
     T = 2.0 * (1.0 - e.real)
     P, moved = T - 1.0 + abs(e) ** 2, math.inf
     for _ in range(60):
         trace, det = 2.0 - T, 1.0 - T + P
-        value, slope = 0.0, 0.0  # of the rest at 1
+        value, slope = 0.0, 0.0  # of the quotient at 1
         for j in range(d - 1):
             below = others[j - 1] if j > 0 else 0.0
             below2 = others[j - 2] if j > 1 else 0.0
@@ -79,10 +80,11 @@ def _divide(c, b0, b1, e, others):
 
 @_compile
 def _spectrum(Omega, xi, polynomial):
-    """(radius; of the largest pair half the trace, modulus^2 - 1, modulus^2, imaginary part; what `_apart` wants).
+    """Spectral radius; half the trace, modulus^2 - 1, modulus^2, imaginary part of the largest complex pair; and more.
 
-    That is the imaginary part of the pair next to the exact one and the rest's polynomial. An imaginary part is -1
-    where there is no pair; that of the pair next to the exact one also where another pair is the largest.
+    That is, for `_distance_from_exact`, the imaginary part of the pair next to the exact one and the monic polynomial
+    of the other eigenvalues. An imaginary part is -1 where there is no complex pair; that of the pair next to the exact
+    one also where another pair is larger.
     """
     c, b0, b1 = np.array(polynomial[:-2]), polynomial[-2], polynomial[-1]
     others, radius, modulus, half, root, less, modulus2 = np.zeros(c.size - 2), 0.0, 0.0, 0.0, -1.0, 0.0, 0.0
@@ -100,7 +102,7 @@ def _spectrum(Omega, xi, polynomial):
     for z in roots:
         size = abs(z)
         radius = max(radius, size)
-        # beside a double root real and complex are not told apart
+        # near a double root rounding makes a real pair complex: such a pair is not taken
         if size > modulus * (1.0 + 1e-12) and z.imag > 8.0 * _rounding(c, z) and Omega > 0.0:
             modulus, half, root, less, modulus2, kept = size, z.real, z.imag, size * size - 1.0, size * size, -1.0
     return radius, half, less, modulus2, root, kept, {others}
@@ -108,14 +110,14 @@ def _spectrum(Omega, xi, polynomial):
 
 @_inline
 def _is_conservative({arguments}):
-    """Whether the polynomial reads the same backwards, itself or without a root at 0: pairs may be on the circle."""
+    """Whether the polynomial, or it over lambda, reads the same backwards: complex pairs may be on the unit circle."""
     opposite = np.abs(np.array(_asymmetry({arguments_no_xi})))
     return xi == 0.0 and (opposite[:{half}].sum() == 0.0 or opposite[{half}:].sum() == 0.0)
 
 
 @_compile
 def _eigenvalues({arguments}):
-    """Spectral radius, `_measured`'s half, less, modulus2 and root, and what `_apart` wants."""
+    """As `_spectrum`, but a pair that can only be on the unit circle has modulus 1 exactly."""
     found = _spectrum(Omega, xi, _polynomial({arguments}))
     if abs(found[2]) < 1e-6 and _is_conservative({arguments}):
         return found[:2] + (0.0, 1.0) + found[4:]
@@ -123,11 +125,11 @@ def _eigenvalues({arguments}):
 
 
 @_compile
-def _radii({arguments}, radius):
-    """Spectral radii; the largest bits."""
+def _spectral_radii({arguments}, radius):
+    """Store the spectral radius at each point; return the largest `_larger_bits`."""
     bits = np.uint64(0)
     for i in range(radius.size):
         radius[i] = _eigenvalues({arguments_i})[0]
-        bits = max(bits, _bits(Omega[i], xi[i]))
+        bits = max(bits, _larger_bits(Omega[i], xi[i]))
     return bits
 '''

@@ -1,16 +1,17 @@
-"""The fixed text of the linear march's kernels; every {field} is filled by `emit_march`."""
+"""The fixed text of the linear march's kernels; every {field} is filled by `emit`."""
 
 MARCH_HEADER = '''"""The linear march, for every scheme of one shape: x1 = x0 + D x0 + B h^2 f, y1 = O x0 + P h^2 f.
 
-u, h*v, h^2*a of the new step are {reported}. A block of {width} lanes: time outside, lanes inside, all it needs in
-one stretch s of memory, a row of {width} for each number. The number that ends a name is that of load instants a step.
+u, h*v, h^2*a of the new step are {reported}. Lanes are marched in blocks of {width}, steps in the outer loop, lanes in
+the inner one. All numbers of a block are in one array s, with a row of {width} for each number of a lane. The number at
+the end of a function's name is the number of load instants a step.
 """
 
 import numpy as np
 from numba import njit
 
 WIDTH = {width}  # lanes of a block
-FAR = 1 << 50  # beyond all places in memory; one known to be neither negative nor this far lets loops fill registers
+FAR = 1 << 50  # beyond any index; loops are vectorised if their first index is known to lie from 0 to FAR
 
 _compile = njit(cache=True, nogil=True, error_model="numpy", fastmath={{"contract"}})
 '''
@@ -19,16 +20,16 @@ MARCH = '''
 
 @_compile
 def _final_{K}(s, {F}, i, n):
-    """A block's state and outputs n steps after step i."""
-    whole = i + n - n % {turns}
-    for i in range(i, whole, {turns}):
+    """March a block n steps from step i on, for its last state and outputs."""
+    whole = i + n - n % {steps_at_once}
+    for i in range(i, whole, {steps_at_once}):
         for j in range({width}):
             {xy} = {at_xy}
-            for k in range({turns}):
+            for k in range({steps_at_once}):
                 {f} = {f_at_k}
 {step}
             {at_xy} = {xy}
-    for i in range(whole, whole + n % {turns}):
+    for i in range(whole, whole + n % {steps_at_once}):
         {f} = {f_at_i}
         for j in range({width}):
             {xy} = {at_xy}
@@ -38,17 +39,17 @@ def _final_{K}(s, {F}, i, n):
 
 @_compile
 def _peaks_{K}(s, {F}, i, n):
-    """The same, and the largest moduli on the way."""
-    whole = i + n - n % {turns}
-    for i in range(i, whole, {turns}):
+    """March a block n steps from step i on, for the largest |u|, |v|, |a| too."""
+    whole = i + n - n % {steps_at_once}
+    for i in range(i, whole, {steps_at_once}):
         for j in range({width}):
             {xyt} = {at_xyt}
-            for k in range({turns}):
+            for k in range({steps_at_once}):
                 {f} = {f_at_k}
 {step}
                 {t} = {largest}
             {at_xyt} = {xyt}
-    for i in range(whole, whole + n % {turns}):
+    for i in range(whole, whole + n % {steps_at_once}):
         {f} = {f_at_i}
         for j in range({width}):
             {xyt} = {at_xyt}
@@ -58,8 +59,8 @@ def _peaks_{K}(s, {F}, i, n):
 
 
 @_compile
-def _own_{K}(s):
-    """`_peaks_{K}` for one step whose loads are in the block, of every lane its own."""
+def _own_loads_{K}(s):
+    """One step of `_peaks_{K}`, for lanes each of which has its own loads, in the block."""
     for j in range({width}):
         {xyt} = {at_xyt}
         {f} = {f_of_lane}
@@ -70,7 +71,10 @@ def _own_{K}(s):
 
 @_compile
 def _history_{K}(s, {F}, i, n, u, v, a, row):
-    """All steps of a full block; u, v, a: from its first lane after step i on, a step being row numbers further."""
+    """March a full block from step i to n and store all steps.
+
+    u, v, a: begin where the first lane's are stored after step i; those of the next step are row numbers further.
+    """
     for i in range(i, n):
         {f} = {f_at_i}
         for j in range({width}):
@@ -83,12 +87,13 @@ def _history_{K}(s, {F}, i, n, u, v, a, row):
 
 @_compile
 def march_{K}(C, x, {F}, forces, start, n, stride, out, peak, begin, end):
-    """March the lanes from begin to end, from step start to step n.
+    """March the lanes begin to end - 1 from step start to step n.
 
-    C ({given}, P): D, B, O, P, a row for each entry, and {scales_told}. x ({m}, P): the state there, overwritten by
-    the last. {F} (n,): the load of all lanes at each instant of a step; or forces ({K}, n, P), its own of each; both
-    may be longer, and what is not used is empty. out (n // stride + 1, 3, P) or (0, 3, P): u, v, a every stride steps
-    of all n, rows up to the start the caller's. peak (3, P) or (3, 0): largest |u|, |v|, |a| after the start.
+    C ({given}, P): a row for each entry of D, B, O, P, then {scales}. x ({m}, P): the state at step start, replaced by
+    that at step n. {F} (n,): the load at each instant of a step where all lanes share it; forces ({K}, n, P): where
+    each has its own; both may be longer, and the one not used is empty. out (n // stride + 1, 3, P): u, v, a every
+    stride steps, rows up to step start left to the caller; or (0, 3, P). peak (3, P): largest |u|, |v|, |a| after step
+    start; or (3, 0).
     """
     room = np.empty({rows} * {width} + 8)
     s = room[-(room.ctypes.data >> 3) & 7 :]  # from the start of a cache line
@@ -117,7 +122,7 @@ def march_{K}(C, x, {F}, forces, start, n, stride, out, peak, begin, end):
                         place = min(max((r * steps_loaded + k) * lanes + first, 0), FAR)
                         for j in range(size):
                             s[({own} + r) * {width} + j] = loads[place + j]
-                    _own_{K}(s)
+                    _own_loads_{K}(s)
             elif largest.size > 0:
                 _peaks_{K}(s, {F}, i, steps)
             else:
@@ -136,7 +141,10 @@ def march_{K}(C, x, {F}, forces, start, n, stride, out, peak, begin, end):
 
 @_compile
 def run_{K}(C, x, {F}, out):
-    """One lane, C ({given},), all steps into out (n, 3), {F} (n,): two at once, D and E = (1 + D)^2 - 1 abreast."""
+    """March one lane n steps: C ({given},), {F} (n,); out (n, 3): u, v, a of each step.
+
+    Two steps are computed at once, the first with D and the second with E = (1 + D)^2 - 1: neither waits for the other.
+    """
     {coefficients} = C
 {squares}
     {x}, n = {at_x}, out.shape[0]
@@ -147,13 +155,14 @@ def run_{K}(C, x, {F}, out):
 {one}
     {at_x} = {x}
 '''
-PAIRS = '''
-_exact = njit(nogil=True, error_model="numpy")  # no fastmath: the tails are what rounding took
+
+DOUBLE_DOUBLE = '''
+_exact = njit(nogil=True, error_model="numpy")  # no fastmath: tails are rounding errors, which it would remove
 
 
 @_exact
 def _plus(a, b):
-    """a + b and what its rounding took."""
+    """The sum of two doubles: head, and tail, which is the rounding error of the head."""
     head = a + b
     rest = head - a
     return head, (a - (head - rest)) + (b - rest)
@@ -161,7 +170,7 @@ def _plus(a, b):
 
 @_exact
 def _plus_one(a, b, b_):
-    """The same for a double and a pair."""
+    """The sum of a double and a pair of head and tail."""
     head, tail = _plus(a, b)
     tail += b_
     total = head + tail
@@ -170,7 +179,7 @@ def _plus_one(a, b, b_):
 
 @_exact
 def _plus_two(a, a_, b, b_):
-    """The same for two pairs."""
+    """The sum of two pairs of head and tail."""
     head, tail = _plus(a, b)
     tail += a_ + b_
     total = head + tail
@@ -179,7 +188,7 @@ def _plus_two(a, a_, b, b_):
 
 @_exact
 def _times(a, b):
-    """a*b and what its rounding took, from halves whose products are exact."""
+    """The product of two doubles: head and tail, from halves of their digits, whose products are exact."""
     head, c, d = a * b, 134217729.0 * a, 134217729.0 * b
     a1, b1 = c - (c - a), d - (d - b)
     a2, b2 = a - a1, b - b1
@@ -188,7 +197,7 @@ def _times(a, b):
 
 @_exact
 def _times_one(a, b, b_):
-    """The same for a double and a pair."""
+    """The product of a double and a pair of head and tail."""
     head, tail = _times(a, b)
     tail += a * b_
     total = head + tail
@@ -197,7 +206,7 @@ def _times_one(a, b, b_):
 
 @_exact
 def _times_two(a, a_, b, b_):
-    """The same for two pairs."""
+    """The product of two pairs of head and tail."""
     head, tail = _times(a, b)
     tail += a * b_ + a_ * b
     total = head + tail
@@ -206,7 +215,7 @@ def _times_two(a, a_, b, b_):
 
 @_exact
 def _over(a, a_, b, b_):
-    """The double next to a/b."""
+    """The quotient of two pairs of head and tail, rounded to a double."""
     head = a / b
     product, tail = _times(head, b)
     return head + ((a - product) - tail + a_ - head * b_) / b
@@ -216,7 +225,7 @@ BY_BLOCKS = '''
 
 @_compile
 def _{name}(s):
-    """Of a block of lanes, whose {told} stand in its first rows."""
+    """`{name}` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
     for j in range({width}):
         {arguments} = {at_arguments}
 {lines}
@@ -237,20 +246,23 @@ def {name}({arguments}, out):
                 out[r, first + j] = s[({given} + r) * {width} + j]
 '''
 
-COEFFICIENTS = """D, B, O, P of {march}, x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f, row by row.
+COEFFICIENTS = """D, B, O, P of {march}: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f; out ({rows}, n).
 
-    D (m, m), rounded once; B (m, {K}) and P have zeros in columns beyond the stencil; out ({rows}, n).
+    The rows of out are the entries of D, B, O, P, matrix by matrix and row by row. D is rounded once. Columns of
+    B and P beyond the scheme's own load instants, up to the march's {K}, are zero.
     """
 
-TRANSFER = """From a load linear between steps to the response from rest, see linear_filter; out ({rows}, n).
+TRANSFER = """Filter from a load, linear between steps, to the response from rest (see linear_filter); out ({rows}, n).
 
-    P, g, and k of u, S, k of h*v and of h^2*a: e0 = h^2 f + g1 e1 + ... - P q, u = S (q + k0 e0 + k1 e1 + ...).
+    Rows of out: P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
+    u = S (q + k0 e0 + k1 e1 + ...) and h*v, h^2*a = k0 e0 + k1 e1 + ...; e1, e2, ... are e0 of the steps before.
     """
 
-FILTER_HEADER = '''"""Peaks of oscillators from rest under one load, linear between steps: a digital filter a lane.
+FILTER_HEADER = '''"""Peaks of oscillators from rest under one load, linear between steps, by a digital filter.
 
-See a scheme's `transfer`. Time outside, a block of {whole} lanes inside, its two halves abreast. The numbers that
-end a name are the filter's order and how many of u, h*v, h^2*a are followed.
+Each lane has its filter, from `transfer` of a scheme's module. The outer loop is over steps, the inner one over a block
+of {whole} lanes, in two halves so that one is computed while the other waits for results. The numbers at the end of a
+function's name are the filter's order and how many of u, h*v, h^2*a are followed.
 """
 
 import numpy as np
@@ -265,7 +277,7 @@ FILTER = '''
 
 @_compile
 def _filter_{d}_{followed}(s, f):
-    """All steps of a block; s: q, differences and peaks, then the filter."""
+    """March a block through all samples f; rows of s: q, e1, ... and the peaks, then those of `transfer`."""
     n = f.size - 1
     whole = 1 + n - n % 2
     for i in range(1, whole, 2):
@@ -285,7 +297,7 @@ def _filter_{d}_{followed}(s, f):
 
 @_compile
 def peaks_{d}_{followed}(T, f, peak, begin, end):
-    """Peaks ({followed}, P) of the lanes from begin to end; T (.., P): of `transfer`; f (n + 1,), its first 0."""
+    """Peaks ({followed}, P) of the lanes from begin to end; T (rows, P): from `transfer`; f (n + 1,), f[0] = 0."""
     room = np.empty({rows} * {whole} + 8)
     s = room[-(room.ctypes.data >> 3) & 7 :]  # from the start of a cache line
     for first in range(begin, end, {whole}):

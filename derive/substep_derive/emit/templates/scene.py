@@ -2,13 +2,13 @@
 
 SCENE_HEADER = '''"""{name}: {reference}
 
-{closed_forms}
+{equations}
 """
 
 import numpy as np
 '''
 
-# branch-free, so that it serves numbers and arrays: beyond 20 the slope is 1 to the last digit
+# without a branch, so that it takes numbers and arrays; beyond 20 its slope is 1 to the last digit
 LOG_COSH = '''
 
 {decorator}def _log_cosh(x):
@@ -25,9 +25,9 @@ def {name}({arguments}):
     return {value}
 '''
 
-PAIR_HEADER = '''"""{scheme} on {scene}: all steps of a run, one lane after the other.
+SCENE_STEP_HEADER = '''"""{scheme} on {scene}: all steps of a run, lane by lane or in blocks of lanes.
 
-{closed_forms}
+{residuals}
 """
 
 import numpy as np
@@ -35,11 +35,11 @@ from numba import njit
 
 SCHEME = "{scheme}"
 SCENE = "{scene}"
-# arguments of march, in order; those of SCALARS hold one number a lane
+# arguments of march, in order; those of SCALARS hold one number for each lane
 ARGUMENTS = {arguments}
 SCALARS = {scalars}
 START_ARGUMENTS = {start_arguments}
-# the state, row by row: u, v or a, and how many steps before t_n
+# rows of the state: u, v or a, and how many steps before t_n
 STATE = {state}
 REPORTED = "{reported}"
 # arithmetic operations of a step, and of one iteration of each balance that has one
@@ -84,7 +84,7 @@ def _{g}_difference(old, new):
 
 @_compile
 def _{g}_difference_slope(old, new):
-    """Its derivative by new."""
+    """Derivative of `_{g}_difference` with respect to new."""
     d, m = new - old, 0.5 * (old + new)
     if abs(d) <= {near}:
 {slope_series}
@@ -97,13 +97,13 @@ LANE = '''
 
 @_compile
 def _lane({lane_arguments}):
-    """One run; returns its status, steps completed and the largest energy of them."""
+    """March one lane; returns its status, steps completed and their largest energy."""
 {read_state}
 {constants}
     status, done, peak = COMPLETED, n, -np.inf
     for i in range(first, n):
 {forces}{steps}
-{told}
+{reported}
         if not np.isfinite({sum}):
             status, done = NON_FINITE, i
             break
@@ -159,7 +159,7 @@ def _start({lane_arguments}):
 
 @_compile
 def start({arguments}):
-    """State (lanes, {m}, {d}) at t = 0 from u, v, a (lanes, {d}) there.{more}"""
+    """Compute state (lanes, {m}, {d}) from u, v, a (lanes, {d}) at t = 0.{more}"""
     for lane in range(h.size):
         _start({lane_call})
 '''
@@ -172,17 +172,18 @@ def stencil({parameters}):
 
 
 def start_stencil({parameters}):
-    """Instants at which the start takes it, in steps."""
+    """Instants at which the start takes the load, in steps."""
     return {start_instants}
 '''
 
-SCENES = '''"""What scenes there are, as plain data: read without importing numba or SymPy.
+SCENES = '''"""The scenes of the catalogue as plain data, which can be read without importing numba or SymPy.
 
-Of each: coordinates with their units; parameters as (name, low, high, low excluded, high excluded, default
-or None); start as a function of the parameters: u, v, and a or None for consistent; the length that Newton's
-tolerance is relative to and, where the start has no energy, an energy scale, as functions of them too; named
-outputs; whether there is an angular momentum and whether the user gives the load; of a linear oscillator
-its circular frequency, damping ratio and mass, as functions of the parameters, None of any other scene.
+Each scene has: coordinates with their units; parameters as (name, low, high, low excluded, high excluded, default
+or None); start, a function of the parameters: u, v, and a or None if it follows from the equation of motion;
+length, to which Newton's tolerance is relative, and energy_scale, of a scene that starts without energy, both
+functions of the parameters; names of outputs; whether it has an angular momentum; sampled, whether the user gives
+the load; oscillator, for a linear oscillator its circular frequency, damping ratio and mass as functions of the
+parameters, None for any other scene.
 """
 {imports}
 SCENES = {scenes}
@@ -190,15 +191,15 @@ SCENES = {scenes}
 
 BLOCK = '''
 
-# lanes of a block at most. A row holds one variable of all lanes; the rows of a step stay in the first cache
+# most lanes of a block. A row holds one variable of all its lanes; the rows of a step stay in the first-level cache
 WIDTH = {width}
 
 
 @_compile
 def _block({arguments}):
-    """At most WIDTH lanes, which fill vector registers abreast; the last one is repeated to fill the last register."""
+    """March at most WIDTH lanes side by side in vector registers; the last lane is repeated to fill the last one."""
     rows = np.zeros(({rows}, WIDTH + 16))
-    begin = -(rows.ctypes.data // 8) & 7  # on a cache line
+    begin = -(rows.ctypes.data // 8) & 7  # at a cache line
     end = begin + 8 * ((h.size + 7) // 8)
 {allocate}
     for j in range(begin, end):
@@ -206,7 +207,7 @@ def _block({arguments}):
 {read}
 {constants}    for lane in range(h.size):
         status[lane], n_done[lane] = COMPLETED, n[lane]
-        running[begin + lane] = np.nan  # the correction that no iteration has made; 0.0 once the lane stops
+        running[begin + lane] = np.nan  # size of a correction not yet made; 0.0 for a lane that has stopped
     last, ends = n.max(), first
     for i in range(first, last):
         if i == ends:
@@ -218,7 +219,7 @@ def _block({arguments}):
                     ends = min(ends, n[lane])
 {counted}{steps}        stopped = 0
         for j in range(begin, end):
-{told}
+{reported}
             total = {sum}
             now = energy + (total - total)  # NaN unless all are finite
             seen[j] = now
@@ -252,7 +253,7 @@ def _block({arguments}):
 
 @_compile
 def march_block({arguments}):
-    """As march, WIDTH lanes at a time."""
+    """The same results as march, WIDTH lanes at a time."""
     for lane in range(0, h.size, WIDTH):
         _block({calls})
 '''

@@ -8,7 +8,7 @@ SCHEME_HEADER = '''"""{title}
 
 {reference}
 
-{closed_forms}
+{relations}
 """
 
 {imports}
@@ -19,9 +19,9 @@ from numba import njit
 NAME = "{name}"
 STATE = {state}
 PARAMETERS = {parameters}
-# module of the linear march and its load instants; entries of the state it carries; whether a was eliminated
+# linear march: its module and load instants a step; which entries of STATE it carries; whether a was eliminated
 MARCH, LOADS, KEPT, CARRIER = "{march}", {loads}, {kept}, {carrier}
-# order of the filter that gives peaks from rest, 0 for none
+# order of the digital filter that gives peaks from rest, 0 for none
 FILTER = {filter_order}
 # instants, in steps, at which the start takes the load
 START_STENCIL = {start_stencil}
@@ -50,20 +50,24 @@ START = '''
 
 @_compile
 def start({arguments}, given, load):
-    """State at t = 0 = given (u, h*v, h^2*a) + load h^2 f(START_STENCIL*h); (n, {m}, 3), (n, {m}, {K})."""
+    """Matrices given (n, {m}, 3) and load (n, {m}, {K}) of the state at t = 0.
+
+    The state is given @ (u, h*v, h^2*a) + load @ h^2 f(START_STENCIL*h).
+    """
     for i in range(given.shape[0]):
         {start_names} = _start({arguments_i})
 {store_start}
 '''
 
-INDEX = '''"""What there is, as plain data: read without importing numba or SymPy.
+INDEX = '''"""The schemes of the catalogue as plain data, which can be read without importing numba or SymPy.
 
-Of each scheme: its module; parameters as (name, low, high, low excluded, high excluded, default as a
-function of the parameters before it), None for no bound, or with None and a function that gives coefficients, from the
-lowest power, of the polynomial whose one root in the interval the default is; families as argument -> (domain, values);
-fixed parameters of a member; balances, loads, outputs outside the state; state labels; history as
-(0 for u, 1 for h*v, 2 for h^2*a; steps before t_n) of each; start: what is given is the state, or the module's
-function gives it, or another scheme marches the first steps, which starter names with its parameters.
+Each scheme has: its module; parameters as (name, low, high, low excluded, high excluded, default), where None is no
+bound and the default is a function of the parameters before it; if the default is a polynomial's one root in the
+interval, None and a function for the polynomial's coefficients, from the lowest power, stand for it; families as
+argument -> (domain, values); fixed, the parameters that a member fixes; the numbers of balances and of load instants
+a step; labels of the state, and history, for each of them (0 for u, 1 for h*v, 2 for h^2*a; steps before t_n); start:
+"given", u, h*v, h^2*a at t = 0 are the state, "function", the module's `start` computes it, or "scheme", another
+scheme marches the first steps; starter, that scheme's name and parameters; reference.
 """
 {imports}
 SCHEMES = {schemes}

@@ -3,15 +3,15 @@
 PAIR = '''
 
 @_inline
-def _bits(Omega, xi):
-    """The larger one's, as an unsigned number: from infinity's on if one is negative, -0, infinite or NaN."""
+def _larger_bits(Omega, xi):
+    """The larger of their bits as unsigned integers: below infinity's only if both are finite and not below +0."""
     a, b = np.float64(Omega).view(np.uint64), np.float64(xi).view(np.uint64)
     return a if a > b else b
 
 
 @_inline
-def _measured(Omega, xi, half, less, modulus2, root):
-    """Numerical damping and period error of the pair half +- i*root, less = modulus2 - 1; root < 0 for none."""
+def _errors_of_pair(Omega, xi, half, less, modulus2, root):
+    """Numerical damping and period error of the pair half +- i*root; less = modulus2 - 1; NaN where root < 0."""
     angle, square = _angle(root, half), abs(1.0 - xi * xi)
     cosine = math.sqrt(square)
     inverse = 1.0 / (angle * cosine)
@@ -22,8 +22,8 @@ def _measured(Omega, xi, half, less, modulus2, root):
 
 
 @_inline
-def _compared(Omega, xi, root, re, im):
-    """From tanh of half the pair's distance to the exact one: if that is small, numerical damping, period error."""
+def _errors_of_distance(Omega, xi, root, re, im):
+    """Whether re + i im of `_distance_from_exact` is small; if so, numerical damping and period error."""
     cosine = math.sqrt(abs(1.0 - xi * xi))
     x, y = re * re - im * im, 2.0 * re * im
     u, v = 1.0 / 3.0 + 1.0 / 5.0 * x, 1.0 / 5.0 * y  # 1 + q^2/3 + q^4/5
@@ -33,13 +33,13 @@ def _compared(Omega, xi, root, re, im):
     still = Omega == 0.0
     damping = 0.0 if still else 0.0 - (growth * cosine + xi * shift) * inverse
     period = 0.0 if still else 0.0 - shift * cosine * inverse
-    close = root > 0.0 and re * re + im * im < 1.52587890625e-05  # the next term is below 6e-16
+    close = root > 0.0 and re * re + im * im < 1.52587890625e-05  # the next term of the series is below 6e-16
     return xi < 1.0 and (still or close), damping, period
 
 
 @_inline
 def _in_square(y, z, constants):
-    """u, v with u + v s^2 the polynomial in s^2 of these constants, highest first, where s^4 = -y s^2 - z."""
+    """u and v, where u + v s^2 is the polynomial in s^2 with these constants, highest first, and s^4 = -y s^2 - z."""
     u, v = constants[1], constants[0]
     for constant in constants[2:]:
         u, v = constant - z * v, u - y * v
@@ -47,10 +47,11 @@ def _in_square(y, z, constants):
 
 
 @_inline
-def _residual(Omega, xi, {outputs}):
-    """p0, p1, x, y: the polynomial in tau is Omega^3 (p0 + i r p1) at tau = x + i r y of e^s, r = sqrt(1 - xi^2).
+def _polynomial_at_exact(Omega, xi, {outputs}):
+    """p0, p1, x, y, leading: the polynomial in tau has the value Omega^3 (p0 + i r p1) at the exact eigenvalue e^s.
 
-    s = Omega zeta, zeta^2 = -2 xi zeta - 1; a_jn + b_jn zeta are the powers of tau^j from s^n on, over Omega^n.
+    There tau = 2 (lambda - 1)/(lambda + 1) is x + i r y, with r = sqrt(1 - xi^2); s = Omega zeta, where
+    zeta^2 = -2 xi zeta - 1. aj_n + bj_n zeta is the power series of tau^j from s^n on, divided by Omega^n.
     """
 {lines}
 '''
@@ -62,16 +63,17 @@ MONIC = """
 NEAR = '''
 
 @_inline
-def _apart({arguments}, half, less, modulus2, root{more}):
-    """tanh of half the distance, in s, of the pair half +- i root from the exact one, e^s; real and imaginary part.
+def _distance_from_exact({arguments}, half, less, modulus2, root{more}):
+    """tanh of half the distance in s between the eigenvalue half + i root and the exact one e^s; real, imaginary part.
 
-    In tau the pair is (less/2 +- i root)/scale. The polynomial at tau = x + i r y is `leading` times the product of all
-    its distances: from the pair, tanh by h, and from the other roots.
+    In tau = 2 (lambda - 1)/(lambda + 1) the pair is (less/2 +- i root)/scale. At the exact tau = x + i r y the
+    polynomial is `leading` times the product of the distances from all its roots. Over those from the conjugate (f) and
+    from the other roots, it is the distance from the pair in tau, which divided by h is the tanh.
     """
-    p0, p1, x, y, leading = _residual(Omega, xi, *_defect({arguments}))
+    p0, p1, x, y, leading = _polynomial_at_exact(Omega, xi, *_defect({arguments}))
     cosine, scale = math.sqrt(abs(1.0 - xi * xi)), 0.25 * (1.0 + 2.0 * half + modulus2)
     p1, y, less = cosine * p1, cosine * y, 0.5 * less
-    f0, f1 = scale * x - less, scale * y + root  # times scale, tau's distance from the conjugate one
+    f0, f1 = scale * x - less, scale * y + root  # scale times the distance in tau from the conjugate
     h0, h1 = scale - 0.25 * (less * x - root * y), -0.25 * (less * y + root * x)
     g0, g1 = f0 * h0 - f1 * h1, f0 * h1 + f1 * h0
 {others}
@@ -81,13 +83,16 @@ def _apart({arguments}, half, less, modulus2, root{more}):
 
 
 @_fused
-def _near({arguments}, s, damping, period):
-    """Anew of points near Omega = 0 whose pair is close to the exact one; how many. Two loops: iterations overlap."""
+def _errors_near_zero({arguments}, s, damping, period):
+    """Replace the errors at points near Omega = 0 whose pair is close to the exact one; return how many there are.
+
+    There are two loops, so that the processor overlaps their iterations.
+    """
     count = 0
     for i in range(period.size):
-        s[{re}, i], s[{im}, i] = _apart({arguments_i}, s[0, i], s[1, i], s[2, i], {kept_i})
+        s[{re}, i], s[{im}, i] = _distance_from_exact({arguments_i}, s[0, i], s[1, i], s[2, i], {kept_i})
     for i in range(period.size):
-        better, near_damping, near_period = _compared(Omega[i], xi[i], s[{first}, i], s[{re}, i], s[{im}, i])
+        better, near_damping, near_period = _errors_of_distance(Omega[i], xi[i], s[{first}, i], s[{re}, i], s[{im}, i])
         better = better and Omega[i] < {small_Omega}
         damping[i], period[i] = near_damping if better else damping[i], near_period if better else period[i]
         count += better
@@ -95,21 +100,24 @@ def _near({arguments}, s, damping, period):
 
 
 @_fused
-def _block({arguments}, radius, damping, period):
-    """Of all points; near Omega = 0 by the distance to the exact, where that can tell. The largest bits."""
+def _stability_of_block({arguments}, radius, damping, period):
+    """`stability` of a block of points; returns the largest `_larger_bits`.
+
+    Near Omega = 0, damping and period error follow from the distance of the pair from the exact one, if that is small.
+    """
     n, count, bits = radius.size, 0, np.uint64(0)
     s = np.empty(({size}, n)){before}
     for i in range(n):
         radius[i], {found_i} = _eigenvalues({arguments_i}{prepared_i})
-        bits = max(bits, _bits(Omega[i], xi[i]))
+        bits = max(bits, _larger_bits(Omega[i], xi[i]))
     for i in range(n):
         count += Omega[i] < {small_Omega}
-    if count == n and _near({arguments}, s, damping, period) == n:
+    if count == n and _errors_near_zero({arguments}, s, damping, period) == n:
         return bits
     for i in range(n):
-        damping[i], period[i] = _measured(Omega[i], xi[i], s[0, i], s[1, i], s[2, i], s[3, i])
+        damping[i], period[i] = _errors_of_pair(Omega[i], xi[i], s[0, i], s[1, i], s[2, i], s[3, i])
     if count > 0:
-        _near({arguments}, s, damping, period)
+        _errors_near_zero({arguments}, s, damping, period)
     return bits
 '''
 
@@ -118,20 +126,20 @@ STABILITY = '''
 @_fused
 def spectral_radius({arguments}, out):
     """Spectral radius; 1-D arrays of one length. Returns whether any Omega or xi is negative, -0 or not finite."""
-    return _radii({arguments}, out) >= np.uint64(0x7FF0000000000000)
+    return _spectral_radii({arguments}, out) >= np.uint64(0x7FF0000000000000)
 
 
 @_fused
 def stability({arguments}, radius, damping, period):
     """Spectral radius, numerical damping ratio and period error in one pass; 1-D arrays of one length.
 
-    Damping is that of the complex pair of largest modulus, less the physical one; period is the
-    numerical over the exact one, less 1; both are NaN where the eigenvalues are real. Returns whether
+    damping: that of the complex pair of largest modulus, less the physical one; period: the numerical
+    period over the exact one, less 1; both are NaN where all eigenvalues are real. Returns whether
     any Omega or xi is negative, -0 or not finite.
     """
     bits = np.uint64(0)
     for i in range(0, radius.size, {block}):
         k = min(i + {block}, radius.size)
-        bits = max(bits, _block({arguments_slice}, radius[i:k], damping[i:k], period[i:k]))
+        bits = max(bits, _stability_of_block({arguments_slice}, radius[i:k], damping[i:k], period[i:k]))
     return bits >= np.uint64(0x7FF0000000000000)
 '''
