@@ -43,7 +43,8 @@ class Order:
 
     The constants are pairs (alpha, beta) for alpha + beta*zeta, zeta^2 = -2*xi*zeta - 1. Those of u, v, a are
     relative to 1, omega, omega^2 times the static displacement in forced vibration, and to the exact mode in
-    free vibration (its drift over a span of one radian). An order is `AtLeast` the length of the series if all its terms are zero.
+    free vibration (its drift over a span of one radian). An order is `AtLeast` the length of its series if all
+    terms are zero.
     """
 
     free: Triple
