@@ -36,7 +36,7 @@ _SCHEME_MODULE = {
     *("P", "S", "den_", "total", "product", "real", "split", "inverse", "bits", "cosine"),
     *("better", "near_damping", "near_period"),
 }
-# the same of the module of a scheme on a scene
+# names that functions of the module of a scheme on a scene use
 _SCENE_STEP = {
     *("h", "i", "j", "n", "u", "v", "a", "np", "njit", "lane", "first", "last", "state", "forces", "start_forces"),
     *("bound", "stride", "out", "row", "iterations", "count", "peak", "n_done", "status", "done", "energy", "total"),

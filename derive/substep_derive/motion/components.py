@@ -10,7 +10,7 @@ from ..declare.scheme import Scheme
 from ..declare.symbols import K0, C, K_t, M, N, N_discrete, f, h, knot, knot_of, sampled, t
 from .equations import EquationsOfMotion
 
-STEP = Symbol("i")  # steps completed
+STEP = Symbol("i")  # the number of steps completed
 TANGENT = Symbol("K_t")  # stands for the tangent stiffness that a scheme's start reads
 
 Assignments = list[tuple[Symbol, Expr]]

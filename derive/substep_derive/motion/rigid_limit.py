@@ -106,7 +106,7 @@ class _RigidStep:
 
     def __init__(self, scheme: Scheme) -> None:
         self.scheme = scheme
-        self.field = rational.RationalFunctions([h, *scheme.values])  # h, for a scheme without parameters
+        self.field = rational.RationalFunctions([h, *scheme.values])  # with h, so that it is never Q itself
         self.one, self.zero = self.field.domain.one, self.field.domain.zero
         z = new_accelerations(scheme)
         at = [knot((knot_of(symbol) or ("", ""))[1]) for symbol in z]
@@ -127,7 +127,7 @@ class _RigidStep:
                 f"{scheme.name}: expected relations in u, v, a and h, got {', '.join(sorted(map(str, material)))} in "
                 "them, which have no rigid limit; write the relations without the matrices"
             )
-        # u, h*v, h^2*a are of one dimension: the coefficients between them are a relation's at h = 1
+        # u, h*v, h^2*a have one dimension, so that a relation between them is the one of u, v, a at h = 1
         relations = {symbol: e.subs(h, 1) for symbol, e in scheme.relations.items()}
         self.solved = affine(relations, [s for s in scheme.unknowns if s not in z], scheme.name)
         self.balances = [(k.u, k.a) for k in at]

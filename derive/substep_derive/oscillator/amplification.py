@@ -131,7 +131,7 @@ class Amplification:
 
     @classmethod
     def of(cls, scheme: Scheme) -> "Amplification":
-        """Derived once for equal schemes. Raises DeclarationError if the balances and relations leave the step open."""
+        """Derived once for equal schemes. Raises DeclarationError if the new state is not determined."""
         return _amplification(scheme)
 
     @classmethod

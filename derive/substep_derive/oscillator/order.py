@@ -41,9 +41,10 @@ class AtLeast(int):
 class Order:
     """Orders of (u, v, a), the leading error constant of each: error = constant * (omega h)^order.
 
-    The constants are relative to omega^2 times the load for a forced response, and to the exact mode
-    for a free one (its largest part over a span of one radian), pairs (alpha, beta) for alpha + beta*zeta,
-    zeta^2 = -2*xi*zeta - 1. An order is `AtLeast` the length of the series if all its terms are zero.
+    The constants are pairs (alpha, beta) for alpha + beta*zeta, zeta^2 = -2*xi*zeta - 1. Those of u, v, a are
+    relative to 1, omega, omega^2 times the static displacement in forced vibration, and to the exact mode in
+    free vibration (its drift over a span of one radian). An order is `AtLeast` the length of its series if all
+    terms are zero.
     """
 
     free: Triple

@@ -3,7 +3,7 @@
 The verdict on (Omega, xi) changes only on finitely many curves F(Omega, xi) = 0, the irreducible factors of the
 polynomials of `hurwitz`. Over an open interval of xi without a critical value the curves neither meet nor end, and
 on each of them nothing changes either: one rational xi settles the interval. Critical are the xi where a curve has a
-vertical tangent, goes to Omega = 0 or oo, meets another, or meets what decides about the points on it.
+vertical tangent, goes to Omega = 0 or oo, meets another, or meets a zero of a condition that decides the verdict on it.
 """
 
 from collections.abc import Iterable, Iterator, Sequence

@@ -55,10 +55,10 @@ from .region import Region
 u0, v0, a0 = knot(0)
 u1, v1, a1 = knot(1)
 
-# (2.54): delta*h^3/6 where the equation of motion wants delta*h^3
+# (2.54) prints delta*h^3/6 where the equation of motion requires delta*h^3
 gholampour_printed = gholampour_with(delta / 6, "gholampour_printed", "thesis (2.53)-(2.57), as printed")
 
-# (2.9): the last stage at t_(n+1/2)
+# (2.9) prints the load of the last stage at t_(n+1/2)
 rk4_printed = Scheme(
     "rk4_printed",
     rk4.relations,
@@ -71,7 +71,7 @@ rk4_printed = Scheme(
 
 _ut, _vt, _at = knot("t")
 
-# (2.20): u_(n+theta) + u_n in place of the difference, and 6/theta v_n
+# (2.20) prints u_(n+theta) + u_n in place of the difference, and 6/theta v_n
 wilson_printed = Scheme(
     "wilson_printed",
     {
@@ -84,7 +84,7 @@ wilson_printed = Scheme(
     reference="thesis (2.18)-(2.20), as printed",
 )
 
-# (2.23): - K u_n in place of - alpha K u_n, and the load at t_(n+alpha)
+# (2.23) prints - K u_n in place of - alpha K u_n, and the load at t_(n+alpha)
 hht_printed = Scheme(
     "hht_printed",
     hht_alpha.relations,
