@@ -1,17 +1,14 @@
 """What is declared in an unusual way is right, as an independent stepping shows, or refused with a reason."""
 
+from collections.abc import Callable, Iterator
 from fractions import Fraction
-from importlib import import_module
-from pathlib import Path
-from pkgutil import iter_modules
+from types import ModuleType
 from typing import Any
 
 import numpy as np
 import pytest
-import substep_kernels
 from hypothesis import HealthCheck, assume, given, reject, settings
 from hypothesis import strategies as st
-from numba.core import config
 from plain_kernels import uncompiled
 from stepping import MP, Problem, Stepper, amplification, history
 from substep_derive import Algebraic, Balance, DeclarationError, Family, Parameter, Root, Scheme, certify, derive
@@ -27,10 +24,12 @@ from substep_derive.package import catalogue_pair, package
 from substep_derive.stability.conditions import conditions
 from substep_derive.study.derivation import order_at, unremarkable
 from substep_derive.study.profile import profile
-from sympy import Abs, Expr, Integer, Interval, Poly, Rational, Symbol, cos, exp, oo, pi, sin, sqrt
+from sympy import Abs, Expr, Integer, Interval, Poly, Rational, Symbol, cos, exp, eye, oo, pi, sin, sqrt
 
 import substep as ss
 from substep.core.roots import only_root, real_roots
+from substep.derived import modules
+from substep.marching import linear
 
 u0, v0, a0 = knot(0)
 u1, v1, a1 = end = knot(1)
@@ -42,12 +41,17 @@ DUFFING = Problem(0, lambda u: u + u**3, lambda u: 1 + 3 * u**2)
 
 
 @pytest.fixture(autouse=True)
-def own_modules(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Own schemes are printed to a folder of the test's and run as plain Python; committed kernels stay compiled."""
-    for module in iter_modules(substep_kernels.__path__):
-        import_module(f"substep_kernels.{module.name}")
-    monkeypatch.setenv("SUBSTEP_CACHE", str(tmp_path))
-    monkeypatch.setattr(config, "DISABLE_JIT", True)
+def own_modules(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Own schemes, and marches that are not committed, run as plain Python; committed kernels stay compiled."""
+
+    def plain(declared: str, text: Callable[[], str]) -> ModuleType:
+        module = ModuleType(f"plain_{hash(declared)}")
+        module.__dict__.update(vars(uncompiled(text())))
+        return module
+
+    monkeypatch.setattr(modules, "cached_module", plain)
+    yield
+    linear._kernels.cache_clear()  # those of marches that are not committed were plain
 
 
 # --- start schemes ---------------------------------------------------------------------------------------
@@ -333,6 +337,16 @@ def test_slots_that_hold_what_belongs_elsewhere() -> None:
     with pytest.raises(DeclarationError, match="got 'gamma' twice"):
         scheme, same = with_default(half), Family(Parameter(gamma, UNIT, half), {gamma: gamma})
         Scheme("bad", scheme.relations, scheme.balances, scheme.parameters, (same,))
+
+
+def test_plain_numbers_are_expressions_and_text_is_none() -> None:
+    still = Scheme("still", {u1: u0, v1: 0}, (Balance(a1, 0, N(u1), 0),))
+    assert eye(1) == derive(still).A
+    for bad in ({**NEWMARK, v1: "v_0"}, {**NEWMARK, v1: None}):
+        with pytest.raises(DeclarationError, match="expected an expression"):
+            Scheme("bad", bad, (Balance.at(end, 1),))
+    with pytest.raises(DeclarationError, match="expected an expression"):
+        Balance(a1, "v_1", N(u1), f(1))
 
 
 # --- the fuzz --------------------------------------------------------------------------------------------

@@ -3,6 +3,7 @@
 from .algebra.algebraic import Algebraic
 from .declare.errors import DeclarationError, InconsistentScheme
 from .declare.parameter import Family, Parameter, Root
+from .declare.published import Published
 from .declare.scene import Scene, optional, required
 from .declare.scheme import Balance, Scheme
 from .declare.symbols import K0, C, K_t, M, N, N_discrete, Omega, acceleration, f, h, knot, rate, sampled, t, xi
@@ -25,6 +26,7 @@ __all__ = [
     "N_discrete",
     "Omega",
     "Parameter",
+    "Published",
     "Root",
     "Scene",
     "Scheme",

@@ -5,9 +5,9 @@ Every check raises `DeclarationError`, which names the scheme, the symbol or rel
 
 from collections.abc import Iterable, Mapping
 from fractions import Fraction
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from sympy import Add, Expr, Mul, Pow, Rational, Symbol, preorder_traversal
+from sympy import Add, Expr, Mul, Pow, Rational, Symbol, SympifyError, preorder_traversal, sympify
 
 from .errors import DeclarationError
 from .names import check_scheme
@@ -31,6 +31,16 @@ def check(scheme: "Scheme") -> None:
     _count(scheme)
     _start(scheme)
     _report(scheme)
+
+
+def expression(owner: str, value: Any) -> Expr:
+    """What is declared as an expression of SymPy; plain numbers are taken too."""
+    try:
+        return sympify(value, strict=True)
+    except SympifyError as error:
+        raise DeclarationError(
+            f"{owner}: expected an expression in symbols, got {value!r}; write it with knots' symbols and numbers"
+        ) from error
 
 
 def _parameters(scheme: "Scheme") -> None:

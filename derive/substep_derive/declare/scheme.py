@@ -12,7 +12,7 @@ from typing import Any
 from sympy import Expr, Rational, Symbol, sympify
 
 from ..algebra.exact_number import exact_number
-from .checks import check
+from .checks import check, expression
 from .errors import DeclarationError
 from .parameter import Family, Parameter, Root
 from .published import Published
@@ -32,6 +32,10 @@ class Balance:
     damping: Expr
     force: Expr
     load: Expr
+
+    def __post_init__(self) -> None:
+        for slot in ("inertia", "damping", "force", "load"):
+            object.__setattr__(self, slot, expression("a balance", getattr(self, slot)))
 
     @classmethod
     def at(cls, k: Knot, tau: Any) -> "Balance":
@@ -76,6 +80,9 @@ class Scheme:
     published: Published | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
+        for name in ("relations", "start", "report"):
+            if isinstance(given := getattr(self, name), Mapping):
+                object.__setattr__(self, name, {s: expression(self.name, e) for s, e in given.items()})
         check(self)
 
     def __hash__(self) -> int:
