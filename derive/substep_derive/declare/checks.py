@@ -5,22 +5,50 @@ Every check raises `DeclarationError`, which names the scheme, the symbol or rel
 
 from collections.abc import Iterable, Mapping
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 from sympy import Add, Expr, Mul, Pow, Rational, Symbol, SympifyError, preorder_traversal, sympify
 
 from .errors import DeclarationError
 from .names import check_scheme
-from .parameter import Root
+from .parameter import Family, Parameter, Root
 from .symbols import K0, C, K_t, M, N, N_discrete, f, h, knot, knot_of, lattice
-
-if TYPE_CHECKING:
-    from .scheme import Scheme
 
 START_KNOT = frozenset(knot(0))
 
 
-def check(scheme: "Scheme") -> None:
+class _Declared(Protocol):
+    """A scheme's declaration, as far as it is checked."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def relations(self) -> Mapping[Symbol, Expr]: ...
+    @property
+    def balances(self) -> tuple[Any, ...]: ...
+    @property
+    def parameters(self) -> tuple[Parameter, ...]: ...
+    @property
+    def families(self) -> tuple[Family, ...]: ...
+    @property
+    def start(self) -> Any: ...
+    @property
+    def report(self) -> Mapping[Symbol, Expr]: ...
+    @property
+    def parent(self) -> str | None: ...
+    @property
+    def values(self) -> tuple[Symbol, ...]: ...
+    @property
+    def mentioned(self) -> set[Symbol]: ...
+    @property
+    def unknowns(self) -> tuple[Symbol, ...]: ...
+    @property
+    def state(self) -> tuple[Symbol, ...]: ...
+    @property
+    def start_scheme(self) -> Any: ...
+
+
+def check(scheme: _Declared) -> None:
     """All checks, in the order in which their messages help most."""
     check_scheme(scheme.name, scheme.values, [family.argument.symbol for family in scheme.families], scheme.mentioned)
     _parameters(scheme)
@@ -43,7 +71,7 @@ def expression(owner: str, value: Any) -> Expr:
         ) from error
 
 
-def _parameters(scheme: "Scheme") -> None:
+def _parameters(scheme: _Declared) -> None:
     seen: set[Symbol] = set()
     for p in scheme.parameters:
         default = p.default.equation if isinstance(p.default, Root) else p.default
@@ -57,7 +85,7 @@ def _parameters(scheme: "Scheme") -> None:
             p.check_default()
 
 
-def _families(scheme: "Scheme") -> None:
+def _families(scheme: _Declared) -> None:
     for family in scheme.families:
         argument = family.argument
         for symbol, value in family.values.items():
@@ -73,7 +101,7 @@ def _families(scheme: "Scheme") -> None:
                 )
 
 
-def _symbols(scheme: "Scheme") -> None:
+def _symbols(scheme: _Declared) -> None:
     declared = set(scheme.values) | {h, M, C, K0}
     start = scheme.start if isinstance(scheme.start, Mapping) else {}
     added = (
@@ -100,7 +128,7 @@ def _canonical(label: str) -> bool:
     return step is None or str(step) == label
 
 
-def _exact(scheme: "Scheme") -> None:
+def _exact(scheme: _Declared) -> None:
     start = scheme.start if isinstance(scheme.start, Mapping) else {}
     expressions = [*scheme.relations.values(), *start.values(), *scheme.report.values()]
     expressions += [e for b in scheme.balances for e in (b.inertia, b.damping, b.force, b.load)]
@@ -118,7 +146,7 @@ def _is_rational(part: Expr) -> bool:
     return isinstance(part, declared) or (isinstance(part, Pow) and part.exp.is_Integer)
 
 
-def _balances(scheme: "Scheme") -> None:
+def _balances(scheme: _Declared) -> None:
     for k, b in enumerate(scheme.balances, start=1):
         where = f"{scheme.name}: balance {k}"
         for slot in ("inertia", "damping"):
@@ -147,7 +175,7 @@ def _balances(scheme: "Scheme") -> None:
             )
 
 
-def _count(scheme: "Scheme") -> None:
+def _count(scheme: _Declared) -> None:
     count, unknowns = len(scheme.relations) + len(scheme.balances), scheme.unknowns
     if len(unknowns) != count:
         defined = ", ".join(str(s) for s in unknowns if s not in scheme.relations)
@@ -158,7 +186,7 @@ def _count(scheme: "Scheme") -> None:
         )
 
 
-def _start(scheme: "Scheme") -> None:
+def _start(scheme: _Declared) -> None:
     start = scheme.start_scheme
     if start is not None:
         if not set(start.state) <= START_KNOT or start.start_scheme is not None:
@@ -190,7 +218,7 @@ def _start(scheme: "Scheme") -> None:
             )
 
 
-def _report(scheme: "Scheme") -> None:
+def _report(scheme: _Declared) -> None:
     for symbol, e in scheme.report.items():
         if symbol not in knot(1):
             raise DeclarationError(f"{scheme.name}: report gives '{symbol}'; expected u_1, v_1 or a_1")

@@ -9,30 +9,27 @@ the amplification matrix of x less the identity, rounded once.
 
 from collections.abc import Callable, Sequence
 from math import prod
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from .arrays import Array, common_shape, flat
+from .parametrized import Parametrized
 from .stability import points
 
-if TYPE_CHECKING:
-    from .schemes import Scheme
 
-
-def marched(scheme: "Scheme") -> tuple[int, ...]:
+def marched(scheme: Parametrized) -> tuple[int, ...]:
     """Which entries of the scheme's state the linear march carries."""
     return scheme.kernels.KEPT
 
 
-def places(scheme: "Scheme") -> tuple[str, ...]:
+def places(scheme: Parametrized) -> tuple[str, ...]:
     """The place of each of u, h*v and h^2*a in x, as text; "y" for one that is not in x."""
     own = scheme.kernels.MARCH.split("_")[3:]  # the names are such as linear_march_2_01y or linear_march_12_0_11_y
     return tuple(own if len(own) == 3 else own[0])
 
 
-def sizes(scheme: "Scheme") -> tuple[int, int, int]:
+def sizes(scheme: Parametrized) -> tuple[int, int, int]:
     """m, the size of x; R, the size of y; K, the load instants a step of the march's kernel.
 
     The scheme's own stencil may have fewer instants; the coefficients of the others are then 0.
@@ -40,7 +37,7 @@ def sizes(scheme: "Scheme") -> tuple[int, int, int]:
     return len(marched(scheme)), places(scheme).count("y"), scheme.kernels.LOADS
 
 
-def coefficients(scheme: "Scheme", Omega: ArrayLike, xi: ArrayLike) -> tuple[Array, Array, Array, Array]:
+def coefficients(scheme: Parametrized, Omega: ArrayLike, xi: ArrayLike) -> tuple[Array, Array, Array, Array]:
     """D (n, m, m), B (n, m, K), O (n, R, m), P (n, R, K) at the n points of Omega, xi and parameters in C order.
 
     K is here the number of instants of the scheme's stencil.
@@ -52,17 +49,17 @@ def coefficients(scheme: "Scheme", Omega: ArrayLike, xi: ArrayLike) -> tuple[Arr
     return D.reshape(-1, m, m), B, y_x.reshape(len(D), R, m), y_f
 
 
-def coefficient_rows(scheme: "Scheme", Omega: Array, xi: Array) -> Array:
+def coefficient_rows(scheme: Parametrized, Omega: Array, xi: Array) -> Array:
     """D, B, O, P as rows (m*m + m*K + R*m + R*K, P) of the `sizes`, for Omega and xi (P,)."""
     return _coefficient_rows(scheme, Omega, xi, scheme.kernel_parameters)
 
 
-def _coefficient_rows(scheme: "Scheme", Omega: Array, xi: Array, parameters: Sequence[Array]) -> Array:
+def _coefficient_rows(scheme: Parametrized, Omega: Array, xi: Array, parameters: Sequence[Array]) -> Array:
     m, R, K = sizes(scheme)
     return _rows(scheme.kernels.coefficients, m * m + m * K + R * (m + K), Omega, xi, parameters)
 
 
-def transfer_rows(scheme: "Scheme", Omega: Array, xi: Array) -> Array:
+def transfer_rows(scheme: Parametrized, Omega: Array, xi: Array) -> Array:
     """Coefficients (4*order + 1, P) of the digital filter from load to response, for Omega and xi (P,).
 
     The rows are described at `transfer` in the generated module; order is the module's FILTER, which must not be 0.
@@ -79,16 +76,16 @@ def _rows(function: Callable[..., None], rows: int, Omega: Array, xi: Array, par
     return out
 
 
-def start_coefficients(scheme: "Scheme", Omega: ArrayLike, xi: ArrayLike) -> tuple[Array, Array]:
+def start_coefficients(scheme: Parametrized, Omega: ArrayLike, xi: ArrayLike) -> tuple[Array, Array]:
     """S (n, m, 3), T (n, m, K): the state at t = 0 is S (u, h*v, h^2*a) + T h^2 f, f the load at START_STENCIL*h."""
     _, arguments = points(scheme, Omega, xi)
-    n, m = arguments[0].size, len(scheme.state)
+    n, m = arguments[0].size, len(scheme.info.state)
     out = np.empty((n, m, 3)), np.empty((n, m, len(scheme.kernels.START_STENCIL)))
     scheme.kernels.start(*arguments, *out)
     return out
 
 
-def stencil(scheme: "Scheme") -> Array:
+def stencil(scheme: Parametrized) -> Array:
     """Instants at which a step takes the load, in steps after t_n: (..., K), read-only."""
     values = scheme.kernel_parameters
     shape = common_shape(scheme.kernels.PARAMETERS, values)
@@ -99,7 +96,7 @@ def stencil(scheme: "Scheme") -> Array:
     return out
 
 
-def loaded_within(scheme: "Scheme") -> bool:
+def loaded_within(scheme: Parametrized) -> bool:
     """Whether all instants of the load lie within the step, at all parameter values of the handle."""
     instants = scheme.stencil()
     return bool(instants.min() >= 0.0 and instants.max() <= 1.0)
