@@ -1,6 +1,7 @@
 """`python -m benchmarks`: run the jobs, print them, write results/bench.json and results/bench.md."""
 
 import argparse
+import sys
 import time
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from . import (
     jobs_stability,
     jobs_startup,
     report,
+    target,
 )
 from .job import Job
 
@@ -38,8 +40,13 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true", help="fewer schemes, rounds and steps: about a minute")
     parser.add_argument("--full", action="store_true", help="also compile the whole committed set from nothing")
     parser.add_argument("--only", action="append", choices=NAMES, metavar="NAME", help=f"one of {', '.join(NAMES)}")
+    parser.add_argument(
+        "--cpu", choices=target.CPUS, default="native", help="compile for this machine (default), or for one with AVX2"
+    )
     parser.add_argument("--out", type=Path, default=Path("results"), help="folder of the page (default: results)")
     options = parser.parse_args()
+    if options.cpu == "avx2" and target.march() != target.AVX2:
+        sys.exit(target.run_for_avx2(sys.argv[1:]))
     console, facts = Console(), report.machine()
     jobs: list[Job] = []
     for module in JOBS:

@@ -102,8 +102,20 @@ def _whole_spectrum(found: Job, n: int, rounds: int) -> None:
         else:
             kind = "substep" if label.startswith("substep") else "peer"
             rows.append(Alternative(label, kind, run, work, lambda peaks: _three(peaks, exact)))
+    own = scheme("average_acceleration")
+    loads, peaks = TwoLoads.of(own, OMEGAS * DT, XI), np.empty((3, LANES))
+    numbers = (loads.D, loads.B0, loads.B1, 2 * XI * OMEGAS * DT, (OMEGAS * DT) ** 2, f * DT**2, peaks)
+    label = "C, 2x2 map, peaks of u, v, a"
+    try:
+        limits.all_peaks(*numbers)
+    except limits.MissingCompilerError as error:
+        found.skipped[label] = str(error)
+    else:
+        rows.append(Alternative(label, "limit", lambda: limits.all_peaks(*numbers), work))
     against = {name: f"{name} against the exact response" for name in ("SD", "SV", "SA")}
-    found.tables.append(Table("SD, SV, SA", "lane-step", measure(rows, rounds), against))
+    table = Table("SD, SV, SA", "lane-step", measure(rows, rounds), against)
+    found.tables.append(table)
+    found.compare(table, "SD, SV, SA: substep / C", "substep, average_acceleration", label, "<=", 1.3)
 
 
 def _three(peaks: np.ndarray, exact: np.ndarray) -> dict[str, float]:

@@ -56,7 +56,8 @@ def job(quick: bool) -> Job:
             for table, what, limit in ((sweep, "sweep, all three", SAME), (radius, "rho alone", "C")):
                 text = f"stability, {name}, {what}"
                 found.compare(table, f"{text}: substep / {limit}", "substep", limit, "<=", 1.1)
-                found.compare(table, f"{text}: eigvals / substep", "np.linalg.eigvals", "substep", ">=", 500)
+                leads = ("np.linalg.eigvals", "substep"), ("np.linalg.eigvals", limit)
+                found.compare_leads(table, f"{text}: lead over eigvals, of C's", *leads, 0.9)
     found.notes.append(
         f"'{FAR}' keeps no more digits than the formula with P and Q; '{SAME}' computes, as substep does, the points "
         "near Omega = 0 from the defect of the exact eigenvalue, which buys the digits there. C packs such points "

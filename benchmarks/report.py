@@ -14,7 +14,7 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table as Grid
 
-from . import limits
+from . import limits, target
 from .job import Goal, Job, Table
 
 PACKAGES = ("substep", "numpy", "numba", "scipy", "sympy", "numbalsoda", "pyyeti", "eqsig", "openseespy")
@@ -30,8 +30,11 @@ def machine() -> dict[str, Any]:
         facts["processor"] = first.get("model name", facts["processor"])
         flags = first.get("flags", "").split()
         facts["vectors"] = "AVX-512" if "avx512f" in flags else "AVX2" if "avx2" in flags else "other"
+    facts["target"] = target.march()
     try:
         facts["compiler"] = f"{limits.compiler()} {' '.join(limits.FLAGS)}"
+        wide = target.wide_registers()
+        facts["zmm_registers"] = f"{wide['numba']} in numba's code of one kernel, {wide['C']} in that of C"
     except limits.MissingCompilerError as error:
         facts["compiler"] = str(error)
     load = os.getloadavg()[0] if hasattr(os, "getloadavg") else math.nan
@@ -163,7 +166,8 @@ def _page(jobs: Sequence[Job], facts: dict[str, Any]) -> Iterator[str]:
     versions = ", ".join(f"{name} {number}" for name, number in facts["versions"].items())
     yield f"{facts['date']}, {facts['processor']} ({facts.get('vectors', 'unknown vectors')}), {facts['cores']} cores,"
     yield f"load {facts['load_at_start']} at the start; {facts['system']}; Python {facts['python']}, {versions};"
-    yield f"C by `{facts['compiler']}`."
+    yield f"C by `{facts['compiler']}`. Kernels are compiled for {facts['target']}; zmm registers:"
+    yield f"{facts.get('zmm_registers', 'not looked for')}."
     yield ""
     yield "Medians over rounds in which all alternatives take turns; ratios are taken round by round. One core, and the"
     yield "process's own time, unless a title says otherwise. Ratios stay the same when the machine's speed drifts."

@@ -88,8 +88,12 @@ class Ratio:
 
 def ratio(slow: Measured, fast: Measured) -> Ratio:
     """The time of `slow` over the time of `fast`, round by round."""
-    both = slow.samples / fast.samples
-    median, low, high = np.nanpercentile(both, [50, 25, 75])
+    return quartiles(slow.samples / fast.samples)
+
+
+def quartiles(values: NDArray[np.float64]) -> Ratio:
+    """Median and quartiles of values, NaN left out."""
+    median, low, high = np.nanpercentile(values, [50, 25, 75])
     return Ratio(float(median), float(low), float(high))
 
 

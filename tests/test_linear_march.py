@@ -104,8 +104,7 @@ def close(a: Array, b: Array) -> bool:
 @pytest.mark.usefixtures("uncompiled")
 @pytest.mark.parametrize("kind", LOADED)
 @pytest.mark.parametrize("name", OWN)
-def test_lanes_are_the_lane_alone(name: str, kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(linear, "AT_ONCE", 7)
+def test_lanes_are_the_lane_alone(name: str, kind: str) -> None:
     s, load = ss.scheme(name), LOADED[kind]
     o = oscillators(3, dt=DT if kind == "record" else None, consistent=kind != "function")
     for keep in ({"stride": 1}, {"stride": 3}, {"stride": N}, {"keep": "peak"}):
@@ -116,6 +115,26 @@ def test_lanes_are_the_lane_alone(name: str, kind: str, monkeypatch: pytest.Monk
             assert close(abreast.peak[:, j : j + 1].T, one.peak.T), (keep, j)
         assert (abreast.n_done == N).all()
         assert (abreast.status == linear.COMPLETED).all()
+
+
+@pytest.mark.parametrize("place", [0, 3], ids=["from a cache line on", "between"])
+@pytest.mark.parametrize("lanes", [10 * WIDTH + 13, WIDTH])
+def test_a_history_too_large_for_the_caches_is_the_same(lanes: int, place: int) -> None:
+    """Its numbers are stored past the caches, from the first of a cache line on; those before and after it are not."""
+    s, rng = ss.scheme("newmark_bdf2"), np.random.default_rng(7)
+    n = 2 + (1 << 20) // (3 * lanes)
+    o = Oscillators(
+        rng.uniform(1, 30, lanes), rng.uniform(0, 0.3, lanes), np.full(lanes, DT), rng.normal(size=(3, lanes))
+    )
+    record = ss.Record(DT, rng.normal(size=n + 1))
+    room = np.full(3 * lanes * (n + 1) + 16, np.nan)
+    first = -(room.ctypes.data // 8) % 8 + place
+    out = room[first:][: 3 * lanes * (n + 1)].reshape(n + 1, 3, lanes)
+    march_linear(s, o, n, record, out=out)
+    for j in (0, 7, lanes // 2, lanes - 1):
+        assert np.allclose(out[..., j], march_linear(s, o.lane(j), n, record).out[..., 0], rtol=0, atol=1e-9), j
+    assert np.isnan(room[:first]).all()
+    assert np.isnan(room[first + out.size :]).all()
 
 
 @pytest.mark.usefixtures("uncompiled")

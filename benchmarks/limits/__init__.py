@@ -14,12 +14,14 @@ import numpy as np
 import platformdirs
 from numpy.typing import NDArray
 
+from ..target import march
+
 Array = NDArray[np.float64]
 
 # no fast-math: the sums keep their order, only a product and a sum may become one operation
 FLAGS = (
     "-O3",
-    "-march=native",
+    f"-march={march()}",
     "-ffp-contract=fast",
     "-fno-math-errno",
     "-std=gnu11",
@@ -63,6 +65,12 @@ def library(source: str, *flags: str, header: str = "") -> ctypes.CDLL:
                 raise MissingCompilerError(f"{' '.join(command)} failed: {made.stderr[:2000]}")
             new.replace(built)
     return ctypes.CDLL(str(built))
+
+
+def assembly(source: str) -> str:
+    """The compiler's assembly of a source."""
+    command = [compiler(), *FLAGS, "-S", str(HERE / source), "-o", "-"]
+    return subprocess.run(command, capture_output=True, text=True, check=True).stdout
 
 
 def _pointer(array: Array) -> ctypes.c_void_p:

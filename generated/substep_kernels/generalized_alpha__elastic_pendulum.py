@@ -128,7 +128,7 @@ def _lane(h, alpha_m, alpha_f, beta, gamma, EA, L, m, tolerance, state, bound, f
 
 
 # most lanes of a block. A row holds one variable of all its lanes; the rows of a step stay in the first-level cache
-WIDTH = 120
+WIDTH = 64
 
 
 @_compile

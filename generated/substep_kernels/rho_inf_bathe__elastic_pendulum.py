@@ -176,7 +176,7 @@ def _lane(h, rho_inf, gamma_t, EA, L, m, tolerance, state, bound, first, n, stri
 
 
 # most lanes of a block. A row holds one variable of all its lanes; the rows of a step stay in the first-level cache
-WIDTH = 120
+WIDTH = 64
 
 
 @_compile

@@ -24,7 +24,7 @@ def _taps(kind: str, d: int) -> list[str]:
 def _kernels(d: int, followed: int) -> str:
     e, peaks = [f"e{i}" for i in range(d)], [f"t{r}" for r in range(followed)]
     moving = ["q", *e[1:], *peaks]
-    given = filter_rows(d) if followed == 3 else filter_rows(d)[: 2 * d + 1]
+    given = [*filter_rows(d), "a_q"] if followed == 3 else filter_rows(d)[: 2 * d + 1]
     row = {name: k for k, name in enumerate([*moving, *given])}
 
     def at(name: str, half: int) -> str:
@@ -37,7 +37,8 @@ def _kernels(d: int, followed: int) -> str:
 
         def output(kind: str) -> str:
             terms = [f"{at(name, half)} * {own[x]}" for name, x in zip(_taps(kind, d), e, strict=True)]
-            return nested([*reversed(terms), *([own["q"]] if kind == "u" else [])])
+            factors = {"u": "", "a": f"{at('a_q', half)} * "} if followed == 3 else {"u": ""}
+            return nested([*reversed(terms), *([factors[kind] + own["q"]] if kind in factors else [])])
 
         back = nested([*(f"{at(f'g{i}', half)} * {own[f'e{i}']}" for i in range(d - 1, 0, -1)), "f0"])
         return [

@@ -15,7 +15,7 @@ from ..motion.components import Assignments, assign
 from .printing import KernelPrinter, block, fill, lines
 from .templates.scene import BLOCK, BLOCK_NEWTON
 
-WIDTH = 120  # largest number of lanes in a block
+WIDTH = 64  # most lanes of a block: the rows of a step fit a first cache of 32 kB
 LOOP = "for j in range(begin, end):"
 
 

@@ -144,14 +144,11 @@ def _by_filter(s: Scheme, omega: Array, xi: Array, load: Record) -> Array | None
     T = filter_of(s, _at_rest(omega, xi, load), len(load.samples) - 1, load)
     if T is None:
         return None
-    order, peaks = s.kernels.FILTER, np.empty((3, len(omega)))
-    of_u, of_v = T[order : 2 * order], T[2 * order + 1 : 3 * order + 1]
-    peaks[:] = filter_peaks(T, order, load.samples, 3)
-    S = omega**2 * T[2 * order]  # 2 xi omega v + omega^2 u has the form of u in `transfer`: S (q + k0 e0 + ...)
-    of_u += 2.0 * xi * omega / S * of_v
-    T[2 * order] = S
-    peaks[2:] = filter_peaks(T, order, load.samples, 1)
-    return peaks
+    order = s.kernels.FILTER
+    of_u, scale, of_v, of_a = np.split(T, [order, 2 * order, 2 * order + 1, 3 * order + 1])[1:]
+    of_a[-1] = omega**2 * scale  # a gives way to 2 xi omega v + omega^2 u, in which u = scale*(q + k0 e0 + k1 e1 + ...)
+    of_a[:-1] = of_a[-1] * of_u + 2.0 * xi * omega * of_v
+    return filter_peaks(T, order, load.samples, 3)
 
 
 def _by_histories(s: Scheme, omega: Array, xi: Array, load: Record) -> Array:

@@ -27,12 +27,12 @@ def peaks_from_rest(scheme: Scheme, o: Oscillators, n: int, load: Load | None, f
 
 
 def filter_of(scheme: Scheme, o: Oscillators, n: int, load: Load | None) -> Array | None:
-    """The filter (4*order + 1, P) from the load f, not h^2 f, to u, v, a; None where no filter gives these n steps.
+    """The filter (4*order + 2, P) from the load f, not h^2 f, to u, v, a; None where no filter gives these n steps.
 
     There is none for a scheme of high order (FILTER is 0), for one that another scheme starts, and for one that takes a
     load at the start or outside of a step. There is none for another start than rest with a load of 0, for a load that
     is not a `Record` with a sample at each of the n + 1 instants, and for lanes with different steps. The rows are
-    those of `transfer` of the scheme's module.
+    those of `transfer` of the scheme's module, and the factor of q in a, which is 0.
     """
     order, dt = scheme.kernels.FILTER, float(o.dt[0]) if len(o.dt) else 1.0
     if not order or not isinstance(load, Record) or load.dt != dt or len(load.samples) <= n or load.samples[0] != 0.0:
@@ -45,14 +45,14 @@ def filter_of(scheme: Scheme, o: Oscillators, n: int, load: Load | None) -> Arra
         or not loaded_within(scheme)
     ):
         return None
-    T = transfer_rows(scheme, o.omega * dt, o.xi)
+    T = np.concatenate([transfer_rows(scheme, o.omega * dt, o.xi), np.zeros((1, len(o.omega)))])
     T[2 * order] *= dt**2
     T[2 * order + 1 : 3 * order + 1] *= dt
     return T
 
 
 def filter_peaks(T: Array, order: int, f: Array, followed: int) -> Array:
-    """Largest |u| (1, P), or |u|, |v|, |a| (3, P), of filters T (4*order + 1, P) of the load f (n + 1,), f[0] = 0."""
+    """Largest |u| (1, P), or |u|, |v|, |a| (3, P), of filters T (4*order + 2, P) of the load f (n + 1,), f[0] = 0."""
     P, n = T.shape[1], len(f) - 1
     peak, (kernel, width) = np.empty((followed, P)), _kernel(order, followed)
 

@@ -25,7 +25,6 @@ from .oscillators import Oscillators
 
 COMPLETED, NON_FINITE = STATUSES.index("completed"), STATUSES.index("non_finite")
 NANOSECONDS = 0.25  # for a step of a lane
-AT_ONCE = 512  # steps that each block marches in turn if a history is kept: blocks write to the same memory pages
 CHUNK = 1 << 16  # steps of a single lane that are kept in memory at a time where not every step is asked for
 
 
@@ -247,11 +246,8 @@ def _in_blocks(scheme: Scheme, o: Oscillators, n: int, load: Load | None, stride
     r, P = _prepared(scheme, o, n, load), len(o.omega)
 
     def part(first: int, last: int) -> None:
-        pace, most = (stride, AT_ONCE) if len(lanes.out) else (n, max(n, 1))  # without a history, all steps in one call
-        for begin in range(r.first, n, most):
-            r.march_lanes(
-                r.C, r.x, *r.shared, r.own, begin, min(begin + most, n), pace, lanes.out, lanes.peak, first, last
-            )
+        pace = stride if len(lanes.out) else n
+        r.march_lanes(r.C, r.x, *r.shared, r.own, r.first, n, pace, lanes.out, lanes.peak, first, last)
 
     spread(part, P, r.width, nanoseconds=P * n * NANOSECONDS)
     if r.head is not None:

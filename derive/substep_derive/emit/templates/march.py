@@ -8,12 +8,56 @@ the end of a function's name is the number of load instants a step.
 """
 
 import numpy as np
+from llvmlite import ir
 from numba import njit
+from numba.core import types
+from numba.extending import intrinsic, overload
 
 WIDTH = {width}  # lanes of a block
+BLOCKS = {blocks}  # blocks whose histories are stored side by side, so that rows of many lanes are written in one go
+LARGE = 1 << 20  # numbers of a history that is stored past the caches, which could not hold it
 FAR = 1 << 50  # beyond any index; loops are vectorised if their first index is known to lie from 0 to FAR
 
 _compile = njit(cache=True, nogil=True, error_model="numpy", fastmath={{"contract"}})
+
+
+@intrinsic
+def _stream(typing, values, place, row, at):
+    """Store eight numbers from row[at] on past the caches, from values[place] on, which begins a cache line."""
+
+    def lower(context, builder, signature, arguments):
+        eight = ir.VectorType(ir.DoubleType(), 8).as_pointer()
+        to, source = (
+            builder.bitcast(builder.gep(context.make_array(kind)(context, builder, array).data, [index]), eight)
+            for kind, array, index in ((values, *arguments[:2]), (row, *arguments[2:]))
+        )
+        store = builder.store(builder.load(source, align=8), to, align=64)
+        store.set_metadata("nontemporal", builder.module.add_metadata([ir.Constant(ir.IntType(32), 1)]))
+
+    return types.void(values, types.intp, row, types.intp), lower
+
+
+def _store_eight(values, place, row, at):
+    """As `_stream`, in plain Python."""
+    values[place : place + 8] = row[at : at + 8]
+
+
+@overload(_store_eight)
+def _store_eight_compiled(values, place, row, at):
+    return lambda values, place, row, at: _stream(values, place, row, at)
+
+
+@_compile
+def _store(values, place, row, at, size):
+    """Store numbers from row[at] on into values[place] on; past the caches, which a large history would empty."""
+    head = min(-((values.ctypes.data >> 3) + place) & 7, size) if values.size > LARGE else size
+    whole = head + (size - head) // 8 * 8
+    for j in range(head):
+        values[place + j] = row[at + j]
+    for j in range(head, whole, 8):
+        _store_eight(values, place + j, row, at + j)
+    for j in range(whole, size):
+        values[place + j] = row[at + j]
 '''
 
 MARCH = '''
@@ -70,19 +114,15 @@ def _own_loads_{K}(s):
 
 
 @_compile
-def _history_{K}(s, {F}, i, n, u, v, a, row):
-    """March a full block from step i to n and store all steps.
-
-    u, v, a: begin where the first lane's are stored after step i; those of the next step are row numbers further.
-    """
-    for i in range(i, n):
-        {f} = {f_at_i}
-        for j in range({width}):
-            {xy} = {at_xy}
+def _history_{K}(s, rows, {F}, i):
+    """March a block {steps_at_once} steps from step i on; u, v, a of each step go into rows of BLOCKS blocks."""
+    for j in range({width}):
+        {x} = {at_x_in_block}
+        for k in range({steps_at_once}):
+            {f} = {f_at_k}
 {step_alone}
-            {at_xy} = {xy}
-            u[j], v[j], a[j] = {scaled}
-        u, v, a = u[row:], v[row:], a[row:]
+            {staged} = {scaled}
+        {at_x_in_block} = {x}
 
 
 @_compile
@@ -95,63 +135,69 @@ def march_{K}(C, x, {F}, forces, start, n, stride, out, peak, begin, end):
     stride steps, rows up to step start left to the caller; or (0, 3, P). peak (3, P): largest |u|, |v|, |a| after step
     start; or (3, 0).
     """
-    room = np.empty({rows} * {width} + 8)
-    s = room[-(room.ctypes.data >> 3) & 7 :]  # from the start of a cache line
     lanes, steps_loaded = x.shape[1], forces.shape[1]
     given, state, loads = C.reshape(-1), x.reshape(-1), forces.reshape(-1)
     values, largest = out.reshape(-1), peak.reshape(-1)
-    for first in range(begin, end, {width}):
-        size = min({width}, end - first)
-        s[:] = 0.0
-        for r in range({m}):
-            for j in range(size):
-                s[r * {width} + j] = state[r * lanes + first + j]
-        for r in range({given}):
-            for j in range(size):
-                s[({before} + r) * {width} + j] = given[r * lanes + first + j]
-        i = start
-        if stride == 1 and size == {width} and values.size > 0 and largest.size == 0 and loads.size == 0:
-            u = values[3 * lanes * (i + 1) + first :]
-            _history_{K}(s, {F}, i, n, u, u[lanes:], u[2 * lanes :], 3 * lanes)
-            i = n
-        while i < n:
-            steps, at = min(stride - i % stride, n - i), 3 * lanes * (i // stride + 1) + first
-            if loads.size > 0:
-                for k in range(i, i + steps):
-                    for r in range({K}):
-                        place = min(max((r * steps_loaded + k) * lanes + first, 0), FAR)
-                        for j in range(size):
-                            s[({own} + r) * {width} + j] = loads[place + j]
-                    _own_loads_{K}(s)
-            elif largest.size > 0:
-                _peaks_{K}(s, {F}, i, steps)
-            else:
-                _final_{K}(s, {F}, i, steps)
-            i += steps
-            if values.size > 0 and i % stride == 0:
-{takes}
-        for r in range({m}):
-            for j in range(size):
-                state[r * lanes + first + j] = s[r * {width} + j]
-        if largest.size > 0:
-            for r in range(3):
+    all_steps = stride == 1 and values.size > 0 and largest.size == 0 and loads.size == 0
+    room = np.empty(BLOCKS * ({rows} + 3 * {steps_at_once}) * {width} + 8)
+    blocks = room[-(room.ctypes.data >> 3) & 7 :]  # from the start of a cache line
+    rows = blocks[BLOCKS * {rows} * {width} :]
+    for side in range(begin, end, BLOCKS * {width}):
+        beyond, i = min(side + BLOCKS * {width}, end), start
+        blocks[:] = 0.0
+        for first in range(side, beyond, {width}):
+            s, size = blocks[(first - side) * {rows} :], min({width}, end - first)
+            for r in range({m}):
                 for j in range(size):
-                    largest[r * lanes + first + j] = s[({peaks} + r) * {width} + j]
+                    s[r * {width} + j] = state[r * lanes + first + j]
+            for r in range({given}):
+                for j in range(size):
+                    s[({before} + r) * {width} + j] = given[r * lanes + first + j]
+        while all_steps and i + {steps_at_once} <= n:
+            for first in range(0, beyond - side, {width}):
+                _history_{K}(blocks[first * {rows} :], rows[first:], {F}, i)
+            for r in range(3 * {steps_at_once}):
+                place, at = (3 * (i + 1) + r) * lanes + side, (BLOCKS * {rows} + r * BLOCKS) * {width}
+                _store(values, min(max(place, 0), FAR), blocks, min(max(at, 0), FAR), beyond - side)
+            i += {steps_at_once}
+        then = i
+        for first in range(side, beyond, {width}):
+            s, size, i = blocks[(first - side) * {rows} :], min({width}, end - first), then
+            while i < n:
+                steps, at = min(stride - i % stride, n - i), 3 * lanes * (i // stride + 1) + first
+                if loads.size > 0:
+                    for k in range(i, i + steps):
+                        for r in range({K}):
+                            place = min(max((r * steps_loaded + k) * lanes + first, 0), FAR)
+                            for j in range(size):
+                                s[({own} + r) * {width} + j] = loads[place + j]
+                        _own_loads_{K}(s)
+                elif largest.size > 0:
+                    _peaks_{K}(s, {F}, i, steps)
+                else:
+                    _final_{K}(s, {F}, i, steps)
+                i += steps
+                if values.size > 0 and i % stride == 0:
+{takes}
+            for r in range({m}):
+                for j in range(size):
+                    state[r * lanes + first + j] = s[r * {width} + j]
+            if largest.size > 0:
+                for r in range(3):
+                    for j in range(size):
+                        largest[r * lanes + first + j] = s[({peaks} + r) * {width} + j]
 
 
 @_compile
 def run_{K}(C, x, {F}, out):
     """March one lane n steps: C ({given},), {F} (n,); out (n, 3): u, v, a of each step.
 
-    Two steps are computed at once, the first with D and the second with E = (1 + D)^2 - 1: neither waits for the other.
+    What a number of x changes by is added to its own share of the step: no sum waits for a longer chain of others.
     """
     {coefficients} = C
-{squares}
-    {x}, n = {at_x}, out.shape[0]
-    for i in range(0, n - 1, 2):
-{two}
-    if n % 2:
-        i = n - 1
+    {x} = {at_x}
+    for i in range(out.shape[0]):
+        {f} = {f_at_i}
 {one}
     {at_x} = {x}
 '''
@@ -262,7 +308,8 @@ FILTER_HEADER = '''"""Peaks of oscillators from rest under one load, linear betw
 
 Each lane has its filter, from `transfer` of a scheme's module. The outer loop is over steps, the inner one over a block
 of {whole} lanes, in two halves so that one is computed while the other waits for results. The numbers at the end of a
-function's name are the filter's order and how many of u, h*v, h^2*a are followed.
+function's name are the filter's order and how many of u, v, a are followed. For a there is one row more than `transfer`
+has, the factor of q, which is 0 for the relative acceleration and not for the absolute one.
 """
 
 import numpy as np
@@ -297,7 +344,7 @@ def _filter_{d}_{followed}(s, f):
 
 @_compile
 def peaks_{d}_{followed}(T, f, peak, begin, end):
-    """Peaks ({followed}, P) of the lanes from begin to end; T (rows, P): from `transfer`; f (n + 1,), f[0] = 0."""
+    """Peaks ({followed}, P) of the lanes from begin to end; T: rows of `transfer`; f (n + 1,), f[0] = 0."""
     room = np.empty({rows} * {whole} + 8)
     s = room[-(room.ctypes.data >> 3) & 7 :]  # from the start of a cache line
     for first in range(begin, end, {whole}):
