@@ -30,11 +30,11 @@ _CALLS = {
 # names that functions of a scheme's module use, where its parameters are in scope
 _SCHEME_MODULE = {
     *("det", "q", "w", "given", "out", "i", "k", "n", "x", "y", "z", "den", "den_o", "increment", "load"),
-    *("outputs", "outputs_load", "Omega", "xi", "math", "cmath", "np", "half", "leading", "s", "j", "r", "first"),
+    *("outputs", "outputs_load", "Omega", "xi", "math", "np", "half", "leading", "s", "j", "r", "first"),
     *("radius", "damping", "period", "rest", "count", "kept", "growth", "shift", "angle", "root", "third"),
     *("less", "modulus2", "discriminant", "square", "scale", "opposite", "found", "njit", "size", "whole"),
     *("P", "S", "den_", "total", "product", "real", "split", "inverse", "bits", "cosine"),
-    *("better", "near_damping", "near_period"),
+    *("better", "near", "near_damping", "near_period", "second", "swap", "largest", "other"),
 }
 # names that functions of the module of a scheme on a scene use
 _SCENE_STEP = {

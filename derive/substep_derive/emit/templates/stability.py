@@ -92,7 +92,7 @@ def _errors_near_zero({arguments}, s, damping, period):
     for i in range(period.size):
         s[{re}, i], s[{im}, i] = _distance_from_exact({arguments_i}, s[0, i], s[1, i], s[2, i], {kept_i})
     for i in range(period.size):
-        better, near_damping, near_period = _errors_of_distance(Omega[i], xi[i], s[{first}, i], s[{re}, i], s[{im}, i])
+        better, near_damping, near_period = _errors_of_distance(Omega[i], xi[i], s[3, i], s[{re}, i], s[{im}, i])
         better = better and Omega[i] < {small_Omega}
         damping[i], period[i] = near_damping if better else damping[i], near_period if better else period[i]
         count += better
