@@ -119,10 +119,10 @@ def companion(c: list[Any]) -> Any:
 
 
 # scheme, and backward differences: of u for v, of v for a (for second_differences none: a = 2 u1 - 5 u0 + ... = q p u)
-PLAIN: list[tuple[Scheme, tuple[int, int]]] = [(multistep(*k), k) for k in ((2, 2), (3, 3), (4, 4), (2, 3))]
+PLAIN = [*((multistep(*k), k) for k in ((2, 2), (3, 3), (4, 4), (2, 3))), (with_second_differences(), (4, 0))]
 
 
-@pytest.mark.parametrize(("scheme", "orders"), [*PLAIN, (with_second_differences(), (4, 0))], ids=lambda x: getattr(x, "name", ""))
+@pytest.mark.parametrize(("scheme", "orders"), PLAIN, ids=lambda x: getattr(x, "name", ""))
 def test_eigenvalues_of_own_schemes(scheme: Scheme, orders: tuple[int, int]) -> None:
     """Radius, damping and period error from a polynomial made by hand, at all sizes and dampings."""
     module = uncompiled(own_module(scheme))
