@@ -139,7 +139,7 @@ def _block(h, EA, L, m, state, bound, first, n, stride, out, peak, n_done, statu
         c6[j] = (1/8)*EA_[j]/L_[j]**3
     for lane in range(h.size):
         status[lane], n_done[lane] = COMPLETED, n[lane]
-        running[begin + lane] = np.nan  # size of a correction not yet made; 0.0 for a lane that has stopped
+        running[begin + lane] = np.inf  # iterations taken, known at their end; 0.0 for a lane that has stopped
     last, ends = n.max(), first
     for i in range(first, last):
         if i == ends:

@@ -39,9 +39,9 @@ _SCHEME_MODULE = {
 # names that functions of the module of a scheme on a scene use
 _SCENE_STEP = {
     *("h", "i", "j", "n", "u", "v", "a", "np", "njit", "lane", "first", "last", "state", "forces", "start_forces"),
-    *("bound", "stride", "out", "row", "iterations", "count", "peak", "n_done", "status", "done", "energy", "total"),
-    *("tolerance", "one_over_det", "largest", "rows", "begin", "end", "ends", "running", "seen", "size", "counted"),
-    *("going", "good", "top", "old", "new", "left", "stopped", "now", "r"),
+    *("bound", "stride", "out", "row", "iterations", "newton", "count", "peak", "n_done", "status", "done", "energy"),
+    *("tolerance", "one_over_det", "largest", "rows", "begin", "end", "ends", "running", "seen", "before"),
+    *("going", "good", "top", "old", "new", "left", "stopped", "now", "total", "near", "taken", "most"),
     *("COMPLETED", "NEWTON_FAILED", "NON_FINITE", "ENERGY_BOUND", "WIDTH"),
 }
 _SCENE_MODULE = {"np", "displacement", "velocity", "t", "f", "value"}
@@ -52,7 +52,9 @@ _FUNCTIONS = {  # of generated modules
 # a letter with digits and underscores, as in x1, N01_ or k1_2
 _SCHEME_FORMS = re.compile(r"[A-Za-z][\d_]+")
 # components of vectors, constants, what is numbered; one that ends in an underscore may be a row of a block
-_SCENE_STEP_FORMS = re.compile(r"[uvar]_.+|([cx]|near_|residual_|change_|jacobian_|K0_|f_)\d[\d_]*|.+_")
+_SCENE_STEP_FORMS = re.compile(
+    r"[uvar]_.+|([cx]|near_|taken_|sum_|most_|residual_|change_|jacobian_|K0_|f_)\d[\d_]*|.+_"
+)
 _SCENE_FORMS = re.compile(r"(x|value_)\d+")
 
 

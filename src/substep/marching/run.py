@@ -49,7 +49,9 @@ def march(
     bound = math.inf if energy_bound is None else real_number("energy_bound", energy_bound)
     if scene.info.oscillator:
         return _oscillator_response(scene, scheme, dt, n, bound, stride)
-    lanes = march_lanes(scene, scheme, np.array([dt]), np.array([n]), bound=bound, stride=stride, history=True)
+    lanes = march_lanes(
+        scene, scheme, np.array([dt]), np.array([n]), bound=bound, stride=stride, history=True, counts=True
+    )
     n_done = int(lanes.n_done[0])
     rows = lanes.out[0, : n_done // stride + 1]
     iterations = lanes.iterations[0, :n_done]

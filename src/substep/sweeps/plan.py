@@ -166,14 +166,13 @@ class Plan:
         return tuple(reversed(piece))
 
     def _bytes_of_a_lane(self, n: int) -> float:
-        """Memory in bytes that a run takes: its rows, a copy of them to compute results from, counts and loads."""
+        """Memory in bytes that a run takes: its rows, a copy of them to compute results from, and loads."""
         d, scheme = len(self.scene_of_one.coordinates), self.scheme_of_all
         whole = self.bound < math.inf or (self.keep == "peak" and not self.oscillator)
         rows = n + 1 if whole else {"final": 2, "peak": 0, "history": self.rows}[self.keep]
-        counts = 0 if self.oscillator else n * scheme.balances
         own_load = any(axis.owner == "scheme" for axis in self.axes) or not self.oscillator
         loads = 2 * n * scheme.info.loads if self.load is not None and own_load else 0
-        return 8.0 * (rows * (6 * d + 2) + counts + loads + 50)
+        return 8.0 * (rows * (6 * d + 2) + loads + 50)
 
     def chunks(self, piece: tuple[int, ...]) -> list[Chunk]:
         """All chunks of that shape, in C order."""
