@@ -58,7 +58,8 @@ def at_rest(omegas: Array, xi: float, load: ss.Record) -> Oscillators:
     """One oscillator a lane, stepping as the record does."""
     start = np.zeros((3, len(omegas)))
     start[2] = load.samples[0]
-    return Oscillators(omegas, np.full(len(omegas), xi), np.full(len(omegas), load.dt), start)
+    xis, masses, dt = (np.full(len(omegas), x) for x in (xi, 1.0, load.dt))
+    return Oscillators(omegas, xis, masses, dt, start)
 
 
 def oscillator(omega: float, xi: float, load: ss.Record | None, u0: float = 0.0) -> ss.Scene:

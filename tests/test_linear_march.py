@@ -58,7 +58,7 @@ def oscillators(seed: int, *, dt: float | None = None, consistent: bool = True) 
     omega, damping, u, v = rng.uniform(1, 30, P), rng.uniform(0, 0.3, P), rng.normal(size=P), rng.normal(size=P)
     a = -(omega**2) * u - 2 * damping * omega * v if consistent else rng.normal(size=P)
     step = np.full(P, dt) if dt else rng.uniform(0.5 * DT, DT, P)
-    return Oscillators(omega, damping, step, np.stack([u, v, a]))
+    return Oscillators(omega, damping, rng.uniform(0.5, 2, P), step, np.stack([u, v, a]))
 
 
 def test_every_shape_is_committed_and_named() -> None:

@@ -13,6 +13,7 @@ from .emit.printing import fill
 from .emit.scene_module import scene_entry, scene_module, scenes_index
 from .emit.scene_step_module import scene_step_module
 from .emit.scheme_module import scheme_module
+from .emit.templates.loads import LOADS
 from .emit.templates.scheme import BANNER
 from .kernels.march_shape import shape_name
 from .kernels.scene_step import SceneStep
@@ -33,6 +34,7 @@ def package(schemes: Iterable[Scheme], scenes: Iterable[Scene]) -> dict[str, str
         "index": index_module(k.form for k in kernels.values()),
         "scenes": scenes_index(motions.values()),
         "linear_filter": _with_banner(filter_module()),
+        "loads": _with_banner(LOADS),
         **{shape_name(shape): _with_banner(march_module(shape)) for shape in shapes},
         **{name: _scheme(k) for name, k in kernels.items() if k.scheme.parent is None},
         **{f"scene_{name}": scene_module(motion) for name, motion in motions.items()},

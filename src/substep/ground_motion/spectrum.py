@@ -136,7 +136,7 @@ def _peaks(s: Scheme, omega: Array, xi: Array, load: Record) -> tuple[Array, Arr
 def _at_rest(omega: Array, xi: Array, load: Record) -> Oscillators:
     start = np.zeros((3, len(omega)))
     start[2] = load.samples[0]
-    return Oscillators(omega, xi, np.full(len(omega), load.dt), start)
+    return Oscillators(omega, xi, np.ones(len(omega)), np.full(len(omega), load.dt), start)
 
 
 def _by_filter(s: Scheme, omega: Array, xi: Array, load: Record) -> Array | None:
