@@ -20,6 +20,7 @@ from substep_derive.package import catalogue_pair
 from sympy import symbols
 
 import substep as ss
+from substep.core import threads
 from substep.core.loads import LoadLanes, values_at
 from substep.marching import linear, run, scene_lanes
 from substep.marching.linear import march_linear
@@ -210,20 +211,21 @@ def test_ranges_of_steps_end_where_a_row_is_or_have_none() -> None:
         assert rows == [k for k in range(first + 1, n + 1) if k % stride == 0]
 
 
-def test_a_load_of_ones_own_is_evaluated_by_one_thread() -> None:
+def test_a_load_of_ones_own_is_evaluated_once_and_by_one_thread(monkeypatch: pytest.MonkeyPatch) -> None:
     """Also where lanes take it at different instants."""
-    seen: set[int] = set()
+    monkeypatch.setattr(threads, "WORTH_THREADS", 0)
+    monkeypatch.setattr(threads, "cores", lambda: 2)
+    seen: list[tuple[int, int]] = []
 
     def load(t: Array) -> Array:
-        seen.add(threading.get_ident())
+        seen.append((threading.get_ident(), len(t)))
         return np.cos(3.0 * t)
 
-    o, s = oscillators(4, consistent=True), ss.scheme("newmark_bdf2", gamma_t=np.linspace(0.2, 0.6, P))
-    many = Oscillators(*(np.tile(x, 20) for x in o))
-    found = march_linear(ss.scheme("newmark_bdf2", gamma_t=np.tile(s.parameters["gamma_t"], 20)), many, 200, load)
-    known = march_linear(s, o, 200, ss.Harmonic(1.0, 3.0, np.pi / 2))
-    assert agree(found.out[..., :P], known.out)
-    assert seen == {threading.get_ident()}
+    o, s, n = oscillators(4, consistent=True), ss.scheme("newmark_bdf2", gamma_t=np.linspace(0.2, 0.6, P)), 300
+    found = march_linear(s, o, n, load)
+    assert agree(found.out, march_linear(s, o, n, ss.Harmonic(1.0, 3.0, np.pi / 2)).out)
+    assert {thread for thread, _ in seen} == {threading.get_ident()}
+    assert [times for _, times in seen if times > 1] == [n] * s.info.loads
 
 
 @pytest.mark.parametrize("whole", [2, 3, 7])
@@ -231,7 +233,7 @@ def test_a_load_of_ones_own_is_evaluated_by_one_thread() -> None:
 def test_several_steps_from_sample_to_sample(scheme: str, whole: int) -> None:
     """Then the load is linear within each step; to take it at the scheme's own instants is the other way."""
     record, s, o = ss.Record(whole * DT, RNG.normal(size=8)), ss.scheme(scheme), oscillators(6, consistent=False)
-    for n in (7 * whole - 3, 7 * whole, 7 * whole + 4):
+    for n in (5, 7 * whole - 3, 7 * whole, 7 * whole + 4):  # the record has more samples than steps, or fewer, or ends
         assert agree(march_linear(s, o, n, record).out, march_linear(s, o, n, record.__call__).out)
 
 

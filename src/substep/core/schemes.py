@@ -151,7 +151,9 @@ class Scheme:
         return scheme(name, **parameters) if name else scheme(declared.start_scheme)
 
     def lane(self, j: int) -> "Scheme":
-        """The scheme with the parameters of lane j, where they are arrays (P,)."""
+        """The scheme with the parameters of lane j, where they are arrays (P,); itself where none are."""
+        if not any(x.ndim for x in self.parameters.values()):
+            return self
         parameters, given = ({k: x[j] if x.ndim else x for k, x in d.items()} for d in (self.parameters, self.given))
         return replace(self, parameters=parameters, given=given)
 

@@ -113,10 +113,9 @@ def _prepared(scheme: Scheme, o: Oscillators, n: int, load: Load | None) -> _Run
     module, Omega, stencil = scheme.kernels, o.omega * o.dt, scheme.stencil()
     state, head, first = _started(scheme, o, Omega, n, load)
     excess = _excess(o, Omega, state, load) if module.CARRIER else np.zeros(len(Omega))
-    samples = _samples(scheme, load, o.dt, n) if stencil.ndim == 1 and not excess.any() else None
-    if samples is not None:
-        C, ends = _coefficients(scheme, Omega, o, stencil), (samples[:-1, None], samples[1:, None])
-        loads = StepLoads(load, np.array([0.0, 1.0]), o.dt, 2, excess, ends)
+    if stencil.ndim == 1 and not excess.any() and _linear_within_steps(scheme, load, o.dt, n):
+        C = _coefficients(scheme, Omega, o, stencil)
+        loads = StepLoads(load, np.array([0.0, 1.0]), o.dt, 2, excess, _samples(load, o.dt, n))
     else:
         C = _coefficients(scheme, Omega, o)
         loads = StepLoads(load, stencil, o.dt, module.LOADS, excess * o.mass / o.dt**2)
@@ -207,23 +206,26 @@ def _excess(o: Oscillators, Omega: Array, state: Array, load: Load | None) -> Ar
     return np.where(np.abs(excess) <= 1e-15 * np.abs(terms).sum(axis=0), 0.0, excess)
 
 
-def _samples(scheme: Scheme, load: Load | None, dt: Array, n: int) -> Array | None:
-    """The load at the n + 1 ends of steps, if it is linear within each step and taken only there; None if not.
+def _linear_within_steps(scheme: Scheme, load: Load | None, dt: Array, n: int) -> bool:
+    """Whether the load is linear within each step and taken only there, so that its values at the ends determine it.
 
     So it is for a record with a whole number of steps from sample to sample, and a scheme that takes the load within
-    its step. A record with a sample at each step is not copied.
+    its step.
     """
     if not isinstance(load, Record) or not (dt == dt[0]).all() or not coefficients.loaded_within(scheme):
-        return None
-    values, whole = load.samples, round(load.dt / dt[0])
+        return False
+    whole = round(load.dt / dt[0])
     if abs(load.dt - whole * dt[0]) * n > 1e-9 * load.dt:  # what a record takes for rounding
+        return False
+    jumps = (len(load.samples) - 1) * whole < n  # to 0 after the last sample
+    return not jumps or bool(np.isin(scheme.stencil(), (0.0, 1.0)).all())
+
+
+def _samples(load: Load | None, dt: Array, n: int) -> tuple[Array, Array] | None:
+    """Those of a record with a sample at each step, at the start and at the end of the steps, without a copy."""
+    if not isinstance(load, Record) or load.dt != dt[0] or len(load.samples) <= n:
         return None
-    jumps = (len(values) - 1) * whole < n  # to 0 after the last sample
-    if jumps and not np.isin(scheme.stencil(), (0.0, 1.0)).all():
-        return None
-    if whole > 1:
-        return load(np.arange(n + 1) * dt[0])
-    return values[: n + 1] if len(values) > n else np.concatenate([values, np.zeros(n + 1 - len(values))])
+    return load.samples[:n, None], load.samples[1 : n + 1, None]
 
 
 def _in_blocks(scheme: Scheme, o: Oscillators, n: int, load: Load | None, stride: int, lanes: LinearLanes) -> Array:
