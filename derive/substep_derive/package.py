@@ -13,6 +13,7 @@ from .emit.printing import fill
 from .emit.scene_module import scene_entry, scene_module, scenes_index
 from .emit.scene_step_module import scene_step_module
 from .emit.scheme_module import scheme_module
+from .emit.stamp import stamped
 from .emit.templates.scheme import BANNER
 from .kernels.march_shape import shape_name
 from .kernels.scene_step import SceneStep
@@ -24,7 +25,7 @@ COMMITTED = "elastic_pendulum"  # the scene on which every scheme's march is com
 
 
 def package(schemes: Iterable[Scheme], scenes: Iterable[Scene]) -> dict[str, str]:
-    """File name -> text of everything in generated/substep_kernels/."""
+    """File name -> text of everything in generated/substep_kernels/, its stamp included."""
     motions = {scene.name: EquationsOfMotion(scene) for scene in scenes}
     kernels = {scheme.name: SchemeKernels.of(scheme) for scheme in schemes}
     shapes = sorted({k.form.shape for k in kernels.values()})
@@ -41,7 +42,7 @@ def package(schemes: Iterable[Scheme], scenes: Iterable[Scene]) -> dict[str, str
         on = motions[COMMITTED]
         texts |= {f"{name}__{COMMITTED}": _scene_step(k.scheme, on, k.systems) for name, k in kernels.items()}
     modules = {f"{name}.py": text for name, text in texts.items()}
-    return {**modules, "operations.md": operations_table(modules)}
+    return stamped({**modules, "operations.md": operations_table(modules)})
 
 
 def catalogue_pair(scheme: Scheme, motion: EquationsOfMotion) -> str:
