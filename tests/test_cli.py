@@ -102,6 +102,8 @@ def test_reproduce_draws_every_panel_and_writes_its_numbers(tmp_path: Path, monk
         monkeypatch.setattr(reproduction, "cores", lambda: 1)  # nothing is compiled ahead
     result = runner.invoke(app, ["reproduce", "--folder", str(tmp_path)])
     assert result.exit_code == 0, result.output
+    assert "min of work, the first time" in result.output
+    assert all(f"{stage}: done after" in result.output for stage in ("drawing", "judging"))  # as many as announced
     for number in range(1, 6):
         for suffix in ("png", "svg"):
             assert (tmp_path / f"figure_4_{number}.{suffix}").stat().st_size > 10_000
