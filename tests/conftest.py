@@ -13,6 +13,17 @@ settings.register_profile("search", deadline=None, print_blob=True)
 settings.load_profile("search" if os.environ.get("SUBSTEP_VERIFY") else "gate")
 
 
+def pytest_sessionstart(session: pytest.Session) -> None:
+    """Compile the committed kernels before the workers of a whole run begin, once for all of them."""
+    config = session.config
+    whole = config.args_source is pytest.Config.ArgsSource.TESTPATHS and not config.option.keyword
+    if whole and not (hasattr(config, "workerinput") or config.option.collectonly):
+        from compiled_ahead import compile_catalogue
+
+        config.get_terminal_writer().line("kernels of every scheme are compiled, or read from numba's cache")
+        compile_catalogue()
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Run long tests first: one begun last would keep a worker busy while the others are idle."""
     items.sort(key=lambda item: item.get_closest_marker("long") is None)

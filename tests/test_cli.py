@@ -83,11 +83,19 @@ def test_kernels_compiled_ahead_are_those_that_jobs_march(monkeypatch: pytest.Mo
     """Compilation ahead of all jobs, which happens only on several cores."""
     marched: list[str] = []
     monkeypatch.setattr(reproduction, "march", lambda scene, *_: marched.append(scene.name))
-    reproduction._compile("newmark_bdf2")
+    reproduction._compile(["newmark_bdf2"])
     assert set(marched) == {case.make().name for case in (*reproduction.CASES, *failures.CASES)}
     marched.clear()
-    reproduction._compile("bathe")  # not in the quick battery
+    reproduction._compile(["bathe"])  # not in the quick battery
     assert set(marched) == {case.make().name for case in reproduction.CASES}
+
+
+def test_no_module_is_compiled_by_two_processes() -> None:
+    groups = reproduction.sharing()
+    modules = [{ss.scheme(name).kernels.__name__ for name in names} for names in groups]
+    assert all(len(found) == 1 for found in modules)
+    assert len(set.union(*modules)) == len(groups)
+    assert sorted(name for names in groups for name in names) == sorted(ss.schemes())
 
 
 @pytest.mark.long

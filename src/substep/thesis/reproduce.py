@@ -1,7 +1,7 @@
 """`substep reproduce`: the thesis's figures, the other charts, tables and the ledger, with all numbers behind them."""
 
 import csv
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import astuple, dataclass, fields
@@ -124,15 +124,24 @@ def _draw(folder: Path, full: bool, i: int) -> None:
     jobs(full)[i](folder)
 
 
-def _compile(name: str) -> None:
-    """Compile the scheme's kernels into numba's cache, in a process of its own, since numba compiles on one core."""
-    s = scheme(name)
-    s.stability(1.0)
-    models = [case.make() for case in CASES]
-    if name in failures.outcomes.QUICK:
-        models += [case.make() for case in failures.table.CASES]
-    for model in models:
-        march(model, s, 1e-4, 2e-4)
+def _compile(names: Sequence[str]) -> None:
+    """Compile kernels of schemes into numba's cache, in a process of its own, since numba compiles on one core."""
+    for name in names:
+        s = scheme(name)
+        s.stability(1.0)
+        models = [case.make() for case in CASES]
+        if name in failures.outcomes.QUICK:
+            models += [case.make() for case in failures.table.CASES]
+        for model in models:
+            march(model, s, 1e-4, 2e-4)
+
+
+def sharing() -> list[list[str]]:
+    """Names of schemes, those that share a module together, so that no two processes compile it; the most first."""
+    found: dict[object, list[str]] = {}
+    for name in schemes():
+        found.setdefault(scheme(name).info.module, []).append(name)
+    return sorted(found.values(), key=len, reverse=True)
 
 
 @contextmanager
@@ -159,9 +168,9 @@ class Stage:
 
 def stages(full: bool = False) -> tuple[Stage, ...]:
     """What `reproduce` does, in the order in which it begins; the seconds are those of a first run on two cores."""
-    ahead = len(schemes()) if cores() > 1 else 0
+    ahead = len(sharing()) if cores() > 1 else 0
     return (
-        Stage("compiling", ahead, 5.0),
+        Stage("compiling", ahead, 6.0),
         Stage("drawing", len(jobs(full)), 1.3),
         Stage("where methods fail", failures.count(), 1.5),
         Stage("judging", len(claims.CLAIMS), 0.5),
@@ -183,7 +192,7 @@ def reproduce(folder: Path, step: Callable[[str], object], *, full: bool = False
     numbers = range(len(jobs(full)))
     with _workers() as each:
         first = each(partial(_draw, folder, full), numbers[:1])  # a figure to look at while the others wait
-        compiled = each(_compile, schemes() if each is not map else ())
+        compiled = each(_compile, sharing() if each is not map else [])
         waited("drawing", first)
         waited("compiling", compiled)
         drawn = each(partial(_draw, folder, full), numbers[1:])
