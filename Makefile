@@ -3,12 +3,21 @@
 PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/.ready
+TOOLS := .venv/.tools
+PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 export PYTHONHASHSEED = 0
 
 all: derive reproduce
 
+# what `make` needs; SciPy's solvers are drawn beside the schemes
 $(READY): pyproject.toml
-	$(PYTHON) -m venv .venv && $(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev]' && $(BIN)/pyright --version && touch $(READY)
+	@echo "installing: the package and what it imports, into .venv"
+	@$(PYTHON) -m venv .venv && $(PIP) -e '.[solvers]' && touch $(READY)
+
+# what tests, lint, notebooks and benchmarks need besides
+$(TOOLS): $(READY)
+	@echo "installing: the tools of the tests, into .venv"
+	@$(PIP) -e '.[dev]' && $(BIN)/pyright --version && touch $(TOOLS)
 
 install: $(READY)
 
@@ -21,7 +30,7 @@ derive-check: $(READY)
 reproduce: $(READY)
 	$(BIN)/substep reproduce
 
-lint: $(READY)
+lint: $(TOOLS)
 	$(BIN)/lint-imports --no-logo
 	$(BIN)/ruff check . && $(BIN)/ruff format --check .
 	$(BIN)/pyright
@@ -29,13 +38,13 @@ lint: $(READY)
 test: lint
 	$(BIN)/pytest
 
-verify: $(READY)
+verify: $(TOOLS)
 	SUBSTEP_VERIFY=1 $(BIN)/pytest
 
-notebooks: $(READY)
+notebooks: $(TOOLS)
 	$(BIN)/jupytext --to ipynb --execute notebooks/*.py
 
-bench: $(READY)
+bench: $(TOOLS)
 	$(BIN)/python -m benchmarks
 
 clean:

@@ -9,6 +9,7 @@ from rich.console import Console
 
 from . import (
     jobs_accuracy,
+    jobs_calls,
     jobs_cores,
     jobs_pendulum,
     jobs_schemes,
@@ -26,6 +27,7 @@ JOBS = (
     jobs_spectrum,
     jobs_single,
     jobs_pendulum,
+    jobs_calls,
     jobs_cores,
     jobs_accuracy,
     jobs_schemes,

@@ -68,6 +68,14 @@ def job(quick: bool, full: bool = False) -> Job:
     return found
 
 
+def first_call(before: str, call: str, repeats: int) -> list[float]:
+    """CPU seconds of a call, after the lines `before`, each time in a new process whose caches are filled."""
+    timed = f"{before}\nimport time; began = time.process_time()\n{call}\nprint(time.process_time() - began)"
+    command = [sys.executable, "-c", timed]
+    runs = [subprocess.run(command, capture_output=True, text=True, check=True) for _ in range(repeats + 1)]
+    return [float(run.stdout) for run in runs[1:]]  # the first may have filled them
+
+
 def _cold(code: str) -> float:
     """Wall-clock seconds of a process whose caches are empty."""
     with tempfile.TemporaryDirectory() as folder:

@@ -7,6 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import substep as ss
+from substep.core.errors import real_array
+from substep.core.scenes import checked_parameters, make_scene, scene_info
 from substep.exact.oscillator import exact_peaks
 from substep.marching.linear import march_linear
 from substep.marching.oscillators import Oscillators
@@ -58,12 +60,19 @@ def at_rest(omegas: Array, xi: float, load: ss.Record) -> Oscillators:
     """One oscillator a lane, stepping as the record does."""
     start = np.zeros((3, len(omegas)))
     start[2] = load.samples[0]
-    return Oscillators(omegas, np.full(len(omegas), xi), np.full(len(omegas), load.dt), start)
+    xis, masses, dt = (np.full(len(omegas), x) for x in (xi, 1.0, load.dt))
+    return Oscillators(omegas, xis, masses, dt, start)
 
 
 def oscillator(omega: float, xi: float, load: ss.Record | None, u0: float = 0.0) -> ss.Scene:
     """One oscillator, from u0 at rest."""
     return ss.scene("linear_oscillator", omega=omega, xi=xi, u0=u0, v0=0.0, load=load)
+
+
+def scene_of_lanes(name: str, **parameters: Array) -> ss.Scene:
+    """A scene whose parameters are arrays, one value a lane, as a sweep makes it."""
+    info = scene_info(name, {})
+    return make_scene(info, checked_parameters(info, parameters, real_array), a0=None, load=None)
 
 
 def single_run(name: str, scene: ss.Scene, dt: float, n: int) -> tuple[Array, Array, Array]:

@@ -70,7 +70,7 @@ def _number(goal: Goal, value: float | None) -> str:
         return "-"
     if goal.unit == "":
         return f"{value:.1e}"
-    return f"{value:.2f} s" if goal.unit == "s" else f"{value:.3g} x"
+    return time_text(value) if goal.unit == "s" else f"{value:.3g} x"
 
 
 def _verdict(goal: Goal) -> str:

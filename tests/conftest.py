@@ -5,12 +5,25 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
 
-# every run of the gate draws the same examples; `make verify` searches for new ones
-settings.register_profile("gate", derandomize=True, deadline=None)
-settings.register_profile("search", deadline=None, print_blob=True)
+# every run of the gate draws the same examples; `make verify` searches for new ones. The first draw of a process looks
+# for constants in all modules of the project, and so takes long on a busy machine
+COMMON = {"deadline": None, "suppress_health_check": [HealthCheck.too_slow]}
+settings.register_profile("gate", derandomize=True, **COMMON)
+settings.register_profile("search", print_blob=True, **COMMON)
 settings.load_profile("search" if os.environ.get("SUBSTEP_VERIFY") else "gate")
+
+
+def pytest_sessionstart(session: pytest.Session) -> None:
+    """Compile the committed kernels before the workers of a whole run begin, once for all of them."""
+    config = session.config
+    whole = config.args_source is pytest.Config.ArgsSource.TESTPATHS and not config.option.keyword
+    if whole and not (hasattr(config, "workerinput") or config.option.collectonly):
+        from compiled_ahead import compile_catalogue
+
+        config.get_terminal_writer().line("kernels of every scheme are compiled, or read from numba's cache")
+        compile_catalogue()
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -10,11 +10,11 @@ from typing import Any
 from declared import BY_NAME
 from substep_derive.declare.digest import scene_digest, scheme_digest
 from substep_derive.declare.scenes import ALL
+from substep_derive.emit.stamp import generator_version
 from substep_derive.motion.equations import EquationsOfMotion
 from substep_derive.package import catalogue_pair
 
 import substep as ss
-from substep.derived.module_cache import generator_version
 
 PRINTED = Path(__file__).parents[1] / ".pytest_cache" / "pairs"
 SCENE_BY_NAME = {scene.name: scene for scene in ALL}

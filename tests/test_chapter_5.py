@@ -179,7 +179,7 @@ def test_end_values(tmp_path: Path) -> None:
 
 @pytest.fixture(scope="module")
 def ledger() -> dict[str, tuple[str, str]]:
-    return {claim.id: claim.judge() for claim in judges.CLAIMS}
+    return {claim.id: claim.judge() for claim in judges.CLAIMS if claim.judge}
 
 
 def test_all_claims_are_judged_with_numbers(ledger: dict[str, tuple[str, str]]) -> None:

@@ -83,11 +83,19 @@ def test_kernels_compiled_ahead_are_those_that_jobs_march(monkeypatch: pytest.Mo
     """Compilation ahead of all jobs, which happens only on several cores."""
     marched: list[str] = []
     monkeypatch.setattr(reproduction, "march", lambda scene, *_: marched.append(scene.name))
-    reproduction._compile("newmark_bdf2")
+    reproduction._compile(["newmark_bdf2"])
     assert set(marched) == {case.make().name for case in (*reproduction.CASES, *failures.CASES)}
     marched.clear()
-    reproduction._compile("bathe")  # not in the quick battery
+    reproduction._compile(["bathe"])  # not in the quick battery
     assert set(marched) == {case.make().name for case in reproduction.CASES}
+
+
+def test_no_module_is_compiled_by_two_processes() -> None:
+    groups = reproduction.sharing()
+    modules = [{ss.scheme(name).kernels.__name__ for name in names} for names in groups]
+    assert all(len(found) == 1 for found in modules)
+    assert len(set.union(*modules)) == len(groups)
+    assert sorted(name for names in groups for name in names) == sorted(ss.schemes())
 
 
 @pytest.mark.long
@@ -102,6 +110,8 @@ def test_reproduce_draws_every_panel_and_writes_its_numbers(tmp_path: Path, monk
         monkeypatch.setattr(reproduction, "cores", lambda: 1)  # nothing is compiled ahead
     result = runner.invoke(app, ["reproduce", "--folder", str(tmp_path)])
     assert result.exit_code == 0, result.output
+    assert "min of work, the first time" in result.output
+    assert all(f"{stage}: done after" in result.output for stage in ("drawing", "judging"))  # as many as announced
     for number in range(1, 6):
         for suffix in ("png", "svg"):
             assert (tmp_path / f"figure_4_{number}.{suffix}").stat().st_size > 10_000

@@ -11,6 +11,7 @@ from substep_derive import __main__ as command
 from substep_derive.__main__ import GENERATED
 from substep_derive.declare.scenes import ALL as SCENES
 from substep_derive.declare.schemes import ALL
+from substep_derive.emit import stamp
 from substep_derive.emit.operations import function_costs
 from substep_derive.emit.printing import fill
 
@@ -78,6 +79,7 @@ def test_deriving_writes_what_differs_and_removes_what_is_stale(
     assert command.differences(tampered, command.package(ALL, SCENES)) == []
     after = {path.name: path.stat().st_mtime_ns for path in tampered.glob("*.*")}
     assert {name for name in after if after[name] != before.get(name)} == {"bathe.py", "newmark.py", "operations.md"}
+    assert command.up_to_date(tampered)
 
 
 @pytest.mark.usefixtures("derived")
@@ -86,12 +88,75 @@ def test_checking_what_is_in_order_says_so(monkeypatch: pytest.MonkeyPatch) -> N
     assert command.main() == 0
 
 
+@pytest.fixture
+def nothing_is_derived(monkeypatch: pytest.MonkeyPatch) -> None:
+    def derive(*_: object) -> dict[str, str]:
+        raise AssertionError("derived, although the stamp matches")
+
+    monkeypatch.setattr(command, "package", derive)
+    monkeypatch.setattr(sys, "argv", ["substep_derive"])
+
+
+@pytest.mark.usefixtures("nothing_is_derived")
+def test_what_the_stamp_vouches_for_is_not_derived_again(capsys: pytest.CaptureFixture[str]) -> None:
+    assert command.main() == 0
+    assert "nothing is derived again" in capsys.readouterr().out
+
+
+@pytest.mark.usefixtures("nothing_is_derived")
+def test_a_check_derives_whatever_the_stamp_says(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "argv", ["substep_derive", "--check"])
+    with pytest.raises(AssertionError, match="derived"):
+        command.main()
+
+
+def test_an_edited_missing_or_added_file_breaks_the_stamp(tampered: Path, tmp_path: Path) -> None:
+    assert command.up_to_date(GENERATED)
+    assert not command.up_to_date(tampered)
+    assert not command.up_to_date(tmp_path)
+    for change in ("edited", "missing", "added", "no stamp"):
+        folder = tmp_path / change
+        shutil.copytree(GENERATED, folder, ignore=shutil.ignore_patterns("__pycache__"))
+        assert command.up_to_date(folder)
+        if change == "edited":
+            (folder / "rk4.py").write_text((folder / "rk4.py").read_text().replace("2.0", "3.0", 1))
+        elif change == "added":
+            (folder / "more.py").write_text("")
+        else:
+            (folder / {"missing": "rk4.py", "no stamp": stamp.STAMP}[change]).unlink()
+        assert not command.up_to_date(folder), change
+
+
+def test_the_stamp_depends_on_the_generator_and_on_sympy_but_not_on_the_machine(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sources = tmp_path / "sources"
+    shutil.copytree(stamp.SOURCES, sources, ignore=shutil.ignore_patterns("__pycache__"))
+    monkeypatch.setattr(stamp, "SOURCES", sources)
+    here = stamp.generator_version()
+
+    def elsewhere() -> str:
+        return stamp.generator_version.__wrapped__()
+
+    for path in sources.rglob("*.py"):
+        path.write_bytes(path.read_bytes().replace(b"\n", b"\r\n"))
+    assert elsewhere() == here
+    with monkeypatch.context() as other:
+        other.setattr(stamp, "version", lambda _: "1.14.7")
+        assert elsewhere() == here  # pyproject.toml allows every release of a minor version
+        other.setattr(stamp, "version", lambda _: "1.15.0")
+        assert elsewhere() != here
+    (sources / "emit" / "index.py").rename(sources / "emit" / "other.py")
+    assert elsewhere() != here
+
+
 def test_every_scheme_has_its_module_and_nothing_else_is_there() -> None:
     modules = {f"{scheme.name}.py" for scheme in ALL if scheme.parent is None}
     modules |= {f"{scheme.name}__elastic_pendulum.py" for scheme in ALL}
     modules |= {f"scene_{scene.name}.py" for scene in SCENES}
     modules |= {f"{ss.scheme(scheme.name).kernels.MARCH}.py" for scheme in ALL if scheme.parent is None}
-    fixed = {"__init__.py", "index.py", "scenes.py", "linear_filter.py", "operations.md"}
+    fixed = {"__init__.py", "facts.py", "index.py", "loads.py", "scenes.py", "linear_filter.py"}
+    fixed |= {"operations.md", "stamp.txt"}
     assert {path.name for path in GENERATED.iterdir() if path.is_file()} == modules | fixed
 
 

@@ -61,7 +61,7 @@ def test_a_kernel_holds_what_its_scene_needs(scheme: str, scene: str) -> None:
     assert arguments <= read, "an argument that nothing reads"
     of_scheme = {p.name for p in BY_NAME[scheme].parameters}
     control = CONTROL | ({"forces"} if scene == "linear_oscillator" else set())
-    control |= set() if linear or explicit else {"tolerance", "iterations"}
+    control |= set() if linear or explicit else {"tolerance", "iterations", "newton"}
     assert arguments - of_scheme == {"h"} | SYMBOLS[scene] | control
     if scene != "rigid_pendulum":  # whose force vanishes, and with it what weights the force
         assert of_scheme <= arguments
@@ -110,7 +110,9 @@ def runs(draw: st.DrawFn, scenes: Sequence[str] = tuple(SCENE_BY_NAME)) -> tuple
 
 def ends_with_a_status(scene: ss.Scene, scheme: ss.Scheme, dt: float) -> None:
     n = 12
-    found = scene_lanes.march_lanes(scene, scheme, np.array([dt]), np.array([n]), bound=1e250, history=True)
+    found = scene_lanes.march_lanes(
+        scene, scheme, np.array([dt]), np.array([n]), bound=1e250, history=True, counts=True
+    )
     status, done = STATUSES[found.status[0]], int(found.n_done[0])
     assert 0 <= done <= n
     assert (done == n) == (status == "completed")

@@ -58,7 +58,7 @@ def oscillators(seed: int, *, dt: float | None = None, consistent: bool = True) 
     omega, damping, u, v = rng.uniform(1, 30, P), rng.uniform(0, 0.3, P), rng.normal(size=P), rng.normal(size=P)
     a = -(omega**2) * u - 2 * damping * omega * v if consistent else rng.normal(size=P)
     step = np.full(P, dt) if dt else rng.uniform(0.5 * DT, DT, P)
-    return Oscillators(omega, damping, step, np.stack([u, v, a]))
+    return Oscillators(omega, damping, rng.uniform(0.5, 2, P), step, np.stack([u, v, a]))
 
 
 def test_every_shape_is_committed_and_named() -> None:
@@ -124,8 +124,9 @@ def test_a_history_too_large_for_the_caches_is_the_same(lanes: int, place: int) 
     s, rng = ss.scheme("newmark_bdf2"), np.random.default_rng(7)
     n = 2 + (1 << 20) // (3 * lanes)
     o = Oscillators(
-        rng.uniform(1, 30, lanes), rng.uniform(0, 0.3, lanes), np.full(lanes, DT), rng.normal(size=(3, lanes))
-    )
+        rng.uniform(1, 30, lanes), rng.uniform(0, 0.3, lanes), np.ones(lanes), np.full(lanes, DT),
+        rng.normal(size=(3, lanes)),
+    )  # fmt: skip
     record = ss.Record(DT, rng.normal(size=n + 1))
     room = np.full(3 * lanes * (n + 1) + 16, np.nan)
     first = -(room.ctypes.data // 8) % 8 + place

@@ -123,7 +123,7 @@ def test_the_linear_march(plain_scheme: ss.Scheme) -> None:
     for P in (1, 3):
         omega, xi = np.linspace(1.0, 4.0, P), np.linspace(0.0, 0.2, P)
         start = np.tile([[0.4], [0.3], [0.0]], P)
-        o = Oscillators(omega, xi, np.full(P, dt), start)
+        o = Oscillators(omega, xi, np.ones(P), np.full(P, dt), start)
         found = march_linear(plain_scheme, o, n, load).out
         forces = load(dt * np.arange(1, n + 1))
         for j in range(P):

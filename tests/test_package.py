@@ -25,6 +25,12 @@ def test_import_loads_neither_numba_nor_sympy_nor_matplotlib_nor_xarray() -> Non
     assert run(code.format(names)) == "[]"
 
 
+def test_a_response_spectrum_does_not_wait_for_dask() -> None:
+    """Which xarray imports, with much of SciPy, to ask of each array whether it is one of dask's."""
+    code = "import sys, substep; substep.response_spectrum([0.0, 1.0], 0.1, [1.0]); print('dask.array' in sys.modules)"
+    assert run(code) == "False"
+
+
 def test_a_stability_function_loads_numba_but_not_sympy() -> None:
     code = "import sys, substep; substep.scheme('bathe').spectral_radius(1.0); print('sympy' in sys.modules)"
     assert run(code) == "False"
@@ -41,7 +47,7 @@ def test_only_algebra_touches_the_low_level_of_sympy() -> None:
 
 SCHEMES = {scheme.name for scheme in ALL}
 PARAMETERS = {p.name for s in ALL for p in (*s.parameters, *(family.argument for family in s.families))}
-ABOUT_ONE_SCHEME = ("declare/schemes", "study/thesis.py", "study/design.py")
+ABOUT_ONE_SCHEME = ("declare/schemes", "study/thesis.py", "study/ledger.py", "study/design.py")
 
 
 def branches(source: str) -> list[str]:

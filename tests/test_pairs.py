@@ -76,11 +76,17 @@ def test_lanes_in_blocks_are_the_lanes_alone(scheme: str, scene: str, monkeypatc
     monkeypatch.setattr(module, "WIDTH", 3)
     monkeypatch.setitem(module.march_block.__globals__, "WIDTH", 3)
     alone, abreast = (
-        march_lanes(mine, s, dt, n, bound=bound, history=True)
+        march_lanes(mine, s, dt, n, bound=bound, history=True, counts=True)
         for few in (100, 0)
         if monkeypatch.setattr(scene_lanes, "FEW", few) is None
     )
-    for name in ("out", "state", "peak", "n_done", "status"):
+    for name in ("out", "state", "newton", "peak", "n_done", "status"):
         assert np.array_equal(getattr(alone, name), getattr(abreast, name), equal_nan=True), name
     for lane, done in enumerate(alone.n_done):  # of a step that failed there is no count
-        assert np.array_equal(alone.iterations[lane, :done], abreast.iterations[lane, :done])
+        each = alone.iterations[lane, :done]
+        assert np.array_equal(each, abreast.iterations[lane, :done])
+        assert np.array_equal(alone.newton[lane], [each.sum(axis=0), each.max(axis=0, initial=0)])
+    without = march_lanes(mine, s, dt, n, bound=bound)
+    assert np.array_equal(without.newton, alone.newton)
+    assert not without.iterations.size
+    assert not without.out.size

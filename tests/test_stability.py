@@ -10,6 +10,7 @@ from oracle import amplification as stepped
 from published import AMPLITUDE_ERROR_PERCENT, GENERALIZED_ALPHA_LOSS, PERIOD_ERROR_PERCENT, RATIOS, SPRADIUS_NEWMARK
 
 import substep as ss
+from substep.core.norms import spectral_norm
 from substep.core.stability import PART
 
 EPS = np.finfo(float).eps
@@ -219,6 +220,38 @@ def test_powers_stay_bounded_unless_an_eigenvalue_on_the_circle_is_multiple() ->
         average.power_norm(0.0)
     with pytest.raises(ValueError, match="n >= 1"):
         average.power_norm(1.0, n=0)
+
+
+@pytest.mark.parametrize("m", [2, 3, 4])
+def test_spectral_norm_keeps_its_digits(m: int) -> None:
+    """Orthogonal matrices around given singular values, equal ones and nearly equal ones among them."""
+    rng = np.random.default_rng(m)
+    for given in ([1, 1, 0], [1, 1, 1], [1, 0, 0], [1, 1 - 1e-8, 0], [1, 1 - 1e-8, 1 - 1e-8], [1, 0.5, 0.5], [0, 0, 0]):
+        singular = np.array([*given, 0.0][:m])
+        U, V = (np.linalg.qr(rng.normal(size=(200, m, m)))[0] for _ in "UV")
+        for scale in (1e-200, 1.0, 1e300):  # whose squares underflow and overflow
+            found = spectral_norm((U * (scale * singular)) @ V)
+            # a singular value moves by the rounding of U and V and of the product, some 2.2e-16 of the largest each
+            assert np.abs(found / scale - singular[0]).max() <= 4e-15, (given, scale)
+    assert spectral_norm(np.full((1, m, m), np.nan)) == np.inf
+
+
+@pytest.mark.parametrize(("name", "Omega"), [("average_acceleration", 1.25), ("newmark_bdf2", 0.3), ("park", 0.5)])
+def test_power_norm_is_that_of_every_power(name: str, Omega: float) -> None:
+    """Against powers taken in 30 digits, of numbers that end within, at and after a block of powers."""
+    s, n = ss.scheme(name), 150
+    with mpmath.workdps(30):
+        d = mpmath.diag([mpmath.mpf(Omega) ** (1 - kind) for kind, _ in s.history])
+        A = d * mpmath.matrix(s.amplification(Omega).tolist()) * d**-1
+        power, norms = A, []
+        for _ in range(n):
+            G = power.T * power
+            norms.append(mpmath.sqrt(max(mpmath.eigsy(G, eigvals_only=True))))
+            power = power * A
+    # n products round n times
+    assert s.power_norm(Omega, n=n) == pytest.approx(float(max(norms)), rel=n * 2.2e-16)
+    for few in (1, 2, 64, 65):
+        assert s.power_norm(Omega, n=few) == pytest.approx(float(max(norms[:few])), rel=n * 2.2e-16)
 
 
 def test_all_three_in_one_pass() -> None:

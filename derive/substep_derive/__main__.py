@@ -1,4 +1,7 @@
-"""`make derive`: write generated/substep_kernels, or with --check say whether it is up to date."""
+"""`make derive`: write generated/substep_kernels, unless its stamp says that it is up to date.
+
+With --check, derive whatever the stamp says, compare and write nothing.
+"""
 
 import argparse
 import sys
@@ -7,6 +10,7 @@ from pathlib import Path
 
 from .declare.scenes import ALL as SCENES
 from .declare.schemes import ALL
+from .emit.stamp import stamped
 from .package import package
 
 GENERATED = Path(__file__).parents[2] / "generated" / "substep_kernels"
@@ -26,16 +30,25 @@ def differences(folder: Path, files: dict[str, str]) -> list[str]:
 
 
 def _files(folder: Path) -> list[Path]:
-    """The files of a folder that a derivation may write: modules and the table of their operations."""
-    return [path for path in folder.glob("*") if path.suffix in (".py", ".md")]
+    """The files of a folder that a derivation may write: modules, the table of their operations and the stamp."""
+    return [path for path in folder.glob("*") if path.suffix in (".py", ".md", ".txt")]
+
+
+def up_to_date(folder: Path) -> bool:
+    """Whether the folder's stamp is the one that belongs to its files and to this generator, without deriving."""
+    files = {path.name: path.read_text(encoding="utf-8") for path in _files(folder)}
+    return stamped(files) == files
 
 
 def main() -> int:
     """Exit status 1 if --check finds a difference."""
     parser = argparse.ArgumentParser(prog="python -m substep_derive", description=__doc__)
-    parser.add_argument("--check", action="store_true", help="compare, write nothing, exit 1 on a difference")
+    parser.add_argument("--check", action="store_true", help="derive, compare, write nothing, exit 1 on a difference")
     parser.add_argument("--folder", type=Path, default=GENERATED)
     options = parser.parse_args()
+    if not options.check and up_to_date(options.folder):
+        print("derived: generated/ has the stamp of this generator and of every file, so nothing is derived again")
+        return 0
     files = package(ALL, SCENES)
     found = differences(options.folder, files)
     if options.check:

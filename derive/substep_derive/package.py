@@ -5,6 +5,7 @@ from collections.abc import Iterable
 
 from .declare.scene import Scene
 from .declare.scheme import Scheme
+from .emit.facts_module import facts_module
 from .emit.filter_module import filter_module
 from .emit.index import index_module
 from .emit.march_module import march_module
@@ -13,18 +14,21 @@ from .emit.printing import fill
 from .emit.scene_module import scene_entry, scene_module, scenes_index
 from .emit.scene_step_module import scene_step_module
 from .emit.scheme_module import scheme_module
+from .emit.stamp import stamped
+from .emit.templates.loads import LOADS
 from .emit.templates.scheme import BANNER
 from .kernels.march_shape import shape_name
 from .kernels.scene_step import SceneStep
 from .kernels.scheme import SchemeKernels
 from .motion.effective import EffectiveSystem, effective_systems
 from .motion.equations import EquationsOfMotion
+from .study.facts import facts
 
 COMMITTED = "elastic_pendulum"  # the scene on which every scheme's march is committed; others are printed on first use
 
 
 def package(schemes: Iterable[Scheme], scenes: Iterable[Scene]) -> dict[str, str]:
-    """File name -> text of everything in generated/substep_kernels/."""
+    """File name -> text of everything in generated/substep_kernels/, its stamp included."""
     motions = {scene.name: EquationsOfMotion(scene) for scene in scenes}
     kernels = {scheme.name: SchemeKernels.of(scheme) for scheme in schemes}
     shapes = sorted({k.form.shape for k in kernels.values()})
@@ -33,15 +37,17 @@ def package(schemes: Iterable[Scheme], scenes: Iterable[Scene]) -> dict[str, str
         "index": index_module(k.form for k in kernels.values()),
         "scenes": scenes_index(motions.values()),
         "linear_filter": _with_banner(filter_module()),
+        "loads": _with_banner(LOADS),
         **{shape_name(shape): _with_banner(march_module(shape)) for shape in shapes},
         **{name: _scheme(k) for name, k in kernels.items() if k.scheme.parent is None},
         **{f"scene_{name}": scene_module(motion) for name, motion in motions.items()},
+        "facts": facts_module(facts(k.scheme for k in kernels.values())),
     }
     if COMMITTED in motions:
         on = motions[COMMITTED]
         texts |= {f"{name}__{COMMITTED}": _scene_step(k.scheme, on, k.systems) for name, k in kernels.items()}
     modules = {f"{name}.py": text for name, text in texts.items()}
-    return {**modules, "operations.md": operations_table(modules)}
+    return stamped({**modules, "operations.md": operations_table(modules)})
 
 
 def catalogue_pair(scheme: Scheme, motion: EquationsOfMotion) -> str:

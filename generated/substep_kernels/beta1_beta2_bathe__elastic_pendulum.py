@@ -23,7 +23,7 @@ from numba import njit
 SCHEME = "beta1_beta2_bathe"
 SCENE = "elastic_pendulum"
 # arguments of march, in order; those of SCALARS hold one number for each lane
-ARGUMENTS = ("h", "beta1", "beta2", "gamma_t", "EA", "L", "m", "tolerance", "state", "bound", "first", "n", "stride", "out", "iterations", "peak", "n_done", "status",)
+ARGUMENTS = ("h", "beta1", "beta2", "gamma_t", "EA", "L", "m", "tolerance", "state", "bound", "first", "n", "stride", "out", "iterations", "newton", "peak", "n_done", "status",)
 SCALARS = ("h", "beta1", "beta2", "gamma_t", "EA", "L", "m", "tolerance",)
 START_ARGUMENTS = ("h", "u", "v", "a", "state",)
 # rows of the state: u, v or a, and how many steps before t_n
@@ -38,7 +38,7 @@ _compile = njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract
 
 
 @_compile
-def _lane(h, beta1, beta2, gamma_t, EA, L, m, tolerance, state, bound, first, n, stride, out, iterations):
+def _lane(h, beta1, beta2, gamma_t, EA, L, m, tolerance, state, bound, first, n, stride, out, iterations, newton):
     """March one lane; returns its status, steps completed and their largest energy."""
     u_0_x = state[0, 0]
     u_0_y = state[0, 1]
@@ -69,12 +69,13 @@ def _lane(h, beta1, beta2, gamma_t, EA, L, m, tolerance, state, bound, first, n,
     near_0 = ((tolerance/abs(c1)) if (c1 != 0) else (np.inf))
     near_1 = ((tolerance/abs(c10)) if (c10 != 0) else (np.inf))
     status, done, peak = COMPLETED, n, -np.inf
+    newton[:] = 0
     for i in range(first, n):
         u_star_x = a_0_x*c1 + c0*v_0_x + u_0_x
         u_star_y = a_0_y*c1 + c0*v_0_y + u_0_y
         a_g_x = c3*(u_0_x - u_star_x)
         a_g_y = c3*(u_0_y - u_star_y)
-        for count in range(1, 51):
+        for taken_0 in range(1, 51):
             u_g_x = a_g_x*c1 + u_star_x
             u_g_y = a_g_y*c1 + u_star_y
             x0 = u_g_x**2
@@ -101,8 +102,6 @@ def _lane(h, beta1, beta2, gamma_t, EA, L, m, tolerance, state, bound, first, n,
         else:
             status, done = NEWTON_FAILED, i
             break
-        if i < iterations.shape[0]:
-            iterations[i, 0] = count
         u_g_x = a_g_x*c1 + u_star_x
         u_g_y = a_g_y*c1 + u_star_y
         v_g_x = a_0_x*c2 + a_g_x*c2 + v_0_x
@@ -111,7 +110,7 @@ def _lane(h, beta1, beta2, gamma_t, EA, L, m, tolerance, state, bound, first, n,
         u_star_y = a_0_y*c12 - a_g_y*c11 + c8*v_g_y - c9*v_0_y + u_0_y
         a_1_x = c15*(u_g_x - u_star_x)
         a_1_y = c15*(u_g_y - u_star_y)
-        for count in range(1, 51):
+        for taken_1 in range(1, 51):
             u_1_x = a_1_x*c10 + u_star_x
             u_1_y = a_1_y*c10 + u_star_y
             x0 = u_1_x**2
@@ -138,8 +137,6 @@ def _lane(h, beta1, beta2, gamma_t, EA, L, m, tolerance, state, bound, first, n,
         else:
             status, done = NEWTON_FAILED, i
             break
-        if i < iterations.shape[0]:
-            iterations[i, 1] = count
         u_1_x = a_1_x*c10 + u_star_x
         u_1_y = a_1_y*c10 + u_star_y
         v_1_x = -a_0_x*c13 - a_1_x*c14 + a_g_x*c8 + v_0_x
@@ -152,6 +149,14 @@ def _lane(h, beta1, beta2, gamma_t, EA, L, m, tolerance, state, bound, first, n,
             status, done = ENERGY_BOUND, i
             break
         peak = max(peak, energy)
+        newton[0, 0] += taken_0
+        newton[1, 0] = max(newton[1, 0], taken_0)
+        if i < iterations.shape[0]:
+            iterations[i, 0] = taken_0
+        newton[0, 1] += taken_1
+        newton[1, 1] = max(newton[1, 1], taken_1)
+        if i < iterations.shape[0]:
+            iterations[i, 1] = taken_1
         u_0_x = u_1_x
         u_0_y = u_1_y
         v_0_x = v_1_x
@@ -180,9 +185,9 @@ WIDTH = 64
 
 
 @_compile
-def _block(h, beta1, beta2, gamma_t, EA, L, m, tolerance, state, bound, first, n, stride, out, iterations, peak, n_done, status):
+def _block(h, beta1, beta2, gamma_t, EA, L, m, tolerance, state, bound, first, n, stride, out, iterations, newton, peak, n_done, status):
     """March at most WIDTH lanes side by side in vector registers; the last lane is repeated to fill the last one."""
-    rows = np.zeros((47, WIDTH + 16))
+    rows = np.zeros((53, WIDTH + 16))
     begin = -(rows.ctypes.data // 8) & 7  # at a cache line
     end = begin + 8 * ((h.size + 7) // 8)
     a_0_x = rows[0]
@@ -232,6 +237,12 @@ def _block(h, beta1, beta2, gamma_t, EA, L, m, tolerance, state, bound, first, n
     running = rows[44]
     seen = rows[45]
     size = rows[46]
+    taken_0 = rows[47]
+    sum_0 = rows[48]
+    most_0 = rows[49]
+    taken_1 = rows[50]
+    sum_1 = rows[51]
+    most_1 = rows[52]
     for j in range(begin, end):
         lane = min(j - begin, h.size - 1)
         h_[j] = h[lane]
@@ -285,19 +296,13 @@ def _block(h, beta1, beta2, gamma_t, EA, L, m, tolerance, state, bound, first, n
                     running[begin + lane], bound_[begin + lane] = 0.0, np.nan
                 else:
                     ends = min(ends, n[lane])
-        counted = i < iterations.shape[1]
         for j in range(begin, end):
             u_star_x[j] = a_0_x[j]*c1[j] + c0[j]*v_0_x[j] + u_0_x[j]
             u_star_y[j] = a_0_y[j]*c1[j] + c0[j]*v_0_y[j] + u_0_y[j]
             a_g_x[j] = c3[j]*(u_0_x[j] - u_star_x[j])
             a_g_y[j] = c3[j]*(u_0_y[j] - u_star_y[j])
-            size[j] = running[j]
-        if counted:
-            iterations[:, i, 0] = 0
+            size[j], taken_0[j] = running[j], 0.0
         for _ in range(50):
-            if counted:
-                for lane in range(h.size):
-                    iterations[lane, i, 0] += not size[begin + lane] <= near_0[begin + lane]
             left = 0
             for j in range(begin, end):
                 going = not size[j] <= near_0[j]
@@ -325,6 +330,7 @@ def _block(h, beta1, beta2, gamma_t, EA, L, m, tolerance, state, bound, first, n
                 largest = abs(change_0)
                 largest = abs(change_1) if abs(change_1) > largest else largest
                 size[j] = largest
+                taken_0[j] += 1.0 if going else 0.0
                 left = left if largest <= near_0[j] else 1
             if left == 0:
                 break
@@ -334,6 +340,7 @@ def _block(h, beta1, beta2, gamma_t, EA, L, m, tolerance, state, bound, first, n
                 if running[j] != 0.0 and not size[j] <= near_0[j]:
                     n_done[lane], status[lane] = i, NEWTON_FAILED
                     running[j], bound_[j] = 0.0, np.nan
+                    taken_0[j] = 0.0
         for j in range(begin, end):
             u_g_x = a_g_x[j]*c1[j] + u_star_x[j]
             u_g_y = a_g_y[j]*c1[j] + u_star_y[j]
@@ -343,13 +350,8 @@ def _block(h, beta1, beta2, gamma_t, EA, L, m, tolerance, state, bound, first, n
             u_star_y[j] = a_0_y[j]*c12[j] - a_g_y[j]*c11[j] + c8[j]*v_g_y - c9[j]*v_0_y[j] + u_0_y[j]
             a_1_x[j] = c15[j]*(u_g_x - u_star_x[j])
             a_1_y[j] = c15[j]*(u_g_y - u_star_y[j])
-            size[j] = running[j]
-        if counted:
-            iterations[:, i, 1] = 0
+            size[j], taken_1[j] = running[j], 0.0
         for _ in range(50):
-            if counted:
-                for lane in range(h.size):
-                    iterations[lane, i, 1] += not size[begin + lane] <= near_1[begin + lane]
             left = 0
             for j in range(begin, end):
                 going = not size[j] <= near_1[j]
@@ -377,6 +379,7 @@ def _block(h, beta1, beta2, gamma_t, EA, L, m, tolerance, state, bound, first, n
                 largest = abs(change_0)
                 largest = abs(change_1) if abs(change_1) > largest else largest
                 size[j] = largest
+                taken_1[j] += 1.0 if going else 0.0
                 left = left if largest <= near_1[j] else 1
             if left == 0:
                 break
@@ -386,6 +389,8 @@ def _block(h, beta1, beta2, gamma_t, EA, L, m, tolerance, state, bound, first, n
                 if running[j] != 0.0 and not size[j] <= near_1[j]:
                     n_done[lane], status[lane] = i, NEWTON_FAILED
                     running[j], bound_[j] = 0.0, np.nan
+                    taken_0[j] = 0.0
+                    taken_1[j] = 0.0
         stopped = 0
         for j in range(begin, end):
             u_1_x = a_1_x[j]*c10[j] + u_star_x[j]
@@ -424,6 +429,17 @@ def _block(h, beta1, beta2, gamma_t, EA, L, m, tolerance, state, bound, first, n
                 if running[j] != 0.0 and not seen[j] <= bound_[j]:
                     n_done[lane], status[lane] = i, ENERGY_BOUND if seen[j] > bound_[j] else NON_FINITE
                     running[j], bound_[j] = 0.0, np.nan
+                    taken_0[j] = 0.0
+                    taken_1[j] = 0.0
+        for j in range(begin, end):
+            sum_0[j] += taken_0[j]
+            most_0[j] = max(most_0[j], taken_0[j])
+            sum_1[j] += taken_1[j]
+            most_1[j] = max(most_1[j], taken_1[j])
+        if i < iterations.shape[1]:
+            for lane in range(h.size):
+                iterations[lane, i, 0] = taken_0[begin + lane]
+                iterations[lane, i, 1] = taken_1[begin + lane]
         if (i + 1) // stride < out.shape[1] and (i + 1) % stride == 0:
             for lane in range(h.size):
                 j = begin + lane
@@ -444,17 +460,21 @@ def _block(h, beta1, beta2, gamma_t, EA, L, m, tolerance, state, bound, first, n
         state[lane, 1, 1] = v_0_y[j]
         state[lane, 2, 0] = a_0_x[j]
         state[lane, 2, 1] = a_0_y[j]
+        newton[lane, 0, 0] = sum_0[j]
+        newton[lane, 1, 0] = most_0[j]
+        newton[lane, 0, 1] = sum_1[j]
+        newton[lane, 1, 1] = most_1[j]
 
 
 @_compile
-def march_block(h, beta1, beta2, gamma_t, EA, L, m, tolerance, state, bound, first, n, stride, out, iterations, peak, n_done, status):
+def march_block(h, beta1, beta2, gamma_t, EA, L, m, tolerance, state, bound, first, n, stride, out, iterations, newton, peak, n_done, status):
     """The same results as march, WIDTH lanes at a time."""
     for lane in range(0, h.size, WIDTH):
-        _block(h[lane : lane + WIDTH], beta1[lane : lane + WIDTH], beta2[lane : lane + WIDTH], gamma_t[lane : lane + WIDTH], EA[lane : lane + WIDTH], L[lane : lane + WIDTH], m[lane : lane + WIDTH], tolerance[lane : lane + WIDTH], state[lane : lane + WIDTH], bound[lane : lane + WIDTH], first, n[lane : lane + WIDTH], stride, out[lane : lane + WIDTH], iterations[lane : lane + WIDTH], peak[lane : lane + WIDTH], n_done[lane : lane + WIDTH], status[lane : lane + WIDTH])
+        _block(h[lane : lane + WIDTH], beta1[lane : lane + WIDTH], beta2[lane : lane + WIDTH], gamma_t[lane : lane + WIDTH], EA[lane : lane + WIDTH], L[lane : lane + WIDTH], m[lane : lane + WIDTH], tolerance[lane : lane + WIDTH], state[lane : lane + WIDTH], bound[lane : lane + WIDTH], first, n[lane : lane + WIDTH], stride, out[lane : lane + WIDTH], iterations[lane : lane + WIDTH], newton[lane : lane + WIDTH], peak[lane : lane + WIDTH], n_done[lane : lane + WIDTH], status[lane : lane + WIDTH])
 
 
 @_compile
-def march(h, beta1, beta2, gamma_t, EA, L, m, tolerance, state, bound, first, n, stride, out, iterations, peak, n_done, status):
+def march(h, beta1, beta2, gamma_t, EA, L, m, tolerance, state, bound, first, n, stride, out, iterations, newton, peak, n_done, status):
     """March every lane n steps of beta1_beta2_bathe.
 
     h, beta1, beta2, gamma_t, EA, L, m, tolerance: one number for each lane. state (lanes, 3, 2), rows as STATE:
@@ -462,11 +482,12 @@ def march(h, beta1, beta2, gamma_t, EA, L, m, tolerance, state, bound, first, n,
     steps; row 0 is left to the caller. peak (lanes,): largest energy after the steps of this call. first: steps
     completed before it. n_done (lanes,): steps completed in all, at most n (lanes,); status (lanes,). A lane
     stops before a state that is not finite or whose energy exceeds bound (lanes,). tolerance: a balance's Newton
-    iteration ends at a correction of u that is no larger. iterations (lanes, rows, balances): how many Newton
-    iterations the first rows steps took.
+    iteration ends at a correction of u that is no larger. newton (lanes, 2, balances): Newton iterations of the
+    steps completed, their sum and the most in one step; iterations (lanes, rows, balances): those of each of the
+    first rows steps.
     """
     for lane in range(h.size):
-        status[lane], n_done[lane], peak[lane] = _lane(h[lane], beta1[lane], beta2[lane], gamma_t[lane], EA[lane], L[lane], m[lane], tolerance[lane], state[lane], bound[lane], first, n[lane], stride, out[lane], iterations[lane])
+        status[lane], n_done[lane], peak[lane] = _lane(h[lane], beta1[lane], beta2[lane], gamma_t[lane], EA[lane], L[lane], m[lane], tolerance[lane], state[lane], bound[lane], first, n[lane], stride, out[lane], iterations[lane], newton[lane])
 
 
 @_compile

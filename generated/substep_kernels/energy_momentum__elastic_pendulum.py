@@ -13,7 +13,7 @@ from numba import njit
 SCHEME = "energy_momentum"
 SCENE = "elastic_pendulum"
 # arguments of march, in order; those of SCALARS hold one number for each lane
-ARGUMENTS = ("h", "EA", "L", "m", "tolerance", "state", "bound", "first", "n", "stride", "out", "iterations", "peak", "n_done", "status",)
+ARGUMENTS = ("h", "EA", "L", "m", "tolerance", "state", "bound", "first", "n", "stride", "out", "iterations", "newton", "peak", "n_done", "status",)
 SCALARS = ("h", "EA", "L", "m", "tolerance",)
 START_ARGUMENTS = ("h", "u", "v", "a", "state",)
 # rows of the state: u, v or a, and how many steps before t_n
@@ -28,7 +28,7 @@ _compile = njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract
 
 
 @_compile
-def _lane(h, EA, L, m, tolerance, state, bound, first, n, stride, out, iterations):
+def _lane(h, EA, L, m, tolerance, state, bound, first, n, stride, out, iterations, newton):
     """March one lane; returns its status, steps completed and their largest energy."""
     u_0_x = state[0, 0]
     u_0_y = state[0, 1]
@@ -45,12 +45,13 @@ def _lane(h, EA, L, m, tolerance, state, bound, first, n, stride, out, iteration
     c8 = (1/8)*EA/L**3
     near_0 = ((tolerance/abs(c0)) if (c0 != 0) else (np.inf))
     status, done, peak = COMPLETED, n, -np.inf
+    newton[:] = 0
     for i in range(first, n):
         u_star_x = h*v_0_x + u_0_x
         u_star_y = h*v_0_y + u_0_y
         a_s1_x = c1*(u_0_x - u_star_x)
         a_s1_y = c1*(u_0_y - u_star_y)
-        for count in range(1, 51):
+        for taken_0 in range(1, 51):
             u_1_x = a_s1_x*c0 + u_star_x
             u_1_y = a_s1_y*c0 + u_star_y
             x0 = u_0_x + u_1_x
@@ -78,8 +79,6 @@ def _lane(h, EA, L, m, tolerance, state, bound, first, n, stride, out, iteration
         else:
             status, done = NEWTON_FAILED, i
             break
-        if i < iterations.shape[0]:
-            iterations[i, 0] = count
         u_1_x = a_s1_x*c0 + u_star_x
         u_1_y = a_s1_y*c0 + u_star_y
         v_1_x = a_s1_x*h + v_0_x
@@ -92,6 +91,10 @@ def _lane(h, EA, L, m, tolerance, state, bound, first, n, stride, out, iteration
             status, done = ENERGY_BOUND, i
             break
         peak = max(peak, energy)
+        newton[0, 0] += taken_0
+        newton[1, 0] = max(newton[1, 0], taken_0)
+        if i < iterations.shape[0]:
+            iterations[i, 0] = taken_0
         u_0_x = u_1_x
         u_0_y = u_1_y
         v_0_x = v_1_x
@@ -114,9 +117,9 @@ WIDTH = 64
 
 
 @_compile
-def _block(h, EA, L, m, tolerance, state, bound, first, n, stride, out, iterations, peak, n_done, status):
+def _block(h, EA, L, m, tolerance, state, bound, first, n, stride, out, iterations, newton, peak, n_done, status):
     """March at most WIDTH lanes side by side in vector registers; the last lane is repeated to fill the last one."""
-    rows = np.zeros((28, WIDTH + 16))
+    rows = np.zeros((31, WIDTH + 16))
     begin = -(rows.ctypes.data // 8) & 7  # at a cache line
     end = begin + 8 * ((h.size + 7) // 8)
     a_s1_x = rows[0]
@@ -147,6 +150,9 @@ def _block(h, EA, L, m, tolerance, state, bound, first, n, stride, out, iteratio
     running = rows[25]
     seen = rows[26]
     size = rows[27]
+    taken_0 = rows[28]
+    sum_0 = rows[29]
+    most_0 = rows[30]
     for j in range(begin, end):
         lane = min(j - begin, h.size - 1)
         h_[j] = h[lane]
@@ -183,19 +189,13 @@ def _block(h, EA, L, m, tolerance, state, bound, first, n, stride, out, iteratio
                     running[begin + lane], bound_[begin + lane] = 0.0, np.nan
                 else:
                     ends = min(ends, n[lane])
-        counted = i < iterations.shape[1]
         for j in range(begin, end):
             u_star_x[j] = h_[j]*v_0_x[j] + u_0_x[j]
             u_star_y[j] = h_[j]*v_0_y[j] + u_0_y[j]
             a_s1_x[j] = c1[j]*(u_0_x[j] - u_star_x[j])
             a_s1_y[j] = c1[j]*(u_0_y[j] - u_star_y[j])
-            size[j] = running[j]
-        if counted:
-            iterations[:, i, 0] = 0
+            size[j], taken_0[j] = running[j], 0.0
         for _ in range(50):
-            if counted:
-                for lane in range(h.size):
-                    iterations[lane, i, 0] += not size[begin + lane] <= near_0[begin + lane]
             left = 0
             for j in range(begin, end):
                 going = not size[j] <= near_0[j]
@@ -224,6 +224,7 @@ def _block(h, EA, L, m, tolerance, state, bound, first, n, stride, out, iteratio
                 largest = abs(change_0)
                 largest = abs(change_1) if abs(change_1) > largest else largest
                 size[j] = largest
+                taken_0[j] += 1.0 if going else 0.0
                 left = left if largest <= near_0[j] else 1
             if left == 0:
                 break
@@ -233,6 +234,7 @@ def _block(h, EA, L, m, tolerance, state, bound, first, n, stride, out, iteratio
                 if running[j] != 0.0 and not size[j] <= near_0[j]:
                     n_done[lane], status[lane] = i, NEWTON_FAILED
                     running[j], bound_[j] = 0.0, np.nan
+                    taken_0[j] = 0.0
         stopped = 0
         for j in range(begin, end):
             u_1_x = a_s1_x[j]*c0[j] + u_star_x[j]
@@ -265,6 +267,13 @@ def _block(h, EA, L, m, tolerance, state, bound, first, n, stride, out, iteratio
                 if running[j] != 0.0 and not seen[j] <= bound_[j]:
                     n_done[lane], status[lane] = i, ENERGY_BOUND if seen[j] > bound_[j] else NON_FINITE
                     running[j], bound_[j] = 0.0, np.nan
+                    taken_0[j] = 0.0
+        for j in range(begin, end):
+            sum_0[j] += taken_0[j]
+            most_0[j] = max(most_0[j], taken_0[j])
+        if i < iterations.shape[1]:
+            for lane in range(h.size):
+                iterations[lane, i, 0] = taken_0[begin + lane]
         if (i + 1) // stride < out.shape[1] and (i + 1) % stride == 0:
             for lane in range(h.size):
                 j = begin + lane
@@ -281,17 +290,19 @@ def _block(h, EA, L, m, tolerance, state, bound, first, n, stride, out, iteratio
         state[lane, 0, 1] = u_0_y[j]
         state[lane, 1, 0] = v_0_x[j]
         state[lane, 1, 1] = v_0_y[j]
+        newton[lane, 0, 0] = sum_0[j]
+        newton[lane, 1, 0] = most_0[j]
 
 
 @_compile
-def march_block(h, EA, L, m, tolerance, state, bound, first, n, stride, out, iterations, peak, n_done, status):
+def march_block(h, EA, L, m, tolerance, state, bound, first, n, stride, out, iterations, newton, peak, n_done, status):
     """The same results as march, WIDTH lanes at a time."""
     for lane in range(0, h.size, WIDTH):
-        _block(h[lane : lane + WIDTH], EA[lane : lane + WIDTH], L[lane : lane + WIDTH], m[lane : lane + WIDTH], tolerance[lane : lane + WIDTH], state[lane : lane + WIDTH], bound[lane : lane + WIDTH], first, n[lane : lane + WIDTH], stride, out[lane : lane + WIDTH], iterations[lane : lane + WIDTH], peak[lane : lane + WIDTH], n_done[lane : lane + WIDTH], status[lane : lane + WIDTH])
+        _block(h[lane : lane + WIDTH], EA[lane : lane + WIDTH], L[lane : lane + WIDTH], m[lane : lane + WIDTH], tolerance[lane : lane + WIDTH], state[lane : lane + WIDTH], bound[lane : lane + WIDTH], first, n[lane : lane + WIDTH], stride, out[lane : lane + WIDTH], iterations[lane : lane + WIDTH], newton[lane : lane + WIDTH], peak[lane : lane + WIDTH], n_done[lane : lane + WIDTH], status[lane : lane + WIDTH])
 
 
 @_compile
-def march(h, EA, L, m, tolerance, state, bound, first, n, stride, out, iterations, peak, n_done, status):
+def march(h, EA, L, m, tolerance, state, bound, first, n, stride, out, iterations, newton, peak, n_done, status):
     """March every lane n steps of energy_momentum.
 
     h, EA, L, m, tolerance: one number for each lane. state (lanes, 2, 2), rows as STATE: on entry at step first,
@@ -299,11 +310,11 @@ def march(h, EA, L, m, tolerance, state, bound, first, n, stride, out, iteration
     the caller. peak (lanes,): largest energy after the steps of this call. first: steps completed before it.
     n_done (lanes,): steps completed in all, at most n (lanes,); status (lanes,). A lane stops before a state that
     is not finite or whose energy exceeds bound (lanes,). tolerance: a balance's Newton iteration ends at a
-    correction of u that is no larger. iterations (lanes, rows, balances): how many Newton iterations the first
-    rows steps took.
+    correction of u that is no larger. newton (lanes, 2, balances): Newton iterations of the steps completed,
+    their sum and the most in one step; iterations (lanes, rows, balances): those of each of the first rows steps.
     """
     for lane in range(h.size):
-        status[lane], n_done[lane], peak[lane] = _lane(h[lane], EA[lane], L[lane], m[lane], tolerance[lane], state[lane], bound[lane], first, n[lane], stride, out[lane], iterations[lane])
+        status[lane], n_done[lane], peak[lane] = _lane(h[lane], EA[lane], L[lane], m[lane], tolerance[lane], state[lane], bound[lane], first, n[lane], stride, out[lane], iterations[lane], newton[lane])
 
 
 @_compile

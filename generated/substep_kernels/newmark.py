@@ -150,10 +150,10 @@ def _defect(Omega, xi, beta, gamma):
 
 
 @_inline
-def _larger_bits(Omega, xi):
-    """The larger of their bits as unsigned integers: below infinity's only if both are finite and not below +0."""
-    a, b = np.float64(Omega).view(np.uint64), np.float64(xi).view(np.uint64)
-    return a if a > b else b
+def _refused(Omega, xi):
+    """A negative integer if one of them is negative, -0 or not finite: bits below 0, or above the largest number's."""
+    a, b, largest = np.float64(Omega).view(np.int64), np.float64(xi).view(np.int64), np.int64(0x7FEFFFFFFFFFFFFF)
+    return a | b | (largest - a) | (largest - b)
 
 
 @_inline
@@ -253,12 +253,12 @@ def _eigenvalues(Omega, xi, beta, gamma):
 
 @_fused
 def _spectral_radii(Omega, xi, beta, gamma, radius):
-    """Store the spectral radius at each point; return the largest `_larger_bits`."""
-    bits = np.uint64(0)
+    """Store the spectral radius at each point; return all `_refused`, negative if one is."""
+    refused = np.int64(0)
     for i in range(radius.size):
+        refused |= _refused(Omega[i], xi[i])
         radius[i], _, _ = _radius(*_quadratic(Omega[i], xi[i], beta[i], gamma[i]))
-        bits = max(bits, _larger_bits(Omega[i], xi[i]))
-    return bits
+    return refused
 
 
 @_inline
@@ -300,30 +300,30 @@ def _errors_near_zero(Omega, xi, beta, gamma, s, damping, period):
 
 @_fused
 def _stability_of_block(Omega, xi, beta, gamma, radius, damping, period):
-    """`stability` of a block of points; returns the largest `_larger_bits`.
+    """`stability` of a block of points; returns all `_refused`.
 
     Near Omega = 0, damping and period error follow from the distance of the pair from the exact one, if that is small.
     """
-    n, count, bits = radius.size, 0, np.uint64(0)
+    n, count, refused = radius.size, 0, np.int64(0)
     s = np.empty((6, n))
     for i in range(n):
+        refused |= _refused(Omega[i], xi[i])
         radius[i], s[0, i], s[1, i], s[2, i], s[3, i] = _eigenvalues(Omega[i], xi[i], beta[i], gamma[i])
-        bits = max(bits, _larger_bits(Omega[i], xi[i]))
     for i in range(n):
         count += Omega[i] < 0.125
     if count == n and _errors_near_zero(Omega, xi, beta, gamma, s, damping, period) == n:
-        return bits
+        return refused
     for i in range(n):
         damping[i], period[i] = _errors_of_pair(Omega[i], xi[i], s[0, i], s[1, i], s[2, i], s[3, i])
     if count > 0:
         _errors_near_zero(Omega, xi, beta, gamma, s, damping, period)
-    return bits
+    return refused
 
 
 @_fused
 def spectral_radius(Omega, xi, beta, gamma, out):
     """Spectral radius; 1-D arrays of one length. Returns whether any Omega or xi is negative, -0 or not finite."""
-    return _spectral_radii(Omega, xi, beta, gamma, out) >= np.uint64(0x7FF0000000000000)
+    return _spectral_radii(Omega, xi, beta, gamma, out) < 0
 
 
 @_fused
@@ -334,11 +334,11 @@ def stability(Omega, xi, beta, gamma, radius, damping, period):
     period over the exact one, less 1; both are NaN where all eigenvalues are real. Returns whether
     any Omega or xi is negative, -0 or not finite.
     """
-    bits = np.uint64(0)
+    refused = np.int64(0)
     for i in range(0, radius.size, 2048):
         k = min(i + 2048, radius.size)
-        bits = max(bits, _stability_of_block(Omega[i:k], xi[i:k], beta[i:k], gamma[i:k], radius[i:k], damping[i:k], period[i:k]))
-    return bits >= np.uint64(0x7FF0000000000000)
+        refused |= _stability_of_block(Omega[i:k], xi[i:k], beta[i:k], gamma[i:k], radius[i:k], damping[i:k], period[i:k])
+    return refused < 0
 
 
 @_compile

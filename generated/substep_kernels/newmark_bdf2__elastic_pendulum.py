@@ -21,7 +21,7 @@ from numba import njit
 SCHEME = "newmark_bdf2"
 SCENE = "elastic_pendulum"
 # arguments of march, in order; those of SCALARS hold one number for each lane
-ARGUMENTS = ("h", "gamma_t", "beta", "gamma", "EA", "L", "m", "tolerance", "state", "bound", "first", "n", "stride", "out", "iterations", "peak", "n_done", "status",)
+ARGUMENTS = ("h", "gamma_t", "beta", "gamma", "EA", "L", "m", "tolerance", "state", "bound", "first", "n", "stride", "out", "iterations", "newton", "peak", "n_done", "status",)
 SCALARS = ("h", "gamma_t", "beta", "gamma", "EA", "L", "m", "tolerance",)
 START_ARGUMENTS = ("h", "u", "v", "a", "state",)
 # rows of the state: u, v or a, and how many steps before t_n
@@ -36,7 +36,7 @@ _compile = njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract
 
 
 @_compile
-def _lane(h, gamma_t, beta, gamma, EA, L, m, tolerance, state, bound, first, n, stride, out, iterations):
+def _lane(h, gamma_t, beta, gamma, EA, L, m, tolerance, state, bound, first, n, stride, out, iterations, newton):
     """March one lane; returns its status, steps completed and their largest energy."""
     u_0_x = state[0, 0]
     u_0_y = state[0, 1]
@@ -68,12 +68,13 @@ def _lane(h, gamma_t, beta, gamma, EA, L, m, tolerance, state, bound, first, n, 
     near_0 = ((tolerance/abs(c1)) if (c1 != 0) else (np.inf))
     near_1 = ((tolerance/abs(c11)) if (c11 != 0) else (np.inf))
     status, done, peak = COMPLETED, n, -np.inf
+    newton[:] = 0
     for i in range(first, n):
         u_star_x = -a_0_x*c2 + c0*v_0_x + u_0_x
         u_star_y = -a_0_y*c2 + c0*v_0_y + u_0_y
         a_g_x = c5*(u_0_x - u_star_x)
         a_g_y = c5*(u_0_y - u_star_y)
-        for count in range(1, 51):
+        for taken_0 in range(1, 51):
             u_g_x = a_g_x*c1 + u_star_x
             u_g_y = a_g_y*c1 + u_star_y
             x0 = u_g_x**2
@@ -100,8 +101,6 @@ def _lane(h, gamma_t, beta, gamma, EA, L, m, tolerance, state, bound, first, n, 
         else:
             status, done = NEWTON_FAILED, i
             break
-        if i < iterations.shape[0]:
-            iterations[i, 0] = count
         u_g_x = a_g_x*c1 + u_star_x
         u_g_y = a_g_y*c1 + u_star_y
         v_g_x = -a_0_x*c4 + a_g_x*c3 + v_0_x
@@ -110,7 +109,7 @@ def _lane(h, gamma_t, beta, gamma, EA, L, m, tolerance, state, bound, first, n, 
         u_star_y = -c10*u_g_y + c12*u_0_y + c13*v_0_y - c14*v_g_y
         a_1_x = c16*(u_g_x - u_star_x)
         a_1_y = c16*(u_g_y - u_star_y)
-        for count in range(1, 51):
+        for taken_1 in range(1, 51):
             u_1_x = a_1_x*c11 + u_star_x
             u_1_y = a_1_y*c11 + u_star_y
             x0 = u_1_x**2
@@ -137,8 +136,6 @@ def _lane(h, gamma_t, beta, gamma, EA, L, m, tolerance, state, bound, first, n, 
         else:
             status, done = NEWTON_FAILED, i
             break
-        if i < iterations.shape[0]:
-            iterations[i, 1] = count
         u_1_x = a_1_x*c11 + u_star_x
         u_1_y = a_1_y*c11 + u_star_y
         v_1_x = a_1_x*c15 - c10*v_g_x + c12*v_0_x
@@ -151,6 +148,14 @@ def _lane(h, gamma_t, beta, gamma, EA, L, m, tolerance, state, bound, first, n, 
             status, done = ENERGY_BOUND, i
             break
         peak = max(peak, energy)
+        newton[0, 0] += taken_0
+        newton[1, 0] = max(newton[1, 0], taken_0)
+        if i < iterations.shape[0]:
+            iterations[i, 0] = taken_0
+        newton[0, 1] += taken_1
+        newton[1, 1] = max(newton[1, 1], taken_1)
+        if i < iterations.shape[0]:
+            iterations[i, 1] = taken_1
         u_0_x = u_1_x
         u_0_y = u_1_y
         v_0_x = v_1_x
@@ -179,9 +184,9 @@ WIDTH = 64
 
 
 @_compile
-def _block(h, gamma_t, beta, gamma, EA, L, m, tolerance, state, bound, first, n, stride, out, iterations, peak, n_done, status):
+def _block(h, gamma_t, beta, gamma, EA, L, m, tolerance, state, bound, first, n, stride, out, iterations, newton, peak, n_done, status):
     """March at most WIDTH lanes side by side in vector registers; the last lane is repeated to fill the last one."""
-    rows = np.zeros((50, WIDTH + 16))
+    rows = np.zeros((56, WIDTH + 16))
     begin = -(rows.ctypes.data // 8) & 7  # at a cache line
     end = begin + 8 * ((h.size + 7) // 8)
     a_0_x = rows[0]
@@ -234,6 +239,12 @@ def _block(h, gamma_t, beta, gamma, EA, L, m, tolerance, state, bound, first, n,
     running = rows[47]
     seen = rows[48]
     size = rows[49]
+    taken_0 = rows[50]
+    sum_0 = rows[51]
+    most_0 = rows[52]
+    taken_1 = rows[53]
+    sum_1 = rows[54]
+    most_1 = rows[55]
     for j in range(begin, end):
         lane = min(j - begin, h.size - 1)
         h_[j] = h[lane]
@@ -288,19 +299,13 @@ def _block(h, gamma_t, beta, gamma, EA, L, m, tolerance, state, bound, first, n,
                     running[begin + lane], bound_[begin + lane] = 0.0, np.nan
                 else:
                     ends = min(ends, n[lane])
-        counted = i < iterations.shape[1]
         for j in range(begin, end):
             u_star_x[j] = -a_0_x[j]*c2[j] + c0[j]*v_0_x[j] + u_0_x[j]
             u_star_y[j] = -a_0_y[j]*c2[j] + c0[j]*v_0_y[j] + u_0_y[j]
             a_g_x[j] = c5[j]*(u_0_x[j] - u_star_x[j])
             a_g_y[j] = c5[j]*(u_0_y[j] - u_star_y[j])
-            size[j] = running[j]
-        if counted:
-            iterations[:, i, 0] = 0
+            size[j], taken_0[j] = running[j], 0.0
         for _ in range(50):
-            if counted:
-                for lane in range(h.size):
-                    iterations[lane, i, 0] += not size[begin + lane] <= near_0[begin + lane]
             left = 0
             for j in range(begin, end):
                 going = not size[j] <= near_0[j]
@@ -328,6 +333,7 @@ def _block(h, gamma_t, beta, gamma, EA, L, m, tolerance, state, bound, first, n,
                 largest = abs(change_0)
                 largest = abs(change_1) if abs(change_1) > largest else largest
                 size[j] = largest
+                taken_0[j] += 1.0 if going else 0.0
                 left = left if largest <= near_0[j] else 1
             if left == 0:
                 break
@@ -337,6 +343,7 @@ def _block(h, gamma_t, beta, gamma, EA, L, m, tolerance, state, bound, first, n,
                 if running[j] != 0.0 and not size[j] <= near_0[j]:
                     n_done[lane], status[lane] = i, NEWTON_FAILED
                     running[j], bound_[j] = 0.0, np.nan
+                    taken_0[j] = 0.0
         for j in range(begin, end):
             u_g_x = a_g_x[j]*c1[j] + u_star_x[j]
             u_g_y = a_g_y[j]*c1[j] + u_star_y[j]
@@ -346,13 +353,8 @@ def _block(h, gamma_t, beta, gamma, EA, L, m, tolerance, state, bound, first, n,
             u_star_y[j] = -c10[j]*u_g_y + c12[j]*u_0_y[j] + c13[j]*v_0_y[j] - c14[j]*v_g_y[j]
             a_1_x[j] = c16[j]*(u_g_x - u_star_x[j])
             a_1_y[j] = c16[j]*(u_g_y - u_star_y[j])
-            size[j] = running[j]
-        if counted:
-            iterations[:, i, 1] = 0
+            size[j], taken_1[j] = running[j], 0.0
         for _ in range(50):
-            if counted:
-                for lane in range(h.size):
-                    iterations[lane, i, 1] += not size[begin + lane] <= near_1[begin + lane]
             left = 0
             for j in range(begin, end):
                 going = not size[j] <= near_1[j]
@@ -380,6 +382,7 @@ def _block(h, gamma_t, beta, gamma, EA, L, m, tolerance, state, bound, first, n,
                 largest = abs(change_0)
                 largest = abs(change_1) if abs(change_1) > largest else largest
                 size[j] = largest
+                taken_1[j] += 1.0 if going else 0.0
                 left = left if largest <= near_1[j] else 1
             if left == 0:
                 break
@@ -389,6 +392,8 @@ def _block(h, gamma_t, beta, gamma, EA, L, m, tolerance, state, bound, first, n,
                 if running[j] != 0.0 and not size[j] <= near_1[j]:
                     n_done[lane], status[lane] = i, NEWTON_FAILED
                     running[j], bound_[j] = 0.0, np.nan
+                    taken_0[j] = 0.0
+                    taken_1[j] = 0.0
         stopped = 0
         for j in range(begin, end):
             u_1_x = a_1_x[j]*c11[j] + u_star_x[j]
@@ -427,6 +432,17 @@ def _block(h, gamma_t, beta, gamma, EA, L, m, tolerance, state, bound, first, n,
                 if running[j] != 0.0 and not seen[j] <= bound_[j]:
                     n_done[lane], status[lane] = i, ENERGY_BOUND if seen[j] > bound_[j] else NON_FINITE
                     running[j], bound_[j] = 0.0, np.nan
+                    taken_0[j] = 0.0
+                    taken_1[j] = 0.0
+        for j in range(begin, end):
+            sum_0[j] += taken_0[j]
+            most_0[j] = max(most_0[j], taken_0[j])
+            sum_1[j] += taken_1[j]
+            most_1[j] = max(most_1[j], taken_1[j])
+        if i < iterations.shape[1]:
+            for lane in range(h.size):
+                iterations[lane, i, 0] = taken_0[begin + lane]
+                iterations[lane, i, 1] = taken_1[begin + lane]
         if (i + 1) // stride < out.shape[1] and (i + 1) % stride == 0:
             for lane in range(h.size):
                 j = begin + lane
@@ -447,17 +463,21 @@ def _block(h, gamma_t, beta, gamma, EA, L, m, tolerance, state, bound, first, n,
         state[lane, 1, 1] = v_0_y[j]
         state[lane, 2, 0] = a_0_x[j]
         state[lane, 2, 1] = a_0_y[j]
+        newton[lane, 0, 0] = sum_0[j]
+        newton[lane, 1, 0] = most_0[j]
+        newton[lane, 0, 1] = sum_1[j]
+        newton[lane, 1, 1] = most_1[j]
 
 
 @_compile
-def march_block(h, gamma_t, beta, gamma, EA, L, m, tolerance, state, bound, first, n, stride, out, iterations, peak, n_done, status):
+def march_block(h, gamma_t, beta, gamma, EA, L, m, tolerance, state, bound, first, n, stride, out, iterations, newton, peak, n_done, status):
     """The same results as march, WIDTH lanes at a time."""
     for lane in range(0, h.size, WIDTH):
-        _block(h[lane : lane + WIDTH], gamma_t[lane : lane + WIDTH], beta[lane : lane + WIDTH], gamma[lane : lane + WIDTH], EA[lane : lane + WIDTH], L[lane : lane + WIDTH], m[lane : lane + WIDTH], tolerance[lane : lane + WIDTH], state[lane : lane + WIDTH], bound[lane : lane + WIDTH], first, n[lane : lane + WIDTH], stride, out[lane : lane + WIDTH], iterations[lane : lane + WIDTH], peak[lane : lane + WIDTH], n_done[lane : lane + WIDTH], status[lane : lane + WIDTH])
+        _block(h[lane : lane + WIDTH], gamma_t[lane : lane + WIDTH], beta[lane : lane + WIDTH], gamma[lane : lane + WIDTH], EA[lane : lane + WIDTH], L[lane : lane + WIDTH], m[lane : lane + WIDTH], tolerance[lane : lane + WIDTH], state[lane : lane + WIDTH], bound[lane : lane + WIDTH], first, n[lane : lane + WIDTH], stride, out[lane : lane + WIDTH], iterations[lane : lane + WIDTH], newton[lane : lane + WIDTH], peak[lane : lane + WIDTH], n_done[lane : lane + WIDTH], status[lane : lane + WIDTH])
 
 
 @_compile
-def march(h, gamma_t, beta, gamma, EA, L, m, tolerance, state, bound, first, n, stride, out, iterations, peak, n_done, status):
+def march(h, gamma_t, beta, gamma, EA, L, m, tolerance, state, bound, first, n, stride, out, iterations, newton, peak, n_done, status):
     """March every lane n steps of newmark_bdf2.
 
     h, gamma_t, beta, gamma, EA, L, m, tolerance: one number for each lane. state (lanes, 3, 2), rows as STATE: on
@@ -465,11 +485,12 @@ def march(h, gamma_t, beta, gamma, EA, L, m, tolerance, state, bound, first, n, 
     steps; row 0 is left to the caller. peak (lanes,): largest energy after the steps of this call. first: steps
     completed before it. n_done (lanes,): steps completed in all, at most n (lanes,); status (lanes,). A lane
     stops before a state that is not finite or whose energy exceeds bound (lanes,). tolerance: a balance's Newton
-    iteration ends at a correction of u that is no larger. iterations (lanes, rows, balances): how many Newton
-    iterations the first rows steps took.
+    iteration ends at a correction of u that is no larger. newton (lanes, 2, balances): Newton iterations of the
+    steps completed, their sum and the most in one step; iterations (lanes, rows, balances): those of each of the
+    first rows steps.
     """
     for lane in range(h.size):
-        status[lane], n_done[lane], peak[lane] = _lane(h[lane], gamma_t[lane], beta[lane], gamma[lane], EA[lane], L[lane], m[lane], tolerance[lane], state[lane], bound[lane], first, n[lane], stride, out[lane], iterations[lane])
+        status[lane], n_done[lane], peak[lane] = _lane(h[lane], gamma_t[lane], beta[lane], gamma[lane], EA[lane], L[lane], m[lane], tolerance[lane], state[lane], bound[lane], first, n[lane], stride, out[lane], iterations[lane], newton[lane])
 
 
 @_compile

@@ -57,7 +57,6 @@ Amplification matrix N/den in (u, h*v, u[-1], h*v[-1], u[-2], h*v[-2]):
     N_55 = 0
 """
 
-import cmath
 import math
 
 import numpy as np
@@ -166,20 +165,30 @@ def _increment(Omega, xi):
 
 
 @_inline
-def _polynomial(Omega, xi):
-    """c0 + c1*lambda + ... = 0 for eigenvalues not always 0; b0, b1: its value and slope at lambda = 1. 21 operations."""
-    x0 = Omega*xi
-    x1 = 72*xi
+def _polynomial(s0, s1):
+    """Stability polynomial at s0 + i*s1: c0 + i*c0_ + (c1 + i*c1_)*lambda + ...; b0, ...: in powers of lambda - 1. 8 operations."""
+    x0 = 6*s0
+    x1 = x0 - 10
+    x2 = 6*s1
+    x3 = 18*s0
+    x4 = 18*s1
     c0 = 1
-    c1 = -12
-    c2 = 66
-    c3 = -12*x0 - 200
-    c4 = Omega*x1 + 345
-    c5 = -180*x0 - 300
-    c6 = Omega*(36*Omega + 120*xi) + 100
-    b0 = 36*Omega**2
-    b1 = Omega*(216*Omega + x1)
-    return c0, c1, c2, c3, c4, c5, c6, b0, b1
+    c0_ = 0
+    c1 = -6
+    c1_ = 0
+    c2 = 15
+    c2_ = 0
+    c3 = x1
+    c3_ = x2
+    b0 = x0
+    b0_ = x2
+    b1 = x3 - 6
+    b1_ = x4
+    b2 = x3 - 15
+    b2_ = x4
+    b3 = x1
+    b3_ = x2
+    return c0, c0_, c1, c1_, c2, c2_, c3, c3_, b0, b0_, b1, b1_, b2, b2_, b3, b3_
 
 
 @_inline
@@ -222,10 +231,10 @@ def _defect(Omega, xi):
 
 
 @_inline
-def _larger_bits(Omega, xi):
-    """The larger of their bits as unsigned integers: below infinity's only if both are finite and not below +0."""
-    a, b = np.float64(Omega).view(np.uint64), np.float64(xi).view(np.uint64)
-    return a if a > b else b
+def _refused(Omega, xi):
+    """A negative integer if one of them is negative, -0 or not finite: bits below 0, or above the largest number's."""
+    a, b, largest = np.float64(Omega).view(np.int64), np.float64(xi).view(np.int64), np.int64(0x7FEFFFFFFFFFFFFF)
+    return a | b | (largest - a) | (largest - b)
 
 
 @_inline
@@ -314,140 +323,275 @@ def _polynomial_at_exact(Omega, xi, p0, p1, k0, k1_3, k1_5, k2_4, k2_6, k3_3, k3
     return p0 - xi * p1, p1, Omega * (a1_1 - xi * b1_1), Omega * b1_1, leading
 
 
-@_compile
-def _find_roots(c, roots):
-    """All roots of c[0] + ... + c[d] z^d by Aberth's simultaneous iteration, until values are below rounding."""
-    d = roots.size
-    radius = (abs(c[0] / c[d])) ** (1.0 / d) if c[0] != 0.0 else 1.0
-    for k in range(d):
-        roots[k] = radius * cmath.exp(complex(0.0, 2.0 * math.pi * k / d + 0.4))
-    for _ in range(200):
-        left = 0
-        for k in range(d):
-            x, y = roots[k].real, roots[k].imag
-            modulus, size = math.sqrt(x * x + y * y), abs(c[d])
-            value, value_i, slope, slope_i = c[d], 0.0, 0.0, 0.0
-            for j in range(d - 1, -1, -1):
-                slope, slope_i = slope * x - slope_i * y + value, slope * y + slope_i * x + value_i
-                value, value_i = value * x - value_i * y + c[j], value * y + value_i * x
-                size = size * modulus + abs(c[j])
-            if abs(value) + abs(value_i) <= 2.3e-16 * size:
-                continue
-            left += 1
-            away, away_i = 0.0, 0.0  # the sum of 1/(z - other) over the other roots
-            for j in range(d):
-                g, g_i = x - roots[j].real, y - roots[j].imag
-                square = g * g + g_i * g_i
-                inverse = 1.0 / square if square > 0.0 else 0.0  # 0 for the root itself, or an equal one
-                away, away_i = away + g * inverse, away_i - g_i * inverse
-            # value / (slope - value * away)
-            g = slope - value * away + value_i * away_i
-            g_i = slope_i - value * away_i - value_i * away
-            square = g * g + g_i * g_i
-            if square > 0.0:
-                x -= (value * g + value_i * g_i) / square
-                y -= (value_i * g - value * g_i) / square
-            roots[k] = complex(x, y)
-        if left == 0:
-            break
+@_inline
+def _value_and_slope(x, y, c):
+    """Value and slope of the polynomial at x + iy, and what bounds the rounding of the value, a multiple of eps.
 
-
-@_compile
-def _rounding(c, z):
-    """How far rounding of the coefficients may move the root z; 1e300 for a multiple root."""
-    size, slope = 0.0, 0j
-    for j in range(c.size - 1, 0, -1):
-        slope = slope * z + j * c[j]
-        size = (size + abs(c[j])) * abs(z)
-    size += abs(c[0])
-    return 2.3e-16 * size / abs(slope) if slope != 0j else 1e300
-
-
-@_compile
-def _divide(c, b0, b1, e, others):
-    """P = p(1) and T = p'(1) of the monic quadratic p whose roots are next to the exact eigenvalue e and its conjugate.
-
-    Stores in others the coefficients, lowest first, of the quotient c/p, but for a factor. The quotient follows from p
-    by division, and p from the quotient and the value b0 and slope b1 of c at 1: this is iterated, and each iteration
-    gains a factor of the order of Omega.
+    c: real and imaginary part of its coefficients, highest first.
     """
-    d = c.size - 1
-    T = 2.0 * (1.0 - e.real)
-    P, moved = T - 1.0 + abs(e) ** 2, math.inf
-    for _ in range(60):
-        trace, det = 2.0 - T, 1.0 - T + P
-        value, slope = 0.0, 0.0  # of the quotient at 1
-        for j in range(d - 1):
-            below = others[j - 1] if j > 0 else 0.0
-            below2 = others[j - 2] if j > 1 else 0.0
-            others[j] = (c[j] + trace * below - below2) / det
-            value, slope = value + others[j], slope + j * others[j]
-        last, moved, P = moved, P, b0 / value
-        moved = abs(moved - P) + abs(T - (b1 - P * slope) / value)
-        T = (b1 - P * slope) / value
-        if moved >= last or moved == 0.0:
-            break
-    return P, T
+    modulus, (value, value_i), slope, slope_i = math.sqrt(x * x + y * y), c[0], 0.0, 0.0
+    size = abs(value) + abs(value_i)
+    for real, imaginary in c[1:]:
+        slope, slope_i = slope * x - slope_i * y + value, slope * y + slope_i * x + value_i
+        value, value_i = value * x - value_i * y + real, value * y + value_i * x + imaginary
+        size = size * modulus + (abs(real) + abs(imaginary))
+    return value, value_i, slope, slope_i, size
+
+
+@_inline
+def _closer(x, y, others, c):
+    """The root x + iy after a step of Aberth's iteration, and whether its value was above rounding; if not, as it was.
+
+    The step is that of Newton for the polynomial divided by the distances from the other roots.
+    """
+    value, value_i, slope, slope_i, size = _value_and_slope(x, y, c)
+    moved, away, away_i = abs(value) + abs(value_i) > 4.5e-16 * size, 0.0, 0.0
+    for u, v in others:
+        g, g_i = x - u, y - v
+        inverse = 1.0 / (g * g + g_i * g_i + 1e-300)
+        away, away_i = away + g * inverse, away_i - g_i * inverse
+    g = slope - value * away + value_i * away_i
+    g_i = slope_i - value * away_i - value_i * away
+    inverse = 1.0 / (g * g + g_i * g_i + 1e-300)
+    new, new_i = x - (value * g + value_i * g_i) * inverse, y - (value_i * g - value * g_i) * inverse
+    return new if moved else x, new_i if moved else y, moved
+
+
+@_inline
+def _surely_complex(x, y, c):
+    """The imaginary part y of a root, or 0 if rounding of the coefficients may move the root as far."""
+    _, _, slope, slope_i, size = _value_and_slope(x, y, c)
+    far = 1.84e-15 * size
+    return y if y * y * (slope * slope + slope_i * slope_i) > far * far else 0.0
+
+
+@_inline
+def _power(square, exponent):
+    """sqrt(square) to the power 2^-31 * exponent, within 10 %, by integer arithmetic on the bits of the number."""
+    bits = (np.float64(square).view(np.int64) >> 32) * exponent >> 32
+    return np.int64((bits + 0x3FF00000 - (0x3FF00000 * exponent >> 32)) << 32).view(np.float64)
+
+
+@_inline
+def _square(z):
+    """Squared modulus."""
+    return z.real * z.real + z.imag * z.imag
+
+
+@_inline
+def _scaled(z, factor):
+    """A complex number times a real one."""
+    return complex(z.real * factor, z.imag * factor)
+
+
+@_inline
+def _root(w):
+    """An 3th root of w, within 1 %, turned by 0.01 rad so that no two starts are conjugates of each other."""
+    square = _square(w)
+    modulus, over = _power(square, 715827882), square
+    inverse = 1.0 / (modulus * modulus)
+    for _ in range(3):
+        over *= inverse
+    modulus *= (5.0 + 7.0 * over) / (7.0 + 5.0 * over)  # Halley's step
+    angle = math.copysign(1.0 / 3.0 * _angle(abs(w.imag) + 1e-300, w.real), w.imag) + 0.01
+    z = angle * angle
+    cosine = 1.0 - z * (1.0 / 2.0 - z * (1.0 / 24.0 - z * (1.0 / 720.0)))
+    sine = angle * (1.0 - z * (1.0 / 6.0 - z * (1.0 / 120.0 - z * (1.0 / 5040.0))))
+    return complex(modulus * cosine, modulus * sine)
+
+
+@_inline
+def _around(c):
+    """z, p, q, for roots near z + (p + q)/2 e + (p - q)/2 / e, e^3 = 1; they are those of a Chebyshev polynomial.
+
+    It has the polynomial's three highest coefficients and its value at the centroid z of the roots: in z + u + v/u it
+    is u^3 + (v/u)^3 but for a constant, so that u^3 is a root of a quadratic. Lengths are divided by `radius`.
+    """
+    (a, a_i), (b, b_i), (d, d_i) = c[:3]
+    inverse = 1.0 / (a * a + a_i * a_i)
+    over = complex(a * inverse, -a_i * inverse)
+    second, third = complex(b, b_i) * over, complex(d, d_i) * over
+    z = _scaled(second, -1.0 / 3.0)
+    value, value_i, _, _, _ = _value_and_slope(z.real, z.imag, c)
+    value, v = complex(value, value_i) * over, _scaled(_scaled(second * second, 2.0 / 6.0) - third, 1.0 / 3.0)
+    radius = _power(_square(value), 715827882) + _power(_square(v), 1 << 30)
+    inverse = 1.0 / radius
+    v, power, middle = _scaled(v, inverse * inverse), complex(1.0, 0.0), complex(0.0, 0.0)
+    for k in range(3):
+        value, power = _scaled(value, inverse), power * v
+        if 2 * k + 2 == 3:
+            middle = _scaled(power, -4.0)
+    half = _scaled(middle - value, 0.5)
+    g = half * half - power
+    size = math.sqrt(_square(g))
+    root = complex(math.sqrt(0.5 * abs(size + g.real)), math.copysign(math.sqrt(0.5 * abs(size - g.real)), g.imag))
+    u = _root(half + root if half.real * root.real + half.imag * root.imag > 0.0 else half - root)
+    v = _scaled(v * u.conjugate(), 1.0 / _square(u))
+    return z, _scaled(u + v, radius), _scaled(u - v, radius)
+
+
+@_inline
+def _is_near(Omega, xi):
+    """Whether roots are found as lambda - 1, which keeps the digits of those near 1; else as lambda."""
+    return Omega * (xi if xi > 1.0 else 1.0) < 0.125
+
+
+@_inline
+def _eigenvalue(x, y, near):
+    """Real part, modulus^2 - 1 and modulus^2 of the eigenvalue that a root stands for."""
+    square = x * x + y * y
+    less = square + 2.0 * x if near else square - 1.0
+    return x + 1.0 if near else x, less, 1.0 + less if near else square
+
+
+@_inline
+def _coefficients_at(Omega, xi, second):
+    """Real and imaginary part of the coefficients of the polynomial in a root, highest first.
+
+    It is the stability polynomial at s = s0 + i s1, the first or second root of s^2 + 2 xi Omega s + Omega^2.
+    """
+    cosine = math.sqrt(abs(1.0 - xi * xi))
+    rest = xi + cosine
+    s0 = -Omega * (xi if xi < 1.0 else rest if second else 1.0 / rest)
+    s1 = Omega * cosine if xi < 1.0 else 0.0
+    c0, c0_, c1, c1_, c2, c2_, c3, c3_, b0, b0_, b1, b1_, b2, b2_, b3, b3_ = _polynomial(s0, s1)
+    near = _is_near(Omega, xi)
+    return b3 if near else c3, b3_ if near else c3_, b2 if near else c2, b2_ if near else c2_, b1 if near else c1, b1_ if near else c1_, b0 if near else c0, b0_ if near else c0_
+
+
+@_fused
+def _start_roots(s):
+    """Store approximate roots of the polynomials in all lanes; coefficients are in the rows below the roots."""
+    for j in range(32):
+        c = ((s[6 * 32 + j], s[7 * 32 + j]), (s[8 * 32 + j], s[9 * 32 + j]), (s[10 * 32 + j], s[11 * 32 + j]), (s[12 * 32 + j], s[13 * 32 + j]))
+        z, p, q = _around(c)
+        s[0 * 32 + j], s[1 * 32 + j] = z.real + 1.000000 * p.real - 0.000000 * q.imag, z.imag + 0.000000 * q.real + 1.000000 * p.imag
+        s[2 * 32 + j], s[3 * 32 + j] = z.real + -0.502000 * p.real - 0.869490 * q.imag, z.imag + 0.869490 * q.real + -0.502000 * p.imag
+        s[4 * 32 + j], s[5 * 32 + j] = z.real + -0.504000 * p.real - -0.872954 * q.imag, z.imag + -0.872954 * q.real + -0.504000 * p.imag
+
+
+@_fused
+def _closer_roots(s):
+    """One step for each root in each lane; returns how many roots had not converged."""
+    count = 0
+    for j in range(32):
+        c = ((s[6 * 32 + j], s[7 * 32 + j]), (s[8 * 32 + j], s[9 * 32 + j]), (s[10 * 32 + j], s[11 * 32 + j]), (s[12 * 32 + j], s[13 * 32 + j]))
+        x0, y0, x1, y1, x2, y2 = s[0 * 32 + j], s[1 * 32 + j], s[2 * 32 + j], s[3 * 32 + j], s[4 * 32 + j], s[5 * 32 + j]
+        u0, v0, moved = _closer(x0, y0, ((x1, y1), (x2, y2),), c)
+        count += moved
+        u1, v1, moved = _closer(x1, y1, ((x0, y0), (x2, y2),), c)
+        count += moved
+        u2, v2, moved = _closer(x2, y2, ((x0, y0), (x1, y1),), c)
+        count += moved
+        s[0 * 32 + j], s[1 * 32 + j], s[2 * 32 + j], s[3 * 32 + j], s[4 * 32 + j], s[5 * 32 + j] = u0, v0, u1, v1, u2, v2
+    return count
+
+
+@_fused
+def _end_roots(s):
+    """Set the imaginary part of a root to 0 where rounding alone may have made it: see `_surely_complex`."""
+    for j in range(32):
+        c = ((s[6 * 32 + j], s[7 * 32 + j]), (s[8 * 32 + j], s[9 * 32 + j]), (s[10 * 32 + j], s[11 * 32 + j]), (s[12 * 32 + j], s[13 * 32 + j]))
+        x0, y0, x1, y1, x2, y2 = s[0 * 32 + j], s[1 * 32 + j], s[2 * 32 + j], s[3 * 32 + j], s[4 * 32 + j], s[5 * 32 + j]
+        s[1 * 32 + j] = _surely_complex(x0, y0, c)
+        s[3 * 32 + j] = _surely_complex(x1, y1, c)
+        s[5 * 32 + j] = _surely_complex(x2, y2, c)
 
 
 @_compile
-def _spectrum(Omega, xi, polynomial):
-    """Spectral radius; half the trace, modulus^2 - 1, modulus^2, imaginary part of the largest complex pair; and more.
+def _find_roots(Omega, xi, found, second):
+    """Store real and imaginary part of each root in the rows of found.
 
-    That is, for `_distance_from_exact`, the imaginary part of the pair next to the exact one and the monic polynomial
-    of the other eigenvalues. An imaginary part is -1 where there is no complex pair; that of the pair next to the exact
-    one also where another pair is larger.
+    By Aberth's iteration in blocks of 32 points side by side, until no root of a block's points moves.
     """
-    c, b0, b1 = np.array(polynomial[:-2]), polynomial[-2], polynomial[-1]
-    others, radius, modulus, half, root, less, modulus2 = np.zeros(c.size - 2), 0.0, 0.0, 0.0, -1.0, 0.0, 0.0
-    if Omega * max(1.0, xi) < 0.125:
-        e = cmath.exp(Omega * complex(-xi, math.sqrt(abs(1.0 - xi * xi))))
-        P, T = _divide(c, b0, b1, e, others)
-        half, less, modulus2 = 1.0 - 0.5 * T, P - T, 1.0 + P - T
-        discriminant = P - 0.25 * T * T
-        root = math.sqrt(discriminant) if discriminant > 0.0 else -1.0
-        modulus = math.sqrt(abs(modulus2)) if discriminant > 0.0 else 0.0
-        radius = modulus if discriminant > 0.0 else abs(half) + math.sqrt(-discriminant)
-        c = others
-    roots, kept = np.empty(c.size - 1, dtype=np.complex128), root
-    _find_roots(c, roots)
-    for z in roots:
-        size = abs(z)
-        radius = max(radius, size)
-        # near a double root rounding makes a real pair complex: such a pair is not taken
-        if size > modulus * (1.0 + 1e-12) and z.imag > 8.0 * _rounding(c, z) and Omega > 0.0:
-            modulus, half, root, less, modulus2, kept = size, z.real, z.imag, size * size - 1.0, size * size, -1.0
-    return radius, half, less, modulus2, root, kept, others[0] / others[-1], others[1] / others[-1], others[2] / others[-1], others[3] / others[-1]
+    s = np.ones(14 * 32)
+    for first in range(0, Omega.size, 32):
+        size = min(32, Omega.size - first)
+        for j in range(size):
+            s[6 * 32 + j], s[7 * 32 + j], s[8 * 32 + j], s[9 * 32 + j], s[10 * 32 + j], s[11 * 32 + j], s[12 * 32 + j], s[13 * 32 + j] = _coefficients_at(Omega[first + j], xi[first + j], second)
+        _start_roots(s)
+        for _ in range(200):
+            if _closer_roots(s) == 0:
+                break
+        _end_roots(s)
+        for r in range(6):
+            for j in range(size):
+                found[r, first + j] = s[r * 32 + j]
+
+
+@_compile
+def _find_both_roots(Omega, xi, found):
+    """As `_find_roots`; in the row below, the largest modulus^2 of eigenvalues that are not their conjugates.
+
+    Those are the eigenvalues at the second root s, where the oscillator is damped critically or more.
+    """
+    _find_roots(Omega, xi, found, False)
+    largest = 0.0
+    for i in range(Omega.size):
+        found[6, i] = 0.0
+        largest = max(largest, xi[i])
+    if largest >= 1.0:
+        other = np.empty((6, Omega.size))
+        _find_roots(Omega, xi, other, True)
+        for i in range(Omega.size):
+            if xi[i] >= 1.0:
+                for k in range(0, 6, 2):
+                    square = _eigenvalue(other[k, i], other[k + 1, i], _is_near(Omega[i], xi[i]))[2]
+                    found[6, i] = max(found[6, i], square)
 
 
 @_inline
 def _is_conservative(Omega, xi):
     """Whether the polynomial, or it over lambda, reads the same backwards: complex pairs may be on the unit circle."""
-    opposite = np.abs(np.array(_asymmetry(Omega)))
-    return xi == 0.0 and (opposite[:3].sum() == 0.0 or opposite[3:].sum() == 0.0)
-
-
-@_compile
-def _eigenvalues(Omega, xi):
-    """As `_spectrum`, but a pair that can only be on the unit circle has modulus 1 exactly."""
-    found = _spectrum(Omega, xi, _polynomial(Omega, xi))
-    if abs(found[2]) < 1e-6 and _is_conservative(Omega, xi):
-        return found[:2] + (0.0, 1.0) + found[4:]
-    return found
-
-
-@_compile
-def _spectral_radii(Omega, xi, radius):
-    """Store the spectral radius at each point; return the largest `_larger_bits`."""
-    bits = np.uint64(0)
-    for i in range(radius.size):
-        radius[i] = _eigenvalues(Omega[i], xi[i])[0]
-        bits = max(bits, _larger_bits(Omega[i], xi[i]))
-    return bits
+    w0, w1, w2, y0, y1, y2, y3 = _asymmetry(Omega)
+    return xi == 0.0 and (abs(w0) + abs(w1) + abs(w2) == 0.0 or abs(y0) + abs(y1) + abs(y2) + abs(y3) == 0.0)
 
 
 @_inline
-def _distance_from_exact(Omega, xi, half, less, modulus2, root, o0, o1, o2, o3):
+def _eigenvalues(Omega, xi, x0, y0, x1, y1, x2, y2, square):
+    """Spectral radius; half the trace, modulus^2 - 1, modulus^2, imaginary part of the largest complex pair; others.
+
+    The imaginary part is -1 where there is no complex pair. A pair that can only be on the unit circle has modulus 1
+    exactly. The others are real and imaginary part of the other eigenvalues, but for their conjugates where roots are
+    those of the stability polynomial.
+    """
+    near = _is_near(Omega, xi)
+    h0, l0, m0 = _eigenvalue(x0, y0, near)
+    h1, l1, m1 = _eigenvalue(x1, y1, near)
+    h2, l2, m2 = _eigenvalue(x2, y2, near)
+    square = max(m0, m1, m2, square)
+    swap = y1 != 0.0 and (y0 == 0.0 or m1 > 1.000000000002 * m0)
+    h0, l0, m0, y0, h1, l1, m1, y1 = (h1, l1, m1, y1, h0, l0, m0, y0) if swap else (h0, l0, m0, y0, h1, l1, m1, y1)
+    swap = y2 != 0.0 and (y0 == 0.0 or m2 > 1.000000000002 * m0)
+    h0, l0, m0, y0, h2, l2, m2, y2 = (h2, l2, m2, y2, h0, l0, m0, y0) if swap else (h0, l0, m0, y0, h2, l2, m2, y2)
+    root = abs(y0) if y0 != 0.0 else -1.0
+    less, modulus2 = (0.0, 1.0) if abs(l0) < 1e-6 and _is_conservative(Omega, xi) else (l0, m0)
+    return math.sqrt(square), h0, less, modulus2, root, h1, y1, h2, y2
+
+
+@_fused
+def _spectral_radii_of_block(Omega, xi, radius, s):
+    """`_spectral_radii` of a block of points."""
+    refused = np.int64(0)
+    _find_both_roots(Omega, xi, s)
+    for i in range(radius.size):
+        refused |= _refused(Omega[i], xi[i])
+        radius[i] = _eigenvalues(Omega[i], xi[i], s[0, i], s[1, i], s[2, i], s[3, i], s[4, i], s[5, i], s[6, i])[0]
+    return refused
+
+
+@_fused
+def _spectral_radii(Omega, xi, radius):
+    """Store the spectral radius at each point; return all `_refused`, negative if one is."""
+    refused, s = np.int64(0), np.empty((7, 2048))
+    for i in range(0, radius.size, 2048):
+        k = min(i + 2048, radius.size)
+        refused |= _spectral_radii_of_block(Omega[i:k], xi[i:k], radius[i:k], s)
+    return refused
+
+
+@_inline
+def _distance_from_exact(Omega, xi, half, less, modulus2, root, u1, v1, u2, v2):
     """tanh of half the distance in s between the eigenvalue half + i root and the exact one e^s; real, imaginary part.
 
     In tau = 2 (lambda - 1)/(lambda + 1) the pair is (less/2 +- i root)/scale. At the exact tau = x + i r y the
@@ -461,13 +605,13 @@ def _distance_from_exact(Omega, xi, half, less, modulus2, root, o0, o1, o2, o3):
     h0, h1 = scale - 0.25 * (less * x - root * y), -0.25 * (less * y + root * x)
     g0, g1 = f0 * h0 - f1 * h1, f0 * h1 + f1 * h0
     e0, e1, d0, d1 = 1.0 + 0.5 * x, 0.5 * y, 1.0 - 0.5 * x, -0.5 * y  # e^s = e/d
-    j0, j1 = e0 + o3 * d0, e1 + o3 * d1
-    c0, c1 = d0 * d0 - d1 * d1, 2.0 * d0 * d1
-    j0, j1 = j0 * e0 - j1 * e1 + o2 * c0, j0 * e1 + j1 * e0 + o2 * c1
-    c0, c1 = c0 * d0 - c1 * d1, c0 * d1 + c1 * d0
-    j0, j1 = j0 * e0 - j1 * e1 + o1 * c0, j0 * e1 + j1 * e0 + o1 * c1
-    c0, c1 = c0 * d0 - c1 * d1, c0 * d1 + c1 * d0
-    j0, j1 = j0 * e0 - j1 * e1 + o0 * c0, j0 * e1 + j1 * e0 + o0 * c1
+    j0, j1 = e0 - u1 * d0 + v1 * d1, e1 - u1 * d1 - v1 * d0
+    g0, g1 = g0 * j0 - g1 * j1, g0 * j1 + g1 * j0
+    j0, j1 = e0 - u1 * d0 - v1 * d1, e1 - u1 * d1 + v1 * d0
+    g0, g1 = g0 * j0 - g1 * j1, g0 * j1 + g1 * j0
+    j0, j1 = e0 - u2 * d0 + v2 * d1, e1 - u2 * d1 - v2 * d0
+    g0, g1 = g0 * j0 - g1 * j1, g0 * j1 + g1 * j0
+    j0, j1 = e0 - u2 * d0 - v2 * d1, e1 - u2 * d1 + v2 * d0
     g0, g1 = g0 * j0 - g1 * j1, g0 * j1 + g1 * j0
     scale *= -0.5 * Omega * Omega * Omega / (leading * (g0 * g0 + g1 * g1))
     growth = 0.0 if _is_conservative(Omega, xi) else scale * (p0 * g0 + p1 * g1)
@@ -482,9 +626,9 @@ def _errors_near_zero(Omega, xi, s, damping, period):
     """
     count = 0
     for i in range(period.size):
-        s[9, i], s[10, i] = _distance_from_exact(Omega[i], xi[i], s[0, i], s[1, i], s[2, i], s[4, i], s[5, i], s[6, i], s[7, i], s[8, i])
+        s[8, i], s[9, i] = _distance_from_exact(Omega[i], xi[i], s[0, i], s[1, i], s[2, i], s[3, i], s[4, i], s[5, i], s[6, i], s[7, i])
     for i in range(period.size):
-        better, near_damping, near_period = _errors_of_distance(Omega[i], xi[i], s[4, i], s[9, i], s[10, i])
+        better, near_damping, near_period = _errors_of_distance(Omega[i], xi[i], s[3, i], s[8, i], s[9, i])
         better = better and Omega[i] < 0.125
         damping[i], period[i] = near_damping if better else damping[i], near_period if better else period[i]
         count += better
@@ -493,30 +637,31 @@ def _errors_near_zero(Omega, xi, s, damping, period):
 
 @_fused
 def _stability_of_block(Omega, xi, radius, damping, period):
-    """`stability` of a block of points; returns the largest `_larger_bits`.
+    """`stability` of a block of points; returns all `_refused`.
 
     Near Omega = 0, damping and period error follow from the distance of the pair from the exact one, if that is small.
     """
-    n, count, bits = radius.size, 0, np.uint64(0)
-    s = np.empty((11, n))
+    n, count, refused = radius.size, 0, np.int64(0)
+    s = np.empty((10, n))
+    _find_both_roots(Omega, xi, s)
     for i in range(n):
-        radius[i], s[0, i], s[1, i], s[2, i], s[3, i], s[4, i], s[5, i], s[6, i], s[7, i], s[8, i] = _eigenvalues(Omega[i], xi[i])
-        bits = max(bits, _larger_bits(Omega[i], xi[i]))
+        refused |= _refused(Omega[i], xi[i])
+        radius[i], s[0, i], s[1, i], s[2, i], s[3, i], s[4, i], s[5, i], s[6, i], s[7, i] = _eigenvalues(Omega[i], xi[i], s[0, i], s[1, i], s[2, i], s[3, i], s[4, i], s[5, i], s[6, i])
     for i in range(n):
         count += Omega[i] < 0.125
     if count == n and _errors_near_zero(Omega, xi, s, damping, period) == n:
-        return bits
+        return refused
     for i in range(n):
         damping[i], period[i] = _errors_of_pair(Omega[i], xi[i], s[0, i], s[1, i], s[2, i], s[3, i])
     if count > 0:
         _errors_near_zero(Omega, xi, s, damping, period)
-    return bits
+    return refused
 
 
 @_fused
 def spectral_radius(Omega, xi, out):
     """Spectral radius; 1-D arrays of one length. Returns whether any Omega or xi is negative, -0 or not finite."""
-    return _spectral_radii(Omega, xi, out) >= np.uint64(0x7FF0000000000000)
+    return _spectral_radii(Omega, xi, out) < 0
 
 
 @_fused
@@ -527,11 +672,11 @@ def stability(Omega, xi, radius, damping, period):
     period over the exact one, less 1; both are NaN where all eigenvalues are real. Returns whether
     any Omega or xi is negative, -0 or not finite.
     """
-    bits = np.uint64(0)
+    refused = np.int64(0)
     for i in range(0, radius.size, 2048):
         k = min(i + 2048, radius.size)
-        bits = max(bits, _stability_of_block(Omega[i:k], xi[i:k], radius[i:k], damping[i:k], period[i:k]))
-    return bits >= np.uint64(0x7FF0000000000000)
+        refused |= _stability_of_block(Omega[i:k], xi[i:k], radius[i:k], damping[i:k], period[i:k])
+    return refused < 0
 
 
 @_compile

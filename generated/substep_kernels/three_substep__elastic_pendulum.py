@@ -25,7 +25,7 @@ from numba import njit
 SCHEME = "three_substep"
 SCENE = "elastic_pendulum"
 # arguments of march, in order; those of SCALARS hold one number for each lane
-ARGUMENTS = ("h", "rho_inf", "gamma", "EA", "L", "m", "tolerance", "state", "bound", "first", "n", "stride", "out", "iterations", "peak", "n_done", "status",)
+ARGUMENTS = ("h", "rho_inf", "gamma", "EA", "L", "m", "tolerance", "state", "bound", "first", "n", "stride", "out", "iterations", "newton", "peak", "n_done", "status",)
 SCALARS = ("h", "rho_inf", "gamma", "EA", "L", "m", "tolerance",)
 START_ARGUMENTS = ("h", "u", "v", "a", "state",)
 # rows of the state: u, v or a, and how many steps before t_n
@@ -40,7 +40,7 @@ _compile = njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract
 
 
 @_compile
-def _lane(h, rho_inf, gamma, EA, L, m, tolerance, state, bound, first, n, stride, out, iterations):
+def _lane(h, rho_inf, gamma, EA, L, m, tolerance, state, bound, first, n, stride, out, iterations, newton):
     """March one lane; returns its status, steps completed and their largest energy."""
     u_0_x = state[0, 0]
     u_0_y = state[0, 1]
@@ -69,12 +69,13 @@ def _lane(h, rho_inf, gamma, EA, L, m, tolerance, state, bound, first, n, stride
     near_1 = ((tolerance/abs(c1)) if (c1 != 0) else (np.inf))
     near_2 = ((tolerance/abs(c1)) if (c1 != 0) else (np.inf))
     status, done, peak = COMPLETED, n, -np.inf
+    newton[:] = 0
     for i in range(first, n):
         u_star_x = a_0_x*c1 + c0*v_0_x + u_0_x
         u_star_y = a_0_y*c1 + c0*v_0_y + u_0_y
         a_g_x = c3*(u_0_x - u_star_x)
         a_g_y = c3*(u_0_y - u_star_y)
-        for count in range(1, 51):
+        for taken_0 in range(1, 51):
             u_g_x = a_g_x*c1 + u_star_x
             u_g_y = a_g_y*c1 + u_star_y
             x0 = u_g_x**2
@@ -101,8 +102,6 @@ def _lane(h, rho_inf, gamma, EA, L, m, tolerance, state, bound, first, n, stride
         else:
             status, done = NEWTON_FAILED, i
             break
-        if i < iterations.shape[0]:
-            iterations[i, 0] = count
         u_g_x = a_g_x*c1 + u_star_x
         u_g_y = a_g_y*c1 + u_star_y
         v_g_x = a_0_x*c2 + a_g_x*c2 + v_0_x
@@ -111,7 +110,7 @@ def _lane(h, rho_inf, gamma, EA, L, m, tolerance, state, bound, first, n, stride
         u_star_y = a_g_y*c1 + c0*v_g_y + u_g_y
         a_k_x = c3*(u_g_x - u_star_x)
         a_k_y = c3*(u_g_y - u_star_y)
-        for count in range(1, 51):
+        for taken_1 in range(1, 51):
             u_k_x = a_k_x*c1 + u_star_x
             u_k_y = a_k_y*c1 + u_star_y
             x0 = u_k_x**2
@@ -138,8 +137,6 @@ def _lane(h, rho_inf, gamma, EA, L, m, tolerance, state, bound, first, n, stride
         else:
             status, done = NEWTON_FAILED, i
             break
-        if i < iterations.shape[0]:
-            iterations[i, 1] = count
         u_k_x = a_k_x*c1 + u_star_x
         u_k_y = a_k_y*c1 + u_star_y
         v_k_x = a_g_x*c2 + a_k_x*c2 + v_g_x
@@ -148,7 +145,7 @@ def _lane(h, rho_inf, gamma, EA, L, m, tolerance, state, bound, first, n, stride
         u_star_y = a_0_y*c9 - a_g_y*c11 + a_k_y*c10 + c12*v_0_y + c13*v_k_y - c8*v_g_y + u_0_y
         a_1_x = c3*(u_k_x - u_star_x)
         a_1_y = c3*(u_k_y - u_star_y)
-        for count in range(1, 51):
+        for taken_2 in range(1, 51):
             u_1_x = a_1_x*c1 + u_star_x
             u_1_y = a_1_y*c1 + u_star_y
             x0 = u_1_x**2
@@ -175,8 +172,6 @@ def _lane(h, rho_inf, gamma, EA, L, m, tolerance, state, bound, first, n, stride
         else:
             status, done = NEWTON_FAILED, i
             break
-        if i < iterations.shape[0]:
-            iterations[i, 2] = count
         u_1_x = a_1_x*c1 + u_star_x
         u_1_y = a_1_y*c1 + u_star_y
         v_1_x = a_0_x*c14 + a_1_x*c2 - a_g_x*c8 + a_k_x*c13 + v_0_x
@@ -189,6 +184,18 @@ def _lane(h, rho_inf, gamma, EA, L, m, tolerance, state, bound, first, n, stride
             status, done = ENERGY_BOUND, i
             break
         peak = max(peak, energy)
+        newton[0, 0] += taken_0
+        newton[1, 0] = max(newton[1, 0], taken_0)
+        if i < iterations.shape[0]:
+            iterations[i, 0] = taken_0
+        newton[0, 1] += taken_1
+        newton[1, 1] = max(newton[1, 1], taken_1)
+        if i < iterations.shape[0]:
+            iterations[i, 1] = taken_1
+        newton[0, 2] += taken_2
+        newton[1, 2] = max(newton[1, 2], taken_2)
+        if i < iterations.shape[0]:
+            iterations[i, 2] = taken_2
         u_0_x = u_1_x
         u_0_y = u_1_y
         v_0_x = v_1_x
@@ -217,9 +224,9 @@ WIDTH = 64
 
 
 @_compile
-def _block(h, rho_inf, gamma, EA, L, m, tolerance, state, bound, first, n, stride, out, iterations, peak, n_done, status):
+def _block(h, rho_inf, gamma, EA, L, m, tolerance, state, bound, first, n, stride, out, iterations, newton, peak, n_done, status):
     """March at most WIDTH lanes side by side in vector registers; the last lane is repeated to fill the last one."""
-    rows = np.zeros((48, WIDTH + 16))
+    rows = np.zeros((57, WIDTH + 16))
     begin = -(rows.ctypes.data // 8) & 7  # at a cache line
     end = begin + 8 * ((h.size + 7) // 8)
     a_0_x = rows[0]
@@ -270,6 +277,15 @@ def _block(h, rho_inf, gamma, EA, L, m, tolerance, state, bound, first, n, strid
     running = rows[45]
     seen = rows[46]
     size = rows[47]
+    taken_0 = rows[48]
+    sum_0 = rows[49]
+    most_0 = rows[50]
+    taken_1 = rows[51]
+    sum_1 = rows[52]
+    most_1 = rows[53]
+    taken_2 = rows[54]
+    sum_2 = rows[55]
+    most_2 = rows[56]
     for j in range(begin, end):
         lane = min(j - begin, h.size - 1)
         h_[j] = h[lane]
@@ -320,19 +336,13 @@ def _block(h, rho_inf, gamma, EA, L, m, tolerance, state, bound, first, n, strid
                     running[begin + lane], bound_[begin + lane] = 0.0, np.nan
                 else:
                     ends = min(ends, n[lane])
-        counted = i < iterations.shape[1]
         for j in range(begin, end):
             u_star_x[j] = a_0_x[j]*c1[j] + c0[j]*v_0_x[j] + u_0_x[j]
             u_star_y[j] = a_0_y[j]*c1[j] + c0[j]*v_0_y[j] + u_0_y[j]
             a_g_x[j] = c3[j]*(u_0_x[j] - u_star_x[j])
             a_g_y[j] = c3[j]*(u_0_y[j] - u_star_y[j])
-            size[j] = running[j]
-        if counted:
-            iterations[:, i, 0] = 0
+            size[j], taken_0[j] = running[j], 0.0
         for _ in range(50):
-            if counted:
-                for lane in range(h.size):
-                    iterations[lane, i, 0] += not size[begin + lane] <= near_0[begin + lane]
             left = 0
             for j in range(begin, end):
                 going = not size[j] <= near_0[j]
@@ -360,6 +370,7 @@ def _block(h, rho_inf, gamma, EA, L, m, tolerance, state, bound, first, n, strid
                 largest = abs(change_0)
                 largest = abs(change_1) if abs(change_1) > largest else largest
                 size[j] = largest
+                taken_0[j] += 1.0 if going else 0.0
                 left = left if largest <= near_0[j] else 1
             if left == 0:
                 break
@@ -369,6 +380,7 @@ def _block(h, rho_inf, gamma, EA, L, m, tolerance, state, bound, first, n, strid
                 if running[j] != 0.0 and not size[j] <= near_0[j]:
                     n_done[lane], status[lane] = i, NEWTON_FAILED
                     running[j], bound_[j] = 0.0, np.nan
+                    taken_0[j] = 0.0
         for j in range(begin, end):
             u_g_x = a_g_x[j]*c1[j] + u_star_x[j]
             u_g_y = a_g_y[j]*c1[j] + u_star_y[j]
@@ -378,13 +390,8 @@ def _block(h, rho_inf, gamma, EA, L, m, tolerance, state, bound, first, n, strid
             u_star_y[j] = a_g_y[j]*c1[j] + c0[j]*v_g_y[j] + u_g_y
             a_k_x[j] = c3[j]*(u_g_x - u_star_x[j])
             a_k_y[j] = c3[j]*(u_g_y - u_star_y[j])
-            size[j] = running[j]
-        if counted:
-            iterations[:, i, 1] = 0
+            size[j], taken_1[j] = running[j], 0.0
         for _ in range(50):
-            if counted:
-                for lane in range(h.size):
-                    iterations[lane, i, 1] += not size[begin + lane] <= near_1[begin + lane]
             left = 0
             for j in range(begin, end):
                 going = not size[j] <= near_1[j]
@@ -412,6 +419,7 @@ def _block(h, rho_inf, gamma, EA, L, m, tolerance, state, bound, first, n, strid
                 largest = abs(change_0)
                 largest = abs(change_1) if abs(change_1) > largest else largest
                 size[j] = largest
+                taken_1[j] += 1.0 if going else 0.0
                 left = left if largest <= near_1[j] else 1
             if left == 0:
                 break
@@ -421,6 +429,8 @@ def _block(h, rho_inf, gamma, EA, L, m, tolerance, state, bound, first, n, strid
                 if running[j] != 0.0 and not size[j] <= near_1[j]:
                     n_done[lane], status[lane] = i, NEWTON_FAILED
                     running[j], bound_[j] = 0.0, np.nan
+                    taken_0[j] = 0.0
+                    taken_1[j] = 0.0
         for j in range(begin, end):
             u_k_x = a_k_x[j]*c1[j] + u_star_x[j]
             u_k_y = a_k_y[j]*c1[j] + u_star_y[j]
@@ -430,13 +440,8 @@ def _block(h, rho_inf, gamma, EA, L, m, tolerance, state, bound, first, n, strid
             u_star_y[j] = a_0_y[j]*c9[j] - a_g_y[j]*c11[j] + a_k_y[j]*c10[j] + c12[j]*v_0_y[j] + c13[j]*v_k_y - c8[j]*v_g_y[j] + u_0_y[j]
             a_1_x[j] = c3[j]*(u_k_x - u_star_x[j])
             a_1_y[j] = c3[j]*(u_k_y - u_star_y[j])
-            size[j] = running[j]
-        if counted:
-            iterations[:, i, 2] = 0
+            size[j], taken_2[j] = running[j], 0.0
         for _ in range(50):
-            if counted:
-                for lane in range(h.size):
-                    iterations[lane, i, 2] += not size[begin + lane] <= near_2[begin + lane]
             left = 0
             for j in range(begin, end):
                 going = not size[j] <= near_2[j]
@@ -464,6 +469,7 @@ def _block(h, rho_inf, gamma, EA, L, m, tolerance, state, bound, first, n, strid
                 largest = abs(change_0)
                 largest = abs(change_1) if abs(change_1) > largest else largest
                 size[j] = largest
+                taken_2[j] += 1.0 if going else 0.0
                 left = left if largest <= near_2[j] else 1
             if left == 0:
                 break
@@ -473,6 +479,9 @@ def _block(h, rho_inf, gamma, EA, L, m, tolerance, state, bound, first, n, strid
                 if running[j] != 0.0 and not size[j] <= near_2[j]:
                     n_done[lane], status[lane] = i, NEWTON_FAILED
                     running[j], bound_[j] = 0.0, np.nan
+                    taken_0[j] = 0.0
+                    taken_1[j] = 0.0
+                    taken_2[j] = 0.0
         stopped = 0
         for j in range(begin, end):
             u_1_x = a_1_x[j]*c1[j] + u_star_x[j]
@@ -511,6 +520,21 @@ def _block(h, rho_inf, gamma, EA, L, m, tolerance, state, bound, first, n, strid
                 if running[j] != 0.0 and not seen[j] <= bound_[j]:
                     n_done[lane], status[lane] = i, ENERGY_BOUND if seen[j] > bound_[j] else NON_FINITE
                     running[j], bound_[j] = 0.0, np.nan
+                    taken_0[j] = 0.0
+                    taken_1[j] = 0.0
+                    taken_2[j] = 0.0
+        for j in range(begin, end):
+            sum_0[j] += taken_0[j]
+            most_0[j] = max(most_0[j], taken_0[j])
+            sum_1[j] += taken_1[j]
+            most_1[j] = max(most_1[j], taken_1[j])
+            sum_2[j] += taken_2[j]
+            most_2[j] = max(most_2[j], taken_2[j])
+        if i < iterations.shape[1]:
+            for lane in range(h.size):
+                iterations[lane, i, 0] = taken_0[begin + lane]
+                iterations[lane, i, 1] = taken_1[begin + lane]
+                iterations[lane, i, 2] = taken_2[begin + lane]
         if (i + 1) // stride < out.shape[1] and (i + 1) % stride == 0:
             for lane in range(h.size):
                 j = begin + lane
@@ -531,17 +555,23 @@ def _block(h, rho_inf, gamma, EA, L, m, tolerance, state, bound, first, n, strid
         state[lane, 1, 1] = v_0_y[j]
         state[lane, 2, 0] = a_0_x[j]
         state[lane, 2, 1] = a_0_y[j]
+        newton[lane, 0, 0] = sum_0[j]
+        newton[lane, 1, 0] = most_0[j]
+        newton[lane, 0, 1] = sum_1[j]
+        newton[lane, 1, 1] = most_1[j]
+        newton[lane, 0, 2] = sum_2[j]
+        newton[lane, 1, 2] = most_2[j]
 
 
 @_compile
-def march_block(h, rho_inf, gamma, EA, L, m, tolerance, state, bound, first, n, stride, out, iterations, peak, n_done, status):
+def march_block(h, rho_inf, gamma, EA, L, m, tolerance, state, bound, first, n, stride, out, iterations, newton, peak, n_done, status):
     """The same results as march, WIDTH lanes at a time."""
     for lane in range(0, h.size, WIDTH):
-        _block(h[lane : lane + WIDTH], rho_inf[lane : lane + WIDTH], gamma[lane : lane + WIDTH], EA[lane : lane + WIDTH], L[lane : lane + WIDTH], m[lane : lane + WIDTH], tolerance[lane : lane + WIDTH], state[lane : lane + WIDTH], bound[lane : lane + WIDTH], first, n[lane : lane + WIDTH], stride, out[lane : lane + WIDTH], iterations[lane : lane + WIDTH], peak[lane : lane + WIDTH], n_done[lane : lane + WIDTH], status[lane : lane + WIDTH])
+        _block(h[lane : lane + WIDTH], rho_inf[lane : lane + WIDTH], gamma[lane : lane + WIDTH], EA[lane : lane + WIDTH], L[lane : lane + WIDTH], m[lane : lane + WIDTH], tolerance[lane : lane + WIDTH], state[lane : lane + WIDTH], bound[lane : lane + WIDTH], first, n[lane : lane + WIDTH], stride, out[lane : lane + WIDTH], iterations[lane : lane + WIDTH], newton[lane : lane + WIDTH], peak[lane : lane + WIDTH], n_done[lane : lane + WIDTH], status[lane : lane + WIDTH])
 
 
 @_compile
-def march(h, rho_inf, gamma, EA, L, m, tolerance, state, bound, first, n, stride, out, iterations, peak, n_done, status):
+def march(h, rho_inf, gamma, EA, L, m, tolerance, state, bound, first, n, stride, out, iterations, newton, peak, n_done, status):
     """March every lane n steps of three_substep.
 
     h, rho_inf, gamma, EA, L, m, tolerance: one number for each lane. state (lanes, 3, 2), rows as STATE: on entry
@@ -549,11 +579,12 @@ def march(h, rho_inf, gamma, EA, L, m, tolerance, state, bound, first, n, stride
     row 0 is left to the caller. peak (lanes,): largest energy after the steps of this call. first: steps
     completed before it. n_done (lanes,): steps completed in all, at most n (lanes,); status (lanes,). A lane
     stops before a state that is not finite or whose energy exceeds bound (lanes,). tolerance: a balance's Newton
-    iteration ends at a correction of u that is no larger. iterations (lanes, rows, balances): how many Newton
-    iterations the first rows steps took.
+    iteration ends at a correction of u that is no larger. newton (lanes, 2, balances): Newton iterations of the
+    steps completed, their sum and the most in one step; iterations (lanes, rows, balances): those of each of the
+    first rows steps.
     """
     for lane in range(h.size):
-        status[lane], n_done[lane], peak[lane] = _lane(h[lane], rho_inf[lane], gamma[lane], EA[lane], L[lane], m[lane], tolerance[lane], state[lane], bound[lane], first, n[lane], stride, out[lane], iterations[lane])
+        status[lane], n_done[lane], peak[lane] = _lane(h[lane], rho_inf[lane], gamma[lane], EA[lane], L[lane], m[lane], tolerance[lane], state[lane], bound[lane], first, n[lane], stride, out[lane], iterations[lane], newton[lane])
 
 
 @_compile

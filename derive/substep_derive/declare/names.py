@@ -30,18 +30,18 @@ _CALLS = {
 # names that functions of a scheme's module use, where its parameters are in scope
 _SCHEME_MODULE = {
     *("det", "q", "w", "given", "out", "i", "k", "n", "x", "y", "z", "den", "den_o", "increment", "load"),
-    *("outputs", "outputs_load", "Omega", "xi", "math", "cmath", "np", "half", "leading", "s", "j", "r", "first"),
+    *("outputs", "outputs_load", "Omega", "xi", "math", "np", "half", "leading", "s", "j", "r", "first"),
     *("radius", "damping", "period", "rest", "count", "kept", "growth", "shift", "angle", "root", "third"),
     *("less", "modulus2", "discriminant", "square", "scale", "opposite", "found", "njit", "size", "whole"),
-    *("P", "S", "den_", "total", "product", "real", "split", "inverse", "bits", "cosine"),
-    *("better", "near_damping", "near_period"),
+    *("P", "S", "den_", "total", "product", "real", "split", "inverse", "cosine", "refused"),
+    *("better", "near", "near_damping", "near_period", "second", "swap", "largest", "other"),
 }
 # names that functions of the module of a scheme on a scene use
 _SCENE_STEP = {
     *("h", "i", "j", "n", "u", "v", "a", "np", "njit", "lane", "first", "last", "state", "forces", "start_forces"),
-    *("bound", "stride", "out", "row", "iterations", "count", "peak", "n_done", "status", "done", "energy", "total"),
-    *("tolerance", "one_over_det", "largest", "rows", "begin", "end", "ends", "running", "seen", "size", "counted"),
-    *("going", "good", "top", "old", "new", "left", "stopped", "now", "r"),
+    *("bound", "stride", "out", "row", "iterations", "newton", "count", "peak", "n_done", "status", "done", "energy"),
+    *("tolerance", "one_over_det", "largest", "rows", "begin", "end", "ends", "running", "seen", "size"),
+    *("going", "good", "top", "old", "new", "left", "stopped", "now", "total", "r"),
     *("COMPLETED", "NEWTON_FAILED", "NON_FINITE", "ENERGY_BOUND", "WIDTH"),
 }
 _SCENE_MODULE = {"np", "displacement", "velocity", "t", "f", "value"}
@@ -52,7 +52,9 @@ _FUNCTIONS = {  # of generated modules
 # a letter with digits and underscores, as in x1, N01_ or k1_2
 _SCHEME_FORMS = re.compile(r"[A-Za-z][\d_]+")
 # components of vectors, constants, what is numbered; one that ends in an underscore may be a row of a block
-_SCENE_STEP_FORMS = re.compile(r"[uvar]_.+|([cx]|near_|residual_|change_|jacobian_|K0_|f_)\d[\d_]*|.+_")
+_SCENE_STEP_FORMS = re.compile(
+    r"[uvar]_.+|([cx]|near_|taken_|sum_|most_|residual_|change_|jacobian_|K0_|f_)\d[\d_]*|.+_"
+)
 _SCENE_FORMS = re.compile(r"(x|value_)\d+")
 
 

@@ -13,7 +13,7 @@ from sympy import Expr, Matrix, Symbol
 from ..kernels.scene_step import BalanceStep, SceneStep
 from ..motion.components import Assignments, assign
 from .printing import KernelPrinter, block, fill, lines
-from .templates.scene import BLOCK, BLOCK_NEWTON
+from .templates.scene import BLOCK, BLOCK_COUNT, BLOCK_NEWTON
 
 WIDTH = 64  # most lanes of a block: the rows of a step fit a first cache of 32 kB
 LOOP = "for j in range(begin, end):"
@@ -27,20 +27,21 @@ def march_block(p: SceneStep, arguments: Sequence[str], state: Sequence[tuple[st
     held = {*_shared(p, loops), *(name for name, _ in state), *(str(s) for s, _ in p.constants), *near, *loads}
     scalars = ["h", *(s.name for s in p.parameters(p.expressions)), *(["tolerance"] if p.newton else []), "bound"]
     rows = [*sorted(held), *(f"{name}_" for name in (*scalars, "peak")), "running", "seen"]
-    rows += ["size"] if p.newton else []
+    iterated = [k for k, step in enumerate(p.steps) if step.first is not None]
+    rows += ["size"] if iterated else []
+    rows += [f"{name}_{k}" for k in iterated for name in ("taken", "sum", "most")]
     names = {name: f"{name}[j]" for name in held} | {name: f"{name}_[j]" for name in scalars}
     w = KernelPrinter(names)
     steps = [_given(loads)] if loads else []
-    iterating = iter((k, step) for k, step in enumerate(p.steps) if step.first is not None)
-    for bodies in loops[:-1]:
-        k, step = next(iterating)
-        start = f"\n{LOOP}\n" + _bodies(w, bodies) + "\n    size[j] = running[j]"
-        steps += [indent(start.strip("\n"), "        "), _newton(w, step, k)]
+    for k, bodies in zip(iterated, loops[:-1], strict=True):
+        start = f"\n{LOOP}\n" + _bodies(w, bodies) + f"\n    size[j], taken_{k}[j] = running[j], 0.0"
+        steps += [indent(start.strip("\n"), "        "), _newton(w, p.steps[k], k, iterated)]
     after = {str(new): old for old, new in p.shift}
     kept = [[after.get(str(e), e) for e in vector] for vector in p.report]
     stores = [f"row[{kind}, {i}] = {w.doprint(e)}" for kind, vector in enumerate(kept) for i, e in enumerate(vector)]
     read_shift, shift = _shift(w, p.shift)
     constants = lines([*p.constants, *p.near], 2, w)
+    counts = [f"newton[lane, {r}, {k}] = {name}_{k}[j]" for k in iterated for r, name in enumerate(("sum", "most"))]
     return fill(
         BLOCK,
         width=WIDTH,
@@ -56,14 +57,15 @@ def march_block(p: SceneStep, arguments: Sequence[str], state: Sequence[tuple[st
             2,
         ),
         constants=f"    {LOOP}\n{constants}\n" if constants else "",
-        counted="        counted = i < iterations.shape[1]\n" if p.newton else "",
+        not_counted=f"{_not_counted(iterated)}\n" if iterated else "",
+        count=_count(iterated) if iterated else "",
         steps="".join(f"{text}\n" for text in steps),
         reported=indent(_bodies(w, loops[-1]), "        "),
         sum=" + ".join(w.doprint(Symbol(name)) for name in p.finite),
         read_shift=read_shift,
         shift=shift,
         store=_lines(stores, 5),
-        write_state=_lines((f"state[lane, {place}] = {name}[j]" for name, place in state), 2),
+        write_state=_lines([*(f"state[lane, {place}] = {name}[j]" for name, place in state), *counts], 2),
         calls=", ".join(calls),
     )
 
@@ -134,7 +136,7 @@ def _shift(w: KernelPrinter, shift: Assignments) -> tuple[str, str]:
     return read, _lines(chosen, 3)
 
 
-def _newton(w: KernelPrinter, step: BalanceStep, k: int) -> str:
+def _newton(w: KernelPrinter, step: BalanceStep, k: int, iterated: Sequence[int]) -> str:
     entries, solve, change = step.correction()
     # what an iteration assigns and nothing else reads stays a number
     moving = {str(s) for s, _ in step.moving}
@@ -143,7 +145,20 @@ def _newton(w: KernelPrinter, step: BalanceStep, k: int) -> str:
     body.append(_lines((f"{c} = {c} if going else 0.0" for c in change), 4))
     body.append(lines([(z, z - c) for z, c in zip(step.z, change, strict=True)], 4, w))
     body.append(_lines(largest_of(change), 4))
-    return fill(BLOCK_NEWTON, iteration="\n".join(body), balance=k).strip("\n")
+    not_counted = _not_counted([j for j in iterated if j <= k])
+    return fill(BLOCK_NEWTON, iteration="\n".join(body), balance=k, not_counted=not_counted).strip("\n")
+
+
+def _not_counted(iterated: Iterable[int]) -> str:
+    """Lines that take back the iterations of a step that a lane does not complete."""
+    return _lines((f"taken_{k}[j] = 0.0" for k in iterated), 5)
+
+
+def _count(iterated: Sequence[int]) -> str:
+    """Lines that add the iterations of a step to their sum, keep the most, and those of each step if asked for."""
+    added = ((f"sum_{k}[j] += taken_{k}[j]", f"most_{k}[j] = max(most_{k}[j], taken_{k}[j])") for k in iterated)
+    stored = (f"iterations[lane, i, {k}] = taken_{k}[begin + lane]" for k in iterated)
+    return fill(BLOCK_COUNT, count=_lines((line for two in added for line in two), 3), store=_lines(stored, 4))
 
 
 def largest_of(change: Matrix) -> list[str]:

@@ -15,6 +15,8 @@ from ..motion.effective import EffectiveSystem
 from .lane_blocks import largest_of, march_block
 from .printing import KERNEL_PRINTER, block, docstring, fill, lines, literal_tuple, operations
 from .templates.scene import (
+    COUNT,
+    COUNT_NONE,
     DIFFERENCE,
     LANE,
     LOG_COSH,
@@ -34,7 +36,7 @@ def scene_step_module(p: SceneStep, systems: Sequence[EffectiveSystem], source: 
     parameters = [s.name for s in p.parameters(p.expressions)]
     lane = ["h", *parameters, *(["tolerance"] if p.newton else [])]
     forces = ["forces"] if p.motion.is_sampled else []
-    counted = ["iterations"] if p.newton else []
+    counted = ["iterations", "newton"] if p.newton else []
     arguments = [*lane, "state", *forces, "bound", "first", "n", "stride", "out", *counted]
     results = ["peak", "n_done", "status"]
     body, counts = _lane(p, arguments)
@@ -113,6 +115,8 @@ def _lane(p: SceneStep, arguments: Sequence[str]) -> tuple[str, dict[str, object
         steps="\n".join(steps),
         reported=reported,
         sum=" + ".join(p.finite),
+        count_none=COUNT_NONE if p.newton else "",
+        count="".join(fill(COUNT, balance=k) for k, step in enumerate(p.steps) if step.first is not None),
         shift="\n".join(f"        {old} = {new}" for old, new in p.shift),
         store="\n".join(store),
         write_state="\n".join(f"    {place} = {name}" for name, place in state),
@@ -156,7 +160,8 @@ def _march(p: SceneStep, arguments: Sequence[str], results: Sequence[str], lane:
     if p.newton:
         more += (
             " tolerance: a balance's Newton iteration ends at a correction of u that is no larger. "
-            "iterations (lanes, rows, balances): how many Newton iterations the first rows steps took."
+            "newton (lanes, 2, balances): Newton iterations of the steps completed, their sum and the most in one step"
+            "; iterations (lanes, rows, balances): those of each of the first rows steps."
         )
     docstring = (
         f"{', '.join(lane)}: one number for each lane. "

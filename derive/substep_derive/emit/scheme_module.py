@@ -84,7 +84,6 @@ def scheme_module(kernels: SchemeKernels, source: str) -> str:
             title=f"{scheme.name}: stability functions and march coefficients.",
             reference=docstring(scheme.reference + "."),
             relations=docstring(relations_and_amplification(kernels)),
-            imports="import math" if len(kernels.live) <= 4 else "import cmath\nimport math",
             name=scheme.name,
             state=literal_tuple(f'"{state_label(s)}"' for s in scheme.state),
             parameters=literal_tuple(f'"{p.name}"' for p in scheme.parameters),

@@ -7,7 +7,7 @@ that cancel because the scheme is consistent are cancelled here, symbolically. W
 series of tau, tau^2, ..., each of which has only every second power of s.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from math import comb
@@ -21,7 +21,7 @@ LEAST_TERMS, MOST_TERMS = 4, 9  # powers of Omega summed symbolically; a consist
 DIGITS = 2.0**-46  # relative error allowed in a tail: it limits the digits of the scheme's errors, not of lambda
 
 
-def about_one(c: list[Expr]) -> list[Expr]:
+def about_one(c: Sequence[Expr]) -> list[Expr]:
     """Coefficients in powers of lambda - 1 from those in powers of lambda, lowest first."""
     return [expand(sum((comb(k, j) * e for k, e in enumerate(c) if k >= j), Integer(0))) for j in range(len(c))]
 

@@ -12,7 +12,7 @@ from ..oscillator.transfer import Transfer
 from .eigenvalue_defect import EigenvalueDefect
 from .kernel import Kernel, entries, polynomial_kernel
 from .march_form import MarchForm
-from .stability import live_coefficients, never_negative, stability_kernels
+from .stability import factor_coefficients, live_coefficients, never_negative, stability_kernels
 
 
 @dataclass(frozen=True)
@@ -22,8 +22,10 @@ class SchemeKernels:
     form: the linear march, with the amplification matrix. systems: the effective system of each balance. transfer: the
     digital filter that gives peaks from rest, None where there is none. live: coefficients, lowest first, of the
     polynomial in lambda whose roots are the live eigenvalues, those that are not always 0; positive: whether the last
-    of them is positive at all parameters. defect: the polynomial's value at the exact eigenvalue. matrices, stability:
-    the polynomials from which matrices and stability functions are computed.
+    of them is positive at all parameters. factor: coefficients, lowest first, of the stability polynomial whose product
+    at the oscillator's two s this is; None if there are at most three live eigenvalues, or no such product. defect: the
+    polynomial's value at the exact eigenvalue. matrices, stability: the polynomials from which matrices and stability
+    functions are computed.
     """
 
     form: MarchForm
@@ -31,6 +33,7 @@ class SchemeKernels:
     transfer: Transfer | None
     live: tuple[Expr, ...]
     positive: bool
+    factor: tuple[Expr, ...] | None
     defect: EigenvalueDefect
     matrices: tuple[Kernel, ...]
     stability: tuple[Kernel, ...]
@@ -40,6 +43,7 @@ class SchemeKernels:
         """Derive all of it. Raises DeclarationError if the relations and balances do not determine the new state."""
         amplification = Amplification.of(scheme)
         live = live_coefficients(amplification)
+        factor = factor_coefficients(amplification) if len(live) > 4 else None
         defect = EigenvalueDefect.of(live)
         return cls(
             form=MarchForm.of(amplification),
@@ -47,9 +51,10 @@ class SchemeKernels:
             transfer=Transfer.of(amplification),
             live=tuple(live),
             positive=never_negative(live[-1], scheme),
+            factor=factor,
             defect=defect,
             matrices=_matrices(amplification),
-            stability=stability_kernels(scheme, live, defect),
+            stability=stability_kernels(scheme, live, factor, defect),
         )
 
     @property

@@ -1,6 +1,6 @@
 """Live eigenvalues -> the polynomials from which a module computes its stability functions."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from sympy import Add, Expr, Integer, Poly, Symbol, expand, factor, horner
 
@@ -8,6 +8,7 @@ from ..declare.scheme import Scheme
 from ..declare.symbols import Omega, xi
 from ..oscillator.amplification import Amplification
 from ..oscillator.spectrum import live
+from ..oscillator.stability_polynomial import rate, stability_polynomial
 from .eigenvalue_defect import EigenvalueDefect, about_one
 from .kernel import Kernel
 
@@ -17,17 +18,31 @@ def live_coefficients(amplification: Amplification) -> list[Expr]:
     return list(reversed(live(amplification.charpoly).all_coeffs()))
 
 
+def factor_coefficients(amplification: Amplification) -> tuple[Expr, ...] | None:
+    """Coefficients, lowest first, of the stability polynomial, polynomials in `rate`; None if there is none."""
+    found = stability_polynomial(live(amplification.charpoly))
+    return tuple(reversed(found.all_coeffs())) if found is not None else None
+
+
 def never_negative(polynomial: Expr, scheme: Scheme) -> bool:
     """Whether no term of the polynomial can be negative at any Omega, xi and parameters; it may be >= 0 without."""
     bounded = all(p.domain.start >= 0 for p in scheme.parameters if polynomial.has(p.symbol))
     return bounded and all(c > 0 for c in Poly(polynomial, Omega, xi, *scheme.values).coeffs())
 
 
-def stability_kernels(scheme: Scheme, live: list[Expr], defect: EigenvalueDefect) -> tuple[Kernel, ...]:
-    """Kernels of the live eigenvalues' polynomial, of its asymmetry, and of its value at the exact eigenvalue."""
+def stability_kernels(
+    scheme: Scheme, live: list[Expr], factor: Sequence[Expr] | None, defect: EigenvalueDefect
+) -> tuple[Kernel, ...]:
+    """Kernels of the live eigenvalues' polynomial, of its asymmetry, and of its value at the exact eigenvalue.
+
+    factor: coefficients of the stability polynomial, if it is a factor of that polynomial.
+    """
     arguments = (Omega, xi, *scheme.values)
+    if len(live) > 4:
+        polynomial = _polynomial(live, arguments) if factor is None else _factor(factor, scheme.values)
+        return polynomial, _asymmetry(_opposite(live), arguments), _defect(defect, arguments)
     kinds = {3: _two_eigenvalues, 4: _three_eigenvalues}
-    return (*kinds.get(len(live), _more_eigenvalues)(live, arguments), _defect(defect, arguments))
+    return (*kinds[len(live)](live, arguments), _defect(defect, arguments))
 
 
 def _two_eigenvalues(c: list[Expr], arguments: tuple[Symbol, ...]) -> list[Kernel]:
@@ -74,17 +89,19 @@ def _defect(defect: EigenvalueDefect, arguments: tuple[Symbol, ...]) -> Kernel:
 def _inlined(name: str, arguments: tuple[Symbol, ...], outputs: dict[str, Expr], doc: str) -> Kernel:
     """A kernel inlined in its loop; its outputs are in the form of fewest operations that was found.
 
-    That is Horner's form in Omega, whose coefficients are factored; factors that are sums are in Horner's form too.
+    That is Horner's form in the first argument, whose coefficients are factored; factors that are sums are in Horner's
+    form too.
     """
-    degree = {v: max(Poly(e, v).degree() for e in outputs.values()) for v in arguments if v not in (Omega, xi)}
+    first = arguments[0]
+    degree = {v: max(Poly(e, v).degree() for e in outputs.values()) for v in arguments if v not in (first, xi)}
     order = [xi, *sorted(degree, key=lambda v: (degree[v], v.name))]
     alone: dict[Expr, Symbol] = {}
     nested: list[tuple[str, Expr]] = []
     for key, output in outputs.items():
         total: Expr = Integer(0)
-        for coefficient in Poly(output, Omega).all_coeffs():
+        for coefficient in Poly(output, first).all_coeffs():
             sums = factor(coefficient).replace(lambda e: isinstance(e, Add), lambda e: _nested(expand(e), order, alone))
-            total = total * Omega + sums
+            total = total * first + sums
         nested.append((key, total))
     return Kernel(name, arguments, tuple(nested), doc, tuple((r.name, e) for e, r in alone.items()))
 
@@ -117,17 +134,32 @@ def _nested(polynomial: Expr, order: Sequence[Symbol], alone: dict[Expr, Symbol]
     return factor(polynomial).replace(lambda e: isinstance(e, Add), named)
 
 
-def _more_eigenvalues(c: list[Expr], arguments: tuple[Symbol, ...]) -> list[Kernel]:
+def _polynomial(c: Sequence[Expr], arguments: tuple[Symbol, ...]) -> Kernel:
+    outputs = {f"c{j}": e for j, e in enumerate(c)} | {f"b{j}": e for j, e in enumerate(about_one(c))}
+    doc = "c0 + c1*lambda + ... = b0 + b1*(lambda - 1) + ... = 0 for eigenvalues not always 0."
+    return _inlined("_polynomial", arguments, outputs, doc)
+
+
+def _factor(c: Sequence[Expr], parameters: Iterable[Symbol]) -> Kernel:
+    re, im = Symbol("s0"), Symbol("s1")
+    parts = {
+        f"{name}{j}{suffix}": part
+        for name, coefficients in (("c", c), ("b", about_one(c)))
+        for j, e in enumerate(coefficients)
+        for suffix, part in zip(("", "_"), _parts(e, re, im), strict=True)
+    }
+    doc = "Stability polynomial at s0 + i*s1: c0 + i*c0_ + (c1 + i*c1_)*lambda + ...; b0, ...: in powers of lambda - 1."
+    return _inlined("_polynomial", (re, im, *parameters), parts, doc)
+
+
+def _parts(polynomial: Expr, re: Symbol, im: Symbol) -> tuple[Expr, Expr]:
+    """Real and imaginary part of a polynomial in s = re + i*im with real coefficients."""
+    i = Symbol("i")
+    at = Poly(Poly(polynomial, rate).as_expr().subs(rate, re + i * im), i).rem(Poly(i**2 + 1, i))
+    return at.coeff_monomial(1), at.coeff_monomial(i)
+
+
+def _opposite(c: Sequence[Expr]) -> dict[str, Expr]:
     d = len(c) - 1
-    b0, b1, *_ = about_one(c)
     opposite = {f"w{j}": c[j] - c[d - j] for j in range((d + 1) // 2)}
-    opposite |= {"y0": c[0], **{f"y{j}": c[j] - c[d + 1 - j] for j in range(1, d // 2 + 1)}}
-    return [
-        _inlined(
-            "_polynomial",
-            arguments,
-            {**{f"c{j}": e for j, e in enumerate(c)}, "b0": b0, "b1": b1},
-            "c0 + c1*lambda + ... = 0 for eigenvalues not always 0; b0, b1: its value and slope at lambda = 1.",
-        ),
-        _asymmetry(opposite, arguments),
-    ]
+    return opposite | {"y0": c[0], **{f"y{j}": c[j] - c[d + 1 - j] for j in range(1, d // 2 + 1)}}

@@ -1,5 +1,7 @@
 """What S. Kumar's thesis prints, as it is printed, so that derivation can confirm or refute it."""
 
+from fractions import Fraction
+
 from sympy import (
     Expr,
     Integer,
@@ -54,6 +56,18 @@ from .region import Region
 
 u0, v0, a0 = knot(0)
 u1, v1, a1 = knot(1)
+
+# (beta, gamma) of Table 4.1, and gamma_t of figures 4.1 to 4.5
+newmark_sets = tuple(
+    (Fraction(beta), Fraction(gamma))
+    for beta, gamma in (("0.25", "0.5"), ("0.3025", "0.6"), ("0.36", "0.7"), ("0.4225", "0.8"), ("0.49", "0.9"))
+)
+splits = tuple(Fraction(split) for split in ("0.2", "0.4", "0.5", "0.6", "0.8"))
+# the schemes of the figures of chapter 4 with their parameters
+compared = (
+    ("bathe", {}),
+    *(("newmark_bdf2", {"gamma_t": t, "beta": b, "gamma": g}) for t in splits for b, g in newmark_sets),
+)
 
 # (2.54) prints delta*h^3/6 where the equation of motion requires delta*h^3
 gholampour_printed = gholampour_with(delta / 6, "gholampour_printed", "thesis (2.53)-(2.57), as printed")

@@ -71,9 +71,22 @@ def reproduce(
     """Draw the thesis's figures and the charts, map where methods fail, write the numbers, judge the claims."""
     from ..thesis import reproduce as job  # noqa: PLC0415 (Matplotlib only when asked for)
 
+    stages = job.stages(full)
+    work = sum(stage.jobs * stage.seconds for stage in stages)
+    console.print(f"about {work / 60:.0f} min of work, the first time; compiled kernels are kept")
     with Progress(console=console) as progress:
-        task = progress.add_task("figures, properties, claims", total=job.steps(full))
-        results = job.reproduce(folder, lambda: progress.advance(task), full=full)
+        bars = {stage.name: progress.add_task(stage.name, total=stage.jobs) for stage in stages if stage.jobs}
+        seconds = {stage.name: stage.seconds for stage in stages}
+        all_of_it = progress.add_task("in all", total=work)
+
+        def step(stage: str) -> None:
+            progress.advance(bars[stage])
+            progress.advance(all_of_it, seconds[stage])
+            done = progress.tasks[bars[stage]]
+            if done.finished:
+                progress.console.print(f"{stage}: done after {done.elapsed:.0f} s")
+
+        results = job.reproduce(folder, step, full=full)
     table = Table(
         Column("scheme", no_wrap=True),
         *(Column(name, overflow="fold") for name in ("order u, v, a", "ρ∞", "Ω_cr", "A", "L", "overshoot")),

@@ -1,10 +1,14 @@
-"""Arrays in the form for which kernels are compiled: contiguous, with one axis, read-only."""
+"""Arrays in the form for which kernels are compiled, contiguous, with one axis, read-only; and arrays with names."""
 
 from collections.abc import Iterable, Mapping
 from math import prod
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+if TYPE_CHECKING:
+    from xarray import Variable
 
 Array = NDArray[np.float64]
 # arrays by value, see `by_value`: name, shape and bytes of each
@@ -13,7 +17,8 @@ Values = tuple[tuple[str, tuple[int, ...], bytes], ...]
 
 def read_only(array: Array) -> Array:
     """The array as contiguous 1-D and read-only: a view where it can be one, since it may be the caller's."""
-    if array.ndim == 1 and array.flags.c_contiguous and not array.flags.writeable:
+    flags = array.flags
+    if array.ndim == 1 and flags.c_contiguous and not flags.writeable:
         return array
     flat = array.ravel()
     flat.setflags(write=False)
@@ -23,13 +28,16 @@ def read_only(array: Array) -> Array:
 def flat(array: Array, shape: tuple[int, ...]) -> Array:
     """The array broadcast to that shape, then flat and read-only as from `read_only`."""
     if array.shape != shape:
-        array = np.full(prod(shape), array.reshape(())[()]) if array.size == 1 else np.broadcast_to(array, shape)
+        array = np.full(prod(shape), array.item()) if array.size == 1 else np.broadcast_to(array, shape)
     return read_only(array)
 
 
 def common_shape(names: Iterable[str], arrays: Iterable[Array]) -> tuple[int, ...]:
     """The shape that the arrays broadcast to. Raises ValueError, with their names, where there is none."""
     arrays = tuple(arrays)
+    shapes = {a.shape for a in arrays} - {()}
+    if len(shapes) < 2:  # the usual case, at a fifth of the time
+        return shapes.pop() if shapes else ()
     try:
         return np.broadcast(*arrays).shape
     except ValueError as error:
@@ -43,3 +51,11 @@ def by_value(arrays: Mapping[str, ArrayLike]) -> Values:
     """Named arrays of floats as something to compare and to hash: equal for equal names, shapes and values."""
     floats = ((name, np.asarray(x, dtype=np.float64)) for name, x in arrays.items())
     return tuple((name, x.shape, (x + 0.0).tobytes()) for name, x in floats)  # + 0.0: -0.0 equals 0.0
+
+
+def named(dims: str | tuple[str, ...], values: NDArray[Any], attrs: Mapping[str, Any]) -> "Variable":
+    """The array, as it is, as a variable of a Dataset."""
+    from xarray import Variable  # noqa: PLC0415 (on first use)
+
+    # fastpath: else xarray imports dask, where it is installed, to ask whether a NumPy array is one of dask's
+    return Variable(dims, values, attrs, fastpath=True)

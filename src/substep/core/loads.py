@@ -1,17 +1,18 @@
-"""Loads per unit mass, functions of time that a march samples at the scheme's own instants."""
+"""Loads, functions of time that a march samples at the scheme's own instants."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .arrays import Array
+from .arrays import Array, read_only
 from .errors import real_array, real_number
 
 
 class Load(Protocol):
-    """Anything that gives the load per unit mass at an array of times."""
+    """Anything that gives the load at an array of times."""
 
     def __call__(self, t: Array) -> Array:
         """Load at the times t, of the same shape."""
@@ -32,7 +33,12 @@ class Harmonic:
 
     def __call__(self, t: Array) -> Array:
         """Load at the times t."""
-        return self.amplitude * np.sin(self.omega * t + self.phase)
+        return self.formula(t, self.amplitude, self.omega, self.phase)
+
+    @staticmethod
+    def formula(t: Array, amplitude: ArrayLike, omega: ArrayLike, phase: ArrayLike) -> Array:
+        """Load at the times t for parameters that broadcast with them."""
+        return _changed(np.multiply, _sine(_changed(np.add, np.multiply(omega, t), phase)), amplitude)
 
 
 @dataclass(frozen=True)
@@ -48,7 +54,12 @@ class Step:
 
     def __call__(self, t: Array) -> Array:
         """Load at the times t."""
-        return np.where(t >= self.start, self.amplitude, 0.0)
+        return self.formula(t, self.amplitude, self.start)
+
+    @staticmethod
+    def formula(t: Array, amplitude: ArrayLike, start: ArrayLike) -> Array:
+        """Load at the times t for parameters that broadcast with them."""
+        return np.where(t >= np.asarray(start), amplitude, 0.0)
 
 
 @dataclass(frozen=True)
@@ -64,8 +75,14 @@ class HalfSine:
 
     def __call__(self, t: Array) -> Array:
         """Load at the times t."""
-        inside = (t >= 0) & (t <= self.duration)
-        return np.where(inside, self.amplitude * np.sin(np.pi * t / self.duration), 0.0)
+        return self.formula(t, self.amplitude, self.duration)
+
+    @staticmethod
+    def formula(t: Array, amplitude: ArrayLike, duration: ArrayLike) -> Array:
+        """Load at the times t for parameters that broadcast with them."""
+        within = np.clip(t, 0.0, duration)
+        wave = _sine(_changed(np.divide, np.pi * within, duration))
+        return np.where(within == t, _changed(np.multiply, wave, amplitude), 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,18 +107,82 @@ class Record:
         return self._values
 
     def __call__(self, t: Array) -> Array:
-        """Load at the times t."""
-        position = np.asarray(t) / self.dt
-        nearest = np.rint(position)  # an instant that differs from a sample's only by rounding counts as the sample's
-        position = np.where(np.abs(position - nearest) <= 1e-9, nearest, position)
-        last = self._values.size - 1
-        before = np.clip(np.floor(position), 0, last - 1).astype(np.int64)
-        share = position - before
-        between = self._values[before] * (1.0 - share) + self._values[before + 1] * share
-        return np.where((position >= 0.0) & (position <= last), between, 0.0)
+        """Load at the times t; an instant that differs from a sample's only by rounding counts as the sample's."""
+        from substep_kernels.loads import interpolate  # noqa: PLC0415 (numba on first use)
+
+        times = np.asarray(t, dtype=np.float64)
+        values = np.empty(times.shape)
+        interpolate(self._values, float(self.dt), read_only(times), values.reshape(-1))
+        return values[()]
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Record) and self.dt == other.dt and np.array_equal(self._values, other._values)
 
     def __hash__(self) -> int:
         return hash((self.dt, len(self._values), *self._values[:16].tolist()))
+
+
+@dataclass(frozen=True, eq=False)
+class LoadLanes:
+    """The loads of P lanes, of one kind: parameters of `kind`, numbers or (P,)."""
+
+    kind: type[Harmonic] | type[Step] | type[HalfSine]
+    parameters: Mapping[str, Any]
+
+    def __call__(self, t: Array) -> Array:
+        """Load of each lane at the times t (..., P) or (..., 1), (..., P)."""
+        return self.kind.formula(t, **self.parameters)
+
+    def lanes(self, where: slice) -> "LoadLanes":
+        """Those of some of the lanes."""
+        return LoadLanes(self.kind, {name: x[where] if np.ndim(x) else x for name, x in self.parameters.items()})
+
+    def lane(self, j: int) -> Load:
+        """That of lane j."""
+        return self.kind(**{name: float(x[j] if np.ndim(x) else x) for name, x in self.parameters.items()})
+
+    def along_first_axis(self, dimensions: int) -> "LoadLanes":
+        """The same for times (P, ...) or (1, ...) of so many dimensions, to loads (P, ...)."""
+        inner = (1,) * (dimensions - 1)
+        values = ((name, np.asarray(x)) for name, x in self.parameters.items())
+        return LoadLanes(self.kind, {name: x.reshape(-1, *inner) if x.ndim else x for name, x in values})
+
+
+KINDS = (Harmonic, Step, HalfSine)  # whose parameters can differ from lane to lane
+
+
+def is_known(load: Load | None) -> bool:
+    """Whether the load is one of this module, which threads may evaluate piece by piece, and not the user's own."""
+    return load is None or type(load) in (Record, LoadLanes, *KINDS)
+
+
+def values_at(load: Load, t: Array) -> Array:
+    """The load at the times t. Raises ValueError for one not finite or of another shape."""
+    values = load(t)
+    if type(load) is Record:
+        return values  # finite as its samples are
+    return _checked(values, np.shape(values if isinstance(load, LoadLanes) else t))
+
+
+def _checked(values: ArrayLike, shape: tuple[int, ...]) -> Array:
+    forces = np.asarray(values, dtype=np.float64)
+    if forces.shape != shape or not np.isfinite(forces).all():
+        raise ValueError(
+            f"expected a finite load at each of {shape} times, got shape {forces.shape}, "
+            f"finite: {bool(np.isfinite(forces).all())}; correct the load function"
+        )
+    return forces
+
+
+def _changed(operation: np.ufunc, x: Array, y: ArrayLike) -> Array:
+    """x + y or the like, in the place of x, an array of ours, where it has the shape for it: new memory is slow."""
+    fits = np.broadcast_shapes(np.shape(x), np.shape(y)) == np.shape(x) != ()
+    return operation(x, y, out=x if fits else None)
+
+
+def _sine(x: Array) -> Array:
+    """sin(x) of an array that may be overwritten, to 2 units in the last place."""
+    from substep_kernels.loads import sine  # noqa: PLC0415 (numba on first use)
+
+    x = np.asarray(x, dtype=np.float64, order="C")
+    return x[()] if sine(x.reshape(-1)) else np.sin(x)

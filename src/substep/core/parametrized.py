@@ -25,6 +25,11 @@ class Parametrized(Protocol):
         """Values of the module's PARAMETERS."""
         ...
 
+    @property
+    def one_point(self) -> tuple[Array, ...]:
+        """`kernel_parameters` of one point, (1,) each."""
+        ...
+
     def stencil(self) -> Array:
         """Instants at which a step takes the load, in steps after t_n: (..., K)."""
         ...

@@ -14,7 +14,7 @@ from .arrays import Array, Values, by_value
 from .entries import SceneInfo
 from .errors import real_array, real_number, unknown_name
 from .kernel_modules import loaded
-from .loads import Load
+from .loads import Load, LoadLanes, values_at
 
 if TYPE_CHECKING:
     from ..derived.modules import SceneDeclaration
@@ -77,7 +77,8 @@ class Scene:
 
     def acceleration(self, t: Array, u: Array, v: Array) -> Array:
         """Acceleration (..., d) from the equation of motion."""
-        return self._evaluate("acceleration", t, u, v)
+        at = np.asarray(t)[None] if isinstance(self.load, LoadLanes) and np.ndim(u) > np.ndim(t) + 1 else t
+        return self._evaluate("acceleration", t, u, v, self.forces(at))
 
     def angular_momentum(self, t: Array, u: Array, v: Array) -> Array | None:
         """Angular momentum (...,) about the pivot; None for a scene without one."""
@@ -91,16 +92,12 @@ class Scene:
         """The load at the times t, of their shape. Raises ValueError for one not finite or of another shape."""
         if self.load is None:
             return np.zeros(np.shape(t))
-        forces = np.asarray(self.load(np.asarray(t)), dtype=np.float64)
-        if forces.shape != np.shape(t) or not np.isfinite(forces).all():
-            raise ValueError(
-                f"expected a finite load at each of {np.shape(t)} times, got shape {forces.shape}, "
-                f"finite: {bool(np.isfinite(forces).all())}; correct the load function"
-            )
-        return forces
+        of_lanes = isinstance(self.load, LoadLanes)
+        return values_at(self.load.along_first_axis(np.ndim(t)) if of_lanes else self.load, np.asarray(t))
 
-    def _evaluate(self, function: str, t: Array, u: Array, v: Array) -> Array:
-        given = [self.forces(t)] if self.info.sampled else []
+    def _evaluate(self, function: str, t: Array, u: Array, v: Array, force: ArrayLike = 0.0) -> Array:
+        """A function of the module; force: the load, which only the acceleration depends on."""
+        given = [force] if self.info.sampled else []
         inner = (1,) * (np.ndim(u) - 2)  # axes between a lane's and the coordinates'
         values = (x.reshape(-1, *inner) if np.ndim(x) else x for x in self.parameters.values())
         with np.errstate(all="ignore"):
@@ -197,7 +194,8 @@ def make_scene(info: SceneInfo, values: Mapping[str, Any], a0: ArrayLike | str |
             f"expected load to be None or a function of time such as ss.Harmonic, got {type(load).__name__}; "
             "wrap samples as ss.Record(dt, values)"
         )
-    lanes = np.broadcast_shapes(*(np.shape(x) for x in values.values()))
+    swept = [*values.values(), *(load.parameters.values() if isinstance(load, LoadLanes) else ())]
+    lanes = np.broadcast_shapes(*map(np.shape, swept))
     u0, v0, given = (
         None if x is None else np.stack([np.full(lanes, q, dtype=np.float64) for q in x], axis=-1)
         for x in info.start(**values)

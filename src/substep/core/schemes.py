@@ -16,7 +16,7 @@ from substep_kernels.index import SCHEMES
 
 from . import coefficients as march_coefficients
 from . import stability as stability_functions
-from .arrays import Array, Values, by_value
+from .arrays import Array, Values, by_value, read_only
 from .entries import ParameterInfo, SchemeInfo
 from .errors import unknown_name
 from .kernel_modules import loaded
@@ -129,7 +129,7 @@ class Scheme:
         """How many balances (implicit solves or force evaluations) a step has."""
         return self.info.balances
 
-    @property
+    @cached_property
     def kernels(self) -> ModuleType:
         """The generated module, imported (and compiled or read from numba's cache) on first use."""
         return loaded(self.info.module)
@@ -142,6 +142,11 @@ class Scheme:
         return tuple(np.asarray(values[name]) for name in self.kernels.PARAMETERS)
 
     @cached_property
+    def one_point(self) -> tuple[Array, ...]:
+        """`kernel_parameters` of one point as kernels take them, (1,) each; for parameters that are numbers."""
+        return tuple(read_only(x.reshape(1)) for x in self.kernel_parameters)
+
+    @cached_property
     def starter(self) -> "Scheme | None":
         """The scheme that marches the first steps; None for one that starts by itself."""
         if self.info.starter is None:
@@ -151,7 +156,9 @@ class Scheme:
         return scheme(name, **parameters) if name else scheme(declared.start_scheme)
 
     def lane(self, j: int) -> "Scheme":
-        """The scheme with the parameters of lane j, where they are arrays (P,)."""
+        """The scheme with the parameters of lane j, where they are arrays (P,); itself where none are."""
+        if not any(x.ndim for x in self.parameters.values()):
+            return self
         parameters, given = ({k: x[j] if x.ndim else x for k, x in d.items()} for d in (self.parameters, self.given))
         return replace(self, parameters=parameters, given=given)
 

@@ -4,6 +4,7 @@ All take Omega = omega*h >= 0 and the damping ratio xi >= 0, which broadcast wit
 parameters, and raise ValueError for negative or infinite values, NaN, and shapes that do not broadcast.
 """
 
+from collections.abc import Callable, Sequence
 from math import prod
 
 import numpy as np
@@ -11,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from .arrays import Array, common_shape, flat
 from .errors import float_array, non_negative
+from .norms import largest_norm_of_powers
 from .parametrized import Parametrized
 from .threads import spread
 
@@ -65,17 +67,8 @@ def power_norm(scheme: Parametrized, Omega: ArrayLike, xi: ArrayLike, n: int) ->
     kinds = np.array([kind for kind, _ in scheme.info.history])
     scale = np.broadcast_to(omega[..., None], A.shape[:-1]) ** (1.0 - kinds)
     A = scale[..., :, None] * A / scale[..., None, :]
-    power, largest = A, np.linalg.norm(A, 2, axis=(-2, -1))
-    overflown = np.zeros(largest.shape, dtype=bool)
-    with np.errstate(over="ignore", invalid="ignore"):
-        for _ in range(n - 1):
-            power = power @ A
-            overflown |= ~np.isfinite(power).all(axis=(-2, -1))
-            power = np.where(overflown[..., None, None], 0.0, power)
-            largest = np.where(overflown, np.inf, np.maximum(largest, np.linalg.norm(power, 2, axis=(-2, -1))))
-            if overflown.all():
-                break
-    return largest[()]
+    largest = largest_norm_of_powers(A.reshape(-1, *A.shape[-2:]), n)
+    return largest.reshape(A.shape[:-2])[()]
 
 
 def _evaluated(scheme: Parametrized, function: str, outputs: int, Omega: ArrayLike, xi: ArrayLike) -> list[Array]:
@@ -83,13 +76,29 @@ def _evaluated(scheme: Parametrized, function: str, outputs: int, Omega: ArrayLi
 
     The kernels return whether a value of Omega or xi is bad, so that these are searched only for the error message.
     """
-    arrays = [float_array("Omega", Omega), float_array("xi", xi), *scheme.kernel_parameters]
-    module = scheme.kernels
-    shape = common_shape(("Omega", "xi", *module.PARAMETERS), arrays)
-    n, kernel, numbers = prod(shape), getattr(module, function), [a.size == 1 for a in arrays]
-    inputs = [flat(a, (min(n, PART),) if one else shape) for a, one in zip(arrays, numbers, strict=True)]
-    out, refused = np.empty((outputs, n)), []
-    most = PART if any(numbers) else max(n, 1)
+    module, parameters = scheme.kernels, scheme.kernel_parameters
+    given = float_array("Omega", Omega), float_array("xi", xi)
+    shape = common_shape(("Omega", "xi", *module.PARAMETERS), (*given, *parameters))
+    n, kernel = prod(shape), getattr(module, function)
+    out = np.empty((outputs, n))
+    if n <= PART:
+        own = scheme.one_point if n == 1 else [flat(a, shape) for a in parameters]
+        refused = kernel(flat(given[0], shape), flat(given[1], shape), *own, *out)
+    else:
+        refused = _spread(kernel, (*given, *parameters), shape, out, NANOSECONDS[function])
+    if n == 0 or refused:
+        for name, value in (("Omega", Omega), ("xi", xi)):
+            non_negative(name, value)
+    return list(out.reshape(outputs, *shape))  # of arrays, or of numbers
+
+
+def _spread(
+    kernel: Callable[..., bool], arrays: Sequence[Array], shape: tuple[int, ...], out: Array, nanoseconds: float
+) -> bool:
+    """Call the kernel for parts of the points, on all cores if they are many; returns whether a value is bad."""
+    n, numbers, refused = out.shape[1], [a.size == 1 for a in arrays], []
+    inputs = [flat(a, (PART,) if one else shape) for a, one in zip(arrays, numbers, strict=True)]
+    most = PART if any(numbers) else n
 
     def part(begin: int, end: int) -> None:
         for first in range(begin, end, most):
@@ -97,8 +106,5 @@ def _evaluated(scheme: Parametrized, function: str, outputs: int, Omega: ArrayLi
             own = (a[: last - first] if one else a[first:last] for a, one in zip(inputs, numbers, strict=True))
             refused.append(kernel(*own, *out[:, first:last]))
 
-    spread(part, n, PART, nanoseconds=n * NANOSECONDS[function])
-    if n == 0 or any(refused):
-        for name, value in (("Omega", Omega), ("xi", xi)):
-            non_negative(name, value)
-    return [row[()] for row in out.reshape(outputs, *shape)]
+    spread(part, n, PART, nanoseconds=n * nanoseconds)
+    return any(refused)

@@ -1,14 +1,15 @@
 """Results of the derivation by a scheme's name: closed forms, certificates, orders of accuracy, rows of tables.
 
-SymPy is imported only when one of these functions is called.
+What never changes is read from generated/; SymPy is imported only when something else is asked for.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cache
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
+
+from substep_kernels.facts import CATALOGUE, FINDINGS, PROPERTIES
 
 if TYPE_CHECKING:
     from substep_derive import Certificate, Derivation
@@ -40,24 +41,6 @@ def stable_values(name: str) -> Any:
     from substep_derive.study.region import stable_values as of  # noqa: PLC0415
 
     return of(conditions(name))
-
-
-def same_conditions(name: str, printed: "Sequence[Any]") -> bool:
-    """Whether a scheme's derived stability conditions are equivalent to printed ones.
-
-    See `substep_derive.study.region.same_conditions`.
-    """
-    from substep_derive.study.region import same_conditions as same  # noqa: PLC0415
-
-    return same(conditions(name), printed)
-
-
-def written_conditions(name: str) -> str:
-    """The inequalities of `conditions` as text on one line."""
-    from substep_derive.stability.conditions import written  # noqa: PLC0415
-
-    parts = [written(inequality) for inequality in conditions(name).inequalities]
-    return " and ".join(f"({part})" if " or " in part else part for part in parts) or "none"
 
 
 def order_conditions(name: str) -> "dict[str, tuple[Any, ...]]":
@@ -99,26 +82,15 @@ class CatalogueRow:
     bifurcation: str
 
 
-@cache
 def order(name: str) -> tuple[int, int, int]:
-    """Orders of accuracy of u, v and a at the scheme's default parameters."""
-    from substep_derive.oscillator.evaluation import Evaluation  # noqa: PLC0415
-    from substep_derive.study.derivation import order_at  # noqa: PLC0415
-
-    return order_at(Evaluation.at_defaults(name))
+    """Orders of accuracy of u, v and a at the default parameters of a scheme of the catalogue."""
+    return CATALOGUE[name]["order"]
 
 
 def catalogue_row(name: str) -> CatalogueRow:
-    """A scheme's row in the table of the catalogue, derived: see `substep_derive.study.profile.profile`."""
-    from substep_derive.study.profile import profile  # noqa: PLC0415
-
-    p = profile(derived(name).scheme)
-    critical = "none" if p.critical_Omega is None else str(p.critical_Omega)
-    curve = "" if p.critical_curve is None else str(p.critical_curve)
-    A, L = ({True: "yes", False: "no", None: "open"}[x] for x in (p.A_stable, p.L_stable))
-    order = ", ".join(map(str, p.order))
-    rho, bifurcation = (f"{float(x):.6g}" if x.is_finite else "oo" for x in (p.rho_inf, p.bifurcation))
-    return CatalogueRow(name, order, rho, critical, curve, A, L, str(p.overshoot), bifurcation)
+    """A scheme's row in the table of the catalogue, from generated/: see `substep_derive.study.facts.row`."""
+    row = CATALOGUE[name]
+    return CatalogueRow(name, **{**row, "order": ", ".join(map(str, row["order"]))})
 
 
 def second_order_betas(rho_inf: Fraction, gamma_t: Fraction) -> list[float]:
@@ -182,14 +154,6 @@ def undamped(expression: Any) -> Any:
     return expression.subs(xi, 0).factor()
 
 
-def number(expression: Any, **values: Fraction) -> Fraction:
-    """The value of a derived expression at exact parameters."""
-    from substep_derive.algebra.exact_number import exact_number  # noqa: PLC0415
-
-    found = expression.subs({name: exact_number(value) for name, value in values.items()})
-    return Fraction(int(found.p), int(found.q))
-
-
 def closed_forms(name: str) -> "list[ClosedForm]":
     """Everything derived about a scheme, as named forms: see `substep_derive.study.closed_forms`."""
     from substep_derive.study.closed_forms import closed_forms as derived  # noqa: PLC0415
@@ -199,23 +163,30 @@ def closed_forms(name: str) -> "list[ClosedForm]":
 
 @dataclass(frozen=True)
 class Properties:
-    """Exact properties of one parameter set, undamped: rho_inf, order, leading error terms (power, coefficient)."""
+    """Exact properties of one parameter set, undamped, as text: rho_inf, leading error terms (power, coefficient)."""
 
-    rho_inf: Any
+    rho_inf: str
     order: int
-    damping: tuple[int, Any] | None
-    period: tuple[int, Any] | None
+    damping: tuple[int, str] | None
+    period: tuple[int, str] | None
 
 
 def properties(name: str, parameters: Mapping[str, Fraction]) -> Properties:
-    """rho_inf, order of the free vibration, and the first term (power of Omega, coefficient) of each error."""
-    from substep_derive import derive  # noqa: PLC0415
-    from substep_derive.declare.symbols import xi  # noqa: PLC0415
+    """rho_inf, order of the free vibration, and the first term (power of Omega, coefficient) of each error.
 
-    d = derive(name, **parameters)
+    Those of the thesis's chapter 4 are in generated/; others are derived: see `substep_derive.study.facts.properties`.
+    """
+    found = PROPERTIES.get((name, *sorted(f"{key}={value}" for key, value in parameters.items())))
+    if found is None:
+        from substep_derive.study.facts import properties as derive_properties  # noqa: PLC0415
 
-    def first(terms: Mapping[int, Any]) -> tuple[int, Any] | None:
-        values = ((power, coefficient.subs(xi, 0)) for power, coefficient in sorted(terms.items()))
-        return next(((power, value) for power, value in values if value != 0), None)
+        found = derive_properties(name, parameters)
+    return Properties(**found)
 
-    return Properties(d.rho_inf, d.series.order, first(d.series.numerical_damping), first(d.series.period_error))
+
+def finding(claim: str) -> tuple[tuple[bool, ...], str]:
+    """Whether each part of a claim that algebra alone judges holds, and the evidence, as derived when generated/ was.
+
+    See `substep_derive.study.ledger`.
+    """
+    return FINDINGS[claim]

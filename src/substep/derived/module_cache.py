@@ -8,7 +8,6 @@ import os
 import sys
 import tempfile
 from collections.abc import Callable
-from functools import cache
 from pathlib import Path
 from types import ModuleType
 
@@ -31,20 +30,10 @@ def cache_folder() -> Path:
     return folder
 
 
-@cache
-def generator_version() -> str:
-    """Digest of the generator's source, since a changed generator may print other text from the same declaration."""
-    import substep_derive  # noqa: PLC0415
-
-    folder = Path(substep_derive.__file__).parent
-    digest = hashlib.sha256()
-    for path in sorted(folder.rglob("*.py")):
-        digest.update(path.read_bytes())
-    return digest.hexdigest()
-
-
 def cached_module(declared: str, text: Callable[[], str]) -> ModuleType:
     """The module of the declarations with the digest `declared`; text() prints it if the cache has no intact file."""
+    from substep_derive.emit.stamp import generator_version  # noqa: PLC0415
+
     module_name = f"substep_own_{hashlib.sha256((generator_version() + declared).encode()).hexdigest()[:24]}"
     module = sys.modules.get(module_name)
     if module is None:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..core.arrays import named
 from ..core.errors import non_negative, real_array, real_number
 from ..core.loads import Record
 from ..core.schemes import Array, Scheme
@@ -68,19 +69,19 @@ def response_spectrum(
     peaks, stable = _peaks(s, omega, lanes_xi, load)
     dims = ("xi", "period")[-len(shape) :]
     variables = {
-        name: (dims, peak.reshape(shape), {"long_name": text, "units": unit})
+        name: named(dims, peak.reshape(shape), {"long_name": text, "units": unit})
         for (name, (text, unit)), peak in zip(QUANTITIES.items(), peaks, strict=True)
     }
     for power, name in ((1, "velocity"), (2, "acceleration")):
         text = {"long_name": f"pseudo-spectral {name}, omega^{power} SD", "units": QUANTITIES[name][1]}
-        variables[f"pseudo_{name}"] = (dims, (omega**power * peaks[0]).reshape(shape), text)
+        variables[f"pseudo_{name}"] = named(dims, (omega**power * peaks[0]).reshape(shape), text)
     if errors:
         for name, peak, exact in zip(QUANTITIES, peaks, exact_peaks(omega, lanes_xi, load), strict=True):
             text = {"long_name": f"relative error of the scheme's spectral {name}", "units": "1"}
-            variables[f"{name}_error"] = (dims, _relative(peak, exact).reshape(shape), text)
+            variables[f"{name}_error"] = named(dims, _relative(peak, exact).reshape(shape), text)
     coordinates = {
-        "period": ("period", T, {"long_name": "natural period", "units": "s"}),
-        "xi": (dims[:-1], damping, {"long_name": "damping ratio", "units": "1"}),
+        "period": named("period", T, {"long_name": "natural period", "units": "s"}),
+        "xi": named(dims[:-1], damping, {"long_name": "damping ratio", "units": "1"}),
     }
     attrs = {
         "scheme": s.name,
@@ -136,7 +137,7 @@ def _peaks(s: Scheme, omega: Array, xi: Array, load: Record) -> tuple[Array, Arr
 def _at_rest(omega: Array, xi: Array, load: Record) -> Oscillators:
     start = np.zeros((3, len(omega)))
     start[2] = load.samples[0]
-    return Oscillators(omega, xi, np.full(len(omega), load.dt), start)
+    return Oscillators(omega, xi, np.ones(len(omega)), np.full(len(omega), load.dt), start)
 
 
 def _by_filter(s: Scheme, omega: Array, xi: Array, load: Record) -> Array | None:

@@ -27,7 +27,7 @@ def peaks_from_rest(scheme: Scheme, o: Oscillators, n: int, load: Load | None, f
 
 
 def filter_of(scheme: Scheme, o: Oscillators, n: int, load: Load | None) -> Array | None:
-    """The filter (4*order + 2, P) from the load f, not h^2 f, to u, v, a; None where no filter gives these n steps.
+    """The filter (4*order + 2, P) from the load f, not h^2 f / mass, to u, v, a; None where none gives n steps.
 
     There is none for a scheme of high order (FILTER is 0), for one that another scheme starts, and for one that takes a
     load at the start or outside of a step. There is none for another start than rest with a load of 0, for a load that
@@ -46,8 +46,9 @@ def filter_of(scheme: Scheme, o: Oscillators, n: int, load: Load | None) -> Arra
     ):
         return None
     T = np.concatenate([transfer_rows(scheme, o.omega * dt, o.xi), np.zeros((1, len(o.omega)))])
-    T[2 * order] *= dt**2
-    T[2 * order + 1 : 3 * order + 1] *= dt
+    T[2 * order] *= dt**2 / o.mass
+    T[2 * order + 1 : 3 * order + 1] *= dt / o.mass
+    T[3 * order + 1 :] /= o.mass
     return T
 
 

@@ -5,7 +5,7 @@ run: one oscillator with its step. Lanes are marched side by side in blocks; a l
 alone, up to the first step that is not finite. A history is u, v, a of every stride-th step; peaks need no history.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import Literal, NamedTuple
@@ -16,16 +16,18 @@ from numpy.typing import NDArray
 from ..core import coefficients
 from ..core.arrays import read_only
 from ..core.kernel_modules import committed
-from ..core.loads import Load, Record
+from ..core.loads import Load, LoadLanes, Record, values_at
 from ..core.response import STATUSES
 from ..core.schemes import Array, Scheme
 from ..core.threads import spread
 from .digital_filter import peaks_from_rest
 from .oscillators import Oscillators
+from .step_loads import StepLoads
 
 COMPLETED, NON_FINITE = STATUSES.index("completed"), STATUSES.index("non_finite")
 NANOSECONDS = 0.25  # for a step of a lane
-CHUNK = 1 << 16  # steps of a single lane that are kept in memory at a time where not every step is asked for
+CHUNK = 12288  # steps of a single lane that are marched at a time: their loads, and rows not asked for, stay near
+LOADED, BLOCKS = 128, 4  # steps and blocks that are marched at a time if each lane has its own loads: these stay near
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,9 +57,9 @@ def march_linear(
 ) -> LinearLanes:
     """March n steps of all P oscillators; the scheme's parameters may be arrays (P,).
 
-    load: per unit mass, a function of times of any shape; the samples of a Record with a sample at each step are not
-    copied. keep: what LinearLanes is to hold. out: where the history goes, writeable, C-contiguous, of floats and shape
-    (n // stride + 1, 3, P); raises ValueError for any other.
+    load: a function of times of any shape, or LoadLanes; it is divided by the masses. The samples of a Record with a
+    sample at each step are not copied. keep: what LinearLanes is to hold. out: where the history goes, writeable,
+    C-contiguous, of floats and shape (n // stride + 1, 3, P); raises ValueError for any other.
     """
     P, rows = len(o.omega), n // stride + 1 if keep == "history" else 0
     followed = {"history": 0, "peak_u": 1, "peak": 3}[keep]
@@ -74,7 +76,7 @@ def march_linear(
     elif P and n:
         x = _in_blocks(scheme, o, n, load, stride, lanes)
         for j in np.flatnonzero(~np.isfinite(x).all(axis=0)):
-            _alone(scheme.lane(int(j)), o.lane(int(j)), n, load, stride, lanes, int(j))
+            _alone(scheme, o, n, load, stride, lanes, int(j))
     if followed:
         np.maximum(lanes.peak, np.abs(o.start), out=lanes.peak)
     return replace(lanes, peak=lanes.peak[:followed])
@@ -93,15 +95,14 @@ def _history(out: Array | None, shape: tuple[int, ...]) -> Array:
 
 
 class _Run(NamedTuple):
-    """The two kernels of a march, and the arrays that they take."""
+    """The two kernels of a march, and what they take."""
 
     march_lanes: Callable[..., None]  # a range of steps of a range of lanes
     march_one: Callable[..., None]  # a range of steps of one lane
     width: int  # lanes of a block
     C: Array  # coefficients (rows, P)
     x: Array  # what is marched (m, P), at step `first`
-    shared: tuple[Array, ...]  # K arrays (n,): the load at K instants of each step, if all lanes share it
-    own: Array  # (K, n, P): the load of each lane; (K, 0, 1) where it is shared
+    loads: StepLoads
     first: int  # how many steps the starter marched
     head: LinearLanes | None  # results of these first steps, if there is a starter
 
@@ -110,42 +111,19 @@ def _prepared(scheme: Scheme, o: Oscillators, n: int, load: Load | None) -> _Run
     """The kernels and their arrays, ready for the first step that the scheme itself marches."""
     module, Omega, stencil = scheme.kernels, o.omega * o.dt, scheme.stencil()
     state, head, first = _started(scheme, o, Omega, n, load)
-    excess = _excess(o, Omega, state, load) if module.CARRIER else np.zeros(1)
-    samples = _samples(scheme, load, o.dt, n) if stencil.ndim == 1 and not excess.any() else None
-    if samples is not None:
-        C, K = _coefficients(scheme, Omega, o, stencil), 2
-        shared, own = (read_only(samples[:-1]), read_only(samples[1:])), np.empty((K, 0, 1))
+    excess = _excess(o, Omega, state, load) if module.CARRIER else np.zeros(len(Omega))
+    if stencil.ndim == 1 and not excess.any() and _linear_within_steps(scheme, load, o.dt, n):
+        C = _coefficients(scheme, Omega, o, stencil)
+        loads = StepLoads(load, np.array([0.0, 1.0]), o.dt, 2, excess, _samples(load, o.dt, n))
     else:
-        C, K = _coefficients(scheme, Omega, o), module.LOADS
-        shared, own = _loads(stencil, o.dt, n, K, load, excess)
+        C = _coefficients(scheme, Omega, o)
+        loads = StepLoads(load, stencil, o.dt, module.LOADS, excess * o.mass / o.dt**2)
     x = np.ascontiguousarray(state[list(coefficients.marched(scheme))])
-    return _Run(*_kernels(module.MARCH, K), C, x, shared, own, first, head)
-
-
-def _loads(
-    stencil: Array, dt: Array, n: int, K: int, load: Load | None, excess: Array
-) -> tuple[tuple[Array, ...], Array]:
-    """The load at the K instants of each step, as `shared` and `own` of a _Run.
-
-    excess: from `_excess`; it is added to the load at the first instant of the first step, which stands for the given
-    acceleration where that is not marched.
-    """
-    if load is None and not excess.any():
-        return (read_only(np.zeros(n)),) * K, np.empty((K, 0, 1))
-    alike = stencil.ndim == 1 and (dt == dt[0]).all() and (excess == excess[0]).all()
-    dt = dt[:1] if alike else dt
-    instants = np.arange(n)[:, None] + np.atleast_2d(stencil).T[:, None]  # (instants of the scheme, n, 1 or P)
-    own = np.zeros((K, n, len(dt)))
-    if load is not None:
-        own[: len(instants)] = load(instants * dt)
-    own[0, :1] += excess[: len(dt)] / dt**2
-    if alike:
-        return tuple(map(read_only, own[..., 0])), own[:, :0]
-    return (read_only(np.empty(0)),) * K, own
+    return _Run(*_kernels(module.MARCH, loads.K), C, x, loads, first, head)
 
 
 def _coefficients(scheme: Scheme, Omega: Array, o: Oscillators, stencil: Array | None = None) -> Array:
-    """Coefficients (rows, P) as the kernels take them: for loads f, not h^2 f, and outputs v, a, not h*v, h^2*a.
+    """Coefficients (rows, P) as the kernels take them: for loads f, not h^2 f / mass, and for v, a, not h*v, h^2*a.
 
     The last rows are 1/h and 1/h^2 for those of v, a that are taken from x. With a stencil, the loads are those at the
     two ends of a step, between which the load is linear; without, those at the scheme's own instants.
@@ -157,11 +135,11 @@ def _coefficients(scheme: Scheme, Omega: Array, o: Oscillators, stencil: Array |
         C, K = np.concatenate([C[:D], _to_ends(m, R, K, stencil.tobytes()) @ C[D:]]), 2
     h, square = o.dt, o.dt * o.dt
     units = (1.0, h, square)
-    C[m * m : m * (m + K)] *= square
+    C[m * m : m * (m + K)] *= square / o.mass
     at = m * (m + K)
     for row, kind in enumerate(kind for kind, place in enumerate(places) if place == "y"):
         C[at + row * m : at + (row + 1) * m] /= units[kind]
-        C[at + R * m + row * K : at + R * m + (row + 1) * K] *= units[2 - kind]
+        C[at + R * m + row * K : at + R * m + (row + 1) * K] *= units[2 - kind] / o.mass
     scales = [1.0 / units[kind] for kind, place in enumerate(places) if place != "y" and kind > 0]
     return np.concatenate([C, *(scale[None] for scale in scales)])
 
@@ -206,9 +184,9 @@ def _started(
         return given[[kind for kind, _ in scheme.history]], None, 0
     if scheme.info.start == "function":
         S, T = coefficients.start_coefficients(scheme, Omega, o.xi)
-        at_start = np.array(scheme.kernels.START_STENCIL) * o.dt[:, None]
-        forces = o.dt[:, None] ** 2 * (load(at_start) if load else np.zeros_like(at_start))
-        return np.einsum("pmk,kp->mp", S, given) + np.einsum("pmk,pk->mp", T, forces), None, 0
+        at_start = np.array(scheme.kernels.START_STENCIL)[:, None] * o.dt
+        forces = o.dt**2 / o.mass * (values_at(load, at_start) if load else np.zeros_like(at_start))
+        return np.einsum("pmk,kp->mp", S, given) + np.einsum("pmk,kp->mp", T, forces), None, 0
     assert scheme.starter is not None
     first = min(max(lag for _, lag in scheme.history), n)
     head = march_linear(scheme.starter, o, first, load)
@@ -220,39 +198,75 @@ def _excess(o: Oscillators, Omega: Array, state: Array, load: Load | None) -> Ar
 
     A value below 1e-15 of the sum of the terms' moduli is rounding, and counts as 0.
     """
-    value = load.samples[0] if isinstance(load, Record) else load(np.zeros(1)) if load else 0.0
-    at_start = o.dt**2 * value * np.ones(len(Omega))
+    value = load.samples[0] if isinstance(load, Record) else values_at(load, np.zeros(1)) if load else 0.0
+    at_start = o.dt**2 / o.mass * value * np.ones(len(Omega))
     terms = np.stack([Omega**2 * state[0], 2 * o.xi * Omega * state[1], state[2], -at_start])
     excess = terms.sum(axis=0)
     return np.where(np.abs(excess) <= 1e-15 * np.abs(terms).sum(axis=0), 0.0, excess)
 
 
-def _samples(scheme: Scheme, load: Load | None, dt: Array, n: int) -> Array | None:
-    """The load at the n + 1 ends of steps, if it is linear within each step and taken only there; None if not.
+def _linear_within_steps(scheme: Scheme, load: Load | None, dt: Array, n: int) -> bool:
+    """Whether the load is linear within each step and taken only there, so that its values at the ends determine it.
 
-    So it is for a record with a sample at each step, and a scheme that takes the load within its step.
+    So it is for a record with a whole number of steps from sample to sample, and a scheme that takes the load within
+    its step.
     """
-    if not isinstance(load, Record) or not (dt == load.dt).all() or not coefficients.loaded_within(scheme):
+    if not isinstance(load, Record) or not (dt == dt[0]).all() or not coefficients.loaded_within(scheme):
+        return False
+    whole = round(load.dt / dt[0])
+    if abs(load.dt - whole * dt[0]) * n > 1e-9 * load.dt:  # what a record takes for rounding
+        return False
+    jumps = (len(load.samples) - 1) * whole < n  # to 0 after the last sample
+    return not jumps or bool(np.isin(scheme.stencil(), (0.0, 1.0)).all())
+
+
+def _samples(load: Load | None, dt: Array, n: int) -> tuple[Array, Array] | None:
+    """Those of a record with a sample at each step, at the start and at the end of the steps, without a copy."""
+    if not isinstance(load, Record) or load.dt != dt[0] or len(load.samples) <= n:
         return None
-    values = load.samples
-    jumps = len(values) <= n  # to 0 after the last sample
-    if jumps and not np.isin(scheme.stencil(), (0.0, 1.0)).all():
-        return None
-    return values[: n + 1] if len(values) > n else np.concatenate([values, np.zeros(n + 1 - len(values))])
+    return load.samples[:n, None], load.samples[1 : n + 1, None]
 
 
 def _in_blocks(scheme: Scheme, o: Oscillators, n: int, load: Load | None, stride: int, lanes: LinearLanes) -> Array:
     """March all lanes side by side into `lanes`; returns their last state (m, P)."""
     r, P = _prepared(scheme, o, n, load), len(o.omega)
+    K, loads, shared = r.loads.K, r.loads, (read_only(np.empty(0)),) * r.loads.K
+    if loads.shared:
+        shared, room, together, most = loads.of_all(0, n), np.empty((K, 0, 1)), P, n
+    else:
+        loads, room, together, most = loads.beforehand(n), np.zeros((K, LOADED, P)), r.width * BLOCKS, LOADED
 
     def part(first: int, last: int) -> None:
-        pace = stride if len(lanes.out) else n
-        r.march_lanes(r.C, r.x, *r.shared, r.own, r.first, n, pace, lanes.out, lanes.peak, first, last)
+        for lane in range(first, last, together):
+            some = slice(lane, min(lane + together, last))
+            for begin, end, base, pace in _pieces(r.first, n, stride if len(lanes.out) else n, most):
+                if room.size:
+                    loads.of_each(base, end, some, room)
+                before = lanes.peak[:, some].copy()
+                r.march_lanes(
+                    r.C, r.x, *(f[base:end] for f in shared), room, begin - base, end - base, pace,
+                    lanes.out[begin // stride :], lanes.peak, some.start, some.stop,
+                )  # fmt: skip
+                np.maximum(lanes.peak[:, some], before, out=lanes.peak[:, some])
 
-    spread(part, P, r.width, nanoseconds=P * n * NANOSECONDS)
+    spread(part, P, r.width if r.loads.shared else together, nanoseconds=P * n * NANOSECONDS)
     if r.head is not None:
         _rows_of_head(r, stride, lanes, slice(None))
     return r.x
+
+
+def _pieces(first: int, n: int, stride: int, most: int) -> Iterator[tuple[int, int, int, int]]:
+    """Ranges of the steps first to n - 1: begin, end, and the step from which rows are counted, one every `pace` steps.
+
+    A range has at most `most` steps with those before it from which rows are counted. It ends where a row is, or it has
+    none; so a stride longer than `most` is marched in several ranges.
+    """
+    whole, begin = max(most // stride, 1) * stride, first
+    while begin < n:
+        end = min(n, begin - begin % whole + whole, begin + most)
+        base, pace = (begin - begin % stride, stride) if stride <= most else (begin, end - begin + (end % stride > 0))
+        yield begin, end, base, pace
+        begin = end
 
 
 def _rows_of_head(r: _Run, stride: int, lanes: LinearLanes, j: slice) -> None:
@@ -266,20 +280,21 @@ def _rows_of_head(r: _Run, stride: int, lanes: LinearLanes, j: slice) -> None:
 
 
 def _alone(scheme: Scheme, o: Oscillators, n: int, load: Load | None, stride: int, lanes: LinearLanes, j: int) -> None:
-    """March one lane, up to the first step that is not finite, into place j of the results."""
-    r = _prepared(scheme, o, n, load)
+    """March lane j alone, up to the first step that is not finite, into its place of the results."""
+    r = _prepared(scheme.lane(j), o.lane(j), n, load.lane(j) if isinstance(load, LoadLanes) else load)
     if lanes.peak.size:
         lanes.peak[:, j] = 0.0
-    shared = tuple(map(read_only, r.own[..., 0])) if r.own.size else r.shared
     if r.head is not None:
         _rows_of_head(r, stride, lanes, slice(j, j + 1))
         lanes.n_done[j], lanes.status[j] = r.head.n_done[0], r.head.status[0]
     direct = stride == 1 and lanes.out.shape[2] == 1 and len(lanes.out) > 0
-    begin, x = r.first, r.x[:, 0].copy()
+    begin, x, C = r.first, r.x[:, 0].copy(), r.C[:, 0].copy()
+    most = n if direct and r.loads.at_hand else min(n, CHUNK)
+    room = np.empty((0 if direct else most, 3))
     while begin < n and lanes.status[j] == COMPLETED:
-        end = n if direct else min(n, begin + CHUNK)
-        rows = lanes.out[begin + 1 :, :, 0] if direct else np.empty((end - begin, 3))
-        r.march_one(r.C[:, 0].copy(), x, *(f[begin:end] for f in shared), rows)
+        end = min(n, begin + most)
+        rows = lanes.out[begin + 1 : end + 1, :, 0] if direct else room[: end - begin]
+        r.march_one(C, x, *r.loads.of_all(begin, end), rows)
         lanes.n_done[j] = end
         if not np.isfinite(rows[-1]).all():
             good = int(np.argmin(np.isfinite(rows).all(axis=1)))

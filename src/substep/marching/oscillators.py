@@ -6,10 +6,14 @@ from ..core.schemes import Array
 
 
 class Oscillators(NamedTuple):
-    """P oscillators and their steps: omega (rad/s), xi and dt (s), (P,) each; start: u, v, a at t = 0, (3, P)."""
+    """P oscillators and their steps: omega (rad/s), xi, mass and dt (s), (P,) each; start: u, v, a at t = 0, (3, P).
+
+    mass: what the load is divided by.
+    """
 
     omega: Array
     xi: Array
+    mass: Array
     dt: Array
     start: Array
 

@@ -6,7 +6,6 @@ from typing import Any, Literal
 import numpy as np
 
 from ..core.errors import real_number
-from ..core.loads import Record
 from ..core.response import STATUSES, Response, Status
 from ..core.scenes import Scene
 from ..core.schemes import Array, Scheme
@@ -49,7 +48,9 @@ def march(
     bound = math.inf if energy_bound is None else real_number("energy_bound", energy_bound)
     if scene.info.oscillator:
         return _oscillator_response(scene, scheme, dt, n, bound, stride)
-    lanes = march_lanes(scene, scheme, np.array([dt]), np.array([n]), bound=bound, stride=stride, history=True)
+    lanes = march_lanes(
+        scene, scheme, np.array([dt]), np.array([n]), bound=bound, stride=stride, history=True, counts=True
+    )
     n_done = int(lanes.n_done[0])
     rows = lanes.out[0, : n_done // stride + 1]
     iterations = lanes.iterations[0, :n_done]
@@ -84,23 +85,18 @@ def march_oscillators(
     stride: int = 1,
     keep: Literal["history", "peak"] = "history",
 ) -> LinearLanes:
-    """P runs of n steps of a linear oscillator's scene; parameters of scene and scheme may be arrays (P,).
+    """P runs of n steps of a linear oscillator's scene; parameters of scene, load and scheme may be arrays (P,).
 
-    Where there is a load, all lanes must have the same mass. bound, J: a lane ends before the first state whose energy
-    exceeds it; with a bound all histories are in memory at once.
+    bound, J: a lane ends before the first state whose energy exceeds it; with a bound all histories are in memory at
+    once.
     """
     assert scene.info.oscillator is not None
     omega, xi, mass = (np.full(P, x) for x in scene.info.oscillator(**scene.parameters))
     start = np.stack([np.full((P, 1), x)[:, 0] for x in (scene.u0, scene.v0, scene.a0)])
-    o = Oscillators(omega, xi, np.full(P, dt), start)
-
-    def checked(t: Array) -> Array:
-        return scene.forces(t) / mass[0]
-
-    load = scene.load if scene.load is None or (mass[0] == 1.0 and isinstance(scene.load, Record)) else checked
+    o = Oscillators(omega, xi, mass, np.full(P, dt), start)
     if bound == math.inf:
-        return march_linear(scheme, o, n, load, stride=stride, keep=keep)
-    lanes = march_linear(scheme, o, n, load)
+        return march_linear(scheme, o, n, scene.load, stride=stride, keep=keep)
+    lanes = march_linear(scheme, o, n, scene.load)
     u, v = (lanes.out[:, kind].T[..., None] for kind in (0, 1))
     beyond = scene.energy(np.arange(n + 1) * dt, u, v) > bound  # False after n_done, where it is NaN
     ended = beyond.any(axis=1)

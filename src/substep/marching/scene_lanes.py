@@ -15,7 +15,7 @@ from ..core.schemes import Array, Scheme
 from ..core.threads import spread
 
 FEW = 16  # fewer lanes march one by one: in a block all lanes wait for the one whose Newton iteration takes longest
-LEAST = 48  # lanes of a thread's part: with fewer the processor waits for the results of an iteration
+LEAST = 64  # lanes of a thread's part, a block: with fewer the processor waits for the results of an iteration
 TOLERANCE = 1e-12  # Newton's iteration ends at a correction of u smaller than this times the scene's length
 
 
@@ -24,13 +24,15 @@ class Lanes:
     """Results of P runs.
 
     out (P, rows, 2 or 3, d): u, v (and a, if the scheme has its own) every stride steps, no rows without a history;
-    state (P, m, d): last good state, rows as the kernel's STATE; iterations (P, steps, balances): Newton iterations,
-    no steps without a history; peak (P,): largest energy from t = 0 on, J; n_done (P,): steps completed; status (P,):
-    index in response.STATUSES.
+    state (P, m, d): last good state, rows as the kernel's STATE; newton (P, 2, balances): Newton iterations of the
+    steps completed, their sum and the most in one step; iterations (P, steps, balances): those of each step, no steps
+    unless asked for; peak (P,): largest energy from t = 0 on, J; n_done (P,): steps completed; status (P,): index in
+    response.STATUSES.
     """
 
     out: Array
     state: Array
+    newton: NDArray[np.int64]
     iterations: NDArray[np.int64]
     peak: Array
     n_done: NDArray[np.int64]
@@ -66,11 +68,12 @@ def march_lanes(
     bound: Any = np.inf,
     stride: int = 1,
     history: bool = False,
+    counts: bool = False,
 ) -> Lanes:
     """P runs with steps dt (P,) of n (P,) steps each; the scheme's parameters may be arrays (P,).
 
     start: u, v, a at t = 0, (P, d) each, where they differ from the scene's. bound: energy in J beyond which a
-    lane stops, a number or (P,).
+    lane stops, a number or (P,). history: keep every stride-th step in `out`; counts: keep `iterations`.
     """
     module = pair_kernels(scene, scheme)
     P, steps = len(dt), int(n.max(initial=0))
@@ -81,12 +84,14 @@ def march_lanes(
         **{"u": u, "v": v, "a": a, "n": np.array(n, dtype=np.int64), "first": 0, "stride": stride},
         "state": np.empty((P, len(module.STATE), u.shape[1])),
         "out": np.zeros((P, steps // stride + 1 if history else 0, len(module.REPORTED), u.shape[1])),
-        "iterations": np.zeros((P, steps if history else 0, scheme.balances), dtype=np.int64),
+        "newton": np.zeros((P, 2, scheme.balances), dtype=np.int64),
+        "iterations": np.zeros((P, steps if counts else 0, scheme.balances), dtype=np.int64),
         **{name: np.empty(P, dtype=np.int64) for name in ("n_done", "status")},
         "peak": np.empty(P),
     }
     if history:
-        arrays["out"][:, 0] = np.stack([u, v, a], axis=1)[:, : len(module.REPORTED)]
+        for k, x in enumerate((u, v, a)[: len(module.REPORTED)]):
+            arrays["out"][:, 0, k] = x
     if scene.info.sampled:
         values = [np.broadcast_to(x, P) for x in scheme.parameters.values()]
         stencil, at_start = (_columns(f(*values), P) for f in (module.stencil, module.start_stencil))
@@ -104,7 +109,12 @@ def march_lanes(
         for name in ("n_done", "status"):
             arrays[name][early] = getattr(head, name)[early]
         peak = np.maximum(peak, head.peak)
-    return Lanes(peak=peak, **{name: arrays[name] for name in ("out", "state", "iterations", "n_done", "status")})
+        of_head = head.iterations.sum(axis=2)  # the starter's balances are other ones: they count as the first
+        arrays["newton"][:, 0, 0] += of_head.sum(axis=1)
+        arrays["newton"][:, 1, 0] = np.maximum(arrays["newton"][:, 1, 0], of_head.max(axis=1, initial=0))
+        arrays["iterations"][:, : arrays["first"], 0] = of_head[:, : arrays["iterations"].shape[1]]
+    kept = "out", "state", "newton", "iterations", "n_done", "status"
+    return Lanes(peak=peak, **{name: arrays[name] for name in kept})
 
 
 def _columns(numbers: Sequence[Any], P: int) -> Array:
@@ -119,19 +129,18 @@ def _head(scene: Scene, scheme: Scheme, module: ModuleType, arrays: dict[str, An
     """
     assert scheme.starter is not None
     first = max(lag for _, lag in module.STATE)
-    n = arrays["n"]
+    n, every = arrays["n"], np.arange(len(arrays["n"]))
+    steps = np.minimum(n, first)
     head = march_lanes(
-        scene, scheme.starter, arrays["h"], np.full(len(n), first),
-        start=start, bound=arrays["bound"], history=True,
+        scene, scheme.starter, arrays["h"], steps,
+        start=start, bound=arrays["bound"], history=True, counts=True,
     )  # fmt: skip
     for k, (kind, lag) in enumerate(module.STATE):
-        arrays["state"][:, k] = head.out[:, first - lag, "uva".index(kind)]
+        arrays["state"][:, k] = head.out[every, np.maximum(steps - lag, 0), "uva".index(kind)]
     out = arrays["out"]
-    for row in range(min(out.shape[1], first // arrays["stride"] + 1)):
+    for row in range(min(out.shape[1], int(steps.max(initial=0)) // arrays["stride"] + 1)):
         out[:, row] = head.out[:, row * arrays["stride"], : out.shape[2]]
-    counts = arrays["iterations"][:, :first]  # the starter's balances are other ones: their sum is put under the first
-    counts[..., 0] = head.iterations[:, : counts.shape[1]].sum(axis=2)
-    arrays["n"] = np.where(head.n_done < first, np.minimum(n, head.n_done), n)
+    arrays["n"] = np.where(head.n_done < steps, head.n_done, n)
     arrays["first"] = first
     return head
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..core.arrays import named
 from ..core.loads import Load
 from ..core.scenes import Scene
 from ..core.schemes import Scheme
@@ -85,7 +86,7 @@ def sweep(
         if store is not None:
             store.mark(interrupted)
             return store.read()
-        whole = shell.assign({name: ((*names, *v.dims), targets[name], v.attrs) for name, v in of.items()})
+        whole = shell.assign({name: named((*names, *v.dims), targets[name], v.attrs) for name, v in of.items()})
         return whole.assign_attrs(interrupted=int(interrupted))
 
     blocks = _here(plan, todo) if client is None else run_on(client, plan, todo)

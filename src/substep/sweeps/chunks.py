@@ -40,20 +40,24 @@ def _march_group(plan: Plan, scene: Scene, scheme: Scheme, dt: float, P: int) ->
         keep = "peak" if plan.keep == "peak" else "history"
         linear = march_oscillators(scene, scheme, dt, n, P, bound=plan.bound, stride=stride, keep=keep)
         n_done, status = linear.n_done, linear.status
-        iterations = _iterations(np.broadcast_to(np.int64(0), (P, 0, scheme.balances)), n_done)
+        newton = np.zeros((P, 2, scheme.balances), dtype=np.int64)
         rows = np.moveaxis(linear.out, -1, 0)[..., None]  # (P, rows, 3, 1)
         peaks = {f"peak_{name}": peak[:, None] for name, peak in zip("uva", linear.peak, strict=False)}
     else:
         steps = np.full(P, dt), np.full(P, n)
         lanes = march_lanes(scene, scheme, *steps, bound=plan.bound, stride=stride, history=True)
-        n_done, status = lanes.n_done, lanes.status
-        failed = np.flatnonzero(n_done < n)
-        for j in failed:
-            lanes.out[j, n_done[j] // stride + 1 :] = np.nan
-            lanes.iterations[j, n_done[j] :] = 0
-        iterations = _iterations(lanes.iterations, n_done)
+        n_done, status, newton = lanes.n_done, lanes.status, lanes.newton
+        if (n_done < n).any():
+            lanes.out[np.arange(lanes.out.shape[1]) > n_done[:, None] // stride] = np.nan
         rows, peaks = lanes.out, {"peak_energy": lanes.peak}
-    common = {**iterations, "n_done": n_done, "status": status.astype(np.int8)}
+    with np.errstate(invalid="ignore"):
+        mean = newton[:, 0] / n_done[:, None]  # NaN if no step was completed
+    common = {
+        "newton_iterations": mean,
+        "newton_most": newton[:, 1],
+        "n_done": n_done,
+        "status": status.astype(np.int8),
+    }
     if plan.keep == "peak" and scene.info.oscillator:
         return {**peaks, **common}
     t = np.arange(rows.shape[1]) * (stride * dt)
@@ -77,10 +81,3 @@ def _accelerations(scene: Scene, t: Array, u: Array, v: Array) -> Array:
     a = scene.acceleration(t, u, v)
     a[:, 0] = scene.a0
     return a
-
-
-def _iterations(counts: Array, n_done: Array) -> Results:
-    """Newton iterations of each balance, (P, balances): mean over the steps completed, NaN if none, and largest."""
-    with np.errstate(invalid="ignore"):
-        mean = counts.sum(axis=1) / n_done[:, None]
-    return {"newton_iterations": mean, "newton_most": counts.max(axis=1, initial=0)}

@@ -2,12 +2,14 @@
 
 import re
 from dataclasses import fields, is_dataclass
+from functools import cache
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, NamedTuple, get_args
 
 import numpy as np
 
+from ..core.arrays import named
 from ..core.loads import Load, Record
 from ..core.response import Status
 from .plan import Axis, Plan
@@ -70,14 +72,14 @@ def template(plan: Plan) -> "xarray.Dataset":
     """A Dataset with the coordinates and attributes of the sweep, without variables."""
     import xarray  # noqa: PLC0415 (on first use)
 
-    coordinates: dict[str, Any] = {axis.name: (axis.name, axis.values, _attributes(plan, axis)) for axis in plan.axes}
+    coordinates = {axis.name: named(axis.name, axis.values, _attributes(plan, axis)) for axis in plan.axes}
     if plan.keep == "history":
         t = np.arange(plan.rows) * (plan.t_end / (plan.rows - 1) if plan.samples else plan.given["step"]["dt"])
-        coordinates["t"] = ("t", t, {"units": "s", "long_name": "time"})
+        coordinates["t"] = named("t", t, {"units": "s", "long_name": "time"})
     names = np.array([name for name, _ in plan.scene_of_one.coordinates], dtype=object)
-    coordinates["coordinate"] = ("coordinate", names, {"long_name": f"coordinate of {plan.scene_of_one.name}"})
+    coordinates["coordinate"] = named("coordinate", names, {"long_name": f"coordinate of {plan.scene_of_one.name}"})
     balances = np.arange(1, plan.scheme_of_all.balances + 1)
-    coordinates["balance"] = ("balance", balances, {"long_name": f"balance of {plan.scheme_of_all.name}"})
+    coordinates["balance"] = named("balance", balances, {"long_name": f"balance of {plan.scheme_of_all.name}"})
     return xarray.Dataset(coords=coordinates, attrs=description(plan))
 
 
@@ -129,6 +131,7 @@ def _description_of(load: Load, t_end: float) -> dict[str, Any]:
     return values | {"samples_sha256": _digest(at.tobytes())}
 
 
+@cache
 def _declaration_digest(module: ModuleType) -> str:
     """The digest of the declaration that a generated module was printed from."""
     text = Path(module.__file__ or "").read_text(encoding="utf-8")
@@ -142,6 +145,7 @@ def _digest(data: bytes) -> str:
     return hashlib.sha256(data).hexdigest()
 
 
+@cache
 def _version() -> str:
     from importlib.metadata import PackageNotFoundError, version  # noqa: PLC0415 (on first use)
 

@@ -1,6 +1,6 @@
 """What a sweep runs: its axes, the points of their outer product in C order, and chunks of points.
 
-A point is one run. Points that share step and load can be the lanes of one march.
+A point is one run. Points that share the step, and a load of the user's own, can be the lanes of one march.
 """
 
 import math
@@ -15,10 +15,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..core.entries import SceneInfo, SchemeInfo
 from ..core.errors import inside, real_array, real_number, unknown_name
-from ..core.loads import Load, Record
+from ..core.loads import Load, LoadLanes, Record, is_known
 from ..core.scenes import Scene, checked_parameters, make_scene, scene_info
 from ..core.schemes import Array, Scheme, scheme_info
 from ..core.schemes import scheme as make_scheme
+from ..marching.linear import LOADED
 from ..marching.run import number_of_steps
 
 if TYPE_CHECKING:
@@ -124,15 +125,11 @@ class Plan:
     def groups(self, points: NDArray[np.int64]) -> Iterator[tuple[NDArray[np.int64], Scene, Scheme, float]]:
         """The points in groups that can be the lanes of one march: their places in points, scene, scheme and dt.
 
-        Points of a group share step and load.
+        Points of a group share the step, and a load of the user's own.
         """
         at = dict(zip(self.axes, np.unravel_index(points, (1, *self.shape))[1:], strict=True))
-        common = [axis for axis in self.axes if axis.owner in ("step", "load")]
-        keys = [at[axis] for axis in common]
-        oscillator = self.scene_of_one.info.oscillator
-        if oscillator is not None and self.load is not None:  # the linear march takes the load per unit mass
-            _, _, mass = oscillator(**self._values("scene", at, self.scene_of_one.parameters))
-            keys.append(np.full(len(points), mass))
+        common = ("step",) if is_known(self.load) else ("step", "load")
+        keys = [at[axis] for axis in self.axes if axis.owner in common]
         order = np.lexsort(keys) if keys else np.arange(len(points))
         changes = [np.diff(key[order]) != 0 for key in keys]
         for places in np.split(order, np.flatnonzero(np.any(changes, axis=0)) + 1 if keys else []):
@@ -144,7 +141,12 @@ class Plan:
             owner: {a.key: float(a.values[i[0]]) for a, i in at.items() if a.owner == owner}
             for owner in get_args(Owner)
         }
-        load = replace(self.load, **one["load"]) if one["load"] else self.load  # type: ignore[type-var]
+        load = self.load
+        if one["load"] and is_known(load):
+            own = {f.name: getattr(load, f.name) for f in fields(load)}  # type: ignore[arg-type]
+            load = LoadLanes(type(load), self._values("load", at, own))  # type: ignore[arg-type]
+        elif one["load"]:
+            load = replace(load, **one["load"])  # type: ignore[type-var]
         info = scene_info(self.scene, {})
         values = checked_parameters(info, self._values("scene", at, self.given["scene"]), real_array)
         scheme = make_scheme(self.scheme, **self._values("scheme", at, self.given["scheme"]))
@@ -166,14 +168,14 @@ class Plan:
         return tuple(reversed(piece))
 
     def _bytes_of_a_lane(self, n: int) -> float:
-        """Memory in bytes that a run takes: its rows, a copy of them to compute results from, counts and loads."""
+        """Memory in bytes that a run takes: its rows, a copy of them to compute results from, and loads."""
         d, scheme = len(self.scene_of_one.coordinates), self.scheme_of_all
         whole = self.bound < math.inf or (self.keep == "peak" and not self.oscillator)
         rows = n + 1 if whole else {"final": 2, "peak": 0, "history": self.rows}[self.keep]
-        counts = 0 if self.oscillator else n * scheme.balances
-        own_load = any(axis.owner == "scheme" for axis in self.axes) or not self.oscillator
-        loads = 2 * n * scheme.info.loads if self.load is not None and own_load else 0
-        return 8.0 * (rows * (6 * d + 2) + counts + loads + 50)
+        own_load = any(axis.owner in ("scheme", "load") for axis in self.axes) or not self.oscillator
+        sampled = min(n, LOADED) if self.oscillator and is_known(self.load) else n  # steps at a time
+        loads = 2 * sampled * scheme.info.loads if self.load is not None and own_load else 0
+        return 8.0 * (rows * (6 * d + 2) + loads + 50)
 
     def chunks(self, piece: tuple[int, ...]) -> list[Chunk]:
         """All chunks of that shape, in C order."""
@@ -306,7 +308,8 @@ def _check(plan: Plan) -> None:
         if axis.owner == "step":
             inside(axis.name, axis.values, 0.0, None, True, True)
         elif axis.owner == "load":
-            for value in axis.values:
+            known = is_known(plan.load) and axis.values.size > 0  # then what is allowed is an interval
+            for value in (axis.values.min(), axis.values.max()) if known else axis.values:
                 replace(plan.load, **{axis.key: float(value)})  # type: ignore[type-var]
     steps = plan.steps
     plan.scheme_of_all  # noqa: B018 (making it checks it)

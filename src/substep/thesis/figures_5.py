@@ -93,13 +93,8 @@ def runs(march: March, sets: tuple[Parameters, ...] = SETS) -> dict[Parameters |
     """Newmark-BDF2 with each of the sets, and Bathe's scheme under None; computed once and shared by all figures."""
     n = march.steps
     stride = next(k for k in range(-(-n // ROWS), n + 1) if n % k == 0)  # a divisor, so that the end is kept
-    found: dict[Parameters | None, Run] = {}
-    at_once = max(1, 5_000_000 // n)  # so that the counts of Newton iterations, one a step, take 80 MB at most
-    for first in range(0, len(sets), at_once):
-        part = sets[first : first + at_once]
-        columns = zip(NAMES, np.array(part, dtype=np.float64).T, strict=True)
-        found |= _runs(march, "newmark_bdf2", part, stride, dict(columns))
-    return found | _runs(march, "bathe", (None,), stride, {})
+    columns = zip(NAMES, np.array(sets, dtype=np.float64).T, strict=True)
+    return _runs(march, "newmark_bdf2", sets, stride, dict(columns)) | _runs(march, "bathe", (None,), stride, {})
 
 
 def _runs(
@@ -121,7 +116,7 @@ def _run(march: March, lanes: Lanes, k: int, stride: int, key: Parameters | None
     momentum = pendulum.angular_momentum(t, u, v)
     assert momentum is not None
     return Run(
-        key, STATUSES[lanes.status[k]], n_done * march.h, float(lanes.peak[k]), int(lanes.iterations[k].sum()),
+        key, STATUSES[lanes.status[k]], n_done * march.h, float(lanes.peak[k]), int(lanes.newton[k, 0].sum()),
         t, u, pendulum.energy(t, u, v), momentum, pendulum.outputs(t, u, v)["strain"],
     )  # fmt: skip
 

@@ -1,7 +1,7 @@
 """`substep reproduce`: the thesis's figures, the other charts, tables and the ledger, with all numbers behind them."""
 
 import csv
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import astuple, dataclass, fields
@@ -89,8 +89,8 @@ def property_row(case: tuple[str, dict[str, Fraction]]) -> list[str]:
     name, parameters = case
     found: Properties = properties(name, parameters)
     shown = [str(parameters[key]) if key in parameters else "" for key in ("gamma_t", "beta", "gamma")]
-    terms = [("", "0") if term is None else (str(term[0]), str(term[1])) for term in (found.damping, found.period)]
-    return [name, *shown, str(found.rho_inf), str(found.order), *terms[0], *terms[1]]
+    terms = [("", "0") if term is None else (str(term[0]), term[1]) for term in (found.damping, found.period)]
+    return [name, *shown, found.rho_inf, str(found.order), *terms[0], *terms[1]]
 
 
 def tables(folder: Path, catalogue: list[CatalogueRow], rows: list[list[str]]) -> None:
@@ -124,15 +124,24 @@ def _draw(folder: Path, full: bool, i: int) -> None:
     jobs(full)[i](folder)
 
 
-def _compile(name: str) -> None:
-    """Compile the scheme's kernels into numba's cache, in a process of its own, since numba compiles on one core."""
-    s = scheme(name)
-    s.stability(1.0)
-    models = [case.make() for case in CASES]
-    if name in failures.outcomes.QUICK:
-        models += [case.make() for case in failures.table.CASES]
-    for model in models:
-        march(model, s, 1e-4, 2e-4)
+def _compile(names: Sequence[str]) -> None:
+    """Compile kernels of schemes into numba's cache, in a process of its own, since numba compiles on one core."""
+    for name in names:
+        s = scheme(name)
+        s.stability(1.0)
+        models = [case.make() for case in CASES]
+        if name in failures.outcomes.QUICK:
+            models += [case.make() for case in failures.table.CASES]
+        for model in models:
+            march(model, s, 1e-4, 2e-4)
+
+
+def sharing() -> list[list[str]]:
+    """Names of schemes, those that share a module together, so that no two processes compile it; the most first."""
+    found: dict[object, list[str]] = {}
+    for name in schemes():
+        found.setdefault(scheme(name).info.module, []).append(name)
+    return sorted(found.values(), key=len, reverse=True)
 
 
 @contextmanager
@@ -148,33 +157,55 @@ def _workers() -> Iterator[Callable[..., Iterator[Any]]]:
         pool.shutdown(cancel_futures=True)
 
 
-def reproduce(folder: Path, step: Callable[[], object], *, full: bool = False) -> Results:
-    """Write everything into the folder; step() is called `steps(full)` times. full: long runs and fine maps as well."""
+@dataclass(frozen=True)
+class Stage:
+    """A part of `reproduce`: its name, how many jobs it has, and about how many seconds each of them takes."""
+
+    name: str
+    jobs: int
+    seconds: float
+
+
+def stages(full: bool = False) -> tuple[Stage, ...]:
+    """What `reproduce` does, in the order in which it begins; the seconds are those of a first run on two cores."""
+    ahead = len(sharing()) if cores() > 1 else 0
+    return (
+        Stage("compiling", ahead, 6.0),
+        Stage("drawing", len(jobs(full)), 1.3),
+        Stage("where methods fail", failures.count(), 1.5),
+        Stage("judging", len(claims.CLAIMS), 0.5),
+        Stage("timing", len(precision.jobs(full)), 15.0),
+    )
+
+
+def reproduce(folder: Path, step: Callable[[str], object], *, full: bool = False) -> Results:
+    """Write everything into the folder. full: long runs and fine maps as well.
+
+    step(name): called after each job of each of the `stages(full)`, with the stage's name.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     page.pictures(folder)  # raises for a figure that the page would refuse, before the work
 
-    def waited(found: Iterator[Any]) -> list[Any]:
-        return [(one, step())[0] for one in found]
+    def waited(stage: str, found: Iterator[Any]) -> list[Any]:
+        return [(one, step(stage))[0] for one in found]
 
+    numbers = range(len(jobs(full)))
     with _workers() as each:
-        if each is not map:
-            waited(each(_compile, schemes()))
-        drawn = each(partial(_draw, folder, full), range(len(jobs(full))))
-        rows = each(catalogue_row, schemes()), each(property_row, parameter_sets()), each(claims.judged, claims.CLAIMS)
-        outcomes = failures.battery(folder, step, full)
-        waited(drawn)
-        catalogue, of_chapter_4, judgements = map(waited, rows)
+        first = each(partial(_draw, folder, full), numbers[:1])  # a figure to look at while the others wait
+        compiled = each(_compile, sharing() if each is not map else [])
+        waited("drawing", first)
+        waited("compiling", compiled)
+        drawn = each(partial(_draw, folder, full), numbers[1:])
+        judged = each(claims.judged, claims.CLAIMS)
+        outcomes = failures.battery(folder, partial(step, "where methods fail"), full)
+        waited("drawing", drawn)
+        judgements = waited("judging", judged)
+    catalogue = [catalogue_row(name) for name in schemes()]
+    of_chapter_4 = [property_row(case) for case in parameter_sets()]
     for job in precision.jobs(full):  # these measure times, so nothing else runs beside them
         job(folder)
-        step()
+        step("timing")
     tables(folder, catalogue, of_chapter_4)
     claims.write(folder, judgements)
     page.write(folder)
     return Results(catalogue, of_chapter_4, outcomes, judgements)
-
-
-def steps(full: bool = False) -> int:
-    """How often `reproduce` calls its step."""
-    ahead = len(schemes()) if cores() > 1 else 0
-    drawn = len(jobs(full)) + len(precision.jobs(full)) + failures.count()
-    return ahead + drawn + len(schemes()) + sum(1 for _ in parameter_sets()) + len(claims.CLAIMS)

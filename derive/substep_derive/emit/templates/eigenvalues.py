@@ -34,12 +34,12 @@ def _eigenvalues({arguments}):
 
 @_fused
 def _spectral_radii({arguments}, radius):
-    """Store the spectral radius at each point; return the largest `_larger_bits`."""
-    bits = np.uint64(0)
+    """Store the spectral radius at each point; return all `_refused`, negative if one is."""
+    refused = np.int64(0)
     for i in range(radius.size):
+        refused |= _refused(Omega[i], xi[i])
         radius[i], _, _ = _radius(*_quadratic({arguments_i}))
-        bits = max(bits, _larger_bits(Omega[i], xi[i]))
-    return bits
+    return refused
 '''
 
 THREE_EIGENVALUES = '''
@@ -135,22 +135,22 @@ def _eigenvalues({arguments}, a2, a1, a0, b0, b1, third):
 @_fused
 def _spectral_radii_of_block({arguments}, radius, s):
     """`_spectral_radii` of a block of points; in two loops, so that the processor overlaps their iterations."""
-    bits = np.uint64(0)
+    refused = np.int64(0)
     for i in range(radius.size):
+        refused |= _refused(Omega[i], xi[i])
         s[0, i], s[1, i], s[2, i], s[3, i], s[4, i], s[5, i] = _monic(*_cubic({arguments_i}))
-        bits = max(bits, _larger_bits(Omega[i], xi[i]))
     for i in range(radius.size):
         half, _, modulus2, discriminant = _pair(s[0, i], s[1, i], s[2, i], s[3, i], s[4, i], s[5, i])
         radius[i] = _modulus(half, modulus2, discriminant, s[5, i])
-    return bits
+    return refused
 
 
 @_fused
 def _spectral_radii({arguments}, radius):
-    """Store the spectral radius at each point; return the largest `_larger_bits`."""
-    bits, s = np.uint64(0), np.empty((6, {block}))
+    """Store the spectral radius at each point; return all `_refused`, negative if one is."""
+    refused, s = np.int64(0), np.empty((6, {block}))
     for i in range(0, radius.size, {block}):
         k = min(i + {block}, radius.size)
-        bits = max(bits, _spectral_radii_of_block({arguments_slice}, radius[i:k], s))
-    return bits
+        refused |= _spectral_radii_of_block({arguments_slice}, radius[i:k], s)
+    return refused
 '''

@@ -101,7 +101,7 @@ def _lane({lane_arguments}):
 {read_state}
 {constants}
     status, done, peak = COMPLETED, n, -np.inf
-    for i in range(first, n):
+{count_none}    for i in range(first, n):
 {forces}{steps}
 {reported}
         if not np.isfinite({sum}):
@@ -111,7 +111,7 @@ def _lane({lane_arguments}):
             status, done = ENERGY_BOUND, i
             break
         peak = max(peak, energy)
-{shift}
+{count}{shift}
         if (i + 1) % stride == 0 and (i + 1) // stride < out.shape[0]:
             row = out[(i + 1) // stride]
 {store}
@@ -122,7 +122,7 @@ def _lane({lane_arguments}):
 NEWTON = """
 {before}
 {first}
-        for count in range(1, 51):
+        for taken_{balance} in range(1, 51):
 {moving}
 {iteration}
 {change}
@@ -133,9 +133,16 @@ NEWTON = """
         else:
             status, done = NEWTON_FAILED, i
             break
-        if i < iterations.shape[0]:
-            iterations[i, {balance}] = count
 {after}"""
+
+COUNT_NONE = """    newton[:] = 0
+"""
+
+COUNT = """        newton[0, {balance}] += taken_{balance}
+        newton[1, {balance}] = max(newton[1, {balance}], taken_{balance})
+        if i < iterations.shape[0]:
+            iterations[i, {balance}] = taken_{balance}
+"""
 
 MARCH = '''
 
@@ -217,7 +224,7 @@ def _block({arguments}):
                     running[begin + lane], bound_[begin + lane] = 0.0, np.nan
                 else:
                     ends = min(ends, n[lane])
-{counted}{steps}        stopped = 0
+{steps}        stopped = 0
         for j in range(begin, end):
 {reported}
             total = {sum}
@@ -239,7 +246,7 @@ def _block({arguments}):
                 if running[j] != 0.0 and not seen[j] <= bound_[j]:
                     n_done[lane], status[lane] = i, ENERGY_BOUND if seen[j] > bound_[j] else NON_FINITE
                     running[j], bound_[j] = 0.0, np.nan
-        if (i + 1) // stride < out.shape[1] and (i + 1) % stride == 0:
+{not_counted}{count}        if (i + 1) // stride < out.shape[1] and (i + 1) % stride == 0:
             for lane in range(h.size):
                 j = begin + lane
                 if seen[j] <= bound_[j]:
@@ -259,17 +266,13 @@ def march_block({arguments}):
 '''
 
 BLOCK_NEWTON = """
-        if counted:
-            iterations[:, i, {balance}] = 0
         for _ in range(50):
-            if counted:
-                for lane in range(h.size):
-                    iterations[lane, i, {balance}] += not size[begin + lane] <= near_{balance}[begin + lane]
             left = 0
             for j in range(begin, end):
                 going = not size[j] <= near_{balance}[j]
 {iteration}
                 size[j] = largest
+                taken_{balance}[j] += 1.0 if going else 0.0
                 left = left if largest <= near_{balance}[j] else 1
             if left == 0:
                 break
@@ -278,4 +281,12 @@ BLOCK_NEWTON = """
                 j = begin + lane
                 if running[j] != 0.0 and not size[j] <= near_{balance}[j]:
                     n_done[lane], status[lane] = i, NEWTON_FAILED
-                    running[j], bound_[j] = 0.0, np.nan"""
+                    running[j], bound_[j] = 0.0, np.nan
+{not_counted}"""
+
+BLOCK_COUNT = """        for j in range(begin, end):
+{count}
+        if i < iterations.shape[1]:
+            for lane in range(h.size):
+{store}
+"""

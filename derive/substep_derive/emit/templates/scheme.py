@@ -11,7 +11,7 @@ SCHEME_HEADER = '''"""{title}
 {relations}
 """
 
-{imports}
+import math
 
 import numpy as np
 from numba import njit

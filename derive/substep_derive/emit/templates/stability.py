@@ -3,10 +3,10 @@
 PAIR = '''
 
 @_inline
-def _larger_bits(Omega, xi):
-    """The larger of their bits as unsigned integers: below infinity's only if both are finite and not below +0."""
-    a, b = np.float64(Omega).view(np.uint64), np.float64(xi).view(np.uint64)
-    return a if a > b else b
+def _refused(Omega, xi):
+    """A negative integer if one of them is negative, -0 or not finite: bits below 0, or above the largest number's."""
+    a, b, largest = np.float64(Omega).view(np.int64), np.float64(xi).view(np.int64), np.int64(0x7FEFFFFFFFFFFFFF)
+    return a | b | (largest - a) | (largest - b)
 
 
 @_inline
@@ -92,7 +92,7 @@ def _errors_near_zero({arguments}, s, damping, period):
     for i in range(period.size):
         s[{re}, i], s[{im}, i] = _distance_from_exact({arguments_i}, s[0, i], s[1, i], s[2, i], {kept_i})
     for i in range(period.size):
-        better, near_damping, near_period = _errors_of_distance(Omega[i], xi[i], s[{first}, i], s[{re}, i], s[{im}, i])
+        better, near_damping, near_period = _errors_of_distance(Omega[i], xi[i], s[3, i], s[{re}, i], s[{im}, i])
         better = better and Omega[i] < {small_Omega}
         damping[i], period[i] = near_damping if better else damping[i], near_period if better else period[i]
         count += better
@@ -101,24 +101,24 @@ def _errors_near_zero({arguments}, s, damping, period):
 
 @_fused
 def _stability_of_block({arguments}, radius, damping, period):
-    """`stability` of a block of points; returns the largest `_larger_bits`.
+    """`stability` of a block of points; returns all `_refused`.
 
     Near Omega = 0, damping and period error follow from the distance of the pair from the exact one, if that is small.
     """
-    n, count, bits = radius.size, 0, np.uint64(0)
+    n, count, refused = radius.size, 0, np.int64(0)
     s = np.empty(({size}, n)){before}
     for i in range(n):
+        refused |= _refused(Omega[i], xi[i])
         radius[i], {found_i} = _eigenvalues({arguments_i}{prepared_i})
-        bits = max(bits, _larger_bits(Omega[i], xi[i]))
     for i in range(n):
         count += Omega[i] < {small_Omega}
     if count == n and _errors_near_zero({arguments}, s, damping, period) == n:
-        return bits
+        return refused
     for i in range(n):
         damping[i], period[i] = _errors_of_pair(Omega[i], xi[i], s[0, i], s[1, i], s[2, i], s[3, i])
     if count > 0:
         _errors_near_zero({arguments}, s, damping, period)
-    return bits
+    return refused
 '''
 
 STABILITY = '''
@@ -126,7 +126,7 @@ STABILITY = '''
 @_fused
 def spectral_radius({arguments}, out):
     """Spectral radius; 1-D arrays of one length. Returns whether any Omega or xi is negative, -0 or not finite."""
-    return _spectral_radii({arguments}, out) >= np.uint64(0x7FF0000000000000)
+    return _spectral_radii({arguments}, out) < 0
 
 
 @_fused
@@ -137,9 +137,9 @@ def stability({arguments}, radius, damping, period):
     period over the exact one, less 1; both are NaN where all eigenvalues are real. Returns whether
     any Omega or xi is negative, -0 or not finite.
     """
-    bits = np.uint64(0)
+    refused = np.int64(0)
     for i in range(0, radius.size, {block}):
         k = min(i + {block}, radius.size)
-        bits = max(bits, _stability_of_block({arguments_slice}, radius[i:k], damping[i:k], period[i:k]))
-    return bits >= np.uint64(0x7FF0000000000000)
+        refused |= _stability_of_block({arguments_slice}, radius[i:k], damping[i:k], period[i:k])
+    return refused < 0
 '''

@@ -1,4 +1,4 @@
-"""The ledger: what the thesis claims, each line judged by a computation made when it is asked for.
+"""The ledger: what the thesis claims, each line judged by algebra when generated/ is derived, or by a computation now.
 
 A verdict is the outcome of exact certificates, derived closed forms or compiled functions; none is written by hand.
 "true": all that was computed agrees; "false": the claim as a whole fails; "partly": a part of it does.
@@ -8,8 +8,9 @@ import json
 from collections.abc import Callable
 from pathlib import Path
 
+from ...derived import facade
 from . import chapter_2, chapter_4, chapter_5, misprints
-from .judgement import Claim, Judgement
+from .judgement import Claim, Judgement, overall
 
 CLAIMS: tuple[Claim, ...] = (
     *chapter_2.CLAIMS,
@@ -20,8 +21,12 @@ CLAIMS: tuple[Claim, ...] = (
 
 
 def judged(claim: Claim) -> Judgement:
-    """One claim with the verdict and the evidence that its judge computes."""
-    verdict, evidence = claim.judge()
+    """One claim with verdict and evidence: those that its judge computes, or what the derivation has found."""
+    if claim.judge is not None:
+        verdict, evidence = claim.judge()
+    else:
+        parts, evidence = facade.finding(claim.id)
+        verdict = overall(*parts)
     return Judgement(claim.id, claim.text, verdict, evidence, claim.command)
 
 
@@ -36,7 +41,12 @@ def judge(step: Callable[[], object] = lambda: None) -> list[Judgement]:
 
 def write(folder: Path, judgements: list[Judgement]) -> None:
     """Write claims.md for a reader and claims.json for a program into the folder."""
-    lines = ["# The thesis's claims, judged", "", "Each verdict was computed when this page was written.", ""]
+    lines = [
+        "# The thesis's claims, judged",
+        "",
+        "Each verdict was computed, those by algebra alone when the kernels were derived, the others for this page.",
+        "",
+    ]
     for j in judgements:
         lines += [f"## {j.id}: {j.verdict}", "", f"Claim: {j.claim}", ""]
         lines += [f"Found: {j.evidence}.", "", f"See: `{j.command}`", ""]

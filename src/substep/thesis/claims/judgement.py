@@ -15,13 +15,14 @@ Judge = Callable[[], tuple[Verdict, str]]  # -> verdict, evidence
 class Claim:
     """A statement of the thesis, under its id in the ledger.
 
-    command: a command that shows what decides it; judge: computes verdict and evidence.
+    command: a command that shows what decides it; judge: computes verdict and evidence, or is None for a claim that
+    algebra alone judges, when generated/ is derived.
     """
 
     id: str
     text: str
     command: str
-    judge: Judge
+    judge: Judge | None = None
 
 
 @dataclass(frozen=True)
@@ -44,27 +45,9 @@ def overall(*parts: bool) -> Verdict:
     return "true" if all(parts) else "partly" if any(parts) else "false"
 
 
-def fractions(*texts: str) -> tuple[Fraction, ...]:
-    """The exact numbers of these texts."""
-    return tuple(Fraction(text) for text in texts)
-
-
 def stable(name: str, **parameters: Fraction) -> bool:
     """Whether a scheme is stable for every Omega > 0, undamped, by exact certificate."""
     return facade.certificate(name, **parameters).stable
-
-
-def throughout(region: Any) -> str:
-    """For a reader: whether the derived conditions make a scheme stable everywhere in a region of parameters."""
-    if region.stable:
-        return "stable everywhere, for no derived condition is left there"
-    first = ", ".join(f"{name} = {value}" for name, value in region.counterexample.items())
-    return f"unstable {'everywhere' if region.unstable else 'in a part'}, for one at {first}"
-
-
-def show(value: Any) -> str:
-    """An exact number with its decimals."""
-    return f"{value}" if value == int(value) else f"{value} = {float(value):.6g}"
 
 
 def row(values: Any) -> str:

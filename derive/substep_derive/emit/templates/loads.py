@@ -1,0 +1,62 @@
+"""Fixed text of the module that evaluates loads."""
+
+LOADS = '''"""Values of loads at many times: a record between its samples, and the sine."""
+
+import numpy as np
+from numba import njit
+
+AT_ONCE = 256  # times whose places in a record are found before its samples are read, which is not done in vectors
+
+_exact = njit(cache=True, nogil=True, error_model="numpy")
+_fused = njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+
+
+@_exact
+def interpolate(samples, dt, t, out):
+    """A record of step dt at times t (n,), linear between its samples (m,), m >= 2, and 0 beyond its ends; out (n,).
+
+    A time that differs from a sample's by at most 1e-9 dt counts as the sample's.
+    """
+    last = samples.size - 1
+    place, share = np.empty(AT_ONCE, np.int64), np.empty(AT_ONCE)
+    for first in range(0, t.size, AT_ONCE):
+        time, value = t[first : first + AT_ONCE], out[first : first + AT_ONCE]
+        for i in range(time.size):
+            position = time[i] / dt
+            nearest = np.rint(position)
+            position = nearest if abs(position - nearest) <= 1e-9 else position
+            inside = 0.0 <= position and position <= last
+            position = position if inside else 0.0
+            before = np.floor(min(position, last - 1.0))
+            place[i] = np.int64(before)
+            share[i] = position - before
+            value[i] = 1.0 if inside else 0.0
+        for i in range(time.size):
+            k = place[i]
+            value[i] *= samples[k] * (1.0 - share[i]) + samples[k + 1] * share[i]
+
+
+@_fused
+def sine(x):
+    """Replace x (n,) by its sine to 2 units in the last place; returns False, with x as it was, if any |x| > 1e6.
+
+    pi k, the nearest multiple, is taken from x in three parts, the first two of 33 bits, so that k times each is exact;
+    the sine of the rest r is r + r^3 times a polynomial in r^2 of nearly least maximal error.
+    """
+    far = 0
+    for i in range(x.size):
+        far += abs(x[i]) > 1e6
+    if far > 0:
+        return False
+    for i in range(x.size):
+        k = np.rint(x[i] * 0.3183098861837907)
+        r = ((x[i] - k * 3.1415926534682512) - k * 1.2154201012607932e-10) - k * 4.044532497591901e-21
+        z = r * r
+        p = 1.6058977292642743e-10 + z * (-7.643969663988074e-13 + z * 2.7314368769379893e-15)
+        p = 2.7557319219160833e-06 + z * (-2.505210761669045e-08 + z * p)
+        p = 0.008333333333333316 + z * (-0.00019841269841254966 + z * p)
+        p = r + r * z * (-0.16666666666666666 + z * p)
+        odd = k - 2.0 * np.floor(0.5 * k)
+        x[i] = p - 2.0 * odd * p
+    return True
+'''
