@@ -2,6 +2,9 @@
 
 import os
 from collections.abc import Iterator
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -43,3 +46,25 @@ def uncompiled(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     monkeypatch.setattr(threads, "cores", lambda: 1)  # threads do not inherit np.errstate
     with np.errstate(all="ignore"):
         yield
+
+
+@pytest.fixture
+def plain_pairs(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Pairs of a declared scheme and any scene as plain Python functions."""
+    from declared import BY_NAME
+    from plain_kernels import SCENE_BY_NAME
+    from plain_kernels import uncompiled as plain
+    from substep_derive.motion.equations import EquationsOfMotion
+    from substep_derive.package import catalogue_pair
+
+    from substep.core import threads
+    from substep.marching import scene_lanes
+
+    def pair(scene: Any, scheme: Any) -> SimpleNamespace:
+        theirs = scene.info.declaration or SCENE_BY_NAME[scene.name]
+        mine = scheme.info.declaration or BY_NAME[scheme.name]
+        return plain(catalogue_pair(mine, EquationsOfMotion(theirs)))
+
+    monkeypatch.setenv("SUBSTEP_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setattr(scene_lanes, "pair_kernels", pair)
+    monkeypatch.setattr(threads, "cores", lambda: 1)

@@ -33,7 +33,7 @@ def run_on_one_core(span: tuple[int, int], plan: Plan) -> Results:
 
 
 def _march_group(plan: Plan, scene: Scene, scheme: Scheme, dt: float, P: int) -> Results:
-    """Results of P points that share step and load."""
+    """Results of P points that share the step, and a load of the user's own."""
     n = number_of_steps(dt, plan.t_end)
     stride = {"final": n, "peak": 1, "history": plan.stride(n)}[plan.keep]
     if scene.info.oscillator:
