@@ -333,6 +333,14 @@ def test_slots_that_hold_what_belongs_elsewhere() -> None:
         Scheme("bad", {**NEWMARK, v1: v0 + h * f(0)}, (Balance.at(end, 1),))
     with pytest.raises(DeclarationError, match="report gives 'u_0'"):
         Scheme("bad", NEWMARK, (Balance.at(end, 1),), report={u0: u1})
+    for embedded, message in (
+        ({a1: a0}, "embedded gives 'a_1'; expected u_1 or v_1"),
+        ({u1: knot("g").u}, "embedded of u_1 holds u_g"),
+        ({u1: u0 + h}, "as a linear combination"),
+        ({v1: v0 * a0}, "as a linear combination"),
+    ):
+        with pytest.raises(DeclarationError, match=message):
+            Scheme("bad", NEWMARK, (Balance.at(end, 1),), embedded=embedded)
     with pytest.raises(DeclarationError, match="got 'gamma' twice"):
         scheme, same = with_default(half), Family(Parameter(gamma, UNIT, half), {gamma: gamma})
         Scheme("bad", scheme.relations, scheme.balances, scheme.parameters, (same,))

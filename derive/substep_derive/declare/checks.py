@@ -3,7 +3,7 @@
 Every check raises `DeclarationError`, which names the scheme, the symbol or relation at fault, and the cure.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
 from typing import Any, Protocol
 
@@ -35,6 +35,8 @@ class _Declared(Protocol):
     @property
     def report(self) -> Mapping[Symbol, Expr]: ...
     @property
+    def embedded(self) -> Mapping[Symbol, Expr]: ...
+    @property
     def parent(self) -> str | None: ...
     @property
     def values(self) -> tuple[Symbol, ...]: ...
@@ -58,7 +60,9 @@ def check(scheme: _Declared) -> None:
     _balances(scheme)
     _count(scheme)
     _start(scheme)
-    _report(scheme)
+    _results(scheme, "report", scheme.report, knot(1))
+    _results(scheme, "embedded", scheme.embedded, knot(1)[:2])
+    _embedded(scheme)
 
 
 def expression(owner: str, value: Any) -> Expr:
@@ -105,7 +109,7 @@ def _symbols(scheme: _Declared) -> None:
     declared = set(scheme.values) | {h, M, C, K0}
     start = scheme.start if isinstance(scheme.start, Mapping) else {}
     added = (
-        *(x for both in (*start.items(), *scheme.report.items()) for x in both),
+        *(x for both in (*start.items(), *scheme.report.items(), *scheme.embedded.items()) for x in both),
         *(b.load for b in scheme.balances),
     )
     for symbol in sorted(scheme.mentioned | {s for e in added for s in e.free_symbols}, key=str):
@@ -130,7 +134,8 @@ def _canonical(label: str) -> bool:
 
 def _exact(scheme: _Declared) -> None:
     start = scheme.start if isinstance(scheme.start, Mapping) else {}
-    expressions = [*scheme.relations.values(), *start.values(), *scheme.report.values()]
+    given = (scheme.relations, start, scheme.report, scheme.embedded)
+    expressions = [e for mapping in given for e in mapping.values()]
     expressions += [e for b in scheme.balances for e in (b.inertia, b.damping, b.force, b.load)]
     for part in (part for e in expressions for part in preorder_traversal(e)):
         if not _is_rational(part):
@@ -218,13 +223,26 @@ def _start(scheme: _Declared) -> None:
             )
 
 
-def _report(scheme: _Declared) -> None:
-    for symbol, e in scheme.report.items():
-        if symbol not in knot(1):
-            raise DeclarationError(f"{scheme.name}: report gives '{symbol}'; expected u_1, v_1 or a_1")
-        if unknown := [s for s in e.free_symbols if knot_of(s) and s not in (*scheme.unknowns, *scheme.state)]:
+def _results(scheme: _Declared, what: str, given: Mapping[Symbol, Expr], expected: Sequence[Symbol]) -> None:
+    """Values at t_n + h that are given beside the relations: of which symbols, and in terms of which."""
+    for symbol, e in given.items():
+        if symbol not in expected:
+            names = " or ".join(map(str, expected))
+            raise DeclarationError(f"{scheme.name}: {what} gives '{symbol}'; expected {names}")
+        knots = [s for s in e.free_symbols if knot_of(s)]
+        if unknown := [s for s in knots if s not in (*scheme.unknowns, *scheme.state)]:
             raise DeclarationError(
-                f"{scheme.name}: the report of {symbol} holds {_listed(unknown)}, which the step does not define"
+                f"{scheme.name}: {what} of {symbol} holds {_listed(unknown)}, which the step does not define"
+            )
+
+
+def _embedded(scheme: _Declared) -> None:
+    for symbol, e in scheme.embedded.items():
+        knots = [s for s in e.free_symbols if knot_of(s)]
+        constant = e.subs(dict.fromkeys(knots, 0))
+        if constant != 0 or any(e.diff(one, other) != 0 for one in knots for other in knots):
+            raise DeclarationError(
+                f"{scheme.name}: expected embedded {symbol} as a linear combination of knots' symbols, got {e}"
             )
 
 

@@ -19,6 +19,7 @@ def scheme_digest(scheme: Scheme) -> str:
     started = [*scheme.start.items()] if isinstance(scheme.start, Mapping) else []
     declared += [] if scheme.start_scheme is None else [scheme_digest(scheme.start_scheme)]
     declared += [srepr(part) for value in (*started, *scheme.report.items()) for part in value]
+    declared += [f"embedded {srepr(symbol)} {srepr(e)}" for symbol, e in scheme.embedded.items()]
     declared += [srepr(part) for family in scheme.families for value in family.values.items() for part in value]
     declared += [srepr(part) for relation in scheme.relations.items() for part in relation]
     declared += [srepr(slot) for b in scheme.balances for slot in (b.inertia, b.damping, b.force, b.load)]

@@ -63,6 +63,8 @@ class Scheme:
     start: how the state at t = 0 follows from u_0, v_0, a_0: expressions for those of its symbols that do
     not just keep their value, or the one-step scheme that marches the first steps.
     report: u_1, v_1 or a_1 where the scheme's own symbol does not stand for the value at t_n + h.
+    embedded: u_1 or v_1 -> a second value of it from the same step, of another order: their difference estimates the
+    local error (Hairer, Norsett & Wanner I, II.4).
     parent: for a member of a family, the scheme whose parameters `fixed` it fixes.
     published: what the literature states about it, for tests.
     """
@@ -74,13 +76,14 @@ class Scheme:
     families: tuple[Family, ...] = ()
     start: "Mapping[Symbol, Expr] | Scheme" = field(default_factory=dict)
     report: Mapping[Symbol, Expr] = field(default_factory=dict)
+    embedded: Mapping[Symbol, Expr] = field(default_factory=dict)
     reference: str = ""
     parent: str | None = None
     fixed: Mapping[str, Rational] = field(default_factory=dict)
     published: Published | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
-        for name in ("relations", "start", "report"):
+        for name in ("relations", "start", "report", "embedded"):
             if isinstance(given := getattr(self, name), Mapping):
                 object.__setattr__(self, name, {s: expression(self.name, e) for s, e in given.items()})
         check(self)
@@ -196,6 +199,7 @@ class Scheme:
             relations=_replaced(self.relations, exact),
             start=_replaced(self.start, exact) if isinstance(self.start, Mapping) else self.start,
             report=_replaced(self.report, exact),
+            embedded=_replaced(self.embedded, exact),
             balances=tuple(balance.replace(exact) for balance in self.balances),
             published=published,
             parent=self.parent or self.name,

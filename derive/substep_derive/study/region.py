@@ -47,6 +47,7 @@ class Region:
             relations=replaced(scheme.relations),
             start=replaced(scheme.start) if isinstance(scheme.start, Mapping) else scheme.start,
             report=replaced(scheme.report),
+            embedded=replaced(scheme.embedded),
             balances=tuple(balance.replace(self.values) for balance in scheme.balances),
         )
 
