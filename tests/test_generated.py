@@ -1,5 +1,6 @@
 """generated/ is what the declarations emit, whatever the session; hand edits and stale files are found."""
 
+import ast
 import os
 import shutil
 import subprocess
@@ -171,6 +172,23 @@ def test_modules_stay_small_and_say_where_they_come_from() -> None:
         assert f"| {name} | {lines} | {len(text.encode()) / 1000:.1f} |" in table
     assert f"{sum(len(text.encode()) for text in modules.values()) / 1000:.0f} kB" in table
     assert table.count("\n") <= 1000
+
+
+@pytest.mark.parametrize("path", sorted(GENERATED.glob("*.py")), ids=lambda path: path.stem)
+def test_what_cannot_be_called_from_python_has_a_private_name(path: Path) -> None:
+    """Such a call would end the process, so only kernels of the same module make it."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    options = {
+        node.targets[0].id: {keyword.arg for keyword in node.value.keywords}
+        for node in tree.body
+        if isinstance(node, ast.Assign) and isinstance(node.value, ast.Call) and isinstance(node.targets[0], ast.Name)
+    }
+    for function in (node for node in tree.body if isinstance(node, ast.FunctionDef)):
+        decorators = {d.id for d in function.decorator_list if isinstance(d, ast.Name)}
+        if any("no_cpython_wrapper" in options.get(d, ()) for d in decorators):
+            assert function.name.startswith("_"), function.name
+        elif decorators & {"_compile", "_fused"}:
+            assert not function.name.startswith("_"), f"{function.name} is compiled for Python too"
 
 
 def test_operations_are_counted_as_written() -> None:

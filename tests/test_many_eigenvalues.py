@@ -5,6 +5,7 @@ from typing import Any
 import mpmath
 import numpy as np
 import pytest
+from inner_kernels import from_python
 from plain_kernels import uncompiled
 from stepping import MP
 from stepping import amplification as stepped
@@ -198,19 +199,21 @@ def test_a_pair_on_the_unit_circle_beside_a_real_eigenvalue_there() -> None:
 @pytest.mark.parametrize("spread", [(-2, 1), (-6, 8)], ids=str)
 def test_few_steps_find_all_roots(module: Any, n: int, spread: tuple[int, int]) -> None:
     """The starts are within some percent, so that three steps of third order and a look suffice; here one more may."""
+    inner = (module._coefficients_at, module._start_roots, module._closer_roots)
+    coefficients_at, start_roots, closer_roots = map(from_python, inner)
     random = np.random.default_rng(8)
     lanes = np.ones((4 * n + 2, 32))
     for _ in range(16):
         Omega, xi = 10 ** random.uniform(*spread, 32), random.uniform(0, 0.9, 32) * random.choice([0, 1], 32)
         for j in range(32):
             parameters = [random.uniform(0.01, 0.99)] if n == 2 else []
-            lanes[2 * n :, j] = module._coefficients_at(Omega[j], xi[j], *parameters, False)
+            lanes[2 * n :, j] = coefficients_at(Omega[j], xi[j], *parameters, False)
         s = lanes.ravel().copy()
-        module._start_roots(s)
-        steps = [module._closer_roots(s) for _ in range(6)]
+        start_roots(s)
+        steps = [closer_roots(s) for _ in range(6)]
         assert steps[-1] == 0, steps
         before = s.copy()
-        module._closer_roots(s)
+        closer_roots(s)
         assert np.array_equal(s, before)  # what has converged does not move while others are sought
 
 

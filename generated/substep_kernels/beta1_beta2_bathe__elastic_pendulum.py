@@ -34,10 +34,12 @@ OPERATIONS = {'step': 71, 'iteration': (37, 37)}
 COMPLETED, NEWTON_FAILED, NON_FINITE, ENERGY_BOUND = 0, 1, 2, 3
 
 # contract: a product and a sum may become one operation; sums keep their order
-_compile = njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
+# called by kernels alone: not from Python, and so without the code for that
+_inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"})
 
 
-@_compile
+@_inner
 def _lane(h, beta1, beta2, gamma_t, EA, L, m, tolerance, state, bound, first, n, stride, out, iterations, newton):
     """March one lane; returns its status, steps completed and their largest energy."""
     u_0_x = state[0, 0]
@@ -184,7 +186,7 @@ def _lane(h, beta1, beta2, gamma_t, EA, L, m, tolerance, state, bound, first, n,
 WIDTH = 64
 
 
-@_compile
+@_inner
 def _block(h, beta1, beta2, gamma_t, EA, L, m, tolerance, state, bound, first, n, stride, out, iterations, newton, peak, n_done, status):
     """March at most WIDTH lanes side by side in vector registers; the last lane is repeated to fill the last one."""
     rows = np.zeros((53, WIDTH + 16))
@@ -490,7 +492,7 @@ def march(h, beta1, beta2, gamma_t, EA, L, m, tolerance, state, bound, first, n,
         status[lane], n_done[lane], peak[lane] = _lane(h[lane], beta1[lane], beta2[lane], gamma_t[lane], EA[lane], L[lane], m[lane], tolerance[lane], state[lane], bound[lane], first, n[lane], stride, out[lane], iterations[lane], newton[lane])
 
 
-@_compile
+@_inner
 def _start(h, u, v, a, state):
     """State of one lane at t = 0."""
     u_0_x = u[0]

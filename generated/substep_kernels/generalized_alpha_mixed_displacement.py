@@ -42,11 +42,17 @@ FILTER = 3
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
-_compile = njit(cache=True, nogil=True, error_model="numpy")
+_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
+# called by kernels alone: not from Python, and so without the code for that
+_exact = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
 
 # contract: a * b + c may become one operation, rounded once
-_inline = njit(nogil=True, error_model="numpy", forceinline=True, fastmath={"contract"})
-_fused = njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+_fused = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
+_inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"})
+_inline = njit(
+    nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"},
+    forceinline=True,
+)
 
 
 @_inline
@@ -84,7 +90,7 @@ def _angle(y, x):
     return 3.141592653589793 - angle if x < 0.0 else angle
 
 
-@_compile
+@_exact
 def _increment(Omega, xi, alpha_m, alpha_f, beta, gamma):
     """Denominator and numerators of A - I. 51 operations."""
     x0 = alpha_m - 1
@@ -351,7 +357,7 @@ def _eigenvalues(Omega, xi, alpha_m, alpha_f, beta, gamma, a2, a1, a0, b0, b1, t
     return _modulus(half, modulus2, discriminant, third), half, less, modulus2, root, third
 
 
-@_fused
+@_inner
 def _spectral_radii_of_block(Omega, xi, alpha_m, alpha_f, beta, gamma, radius, s):
     """`_spectral_radii` of a block of points; in two loops, so that the processor overlaps their iterations."""
     refused = np.int64(0)
@@ -364,7 +370,7 @@ def _spectral_radii_of_block(Omega, xi, alpha_m, alpha_f, beta, gamma, radius, s
     return refused
 
 
-@_fused
+@_inner
 def _spectral_radii(Omega, xi, alpha_m, alpha_f, beta, gamma, radius):
     """Store the spectral radius at each point; return all `_refused`, negative if one is."""
     refused, s = np.int64(0), np.empty((6, 2048))
@@ -396,7 +402,7 @@ def _distance_from_exact(Omega, xi, alpha_m, alpha_f, beta, gamma, half, less, m
     return growth, scale * (p1 * g0 - p0 * g1)
 
 
-@_fused
+@_inner
 def _errors_near_zero(Omega, xi, alpha_m, alpha_f, beta, gamma, s, damping, period):
     """Replace the errors at points near Omega = 0 whose pair is close to the exact one; return how many there are.
 
@@ -413,7 +419,7 @@ def _errors_near_zero(Omega, xi, alpha_m, alpha_f, beta, gamma, s, damping, peri
     return count
 
 
-@_fused
+@_inner
 def _stability_of_block(Omega, xi, alpha_m, alpha_f, beta, gamma, radius, damping, period):
     """`stability` of a block of points; returns all `_refused`.
 
@@ -480,9 +486,8 @@ def stencil(alpha_m, alpha_f, beta, gamma, out):
     for i in range(out.shape[0]):
         out[i, 0] = 1 - alpha_f[i]
 
-_exact = njit(nogil=True, error_model="numpy")  # no fastmath: tails are rounding errors, which it would remove
 
-
+# tails are rounding errors, which fastmath would remove
 @_exact
 def _plus(a, b):
     """The sum of two doubles: head, and tail, which is the rounding error of the head."""
@@ -544,7 +549,7 @@ def _over(a, a_, b, b_):
     return head + ((a - product) - tail + a_ - head * b_) / b
 
 
-@_compile
+@_exact
 def _coefficients(s):
     """`coefficients` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
     for j in range(48):
@@ -629,7 +634,7 @@ def coefficients(Omega, xi, alpha_m, alpha_f, beta, gamma, out):
                 out[r, first + j] = s[(6 + r) * 48 + j]
 
 
-@_compile
+@_exact
 def _transfer(s):
     """`transfer` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
     for j in range(48):

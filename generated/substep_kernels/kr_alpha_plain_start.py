@@ -64,11 +64,17 @@ FILTER = 3
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
-_compile = njit(cache=True, nogil=True, error_model="numpy")
+_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
+# called by kernels alone: not from Python, and so without the code for that
+_exact = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
 
 # contract: a * b + c may become one operation, rounded once
-_inline = njit(nogil=True, error_model="numpy", forceinline=True, fastmath={"contract"})
-_fused = njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+_fused = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
+_inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"})
+_inline = njit(
+    nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"},
+    forceinline=True,
+)
 
 
 @_inline
@@ -106,7 +112,7 @@ def _angle(y, x):
     return 3.141592653589793 - angle if x < 0.0 else angle
 
 
-@_compile
+@_exact
 def _increment(Omega, xi, rho_inf):
     """Denominator and numerators of A - I. 115 operations."""
     x0 = rho_inf - 2
@@ -389,7 +395,7 @@ def _eigenvalues(Omega, xi, rho_inf, a2, a1, a0, b0, b1, third):
     return _modulus(half, modulus2, discriminant, third), half, less, modulus2, root, third
 
 
-@_fused
+@_inner
 def _spectral_radii_of_block(Omega, xi, rho_inf, radius, s):
     """`_spectral_radii` of a block of points; in two loops, so that the processor overlaps their iterations."""
     refused = np.int64(0)
@@ -402,7 +408,7 @@ def _spectral_radii_of_block(Omega, xi, rho_inf, radius, s):
     return refused
 
 
-@_fused
+@_inner
 def _spectral_radii(Omega, xi, rho_inf, radius):
     """Store the spectral radius at each point; return all `_refused`, negative if one is."""
     refused, s = np.int64(0), np.empty((6, 2048))
@@ -434,7 +440,7 @@ def _distance_from_exact(Omega, xi, rho_inf, half, less, modulus2, root, third):
     return growth, scale * (p1 * g0 - p0 * g1)
 
 
-@_fused
+@_inner
 def _errors_near_zero(Omega, xi, rho_inf, s, damping, period):
     """Replace the errors at points near Omega = 0 whose pair is close to the exact one; return how many there are.
 
@@ -451,7 +457,7 @@ def _errors_near_zero(Omega, xi, rho_inf, s, damping, period):
     return count
 
 
-@_fused
+@_inner
 def _stability_of_block(Omega, xi, rho_inf, radius, damping, period):
     """`stability` of a block of points; returns all `_refused`.
 
@@ -518,9 +524,8 @@ def stencil(rho_inf, out):
     for i in range(out.shape[0]):
         out[i, 0] = 1/(rho_inf[i] + 1)
 
-_exact = njit(nogil=True, error_model="numpy")  # no fastmath: tails are rounding errors, which it would remove
 
-
+# tails are rounding errors, which fastmath would remove
 @_exact
 def _plus(a, b):
     """The sum of two doubles: head, and tail, which is the rounding error of the head."""
@@ -582,7 +587,7 @@ def _over(a, a_, b, b_):
     return head + ((a - product) - tail + a_ - head * b_) / b
 
 
-@_compile
+@_exact
 def _coefficients(s):
     """`coefficients` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
     for j in range(48):
@@ -743,7 +748,7 @@ def coefficients(Omega, xi, rho_inf, out):
                 out[r, first + j] = s[(3 + r) * 48 + j]
 
 
-@_compile
+@_exact
 def _transfer(s):
     """`transfer` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
     for j in range(48):

@@ -77,11 +77,17 @@ FILTER = 0
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
-_compile = njit(cache=True, nogil=True, error_model="numpy")
+_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
+# called by kernels alone: not from Python, and so without the code for that
+_exact = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
 
 # contract: a * b + c may become one operation, rounded once
-_inline = njit(nogil=True, error_model="numpy", forceinline=True, fastmath={"contract"})
-_fused = njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+_fused = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
+_inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"})
+_inline = njit(
+    nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"},
+    forceinline=True,
+)
 
 
 @_inline
@@ -119,7 +125,7 @@ def _angle(y, x):
     return 3.141592653589793 - angle if x < 0.0 else angle
 
 
-@_compile
+@_exact
 def _increment(Omega, xi, rho_inf):
     """Denominator and numerators of A - I. 99 operations."""
     x0 = rho_inf - 3
@@ -495,7 +501,7 @@ def _coefficients_at(Omega, xi, rho_inf, second):
     return b2 if near else c2, b2_ if near else c2_, b1 if near else c1, b1_ if near else c1_, b0 if near else c0, b0_ if near else c0_
 
 
-@_fused
+@_inner
 def _start_roots(s):
     """Store approximate roots of the polynomials in all lanes; coefficients are in the rows below the roots."""
     for j in range(32):
@@ -505,7 +511,7 @@ def _start_roots(s):
         s[2 * 32 + j], s[3 * 32 + j] = z.real + -1.004000 * p.real - 0.000000 * q.imag, z.imag + 0.000000 * q.real + -1.004000 * p.imag
 
 
-@_fused
+@_inner
 def _closer_roots(s):
     """One step for each root in each lane; returns how many roots had not converged."""
     count = 0
@@ -520,7 +526,7 @@ def _closer_roots(s):
     return count
 
 
-@_fused
+@_inner
 def _end_roots(s):
     """Set the imaginary part of a root to 0 where rounding alone may have made it: see `_surely_complex`."""
     for j in range(32):
@@ -530,7 +536,7 @@ def _end_roots(s):
         s[3 * 32 + j] = _surely_complex(x1, y1, c)
 
 
-@_compile
+@_exact
 def _find_roots(Omega, xi, rho_inf, found, second):
     """Store real and imaginary part of each root in the rows of found.
 
@@ -551,7 +557,7 @@ def _find_roots(Omega, xi, rho_inf, found, second):
                 found[r, first + j] = s[r * 32 + j]
 
 
-@_compile
+@_exact
 def _find_both_roots(Omega, xi, rho_inf, found):
     """As `_find_roots`; in the row below, the largest modulus^2 of eigenvalues that are not their conjugates.
 
@@ -598,7 +604,7 @@ def _eigenvalues(Omega, xi, rho_inf, x0, y0, x1, y1, square):
     return math.sqrt(square), h0, less, modulus2, root, h1, y1
 
 
-@_fused
+@_inner
 def _spectral_radii_of_block(Omega, xi, rho_inf, radius, s):
     """`_spectral_radii` of a block of points."""
     refused = np.int64(0)
@@ -609,7 +615,7 @@ def _spectral_radii_of_block(Omega, xi, rho_inf, radius, s):
     return refused
 
 
-@_fused
+@_inner
 def _spectral_radii(Omega, xi, rho_inf, radius):
     """Store the spectral radius at each point; return all `_refused`, negative if one is."""
     refused, s = np.int64(0), np.empty((5, 2048))
@@ -643,7 +649,7 @@ def _distance_from_exact(Omega, xi, rho_inf, half, less, modulus2, root, u1, v1)
     return growth, scale * (p1 * g0 - p0 * g1)
 
 
-@_fused
+@_inner
 def _errors_near_zero(Omega, xi, rho_inf, s, damping, period):
     """Replace the errors at points near Omega = 0 whose pair is close to the exact one; return how many there are.
 
@@ -660,7 +666,7 @@ def _errors_near_zero(Omega, xi, rho_inf, s, damping, period):
     return count
 
 
-@_fused
+@_inner
 def _stability_of_block(Omega, xi, rho_inf, radius, damping, period):
     """`stability` of a block of points; returns all `_refused`.
 
@@ -757,9 +763,8 @@ def stencil(rho_inf, out):
     for i in range(out.shape[0]):
         out[i, 0] = 1
 
-_exact = njit(nogil=True, error_model="numpy")  # no fastmath: tails are rounding errors, which it would remove
 
-
+# tails are rounding errors, which fastmath would remove
 @_exact
 def _plus(a, b):
     """The sum of two doubles: head, and tail, which is the rounding error of the head."""
@@ -821,7 +826,7 @@ def _over(a, a_, b, b_):
     return head + ((a - product) - tail + a_ - head * b_) / b
 
 
-@_compile
+@_exact
 def _coefficients(s):
     """`coefficients` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
     for j in range(48):

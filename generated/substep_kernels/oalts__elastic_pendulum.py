@@ -29,10 +29,12 @@ OPERATIONS = {'step': 59, 'iteration': (37,)}
 COMPLETED, NEWTON_FAILED, NON_FINITE, ENERGY_BOUND = 0, 1, 2, 3
 
 # contract: a product and a sum may become one operation; sums keep their order
-_compile = njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
+# called by kernels alone: not from Python, and so without the code for that
+_inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"})
 
 
-@_compile
+@_inner
 def _lane(h, rho_inf, EA, L, m, tolerance, state, bound, first, n, stride, out, iterations, newton):
     """March one lane; returns its status, steps completed and their largest energy."""
     u_0_x = state[0, 0]
@@ -154,7 +156,7 @@ def _lane(h, rho_inf, EA, L, m, tolerance, state, bound, first, n, stride, out, 
 WIDTH = 64
 
 
-@_compile
+@_inner
 def _block(h, rho_inf, EA, L, m, tolerance, state, bound, first, n, stride, out, iterations, newton, peak, n_done, status):
     """March at most WIDTH lanes side by side in vector registers; the last lane is repeated to fill the last one."""
     rows = np.zeros((48, WIDTH + 16))

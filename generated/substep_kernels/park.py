@@ -72,11 +72,17 @@ FILTER = 0
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
-_compile = njit(cache=True, nogil=True, error_model="numpy")
+_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
+# called by kernels alone: not from Python, and so without the code for that
+_exact = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
 
 # contract: a * b + c may become one operation, rounded once
-_inline = njit(nogil=True, error_model="numpy", forceinline=True, fastmath={"contract"})
-_fused = njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+_fused = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
+_inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"})
+_inline = njit(
+    nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"},
+    forceinline=True,
+)
 
 
 @_inline
@@ -114,7 +120,7 @@ def _angle(y, x):
     return 3.141592653589793 - angle if x < 0.0 else angle
 
 
-@_compile
+@_exact
 def _increment(Omega, xi):
     """Denominator and numerators of A - I. 27 operations."""
     x0 = 18*Omega
@@ -459,7 +465,7 @@ def _coefficients_at(Omega, xi, second):
     return b3 if near else c3, b3_ if near else c3_, b2 if near else c2, b2_ if near else c2_, b1 if near else c1, b1_ if near else c1_, b0 if near else c0, b0_ if near else c0_
 
 
-@_fused
+@_inner
 def _start_roots(s):
     """Store approximate roots of the polynomials in all lanes; coefficients are in the rows below the roots."""
     for j in range(32):
@@ -470,7 +476,7 @@ def _start_roots(s):
         s[4 * 32 + j], s[5 * 32 + j] = z.real + -0.504000 * p.real - -0.872954 * q.imag, z.imag + -0.872954 * q.real + -0.504000 * p.imag
 
 
-@_fused
+@_inner
 def _closer_roots(s):
     """One step for each root in each lane; returns how many roots had not converged."""
     count = 0
@@ -487,7 +493,7 @@ def _closer_roots(s):
     return count
 
 
-@_fused
+@_inner
 def _end_roots(s):
     """Set the imaginary part of a root to 0 where rounding alone may have made it: see `_surely_complex`."""
     for j in range(32):
@@ -498,7 +504,7 @@ def _end_roots(s):
         s[5 * 32 + j] = _surely_complex(x2, y2, c)
 
 
-@_compile
+@_exact
 def _find_roots(Omega, xi, found, second):
     """Store real and imaginary part of each root in the rows of found.
 
@@ -519,7 +525,7 @@ def _find_roots(Omega, xi, found, second):
                 found[r, first + j] = s[r * 32 + j]
 
 
-@_compile
+@_exact
 def _find_both_roots(Omega, xi, found):
     """As `_find_roots`; in the row below, the largest modulus^2 of eigenvalues that are not their conjugates.
 
@@ -569,7 +575,7 @@ def _eigenvalues(Omega, xi, x0, y0, x1, y1, x2, y2, square):
     return math.sqrt(square), h0, less, modulus2, root, h1, y1, h2, y2
 
 
-@_fused
+@_inner
 def _spectral_radii_of_block(Omega, xi, radius, s):
     """`_spectral_radii` of a block of points."""
     refused = np.int64(0)
@@ -580,7 +586,7 @@ def _spectral_radii_of_block(Omega, xi, radius, s):
     return refused
 
 
-@_fused
+@_inner
 def _spectral_radii(Omega, xi, radius):
     """Store the spectral radius at each point; return all `_refused`, negative if one is."""
     refused, s = np.int64(0), np.empty((7, 2048))
@@ -618,7 +624,7 @@ def _distance_from_exact(Omega, xi, half, less, modulus2, root, u1, v1, u2, v2):
     return growth, scale * (p1 * g0 - p0 * g1)
 
 
-@_fused
+@_inner
 def _errors_near_zero(Omega, xi, s, damping, period):
     """Replace the errors at points near Omega = 0 whose pair is close to the exact one; return how many there are.
 
@@ -635,7 +641,7 @@ def _errors_near_zero(Omega, xi, s, damping, period):
     return count
 
 
-@_fused
+@_inner
 def _stability_of_block(Omega, xi, radius, damping, period):
     """`stability` of a block of points; returns all `_refused`.
 
@@ -732,9 +738,8 @@ def stencil(out):
     for i in range(out.shape[0]):
         out[i, 0] = 1
 
-_exact = njit(nogil=True, error_model="numpy")  # no fastmath: tails are rounding errors, which it would remove
 
-
+# tails are rounding errors, which fastmath would remove
 @_exact
 def _plus(a, b):
     """The sum of two doubles: head, and tail, which is the rounding error of the head."""
@@ -796,7 +801,7 @@ def _over(a, a_, b, b_):
     return head + ((a - product) - tail + a_ - head * b_) / b
 
 
-@_compile
+@_exact
 def _coefficients(s):
     """`coefficients` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
     for j in range(48):

@@ -24,10 +24,12 @@ OPERATIONS = {'step': 34, 'iteration': ()}
 COMPLETED, NEWTON_FAILED, NON_FINITE, ENERGY_BOUND = 0, 1, 2, 3
 
 # contract: a product and a sum may become one operation; sums keep their order
-_compile = njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
+# called by kernels alone: not from Python, and so without the code for that
+_inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"})
 
 
-@_compile
+@_inner
 def _lane(h, phi, EA, L, m, state, bound, first, n, stride, out):
     """March one lane; returns its status, steps completed and their largest energy."""
     u_0_x = state[0, 0]
@@ -88,7 +90,7 @@ def _lane(h, phi, EA, L, m, state, bound, first, n, stride, out):
 WIDTH = 64
 
 
-@_compile
+@_inner
 def _block(h, phi, EA, L, m, state, bound, first, n, stride, out, peak, n_done, status):
     """March at most WIDTH lanes side by side in vector registers; the last lane is repeated to fill the last one."""
     rows = np.zeros((21, WIDTH + 16))
@@ -233,7 +235,7 @@ def march(h, phi, EA, L, m, state, bound, first, n, stride, out, peak, n_done, s
         status[lane], n_done[lane], peak[lane] = _lane(h[lane], phi[lane], EA[lane], L[lane], m[lane], state[lane], bound[lane], first, n[lane], stride, out[lane])
 
 
-@_compile
+@_inner
 def _start(h, u, v, a, state):
     """State of one lane at t = 0."""
     u_0_x = u[0]

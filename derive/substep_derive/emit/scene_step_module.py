@@ -237,7 +237,7 @@ def _helpers(text: str, p: SceneStep) -> Iterable[str]:
     """Functions that the kernel calls, in an order in which each finds those it calls itself."""
     differences = p.near_series
     if "_log_cosh(" in text or any(d.name == "log_cosh" for d in differences):
-        yield fill(LOG_COSH, decorator="@_compile\n")
+        yield fill(LOG_COSH, decorator="@_inner\n")
     if "_sinc(" in text or "_sinc_slope(" in text:
         yield SINC
     if "_sinc_slope(" in text:

@@ -33,7 +33,7 @@ def print_kernel(kernel: Kernel) -> str:
     arguments = ", ".join(a.name for a in kernel.arguments)
     returned = ", ".join(name for name, _ in kernel.outputs)
     return (
-        f"\n\n@{'_compile' if kernel.first is None else '_inline'}\ndef {kernel.name}({arguments}):\n"
+        f"\n\n@{'_exact' if kernel.first is None else '_inline'}\ndef {kernel.name}({arguments}):\n"
         f'    """{kernel.docstring} {operations} operations."""\n{body}\n    return {returned}\n'
     )
 

@@ -32,7 +32,7 @@ def _eigenvalues({arguments}):
     return radius, half * inverse, -q * inverse, product * inverse, root
 
 
-@_fused
+@_inner
 def _spectral_radii({arguments}, radius):
     """Store the spectral radius at each point; return all `_refused`, negative if one is."""
     refused = np.int64(0)
@@ -132,7 +132,7 @@ def _eigenvalues({arguments}, a2, a1, a0, b0, b1, third):
     return _modulus(half, modulus2, discriminant, third), half, less, modulus2, root, third
 
 
-@_fused
+@_inner
 def _spectral_radii_of_block({arguments}, radius, s):
     """`_spectral_radii` of a block of points; in two loops, so that the processor overlaps their iterations."""
     refused = np.int64(0)
@@ -145,7 +145,7 @@ def _spectral_radii_of_block({arguments}, radius, s):
     return refused
 
 
-@_fused
+@_inner
 def _spectral_radii({arguments}, radius):
     """Store the spectral radius at each point; return all `_refused`, negative if one is."""
     refused, s = np.int64(0), np.empty((6, {block}))

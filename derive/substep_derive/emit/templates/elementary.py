@@ -3,8 +3,12 @@
 # numba does not vectorise log1p and atan2; these are polynomials of least maximal error without branches
 ELEMENTARY = '''
 # contract: a * b + c may become one operation, rounded once
-_inline = njit(nogil=True, error_model="numpy", forceinline=True, fastmath={{"contract"}})
-_fused = njit(cache=True, nogil=True, error_model="numpy", fastmath={{"contract"}})
+_fused = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={{"contract"}})
+_inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={{"contract"}})
+_inline = njit(
+    nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={{"contract"}},
+    forceinline=True,
+)
 
 
 @_inline

@@ -7,8 +7,8 @@ from numba import njit
 
 AT_ONCE = 256  # times whose places in a record are found before its samples are read, which is not done in vectors
 
-_exact = njit(cache=True, nogil=True, error_model="numpy")
-_fused = njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+_exact = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
+_fused = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
 
 
 @_exact

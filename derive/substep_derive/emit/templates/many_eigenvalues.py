@@ -123,7 +123,7 @@ def _eigenvalue(x, y, near):
     return x + 1.0 if near else x, less, 1.0 + less if near else square
 {coefficients}
 
-@_fused
+@_inner
 def _start_roots(s):
     """Store approximate roots of the polynomials in all lanes; coefficients are in the rows below the roots."""
     for j in range({width}):
@@ -132,7 +132,7 @@ def _start_roots(s):
 {starts}
 
 
-@_fused
+@_inner
 def _closer_roots(s):
     """One step for each root in each lane; returns how many roots had not converged."""
     count = 0
@@ -144,7 +144,7 @@ def _closer_roots(s):
     return count
 
 
-@_fused
+@_inner
 def _end_roots(s):
     """Set the imaginary part of a root to 0 where rounding alone may have made it: see `_surely_complex`."""
     for j in range({width}):
@@ -153,7 +153,7 @@ def _end_roots(s):
 {ends}
 
 
-@_compile
+@_exact
 def _find_roots({arguments}, found{second_argument}):
     """Store real and imaginary part of each root in the rows of found.
 
@@ -196,7 +196,7 @@ def _eigenvalues({arguments}, {prepared}):
     return math.sqrt(square), h0, less, modulus2, root, {others}
 
 
-@_fused
+@_inner
 def _spectral_radii_of_block({arguments}, radius, s):
     """`_spectral_radii` of a block of points."""
     refused = np.int64(0)
@@ -207,7 +207,7 @@ def _spectral_radii_of_block({arguments}, radius, s):
     return refused
 
 
-@_fused
+@_inner
 def _spectral_radii({arguments}, radius):
     """Store the spectral radius at each point; return all `_refused`, negative if one is."""
     refused, s = np.int64(0), np.empty(({prepared_rows}, {block}))
@@ -246,7 +246,7 @@ def _coefficients_at({arguments}, second):
 
 BOTH_FACTORS = '''
 
-@_compile
+@_exact
 def _find_both_roots({arguments}, found):
     """As `_find_roots`; in the row below, the largest modulus^2 of eigenvalues that are not their conjugates.
 

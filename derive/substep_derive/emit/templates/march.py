@@ -18,7 +18,9 @@ BLOCKS = {blocks}  # blocks whose histories are stored side by side, so that row
 LARGE = 1 << 20  # numbers of a history that is stored past the caches, which could not hold it
 FAR = 1 << 50  # beyond any index; loops are vectorised if their first index is known to lie from 0 to FAR
 
-_compile = njit(cache=True, nogil=True, error_model="numpy", fastmath={{"contract"}})
+_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={{"contract"}})
+# called by kernels alone: not from Python, and so without the code for that
+_inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={{"contract"}})
 
 
 @intrinsic
@@ -47,7 +49,7 @@ def _store_eight_compiled(values, place, row, at):
     return lambda values, place, row, at: _stream(values, place, row, at)
 
 
-@_compile
+@_inner
 def _store(values, place, row, at, size):
     """Store numbers from row[at] on into values[place] on; past the caches, which a large history would empty."""
     head = min(-((values.ctypes.data >> 3) + place) & 7, size) if values.size > LARGE else size
@@ -62,7 +64,7 @@ def _store(values, place, row, at, size):
 
 MARCH = '''
 
-@_compile
+@_inner
 def _final_{K}(s, {F}, i, n):
     """March a block n steps from step i on, for its last state and outputs."""
     whole = i + n - n % {steps_at_once}
@@ -81,7 +83,7 @@ def _final_{K}(s, {F}, i, n):
             {at_xy} = {xy}
 
 
-@_compile
+@_inner
 def _peaks_{K}(s, {F}, i, n):
     """March a block n steps from step i on, for the largest |u|, |v|, |a| too."""
     whole = i + n - n % {steps_at_once}
@@ -102,7 +104,7 @@ def _peaks_{K}(s, {F}, i, n):
             {at_xyt} = {xyt}
 
 
-@_compile
+@_inner
 def _own_loads_{K}(s):
     """One step of `_peaks_{K}`, for lanes each of which has its own loads, in the block."""
     for j in range({width}):
@@ -113,7 +115,7 @@ def _own_loads_{K}(s):
         {at_xyt} = {xyt}
 
 
-@_compile
+@_inner
 def _history_{K}(s, rows, {F}, i):
     """March a block {steps_at_once} steps from step i on; u, v, a of each step go into rows of BLOCKS blocks."""
     for j in range({width}):
@@ -203,9 +205,8 @@ def run_{K}(C, x, {F}, out):
 '''
 
 DOUBLE_DOUBLE = '''
-_exact = njit(nogil=True, error_model="numpy")  # no fastmath: tails are rounding errors, which it would remove
 
-
+# tails are rounding errors, which fastmath would remove
 @_exact
 def _plus(a, b):
     """The sum of two doubles: head, and tail, which is the rounding error of the head."""
@@ -269,7 +270,7 @@ def _over(a, a_, b, b_):
 
 BY_BLOCKS = '''
 
-@_compile
+@_exact
 def _{name}(s):
     """`{name}` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
     for j in range({width}):
@@ -317,12 +318,14 @@ from numba import njit
 
 WIDTH = {whole}  # lanes of a block
 
-_compile = njit(cache=True, nogil=True, error_model="numpy", fastmath={{"contract"}})
+_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={{"contract"}})
+# called by kernels alone: not from Python, and so without the code for that
+_inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={{"contract"}})
 '''
 
 FILTER = '''
 
-@_compile
+@_inner
 def _filter_{d}_{followed}(s, f):
     """March a block through all samples f; rows of s: q, e1, ... and the peaks, then those of `transfer`."""
     n = f.size - 1

@@ -47,12 +47,14 @@ OPERATIONS = {operations}
 COMPLETED, NEWTON_FAILED, NON_FINITE, ENERGY_BOUND = 0, 1, 2, 3
 
 # contract: a product and a sum may become one operation; sums keep their order
-_compile = njit(cache=True, nogil=True, error_model="numpy", fastmath={{"contract"}})
+_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={{"contract"}})
+# called by kernels alone: not from Python, and so without the code for that
+_inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={{"contract"}})
 '''
 
 SINC = '''
 
-@_compile
+@_inner
 def _sinc(x):
     """sin(x)/x."""
     return np.sin(x) / x if x != 0.0 else 1.0
@@ -60,7 +62,7 @@ def _sinc(x):
 
 SINC_SLOPE = '''
 
-@_compile
+@_inner
 def _sinc_slope(x):
     """Derivative of sin(x)/x; near 0, where (cos(x) - sin(x)/x)/x loses its digits, by its series."""
     if abs(x) < 0.3:
@@ -71,7 +73,7 @@ def _sinc_slope(x):
 
 DIFFERENCE = '''
 
-@_compile
+@_inner
 def _{g}_difference(old, new):
     """({g}(new) - {g}(old))/(new - old), by Taylor's series where the difference would cancel."""
     d, m = new - old, 0.5 * (old + new)
@@ -82,7 +84,7 @@ def _{g}_difference(old, new):
     return ({at_new} - {at_old}) / d
 
 
-@_compile
+@_inner
 def _{g}_difference_slope(old, new):
     """Derivative of `_{g}_difference` with respect to new."""
     d, m = new - old, 0.5 * (old + new)
@@ -95,7 +97,7 @@ def _{g}_difference_slope(old, new):
 
 LANE = '''
 
-@_compile
+@_inner
 def _lane({lane_arguments}):
     """March one lane; returns its status, steps completed and their largest energy."""
 {read_state}
@@ -158,7 +160,7 @@ def march({arguments}):
 
 START = '''
 
-@_compile
+@_inner
 def _start({lane_arguments}):
     """State of one lane at t = 0."""
 {body}
@@ -202,7 +204,7 @@ BLOCK = '''
 WIDTH = {width}
 
 
-@_compile
+@_inner
 def _block({arguments}):
     """March at most WIDTH lanes side by side in vector registers; the last lane is repeated to fill the last one."""
     rows = np.zeros(({rows}, WIDTH + 16))

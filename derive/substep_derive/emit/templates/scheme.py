@@ -26,7 +26,9 @@ FILTER = {filter_order}
 # instants, in steps, at which the start takes the load
 START_STENCIL = {start_stencil}
 
-_compile = njit(cache=True, nogil=True, error_model="numpy")
+_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
+# called by kernels alone: not from Python, and so without the code for that
+_exact = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
 '''
 
 SCHEME_FUNCTIONS = '''

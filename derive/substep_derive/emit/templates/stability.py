@@ -82,7 +82,7 @@ def _distance_from_exact({arguments}, half, less, modulus2, root{more}):
     return growth, scale * (p1 * g0 - p0 * g1)
 
 
-@_fused
+@_inner
 def _errors_near_zero({arguments}, s, damping, period):
     """Replace the errors at points near Omega = 0 whose pair is close to the exact one; return how many there are.
 
@@ -99,7 +99,7 @@ def _errors_near_zero({arguments}, s, damping, period):
     return count
 
 
-@_fused
+@_inner
 def _stability_of_block({arguments}, radius, damping, period):
     """`stability` of a block of points; returns all `_refused`.
 
