@@ -148,11 +148,12 @@ WIDTH = 64
 
 
 @_inner
-def _block(h, rho_inf, EA, L, m, state, bound, first, n, stride, out, peak, n_done, status):
-    """March at most WIDTH lanes side by side in vector registers; the last lane is repeated to fill the last one."""
+def _block(lane0, lane1, h, rho_inf, EA, L, m, state, bound, first, n, stride, out, peak, n_done, status):
+    """March lanes lane0 to lane1, at most WIDTH, in vector registers; the last one is repeated to fill the last."""
     rows = np.zeros((69, WIDTH + 16))
     begin = -(rows.ctypes.data // 8) & 7  # at a cache line
-    end = begin + 8 * ((h.size + 7) // 8)
+    end = begin + 8 * ((lane1 - lane0 + 7) // 8)
+    place = begin - lane0  # a lane stands at place + lane in the rows
     K0_00 = rows[0]
     K0_01 = rows[1]
     K0_10 = rows[2]
@@ -223,7 +224,7 @@ def _block(h, rho_inf, EA, L, m, state, bound, first, n, stride, out, peak, n_do
     running = rows[67]
     seen = rows[68]
     for j in range(begin, end):
-        lane = min(j - begin, h.size - 1)
+        lane = min(j - place, lane1 - 1)
         h_[j] = h[lane]
         rho_inf_[j] = rho_inf[lane]
         EA_[j] = EA[lane]
@@ -290,16 +291,16 @@ def _block(h, rho_inf, EA, L, m, state, bound, first, n, stride, out, peak, n_do
         c45[j] = c8[j]*h_[j]*m_[j]*(rho_inf_[j] - 3)*(rho_inf_[j] + 1)
         c46[j] = (1/2)*m_[j]
         c47[j] = (1/8)*EA_[j]/L_[j]**3
-    for lane in range(h.size):
+    for lane in range(lane0, lane1):
         status[lane], n_done[lane] = COMPLETED, n[lane]
-        running[begin + lane] = np.nan  # size of a correction not yet made; 0.0 for a lane that has stopped
-    last, ends = n.max(), first
+        running[place + lane] = np.nan  # size of a correction not yet made; 0.0 for a lane that has stopped
+    last, ends = n[lane0:lane1].max(), first
     for i in range(first, last):
         if i == ends:
             ends = last
-            for lane in range(h.size):
+            for lane in range(lane0, lane1):
                 if n[lane] <= i:
-                    running[begin + lane], bound_[begin + lane] = 0.0, np.nan
+                    running[place + lane], bound_[place + lane] = 0.0, np.nan
                 else:
                     ends = min(ends, n[lane])
         stopped = 0
@@ -342,14 +343,14 @@ def _block(h, rho_inf, EA, L, m, state, bound, first, n, stride, out, peak, n_do
             for j in range(begin, end):
                 stopped += (running[j] != 0.0) & (not seen[j] <= bound_[j])
         if stopped > 0:
-            for lane in range(h.size):
-                j = begin + lane
+            for lane in range(lane0, lane1):
+                j = place + lane
                 if running[j] != 0.0 and not seen[j] <= bound_[j]:
                     n_done[lane], status[lane] = i, ENERGY_BOUND if seen[j] > bound_[j] else NON_FINITE
                     running[j], bound_[j] = 0.0, np.nan
         if (i + 1) // stride < out.shape[1] and (i + 1) % stride == 0:
-            for lane in range(h.size):
-                j = begin + lane
+            for lane in range(lane0, lane1):
+                j = place + lane
                 if seen[j] <= bound_[j]:
                     row = out[lane, (i + 1) // stride]
                     row[0, 0] = u_0_x[j]
@@ -358,8 +359,8 @@ def _block(h, rho_inf, EA, L, m, state, bound, first, n, stride, out, peak, n_do
                     row[1, 1] = v_reported_y[j]
                     row[2, 0] = a_0_x[j]
                     row[2, 1] = a_0_y[j]
-    for lane in range(h.size):
-        j = begin + lane
+    for lane in range(lane0, lane1):
+        j = place + lane
         peak[lane] = peak_[j]
         state[lane, 0, 0] = u_0_x[j]
         state[lane, 0, 1] = u_0_y[j]
@@ -373,7 +374,7 @@ def _block(h, rho_inf, EA, L, m, state, bound, first, n, stride, out, peak, n_do
 def march_block(h, rho_inf, EA, L, m, state, bound, first, n, stride, out, peak, n_done, status):
     """The same results as march, WIDTH lanes at a time."""
     for lane in range(0, h.size, WIDTH):
-        _block(h[lane : lane + WIDTH], rho_inf[lane : lane + WIDTH], EA[lane : lane + WIDTH], L[lane : lane + WIDTH], m[lane : lane + WIDTH], state[lane : lane + WIDTH], bound[lane : lane + WIDTH], first, n[lane : lane + WIDTH], stride, out[lane : lane + WIDTH], peak[lane : lane + WIDTH], n_done[lane : lane + WIDTH], status[lane : lane + WIDTH])
+        _block(lane, min(lane + WIDTH, h.size), h, rho_inf, EA, L, m, state, bound, first, n, stride, out, peak, n_done, status)
 
 
 @_compile

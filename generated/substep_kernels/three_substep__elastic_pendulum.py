@@ -226,11 +226,12 @@ WIDTH = 64
 
 
 @_inner
-def _block(h, rho_inf, gamma, EA, L, m, tolerance, state, bound, first, n, stride, out, iterations, newton, peak, n_done, status):
-    """March at most WIDTH lanes side by side in vector registers; the last lane is repeated to fill the last one."""
+def _block(lane0, lane1, h, rho_inf, gamma, EA, L, m, tolerance, state, bound, first, n, stride, out, iterations, newton, peak, n_done, status):
+    """March lanes lane0 to lane1, at most WIDTH, in vector registers; the last one is repeated to fill the last."""
     rows = np.zeros((57, WIDTH + 16))
     begin = -(rows.ctypes.data // 8) & 7  # at a cache line
-    end = begin + 8 * ((h.size + 7) // 8)
+    end = begin + 8 * ((lane1 - lane0 + 7) // 8)
+    place = begin - lane0  # a lane stands at place + lane in the rows
     a_0_x = rows[0]
     a_0_y = rows[1]
     a_1_x = rows[2]
@@ -289,7 +290,7 @@ def _block(h, rho_inf, gamma, EA, L, m, tolerance, state, bound, first, n, strid
     sum_2 = rows[55]
     most_2 = rows[56]
     for j in range(begin, end):
-        lane = min(j - begin, h.size - 1)
+        lane = min(j - place, lane1 - 1)
         h_[j] = h[lane]
         rho_inf_[j] = rho_inf[lane]
         gamma_[j] = gamma[lane]
@@ -326,16 +327,16 @@ def _block(h, rho_inf, gamma, EA, L, m, tolerance, state, bound, first, n, strid
         near_0[j] = ((tolerance_[j]/abs(c1[j])) if (c1[j] != 0) else (np.inf))
         near_1[j] = ((tolerance_[j]/abs(c1[j])) if (c1[j] != 0) else (np.inf))
         near_2[j] = ((tolerance_[j]/abs(c1[j])) if (c1[j] != 0) else (np.inf))
-    for lane in range(h.size):
+    for lane in range(lane0, lane1):
         status[lane], n_done[lane] = COMPLETED, n[lane]
-        running[begin + lane] = np.nan  # size of a correction not yet made; 0.0 for a lane that has stopped
-    last, ends = n.max(), first
+        running[place + lane] = np.nan  # size of a correction not yet made; 0.0 for a lane that has stopped
+    last, ends = n[lane0:lane1].max(), first
     for i in range(first, last):
         if i == ends:
             ends = last
-            for lane in range(h.size):
+            for lane in range(lane0, lane1):
                 if n[lane] <= i:
-                    running[begin + lane], bound_[begin + lane] = 0.0, np.nan
+                    running[place + lane], bound_[place + lane] = 0.0, np.nan
                 else:
                     ends = min(ends, n[lane])
         for j in range(begin, end):
@@ -377,8 +378,8 @@ def _block(h, rho_inf, gamma, EA, L, m, tolerance, state, bound, first, n, strid
             if left == 0:
                 break
         if left > 0:
-            for lane in range(h.size):
-                j = begin + lane
+            for lane in range(lane0, lane1):
+                j = place + lane
                 if running[j] != 0.0 and not size[j] <= near_0[j]:
                     n_done[lane], status[lane] = i, NEWTON_FAILED
                     running[j], bound_[j] = 0.0, np.nan
@@ -426,8 +427,8 @@ def _block(h, rho_inf, gamma, EA, L, m, tolerance, state, bound, first, n, strid
             if left == 0:
                 break
         if left > 0:
-            for lane in range(h.size):
-                j = begin + lane
+            for lane in range(lane0, lane1):
+                j = place + lane
                 if running[j] != 0.0 and not size[j] <= near_1[j]:
                     n_done[lane], status[lane] = i, NEWTON_FAILED
                     running[j], bound_[j] = 0.0, np.nan
@@ -476,8 +477,8 @@ def _block(h, rho_inf, gamma, EA, L, m, tolerance, state, bound, first, n, strid
             if left == 0:
                 break
         if left > 0:
-            for lane in range(h.size):
-                j = begin + lane
+            for lane in range(lane0, lane1):
+                j = place + lane
                 if running[j] != 0.0 and not size[j] <= near_2[j]:
                     n_done[lane], status[lane] = i, NEWTON_FAILED
                     running[j], bound_[j] = 0.0, np.nan
@@ -517,8 +518,8 @@ def _block(h, rho_inf, gamma, EA, L, m, tolerance, state, bound, first, n, strid
             for j in range(begin, end):
                 stopped += (running[j] != 0.0) & (not seen[j] <= bound_[j])
         if stopped > 0:
-            for lane in range(h.size):
-                j = begin + lane
+            for lane in range(lane0, lane1):
+                j = place + lane
                 if running[j] != 0.0 and not seen[j] <= bound_[j]:
                     n_done[lane], status[lane] = i, ENERGY_BOUND if seen[j] > bound_[j] else NON_FINITE
                     running[j], bound_[j] = 0.0, np.nan
@@ -533,13 +534,13 @@ def _block(h, rho_inf, gamma, EA, L, m, tolerance, state, bound, first, n, strid
             sum_2[j] += taken_2[j]
             most_2[j] = max(most_2[j], taken_2[j])
         if i < iterations.shape[1]:
-            for lane in range(h.size):
-                iterations[lane, i, 0] = taken_0[begin + lane]
-                iterations[lane, i, 1] = taken_1[begin + lane]
-                iterations[lane, i, 2] = taken_2[begin + lane]
+            for lane in range(lane0, lane1):
+                iterations[lane, i, 0] = taken_0[place + lane]
+                iterations[lane, i, 1] = taken_1[place + lane]
+                iterations[lane, i, 2] = taken_2[place + lane]
         if (i + 1) // stride < out.shape[1] and (i + 1) % stride == 0:
-            for lane in range(h.size):
-                j = begin + lane
+            for lane in range(lane0, lane1):
+                j = place + lane
                 if seen[j] <= bound_[j]:
                     row = out[lane, (i + 1) // stride]
                     row[0, 0] = u_0_x[j]
@@ -548,8 +549,8 @@ def _block(h, rho_inf, gamma, EA, L, m, tolerance, state, bound, first, n, strid
                     row[1, 1] = v_0_y[j]
                     row[2, 0] = a_0_x[j]
                     row[2, 1] = a_0_y[j]
-    for lane in range(h.size):
-        j = begin + lane
+    for lane in range(lane0, lane1):
+        j = place + lane
         peak[lane] = peak_[j]
         state[lane, 0, 0] = u_0_x[j]
         state[lane, 0, 1] = u_0_y[j]
@@ -569,7 +570,7 @@ def _block(h, rho_inf, gamma, EA, L, m, tolerance, state, bound, first, n, strid
 def march_block(h, rho_inf, gamma, EA, L, m, tolerance, state, bound, first, n, stride, out, iterations, newton, peak, n_done, status):
     """The same results as march, WIDTH lanes at a time."""
     for lane in range(0, h.size, WIDTH):
-        _block(h[lane : lane + WIDTH], rho_inf[lane : lane + WIDTH], gamma[lane : lane + WIDTH], EA[lane : lane + WIDTH], L[lane : lane + WIDTH], m[lane : lane + WIDTH], tolerance[lane : lane + WIDTH], state[lane : lane + WIDTH], bound[lane : lane + WIDTH], first, n[lane : lane + WIDTH], stride, out[lane : lane + WIDTH], iterations[lane : lane + WIDTH], newton[lane : lane + WIDTH], peak[lane : lane + WIDTH], n_done[lane : lane + WIDTH], status[lane : lane + WIDTH])
+        _block(lane, min(lane + WIDTH, h.size), h, rho_inf, gamma, EA, L, m, tolerance, state, bound, first, n, stride, out, iterations, newton, peak, n_done, status)
 
 
 @_compile

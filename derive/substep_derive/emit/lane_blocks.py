@@ -19,8 +19,8 @@ WIDTH = 64  # most lanes of a block: the rows of a step fit a first cache of 32 
 LOOP = "for j in range(begin, end):"
 
 
-def march_block(p: SceneStep, arguments: Sequence[str], state: Sequence[tuple[str, str]], calls: Sequence[str]) -> str:
-    """Text of `march_block`; state: (name, its place in one lane's state); calls: arguments for lanes of a block."""
+def march_block(p: SceneStep, arguments: Sequence[str], state: Sequence[tuple[str, str]]) -> str:
+    """Text of `march_block`; state: (name, its place in one lane's state)."""
     loops = _loops(p)
     loads = [f"f_{k}" for k in range(len(p.stencil))] if p.motion.is_sampled else []
     near = [str(s) for s, _ in p.near]
@@ -66,7 +66,6 @@ def march_block(p: SceneStep, arguments: Sequence[str], state: Sequence[tuple[st
         shift=shift,
         store=_lines(stores, 5),
         write_state=_lines([*(f"state[lane, {place}] = {name}[j]" for name, place in state), *counts], 2),
-        calls=", ".join(calls),
     )
 
 
@@ -123,7 +122,7 @@ def _bodies(w: KernelPrinter, loop: _Loop) -> str:
 
 def _given(loads: Sequence[str]) -> str:
     """Lines that read the loads of a step; one row of forces may serve all lanes."""
-    read = (f"{name}[j] = forces[(j - begin) % forces.shape[0], i, {k}]" for k, name in enumerate(loads))
+    read = (f"{name}[j] = forces[(j - place) % forces.shape[0], i, {k}]" for k, name in enumerate(loads))
     return _lines([LOOP, *(f"    {line}" for line in read)], 2)
 
 
@@ -157,7 +156,7 @@ def _not_counted(iterated: Iterable[int]) -> str:
 def _count(iterated: Sequence[int]) -> str:
     """Lines that add the iterations of a step to their sum, keep the most, and those of each step if asked for."""
     added = ((f"sum_{k}[j] += taken_{k}[j]", f"most_{k}[j] = max(most_{k}[j], taken_{k}[j])") for k in iterated)
-    stored = (f"iterations[lane, i, {k}] = taken_{k}[begin + lane]" for k in iterated)
+    stored = (f"iterations[lane, i, {k}] = taken_{k}[place + lane]" for k in iterated)
     return fill(BLOCK_COUNT, count=_lines((line for two in added for line in two), 3), store=_lines(stored, 4))
 
 

@@ -40,7 +40,7 @@ def scene_step_module(p: SceneStep, systems: Sequence[EffectiveSystem], source: 
     arguments = [*lane, "state", *forces, "bound", "first", "n", "stride", "out", *counted]
     results = ["peak", "n_done", "status"]
     body, counts = _lane(p, arguments)
-    body += march_block(p, [*arguments, *results], state_places(p), _calls([*arguments, *results], block=True))
+    body += march_block(p, [*arguments, *results], state_places(p))
     start_names, start = _start(p)
     text = "".join([body, _march(p, arguments, results, lane), start, _stencil(p)])
     parts = [
@@ -182,12 +182,10 @@ def _march(p: SceneStep, arguments: Sequence[str], results: Sequence[str], lane:
     )
 
 
-def _calls(arguments: Sequence[str], *, block: bool = False) -> list[str]:
-    """Arguments of the call for one lane, or a block of lanes; one row of forces may serve all lanes."""
-    lanes = "lane : lane + WIDTH" if block else "lane"
-    row = "lane % forces.shape[0]"
-    some = {"first": "first", "stride": "stride", "forces": f"forces[{row} :][:WIDTH]" if block else f"forces[{row}]"}
-    return [some.get(name, f"{name}[{lanes}]") for name in arguments]
+def _calls(arguments: Sequence[str]) -> list[str]:
+    """Arguments of the call for one lane; one row of forces may serve all lanes."""
+    some = {"first": "first", "stride": "stride", "forces": "forces[lane % forces.shape[0]]"}
+    return [some.get(name, f"{name}[lane]") for name in arguments]
 
 
 def _start(p: SceneStep) -> tuple[list[str], str]:

@@ -205,25 +205,26 @@ WIDTH = {width}
 
 
 @_inner
-def _block({arguments}):
-    """March at most WIDTH lanes side by side in vector registers; the last lane is repeated to fill the last one."""
+def _block(lane0, lane1, {arguments}):
+    """March lanes lane0 to lane1, at most WIDTH, in vector registers; the last one is repeated to fill the last."""
     rows = np.zeros(({rows}, WIDTH + 16))
     begin = -(rows.ctypes.data // 8) & 7  # at a cache line
-    end = begin + 8 * ((h.size + 7) // 8)
+    end = begin + 8 * ((lane1 - lane0 + 7) // 8)
+    place = begin - lane0  # a lane stands at place + lane in the rows
 {allocate}
     for j in range(begin, end):
-        lane = min(j - begin, h.size - 1)
+        lane = min(j - place, lane1 - 1)
 {read}
-{constants}    for lane in range(h.size):
+{constants}    for lane in range(lane0, lane1):
         status[lane], n_done[lane] = COMPLETED, n[lane]
-        running[begin + lane] = np.nan  # size of a correction not yet made; 0.0 for a lane that has stopped
-    last, ends = n.max(), first
+        running[place + lane] = np.nan  # size of a correction not yet made; 0.0 for a lane that has stopped
+    last, ends = n[lane0:lane1].max(), first
     for i in range(first, last):
         if i == ends:
             ends = last
-            for lane in range(h.size):
+            for lane in range(lane0, lane1):
                 if n[lane] <= i:
-                    running[begin + lane], bound_[begin + lane] = 0.0, np.nan
+                    running[place + lane], bound_[place + lane] = 0.0, np.nan
                 else:
                     ends = min(ends, n[lane])
 {steps}        stopped = 0
@@ -243,19 +244,19 @@ def _block({arguments}):
             for j in range(begin, end):
                 stopped += (running[j] != 0.0) & (not seen[j] <= bound_[j])
         if stopped > 0:
-            for lane in range(h.size):
-                j = begin + lane
+            for lane in range(lane0, lane1):
+                j = place + lane
                 if running[j] != 0.0 and not seen[j] <= bound_[j]:
                     n_done[lane], status[lane] = i, ENERGY_BOUND if seen[j] > bound_[j] else NON_FINITE
                     running[j], bound_[j] = 0.0, np.nan
 {not_counted}{count}        if (i + 1) // stride < out.shape[1] and (i + 1) % stride == 0:
-            for lane in range(h.size):
-                j = begin + lane
+            for lane in range(lane0, lane1):
+                j = place + lane
                 if seen[j] <= bound_[j]:
                     row = out[lane, (i + 1) // stride]
 {store}
-    for lane in range(h.size):
-        j = begin + lane
+    for lane in range(lane0, lane1):
+        j = place + lane
         peak[lane] = peak_[j]
 {write_state}
 
@@ -264,7 +265,7 @@ def _block({arguments}):
 def march_block({arguments}):
     """The same results as march, WIDTH lanes at a time."""
     for lane in range(0, h.size, WIDTH):
-        _block({calls})
+        _block(lane, min(lane + WIDTH, h.size), {arguments})
 '''
 
 BLOCK_NEWTON = """
@@ -279,8 +280,8 @@ BLOCK_NEWTON = """
             if left == 0:
                 break
         if left > 0:
-            for lane in range(h.size):
-                j = begin + lane
+            for lane in range(lane0, lane1):
+                j = place + lane
                 if running[j] != 0.0 and not size[j] <= near_{balance}[j]:
                     n_done[lane], status[lane] = i, NEWTON_FAILED
                     running[j], bound_[j] = 0.0, np.nan
@@ -289,6 +290,6 @@ BLOCK_NEWTON = """
 BLOCK_COUNT = """        for j in range(begin, end):
 {count}
         if i < iterations.shape[1]:
-            for lane in range(h.size):
+            for lane in range(lane0, lane1):
 {store}
 """
