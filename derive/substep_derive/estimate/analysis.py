@@ -1,6 +1,6 @@
 """What a scheme holds, in sets of growing expense, and its local errors: what estimators are chosen from."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -15,7 +15,7 @@ from .held import END, START
 from .motion import SmoothMotion
 from .stiff import Growth, kind_of
 
-HIGHEST = 10  # weight up to which a local error is looked for
+HIGHEST = (4, 6, 8, 11)  # weights up to which a local error is looked for, one after the other
 
 
 class NoEstimator(DeclarationError):
@@ -35,7 +35,8 @@ class Analysis:
     def growths(self) -> tuple[Growth, ...]:
         """Undamped, and at an unremarkable damping ratio; for numbers only."""
         domain = self.evaluation.field.domain
-        return tuple(Growth(self.evaluation, domain.convert(damping)) for damping in (QQ(0), QQ(1, 4)))
+        dampings = (QQ(0), QQ(1, 4)) if self.motion.damped else (QQ(0),)
+        return tuple(Growth(self.evaluation, domain.convert(damping)) for damping in dampings)
 
     @property
     def held(self) -> dict[Symbol, Expansion]:
@@ -51,17 +52,17 @@ class Analysis:
         return set(exact) <= set(knot(0)) and all(self.values[s].terms == terms for s, terms in exact.items())
 
 
-def analysis_of(evaluation: Evaluation, top: int | None = None) -> Analysis:
-    """Expansions up to a weight, by default up to that of the local errors."""
-    for highest in range(3, HIGHEST + 1) if top is None else (top,):
-        motion = SmoothMotion(evaluation, highest)
+def analysis_of(evaluation: Evaluation, damped: bool, top: int | None = None) -> Analysis:
+    """Expansions up to a weight, by default up to that of the local errors. damped: whether c is not 0."""
+    for highest in HIGHEST if top is None else (top,):
+        motion = SmoothMotion(evaluation, highest, damped)
         values = motion.held()
         errors = motion.errors(values)
-        if top is not None or all(e.valuation is not None for e in errors):
+        if top is not None or all(e.undamped_valuation is not None for e in errors):
             return Analysis(evaluation, motion, values, errors)
     raise NoEstimator(
-        f"{evaluation.scheme.name}: expected local errors of order {HIGHEST - 2} at most, got none up to there in u or "
-        "in v; a scheme that is exact needs no estimate"
+        f"{evaluation.scheme.name}: expected local errors of order {HIGHEST[-1] - 2} at most, got none up to there in "
+        "u or in v; a scheme that is exact needs no estimate"
     )
 
 
@@ -69,18 +70,27 @@ ACCELERATION = "the acceleration at t_n + h from the equation of motion, at the 
 BEFORE = "the same at t_n, kept from the step before"
 
 
-def pools(analysis: Analysis, ratio: Any) -> Iterator[tuple[dict[Symbol, Expansion], dict[Symbol, str]]]:
-    """Values by symbol, and what each set needs besides the step: first what the step holds, at last two half steps."""
+LEVELS = range(5)
+
+
+def pool(analysis: Analysis, level: int, ratio: Any) -> tuple[dict[Symbol, Expansion], dict[Symbol, str]]:
+    """Values by symbol, and what of them is needed besides the step, at a level of expense.
+
+    0: what the step holds. 1: and the acceleration at its end. 2: and what the step before held, which was ratio*h
+    long. 3: both. 4: what the step holds, and u, v after two half steps.
+    """
     motion, values, held = analysis.motion, analysis.values, analysis.held
-    yield held, {}
-    ends, needed = {s: values[s] for s in (END.a, START.a)}, {END.a: ACCELERATION, START.a: BEFORE}
-    yield {**held, **ends}, needed
-    before = {s: x for s, x in motion.before(values, held, ratio).items() if s not in values}
-    kept = {s: "of the step before, kept" + (", which was kappa*h long" if analysis.uneven else "") for s in before}
-    yield {**held, **before}, kept
-    yield {**held, **ends, **before}, {**needed, **kept}
-    halved = motion.halved()
-    yield (
-        {**held, **halved},
-        {s: f"{'uv'[kind_of(s)]} at t_n + h after two steps of h/2 from the same state" for s in halved},
-    )
+    found, needed = dict(held), {}
+    if level in (1, 3):
+        found |= {s: values[s] for s in (END.a, START.a)}
+        needed |= {END.a: ACCELERATION, START.a: BEFORE}
+    if level in (2, 3):
+        before = {s: x for s, x in motion.before(values, held, ratio).items() if s not in values}
+        length = ", which was kappa*h long" if analysis.uneven else ", of the same length"
+        found |= before
+        needed |= {s: f"of the step before{length}; kept" for s in before}
+    if level == LEVELS[-1]:
+        halved = motion.halved()
+        found |= halved
+        needed |= {s: f"{'uv'[kind_of(s)]} at t_n + h after two steps of h/2 from the same state" for s in halved}
+    return found, needed

@@ -6,7 +6,7 @@ an estimate; all of them are an affine family. On nonlinear equations the same h
 the linear terms and those of the load are then all elementary differentials that the leading error can consist of.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
@@ -17,10 +17,11 @@ from ..algebra.algebraic import generator
 from ..algebra.rational import RationalFunctions
 from ..declare.catalogue import find
 from ..declare.parameter_set import ParameterSet
+from ..declare.related import related
 from ..declare.scheme import Scheme
 from ..declare.symbols import h, knot, omega, t, xi
 from ..oscillator.evaluation import Evaluation
-from .analysis import Analysis, NoEstimator, analysis_of, pools
+from .analysis import LEVELS, Analysis, NoEstimator, analysis_of, pool
 from .expansion import Expansion
 from .family import Family
 from .held import EMBEDDED, END
@@ -103,64 +104,97 @@ class Estimator:
         return Estimator(self.scheme.fix(parameters), *found)
 
 
-def estimator(scheme: str | Scheme, *, held_only: bool = False, **parameters: Any) -> Estimator:
+def estimator(scheme: str | Scheme, *, held_only: bool = False, damped: bool = True, **parameters: Any) -> Estimator:
     """The default estimator of a scheme: parameters given are fixed exactly, all others stay symbols.
 
     Formulas hold at almost all values of the symbols; `Estimator.at` refuses those where they do not. held_only: only
-    what the step itself holds. Raises NoEstimator, or DeclarationError for an unknown name or parameter.
+    what the step itself holds. damped: whether they have to hold with damping; without it they may be shorter. A value
+    may be an expression in other parameters, or the argument of a family as a symbol. Raises NoEstimator, or
+    DeclarationError for an unknown name or parameter.
     """
     declared = find(scheme)
-    return _estimator(declared.fix(parameters) if parameters else declared, held_only)
+    return _estimator(related(declared, parameters) if parameters else declared, held_only, damped)
 
 
 @cache
-def _estimator(scheme: Scheme, held_only: bool) -> Estimator:
+def _estimator(scheme: Scheme, held_only: bool, damped: bool) -> Estimator:
     generic = {p.name: p.inside(Rational(31 + 7 * i, 97 + 12 * i)) for i, p in enumerate(scheme.parameters)}
     numbers = Evaluation.at(ParameterSet.of(scheme, None, generic))
     symbols = {s: s for s in (*scheme.values, kappa)}
-    return _found(numbers, Evaluation(scheme, RationalFunctions((*symbols,)), symbols), held_only)
+    wanted = Evaluation(scheme, RationalFunctions((*symbols,)), symbols)
+    analysis = analysis_of(numbers, damped)
+    return _found(analysis, analysis_of(wanted, damped, _highest(analysis)), held_only)
 
 
-def estimator_at(parameters: ParameterSet, *, held_only: bool = False) -> Estimator:
+def estimator_at(parameters: ParameterSet, *, held_only: bool = False, damped: bool = True) -> Estimator:
     """The default estimator at a parameter set, whose values may be irrational; steps are of equal length there.
 
     Raises NoEstimator.
     """
-    evaluation = Evaluation.at(parameters)
-    return _found(evaluation, evaluation, held_only)
+    analysis = analysis_of(Evaluation.at(parameters), damped)
+    return _found(analysis, analysis, held_only)
 
 
-def _found(numbers: Evaluation, wanted: Evaluation, held_only: bool) -> Estimator:
-    """Chosen with numbers for the parameters, then solved for in those that are wanted."""
-    analysis = analysis_of(numbers)
-    top = max(e.valuation or 0 for e in analysis.errors)
-    exact = analysis if wanted is numbers else analysis_of(wanted, top)
-    return Estimator(numbers.scheme, *(_estimate(analysis, exact, own, held_only) for own in (0, 1)))
+def _highest(analysis: Analysis) -> int:
+    return max(e.undamped_valuation or 0 for e in analysis.errors)
 
 
-def _estimate(analysis: Analysis, exact: Analysis, own: int, held_only: bool) -> Estimate:
-    if (second := _second_value(analysis, exact, own)) is not None:
-        return second
+def _found(analysis: Analysis, exact: Analysis, held_only: bool) -> Estimator:
+    """Chosen with numbers for the parameters, then solved for with those that are wanted."""
     one = analysis.motion.one
     uneven = analysis.uneven and exact is not analysis
     ratios = (one * GENERIC_RATIO, exact.evaluation.number(kappa)) if uneven else (one, exact.motion.one)
-    both = zip(pools(analysis, ratios[0]), pools(exact, ratios[1]), strict=True)
-    for (pool, extra), (wanted, _) in both:
-        family = Family(analysis.evaluation, pool, analysis.errors[own], own)
-        if not family.empty:
-            symbols, growth = family.sparsest(analysis.growths)
-            found = Family(exact.evaluation, wanted, exact.errors[own], own)
-            error = found.combination(symbols)
-            if error is None:
-                raise NoEstimator(
-                    f"{exact.evaluation.scheme.name}: {symbols} suffice at some parameters only; give all"
-                )
-            needed = {s: extra[s] for s in symbols if s in extra}
-            leading = _leading(exact.evaluation, exact.errors[own], own)
-            return Estimate(error, family.top - 1 - own, growth, needed, f"{'uv'[own]}_1", leading, found)
-        if held_only:
-            break
-    raise NoEstimator(_reason(exact, own, held_only))
+    chosen: list[Estimate | tuple[int, Family] | None] = [
+        _second_value(analysis, exact, own) or _cheapest(analysis, ratios[0], own, LEVELS[:1] if held_only else LEVELS)
+        for own in (0, 1)
+    ]
+    last = LEVELS[-1]
+    if any(isinstance(choice, tuple) and choice[0] == last for choice in chosen):  # half steps serve both
+        for own, choice in enumerate(chosen):
+            if isinstance(choice, tuple) and choice[0] > 0:
+                chosen[own] = _cheapest(analysis, ratios[0], own, LEVELS[-1:]) or choice
+    found = []
+    for own, choice in enumerate(chosen):
+        if choice is None:
+            raise NoEstimator(_reason(exact, own, held_only))
+        found.append(choice if isinstance(choice, Estimate) else _solved(analysis, exact, ratios[1], *choice))
+    return Estimator(analysis.evaluation.scheme, *found)
+
+
+def _cheapest(analysis: Analysis, ratio: Any, own: int, levels: Iterable[int]) -> tuple[int, Family] | None:
+    """The first level at which there are estimates, and these.
+
+    An error whose leading term is due to damping alone is matched up to the first that is not, if possible.
+    """
+    error = analysis.errors[own]
+    for top in sorted({error.valuation or 0, error.undamped_valuation or 0}, reverse=True):
+        for level in levels:
+            family = Family(analysis.evaluation, pool(analysis, level, ratio)[0], error, own, top)
+            if not family.empty:
+                return level, family
+    return None
+
+
+def _solved(analysis: Analysis, exact: Analysis, ratio: Any, level: int, family: Family) -> Estimate:
+    """The default of a family, with the numbers that are wanted for the parameters."""
+    own = family.own
+    symbols, growth = family.sparsest(analysis.growths)
+    values, extra = pool(exact, level, ratio)
+    wanted = Family(exact.evaluation, values, exact.errors[own], own, family.top)
+    combination = wanted.combination(symbols)
+    if combination is None:
+        raise NoEstimator(
+            f"{exact.evaluation.scheme.name}: {symbols} suffice at some parameters only; give all of them"
+        )
+    return Estimate(
+        error=combination,
+        order=(family.error.valuation or 0) - 1 - own,
+        growth=growth,
+        extra={s: extra[s] for s in symbols if s in extra},
+        of=f"{'uv'[own]}_1",
+        leading=_leading(exact.evaluation, exact.errors[own], own),
+        family=wanted,
+    )
 
 
 def _second_value(analysis: Analysis, exact: Analysis, own: int) -> Estimate | None:
@@ -188,7 +222,7 @@ def _second_value(analysis: Analysis, exact: Analysis, own: int) -> Estimate | N
         extra={},
         of=f"{name}_1" if is_higher else f"the second value of {name}_1",
         leading=_leading(exact.evaluation, target, own),
-        family=Family(exact.evaluation, exact.held, target, own),
+        family=Family(exact.evaluation, exact.held, target, own, top),
     )
 
 

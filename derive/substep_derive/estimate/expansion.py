@@ -65,6 +65,11 @@ class Expansion:
         """The least weight; None for 0."""
         return min(map(weight, self.terms), default=None)
 
+    @property
+    def undamped_valuation(self) -> int | None:
+        """The least weight of terms without damping; None if there are none."""
+        return min((weight(key) for key in self.terms if key[0] == 0), default=None)
+
     def scaled(self, ratio: Any) -> "Expansion":
         """The same with ratio*h for h."""
         return Expansion({key: value * ratio ** weight(key) for key, value in self.terms.items()})
@@ -82,9 +87,12 @@ def derivative(order: int, one: Any) -> Expansion:
     return Expansion({(0, 0, order): one})
 
 
-def load(m: int, one: Any) -> Expansion:
+def load(m: int, one: Any, damped: bool) -> Expansion:
     """h^(2+m) times the m-th derivative of the load at t_n, from the equation of motion."""
-    return Expansion({(0, 0, m + 2): one, (1, 0, m + 1): one, (0, 1, m): one, (0, 0, of_g(m)): one})
+    found = Expansion({(0, 0, m + 2): one, (0, 1, m): one, (0, 0, of_g(m)): one})
+    if damped:
+        found.terms[1, 0, m + 1] = one
+    return found
 
 
 def taylor(order: int, time: Any, one: Any, top: int) -> Expansion:

@@ -24,23 +24,19 @@ class Family:
     """The combinations sum(factor * h^k * symbol), with k = 0, 1, 2 for u, v, a, that equal an error to leading order.
 
     values: symbol -> its expansion, times its power of h. error: that of u, or of h*v. own: 0 for u, 1 for v, in the
-    unit of which expressions are written.
+    unit of which expressions are written. top: the power of h up to which both agree, the error's first or a later one.
     """
 
     evaluation: Evaluation
     values: Mapping[Symbol, Expansion]
     error: Expansion
     own: int
+    top: int
 
     @property
     def symbols(self) -> tuple[Symbol, ...]:
         """What the combinations consist of."""
         return tuple(self.values)
-
-    @property
-    def top(self) -> int:
-        """The weight of the error's leading term."""
-        return self.error.valuation or 0
 
     def system(self, symbols: Iterable[Symbol]) -> tuple[list[list[Any]], list[Any]]:
         """Rows and right sides of the conditions on the factors of these symbols, one for each term up to `top`."""

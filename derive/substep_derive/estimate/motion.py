@@ -22,10 +22,13 @@ Rows = list[list[Any]]
 
 
 class SmoothMotion:
-    """Expansions, up to a weight, of everything that a step holds; numbers are from the evaluation's field."""
+    """Expansions, up to a weight, of everything that a step holds; numbers are from the evaluation's field.
 
-    def __init__(self, evaluation: Evaluation, top: int) -> None:
-        self.evaluation, self.top = evaluation, top
+    damped: whether c is not 0.
+    """
+
+    def __init__(self, evaluation: Evaluation, top: int, damped: bool = True) -> None:
+        self.evaluation, self.top, self.damped = evaluation, top, damped
         self.step = Step.of(evaluation.scheme)
         self.one = evaluation.field.domain.one
         self.zero = evaluation.field.domain.zero
@@ -41,7 +44,8 @@ class SmoothMotion:
             for column, entry in enumerate(step.matrix.row(i)):
                 # Omega^a xi^b = (h*c/2)^b (h^2*k)^((a-b)/2)
                 found = self.evaluation.coefficients(entry).items() if entry != 0 else ()
-                row += [(column, b, (a - b) // 2, value * QQ(1, 2**b)) for (a, b), value in found]
+                kept = (((a, b), value) for (a, b), value in found if self.damped or not b)
+                row += [(column, b, (a - b) // 2, value * QQ(1, 2**b)) for (a, b), value in kept]
             self.rows.append(row)
         leading = [[self._at_rest(row, c) for c in range(n + len(step.state))] for row in self.rows]
         try:
@@ -127,7 +131,7 @@ class SmoothMotion:
         """h^2 f at the k-th instant."""
         found, power = Expansion(), self.one
         for m in range(self.top - 1):
-            found.add(load(m, self.one), power, 0, 0, self.top)
+            found.add(load(m, self.one, self.damped), power, 0, 0, self.top)
             power = power * (self.times[k] + later) * QQ(1, m + 1)
         return found
 
@@ -189,10 +193,11 @@ class SmoothMotion:
             g, both = Expansion(), Expansion()
             for k in range(top - 1 - m):
                 g.add(Expansion({(0, 0, of_g(m + k)): self.one}), _reciprocal_factorial(k) * self.one, 0, 0, top)
-                both.add(load(m + k, self.one), _reciprocal_factorial(k) * self.one, 0, 0, top)
+                both.add(load(m + k, self.one, self.damped), _reciprocal_factorial(k) * self.one, 0, 0, top)
             found[of_g(m)] = g
             both.add(g, -self.one, 0, 0, top)
-            both.add(found[m + 1], -self.one, 1, 0, top)
+            if self.damped:
+                both.add(found[m + 1], -self.one, 1, 0, top)
             both.add(found[m], -self.one, 0, 1, top)
             found[m + 2] = both
         return found
