@@ -54,7 +54,7 @@ def settled(scheme: Scheme, parameters: dict[str, Rational], motion: Oscillation
     kinds = [knot_of(s) or ("u", "0") for s in scheme.state]
     state = []
     for kind, label in kinds:  # scaled by powers of h, as the oracle's
-        t = MP.mpf(lattice(label).numerator) / lattice(label).denominator * dt
+        t = _mpf(lattice(label)) * dt
         u, v = motion.after(MP.mpf(1), MP.mpf("0.3"), 0, t)
         a = motion.load(t) - motion.c * v - motion.k * u
         state.append({"u": u, "v": dt * v, "a": dt**2 * a}[kind])
@@ -121,8 +121,6 @@ def halved(
 ) -> dict:
     """u, v after two steps of dt/2."""
     stepper = Stepper(scheme, parameters, problem, dt / 2, state[0])
-    for k in range(2):
-        after = stepper.step(state, t + k * dt / 2)
-        state = stepper.carried(after)
-    u, v, _ = stepper.reported(after, t + dt / 2)
+    middle = stepper.carried(stepper.step(state, t))
+    u, v, _ = stepper.reported(stepper.step(middle, t + dt / 2), t + dt / 2)
     return {Symbol("u_*halved"): u, Symbol("v_*halved"): v}
