@@ -54,7 +54,7 @@ def quotients(scheme: Scheme, values: dict[str, Rational], found: Estimator, n: 
         ("average_acceleration", {}),
         ("linear_acceleration", {}),
         ("newmark", {"beta": Rational(2, 5), "gamma": Rational(3, 5)}),
-        ("newmark_bdf2", {"gamma_t": Rational(2, 5), "beta": Rational(3, 7), "gamma": Rational(4, 9)}),
+        ("newmark_bdf2", {"gamma_t": Rational(2, 5), "beta": Rational(3, 7), "gamma": Rational(7, 10)}),
         ("bathe", {}),
         ("hht_alpha", {"alpha": Rational(-1, 5)}),
         ("hht_alpha_mixed_displacement", {"alpha": Rational(-1, 5)}),
