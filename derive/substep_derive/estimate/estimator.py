@@ -33,15 +33,15 @@ GENERIC_RATIO = QQ(97, 113)
 
 @dataclass(frozen=True)
 class Estimate:
-    """One estimated local error. error: combination of held symbols, in the unit of u or of v.
+    """One estimated local error.
 
-    order: p, where the local error is O(h^(p+1)). growth: the power of Omega with which the estimate
-    grows as Omega -> oo, compared with the state; 0 where it is bounded. extra: symbol -> what it stands for, of values
-    that the step does not hold by itself. of: "u_1", or "embedded" if it is the error of a second value of lower order.
-    leading: the local error's leading term, with derivatives of the exact motion u(t) and, where the scheme takes load
-    and force at different instants, of what of the force is not linear in u, g(t).
-    family: all combinations that equal it, of what the step holds and, if need be, of extra values; None for a second
-    value of lower order.
+    error: combination of held symbols, in the unit of u or of v. order: p, where the local error is O(h^(p+1)).
+    growth: the power of Omega with which the estimate grows as Omega -> oo, compared with the state: at most 0 where it
+    is bounded, negative where it vanishes. extra: symbol -> what it stands for, of values that the step does not hold
+    by itself. of: "u_1" or "v_1", or that it is the error of a second value of lower order. leading: the local error's
+    leading term, with derivatives of the exact motion u(t) and, where the scheme takes load and force at different
+    instants, of what of the force is not linear in u, g(t). family: all combinations that equal it, of what the step
+    holds and, if need be, of extra values; None where parameters were put in afterwards.
     """
 
     error: Expr
@@ -57,12 +57,17 @@ class Estimate:
 class Estimator:
     """Estimated local errors, numerical minus exact, of u and v after one step of length h.
 
-    displacement, velocity: the two estimates.
+    displacement, velocity: the two estimates. evaluation: what numbers or symbols the parameters are.
     """
 
-    scheme: Scheme
+    evaluation: Evaluation
     displacement: Estimate
     velocity: Estimate
+
+    @property
+    def scheme(self) -> Scheme:
+        """The scheme, its parameters fixed where they were given."""
+        return self.evaluation.scheme
 
     @property
     def u(self) -> Expr:
@@ -101,7 +106,7 @@ class Estimator:
                 )
             error = one.error.subs(exact, simultaneous=True)
             found.append(replace(one, error=error, leading=leading, family=None))
-        return Estimator(self.scheme.fix(parameters), *found)
+        return Estimator(_symbolic(self.scheme.fix(parameters)), *found)
 
 
 def estimator(scheme: str | Scheme, *, held_only: bool = False, damped: bool = True, **parameters: Any) -> Estimator:
@@ -120,10 +125,13 @@ def estimator(scheme: str | Scheme, *, held_only: bool = False, damped: bool = T
 def _estimator(scheme: Scheme, held_only: bool, damped: bool) -> Estimator:
     generic = {p.name: p.inside(Rational(31 + 7 * i, 97 + 12 * i)) for i, p in enumerate(scheme.parameters)}
     numbers = Evaluation.at(ParameterSet.of(scheme, None, generic))
-    symbols = {s: s for s in (*scheme.values, kappa)}
-    wanted = Evaluation(scheme, RationalFunctions((*symbols,)), symbols)
     analysis = analysis_of(numbers, damped)
-    return _found(analysis, analysis_of(wanted, damped, _highest(analysis)), held_only)
+    return _found(analysis, analysis_of(_symbolic(scheme), damped, _highest(analysis)), held_only)
+
+
+def _symbolic(scheme: Scheme) -> Evaluation:
+    symbols = {s: s for s in (*scheme.values, kappa)}
+    return Evaluation(scheme, RationalFunctions((*symbols,)), symbols)
 
 
 def estimator_at(parameters: ParameterSet, *, held_only: bool = False, damped: bool = True) -> Estimator:
@@ -158,7 +166,7 @@ def _found(analysis: Analysis, exact: Analysis, held_only: bool) -> Estimator:
         if choice is None:
             raise NoEstimator(_reason(exact, own, held_only))
         found.append(choice if isinstance(choice, Estimate) else _solved(analysis, exact, ratios[1], *choice))
-    return Estimator(analysis.evaluation.scheme, *found)
+    return Estimator(exact.evaluation, *found)
 
 
 def _cheapest(analysis: Analysis, ratio: Any, own: int, levels: Iterable[int]) -> tuple[int, Family] | None:
@@ -211,7 +219,7 @@ def _second_value(analysis: Analysis, exact: Analysis, own: int) -> Estimate | N
     is_higher = higher is None or higher > top
     if not is_higher and top >= (error.valuation or 0):
         return None  # of the same order: the difference is no error of either
-    growth = max(0, *(g.of((second, first), (one, -one)) - own for g in analysis.growths))
+    growth = max(g.of((second, first), (one, -one)) for g in analysis.growths) - own
     shown = scheme.embedded[end] - scheme.report.get(end, end)
     wanted = exact.values[second] - exact.values[first]
     target = exact.errors[own] if is_higher else wanted

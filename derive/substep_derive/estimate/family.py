@@ -95,7 +95,7 @@ class Family:
         return total if total.has(generator) else factor(total)
 
     def sparsest(self, growths: Sequence[Growth]) -> tuple[tuple[Symbol, ...], int]:
-        """(symbols, growth) of the default: growing least as Omega -> oo, bounded if possible, then of fewest terms.
+        """(symbols, growth) of the default: bounded as Omega -> oo, or else growing least, then of fewest terms.
 
         Among equals more accelerations and velocities, which lose fewer digits than differences of displacements. Only
         for numbers as parameters, and not for an empty family.
@@ -103,17 +103,17 @@ class Family:
         field, symbols = self.evaluation.field, self.symbols
         assert isinstance(field, Field)
         rows, right = self.system(symbols)
-        columns = [growth.columns(symbols) for growth in growths]
-        limit, system, value = FASTEST, rows, right
+        columns = [growth.of_symbols(symbols) for growth in growths]
+        system, value = rows, right
         for slower in range(FASTEST):
             bounds = [
                 condition
-                for growth, (entries, degree) in zip(growths, columns, strict=True)
-                for condition in growth.excess(entries, degree, slower + self.own)
+                for growth, entries in zip(growths, columns, strict=True)
+                for condition in growth.excess(entries, slower + self.own)
             ]
             bounded = [*rows, *bounds], [*right, *([field.domain.zero] * len(bounds))]
             if affine_solutions(*bounded, len(symbols), field.domain) is not None:
-                limit, (system, value) = slower, bounded
+                system, value = bounded
                 break
         p, remainder = reduction(field)
         images = list(zip(*([remainder(c) for c in row] for row in system), strict=True))
@@ -123,4 +123,7 @@ class Family:
             assert some is not None
             found = [tuple(k for k, c in enumerate(some[0]) if c)]
         best = min(found, key=lambda support: (-sum(kind_of(symbols[k]) for k in support), support))
-        return tuple(symbols[k] for k in best), limit
+        chosen = tuple(symbols[k] for k in best)
+        factors = affine_solutions(*self.system(chosen), len(chosen), field.domain)
+        assert factors is not None
+        return chosen, max(growth.of(chosen, factors[0]) for growth in growths) - self.own

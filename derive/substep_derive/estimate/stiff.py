@@ -1,10 +1,11 @@
-"""What a step holds as rational functions of Omega, at one damping ratio: how an estimate grows on stiff components.
+"""What a step holds as rational functions of Omega and xi: how an estimate grows on stiff components.
 
 A value grows like Omega^k if that is how it compares, as Omega -> oo, with the state of the step, displacements counted
 as u, velocities as v/omega and accelerations as a/omega^2.
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
@@ -16,7 +17,8 @@ from ..declare.symbols import knot, knot_of, successor
 from ..oscillator.evaluation import Evaluation
 from .held import END, HALVED, START, Step, earlier
 
-Row = list[dict[int, Any]]  # for each symbol of the state, power of Omega -> number
+Polynomial = dict[tuple[int, int], Any]  # (power of Omega, power of xi) -> number
+Row = list[Polynomial]  # one for each symbol of the state
 
 
 def kind_of(symbol: Symbol) -> int:
@@ -34,105 +36,119 @@ def held_rows(scheme: Scheme) -> tuple[dict[Symbol, Matrix], Expr]:
     return {s: den * eye(m)[j, :] for j, s in enumerate(step.state)} | rows, den
 
 
+@dataclass(frozen=True)
+class Rows:
+    """A row for each of some symbols, over one denominator; before: over the state one step earlier."""
+
+    rows: list[Row]
+    den: Polynomial
+    before: bool
+
+    def combined(self, factors: Sequence[Any]) -> Row:
+        """The sum of factor * row."""
+        found: Row = [{} for _ in self.rows[0]]
+        for factor, row in zip(factors, self.rows, strict=True):
+            for total, entry in zip(found, row, strict=True):
+                for key, c in entry.items():
+                    _add(total, key, factor * c)
+        return found
+
+
 class Growth:
-    """Rows of a step's values at numbers for the parameters and the damping ratio."""
+    """Rows of a step's values at numbers for the parameters and the damping ratio; None leaves xi a variable."""
 
-    def __init__(self, evaluation: Evaluation, damping: Any) -> None:
+    def __init__(self, evaluation: Evaluation, damping: Any | None) -> None:
         self.state = evaluation.scheme.state
-        self.one = evaluation.field.domain.one
+        one = self.one = evaluation.field.domain.one
         rows, den = held_rows(evaluation.scheme)
-
-        def powers(e: Expr) -> dict[int, Any]:
-            return {power: c for (power, _), c in evaluation.coefficients(e, damping).items()}
-
-        self.den = powers(den)
-        self.rows: dict[Symbol, Row] = {s: [powers(e) for e in row] for s, row in rows.items()}
+        self.den = evaluation.coefficients(den, damping)
+        self.rows: dict[Symbol, Row] = {
+            s: [evaluation.coefficients(e, damping) for e in row] for s, row in rows.items()
+        }
         self.step = [self.rows[successor(s)] for s in self.state]
         u, v, _ = knot(0)
-        self.starts_from = (
-            u in self.state
-            and v in self.state
-            and self.rows[END.u] == self.rows.get(successor(u))
-            and (self.rows[END.v] == self.rows.get(successor(v)))
-        )
-        if self.starts_from:
-            at_u, at_v = self.state.index(u), self.state.index(v)
-            two = damping * 2
+        # what is reported is the state itself, so that the acceleration at t_n follows from it
+        if all(s in self.state and self.rows[end] == self.rows[successor(s)] for s, end in ((u, END.u), (v, END.v))):
             row: Row = [{} for _ in self.state]
-            row[at_u] = {power + 2: -c for power, c in self.den.items()}
-            row[at_v] = {power + 1: -c * two for power, c in self.den.items() if two}
+            row[self.state.index(u)] = _product({(2, 0): -one}, self.den)
+            two: Polynomial = {(1, 1): -2 * one} if damping is None else {(1, 0): -2 * damping}
+            row[self.state.index(v)] = _product(two, self.den)
             self.rows[START.a] = row
 
+    def of_symbols(self, symbols: Sequence[Symbol]) -> Rows:
+        """A row for each symbol, over the state at t_n, or over that before if one belongs to the step before."""
+        if not all(s in self.rows or s in HALVED for s in symbols):
+            before = {earlier(s): row for s, row in self.rows.items() if s != START.a}
+            rows = [
+                self._through(self.rows[s], self.step) if s in self.rows else _times(before[s], self.den)
+                for s in symbols
+            ]
+            return Rows(rows, _product(self.den, self.den), True)
+        if any(s in HALVED for s in symbols):
+            return self._with_halved(symbols)
+        return Rows([self.rows[s] for s in symbols], self.den, False)
+
     def _through(self, row: Row, step: Sequence[Row]) -> Row:
+        """The row over the state before a step, each entry a product of two numerators."""
         found: Row = [{} for _ in self.state]
         for j, factor in enumerate(row):
             for k, entry in enumerate(step[j]):
-                for p, x in factor.items():
-                    for q, y in entry.items():
-                        found[k][p + q] = found[k].get(p + q, 0 * self.one) + x * y
+                for key, c in _product(factor, entry).items():
+                    _add(found[k], key, c)
         return found
 
-    def _times(self, row: Row, den: Mapping[int, Any]) -> Row:
-        found: Row = []
-        for entry in row:
-            product: dict[int, Any] = {}
-            for p, x in entry.items():
-                for q, y in den.items():
-                    product[p + q] = product.get(p + q, 0 * self.one) + x * y
-            found.append(product)
-        return found
-
-    def columns(self, symbols: Sequence[Symbol]) -> tuple[list[Row], int]:
-        """A row for each symbol, over the same denominator, and the denominator's degree.
-
-        Over the state at t_n, or, if one of the symbols belongs to the step before, over that at t_n - h.
-        """
-        degree = max(self.den)
-        if HALVED.u in symbols or HALVED.v in symbols:
-            return self._with_halved(symbols)
-        if all(s in self.rows for s in symbols):
-            return [self.rows[s] for s in symbols], degree
-        before = {earlier(s): row for s, row in self.rows.items() if s != START.a}
-        rows = [
-            self._through(self.rows[s], self.step) if s in self.rows else self._times(before[s], self.den)
-            for s in symbols
-        ]
-        return rows, 2 * degree
-
-    def _with_halved(self, symbols: Sequence[Symbol]) -> tuple[list[Row], int]:
+    def _with_halved(self, symbols: Sequence[Symbol]) -> Rows:
+        """Two steps of h/2: Omega/2 in their rows, and h/2 in the scales of the state."""
         half = self.one * QQ(1, 2)
 
         def at_half(row: Row, kind: int) -> Row:
-            scale = [half ** kind_of(s) * 2**kind for s in self.state]
-            return [{p: c * half**p * x for p, c in entry.items()} for entry, x in zip(row, scale, strict=True)]
+            scales = [half ** kind_of(s) * 2**kind for s in self.state]
+            return [{(p, q): c * half**p * x for (p, q), c in e.items()} for e, x in zip(row, scales, strict=True)]
 
-        den = {p: c * half**p for p, c in self.den.items()}
+        den = {(p, q): c * half**p for (p, q), c in self.den.items()}
         step = [at_half(row, kind_of(s)) for s, row in zip(self.state, self.step, strict=True)]
         twice = {
-            halved: self._times(self._through(at_half(self.rows[end], k), step), self.den)
-            for k, (halved, end) in enumerate(((HALVED.u, END.u), (HALVED.v, END.v)))
+            halved: _times(self._through(at_half(self.rows[end], k), step), self.den)
+            for k, (halved, end) in enumerate(zip(HALVED[:2], END[:2], strict=True))
         }
-        square = self._times([den], den)[0]
-        rows = [twice[s] if s in twice else self._times(self.rows[s], square) for s in symbols]
-        return rows, 3 * max(self.den)
+        square = _product(den, den)
+        rows = [twice[s] if s in twice else _times(self.rows[s], square) for s in symbols]
+        return Rows(rows, _product(square, self.den), False)
 
     def of(self, symbols: Sequence[Symbol], factors: Sequence[Any]) -> int:
         """The power of Omega with which a combination grows; a negative one is possible."""
-        rows, degree = self.columns(symbols)
-        found = []
-        for k, s in enumerate(self.state):
-            total: dict[int, Any] = {}
-            for factor, row in zip(factors, rows, strict=True):
-                for power, c in row[k].items():
-                    total[power] = total.get(power, 0 * self.one) + factor * c
-            found += [power + kind_of(s) - degree for power, c in total.items() if c]
-        return max(found, default=-oo)
+        found = self.of_symbols(symbols)
+        degree = max(p for p, _ in found.den)
+        return max(
+            (p + kind_of(s) - degree for s, e in zip(self.state, found.combined(factors), strict=True) for p, _ in e),
+            default=-oo,
+        )
 
-    def excess(self, rows: Sequence[Row], degree: int, limit: int) -> list[list[Any]]:
+    def excess(self, found: Rows, limit: int) -> list[list[Any]]:
         """Linear conditions on the factors of the rows under which their sum grows no faster than Omega^limit."""
-        conditions = []
+        conditions, degree, zero = [], max(p for p, _ in found.den), 0 * self.one
         for k, s in enumerate(self.state):
-            highest = max((p for row in rows for p in row[k]), default=0)
+            highest = max((p for row in found.rows for p, _ in row[k]), default=0)
             for power in range(degree + limit - kind_of(s) + 1, highest + 1):
-                conditions.append([row[k].get(power, 0 * self.one) for row in rows])
+                conditions.append([row[k].get((power, 0), zero) for row in found.rows])
         return conditions
+
+
+def _add(total: Polynomial, key: tuple[int, int], value: Any) -> None:
+    value = total[key] + value if key in total else value
+    if value:
+        total[key] = value
+    else:
+        total.pop(key, None)
+
+
+def _product(one: Mapping[tuple[int, int], Any], other: Mapping[tuple[int, int], Any]) -> Polynomial:
+    found: Polynomial = {}
+    for (p, q), x in one.items():
+        for (r, s), y in other.items():
+            _add(found, (p + r, q + s), x * y)
+    return found
+
+
+def _times(row: Row, factor: Polynomial) -> Row:
+    return [_product(entry, factor) for entry in row]
