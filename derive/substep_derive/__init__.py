@@ -7,6 +7,8 @@ from .declare.published import Published
 from .declare.scene import Scene, optional, required
 from .declare.scheme import Balance, Scheme
 from .declare.symbols import K0, C, K_t, M, N, N_discrete, Omega, acceleration, f, h, knot, rate, sampled, t, xi
+from .estimate.analysis import NoEstimator
+from .estimate.estimator import Estimate, Estimator, estimator
 from .stability.certificate import Certificate, certify
 from .study.derivation import Derivation, derive
 
@@ -18,12 +20,15 @@ __all__ = [
     "Certificate",
     "DeclarationError",
     "Derivation",
+    "Estimate",
+    "Estimator",
     "Family",
     "InconsistentScheme",
     "K_t",
     "M",
     "N",
     "N_discrete",
+    "NoEstimator",
     "Omega",
     "Parameter",
     "Published",
@@ -33,6 +38,7 @@ __all__ = [
     "acceleration",
     "certify",
     "derive",
+    "estimator",
     "f",
     "h",
     "knot",

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 
 from .declare.scene import Scene
 from .declare.scheme import Scheme
-from .emit.facts_module import facts_module
+from .emit.facts_module import estimators_module, facts_module
 from .emit.filter_module import filter_module
 from .emit.index import index_module
 from .emit.march_module import march_module
@@ -22,6 +22,7 @@ from .kernels.scene_step import SceneStep
 from .kernels.scheme import SchemeKernels
 from .motion.effective import EffectiveSystem, effective_systems
 from .motion.equations import EquationsOfMotion
+from .study.estimates import estimates
 from .study.facts import facts
 
 COMMITTED = "elastic_pendulum"  # the scene on which every scheme's march is committed; others are printed on first use
@@ -42,6 +43,7 @@ def package(schemes: Iterable[Scheme], scenes: Iterable[Scene]) -> dict[str, str
         **{name: _scheme(k) for name, k in kernels.items() if k.scheme.parent is None},
         **{f"scene_{name}": scene_module(motion) for name, motion in motions.items()},
         "facts": facts_module(facts(k.scheme for k in kernels.values())),
+        "estimators": estimators_module(estimates(k.scheme for k in kernels.values())),
     }
     if COMMITTED in motions:
         on = motions[COMMITTED]

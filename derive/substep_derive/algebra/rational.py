@@ -103,3 +103,46 @@ def cse(expressions: Sequence[Expr], names: str = "x") -> tuple[list[tuple[Symbo
     """Common subexpression elimination, in an order that is the same in every session."""
     counter = (Symbol(f"{names}{i}") for i in range(10**6))
     return sympy_cse(list(expressions), symbols=counter, order="canonical")
+
+
+def matrix_inverse(rows: Sequence[Sequence[Any]], domain: Any) -> list[list[Any]]:
+    """The inverse of a square matrix of elements of a field. Raises SingularMatrix."""
+    n = len(rows)
+    return DomainMatrix([list(row) for row in rows], (n, n), domain).inv().to_list() if n else []
+
+
+def affine_solutions(
+    rows: Sequence[Sequence[Any]], right: Sequence[Any], columns: int, domain: Any
+) -> tuple[list[Any], list[list[Any]]] | None:
+    """(one solution, basis of the solutions of the homogeneous system) of rows * x = right; None where there is none.
+
+    Elements are from a field. The first solution is 0 in the unknowns that the others leave free.
+    """
+    zero, one = domain.zero, domain.one
+    if not rows:
+        return [zero] * columns, [[one if i == j else zero for j in range(columns)] for i in range(columns)]
+    augmented = [[*row, value] for row, value in zip(rows, right, strict=True)]
+    reduced, pivots = DomainMatrix(augmented, (len(augmented), columns + 1), domain).rref()
+    if columns in pivots:
+        return None
+    entries = reduced.to_list()
+    particular = [zero] * columns
+    for i, pivot in enumerate(pivots):
+        particular[pivot] = entries[i][columns]
+    basis = []
+    for free in (j for j in range(columns) if j not in pivots):
+        vector = [zero] * columns
+        vector[free] = one
+        for i, pivot in enumerate(pivots):
+            vector[pivot] = -entries[i][free]
+        basis.append(vector)
+    return particular, basis
+
+
+def polynomial_roots_modulo(polynomial: Poly, p: int) -> list[int]:
+    """The roots of a polynomial with integer coefficients among the remainders modulo a prime that does not divide
+    its first one.
+    """
+    reduced = Poly(polynomial.as_expr(), polynomial.gen, modulus=p)
+    linear = [factor for factor, _ in reduced.factor_list()[1] if factor.degree() == 1]
+    return sorted(int(-factor.TC() * pow(int(factor.LC()), -1, p)) % p for factor in linear)

@@ -12,6 +12,7 @@ from ..declare.parameter import Root
 from ..declare.parameter_set import ParameterSet
 from ..declare.scheme import Scheme
 from ..declare.symbols import Omega, state_label, xi
+from ..estimate.estimator import Estimator, estimator
 from ..motion.effective import EffectiveSystem, effective_systems
 from ..oscillator.accuracy import LeadingTerms, leading_terms
 from ..oscillator.amplification import Amplification
@@ -99,6 +100,11 @@ class Derivation:
         With free parameters it is the order that almost all values have, found at two sets in general position.
         """
         return order_at(*(unremarkable(self.scheme, k) for k in ((1, 2) if self.scheme.parameters else (1,))))
+
+    @cached_property
+    def estimator(self) -> Estimator:
+        """Estimated local errors of u and v, from what a step holds. Raises NoEstimator."""
+        return estimator(self.scheme)
 
     @cached_property
     def balances(self) -> tuple[EffectiveSystem, ...]:

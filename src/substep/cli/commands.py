@@ -15,6 +15,7 @@ from rich.table import Column, Table
 from ..core.schemes import scheme
 from ..core.schemes import schemes as scheme_names
 from .arguments import exact_options, number, numbers, require_folders, scene_of
+from .estimators import estimator
 
 if TYPE_CHECKING:
     from ..studies.failures import Row
@@ -173,6 +174,9 @@ def certify(
             norms = (scheme(name, **parameters).power_norm(float(low), float(found.xi), n) for n in (10, 100, 1000))
             print(f"\nLargest ||A^k|| in the energy norm at Omega = {low}: " + ", ".join(f"{x:.4g}" for x in norms))
             print("for k up to 10, 100, 1000.")
+
+
+app.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True})(estimator)
 
 
 @app.command()

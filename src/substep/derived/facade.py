@@ -9,10 +9,12 @@ from fractions import Fraction
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
+from substep_kernels.estimators import ESTIMATORS
 from substep_kernels.facts import CATALOGUE, FINDINGS, PROPERTIES
 
 if TYPE_CHECKING:
-    from substep_derive import Certificate, Derivation
+    from substep_derive import Certificate, Derivation, Estimator
+    from substep_derive import Scheme as Declaration
     from substep_derive.oscillator.overshoot import Overshoot
     from substep_derive.stability.conditions import Conditions
     from substep_derive.study.closed_forms import ClosedForm
@@ -65,6 +67,34 @@ def derived(name: str, **parameters: Any) -> "Derivation":
     from substep_derive import derive  # noqa: PLC0415
 
     return derive(name, **parameters)
+
+
+def estimator(name: str, **parameters: Any) -> "Estimator":
+    """Estimated local errors, with parameters that are not given as symbols: see `substep_derive.estimator`."""
+    from substep_derive import estimator as of  # noqa: PLC0415
+
+    return of(name, **parameters)
+
+
+def estimator_entry(scheme: "str | Declaration") -> Mapping[str, Any]:
+    """A scheme's estimators at its default parameters as plain data, derived for one that is not of the catalogue.
+
+    See `substep_kernels.estimators`.
+    """
+    if isinstance(scheme, str) and scheme in ESTIMATORS:
+        return ESTIMATORS[scheme]
+    from substep_derive.declare.catalogue import find  # noqa: PLC0415
+    from substep_derive.study.estimates import entry  # noqa: PLC0415
+
+    return entry(find(scheme))
+
+
+def estimator_filter(name: str, **parameters: Any) -> str:
+    """The filter of an estimate on stiff components as text; empty for an explicit scheme."""
+    from substep_derive.estimate.quality import filter_of  # noqa: PLC0415
+
+    found = filter_of(estimator(name, **parameters).scheme)
+    return "" if found is None else str(found)
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""The fixed text of the module of derived facts; every {field} is filled."""
+"""The fixed text of the modules of derived facts; every {field} is filled."""
 
 FACTS = '''"""Derived facts about the catalogue and the thesis, as plain data, so that no run has to derive them.
 
@@ -7,6 +7,18 @@ SPLITS, NEWMARK_SETS: gamma_t of the thesis's figures 4.1 to 4.5, and (beta, gam
 sets and Bathe's scheme, as (scheme, "parameter=value", ...), sorted -> rho_inf, order, and the first term of numerical
 damping and of period error at small Omega as (power, coefficient), undamped; None for an error that is 0. FINDINGS: id
 of a claim of the thesis that algebra alone judges -> whether each part of it holds, and the evidence.
+"""
+{values}
+'''
+
+ESTIMATORS = '''"""Estimators of the local error at default parameters, as plain data.
+
+ESTIMATORS: scheme -> u, v: the estimates, with r for an irrational parameter; order: p of u and v; extra: symbol of
+what is needed besides the step -> what it is; growth: the power of Omega with which each grows on stiff components;
+filter: (numerator, denominator) of the filter on the oscillator, None for an explicit scheme; filters: how often it has
+to be applied for each to vanish. On the oscillator, over the state: estimates, rows of those of u and h*v, over dens;
+back, whether each row is over the state one step earlier; reported, rows of u and h*v at t_n + h, over den. A row is a
+tuple of polynomials, and these of (power of Omega, power of xi, factor). Or reason: why there is no estimator.
 """
 {values}
 '''

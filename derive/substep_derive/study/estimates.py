@@ -1,0 +1,73 @@
+"""The catalogue's estimators at default parameters as plain data, from which the runtime computes how good they are."""
+
+from collections.abc import Iterable
+from fractions import Fraction
+from typing import Any
+
+from ..algebra.algebraic import Field
+from ..declare.parameter_set import ParameterSet
+from ..declare.scheme import Scheme
+from ..estimate.analysis import NoEstimator
+from ..estimate.estimator import estimator_at
+from ..estimate.quality import OnOscillator, filter_of, filters, on_oscillator
+from ..estimate.stiff import Polynomial, Row
+from ..oscillator.evaluation import Evaluation
+
+Terms = tuple[tuple[int, int, float], ...]
+
+
+def estimates(schemes: Iterable[Scheme]) -> dict[str, Any]:
+    """ESTIMATORS: scheme -> its entry; see `entry`."""
+    return {"ESTIMATORS": {scheme.name: entry(scheme) for scheme in schemes}}
+
+
+def entry(scheme: Scheme) -> dict[str, Any]:
+    """A scheme's estimators at its default parameters, or the reason why it has none.
+
+    Polynomials are (power of Omega, power of xi, factor). estimates, dens, back: see `OnOscillator`. filter: numerator
+    and denominator on the oscillator; filters: how often it has to be applied for each to vanish as Omega -> oo.
+    """
+    try:
+        found = estimator_at(ParameterSet.of(scheme, None, {}))
+    except NoEstimator as reason:
+        return {"reason": str(reason)}
+    field, rows = found.evaluation.field, OnOscillator.of(found)
+    assert isinstance(field, Field)
+
+    def terms(polynomial: Polynomial) -> Terms:
+        return tuple((p, q, _float(field, c)) for (p, q), c in sorted(polynomial.items()))
+
+    def row(entries: Row) -> tuple[Terms, ...]:
+        return tuple(terms(e) for e in entries)
+
+    return {
+        "u": str(found.u),
+        "v": str(found.v),
+        "order": found.order,
+        "extra": {str(s): text for s, text in (found.extra or {}).items()},
+        "growth": (int(found.displacement.growth), int(found.velocity.growth)),
+        "filters": tuple(filters(one, vanishing=True) for one in (found.displacement, found.velocity)),
+        "filter": _filter(found.evaluation, terms),
+        "estimates": tuple(map(row, rows.estimates)),
+        "dens": tuple(map(terms, rows.dens)),
+        "back": rows.back,
+        "reported": tuple(map(row, rows.reported)),
+        "den": terms(rows.growth.den),
+    }
+
+
+def _filter(evaluation: Evaluation, terms: Any) -> tuple[Terms, Terms] | None:
+    found = filter_of(evaluation.scheme)
+    if found is None:
+        return None
+    numerator, denominator = on_oscillator(found).as_numer_denom()
+    return tuple(terms(evaluation.coefficients(part.expand())) for part in (numerator, denominator))  # type: ignore
+
+
+def _float(field: Field, number: Any) -> float:
+    low, high = field.enclose(number)
+    while (high - low) * 10**20 > max(abs(low), abs(high)):
+        field.narrow()
+        low, high = field.enclose(number)
+    middle = (low + high) / 2
+    return float(Fraction(int(middle.numerator), int(middle.denominator)))

@@ -1,0 +1,32 @@
+"""The command `substep estimator`: estimates of the local error, and what they need."""
+
+from typing import Annotated
+
+import typer
+
+from .arguments import exact_options
+
+
+def estimator(
+    context: typer.Context,
+    name: Annotated[str, typer.Argument(help="a name listed by `substep schemes`")],
+    held_only: Annotated[bool, typer.Option("--held-only", help="only what the step itself holds")] = False,
+    undamped: Annotated[bool, typer.Option("--undamped", help="for motions without damping alone")] = False,
+) -> None:
+    """Derive estimates of the local error. Parameters follow as exact numbers: --beta 1/4; others stay free."""
+    from ..derived.facade import estimator as derived  # noqa: PLC0415
+    from ..derived.facade import estimator_filter  # noqa: PLC0415
+
+    parameters = exact_options(context.args)
+    try:
+        found = derived(name, held_only=held_only, damped=not undamped, **parameters)
+    except ValueError as error:
+        raise typer.BadParameter(str(error)) from error
+    for one, quantity in ((found.displacement, "u"), (found.velocity, "v")):
+        print(f"error of {one.of}, order {one.order}: {one.error}")
+        print(f"    equals {one.leading} to leading order, where {quantity} is numerical minus exact")
+        print(f"    grows like Omega^{one.growth} as Omega -> oo")
+        for symbol, text in one.extra.items():
+            print(f"    {symbol}: {text}")
+    damped_by = estimator_filter(name, **parameters)
+    print(f"filter for stiff components: {damped_by}" if damped_by else "no filter: the scheme is explicit")
