@@ -74,7 +74,7 @@ def form(scheme: str, expression: Expr, number: Number) -> Form:
 
 
 def _term(scheme: str, atom: Expr, coefficient: Expr, tangents: Mapping[Expr, Expr], number: Number) -> Term:
-    arguments: Sequence[Expr] = atom.args if isinstance(atom, N | N_discrete) else ()
+    arguments: Sequence[Any] = atom.args if isinstance(atom, N | N_discrete) else ()
     instant = number(atom.args[0]) if isinstance(atom, f) else None
     kinds = {C: "C", K0: "K", **{mark: "tangent" for mark in tangents.values()}}
     at = {mark: atom.args[0] for atom, mark in tangents.items()}

@@ -14,11 +14,11 @@ from sympy import QQ, Expr, Symbol
 
 from ..declare.errors import DeclarationError
 from ..declare.scheme import Scheme
-from ..declare.symbols import K0, C, M, N, N_discrete, f, knot, knot_of, lattice, successor
+from ..declare.symbols import K0, C, M, N, f, knot, knot_of, lattice, successor
 from ..oscillator.amplification import reported
 from ..oscillator.evaluation import Evaluation
 from .forms import Form, Operator, Term, form
-from .trees import U, V, Level, Series, Trees, add
+from .trees import Level, Series, Trees, U, V, add
 
 KNOWN = knot(0)
 
