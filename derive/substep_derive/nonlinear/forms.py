@@ -4,7 +4,7 @@ A coefficient that holds M, C, K0 or a tangent K_t(u) is the operator den^-1 num
 scenes (`motion.components`).
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,31 +17,36 @@ UNIT = {h: Integer(1), M: Integer(1)}  # in u, h v, h^2 a, per unit mass, h drop
 
 
 @dataclass(frozen=True)
-class Operator:
-    """One of C, K0, K_t(argument) in a coefficient (plain + sum of num_i X_i)/(1 + sum of den_i X_i)."""
-
-    kind: str
-    num: Any
-    den: Any
-    argument: "Form | None" = None
-
-
-@dataclass(frozen=True)
 class Term:
-    """plain times a symbol or the value of an atom N, N_discrete, f; or an operator that starts with `plain`."""
+    """plain times a symbol or an atom N, N_discrete, f; with `over`, den^-1 of that, den = 1 + sum of c X.
+
+    arguments: of N and N_discrete. instant: of f. over: (X, c) for each of C and K0 in the denominator, which a
+    numerator 1 + sum of c X in `under` may accompany.
+    """
 
     of: Expr
     plain: Any
-    operators: tuple[Operator, ...]
-    arguments: "tuple[Form, ...]"
+    arguments: "tuple[Form, ...]" = ()
     instant: Any = None
+    under: tuple[tuple[str, Any], ...] = ()
+    over: tuple[tuple[str, Any], ...] = ()
+
+
+@dataclass(frozen=True)
+class Applied:
+    """C, K0 or the tangent K_t(argument) times a form."""
+
+    kind: str
+    to: "Form"
+    argument: "Form | None"
 
 
 @dataclass(frozen=True)
 class Form:
-    """The sum of its terms."""
+    """The sum of its terms and of what operators make of other forms."""
 
     terms: tuple[Term, ...]
+    applied: tuple[Applied, ...] = ()
 
     def plain(self) -> dict[Expr, Any]:
         """The coefficient of each symbol and atom as h -> 0, where operators vanish."""
@@ -58,44 +63,59 @@ def form(scheme: str, expression: Expr, number: Number) -> Form:
     e = e.subs(tangents)
     atoms = {atom: Dummy() for atom in sorted(e.atoms(N, N_discrete, f), key=str)}
     e = e.subs(atoms)
-    symbols = {s: s for s in sorted(e.free_symbols, key=str) if knot_of(s)}
-    marks = {**symbols, **atoms}
-    found = []
-    rest = e.subs(dict.fromkeys(marks.values(), 0))
+    marks: dict[Expr, Expr] = {s: s for s in sorted(e.free_symbols, key=str) if knot_of(s)}
+    marks |= atoms
+    kinds = {C: "C", K0: "K", **dict.fromkeys(tangents.values(), "tangent")}
+    terms: list[Term] = []
+    applied: dict[Expr, list[Term]] = {}
+    rest = cancel(e.subs(dict.fromkeys(marks.values(), 0)))
+    if rest != 0:
+        raise DeclarationError(f"{scheme}: expected no term without a knot's u, v, a, a force or a load, got {rest}")
     for atom, mark in marks.items():
         coefficient = e.diff(mark)
         if coefficient.free_symbols & set(marks.values()):
             raise DeclarationError(f"{scheme}: expected an expression linear in the knots' u, v, a, got {expression}")
-        if coefficient != 0:
-            found.append(_term(scheme, atom, coefficient, tangents, number))
-    if cancel(rest) != 0:
-        raise DeclarationError(f"{scheme}: expected no term without a knot's u, v, a, a force or a load, got {rest}")
-    return Form(tuple(found))
+        over, parts = _split(scheme, coefficient, kinds, number)
+        at: dict[str, Any] = {}
+        if isinstance(atom, N | N_discrete):
+            at["arguments"] = tuple(form(scheme, argument, number) for argument in atom.args)
+        elif isinstance(atom, f):
+            at["instant"] = number(atom.args[0])
+        if over:
+            under = tuple((kinds[x], c) for x, c in parts.items() if x is not None and c)
+            terms.append(Term(atom, parts[None], **at, under=under, over=over))
+            continue
+        if parts[None]:
+            terms.append(Term(atom, parts[None], **at))
+        for x, c in parts.items():
+            if x is not None and c:
+                applied.setdefault(x, []).append(Term(atom, c, **at))
+    where = {mark: form(scheme, atom.args[0], number) for atom, mark in tangents.items()}
+    return Form(tuple(terms), tuple(Applied(kinds[x], Form(tuple(t)), where.get(x)) for x, t in applied.items()))
 
 
-def _term(scheme: str, atom: Expr, coefficient: Expr, tangents: Mapping[Expr, Expr], number: Number) -> Term:
-    arguments: Sequence[Any] = atom.args if isinstance(atom, N | N_discrete) else ()
-    instant = number(atom.args[0]) if isinstance(atom, f) else None
-    kinds = {C: "C", K0: "K", **{mark: "tangent" for mark in tangents.values()}}
-    at = {mark: atom.args[0] for atom, mark in tangents.items()}
-    operators: list[Operator] = []
-    plain = coefficient
-    present = coefficient.free_symbols & set(kinds)
-    if present:
-        num, den = fraction(cancel(coefficient))
-        zero = dict.fromkeys(kinds, 0)
-        first = number(den.subs(zero))
-        if not first:
-            raise DeclarationError(f"{scheme}: expected a coefficient that stays finite as h -> 0, got {coefficient}")
-        plain = num.subs(zero) / den.subs(zero)
-        for symbol, kind in kinds.items():
-            parts = [part.diff(symbol).expand() for part in (num, den)]
-            if any(part.free_symbols & set(kinds) for part in parts):
-                raise DeclarationError(
-                    f"{scheme}: expected coefficients num/den, each linear in M, C, K0, got {coefficient}"
-                )
-            if symbol in present:
-                where = form(scheme, at[symbol], number) if symbol in at else None
-                operators.append(Operator(kind, *(number(part) / first for part in parts), where))
-    forms = tuple(form(scheme, argument, number) for argument in arguments)
-    return Term(atom, number(plain), tuple(operators), forms, instant)
+def _split(
+    scheme: str, coefficient: Expr, kinds: Mapping[Expr, str], number: Number
+) -> tuple[tuple[tuple[str, Any], ...], dict[Expr | None, Any]]:
+    """The operators over which a coefficient stands, and its numerator's part without (None) and with each operator."""
+    if not coefficient.free_symbols & set(kinds):
+        return (), {None: number(coefficient)}
+    zero = dict.fromkeys(kinds, 0)
+    parts: list[dict[Expr | None, Any]] = []
+    for part in fraction(cancel(coefficient)):
+        slopes: dict[Expr | None, Any] = {x: part.diff(x).expand() for x in kinds if part.has(x)}
+        if any(slope.free_symbols & set(kinds) for slope in slopes.values()):
+            raise DeclarationError(
+                f"{scheme}: expected coefficients num/den, each linear in M, C, K0, got {coefficient}"
+            )
+        parts.append({None: part.subs(zero), **slopes})
+    num, den = ({x: number(c) for x, c in part.items()} for part in parts)
+    first = den.pop(None)
+    if not first:
+        raise DeclarationError(f"{scheme}: expected a coefficient that stays finite as h -> 0, got {coefficient}")
+    if any(kinds[x] == "tangent" for x in den if x is not None):
+        raise DeclarationError(f"{scheme}: expected K_t in no denominator, got {coefficient}")
+    return (
+        tuple((kinds[x], c / first) for x, c in den.items() if x is not None and c),
+        {x: c / first for x, c in num.items()},
+    )

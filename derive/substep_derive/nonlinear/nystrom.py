@@ -219,7 +219,7 @@ def _put(x: Vector, values: Mapping[Any, Vector]) -> Vector:
 def nystrom(step: StepSeries) -> Nystrom | None:
     """The form, or None for a scheme that is not seen to have one: K0 in it, a history, a state of its own."""
     reads_operators = step.reads_tangent or step.starter is not None
-    if reads_operators or any(o.kind != "C" for e in step.starts for t in e.terms for o in t.operators):
+    if reads_operators or any(applied.kind != "C" for e in step.starts for applied in e.applied):
         return None
     stages, values = _Stages(step.one), {s: {("y", j): step.one} for j, s in enumerate(step.state)}
     after = _after(step, stages, values)

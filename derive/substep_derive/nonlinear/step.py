@@ -17,7 +17,7 @@ from ..declare.scheme import Scheme
 from ..declare.symbols import K0, C, M, N, f, knot, knot_of, lattice, successor
 from ..oscillator.amplification import reported
 from ..oscillator.evaluation import Evaluation
-from .forms import Form, Operator, Term, form
+from .forms import Applied, Form, Term, form
 from .trees import Level, Series, Trees, U, V, add
 
 KNOWN = knot(0)
@@ -168,10 +168,12 @@ class Run:
         total: Level = {}
         for term in e.terms:
             own = term.of in (unknown or ())
-            if term.operators:
-                add(total, self._operated(term, w, own), self.one)
-            elif not own and term.plain:
+            if term.over:
+                add(total, self._divided(term, w, own), self.one)
+            elif not own:
                 add(total, self.value(term, w), term.plain)
+        for applied in e.applied:
+            add(total, self._applied(applied, w), self.one)
         return total
 
     def value(self, term: Term, w: int) -> Level:
@@ -190,17 +192,18 @@ class Run:
             return self._forces[term.of].level(w)
         return self.series[term.of][w]
 
-    def _operated(self, term: Term, w: int, own: bool) -> Level:
-        """The level of den^-1 num x, without plain*x if x is not known there yet."""
+    def _divided(self, term: Term, w: int, own: bool) -> Level:
+        """The level of y = den^-1 num x, without plain*x if x is not known there yet: y = num x - (den - 1) y."""
         x, y = self._held.setdefault((id(term), "x"), []), self._held.setdefault((id(term), "y"), [])
         if len(y) > w:
             return y[w]
         if not own:
             x.append(self.value(term, w))
         level: Level = {}
-        for operator in term.operators:
-            add(level, self._apply(operator, x, w), operator.num)
-            add(level, self._apply(operator, y, w), -operator.den)
+        for kind, c in term.under:
+            add(level, self._operated(kind, x, w), c)
+        for kind, c in term.over:
+            add(level, self._operated(kind, y, w), -c)
         if not own:
             add(level, x[w], term.plain)
         y.append(level)
@@ -209,34 +212,40 @@ class Run:
     def complete(self, e: Form, w: int) -> None:
         """Take up the level of weight w of symbols that were unknown when `level` was asked for."""
         for term in e.terms:
-            if term.operators and len(x := self._held[id(term), "x"]) == w:
+            if term.over and len(x := self._held[id(term), "x"]) == w:
                 x.append(self.value(term, w))
                 add(self._held[id(term), "y"][w], x[w], term.plain)
 
-    def _apply(self, operator: Operator, x: Series, w: int) -> Level:
-        """The level of weight w of C x, K0 x or K_t(argument) x."""
-        if operator.kind == "tangent":
-            assert operator.argument is not None
-            force = Force(self, (operator.argument,))
-            return force.tangent_level(x, w)
-        if operator.kind == "C" and not self.of.damping:
+    def _applied(self, applied: Applied, w: int) -> Level:
+        """The level of an operator times a form, which takes lower levels of the form only."""
+        x = self._held.setdefault((id(applied), "x"), [])
+        while len(x) < w:
+            x.append(self.level(applied.to, len(x)))
+        if applied.kind != "tangent":
+            return self._operated(applied.kind, x, w)
+        assert applied.argument is not None
+        return Force(self, (applied.argument,)).tangent_level(x, w)
+
+    def _operated(self, kind: str, x: Series, w: int) -> Level:
+        """The level of weight w of C x or K0 x."""
+        if kind == "C" and not self.of.damping:
             return {}
-        lower = w - (1 if operator.kind == "C" else 2)
+        lower = w - (1 if kind == "C" else 2)
         level = x[lower] if lower >= 0 else {}
         if U in level:
             raise DeclarationError(
                 "expected C and K0 to multiply velocities, accelerations or differences of displacements, got a "
                 "displacement; write N(u) + K0*(u_1 - u) for a force linearized at u"
             )
-        sign = self.direction if operator.kind == "C" else 1
-        return {self.of.number(operator.kind, tree): c * sign for tree, c in level.items()}
+        sign = self.direction if kind == "C" else 1
+        return {self.of.number(kind, tree): c * sign for tree, c in level.items()}
 
 
 class Force:
     """The series of h^2 N(u) at a displacement, or of its mean along the line from one displacement to another.
 
-    The mean is what a discrete gradient is on one coordinate; on several it is one of them, and any that is symmetric
-    in its two displacements agrees with it up to the square of their distance.
+    The mean is what a discrete gradient is on one coordinate. On several it is one of them; any that is symmetric in
+    its two displacements differs from it by a term with the square of their distance.
     """
 
     def __init__(self, run: Run, arguments: tuple[Form, ...]) -> None:
