@@ -36,7 +36,7 @@ class System:
 
 @dataclass(frozen=True)
 class Linear:
-    """A sum of (parts of a coefficient) * symbol or atom; the parts: factors of 1, C, K0, K_t over and under the bar."""
+    """A sum of coefficient * symbol or atom; parts: factors of 1, C, K0, K_t in each numerator and denominator."""
 
     atoms: tuple[Expr, ...]
     parts: Callable[..., Any]
@@ -45,9 +45,9 @@ class Linear:
 
 @cache
 def linear(e: Expr, names: tuple[Symbol, ...], modules: str) -> Linear:
-    e = e.subs(M, 1)
     tangent = Symbol("tangent")
-    e = e.replace(K_t, lambda where: tangent)  # taken at u_0, the only place where declarations take it
+    unit: Any = e.subs(M, 1)
+    e = unit.replace(K_t, lambda where: tangent)  # taken at u_0, the only place where declarations take it
     marks = {atom: Dummy() for atom in sorted(e.atoms(N, N_discrete, f), key=str)}
     e = e.subs(marks)
     marks |= {s: s for s in sorted(e.free_symbols, key=str) if knot_of(s)}

@@ -103,7 +103,7 @@ def exact_end(name: str, exact: bool, t: float = 1.0) -> tuple[Array, Array, Arr
 def defaults(scheme: Scheme, exact: bool) -> dict[Symbol, Any]:
     """Every parameter's default, to the working precision."""
     at = ParameterSet.of(scheme, None, {})
-    found = {}
+    found, number_r = {}, Rational(0)
     for symbol, value in at.values.items():
         if value.has(generator):
             root = at.field.root
@@ -111,8 +111,9 @@ def defaults(scheme: Scheme, exact: bool) -> dict[Symbol, Any]:
             while root.high - root.low > Rational(1, 10**45):
                 at.field.narrow()
             middle = (root.low + root.high) / 2
-            value = value.subs(generator, Rational(int(middle.numerator), int(middle.denominator)))
-        found[symbol] = mpmath.mpf(value.p) / value.q if exact else float(value)
+            number_r = Rational(int(middle.numerator), int(middle.denominator))
+        rational = value.subs(generator, number_r)
+        found[symbol] = mpmath.mpf(rational.p) / rational.q if exact else float(rational)
     return found
 
 

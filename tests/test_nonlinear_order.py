@@ -75,7 +75,7 @@ def test_what_is_known(name: str, free: tuple[int, ...], uva: tuple[int, ...]) -
 
 def test_the_frequency_s_order_is_another_matter() -> None:
     d = derive("fox_goodwin").nonlinear
-    assert (d.free, d.uva, d.frequency) == ((2, 2, 2), (2, 2, 2), 4)
+    assert (d.free, d.uva, d.eigenvalue) == ((2, 2, 2), (2, 2, 2), 4)
     period = derive("fox_goodwin").series.period_error
     assert all(c.subs(xi, 0) == 0 for c in period.values())  # up to the third power
 
@@ -251,9 +251,9 @@ def test_an_error_that_does_not_die_out_is_seen() -> None:
     poor = Scheme("poor", relations, balances, start={um: u0 - h * v0})
     assert nonlinear_order(Evaluation.at_defaults(good)).uva[:2] == (2, 2)
     assert nonlinear_order(Evaluation.at_defaults(poor)).uva[:2] == (1, 1)
-    for scheme, order in ((good, 2), (poor, 1)):
+    for scheme, expected in ((good, 2), (poor, 1)):
         found = observed(scheme, "pushed_bar", 20, False)
-        assert [k for k, _ in found[:2]] == pytest.approx([order, order], abs=0.2)
+        assert [k for k, _ in found[:2]] == pytest.approx([expected, expected], abs=0.2)
 
 
 def test_a_scheme_of_no_order_is_refused() -> None:

@@ -9,7 +9,7 @@ g, load = Function("g"), Function("f")
 
 
 def multisets(counts: list[int], top: int) -> list[int]:
-    """Numbers of multisets of each total weight from `counts[w]` kinds of weight w: the product of (1 - x^w)^-counts."""
+    """Numbers of multisets of each total weight from counts[w] kinds of weight w: prod (1 - x^w)^-counts[w]."""
     found = [1] + [0] * top
     for w, kinds in enumerate(counts[: top + 1]):
         for _ in range(kinds if w else 0):

@@ -1,4 +1,4 @@
-"""The parasitic eigenvalues of a step as h -> 0, and the polynomial that filters out what dies out with their powers."""
+"""Parasitic eigenvalues of a step as h -> 0, and the polynomial that filters out what dies out with their powers."""
 
 from collections.abc import Sequence
 from typing import Any

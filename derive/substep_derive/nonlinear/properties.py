@@ -18,7 +18,7 @@ TERMS = (5, 9, 17, 33, 65)  # of the series of the eigenvalue's error, tried one
 class Nonlinear:
     """Order of the map and of the frequency, and the verdicts on the map, of a scheme on nonlinear equations.
 
-    free, damped, forced, uva, errors: see `NonlinearOrder`. frequency: the order p of the eigenvalue of the undamped
+    free, damped, forced, uva, errors: see `NonlinearOrder`. eigenvalue: the order p of the eigenvalue of the undamped
     oscillator, whose relative error is O((omega h)^p); it says nothing of nonlinear equations, but may be higher than
     the order of the map on linear ones too. symmetric, symplectic, conjugate_symplectic: see `Structure`.
     """
@@ -28,7 +28,7 @@ class Nonlinear:
     forced: Triple
     uva: Triple
     errors: tuple[Error, ...]
-    frequency: int
+    eigenvalue: int
     symmetric: Verdict
     symplectic: Verdict
     conjugate_symplectic: Verdict
@@ -43,7 +43,7 @@ class Nonlinear:
             "on u'' = g(u) - C u' + f(t)": self.uva,
         }
         found = {name: ", ".join(map(str, triple)) for name, triple in orders.items()}
-        found["order of the oscillator's eigenvalue"] = str(self.frequency)
+        found["order of the oscillator's eigenvalue"] = str(self.eigenvalue)
         verdicts = (self.symmetric, self.symplectic, self.conjugate_symplectic)
         for name, verdict in zip(("symmetric", "symplectic", "conjugate symplectic"), verdicts, strict=True):
             found[name] = str(verdict)

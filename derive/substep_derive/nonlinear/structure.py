@@ -26,8 +26,13 @@ class Verdict:
     holds: bool | None
     reason: str
 
+    @property
+    def word(self) -> str:
+        """'yes', 'no' or 'open'."""
+        return {True: "yes", False: "no", None: "open"}[self.holds]
+
     def __str__(self) -> str:
-        return f"{ {True: 'yes', False: 'no', None: 'open'}[self.holds] }: {self.reason}"
+        return f"{self.word}: {self.reason}"
 
 
 @dataclass(frozen=True)
