@@ -125,7 +125,7 @@ def test_reproduce_draws_every_panel_and_writes_its_numbers(tmp_path: Path, monk
         assert (tmp_path / f"{chart}.png").stat().st_size > 10_000
     catalogue = (tmp_path / "catalogue.csv").read_text().splitlines()
     assert len(catalogue) == 1 + len(ss.schemes())
-    assert 'fox_goodwin,"2, 2, 2",9.89898,sqrt(6),sqrt(6),no,no,U0-V1,2.44949' in catalogue
+    assert 'fox_goodwin,"2, 2, 2",9.89898,sqrt(6),sqrt(6),no,no,U0-V1,2.44949,"2, 2, 2",4,yes,no,yes' in catalogue
     page = (tmp_path / "index.html").read_text()
     assert all(f'src="{name}.png"' in page for name in ("figure_4_1", "catalogue_spectra", "figure_5_2"))
     assert "## C2.1: true" in (tmp_path / "claims.md").read_text()

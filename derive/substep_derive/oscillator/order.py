@@ -107,6 +107,19 @@ class _Expansion:
         return [total([entry * value for entry, value in zip(row, x, strict=True)]) for row in rows]
 
 
+def _characteristic(e: _Expansion) -> list[PowerSeries]:
+    """The characteristic polynomial in lambda, from the constant term up, its leading coefficient 1."""
+    p = Poly(e.evaluation.amplification.charpoly.as_expr().subs(mu, lam - 1), lam)
+    lead = e.polynomial(p.LC())
+    return [e.over(e.polynomial(c), lead) for c in reversed(p.all_coeffs())]
+
+
+def _drift(e: _Expansion, p: list[PowerSeries]) -> PowerSeries:
+    """L, from the characteristic polynomial without roots that are 0 for every Omega."""
+    first = next(j for j, c in enumerate(p) if c.valuation < len(c))
+    return logarithm(e.evaluation.scheme.name, p[first:], e.xi, e.one, lambda number: number.inverse(e.one))
+
+
 class _Modes:
     """Modes of one step: adj(lambda I - A) x and p(lambda), p'(lambda) as series."""
 
@@ -116,15 +129,7 @@ class _Modes:
         self.A, self.B = e.rows(step.N, step.den), e.rows(step.load_N, step.den)
         self.O, self.P = e.rows(outputs.N, outputs.den), e.rows(outputs.load_N, outputs.den)
         self.in_state = amplification.in_state
-        p = Poly(amplification.charpoly.as_expr().subs(mu, lam - 1), lam)
-        lead = e.polynomial(p.LC())
-        self.p = [e.over(e.polynomial(c), lead) for c in reversed(p.all_coeffs())]
-
-    @property
-    def live(self) -> list[PowerSeries]:
-        """The characteristic polynomial without roots that are 0 for every Omega."""
-        first = next(j for j, c in enumerate(self.p) if c.valuation < len(c))
-        return self.p[first:]
+        self.p = _characteristic(e)
 
     def polynomial(self, at: PowerSeries, derivative: bool = False) -> PowerSeries:
         found, power = [], self.e.power(self.e.modal(1, 0), 0)
@@ -161,10 +166,10 @@ def _free(e: _Expansion) -> list[list[PowerSeries]]:
     modes, zeta = _Modes(e), e.modal(0, 1)
     amplification = e.evaluation.amplification
     x, steps = start_up(amplification, [e.s(k) for k in range(3)], e.apply)
-    drift = logarithm(amplification.scheme.name, modes.live, e.xi, e.one, lambda number: number.inverse(e.one))
-    conjugate = PowerSeries(c.conjugate for c in drift.c)
+    own = _drift(e, modes.p)
+    conjugate = PowerSeries(c.conjugate for c in own.c)
     parts = []
-    for shift, exponent in ((drift, zeta), (conjugate, zeta.conjugate)):
+    for shift, exponent in ((own, zeta), (conjugate, zeta.conjugate)):
         growth = power = e.power(e.modal(1, 0), 0)
         for k in range(1, len(shift)):
             power = (power * shift).scaled(QQ(1, k))
@@ -179,7 +184,7 @@ def _free(e: _Expansion) -> list[list[PowerSeries]]:
     for k in range(3):
         exact = e.s(k)
         errors = parts[0][k] - exact, parts[1][k]
-        found.append([PowerSeries(drift.c[1:]), *(e.over(error, exact) for error in errors)])
+        found.append([PowerSeries(own.c[1:]), *(e.over(error, exact) for error in errors)])
     return found
 
 
@@ -207,6 +212,15 @@ def _first(errors: list[PowerSeries]) -> tuple[int | AtLeast, tuple[Any, ...]]:
     if order >= min(map(len, errors)):
         return AtLeast(min(map(len, errors))), ()
     return order, tuple((error.c[order].alpha, error.c[order].beta) for error in errors if error.c[order])
+
+
+def drift(evaluation: Evaluation, damping: Rational, terms: int) -> PowerSeries:
+    """The series L in Omega, `terms` - 1 coefficients long, with e^(s + L) the numerical eigenvalue next to e^s.
+
+    Raises InconsistentScheme for a scheme of which no eigenvalue tends to the exact one.
+    """
+    e = _Expansion(evaluation, damping, terms)
+    return _drift(e, _characteristic(e))
 
 
 def order_of(evaluation: Evaluation, damping: Rational) -> Order:

@@ -61,4 +61,7 @@ def closed_forms(name: str) -> list[ClosedForm]:
             add("small Omega", f"{error}, Omega^{power}", coefficient)
         if not terms:
             add("small Omega", f"{error}, up to Omega^{d.series.highest}", Integer(0))
+    for label, text in d.nonlinear.lines.items():
+        in_latex = "".join(rf"\{x}" if x in "_^{}&%$#" else x for x in f"{label}: {text}")
+        found.append(ClosedForm("nonlinear equations", label, text, rf"\text{{{in_latex}}}"))
     return found

@@ -14,6 +14,7 @@ from ..declare.scheme import Scheme
 from ..declare.symbols import Omega, state_label, xi
 from ..estimate.estimator import Estimator, estimator
 from ..motion.effective import EffectiveSystem, effective_systems
+from ..nonlinear.properties import Nonlinear, nonlinear
 from ..oscillator.accuracy import LeadingTerms, leading_terms
 from ..oscillator.amplification import Amplification
 from ..oscillator.evaluation import Evaluation
@@ -99,7 +100,22 @@ class Derivation:
 
         With free parameters it is the order that almost all values have, found at two sets in general position.
         """
-        return order_at(*(unremarkable(self.scheme, k) for k in ((1, 2) if self.scheme.parameters else (1,))))
+        return order_at(*self._general)
+
+    @cached_property
+    def nonlinear(self) -> Nonlinear:
+        """Order of u, v and a on nonlinear equations; whether the step is symmetric, symplectic, or conjugate to that.
+
+        With free parameters it is what almost all values have: the orders are found as in `order`, the verdicts are
+        proved with the parameters as symbols, or at one set in general position where one has an implicit default.
+        """
+        implicit = any(isinstance(p.default, Root) for p in self.scheme.parameters)
+        return nonlinear(self._general, self._general[0] if implicit else Evaluation.free(self.scheme))
+
+    @cached_property
+    def _general(self) -> tuple[Evaluation, ...]:
+        """Two sets of parameters in general position; one if there are no parameters."""
+        return tuple(unremarkable(self.scheme, k) for k in ((1, 2) if self.scheme.parameters else (1,)))
 
     @cached_property
     def estimator(self) -> Estimator:

@@ -39,6 +39,9 @@ def row(scheme: Scheme) -> dict[str, Any]:
         "L_stable": L,
         "overshoot": str(p.overshoot),
         "bifurcation": bifurcation,
+        "nonlinear_order": p.nonlinear.uva,
+        "eigenvalue_order": p.nonlinear.eigenvalue,
+        **{name: getattr(p.nonlinear, name).word for name in ("symmetric", "symplectic", "conjugate_symplectic")},
     }
 
 

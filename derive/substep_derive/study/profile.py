@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from sympy import Expr
 
 from ..declare.scheme import Scheme
+from ..nonlinear.properties import Nonlinear, nonlinear
 from ..oscillator.bifurcation import bifurcation
 from ..oscillator.evaluation import Evaluation
 from ..oscillator.overshoot import Overshoot, overshoot
@@ -33,6 +34,7 @@ class Profile:
     L_stable: bool | None
     overshoot: Overshoot
     bifurcation: Expr
+    nonlinear: Nonlinear
 
 
 def profile(scheme: Scheme) -> Profile:
@@ -51,4 +53,5 @@ def profile(scheme: Scheme) -> Profile:
         L_stable=A_stable and rho_inf == 0,
         overshoot=overshoot(at),
         bifurcation=bifurcation(at),
+        nonlinear=nonlinear([at], at),
     )

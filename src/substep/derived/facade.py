@@ -110,6 +110,11 @@ class CatalogueRow:
     L_stable: str
     overshoot: str
     bifurcation: str
+    nonlinear_order: str
+    eigenvalue_order: str
+    symmetric: str
+    symplectic: str
+    conjugate_symplectic: str
 
 
 def order(name: str) -> tuple[int, int, int]:
@@ -120,7 +125,8 @@ def order(name: str) -> tuple[int, int, int]:
 def catalogue_row(name: str) -> CatalogueRow:
     """A scheme's row in the table of the catalogue, from generated/: see `substep_derive.study.facts.row`."""
     row = CATALOGUE[name]
-    return CatalogueRow(name, **{**row, "order": ", ".join(map(str, row["order"]))})
+    triples = {key: ", ".join(map(str, row[key])) for key in ("order", "nonlinear_order")}
+    return CatalogueRow(name, **{**row, **triples, "eigenvalue_order": str(row["eigenvalue_order"])})
 
 
 def second_order_betas(rho_inf: Fraction, gamma_t: Fraction) -> list[float]:

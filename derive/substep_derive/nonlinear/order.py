@@ -1,0 +1,151 @@
+"""Scheme -> order of u, v and a on nonlinear equations, the start included.
+
+Let z be the exact motion at t_n, and Z_n(z) the numerical state there, as a series in the trees at z. Then
+Z_(n+1)(z) = S(Z_n)(E^-1 z), with S a step and E the exact motion over h. Whatever the start, Z_n tends to a constant
+series plus, in the level of the first weight at which a step is wrong, terms that grow with n or n^2 (v errs alike in
+every step, u twice as often). The rest dies out with powers of the parasitic eigenvalues of a step as h -> 0, and is
+filtered out exactly by a polynomial in the shift from n to n + 1 that vanishes at these. What is left, h^w n^j times a
+tree with n = t/h, is an error of order w - j in u, w - 1 - j in v, w - 2 - j in a.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from sympy import QQ
+
+from ..declare.symbols import knot_of, lattice
+from ..oscillator.evaluation import Evaluation
+from ..oscillator.order import AtLeast, Triple
+from .parasitic import annihilator, first_parasitic
+from .step import StepSeries, exact, lag
+from .trees import Level, Series, Trees, flow, trees
+
+HIGHEST_WEIGHT = 10  # of trees: enough to see that a scheme is of order 8, and not of order 9
+
+
+@dataclass(frozen=True)
+class Error:
+    """A tree in the error of u, v or a that makes its order what it is: coefficient*h^weight*n^growth, n = t/h."""
+
+    quantity: str
+    tree: str
+    growth: int
+    coefficient: Any
+
+
+@dataclass(frozen=True)
+class NonlinearOrder:
+    """Orders of (u, v, a) at a fixed time, from consistent u_0, v_0, a_0, on smooth equations per unit mass.
+
+    free: u'' = g(u). damped: u'' = g(u) - C u'. forced: u'' = g(u) + f(t). uva: all of these together. An order is
+    `AtLeast` a number if no tree was found to be wrong. errors: of uva, for each of u, v, a one tree that is wrong.
+    K0 is taken as any constant, so that it need not be the tangent where the motion has got to; what is given for
+    N_discrete is taken as the mean of N along the line from one displacement to the other.
+    """
+
+    free: Triple
+    damped: Triple
+    forced: Triple
+    uva: Triple
+    errors: tuple[Error, ...]
+
+
+def nonlinear_order(evaluation: Evaluation, highest_weight: int = HIGHEST_WEIGHT) -> NonlinearOrder:
+    """The orders at the numbers that an evaluation has for the parameters.
+
+    Raises InconsistentScheme for a step whose matrix as h -> 0 does not have the eigenvalue 1 exactly twice.
+    """
+    step = StepSeries(evaluation)
+    kinds = ((False, False), (True, False), (False, True), (True, True))
+    found = [_order(step, trees(*kind, step.reads_tangent), highest_weight) for kind in kinds]
+    return NonlinearOrder(*(order for order, _ in found), found[-1][1])
+
+
+def _order(step: StepSeries, of: Trees, highest: int) -> tuple[Triple, tuple[Error, ...]]:
+    errors: list[list[tuple[int, Error]]] = [[], [], []]
+    for weight in range(3, highest + 1):
+        errors = _errors(step, of, weight)
+        lasting = min((order for own in errors for order, e in own if e.growth), default=weight)
+        if lasting <= weight - 2:
+            break
+    orders, trees_wrong = [], []
+    lasting = [pair for own in errors for pair in own if pair[1].growth]
+    for own in errors:
+        worst = min((*own, *lasting), key=lambda pair: pair[0], default=None)
+        orders.append(worst[0] if worst else AtLeast(highest - 1))
+        trees_wrong += [worst[1]] if worst else []
+    return tuple(orders), tuple(trees_wrong)  # type: ignore[return-value]
+
+
+def _errors(step: StepSeries, of: Trees, weight: int) -> list[list[tuple[int, Error]]]:
+    """For u, v, a: (order, error) of each tree up to this weight that is wrong."""
+    of.grow(weight)
+    filtered = _filtered(step, of, weight)
+    truth = exact(of, step.one, weight)
+    found: list[list[tuple[int, Error]]] = [[], [], []]
+    for k, quantity in enumerate("uva"):
+        for w in range(weight + 1):
+            samples = [sample[k][w] for sample in filtered]
+            for tree in sorted({tree for level in samples for tree in level} | set(truth[k][w])):
+                zero = step.one - step.one
+                first, second, third = (level.get(tree, zero) for level in samples[:3])
+                double = third - second - second + first
+                slope, error = second - first, first - truth[k][w].get(tree, zero)
+                growth = 2 if double else 1 if slope else 0
+                coefficient = double * QQ(1, 2) if double else slope or error
+                if coefficient:
+                    what = Error(quantity, of.text(tree), growth, coefficient)
+                    found[k].append((w - k - growth, what))
+    return found
+
+
+def _filtered(step: StepSeries, of: Trees, weight: int) -> list[list[Series]]:
+    """Three successive values of the reported u, h v, h^2 a, without what dies out."""
+    march = _march(step, of, weight)
+    first, states = [], []
+    for _ in range(2):
+        state, report = next(march)
+        states.append(state)
+        first.append(report)
+    active = first_parasitic(step, *states)
+    polynomial = annihilator(step, active, weight) if active is not None else [step.one]
+    reports = first[1:]  # the report of the start is not the step's
+    while len(reports) < len(polynomial) + 2:
+        reports.append(next(march)[1])
+    return [[_mixed(polynomial, [r[k] for r in reports[i:]]) for k in range(3)] for i in range(3)]
+
+
+def _mixed(polynomial: Sequence[Any], samples: Sequence[Series]) -> Series:
+    """The sum of c_j times the j-th sample."""
+    if len(polynomial) == 1:
+        return samples[0]
+    total: Series = []
+    for levels in zip(*samples[: len(polynomial)], strict=True):
+        level: Level = {}
+        for c, sample in zip(polynomial, levels, strict=True):
+            for tree, value in sample.items():
+                level[tree] = level[tree] + c * value if tree in level else c * value
+        total.append({tree: c for tree, c in level.items() if c})
+    return total
+
+
+def _march(step: StepSeries, of: Trees, weight: int) -> Iterator[tuple[list[Series], list[Series]]]:
+    """(state, report) after 0, 1, 2, ... of the scheme's own steps, in trees at the instant reached."""
+    u, v, a = exact(of, step.one, weight)
+    if step.starter is None:
+        state = step.start(of, u, v)
+        report = [u, v, a]
+    else:
+        rows, steps = [[u, v, a]], lag(step.scheme)
+        state = step.starter.start(of, u, v)
+        for _ in range(steps):
+            state, report = ([flow(of, s, -1, step.one) for s in both] for both in step.starter.step(of, state))
+            rows = [[flow(of, s, -1, step.one) for s in row] for row in rows]
+            rows.append(report)
+        at = [knot_of(s) or ("u", "0") for s in step.state]
+        state = [rows[steps + int(lattice(label) or 0)]["uva".index(kind)] for kind, label in at]
+        report = rows[-1]
+    while True:
+        yield state, report
+        state, report = ([flow(of, s, -1, step.one) for s in both] for both in step.step(of, state))

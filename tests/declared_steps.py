@@ -1,0 +1,192 @@
+"""Any declaration, marched number by number on systems of any size, in double or in mpmath's precision.
+
+It shares nothing with the derivation but the declaration. All relations and balances are one linear system in the new
+symbols once the forces are known; the forces follow from its solution, by repetition, which for small steps converges
+with a factor of h^2 or less.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import mpmath
+import numpy as np
+from substep_derive import Scheme
+from substep_derive.declare.symbols import K0, C, K_t, M, N, N_discrete, f, h, knot, knot_of, lattice
+from sympy import Dummy, Expr, Symbol, fraction, lambdify, together
+
+Array = Any  # of floats, or of mpmath's numbers with dtype object
+u0, v0, a0 = KNOWN = knot(0)
+
+
+@dataclass(frozen=True)
+class System:
+    """u'' = f(t) - C u' - N(u), with the derivative of N, and a discrete gradient of its potential."""
+
+    force: Callable[[Array], Array]
+    tangent: Callable[[Array], Array]
+    gradient: Callable[[Array, Array], Array]
+    damping: Array
+    load: Callable[[Any], Array]
+
+    def acceleration(self, u: Array, v: Array, t: Any) -> Array:
+        return self.load(t) - self.damping @ v - self.force(u)
+
+
+@dataclass(frozen=True)
+class Linear:
+    """A sum of coefficient * symbol or atom; parts: factors of 1, C, K0, K_t in each numerator and denominator."""
+
+    atoms: tuple[Expr, ...]
+    parts: Callable[..., Any]
+    arguments: tuple[tuple["Linear", ...], ...]
+
+
+@cache
+def linear(e: Expr, names: tuple[Symbol, ...], modules: str) -> Linear:
+    tangent = Symbol("tangent")
+    unit: Any = e.subs(M, 1)
+    e = unit.replace(K_t, lambda where: tangent)  # taken at u_0, the only place where declarations take it
+    marks = {atom: Dummy() for atom in sorted(e.atoms(N, N_discrete, f), key=str)}
+    e = e.subs(marks)
+    marks |= {s: s for s in sorted(e.free_symbols, key=str) if knot_of(s)}
+    parts = []
+    for mark in marks.values():
+        for part in fraction(together(e.diff(mark))):
+            rest = part.subs({C: 0, K0: 0, tangent: 0})
+            parts.append([rest, *(part.expand().coeff(x) for x in (C, K0, tangent))])
+    arguments = tuple(
+        tuple(linear(a, names, modules) for a in atom.args) if isinstance(atom, N | N_discrete) else ()
+        for atom in marks
+    )
+    return Linear(tuple(marks), lambdify([h, *names], parts, modules=modules), arguments)
+
+
+class Marcher:
+    """Steps of one length of a scheme on a system, from u_0 at t = 0, of which K0 is the tangent."""
+
+    def __init__(self, scheme: Scheme, values: Mapping[Symbol, Any], system: System, step: Any, start: Array) -> None:
+        self.scheme, self.system, self.h, self.d = scheme, system, step, len(start)
+        self.exact = start.dtype == object
+        self.modules = "mpmath" if self.exact else "math"
+        self.names, self.values = tuple(values), [step, *values.values()]
+        self.eye = np.array([[step / step if i == j else 0 * step for j in range(self.d)] for i in range(self.d)])
+        self.matrices = [self.eye, system.damping, system.tangent(start), system.tangent(start)]
+        equations = [symbol - e for symbol, e in scheme.relations.items()]
+        equations += [M * b.inertia + C * b.damping + b.force - b.load for b in scheme.balances]
+        self.state, self.unknowns = scheme.state, scheme.unknowns
+        forms = [self.form(e) for e in equations]
+        self.forces = list({t[0]: t for terms in forms for t in terms if t[2]}.values())
+        self.loads = list({t[0]: t for terms in forms for t in terms if isinstance(t[0], f)}.values())
+        columns = [*self.unknowns, *self.state, *(t[0] for t in self.forces), *(t[0] for t in self.loads)]
+        matrix, known = self.blocks(forms, columns, len(self.unknowns))
+        self.known = -(self.inverted(matrix) @ known)  # new symbols from the state, forces and loads
+        self.where = [self.blocks(t[2], columns, len(self.unknowns)) for t in self.forces]
+        k = len(self.state) * self.d
+        self.of_force = slice(k, k + len(self.forces) * self.d)
+
+    def blocks(self, forms: Sequence[Any], columns: Sequence[Any], split: int) -> tuple[Array, Array]:
+        """The forms as a matrix, its first `split` columns and the others."""
+        d = self.d
+        matrix = np.array([[0 * self.h] * (len(columns) * d) for _ in range(len(forms) * d)])
+        for i, terms in enumerate(forms):
+            for atom, c, _ in terms:
+                j = columns.index(atom)
+                matrix[i * d : i * d + d, j * d : j * d + d] += c
+        return matrix[:, : split * d], matrix[:, split * d :]
+
+    def inverted(self, matrix: Array) -> Array:
+        if not self.exact:
+            return np.linalg.inv(matrix)
+        return np.array(mpmath.inverse(mpmath.matrix(matrix.tolist())).tolist(), dtype=object)
+
+    def form(self, e: Expr) -> list[tuple[Expr, Array, list[Any]]]:
+        """(symbol or atom, matrix, forms of its arguments) of each term."""
+        return self._evaluated(linear(e, self.names, self.modules))
+
+    def _evaluated(self, e: Linear) -> list[tuple[Expr, Array, list[Any]]]:
+        values, found = e.parts(*self.values), []
+        for k, (atom, arguments) in enumerate(zip(e.atoms, e.arguments, strict=True)):
+            over, under = (
+                sum((c * m for c, m in zip(part, self.matrices, strict=True) if c), 0 * self.eye)
+                for part in values[2 * k : 2 * k + 2]
+            )
+            found.append((atom, self.inverted(under) @ over, [self._evaluated(a) for a in arguments]))
+        return found
+
+    def value(self, terms: Any, x: Mapping[Symbol, Array], t: Any) -> Array:
+        """A form's value."""
+        total = np.array([0 * self.h] * self.d)
+        for atom, c, arguments in terms:
+            if isinstance(atom, f):
+                tau = lambdify(list(self.names), atom.args[0], modules=self.modules)(*self.values[1:])
+                own = self.system.load(t + self.h * tau)
+            elif arguments:
+                where = [self.value(a, x, t) for a in arguments]
+                own = self.system.force(*where) if isinstance(atom, N) else self.system.gradient(*where)
+            else:
+                own = x[atom]
+            total = total + c @ own
+        return total
+
+    def step(self, state: Mapping[Symbol, Array], t: Any) -> dict[Symbol, Array]:
+        """All symbols after a step that begins at t."""
+        loads = [self.value([(t_[0], self.eye, [])], {}, t) for t_ in self.loads]
+        zero = [0 * self.eye[0]] * len(self.forces)
+        given = np.concatenate([*(state[s] for s in self.state), *zero, *loads])
+        small, last = (mpmath.mpf(10) ** (5 - mpmath.mp.dps) if self.exact else 1e-15), None
+        for _ in range(300):
+            new = self.known @ given
+            forces = given[self.of_force].copy()
+            for k, ((atom, _, _), (by_new, by_given)) in enumerate(zip(self.forces, self.where, strict=True)):
+                where = (by_new @ new + by_given @ given).reshape(-1, self.d)
+                own = self.system.force(*where) if isinstance(atom, N) else self.system.gradient(*where)
+                given[self.of_force.start + k * self.d :][: self.d] = own
+            change, size = abs(given[self.of_force] - forces).max(), abs(given[self.of_force]).max()
+            if change <= small * size or (last is not None and last <= change <= 100 * small * size):
+                found = (self.known @ given).reshape(-1, self.d)
+                return {**state, **dict(zip(self.unknowns, found, strict=True))}
+            last = change
+        raise ArithmeticError(f"{self.scheme.name}: repetition does not converge at h = {self.h}")
+
+    def reported(self, x: Mapping[Symbol, Array], t: Any) -> list[Array]:
+        """u, v, a at the end of a step that began at t."""
+        rows: list[Array] = []
+        for symbol in knot(1):
+            e = self.scheme.report.get(symbol, symbol)
+            if e == symbol and symbol not in x:
+                rows.append(self.system.acceleration(rows[0], rows[1], t + self.h))
+            else:
+                rows.append(x[e] if e in x else self.value(self.form(e), x, t))
+        return rows
+
+    def started(self, u: Array, v: Array) -> dict[Symbol, Array]:
+        """The state of a scheme that starts itself at t = 0, from consistent u, v, a."""
+        given = dict(zip(KNOWN, (u, v, self.system.acceleration(u, v, 0 * self.h)), strict=True))
+        start: Any = self.scheme.start
+        return {s: self.value(self.form(start.get(s, s)), given, 0 * self.h) for s in self.state}
+
+    def after(self, x: Mapping[Symbol, Array]) -> dict[Symbol, Array]:
+        """The state of the next step."""
+        return {s: x[Symbol(f"{s.name[0]}_{lattice(knot_of(s)[1]) + 1}")] for s in self.state}  # type: ignore[operator, index]
+
+
+def march(
+    scheme: Scheme, values: Mapping[Symbol, Any], system: System, step: Any, n: int, u: Array, v: Array
+) -> list[list[Array]]:
+    """Rows (u, v, a) at 0, h, ..., n h."""
+    rows = [[u, v, system.acceleration(u, v, 0 * step)]]
+    marcher = Marcher(scheme, values, system, step, u)
+    starter = scheme.start_scheme
+    if starter is not None:
+        lag = max(-int(lattice(knot_of(s)[1])) for s in scheme.state)  # type: ignore[index, arg-type]
+        rows = march(starter, {}, system, step, lag, u, v)
+        state = {s: rows[lag + int(lattice(knot_of(s)[1]))]["uva".index(s.name[0])] for s in scheme.state}  # type: ignore[index, arg-type]
+    else:
+        state = marcher.started(u, v)
+    for i in range(len(rows) - 1, n):
+        x = marcher.step(state, i * step)
+        rows.append(marcher.reported(x, i * step))
+        state = marcher.after(x)
+    return rows
