@@ -71,6 +71,13 @@ class Scene:
         at_start = float(self.energy(np.zeros(()), self.u0, self.v0))
         return at_start or (self.info.energy_scale(**self.parameters) if self.info.energy_scale else 0.0)
 
+    def lanes(self, where: slice) -> "Scene":
+        """The scene of some of its lanes."""
+        values = {name: x[where] if np.ndim(x) else x for name, x in self.parameters.items()}
+        starts = (x[where] if x.ndim > 1 else x for x in (self.u0, self.v0, self.a0))
+        load = self.load.lanes(where) if isinstance(self.load, LoadLanes) else self.load
+        return Scene(self.info, values, *starts, load, self.a0_asked)
+
     def energy(self, t: Array, u: Array, v: Array) -> Array:
         """Kinetic energy and potential (...,) at times t (...,) for u, v (..., d); inf beyond about 1e154."""
         return self._evaluate("energy", t, u, v)
