@@ -57,7 +57,7 @@ def scheme(name: "str | Declaration", **parameters: ArrayLike) -> "Scheme":
     complete: dict[str, Array] = {}
     for key, parameter in info.parameters.items():
         value = given[key] if key in given else parameter.default_of(info.name, complete)
-        complete[key] = _checked(info, parameter, value)
+        complete[key] = value if key in parameters else _checked(info, parameter, value)
     return Scheme(info, MappingProxyType(complete), MappingProxyType(given))
 
 

@@ -1,5 +1,6 @@
 """Many runs of one scheme on one scene at once: lanes of the kernel generated for the two, spread over threads."""
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -9,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.arrays import copy_rows
 from ..core.kernel_modules import committed
 from ..core.scenes import Scene
 from ..core.schemes import Array, Scheme
@@ -97,8 +99,7 @@ def march_lanes(
         "peak": np.empty(P),
     }
     if arrays["out"].shape[1]:
-        for k, x in enumerate((u, v, a)[: len(module.REPORTED)]):
-            arrays["out"][:, 0, k] = x
+        _put_start(arrays, slice(None), arrays["out"])
     if scene.info.sampled:
         values = [np.broadcast_to(x, P) for x in scheme.parameters.values()]
         stencil, at_start = (_columns(f(*values), P) for f in (module.stencil, module.start_stencil))
@@ -138,8 +139,15 @@ def _rows_kept(module: ModuleType, steps: int, stride: int, history: bool, reade
     """Rows of all lanes that are in memory at once: none, all, or for a reader those that the starter gives."""
     if history:
         return steps // stride + 1
-    first = 0 if module.START_ARGUMENTS else min(steps, max(lag for _, lag in module.STATE))
-    return 0 if reader is None else first // stride + 1
+    if reader is None or module.START_ARGUMENTS:
+        return 0
+    return min(steps, max(lag for _, lag in module.STATE)) // stride + 1
+
+
+def _put_start(arrays: Mapping[str, Any], lanes: slice, out: Array) -> None:
+    """Put u, v, a at t = 0 of some lanes into the first row of out, their histories."""
+    for k, name in enumerate("uva"[: out.shape[2]]):
+        copy_rows(arrays[name][lanes], out[:, 0, k])
 
 
 def _columns(numbers: Sequence[Any], P: int) -> Array:
@@ -183,13 +191,16 @@ def _run(module: ModuleType, arrays: Mapping[str, Any], lanes: int, rows: int, r
     def part_read(first: int, last: int) -> None:
         assert reader is not None
         early, place = arrays["out"], module.ARGUMENTS.index("out")
-        together = min(last - first, least * max(1, NEAR // (least * rows * early[0, 0].size)))
+        together = min(last - first, least * max(1, NEAR // (least * rows * math.prod(early.shape[2:]))))
         room = np.empty((together, rows, *early.shape[2:]))
         for begin in range(first, last, together):
             chosen = slice(begin, min(begin + together, last))
             own = [x[chosen] if isinstance(x, np.ndarray) else x for x in given]
             own[place] = out = room[: chosen.stop - begin]
-            out[:, : early.shape[1]] = early[chosen]
+            if early.shape[1]:
+                out[:, : early.shape[1]] = early[chosen]
+            else:
+                _put_start(arrays, chosen, out)
             march(*own)
             kept = arrays["n_done"][chosen] // arrays["stride"] + 1
             if kept.min() < rows:

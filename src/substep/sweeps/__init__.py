@@ -78,7 +78,7 @@ def sweep(
     chunks = plan.chunks(piece if store is None else store.piece)
     todo = chunks if store is None else [chunk for chunk in chunks if not store.is_done(chunk)]
     names = tuple(axis.name for axis in plan.axes)
-    targets = {name: _target(plan, v) for name, v in of.items()} if store is None else store.targets
+    targets = {name: _target(plan, name, v) for name, v in of.items()} if store is None else store.targets
     left = {chunk.first: chunk for chunk in todo}
 
     def result(interrupted: bool) -> "xarray.Dataset":
@@ -103,19 +103,19 @@ def sweep(
     return result(interrupted=False)
 
 
-def _target(plan: Plan, variable: Variable) -> Any:
-    """Where a variable's results go: all fill values, but for histories, which are reset where they were not made."""
+def _target(plan: Plan, name: str, variable: Variable) -> Any:
+    """Where a variable's results go. Only the status begins with its fill value: chunks left over are reset."""
     shape = *plan.shape, *variable.sizes
-    return np.empty(shape, variable.fill.dtype) if "t" in variable.dims else np.full(shape, variable.fill)
+    return np.full(shape, variable.fill) if name == "status" else np.empty(shape, variable.fill.dtype)
 
 
 Blocks = Generator[tuple[Chunk, Results]]
 
 
 def _here(plan: Plan, chunks: Sequence[Chunk], targets: Mapping[str, Any]) -> Blocks:
-    """Run the chunks one after another; histories are put into the targets at once, if there are targets."""
+    """Run the chunks one after another; results of lanes that are read block by block go into the targets at once."""
     for chunk in chunks:
-        if plan.keep != "history" or not targets:
+        if plan.oscillator or not targets:
             yield chunk, run_chunk(plan, chunk.first, chunk.last)
             continue
         places = {name: target[chunk.where] for name, target in targets.items()}  # contiguous, as a chunk's points are

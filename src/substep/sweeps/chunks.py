@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.arrays import copy_rows
 from ..core.loads import is_known
 from ..core.scenes import Scene
 from ..core.schemes import Array, Scheme
@@ -100,7 +101,7 @@ def _others(
             return
         u, v, a = (x[:, -rows:] for x in (u, v, a))
         for name, x in zip("uva", (u, v, a), strict=True):
-            _copy(x, kept[name][where])
+            copy_rows(x, kept[name][where])
         kept["energy"][where] = some.energy(t[-rows:], u, v)
 
     steps = np.full(P, dt), np.full(P, n)
@@ -109,12 +110,6 @@ def _others(
         kept["peak_energy"] = lanes.peak
     found = {name: x[:, 0] if plan.keep == "final" else x for name, x in kept.items()}
     return found, lanes.newton, lanes.n_done, lanes.status
-
-
-def _copy(x: Array, to: Array) -> None:
-    """Copy x (P, rows, d), whose last axis is contiguous, by d numbers at a time: one by one takes longer."""
-    together = f"V{x.shape[-1] * x.itemsize}"
-    to.view(together)[...] = x.view(together)
 
 
 def _largest(x: Array) -> Array:
