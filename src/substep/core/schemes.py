@@ -203,6 +203,11 @@ class Scheme:
         return self._stencil
 
     @cached_property
+    def loaded_within(self) -> bool:
+        """Whether a step takes the load only at instants within it, at all values of the parameters."""
+        return march_coefficients.loaded_within(self._stencil)
+
+    @cached_property
     def _stencil(self) -> Array:
         return march_coefficients.stencil(self)
 

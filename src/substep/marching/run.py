@@ -91,9 +91,12 @@ def march_oscillators(
     once.
     """
     assert scene.info.oscillator is not None
-    omega, xi, mass = (np.full(P, x) for x in scene.info.oscillator(**scene.parameters))
-    start = np.stack([np.full((P, 1), x)[:, 0] for x in (scene.u0, scene.v0, scene.a0)])
-    o = Oscillators(omega, xi, mass, np.full(P, dt), start)
+    values, start = np.empty((4, P)), np.empty((3, P))
+    for row, x in zip(values, (*scene.info.oscillator(**scene.parameters), dt), strict=True):
+        row[:] = x
+    for row, x in zip(start, (scene.u0, scene.v0, scene.a0), strict=True):
+        row[:] = x[..., 0]
+    o = Oscillators(*values, start)
     if bound == math.inf:
         return march_linear(scheme, o, n, scene.load, stride=stride, keep=keep)
     lanes = march_linear(scheme, o, n, scene.load)
