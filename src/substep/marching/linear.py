@@ -5,6 +5,7 @@ run: one oscillator with its step. Lanes are marched side by side in blocks; a l
 alone, up to the first step that is not finite. A history is u, v, a of every stride-th step; peaks need no history.
 """
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cache
@@ -68,7 +69,7 @@ def march_linear(
         peak = peaks_from_rest(scheme, o, n, load, followed)
         if peak is not None and np.isfinite(peak).all():
             return LinearLanes(np.empty((0, 3, P)), peak, *done)
-    lanes = LinearLanes(_history(out, (rows, 3, P)), np.zeros((3, P if followed else 0)), *done)
+    lanes = LinearLanes(_history(out, (rows, 3, P)), np.zeros((3 if followed else 0, P)), *done)
     if rows:
         lanes.out[0] = o.start
     if P == 1:
@@ -77,8 +78,9 @@ def march_linear(
         x = _in_blocks(scheme, o, n, load, stride, lanes)
         for j in np.flatnonzero(~np.isfinite(x).all(axis=0)):
             _alone(scheme, o, n, load, stride, lanes, int(j))
-    if followed:
-        np.maximum(lanes.peak, np.abs(o.start), out=lanes.peak)
+    if not followed:
+        return lanes
+    np.maximum(lanes.peak, np.abs(o.start), out=lanes.peak)
     return replace(lanes, peak=lanes.peak[:followed])
 
 
@@ -207,12 +209,13 @@ def _excess(o: Oscillators, Omega: Array, state: Array, load: Load | None) -> Ar
     A value below 1e-15 of the sum of the terms' moduli is rounding, and counts as 0.
     """
     value = load.samples[0] if isinstance(load, Record) else values_at(load, np.zeros(1)) if load else 0.0
-    terms = np.empty((4, len(Omega)))
-    terms[0], terms[1], terms[2] = Omega**2 * state[0], 2 * o.xi * Omega * state[1], state[2]
-    terms[3] = -(o.dt**2 / o.mass * value)
-    excess = terms.sum(axis=0)
-    excess[np.abs(excess) <= 1e-15 * np.abs(terms).sum(axis=0)] = 0.0
-    return excess
+    terms = Omega**2 * state[0], 2 * o.xi * Omega * state[1], state[2], o.dt**2 / o.mass * value
+    if len(Omega) == 1:  # numbers, at a fourth of the time
+        terms = tuple(float(x[0]) for x in terms)
+    spring, dashpot, inertia, force = terms
+    excess = spring + dashpot + inertia - force
+    size = abs(spring) + abs(dashpot) + abs(inertia) + abs(force)
+    return np.where(abs(excess) <= 1e-15 * size, 0.0, excess).reshape(len(Omega))
 
 
 def _linear_within_steps(scheme: Scheme, load: Load | None, dt: Array, n: int) -> bool:
@@ -306,7 +309,7 @@ def _alone(scheme: Scheme, o: Oscillators, n: int, load: Load | None, stride: in
         rows = lanes.out[begin + 1 : end + 1, :, 0] if direct else room[: end - begin]
         r.march_one(C, x, *r.loads.of_all(begin, end), rows)
         lanes.n_done[j] = end
-        if not np.isfinite(rows[-1]).all():
+        if not all(map(math.isfinite, rows[-1].tolist())):
             good = int(np.argmin(np.isfinite(rows).all(axis=1)))
             lanes.n_done[j], lanes.status[j], rows = begin + good, NON_FINITE, rows[:good]
         if lanes.peak.size and len(rows):
