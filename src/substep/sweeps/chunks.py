@@ -86,12 +86,13 @@ def _others(
         rows = 1 if plan.keep == "final" else rows
         shapes = {**dict.fromkeys("uva", (P, rows, d)), "energy": (P, rows)}
     kept = {name: room[name].reshape(shape) if room else np.empty(shape) for name, shape in shapes.items()}
-    if scene.load is not None and not is_known(scene.load):  # threads evaluate only what is known
+    of_rows = scene
+    if not is_known(scene.load):  # threads evaluate only what is known
         forces = scene.forces(t)
-        scene = replace(scene, load=lambda _: forces)
+        of_rows = replace(scene, load=lambda _: forces)
 
     def read(where: slice, out: Array) -> None:
-        some, own = scene.lanes(where), out.shape[2] > 2
+        some, own = of_rows.lanes(where), out.shape[2] > 2
         u, v = out[:, :, 0], out[:, :, 1]
         a = out[:, :, 2] if own else _accelerations(some, t, u, v)
         if plan.keep == "peak":
