@@ -32,7 +32,7 @@ def job(quick: bool) -> Job:
 
 
 def _pendulums(found: Job, values: int, rounds: int) -> None:
-    """A sweep over two parameters of elastic pendulums, which keeps the last state."""
+    """A sweep over two parameters of elastic pendulums, which keeps the last state, or peaks."""
     EA, split, dt = np.geomspace(1e4, 1e6, values), np.linspace(0.2, 0.8, values), 0.01
     lanes, work = values * values, values * values * STEPS
     each_EA, each_split = np.repeat(EA, values), np.tile(split, values)
@@ -44,6 +44,7 @@ def _pendulums(found: Job, values: int, rounds: int) -> None:
     rows = [
         Alternative("the sweep", "substep", swept, work),
         Alternative("march of all its lanes", "limit", kernel, work),
+        Alternative("the sweep, keep='peak'", "substep", partial(swept, keep="peak"), work),
     ]
     table = Table(f"sweep of {lanes} elastic pendulums, {STEPS} steps", "lane-step", measure(rows, rounds))
     found.tables.append(table)

@@ -43,7 +43,7 @@ def spectrum_peaks(name: str, omegas: Array, xi: float, load: ss.Record) -> Arra
 def spectrum(name: str, omegas: Array, xi: float, record: Array, dt: float, errors: bool = False) -> Array:
     """SD, SV, SA (3, lanes)."""
     found = ss.response_spectrum(record, dt, 2 * np.pi / omegas, xi, scheme(name), errors=errors)
-    return np.stack([found[quantity] for quantity in ("displacement", "velocity", "acceleration")])
+    return np.stack([found[quantity].values for quantity in ("displacement", "velocity", "acceleration")])
 
 
 def exact_spectrum(omegas: Array, xi: float, record: Array, dt: float) -> Array:

@@ -4,24 +4,28 @@ A shape is how many numbers x the march carries, and the places of u, h*v and h^
 but an output of its own.
 """
 
+import re
 from collections.abc import Iterable
 from itertools import product
 from textwrap import indent, wrap
+from typing import Any
 
 from ..declare.names import entry_name
 from ..kernels.march_shape import LOADS, Shape
 from .printing import fill
-from .templates.march import MARCH, MARCH_HEADER
+from .templates.march import MARCH, MARCH_HEADER, RUN, RUN_AHEAD
 
 WIDTH = 48  # lanes of a block: 6 vector registers of 8, enough to hide the latency of the recurrence
 STEPS_AT_ONCE = 4  # steps for which a block's lanes stay in registers; LLVM unrolls no more of them
+AHEAD = 256  # steps of one lane whose loads are taken at once: what they add fits the first cache
+INLINE = 12  # most multiply-adds of a step of one lane that hide behind the chain from step to step, loads included
 BLOCKS = 10  # blocks of one stretch of a history's rows, whose numbers fit the second cache
 
 
 def march_module(shape: Shape, loads: Iterable[int] = LOADS) -> str:
     """Text of the module of a shape, without its banner."""
     s = _Shape(shape, 2)
-    head = fill(MARCH_HEADER, reported=", ".join(s.reported), width=WIDTH, blocks=BLOCKS)
+    head = fill(MARCH_HEADER, reported=", ".join(s.reported), width=WIDTH, blocks=BLOCKS, ahead=AHEAD)
     return head + "".join(_Shape(shape, K).kernels() for K in loads)
 
 
@@ -83,8 +87,14 @@ class _Shape:
         at_once = STEPS_AT_ONCE if self.m < 4 else 1
         scaled = [self.scaled_in_block(name) for name in self.reported]
         largest = (f"max({t}, abs({e}))" for t, e in zip(self.t, scaled, strict=True))
+        inline = (self.m + self.R) * (self.m + K) <= INLINE
+        ahead: dict[str, Any] = {
+            "sums": self.R + self.m, "ahead": self.loads_ahead(),
+            "f_ahead": ", ".join(f"{F}[first : first + AHEAD]" for F in self.F),
+        }  # fmt: skip
         return fill(
-            MARCH,
+            MARCH + (RUN if inline else RUN_AHEAD),
+            **({} if inline else ahead),
             K=K, m=self.m, width=WIDTH, steps_at_once=at_once, rows=len(self.row),
             before=self.before, given=len(self.row) - self.before,
             peaks=self.row["t0"], own=self.row["own0"], scales=self.scales_text(),
@@ -97,7 +107,8 @@ class _Shape:
             scaled=", ".join(scaled),
             staged=", ".join(f"rows[{BLOCKS * WIDTH} * (3 * k + {r}) + j]" for r in range(3)),
             at_x_in_block=", ".join(map(self.at, self.x)),
-            step=self.step(4), step_alone=self.step(3), step_own=self.step(2), one=self.one_lane(),
+            step=self.step(4), step_alone=self.step(3), step_own=self.step(2),
+            one=self.one_lane(inline),
             largest=", ".join(largest),
             takes=place_lines(
                 (
@@ -110,16 +121,37 @@ class _Shape:
             coefficients=_wrapped([*self.entries, *self.scales.values()]),
         )  # fmt: skip
 
-    def one_lane(self) -> str:
-        """Lines of a step of one lane: x1 = (x0 + D_ii x0) + (the other terms), whose first sum is rounded once."""
-        lines = [f"{name} = {self.sum('O', i, False)}" for i, name in enumerate(self.y)]
+    def loads_ahead(self) -> str:
+        """Lines of what the loads of a step of one lane add to each output, then to each number of x."""
+        rows = [("O", i) for i in range(self.R)] + [("D", i) for i in range(self.m)]
+        sums = (nested(self.terms(name, i, False)[self.m :]) for name, i in rows)
+        lines = (f"loaded[{_row(r)}i] = {text}" for r, text in enumerate(sums))
+        return place_lines((re.sub(r"\bf(\d+)", r"f\1[i]", line) for line in lines), 3)
+
+    def one_lane(self, inline: bool) -> str:
+        """Lines of a step of one lane: x1 = (x0 + D_ii x0) + (the other terms), whose first sum is rounded once.
+
+        inline: what the loads add is computed in these lines, not ahead of them.
+        """
+        rows, at = "out[i" if inline else "rows[i", 2 if inline else 3
+
+        def terms(name: str, i: int, r: int) -> list[str]:
+            found = self.terms(name, i, False)
+            return found if inline else [*found[: self.m], f"loaded[{_row(r)}i]"]
+
+        lines = [f"{name} = {nested(terms('O', i, i))}" for i, name in enumerate(self.y)]
         for i, name in enumerate(self.x):
-            terms = self.terms("D", i, False)
-            own = terms.pop(i)
-            lines.append(f"c{i} = ({name} + {own}) + ({nested(terms)})")
+            others = terms("D", i, self.R + i)
+            own = others.pop(i)
+            lines.append(f"c{i} = ({name} + {own}) + ({nested(others)})")
         stored = (f"{self.scales[name]} * {name}" if name in self.scales else name for name in self.reported)
         lines += [f"{name} = c{i}" for i, name in enumerate(self.x)]
-        return place_lines([*lines, *(f"out[i, {k}] = {e}" for k, e in enumerate(stored))], 2)
+        return place_lines([*lines, *(f"{rows}, {k}] = {e}" for k, e in enumerate(stored))], at)
+
+
+def _row(r: int) -> str:
+    """Text of where row r of what the loads add begins."""
+    return f"{r} * AHEAD + " if r > 1 else "AHEAD + " * r
 
 
 def nested(terms: Iterable[str]) -> str:

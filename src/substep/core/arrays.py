@@ -32,6 +32,12 @@ def flat(array: Array, shape: tuple[int, ...]) -> Array:
     return read_only(array)
 
 
+def copy_rows(x: Array, to: Array) -> None:
+    """Copy x (..., d) into `to`, both contiguous along the last axis, d numbers at a time: one by one takes longer."""
+    together = f"V{x.shape[-1] * x.itemsize}"
+    to.view(together)[...] = x.view(together)
+
+
 def common_shape(names: Iterable[str], arrays: Iterable[Array]) -> tuple[int, ...]:
     """The shape that the arrays broadcast to. Raises ValueError, with their names, where there is none."""
     arrays = tuple(arrays)

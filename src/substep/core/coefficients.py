@@ -8,12 +8,13 @@ the amplification matrix of x less the identity, rounded once.
 """
 
 from collections.abc import Callable, Sequence
+from functools import cache
 from math import prod
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .arrays import Array, common_shape, flat
+from .arrays import Array, common_shape, flat, read_only
 from .parametrized import Parametrized
 from .stability import points
 
@@ -25,7 +26,12 @@ def marched(scheme: Parametrized) -> tuple[int, ...]:
 
 def places(scheme: Parametrized) -> tuple[str, ...]:
     """The place of each of u, h*v and h^2*a in x, as text; "y" for one that is not in x."""
-    own = scheme.kernels.MARCH.split("_")[3:]  # the names are such as linear_march_2_01y or linear_march_12_0_11_y
+    return _places(scheme.kernels.MARCH)
+
+
+@cache
+def _places(march: str) -> tuple[str, ...]:
+    own = march.split("_")[3:]  # the names are such as linear_march_2_01y or linear_march_12_0_11_y
     return tuple(own if len(own) == 3 else own[0])
 
 
@@ -51,6 +57,8 @@ def coefficients(scheme: Parametrized, Omega: ArrayLike, xi: ArrayLike) -> tuple
 
 def coefficient_rows(scheme: Parametrized, Omega: Array, xi: Array) -> Array:
     """D, B, O, P as rows (m*m + m*K + R*m + R*K, P) of the `sizes`, for Omega and xi (P,)."""
+    if len(Omega) == 1 and all(x.ndim == 0 for x in scheme.kernel_parameters):
+        return _coefficient_rows(scheme, Omega, xi, scheme.one_point)
     return _coefficient_rows(scheme, Omega, xi, scheme.kernel_parameters)
 
 
@@ -68,7 +76,11 @@ def transfer_rows(scheme: Parametrized, Omega: Array, xi: Array) -> Array:
 
 
 def _rows(function: Callable[..., None], rows: int, Omega: Array, xi: Array, parameters: Sequence[Array]) -> Array:
-    inputs, out = np.empty((2 + len(parameters), len(Omega))), np.empty((rows, len(Omega)))
+    out = np.empty((rows, len(Omega)))
+    if all(x.shape == Omega.shape for x in parameters):
+        function(*(read_only(x) for x in (Omega, xi, *parameters)), out)
+        return out
+    inputs = np.empty((2 + len(parameters), len(Omega)))
     for row, values in zip(inputs, (Omega, xi, *parameters), strict=True):
         row[:] = values
     inputs.flags.writeable = False  # kernels are compiled for read-only inputs
@@ -96,7 +108,6 @@ def stencil(scheme: Parametrized) -> Array:
     return out
 
 
-def loaded_within(scheme: Parametrized) -> bool:
-    """Whether all instants of the load lie within the step, at all parameter values of the handle."""
-    instants = scheme.stencil()
-    return bool(instants.min() >= 0.0 and instants.max() <= 1.0)
+def loaded_within(stencil: Array) -> bool:
+    """Whether all of the instants lie within the step."""
+    return bool(stencil.min() >= 0.0 and stencil.max() <= 1.0)

@@ -1,5 +1,6 @@
 """Loads, functions of time that a march samples at the scheme's own instants."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol
@@ -38,7 +39,10 @@ class Harmonic:
     @staticmethod
     def formula(t: Array, amplitude: ArrayLike, omega: ArrayLike, phase: ArrayLike) -> Array:
         """Load at the times t for parameters that broadcast with them."""
-        return _changed(np.multiply, _sine(_changed(np.add, np.multiply(omega, t), phase)), amplitude)
+        angle = np.multiply(omega, t)
+        if np.ndim(phase) or phase:
+            angle = _changed(np.add, angle, phase)
+        return _changed(np.multiply, _sine(angle), amplitude)
 
 
 @dataclass(frozen=True)
@@ -166,10 +170,12 @@ def values_at(load: Load, t: Array) -> Array:
 
 def _checked(values: ArrayLike, shape: tuple[int, ...]) -> Array:
     forces = np.asarray(values, dtype=np.float64)
-    if forces.shape != shape or not np.isfinite(forces).all():
+    with np.errstate(over="ignore", invalid="ignore"):
+        finite = math.isfinite(forces.sum()) or np.isfinite(forces).all()  # the sum needs no array
+    if forces.shape != shape or not finite:
         raise ValueError(
             f"expected a finite load at each of {shape} times, got shape {forces.shape}, "
-            f"finite: {bool(np.isfinite(forces).all())}; correct the load function"
+            f"finite: {bool(finite)}; correct the load function"
         )
     return forces
 

@@ -1,6 +1,6 @@
 """Scenes, the problems that are marched. Each is declared by its energies; its parameters are checked here, once."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from types import MappingProxyType, ModuleType
@@ -70,6 +70,13 @@ class Scene:
         """Energy at t = 0 or, where that is 0, the largest potential scale of the scene; J."""
         at_start = float(self.energy(np.zeros(()), self.u0, self.v0))
         return at_start or (self.info.energy_scale(**self.parameters) if self.info.energy_scale else 0.0)
+
+    def lanes(self, where: slice) -> "Scene":
+        """The scene of some of its lanes."""
+        values = {name: x[where] if np.ndim(x) else x for name, x in self.parameters.items()}
+        starts = (x[where] if x.ndim > 1 else x for x in (self.u0, self.v0, self.a0))
+        load = self.load.lanes(where) if isinstance(self.load, LoadLanes) else self.load
+        return Scene(self.info, values, *starts, load, self.a0_asked)
 
     def energy(self, t: Array, u: Array, v: Array) -> Array:
         """Kinetic energy and potential (...,) at times t (...,) for u, v (..., d); inf beyond about 1e154."""
@@ -196,15 +203,20 @@ def make_scene(info: SceneInfo, values: Mapping[str, Any], a0: ArrayLike | str |
         )
     swept = [*values.values(), *(load.parameters.values() if isinstance(load, LoadLanes) else ())]
     lanes = np.broadcast_shapes(*map(np.shape, swept))
-    u0, v0, given = (
-        None if x is None else np.stack([np.full(lanes, q, dtype=np.float64) for q in x], axis=-1)
-        for x in info.start(**values)
-    )
+    u0, v0, given = (None if x is None else _joined(x, lanes) for x in info.start(**values))
     assert u0 is not None
     assert v0 is not None
     draft = Scene(info, MappingProxyType(dict(values)), u0, v0, u0, load, a0)
     wanted = a0 if a0 is not None else "consistent" if given is None else given
     return replace(draft, a0=_acceleration(draft, wanted))
+
+
+def _joined(components: Sequence[Any], lanes: tuple[int, ...]) -> Array:
+    """Numbers or arrays, one a component, as one array (*lanes, d)."""
+    found = np.empty((*lanes, len(components)))
+    for k, x in enumerate(components):
+        found[..., k] = x
+    return found
 
 
 def _acceleration(scene: Scene, a0: ArrayLike | str) -> Array:

@@ -57,7 +57,7 @@ def scheme(name: "str | Declaration", **parameters: ArrayLike) -> "Scheme":
     complete: dict[str, Array] = {}
     for key, parameter in info.parameters.items():
         value = given[key] if key in given else parameter.default_of(info.name, complete)
-        complete[key] = _checked(info, parameter, value)
+        complete[key] = value if key in parameters else _checked(info, parameter, value)
     return Scheme(info, MappingProxyType(complete), MappingProxyType(given))
 
 
@@ -201,6 +201,11 @@ class Scheme:
     def stencil(self) -> Array:
         """Instants at which a step takes the load, in steps after t_n: (..., K), read-only."""
         return self._stencil
+
+    @cached_property
+    def loaded_within(self) -> bool:
+        """Whether a step takes the load only at instants within it, at all values of the parameters."""
+        return march_coefficients.loaded_within(self._stencil)
 
     @cached_property
     def _stencil(self) -> Array:

@@ -9,7 +9,7 @@ from functools import cache
 
 import numpy as np
 
-from ..core.coefficients import loaded_within, transfer_rows
+from ..core.coefficients import transfer_rows
 from ..core.loads import Load, Record
 from ..core.schemes import Array, Scheme
 from ..core.threads import spread
@@ -42,7 +42,7 @@ def filter_of(scheme: Scheme, o: Oscillators, n: int, load: Load | None) -> Arra
         or any(scheme.kernels.START_STENCIL)
         or o.start.any()
         or (o.dt != dt).any()
-        or not loaded_within(scheme)
+        or not scheme.loaded_within
     ):
         return None
     T = np.concatenate([transfer_rows(scheme, o.omega * dt, o.xi), np.zeros((1, len(o.omega)))])

@@ -5,6 +5,7 @@ run: one oscillator with its step. Lanes are marched side by side in blocks; a l
 alone, up to the first step that is not finite. A history is u, v, a of every stride-th step; peaks need no history.
 """
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cache
@@ -68,7 +69,7 @@ def march_linear(
         peak = peaks_from_rest(scheme, o, n, load, followed)
         if peak is not None and np.isfinite(peak).all():
             return LinearLanes(np.empty((0, 3, P)), peak, *done)
-    lanes = LinearLanes(_history(out, (rows, 3, P)), np.zeros((3, P if followed else 0)), *done)
+    lanes = LinearLanes(_history(out, (rows, 3, P)), np.zeros((3 if followed else 0, P)), *done)
     if rows:
         lanes.out[0] = o.start
     if P == 1:
@@ -77,8 +78,9 @@ def march_linear(
         x = _in_blocks(scheme, o, n, load, stride, lanes)
         for j in np.flatnonzero(~np.isfinite(x).all(axis=0)):
             _alone(scheme, o, n, load, stride, lanes, int(j))
-    if followed:
-        np.maximum(lanes.peak, np.abs(o.start), out=lanes.peak)
+    if not followed:
+        return lanes
+    np.maximum(lanes.peak, np.abs(o.start), out=lanes.peak)
     return replace(lanes, peak=lanes.peak[:followed])
 
 
@@ -129,19 +131,27 @@ def _coefficients(scheme: Scheme, Omega: Array, o: Oscillators, stencil: Array |
     two ends of a step, between which the load is linear; without, those at the scheme's own instants.
     """
     m, R, K = coefficients.sizes(scheme)
-    places, C = coefficients.places(scheme), coefficients.coefficient_rows(scheme, Omega, o.xi)
+    C, D = coefficients.coefficient_rows(scheme, Omega, o.xi), m * m  # D stays as it is, to the last bit
+    rest = C[D:]
     if stencil is not None:
-        D = m * m  # its rows stay as they are, to the last bit
-        C, K = np.concatenate([C[:D], _to_ends(m, R, K, stencil.tobytes()) @ C[D:]]), 2
-    h, square = o.dt, o.dt * o.dt
-    units = (1.0, h, square)
-    C[m * m : m * (m + K)] *= square / o.mass
-    at = m * (m + K)
-    for row, kind in enumerate(kind for kind, place in enumerate(places) if place == "y"):
-        C[at + row * m : at + (row + 1) * m] /= units[kind]
-        C[at + R * m + row * K : at + R * m + (row + 1) * K] *= units[2 - kind] / o.mass
-    scales = [1.0 / units[kind] for kind, place in enumerate(places) if place != "y" and kind > 0]
-    return np.concatenate([C, *(scale[None] for scale in scales)])
+        rest, K = _to_ends(m, R, K, stencil.tobytes()) @ rest, 2
+    kinds = _factors(m, K, coefficients.places(scheme))
+    h, found = o.dt, np.empty((D + len(kinds), len(o.dt)))
+    found[:D], found[D : D + len(rest)], found[D + len(rest) :] = C[:D], rest, 1.0
+    found[D:] *= np.array([np.ones(len(h)), 1.0 / h, 1.0 / (h * h), h * h / o.mass, h / o.mass, 1.0 / o.mass])[kinds]
+    return found
+
+
+@cache
+def _factors(m: int, K: int, places: tuple[str, ...]) -> NDArray[np.int64]:
+    """What the rows of B, O, P, and the scales after them, are multiplied by: 1, 1/h, 1/h^2, h^2/m, h/m or 1/m, 0 to 5.
+
+    places: those of u, h*v and h^2*a in x, "y" for one that is not in it.
+    """
+    outputs = [kind for kind, place in enumerate(places) if place == "y"]
+    of_y, of_loads = np.repeat(outputs, m), np.repeat([3 + kind for kind in outputs], K)
+    scales = [kind for kind, place in enumerate(places) if place != "y" and kind > 0]
+    return np.concatenate([np.full(m * K, 3), of_y, of_loads, scales]).astype(np.int64)
 
 
 @cache
@@ -178,7 +188,7 @@ def _started(
     scheme: Scheme, o: Oscillators, Omega: Array, n: int, load: Load | None
 ) -> tuple[Array, LinearLanes | None, int]:
     """The scheme's state (s, P) at its first own step; the starter's results, if there is one, and steps."""
-    units = o.dt ** np.arange(3)[:, None]
+    units = np.array([np.ones(len(o.dt)), o.dt, o.dt * o.dt])
     given = o.start * units
     if scheme.info.start == "given":
         return given[[kind for kind, _ in scheme.history]], None, 0
@@ -199,10 +209,13 @@ def _excess(o: Oscillators, Omega: Array, state: Array, load: Load | None) -> Ar
     A value below 1e-15 of the sum of the terms' moduli is rounding, and counts as 0.
     """
     value = load.samples[0] if isinstance(load, Record) else values_at(load, np.zeros(1)) if load else 0.0
-    at_start = o.dt**2 / o.mass * value * np.ones(len(Omega))
-    terms = np.stack([Omega**2 * state[0], 2 * o.xi * Omega * state[1], state[2], -at_start])
-    excess = terms.sum(axis=0)
-    return np.where(np.abs(excess) <= 1e-15 * np.abs(terms).sum(axis=0), 0.0, excess)
+    terms = Omega**2 * state[0], 2 * o.xi * Omega * state[1], state[2], o.dt**2 / o.mass * value
+    if len(Omega) == 1:  # numbers, at a fourth of the time
+        terms = tuple(float(x[0]) for x in terms)
+    spring, dashpot, inertia, force = terms
+    excess = spring + dashpot + inertia - force
+    size = abs(spring) + abs(dashpot) + abs(inertia) + abs(force)
+    return np.where(abs(excess) <= 1e-15 * size, 0.0, excess).reshape(len(Omega))
 
 
 def _linear_within_steps(scheme: Scheme, load: Load | None, dt: Array, n: int) -> bool:
@@ -211,7 +224,7 @@ def _linear_within_steps(scheme: Scheme, load: Load | None, dt: Array, n: int) -
     So it is for a record with a whole number of steps from sample to sample, and a scheme that takes the load within
     its step.
     """
-    if not isinstance(load, Record) or not (dt == dt[0]).all() or not coefficients.loaded_within(scheme):
+    if not isinstance(load, Record) or not scheme.loaded_within or not (dt == dt[0]).all():
         return False
     whole = round(load.dt / dt[0])
     if abs(load.dt - whole * dt[0]) * n > 1e-9 * load.dt:  # what a record takes for rounding
@@ -296,7 +309,7 @@ def _alone(scheme: Scheme, o: Oscillators, n: int, load: Load | None, stride: in
         rows = lanes.out[begin + 1 : end + 1, :, 0] if direct else room[: end - begin]
         r.march_one(C, x, *r.loads.of_all(begin, end), rows)
         lanes.n_done[j] = end
-        if not np.isfinite(rows[-1]).all():
+        if not all(map(math.isfinite, rows[-1].tolist())):
             good = int(np.argmin(np.isfinite(rows).all(axis=1)))
             lanes.n_done[j], lanes.status[j], rows = begin + good, NON_FINITE, rows[:good]
         if lanes.peak.size and len(rows):
@@ -305,4 +318,5 @@ def _alone(scheme: Scheme, o: Oscillators, n: int, load: Load | None, stride: in
             at = np.arange(-(-(begin + 1) // stride), (begin + len(rows)) // stride + 1)
             lanes.out[at[: len(lanes.out)], :, j] = rows[at * stride - begin - 1] if len(lanes.out) else 0.0
         begin = end
-    lanes.out[lanes.n_done[j] // stride + 1 :, :, j] = np.nan
+    if lanes.n_done[j] < n:
+        lanes.out[lanes.n_done[j] // stride + 1 :, :, j] = np.nan

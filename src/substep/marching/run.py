@@ -69,7 +69,7 @@ def _response(
 def _oscillator_response(scene: Scene, scheme: Scheme, dt: float, n: int, bound: float, stride: int) -> Response:
     lanes = march_oscillators(scene, scheme, dt, n, 1, bound=bound, stride=stride)
     n_done = int(lanes.n_done[0])
-    iterations = np.broadcast_to(np.int64(0), (n_done, scheme.balances))
+    iterations = np.ndarray((n_done, scheme.balances), np.int64, bytes(8), strides=(0, 0))  # read-only zeros, as one 0
     rows = lanes.out[: n_done // stride + 1]
     return _response(scene, dt, stride, rows, n_done, STATUSES[lanes.status[0]], iterations)
 
@@ -91,9 +91,12 @@ def march_oscillators(
     once.
     """
     assert scene.info.oscillator is not None
-    omega, xi, mass = (np.full(P, x) for x in scene.info.oscillator(**scene.parameters))
-    start = np.stack([np.full((P, 1), x)[:, 0] for x in (scene.u0, scene.v0, scene.a0)])
-    o = Oscillators(omega, xi, mass, np.full(P, dt), start)
+    values, start = np.empty((4, P)), np.empty((3, P))
+    for row, x in zip(values, (*scene.info.oscillator(**scene.parameters), dt), strict=True):
+        row[:] = x
+    for row, x in zip(start, (scene.u0, scene.v0, scene.a0), strict=True):
+        row[:] = x[..., 0]
+    o = Oscillators(*values, start)
     if bound == math.inf:
         return march_linear(scheme, o, n, scene.load, stride=stride, keep=keep)
     lanes = march_linear(scheme, o, n, scene.load)

@@ -1,6 +1,7 @@
 """Many runs of one scheme on one scene at once: lanes of the kernel generated for the two, spread over threads."""
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from types import ModuleType
@@ -9,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.arrays import copy_rows
 from ..core.kernel_modules import committed
 from ..core.scenes import Scene
 from ..core.schemes import Array, Scheme
@@ -17,6 +19,10 @@ from ..core.threads import spread
 FEW = 16  # fewer lanes march one by one: in a block all lanes wait for the one whose Newton iteration takes longest
 LEAST = 64  # lanes of a thread's part, a block: with fewer the processor waits for the results of an iteration
 TOLERANCE = 1e-12  # Newton's iteration ends at a correction of u smaller than this times the scene's length
+NEAR = 1 << 17  # numbers of histories that are read as soon as they are written, from the second cache
+
+# takes the rows (lanes, steps // stride + 1, 2 or 3, d) of some lanes, which are NaN after the last step completed
+Reader = Callable[[slice, Array], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,29 +75,31 @@ def march_lanes(
     stride: int = 1,
     history: bool = False,
     counts: bool = False,
+    reader: Reader | None = None,
 ) -> Lanes:
     """P runs with steps dt (P,) of n (P,) steps each; the scheme's parameters may be arrays (P,).
 
     start: u, v, a at t = 0, (P, d) each, where they differ from the scene's. bound: energy in J beyond which a
-    lane stops, a number or (P,). history: keep every stride-th step in `out`; counts: keep `iterations`.
+    lane stops, a number or (P,). history: keep every stride-th step in `out`; counts: keep `iterations`. reader:
+    called, by several threads at once, for ranges of lanes that together are all, with every stride-th step of theirs;
+    it may change these rows, which are written over after it returns.
     """
     module = pair_kernels(scene, scheme)
     P, steps = len(dt), int(n.max(initial=0))
-    u, v, a = (np.full((P, scene.u0.shape[-1]), x) for x in start or (scene.u0, scene.v0, scene.a0))
+    u, v, a = (_of_lanes(x, (P, scene.u0.shape[-1])) for x in start or (scene.u0, scene.v0, scene.a0))
     scalars = {"h": dt, "tolerance": TOLERANCE * scene.length, "bound": bound, **scene.parameters, **scheme.parameters}
     arrays: dict[str, Any] = {
-        **{name: np.full(P, x, dtype=np.float64) for name, x in scalars.items()},
+        **{name: _of_lanes(x, (P,)) for name, x in scalars.items()},
         **{"u": u, "v": v, "a": a, "n": np.array(n, dtype=np.int64), "first": 0, "stride": stride},
         "state": np.empty((P, len(module.STATE), u.shape[1])),
-        "out": np.zeros((P, steps // stride + 1 if history else 0, len(module.REPORTED), u.shape[1])),
+        "out": np.zeros((P, _rows_kept(module, steps, stride, history, reader), len(module.REPORTED), u.shape[1])),
         "newton": np.zeros((P, 2, scheme.balances), dtype=np.int64),
         "iterations": np.zeros((P, steps if counts else 0, scheme.balances), dtype=np.int64),
         **{name: np.empty(P, dtype=np.int64) for name in ("n_done", "status")},
         "peak": np.empty(P),
     }
-    if history:
-        for k, x in enumerate((u, v, a)[: len(module.REPORTED)]):
-            arrays["out"][:, 0, k] = x
+    if arrays["out"].shape[1]:
+        _put_start(arrays, slice(None), arrays["out"])
     if scene.info.sampled:
         values = [np.broadcast_to(x, P) for x in scheme.parameters.values()]
         stencil, at_start = (_columns(f(*values), P) for f in (module.stencil, module.start_stencil))
@@ -102,7 +110,7 @@ def march_lanes(
         module.start(*(arrays[name] for name in module.START_ARGUMENTS))
     else:
         head = _head(scene, scheme, module, arrays, (u, v, a))
-    _run(module, arrays, P)
+    _run(module, arrays, P, steps // stride + 1, reader)
     peak = np.maximum(arrays["peak"], scene.energy(np.zeros(P), u, v))
     if head is not None:
         early = head.n_done < np.minimum(n, arrays["first"])
@@ -115,6 +123,31 @@ def march_lanes(
         arrays["iterations"][:, : arrays["first"], 0] = of_head[:, : arrays["iterations"].shape[1]]
     kept = "out", "state", "newton", "iterations", "n_done", "status"
     return Lanes(peak=peak, **{name: arrays[name] for name in kept})
+
+
+def _of_lanes(x: Any, shape: tuple[int, ...]) -> Array:
+    """The numbers of P lanes (P, ...), in the form for which kernels are compiled: as they are if they have it."""
+    right = isinstance(x, np.ndarray) and x.shape == shape and x.dtype == np.float64
+    if right and x.flags.c_contiguous and x.flags.writeable:  # kernels only read it
+        return x
+    found = np.empty(shape)
+    found[...] = x
+    return found
+
+
+def _rows_kept(module: ModuleType, steps: int, stride: int, history: bool, reader: Reader | None) -> int:
+    """Rows of all lanes that are in memory at once: none, all, or for a reader those that the starter gives."""
+    if history:
+        return steps // stride + 1
+    if reader is None or module.START_ARGUMENTS:
+        return 0
+    return min(steps, max(lag for _, lag in module.STATE)) // stride + 1
+
+
+def _put_start(arrays: Mapping[str, Any], lanes: slice, out: Array) -> None:
+    """Put u, v, a at t = 0 of some lanes into the first row of out, their histories."""
+    for k, name in enumerate("uva"[: out.shape[2]]):
+        copy_rows(arrays[name][lanes], out[:, 0, k])
 
 
 def _columns(numbers: Sequence[Any], P: int) -> Array:
@@ -145,13 +178,33 @@ def _head(scene: Scene, scheme: Scheme, module: ModuleType, arrays: dict[str, An
     return head
 
 
-def _run(module: ModuleType, arrays: Mapping[str, Any], lanes: int) -> None:
+def _run(module: ModuleType, arrays: Mapping[str, Any], lanes: int, rows: int, reader: Reader | None) -> None:
     """March all lanes: a few one by one, many in blocks. Parts are small, since slow lanes are often neighbours."""
     few = lanes < FEW
     march, least, cost = (module.march, 1, 100) if few else (module.march_block, LEAST, 4)  # ns a step of a lane
+    given = [arrays[name] for name in module.ARGUMENTS]
 
     def part(first: int, last: int) -> None:
         chosen = slice(first, last)
-        march(*(x[chosen] if isinstance(x := arrays[name], np.ndarray) else x for name in module.ARGUMENTS))
+        march(*(x[chosen] if isinstance(x, np.ndarray) else x for x in given))
 
-    spread(part, lanes, least, nanoseconds=cost * int(arrays["n"].sum()))
+    def part_read(first: int, last: int) -> None:
+        assert reader is not None
+        early, place = arrays["out"], module.ARGUMENTS.index("out")
+        together = min(last - first, least * max(1, NEAR // (least * rows * math.prod(early.shape[2:]))))
+        room = np.empty((together, rows, *early.shape[2:]))
+        for begin in range(first, last, together):
+            chosen = slice(begin, min(begin + together, last))
+            own = [x[chosen] if isinstance(x, np.ndarray) else x for x in given]
+            own[place] = out = room[: chosen.stop - begin]
+            if early.shape[1]:
+                out[:, : early.shape[1]] = early[chosen]
+            else:
+                _put_start(arrays, chosen, out)
+            march(*own)
+            kept = arrays["n_done"][chosen] // arrays["stride"] + 1
+            if kept.min() < rows:
+                out[np.arange(rows) >= kept[:, None]] = np.nan
+            reader(chosen, out)
+
+    spread(part if reader is None else part_read, lanes, least, nanoseconds=cost * int(arrays["n"].sum()))

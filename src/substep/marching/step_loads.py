@@ -27,8 +27,8 @@ class StepLoads:
 
     @property
     def at_hand(self) -> bool:
-        """Whether there is nothing to evaluate."""
-        return self.load is None or self.values is not None
+        """Whether the loads of all steps are in memory."""
+        return self.values is not None
 
     @property
     def shared(self) -> bool:
@@ -50,7 +50,9 @@ class StepLoads:
             first = values[0].copy()
             first[0] += self.excess[0]
             values[0] = read_only(first)
-        return (*values, *(read_only(np.zeros(end - begin)) for _ in range(self.K - len(values))))
+        if len(values) == self.K:
+            return tuple(values)
+        return (*values, *[read_only(np.zeros(end - begin))] * (self.K - len(values)))
 
     def beforehand(self, n: int) -> "StepLoads":
         """The same, where `of_each` only reads what one thread evaluates here: a load of the user's own, or of all."""

@@ -15,7 +15,7 @@ from ..core.scenes import Scene
 from ..core.schemes import Scheme
 from .chunks import Results, run_chunk
 from .cluster import run_on
-from .dataset import template, variables
+from .dataset import Variable, template, variables
 from .plan import Chunk, Keep, Plan, planned
 from .progress import shown
 from .store import Store
@@ -78,21 +78,22 @@ def sweep(
     chunks = plan.chunks(piece if store is None else store.piece)
     todo = chunks if store is None else [chunk for chunk in chunks if not store.is_done(chunk)]
     names = tuple(axis.name for axis in plan.axes)
-    targets = (
-        {name: np.full((*plan.shape, *v.sizes), v.fill) for name, v in of.items()} if store is None else store.targets
-    )
+    targets = {name: _target(plan, name, v) for name, v in of.items()} if store is None else store.targets
+    left = {chunk.first: chunk for chunk in todo}
 
     def result(interrupted: bool) -> "xarray.Dataset":
         if store is not None:
             store.mark(interrupted)
             return store.read()
+        for chunk in left.values():
+            _reset(targets, of, chunk)
         whole = shell.assign({name: named((*names, *v.dims), targets[name], v.attrs) for name, v in of.items()})
         return whole.assign_attrs(interrupted=int(interrupted))
 
-    blocks = _here(plan, todo) if client is None else run_on(client, plan, todo)
+    room = targets if store is None else {}
+    blocks = _here(plan, todo, room) if client is None else run_on(client, plan, todo)
     try:
-        left = sum(chunk.last - chunk.first for chunk in todo)
-        _fill(targets, {name: v.fill for name, v in of.items()}, blocks, left, math.prod(plan.shape), progress)
+        _fill(targets, of, blocks, left, math.prod(plan.shape), progress)
     except KeyboardInterrupt:
         return result(interrupted=True)
     except Exception as error:
@@ -102,29 +103,63 @@ def sweep(
     return result(interrupted=False)
 
 
+def _target(plan: Plan, name: str, variable: Variable) -> Any:
+    """Where a variable's results go. Only the status begins with its fill value: chunks left over are reset."""
+    shape = *plan.shape, *variable.sizes
+    return np.full(shape, variable.fill) if name == "status" else np.empty(shape, variable.fill.dtype)
+
+
 Blocks = Generator[tuple[Chunk, Results]]
 
 
-def _here(plan: Plan, chunks: Sequence[Chunk]) -> Blocks:
+def _here(plan: Plan, chunks: Sequence[Chunk], targets: Mapping[str, Any]) -> Blocks:
+    """Run the chunks one after another; results of lanes that are read block by block go into the targets at once."""
     for chunk in chunks:
-        yield chunk, run_chunk(plan, chunk.first, chunk.last)
+        if plan.oscillator or not targets:
+            yield chunk, run_chunk(plan, chunk.first, chunk.last)
+            continue
+        places = {name: target[chunk.where] for name, target in targets.items()}  # contiguous, as a chunk's points are
+        room = {name: x.reshape(-1, *x.shape[len(plan.shape) :]) for name, x in places.items()}
+        yield chunk, run_chunk(plan, chunk.first, chunk.last, room)
 
 
 def _fill(
-    targets: Mapping[str, Any], fills: Mapping[str, Any], blocks: Blocks, left: int, total: int, show: bool
+    targets: Mapping[str, Any],
+    variables: Mapping[str, Variable],
+    blocks: Blocks,
+    left: dict[int, Chunk],
+    total: int,
+    show: bool,
 ) -> None:
-    """Put results into their place, the status last; a chunk that fails in between is reset to the fill values."""
-    with shown(total, total - left, show) as advance, closing(blocks):
+    """Put results into their place, the status last; a chunk that fails in between is reset to the fill values.
+
+    left: the chunks not yet done by their first point; those that are done are removed from it.
+    """
+    runs = sum(chunk.last - chunk.first for chunk in left.values())
+    with shown(total, total - runs, show) as advance, closing(blocks):
         for chunk, results in blocks:
             shape = tuple(s.stop - s.start for s in chunk.where)
             try:
-                for name in fills:
-                    targets[name][chunk.where] = results[name].reshape((*shape, *results[name].shape[1:]))
+                for name in variables:
+                    found, target = results[name].reshape((*shape, *results[name].shape[1:])), targets[name]
+                    if not _is_there(found, target, chunk):
+                        target[chunk.where] = found
             except BaseException:
-                for name, fill in reversed(fills.items()):
-                    targets[name][chunk.where] = fill
+                _reset(targets, variables, chunk)
                 raise
-            left -= chunk.last - chunk.first
+            del left[chunk.first]
             advance(chunk.last - chunk.first)
     if left:
-        raise RuntimeError(f"expected results of every run, {left} did not come; please report this")
+        runs = sum(chunk.last - chunk.first for chunk in left.values())
+        raise RuntimeError(f"expected results of every run, {runs} did not come; please report this")
+
+
+def _is_there(found: Any, target: Any, chunk: Chunk) -> bool:
+    """Whether the results of a chunk were put into the target itself."""
+    return isinstance(target, np.ndarray) and np.may_share_memory(found, target[chunk.where])
+
+
+def _reset(targets: Mapping[str, Any], variables: Mapping[str, Variable], chunk: Chunk) -> None:
+    """Fill values in place of a chunk's results, the status first."""
+    for name, variable in reversed(variables.items()):
+        targets[name][chunk.where] = variable.fill

@@ -130,9 +130,12 @@ class Plan:
         at = dict(zip(self.axes, np.unravel_index(points, (1, *self.shape))[1:], strict=True))
         common = ("step",) if is_known(self.load) else ("step", "load")
         keys = [at[axis] for axis in self.axes if axis.owner in common]
-        order = np.lexsort(keys) if keys else np.arange(len(points))
+        if not keys:
+            yield np.arange(len(points)), *self._lanes(at)
+            return
+        order = np.lexsort(keys)
         changes = [np.diff(key[order]) != 0 for key in keys]
-        for places in np.split(order, np.flatnonzero(np.any(changes, axis=0)) + 1 if keys else []):
+        for places in np.split(order, np.flatnonzero(np.any(changes, axis=0)) + 1):
             yield places, *self._lanes({axis: index[places] for axis, index in at.items()})
 
     def _lanes(self, at: Mapping[Axis, NDArray[np.int64]]) -> tuple[Scene, Scheme, float]:

@@ -15,6 +15,7 @@ from numba.extending import intrinsic, overload
 
 WIDTH = {width}  # lanes of a block
 BLOCKS = {blocks}  # blocks whose histories are stored side by side, so that rows of many lanes are written in one go
+AHEAD = {ahead}  # steps of one lane whose loads are multiplied by their coefficients before it marches through them
 LARGE = 1 << 20  # numbers of a history that is stored past the caches, which could not hold it
 FAR = 1 << 50  # beyond any index; loops are vectorised if their first index is known to lie from 0 to FAR
 
@@ -188,7 +189,9 @@ def march_{K}(C, x, {F}, forces, start, n, stride, out, peak, begin, end):
                 for r in range(3):
                     for j in range(size):
                         largest[r * lanes + first + j] = s[({peaks} + r) * {width} + j]
+'''
 
+RUN = '''
 
 @_compile
 def run_{K}(C, x, {F}, out):
@@ -200,6 +203,28 @@ def run_{K}(C, x, {F}, out):
     {x} = {at_x}
     for i in range(out.shape[0]):
         {f} = {f_at_i}
+{one}
+    {at_x} = {x}
+'''
+
+RUN_AHEAD = '''
+
+@_compile
+def run_{K}(C, x, {F}, out):
+    """March one lane n steps: C ({given},), {F} (n,); out (n, 3): u, v, a of each step.
+
+    What the loads add is computed first, for AHEAD steps in vector registers. What a number of x changes by is added to
+    its own share of the step: no sum waits for a longer chain of others.
+    """
+    {coefficients} = C
+    {x} = {at_x}
+    loaded = np.empty({sums} * AHEAD)
+    for first in range(0, out.shape[0], AHEAD):
+        rows = out[first : first + AHEAD]
+        {f} = {f_ahead}
+        for i in range(rows.shape[0]):
+{ahead}
+        for i in range(rows.shape[0]):
 {one}
     {at_x} = {x}
 '''
