@@ -38,8 +38,8 @@ three_substep_third_order = composite(
 )
 
 
-def _fourth_order(g: Symbol | Rational) -> tuple[list[list[Any]], list[Any]]:
-    """The table of four sub-steps of order 4 and the times of their ends, for any gamma."""
+def _fourth_order(g: Symbol) -> tuple[list[list[Any]], list[Any]]:
+    """The table of four sub-steps of order 4 and the times of their ends."""
     a32 = 3 * (3 - 8 * g) / (64 * g)
     a43 = 8 * (1 - 12 * g + 36 * g**2 - 24 * g**3) / (81 * g * (3 - 8 * g))
     a42 = (Rational(2, 9) - 2 * g / 3 - 3 * a43 / 4) / (2 * g)
@@ -67,10 +67,17 @@ four_substep_family: Scheme = composite(
     reference="substep design --sub-steps 4 --order 4 --rho-inf free --one-stiffness",
 )
 
-# rho_inf = 1/3 is the least at which no sub-step reaches beyond the step's end: there gamma = 1/2
+# rho_inf = 1/3 is the least at which no sub-step reaches beyond the step's end: there gamma = 1/2. At this gamma the
+# times 3/5 and 4/5 have the least principal error, 0.0181 where 3/4 and 2/3 have 0.0209
 four_substep_fourth_order = composite(
     "four_substep_fourth_order",
-    *_fourth_order(_half),
+    [
+        [_half, _half],
+        [Rational(11, 50), -Rational(3, 25), _half],
+        [Rational(17, 150), -Rational(12, 25), Rational(2, 3), _half],
+        [Rational(3, 16), -Rational(5, 24), Rational(25, 24), -Rational(25, 48), _half],
+    ],
+    [1, Rational(3, 5), Rational(4, 5), 1],
     reference="substep design --sub-steps 4 --order 4 --rho-inf 1/3 --one-stiffness",
 )
 

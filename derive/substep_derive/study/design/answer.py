@@ -53,11 +53,11 @@ class Found:
 
 @dataclass(frozen=True)
 class Answer:
-    """verdict: 'found', 'none' (proved) or 'undecided'; the schemes found, the best first; the proof, line by line."""
+    """verdict: 'found', 'none' (proved) or 'undecided'. found: the best scheme, or None. proof: line by line."""
 
     wish: Wish
     verdict: str
-    found: tuple[Found, ...]
+    found: Found | None
     proof: tuple[str, ...]
 
     @property
@@ -65,6 +65,6 @@ class Answer:
         """The wish, the verdict, and why."""
         words = {"found": "found", "none": "there is none", "undecided": "undecided"}
         lines = [f"{self.wish.text}: {words[self.verdict]}", *self.proof]
-        for number, one in enumerate(self.found, start=1):
-            lines += ["", f"{number}. {one.scheme.name}", *(f"   {line}" for line in one.proof)]
+        if self.found is not None:
+            lines += [f"{self.found.scheme.name}:", *(f"  {line}" for line in self.found.proof)]
         return "\n".join(lines)

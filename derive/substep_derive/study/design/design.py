@@ -60,8 +60,8 @@ def design(
     """
     if (scheme is None) == (sub_steps is None):
         raise DeclarationError(
-            "expected either a scheme, whose parameters are sought, or sub_steps, of which a scheme is composed; got "
-            f"{'neither' if scheme is None else 'both'}: write design('generalized_alpha') or design(sub_steps=3, order=3)"
+            "expected either a scheme, whose parameters are sought, or sub_steps, of which one is composed; got "
+            f"{'neither' if scheme is None else 'both'}: design('generalized_alpha') or design(sub_steps=3, order=3)"
         )
     if scheme is not None:
         return parameters(scheme, rho_inf, order)
@@ -74,28 +74,28 @@ def design(
     except OutOfTimeError as error:
         tried = tuple(f"  done: {step}" for step in budget.done)
         why = f"{cpu_seconds:g} s of CPU time were allowed; {error}; allow more by cpu_seconds."
-        return Answer(wish, "undecided", (), (why, *tried))
+        return Answer(wish, "undecided", None, (why, *tried))
 
 
 def _answer(wish: Wish, budget: Budget) -> Answer:
     below = wish.order < wish.sub_steps and wish.least == "damping" and wish.rho_inf is not None
     result: Result = least_damping(wish, budget) if below else search(wish, budget)
-    found, why = [], list(result.why)
-    for candidate in result.candidates:
-        budget.begin_step(f"a table for gamma = {shown(candidate.ends[0])}")
-        made = table_of(candidate, budget)
-        if made is not None:
-            budget.begin_step("the conditions of the order")
-            found.append(_found(candidate, *made, wish))
-    if result.candidates and not found:
+    why = list(result.why)
+    if not result.candidates:
+        return Answer(wish, result.verdict, None, tuple(why))
+    best = result.candidates[0]
+    budget.begin_step(f"a table for gamma = {shown(best.ends[0])}")
+    made = table_of(best, budget)
+    if made is None:
         why.append(
             f"These are of order {wish.order} on linear problems. Tables whose order holds on nonlinear ones are known "
             "here for order 2, for order n, and for order n + 1, up to order 4."
         )
-        return Answer(wish, "undecided", (), tuple(why))
-    if found and not wish.one_stiffness:
+        return Answer(wish, "undecided", None, tuple(why))
+    if not wish.one_stiffness:
         why.append("One effective stiffness suffices; whether several would lessen the error was not decided.")
-    return Answer(wish, result.verdict, tuple(found), tuple(why))
+    budget.begin_step("the conditions of the order")
+    return Answer(wish, "found", _found(best, *made, wish), tuple(why))
 
 
 def _found(candidate: Candidate, table: Table, chosen: tuple[str, ...], wish: Wish) -> Found:
@@ -111,7 +111,7 @@ def _found(candidate: Candidate, table: Table, chosen: tuple[str, ...], wish: Wi
         rows = tuple(tuple(cancel(e.subs(value)) for e in row) for row in rows)
         times = tuple(cancel(e.subs(value)) for e in times)
     name = f"composite_{function.n}_order_{p}"
-    scheme = composite(name, rows, times, _parameters(candidate), reference=f"designed: {wish.text}")
+    scheme = composite(name, rows, times, _parameters(candidate, table), reference=f"designed: {wish.text}")
     error = function.error(p + 1)
     where = f"gamma = {shown(one)}"
     if number is None:
@@ -153,6 +153,8 @@ def _interval(candidate: Candidate) -> str:
 
 def _values(e: Expr, candidate: Candidate) -> str:
     ends = dict.fromkeys(candidate.ends)
+    if not candidate.is_branch and sign_at(candidate.ends[0], e) == 0:
+        return "0"
     radii = (Integer(1), Integer(0))
     return " to ".join(
         f"{float(e.subs({gamma: approximate(x), rho_inf: r})):.6g}" for x, r in zip(ends, radii, strict=False)
@@ -173,7 +175,7 @@ def _excess(candidate: Candidate) -> str:
     return " + ".join(terms) or "0"
 
 
-def _parameters(candidate: Candidate) -> tuple[Parameter, ...]:
+def _parameters(candidate: Candidate, table: Table) -> tuple[Parameter, ...]:
     """gamma as the only root of its equation in an interval, and rho_inf where it is free; nothing for a rational."""
     one = candidate.ends[0]
     if not candidate.is_branch:
@@ -183,14 +185,15 @@ def _parameters(candidate: Candidate) -> tuple[Parameter, ...]:
     low, high = sorted(map(approximate, candidate.ends))
     return (
         Parameter(rho_inf, Interval(0, 1), Rational(1, 2)),
-        Parameter(gamma, Interval(*_around(candidate, low, high)), Root(candidate.equation)),
+        Parameter(gamma, Interval(*_around(candidate, table, low, high)), Root(candidate.equation)),
     )
 
 
-def _around(candidate: Candidate, low: Rational, high: Rational) -> tuple[Rational, Rational]:
-    """Two simple fractions close around the branch, between which rho_inf does not turn as a function of gamma."""
+def _around(candidate: Candidate, table: Table, low: Rational, high: Rational) -> tuple[Rational, Rational]:
+    """Two simple fractions close around the branch, between which rho_inf does not turn and no coefficient has a pole."""
     radius = _solved(candidate.equation)
-    turns = [approximate(x) for x in numbers_with(cancel(radius.diff(gamma)))]
+    equations = [cancel(radius.diff(gamma)), *(e for e in table.poles if e.has(gamma))]
+    turns = [approximate(x) for e in equations for x in numbers_with(e)]
     room = (high - low) / 10
     below = max([low - room, *(x for x in turns if x < low)])
     above = min([high + room, *(x for x in turns if x > high)])

@@ -25,7 +25,6 @@ from .stability_function import (
 )
 from .wish import FREE, Wish
 
-
 UNSTABLE = "E < 0 somewhere: unstable"
 
 
@@ -114,8 +113,8 @@ def _too_high(wish: Wish, budget: Budget) -> Result:
     one, two = (coefficient(n + k, n) for k in (1, 2))
     shared = gcd(Poly(one, gamma), Poly(two, gamma))
     why = (
-        f"R = P/(1 - gamma z)^{n} with P of degree {n}: order {n + 2} needs the coefficients of z^{n + 1} and z^{n + 2}",
-        f"in e^z (1 - gamma z)^{n} to vanish: {caret(factor(one))} = 0 and {caret(factor(two))} = 0.",
+        f"R = P/(1 - gamma z)^{n} with P of degree {n}: order {n + 2} needs the coefficients of z^{n + 1} and",
+        f"z^{n + 2} in e^z (1 - gamma z)^{n} to vanish: {caret(factor(one))} = 0 and {caret(factor(two))} = 0.",
         f"Their greatest common divisor is {caret(shared.as_expr())}, so that they have no common root.",
     )
     return Result("none" if shared.degree() == 0 else "undecided", (), why)
@@ -128,7 +127,7 @@ def _highest(wish: Wish, budget: Budget) -> Result:
     equation = Poly(coefficient(n + 1, n), gamma).clear_denoms(convert=True)[1].as_expr()
     why = [
         f"R = P/(1 - gamma z)^{n} with P of degree {n}: order {n + 1} fixes P, and needs the coefficient of z^{n + 1}",
-        f"in e^z (1 - gamma z)^{n} to vanish: {caret(equation)} = 0 (Crouzeix for n = 3), so that gamma has no freedom.",
+        f"in e^z (1 - gamma z)^{n} to vanish: {caret(equation)} = 0 (n = 3: Crouzeix), so that gamma is not free.",
     ]
     kept = []
     for number in numbers_with(equation):
@@ -234,8 +233,8 @@ def _one_parameter(wish: Wish, budget: Budget) -> Result:
         return Result("none" if wish.one_stiffness else "undecided", (), (*why, *_differing(wish)))
     best = ordered(kept, wish)[0]
     why.append(
-        f"Of its zeros, its stationary points and the ends, the {wish.least.replace('_', ' ')} is least in size at gamma = "
-        f"{shown(best.ends[0])}."
+        f"Of its zeros, its stationary points and the ends, the {wish.least.replace('_', ' ')} is least in size at "
+        f"gamma = {shown(best.ends[0])}."
     )
     return Result("found", (best,), tuple(why))
 

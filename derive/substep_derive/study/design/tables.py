@@ -5,17 +5,17 @@ condition of stage order 2, sum_j a_ij c_j = c_i^2/2, which leaves the condition
 sum b a c^2 = 1/12. What is then free are times of sub-steps' ends: the fractions with denominators up to 5 inside the
 step at which every coefficient is finite for all gamma asked for, and the principal error is least: the root of the sum
 over the trees of order p + 1 of the squares of their coefficients in the error of one step (Hairer, Norsett & Wanner I,
-II.3).
+II.3); where rho_inf is free, its geometric mean over both ends.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import permutations
-from math import comb
+from math import comb, prod
 from typing import Any
 
-from sympy import Expr, Integer, Matrix, Rational, Symbol, cancel, factor, fraction, together
+from sympy import Expr, Integer, Matrix, Rational, Symbol, cancel, expand, factor, factor_list, fraction, together
 
 from ...algebra.rational import RationalFunctions
 from ...declare.symbols import gamma
@@ -50,10 +50,11 @@ class Table:
         A, b, field = self.square
         return [field.expression(field.domain.convert(e)) for e in residuals(A, b, order)]
 
-    @property
-    def denominators(self) -> list[Expr]:
-        """Those of all coefficients."""
-        return [fraction(together(e))[1] for row in self.rows for e in row]
+    @cached_property
+    def poles(self) -> tuple[Expr, ...]:
+        """Polynomials at whose zeros a coefficient is infinite, each once."""
+        bottoms = [fraction(together(e))[1] for row in self.rows for e in row]
+        return tuple(dict.fromkeys(base for e in bottoms for base, _ in factor_list(e)[1]))
 
 
 def principal_error(table: Table, order: int) -> Expr:
@@ -85,47 +86,51 @@ def table_of(candidate: Candidate, budget: Budget) -> tuple[Table, tuple[str, ..
     budget.begin_step(f"the principal error over the times {', '.join(map(str, free))}")
     error = principal_error(general, p)
     kept: list[tuple[Expr, dict[Symbol, Rational]]] = []
+    finite: dict[Expr, bool] = {}
     for chosen in permutations(TIMES, len(free)):
         values = dict(zip(free, chosen, strict=True))
-        if _finite(general, values, candidate, budget):
+        budget.begin_step(f"poles of the table at {values}")
+        for pole in (expand(e.subs(values)) for e in general.poles):
+            if pole not in finite:
+                finite[pole] = _is_nowhere_zero(pole, candidate)
+            if not finite[pole]:
+                break
+        else:
             kept.append((cancel(error.subs(values)), values))
-    kept.sort(key=lambda one: one[0].subs(gamma, approximate(candidate.ends[1])))
+    kept.sort(key=lambda one: prod(_decimals(one[0], candidate)))
     if not kept:
         return None
     best, values = kept[0]
     everywhere = all(_not_below(other, best, candidate) for other, _ in kept[1:])
     table = Table(_at(general.rows, values), _at([general.times], values)[0])
-    where = "at every gamma" if everywhere else "at rho_inf = 0" if candidate.is_branch else "at this gamma"
+    where = "in the geometric mean of rho_inf = 0 and 1" if candidate.is_branch else "at this gamma"
+    where += ", and at every rho_inf between" if candidate.is_branch and everywhere else ""
     names = ", ".join(f"{k} = {v}" for k, v in values.items())
     why = (
         f"{names}: of {len(kept)} choices with denominators up to 5 that keep every coefficient finite, the one with",
-        f"the least principal error {where}; its square is {_decimal(best, candidate)}.",
+        f"the least principal error {where};",
+        f"its square is {' to '.join(f'{x:.4g}' for x in _decimals(best, candidate))}.",
     )
     return table, why
 
 
-def _decimal(e: Expr, candidate: Candidate) -> str:
-    shown = [f"{float(e.subs(gamma, approximate(x))):.4g}" for x in dict.fromkeys(candidate.ends)]
-    return " to ".join(shown)
+def _decimals(e: Expr, candidate: Candidate) -> list[float]:
+    """The values at gamma, or at both ends of the branch."""
+    return [float(e.subs(gamma, approximate(x))) for x in dict.fromkeys(candidate.ends)]
 
 
 def _at(rows: Sequence[Sequence[Expr]], values: Mapping[Symbol, Expr]) -> tuple[tuple[Expr, ...], ...]:
     return tuple(tuple(factor(cancel(e.subs(values))) for e in row) for row in rows)
 
 
-def _finite(general: Table, values: Mapping[Symbol, Expr], candidate: Candidate, budget: Budget) -> bool:
-    """Whether no denominator vanishes at the candidate's gamma, or anywhere on its branch, ends included."""
-    if len(set(values.values())) < len(values):
+def _is_nowhere_zero(pole: Expr, candidate: Candidate) -> bool:
+    """Whether a polynomial does not vanish at the candidate's gamma, or anywhere on its branch, ends included."""
+    if not pole.has(gamma):
+        return pole != 0
+    if any(sign_at(end, pole) == 0 for end in candidate.ends):
         return False
-    budget.begin_step(f"poles of the table at {values}")
-    bottoms = {factor(e.subs(values)) for e in general.denominators}
-    for bottom in bottoms:
-        if bottom == 0 or any(sign_at(end, bottom) == 0 for end in candidate.ends if bottom.has(gamma)):
-            return False
-        low, high = sorted(map(approximate, candidate.ends))
-        if candidate.is_branch and bottom.has(gamma) and numbers_with(bottom, low, high):
-            return False
-    return True
+    low, high = sorted(map(approximate, candidate.ends))
+    return not (candidate.is_branch and numbers_with(pole, low, high))
 
 
 def _not_below(other: Expr, best: Expr, candidate: Candidate) -> bool:
