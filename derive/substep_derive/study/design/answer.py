@@ -1,12 +1,14 @@
 """What a design ends with: schemes, a proof that there are none, or what was tried before the time was up."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from time import process_time
 
 from sympy import Expr
 
 from ...algebra.algebraic import Algebraic
 from ...declare.scheme import Scheme
+from ...stability.certificate import Certificate, certify
 from .wish import Wish
 
 
@@ -49,6 +51,14 @@ class Found:
     times: tuple[Expr, ...]
     scheme: Scheme
     proof: tuple[str, ...]
+
+    @cached_property
+    def certificate(self) -> Certificate:
+        """The exact certificate on the undamped oscillator, at rho_inf = 1/2 where it is free.
+
+        A multiple eigenvalue on the circle, as of two trapezoidal steps, is unstable there and not for A-stability.
+        """
+        return certify(self.scheme)
 
 
 @dataclass(frozen=True)

@@ -190,7 +190,7 @@ def _parameters(candidate: Candidate, table: Table) -> tuple[Parameter, ...]:
 
 
 def _around(candidate: Candidate, table: Table, low: Rational, high: Rational) -> tuple[Rational, Rational]:
-    """Two simple fractions close around the branch, between which rho_inf does not turn and no coefficient has a pole."""
+    """Two simple fractions close around the branch, free of turns of rho_inf and poles of the table."""
     radius = _solved(candidate.equation)
     equations = [cancel(radius.diff(gamma)), *(e for e in table.poles if e.has(gamma))]
     turns = [approximate(x) for e in equations for x in numbers_with(e)]

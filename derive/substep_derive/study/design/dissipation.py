@@ -6,6 +6,7 @@ what is left is nowhere negative, which is the proof of stability.
 """
 
 from collections.abc import Sequence
+from typing import Any
 
 from sympy import Expr, Poly, Symbol, cancel, factor, fraction, solve, together
 
@@ -21,7 +22,7 @@ def least_damping(wish: Wish, budget: Budget) -> Result:
     """The candidates. Raises OutOfTimeError."""
     n, p = wish.sub_steps, wish.order
     free = wish.rho_inf == FREE
-    radius: Expr = rho_inf if free else wish.rho_inf
+    radius: Any = rho_inf if free else wish.rho_inf
     why = [
         f"R = P/(1 - gamma z)^{n} with P of degree {n}: order {p} fixes P up to z^{p}, |R(oo)| = rho_inf its last",
         f"coefficient. Least damping: E = (1 - rho_inf^2) (gamma y)^{2 * n}, which is nowhere negative.",

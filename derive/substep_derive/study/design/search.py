@@ -61,13 +61,10 @@ def caret(text: Any) -> str:
 
 
 def shown(number: Algebraic) -> str:
-    """A number gamma in words: its equation, and twelve digits for the eye."""
-    polynomial = caret(number.polynomial.as_expr(gamma))
-    return (
-        f"{float(approximate(number)):.12g}... (root of {polynomial})"
-        if len(number.coefficients) > 2
-        else str(Rational(-number.coefficients[1], number.coefficients[0]))
-    )
+    """A number gamma in words: a fraction, or twelve digits for the eye and its equation."""
+    if len(number.coefficients) == 2:
+        return str(approximate(number))
+    return f"{float(approximate(number)):.12g}... (root of {caret(number.polynomial.as_expr(gamma))})"
 
 
 def search(wish: Wish, budget: Budget) -> Result:

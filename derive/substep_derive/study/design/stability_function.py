@@ -93,8 +93,9 @@ def numbers_with(equation: Expr, low: Any = 0, high: Any = None) -> list[Algebra
 
 def approximate(number: Algebraic, digits: int = 40) -> Expr:
     """The root r of an Algebraic as a decimal number, with which others are put in order."""
-    low, high = number.interval
-    polynomial = number.polynomial
+    polynomial, (low, high) = number.polynomial, number.interval
+    if polynomial.degree() == 1:
+        return Rational(-number.coefficients[1], number.coefficients[0])
     if low != high:
         low, high = polynomial.refine_root(low, high, eps=Rational(1, 10**digits))
     return (low + high) / 2
