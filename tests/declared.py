@@ -5,7 +5,7 @@ from fractions import Fraction
 from functools import cache
 
 import numpy as np
-from oracle import sample_parameters
+from designed_oracle import sample_parameters
 from substep_derive import Derivation, Scheme, derive
 from substep_derive.declare.parameter import Root
 from substep_derive.declare.schemes import ALL
@@ -57,11 +57,10 @@ def for_oracle(scheme: Scheme, values: dict[str, Rational]) -> tuple[str, dict[s
         return "newmark", everything
     if name == "central_difference":
         return name, {}
-    if name == "three_substep":
-        return name, {"rho_inf": everything["rho_inf"]}
     if name == "generalized_alpha":
         return "generalized_alpha", everything
-    return name, dict(values)
+    roots = {p.name for p in scheme.parameters if isinstance(p.default, Root)}  # the oracle solves for these itself
+    return name, {key: value for key, value in values.items() if key not in roots}
 
 
 def parameter_sets(name: str, count: int) -> Iterator[tuple[dict[str, Fraction], Fraction]]:

@@ -295,3 +295,28 @@ class Run:
         b2 = g / 2 + d1 / 2 - 2 * d3 / g**2
         b3 = 3 * g / 8 + d1 / 4 - d2 / (2 * g) + d3 / g**2
         return self.trapezoids_then(g, b3, b2, b1, g / 2)
+
+    def stages(self, rows: list[list[float]], times: list[float]) -> Row:
+        """y_i = y_0 + h sum_j a_ij y'_j, one row a_i for each sub-step and the time of its end."""
+        knots, h = [self.rows[-1]], self.h
+        for (*before, last), time in zip(rows, times, strict=True):
+            known_u = knots[0].u + h * sum(w * knot.v for w, knot in zip(before, knots, strict=True))
+            known_v = knots[0].v + h * sum(w * knot.a for w, knot in zip(before, knots, strict=True))
+            knots.append(self.balance(time, same_line(known_u, known_v, h * last), knots[-1]))
+        return knots[-1]
+
+    def three_substep_third_order(self, p):
+        """Weights by collocation: exact for rates that are constant, linear, quadratic in time."""
+        g, c2, c3 = p.gamma, 2 * p.gamma, 0.6
+        b2, b3 = np.linalg.solve([[c2, c3], [c2**2, c3**2]], [1 / 2 - g, 1 / 3 - g])
+        a32 = (c3**2 / 2 - g * c3) / c2
+        return self.stages([[g, g], [c3 - a32 - g, a32, g], [1 - b2 - b3 - g, b2, b3, g]], [c2, c3, 1.0])
+
+    def four_substep_fourth_order(self, p):
+        rows = [
+            [0.5, 0.5],
+            [0.22, -0.12, 0.5],
+            [17 / 150, -0.48, 2 / 3, 0.5],
+            [3 / 16, -5 / 24, 25 / 24, -25 / 48, 0.5],
+        ]
+        return self.stages(rows, [1.0, 0.6, 0.8, 1.0])

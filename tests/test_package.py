@@ -47,7 +47,7 @@ def test_only_algebra_touches_the_low_level_of_sympy() -> None:
 
 SCHEMES = {scheme.name for scheme in ALL}
 PARAMETERS = {p.name for s in ALL for p in (*s.parameters, *(family.argument for family in s.families))}
-ABOUT_ONE_SCHEME = ("declare/schemes", "study/thesis.py", "study/ledger.py", "study/design.py")
+ABOUT_ONE_SCHEME = ("declare/schemes", "study/thesis.py", "study/ledger.py", "study/design")
 
 
 def branches(source: str) -> list[str]:

@@ -15,6 +15,7 @@ from rich.table import Column, Table
 from ..core.schemes import scheme
 from ..core.schemes import schemes as scheme_names
 from .arguments import exact_options, number, numbers, require_folders, scene_of
+from .design import design
 from .estimators import estimator
 
 if TYPE_CHECKING:
@@ -192,6 +193,9 @@ def conditions(name: Annotated[str, typer.Argument(help="a name listed by `subst
             print(f"{quantity} is of second order, free and forced, damped and undamped: {wanted}")
     except ValueError as error:
         raise typer.BadParameter(str(error)) from error
+
+
+app.command()(design)
 
 
 @app.command()

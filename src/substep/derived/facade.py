@@ -140,6 +140,16 @@ def second_order_betas(rho_inf: Fraction, gamma_t: Fraction) -> list[float]:
     return [beta for beta, cells in curves if any(float(low) < gamma_t < float(high) for low, high, *_ in cells)]
 
 
+def design(scheme: str | None = None, **wishes: Any) -> Any:
+    """Exact parameters from requirements, of a declared scheme or of a composite scheme of `sub_steps` sub-steps.
+
+    See `substep_derive.study.design.design`.
+    """
+    from substep_derive.study.design import design as of  # noqa: PLC0415
+
+    return of(scheme, **wishes) if scheme is not None else of(**wishes)
+
+
 def overshoot(name: str) -> "Overshoot":
     """Overshoot class of a scheme, such as U0-V1, at almost all values of its parameters."""
     from substep_derive.oscillator.evaluation import Evaluation  # noqa: PLC0415

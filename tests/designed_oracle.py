@@ -1,0 +1,68 @@
+"""Designed composite schemes for the oracle, from the conditions that define them and not from the declared table.
+
+gamma is found by Newton's iteration, weights and inner coefficients by small linear equations, in the type of Omega.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from oracle import Number, root, sample_parameters, scheme
+
+__all__ = ["sample_parameters"]  # of all schemes, those of this file among them
+
+
+def root_near(start: Number, coefficients: Sequence[Number]) -> Number:
+    """The root of a polynomial (highest power first) by Newton's iteration, until corrections no longer shrink."""
+    x, change, last = start, 1, 2
+    while change < last:
+        value = slope = 0 * start
+        for c in coefficients:
+            slope = slope * x + value
+            value = value * x + c
+        x, change, last = x - value / slope, abs(value / slope), change
+    return x
+
+
+def third_order(rho: Number) -> tuple[list[list[Number]], list[Number]]:
+    """sum b c = 1/2, sum b c^2 = 1/3, sum a_3j c_j = c_3^2/2 with c = (0, 2 gamma, 3/5, 1), gamma on the diagonal."""
+    g = root_near((0 * rho + 38) / 100, [6 - 6 * rho, -18, 9, -1])
+    second, third = 2 * g, (0 * rho + 3) / 5
+    first_sum, second_sum = (1 - 2 * g) / 2, (1 - 3 * g) / 3
+    determinant = second * third**2 - third * second**2
+    b2 = (first_sum * third**2 - second_sum * third) / determinant
+    b3 = (second * second_sum - second**2 * first_sum) / determinant
+    a32 = (third**2 / 2 - g * third) / second
+    return [[g, g], [third - a32 - g, a32, g], [1 - b2 - b3 - g, b2, b3, g]], [second, third, 0 * rho + 1]
+
+
+def fourth_order(one: Number) -> tuple[list[list[Number]], list[Number]]:
+    """Hand-typed: gamma = 1/2, ends at 1, 3/5, 4/5, 1."""
+    rows = [[50, 50], [22, -12, 50], [one * 34 / 3, -48, one * 200 / 3, 50]]
+    last = [one * 75 / 4, -one * 125 / 6, one * 625 / 6, -one * 625 / 12, 50]
+    return [[one * x / 100 for x in row] for row in [*rows, last]], [one, one * 3 / 5, one * 4 / 5, one]
+
+
+def stepped(s: Any, state: Sequence[Number], table: tuple[list[list[Number]], list[Number]], f: Any) -> tuple:
+    """Knot after knot: y_i = y_0 + sum_j a_ij y'_j, the balance solved for the acceleration at its end."""
+    knots = [tuple(state)]
+    for (*before, last), time in zip(*table, strict=True):
+
+        def end(a: Number, before: Sequence[Number] = before, last: Number = last) -> tuple:
+            v = knots[0][1] + sum(w * k[2] for w, k in zip(before, knots, strict=True)) + last * a
+            u = knots[0][0] + sum(w * k[1] for w, k in zip(before, knots, strict=True)) + last * v
+            return u, v, a
+
+        knots.append(end(root(lambda a, end=end, time=time: s.residual(*end(a), f(time)))))
+    return knots[-1]
+
+
+@scheme("three_substep_third_order", "u h*v h^2*a", "rho_inf")
+def three_substep_third_order(s, state, p, f):
+    return stepped(s, state, third_order(p.rho_inf), f)
+
+
+@scheme("four_substep_fourth_order", "u h*v h^2*a")
+def four_substep_fourth_order(s, state, p, f):
+    return stepped(s, state, fourth_order(s.one), f)
