@@ -16,6 +16,7 @@ from types import SimpleNamespace
 from typing import NamedTuple
 
 import numpy as np
+import tables
 
 Array = np.ndarray
 solve, norm = np.linalg.solve, np.linalg.norm
@@ -35,6 +36,8 @@ MEMBERS = {  # name: the method that steps it, with these parameters fixed
     "silva_bezerra": ("newmark_bdf2", TRAPEZOID),
     "kr_alpha_plain_start": ("kr_alpha", {}),
 }
+MEMBERS |= {name: ("table", {"table": name}) for name in tables.TABLES}
+MEMBERS |= {name: ("composed", {"weights": weights}) for name, weights in tables.COMPOSITIONS.items()}
 STARTERS = {"houbolt": 2, "park": 2, "oalts": 1}  # steps of average acceleration before the first own one
 
 
@@ -160,6 +163,33 @@ class Run:
             ku, kv = h * (v0 + c * kv), h * s.acceleration(u0 + c * ku, v0 + c * kv, t + c * h)
             u1, v1 = u1 + b * ku, v1 + b * kv
         return Row(u1, v1, s.acceleration(u1, v1, t + h))
+
+    def table(self, p):
+        """Every stage with its own slopes; a stage on the diagonal is solved for its acceleration."""
+        (s, h, t, u0, v0, a0), table = self.now(), tables.of(p.table, self.parameters, float)
+        (A, b, c), stages = table, []
+        end = tables.last_is_end(table)
+        for i, (row, tau) in enumerate(zip(A, c, strict=True)):
+            u = u0 + h * sum((w * stage.v for w, stage in zip(row, stages, strict=False)), 0 * u0)
+            v = v0 + h * sum((w * stage.a for w, stage in zip(row, stages, strict=False)), 0 * u0)
+            if row[i]:
+                last = stages[-1] if stages else None
+                stages.append(self.balance(tau, same_line(u, v, h * row[i]), last))
+            else:
+                stages.append(Row(u, v, a0 if i == 0 and end else s.acceleration(u, v, t + tau * h)))
+        if end:
+            return stages[-1]
+        u1 = u0 + h * sum(w * stage.v for w, stage in zip(b, stages, strict=True))
+        v1 = v0 + h * sum(w * stage.a for w, stage in zip(b, stages, strict=True))
+        return Row(u1, v1, s.acceleration(u1, v1, t + h))
+
+    def composed(self, p):
+        """Central differences over parts of the step."""
+        row, tau = self.rows[-1], 0.0
+        for weight in p.weights(**self.parameters):
+            tau += weight
+            row = self.balance(tau, newmark_line(row, weight * self.h, 0.0, 0.5), row)
+        return row
 
     def central_difference_lagged(self, p):
         s, h, t, u0, v_before, a0 = self.now()

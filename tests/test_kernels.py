@@ -20,7 +20,7 @@ from substep.marching import scene_lanes
 
 EXPLICIT = {
     *("forward_euler", "central_difference", "central_difference_lagged", "rk2", "rk4", "noh_bathe"),
-    *("tchamwa_wielgosz", "kr_alpha", "kr_alpha_plain_start"),
+    *("tchamwa_wielgosz", "kr_alpha", "kr_alpha_plain_start", "bogacki_shampine", "dormand_prince", "forest_ruth"),
 }
 LINEAR = {"linear_oscillator", "bathe_noh", "rigid_pendulum"}
 CONTROL = {"state", "bound", "first", "n", "stride", "out"}

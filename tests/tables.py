@@ -1,0 +1,192 @@
+"""Runge-Kutta tables and weights of compositions, typed from their papers, and their steps on the linear oscillator.
+
+A second spelling of the catalogue's: numbers of 50 digits, decimals or closed forms, not the fractions and roots of the
+declarations; stages carry both slopes (v, a), no velocity is eliminated. A table is a function of the scheme's
+parameters, which returns A, b, c.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import oracle
+from mpmath import mp
+
+MP = mp.clone()
+MP.dps = 50
+Table = tuple[list[list[Any]], list[Any], list[Any]]
+
+
+def number(text: str) -> Any:
+    """A fraction, as printed."""
+    top, _, bottom = text.partition("/")
+    return MP.mpf(top) / MP.mpf(bottom or 1)
+
+
+def rows(text: str) -> list[list[Any]]:
+    return [[number(x) for x in line.split()] for line in text.strip().splitlines()]
+
+
+def explicit(text: str, c: str) -> Table:
+    """The rows below the diagonal; the last one is b, and the last stage begins the next step."""
+    A = [[], *rows(text)]
+    return A, A[-1], [number(x) for x in c.split()]
+
+
+def bogacki_shampine() -> Table:
+    return explicit("1/2\n0 3/4\n2/9 1/3 4/9", "0 1/2 3/4 1")
+
+
+def dormand_prince() -> Table:
+    """As scipy.integrate.RK45 has it."""
+    from scipy.integrate import RK45
+
+    A = [[MP.mpf(float(x)) for x in row[:i]] for i, row in enumerate(RK45.A)]
+    exact = explicit(
+        """1/5
+        3/40 9/40
+        44/45 -56/15 32/9
+        19372/6561 -25360/2187 64448/6561 -212/729
+        9017/3168 -355/33 46732/5247 49/176 -5103/18656
+        35/384 0 500/1113 125/192 -2187/6784 11/84""",
+        "0 0.2 0.3 0.8 8/9 1 1",
+    )
+    typed = [*exact[0][:-1], exact[1]]
+    theirs = [*A, [MP.mpf(float(x)) for x in RK45.B]]
+    assert all(abs(x - y) < 1e-15 * (1 + abs(y)) for r, q in zip(typed, theirs, strict=True)
+               for x, y in zip(r, q, strict=True))  # fmt: skip
+    return exact
+
+
+def sdirk2(gamma: Any) -> Table:
+    A = [[gamma], [1 - gamma, gamma]]
+    return A, A[-1], [gamma, 1]
+
+
+def sdirk3(gamma: Any) -> Table:
+    """Alexander's b_1 = -(6 a^2 - 16 a + 1)/4, b_2 = (6 a^2 - 20 a + 5)/4 and tau_2 = (1 + a)/2."""
+    b = [4 * gamma - 3 * gamma**2 / 2 - MP.mpf("0.25"), 3 * gamma**2 / 2 - 5 * gamma + MP.mpf("1.25"), gamma]
+    return [[gamma], [(1 - gamma) / 2, gamma], b], b, [gamma, (1 + gamma) / 2, 1]
+
+
+def crouzeix3(gamma: Any) -> Table:
+    return [[gamma], [1 - 2 * gamma, gamma]], [MP.mpf("0.5")] * 2, [gamma, 1 - gamma]
+
+
+def crouzeix4(gamma: Any) -> Table:
+    half, d = MP.mpf("0.5"), 1 / (6 * (2 * gamma - 1) ** 2)
+    return (
+        [[gamma], [half - gamma, gamma], [2 * gamma, 1 - 4 * gamma, gamma]],
+        [d, 1 - 2 * d, d],
+        [gamma, half, 1 - gamma],
+    )
+
+
+def esdirk32(gamma: Any) -> Table:
+    """By its conditions: stage order 2 in the third stage, order 3 of weights that end in gamma."""
+    c2, c3 = 2 * gamma, MP.mpf("0.6")
+    a32 = c3 * (c3 - 2 * gamma) / (4 * gamma)
+    b2, b3 = MP.lu_solve(
+        MP.matrix([[c2, c3], [c2**2, c3**2]]), MP.matrix([MP.mpf(1) / 2 - gamma, MP.mpf(1) / 3 - gamma])
+    )
+    b = [1 - b2 - b3 - gamma, b2, b3, gamma]
+    return [[], [gamma, gamma], [c3 - gamma - a32, a32, gamma], b], b, [0, c2, c3, 1]
+
+
+def esdirk43() -> Table:
+    A, _, c = explicit(
+        """1/4 1/4
+        8611/62500 -1743/31250 1/4
+        5012029/34652500 -654441/2922500 174375/388108 1/4
+        15267082809/155376265600 -71443401/120774400 730878875/902184768 2285395/8070912 1/4
+        82889/524892 0 15625/83664 69875/102672 -2260/8211 1/4""",
+        "0 0.5 0.332 0.62 0.85 1",
+    )
+    return A, A[-1], c
+
+
+TABLES: dict[str, tuple[Callable[..., Table], str]] = {
+    "bogacki_shampine": (bogacki_shampine, ""),
+    "dormand_prince": (dormand_prince, ""),
+    "sdirk2": (sdirk2, "gamma"),
+    "sdirk3": (sdirk3, "gamma"),
+    "crouzeix3": (crouzeix3, "gamma"),
+    "crouzeix4": (crouzeix4, "gamma"),
+    "esdirk32": (esdirk32, "gamma"),
+    "esdirk43": (esdirk43, ""),
+}
+# weights of central differences, one after another
+COMPOSITIONS: dict[str, Callable[..., list[Any]]] = {
+    "forest_ruth": lambda weight: [weight, 1 - 2 * weight, weight],
+}
+
+
+def square(table: Table) -> Table:
+    """The table with rows filled up with zeros."""
+    A, b, c = table
+    return [[*row, *[0] * (len(c) - len(row))] for row in A], [*b, *[0] * (len(c) - len(b))], c
+
+
+def first_is_start(table: Table) -> bool:
+    return not any(table[0][0])
+
+
+def last_is_end(table: Table) -> bool:
+    return table[2][-1] == 1 and list(table[0][-1]) == list(table[1])
+
+
+def of(name: str, values: dict[str, Any], kind: Callable[[Any], Any]) -> Table:
+    """The table at these values of the parameters, in numbers of this kind."""
+    A, b, c = square(TABLES[name][0](**{key: MP.mpf(str(value)) if isinstance(value, float) else MP.mpf(value)
+                                        for key, value in values.items()}))  # fmt: skip
+    return [[kind(x) for x in row] for row in A], [kind(x) for x in b], [kind(x) for x in c]
+
+
+def _step(s: Any, table: Table, state: Any, f: Callable[[Any], Any]) -> tuple[Any, Any]:
+    A, b, c = table
+    u0, v0 = state[:2]
+    stages: list[Any] = []
+    for row, tau in zip(A, c, strict=True):
+        i = len(stages)
+        u = u0 + sum((w * v for w, (_, v, _) in zip(row[:i], stages, strict=True)), 0 * u0)
+        v = v0 + sum((w * a for w, (_, _, a) in zip(row[:i], stages, strict=True)), 0 * u0)
+        if i == 0 and row[i] == 0 and len(state) == 3:
+            stages.append((u0, v0, state[2]))
+            continue
+
+        def at(a: Any, u: Any = u, v: Any = v, w: Any = row[i]) -> Any:
+            return u + w * (v + w * a), v + w * a, a
+
+        stages.append(at(oracle.root(lambda a, at=at, tau=tau: s.residual(*at(a), f(tau)))))
+    u1 = u0 + sum((w * v for w, (_, v, _) in zip(b, stages, strict=True)), 0 * u0)
+    v1 = v0 + sum((w * a for w, (_, _, a) in zip(b, stages, strict=True)), 0 * u0)
+    if last_is_end(table):
+        u1, v1, a1 = stages[-1]
+        return ((u1, v1, a1) if len(state) == 3 else (u1, v1)), (u1, v1, a1)
+    return (u1, v1), (u1, v1, s.acceleration(u1, v1, f(s.one)))
+
+
+def _register(name: str, parameters: str) -> None:
+    sample = square(TABLES[name][0](**dict.fromkeys(parameters.split(), MP.mpf("0.45"))))
+    carried = first_is_start(sample) and last_is_end(sample)
+
+    @oracle.scheme(name, "u h*v h^2*a" if carried else "u h*v", parameters)
+    def rule(s: Any, state: Any, p: Any, f: Callable[[Any], Any]) -> tuple[Any, Any]:
+        return _step(s, of(name, vars(p), type(s.one)), state, f)
+
+
+def _register_composition(name: str, weights: Callable[..., list[Any]]) -> None:
+    names = " ".join(weights.__code__.co_varnames)
+
+    @oracle.scheme(name, "u h*v h^2*a", names)
+    def rule(s: Any, state: Any, p: Any, f: Callable[[Any], Any]) -> tuple[Any, Any]:
+        t = 0 * s.one
+        for weight in weights(**vars(p)):
+            t = t + weight
+            state = oracle.newmark_end(s, state, weight, (0 * s.one, s.one / 2), f(t))
+        return state, state
+
+
+for _name, (_, _parameters) in TABLES.items():
+    _register(_name, _parameters)
+for _name, _weights in COMPOSITIONS.items():
+    _register_composition(_name, _weights)
