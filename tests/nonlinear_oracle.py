@@ -38,6 +38,8 @@ MEMBERS = {  # name: the method that steps it, with these parameters fixed
 }
 MEMBERS |= {name: ("table", {"table": name}) for name in tables.TABLES}
 MEMBERS |= {name: ("composed", {"weights": weights}) for name, weights in tables.COMPOSITIONS.items()}
+MEMBERS |= {name: ("nystrom", {"table": table}) for name, table in tables.NYSTROM.items()}
+MEMBERS |= {name: ("stoermer", {"counts": counts}) for name, counts in tables.EXTRAPOLATIONS.items()}
 STARTERS = {"houbolt": 2, "park": 2, "oalts": 1}  # steps of average acceleration before the first own one
 
 
@@ -182,6 +184,30 @@ class Run:
         u1 = u0 + h * sum(w * stage.v for w, stage in zip(b, stages, strict=True))
         v1 = v0 + h * sum(w * stage.a for w, stage in zip(b, stages, strict=True))
         return Row(u1, v1, s.acceleration(u1, v1, t + h))
+
+    def nystrom(self, p):
+        (s, h, t, u0, v0, a0), table = self.now(), p.table()
+        assert not s.damping.any(), "a Nystrom table is for u'' = g(t, u)"
+        found = [a0]
+        for row, c in zip(table.A_bar[1:], map(float, table.c[1:]), strict=True):
+            u = u0 + c * h * v0 + h**2 * sum(float(w) * a for w, a in zip(row, found, strict=False))
+            found.append(s.acceleration(u, 0 * v0, t + c * h))
+        u1 = u0 + h * v0 + h**2 * sum(float(w) * a for w, a in zip(table.b_bar, found, strict=False))
+        return Row(u1, v0 + h * sum(float(w) * a for w, a in zip(table.b, found, strict=False)), found[-1])
+
+    def stoermer(self, p):
+        """Stoermer's rule with n sub-steps, for each n, extrapolated."""
+        (s, h, t, *given), ends = self.now(), {}
+        for n in p.counts:
+            u, v, a = given
+            for j in range(1, n + 1):
+                v = v + h / n * a / 2
+                u = u + h / n * v
+                a = s.acceleration(u, 0 * v, t + h * j / n)
+                v = v + h / n * a / 2
+            ends[n] = u, v
+        u, v = (tables.extrapolated({n: end[i] for n, end in ends.items()}) for i in range(2))
+        return Row(u, v, s.acceleration(u, 0 * v, t + h))
 
     def composed(self, p):
         """Central differences over parts of the step."""

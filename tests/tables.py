@@ -5,7 +5,10 @@ declarations; stages carry both slopes (v, a), no velocity is eliminated. A tabl
 parameters, which returns A, b, c.
 """
 
+import itertools
 from collections.abc import Callable
+from dataclasses import dataclass
+from types import SimpleNamespace
 from typing import Any
 
 import oracle
@@ -82,14 +85,14 @@ def crouzeix4(gamma: Any) -> Table:
 
 
 def esdirk32(gamma: Any) -> Table:
-    """By its conditions: stage order 2 in the third stage, order 3 of weights that end in gamma."""
+    """By its conditions: stage order 2 in the third stage, order 2 of weights that end in gamma, and R(oo) = 0."""
     c2, c3 = 2 * gamma, MP.mpf("0.6")
     a32 = c3 * (c3 - 2 * gamma) / (4 * gamma)
-    b2, b3 = MP.lu_solve(
-        MP.matrix([[c2, c3], [c2**2, c3**2]]), MP.matrix([MP.mpf(1) / 2 - gamma, MP.mpf(1) / 3 - gamma])
-    )
-    b = [1 - b2 - b3 - gamma, b2, b3, gamma]
-    return [[], [gamma, gamma], [c3 - gamma - a32, a32, gamma], b], b, [0, c2, c3, 1]
+    a31 = c3 - gamma - a32
+    y = MP.lu_solve(MP.matrix([[gamma, 0], [a32, gamma]]), MP.matrix([gamma, a31]))  # R(oo) = (b_1 - b y)/gamma
+    conditions = MP.matrix([[1, 1, 1], [0, c2, c3], [1, -y[0], -y[1]]])
+    b = [*MP.lu_solve(conditions, MP.matrix([1 - gamma, MP.mpf(1) / 2 - gamma, 0])), gamma]
+    return [[], [gamma, gamma], [a31, a32, gamma], b], b, [0, c2, c3, 1]
 
 
 def esdirk43() -> Table:
@@ -104,6 +107,54 @@ def esdirk43() -> Table:
     return A, A[-1], c
 
 
+@dataclass(frozen=True)
+class Nystrom:
+    """A table for u'' = g(t, u): damping is left out."""
+
+    A_bar: list[list[Any]]
+    b_bar: list[Any]
+    b: list[Any]
+    c: list[Any]
+
+
+def rkn43() -> Nystrom:
+    """RKN4(3)4FM, of 1987; b_bar is the last row of A_bar."""
+    A_bar = [[], *rows("1/32\n7/1000 119/500\n1/14 8/27 25/189")]
+    return Nystrom(A_bar, A_bar[-1], rows("1/14 32/81 250/567 5/54")[0], rows("0 1/4 7/10 1")[0])
+
+
+def rkn64() -> Nystrom:
+    """RKN6(4)6FM, of 1987; b_bar is the last row of A_bar."""
+    A_bar = [
+        [],
+        *rows(
+            """1/200
+            -1/2200 1/22
+            637/6600 -7/110 7/33
+            225437/1968750 -30073/281250 65569/281250 -9367/984375
+            151/2142 5/116 385/1368 55/168 -6250/28101"""
+        ),
+    ]
+    b = rows("151/2142 25/522 275/684 275/252 -78125/112404 1/12")[0]
+    return Nystrom(A_bar, A_bar[-1], b, rows("0 1/10 3/10 7/10 17/25 1")[0])
+
+
+NYSTROM: dict[str, Callable[[], Nystrom]] = {"rkn43": rkn43, "rkn64": rkn64}
+# numbers of sub-steps of Stoermer's rule, from whose results u and v are extrapolated
+EXTRAPOLATIONS = {"stoermer_extrapolation": (1, 2, 3, 4)}
+
+
+def extrapolated(values: dict[int, Any]) -> Any:
+    """The limit of values at 1, 2, ... sub-steps by the scheme of Aitken and Neville; their errors are even in 1/n."""
+    counts, column = sorted(values), [values[n] for n in sorted(values)]
+    for k in range(1, len(counts)):
+        column = [
+            new + (new - old) / ((counts[i + k] / counts[i]) ** 2 - 1)
+            for i, (old, new) in enumerate(itertools.pairwise(column))
+        ]
+    return column[0]
+
+
 TABLES: dict[str, tuple[Callable[..., Table], str]] = {
     "bogacki_shampine": (bogacki_shampine, ""),
     "dormand_prince": (dormand_prince, ""),
@@ -116,8 +167,12 @@ TABLES: dict[str, tuple[Callable[..., Table], str]] = {
 }
 # weights of central differences, one after another
 COMPOSITIONS: dict[str, Callable[..., list[Any]]] = {
+    "suzuki": lambda weight: [weight, weight, 1 - 4 * weight, weight, weight],
     "forest_ruth": lambda weight: [weight, 1 - 2 * weight, weight],
 }
+
+
+DAMPED_COMPOSITIONS = ("forest_ruth",)
 
 
 def square(table: Table) -> Table:
@@ -174,12 +229,53 @@ def _register(name: str, parameters: str) -> None:
         return _step(s, of(name, vars(p), type(s.one)), state, f)
 
 
+def undamped(s: Any) -> Any:
+    """The oscillator with the same stiffness and without damping."""
+    return oracle.Oscillator(s.one, 0 * s.c, s.k)
+
+
+def _nystrom_step(s: Any, table: Nystrom, state: Any, f: Callable[[Any], Any]) -> Any:
+    kind = type(s.one)
+    u0, v0, a0 = state
+    found: list[Any] = []
+    for row, c in zip(table.A_bar, table.c, strict=True):
+        u = u0 + kind(c) * v0 + sum((kind(w) * a for w, a in zip(row, found, strict=False)), 0 * u0)
+        found.append(a0 if not found else s.acceleration(u, 0 * v0, f(kind(c))))
+    v1 = v0 + sum((kind(w) * a for w, a in zip(table.b, found, strict=False)), 0 * u0)
+    u1 = u0 + v0 + sum((kind(w) * a for w, a in zip(table.b_bar, found, strict=False)), 0 * u0)
+    return u1, v1, found[-1]  # the last stage is t_{n+1}
+
+
+def _stoermer(s: Any, n: int, state: Any, f: Callable[[Any], Any]) -> tuple[Any, Any]:
+    """Stoermer's rule in one-step form, n sub-steps: kicks by half of the acceleration, drifts between them."""
+    u, v, a = state
+    for j in range(1, n + 1):
+        v = v + a / (2 * n)
+        u = u + v / n
+        a = s.acceleration(u, 0 * v, f(s.one * j / n))
+        v = v + a / (2 * n)
+    return u, v
+
+
+def _register_nystrom(name: str) -> None:
+    @oracle.scheme(name, "u h*v h^2*a")
+    def rule(s: Any, state: Any, p: SimpleNamespace, f: Callable[[Any], Any]) -> tuple[Any, Any]:
+        s = undamped(s)
+        if name in NYSTROM:
+            new = _nystrom_step(s, NYSTROM[name](), state, f)
+        else:
+            runs = {n: _stoermer(s, n, state, f) for n in EXTRAPOLATIONS[name]}
+            u, v = (extrapolated({n: run[i] for n, run in runs.items()}) for i in range(2))
+            new = u, v, s.acceleration(u, 0 * v, f(s.one))
+        return new, new
+
+
 def _register_composition(name: str, weights: Callable[..., list[Any]]) -> None:
     names = " ".join(weights.__code__.co_varnames)
 
     @oracle.scheme(name, "u h*v h^2*a", names)
     def rule(s: Any, state: Any, p: Any, f: Callable[[Any], Any]) -> tuple[Any, Any]:
-        t = 0 * s.one
+        s, t = s if name in DAMPED_COMPOSITIONS else undamped(s), 0 * s.one
         for weight in weights(**vars(p)):
             t = t + weight
             state = oracle.newmark_end(s, state, weight, (0 * s.one, s.one / 2), f(t))
@@ -188,5 +284,7 @@ def _register_composition(name: str, weights: Callable[..., list[Any]]) -> None:
 
 for _name, (_, _parameters) in TABLES.items():
     _register(_name, _parameters)
+for _name in (*NYSTROM, *EXTRAPOLATIONS):
+    _register_nystrom(_name)
 for _name, _weights in COMPOSITIONS.items():
     _register_composition(_name, _weights)

@@ -43,7 +43,7 @@ def composition(
     steps = entries.vector("weights", weights)
     entries.sums("the weights", [steps], [Integer(1)])
     inner = sorted({(knot_of(s) or ("", ""))[1] for s in base.unknowns} - {"0", "1"})
-    relations: dict[Symbol, Expr] = {}
+    relations: dict[Any, Expr] = {}
     balances: list[Balance] = []
     first, begin = start, Integer(0)
     for k, (weight, label) in enumerate(zip(steps, LABELS, strict=False), start=1):
@@ -51,9 +51,9 @@ def composition(
         named: dict[Symbol, Expr] = dict(zip((*start, *end), (*first, *last), strict=True))
         for other in inner:
             named |= dict(zip(knot(other), knot(f"{label}{other}"), strict=True))
-        values = {**named, h: weight * h}
+        values: dict[Any, Any] = {**named, h: weight * h}
 
-        def placed(e: Expr, values: dict[Symbol, Expr] = values, begin: Expr = begin, weight: Expr = weight) -> Expr:
+        def placed(e: Expr, values: dict[Any, Any] = values, begin: Expr = begin, weight: Expr = weight) -> Expr:
             loads = {load: f(begin + weight * load.args[0]) for load in e.atoms(f)}
             return e.subs(values, simultaneous=True).subs(loads, simultaneous=True)
 

@@ -3,11 +3,11 @@
 from collections.abc import Sequence
 from typing import Any
 
-from sympy import Expr, Integer, Rational, Symbol, cancel
+from sympy import Expr, Integer, Rational, Symbol, cancel, preorder_traversal
 
 from ..algebra.algebraic import Field, generator
 from ..algebra.rational import RationalFunctions
-from .checks import expression
+from .checks import expression, is_rational
 from .errors import DeclarationError
 from .parameter import Parameter, Root
 
@@ -36,6 +36,10 @@ class Entries:
     def vector(self, what: str, given: Row, length: int | None = None) -> list[Expr]:
         """Its entries. Raises DeclarationError for another length, or an entry that is not exact."""
         entries = list(given)
+        if len(entries) > len(LABELS):
+            raise DeclarationError(
+                f"{self.name}: expected at most {len(LABELS)} stages or steps, got {len(entries)}; split the scheme"
+            )
         if not entries or (length is not None and len(entries) != length):
             raise DeclarationError(
                 f"{self.name}: expected {length or 'at least one'} entries in {what}, as in c, got {len(entries)}; "
@@ -67,7 +71,7 @@ class Entries:
             found = sum(row, Integer(0))
             if self.numbers([[found - total]])[0][0]:
                 raise DeclarationError(
-                    f"{self.name}: expected {what.format(k=k)} to sum to {total}, got {cancel(found)}; correct the table"
+                    f"{self.name}: expected {what.format(k=k)} to sum to {total}, got {cancel(found)}; correct them"
                 )
 
     def _entry(self, what: str, value: Any) -> Expr:
@@ -82,9 +86,7 @@ class Entries:
                 f"{self.name}: the entry {e} of {what} holds {', '.join(sorted(map(str, unknown)))}; declare "
                 "parameters=(Parameter(...),)"
             )
-        if not e.is_rational_function(*self.symbols) or not all(
-            a.is_Rational or a.is_Symbol for a in e.atoms() if a.is_number or a.is_Symbol
-        ):
+        if not all(map(is_rational, preorder_traversal(e))):
             raise DeclarationError(
                 f"{self.name}: expected entries of {what} that are rational in the parameters, got {e}; let an "
                 "irrational number be the default Root(...) of a parameter, and all entries rational in that"

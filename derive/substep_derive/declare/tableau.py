@@ -81,18 +81,20 @@ def nystrom(
 ) -> Scheme:
     """The scheme of a Nystrom table; explicit or diagonally implicit.
 
-    u_i = u_0 + c_i h v_0 + h^2 sum_j A_bar_ij a_j, v_i = v_0 + h sum_j A_ij a_j, u_1 = u_0 + h v_0 + h^2 sum b_bar_i a_i,
-    v_1 = v_0 + h sum b_i a_i (Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I (1993), II.14).
-    Without A the table is one for u'' = g(t, u): no stage has a velocity, no balance a damping force, and the scheme is
-    refused where there is damping. b_bar_hat, b_hat: weights of a second u_1 and v_1 of another order.
+    u_i = u_0 + c_i h v_0 + h^2 sum_j A_bar_ij a_j, v_i = v_0 + h sum_j A_ij a_j at the stages, at the end
+    u_1 = u_0 + h v_0 + h^2 sum_i b_bar_i a_i, v_1 = v_0 + h sum_i b_i a_i
+    (Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I (1993), II.14). Without A the table is one for
+    u'' = g(t, u): no stage has a velocity, no balance a damping force, and the scheme is refused where there is
+    damping. b_bar_hat, b_hat: weights of a second u_1 and v_1 of another order.
 
     Raises DeclarationError as `tableau` does; rows of A_bar have to sum to c^2/2, b_bar to 1/2.
     """
     table = Entries(name, parameters)
     c_ = table.vector("c", c)
-    squares, b_, bar = table.lower("A_bar", A_bar, len(c_)), table.vector("b", b, len(c_)), table.vector(
-        "b_bar", b_bar, len(c_)
-    )  # fmt: skip
+    squares, b_, bar = (
+        table.lower("A_bar", A_bar, len(c_)),
+        *(table.vector(what, row, len(c_)) for what, row in (("b", b), ("b_bar", b_bar))),
+    )
     A_ = None if A is None else table.lower("A", A, len(c_))
     table.sums("twice the entries of row {k} of A_bar", [[2 * e for e in row] for row in squares], [x**2 for x in c_])
     if A_ is not None:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 from sympy import Abs, Add, Dummy, Expr, Integer, Matrix, Mul, Ne, Piecewise, Symbol, diag, oo, symbols, zeros
 
+from ..declare.errors import DeclarationError
 from ..declare.names import check_pair, entry_name
 from ..declare.scene import POSITIVE
 from ..declare.scheme import Scheme
@@ -95,12 +96,18 @@ class SceneStep:
     def of(cls, scheme: Scheme, motion: EquationsOfMotion) -> "SceneStep":
         """Raises DeclarationError for coefficients that are no matrices of the scene, or a parameter that both have."""
         check_pair(scheme.name, motion.scene.name, scheme.values, [p.symbol for p in motion.scene.parameters])
+        damped = not motion.damping.is_zero_matrix
+        if damped and not scheme.takes_damping:
+            raise DeclarationError(
+                f"{scheme.name} is a scheme for u'' = g(t, u): expected a scene without damping, got "
+                f"{motion.scene.name}; take another scheme, or declare the scene without dissipation"
+            )
         prior, found = stages(scheme)
         own_a = knot(1).a in scheme.unknowns or knot(1).a in scheme.report
         outputs = reported(scheme)[: 3 if own_a else 2]
         stencil = instants([*(b.load for b in scheme.balances), *outputs], scheme.typical)
         w = Writer(scheme, motion, stencil)
-        wanted = _wanted(scheme, prior, found, outputs, damped=not motion.damping.is_zero_matrix)
+        wanted = _wanted(scheme, prior, found, outputs, damped=damped)
         known = _assigned(w, {s: e for s, e in prior.items() if s in wanted})
         last, steps = knot(0).u, []
         for stage in found:

@@ -16,6 +16,7 @@ from sympy import QQ, Expr, Integer, Poly, Rational, oo
 
 from ..algebra.algebraic import Algebraic, Field, RealRoot, closed_form
 from ..algebra.points import RationalPoint, point, positive_roots, ring_over, simplest_between
+from ..declare.errors import DeclarationError
 from ..declare.parameter_set import ParameterSet
 from ..declare.scheme import Scheme
 from ..declare.symbols import Omega, xi
@@ -62,6 +63,11 @@ class Survey:
     @classmethod
     def of(cls, parameter_set: ParameterSet) -> "Survey":
         """The survey of a parameter set that leaves xi open. Raises DeclarationError as `certify` does."""
+        if not parameter_set.scheme.takes_damping:
+            raise DeclarationError(
+                f"{parameter_set.scheme.name} is a scheme for u'' = g(t, u), without damping: expected one that takes "
+                "damping, to decide its stability at every xi; use certify(...) at xi = 0, or another scheme"
+            )
         spectrum, field = Spectrum.of(parameter_set), parameter_set.field
         boundaries = [b for test in Parts.of(spectrum).tests for b in test.boundaries]
         factors = _factors([*boundaries, spectrum.common], field)

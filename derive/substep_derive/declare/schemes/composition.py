@@ -5,6 +5,7 @@ from sympy import Interval, Rational, Symbol
 from ..composition import composition
 from ..parameter import Parameter, Root
 from ..published import Published
+from ..tableau import nystrom
 from .newmark import central_difference
 
 _Q = Rational
@@ -21,9 +22,11 @@ forest_ruth = composition(
     published=Published("Yoshida (1990)", 4),
 )
 
+_verlet = nystrom("verlet", A_bar=((), (half,)), b_bar=(half, 0), b=(half, half), c=(0, 1))
+
 suzuki = composition(
     "suzuki",
-    central_difference,
+    _verlet,
     (weight, weight, 1 - 4 * weight, weight, weight),
     # 4 w^3 + (1 - 4 w)^3 = 0, so that w = 1/(4 - 4^(1/3))
     parameters=(Parameter(weight, Interval(_Q(1, 4), half), Root(60 * weight**3 - 48 * weight**2 + 12 * weight - 1)),),
@@ -31,4 +34,4 @@ suzuki = composition(
     published=Published("Suzuki (1990)", 4),
 )
 
-ALL = (forest_ruth,)
+ALL = (forest_ruth, suzuki)

@@ -4,7 +4,7 @@ Where gamma is irrational it is a parameter whose default is a root of its equat
 in it, as the order conditions require.
 """
 
-from sympy import Expr, Interval, Rational, oo, sqrt
+from sympy import Expr, Interval, Rational, factor, oo, sqrt
 
 from ..parameter import Parameter, Root
 from ..published import Published
@@ -67,16 +67,19 @@ def _second_stage_order(c3: Expr) -> tuple[Expr, Expr]:
 
 
 _c2, _c3 = 2 * gamma, _Q(3, 5)
-# b_1 c_1^k + ... + gamma = 1/(k + 1) for k = 1, 2; b_hat_3 and b_hat_4 are the published ones, the rest is of order 2
-_b2 = ((half - gamma) * _c3 - (_Q(1, 3) - gamma)) / (_c2 * (_c3 - _c2))
-_b3 = ((_Q(1, 3) - gamma) - (half - gamma) * _c2) / (_c3 * (_c3 - _c2))
-_b = (1 - _b2 - _b3 - gamma, _b2, _b3, gamma)
+_a31, _a32 = _second_stage_order(_c3)
+# Second order and b_1 = b_2 + b_3 (a_31 - a_32)/gamma, with which R(oo) = 0 whatever gamma is; third order at the root.
+# b_hat_3 and b_hat_4 are the published ones, the rest is of second order.
+_r3 = (_a31 - _a32) / gamma
+_b3 = ((1 - gamma) * gamma - (half - gamma)) / (_c2 * (1 + _r3) / 2 - _c3)
+_b2 = (half - gamma - _b3 * _c3) / _c2
+_b = tuple(map(factor, (_b2 + _r3 * _b3, _b2, _b3, gamma)))
 _e3, _e4 = _Q(9247589265047, 10645013368117), _Q(2193209047091, 5459859503100)
 _e2 = (half - _e3 * _c3 - _e4) / _c2
 
 esdirk32 = tableau(
     "esdirk32",
-    A=((), (gamma, gamma), (*_second_stage_order(_c3), gamma), _b),
+    A=((), (gamma, gamma), (_a31, _a32, gamma), _b),
     b=_b,
     c=(0, _c2, _c3, 1),
     b_hat=(1 - _e2 - _e3 - _e4, _e2, _e3, _e4),
