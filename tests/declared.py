@@ -13,6 +13,7 @@ from sympy import Poly, Rational, real_roots
 
 BY_NAME = {scheme.name: scheme for scheme in ALL}
 NAMES = tuple(BY_NAME)
+UNDAMPED = tuple(name for name, s in BY_NAME.items() if not s.takes_damping)  # schemes for u'' = g(t, u)
 
 # schemes that share another's linear step
 _SAME = {
@@ -73,4 +74,5 @@ def parameter_sets(name: str, count: int) -> Iterator[tuple[dict[str, Fraction],
         drawn = sample_parameters(other, rng).items() if scheme.parameters else ()
         values = {key: Fraction(value).limit_denominator(100) for key, value in drawn}
         if all(domains[key].contains(Rational(value)) for key, value in values.items()):
-            yield values, dampings[k % len(dampings) if values else k + 1]
+            damping = dampings[k % len(dampings) if values else k + 1]
+            yield values, damping if scheme.takes_damping else Fraction(0)

@@ -16,6 +16,7 @@ from types import SimpleNamespace
 from typing import NamedTuple
 
 import numpy as np
+import tables
 
 Array = np.ndarray
 solve, norm = np.linalg.solve, np.linalg.norm
@@ -35,6 +36,10 @@ MEMBERS = {  # name: the method that steps it, with these parameters fixed
     "silva_bezerra": ("newmark_bdf2", TRAPEZOID),
     "kr_alpha_plain_start": ("kr_alpha", {}),
 }
+MEMBERS |= {name: ("table", {"table": name}) for name in tables.TABLES}
+MEMBERS |= {name: ("composed", {"weights": weights}) for name, weights in tables.COMPOSITIONS.items()}
+MEMBERS |= {name: ("nystrom", {"table": table}) for name, table in tables.NYSTROM.items()}
+MEMBERS |= {name: ("stoermer", {"counts": counts}) for name, counts in tables.EXTRAPOLATIONS.items()}
 STARTERS = {"houbolt": 2, "park": 2, "oalts": 1}  # steps of average acceleration before the first own one
 
 
@@ -160,6 +165,57 @@ class Run:
             ku, kv = h * (v0 + c * kv), h * s.acceleration(u0 + c * ku, v0 + c * kv, t + c * h)
             u1, v1 = u1 + b * ku, v1 + b * kv
         return Row(u1, v1, s.acceleration(u1, v1, t + h))
+
+    def table(self, p):
+        """Every stage with its own slopes; a stage on the diagonal is solved for its acceleration."""
+        (s, h, t, u0, v0, a0), table = self.now(), tables.of(p.table, self.parameters, float)
+        (A, b, c), stages = table, []
+        end = tables.last_is_end(table)
+        for i, (row, tau) in enumerate(zip(A, c, strict=True)):
+            u = u0 + h * sum((w * stage.v for w, stage in zip(row, stages, strict=False)), 0 * u0)
+            v = v0 + h * sum((w * stage.a for w, stage in zip(row, stages, strict=False)), 0 * u0)
+            if row[i]:
+                last = stages[-1] if stages else None
+                stages.append(self.balance(tau, same_line(u, v, h * row[i]), last))
+            else:
+                stages.append(Row(u, v, a0 if i == 0 and end else s.acceleration(u, v, t + tau * h)))
+        if end:
+            return stages[-1]
+        u1 = u0 + h * sum(w * stage.v for w, stage in zip(b, stages, strict=True))
+        v1 = v0 + h * sum(w * stage.a for w, stage in zip(b, stages, strict=True))
+        return Row(u1, v1, s.acceleration(u1, v1, t + h))
+
+    def nystrom(self, p):
+        (s, h, t, u0, v0, a0), table = self.now(), p.table()
+        assert not s.damping.any(), "a Nystrom table is for u'' = g(t, u)"
+        found = [a0]
+        for row, c in zip(table.A_bar[1:], map(float, table.c[1:]), strict=True):
+            u = u0 + c * h * v0 + h**2 * sum(float(w) * a for w, a in zip(row, found, strict=False))
+            found.append(s.acceleration(u, 0 * v0, t + c * h))
+        u1 = u0 + h * v0 + h**2 * sum(float(w) * a for w, a in zip(table.b_bar, found, strict=False))
+        return Row(u1, v0 + h * sum(float(w) * a for w, a in zip(table.b, found, strict=False)), found[-1])
+
+    def stoermer(self, p):
+        """Stoermer's rule with n sub-steps, for each n, extrapolated."""
+        (s, h, t, *given), ends = self.now(), {}
+        for n in p.counts:
+            u, v, a = given
+            for j in range(1, n + 1):
+                v = v + h / n * a / 2
+                u = u + h / n * v
+                a = s.acceleration(u, 0 * v, t + h * j / n)
+                v = v + h / n * a / 2
+            ends[n] = u, v
+        u, v = (tables.extrapolated({n: end[i] for n, end in ends.items()}) for i in range(2))
+        return Row(u, v, s.acceleration(u, 0 * v, t + h))
+
+    def composed(self, p):
+        """Central differences over parts of the step."""
+        row, tau = self.rows[-1], 0.0
+        for weight in p.weights(**self.parameters):
+            tau += weight
+            row = self.balance(tau, newmark_line(row, weight * self.h, 0.0, 0.5), row)
+        return row
 
     def central_difference_lagged(self, p):
         s, h, t, u0, v_before, a0 = self.now()

@@ -89,7 +89,7 @@ def sample_parameters(name: str, rng: Any) -> dict[str, float]:
     ranges = {
         "beta": (0.05, 1), "gamma": (0.3, 1.2), "gamma_t": (0.1, 0.9), "theta": (1, 2), "alpha": (-1 / 3, 0),
         "alpha_B": (-1, 0), "alpha_m": (-1, 0.5), "alpha_f": (0, 0.5), "rho_inf": (0, 1), "p": (0.5, 0.9),
-        "phi": (1, 2), "beta1": (0.2, 1), "beta2": (0.2, 1),
+        "phi": (1, 2), "beta1": (0.2, 1), "beta2": (0.2, 1), "weight": (0.25, 1.5),
     }  # fmt: skip
     return {key: float(rng.uniform(*ranges[key])) for key in SCHEMES[name].parameters}
 
@@ -398,3 +398,6 @@ def three_substep(s, state, p, f):
     first = trapezoid_end(s, state, g, f(g))
     second = trapezoid_end(s, first, g, f(2 * g))
     return weighted_end(s, (state, first, second), (b3, b2, b1, g / 2), f(1))
+
+
+import tables  # noqa: E402, F401 (registers the schemes that are tables)

@@ -7,7 +7,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from declared import BY_NAME, random_parameters
+from declared import BY_NAME, UNDAMPED, random_parameters
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from plain_kernels import SCENE_BY_NAME, motion, plain, text, variant
@@ -20,7 +20,15 @@ from substep.marching import scene_lanes
 
 EXPLICIT = {
     *("forward_euler", "central_difference", "central_difference_lagged", "rk2", "rk4", "noh_bathe"),
-    *("tchamwa_wielgosz", "kr_alpha", "kr_alpha_plain_start"),
+    *(
+        "tchamwa_wielgosz",
+        "kr_alpha",
+        "kr_alpha_plain_start",
+        "bogacki_shampine",
+        "dormand_prince",
+        "forest_ruth",
+        *("suzuki", "rkn43", "rkn64", "stoermer_extrapolation"),
+    ),
 }
 LINEAR = {"linear_oscillator", "bathe_noh", "rigid_pendulum"}
 CONTROL = {"state", "bound", "first", "n", "stride", "out"}
@@ -30,7 +38,8 @@ SYMBOLS = {
     "elastic_pendulum": {"EA", "L", "m"}, "elastic_pendulum_engineering": {"EA", "L", "m"},
     "simple_pendulum": {"g_over_L"}, "duffing": {"k", "eps"}, "softening": {"k"}, "penalty_bounce": {"k"},
 }  # fmt: skip
-PAIRS = [(scheme, scene) for scheme in BY_NAME for scene in SCENE_BY_NAME]
+PAIRS = [(scheme, scene) for scheme in BY_NAME for scene in SCENE_BY_NAME
+         if scene != "linear_oscillator" or scheme not in UNDAMPED]  # fmt: skip
 
 
 def lane(scheme: str, scene: str) -> ast.FunctionDef:

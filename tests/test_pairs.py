@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from by_hand import SCENES, push
-from declared import BY_NAME
+from declared import BY_NAME, UNDAMPED
 from nonlinear_oracle import history
 from plain_kernels import SCENE_BY_NAME, plain, variant
 
@@ -32,14 +32,18 @@ PARAMETERS["hht_alpha_mixed_displacement"] = PARAMETERS["hht_alpha"]
 ROUNDING = 1e-12
 
 
+# schemes for u'' = g(t, u) are refused on the scene that has damping
+PAIRS = [(scheme, scene) for scheme in BY_NAME for scene in SCENES
+         if scene != "linear_oscillator" or scheme not in UNDAMPED]  # fmt: skip
+
+
 def test_every_scene_is_written_by_hand() -> None:
     assert set(SCENES) == set(SCENE_BY_NAME)
     assert set(ss.scenes()) == set(SCENES) - {"elastic_pendulum_engineering"}
 
 
 @pytest.mark.usefixtures("uncompiled")
-@pytest.mark.parametrize("scene", SCENES)
-@pytest.mark.parametrize("scheme", BY_NAME)
+@pytest.mark.parametrize(("scheme", "scene"), PAIRS)
 def test_kernel_steps_as_the_papers_do(scheme: str, scene: str) -> None:
     hand, n = SCENES[scene], 25
     s = ss.scheme(scheme, **PARAMETERS.get(scheme, {}))
@@ -64,8 +68,7 @@ def test_kernel_steps_as_the_papers_do(scheme: str, scene: str) -> None:
 
 
 @pytest.mark.usefixtures("uncompiled")
-@pytest.mark.parametrize("scene", SCENES)
-@pytest.mark.parametrize("scheme", BY_NAME)
+@pytest.mark.parametrize(("scheme", "scene"), PAIRS)
 def test_lanes_in_blocks_are_the_lanes_alone(scheme: str, scene: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Blocks of 3 for 4 lanes: steps, lengths of run and bounds differ, one lane is stopped by its bound or fails."""
     hand, s = SCENES[scene], ss.scheme(scheme, **PARAMETERS.get(scheme, {}))

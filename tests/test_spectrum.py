@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from declared import BY_NAME
+from declared import BY_NAME, UNDAMPED
 from mpmath import mp
 from plain_kernels import uncompiled as plain
 from scipy.integrate import solve_ivp
@@ -154,7 +154,7 @@ def uncompiled(monkeypatch: pytest.MonkeyPatch) -> None:
 
     @cache
     def march(name: str, K: int) -> tuple[object, object, int]:
-        kernels = plain(march_module(shape_of(name), (2, 4, 6)))
+        kernels = plain(march_module(shape_of(name), (2, 4, 6, 8)))
         return getattr(kernels, f"march_{K}"), getattr(kernels, f"run_{K}"), kernels.WIDTH
 
     filters = plain(filter_module())
@@ -166,7 +166,7 @@ def uncompiled(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.usefixtures("uncompiled")
 @pytest.mark.parametrize("name", OWN)
 def test_filter_and_march_agree(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    s, load, xi = ss.scheme(name), ss.Record(DT, motion(31)), np.array([0.0, 0.05, 0.3, 0.05])
+    s, load, xi = ss.scheme(name), ss.Record(DT, motion(31)), np.array([0.0, 0.05, 0.3, 0.05]) * (name not in UNDAMPED)
     omega = 2 * np.pi / np.array([5.0, 1.0, 0.4, 2.0]) * (1.0 if name != "forward_euler" else 0.1)
     with np.errstate(all="ignore"):  # a block's unused lanes
         found = spectrum._by_filter(s, omega, xi, load)
@@ -174,7 +174,8 @@ def test_filter_and_march_agree(name: str, monkeypatch: pytest.MonkeyPatch) -> N
         monkeypatch.setattr(spectrum, "HISTORY", 200)  # two lanes at a time, which changes nothing
         assert np.array_equal(spectrum._by_histories(s, omega, xi, load), marched)
     if found is None:
-        assert name in ("houbolt", "park", "gholampour", "oalts")
+        outside = (s.stencil() < 0).any() or (s.stencil() > 1).any()  # of a step's ends
+        assert name in ("houbolt", "park", "gholampour", "oalts") or outside
     else:
         assert np.allclose(found / marched, 1.0, rtol=0, atol=1e-11)
 

@@ -1,12 +1,14 @@
 """From a declared scheme to its closed forms and its stability proof, exactly; and a declaration's nouns."""
 
 from .algebra.algebraic import Algebraic
+from .declare.composition import composition
 from .declare.errors import DeclarationError, InconsistentScheme
 from .declare.parameter import Family, Parameter, Root
 from .declare.published import Published
 from .declare.scene import Scene, optional, required
 from .declare.scheme import Balance, Scheme
 from .declare.symbols import K0, C, K_t, M, N, N_discrete, Omega, acceleration, f, h, knot, rate, sampled, t, xi
+from .declare.tableau import nystrom, tableau
 from .estimate.analysis import NoEstimator
 from .estimate.estimator import Estimate, Estimator, estimator
 from .stability.certificate import Certificate, certify
@@ -37,15 +39,18 @@ __all__ = [
     "Scheme",
     "acceleration",
     "certify",
+    "composition",
     "derive",
     "estimator",
     "f",
     "h",
     "knot",
+    "nystrom",
     "optional",
     "rate",
     "required",
     "sampled",
     "t",
+    "tableau",
     "xi",
 ]

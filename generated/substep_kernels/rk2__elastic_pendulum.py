@@ -22,7 +22,7 @@ START_ARGUMENTS = ("h", "u", "v", "a", "state",)
 STATE = (("u", 0), ("v", 0),)
 REPORTED = "uv"
 # arithmetic operations of a step, and of one iteration of each balance that has one
-OPERATIONS = {'step': 53, 'iteration': ()}
+OPERATIONS = {'step': 49, 'iteration': ()}
 COMPLETED, NEWTON_FAILED, NON_FINITE, ENERGY_BOUND = 0, 1, 2, 3
 
 # contract: a product and a sum may become one operation; sums keep their order
@@ -56,8 +56,6 @@ def _lane(h, EA, L, m, state, bound, first, n, stride, out):
         a_0_y = -c4*residual_1
         u_1_x = a_0_x*c1 + h*v_0_x + u_0_x
         u_1_y = a_0_y*c1 + h*v_0_y + u_0_y
-        v_p_x = a_0_x*c0 + v_0_x
-        v_p_y = a_0_y*c0 + v_0_y
         x0 = c3*(-c2 + u_p_x**2 + u_p_y**2)
         residual_0 = u_p_x*x0
         residual_1 = u_p_y*x0
@@ -163,8 +161,6 @@ def _block(lane0, lane1, h, EA, L, m, state, bound, first, n, stride, out, peak,
             a_0_y = -c4[j]*residual_1
             u_1_x = a_0_x*c1[j] + h_[j]*v_0_x[j] + u_0_x[j]
             u_1_y = a_0_y*c1[j] + h_[j]*v_0_y[j] + u_0_y[j]
-            v_p_x = a_0_x*c0[j] + v_0_x[j]
-            v_p_y = a_0_y*c0[j] + v_0_y[j]
             x0 = c3[j]*(-c2[j] + u_p_x**2 + u_p_y**2)
             residual_0 = u_p_x*x0
             residual_1 = u_p_y*x0

@@ -26,7 +26,7 @@ START_ARGUMENTS = ("h", "u", "v", "a", "state",)
 STATE = (("u", 0), ("v", 0),)
 REPORTED = "uv"
 # arithmetic operations of a step, and of one iteration of each balance that has one
-OPERATIONS = {'step': 119, 'iteration': ()}
+OPERATIONS = {'step': 115, 'iteration': ()}
 COMPLETED, NEWTON_FAILED, NON_FINITE, ENERGY_BOUND = 0, 1, 2, 3
 
 # contract: a product and a sum may become one operation; sums keep their order
@@ -82,8 +82,6 @@ def _lane(h, EA, L, m, state, bound, first, n, stride, out):
         a_q_y = -c4*residual_1
         u_1_x = a_q_x*c7 + c6*v_0_x + c6*v_p_x + c6*v_q_x + u_0_x
         u_1_y = a_q_y*c7 + c6*v_0_y + c6*v_p_y + c6*v_q_y + u_0_y
-        v_r_x = a_q_x*h + v_0_x
-        v_r_y = a_q_y*h + v_0_y
         x0 = c3*(-c2 + u_r_x**2 + u_r_y**2)
         residual_0 = u_r_x*x0
         residual_1 = u_r_y*x0
@@ -215,8 +213,6 @@ def _block(lane0, lane1, h, EA, L, m, state, bound, first, n, stride, out, peak,
             a_q_y = -c4[j]*residual_1
             u_1_x = a_q_x*c7[j] + c6[j]*v_0_x[j] + c6[j]*v_p_x + c6[j]*v_q_x + u_0_x[j]
             u_1_y = a_q_y*c7[j] + c6[j]*v_0_y[j] + c6[j]*v_p_y + c6[j]*v_q_y + u_0_y[j]
-            v_r_x = a_q_x*h_[j] + v_0_x[j]
-            v_r_y = a_q_y*h_[j] + v_0_y[j]
             x0 = c3[j]*(-c2[j] + u_r_x**2 + u_r_y**2)
             residual_0 = u_r_x*x0
             residual_1 = u_r_y*x0

@@ -138,14 +138,14 @@ def _exact(scheme: _Declared) -> None:
     expressions = [e for mapping in given for e in mapping.values()]
     expressions += [e for b in scheme.balances for e in (b.inertia, b.damping, b.force, b.load)]
     for part in (part for e in expressions for part in preorder_traversal(e)):
-        if not _is_rational(part):
+        if not is_rational(part):
             raise DeclarationError(
                 f"{scheme.name}: '{part}' is neither rational nor a whole power, but all that is derived is "
                 "exact; write a fraction as Rational(1, 4), anything else as the default of a Parameter"
             )
 
 
-def _is_rational(part: Expr) -> bool:
+def is_rational(part: Expr) -> bool:
     """Whether an expression is rational in its arguments, which are checked on their own."""
     declared = (Rational, Symbol, Add, Mul, f, N, N_discrete, K_t)
     return isinstance(part, declared) or (isinstance(part, Pow) and part.exp.is_Integer)

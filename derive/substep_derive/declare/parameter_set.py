@@ -29,6 +29,7 @@ class ParameterSet:
         declared = find(scheme)
         numbers = _Numbers()
         number = None if damping is None else numbers.expression(damping)
+        check_damping(declared, number)
         values = _given(declared, given, numbers)
         for parameter in declared.parameters:
             if parameter.symbol not in values:
@@ -44,6 +45,7 @@ class ParameterSet:
         """The same parameters at another xi. Raises ValueError for a second algebraic number."""
         numbers = _Numbers(self.field.r)
         number = numbers.expression(damping)
+        check_damping(self.scheme, number)
         field = self.field if numbers.found is self.field.r else Field(numbers.found)
         return replace(self, damping=number, field=field)
 
@@ -53,6 +55,15 @@ class ParameterSet:
         values = {s.name: v for s, v in self.values.items()} | ({} if self.damping is None else {"xi": self.damping})
         line = ", ".join([self.scheme.name, *(f"{name} = {value}" for name, value in values.items())])
         return line if self.field.r is None else f"{line}, where {self.field.r.definition}"
+
+
+def check_damping(scheme: Scheme, damping: Expr | None) -> None:
+    """Raises DeclarationError for a damping ratio that is not 0 and a scheme that takes none."""
+    if damping is not None and damping != 0 and not scheme.takes_damping:
+        raise DeclarationError(
+            f"{scheme.name} is a scheme for u'' = g(t, u), without damping: expected xi = 0, got {damping}; "
+            "take xi = 0 or another scheme"
+        )
 
 
 class _Numbers:

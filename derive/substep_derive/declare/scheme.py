@@ -138,6 +138,11 @@ class Scheme:
         return tuple(sorted((s for s in self.mentioned if knot_of(s) and s not in new), key=_knot_order))
 
     @property
+    def takes_damping(self) -> bool:
+        """Whether any balance has a damping force. A scheme without is one for u'' = g(t, u), refused with damping."""
+        return any(balance.damping != 0 for balance in self.balances)
+
+    @property
     def values(self) -> tuple[Symbol, ...]:
         """The free parameters' symbols, in the order declared."""
         return tuple(parameter.symbol for parameter in self.parameters)

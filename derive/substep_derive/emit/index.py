@@ -44,6 +44,7 @@ def index_entry(form: MarchForm, *, own: bool = False) -> list[str]:
         "starter": repr(_starter(scheme, own)),
         "reference": repr(scheme.reference),
     }
+    described |= {} if scheme.takes_damping else {"damping": "False"}
     return [f'"{key}": {text},' for key, text in described.items()]
 
 

@@ -60,11 +60,11 @@ class EigenvalueDefect:
     leading: Expr
 
     @classmethod
-    def of(cls, c: list[Expr]) -> "EigenvalueDefect":
-        """From the coefficients of the polynomial in lambda, lowest first."""
+    def of(cls, c: list[Expr], damping: Expr = xi) -> "EigenvalueDefect":
+        """From the coefficients of the polynomial in lambda, lowest first; damping: xi, or 0 where there is none."""
         by_power = [Poly(e, Omega) for e in in_tau(c)]
-        b = [[p.coeff_monomial(Omega**i) for i in range(p.degree() + 1)] for p in by_power]
-        zeta = powers_of_zeta(MOST_TERMS, xi)
+        b = [[] if p.is_zero else [p.coeff_monomial(Omega**i) for i in range(p.degree() + 1)] for p in by_power]
+        zeta = powers_of_zeta(MOST_TERMS, damping)
 
         def coefficients(power: int) -> tuple[Expr, Expr]:
             """Those of Omega^power and of Omega^power*zeta in the value."""

@@ -40,7 +40,7 @@ class MarchForm:
         everything = tuple(range(len(a.scheme.state)))
         if a.scheme.state != knot(0) or not _balanced_at_the_end(a):
             return cls(a, everything, False, a.stencil, a.step, a.outputs, a.in_state)
-        without = Matrix([[1, 0], [0, 1], [-(Omega**2), -2 * xi * Omega]])
+        without = Matrix([[1, 0], [0, 1], [-(Omega**2), -2 * _damping(a.scheme) * Omega]])
         at_zero: dict[Symbol, Expr] = a.scheme.typical | {Omega: Integer(0)}
         rows = (a.step.N * without).row_join(a.step.N[:, 2]).row_join(a.step.load_N) / a.step.den
         return cls(
@@ -69,9 +69,13 @@ class MarchForm:
         return self.step.N - self.step.den * eye(self.step.N.rows)
 
 
+def _damping(scheme: Scheme) -> Expr:
+    return xi if scheme.takes_damping else Integer(0)
+
+
 def _balanced_at_the_end(a: Amplification) -> bool:
     """Whether h^2 a_1 + 2 xi Omega h v_1 + Omega^2 u_1 = h^2 f(1) for every state at the start of the step."""
-    weights = Matrix([[Omega**2, 2 * xi * Omega, 1]])
+    weights = Matrix([[Omega**2, 2 * _damping(a.scheme) * Omega, 1]])
     at_end = zeros(1, len(a.stencil))
     if 1 not in a.stencil:
         return False

@@ -1,6 +1,8 @@
 """The shape of a linear march: how many numbers it carries, and where in them u, h*v and h^2*a stand."""
 
-LOADS = (2, 4)  # load instants a step of the committed kernels; a scheme with fewer fills up with zeros
+# load instants a step of every shape's committed kernels, beside those that a scheme of the catalogue needs; a scheme
+# with fewer fills up with zeros
+LOADS = (2, 4)
 # how many numbers are carried; places of u, h*v and h^2*a among them, -1 for one that is an output of its own
 Shape = tuple[int, tuple[int, int, int]]
 

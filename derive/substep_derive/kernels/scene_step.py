@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 from sympy import Abs, Add, Dummy, Expr, Integer, Matrix, Mul, Ne, Piecewise, Symbol, diag, oo, symbols, zeros
 
+from ..declare.errors import DeclarationError
 from ..declare.names import check_pair, entry_name
 from ..declare.scene import POSITIVE
 from ..declare.scheme import Scheme
@@ -95,12 +96,18 @@ class SceneStep:
     def of(cls, scheme: Scheme, motion: EquationsOfMotion) -> "SceneStep":
         """Raises DeclarationError for coefficients that are no matrices of the scene, or a parameter that both have."""
         check_pair(scheme.name, motion.scene.name, scheme.values, [p.symbol for p in motion.scene.parameters])
+        damped = not motion.damping.is_zero_matrix
+        if damped and not scheme.takes_damping:
+            raise DeclarationError(
+                f"{scheme.name} is a scheme for u'' = g(t, u): expected a scene without damping, got "
+                f"{motion.scene.name}; take another scheme, or declare the scene without dissipation"
+            )
         prior, found = stages(scheme)
         own_a = knot(1).a in scheme.unknowns or knot(1).a in scheme.report
         outputs = reported(scheme)[: 3 if own_a else 2]
         stencil = instants([*(b.load for b in scheme.balances), *outputs], scheme.typical)
         w = Writer(scheme, motion, stencil)
-        wanted = _wanted(scheme, prior, found, outputs)
+        wanted = _wanted(scheme, prior, found, outputs, damped=damped)
         known = _assigned(w, {s: e for s, e in prior.items() if s in wanted})
         last, steps = knot(0).u, []
         for stage in found:
@@ -172,12 +179,15 @@ def _start(scheme: Scheme, motion: EquationsOfMotion) -> Start:
     return Start(w.constants, state, stencil)
 
 
-def _wanted(scheme: Scheme, prior: dict[Symbol, Expr], found: Sequence[Stage], outputs: Iterable[Expr]) -> set[Symbol]:
-    """Symbols of the new step that a balance, the next step or the report reads."""
+def _wanted(
+    scheme: Scheme, prior: dict[Symbol, Expr], found: Sequence[Stage], outputs: Iterable[Expr], *, damped: bool
+) -> set[Symbol]:
+    """Symbols of the new step that a balance, the next step or the report reads; damped: the scene has damping."""
     wanted = {s for e in outputs for s in e.free_symbols} | {successor(s) for s in scheme.state}
     for stage in found:
-        own = {*stage.in_z, stage.z}
-        read = {s for e in stage.in_z.values() for s in e.free_symbols} | stage.balance.symbols
+        own, balance = {*stage.in_z, stage.z}, stage.balance
+        read = {s for e in (*stage.in_z.values(), balance.inertia, balance.force) for s in e.free_symbols}
+        read |= balance.damping.free_symbols if damped else set()
         wanted |= {s for s in read - own if knot_of(s)}
     for e in prior.values():
         wanted |= {s for s in e.free_symbols if knot_of(s)}

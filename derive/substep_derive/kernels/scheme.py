@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from sympy import Expr, eye
+from sympy import Expr, Integer, eye
 
 from ..declare.scheme import Scheme
 from ..declare.symbols import Omega, xi
@@ -44,7 +44,7 @@ class SchemeKernels:
         amplification = Amplification.of(scheme)
         live = live_coefficients(amplification)
         factor = factor_coefficients(amplification) if len(live) > 4 else None
-        defect = EigenvalueDefect.of(live)
+        defect = EigenvalueDefect.of(live, xi if scheme.takes_damping else Integer(0))
         return cls(
             form=MarchForm.of(amplification),
             systems=effective_systems(scheme),

@@ -11,7 +11,7 @@ so that both follow from one series, at any damping.
 from dataclasses import dataclass
 from typing import Any, cast
 
-from sympy import Dummy, Expr, Poly, factor, sqrt
+from sympy import Dummy, Expr, Integer, Poly, factor, sqrt
 
 from ..algebra import rational
 from ..algebra.power_series import Modal, PowerSeries
@@ -69,6 +69,8 @@ def _logarithm(amplification: Amplification, terms: int) -> tuple[list[Modal], _
     w, q = Dummy("w"), Dummy("q")  # reciprocals of c (see inverse_of) and of xi^2 - 1
     ring, *_ = rational.polynomial_ring([*sorted((p.as_expr().free_symbols | {xi}) - {lam, Omega}, key=str), w, q])
     damping, w_, q_ = (ring.from_expr(symbol) for symbol in (xi, w, q))
+    if not amplification.scheme.takes_damping:
+        damping = ring.zero
     rows = []
     for coefficient in reversed(p.all_coeffs()):
         by_power = Poly(coefficient, Omega)
@@ -96,7 +98,7 @@ def leading_terms(amplification: Amplification, highest: int = 3) -> LeadingTerm
     frequency = B + PowerSeries([over.ring.one] + [over.ring.zero] * (len(B) - 1))
     damping = PowerSeries(c.alpha for c in L[1:]).over(frequency, over.ring.one)
     period = B.over(frequency, over.ring.one)
-    root = sqrt(1 - xi**2)
+    root = sqrt(1 - xi**2) if amplification.scheme.takes_damping else Integer(1)
     added = {k: -e / root for k, a in enumerate(damping.c) if (e := over.expression(a)) != 0}
     elongation = {k: -e for k, b in enumerate(period.c) if (e := over.expression(b)) != 0}
     if not added and not elongation:

@@ -241,15 +241,20 @@ def order_of(evaluation: Evaluation, damping: Rational) -> Order:
         terms = min(2 * terms - 1, MOST_TERMS)
 
 
+def dampings_of(scheme: Scheme) -> tuple[Rational, ...]:
+    """Damping ratios at which orders are looked for: none, and one that is in no special relation to anything."""
+    return (Rational(0), Rational(1, 4)) if scheme.takes_damping else (Rational(0),)
+
+
 def order_conditions(scheme: Scheme, order: int = 2) -> dict[str, tuple[Expr, ...]]:
     """The polynomials in the free parameters that must vanish for u, v and a to be of that order.
 
-    Under "u", "v", "a": the coefficients of lower powers of Omega in the errors, free and forced, at xi = 0 and
-    1/4, the start included. Without any, all parameters give that order. Raises InconsistentScheme.
+    Under "u", "v", "a": the coefficients of lower powers of Omega in the errors, free and forced, at the damping ratios
+    of `dampings_of`, the start included. Without any, all parameters give that order. Raises InconsistentScheme.
     """
     evaluation = Evaluation.free(scheme)
     found: dict[str, set[Expr]] = {"u": set(), "v": set(), "a": set()}
-    for damping in (Rational(0), Rational(1, 4)):
+    for damping in dampings_of(scheme):
         e = _Expansion(evaluation, damping, order + 5)
         for errors_of in (_free, _forced):
             for name, errors in zip(found, errors_of(e), strict=True):

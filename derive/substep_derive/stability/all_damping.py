@@ -16,9 +16,13 @@ from sympy import QQ, Expr, Integer, Poly, Rational, oo
 
 from ..algebra.algebraic import Algebraic, Field, RealRoot, closed_form
 from ..algebra.points import RationalPoint, point, positive_roots, ring_over, simplest_between
+from ..declare.errors import DeclarationError
 from ..declare.parameter_set import ParameterSet
 from ..declare.scheme import Scheme
 from ..declare.symbols import Omega, xi
+from ..oscillator.amplification import Amplification
+from ..oscillator.spectrum import live
+from ..oscillator.stability_polynomial import stability_polynomial
 from .certificate import Certificate, certificate, summary
 from .hurwitz import Hurwitz, Parts, Spectrum, tidy, verdict, with_derivative
 
@@ -59,6 +63,11 @@ class Survey:
     @classmethod
     def of(cls, parameter_set: ParameterSet) -> "Survey":
         """The survey of a parameter set that leaves xi open. Raises DeclarationError as `certify` does."""
+        if not parameter_set.scheme.takes_damping:
+            raise DeclarationError(
+                f"{parameter_set.scheme.name} is a scheme for u'' = g(t, u), without damping: expected one that takes "
+                "damping, to decide its stability at every xi; use certify(...) at xi = 0, or another scheme"
+            )
         spectrum, field = Spectrum.of(parameter_set), parameter_set.field
         boundaries = [b for test in Parts.of(spectrum).tests for b in test.boundaries]
         factors = _factors([*boundaries, spectrum.common], field)
@@ -118,8 +127,23 @@ class Survey:
             h = [_in_xi(c.subs(0, self.parameter_set.field.domain.convert(x)), over_xi) for c in self.spectrum.h]
             if not verdict(h, at).stable:
                 return False
+        if self._inside_where_damped:
+            return True
         found = self.certificate(i)
         return None if found is None else found.stable
+
+    @cached_property
+    def _inside_where_damped(self) -> bool:
+        """Whether every eigenvalue is inside the unit circle at every xi > 0.
+
+        It is where the eigenvalues are R(s_1) and R(s_2), with one rational function R and the oscillator's two s, and
+        all open intervals of xi are stable: |R| <= 1 on a dense part of Re s < 0, where R is not constant, so that
+        |R| < 1 there by the maximum principle.
+        """
+        if not all(piece.certificate.stable for piece in self.stretches if piece.certificate is not None):
+            return False
+        polynomial = stability_polynomial(live(Amplification.of(self.parameter_set.scheme).charpoly))
+        return polynomial is not None and polynomial.degree() == 1
 
     @cached_property
     def _where_multiple(self) -> list[Any] | None:

@@ -33,6 +33,7 @@ from sympy.logic.boolalg import And, Boolean, Not, Or, false, true
 
 from ..algebra.exact_number import exact_number
 from ..declare.catalogue import find
+from ..declare.parameter_set import check_damping
 from ..declare.scheme import Scheme
 from ..declare.symbols import Omega, lam
 from ..declare.symbols import xi as damping_ratio
@@ -305,6 +306,7 @@ def conditions(scheme: str | Scheme, xi: Any = 0) -> Conditions:
     not tell the sign of the leading coefficient at small Omega.
     """
     declared, number = find(scheme), exact_number(xi)
+    check_damping(declared, number)
     box = {p.symbol: p.domain for p in declared.parameters}
     p = live(Poly(live(Amplification.of(declared).charpoly).as_expr().subs(damping_ratio, number), lam))
     c, variable = _in_square(p.all_coeffs()[::-1])

@@ -18,7 +18,7 @@ from ..nonlinear.properties import Nonlinear, nonlinear
 from ..oscillator.accuracy import LeadingTerms, leading_terms
 from ..oscillator.amplification import Amplification
 from ..oscillator.evaluation import Evaluation
-from ..oscillator.order import Triple, order_of
+from ..oscillator.order import Triple, dampings_of, order_of
 from ..oscillator.spectrum import rho_infinity
 
 
@@ -129,9 +129,8 @@ class Derivation:
 
 
 def order_at(*evaluations: Evaluation) -> Triple:
-    """Order of u, v and a, free and forced, damped and undamped: the least at any of the parameter sets."""
-    dampings = (Rational(0), Rational(1, 4))
-    found = [order_of(evaluation, damping).uva for evaluation in evaluations for damping in dampings]
+    """Order of u, v and a, free and forced, undamped and, unless it takes no damping, damped: the least at any set."""
+    found = [order_of(e, damping).uva for e in evaluations for damping in dampings_of(e.scheme)]
     return cast(Triple, tuple(map(min, zip(*found, strict=True))))
 
 

@@ -21,8 +21,8 @@ class Profile:
     """The properties of a scheme at given parameters.
 
     stable: for every Omega, undamped. A_stable: at every xi >= 0 too; L_stable: and rho_inf = 0; None where
-    that was not decided. critical_Omega as in `certify`, critical_curve as a function of xi where it has a
-    closed form.
+    that was not decided, or where a scheme that takes no damping is stable for every Omega. critical_Omega as in
+    `certify`, critical_curve as a function of xi where it has a closed form.
     """
 
     order: tuple[int, int, int]
@@ -40,15 +40,17 @@ class Profile:
 def profile(scheme: Scheme) -> Profile:
     """The profile at the scheme's default parameters, which are exact even where they are irrational."""
     at = Evaluation.at_defaults(scheme)
-    certificate, damped = certify(scheme), certify_all_damping(scheme)
+    certificate = certify(scheme)
     conditional = certificate.critical_Omega is not None and certificate.critical_Omega != 0
-    A_stable, rho_inf = damped.stable_for_all_xi, rho_infinity_at(at)
+    A_stable, rho_inf = None if certificate.stable else False, rho_infinity_at(at)
+    if scheme.takes_damping:
+        A_stable = certify_all_damping(scheme).stable_for_all_xi
     return Profile(
         order=order_at(at),
         rho_inf=rho_inf,
         stable=certificate.stable,
         critical_Omega=certificate.critical_Omega,
-        critical_curve=critical_curve(scheme).explicit if conditional else None,
+        critical_curve=critical_curve(scheme).explicit if conditional and scheme.takes_damping else None,
         A_stable=A_stable,
         L_stable=A_stable and rho_inf == 0,
         overshoot=overshoot(at),

@@ -43,6 +43,15 @@ def sizes(scheme: Parametrized) -> tuple[int, int, int]:
     return len(marched(scheme)), places(scheme).count("y"), scheme.kernels.LOADS
 
 
+def refuse_damping(scheme: Parametrized, xi: ArrayLike) -> None:
+    """Raises ValueError for xi > 0 and a scheme that takes no damping."""
+    if not scheme.info.damping and np.any(xi):
+        raise ValueError(
+            f"{scheme.info.name} is a scheme for u'' = g(t, u), without damping: expected xi = 0, got {np.max(xi):g}; "
+            "take xi = 0 or another scheme"
+        )
+
+
 def coefficients(scheme: Parametrized, Omega: ArrayLike, xi: ArrayLike) -> tuple[Array, Array, Array, Array]:
     """D (n, m, m), B (n, m, K), O (n, R, m), P (n, R, K) at the n points of Omega, xi and parameters in C order.
 
@@ -63,6 +72,7 @@ def coefficient_rows(scheme: Parametrized, Omega: Array, xi: Array) -> Array:
 
 
 def _coefficient_rows(scheme: Parametrized, Omega: Array, xi: Array, parameters: Sequence[Array]) -> Array:
+    refuse_damping(scheme, xi)
     m, R, K = sizes(scheme)
     return _rows(scheme.kernels.coefficients, m * m + m * K + R * (m + K), Omega, xi, parameters)
 
@@ -72,6 +82,7 @@ def transfer_rows(scheme: Parametrized, Omega: Array, xi: Array) -> Array:
 
     The rows are described at `transfer` in the generated module; order is the module's FILTER, which must not be 0.
     """
+    refuse_damping(scheme, xi)
     return _rows(scheme.kernels.transfer, 4 * scheme.kernels.FILTER + 1, Omega, xi, scheme.kernel_parameters)
 
 
@@ -90,6 +101,7 @@ def _rows(function: Callable[..., None], rows: int, Omega: Array, xi: Array, par
 
 def start_coefficients(scheme: Parametrized, Omega: ArrayLike, xi: ArrayLike) -> tuple[Array, Array]:
     """S (n, m, 3), T (n, m, K): the state at t = 0 is S (u, h*v, h^2*a) + T h^2 f, f the load at START_STENCIL*h."""
+    refuse_damping(scheme, xi)
     _, arguments = points(scheme, Omega, xi)
     n, m = arguments[0].size, len(scheme.info.state)
     out = np.empty((n, m, 3)), np.empty((n, m, len(scheme.kernels.START_STENCIL)))

@@ -1,7 +1,8 @@
 """Stability functions of a scheme: amplification matrix, spectral radius, numerical damping, period elongation.
 
 All take Omega = omega*h >= 0 and the damping ratio xi >= 0, which broadcast with each other and with the scheme's
-parameters, and raise ValueError for negative or infinite values, NaN, and shapes that do not broadcast.
+parameters, and raise ValueError for negative or infinite values, NaN, and shapes that do not broadcast. Of a scheme
+that takes no damping they are NaN at xi > 0.
 """
 
 from collections.abc import Callable, Sequence
@@ -33,6 +34,8 @@ def amplification(scheme: Parametrized, Omega: ArrayLike, xi: ArrayLike) -> Arra
     shape, arguments = points(scheme, Omega, xi)
     out = np.empty((arguments[0].size, m, m))
     scheme.kernels.amplification(*arguments, out)
+    if not scheme.info.damping:
+        out[arguments[1] != 0.0] = np.nan
     return out.reshape(*shape, m, m)
 
 
@@ -89,6 +92,8 @@ def _evaluated(scheme: Parametrized, function: str, outputs: int, Omega: ArrayLi
     if n == 0 or refused:
         for name, value in (("Omega", Omega), ("xi", xi)):
             non_negative(name, value)
+    if not scheme.info.damping:
+        out[:, flat(given[1], shape) != 0.0] = np.nan
     return list(out.reshape(outputs, *shape))  # of arrays, or of numbers
 
 

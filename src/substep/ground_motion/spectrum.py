@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.arrays import named
+from ..core.coefficients import refuse_damping
 from ..core.errors import non_negative, real_array, real_number
 from ..core.loads import Record
 from ..core.schemes import Array, Scheme
@@ -62,6 +63,7 @@ def response_spectrum(
 
     source = str(record) if isinstance(record, str | Path) else "array"
     load, T, damping, s = _read(record, dt), _periods(periods), non_negative("xi", xi), _numbers_only(scheme)
+    refuse_damping(s, damping)
     if damping.ndim > 1 or not damping.size:
         raise ValueError(f"expected xi to be a number or a row of them, got shape {damping.shape}")
     shape = (*damping.shape, len(T))

@@ -28,7 +28,7 @@ def work_precision(case: Case, folder: Path, *, full: bool) -> None:
 
 def turning_points(folder: Path, *, full: bool) -> None:
     """Chart of where general solvers overtake."""
-    names = [name for name in schemes() if charts.order(name) in (2, 4)] if full else crossover.QUICK
+    names = [name for name in schemes() if charts.order(name) >= 2] if full else crossover.QUICK
     crossover.chart(*crossover.points(names, every=1 if full else 2, repeats=20 if full else 3), folder)
 
 

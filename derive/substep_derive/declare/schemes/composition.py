@@ -1,0 +1,37 @@
+"""Symmetric compositions of central differences (velocity Verlet), symplectic where there is no damping."""
+
+from sympy import Interval, Rational, Symbol
+
+from ..composition import composition
+from ..parameter import Parameter, Root
+from ..published import Published
+from ..tableau import nystrom
+from .newmark import central_difference
+
+_Q = Rational
+weight = Symbol("weight")
+half = _Q(1, 2)
+
+forest_ruth = composition(
+    "forest_ruth",
+    central_difference,
+    (weight, 1 - 2 * weight, weight),
+    # 2 w^3 + (1 - 2 w)^3 = 0, so that w = 1/(2 - 2^(1/3))
+    parameters=(Parameter(weight, Interval(1, _Q(3, 2)), Root(6 * weight**3 - 12 * weight**2 + 6 * weight - 1)),),
+    reference="Forest & Ruth, Physica D 43 (1990) 105-117; Yoshida, Phys. Lett. A 150 (1990) 262-268",
+    published=Published("Yoshida (1990)", 4),
+)
+
+_verlet = nystrom("verlet", A_bar=((), (half,)), b_bar=(half, 0), b=(half, half), c=(0, 1))
+
+suzuki = composition(
+    "suzuki",
+    _verlet,
+    (weight, weight, 1 - 4 * weight, weight, weight),
+    # 4 w^3 + (1 - 4 w)^3 = 0, so that w = 1/(4 - 4^(1/3))
+    parameters=(Parameter(weight, Interval(_Q(1, 4), half), Root(60 * weight**3 - 48 * weight**2 + 12 * weight - 1)),),
+    reference="Suzuki, Phys. Lett. A 146 (1990) 319-323",
+    published=Published("Suzuki (1990)", 4),
+)
+
+ALL = (forest_ruth, suzuki)

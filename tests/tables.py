@@ -1,0 +1,290 @@
+"""Runge-Kutta tables and weights of compositions, typed from their papers, and their steps on the linear oscillator.
+
+A second spelling of the catalogue's: numbers of 50 digits, decimals or closed forms, not the fractions and roots of the
+declarations; stages carry both slopes (v, a), no velocity is eliminated. A table is a function of the scheme's
+parameters, which returns A, b, c.
+"""
+
+import itertools
+from collections.abc import Callable
+from dataclasses import dataclass
+from types import SimpleNamespace
+from typing import Any
+
+import oracle
+from mpmath import mp
+
+MP = mp.clone()
+MP.dps = 50
+Table = tuple[list[list[Any]], list[Any], list[Any]]
+
+
+def number(text: str) -> Any:
+    """A fraction, as printed."""
+    top, _, bottom = text.partition("/")
+    return MP.mpf(top) / MP.mpf(bottom or 1)
+
+
+def rows(text: str) -> list[list[Any]]:
+    return [[number(x) for x in line.split()] for line in text.strip().splitlines()]
+
+
+def explicit(text: str, c: str) -> Table:
+    """The rows below the diagonal; the last one is b, and the last stage begins the next step."""
+    A = [[], *rows(text)]
+    return A, A[-1], [number(x) for x in c.split()]
+
+
+def bogacki_shampine() -> Table:
+    return explicit("1/2\n0 3/4\n2/9 1/3 4/9", "0 1/2 3/4 1")
+
+
+def dormand_prince() -> Table:
+    """As scipy.integrate.RK45 has it."""
+    from scipy.integrate import RK45
+
+    A = [[MP.mpf(float(x)) for x in row[:i]] for i, row in enumerate(RK45.A)]
+    exact = explicit(
+        """1/5
+        3/40 9/40
+        44/45 -56/15 32/9
+        19372/6561 -25360/2187 64448/6561 -212/729
+        9017/3168 -355/33 46732/5247 49/176 -5103/18656
+        35/384 0 500/1113 125/192 -2187/6784 11/84""",
+        "0 0.2 0.3 0.8 8/9 1 1",
+    )
+    typed = [*exact[0][:-1], exact[1]]
+    theirs = [*A, [MP.mpf(float(x)) for x in RK45.B]]
+    assert all(abs(x - y) < 1e-15 * (1 + abs(y)) for r, q in zip(typed, theirs, strict=True)
+               for x, y in zip(r, q, strict=True))  # fmt: skip
+    return exact
+
+
+def sdirk2(gamma: Any) -> Table:
+    A = [[gamma], [1 - gamma, gamma]]
+    return A, A[-1], [gamma, 1]
+
+
+def sdirk3(gamma: Any) -> Table:
+    """Alexander's b_1 = -(6 a^2 - 16 a + 1)/4, b_2 = (6 a^2 - 20 a + 5)/4 and tau_2 = (1 + a)/2."""
+    b = [4 * gamma - 3 * gamma**2 / 2 - MP.mpf("0.25"), 3 * gamma**2 / 2 - 5 * gamma + MP.mpf("1.25"), gamma]
+    return [[gamma], [(1 - gamma) / 2, gamma], b], b, [gamma, (1 + gamma) / 2, 1]
+
+
+def crouzeix3(gamma: Any) -> Table:
+    return [[gamma], [1 - 2 * gamma, gamma]], [MP.mpf("0.5")] * 2, [gamma, 1 - gamma]
+
+
+def crouzeix4(gamma: Any) -> Table:
+    half, d = MP.mpf("0.5"), 1 / (6 * (2 * gamma - 1) ** 2)
+    return (
+        [[gamma], [half - gamma, gamma], [2 * gamma, 1 - 4 * gamma, gamma]],
+        [d, 1 - 2 * d, d],
+        [gamma, half, 1 - gamma],
+    )
+
+
+def esdirk32(gamma: Any) -> Table:
+    """By its conditions: stage order 2 in the third stage, order 2 of weights that end in gamma, and R(oo) = 0."""
+    c2, c3 = 2 * gamma, MP.mpf("0.6")
+    a32 = c3 * (c3 - 2 * gamma) / (4 * gamma)
+    a31 = c3 - gamma - a32
+    y = MP.lu_solve(MP.matrix([[gamma, 0], [a32, gamma]]), MP.matrix([gamma, a31]))  # R(oo) = (b_1 - b y)/gamma
+    conditions = MP.matrix([[1, 1, 1], [0, c2, c3], [1, -y[0], -y[1]]])
+    b = [*MP.lu_solve(conditions, MP.matrix([1 - gamma, MP.mpf(1) / 2 - gamma, 0])), gamma]
+    return [[], [gamma, gamma], [a31, a32, gamma], b], b, [0, c2, c3, 1]
+
+
+def esdirk43() -> Table:
+    A, _, c = explicit(
+        """1/4 1/4
+        8611/62500 -1743/31250 1/4
+        5012029/34652500 -654441/2922500 174375/388108 1/4
+        15267082809/155376265600 -71443401/120774400 730878875/902184768 2285395/8070912 1/4
+        82889/524892 0 15625/83664 69875/102672 -2260/8211 1/4""",
+        "0 0.5 0.332 0.62 0.85 1",
+    )
+    return A, A[-1], c
+
+
+@dataclass(frozen=True)
+class Nystrom:
+    """A table for u'' = g(t, u): damping is left out."""
+
+    A_bar: list[list[Any]]
+    b_bar: list[Any]
+    b: list[Any]
+    c: list[Any]
+
+
+def rkn43() -> Nystrom:
+    """RKN4(3)4FM, of 1987; b_bar is the last row of A_bar."""
+    A_bar = [[], *rows("1/32\n7/1000 119/500\n1/14 8/27 25/189")]
+    return Nystrom(A_bar, A_bar[-1], rows("1/14 32/81 250/567 5/54")[0], rows("0 1/4 7/10 1")[0])
+
+
+def rkn64() -> Nystrom:
+    """RKN6(4)6FM, of 1987; b_bar is the last row of A_bar."""
+    A_bar = [
+        [],
+        *rows(
+            """1/200
+            -1/2200 1/22
+            637/6600 -7/110 7/33
+            225437/1968750 -30073/281250 65569/281250 -9367/984375
+            151/2142 5/116 385/1368 55/168 -6250/28101"""
+        ),
+    ]
+    b = rows("151/2142 25/522 275/684 275/252 -78125/112404 1/12")[0]
+    return Nystrom(A_bar, A_bar[-1], b, rows("0 1/10 3/10 7/10 17/25 1")[0])
+
+
+NYSTROM: dict[str, Callable[[], Nystrom]] = {"rkn43": rkn43, "rkn64": rkn64}
+# numbers of sub-steps of Stoermer's rule, from whose results u and v are extrapolated
+EXTRAPOLATIONS = {"stoermer_extrapolation": (1, 2, 3, 4)}
+
+
+def extrapolated(values: dict[int, Any]) -> Any:
+    """The limit of values at 1, 2, ... sub-steps by the scheme of Aitken and Neville; their errors are even in 1/n."""
+    counts, column = sorted(values), [values[n] for n in sorted(values)]
+    for k in range(1, len(counts)):
+        column = [
+            new + (new - old) / ((counts[i + k] / counts[i]) ** 2 - 1)
+            for i, (old, new) in enumerate(itertools.pairwise(column))
+        ]
+    return column[0]
+
+
+TABLES: dict[str, tuple[Callable[..., Table], str]] = {
+    "bogacki_shampine": (bogacki_shampine, ""),
+    "dormand_prince": (dormand_prince, ""),
+    "sdirk2": (sdirk2, "gamma"),
+    "sdirk3": (sdirk3, "gamma"),
+    "crouzeix3": (crouzeix3, "gamma"),
+    "crouzeix4": (crouzeix4, "gamma"),
+    "esdirk32": (esdirk32, "gamma"),
+    "esdirk43": (esdirk43, ""),
+}
+# weights of central differences, one after another
+COMPOSITIONS: dict[str, Callable[..., list[Any]]] = {
+    "suzuki": lambda weight: [weight, weight, 1 - 4 * weight, weight, weight],
+    "forest_ruth": lambda weight: [weight, 1 - 2 * weight, weight],
+}
+
+
+DAMPED_COMPOSITIONS = ("forest_ruth",)
+
+
+def square(table: Table) -> Table:
+    """The table with rows filled up with zeros."""
+    A, b, c = table
+    return [[*row, *[0] * (len(c) - len(row))] for row in A], [*b, *[0] * (len(c) - len(b))], c
+
+
+def first_is_start(table: Table) -> bool:
+    return not any(table[0][0])
+
+
+def last_is_end(table: Table) -> bool:
+    return table[2][-1] == 1 and list(table[0][-1]) == list(table[1])
+
+
+def of(name: str, values: dict[str, Any], kind: Callable[[Any], Any]) -> Table:
+    """The table at these values of the parameters, in numbers of this kind."""
+    A, b, c = square(TABLES[name][0](**{key: MP.mpf(str(value)) if isinstance(value, float) else MP.mpf(value)
+                                        for key, value in values.items()}))  # fmt: skip
+    return [[kind(x) for x in row] for row in A], [kind(x) for x in b], [kind(x) for x in c]
+
+
+def _step(s: Any, table: Table, state: Any, f: Callable[[Any], Any]) -> tuple[Any, Any]:
+    A, b, c = table
+    u0, v0 = state[:2]
+    stages: list[Any] = []
+    for row, tau in zip(A, c, strict=True):
+        i = len(stages)
+        u = u0 + sum((w * v for w, (_, v, _) in zip(row[:i], stages, strict=True)), 0 * u0)
+        v = v0 + sum((w * a for w, (_, _, a) in zip(row[:i], stages, strict=True)), 0 * u0)
+        if i == 0 and row[i] == 0 and len(state) == 3:
+            stages.append((u0, v0, state[2]))
+            continue
+
+        def at(a: Any, u: Any = u, v: Any = v, w: Any = row[i]) -> Any:
+            return u + w * (v + w * a), v + w * a, a
+
+        stages.append(at(oracle.root(lambda a, at=at, tau=tau: s.residual(*at(a), f(tau)))))
+    u1 = u0 + sum((w * v for w, (_, v, _) in zip(b, stages, strict=True)), 0 * u0)
+    v1 = v0 + sum((w * a for w, (_, _, a) in zip(b, stages, strict=True)), 0 * u0)
+    if last_is_end(table):
+        u1, v1, a1 = stages[-1]
+        return ((u1, v1, a1) if len(state) == 3 else (u1, v1)), (u1, v1, a1)
+    return (u1, v1), (u1, v1, s.acceleration(u1, v1, f(s.one)))
+
+
+def _register(name: str, parameters: str) -> None:
+    sample = square(TABLES[name][0](**dict.fromkeys(parameters.split(), MP.mpf("0.45"))))
+    carried = first_is_start(sample) and last_is_end(sample)
+
+    @oracle.scheme(name, "u h*v h^2*a" if carried else "u h*v", parameters)
+    def rule(s: Any, state: Any, p: Any, f: Callable[[Any], Any]) -> tuple[Any, Any]:
+        return _step(s, of(name, vars(p), type(s.one)), state, f)
+
+
+def undamped(s: Any) -> Any:
+    """The oscillator with the same stiffness and without damping."""
+    return oracle.Oscillator(s.one, 0 * s.c, s.k)
+
+
+def _nystrom_step(s: Any, table: Nystrom, state: Any, f: Callable[[Any], Any]) -> Any:
+    kind = type(s.one)
+    u0, v0, a0 = state
+    found: list[Any] = []
+    for row, c in zip(table.A_bar, table.c, strict=True):
+        u = u0 + kind(c) * v0 + sum((kind(w) * a for w, a in zip(row, found, strict=False)), 0 * u0)
+        found.append(a0 if not found else s.acceleration(u, 0 * v0, f(kind(c))))
+    v1 = v0 + sum((kind(w) * a for w, a in zip(table.b, found, strict=False)), 0 * u0)
+    u1 = u0 + v0 + sum((kind(w) * a for w, a in zip(table.b_bar, found, strict=False)), 0 * u0)
+    return u1, v1, found[-1]  # the last stage is t_{n+1}
+
+
+def _stoermer(s: Any, n: int, state: Any, f: Callable[[Any], Any]) -> tuple[Any, Any]:
+    """Stoermer's rule in one-step form, n sub-steps: kicks by half of the acceleration, drifts between them."""
+    u, v, a = state
+    for j in range(1, n + 1):
+        v = v + a / (2 * n)
+        u = u + v / n
+        a = s.acceleration(u, 0 * v, f(s.one * j / n))
+        v = v + a / (2 * n)
+    return u, v
+
+
+def _register_nystrom(name: str) -> None:
+    @oracle.scheme(name, "u h*v h^2*a")
+    def rule(s: Any, state: Any, p: SimpleNamespace, f: Callable[[Any], Any]) -> tuple[Any, Any]:
+        s = undamped(s)
+        if name in NYSTROM:
+            new = _nystrom_step(s, NYSTROM[name](), state, f)
+        else:
+            runs = {n: _stoermer(s, n, state, f) for n in EXTRAPOLATIONS[name]}
+            u, v = (extrapolated({n: run[i] for n, run in runs.items()}) for i in range(2))
+            new = u, v, s.acceleration(u, 0 * v, f(s.one))
+        return new, new
+
+
+def _register_composition(name: str, weights: Callable[..., list[Any]]) -> None:
+    names = " ".join(weights.__code__.co_varnames)
+
+    @oracle.scheme(name, "u h*v h^2*a", names)
+    def rule(s: Any, state: Any, p: Any, f: Callable[[Any], Any]) -> tuple[Any, Any]:
+        s, t = s if name in DAMPED_COMPOSITIONS else undamped(s), 0 * s.one
+        for weight in weights(**vars(p)):
+            t = t + weight
+            state = oracle.newmark_end(s, state, weight, (0 * s.one, s.one / 2), f(t))
+        return state, state
+
+
+for _name, (_, _parameters) in TABLES.items():
+    _register(_name, _parameters)
+for _name in (*NYSTROM, *EXTRAPOLATIONS):
+    _register_nystrom(_name)
+for _name, _weights in COMPOSITIONS.items():
+    _register_composition(_name, _weights)
