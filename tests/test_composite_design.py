@@ -21,7 +21,7 @@ from substep_derive.declare.schemes.designed import (
 from substep_derive.study.design import Answer, design
 from substep_derive.study.design.stability_function import StabilityFunction, approximate, coefficient, is_stable
 from substep_derive.study.design.stability_function import rational_number as rational
-from substep_derive.study.design.trees import density, symmetry, trees
+from substep_derive.algebra.rooted_trees import density, rooted_trees, symmetry
 from sympy import Rational, Symbol, cancel, simplify, sqrt
 
 gamma, rho_inf = Symbol("gamma"), Symbol("rho_inf")
@@ -256,9 +256,9 @@ def test_the_order_holds_on_a_damped_forced_duffing_oscillator(name: str, parame
 
 def test_rooted_trees() -> None:
     """Their numbers (A000081), and sum over trees of order p of 1/(density symmetry) = 1/p! times labellings."""
-    assert [len(trees(k)) for k in range(1, 9)] == [1, 1, 2, 4, 9, 20, 48, 115]
+    assert [len(rooted_trees(k)) for k in range(1, 9)] == [1, 1, 2, 4, 9, 20, 48, 115]
     for k in range(1, 8):  # the exact solution of y' = y^2, y(0) = 1 is 1/(1 - t): every elementary differential counts
-        assert sum(Rational(1, density(t) * symmetry(t)) * growth(t) for t in trees(k)) == 1
+        assert sum(Rational(1, density(t) * symmetry(t)) * growth(t) for t in rooted_trees(k)) == 1
 
 
 def growth(tree: tuple) -> int:

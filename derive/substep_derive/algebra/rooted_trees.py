@@ -6,11 +6,14 @@ the acceleration and a "meagre" one for a velocity; below a meagre vertex hangs 
 fat one hang meagre ones and, where the acceleration depends on the velocity, fat ones too.
 """
 
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from functools import cache
 from itertools import combinations_with_replacement
-from math import prod
+from math import factorial, prod
 from typing import Any
+
+from sympy import QQ
 
 Tree = tuple[Any, ...]
 Vector = Sequence[Any]
@@ -35,6 +38,21 @@ def rooted_trees(n: int) -> tuple[Tree, ...]:
     return tuple(_forests(n - 1, rooted_trees, n - 1))
 
 
+def size(tree: Tree) -> int:
+    """The number of vertices."""
+    return 1 + sum(map(size, tree))
+
+
+def density(tree: Tree) -> int:
+    """The product of the sizes of all subtrees: b satisfies the tree's condition if sum_i b_i weights_i = 1/density."""
+    return size(tree) * prod(map(density, tree))
+
+
+def symmetry(tree: Tree) -> int:
+    """The order of the tree's group of symmetries."""
+    return prod(factorial(count) * symmetry(child) ** count for child, count in Counter(tree).items())
+
+
 @cache
 def nystrom_trees(n: int, damped: bool) -> tuple[Tree, ...]:
     """The Nystrom trees with n vertices and a fat root; damped: the acceleration depends on the velocity.
@@ -51,22 +69,38 @@ def nystrom_trees(n: int, damped: bool) -> tuple[Tree, ...]:
     return tuple(_forests(n - 1, children, n - 1))
 
 
+def _weights(A: Sequence[Vector], one: Any) -> Callable[[Tree], tuple[Any, ...]]:
+    """A function that gives a tree's weight at each stage of the table A (s, s), each tree's computed once."""
+
+    @cache
+    def weights(tree: Tree) -> tuple[Any, ...]:
+        inner = [_product(A, weights(child)) for child in tree]
+        return tuple(prod((w[i] for w in inner), start=one) for i in range(len(A)))
+
+    return weights
+
+
 def runge_kutta_order(A: Sequence[Vector], b: Vector, one: Any) -> int:
     """The largest p <= 10 for which b satisfies every condition with p vertices or fewer.
 
     A (s, s) and b (s,) hold numbers of one field, `one` is its 1.
     """
-
-    @cache
-    def weights(tree: Tree) -> tuple[Any, ...]:
-        """Of each stage; the condition is sum_i b_i weights_i = 1/density."""
-        inner = [_product(A, weights(child)) for child in tree]
-        return tuple(prod((w[i] for w in inner), start=one) for i in range(len(b)))
-
+    weights = _weights(A, one)
     for p in range(1, MOST + 1):
-        if any(_dot(b, weights(tree)) * _density(tree)[1] != one for tree in rooted_trees(p)):
+        if any(_dot(b, weights(tree)) * density(tree) != one for tree in rooted_trees(p)):
             return p - 1
     return MOST
+
+
+def residuals(A: Sequence[Vector], b: Vector, order: int, one: Any) -> list[Any]:
+    """For every tree of that order, (b . weights - 1/density)/symmetry: its coefficient in the error of one step.
+
+    A (s, s) and b (s,) hold numbers of one field, `one` is its 1.
+    """
+    weights = _weights(A, one)
+    return [
+        (_dot(b, weights(tree)) - one * QQ(1, density(tree))) * QQ(1, symmetry(tree)) for tree in rooted_trees(order)
+    ]
 
 
 def nystrom_order(
@@ -93,10 +127,10 @@ def nystrom_order(
     orders = [MOST, MOST]
     for p in range(1, MOST + 1):
         for tree in nystrom_trees(p, A is not None):
-            density = _nystrom_density(tree)[1]
-            if _dot(b, weights(tree)) * density != one:
+            product = _nystrom_density(tree)[1]
+            if _dot(b, weights(tree)) * product != one:
                 orders[1] = min(orders[1], p - 1)
-            if _dot(b_bar, weights(tree)) * (density * (p + 1)) != one:
+            if _dot(b_bar, weights(tree)) * (product * (p + 1)) != one:
                 orders[0] = min(orders[0], p)
         if max(orders) < p:
             break
@@ -111,17 +145,10 @@ def _dot(left: Vector, right: Vector) -> Any:
     return sum((x * y for x, y in zip(left[1:], right[1:], strict=True)), left[0] * right[0])
 
 
-def _density(tree: Tree) -> tuple[int, int]:
-    """(number of vertices, density): the density is the product of the sizes of all subtrees."""
-    parts = [_density(child) for child in tree]
-    size = 1 + sum(n for n, _ in parts)
-    return size, size * prod(d for _, d in parts)
-
-
 def _nystrom_density(tree: Tree) -> tuple[int, int]:
     parts = []
     for kind, below in tree:
-        size, density = (0, 1) if below is None else _nystrom_density(below)
-        parts.append((size, density) if kind == "a" else (size + 1, (size + 1) * density))
-    size = 1 + sum(n for n, _ in parts)
-    return size, size * prod(d for _, d in parts)
+        n, product = (0, 1) if below is None else _nystrom_density(below)
+        parts.append((n, product) if kind == "a" else (n + 1, (n + 1) * product))
+    whole = 1 + sum(n for n, _ in parts)
+    return whole, whole * prod(d for _, d in parts)

@@ -9,12 +9,11 @@ gamma alone decides rho_inf here: rho_inf only gives its default.
 
 from typing import Any
 
-from sympy import Interval, Rational, Symbol
+from sympy import Integer, Interval, Rational, Symbol
 
 from ..parameter import Parameter, Root
-from ..scheme import Scheme
-from ..stages import composite
 from ..symbols import gamma, rho_inf
+from ..tableau import tableau
 
 _half = Rational(1, 2)
 
@@ -27,39 +26,44 @@ def _controlled(low: Rational, high: Rational, equation: Any) -> tuple[Parameter
 _32 = 3 * (3 - 10 * gamma) / (100 * gamma)
 _3 = 25 * (1 - 6 * gamma + 6 * gamma**2) / (9 * (3 - 10 * gamma))
 _2 = (_half - gamma - Rational(3, 5) * _3) / (2 * gamma)
+_weights = (1 - _2 - _3 - gamma, _2, _3, gamma)
 
-three_substep_third_order = composite(
+three_substep_third_order = tableau(
     "three_substep_third_order",
-    [[gamma, gamma], [Rational(3, 5) - _32 - gamma, _32, gamma], [1 - _2 - _3 - gamma, _2, _3, gamma]],
-    [2 * gamma, Rational(3, 5), 1],
+    A=((0,), (gamma, gamma), (Rational(3, 5) - _32 - gamma, _32, gamma), _weights),
+    b=_weights,
+    c=(0, 2 * gamma, Rational(3, 5), 1),
     # order 3 gives rho_inf = (6 gamma^3 - 18 gamma^2 + 9 gamma - 1)/(6 gamma^3), which falls from 1 to 0 in here
-    _controlled(Rational(33, 100), Rational(44, 100), 6 * (1 - rho_inf) * gamma**3 - 18 * gamma**2 + 9 * gamma - 1),
+    parameters=_controlled(
+        Rational(33, 100), Rational(44, 100), 6 * (1 - rho_inf) * gamma**3 - 18 * gamma**2 + 9 * gamma - 1
+    ),
     reference="substep design --sub-steps 3 --order 3 --rho-inf free --one-stiffness",
 )
 
 
-def _fourth_order(g: Symbol) -> tuple[list[list[Any]], list[Any]]:
-    """The table of four sub-steps of order 4 and the times of their ends."""
+def _fourth_order(g: Symbol) -> tuple[list[list[Any]], list[Any], list[Any]]:
+    """The table of four sub-steps of order 4: A, b, c."""
     a32 = 3 * (3 - 8 * g) / (64 * g)
     a43 = 8 * (1 - 12 * g + 36 * g**2 - 24 * g**3) / (81 * g * (3 - 8 * g))
     a42 = (Rational(2, 9) - 2 * g / 3 - 3 * a43 / 4) / (2 * g)
     b2, b3, b4 = 1 / (12 * g * (3 - 8 * g)), 16 * (1 - 12 * g + 24 * g**2) / (9 * (3 - 8 * g)), 9 * g / 2
     third, fourth = Rational(3, 4), Rational(2, 3)
     rows = [
+        [Integer(0)],
         [g, g],
         [third - a32 - g, a32, g],
         [fourth - a42 - a43 - g, a42, a43, g],
         [1 - b2 - b3 - b4 - g, b2, b3, b4, g],
     ]
-    return rows, [2 * g, third, fourth, 1]
+    return rows, rows[-1], [Integer(0), 2 * g, third, fourth, Integer(1)]
 
 
 # every rho_inf in [0, 1]; its printed module would be longer than the committed ones may be, so that it is printed when
 # it is asked for, as a scheme of one's own
-four_substep_family: Scheme = composite(
+four_substep_family = tableau(
     "four_substep_family",
     *_fourth_order(gamma),
-    _controlled(
+    parameters=_controlled(
         Rational(39, 100),
         Rational(58, 100),
         24 * (1 - rho_inf) * gamma**4 - 96 * gamma**3 + 72 * gamma**2 - 16 * gamma + 1,
@@ -69,15 +73,19 @@ four_substep_family: Scheme = composite(
 
 # rho_inf = 1/3 is the least at which no sub-step reaches beyond the step's end: there gamma = 1/2. At this gamma the
 # times 3/5 and 4/5 have the least principal error, 0.0181 where 3/4 and 2/3 have 0.0209
-four_substep_fourth_order = composite(
+_last = (Rational(3, 16), -Rational(5, 24), Rational(25, 24), -Rational(25, 48), _half)
+
+four_substep_fourth_order = tableau(
     "four_substep_fourth_order",
-    [
-        [_half, _half],
-        [Rational(11, 50), -Rational(3, 25), _half],
-        [Rational(17, 150), -Rational(12, 25), Rational(2, 3), _half],
-        [Rational(3, 16), -Rational(5, 24), Rational(25, 24), -Rational(25, 48), _half],
-    ],
-    [1, Rational(3, 5), Rational(4, 5), 1],
+    A=(
+        (0,),
+        (_half, _half),
+        (Rational(11, 50), -Rational(3, 25), _half),
+        (Rational(17, 150), -Rational(12, 25), Rational(2, 3), _half),
+        _last,
+    ),
+    b=_last,
+    c=(0, 1, Rational(3, 5), Rational(4, 5), 1),
     reference="substep design --sub-steps 4 --order 4 --rho-inf 1/3 --one-stiffness",
 )
 

@@ -8,8 +8,8 @@ from ...algebra.points import simplest_between
 from ...declare.errors import DeclarationError
 from ...declare.parameter import Parameter, Root
 from ...declare.scheme import Scheme
-from ...declare.stages import composite
 from ...declare.symbols import gamma, rho_inf
+from ...declare.tableau import tableau
 from .answer import Answer, Budget, Found, OutOfTimeError
 from .dissipation import least_damping
 from .parameters import Design, parameters
@@ -111,7 +111,10 @@ def _found(candidate: Candidate, table: Table, chosen: tuple[str, ...], wish: Wi
         rows = tuple(tuple(cancel(e.subs(value)) for e in row) for row in rows)
         times = tuple(cancel(e.subs(value)) for e in times)
     name = f"composite_{function.n}_order_{p}"
-    scheme = composite(name, rows, times, _parameters(candidate, table), reference=f"designed: {wish.text}")
+    scheme = tableau(
+        name, [[0], *rows], rows[-1], [0, *times], parameters=_parameters(candidate, table),
+        reference=f"designed: {wish.text}",
+    )  # fmt: skip
     error = function.error(p + 1)
     where = f"gamma = {shown(one)}"
     if number is None:

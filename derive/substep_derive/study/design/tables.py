@@ -18,11 +18,11 @@ from typing import Any
 from sympy import Expr, Integer, Matrix, Rational, Symbol, cancel, expand, factor, factor_list, fraction, together
 
 from ...algebra.rational import RationalFunctions
+from ...algebra.rooted_trees import residuals
 from ...declare.symbols import gamma
 from .answer import Budget
 from .search import Candidate
 from .stability_function import StabilityFunction, approximate, numbers_with, sign_at
-from .trees import residuals
 
 HALF = Rational(1, 2)
 TIMES = sorted({Rational(p, q) for q in range(2, 6) for p in range(1, q)})
@@ -48,7 +48,7 @@ class Table:
     def residuals(self, order: int) -> list[Expr]:
         """The coefficients of the trees of that order in the error of one step; all zero for the order."""
         A, b, field = self.square
-        return [field.expression(field.domain.convert(e)) for e in residuals(A, b, order)]
+        return [field.expression(field.domain.convert(e)) for e in residuals(A, b, order, field.number(Integer(1)))]
 
     @cached_property
     def poles(self) -> tuple[Expr, ...]:
