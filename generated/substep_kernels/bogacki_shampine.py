@@ -49,11 +49,17 @@ FILTER = 2
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
-_compile = njit(cache=True, nogil=True, error_model="numpy")
+_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
+# called by kernels alone: not from Python, and so without the code for that
+_exact = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
 
 # contract: a * b + c may become one operation, rounded once
-_inline = njit(nogil=True, error_model="numpy", forceinline=True, fastmath={"contract"})
-_fused = njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+_fused = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
+_inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"})
+_inline = njit(
+    nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"},
+    forceinline=True,
+)
 
 
 @_inline
@@ -91,7 +97,7 @@ def _angle(y, x):
     return 3.141592653589793 - angle if x < 0.0 else angle
 
 
-@_compile
+@_exact
 def _increment(Omega, xi):
     """Denominator and numerators of A - I. 63 operations."""
     x0 = Omega**2
@@ -279,7 +285,7 @@ def _eigenvalues(Omega, xi):
     return radius, half * inverse, -q * inverse, product * inverse, root
 
 
-@_fused
+@_inner
 def _spectral_radii(Omega, xi, radius):
     """Store the spectral radius at each point; return all `_refused`, negative if one is."""
     refused = np.int64(0)
@@ -309,7 +315,7 @@ def _distance_from_exact(Omega, xi, half, less, modulus2, root):
     return growth, scale * (p1 * g0 - p0 * g1)
 
 
-@_fused
+@_inner
 def _errors_near_zero(Omega, xi, s, damping, period):
     """Replace the errors at points near Omega = 0 whose pair is close to the exact one; return how many there are.
 
@@ -326,7 +332,7 @@ def _errors_near_zero(Omega, xi, s, damping, period):
     return count
 
 
-@_fused
+@_inner
 def _stability_of_block(Omega, xi, radius, damping, period):
     """`stability` of a block of points; returns all `_refused`.
 
@@ -394,9 +400,8 @@ def stencil(out):
         out[i, 2] = 3/4
         out[i, 3] = 1
 
-_exact = njit(nogil=True, error_model="numpy")  # no fastmath: tails are rounding errors, which it would remove
 
-
+# tails are rounding errors, which fastmath would remove
 @_exact
 def _plus(a, b):
     """The sum of two doubles: head, and tail, which is the rounding error of the head."""
@@ -458,7 +463,7 @@ def _over(a, a_, b, b_):
     return head + ((a - product) - tail + a_ - head * b_) / b
 
 
-@_compile
+@_exact
 def _coefficients(s):
     """`coefficients` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
     for j in range(48):
@@ -544,7 +549,7 @@ def coefficients(Omega, xi, out):
                 out[r, first + j] = s[(2 + r) * 48 + j]
 
 
-@_compile
+@_exact
 def _transfer(s):
     """`transfer` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
     for j in range(48):

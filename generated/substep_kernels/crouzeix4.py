@@ -68,11 +68,17 @@ FILTER = 0
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
-_compile = njit(cache=True, nogil=True, error_model="numpy")
+_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
+# called by kernels alone: not from Python, and so without the code for that
+_exact = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
 
 # contract: a * b + c may become one operation, rounded once
-_inline = njit(nogil=True, error_model="numpy", forceinline=True, fastmath={"contract"})
-_fused = njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+_fused = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
+_inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"})
+_inline = njit(
+    nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"},
+    forceinline=True,
+)
 
 
 @_inline
@@ -110,7 +116,7 @@ def _angle(y, x):
     return 3.141592653589793 - angle if x < 0.0 else angle
 
 
-@_compile
+@_exact
 def _increment(Omega, xi, gamma):
     """Denominator and numerators of A - I. 165 operations."""
     x0 = 2*gamma - 1
@@ -356,7 +362,7 @@ def _eigenvalues(Omega, xi, gamma):
     return radius, half * inverse, -q * inverse, product * inverse, root
 
 
-@_fused
+@_inner
 def _spectral_radii(Omega, xi, gamma, radius):
     """Store the spectral radius at each point; return all `_refused`, negative if one is."""
     refused = np.int64(0)
@@ -386,7 +392,7 @@ def _distance_from_exact(Omega, xi, gamma, half, less, modulus2, root):
     return growth, scale * (p1 * g0 - p0 * g1)
 
 
-@_fused
+@_inner
 def _errors_near_zero(Omega, xi, gamma, s, damping, period):
     """Replace the errors at points near Omega = 0 whose pair is close to the exact one; return how many there are.
 
@@ -403,7 +409,7 @@ def _errors_near_zero(Omega, xi, gamma, s, damping, period):
     return count
 
 
-@_fused
+@_inner
 def _stability_of_block(Omega, xi, gamma, radius, damping, period):
     """`stability` of a block of points; returns all `_refused`.
 
@@ -466,9 +472,8 @@ def stencil(gamma, out):
         out[i, 2] = 1
         out[i, 3] = gamma[i]
 
-_exact = njit(nogil=True, error_model="numpy")  # no fastmath: tails are rounding errors, which it would remove
 
-
+# tails are rounding errors, which fastmath would remove
 @_exact
 def _plus(a, b):
     """The sum of two doubles: head, and tail, which is the rounding error of the head."""
@@ -530,7 +535,7 @@ def _over(a, a_, b, b_):
     return head + ((a - product) - tail + a_ - head * b_) / b
 
 
-@_compile
+@_exact
 def _coefficients(s):
     """`coefficients` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
     for j in range(48):
