@@ -74,14 +74,21 @@ def with_mean_force(scheme: Scheme) -> Scheme:
 
 
 def ratios(
-    scheme: Scheme, parameters: dict[str, Rational], estimates: Estimator, motion: Oscillation, dt: Any, steps: int = 40
+    scheme: Scheme,
+    parameters: dict[str, Rational],
+    estimates: Estimator,
+    motion: Oscillation,
+    dt: Any,
+    steps: int,
+    kappa: Any = 1,
 ) -> tuple[Any, Any]:
     """Estimate/true local error of u and of v, on one step from a settled state."""
     dt = _mpf(dt)
     scheme = with_mean_force(scheme)
     state = settled(scheme, parameters, motion, dt, steps)
     stepper = Stepper(scheme, parameters, motion.problem, dt, state[0])
-    symbols = two_steps(stepper, state, steps * dt, motion.problem, motion.after)
+    shorter = Stepper(scheme, parameters, motion.problem, _mpf(kappa) * dt, state[0])
+    symbols = two_steps(stepper, state, steps * dt, motion.problem, motion.after, shorter)
     if any("halved" in s.name for s in (estimates.u + estimates.v).free_symbols):
         before = [symbols[s] for s in scheme.state]
         symbols |= halved(scheme, parameters, motion.problem, before, (steps + 1) * dt, dt)
@@ -91,28 +98,33 @@ def ratios(
 
 
 def two_steps(
-    stepper: Stepper, state: list[Any], t: Any, problem: Problem, after: Callable[..., tuple[Any, Any]]
+    stepper: Stepper,
+    state: list[Any],
+    t: Any,
+    problem: Problem,
+    after: Callable[..., tuple[Any, Any]],
+    opening: Stepper | None = None,
 ) -> dict[Any, Any]:
     """All symbols of the second of two steps from a state, those of the first with labels of the step before.
 
-    Under "u" and "v" the second step's local errors.
+    Under "u" and "v" the second step's local errors. opening: makes the first step, of another length.
     """
-    dt = stepper.h
-    first = stepper.step(state, t)
-    begin = stepper.reported(first, t)[:2]
-    state = stepper.carried(first)
-    second = stepper.step(state, t + dt)
-    end = stepper.reported(second, t + dt)[:2]
-    exact = after(*begin, t + dt, dt)
-    found = {h: dt, Symbol("kappa"): MP.mpf(1), **stepper.values}
+    dt, opening = stepper.h, opening or stepper
+    first = opening.step(state, t)
+    begin = opening.reported(first, t)[:2]
+    state, t = opening.carried(first), t + opening.h
+    second = stepper.step(state, t)
+    end = stepper.reported(second, t)[:2]
+    exact = after(*begin, t, dt)
+    found = {h: dt, Symbol("kappa"): opening.h / dt, **stepper.values}
     for symbol, value in first.items():
         kind, label = knot_of(symbol) or ("", "")
         step = lattice(label)
         found[Symbol(f"{kind}_{step - 1}" if step is not None else f"{kind}_*{label}-1")] = value
     found |= second
     found |= {Symbol("u_*end"): end[0], Symbol("v_*end"): end[1]}
-    found[Symbol("a_*end")] = problem.acceleration(*end, t + 2 * dt)
-    found[Symbol("a_*start")] = problem.acceleration(*begin, t + dt)
+    found[Symbol("a_*end")] = problem.acceleration(*end, t + dt)
+    found[Symbol("a_*start")] = problem.acceleration(*begin, t)
     return found | {"u": end[0] - exact[0], "v": end[1] - exact[1]}
 
 

@@ -42,6 +42,12 @@ def test_the_trapezoidal_rule_in_closed_form() -> None:
     assert error == pytest.approx(u_1 - np.exp(s))
 
 
+def test_the_trapezoidal_rules_estimate_on_a_stiff_component() -> None:
+    """The figure that docs/estimators.md gives."""
+    index = effectivity(estimator("average_acceleration")).index[0]
+    assert abs(complex(index.subs({Omega: 10, xi: 0}))) == pytest.approx(17.5, abs=0.05)
+
+
 def test_a_state_of_more_has_no_closed_form() -> None:
     with pytest.raises(DeclarationError, match=r"generalized_alpha: expected a state of u and v"):
         effectivity(estimator("generalized_alpha"))

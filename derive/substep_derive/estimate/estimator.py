@@ -151,21 +151,21 @@ def _found(analysis: Analysis, exact: Analysis, held_only: bool) -> Estimator:
     """Chosen with numbers for the parameters, then solved for with those that are wanted."""
     one = analysis.motion.one
     uneven = analysis.uneven and exact is not analysis
-    ratios = (one * GENERIC_RATIO, exact.evaluation.number(kappa)) if uneven else (one, exact.motion.one)
+    ratio = exact.evaluation.number(kappa) if uneven else exact.motion.one
     chosen: list[Estimate | tuple[int, Family] | None] = [
-        _second_value(analysis, exact, own) or _cheapest(analysis, ratios[0], own, LEVELS[:1] if held_only else LEVELS)
+        _second_value(analysis, exact, own) or _cheapest(analysis, one, own, LEVELS[:1] if held_only else LEVELS)
         for own in (0, 1)
     ]
     last = LEVELS[-1]
     if any(isinstance(choice, tuple) and choice[0] == last for choice in chosen):  # half steps serve both
         for own, choice in enumerate(chosen):
             if isinstance(choice, tuple) and choice[0] > 0:
-                chosen[own] = _cheapest(analysis, ratios[0], own, LEVELS[-1:]) or choice
+                chosen[own] = _cheapest(analysis, one, own, LEVELS[-1:]) or choice
     found = []
     for own, choice in enumerate(chosen):
         if choice is None:
             raise NoEstimator(_reason(exact, own, held_only))
-        found.append(choice if isinstance(choice, Estimate) else _solved(analysis, exact, ratios[1], *choice))
+        found.append(choice if isinstance(choice, Estimate) else _solved(analysis, exact, ratio, *choice))
     return Estimator(exact.evaluation, *found)
 
 
@@ -190,6 +190,10 @@ def _solved(analysis: Analysis, exact: Analysis, ratio: Any, level: int, family:
     values, extra = pool(exact, level, ratio)
     wanted = Family(exact.evaluation, values, exact.errors[own], own, family.top)
     combination = wanted.combination(symbols)
+    if combination is None:  # they suffice for equal steps only
+        generic = replace(family, values=pool(analysis, level, analysis.motion.one * GENERIC_RATIO)[0])
+        symbols, growth = generic.sparsest(analysis.growths)
+        combination = wanted.combination(symbols)
     if combination is None:
         raise NoEstimator(
             f"{exact.evaluation.scheme.name}: {symbols} suffice at some parameters only; give all of them"

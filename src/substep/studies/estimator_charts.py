@@ -30,8 +30,9 @@ def effectivity(s: Scheme, Omega: Array, xi: float = 0.0) -> Indices:
     """Of a scheme at its default parameters, over ascending Omega (n,), on the mode u = 1, h*v = s of the oscillator.
 
     The state lies in the plane of the scheme's two principal eigenvectors: those whose eigenvalues are followed, from
-    the smallest Omega on, from the exact ones. Raises ValueError for a scheme without an estimator, and for an Omega
-    that is not ascending or begins above 1/2, where the principal eigenvalues cannot be told apart any more.
+    the smallest Omega on, from the exact ones; NaN where one of them is lost beside the other by rounding. Raises
+    ValueError for a scheme without an estimator, and for an Omega that is not ascending or begins above 1/2, where the
+    principal eigenvalues cannot be told apart any more.
     """
     found = facade.estimator_entry(s.info.declaration or s.name)
     if "reason" in found:
@@ -41,10 +42,14 @@ def effectivity(s: Scheme, Omega: Array, xi: float = 0.0) -> Indices:
     ratios = np.full((2, Omega.size), np.nan)
     zeta = np.array([-xi + 1j * np.sqrt(1 - xi**2), -xi - 1j * np.sqrt(1 - xi**2)])
     before = np.exp(zeta * Omega[0])
-    for i, (at, A) in enumerate(zip(Omega, s.amplification(Omega, xi), strict=True)):
+    matrices = s.amplification(Omega, xi)
+    live = int((np.abs(np.linalg.eigvals(matrices[0])) > 1e-9).sum())  # the others are 0 at every Omega
+    for i, (at, A) in enumerate(zip(Omega, matrices, strict=True)):
         values, vectors = np.linalg.eig(A)
-        chosen = _followed(values, before)
+        chosen = _followed(values, before, live)
         before, V = values[chosen], vectors[:, chosen]
+        if not before.all():
+            continue
         reported = _row(found["reported"], at, xi) / _value(found["den"], at, xi) @ V
         exact = at * zeta[0]
         weights = np.linalg.solve(reported / before, [1.0, exact])
@@ -59,13 +64,13 @@ def effectivity(s: Scheme, Omega: Array, xi: float = 0.0) -> Indices:
     return Indices(ratios, ratios * factor ** np.array(found["filters"])[:, None])
 
 
-def _followed(values: Array, before: Array) -> list[int]:
-    """The places of the two eigenvalues nearest to the two before, those that are 0 at every Omega left out."""
-    live = np.flatnonzero(np.abs(values) > 1e-9 * np.abs(values).max())
-    values = values[live]
+def _followed(values: Array, before: Array, live: int) -> list[int]:
+    """The places of the two eigenvalues nearest to the two before, among the `live` largest."""
+    largest = np.argsort(-np.abs(values))[:live]
+    values = values[largest]
     best = np.abs(values[:, None] - before[None, :])
     pairs = ((best[i, 0] + best[j, 1], i, j) for i in range(values.size) for j in range(values.size) if i != j)
-    return [int(live[k]) for k in min(pairs)[1:]]
+    return [int(largest[k]) for k in min(pairs)[1:]]
 
 
 def _value(terms: Sequence[tuple[int, int, float]], Omega: float, xi: float) -> float:
