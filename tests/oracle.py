@@ -396,4 +396,4 @@ def three_substep(s, state, p, f):
     return weighted_end(s, (state, first, second), (b3, b2, b1, g / 2), f(1))
 
 
-import tables  # noqa: E402, F401 (registers the schemes that are tables)
+import tables  # noqa: E402, F401 (registers schemes that are tables)  # pyright: ignore[reportUnusedImport]
