@@ -101,7 +101,6 @@ def root(residual: Callable[[Number], Number]) -> Number:
     return -r0 * (probe / (residual(probe) - r0))
 
 
-# One step, explicit
 @scheme("forward_euler", "u h*v")
 def forward_euler(s, state, p, f):
     u0, v0 = state
@@ -181,7 +180,6 @@ def kr_alpha(s, state, p, f):
     return (u1, v1, a1), (u1, v1 + gamma * alpha1 * a1, a1)
 
 
-# One step, implicit
 @scheme("backward_euler", "u h*v")
 def backward_euler(s, state, p, f):
     u0, v0 = state
@@ -262,7 +260,6 @@ def energy_momentum(s, state, p, f):
     return (u1, v1), (u1, v1, s.acceleration(u1, v1, f(1)))
 
 
-# Multi-step
 @scheme("houbolt", "u u[-1] u[-2]")
 def houbolt(s, state, p, f):
     u0, um, umm = state
@@ -316,7 +313,6 @@ def oalts(s, state, p, f):
     return (*new, u0, v0, a0), new
 
 
-# Composite
 def newmark_then_three_point(s, start, split, beta_gamma, f):
     """Newmark up to the knot, then three-point backward Euler from t_n and the knot to t_{n+1}."""
     u0, v0, _ = start
@@ -400,4 +396,4 @@ def three_substep(s, state, p, f):
     return weighted_end(s, (state, first, second), (b3, b2, b1, g / 2), f(1))
 
 
-import tables  # noqa: E402, F401 (registers the schemes that are tables)
+import tables  # noqa: E402, F401 (registers schemes that are tables)  # pyright: ignore[reportUnusedImport]

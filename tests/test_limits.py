@@ -89,11 +89,12 @@ def test_derived_order_is_the_observed_one(name: str, damping: str) -> None:
     s = np.roots([1.0, 2 * xi * omega, omega**2])
     c = np.linalg.solve([[1, 1], s], [0.7, 1.1])
     truth = [float(np.real((c * s**k * np.exp(s * t)).sum())) for k in range(3)]
-    steps = np.array([50, 100, 200, 400])
+    steps = np.array([50, 100, 200, 400]) // (10 if min(exact) > 5 else 1)
     runs = [ss.march(scene, ss.scheme(name), dt=t / n, t_end=t) for n in steps]
     for k, (order, field) in enumerate(zip(exact, ("u", "v", "a"), strict=True)):
         errors = np.array([abs(getattr(r, field)[-1, 0] - truth[k]) for r in runs])
-        observed = np.log2(errors[:-1] / errors[1:])[-1]
+        with np.errstate(divide="ignore", invalid="ignore"):  # an error that is 0
+            observed = np.log2(errors[:-1] / errors[1:])[-1]
         assert observed == pytest.approx(order, abs=0.25) or errors[-1] < 1e-12, (field, observed, errors)
 
 

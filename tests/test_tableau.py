@@ -132,7 +132,7 @@ def test_the_second_value_has_the_published_order(name: str) -> None:
 def test_order_on_a_nonlinear_equation(name: str) -> None:
     """The larger error of u and v at t = 1/2, where a linear order that is too high would show."""
     scheme = BY_NAME[name]
-    assert scheme.published is not None
+    assert scheme.published is not None and scheme.published.order is not None
     problem, given = problem_of(scheme)
     ends = [Stepper(scheme, problem, MP.mpf(1) / (2 * n)).end(given, n) for n in (8, 16, 32)]
     first, second = (max(abs(x - y) for x, y in zip(*ends[i : i + 2], strict=True)) for i in range(2))
