@@ -23,6 +23,7 @@ from substep_derive.study.design.stability_function import StabilityFunction, ap
 from substep_derive.study.design.stability_function import rational_number as rational
 from substep_derive.study.design.trees import density, symmetry, trees
 from sympy import Poly, Rational, Symbol, cancel, cos, pi, simplify, sqrt, sympify
+from typer.testing import CliRunner
 
 gamma, rho_inf = Symbol("gamma"), Symbol("rho_inf")
 
@@ -297,3 +298,26 @@ def test_wrong_wishes_are_refused_with_the_cure(wishes: dict[str, Any], message:
 def test_a_float_is_refused() -> None:
     with pytest.raises(TypeError):
         design(sub_steps=2, order=2, rho_inf=0.5)
+
+
+def test_the_command_prints_parameters_proof_and_certificate() -> None:
+    from substep.cli.commands import app
+
+    def run(*words: str) -> Any:
+        return CliRunner().invoke(app, ["design", *words])
+
+    found = run("--sub-steps", "2", "--order", "2", "--rho-inf", "free", "--one-stiffness")
+    assert found.exit_code == 0, found.output
+    for words in (
+        "-2*gamma^2*rho_inf + 2*gamma^2 - 4*gamma + 1 = 0",
+        "0.292893",
+        "stable for every Omega > 0",
+        "ends at 2*gamma",
+    ):
+        assert words in found.output
+    none = run("--sub-steps", "3", "--order", "4", "--rho-inf", "free")
+    assert "there is none" in none.output
+    assert "alpha_f = 1/3" in run("generalized_alpha", "--rho-inf", "1/2").output
+    assert run("--sub-steps", "2", "--order", "9").exit_code == 2
+    assert run().exit_code == 2
+    assert run("bathe", "--sub-steps", "2").exit_code == 2
