@@ -4,6 +4,7 @@ from typing import Any, overload
 
 from sympy import Expr, Integer, Interval, Poly, Rational, Symbol, cancel, expand, factor
 
+from ...algebra.algebraic import Algebraic, generator
 from ...algebra.points import simplest_between
 from ...declare.errors import DeclarationError
 from ...declare.parameter import Parameter, Root
@@ -14,7 +15,7 @@ from .answer import Answer, Budget, Found, OutOfTimeError
 from .dissipation import least_damping
 from .parameters import Design, parameters
 from .search import Candidate, Result, caret, search, shown
-from .stability_function import QQ, approximate, numbers_with, sign_at
+from .stability_function import QQ, approximate, numbers_with, sign_at, value_at
 from .tables import Table, is_of_order, table_of
 from .wish import Wish
 
@@ -106,10 +107,9 @@ def _found(candidate: Candidate, table: Table, chosen: tuple[str, ...], wish: Wi
     one, nothing = candidate.ends
     number = None if candidate.is_branch else one
     rows, times = table.rows, table.times
-    if number is not None and len(number.coefficients) == 2:
-        value = {gamma: Rational(-number.coefficients[1], number.coefficients[0])}
-        rows = tuple(tuple(cancel(e.subs(value)) for e in row) for row in rows)
-        times = tuple(cancel(e.subs(value)) for e in times)
+    if number is not None:  # polynomials in gamma, of lower degree than its equation
+        rows = tuple(tuple(_reduced(number, e) for e in row) for row in rows)
+        times = tuple(_reduced(number, e) for e in times)
     name = f"composite_{function.n}_order_{p}"
     scheme = tableau(
         name, [[0], *rows], rows[-1], [0, *times], parameters=_parameters(candidate, table),
@@ -141,6 +141,12 @@ def _found(candidate: Candidate, table: Table, chosen: tuple[str, ...], wish: Wi
         scheme=scheme,
         proof=proof,
     )
+
+
+def _reduced(number: Algebraic, e: Expr) -> Expr:
+    """A rational function of gamma at the number gamma, as a polynomial in it."""
+    field, value = value_at(number, e)
+    return field.expression(value).subs(generator, gamma)
 
 
 def _radius(candidate: Candidate) -> Expr:

@@ -48,7 +48,8 @@ def least_damping(wish: Wish, budget: Budget) -> Result:
         why.append(f"  R(oo) = {'-' if sign < 0 else ''}rho_inf: what is left is {caret(factor(shared))} = 0")
         kept += _on_branches(function, shared, budget) if free else _at_numbers(function, shared, budget)
     if kept:
-        return Result("found", ordered(kept, wish), tuple(why))
+        why.append("Of these the error constant is least in size at the first one, which follows.")
+        return Result("found", ordered(kept, "error_constant"), tuple(why))
     if free or undecided or not wish.one_stiffness:
         return Result("undecided", (), (*why, "No other way was tried."))
     return Result("none", (), (*why, "No gamma > 0 satisfies this, so that none has this least damping."))

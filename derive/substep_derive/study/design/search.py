@@ -172,7 +172,7 @@ def _given_radius(wish: Wish, budget: Budget) -> Result:
                 kept.append(Candidate(function, equation, (number, number)))
     if not kept:
         return Result("none" if wish.one_stiffness else "undecided", (), (*why, *_differing(wish)))
-    return Result("found", ordered(kept, wish), (*why, *_best(wish, kept)))
+    return Result("found", ordered(kept, wish.least), (*why, *_best(wish, kept)))
 
 
 def _order_n(function: StabilityFunction) -> tuple[str, ...]:
@@ -186,19 +186,19 @@ def _numerator(e: Expr) -> Expr:
     return Poly(fraction(together(e))[0], gamma).clear_denoms(convert=True)[1].primitive()[1].as_expr()
 
 
-def ordered(kept: Iterable[Candidate], wish: Wish) -> tuple[Candidate, ...]:
-    """The candidates by the size of what is to be least, at gamma or at the end rho_inf = 0."""
+def ordered(kept: Iterable[Candidate], criterion: str) -> tuple[Candidate, ...]:
+    """The candidates by the size of what is to be least: at gamma, or at rho_inf = 0 and, where equal there, at 1."""
 
     def size(one: Candidate) -> tuple[Expr, ...]:
-        e, (first, last) = one.function.least(wish.least), one.ends
+        e, (first, last) = one.function.least(criterion), one.ends
         pairs = ((last, Integer(0)), (first, Integer(1)))
-        return tuple(abs(e.subs({gamma: approximate(x), rho_inf: radius})) for x, radius in pairs)
+        return tuple(round(abs(e.subs({gamma: approximate(x), rho_inf: radius})), 30) for x, radius in pairs)
 
     return tuple(sorted(kept, key=size))
 
 
 def _best(wish: Wish, kept: Sequence[Candidate]) -> tuple[str, ...]:
-    best, *others = ordered(kept, wish)
+    best, *others = ordered(kept, wish.least)
     if not others:
         return ()
     return (f"Of {len(kept)} the least {wish.least.replace('_', ' ')} is at gamma = {shown(best.ends[0])}.",)
@@ -228,7 +228,7 @@ def _one_parameter(wish: Wish, budget: Budget) -> Result:
     if not kept:
         why.append("No gamma > 0 is A-stable.")
         return Result("none" if wish.one_stiffness else "undecided", (), (*why, *_differing(wish)))
-    best = ordered(kept, wish)[0]
+    best = ordered(kept, wish.least)[0]
     why.append(
         f"Of its zeros, its stationary points and the ends, the {wish.least.replace('_', ' ')} is least in size at "
         f"gamma = {shown(best.ends[0])}."
@@ -299,7 +299,7 @@ def _free(wish: Wish, function: StabilityFunction, budget: Budget, *, proved_sta
             why.append(f"  {where}: R(oo) has no stationary point and E >= 0 in all of [{_short(low)}, {_short(high)}]")
             kept.append(Candidate(function, branch.equation, branch.ends))
     if kept:
-        return Result("found", ordered(kept, wish), (*why, *_best(wish, kept)))
+        return Result("found", ordered(kept, wish.least), (*why, *_best(wish, kept)))
     for radius in (Rational(1), Rational(0), Rational(1, 2)):
         one = search(Wish(wish.sub_steps, wish.order, radius, wish.one_stiffness, wish.least), budget)
         if one.verdict == "none":
