@@ -13,7 +13,7 @@ from sympy import Abs, Add, Dummy, Expr, Integer, Matrix, Mul, Ne, Piecewise, Sy
 from ..declare.names import check_pair, entry_name
 from ..declare.scene import POSITIVE
 from ..declare.scheme import Scheme
-from ..declare.symbols import N, N_discrete, h, knot, knot_of, lattice, successor, t
+from ..declare.symbols import N, N_discrete, knot, knot_of, lattice, successor, t
 from ..motion.components import STEP, Assignments, Writer, assign
 from ..motion.differences import Difference, DifferenceSlope
 from ..motion.effective import Stage, stages
@@ -76,7 +76,8 @@ class SceneStep:
     constants: assignments made once a run, in order. prior: assignments before the first balance. shift: component
     of the state -> its successor, oldest first. report: components of u, v and, where the scheme has its own, a at
     t_n + h; reported: the assignments that compute them. energy: that of the reported u, v. stencil: instants of the
-    load, in steps after t_n. start: None where another scheme marches first.
+    load, in steps after t_n. start: None where another scheme marches first. errors: components of the estimated local
+    errors, where they were asked for.
     """
 
     scheme: Scheme
@@ -90,17 +91,30 @@ class SceneStep:
     energy: Expr
     stencil: tuple[Expr, ...]
     start: Start | None
+    errors: tuple[Matrix, ...] = ()
 
     @classmethod
-    def of(cls, scheme: Scheme, motion: EquationsOfMotion) -> "SceneStep":
-        """Raises DeclarationError for coefficients that are no matrices of the scene, or a parameter that both have."""
+    def of(
+        cls,
+        scheme: Scheme,
+        motion: EquationsOfMotion,
+        *,
+        now: Expr | None = None,
+        errors: Sequence[Expr] = (),
+        weights: Iterable[Symbol] = (),
+    ) -> "SceneStep":
+        """now: the time t_n, by default i*h. errors: linear in knots' symbols; weights: numbers that they contain.
+
+        Raises DeclarationError for coefficients that are no matrices of the scene, or a parameter that both have.
+        """
         check_pair(scheme.name, motion.scene.name, scheme.values, [p.symbol for p in motion.scene.parameters])
         prior, found = stages(scheme)
         own_a = knot(1).a in scheme.unknowns or knot(1).a in scheme.report
         outputs = reported(scheme)[: 3 if own_a else 2]
         stencil = instants([*(b.load for b in scheme.balances), *outputs], scheme.typical)
-        w = Writer(scheme, motion, stencil)
-        wanted = _wanted(scheme, prior, found, outputs)
+        w = Writer(scheme, motion, stencil, now=now)
+        w.fixed.update(weights)
+        wanted = _wanted(scheme, prior, found, [*outputs, *errors])
         known = _assigned(w, {s: e for s, e in prior.items() if s in wanted})
         last, steps = knot(0).u, []
         for stage in found:
@@ -115,10 +129,11 @@ class SceneStep:
             assigned += [] if e.is_Symbol else assign(names, vector)
             report.append(names)
         at = dict(zip((*motion.coordinates, *motion.scene.rates), (*report[0], *report[1]), strict=True))
-        energy = w.hoist(motion.energy.subs({**at, t: h * (STEP + 1)}, simultaneous=True))
+        energy = w.hoist(motion.energy.subs({**at, t: w.instant(Integer(1))}, simultaneous=True))
+        estimates = tuple(w.hoisted(w.vector(e)) for e in errors)
         return cls(
             scheme, motion, w.constants, known, tuple(steps), shift, assigned, tuple(report), energy, stencil,
-            _start(scheme, motion) if scheme.start_scheme is None else None,
+            _start(scheme, motion) if scheme.start_scheme is None else None, estimates,
         )  # fmt: skip
 
     @property
@@ -127,6 +142,7 @@ class SceneStep:
         lists = [self.constants, self.prior, self.reported]
         lists += [a for s in self.steps for a in (s.before, s.moving, s.after)]
         matrices = [m for s in self.steps for m in (s.residual, s.jacobian, s.inverse, s.first) if m is not None]
+        matrices += self.errors
         return [e for pairs in lists for _, e in pairs] + [e for m in matrices for e in m] + [self.energy]
 
     def parameters(self, expressions: Iterable[Expr]) -> tuple[Symbol, ...]:
