@@ -202,21 +202,21 @@ def break_points(load: Load | None, t_end: float) -> Array:
     return found[(found > 0.0) & (found < t_end)]
 
 
-def as_numbers(load: Load | None) -> tuple[list[float], Array]:
-    """A load of this module as kernels that choose their steps take it: kind and parameters (4,), samples.
+def as_numbers(load: Load | None) -> tuple[Array, Array]:
+    """A load of this module as kernels that choose their steps take it: kind and parameters (1, 4), samples.
 
     Raises ValueError for a function of the user's own, which compiled steps cannot call.
     """
     if load is None:
-        return [0.0] * 4, NO_SAMPLES
+        return np.zeros((1, 4)), NO_SAMPLES
     if isinstance(load, Harmonic):
-        return [1.0, load.amplitude, load.omega, load.phase], NO_SAMPLES
+        return np.array([[1.0, load.amplitude, load.omega, load.phase]]), NO_SAMPLES
     if isinstance(load, Step):
-        return [2.0, load.amplitude, load.start, 0.0], NO_SAMPLES
+        return np.array([[2.0, load.amplitude, load.start, 0.0]]), NO_SAMPLES
     if isinstance(load, HalfSine):
-        return [3.0, load.amplitude, load.duration, 0.0], NO_SAMPLES
+        return np.array([[3.0, load.amplitude, load.duration, 0.0]]), NO_SAMPLES
     if isinstance(load, Record):
-        return [4.0, load.dt, 0.0, 0.0], load.samples
+        return np.array([[4.0, load.dt, 0.0, 0.0]]), load.samples
     raise ValueError(
         f"expected a load of substep's own where steps are chosen, got {type(load).__name__}, which compiled kernels "
         "cannot call; sample it as ss.Record(dt, values), or march with dt"

@@ -20,6 +20,7 @@ from .scene_lanes import TOLERANCE
 ROWS = 512  # of the first buffer; each further one holds twice as many
 FULL = len(STATUSES)  # the kernels' status for rows that are full: to be called again
 NO_GRID = np.empty(0)
+NO_LOAD = as_numbers(None)
 
 
 @dataclass(frozen=True)
@@ -117,27 +118,30 @@ def lanes_of(
     error, d = scheme.local_error, scene.u0.shape[-1]
     module = adaptive_kernels(scene, scheme)
     grid = NO_GRID if asked.grid is None else asked.grid
-    targets = break_points(scene.load, t_end)
-    if error.order > module.DEGREE and grid.size:  # the interpolant would lose what the steps have gained
-        targets = np.union1d(targets, grid[(grid > 0.0) & (grid < t_end)])
-    kind, samples = as_numbers(scene.load)
+    breaks = NO_GRID if scene.load is None else break_points(scene.load, t_end)
+    if grid.size and error.order > module.DEGREE:  # the interpolant would lose what the steps have gained
+        breaks = np.union1d(breaks, grid[(grid > 0.0) & (grid < t_end)])
+    load, samples = NO_LOAD if scene.load is None else as_numbers(scene.load)
+    length, weights = scene.length, enumerate(error.weights)
     named = {
-        **scene.parameters,
-        **{name: x.item() for name, x in scheme.parameters.items()},
-        **{f"weight_{k}": x for k, x in enumerate(error.weights)},
-        "tolerance": TOLERANCE * scene.length, "power": 0.5 / (error.order + 1), "length": scene.length,
-        "rtol": asked.rtol, "atol_u": asked.atol_u, "atol_v": asked.atol_v, "share_v": asked.share_v,
-        "dt_first": asked.dt_first, "dt_min": asked.dt_min, "dt_max": asked.dt_max, "t_end": t_end, "bound": bound,
+        **scene.parameters, **scheme.parameters, **{f"weight_{k}": x for k, x in weights}, **vars(asked),
+        "tolerance": TOLERANCE * length, "power": 0.5 / (error.order + 1), "length": length, "t_end": t_end,
+        "bound": bound,
     }  # fmt: skip
+    numbers = np.empty((P, len(module.SCALARS)))
+    for k, name in enumerate(module.SCALARS):
+        numbers[:, k] = named[name]
     start = np.empty((P, 3, d))
     start[:, 0], start[:, 1], start[:, 2] = scene.u0, scene.v0, scene.a0
+    targets = np.empty((1, len(breaks) + 1))
+    targets[0, :-1], targets[0, -1] = breaks, t_end
     size = grid.size or rows
     return {
-        "numbers": np.array([[named[name] for name in module.SCALARS]] * P),
+        "numbers": numbers,
         "start": start,
-        "load": np.array([kind]),
+        "load": load,
         "samples": samples,
-        "targets": np.append(targets, t_end)[None],
+        "targets": targets,
         "grid": grid,
         "state": np.empty((P, len(scheme.state), d)),
         "here": np.empty((P, 3, d)),
@@ -174,17 +178,11 @@ def march_adaptive(
         counts[module.ROWS] = 0
         x |= _buffers(1, 2 * x["times"].shape[1], scene.u0.shape[-1], module.BALANCES, gridded)
     times, out, iterations = kept[0] if len(kept) == 1 else (np.concatenate(part) for part in zip(*kept, strict=True))
-    status = STATUSES[x["status"][0]]
-    failed = None if status == "completed" else float(control[module.TIME] + control[module.PROPOSED])
-    taken = bool(counts[module.ACCEPTED])
-    statistics = Statistics(
-        int(counts[module.ACCEPTED]),
-        int(counts[module.REJECTED]),
-        int(counts[module.FAILED]),
-        *(tuple(row) for row in x["newton"][0].tolist()),
-        float(control[module.SMALLEST]) if taken else math.nan,
-        float(control[module.LARGEST]) if taken else math.nan,
-    )
+    status, number, made = STATUSES[x["status"][0]], control.tolist(), counts.tolist()
+    failed = None if status == "completed" else number[module.TIME] + number[module.PROPOSED]
+    accepted, *rest = (made[place] for place in (module.ACCEPTED, module.REJECTED, module.FAILED))
+    steps = (number[module.SMALLEST], number[module.LARGEST]) if accepted else (math.nan, math.nan)
+    statistics = Statistics(accepted, *rest, *map(tuple, x["newton"][0].tolist()), *steps)
     return Response(
         out[:, 0], out[:, 1], iterations[1:], status, failed, scene, math.nan, out[:, 2], times, statistics
     )  # fmt: skip

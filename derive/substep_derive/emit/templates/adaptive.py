@@ -21,8 +21,9 @@ DEGREE = {degree}
 # arithmetic operations of a step, the estimate included, and of one iteration of each balance that has one
 OPERATIONS = {operations}
 COMPLETED, NON_FINITE, ENERGY_BOUND, STEP_TOO_SMALL, BUFFER_FULL = 0, 2, 3, 4, 5
-# squares of weighted errors: the one that is aimed at, and the largest with which a step keeps its length
-AIM, KEPT = 0.36, 0.7
+# squares of weighted errors: the one that is aimed at, and the largest with which a step keeps its length; it keeps it
+# too where it could be longer by less than a fifth, so that what depends on it need not be computed again
+AIM, KEPT = 0.16, 0.5
 
 # contract: a product and a sum may become one operation; sums keep their order
 _compile = njit(cache=True, nogil=True, error_model="numpy", fastmath={{"contract"}})
@@ -51,14 +52,15 @@ def _load(load, samples, middle, t):
 
 @_compile
 def _factor(size, before, ratio, power):
-    """The factor for the next step's length: Soderlind's digital filter H211b with b = 4 and his smooth limiter.
+    """The factor for the next step's length: Soderlind's digital filter H211b with b = 4, limited to 0.2 and 2.7.
 
     size, before: squares of this step's error and of the one before, weighted; ratio: of the lengths of these steps;
-    power: 1/(2 p + 2) where the error is O(h^(p + 1)). Soderlind, ACM Trans. Math. Softw. 29 (2003) 1-26, and
-    Soderlind & Wang, J. Comput. Appl. Math. 185 (2006) 225-243.
+    power: 1/(2 p + 2) where the error is O(h^(p + 1)). Soderlind, ACM Trans. Math. Softw. 29 (2003) 1-26.
     """
-    wanted = (AIM / max(size, 1e-30) * (AIM / max(before, 1e-30))) ** (0.25 * power) / np.sqrt(np.sqrt(ratio))
-    return 1.0 + np.arctan(wanted - 1.0)
+    wanted = -0.25 * power * np.log(max(size, 1e-30) * max(before, 1e-30) / (AIM * AIM))
+    if ratio != 1.0:
+        wanted -= 0.25 * np.log(ratio)
+    return np.exp(min(max(wanted, -1.6), 1.0))
 '''
 
 ACCELERATION = '''
@@ -181,8 +183,8 @@ def _lane(numbers, start, load, samples, targets, grid, state, here, control, co
             row += 1
         full = proposed
         if before < 0.0:
-            proposed = h * (1.0 + np.arctan((AIM / max(size, 1e-30)) ** power - 1.0))
-        elif h != last or size < low or size > KEPT:
+            proposed = h * min(max((AIM / max(size, 1e-30)) ** power, 0.2), 2.7)
+        elif size < low or size > KEPT:
             proposed = h * _factor(size, before, h / last, power)
         else:
             proposed = h
