@@ -59,10 +59,13 @@ def catalogue_pair(scheme: Scheme, motion: EquationsOfMotion) -> str:
     return _scene_step(scheme, motion, effective_systems(scheme))
 
 
-def adaptive_pair(scheme: Scheme, motion: EquationsOfMotion, terms: Terms) -> str:
-    """Text of the module that marches the scheme on the scene in steps that it chooses; terms: of `LocalError`."""
+def adaptive_pair(scheme: Scheme, motion: EquationsOfMotion, terms: Terms, order: int) -> str:
+    """Text of the module that marches the scheme on the scene in steps that it chooses; terms, order: of `LocalError`.
+
+    Raises DeclarationError for a scheme whose step cannot change.
+    """
     source = f"the declarations of {scheme.name} and {motion.scene.name}"
-    return adaptive_module(AdaptiveStep.of(scheme, motion, terms), source)
+    return adaptive_module(AdaptiveStep.of(scheme, motion, terms, order), source)
 
 
 def local_error(scheme: Scheme, exact: Mapping[str, Any]) -> str:

@@ -33,9 +33,11 @@ class AdaptiveStep:
     between: Interpolant
 
     @classmethod
-    def of(cls, scheme: Scheme, motion: EquationsOfMotion, terms: Terms) -> "AdaptiveStep":
-        """terms: of the local error's estimate (see `LocalError`). Raises DeclarationError as `SceneStep.of`, and for
-        a scheme whose state holds values before t_n or does not begin with u_0, v_0, a_0: its step cannot change.
+    def of(cls, scheme: Scheme, motion: EquationsOfMotion, terms: Terms, order: int) -> "AdaptiveStep":
+        """terms, order: of the local error's estimate (see `LocalError`).
+
+        Raises DeclarationError as `SceneStep.of`, and for a scheme whose state holds values before t_n or does not begin
+        with u_0, v_0, a_0: its step cannot change.
         """
         if earlier := [s for s in scheme.state if s not in knot(0)]:
             raise DeclarationError(
@@ -64,7 +66,7 @@ class AdaptiveStep:
         acceleration = motion.consistent_acceleration.subs({**place, sampled: Symbol("load")}, simultaneous=True)
         return cls(
             step, terms, once, [*changing, *step.near], errors[0], [both for both in errors[1] if both[1] != 0],
-            acceleration, Interpolant.of(knot(0), knot(1)),
+            acceleration, Interpolant.of(knot(0), knot(1), order),
         )  # fmt: skip
 
     @property

@@ -70,10 +70,8 @@ def local_error_module(scheme: "str | Declaration", given: Mapping[str, float]) 
     for p in mine.parameters:
         if p.name in given:
             exact[p.name] = _simplest(given[p.name])
-        elif hasattr(p.default, "subs"):
-            default = p.default.subs(exact)
-            if default.is_Rational:  # what is irrational or the root of an equation stays a symbol
-                exact[p.name] = default
+        elif getattr(default := p.default.subs(exact), "is_Rational", False):  # what is irrational stays a symbol
+            exact[p.name] = default
     values = ", ".join(f"{name}={value}" for name, value in exact.items())
     return cached_module(f"local error {scheme_digest(mine)} {values}", lambda: local_error(mine, exact))
 
@@ -84,11 +82,11 @@ def _simplest(value: float) -> Fraction:
     return near if abs(near - Fraction(value)) <= 4e-16 * max(1.0, abs(value)) else Fraction(repr(value))
 
 
-def adaptive_pair(scheme: "str | Declaration", scene: "str | SceneDeclaration", terms: Any) -> ModuleType:
+def adaptive_pair(scheme: "str | Declaration", scene: "str | SceneDeclaration", terms: Any, order: int) -> ModuleType:
     """Kernels of a scheme on a scene in steps of chosen length: from the cache, or printed now.
 
-    terms: of the local error's estimate, as `local_error_module` has them. Raises DeclarationError for a scheme whose
-    step cannot change.
+    terms, order: of the local error's estimate, as `local_error_module` has them. Raises DeclarationError for a scheme
+    whose step cannot change.
     """
     from substep_derive.declare.catalogue import find, find_scene  # noqa: PLC0415
     from substep_derive.declare.digest import scene_digest, scheme_digest  # noqa: PLC0415
@@ -97,6 +95,6 @@ def adaptive_pair(scheme: "str | Declaration", scene: "str | SceneDeclaration", 
 
     mine, theirs = find(scheme), find_scene(scene)
     return cached_module(
-        f"adaptive {scheme_digest(mine)} {scene_digest(theirs)} {terms}",
-        lambda: printed(mine, EquationsOfMotion(theirs), terms),
+        f"adaptive {scheme_digest(mine)} {scene_digest(theirs)} {terms} {order}",
+        lambda: printed(mine, EquationsOfMotion(theirs), terms, order),
     )

@@ -101,14 +101,15 @@ def adaptive_kernels(scene: Scene, scheme: Scheme) -> ModuleType:
 
     Raises ValueError for a scheme without an estimate of its local error, or whose step cannot change.
     """
-    return _kernels(scheme.info.source, scene.info.source, scheme.local_error.terms)
+    error = scheme.local_error
+    return _kernels(scheme.info.source, scene.info.source, error.terms, error.order)
 
 
 @cache
-def _kernels(scheme: Any, scene: Any, terms: Any) -> ModuleType:
+def _kernels(scheme: Any, scene: Any, terms: Any, order: int) -> ModuleType:
     from ..derived.modules import adaptive_pair  # noqa: PLC0415 (the one door to SymPy)
 
-    return adaptive_pair(scheme, scene, terms)
+    return adaptive_pair(scheme, scene, terms, order)
 
 
 def lanes_of(
