@@ -36,8 +36,8 @@ class AdaptiveStep:
     def of(cls, scheme: Scheme, motion: EquationsOfMotion, terms: Terms, order: int) -> "AdaptiveStep":
         """terms, order: of the local error's estimate (see `LocalError`).
 
-        Raises DeclarationError as `SceneStep.of`, and for a scheme whose state holds values before t_n or does not begin
-        with u_0, v_0, a_0: its step cannot change.
+        Raises DeclarationError as `SceneStep.of`, and for a scheme whose state holds values before t_n or does not
+        begin with u_0, v_0, a_0: its step cannot change.
         """
         if earlier := [s for s in scheme.state if s not in knot(0)]:
             raise DeclarationError(
