@@ -9,6 +9,7 @@ from rich.console import Console
 
 from . import (
     jobs_accuracy,
+    jobs_adaptive,
     jobs_calls,
     jobs_cores,
     jobs_pendulum,
@@ -27,6 +28,7 @@ JOBS = (
     jobs_spectrum,
     jobs_single,
     jobs_pendulum,
+    jobs_adaptive,
     jobs_calls,
     jobs_cores,
     jobs_accuracy,

@@ -108,3 +108,10 @@ class NumbaLsoda:
             self.slope.address, start, np.array([0.0, t_end]), self.data, rtol=rtol, atol=rtol * self.length * 1e-2
         )  # fmt: skip
         return found[-1, :2] if good else np.full(2, np.nan)
+
+    def history(self, method: str, rtol: float, start: Array, t: Array) -> Array:
+        """Positions (n, 2) at the times t (n,), after as many steps as it takes."""
+        found, good = getattr(self.package, method)(
+            self.slope.address, start, t, self.data, rtol=rtol, atol=rtol * self.length * 1e-2, mxstep=10**8
+        )  # fmt: skip
+        return found[:, :2] if good else np.full((len(t), 2), np.nan)

@@ -1,10 +1,12 @@
 """Declarations -> derived -> kernels -> text -> every file of generated/substep_kernels."""
 
 import hashlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from typing import Any
 
 from .declare.scene import Scene
 from .declare.scheme import Scheme
+from .emit.adaptive_module import adaptive_module, local_error_module
 from .emit.facts_module import estimators_module, facts_module
 from .emit.filter_module import filter_module
 from .emit.index import index_module
@@ -17,6 +19,8 @@ from .emit.scheme_module import scheme_module
 from .emit.stamp import stamped
 from .emit.templates.loads import LOADS
 from .emit.templates.scheme import BANNER
+from .kernels.adaptive_step import AdaptiveStep
+from .kernels.local_error import LocalError, Terms
 from .kernels.march_shape import LOADS as LOAD_COUNTS
 from .kernels.march_shape import loads_for, shape_name
 from .kernels.scene_step import SceneStep
@@ -61,6 +65,23 @@ def package(schemes: Iterable[Scheme], scenes: Iterable[Scene]) -> dict[str, str
 def catalogue_pair(scheme: Scheme, motion: EquationsOfMotion) -> str:
     """Text of the module that marches the scheme on the scene."""
     return _scene_step(scheme, motion, effective_systems(scheme))
+
+
+def adaptive_pair(scheme: Scheme, motion: EquationsOfMotion, terms: Terms, order: int) -> str:
+    """Text of the module that marches the scheme on the scene in steps that it chooses; terms, order: of `LocalError`.
+
+    Raises DeclarationError for a scheme whose step cannot change.
+    """
+    source = f"the declarations of {scheme.name} and {motion.scene.name}"
+    return adaptive_module(AdaptiveStep.of(scheme, motion, terms, order), source)
+
+
+def local_error(scheme: Scheme, exact: Mapping[str, Any]) -> str:
+    """Text of the module that says how a scheme's local error is estimated, with these parameters fixed.
+
+    Raises NoEstimator for a scheme without an estimate from what a step holds.
+    """
+    return local_error_module(LocalError.of(scheme, exact))
 
 
 def own_scene(scene: Scene) -> str:

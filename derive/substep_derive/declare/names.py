@@ -16,8 +16,9 @@ from .errors import DeclarationError
 from .symbols import knot, knot_of, lattice
 
 # A label that begins with a star is a kernel's own: the acceleration that a balance without one of its own is solved
-# for (*1, *2, ...), predictors (*star), mixed displacements (*mix0) and what is reported (*reported).
-_OWN_LABELS = re.compile(r"s\d+|star\d*|mix\d+|reported")
+# for (*1, *2, ...), predictors (*star), mixed displacements (*mix0), what is reported (*reported), estimated errors
+# (*error) and the arguments of a function (*now).
+_OWN_LABELS = re.compile(r"s\d+|star\d*|mix\d+|reported|error|now")
 _NUMBERS = re.compile(r"m?\d+(o\d+)?")  # names of labels that are numbers
 
 # names of the derivation's symbols, which a scheme's parameter would be taken for

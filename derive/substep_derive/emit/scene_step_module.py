@@ -13,11 +13,12 @@ from ..kernels.scene_step import BalanceStep, SceneStep
 from ..motion.components import assign, component_names
 from ..motion.effective import EffectiveSystem
 from .lane_blocks import largest_of, march_block
-from .printing import KERNEL_PRINTER, block, docstring, fill, lines, literal_tuple, operations
+from .printing import KERNEL_PRINTER, KernelPrinter, block, docstring, fill, lines, literal_tuple, operations
 from .templates.scene import (
     COUNT,
     COUNT_NONE,
     DIFFERENCE,
+    FAILED,
     LANE,
     LOG_COSH,
     MARCH,
@@ -44,7 +45,7 @@ def scene_step_module(p: SceneStep, systems: Sequence[EffectiveSystem], source: 
     start_names, start = _start(p)
     text = "".join([body, _march(p, arguments, results, lane), start, _stencil(p)])
     parts = [
-        fill(BANNER, source=source, digest=_both_digests(p)),
+        fill(BANNER, source=source, digest=both_digests(p)),
         fill(
             SCENE_STEP_HEADER,
             scheme=p.scheme.name,
@@ -57,13 +58,13 @@ def scene_step_module(p: SceneStep, systems: Sequence[EffectiveSystem], source: 
             reported="uva"[: len(p.report)],
             operations=counts,
         ),
-        *_helpers(text, p),
+        *helpers(text, p),
         text,
     ]
     return "".join(parts)
 
 
-def _both_digests(p: SceneStep) -> str:
+def both_digests(p: SceneStep) -> str:
     """sha256 of the digests of the scheme's and the scene's declaration."""
     return hashlib.sha256((scheme_digest(p.scheme) + scene_digest(p.motion.scene)).encode()).hexdigest()
 
@@ -94,7 +95,7 @@ def _lane(p: SceneStep, arguments: Sequence[str]) -> tuple[str, dict[str, object
     texts, prior_count = block(p.prior, 2) if p.prior else ("", 0)
     steps, counts, iteration = [texts] if texts else [], prior_count, {}
     for k, step in enumerate(p.steps):
-        text, once, again = _step(p, step, k)
+        text, once, again = balance_text(step, k)
         steps.append(text)
         counts += once
         if again:
@@ -124,29 +125,35 @@ def _lane(p: SceneStep, arguments: Sequence[str]) -> tuple[str, dict[str, object
     return text, {"step": counts + reported_count, "iteration": tuple(iteration.values())}
 
 
-def _step(p: SceneStep, step: BalanceStep, k: int) -> tuple[str, int, int]:
-    """Text of one balance; its operations outside of the iteration, and in one iteration."""
-    before, counts = block(step.before, 2) if step.before else ("", 0)
-    after, after_count = block(step.after, 2) if step.after else ("", 0)
+def balance_text(
+    step: BalanceStep, k: int, failed: str = FAILED, printer: KernelPrinter = KERNEL_PRINTER
+) -> tuple[str, int, int]:
+    """Text of one balance; its operations outside of the iteration, and in one iteration.
+
+    failed: lines for an iteration that does not converge; they leave the step.
+    """
+    before, counts = block(step.before, 2, printer) if step.before else ("", 0)
+    after, after_count = block(step.after, 2, printer) if step.after else ("", 0)
     if step.first is None:
-        residual, count = block(assign(step.residual_names, step.residual), 2)
+        residual, count = block(assign(step.residual_names, step.residual), 2, printer)
         solved = assign(step.z, -step.inverse * step.residual_names)
-        text = "\n".join(part for part in (before, residual, lines(solved, 2), after) if part)
+        text = "\n".join(part for part in (before, residual, lines(solved, 2, printer), after) if part)
         return text, counts + count + operations(solved) + after_count, 0
     entries, solve, change = step.correction()
-    iteration, count = block(entries, 3)
+    iteration, count = block(entries, 3, printer)
     update = [(z, z - c) for z, c in zip(step.z, change, strict=True)]
     first = list(zip(step.z, step.first, strict=True))
     text = fill(
         NEWTON,
         before=before,
-        first=lines(first, 2),
-        moving=lines(step.moving, 3),
+        first=lines(first, 2, printer),
+        moving=lines(step.moving, 3, printer),
         iteration=iteration,
-        change=lines(solve, 3),
-        update=lines(update, 3),
+        change=lines(solve, 3, printer),
+        update=lines(update, 3, printer),
         largest=indent("\n".join(largest_of(change)), " " * 12),
         balance=k,
+        failed=indent(failed, " " * 12),
         after=after,
     ).strip("\n")
     again = operations(step.moving) + count + operations(solve) + operations(update) + len(step.z)
@@ -231,7 +238,7 @@ def _stencil(p: SceneStep) -> str:
     )
 
 
-def _helpers(text: str, p: SceneStep) -> Iterable[str]:
+def helpers(text: str, p: SceneStep) -> Iterable[str]:
     """Functions that the kernel calls, in an order in which each finds those it calls itself."""
     differences = p.near_series
     if "_log_cosh(" in text or any(d.name == "log_cosh" for d in differences):
@@ -247,6 +254,7 @@ def _difference(d: NearSeries) -> str:
     (old, new), printed = symbols("old new"), KERNEL_PRINTER.doprint
     return fill(
         DIFFERENCE,
+        FAILED,
         g=d.name,
         near=printed(d.near.n(5)) if d.near else "0.0",
         series=block([("difference", d.series), ("last", d.last)], 2)[0],

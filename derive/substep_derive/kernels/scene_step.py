@@ -14,7 +14,7 @@ from ..declare.errors import DeclarationError
 from ..declare.names import check_pair, entry_name
 from ..declare.scene import POSITIVE
 from ..declare.scheme import Scheme
-from ..declare.symbols import N, N_discrete, h, knot, knot_of, lattice, successor, t
+from ..declare.symbols import N, N_discrete, knot, knot_of, lattice, successor, t
 from ..motion.components import STEP, Assignments, Writer, assign
 from ..motion.differences import Difference, DifferenceSlope
 from ..motion.effective import Stage, stages
@@ -31,7 +31,7 @@ class BalanceStep:
     in every Newton iteration. residual: of the balance, a function of what before and moving assign. jacobian: its
     derivative with respect to z. first: the z from which the iteration starts. reach: c_u, the derivative of the
     displacement with respect to z. after: assignments once z is known. A balance without iteration has first = None,
-    and z = -inverse * residual with a constant inverse.
+    and z = -inverse * residual with a constant inverse. free: the residual's derivative by z without internal force.
     """
 
     z: Matrix
@@ -43,16 +43,34 @@ class BalanceStep:
     first: Matrix | None
     reach: Expr
     after: Assignments
+    free: Matrix
 
     @property
     def residual_names(self) -> Matrix:
         """The names that the residual's components have in the kernel."""
         return Matrix(symbols(f"residual_:{len(self.z)}"))
 
+    @property
+    def jacobian_names(self) -> Matrix:
+        """The names that the Jacobian's entries have in the kernel; 0 for an entry that is 0."""
+        names = [[Symbol(entry_name("jacobian_", i, j)) for j in range(len(self.z))] for i in range(len(self.z))]
+        return Matrix(names).multiply_elementwise(self.jacobian.applyfunc(lambda e: Integer(int(e != 0))))
+
+    def filtered(self, error: Matrix) -> Matrix:
+        """The error times free over the effective mass: bounded where a component is stiff, and equal for small steps.
+
+        Shampine & Baca, Appl. Numer. Math. 1 (1985) 495-506; with the Jacobian of the last iteration, if there is one.
+        """
+        if self.first is None:
+            return self.inverse * self.free * error
+        J = self.jacobian_names
+        if len(self.z) == 1:
+            return self.free * error / J[0]
+        return J.adjugate() * (self.free * error) * Symbol("one_over_det")
+
     def correction(self) -> tuple[Assignments, Assignments, Matrix]:
         """Assignments of residual and Jacobian; the solve, written out; Newton's correction by name."""
-        size, R = len(self.z), self.residual_names
-        J = Matrix(size, size, lambda i, j: Symbol(entry_name("jacobian_", i, j)) if self.jacobian[i, j] != 0 else 0)
+        size, R, J = len(self.z), self.residual_names, self.jacobian_names
         entries = assign(R, self.residual) + [(s, e) for s, e in zip(J, self.jacobian, strict=True) if e != 0]
         change, one_over = Matrix(symbols(f"change_:{size}")), Symbol("one_over_det")
         if size == 1:
@@ -77,7 +95,8 @@ class SceneStep:
     constants: assignments made once a run, in order. prior: assignments before the first balance. shift: component
     of the state -> its successor, oldest first. report: components of u, v and, where the scheme has its own, a at
     t_n + h; reported: the assignments that compute them. energy: that of the reported u, v. stencil: instants of the
-    load, in steps after t_n. start: None where another scheme marches first.
+    load, in steps after t_n. start: None where another scheme marches first. errors: components of the estimated local
+    errors, where they were asked for.
     """
 
     scheme: Scheme
@@ -91,10 +110,22 @@ class SceneStep:
     energy: Expr
     stencil: tuple[Expr, ...]
     start: Start | None
+    errors: tuple[Matrix, ...] = ()
 
     @classmethod
-    def of(cls, scheme: Scheme, motion: EquationsOfMotion) -> "SceneStep":
-        """Raises DeclarationError for coefficients that are no matrices of the scene, or a parameter that both have."""
+    def of(
+        cls,
+        scheme: Scheme,
+        motion: EquationsOfMotion,
+        *,
+        now: Expr | None = None,
+        errors: Sequence[Expr] = (),
+        weights: Iterable[Symbol] = (),
+    ) -> "SceneStep":
+        """now: the time t_n, by default i*h. errors: linear in knots' symbols; weights: numbers that they contain.
+
+        Raises DeclarationError for coefficients that are no matrices of the scene, or a parameter that both have.
+        """
         check_pair(scheme.name, motion.scene.name, scheme.values, [p.symbol for p in motion.scene.parameters])
         damped = not motion.damping.is_zero_matrix
         if damped and not scheme.takes_damping:
@@ -106,8 +137,9 @@ class SceneStep:
         own_a = knot(1).a in scheme.unknowns or knot(1).a in scheme.report
         outputs = reported(scheme)[: 3 if own_a else 2]
         stencil = instants([*(b.load for b in scheme.balances), *outputs], scheme.typical)
-        w = Writer(scheme, motion, stencil)
-        wanted = _wanted(scheme, prior, found, outputs, damped=damped)
+        w = Writer(scheme, motion, stencil, now=now)
+        w.fixed.update(weights)
+        wanted = _wanted(scheme, prior, found, [*outputs, *errors], damped=damped)
         known = _assigned(w, {s: e for s, e in prior.items() if s in wanted})
         last, steps = knot(0).u, []
         for stage in found:
@@ -122,10 +154,16 @@ class SceneStep:
             assigned += [] if e.is_Symbol else assign(names, vector)
             report.append(names)
         at = dict(zip((*motion.coordinates, *motion.scene.rates), (*report[0], *report[1]), strict=True))
-        energy = w.hoist(motion.energy.subs({**at, t: h * (STEP + 1)}, simultaneous=True))
+        energy = w.hoist(motion.energy.subs({**at, t: w.instant(Integer(1))}, simultaneous=True))
+        estimates = [w.vector(e) for e in errors]
+        for stage, step in list(zip(found, steps, strict=True))[::-1]:
+            if stage.c_u != 0:  # the last implicit balance
+                estimates = [step.filtered(e) for e in estimates]
+                break
+        estimates = tuple(w.hoisted(e) for e in estimates)
         return cls(
             scheme, motion, w.constants, known, tuple(steps), shift, assigned, tuple(report), energy, stencil,
-            _start(scheme, motion) if scheme.start_scheme is None else None,
+            _start(scheme, motion) if scheme.start_scheme is None else None, estimates,
         )  # fmt: skip
 
     @property
@@ -134,6 +172,7 @@ class SceneStep:
         lists = [self.constants, self.prior, self.reported]
         lists += [a for s in self.steps for a in (s.before, s.moving, s.after)]
         matrices = [m for s in self.steps for m in (s.residual, s.jacobian, s.inverse, s.first) if m is not None]
+        matrices += self.errors
         return [e for pairs in lists for _, e in pairs] + [e for m in matrices for e in m] + [self.energy]
 
     def parameters(self, expressions: Iterable[Expr]) -> tuple[Symbol, ...]:
@@ -214,7 +253,7 @@ def _step(w: Writer, stage: Stage, last: Symbol, wanted: set[Symbol]) -> Balance
 
     inertia = w.motion.mass * solved(stage.balance.inertia) + w.motion.damping * solved(stage.balance.damping)
     still = inertia.subs(at_zero) - w.vector(stage.balance.load)  # the residual at z = 0, without the internal force
-    slope = inertia.jacobian(z)  # the residual's derivative by z, without that of the internal force
+    slope = free = inertia.jacobian(z)  # the residual's derivative by z, without that of the internal force
     moved = sorted(stage.moved, key=str)
     reach: dict[Symbol, Expr] = {}
     before: Assignments = []
@@ -230,9 +269,9 @@ def _step(w: Writer, stage: Stage, last: Symbol, wanted: set[Symbol]) -> Balance
         force = stage.balance.force.subs({s: predicted(k) for k, s in enumerate(moved)})
         displacement = stage.balance.force.replace(N, lambda u: u).replace(N_discrete, lambda u0, u1: (u0 + u1) / 2)
         for s, c_u in reach.items():
-            slope += displacement.diff(s) * c_u * w.motion.tangent([Integer(0)] * w.size)
+            slope = slope + displacement.diff(s) * c_u * w.motion.tangent([Integer(0)] * w.size)
         residual = w.hoisted(still + w.vector(force))
-        return BalanceStep(z, before, [], residual, slope, w.inverse(slope), None, Integer(0), after)
+        return BalanceStep(z, before, [], residual, slope, w.inverse(slope), None, Integer(0), after, free)
     mixed, forces, known, by_z = _moving_force(w, stage, reach)
     per_mass = _per_mass(w.motion)
     slope, forces, by_z, still = (_scaled(w, per_mass, matrix) for matrix in (slope, forces, by_z, still + known))
@@ -245,7 +284,7 @@ def _step(w: Writer, stage: Stage, last: Symbol, wanted: set[Symbol]) -> Balance
     one_over = w.reciprocal(solved(unknown)[0].diff(z[0]), c_u)
     first = (w.components(last) - w.components(predicted(0))) * one_over
     return BalanceStep(
-        z, before, reached + mixed, w.hoisted(residual), w.hoisted(slope + by_z), Matrix(), first, c_u, after
+        z, before, reached + mixed, w.hoisted(residual), w.hoisted(slope + by_z), Matrix(), first, c_u, after, slope
     )
 
 

@@ -38,6 +38,7 @@ class Writer:
     fixed: set[Symbol] = field(default_factory=set)
     named: dict[Expr, Symbol] = field(default_factory=dict)
     K0: Matrix = field(default_factory=Matrix)
+    now: Expr | None = None  # the time t_n, by default i*h
 
     def __post_init__(self) -> None:
         self.fixed |= set(self.scheme.values) | {p.symbol for p in self.motion.scene.parameters} | {h}
@@ -49,6 +50,10 @@ class Writer:
             self.constants += entries
             self.fixed.update(name for name, _ in entries)
             self.K0 = Matrix(self.size, self.size, lambda i, j: names[i, j] if tangent[i, j] != 0 else 0)
+
+    def instant(self, tau: Expr) -> Expr:
+        """The time t_n + tau*h."""
+        return h * (STEP + tau) if self.now is None else self.now + tau * h
 
     @property
     def size(self) -> int:
@@ -147,5 +152,5 @@ class Writer:
             return self.motion.discrete_gradient(old, new)
         if isinstance(atom, f):
             given = Symbol(f"f_{self.stencil.index(atom.args[0])}")
-            return self.motion.load.subs({sampled: given, t: h * (STEP + atom.args[0])})
+            return self.motion.load.subs({sampled: given, t: self.instant(atom.args[0])})
         return self.components(atom)

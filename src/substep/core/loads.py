@@ -152,6 +152,7 @@ class LoadLanes:
         return LoadLanes(self.kind, {name: x.reshape(-1, *inner) if x.ndim else x for name, x in values})
 
 
+NO_SAMPLES = read_only(np.zeros(2))
 KINDS = (Harmonic, Step, HalfSine)  # whose parameters can differ from lane to lane
 
 
@@ -192,3 +193,37 @@ def _sine(x: Array) -> Array:
 
     x = np.asarray(x, dtype=np.float64, order="C")
     return x[()] if sine(x.reshape(-1)) else np.sin(x)
+
+
+def break_points(load: Load | None, t_end: float) -> Array:
+    """Times within (0, t_end) at which a load or a derivative of it jumps, ascending."""
+    if isinstance(load, Step):
+        found = np.array([load.start])
+    elif isinstance(load, HalfSine):
+        found = np.array([load.duration])
+    elif isinstance(load, Record):
+        found = np.arange(1, min(len(load.samples), int(min(t_end / load.dt, 1e9)) + 2)) * load.dt
+    else:
+        return np.empty(0)
+    return found[(found > 0.0) & (found < t_end)]
+
+
+def as_numbers(load: Load | None) -> tuple[Array, Array]:
+    """A load of this module as kernels that choose their steps take it: kind and parameters (1, 4), samples.
+
+    Raises ValueError for a function of the user's own, which compiled steps cannot call.
+    """
+    if load is None:
+        return np.zeros((1, 4)), NO_SAMPLES
+    if isinstance(load, Harmonic):
+        return np.array([[1.0, load.amplitude, load.omega, load.phase]]), NO_SAMPLES
+    if isinstance(load, Step):
+        return np.array([[2.0, load.amplitude, load.start, 0.0]]), NO_SAMPLES
+    if isinstance(load, HalfSine):
+        return np.array([[3.0, load.amplitude, load.duration, 0.0]]), NO_SAMPLES
+    if isinstance(load, Record):
+        return np.array([[4.0, load.dt, 0.0, 0.0]]), load.samples
+    raise ValueError(
+        f"expected a load of substep's own where steps are chosen, got {type(load).__name__}, which compiled kernels "
+        "cannot call; sample it as ss.Record(dt, values), or march with dt"
+    )

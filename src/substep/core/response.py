@@ -13,8 +13,26 @@ from .arrays import Array
 if TYPE_CHECKING:
     from .scenes import Scene
 
-Status = Literal["completed", "newton_failed", "non_finite", "energy_bound"]
+Status = Literal["completed", "newton_failed", "non_finite", "energy_bound", "step_too_small"]
 STATUSES: tuple[Status, ...] = get_args(Status)  # in the order of the kernels' numbers
+
+
+@dataclass(frozen=True)
+class Statistics:
+    """What steps of chosen length have cost.
+
+    accepted, rejected: steps; newton_failures: those of the rejected whose iteration did not converge.
+    newton_iterations, newton_most: of each balance in the accepted steps, their sum and the most in one. shortest,
+    longest: accepted steps, s; NaN if there is none.
+    """
+
+    accepted: int
+    rejected: int
+    newton_failures: int
+    newton_iterations: tuple[int, ...]
+    newton_most: tuple[int, ...]
+    shortest: float
+    longest: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,6 +44,9 @@ class Response:
     linear; where another scheme marches the first steps, the sum over its balances counts as the first balance's.
     a (n+1, ndof) is the scheme's own acceleration, else M^-1 (F - C v - N). angular_momentum is None for a
     scene without one; outputs holds the scene's own, such as strain.
+
+    Where the march chose its steps: statistics says what they cost (None for a constant step), t is what is stored, and
+    newton_iterations has a row for each accepted step, none where rows were asked for on a grid.
     """
 
     u: Array
@@ -34,13 +55,15 @@ class Response:
     status: Status
     t_failed: float | None
     scene: "Scene" = field(repr=False)
-    step: float  # s between two rows
+    step: float  # s between two rows; NaN where steps are uneven
     own_a: Array | None = field(repr=False)
+    times: Array | None = field(default=None, repr=False)  # s, where steps are uneven
+    statistics: Statistics | None = None
 
     @cached_property
     def t(self) -> Array:
         """Times (n+1,), s."""
-        return np.arange(len(self.u)) * self.step
+        return np.arange(len(self.u)) * self.step if self.times is None else self.times
 
     @cached_property
     def a(self) -> Array:

@@ -4,6 +4,7 @@ The description of a scheme comes from the generated index; its compiled module,
 first use.
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
@@ -23,6 +24,15 @@ from .kernel_modules import loaded
 
 if TYPE_CHECKING:
     from ..derived.modules import Declaration
+
+
+@dataclass(frozen=True)
+class LocalError:
+    """terms: of u, then of v, (symbol, power of h) of each; weights: their factors; order: p, errors are O(h^(p+1))."""
+
+    terms: tuple[tuple[tuple[str, int], ...], tuple[tuple[str, int], ...]]
+    weights: tuple[float, ...]
+    order: int
 
 
 def schemes() -> tuple[str, ...]:
@@ -154,6 +164,26 @@ class Scheme:
         name, parameters = self.info.starter
         declared: Any = self.info.declaration  # a starter without a name is declared with the scheme
         return scheme(name, **parameters) if name else scheme(declared.start_scheme)
+
+    @cached_property
+    def local_error(self) -> LocalError:
+        """How a step with these numbers for parameters estimates its local error. Raises ValueError if it cannot."""
+        from ..derived.modules import local_error_module  # noqa: PLC0415 (the one door to SymPy)
+
+        if self.info.start != "given" or any(lag for _, lag in self.info.history):
+            raise ValueError(
+                "expected a one-step or composite scheme that starts from u, v, a where steps change, got "
+                f"{self.name}, which carries {', '.join(self.state)}; give dt in place of tol, or take another scheme"
+            )
+        module = local_error_module(self.info.source, {name: float(x) for name, x in self.given.items()})
+        values = [self.parameters[name] for name in module.PARAMETERS]
+        weights = tuple(float(x) for x in module.weights(*values))
+        if not all(map(math.isfinite, weights)) or not any(weights):
+            raise ValueError(
+                f"expected an estimate of the local error of {self.name}, got the weights {weights} at these "
+                "parameters; change them, or give dt in place of tol"
+            )
+        return LocalError(module.TERMS, weights, module.ORDER)
 
     def lane(self, j: int) -> "Scheme":
         """The scheme with the parameters of lane j, where they are arrays (P,); itself where none are."""

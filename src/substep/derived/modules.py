@@ -1,7 +1,9 @@
 """Modules that are not committed: own schemes and scenes, pairs of scheme and scene, shapes of the linear march."""
 
+from collections.abc import Mapping
+from fractions import Fraction
 from types import ModuleType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from .module_cache import cached_module
 
@@ -51,3 +53,48 @@ def march_module(name: str, K: int) -> ModuleType:
     from substep_derive.kernels.march_shape import shape_of  # noqa: PLC0415
 
     return cached_module(f"{name} {K}", lambda: printed(shape_of(name), (K,)))
+
+
+def local_error_module(scheme: "str | Declaration", given: Mapping[str, float]) -> ModuleType:
+    """How a scheme's local error is estimated at the parameters given, others at their default.
+
+    Parameters are taken as the simplest fractions that their floats stand for, since an order of accuracy may hold at
+    exact values alone. Raises NoEstimator, a ValueError, for a scheme without an estimate from what a step holds.
+    """
+    from substep_derive.declare.catalogue import find  # noqa: PLC0415
+    from substep_derive.declare.digest import scheme_digest  # noqa: PLC0415
+    from substep_derive.package import local_error  # noqa: PLC0415
+
+    mine = find(scheme)
+    exact: dict[str, Any] = {}
+    for p in mine.parameters:
+        if p.name in given:
+            exact[p.name] = _simplest(given[p.name])
+        elif getattr(default := p.default.subs(exact), "is_Rational", False):  # what is irrational stays a symbol
+            exact[p.name] = default
+    values = ", ".join(f"{name}={value}" for name, value in exact.items())
+    return cached_module(f"local error {scheme_digest(mine)} {values}", lambda: local_error(mine, exact))
+
+
+def _simplest(value: float) -> Fraction:
+    """The fraction of small denominator that differs from a float by rounding only, else the float's own decimals."""
+    near = Fraction(value).limit_denominator(10**6)
+    return near if abs(near - Fraction(value)) <= 4e-16 * max(1.0, abs(value)) else Fraction(repr(value))
+
+
+def adaptive_pair(scheme: "str | Declaration", scene: "str | SceneDeclaration", terms: Any, order: int) -> ModuleType:
+    """Kernels of a scheme on a scene in steps of chosen length: from the cache, or printed now.
+
+    terms, order: of the local error's estimate, as `local_error_module` has them. Raises DeclarationError for a scheme
+    whose step cannot change.
+    """
+    from substep_derive.declare.catalogue import find, find_scene  # noqa: PLC0415
+    from substep_derive.declare.digest import scene_digest, scheme_digest  # noqa: PLC0415
+    from substep_derive.motion.equations import EquationsOfMotion  # noqa: PLC0415
+    from substep_derive.package import adaptive_pair as printed  # noqa: PLC0415
+
+    mine, theirs = find(scheme), find_scene(scene)
+    return cached_module(
+        f"adaptive {scheme_digest(mine)} {scene_digest(theirs)} {terms} {order}",
+        lambda: printed(mine, EquationsOfMotion(theirs), terms, order),
+    )

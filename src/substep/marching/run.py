@@ -5,12 +5,17 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ..core.errors import real_number
+from ..core.errors import real_number, unknown_name
 from ..core.response import STATUSES, Response, Status
 from ..core.scenes import Scene
+from ..core.scenes import scene as make_scene
 from ..core.schemes import Array, Scheme
+from ..core.schemes import scheme as make_scheme
+from .adaptive import Control, march_adaptive
 from .linear import LinearLanes, Oscillators, march_linear
 from .scene_lanes import march_lanes
+
+CHOSEN = ("rtol", "atol", "dt_first", "dt_min", "dt_max", "grid")  # arguments of `march` for chosen steps
 
 
 def number_of_steps(dt: float, t_end: float) -> int:
@@ -28,17 +33,49 @@ def number_of_steps(dt: float, t_end: float) -> int:
 
 
 def march(
-    scene: Scene, scheme: Scheme, dt: float, t_end: float, *, energy_bound: float | None = None, stride: int = 1
+    scene: Scene | str,
+    scheme: Scheme | str,
+    dt: float | None = None,
+    t_end: float | None = None,
+    *,
+    tol: float | None = None,
+    energy_bound: float | None = None,
+    stride: int = 1,
+    **chosen: Any,
 ) -> Response:
-    """The response of the scene from t = 0 to t_end in steps of dt (s).
+    """The response of the scene from t = 0 to t_end in steps of dt (s), or in steps chosen so that errors keep to tol.
 
-    energy_bound: stop before the first state whose energy exceeds it, in J. stride: keep every stride-th
-    step. The load is sampled at the scheme's own instants t_n + tau*dt. Raises ValueError for dt <= 0, for
-    t_end that is not a multiple of dt, for a scheme whose parameters are arrays and for a load that is not
-    finite. A run that fails does not raise: see Response.status.
+    scene, scheme: handles, or names, which stand for their defaults. dt: the constant step; the load is sampled at the
+    scheme's own instants t_n + tau*dt; stride: keep every stride-th step. energy_bound: stop before the first state
+    whose energy exceeds it, in J.
+
+    tol: the estimated local error of each step relative to the motion; with it alone rtol = tol, atol of u is
+    tol * the scene's length and that of v is tol * the largest |v| so far. More about chosen steps: rtol; atol, of u or
+    of u and v, in their units; dt_first, dt_min, dt_max, s; grid, ascending times at which rows are wanted in place of
+    the steps' ends. Steps end on t_end and where the load jumps or has a kink. See docs/adaptive.md.
+
+    Raises ValueError for dt <= 0, for t_end that is not a multiple of dt, for tol <= 0, for both or neither of dt and
+    tol, for a scheme whose parameters are arrays or that cannot change its step, and for a load that is not finite. A
+    run that fails does not raise: see Response.status.
     """
-    dt = real_number("dt", dt, positive=True)
-    n = number_of_steps(dt, real_number("t_end", t_end, positive=True))
+    scene = make_scene(scene) if isinstance(scene, str) else scene
+    scheme = make_scheme(scheme) if isinstance(scheme, str) else scheme
+    if t_end is None or (dt is None) == (tol is None):
+        got = ", ".join(f"{name} = {x}" for name, x in (("dt", dt), ("tol", tol), ("t_end", t_end)) if x is not None)
+        raise ValueError(
+            f"expected t_end and either dt, a constant step, or tol, for steps that are chosen; got {got or 'none'}"
+        )
+    t_end = real_number("t_end", t_end, positive=True)
+    if unknown := [name for name in chosen if name not in CHOSEN]:
+        raise unknown_name(
+            "an argument of march", unknown[0], ["dt", "t_end", "tol", "energy_bound", "stride", *CHOSEN]
+        )
+    if dt is not None and chosen:
+        raise ValueError(
+            f"expected {next(iter(chosen))} with tol only, got it with dt; give tol in place of dt, or drop it"
+        )
+    if tol is not None and stride != 1:
+        raise ValueError(f"expected stride with dt only, got {stride}; give the times you want as grid=")
     if arrays := [name for name, value in scheme.parameters.items() if value.ndim]:
         raise ValueError(
             f"expected one value for {arrays[0]} of {scheme.name}, got an array; substep.sweep takes arrays"
@@ -46,6 +83,11 @@ def march(
     if stride < 1:
         raise ValueError(f"expected stride >= 1, got {stride}")
     bound = math.inf if energy_bound is None else real_number("energy_bound", energy_bound)
+    if tol is not None:
+        return march_adaptive(scene, scheme, Control.of(scene.length, tol, t_end, **chosen), t_end, bound=bound)
+    assert dt is not None
+    dt = real_number("dt", dt, positive=True)
+    n = number_of_steps(dt, t_end)
     if scene.info.oscillator:
         return _oscillator_response(scene, scheme, dt, n, bound, stride)
     lanes = march_lanes(

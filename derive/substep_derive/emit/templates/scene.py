@@ -133,9 +133,10 @@ NEWTON = """
             if largest <= near_{balance}:
                 break
         else:
-            status, done = NEWTON_FAILED, i
-            break
+{failed}
 {after}"""
+
+FAILED = "status, done = NEWTON_FAILED, i\nbreak"
 
 COUNT_NONE = """    newton[:] = 0
 """

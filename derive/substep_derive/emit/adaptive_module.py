@@ -1,0 +1,256 @@
+"""AdaptiveStep -> text of a module that marches one scheme on one scene in steps of chosen length."""
+
+from collections.abc import Iterable, Sequence
+from textwrap import indent, wrap
+
+from sympy import Expr, Symbol
+
+from ..declare.symbols import h, knot, knot_of, t
+from ..kernels.adaptive_step import AdaptiveStep
+from ..kernels.interpolant import Interpolant, share
+from ..kernels.local_error import LocalError, Terms, combined, weight_names
+from ..motion.components import Assignments, assign, component_names
+from .printing import KernelPrinter, block, docstring, fill, lines, literal_tuple
+from .scene_step_module import balance_text, both_digests, helpers, state_places
+from .templates.adaptive import (
+    ACCELERATION,
+    ADAPTIVE_HEADER,
+    ADAPTIVE_LANE,
+    ADAPTIVE_MARCH,
+    COUNT_STEP,
+    DENSE,
+    FIRST,
+    JUMP,
+    LOCAL_ERROR,
+    NOT_CONVERGED,
+)
+from .templates.scheme import BANNER
+
+# what is asked of a run: names of the kernel, after the parameters and the weights
+ASKED = (
+    *("tolerance", "power", "rtol", "atol_u", "atol_v", "share_v", "length", "dt_first", "dt_min", "dt_max"),
+    *("t_end", "bound"),
+)
+
+
+def adaptive_module(p: AdaptiveStep, source: str) -> str:
+    """Text of the module; a parameter is printed with an underscore at its end, which keeps it from other names."""
+    step, motion = p.step, p.step.motion
+    parameters = [s.name for s in step.parameters(p.expressions)]
+    weights = [s.name for s in weight_names(p.terms)]
+    w = KernelPrinter({name: f"{name}_" for name in parameters})
+    read = [f"{w.names.get(n, n)} = numbers[{k}]" for k, n in enumerate((*parameters, *weights, *ASKED))]
+    numbers = _lines(read, 1)
+    accelerate, call = _acceleration(p, w)
+    lane, counts = _lane(p, w, numbers, call)
+    march = fill(ADAPTIVE_MARCH, d=len(motion.coordinates))
+    text = "".join([accelerate, _first(p, numbers, call), lane, march])
+    header = fill(
+        ADAPTIVE_HEADER,
+        scheme=step.scheme.name,
+        scene=motion.scene.name,
+        errors=docstring(_errors(p.terms)),
+        scalars=literal_tuple(f'"{name}"' for name in (*parameters, *weights, *ASKED)),
+        balances=len(step.steps),
+        degree=p.between.degree,
+        operations=counts,
+    )
+    return "".join([fill(BANNER, source=source, digest=both_digests(step)), header, *helpers(text, step), text])
+
+
+def _errors(terms: Terms) -> str:
+    """Lines that say what is estimated."""
+    rows = ["Estimated local errors, numerical - exact; the weights are numbers of each lane:"]
+    rows += [f"    of {kind}: {e}" for kind, e in zip("uv", combined(terms), strict=True) if e != 0]
+    return "\n".join(line for row in rows for line in wrap(row, 110, subsequent_indent=" " * 8))
+
+
+def _lines(texts: Iterable[str], depth: int) -> str:
+    return indent("\n".join(texts), "    " * depth)
+
+
+def _acceleration(p: AdaptiveStep, w: KernelPrinter) -> tuple[str, "_Call"]:
+    """Text of `_acceleration`, and how it is called."""
+    motion = p.step.motion
+    used = {s for e in p.acceleration for s in e.free_symbols}
+    u, v = ([Symbol(name) for name in component_names(Symbol(f"{k}_*now"), motion)] for k in "uv")
+    given = [w.doprint(s) for s in p.step.parameters(p.acceleration)]
+    names = [f"value_{k}" for k in range(len(u))]
+    body, _ = block(list(zip(names, p.acceleration, strict=True)), 1, w)
+    arguments = [*given, "t", "load", *map(str, (*u, *v))]
+    text = fill(ACCELERATION, arguments=", ".join(arguments), body=body, value=", ".join(names))
+    return text, _Call(given, Symbol("load") in used, len(u))
+
+
+class _Call:
+    """How `_acceleration` is called in the lane's function: with loads only where the scene takes one."""
+
+    def __init__(self, given: Sequence[str], loaded: bool, size: int) -> None:
+        self.given, self.loaded, self.size = given, loaded, size
+
+    def __call__(self, targets: Sequence[str], t: str, u: Iterable[str], v: Iterable[str]) -> str:
+        load = f"_load(load, samples, middle, {t})" if self.loaded else "0.0"
+        return f"{', '.join(targets)} = _acceleration({', '.join([*self.given, t, load, *u, *v])})"
+
+
+def _first(p: AdaptiveStep, numbers: str, call: _Call) -> str:
+    size = range(call.size)
+    names = [f"value_{k}" for k in size]
+    return fill(
+        FIRST,
+        numbers=numbers,
+        first_acceleration=_lines([call(names, "t", *([f"start[{k}, {i}]" for i in size] for k in (0, 1)))], 1),
+        largest_first=", ".join(f"abs({name})" for name in names),
+        a_first=_lines((f"size[0, {i}] = {name}" for i, name in enumerate(names)), 1),
+        second_acceleration=_lines([call(names, "t", *([f"size[{k}, {i}]" for i in size] for k in (1, 2)))], 1),
+        a_second=_lines((f"size[1, {i}] = {name}" for i, name in enumerate(names)), 1),
+    )
+
+
+def _lane(p: AdaptiveStep, w: KernelPrinter, numbers: str, call: _Call) -> tuple[str, dict[str, object]]:
+    step = p.step
+    state = [(name, f"state[{place}]") for name, place in state_places(step)]
+    texts, counts, iteration = [], 0, {}
+    if step.prior:
+        text, counts = block(step.prior, 2, w)
+        texts.append(text)
+    for k, balance in enumerate(step.steps):
+        text, once, again = balance_text(balance, k, NOT_CONVERGED, w)
+        texts.append(text)
+        counts += once
+        if again:
+            iteration[k] = again
+    errors = [*p.error_u, *p.error_v]
+    reported, more = block([*step.reported, (Symbol("energy"), step.energy), *errors], 2, w)
+    size, weighing = _size(p)
+    ends = [[w.doprint(e) for e in vector] for vector in step.report]
+    return fill(
+        ADAPTIVE_LANE,
+        numbers=numbers,
+        initial=_lines(_components(p, "u", "start[0, {}]"), 1),
+        once=lines(p.once, 1, w),
+        begin=_begin(p),
+        read_state=_lines((f"{name} = {place}" for name, place in state), 1),
+        changing=lines(p.changing, 3, w),
+        forces=_forces(p, w),
+        steps="\n".join(texts),
+        reported=reported,
+        size=size,
+        sum=" + ".join(step.finite),
+        count="".join(fill(COUNT_STEP, balance=k) for k in p.newton_balances),
+        dense=_dense(p, call, ends),
+        remember=_remember(p, call, ends),
+        shift=lines(step.shift, 2, w),
+        jump=_jump(p, w),
+        store=_lines((f"out[row, {k}, {i}] = here[{k}, {i}]" for k in range(3) for i in range(call.size)), 3),
+        write_state=_lines((f"{place} = {name}" for name, place in state), 1),
+    ), {"step": counts + more + weighing, "iteration": tuple(iteration.values())}
+
+
+def _components(p: AdaptiveStep, kind: str, place: str) -> list[str]:
+    """Lines that read the components of u_0, v_0 or a_0, whose places are filled with their numbers."""
+    names = component_names(Symbol(f"{kind}_0"), p.step.motion)
+    return [f"{name} = {place.format(i)}" for i, name in enumerate(names)]
+
+
+def _begin(p: AdaptiveStep) -> str:
+    """Lines that take the state from the start."""
+    kinds = [(knot_of(s) or ("u", ""))[0] for s in p.step.scheme.state]
+    return _lines((f"state[{j}] = start[{'uva'.index(kind)}]" for j, kind in enumerate(kinds)), 2)
+
+
+def _forces(p: AdaptiveStep, w: KernelPrinter) -> str:
+    if not p.step.motion.is_sampled:
+        return ""
+    instants = (w.doprint(t + tau * h) for tau in p.step.stencil)
+    return "".join(f"        f_{k} = _load(load, samples, middle, {at})\n" for k, at in enumerate(instants))
+
+
+def _size(p: AdaptiveStep) -> tuple[str, int]:
+    """Lines that sum the squares of the weighted errors, and their operations."""
+    rows, size = [], len(p.step.motion.coordinates)
+    for kind, errors in enumerate((p.error_u, p.error_v)):
+        if not errors:
+            continue
+        new = [str(e) for e in p.step.report[kind]]
+        base = "atol_u"
+        if kind == 1:
+            rows += [f"fast = {'max(' * size}speed{''.join(f', abs({name}))' for name in new)}"]
+            rows += ["floor = atol_v + share_v * fast + 1e-300"]
+            base = "floor"
+        for i, (name, _) in enumerate(errors):
+            rows += [f"part = {name} / ({base} + rtol * max(abs(here[{kind}, {i}]), abs({new[i]})))"]
+            rows += ["size += part * part"]
+    count = len(p.error_u) + len(p.error_v)
+    rows += [f"size *= {1.0 / count!r}"]
+    return _lines(rows, 2), 7 * count
+
+
+def _dense(p: AdaptiveStep, call: _Call, ends: Sequence[Sequence[str]]) -> str:
+    """Lines that fill a row of the grid from the interpolant of the step."""
+    size = range(call.size)
+    now = [f"now_{i}" for i in size]
+    before: list[str] = []
+    begin, end = ([f"here[2, {i}]" for i in size], ends[2] if p.own_acceleration else now)
+    if not p.own_acceleration:
+        begin = [f"then_{i}" for i in size]
+        before = [
+            call(begin, "t", *([f"here[{k}, {i}]" for i in size] for k in (0, 1))),
+            call(now, "end", ends[0], ends[1]),
+        ]
+    values = [ends[0], ends[1], end]
+    at_end = [f"out[place, {k}, {i}] = {values[k][i]}" for k in range(3) for i in size]
+    rows: list[str] = []
+    old = [[f"here[0, {i}]" for i in size], [f"here[1, {i}]" for i in size], begin]
+    for i in size:
+        names = {s.name: old[k][i] for k, s in enumerate(knot(0))} | {
+            s.name: values[k][i] for k, s in enumerate(knot(1))
+        }
+        rows += [block(_between(p.between, i), 4, KernelPrinter(names))[0]]
+    texts = [_lines(before, 3)] if before else []
+    return "\n".join([*texts, fill(DENSE, at_end=_lines(at_end, 4), between="\n".join(rows))])
+
+
+def _between(found: Interpolant, i: int) -> list[tuple[str, Expr]]:
+    assert found.u.has(share)
+    return [(f"out[place, {k}, {i}]", e) for k, e in enumerate((found.u, found.v, found.a))]
+
+
+def _remember(p: AdaptiveStep, call: _Call, ends: Sequence[Sequence[str]]) -> str:
+    """Lines that keep what was reached, for the scales of the next step, for rows and for the interpolant."""
+    size = range(call.size)
+    rows = [f"here[{k}, {i}] = {ends[k][i]}" for k in range(len(ends)) for i in size]
+    if p.error_v:
+        rows += ["speed = fast"]
+    text = _lines(rows, 2)
+    if p.own_acceleration:
+        return text
+    made = call([f"here[2, {i}]" for i in size], "end", ends[0], ends[1])
+    return text + "\n" + _lines(["if row < times.size or end >= t_end:", f"    {made}"], 2)
+
+
+def _jump(p: AdaptiveStep, w: KernelPrinter) -> str:
+    """Lines for a jump of the load at the end of a step: the acceleration jumps with it, by M^-1 of it."""
+    if not p.step.motion.is_sampled:
+        return ""
+    slope = p.acceleration.diff(Symbol("load"))
+    found: Assignments = []
+    if knot(0).a in p.step.scheme.state:
+        found = assign(p.step_components("a"), slope)
+    rows = [f"{w.doprint(name)} += {w.doprint(e)} * jump" for name, e in found if e != 0]
+    rows += [f"here[2, {i}] += {w.doprint(e)} * jump" for i, e in enumerate(slope) if e != 0]
+    return fill(JUMP, jumps=_lines(rows, 4))
+
+
+def local_error_module(found: LocalError) -> str:
+    """Text of a module that holds the terms of an estimate of the local error, and their weights as a function."""
+    printed = KernelPrinter()
+    return fill(
+        LOCAL_ERROR,
+        scheme=found.scheme.name,
+        terms=found.terms,
+        order=found.order,
+        parameters=literal_tuple(f'"{s.name}"' for s in found.parameters),
+        arguments=", ".join(s.name for s in found.parameters),
+        weights=literal_tuple(printed.doprint(e) for e in found.weights),
+    )
