@@ -256,10 +256,7 @@ def test_a_grid_for_a_higher_order_than_the_interpolant_is_stepped_on() -> None:
     assert np.abs(r.u - exact(flexible, np.concatenate([[0.0], grid]))[1:]).max() < 2e-9
 
 
-def test_an_iteration_that_fails_and_a_step_that_overflows_make_it_shorter() -> None:
-    r = ss.march(ss.scene("elastic_pendulum", EA=1e8), ss.scheme("bathe"), tol=1e-3, t_end=0.01, dt_first=0.01)
-    assert r.status == "completed"
-    assert cost(r).longest < 0.01
+def test_a_step_that_overflows_is_made_shorter() -> None:
     r = ss.march(ss.scene("duffing"), handle(dormand_prince), tol=1e-4, t_end=0.5, dt_first=0.5)
     assert r.status == "completed"
     assert cost(r).rejected > 1
