@@ -43,7 +43,7 @@ def candidates() -> Iterator[ss.Scheme]:
     for name in ss.schemes():
         s = scheme(name)
         try:
-            order = s.local_error.order
+            order = s.local_error(damped=False).order
         except ValueError:  # no estimate, or a step that cannot change
             continue
         if order >= LEAST_ORDER:

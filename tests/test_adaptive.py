@@ -101,13 +101,12 @@ def test_steps_of_one_length_are_those_of_a_constant_step(
     scheme: str, scene: str, request: pytest.FixtureRequest
 ) -> None:
     s, model, dt, n = ss.scheme(scheme), SCENES[scene], 1e-3, 12
+    asked = Control.of(model.length, 1e6, n * dt, dt_first=dt, dt_max=dt)
     try:
-        s.local_error
-    except ValueError as error:
+        r = march_adaptive(model, s, asked, n * dt)
+    except ValueError as error:  # no estimate, a start of its own, or damping where the scheme takes none
         assert s.name in str(error)
         return
-    asked = Control.of(model.length, 1e6, n * dt, dt_first=dt, dt_max=dt)
-    r = march_adaptive(model, s, asked, n * dt)
     request.getfixturevalue("uncompiled")
     expected = ss.march(model, s, dt, n * dt) if not model.info.oscillator else _by_pair(model, s, dt, n)
     assert (r.status, cost(r).accepted, cost(r).rejected) == ("completed", n, 0)
@@ -144,8 +143,8 @@ def test_the_error_follows_the_tolerance(scheme: str, scene: str) -> None:
     """An estimate of O(h^3) gives steps in proportion to tol^(1/3), and so a second-order error to tol^(2/3)."""
     parameters, p = CHOSEN[scheme]
     s = ss.scheme(scheme, **parameters)
-    power = p / (s.local_error.order + 1)
-    coarse, fine = _errors(s, SCENES[scene], 0.6, (1e-4, 1e-6))
+    power = p / (s.local_error(damped=True).order + 1)
+    coarse, fine = _errors(s, SCENES[scene], 0.6, (1e-5, 1e-7))
     assert coarse < 0.2
     assert 1 / 2.5 < (coarse / fine) / 100.0**power < 2.5
 
@@ -153,7 +152,7 @@ def test_the_error_follows_the_tolerance(scheme: str, scene: str) -> None:
 @pytest.mark.parametrize("pair", PAIRS)
 def test_pairs_are_as_accurate_as_their_higher_order(pair: Any) -> None:
     s, p = handle(pair), PAIRS[pair]
-    power = p / (s.local_error.order + 1)
+    power = p / (s.local_error(damped=True).order + 1)
     coarse, fine = _errors(s, flexible, 0.5, (1e-5, 1e-8))
     assert 1 / 4 < (coarse / fine) / 1000.0**power < 4
 
@@ -258,10 +257,7 @@ def test_a_grid_for_a_higher_order_than_the_interpolant_is_stepped_on() -> None:
     assert np.abs(r.u - exact(flexible, np.concatenate([[0.0], grid]))[1:]).max() < 2e-9
 
 
-def test_an_iteration_that_fails_and_a_step_that_overflows_make_it_shorter() -> None:
-    r = ss.march(ss.scene("elastic_pendulum", EA=1e8), ss.scheme("bathe"), tol=1e-3, t_end=0.01, dt_first=0.01)
-    assert r.status == "completed"
-    assert cost(r).longest < 0.01
+def test_a_step_that_overflows_is_made_shorter() -> None:
     r = ss.march(ss.scene("duffing"), handle("dormand_prince"), tol=1e-4, t_end=0.5, dt_first=0.5)
     assert r.status == "completed"
     assert cost(r).rejected > 1

@@ -76,12 +76,14 @@ def adaptive_pair(scheme: Scheme, motion: EquationsOfMotion, terms: Terms, order
     return adaptive_module(AdaptiveStep.of(scheme, motion, terms, order), source)
 
 
-def local_error(scheme: Scheme, exact: Mapping[str, Any]) -> str:
+def local_error(scheme: Scheme, exact: Mapping[str, Any], *, damped: bool) -> str:
     """Text of the module that says how a scheme's local error is estimated, with these parameters fixed.
+
+    damped: whether the estimate has to hold with damping.
 
     Raises NoEstimator for a scheme without an estimate from what a step holds.
     """
-    return local_error_module(LocalError.of(scheme, exact))
+    return local_error_module(LocalError.of(scheme, exact, damped=damped))
 
 
 def own_scene(scene: Scene) -> str:

@@ -121,6 +121,7 @@ def scene_entry(motion: EquationsOfMotion) -> str:
         "outputs": literal_tuple(f'"{name}"' for name in scene.outputs),
         "angular_momentum": repr(motion.angular_momentum is not None),
         "sampled": repr(motion.is_sampled),
+        "damped": repr(not motion.damping.is_zero_matrix),
         "oscillator": "None" if oscillator is None else function(literal_tuple(number(e) for e in oscillator)),
         "reference": repr(scene.reference),
     }

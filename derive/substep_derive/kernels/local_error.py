@@ -19,7 +19,8 @@ Terms = tuple[tuple[tuple[str, int], ...], tuple[tuple[str, int], ...]]
 class LocalError:
     """Estimated local errors (numerical - exact) of u and v: sums of weight * h^power * symbol.
 
-    order: p, where they are O(h^(p+1)). weights: of the terms of u, then of v; expressions in the parameters left free.
+    v has none where what the step holds gives no estimate of its error. order: p, where they are O(h^(p+1)). weights:
+    of the terms of u, then of v; expressions in the parameters left free.
     """
 
     scheme: Scheme
@@ -28,24 +29,26 @@ class LocalError:
     order: int
 
     @classmethod
-    def of(cls, scheme: Scheme, exact: Mapping[str, Any]) -> "LocalError":
-        """From the scheme's estimator with the given parameters fixed. Raises NoEstimator, with the reason.
+    def of(cls, scheme: Scheme, exact: Mapping[str, Any], *, damped: bool) -> "LocalError":
+        """From the scheme's estimator with the given parameters fixed; damped: it has to hold with damping.
 
-        What a term needs besides the step itself makes an estimate that this march does not take.
+        Where what the step holds gives an estimate for u alone, v has no terms. Raises NoEstimator, with the reason,
+        where it gives none for u.
         """
-        found = estimator(scheme, **exact)
-        if found.extra:
-            what = "; ".join(f"{symbol}, {text}" for symbol, text in found.extra.items())
+        found = estimator(scheme, damped=damped and scheme.takes_damping, **exact)
+        if found.displacement.extra:
+            what = "; ".join(f"{symbol}, {text}" for symbol, text in found.displacement.extra.items())
             raise NoEstimator(
                 f"{scheme.name}: expected an estimate of the local error from what its step holds, got one that needs "
                 f"{what}; march it with dt, or take a scheme such as bathe, or one with a second value (embedded)"
             )
-        own, numbers = [_collected(found.scheme, e) for e in (found.u, found.v)], []
+        held = [one for one in (found.displacement, found.velocity) if not one.extra]
+        own, numbers = [_collected(found.scheme, one.error) for one in held], []
+        own += [[]] * (2 - len(own))
         for terms in own:
             numbers += [weight for _, _, weight in terms]
         u, v = (tuple((symbol, power) for symbol, power, _ in terms) for terms in own)
-        orders = found.order if isinstance(found.order, tuple) else (found.order,)
-        return cls(scheme, (u, v), tuple(numbers), min(orders))
+        return cls(scheme, (u, v), tuple(numbers), min(one.order for one in held))
 
     @cached_property
     def parameters(self) -> tuple[Symbol, ...]:

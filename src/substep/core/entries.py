@@ -136,8 +136,8 @@ class SceneInfo:
     parameters: start gives u, v and a at t = 0, None in place of a where it follows from the equation of motion; length
     is what Newton's tolerance is relative to; energy_scale, J, of a scene that starts without energy; oscillator gives
     circular frequency, damping ratio and mass of a linear oscillator, and is None for any other scene. outputs: names
-    of further results. angular_momentum: whether it has one. sampled: whether the user gives the load. declaration: of
-    a scene of the user's own.
+    of further results. angular_momentum: whether it has one. sampled: whether the user gives the load. damped: whether
+    its velocity causes a force. declaration: of a scene of the user's own.
     """
 
     name: str
@@ -151,6 +151,7 @@ class SceneInfo:
     outputs: tuple[str, ...] = field(compare=False)
     angular_momentum: bool = field(compare=False)
     sampled: bool = field(compare=False)
+    damped: bool = field(compare=False)
     reference: str = field(compare=False)
     declaration: "SceneDeclaration | None" = field(compare=False)
 
@@ -178,6 +179,7 @@ class SceneInfo:
             outputs=entry["outputs"],
             angular_momentum=entry["angular_momentum"],
             sampled=entry["sampled"],
+            damped=entry["damped"],
             reference=entry["reference"],
             declaration=declaration,
         )

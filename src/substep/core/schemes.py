@@ -165,9 +165,21 @@ class Scheme:
         declared: Any = self.info.declaration  # a starter without a name is declared with the scheme
         return scheme(name, **parameters) if name else scheme(declared.start_scheme)
 
+    def local_error(self, damped: bool) -> LocalError:
+        """How a step with these numbers for parameters estimates its local error; damped: on a scene with damping.
+
+        Raises ValueError if it cannot.
+        """
+        if damped not in self._local_errors:
+            self._local_errors[damped] = self._estimated(damped)
+        return self._local_errors[damped]
+
     @cached_property
-    def local_error(self) -> LocalError:
-        """How a step with these numbers for parameters estimates its local error. Raises ValueError if it cannot."""
+    def _local_errors(self) -> dict[bool, LocalError]:
+        """Those already asked for, by whether the scene is damped."""
+        return {}
+
+    def _estimated(self, damped: bool) -> LocalError:
         from ..derived.modules import local_error_module  # noqa: PLC0415 (the one door to SymPy)
 
         if self.info.start != "given" or any(lag for _, lag in self.info.history):
@@ -175,7 +187,7 @@ class Scheme:
                 "expected a one-step or composite scheme that starts from u, v, a where steps change, got "
                 f"{self.name}, which carries {', '.join(self.state)}; give dt in place of tol, or take another scheme"
             )
-        module = local_error_module(self.info.source, {name: float(x) for name, x in self.given.items()})
+        module = local_error_module(self.info.source, {name: float(x) for name, x in self.given.items()}, damped)
         values = [self.parameters[name] for name in module.PARAMETERS]
         weights = tuple(float(x) for x in module.weights(*values))
         if not all(map(math.isfinite, weights)) or not any(weights):

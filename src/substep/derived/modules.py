@@ -55,8 +55,8 @@ def march_module(name: str, K: int) -> ModuleType:
     return cached_module(f"{name} {K}", lambda: printed(shape_of(name), (K,)))
 
 
-def local_error_module(scheme: "str | Declaration", given: Mapping[str, float]) -> ModuleType:
-    """How a scheme's local error is estimated at the parameters given, others at their default.
+def local_error_module(scheme: "str | Declaration", given: Mapping[str, float], damped: bool) -> ModuleType:
+    """How a scheme's local error is estimated at the parameters given, others at their default, with damping or not.
 
     Parameters are taken as the simplest fractions that their floats stand for, since an order of accuracy may hold at
     exact values alone. Raises NoEstimator, a ValueError, for a scheme without an estimate from what a step holds.
@@ -73,7 +73,8 @@ def local_error_module(scheme: "str | Declaration", given: Mapping[str, float]) 
         elif getattr(default := p.default.subs(exact), "is_Rational", False):  # what is irrational stays a symbol
             exact[p.name] = default
     values = ", ".join(f"{name}={value}" for name, value in exact.items())
-    return cached_module(f"local error {scheme_digest(mine)} {values}", lambda: local_error(mine, exact))
+    key = f"local error {scheme_digest(mine)} {values} {damped}"
+    return cached_module(key, lambda: local_error(mine, exact, damped=damped))
 
 
 def _simplest(value: float) -> Fraction:

@@ -101,7 +101,7 @@ def adaptive_kernels(scene: Scene, scheme: Scheme) -> ModuleType:
 
     Raises ValueError for a scheme without an estimate of its local error, or whose step cannot change.
     """
-    error = scheme.local_error
+    error = scheme.local_error(scene.info.damped)
     return _kernels(scheme.info.source, scene.info.source, error.terms, error.order)
 
 
@@ -116,7 +116,7 @@ def lanes_of(
     scene: Scene, scheme: Scheme, asked: Control, t_end: float, P: int = 1, *, bound: Any = math.inf, rows: int = 0
 ) -> dict[str, Any]:
     """The arguments of the kernel, by name, for P runs of one scene and scheme; rows: of the buffers without a grid."""
-    error, d = scheme.local_error, scene.u0.shape[-1]
+    error, d = scheme.local_error(scene.info.damped), scene.u0.shape[-1]
     module = adaptive_kernels(scene, scheme)
     grid = NO_GRID if asked.grid is None else asked.grid
     breaks = NO_GRID if scene.load is None else break_points(scene.load, t_end)

@@ -192,8 +192,8 @@ Each scene has: coordinates with their units; parameters as (name, low, high, lo
 or None); start, a function of the parameters: u, v, and a or None if it follows from the equation of motion;
 length, to which Newton's tolerance is relative, and energy_scale, of a scene that starts without energy, both
 functions of the parameters; names of outputs; whether it has an angular momentum; sampled, whether the user gives
-the load; oscillator, for a linear oscillator its circular frequency, damping ratio and mass as functions of the
-parameters, None for any other scene.
+the load; damped, whether its velocity causes a force; oscillator, for a linear oscillator its circular frequency,
+damping ratio and mass as functions of the parameters, None for any other scene.
 """
 {imports}
 SCENES = {scenes}
