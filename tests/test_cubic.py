@@ -7,12 +7,14 @@ from typing import Any
 import mpmath
 import numpy as np
 import pytest
+from inner_kernels import from_python
 from substep_kernels import houbolt
 
 EPS = np.finfo(float).eps
 RNG = np.random.default_rng(9)
 SIZES = 10.0 ** np.arange(-8.0, 9.0, 2.0)
 OMEGAS = 10 ** RNG.uniform(-6, 0, 200)
+monic_of, pair_of, real_root = map(from_python, (houbolt._monic, houbolt._pair, houbolt._real_root))
 
 
 def monic(*roots: Any) -> list[Fraction]:
@@ -64,8 +66,8 @@ def test_the_real_root_and_the_pair_of_any_cubic() -> None:
         c = [float(x) for x in exact]
         scale = 2.0 ** RNG.integers(-20, 20)
         b0, b1 = float(sum(exact)), float(3 * exact[0] + 2 * exact[1] + exact[2])
-        monic = houbolt._monic(*(scale * x for x in (*c, b0, b1)))
-        (half, less, modulus2, discriminant), third = houbolt._pair(*monic), monic[-1]
+        monic = monic_of(*(scale * x for x in (*c, b0, b1)))
+        (half, less, modulus2, discriminant), third = pair_of(*monic), monic[-1]
         with mpmath.workdps(60):
             given = [mpmath.mpf(x.numerator) / x.denominator for x in exact]
             roots = mpmath.polyroots(given, maxsteps=2000, extraprec=400, error=False)
@@ -86,7 +88,7 @@ def test_the_real_root_is_the_one_alone() -> None:
     """It is the root farthest from the other two, right to its conditioning: a simple root's unless all three meet."""
     for exact, _ in cubics():
         a2, a1, a0 = (float(x) for x in exact[1:])
-        third = houbolt._real_root(a2, a1, a0)
+        third = real_root(a2, a1, a0)
         assert np.isfinite(third)
         with mpmath.workdps(60):
             given = [mpmath.mpf(1), *map(mpmath.mpf, (a2, a1, a0))]
@@ -105,11 +107,11 @@ def test_two_steps_are_enough_for_every_shape() -> None:
     for ratio in [*np.linspace(-3, 3, 401), *10.0 ** np.arange(-12, 13), *-(10.0 ** np.arange(-12, 13))]:
         for size in (*10.0 ** np.arange(-60.0, 61.0, 20.0), *RNG.uniform(0.5, 8, 4)):
             p = ratio * size ** (2 / 3)
-            y = houbolt._real_root(0.0, 3 * p, -size)
+            y = real_root(0.0, 3 * p, -size)
             with mpmath.workdps(40):
                 exact = _positive(mpmath.mpf(3 * p), mpmath.mpf(size))
                 assert abs(y - exact) <= 4 * EPS * exact, (ratio, size)
-                assert abs(houbolt._real_root(0.0, 3 * p, size) + exact) <= 4 * EPS * exact
+                assert abs(real_root(0.0, 3 * p, size) + exact) <= 4 * EPS * exact
 
 
 def _positive(p3: Any, size: Any) -> Any:
@@ -132,8 +134,8 @@ def test_a_pair_near_one_keeps_its_digits(third: float) -> None:
         r, T = Fraction(third), P + Q
         b0, b1 = P * (1 - r), T * (1 - r) + P
         c = (1, T - 2 - r, 1 - Q + r * (2 - T), -r * (1 - Q))
-        monic = houbolt._monic(*(float(x) for x in (*c, b0, b1)))
-        (_, less, _, discriminant), found = houbolt._pair(*monic), monic[-1]
+        monic = monic_of(*(float(x) for x in (*c, b0, b1)))
+        (_, less, _, discriminant), found = pair_of(*monic), monic[-1]
         assert found == pytest.approx(third, abs=4 * EPS * max(1.0, abs(third)) / min(1.0, (1 - third) ** 2))
         beside = 1.0 / abs(1 - third)
         if Fraction(1, 2) * min(1, (1 - r) ** 2) > P:
