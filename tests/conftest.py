@@ -1,7 +1,8 @@
 """What several test files use: fixtures, and the settings with which hypothesis draws examples."""
 
 import os
-from collections.abc import Iterator
+import zlib
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -18,6 +19,20 @@ settings.register_profile("search", print_blob=True, **COMMON)
 settings.load_profile("search" if os.environ.get("SUBSTEP_VERIFY") else "gate")
 
 
+def whole_gate(config: pytest.Config) -> bool:
+    """Whether this is a run of all tests, and not that of `make verify`."""
+    if hasattr(config, "workerinput"):
+        return config.workerinput["whole_gate"]
+    whole = config.args_source is pytest.Config.ArgsSource.TESTPATHS and not config.option.keyword
+    return whole and not os.environ.get("SUBSTEP_VERIFY")
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_configure_node(node: Any) -> None:
+    """Tell each of pytest's workers what the whole run is."""
+    node.workerinput["whole_gate"] = whole_gate(node.config)
+
+
 def pytest_sessionstart(session: pytest.Session) -> None:
     """Compile the committed kernels before the workers of a whole run begin, once for all of them."""
     config = session.config
@@ -29,9 +44,31 @@ def pytest_sessionstart(session: pytest.Session) -> None:
         compile_catalogue()
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Run long tests first: one begun last would keep a worker busy while the others are idle."""
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Run long tests first: one begun last would keep a worker busy while the others are idle.
+
+    The gate runs a test over the catalogue's schemes for every other scheme, another test for the others, so that it
+    takes half the time and every scheme meets half of the tests; `make verify`, and a file run alone, run them all.
+    """
+    if whole_gate(config):
+        from declared import NAMES
+
+        left = [item for item in items if not in_gate(item.nodeid.partition("[")[0], _schemes(item), NAMES)]
+        config.hook.pytest_deselected(items=left)
+        items[:] = [item for item in items if item not in set(left)]
     items.sort(key=lambda item: item.get_closest_marker("long") is None)
+
+
+def _schemes(item: pytest.Item) -> list[str]:
+    """What the test's parameters may name as schemes."""
+    values = item.callspec.params.values() if isinstance(item, pytest.Function) and hasattr(item, "callspec") else ()
+    return [name for name in (getattr(value, "name", value) for value in values) if isinstance(name, str)]
+
+
+def in_gate(function: str, named: Sequence[str], schemes: Sequence[str]) -> bool:
+    """Whether the gate runs the test for what its parameters name: every other scheme, or anything else."""
+    places = [schemes.index(name) for name in named if name in schemes]
+    return not places or (places[0] + zlib.crc32(function.encode())) % 2 == 0
 
 
 @pytest.fixture

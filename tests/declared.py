@@ -6,6 +6,7 @@ from functools import cache
 
 import numpy as np
 from designed_oracle import sample_parameters
+from oracle import SCHEMES
 from substep_derive import Derivation, Scheme, derive
 from substep_derive.declare.parameter import Root
 from substep_derive.declare.schemes import ALL
@@ -60,8 +61,8 @@ def for_oracle(scheme: Scheme, values: dict[str, Rational]) -> tuple[str, dict[s
         return name, {}
     if name == "generalized_alpha":
         return "generalized_alpha", everything
-    roots = {p.name for p in scheme.parameters if isinstance(p.default, Root)}  # the oracle solves for these itself
-    return name, {key: value for key, value in values.items() if key not in roots}
+    wanted = SCHEMES[name].parameters  # it solves for the others itself
+    return name, {key: value for key, value in values.items() if key in wanted}
 
 
 def parameter_sets(name: str, count: int) -> Iterator[tuple[dict[str, Fraction], Fraction]]:

@@ -44,7 +44,7 @@ def test_derived_order_is_the_observed_one(name: str, system: str) -> None:
     """At t = 1, u, v and a, in mpmath's precision above order 4."""
     derived = getattr(at_defaults(name), KINDS[system])
     exact = max(derived) > 4
-    n = 4 if exact else 20
+    n = 64 if exact else 20
     found = observed(BY_NAME[name], system, n, exact)
     assert [k for k, _ in found] == pytest.approx(derived, abs=0.3), found
 

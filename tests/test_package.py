@@ -3,6 +3,7 @@
 import ast
 import subprocess
 import sys
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -139,3 +140,16 @@ def test_no_scheme_has_a_branch_of_its_own() -> None:
     for exempt in ABOUT_ONE_SCHEME:  # an exemption that nothing needs is one too many
         files = [DERIVE / exempt] if exempt.endswith(".py") else (DERIVE / exempt).rglob("*.py")
         assert any(branches(path.read_text(encoding="utf-8")) for path in files), exempt
+
+
+def test_the_gate_leaves_no_scheme_and_no_test_out() -> None:
+    """Each test meets every other scheme, each scheme every other test or so; what names no scheme is always run."""
+    from conftest import in_gate
+    from declared import NAMES
+
+    functions = [f"tests/test_{k}.py::test_{k}" for k in range(40)]
+    for function in functions:
+        run = [in_gate(function, [name, "elastic_pendulum"], NAMES) for name in NAMES]
+        assert all(one != other for one, other in pairwise(run))
+        assert in_gate(function, ["elastic_pendulum"], NAMES)
+    assert all(10 < sum(in_gate(function, [name], NAMES) for function in functions) < 30 for name in NAMES)

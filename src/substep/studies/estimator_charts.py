@@ -85,7 +85,7 @@ def effectivity_chart(folder: Path) -> None:
     """Effectivity indices of the default estimators of all schemes, undamped and damped, and filtered."""
     with_one = [name for name in names() if "reason" not in facade.estimator_entry(name)]
     undamped = {name: effectivity(scheme(name), OMEGAS) for name in with_one}
-    damped = {name: effectivity(scheme(name), OMEGAS, DAMPED) for name in with_one}
+    damped = {name: effectivity(scheme(name), OMEGAS, DAMPED) for name in with_one if scheme(name).info.damping}
     figure = Figure(figsize=(14, 9.5), layout="constrained")
     panels: Mapping[str, Any] = {
         "(a) u, undamped": {name: x.plain[0] for name, x in undamped.items()},
