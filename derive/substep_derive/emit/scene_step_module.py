@@ -254,7 +254,6 @@ def _difference(d: NearSeries) -> str:
     (old, new), printed = symbols("old new"), KERNEL_PRINTER.doprint
     return fill(
         DIFFERENCE,
-        FAILED,
         g=d.name,
         near=printed(d.near.n(5)) if d.near else "0.0",
         series=block([("difference", d.series), ("last", d.last)], 2)[0],
