@@ -4,7 +4,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Sequence
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
 Cpu = Literal["native", "avx2"]
 CPUS = get_args(Cpu)
@@ -33,10 +33,11 @@ def wide_registers() -> dict[str, int]:
     The code is that of the march of many oscillators, which both fill with the widest vectors of their target.
     """
     from numba import float64, int64, njit, types  # noqa: PLC0415 (after the target is known)
-    from substep_kernels.linear_march_2_01y import _final_2 as kernel  # noqa: PLC0415
+    from substep_kernels.linear_march_2_01y import _final_2  # noqa: PLC0415
 
     from . import limits  # noqa: PLC0415
 
+    kernel: Any = _final_2
     loads = types.Array(float64, 1, "C", readonly=True)
     options = {name: value for name, value in kernel.targetoptions.items() if name not in ("cache", "nopython")}
     compiled = njit(**options)(kernel.py_func)

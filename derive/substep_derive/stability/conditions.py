@@ -206,11 +206,11 @@ def not_both_zero(f: Expr, g: Expr, known: Boolean, box: Box) -> Boolean | None:
 
 def contradicts(known: Boolean, zeros: Sequence[Boolean], box: Box) -> bool:
     """Whether the equations, solved where they are linear in a symbol, are shown to contradict what is known."""
-    values: dict[Symbol, Expr] = {}
+    values: dict[Any, Any] = {}
     for equation in zeros:
         if not isinstance(equation, Eq):
             return equation is false
-        rest = expand((equation.lhs - equation.rhs).subs(values))
+        rest: Any = expand((equation.lhs - equation.rhs).subs(values))
         if rest.is_number and rest != 0:
             return True
         for x in sorted(rest.free_symbols, key=str):
