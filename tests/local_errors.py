@@ -82,7 +82,10 @@ def ratios(
     steps: int,
     kappa: Any = 1,
 ) -> tuple[Any, Any]:
-    """Estimate/true local error of u and of v, on one step from a settled state."""
+    """Estimate/true local error of u and of v, on one step from a settled state.
+
+    An estimate of the second value's error is that value less the first, so that it is divided by the two together.
+    """
     dt = _mpf(dt)
     scheme = with_mean_force(scheme)
     state = settled(scheme, parameters, motion, dt, steps)
@@ -92,9 +95,11 @@ def ratios(
     if any("halved" in s.name for s in (estimates.u + estimates.v).free_symbols):
         before = [symbols[s] for s in scheme.state]
         symbols |= halved(scheme, parameters, motion.problem, before, (steps + 1) * dt, dt)
-    return tuple(
-        evaluated(e, symbols) / symbols[key] for e, key in zip((estimates.u, estimates.v), ("u", "v"), strict=True)
-    )
+    found = []
+    for estimate, key in ((estimates.displacement, "u"), (estimates.velocity, "v")):
+        size, error = evaluated(estimate.error, symbols), symbols[key]
+        found.append(size / (error + size if estimate.of.startswith("the second") else error))
+    return found[0], found[1]
 
 
 def two_steps(

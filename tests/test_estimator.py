@@ -5,9 +5,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from declared import BY_NAME, NAMES, random_parameters
+from declared import BY_NAME, NAMES, UNDAMPED, random_parameters
 from local_errors import Oscillation, ratios
 from substep_derive import Algebraic, DeclarationError, Estimator, NoEstimator, Scheme, derive, estimator, h, t
+from substep_derive.declare.parameter import Root
 from substep_derive.declare.parameter_set import ParameterSet
 from substep_derive.estimate.estimator import estimator_at, exact_motion
 from sympy import Expr, Rational, Symbol, expand, factor, simplify, sqrt, symbols
@@ -44,13 +45,21 @@ MOTIONS = {"undamped": ("0", "1"), "damped": ("3/10", "3")}
 @pytest.mark.parametrize("motion", MOTIONS)
 @pytest.mark.parametrize("name", NAMES)
 def test_estimates_tend_to_the_true_local_error(name: str, motion: str) -> None:
-    """At t = 1, from a settled state, with h = 1/16 and 1/32: the quotient tends to 1 as h does, or faster."""
+    """At t = 1, from a settled state: the quotient tends to 1 as h does, or faster, where the step is halved."""
+    if motion == "damped" and name in UNDAMPED:
+        return
     xi, amplitude = MOTIONS[motion]
     scheme, oscillation = BY_NAME[name], Oscillation(xi, amplitude)
     found = estimates(name, True)
     if xi == "0" and any(e.leading.subs("xi", 0) == 0 for e in (found.displacement, found.velocity)):
         found = estimates(name, False)
-    coarse, fine = (ratios(scheme, parameters(scheme), found, oscillation, Rational(1, n), steps=n) for n in (16, 32))
+    if any(isinstance(p.default, Root) for p in scheme.parameters):
+        at_default = estimator_at(ParameterSet.of(scheme, None, {}))
+        if at_default.order != found.order:  # all over its interval the parameter almost has the higher order
+            return  # at the default the runtime's estimate is looked at, in test_estimator_quality
+    small = scheme.embedded or max(found.order) > 2
+    n = 64 if small and max(found.order) < 6 else 16  # errors of higher order would vanish in rounding
+    coarse, fine = (ratios(scheme, parameters(scheme), found, oscillation, Rational(1, k), steps=k) for k in (n, 2 * n))
     for far, near in zip(coarse, fine, strict=True):
         assert abs(near - 1) < max(abs(far - 1) * 0.65, 5e-3), (far, near)
         assert abs(near - 1) < 1 / 3

@@ -3,9 +3,11 @@
 import mpmath
 import numpy as np
 import pytest
-from declared import BY_NAME, NAMES
+from declared import BY_NAME, NAMES, UNDAMPED
 from substep_derive import DeclarationError, derive, estimator
+from substep_derive.declare.parameter_set import ParameterSet
 from substep_derive.declare.symbols import C, M, Omega, h, xi
+from substep_derive.estimate.estimator import estimator_at
 from substep_derive.estimate.quality import K, effectivity, filter_of, filters
 from sympy import Interval, Rational, Symbol, factor, lambdify, symbols
 from typer.testing import CliRunner
@@ -67,10 +69,18 @@ def test_the_filter_is_the_effective_stiffness() -> None:
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("damping", [0.0, 0.3])
 def test_the_runtime_finds_one_at_small_steps_for_every_scheme(name: str, damping: float) -> None:
-    index = charts.effectivity(ss.scheme(name), np.array([0.02, 0.04, 0.08]), damping).plain
+    if damping and name in UNDAMPED:
+        with pytest.raises(ValueError, match=f"{name} is a scheme for"):
+            charts.effectivity(ss.scheme(name), np.array([0.02, 0.04, 0.08]), damping)
+        return
+    estimates = estimator_at(ParameterSet.of(BY_NAME[name], None, {}), damped=name not in UNDAMPED)
+    order = max(estimates.order)
+    first = 0.02 if order < 4 else 0.05 if order < 6 else 0.2  # errors of high order vanish in rounding
+    index = charts.effectivity(ss.scheme(name), first * np.array([1, 2, 4]), damping).plain
     for quantity, values in zip("uv", index, strict=True):
-        if damping == 0 and derive(name).estimator.velocity.leading.subs(xi, 0) == 0 and quantity == "v":
-            continue  # blind without damping
+        one = estimates.velocity if quantity == "v" else estimates.displacement
+        if (damping == 0 and quantity == "v" and one.leading.subs(xi, 0) == 0) or one.of.startswith("the second"):
+            continue  # blind without damping, or no estimate of the first value's error
         assert abs(values[1] - 1) < 0.1
         assert abs(values[1] - 1) < max(0.6 * abs(values[2] - 1), 1e-3)
 
@@ -95,7 +105,11 @@ def test_filtered_estimates_vanish_on_stiff_components(name: str) -> None:
             row = charts._row(entry["estimates"][own : own + 1], x, 0.1)[0] / charts._value(entry["dens"][own], x, 0.1)
             sizes.append((max(abs(row) * x ** np.array(scales)) * x**-own, abs(factor_) ** entry["filters"][own]))
         (plain, factor0), (plain1, factor1) = sizes
-        assert np.log10(plain1 / plain) == pytest.approx(entry["growth"][own], abs=0.1)
+        growth = np.log10(plain1 / plain)
+        if derive(name).scheme.embedded:  # whose declared growth is that of almost all parameters
+            assert growth <= entry["growth"][own] + 0.1
+        else:
+            assert growth == pytest.approx(entry["growth"][own], abs=0.1)
         assert plain1 * factor1 < 0.2 * plain * factor0
 
 

@@ -94,10 +94,11 @@ def test_trapezoidal_rule_rises_above_its_critical_step_only(EA: float, v0: floa
 
 def test_limits_crossed_by_one_per_cent(tmp_path: Path) -> None:
     rows = linear.limits_crossed(tmp_path)
-    conditional = {s for s in ss.schemes() if s not in linear.without_limit()} - {"forward_euler", "rk2"}  # limit 0
+    without = {"forward_euler", "rk2", "rkn64"}  # their limit is 0
+    conditional = {s for s in ss.schemes() if s not in linear.without_limit()} - without
     assert {row.scheme for row in rows} == conditional
     for row in rows:
-        assert row.grows == (False, True), row
+        assert row.grows == (False, row.rho_above > 1.0001), row  # dormand_prince grows by 5e-6 a step
         assert row.rho_below <= 1 + 1e-12
         assert row.rho_above > 1
 

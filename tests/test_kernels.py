@@ -8,7 +8,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 from declared import BY_NAME, UNDAMPED, random_parameters
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from plain_kernels import SCENE_BY_NAME, motion, plain, text, variant
 from substep_derive.declare.symbols import knot
@@ -68,7 +68,8 @@ def test_a_kernel_holds_what_its_scene_needs(scheme: str, scene: str) -> None:
     arguments = {a.arg for a in function.args.args}
     read = {n.id for n in ast.walk(function) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Load)}
     assert arguments <= read, "an argument that nothing reads"
-    of_scheme = {p.name for p in BY_NAME[scheme].parameters}
+    # a parameter that only the default of another one reads is no argument of a kernel
+    of_scheme = {p.name for p in BY_NAME[scheme].parameters if p.symbol in BY_NAME[scheme].mentioned}
     control = CONTROL | ({"forces"} if scene == "linear_oscillator" else set())
     control |= set() if linear or explicit else {"tolerance", "iterations", "newton"}
     assert arguments - of_scheme == {"h"} | SYMBOLS[scene] | control
@@ -101,6 +102,7 @@ def test_the_rigid_pendulum_needs_less_than_the_elastic_one() -> None:
 @st.composite
 def runs(draw: st.DrawFn, scenes: Sequence[str] = tuple(SCENE_BY_NAME)) -> tuple[ss.Scene, ss.Scheme, float]:
     scheme, scene = draw(st.sampled_from(list(BY_NAME))), draw(st.sampled_from(scenes))
+    assume(scheme not in UNDAMPED or scene != "linear_oscillator")  # which such a scheme refuses
     rng = np.random.default_rng(draw(st.integers(0, 10**6)))
     parameters = {k: float(Fraction(str(v))) for k, v in random_parameters(BY_NAME[scheme], rng).items()}
     options: dict[str, object] = {}

@@ -36,12 +36,12 @@ class Estimate:
     """One estimated local error.
 
     error: combination of held symbols, in the unit of u or of v. order: p, where the local error is O(h^(p+1)).
-    growth: the power of Omega with which the estimate grows as Omega -> oo, compared with the state: at most 0 where it
-    is bounded, negative where it vanishes. extra: symbol -> what it stands for, of values that the step does not hold
-    by itself. of: "u_1" or "v_1", or that it is the error of a second value of lower order. leading: the local error's
-    leading term, with derivatives of the exact motion u(t) and, where the scheme takes load and force at different
-    instants, of what of the force is not linear in u, g(t). family: all combinations that equal it, of what the step
-    holds and, if need be, of extra values; None where parameters were put in afterwards.
+    growth: the power of Omega with which the estimate grows at most as Omega -> oo, compared with the state: 0 or less
+    where it is bounded, negative where it vanishes. extra: symbol -> what it stands for, of values that the step does
+    not hold by itself. of: "u_1" or "v_1", or that it is the error of a second value of lower order. leading: the local
+    error's leading term, with derivatives of the exact motion u(t) and, where the scheme takes load and force at
+    different instants, of what of the force is not linear in u, g(t). family: all combinations that equal it, of what
+    the step holds and, if need be, of extra values; None where parameters were put in afterwards.
     """
 
     error: Expr
@@ -118,6 +118,7 @@ def estimator(scheme: str | Scheme, *, held_only: bool = False, damped: bool = T
     DeclarationError for an unknown name or parameter.
     """
     declared = find(scheme)
+    damped = damped and declared.takes_damping
     return _estimator(related(declared, parameters) if parameters else declared, held_only, damped)
 
 
@@ -139,7 +140,7 @@ def estimator_at(parameters: ParameterSet, *, held_only: bool = False, damped: b
 
     Raises NoEstimator.
     """
-    analysis = analysis_of(Evaluation.at(parameters), damped)
+    analysis = analysis_of(Evaluation.at(parameters), damped and parameters.scheme.takes_damping)
     return _found(analysis, analysis, held_only)
 
 

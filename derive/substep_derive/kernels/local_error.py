@@ -35,7 +35,7 @@ class LocalError:
         Where what the step holds gives an estimate for u alone, v has no terms. Raises NoEstimator, with the reason,
         where it gives none for u.
         """
-        found = estimator(scheme, damped=damped and scheme.takes_damping, **exact)
+        found = estimator(scheme, damped=damped, **exact)
         if found.displacement.extra:
             what = "; ".join(f"{symbol}, {text}" for symbol, text in found.displacement.extra.items())
             raise NoEstimator(

@@ -37,6 +37,8 @@ def effectivity(s: Scheme, Omega: Array, xi: float = 0.0) -> Indices:
     found = facade.estimator_entry(s.info.declaration or s.name)
     if "reason" in found:
         raise ValueError(found["reason"])
+    if xi and not s.info.damping:
+        raise ValueError(f"{s.name} is a scheme for u'' = g(t, u): expected xi = 0, got {xi}; leave it out")
     if Omega.ndim != 1 or not (np.diff(Omega) > 0).all() or not 0 < Omega[0] <= 0.5:
         raise ValueError(f"expected ascending Omega from a value in (0, 1/2] on, got {Omega}; begin with a small one")
     ratios = np.full((2, Omega.size), np.nan)
