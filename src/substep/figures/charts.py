@@ -99,6 +99,7 @@ def save(figure: Figure, path: Path, section: str, caption: str) -> None:
     metadata = {"Description": " ".join(caption.split())}
     with matplotlib.rc_context(SVG_IS_REPRODUCIBLE):
         figure.savefig(f"{path}.png", dpi=160, metadata=metadata | {"Keywords": section})
+        figure.set_layout_engine("none")  # it has been laid out: doing so again takes as long as drawing
         figure.savefig(f"{path}.svg", metadata=metadata | {"Keywords": [section], "Date": None})
 
 

@@ -16,7 +16,8 @@ from ...marching.run import march
 from .outcomes import SECTION, write_rows
 
 CROSSING = (0.99, 1.01)  # times the critical Omega
-CROSSING_STEPS = 500
+CROSSING_STEPS = (500, 1_000_000)  # at least, and at most: as many as make what grows CROSSING_GROWTH times as large
+CROSSING_GROWTH = 4.0
 
 
 @cache
@@ -33,10 +34,11 @@ def without_limit() -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class LimitRow:
-    """Largest |u| from u0 = 1 m in the second half of 500 steps, and spectral radius, at CROSSING critical Omega."""
+    """Largest |u| from u0 = 1 m in the second half of the steps, and spectral radius, at CROSSING critical Omega."""
 
     scheme: str
     critical_Omega: str
+    steps: int
     u_below: float
     u_above: float
     rho_below: float
@@ -53,9 +55,12 @@ def limits_crossed(folder: Path, full: bool = False) -> list[LimitRow]:
     oscillator, rows = scene("linear_oscillator", omega=1.0), []
     for name, (text, limit) in ((name, limit) for name, limit in certified().items() if limit and limit[1] > 0):
         s, Omegas = scheme(name), limit * np.array(CROSSING)
-        runs = (march(oscillator, s, float(x), float(x) * CROSSING_STEPS) for x in Omegas)
-        u = (float(np.abs(r.u[CROSSING_STEPS // 2 :]).max()) for r in runs)
-        rows.append(LimitRow(name, text, *u, *s.spectral_radius(Omegas).tolist()))
+        radii = s.spectral_radius(Omegas)
+        needed = np.log(CROSSING_GROWTH) / max(np.log(radii[1]), 1e-9)
+        n = int(np.clip(np.ceil(needed), *CROSSING_STEPS))
+        runs = (march(oscillator, s, float(x), float(x) * n) for x in Omegas)
+        u = (float(np.abs(r.u[n // 2 :]).max()) for r in runs)
+        rows.append(LimitRow(name, text, n, *u, *radii.tolist()))
     write_rows(folder / "limits_crossed.csv", rows)
     return rows
 
