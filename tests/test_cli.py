@@ -104,7 +104,7 @@ def test_reproduce_draws_every_panel_and_writes_its_numbers(tmp_path: Path, monk
     if not os.environ.get("SUBSTEP_VERIFY"):
         monkeypatch.setattr(figures_5, "JOBS", figures_5.JOBS[:1])
         monkeypatch.setattr(claims, "CLAIMS", claims.CLAIMS[:1])
-        monkeypatch.setattr(failures, "battery", lambda folder, step, full: [failures.Row("a", "b", 1, "c", None, 1)])
+        monkeypatch.setattr(failures, "joined", lambda folder, parts: [failures.Row("a", "b", 1, "c", None, 1)])
         monkeypatch.setattr(failures, "count", lambda: 0)
         monkeypatch.setattr(precision, "jobs", lambda full: ())
         monkeypatch.setattr(reproduction, "cores", lambda: 1)  # nothing is compiled ahead

@@ -364,11 +364,11 @@ def spectrum(
 
 
 def _work_precision(folder: Path, full: bool) -> None:
-    from ..studies.precision.jobs import jobs  # noqa: PLC0415
+    from ..studies.precision.jobs import jobs, operations  # noqa: PLC0415
 
     folder.mkdir(parents=True, exist_ok=True)
     with Progress(console=console) as progress:
-        for job in progress.track(jobs(full), description="speed against accuracy"):
+        for job in progress.track((*jobs(full), operations), description="speed against accuracy"):
             job(folder)
     console.print(f"charts and tables are in {folder.resolve()}")
 

@@ -114,9 +114,9 @@ class Results:
 
 
 def jobs(full: bool) -> tuple[Callable[[Path], object], ...]:
-    """The jobs that only draw, one for each figure or chart; full: the long runs too."""
+    """The jobs that measure no time, one for each figure, chart or table; full: the long runs too."""
     chapter_4 = (partial(figure_4, number, split) for number, split in enumerate(SPLITS, start=1))
-    return (*chapter_4, *CHARTS, *figures_5.JOBS, *(figures_5.LONG_JOBS if full else ()))
+    return (*chapter_4, *CHARTS, *figures_5.JOBS, precision.operations, *(figures_5.LONG_JOBS if full else ()))
 
 
 def _draw(folder: Path, full: bool, i: int) -> None:
@@ -196,9 +196,10 @@ def reproduce(folder: Path, step: Callable[[str], object], *, full: bool = False
         waited("drawing", first)
         waited("compiling", compiled)
         drawn = each(partial(_draw, folder, full), numbers[1:])
+        parts = each(partial(failures.part, folder, full), range(failures.count()))
         judged = each(claims.judged, claims.CLAIMS)
-        outcomes = failures.battery(folder, partial(step, "where methods fail"), full)
         waited("drawing", drawn)
+        outcomes = failures.joined(folder, waited("where methods fail", parts))
         judgements = waited("judging", judged)
     catalogue = [catalogue_row(name) for name in schemes()]
     of_chapter_4 = [property_row(case) for case in parameter_sets()]

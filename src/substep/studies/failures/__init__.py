@@ -1,6 +1,6 @@
 """Where schemes fail: a battery of studies, each of which writes a table and most of which draw a chart."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +11,7 @@ from .outcomes import WORDS, Outcome, judge
 from .rounding import round_off, separatrix
 from .table import CASES, Row, picture, rows_of
 
-__all__ = ["WORDS", "Outcome", "Row", "battery", "count", "judge"]
+__all__ = ["WORDS", "Outcome", "Row", "battery", "count", "joined", "judge", "part"]
 
 ITEMS: tuple[Callable[[Path, bool], Any], ...] = (
     trapezoidal_rule,
@@ -32,21 +32,32 @@ def battery(folder: Path, step: Callable[[], object], full: bool = False) -> lis
     default one scheme of each kind runs on scenes whose kernels are not committed, and maps are 100 x 100.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    rows: list[Row] = []
-    for case in CASES:
-        rows += rows_of(case, full)
+    parts = []
+    for i in range(count()):
+        parts.append(part(folder, full, i))
         step()
+    return joined(folder, parts)
+
+
+def part(folder: Path, full: bool, i: int) -> list[Row]:
+    """Part i of the `count()` parts, none of which needs another; its rows of the table."""
+    if i < len(CASES):
+        return rows_of(CASES[i], full)
+    i -= len(CASES)
+    if i < len(MAPS):
+        draw(folder, MAPS[i], FULL_POINTS if full else QUICK_POINTS)
+    else:
+        ITEMS[i - len(MAPS)](folder, full)
+    return []
+
+
+def joined(folder: Path, parts: Iterable[list[Row]]) -> list[Row]:
+    """The rows of all parts, in their order; they are written and drawn too."""
+    rows = [row for found in parts for row in found]
     picture(folder, rows)
-    points = FULL_POINTS if full else QUICK_POINTS
-    for drawn in MAPS:
-        draw(folder, drawn, points)
-        step()
-    for item in ITEMS:
-        item(folder, full)
-        step()
     return rows
 
 
 def count() -> int:
-    """How often `battery` calls its step."""
+    """How many parts the battery has."""
     return len(CASES) + len(MAPS) + len(ITEMS)

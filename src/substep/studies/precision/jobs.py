@@ -55,6 +55,6 @@ def operations(folder: Path) -> list[tuple[str, int, str, int]]:
 
 
 def jobs(full: bool) -> tuple[Callable[[Path], object], ...]:
-    """All charts and tables, one job each."""
+    """All charts of measured times, one job each."""
     scenes = (partial(work_precision, case, full=full) for case in CASES)
-    return (*scenes, partial(turning_points, full=full), partial(stiff_pendulum, full=full), operations)
+    return (*scenes, partial(turning_points, full=full), partial(stiff_pendulum, full=full))
