@@ -38,6 +38,7 @@ def test_what_is_recommended_suffices_and_nothing_cheaper_does(name: str, t_end:
     assert largest_error(scene, best.run.method, best.run.steps, t_end) <= accuracy
     assert largest_error(scene, next_.run.method, next_.run.steps, t_end) > accuracy
     assert next_.run.cost.operations < best.run.cost.operations
+    assert best.tol is None
     for s in among:  # every step of the ladder that is cheaper was tried, and fails
         for steps in ladder():
             run = measure.measure(found.reference, s, steps, 0)
@@ -67,6 +68,7 @@ def test_no_more_model_than_the_scene_needs(tmp_path: Path) -> None:
     assert only_bar.best.model is stiff
 
 
+@pytest.mark.usefixtures("uncompiled")
 def test_requests_beyond_reach_and_wrong_requests(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(choice, "MOST_OPERATIONS", 2e3)
     found = choose(KNOWN["damped"], 1e-9, t_end=1.0, among=[ss.scheme("bathe")])
@@ -83,6 +85,7 @@ def test_requests_beyond_reach_and_wrong_requests(monkeypatch: pytest.MonkeyPatc
         choose(KNOWN["duffing"], 0.0, t_end=1.0)
 
 
+@pytest.mark.usefixtures("uncompiled")
 @pytest.mark.parametrize("start", [{"u0": 1.0}, {"u0": 0.0, "v0": 1.0}])
 def test_an_error_of_phase_is_seen_at_whole_periods_too(start: dict[str, float]) -> None:
     scene, t_end = ss.scene("linear_oscillator", omega=2 * np.pi, **start), 1.0 * SAMPLES

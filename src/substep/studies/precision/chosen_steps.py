@@ -1,0 +1,110 @@
+"""Runs in steps that choose themselves, measured as those in constant steps are, and the schemes that can make them."""
+
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import islice
+
+import numpy as np
+
+from ...core.response import Response
+from ...core.scenes import Scene
+from ...core.schemes import Scheme
+from ...derived import facade
+from ...marching.adaptive import adaptive_kernels
+from ...marching.run import march
+from .measure import LONG, Cost, Run, against, failed, timed
+from .reference import Reference
+
+TOLERANCES = tuple(10.0 ** (-k / 2) for k in range(2, 25))  # 0.1, 0.03, ... 1e-12
+BEYOND = 100.0  # times the energy at the start
+
+
+def can_choose(scheme: Scheme, scene: Scene) -> bool:
+    """Whether the scheme can march the scene in steps that choose themselves: it estimates its local error."""
+    try:
+        adaptive_kernels(scene, scheme)
+    except ValueError:
+        return False
+    return True
+
+
+def measure_chosen(exact: Reference, scheme: Scheme, tol: float, repeats: int, model: Scene | None = None) -> Run:
+    """March the scheme over the span of the reference in steps chosen by tol; see `measure` for the other arguments.
+
+    Errors are taken at the times of the reference, between steps by the interpolant. The run's steps are those that
+    were accepted and those that were rejected. On a scene without a load it ends where the energy, which can only fall,
+    has risen BEYOND: a run that goes wrong would go on in ever shorter steps.
+    """
+    scene, t_end = model or exact.scene, float(exact.t[-1])
+    bound = BEYOND * scene.E0 if scene.load is None and scene.E0 > 0 else None
+
+    def run() -> Response:
+        return march(scene, scheme, t_end=t_end, tol=tol, grid=exact.t, energy_bound=bound)
+
+    r, seconds = run(), np.nan  # the first run compiles
+    if repeats:
+        r, seconds = timed(run, repeats)
+    errors = against(exact, scene, r.u, r.v, r.a) if r.status == "completed" else failed(exact, scene)
+    assert r.statistics is not None
+    steps = r.statistics.accepted + r.statistics.rejected
+    return Run(scheme.name, np.nan, steps, r.status, cost(scene, scheme, r), seconds, errors, tol)
+
+
+def cost(scene: Scene, scheme: Scheme, r: Response) -> Cost:
+    """What the run cost; the iterations of a rejected step are not counted, and taken as those of an accepted one."""
+    assert r.statistics is not None
+    made, each = r.statistics, adaptive_kernels(scene, scheme).OPERATIONS
+    steps = made.accepted + made.rejected
+    newton = [count * steps / max(made.accepted, 1) for count in made.newton_iterations]
+    solves = round(sum(max(count, steps) for count in newton))
+    inside = sum(count * one for count, one in zip((x for x in newton if x), each["iteration"], strict=False))
+    return Cost(solves, solves + round(sum(newton)), each["step"] * steps + round(inside))
+
+
+def runs(exact: Reference, scheme: Scheme, *, every: int, repeats: int) -> Iterator[Run]:
+    """Runs at tolerances from 0.1 on, each finer by 10^(every/2), until a run takes LONG."""
+    for tol in TOLERANCES[::every]:
+        run = measure_chosen(exact, scheme, tol, repeats)
+        yield run
+        if run.seconds > LONG:
+            return
+
+
+def ranked(tried: Iterable[tuple[Scheme, Run]], quantity: str, accuracy: float) -> dict[int, list[Scheme]]:
+    """Schemes of the catalogue by derived order, ascending, each list from the least work in constant steps on.
+
+    tried: runs in constant steps. The work is that of the cheapest run which keeps the largest error of the quantity
+    within the accuracy; schemes without such a run stand behind, by their least error.
+    """
+    rank: dict[Scheme, tuple[float, float]] = {}
+    for scheme, run in tried:
+        error = run.errors[quantity].maximum
+        operations = run.cost.operations if error <= accuracy else np.inf
+        rank[scheme] = min(rank.get(scheme, (np.inf, np.inf)), (operations, error))
+    found: dict[int, list[Scheme]] = {}
+    for scheme in sorted(rank, key=rank.__getitem__):
+        if scheme.info.declaration is None:
+            found.setdefault(facade.order(scheme.name)[0], []).append(scheme)
+    return dict(sorted(found.items()))
+
+
+def first_of_each(groups: Iterable[list[Scheme]], scene: Scene) -> Iterator[Scheme]:
+    """The first of each group that can choose its steps on the scene; groups without one are passed over."""
+    for group in groups:
+        yield from islice((scheme for scheme in group if can_choose(scheme, scene)), 1)
+
+
+def least_of_each_order(
+    tried: Sequence[tuple[Scheme, Run]], scene: Scene, quantity: str, accuracy: float
+) -> list[Scheme]:
+    """The first of each order among the `ranked` that can choose its steps, and all of the user's own that can."""
+    own = dict.fromkeys(scheme for scheme, _ in tried if scheme.info.declaration is not None)
+    return [*first_of_each([*ranked(tried, quantity, accuracy).values(), *([s] for s in own)], scene)]
+
+
+def lowest_and_highest_order(
+    tried: Sequence[tuple[Scheme, Run]], scene: Scene, quantity: str, accuracy: float
+) -> list[Scheme]:
+    """Of `least_of_each_order` the schemes of the lowest order from 2 on and of the highest; no others are asked."""
+    groups = [group for p, group in ranked(tried, quantity, accuracy).items() if p > 1]
+    ends = (next(first_of_each(way, scene), None) for way in (groups, groups[::-1]))
+    return list(dict.fromkeys(s for s in ends if s is not None))
