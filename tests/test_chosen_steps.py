@@ -72,11 +72,19 @@ def test_finer_tolerances_are_more_accurate_and_timed(duffing: references.Refere
 
 
 def test_a_run_that_goes_wrong_ends(monkeypatch: pytest.MonkeyPatch, duffing: references.Reference) -> None:
-    """The energy of an unloaded scene cannot rise: here to more than half of it, which it has from the start."""
-    monkeypatch.setattr(chosen_steps, "BEYOND", 0.5)
-    run = chosen_steps.measure_chosen(duffing, ss.scheme("noh_bathe"), 1e-3, 0)
+    """The energy of an unloaded scene cannot rise; here the limit lies below what it has from the start."""
+    scene = duffing.scene
+    largest = 0.5 * float((duffing.v**2).max())
+    assert chosen_steps.most_energy(duffing, scene) == pytest.approx(scene.E0 + 100 * largest)
+    good = chosen_steps.measure_chosen(duffing, ss.scheme("fox_goodwin"), 1e-3, 0)
+    assert good.status == "completed"
+    monkeypatch.setattr(chosen_steps, "BEYOND", -0.5)
+    run = chosen_steps.measure_chosen(duffing, ss.scheme("fox_goodwin"), 1e-3, 0)
     assert run.status == "energy_bound"
     assert run.errors["u"].maximum == np.inf
+    assert 0 < run.cost.operations < good.cost.operations
+    pushed = ss.scene("linear_oscillator", omega=6.28, load=ss.Step(1.0))
+    assert chosen_steps.most_energy(references.reference(pushed, 1.0, SAMPLES, 1e-3), pushed) is None
 
 
 @pytest.mark.parametrize("name", ["bathe", "central_difference", "houbolt", "oalts"])

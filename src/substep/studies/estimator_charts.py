@@ -57,26 +57,30 @@ def effectivity(s: Scheme, Omega: Array, xi: float = 0.0) -> Indices:
     before = np.exp(zeta * Omega[0])
     matrices = s.amplification(Omega, xi)
     live = int((np.abs(np.linalg.eigvals(matrices[0])) > 1e-9).sum())  # the others are 0 at every Omega
+    reports = _row(found["reported"], Omega, xi) / _value(found["den"], Omega, xi)[:, None, None]
+    estimates = [
+        _row(found["estimates"][k : k + 1], Omega, xi)[:, 0] / _value(found["dens"][k], Omega, xi)[:, None]
+        for k in range(2)
+    ]
     for i, (at, A) in enumerate(zip(Omega, matrices, strict=True)):
         values, vectors = np.linalg.eig(A)
         chosen = _followed(values, before, live)
         before, V = values[chosen], vectors[:, chosen]
         if not before.all():
             continue
-        reported = _row(found["reported"], at, xi) / _value(found["den"], at, xi) @ V
+        reported = reports[i] @ V
         exact = at * zeta[0]
         weights = np.linalg.solve(reported / before, [1.0, exact])
         error = reported @ weights - np.exp(exact) * np.array([1.0, exact])
         for k in range(2):
-            row = _row(found["estimates"][k : k + 1], at, xi)[0] / _value(found["dens"][k], at, xi)
             mode = weights / before if found["back"][k] else weights
-            estimate = row @ V @ mode
+            estimate = estimates[k][i] @ V @ mode
             true = error[k] + estimate if second[k] else error[k]
             if abs(true) >= KNOWN:
                 ratios[k, i] = abs(estimate / true)
     if found["filter"] is None:
         return Indices(ratios, ratios)
-    factor = np.array([_value(found["filter"][0], x, xi) / _value(found["filter"][1], x, xi) for x in Omega])
+    factor = _value(found["filter"][0], Omega, xi) / _value(found["filter"][1], Omega, xi)
     return Indices(ratios, ratios * factor ** np.array(found["filters"])[:, None])
 
 
@@ -94,12 +98,14 @@ def _followed(values: Array, before: Array, live: int) -> list[int]:
     return [int(largest[k]) for k in min(pairs)[1:]]
 
 
-def _value(terms: Sequence[tuple[int, int, float]], Omega: float, xi: float) -> float:
-    return sum(c * Omega**p * xi**q for p, q, c in terms)
+def _value(terms: Sequence[tuple[int, int, float]], Omega: Array | float, xi: float) -> Array:
+    return sum((c * Omega**p * xi**q for p, q, c in terms), np.zeros(np.shape(Omega)))
 
 
-def _row(rows: Sequence[Sequence[Any]], Omega: float, xi: float) -> Array:
-    return np.array([[_value(terms, Omega, xi) for terms in row] for row in rows])
+def _row(rows: Sequence[Sequence[Any]], Omega: Array | float, xi: float) -> Array:
+    """The rows, (rows, m), at Omega; (n, rows, m) at Omega (n,)."""
+    found = np.array([[_value(terms, Omega, xi) for terms in row] for row in rows])
+    return np.moveaxis(found, -1, 0) if np.ndim(Omega) else found
 
 
 @dataclass(frozen=True)

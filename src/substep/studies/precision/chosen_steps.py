@@ -15,7 +15,8 @@ from .measure import LONG, Cost, Run, against, failed, timed
 from .reference import Reference
 
 TOLERANCES = tuple(10.0 ** (-k / 2) for k in range(2, 25))  # 0.1, 0.03, ... 1e-12
-BEYOND = 100.0  # times the energy at the start
+ENOUGH = 1.05  # times the error of the reference
+BEYOND = 100.0  # times the kinetic energy
 
 
 def can_choose(scheme: Scheme, scene: Scene) -> bool:
@@ -30,12 +31,11 @@ def can_choose(scheme: Scheme, scene: Scene) -> bool:
 def measure_chosen(exact: Reference, scheme: Scheme, tol: float, repeats: int, model: Scene | None = None) -> Run:
     """March the scheme over the span of the reference in steps chosen by tol; see `measure` for the other arguments.
 
-    Errors are taken at the times of the reference, between steps by the interpolant. The run's steps are those that
-    were accepted and those that were rejected. On a scene without a load it ends where the energy, which can only fall,
-    has risen BEYOND: a run that goes wrong would go on in ever shorter steps.
+    Errors are taken at the times of the reference, between steps by the interpolant. See `steps_of` for the run's steps
+    and `most_energy` for where it ends early.
     """
     scene, t_end = model or exact.scene, float(exact.t[-1])
-    bound = BEYOND * scene.E0 if scene.load is None and scene.E0 > 0 else None
+    bound = most_energy(exact, scene)
 
     def run() -> Response:
         return march(scene, scheme, t_end=t_end, tol=tol, grid=exact.t, energy_bound=bound)
@@ -44,16 +44,34 @@ def measure_chosen(exact: Reference, scheme: Scheme, tol: float, repeats: int, m
     if repeats:
         r, seconds = timed(run, repeats)
     errors = against(exact, scene, r.u, r.v, r.a) if r.status == "completed" else failed(exact, scene)
+    return Run(scheme.name, np.nan, steps_of(r), r.status, cost(scene, scheme, r), seconds, errors, tol)
+
+
+def most_energy(exact: Reference, scene: Scene) -> float | None:
+    """The energy in J at which a run has gone wrong, which would else go on in ever shorter steps; None if unknown.
+
+    Without a load the energy can only fall. The limit lies BEYOND times the largest kinetic energy above the start:
+    that of the reference, or of the start of another model.
+    """
+    u, v = (exact.u, exact.v) if scene is exact.scene else (scene.u0[None], scene.v0[None])
+    still, zero = np.zeros(len(u)), np.zeros_like(v)
+    kinetic = float((scene.energy(still, u, v) - scene.energy(still, u, zero)).max())
+    if scene.load is not None or kinetic <= 0:
+        return None
+    return float(scene.energy(np.zeros(()), scene.u0, scene.v0)) + BEYOND * kinetic
+
+
+def steps_of(r: Response) -> int:
+    """Steps that were accepted, those that were rejected and, where the run failed, the step that ended it."""
     assert r.statistics is not None
-    steps = r.statistics.accepted + r.statistics.rejected
-    return Run(scheme.name, np.nan, steps, r.status, cost(scene, scheme, r), seconds, errors, tol)
+    return r.statistics.accepted + r.statistics.rejected + (r.status != "completed")
 
 
 def cost(scene: Scene, scheme: Scheme, r: Response) -> Cost:
     """What the run cost; the iterations of a rejected step are not counted, and taken as those of an accepted one."""
     assert r.statistics is not None
     made, each = r.statistics, adaptive_kernels(scene, scheme).OPERATIONS
-    steps = made.accepted + made.rejected
+    steps = steps_of(r)
     newton = [count * steps / max(made.accepted, 1) for count in made.newton_iterations]
     solves = round(sum(max(count, steps) for count in newton))
     inside = sum(count * one for count, one in zip((x for x in newton if x), each["iteration"], strict=False))
@@ -61,11 +79,11 @@ def cost(scene: Scene, scheme: Scheme, r: Response) -> Cost:
 
 
 def runs(exact: Reference, scheme: Scheme, *, every: int, repeats: int) -> Iterator[Run]:
-    """Runs at tolerances from 0.1 on, each finer by 10^(every/2), until a run takes LONG."""
+    """Runs at tolerances from 0.1 on, by factors 10^(every/2), until one takes LONG or is as good as the reference."""
     for tol in TOLERANCES[::every]:
         run = measure_chosen(exact, scheme, tol, repeats)
         yield run
-        if run.seconds > LONG:
+        if run.seconds > LONG or run.errors["u"].maximum <= ENOUGH * exact.error:
             return
 
 
