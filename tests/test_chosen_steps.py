@@ -2,12 +2,15 @@
 
 import csv
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
 import substep as ss
+from substep.core.response import Response, Statistics
+from substep.core.schemes import LocalError
 from substep.marching import adaptive
 from substep.studies.precision import cases, charts, choose, chosen_steps, measure
 from substep.studies.precision import reference as references
@@ -60,6 +63,26 @@ def test_a_run_is_measured_by_its_own_statistics(duffing: references.Reference) 
         each = adaptive.adaptive_kernels(duffing.scene, s).OPERATIONS
         inside = (r.newton_iterations.sum(axis=0)[: len(each["iteration"])] * each["iteration"]).sum() * share
         assert run.cost.operations == pytest.approx(each["step"] * run.steps + inside, abs=1)
+
+
+@pytest.mark.parametrize(
+    ("needed", "marched", "besides"), [((), 1, 0), (("a_*end", "a_*start"), 1, 1), (("u_*halved", "v_*halved"), 3, 0)]
+)
+def test_what_an_estimate_needs_besides_the_step_is_counted(
+    monkeypatch: pytest.MonkeyPatch, needed: tuple[str, ...], marched: int, besides: int
+) -> None:
+    scene, s = ss.scene("duffing"), ss.scheme("bathe")
+    kernels = SimpleNamespace(OPERATIONS={"step": 7, "iteration": (11, 13)})
+    terms = tuple(((name, 2),) for name in (*needed, "a_1"))
+    monkeypatch.setattr(chosen_steps, "adaptive_kernels", lambda *_: kernels)
+    monkeypatch.setattr(ss.Scheme, "local_error", lambda *_: LocalError(terms, (1.0,), 2))
+    made = Statistics(8, 2, 0, (16, 24), (3, 3), 0.1, 0.2)
+    r = Response(*[np.zeros((9, 1))] * 2, np.zeros((0, 2), int), "completed", None, scene, np.nan, None, None, made)
+    newton = marched * np.array([20, 30])  # of ten steps
+    solves = newton.sum()
+    assert chosen_steps.cost(scene, s, r) == (
+        solves, 2 * solves + 10 * besides, 7 * 10 * marched + newton @ (11, 13),
+    )  # fmt: skip
 
 
 def test_finer_tolerances_are_more_accurate_and_timed(duffing: references.Reference) -> None:

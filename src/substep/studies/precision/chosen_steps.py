@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import islice
+from typing import Any
 
 import numpy as np
 
@@ -68,14 +69,29 @@ def steps_of(r: Response) -> int:
 
 
 def cost(scene: Scene, scheme: Scheme, r: Response) -> Cost:
-    """What the run cost; the iterations of a rejected step are not counted, and taken as those of an accepted one."""
+    """What the run cost; the iterations of a rejected step are not counted, and taken as those of an accepted one.
+
+    Two half steps, where the estimate needs them, count as two steps more; an acceleration that it needs besides the
+    step as an evaluation.
+    """
     assert r.statistics is not None
     made, each = r.statistics, adaptive_kernels(scene, scheme).OPERATIONS
-    steps = steps_of(r)
-    newton = [count * steps / max(made.accepted, 1) for count in made.newton_iterations]
-    solves = round(sum(max(count, steps) for count in newton))
+    steps, named = steps_of(r), set(_names(scheme.local_error(scene.info.damped).terms))
+    marched = 3 * steps if any(name.endswith("*halved") for name in named) else steps
+    newton = [count * marched / max(made.accepted, 1) for count in made.newton_iterations]
+    solves = round(sum(max(count, marched) for count in newton))
+    besides = steps if named & {"a_*start", "a_*end"} else 0
     inside = sum(count * one for count, one in zip((x for x in newton if x), each["iteration"], strict=False))
-    return Cost(solves, solves + round(sum(newton)), each["step"] * steps + round(inside))
+    return Cost(solves, solves + round(sum(newton)) + besides, each["step"] * marched + round(inside))
+
+
+def _names(terms: Any) -> Iterator[str]:
+    """Names of the values in an estimate's terms."""
+    if isinstance(terms, str):
+        yield terms
+    elif isinstance(terms, tuple):
+        for part in terms:
+            yield from _names(part)
 
 
 def runs(exact: Reference, scheme: Scheme, *, every: int, repeats: int) -> Iterator[Run]:
