@@ -1,6 +1,6 @@
 """Runs in steps that choose themselves, measured as those in constant steps are, and the schemes that can make them."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from itertools import islice
 from typing import Any
 
@@ -103,8 +103,8 @@ def runs(exact: Reference, scheme: Scheme, *, every: int, repeats: int) -> Itera
             return
 
 
-def ranked(tried: Iterable[tuple[Scheme, Run]], quantity: str, accuracy: float) -> dict[int, list[Scheme]]:
-    """Schemes of the catalogue by derived order, ascending, each list from the least work in constant steps on.
+def ranked(tried: Iterable[tuple[Scheme, Run]], quantity: str, accuracy: float) -> list[Scheme]:
+    """Schemes from the least work in constant steps on.
 
     tried: runs in constant steps. The work is that of the cheapest run which keeps the largest error of the quantity
     within the accuracy; schemes without such a run stand behind, by their least error.
@@ -114,31 +114,30 @@ def ranked(tried: Iterable[tuple[Scheme, Run]], quantity: str, accuracy: float) 
         error = run.errors[quantity].maximum
         operations = run.cost.operations if error <= accuracy else np.inf
         rank[scheme] = min(rank.get(scheme, (np.inf, np.inf)), (operations, error))
-    found: dict[int, list[Scheme]] = {}
-    for scheme in sorted(rank, key=rank.__getitem__):
-        if scheme.info.declaration is None:
-            found.setdefault(facade.order(scheme.name)[0], []).append(scheme)
-    return dict(sorted(found.items()))
+    return sorted(rank, key=rank.__getitem__)
 
 
-def first_of_each(groups: Iterable[list[Scheme]], scene: Scene) -> Iterator[Scheme]:
-    """The first of each group that can choose its steps on the scene; groups without one are passed over."""
-    for group in groups:
-        yield from islice((scheme for scheme in group if can_choose(scheme, scene)), 1)
+def least(tried: Iterable[tuple[Scheme, Run]], scene: Scene, quantity: str, accuracy: float) -> list[Scheme]:
+    """The first of the `ranked` that can choose its steps on the scene; none if there is none."""
+    return _first(ranked(tried, quantity, accuracy), scene)
 
 
 def least_of_each_order(
-    tried: Sequence[tuple[Scheme, Run]], scene: Scene, quantity: str, accuracy: float
+    tried: Iterable[tuple[Scheme, Run]], scene: Scene, quantity: str, accuracy: float
 ) -> list[Scheme]:
-    """The first of each order among the `ranked` that can choose its steps, and all of the user's own that can."""
-    own = dict.fromkeys(scheme for scheme, _ in tried if scheme.info.declaration is not None)
-    return [*first_of_each([*ranked(tried, quantity, accuracy).values(), *([s] for s in own)], scene)]
+    """The first of each derived order among the `ranked` that can choose its steps, ascending in order.
+
+    Every scheme of the user's own that can follows them.
+    """
+    own: list[list[Scheme]] = []
+    groups: dict[int, list[Scheme]] = {}
+    for scheme in ranked(tried, quantity, accuracy):
+        if scheme.info.declaration is None:
+            groups.setdefault(facade.order(scheme.name)[0], []).append(scheme)
+        else:
+            own.append([scheme])
+    return [s for group in [*(groups[p] for p in sorted(groups)), *own] for s in _first(group, scene)]
 
 
-def lowest_and_highest_order(
-    tried: Sequence[tuple[Scheme, Run]], scene: Scene, quantity: str, accuracy: float
-) -> list[Scheme]:
-    """Of `least_of_each_order` the schemes of the lowest order from 2 on and of the highest; no others are asked."""
-    groups = [group for p, group in ranked(tried, quantity, accuracy).items() if p > 1]
-    ends = (next(first_of_each(way, scene), None) for way in (groups, groups[::-1]))
-    return list(dict.fromkeys(s for s in ends if s is not None))
+def _first(schemes: Iterable[Scheme], scene: Scene) -> list[Scheme]:
+    return list(islice((scheme for scheme in schemes if can_choose(scheme, scene)), 1))

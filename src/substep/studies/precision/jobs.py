@@ -21,8 +21,8 @@ ACCURACIES = (1e-5, 1e-7)  # rad: a rigid bar suffices for the first
 def work_precision(case: Case, folder: Path, *, full: bool) -> None:
     """Charts of one scene: all schemes and the general solvers that are installed.
 
-    Of schemes that can choose their steps the quick form takes two, since kernels are compiled for them alone: of the
-    lowest and the highest order the one that needs the least work in constant steps.
+    Of schemes that can choose their steps the quick form takes the one that needs the least work in constant steps,
+    since kernels are compiled for it alone.
     """
     every, repeats = (1, 20) if full else (2, 3)
     exact = case.reference()
@@ -34,7 +34,7 @@ def work_precision(case: Case, folder: Path, *, full: bool) -> None:
         able = [s for s in handles.values() if chosen_steps.can_choose(s, exact.scene)]
     else:
         tried = [(handles[run.method], run) for run in constant]
-        able = chosen_steps.lowest_and_highest_order(tried, exact.scene, "u", GOOD)
+        able = chosen_steps.least(tried, exact.scene, "u", GOOD)
     chosen = [run for s in able for run in chosen_steps.runs(exact, s, every=every, repeats=repeats)]
     charts.work_precision(case, exact, constant, chosen, theirs, missing, folder)
 
