@@ -74,12 +74,13 @@ def in_gate(function: str, named: Sequence[str], schemes: Sequence[str]) -> bool
 @pytest.fixture
 def uncompiled(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """`march` and `march_lanes` take kernels as plain Python; an overflow there is a status, not a warning."""
-    from plain_kernels import plain
+    from plain_kernels import plain, plain_adaptive
 
     from substep.core import threads
-    from substep.marching import scene_lanes
+    from substep.marching import adaptive, scene_lanes
 
     monkeypatch.setattr(scene_lanes, "pair_kernels", lambda scene, scheme: plain(scheme.name, scene.name))
+    monkeypatch.setattr(adaptive, "_kernels", plain_adaptive)
     monkeypatch.setattr(threads, "cores", lambda: 1)  # threads do not inherit np.errstate
     with np.errstate(all="ignore"):
         yield

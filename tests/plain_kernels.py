@@ -12,7 +12,7 @@ from substep_derive.declare.digest import scene_digest, scheme_digest
 from substep_derive.declare.scenes import ALL
 from substep_derive.emit.stamp import generator_version
 from substep_derive.motion.equations import EquationsOfMotion
-from substep_derive.package import catalogue_pair
+from substep_derive.package import adaptive_pair, catalogue_pair
 
 import substep as ss
 
@@ -42,6 +42,14 @@ def text(scheme: str, scene: str) -> str:
 def plain(scheme: str, scene: str) -> SimpleNamespace:
     """The module with its kernels as Python functions."""
     return uncompiled(text(scheme, scene))
+
+
+@cache
+def plain_adaptive(scheme: Any, scene: Any, terms: Any, order: int) -> SimpleNamespace:
+    """The module that marches in chosen steps, with its kernels as Python functions."""
+    mine = BY_NAME[scheme] if isinstance(scheme, str) else scheme
+    on = motion(scene) if isinstance(scene, str) else EquationsOfMotion(scene)
+    return uncompiled(adaptive_pair(mine, on, terms, order))
 
 
 def uncompiled(source: str) -> SimpleNamespace:

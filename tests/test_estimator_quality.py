@@ -76,11 +76,13 @@ def test_the_runtime_finds_one_at_small_steps_for_every_scheme(name: str, dampin
     estimates = estimator_at(ParameterSet.of(BY_NAME[name], None, {}), damped=name not in UNDAMPED)
     order = max(estimates.order)
     first = 0.02 if order < 4 else 0.05 if order < 6 else 0.2  # errors of high order vanish in rounding
+    if order < 4 and estimates.displacement.of.startswith("the second"):
+        first = 0.01  # higher terms of second values are larger
     index = charts.effectivity(ss.scheme(name), first * np.array([1, 2, 4]), damping).plain
     for quantity, values in zip("uv", index, strict=True):
         one = estimates.velocity if quantity == "v" else estimates.displacement
-        if (damping == 0 and quantity == "v" and one.leading.subs(xi, 0) == 0) or one.of.startswith("the second"):
-            continue  # blind without damping, or no estimate of the first value's error
+        if damping == 0 and quantity == "v" and one.leading.subs(xi, 0) == 0:
+            continue  # blind without damping
         assert abs(values[1] - 1) < 0.1
         assert abs(values[1] - 1) < max(0.6 * abs(values[2] - 1), 1e-3)
 

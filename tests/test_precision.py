@@ -185,7 +185,7 @@ def test_charts_show_failures_and_write_every_number(tmp_path: Path) -> None:
     broken = [
         Run("bathe", 1.0, 1, "newton_failed", Cost(10**6, 1, 1), 1.0, dict.fromkeys(ok.errors, Errors(*[np.inf] * 3)))
     ]
-    charts.work_precision(case, found, [*fine, *broken], [], {"numbalsoda": "not here"}, tmp_path)
+    charts.work_precision(case, found, [*fine, *broken], [], [], {"numbalsoda": "not here"}, tmp_path)
     for name in ("linear", "linear_quantities"):
         assert (tmp_path / f"work_precision_{name}.png").stat().st_size > 10_000
     with (tmp_path / "work_precision_linear.csv").open(encoding="utf-8") as file:

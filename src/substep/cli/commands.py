@@ -384,7 +384,11 @@ def choose(
     strain: StrainOption = "",
     file: Annotated[Path | None, typer.Option(help="draw why: where the chart goes, without suffix")] = None,
 ) -> None:
-    """Recommend scheme, step and model for a wished accuracy. The scene's parameters follow: --EA 1e10."""
+    """Recommend scheme, step or tolerance, and model for a wished accuracy.
+
+    The scene's parameters follow: --EA 1e10. Tolerances, of steps that choose themselves, are tried for one scheme of
+    each order.
+    """
     from ..studies.precision import choice  # noqa: PLC0415
     from ..studies.precision.cases import span  # noqa: PLC0415
 

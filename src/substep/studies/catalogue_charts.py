@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from ..core.schemes import Array, Scheme, scheme
 from ..derived import facade
 from ..figures.charts import REFERENCE, curves, look, save, save_csv, stability_figure
+from .energy_charts import energy_under_changing_steps
 from .estimator_charts import effectivity_chart
 
 SECTION = "The catalogue"
@@ -199,4 +200,6 @@ def explicit_spectra(folder: Path) -> None:
     save_csv(folder / "explicit_period_error.csv", ["h/T", *drawn], [SMALL, *period.values()])
 
 
-CHARTS: tuple[Callable[[Path], None], ...] = (spectra, explicit_spectra, trade_off, stability_region, effectivity_chart)
+CHARTS: tuple[Callable[[Path], None], ...] = (
+    spectra, explicit_spectra, trade_off, stability_region, effectivity_chart, energy_under_changing_steps,
+)  # fmt: skip

@@ -2,6 +2,7 @@
 
 import csv
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +27,8 @@ COSTS: Mapping[str, Callable[[Run], float]] = {
     "time (ms)": lambda run: 1e3 * run.seconds,
 }
 SHOWN = {"u": "displacement", "v": "velocity", "a": "acceleration", "energy": "energy"}
+CHOSEN = """Below, dashed: steps that choose themselves, at falling tolerances, beside constant steps of the same
+    schemes; a rejected step is counted as an accepted one."""
 STATISTICS = {"final": "at the end", "maximum": "largest", "rms": "root mean square"}
 
 
@@ -60,27 +63,35 @@ def by_method(runs: Iterable[Run]) -> dict[str, list[Run]]:
 
 
 def work_precision(
-    case: Case, exact: Reference, runs: Sequence[Run], peers: Sequence[Run], missing: Mapping[str, str], folder: Path
+    case: Case,
+    exact: Reference,
+    runs: Sequence[Run],
+    chosen: Sequence[Run],
+    peers: Sequence[Run],
+    missing: Mapping[str, str],
+    folder: Path,
 ) -> None:
     """Both charts of a scene, as PNG and SVG, and all numbers as CSV.
 
-    peers: runs of general solvers; missing: packages of such solvers that are not installed, and why.
+    runs: in constant steps; chosen: in chosen steps, of schemes among those of runs; peers: runs of general solvers;
+    missing: packages of such solvers that are not installed, and why.
     """
-    _costs(case, exact, runs, peers, missing, folder)
-    _quantities(case, exact, runs, folder)
-    write(folder / f"work_precision_{case.name}.csv", [*runs, *peers])
+    _costs(case, exact, runs, chosen, peers, missing, folder)
+    _quantities(case, exact, runs, chosen, folder)
+    write(folder / f"work_precision_{case.name}.csv", [*runs, *chosen, *peers])
 
 
 def write(path: Path, runs: Sequence[Run]) -> None:
     """All runs, a row each."""
     names = [f"{q}_{s}" for q in runs[0].errors for s in STATISTICS]
-    header = ["method", "dt_s", "steps", "status", "solves", "evaluations", "operations", "seconds", *names]
+    header = ["method", "dt_s", "tol", "steps", "status", "solves", "evaluations", "operations", "seconds", *names]
     with path.open("w", encoding="utf-8", newline="") as file:
         out = csv.writer(file)
         out.writerow(header)
         for run in runs:
             errors = [f"{x:.6g}" for of_quantity in run.errors.values() for x in of_quantity]
-            out.writerow([run.method, run.dt, run.steps, run.status, *run.cost, f"{run.seconds:.4g}", *errors])
+            how = [run.method, run.dt, f"{run.tol:.4g}", run.steps, run.status]
+            out.writerow([*how, *run.cost, f"{run.seconds:.4g}", *errors])
 
 
 def curve(
@@ -101,33 +112,66 @@ def curve(
     marks.set_in_layout(False)
 
 
+@dataclass(frozen=True)
+class Row:
+    """A row of the chart of costs: its label, and the curves of some methods with how each is drawn."""
+
+    label: str
+    curves: Sequence[tuple[str, Sequence[Run], Mapping[str, object]]]
+    methods: Sequence[str]
+
+
+def _rows(mine: Mapping[str, list[Run]], chosen: Mapping[str, list[Run]]) -> list[Row]:
+    """A row for each kind of scheme, and then rows of schemes that choose their steps, beside their constant steps."""
+    found = []
+    for kind, names in kinds().items():
+        drawn = [name for name in names if name in mine]
+        styles = ({"color": look(i)[0], "linestyle": look(i)[1], "marker": "."} for i in range(len(drawn)))
+        curves = [(name, mine[name], style) for name, style in zip(drawn, styles, strict=True)]
+        found.append(Row(kind, curves, drawn))
+    names = list(chosen)
+    for first in range(0, len(names), len(COLOURS)):
+        drawn = names[first : first + len(COLOURS)]
+        curves = []
+        for name, colour in zip(drawn, COLOURS, strict=False):
+            curves.append((f"{name}, constant steps", mine[name], {"color": colour, "linestyle": "-", "marker": "."}))
+            dashed = {"color": colour, "linestyle": "--", "marker": "D", "markerfacecolor": "white"}
+            curves.append((f"{name}, chosen steps", chosen[name], dashed))
+        found.append(Row("steps that choose themselves", curves, drawn))
+    return [row for row in found if row.methods]
+
+
 def _costs(
-    case: Case, exact: Reference, runs: Sequence[Run], peers: Sequence[Run], missing: Mapping[str, str], folder: Path
+    case: Case,
+    exact: Reference,
+    runs: Sequence[Run],
+    chosen: Sequence[Run],
+    peers: Sequence[Run],
+    missing: Mapping[str, str],
+    folder: Path,
 ) -> None:
     """The largest error of u over each cost: a row for each kind of scheme, the others in grey."""
-    mine, others, groups = by_method(runs), by_method(peers), kinds()
-    shown = {kind: [name for name in names if name in mine] for kind, names in groups.items()}
-    shown = {kind: names for kind, names in shown.items() if names}
-    figure = Figure(figsize=(15, 3.3 * len(shown) + 1.2), layout="constrained")
-    room = figure.subplots(len(shown), len(COSTS) + 1, sharex="col", squeeze=False, width_ratios=(1, 1, 1, 0.7))
+    mine, others = by_method(runs), by_method(peers)
+    rows = _rows(mine, by_method(chosen))
+    figure = Figure(figsize=(15, 3.3 * len(rows) + 1.2), layout="constrained")
+    room = figure.subplots(len(rows), len(COSTS) + 1, sharex="col", squeeze=False, width_ratios=(1, 1, 1, 0.7))
     grid = room[:, :-1]
 
     def error(run: Run) -> float:
         return run.errors["u"].maximum
 
-    low = max(1e-13, 0.1 * min(error(run) for run in runs))
+    low = max(1e-13, 0.1 * min(error(run) for run in [*runs, *chosen]))
 
-    for (*row, beside), (kind, names) in zip(room, shown.items(), strict=True):
+    for (*axes_of_row, beside), row in zip(room, rows, strict=True):
         beside.axis("off")
-        for axes, cost in zip(row, COSTS.values(), strict=True):
+        for axes, cost in zip(axes_of_row, COSTS.values(), strict=True):
             pieces = [
-                [*((cost(r), error(r)) for r in found), (np.nan, np.nan)] for n, found in mine.items() if n not in names
-            ]
+                [*((cost(r), error(r)) for r in found), (np.nan, np.nan)]
+                for n, found in mine.items() if n not in row.methods
+            ]  # fmt: skip
             axes.plot(*np.array([xy for piece in pieces for xy in piece]).reshape(-1, 2).T, color="0.85", linewidth=0.7)
-            for i, name in enumerate(names):
-                colour, line = look(i)
-                curve(axes, mine[name], cost, error, color=colour, linestyle=line, linewidth=1.5,
-                      marker=".", markersize=4, label=name, zorder=3)  # fmt: skip
+            for label, found, style in row.curves:
+                curve(axes, found, cost, error, linewidth=1.5, markersize=4, label=label, zorder=3, **style)
             for i, (name, found) in enumerate(others.items()):
                 curve(axes, found, cost, error, color=REFERENCE, linestyle=":", linewidth=1, marker="xsd^v+"[i % 6],
                       markersize=4, markerfacecolor="none", label=name, zorder=2)  # fmt: skip
@@ -135,10 +179,10 @@ def _costs(
             axes.grid(visible=True, linewidth=0.3, color="0.85")
             if exact.error > KNOWN:
                 axes.axhline(exact.error, color="0.3", linestyle=(0, (1, 2)), linewidth=1)
-            for i, p in enumerate(sorted({order(name) for name in names}, reverse=True)):
+            for i, p in enumerate(sorted({order(name) for name in row.methods}, reverse=True)):
                 slope_triangle(axes, p, low * 10 ** (1.4 + 1.4 * i))
-        row[0].set_ylabel(f"{kind}\n\nlargest error of $u$")
-        handles, labels = row[1].get_legend_handles_labels()
+        axes_of_row[0].set_ylabel(f"{row.label}\n\nlargest error of $u$")
+        handles, labels = axes_of_row[1].get_legend_handles_labels()
         beside.legend(handles, labels, loc="center left", fontsize=8, frameon=False)
     for axes, label in zip(grid[-1], COSTS, strict=True):
         axes.set_xlabel(label)
@@ -153,7 +197,8 @@ def _costs(
         force and tangent, and time without compilation. A row for each kind of scheme, at default parameters, others in
         grey; a composite is compared at equal work, since its sub-steps count. Triangles have the derived orders,
         which hold with damping and load too: undamped, as here, a scheme may be better. Black: general solvers at
-        falling tolerances, until a run takes {LONG:g} s. {_sentences(case.note, floor, absent)}""",
+        falling tolerances, until a run takes {LONG:g} s. {CHOSEN if chosen else ""}
+        {_sentences(case.note, floor, absent)}""",
     )  # fmt: skip
 
 
@@ -170,9 +215,11 @@ def _sentences(*remarks: str) -> str:
     return " ".join(f"{remark[0].upper()}{remark[1:]}." for remark in remarks if remark)
 
 
-def _quantities(case: Case, exact: Reference, runs: Sequence[Run], folder: Path) -> None:
+def _quantities(case: Case, exact: Reference, runs: Sequence[Run], chosen: Sequence[Run], folder: Path) -> None:
     """Errors of u, v, a and the energy, three ways each, over evaluations; colours show the kind of scheme."""
-    mine, groups = by_method(runs), kinds()
+    mine = by_method(runs)
+    groups = {kind: [mine[name] for name in names if name in mine] for kind, names in kinds().items()}
+    groups["steps that choose themselves"] = list(by_method(chosen).values())
     figure = Figure(figsize=(14, 9.5), layout="constrained")
     grid = figure.subplots(len(STATISTICS), len(SHOWN), sharex=True, sharey="col")
     label, cost = list(COSTS.items())[1]
@@ -184,17 +231,17 @@ def _quantities(case: Case, exact: Reference, runs: Sequence[Run], folder: Path)
             def error(run: Run, quantity: str = quantity, statistic: str = statistic) -> float:
                 return getattr(run.errors[quantity], statistic)
 
-            for i, (kind, names) in enumerate(groups.items()):
-                for j, name in enumerate(name for name in names if name in mine):
-                    curve(axes, mine[name], cost, error, color=COLOURS[i], linewidth=0.9, alpha=0.8,
-                          linestyle=("-", "--", ":", "-.")[i], label=kind if j == 0 else None)  # fmt: skip
+            for i, (kind, lines) in enumerate(groups.items()):
+                for j, found in enumerate(lines):
+                    curve(axes, found, cost, error, color=COLOURS[i], linewidth=2.0 if i == 4 else 0.9, alpha=0.8,
+                          linestyle=("-", "--", ":", "-.", (0, (8, 2)))[i], label=kind if j == 0 else None)  # fmt: skip
             axes.set(xscale="log", yscale="log")
             axes.grid(visible=True, linewidth=0.3, color="0.85")
         row[0].set_ylabel(f"relative error, {label_of}")
     for axes in grid[-1]:
         axes.set_xlabel(label)
     handles, labels = grid[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=4, frameon=False, fontsize=9)
+    figure.legend(handles, labels, loc="outside lower center", ncols=5, frameon=False, fontsize=9)
     figure.suptitle(f"{case.title}: errors of every quantity" + (f"\n{case.note}" if case.note else ""), fontsize=11)
     save(
         figure, folder / f"work_precision_{case.name}_quantities", SECTION,

@@ -1,8 +1,8 @@
 """Which scheme, which step and which model reach a wished accuracy for the least work."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from heapq import heapreplace
+from heapq import heappop, heappush
 from itertools import count
 from pathlib import Path
 
@@ -16,6 +16,7 @@ from ...core.schemes import Scheme, scheme, schemes
 from ...figures.charts import COLOURS, REFERENCE, look, save
 from .cases import SAMPLES
 from .charts import SECTION
+from .chosen_steps import TOLERANCES, least_of_each_order, measure_chosen
 from .measure import Run, measure, quantities, shared
 from .reference import MOST_STEPS, Reference, reference
 
@@ -27,7 +28,7 @@ FINER = 100  # the reference is this many times more accurate than is wished of 
 
 @dataclass(frozen=True)
 class Candidate:
-    """A model, and a scheme at one step on it; error: the largest of the wished quantity over the span."""
+    """A model, and a scheme on it at one constant step or one tol; error: the largest of the quantity over the span."""
 
     model: Scene
     scheme: Scheme
@@ -40,12 +41,28 @@ class Candidate:
         given = ", ".join(f"{name}={float(value):.6g}" for name, value in self.scheme.given.items())
         return f"{self.scheme.name}({given})" if given else self.scheme.name
 
+    @property
+    def dt(self) -> float | None:
+        """The constant step, s; None where steps are chosen."""
+        return self.run.dt if self.tol is None else None
+
+    @property
+    def tol(self) -> float | None:
+        """The tolerance by which steps are chosen; None where they are constant."""
+        return self.run.tol if np.isfinite(self.run.tol) else None
+
+    @property
+    def how(self) -> str:
+        """The step or the tolerance in words."""
+        return f"dt = {self.dt:.6g} s" if self.tol is None else f"tol = {self.tol:.3g}"
+
 
 @dataclass(frozen=True)
 class Choice:
     """best: the candidate of the fewest operations within the accuracy, None if none is; candidates: all tried.
 
-    For every scheme and model, all steps of the ladder were tried with which a run costs less than the best one.
+    For every scheme and model, all constant steps of the ladder were tried with which a run costs less than the best
+    one; so were all tolerances of the schemes that chose their steps.
     """
 
     quantity: str
@@ -63,6 +80,15 @@ class Choice:
         return max(cheaper, key=lambda c: c.run.cost.operations, default=None)
 
     @property
+    def otherwise(self) -> Candidate | None:
+        """The cheapest accurate candidate in chosen steps where the best has constant ones, or vice versa."""
+        if self.best is None:
+            return None
+        others = [c for c in self.candidates if (c.tol is None) != (self.best.tol is None)]
+        good = [c for c in others if c.error <= self.accuracy]
+        return min(good, key=lambda c: c.run.cost.operations, default=None)
+
+    @property
     def text(self) -> str:
         """What is recommended, and why."""
         name = {"angle": "angle (rad)"}.get(self.quantity, self.quantity)
@@ -72,19 +98,29 @@ class Choice:
             least = min(self.candidates, key=lambda c: c.error)
             return (
                 f"no candidate keeps the error of {name} below {self.accuracy:g} over {span:g} s; the nearest is "
-                f"{least.method} on {least.model.name} with {least.error:.3g} at dt = {least.run.dt:.6g} s"
+                f"{least.method} on {least.model.name} with {least.error:.3g} at {least.how}"
             )
         run = best.run
         lines = [
-            f"{best.method} on {best.model.name}, dt = {run.dt:.6g} s ({run.steps} steps): error of {name} "
+            f"{best.method} on {best.model.name}, {best.how} ({run.steps} steps): error of {name} "
             f"{best.error:.3g} <= {self.accuracy:g} over {span:g} s, {run.cost.operations:.4g} operations, "
             f"{1e3 * run.seconds:.3g} ms"
         ]
         if next_ is not None:
             lines.append(
-                f"the next cheaper, {next_.method} on {next_.model.name} at dt = {next_.run.dt:.6g} s "
+                f"the next cheaper, {next_.method} on {next_.model.name} at {next_.how} "
                 f"({next_.run.cost.operations:.4g} operations), is off by {next_.error:.3g}"
             )
+        uneven = dict.fromkeys(c.method for c in self.candidates if c.tol is not None)
+        if other := self.otherwise:
+            kind = "chosen" if best.tol is None else "constant"
+            lines.append(
+                f"in {kind} steps: {other.method} on {other.model.name} at {other.how}, "
+                f"{other.run.cost.operations:.4g} operations"
+            )
+        elif uneven:
+            kind = f"chosen steps ({', '.join(uneven)})" if best.tol is None else "constant steps"
+            lines.append(f"in {kind} nothing is as accurate for less")
         lines.append(f"reference: {self.reference.source}")
         return "\n".join(lines)
 
@@ -126,6 +162,7 @@ def choose(
     quantity: str = "u",
     simpler: Sequence[Scene] | None = None,
     among: Sequence[str | Scheme] | None = None,
+    chosen: Sequence[str | Scheme] | None = None,
 ) -> Choice:
     """The least work, counted in operations of the kernels, that keeps a quantity within the accuracy up to t_end (s).
 
@@ -134,15 +171,19 @@ def choose(
     quantity: "u", "v", "a", "energy" or "angle", where the scene has it. simpler: simpler models that may replace the
     scene, by default the rigid bar for an elastic pendulum; one is compared only in quantities that both have.
     among: schemes to choose from, names or handles, by default all, each at its default parameters.
-    Raises ValueError for a quantity the scene does not have, an accuracy that is not positive, no schemes, and a scene
-    whose motion is neither known nor resolved by 4 million Runge-Kutta steps.
+    chosen: those that are tried in steps that choose themselves too, besides constant ones; by default, on each model
+    of the catalogue, the ones of `least_of_each_order`, since their kernels have to be compiled.
+    Raises ValueError for a quantity the scene does not have, an accuracy that is not positive, no schemes, a scheme of
+    `chosen` that cannot change its step, and a scene whose motion is neither known nor resolved by 4 million
+    Runge-Kutta steps.
     """
     accuracy, t_end = real_number("accuracy", accuracy, positive=True), real_number("t_end", t_end, positive=True)
     if not isinstance(scene, Scene):
         raise ValueError(f"expected a scene, got {scene!r}; make one with ss.scene")
     if quantity not in quantities(scene):
         raise unknown_name(f"a quantity of {scene.name}", str(quantity), quantities(scene))
-    methods = [s if isinstance(s, Scheme) else scheme(s) for s in (schemes() if among is None else among)]
+    methods = _handles(schemes() if among is None else among)
+    uneven = None if chosen is None else _handles(chosen)
     if not methods:
         raise ValueError("expected schemes to choose among, got none; name one, or leave among out for all")
     exact = sampled_reference(scene, t_end, accuracy / FINER, quantity)
@@ -152,29 +193,66 @@ def choose(
         if model is not scene and quantity not in shared(scene, model):
             continue
         limit = MOST_OPERATIONS if best is None else best.run.cost.operations
-        found = list(_search(exact, model, methods, quantity, accuracy, limit))
-        good = [c for c in found if c.error <= accuracy and c.run.cost.operations < limit]
-        best = min(good, key=lambda c: c.run.cost.operations, default=best)
+        found = list(_search(exact, model, {s: _constant(exact, model, s) for s in methods}, quantity, accuracy, limit))
+        wanted = uneven
+        if wanted is None and model.info.declaration is None:
+            wanted = least_of_each_order([(c.scheme, c.run) for c in found], model, quantity, accuracy)
+        limit = min([limit, *(c.run.cost.operations for c in found if c.error <= accuracy)])
+        found += _search(exact, model, {s: _chosen(exact, model, s) for s in wanted or ()}, quantity, accuracy, limit)
+        good = [c for c in found if c.error <= accuracy and (best is None or _work(c) < _work(best))]
+        best = min(good, key=_work, default=best)
         tried += found
     if best is not None:
-        best = replace(best, run=measure(exact, best.scheme, best.run.steps, REPEATS, best.model))
+        best = replace(best, run=_repeated(exact, best))
     return Choice(quantity, accuracy, exact, best, tuple(tried))
 
 
+def _handles(wanted: Sequence[str | Scheme]) -> list[Scheme]:
+    return [s if isinstance(s, Scheme) else scheme(s) for s in wanted]
+
+
+def _work(candidate: Candidate) -> int:
+    return candidate.run.cost.operations
+
+
+def _constant(exact: Reference, model: Scene, s: Scheme) -> Iterator[Run]:
+    """Runs in finer and finer constant steps."""
+    return (measure(exact, s, steps, 0, model) for steps in ladder(len(exact.t) - 1))
+
+
+def _chosen(exact: Reference, model: Scene, s: Scheme) -> Iterator[Run]:
+    """Runs at smaller and smaller tolerances."""
+    return (measure_chosen(exact, s, tol, 0, model) for tol in TOLERANCES)
+
+
+def _repeated(exact: Reference, best: Candidate) -> Run:
+    """The run of the candidate once more, timed."""
+    if best.tol is None:
+        return measure(exact, best.scheme, best.run.steps, REPEATS, best.model)
+    return measure_chosen(exact, best.scheme, best.tol, REPEATS, best.model)
+
+
 def _search(
-    exact: Reference, model: Scene, methods: Sequence[Scheme], quantity: str, accuracy: float, limit: float
+    exact: Reference,
+    model: Scene,
+    ladders: Mapping[Scheme, Iterator[Run]],
+    quantity: str,
+    accuracy: float,
+    limit: float,
 ) -> Iterator[Candidate]:
-    """Try the next finer step of the method whose last run was the cheapest, until all cost more than an accurate one.
+    """Try the next finer run of the method whose last run was the cheapest, until all cost more than an accurate one.
 
     limit: operations of a run that no candidate may exceed.
     """
-    steps = [ladder(len(exact.t) - 1) for _ in methods]
+    methods = list(ladders)
     queue = [(0.0, i) for i in range(len(methods))]  # operations of the last run of a method, and its place
-    while queue[0][0] < limit:
-        _, i = queue[0]
-        run = measure(exact, methods[i], next(steps[i]), 0, model)
+    while queue and queue[0][0] < limit:
+        _, i = heappop(queue)
+        run = next(ladders[methods[i]], None)
+        if run is None:
+            continue
         error = run.errors[quantity].maximum
-        heapreplace(queue, (run.cost.operations, i))
+        heappush(queue, (run.cost.operations, i))
         if error <= accuracy:
             limit = min(limit, run.cost.operations)
         yield Candidate(model, methods[i], run, error)
@@ -185,34 +263,39 @@ def chart(choice: Choice, path: Path) -> None:
     figure = Figure(figsize=(9, 6), layout="constrained")
     axes = figure.subplots()
     best, full = choice.best, choice.reference.scene
-    by: dict[tuple[str, str], list[Candidate]] = {}
+    by: dict[tuple[str, str, bool], list[Candidate]] = {}
     for c in choice.candidates:
-        by.setdefault((c.method, c.model.name), []).append(c)
+        by.setdefault((c.method, c.model.name, c.tol is not None), []).append(c)
     ranked = sorted(by, key=lambda key: min((c.error, c.run.cost.operations) for c in by[key]))
-    near = [key for name in dict.fromkeys(m for _, m in ranked) for key in [k for k in ranked if k[1] == name][:4]]
-    for (method, model), found in by.items():
+    near = [key for name in dict.fromkeys(k[1] for k in ranked) for key in [k for k in ranked if k[1] == name][:4]]
+    for (method, model, uneven), found in by.items():
         simple = model != full.name
         x, y = [c.run.cost.operations for c in found], [min(max(c.error, 1e-16), 10.0) for c in found]
         style: dict[str, object] = {"color": "0.75", "linewidth": 0.8, "zorder": 1}
-        if (method, model) in near:
-            i = near.index((method, model))
-            style = {"color": look(i)[0], "linestyle": look(i)[1], "linewidth": 1.4, "label": f"{method}, {model}"}
-        axes.plot(x, y, marker="s" if simple else "o", markersize=4, markerfacecolor="none", **style)  # pyright: ignore
+        if (method, model, uneven) in near:
+            colour, line = look(near.index((method, model, uneven)))
+            label = f"{method}, {model}" + (", chosen steps" if uneven else "")
+            style = {"color": colour, "linestyle": line, "linewidth": 1.4, "label": label}
+        marker = "D" if uneven else "s" if simple else "o"
+        axes.plot(x, y, marker=marker, markersize=4, markerfacecolor="none", **style)  # pyright: ignore
     axes.axhline(choice.accuracy, color=REFERENCE, linewidth=1, linestyle="--", label="wished accuracy")
     if best is not None:
         axes.plot(best.run.cost.operations, best.error, "*", markersize=16, color=COLOURS[3], zorder=5,
-                  label=f"recommended: {best.method}, {best.model.name}, dt = {best.run.dt:.4g} s")  # fmt: skip
+                  label=f"recommended: {best.method}, {best.model.name}, {best.how}")  # fmt: skip
     unit = "rad" if choice.quantity == "angle" else "relative"
     axes.set(xscale="log", yscale="log", xlabel="operations of a run", ylim=(None, 20))
     axes.set_ylabel(f"largest error of {choice.quantity} ({unit}); failed runs at 10")
     axes.grid(visible=True, linewidth=0.3, color="0.85")
     figure.suptitle(
-        f"{full.name} over {choice.reference.t[-1]:g} s: circles this scene, squares a simpler model", fontsize=11
+        f"{full.name} over {choice.reference.t[-1]:g} s: circles this scene, squares a simpler model, "
+        "diamonds chosen steps",
+        fontsize=11,
     )
     figure.legend(loc="outside lower center", ncols=2, fontsize=8, frameon=False)
     save(
         figure, path, SECTION,
         f"""What to choose for {full.name} over {choice.reference.t[-1]:g} s with an error of {choice.quantity} of at
         most {choice.accuracy:g}: error over the operations of a run, for every step that was tried of every scheme;
-        circles on the scene itself, squares on a simpler model. {choice.text}""",
+        circles on the scene itself, squares on a simpler model, diamonds in steps that choose themselves. {choice.text}
+        """,
     )  # fmt: skip

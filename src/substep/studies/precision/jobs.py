@@ -8,22 +8,35 @@ from pathlib import Path
 from ...core.scenes import scene
 from ...core.schemes import scheme, schemes
 from ...marching.scene_lanes import pair_kernels
-from . import charts, choice, crossover, peers
+from . import charts, choice, chosen_steps, crossover, peers
 from .cases import CASES, Case, runs
 
 # the quick form takes every second step, few repeats and, for `choose` on the stiff pendulum, these schemes only
 FEW = ("central_difference", "average_acceleration", "wilson_theta", "generalized_alpha", "newmark_bdf2", "bathe",
        "energy_momentum", "rk4")  # fmt: skip
+GOOD = 1e-4  # the error at which schemes are compared to find those that are drawn in chosen steps too
 ACCURACIES = (1e-5, 1e-7)  # rad: a rigid bar suffices for the first
 
 
 def work_precision(case: Case, folder: Path, *, full: bool) -> None:
-    """Charts of one scene: all schemes and the general solvers that are installed."""
+    """Charts of one scene: all schemes and the general solvers that are installed.
+
+    Of schemes that can choose their steps the quick form takes the one that needs the least work in constant steps,
+    since kernels are compiled for it alone.
+    """
     every, repeats = (1, 20) if full else (2, 3)
     exact = case.reference()
     general, missing = peers.peers(exact, None if full else (*crossover.PEERS, "scipy Radau"))
     theirs = [run for peer in general for run in peers.runs(exact, peer, every=every, repeats=repeats)]
-    charts.work_precision(case, exact, runs(case, exact, every=every, repeats=repeats), theirs, missing, folder)
+    constant = runs(case, exact, every=every, repeats=repeats)
+    handles = {name: scheme(name) for name in charts.by_method(constant)}
+    if full:
+        able = [s for s in handles.values() if chosen_steps.can_choose(s, exact.scene)]
+    else:
+        tried = [(handles[run.method], run) for run in constant]
+        able = chosen_steps.least(tried, exact.scene, "u", GOOD)
+    chosen = [run for s in able for run in chosen_steps.runs(exact, s, every=every, repeats=repeats)]
+    charts.work_precision(case, exact, constant, chosen, theirs, missing, folder)
 
 
 def turning_points(folder: Path, *, full: bool) -> None:
@@ -33,11 +46,11 @@ def turning_points(folder: Path, *, full: bool) -> None:
 
 
 def stiff_pendulum(folder: Path, *, full: bool) -> None:
-    """Charts of what to choose for the stiff pendulum: elastic or rigid bar, scheme and step."""
+    """Charts of what to choose for the stiff pendulum: elastic or rigid bar, scheme, and step or, if full, tol too."""
     among = [scheme(name) for name in (schemes() if full else FEW)]
     stiff = scene("elastic_pendulum", EA=1e10, a0=(-19.6, 0.0))
     for accuracy in ACCURACIES:
-        found = choice.choose(stiff, accuracy, t_end=10.0, quantity="angle", among=among)
+        found = choice.choose(stiff, accuracy, t_end=10.0, quantity="angle", among=among, chosen=None if full else ())
         choice.chart(found, folder / f"choose_stiff_pendulum_{accuracy:.0e}")
 
 

@@ -42,7 +42,7 @@ class Errors(NamedTuple):
 
 @dataclass(frozen=True)
 class Run:
-    """One method at one step: dt in s (NaN for a solver that chooses its steps), seconds the median of repeats.
+    """One method at one step: dt in s (NaN where steps are chosen, by tol), seconds the median of repeats.
 
     errors: by quantity, inf for a run that failed; where energy is conserved, its error is its drift.
     """
@@ -54,6 +54,7 @@ class Run:
     cost: Cost
     seconds: float
     errors: Mapping[str, Errors]
+    tol: float = np.nan
 
 
 def quantities(scene: Scene) -> tuple[str, ...]:

@@ -124,6 +124,6 @@ def runs(exact: Reference, peer: Peer, *, every: int, repeats: int) -> Iterator[
         good, u, v = bool(np.isfinite(states).all()), states[:, :d], states[:, d:]
         errors = against(exact, scene, u, v, scene.acceleration(exact.t, u, v)) if good else failed(exact, scene)
         cost, status = Cost(0, evaluations, 0), "completed" if good else "non_finite"
-        yield Run(peer.name, np.nan, 0, status, cost, seconds, errors)
+        yield Run(peer.name, np.nan, 0, status, cost, seconds, errors, rtol)
         if seconds > LONG:
             return
