@@ -28,9 +28,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class LocalError:
-    """terms: of u, then of v, (symbol, power of h) of each; weights: their factors; order: p, errors are O(h^(p+1))."""
+    """terms: of u, then of v, as `local_error_module` has them; weights: their factors; order: p, errors O(h^(p+1))."""
 
-    terms: tuple[tuple[tuple[str, int], ...], tuple[tuple[str, int], ...]]
+    terms: Any
     weights: tuple[float, ...]
     order: int
 

@@ -30,7 +30,8 @@ class Control:
     A step is accepted if the root of the mean square of its estimated errors, each over its scale, is at most 1. The
     scale of a component of u is atol_u + rtol*|u|, that of v is atol_v + share_v*(largest |v| so far) + rtol*|v|.
     dt_first: 0 to choose it from the first accelerations; dt_min, dt_max: bounds, s. grid (n,): times at which rows are
-    wanted, None for a row a step.
+    wanted, None for a row a step. rung: ratio of the lengths between which steps move, 0 for any length, None for what
+    the kernels' derivation says.
     """
 
     rtol: float
@@ -41,6 +42,7 @@ class Control:
     dt_min: float = 0.0
     dt_max: float = math.inf
     grid: Array | None = None
+    rung: float | None = None
 
     @classmethod
     def of(
@@ -55,6 +57,7 @@ class Control:
         dt_min: float | None = None,
         dt_max: float | None = None,
         grid: ArrayLike | None = None,
+        rung: float | None = None,
     ) -> "Control":
         """Checked arguments of `march`; length: of the scene. Raises ValueError, with the cure."""
         tol = real_number("tol", tol, positive=True)
@@ -81,7 +84,13 @@ class Control:
                 f"expected dt_first between dt_min = {low} and dt_max = {high}, got {steps['dt_first']}; "
                 "change it, or leave it out"
             )
-        return cls(rtol, atol_u, atol_v, share_v, **steps, grid=None if grid is None else _grid(grid, t_end))
+        if rung is not None and (rung := real_number("rung", rung)) != 0.0 and not 1.0 < rung <= 10.0:
+            raise ValueError(
+                f"expected rung between 1 and 10, the ratio of two lengths of steps, or 0 for any length, got {rung}; "
+                "take 2**0.5, or leave it out"
+            )
+        rows = None if grid is None else _grid(grid, t_end)
+        return cls(rtol, atol_u, atol_v, share_v, **steps, grid=rows, rung=rung)
 
 
 def _grid(grid: ArrayLike, t_end: float) -> Array:
@@ -127,7 +136,7 @@ def lanes_of(
     named = {
         **scene.parameters, **scheme.parameters, **{f"weight_{k}": x for k, x in weights}, **vars(asked),
         "tolerance": TOLERANCE * length, "power": 0.5 / (error.order + 1), "length": length, "t_end": t_end,
-        "bound": bound,
+        "bound": bound, "rung": module.RUNG if asked.rung is None else asked.rung,
     }  # fmt: skip
     numbers = np.empty((P, len(module.SCALARS)))
     for k, name in enumerate(module.SCALARS):
@@ -144,7 +153,7 @@ def lanes_of(
         "samples": samples,
         "targets": targets,
         "grid": grid,
-        "state": np.empty((P, len(scheme.state), d)),
+        "state": np.empty((P, module.STATE, d)),
         "here": np.empty((P, 3, d)),
         "control": np.zeros((P, module.CONTROL)),
         "counts": np.zeros((P, module.COUNTS), np.int64),

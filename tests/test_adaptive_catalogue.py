@@ -1,0 +1,99 @@
+"""Every scheme of the catalogue in steps that the march chooses: its errors follow the tolerance, or it is refused."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from declared import BY_NAME, NAMES
+from plain_adaptive import exact
+from substep_derive.declare.symbols import knot
+from substep_derive.estimate.estimator import acceleration_lag
+
+import substep as ss
+from substep.marching.adaptive import Control, march_adaptive
+
+pytestmark = pytest.mark.usefixtures("plain_adaptive")
+
+DAMPED = ss.scene("linear_oscillator", omega=3.0, xi=0.1, load=ss.Harmonic(2.0, 5.0, 0.3))
+FREE = ss.scene("elastic_pendulum", EA=1e3)
+COARSE, FINE = 1e-4, 1e-6
+
+
+def reason(name: str) -> str | None:
+    """Why the step of a declaration cannot change; None where it can."""
+    scheme = BY_NAME[name]
+    if any(s not in knot(0) for s in scheme.state):
+        return "carries"
+    return "carries" if scheme.start_scheme is not None or scheme.start else None
+
+
+def errors(scene: ss.Scene, name: str, tol: float, t_end: float) -> tuple[float, float, ss.Response]:
+    """Largest errors of u and of v, relative to the largest u and v."""
+    r = ss.march(scene, name, tol=tol, t_end=t_end)
+    assert r.status == "completed"
+    reference = exact(scene, r.t).swapaxes(0, 1)
+    u, v = (np.abs(x - y).max() / np.abs(y).max() for x, y in zip((r.u, r.v), reference, strict=True))
+    return float(u), float(v), r
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_scheme_follows_the_tolerance_or_is_refused_with_the_reason(name: str) -> None:
+    """An estimate of O(h^(p+1)) gives steps in proportion to tol^(1/(p+1)), so an error to tol^(p/(p+1)) or less."""
+    scene, t_end = (DAMPED, 2.0) if BY_NAME[name].takes_damping else (FREE, 0.8)
+    if why := reason(name):
+        with pytest.raises(ValueError, match=rf"{name}, which {why}.*give dt"):
+            ss.march(scene, name, tol=COARSE, t_end=t_end)
+        return
+    if scene is FREE:
+        with pytest.raises(ValueError, match=f"{name} is a scheme for u'' = "):
+            ss.march(DAMPED, name, tol=COARSE, t_end=t_end)
+    p = ss.scheme(name).local_error(scene.info.damped).order
+    coarse, fine = (errors(scene, name, tol, t_end) for tol in (COARSE, FINE))
+    least = (COARSE / FINE) ** (p / (p + 1)) / 2.0
+    for kind in (0, 1):
+        assert coarse[kind] < 0.05
+        assert coarse[kind] / fine[kind] > least, "uv"[kind]
+    assert all(r.statistics.rejected <= 3 + 0.1 * r.statistics.accepted for *_, r in (coarse, fine))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_both_u_and_v_are_estimated(name: str) -> None:
+    if reason(name):
+        return
+    found = ss.scheme(name).local_error(damped=False)
+    assert all(terms for terms, _ in found.terms)
+    assert len(found.weights) == sum(len(terms) + len(below) for terms, below in found.terms)
+
+
+@pytest.mark.parametrize("kind", ["u", "v"])
+@pytest.mark.parametrize("name", ["average_acceleration", "rk4", "energy_momentum", "wbz_alpha", "sdirk2"])
+def test_each_error_is_controlled_by_itself(name: str, kind: str) -> None:
+    """A tolerance of u alone, or of v alone: the error of that one is bounded by it, whatever it was estimated from."""
+    found = {}
+    for tol in (1e-3, 1e-5):
+        loose = 1e3
+        atol = (tol * 0.2, loose) if kind == "u" else (loose, tol * 0.6)
+        asked = Control.of(DAMPED.length, 1e-3, 2.0, rtol=0.0, atol=atol)
+        r = march_adaptive(DAMPED, ss.scheme(name), asked, 2.0)
+        found[tol] = np.abs((r.u if kind == "u" else r.v) - exact(DAMPED, r.t)[:, "uv".index(kind)]).max()
+        assert found[tol] < 40.0 * (atol["uv".index(kind)])
+    assert found[1e-3] > 8.0 * found[1e-5]
+
+
+def _estimates(name: str, scene: ss.Scene, h: float, ratio: float, t: float) -> tuple[np.ndarray, np.ndarray]:
+    """The weighted error of a step of h after one of ratio*h, both on the exact motion; and the true one."""
+    raise NotImplementedError
+
+
+@pytest.mark.parametrize("name", [name for name in NAMES if not reason(name) and acceleration_lag(BY_NAME[name])])
+def test_an_acceleration_that_belongs_to_a_step_follows_its_length(name: str) -> None:
+    """Steps that alternate between two lengths keep the order that equal steps have, and are not all rejected."""
+    scene, s = (DAMPED, ss.scheme(name))
+    found: list[Any] = []
+    for n in (20, 40):
+        dt = 1.0 / n
+        grid = np.cumsum(np.tile([dt, 0.5 * dt], n))[: int(4 * n / 3)]
+        asked = Control.of(scene.length, 1e6, float(grid[-1]), dt_first=dt, dt_max=dt)
+        r = march_adaptive(scene, s, asked, float(grid[-1]))
+        found.append(r)
+    assert found
