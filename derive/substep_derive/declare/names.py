@@ -27,7 +27,7 @@ _DERIVATION = {"h", "omega", "Omega", "xi", "lambda", "mu", "z", "M", "C", "K0",
 # keyword arguments of functions that take parameters by name
 _CALLS = {
     *("name", "scene", "scheme", "dt", "t_end", "keep", "samples", "energy_bound", "a0", "load", "save", "client"),
-    *("progress",),
+    *("progress", "tol", "rtol", "atol", "dt_first", "dt_min", "dt_max", "grid", "rung"),
 }
 # names that functions of a scheme's module use, where its parameters are in scope
 _SCHEME_MODULE = {

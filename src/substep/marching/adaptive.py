@@ -1,8 +1,8 @@
 """March in steps that are chosen from the estimated local error."""
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass, replace
 from functools import cache
 from types import ModuleType
 from typing import Any
@@ -15,9 +15,11 @@ from ..core.loads import as_numbers, break_points
 from ..core.response import STATUSES, Response, Statistics
 from ..core.scenes import Scene
 from ..core.schemes import Array, Scheme
+from ..core.threads import spread
 from .scene_lanes import TOLERANCE
 
 ROWS = 512  # of the first buffer; each further one holds twice as many
+NANOSECONDS = 5e4  # of a run, roughly
 FULL = len(STATUSES)  # the kernels' status for rows that are full: to be called again
 NO_GRID = np.empty(0)
 NO_LOAD = as_numbers(None)
@@ -25,7 +27,7 @@ NO_LOAD = as_numbers(None)
 
 @dataclass(frozen=True)
 class Control:
-    """What is asked of chosen steps.
+    """What is asked of chosen steps; rtol, atol_u and share_v may be (P,), for lanes.
 
     A step is accepted if the root of the mean square of its estimated errors, each over its scale, is at most 1. The
     scale of a component of u is atol_u + rtol*|u|, that of v is atol_v + share_v*(largest |v| so far) + rtol*|v|.
@@ -34,10 +36,10 @@ class Control:
     the kernels' derivation says.
     """
 
-    rtol: float
-    atol_u: float
+    rtol: Any
+    atol_u: Any
     atol_v: float
-    share_v: float
+    share_v: Any
     dt_first: float = 0.0
     dt_min: float = 0.0
     dt_max: float = math.inf
@@ -91,6 +93,13 @@ class Control:
             )
         rows = None if grid is None else _grid(grid, t_end)
         return cls(rtol, atol_u, atol_v, share_v, **steps, grid=rows, rung=rung)
+
+    def over(self, length: Any, tol: Any, given: Collection[str]) -> "Control":
+        """The same for lanes: scene's lengths and tolerances (P,); given: arguments that stay as they are."""
+        own: dict[str, Any] = {} if "rtol" in given else {"rtol": tol}
+        if "atol" not in given:
+            own["atol_u"] = tol * length
+        return replace(self, **own, share_v=tol if self.share_v else 0.0)
 
 
 def _grid(grid: ArrayLike, t_end: float) -> Array:
@@ -169,6 +178,44 @@ def _buffers(P: int, rows: int, d: int, balances: int, gridded: bool) -> dict[st
         "out": np.empty((P, rows, 3, d)),
         "iterations": np.zeros((P, 0 if gridded else rows, balances), np.int64),
     }
+
+
+# takes the times (rows,) and the rows (rows, 3, d) of u, v, a of a lane, the first that it has not yet been given
+RowReader = Callable[[int, Array, Array], None]
+
+
+def march_lanes_adaptive(
+    scene: Scene, scheme: Scheme, asked: Control, t_end: float, P: int, *, bound: float = math.inf,
+    reader: RowReader | None = None,
+) -> tuple[ModuleType, dict[str, Any]]:  # fmt: skip
+    """P runs from t = 0 to t_end (s) by threads, each with steps of its own; the kernels and their arguments by name.
+
+    scene: parameters that are arrays are (P,). Rows are those of the grid, in `out`, NaN where a run did not reach it;
+    reader: without a grid, called by several threads at once with all rows of a lane, part by part.
+    """
+    module = adaptive_kernels(scene, scheme)
+    x = lanes_of(scene, scheme, asked, t_end, P, bound=bound, rows=ROWS if reader else 0)
+    shared = {name for name, value in x.items() if name in ("samples", "grid") or len(value) != P}
+    if asked.grid is not None:
+        x["out"][:] = np.nan
+
+    def part(first: int, last: int) -> None:
+        own = {name: value if name in shared else value[first:last] for name, value in x.items()}
+        module.march(*own.values())
+        if reader is None:
+            return
+        for k in range(last - first):
+            lane = {name: value if name in shared else value[k : k + 1] for name, value in own.items()}
+            while True:
+                n = lane["counts"][0, module.ROWS]
+                reader(first + k, lane["times"][0, :n], lane["out"][0, :n])
+                if lane["status"][0] != FULL:
+                    break
+                lane["counts"][0, module.ROWS] = 0
+                module.march(*lane.values())
+
+    spread(part, P, 1, nanoseconds=P * NANOSECONDS)
+    return module, x
 
 
 def march_adaptive(
