@@ -26,9 +26,10 @@ class AdaptiveStep:
     those that depend on kappa, the length of the step before divided by h. error_u, error_v: names and expressions of
     the estimated errors' components. kept: what is carried from an accepted step to the next for the estimate -> what
     it is in that step, a symbol of the step or a_*end. by_before: whether the errors of u, of v need the step before.
-    lag: the power of h with which a_0 differs from the motion's own acceleration; None where it does not. halved: the same step, of which two of half the length are made; None where no estimate needs them. acceleration:
-    from the equation of motion, in components of u, v named without a knot, t and the load. between: the interpolant,
-    for one coordinate of a step.
+    lag: the power of h with which a_0 differs from the motion's own acceleration; None where it does not. halved: the
+    same step, of which two of half the length are made; None where no estimate needs them. acceleration: from the
+    equation of motion, in components of u, v named without a knot, t and the load. between: the interpolant, for one
+    coordinate of a step.
     """
 
     step: SceneStep
@@ -103,7 +104,7 @@ class AdaptiveStep:
 
     @property
     def refactored(self) -> bool:
-        """Whether the scene is linear and a balance's effective mass depends on h: its inverse changes with the step."""
+        """Whether the scene is linear and an effective mass depends on h, so that its inverse changes with the step."""
         depends = {name for name, _ in self.changing}
         return self.step.motion.linear and any(depends & step.inverse.free_symbols for step in self.step.steps)
 

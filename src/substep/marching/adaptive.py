@@ -180,8 +180,7 @@ def _buffers(P: int, rows: int, d: int, balances: int, gridded: bool) -> dict[st
     }
 
 
-# takes the times (rows,) and the rows (rows, 3, d) of u, v, a of a lane, the first that it has not yet been given
-RowReader = Callable[[int, Array, Array], None]
+RowReader = Callable[[int, Array], None]  # takes rows (rows, 3, d) of u, v, a of a lane, those not yet given to it
 
 
 def march_lanes_adaptive(
@@ -208,7 +207,7 @@ def march_lanes_adaptive(
             lane = {name: value if name in shared else value[k : k + 1] for name, value in own.items()}
             while True:
                 n = lane["counts"][0, module.ROWS]
-                reader(first + k, lane["times"][0, :n], lane["out"][0, :n])
+                reader(first + k, lane["out"][0, :n])
                 if lane["status"][0] != FULL:
                     break
                 lane["counts"][0, module.ROWS] = 0

@@ -74,7 +74,8 @@ def sweep(
     attrs["interrupted"] = 1.
 
     Raises ValueError, before anything is run, for names and values that do not fit, for both or neither of dt and tol,
-    for a scheme that cannot change its step where steps are chosen, for t_end that is not a multiple of every dt, and for a save that holds another sweep. If running raises, the exception's `dataset` is what was done.
+    for a scheme that cannot change its step where steps are chosen, for t_end that is not a multiple of every dt, and
+    for a save that holds another sweep. If running raises, the exception's `dataset` is what was done.
     """
     plan = planned(scene, scheme, dt, tol, t_end, keep, samples, energy_bound, a0, load, axes)
     of, shell, piece = variables(plan), template(plan), plan.piece(client is not None)

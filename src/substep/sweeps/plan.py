@@ -19,10 +19,10 @@ from ..core.loads import Load, LoadLanes, Record, is_known
 from ..core.scenes import Scene, checked_parameters, make_scene, scene_info
 from ..core.schemes import Array, Scheme, scheme_info
 from ..core.schemes import scheme as make_scheme
-from ..marching.linear import LOADED
 from ..marching.adaptive import ROWS
+from ..marching.linear import LOADED
 from ..marching.run import CHOSEN, number_of_steps
-from .chosen_steps import check_chosen
+from .chosen_steps import check_chosen, step_of
 
 if TYPE_CHECKING:
     from ..derived.modules import Declaration, SceneDeclaration
@@ -137,7 +137,7 @@ class Plan:
         return {f.name: getattr(self, f.name) for f in fields(self)}
 
     def groups(self, points: NDArray[np.int64]) -> Iterator[tuple[NDArray[np.int64], Scene, Scheme, Any]]:
-        """The points in groups that can be the lanes of one march: their places in points, scene, scheme, and dt or tol.
+        """The points in groups that can be the lanes of one march: their places, scene, scheme, and dt or tol.
 
         Points of a group share the step, and a load of the user's own. Where they choose their steps, they share the
         load and the scheme's parameters, on which its estimate depends.
@@ -154,7 +154,7 @@ class Plan:
             yield places, *self._lanes({axis: index[places] for axis, index in at.items()})
 
     def _lanes(self, at: Mapping[Axis, NDArray[np.int64]]) -> tuple[Scene, Scheme, Any]:
-        """Scene and scheme of points given by their index on each axis, with arrays for what is swept; and dt or tol."""
+        """Scene and scheme of points given by their index on each axis, arrays for what is swept; and dt or tol."""
         one = {
             owner: {a.key: float(a.values[i[0]]) for a, i in at.items() if a.owner == owner}
             for owner in get_args(Owner)
@@ -216,20 +216,11 @@ class Plan:
 
 def planned(
     scene: "Scene | str | SceneDeclaration", scheme: "Scheme | str | Declaration", dt: ArrayLike | None,
-    tol: ArrayLike | None, t_end: float, keep: Keep, samples: int | None, energy_bound: float | None, a0: ArrayLike | str | None, load: Load | None,
-    values: dict[str, Any],
+    tol: ArrayLike | None, t_end: float, keep: Keep, samples: int | None, energy_bound: float | None,
+    a0: ArrayLike | str | None, load: Load | None, values: dict[str, Any],
 ) -> Plan:  # fmt: skip
     """The checked plan of the arguments of `sweep`. Raises ValueError before anything is run."""
-    if (dt is None) == (tol is None):
-        raise ValueError(
-            f"expected either dt, a constant step, or tol, for steps that are chosen; got {'none' if dt is None else 'both'}"
-        )
-    chosen = {name: values.pop(name) for name in CHOSEN if name in values}
-    if dt is not None and chosen:
-        raise ValueError(
-            f"expected {next(iter(chosen))} with tol only, got it with dt; give tol in place of dt, or drop it"
-        )
-    step = {"tol": tol} if dt is None else {"dt": dt}
+    step, chosen, values = step_of(dt, tol, values)
     given: dict[Owner, dict[str, Any]] = {"step": {}, "scheme": {}, "scene": {}, "load": {}}
     handles: dict[Owner, dict[str, Any]] = {"scheme": {}, "scene": {}}
     if isinstance(scene, Scene):

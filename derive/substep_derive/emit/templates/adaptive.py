@@ -22,7 +22,7 @@ STATE = {state}
 DEGREE = {degree}
 # arithmetic operations of a step, the estimate included, and of one iteration of each balance that has one
 OPERATIONS = {operations}
-# ratio of the lengths between which steps move, 0.0 for any length; and the work that a change of length costs, in steps
+# ratio of the lengths between which steps move, 0.0 for any length; and the work of a change of length, in steps
 RUNG, CHANGE = {rung}, {change}
 COMPLETED, NON_FINITE, ENERGY_BOUND, STEP_TOO_SMALL, BUFFER_FULL = 0, 2, 3, 4, 5
 # squares of weighted errors: the one that is aimed at, and the largest with which a step keeps its length; it keeps it
@@ -304,12 +304,12 @@ def march(
 
     numbers (lanes, SCALARS); start (lanes, 3, {d}): u, v, a at t = 0; load (lanes or 1, 4), samples of a record;
     targets (lanes or 1, n): times on which steps end, ascending, the last t_end; grid (n,): times at which rows are
-    wanted, none for a row at the start and after each step. counts[:, BEGUN] = 0 begins a run. state, here
-    (lanes, 3, {d}): the state (STATE rows), and u, v, a, at the time control[:, TIME]; where a run has failed,
-    control[:, PROPOSED] is the length of the step that did. newton (lanes, 2, balances): iterations of the accepted steps, their sum and the
-    most in one. times (lanes, rows) and out (lanes, rows, 3, {d}): u, v, a; no rows for none; iterations
-    (lanes, rows, balances). A step is accepted if the root of the mean square of the estimated errors over their
-    scales, atol + rtol*|.|, is at most 1; the scale of v has share_v times the largest |v| so far besides.
+    wanted, none for a row at the start and after each step. counts[:, BEGUN] = 0 begins a run. state (lanes, STATE,
+    {d}), here (lanes, 3, {d}): the state, and u, v, a, at the time control[:, TIME]; where a run has failed,
+    control[:, PROPOSED] is the length of the step that did. newton (lanes, 2, balances): iterations of the accepted
+    steps, their sum and the most in one. times (lanes, rows) and out (lanes, rows, 3, {d}): u, v, a; no rows for none;
+    iterations (lanes, rows, balances). A step is accepted if the root of the mean square of the estimated errors over
+    their scales, atol + rtol*|.|, is at most 1; the scale of v has share_v times the largest |v| so far besides.
     """
     for k in range(numbers.shape[0]):
         status[k] = _lane(
