@@ -128,6 +128,7 @@ def _lane(p: AdaptiveStep, w: KernelPrinter, numbers: str, call: _Call) -> tuple
     reported, more = _reported(p, w, call)
     size, weighing = _size(p)
     ends = [[w.doprint(e) for e in vector] for vector in step.report]
+    old_places = [(f"old_{k}_{i}", f"here[{k}, {i}]") for k in range(3) for i in range(call.size)]
     return fill(
         ADAPTIVE_LANE,
         numbers=numbers,
@@ -150,8 +151,10 @@ def _lane(p: AdaptiveStep, w: KernelPrinter, numbers: str, call: _Call) -> tuple
         shift=_shift(p, w, call, ends),
         jump=_jump(p, w),
         unmeasured=UNMEASURED if any(p.by_before) else "",
-        restart=fill(RESTART, again=AGAIN if p.by_before[0] else "") if any(p.by_before) else "",
-        store=_lines((f"out[row, {k}, {i}] = here[{k}, {i}]" for k in range(3) for i in range(call.size)), 3),
+        restart=_restart(p, old_places),
+        first_old=_lines((f"{name} = {at}" for name, at in old_places), 1),
+        old_back=_lines((f"{at} = {name}" for name, at in old_places), 1),
+        store=_lines((f"out[row, {k}, {i}] = old_{k}_{i}" for k in range(3) for i in range(call.size)), 3),
         write_state=_lines((f"{place} = {name}" for name, place in state), 1),
     ), {"step": counts + more + weighing, "iteration": iteration}
 
@@ -258,7 +261,7 @@ def _size(p: AdaptiveStep) -> tuple[str, int]:
         into = late if p.by_before[kind] else rows
         for i, (name, _) in enumerate(errors):
             new = p.step.report[kind][i]
-            into += [f"part = {name} / ({base} + rtol * max(abs(here[{kind}, {i}]), abs({new})))"]
+            into += [f"part = {name} / ({base} + rtol * max(abs(old_{kind}_{i}), abs({new})))"]
             into += ["size += part * part"]
     if late:
         rows += ["if last == last:", *(f"    {row}" for row in late), f"    size *= {0.5 / size!r}"]
@@ -273,17 +276,17 @@ def _dense(p: AdaptiveStep, call: _Call, ends: Sequence[Sequence[str]]) -> str:
     size = range(call.size)
     now = [f"now_{i}" for i in size]
     before: list[str] = []
-    begin, end = ([f"here[2, {i}]" for i in size], ends[2] if p.own_acceleration else now)
+    begin, end = ([f"old_2_{i}" for i in size], ends[2] if p.own_acceleration else now)
     if not p.own_acceleration:
         begin = [f"then_{i}" for i in size]
         before = [
-            call(begin, "t", *([f"here[{k}, {i}]" for i in size] for k in (0, 1))),
+            call(begin, "t", *([f"old_{k}_{i}" for i in size] for k in (0, 1))),
             call(now, "end", ends[0], ends[1]),
         ]
     values = [ends[0], ends[1], end]
     at_end = [f"out[place, {k}, {i}] = {values[k][i]}" for k in range(3) for i in size]
     rows: list[str] = []
-    old = [[f"here[0, {i}]" for i in size], [f"here[1, {i}]" for i in size], begin]
+    old = [[f"old_0_{i}" for i in size], [f"old_1_{i}" for i in size], begin]
     for i in size:
         names = {s.name: old[k][i] for k, s in enumerate(knot(0))} | {
             s.name: values[k][i] for k, s in enumerate(knot(1))
@@ -301,14 +304,14 @@ def _between(found: Interpolant, i: int) -> list[tuple[str, Expr]]:
 def _remember(p: AdaptiveStep, call: _Call, ends: Sequence[Sequence[str]]) -> str:
     """Lines that keep what was reached, for the scales of the next step, for rows and for the interpolant."""
     size = range(call.size)
-    rows = [f"here[{k}, {i}] = {ends[k][i]}" for k in range(len(ends)) for i in size]
+    rows = [f"old_{k}_{i} = {ends[k][i]}" for k in range(len(ends)) for i in size]
     text = _lines([*rows, "speed = fast"], 2)
     if p.own_acceleration:
         return text
     if p.end_is_estimated:
-        made = _lines((f"here[2, {i}] = {name}" for i, name in enumerate(component_names(END.a, p.step.motion))), 2)
+        made = _lines((f"old_2_{i} = {name}" for i, name in enumerate(component_names(END.a, p.step.motion))), 2)
         return text + "\n" + made
-    made = call([f"here[2, {i}]" for i in size], "end", ends[0], ends[1])
+    made = call([f"old_2_{i}" for i in size], "end", ends[0], ends[1])
     return text + "\n" + _lines(["if row < times.size or end >= t_end:", f"    {made}"], 2)
 
 
@@ -344,8 +347,16 @@ def _jump(p: AdaptiveStep, w: KernelPrinter) -> str:
     if START.a in p.kept:
         found += assign(Matrix([Symbol(name) for name in component_names(START.a, p.step.motion)]), slope)
     rows = [f"{w.doprint(name)} += {w.doprint(e)} * jump" for name, e in found if e != 0]
-    rows += [f"here[2, {i}] += {w.doprint(e)} * jump" for i, e in enumerate(slope) if e != 0]
+    rows += [f"old_2_{i} += {w.doprint(e)} * jump" for i, e in enumerate(slope) if e != 0]
     return fill(JUMP, jumps=_lines(rows, 4))
+
+
+def _restart(p: AdaptiveStep, old_places: Iterable[tuple[str, str]]) -> str:
+    """Lines for a break point of the load, behind which the step before does not help to estimate an error."""
+    if not any(p.by_before):
+        return ""
+    again = fill(AGAIN, old_back=_lines((f"{at} = {name}" for name, at in old_places), 3)) if p.by_before[0] else ""
+    return fill(RESTART, again=again)
 
 
 def local_error_module(found: LocalError) -> str:

@@ -26,7 +26,7 @@ OPERATIONS = {operations}
 RUNG, CHANGE = {rung}, {change}
 COMPLETED, NON_FINITE, ENERGY_BOUND, STEP_TOO_SMALL, BUFFER_FULL = 0, 2, 3, 4, 5
 # squares of weighted errors: the one that is aimed at, and the largest with which a step keeps its length; it keeps it
-# too where it could be longer by less than a fifth, so that what depends on it need not be computed again
+# too where it could be longer by less than a third, so that what depends on it need not be computed again
 AIM, KEPT = 0.16, 0.5
 
 # contract: a product and a sum may become one operation; sums keep their order
@@ -163,6 +163,7 @@ RESTART = """        if landing and at + 1 < targets.size:
 {again}"""
 
 AGAIN = """            middle = 0.5 * (targets[at] + targets[at + 1])
+{old_back}
             proposed = min(proposed, _first(numbers, here, t, load, samples, middle)[0])
 """
 
@@ -193,11 +194,12 @@ def _lane(numbers, start, load, samples, targets, grid, state, here, control, co
             out[counts[GRID]] = start
             counts[GRID] += 1
 {read_state}
+{first_old}
     t, proposed, before, last = control[TIME], control[PROPOSED], control[BEFORE], control[LAST]
-    speed, peak = control[SPEED], control[PEAK]
-    at, row, place = counts[TARGET], counts[ROWS], counts[GRID]
+    speed, peak, smallest, longest = control[SPEED], control[PEAK], control[SMALLEST], control[LARGEST]
+    at, row, place, accepted = counts[TARGET], counts[ROWS], counts[GRID], counts[ACCEPTED]
     held, base = control[HELD], control[BASE]
-    low = AIM * max(rung, 1.2) ** (-1.0 / power)
+    low = AIM * max(rung, 1.35) ** (-1.0 / power)
     known, middle, status, made = np.nan, np.nan, COMPLETED, last
 {no_step}    while t < t_end:
         if row == times.size and row > 0 and grid.size == 0:
@@ -224,6 +226,7 @@ def _lane(numbers, start, load, samples, targets, grid, state, here, control, co
         if h != known:
             known = h
 {changing}
+        h = known  # the same number, but not computed from the last step's error: the processor need not wait for it
 {adapted}{uneven}{forces}{steps}
 {reported}
         size = 0.0
@@ -240,7 +243,7 @@ def _lane(numbers, start, load, samples, targets, grid, state, here, control, co
             status, proposed = ENERGY_BOUND, h
             break
         peak = max(peak, energy)
-        counts[ACCEPTED] += 1
+        accepted += 1
 {count}        while place < grid.size and grid[place] <= end:
             share = (grid[place] - t) / h
             times[place] = grid[place]
@@ -263,12 +266,13 @@ def _lane(numbers, start, load, samples, targets, grid, state, here, control, co
 {unmeasured}        if h < full:
             proposed = max(proposed, full) if size <= KEPT else proposed
         before, last, made = size, h, h
-{restart}        control[SMALLEST] = min(control[SMALLEST], h)
-        control[LARGEST] = max(control[LARGEST], h)
+{restart}        smallest, longest = min(smallest, h), max(longest, h)
 {write_state}
+{old_back}
     control[TIME], control[PROPOSED], control[BEFORE], control[LAST] = t, proposed, before, last
     control[SPEED], control[PEAK], control[HELD] = speed, peak, held
-    counts[TARGET], counts[ROWS], counts[GRID] = at, row, place
+    control[SMALLEST], control[LARGEST] = smallest, longest
+    counts[TARGET], counts[ROWS], counts[GRID], counts[ACCEPTED] = at, row, place, accepted
     return status
 '''
 
