@@ -14,7 +14,7 @@ pytestmark = pytest.mark.usefixtures("plain_adaptive")
 
 DAMPED = ss.scene("linear_oscillator", omega=3.0, xi=0.1, load=ss.Harmonic(2.0, 5.0, 0.3))
 FREE = ss.scene("elastic_pendulum", EA=1e3)
-COARSE, FINE = 1e-4, 1e-6
+COARSE, FINE = 1e-3, 1e-5
 
 
 def reason(name: str) -> str | None:
@@ -25,13 +25,15 @@ def reason(name: str) -> str | None:
     return "carries" if scheme.start_scheme is not None or scheme.start else None
 
 
-def errors(scene: ss.Scene, name: str, tol: float, t_end: float) -> tuple[float, float, ss.Response]:
+def errors(scene: ss.Scene, name: str, tol: float, t_end: float) -> tuple[float, float]:
     """Largest errors of u and of v, relative to the largest u and v."""
     r = ss.march(scene, name, tol=tol, t_end=t_end)
     assert r.status == "completed"
+    assert r.statistics is not None
+    assert r.statistics.rejected <= 3 + 0.1 * r.statistics.accepted
     reference = exact(scene, r.t).swapaxes(0, 1)
     u, v = (np.abs(x - y).max() / np.abs(y).max() for x, y in zip((r.u, r.v), reference, strict=True))
-    return float(u), float(v), r
+    return float(u), float(v)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -49,16 +51,15 @@ def test_a_scheme_follows_the_tolerance_or_is_refused_with_the_reason(name: str)
     coarse, fine = (errors(scene, name, tol, t_end) for tol in (COARSE, FINE))
     least = (COARSE / FINE) ** (p / (p + 1)) / 2.0
     for kind in (0, 1):
-        assert coarse[kind] < 0.05
+        assert fine[kind] < 0.02
         assert coarse[kind] / fine[kind] > least, "uv"[kind]
-    assert all(r.statistics.rejected <= 3 + 0.1 * r.statistics.accepted for *_, r in (coarse, fine))
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_both_u_and_v_are_estimated(name: str) -> None:
     if reason(name):
         return
-    found = ss.scheme(name).local_error(damped=False)
+    found = ss.scheme(name).local_error(BY_NAME[name].takes_damping)
     assert all(terms for terms, _ in found.terms)
     assert len(found.weights) == sum(len(terms) + len(below) for terms, below in found.terms)
 
