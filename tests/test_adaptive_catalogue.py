@@ -79,18 +79,10 @@ def test_each_error_is_controlled_by_itself(name: str, kind: str) -> None:
     assert found[0] / found[1] > 100.0 ** (1.0 - power) / 2.0
 
 
-@pytest.mark.parametrize("name", [name for name in NAMES if not reason(name) and acceleration_lag(BY_NAME[name])])
+@pytest.mark.parametrize("name", [name for name in NAMES if not reason(name) and acceleration_lag(BY_NAME[name]) == 1])
 def test_an_acceleration_that_belongs_to_a_step_follows_its_length(name: str) -> None:
-    """Lengths that change at every other step leave the order of u and v as it is; samples of a record make them."""
-    s, found = ss.scheme(name), []
-    p = s.local_error(damped=True).order
-    for n in (24, 48):
-        dt = 1.0 / n
-        load = ss.Record(2.5 * dt, np.zeros(4 * n))
-        scene = ss.scene("linear_oscillator", omega=3.0, xi=0.1, u0=1.0, load=load)
-        r = march_adaptive(scene, s, Control.of(scene.length, 1e6, 2.0, dt_first=dt, dt_max=dt), 2.0)
-        assert r.status == "completed"
-        lengths = np.diff(r.t)
-        assert np.count_nonzero(np.abs(np.diff(lengths)) > 0.2 * dt) > 0.6 * len(lengths)
-        found.append(np.abs(np.stack([r.u, r.v], axis=1) - exact(scene, r.t)).max(axis=(0, 2)))
-    assert (found[0] / found[1] > 2.0**p / 1.25).all()
+    """Else its difference from the motion's own is that of another length, which is taken for an error of v."""
+    r = ss.march(DAMPED, name, tol=1e-5, t_end=3.0)
+    assert r.statistics is not None
+    assert np.count_nonzero(np.abs(np.diff(np.diff(r.t))) > 1e-9) >= 4  # the length changes
+    assert r.statistics.rejected <= 2
