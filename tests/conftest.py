@@ -106,3 +106,24 @@ def plain_pairs(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("SUBSTEP_CACHE", str(tmp_path / "cache"))
     monkeypatch.setattr(scene_lanes, "pair_kernels", pair)
     monkeypatch.setattr(threads, "cores", lambda: 1)
+
+
+@pytest.fixture(scope="session")
+def estimates(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Where the estimates of a session are kept."""
+    return tmp_path_factory.mktemp("estimates")
+
+
+@pytest.fixture
+def plain_adaptive(monkeypatch: pytest.MonkeyPatch, estimates: Path) -> Iterator[None]:
+    """Kernels that choose their steps as plain Python; an overflow there is a rejection, not a warning."""
+    from plain_adaptive import kernels
+
+    from substep.core import threads
+    from substep.marching import adaptive
+
+    monkeypatch.setenv("SUBSTEP_CACHE", str(estimates))
+    monkeypatch.setattr(adaptive, "_kernels", kernels)
+    monkeypatch.setattr(threads, "cores", lambda: 1)  # threads do not inherit np.errstate
+    with np.errstate(all="ignore"):
+        yield

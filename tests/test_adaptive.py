@@ -1,17 +1,12 @@
 """Steps that the march chooses, against constant steps, exact motions and SciPy; break points, rows, failures."""
 
-from collections.abc import Iterator
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 from declared import BY_NAME
-from plain_kernels import SCENE_BY_NAME, uncompiled
-from scipy.integrate import solve_ivp
-from substep_derive.motion.equations import EquationsOfMotion
-from substep_derive.package import adaptive_pair
+from plain_adaptive import exact as exact_motion
 
 import substep as ss
 from substep.core.response import Statistics
@@ -22,29 +17,7 @@ from substep.marching.adaptive import Control, march_adaptive
 # second values of another order; and the order of the value that is marched
 PAIRS = {"bogacki_shampine": 3, "dormand_prince": 5, "rkn64": 6, "stoermer_extrapolation": 8}
 
-printed: dict[Any, SimpleNamespace] = {}
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("cache")
-
-
-@pytest.fixture(autouse=True)
-def plain(monkeypatch: pytest.MonkeyPatch, folder: Path) -> Iterator[None]:
-    """Kernels as plain Python, printed once for this file."""
-
-    def kernels(scheme: Any, scene: Any, terms: Any, order: int) -> SimpleNamespace:
-        key = (scheme, scene, terms, order)
-        if key not in printed:
-            mine = BY_NAME[scheme] if isinstance(scheme, str) else scheme
-            printed[key] = uncompiled(adaptive_pair(mine, EquationsOfMotion(SCENE_BY_NAME[scene]), terms, order))
-        return printed[key]
-
-    monkeypatch.setenv("SUBSTEP_CACHE", str(folder))
-    monkeypatch.setattr(adaptive, "_kernels", kernels)
-    with np.errstate(all="ignore"):
-        yield
+pytestmark = pytest.mark.usefixtures("plain_adaptive")
 
 
 def handle(scheme: Any, **parameters: Any) -> ss.Scheme:
@@ -73,23 +46,8 @@ CHOSEN = {  # scheme and parameters, order of the march, power of h of the estim
 
 
 def exact(scene: ss.Scene, t: np.ndarray) -> np.ndarray:
-    """u (n, d) by SciPy's DOP853, between the break points of a load one after the other."""
-    d = len(scene.u0)
-    breaks = adaptive.break_points(scene.load, float(t[-1]))
-    ends, y, found = [*breaks, t[-1]], np.concatenate([scene.u0, scene.v0]), [scene.u0]
-    begin = 0.0
-    for end in ends:
-        inside = t[(t > begin) & (t <= end)]
-        eps = 1e-12 * (end - begin)  # a load that jumps is taken from within
-
-        def rates(x: float, y: np.ndarray, low: float = begin + eps, high: float = end - eps) -> np.ndarray:
-            a = scene.acceleration(np.asarray(min(max(x, low), high)), y[:d], y[d:])
-            return np.concatenate([y[d:], np.reshape(a, -1)])
-
-        r = solve_ivp(rates, (begin, end), y, "DOP853", np.unique([*inside, end]), rtol=1e-12, atol=1e-13)
-        found += [*r.y[:d].T[: len(inside)]]
-        begin, y = end, r.y[:, -1]
-    return np.array(found)
+    """u (n, d)."""
+    return exact_motion(scene, t)[:, 0]
 
 
 @pytest.mark.parametrize(

@@ -303,6 +303,15 @@ class Field:
                 return sign_of(low + high)
             self.narrow()
 
+    def nearest(self, number: Any) -> float:
+        """The float of an element, from an enclosure of 20 digits."""
+        low, high = self.enclose(number)
+        while (high - low) * 10**20 > max(abs(low), abs(high)):
+            self.narrow()
+            low, high = self.enclose(number)
+        middle = (low + high) / 2
+        return float(Fraction(int(middle.numerator), int(middle.denominator)))
+
     def expression(self, number: Any) -> Expr:
         """An element as an expression in r."""
         return sum((Rational(int(c.numerator), int(c.denominator)) * generator**k

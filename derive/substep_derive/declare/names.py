@@ -17,8 +17,9 @@ from .symbols import knot, knot_of, lattice
 
 # A label that begins with a star is a kernel's own: the acceleration that a balance without one of its own is solved
 # for (*1, *2, ...), predictors (*star), mixed displacements (*mix0), what is reported (*reported), estimated errors
-# (*error) and the arguments of a function (*now).
-_OWN_LABELS = re.compile(r"s\d+|star\d*|mix\d+|reported|error|now")
+# (*error), the arguments of a function (*now), and what an estimate needs besides a step: accelerations at its ends
+# from the equation of motion (*start, *end), the end after two half steps (*halved), the step before (*before0, ...).
+_OWN_LABELS = re.compile(r"s\d+|star\d*|mix\d+|reported|error|now|start|end|halved|before\d+")
 _NUMBERS = re.compile(r"m?\d+(o\d+)?")  # names of labels that are numbers
 
 # names of the derivation's symbols, which a scheme's parameter would be taken for
@@ -26,7 +27,7 @@ _DERIVATION = {"h", "omega", "Omega", "xi", "lambda", "mu", "z", "M", "C", "K0",
 # keyword arguments of functions that take parameters by name
 _CALLS = {
     *("name", "scene", "scheme", "dt", "t_end", "keep", "samples", "energy_bound", "a0", "load", "save", "client"),
-    *("progress",),
+    *("progress", "tol", "rtol", "atol", "dt_first", "dt_min", "dt_max", "grid", "rung"),
 }
 # names that functions of a scheme's module use, where its parameters are in scope
 _SCHEME_MODULE = {

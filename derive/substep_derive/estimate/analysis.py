@@ -46,6 +46,15 @@ class Analysis:
         return {s: self.values[s] for s in (*scheme.unknowns, *scheme.state, *reports)}
 
     @property
+    def lag(self) -> int | None:
+        """The power of h with which the state's acceleration differs from the motion's own; None where it does not."""
+        a = knot(0).a
+        if a not in self.motion.step.state:
+            return None
+        valuation = (self.values[a] - self.values[START.a]).valuation
+        return None if valuation is None else valuation - 2
+
+    @property
     def uneven(self) -> bool:
         """Whether the smooth motion does not depend on the step: the step before may have been of another length."""
         exact = {s: Expansion({(0, 0, kind_of(s)): self.motion.one}).terms for s in self.motion.step.state}
@@ -71,6 +80,7 @@ BEFORE = "the same at t_n, kept from the step before"
 
 
 LEVELS = range(5)
+WITHOUT_BEFORE = (0, 1, 4)  # of them those that need nothing of the step before but the acceleration at its end
 
 
 def pool(analysis: Analysis, level: int, ratio: Any) -> tuple[dict[Symbol, Expansion], dict[Symbol, str]]:

@@ -21,7 +21,7 @@ from ..declare.related import related
 from ..declare.scheme import Scheme
 from ..declare.symbols import h, knot, omega, t, xi
 from ..oscillator.evaluation import Evaluation
-from .analysis import LEVELS, Analysis, NoEstimator, analysis_of, pool
+from .analysis import LEVELS, WITHOUT_BEFORE, Analysis, NoEstimator, analysis_of, pool
 from .expansion import Expansion
 from .family import Family
 from .held import EMBEDDED, END
@@ -109,25 +109,42 @@ class Estimator:
         return Estimator(_symbolic(self.scheme.fix(parameters)), *found)
 
 
-def estimator(scheme: str | Scheme, *, held_only: bool = False, damped: bool = True, **parameters: Any) -> Estimator:
+def estimator(
+    scheme: str | Scheme, *, held_only: bool = False, damped: bool = True, changing: bool = False, **parameters: Any
+) -> Estimator:
     """The default estimator of a scheme: parameters given are fixed exactly, all others stay symbols.
 
     Formulas hold at almost all values of the symbols; `Estimator.at` refuses those where they do not. held_only: only
-    what the step itself holds. damped: whether they have to hold with damping; without it they may be shorter. A value
-    may be an expression in other parameters, or the argument of a family as a symbol. Raises NoEstimator, or
-    DeclarationError for an unknown name or parameter.
+    what the step itself holds. damped: whether they have to hold with damping; without it they may be shorter.
+    changing: whether they have to hold where the step changes, so that values of the step before are taken with kappa
+    only, else two half steps. A value may be an expression in other parameters, or the argument of a family as a
+    symbol. Raises NoEstimator, or DeclarationError for an unknown name or parameter.
     """
     declared = find(scheme)
     damped = damped and declared.takes_damping
-    return _estimator(related(declared, parameters) if parameters else declared, held_only, damped)
+    return _estimator(related(declared, parameters) if parameters else declared, held_only, damped, changing)
 
 
 @cache
-def _estimator(scheme: Scheme, held_only: bool, damped: bool) -> Estimator:
-    generic = {p.name: p.inside(Rational(31 + 7 * i, 97 + 12 * i)) for i, p in enumerate(scheme.parameters)}
-    numbers = Evaluation.at(ParameterSet.of(scheme, None, generic))
-    analysis = analysis_of(numbers, damped)
-    return _found(analysis, analysis_of(_symbolic(scheme), damped, _highest(analysis)), held_only)
+def _estimator(scheme: Scheme, held_only: bool, damped: bool, changing: bool) -> Estimator:
+    analysis = analysis_of(_generic(scheme), damped)
+    return _found(analysis, analysis_of(_symbolic(scheme), damped, _highest(analysis)), held_only, changing)
+
+
+@cache
+def acceleration_lag(scheme: Scheme) -> int | None:
+    """The power of h with which the acceleration in a scheme's state differs from the motion's own.
+
+    At almost all parameters; None where the two are the same, or the state holds none. Where it is a number, a state
+    belongs to the length of the step that led to it.
+    """
+    return analysis_of(_generic(scheme), scheme.takes_damping).lag
+
+
+def _generic(scheme: Scheme) -> Evaluation:
+    """The scheme at numbers for its parameters that have nothing to do with each other."""
+    values = {p.name: p.inside(Rational(31 + 7 * i, 97 + 12 * i)) for i, p in enumerate(scheme.parameters)}
+    return Evaluation.at(ParameterSet.of(scheme, None, values))
 
 
 def _symbolic(scheme: Scheme) -> Evaluation:
@@ -135,27 +152,29 @@ def _symbolic(scheme: Scheme) -> Evaluation:
     return Evaluation(scheme, RationalFunctions((*symbols,)), symbols)
 
 
-def estimator_at(parameters: ParameterSet, *, held_only: bool = False, damped: bool = True) -> Estimator:
-    """The default estimator at a parameter set, whose values may be irrational; steps are of equal length there.
+def estimator_at(
+    parameters: ParameterSet, *, held_only: bool = False, damped: bool = True, changing: bool = False
+) -> Estimator:
+    """The default estimator at a parameter set, whose values may be irrational; there is no kappa in its formulas.
 
-    Raises NoEstimator.
+    held_only, damped, changing: as in `estimator`. Raises NoEstimator.
     """
     analysis = analysis_of(Evaluation.at(parameters), damped and parameters.scheme.takes_damping)
-    return _found(analysis, analysis, held_only)
+    return _found(analysis, analysis, held_only, changing)
 
 
 def _highest(analysis: Analysis) -> int:
     return max(e.undamped_valuation or 0 for e in analysis.errors)
 
 
-def _found(analysis: Analysis, exact: Analysis, held_only: bool) -> Estimator:
+def _found(analysis: Analysis, exact: Analysis, held_only: bool, changing: bool) -> Estimator:
     """Chosen with numbers for the parameters, then solved for with those that are wanted."""
     one = analysis.motion.one
     uneven = analysis.uneven and exact is not analysis
     ratio = exact.evaluation.number(kappa) if uneven else exact.motion.one
+    levels = LEVELS[:1] if held_only else WITHOUT_BEFORE if changing and not uneven else LEVELS
     chosen: list[Estimate | tuple[int, Family] | None] = [
-        _second_value(analysis, exact, own) or _cheapest(analysis, one, own, LEVELS[:1] if held_only else LEVELS)
-        for own in (0, 1)
+        _second_value(analysis, exact, own) or _cheapest(analysis, one, own, levels) for own in (0, 1)
     ]
     last = LEVELS[-1]
     if any(isinstance(choice, tuple) and choice[0] == last for choice in chosen):  # half steps serve both

@@ -1,16 +1,20 @@
 """SceneStep -> AdaptiveStep: a step whose length the march chooses, with its estimated local error."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from sympy import Expr, Matrix, Symbol
 
 from ..declare.errors import DeclarationError
 from ..declare.scheme import Scheme
-from ..declare.symbols import h, knot, sampled, t
+from ..declare.symbols import h, knot, knot_of, sampled, t
+from ..estimate.estimator import acceleration_lag, kappa
+from ..estimate.held import END, HALVED, START, earlier
 from ..motion.components import Assignments, assign, component_names
 from ..motion.equations import EquationsOfMotion
+from ..oscillator.amplification import reported
 from .interpolant import Interpolant
-from .local_error import Terms, combined, weight_names
+from .local_error import Terms, factored, weight_names
 from .scene_step import SceneStep
 
 
@@ -18,17 +22,27 @@ from .scene_step import SceneStep
 class AdaptiveStep:
     """step: as of a constant step, with h a variable and the time t_n = t.
 
-    once: constants that do not depend on h; changing: those that do, and are computed again where h changes. error_u,
-    error_v: names and expressions of the estimated errors' components. acceleration: from the equation of motion, in
-    components of u, v named without a knot, t and the load. between: the interpolant, for one coordinate of a step.
+    once: constants that do not depend on h; changing: those that do, and are computed again where h changes; uneven:
+    those that depend on kappa, the length of the step before divided by h. error_u, error_v: names and expressions of
+    the estimated errors' components. kept: what is carried from an accepted step to the next for the estimate -> what
+    it is in that step, a symbol of the step or a_*end. by_before: whether the errors of u, of v need the step before.
+    lag: the power of h with which a_0 differs from the motion's own acceleration; None where it does not. halved: the
+    same step, of which two of half the length are made; None where no estimate needs them. acceleration: from the
+    equation of motion, in components of u, v named without a knot, t and the load. between: the interpolant, for one
+    coordinate of a step.
     """
 
     step: SceneStep
     terms: Terms
     once: Assignments
     changing: Assignments
+    uneven: Assignments
     error_u: Assignments
     error_v: Assignments
+    kept: Mapping[Symbol, Symbol]
+    by_before: tuple[bool, bool]
+    lag: int | None
+    halved: SceneStep | None
     acceleration: Matrix
     between: Interpolant
 
@@ -39,40 +53,60 @@ class AdaptiveStep:
         Raises DeclarationError as `SceneStep.of`, and for a scheme whose state holds values before t_n or does not
         begin with u_0, v_0, a_0: its step cannot change.
         """
-        if earlier := [s for s in scheme.state if s not in knot(0)]:
+        if earlier_ones := [s for s in scheme.state if s not in knot(0)]:
             raise DeclarationError(
-                f"{scheme.name}: expected a state at t_n alone where steps change, got {earlier[0]}, which stands at "
-                "another time; give dt, or take a one-step or composite scheme"
+                f"{scheme.name}: expected a state at t_n alone where steps change, got {earlier_ones[0]}, which stands "
+                "at another time; give dt, or take a one-step or composite scheme"
             )
         if scheme.start_scheme is not None or scheme.start:
             raise DeclarationError(
                 f"{scheme.name}: expected a state that begins with u_0, v_0, a_0 where steps change, got a start of "
                 "its own, which depends on the step; give dt, or take another scheme"
             )
-        step = SceneStep.of(scheme, motion, now=t, errors=combined(terms), weights=weight_names(terms))
-        once: Assignments = []
-        changing: Assignments = []
-        moving = {h}
-        for name, e in step.constants:
-            moves = bool(e.free_symbols & moving)
-            (changing if moves else once).append((name, e))
-            moving |= {name} if moves else set()
-        errors = [
+        factors, errors = factored(terms)
+        before = _before(scheme, {s for e in errors for s in e.free_symbols})
+        by_before = tuple(bool(e.free_symbols & before.keys()) for e in errors)
+        names = {s: Symbol(f"{s.name[0]}_*before{k}") for k, s in enumerate(before)}
+        at_end = dict(zip(END[:2], reported(scheme)[:2], strict=True))
+        errors = [e.subs({**at_end, **names}, simultaneous=True) for e in errors]
+        kept = {names[s]: source for s, source in before.items()}
+        lag = acceleration_lag(scheme)
+        if lag is not None or any(e.has(START.a) for e in errors):
+            kept[START.a] = END.a
+        step = SceneStep.of(
+            scheme, motion, now=t, errors=errors, weights=[*weight_names(terms), *(name for name, _ in factors)],
+            read=before.values(),
+        )  # fmt: skip
+        once, changing, uneven = _by_change(factors, step.constants)
+        found = [
             assign(Matrix([Symbol(name) for name in component_names(Symbol(f"{kind}_*error"), motion)]), e)
             for kind, e in zip("uv", step.errors, strict=True)
         ]
         u, v = ([Symbol(name) for name in component_names(Symbol(f"{k}_*now"), motion)] for k in "uv")
         place = dict(zip((*motion.coordinates, *motion.scene.rates), (*u, *v), strict=True))
         acceleration = motion.consistent_acceleration.subs({**place, sampled: Symbol("load")}, simultaneous=True)
+        halved = SceneStep.of(scheme, motion, now=t) if any(e.has(*HALVED[:2]) for e in errors) else None
         return cls(
-            step, terms, once, [*changing, *step.near], errors[0], [both for both in errors[1] if both[1] != 0],
-            acceleration, Interpolant.of(knot(0), knot(1), order),
+            step, terms, once, [*changing, *step.near], uneven, found[0], found[1], kept, (by_before[0], by_before[1]),
+            lag, halved, acceleration, Interpolant.of(knot(0), knot(1), order),
         )  # fmt: skip
 
     @property
     def own_acceleration(self) -> bool:
         """Whether the scheme reports an acceleration of its own."""
         return len(self.step.report) > 2
+
+    @property
+    def end_is_estimated(self) -> bool:
+        """Whether an estimate takes the acceleration at the end of the step from the equation of motion."""
+        names = set(component_names(END.a, self.step.motion))
+        return any(s.name in names for _, e in (*self.error_u, *self.error_v) for s in e.free_symbols)
+
+    @property
+    def refactored(self) -> bool:
+        """Whether the scene is linear and an effective mass depends on h, so that its inverse changes with the step."""
+        depends = {name for name, _ in self.changing}
+        return self.step.motion.linear and any(depends & step.inverse.free_symbols for step in self.step.steps)
 
     @property
     def newton_balances(self) -> list[int]:
@@ -87,3 +121,27 @@ class AdaptiveStep:
     def step_components(self, kind: str) -> Matrix:
         """Symbols of the components of u_0, v_0 or a_0."""
         return Matrix([Symbol(name) for name in component_names(Symbol(f"{kind}_0"), self.step.motion)])
+
+
+def _before(scheme: Scheme, used: set[Symbol]) -> dict[Symbol, Symbol]:
+    """Values of the step before that an estimate uses -> what they were called in that step."""
+    own = {*scheme.unknowns, *scheme.state, *END, *START, *HALVED}
+    names = {earlier(s): s for s in (*scheme.unknowns, *scheme.state)}
+    wanted = sorted((s for s in used if knot_of(s) and s not in own), key=str)
+    if unknown := [s for s in wanted if s not in names]:
+        raise DeclarationError(
+            f"{scheme.name}: expected an estimate from what a step holds, the ends' accelerations, the step before and "
+            f"two half steps, got {unknown[0]}; march it with dt"
+        )
+    return {s: names[s] for s in wanted}
+
+
+def _by_change(factors: Assignments, constants: Assignments) -> tuple[Assignments, Assignments, Assignments]:
+    """Assignments that depend neither on h nor on kappa, that depend on h alone, and those that depend on kappa."""
+    found: tuple[Assignments, Assignments, Assignments] = ([], [], [])
+    depends = {h: 1, kappa: 2}
+    for name, e in (*factors, *constants):
+        place = max((depends.get(s, 0) for s in e.free_symbols), default=0)
+        depends[name] = place
+        found[place].append((name, e))
+    return found

@@ -1,26 +1,36 @@
-"""Estimator -> LocalError: the estimated local errors as sums of weights, powers of h and vectors that a step holds."""
+"""Estimator -> LocalError: the estimated local errors as sums of weights, powers of h and of kappa, and vectors.
 
-from collections.abc import Mapping
+Besides what a step holds, an estimate may take an acceleration from the equation of motion at an end of the step,
+values of the step before, which was kappa*h long, and u and v after two half steps (see `estimate.analysis`).
+"""
+
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from sympy import Add, Expr, Integer, Symbol, expand
+from sympy import Expr, Float, Integer, Poly, Symbol, expand, factor, fraction
 
+from ..algebra.algebraic import Field, generator
+from ..declare.parameter import Root
+from ..declare.parameter_set import ParameterSet
 from ..declare.scheme import Scheme
 from ..declare.symbols import h, knot_of
-from ..estimate.estimator import NoEstimator, estimator
+from ..estimate.estimator import Estimate, Estimator, estimator, estimator_at, kappa
+from ..motion.components import Assignments
 
-# of u, then of v: (symbol of a knot, power of h) of each term
-Terms = tuple[tuple[tuple[str, int], ...], tuple[tuple[str, int], ...]]
+# of u or v: (symbol of a knot, power of h, power of kappa) of each term, and the powers of kappa in the denominator,
+# none where it is 1
+TermsOfOne = tuple[tuple[tuple[str, int, int], ...], tuple[int, ...]]
+Terms = tuple[TermsOfOne, TermsOfOne]  # of u, then of v
 
 
 @dataclass(frozen=True)
 class LocalError:
-    """Estimated local errors (numerical - exact) of u and v: sums of weight * h^power * symbol.
+    """Estimated local errors (numerical - exact) of u and v: sums of weight * h^i * kappa^j * symbol.
 
-    v has none where what the step holds gives no estimate of its error. order: p, where they are O(h^(p+1)). weights:
-    of the terms of u, then of v; expressions in the parameters left free.
+    A sum may stand over another one, of weight * kappa^j. order: p, where both are O(h^(p+1)). weights: of the terms of
+    u and of its denominator, then the same of v; expressions in the parameters left free.
     """
 
     scheme: Scheme
@@ -30,25 +40,17 @@ class LocalError:
 
     @classmethod
     def of(cls, scheme: Scheme, exact: Mapping[str, Any], *, damped: bool) -> "LocalError":
-        """From the scheme's estimator with the given parameters fixed; damped: it has to hold with damping.
+        """From the scheme's estimator where steps change, with the given parameters fixed, others at their default.
 
-        Where what the step holds gives an estimate for u alone, v has no terms. Raises NoEstimator, with the reason,
-        where it gives none for u.
+        damped: it has to hold with damping. A default that is irrational is taken exactly, since an order of accuracy
+        may hold there alone. Raises NoEstimator, with the reason, where there is none.
         """
-        found = estimator(scheme, damped=damped, **exact)
-        if found.displacement.extra:
-            what = "; ".join(f"{symbol}, {text}" for symbol, text in found.displacement.extra.items())
-            raise NoEstimator(
-                f"{scheme.name}: expected an estimate of the local error from what its step holds, got one that needs "
-                f"{what}; march it with dt, or take a scheme such as bathe, or one with a second value (embedded)"
-            )
-        held = [one for one in (found.displacement, found.velocity) if not one.extra]
-        own, numbers = [_collected(found.scheme, one.error) for one in held], []
-        own += [[]] * (2 - len(own))
-        for terms in own:
-            numbers += [weight for _, _, weight in terms]
-        u, v = (tuple((symbol, power) for symbol, power, _ in terms) for terms in own)
-        return cls(scheme, (u, v), tuple(numbers), min(one.order for one in held))
+        found = _found(scheme, exact, damped)
+        own = [_collected(one) for one in (found.displacement, found.velocity)]
+        number = _number(found)
+        weights = tuple(number(e) for _, above, _, below in own for e in (*above, *below))
+        u, v = ((terms, powers) for terms, _, powers, _ in own)
+        return cls(found.scheme, (u, v), weights, min(found.order))
 
     @cached_property
     def parameters(self) -> tuple[Symbol, ...]:
@@ -57,29 +59,70 @@ class LocalError:
         return tuple(s for s in self.scheme.values if s in used)
 
 
+def _found(scheme: Scheme, exact: Mapping[str, Any], damped: bool) -> Estimator:
+    fixed = scheme.fix(exact) if exact else scheme
+    if any(_irrational(p.default) for p in fixed.parameters):
+        return estimator_at(ParameterSet.of(scheme, None, exact), damped=damped, changing=True)
+    return estimator(scheme, damped=damped, changing=True, **exact)
+
+
+def _irrational(default: Any) -> bool:
+    return isinstance(default, Root) or not (default.free_symbols or default.is_Rational)
+
+
+def _number(found: Estimator) -> Callable[[Expr], Expr]:
+    """What writes a weight: as it is, or as a number where parameters are irrational."""
+    evaluation, field = found.evaluation, found.evaluation.field
+    if not isinstance(field, Field):
+        return lambda e: e
+    return lambda e: Float(field.nearest(evaluation.number(e)), 17)
+
+
 def weight_names(terms: Terms) -> list[Symbol]:
-    """A name for each term's weight."""
-    return [Symbol(f"weight_{k}") for k in range(sum(map(len, terms)))]
+    """A name for each weight."""
+    return [Symbol(f"weight_{k}") for k in range(sum(len(above) + len(below) for above, below in terms))]
 
 
 def combined(terms: Terms) -> tuple[Expr, Expr]:
     """The estimated errors of u and v with named weights."""
-    names = iter(weight_names(terms))
-    u, v = (sum((next(names) * h**power * Symbol(symbol) for symbol, power in own), Integer(0)) for own in terms)
-    return u, v
+    factors, errors = factored(terms)
+    named = dict(factors)
+    return tuple(e.subs(named) for e in errors)  # type: ignore[return-value]
 
 
-def _collected(scheme: Scheme, error: Expr) -> list[tuple[str, int, Expr]]:
-    """(symbol, power of h, weight) of each term."""
-    found: list[tuple[str, int, Expr]] = []
-    error = expand(error)
-    for symbol in sorted((s for s in error.free_symbols if knot_of(s)), key=str):
-        for term in Add.make_args(expand(error.diff(symbol))):
-            factor, power = term.as_independent(h)
-            _, exponent = power.as_base_exp() if power != 1 else (h, Integer(0))
-            known = [k for k, (name, p, _) in enumerate(found) if (name, p) == (symbol.name, int(exponent))]
-            if known:
-                found[known[0]] = (symbol.name, int(exponent), found[known[0]][2] + factor)
-            else:
-                found.append((symbol.name, int(exponent), factor))
-    return [(name, power, weight.factor()) for name, power, weight in found]
+def factored(terms: Terms) -> tuple[Assignments, tuple[Expr, Expr]]:
+    """Factors that depend on kappa, each a sum of named weights over another; the errors of u and v with them."""
+    names, factors, errors = iter(weight_names(terms)), [], []
+    for above, below in terms:
+        weights = [next(names) for _ in above]
+        den = sum((next(names) * kappa**power for power in below), Integer(0)) if below else Integer(1)
+        by_symbol: dict[tuple[str, int], Expr] = {}
+        for weight, (symbol, power, of_kappa) in zip(weights, above, strict=True):
+            key = symbol, power
+            by_symbol[key] = by_symbol.get(key, Integer(0)) + weight * kappa**of_kappa
+        error: Expr = Integer(0)
+        for (symbol, power), e in by_symbol.items():
+            if (whole := e / den).has(kappa):
+                factors.append((Symbol(f"factor_{len(factors)}"), whole))
+                whole = factors[-1][0]
+            error += whole * h**power * Symbol(symbol)
+        errors.append(error)
+    return factors, (errors[0], errors[1])
+
+
+def _collected(one: Estimate) -> tuple[tuple[tuple[str, int, int], ...], list[Expr], tuple[int, ...], list[Expr]]:
+    """(symbol, power of h, power of kappa) of each term, their weights; the same of the denominator."""
+    error = one.error if one.error.has(generator) else factor(one.error)
+    numerator, den = fraction(error)
+    den, below = den.as_independent(kappa, as_Add=False)
+    terms: dict[tuple[str, int, int], Expr] = {}
+    numerator = expand(numerator)
+    for symbol in sorted((s for s in numerator.free_symbols if knot_of(s)), key=str):
+        for (of_kappa,), c in Poly(numerator.diff(symbol), kappa).terms():
+            for term in expand(c / den).as_ordered_terms():
+                weight, power = term.as_independent(h, as_Add=False)
+                key = symbol.name, int(power.as_base_exp()[1]) if power != 1 else 0, of_kappa
+                terms[key] = terms.get(key, Integer(0)) + weight
+    known = Poly(below, kappa).terms() if below != 1 else []
+    weights = [e if e.has(generator) else factor(e) for e in terms.values()]
+    return (*terms,), weights, tuple(power for (power,), _ in known), [c for _, c in known]

@@ -121,8 +121,11 @@ class SceneStep:
         now: Expr | None = None,
         errors: Sequence[Expr] = (),
         weights: Iterable[Symbol] = (),
+        read: Iterable[Symbol] = (),
     ) -> "SceneStep":
         """now: the time t_n, by default i*h. errors: linear in knots' symbols; weights: numbers that they contain.
+
+        read: further symbols of the step that have to be computed.
 
         Raises DeclarationError for coefficients that are no matrices of the scene, or a parameter that both have.
         """
@@ -139,7 +142,7 @@ class SceneStep:
         stencil = instants([*(b.load for b in scheme.balances), *outputs], scheme.typical)
         w = Writer(scheme, motion, stencil, now=now)
         w.fixed.update(weights)
-        wanted = _wanted(scheme, prior, found, [*outputs, *errors], damped=damped)
+        wanted = _wanted(scheme, prior, found, [*outputs, *errors, *read], damped=damped)
         known = _assigned(w, {s: e for s, e in prior.items() if s in wanted})
         last, steps = knot(0).u, []
         for stage in found:

@@ -1,7 +1,6 @@
 """The catalogue's estimators at default parameters as plain data, from which the runtime computes how good they are."""
 
 from collections.abc import Iterable
-from fractions import Fraction
 from typing import Any
 
 from ..algebra.algebraic import Field
@@ -35,7 +34,7 @@ def entry(scheme: Scheme) -> dict[str, Any]:
     assert isinstance(field, Field)
 
     def terms(polynomial: Polynomial) -> Terms:
-        return tuple((p, q, _float(field, c)) for (p, q), c in sorted(polynomial.items()))
+        return tuple((p, q, field.nearest(c)) for (p, q), c in sorted(polynomial.items()))
 
     def row(entries: Row) -> tuple[Terms, ...]:
         return tuple(terms(e) for e in entries)
@@ -62,12 +61,3 @@ def _filter(evaluation: Evaluation, terms: Any) -> tuple[Terms, Terms] | None:
         return None
     numerator, denominator = on_oscillator(found).as_numer_denom()
     return tuple(terms(evaluation.coefficients(part.expand())) for part in (numerator, denominator))  # type: ignore
-
-
-def _float(field: Field, number: Any) -> float:
-    low, high = field.enclose(number)
-    while (high - low) * 10**20 > max(abs(low), abs(high)):
-        field.narrow()
-        low, high = field.enclose(number)
-    middle = (low + high) / 2
-    return float(Fraction(int(middle.numerator), int(middle.denominator)))

@@ -7,7 +7,7 @@ first use.
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from functools import cache, cached_property
+from functools import cache, cached_property, lru_cache
 from types import MappingProxyType, ModuleType
 from typing import TYPE_CHECKING, Any
 
@@ -28,9 +28,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class LocalError:
-    """terms: of u, then of v, (symbol, power of h) of each; weights: their factors; order: p, errors are O(h^(p+1))."""
+    """terms: of u, then of v, as `local_error_module` has them; weights: their factors; order: p, errors O(h^(p+1))."""
 
-    terms: tuple[tuple[tuple[str, int], ...], tuple[tuple[str, int], ...]]
+    terms: Any
     weights: tuple[float, ...]
     order: int
 
@@ -170,32 +170,7 @@ class Scheme:
 
         Raises ValueError if it cannot.
         """
-        if damped not in self._local_errors:
-            self._local_errors[damped] = self._estimated(damped)
-        return self._local_errors[damped]
-
-    @cached_property
-    def _local_errors(self) -> dict[bool, LocalError]:
-        """Those already asked for, by whether the scene is damped."""
-        return {}
-
-    def _estimated(self, damped: bool) -> LocalError:
-        from ..derived.modules import local_error_module  # noqa: PLC0415 (the one door to SymPy)
-
-        if self.info.start != "given" or any(lag for _, lag in self.info.history):
-            raise ValueError(
-                "expected a one-step or composite scheme that starts from u, v, a where steps change, got "
-                f"{self.name}, which carries {', '.join(self.state)}; give dt in place of tol, or take another scheme"
-            )
-        module = local_error_module(self.info.source, {name: float(x) for name, x in self.given.items()}, damped)
-        values = [self.parameters[name] for name in module.PARAMETERS]
-        weights = tuple(float(x) for x in module.weights(*values))
-        if not all(map(math.isfinite, weights)) or not any(weights):
-            raise ValueError(
-                f"expected an estimate of the local error of {self.name}, got the weights {weights} at these "
-                "parameters; change them, or give dt in place of tol"
-            )
-        return LocalError(module.TERMS, weights, module.ORDER)
+        return _local_error(self, tuple(sorted(self.given)), damped)
 
     def lane(self, j: int) -> "Scheme":
         """The scheme with the parameters of lane j, where they are arrays (P,); itself where none are."""
@@ -274,3 +249,24 @@ class Scheme:
     def __repr__(self) -> str:
         values = (f"{name}={value.tolist()}" for name, value in self.parameters.items())
         return f"Scheme({', '.join([self.name, *values])})"
+
+
+@lru_cache(maxsize=1024)
+def _local_error(scheme: Scheme, given: tuple[str, ...], damped: bool) -> LocalError:
+    """given: names of the parameters that were not left to their default, which is taken exactly."""
+    from ..derived.modules import local_error_module  # noqa: PLC0415 (the one door to SymPy)
+
+    if scheme.info.start != "given" or any(lag for _, lag in scheme.info.history):
+        raise ValueError(
+            "expected a one-step or composite scheme that starts from u, v, a where steps change, got "
+            f"{scheme.name}, which carries {', '.join(scheme.state)}; give dt in place of tol, or take another scheme"
+        )
+    module = local_error_module(scheme.info.source, {name: float(x) for name, x in scheme.given.items()}, damped)
+    values = [scheme.parameters[name] for name in module.PARAMETERS]
+    weights = tuple(float(x) for x in module.weights(*values))
+    if not all(map(math.isfinite, weights)) or not any(weights):
+        raise ValueError(
+            f"expected an estimate of the local error of {scheme.name}, got the weights {weights} at these "
+            "parameters; change them, or give dt in place of tol"
+        )
+    return LocalError(module.TERMS, weights, module.ORDER)

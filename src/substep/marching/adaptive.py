@@ -1,8 +1,8 @@
 """March in steps that are chosen from the estimated local error."""
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass, replace
 from functools import cache
 from types import ModuleType
 from typing import Any
@@ -15,9 +15,11 @@ from ..core.loads import as_numbers, break_points
 from ..core.response import STATUSES, Response, Statistics
 from ..core.scenes import Scene
 from ..core.schemes import Array, Scheme
+from ..core.threads import spread
 from .scene_lanes import TOLERANCE
 
 ROWS = 512  # of the first buffer; each further one holds twice as many
+NANOSECONDS = 5e4  # of a run, roughly
 FULL = len(STATUSES)  # the kernels' status for rows that are full: to be called again
 NO_GRID = np.empty(0)
 NO_LOAD = as_numbers(None)
@@ -25,22 +27,24 @@ NO_LOAD = as_numbers(None)
 
 @dataclass(frozen=True)
 class Control:
-    """What is asked of chosen steps.
+    """What is asked of chosen steps; rtol, atol_u and share_v may be (P,), for lanes.
 
     A step is accepted if the root of the mean square of its estimated errors, each over its scale, is at most 1. The
     scale of a component of u is atol_u + rtol*|u|, that of v is atol_v + share_v*(largest |v| so far) + rtol*|v|.
     dt_first: 0 to choose it from the first accelerations; dt_min, dt_max: bounds, s. grid (n,): times at which rows are
-    wanted, None for a row a step.
+    wanted, None for a row a step. rung: ratio of the lengths between which steps move, 0 for any length, None for what
+    the kernels' derivation says.
     """
 
-    rtol: float
-    atol_u: float
+    rtol: Any
+    atol_u: Any
     atol_v: float
-    share_v: float
+    share_v: Any
     dt_first: float = 0.0
     dt_min: float = 0.0
     dt_max: float = math.inf
     grid: Array | None = None
+    rung: float | None = None
 
     @classmethod
     def of(
@@ -55,6 +59,7 @@ class Control:
         dt_min: float | None = None,
         dt_max: float | None = None,
         grid: ArrayLike | None = None,
+        rung: float | None = None,
     ) -> "Control":
         """Checked arguments of `march`; length: of the scene. Raises ValueError, with the cure."""
         tol = real_number("tol", tol, positive=True)
@@ -81,7 +86,20 @@ class Control:
                 f"expected dt_first between dt_min = {low} and dt_max = {high}, got {steps['dt_first']}; "
                 "change it, or leave it out"
             )
-        return cls(rtol, atol_u, atol_v, share_v, **steps, grid=None if grid is None else _grid(grid, t_end))
+        if rung is not None and (rung := real_number("rung", rung)) != 0.0 and not 1.0 < rung <= 10.0:
+            raise ValueError(
+                f"expected rung between 1 and 10, the ratio of two lengths of steps, or 0 for any length, got {rung}; "
+                "take 2**0.5, or leave it out"
+            )
+        rows = None if grid is None else _grid(grid, t_end)
+        return cls(rtol, atol_u, atol_v, share_v, **steps, grid=rows, rung=rung)
+
+    def over(self, length: Any, tol: Any, given: Collection[str]) -> "Control":
+        """The same for lanes: scene's lengths and tolerances (P,); given: arguments that stay as they are."""
+        own: dict[str, Any] = {} if "rtol" in given else {"rtol": tol}
+        if "atol" not in given:
+            own["atol_u"] = tol * length
+        return replace(self, **own, share_v=tol if self.share_v else 0.0)
 
 
 def _grid(grid: ArrayLike, t_end: float) -> Array:
@@ -127,7 +145,7 @@ def lanes_of(
     named = {
         **scene.parameters, **scheme.parameters, **{f"weight_{k}": x for k, x in weights}, **vars(asked),
         "tolerance": TOLERANCE * length, "power": 0.5 / (error.order + 1), "length": length, "t_end": t_end,
-        "bound": bound,
+        "bound": bound, "rung": module.RUNG if asked.rung is None else asked.rung,
     }  # fmt: skip
     numbers = np.empty((P, len(module.SCALARS)))
     for k, name in enumerate(module.SCALARS):
@@ -144,7 +162,7 @@ def lanes_of(
         "samples": samples,
         "targets": targets,
         "grid": grid,
-        "state": np.empty((P, len(scheme.state), d)),
+        "state": np.empty((P, module.STATE, d)),
         "here": np.empty((P, 3, d)),
         "control": np.zeros((P, module.CONTROL)),
         "counts": np.zeros((P, module.COUNTS), np.int64),
@@ -160,6 +178,43 @@ def _buffers(P: int, rows: int, d: int, balances: int, gridded: bool) -> dict[st
         "out": np.empty((P, rows, 3, d)),
         "iterations": np.zeros((P, 0 if gridded else rows, balances), np.int64),
     }
+
+
+RowReader = Callable[[int, Array], None]  # takes rows (rows, 3, d) of u, v, a of a lane, those not yet given to it
+
+
+def march_lanes_adaptive(
+    scene: Scene, scheme: Scheme, asked: Control, t_end: float, P: int, *, bound: float = math.inf,
+    reader: RowReader | None = None,
+) -> tuple[ModuleType, dict[str, Any]]:  # fmt: skip
+    """P runs from t = 0 to t_end (s) by threads, each with steps of its own; the kernels and their arguments by name.
+
+    scene: parameters that are arrays are (P,). Rows are those of the grid, in `out`, NaN where a run did not reach it;
+    reader: without a grid, called by several threads at once with all rows of a lane, part by part.
+    """
+    module = adaptive_kernels(scene, scheme)
+    x = lanes_of(scene, scheme, asked, t_end, P, bound=bound, rows=ROWS if reader else 0)
+    shared = {name for name, value in x.items() if name in ("samples", "grid") or len(value) != P}
+    if asked.grid is not None:
+        x["out"][:] = np.nan
+
+    def part(first: int, last: int) -> None:
+        own = {name: value if name in shared else value[first:last] for name, value in x.items()}
+        module.march(*own.values())
+        if reader is None:
+            return
+        for k in range(last - first):
+            lane = {name: value if name in shared else value[k : k + 1] for name, value in own.items()}
+            while True:
+                n = lane["counts"][0, module.ROWS]
+                reader(first + k, lane["out"][0, :n])
+                if lane["status"][0] != FULL:
+                    break
+                lane["counts"][0, module.ROWS] = 0
+                module.march(*lane.values())
+
+    spread(part, P, 1, nanoseconds=P * NANOSECONDS)
+    return module, x
 
 
 def march_adaptive(

@@ -15,7 +15,7 @@ from .adaptive import Control, march_adaptive
 from .linear import LinearLanes, Oscillators, march_linear
 from .scene_lanes import march_lanes
 
-CHOSEN = ("rtol", "atol", "dt_first", "dt_min", "dt_max", "grid")  # arguments of `march` for chosen steps
+CHOSEN = ("rtol", "atol", "dt_first", "dt_min", "dt_max", "grid", "rung")  # arguments of `march` for chosen steps
 
 
 def number_of_steps(dt: float, t_end: float) -> int:
@@ -52,7 +52,8 @@ def march(
     tol: the estimated local error of each step relative to the motion; with it alone rtol = tol, atol of u is
     tol * the scene's length and that of v is tol * the largest |v| so far. More about chosen steps: rtol; atol, of u or
     of u and v, in their units; dt_first, dt_min, dt_max, s; grid, ascending times at which rows are wanted in place of
-    the steps' ends. Steps end on t_end and where the load jumps or has a kink. See docs/adaptive.md.
+    the steps' ends; rung, the ratio of the lengths between which steps move, 0 for any length. Steps end on t_end and
+    where the load jumps or has a kink. See docs/adaptive.md.
 
     Raises ValueError for dt <= 0, for t_end that is not a multiple of dt, for tol <= 0, for both or neither of dt and
     tol, for a scheme whose parameters are arrays or that cannot change its step, and for a load that is not finite. A

@@ -31,8 +31,9 @@ def sweep(
     scene: "Scene | str | SceneDeclaration",
     scheme: "Scheme | str | Declaration",
     *,
-    dt: ArrayLike,
     t_end: float,
+    dt: ArrayLike | None = None,
+    tol: ArrayLike | None = None,
     keep: Keep = "final",
     samples: int | None = None,
     energy_bound: float | None = None,
@@ -47,7 +48,9 @@ def sweep(
 
     scene, scheme: a name or declaration, or a handle, which stands for the parameters that it was given. The axes
     override these; parameters that were not given take their default, which may depend on a swept parameter. dt: the
-    step in s, a number or an axis, which is the first.
+    step in s, a number or an axis, which is the first. tol, in place of dt: a number or an axis too, the tolerance by
+    which each run chooses steps of its own, with rtol, atol, dt_first, dt_min, dt_max, rung as in `substep.march`; then
+    keep="history" needs grid, the times of its rows.
 
     axes: any parameter of scheme, scene or load (except of a Record), or a family's argument, by name: a row of values
     becomes a dimension, in the order of the call, a number does not. A name that two of them have needs a prefix, as in
@@ -59,7 +62,8 @@ def sweep(
     every step, or, with samples=N, at the ends of N equal intervals. Several dt need samples, and N has to divide every
     number of steps. energy_bound: as in `substep.march`, in J.
 
-    The Dataset also has status (see its flag_meanings; -1 for a run not yet made), n_done (steps completed),
+    The Dataset also has status (see its flag_meanings; -1 for a run not yet made), n_done (steps completed) or, where
+    steps are chosen, accepted and rejected (steps) and t_failed (s, the end of the step that could not be made),
     newton_iterations (mean over the steps, for each balance, 0 where it is linear) and newton_most (the largest number
     in a step). Where a run failed, what it did not reach is NaN, which is all of "final"; peaks are those of the steps
     completed. attrs hold what all points share.
@@ -69,10 +73,11 @@ def sweep(
     chunks. progress: a bar on the terminal once it has taken a second. Ctrl-C returns what is done, with
     attrs["interrupted"] = 1.
 
-    Raises ValueError, before anything is run, for names and values that do not fit, for t_end that is not a multiple of
-    every dt, and for a save that holds another sweep. If running raises, the exception's `dataset` is what was done.
+    Raises ValueError, before anything is run, for names and values that do not fit, for both or neither of dt and tol,
+    for a scheme that cannot change its step where steps are chosen, for t_end that is not a multiple of every dt, and
+    for a save that holds another sweep. If running raises, the exception's `dataset` is what was done.
     """
-    plan = planned(scene, scheme, dt, t_end, keep, samples, energy_bound, a0, load, axes)
+    plan = planned(scene, scheme, dt, tol, t_end, keep, samples, energy_bound, a0, load, axes)
     of, shell, piece = variables(plan), template(plan), plan.piece(client is not None)
     store = None if save is None else Store(Path(save), plan, shell, of, piece)
     chunks = plan.chunks(piece if store is None else store.piece)

@@ -13,6 +13,7 @@ from ..core.schemes import Array, Scheme
 from ..core.threads import serial
 from ..marching.run import march_oscillators, number_of_steps
 from ..marching.scene_lanes import march_lanes
+from .chosen_steps import march_chosen
 from .plan import Plan
 
 Results = dict[str, Any]
@@ -24,9 +25,12 @@ def run_chunk(plan: Plan, first: int, last: int, room: Results | None = None) ->
     room: where some of them may be put, by name and of that shape; the others are new arrays.
     """
     found: Results = {}
-    for places, scene, scheme, dt in plan.groups(np.arange(first, last)):
+    for places, scene, scheme, step in plan.groups(np.arange(first, last)):
         whole = len(places) == last - first
-        group = _march_group(plan, scene, scheme, dt, len(places), room if whole and room else {})
+        if plan.by_tol:
+            group = march_chosen(plan, scene, scheme, step, len(places))
+        else:
+            group = _march_group(plan, scene, scheme, step, len(places), room if whole and room else {})
         if whole:
             return group
         for name, values in group.items():

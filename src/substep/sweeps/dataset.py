@@ -50,7 +50,7 @@ def variables(plan: Plan) -> dict[str, Variable]:
         dims = [("t", plan.rows)] if plan.keep == "history" else []
         dims += [coordinate] if name != "energy" else []
         peak = plan.keep == "peak"
-        if peak and name == "energy" and plan.oscillator:
+        if peak and name == "energy" and plan.oscillator and not plan.by_tol:
             continue
         largest = "largest" if name == "energy" else "largest modulus of"
         long_name = {"final": f"{meaning} at t_end", "peak": f"{largest} {meaning}", "history": meaning}[plan.keep]
@@ -63,7 +63,12 @@ def variables(plan: Plan) -> dict[str, Variable]:
         long_name="Newton's iterations, mean of the steps done",
     )
     add("newton_most", np.int64(0), balance, units="1", long_name="Newton's iterations, most of any step")
-    add("n_done", np.int64(0), units="1", long_name="steps completed")
+    if plan.by_tol:
+        add("accepted", np.int64(0), units="1", long_name="steps accepted")
+        add("rejected", np.int64(0), units="1", long_name="steps rejected")
+        add("t_failed", np.float64(np.nan), units="s", long_name="end of the step that could not be made")
+    else:
+        add("n_done", np.int64(0), units="1", long_name="steps completed")
     add("status", np.int8(NOT_RUN), long_name="how the run ended", **STATUSES)
     return found
 
@@ -74,7 +79,10 @@ def template(plan: Plan) -> "xarray.Dataset":
 
     coordinates = {axis.name: named(axis.name, axis.values, _attributes(plan, axis)) for axis in plan.axes}
     if plan.keep == "history":
-        t = np.arange(plan.rows) * (plan.t_end / (plan.rows - 1) if plan.samples else plan.given["step"]["dt"])
+        if plan.by_tol:
+            t = np.asarray(plan.chosen["grid"], dtype=np.float64)
+        else:
+            t = np.arange(plan.rows) * (plan.t_end / (plan.rows - 1) if plan.samples else plan.given["step"]["dt"])
         coordinates["t"] = named("t", t, {"units": "s", "long_name": "time"})
     names = np.array([name for name, _ in plan.scene_of_one.coordinates], dtype=object)
     coordinates["coordinate"] = named("coordinate", names, {"long_name": f"coordinate of {plan.scene_of_one.name}"})
@@ -85,7 +93,7 @@ def template(plan: Plan) -> "xarray.Dataset":
 
 def _attributes(plan: Plan, axis: Axis) -> dict[str, Any]:
     if axis.owner == "step":
-        return {"units": "s", "long_name": "step"}
+        return {"units": "s", "long_name": "step"} if axis.key == "dt" else {"units": "1", "long_name": "tolerance"}
     whose = {"scheme": plan.scheme_of_all.name, "scene": plan.scene_of_one.name, "load": f"the load {_name(plan.load)}"}
     return {"long_name": f"{axis.key} of {whose[axis.owner]}"}
 
@@ -104,6 +112,7 @@ def description(plan: Plan) -> dict[str, Any]:
             f"load_{k}": x for k, x in _description_of(plan.load, plan.t_end).items() if ("load", k) not in swept
         }
     found |= dict(plan.given["step"]) | {"t_end": plan.t_end, "keep": plan.keep}
+    found |= {name: np.atleast_1d(x).astype(float).tolist() for name, x in plan.chosen.items()}
     found |= {} if plan.samples is None else {"samples": plan.samples}
     found |= {} if np.isinf(plan.bound) else {"energy_bound": plan.bound}
     declarations = "".join(map(_declaration_digest, (scheme.kernels, scene.module)))

@@ -19,8 +19,10 @@ from ..core.loads import Load, LoadLanes, Record, is_known
 from ..core.scenes import Scene, checked_parameters, make_scene, scene_info
 from ..core.schemes import Array, Scheme, scheme_info
 from ..core.schemes import scheme as make_scheme
+from ..marching.adaptive import ROWS
 from ..marching.linear import LOADED
-from ..marching.run import number_of_steps
+from ..marching.run import CHOSEN, number_of_steps
+from .chosen_steps import check_chosen, step_of
 
 if TYPE_CHECKING:
     from ..derived.modules import Declaration, SceneDeclaration
@@ -29,10 +31,11 @@ Keep = Literal["final", "peak", "history"]
 Owner = Literal["step", "scheme", "scene", "load"]
 MEMORY = 64e6  # bytes that a chunk takes while it is run
 LANE_STEPS = {True: 5e7, False: 4e6}  # linear march or not -> steps of all lanes of a chunk: about 0.2 s on one core
+CHOSEN_STEPS = 2000  # taken for the number of steps of a run that chooses them
 FOR_A_CLUSTER = 2e6  # fewest such steps of a chunk for another process: sending it must take little of the time
 # names in the Dataset that an axis cannot have
 RESERVED = {"t", "coordinate", "balance", "u", "v", "a", "energy", "peak_u", "peak_v", "peak_a", "peak_energy"} | {
-    "status", "n_done", "newton_iterations", "newton_most"
+    "status", "n_done", "newton_iterations", "newton_most", "accepted", "rejected", "t_failed"
 }  # fmt: skip
 
 
@@ -59,7 +62,8 @@ class Plan:
     """A checked sweep as plain data, which is all that a worker is sent.
 
     scene, scheme: name, or a declaration of the user's own. given: parameters that are the same in all points, by
-    owner. a0, load, t_end (s), keep, samples: as in `substep.sweep`. bound: energy in J, inf for none.
+    owner. a0, load, t_end (s), keep, samples: as in `substep.sweep`. bound: energy in J, inf for none. chosen: what is
+    asked of steps that runs choose, as in `substep.march`, by name.
     """
 
     scene: "str | SceneDeclaration"
@@ -72,6 +76,12 @@ class Plan:
     keep: Keep
     samples: int | None
     bound: float
+    chosen: Mapping[str, Any]
+
+    @property
+    def by_tol(self) -> bool:
+        """Whether each run chooses its steps."""
+        return "tol" in self.given["step"] or any((axis.owner, axis.key) == ("step", "tol") for axis in self.axes)
 
     @cached_property
     def shape(self) -> tuple[int, ...]:
@@ -80,7 +90,9 @@ class Plan:
 
     @cached_property
     def steps(self) -> tuple[int, ...]:
-        """How many steps a run takes, for each dt."""
+        """How many steps a run takes, for each dt; none where runs choose their steps."""
+        if self.by_tol:
+            return ()
         swept = [axis.values for axis in self.axes if axis.owner == "step"]
         return tuple(
             number_of_steps(float(dt), self.t_end) for dt in (swept[0] if swept else [self.given["step"]["dt"]])
@@ -115,20 +127,23 @@ class Plan:
 
     @property
     def rows(self) -> int:
-        """How many rows a history has, with that of the start."""
+        """How many rows a history has, with that of the start or on the grid."""
+        if self.by_tol:
+            return len(self.chosen["grid"])
         return 1 + (self.samples or max(self.steps, default=0))
 
     def __getstate__(self) -> dict[str, Any]:
         """Only the fields: cached handles of scheme and scene hold functions, which cannot be pickled."""
         return {f.name: getattr(self, f.name) for f in fields(self)}
 
-    def groups(self, points: NDArray[np.int64]) -> Iterator[tuple[NDArray[np.int64], Scene, Scheme, float]]:
-        """The points in groups that can be the lanes of one march: their places in points, scene, scheme and dt.
+    def groups(self, points: NDArray[np.int64]) -> Iterator[tuple[NDArray[np.int64], Scene, Scheme, Any]]:
+        """The points in groups that can be the lanes of one march: their places, scene, scheme, and dt or tol.
 
-        Points of a group share the step, and a load of the user's own.
+        Points of a group share the step, and a load of the user's own. Where they choose their steps, they share the
+        load and the scheme's parameters, on which its estimate depends.
         """
         at = dict(zip(self.axes, np.unravel_index(points, (1, *self.shape))[1:], strict=True))
-        common = ("step",) if is_known(self.load) else ("step", "load")
+        common = ("scheme", "load") if self.by_tol else ("step",) if is_known(self.load) else ("step", "load")
         keys = [at[axis] for axis in self.axes if axis.owner in common]
         if not keys:
             yield np.arange(len(points)), *self._lanes(at)
@@ -138,30 +153,34 @@ class Plan:
         for places in np.split(order, np.flatnonzero(np.any(changes, axis=0)) + 1):
             yield places, *self._lanes({axis: index[places] for axis, index in at.items()})
 
-    def _lanes(self, at: Mapping[Axis, NDArray[np.int64]]) -> tuple[Scene, Scheme, float]:
-        """Scene and scheme of points given by their index on each axis, with arrays for what is swept; and dt."""
+    def _lanes(self, at: Mapping[Axis, NDArray[np.int64]]) -> tuple[Scene, Scheme, Any]:
+        """Scene and scheme of points given by their index on each axis, arrays for what is swept; and dt or tol."""
         one = {
             owner: {a.key: float(a.values[i[0]]) for a, i in at.items() if a.owner == owner}
             for owner in get_args(Owner)
         }
         load = self.load
-        if one["load"] and is_known(load):
+        if one["load"] and is_known(load) and not self.by_tol:
             own = {f.name: getattr(load, f.name) for f in fields(load)}  # type: ignore[arg-type]
             load = LoadLanes(type(load), self._values("load", at, own))  # type: ignore[arg-type]
         elif one["load"]:
             load = replace(load, **one["load"])  # type: ignore[type-var]
         info = scene_info(self.scene, {})
         values = checked_parameters(info, self._values("scene", at, self.given["scene"]), real_array)
-        scheme = make_scheme(self.scheme, **self._values("scheme", at, self.given["scheme"]))
-        return make_scene(info, values, self.a0, load), scheme, {**self.given["step"], **one["step"]}["dt"]
+        of_scheme = self._values("scheme", at, self.given["scheme"])
+        if self.by_tol:
+            scheme = make_scheme(self.scheme, **{**of_scheme, **one["scheme"]})
+            return make_scene(info, values, self.a0, load), scheme, self._values("step", at, self.given["step"])["tol"]
+        step = {**self.given["step"], **one["step"]}["dt"]
+        return make_scene(info, values, self.a0, load), make_scheme(self.scheme, **of_scheme), step
 
     def _values(self, owner: Owner, at: Mapping[Axis, NDArray[np.int64]], given: Mapping[str, Any]) -> dict[str, Any]:
         return {**given, **{axis.key: axis.values[i] for axis, i in at.items() if axis.owner == owner}}
 
     def piece(self, cluster: bool) -> tuple[int, ...]:
         """Shape of a chunk: one value of each leading axis, a piece of one axis, the whole of each trailing axis."""
-        n = max(self.steps, default=1)
-        lanes = min(LANE_STEPS[self.oscillator] / n, MEMORY / self._bytes_of_a_lane(n))
+        n = max(self.steps, default=CHOSEN_STEPS if self.by_tol else 1)
+        lanes = min(LANE_STEPS[self.oscillator and not self.by_tol] / n, MEMORY / self._bytes_of_a_lane(n))
         lanes = max(1.0, lanes, FOR_A_CLUSTER / n if cluster else 0.0)
         piece: list[int] = []
         for size in (max(size, 1) for size in reversed(self.shape)):
@@ -173,6 +192,9 @@ class Plan:
     def _bytes_of_a_lane(self, n: int) -> float:
         """Memory in bytes that a run takes: its rows, a copy of them to compute results from, and loads."""
         d, scheme = len(self.scene_of_one.coordinates), self.scheme_of_all
+        if self.by_tol:
+            rows = {"final": 1, "peak": ROWS, "history": self.rows if self.keep == "history" else 0}[self.keep]
+            return 8.0 * (rows * (6 * d + 4) + 100)
         whole = self.bound < math.inf or (self.keep == "peak" and not self.oscillator)
         rows = n + 1 if whole else {"final": 2, "peak": 0, "history": self.rows}[self.keep]
         own_load = any(axis.owner in ("scheme", "load") for axis in self.axes) or not self.oscillator
@@ -193,11 +215,12 @@ class Plan:
 
 
 def planned(
-    scene: "Scene | str | SceneDeclaration", scheme: "Scheme | str | Declaration", dt: ArrayLike, t_end: float,
-    keep: Keep, samples: int | None, energy_bound: float | None, a0: ArrayLike | str | None, load: Load | None,
-    values: dict[str, Any],
+    scene: "Scene | str | SceneDeclaration", scheme: "Scheme | str | Declaration", dt: ArrayLike | None,
+    tol: ArrayLike | None, t_end: float, keep: Keep, samples: int | None, energy_bound: float | None,
+    a0: ArrayLike | str | None, load: Load | None, values: dict[str, Any],
 ) -> Plan:  # fmt: skip
     """The checked plan of the arguments of `sweep`. Raises ValueError before anything is run."""
+    step, chosen, values = step_of(dt, tol, values)
     given: dict[Owner, dict[str, Any]] = {"step": {}, "scheme": {}, "scene": {}, "load": {}}
     handles: dict[Owner, dict[str, Any]] = {"scheme": {}, "scene": {}}
     if isinstance(scene, Scene):
@@ -218,7 +241,7 @@ def planned(
         _check_scheme(scheme)
     of_scheme = scheme.info if isinstance(scheme, Scheme) else scheme_info(scheme)
     axes: list[Axis] = []
-    for name, (owner, key), value in _resolved(of_scene, of_scheme, load, {"dt": dt, **values}):
+    for name, (owner, key), value in _resolved(of_scene, of_scheme, load, {**step, **values}):
         family = of_scheme.families.get(key) if owner == "scheme" else None
         for replaced in family.values if family else (key,):
             handles.get(owner, {}).pop(replaced, None)
@@ -239,7 +262,7 @@ def planned(
     bound = math.inf if energy_bound is None else real_number("energy_bound", energy_bound)
     t_end = real_number("t_end", t_end, positive=True)
     samples = int(samples) if isinstance(samples, np.integer) else samples
-    plan = Plan(of_scene.source, of_scheme.source, given, a0, load, tuple(axes), t_end, keep, samples, bound)
+    plan = Plan(of_scene.source, of_scheme.source, given, a0, load, tuple(axes), t_end, keep, samples, bound, chosen)
     _check(plan)
     return plan
 
@@ -282,8 +305,8 @@ def _resolved(
     found: tuple[Owner, str]
     for name, value in values.items():
         owners: list[Owner] = [owner for owner, keys in owned.items() if name in keys]
-        if name == "dt":
-            found = "step", "dt"
+        if name in ("dt", "tol"):
+            found = "step", name
         elif len(owners) > 1 or (owners and name in RESERVED):
             choice = " or ".join(f"{owner}_{name}" for owner in owners)
             whose = " and ".join(owners) if len(owners) > 1 else f"the {owners[0]} and the results"
@@ -295,7 +318,9 @@ def _resolved(
         else:
             known = [key for keys in owned.values() for key in keys]
             raise unknown_name(
-                f"a parameter of {scheme.name}, {scene.name}, their load or the step", name, ["dt", *known]
+                f"a parameter of {scheme.name}, {scene.name}, their load or the step",
+                name,
+                ["dt", "tol", *CHOSEN, *known],
             )
         if found in seen:
             raise ValueError(f"expected {found[1]} of the {found[0]} once, got {seen[found]} and {name}; drop one")
@@ -317,6 +342,9 @@ def _check(plan: Plan) -> None:
     steps = plan.steps
     plan.scheme_of_all  # noqa: B018 (making it checks it)
     plan.scene_of_one  # noqa: B018
+    if plan.by_tol:
+        check_chosen(plan)
+        return
     swept_dt = any(axis.owner == "step" for axis in plan.axes)
     if plan.samples is None:
         if swept_dt and plan.keep == "history":

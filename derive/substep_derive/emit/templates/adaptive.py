@@ -13,16 +13,20 @@ SCENE = "{scene}"
 # numbers of a lane, in order: parameters, weights of the estimate's terms, what is asked of the run
 SCALARS = {scalars}
 # places in a lane's control and counts
-(TIME, PROPOSED, BEFORE, LAST, SPEED, PEAK, SMALLEST, LARGEST), CONTROL = range(8), 8
+(TIME, PROPOSED, BEFORE, LAST, SPEED, PEAK, SMALLEST, LARGEST, BASE, HELD), CONTROL = range(10), 10
 (BEGUN, TARGET, ROWS, GRID, ACCEPTED, REJECTED, FAILED), COUNTS = range(7), 7
 BALANCES = {balances}
+# rows of the state: the scheme's, and what an estimate reads of the step before
+STATE = {state}
 # powers of t that the interpolant reproduces
 DEGREE = {degree}
 # arithmetic operations of a step, the estimate included, and of one iteration of each balance that has one
 OPERATIONS = {operations}
+# ratio of the lengths between which steps move, 0.0 for any length; and the work of a change of length, in steps
+RUNG, CHANGE = {rung}, {change}
 COMPLETED, NON_FINITE, ENERGY_BOUND, STEP_TOO_SMALL, BUFFER_FULL = 0, 2, 3, 4, 5
 # squares of weighted errors: the one that is aimed at, and the largest with which a step keeps its length; it keeps it
-# too where it could be longer by less than a fifth, so that what depends on it need not be computed again
+# too where it could be longer by less than a third, so that what depends on it need not be computed again
 AIM, KEPT = 0.16, 0.5
 
 # contract: a product and a sum may become one operation; sums keep their order
@@ -63,6 +67,20 @@ def _factor(size, before, ratio, power):
     if ratio != 1.0:
         wanted -= 0.25 * np.log(ratio)
     return np.exp(min(max(wanted, -1.6), 1.0))
+
+
+@_inner
+def _on_ladder(wanted, held, base, rung, left, dt_min):
+    """The longest base * rung**k that is at most the wanted length; the one held where a longer one saves too little.
+
+    left: the time to go, in which a longer step has to save more steps than its change costs.
+    """
+    found = base * rung ** np.floor(np.log(wanted / base) / np.log(rung) + 1e-9)
+    if found < dt_min and dt_min <= wanted:
+        return dt_min
+    if found > held and left * (1.0 / held - 1.0 / found) <= CHANGE:
+        return held
+    return found
 '''
 
 ACCELERATION = '''
@@ -77,10 +95,12 @@ def _acceleration({arguments}):
 FIRST = '''
 
 @_inner
-def _first(numbers, start, load, samples, middle):
-    """Length of the first step: Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I (1993), II.4."""
+def _first(numbers, start, t, load, samples, middle):
+    """Length of a step of which nothing is known before it; start: u, v, a at t. And the speed that it is scaled by.
+
+    Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I (1993), II.4.
+    """
 {numbers}
-    t = 0.0
 {first_acceleration}
     size = np.empty((3, start.shape[1]))
     fast = np.abs(start[1]).max()
@@ -94,7 +114,7 @@ def _first(numbers, start, load, samples, middle):
     trial = min(trial, t_end)
     size[1] = start[0] + trial * start[1]
     size[2] = start[1] + trial * size[0]
-    t = trial
+    t += trial
 {second_acceleration}
 {a_second}
     d2 = np.sqrt(np.mean(((size[2] - start[1]) / u_scale) ** 2 + ((size[1] - size[0]) / v_scale) ** 2)) / trial
@@ -102,6 +122,50 @@ def _first(numbers, start, load, samples, middle):
     found = (0.01 / steepest) ** (2.0 * power) if steepest > 1e-15 else max(1e-6 * t_end, 1e-3 * trial)
     return min(100.0 * trial, found), fast
 '''
+
+HALVES = '''
+
+@_inner
+def _halved({arguments}):
+    """u and v after two steps of h from a state at t; NaN where an iteration does not converge."""
+{numbers}
+{initial}
+{constants}
+{state}
+    for _ in range(2):
+{forces}{steps}
+{reported}
+{shift}
+        t += h
+    return {result}
+'''
+
+# an acceleration that differs from the motion's own by a power of the length of the step that led to it
+ADAPTED = """        if h != made and made == made:
+            ratio = (h / made) ** {lag}
+            made = h
+{rows}
+"""
+
+UNEVEN = """        if h != at_h or last != at_last:
+            at_h, at_last, kappa = h, last, last / h
+{uneven}
+"""
+
+# what a first step's estimate could not see has to be seen before a step is longer
+UNMEASURED = """        if last != last:
+            proposed = min(proposed, h)
+"""
+
+# the motion before a break point of the load tells nothing of that after it
+RESTART = """        if landing and at + 1 < targets.size:
+            before, last = -1.0, np.nan
+{again}"""
+
+AGAIN = """            middle = 0.5 * (targets[at] + targets[at + 1])
+{old_back}
+            proposed = min(proposed, _first(numbers, here, t, load, samples, middle)[0])
+"""
 
 ADAPTIVE_LANE = '''
 
@@ -114,12 +178,14 @@ def _lane(numbers, start, load, samples, targets, grid, state, here, control, co
     if counts[BEGUN] == 0:
         counts[BEGUN] = 1
         here[:] = start
+        middle = 0.5 * targets[0]
 {begin}
         control[TIME], control[LAST], control[PEAK], control[SMALLEST] = 0.0, np.nan, -np.inf, np.inf
         control[BEFORE], control[LARGEST] = -1.0, 0.0
-        control[PROPOSED], control[SPEED] = _first(numbers, start, load, samples, 0.5 * targets[0])
+        control[PROPOSED], control[SPEED] = _first(numbers, start, 0.0, load, samples, middle)
         if dt_first > 0.0:
             control[PROPOSED] = dt_first
+        control[BASE] = control[HELD] = control[PROPOSED]
         if times.size > 0 and grid.size == 0:
             times[0], counts[ROWS] = 0.0, 1
             out[0] = start
@@ -128,12 +194,14 @@ def _lane(numbers, start, load, samples, targets, grid, state, here, control, co
             out[counts[GRID]] = start
             counts[GRID] += 1
 {read_state}
+{first_old}
     t, proposed, before, last = control[TIME], control[PROPOSED], control[BEFORE], control[LAST]
-    speed, peak = control[SPEED], control[PEAK]
-    at, row, place = counts[TARGET], counts[ROWS], counts[GRID]
-    low = AIM * 1.2 ** (-1.0 / power)
-    known, middle, status = np.nan, np.nan, COMPLETED
-    while t < t_end:
+    speed, peak, smallest, longest = control[SPEED], control[PEAK], control[SMALLEST], control[LARGEST]
+    at, row, place, accepted = counts[TARGET], counts[ROWS], counts[GRID], counts[ACCEPTED]
+    held, base = control[HELD], control[BASE]
+    low = AIM * max(rung, 1.35) ** (-1.0 / power)
+    known, middle, status, made = np.nan, np.nan, COMPLETED, last
+{no_step}    while t < t_end:
         if row == times.size and row > 0 and grid.size == 0:
             status = BUFFER_FULL
             break
@@ -141,6 +209,10 @@ def _lane(numbers, start, load, samples, targets, grid, state, here, control, co
             while targets[at] <= t:
                 at += 1
             middle = 0.5 * (targets[at] + (targets[at - 1] if at > 0 else 0.0))
+        if proposed != held:
+            if rung > 1.0:
+                proposed = _on_ladder(proposed, held, base, rung, t_end - t, dt_min)
+            held = proposed
         if not proposed >= dt_min or proposed <= 1e-15 * t:
             status = STEP_TOO_SMALL
             break
@@ -150,10 +222,12 @@ def _lane(numbers, start, load, samples, targets, grid, state, here, control, co
             h = left
         elif h > 0.5 * left:
             h = 0.5 * left
+        end = targets[at] if landing else t + h
         if h != known:
             known = h
 {changing}
-{forces}{steps}
+        h = known  # the same number, but not computed from the last step's error: the processor need not wait for it
+{adapted}{uneven}{forces}{steps}
 {reported}
         size = 0.0
 {size}
@@ -169,9 +243,8 @@ def _lane(numbers, start, load, samples, targets, grid, state, here, control, co
             status, proposed = ENERGY_BOUND, h
             break
         peak = max(peak, energy)
-        counts[ACCEPTED] += 1
-{count}        end = targets[at] if landing else t + h
-        while place < grid.size and grid[place] <= end:
+        accepted += 1
+{count}        while place < grid.size and grid[place] <= end:
             share = (grid[place] - t) / h
             times[place] = grid[place]
 {dense}
@@ -184,21 +257,22 @@ def _lane(numbers, start, load, samples, targets, grid, state, here, control, co
 {store}
             row += 1
         full = proposed
-        if before < 0.0:
-            proposed = h * min(max((AIM / max(size, 1e-30)) ** power, 0.2), 2.7)
-        elif size < low or size > KEPT:
-            proposed = h * _factor(size, before, h / last, power)
-        else:
+        if size >= low and size <= KEPT and before >= 0.0:
             proposed = h
-        if h < full:
+        elif before < 0.0 or rung > 1.0:
+            proposed = h * min(max((AIM / max(size, 1e-30)) ** power, 0.2), 2.7)
+        else:
+            proposed = h * _factor(size, before, h / last, power)
+{unmeasured}        if h < full:
             proposed = max(proposed, full) if size <= KEPT else proposed
-        before, last = size, h
-        control[SMALLEST] = min(control[SMALLEST], h)
-        control[LARGEST] = max(control[LARGEST], h)
+        before, last, made = size, h, h
+{restart}        smallest, longest = min(smallest, h), max(longest, h)
 {write_state}
+{old_back}
     control[TIME], control[PROPOSED], control[BEFORE], control[LAST] = t, proposed, before, last
-    control[SPEED], control[PEAK] = speed, peak
-    counts[TARGET], counts[ROWS], counts[GRID] = at, row, place
+    control[SPEED], control[PEAK], control[HELD] = speed, peak, held
+    control[SMALLEST], control[LARGEST] = smallest, longest
+    counts[TARGET], counts[ROWS], counts[GRID], counts[ACCEPTED] = at, row, place, accepted
     return status
 '''
 
@@ -234,12 +308,12 @@ def march(
 
     numbers (lanes, SCALARS); start (lanes, 3, {d}): u, v, a at t = 0; load (lanes or 1, 4), samples of a record;
     targets (lanes or 1, n): times on which steps end, ascending, the last t_end; grid (n,): times at which rows are
-    wanted, none for a row at the start and after each step. counts[:, BEGUN] = 0 begins a run. state, here
-    (lanes, 3, {d}): the state, and u, v, a, at the time control[:, TIME]; where a run has failed, control[:, PROPOSED]
-    is the length of the step that did. newton (lanes, 2, balances): iterations of the accepted steps, their sum and the
-    most in one. times (lanes, rows) and out (lanes, rows, 3, {d}): u, v, a; no rows for none; iterations
-    (lanes, rows, balances). A step is accepted if the root of the mean square of the estimated errors over their
-    scales, atol + rtol*|.|, is at most 1; the scale of v has share_v times the largest |v| so far besides.
+    wanted, none for a row at the start and after each step. counts[:, BEGUN] = 0 begins a run. state (lanes, STATE,
+    {d}), here (lanes, 3, {d}): the state, and u, v, a, at the time control[:, TIME]; where a run has failed,
+    control[:, PROPOSED] is the length of the step that did. newton (lanes, 2, balances): iterations of the accepted
+    steps, their sum and the most in one. times (lanes, rows) and out (lanes, rows, 3, {d}): u, v, a; no rows for none;
+    iterations (lanes, rows, balances). A step is accepted if the root of the mean square of the estimated errors over
+    their scales, atol + rtol*|.|, is at most 1; the scale of v has share_v times the largest |v| so far besides.
     """
     for k in range(numbers.shape[0]):
         status[k] = _lane(
