@@ -124,7 +124,8 @@ def estimator(scheme: str | Scheme, *, held_only: bool = False, damped: bool = T
 
 @cache
 def _estimator(scheme: Scheme, held_only: bool, damped: bool) -> Estimator:
-    generic = {p.name: p.inside(Rational(31 + 7 * i, 97 + 12 * i)) for i, p in enumerate(scheme.parameters)}
+    free = [p for p in scheme.parameters if p.symbol not in scheme.decided]
+    generic = {p.name: p.inside(Rational(31 + 7 * i, 97 + 12 * i)) for i, p in enumerate(free)}
     numbers = Evaluation.at(ParameterSet.of(scheme, None, generic))
     analysis = analysis_of(numbers, damped)
     return _found(analysis, analysis_of(_symbolic(scheme), damped, _highest(analysis)), held_only)

@@ -47,7 +47,8 @@ def scheme(name: "str | Declaration", **parameters: ArrayLike) -> "Scheme":
     compiled on first use and kept in the user's cache. A family's argument (`rho_inf` of
     generalized-alpha, ...) stands for the parameters it sets. Parameters may be arrays, and then
     broadcast with Omega and xi. Raises ValueError for an unknown scheme or parameter, for one that a
-    family also sets, and for a value that is not finite or lies outside the declared interval.
+    family also sets, and for a value that is not finite or lies outside the declared interval. A parameter that another
+    given one decides, such as rho_inf where gamma alone makes the step, takes the value that follows from it.
     """
     info = scheme_info(name)
     given: dict[str, Array] = {}
@@ -68,6 +69,10 @@ def scheme(name: "str | Declaration", **parameters: ArrayLike) -> "Scheme":
     for key, parameter in info.parameters.items():
         value = given[key] if key in given else parameter.default_of(info.name, complete)
         complete[key] = value if key in parameters else _checked(info, parameter, value)
+    for key, (by, function) in info.decided.items():
+        if by in given:
+            complete[key] = _decided(info, key, by, function(complete[by]), given.get(key))
+            given.pop(key, None)
     return Scheme(info, MappingProxyType(complete), MappingProxyType(given))
 
 
@@ -93,6 +98,20 @@ def scheme_info(name: "str | Declaration") -> SchemeInfo:
 @cache
 def _in_catalogue(name: str) -> SchemeInfo:
     return SchemeInfo.of(name, SCHEMES[name])
+
+
+def _decided(info: SchemeInfo, key: str, by: str, follows: ArrayLike, given: Array | None) -> Array:
+    """The value that another parameter decides, NaN outside its interval. Raises ValueError for another value given."""
+    value, parameter = np.asarray(follows, dtype=np.float64), info.parameters[key]
+    if given is not None and not np.allclose(value, given, rtol=0, atol=1e-8):
+        raise ValueError(
+            f"expected {key} or {by} of {info.name}, which decides it, got both: {key} = {given} and a {by} for "
+            f"which it is {value}; drop one of the two"
+        )
+    low, high = (np.inf * s if x is None else x for s, x in ((-1, parameter.low), (1, parameter.high)))
+    found = np.where((value > low - 1e-12) & (value < high + 1e-12), value, np.nan).clip(low, high)
+    found.flags.writeable = False
+    return found
 
 
 def _checked(info: SchemeInfo, parameter: ParameterInfo, value: ArrayLike) -> Array:
