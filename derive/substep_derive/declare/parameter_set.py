@@ -4,16 +4,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from sympy import QQ, Expr, Rational, Symbol, cancel
+from sympy import Expr, Rational, Symbol, cancel
 
 from ..algebra.algebraic import Algebraic, Field, generator
 from ..algebra.exact_number import exact_number
 from .catalogue import find
 from .errors import DeclarationError
 from .parameter import Parameter, Root
-from .scheme import Scheme, both_given
-
-TOLERANCE = QQ(1, 10**8)  # to which a value may be rounded that another one decides
+from .scheme import TOLERANCE, Scheme, both_given
 
 
 @dataclass(frozen=True)
@@ -42,7 +40,7 @@ class ParameterSet:
         field = Field(numbers.found)
         for symbol, value in stated.items():
             difference = field.number(values[symbol]) - field.number(value)
-            if any(field.sign(sign * difference - TOLERANCE) > 0 for sign in (1, -1)):
+            if any(field.sign(sign * difference - field.number(TOLERANCE)) > 0 for sign in (1, -1)):
                 raise both_given(declared.name, symbol, decided[symbol][0], value, values[symbol])
         for parameter in declared.parameters:
             if parameter.symbol not in decided:

@@ -19,6 +19,9 @@ from .published import Published
 from .symbols import Knot, N, f, knot_of, lattice
 
 
+TOLERANCE = Rational(1, 10**8)  # to which a value may be rounded that another one decides
+
+
 @dataclass(frozen=True)
 class Balance:
     """Where and how the equation of motion is collocated: M·inertia + C·damping + force = load.
@@ -216,7 +219,7 @@ class Scheme:
         for symbol, (by, follows) in self.decided.items():
             if by in exact:
                 value = follows.subs(exact)
-                if symbol in exact and exact[symbol] != value:
+                if symbol in exact and abs(exact[symbol] - value) > TOLERANCE:
                     raise both_given(self.name, symbol, by, exact[symbol], value)
                 exact[symbol] = value
         kept = [p for p in self.parameters if p.symbol not in exact]

@@ -74,7 +74,7 @@ def _rule(rule: OneRule, stencil: Sequence[Expr]) -> list[str]:
     lines = [
         "",
         "Step (u_1, h v_1) = R(L) (u_0, h v_0) + S_0(L) (0, c) + sum of S(L) (0, h^2 f), of the loads at all instants,",
-        "with L = [[0, 1], [-Omega^2, -2 xi Omega]], c = h^2 (a_0 + 2 xi omega v_0 + omega^2 u_0), and as functions of s:",
+        "with L = [[0, 1], [-Omega^2, -2 xi Omega]], c = h^2 (a_0 + 2 xi omega v_0 + omega^2 u_0), as functions of s:",
         f"    Q = {text(rule.den)}",
         f"    R = ({text(rule.numerator)})/Q",
     ]
