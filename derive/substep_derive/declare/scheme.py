@@ -18,7 +18,6 @@ from .parameter import Family, Parameter, Root
 from .published import Published
 from .symbols import Knot, N, f, knot_of, lattice
 
-
 TOLERANCE = Rational(1, 10**8)  # to which a value may be rounded that another one decides
 
 
