@@ -227,6 +227,7 @@ def duffing_end(name: str, parameters: dict[str, float], n: int) -> float:
     ("name", "parameters", "order"),
     [
         ("three_substep_third_order", {"gamma": 0.3756022250150166, "rho_inf": 0.5}, 3),
+        ("four_substep", {"gamma": 0.4704805776216769, "rho_inf": 0.5}, 4),
         ("four_substep_fourth_order", {}, 4),
     ],
 )
