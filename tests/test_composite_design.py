@@ -224,16 +224,18 @@ def duffing_end(name: str, parameters: dict[str, float], n: int) -> float:
 
 
 @pytest.mark.parametrize(
-    ("name", "parameters", "order"),
+    ("name", "parameters", "order", "coarsest"),
     [
-        ("three_substep_third_order", {"gamma": 0.3756022250150166, "rho_inf": 0.5}, 3),
-        ("four_substep", {"gamma": 0.4704805776216769, "rho_inf": 0.5}, 4),
-        ("four_substep_fourth_order", {}, 4),
+        ("three_substep_third_order", {"gamma": 0.3756022250150166, "rho_inf": 0.5}, 3, 16),
+        ("four_substep", {"gamma": 0.4704805776216769, "rho_inf": 0.5}, 4, 32),  # the observed order falls to 4
+        ("four_substep_fourth_order", {}, 4, 16),
     ],
 )
-def test_the_order_holds_on_a_damped_forced_duffing_oscillator(name: str, parameters: dict, order: int) -> None:
+def test_the_order_holds_on_a_damped_forced_duffing_oscillator(
+    name: str, parameters: dict, order: int, coarsest: int
+) -> None:
     """Differences of runs whose steps are halved fall by 2^order."""
-    ends = [duffing_end(name, parameters, n) for n in (16, 32, 64, 128)]
+    ends = [duffing_end(name, parameters, n) for n in coarsest * np.array([1, 2, 4, 8])]
     first, second, third = np.abs(np.diff(ends))
     assert np.log2(second / third) == pytest.approx(order, abs=0.25)
     assert first > second

@@ -1,6 +1,5 @@
 """Parameters that another given one decides: rho_inf of schemes whose gamma alone makes the step."""
 
-import numpy as np
 import pytest
 from substep_derive import DeclarationError, Parameter, Root, certify, derive, tableau
 from substep_derive.declare.schemes import ALL
@@ -46,11 +45,17 @@ def test_both_are_refused_unless_they_agree(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", DECIDED)
-def test_no_radius_is_shown_where_none_has_this_gamma(name: str) -> None:
-    """Beyond rho_inf = 0 the radius grows again, but such a gamma is the default for no rho_inf."""
-    s = ss.scheme(name, gamma={"three_substep_third_order": 0.439, "four_substep": 0.579}[name])
-    assert np.isnan(s.parameters["rho_inf"])
-    assert s.spectral_radius(1e9) > 0
+def test_a_gamma_that_no_radius_has_is_refused(name: str) -> None:
+    """Beyond rho_inf = 0, where R(oo) changes its sign."""
+    beyond = {"three_substep_third_order": "439/1000", "four_substep": "579/1000"}[name]
+    with pytest.raises(ValueError, match=rf"rho_inf of {name} \(which gamma decides\)"):
+        ss.scheme(name, gamma=float(Rational(beyond)))
+    for asked in (certify, derive):
+        with pytest.raises(DeclarationError, match=r"rho_inf = -\d+/\d+ lies outside Interval\(0, 1\)"):
+            asked(name, gamma=beyond)
+    for radius in (0.0, 1.0):  # the ends themselves, gamma rounded
+        end = float(ss.scheme(name, rho_inf=radius).parameters["gamma"])
+        assert ss.scheme(name, gamma=end).parameters["rho_inf"] == radius
 
 
 @pytest.mark.parametrize("name", DECIDED)

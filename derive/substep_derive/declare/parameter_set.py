@@ -43,8 +43,7 @@ class ParameterSet:
             if any(field.sign(sign * difference - field.number(TOLERANCE)) > 0 for sign in (1, -1)):
                 raise both_given(declared.name, symbol, decided[symbol][0], value, values[symbol])
         for parameter in declared.parameters:
-            if parameter.symbol not in decided:
-                _check_inside(declared, parameter, values[parameter.symbol], field)
+            _check_inside(declared, parameter, values[parameter.symbol], field)
         if number is not None and field.sign(field.number(number)) < 0:
             raise ValueError(f"expected a damping ratio xi >= 0, got {damping}")
         return cls(declared, {s: values[s] for s in declared.values}, number, field)

@@ -220,6 +220,7 @@ class Scheme:
                 value = follows.subs(exact)
                 if symbol in exact and abs(exact[symbol] - value) > TOLERANCE:
                     raise both_given(self.name, symbol, by, exact[symbol], value)
+                _check_inside(self.name, next(p for p in self.parameters if p.symbol == symbol), value)
                 exact[symbol] = value
         kept = [p for p in self.parameters if p.symbol not in exact]
         return replace(

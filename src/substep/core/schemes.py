@@ -48,7 +48,8 @@ def scheme(name: "str | Declaration", **parameters: ArrayLike) -> "Scheme":
     generalized-alpha, ...) stands for the parameters it sets. Parameters may be arrays, and then
     broadcast with Omega and xi. Raises ValueError for an unknown scheme or parameter, for one that a
     family also sets, and for a value that is not finite or lies outside the declared interval. A parameter that another
-    given one decides, such as rho_inf where gamma alone makes the step, takes the value that follows from it.
+    given one decides, such as rho_inf where gamma alone makes the step, takes the value that follows from it, which has
+    to lie in its interval too.
     """
     info = scheme_info(name)
     given: dict[str, Array] = {}
@@ -101,21 +102,20 @@ def _in_catalogue(name: str) -> SchemeInfo:
 
 
 def _decided(info: SchemeInfo, key: str, by: str, follows: ArrayLike, given: Array | None) -> Array:
-    """The value that another parameter decides, NaN outside its interval. Raises ValueError for another value given."""
+    """The value that another parameter decides. Raises ValueError for another one given, or outside the interval."""
     value, parameter = np.asarray(follows, dtype=np.float64), info.parameters[key]
     if given is not None and not np.allclose(value, given, rtol=0, atol=1e-8):
         raise ValueError(
             f"expected {key} or {by} of {info.name}, which decides it, got both: {key} = {given} and a {by} for "
             f"which it is {value}; drop one of the two"
         )
-    low, high = (np.inf * s if x is None else x for s, x in ((-1, parameter.low), (1, parameter.high)))
-    found = np.where((value > low - 1e-12) & (value < high + 1e-12), value, np.nan).clip(low, high)
-    found.flags.writeable = False
-    return found
+    for end in (parameter.low, parameter.high):
+        value = value if end is None else np.where(abs(value - end) < 1e-12, end, value)
+    return _checked(info, parameter, value, f" (which {by} decides)")
 
 
-def _checked(info: SchemeInfo, parameter: ParameterInfo, value: ArrayLike) -> Array:
-    array = parameter.inside(f"parameter {parameter.name} of {info.name}", value).copy()
+def _checked(info: SchemeInfo, parameter: ParameterInfo, value: ArrayLike, why: str = "") -> Array:
+    array = parameter.inside(f"parameter {parameter.name} of {info.name}{why}", value).copy()
     array.flags.writeable = False
     return array
 
