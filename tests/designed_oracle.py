@@ -37,6 +37,28 @@ def third_order(rho: Number) -> tuple[list[list[Number]], list[Number]]:
     return [[g, g], [third - a32 - g, a32, g], [1 - b2 - b3 - g, b2, b3, g]], [second, third, 0 * rho + 1]
 
 
+def free_fourth_order(rho: Number) -> tuple[list[list[Number]], list[Number]]:
+    """With c = (0, 2 gamma, 3/4, 2/3, 1): stages integrate linear rates, the third times b_4 the rest of order 4."""
+    one = 0 * rho + 1
+    g = root_near(one / 2, [24 - 24 * rho, -96, 72, -16, 1])
+    c2, c3, c4 = 2 * g, one * 3 / 4, one * 2 / 3
+    # sum b c^k = 1/(k + 1), k = 1, 2, 3, by Lagrange's weights for the moments left when gamma stands at 1
+    m1, m2, m3 = (one / (k + 1) - g for k in (1, 2, 3))
+
+    def weight(c: Number, d: Number, e: Number) -> Number:
+        return (m3 - (d + e) * m2 + d * e * m1) / (c * (c - d) * (c - e))
+
+    b2, b3, b4 = weight(c2, c3, c4), weight(c3, c2, c4), weight(c4, c2, c3)
+    a32 = c3 * (c3 / 2 - g) / c2
+    # sum b_i a_ij c_j^2 = 1/12 gives a_42 c_2^2 + a_43 c_3^2, sum a_4j c_j = c_4^2/2 the other equation
+    right = one / 12 - g / 3 - b2 * (g * c2**2) - b3 * (a32 * c2**2 + g * c3**2) - b4 * g * c4**2
+    second, linear = (right + g * (one / 3 - (m2 + g))) / b4, c4 * (c4 / 2 - g)
+    a43 = (second - c2 * linear) / (c3 * (c3 - c2))
+    a42 = (linear - a43 * c3) / c2
+    rows = [[g, g], [c3 - a32 - g, a32, g], [c4 - a42 - a43 - g, a42, a43, g], [1 - b2 - b3 - b4 - g, b2, b3, b4, g]]
+    return rows, [c2, c3, c4, one]
+
+
 def fourth_order(one: Number) -> tuple[list[list[Number]], list[Number]]:
     """Hand-typed: gamma = 1/2, ends at 1, 3/5, 4/5, 1."""
     rows = [[50, 50], [22, -12, 50], [one * 34 / 3, -48, one * 200 / 3, 50]]
@@ -61,6 +83,11 @@ def stepped(s: Any, state: Sequence[Number], table: tuple[list[list[Number]], li
 @scheme("three_substep_third_order", "u h*v h^2*a", "rho_inf")
 def three_substep_third_order(s, state, p, f):
     return stepped(s, state, third_order(p.rho_inf), f)
+
+
+@scheme("four_substep", "u h*v h^2*a", "rho_inf")
+def four_substep(s, state, p, f):
+    return stepped(s, state, free_fourth_order(p.rho_inf), f)
 
 
 @scheme("four_substep_fourth_order", "u h*v h^2*a")

@@ -368,6 +368,18 @@ class Run:
         a32 = (c3**2 / 2 - g * c3) / c2
         return self.stages([[g, g], [c3 - a32 - g, a32, g], [1 - b2 - b3 - g, b2, b3, g]], [c2, c3, 1.0])
 
+    def four_substep(self, p):
+        """Weights by collocation at order 4, and stages that integrate linear rates."""
+        g, c = p.gamma, np.array([2 * p.gamma, 3 / 4, 2 / 3])
+        b = np.linalg.solve(np.vander(c, 4, increasing=True).T[1:], [1 / 2 - g, 1 / 3 - g, 1 / 4 - g])
+        a32 = (c[1] ** 2 / 2 - g * c[1]) / c[0]
+        inner = np.array([2 * g**3 * 2, a32 * c[0] ** 2 + g * c[1] ** 2])  # of quadratic rates, at the first two
+        known = b[0] * inner[0] + b[1] * inner[1] + b[2] * g * c[2] ** 2
+        second = (1 / 12 - known - g * 1 / 3) / b[2]
+        a42, a43 = np.linalg.solve([[c[0], c[1]], [c[0] ** 2, c[1] ** 2]], [c[2] ** 2 / 2 - g * c[2], second])
+        rows = [[g, g], [c[1] - a32 - g, a32, g], [c[2] - a42 - a43 - g, a42, a43, g], [1 - b.sum() - g, *b, g]]
+        return self.stages(rows, [*c, 1.0])
+
     def four_substep_fourth_order(self, p):
         rows = [
             [0.5, 0.5],

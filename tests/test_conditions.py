@@ -47,6 +47,8 @@ def grid_point(name: str, rng: np.random.Generator) -> dict[str, Rational]:
         while (value := low + width * Rational(int(rng.integers(0, 25)), 24)) not in parameter.domain:
             pass
         values[parameter.name] = value
+    for symbol, (by, follows) in BY_NAME[name].decided.items():
+        values[symbol.name] = follows.subs(by, values[by.name])
     return values
 
 

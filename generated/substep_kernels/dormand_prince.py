@@ -32,31 +32,16 @@ Effective stiffness of each balance and its unknown:
     a_t: M
     a_1: M
 
-Amplification matrix N/den in (u, h*v, h^2*a):
-    den = 32054400
-    N_00 = Omega**2*(Omega*(Omega*(1068480*Omega*xi*(2*xi**2 - 1) - 742000*(2*xi - 1)*(2*xi + 1)) +
-        7791000*xi) - 13105575) + 32054400
-    N_01 = Omega*(Omega*(Omega*(Omega*(213696*Omega*xi*(2*xi**2 - 1) + 267120*(4*xi**2 - 2*xi - 1)*(4*xi**2 +
-        2*xi - 1)) - 593600*xi*(10*xi**2 - 7)) + 445200*(35*xi**2 - 12)) - 26211150*xi) + 32054400
-    N_02 = Omega*(Omega*(53424*Omega**2*(4*xi**2 - 2*xi - 1)*(4*xi**2 + 2*xi - 1) + 593600*(2*xi - 1)*(2*xi +
-        1)) - 2893800*xi) + 2921625
-    N_10 = Omega**2*(Omega*(Omega*(Omega*(-267120*Omega*(4*xi**2 - 2*xi - 1)*(4*xi**2 + 2*xi - 1) +
-        2968000*xi*(2*xi**2 - 1)) - 3895500*(2*xi - 1)*(2*xi + 1)) + 26211150*xi) - 29132775)
-    N_11 = Omega*(Omega*(Omega*(Omega*(Omega*(-53424*Omega*(4*xi**2 - 2*xi - 1)*(4*xi**2 + 2*xi - 1) -
-        534240*xi*(2*xi - 1)*(2*xi + 1)*(4*xi**2 - 3)) + 148400*(80*xi**4 - 76*xi**2 + 9)) -
-        222600*xi*(140*xi**2 - 83)) + 333900*(157*xi**2 - 48)) - 58265550*xi) + 32054400
-    N_12 = Omega*(Omega*(Omega*(-106848*Omega**2*xi*(2*xi - 1)*(2*xi + 1)*(4*xi**2 - 3) - 2374400*xi*(2*xi**2
-        - 1)) + 1446900*(2*xi - 1)*(2*xi + 1)) - 5843250*xi) + 2921625
-    N_20 = Omega**2*(Omega*(Omega*(Omega*(Omega*(534240*Omega*xi*(2*xi - 1)*(2*xi + 1)*(4*xi**2 - 3) -
-        742000*(4*xi**2 - 2*xi - 1)*(4*xi**2 + 2*xi - 1)) + 15582000*xi*(2*xi**2 - 1)) - 13105575*(2*xi -
-        1)*(2*xi + 1)) + 58265550*xi) - 32054400)
-    N_21 = Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(106848*Omega*xi*(2*xi - 1)*(2*xi + 1)*(4*xi**2 - 3) +
-        267120*(8*xi**3 - 4*xi**2 - 4*xi + 1)*(8*xi**3 + 4*xi**2 - 4*xi - 1)) - 296800*xi*(80*xi**4 - 96*xi**2
-        + 23)) + 890400*(70*xi**4 - 59*xi**2 + 6)) - 166950*xi*(628*xi**2 - 349)) + 333900*(349*xi**2 - 96)) -
-        64108800*xi)
-    N_22 = Omega*(Omega*(Omega*(Omega*(53424*Omega**2*(8*xi**3 - 4*xi**2 - 4*xi + 1)*(8*xi**3 + 4*xi**2 - 4*xi
-        - 1) + 593600*(4*xi**2 - 2*xi - 1)*(4*xi**2 + 2*xi - 1)) - 5787600*xi*(2*xi**2 - 1)) + 2921625*(2*xi -
-        1)*(2*xi + 1)) - 5843250*xi)
+Step (u_1, h v_1) = R(L) (u_0, h v_0) + S_0(L) (0, c) + sum of S(L) (0, h^2 f), of the loads at all instants,
+with L = [[0, 1], [-Omega^2, -2 xi Omega]], c = h^2 (a_0 + 2 xi omega v_0 + omega^2 u_0), as functions of s:
+    Q = 600
+    R = (s**6 + 5*s**5 + 25*s**4 + 100*s**3 + 300*s**2 + 600*s + 600)/Q
+    S_0 = (144*s**5 + 1600*s**3 + 3900*s**2 + 7875*s + 7875)/(144)/Q
+    S_1 = (15*s**4 - 25*s**3)/(3)/Q of f(1/5)
+    S_2 = (74200*s**3 + 222600*s**2 + 630000*s + 900000)/(3339)/Q of f(3/10)
+    S_3 = (50*s**2 + 625*s + 3125)/(8)/Q of f(4/5)
+    S_4 = (-18225*s - 164025)/(848)/Q of f(8/9)
+    S_5 = (550)/(7)/Q of f(1)
 """
 
 import math
@@ -122,44 +107,94 @@ def _angle(y, x):
     return 3.141592653589793 - angle if x < 0.0 else angle
 
 
+# alpha + beta*L is a, b: the matrix [[alpha, beta], [w0*beta, alpha + w1*beta]], L^2 = w0 + w1*L; tails end in _
+@_exact
+def _horner(a, a_, b, b_, w0, w0_, w1, w1_, c, c_):
+    """(a + b*L) L + c."""
+    x, x_ = _times_two(w0, w0_, b, b_)
+    y, y_ = _times_two(w1, w1_, b, b_)
+    x, x_ = _plus_two(x, x_, c, c_)
+    y, y_ = _plus_two(y, y_, a, a_)
+    return x, x_, y, y_
+
+
+@_exact
+def _conjugate(a, a_, b, b_, w0, w0_, w1, w1_):
+    """The c + d*L whose product with a + b*L is a number, and that number."""
+    c, c_ = _times_two(w1, w1_, b, b_)
+    c, c_ = _plus_two(c, c_, a, a_)
+    x, x_ = _times_two(a, a_, c, c_)
+    y, y_ = _times_two(b, b_, b, b_)
+    y, y_ = _times_two(-w0, -w0_, y, y_)
+    x, x_ = _plus_two(x, x_, y, y_)
+    return c, c_, -b, -b_, x, x_
+
+
+@_exact
+def _product(a, a_, b, b_, c, c_, d, d_, w0, w0_, w1, w1_):
+    """(a + b*L) (c + d*L)."""
+    x, x_ = _times_two(a, a_, d, d_)
+    y, y_ = _times_two(b, b_, d, d_)
+    x, x_, y, y_ = _horner(x, x_, y, y_, w0, w0_, w1, w1_, 0.0, 0.0)
+    s, s_ = _times_two(a, a_, c, c_)
+    x, x_ = _plus_two(x, x_, s, s_)
+    s, s_ = _times_two(b, b_, c, c_)
+    y, y_ = _plus_two(y, y_, s, s_)
+    return x, x_, y, y_
+
+
+@_exact
+def _difference(a, a_, b, b_, c, c_, d, d_):
+    """a*b - c*d."""
+    x, x_ = _times_two(a, a_, b, b_)
+    y, y_ = _times_two(-c, -c_, d, d_)
+    return _plus_two(x, x_, y, y_)
+
+
 @_exact
 def _increment(Omega, xi):
-    """Denominator and numerators of A - I. 174 operations."""
-    x0 = Omega**2
-    x1 = xi**2
-    x2 = 2*x1 - 1
-    x3 = x2*xi
-    x4 = Omega*x3
-    x5 = 2*xi
-    x6 = x5 + 1
-    x7 = x5 - 1
-    x8 = x6*x7
-    x9 = 26211150*xi
-    x10 = 4*x1
-    x11 = -x10
-    x12 = (x10 + x7)*(-x11 - x6)
-    x13 = 267120*x12
-    x14 = 53424*x12
-    x15 = 58265550*xi
-    x16 = xi**4
-    x17 = 80*x16
-    x18 = x8*xi*(x10 - 3)
-    x19 = 534240*x18
-    x20 = -5843250*xi
-    x21 = 106848*x18
-    x22 = 8*xi**3 - 4*xi
-    x23 = (x10 + x22 - 1)*(x11 + x22 + 1)
-    den = 32054400
-    D_00 = x0*(Omega*(Omega*(1068480*x4 - 742000*x8) + 7791000*xi) - 13105575)
-    D_01 = Omega*(Omega*(Omega*(Omega*(x13 + 213696*x4) - 593600*xi*(10*x1 - 7)) + 15582000*x1 - 5342400) - x9) + 32054400
-    D_02 = Omega*(Omega*(x0*x14 + 593600*x8) - 2893800*xi) + 2921625
-    D_10 = x0*(Omega*(Omega*(Omega*(-Omega*x13 + 2968000*x2*xi) - 3895500*x8) + x9) - 29132775)
-    D_11 = Omega*(Omega*(Omega*(Omega*(Omega*(-Omega*x14 - x19) - 11278400*x1 + 148400*x17 + 1335600) - 222600*xi*(140*x1 - 83)) + 52422300*x1 - 16027200) - x15)
-    D_12 = Omega*(Omega*(Omega*(-x0*x21 - 2374400*x3) + 1446900*x8) + x20) + 2921625
-    D_20 = x0*(Omega*(Omega*(Omega*(Omega*(Omega*x19 - 742000*x12) + 15582000*x3) - 13105575*x8) + x15) - 32054400)
-    D_21 = Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*x21 + 267120*x23) - 296800*xi*(-96*x1 + x17 + 23)) - 52533600*x1 + 62328000*x16 + 5342400) - 166950*xi*(628*x1 - 349)) + 116531100*x1 - 32054400) - 64108800*xi)
-    D_22 = Omega*(Omega*(Omega*(Omega*(53424*x0*x23 + 593600*x12) - 5787600*x3) + 2921625*x8) + x20) - 32054400
-    return den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22
+    """Entries of A - I, each rounded once."""
+    s0, s0_ = _times(Omega, Omega)
+    w0, w0_ = -1.0 * s0, -1.0 * s0_
+    w1, w1_ = _times(-2.0 * Omega, xi)
+    c0, c0_, d0, d0_, n0, n0_ = _conjugate(600.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_)
+    m0, m0_ = _times_two(n0, n0_, 144.0, 0.0)
+    a0, a0_, b0, b0_ = _horner(1.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_, 5.0, 0.0)
+    a1, a1_, b1, b1_ = _horner(a0, a0_, b0, b0_, w0, w0_, w1, w1_, 25.0, 0.0)
+    a2, a2_, b2, b2_ = _horner(a1, a1_, b1, b1_, w0, w0_, w1, w1_, 100.0, 0.0)
+    a3, a3_, b3, b3_ = _horner(a2, a2_, b2, b2_, w0, w0_, w1, w1_, 300.0, 0.0)
+    a4, a4_, b4, b4_ = _horner(a3, a3_, b3, b3_, w0, w0_, w1, w1_, 600.0, 0.0)
+    a5, a5_, b5, b5_ = _product(a4, a4_, b4, b4_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
+    a6, a6_, b6, b6_ = _horner(a5, a5_, b5, b5_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a7, a7_ = _plus_two(a6, a6_, n0, n0_)
+    a8, a8_, b8, b8_ = _horner(a6, a6_, b6, b6_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a9, a9_, b9, b9_ = _horner(a7, a7_, b6, b6_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a10, a10_, b10, b10_ = _horner(a9, a9_, b9, b9_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a11, a11_, b11, b11_ = _horner(144.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_, 0.0, 0.0)
+    a12, a12_, b12, b12_ = _horner(a11, a11_, b11, b11_, w0, w0_, w1, w1_, 1600.0, 0.0)
+    a13, a13_, b13, b13_ = _horner(a12, a12_, b12, b12_, w0, w0_, w1, w1_, 3900.0, 0.0)
+    a14, a14_, b14, b14_ = _horner(a13, a13_, b13, b13_, w0, w0_, w1, w1_, 7875.0, 0.0)
+    a15, a15_, b15, b15_ = _horner(a14, a14_, b14, b14_, w0, w0_, w1, w1_, 7875.0, 0.0)
+    a16, a16_, b16, b16_ = _product(a15, a15_, b15, b15_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
+    a17, a17_, b17, b17_ = _horner(a16, a16_, b16, b16_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a18, a18_, b18, b18_ = _horner(a17, a17_, b17, b17_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a19, a19_ = _difference(a6, a6_, 144.0, 0.0, b16, b16_, w0, w0_)
+    D_00 = _over(a19, a19_, m0, m0_)
+    a20, a20_ = _difference(b6, b6_, 144.0, 0.0, b16, b16_, w1, w1_)
+    D_01 = _over(a20, a20_, m0, m0_)
+    D_02 = _over(b16, b16_, m0, m0_)
+    a21, a21_ = _difference(a8, a8_, 144.0, 0.0, b17, b17_, w0, w0_)
+    D_10 = _over(a21, a21_, m0, m0_)
+    a22, a22_ = _difference(b8, b8_, 144.0, 0.0, b17, b17_, w1, w1_)
+    D_11 = _over(a22, a22_, m0, m0_)
+    D_12 = _over(b17, b17_, m0, m0_)
+    a23, a23_ = _difference(a10, a10_, 144.0, 0.0, b18, b18_, w0, w0_)
+    D_20 = _over(a23, a23_, m0, m0_)
+    a24, a24_ = _difference(b10, b10_, 144.0, 0.0, b18, b18_, w1, w1_)
+    D_21 = _over(a24, a24_, m0, m0_)
+    D_22 = _over(b18, b18_, m0, m0_)
+    D_22 -= 1.0
+    return D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22
 
 
 @_inline
@@ -440,16 +475,16 @@ def stability(Omega, xi, radius, damping, period):
 def amplification(Omega, xi, out):
     """Amplification matrix in the order of STATE; out (n, 3, 3)."""
     for i in range(out.shape[0]):
-        den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22 = _increment(Omega[i], xi[i])
-        out[i, 0, 0] = 1.0 + D_00 / den
-        out[i, 0, 1] = D_01 / den
-        out[i, 0, 2] = D_02 / den
-        out[i, 1, 0] = D_10 / den
-        out[i, 1, 1] = 1.0 + D_11 / den
-        out[i, 1, 2] = D_12 / den
-        out[i, 2, 0] = D_20 / den
-        out[i, 2, 1] = D_21 / den
-        out[i, 2, 2] = 1.0 + D_22 / den
+        D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22 = _increment(Omega[i], xi[i])
+        out[i, 0, 0] = 1.0 + D_00
+        out[i, 0, 1] = D_01
+        out[i, 0, 2] = D_02
+        out[i, 1, 0] = D_10
+        out[i, 1, 1] = 1.0 + D_11
+        out[i, 1, 2] = D_12
+        out[i, 2, 0] = D_20
+        out[i, 2, 1] = D_21
+        out[i, 2, 2] = 1.0 + D_22
 
 
 @_compile
@@ -531,135 +566,85 @@ def _coefficients(s):
     """`coefficients` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
     for j in range(48):
         Omega, xi = s[j], s[48 + j]
-        d0, d0_ = _times(Omega, Omega)
-        d1 = 2.0 * xi
-        d2, d2_ = _plus(1.0, d1)
-        d3, d3_ = _plus(-1.0, d1)
-        d4, d4_ = _times_two(d2, d2_, d3, d3_)
-        d5, d5_ = _times(xi, xi)
-        d6, d6_ = _plus_one(-1.0, 2.0 * d5, 2.0 * d5_)
-        d7, d7_ = 4.0 * d5, 4.0 * d5_
-        d8, d8_ = -1.0 * d7, -1.0 * d7_
-        d9, d9_ = _plus_two(-1.0 * d2, -1.0 * d2_, -1.0 * d8, -1.0 * d8_)
-        d10, d10_ = _plus_two(d3, d3_, d7, d7_)
-        d11, d11_ = _times_two(d10, d10_, d9, d9_)
-        d12, d12_ = _times(53424.0, Omega)
-        d13, d13_ = _times(32054400.0, xi)
-        d14, d14_ = _times_one(5342400.0, d4, d4_)
-        d15, d15_ = _times_one(xi, d6, d6_)
-        d16, d16_ = _times_one(5342400.0, d15, d15_)
-        s14, s14_ = _plus_one(-3.0, d7, d7_)
-        s15, s15_ = _times_one(xi, d4, d4_)
-        d17, d17_ = _times_two(s15, s15_, s14, s14_)
-        s17, s17_ = _times_one(-267120.0, d10, d10_)
-        s18, s18_ = _times_two(s17, s17_, d9, d9_)
-        s19, s19_ = _times(106848.0, Omega)
-        s20, s20_ = _times_two(s19, s19_, d17, d17_)
-        d18, d18_ = _plus_two(s18, s18_, s20, s20_)
-        s22, s22_ = _times(xi, xi)
-        s23, s23_ = _times_one(xi, s22, s22_)
-        d19, d19_ = _plus_one(-4.0 * xi, 8.0 * s23, 8.0 * s23_)
-        den = 32054400.0
-        s25, s25_ = _times(10684800.0, xi)
-        s26, s26_ = _times_one(-1335600.0, d4, d4_)
-        s27, s27_ = _times_two(-1.0 * d11, -1.0 * d11_, d12, d12_)
-        s28, s28_ = _times(1068480.0, xi)
-        s29, s29_ = _times_two(s28, s28_, d6, d6_)
-        s30, s30_ = _plus_two(s27, s27_, s29, s29_)
-        s31, s31_ = _times_one(Omega, s30, s30_)
-        s32, s32_ = _plus_two(s26, s26_, s31, s31_)
-        s33, s33_ = _times_one(Omega, s32, s32_)
-        s34, s34_ = _plus_two(s25, s25_, s33, s33_)
-        s35, s35_ = _times_one(Omega, s34, s34_)
-        s36, s36_ = _plus_one(-16027200.0, s35, s35_)
-        N00, N00_ = _times_two(d0, d0_, s36, s36_)
-        s38, s38_ = _times_one(-1.0 * Omega, d18, d18_)
-        s39, s39_ = _plus_two(-1.0 * d16, -1.0 * d16_, s38, s38_)
-        s40, s40_ = _times_one(Omega, s39, s39_)
-        s41, s41_ = _plus_two(d14, d14_, s40, s40_)
-        s42, s42_ = _times_one(Omega, s41, s41_)
-        s43, s43_ = _plus_two(-1.0 * d13, -1.0 * d13_, s42, s42_)
-        s44, s44_ = _times_one(Omega, s43, s43_)
-        N01, N01_ = _plus_one(32054400.0, s44, s44_)
-        s46, s46_ = _times_one(Omega, d18, d18_)
-        s47, s47_ = _plus_two(d16, d16_, s46, s46_)
-        s48, s48_ = _times_one(Omega, s47, s47_)
-        s49, s49_ = _plus_two(-1.0 * d14, -1.0 * d14_, s48, s48_)
-        s50, s50_ = _times_one(Omega, s49, s49_)
-        s51, s51_ = _plus_two(d13, d13_, s50, s50_)
-        s52, s52_ = _times_one(Omega, s51, s51_)
-        s53, s53_ = _plus_one(-32054400.0, s52, s52_)
-        N10, N10_ = _times_two(d0, d0_, s53, s53_)
-        s55, s55_ = _times(-64108800.0, xi)
-        s56, s56_ = _times_one(16027200.0, d4, d4_)
-        s57, s57_ = _times_one(-21369600.0, d15, d15_)
-        s58, s58_ = _times_one(1335600.0, d11, d11_)
-        s59, s59_ = _times_one(-534240.0, d17, d17_)
-        s60, s60_ = _plus_one(1.0, d19, d19_)
-        s61, s61_ = _plus_two(s60, s60_, d8, d8_)
-        s62, s62_ = _plus_one(-1.0, d19, d19_)
-        s63, s63_ = _plus_two(s62, s62_, d7, d7_)
-        s64, s64_ = _times_two(d12, d12_, s61, s61_)
-        s65, s65_ = _times_two(s64, s64_, s63, s63_)
-        s66, s66_ = _plus_two(s59, s59_, s65, s65_)
-        s67, s67_ = _times_one(Omega, s66, s66_)
-        s68, s68_ = _plus_two(s58, s58_, s67, s67_)
-        s69, s69_ = _times_one(Omega, s68, s68_)
-        s70, s70_ = _plus_two(s57, s57_, s69, s69_)
-        s71, s71_ = _times_one(Omega, s70, s70_)
-        s72, s72_ = _plus_two(s56, s56_, s71, s71_)
-        s73, s73_ = _times_one(Omega, s72, s72_)
-        s74, s74_ = _plus_two(s55, s55_, s73, s73_)
-        N11, N11_ = _times_one(Omega, s74, s74_)
-        D00 = _over(N00, N00_, den, 0.0)
-        D01 = _over(N01, N01_, den, 0.0)
-        D10 = _over(N10, N10_, den, 0.0)
-        D11 = _over(N11, N11_, den, 0.0)
-        x0 = 2*xi
-        x1 = x0 + 1
-        x2 = x0 - 1
-        x3 = x1*x2
-        x4 = xi**2
-        x5 = 4*x4
-        x6 = -x5
-        x7 = (-x1 - x6)*(x2 + x5)
-        x8 = Omega**2
-        x9 = 53424*x8
-        x10 = 2*x4 - 1
-        x11 = Omega*xi
-        x12 = x10*x11
-        x13 = Omega*x3
-        x14 = -5843250*xi
-        x15 = x10*xi
-        x16 = x5 - 3
-        x17 = x16*x3*xi
-        x18 = Omega*x7
-        x19 = 64108800*xi
-        x20 = 8*xi**3 - 4*xi
-        x21 = x20 + x6 + 1
-        x22 = x20 + x5 - 1
-        x23 = x21*x22
-        den_o = 32054400.0
-        B00 = (Omega*(Omega*(593600*x3 + x7*x9) - 2893800*xi) + 2921625) / den
-        B01 = (x8*(-1068480*x12 - 445200*x3)) / den
-        B02 = (Omega*(1187200*x13 - 7123200*xi) + 10080000) / den
-        B03 = (4173750 - 667800*x11) / den
-        B04 = (-1148175) / den
-        B05 = 0.0
-        B10 = (Omega*(Omega*(Omega*(-2374400*x15 - 106848*x17*x8) + 1446900*x3) + x14) + 2921625) / den
-        B11 = (Omega**3*(1780800*x15 + 267120*x18)) / den
-        B12 = (Omega*(Omega*(3561600*x1*x2 - 4748800*x12) - 20160000*xi) + 14400000) / den
-        B13 = (Omega*(333900*x13 - 8347500*xi) + 20868750) / den
-        B14 = (2296350*x11 - 10333575) / den
-        B15 = (4197600) / den
-        O00 = (x8*(Omega*(Omega*(Omega*(Omega*(Omega*(-53424*Omega*x23 + 534240*x1*x16*x2*xi) - 1335600*x7) + 21369600*x15) - 16027200*x3) + x19) - 32054400)) / den_o
-        O01 = (Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(-427392*x12*(-8*x4 + 8*xi**4 + 1) + 267120*x21*x22) - 2671200*x17) + 5342400*x7) - x10*x19) + 32054400*x3) - x19)) / den_o
-        P00 = (Omega*(Omega*(Omega*(Omega*(x23*x9 + 593600*x7) - 5787600*x15) + 2921625*x3) + x14)) / den_o
-        P01 = (Omega**4*(-534240*x11*x16*x3 - 445200*x7)) / den_o
-        P02 = (Omega*(Omega*(Omega*(-14246400*x15 + 1187200*x18) + 10080000*x3) - 28800000*xi)) / den_o
-        P03 = (Omega*(Omega*(4173750*x1*x2 - 1335600*x12) - 41737500*xi)) / den_o
-        P04 = (Omega*(-1148175*x13 + 20667150*xi)) / den_o
-        P05 = (32054400 - 8395200*x11) / den_o
+        s0, s0_ = _times(Omega, Omega)
+        w0, w0_ = -1.0 * s0, -1.0 * s0_
+        w1, w1_ = _times(-2.0 * Omega, xi)
+        c0, c0_, d0, d0_, n0, n0_ = _conjugate(600.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_)
+        a0, a0_, b0, b0_ = _horner(1.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_, 5.0, 0.0)
+        a1, a1_, b1, b1_ = _horner(a0, a0_, b0, b0_, w0, w0_, w1, w1_, 25.0, 0.0)
+        a2, a2_, b2, b2_ = _horner(a1, a1_, b1, b1_, w0, w0_, w1, w1_, 100.0, 0.0)
+        a3, a3_, b3, b3_ = _horner(a2, a2_, b2, b2_, w0, w0_, w1, w1_, 300.0, 0.0)
+        a4, a4_, b4, b4_ = _horner(a3, a3_, b3, b3_, w0, w0_, w1, w1_, 600.0, 0.0)
+        a5, a5_, b5, b5_ = _product(a4, a4_, b4, b4_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
+        a6, a6_, b6, b6_ = _horner(a5, a5_, b5, b5_, w0, w0_, w1, w1_, 0.0, 0.0)
+        a7, a7_ = _plus_two(a6, a6_, n0, n0_)
+        a8, a8_, b8, b8_ = _horner(a6, a6_, b6, b6_, w0, w0_, w1, w1_, 0.0, 0.0)
+        a9, a9_, b9, b9_ = _horner(a7, a7_, b6, b6_, w0, w0_, w1, w1_, 0.0, 0.0)
+        a10, a10_, b10, b10_ = _horner(a9, a9_, b9, b9_, w0, w0_, w1, w1_, 0.0, 0.0)
+        D00 = _over(a6, a6_, n0, n0_)
+        D01 = _over(b6, b6_, n0, n0_)
+        D10 = _over(a8, a8_, n0, n0_)
+        D11 = _over(b8, b8_, n0, n0_)
+        O00 = _over(a10, a10_, n0, n0_)
+        O01 = _over(b10, b10_, n0, n0_)
+        m0, m0_ = _times_two(n0, n0_, 144.0, 0.0)
+        a11, a11_, b11, b11_ = _horner(144.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_, 0.0, 0.0)
+        a12, a12_, b12, b12_ = _horner(a11, a11_, b11, b11_, w0, w0_, w1, w1_, 1600.0, 0.0)
+        a13, a13_, b13, b13_ = _horner(a12, a12_, b12, b12_, w0, w0_, w1, w1_, 3900.0, 0.0)
+        a14, a14_, b14, b14_ = _horner(a13, a13_, b13, b13_, w0, w0_, w1, w1_, 7875.0, 0.0)
+        a15, a15_, b15, b15_ = _horner(a14, a14_, b14, b14_, w0, w0_, w1, w1_, 7875.0, 0.0)
+        a16, a16_, b16, b16_ = _product(a15, a15_, b15, b15_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
+        a17, a17_, b17, b17_ = _horner(a16, a16_, b16, b16_, w0, w0_, w1, w1_, 0.0, 0.0)
+        a18, a18_, b18, b18_ = _horner(a17, a17_, b17, b17_, w0, w0_, w1, w1_, 0.0, 0.0)
+        B00 = _over(b16, b16_, m0, m0_)
+        B10 = _over(b17, b17_, m0, m0_)
+        P00 = _over(b18, b18_, m0, m0_)
+        m1, m1_ = _times_two(n0, n0_, 3.0, 0.0)
+        a19, a19_, b19, b19_ = _horner(15.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_, -25.0, 0.0)
+        a20, a20_, b20, b20_ = _horner(a19, a19_, b19, b19_, w0, w0_, w1, w1_, 0.0, 0.0)
+        a21, a21_, b21, b21_ = _horner(a20, a20_, b20, b20_, w0, w0_, w1, w1_, 0.0, 0.0)
+        a22, a22_, b22, b22_ = _horner(a21, a21_, b21, b21_, w0, w0_, w1, w1_, 0.0, 0.0)
+        a23, a23_, b23, b23_ = _product(a22, a22_, b22, b22_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
+        a24, a24_, b24, b24_ = _horner(a23, a23_, b23, b23_, w0, w0_, w1, w1_, 0.0, 0.0)
+        a25, a25_, b25, b25_ = _horner(a24, a24_, b24, b24_, w0, w0_, w1, w1_, 0.0, 0.0)
+        B01 = _over(b23, b23_, m1, m1_)
+        B11 = _over(b24, b24_, m1, m1_)
+        P01 = _over(b25, b25_, m1, m1_)
+        m2, m2_ = _times_two(n0, n0_, 3339.0, 0.0)
+        a26, a26_, b26, b26_ = _horner(74200.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_, 222600.0, 0.0)
+        a27, a27_, b27, b27_ = _horner(a26, a26_, b26, b26_, w0, w0_, w1, w1_, 630000.0, 0.0)
+        a28, a28_, b28, b28_ = _horner(a27, a27_, b27, b27_, w0, w0_, w1, w1_, 900000.0, 0.0)
+        a29, a29_, b29, b29_ = _product(a28, a28_, b28, b28_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
+        a30, a30_, b30, b30_ = _horner(a29, a29_, b29, b29_, w0, w0_, w1, w1_, 0.0, 0.0)
+        a31, a31_, b31, b31_ = _horner(a30, a30_, b30, b30_, w0, w0_, w1, w1_, 0.0, 0.0)
+        B02 = _over(b29, b29_, m2, m2_)
+        B12 = _over(b30, b30_, m2, m2_)
+        P02 = _over(b31, b31_, m2, m2_)
+        m3, m3_ = _times_two(n0, n0_, 8.0, 0.0)
+        a32, a32_, b32, b32_ = _horner(50.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_, 625.0, 0.0)
+        a33, a33_, b33, b33_ = _horner(a32, a32_, b32, b32_, w0, w0_, w1, w1_, 3125.0, 0.0)
+        a34, a34_, b34, b34_ = _product(a33, a33_, b33, b33_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
+        a35, a35_, b35, b35_ = _horner(a34, a34_, b34, b34_, w0, w0_, w1, w1_, 0.0, 0.0)
+        a36, a36_, b36, b36_ = _horner(a35, a35_, b35, b35_, w0, w0_, w1, w1_, 0.0, 0.0)
+        B03 = _over(b34, b34_, m3, m3_)
+        B13 = _over(b35, b35_, m3, m3_)
+        P03 = _over(b36, b36_, m3, m3_)
+        m4, m4_ = _times_two(n0, n0_, 848.0, 0.0)
+        a37, a37_, b37, b37_ = _horner(-18225.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_, -164025.0, 0.0)
+        a38, a38_, b38, b38_ = _product(a37, a37_, b37, b37_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
+        a39, a39_, b39, b39_ = _horner(a38, a38_, b38, b38_, w0, w0_, w1, w1_, 0.0, 0.0)
+        a40, a40_, b40, b40_ = _horner(a39, a39_, b39, b39_, w0, w0_, w1, w1_, 0.0, 0.0)
+        B04 = _over(b38, b38_, m4, m4_)
+        B14 = _over(b39, b39_, m4, m4_)
+        P04 = _over(b40, b40_, m4, m4_)
+        m5, m5_ = _times_two(n0, n0_, 7.0, 0.0)
+        a41, a41_, b41, b41_ = _product(550.0, 0.0, 0.0, 0.0, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
+        a42, a42_, b42, b42_ = _horner(a41, a41_, b41, b41_, w0, w0_, w1, w1_, 0.0, 0.0)
+        a43, a43_, b43, b43_ = _horner(a42, a42_, b42, b42_, w0, w0_, w1, w1_, 0.0, 0.0)
+        a44, a44_ = _plus_two(b43, b43_, m5, m5_)
+        B05 = _over(b41, b41_, m5, m5_)
+        B15 = _over(b42, b42_, m5, m5_)
+        P05 = _over(a44, a44_, m5, m5_)
         s[96 + j], s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j], s[768 + j], s[816 + j], s[864 + j], s[912 + j], s[960 + j], s[1008 + j], s[1056 + j], s[1104 + j], s[1152 + j], s[1200 + j] = D00, D01, D10, D11, B00, B01, B02, B03, B04, B05, B10, B11, B12, B13, B14, B15, O00, O01, P00, P01, P02, P03, P04, P05
 
 

@@ -24,33 +24,14 @@ Effective stiffness of each balance and its unknown:
     u_r: 2*C/h + 4*M/h**2 + K_t(u_r)
     u_1: 2*C/h + 4*M/h**2 + K_t(u_1)
 
-Amplification matrix N/den in (u, h*v, h^2*a):
-    den = Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(36*Omega + 576*xi) + 576*(6*xi**2 + 1)) +
-        2304*xi*(4*xi**2 + 3)) + 1152*(8*xi**4 + 24*xi**2 + 3)) + 9216*xi*(4*xi**2 + 3)) + 9216*(6*xi**2 + 1))
-        + 36864*xi) + 9216
-    N_00 = Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(-122*Omega*xi + 4*(124*xi**2 - 153)) + 16*xi*(342*xi**2 -
-        47)) + 32*(288*xi**4 + 468*xi**2 + 1)) + 32*xi*(1152*xi**2 + 511)) + 64*(864*xi**2 + 95)) + 36864*xi)
-        + 9216
-    N_01 = Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(-24*Omega*xi + 4*(35*xi**2 - 48)) + 8*xi*(124*xi**2 +
-        39)) + 32*(54*xi**4 + 169*xi**2 + 66)) + 64*xi*(180*xi**2 + 241)) + 64*(511*xi**2 + 120)) + 30592*xi)
-        + 9216
-    N_02 = Omega*(Omega*(Omega*(Omega*(Omega*(-12*Omega + 70*xi) + 4*(124*xi**2 + 111)) + 16*xi*(54*xi**2 +
-        145)) + 32*(132*xi**2 + 25)) + 4064*xi) + 1472
-    N_10 = Omega**2*(Omega*(Omega*(Omega*(Omega*(Omega*(61*Omega - 248*xi) - 4*(684*xi**2 + 443)) -
-        256*xi*(18*xi**2 + 49)) - 16*(1396*xi**2 + 429)) - 23680*xi) - 7488)
-    N_11 = Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(12*Omega - 70*xi) - 16*(31*xi**2 + 66)) -
-        8*xi*(108*xi**2 + 827)) - 256*(56*xi**2 + 3)) - 32*xi*(244*xi**2 + 45)) + 256*(31*xi**2 + 18)) +
-        21888*xi) + 9216
-    N_12 = Omega*(Omega*(Omega*(Omega*(Omega*(-131*Omega - 824*xi) - 4*(492*xi**2 - 85)) - 256*xi*(6*xi**2 -
-        5)) + 16*(140*xi**2 + 51)) + 3968*xi) + 1728
-    N_20 = Omega**2*(Omega*(Omega*(Omega*(Omega*(Omega*(612*Omega + 4296*xi) + 32*(316*xi**2 - 1)) +
-        64*xi*(122*xi**2 - 41)) - 64*(124*xi**2 + 95)) - 21888*xi) - 9216)
-    N_21 = Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(192*Omega + 1800*xi) + 48*(163*xi**2 - 44)) +
-        64*xi*(268*xi**2 - 217)) + 128*(122*xi**4 - 233*xi**2 - 60)) - 128*xi*(124*xi**2 + 311)) -
-        2304*(19*xi**2 + 4)) - 18432*xi)
-    N_22 = Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(12*Omega + 192*xi) + 12*(96*xi**2 - 37)) +
-        24*xi*(128*xi**2 - 125)) + 32*(96*xi**4 - 212*xi**2 - 25)) - 64*xi*(70*xi**2 + 89)) - 64*(124*xi**2 +
-        23)) - 3456*xi)
+Step (u_1, h v_1) = R(L) (u_0, h v_0) + S_0(L) (0, c) + sum of S(L) (0, h^2 f), of the loads at all instants,
+with L = [[0, 1], [-Omega^2, -2 xi Omega]], c = h^2 (a_0 + 2 xi omega v_0 + omega^2 u_0), as functions of s:
+    Q = 3*s**4 - 24*s**3 + 72*s**2 - 96*s + 48
+    R = (s**4 + 8*s**3 - 48*s + 48)/Q
+    S_0 = (12*s**3 + 35*s**2 - 124*s + 108)/(12)/Q
+    S_1 = (125*s**2 - 400*s + 300)/(6)/Q of f(3/5)
+    S_2 = (-25*s**2 + 100*s - 100)/(4)/Q of f(4/5)
+    S_3 = (-6*s**3 + 29*s**2 - 40*s + 28)/(2)/Q of f(1)
 """
 
 import math
@@ -116,34 +97,94 @@ def _angle(y, x):
     return 3.141592653589793 - angle if x < 0.0 else angle
 
 
+# alpha + beta*L is a, b: the matrix [[alpha, beta], [w0*beta, alpha + w1*beta]], L^2 = w0 + w1*L; tails end in _
+@_exact
+def _horner(a, a_, b, b_, w0, w0_, w1, w1_, c, c_):
+    """(a + b*L) L + c."""
+    x, x_ = _times_two(w0, w0_, b, b_)
+    y, y_ = _times_two(w1, w1_, b, b_)
+    x, x_ = _plus_two(x, x_, c, c_)
+    y, y_ = _plus_two(y, y_, a, a_)
+    return x, x_, y, y_
+
+
+@_exact
+def _conjugate(a, a_, b, b_, w0, w0_, w1, w1_):
+    """The c + d*L whose product with a + b*L is a number, and that number."""
+    c, c_ = _times_two(w1, w1_, b, b_)
+    c, c_ = _plus_two(c, c_, a, a_)
+    x, x_ = _times_two(a, a_, c, c_)
+    y, y_ = _times_two(b, b_, b, b_)
+    y, y_ = _times_two(-w0, -w0_, y, y_)
+    x, x_ = _plus_two(x, x_, y, y_)
+    return c, c_, -b, -b_, x, x_
+
+
+@_exact
+def _product(a, a_, b, b_, c, c_, d, d_, w0, w0_, w1, w1_):
+    """(a + b*L) (c + d*L)."""
+    x, x_ = _times_two(a, a_, d, d_)
+    y, y_ = _times_two(b, b_, d, d_)
+    x, x_, y, y_ = _horner(x, x_, y, y_, w0, w0_, w1, w1_, 0.0, 0.0)
+    s, s_ = _times_two(a, a_, c, c_)
+    x, x_ = _plus_two(x, x_, s, s_)
+    s, s_ = _times_two(b, b_, c, c_)
+    y, y_ = _plus_two(y, y_, s, s_)
+    return x, x_, y, y_
+
+
+@_exact
+def _difference(a, a_, b, b_, c, c_, d, d_):
+    """a*b - c*d."""
+    x, x_ = _times_two(a, a_, b, b_)
+    y, y_ = _times_two(-c, -c_, d, d_)
+    return _plus_two(x, x_, y, y_)
+
+
 @_exact
 def _increment(Omega, xi):
-    """Denominator and numerators of A - I. 272 operations."""
-    x0 = xi**2
-    x1 = 6*x0
-    x2 = x1 + 1
-    x3 = xi*(4*x0 + 3)
-    x4 = xi**4
-    x5 = 36*Omega
-    x6 = Omega**2
-    x7 = 16*xi
-    x8 = 64*xi
-    x9 = 124*x0
-    x10 = 8*xi
-    x11 = 24*Omega
-    x12 = 1396*x0
-    x13 = 256*xi
-    den = Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(x5 + 576*xi) + 576*x2) + 2304*x3) + 27648*x0 + 9216*x4 + 3456) + 9216*x3) + 9216*x2) + 36864*xi) + 9216
-    D_00 = x6*(Omega*(Omega*(Omega*(Omega*(Omega*(-x5 - 698*xi) - 2960*x0 - 1188) - x7*(234*x0 + 479)) - 12672*x0 - 3424) - 11296*xi) - 3136)
-    D_01 = Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(140*x0 - x11*xi - 192) + x10*(x9 + 39)) + 5408*x0 + 1728*x4 + 2112) + x8*(180*x0 + 241)) + 32704*x0 + 7680) + 30592*xi) + 9216
-    D_02 = Omega*(Omega*(Omega*(Omega*(Omega*(-12*Omega + 70*xi) + 4*x9 + 444) + x7*(54*x0 + 145)) + 4224*x0 + 800) + 4064*xi) + 1472
-    D_10 = x6*(Omega*(Omega*(Omega*(Omega*(Omega*(61*Omega - 248*xi) - 2736*x0 - 1772) - x13*(18*x0 + 49)) - 16*x12 - 6864) - 23680*xi) - 7488)
-    D_11 = Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(-x11 - 646*xi) - 3952*x0 - 1632) - x10*(1260*x0 + 1691)) - 41984*x0 - 9216*x4 - 4224) - 32*xi*(x12 + 909)) - 47360*x0 - 4608) - 14976*xi)
-    D_12 = Omega*(Omega*(Omega*(Omega*(Omega*(-131*Omega - 824*xi) - 1968*x0 + 340) - x13*(x1 - 5)) + 2240*x0 + 816) + 3968*xi) + 1728
-    D_20 = x6*(Omega*(Omega*(Omega*(Omega*(Omega*(612*Omega + 4296*xi) + 10112*x0 - 32) + x8*(122*x0 - 41)) - 64*x9 - 6080) - 21888*xi) - 9216)
-    D_21 = Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(192*Omega + 1800*xi) + 7824*x0 - 2112) + x8*(268*x0 - 217)) - 29824*x0 + 15616*x4 - 7680) - 128*xi*(x9 + 311)) - 43776*x0 - 9216) - 18432*xi)
-    D_22 = Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(-x11 - 384*xi) - 2304*x0 - 1020) - 24*xi*(256*x0 + 413)) - 34432*x0 - 6144*x4 - 4256) - x8*(646*x0 + 521)) - 63232*x0 - 10688) - 40320*xi) - 9216
-    return den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22
+    """Entries of A - I, each rounded once."""
+    s0, s0_ = _times(Omega, Omega)
+    w0, w0_ = -1.0 * s0, -1.0 * s0_
+    w1, w1_ = _times(-2.0 * Omega, xi)
+    a0, a0_, b0, b0_ = _horner(3.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_, -24.0, 0.0)
+    a1, a1_, b1, b1_ = _horner(a0, a0_, b0, b0_, w0, w0_, w1, w1_, 72.0, 0.0)
+    a2, a2_, b2, b2_ = _horner(a1, a1_, b1, b1_, w0, w0_, w1, w1_, -96.0, 0.0)
+    a3, a3_, b3, b3_ = _horner(a2, a2_, b2, b2_, w0, w0_, w1, w1_, 48.0, 0.0)
+    c0, c0_, d0, d0_, n0, n0_ = _conjugate(a3, a3_, b3, b3_, w0, w0_, w1, w1_)
+    m0, m0_ = _times_two(n0, n0_, 12.0, 0.0)
+    a4, a4_, b4, b4_ = _horner(-2.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_, 32.0, 0.0)
+    a5, a5_, b5, b5_ = _horner(a4, a4_, b4, b4_, w0, w0_, w1, w1_, -72.0, 0.0)
+    a6, a6_, b6, b6_ = _horner(a5, a5_, b5, b5_, w0, w0_, w1, w1_, 48.0, 0.0)
+    a7, a7_, b7, b7_ = _product(a6, a6_, b6, b6_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
+    a8, a8_, b8, b8_ = _horner(a7, a7_, b7, b7_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a9, a9_ = _plus_two(a8, a8_, n0, n0_)
+    a10, a10_, b10, b10_ = _horner(a8, a8_, b8, b8_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a11, a11_, b11, b11_ = _horner(a9, a9_, b8, b8_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a12, a12_, b12, b12_ = _horner(a11, a11_, b11, b11_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a13, a13_, b13, b13_ = _horner(12.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_, 35.0, 0.0)
+    a14, a14_, b14, b14_ = _horner(a13, a13_, b13, b13_, w0, w0_, w1, w1_, -124.0, 0.0)
+    a15, a15_, b15, b15_ = _horner(a14, a14_, b14, b14_, w0, w0_, w1, w1_, 108.0, 0.0)
+    a16, a16_, b16, b16_ = _product(a15, a15_, b15, b15_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
+    a17, a17_, b17, b17_ = _horner(a16, a16_, b16, b16_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a18, a18_, b18, b18_ = _horner(a17, a17_, b17, b17_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a19, a19_ = _difference(a8, a8_, 12.0, 0.0, b16, b16_, w0, w0_)
+    D_00 = _over(a19, a19_, m0, m0_)
+    a20, a20_ = _difference(b8, b8_, 12.0, 0.0, b16, b16_, w1, w1_)
+    D_01 = _over(a20, a20_, m0, m0_)
+    D_02 = _over(b16, b16_, m0, m0_)
+    a21, a21_ = _difference(a10, a10_, 12.0, 0.0, b17, b17_, w0, w0_)
+    D_10 = _over(a21, a21_, m0, m0_)
+    a22, a22_ = _difference(b10, b10_, 12.0, 0.0, b17, b17_, w1, w1_)
+    D_11 = _over(a22, a22_, m0, m0_)
+    D_12 = _over(b17, b17_, m0, m0_)
+    a23, a23_ = _difference(a12, a12_, 12.0, 0.0, b18, b18_, w0, w0_)
+    D_20 = _over(a23, a23_, m0, m0_)
+    a24, a24_ = _difference(b12, b12_, 12.0, 0.0, b18, b18_, w1, w1_)
+    D_21 = _over(a24, a24_, m0, m0_)
+    D_22 = _over(b18, b18_, m0, m0_)
+    D_22 -= 1.0
+    return D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22
 
 
 @_inline
@@ -410,16 +451,16 @@ def stability(Omega, xi, radius, damping, period):
 def amplification(Omega, xi, out):
     """Amplification matrix in the order of STATE; out (n, 3, 3)."""
     for i in range(out.shape[0]):
-        den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22 = _increment(Omega[i], xi[i])
-        out[i, 0, 0] = 1.0 + D_00 / den
-        out[i, 0, 1] = D_01 / den
-        out[i, 0, 2] = D_02 / den
-        out[i, 1, 0] = D_10 / den
-        out[i, 1, 1] = 1.0 + D_11 / den
-        out[i, 1, 2] = D_12 / den
-        out[i, 2, 0] = D_20 / den
-        out[i, 2, 1] = D_21 / den
-        out[i, 2, 2] = 1.0 + D_22 / den
+        D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22 = _increment(Omega[i], xi[i])
+        out[i, 0, 0] = 1.0 + D_00
+        out[i, 0, 1] = D_01
+        out[i, 0, 2] = D_02
+        out[i, 1, 0] = D_10
+        out[i, 1, 1] = 1.0 + D_11
+        out[i, 1, 2] = D_12
+        out[i, 2, 0] = D_20
+        out[i, 2, 1] = D_21
+        out[i, 2, 2] = 1.0 + D_22
 
 
 @_compile
@@ -499,171 +540,68 @@ def _coefficients(s):
     """`coefficients` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
     for j in range(48):
         Omega, xi = s[j], s[48 + j]
-        d0, d0_ = _times(xi, xi)
-        d1, d1_ = _times_one(6.0, d0, d0_)
-        d2, d2_ = _plus_one(1.0, d1, d1_)
-        d3, d3_ = 4.0 * d0, 4.0 * d0_
-        s3, s3_ = _plus_one(3.0, d3, d3_)
-        d4, d4_ = _times_one(xi, s3, s3_)
-        d5, d5_ = _times_one(24.0, d0, d0_)
-        s6, s6_ = _times(xi, xi)
-        s7, s7_ = _times_one(xi, s6, s6_)
-        d6, d6_ = _times_one(xi, s7, s7_)
-        d7, d7_ = _times(576.0, xi)
-        d8, d8_ = _times(Omega, Omega)
-        d9, d9_ = _times(768.0, xi)
-        d10, d10_ = _times(24.0, Omega)
-        d11, d11_ = _times(27648.0, xi)
-        d12, d12_ = 16.0 * d0, 16.0 * d0_
-        s14, s14_ = _times_one(1536.0, d12, d12_)
-        d13, d13_ = _plus_one(7680.0, s14, s14_)
-        s16, s16_ = _plus_one(9.0, 2.0 * d0, 2.0 * d0_)
-        s17, s17_ = _times(1536.0, xi)
-        d14, d14_ = _times_two(s17, s17_, s16, s16_)
-        s19, s19_ = _times(192.0, Omega)
-        d15, d15_ = _plus_two(d7, d7_, s19, s19_)
-        s21, s21_ = _times_one(192.0, d3, d3_)
-        d16, d16_ = _plus_one(2112.0, s21, s21_)
-        d17, d17_ = _times(384.0, xi)
-        s24, s24_ = _times(36864.0, xi)
-        s25, s25_ = _times_one(9216.0, d2, d2_)
-        s26, s26_ = _times_one(9216.0, d4, d4_)
-        s27, s27_ = _times_one(1152.0, d5, d5_)
-        s28, s28_ = _times_one(9216.0, d6, d6_)
-        s29, s29_ = _times_one(2304.0, d4, d4_)
-        s30, s30_ = _times_one(576.0, d2, d2_)
-        s31, s31_ = _times(36.0, Omega)
-        s32, s32_ = _plus_two(d7, d7_, s31, s31_)
-        s33, s33_ = _times_one(Omega, s32, s32_)
-        s34, s34_ = _plus_two(s30, s30_, s33, s33_)
-        s35, s35_ = _times_one(Omega, s34, s34_)
-        s36, s36_ = _plus_two(s29, s29_, s35, s35_)
-        s37, s37_ = _times_one(Omega, s36, s36_)
-        s38, s38_ = _plus_one(3456.0, s27, s27_)
-        s39, s39_ = _plus_two(s38, s38_, s28, s28_)
-        s40, s40_ = _plus_two(s39, s39_, s37, s37_)
-        s41, s41_ = _times_one(Omega, s40, s40_)
-        s42, s42_ = _plus_two(s26, s26_, s41, s41_)
-        s43, s43_ = _times_one(Omega, s42, s42_)
-        s44, s44_ = _plus_two(s25, s25_, s43, s43_)
-        s45, s45_ = _times_one(Omega, s44, s44_)
-        s46, s46_ = _plus_two(s24, s24_, s45, s45_)
-        s47, s47_ = _times_one(Omega, s46, s46_)
-        den, den_ = _plus_one(9216.0, s47, s47_)
-        s49, s49_ = _times(-15360.0, xi)
-        s50, s50_ = _times_one(-4224.0, d3, d3_)
-        s51, s51_ = _times_one(-3456.0, d0, d0_)
-        s52, s52_ = _plus_two(-1.0 * d10, -1.0 * d10_, -1.0 * d9, -1.0 * d9_)
-        s53, s53_ = _times_one(Omega, s52, s52_)
-        s54, s54_ = _plus_one(-1632.0, s51, s51_)
-        s55, s55_ = _plus_two(s54, s54_, s53, s53_)
-        s56, s56_ = _times_one(Omega, s55, s55_)
-        s57, s57_ = _plus_one(13.0, d1, d1_)
-        s58, s58_ = _times_two(-1.0 * d9, -1.0 * d9_, s57, s57_)
-        s59, s59_ = _plus_two(s56, s56_, s58, s58_)
-        s60, s60_ = _times_one(Omega, s59, s59_)
-        s61, s61_ = _plus_one(-4224.0, s50, s50_)
-        s62, s62_ = _plus_two(s61, s61_, s60, s60_)
-        s63, s63_ = _times_one(Omega, s62, s62_)
-        s64, s64_ = _plus_two(s49, s49_, s63, s63_)
-        s65, s65_ = _times_one(Omega, s64, s64_)
-        s66, s66_ = _plus_one(-4608.0, s65, s65_)
-        N00, N00_ = _times_two(d8, d8_, s66, s66_)
-        s68, s68_ = _times_one(-1.0 * Omega, d15, d15_)
-        s69, s69_ = _plus_two(d16, d16_, s68, s68_)
-        s70, s70_ = _times_one(Omega, s69, s69_)
-        s71, s71_ = _plus_two(d14, d14_, s70, s70_)
-        s72, s72_ = _times_one(Omega, s71, s71_)
-        s73, s73_ = _plus_two(d13, d13_, s72, s72_)
-        s74, s74_ = _times_one(Omega, s73, s73_)
-        s75, s75_ = _plus_two(d11, d11_, s74, s74_)
-        s76, s76_ = _times_one(Omega, s75, s75_)
-        N01, N01_ = _plus_one(9216.0, s76, s76_)
-        s78, s78_ = _times_one(Omega, d15, d15_)
-        s79, s79_ = _plus_two(-1.0 * d16, -1.0 * d16_, s78, s78_)
-        s80, s80_ = _times_one(Omega, s79, s79_)
-        s81, s81_ = _plus_two(-1.0 * d14, -1.0 * d14_, s80, s80_)
-        s82, s82_ = _times_one(Omega, s81, s81_)
-        s83, s83_ = _plus_two(-1.0 * d13, -1.0 * d13_, s82, s82_)
-        s84, s84_ = _times_one(Omega, s83, s83_)
-        s85, s85_ = _plus_two(-1.0 * d11, -1.0 * d11_, s84, s84_)
-        s86, s86_ = _times_one(Omega, s85, s85_)
-        s87, s87_ = _plus_one(-9216.0, s86, s86_)
-        N10, N10_ = _times_two(d8, d8_, s87, s87_)
-        s89, s89_ = _times(-18432.0, xi)
-        s90, s90_ = _times_one(-55296.0, d0, d0_)
-        s91, s91_ = _times_one(-44544.0, d0, d0_)
-        s92, s92_ = _times_one(-6144.0, d6, d6_)
-        s93, s93_ = _times_one(-96.0, d5, d5_)
-        s94, s94_ = _plus_two(-1.0 * d10, -1.0 * d10_, -1.0 * d17, -1.0 * d17_)
-        s95, s95_ = _times_one(Omega, s94, s94_)
-        s96, s96_ = _plus_one(-1632.0, s93, s93_)
-        s97, s97_ = _plus_two(s96, s96_, s95, s95_)
-        s98, s98_ = _times_one(Omega, s97, s97_)
-        s99, s99_ = _plus_one(37.0, d12, d12_)
-        s100, s100_ = _times_two(-1.0 * d17, -1.0 * d17_, s99, s99_)
-        s101, s101_ = _plus_two(s98, s98_, s100, s100_)
-        s102, s102_ = _times_one(Omega, s101, s101_)
-        s103, s103_ = _plus_one(-4224.0, s91, s91_)
-        s104, s104_ = _plus_two(s103, s103_, s92, s92_)
-        s105, s105_ = _plus_two(s104, s104_, s102, s102_)
-        s106, s106_ = _times_one(Omega, s105, s105_)
-        s107, s107_ = _plus_one(5.0, 8.0 * d0, 8.0 * d0_)
-        s108, s108_ = _times(-6144.0, xi)
-        s109, s109_ = _times_two(s108, s108_, s107, s107_)
-        s110, s110_ = _plus_two(s106, s106_, s109, s109_)
-        s111, s111_ = _times_one(Omega, s110, s110_)
-        s112, s112_ = _plus_one(-4608.0, s90, s90_)
-        s113, s113_ = _plus_two(s112, s112_, s111, s111_)
-        s114, s114_ = _times_one(Omega, s113, s113_)
-        s115, s115_ = _plus_two(s89, s89_, s114, s114_)
-        N11, N11_ = _times_one(Omega, s115, s115_)
-        D00 = _over(N00, N00_, den, den_)
-        D01 = _over(N01, N01_, den, den_)
-        D10 = _over(N10, N10_, den, den_)
-        D11 = _over(N11, N11_, den, den_)
-        x0 = 9216*xi
-        x1 = xi**2
-        x2 = 6*x1
-        x3 = x2 + 1
-        x4 = 4*x1
-        x5 = xi*(x4 + 3)
-        x6 = xi**4
-        x7 = 16*xi
-        x8 = 124*x1
-        x9 = 3*x1
-        x10 = 800*xi
-        x11 = Omega*xi
-        x12 = 8*x1
-        x13 = x4 + 1
-        x14 = 2*x1
-        x15 = 1200*xi*(x14 + 3)
-        x16 = 300*x13
-        x17 = 96*xi
-        x18 = 10*x1
-        x19 = 12*x1
-        x20 = 1200*x13
-        x21 = Omega**2
-        x22 = 75*Omega
-        x23 = 1536*xi
-        x24 = -4608*xi
-        x25 = 3*Omega + 48*xi
-        x26 = 5*x1
-        den_o = Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(9*Omega + 144*xi) + 144*x3) + 576*x5) + 6912*x1 + 2304*x6 + 864) + 2304*x5) + 2304*x3) + x0) + 2304
-        B00 = (Omega*(Omega*(Omega*(Omega*(Omega*(-12*Omega + 70*xi) + 4*x8 + 444) + x7*(54*x1 + 145)) + 4224*x1 + 800) + 4064*xi) + 1472) / den
-        B01 = (Omega*(Omega*(Omega*(Omega*(500*x11 + 400*x12 + 1200) + x10*(x2 + 13)) + 6400*x9 + 6400) + 20800*xi) + 6400) / den
-        B02 = (Omega*(Omega*(Omega*(Omega*(-150*x11 - x16) - x15) - 2400*x13) - 12000*xi) - 4800) / den
-        B03 = (Omega*(Omega*(Omega*(Omega*(Omega*(36*Omega + 348*xi) + 96*x18 + 288) + x17*(14*x1 + 9)) + 3072*x1 - 576) + 2496*xi) + 1536) / den
-        B10 = (Omega*(Omega*(Omega*(Omega*(Omega*(-131*Omega - 824*xi) - 1968*x1 + 340) - 256*xi*(x2 - 5)) + 2240*x1 + 816) + 3968*xi) + 1728) / den
-        B11 = (Omega*(Omega*(Omega*(Omega*(Omega*(-250*Omega - 1600*xi) - 200*x19 + 200) + 6400*xi) + 16000*x1 + 7200) + 25600*xi) + 9600) / den
-        B12 = (Omega*(Omega*(-x20 + x21*(Omega*(x22 + 600*xi) + x16)) - 9600*xi) - 4800) / den
-        B13 = (Omega*(Omega*(Omega*(Omega*(Omega*(114*Omega + 1248*xi) + 3936*x1 + 1272) + x23*(x9 + 4)) + 11136*x1 + 864) + 7680*xi) + 2688) / den
-        O00 = (x21*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(-Omega*x25 - 24*x19 + 264) - x17*(x12 - 19)) + 4224*x1 - 768*x6 + 192) + 768*x13*xi) - 1152) + x24) - 2304)) / den_o
-        O01 = (Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(-6*x11 - 48*x14 + 48) - x17*(x2 - 7)) + 3456*x1 - 1536*x6 - 528) - x23*(-x26 + x6 + 2)) - 384*x19 + 6144*x6 - 1920) - x0) - 2304*x13) + x24)) / den_o
-        P00 = (Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*x25 + 288*x1 - 111) + 6*xi*(128*x1 - 125)) - 1696*x1 + 768*x6 - 200) - x7*(70*x1 + 89)) - 16*x8 - 368) - 864*xi)) / den_o
-        P01 = (Omega*(Omega*(Omega*(Omega*(Omega*(-300*Omega - 2700*xi) - 1600*x26 - 1600) - x10*(x18 + 11)) - 1600*x12 - 1600) - 4800*xi)) / den_o
-        P02 = (Omega*(Omega*(Omega*(Omega*(Omega*(x22 + 750*xi) + 600*x13) + x15) + x20) + 2400*xi)) / den_o
-        P03 = (Omega*(Omega*(Omega*(Omega*(Omega*(72*Omega + 876*xi) + 3072*x1 + 1008) + x17*(38*x1 + 61)) + 9984*x1 + 1920) + 7872*xi) + 2304) / den_o
+        s0, s0_ = _times(Omega, Omega)
+        w0, w0_ = -1.0 * s0, -1.0 * s0_
+        w1, w1_ = _times(-2.0 * Omega, xi)
+        a0, a0_, b0, b0_ = _horner(3.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_, -24.0, 0.0)
+        a1, a1_, b1, b1_ = _horner(a0, a0_, b0, b0_, w0, w0_, w1, w1_, 72.0, 0.0)
+        a2, a2_, b2, b2_ = _horner(a1, a1_, b1, b1_, w0, w0_, w1, w1_, -96.0, 0.0)
+        a3, a3_, b3, b3_ = _horner(a2, a2_, b2, b2_, w0, w0_, w1, w1_, 48.0, 0.0)
+        c0, c0_, d0, d0_, n0, n0_ = _conjugate(a3, a3_, b3, b3_, w0, w0_, w1, w1_)
+        a4, a4_, b4, b4_ = _horner(-2.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_, 32.0, 0.0)
+        a5, a5_, b5, b5_ = _horner(a4, a4_, b4, b4_, w0, w0_, w1, w1_, -72.0, 0.0)
+        a6, a6_, b6, b6_ = _horner(a5, a5_, b5, b5_, w0, w0_, w1, w1_, 48.0, 0.0)
+        a7, a7_, b7, b7_ = _product(a6, a6_, b6, b6_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
+        a8, a8_, b8, b8_ = _horner(a7, a7_, b7, b7_, w0, w0_, w1, w1_, 0.0, 0.0)
+        a9, a9_ = _plus_two(a8, a8_, n0, n0_)
+        a10, a10_, b10, b10_ = _horner(a8, a8_, b8, b8_, w0, w0_, w1, w1_, 0.0, 0.0)
+        a11, a11_, b11, b11_ = _horner(a9, a9_, b8, b8_, w0, w0_, w1, w1_, 0.0, 0.0)
+        a12, a12_, b12, b12_ = _horner(a11, a11_, b11, b11_, w0, w0_, w1, w1_, 0.0, 0.0)
+        D00 = _over(a8, a8_, n0, n0_)
+        D01 = _over(b8, b8_, n0, n0_)
+        D10 = _over(a10, a10_, n0, n0_)
+        D11 = _over(b10, b10_, n0, n0_)
+        O00 = _over(a12, a12_, n0, n0_)
+        O01 = _over(b12, b12_, n0, n0_)
+        m0, m0_ = _times_two(n0, n0_, 12.0, 0.0)
+        a13, a13_, b13, b13_ = _horner(12.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_, 35.0, 0.0)
+        a14, a14_, b14, b14_ = _horner(a13, a13_, b13, b13_, w0, w0_, w1, w1_, -124.0, 0.0)
+        a15, a15_, b15, b15_ = _horner(a14, a14_, b14, b14_, w0, w0_, w1, w1_, 108.0, 0.0)
+        a16, a16_, b16, b16_ = _product(a15, a15_, b15, b15_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
+        a17, a17_, b17, b17_ = _horner(a16, a16_, b16, b16_, w0, w0_, w1, w1_, 0.0, 0.0)
+        a18, a18_, b18, b18_ = _horner(a17, a17_, b17, b17_, w0, w0_, w1, w1_, 0.0, 0.0)
+        B00 = _over(b16, b16_, m0, m0_)
+        B10 = _over(b17, b17_, m0, m0_)
+        P00 = _over(b18, b18_, m0, m0_)
+        m1, m1_ = _times_two(n0, n0_, 6.0, 0.0)
+        a19, a19_, b19, b19_ = _horner(125.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_, -400.0, 0.0)
+        a20, a20_, b20, b20_ = _horner(a19, a19_, b19, b19_, w0, w0_, w1, w1_, 300.0, 0.0)
+        a21, a21_, b21, b21_ = _product(a20, a20_, b20, b20_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
+        a22, a22_, b22, b22_ = _horner(a21, a21_, b21, b21_, w0, w0_, w1, w1_, 0.0, 0.0)
+        a23, a23_, b23, b23_ = _horner(a22, a22_, b22, b22_, w0, w0_, w1, w1_, 0.0, 0.0)
+        B01 = _over(b21, b21_, m1, m1_)
+        B11 = _over(b22, b22_, m1, m1_)
+        P01 = _over(b23, b23_, m1, m1_)
+        m2, m2_ = _times_two(n0, n0_, 4.0, 0.0)
+        a24, a24_, b24, b24_ = _horner(-25.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_, 100.0, 0.0)
+        a25, a25_, b25, b25_ = _horner(a24, a24_, b24, b24_, w0, w0_, w1, w1_, -100.0, 0.0)
+        a26, a26_, b26, b26_ = _product(a25, a25_, b25, b25_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
+        a27, a27_, b27, b27_ = _horner(a26, a26_, b26, b26_, w0, w0_, w1, w1_, 0.0, 0.0)
+        a28, a28_, b28, b28_ = _horner(a27, a27_, b27, b27_, w0, w0_, w1, w1_, 0.0, 0.0)
+        B02 = _over(b26, b26_, m2, m2_)
+        B12 = _over(b27, b27_, m2, m2_)
+        P02 = _over(b28, b28_, m2, m2_)
+        m3, m3_ = _times_two(n0, n0_, 2.0, 0.0)
+        a29, a29_, b29, b29_ = _horner(-6.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_, 29.0, 0.0)
+        a30, a30_, b30, b30_ = _horner(a29, a29_, b29, b29_, w0, w0_, w1, w1_, -40.0, 0.0)
+        a31, a31_, b31, b31_ = _horner(a30, a30_, b30, b30_, w0, w0_, w1, w1_, 28.0, 0.0)
+        a32, a32_, b32, b32_ = _product(a31, a31_, b31, b31_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
+        a33, a33_, b33, b33_ = _horner(a32, a32_, b32, b32_, w0, w0_, w1, w1_, 0.0, 0.0)
+        a34, a34_, b34, b34_ = _horner(a33, a33_, b33, b33_, w0, w0_, w1, w1_, 0.0, 0.0)
+        a35, a35_ = _plus_two(b34, b34_, m3, m3_)
+        B03 = _over(b32, b32_, m3, m3_)
+        B13 = _over(b33, b33_, m3, m3_)
+        P03 = _over(a35, a35_, m3, m3_)
         s[96 + j], s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j], s[768 + j], s[816 + j], s[864 + j], s[912 + j] = D00, D01, D10, D11, B00, B01, B02, B03, B10, B11, B12, B13, O00, O01, P00, P01, P02, P03
 
 

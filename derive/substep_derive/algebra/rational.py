@@ -59,6 +59,11 @@ def determinant(matrix: Matrix) -> Expr:
     return cleared.domain.to_sympy(cleared.det())
 
 
+def same(a: Matrix, b: Matrix) -> bool:
+    """Whether two matrices of rational functions are equal."""
+    return bool(_rational(a - b).is_zero_matrix)
+
+
 def quotient(a: Expr, b: Expr) -> Expr | None:
     """The quotient a/b of two polynomials, None where b does not divide a."""
     symbols = sorted(a.free_symbols | b.free_symbols, key=str)

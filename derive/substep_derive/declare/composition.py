@@ -7,6 +7,7 @@ from sympy import Expr, Integer, Symbol
 
 from .entries import LABELS, Entries
 from .errors import DeclarationError
+from .irrational import generated
 from .parameter import Parameter
 from .published import Published
 from .scheme import Balance, Scheme
@@ -24,7 +25,7 @@ def composition(
 ) -> Scheme:
     """The scheme whose step consists of steps w_1 h, w_2 h, ... of the base, one after another.
 
-    weights: exact, rational in the parameters, with the sum 1; some may be negative. A symmetric base and weights that
+    weights: exact, as entries of `tableau`, with the sum 1; some may be negative. A symmetric base and weights that
     read the same backwards give a symmetric scheme, a symplectic base a symplectic one; where w_1^(p+1) + w_2^(p+1) +
     ... vanishes, the order is one more than the base's p, and even if the composition is symmetric (Hairer, Lubich &
     Wanner, Geometric Numerical Integration (2006), II.4). The base's own parameters stay parameters.
@@ -39,9 +40,9 @@ def composition(
             f"{base.name} with the state {', '.join(map(str, base.state))}; compose another one, such as "
             "central_difference"
         )
+    parameters, ((weights,),) = generated(name, parameters, ((weights,),))
     entries = Entries(name, parameters)
-    steps = entries.vector("weights", weights)
-    entries.sums("the weights", [steps], [Integer(1)])
+    (steps,) = entries.sums("the weights", [entries.vector("weights", weights)], [Integer(1)])
     inner = sorted({(knot_of(s) or ("", ""))[1] for s in base.unknowns} - {"0", "1"})
     relations: dict[Any, Expr] = {}
     balances: list[Balance] = []

@@ -65,14 +65,25 @@ class Entries:
                 )
         return [[*row, *[Integer(0)] * (size - len(row))] for row in rows]
 
-    def sums(self, what: str, rows: Sequence[Sequence[Expr]], expected: Sequence[Expr]) -> None:
-        """Raises DeclarationError for a row whose sum, at every value of the parameters, is not the expected one."""
+    def sums(self, what: str, rows: Sequence[Sequence[Expr]], expected: Sequence[Expr]) -> list[list[Expr]]:
+        """The rows, so that each has the expected sum whatever the parameters are.
+
+        Where it has that sum only at the root that a default is, an entry unlike the others is made the rest to it.
+
+        Raises DeclarationError for a row whose sum is not the expected one.
+        """
+        evened = []
         for k, (row, total) in enumerate(zip(rows, expected, strict=True), start=1):
             found = sum(row, Integer(0))
             if self.numbers([[found - total]])[0][0]:
                 raise DeclarationError(
                     f"{self.name}: expected {what.format(k=k)} to sum to {total}, got {cancel(found)}; correct them"
                 )
+            missing = cancel(total - found)
+            by_rarity = sorted((list(row).count(e), j) for j, e in enumerate(row) if e != 0)
+            rest = by_rarity[0][1] if by_rarity and missing != 0 else None
+            evened.append([cancel(e + missing) if j == rest else e for j, e in enumerate(row)])
+        return evened
 
     def _entry(self, what: str, value: Any) -> Expr:
         e = expression(f"{self.name}: {what}", value)

@@ -82,6 +82,14 @@ class Parameter:
         """The symbol's name."""
         return self.symbol.name
 
+    @property
+    def default_symbols(self) -> set[Symbol]:
+        """Symbols that the default reads, of an implicit one its equation's others."""
+        if self.default is None:
+            return set()
+        default = self.default.equation if isinstance(self.default, Root) else self.default
+        return default.free_symbols - {self.symbol}
+
     def inside(self, share: Rational) -> Rational:
         """The number at this share of the way through the interval.
 

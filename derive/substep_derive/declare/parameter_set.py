@@ -4,14 +4,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from sympy import Expr, Rational, Symbol
+from sympy import Expr, Rational, Symbol, cancel
 
 from ..algebra.algebraic import Algebraic, Field, generator
 from ..algebra.exact_number import exact_number
 from .catalogue import find
 from .errors import DeclarationError
 from .parameter import Parameter, Root
-from .scheme import Scheme
+from .scheme import TOLERANCE, Scheme, both_given
 
 
 @dataclass(frozen=True)
@@ -31,10 +31,17 @@ class ParameterSet:
         number = None if damping is None else numbers.expression(damping)
         check_damping(declared, number)
         values = _given(declared, given, numbers)
+        decided = {s: (by, cancel(e.subs(by, values[by]))) for s, (by, e) in declared.decided.items() if by in values}
+        stated = {s: values[s] for s in decided if s in values}
+        values |= {s: value for s, (_, value) in decided.items()}
         for parameter in declared.parameters:
             if parameter.symbol not in values:
                 values[parameter.symbol] = _default(declared, parameter, values, numbers)
         field = Field(numbers.found)
+        for symbol, value in stated.items():
+            difference = field.number(values[symbol]) - field.number(value)
+            if any(field.sign(sign * difference - field.number(TOLERANCE)) > 0 for sign in (1, -1)):
+                raise both_given(declared.name, symbol, decided[symbol][0], value, values[symbol])
         for parameter in declared.parameters:
             _check_inside(declared, parameter, values[parameter.symbol], field)
         if number is not None and field.sign(field.number(number)) < 0:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
-from sympy import Expr, Rational, Symbol, sympify
+from sympy import Expr, Poly, Rational, Symbol, cancel, fraction, sympify, together
 
 from ..algebra.exact_number import exact_number
 from .checks import check, expression
@@ -17,6 +17,8 @@ from .errors import DeclarationError
 from .parameter import Family, Parameter, Root
 from .published import Published
 from .symbols import Knot, N, f, knot_of, lattice
+
+TOLERANCE = Rational(1, 10**8)  # to which a value may be rounded that another one decides
 
 
 @dataclass(frozen=True)
@@ -156,6 +158,25 @@ class Scheme:
             values[p.symbol] = p.inside(Rational(1, 2)) if implicit else p.default.subs(values)
         return values
 
+    @cached_property
+    def decided(self) -> dict[Symbol, tuple[Symbol, Expr]]:
+        """Parameters that only another one's implicit default reads -> that one, and what they are where it is given.
+
+        Such as rho_inf where gamma alone makes the step: a given gamma is the default for one rho_inf.
+        """
+        given = (self.start if isinstance(self.start, Mapping) else {}, self.report, self.embedded)
+        read = self.mentioned.union(*(e.free_symbols for mapping in given for e in mapping.values()))
+        found: dict[Symbol, tuple[Symbol, Expr]] = {}
+        for p in self.parameters:
+            readers = [q for q in self.parameters if q is not p and p.symbol in q.default_symbols]
+            if p.symbol in read or len(readers) != 1 or not isinstance(readers[0].default, Root):
+                continue
+            condition = Poly(fraction(together(readers[0].default.equation))[0], p.symbol)
+            if condition.degree() == 1:
+                slope, rest = condition.all_coeffs()
+                found[p.symbol] = readers[0].symbol, cancel(-rest / slope)
+        return found
+
     def exact(self, values: Mapping[str, Any]) -> dict[Symbol, Rational]:
         """Exact values of parameters, a family's argument replaced by what it stands for.
 
@@ -194,6 +215,13 @@ class Scheme:
         Raises DeclarationError as `exact` does.
         """
         exact = self.exact(values)
+        for symbol, (by, follows) in self.decided.items():
+            if by in exact:
+                value = follows.subs(exact)
+                if symbol in exact and abs(exact[symbol] - value) > TOLERANCE:
+                    raise both_given(self.name, symbol, by, exact[symbol], value)
+                _check_inside(self.name, next(p for p in self.parameters if p.symbol == symbol), value)
+                exact[symbol] = value
         kept = [p for p in self.parameters if p.symbol not in exact]
         return replace(
             self,
@@ -210,6 +238,14 @@ class Scheme:
             parent=self.parent or self.name,
             fixed={**self.fixed, **{key.name: value for key, value in exact.items()}},
         )
+
+
+def both_given(scheme: str, symbol: Symbol, by: Symbol, given: Expr, follows: Expr) -> DeclarationError:
+    """That a parameter is given with another one that decides it, and differs from what follows."""
+    return DeclarationError(
+        f"{scheme}: {by} decides {symbol}: expected one of the two, got {symbol} = {given} and a {by} for which it is "
+        f"{follows}; leave out one"
+    )
 
 
 def _replaced(expressions: Mapping[Symbol, Expr], values: Mapping[Symbol, Expr]) -> dict[Symbol, Expr]:

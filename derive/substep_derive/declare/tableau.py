@@ -14,6 +14,7 @@ from sympy import Expr, Integer, Rational, Symbol, cancel
 from ..algebra.rooted_trees import nystrom_order, runge_kutta_order
 from .entries import LABELS, Entries, Row
 from .errors import DeclarationError
+from .irrational import generated
 from .parameter import Family, Parameter
 from .published import Published
 from .scheme import Balance, Scheme
@@ -36,22 +37,23 @@ def tableau(
 
     A: s rows of s entries, or of those up to the diagonal; b, c: s entries. b_hat: weights of a second value of u_1 and
     v_1, of another order, which become `embedded`. Entries are exact: int, Fraction, SymPy Rational, or rational in
-    the parameters. Stage velocities are eliminated from stage displacements, which leaves
+    the parameters; irrational algebraic numbers of SymPy, as sqrt(2), become rational in one more parameter, theta,
+    whose default is a root. Stage velocities are eliminated from stage displacements, which leaves
     u_i = u_0 + c_i h v_0 + h^2 sum_j (A^2)_ij a_j (Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I
     (1993), II.14).
 
     Raises DeclarationError for wrong shapes, an entry that is not exact or above the diagonal, rows that do not sum to
     c, weights that do not sum to 1, and b_hat of the same order as b.
     """
+    hats = [] if b_hat is None else [b_hat]
+    parameters, (A, (b, c, *hats)) = generated(name, parameters, (A, (b, c, *hats)))
     table = Entries(name, parameters)
     c_ = table.vector("c", c)
-    A_, b_ = table.lower("A", A, len(c_)), table.vector("b", b, len(c_))
-    table.sums("the entries of row {k} of A", A_, c_)
-    table.sums("the entries of b", [b_], [Integer(1)])
+    A_ = table.sums("the entries of row {k} of A", table.lower("A", A, len(c_)), c_)
+    (b_,) = table.sums("the entries of b", [table.vector("b", b, len(c_))], [Integer(1)])
     second = None
-    if b_hat is not None:
-        second = table.vector("b_hat", b_hat, len(c_))
-        table.sums("the entries of b_hat", [second], [Integer(1)])
+    if hats:
+        (second,) = table.sums("the entries of b_hat", [table.vector("b_hat", hats[0], len(c_))], [Integer(1)])
         order, other = (
             runge_kutta_order(table.numbers(A_), table.numbers([row])[0], table.one) for row in (b_, second)
         )
@@ -89,27 +91,32 @@ def nystrom(
 
     Raises DeclarationError as `tableau` does; rows of A_bar have to sum to c^2/2, b_bar to 1/2.
     """
+    optional = {"b_bar_hat": b_bar_hat, "b_hat": b_hat}
+    second = {key: row for key, row in optional.items() if row is not None}
+    parameters, (A_bar, velocities, (b_bar, b, c, *rest)) = generated(
+        name, parameters, (A_bar, A or (), (b_bar, b, c, *second.values()))
+    )
+    second = dict(zip(second, rest, strict=True))
     table = Entries(name, parameters)
     c_ = table.vector("c", c)
     squares, b_, bar = (
         table.lower("A_bar", A_bar, len(c_)),
         *(table.vector(what, row, len(c_)) for what, row in (("b", b), ("b_bar", b_bar))),
     )
-    A_ = None if A is None else table.lower("A", A, len(c_))
-    table.sums("twice the entries of row {k} of A_bar", [[2 * e for e in row] for row in squares], [x**2 for x in c_])
+    A_ = None if A is None else table.lower("A", velocities, len(c_))
+    twice = table.sums(
+        "twice the entries of row {k} of A_bar", [[2 * e for e in row] for row in squares], [x**2 for x in c_]
+    )
+    squares = [[e / 2 for e in row] for row in twice]
     if A_ is not None:
-        table.sums("the entries of row {k} of A", A_, c_)
+        A_ = table.sums("the entries of row {k} of A", A_, c_)
+    (bar,) = table.sums("the entries of b_bar", [bar], [Rational(1, 2)])
+    (b_,) = table.sums("the entries of b", [b_], [Integer(1)])
     hats: dict[str, list[Expr]] = {}
     orders = _nystrom_order(table, squares, (bar, b_, c_), A_)
-    for kind, what, given, own, total in (
-        ("u", "b_bar_hat", b_bar_hat, bar, Rational(1, 2)),
-        ("v", "b_hat", b_hat, b_, Integer(1)),
-    ):
-        label = what.removesuffix("_hat")
-        table.sums(f"the entries of {label}", [own], [total])
-        if given is not None:
-            hats[kind] = table.vector(what, given, len(c_))
-            table.sums(f"the entries of {what}", [hats[kind]], [total])
+    for kind, what, total in (("u", "b_bar_hat", Rational(1, 2)), ("v", "b_hat", Integer(1))):
+        if what in second:
+            (hats[kind],) = table.sums(f"the entries of {what}", [table.vector(what, second[what], len(c_))], [total])
             others = _nystrom_order(table, squares, (hats.get("u", bar), hats.get("v", b_), c_), A_)
             place = "uv".index(kind)
             _check_orders(name, what, orders[place], others[place])

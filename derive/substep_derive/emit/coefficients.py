@@ -5,29 +5,34 @@ from itertools import product
 from textwrap import indent
 from typing import Any
 
-from sympy import Expr
+from sympy import Expr, Integer
 
 from ..algebra import rational
 from ..declare.names import entry_name
 from ..declare.symbols import Omega
 from ..kernels.march_form import MarchForm
 from ..kernels.march_shape import loads_for, shape_name
+from ..kernels.scheme import SchemeKernels
 from ..oscillator.transfer import Transfer
 from .double_double import DoubleDouble
 from .filter_module import filter_rows
 from .march_module import WIDTH
 from .printing import PRINTER, fill
+from .rule_lines import coefficient_lines
 from .templates.march import BY_BLOCKS, COEFFICIENTS, DOUBLE_DOUBLE, TRANSFER
 
 
-def coefficient_functions(form: MarchForm, transfer: Transfer | None, arguments: Sequence[str]) -> str:
+def coefficient_functions(kernels: SchemeKernels, arguments: Sequence[str]) -> str:
     """Text of `coefficients` and, where there is one, `transfer` of a scheme whose functions take these arguments."""
+    form, transfer, rule = kernels.form, kernels.transfer, kernels.rule
     m, R, K = form.step.N.rows, form.outputs.N.rows, loads_for(len(form.stencil))
     sizes = {"D": (m, m), "B": (m, K), "O": (R, m), "P": (R, K)}
     entries = [entry_name(name, i, j) for name, size in sizes.items() for i, j in product(*map(range, size))]
     doc = fill(COEFFICIENTS, march=shape_name(form.shape), K=K, rows=len(entries))
     text = fill(DOUBLE_DOUBLE)
-    text += _by_blocks("coefficients", arguments, [*_increment(form), *_others(form, K)], entries, doc)
+    at_end = form.stencil.index(Integer(1)) if rule else 0
+    lines = coefficient_lines(rule, at_end, K) if rule else [*_increment(form), *_others(form, K)]
+    text += _by_blocks("coefficients", arguments, lines, entries, doc)
     if transfer is not None:
         rows = filter_rows(transfer.order)
         doc = fill(TRANSFER, rows=len(rows))

@@ -26,7 +26,11 @@ class DoubleDouble:
         """Lines that assign the outputs, polynomials with exact coefficients, with their tails."""
         subexpressions, expressions = rational.cse([e for _, e in outputs], names="d")
         named = zip((name for name, _ in outputs), expressions, strict=True)
-        for name, e in [*((str(s), e) for s, e in subexpressions), *named]:
+        self.follow([*((str(s), e) for s, e in subexpressions), *named])
+
+    def follow(self, assigned: Sequence[tuple[str, Expr]]) -> None:
+        """Lines that assign each of these, with its tail, as it is written."""
+        for name, e in assigned:
             head, tail = self._of(e)
             if tail is None:
                 self.lines.append(f"{name} = {head}")

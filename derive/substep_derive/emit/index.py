@@ -3,7 +3,7 @@
 import hashlib
 from collections.abc import Iterable
 
-from sympy import Expr, Float, Poly, Pow, factor, fraction, together
+from sympy import Expr, Float, Poly, Pow, Symbol, factor, fraction, together
 
 from ..declare.catalogue import as_member
 from ..declare.errors import DeclarationError
@@ -44,6 +44,8 @@ def index_entry(form: MarchForm, *, own: bool = False) -> list[str]:
         "starter": repr(_starter(scheme, own)),
         "reference": repr(scheme.reference),
     }
+    if scheme.decided:
+        described["decided"] = "{" + ", ".join(_decided(s, *by) for s, by in scheme.decided.items()) + "}"
     described |= {} if scheme.takes_damping else {"damping": "False"}
     return [f'"{key}": {text},' for key, text in described.items()]
 
@@ -93,6 +95,11 @@ def _parameter(scheme: Scheme, k: int) -> str:
     polynomial = Poly(fraction(together(default.equation))[0], parameter.symbol)
     coefficients = literal_tuple(number(factor(c)) for c in reversed(polynomial.all_coeffs()))
     return f'("{parameter.name}", {domain_text(parameter)}, None, {function}{coefficients})'
+
+
+def _decided(symbol: Symbol, by: Symbol, value: Expr) -> str:
+    """Text of a parameter that another one decides where it is given, and how."""
+    return f'"{symbol.name}": ("{by.name}", lambda {by.name}: {number(value)})'
 
 
 def _family(family: Family) -> str:

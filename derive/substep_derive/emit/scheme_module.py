@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from itertools import product
 from textwrap import indent, wrap
 
-from sympy import Symbol, count_ops
+from sympy import Expr, Integer, Symbol, count_ops, eye, factor
 
 from ..algebra import rational
 from ..declare.digest import scheme_digest
@@ -14,11 +14,15 @@ from ..declare.symbols import Omega, state_label, xi
 from ..kernels.kernel import Kernel, entries
 from ..kernels.march_shape import loads_for, shape_name
 from ..kernels.scheme import SchemeKernels
+from ..oscillator.one_rule import OneRule
+from ..oscillator.stability_polynomial import rate
 from .coefficients import coefficient_functions
 from .index import index_entry
 from .printing import PRINTER, docstring, fill, literal_tuple
+from .rule_lines import increment_lines
 from .stability import stability_functions
 from .templates.elementary import ELEMENTARY
+from .templates.one_rule import INCREMENT, ONE_RULE
 from .templates.scheme import BANNER, SCHEME_FUNCTIONS, SCHEME_HEADER, START
 
 
@@ -47,15 +51,37 @@ def relations_and_amplification(kernels: SchemeKernels) -> str:
     lines += _start(scheme)
     lines += ["", "Effective stiffness of each balance and its unknown:"]
     lines += [f"    {e.unknown}: {e.effective_stiffness}" for e in kernels.systems]
-    labels = [state_label(s) for s in scheme.state]
-    lines += [
-        "",
-        f"Amplification matrix N/den in ({', '.join(labels)}):",
-        f"    den = {rational.horner(step.den, Omega)}",
-    ]
-    lines += [f"    {name} = {rational.horner(e, Omega)}" for name, e in entries("N_", step.N)]
+    if kernels.rule is None:
+        labels = [state_label(s) for s in scheme.state]
+        lines += [
+            "",
+            f"Amplification matrix N/den in ({', '.join(labels)}):",
+            f"    den = {rational.horner(step.den, Omega)}",
+        ]
+        lines += [f"    {name} = {rational.horner(e, Omega)}" for name, e in entries("N_", step.N)]
+    else:
+        lines += _rule(kernels.rule, kernels.form.stencil)
     wrapped = (wrap(line, 110, subsequent_indent=" " * 8, break_long_words=False) or [""] for line in lines)
     return "\n".join(part for line in wrapped for part in line)
+
+
+def _rule(rule: OneRule, stencil: Sequence[Expr]) -> list[str]:
+    """R and S of a step."""
+
+    def text(coefficients: Sequence[Expr]) -> str:
+        return str(sum((factor(c) * rate**k for k, c in enumerate(coefficients)), Integer(0)))
+
+    lines = [
+        "",
+        "Step (u_1, h v_1) = R(L) (u_0, h v_0) + S_0(L) (0, c) + sum of S(L) (0, h^2 f), of the loads at all instants,",
+        "with L = [[0, 1], [-Omega^2, -2 xi Omega]], c = h^2 (a_0 + 2 xi omega v_0 + omega^2 u_0), as functions of s:",
+        f"    Q = {text(rule.den)}",
+        f"    R = ({text(rule.numerator)})/Q",
+    ]
+    for k, ((S, scale), tau) in enumerate(zip(rule.loads, stencil, strict=True)):
+        over = "Q" if scale == 1 else f"({factor(scale)})/Q"
+        lines.append(f"    S_{k} = ({text(S)})/{over}{f' of f({tau})' if k else ''}")
+    return lines
 
 
 def _start(scheme: Scheme) -> list[str]:
@@ -74,6 +100,7 @@ def scheme_module(kernels: SchemeKernels, source: str) -> str:
     scheme, form, amplification = kernels.scheme, kernels.form, kernels.amplification
     names = {kernel.name: [name for name, _ in kernel.outputs] for kernel in kernels.matrices}
     m = len(scheme.state)
+    own = [name for name, _ in entries("D_", eye(m))]
     arguments = [Omega.name, xi.name, *(p.name for p in scheme.parameters)]
     at_i = {p.symbol: Symbol(f"{p.name}[i]") for p in scheme.parameters}
     typed = {"arguments": ", ".join(arguments), "arguments_i": ", ".join(f"{a}[i]" for a in arguments)}
@@ -95,6 +122,7 @@ def scheme_module(kernels: SchemeKernels, source: str) -> str:
             start_stencil=literal_tuple(str(float(tau)) for tau in amplification.start_stencil),
         ),
         fill(ELEMENTARY),
+        _increment(kernels.rule, arguments, own) if kernels.rule else "",
         *(print_kernel(kernel) for kernel in (*kernels.matrices, *kernels.stability)),
         stability_functions(kernels, arguments),
         fill(
@@ -102,14 +130,14 @@ def scheme_module(kernels: SchemeKernels, source: str) -> str:
             **typed,
             m=m,
             K=len(form.stencil),
-            store_amplification=_stores("out", "D_", m, m, identity=True),
-            increment_names=_assigned(names["_increment"]),
+            store_amplification=_stores("out", "D_", m, m, identity=True, over="" if kernels.rule else " / den"),
+            increment_names=_assigned(names.get("_increment", own)),
             store_stencil="\n".join(
                 f"        out[i, {k}] = {PRINTER.doprint(tau.subs(at_i))}" for k, tau in enumerate(form.stencil)
             ),
             parameters_comma="".join(f"{p.name}, " for p in scheme.parameters),
         ),
-        coefficient_functions(form, kernels.transfer, arguments),
+        coefficient_functions(kernels, arguments),
     ]
     if "_start" in names:
         K = len(amplification.start_stencil)
@@ -118,10 +146,15 @@ def scheme_module(kernels: SchemeKernels, source: str) -> str:
     return "".join(parts)
 
 
-def _stores(target: str, name: str, rows: int, columns: int, *, identity: bool = False) -> str:
+def _increment(rule: OneRule, arguments: Sequence[str], names: Sequence[str]) -> str:
+    lines = indent("\n".join(increment_lines(rule)), "    ")
+    return fill(ONE_RULE) + fill(INCREMENT, arguments=", ".join(arguments), lines=lines, names=", ".join(names))
+
+
+def _stores(target: str, name: str, rows: int, columns: int, *, identity: bool = False, over: str = " / den") -> str:
     """Lines that store entries over their denominator, or the identity plus these, in the array target."""
     return "\n".join(
-        f"        {target}[i, {j}, {k}] = {'1.0 + ' if identity and j == k else ''}{entry_name(name, j, k)} / den"
+        f"        {target}[i, {j}, {k}] = {'1.0 + ' if identity and j == k else ''}{entry_name(name, j, k)}{over}"
         for j, k in product(range(rows), range(columns))
     )
 

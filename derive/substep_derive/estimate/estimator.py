@@ -143,7 +143,8 @@ def acceleration_lag(scheme: Scheme) -> int | None:
 
 def _generic(scheme: Scheme) -> Evaluation:
     """The scheme at numbers for its parameters that have nothing to do with each other."""
-    values = {p.name: p.inside(Rational(31 + 7 * i, 97 + 12 * i)) for i, p in enumerate(scheme.parameters)}
+    free = [p for p in scheme.parameters if p.symbol not in scheme.decided]
+    values = {p.name: p.inside(Rational(31 + 7 * i, 97 + 12 * i)) for i, p in enumerate(free)}
     return Evaluation.at(ParameterSet.of(scheme, None, values))
 
 

@@ -8,11 +8,14 @@ from ..declare.scheme import Scheme
 from ..declare.symbols import Omega, xi
 from ..motion.effective import EffectiveSystem, effective_systems
 from ..oscillator.amplification import Amplification
+from ..oscillator.one_rule import OneRule
 from ..oscillator.transfer import Transfer
 from .eigenvalue_defect import EigenvalueDefect
 from .kernel import Kernel, entries, polynomial_kernel
 from .march_form import MarchForm
 from .stability import factor_coefficients, live_coefficients, never_negative, stability_kernels
+
+LEAST_DEGREE = 4  # of R from which on a step is written by R and S: below, its expanded entries are about as short
 
 
 @dataclass(frozen=True)
@@ -24,8 +27,8 @@ class SchemeKernels:
     polynomial in lambda whose roots are the live eigenvalues, those that are not always 0; positive: whether the last
     of them is positive at all parameters. factor: coefficients, lowest first, of the stability polynomial whose product
     at the oscillator's two s this is; None if there are at most three live eigenvalues, or no such product. defect: the
-    polynomial's value at the exact eigenvalue. matrices, stability: the polynomials from which matrices and stability
-    functions are computed.
+    polynomial's value at the exact eigenvalue. rule: R and S of a step that is written by these, else None. matrices,
+    stability: the polynomials from which matrices and stability functions are computed.
     """
 
     form: MarchForm
@@ -35,6 +38,7 @@ class SchemeKernels:
     positive: bool
     factor: tuple[Expr, ...] | None
     defect: EigenvalueDefect
+    rule: OneRule | None
     matrices: tuple[Kernel, ...]
     stability: tuple[Kernel, ...]
 
@@ -45,15 +49,19 @@ class SchemeKernels:
         live = live_coefficients(amplification)
         factor = factor_coefficients(amplification) if len(live) > 4 else None
         defect = EigenvalueDefect.of(live, xi if scheme.takes_damping else Integer(0))
+        form = MarchForm.of(amplification)
+        rule = OneRule.of(form.step) if form.carrier else None
+        rule = rule if rule is not None and rule.degree >= LEAST_DEGREE else None
         return cls(
-            form=MarchForm.of(amplification),
+            form=form,
             systems=effective_systems(scheme),
-            transfer=Transfer.of(amplification),
+            transfer=Transfer.of(amplification, rule),
             live=tuple(live),
             positive=never_negative(live[-1], scheme),
             factor=factor,
             defect=defect,
-            matrices=_matrices(amplification),
+            rule=rule,
+            matrices=_matrices(amplification, rule),
             stability=stability_kernels(scheme, live, factor, defect),
         )
 
@@ -68,13 +76,13 @@ class SchemeKernels:
         return self.form.amplification
 
 
-def _matrices(amplification: Amplification) -> tuple[Kernel, ...]:
-    """Kernels of A - I and, where the scheme has its own start, of the start's matrices."""
+def _matrices(amplification: Amplification, rule: OneRule | None) -> tuple[Kernel, ...]:
+    """Kernels of A - I, unless a rule gives it, and, where the scheme has its own start, of the start's matrices."""
     arguments = (Omega, xi, *amplification.scheme.values)
     step, start = amplification.step, amplification.start
     increment = [("den", step.den), *entries("D_", step.N - step.den * eye(step.N.rows))]
     doc = "Denominator and numerators of A - I."
-    kernels = [polynomial_kernel("_increment", arguments, increment, doc)]
+    kernels = [] if rule else [polynomial_kernel("_increment", arguments, increment, doc)]
     if start is not None:
         outputs = [("den", start.den), *entries("S_", start.N), *entries("T_", start.load_N)]
         doc = "Denominator and numerators of the state at t = 0 from u, h*v, h^2*a and the load."

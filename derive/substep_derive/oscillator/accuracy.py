@@ -11,10 +11,13 @@ so that both follow from one series, at any damping.
 from dataclasses import dataclass
 from typing import Any, cast
 
-from sympy import Dummy, Expr, Integer, Poly, factor, sqrt
+from sympy import Dummy, Expr, Integer, Poly, factor, fraction, sqrt, together
 
 from ..algebra import rational
+from ..algebra.algebraic import Algebraic
 from ..algebra.power_series import Modal, PowerSeries
+from ..declare.parameter import Root
+from ..declare.scheme import Scheme
 from ..declare.symbols import Omega, lam, xi
 from .amplification import Amplification
 from .mode import logarithm
@@ -88,9 +91,23 @@ def _logarithm(amplification: Amplification, terms: int) -> tuple[list[Modal], _
     return found.c, _Coefficients(ring, {w_: leading[0], q_: damping**2 - 1})
 
 
+def _vanishing(scheme: Scheme) -> list[Expr]:
+    """Polynomials that vanish where implicit defaults are taken; irreducible where they hold one parameter alone."""
+    found = []
+    for p in scheme.parameters:
+        if isinstance(p.default, Root):
+            root = None if p.default_symbols else p.root({})
+            irreducible = isinstance(root, Algebraic)
+            found.append(
+                root.polynomial.as_expr(p.symbol) if irreducible else fraction(together(p.default.equation))[0]
+            )
+    return found
+
+
 def leading_terms(amplification: Amplification, highest: int = 3) -> LeadingTerms:
     """The leading terms up to Omega^highest, or two powers further at a time while all of them vanish.
 
+    A term that vanishes where a parameter has its implicit default is left out, since that default is what it has.
     Raises InconsistentScheme when no eigenvalue tends to the exact one.
     """
     L, over = _logarithm(amplification, highest + 2)
@@ -99,8 +116,18 @@ def leading_terms(amplification: Amplification, highest: int = 3) -> LeadingTerm
     damping = PowerSeries(c.alpha for c in L[1:]).over(frequency, over.ring.one)
     period = B.over(frequency, over.ring.one)
     root = sqrt(1 - xi**2) if amplification.scheme.takes_damping else Integer(1)
-    added = {k: -e / root for k, a in enumerate(damping.c) if (e := over.expression(a)) != 0}
-    elongation = {k: -e for k, b in enumerate(period.c) if (e := over.expression(b)) != 0}
+    vanish = _vanishing(amplification.scheme)
+
+    def kept(series: PowerSeries) -> dict[int, Expr]:
+        found = {k: over.expression(c) for k, c in enumerate(series.c)}
+        return {
+            k: -e
+            for k, e in found.items()
+            if e != 0 and all(rational.quotient(fraction(e)[0], p) is None for p in vanish)
+        }
+
+    added = {k: e / root for k, e in kept(damping).items()}
+    elongation = kept(period)
     if not added and not elongation:
         return leading_terms(amplification, highest + 2)
     return LeadingTerms(added, elongation, min((*added, *elongation)), highest)

@@ -6,14 +6,16 @@ Written with differences e_0 = q_n - q_(n-1), e_1 = q_(n-1) - q_(n-2), ..., whic
     e_0 = h^2 f_n - P q_(n-1) + g_1 e_1 + ... + g_(d-1) e_(d-1),   u_n = S (q_n + k_0 e_0 + ... + k_(d-1) e_(d-1)).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import accumulate
+from itertools import accumulate, zip_longest
 
-from sympy import Expr, Matrix, Poly, zeros
+from sympy import Expr, Integer, Matrix, Poly, cancel, prod, zeros
 
 from ..algebra import rational
 from ..declare.symbols import lam, successor
 from .amplification import Amplification, Pencil, coefficients, reported
+from .one_rule import SQUARE, OneRule, at_oscillator
 from .spectrum import live
 
 ORDERS = (2, 3)  # orders of filters for which kernels are printed
@@ -38,9 +40,11 @@ class Transfer:
         return len(self.g) + 1
 
     @classmethod
-    def of(cls, amplification: Amplification) -> "Transfer | None":
-        """The filter of a scheme; None where the load is taken outside a step, for an order without a kernel, and
-        where the reported values look back further than the live eigenvalues.
+    def of(cls, amplification: Amplification, rule: OneRule | None = None) -> "Transfer | None":
+        """The filter of a scheme, from R and S of its step if they are given.
+
+        None where the load is taken outside a step, for an order without a kernel, and where the reported values look
+        back further than the live eigenvalues.
         """
         scheme = amplification.scheme
         p = live(amplification.charpoly)
@@ -49,7 +53,7 @@ class Transfer:
         if d not in ORDERS or any(not 0 <= tau <= 1 for tau in typical):
             return None
         c = _coefficients(p, d)
-        rows = _numerators(amplification, p)
+        rows = _by_rule(rule, amplification.stencil, p) if rule else _numerators(amplification, p)
         if rows is None or any(row.degree() > d for row in rows):
             return None
         lower = list(accumulate(c))
@@ -62,6 +66,26 @@ class Transfer:
 
 def _coefficients(p: Poly, d: int) -> list[Expr]:
     return [p.coeff_monomial(p.gen**j) for j in range(d + 1)]
+
+
+def _by_rule(rule: OneRule, stencil: Sequence[Expr], p: Poly) -> list[Poly] | None:
+    """The same numerators as `_numerators`: u, h*v = (lam - R(L))^-1 (sum of S(L) (0, h^2 f)), and a by the balance.
+
+    Of the first load, that at t_n, each step takes f_n.
+    """
+    scale = prod(over for _, over in rule.loads)
+    total: list[Expr] = []
+    for (S, over), tau in zip(rule.loads, (Integer(0), *stencil), strict=True):
+        share = cancel(scale / over) * (1 - tau + tau * lam)
+        total = [x + share * c for x, c in zip_longest(total, S, fillvalue=Integer(0))]
+    D = at_oscillator(tuple(lam * q - n for q, n in zip_longest(rule.den, rule.numerator, fillvalue=Integer(0))))
+    norm = (D[0, 0] * D[1, 1] - D[0, 1] * D[1, 0]).expand()
+    u, v = (e.expand() for e in D.adjugate() * at_oscillator(tuple(total))[:, 1])
+    common = rational.quotient((norm * scale).expand(), p.as_expr())
+    assert common is not None
+    a = (norm * scale + SQUARE[0] * u + SQUARE[1] * v).expand()
+    divided = [rational.quotient(e, common) for e in (u, v, a)]
+    return None if None in divided else [Poly(e, lam) for e in divided]
 
 
 def _numerators(a: Amplification, p: Poly) -> list[Poly] | None:

@@ -47,7 +47,9 @@ def scheme(name: "str | Declaration", **parameters: ArrayLike) -> "Scheme":
     compiled on first use and kept in the user's cache. A family's argument (`rho_inf` of
     generalized-alpha, ...) stands for the parameters it sets. Parameters may be arrays, and then
     broadcast with Omega and xi. Raises ValueError for an unknown scheme or parameter, for one that a
-    family also sets, and for a value that is not finite or lies outside the declared interval.
+    family also sets, and for a value that is not finite or lies outside the declared interval. A parameter that another
+    given one decides, such as rho_inf where gamma alone makes the step, takes the value that follows from it, which has
+    to lie in its interval too.
     """
     info = scheme_info(name)
     given: dict[str, Array] = {}
@@ -68,6 +70,10 @@ def scheme(name: "str | Declaration", **parameters: ArrayLike) -> "Scheme":
     for key, parameter in info.parameters.items():
         value = given[key] if key in given else parameter.default_of(info.name, complete)
         complete[key] = value if key in parameters else _checked(info, parameter, value)
+    for key, (by, function) in info.decided.items():
+        if by in given:
+            complete[key] = _decided(info, key, by, function(complete[by]), given.get(key))
+            given.pop(key, None)
     return Scheme(info, MappingProxyType(complete), MappingProxyType(given))
 
 
@@ -95,8 +101,21 @@ def _in_catalogue(name: str) -> SchemeInfo:
     return SchemeInfo.of(name, SCHEMES[name])
 
 
-def _checked(info: SchemeInfo, parameter: ParameterInfo, value: ArrayLike) -> Array:
-    array = parameter.inside(f"parameter {parameter.name} of {info.name}", value).copy()
+def _decided(info: SchemeInfo, key: str, by: str, follows: ArrayLike, given: Array | None) -> Array:
+    """The value that another parameter decides. Raises ValueError for another one given, or outside the interval."""
+    value, parameter = np.asarray(follows, dtype=np.float64), info.parameters[key]
+    if given is not None and not np.allclose(value, given, rtol=0, atol=1e-8):
+        raise ValueError(
+            f"expected {key} or {by} of {info.name}, which decides it, got both: {key} = {given} and a {by} for "
+            f"which it is {value}; drop one of the two"
+        )
+    for end in (parameter.low, parameter.high):
+        value = value if end is None else np.where(abs(value - end) < 1e-12, end, value)
+    return _checked(info, parameter, value, f" (which {by} decides)")
+
+
+def _checked(info: SchemeInfo, parameter: ParameterInfo, value: ArrayLike, why: str = "") -> Array:
+    array = parameter.inside(f"parameter {parameter.name} of {info.name}{why}", value).copy()
     array.flags.writeable = False
     return array
 

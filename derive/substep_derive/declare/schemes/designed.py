@@ -4,12 +4,12 @@ Every sub-step adds gamma*h times the rate at its own end, so that all effective
 structure needs one factorization. u and v follow the same rule. The first sub-step is trapezoidal and ends at
 2*gamma*h; the others satisfy the condition of stage order 2. docs/design.md has the proofs.
 
-gamma alone decides rho_inf here: rho_inf only gives its default.
+gamma alone decides rho_inf here: rho_inf only gives its default, and follows where gamma is given.
 """
 
 from typing import Any
 
-from sympy import Integer, Interval, Rational, Symbol
+from sympy import Integer, Interval, Rational
 
 from ..parameter import Parameter, Root
 from ..symbols import gamma, rho_inf
@@ -41,28 +41,32 @@ three_substep_third_order = tableau(
 )
 
 
-def _fourth_order(g: Symbol) -> tuple[list[list[Any]], list[Any], list[Any]]:
-    """The table of four sub-steps of order 4: A, b, c."""
-    a32 = 3 * (3 - 8 * g) / (64 * g)
-    a43 = 8 * (1 - 12 * g + 36 * g**2 - 24 * g**3) / (81 * g * (3 - 8 * g))
-    a42 = (Rational(2, 9) - 2 * g / 3 - 3 * a43 / 4) / (2 * g)
-    b2, b3, b4 = 1 / (12 * g * (3 - 8 * g)), 16 * (1 - 12 * g + 24 * g**2) / (9 * (3 - 8 * g)), 9 * g / 2
-    third, fourth = Rational(3, 4), Rational(2, 3)
-    rows = [
-        [Integer(0)],
-        [g, g],
-        [third - a32 - g, a32, g],
-        [fourth - a42 - a43 - g, a42, a43, g],
-        [1 - b2 - b3 - b4 - g, b2, b3, b4, g],
-    ]
-    return rows, rows[-1], [Integer(0), 2 * g, third, fourth, Integer(1)]
+_c = (Integer(0), 2 * gamma, Rational(3, 4), Rational(2, 3), Integer(1))
+_32 = 3 * (3 - 8 * gamma) / (64 * gamma)
+_43 = 8 * (1 - 12 * gamma + 36 * gamma**2 - 24 * gamma**3) / (81 * gamma * (3 - 8 * gamma))
+_42 = (Rational(2, 9) - 2 * gamma / 3 - 3 * _43 / 4) / (2 * gamma)
+_2, _3, _4 = (
+    1 / (12 * gamma * (3 - 8 * gamma)),
+    16 * (1 - 12 * gamma + 24 * gamma**2) / (9 * (3 - 8 * gamma)),
+    9 * gamma / 2,
+)
+_weights = (1 - _2 - _3 - _4 - gamma, _2, _3, _4, gamma)
+# 1/96 of the divided difference of the rates at 0, 3/4, 2/3 and 1, which vanishes for quadratic ones
+_difference = (-Rational(1, 48), 0, -Rational(2, 3), Rational(9, 16), Rational(1, 8))
 
-
-# every rho_inf in [0, 1]; its printed module would be longer than the committed ones may be, so that it is printed when
-# it is asked for, as a scheme of one's own
-four_substep_family = tableau(
-    "four_substep_family",
-    *_fourth_order(gamma),
+four_substep = tableau(
+    "four_substep",
+    A=(
+        (0,),
+        (gamma, gamma),
+        (_c[2] - _32 - gamma, _32, gamma),
+        (_c[3] - _42 - _43 - gamma, _42, _43, gamma),
+        _weights,
+    ),
+    b=_weights,
+    c=_c,
+    b_hat=[w + d for w, d in zip(_weights, _difference, strict=True)],
+    # order 4 gives 24 gamma^4 rho_inf = 24 gamma^4 - 96 gamma^3 + 72 gamma^2 - 16 gamma + 1; rho_inf falls from 1 to 0
     parameters=_controlled(
         Rational(39, 100),
         Rational(58, 100),
@@ -89,4 +93,4 @@ four_substep_fourth_order = tableau(
     reference="substep design --sub-steps 4 --order 4 --rho-inf 1/3 --one-stiffness",
 )
 
-ALL = (three_substep_third_order, four_substep_fourth_order)
+ALL = (three_substep_third_order, four_substep, four_substep_fourth_order)
