@@ -386,8 +386,8 @@ def choose(
 ) -> None:
     """Recommend scheme, step or tolerance, and model for a wished accuracy.
 
-    The scene's parameters follow: --EA 1e10. Tolerances, of steps that choose themselves, are tried for one scheme of
-    each order.
+    The scene's parameters follow: --EA 1e10. Tolerances, of steps that choose themselves, are tried for the scheme
+    that needs the least work in constant steps among those that can change theirs.
     """
     from ..studies.precision import choice  # noqa: PLC0415
     from ..studies.precision.cases import span  # noqa: PLC0415

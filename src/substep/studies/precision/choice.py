@@ -16,7 +16,7 @@ from ...core.schemes import Scheme, scheme, schemes
 from ...figures.charts import COLOURS, REFERENCE, look, save
 from .cases import SAMPLES
 from .charts import SECTION
-from .chosen_steps import TOLERANCES, least_of_each_order, measure_chosen
+from .chosen_steps import TOLERANCES, least, measure_chosen
 from .measure import Run, measure, quantities, shared
 from .reference import MOST_STEPS, Reference, reference
 
@@ -95,10 +95,10 @@ class Choice:
         best, next_ = self.best, self.runner_up
         span = self.reference.t[-1]
         if best is None:
-            least = min(self.candidates, key=lambda c: c.error)
+            nearest = min(self.candidates, key=lambda c: c.error)
             return (
                 f"no candidate keeps the error of {name} below {self.accuracy:g} over {span:g} s; the nearest is "
-                f"{least.method} on {least.model.name} with {least.error:.3g} at {least.how}"
+                f"{nearest.method} on {nearest.model.name} with {nearest.error:.3g} at {nearest.how}"
             )
         run = best.run
         lines = [
@@ -172,7 +172,7 @@ def choose(
     scene, by default the rigid bar for an elastic pendulum; one is compared only in quantities that both have.
     among: schemes to choose from, names or handles, by default all, each at its default parameters.
     chosen: those that are tried in steps that choose themselves too, besides constant ones; by default, on each model
-    of the catalogue, the ones of `least_of_each_order`, since their kernels have to be compiled.
+    of the catalogue, the one that needs the least work in constant steps, since kernels have to be compiled for each.
     Raises ValueError for a quantity the scene does not have, an accuracy that is not positive, no schemes, a scheme of
     `chosen` that cannot change its step, and a scene whose motion is neither known nor resolved by 4 million
     Runge-Kutta steps.
@@ -196,7 +196,7 @@ def choose(
         found = list(_search(exact, model, {s: _constant(exact, model, s) for s in methods}, quantity, accuracy, limit))
         wanted = uneven
         if wanted is None and model.info.declaration is None:
-            wanted = least_of_each_order([(c.scheme, c.run) for c in found], model, quantity, accuracy)
+            wanted = least([(c.scheme, c.run) for c in found], model, quantity, accuracy)
         limit = min([limit, *(c.run.cost.operations for c in found if c.error <= accuracy)])
         found += _search(exact, model, {s: _chosen(exact, model, s) for s in wanted or ()}, quantity, accuracy, limit)
         good = [c for c in found if c.error <= accuracy and (best is None or _work(c) < _work(best))]

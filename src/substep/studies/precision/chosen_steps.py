@@ -9,7 +9,6 @@ import numpy as np
 from ...core.response import Response
 from ...core.scenes import Scene
 from ...core.schemes import Scheme
-from ...derived import facade
 from ...marching.adaptive import adaptive_kernels
 from ...marching.run import march
 from .measure import LONG, Cost, Run, against, failed, timed
@@ -119,25 +118,4 @@ def ranked(tried: Iterable[tuple[Scheme, Run]], quantity: str, accuracy: float) 
 
 def least(tried: Iterable[tuple[Scheme, Run]], scene: Scene, quantity: str, accuracy: float) -> list[Scheme]:
     """The first of the `ranked` that can choose its steps on the scene; none if there is none."""
-    return _first(ranked(tried, quantity, accuracy), scene)
-
-
-def least_of_each_order(
-    tried: Iterable[tuple[Scheme, Run]], scene: Scene, quantity: str, accuracy: float
-) -> list[Scheme]:
-    """The first of each derived order among the `ranked` that can choose its steps, ascending in order.
-
-    Every scheme of the user's own that can follows them.
-    """
-    own: list[list[Scheme]] = []
-    groups: dict[int, list[Scheme]] = {}
-    for scheme in ranked(tried, quantity, accuracy):
-        if scheme.info.declaration is None:
-            groups.setdefault(facade.order(scheme.name)[0], []).append(scheme)
-        else:
-            own.append([scheme])
-    return [s for group in [*(groups[p] for p in sorted(groups)), *own] for s in _first(group, scene)]
-
-
-def _first(schemes: Iterable[Scheme], scene: Scene) -> list[Scheme]:
-    return list(islice((scheme for scheme in schemes if can_choose(scheme, scene)), 1))
+    return list(islice((s for s in ranked(tried, quantity, accuracy) if can_choose(s, scene)), 1))
