@@ -190,6 +190,8 @@ def test_leading_terms_and_limits_of_known_schemes() -> None:
     assert average.series.period_error[2].subs(xi, 0) == Rational(1, 12)
     assert derive("newmark", beta=0, gamma="1/2").rho_inf == sp.oo
     assert derive("newmark").series.order == 1
+    for name, order in (("sdirk2", 2), ("crouzeix3", 3), ("forest_ruth", 4)):  # at the root that is the default
+        assert derive(name).series.order == order
     fox_goodwin = derive("newmark", beta="1/12", gamma="1/2").series
     assert all(
         term.subs(xi, 0) == 0 for term in (*fox_goodwin.period_error.values(), *fox_goodwin.numerical_damping.values())
