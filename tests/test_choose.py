@@ -132,4 +132,5 @@ def test_a_scene_of_ones_own() -> None:
     found = choose(scene, 1e-4, t_end=4.0, among=among)
     assert found.best is not None
     assert "rk4" in found.reference.source
+    assert any(c.tol is not None for c in found.candidates)
     assert largest_error(scene, found.best.run, 4.0) <= 1e-4

@@ -86,6 +86,9 @@ class Scene:
         if missing := [s for s in (*q, *v) if s not in self.start]:
             raise DeclarationError(f"{self.name}: start says nothing of {missing[0]}; give start={{{missing[0]}: ...}}")
 
+    def __hash__(self) -> int:
+        return hash((self.name, self.kinetic, self.potential, self.parameters))
+
     def _known(self, what: str, expression: Expr, allowed: set[Symbol]) -> None:
         if unknown := sorted(expression.free_symbols - allowed, key=str):
             raise DeclarationError(

@@ -171,8 +171,8 @@ def choose(
     quantity: "u", "v", "a", "energy" or "angle", where the scene has it. simpler: simpler models that may replace the
     scene, by default the rigid bar for an elastic pendulum; one is compared only in quantities that both have.
     among: schemes to choose from, names or handles, by default all, each at its default parameters.
-    chosen: those that are tried in steps that choose themselves too, besides constant ones; by default, on each model
-    of the catalogue, the one that needs the least work in constant steps, since kernels have to be compiled for each.
+    chosen: those that are tried in steps that choose themselves too, besides constant ones; by default, on each model,
+    the one that needs the least work in constant steps, since kernels have to be compiled for each.
     Raises ValueError for a quantity the scene does not have, an accuracy that is not positive, no schemes, a scheme of
     `chosen` that cannot change its step, and a scene whose motion is neither known nor resolved by 4 million
     Runge-Kutta steps.
@@ -194,11 +194,9 @@ def choose(
             continue
         limit = MOST_OPERATIONS if best is None else best.run.cost.operations
         found = list(_search(exact, model, {s: _constant(exact, model, s) for s in methods}, quantity, accuracy, limit))
-        wanted = uneven
-        if wanted is None and model.info.declaration is None:
-            wanted = least([(c.scheme, c.run) for c in found], model, quantity, accuracy)
+        wanted = least([(c.scheme, c.run) for c in found], model, quantity, accuracy) if uneven is None else uneven
         limit = min([limit, *(c.run.cost.operations for c in found if c.error <= accuracy)])
-        found += _search(exact, model, {s: _chosen(exact, model, s) for s in wanted or ()}, quantity, accuracy, limit)
+        found += _search(exact, model, {s: _chosen(exact, model, s) for s in wanted}, quantity, accuracy, limit)
         good = [c for c in found if c.error <= accuracy and (best is None or _work(c) < _work(best))]
         best = min(good, key=_work, default=best)
         tried += found
