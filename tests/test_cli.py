@@ -195,8 +195,10 @@ def test_choose_recommends_and_draws_why(tmp_path: Path) -> None:
     for bad in (["--quantity", "angle"], ["--accuracy", "0"], ["--omega", "-1"]):
         assert runner.invoke(app, [*wish, *bad]).exit_code == 2
     bar = ["elastic_pendulum", "--EA", "1e8", "--strain", "engineering", "--a0", "-19.6,0", "--quantity", "angle"]
+    bar += ["--among", "bathe,newmark", "--chosen", "bathe"]
     rigid = runner.invoke(app, ["choose", *bar, "--accuracy", "1e-1", "--t-end", "0.1"])
-    assert "on rigid_pendulum" in rigid.output
+    assert rigid.output.startswith(("bathe on rigid_pendulum", "newmark on rigid_pendulum"))
+    assert runner.invoke(app, [*wish, "--among", "bath"]).exit_code == 2
     unknown = runner.invoke(app, ["choose", "softening", "--accuracy", "1e-2"])
     assert unknown.exit_code == 2
     assert "--t-end" in unknown.output

@@ -90,7 +90,9 @@ def test_a_nystrom_table_takes_them_too() -> None:
     assert derive(scheme).order == (3, 3, 3)
     for knot in "pq":  # rows sum to c^2/2 beside the root too, from which kernels cancel what consistent schemes cancel
         relation, step = scheme.relations[Symbol(f"u_{knot}")].expand(), Symbol("h")
-        sums = relation.coeff(step, 2).subs({"a_p": 1, "a_q": 1}), relation.coeff(step, 1).subs("v_0", 1)
+        second, first = relation.coeff(step, 2), relation.coeff(step, 1)
+        assert second is not None and first is not None
+        sums = second.subs({"a_p": 1, "a_q": 1}), first.subs("v_0", 1)
         assert expand(2 * sums[0] - sums[1] ** 2) == 0
 
 

@@ -1,8 +1,14 @@
 """Options whose names are parameters of schemes and scenes, which the command line does not know in advance."""
 
 from pathlib import Path
+from typing import Annotated
+
+import typer
 
 from ..core.scenes import Scene, scene
+
+StartOption = Annotated[str, typer.Option(help="initial acceleration: consistent, or numbers as -19.6,0")]
+StrainOption = Annotated[str, typer.Option(help="elastic_pendulum: green_lagrange or engineering")]
 
 
 def scene_of(name: str, a0: str, strain: str, parameters: dict[str, float]) -> Scene:
@@ -18,6 +24,11 @@ def require_folders(*files: Path | None) -> None:
     for file in files:
         if file is not None and not file.parent.is_dir():
             raise ValueError(f"expected a folder that is there for {file}, got {file.parent}; make it first")
+
+
+def names(text: str) -> list[str] | None:
+    """The names in a text as bathe,rk4; None for an empty one, which means that nothing was chosen."""
+    return [name.strip() for name in text.split(",") if name.strip()] or None
 
 
 def number(name: str, text: str) -> float:

@@ -14,7 +14,8 @@ from rich.table import Column, Table
 
 from ..core.schemes import scheme
 from ..core.schemes import schemes as scheme_names
-from .arguments import exact_options, number, numbers, require_folders, scene_of
+from .arguments import StartOption, StrainOption, exact_options, number, numbers, require_folders, scene_of
+from .choice import choose
 from .design import design
 from .estimators import estimator
 
@@ -24,9 +25,6 @@ if TYPE_CHECKING:
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
 console = Console()
-
-StartOption = Annotated[str, typer.Option(help="initial acceleration: consistent, or numbers as -19.6,0")]
-StrainOption = Annotated[str, typer.Option(help="elastic_pendulum: green_lagrange or engineering")]
 
 
 @app.callback()
@@ -196,6 +194,7 @@ def conditions(name: Annotated[str, typer.Argument(help="a name listed by `subst
 
 
 app.command()(design)
+app.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True})(choose)
 
 
 @app.command()
@@ -371,33 +370,3 @@ def _work_precision(folder: Path, full: bool) -> None:
         for job in progress.track((*jobs(full), operations), description="speed against accuracy"):
             job(folder)
     console.print(f"charts and tables are in {folder.resolve()}")
-
-
-@app.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True})
-def choose(
-    context: typer.Context,
-    scene_name: Annotated[str, typer.Argument(metavar="SCENE", help="a name listed by `substep scenes`")],
-    accuracy: Annotated[float, typer.Option(help="largest error allowed: relative, or in rad of the angle")],
-    quantity: Annotated[str, typer.Option(help="u, v, a, energy or angle")] = "u",
-    t_end: Annotated[float | None, typer.Option(help="span in s; by default that of the scene's chart")] = None,
-    a0: StartOption = "",
-    strain: StrainOption = "",
-    file: Annotated[Path | None, typer.Option(help="draw why: where the chart goes, without suffix")] = None,
-) -> None:
-    """Recommend scheme, step or tolerance, and model for a wished accuracy.
-
-    The scene's parameters follow: --EA 1e10. Tolerances, of steps that choose themselves, are tried for the scheme
-    that needs the least work in constant steps among those that can change theirs.
-    """
-    from ..studies.precision import choice  # noqa: PLC0415
-    from ..studies.precision.cases import span  # noqa: PLC0415
-
-    try:
-        require_folders(file)
-        here = scene_of(scene_name, a0, strain, numbers(context.args))
-        found = choice.choose(here, accuracy, t_end=span(here) if t_end is None else t_end, quantity=quantity)
-    except ValueError as error:
-        raise typer.BadParameter(str(error)) from error
-    console.print(found.text, highlight=False)
-    if file is not None:
-        choice.chart(found, file)
