@@ -54,9 +54,10 @@ class Subject:
 
     @classmethod
     def of(cls, scheme: Scheme) -> "Subject":
-        """The scheme with all its parameters free."""
+        """The scheme with all its parameters free, but those that others decide."""
         domains = {p.symbol: p.domain for p in scheme.parameters}
-        return cls(scheme, scheme.values, {}, domains, scheme.typical)
+        free = tuple(s for s in scheme.values if s not in scheme.decided)
+        return cls(scheme, free, {}, domains, scheme.typical)
 
     @property
     def families(self) -> "list[Subject]":
