@@ -18,6 +18,7 @@ from sympy import (
     Integer,
     Interval,
     Mul,
+    NotAlgebraic,
     Poly,
     Pow,
     Rational,
@@ -30,7 +31,7 @@ from sympy import (
     sympify,
 )
 
-from . import rational
+
 from .exact_number import exact_number
 
 # the algebraic number r of which parameters may be functions; its assumption keeps it distinct from a parameter named r
@@ -174,7 +175,7 @@ class Algebraic:
         """
         try:
             polynomial = Poly(minimal_polynomial(number, generator), generator, domain=QQ)
-        except (rational.NotAlgebraicNumber, NotImplementedError) as error:
+        except (NotAlgebraic, NotImplementedError) as error:
             raise ValueError(f"expected an algebraic number, got {number}") from error
         for root in real_roots(polynomial.primitive()[1]):
             low, high = (Rational(int(end.numerator), int(end.denominator)) for end in (root.low, root.high))

@@ -14,7 +14,6 @@ from typing import Any
 from sympy import QQ, Expr, Function, Integer, Rational, Symbol, factor, fraction
 
 from ..algebra.algebraic import generator
-from ..algebra.rational import RationalFunctions
 from ..declare.catalogue import find
 from ..declare.parameter_set import ParameterSet
 from ..declare.related import related
@@ -149,8 +148,7 @@ def _generic(scheme: Scheme) -> Evaluation:
 
 
 def _symbolic(scheme: Scheme) -> Evaluation:
-    symbols = {s: s for s in (*scheme.values, kappa)}
-    return Evaluation(scheme, RationalFunctions((*symbols,)), symbols)
+    return Evaluation.symbolic(scheme, (*scheme.values, kappa))
 
 
 def estimator_at(
