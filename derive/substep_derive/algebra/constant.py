@@ -116,14 +116,16 @@ class Polynomials:
 
     def expression(self, element: Any) -> Expr:
         """A polynomial as an expression."""
-        terms = []
-        for powers, c in element.terms():
-            coefficients = reversed(c.to_list())
-            number = Add(
-                *(Rational(int(x.numerator), int(x.denominator)) * self.constant**k for k, x in enumerate(coefficients))
+        terms = [
+            Mul(
+                Rational(int(x.numerator), int(x.denominator)),
+                self.constant**k,
+                *(s**n for s, n in zip(self.symbols, powers, strict=True)),
             )
-            terms.append(Mul(number, *(s**k for s, k in zip(self.symbols, powers, strict=True))))
-        return Add(*(t.expand() for t in terms))
+            for powers, c in element.terms()
+            for k, x in enumerate(reversed(c.to_list()))
+        ]
+        return Add(*terms)
 
     def cleared(self, matrix: Matrix) -> list[list[Any]]:
         """The rows, each multiplied by its common denominator."""

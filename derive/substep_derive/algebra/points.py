@@ -5,6 +5,7 @@ zero; only if it is not, its sign is found by narrowing an interval around the p
 """
 
 from collections.abc import Iterable, Sequence
+from functools import lru_cache
 from itertools import pairwise
 from typing import Any, Protocol
 
@@ -85,7 +86,7 @@ class RootPoint:
 
     def _is_zero(self, number: Any) -> bool:
         """Whether the number vanishes at the root; replaces the modulus by its factor that has the root."""
-        shared = self._modulus.gcd(number)
+        shared = _gcd(self._modulus, number)
         if shared.degree() < 1:
             return False
         ends = [self.field.sign(shared.evaluate(shared.ring.gens[0], self.field.domain.convert(end)))
@@ -93,6 +94,15 @@ class RootPoint:
         vanishes = ends[0] * ends[1] < 0  # the gcd has at most one root in the interval, a simple one
         self._modulus = shared if vanishes else self._modulus.exquo(shared)
         return vanishes
+
+
+@lru_cache(maxsize=64)  # all roots of one polynomial ask for the same
+def _gcd(p: Any, q: Any) -> Any:
+    """The greatest common divisor over a field, by Euclid's algorithm; remainders with a leading 1 stay short."""
+    while q:
+        q = q.mul_ground(q.ring.domain.one / q.LC)  # one division, where `monic` has one for each coefficient
+        p, q = q, p.rem(q)
+    return p
 
 
 def point(field: Field, root: RealRoot, ring: Any) -> Point:
@@ -136,7 +146,7 @@ def positive_roots(field: Field, polynomials: Sequence[Any], ring: Any) -> list[
     """
     x = Symbol("x")
     found: dict[Poly, list[Any]] = {}
-    for polynomial in polynomials:
+    for polynomial in {p.mul_ground(field.domain.one / p.LC): p for p in polynomials}.values():
         over_k = Poly.from_dict(dict(polynomial), x, domain=field.domain)
         for factor in irreducible(over_k.norm() if field.algebraic else over_k):
             if factor.eval(0) != 0:

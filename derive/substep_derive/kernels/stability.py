@@ -4,6 +4,7 @@ from collections.abc import Iterable, Sequence
 
 from sympy import Add, Expr, Integer, Poly, Symbol, expand, factor, horner
 
+from ..algebra.constant import approximated, replaced
 from ..declare.scheme import Scheme
 from ..declare.symbols import Omega, xi
 from ..oscillator.amplification import Amplification
@@ -27,7 +28,7 @@ def factor_coefficients(amplification: Amplification) -> tuple[Expr, ...] | None
 def never_negative(polynomial: Expr, scheme: Scheme) -> bool:
     """Whether no term of the polynomial can be negative at any Omega, xi and parameters; it may be >= 0 without."""
     bounded = all(p.domain.start >= 0 for p in scheme.parameters if polynomial.has(p.symbol))
-    return bounded and all(c > 0 for c in Poly(polynomial, Omega, xi, *scheme.values).coeffs())
+    return bounded and all(c > 0 for c in Poly(approximated(polynomial), Omega, xi, *scheme.values).coeffs())
 
 
 def stability_kernels(
@@ -93,6 +94,7 @@ def _inlined(name: str, arguments: tuple[Symbol, ...], outputs: dict[str, Expr],
     form too.
     """
     first = arguments[0]
+    outputs = replaced(outputs)
     degree = {v: max(Poly(e, v).degree() for e in outputs.values()) for v in arguments if v not in (first, xi)}
     order = [xi, *sorted(degree, key=lambda v: (degree[v], v.name))]
     alone: dict[Expr, Symbol] = {}
