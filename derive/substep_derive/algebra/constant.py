@@ -19,15 +19,17 @@ DIGITS = 2**120  # an approximation's relative error is below 1/DIGITS: a pair o
 
 
 class Constant(Symbol):
-    """The symbol of a real algebraic number r, given as an Algebraic whose value is r itself.
+    """The symbol of a real algebraic number, which SymPy writes in radicals, or given as an Algebraic r.
 
-    Raises ValueError for a rational number, which needs no symbol, and for another function of r.
+    Raises ValueError for what is no real algebraic number, for a rational one, which needs no symbol, and for another
+    function of r than r itself.
     """
 
     __slots__ = ("number",)
     number: Algebraic
 
-    def __new__(cls, name: str, number: Algebraic) -> "Constant":
+    def __new__(cls, name: str, number: Algebraic | Expr) -> "Constant":
+        number = number if isinstance(number, Algebraic) else Algebraic.of(number)
         if number.value != generator or number.polynomial.degree() < 2:
             raise ValueError(f"expected an irrational number r itself, got {number}")
         self = Symbol.__xnew__(cls, name, algebraic=True, real=True)

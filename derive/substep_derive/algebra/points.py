@@ -86,7 +86,7 @@ class RootPoint:
 
     def _is_zero(self, number: Any) -> bool:
         """Whether the number vanishes at the root; replaces the modulus by its factor that has the root."""
-        shared = _gcd(self._modulus, number)
+        shared = _gcd(self._modulus, _monic(number))
         if shared.degree() < 1:
             return False
         ends = [self.field.sign(shared.evaluate(shared.ring.gens[0], self.field.domain.convert(end)))
@@ -100,9 +100,22 @@ class RootPoint:
 def _gcd(p: Any, q: Any) -> Any:
     """The greatest common divisor over a field, by Euclid's algorithm; remainders with a leading 1 stay short."""
     while q:
-        q = q.mul_ground(q.ring.domain.one / q.LC)  # one division, where `monic` has one for each coefficient
+        q = _monic(q)
         p, q = q, p.rem(q)
     return p
+
+
+def _monic(p: Any) -> Any:
+    """The polynomial over its leading coefficient: one division in the field, where SymPy's own has one for each."""
+    return p.mul_ground(p.ring.domain.one / p.LC) if p.LC != p.ring.domain.one else p
+
+
+@lru_cache(maxsize=64)
+def _norm_factors(polynomial: Any) -> tuple[Poly, ...]:
+    """The irreducible factors over Q of the norm of a polynomial in one variable, or of itself over Q."""
+    x, domain = Symbol("x"), polynomial.ring.domain
+    over_k = Poly.from_dict(dict(polynomial), x, domain=domain)
+    return tuple(irreducible(over_k if domain is QQ else over_k.norm()))
 
 
 def point(field: Field, root: RealRoot, ring: Any) -> Point:
@@ -144,11 +157,9 @@ def positive_roots(field: Field, polynomials: Sequence[Any], ring: Any) -> list[
 
     Over Q(r) these are found among the roots of the norm, a polynomial over Q.
     """
-    x = Symbol("x")
     found: dict[Poly, list[Any]] = {}
-    for polynomial in {p.mul_ground(field.domain.one / p.LC): p for p in polynomials}.values():
-        over_k = Poly.from_dict(dict(polynomial), x, domain=field.domain)
-        for factor in irreducible(over_k.norm() if field.algebraic else over_k):
+    for polynomial in dict.fromkeys(map(_monic, polynomials)):
+        for factor in _norm_factors(polynomial):
             if factor.eval(0) != 0:
                 found.setdefault(factor, []).append(polynomial)
     roots = []
