@@ -31,7 +31,6 @@ from sympy import (
     sympify,
 )
 
-
 from .exact_number import exact_number
 
 # the algebraic number r of which parameters may be functions; its assumption keeps it distinct from a parameter named r

@@ -28,7 +28,7 @@ class Constant(Symbol):
     __slots__ = ("number",)
     number: Algebraic
 
-    def __new__(cls, name: str, number: Algebraic | Expr) -> "Constant":
+    def __new__(cls, name: str, number: Algebraic | Expr) -> "Constant":  # noqa: D102 (the class says it)
         number = number if isinstance(number, Algebraic) else Algebraic.of(number)
         if number.value != generator or number.polynomial.degree() < 2:
             raise ValueError(f"expected an irrational number r itself, got {number}")
@@ -36,7 +36,7 @@ class Constant(Symbol):
         self.number = number
         return self
 
-    def __getnewargs_ex__(self) -> tuple[tuple[str, Algebraic], dict[str, bool]]:
+    def __getnewargs_ex__(self) -> Any:
         return (self.name, self.number), {}
 
     def _hashable_content(self) -> tuple[Any, ...]:
@@ -102,8 +102,8 @@ class Polynomials:
         for (*powers, k), c in Poly(e, *self.symbols, self.constant, domain=QQ).terms():
             found.setdefault(tuple(powers), {})[k] = QQ(int(c.p), int(c.q))
         K = self.field.domain
-        element = {
-            powers: K([by_power.get(k, QQ(0)) for k in range(max(by_power), -1, -1)])
+        element = {  # times 1, since only a product is reduced by the constant's equation
+            powers: K([by_power.get(k, QQ(0)) for k in range(max(by_power), -1, -1)]) * K.one
             for powers, by_power in found.items()
         }
         return self.ring.from_dict({powers: c for powers, c in element.items() if c})
@@ -142,7 +142,7 @@ class Polynomials:
         """The least common multiple."""
         found = self.ring.one
         for d in dens:
-            if not d.is_ground and not found.rem([d]) == 0:
+            if not d.is_ground and found.rem([d]) != 0:
                 found = found * d.exquo(found.gcd(d))
         return found
 

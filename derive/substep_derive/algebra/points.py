@@ -107,7 +107,8 @@ def _gcd(p: Any, q: Any) -> Any:
 
 def _monic(p: Any) -> Any:
     """The polynomial over its leading coefficient: one division in the field, where SymPy's own has one for each."""
-    return p.mul_ground(p.ring.domain.one / p.LC) if p.LC != p.ring.domain.one else p
+    one = p.ring.domain.one
+    return p if one == p.LC else p.mul_ground(one / p.LC)
 
 
 @lru_cache(maxsize=64)

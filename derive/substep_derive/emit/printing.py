@@ -14,7 +14,10 @@ WHOLE = 2**53  # whole numbers up to this one are doubles
 
 
 class FractionPrinter(PythonCodePrinter):
-    """Prints a fraction of numbers too large for doubles as the double nearest to it."""
+    """Prints whole numbers and fractions of such that are too large for doubles as the doubles nearest to them."""
+
+    def _print_Integer(self, expr: Any) -> str:
+        return repr(float(expr)) if abs(expr.p) > WHOLE else super()._print_Integer(expr)
 
     def _print_Rational(self, expr: Any) -> str:
         return repr(float(expr)) if max(abs(expr.p), expr.q) > WHOLE else super()._print_Rational(expr)

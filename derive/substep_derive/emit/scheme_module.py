@@ -136,7 +136,8 @@ def scheme_module(kernels: SchemeKernels, source: str) -> str:
             store_amplification=_stores("out", "D_", m, m, identity=True, over="" if kernels.rule else " / den"),
             increment_names=_assigned(names.get("_increment", own)),
             store_stencil="\n".join(
-                f"        out[i, {k}] = {PRINTER.doprint(approximated(tau).subs(at_i))}" for k, tau in enumerate(form.stencil)
+                f"        out[i, {k}] = {PRINTER.doprint(approximated(tau).subs(at_i))}"
+                for k, tau in enumerate(form.stencil)
             ),
             parameters_comma="".join(f"{p.name}, " for p in scheme.parameters),
         ),

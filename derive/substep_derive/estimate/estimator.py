@@ -127,6 +127,8 @@ def estimator(
 @cache
 def _estimator(scheme: Scheme, held_only: bool, damped: bool, changing: bool) -> Estimator:
     analysis = analysis_of(_generic(scheme), damped)
+    if scheme.constant is not None and not scheme.values:  # no symbol besides kappa, which steps may do without
+        return _found(analysis, analysis, held_only, changing)
     return _found(analysis, analysis_of(_symbolic(scheme), damped, _highest(analysis)), held_only, changing)
 
 

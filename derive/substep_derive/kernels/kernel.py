@@ -3,10 +3,10 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from sympy import Expr, Matrix, Symbol
+from sympy import Expr, Matrix, Symbol, horner
 
 from ..algebra import rational
-from ..algebra.constant import approximated
+from ..algebra.constant import approximated, constant_of
 from ..declare.names import entry_name
 from ..declare.symbols import Omega
 
@@ -29,7 +29,9 @@ def entries(name: str, matrix: Matrix) -> list[tuple[str, Expr]]:
 
 def nested(e: Expr, variable: Symbol) -> Expr:
     """A polynomial as it is printed: Horner's form, with rational numbers near those of a constant's field."""
-    return rational.horner(approximated(e), variable)
+    if constant_of([e]) is None:
+        return rational.horner(e, variable)
+    return horner(approximated(e), variable, *sorted(e.free_symbols - {variable, constant_of([e])}, key=str))
 
 
 def polynomial_kernel(name: str, arguments: Sequence[Symbol], outputs: list[tuple[str, Expr]], doc: str) -> Kernel:
