@@ -43,6 +43,16 @@ class Linear:
     arguments: tuple[tuple["Linear", ...], ...]
 
 
+def constants(scheme: Scheme, mp: Any) -> dict[Symbol, Any]:
+    """The value of the scheme's constant, if it has one: the root of its equation in its interval."""
+    if scheme.constant is None:
+        return {}
+    low, high = (mp.mpf(int(end.p)) / int(end.q) for end in scheme.constant.number.interval)
+    roots = mpmath.polyroots(scheme.constant.number.coefficients, maxsteps=500, extraprec=200)
+    (found,) = [r.real for r in roots if abs(r.imag) < 1e-9 * abs(r) and low <= r.real <= high]
+    return {scheme.constant: mp.mpf(found)}
+
+
 @cache
 def linear(e: Expr, names: tuple[Symbol, ...], modules: str) -> Linear:
     tangent = Symbol("tangent")
@@ -70,6 +80,7 @@ class Marcher:
         self.scheme, self.system, self.h, self.d = scheme, system, step, len(start)
         self.exact = start.dtype == object
         self.modules = "mpmath" if self.exact else "math"
+        values = {**constants(scheme, mpmath.mp if self.exact else mpmath.fp), **values}
         self.names, self.values = tuple(values), [step, *values.values()]
         self.eye = np.array([[step / step if i == j else 0 * step for j in range(self.d)] for i in range(self.d)])
         self.matrices = [self.eye, system.damping, system.tangent(start), system.tangent(start)]

@@ -212,7 +212,7 @@ class Run:
     def composed(self, p):
         """Central differences over parts of the step."""
         row, tau = self.rows[-1], 0.0
-        for weight in p.weights(**self.parameters):
+        for weight in map(float, p.weights(**self.parameters)):
             tau += weight
             row = self.balance(tau, newmark_line(row, weight * self.h, 0.0, 0.5), row)
         return row

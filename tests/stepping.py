@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import mpmath
+from declared_steps import constants
 from substep_derive import Scheme
 from substep_derive.declare.symbols import K0, C, K_t, M, N, N_discrete, f, h, knot, knot_of, lattice
 from sympy import Dummy, Expr, Rational, Symbol, lambdify
@@ -40,6 +41,7 @@ class Stepper:
         self.scheme, self.problem, self.h = scheme, problem, MP.mpf(step)
         self.values = {Symbol(name): MP.mpf(str(value)) if isinstance(value, float) else _mpf(value)
                        for name, value in values.items()}  # fmt: skip
+        self.values |= constants(scheme, MP)
         self.fixed = {h: self.h, M: MP.mpf(1), C: problem.damping, K0: problem.slope(start), **self.values}
         unknown = set()
         for symbol, e in scheme.relations.items():

@@ -165,10 +165,23 @@ TABLES: dict[str, tuple[Callable[..., Table], str]] = {
     "esdirk32": (esdirk32, "gamma"),
     "esdirk43": (esdirk43, ""),
 }
+
+
+def yoshida6() -> list[Any]:
+    """The triple jump of order 6 of that of order 4 (Yoshida, Phys. Lett. A 150 (1990) 262-268)."""
+
+    def jump(order: int) -> list[Any]:
+        x = 1 / (2 - MP.mpf(2) ** (MP.mpf(1) / (order + 1)))
+        return [x, 1 - 2 * x, x]
+
+    return [outer * inner for outer in jump(4) for inner in jump(2)]
+
+
 # weights of central differences, one after another
 COMPOSITIONS: dict[str, Callable[..., list[Any]]] = {
     "suzuki": lambda weight: [weight, weight, 1 - 4 * weight, weight, weight],
     "forest_ruth": lambda weight: [weight, 1 - 2 * weight, weight],
+    "yoshida6": yoshida6,
 }
 
 
@@ -271,12 +284,13 @@ def _register_nystrom(name: str) -> None:
 
 
 def _register_composition(name: str, weights: Callable[..., list[Any]]) -> None:
-    names = " ".join(weights.__code__.co_varnames)
+    names = " ".join(weights.__code__.co_varnames[: weights.__code__.co_argcount])
 
     @oracle.scheme(name, "u h*v h^2*a", names)
     def rule(s: Any, state: Any, p: Any, f: Callable[[Any], Any]) -> tuple[Any, Any]:
         s, t = s if name in DAMPED_COMPOSITIONS else undamped(s), 0 * s.one
-        for weight in weights(**vars(p)):
+        for given in weights(**vars(p)):
+            weight = type(s.one)(given) if isinstance(given, MP.mpf) else given
             t = t + weight
             state = oracle.newmark_end(s, state, weight, (0 * s.one, s.one / 2), f(t))
         return state, state

@@ -4,15 +4,18 @@ import re
 from pathlib import Path
 
 import pytest
-from declared import NAMES
+from declared import BY_NAME, NAMES
 from substep_derive import derive
+from substep_derive.study.estimates import shown
 from sympy import Expr, Symbol, factor
 
 PAGE = Path(__file__).parents[1] / "docs" / "estimators.md"
 
 
-def formula(error: Expr) -> str:
-    """With steps of equal length."""
+def formula(name: str, error: Expr) -> str:
+    """With steps of equal length; weights of a scheme with a constant in digits."""
+    if BY_NAME[name].constant is not None:
+        return f"`{shown(BY_NAME[name], error)}`"
     return f"`{factor(error.subs(Symbol('kappa'), 1))}`"
 
 
@@ -22,7 +25,7 @@ def row(name: str) -> str:
     needs = ", ".join(f"`{s}`" for s in sorted(found.extra or (), key=str)) or "–"
     growth = f"{found.displacement.growth}, {found.velocity.growth}"
     order = f"{found.order[0]}, {found.order[1]}"
-    return f"| `{name}` | {order} | {formula(found.u)} | {formula(found.v)} | {needs} | {growth} |"
+    return f"| `{name}` | {order} | {formula(name, found.u)} | {formula(name, found.v)} | {needs} | {growth} |"
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -27,7 +27,7 @@ EXPLICIT = {
         "bogacki_shampine",
         "dormand_prince",
         "forest_ruth",
-        *("suzuki", "rkn43", "rkn64", "stoermer_extrapolation"),
+        *("suzuki", "yoshida6", "rkn43", "rkn64", "stoermer_extrapolation"),
     ),
 }
 LINEAR = {"linear_oscillator", "bathe_noh", "rigid_pendulum"}

@@ -1,6 +1,7 @@
 """From a declared scheme to its closed forms and its stability proof, exactly; and a declaration's nouns."""
 
 from .algebra.algebraic import Algebraic
+from .algebra.constant import Constant
 from .declare.composition import composition
 from .declare.errors import DeclarationError, InconsistentScheme
 from .declare.parameter import Family, Parameter, Root
@@ -20,6 +21,7 @@ __all__ = [
     "Balance",
     "C",
     "Certificate",
+    "Constant",
     "DeclarationError",
     "Derivation",
     "Estimate",

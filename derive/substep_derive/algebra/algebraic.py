@@ -7,7 +7,7 @@ around r until the interval around the element excludes zero. Nothing is rounded
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 from sympy import (
@@ -18,6 +18,7 @@ from sympy import (
     Integer,
     Interval,
     Mul,
+    NotAlgebraic,
     Poly,
     Pow,
     Rational,
@@ -30,7 +31,6 @@ from sympy import (
     sympify,
 )
 
-from . import rational
 from .exact_number import exact_number
 
 # the algebraic number r of which parameters may be functions; its assumption keeps it distinct from a parameter named r
@@ -91,7 +91,12 @@ class RealRoot:
     @cached_property
     def rank(self) -> int:
         """How many real roots of the polynomial are smaller."""
-        return self.polynomial.count_roots(None, self.low) - (self.rational is not None)
+        own = RealRoot(self.polynomial, self.low, self.high)
+        while True:
+            near = [k for k, (low, high) in enumerate(isolated(self.polynomial)) if low <= own.high and own.low <= high]
+            if len(near) == 1:
+                return near[0]
+            own.narrow()
 
     def is_same(self, other: "RealRoot") -> bool:
         """Whether both are the same number."""
@@ -105,13 +110,20 @@ class RealRoot:
         return Fraction(int(middle.numerator), int(middle.denominator))
 
 
+@cache
+def isolated(polynomial: Poly) -> tuple[Enclosure, ...]:
+    """Intervals with one real root each of a polynomial irreducible over Q, in ascending order."""
+    return tuple((QQ.convert(low), QQ.convert(high)) for low, high in polynomial.intervals(sqf=True))
+
+
 def closed_form(root: RealRoot, variable: Symbol, *, in_square: bool = False) -> Expr:
     """A root, or with in_square its square root, in radicals for a polynomial up to degree two, else as a CRootOf."""
     polynomial = root.polynomial
     if polynomial.degree() > 2:
         if not in_square:
             return CRootOf(Poly(polynomial.as_expr(variable), variable), root.rank)
-        negative, positive = polynomial.count_roots(None, 0), polynomial.count_roots(0, None)
+        negative = sum(high <= 0 for _, high in isolated(polynomial))  # an interval has 0 at most as an end
+        positive = len(isolated(polynomial)) - negative
         return CRootOf(Poly(polynomial.as_expr(variable**2), variable), positive + root.rank - negative)
     coefficients = [Rational(int(c)) for c in polynomial.all_coeffs()]
     if len(coefficients) == 2:
@@ -174,7 +186,7 @@ class Algebraic:
         """
         try:
             polynomial = Poly(minimal_polynomial(number, generator), generator, domain=QQ)
-        except (rational.NotAlgebraicNumber, NotImplementedError) as error:
+        except (NotAlgebraic, NotImplementedError) as error:
             raise ValueError(f"expected an algebraic number, got {number}") from error
         for root in real_roots(polynomial.primitive()[1]):
             low, high = (Rational(int(end.numerator), int(end.denominator)) for end in (root.low, root.high))

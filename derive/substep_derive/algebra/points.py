@@ -5,6 +5,7 @@ zero; only if it is not, its sign is found by narrowing an interval around the p
 """
 
 from collections.abc import Iterable, Sequence
+from functools import lru_cache
 from itertools import pairwise
 from typing import Any, Protocol
 
@@ -85,7 +86,7 @@ class RootPoint:
 
     def _is_zero(self, number: Any) -> bool:
         """Whether the number vanishes at the root; replaces the modulus by its factor that has the root."""
-        shared = self._modulus.gcd(number)
+        shared = _gcd(self._modulus, _monic(number))
         if shared.degree() < 1:
             return False
         ends = [self.field.sign(shared.evaluate(shared.ring.gens[0], self.field.domain.convert(end)))
@@ -93,6 +94,29 @@ class RootPoint:
         vanishes = ends[0] * ends[1] < 0  # the gcd has at most one root in the interval, a simple one
         self._modulus = shared if vanishes else self._modulus.exquo(shared)
         return vanishes
+
+
+@lru_cache(maxsize=64)  # all roots of one polynomial ask for the same
+def _gcd(p: Any, q: Any) -> Any:
+    """The greatest common divisor over a field, by Euclid's algorithm; remainders with a leading 1 stay short."""
+    while q:
+        q = _monic(q)
+        p, q = q, p.rem(q)
+    return p
+
+
+def _monic(p: Any) -> Any:
+    """The polynomial over its leading coefficient: one division in the field, where SymPy's own has one for each."""
+    one = p.ring.domain.one
+    return p if one == p.LC else p.mul_ground(one / p.LC)
+
+
+@lru_cache(maxsize=64)
+def _norm_factors(polynomial: Any) -> tuple[Poly, ...]:
+    """The irreducible factors over Q of the norm of a polynomial in one variable, or of itself over Q."""
+    x, domain = Symbol("x"), polynomial.ring.domain
+    over_k = Poly.from_dict(dict(polynomial), x, domain=domain)
+    return tuple(irreducible(over_k if domain is QQ else over_k.norm()))
 
 
 def point(field: Field, root: RealRoot, ring: Any) -> Point:
@@ -134,11 +158,9 @@ def positive_roots(field: Field, polynomials: Sequence[Any], ring: Any) -> list[
 
     Over Q(r) these are found among the roots of the norm, a polynomial over Q.
     """
-    x = Symbol("x")
     found: dict[Poly, list[Any]] = {}
-    for polynomial in polynomials:
-        over_k = Poly.from_dict(dict(polynomial), x, domain=field.domain)
-        for factor in irreducible(over_k.norm() if field.algebraic else over_k):
+    for polynomial in dict.fromkeys(map(_monic, polynomials)):
+        for factor in _norm_factors(polynomial):
             if factor.eval(0) != 0:
                 found.setdefault(factor, []).append(polynomial)
     roots = []

@@ -1,7 +1,7 @@
-"""Exact linear algebra over rational functions: the only file that touches sympy.polys and cse.
+"""Exact linear algebra over rational functions: with `constant` the only file that touches sympy.polys, and cse.
 
 Everything is kept as polynomial numerators over one common denominator, so that nothing has to be
-simplified after it was built.
+simplified after it was built. Where an algebraic constant occurs, `constant.Polynomials` does the same over its field.
 """
 
 from collections.abc import Sequence
@@ -12,6 +12,8 @@ from sympy import cse as sympy_cse
 from sympy.polys.matrices import DomainMatrix
 from sympy.polys.matrices.exceptions import DMNonInvertibleMatrixError
 from sympy.polys.polyerrors import NotAlgebraic
+
+from .constant import Constant, Polynomials
 
 SingularMatrix = DMNonInvertibleMatrixError
 NotAlgebraicNumber = NotAlgebraic
@@ -31,6 +33,9 @@ def _cleared(matrix: Matrix) -> DomainMatrix:
 
 def clear_rows(matrix: Matrix) -> Matrix:
     """The matrix with each row multiplied by its common denominator, so that its entries are polynomials."""
+    if over_field := Polynomials.of([*matrix]):
+        rows = over_field.cleared(matrix)
+        return Matrix([[over_field.expression(e) for e in row] for row in rows])
     return _cleared(matrix).to_Matrix()
 
 
@@ -39,6 +44,8 @@ def solve(matrix: Matrix, right: Matrix) -> tuple[Matrix, Expr]:
 
     Raises SingularMatrix for a singular matrix.
     """
+    if over_field := Polynomials.of([*matrix, *right]):
+        return over_field.solve(matrix, right)
     both = _cleared(matrix.row_join(right))
     numerators, den = both[:, : matrix.cols].solve_den(both[:, matrix.cols :])
     numerators, den = numerators.cancel_denom(den)
@@ -49,23 +56,32 @@ def common_denominator(matrix: Matrix) -> tuple[Matrix, Expr]:
     """(numerators, den) of a matrix of rational functions, common factors cancelled."""
     if not matrix.rows:
         return matrix, Integer(1)
+    if over_field := Polynomials.of([*matrix]):
+        return over_field.common_denominator(matrix)
     den, numerators = _rational(matrix).clear_denoms(convert=True)
     return numerators.to_Matrix(), numerators.domain.to_sympy(den.element)
 
 
 def determinant(matrix: Matrix) -> Expr:
     """The determinant, each row cleared of its denominators."""
+    if over_field := Polynomials.of([*matrix]):
+        return over_field.determinant(matrix)
     cleared = _cleared(matrix)
     return cleared.domain.to_sympy(cleared.det())
 
 
 def same(a: Matrix, b: Matrix) -> bool:
     """Whether two matrices of rational functions are equal."""
-    return bool(_rational(a - b).is_zero_matrix)
+    difference = a - b
+    if over_field := Polynomials.of([*difference]):
+        return not any(over_field.fraction(e)[0] for e in difference)
+    return bool(_rational(difference).is_zero_matrix)
 
 
 def quotient(a: Expr, b: Expr) -> Expr | None:
     """The quotient a/b of two polynomials, None where b does not divide a."""
+    if over_field := Polynomials.of([a, b]):
+        return over_field.quotient(a, b)
     symbols = sorted(a.free_symbols | b.free_symbols, key=str)
     found, rest = Poly(a, *symbols, domain=QQ).div(Poly(b, *symbols, domain=QQ))
     return found.as_expr() if rest.is_zero else None
@@ -73,6 +89,8 @@ def quotient(a: Expr, b: Expr) -> Expr | None:
 
 def primitive(expression: Expr, variable: Symbol) -> Poly:
     """The expression as a polynomial in one variable, without the factors its coefficients share."""
+    if over_field := Polynomials.of([expression], variable):
+        return over_field.primitive(expression, variable)
     return Poly(expression, variable).clear_denoms(convert=True)[1].primitive()[1]
 
 
@@ -82,18 +100,30 @@ def polynomial_ring(symbols: Sequence[Symbol]) -> tuple[Any, ...]:
 
 
 class RationalFunctions:
-    """The field of rational functions over Q in some symbols; Q itself if there are none."""
+    """The field of rational functions in some symbols, over Q or that of a constant; Q itself if there are none."""
 
-    def __init__(self, symbols: Sequence[Symbol]) -> None:
-        self.domain: Any = QQ.frac_field(*symbols) if symbols else QQ
+    def __init__(self, symbols: Sequence[Symbol], constant: Constant | None = None) -> None:
+        """Raises ValueError for a constant without symbols: its field is `algebraic.Field`."""
+        if constant is not None and not symbols:
+            raise ValueError(f"expected symbols besides the constant {constant}; take the field of its number")
+        self._polynomials = None if constant is None else Polynomials(constant, symbols)
+        over = QQ if self._polynomials is None else self._polynomials.field.domain
+        self.domain: Any = over.frac_field(*sorted(symbols, key=str) if constant else symbols) if symbols else QQ
 
     def number(self, value: Expr) -> Any:
         """A rational function as an element of the field."""
-        return self.domain.from_sympy(value)
+        if self._polynomials is None:
+            return self.domain.from_sympy(value)
+        numerator, den = (self.domain.convert(e, self._polynomials.domain) for e in self._polynomials.fraction(value))
+        return numerator / den
 
     def expression(self, number: Any) -> Expr:
         """An element as an expression."""
-        return self.domain.to_sympy(number)
+        if self._polynomials is None:
+            return self.domain.to_sympy(number)
+        parts = (self._polynomials.domain.convert(e) for e in (number.numer, number.denom))
+        numerator, den = map(self._polynomials.expression, parts)
+        return numerator / den
 
 
 def horner(expression: Expr, variable: Symbol) -> Expr:

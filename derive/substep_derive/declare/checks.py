@@ -9,6 +9,7 @@ from typing import Any, Protocol
 
 from sympy import Add, Expr, Mul, Pow, Rational, Symbol, SympifyError, preorder_traversal, sympify
 
+from ..algebra.constant import Constant, constants_of
 from .errors import DeclarationError
 from .names import check_scheme
 from .parameter import Family, Parameter, Root
@@ -56,6 +57,7 @@ def check(scheme: _Declared) -> None:
     _parameters(scheme)
     _families(scheme)
     _symbols(scheme)
+    _constant(scheme)
     _exact(scheme)
     _balances(scheme)
     _count(scheme)
@@ -114,7 +116,7 @@ def _symbols(scheme: _Declared) -> None:
     )
     for symbol in sorted(scheme.mentioned | {s for e in added for s in e.free_symbols}, key=str):
         at = knot_of(symbol)
-        if at is None and symbol not in declared:
+        if at is None and symbol not in declared and not isinstance(symbol, Constant):
             raise DeclarationError(
                 f"{scheme.name}: '{symbol}' is neither a knot's u, v, a nor a declared parameter; "
                 f"declare Parameter({symbol}, ...) or correct the name"
@@ -130,6 +132,22 @@ def _canonical(label: str) -> bool:
     """Whether a label that is a number is written in lowest terms, as Fraction prints it; true for any other label."""
     step = lattice(label)
     return step is None or str(step) == label
+
+
+def _constant(scheme: _Declared) -> None:
+    given = [*scheme.relations.values(), *scheme.report.values(), *scheme.embedded.values()]
+    given += [e for b in scheme.balances for e in (b.inertia, b.damping, b.force, b.load)]
+    found = constants_of(given)
+    if len(found) > 1:
+        raise DeclarationError(
+            f"{scheme.name}: expected one algebraic constant, got {_listed(found)}; write all numbers as rational "
+            "functions of a single one"
+        )
+    if found and any(isinstance(p.default, Root) for p in scheme.parameters):
+        raise DeclarationError(
+            f"{scheme.name}: expected one irrational number, got the constant {found[0]} and a parameter whose default "
+            "is a root; write one as a rational function of the other"
+        )
 
 
 def _exact(scheme: _Declared) -> None:
@@ -166,7 +184,7 @@ def _balances(scheme: _Declared) -> None:
         if knots := sorted(s for s in map(str, bare.free_symbols) if knot_of(Symbol(s))):
             raise DeclarationError(f"{where}: expected a load of f(tau) alone, got {knots[0]}; write it into force")
         for load in b.load.atoms(f):
-            if moving := load.free_symbols - set(scheme.values):
+            if moving := {s for s in load.free_symbols if not isinstance(s, Constant)} - set(scheme.values):
                 raise DeclarationError(
                     f"{where}: expected f of an instant in steps after t_n, got {load} with {_listed(moving)} in it; "
                     "f(1) is the load at t_n + h"

@@ -41,7 +41,7 @@ def composition(
             "central_difference"
         )
     parameters, ((weights,),) = generated(name, parameters, ((weights,),))
-    entries = Entries(name, parameters)
+    entries = Entries(name, parameters, ((weights,),))
     (steps,) = entries.sums("the weights", [entries.vector("weights", weights)], [Integer(1)])
     inner = sorted({(knot_of(s) or ("", ""))[1] for s in base.unknowns} - {"0", "1"})
     relations: dict[Any, Expr] = {}

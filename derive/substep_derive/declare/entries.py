@@ -1,11 +1,12 @@
 """Entries of tables that declare schemes: read exactly, checked, and given as numbers of one field."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from sympy import Expr, Integer, Rational, Symbol, cancel, preorder_traversal
 
 from ..algebra.algebraic import Field, generator
+from ..algebra.constant import Constant, constant_of, reduced
 from ..algebra.rational import RationalFunctions
 from .checks import expression, is_rational
 from .errors import DeclarationError
@@ -19,10 +20,15 @@ LABELS = tuple("z" * z + letter for z in range(4) for letter in _LETTERS[:-1])  
 class Entries:
     """Reads the entries of a table of this name, and gives them as numbers of one field."""
 
-    def __init__(self, name: str, parameters: Sequence[Parameter]) -> None:
+    def __init__(self, name: str, parameters: Sequence[Parameter], tables: Iterable[Sequence[Row]] = ()) -> None:
+        """tables: all that are read, of which the constant is known."""
         self.name = name
         self.symbols = {p.symbol for p in parameters}
-        self.values, self.field = _general(parameters)
+        entries = [e for table in tables for row in table for e in row if isinstance(e, Expr)]
+        try:
+            self.values, self.field = _general(parameters, constant_of(entries))
+        except ValueError as error:
+            raise DeclarationError(f"{name}: {error}") from error
 
     @property
     def one(self) -> Any:
@@ -92,7 +98,7 @@ class Entries:
                 f"{self.name}: expected exact entries in {what}, got the float {e}; write Rational(1, 4), or "
                 "Fraction('0.25')"
             )
-        if unknown := e.free_symbols - self.symbols:
+        if unknown := {s for s in e.free_symbols if not isinstance(s, Constant)} - self.symbols:
             raise DeclarationError(
                 f"{self.name}: the entry {e} of {what} holds {', '.join(sorted(map(str, unknown)))}; declare "
                 "parameters=(Parameter(...),)"
@@ -102,15 +108,17 @@ class Entries:
                 f"{self.name}: expected entries of {what} that are rational in the parameters, got {e}; let an "
                 "irrational number be the default Root(...) of a parameter, and all entries rational in that"
             )
-        return e
+        return reduced(e)
 
 
-def _general(parameters: Sequence[Parameter]) -> tuple[dict[Symbol, Expr], Field | RationalFunctions]:
+def _general(
+    parameters: Sequence[Parameter], constant: Constant | None
+) -> tuple[dict[Symbol, Expr], Field | RationalFunctions]:
     """Values in no special relation for parameters, the exact root for an implicit one; and the field of them all."""
-    if not any(isinstance(p.default, Root) for p in parameters):
+    if constant is None and not any(isinstance(p.default, Root) for p in parameters):
         return {}, RationalFunctions([p.symbol for p in parameters])
-    values: dict[Symbol, Expr] = {}
-    found = None
+    values: dict[Symbol, Expr] = {} if constant is None else {constant: generator}
+    found = None if constant is None else constant.number
     for i, p in enumerate(parameters):
         if not isinstance(p.default, Root):
             values[p.symbol] = p.inside(Rational(31 + 7 * i, 97 + 12 * i))

@@ -30,6 +30,8 @@ class ParameterSet:
         numbers = _Numbers()
         number = None if damping is None else numbers.expression(damping)
         check_damping(declared, number)
+        constant = declared.constant
+        own = {} if constant is None else {constant: numbers.expression(constant.number)}
         values = _given(declared, given, numbers)
         decided = {s: (by, cancel(e.subs(by, values[by]))) for s, (by, e) in declared.decided.items() if by in values}
         stated = {s: values[s] for s in decided if s in values}
@@ -46,7 +48,7 @@ class ParameterSet:
             _check_inside(declared, parameter, values[parameter.symbol], field)
         if number is not None and field.sign(field.number(number)) < 0:
             raise ValueError(f"expected a damping ratio xi >= 0, got {damping}")
-        return cls(declared, {s: values[s] for s in declared.values}, number, field)
+        return cls(declared, own | {s: values[s] for s in declared.values}, number, field)
 
     def damped(self, damping: Any) -> "ParameterSet":
         """The same parameters at another xi. Raises ValueError for a second algebraic number."""

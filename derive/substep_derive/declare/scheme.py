@@ -9,8 +9,9 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
-from sympy import Expr, Poly, Rational, Symbol, cancel, fraction, sympify, together
+from sympy import Dummy, Expr, Poly, Rational, Symbol, cancel, fraction, sympify, together
 
+from ..algebra.constant import Constant, approximated, constants_of, replaced
 from ..algebra.exact_number import exact_number
 from .checks import check, expression
 from .errors import DeclarationError
@@ -118,6 +119,28 @@ class Scheme:
             symbols |= balance.symbols | balance.load.free_symbols
         return symbols
 
+    @cached_property
+    def constant(self) -> Constant | None:
+        """The algebraic number that relations, balances, report and embedded hold, which is no parameter."""
+        given = [*self.relations.values(), *self.report.values(), *self.embedded.values()]
+        given += [e for b in self.balances for e in (b.inertia, b.damping, b.force, b.load)]
+        found = constants_of(given)
+        return found[0] if found else None
+
+    @cached_property
+    def in_doubles(self) -> "Scheme":
+        """The scheme with rational numbers for those of its constant's field, nearer than a pair of doubles."""
+        if self.constant is None:
+            return self
+        balances = (tuple(map(_near, (b.inertia, b.damping, b.force, b.load))) for b in self.balances)
+        return replace(
+            self,
+            relations=replaced(self.relations),
+            report=replaced(self.report),
+            embedded=replaced(self.embedded),
+            balances=tuple(Balance(*slots) for slots in balances),
+        )
+
     @property
     def unknowns(self) -> tuple[Symbol, ...]:
         """Symbols that a step determines: at knots after t_n, in a relation, or as a balance's acceleration at t_n."""
@@ -151,8 +174,11 @@ class Scheme:
 
     @property
     def typical(self) -> dict[Symbol, Expr]:
-        """One value for each free parameter: its default, or the middle of its interval if the default is implicit."""
-        values: dict[Symbol, Expr] = {}
+        """One value for each free parameter: its default, or the middle of its interval if the default is implicit.
+
+        And a rational number near its constant.
+        """
+        values: dict[Symbol, Expr] = {} if self.constant is None else {self.constant: self.constant.approximation}
         for p in self.parameters:
             implicit = isinstance(p.default, Root)
             values[p.symbol] = p.inside(Rational(1, 2)) if implicit else p.default.subs(values)
@@ -246,6 +272,13 @@ def both_given(scheme: str, symbol: Symbol, by: Symbol, given: Expr, follows: Ex
         f"{scheme}: {by} decides {symbol}: expected one of the two, got {symbol} = {given} and a {by} for which it is "
         f"{follows}; leave out one"
     )
+
+
+def _near(e: Expr) -> Expr:
+    """The expression linear in knots' symbols, N and f with rational numbers near those of a constant's field."""
+    marks = {part: Dummy() for part in e.atoms(N, f)}
+    instants = {part: part.func(*map(approximated, part.args)) for part in marks}
+    return approximated(e.subs(marks)).subs({mark: instants[part] for part, mark in marks.items()})
 
 
 def _replaced(expressions: Mapping[Symbol, Expr], values: Mapping[Symbol, Expr]) -> dict[Symbol, Expr]:

@@ -47,7 +47,7 @@ def tableau(
     """
     hats = [] if b_hat is None else [b_hat]
     parameters, (A, (b, c, *hats)) = generated(name, parameters, (A, (b, c, *hats)))
-    table = Entries(name, parameters)
+    table = Entries(name, parameters, (A, (b, c, *hats)))
     c_ = table.vector("c", c)
     A_ = table.sums("the entries of row {k} of A", table.lower("A", A, len(c_)), c_)
     (b_,) = table.sums("the entries of b", [table.vector("b", b, len(c_))], [Integer(1)])
@@ -97,7 +97,7 @@ def nystrom(
         name, parameters, (A_bar, A or (), (b_bar, b, c, *second.values()))
     )
     second = dict(zip(second, rest, strict=True))
-    table = Entries(name, parameters)
+    table = Entries(name, parameters, (A_bar, velocities, (b_bar, b, c, *rest)))
     c_ = table.vector("c", c)
     squares, b_, bar = (
         table.lower("A_bar", A_bar, len(c_)),

@@ -10,6 +10,7 @@ from sympy import Expr, Integer
 from ..algebra import rational
 from ..declare.names import entry_name
 from ..declare.symbols import Omega
+from ..kernels.kernel import nested
 from ..kernels.march_form import MarchForm
 from ..kernels.march_shape import loads_for, shape_name
 from ..kernels.scheme import SchemeKernels
@@ -66,8 +67,8 @@ def _by_blocks(name: str, arguments: Sequence[str], lines: Sequence[str], entrie
 def _increment(form: MarchForm) -> list[str]:
     pairs, N = DoubleDouble(), form.increment
     places = list(product(range(N.rows), repeat=2))
-    nested = [(entry_name("N", *place), rational.horner(N[place], Omega)) for place in places]
-    pairs.assign([("den", rational.horner(form.step.den, Omega)), *nested])
+    numerators = [(entry_name("N", *place), nested(N[place], Omega)) for place in places]
+    pairs.assign([("den", nested(form.step.den, Omega)), *numerators])
     over = [(entry_name("D", *place), pairs.pair(entry_name("N", *place))) for place in places]
     return [*pairs.lines, *(f"{name} = _over({numerator}, {pairs.pair('den')})" for name, numerator in over)]
 
@@ -99,7 +100,7 @@ def _filter(t: Transfer) -> list[str]:
 
 def _fractions(named: Sequence[tuple[str, Expr, str]]) -> list[str]:
     """Lines that assign each name its numerator over the denominator of that name, or the numerator alone."""
-    subexpressions, expressions = rational.cse([rational.horner(e, Omega) for _, e, _ in named])
+    subexpressions, expressions = rational.cse([nested(e, Omega) for _, e, _ in named])
     lines = [f"{s} = {PRINTER.doprint(e)}" for s, e in subexpressions]
     for (name, _, den), e in zip(named, expressions, strict=True):
         text = PRINTER.doprint(e)

@@ -5,17 +5,30 @@ from string import Formatter
 from textwrap import indent
 from typing import Any
 
-from sympy import Expr, Symbol, count_ops
+from sympy import Expr, Float, Rational, Symbol, count_ops
 from sympy.printing.pycode import PythonCodePrinter
 
 from ..algebra import rational
 
-PRINTER = PythonCodePrinter({"fully_qualified_modules": False})
+WHOLE = 2**53  # whole numbers up to this one are doubles
+
+
+class FractionPrinter(PythonCodePrinter):
+    """Prints whole numbers and fractions of such that are too large for doubles as the doubles nearest to them."""
+
+    def _print_Integer(self, expr: Any) -> str:
+        return repr(float(expr)) if abs(expr.p) > WHOLE else super()._print_Integer(expr)
+
+    def _print_Rational(self, expr: Any) -> str:
+        return repr(float(expr)) if max(abs(expr.p), expr.q) > WHOLE else super()._print_Rational(expr)
+
+
+PRINTER = FractionPrinter({"fully_qualified_modules": False})
 
 _NUMPY = ("sin", "cos", "tan", "sinh", "cosh", "tanh", "exp", "log", "sqrt", "asin", "acos", "atan", "sign")
 
 
-class KernelPrinter(PythonCodePrinter):
+class KernelPrinter(FractionPrinter):
     """Prints NumPy's functions, which give NaN where math's raise, and calls of the helpers of a scene's kernels.
 
     names: symbol -> its text, where that is not its name; terms are ordered by the symbols, not by these texts.
@@ -88,6 +101,12 @@ def fill(template: str, **fields: object) -> str:
     if wanted != set(fields):
         raise KeyError(f"template wants {sorted(wanted)}, got {sorted(fields)}")
     return template.format(**fields)
+
+
+def decimal(e: Expr) -> Expr:
+    """The expression with 17 digits of fractions that are too long to be read, those near an irrational number."""
+    long = {x: Float(x, 17) for x in e.atoms(Rational) if max(abs(x.p), x.q) > WHOLE}
+    return e.xreplace(long)
 
 
 def docstring(text: str) -> str:

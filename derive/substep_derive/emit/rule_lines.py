@@ -9,6 +9,7 @@ from itertools import count
 
 from sympy import Expr, horner
 
+from ..algebra.constant import approximated
 from ..declare.names import entry_name
 from ..oscillator.one_rule import SQUARE, Coefficients, OneRule
 from .double_double import DoubleDouble
@@ -25,7 +26,7 @@ class _Lines:
         self._names = {c: f"k{i}" for i, c in enumerate(listed)}
         self._pairs, self._fresh = DoubleDouble(), count()
         square = [(f"w{i}", e) for i, e in enumerate(SQUARE)]
-        self._pairs.assign([*square, *((name, horner(c)) for c, name in self._names.items())])
+        self._pairs.assign([*square, *((name, horner(approximated(c))) for c, name in self._names.items())])
         self.square = [self._pairs.pair(name) for name, _ in square]
         self._L = ", ".join(self.square)
         self.lines = [*self._pairs.lines]

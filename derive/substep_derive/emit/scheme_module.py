@@ -7,18 +7,19 @@ from textwrap import indent, wrap
 from sympy import Expr, Integer, Symbol, count_ops, eye, factor
 
 from ..algebra import rational
+from ..algebra.constant import approximated
 from ..declare.digest import scheme_digest
 from ..declare.names import entry_name
 from ..declare.scheme import Scheme
 from ..declare.symbols import Omega, state_label, xi
-from ..kernels.kernel import Kernel, entries
+from ..kernels.kernel import Kernel, entries, nested
 from ..kernels.march_shape import loads_for, shape_name
 from ..kernels.scheme import SchemeKernels
 from ..oscillator.one_rule import OneRule
 from ..oscillator.stability_polynomial import rate
 from .coefficients import coefficient_functions
 from .index import index_entry
-from .printing import PRINTER, docstring, fill, literal_tuple
+from .printing import PRINTER, decimal, docstring, fill, literal_tuple
 from .rule_lines import increment_lines
 from .stability import stability_functions
 from .templates.elementary import ELEMENTARY
@@ -45,7 +46,9 @@ def print_kernel(kernel: Kernel) -> str:
 def relations_and_amplification(kernels: SchemeKernels) -> str:
     """Relations, balances, effective stiffness and A as a paper has them, for the module's docstring."""
     scheme, step = kernels.scheme, kernels.amplification.step
-    lines = ["Relations and balances:"]
+    shown = [s for s in (scheme.constant,) if s is not None]
+    lines = [part for s in shown for part in (f"Constant: {s.definition}.", "")]
+    lines += ["Relations and balances:"]
     lines += [f"    {symbol} = {expression}" for symbol, expression in scheme.relations.items()]
     lines += [f"    M*({b.inertia}) + C*({b.damping}) + {b.force} = {b.load}" for b in scheme.balances]
     lines += _start(scheme)
@@ -56,9 +59,9 @@ def relations_and_amplification(kernels: SchemeKernels) -> str:
         lines += [
             "",
             f"Amplification matrix N/den in ({', '.join(labels)}):",
-            f"    den = {rational.horner(step.den, Omega)}",
+            f"    den = {decimal(nested(step.den, Omega))}",
         ]
-        lines += [f"    {name} = {rational.horner(e, Omega)}" for name, e in entries("N_", step.N)]
+        lines += [f"    {name} = {decimal(nested(e, Omega))}" for name, e in entries("N_", step.N)]
     else:
         lines += _rule(kernels.rule, kernels.form.stencil)
     wrapped = (wrap(line, 110, subsequent_indent=" " * 8, break_long_words=False) or [""] for line in lines)
@@ -133,7 +136,8 @@ def scheme_module(kernels: SchemeKernels, source: str) -> str:
             store_amplification=_stores("out", "D_", m, m, identity=True, over="" if kernels.rule else " / den"),
             increment_names=_assigned(names.get("_increment", own)),
             store_stencil="\n".join(
-                f"        out[i, {k}] = {PRINTER.doprint(tau.subs(at_i))}" for k, tau in enumerate(form.stencil)
+                f"        out[i, {k}] = {PRINTER.doprint(approximated(tau).subs(at_i))}"
+                for k, tau in enumerate(form.stencil)
             ),
             parameters_comma="".join(f"{p.name}, " for p in scheme.parameters),
         ),

@@ -14,7 +14,6 @@ from typing import Any
 from sympy import QQ, Expr, Function, Integer, Rational, Symbol, factor, fraction
 
 from ..algebra.algebraic import generator
-from ..algebra.rational import RationalFunctions
 from ..declare.catalogue import find
 from ..declare.parameter_set import ParameterSet
 from ..declare.related import related
@@ -128,6 +127,8 @@ def estimator(
 @cache
 def _estimator(scheme: Scheme, held_only: bool, damped: bool, changing: bool) -> Estimator:
     analysis = analysis_of(_generic(scheme), damped)
+    if scheme.constant is not None and not scheme.values:  # no symbol besides kappa, which steps may do without
+        return _found(analysis, analysis, held_only, changing)
     return _found(analysis, analysis_of(_symbolic(scheme), damped, _highest(analysis)), held_only, changing)
 
 
@@ -149,8 +150,7 @@ def _generic(scheme: Scheme) -> Evaluation:
 
 
 def _symbolic(scheme: Scheme) -> Evaluation:
-    symbols = {s: s for s in (*scheme.values, kappa)}
-    return Evaluation(scheme, RationalFunctions((*symbols,)), symbols)
+    return Evaluation.symbolic(scheme, (*scheme.values, kappa))
 
 
 def estimator_at(

@@ -67,7 +67,7 @@ class AdaptiveStep:
         before = _before(scheme, {s for e in errors for s in e.free_symbols})
         by_before = tuple(bool(e.free_symbols & before.keys()) for e in errors)
         names = {s: Symbol(f"{s.name[0]}_*before{k}") for k, s in enumerate(before)}
-        at_end = dict(zip(END[:2], reported(scheme)[:2], strict=True))
+        at_end = dict(zip(END[:2], reported(scheme.in_doubles)[:2], strict=True))
         errors = [e.subs({**at_end, **names}, simultaneous=True) for e in errors]
         kept = {names[s]: source for s, source in before.items()}
         lag = acceleration_lag(scheme)

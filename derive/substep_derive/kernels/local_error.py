@@ -61,7 +61,7 @@ class LocalError:
 
 def _found(scheme: Scheme, exact: Mapping[str, Any], damped: bool) -> Estimator:
     fixed = scheme.fix(exact) if exact else scheme
-    if any(_irrational(p.default) for p in fixed.parameters):
+    if fixed.constant is not None or any(_irrational(p.default) for p in fixed.parameters):
         return estimator_at(ParameterSet.of(scheme, None, exact), damped=damped, changing=True)
     return estimator(scheme, damped=damped, changing=True, **exact)
 

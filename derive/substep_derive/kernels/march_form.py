@@ -8,8 +8,9 @@ which this formula returns the given acceleration.
 
 from dataclasses import dataclass
 
-from sympy import Expr, Integer, Matrix, Symbol, cancel, eye, zeros
+from sympy import Expr, Integer, Matrix, Symbol, eye, zeros
 
+from ..algebra import rational
 from ..declare.scheme import Scheme
 from ..declare.symbols import Omega, knot, xi
 from ..oscillator.amplification import Affine, Amplification
@@ -80,5 +81,5 @@ def _balanced_at_the_end(a: Amplification) -> bool:
     if 1 not in a.stencil:
         return False
     at_end[a.stencil.index(Integer(1))] = a.step.den
-    left = [*(weights * a.step.N), *(weights * a.step.load_N - at_end)]
-    return all(cancel(e) == 0 for e in left)
+    left = (weights * a.step.N).row_join(weights * a.step.load_N - at_end)
+    return rational.same(left, zeros(*left.shape))

@@ -136,19 +136,20 @@ class SceneStep:
                 f"{scheme.name} is a scheme for u'' = g(t, u): expected a scene without damping, got "
                 f"{motion.scene.name}; take another scheme, or declare the scene without dissipation"
             )
-        prior, found = stages(scheme)
-        own_a = knot(1).a in scheme.unknowns or knot(1).a in scheme.report
-        outputs = reported(scheme)[: 3 if own_a else 2]
-        stencil = instants([*(b.load for b in scheme.balances), *outputs], scheme.typical)
-        w = Writer(scheme, motion, stencil, now=now)
+        near = scheme.in_doubles
+        prior, found = stages(near)
+        own_a = knot(1).a in near.unknowns or knot(1).a in near.report
+        outputs = reported(near)[: 3 if own_a else 2]
+        stencil = instants([*(b.load for b in near.balances), *outputs], near.typical)
+        w = Writer(near, motion, stencil, now=now)
         w.fixed.update(weights)
-        wanted = _wanted(scheme, prior, found, [*outputs, *errors, *read], damped=damped)
+        wanted = _wanted(near, prior, found, [*outputs, *errors, *read], damped=damped)
         known = _assigned(w, {s: e for s, e in prior.items() if s in wanted})
         last, steps = knot(0).u, []
         for stage in found:
             steps.append(_step(w, stage, last, wanted))
             last = next(iter(stage.moved), last)
-        oldest_first = sorted(scheme.state, key=lambda s: lattice((knot_of(s) or ("", "0"))[1]) or 0)
+        oldest_first = sorted(near.state, key=lambda s: lattice((knot_of(s) or ("", "0"))[1]) or 0)
         shift = [both for s in oldest_first for both in assign(w.components(s), w.components(successor(s)))]
         report, assigned = [], []
         for e, kind in zip(outputs, "uva", strict=False):
@@ -213,6 +214,7 @@ class SceneStep:
 
 
 def _start(scheme: Scheme, motion: EquationsOfMotion) -> Start:
+    scheme = scheme.in_doubles
     assert isinstance(scheme.start, Mapping)
     expressions = [scheme.start.get(s, s) for s in scheme.state]
     stencil = instants(expressions, scheme.typical)

@@ -4,13 +4,14 @@ from collections.abc import Iterable, Sequence
 
 from sympy import Add, Expr, Integer, Poly, Symbol, expand, factor, horner
 
+from ..algebra.constant import approximated, constants_of
 from ..declare.scheme import Scheme
 from ..declare.symbols import Omega, xi
 from ..oscillator.amplification import Amplification
 from ..oscillator.spectrum import live
 from ..oscillator.stability_polynomial import rate, stability_polynomial
 from .eigenvalue_defect import EigenvalueDefect, about_one
-from .kernel import Kernel
+from .kernel import Kernel, nested
 
 
 def live_coefficients(amplification: Amplification) -> list[Expr]:
@@ -27,7 +28,7 @@ def factor_coefficients(amplification: Amplification) -> tuple[Expr, ...] | None
 def never_negative(polynomial: Expr, scheme: Scheme) -> bool:
     """Whether no term of the polynomial can be negative at any Omega, xi and parameters; it may be >= 0 without."""
     bounded = all(p.domain.start >= 0 for p in scheme.parameters if polynomial.has(p.symbol))
-    return bounded and all(c > 0 for c in Poly(polynomial, Omega, xi, *scheme.values).coeffs())
+    return bounded and all(c > 0 for c in Poly(approximated(polynomial), Omega, xi, *scheme.values).coeffs())
 
 
 def stability_kernels(
@@ -92,18 +93,20 @@ def _inlined(name: str, arguments: tuple[Symbol, ...], outputs: dict[str, Expr],
     That is Horner's form in the first argument, whose coefficients are factored; factors that are sums are in Horner's
     form too.
     """
+    if constants_of(outputs.values()):  # numbers without common factors
+        return Kernel(name, arguments, tuple((key, nested(e, arguments[0])) for key, e in outputs.items()), doc, ())
     first = arguments[0]
     degree = {v: max(Poly(e, v).degree() for e in outputs.values()) for v in arguments if v not in (first, xi)}
     order = [xi, *sorted(degree, key=lambda v: (degree[v], v.name))]
     alone: dict[Expr, Symbol] = {}
-    nested: list[tuple[str, Expr]] = []
+    found: list[tuple[str, Expr]] = []
     for key, output in outputs.items():
         total: Expr = Integer(0)
         for coefficient in Poly(output, first).all_coeffs():
             sums = factor(coefficient).replace(lambda e: isinstance(e, Add), lambda e: _nested(expand(e), order, alone))
             total = total * first + sums
-        nested.append((key, total))
-    return Kernel(name, arguments, tuple(nested), doc, tuple((r.name, e) for e, r in alone.items()))
+        found.append((key, total))
+    return Kernel(name, arguments, tuple(found), doc, tuple((r.name, e) for e, r in alone.items()))
 
 
 def _nested(polynomial: Expr, order: Sequence[Symbol], alone: dict[Expr, Symbol]) -> Expr:

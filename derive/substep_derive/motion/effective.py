@@ -13,6 +13,7 @@ from types import MappingProxyType
 from sympy import Expr, Matrix, Symbol, cancel, factor
 
 from ..algebra import rational
+from ..algebra.constant import constant_of
 from ..declare.errors import DeclarationError
 from ..declare.scheme import Balance, Scheme
 from ..declare.symbols import C, M, N, N_discrete, knot_of
@@ -70,8 +71,13 @@ def _affine(
             f"{scheme}: the relations for {', '.join(map(str, unknowns))} do not determine them; "
             "one of them repeats another"
         ) from error
+    numbers = constant_of(equations) is not None  # of its field, which have one form
+
+    def coefficient(i: int, j: int) -> Expr:
+        return numerators[i, j] / den if numbers else factor(cancel(numerators[i, j] / den))
+
     solved = {
-        symbol: sum((factor(cancel(numerators[i, j] / den)) * other for j, other in enumerate(others)), 0 * den)
+        symbol: sum((coefficient(i, j) * other for j, other in enumerate(others)), 0 * den)
         for i, symbol in enumerate(unknowns)
     }
     return MappingProxyType(solved)

@@ -106,7 +106,8 @@ class _RigidStep:
 
     def __init__(self, scheme: Scheme) -> None:
         self.scheme = scheme
-        self.field = rational.RationalFunctions([h, *scheme.values])  # with h, so that it is never Q itself
+        # with h, so that it is never Q itself
+        self.field = rational.RationalFunctions([h, *scheme.values], scheme.constant)
         self.one, self.zero = self.field.domain.one, self.field.domain.zero
         z = new_accelerations(scheme)
         at = [knot((knot_of(symbol) or ("", ""))[1]) for symbol in z]

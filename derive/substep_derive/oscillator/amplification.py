@@ -68,6 +68,10 @@ class Pencil:
     @classmethod
     def of(cls, scheme: Scheme) -> "Pencil":
         """The pencil of a scheme. Raises DeclarationError for a relation that is not linear in the knots' symbols."""
+        return _pencil(scheme)
+
+    @classmethod
+    def _derived(cls, scheme: Scheme) -> "Pencil":
         unknowns, state = scheme.unknowns, scheme.state
         equations = [symbol - expression for symbol, expression in scheme.relations.items()]
         equations += [M * b.inertia + C * b.damping + b.force - b.load for b in scheme.balances]
@@ -174,6 +178,11 @@ class Amplification:
             start_stencil,
             -charpoly if charpoly.LC().subs(at_zero) < 0 else charpoly,
         )
+
+
+@cache
+def _pencil(scheme: Scheme) -> Pencil:
+    return Pencil._derived(scheme)
 
 
 @cache

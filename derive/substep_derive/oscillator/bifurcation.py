@@ -22,6 +22,9 @@ def bifurcation(evaluation: Evaluation) -> Expr:
         raise ValueError(f"expected values for {', '.join(map(str, evaluation.scheme.values))}; fix them before")
     ring = ring_over(field, lam, Omega)
     rows = live_at(evaluation, field.domain.zero)
+    in_square = all(power % 2 == 0 for row in rows for power in row)
+    if in_square:
+        rows = [{power // 2: c for power, c in row.items()} for row in rows]
     p = ring.from_dict({(j, power): c for j, row in enumerate(rows) for power, c in row.items()})
     if p.degree(0) < 2:
         return oo
@@ -32,7 +35,15 @@ def bifurcation(evaluation: Evaluation) -> Expr:
             return oo
         discriminant = p.discriminant()
     over_Omega = ring_over(field, Omega)
-    places = positive_roots(field, [over_Omega.from_dict({(m[-1],): c for m, c in discriminant.terms()})], over_Omega)
+    whole = over_Omega.from_dict({(m[-1],): c for m, c in discriminant.terms()})
+    parts = []
+    for end in (1, -1):  # where eigenvalues meet most often
+        there = p.evaluate(0, field.domain.convert(end))
+        own = over_Omega.from_dict({(m[-1],): c for m, c in there.terms()})
+        if own and not own.is_ground and not whole.rem(own):
+            whole = whole.exquo(own)
+            parts.append(own)
+    places = positive_roots(field, [*parts, whole], over_Omega)
     counts = []
     for low, high in zip([None, *places], [*places, None], strict=True):
         start = QQ(0) if low is None else low.high
@@ -41,7 +52,7 @@ def bifurcation(evaluation: Evaluation) -> Expr:
         counts.append(count_real_roots(field, [at.coeff(m) for m in _powers(at)]))
     for place, (before, after) in zip(places, pairwise(counts), strict=True):
         if after > before:
-            return _exact(place)
+            return closed_form(place, Omega, in_square=True) if in_square else _exact(place)
     return oo
 
 

@@ -4,7 +4,7 @@ At a parameter set the field is Q, or Q(r) where a parameter is irrational; with
 rational functions in them. Nothing is rounded, so that a number that vanishes is exactly 0.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -40,7 +40,16 @@ class Evaluation:
     @classmethod
     def free(cls, scheme: Scheme) -> "Evaluation":
         """The scheme with every parameter left free: results hold at almost all values."""
-        return cls(scheme, RationalFunctions(scheme.values), {s: s for s in scheme.values})
+        if scheme.constant is not None and not scheme.values:
+            return cls.at_defaults(scheme)
+        return cls.symbolic(scheme, scheme.values)
+
+    @classmethod
+    def symbolic(cls, scheme: Scheme, symbols: Iterable[Symbol]) -> "Evaluation":
+        """The scheme with these symbols as numbers of a field: parameters, and others besides."""
+        given = [*symbols]
+        own = [] if scheme.constant is None else [scheme.constant]
+        return cls(scheme, RationalFunctions(given, scheme.constant), {s: s for s in (*own, *given)})
 
     @cached_property
     def amplification(self) -> Amplification:

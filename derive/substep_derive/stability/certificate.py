@@ -141,7 +141,7 @@ def certificate(parameter_set: ParameterSet, *, in_square: bool = True) -> Certi
 
     return Certificate(
         scheme=parameter_set.scheme.name,
-        parameters={symbol.name: public(value) for symbol, value in parameter_set.values.items()},
+        parameters={s.name: public(parameter_set.values[s]) for s in parameter_set.scheme.values},
         xi=public(parameter_set.damping),
         stable=from_zero and len(runs[0]) == len(proof.pieces),
         intervals=intervals,

@@ -33,8 +33,9 @@ even_part = Symbol("x")  # s^2
 
 @cache
 def characteristic(scheme: Scheme) -> Any:
-    """det(new, old) of the scheme's pencil: polynomial over Q in its parameters, xi, Omega and lambda."""
-    ring = ring_over(Field(), *scheme.values, xi, Omega, lam)
+    """det(new, old) of the scheme's pencil: polynomial over Q in its constant, parameters, xi, Omega and lambda."""
+    constant = () if scheme.constant is None else (scheme.constant,)
+    ring = ring_over(Field(), *constant, *scheme.values, xi, Omega, lam)
     return ring.from_expr(Pencil.of(scheme).characteristic())
 
 

@@ -3,9 +3,13 @@
 from collections.abc import Iterable
 from typing import Any
 
-from ..algebra.algebraic import Field
+from sympy import Expr, Float, Rational
+
+from ..algebra.algebraic import Field, generator
+from ..algebra.constant import approximated
 from ..declare.parameter_set import ParameterSet
 from ..declare.scheme import Scheme
+from ..declare.symbols import h
 from ..estimate.analysis import NoEstimator
 from ..estimate.estimator import estimator_at
 from ..estimate.quality import OnOscillator, filter_of, filters, on_oscillator
@@ -40,8 +44,8 @@ def entry(scheme: Scheme) -> dict[str, Any]:
         return tuple(terms(e) for e in entries)
 
     return {
-        "u": str(found.u),
-        "v": str(found.v),
+        "u": shown(scheme, found.u),
+        "v": shown(scheme, found.v),
         "order": found.order,
         "extra": {str(s): text for s, text in (found.extra or {}).items()},
         "growth": (int(found.displacement.growth), int(found.velocity.growth)),
@@ -53,6 +57,14 @@ def entry(scheme: Scheme) -> dict[str, Any]:
         "reported": tuple(map(row, rows.reported)),
         "den": terms(rows.growth.den),
     }
+
+
+def shown(scheme: Scheme, error: Expr) -> str:
+    """An estimate as text; with 17 digits of weights that are numbers of a constant's field, which would fill pages."""
+    if scheme.constant is None:
+        return str(error)
+    near = (approximated((error.subs(generator, scheme.constant) * h**2).expand()) / h**2).expand()
+    return str(near.xreplace({x: Float(x, 17) for x in near.atoms(Rational) if x.q > 2**53}))
 
 
 def _filter(evaluation: Evaluation, terms: Any) -> tuple[Terms, Terms] | None:

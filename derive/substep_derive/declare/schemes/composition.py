@@ -1,7 +1,8 @@
 """Symmetric compositions of central differences (velocity Verlet), symplectic where there is no damping."""
 
-from sympy import Interval, Rational, Symbol
+from sympy import Interval, Rational, Symbol, root
 
+from ...algebra.constant import Constant
 from ..composition import composition
 from ..parameter import Parameter, Root
 from ..published import Published
@@ -34,4 +35,15 @@ suzuki = composition(
     published=Published("Suzuki (1990)", 4),
 )
 
-ALL = (forest_ruth, suzuki)
+_theta = Constant("theta", root(2, 15))
+_inner, _outer = 1 / (2 - _theta**5), 1 / (2 - _theta**3)  # 1/(2 - 2^(1/3)) and 1/(2 - 2^(1/5))
+
+yoshida6 = composition(
+    "yoshida6",
+    _verlet,
+    [outer * inner for outer in (_outer, 1 - 2 * _outer, _outer) for inner in (_inner, 1 - 2 * _inner, _inner)],
+    reference="Yoshida, Phys. Lett. A 150 (1990) 262-268, the triple jump of the triple jump",
+    published=Published("Yoshida (1990)", 6),
+)
+
+ALL = (forest_ruth, suzuki, yoshida6)
