@@ -10,7 +10,7 @@ from oracle import SCHEMES
 from substep_derive import Derivation, Scheme, derive
 from substep_derive.declare.parameter import Root
 from substep_derive.declare.schemes import ALL
-from sympy import Poly, Rational, real_roots
+from sympy import Poly, Rational, Symbol, real_roots
 
 BY_NAME = {scheme.name: scheme for scheme in ALL}
 NAMES = tuple(BY_NAME)
@@ -28,6 +28,15 @@ _SAME = {
 def derived(name: str) -> Derivation:
     """The derivation of a scheme, made once per session."""
     return derive(name)
+
+
+def near(scheme: Scheme) -> dict[Symbol, Rational]:
+    """The value of the scheme's constant, if it has one, to 40 digits: the root of its equation in its interval."""
+    if scheme.constant is None:
+        return {}
+    number = scheme.constant.number
+    (root,) = [r for r in real_roots(number.polynomial) if number.interval[0] <= r <= number.interval[1]]
+    return {scheme.constant: Rational(str(root.n(40)))}
 
 
 def random_parameters(scheme: Scheme, rng: np.random.Generator) -> dict[str, Rational]:

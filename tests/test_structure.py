@@ -19,6 +19,7 @@ from substep_derive.nonlinear.step import StepSeries
 from substep_derive.nonlinear.structure import Structure, structure
 from substep_derive.oscillator.evaluation import Evaluation
 from sympy import Integer, Rational
+from tables import COMPOSITIONS
 
 from substep.derived.facade import order
 
@@ -165,8 +166,8 @@ POINTS = [np.array(p) for p in ([0.3, -0.2, 0.5, 0.7], [-0.4, 0.6, -0.3, 0.2])]
 
 
 def size(name: str) -> float:
-    """A step at which an error of the scheme's order is well above rounding."""
-    return 0.2 if max(order(name)) < 5 else 0.8
+    """A step at which an error of the scheme's order is well above rounding, shorter where parts are longer than it."""
+    return 0.2 if max(order(name)) < 5 or name in COMPOSITIONS else 0.8
 
 
 def mapped(scheme: Scheme, values: Any, y: Any, step: float) -> Any:

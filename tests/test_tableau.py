@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import tables
 from declared import BY_NAME, UNDAMPED, random_parameters
+from declared_steps import constants
 from stepping import MP, Problem
 from substep_derive import DeclarationError, Parameter, Root, Scheme, certify, composition, derive, nystrom, tableau
 from substep_derive.algebra.constant import reduced
@@ -69,6 +70,7 @@ class Stepper:
         self.scheme, self.problem, self.h = scheme, problem, MP.mpf(step)
         found = random_parameters(scheme, np.random.default_rng(0))
         self.fixed = {h: self.h, **{p.symbol: MP.mpf(str(found[p.name].n(40))) for p in scheme.parameters}}
+        self.fixed |= constants(scheme, MP)
         self.functions: dict[Expr, tuple[list[Any], Callable[..., Any]]] = {}
 
     def value(self, e: Expr, known: dict[Any, Any]) -> Any:
