@@ -8,6 +8,8 @@ import oracle
 from declared import for_oracle
 from stepping import MP, Problem, Stepper, _mpf
 from substep_derive import Estimator, N, N_discrete, Scheme
+from substep_derive.algebra.algebraic import generator
+from substep_derive.algebra.constant import approximated
 from substep_derive.declare.symbols import h, knot_of, lattice
 from sympy import Expr, Rational, Symbol, lambdify
 
@@ -45,6 +47,13 @@ class Oscillation:
 def evaluated(e: Expr, values: Mapping[Symbol, Any]) -> Any:
     symbols = sorted(e.free_symbols, key=str)
     return lambdify(symbols, e, modules=MP)(*(values[s] for s in symbols)) if symbols else MP.mpf(int(e))
+
+
+def _in_numbers(scheme: Scheme, error: Expr) -> Expr:
+    """An estimate with rational numbers near those of the scheme's constant's field."""
+    if scheme.constant is None:
+        return error
+    return approximated((error.subs(generator, scheme.constant) * h**2).expand()) / h**2
 
 
 def settled(scheme: Scheme, parameters: dict[str, Rational], motion: Oscillation, dt: Any, steps: int) -> list[Any]:
@@ -97,7 +106,7 @@ def ratios(
         symbols |= halved(scheme, parameters, motion.problem, before, (steps + 1) * dt, dt)
     found = []
     for estimate, key in ((estimates.displacement, "u"), (estimates.velocity, "v")):
-        size, error = evaluated(estimate.error, symbols), symbols[key]
+        size, error = evaluated(_in_numbers(scheme, estimate.error), symbols), symbols[key]
         found.append(size / (error + size if estimate.of.startswith("the second") else error))
     return found[0], found[1]
 

@@ -10,6 +10,7 @@ from substep_derive.declare.symbols import C, M, Omega, h, xi
 from substep_derive.estimate.estimator import estimator_at
 from substep_derive.estimate.quality import K, effectivity, filter_of, filters
 from sympy import Interval, Rational, Symbol, factor, lambdify, symbols
+from tables import COMPOSITIONS
 from typer.testing import CliRunner
 
 import substep as ss
@@ -76,6 +77,8 @@ def test_the_runtime_finds_one_at_small_steps_for_every_scheme(name: str, dampin
     estimates = estimator_at(ParameterSet.of(BY_NAME[name], None, {}), damped=name not in UNDAMPED)
     order = max(estimates.order)
     first = 0.02 if order < 4 else 0.05 if order < 6 else 0.2  # errors of high order vanish in rounding
+    if name in COMPOSITIONS and order > 4:
+        first = 0.05  # parts of a step that are longer than it make higher terms large
     if order < 4 and estimates.displacement.of.startswith("the second"):
         first = 0.01  # higher terms of second values are larger
     index = charts.effectivity(ss.scheme(name), first * np.array([1, 2, 4]), damping).plain

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from declared import BY_NAME, UNDAMPED
+from declared import BY_NAME, UNDAMPED, near
 from plain_kernels import uncompiled as plain
 from substep_derive.declare.symbols import Omega, xi
 from substep_derive.emit.filter_module import filter_module
@@ -44,7 +44,7 @@ def uncompiled(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     monkeypatch.setattr(sys.modules["substep.core.kernel_modules"], "committed", module_of)
 
     def kernels(name: str, K: int) -> tuple[object, object, int]:
-        module = found.setdefault(name, plain(march_module(shape_of(name), (2, 4, 6, 8))))
+        module = found.setdefault(name, plain(march_module(shape_of(name), (2, 4, 6, 8, 10))))
         return getattr(module, f"march_{K}"), getattr(module, f"run_{K}"), WIDTH
 
     monkeypatch.setattr(linear, "_kernels", kernels)
@@ -78,6 +78,7 @@ def test_coefficients_are_rounded_once(name: str) -> None:
     xis = 0 * xis if name in UNDAMPED else xis
     found = s.coefficients(Omegas, xis)
     values = {p.symbol: Rational(float(s.parameters[p.name])) for p in OWN[name].parameters}
+    values |= near(OWN[name])
     matrices = (
         (derived.increment, derived.step.den), (derived.step.load_N, derived.step.den),
         (derived.outputs.N, derived.outputs.den), (derived.outputs.load_N, derived.outputs.den),

@@ -154,7 +154,7 @@ def uncompiled(monkeypatch: pytest.MonkeyPatch) -> None:
 
     @cache
     def march(name: str, K: int) -> tuple[object, object, int]:
-        kernels = plain(march_module(shape_of(name), (2, 4, 6, 8)))
+        kernels = plain(march_module(shape_of(name), (2, 4, 6, 8, 10)))
         return getattr(kernels, f"march_{K}"), getattr(kernels, f"run_{K}"), kernels.WIDTH
 
     filters = plain(filter_module())

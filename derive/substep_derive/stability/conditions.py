@@ -302,11 +302,16 @@ def conditions(scheme: str | Scheme, xi: Any = 0) -> Conditions:
     """Conditions on the free parameters for stability at every Omega > 0, at one exact damping ratio.
 
     Jury's or Lienard and Chipart's conditions with Omega eliminated; see the module. Raises DeclarationError
-    for an unknown scheme, TypeError for a float, NotImplementedError where the intervals of the parameters do
-    not tell the sign of the leading coefficient at small Omega.
+    for an unknown scheme, TypeError for a float, NotImplementedError for a scheme with a constant, and where the
+    intervals of the parameters do not tell the sign of the leading coefficient at small Omega.
     """
     declared, number = find(scheme), exact_number(xi)
     check_damping(declared, number)
+    if declared.constant is not None:
+        raise NotImplementedError(
+            f"{declared.name}: expected numbers that are rational in the parameters, got the constant "
+            f"{declared.constant}; take certify, which decides at given parameters"
+        )
     box = {p.symbol: p.domain for p in declared.parameters}
     p = live(Poly(live(Amplification.of(declared).charpoly).as_expr().subs(damping_ratio, number), lam))
     c, variable = _in_square(p.all_coeffs()[::-1])
