@@ -77,6 +77,7 @@ def test_conditions_and_equivalences() -> None:
     assert found.exit_code == 0, found.output
     assert "silva_bezerra" in found.output
     assert runner.invoke(app, ["conditions", "newmarc"]).exit_code == 2
+    assert runner.invoke(app, ["conditions", "yoshida6"]).exit_code == 2  # decided by certify alone
 
 
 def test_kernels_compiled_ahead_are_those_that_jobs_march(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -189,7 +189,7 @@ def conditions(name: Annotated[str, typer.Argument(help="a name listed by `subst
         for quantity, polynomials in order_conditions(name).items():
             wanted = " and ".join(f"{p} = 0" for p in polynomials) or "always"
             print(f"{quantity} is of second order, free and forced, damped and undamped: {wanted}")
-    except ValueError as error:
+    except (ValueError, NotImplementedError) as error:
         raise typer.BadParameter(str(error)) from error
 
 
