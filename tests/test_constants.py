@@ -4,6 +4,7 @@ Oracles: mpmath with 60 digits, and the same scheme with a root as the default o
 """
 
 import pickle
+from dataclasses import replace
 from typing import Any
 
 import mpmath
@@ -121,6 +122,19 @@ def test_declarations_take_one_irrational_number() -> None:
         composition("both", central_difference, (weight, a / 4, 1 - weight - a / 4), parameters=(parameter,))
     with pytest.raises(DeclarationError, match="weights to sum to 1"):
         composition("sum", central_difference, (a / 4, a / 4))
+
+
+def test_a_constant_stands_in_steps_alone_under_a_name_of_its_own() -> None:
+    u0, v0, a0 = symbols("u_0 v_0 a_0")
+    with pytest.raises(DeclarationError, match="expected a start from rational numbers and parameters, got the const"):
+        replace(central_difference, name="own", start={a0: THETA * a0, v0: v0, u0: u0})
+    entry = 1 - sqrt(2) / 2
+    beta = Parameter(Symbol("beta"), Interval(0, 1), HALF)
+    with pytest.raises(DeclarationError, match="beta"):
+        tableau("own", ((Constant("beta", entry),),), (1,), (beta.symbol,), parameters=(beta,))
+    for name in ("h", "Omega", "xi"):
+        with pytest.raises(DeclarationError, match=name):
+            composition("own", central_difference, (Constant(name, entry), 1 - Constant(name, entry)))
 
 
 def test_a_constant_and_a_parameter_give_one_scheme() -> None:

@@ -79,3 +79,17 @@ def test_a_declaration_of_ones_own_is_treated_alike() -> None:
     own = tableau("own", ((gamma,),), (1,), (gamma,), parameters=parameters)
     assert own.decided == {p: (gamma, 1 - 2 * gamma)}
     assert own.fix({"gamma": "1/3"}).fixed == {"gamma": Rational(1, 3), "p_own": Rational(1, 3)}
+
+
+def test_a_default_that_reads_a_third_parameter_decides_nothing() -> None:
+    """gamma = p + q at the default: gamma alone says neither."""
+    p, q = Symbol("p_own"), Symbol("q_own")
+    quarter = Rational(1, 4)
+    parameters = (
+        Parameter(p, Interval(0, 1), quarter),
+        Parameter(q, Interval(0, 1), quarter),
+        Parameter(gamma, Interval(0, 2), Root(gamma - p - q)),
+    )
+    own = tableau("own", ((gamma,),), (1,), (gamma,), parameters=parameters)
+    assert own.decided == {}
+    assert "gamma = 3/4" in certify(own, gamma="3/4").text.splitlines()[0]

@@ -315,14 +315,18 @@ class Field:
                 return sign_of(low + high)
             self.narrow()
 
-    def nearest(self, number: Any) -> float:
-        """The float of an element, from an enclosure of 20 digits."""
+    def near(self, number: Any, share: int) -> Fraction:
+        """A fraction that differs from an element by at most 1/share of it."""
         low, high = self.enclose(number)
-        while (high - low) * 10**20 > max(abs(low), abs(high)):
+        while (high - low) * share > max(abs(low), abs(high)):
             self.narrow()
             low, high = self.enclose(number)
         middle = (low + high) / 2
-        return float(Fraction(int(middle.numerator), int(middle.denominator)))
+        return Fraction(int(middle.numerator), int(middle.denominator))
+
+    def nearest(self, number: Any) -> float:
+        """The float of an element, from an enclosure of 20 digits."""
+        return float(self.near(number, 10**20))
 
     def expression(self, number: Any) -> Expr:
         """An element as an expression in r."""

@@ -279,13 +279,9 @@ def _near(field: Field, number: Any) -> Rational:
     parts = field.parts(number)
     if len(parts) == 1:
         return Rational(int(parts[0].numerator), int(parts[0].denominator))
-    low, high = field.enclose(number)
-    while low * high <= 0 or (high - low) * DIGITS > min(abs(low), abs(high)):
-        field.narrow()
-        low, high = field.enclose(number)
-    middle = (low + high) / 2
-    scale = Integer(2) ** (128 + int(middle.denominator).bit_length() - int(abs(middle.numerator)).bit_length())
-    return Rational(round(Rational(int(middle.numerator), int(middle.denominator)) * scale), scale)
+    middle = field.near(number, DIGITS)
+    scale = Integer(2) ** (128 + middle.denominator.bit_length() - abs(middle.numerator).bit_length())
+    return Rational(round(Rational(middle.numerator, middle.denominator) * scale), scale)
 
 
 def replaced(values: Mapping[Any, Expr]) -> dict[Any, Expr]:

@@ -11,12 +11,10 @@ from sympy import QQ, ZZ, Expr, Integer, Matrix, Poly, Symbol, factor, ring
 from sympy import cse as sympy_cse
 from sympy.polys.matrices import DomainMatrix
 from sympy.polys.matrices.exceptions import DMNonInvertibleMatrixError
-from sympy.polys.polyerrors import NotAlgebraic
 
 from .constant import Constant, Polynomials
 
 SingularMatrix = DMNonInvertibleMatrixError
-NotAlgebraicNumber = NotAlgebraic
 
 
 def _rational(matrix: Matrix) -> DomainMatrix:

@@ -38,6 +38,8 @@ class _Declared(Protocol):
     @property
     def embedded(self) -> Mapping[Symbol, Expr]: ...
     @property
+    def constants(self) -> tuple[Constant, ...]: ...
+    @property
     def parent(self) -> str | None: ...
     @property
     def values(self) -> tuple[Symbol, ...]: ...
@@ -53,7 +55,8 @@ class _Declared(Protocol):
 
 def check(scheme: _Declared) -> None:
     """All checks, in the order in which their messages help most."""
-    check_scheme(scheme.name, scheme.values, [family.argument.symbol for family in scheme.families], scheme.mentioned)
+    named = (*scheme.values, *scheme.constants)
+    check_scheme(scheme.name, named, [family.argument.symbol for family in scheme.families], scheme.mentioned)
     _parameters(scheme)
     _families(scheme)
     _symbols(scheme)
@@ -135,9 +138,13 @@ def _canonical(label: str) -> bool:
 
 
 def _constant(scheme: _Declared) -> None:
-    given = [*scheme.relations.values(), *scheme.report.values(), *scheme.embedded.values()]
-    given += [e for b in scheme.balances for e in (b.inertia, b.damping, b.force, b.load)]
-    found = constants_of(given)
+    found = scheme.constants
+    start = scheme.start.values() if isinstance(scheme.start, Mapping) else ()
+    if other := constants_of(start):
+        raise DeclarationError(
+            f"{scheme.name}: expected a start from rational numbers and parameters, got the constant {other[0]} in it; "
+            "let that number be a parameter with a Root as default"
+        )
     if len(found) > 1:
         raise DeclarationError(
             f"{scheme.name}: expected one algebraic constant, got {_listed(found)}; write all numbers as rational "

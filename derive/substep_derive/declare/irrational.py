@@ -11,6 +11,7 @@ from sympy import (
     Interval,
     IsomorphismFailed,
     Mul,
+    NotAlgebraic,
     Poly,
     Pow,
     Rational,
@@ -23,7 +24,6 @@ from sympy import (
 )
 
 from ..algebra.algebraic import Algebraic, RealRoot
-from ..algebra.rational import NotAlgebraicNumber
 from .errors import DeclarationError
 from .parameter import Parameter, Root
 
@@ -57,7 +57,7 @@ def generated(
     try:
         number, values = _generator([e for e, _ in found.most_common()])
         root = Algebraic.of(number)
-    except (NotAlgebraicNumber, NotImplementedError, ValueError, TypeError) as error:
+    except (NotAlgebraic, NotImplementedError, ValueError, TypeError) as error:
         raise DeclarationError(
             f"{name}: expected exact entries, irrational ones real and algebraic such as sqrt(2), cbrt(2) or "
             f"cos(pi/18), got {listed}; let any other number be a Parameter"

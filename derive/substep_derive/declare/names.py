@@ -40,26 +40,8 @@ _SCHEME_MODULE = {
 }
 # names that functions of the module of a scheme on a scene use
 _SCENE_STEP = {
-    *(
-        "h",
-        "i",
-        "j",
-        "n",
-        "u",
-        "v",
-        "a",
-        "np",
-        "njit",
-        "lane",
-        "lane0",
-        "lane1",
-        "place",
-        "first",
-        "last",
-        "state",
-        "forces",
-        "start_forces",
-    ),
+    *("h", "i", "j", "n", "u", "v", "a", "np", "njit", "first", "last", "state", "forces", "start_forces"),
+    *("lane", "lane0", "lane1", "place"),
     *("bound", "stride", "out", "row", "iterations", "newton", "count", "peak", "n_done", "status", "done", "energy"),
     *("tolerance", "one_over_det", "largest", "rows", "begin", "end", "ends", "running", "seen", "size"),
     *("going", "good", "top", "old", "new", "left", "stopped", "now", "total", "r"),

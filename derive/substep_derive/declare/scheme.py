@@ -120,12 +120,16 @@ class Scheme:
         return symbols
 
     @cached_property
-    def constant(self) -> Constant | None:
-        """The algebraic number that relations, balances, report and embedded hold, which is no parameter."""
+    def constants(self) -> tuple[Constant, ...]:
+        """The algebraic numbers in relations, balances, report and embedded that are no parameters."""
         given = [*self.relations.values(), *self.report.values(), *self.embedded.values()]
         given += [e for b in self.balances for e in (b.inertia, b.damping, b.force, b.load)]
-        found = constants_of(given)
-        return found[0] if found else None
+        return constants_of(given)
+
+    @property
+    def constant(self) -> Constant | None:
+        """The only one of them that there may be; None where there is none."""
+        return next(iter(self.constants), None)
 
     @cached_property
     def in_doubles(self) -> "Scheme":
@@ -188,7 +192,8 @@ class Scheme:
     def decided(self) -> dict[Symbol, tuple[Symbol, Expr]]:
         """Parameters that only another one's implicit default reads -> that one, and what they are where it is given.
 
-        Such as rho_inf where gamma alone makes the step: a given gamma is the default for one rho_inf.
+        Such as rho_inf where gamma alone makes the step: a given gamma is the default for one rho_inf. None where that
+        default reads a third parameter.
         """
         given = (self.start if isinstance(self.start, Mapping) else {}, self.report, self.embedded)
         read = self.mentioned.union(*(e.free_symbols for mapping in given for e in mapping.values()))
@@ -198,7 +203,7 @@ class Scheme:
             if p.symbol in read or len(readers) != 1 or not isinstance(readers[0].default, Root):
                 continue
             condition = Poly(fraction(together(readers[0].default.equation))[0], p.symbol)
-            if condition.degree() == 1:
+            if condition.degree() == 1 and condition.free_symbols <= {p.symbol, readers[0].symbol}:
                 slope, rest = condition.all_coeffs()
                 found[p.symbol] = readers[0].symbol, cancel(-rest / slope)
         return found

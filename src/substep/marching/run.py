@@ -1,6 +1,7 @@
 """March a scene with a scheme."""
 
 import math
+from collections.abc import Iterable
 from typing import Any, Literal
 
 import numpy as np
@@ -16,6 +17,12 @@ from .linear import LinearLanes, Oscillators, march_linear
 from .scene_lanes import march_lanes
 
 CHOSEN = ("rtol", "atol", "dt_first", "dt_min", "dt_max", "grid", "rung")  # arguments of `march` for chosen steps
+
+
+def require_tol(chosen: Iterable[str]) -> None:
+    """Raises ValueError for an argument of chosen steps, by name, where the step is constant."""
+    for name in chosen:
+        raise ValueError(f"expected {name} with tol only, got it with dt; give tol in place of dt, or drop it")
 
 
 def number_of_steps(dt: float, t_end: float) -> int:
@@ -71,10 +78,8 @@ def march(
         raise unknown_name(
             "an argument of march", unknown[0], ["dt", "t_end", "tol", "energy_bound", "stride", *CHOSEN]
         )
-    if dt is not None and chosen:
-        raise ValueError(
-            f"expected {next(iter(chosen))} with tol only, got it with dt; give tol in place of dt, or drop it"
-        )
+    if dt is not None:
+        require_tol(chosen)
     if tol is not None and stride != 1:
         raise ValueError(f"expected stride with dt only, got {stride}; give the times you want as grid=")
     if arrays := [name for name, value in scheme.parameters.items() if value.ndim]:

@@ -12,7 +12,7 @@ from ..core.scenes import Scene
 from ..core.schemes import Array, Scheme
 from ..core.schemes import scheme as make_scheme
 from ..marching.adaptive import Control, adaptive_kernels, march_lanes_adaptive
-from ..marching.run import CHOSEN
+from ..marching.run import CHOSEN, require_tol
 
 if TYPE_CHECKING:
     from .plan import Plan
@@ -27,10 +27,8 @@ def step_of(
             f"expected either dt, a constant step, or tol, for chosen steps; got {'none' if dt is None else 'both'}"
         )
     chosen = {name: value for name, value in values.items() if name in CHOSEN}
-    if dt is not None and chosen:
-        raise ValueError(
-            f"expected {next(iter(chosen))} with tol only, got it with dt; give tol in place of dt, or drop it"
-        )
+    if dt is not None:
+        require_tol(chosen)
     step = {"tol": tol} if dt is None else {"dt": dt}
     return step, chosen, {name: value for name, value in values.items() if name not in CHOSEN}
 
