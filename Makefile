@@ -12,7 +12,7 @@ all: derive reproduce
 # what `make` needs; SciPy's solvers are drawn beside the schemes
 $(READY): pyproject.toml
 	@echo "installing: the package and what it imports, into .venv"
-	@$(PYTHON) -m venv .venv && $(PIP) -e '.[solvers]' && touch $(READY)
+	@$(PYTHON) -m venv .venv && $(PIP) -e . && touch $(READY)
 
 # what tests, lint, notebooks and benchmarks need besides
 $(TOOLS): $(READY)

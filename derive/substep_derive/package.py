@@ -12,6 +12,7 @@ from .emit.filter_module import filter_module
 from .emit.index import index_module
 from .emit.march_module import march_module
 from .emit.operations import operations_table
+from .emit.plan_module import plan_module
 from .emit.printing import fill
 from .emit.scene_module import scene_entry, scene_module, scenes_index
 from .emit.scene_step_module import scene_step_module
@@ -51,6 +52,7 @@ def package(schemes: Iterable[Scheme], scenes: Iterable[Scene]) -> dict[str, str
             for shape, counts in sorted(shapes.items())
         },
         **{name: _scheme(k) for name, k in kernels.items() if k.scheme.parent is None},
+        **{f"plan_{name}": _plan(k.scheme) for name, k in kernels.items() if k.scheme.parent is None},
         **{f"scene_{name}": scene_module(motion) for name, motion in motions.items()},
         "facts": facts_module(facts(k.scheme for k in kernels.values())),
         "estimators": estimators_module(estimates(k.scheme for k in kernels.values())),
@@ -59,7 +61,8 @@ def package(schemes: Iterable[Scheme], scenes: Iterable[Scene]) -> dict[str, str
         on = motions[COMMITTED]
         texts |= {f"{name}__{COMMITTED}": _scene_step(k.scheme, on, k.systems) for name, k in kernels.items()}
     modules = {f"{name}.py": text for name, text in texts.items()}
-    return stamped({**modules, "operations.md": operations_table(modules)})
+    kernels_only = {name: text for name, text in modules.items() if not name.startswith("plan_")}
+    return stamped({**modules, "operations.md": operations_table(kernels_only)})
 
 
 def catalogue_pair(scheme: Scheme, motion: EquationsOfMotion) -> str:
@@ -86,6 +89,11 @@ def local_error(scheme: Scheme, exact: Mapping[str, Any], *, damped: bool) -> st
     return local_error_module(LocalError.of(scheme, exact, damped=damped))
 
 
+def own_plan(scheme: Scheme) -> str:
+    """Text of the plan of a scheme of the user's own, on a structure."""
+    return plan_module(scheme, f"the declaration of {scheme.name}")
+
+
 def own_scene(scene: Scene) -> str:
     """Text of a module for a scene of the user's own: as a committed one, with its index entry as ENTRY."""
     motion = EquationsOfMotion(scene)
@@ -94,6 +102,10 @@ def own_scene(scene: Scene) -> str:
 
 def _scheme(kernels: SchemeKernels) -> str:
     return scheme_module(kernels, f"the declaration of {kernels.scheme.name} in substep_derive.schemes")
+
+
+def _plan(scheme: Scheme) -> str:
+    return plan_module(scheme, f"the declaration of {scheme.name} in substep_derive.schemes")
 
 
 def _scene_step(scheme: Scheme, motion: EquationsOfMotion, systems: Iterable[EffectiveSystem]) -> str:

@@ -12,21 +12,27 @@ from .core.scenes import Scene, scene, scenes
 from .core.schemes import Scheme, scheme, schemes
 from .ground_motion.spectrum import response_spectrum
 from .marching.run import march
+from .structures.damping import Rayleigh, rayleigh
+from .structures.structure import Structure, structure
 from .sweeps import sweep
 
 __all__ = [
     "HalfSine",
     "Harmonic",
+    "Rayleigh",
     "Record",
     "Response",
     "Scene",
     "Scheme",
     "Step",
+    "Structure",
     "march",
+    "rayleigh",
     "response_spectrum",
     "scene",
     "scenes",
     "scheme",
     "schemes",
+    "structure",
     "sweep",
 ]

@@ -13,8 +13,8 @@ from .arrays import Array
 if TYPE_CHECKING:
     from .scenes import Scene
 
-Status = Literal["completed", "newton_failed", "non_finite", "energy_bound", "step_too_small"]
-STATUSES: tuple[Status, ...] = get_args(Status)  # in the order of the kernels' numbers
+Status = Literal["completed", "newton_failed", "non_finite", "energy_bound", "step_too_small", "interrupted"]
+STATUSES: tuple[Status, ...] = get_args(Status)  # the first five in the order of the kernels' numbers
 
 
 @dataclass(frozen=True)

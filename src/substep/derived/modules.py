@@ -23,6 +23,17 @@ def own_scheme_module(declaration: "Declaration") -> ModuleType:
     return cached_module(scheme_digest(declaration), lambda: own_module(declaration))
 
 
+def own_plan_module(declaration: "Declaration") -> ModuleType:
+    """The plan of a declared scheme on a structure: from the cache, or derived and kept there.
+
+    Raises DeclarationError for coefficients that a plan has no systems for.
+    """
+    from substep_derive.declare.digest import scheme_digest  # noqa: PLC0415
+    from substep_derive.package import own_plan  # noqa: PLC0415
+
+    return cached_module(f"plan {scheme_digest(declaration)}", lambda: own_plan(declaration))
+
+
 def own_scene_module(declaration: "SceneDeclaration") -> ModuleType:
     """The module of a declared scene: from the cache, or derived and kept there.
 

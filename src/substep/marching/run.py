@@ -40,7 +40,7 @@ def number_of_steps(dt: float, t_end: float) -> int:
 
 
 def march(
-    scene: Scene | str,
+    scene: Any,
     scheme: Scheme | str,
     dt: float | None = None,
     t_end: float | None = None,
@@ -66,6 +66,10 @@ def march(
     tol, for a scheme whose parameters are arrays or that cannot change its step, and for a load that is not finite. A
     run that fails does not raise: see Response.status.
     """
+    if not isinstance(scene, Scene | str):
+        options = {"tol": tol, "energy_bound": energy_bound, **chosen}
+        given = {name: x for name, x in options.items() if x is not None}
+        return scene.march(scheme, dt=dt, t_end=t_end, stride=stride, **given)
     scene = make_scene(scene) if isinstance(scene, str) else scene
     scheme = make_scheme(scheme) if isinstance(scheme, str) else scheme
     if t_end is None or (dt is None) == (tol is None):

@@ -1,0 +1,102 @@
+"""Plan -> text of the module that says what a step computes on a structure: plain data, evaluated once a run."""
+
+from collections.abc import Mapping, Sequence
+
+from sympy import Expr
+
+from ..declare.digest import scheme_digest
+from ..declare.names import python_name
+from ..declare.scheme import Scheme
+from ..declare.symbols import h
+from ..motion.plan import Combination, Plan, Row, System
+from .printing import KERNEL_PRINTER, docstring, fill, literal_tuple
+from .templates.plan import PLAN_FUNCTION, PLAN_HEADER
+from .templates.scheme import BANNER
+
+
+def plan_module(scheme: Scheme, source: str) -> str:
+    """Text of a scheme's plan. Raises DeclarationError for coefficients that a plan has no systems for."""
+    plan, start = Plan.of(scheme), Plan.of_start(scheme)
+    arguments = ", ".join([h.name, *(s.name for s in scheme.values)])
+    text = fill(BANNER, source=source, digest=scheme_digest(scheme)) + fill(
+        PLAN_HEADER,
+        name=scheme.name,
+        equations=docstring(equations(plan)),
+        parameters=literal_tuple(repr(s.name) for s in scheme.values),
+        state=literal_tuple(repr(python_name(s)) for s in plan.given),
+    )
+    text += _function("step", "A step from t_n to t_n + h.", arguments, plan)
+    if start is not None:
+        text += _function("start", "The state at t = 0 from u_0, v_0, a_0.", arguments, start)
+    return text
+
+
+def equations(plan: Plan) -> str:
+    """The systems of a step as a paper writes them."""
+    return "\n".join(f"    {o.vector}: {_equation(o)}" for o in plan.operations if isinstance(o, System))
+
+
+def _equation(system: System) -> str:
+    left = [f"{name}*({_sum(row)})" for name, row in system.rows.items() if row]
+    left += [_term(w, f"N({_sum(row)})") for w, row in system.forces]
+    left += [_term(w, f"N_discrete({_sum(old)}, {_sum(new)})") for w, old, new in system.differences]
+    right = [_term(w, f"f({tau})") for w, tau in system.loads]
+    return f"{' + '.join(left)} = {' + '.join(right) or 0}"
+
+
+def _sum(row: Row) -> str:
+    return " + ".join(_term(e, str(s)) for s, e in row.items())
+
+
+def _term(w: Expr, what: str) -> str:
+    return what if w == 1 else f"({w})*{what}"
+
+
+def _function(name: str, doc: str, arguments: str, plan: Plan) -> str:
+    operations = []
+    for o in plan.operations:
+        if isinstance(o, Combination):
+            operations.append(f'("combine", "{python_name(o.vector)}", {_row(o.row)}),')
+        else:
+            operations.append(f'("solve", "{python_name(o.vector)}", {{')
+            operations += [f'    "{slot}": {text},' for slot, text in _slots(o)]
+            operations.append("}),")
+    return fill(
+        PLAN_FUNCTION,
+        name=name,
+        doc=doc,
+        arguments=arguments,
+        operations=_several("[]", operations),
+        out=_several("{}", _rows({python_name(s): row for s, row in plan.out.items()})),
+        report=_several("{}", _rows(plan.report)),
+    )
+
+
+def _several(brackets: str, lines: Sequence[str]) -> str:
+    """The lines between brackets, indented."""
+    inner = "".join(f"\n        {line}" for line in lines) + "\n    " if lines else ""
+    return brackets[0] + inner + brackets[1]
+
+
+def _slots(system: System) -> list[tuple[str, str]]:
+    """Name and text of every slot that is not empty."""
+    slots = [(name, _row(row)) for name, row in system.rows.items() if row]
+    slots += _pairs("N", [(w, _row(row)) for w, row in system.forces])
+    slots += _pairs("N_discrete", [(w, f"{_row(old)}, {_row(new)}") for w, old, new in system.differences])
+    return slots + _pairs("f", [(w, _number(tau)) for w, tau in system.loads])
+
+
+def _pairs(name: str, pairs: Sequence[tuple[Expr, str]]) -> list[tuple[str, str]]:
+    return [(name, "[" + ", ".join(f"({_number(w)}, {text})" for w, text in pairs) + "]")] if pairs else []
+
+
+def _rows(rows: Mapping[str, Row]) -> list[str]:
+    return [f'"{name}": {_row(row)},' for name, row in rows.items()]
+
+
+def _row(row: Row) -> str:
+    return "{" + ", ".join(f'"{python_name(s)}": {_number(e)}' for s, e in row.items()) + "}"
+
+
+def _number(e: Expr) -> str:
+    return KERNEL_PRINTER.doprint(e)

@@ -1,0 +1,260 @@
+"""Scheme -> Plan: a step of a scheme on matrices M, C, K, as combinations of vectors and linear systems in between.
+
+Every vector that a step computes is either a combination of vectors known before, or the solution of one system
+M x_a + C x_v + K0 x_k + sum of w N(x_u) = load, where x_a, x_v, x_k and x_u combine the unknown and known vectors.
+A balance is such a system, solved for its new acceleration; so is a coefficient that is a quotient of matrices, such
+as alpha_1 = (M + gamma h C + beta h^2 K0)^-1 M of Kolay & Ricles (2014), whose denominator is never inverted.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cache
+from typing import cast
+
+from sympy import Dummy, Expr, Integer, Symbol, cancel, factor, fraction, sympify
+
+from ..declare.errors import DeclarationError
+from ..declare.scheme import Scheme
+from ..declare.symbols import K0, C, K_t, M, N, N_discrete, f, knot, knot_of, successor
+from .effective import Stage, stages
+
+MATRICES = (M, C, K0)
+Row = Mapping[Symbol, Expr]  # vector -> its coefficient, a number once h and the parameters are given
+Parts = tuple[Expr, Expr, Expr, Expr]  # factors of 1, M, C, K0 in an expression linear in the matrices
+
+
+@dataclass(frozen=True)
+class Combination:
+    """A vector as a combination of others, and of the unknown of the next system."""
+
+    vector: Symbol
+    row: Row
+
+
+@dataclass(frozen=True)
+class System:
+    """M inertia + C damping + K0 stiffness + sum of w N(row) + sum of w N(row, row) = sum of w f(tau), linear or not.
+
+    vector: the unknown it is solved for, which the rows contain, directly or through a combination before it.
+    forces: pairs (w, row); differences: triples (w, row, row) of a discrete gradient; loads: pairs (w, tau).
+    """
+
+    vector: Symbol
+    inertia: Row = field(default_factory=dict)
+    damping: Row = field(default_factory=dict)
+    stiffness: Row = field(default_factory=dict)
+    forces: tuple[tuple[Expr, Row], ...] = ()
+    differences: tuple[tuple[Expr, Row, Row], ...] = ()
+    loads: tuple[tuple[Expr, Expr], ...] = ()
+
+    @property
+    def rows(self) -> dict[str, Row]:
+        """The rows that matrices multiply, by the names of these."""
+        return {"M": self.inertia, "C": self.damping, "K0": self.stiffness}
+
+    @property
+    def vectors(self) -> set[Symbol]:
+        """The vectors that it reads, the unknown included."""
+        rows = [*self.rows.values(), *(row for _, row in self.forces)]
+        rows += [row for _, *pair in self.differences for row in pair]
+        return {s for row in rows for s in row} | {self.vector}
+
+
+Operation = Combination | System
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a step computes, in order; then each vector of `out` as a combination of what there is.
+
+    given: the vectors that are there before. out: the new state under the names of the state, in a step; the state at
+    t = 0, in a start. report: u, v and, where the scheme has its own, a at t_n + h under these names; empty in a start.
+    """
+
+    scheme: Scheme
+    given: tuple[Symbol, ...]
+    operations: tuple[Operation, ...]
+    out: Mapping[Symbol, Row]
+    report: Mapping[str, Row]
+
+    @classmethod
+    def of(cls, scheme: Scheme) -> "Plan":
+        """The plan of a step. Raises DeclarationError for coefficients that a plan has no systems for."""
+        return _plan(scheme)
+
+    @classmethod
+    def of_start(cls, scheme: Scheme) -> "Plan | None":
+        """The plan of the state at t = 0 from u_0, v_0, a_0; None where another scheme marches the first steps."""
+        if scheme.start_scheme is not None:
+            return None
+        assert isinstance(scheme.start, Mapping)
+        near = scheme.in_doubles
+        w = _Writer(near)
+        given = dict(cast(Mapping[Symbol, Expr], near.start))
+        # K0 is the tangent at u_0, and so is the only K_t that a start can read
+        out = {s: w.row(sympify(given.get(s, s)).replace(K_t, lambda where: K0)) for s in near.state}
+        return w.plan(knot(0), out, {})
+
+
+@cache
+def _plan(scheme: Scheme) -> Plan:
+    near = scheme.in_doubles
+    w = _Writer(near)
+    prior, found = stages(near)
+    for s, e in prior.items():
+        w.combine(s, e)
+    for stage in found:
+        w.balance(stage)
+    out = {s: w.row(successor(s)) for s in near.state}
+    ends = [s for s in knot(1) if s.name[0] != "a" or s in near.unknowns or s in near.report]
+    report = {s.name[0]: w.row(near.report.get(s, s)) for s in ends}
+    return w.plan(near.state, out, report)
+
+
+class _Writer:
+    """Collects the operations of a plan."""
+
+    def __init__(self, scheme: Scheme) -> None:
+        self.scheme = scheme
+        self.operations: list[Operation] = []
+        self.quotients: dict[object, Symbol] = {}
+
+    def plan(self, given: tuple[Symbol, ...], out: Mapping[Symbol, Row], report: Mapping[str, Row]) -> Plan:
+        """The operations that something reads, in their order."""
+        reads = {o.vector: set(o.row) if isinstance(o, Combination) else o.vectors for o in self.operations}
+        wanted: set[Symbol] = set()
+        new = {s for row in (*out.values(), *report.values()) for s in row}
+        while new:
+            wanted |= new
+            new = {s for vector in new for s in reads.get(vector, ())} - wanted
+        kept = (o for o in self.operations if o.vector in wanted)
+        return Plan(self.scheme, given, tuple(kept), out, report)
+
+    def combine(self, vector: Symbol, e: Expr) -> None:
+        """The vector from now on stands for the expression."""
+        self.operations.append(Combination(vector, self.row(e)))
+
+    def row(self, e: Expr) -> Row:
+        """An expression linear in vectors; quotients of matrices become systems, one a denominator, before it."""
+        found: dict[Symbol, Expr] = {}
+        groups: dict[Parts, list[tuple[Expr, Parts]]] = {}
+        for atom, coefficient in self._terms(e):
+            if not coefficient.free_symbols & set(MATRICES):
+                found[self._vector(atom)] = coefficient
+                continue
+            numerator, den = self._quotient(coefficient)
+            if den is None:
+                raise self._refused(f"a coefficient of {atom} without units of a matrix", coefficient)
+            whole = [k for k, part in enumerate(den) if part != 0]
+            if len(whole) == 1 and numerator[whole[0]] != 0:  # (q M + r)/M = q + r/M
+                found[self._vector(atom)] = numerator[whole[0]]
+                numerator = cast(Parts, tuple(Integer(0) if k == whole[0] else p for k, p in enumerate(numerator)))
+            if any(part != 0 for part in numerator):
+                groups.setdefault(den, []).append((atom, numerator))
+        for den, members in groups.items():
+            scale = next(part for part in members[0][1] if part != 0)
+            scaled = tuple((atom, tuple(factor(cancel(p / scale)) for p in parts)) for atom, parts in members)
+            if (den, scaled) not in self.quotients:
+                self.quotients[den, scaled] = self._solved(den, scaled)
+            found[self.quotients[den, scaled]] = scale
+        return found
+
+    def balance(self, stage: Stage) -> None:
+        """The balance as a system for its z; one whose inertia has matrices in it as two, see the module."""
+        for s, e in stage.in_z.items():
+            if e.diff(stage.z).free_symbols & set(MATRICES):
+                raise self._refused(f"{s} to depend on {stage.z} by a number", e.diff(stage.z))
+            self.combine(s, e)
+        b = stage.balance
+        forces, differences = self._forces(b.force)
+        loads = tuple((w, cast(Expr, atom.args[0])) for atom, w in self._terms(b.load))
+        system = System(stage.z, {}, self.row(b.damping), {}, forces, differences, loads)
+        terms = [(self._vector(s), coefficient) for s, coefficient in self._terms(b.inertia)]
+        if not any(coefficient.free_symbols & set(MATRICES) for _, coefficient in terms):
+            self.operations.append(replace(system, inertia=dict(terms)))
+            return
+        if stage.c_u != 0 or stage.balance.damping.subs(stage.in_z).has(stage.z):
+            raise self._refused("an explicit balance where its inertia contains matrices", b.inertia)
+        quotients = [(s, self._quotient(coefficient)) for s, coefficient in terms]
+        denominators = {den for _, (_, den) in quotients if den is not None}
+        if len(denominators) != 1:
+            raise self._refused("one denominator in an inertia that contains matrices", b.inertia)
+        (den,) = denominators
+        right = Symbol(f"w_{len(self.operations)}")  # M right = load - C damping - forces
+        self.operations.append(replace(system, vector=right, inertia={right: Integer(1)}))
+        rows: tuple[dict[Symbol, Expr], ...] = ({}, {}, {})
+        for s, (numerator, own) in quotients:
+            parts = numerator if own is not None else tuple(cancel(numerator[0] * part) for part in den)
+            if parts[0] != 0:
+                raise self._refused("numerators made of M, C and K0 only", b.inertia)
+            for row, part in zip(rows, parts[1:], strict=True):
+                if part != 0:
+                    row[s] = part
+        for row, part in zip(rows, den[1:], strict=True):
+            if part != 0:
+                row[right] = -part
+        self.operations.append(System(stage.z, *rows))
+
+    def _forces(self, e: Expr) -> tuple[tuple[tuple[Expr, Row], ...], tuple[tuple[Expr, Row, Row], ...]]:
+        """The terms w N(row), and the terms w N(row, row), of an internal force."""
+        forces, differences = [], []
+        for atom, w in self._terms(e):
+            rows = [self.row(cast(Expr, argument)) for argument in atom.args]
+            if isinstance(atom, N):
+                forces.append((w, rows[0]))
+            else:
+                differences.append((w, rows[0], rows[1]))
+        return tuple(forces), tuple(differences)
+
+    def _terms(self, e: Expr) -> list[tuple[Expr, Expr]]:
+        """(symbol of a knot, force or load; its coefficient) of each term of an expression linear in them."""
+        e = sympify(e)
+        marks: dict[Expr, Dummy] = {atom: Dummy() for atom in sorted(e.atoms(N, N_discrete, f), key=str)}
+        e = e.subs(marks)
+        symbols = [s for s in sorted(e.free_symbols, key=str) if knot_of(s)]
+        return [(a, c) for a, s in [*((s, s) for s in symbols), *marks.items()] if (c := factor(e.diff(s))) != 0]
+
+    def _solved(self, den: Parts, members: Iterable[tuple[Expr, tuple[Expr, ...]]]) -> Symbol:
+        """The solution x of den x = sum of numerator * vector, with forces and loads by numbers."""
+        x = Symbol(f"w_{len(self.operations)}")
+        rows: tuple[dict[Symbol, Expr], ...] = tuple({x: part} if part != 0 else {} for part in den[1:])  # type: ignore[assignment]
+        forces, loads = [], []
+        for atom, (number, *parts) in members:
+            if isinstance(atom, N | f) and not any(parts):
+                if isinstance(atom, N):
+                    forces.append((-number, self.row(cast(Expr, atom.args[0]))))
+                else:
+                    loads.append((number, cast(Expr, atom.args[0])))
+                continue
+            if number != 0 or isinstance(atom, N | f | N_discrete):
+                raise self._refused(f"{atom} over matrices to have the units of a vector", number)
+            for row, part in zip(rows, parts, strict=True):
+                if part != 0:
+                    row[self._vector(atom)] = -part
+        self.operations.append(System(x, *rows, forces=tuple(forces), loads=tuple(loads)))
+        return x
+
+    def _quotient(self, coefficient: Expr) -> tuple[Parts, Parts | None]:
+        """Numerator and denominator, both linear in the matrices, the latter's first part 1; None for a number."""
+        numerator, den = (self._parts(e, coefficient) for e in fraction(cancel(coefficient)))
+        if not any(den[1:]):
+            return cast(Parts, tuple(cancel(p / den[0]) for p in numerator)), None
+        if den[0] != 0:
+            raise self._refused("a denominator made of M, C and K0 only", coefficient)
+        first = next(p for p in den if p != 0)
+        numerator, den = (tuple(factor(cancel(p / first)) for p in parts) for parts in (numerator, den))
+        return cast(Parts, numerator), cast(Parts, den)
+
+    def _parts(self, e: Expr, coefficient: Expr) -> Parts:
+        slopes = [e.diff(matrix) for matrix in MATRICES]
+        if any(slope.free_symbols & set(MATRICES) for slope in map(cancel, slopes)):
+            raise self._refused("coefficients num/den, each linear in M, C, K0", coefficient)
+        return cast(Parts, (cancel(e.subs(dict.fromkeys(MATRICES, 0))), *map(cancel, slopes)))
+
+    def _vector(self, atom: Expr) -> Symbol:
+        if not isinstance(atom, Symbol):
+            raise self._refused("forces and loads in a relation divided by a matrix", atom)
+        return atom
+
+    def _refused(self, expected: str, got: object) -> DeclarationError:
+        return DeclarationError(f"{self.scheme.name} on a structure: expected {expected}, got {got}")

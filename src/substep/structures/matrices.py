@@ -1,0 +1,88 @@
+"""Matrices of a structure, dense or sparse: checked once, reduced to the free degrees of freedom, combined."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..core.arrays import Array
+from ..core.errors import real_array
+
+Matrix = Any  # a dense array (n, n), or a sparse one of SciPy's in rows
+
+
+def checked(name: str, value: Any, size: int | None = None) -> Matrix:
+    """The value as a square matrix of finite real numbers, dense or in compressed rows.
+
+    Raises ValueError for another shape, complex numbers, NaN or infinity; the message names the entry.
+    """
+    from scipy import sparse  # noqa: PLC0415 (slow to import)
+
+    if np.iscomplexobj(value.data if sparse.issparse(value) else value):
+        raise ValueError(f"expected {name} to be real, got complex numbers; give its real part if that is meant")
+    if sparse.issparse(value):
+        matrix = sparse.csr_array(value, dtype=np.float64)
+        matrix.sum_duplicates()
+        bad = np.flatnonzero(~np.isfinite(matrix.data))
+        if len(bad):
+            row = int(np.searchsorted(matrix.indptr, bad[0], side="right")) - 1
+            at = (row, int(matrix.indices[bad[0]]))
+            raise ValueError(f"expected {name} to be finite, got {matrix.data[bad[0]]} at {at}; remove or replace it")
+    else:
+        matrix = real_array(name, value)
+    shape: tuple[int, ...] = np.shape(matrix)
+    if len(shape) != 2 or shape[0] != shape[1]:
+        raise ValueError(f"expected {name} to be a square matrix, got shape {shape}")
+    if size is not None and shape[0] != size:
+        raise ValueError(f"expected {name} to be {size} x {size} as the mass matrix, got shape {shape}")
+    return matrix
+
+
+def reduced(matrix: Matrix, T: Matrix) -> Matrix:
+    """T^T matrix T; sparse stays sparse."""
+    from scipy import sparse  # noqa: PLC0415
+
+    found = T.T @ matrix @ T
+    return sparse.csr_array(found) if sparse.issparse(found) else np.asarray(found)
+
+
+def combination(terms: Sequence[tuple[float, Matrix]]) -> Matrix:
+    """The sum of factor * matrix; terms with the factor 0 are left out."""
+    found = None
+    for factor, matrix in terms:
+        if factor != 0.0:
+            found = factor * matrix if found is None else found + factor * matrix
+    assert found is not None
+    return found
+
+
+def diagonal_of(matrix: Matrix) -> Array | None:
+    """The diagonal (n,) of a matrix that has no other entries; None of any other."""
+    diagonal = matrix.diagonal()
+    rest = matrix.count_nonzero() if hasattr(matrix, "count_nonzero") else np.count_nonzero(matrix)
+    return diagonal if rest == np.count_nonzero(diagonal) else None
+
+
+def asymmetry(matrix: Matrix) -> float:
+    """The largest difference between the matrix and its transpose, relative to its largest entry."""
+    largest = abs(matrix).max()
+    return float(abs(matrix - matrix.T).max() / largest) if largest > 0.0 else 0.0
+
+
+def require_symmetric(name: str, matrix: Matrix, why: str) -> None:
+    """Raises ValueError for a matrix that is not symmetric to 1e-10."""
+    if (found := asymmetry(matrix)) > 1e-10:
+        raise ValueError(
+            f"expected a symmetric {name} {why}, got a difference to its transpose of {found:.1e} (relative)"
+        )
+
+
+def vector(name: str, value: ArrayLike, size: int) -> Array:
+    """The value as a vector (size,) of finite numbers; one number stands for all. Raises ValueError for others."""
+    array = real_array(name, value)
+    if array.shape not in ((), (size,)):
+        raise ValueError(
+            f"expected {name} with {size} components, one for each degree of freedom, got shape {array.shape}"
+        )
+    return np.broadcast_to(array, (size,)).astype(np.float64)

@@ -1,0 +1,126 @@
+"""The plan of a scheme on a structure, with numbers: every vector of a step as a row over the state and the unknowns.
+
+The printed plan (see `substep_derive.motion.plan`) names vectors; here each is a row of coefficients (V,) of the
+vectors of the state and of the unknowns of the systems, in the order in which they become known.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+from ..core.arrays import Array
+from ..core.kernel_modules import committed
+from ..core.schemes import Scheme
+
+Row = Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class System:
+    """M inertia + C damping + K0 stiffness + sum of w N(row) + .. = sum of w f(t_n + tau h), rows (V,).
+
+    place: of its unknown among the vectors; entries beyond it are 0. forces: pairs (w, row); differences: triples of
+    a discrete gradient between two displacements; loads: pairs (w, tau).
+    """
+
+    place: int
+    inertia: Array
+    damping: Array
+    stiffness: Array
+    forces: tuple[tuple[float, Array], ...]
+    differences: tuple[tuple[float, Array, Array], ...]
+    loads: tuple[tuple[float, float], ...]
+
+    @property
+    def linear_stiffness(self) -> Array:
+        """What K multiplies where the structure is linear; a discrete gradient is then that of the midpoint."""
+        total = self.stiffness.copy()
+        for w, row in self.forces:
+            total += w * row
+        for w, old, new in self.differences:
+            total += 0.5 * w * (old + new)
+        return total
+
+
+@dataclass(frozen=True)
+class Steps:
+    """A plan with numbers. given: how many vectors there are before; out: rows of the new state; report: of u, v, a."""
+
+    given: int
+    systems: tuple[System, ...]
+    out: Array
+    report: Array
+
+    @property
+    def vectors(self) -> int:
+        """V, the vectors of the state and the unknowns."""
+        return self.given + len(self.systems)
+
+
+def step_of(scheme: Scheme, h: float) -> Steps:
+    """What a step of length h computes. The scheme's parameters are numbers."""
+    module = _module(scheme)
+    return _steps(module.STATE, *module.step(h, *_values(scheme, module)))
+
+
+def start_of(scheme: Scheme, h: float) -> Steps:
+    """What the state at t = 0 is, from u_0, v_0, a_0; for a scheme that no other one starts."""
+    module = _module(scheme)
+    return _steps(("u_0", "v_0", "a_0"), *module.start(h, *_values(scheme, module)))
+
+
+def _values(scheme: Scheme, module: ModuleType) -> list[float]:
+    values = {**scheme.parameters, **scheme.info.fixed}
+    return [float(values[name]) for name in module.PARAMETERS]
+
+
+def _module(scheme: Scheme) -> ModuleType:
+    """The generated plan; that of a scheme of the user's own is printed on first use."""
+    if scheme.info.declaration is None:
+        return _committed(scheme.info.module if isinstance(scheme.info.module, str) else scheme.name)
+    from ..derived.modules import own_plan_module  # noqa: PLC0415 (the one door to SymPy)
+
+    return own_plan_module(scheme.info.declaration)
+
+
+@cache
+def _committed(name: str) -> ModuleType:
+    module = committed(f"plan_{name}")
+    assert module is not None  # every scheme of the index has one
+    return module
+
+
+def _steps(given: Sequence[str], operations: Sequence[Any], out: Mapping[str, Row], report: Mapping[str, Row]) -> Steps:
+    unknowns = [name for kind, name, _ in operations if kind == "solve"]
+    rows = dict(zip([*given, *unknowns], np.eye(len(given) + len(unknowns)), strict=True))
+
+    def row(terms: Row) -> Array:
+        total = np.zeros(len(given) + len(unknowns))
+        for name, coefficient in terms.items():
+            total += coefficient * rows[name]
+        return total
+
+    systems = []
+    for kind, name, body in operations:
+        if kind == "combine":
+            rows[name] = row(body)
+            continue
+        systems.append(
+            System(
+                len(given) + len(systems),
+                *(row(body.get(matrix, {})) for matrix in ("M", "C", "K0")),
+                tuple((float(w), row(u)) for w, u in body.get("N", ())),
+                tuple((float(w), row(old), row(new)) for w, old, new in body.get("N_discrete", ())),
+                tuple((float(w), float(tau)) for w, tau in body.get("f", ())),
+            )
+        )
+    return Steps(
+        len(given),
+        tuple(systems),
+        np.array([row(r) for r in out.values()]),
+        np.array([row(r) for r in report.values()]),
+    )

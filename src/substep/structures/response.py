@@ -1,0 +1,96 @@
+"""What a march of a structure returns: histories at the degrees of freedom asked for, and the account of energy."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..core.arrays import Array
+from ..core.errors import unknown_name
+from ..core.response import Response
+
+if TYPE_CHECKING:
+    from .structure import Dof, Structure
+
+
+@dataclass(frozen=True)
+class Account:
+    """Energies (n+1,) in the structure's units: work = kinetic + strain + damped + numerical - those at the start.
+
+    work: of the loads, and damped: by the damping matrix, from t = 0, by the trapezoidal rule over each step, in which
+    the average acceleration scheme keeps the balance exactly. numerical: what is left over, which the scheme itself has
+    dissipated, up to the error of that rule.
+    """
+
+    kinetic: Array
+    strain: Array
+    work: Array
+    damped: Array
+
+    @cached_property
+    def numerical(self) -> Array:
+        """Energy that the scheme has dissipated since t = 0, (n+1,)."""
+        mechanical = self.kinetic + self.strain
+        return self.work - self.damped - (mechanical - mechanical[0])
+
+    @property
+    def share(self) -> float:
+        """The largest numerical dissipation relative to the largest energy in play."""
+        scale = max(float(np.max(np.abs(x))) for x in (self.kinetic + self.strain, self.work, self.damped))
+        return float(np.max(np.abs(self.numerical))) / scale if scale > 0.0 else 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class StructureResponse(Response):
+    """Histories u, v, a (n+1, k) at k degrees of freedom, as `Response` has them of a scene's coordinates.
+
+    dofs: names or numbers of the k columns. a: the scheme's own acceleration, else from the equation of motion, which
+    needs all degrees of freedom. account: None where it was not asked for. On a moving base all is relative to it.
+    """
+
+    dofs: "tuple[Dof, ...]" = ()
+    account: Account | None = None
+    last: "tuple[Array, Array] | None" = None  # the state and the time index after the last good step, for a restart
+
+    @property
+    def structure(self) -> "Structure":
+        """The structure that was marched."""
+        return self.scene  # type: ignore[return-value]
+
+    @cached_property
+    def a(self) -> Array:
+        """Acceleration (n+1, k). Raises ValueError where it cannot be computed from what was kept."""
+        if self.own_a is not None:
+            return self.own_a
+        s = self.structure
+        if self.u.shape[1] != s.size or s.T.shape[0] != s.size:
+            raise ValueError(
+                "expected all degrees of freedom for the acceleration of a scheme that has none of its own, got "
+                f"{self.u.shape[1]} of {s.T.shape[0]}; march without dofs and fixed, or take a scheme that carries a"
+            )
+        later = [s.acceleration(t, u, v) for t, u, v in zip(self.t[1:], self.u[1:], self.v[1:], strict=True)]
+        return np.array([s.a0, *later])
+
+    @cached_property
+    def energy(self) -> Array:
+        """Kinetic and strain energy (n+1,). Raises ValueError without an account."""
+        if self.account is None:
+            raise ValueError("expected an account of energy, got a march without one; march with account=True")
+        return self.account.kinetic + self.account.strain
+
+    def at(self, dof: "Dof") -> tuple[Array, Array, Array]:
+        """u, v, a (n+1,) of one degree of freedom. Raises ValueError for one that was not kept."""
+        if dof not in self.dofs:
+            raise unknown_name("a degree of freedom that was kept", str(dof), map(str, self.dofs))
+        place = self.dofs.index(dof)
+        return self.u[:, place], self.v[:, place], self.a[:, place]
+
+    @cached_property
+    def absolute_a(self) -> Array:
+        """Absolute acceleration (n+1, k) on a moving base: a + iota a_g. Raises ValueError where no base moves."""
+        s = self.structure
+        if s.influence is None or s.ground is None:
+            raise ValueError("expected a structure on a moving base, got none; see Structure.ground_motion")
+        places = [s.place(dof) for dof in self.dofs]
+        return self.a + s.ground(self.t)[:, None] * s.influence[places]

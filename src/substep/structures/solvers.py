@@ -1,0 +1,149 @@
+"""Factorizations of effective matrices, by a well-kept library behind one small protocol.
+
+A factorization is a function b -> x of the right-hand side, (n,) or (n, k). `solver` of a structure is the name of one
+of these, or a function of the user's own from the matrix to such a function, for PETSc or MUMPS.
+"""
+
+from collections.abc import Callable
+from importlib.util import find_spec
+from typing import Any
+
+import numpy as np
+
+from ..core.arrays import Array
+from ..core.errors import unknown_name
+from .matrices import Matrix, asymmetry, diagonal_of
+
+Solve = Callable[[Array], Array]
+Solver = str | Callable[[Matrix], Solve]
+DENSE = 300  # unknowns up to which a sparse matrix is factorized as a dense one
+
+
+class SingularMatrix(ValueError):
+    """An effective matrix without an inverse; place: the degree of freedom that it leaves undetermined."""
+
+    def __init__(self, place: int) -> None:
+        super().__init__(f"expected a regular matrix, got one that leaves degree of freedom {place} undetermined")
+        self.place = place
+
+
+def factorize(matrix: Matrix, solver: Solver = "auto") -> Solve:
+    """The factorization. Raises SingularMatrix, and ValueError for an unknown solver or one that is not installed."""
+    if (diagonal := diagonal_of(matrix)) is not None:
+        if not diagonal.all():
+            raise SingularMatrix(int(np.argmin(np.abs(diagonal))))
+        return lambda b: (b.T / diagonal).T
+    try:
+        solve = _chosen(matrix, solver)
+    except (RuntimeError, np.linalg.LinAlgError) as error:  # what the libraries raise for an exact zero pivot
+        raise SingularMatrix(_loose(matrix)) from error
+    b = matrix @ np.cos(np.arange(matrix.shape[0]))
+    x = solve(b)
+    if not np.linalg.norm(matrix @ x - b) <= 1e-6 * np.linalg.norm(b) or not np.isfinite(x).all():
+        raise SingularMatrix(_loose(matrix))
+    return solve
+
+
+def _chosen(matrix: Matrix, solver: Solver) -> Solve:
+    if callable(solver):
+        return solver(matrix)
+    if solver not in ("auto", *SOLVERS):
+        raise unknown_name("a solver", solver, ("auto", *SOLVERS))
+    if solver == "dense" or (solver == "auto" and (isinstance(matrix, np.ndarray) or matrix.shape[0] <= DENSE)):
+        return dense(matrix)
+    if solver == "pardiso" or (solver == "auto" and find_spec("pypardiso")):
+        return pardiso(matrix)
+    return superlu(matrix)
+
+
+def dense(matrix: Matrix) -> Solve:
+    """LU factorization of LAPACK, for small or dense matrices."""
+    from scipy import linalg  # noqa: PLC0415
+
+    full = matrix if isinstance(matrix, np.ndarray) else matrix.toarray()
+    with np.errstate(all="ignore"):
+        lu, pivots, info = linalg.lapack.dgetrf(full)
+    if info > 0:
+        raise np.linalg.LinAlgError(f"pivot {info} is 0")
+    return lambda b: linalg.lapack.dgetrs(lu, pivots, b)[0]
+
+
+def superlu(matrix: Matrix) -> Solve:
+    """SuperLU of SciPy, in the order of METIS where pymetis is installed: a quarter of the work on solids."""
+    from scipy import sparse  # noqa: PLC0415
+    from scipy.sparse.linalg import splu  # noqa: PLC0415
+
+    A = sparse.csc_array(matrix)
+    symmetric = asymmetry(A) < 1e-12
+    options: dict[str, Any] = {"diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}} if symmetric else {}
+    if not find_spec("pymetis"):
+        return splu(A, permc_spec="MMD_AT_PLUS_A", **options).solve
+    import pymetis  # noqa: PLC0415
+
+    order = _graph_order(pymetis, A)
+    lu = splu(sparse.csc_array(A[order][:, order]), permc_spec="NATURAL", **options)
+
+    def solve(b: Array) -> Array:
+        x = np.empty_like(b)
+        x[order] = lu.solve(b[order])
+        return x
+
+    return solve
+
+
+def _graph_order(pymetis: Any, A: Any) -> Any:
+    """The nested dissection order of METIS: place -> unknown."""
+    pattern = (A + A.T).tocsr()
+    pattern.setdiag(0.0)
+    pattern.eliminate_zeros()
+    order, _ = pymetis.nested_dissection(xadj=pattern.indptr, adjncy=pattern.indices)
+    return np.asarray(order)
+
+
+def pardiso(matrix: Matrix) -> Solve:
+    """PARDISO of MKL through pypardiso, without the refinement that doubles the time of a solve."""
+    if not find_spec("pypardiso"):
+        raise ValueError(
+            "expected pypardiso for solver='pardiso', got none installed; pip install 'substep[structures]'"
+        )
+    return _Pardiso(matrix)
+
+
+class _Pardiso:
+    """A factorization that PARDISO keeps; its memory is given back with this object."""
+
+    def __init__(self, matrix: Matrix) -> None:
+        from pypardiso import PyPardisoSolver  # noqa: PLC0415
+        from scipy import sparse  # noqa: PLC0415
+
+        self.A = sparse.csr_matrix(matrix)
+        self.A.sort_indices()
+        self.library = PyPardisoSolver(mtype=11)
+        for place, value in {1: 1, 2: 2, 10: 13, 18: -1, 21: 1, 24: 1}.items():  # METIS order, no refinement
+            self.library.set_iparm(place, value)
+        self.library.set_phase(12)
+        self.library._call_pardiso(self.A, np.zeros((len(self.A.indptr) - 1, 1)))
+        self.library.set_phase(33)
+
+    def __call__(self, b: Array) -> Array:
+        return self.library._call_pardiso(self.A, np.asfortranarray(b)).reshape(b.shape)
+
+    def __del__(self) -> None:
+        if hasattr(self, "library"):
+            self.library.free_memory(everything=True)
+
+
+def _loose(matrix: Matrix) -> int:
+    """The degree of freedom that moves most in the nullspace of a singular matrix."""
+    n = matrix.shape[0]
+    if n <= 2000:
+        full = matrix if isinstance(matrix, np.ndarray) else matrix.toarray()
+        return int(np.argmax(np.abs(np.linalg.svd(full)[2][-1])))
+    from scipy import sparse  # noqa: PLC0415
+
+    near = superlu(matrix + 1e-10 * abs(matrix).max() * sparse.eye_array(n, format="csr"))
+    x = near(np.cos(np.arange(n)))
+    return int(np.argmax(np.abs(near(x / np.linalg.norm(x)))))
+
+
+SOLVERS = ("dense", "superlu", "pardiso")

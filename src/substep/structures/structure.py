@@ -1,0 +1,283 @@
+"""A structure: M a + C v + N(u) = load, with its constraints, loads and start; made and checked by `structure`."""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..core.arrays import Array
+from ..core.errors import real_array, real_number, unknown_name
+from ..core.loads import Load, Record, values_at
+from .damping import Rayleigh
+from .matrices import Matrix, checked, combination, reduced, vector
+from .solvers import SingularMatrix, Solver, factorize
+
+Dof = int | str
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Structure:
+    """A structure in its free degrees of freedom; make one with `substep.structure`.
+
+    M, K (n, n); C a matrix, Rayleigh damping, or None. T (N, n): the displacements of all N degrees of freedom are T q.
+    loads: pairs of a vector (n,) and a function of time. u0, v0 (n,). names: of all N degrees of freedom, or empty.
+    influence, ground: of a ground motion, displacements (N,) for a unit motion of the base, and its acceleration.
+    """
+
+    M: Matrix
+    C: Matrix | Rayleigh | None
+    K: Matrix
+    T: Matrix
+    loads: tuple[tuple[Array, Load], ...]
+    u0: Array
+    v0: Array
+    names: tuple[str, ...]
+    solver: Solver
+    a0_given: Array | None = None
+    influence: Array | None = None
+    ground: Record | None = None
+    full_mass: Matrix = field(default=None)
+
+    @property
+    def size(self) -> int:
+        """Number of free degrees of freedom, n."""
+        return self.M.shape[0]
+
+    @cached_property
+    def damping(self) -> Matrix:
+        """The damping matrix (n, n), also where it is Rayleigh's or there is none."""
+        if self.C is None:
+            return 0.0 * self.M
+        return self.C.matrix(self.M, self.K) if isinstance(self.C, Rayleigh) else self.C
+
+    @cached_property
+    def massless(self) -> Array:
+        """The degrees of freedom without mass: rows of M that are zero."""
+        return np.flatnonzero(np.asarray(abs(self.M).sum(axis=1)).ravel() == 0.0)
+
+    def force(self, t: float) -> Array:
+        """The load (n,) at a time."""
+        total = np.zeros(self.size)
+        for shape, load in self.loads:
+            total += shape * values_at(load, np.array([t]))[0]
+        return total
+
+    @cached_property
+    def a0(self) -> Array:
+        """Acceleration (n,) at t = 0: as given, else from the equation of motion, by static condensation without mass.
+
+        Raises ValueError where massless degrees of freedom are not in equilibrium at the start.
+        """
+        if self.a0_given is not None:
+            return self.a0_given
+        return self.acceleration(0.0, self.u0, self.v0)
+
+    def acceleration(self, t: float, u: Array, v: Array) -> Array:
+        """Acceleration (n,) from the equation of motion; see `a0`."""
+        right = self.force(t) - self.K @ u - (self.damping @ v if self.C is not None else 0.0)
+        s = self.massless
+        if not len(s):
+            return self.solve_mass(right)
+        parts = self.force(t), self.K @ u
+        largest = max(float(np.abs(part).max()) for part in parts)
+        worst = int(s[np.argmax(np.abs(right[s]))])
+        if abs(right[worst]) > 1e-9 * largest:
+            raise ValueError(
+                f"expected equilibrium of the massless degree of freedom {self.named(worst)} at t = {t:g}, got a "
+                f"force of {right[worst]:.3g} left over; give displacements (and velocities) for which it is 0"
+            )
+        m = np.setdiff1d(np.arange(self.size), s)
+        M, K = self.M[m][:, m], self.K[s]
+        a = np.zeros(self.size)
+        a[m] = factorize(M, self.solver)(right[m])
+        a[s] = -factorize(K[:, s], self.solver)(K[:, m] @ a[m])
+        return a
+
+    @cached_property
+    def solve_mass(self) -> Callable[[Array], Array]:
+        """The factorization of M. Raises ValueError, with the degree of freedom, where it is singular."""
+        return self.factorized(self.M, "M, the mass matrix,")
+
+    def factorized(self, matrix: Matrix, what: str) -> Callable[[Array], Array]:
+        """The factorization of a matrix (n, n). Raises ValueError, with a degree of freedom, for a singular one."""
+        try:
+            return factorize(matrix, self.solver)
+        except SingularMatrix as error:
+            raise ValueError(
+                f"expected a regular matrix of {what} got one that leaves degree of freedom {self.named(error.place)} "
+                "undetermined; support it, give it stiffness or mass, or take an implicit scheme if only M is singular"
+            ) from error
+
+    def named(self, place: int) -> str:
+        """Name or number, among all, of the degree of freedom in which a free one shows most."""
+        column = self.T[:, [place]]
+        whole = int(np.argmax(np.abs(column.toarray() if hasattr(column, "toarray") else column)))
+        return f"'{self.names[whole]}'" if self.names else str(whole)
+
+    def place(self, dof: Dof) -> int:
+        """The number of a degree of freedom, by name or number. Raises ValueError for one that is not there."""
+        return _place(dof, self.names, self.T.shape[0])
+
+    def ground_motion(self, record: Record, direction: ArrayLike) -> "Structure":
+        """The same structure on a base that moves: the load -M iota a_g, displacements relative to the base.
+
+        record: ground acceleration a_g. direction: iota (N,), the displacement of each degree of freedom where the base
+        moves by one, or names or numbers of those that do. Raises ValueError for another shape or unknown names.
+        """
+        if not isinstance(record, Record):
+            raise ValueError(f"expected the ground acceleration as ss.Record(dt, values), got {type(record).__name__}")
+        N = self.T.shape[0]
+        given = np.asarray(direction)
+        if given.dtype.kind in "US" or (given.dtype.kind in "iu" and given.shape != (N,)):
+            iota = np.zeros(N)
+            iota[[self.place(x) for x in np.atleast_1d(given).tolist()]] = 1.0
+        else:
+            iota = vector("direction", direction, N)
+        shape = -(self.T.T @ (self.full_mass @ iota))
+        return replace(self, loads=(*self.loads, (shape, record)), influence=iota, ground=record)
+
+    def march(self, scheme: Any, *, dt: float | None, t_end: float, **options: Any) -> Any:
+        """See `substep.march`, which calls it."""
+        from .march import march_structure  # noqa: PLC0415
+
+        return march_structure(self, scheme, dt, t_end, **options)
+
+    def __repr__(self) -> str:
+        return f"Structure({self.size} free of {self.T.shape[0]} degrees of freedom, {len(self.loads)} loads)"
+
+
+def structure(
+    M: Any,
+    K: Any,
+    *,
+    C: Any = None,
+    load: Any = (),
+    u0: ArrayLike = 0.0,
+    v0: ArrayLike = 0.0,
+    a0: ArrayLike | None = None,
+    fixed: Iterable[Dof] = (),
+    constraints: Any = None,
+    names: Sequence[str] = (),
+    solver: Solver = "auto",
+) -> Structure:
+    """A linear structure M a + C v + K u = load, from dense or sparse matrices (N, N) in consistent units.
+
+    C: a matrix, `substep.rayleigh(...)`, or None. load: pairs (P, g) of a vector (N,), or a mapping from degrees of
+    freedom to numbers, and a function of time such as `substep.Record`; or one such pair. u0, v0, a0: (N,) or one
+    number for all; a0 by default from the equation of motion. fixed: degrees of freedom held at 0. constraints:
+    T (N, n), the displacements of all as T q of those that are independent. names: of all N, for `fixed`, `load` and
+    `dofs`.
+    solver: "auto", "dense", "superlu", "pardiso", or a function from a matrix to a function b -> x.
+
+    Raises ValueError for other shapes, complex or not finite entries, unknown names, a load on a fixed degree of
+    freedom, and a start that violates the constraints.
+    """
+    mass = checked("M", M)
+    N = mass.shape[0]
+    stiffness = checked("K", K, N)
+    damping = C if C is None or isinstance(C, Rayleigh) else checked("C", C, N)
+    known = tuple(names)
+    if known and (len(known) != N or len(set(known)) != N):
+        raise ValueError(f"expected {N} different names, one for each degree of freedom, got {len(known)}")
+    held = sorted({_place(dof, known, N) for dof in fixed})
+    T = _transformation(N, held, constraints)
+    loads = tuple((T.T @ _shape(P, known, held, N), _function(g)) for P, g in _pairs(load))
+    start = {name: vector(name, x, N) for name, x in (("u0", u0), ("v0", v0), ("a0", a0)) if x is not None}
+    free = {name: _independent(name, x, T) for name, x in start.items()}
+    return Structure(
+        M=reduced(mass, T),
+        C=damping if damping is None or isinstance(damping, Rayleigh) else reduced(damping, T),
+        K=reduced(stiffness, T),
+        T=T,
+        loads=loads,
+        u0=free["u0"],
+        v0=free["v0"],
+        names=known,
+        solver=solver,
+        a0_given=free.get("a0"),
+        full_mass=mass,
+    )
+
+
+def _transformation(N: int, held: Sequence[int], constraints: Any) -> Matrix:
+    """T (N, n), sparse."""
+    from scipy import sparse  # noqa: PLC0415
+
+    if constraints is None:
+        return sparse.eye_array(N, format="csr")[:, np.setdiff1d(np.arange(N), held)]
+    T = sparse.csr_array(constraints, dtype=np.float64)
+    shape: tuple[int, ...] = np.shape(T)
+    if len(shape) != 2 or shape[0] != N or shape[1] > N:
+        raise ValueError(f"expected constraints T ({N}, n) with n <= {N}, got shape {shape}")
+    if held and abs(T[held]).sum() > 0.0:
+        raise ValueError("expected constraints under which fixed degrees of freedom do not move; clear their rows")
+    return T
+
+
+def _independent(name: str, x: Array, T: Matrix) -> Array:
+    """q with T q = x. Raises ValueError where there is none: a start that violates the constraints."""
+    if T.shape[1] == T.shape[0]:
+        return x
+    gram = T.T @ T
+    q = factorize(gram)(T.T @ x)
+    if np.abs(T @ q - x).max() > 1e-10 * max(1e-300, float(np.abs(x).max())):
+        if np.ptp(x) == 0.0:  # one number for all stands for the free ones
+            return q
+        worst = int(np.argmax(np.abs(T @ q - x)))
+        raise ValueError(
+            f"expected {name} that keeps the constraints, got {x[worst]} at the fixed degree of freedom {worst}"
+        )
+    return q
+
+
+def _pairs(load: Any) -> list[tuple[Any, Any]]:
+    if isinstance(load, tuple) and len(load) == 2 and callable(load[1]) and not callable(load[0]):
+        return [load]
+    pairs = list(load)
+    if any(not isinstance(pair, tuple) or len(pair) != 2 for pair in pairs):
+        raise ValueError("expected load as pairs (P, g) of a vector and a function of time; got something else")
+    return pairs
+
+
+def _shape(P: Any, names: tuple[str, ...], held: Sequence[int], N: int) -> Array:
+    if isinstance(P, Mapping):
+        shape = np.zeros(N)
+        for dof, value in P.items():
+            shape[_place(dof, names, N)] = real_number("a load", value)
+    else:
+        shape = real_array("load", P).copy()
+        if shape.shape != (N,):
+            raise ValueError(f"expected a load with {N} components, one for each degree of freedom, got {shape.shape}")
+    if loaded := [dof for dof in held if shape[dof] != 0.0]:
+        name = f"'{names[loaded[0]]}'" if names else loaded[0]
+        raise ValueError(f"expected no load on the fixed degree of freedom {name}, got {shape[loaded[0]]}; remove it")
+    return shape
+
+
+def _function(g: Any) -> Load:
+    if not callable(g):
+        raise ValueError(
+            f"expected a function of time such as ss.Step or ss.Record with each load vector, got {type(g).__name__}"
+        )
+    return g
+
+
+def _place(dof: Dof, names: tuple[str, ...], N: int) -> int:
+    if isinstance(dof, str):
+        if dof not in names:
+            raise unknown_name("a degree of freedom", dof, names)
+        return names.index(dof)
+    if not isinstance(dof, int | np.integer) or not 0 <= dof < N:
+        raise ValueError(f"expected a degree of freedom from 0 to {N - 1} or its name, got {dof!r}")
+    return int(dof)
+
+
+def sum_of_matrices(structure: Structure, m: float, c: float, k: float) -> Matrix:
+    """m M + c C + k K."""
+    terms = [(m, structure.M), (k, structure.K)]
+    if c != 0.0 and structure.C is not None:
+        terms.append((c, structure.damping))
+    return combination(terms)
