@@ -3,7 +3,7 @@
 import math
 import warnings
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -13,10 +13,13 @@ from ..core.response import Status
 from ..core.schemes import Scheme
 from ..core.schemes import scheme as make_scheme
 from ..marching.run import number_of_steps
-from .linear import marched
+from .newton import Iteration, NewtonFailed
+from .plan import step_of
 from .response import Account, StructureResponse
+from .steps import Run
 from .structure import Dof, Structure
 
+ARGUMENTS = ("dt", "t_end", "dofs", "stride", "account", "newton", "line_search")
 WARN = 0.05  # share of the energy beyond which numerical dissipation is worth a warning
 
 
@@ -25,23 +28,29 @@ class Accounts:
 
     def __init__(self, structure: Structure) -> None:
         self.structure, self.rows = structure, []
-        self.work = self.damped = 0.0
-        self.u, self.force = structure.u0, structure.force(0.0)
-        self.Ku = structure.K @ self.u
+        self.work = self.damped = self.strain = 0.0
+        self.u, self.load = structure.u0, structure.force(0.0)
+        self.held = structure.restoring(0.0, structure.u0, structure.v0)
         self.keep(structure.v0)
 
     def keep(self, v: Array) -> None:
         """Store a row at the displacement of the last step."""
-        kinetic, strain = 0.5 * v @ (self.structure.M @ v), 0.5 * self.u @ self.Ku
-        self.rows.append((kinetic, strain, self.work, self.damped))
+        s = self.structure
+        if s.internal is None:
+            self.strain = 0.5 * float(self.u @ self.held)
+        elif s.internal.potential is not None:
+            self.strain = s.internal.energy(self.u)
+        self.rows.append((0.5 * v @ (s.M @ v), self.strain, self.work, self.damped))
 
-    def add(self, u: Array, t: float, h: float) -> None:
-        """A step of length h to u at the time t."""
-        s, change, force = self.structure, u - self.u, self.structure.force(t)
-        self.work += 0.5 * float((self.force + force) @ change)
+    def add(self, u: Array, v: Array, t: float, h: float) -> None:
+        """A step of length h to u, v at the time t; a strain energy without a potential is the work of its force."""
+        s, change = self.structure, u - self.u
+        load, held = s.force(t), s.restoring(t, u, v)
+        self.work += 0.5 * float((self.load + load) @ change)
+        self.strain += 0.5 * float((self.held + held) @ change)
         if s.C is not None:
             self.damped += float(change @ (s.damping @ change)) / h
-        self.u, self.force, self.Ku = u, force, s.K @ u
+        self.u, self.load, self.held = u, load, held
 
     @property
     def account(self) -> Account:
@@ -58,6 +67,8 @@ def march_structure(
     dofs: Iterable[Dof] | None = None,
     stride: int = 1,
     account: bool = True,
+    newton: Literal["simplified", "full"] = "simplified",
+    line_search: bool = False,
     **others: Any,
 ) -> StructureResponse:
     """The response of a structure from t = 0 to t_end in steps of dt; `substep.march` calls it.
@@ -70,7 +81,9 @@ def march_structure(
     Raises ValueError for what `march` does, for unknown degrees of freedom, and for a singular effective matrix.
     """
     if others:
-        raise unknown_name("an argument of march for a structure", next(iter(others)), ("dofs", "stride", "account"))
+        raise unknown_name("an argument of march for a structure", next(iter(others)), ARGUMENTS)
+    if newton not in ("simplified", "full"):
+        raise unknown_name("a kind of Newton's iteration", newton, ("simplified", "full"))
     if dt is None:
         raise ValueError("expected dt, a constant step, for a structure, got none; steps are chosen on scenes only")
     scheme = make_scheme(scheme) if isinstance(scheme, str) else scheme
@@ -83,26 +96,35 @@ def march_structure(
     kept = list(dofs) if dofs is not None else list(structure.names or range(structure.T.shape[0]))
     places = [structure.place(dof) for dof in kept]
     select = _selection(structure, places)
-    rows = [select(np.array([structure.u0, structure.v0, structure.a0]))]
+    own = 3 if len(step_of(scheme, h).report) == 3 else 2  # u, v and, where the scheme has its own, a
+    rows = np.empty((n // stride + 1, own, len(kept)))
+    rows[0] = select(np.array([structure.u0, structure.v0, structure.a0][:own]))
     accounts = Accounts(structure) if account else None
     status: Status = "completed"
+    iterations: list[list[int]] = []
     done = 0
     try:
-        for X, steps in marched(structure, scheme, h, n):
-            if not math.isfinite(float(np.vdot(X[-1], X[-1]))):
-                status = "non_finite"
-                break
-            done += 1
-            if accounts is not None:
-                u, v = steps.report[:2] @ X
-                accounts.add(u, done * h, h)
+        with np.errstate(all="ignore"):  # a run that overflows ends with a status
+            for X, march in Run(structure, scheme, h, Iteration(newton == "full", line_search)).marched(n):
+                steps = march.steps
+                if not math.isfinite(float(np.vdot(X[-1], X[-1]))):
+                    status = "non_finite"
+                    break
+                done += 1
+                iterations.append(march.counts)
+                if accounts is not None:
+                    u, v = steps.report[:2] @ X
+                    accounts.add(u, v, done * h, h)
+                    if done % stride == 0:
+                        accounts.keep(v)
                 if done % stride == 0:
-                    accounts.keep(v)
-            if done % stride == 0:
-                rows.append(select(steps.report, X))
+                    rows[done // stride] = select(steps.report[:own], X)
+    except NewtonFailed:
+        status = "newton_failed"
     except KeyboardInterrupt:
         status = "interrupted"
-    return _response(structure, scheme, h, stride, kept, rows, status, done, accounts)
+    rows = rows[: done // stride + 1]
+    return _response(structure, scheme, h, stride, kept, rows, status, iterations, accounts)
 
 
 def _selection(structure: Structure, places: list[int]) -> Any:
@@ -120,11 +142,10 @@ def _selection(structure: Structure, places: list[int]) -> Any:
 
 
 def _response(
-    structure: Structure, scheme: Scheme, h: float, stride: int, kept: list[Dof], rows: list[Array], status: Status,
-    done: int, accounts: Accounts | None,
+    structure: Structure, scheme: Scheme, h: float, stride: int, kept: list[Dof], rows: Array, status: Status,
+    iterations: list[list[int]], accounts: Accounts | None,
 ) -> StructureResponse:  # fmt: skip
-    own = all(len(row) == 3 for row in rows)
-    u, v, *a = (np.array([row[kind] for row in rows]) for kind in range(3 if own else 2))
+    counts = np.array([(row + [0] * scheme.balances)[: scheme.balances] for row in iterations], np.int64)
     account = accounts.account if accounts is not None else None
     if account is not None and account.share > WARN and status == "completed":
         warnings.warn(
@@ -133,6 +154,6 @@ def _response(
             stacklevel=4,
         )
     return StructureResponse(
-        u, v, np.zeros((done, scheme.balances), np.int64), status, None if status == "completed" else (done + 1) * h,
-        structure, stride * h, a[0] if own else None, dofs=tuple(kept), account=account,
+        rows[:, 0], rows[:, 1], counts, status, None if status == "completed" else (len(iterations) + 1) * h,
+        structure, stride * h, rows[:, 2] if rows.shape[1] == 3 else None, dofs=tuple(kept), account=account,
     )  # fmt: skip

@@ -1,7 +1,7 @@
 """A structure: M a + C v + N(u) = load, with its constraints, loads and start; made and checked by `structure`."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -12,6 +12,7 @@ from ..core.arrays import Array
 from ..core.errors import real_array, real_number, unknown_name
 from ..core.loads import Load, Record, values_at
 from .damping import Rayleigh
+from .internal_force import InternalForce
 from .matrices import Matrix, checked, combination, reduced, vector
 from .solvers import SingularMatrix, Solver, factorize
 
@@ -22,7 +23,8 @@ Dof = int | str
 class Structure:
     """A structure in its free degrees of freedom; make one with `substep.structure`.
 
-    M, K (n, n); C a matrix, Rayleigh damping, or None. T (N, n): the displacements of all N degrees of freedom are T q.
+    M, K (n, n), K the tangent at u0 where there is an internal force; C a matrix, Rayleigh damping, or None. T (N, n):
+    the displacements of all N degrees of freedom are T q.
     loads: pairs of a vector (n,) and a function of time. u0, v0 (n,). names: of all N degrees of freedom, or empty.
     influence, ground: of a ground motion, displacements (N,) for a unit motion of the base, and its acceleration.
     """
@@ -39,7 +41,8 @@ class Structure:
     a0_given: Array | None = None
     influence: Array | None = None
     ground: Record | None = None
-    full_mass: Matrix = field(default=None)
+    full_mass: Matrix = None
+    internal: InternalForce | None = None
 
     @property
     def size(self) -> int:
@@ -65,6 +68,10 @@ class Structure:
             total += shape * values_at(load, np.array([t]))[0]
         return total
 
+    def restoring(self, t: float, u: Array, v: Array) -> Array:
+        """The internal force (n,)."""
+        return self.K @ u if self.internal is None else self.internal(t, u, v)
+
     @cached_property
     def a0(self) -> Array:
         """Acceleration (n,) at t = 0: as given, else from the equation of motion, by static condensation without mass.
@@ -77,12 +84,12 @@ class Structure:
 
     def acceleration(self, t: float, u: Array, v: Array) -> Array:
         """Acceleration (n,) from the equation of motion; see `a0`."""
-        right = self.force(t) - self.K @ u - (self.damping @ v if self.C is not None else 0.0)
+        held = self.restoring(t, u, v)
+        right = self.force(t) - held - (self.damping @ v if self.C is not None else 0.0)
         s = self.massless
         if not len(s):
             return self.solve_mass(right)
-        parts = self.force(t), self.K @ u
-        largest = max(float(np.abs(part).max()) for part in parts)
+        largest = max(float(np.abs(part).max()) for part in (self.force(t), held))
         worst = int(s[np.argmax(np.abs(right[s]))])
         if abs(right[worst]) > 1e-9 * largest:
             raise ValueError(
@@ -151,8 +158,11 @@ class Structure:
 
 def structure(
     M: Any,
-    K: Any,
+    K: Any = None,
     *,
+    internal_force: Callable[..., Any] | None = None,
+    tangent: Callable[..., Any] | None = None,
+    potential: Callable[..., Any] | None = None,
     C: Any = None,
     load: Any = (),
     u0: ArrayLike = 0.0,
@@ -163,7 +173,11 @@ def structure(
     names: Sequence[str] = (),
     solver: Solver = "auto",
 ) -> Structure:
-    """A linear structure M a + C v + K u = load, from dense or sparse matrices (N, N) in consistent units.
+    """A structure M a + C v + K u = load, or M a + C v + N(u) = load, from matrices (N, N) in consistent units.
+
+    M, K: dense or sparse. internal_force: in place of K, the function N of u (N,), of u and v, or of t, u and v;
+    tangent: with it, its derivative by u (N, N), or a pair with that by v; potential: the function of u of which N is
+    the slope, for schemes that conserve it. C: as below; Rayleigh damping takes the tangent at u0 for K.
 
     C: a matrix, `substep.rayleigh(...)`, or None. load: pairs (P, g) of a vector (N,), or a mapping from degrees of
     freedom to numbers, and a function of time such as `substep.Record`; or one such pair. u0, v0, a0: (N,) or one
@@ -172,12 +186,13 @@ def structure(
     `dofs`.
     solver: "auto", "dense", "superlu", "pardiso", or a function from a matrix to a function b -> x.
 
-    Raises ValueError for other shapes, complex or not finite entries, unknown names, a load on a fixed degree of
-    freedom, and a start that violates the constraints.
+    Raises ValueError for both or neither of K and internal_force, for other shapes, complex or not finite entries,
+    unknown names, a load on a fixed degree of freedom, and a start that violates the constraints.
     """
     mass = checked("M", M)
     N = mass.shape[0]
-    stiffness = checked("K", K, N)
+    if (K is None) == (internal_force is None) or (internal_force is None) != (tangent is None):
+        raise ValueError("expected K, or internal_force with its tangent; give one of the two")
     damping = C if C is None or isinstance(C, Rayleigh) else checked("C", C, N)
     known = tuple(names)
     if known and (len(known) != N or len(set(known)) != N):
@@ -185,12 +200,16 @@ def structure(
     held = sorted({_place(dof, known, N) for dof in fixed})
     T = _transformation(N, held, constraints)
     loads = tuple((T.T @ _shape(P, known, held, N), _function(g)) for P, g in _pairs(load))
+    internal = None if internal_force is None else InternalForce(T, internal_force, tangent, potential)
     start = {name: vector(name, x, N) for name, x in (("u0", u0), ("v0", v0), ("a0", a0)) if x is not None}
     free = {name: _independent(name, x, T) for name, x in start.items()}
+    stiffness = (
+        reduced(checked("K", K, N), T) if internal is None else internal.stiffness(0.0, free["u0"], free["v0"])[0]
+    )
     return Structure(
         M=reduced(mass, T),
         C=damping if damping is None or isinstance(damping, Rayleigh) else reduced(damping, T),
-        K=reduced(stiffness, T),
+        K=stiffness,
         T=T,
         loads=loads,
         u0=free["u0"],
@@ -199,6 +218,7 @@ def structure(
         solver=solver,
         a0_given=free.get("a0"),
         full_mass=mass,
+        internal=internal,
     )
 
 
