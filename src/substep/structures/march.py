@@ -80,12 +80,14 @@ def march_structure(
 
     Raises ValueError for what `march` does, for unknown degrees of freedom, and for a singular effective matrix.
     """
+    if "tol" in others or dt is None:
+        raise ValueError(
+            "expected dt, a constant step, for a structure, got tol or none; steps are chosen on scenes only"
+        )
     if others:
         raise unknown_name("an argument of march for a structure", next(iter(others)), ARGUMENTS)
     if newton not in ("simplified", "full"):
         raise unknown_name("a kind of Newton's iteration", newton, ("simplified", "full"))
-    if dt is None:
-        raise ValueError("expected dt, a constant step, for a structure, got none; steps are chosen on scenes only")
     scheme = make_scheme(scheme) if isinstance(scheme, str) else scheme
     if not scheme.info.damping and structure.C is not None:
         raise ValueError(

@@ -96,7 +96,7 @@ def _graph_order(pymetis: Any, A: Any) -> Any:
     pattern = (A + A.T).tocsr()
     pattern.setdiag(0.0)
     pattern.eliminate_zeros()
-    order, _ = pymetis.nested_dissection(xadj=pattern.indptr, adjncy=pattern.indices)
+    order, _ = pymetis.nested_dissection(pymetis.CSRAdjacency(pattern.indptr, pattern.indices))
     return np.asarray(order)
 
 
