@@ -145,6 +145,40 @@ def test_a_run_that_overflows_or_is_interrupted_keeps_what_it_has() -> None:
     assert 1 < len(stopped.u) < 601
 
 
+@pytest.mark.parametrize("scheme", ["bathe", "houbolt"])
+def test_a_march_on_disk_goes_on_where_it_was_stopped(tmp_path: Any, scheme: str, monkeypatch: Any) -> None:
+    monkeypatch.setattr("substep.structures.saved.BUFFER", 60)  # numbers: a checkpoint every few rows
+    calls = [0]
+
+    def stopped_at(count: float) -> Any:
+        def load(t: Any) -> Any:
+            calls[0] += np.ndim(t) > 0 and np.size(t) == 1
+            if calls[0] > count:
+                raise KeyboardInterrupt
+            return np.sin(t)
+
+        return load
+
+    def march(count: float, **more: Any) -> Any:
+        calls[0] = 0
+        damped = frame(C=ss.Rayleigh(0.1, 0.01), load=([1.0, 0.0, 0.0], stopped_at(count)))
+        return ss.march(damped, scheme, 0.1, 8.0, stride=2, **more)
+
+    whole = march(np.inf)
+    stopped = march(50, save=tmp_path / "run")
+    assert stopped.status == "interrupted"
+    assert 3 < len(stopped.u) < len(whole.u)
+    finished = march(np.inf, save=tmp_path / "run")
+    again = march(np.inf, save=tmp_path / "run")
+    for r in (finished, again):
+        assert r.status == "completed"
+        for name in ("u", "v", "a", "energy", "newton_iterations"):
+            assert np.array_equal(getattr(r, name), getattr(whole, name)), name
+        assert np.array_equal(r.account.numerical, whole.account.numerical)
+    with pytest.raises(ValueError, match="another path"):
+        ss.march(frame(), scheme, 0.1, 8.0, save=tmp_path / "run")
+
+
 def test_an_iteration_that_fails_ends_the_run_with_what_it_has() -> None:
     snap = ss.structure(
         [[1.0]], internal_force=lambda u: np.where(u > 0.5, np.nan, u), tangent=lambda u: [[1.0]], v0=[1.0]

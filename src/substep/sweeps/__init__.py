@@ -11,13 +11,13 @@ from numpy.typing import ArrayLike
 
 from ..core.arrays import named
 from ..core.loads import Load
+from ..core.progress import shown
 from ..core.scenes import Scene
 from ..core.schemes import Scheme
 from .chunks import Results, run_chunk
 from .cluster import run_on
 from .dataset import Variable, template, variables
 from .plan import Chunk, Keep, Plan, planned
-from .progress import shown
 from .store import Store
 
 if TYPE_CHECKING:
