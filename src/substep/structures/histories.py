@@ -58,7 +58,7 @@ class Histories:
         s = run.structure
         self.run, self.stride, self.done = run, stride, 0
         self.kinds = 3 if len(step_of(run.scheme, run.h).report) == 3 else 2
-        self.select = _selection(s, places)
+        self.select = selection(s, places)
         self.energies = Energies.of(s, s.u0, s.v0, 0.0) if account else None
         self.accounts = [] if self.energies is None else [self.energies.row(s, s.v0)]
         self.iterations: list[list[int]] = []
@@ -129,8 +129,11 @@ class Histories:
             )
 
 
-def _selection(structure: Structure, places: list[int]) -> Any:
-    """A function of rows, and of vectors that they combine, to values (rows, k) at these degrees of freedom."""
+def selection(structure: Structure, places: list[int]) -> Any:
+    """A function of rows (r, n), or of rows and vectors that they combine, to values (r, k) at degrees of freedom.
+
+    Rows (r, n, L) of L load cases become (r, k, L).
+    """
     part = structure.T[places]
     columns = np.unique(part.indices)
     part = part[:, columns]
@@ -138,6 +141,9 @@ def _selection(structure: Structure, places: list[int]) -> Any:
 
     def select(rows: Array, X: Array | None = None) -> Array:
         found = rows[:, columns] if X is None else rows @ X[:, columns]
-        return found if plain else (part @ found.T).T
+        if plain:
+            return found
+        by_dof = np.moveaxis(found, 1, 0)
+        return np.moveaxis((part @ by_dof.reshape(len(columns), -1)).reshape(-1, *by_dof.shape[1:]), 0, 1)
 
     return select

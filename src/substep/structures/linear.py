@@ -19,6 +19,11 @@ from .structure import Structure, sum_of_matrices
 SAME = 8 * np.finfo(np.float64).eps  # two ratios that differ by less belong to one effective matrix
 
 
+def combined(rows: Array, X: Array) -> Array:
+    """rows (r, V) times vectors X (V, n), or X (V, n, L) for L load cases at once."""
+    return (rows @ X.reshape(len(X), -1)).reshape(len(rows), *X.shape[1:])
+
+
 @dataclass
 class Factors:
     """Factorizations of a structure's effective matrices, one for each ratio of their parts."""
@@ -74,11 +79,11 @@ class LinearSystem:
         return cls(j, rows, tuple(matrices[name] for name in used), factors.solve(s, m, c, k, what))
 
     def solved(self, X: Array, load: Array | None, t: float) -> Array:
-        """The solution (n,) from the vectors before it, X (V, n), and the sum of its loads (n,)."""
-        Y = self.rows @ X[: self.place]
+        """The solution (n,) from the vectors before it, X (V, n), and the sum of its loads; of L cases (n, L)."""
+        Y = combined(self.rows, X[: self.place])
         total = load
         for matrix, y in zip(self.matrices, Y, strict=False):
             product = matrix @ y
             total = product if total is None else np.add(total, product, out=product)
-        z = self.solve(np.zeros(X.shape[1]) if total is None else total)
+        z = self.solve(np.zeros(X.shape[1:]) if total is None else total)
         return z + Y[-1] if len(Y) > len(self.matrices) else z

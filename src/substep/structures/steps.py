@@ -1,14 +1,15 @@
 """Steps of a scheme on a structure: its plan with numbers, its start, and the loads at its instants."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
 from ..core.arrays import Array
-from ..core.loads import values_at
+from ..core.loads import Load, values_at
 from ..core.schemes import Scheme
-from .linear import Factors, LinearSystem
+from .linear import Factors, LinearSystem, combined
 from .newton import Iteration, NonlinearSystem
 from .plan import Steps, System, start_of, step_of
 from .structure import Structure
@@ -27,7 +28,7 @@ class StructureSteps:
     def loads(self, first: int, count: int) -> list[Array]:
         """For each system the sum of w g(t_n + tau h), (count, J), for the J loads and the steps n from `first` on."""
         n = np.arange(first, first + count, dtype=np.float64)
-        functions = [g for _, g in self.run.structure.loads]
+        functions = [g for _, g in self.run.loads]
         found = []
         for system in self.steps.systems:
             total = np.zeros((count, len(functions)))
@@ -39,9 +40,10 @@ class StructureSteps:
 
     def complete(self, X: Array, loads: Sequence[Array], i: int, n: int) -> None:
         """Compute the unknowns of step n in X (V, n), with row i of the loads. Raises NewtonFailed."""
-        shapes = self.run.shapes
+        shapes, cases = self.run.shapes, self.run.by_case
         for system, solver, factors in zip(self.steps.systems, self.systems, loads, strict=True):
-            load = shapes @ factors[i] if shapes.shape[1] and system.loads else None
+            now = factors[i] if cases is None else factors[i][:, None] * cases
+            load = shapes @ now if shapes.shape[1] and system.loads else None
             X[system.place] = solver.solved(X, load, (n + system.instant) * self.run.h)
 
     @property
@@ -52,18 +54,35 @@ class StructureSteps:
 
 @dataclass(frozen=True)
 class Run:
-    """A march of a structure with a scheme in steps of h. factors: of its linear effective matrices, as far as made."""
+    """A march of a structure with a scheme in steps of h. factors: of its linear effective matrices, as far as made.
+
+    cases: L structures that differ in their loads only, which are marched at once: vectors are then (n, L).
+    """
 
     structure: Structure
     scheme: Scheme
     h: float
     iteration: Iteration = field(default_factory=Iteration)
     factors: Factors = field(default_factory=Factors)
+    cases: tuple[Structure, ...] = ()
 
-    @property
+    @cached_property
+    def loads(self) -> tuple[tuple[Array, Load], ...]:
+        """The J loads of all cases, one after another."""
+        return tuple(load for s in self.cases or (self.structure,) for load in s.loads)
+
+    @cached_property
     def shapes(self) -> Array:
         """The vectors of the loads (n, J)."""
-        return np.array([shape for shape, _ in self.structure.loads]).reshape(-1, self.structure.size).T
+        return np.array([shape for shape, _ in self.loads]).reshape(-1, self.structure.size).T
+
+    @cached_property
+    def by_case(self) -> Array | None:
+        """1 where a load (J,) belongs to a case (L,); None where there are no cases."""
+        if not self.cases:
+            return None
+        whose = [case for case, s in enumerate(self.cases) for _ in s.loads]
+        return np.equal.outer(whose, np.arange(len(self.cases))).astype(np.float64)
 
     def prepared(self, steps: Steps) -> StructureSteps:
         """The plan on the structure. Raises ValueError for a singular effective matrix."""
@@ -81,17 +100,17 @@ class Run:
         marches the first steps, those are its own. Raises NewtonFailed.
         """
         if state is None and self.scheme.starter is not None:
-            history = [self._given]
+            history = [self.given]
             lag = max(steps for _, steps in self.scheme.history)
-            starter = Run(self.structure, self.scheme.starter, self.h, self.iteration, self.factors)
+            starter = replace(self, scheme=self.scheme.starter)
             for X, march in starter.marched(min(lag, n)):
-                history.append(self._with_acceleration(march.steps.report @ X, len(history) * self.h))
+                history.append(self._with_acceleration(combined(march.steps.report, X), len(history) * self.h))
                 yield X, march
             if (done := len(history) - 1) == n:
                 return
             state = np.array([history[lag - steps][kind] for kind, steps in self.scheme.history])
         march = self.prepared(step_of(self.scheme, self.h))
-        X = np.empty((march.steps.vectors, self.structure.size))
+        X = self._room(march.steps)
         given = march.steps.given
         X[:given] = self._started() if state is None else state
         for first in range(done, n, BLOCK):
@@ -100,20 +119,30 @@ class Run:
             for i in range(count):
                 march.complete(X, loads, i, first + i)
                 yield X, march
-                X[:given] = march.steps.out @ X
+                X[:given] = combined(march.steps.out, X)
 
     @property
-    def _given(self) -> Array:
-        return np.array([self.structure.u0, self.structure.v0, self.structure.a0])
+    def given(self) -> Array:
+        """u, v, a at t = 0, (3, n) or (3, n, L)."""
+        rows = [np.array([s.u0, s.v0, s.a0]) for s in self.cases or (self.structure,)]
+        return np.stack(rows, axis=-1) if self.cases else rows[0]
+
+    def _room(self, steps: Steps) -> Array:
+        return np.empty((steps.vectors, self.structure.size, *([len(self.cases)] if self.cases else [])))
 
     def _started(self) -> Array:
         """The state at t = 0 of a scheme that starts by itself."""
         start = self.prepared(start_of(self.scheme, self.h))
-        X = np.empty((start.steps.vectors, self.structure.size))
-        X[:3] = self._given
+        X = self._room(start.steps)
+        X[:3] = self.given
         start.complete(X, start.loads(0, 1), 0, 0)
-        return start.steps.out @ X
+        return combined(start.steps.out, X)
 
     def _with_acceleration(self, row: Array, t: float) -> Array:
         """u, v, a (3, n) of a row that may lack a."""
-        return row if len(row) == 3 else np.array([*row, self.structure.acceleration(t, *row)])
+        if len(row) == 3:
+            return row
+        if not self.cases:
+            return np.array([*row, self.structure.acceleration(t, *row)])
+        columns = zip(self.cases, np.moveaxis(row, -1, 0), strict=True)
+        return np.stack([np.array([*x, s.acceleration(t, *x)]) for s, x in columns], axis=-1)

@@ -193,25 +193,23 @@ def structure(
     N = mass.shape[0]
     if (K is None) == (internal_force is None) or (internal_force is None) != (tangent is None):
         raise ValueError("expected K, or internal_force with its tangent; give one of the two")
-    damping = C if C is None or isinstance(C, Rayleigh) else checked("C", C, N)
     known = tuple(names)
     if known and (len(known) != N or len(set(known)) != N):
         raise ValueError(f"expected {N} different names, one for each degree of freedom, got {len(known)}")
     held = sorted({_place(dof, known, N) for dof in fixed})
     T = _transformation(N, held, constraints)
-    loads = tuple((T.T @ _shape(P, known, held, N), _function(g)) for P, g in _pairs(load))
     internal = None if internal_force is None else InternalForce(T, internal_force, tangent, potential)
     start = {name: vector(name, x, N) for name, x in (("u0", u0), ("v0", v0), ("a0", a0)) if x is not None}
     free = {name: _independent(name, x, T) for name, x in start.items()}
     stiffness = (
         reduced(checked("K", K, N), T) if internal is None else internal.stiffness(0.0, free["u0"], free["v0"])[0]
     )
-    return Structure(
+    bare = Structure(
         M=reduced(mass, T),
-        C=damping if damping is None or isinstance(damping, Rayleigh) else reduced(damping, T),
+        C=None,
         K=stiffness,
         T=T,
-        loads=loads,
+        loads=(),
         u0=free["u0"],
         v0=free["v0"],
         names=known,
@@ -220,6 +218,19 @@ def structure(
         full_mass=mass,
         internal=internal,
     )
+    return replace(bare, C=damping_of(bare, C), loads=loads_of(bare, load))
+
+
+def damping_of(s: Structure, C: Any) -> Matrix | Rayleigh | None:
+    """The damping of a structure from what `structure` takes as C."""
+    return C if C is None or isinstance(C, Rayleigh) else reduced(checked("C", C, s.T.shape[0]), s.T)
+
+
+def loads_of(s: Structure, load: Any) -> tuple[tuple[Array, Load], ...]:
+    """The loads of a structure from what `structure` takes as load."""
+    moving = np.asarray(abs(s.T).sum(axis=1)).ravel()
+    held = np.flatnonzero(moving == 0.0).tolist()
+    return tuple((s.T.T @ _shape(P, s.names, held, s.T.shape[0]), _function(g)) for P, g in _pairs(load))
 
 
 def _transformation(N: int, held: Sequence[int], constraints: Any) -> Matrix:
