@@ -4,6 +4,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
+from scipy.sparse.linalg import LinearOperator
 from substep_derive.declare.schemes import ALL
 
 import substep as ss
@@ -66,3 +68,62 @@ def test_every_scheme_marches_duffing_as_its_kernel_does(name: str) -> None:
         )  # a run that grows beyond reason is not compared
         for x, y in ((found.u[:rows], expected.u[:rows]), (h * found.v[:rows], h * expected.v[:rows])):
             assert np.abs(x - y).max() <= digits * np.abs(expected.u).max()
+
+
+@pytest.mark.parametrize(
+    "name", ["average_acceleration", "hht_alpha", "generalized_alpha", "bathe", "newmark_bdf2", "rk4"]
+)
+def test_forces_of_velocity_and_time_keep_the_order(name: str) -> None:
+    """Quadratic damping and a stiffness that changes with time, against SciPy at tight tolerance."""
+
+    def force(t: Any, u: Any, v: Any) -> Any:
+        return (4.0 + np.sin(t)) * u + 0.5 * v * np.abs(v)
+
+    def tangent(t: Any, u: Any, v: Any) -> Any:
+        return np.diag((4.0 + np.sin(t)) * np.ones(2)), np.diag(np.abs(v))
+
+    start = np.array([1.0, -0.5, 0.3, 0.2])
+    exact = solve_ivp(lambda t, y: [*y[2:], *-force(t, y[:2], y[2:])], (0, 2), start, rtol=1e-12, atol=1e-13).y[:2, -1]
+    frame = ss.structure(np.eye(2), internal_force=force, tangent=tangent, u0=start[:2], v0=start[2:])
+    errors = [np.abs(ss.march(frame, name, h, 2.0, account=False).u[-1] - exact).max() for h in (0.02, 0.01)]
+    order = {"rk4": 4}.get(name, 2)
+    assert np.log2(errors[0] / errors[1]) >= order - 0.15
+
+
+def test_a_tangent_known_by_its_products_only() -> None:
+    scene, frame = pendulum(EA=1e4)
+    assert frame.internal is not None
+    given = frame.internal
+
+    def products(u: Any) -> Any:
+        K = given.tangent(u)
+        return LinearOperator((2, 2), matvec=lambda x: K @ x, rmatvec=lambda x: K.T @ x, dtype=float)
+
+    m = scene.parameters["m"]
+    free = ss.structure(m * np.eye(2), internal_force=given.force, tangent=products, u0=scene.u0, v0=scene.v0)
+    found, expected = (ss.march(s, "bathe", 1e-3, 0.02, account=False) for s in (free, frame))
+    assert np.abs(found.u - expected.u).max() <= 1e-11 * np.abs(expected.u).max()
+
+
+def test_modified_newton_spares_factorizations_and_line_search_saves_a_run() -> None:
+    def spring(u: Any) -> Any:
+        return 1e4 * np.arctan(5.0 * u)
+
+    made: list[Any] = []
+
+    def solver(matrix: Any) -> Any:
+        made.append(matrix)
+        return lambda b: np.linalg.solve(matrix, b)
+
+    def march(**more: Any) -> Any:
+        made.clear()
+        soft = ss.structure(
+            np.diag([1.0, 2.0]), internal_force=spring, tangent=lambda u: [[5e4 / (1 + 25 * u[0] ** 2), 1e-9],
+            [1e-9, 5e4 / (1 + 25 * u[1] ** 2)]], v0=[30.0, 10.0], solver=solver,
+        )  # fmt: skip
+        return ss.march(soft, "average_acceleration", 0.004, 0.4, account=False, **more), len(made)
+
+    (kept, few), (full, many), (searched, _) = march(), march(newton="full"), march(newton="full", line_search=True)
+    assert few < many
+    assert np.abs(kept.u - full.u).max() <= 1e-9 * np.abs(full.u).max()
+    assert np.abs(searched.u - full.u).max() <= 1e-9 * np.abs(full.u).max()
