@@ -5,6 +5,7 @@ simplified after it was built. Where an algebraic constant occurs, `constant.Pol
 """
 
 from collections.abc import Sequence
+from math import lcm
 from typing import Any
 
 from sympy import QQ, ZZ, Expr, Integer, Matrix, Poly, Symbol, factor, ring
@@ -13,6 +14,7 @@ from sympy.polys.matrices import DomainMatrix
 from sympy.polys.matrices.exceptions import DMNonInvertibleMatrixError
 
 from .constant import Constant, Polynomials
+from .expanded import coefficients, terms
 
 SingularMatrix = DMNonInvertibleMatrixError
 
@@ -21,7 +23,17 @@ def _rational(matrix: Matrix) -> DomainMatrix:
     """The matrix over the rational functions with integer coefficients, common factors cancelled."""
     symbols = sorted(matrix.free_symbols, key=str)
     domain = ZZ.frac_field(*symbols) if symbols else QQ
-    return DomainMatrix([[domain.from_sympy(e) for e in row] for row in matrix.tolist()], matrix.shape, domain)
+    return DomainMatrix([[_read(e, symbols, domain) for e in row] for row in matrix.tolist()], matrix.shape, domain)
+
+
+def _read(e: Expr, symbols: Sequence[Symbol], domain: Any) -> Any:
+    """A rational function with rational coefficients as an element of the domain of `_rational`."""
+    if not symbols or not e.is_polynomial(*symbols):
+        return domain.from_sympy(e)
+    found = terms(e, symbols)
+    den = lcm(*(int(c.denominator) for c in found.values()))
+    numerator = domain.field.ring.from_dict({powers: ZZ(int(c * den)) for powers, c in found.items()})
+    return domain.field.raw_new(numerator, domain.field.ring.ground_new(ZZ(den)))
 
 
 def _cleared(matrix: Matrix) -> DomainMatrix:
@@ -81,7 +93,8 @@ def quotient(a: Expr, b: Expr) -> Expr | None:
     if over_field := Polynomials.of([a, b]):
         return over_field.quotient(a, b)
     symbols = sorted(a.free_symbols | b.free_symbols, key=str)
-    found, rest = Poly(a, *symbols, domain=QQ).div(Poly(b, *symbols, domain=QQ))
+    above, below = (Poly.from_dict(terms(e, symbols), *symbols, domain=QQ) for e in (a, b))
+    found, rest = above.div(below)
     return found.as_expr() if rest.is_zero else None
 
 
@@ -127,7 +140,7 @@ class RationalFunctions:
 def horner(expression: Expr, variable: Symbol) -> Expr:
     """Nested form in one variable with factored coefficients: few operations, few digits lost."""
     nested: Expr = Integer(0)
-    for coefficient in Poly(expression, variable).all_coeffs():
+    for coefficient in coefficients(expression, variable):
         nested = nested * variable + factor(coefficient)
     return nested
 

@@ -9,9 +9,10 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from sympy import QQ, Expr, Poly, Symbol
+from sympy import Expr, Symbol
 
 from ..algebra.algebraic import Field
+from ..algebra.expanded import terms
 from ..algebra.rational import RationalFunctions
 from ..declare.parameter_set import ParameterSet
 from ..declare.scheme import Scheme
@@ -73,9 +74,9 @@ class Evaluation:
         numbers = [*self._numbers.values()]
         powers: list[list[Any]] = [[domain.one] for _ in (*numbers, damping)]
         found: dict[tuple[int, int], Any] = {}
-        for monomial, c in Poly(polynomial, *symbols, domain=QQ).terms():
+        for monomial, c in terms(polynomial, symbols).items():
             *own, at_Omega, at_xi = monomial
-            value = domain.convert(QQ(int(c.p), int(c.q)))
+            value = domain.convert(c)
             factors = list(zip(powers, numbers, own, strict=False))
             if damping is not None:
                 factors.append((powers[-1], damping, at_xi))

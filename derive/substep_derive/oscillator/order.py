@@ -13,12 +13,11 @@ from dataclasses import dataclass
 from itertools import chain
 from typing import Any, cast
 
-from sympy import QQ, Expr, Integer, Matrix, Poly, Rational, factor, factor_list, fraction, prod
+from sympy import QQ, Expr, Integer, Matrix, Rational, factor, factor_list, fraction, prod
 
 from ..algebra.power_series import Modal, PowerSeries, total
 from ..declare.scheme import Scheme
-from ..declare.symbols import lam, mu
-from .amplification import Affine
+from .amplification import Affine, in_lambda
 from .evaluation import Evaluation
 from .mode import exponential, logarithm
 from .start_up import start_up
@@ -109,7 +108,7 @@ class _Expansion:
 
 def _characteristic(e: _Expansion) -> list[PowerSeries]:
     """The characteristic polynomial in lambda, from the constant term up, its leading coefficient 1."""
-    p = Poly(e.evaluation.amplification.charpoly.as_expr().subs(mu, lam - 1), lam)
+    p = in_lambda(e.evaluation.amplification.charpoly)
     lead = e.polynomial(p.LC())
     return [e.over(e.polynomial(c), lead) for c in reversed(p.all_coeffs())]
 
