@@ -16,6 +16,15 @@ def terms(polynomial: Expr, symbols: Sequence[Symbol]) -> dict[Monomial, Any]:
 
     Raises SymPy's PolynomialError or CoercionFailed for anything else.
     """
+    found = expanded_terms(polynomial, symbols)
+    if found is not None:
+        return found
+    read = Poly(polynomial, *symbols, domain=QQ).terms()
+    return {powers: QQ(int(c.p), int(c.q)) for powers, c in read if c}
+
+
+def expanded_terms(polynomial: Expr, symbols: Sequence[Symbol]) -> dict[Monomial, Any] | None:
+    """The same of an expanded polynomial; None for what is not, or is no polynomial in these symbols alone."""
     place = {s: i for i, s in enumerate(symbols)}
     found: dict[Monomial, Any] = {}
     for term in Add.make_args(polynomial):
@@ -26,16 +35,11 @@ def terms(polynomial: Expr, symbols: Sequence[Symbol]) -> dict[Monomial, Any]:
                 continue
             base, power = (factor.base, factor.exp) if factor.is_Pow else (factor, 1)
             if base not in place or not (factor.is_Symbol or _is_power(factor)):
-                return _by_sympy(polynomial, symbols)
+                return None
             powers[place[base]] += int(power)
         key = tuple(powers)
         found[key] = found[key] + value if key in found else value
     return {powers: value for powers, value in found.items() if value}
-
-
-def _by_sympy(polynomial: Expr, symbols: Sequence[Symbol]) -> dict[Monomial, Any]:
-    read = Poly(polynomial, *symbols, domain=QQ).terms()
-    return {powers: QQ(int(c.p), int(c.q)) for powers, c in read if c}
 
 
 def _is_power(factor: Expr) -> bool:

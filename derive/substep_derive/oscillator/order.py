@@ -10,6 +10,7 @@ that is not zero is the order.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import chain
 from typing import Any, cast
 
@@ -66,6 +67,11 @@ class _Expansion:
         domain = evaluation.field.domain
         self.one, self.zero = domain.one, domain.zero
         self.xi = domain.convert(QQ(int(damping.p), int(damping.q)))
+
+    @cached_property
+    def modes(self) -> "_Modes":
+        """Of one step."""
+        return _Modes(self)
 
     def modal(self, alpha: Any, beta: Any) -> Modal:
         return Modal(self.zero + alpha, self.zero + beta, self.xi)
@@ -162,7 +168,7 @@ class _Modes:
 
 def _free(e: _Expansion) -> list[list[PowerSeries]]:
     """Free vibration's errors of u, v, a: drift per unit of omega*t, amplitude's deviation, conjugate's amplitude."""
-    modes, zeta = _Modes(e), e.modal(0, 1)
+    modes, zeta = e.modes, e.modal(0, 1)
     amplification = e.evaluation.amplification
     x, steps = start_up(amplification, [e.s(k) for k in range(3)], e.apply)
     own = _drift(e, modes.p)
@@ -189,7 +195,7 @@ def _free(e: _Expansion) -> list[list[PowerSeries]]:
 
 def _forced(e: _Expansion) -> list[list[PowerSeries]]:
     """Forced vibration's errors of u, v, a, relative to 1, omega, omega^2 times the static displacement."""
-    modes, kappa = _Modes(e), e.modal(KAPPA, 0)
+    modes, kappa = e.modes, e.modal(KAPPA, 0)
     at = e.exponential(kappa)
     amplification = e.evaluation.amplification
     load = [e.exponential(kappa * e.evaluation.number(tau)).shifted(2) for tau in amplification.stencil]
