@@ -187,7 +187,9 @@ def test_chart_draws_the_schemes_named(tmp_path: Path) -> None:
     assert runner.invoke(app, ["chart", "bath", "--file", str(tmp_path / "none")]).exit_code == 2
 
 
+@pytest.mark.usefixtures("uncompiled")
 def test_choose_recommends_and_draws_why(tmp_path: Path) -> None:
+    """On plain Python kernels; what compiled ones find is the same, which test_kernels and test_adaptive_sweep hold."""
     wish = ["choose", "linear_oscillator", "--omega", "6.28", "--accuracy", "1e-2", "--t-end", "2"]
     result = runner.invoke(app, [*wish, "--file", str(tmp_path / "why")])
     assert result.exit_code == 0, result.output
