@@ -13,12 +13,14 @@ from .core.schemes import Scheme, scheme, schemes
 from .ground_motion.spectrum import response_spectrum
 from .marching.run import march
 from .structures.damping import Rayleigh, rayleigh
+from .structures.modes import Modes
 from .structures.structure import Structure, structure
 from .sweeps import sweep
 
 __all__ = [
     "HalfSine",
     "Harmonic",
+    "Modes",
     "Rayleigh",
     "Record",
     "Response",
