@@ -10,7 +10,7 @@ from ..core.schemes import Scheme
 from .linear import LOADED, _pieces, _prepared
 from .oscillators import Oscillators
 
-NEAR = 1 << 16  # doubles of a block: half a megabyte stays in a core's second cache
+NEAR = 1 << 17  # doubles of a block: a megabyte stays in a core's second cache
 
 
 def histories(

@@ -60,8 +60,7 @@ def static_response(structure: Structure, loads: Array, rigid: Array) -> Array:
     inertia = structure.M @ rigid
     loads = loads - inertia @ (rigid.T @ loads)
     # supports that carry nothing, since the loads are in equilibrium: as many as rigid modes, where these differ most
-    _, pivots = linalg.qr(rigid.T, mode="r", pivoting=True)
-    held = pivots[: rigid.shape[1]]
+    held = linalg.qr(rigid.T, mode="r", pivoting=True)[-1][: rigid.shape[1]]
     free = np.setdiff1d(np.arange(structure.size), held)
     u = np.zeros_like(loads)
     try:
