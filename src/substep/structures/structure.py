@@ -16,6 +16,7 @@ from .matrices import Matrix, checked, combination, reduced, vector
 from .solvers import SingularMatrix, Solver, factorize
 
 if TYPE_CHECKING:
+    from .critical import CriticalStep
     from .modes import Modes
 
 Dof = int | str
@@ -156,6 +157,12 @@ class Structure:
         from .modes import modes_of  # noqa: PLC0415
 
         return modes_of(self, n)
+
+    def critical_step(self, scheme: Any, *, bound: bool = False) -> "CriticalStep":
+        """The largest step with which a scheme is stable on it; see `substep.structures.critical.critical_step`."""
+        from .critical import critical_step  # noqa: PLC0415
+
+        return critical_step(self, scheme, bound=bound)
 
     def march(self, scheme: Any, *, dt: float | None, t_end: float, **options: Any) -> Any:
         """See `substep.march`, which calls it."""
