@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,6 +15,10 @@ from .damping import Rayleigh
 from .internal_force import InternalForce
 from .matrices import Matrix, checked, combination, reduced, vector
 from .solvers import SingularMatrix, Solver, factorize
+
+if TYPE_CHECKING:
+    from .critical import CriticalStep
+    from .modes import Modes
 
 Dof = int | str
 
@@ -136,6 +140,12 @@ class Structure:
         """
         if not isinstance(record, Record):
             raise ValueError(f"expected the ground acceleration as ss.Record(dt, values), got {type(record).__name__}")
+        iota = self.influence_of(direction)
+        shape = -(self.T.T @ (self.full_mass @ iota))
+        return replace(self, loads=(*self.loads, (shape, record)), influence=iota, ground=record)
+
+    def influence_of(self, direction: ArrayLike) -> Array:
+        """iota (N,) of a direction as `ground_motion` takes it, and raising what it does."""
         N = self.T.shape[0]
         given = np.asarray(direction)
         if given.dtype.kind in "US" or (given.dtype.kind in "iu" and given.shape != (N,)):
@@ -143,8 +153,23 @@ class Structure:
             iota[[self.place(x) for x in np.atleast_1d(given).tolist()]] = 1.0
         else:
             iota = vector("direction", direction, N)
-        shape = -(self.T.T @ (self.full_mass @ iota))
-        return replace(self, loads=(*self.loads, (shape, record)), influence=iota, ground=record)
+        return iota
+
+    def modes(self, n: int) -> "Modes":
+        """The n lowest natural modes, undamped, with the damping of each; see `substep.structures.modes.Modes`.
+
+        Raises ValueError for more modes than degrees of freedom with mass, and for M or K that is not symmetric or not
+        positive semidefinite.
+        """
+        from .modes import modes_of  # noqa: PLC0415
+
+        return modes_of(self, n)
+
+    def critical_step(self, scheme: Any, *, bound: bool = False) -> "CriticalStep":
+        """The largest step with which a scheme is stable on it; see `substep.structures.critical.critical_step`."""
+        from .critical import critical_step  # noqa: PLC0415
+
+        return critical_step(self, scheme, bound=bound)
 
     def march(self, scheme: Any, *, dt: float | None, t_end: float, **options: Any) -> Any:
         """See `substep.march`, which calls it."""
