@@ -66,8 +66,8 @@ def _lane(h, EA, L, m, state, bound, first, n, stride, out):
     v_0_y = state[1, 1]
     a_0_x = state[2, 0]
     a_0_y = state[2, 1]
-    c0 = (1.587224927722243)*h
-    c1 = (1.2596414855914397)*h**2
+    c0 = (1.2596414855914397)*h**2
+    c1 = (1.587224927722243)*h
     c2 = (0.7936124638611215)*h
     c3 = (1.5870488230175044)*h**2
     c4 = (1.9997780973551225)*h
@@ -91,8 +91,8 @@ def _lane(h, EA, L, m, state, bound, first, n, stride, out):
     c22 = (1/8)*EA/L**3
     status, done, peak = COMPLETED, n, -np.inf
     for i in range(first, n):
-        u_p_x = a_0_x*c1 + c0*v_0_x + u_0_x
-        u_p_y = a_0_y*c1 + c0*v_0_y + u_0_y
+        u_p_x = a_0_x*c0 + c1*v_0_x + u_0_x
+        u_p_y = a_0_y*c0 + c1*v_0_y + u_0_y
         x0 = c7*(-c6 + u_p_x**2 + u_p_y**2)
         residual_0 = u_p_x*x0
         residual_1 = u_p_y*x0
@@ -109,8 +109,8 @@ def _lane(h, EA, L, m, state, bound, first, n, stride, out):
         a_q_y = -c8*residual_1
         v_q_x = -a_p_x*c9 - a_q_x*c9 + v_p_x
         v_q_y = -a_p_y*c9 - a_q_y*c9 + v_p_y
-        u_r_x = -a_p_x*c3 - a_q_x*c10 + c0*v_p_x + u_q_x
-        u_r_y = -a_p_y*c3 - a_q_y*c10 + c0*v_p_y + u_q_y
+        u_r_x = -a_p_x*c3 - a_q_x*c10 + c1*v_p_x + u_q_x
+        u_r_y = -a_p_y*c3 - a_q_y*c10 + c1*v_p_y + u_q_y
         x0 = c7*(-c6 + u_r_x**2 + u_r_y**2)
         residual_0 = u_r_x*x0
         residual_1 = u_r_y*x0
@@ -145,8 +145,8 @@ def _lane(h, EA, L, m, state, bound, first, n, stride, out):
         a_u_y = -c8*residual_1
         v_u_x = -a_t_x*c14 - a_u_x*c14 + v_t_x
         v_u_y = -a_t_y*c14 - a_u_y*c14 + v_t_y
-        u_v_x = -a_t_x*c11 - a_u_x*c20 + c0*v_t_x + u_u_x
-        u_v_y = -a_t_y*c11 - a_u_y*c20 + c0*v_t_y + u_u_y
+        u_v_x = -a_t_x*c11 - a_u_x*c20 + c1*v_t_x + u_u_x
+        u_v_y = -a_t_y*c11 - a_u_y*c20 + c1*v_t_y + u_u_y
         x0 = c7*(-c6 + u_v_x**2 + u_v_y**2)
         residual_0 = u_v_x*x0
         residual_1 = u_v_y*x0
@@ -161,8 +161,8 @@ def _lane(h, EA, L, m, state, bound, first, n, stride, out):
         residual_1 = u_w_y*x0
         a_w_x = -c8*residual_0
         a_w_y = -c8*residual_1
-        u_1_x = -a_v_x*c3 - a_w_x*c10 + c0*v_v_x + u_w_x
-        u_1_y = -a_v_y*c3 - a_w_y*c10 + c0*v_v_y + u_w_y
+        u_1_x = -a_v_x*c3 - a_w_x*c10 + c1*v_v_x + u_w_x
+        u_1_y = -a_v_y*c3 - a_w_y*c10 + c1*v_v_y + u_w_y
         v_w_x = -a_v_x*c9 - a_w_x*c9 + v_v_x
         v_w_y = -a_v_y*c9 - a_w_y*c9 + v_v_y
         x0 = c7*(-c6 + u_1_x**2 + u_1_y**2)
@@ -266,8 +266,8 @@ def _block(lane0, lane1, h, EA, L, m, state, bound, first, n, stride, out, peak,
         a_0_y[j] = state[lane, 2, 1]
         peak_[j] = -np.inf
     for j in range(begin, end):
-        c0[j] = (1.587224927722243)*h_[j]
-        c1[j] = (1.2596414855914397)*h_[j]**2
+        c0[j] = (1.2596414855914397)*h_[j]**2
+        c1[j] = (1.587224927722243)*h_[j]
         c2[j] = (0.7936124638611215)*h_[j]
         c3[j] = (1.5870488230175044)*h_[j]**2
         c4[j] = (1.9997780973551225)*h_[j]
@@ -303,8 +303,8 @@ def _block(lane0, lane1, h, EA, L, m, state, bound, first, n, stride, out, peak,
                     ends = min(ends, n[lane])
         stopped = 0
         for j in range(begin, end):
-            u_p_x = a_0_x[j]*c1[j] + c0[j]*v_0_x[j] + u_0_x[j]
-            u_p_y = a_0_y[j]*c1[j] + c0[j]*v_0_y[j] + u_0_y[j]
+            u_p_x = a_0_x[j]*c0[j] + c1[j]*v_0_x[j] + u_0_x[j]
+            u_p_y = a_0_y[j]*c0[j] + c1[j]*v_0_y[j] + u_0_y[j]
             x0 = c7[j]*(-c6[j] + u_p_x**2 + u_p_y**2)
             residual_0 = u_p_x*x0
             residual_1 = u_p_y*x0
@@ -321,8 +321,8 @@ def _block(lane0, lane1, h, EA, L, m, state, bound, first, n, stride, out, peak,
             a_q_y = -c8[j]*residual_1
             v_q_x = -a_p_x*c9[j] - a_q_x*c9[j] + v_p_x
             v_q_y = -a_p_y*c9[j] - a_q_y*c9[j] + v_p_y
-            u_r_x = -a_p_x*c3[j] - a_q_x*c10[j] + c0[j]*v_p_x + u_q_x
-            u_r_y = -a_p_y*c3[j] - a_q_y*c10[j] + c0[j]*v_p_y + u_q_y
+            u_r_x = -a_p_x*c3[j] - a_q_x*c10[j] + c1[j]*v_p_x + u_q_x
+            u_r_y = -a_p_y*c3[j] - a_q_y*c10[j] + c1[j]*v_p_y + u_q_y
             x0 = c7[j]*(-c6[j] + u_r_x**2 + u_r_y**2)
             residual_0 = u_r_x*x0
             residual_1 = u_r_y*x0
@@ -357,8 +357,8 @@ def _block(lane0, lane1, h, EA, L, m, state, bound, first, n, stride, out, peak,
             a_u_y = -c8[j]*residual_1
             v_u_x = -a_t_x*c14[j] - a_u_x*c14[j] + v_t_x
             v_u_y = -a_t_y*c14[j] - a_u_y*c14[j] + v_t_y
-            u_v_x = -a_t_x*c11[j] - a_u_x*c20[j] + c0[j]*v_t_x + u_u_x
-            u_v_y = -a_t_y*c11[j] - a_u_y*c20[j] + c0[j]*v_t_y + u_u_y
+            u_v_x = -a_t_x*c11[j] - a_u_x*c20[j] + c1[j]*v_t_x + u_u_x
+            u_v_y = -a_t_y*c11[j] - a_u_y*c20[j] + c1[j]*v_t_y + u_u_y
             x0 = c7[j]*(-c6[j] + u_v_x**2 + u_v_y**2)
             residual_0 = u_v_x*x0
             residual_1 = u_v_y*x0
@@ -373,8 +373,8 @@ def _block(lane0, lane1, h, EA, L, m, state, bound, first, n, stride, out, peak,
             residual_1 = u_w_y*x0
             a_w_x = -c8[j]*residual_0
             a_w_y = -c8[j]*residual_1
-            u_1_x = -a_v_x*c3[j] - a_w_x*c10[j] + c0[j]*v_v_x + u_w_x
-            u_1_y = -a_v_y*c3[j] - a_w_y*c10[j] + c0[j]*v_v_y + u_w_y
+            u_1_x = -a_v_x*c3[j] - a_w_x*c10[j] + c1[j]*v_v_x + u_w_x
+            u_1_y = -a_v_y*c3[j] - a_w_y*c10[j] + c1[j]*v_v_y + u_w_y
             v_w_x = -a_v_x*c9[j] - a_w_x*c9[j] + v_v_x
             v_w_y = -a_v_y*c9[j] - a_w_y*c9[j] + v_v_y
             x0 = c7[j]*(-c6[j] + u_1_x**2 + u_1_y**2)

@@ -6,6 +6,7 @@ are 0.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
+from fractions import Fraction
 from functools import cache
 from typing import Any
 
@@ -222,8 +223,11 @@ def _near(field: Field, number: Any) -> Rational:
     parts = field.parts(number)
     if len(parts) == 1:
         return Rational(int(parts[0].numerator), int(parts[0].denominator))
-    middle = field.near(number, DIGITS)
-    scale = Integer(2) ** (128 + middle.denominator.bit_length() - abs(middle.numerator).bit_length())
+    middle = field.near(number, DIGITS**2)  # so near that the rounding below does not depend on the enclosure
+    power = abs(middle.numerator).bit_length() - middle.denominator.bit_length()
+    if abs(middle) < Fraction(2) ** power:  # now 2**power <= |middle| < 2**(power + 1), whatever the enclosure was
+        power -= 1
+    scale = Integer(2) ** (121 - power)
     return Rational(round(Rational(middle.numerator, middle.denominator) * scale), scale)
 
 
