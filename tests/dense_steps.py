@@ -22,14 +22,16 @@ class LinearMarcher(Marcher):
         loads = [self.value([(term[0], self.eye, [])], {}, t) for term in self.loads]
         given = np.concatenate([*(state[s] for s in self.state), np.zeros(len(self.forces) * d), *loads])
         m = len(self.unknowns) * d
-        matrix, right = np.eye(m), self.known @ given
+        matrix, right, units = np.eye(m), self.known(given), np.eye(len(given))
+        known = self.known(units)
         for k, ((atom, _, _), (by_new, by_given)) in enumerate(zip(self.forces, self.where, strict=True)):
-            by_force = self.known[:, self.of_force.start + k * d :][:, :d]
+            by_force = known[:, self.of_force.start + k * d :][:, :d]
             share = 1.0 if isinstance(atom, N) else 0.5  # the discrete gradient is the force at the midpoint
-            for row in range(len(by_new) // d):
+            where = by_new(np.eye(m)), by_given(units)
+            for row in range(0, len(where[0]), d):
                 part = share * by_force @ K
-                matrix = matrix - part @ by_new[row * d : row * d + d]
-                right = right + part @ by_given[row * d : row * d + d] @ given
+                matrix = matrix - part @ where[0][row : row + d]
+                right = right + part @ where[1][row : row + d] @ given
         found = np.linalg.solve(matrix, right).reshape(-1, d)
         return {**state, **dict(zip(self.unknowns, found, strict=True))}
 
