@@ -5,6 +5,7 @@ simplified after it was built. Where an algebraic constant occurs, `constant.Pol
 """
 
 from collections.abc import Sequence
+from functools import lru_cache
 from math import lcm
 from typing import Any
 
@@ -63,6 +64,19 @@ def solve(matrix: Matrix, right: Matrix) -> tuple[Matrix, Expr]:
     (*rows, [den]) = [[over_ZZ.convert(e.mul_ground(scale), domain) for e in row] for row in (*found, [den])]
     numerators, den = DomainMatrix(rows, (len(rows), right.cols), over_ZZ).cancel_denom(den)
     return numerators.to_Matrix(), over_ZZ.to_sympy(den)
+
+
+def cancelled(numerators: Matrix, den: Expr) -> tuple[Matrix, Expr]:
+    """(numerators, den) of a matrix numerators/den, common factors cancelled."""
+    if not numerators.rows:
+        return numerators, Integer(1)
+    if over_field := Polynomials.of([*numerators, den]):
+        return over_field.cancelled(numerators, den)
+    both = _cleared(Matrix([[*numerators, den]]))
+    ((*entries, below),) = both.to_list()
+    rows = [entries[i * numerators.cols : (i + 1) * numerators.cols] for i in range(numerators.rows)]
+    found, below = DomainMatrix(rows, numerators.shape, both.domain).cancel_denom(below)
+    return found.to_Matrix(), both.domain.to_sympy(below)
 
 
 def common_denominator(matrix: Matrix) -> tuple[Matrix, Expr]:
@@ -147,6 +161,7 @@ class RationalFunctions:
         return numerator / den
 
 
+@lru_cache(maxsize=512)  # docstrings and functions of a module show the same entries
 def horner(expression: Expr, variable: Symbol) -> Expr:
     """Nested form in one variable with factored coefficients: few operations, few digits lost."""
     nested: Expr = Integer(0)
