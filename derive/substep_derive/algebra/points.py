@@ -100,7 +100,6 @@ class RootPoint:
         self._modulus = shared if vanishes else self._modulus.exquo(shared)
         return vanishes
 
-
     def _by_norm(self, number: Any) -> bool | None:
         """The same from the norm, the product of the number's conjugates; None for a multiple root of the norm.
 

@@ -161,12 +161,27 @@ class RationalFunctions:
         return numerator / den
 
 
+def factored(polynomial: Expr) -> Expr:
+    """The polynomial in factors; a single term is left as it is."""
+    return factor(polynomial) if polynomial.is_Add else polynomial
+
+
+def slopes(expressions: Sequence[Expr], symbols: Sequence[Symbol]) -> Matrix:
+    """The matrix of the derivatives of expressions by symbols, most of which do not occur in most of them."""
+    held = [e.free_symbols for e in expressions]
+    return Matrix(
+        len(expressions),
+        len(symbols),
+        lambda i, j: expressions[i].diff(symbols[j]) if symbols[j] in held[i] else Integer(0),
+    )
+
+
 @lru_cache(maxsize=512)  # docstrings and functions of a module show the same entries
 def horner(expression: Expr, variable: Symbol) -> Expr:
     """Nested form in one variable with factored coefficients: few operations, few digits lost."""
     nested: Expr = Integer(0)
     for coefficient in coefficients(expression, variable):
-        nested = nested * variable + factor(coefficient)
+        nested = nested * variable + factored(coefficient)
     return nested
 
 

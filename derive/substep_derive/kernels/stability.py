@@ -6,6 +6,7 @@ from sympy import Add, Expr, Integer, Poly, Symbol, expand, factor, horner
 
 from ..algebra.constant import approximated, constants_of
 from ..algebra.expanded import coefficients
+from ..algebra.rational import factored
 from ..declare.scheme import Scheme
 from ..declare.symbols import Omega, xi
 from ..oscillator.amplification import Amplification
@@ -97,16 +98,16 @@ def _inlined(name: str, arguments: tuple[Symbol, ...], outputs: dict[str, Expr],
     if constants_of(outputs.values()):  # numbers without common factors
         return Kernel(name, arguments, tuple((key, nested(e, arguments[0])) for key, e in outputs.items()), doc, ())
     first = arguments[0]
-    degree = {
-        v: max(len(coefficients(e, v)) - 1 for e in outputs.values()) for v in arguments if v not in (first, xi)
-    }
+    degree = {v: max(len(coefficients(e, v)) - 1 for e in outputs.values()) for v in arguments if v not in (first, xi)}
     order = [xi, *sorted(degree, key=lambda v: (degree[v], v.name))]
     alone: dict[Expr, Symbol] = {}
     found: list[tuple[str, Expr]] = []
     for key, output in outputs.items():
         total: Expr = Integer(0)
         for coefficient in coefficients(output, first):
-            sums = factor(coefficient).replace(lambda e: isinstance(e, Add), lambda e: _nested(expand(e), order, alone))
+            sums = factored(coefficient).replace(
+                lambda e: isinstance(e, Add), lambda e: _nested(expand(e), order, alone)
+            )
             total = total * first + sums
         found.append((key, total))
     return Kernel(name, arguments, tuple(found), doc, tuple((r.name, e) for e, r in alone.items()))

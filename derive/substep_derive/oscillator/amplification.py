@@ -38,10 +38,10 @@ def coefficients(expressions: Sequence[Expr], columns: Sequence[Symbol], stencil
     Raises ValueError with the part that is not linear.
     """
     loads = {f(tau): Dummy(f"f_{k}") for k, tau in enumerate(stencil)}
-    everything = Matrix([*columns, *loads.values()])
+    everything = [*columns, *loads.values()]
     system = Matrix([on_oscillator(e).subs(loads) for e in expressions])
-    matrix = system.jacobian(everything)
-    rest = (e.expand() for e in system - matrix * everything)
+    matrix = rational.slopes([*system], everything)
+    rest = (e.expand() for e in system - matrix * Matrix(everything))
     if wrong := [e for e in (cancel(e) for e in rest if e != 0) if e != 0]:
         raise ValueError(str(wrong[0]))
     return matrix
@@ -107,9 +107,7 @@ class Affine:
     den: Expr
 
     @classmethod
-    def of(
-        cls, rows: Matrix, columns: int, positive_at: Mapping[Symbol, Expr], over: Expr | None = None
-    ) -> "Affine":
+    def of(cls, rows: Matrix, columns: int, positive_at: Mapping[Symbol, Expr], over: Expr | None = None) -> "Affine":
         """From a matrix whose first `columns` columns belong to x; den is made positive at these values.
 
         over: the denominator of all entries, which are then numerators.
