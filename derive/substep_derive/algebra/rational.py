@@ -1,4 +1,4 @@
-"""Exact linear algebra over rational functions: with `constant` the only file that touches sympy.polys, and cse.
+"""Exact linear algebra over rational functions: with `elimination` the only file that touches sympy.polys, and cse.
 
 Everything is kept as polynomial numerators over one common denominator, so that nothing has to be
 simplified after it was built. Where an algebraic constant occurs, `constant.Polynomials` does the same over its field.
