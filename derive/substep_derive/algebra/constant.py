@@ -14,6 +14,7 @@ from sympy import QQ, Add, Expr, Integer, Matrix, Mul, Poly, Rational, Symbol, f
 
 from . import elimination
 from .algebraic import Algebraic, Field, generator
+from .expanded import terms
 
 DIGITS = 2**120  # an approximation's relative error is below 1/DIGITS: a pair of doubles holds 2^106
 
@@ -99,8 +100,8 @@ class Polynomials:
     def read(self, e: Expr) -> Any:
         """An expression that is a polynomial."""
         found: dict[tuple[int, ...], dict[int, Any]] = {}
-        for (*powers, k), c in Poly(e, *self.symbols, self.constant, domain=QQ).terms():
-            found.setdefault(tuple(powers), {})[k] = QQ(int(c.p), int(c.q))
+        for (*powers, k), c in terms(e, (*self.symbols, self.constant)).items():
+            found.setdefault(tuple(powers), {})[k] = c
         K = self.field.domain
         element = {  # times 1, since only a product is reduced by the constant's equation
             powers: K([by_power.get(k, QQ(0)) for k in range(max(by_power), -1, -1)]) * K.one
@@ -161,6 +162,12 @@ class Polynomials:
         inverse = self.field.domain.one / den.exquo(common).LC
         entries = [self.expression(e.exquo(common).mul_ground(inverse)) for row in rows for e in row]
         return Matrix(len(rows), columns, entries), self.expression(den.exquo(common).mul_ground(inverse))
+
+    def cancelled(self, numerators: Matrix, den: Expr) -> tuple[Matrix, Expr]:
+        """As `rational.cancelled`."""
+        (*entries, below) = self.cleared(Matrix([[*numerators, den]]))[0]
+        n = numerators.cols
+        return self._reduced([entries[i : i + n] for i in range(0, len(entries), n)], n, below)
 
     def common_denominator(self, matrix: Matrix) -> tuple[Matrix, Expr]:
         """As `rational.common_denominator`."""

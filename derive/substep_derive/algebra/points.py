@@ -115,8 +115,10 @@ class RootPoint:
         others = (factor for factor, _ in factors if factor.all_coeffs() != own)
         separate([alone, *(root for factor in others for root in real_roots(factor))])
         x = number.ring.gens[0]
-        ends = (self.field.sign(number.evaluate(x, self.field.domain.convert(end))) for end in (alone.low, alone.high))
-        return sign_of(next(ends) * next(ends)) < 0
+        low, high = (
+            self.field.sign(number.evaluate(x, self.field.domain.convert(end))) for end in (alone.low, alone.high)
+        )
+        return low * high < 0
 
 
 @lru_cache(maxsize=64)  # all roots of one polynomial ask for the same

@@ -1,10 +1,11 @@
-"""Exact linear algebra over rational functions: with `constant` the only file that touches sympy.polys, and cse.
+"""Exact linear algebra over rational functions: with `elimination` the only file that touches sympy.polys, and cse.
 
 Everything is kept as polynomial numerators over one common denominator, so that nothing has to be
 simplified after it was built. Where an algebraic constant occurs, `constant.Polynomials` does the same over its field.
 """
 
 from collections.abc import Sequence
+from functools import lru_cache
 from math import lcm
 from typing import Any
 
@@ -63,6 +64,19 @@ def solve(matrix: Matrix, right: Matrix) -> tuple[Matrix, Expr]:
     (*rows, [den]) = [[over_ZZ.convert(e.mul_ground(scale), domain) for e in row] for row in (*found, [den])]
     numerators, den = DomainMatrix(rows, (len(rows), right.cols), over_ZZ).cancel_denom(den)
     return numerators.to_Matrix(), over_ZZ.to_sympy(den)
+
+
+def cancelled(numerators: Matrix, den: Expr) -> tuple[Matrix, Expr]:
+    """(numerators, den) of a matrix numerators/den, common factors cancelled."""
+    if not numerators.rows:
+        return numerators, Integer(1)
+    if over_field := Polynomials.of([*numerators, den]):
+        return over_field.cancelled(numerators, den)
+    both = _cleared(Matrix([[*numerators, den]]))
+    ((*entries, below),) = both.to_list()
+    rows = [entries[i * numerators.cols : (i + 1) * numerators.cols] for i in range(numerators.rows)]
+    found, below = DomainMatrix(rows, numerators.shape, both.domain).cancel_denom(below)
+    return found.to_Matrix(), both.domain.to_sympy(below)
 
 
 def common_denominator(matrix: Matrix) -> tuple[Matrix, Expr]:
@@ -147,11 +161,27 @@ class RationalFunctions:
         return numerator / den
 
 
+def factored(polynomial: Expr) -> Expr:
+    """The polynomial in factors; a single term is left as it is."""
+    return factor(polynomial) if polynomial.is_Add else polynomial
+
+
+def slopes(expressions: Sequence[Expr], symbols: Sequence[Symbol]) -> Matrix:
+    """The matrix of the derivatives of expressions by symbols, most of which do not occur in most of them."""
+    held = [e.free_symbols for e in expressions]
+    return Matrix(
+        len(expressions),
+        len(symbols),
+        lambda i, j: expressions[i].diff(symbols[j]) if symbols[j] in held[i] else Integer(0),
+    )
+
+
+@lru_cache(maxsize=512)  # docstrings and functions of a module show the same entries
 def horner(expression: Expr, variable: Symbol) -> Expr:
     """Nested form in one variable with factored coefficients: few operations, few digits lost."""
     nested: Expr = Integer(0)
     for coefficient in coefficients(expression, variable):
-        nested = nested * variable + factor(coefficient)
+        nested = nested * variable + factored(coefficient)
     return nested
 
 

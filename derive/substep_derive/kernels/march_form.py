@@ -43,14 +43,14 @@ class MarchForm:
             return cls(a, everything, False, a.stencil, a.step, a.outputs, a.in_state)
         without = Matrix([[1, 0], [0, 1], [-(Omega**2), -2 * _damping(a.scheme) * Omega]])
         at_zero: dict[Symbol, Expr] = a.scheme.typical | {Omega: Integer(0)}
-        rows = (a.step.N * without).row_join(a.step.N[:, 2]).row_join(a.step.load_N) / a.step.den
+        rows = (a.step.N * without).row_join(a.step.N[:, 2]).row_join(a.step.load_N)
         return cls(
             a,
             (0, 1),
             True,
             (Integer(0), *a.stencil),
-            Affine.of(rows[:2, :], 2, at_zero),
-            Affine.of(rows[2:, :], 2, at_zero),
+            Affine.of(rows[:2, :], 2, at_zero, a.step.den),
+            Affine.of(rows[2:, :], 2, at_zero, a.step.den),
             (0, 1, -1),
         )
 

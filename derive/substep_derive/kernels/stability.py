@@ -6,6 +6,7 @@ from sympy import Add, Expr, Integer, Poly, Symbol, expand, factor, horner
 
 from ..algebra.constant import approximated, constants_of
 from ..algebra.expanded import coefficients
+from ..algebra.rational import factored
 from ..declare.scheme import Scheme
 from ..declare.symbols import Omega, xi
 from ..oscillator.amplification import Amplification
@@ -104,7 +105,9 @@ def _inlined(name: str, arguments: tuple[Symbol, ...], outputs: dict[str, Expr],
     for key, output in outputs.items():
         total: Expr = Integer(0)
         for coefficient in coefficients(output, first):
-            sums = factor(coefficient).replace(lambda e: isinstance(e, Add), lambda e: _nested(expand(e), order, alone))
+            sums = factored(coefficient).replace(
+                lambda e: isinstance(e, Add), lambda e: _nested(expand(e), order, alone)
+            )
             total = total * first + sums
         found.append((key, total))
     return Kernel(name, arguments, tuple(found), doc, tuple((r.name, e) for e, r in alone.items()))

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from functools import cache
 from types import MappingProxyType
 
-from sympy import Expr, Matrix, Symbol, cancel, factor
+from sympy import Expr, Symbol, cancel, factor
 
 from ..algebra import rational
 from ..algebra.constant import constant_of
@@ -60,10 +60,10 @@ def _affine(
 ) -> Mapping[Symbol, Expr]:
     if not unknowns:
         return {}
-    equations = Matrix([symbol - expression for symbol, expression in relations])
-    matrix = equations.jacobian(Matrix(unknowns))
-    others = sorted((s for s in equations.free_symbols - set(unknowns) if knot_of(s)), key=str)
-    known = equations.jacobian(Matrix(others))
+    equations = [symbol - expression for symbol, expression in relations]
+    symbols = {s for e in equations for s in e.free_symbols}
+    others = sorted((s for s in symbols - set(unknowns) if knot_of(s)), key=str)
+    matrix, known = rational.slopes(equations, unknowns), rational.slopes(equations, others)
     try:
         numerators, den = rational.solve(matrix, -known)
     except rational.SingularMatrix as error:

@@ -34,6 +34,9 @@ class Error:
     coefficient: Any
 
 
+Errors = list[list[tuple[int, Error]]]  # for u, v, a: (order, error)
+
+
 @dataclass(frozen=True)
 class NonlinearOrder:
     """Orders of (u, v, a) at a fixed time, from consistent u_0, v_0, a_0, on smooth equations per unit mass.
@@ -57,15 +60,25 @@ def nonlinear_order(evaluation: Evaluation, highest_weight: int = HIGHEST_WEIGHT
     Raises InconsistentScheme for a step whose matrix as h -> 0 does not have the eigenvalue 1 exactly twice.
     """
     step = StepSeries(evaluation)
-    kinds = ((False, False), (True, False), (False, True), (True, True))
-    found = [_order(step, trees(*kind, step.reads_tangent), highest_weight) for kind in kinds]
-    return NonlinearOrder(*(order for order, _ in found), found[-1][1])
+    seen: dict[int, Errors] = {}  # by weight, in all trees: those without damping or load are the same without it
+    uva, errors = _order(step, (True, True), highest_weight, seen)
+    found = [_order(step, kind, highest_weight, seen)[0] for kind in ((False, False), (True, False), (False, True))]
+    return NonlinearOrder(*found, uva, errors)
 
 
-def _order(step: StepSeries, of: Trees, highest: int) -> tuple[Triple, tuple[Error, ...]]:
-    errors: list[list[tuple[int, Error]]] = [[], [], []]
+def _order(
+    step: StepSeries, kind: tuple[bool, bool], highest: int, seen: dict[int, Errors]
+) -> tuple[Triple, tuple[Error, ...]]:
+    """Orders, and a tree that is wrong for each; kind: whether there is damping, and whether there is a load."""
+    errors: Errors = [[], [], []]
     for weight in range(3, highest + 1):
-        errors = _errors(step, of, weight)
+        if weight in seen:
+            absent = [mark for mark, there in zip("Cf", kind, strict=True) if not there]
+            errors = [[pair for pair in own if not any(x in pair[1].tree for x in absent)] for own in seen[weight]]
+        else:
+            errors = _errors(step, trees(*kind, step.reads_tangent), weight)
+        if kind == (True, True):
+            seen[weight] = errors
         lasting = min((order for own in errors for order, e in own if e.growth), default=weight)
         if lasting <= weight - 2:
             break
@@ -78,12 +91,12 @@ def _order(step: StepSeries, of: Trees, highest: int) -> tuple[Triple, tuple[Err
     return tuple(orders), tuple(trees_wrong)  # type: ignore[return-value]
 
 
-def _errors(step: StepSeries, of: Trees, weight: int) -> list[list[tuple[int, Error]]]:
+def _errors(step: StepSeries, of: Trees, weight: int) -> Errors:
     """For u, v, a: (order, error) of each tree up to this weight that is wrong."""
     of.grow(weight)
     filtered = _filtered(step, of, weight)
     truth = exact(of, step.one, weight)
-    found: list[list[tuple[int, Error]]] = [[], [], []]
+    found: Errors = [[], [], []]
     for k, quantity in enumerate("uva"):
         for w in range(weight + 1):
             samples = [sample[k][w] for sample in filtered]

@@ -38,11 +38,12 @@ def coefficients(expressions: Sequence[Expr], columns: Sequence[Symbol], stencil
     Raises ValueError with the part that is not linear.
     """
     loads = {f(tau): Dummy(f"f_{k}") for k, tau in enumerate(stencil)}
-    everything = Matrix([*columns, *loads.values()])
+    everything = [*columns, *loads.values()]
     system = Matrix([on_oscillator(e).subs(loads) for e in expressions])
-    matrix = system.jacobian(everything)
-    if rest := [e for e in (system - matrix * everything).applyfunc(cancel) if e != 0]:
-        raise ValueError(str(rest[0]))
+    matrix = rational.slopes([*system], everything)
+    rest = (e.expand() for e in system - matrix * Matrix(everything))
+    if wrong := [e for e in (cancel(e) for e in rest if e != 0) if e != 0]:
+        raise ValueError(str(wrong[0]))
     return matrix
 
 
@@ -106,9 +107,12 @@ class Affine:
     den: Expr
 
     @classmethod
-    def of(cls, rows: Matrix, columns: int, positive_at: Mapping[Symbol, Expr]) -> "Affine":
-        """From a matrix whose first `columns` columns belong to x; den is made positive at these values."""
-        numerators, den = rational.common_denominator(rows)
+    def of(cls, rows: Matrix, columns: int, positive_at: Mapping[Symbol, Expr], over: Expr | None = None) -> "Affine":
+        """From a matrix whose first `columns` columns belong to x; den is made positive at these values.
+
+        over: the denominator of all entries, which are then numerators.
+        """
+        numerators, den = rational.common_denominator(rows) if over is None else rational.cancelled(rows, over)
         if den.subs(positive_at) < 0:
             numerators, den = -numerators, -den
         return cls(numerators[:, :columns], numerators[:, columns:], den)
@@ -151,9 +155,9 @@ class Amplification:
                 f"{scheme.name}: the relations and balances are dependent, so that "
                 f"{', '.join(map(str, pencil.unknowns))} are not determined; check each for a copy of another"
             ) from error
-        rows = {symbol: solution[i, :] / den for i, symbol in enumerate(pencil.unknowns)}
+        rows = {symbol: solution[i, :] for i, symbol in enumerate(pencil.unknowns)}
         for j, symbol in enumerate(pencil.state):
-            rows.setdefault(symbol, eye(solution.cols)[j, :])
+            rows.setdefault(symbol, den * eye(solution.cols)[j, :])
         after = [successor(s) for s in pencil.state]
         reports = reported(scheme)
         read = sorted({s for e in reports for s in e.free_symbols if knot_of(s)}, key=str)
@@ -165,15 +169,15 @@ class Amplification:
         in_state = tuple(after.index(e) if e in after else -1 for e in reports)
         derived = [e for e, place in zip(reports, in_state, strict=True) if place < 0]
         load = zeros(len(pencil.stencil), m).row_join(eye(len(pencil.stencil)))
-        known = Matrix.vstack(*(rows[s] for s in rows), load)
+        known = Matrix.vstack(*(rows[s] for s in rows), den * load)
         outputs = coefficients(derived, list(rows), pencil.stencil) * known if derived else zeros(0, known.cols)
         charpoly = rational.primitive(pencil.characteristic, lam).shift(1).replace(lam, mu)
         start, start_stencil = _start(scheme, pencil.state, at_zero)
         return cls(
             scheme,
             pencil.stencil,
-            Affine.of(Matrix.vstack(*(rows[s] for s in after)), m, at_zero),
-            Affine.of(outputs, m, at_zero),
+            Affine.of(Matrix.vstack(*(rows[s] for s in after)), m, at_zero, den),
+            Affine.of(outputs, m, at_zero, den),
             cast(tuple[int, int, int], in_state),
             start,
             start_stencil,
