@@ -94,6 +94,16 @@ def uncompiled(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 
 @pytest.fixture
+def plain_functions(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Functions of committed modules, such as a scheme's amplification matrix, as plain Python."""
+    from plain_kernels import committed
+
+    from substep.core import kernel_modules
+
+    monkeypatch.setattr(kernel_modules, "committed", committed)
+
+
+@pytest.fixture
 def plain_pairs(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """Pairs of a declared scheme and any scene as plain Python functions."""
     from declared import BY_NAME

@@ -77,6 +77,12 @@ def plain_adaptive(scheme: Any, scene: Any, terms: Any, order: int) -> SimpleNam
     return uncompiled(printed(lambda: adaptive_pair(mine, on, terms, order), *digests))
 
 
+@cache
+def committed(name: str) -> SimpleNamespace:
+    """A committed module with its kernels as Python functions: for `kernel_modules.committed`."""
+    return uncompiled((GENERATED / f"{name}.py").read_text(encoding="utf-8"))
+
+
 def uncompiled(source: str) -> SimpleNamespace:
     """A module from its text, without numba."""
     space: dict[str, Any] = {}
