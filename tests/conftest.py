@@ -48,12 +48,19 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     """Run long tests first: one begun last would keep a worker busy while the others are idle.
 
     The gate runs a test over the catalogue's schemes for every other scheme, another test for the others, so that it
-    takes half the time and every scheme meets half of the tests; `make verify`, and a file run alone, run them all.
+    takes half the time and every scheme meets half of the tests; a test marked `pairs` it runs for every scheme, on
+    three scenes: see `plain_kernels.gate_pairs`. `make verify`, and a file run alone, run them all.
     """
     if whole_gate(config):
         from declared import NAMES
+        from plain_kernels import gate_pairs
 
-        left = [item for item in items if not in_gate(item.nodeid.partition("[")[0], _schemes(item), NAMES)]
+        def runs(item: pytest.Item) -> bool:
+            if item.get_closest_marker("pairs") and isinstance(item, pytest.Function):
+                return (item.callspec.params["scheme"], item.callspec.params["scene"]) in gate_pairs()
+            return in_gate(item.nodeid.partition("[")[0], _schemes(item), NAMES)
+
+        left = [item for item in items if not runs(item)]
         config.hook.pytest_deselected(items=left)
         items[:] = [item for item in items if item not in set(left)]
     items.sort(key=lambda item: item.get_closest_marker("long") is None)
@@ -84,6 +91,16 @@ def uncompiled(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     monkeypatch.setattr(threads, "cores", lambda: 1)  # threads do not inherit np.errstate
     with np.errstate(all="ignore"):
         yield
+
+
+@pytest.fixture
+def plain_functions(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Functions of committed modules, such as a scheme's amplification matrix, as plain Python."""
+    from plain_kernels import committed
+
+    from substep.core import kernel_modules
+
+    monkeypatch.setattr(kernel_modules, "committed", committed)
 
 
 @pytest.fixture

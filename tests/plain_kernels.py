@@ -17,6 +17,7 @@ from substep_derive.package import adaptive_pair, catalogue_pair
 
 import substep as ss
 
+GENERATED = Path(__file__).parents[1] / "generated" / "substep_kernels"
 PRINTED = Path(__file__).parents[1] / ".pytest_cache" / "pairs"
 SCENE_BY_NAME = {scene.name: scene for scene in ALL}
 
@@ -38,8 +39,25 @@ def printed(make: Callable[[], str], *digests: str) -> str:
 
 
 @cache
+def gate_pairs() -> tuple[tuple[str, str], ...]:
+    """The pairs that tests of pairs run in the gate: every scheme on the scene whose kernels are committed, on a linear
+    scene and on another nonlinear one, which scenes of each kind are in turn.
+    """
+    others = [name for name in SCENE_BY_NAME if name != "elastic_pendulum"]
+    linear, nonlinear = ([name for name in others if motion(name).linear == kind] for kind in (True, False))
+    found = []
+    for i, scheme in enumerate(BY_NAME):
+        fit = [name for name in linear if name != "linear_oscillator" or BY_NAME[scheme].takes_damping]
+        found += [(scheme, x) for x in ("elastic_pendulum", fit[i % len(fit)], nonlinear[i % len(nonlinear)])]
+    return tuple(found)
+
+
+@cache
 def text(scheme: str, scene: str) -> str:
-    """The text of a pair's module."""
+    """The text of a pair's module; that the committed ones are what is printed is tested in test_generated."""
+    committed = GENERATED / f"{scheme}__{scene}.py"
+    if committed.exists():
+        return committed.read_text(encoding="utf-8")
     digests = scheme_digest(BY_NAME[scheme]), scene_digest(SCENE_BY_NAME[scene])
     return printed(lambda: catalogue_pair(BY_NAME[scheme], motion(scene)), *digests)
 
@@ -57,6 +75,12 @@ def plain_adaptive(scheme: Any, scene: Any, terms: Any, order: int) -> SimpleNam
     on = motion(scene) if isinstance(scene, str) else EquationsOfMotion(scene)
     digests = scheme_digest(mine), scene_digest(on.scene), repr(terms), str(order)
     return uncompiled(printed(lambda: adaptive_pair(mine, on, terms, order), *digests))
+
+
+@cache
+def committed(name: str) -> SimpleNamespace:
+    """A committed module with its kernels as Python functions: for `kernel_modules.committed`."""
+    return uncompiled((GENERATED / f"{name}.py").read_text(encoding="utf-8"))
 
 
 def uncompiled(source: str) -> SimpleNamespace:

@@ -67,6 +67,13 @@ def test_the_filter_is_the_effective_stiffness() -> None:
     assert (one.growth, filters(one, vanishing=False), filters(one, vanishing=True)) == (2, 1, 2)
 
 
+def blind(name: str) -> bool:
+    """Whether the leading error of v vanishes without damping."""
+    estimates = estimator_at(ParameterSet.of(BY_NAME[name], None, {}), damped=name not in UNDAMPED)
+    return estimates.velocity.leading.subs(xi, 0) == 0
+
+
+@pytest.mark.usefixtures("plain_functions")
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("damping", [0.0, 0.3])
 def test_the_runtime_finds_one_at_small_steps_for_every_scheme(name: str, damping: float) -> None:
@@ -74,20 +81,17 @@ def test_the_runtime_finds_one_at_small_steps_for_every_scheme(name: str, dampin
         with pytest.raises(ValueError, match=f"{name} is a scheme for"):
             charts.effectivity(ss.scheme(name), np.array([0.02, 0.04, 0.08]), damping)
         return
-    estimates = estimator_at(ParameterSet.of(BY_NAME[name], None, {}), damped=name not in UNDAMPED)
-    order = max(estimates.order)
+    orders = facade.estimator_entry(name)["order"]
+    order, own = max(orders), facade.order(name)
     first = 0.02 if order < 4 else 0.05 if order < 6 else 0.2  # errors of high order vanish in rounding
     if name in COMPOSITIONS and order > 4:
         first = 0.05  # parts of a step that are longer than it make higher terms large
-    if order < 4 and estimates.displacement.of.startswith("the second"):
+    if order < 4 and orders[0] < own[0]:
         first = 0.01  # higher terms of second values are larger
     index = charts.effectivity(ss.scheme(name), first * np.array([1, 2, 4]), damping).plain
     for quantity, values in zip("uv", index, strict=True):
-        one = estimates.velocity if quantity == "v" else estimates.displacement
-        if damping == 0 and quantity == "v" and one.leading.subs(xi, 0) == 0:
-            continue  # blind without damping
-        assert abs(values[1] - 1) < 0.1
-        assert abs(values[1] - 1) < max(0.6 * abs(values[2] - 1), 1e-3)
+        found = abs(values[1] - 1) < min(0.1, max(0.6 * abs(values[2] - 1), 1e-3))
+        assert found or (damping == 0 and quantity == "v" and blind(name)), (quantity, values)
 
 
 def test_the_runtime_agrees_with_the_closed_form() -> None:

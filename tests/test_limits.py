@@ -1,5 +1,7 @@
 """Order, overshoot, bifurcation and stability classes against what the literature says of them."""
 
+from typing import Any
+
 import flint
 import numpy as np
 import pytest
@@ -61,7 +63,7 @@ def test_bifurcation() -> None:
 
 def real_root(polynomial: Expr, k: int) -> Expr:
     """The k-th of the real roots, by FLINT: one of degree 120 keeps SymPy busy for seconds."""
-    roots = flint.fmpz_poly([int(c) for c in Poly(polynomial).all_coeffs()[::-1]]).complex_roots()
+    roots: Any = flint.fmpz_poly([int(c) for c in Poly(polynomial).all_coeffs()[::-1]]).complex_roots()
     return Float(sorted(float(r.real.mid()) for r, _ in roots if r.imag.is_zero())[k])
 
 

@@ -4,11 +4,12 @@ import sys
 from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 from declared import BY_NAME, UNDAMPED, near
+from plain_kernels import GENERATED
+from plain_kernels import committed as module_of
 from plain_kernels import uncompiled as plain
 from substep_derive.declare.symbols import Omega, xi
 from substep_derive.emit.filter_module import filter_module
@@ -25,16 +26,10 @@ from substep.marching.linear import LinearLanes, march_linear
 from substep.marching.oscillators import Oscillators
 
 Array = np.ndarray
-GENERATED = Path(__file__).parents[1] / "generated" / "substep_kernels"
 P, N, DT = WIDTH + 5, 11, 0.02  # a full block and a part of one
 OWN = {name: s for name, s in BY_NAME.items() if s.parent is None}
 # none; of a record and of a function of time; as many columns as there are lanes
 LOADED = {"free": None, "record": ss.Record(DT, np.sin(np.arange(9.0))), "function": ss.Harmonic(2.0, 7.0, 0.3)}
-
-
-@cache
-def module_of(name: str) -> Any:
-    return plain((GENERATED / f"{name}.py").read_text(encoding="utf-8"))
 
 
 @cache

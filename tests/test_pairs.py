@@ -43,6 +43,7 @@ def test_every_scene_is_written_by_hand() -> None:
 
 
 @pytest.mark.usefixtures("uncompiled")
+@pytest.mark.pairs
 @pytest.mark.parametrize(("scheme", "scene"), PAIRS)
 def test_kernel_steps_as_the_papers_do(scheme: str, scene: str) -> None:
     hand, n = SCENES[scene], 25
@@ -68,6 +69,7 @@ def test_kernel_steps_as_the_papers_do(scheme: str, scene: str) -> None:
 
 
 @pytest.mark.usefixtures("uncompiled")
+@pytest.mark.pairs
 @pytest.mark.parametrize(("scheme", "scene"), PAIRS)
 def test_lanes_in_blocks_are_the_lanes_alone(scheme: str, scene: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Blocks of 3 for 4 lanes: steps, lengths of run and bounds differ, one lane is stopped by its bound or fails."""
