@@ -16,6 +16,7 @@ from .marching.run import march
 from .structures.damping import Rayleigh, rayleigh
 from .structures.modes import Modes
 from .structures.structure import Structure, structure
+from .studies.choosing import choose
 from .sweeps import sweep
 
 __all__ = [
@@ -29,6 +30,7 @@ __all__ = [
     "Scheme",
     "Step",
     "Structure",
+    "choose",
     "march",
     "rayleigh",
     "response_spectrum",

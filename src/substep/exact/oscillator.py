@@ -7,6 +7,7 @@ to the state, so that no formula fails near critical damping or for small steps.
 
 import numpy as np
 
+from ..core.arrays import read_only
 from ..core.loads import Record
 from ..core.schemes import Array
 from ..core.threads import spread
@@ -16,7 +17,7 @@ NANOSECONDS = 0.25  # that a step of one lane takes, for the choice of threads
 
 
 def increments(Omega: Array, xi: Array) -> tuple[Array, Array]:
-    """D (P, 2, 2), B (P, 2, 2) of x1 = x0 + D x0 + B h^2 (f0, f1), x = (u, h*v), for Omega > 0 and xi >= 0 (P,).
+    """D (P, 2, 2), B (P, 2, 2) of x1 = x0 + D x0 + B h^2 (f0, f1), x = (u, h*v), for Omega >= 0 and xi >= 0 (P,).
 
     Each entry has a relative error of 1e-15 (1 + (1 + xi) Omega), of its amplitude where it oscillates with Omega: the
     rounding of Omega alone causes as much.
@@ -33,8 +34,10 @@ def increments(Omega: Array, xi: Array) -> tuple[Array, Array]:
         E = E + term
     for _ in range(halvings):  # squares the exponential as 1 + E, since E keeps the digits of small steps
         E = 2.0 * E + E @ E
-    E[:, 0, 1:] /= Omega[:, None]
+    free = Omega == 0.0
+    E[:, 0, 1:] /= np.where(free, 1.0, Omega)[:, None]
     E[:, 1:, 0] *= Omega[:, None]
+    E[free, :2] = [[0.0, 1.0, 0.5, 1.0 / 6.0], [0.0, 0.0, 1.0, 0.5]]  # the limit, where xi Omega tends to 0 too
     return E[:, :2, :2], np.stack([E[:, :2, 2] - E[:, :2, 3], E[:, :2, 3]], axis=2)
 
 
@@ -43,21 +46,41 @@ def exact_peaks(omega: Array, xi: Array, load: Record) -> Array:
 
     The last is the absolute acceleration where the load is that of a moving ground.
     """
+    peak = np.zeros((3, len(omega)))
+    _march(omega, xi, load.dt, np.zeros((2, len(omega))), load.samples, len(load.samples) - 1, None, peak)
+    return peak
+
+
+def exact_histories(omega: Array, xi: Array, dt: float, start: Array, samples: Array, stride: int = 1) -> Array:
+    """u, v, 2 xi omega v + omega^2 u (rows, 3, P) of every stride-th of n steps under a load, linear within each.
+
+    omega in rad/s, 0 for a body that is free and not damped, xi (P,); start: u, v (2, P); samples (n + 1,) of the load
+    every dt (s), over the mass.
+    """
+    n = len(samples) - 1
+    out = np.empty((n // stride + 1, 3, len(omega)))
+    out[0] = *start, 2.0 * xi * omega * start[1] + omega**2 * start[0]
+    x = np.array([start[0], dt * start[1]])
+    _march(omega, xi, dt, x, np.ascontiguousarray(samples), stride, out, np.zeros((3, 0)))
+    return out
+
+
+def _march(
+    omega: Array, xi: Array, h: float, x: Array, samples: Array, stride: int, out: Array | None, peak: Array
+) -> None:
+    """March x (2, P), u and h*v, through the samples; rows go into `out`, the largest values into `peak`."""
     from substep_kernels.linear_march_2_01y import WIDTH, march_2  # noqa: PLC0415 (numba on first use)
 
-    h, n, P = load.dt, len(load.samples) - 1, len(omega)
+    n, P = len(samples) - 1, len(omega)
     D, B = increments(omega * h, xi)
     B = B * h**2
     # the force of spring and dashpot over the mass at the end of a step, force x1, is added up from x0 and the loads
     force = np.stack([omega**2, 2.0 * xi * omega / h], axis=1)[:, None]
     rows = (D, B, force + force @ D, force @ B, np.full((P, 1, 1), 1.0 / h))
     C = np.ascontiguousarray(np.concatenate([row.reshape(P, -1) for row in rows], axis=1).T)
-    x, peak, samples = np.zeros((2, P)), np.zeros((3, P)), load.samples
+    nothing, to, f = np.empty((2, 0, 1)), np.empty((0, 3, P)) if out is None else out, read_only(samples)
 
     def part(first: int, last: int) -> None:
-        march_2(
-            C, x, samples[:-1], samples[1:], np.empty((2, 0, 1)), 0, n, n, np.empty((0, 3, P)), peak, first, last
-        )  # fmt: skip
+        march_2(C, x, f[:-1], f[1:], nothing, 0, n, stride, to, peak, first, last)
 
     spread(part, P, WIDTH, nanoseconds=P * n * NANOSECONDS)
-    return peak

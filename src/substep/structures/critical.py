@@ -10,10 +10,10 @@ from ..core.coefficients import refuse_damping
 from ..core.schemes import Scheme
 from ..core.schemes import scheme as make_scheme
 from .damping import Rayleigh
-from .eigen import DENSE
 from .matrices import diagonal_of, require_symmetric
 from .structure import Structure
 
+DENSE = 100  # unknowns up to which LAPACK finds the largest mode in less time than Lanczos's method
 UNSTABLE = 1.0 + 1e-6  # largest spectral radius of a stable step; it may have only half its digits near 1
 BELOW = np.geomspace(1e-6, 1.0, 400)  # of the largest frequency: where damping that is not largest there is looked at
 
@@ -44,7 +44,7 @@ def largest_mode(structure: Structure) -> tuple[float, Array]:
 
     _require_mass(structure)
     M, K, n = structure.M, structure.K, structure.size
-    if n <= DENSE:
+    if n <= DENSE or isinstance(K, np.ndarray):
         M, K = (A if isinstance(A, np.ndarray) else A.toarray() for A in (M, K))
         values, shapes = linalg.eigh(K, M, subset_by_index=[n - 1, n - 1])
     else:

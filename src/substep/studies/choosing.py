@@ -1,0 +1,21 @@
+"""What to choose for a scene or for a structure."""
+
+from typing import Any
+
+from ..structures.modes import Modes
+from ..structures.structure import Structure
+
+
+def choose(subject: Any, accuracy: float, **options: Any) -> Any:
+    """The scheme and step, and of a structure the number of modes, that reach an accuracy for the least work.
+
+    subject: a scene, for which options and result are those of `substep.studies.precision.choose`, or a structure or
+    its modes, for which they are those of `substep.studies.structures.choose`. Raises ValueError as these do.
+    """
+    if isinstance(subject, Structure | Modes):
+        from .structures import choose as of_structure  # noqa: PLC0415
+
+        return of_structure(subject, accuracy, **options)
+    from .precision import choose as of_scene  # noqa: PLC0415 (Matplotlib)
+
+    return of_scene(subject, accuracy, **options)

@@ -1,0 +1,219 @@
+"""The displacement of one degree of freedom by modes: exact, by a scheme, and what each mode's error makes of it."""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from ...core.arrays import Array
+from ...core.loads import values_at
+from ...core.schemes import Scheme
+from ...exact.coupled import coupled_histories
+from ...exact.oscillator import exact_histories
+from ...marching.linear import march_linear
+from ...structures.critical import UNSTABLE, largest_mode
+from ...structures.eigen import static_response
+from ...structures.modes import Modes
+from ...structures.structure import Dof
+from ...structures.superposition import coordinates, modal_lanes, modal_start
+
+SAMPLES, PHASES = 50, 8  # errors are reported at least so often, and so often in a vibration
+SIGNIFICANT = 0.01  # of the largest displacement: a mode that vibrates with less does not count for PHASES
+FINER = 100  # the reference is this many times more accurate than is wished of a run
+ROUNDING = 1e-12  # but no more accurate than this
+MOST_STEPS = 1 << 22  # of the reference
+UNBOUNDED = 1e9  # omega dt of what has no mass
+
+
+@dataclass(frozen=True)
+class Parts:
+    """Parts of an error, each the largest over the span relative to the largest displacement; their sum bounds it.
+
+    truncation: modes left out, beside their static response. integration: the scheme, under a load that is linear
+    between steps. load_sampling: what such a load differs by from the true one; both cancel in part where the scheme
+    takes the load at other instants.
+    """
+
+    truncation: float
+    integration: float
+    load_sampling: float
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """The displacement of `quantity` over `t_end`, relative to whose largest value errors are.
+
+    modes: those by which the motion is known; the rest of the structure is taken to follow statically.
+    """
+
+    modes: Modes
+    quantity: Dof
+    t_end: float
+    accuracy: float
+    _exact: dict[int, Array] = field(default_factory=dict, init=False, repr=False)  # by the number of steps
+
+    @cached_property
+    def weights(self) -> Array:
+        """What each mode contributes to the displacement (m,)."""
+        whole = self.modes.structure
+        return (whole.T[[whole.place(self.quantity)]] @ self.modes.free_shapes)[0]
+
+    @cached_property
+    def factors(self) -> Array:
+        """phi^T of the load vectors (m, J)."""
+        loads = self.modes.structure.loads
+        return np.array([shape @ self.modes.free_shapes for shape, _ in loads]).reshape(-1, len(self.modes)).T
+
+    @cached_property
+    def statics(self) -> tuple[Array, Array]:
+        """Static response of the displacement to each load: of the structure (J,), and of its elastic modes (m, J)."""
+        whole, modes = self.modes.structure, self.modes
+        loads = np.array([shape for shape, _ in whole.loads]).reshape(-1, whole.size).T
+        all_of_it = static_response(whole, loads, modes.free_shapes[:, : modes.rigid])
+        own = np.zeros_like(self.factors)
+        elastic = slice(modes.rigid, None)
+        own[elastic] = self.weights[elastic, None] * self.factors[elastic] / modes.omega[elastic, None] ** 2
+        return (whole.T[[whole.place(self.quantity)]] @ all_of_it)[0], own
+
+    def samples(self, n: int) -> Array:
+        """All loads at the ends of n steps (n + 1, J)."""
+        t = np.arange(n + 1) * (self.t_end / n)
+        return np.array([values_at(g, t) for _, g in self.modes.structure.loads]).reshape(-1, n + 1).T
+
+    def exact(self, n: int, rows: int) -> Array:
+        """Exact modal displacements, weighted, (rows + 1, m), under loads that are linear within each of n steps."""
+        if n not in self._exact or len(self._exact[n]) != rows + 1:
+            self._exact[n] = self._exactly(n, rows) * self.weights
+        return self._exact[n]
+
+    def _exactly(self, n: int, rows: int) -> Array:
+        modes, dt, stride = self.modes, self.t_end / n, n // rows
+        given = self.samples(n)
+        if not modes.lanes:
+            start = modal_start(modes)[:2]
+            return coupled_histories(modes.omega, modes.damping, self.factors, dt, start, given, stride)
+        total, of_load = np.zeros((rows + 1, len(modes))), iter(given.T)
+        for load, o, factor in modal_lanes(modes, dt):
+            samples = np.zeros(n + 1) if load is None else next(of_load)
+            total += factor * exact_histories(o.omega, o.xi, dt, o.start[:2], samples, stride)[:, 0]
+        return total
+
+    def by_scheme(self, scheme: Scheme, n: int, rows: int) -> Array:
+        """Modal displacements of a scheme in n steps, weighted, (rows + 1, m); not finite where it overflows."""
+        modes, dt, stride = self.modes, self.t_end / n, n // rows
+        with np.errstate(all="ignore"):
+            if not modes.lanes:
+                found = np.full((rows + 1, len(modes)), np.nan)
+                own = coordinates(modes, scheme, dt, self.t_end, stride=stride)[:, 0]
+                found[: len(own)] = own
+                return found * self.weights
+            total = np.zeros((rows + 1, len(modes)))
+            for load, o, factor in modal_lanes(modes, dt):
+                total += factor * march_linear(scheme, o, n, load, stride=stride).out[:, 0]
+            return total * self.weights
+
+    @cached_property
+    def rows(self) -> int:
+        """At how many times errors are taken."""
+        first = self.exact(64 * SAMPLES, SAMPLES)
+        moving = np.abs(first - self.quasi_static(SAMPLES)).max(axis=0)
+        scale = np.abs(self.displacement(first, SAMPLES)).max()
+        omega = self.modes.omega[moving > SIGNIFICANT * scale].max(initial=0.0)
+        return max(SAMPLES, int(np.ceil(PHASES * self.t_end * omega / (2.0 * np.pi))))
+
+    @cached_property
+    def reference(self) -> Array:
+        """Exact modal displacements, weighted, (rows + 1, m), with the load sampled finely enough.
+
+        Raises ValueError where 4 million samples are not enough.
+        """
+        n, before, wished = 16 * self.rows, None, max(self.accuracy / FINER, ROUNDING)
+        while n <= MOST_STEPS:
+            found = self.exact(n, self.rows)
+            total = found.sum(axis=1)
+            if before is not None:
+                scale = np.abs(self.displacement(found, self.rows)).max()
+                if np.abs(total - before).max() <= wished * scale:
+                    return found
+            n, before = 2 * n, total
+        raise ValueError(
+            f"expected loads that {MOST_STEPS} samples resolve over {self.t_end:g} s to {wished:.1g}, got "
+            "others; end the span where a load jumps, or give it as a record"
+        )
+
+    def quasi_static(self, rows: int) -> Array:
+        """What each elastic mode would contribute if it followed the loads statically (rows + 1, m)."""
+        return self.samples(rows) @ self.statics[1].T
+
+    def displacement(self, modal: Array, rows: int) -> Array:
+        """The displacement (rows + 1,) from modal ones, with the static response of all other modes."""
+        whole, own = self.statics
+        return modal.sum(axis=1) + self.samples(rows) @ (whole - own.sum(axis=0))
+
+    @cached_property
+    def scale(self) -> float:
+        """The largest exact displacement. Raises ValueError where it does not move."""
+        largest = float(np.abs(self.displacement(self.reference, self.rows)).max())
+        if largest == 0.0:
+            raise ValueError(f"expected a degree of freedom that moves, got {self.quantity!r}, which stays at 0")
+        return largest
+
+    @cached_property
+    def left_out(self) -> Array:
+        """What is missing if only the first i modes are taken, beside the static response (rows + 1, m + 1)."""
+        dynamic = self.reference - self.quasi_static(self.rows)
+        missing = np.zeros((len(dynamic), dynamic.shape[1] + 1))
+        missing[:, :-1] = np.cumsum(dynamic[:, ::-1], axis=1)[:, ::-1]
+        return missing
+
+    def errors(self, scheme: Scheme, n: int) -> Array:
+        """The error of the displacement with the first i modes, i = 0 to m, (m + 1,), relative to `scale`.
+
+        inf for numbers of modes that leave out a rigid one or hold an unstable one.
+        """
+        wrong = self.by_scheme(scheme, n, self.rows) - self.reference
+        found = np.full(len(self.modes) + 1, np.inf)
+        with np.errstate(all="ignore"):
+            summed = np.zeros_like(self.left_out)
+            summed[:, 1:] = np.cumsum(wrong, axis=1)
+            errors = np.abs(summed - self.left_out).max(axis=0) / self.scale
+        good = np.isfinite(errors)
+        found[good] = errors[good]
+        found[: max(self.modes.rigid, 1)] = np.inf
+        if self.modes.lanes:
+            radius = scheme.spectral_radius(self.modes.omega * (self.t_end / n), self.modes.xi)
+            radius[: self.modes.rigid] = 1.0
+            found[1:][~(np.maximum.accumulate(radius) <= UNSTABLE)] = np.inf
+        else:
+            found[:-1] = np.inf  # with fewer of them it would be another coupled system
+        return found
+
+    def parts(self, scheme: Scheme, n: int, m: int) -> Parts:
+        """Of the error with the first m modes."""
+        sampled = self.exact(n, self.rows)[:, :m].sum(axis=1)
+        marched = self.by_scheme(scheme, n, self.rows)[:, :m].sum(axis=1)
+        true = self.reference[:, :m].sum(axis=1)
+        parts = (self.left_out[:, m], marched - sampled, sampled - true)
+        return Parts(*(float(np.abs(part).max()) / self.scale for part in parts))
+
+    def stable_directly(self, scheme: Scheme, n: int) -> bool:
+        """Whether all modes of the structure are stable, as far as its largest frequency tells.
+
+        That is computed only for a scheme that is not stable at all of many frequencies beyond the known ones.
+        """
+        dt, beyond = self.t_end / n, np.geomspace(1e-3, UNBOUNDED, 400)
+        xi = self.modes.xi[[self.modes.rigid, -1]] if self.modes.lanes and len(self.modes) > self.modes.rigid else [0.0]
+        if all((scheme.spectral_radius(beyond, x) <= UNSTABLE).all() for x in xi):
+            return True
+        omega, own = self._top
+        return bool(scheme.spectral_radius(UNBOUNDED if np.isinf(omega) else omega * dt, own) <= UNSTABLE)
+
+    @cached_property
+    def _top(self) -> tuple[float, float]:
+        whole = self.modes.structure
+        if len(whole.massless):
+            return np.inf, 0.0
+        if len(self.modes) == whole.size and self.modes.lanes:
+            return float(self.modes.omega[-1]), float(self.modes.xi[-1])
+        omega, shape = largest_mode(whole)
+        return omega, max(0.0, 0.5 * float(shape @ (whole.damping @ shape)) / omega) if omega > 0.0 else 0.0
