@@ -13,6 +13,7 @@ import numpy as np
 from ..core.arrays import Array
 from ..core.loads import values_at
 from ..core.schemes import Scheme
+from .combine import combined
 from .damping import Rayleigh
 from .matrices import Matrix
 from .plan import Steps, System, start_of, step_of
@@ -79,7 +80,7 @@ class LinearSystem:
 
     def solved(self, X: Array, load: Array | None) -> Array:
         """The solution (n,) from the vectors before it, X (V, n), and the sum of its loads (n,)."""
-        Y = self.rows @ X[: self.place]
+        Y = combined(self.rows, X[: self.place])
         total = load
         for matrix, y in zip(self.matrices, Y, strict=False):
             product = matrix @ y
@@ -115,9 +116,9 @@ class LinearSteps:
         return found
 
     def complete(self, X: Array, shapes: Array, loads: Sequence[Array], i: int) -> None:
-        """Compute the unknowns in X (V, n). shapes (n, J): the loads' vectors; loads: those of a block; i: its step."""
+        """Compute the unknowns in X (V, n). shapes (J, n): the loads' vectors; loads: those of a block; i: its step."""
         for system, factors in zip(self.systems, loads, strict=True):
-            load = shapes @ factors[i] if shapes.shape[1] and system.loads else None
+            load = combined(factors[i : i + 1], shapes)[0] if len(shapes) and system.loads else None
             X[system.place] = system.solved(X, load)
 
 
@@ -134,7 +135,7 @@ def _marched(factors: Factors, scheme: Scheme, h: float, n: int) -> Iterator[tup
     s = factors.structure
     given = np.array([s.u0, s.v0, s.a0])
     what = f"{scheme.name}'s step,"
-    shapes = np.array([shape for shape, _ in s.loads]).reshape(-1, s.size).T
+    shapes = np.array([shape for shape, _ in s.loads]).reshape(-1, s.size)
     done = 0
     if scheme.starter is None:
         start = LinearSteps.of(start_of(scheme, h), factors, h, what)
@@ -153,7 +154,7 @@ def _marched(factors: Factors, scheme: Scheme, h: float, n: int) -> Iterator[tup
             return
         state = np.array([history[lag - steps][kind] for kind, steps in scheme.history])
     march = LinearSteps.of(step_of(scheme, h), factors, h, what)
-    X = np.empty((march.steps.vectors, s.size))
+    X, after = np.empty((2, march.steps.vectors, s.size))
     X[: march.steps.given] = state
     for first in range(done, n, BLOCK):
         count = min(BLOCK, n - first)
@@ -161,7 +162,8 @@ def _marched(factors: Factors, scheme: Scheme, h: float, n: int) -> Iterator[tup
         for i in range(count):
             march.complete(X, shapes, loads, i)
             yield X, march.steps
-            X[: march.steps.given] = march.steps.out @ X
+            combined(march.steps.out, X, after[: march.steps.given])
+            X, after = after, X
 
 
 def _with_acceleration(structure: Structure, row: Array, t: float) -> Array:

@@ -13,6 +13,7 @@ from ..core.response import Status
 from ..core.schemes import Scheme
 from ..core.schemes import scheme as make_scheme
 from ..marching.run import number_of_steps
+from .combine import combined, dot
 from .linear import marched
 from .response import Account, StructureResponse
 from .structure import Dof, Structure
@@ -32,15 +33,15 @@ class Accounts:
 
     def keep(self, v: Array) -> None:
         """Store a row at the displacement of the last step."""
-        kinetic, strain = 0.5 * v @ (self.structure.M @ v), 0.5 * self.u @ self.Ku
+        kinetic, strain = 0.5 * dot(v, self.structure.M @ v), 0.5 * dot(self.u, self.Ku)
         self.rows.append((kinetic, strain, self.work, self.damped))
 
     def add(self, u: Array, t: float, h: float) -> None:
         """A step of length h to u at the time t."""
         s, change, force = self.structure, u - self.u, self.structure.force(t)
-        self.work += 0.5 * float((self.force + force) @ change)
+        self.work += 0.5 * dot(self.force + force, change)
         if s.C is not None:
-            self.damped += float(change @ (s.damping @ change)) / h
+            self.damped += dot(change, s.damping @ change) / h
         self.u, self.force, self.Ku = u, force, s.K @ u
 
     @property
@@ -89,12 +90,12 @@ def march_structure(
     done = 0
     try:
         for X, steps in marched(structure, scheme, h, n):
-            if not math.isfinite(float(np.vdot(X[-1], X[-1]))):
+            if not math.isfinite(dot(X[-1], X[-1])):
                 status = "non_finite"
                 break
             done += 1
             if accounts is not None:
-                u, v = steps.report[:2] @ X
+                u, v = combined(steps.report[:2], X)
                 accounts.add(u, done * h, h)
                 if done % stride == 0:
                     accounts.keep(v)

@@ -1,0 +1,34 @@
+"""Sums and products of long vectors without BLAS.
+
+A step combines a few vectors with few coefficients. OpenBLAS shares that out among threads, which wait for each other
+longer than the sums take: on a core that is shared, twice as long as a solve with 26000 unknowns.
+"""
+
+import numpy as np
+
+from ..core.arrays import Array
+
+
+def combined(rows: Array, X: Array, out: Array | None = None) -> Array:
+    """rows @ X (R, n), of coefficients (R, V), many of them 0 or 1, and vectors (V, n); in `out`, if given."""
+    if out is None:
+        out = np.empty((len(rows), X.shape[1]))
+    part = None
+    for row, y in zip(rows, out, strict=True):
+        used = np.flatnonzero(row)
+        if not len(used):
+            y[:] = 0.0
+            continue
+        np.multiply(X[used[0]], row[used[0]], out=y)
+        for v in used[1:]:
+            if row[v] == 1.0:
+                np.add(y, X[v], out=y)
+            else:
+                part = np.multiply(X[v], row[v], out=part)
+                np.add(y, part, out=y)
+    return out
+
+
+def dot(x: Array, y: Array) -> float:
+    """The inner product of two vectors."""
+    return float(np.einsum("i,i->", x, y))
