@@ -117,7 +117,7 @@ def estimates(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture
 def plain_adaptive(monkeypatch: pytest.MonkeyPatch, estimates: Path) -> Iterator[None]:
     """Kernels that choose their steps as plain Python; an overflow there is a rejection, not a warning."""
-    from plain_adaptive import kernels
+    from plain_kernels import plain_adaptive as kernels
 
     from substep.core import threads
     from substep.marching import adaptive

@@ -73,6 +73,14 @@ def linear(e: Expr, names: tuple[Symbol, ...], modules: str) -> Linear:
     return Linear(tuple(marks), lambdify([h, *names], parts, modules=modules), arguments)
 
 
+def product(matrix: Array) -> Callable[[Array], Array]:
+    """x -> matrix @ x; in mpmath's precision without the matrix's zeros, and each sum rounded once."""
+    if matrix.dtype != object:
+        return lambda x: matrix @ x
+    rows = [[(c, j) for j, c in enumerate(row) if c] for row in matrix]
+    return lambda x: np.array([mpmath.fdot((c, x[j]) for c, j in row) for row in rows], dtype=object)
+
+
 class Marcher:
     """Steps of one length of a scheme on a system, from u_0 at t = 0, of which K0 is the tangent."""
 
@@ -87,13 +95,15 @@ class Marcher:
         equations = [symbol - e for symbol, e in scheme.relations.items()]
         equations += [M * b.inertia + C * b.damping + b.force - b.load for b in scheme.balances]
         self.state, self.unknowns = scheme.state, scheme.unknowns
+        self.when: dict[Expr, Any] = {}
         forms = [self.form(e) for e in equations]
         self.forces = list({t[0]: t for terms in forms for t in terms if t[2]}.values())
         self.loads = list({t[0]: t for terms in forms for t in terms if isinstance(t[0], f)}.values())
         columns = [*self.unknowns, *self.state, *(t[0] for t in self.forces), *(t[0] for t in self.loads)]
         matrix, known = self.blocks(forms, columns, len(self.unknowns))
-        self.known = -(self.inverted(matrix) @ known)  # new symbols from the state, forces and loads
-        self.where = [self.blocks(t[2], columns, len(self.unknowns)) for t in self.forces]
+        self.known = product(-(self.inverted(matrix) @ known))  # new symbols from the state, forces and loads
+        where = (self.blocks(t[2], columns, len(self.unknowns)) for t in self.forces)
+        self.where = [(product(by_new), product(by_given)) for by_new, by_given in where]
         k = len(self.state) * self.d
         self.of_force = slice(k, k + len(self.forces) * self.d)
 
@@ -131,8 +141,7 @@ class Marcher:
         total = np.array([0 * self.h] * self.d)
         for atom, c, arguments in terms:
             if isinstance(atom, f):
-                tau = lambdify(list(self.names), atom.args[0], modules=self.modules)(*self.values[1:])
-                own = self.system.load(t + self.h * tau)
+                own = self.system.load(t + self.h * self.instant(atom))
             elif arguments:
                 where = [self.value(a, x, t) for a in arguments]
                 own = self.system.force(*where) if isinstance(atom, N) else self.system.gradient(*where)
@@ -141,6 +150,12 @@ class Marcher:
             total = total + c @ own
         return total
 
+    def instant(self, load: Expr) -> Any:
+        """When in the step a load is taken, as a fraction of the step."""
+        if load not in self.when:
+            self.when[load] = lambdify(list(self.names), load.args[0], modules=self.modules)(*self.values[1:])
+        return self.when[load]
+
     def step(self, state: Mapping[Symbol, Array], t: Any) -> dict[Symbol, Array]:
         """All symbols after a step that begins at t."""
         loads = [self.value([(t_[0], self.eye, [])], {}, t) for t_ in self.loads]
@@ -148,15 +163,15 @@ class Marcher:
         given = np.concatenate([*(state[s] for s in self.state), *zero, *loads])
         small, last = (mpmath.mpf(10) ** (5 - mpmath.mp.dps) if self.exact else 1e-15), None
         for _ in range(300):
-            new = self.known @ given
+            new = self.known(given)
             forces = given[self.of_force].copy()
             for k, ((atom, _, _), (by_new, by_given)) in enumerate(zip(self.forces, self.where, strict=True)):
-                where = (by_new @ new + by_given @ given).reshape(-1, self.d)
+                where = (by_new(new) + by_given(given)).reshape(-1, self.d)
                 own = self.system.force(*where) if isinstance(atom, N) else self.system.gradient(*where)
                 given[self.of_force.start + k * self.d :][: self.d] = own
             change, size = abs(given[self.of_force] - forces).max(), abs(given[self.of_force]).max()
             if change <= small * size or (last is not None and last <= change <= 100 * small * size):
-                found = (self.known @ given).reshape(-1, self.d)
+                found = self.known(given).reshape(-1, self.d)
                 return {**state, **dict(zip(self.unknowns, found, strict=True))}
             last = change
         raise ArithmeticError(f"{self.scheme.name}: repetition does not converge at h = {self.h}")

@@ -2,6 +2,7 @@
 
 import hashlib
 import os
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
@@ -25,17 +26,22 @@ def motion(name: str) -> EquationsOfMotion:
     return EquationsOfMotion(SCENE_BY_NAME[name])
 
 
-@cache
-def text(scheme: str, scene: str) -> str:
-    """The module's text, printed once for all of pytest's workers."""
-    digests = scheme_digest(BY_NAME[scheme]) + scene_digest(SCENE_BY_NAME[scene]) + generator_version()
-    path = PRINTED / f"{hashlib.sha256(digests.encode()).hexdigest()}.py"
+def printed(make: Callable[[], str], *digests: str) -> str:
+    """The text that make() prints, made once for all of pytest's workers; digests: of all that it depends on."""
+    path = PRINTED / f"{hashlib.sha256(''.join([*digests, generator_version()]).encode()).hexdigest()}.py"
     if not path.exists():
         PRINTED.mkdir(parents=True, exist_ok=True)
         mine = path.with_suffix(f".{os.getpid()}")
-        mine.write_text(catalogue_pair(BY_NAME[scheme], motion(scene)), encoding="utf-8")
+        mine.write_text(make(), encoding="utf-8")
         mine.replace(path)
     return path.read_text(encoding="utf-8")
+
+
+@cache
+def text(scheme: str, scene: str) -> str:
+    """The text of a pair's module."""
+    digests = scheme_digest(BY_NAME[scheme]), scene_digest(SCENE_BY_NAME[scene])
+    return printed(lambda: catalogue_pair(BY_NAME[scheme], motion(scene)), *digests)
 
 
 @cache
@@ -46,10 +52,11 @@ def plain(scheme: str, scene: str) -> SimpleNamespace:
 
 @cache
 def plain_adaptive(scheme: Any, scene: Any, terms: Any, order: int) -> SimpleNamespace:
-    """The module that marches in chosen steps, with its kernels as Python functions."""
+    """The module that marches in chosen steps, with its kernels as Python functions: for `adaptive._kernels`."""
     mine = BY_NAME[scheme] if isinstance(scheme, str) else scheme
     on = motion(scene) if isinstance(scene, str) else EquationsOfMotion(scene)
-    return uncompiled(adaptive_pair(mine, on, terms, order))
+    digests = scheme_digest(mine), scene_digest(on.scene), repr(terms), str(order)
+    return uncompiled(printed(lambda: adaptive_pair(mine, on, terms, order), *digests))
 
 
 def uncompiled(source: str) -> SimpleNamespace:

@@ -5,6 +5,8 @@ written, with no order of balances, no affine form, no state but the symbols tha
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import mpmath
@@ -34,6 +36,48 @@ class Problem:
         return self.load(t) - self.damping * v - self.force(u)
 
 
+@dataclass(frozen=True)
+class Parts:
+    """An expression as functions of forces, loads, fixed values and symbols; reads: the symbols that occur in it."""
+
+    body: Callable[..., Any]
+    forces: list[tuple[Any, list[Callable[..., Any]]]]
+    instants: list[Callable[..., Any]]
+    reads: frozenset[Any]
+
+
+@cache
+def _parts(e: Expr, fixed: tuple[Symbol, ...], symbols: tuple[Symbol, ...]) -> Parts:
+    forces = {atom: Dummy() for atom in e.atoms(N, N_discrete, K_t)}
+    loads = {atom: Dummy() for atom in e.atoms(f)}
+    arguments = [list(forces.values()), list(loads.values()), list(fixed), list(symbols)]
+    body = lambdify(arguments, e.subs({**forces, **loads}), modules=MP)
+    inner = [[lambdify([list(fixed), list(symbols)], a, modules=MP) for a in atom.args] for atom in forces]
+    instants = [lambdify([list(fixed)], atom.args[0], modules=MP) for atom in loads]
+    return Parts(body, list(zip(map(type, forces), inner, strict=True)), instants, frozenset(e.free_symbols))
+
+
+@dataclass(frozen=True)
+class Function:
+    """An expression's value at t for values of its symbols."""
+
+    of: "Stepper"
+    parts: Parts
+
+    def __call__(self, t: Any, x: Sequence[Any]) -> Any:
+        problem, fixed, found = self.of.problem, list(self.of.fixed.values()), []
+        for kind, args in self.parts.forces:
+            u = [MP.mpf(arg(fixed, x)) for arg in args]
+            if kind is K_t:
+                found.append(problem.slope(u[0]))
+            elif kind is N:
+                found.append(problem.force(u[0]))
+            else:
+                raise NotImplementedError
+        given = [problem.load(t + self.of.h * MP.mpf(tau(fixed))) for tau in self.parts.instants]
+        return MP.mpf(self.parts.body(found, given, fixed, x))
+
+
 class Stepper:
     """Steps of length `step` of a scheme with the given parameters."""
 
@@ -53,57 +97,42 @@ class Stepper:
         equations = [symbol - e for symbol, e in scheme.relations.items()]
         equations += [M * b.inertia + C * b.damping + b.force - b.load for b in scheme.balances]
         self.equations = [self._function(e, [*self.state, *self.unknowns]) for e in equations]
+        self.jacobian: Any = None
 
-    def _function(self, e: Expr, symbols: Sequence[Symbol]) -> Callable[..., Any]:
+    def _function(self, e: Expr, symbols: Sequence[Symbol]) -> Function:
         """The expression as a function of t and of the symbols' values."""
-        forces = {atom: Dummy() for atom in e.atoms(N, N_discrete, K_t)}
-        loads = {atom: Dummy() for atom in e.atoms(f)}
-        plain = e.subs({**forces, **loads})
-        arguments = [list(forces.values()), list(loads.values()), list(self.fixed), list(symbols)]
-        body = lambdify(arguments, plain, modules=MP)
-        inner = [[lambdify([list(self.fixed), list(symbols)], a, modules=MP) for a in atom.args] for atom in forces]
-        kinds = [type(atom) for atom in forces]
-        instants = [lambdify([list(self.fixed)], atom.args[0], modules=MP) for atom in loads]
-        fixed = list(self.fixed.values())
-
-        def value(t: Any, x: Sequence[Any]) -> Any:
-            found = []
-            for kind, args in zip(kinds, inner, strict=True):
-                u = [MP.mpf(arg(fixed, x)) for arg in args]
-                if kind is K_t:
-                    found.append(self.problem.slope(u[0]))
-                elif kind is N:
-                    found.append(self.problem.force(u[0]))
-                else:
-                    raise NotImplementedError
-            given = [self.problem.load(t + self.h * MP.mpf(tau(fixed))) for tau in instants]
-            return MP.mpf(body(found, given, fixed, x))
-
-        return value
+        return Function(self, _parts(e, tuple(self.fixed), tuple(symbols)))
 
     def step(self, state: Sequence[Any], t: Any = 0) -> dict[Symbol, Any]:
         """All symbols after a step that begins at t."""
-        n = len(self.unknowns)
-        x = [MP.mpf(0)] * n
+        x = [MP.mpf(0)] * len(self.unknowns)
         for symbol in self.state:  # a start near the solution
             for i, other in enumerate(self.unknowns):
                 if other.name[0] == symbol.name[0] and symbol in (u0, v0, a0):
                     x[i] = state[self.state.index(symbol)]
-        for _ in range(60):
+        for n in range(60):
             at = [e(t, [*state, *x]) for e in self.equations]
-            J = MP.matrix(n, n)
-            for j in range(n):
-                small = MP.mpf(10) ** -18 * (1 + abs(x[j]))
-                moved = [*x[:j], x[j] + small, *x[j + 1 :]]
-                for i, e in enumerate(self.equations):
-                    J[i, j] = (e(t, [*state, *moved]) - at[i]) / small
-            change = MP.lu_solve(J, MP.matrix(at))
+            if self.jacobian is None or n >= 3:  # that of the last step does not do: the problem is not linear
+                self.jacobian = self._jacobian(state, x, t, at)
+            change = MP.lu_solve(self.jacobian, MP.matrix(at))
             x = [value - d for value, d in zip(x, change, strict=True)]
             if max(abs(d) for d in change) <= MP.mpf(10) ** -25 * (1 + max(map(abs, x))):
                 break
         else:
             raise ArithmeticError("Newton's method does not converge")
         return dict(zip([*self.state, *self.unknowns], [*state, *x], strict=True))
+
+    def _jacobian(self, state: Sequence[Any], x: list[Any], t: Any, at: list[Any]) -> Any:
+        """By differences, of which those of what an equation does not read are left out."""
+        n = len(self.unknowns)
+        J = MP.matrix(n, n)
+        for j, symbol in enumerate(self.unknowns):
+            small = MP.mpf(10) ** -18 * (1 + abs(x[j]))
+            moved = [*state, *x[:j], x[j] + small, *x[j + 1 :]]
+            for i, e in enumerate(self.equations):
+                if symbol in e.parts.reads:
+                    J[i, j] = (e(t, moved) - at[i]) / small
+        return J
 
     def carried(self, after: Mapping[Symbol, Any]) -> list[Any]:
         """The state of the next step."""

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 from declared import BY_NAME
-from plain_adaptive import exact as exact_motion
+from exact_motions import exact as exact_motion
 
 import substep as ss
 from substep.core.response import Statistics

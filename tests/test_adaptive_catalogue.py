@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from declared import BY_NAME, NAMES
-from plain_adaptive import exact
+from exact_motions import exact
 from substep_derive.declare.symbols import knot
 from substep_derive.estimate.estimator import acceleration_lag
 

@@ -138,7 +138,7 @@ def test_compiled_kernels_of_march_and_sweep_agree_to_the_last_bit(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     """One pair, compiled: threads of the sweep, the march, and the same kernel as plain Python."""
-    from plain_adaptive import kernels
+    from plain_kernels import plain_adaptive as kernels
 
     monkeypatch.setenv("SUBSTEP_CACHE", str(tmp_path))
     monkeypatch.setattr(threads, "WORTH_THREADS", 0.0)

@@ -22,6 +22,7 @@ from substep.core.scenes import scene_info
 from substep.core.schemes import scheme_info
 
 ROOT = Path(__file__).parents[1]
+COMPILED = ("sweeps",)  # pages whose runs are so many that plain Python would take longer than compiling
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 LANGUAGES = {"python", "sh", "bash"}
@@ -52,15 +53,19 @@ def test_every_block_has_a_language(page: Path) -> None:
 @pytest.mark.long
 @pytest.mark.parametrize("page", [p for p in PAGES if blocks(p, "python")], ids=lambda page: page.stem)
 def test_python_blocks_run(page: Path, tmp_path: Path) -> None:
+    """In the gate without compiling, which other tests do; compiled in `make verify`."""
     lines: list[str] = []  # each line of the program has the number that it has in the page
     for first, block in blocks(page, "python"):
         lines += [""] * (first - 1 - len(lines)) + block.splitlines()
         if named := re.match(r"# (\w+\.py)\b", block):
             (tmp_path / named[1]).write_text(block, encoding="utf-8")
     program = tmp_path / f"{page.stem}_blocks.py"
+    lines += ["assert 'r' not in vars() or r.status == 'completed'"]  # the response, where the page has one
     program.write_text("\n".join(lines), encoding="utf-8")
     paths = os.pathsep.join([str(tmp_path), *(path for path in sys.path if path)])
     environment = {**os.environ, "MPLBACKEND": "Agg", "PYTHONPATH": paths}
+    if not os.environ.get("SUBSTEP_VERIFY") and page.stem not in COMPILED:
+        environment["NUMBA_DISABLE_JIT"] = "1"
     command = [sys.executable, "-W", "error::DeprecationWarning:__main__", str(program)]
     done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr

@@ -139,9 +139,13 @@ def test_any_run_ends_with_a_status_and_loses_nothing(run: tuple[ss.Scene, ss.Sc
         ends_with_a_status(*run)
 
 
+BARS = ("elastic_pendulum", "elastic_pendulum_engineering")  # the first one's kernels are committed
+
+
 @settings(max_examples=1000 if os.environ.get("SUBSTEP_VERIFY") else 100)
-@given(runs(("elastic_pendulum", "elastic_pendulum_engineering")))
+@given(runs(BARS if os.environ.get("SUBSTEP_VERIFY") else BARS[:1]))
 def test_so_does_any_compiled_run(run: tuple[ss.Scene, ss.Scheme, float]) -> None:
+    """On the bar with either strain in `make verify`, in the gate on the one whose kernels are compiled already."""
     ends_with_a_status(*run)
 
 

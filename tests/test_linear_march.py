@@ -37,17 +37,17 @@ def module_of(name: str) -> Any:
     return plain((GENERATED / f"{name}.py").read_text(encoding="utf-8"))
 
 
+@cache
+def kernels_of(name: str, K: int) -> tuple[object, object, int]:
+    module = plain(march_module(shape_of(name), (K,)))
+    return getattr(module, f"march_{K}"), getattr(module, f"run_{K}"), WIDTH
+
+
 @pytest.fixture
 def uncompiled(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """The linear march's functions as plain Python."""
-    found: dict[str, object] = {}
     monkeypatch.setattr(sys.modules["substep.core.kernel_modules"], "committed", module_of)
-
-    def kernels(name: str, K: int) -> tuple[object, object, int]:
-        module = found.setdefault(name, plain(march_module(shape_of(name), (2, 4, 6, 8, 10))))
-        return getattr(module, f"march_{K}"), getattr(module, f"run_{K}"), WIDTH
-
-    monkeypatch.setattr(linear, "_kernels", kernels)
+    monkeypatch.setattr(linear, "_kernels", kernels_of)
     with np.errstate(all="ignore"):  # a block's unused lanes divide by what they find
         yield
 

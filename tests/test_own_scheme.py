@@ -4,6 +4,7 @@ import hashlib
 import os
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -47,6 +48,12 @@ print(repr(float(s.spectral_radius(1.3))), repr(float(r.u[-1, 0])), certify(mine
 print(derive(mine).balances[0].effective_stiffness)
 """
 
+LOAD = """
+import substep as ss
+from my_scheme import mine
+print(repr(float(ss.scheme(mine, gamma=0.7).spectral_radius(1.3))))
+"""
+
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
@@ -54,12 +61,13 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setenv("SUBSTEP_CACHE", str(cache))
     (tmp_path / "my_scheme.py").write_text(OWN)
     (tmp_path / "run.py").write_text(RUN)
+    (tmp_path / "load.py").write_text(LOAD)
     return tmp_path
 
 
-def start(folder: Path) -> "subprocess.Popen[str]":
+def start(folder: Path, script: str = "run.py") -> "subprocess.Popen[str]":
     environment = {**os.environ, "PYTHONPATH": str(folder), "NUMBA_DISABLE_JIT": "1"}
-    command = [sys.executable, str(folder / "run.py")]
+    command = [sys.executable, str(folder / script)]
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
 
 
@@ -91,17 +99,30 @@ def test_closed_forms_certificate_kernels_and_march_and_the_cache(folder: Path) 
 
 
 def test_a_torn_file_is_written_again(folder: Path) -> None:
-    first = result(start(folder))
+    first = result(start(folder, "load.py"))
     (module,) = (folder / "cache").glob("substep_own_*.py")
     whole = module.read_text()
-    for torn in (whole[: len(whole) // 2], "", whole.replace("math.nan", "0.0"), "import os; os.abort()"):
-        module.write_text(torn)
-        assert result(start(folder)) == first
-        assert module.read_text() == whole
+    module.write_text(whole[: len(whole) // 2])
+    assert result(start(folder, "load.py")) == first
+    assert module.read_text() == whole
+
+
+@pytest.mark.usefixtures("folder")
+@pytest.mark.parametrize("torn", [lambda whole: whole[: len(whole) // 2], lambda _: "", lambda whole: whole + "x = 0\n",
+                                  lambda whole: whole.replace("1.5", "0.5"), lambda _: "raise SystemExit"])  # fmt: skip
+def test_a_file_that_is_not_what_was_written_is_never_run(torn: Callable[[str], str]) -> None:
+    found = []
+    for _ in range(2):
+        module = module_cache.cached_module("a declaration", lambda: "x = 1.5\n")
+        path = Path(str(module.__file__))
+        found.append((module.x, path.read_text()))
+        path.write_text(torn(found[0][1]))
+        del sys.modules[module.__name__]
+    assert found[0] == found[1] == (1.5, found[0][1])
 
 
 def test_two_processes_at_once(folder: Path) -> None:
-    both = [start(folder), start(folder)]
+    both = [start(folder, "load.py"), start(folder, "load.py")]
     first, second = (result(process) for process in both)
     assert first == second
     assert len(list((folder / "cache").glob("*.py"))) == 1

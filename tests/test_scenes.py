@@ -1,6 +1,5 @@
 """Scenes from their energies: declarations checked, discrete gradients exact, motions against other integrators."""
 
-import re
 from pathlib import Path
 from typing import Any
 
@@ -287,16 +286,6 @@ def test_own_scheme_on_a_committed_scene_and_on_an_own_one() -> None:
     scene = ss.scene("elastic_pendulum", EA=1e4)
     a, b = (ss.march(scene, x, 0.01, 1.0) for x in (s, same))
     assert np.allclose(a.u, b.u, rtol=0, atol=1e-12)
-
-
-def test_the_page_on_scenes_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("SUBSTEP_CACHE", str(tmp_path / "cache"))
-    page = (Path(__file__).parents[1] / "docs" / "adding_a_scene.md").read_text(encoding="utf-8")
-    declaration, use = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
-    space: dict = {}
-    exec(declaration, space)
-    exec(use.replace("from my_scene import mine\n", ""), space)
-    assert space["r"].status == "completed"
 
 
 def test_given_and_consistent_accelerations() -> None:

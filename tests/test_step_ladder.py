@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from plain_adaptive import exact
+from exact_motions import exact
 
 import substep as ss
 from substep.marching.adaptive import adaptive_kernels

@@ -205,7 +205,7 @@ def test_a_cluster_that_loses_a_worker_loses_nothing(tmp_path: Path, monkeypatch
 def test_a_bar_on_a_terminal_after_a_second_only(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    from substep.sweeps import progress
+    from substep.core import progress
 
     monkeypatch.setenv("FORCE_COLOR", "1")  # rich takes it for a terminal
     sweep()

@@ -325,6 +325,8 @@ def test_slots_that_hold_what_belongs_elsewhere() -> None:
         (Balance(a1, v1, N(u1), f(1) - u0), "write it into force"),
         (Balance(a1 + N(u0), v1, N(u1), f(1)), "linear combination"),
         (Balance(a1, v1, N(u1) - f(0), f(1)), "hold N of displacements"),
+        (Balance(a1, v1, N(u0 + h * v0 + h**2 / 4 * (a0 + a1)), f(1)), "force at displacements, got the unknown a_1"),
+        (Balance(a1, v1, N(u1 + h * v1), f(1)), "force at displacements, got the unknown v_1"),
         (Balance(a1, v1, N(u1), f(h)), "steps after t_n"),
     ):
         with pytest.raises(DeclarationError, match=message):

@@ -10,15 +10,18 @@ from .core.loads import HalfSine, Harmonic, Record, Step
 from .core.response import Response
 from .core.scenes import Scene, scene, scenes
 from .core.schemes import Scheme, scheme, schemes
+from .ground_motion.modal_combination import response_spectrum_analysis
 from .ground_motion.spectrum import response_spectrum
 from .marching.run import march
 from .structures.damping import Rayleigh, rayleigh
+from .structures.modes import Modes
 from .structures.structure import Structure, structure
 from .sweeps import sweep
 
 __all__ = [
     "HalfSine",
     "Harmonic",
+    "Modes",
     "Rayleigh",
     "Record",
     "Response",
@@ -29,6 +32,7 @@ __all__ = [
     "march",
     "rayleigh",
     "response_spectrum",
+    "response_spectrum_analysis",
     "scene",
     "scenes",
     "scheme",

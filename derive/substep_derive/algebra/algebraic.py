@@ -279,7 +279,7 @@ class Field:
             Poly(part, generator, domain=QQ)
             if part.is_polynomial(generator) and part.free_symbols <= {generator}
             else None
-            for part in fraction(cancel(value))
+            for part in ((value, Integer(1)) if value.is_polynomial(generator) else fraction(cancel(value)))
         )
         if numerator is None or denominator is None or self.root is None:
             raise ValueError(f"expected a rational function of r, got {value}")

@@ -10,9 +10,8 @@ from functools import cache
 from typing import Any
 
 from sympy import QQ, Add, Expr, Integer, Matrix, Mul, Poly, Rational, Symbol, fraction, together
-from sympy.polys.matrices import DomainMatrix
-from sympy.polys.matrices.exceptions import DMNonInvertibleMatrixError
 
+from . import elimination
 from .algebraic import Algebraic, Field, generator
 
 DIGITS = 2**120  # an approximation's relative error is below 1/DIGITS: a pair of doubles holds 2^106
@@ -146,53 +145,10 @@ class Polynomials:
                 found = found * d.exquo(found.gcd(d))
         return found
 
-    def eliminated(self, rows: list[list[Any]], columns: int) -> tuple[dict[int, int], list[list[Any]], list[Any]]:
-        """Gauss's elimination with pivots that are numbers, as long as there are any, in the first columns.
-
-        (column -> its row, the rows, the pivots). A row with a pivot is divided by it, and its column is 0 elsewhere.
-        """
-        rows, taken, pivots = [list(row) for row in rows], {}, []
-        while True:
-            best: tuple[int, int, int] | None = None
-            open_rows = [i for i in range(len(rows)) if i not in taken.values()]
-            counts = {j: sum(bool(rows[i][j]) for i in open_rows) for j in range(columns) if j not in taken}
-            for i in open_rows:
-                entries = sum(map(bool, rows[i])) - 1
-                for j, count in counts.items():
-                    if rows[i][j] and rows[i][j].is_ground and (best is None or entries * (count - 1) < best[0]):
-                        best = entries * (count - 1), i, j
-            if best is None:
-                return taken, rows, pivots
-            _, i, j = best
-            pivots.append(rows[i][j].coeff(1))
-            rows[i] = [e.mul_ground(self.field.domain.one / pivots[-1]) for e in rows[i]]
-            for k, row in enumerate(rows):
-                if k != i and row[j]:
-                    factor = row[j]
-                    rows[k] = [e - factor * own if own else e for e, own in zip(row, rows[i], strict=True)]
-            taken[j] = i
-
     def solve(self, matrix: Matrix, right: Matrix) -> tuple[Matrix, Expr]:
         """As `rational.solve`."""
-        n = matrix.cols
-        taken, rows, _ = self.eliminated(self.cleared(matrix.row_join(right)), n)
-        left = [j for j in range(n) if j not in taken]
-        open_rows = [i for i in range(len(rows)) if i not in taken.values()]
-        if len(open_rows) != len(left):
-            raise DMNonInvertibleMatrixError("the matrix is singular")
-        solved: dict[int, list[Any]] = {}
-        den = self.ring.one
-        if left:
-            block = DomainMatrix([[rows[i][j] for j in left] for i in open_rows], (len(left),) * 2, self.domain)
-            wanted = DomainMatrix([rows[i][n:] for i in open_rows], (len(left), right.cols), self.domain)
-            numerators, den = block.solve_den(wanted)
-            solved = dict(zip(left, numerators.to_list(), strict=True))
-        for j, i in taken.items():
-            solved[j] = [
-                own * den - sum((rows[i][k] * solved[k][c] for k in left), self.ring.zero)
-                for c, own in enumerate(rows[i][n:])
-            ]
-        return self._reduced([solved[j] for j in range(n)], right.cols, den)
+        rows, den = elimination.solution(self.cleared(matrix.row_join(right)), matrix.cols, self.domain)
+        return self._reduced(rows, right.cols, den)
 
     def _reduced(self, rows: list[list[Any]], columns: int, den: Any) -> tuple[Matrix, Expr]:
         """(numerators, den) without common factors, den with a rational first coefficient."""
@@ -213,20 +169,7 @@ class Polynomials:
 
     def determinant(self, matrix: Matrix) -> Expr:
         """As `rational.determinant`."""
-        taken, rows, pivots = self.eliminated(self.cleared(matrix), matrix.cols)
-        left = [j for j in range(matrix.cols) if j not in taken]
-        open_rows = [i for i in range(len(rows)) if i not in taken.values()]
-        permutation = [taken.get(j, -1) for j in range(matrix.cols)]
-        for i, j in zip(open_rows, left, strict=True):
-            permutation[j] = i
-        sign = (-1) ** sum(a > b for k, a in enumerate(permutation) for b in permutation[k + 1 :])
-        found = self.ring.one
-        if left:
-            block = [[rows[i][j] for j in left] for i in open_rows]
-            found = self.domain.convert(DomainMatrix(block, (len(left),) * 2, self.domain).det())
-        for pivot in pivots:
-            found = found.mul_ground(pivot)
-        return self.expression(found * sign)
+        return self.expression(elimination.determinant(self.cleared(matrix), self.domain))
 
     def quotient(self, a: Expr, b: Expr) -> Expr | None:
         """As `rational.quotient`."""

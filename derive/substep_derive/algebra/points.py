@@ -12,7 +12,7 @@ from typing import Any, Protocol
 from sympy import QQ, Poly, Symbol
 from sympy import ring as polynomial_ring
 
-from .algebraic import Field, RealRoot, enclose, irreducible, real_roots, sign_of
+from .algebraic import Field, RealRoot, enclose, real_roots, sign_of
 
 NARROW = QQ(1, 2**64)  # width of an interval below which algebra decides whether the value is zero
 
@@ -85,7 +85,12 @@ class RootPoint:
         return 0
 
     def _is_zero(self, number: Any) -> bool:
-        """Whether the number vanishes at the root; replaces the modulus by its factor that has the root."""
+        """Whether the number vanishes at the root; replaces the modulus by its factor that has the root.
+
+        Where the number is of a low degree, its norm decides sooner than that factor is found.
+        """
+        if 2 * number.degree() <= self._modulus.degree() and (known := self._by_norm(number)) is not None:
+            return known
         shared = _gcd(self._modulus, _monic(number))
         if shared.degree() < 1:
             return False
@@ -94,6 +99,24 @@ class RootPoint:
         vanishes = ends[0] * ends[1] < 0  # the gcd has at most one root in the interval, a simple one
         self._modulus = shared if vanishes else self._modulus.exquo(shared)
         return vanishes
+
+    def _by_norm(self, number: Any) -> bool | None:
+        """The same from the norm, the product of the number's conjugates; None for a multiple root of the norm.
+
+        The norm's roots are those of the conjugates, so that a simple one at which the number vanishes is a simple
+        root of the number alone: there it changes its sign.
+        """
+        factors = _norm_factors(_monic(number))
+        own = self.root.polynomial.all_coeffs()
+        power = next((power for factor, power in factors if factor.all_coeffs() == own), 0)
+        if power != 1:
+            return None if power else False
+        alone = RealRoot(self.root.polynomial, self.root.low, self.root.high)
+        others = (factor for factor, _ in factors if factor.all_coeffs() != own)
+        separate([alone, *(root for factor in others for root in real_roots(factor))])
+        x = number.ring.gens[0]
+        ends = (self.field.sign(number.evaluate(x, self.field.domain.convert(end))) for end in (alone.low, alone.high))
+        return sign_of(next(ends) * next(ends)) < 0
 
 
 @lru_cache(maxsize=64)  # all roots of one polynomial ask for the same
@@ -112,11 +135,15 @@ def _monic(p: Any) -> Any:
 
 
 @lru_cache(maxsize=64)
-def _norm_factors(polynomial: Any) -> tuple[Poly, ...]:
-    """The irreducible factors over Q of the norm of a polynomial in one variable, or of itself over Q."""
+def _norm_factors(polynomial: Any) -> tuple[tuple[Poly, int], ...]:
+    """The irreducible factors over Q, and their powers, of the norm of a polynomial in one variable; over Q, of itself.
+
+    Each has coprime integer coefficients.
+    """
     x, domain = Symbol("x"), polynomial.ring.domain
     over_k = Poly.from_dict(dict(polynomial), x, domain=domain)
-    return tuple(irreducible(over_k if domain is QQ else over_k.norm()))
+    factors = (over_k if domain is QQ else over_k.norm()).factor_list()[1]
+    return tuple((factor.primitive()[1], power) for factor, power in factors)
 
 
 def point(field: Field, root: RealRoot, ring: Any) -> Point:
@@ -160,7 +187,7 @@ def positive_roots(field: Field, polynomials: Sequence[Any], ring: Any) -> list[
     """
     found: dict[Poly, list[Any]] = {}
     for polynomial in dict.fromkeys(map(_monic, polynomials)):
-        for factor in _norm_factors(polynomial):
+        for factor, _ in _norm_factors(polynomial):
             if factor.eval(0) != 0:
                 found.setdefault(factor, []).append(polynomial)
     roots = []

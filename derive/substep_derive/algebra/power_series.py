@@ -36,6 +36,10 @@ class Modal:
         if not isinstance(other, Modal):
             return Modal(self.alpha * other, self.beta * other, self.xi)
         a, b, c, d = self.alpha, self.beta, other.alpha, other.beta
+        if not b:  # as it is in all series that come from polynomials, so that most products are short
+            return Modal(a * c, a * d, self.xi)
+        if not d:
+            return Modal(a * c, b * c, self.xi)
         last = b * d
         return Modal(a * c - last, a * d + b * c - 2 * self.xi * last, self.xi)
 
@@ -76,6 +80,8 @@ class PowerSeries:
         for i, left in enumerate(self.c[:n]):
             if left:
                 for j, right in enumerate(other.c[: n - i]):
+                    if not right:
+                        continue
                     term = left * right
                     product[i + j] = term if product[i + j] is None else product[i + j] + term
         zero = self.c[0] - self.c[0] if n else None

@@ -5,23 +5,35 @@ simplified after it was built. Where an algebraic constant occurs, `constant.Pol
 """
 
 from collections.abc import Sequence
+from math import lcm
 from typing import Any
 
 from sympy import QQ, ZZ, Expr, Integer, Matrix, Poly, Symbol, factor, ring
 from sympy import cse as sympy_cse
 from sympy.polys.matrices import DomainMatrix
-from sympy.polys.matrices.exceptions import DMNonInvertibleMatrixError
 
+from . import elimination
 from .constant import Constant, Polynomials
+from .expanded import coefficients, expanded_terms, terms
 
-SingularMatrix = DMNonInvertibleMatrixError
+SingularMatrix = elimination.SingularMatrix
 
 
 def _rational(matrix: Matrix) -> DomainMatrix:
     """The matrix over the rational functions with integer coefficients, common factors cancelled."""
     symbols = sorted(matrix.free_symbols, key=str)
     domain = ZZ.frac_field(*symbols) if symbols else QQ
-    return DomainMatrix([[domain.from_sympy(e) for e in row] for row in matrix.tolist()], matrix.shape, domain)
+    return DomainMatrix([[_read(e, symbols, domain) for e in row] for row in matrix.tolist()], matrix.shape, domain)
+
+
+def _read(e: Expr, symbols: Sequence[Symbol], domain: Any) -> Any:
+    """A rational function with rational coefficients as an element of the domain of `_rational`."""
+    found = expanded_terms(e, symbols) if symbols else None
+    if found is None:
+        return domain.from_sympy(e)
+    den = lcm(*(int(c.denominator) for c in found.values()))
+    numerator = domain.field.ring.from_dict({powers: ZZ(int(c * den)) for powers, c in found.items()})
+    return domain.field.raw_new(numerator, domain.field.ring.ground_new(ZZ(den)))
 
 
 def _cleared(matrix: Matrix) -> DomainMatrix:
@@ -44,10 +56,13 @@ def solve(matrix: Matrix, right: Matrix) -> tuple[Matrix, Expr]:
     """
     if over_field := Polynomials.of([*matrix, *right]):
         return over_field.solve(matrix, right)
-    both = _cleared(matrix.row_join(right))
-    numerators, den = both[:, : matrix.cols].solve_den(both[:, matrix.cols :])
-    numerators, den = numerators.cancel_denom(den)
-    return numerators.to_Matrix(), both.domain.to_sympy(den)
+    rows, domain = _over_field(matrix.row_join(right))
+    found, den = elimination.solution(rows, matrix.cols, domain)
+    over_ZZ = domain.set_domain(ZZ)
+    scale = QQ(lcm(*(int(c.denominator) for row in (*found, [den]) for e in row for c in e.values())))
+    (*rows, [den]) = [[over_ZZ.convert(e.mul_ground(scale), domain) for e in row] for row in (*found, [den])]
+    numerators, den = DomainMatrix(rows, (len(rows), right.cols), over_ZZ).cancel_denom(den)
+    return numerators.to_Matrix(), over_ZZ.to_sympy(den)
 
 
 def common_denominator(matrix: Matrix) -> tuple[Matrix, Expr]:
@@ -64,8 +79,15 @@ def determinant(matrix: Matrix) -> Expr:
     """The determinant, each row cleared of its denominators."""
     if over_field := Polynomials.of([*matrix]):
         return over_field.determinant(matrix)
+    rows, domain = _over_field(matrix)
+    return domain.to_sympy(elimination.determinant(rows, domain))
+
+
+def _over_field(matrix: Matrix) -> tuple[list[list[Any]], Any]:
+    """The rows of `_cleared` over the rationals, and their domain; an unused symbol where there are none."""
     cleared = _cleared(matrix)
-    return cleared.domain.to_sympy(cleared.det())
+    domain = QQ.poly_ring(*(getattr(cleared.domain, "symbols", ()) or [Symbol("unused")]))
+    return [[domain.convert(e, cleared.domain) for e in row] for row in cleared.to_list()], domain
 
 
 def same(a: Matrix, b: Matrix) -> bool:
@@ -81,7 +103,8 @@ def quotient(a: Expr, b: Expr) -> Expr | None:
     if over_field := Polynomials.of([a, b]):
         return over_field.quotient(a, b)
     symbols = sorted(a.free_symbols | b.free_symbols, key=str)
-    found, rest = Poly(a, *symbols, domain=QQ).div(Poly(b, *symbols, domain=QQ))
+    above, below = (Poly.from_dict(terms(e, symbols), *symbols, domain=QQ) for e in (a, b))
+    found, rest = above.div(below)
     return found.as_expr() if rest.is_zero else None
 
 
@@ -127,7 +150,7 @@ class RationalFunctions:
 def horner(expression: Expr, variable: Symbol) -> Expr:
     """Nested form in one variable with factored coefficients: few operations, few digits lost."""
     nested: Expr = Integer(0)
-    for coefficient in Poly(expression, variable).all_coeffs():
+    for coefficient in coefficients(expression, variable):
         nested = nested * variable + factor(coefficient)
     return nested
 

@@ -187,6 +187,12 @@ def _balances(scheme: _Declared) -> None:
                 )
         if b.force.atoms(f, K_t):
             raise DeclarationError(f"{where}: expected the force to hold N of displacements, got {b.force}")
+        within = {s for part in b.force.atoms(N, N_discrete) for s in part.free_symbols}
+        if moving := [s for s in scheme.unknowns if s in within and s.name[0] != "u"]:
+            raise DeclarationError(
+                f"{where}: expected the internal force at displacements, got the unknown {moving[0]} in {b.force}; "
+                "give that displacement a knot of its own: a relation for it, and N of its symbol"
+            )
         bare = b.load.replace(f, lambda tau: Symbol("f"))
         if knots := sorted(s for s in map(str, bare.free_symbols) if knot_of(Symbol(s))):
             raise DeclarationError(f"{where}: expected a load of f(tau) alone, got {knots[0]}; write it into force")

@@ -45,11 +45,13 @@ def operations_table(files: Mapping[str, str]) -> str:
 
 def function_costs(text: str) -> Iterator[Cost]:
     """The cost of every function of a module that computes anything, in the order of the text."""
+    lines = text.splitlines()
     for function in ast.parse(text).body:
         if isinstance(function, ast.FunctionDef):
             operations, calls = _count(function)
             if operations:
-                yield Cost(function.name, operations, calls, ast.unparse(function))
+                first = min((d.lineno for d in function.decorator_list), default=function.lineno)
+                yield Cost(function.name, operations, calls, "\n".join(lines[first - 1 : function.end_lineno]))
 
 
 def _count(function: ast.FunctionDef) -> tuple[int, int]:
@@ -65,7 +67,7 @@ def _count(function: ast.FunctionDef) -> tuple[int, int]:
         ):
             operations += not _is_number(node)
         elif isinstance(node, ast.Call):
-            calls += ast.unparse(node.func) != "range"
+            calls += not (isinstance(node.func, ast.Name) and node.func.id == "range")
         left.extend(ast.iter_child_nodes(node))
     return operations, calls
 

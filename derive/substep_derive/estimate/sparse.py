@@ -41,9 +41,10 @@ def sparsest(columns: Sequence[Sequence[int]], right: Sequence[int], p: int) -> 
     """
     if not any(right):
         return [()]
+    *short, wanted = _in_fewest_coordinates([*columns, right], p)
     for size in range(1, len(columns) + 1):
         visited = [0]
-        found = list(_supports([list(c) for c in columns], list(right), size, 0, p, visited))
+        found = list(_supports(short, wanted, size, 0, p, visited))
         if found:
             return found
         if visited[0] > MOST_VISITED:
@@ -51,12 +52,37 @@ def sparsest(columns: Sequence[Sequence[int]], right: Sequence[int], p: int) -> 
     return []
 
 
+def _in_fewest_coordinates(vectors: Sequence[Sequence[int]], p: int) -> list[list[int]]:
+    """The vectors in as many coordinates as their rank: row operations keep all linear relations among them."""
+    kept: list[tuple[int, list[int]]] = []
+    for given in zip(*vectors, strict=True):
+        row = list(given)
+        for place, known in kept:
+            row = _eliminated(row, known, row[place], p)
+        place = next((i for i, x in enumerate(row) if x), None)
+        if place is not None:
+            inverse = pow(row[place], -1, p)
+            kept.append((place, [x * inverse % p for x in row]))
+    return [list(vector) for vector in zip(*(row for _, row in kept), strict=True)]
+
+
+def _eliminated(vector: list[int], other: list[int], factor: int, p: int) -> list[int]:
+    """vector - factor*other."""
+    return [(x - factor * y) % p for x, y in zip(vector, other, strict=True)] if factor else vector
+
+
 def _supports(
     columns: list[list[int]], right: list[int], size: int, first: int, p: int, visited: list[int]
 ) -> Iterator[tuple[int, ...]]:
-    """Sets of `size` columns from `first` on, all of them needed, whose span holds the right side."""
+    """Sets of `size` columns from `first` on whose span holds the right side, which is not 0.
+
+    No smaller set is one, so that all of them are needed.
+    """
     visited[0] += 1
     if visited[0] > MOST_VISITED:
+        return
+    if size < 3:
+        yield from _last(columns, right, size, first, p, visited)
         return
     for k in range(first, len(columns) - size + 1):
         column = columns[k]
@@ -64,20 +90,45 @@ def _supports(
         if pivot is None:
             continue
         inverse = pow(column[pivot], -1, p)
+        rest, *later = (
+            _eliminated(other, column, other[pivot] * inverse % p, p) for other in (right, *columns[k + 1 :])
+        )
+        for tail in _supports([*columns[: k + 1], *later], rest, size - 1, k + 1, p, visited):
+            yield (k, *tail)
 
-        def eliminated(
-            other: list[int], pivot: int = pivot, inverse: int = inverse, column: list[int] = column
-        ) -> list[int]:
-            factor = other[pivot] * inverse % p
-            return [(x - factor * y) % p for x, y in zip(other, column, strict=True)] if factor else other
 
-        rest = eliminated(right)
-        if size == 1:
-            if not any(rest):
+def _last(
+    columns: list[list[int]], right: list[int], size: int, first: int, p: int, visited: list[int]
+) -> Iterator[tuple[int, ...]]:
+    """The same for one column or two. Each column is a multiple of the right side plus a vector beside it.
+
+    That vector has to be 0 for one column; for two, both have the same but for a number, and not the same share of the
+    right side with it.
+    """
+    pivot = next(i for i, x in enumerate(right) if x)
+    inverse = pow(right[pivot], -1, p)
+    alike: dict[tuple[int, ...], list[tuple[int, int]]] = {}  # vector with a first number 1 -> columns, their shares
+    found: list[tuple[tuple[int, ...], int] | None] = []
+    for k, column in enumerate(columns[first:], first):
+        share = column[pivot] * inverse % p
+        beside = _eliminated(column, right, share, p)
+        lead = next((x for x in beside if x), None)
+        if lead is None:
+            found.append(None)
+            if size == 1 and share:
                 yield (k,)
             continue
-        if not any(rest):
+        scale = pow(lead, -1, p)
+        line, share = tuple(x * scale % p for x in beside), share * scale % p
+        found.append((line, share))
+        alike.setdefault(line, []).append((k, share))
+    if size == 1:
+        return
+    for k, own in enumerate(found[:-1], first):
+        if own is None:
             continue
-        later = [*columns[: k + 1], *(eliminated(c) for c in columns[k + 1 :])]
-        for tail in _supports(later, rest, size - 1, k + 1, p, visited):
-            yield (k, *tail)
+        visited[0] += 1
+        if visited[0] > MOST_VISITED:
+            return
+        line, share = own
+        yield from ((k, j) for j, other in alike[line] if j > k and other != share)

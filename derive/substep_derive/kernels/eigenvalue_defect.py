@@ -12,8 +12,9 @@ from dataclasses import dataclass
 from functools import cache
 from math import comb
 
-from sympy import Dummy, Expr, Integer, Poly, Rational, expand
+from sympy import Add, Expr, Integer, Rational, expand
 
+from ..algebra.expanded import coefficients
 from ..algebra.power_series import powers_of_zeta
 from ..declare.symbols import Omega, xi
 
@@ -31,9 +32,13 @@ def in_tau(c: list[Expr]) -> list[Expr]:
 
     lambda = (1 + tau/2)/(1 - tau/2).
     """
-    tau, d = Dummy("tau"), len(c) - 1
-    total = sum((e * (1 + tau / 2) ** j * (1 - tau / 2) ** (d - j) for j, e in enumerate(c)), Integer(0))
-    return [expand(e) for e in reversed(Poly(total, tau).all_coeffs())]
+    d = len(c) - 1
+
+    def weight(j: int, k: int) -> Rational:
+        """The coefficient of tau^k in (1 + tau/2)^j (1 - tau/2)^(d - j)."""
+        return Rational(sum((-1) ** (k - i) * comb(j, i) * comb(d - j, k - i) for i in range(k + 1)), 2**k)
+
+    return [expand(Add(*(weight(j, k) * e for j, e in enumerate(c)))) for k in range(d + 1)]
 
 
 @cache
@@ -62,11 +67,10 @@ class EigenvalueDefect:
     @classmethod
     def of(cls, c: list[Expr], damping: Expr = xi) -> "EigenvalueDefect":
         """From the coefficients of the polynomial in lambda, lowest first; damping: xi, or 0 where there is none."""
-        by_power = [Poly(e, Omega) for e in in_tau(c)]
-        b = [[] if p.is_zero else [p.coeff_monomial(Omega**i) for i in range(p.degree() + 1)] for p in by_power]
+        b = [[] if e == 0 else coefficients(e, Omega)[::-1] for e in in_tau(c)]
         zeta = powers_of_zeta(MOST_TERMS, damping)
 
-        def coefficients(power: int) -> tuple[Expr, Expr]:
+        def shares_of(power: int) -> tuple[Expr, Expr]:
             """Those of Omega^power and of Omega^power*zeta in the value."""
             shares = [
                 (column[power - n] * series(j, n), zeta[n])
@@ -77,9 +81,9 @@ class EigenvalueDefect:
             return tuple(expand(sum((s * z[part] for s, z in shares), Integer(0))) for part in (0, 1))
 
         terms = LEAST_TERMS
-        while terms < MOST_TERMS and coefficients(terms - 1) == (0, 0):
+        while terms < MOST_TERMS and shares_of(terms - 1) == (0, 0):
             terms += 1
-        sums = [sum((coefficients(n)[part] * Omega ** (n - 3) for n in range(3, terms)), Integer(0)) for part in (0, 1)]
+        sums = [sum((shares_of(n)[part] * Omega ** (n - 3) for n in range(3, terms)), Integer(0)) for part in (0, 1)]
         tails: dict[tuple[int, int], Expr] = {}
         for j, column in enumerate(b):
             for i, e in enumerate(column):

@@ -5,6 +5,7 @@ from collections.abc import Iterable, Sequence
 from sympy import Add, Expr, Integer, Poly, Symbol, expand, factor, horner
 
 from ..algebra.constant import approximated, constants_of
+from ..algebra.expanded import coefficients
 from ..declare.scheme import Scheme
 from ..declare.symbols import Omega, xi
 from ..oscillator.amplification import Amplification
@@ -96,13 +97,13 @@ def _inlined(name: str, arguments: tuple[Symbol, ...], outputs: dict[str, Expr],
     if constants_of(outputs.values()):  # numbers without common factors
         return Kernel(name, arguments, tuple((key, nested(e, arguments[0])) for key, e in outputs.items()), doc, ())
     first = arguments[0]
-    degree = {v: max(Poly(e, v).degree() for e in outputs.values()) for v in arguments if v not in (first, xi)}
+    degree = {v: max(len(coefficients(e, v)) - 1 for e in outputs.values()) for v in arguments if v not in (first, xi)}
     order = [xi, *sorted(degree, key=lambda v: (degree[v], v.name))]
     alone: dict[Expr, Symbol] = {}
     found: list[tuple[str, Expr]] = []
     for key, output in outputs.items():
         total: Expr = Integer(0)
-        for coefficient in Poly(output, first).all_coeffs():
+        for coefficient in coefficients(output, first):
             sums = factor(coefficient).replace(lambda e: isinstance(e, Add), lambda e: _nested(expand(e), order, alone))
             total = total * first + sums
         found.append((key, total))
@@ -120,7 +121,7 @@ def _nested(polynomial: Expr, order: Sequence[Symbol], alone: dict[Expr, Symbol]
         return polynomial
     if len(variables) > 1:
         total: Expr = Integer(0)
-        for coefficient in Poly(polynomial, variables[0]).all_coeffs():
+        for coefficient in coefficients(polynomial, variables[0]):
             total = total * variables[0] + _nested(coefficient, variables[1:], alone)
         return total
     if not variables or polynomial.free_symbols - set(variables):

@@ -117,7 +117,8 @@ class Stage:
         return factor(sum((self.in_z[s].diff(self.z) for s in self.moved if s in self.in_z), 0 * self.z))
 
 
-def stages(scheme: Scheme) -> tuple[dict[Symbol, Expr], tuple[Stage, ...]]:
+@cache
+def stages(scheme: Scheme) -> tuple[Mapping[Symbol, Expr], tuple[Stage, ...]]:
     """(the new symbols that follow from the state alone, one stage for each balance).
 
     Raises DeclarationError when a balance reads an acceleration that a later balance defines.
@@ -146,9 +147,10 @@ def stages(scheme: Scheme) -> tuple[dict[Symbol, Expr], tuple[Stage, ...]]:
         where = {arg for atom in balance.force.atoms(N, N_discrete) for arg in atom.args}
         moved = frozenset(s for arg in where for s in arg.free_symbols if level.get(s) == k)
         found.append(Stage(balance, z[k - 1], own, in_z, moved))
-    return prior, tuple(found)
+    return MappingProxyType(prior), tuple(found)
 
 
+@cache
 def effective_systems(scheme: Scheme) -> tuple[EffectiveSystem, ...]:
     """The effective system of each balance. Raises DeclarationError as `stages` does."""
     return tuple(_effective(stage, scheme.name) for stage in stages(scheme)[1])

@@ -7,7 +7,7 @@ system, the pencil  new*X + old*x0 + load*f = 0, whether the step is composite o
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from typing import cast
 
 from sympy import Dummy, Expr, Integer, Matrix, Poly, Symbol, cancel, default_sort_key, eye, zeros
@@ -83,6 +83,7 @@ class Pencil:
         n, m = len(unknowns), len(state)
         return cls(unknowns, state, stencil, matrix[:, :n], matrix[:, n : n + m], matrix[:, n + m :])
 
+    @cached_property
     def characteristic(self) -> Expr:
         """The pencil's determinant with x1 = lambda*x0: the characteristic polynomial times a factor free of lambda."""
         n, m = len(self.unknowns), len(self.state)
@@ -166,7 +167,7 @@ class Amplification:
         load = zeros(len(pencil.stencil), m).row_join(eye(len(pencil.stencil)))
         known = Matrix.vstack(*(rows[s] for s in rows), load)
         outputs = coefficients(derived, list(rows), pencil.stencil) * known if derived else zeros(0, known.cols)
-        charpoly = rational.primitive(pencil.characteristic().subs(lam, 1 + mu), mu)
+        charpoly = rational.primitive(pencil.characteristic, lam).shift(1).replace(lam, mu)
         start, start_stencil = _start(scheme, pencil.state, at_zero)
         return cls(
             scheme,
@@ -178,6 +179,12 @@ class Amplification:
             start_stencil,
             -charpoly if charpoly.LC().subs(at_zero) < 0 else charpoly,
         )
+
+
+@cache
+def in_lambda(charpoly: Poly) -> Poly:
+    """A characteristic polynomial, which is one in mu = lambda - 1, as one in lambda."""
+    return charpoly.shift(-1).replace(mu, lam)
 
 
 @cache

@@ -9,9 +9,10 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from sympy import QQ, Expr, Poly, Symbol
+from sympy import Expr, Symbol, sympify
 
 from ..algebra.algebraic import Field
+from ..algebra.expanded import terms
 from ..algebra.rational import RationalFunctions
 from ..declare.parameter_set import ParameterSet
 from ..declare.scheme import Scheme
@@ -58,7 +59,13 @@ class Evaluation:
 
     def number(self, value: Expr) -> Any:
         """A rational function of the parameters as a number of the field."""
-        return self.field.number(value.subs(self.values, simultaneous=True))
+        if value not in self._found:
+            self._found[value] = self.field.number(sympify(value).xreplace(self.values))
+        return self._found[value]
+
+    @cached_property
+    def _found(self) -> dict[Expr, Any]:
+        return {}
 
     @cached_property
     def _numbers(self) -> dict[Symbol, Any]:
@@ -69,20 +76,37 @@ class Evaluation:
 
         If damping, an element of the field, is given, it replaces xi, whose power is then always 0.
         """
+        if polynomial not in self._known:
+            self._known[polynomial] = self._read(polynomial)
+        found = self._known[polynomial]
+        if damping is None:
+            return dict(found)
+        at_damping: dict[tuple[int, int], Any] = {}
+        powers = [self.field.domain.one]
+        for (at_Omega, at_xi), value in found.items():
+            while len(powers) <= at_xi:
+                powers.append(powers[-1] * damping)
+            share = value * powers[at_xi] if at_xi else value
+            at_damping[at_Omega, 0] = at_damping[at_Omega, 0] + share if (at_Omega, 0) in at_damping else share
+        return {key: value for key, value in at_damping.items() if value}
+
+    @cached_property
+    def _known(self) -> dict[Expr, dict[tuple[int, int], Any]]:
+        return {}
+
+    def _read(self, polynomial: Expr) -> dict[tuple[int, int], Any]:
         symbols, domain = [*self._numbers, Omega, xi], self.field.domain
-        numbers = [*self._numbers.values()]
-        powers: list[list[Any]] = [[domain.one] for _ in (*numbers, damping)]
+        powers: list[list[Any]] = [[domain.one] for _ in self._numbers]
+        factors = list(zip(powers, self._numbers.values(), strict=True))
         found: dict[tuple[int, int], Any] = {}
-        for monomial, c in Poly(polynomial, *symbols, domain=QQ).terms():
+        for monomial, c in terms(polynomial, symbols).items():
             *own, at_Omega, at_xi = monomial
-            value = domain.convert(QQ(int(c.p), int(c.q)))
-            factors = list(zip(powers, numbers, own, strict=False))
-            if damping is not None:
-                factors.append((powers[-1], damping, at_xi))
-            for table, number, power in factors:
+            value = domain.convert(c)
+            for (table, number), power in zip(factors, own, strict=True):
                 while len(table) <= power:
                     table.append(table[-1] * number)
-                value = value * table[power]
-            key = at_Omega, at_xi if damping is None else 0
+                if power:
+                    value = value * table[power]
+            key = at_Omega, at_xi
             found[key] = found[key] + value if key in found else value
         return {key: value for key, value in found.items() if value}

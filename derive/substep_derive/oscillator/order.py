@@ -10,15 +10,15 @@ that is not zero is the order.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import chain
 from typing import Any, cast
 
-from sympy import QQ, Expr, Integer, Matrix, Poly, Rational, factor, factor_list, fraction, prod
+from sympy import QQ, Expr, Integer, Matrix, Rational, factor, factor_list, fraction, prod
 
 from ..algebra.power_series import Modal, PowerSeries, total
 from ..declare.scheme import Scheme
-from ..declare.symbols import lam, mu
-from .amplification import Affine
+from .amplification import Affine, in_lambda
 from .evaluation import Evaluation
 from .mode import exponential, logarithm
 from .start_up import start_up
@@ -68,6 +68,11 @@ class _Expansion:
         self.one, self.zero = domain.one, domain.zero
         self.xi = domain.convert(QQ(int(damping.p), int(damping.q)))
 
+    @cached_property
+    def modes(self) -> "_Modes":
+        """Of one step."""
+        return _Modes(self)
+
     def modal(self, alpha: Any, beta: Any) -> Modal:
         return Modal(self.zero + alpha, self.zero + beta, self.xi)
 
@@ -109,7 +114,7 @@ class _Expansion:
 
 def _characteristic(e: _Expansion) -> list[PowerSeries]:
     """The characteristic polynomial in lambda, from the constant term up, its leading coefficient 1."""
-    p = Poly(e.evaluation.amplification.charpoly.as_expr().subs(mu, lam - 1), lam)
+    p = in_lambda(e.evaluation.amplification.charpoly)
     lead = e.polynomial(p.LC())
     return [e.over(e.polynomial(c), lead) for c in reversed(p.all_coeffs())]
 
@@ -163,7 +168,7 @@ class _Modes:
 
 def _free(e: _Expansion) -> list[list[PowerSeries]]:
     """Free vibration's errors of u, v, a: drift per unit of omega*t, amplitude's deviation, conjugate's amplitude."""
-    modes, zeta = _Modes(e), e.modal(0, 1)
+    modes, zeta = e.modes, e.modal(0, 1)
     amplification = e.evaluation.amplification
     x, steps = start_up(amplification, [e.s(k) for k in range(3)], e.apply)
     own = _drift(e, modes.p)
@@ -190,7 +195,7 @@ def _free(e: _Expansion) -> list[list[PowerSeries]]:
 
 def _forced(e: _Expansion) -> list[list[PowerSeries]]:
     """Forced vibration's errors of u, v, a, relative to 1, omega, omega^2 times the static displacement."""
-    modes, kappa = _Modes(e), e.modal(KAPPA, 0)
+    modes, kappa = e.modes, e.modal(KAPPA, 0)
     at = e.exponential(kappa)
     amplification = e.evaluation.amplification
     load = [e.exponential(kappa * e.evaluation.number(tau)).shifted(2) for tau in amplification.stencil]

@@ -1,22 +1,22 @@
 """Amplification -> its live eigenvalues, those that are not 0 at every Omega, and their limits as Omega -> oo."""
 
 from collections.abc import Sequence
+from functools import cache
 from typing import Any
 
 from sympy import Abs, Expr, Integer, Max, Piecewise, Poly, Symbol, factor_list, oo, radsimp, sqrt
 
 from ..algebra.algebraic import Field, closed_form, generator
-from ..declare.symbols import Omega, lam, mu
-from .amplification import Amplification
+from ..algebra.expanded import coefficients
+from ..declare.symbols import Omega, lam
+from .amplification import Amplification, in_lambda
 from .evaluation import Evaluation
 
 
+@cache
 def live(charpoly: Poly) -> Poly:
     """The characteristic polynomial in lambda without the roots that are 0 at every Omega."""
-    p = Poly(charpoly.as_expr().subs(mu, lam - 1), lam)
-    while p.eval(0) == 0:
-        p = p.quo(Poly(lam, lam))
-    return p
+    return in_lambda(charpoly).terms_gcd()[1]
 
 
 def live_at(evaluation: Evaluation, damping: Any) -> list[dict[int, Any]]:
@@ -24,7 +24,7 @@ def live_at(evaluation: Evaluation, damping: Any) -> list[dict[int, Any]]:
 
     Rows run from the lowest to the highest power of lambda whose row is not empty; there are none where all vanish.
     """
-    p = Poly(evaluation.amplification.charpoly.as_expr().subs(mu, lam - 1), lam)
+    p = in_lambda(evaluation.amplification.charpoly)
     rows = [
         {power: c for (power, _), c in evaluation.coefficients(e, damping).items()} for e in reversed(p.all_coeffs())
     ]
@@ -35,7 +35,7 @@ def live_at(evaluation: Evaluation, damping: Any) -> list[dict[int, Any]]:
 def limit_polynomial(amplification: Amplification) -> Poly:
     """The polynomial in lambda whose roots are the live eigenvalues as Omega -> oo."""
     p = live(amplification.charpoly)
-    return Poly(Poly(p.as_expr(), Omega).LC(), lam)
+    return Poly(coefficients(p.as_expr().expand(), Omega)[0], lam)
 
 
 def rho_infinity(amplification: Amplification) -> Expr:

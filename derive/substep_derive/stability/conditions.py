@@ -313,7 +313,7 @@ def conditions(scheme: str | Scheme, xi: Any = 0) -> Conditions:
             f"{declared.constant}; take certify, which decides at given parameters"
         )
     box = {p.symbol: p.domain for p in declared.parameters}
-    p = live(Poly(live(Amplification.of(declared).charpoly).as_expr().subs(damping_ratio, number), lam))
+    p = Poly(live(Amplification.of(declared).charpoly).as_expr().subs(damping_ratio, number), lam).terms_gcd()[1]
     c, variable = _in_square(p.all_coeffs()[::-1])
     c = [e * _leading_sign(declared, c[-1], box) for e in c]
     n = len(c) - 1

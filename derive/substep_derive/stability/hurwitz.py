@@ -36,7 +36,7 @@ def characteristic(scheme: Scheme) -> Any:
     """det(new, old) of the scheme's pencil: polynomial over Q in its constant, parameters, xi, Omega and lambda."""
     constant = () if scheme.constant is None else (scheme.constant,)
     ring = ring_over(Field(), *constant, *scheme.values, xi, Omega, lam)
-    return ring.from_expr(Pencil.of(scheme).characteristic())
+    return ring.from_expr(Pencil.of(scheme).characteristic)
 
 
 @dataclass(frozen=True)

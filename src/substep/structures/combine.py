@@ -10,14 +10,14 @@ from ..core.arrays import Array
 
 
 def combined(rows: Array, X: Array, out: Array | None = None) -> Array:
-    """rows @ X (R, n), of coefficients (R, V), many of them 0 or 1, and vectors (V, n); in `out`, if given."""
+    """rows (R, V), many of them 0 or 1, times vectors X (V, n), or X (V, n, L) for L load cases; in `out`, if given."""
     if out is None:
-        out = np.empty((len(rows), X.shape[1]))
+        out = np.empty((len(rows), *X.shape[1:]))
     part = None
     for row, y in zip(rows, out, strict=True):
         used = np.flatnonzero(row)
         if not len(used):
-            y[:] = 0.0
+            y[...] = 0.0
             continue
         np.multiply(X[used[0]], row[used[0]], out=y)
         for v in used[1:]:

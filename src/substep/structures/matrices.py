@@ -19,6 +19,10 @@ def checked(name: str, value: Any, size: int | None = None) -> Matrix:
     """
     from scipy import sparse  # noqa: PLC0415 (slow to import)
 
+    if is_operator(value):
+        if size is not None and value.shape != (size, size):
+            raise ValueError(f"expected {name} to be {size} x {size} as the mass matrix, got shape {value.shape}")
+        return value
     if np.iscomplexobj(value.data if sparse.issparse(value) else value):
         raise ValueError(f"expected {name} to be real, got complex numbers; give its real part if that is meant")
     if sparse.issparse(value):
@@ -39,20 +43,32 @@ def checked(name: str, value: Any, size: int | None = None) -> Matrix:
     return matrix
 
 
-def reduced(matrix: Matrix, T: Matrix) -> Matrix:
-    """T^T matrix T; sparse stays sparse."""
-    from scipy import sparse  # noqa: PLC0415
+def is_operator(matrix: Any) -> bool:
+    """Whether it is known by its products only: SciPy's LinearOperator."""
+    return hasattr(matrix, "matvec") and hasattr(matrix, "rmatvec")
 
+
+def reduced(matrix: Matrix, T: Matrix) -> Matrix:
+    """T^T matrix T; sparse stays sparse, and what is known by its products only stays so."""
+    from scipy import sparse  # noqa: PLC0415
+    from scipy.sparse.linalg import aslinearoperator  # noqa: PLC0415
+
+    if is_operator(matrix):
+        return aslinearoperator(T.T) @ matrix @ aslinearoperator(T)
     found = T.T @ matrix @ T
     return sparse.csr_array(found) if sparse.issparse(found) else np.asarray(found)
 
 
 def combination(terms: Sequence[tuple[float, Matrix]]) -> Matrix:
     """The sum of factor * matrix; terms with the factor 0 are left out."""
+    from scipy.sparse.linalg import aslinearoperator  # noqa: PLC0415
+
+    used = [(factor, matrix) for factor, matrix in terms if factor != 0.0]
+    if any(is_operator(matrix) for _, matrix in used):
+        used = [(factor, aslinearoperator(matrix)) for factor, matrix in used]
     found = None
-    for factor, matrix in terms:
-        if factor != 0.0:
-            found = factor * matrix if found is None else found + factor * matrix
+    for factor, matrix in used:
+        found = factor * matrix if found is None else found + factor * matrix
     assert found is not None
     return found
 

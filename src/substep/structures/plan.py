@@ -23,17 +23,30 @@ Row = Mapping[str, float]
 class System:
     """M inertia + C damping + K0 stiffness + sum of w N(row) + .. = sum of w f(t_n + tau h), rows (V,).
 
-    place: of its unknown among the vectors; entries beyond it are 0. forces: pairs (w, row); differences: triples of
-    a discrete gradient between two displacements; loads: pairs (w, tau).
+    place: of its unknown among the vectors; entries beyond it are 0. balance: whether it is one of the scheme's
+    balances, not a quotient of matrices. forces: pairs (w, row); differences: triples of a discrete gradient between
+    two displacements; loads: pairs (w, tau).
     """
 
     place: int
+    balance: bool
     inertia: Array
     damping: Array
     stiffness: Array
     forces: tuple[tuple[float, Array], ...]
     differences: tuple[tuple[float, Array, Array], ...]
     loads: tuple[tuple[float, float], ...]
+
+    @property
+    def displacements(self) -> list[Array]:
+        """The rows of the displacements at which it takes the internal force; of a discrete gradient the later one."""
+        return [row for _, row in self.forces] + [row for _, _, row in self.differences]
+
+    @property
+    def instant(self) -> float:
+        """The mean instant of its loads, in steps after t_n."""
+        total = sum(w for w, _ in self.loads)
+        return sum(w * tau for w, tau in self.loads) / total if total else 0.0
 
     @property
     def linear_stiffness(self) -> Array:
@@ -112,6 +125,7 @@ def _steps(given: Sequence[str], operations: Sequence[Any], out: Mapping[str, Ro
         systems.append(
             System(
                 len(given) + len(systems),
+                not name.startswith("w_"),
                 *(row(body.get(matrix, {})) for matrix in ("M", "C", "K0")),
                 tuple((float(w), row(u)) for w, u in body.get("N", ())),
                 tuple((float(w), row(old), row(new)) for w, old, new in body.get("N_discrete", ())),

@@ -51,7 +51,6 @@ class StructureResponse(Response):
 
     dofs: "tuple[Dof, ...]" = ()
     account: Account | None = None
-    last: "tuple[Array, Array] | None" = None  # the state and the time index after the last good step, for a restart
 
     @property
     def structure(self) -> "Structure":

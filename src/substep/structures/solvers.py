@@ -12,7 +12,7 @@ import numpy as np
 
 from ..core.arrays import Array
 from ..core.errors import unknown_name
-from .matrices import Matrix, asymmetry, diagonal_of
+from .matrices import Matrix, asymmetry, diagonal_of, is_operator
 
 Solve = Callable[[Array], Array]
 Solver = str | Callable[[Matrix], Solve]
@@ -30,6 +30,8 @@ class SingularMatrix(ValueError):
 
 def factorize(matrix: Matrix, solver: Solver = "auto") -> Solve:
     """The factorization. Raises SingularMatrix, and ValueError for an unknown solver or one that is not installed."""
+    if is_operator(matrix):
+        return solver(matrix) if callable(solver) else krylov(matrix)
     if (diagonal := diagonal_of(matrix)) is not None:
         if not diagonal.all():
             raise SingularMatrix(int(np.argmin(np.abs(diagonal))))
@@ -61,6 +63,13 @@ def _chosen(matrix: Matrix, solver: Solver) -> Solve:
     if solver == "pardiso" or (solver == "auto" and find_spec("pypardiso")):
         return pardiso(matrix)
     return superlu(matrix)
+
+
+def krylov(matrix: Matrix) -> Solve:
+    """GMRES for a matrix known by its products only; what it leaves Newton's next iteration takes up."""
+    from scipy.sparse.linalg import gmres  # noqa: PLC0415
+
+    return lambda b: gmres(matrix, b, rtol=1e-8, restart=60)[0]
 
 
 def dense(matrix: Matrix) -> Solve:

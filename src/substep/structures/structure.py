@@ -1,9 +1,9 @@
 """A structure: M a + C v + N(u) = load, with its constraints, loads and start; made and checked by `structure`."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,8 +12,13 @@ from ..core.arrays import Array
 from ..core.errors import real_array, real_number, unknown_name
 from ..core.loads import Load, Record, values_at
 from .damping import Rayleigh
+from .internal_force import InternalForce
 from .matrices import Matrix, checked, combination, reduced, vector
 from .solvers import SingularMatrix, Solver, factorize
+
+if TYPE_CHECKING:
+    from .critical import CriticalStep
+    from .modes import Modes
 
 Dof = int | str
 
@@ -22,7 +27,8 @@ Dof = int | str
 class Structure:
     """A structure in its free degrees of freedom; make one with `substep.structure`.
 
-    M, K (n, n); C a matrix, Rayleigh damping, or None. T (N, n): the displacements of all N degrees of freedom are T q.
+    M, K (n, n), K the tangent at u0 where there is an internal force; C a matrix, Rayleigh damping, or None. T (N, n):
+    the displacements of all N degrees of freedom are T q.
     loads: pairs of a vector (n,) and a function of time. u0, v0 (n,). names: of all N degrees of freedom, or empty.
     influence, ground: of a ground motion, displacements (N,) for a unit motion of the base, and its acceleration.
     """
@@ -39,7 +45,8 @@ class Structure:
     a0_given: Array | None = None
     influence: Array | None = None
     ground: Record | None = None
-    full_mass: Matrix = field(default=None)
+    full_mass: Matrix = None
+    internal: InternalForce | None = None
 
     @property
     def size(self) -> int:
@@ -65,6 +72,10 @@ class Structure:
             total += shape * values_at(load, np.array([t]))[0]
         return total
 
+    def restoring(self, t: float, u: Array, v: Array) -> Array:
+        """The internal force (n,)."""
+        return self.K @ u if self.internal is None else self.internal(t, u, v)
+
     @cached_property
     def a0(self) -> Array:
         """Acceleration (n,) at t = 0: as given, else from the equation of motion, by static condensation without mass.
@@ -77,12 +88,12 @@ class Structure:
 
     def acceleration(self, t: float, u: Array, v: Array) -> Array:
         """Acceleration (n,) from the equation of motion; see `a0`."""
-        right = self.force(t) - self.K @ u - (self.damping @ v if self.C is not None else 0.0)
+        held = self.restoring(t, u, v)
+        right = self.force(t) - held - (self.damping @ v if self.C is not None else 0.0)
         s = self.massless
         if not len(s):
             return self.solve_mass(right)
-        parts = self.force(t), self.K @ u
-        largest = max(float(np.abs(part).max()) for part in parts)
+        largest = max(float(np.abs(part).max()) for part in (self.force(t), held))
         worst = int(s[np.argmax(np.abs(right[s]))])
         if abs(right[worst]) > 1e-9 * largest:
             raise ValueError(
@@ -129,6 +140,12 @@ class Structure:
         """
         if not isinstance(record, Record):
             raise ValueError(f"expected the ground acceleration as ss.Record(dt, values), got {type(record).__name__}")
+        iota = self.influence_of(direction)
+        shape = -(self.T.T @ (self.full_mass @ iota))
+        return replace(self, loads=(*self.loads, (shape, record)), influence=iota, ground=record)
+
+    def influence_of(self, direction: ArrayLike) -> Array:
+        """iota (N,) of a direction as `ground_motion` takes it, and raising what it does."""
         N = self.T.shape[0]
         given = np.asarray(direction)
         if given.dtype.kind in "US" or (given.dtype.kind in "iu" and given.shape != (N,)):
@@ -136,8 +153,23 @@ class Structure:
             iota[[self.place(x) for x in np.atleast_1d(given).tolist()]] = 1.0
         else:
             iota = vector("direction", direction, N)
-        shape = -(self.T.T @ (self.full_mass @ iota))
-        return replace(self, loads=(*self.loads, (shape, record)), influence=iota, ground=record)
+        return iota
+
+    def modes(self, n: int) -> "Modes":
+        """The n lowest natural modes, undamped, with the damping of each; see `substep.structures.modes.Modes`.
+
+        Raises ValueError for more modes than degrees of freedom with mass, and for M or K that is not symmetric or not
+        positive semidefinite.
+        """
+        from .modes import modes_of  # noqa: PLC0415
+
+        return modes_of(self, n)
+
+    def critical_step(self, scheme: Any, *, bound: bool = False) -> "CriticalStep":
+        """The largest step with which a scheme is stable on it; see `substep.structures.critical.critical_step`."""
+        from .critical import critical_step  # noqa: PLC0415
+
+        return critical_step(self, scheme, bound=bound)
 
     def march(self, scheme: Any, *, dt: float | None, t_end: float, **options: Any) -> Any:
         """See `substep.march`, which calls it."""
@@ -151,8 +183,11 @@ class Structure:
 
 def structure(
     M: Any,
-    K: Any,
+    K: Any = None,
     *,
+    internal_force: Callable[..., Any] | None = None,
+    tangent: Callable[..., Any] | None = None,
+    potential: Callable[..., Any] | None = None,
     C: Any = None,
     load: Any = (),
     u0: ArrayLike = 0.0,
@@ -163,7 +198,11 @@ def structure(
     names: Sequence[str] = (),
     solver: Solver = "auto",
 ) -> Structure:
-    """A linear structure M a + C v + K u = load, from dense or sparse matrices (N, N) in consistent units.
+    """A structure M a + C v + K u = load, or M a + C v + N(u) = load, from matrices (N, N) in consistent units.
+
+    M, K: dense or sparse. internal_force: in place of K, the function N of u (N,), of u and v, or of t, u and v;
+    tangent: with it, its derivative by u (N, N), or a pair with that by v; potential: the function of u of which N is
+    the slope, for schemes that conserve it. C: as below; Rayleigh damping takes the tangent at u0 for K.
 
     C: a matrix, `substep.rayleigh(...)`, or None. load: pairs (P, g) of a vector (N,), or a mapping from degrees of
     freedom to numbers, and a function of time such as `substep.Record`; or one such pair. u0, v0, a0: (N,) or one
@@ -172,34 +211,51 @@ def structure(
     `dofs`.
     solver: "auto", "dense", "superlu", "pardiso", or a function from a matrix to a function b -> x.
 
-    Raises ValueError for other shapes, complex or not finite entries, unknown names, a load on a fixed degree of
-    freedom, and a start that violates the constraints.
+    Raises ValueError for both or neither of K and internal_force, for other shapes, complex or not finite entries,
+    unknown names, a load on a fixed degree of freedom, and a start that violates the constraints.
     """
     mass = checked("M", M)
     N = mass.shape[0]
-    stiffness = checked("K", K, N)
-    damping = C if C is None or isinstance(C, Rayleigh) else checked("C", C, N)
+    if (K is None) == (internal_force is None) or (internal_force is None) != (tangent is None):
+        raise ValueError("expected K, or internal_force with its tangent; give one of the two")
     known = tuple(names)
     if known and (len(known) != N or len(set(known)) != N):
         raise ValueError(f"expected {N} different names, one for each degree of freedom, got {len(known)}")
     held = sorted({_place(dof, known, N) for dof in fixed})
     T = _transformation(N, held, constraints)
-    loads = tuple((T.T @ _shape(P, known, held, N), _function(g)) for P, g in _pairs(load))
+    internal = None if internal_force is None else InternalForce(T, internal_force, tangent, potential)
     start = {name: vector(name, x, N) for name, x in (("u0", u0), ("v0", v0), ("a0", a0)) if x is not None}
     free = {name: _independent(name, x, T) for name, x in start.items()}
-    return Structure(
+    stiffness = (
+        reduced(checked("K", K, N), T) if internal is None else internal.stiffness(0.0, free["u0"], free["v0"])[0]
+    )
+    bare = Structure(
         M=reduced(mass, T),
-        C=damping if damping is None or isinstance(damping, Rayleigh) else reduced(damping, T),
-        K=reduced(stiffness, T),
+        C=None,
+        K=stiffness,
         T=T,
-        loads=loads,
+        loads=(),
         u0=free["u0"],
         v0=free["v0"],
         names=known,
         solver=solver,
         a0_given=free.get("a0"),
         full_mass=mass,
+        internal=internal,
     )
+    return replace(bare, C=damping_of(bare, C), loads=loads_of(bare, load))
+
+
+def damping_of(s: Structure, C: Any) -> Matrix | Rayleigh | None:
+    """The damping of a structure from what `structure` takes as C."""
+    return C if C is None or isinstance(C, Rayleigh) else reduced(checked("C", C, s.T.shape[0]), s.T)
+
+
+def loads_of(s: Structure, load: Any) -> tuple[tuple[Array, Load], ...]:
+    """The loads of a structure from what `structure` takes as load."""
+    moving = np.asarray(abs(s.T).sum(axis=1)).ravel()
+    held = np.flatnonzero(moving == 0.0).tolist()
+    return tuple((s.T.T @ _shape(P, s.names, held, s.T.shape[0]), _function(g)) for P, g in _pairs(load))
 
 
 def _transformation(N: int, held: Sequence[int], constraints: Any) -> Matrix:

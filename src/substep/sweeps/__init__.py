@@ -11,13 +11,15 @@ from numpy.typing import ArrayLike
 
 from ..core.arrays import named
 from ..core.loads import Load
+from ..core.progress import shown
 from ..core.scenes import Scene
 from ..core.schemes import Scheme
+from ..structures.cases import sweep_structure
+from ..structures.structure import Structure
 from .chunks import Results, run_chunk
 from .cluster import run_on
 from .dataset import Variable, template, variables
 from .plan import Chunk, Keep, Plan, planned
-from .progress import shown
 from .store import Store
 
 if TYPE_CHECKING:
@@ -28,7 +30,7 @@ if TYPE_CHECKING:
 
 
 def sweep(
-    scene: "Scene | str | SceneDeclaration",
+    scene: "Scene | str | SceneDeclaration | Structure",
     scheme: "Scheme | str | Declaration",
     *,
     t_end: float,
@@ -51,6 +53,8 @@ def sweep(
     step in s, a number or an axis, which is the first. tol, in place of dt: a number or an axis too, the tolerance by
     which each run chooses steps of its own, with rtol, atol, dt_first, dt_min, dt_max, rung as in `substep.march`; then
     keep="history" needs grid, the times of its rows.
+
+    A structure is swept as `substep.structures.cases.sweep_structure` says.
 
     axes: any parameter of scheme, scene or load (except of a Record), or a family's argument, by name: a row of values
     becomes a dimension, in the order of the call, a number does not. A name that two of them have needs a prefix, as in
@@ -77,6 +81,11 @@ def sweep(
     for a scheme that cannot change its step where steps are chosen, for t_end that is not a multiple of every dt, and
     for a save that holds another sweep. If running raises, the exception's `dataset` is what was done.
     """
+    if isinstance(scene, Structure):
+        given = {"dt": dt, "tol": tol, "samples": samples, "energy_bound": energy_bound, "a0": a0, "load": load,
+                 "save": save, "client": client}  # fmt: skip
+        asked = {name: x for name, x in given.items() if x is not None}
+        return sweep_structure(scene, scheme, t_end=t_end, keep=keep, progress=progress, **asked, **axes)
     plan = planned(scene, scheme, dt, tol, t_end, keep, samples, energy_bound, a0, load, axes)
     of, shell, piece = variables(plan), template(plan), plan.piece(client is not None)
     store = None if save is None else Store(Path(save), plan, shell, of, piece)

@@ -1,28 +1,10 @@
-"""Kernels that choose their steps, as plain Python functions printed once for a process; and exact motions."""
-
-from types import SimpleNamespace
-from typing import Any
+"""Exact motions, with which runs in chosen steps are compared."""
 
 import numpy as np
-from declared import BY_NAME
-from plain_kernels import SCENE_BY_NAME, uncompiled
 from scipy.integrate import solve_ivp
-from substep_derive.motion.equations import EquationsOfMotion
-from substep_derive.package import adaptive_pair
 
 import substep as ss
 from substep.marching import adaptive
-
-printed: dict[Any, SimpleNamespace] = {}
-
-
-def kernels(scheme: Any, scene: Any, terms: Any, order: int) -> SimpleNamespace:
-    """In place of `substep.marching.adaptive._kernels`."""
-    key = (scheme, scene, terms, order)
-    if key not in printed:
-        mine = BY_NAME[scheme] if isinstance(scheme, str) else scheme
-        printed[key] = uncompiled(adaptive_pair(mine, EquationsOfMotion(SCENE_BY_NAME[scene]), terms, order))
-    return printed[key]
 
 
 def exact(scene: ss.Scene, t: np.ndarray) -> np.ndarray:

@@ -1,0 +1,165 @@
+"""Response spectrum analysis: peaks of modes from a response spectrum, combined by SRSS or CQC."""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..core.arrays import Array
+from ..core.errors import real_array, unknown_name
+from ..core.loads import Record
+from ..core.schemes import Scheme
+from ..structures.modes import Modes
+from ..structures.structure import Dof
+from .spectrum import response_spectrum
+
+if TYPE_CHECKING:
+    from xarray import Dataset
+
+Spectrum = Callable[[Array, Array], ArrayLike]
+RULES = ("srss", "cqc")
+
+
+@dataclass(frozen=True, eq=False)
+class SpectrumAnalysis:
+    """Peaks of a structure on a moving base, estimated from those of its modes.
+
+    dofs: the k degrees of freedom. modal_u, modal_a (m, k): peak of each mode, with the sign of its shape, of the
+    displacement relative to the base and of the absolute acceleration, omega^2 times the displacement. modal_shear
+    (m,): peak of the force on the base along the direction, effective mass times spectral acceleration. correlation
+    (m, m): of the modes' peaks, by which they are combined; the identity for SRSS.
+    """
+
+    modes: Modes
+    dofs: tuple[Dof, ...]
+    modal_u: Array
+    modal_a: Array
+    modal_shear: Array
+    correlation: Array
+
+    def combined(self, modal: ArrayLike) -> Array:
+        """The peak of any quantity that is linear in the displacements, from its signed peak in each mode (m, ...).
+
+        A drift between two storeys, for example, is to be combined from the modes' drifts, not from combined
+        displacements. Raises ValueError for another number of modes.
+        """
+        peaks = real_array("modal peaks", modal)
+        if peaks.shape[:1] != (len(self.modes),):
+            raise ValueError(f"expected a peak of each of {len(self.modes)} modes along axis 0, got {peaks.shape}")
+        squares = np.einsum("i...,ij,j...->...", peaks, self.correlation, peaks)
+        return np.sqrt(np.maximum(squares, 0.0))
+
+    @property
+    def u(self) -> Array:
+        """Peak displacements relative to the base (k,)."""
+        return self.combined(self.modal_u)
+
+    @property
+    def a(self) -> Array:
+        """Peak absolute accelerations (k,), without the share of modes that are not there."""
+        return self.combined(self.modal_a)
+
+    @property
+    def shear(self) -> float:
+        """Peak force on the base along the direction."""
+        return float(self.combined(self.modal_shear))
+
+
+def response_spectrum_analysis(
+    modes: Modes,
+    spectrum: "ArrayLike | str | Path | Record | Dataset | Spectrum",
+    direction: ArrayLike,
+    *,
+    combine: Literal["srss", "cqc"] = "cqc",
+    dofs: Iterable[Dof] | None = None,
+    dt: float | None = None,
+    scheme: str | Scheme = "average_acceleration",
+) -> SpectrumAnalysis:
+    """Estimate the peaks of a structure whose base moves along a direction, from those of its modes.
+
+    spectrum: a record of the base's acceleration as `substep.response_spectrum` takes it, with dt and scheme, whose
+    spectral displacement is then that of each mode's own period and damping ratio; or a function of periods (m,), s,
+    and damping ratios (m,) to pseudo-accelerations (m,), such as that of a code; or a Dataset of `response_spectrum`,
+    interpolated linearly in log period at its damping ratio, which has to be that of the modes. direction: as in
+    `Structure.ground_motion`. combine: "srss", for modes whose periods lie well apart, or "cqc" (A. Der Kiureghian, A
+    response spectrum method for random vibration analysis of MDF systems, Earthq. Eng. Struct. Dyn. 9, 419-435, 1981).
+    dofs: names or numbers, all by default.
+
+    The ground motion alone moves the structure: its own loads and its start are left out. Raises ValueError for rigid
+    modes, for modes that damping couples, for an unknown rule, and for a spectrum that does not give them all.
+    """
+    if combine not in RULES:
+        raise unknown_name("a rule of combination", str(combine), RULES)
+    if modes.rigid:
+        raise ValueError(f"expected modes with a period, got {modes.rigid} rigid ones; support the structure")
+    if not modes.lanes:
+        raise ValueError(
+            f"expected damping that does not couple the modes, got a modal damping matrix with {modes.coupling:.1e} "
+            "of its largest entry off its diagonal; take modes.damped(modes.xi) to leave that out, or march the modes"
+        )
+    displacement = _displacements(modes, spectrum, dt, scheme)
+    whole = modes.structure
+    kept = list(dofs) if dofs is not None else list(whole.names or range(whole.T.shape[0]))
+    participation = modes.participation(direction)
+    u = (participation.factors * displacement)[:, None] * modes.shapes[[whole.place(dof) for dof in kept]].T
+    acceleration = modes.omega**2
+    shear = participation.effective_mass * acceleration * displacement
+    correlation = np.eye(len(modes)) if combine == "srss" else cqc_correlation(modes.omega, modes.xi)
+    return SpectrumAnalysis(modes, tuple(kept), u, acceleration[:, None] * u, shear, correlation)
+
+
+def cqc_correlation(omega: Array, xi: Array) -> Array:
+    """Correlation (m, m) of modes' peaks under wide-band motion: Der Kiureghian 1981, (19).
+
+    Modes without damping are correlated only with themselves.
+    """
+    r, own, other = omega[:, None] / omega, xi[:, None], xi
+    above = 8.0 * np.sqrt(own * other) * (other + r * own) * r**1.5
+    below = (1.0 - r**2) ** 2 + 4.0 * own * other * r * (1.0 + r**2) + 4.0 * (own**2 + other**2) * r**2
+    same = np.eye(len(omega), dtype=bool) | (below == 0.0)
+    return np.where(same, np.where(r == 1.0, 1.0, 0.0), above / np.where(same, 1.0, below))
+
+
+def _displacements(modes: Modes, spectrum: Any, dt: float | None, scheme: str | Scheme) -> Array:
+    """Spectral displacement of each mode (m,)."""
+    if hasattr(spectrum, "pseudo_acceleration"):
+        return _interpolated(modes, spectrum)
+    if callable(spectrum) and not isinstance(spectrum, Record):
+        given = real_array("pseudo-accelerations of the spectrum", spectrum(modes.periods, modes.xi))
+        if given.shape != modes.omega.shape or (given < 0.0).any():
+            raise ValueError(
+                f"expected a pseudo-acceleration >= 0 for each of {len(modes)} modes, got shape {given.shape}"
+                + (f" and {given.min():g}" if given.size else "")
+            )
+        return given / modes.omega**2
+    ratios, which = np.unique(modes.xi, return_inverse=True)
+    found = response_spectrum(spectrum, dt, modes.periods, ratios, scheme, errors=False)
+    peaks = found.displacement.to_numpy()[which, np.arange(len(modes))]
+    if not np.isfinite(peaks).all():
+        bad = int(np.argmin(np.isfinite(peaks)))
+        raise ValueError(
+            f"expected a scheme that is stable for all modes at the record's step of {found.dt:g} s, got "
+            f"{found.scheme}, which is not at the period {modes.periods[bad]:.3g} s; take one that is, or fewer modes"
+        )
+    return peaks
+
+
+def _interpolated(modes: Modes, spectrum: "Dataset") -> Array:
+    given, xi = spectrum.period.to_numpy(), np.atleast_1d(spectrum.xi.to_numpy())
+    if len(xi) != 1 or not np.allclose(modes.xi, xi[0], rtol=1e-6, atol=1e-12):
+        raise ValueError(
+            f"expected the spectrum at the modes' damping ratios, {modes.xi.min():.4g} to {modes.xi.max():.4g}, "
+            f"got one at {xi.tolist()}; give the record, or modes.damped({xi[0]:g})"
+        )
+    order = np.argsort(given)
+    low, high = given[order[[0, -1]]]
+    if modes.periods.min() < low or modes.periods.max() > high:
+        raise ValueError(
+            f"expected a spectrum from {modes.periods.min():.3g} to {modes.periods.max():.3g} s, got one "
+            f"from {low:g} to {high:g} s; compute it there, or give the record"
+        )
+    values = np.squeeze(spectrum.displacement.to_numpy())
+    return np.interp(np.log(modes.periods), np.log(given[order]), np.atleast_1d(values)[order])

@@ -1,0 +1,158 @@
+"""What a march of a structure keeps: rows of u, v, a, energies and iterations, in memory or on disk."""
+
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..core.arrays import Array
+from .combine import combined, dot
+from .damping import Rayleigh
+from .plan import step_of
+from .saved import Saved, digest
+from .steps import Run, StructureSteps
+from .structure import Structure
+
+
+class Energies(NamedTuple):
+    """Where the account of energy stands: the last displacement, load and internal force, and the sums so far."""
+
+    u: Array
+    load: Array
+    held: Array
+    strain: float
+    work: float = 0.0
+    damped: float = 0.0
+
+    @classmethod
+    def of(cls, s: Structure, u: Array, v: Array, t: float, strain: float = 0.0, *sums: float) -> "Energies":
+        """At this state; a strain energy without a potential is the work of its force, which is given."""
+        held = s.restoring(t, u, v)
+        if s.internal is None:
+            strain = 0.5 * dot(u, held)
+        elif s.internal.potential is not None:
+            strain = s.internal.energy(u)
+        return cls(u, s.force(t), held, strain, *sums)
+
+    def after(self, s: Structure, u: Array, v: Array, t: float, h: float) -> "Energies":
+        """After a step of length h to u, v at the time t."""
+        new, change = Energies.of(s, u, v, t), u - self.u
+        if s.internal is not None and s.internal.potential is None:
+            new = new._replace(strain=self.strain + 0.5 * dot(self.held + new.held, change))
+        damped = 0.0 if s.C is None else dot(change, self._resisted(s, change, new.held - self.held)) / h
+        return new._replace(work=self.work + 0.5 * dot(self.load + new.load, change), damped=self.damped + damped)
+
+    @staticmethod
+    def _resisted(s: Structure, change: Array, held: Array) -> Array:
+        """C times a change of displacement, by which the internal force changes by `held`."""
+        if isinstance(s.C, Rayleigh) and s.internal is None:  # held is K times the change
+            return s.C.alpha * (s.M @ change) + s.C.beta * held
+        return s.damping @ change
+
+    def row(self, s: Structure, v: Array) -> tuple[float, float, float, float]:
+        """Kinetic and strain energy, work and damped energy."""
+        return 0.5 * dot(v, s.M @ v), self.strain, self.work, self.damped
+
+
+class Histories:
+    """What a march has so far: rows of u, v, a at the degrees of freedom asked for, energies, and iterations.
+
+    done, state and energies belong together and are set at once, last in a step: what a step that was interrupted has
+    put elsewhere lies beyond `done` and does not count.
+    """
+
+    def __init__(
+        self, run: Run, n: int, places: list[int], stride: int, account: bool, save: str | Path | None
+    ) -> None:
+        s = run.structure
+        self.run, self.stride, self.done = run, stride, 0
+        self.kinds = 3 if len(step_of(run.scheme, run.h).report) == 3 else 2
+        self.select = selection(s, places)
+        self.energies = Energies.of(s, s.u0, s.v0, 0.0) if account else None
+        self.accounts = [] if self.energies is None else [self.energies.row(s, s.v0)]
+        self.iterations: list[list[int]] = []
+        self.state: Array | None = None
+        shape = (n // stride + 1, self.kinds, len(places))
+        self.saved = None
+        if save is None:
+            self.rows = np.empty(shape)
+        else:
+            self.saved = Saved(save, digest(s, run.scheme, run.h, n, places, stride, account), shape)
+            if self.saved.last is not None:
+                self._resume(self.saved.last)
+        if not self.done:
+            self._put(0, self.select(np.array([s.u0, s.v0, s.a0][: self.kinds])))
+
+    def add(self, X: Array, march: StructureSteps) -> None:
+        """A step, with all that is kept of it."""
+        s, h, done, energies = self.run.structure, self.run.h, self.done + 1, self.energies
+        self.iterations.append(march.counts)
+        kept = done % self.stride == 0
+        if energies is not None:
+            u, v = combined(march.steps.report[:2], X)
+            energies = energies.after(s, u, v, done * h, h)
+            if kept:
+                self.accounts.append(energies.row(s, v))
+        if kept:
+            self._put(done // self.stride, self.select(march.steps.report[: self.kinds], X))
+        state = combined(march.steps.out, X) if self.saved is not None and march.run is self.run else None
+        self.done, self.state, self.energies = done, state, energies
+        if self.saved is not None and self.saved.full:
+            self.checkpoint()
+
+    def checkpoint(self) -> None:
+        """Write what is in memory to the store, if there is one; not while another scheme marches the first steps."""
+        if self.saved is None or self.state is None:
+            return
+        arrays: dict[str, Any] = {"state": self.state, "iterations": np.array(self.iterations[: self.done])}
+        sums: list[float] = []
+        if self.energies is not None:
+            arrays |= {"accounts": np.array(self.accounts[: self.kept]), "u": self.energies.u}
+            sums = list(self.energies[3:])
+        self.saved.checkpoint(arrays, done=self.done, sums=sums)
+
+    @property
+    def kept(self) -> int:
+        """How many rows there are."""
+        return self.done // self.stride + 1
+
+    def read(self) -> list[Any]:
+        """u, v and, where the scheme has its own, a."""
+        if self.saved is None:
+            return [self.rows[: self.kept, kind] for kind in range(self.kinds)]
+        return self.saved.read(self.kept)
+
+    def _put(self, place: int, row: Array) -> None:
+        if self.saved is None:
+            self.rows[place] = row
+        else:
+            self.saved.put(place, row)
+
+    def _resume(self, last: dict[str, Any]) -> None:
+        self.done, self.state, self.iterations = last["done"], last["state"], last["iterations"].tolist()
+        if self.energies is not None:
+            u, t = last["u"], self.done * self.run.h
+            self.accounts = [tuple(row) for row in last["accounts"].tolist()]
+            self.energies = Energies.of(self.run.structure, u, np.zeros_like(u), t)._replace(
+                **dict(zip(Energies._fields[3:], last["sums"], strict=True))
+            )
+
+
+def selection(structure: Structure, places: list[int]) -> Any:
+    """A function of rows (r, n), or of rows and vectors that they combine, to values (r, k) at degrees of freedom.
+
+    Rows (r, n, L) of L load cases become (r, k, L).
+    """
+    part = structure.T[places]
+    columns = np.unique(part.indices)
+    part = part[:, columns]
+    plain = part.shape[0] == part.shape[1] and (abs(part - np.eye(len(columns))).max() if len(columns) else 1) == 0
+
+    def select(rows: Array, X: Array | None = None) -> Array:
+        found = rows[:, columns] if X is None else combined(rows, X[:, columns])
+        if plain:
+            return found
+        by_dof = np.moveaxis(found, 1, 0)
+        return np.moveaxis((part @ by_dof.reshape(len(columns), -1)).reshape(-1, *by_dof.shape[1:]), 0, 1)
+
+    return select

@@ -1,0 +1,159 @@
+"""Modes of a structure: frequencies, shapes, damping, participation; the coordinates in which it is superposed."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..core.arrays import Array
+from ..core.errors import non_negative
+from .damping import Rayleigh
+from .eigen import eigenmodes
+from .response import StructureResponse
+from .structure import Dof, Structure
+
+COUPLED = 1e-10  # off the diagonal of the modal damping matrix, relative to its largest entry
+
+
+@dataclass(frozen=True)
+class Participation:
+    """Of modes in a motion of the base: factors Gamma (m,), effective modal masses Gamma^2 (m,), their limit `total`.
+
+    factors: phi^T M iota of mass-normalised shapes, in the unit of sqrt(mass). total: iota^T M iota, what all effective
+    masses sum up to, but for mass at degrees of freedom that are fixed. Chopra, Dynamics of Structures, (13.2.3).
+    """
+
+    factors: Array
+    total: float
+
+    @property
+    def effective_mass(self) -> Array:
+        """Effective modal masses (m,)."""
+        return self.factors**2
+
+    @property
+    def share(self) -> Array:
+        """Effective modal masses relative to the total (m,)."""
+        return self.effective_mass / self.total if self.total > 0.0 else np.zeros_like(self.factors)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Modes:
+    """The m lowest modes of a structure; made by `Structure.modes`.
+
+    omega (m,): circular frequencies, rad/s, ascending, 0 for rigid modes. free_shapes (n, m): mass-normalised shapes in
+    the structure's free degrees of freedom. damping (m, m): phi^T C phi, 1/s.
+    """
+
+    structure: Structure
+    omega: Array
+    free_shapes: Array
+    damping: Array
+
+    def __len__(self) -> int:
+        return len(self.omega)
+
+    @cached_property
+    def shapes(self) -> Array:
+        """Mass-normalised shapes (N, m) in all degrees of freedom."""
+        return self.structure.T @ self.free_shapes
+
+    @cached_property
+    def inertia(self) -> Array:
+        """M times the shapes (n, m), whose transpose takes a state to modal coordinates."""
+        return self.structure.M @ self.free_shapes
+
+    @property
+    def periods(self) -> Array:
+        """Natural periods (m,), s; inf for rigid modes."""
+        with np.errstate(divide="ignore"):
+            return 2.0 * np.pi / self.omega
+
+    @property
+    def rigid(self) -> int:
+        """How many of the modes are rigid."""
+        return int(np.count_nonzero(self.omega == 0.0))
+
+    @cached_property
+    def coupling(self) -> float:
+        """The largest entry of phi^T C phi off its diagonal, relative to the largest of all."""
+        largest = float(np.abs(self.damping).max())
+        rest = self.damping - np.diag(np.diag(self.damping))
+        return float(np.abs(rest).max()) / largest if largest > 0.0 else 0.0
+
+    @property
+    def classical(self) -> bool:
+        """Whether damping does not couple the modes: phi^T C phi is diagonal to 1e-10."""
+        return self.coupling <= COUPLED
+
+    @cached_property
+    def xi(self) -> Array:
+        """Damping ratios (m,), phi^T C phi / (2 omega) of each mode alone; inf for a rigid mode that is damped."""
+        c = np.diag(self.damping).copy()
+        c[np.abs(c) <= COUPLED * np.abs(self.damping).max(initial=0.0)] = 0.0  # rounding, of either sign
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.where(c == 0.0, 0.0, 0.5 * c / self.omega)
+
+    @property
+    def lanes(self) -> bool:
+        """Whether each mode is an oscillator of its own: classical damping, xi >= 0, no damped rigid mode."""
+        return self.classical and bool((self.xi >= 0.0).all() and np.isfinite(self.xi).all())
+
+    def first(self, n: int) -> "Modes":
+        """The n lowest of them. Raises ValueError for n that is not from 1 to m."""
+        if not 1 <= n <= len(self):
+            raise ValueError(f"expected from 1 to {len(self)} modes, got {n}; compute more with Structure.modes")
+        return replace(self, omega=self.omega[:n], free_shapes=self.free_shapes[:, :n], damping=self.damping[:n, :n])
+
+    def damped(self, xi: ArrayLike) -> "Modes":
+        """The same modes with these damping ratios in place of the structure's damping: one for all, or (m,).
+
+        Raises ValueError for negative ratios and other shapes.
+        """
+        ratios = non_negative("xi", xi)
+        if ratios.shape not in ((), (len(self),)):
+            raise ValueError(f"expected xi as one number or {len(self)}, one for each mode, got shape {ratios.shape}")
+        return replace(self, damping=np.diag(np.broadcast_to(2.0 * ratios * self.omega, self.omega.shape)))
+
+    def damping_matrix(self) -> Array:
+        """C (N, N) = M phi (phi^T C phi) phi^T M, for `substep.structure`: only these modes are damped.
+
+        Full, whatever the matrices are: meant for structures of some hundred degrees of freedom. Wilson & Penzien,
+        Evaluation of orthogonal damping matrices, Int. J. Num. Meth. Eng. 4, 5-10, 1972.
+        """
+        spread = self.structure.full_mass @ self.shapes
+        return spread @ self.damping @ spread.T
+
+    def participation(self, direction: ArrayLike) -> Participation:
+        """Participation factors and effective masses for a motion of the base; see `Structure.ground_motion`."""
+        iota = self.structure.influence_of(direction)
+        moved = self.structure.full_mass @ iota
+        return Participation(self.shapes.T @ moved, float(iota @ moved))
+
+    def march(
+        self, scheme: Any, *, dt: float | None, t_end: float, dofs: Iterable[Dof] | None = None, **options: Any
+    ) -> StructureResponse:
+        """Mode superposition; see `substep.structures.superposition.superpose`, and `substep.march`, which calls it."""
+        from .superposition import superpose  # noqa: PLC0415
+
+        return superpose(self, scheme, dt, t_end, dofs=dofs, **options)
+
+    def __repr__(self) -> str:
+        ends = f"omega from {self.omega[0]:.4g} to {self.omega[-1]:.4g} rad/s"
+        kind = "classical damping" if self.classical else "modes coupled by damping"
+        return f"Modes({len(self)} of {self.structure.size}, {ends}, {kind})"
+
+
+def modes_of(structure: Structure, n: int) -> Modes:
+    """The n lowest modes; raises as `eigenmodes` does."""
+    omega, shapes = eigenmodes(structure, n)
+    if structure.C is None:
+        damping = np.zeros((n, n))
+    elif isinstance(structure.C, Rayleigh):
+        damping = np.diag(structure.C.alpha + structure.C.beta * omega**2)
+    else:
+        damping = shapes.T @ (structure.C @ shapes)
+    return Modes(structure, omega, shapes, damping)

@@ -1,0 +1,163 @@
+"""Systems of a plan on a nonlinear structure: Newton's iteration, which keeps a factorization while it contracts."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..core.arrays import Array
+from .internal_force import InternalForce
+from .matrices import Matrix, combination
+from .plan import System
+from .structure import Structure
+
+TOLERANCE = 1e-12  # of the displacement, relative to its change in the step
+EXACT = 4 * np.finfo(np.float64).eps  # of the largest displacement so far
+ROUNDING = 1e-9  # corrections below this that no longer shrink are rounding
+CONTRACTION = 0.2  # of the corrections, beyond which the tangent is taken anew
+ITERATIONS = 60
+
+
+@dataclass(frozen=True)
+class Iteration:
+    """full: take the tangent in every iteration; line_search: halve a correction that increases the residual."""
+
+    full: bool = False
+    line_search: bool = False
+
+
+class NewtonFailed(ArithmeticError):
+    """An iteration that did not converge."""
+
+
+@dataclass(eq=False)
+class NonlinearSystem:
+    """R(z) = M a + C v + K0 x + sum of w N(u) - load = 0, with a, v, x and u affine in the unknown z.
+
+    count: the iterations of the last solution, 0 for an explicit system. solve: the factorization in use.
+    """
+
+    structure: Structure
+    system: System
+    internal: InternalForce
+    iteration: Iteration
+    count: int = 0
+    solve: Callable[[Array], Array] | None = None
+    largest: float = 0.0
+    products: dict[str, Matrix] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.products = {"inertia": self.structure.M, "damping": self.structure.damping, "stiffness": self.structure.K}
+
+    @property
+    def place(self) -> int:
+        """The place of the unknown among the vectors."""
+        return self.system.place
+
+    @property
+    def explicit(self) -> bool:
+        """Whether the internal force does not depend on the unknown."""
+        s, j = self.system, self.place
+        velocity = self.internal.reads > 1 and s.damping[j] != 0.0
+        return not any(row[j] for row in s.displacements) and not (velocity and s.displacements)
+
+    def solved(self, X: Array, load: Array | None, t: float) -> Array:
+        """The unknown (n,). Raises NewtonFailed; t is the time at which the force is taken, if it depends on it."""
+        j = self.system.place
+        known = self._linear(X[:j], slice(0, j)) - (0.0 if load is None else load)
+        if self.explicit:
+            self.count = 0
+            if self.solve is None:
+                self.solve = self._factorized(None, X, t)
+            return -self.solve(known + self._force(X, None, t))
+        return self._iterated(X, known, t)
+
+    def _iterated(self, X: Array, known: Array, t: float) -> Array:
+        row, j = self._displaced(), self.place
+        reach = abs(float(row[j])) or 1.0
+        z = (X[0] - row[:j] @ X[:j]) / row[j] if row[j] else np.zeros(X.shape[1])
+        residual = self._residual(X, z, known, t)
+        previous, fresh = 0.0, False  # the size of the correction before, 0 if it was another tangent's
+        for self.count in range(1, ITERATIONS + 1):
+            if self.solve is None or self.iteration.full:
+                self.solve, fresh = self._factorized(z, X, t), True
+            z, residual, change = self._moved(X, z, -self.solve(residual), residual, known, t)
+            size = reach * float(np.abs(change).max())
+            u = self._at(row, X, z)
+            self.largest = max(self.largest, float(np.abs(u).max()))
+            within = max(TOLERANCE * float(np.abs(u - X[0]).max()), EXACT * self.largest)
+            if not np.isfinite(size):
+                break
+            rate = size / previous if previous else 1.0
+            left = size * min(1.0, rate / (1.0 - rate)) if rate < 1.0 else size  # of a series that shrinks so
+            if left <= within or (previous and rate >= 0.5 and size <= ROUNDING * self.largest):
+                return z
+            if previous and rate > CONTRACTION and not fresh:
+                self.solve, previous = None, 0.0
+            else:
+                previous, fresh = size, False
+        self.solve = None
+        raise NewtonFailed
+
+    def _moved(
+        self, X: Array, z: Array, change: Array, old: Array, known: Array, t: float
+    ) -> tuple[Array, Array, Array]:
+        """z + change, the residual there, and the change; halved while a line search finds the residual grown."""
+        residual = self._residual(X, z + change, known, t)
+        for _ in range(8 if self.iteration.line_search else 0):
+            if not np.linalg.norm(residual) > np.linalg.norm(old):
+                break
+            change = 0.5 * change
+            residual = self._residual(X, z + change, known, t)
+        return z + change, residual, change
+
+    def _displaced(self) -> Array:
+        """The row of the displacement that moves most with the unknown."""
+        return max(self.system.displacements, key=lambda row: abs(row[self.place]))
+
+    def _linear(self, X: Array, part: slice) -> Array:
+        """The rows that matrices multiply, of some of the vectors."""
+        total = np.zeros(X.shape[1])
+        for name, matrix in self.products.items():
+            if (row := getattr(self.system, name)[part]).any():
+                total += matrix @ (row @ X)
+        return total
+
+    def _residual(self, X: Array, z: Array, known: Array, t: float) -> Array:
+        j = self.system.place
+        return known + self._linear(z[None], slice(j, j + 1)) + self._force(X, z, t)
+
+    def _at(self, row: Array, X: Array, z: Array | None) -> Array:
+        j = self.system.place
+        found = row[:j] @ X[:j]
+        return found if z is None else found + row[j] * z
+
+    def _force(self, X: Array, z: Array | None, t: float) -> Array:
+        s = self.system
+        v = self._at(s.damping, X, z)
+        total = np.zeros(X.shape[1])
+        for w, row in s.forces:
+            total += w * self.internal(t, self._at(row, X, z), v)
+        for w, old, new in s.differences:
+            both = self._at(old, X, z), self._at(new, X, z)
+            total += w * self.internal.discrete_gradient(t, *both, v, self.structure.M)
+        return total
+
+    def _factorized(self, z: Array | None, X: Array, t: float) -> Callable[[Array], Array]:
+        """Of the residual's derivative by z; of a discrete gradient the tangent at the midpoint stands for its own."""
+        s, j = self.system, self.system.place
+        terms = [(float(getattr(s, name)[j]), matrix) for name, matrix in self.products.items()]
+        if z is not None:
+            v = self._at(s.damping, X, z)
+            places = [(w * row[j], self._at(row, X, z)) for w, row in s.forces if row[j] != 0.0]
+            places += [
+                (0.5 * w * new[j], 0.5 * (self._at(old, X, z) + self._at(new, X, z))) for w, old, new in s.differences
+            ]
+            if not places:
+                places = [(0.0, X[0])]
+            for weight, u in places:
+                K, C = self.internal.stiffness(t, u, v)
+                terms.append((weight, K))
+                if C is not None:
+                    terms.append((float(s.damping[j]), C))
+        return self.structure.factorized(combination(terms), "a Newton iteration,")

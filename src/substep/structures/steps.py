@@ -1,0 +1,152 @@
+"""Steps of a scheme on a structure: its plan with numbers, its start, and the loads at its instants."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from ..core.arrays import Array
+from ..core.loads import Load, values_at
+from ..core.schemes import Scheme
+from .combine import combined
+from .linear import Factors, LinearSystem
+from .newton import Iteration, NonlinearSystem
+from .plan import Steps, System, start_of, step_of
+from .structure import Structure
+
+BLOCK = 256  # steps for which the loads are sampled at once
+
+
+@dataclass(frozen=True)
+class StructureSteps:
+    """All systems of a plan on a structure, ready to be solved step by step."""
+
+    run: "Run"
+    steps: Steps
+    systems: tuple[LinearSystem | NonlinearSystem, ...]
+
+    def loads(self, first: int, count: int) -> list[Array]:
+        """For each system the sum of w g(t_n + tau h), (count, J), for the J loads and the steps n from `first` on."""
+        n = np.arange(first, first + count, dtype=np.float64)
+        functions = [g for _, g in self.run.loads]
+        found = []
+        for system in self.steps.systems:
+            total = np.zeros((count, len(functions)))
+            for w, tau in system.loads:
+                for j, g in enumerate(functions):
+                    total[:, j] += w * values_at(g, (n + tau) * self.run.h)
+            found.append(total)
+        return found
+
+    def complete(self, X: Array, loads: Sequence[Array], i: int, n: int) -> None:
+        """Compute the unknowns of step n in X (V, n), with row i of the loads. Raises NewtonFailed."""
+        shapes, cases = self.run.shapes, self.run.by_case
+        for system, solver, factors in zip(self.steps.systems, self.systems, loads, strict=True):
+            load = None
+            if shapes.shape[1] and system.loads:
+                one = factors[i]
+                load = combined(one[None], shapes.T)[0] if cases is None else shapes @ (one[:, None] * cases)
+            X[system.place] = solver.solved(X, load, (n + system.instant) * self.run.h)
+
+    @property
+    def counts(self) -> list[int]:
+        """The iterations of each balance in the last step."""
+        return [solver.count for system, solver in zip(self.steps.systems, self.systems, strict=True) if system.balance]
+
+
+@dataclass(frozen=True)
+class Run:
+    """A march of a structure with a scheme in steps of h. factors: of its linear effective matrices, as far as made.
+
+    cases: L structures that differ in their loads only, which are marched at once: vectors are then (n, L).
+    """
+
+    structure: Structure
+    scheme: Scheme
+    h: float
+    iteration: Iteration = field(default_factory=Iteration)
+    factors: Factors = field(default_factory=Factors)
+    cases: tuple[Structure, ...] = ()
+
+    @cached_property
+    def loads(self) -> tuple[tuple[Array, Load], ...]:
+        """The J loads of all cases, one after another."""
+        return tuple(load for s in self.cases or (self.structure,) for load in s.loads)
+
+    @cached_property
+    def shapes(self) -> Array:
+        """The vectors of the loads (n, J)."""
+        return np.array([shape for shape, _ in self.loads]).reshape(-1, self.structure.size).T
+
+    @cached_property
+    def by_case(self) -> Array | None:
+        """1 where a load (J,) belongs to a case (L,); None where there are no cases."""
+        if not self.cases:
+            return None
+        whose = [case for case, s in enumerate(self.cases) for _ in s.loads]
+        return np.equal.outer(whose, np.arange(len(self.cases))).astype(np.float64)
+
+    def prepared(self, steps: Steps) -> StructureSteps:
+        """The plan on the structure. Raises ValueError for a singular effective matrix."""
+        return StructureSteps(self, steps, tuple(self._system(system) for system in steps.systems))
+
+    def _system(self, system: System) -> LinearSystem | NonlinearSystem:
+        if self.structure.internal is not None and system.displacements:
+            return NonlinearSystem(self.structure, system, self.structure.internal, self.iteration)
+        return LinearSystem.of(self.structure, system, self.factors, f"a step of {self.scheme.name}")
+
+    def marched(self, n: int, state: Array | None = None, done: int = 0) -> Iterator[tuple[Array, StructureSteps]]:
+        """X (V, n), complete, of each step after the first `done` of n, and of what: steps.report @ X are u, v, a.
+
+        X is written anew in every step. state: that after `done` steps, by default the start. Where another scheme
+        marches the first steps, those are its own. Raises NewtonFailed.
+        """
+        if state is None and self.scheme.starter is not None:
+            history = [self.given]
+            lag = max(steps for _, steps in self.scheme.history)
+            starter = replace(self, scheme=self.scheme.starter)
+            for X, march in starter.marched(min(lag, n)):
+                history.append(self._with_acceleration(combined(march.steps.report, X), len(history) * self.h))
+                yield X, march
+            if (done := len(history) - 1) == n:
+                return
+            state = np.array([history[lag - steps][kind] for kind, steps in self.scheme.history])
+        march = self.prepared(step_of(self.scheme, self.h))
+        X, after = self._room(march.steps), self._room(march.steps)
+        given = march.steps.given
+        X[:given] = self._started() if state is None else state
+        for first in range(done, n, BLOCK):
+            count = min(BLOCK, n - first)
+            loads = march.loads(first, count)
+            for i in range(count):
+                march.complete(X, loads, i, first + i)
+                yield X, march
+                combined(march.steps.out, X, after[:given])
+                X, after = after, X
+
+    @property
+    def given(self) -> Array:
+        """u, v, a at t = 0, (3, n) or (3, n, L)."""
+        rows = [np.array([s.u0, s.v0, s.a0]) for s in self.cases or (self.structure,)]
+        return np.stack(rows, axis=-1) if self.cases else rows[0]
+
+    def _room(self, steps: Steps) -> Array:
+        return np.empty((steps.vectors, self.structure.size, *([len(self.cases)] if self.cases else [])))
+
+    def _started(self) -> Array:
+        """The state at t = 0 of a scheme that starts by itself."""
+        start = self.prepared(start_of(self.scheme, self.h))
+        X = self._room(start.steps)
+        X[:3] = self.given
+        start.complete(X, start.loads(0, 1), 0, 0)
+        return combined(start.steps.out, X)
+
+    def _with_acceleration(self, row: Array, t: float) -> Array:
+        """u, v, a (3, n) of a row that may lack a."""
+        if len(row) == 3:
+            return row
+        if not self.cases:
+            return np.array([*row, self.structure.acceleration(t, *row)])
+        columns = zip(self.cases, np.moveaxis(row, -1, 0), strict=True)
+        return np.stack([np.array([*x, s.acceleration(t, *x)]) for s, x in columns], axis=-1)

@@ -1,0 +1,192 @@
+"""Mode superposition: modes are marched as oscillators, or together where damping couples them, and added up.
+
+An oscillator is a lane of the linear march. Each load has lanes of its own, from rest under the load alone, and so has
+the start; what belongs to a mode is a factor of its lanes, and goes into the matrix that adds the modes up.
+"""
+
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+import numpy as np
+
+from ..core.arrays import Array
+from ..core.errors import real_number, unknown_name
+from ..core.loads import Load, values_at
+from ..core.response import Status
+from ..core.schemes import Scheme
+from ..core.schemes import scheme as make_scheme
+from ..marching.histories import histories
+from ..marching.linear import march_linear
+from ..marching.oscillators import Oscillators
+from ..marching.run import number_of_steps
+from .eigen import static_response
+from .modes import Modes
+from .response import StructureResponse
+from .structure import Dof, structure
+
+Lanes = tuple[Load | None, Oscillators, Array]  # a load, the lanes under it, and the factor (m,) of each
+
+
+def superpose(
+    modes: Modes,
+    scheme: Scheme | str,
+    dt: float | None,
+    t_end: float,
+    *,
+    dofs: Iterable[Dof] | None = None,
+    stride: int = 1,
+    static_correction: bool = False,
+    **others: Any,
+) -> StructureResponse:
+    """The response of a structure from t = 0 to t_end in steps of dt by the superposition of its modes.
+
+    With classical damping every mode is a lane of the linear march; else the modes are marched together, as a small
+    structure. dofs: names or numbers of the degrees of freedom wanted, all by default. stride: keep every stride-th
+    step. static_correction: add to u what the other modes contribute to the static response under the load at each
+    time, their residual flexibility; u alone is corrected, and it is that of the load already at t = 0. The part of the
+    start and of loads that the modes do not have is left out otherwise. There is no account of energy.
+
+    Raises ValueError for what `march` does, for unknown degrees of freedom, for damping with a scheme that takes none,
+    and for static_correction of a free body not all of whose rigid modes are given.
+    """
+    if others:
+        known = ("dofs", "stride", "static_correction")
+        raise unknown_name("an argument of march for modes", next(iter(others)), known)
+    s, h, n = _checked(modes, scheme, dt, t_end, stride)
+    whole = modes.structure
+    kept = list(dofs) if dofs is not None else list(whole.names or range(whole.T.shape[0]))
+    places = [whole.place(dof) for dof in kept]
+    shapes = np.ascontiguousarray((whole.T[places] @ modes.free_shapes).T)
+    rows = np.empty((n // stride + 1, 3, len(places)))
+    status, done = _added_up(modes, s, h, n, stride, shapes, rows)
+    rows = rows[: done // stride + 1]
+    u = rows[:, 0]
+    if static_correction and whole.loads:
+        t = np.arange(len(rows)) * (stride * h)
+        loads = np.stack([values_at(g, t) for _, g in whole.loads])
+        u += loads.T @ (whole.T[places] @ residual_flexibility(modes)).T
+    failed = None if status == "completed" else (done + 1) * h
+    iterations = np.zeros((done, s.balances), np.int64)
+    return StructureResponse(
+        u, rows[:, 1], iterations, status, failed, whole, stride * h, rows[:, 2], dofs=tuple(kept)
+    )  # fmt: skip
+
+
+def coordinates(modes: Modes, scheme: Scheme | str, dt: float | None, t_end: float, *, stride: int = 1) -> Array:
+    """Modal coordinates (rows, 3, m): q, q', q'' of every stride-th step; displacements are shapes @ q.
+
+    Rows end at the last that is finite. Raises ValueError as `superpose`.
+    """
+    s, h, n = _checked(modes, scheme, dt, t_end, stride)
+    rows = np.empty((n // stride + 1, 3, len(modes)))
+    _, done = _added_up(modes, s, h, n, stride, np.eye(len(modes)), rows)
+    return rows[: done // stride + 1]
+
+
+def residual_flexibility(modes: Modes) -> Array:
+    """Displacements (n, J) of the free degrees of freedom under each load vector, less those of these modes.
+
+    Raises ValueError as `static_response` does.
+    """
+    whole = modes.structure
+    loads = np.array([shape for shape, _ in whole.loads]).reshape(-1, whole.size).T
+    rigid, elastic = np.split(modes.free_shapes, [modes.rigid], axis=1)
+    statics = static_response(whole, loads, rigid)
+    return statics - elastic @ ((elastic.T @ loads) / modes.omega[modes.rigid :, None] ** 2)
+
+
+def modal_start(modes: Modes) -> Array:
+    """q, q', q'' (3, m) at t = 0: phi^T M of the structure's start; q'' from the equations of motion if not given."""
+    whole = modes.structure
+    inertia = modes.inertia
+    q, v = whole.u0 @ inertia, whole.v0 @ inertia
+    if whole.a0_given is not None:
+        return np.array([q, v, whole.a0_given @ inertia])
+    return np.array([q, v, whole.force(0.0) @ modes.free_shapes - modes.damping @ v - modes.omega**2 * q])
+
+
+def modal_lanes(modes: Modes, dt: float) -> list[Lanes]:
+    """What is marched where every mode is an oscillator: lanes for each load, and for a start that is not rest."""
+    whole, omega, xi = modes.structure, modes.omega, modes.xi
+    one, steps = np.ones(len(modes)), np.full(len(modes), dt)
+    own, found = modal_start(modes), []
+    for shape, g in whole.loads:
+        at_rest, factor = np.zeros((3, len(modes))), shape @ modes.free_shapes
+        at_rest[2] = values_at(g, np.zeros(1))[0]
+        own[2] -= factor * at_rest[2]
+        found.append((g, Oscillators(omega, xi, one, steps, at_rest), factor))
+    if whole.a0_given is None:
+        own[2] = -2.0 * xi * omega * own[1] - omega**2 * own[0]
+    return [*found, (None, Oscillators(omega, xi, one, steps, own), one)] if own.any() or not found else found
+
+
+def _checked(
+    modes: Modes, scheme: Scheme | str, dt: float | None, t_end: float, stride: int
+) -> tuple[Scheme, float, int]:
+    s = make_scheme(scheme) if isinstance(scheme, str) else scheme
+    if arrays := [name for name, value in s.parameters.items() if value.ndim]:
+        raise ValueError(f"expected one value for {arrays[0]} of {s.name}, got an array; march once for each")
+    if dt is None:
+        raise ValueError("expected dt, a constant step, for modes, got none; steps are chosen on scenes only")
+    if not s.info.damping and modes.damping.any():
+        raise ValueError(f"{s.name} is a scheme for u'' = g(t, u): expected modes without damping; take another scheme")
+    if stride < 1:
+        raise ValueError(f"expected stride >= 1, got {stride}")
+    h = real_number("dt", dt, positive=True)
+    return s, h, number_of_steps(h, real_number("t_end", t_end, positive=True))
+
+
+def _added_up(
+    modes: Modes, scheme: Scheme, h: float, n: int, stride: int, shapes: Array, rows: Array
+) -> tuple[Status, int]:
+    """Put the sums shapes (m, k) of modal coordinates into rows (n // stride + 1, 3, k); how it ended, steps done."""
+    if not modes.lanes:
+        return _together(modes, scheme, h, n, stride, shapes, rows)
+    lanes = modal_lanes(modes, h)
+    summed = [shapes if load is None else shapes * factor[:, None] for load, _, factor in lanes]
+    done = 0
+    try:
+        with np.errstate(over="ignore", invalid="ignore"):  # an overflow is a status
+            for first, blocks in _abreast([histories(scheme, o, n, load, stride=stride) for load, o, _ in lanes]):
+                to = rows[first : first + len(blocks[0])]
+                _sum(blocks, summed, to.reshape(3 * len(to), -1))
+                if not np.isfinite(to[-1]).all():  # what overflows does not come back
+                    good = first + int(np.argmin(np.isfinite(to).all(axis=(1, 2))))
+                    last = min(march_linear(scheme, o, n, load, stride=n).n_done.min() for load, o, _ in lanes)
+                    return "non_finite", min(int(last), good * stride - 1)
+                done = min(n, (first + len(to) - 1) * stride)
+    except KeyboardInterrupt:
+        return "interrupted", done
+    return "completed", n
+
+
+def _sum(blocks: list[Array], summed: list[Array], to: Array) -> None:
+    """Put the sum of blocks (rows, 3, m) times matrices (m, k) into `to` (3 rows, k)."""
+    for i, (block, matrix) in enumerate(zip(blocks, summed, strict=True)):
+        part = block.reshape(len(to), -1)
+        if i == 0:
+            np.matmul(part, matrix, out=to)
+        else:
+            to += part @ matrix
+
+
+def _abreast(parts: list[Iterator[tuple[int, Array]]]) -> Iterator[tuple[int, list[Array]]]:
+    """Blocks of the same rows of all of them."""
+    for blocks in zip(*parts, strict=True):
+        yield blocks[0][0], [block for _, block in blocks]
+
+
+def _together(
+    modes: Modes, scheme: Scheme, h: float, n: int, stride: int, shapes: Array, rows: Array
+) -> tuple[Status, int]:
+    """As `_added_up`, for modes that are coupled by damping: marched as a structure with a dense damping matrix."""
+    whole = modes.structure
+    start = modal_start(modes)
+    small = structure(
+        np.eye(len(modes)), np.diag(modes.omega**2), C=modes.damping, u0=start[0], v0=start[1], a0=start[2],
+        load=[(shape @ modes.free_shapes, g) for shape, g in whole.loads], solver="dense",
+    )  # fmt: skip
+    r = small.march(scheme, dt=h, t_end=n * h, stride=stride, account=False)
+    rows[: len(r.u)] = np.stack([r.u, r.v, r.a], axis=1) @ shapes
+    done = n if r.t_failed is None else round(r.t_failed / h) - 1
+    return r.status, done

@@ -1,0 +1,102 @@
+"""The critical step of a scheme on a structure: exact where it is known, and by stepping 1 % below and above it."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from plane_elements import cantilever, shear_building
+
+import substep as ss
+from substep.structures import critical
+from substep.structures.critical import critical_step, frequency_bound, largest_mode
+
+
+def building(C: Any = None, **more: Any) -> ss.Structure:
+    return ss.structure(*shear_building([2.0] * 12, [900.0] * 12), C=C, u0=np.cos(np.arange(12.0)), **more)
+
+
+TOP = 2 * np.sqrt(900.0 / 2.0) * np.sin(23 * np.pi / 50)  # of the uniform shear building
+
+
+def test_the_largest_frequency_and_its_bound(monkeypatch: pytest.MonkeyPatch) -> None:
+    frame = building()
+    omega, shape = largest_mode(frame)
+    assert np.isclose(omega, TOP, rtol=1e-12)
+    assert np.isclose(shape @ frame.M @ shape, 1.0)
+    assert frequency_bound(frame) == pytest.approx(2 * np.sqrt(450.0), rel=1e-14)
+    M, K, fixed, _ = cantilever(10, 3)
+    plane = ss.structure(M, K, fixed=fixed)
+    dense = largest_mode(plane)[0]
+    monkeypatch.setattr(critical, "DENSE", 10)
+    assert np.isclose(largest_mode(plane)[0], dense, rtol=1e-9)
+
+
+@pytest.mark.parametrize(("scheme", "Omega"), [("central_difference", 2.0), ("linear_acceleration", 2 * np.sqrt(3.0))])
+def test_undamped_it_is_the_known_critical_Omega(scheme: str, Omega: float) -> None:
+    found = building().critical_step(scheme)
+    assert np.isclose(found.dt, Omega / TOP, rtol=1e-12)
+    assert (found.xi, found.Omega) == (0.0, pytest.approx(Omega))
+    assert np.isclose(building().critical_step(scheme, bound=True).dt, Omega / (2 * np.sqrt(450.0)), rtol=1e-12)
+
+
+@pytest.mark.parametrize("damping", [None, "rayleigh", "matrix"])
+@pytest.mark.parametrize("scheme", ["central_difference", "central_difference_lagged", "noh_bathe", "rk4"])
+def test_steps_just_below_it_are_stable_and_just_above_it_are_not(scheme: str, damping: str | None) -> None:
+    rayleigh = ss.Rayleigh(0.3, 0.002)
+    C = {None: None, "rayleigh": rayleigh, "matrix": building(rayleigh).damping}[damping]
+    frame = building(C)
+    found = critical_step(frame, scheme)
+    assert np.isclose(found.xi, 0.0 if C is None else rayleigh.ratio(TOP), rtol=1e-9)
+    largest = {}
+    for share in (0.99, 1.01):
+        dt = share * found.dt
+        r = ss.march(frame, scheme, dt, 3000 * dt, stride=100, account=False)
+        largest[share] = np.abs(r.u).max() if r.status == "completed" else np.inf
+    assert largest[0.99] < 100.0
+    assert largest[1.01] > 1e6
+
+
+def test_a_mode_below_with_more_damping_may_decide() -> None:
+    """The largest mode is damped critically, both its roots are -alpha/2; a slow one has a root near -alpha.
+
+    RK4's interval of stability on the real axis ends at 2.785 (Hairer & Wanner II, IV.2).
+    """
+    alpha = 50.0
+    frame = ss.structure(np.eye(2), np.diag([1e-2, alpha**2 / 4]), C=ss.Rayleigh(alpha, 0.0), u0=1.0)
+    found = frame.critical_step("rk4")
+    assert (found.Omega or 0.0) / found.omega == pytest.approx(2 * 2.785294 / alpha, rel=1e-6)
+    assert found.dt == pytest.approx(2.785294 / alpha, rel=1e-5)
+    largest = {}
+    for share in (0.99, 1.01):
+        r = ss.march(frame, "rk4", share * found.dt, 3000 * share * found.dt, account=False)
+        largest[share] = np.abs(r.u).max() if r.status == "completed" else np.inf
+    assert largest[0.99] < 10.0
+    assert largest[1.01] > 1e6
+
+
+def test_an_unconditionally_stable_scheme_has_none() -> None:
+    found = building(ss.Rayleigh(0.1, 0.001)).critical_step("bathe")
+    assert found.Omega is None
+    assert found.dt == np.inf
+    alpha = ss.scheme("generalized_alpha", rho_inf=0.7)
+    assert building().critical_step(alpha).dt == np.inf
+
+
+def test_parameters_of_the_scheme_count() -> None:
+    found = building().critical_step(ss.scheme("newmark", beta=0.1, gamma=0.5))
+    assert np.isclose(found.Omega, 1 / np.sqrt(0.15), rtol=1e-12)  # 1/sqrt(gamma/2 - beta), Hughes (9.1.13)
+
+
+def test_what_has_no_critical_step_is_refused_by_name() -> None:
+    massless = ss.structure(np.diag([1.0, 0.0]), [[2.0, -1.0], [-1.0, 1.0]], names=["first", "joint"])
+    with pytest.raises(ValueError, match="expected mass at each degree of freedom, got none at 'joint'"):
+        massless.critical_step("central_difference")
+    M, K, fixed, _ = cantilever(4, 2)
+    with pytest.raises(ValueError, match="lumped .* for Gershgorin's bound"):
+        ss.structure(M, K, fixed=fixed).critical_step("rk4", bound=True)
+    with pytest.raises(ValueError, match="Rayleigh damping, or none, with bound=True"):
+        building(0.1 * np.eye(12)).critical_step("rk4", bound=True)
+    with pytest.raises(ValueError, match="without damping: expected xi = 0"):
+        building(ss.Rayleigh(0.1, 0.0)).critical_step("rkn43")
+    with pytest.raises(ValueError, match="one value for gamma_t .* got an array"):
+        building().critical_step(ss.scheme("newmark_bdf2", gamma_t=[0.2, 0.4]))

@@ -1,0 +1,119 @@
+"""Response spectrum analysis: two storeys by hand, the single oscillator, the time history, and wrong input."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from plane_elements import shear_building
+
+import substep as ss
+from substep.ground_motion.modal_combination import cqc_correlation
+
+m, k = 2.0, 800.0
+
+
+def two_storeys(xi: float = 0.05) -> ss.Modes:
+    """Masses 2m, m on stiffnesses 2k, k: omega^2 = k/(2m) and 2k/m, shapes (1/2, 1) and (-1, 1)."""
+    return ss.structure(*shear_building([2 * m, m], [2 * k, k]), names=["first", "roof"]).modes(2).damped(xi)
+
+
+def flat(period: Any, xi: Any) -> Any:
+    """A code's plateau, 3 m/s^2, that falls as 1/T beyond 0.4 s."""
+    return 3.0 * np.minimum(1.0, 0.4 / period)
+
+
+def test_two_storeys_by_hand() -> None:
+    """Gamma phi = (2/3, 4/3) and (1/3, -1/3); D = A/omega^2; base shears 8m/3 A_1 and m/3 A_2 (Chopra, 13.2, 13.8)."""
+    T = 2 * np.pi / np.sqrt([k / (2 * m), 2 * k / m])
+    A = flat(T, 0.05)
+    assert T[0] > 0.4 > T[1]
+    D = A / np.array([k / (2 * m), 2 * k / m])
+    first, roof = np.array([2 / 3, 1 / 3]) * D, np.array([4 / 3, -1 / 3]) * D
+    found = ss.response_spectrum_analysis(two_storeys(), flat, 1.0, combine="srss")
+    assert np.allclose(found.modal_u, np.stack([first, roof], axis=1), rtol=1e-12)
+    assert np.allclose(found.u, [np.hypot(*first), np.hypot(*roof)], rtol=1e-12)
+    assert np.isclose(found.shear, np.hypot(8 * m / 3 * A[0], m / 3 * A[1]), rtol=1e-12)
+    drift = roof - first
+    assert np.isclose(found.combined(found.modal_u[:, 1] - found.modal_u[:, 0]), np.hypot(*drift), rtol=1e-12)
+    # CQC with omega_2 = 2 omega_1 and equal ratios: rho = 8 xi^2 (1 + r) r^1.5/((1 - r^2)^2 + 4 xi^2 r (1 + r)^2)
+    rho = 8 * 0.05**2 * 3 * 2**1.5 / (9 + 4 * 0.05**2 * 2 * 9)
+    cqc = ss.response_spectrum_analysis(two_storeys(), flat, 1.0, combine="cqc", dofs=["roof"])
+    assert np.isclose(cqc.correlation[0, 1], rho, rtol=1e-12)
+    assert np.isclose(cqc.u[0], np.sqrt(roof[0] ** 2 + roof[1] ** 2 + 2 * rho * roof[0] * roof[1]), rtol=1e-12)
+    assert np.isclose(cqc.a[0] ** 2, (A * [4 / 3, -1 / 3]) @ cqc.correlation @ (A * [4 / 3, -1 / 3]), rtol=1e-12)
+
+
+def test_correlation_tends_to_one_for_equal_modes_and_is_symmetric() -> None:
+    omega, xi = np.array([3.0, 3.0, 3.3, 9.0]), np.array([0.02, 0.02, 0.05, 0.1])
+    found = cqc_correlation(omega, xi)
+    assert np.allclose(found, found.T, rtol=1e-13)
+    assert np.allclose(np.diag(found), 1.0)
+    assert np.isclose(found[0, 1], 1.0)
+    assert 0.3 < found[1, 2] < 0.9
+    assert found[0, 3] < 0.05
+    assert np.linalg.eigvalsh(found).min() > -1e-12
+    assert cqc_correlation(omega[1:], np.zeros(3)).tolist() == np.eye(3).tolist()
+
+
+def quake() -> ss.Record:
+    rng = np.random.default_rng(1)
+    t = np.arange(0.0, 30.0, 0.01)
+    noise = np.convolve(rng.normal(size=len(t)), np.hanning(9) / 4, mode="same")
+    samples = 4.0 * noise * (t / 3) ** 2 * np.exp(2 - 2 * t / 3)
+    samples[0] = 0.0
+    return ss.Record(0.01, samples)
+
+
+def test_one_mode_is_the_peak_of_its_history() -> None:
+    frame = ss.structure([[2.0]], [[300.0]])
+    modes = frame.modes(1).damped(0.03)
+    found = ss.response_spectrum_analysis(modes, quake(), 1.0)
+    ground = frame.ground_motion(quake(), 1.0).modes(1).damped(0.03)
+    r = ss.march(ground, "average_acceleration", dt=0.01, t_end=29.99)
+    assert np.isclose(found.u[0], np.abs(r.u).max(), rtol=1e-10)
+    assert np.isclose(found.a[0], np.abs(300.0 / 2.0 * r.u).max(), rtol=1e-10)
+    assert np.isclose(found.shear, 300.0 * np.abs(r.u).max(), rtol=1e-10)
+
+
+def test_beside_the_time_history() -> None:
+    """CQC of ten storeys lies within a fifth of the history's peaks; SRSS of two near modes does not add them up."""
+    M, K = shear_building(np.full(10, 1.0), np.full(10, 1500.0))
+    frame = ss.structure(M, K)
+    ground = frame.ground_motion(quake(), 1.0).modes(10).damped(0.05)
+    r = ss.march(ground, "average_acceleration", dt=0.01, t_end=29.99)
+    found = ss.response_spectrum_analysis(ground, quake(), 1.0)
+    ratio = found.u / np.abs(r.u).max(axis=0)
+    assert np.abs(ratio - 1.0).max() < 0.2
+    print(ratio)
+    assert (found.u <= np.abs(found.modal_u).sum(axis=0)).all()
+
+
+def test_a_spectrum_that_was_computed_before_is_interpolated() -> None:
+    modes = two_storeys(0.05)
+    own = ss.response_spectrum_analysis(modes, quake(), 1.0)
+    at_periods = ss.response_spectrum(quake(), periods=modes.periods, xi=0.05)
+    assert np.allclose(ss.response_spectrum_analysis(modes, at_periods, 1.0).u, own.u, rtol=1e-12)
+    fine = ss.response_spectrum(quake(), periods=np.geomspace(0.05, 2.0, 2000), xi=0.05)
+    assert np.allclose(ss.response_spectrum_analysis(modes, fine, 1.0).u, own.u, rtol=1e-2)
+
+
+def test_what_cannot_be_combined_is_refused_by_name() -> None:
+    modes, S = two_storeys(), ss.response_spectrum(quake(), periods=[0.1, 0.2], xi=0.05)
+    analyse = ss.response_spectrum_analysis
+    with pytest.raises(ValueError, match="a rule of combination, one of: srss, cqc; got 'sum'"):
+        analyse(modes, flat, 1.0, combine="sum")  # pyright: ignore
+    with pytest.raises(ValueError, match="expected a spectrum from .* got one from 0.1 to 0.2 s"):
+        analyse(modes, S, 1.0)
+    with pytest.raises(ValueError, match=r"at the modes' damping ratios, 0.02 .* got one at \[0.05\]"):
+        analyse(modes.damped(0.02), S, 1.0)
+    with pytest.raises(ValueError, match="pseudo-acceleration >= 0 for each of 2 modes"):
+        analyse(modes, lambda T, xi: -T, 1.0)
+    with pytest.raises(ValueError, match="stable for all modes at the record's step of 0.5 s"):
+        analyse(modes, [0.0, 1.0, 0.0], 1.0, dt=0.5, scheme="central_difference")
+    with pytest.raises(ValueError, match="got 1 rigid"):
+        analyse(ss.structure(np.eye(2), [[1.0, -1.0], [-1.0, 1.0]]).modes(2), flat, 1.0)
+    dashpot = ss.structure(*shear_building([1.0, 1.0], [9.0, 4.0]), C=[[0.0, 0.0], [0.0, 1.0]])
+    with pytest.raises(ValueError, match="damping that does not couple the modes"):
+        analyse(dashpot.modes(2), flat, 1.0)
+    with pytest.raises(ValueError, match="a peak of each of 2 modes"):
+        analyse(modes, flat, 1.0).combined([1.0, 2.0, 3.0])

@@ -1,0 +1,129 @@
+"""Structures with an internal force of the user's: against scenes, whose kernels are derived from energies."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.sparse.linalg import LinearOperator
+from substep_derive.declare.schemes import ALL
+
+import substep as ss
+
+SCHEMES = [s.name for s in ALL]
+START = 1e-3  # s, a small first step
+
+
+def pendulum(**more: Any) -> tuple[ss.Scene, ss.Structure]:
+    """The elastic pendulum as a scene and as a structure, its force from the scene's own acceleration."""
+    scene = ss.scene("elastic_pendulum", a0="consistent", **more)
+    m = scene.parameters["m"]
+
+    def force(u: Any) -> Any:
+        return -m * scene.acceleration(np.zeros(()), u, np.zeros(2))
+
+    def tangent(u: Any) -> Any:
+        steps = 1e-6 * np.eye(2)
+        return np.array([(force(u + e) - force(u - e)) / 2e-6 for e in steps]).T
+
+    def potential(u: Any) -> float:
+        return float(scene.energy(np.zeros(()), u, np.zeros(2)))
+
+    frame = ss.structure(
+        m * np.eye(2), internal_force=force, tangent=tangent, potential=potential, u0=scene.u0, v0=scene.v0
+    )
+    return scene, frame
+
+
+@pytest.mark.parametrize("name", SCHEMES)
+def test_every_scheme_marches_the_pendulum_as_its_kernel_does(name: str) -> None:
+    scene, frame = pendulum(EA=1e4)
+    h, n = 1e-3, 40
+    expected, found = ss.march(scene, name, h, n * h), ss.march(frame, name, h, n * h, account=False)
+    assert found.status == expected.status == "completed"
+    if name == "energy_momentum":  # which forms the discrete gradient in the scene's invariants: it keeps the energy
+        energy = ss.march(frame, name, h, n * h).energy
+        assert np.ptp(energy) <= 2e-11 * energy.max()
+        assert np.abs(found.u - expected.u).max() <= 1e-4 * np.abs(expected.u).max()
+        return
+    for x, y in ((found.u, expected.u), (h * found.v, h * expected.v)):
+        assert np.abs(x - y).max() <= 1e-9 * np.abs(expected.u).max()
+
+
+@pytest.mark.parametrize("name", SCHEMES)
+def test_every_scheme_marches_duffing_as_its_kernel_does(name: str) -> None:
+    """With the tangent of every iteration to 1e-10; with one that is kept to what its last corrections leave, 1e-8."""
+    scene = ss.scene("duffing", a0="consistent")
+    k, eps = scene.parameters["k"], scene.parameters["eps"]
+    frame = ss.structure(
+        [[1.0]], internal_force=lambda u: k * u * (1 + eps * u * u), tangent=lambda u: [k * (1 + 3 * eps * u * u)],
+        potential=lambda u: k * u[0] ** 2 / 2 + k * eps * u[0] ** 4 / 4, u0=scene.u0, v0=scene.v0,
+    )  # fmt: skip
+    h, n = 0.01, 40
+    expected = ss.march(scene, name, h, n * h)
+    for newton, digits in (("full", 1e-10), ("simplified", 1e-8)):
+        found = ss.march(frame, name, h, n * h, account=False, newton=newton)
+        rows = (
+            int((np.abs(expected.u[:, 0]) < 10.0).argmin()) or n + 1
+        )  # a run that grows beyond reason is not compared
+        for x, y in ((found.u[:rows], expected.u[:rows]), (h * found.v[:rows], h * expected.v[:rows])):
+            assert np.abs(x - y).max() <= digits * np.abs(expected.u).max()
+
+
+@pytest.mark.parametrize(
+    "name", ["average_acceleration", "hht_alpha", "generalized_alpha", "bathe", "newmark_bdf2", "rk4"]
+)
+def test_forces_of_velocity_and_time_keep_the_order(name: str) -> None:
+    """Quadratic damping and a stiffness that changes with time, against SciPy at tight tolerance."""
+
+    def force(t: Any, u: Any, v: Any) -> Any:
+        return (4.0 + np.sin(t)) * u + 0.5 * v * np.abs(v)
+
+    def tangent(t: Any, u: Any, v: Any) -> Any:
+        return np.diag((4.0 + np.sin(t)) * np.ones(2)), np.diag(np.abs(v))
+
+    start = np.array([1.0, -0.5, 0.3, 0.2])
+    exact = solve_ivp(lambda t, y: [*y[2:], *-force(t, y[:2], y[2:])], (0, 2), start, rtol=1e-12, atol=1e-13).y[:2, -1]
+    frame = ss.structure(np.eye(2), internal_force=force, tangent=tangent, u0=start[:2], v0=start[2:])
+    errors = [np.abs(ss.march(frame, name, h, 2.0, account=False).u[-1] - exact).max() for h in (0.02, 0.01)]
+    order = {"rk4": 4}.get(name, 2)
+    assert np.log2(errors[0] / errors[1]) >= order - 0.15
+
+
+def test_a_tangent_known_by_its_products_only() -> None:
+    scene, frame = pendulum(EA=1e4)
+    assert frame.internal is not None
+    given = frame.internal
+
+    def products(u: Any) -> Any:
+        K = given.tangent(u)
+        return LinearOperator((2, 2), matvec=lambda x: K @ x, rmatvec=lambda x: K.T @ x, dtype=float)
+
+    m = scene.parameters["m"]
+    free = ss.structure(m * np.eye(2), internal_force=given.force, tangent=products, u0=scene.u0, v0=scene.v0)
+    found, expected = (ss.march(s, "bathe", 1e-3, 0.02, account=False) for s in (free, frame))
+    assert np.abs(found.u - expected.u).max() <= 1e-11 * np.abs(expected.u).max()
+
+
+def test_modified_newton_spares_factorizations_and_line_search_saves_a_run() -> None:
+    def spring(u: Any) -> Any:
+        return 1e4 * np.arctan(5.0 * u)
+
+    made: list[Any] = []
+
+    def solver(matrix: Any) -> Any:
+        made.append(matrix)
+        return lambda b: np.linalg.solve(matrix, b)
+
+    def march(**more: Any) -> Any:
+        made.clear()
+        soft = ss.structure(
+            np.diag([1.0, 2.0]), internal_force=spring, tangent=lambda u: [[5e4 / (1 + 25 * u[0] ** 2), 1e-9],
+            [1e-9, 5e4 / (1 + 25 * u[1] ** 2)]], v0=[30.0, 10.0], solver=solver,
+        )  # fmt: skip
+        return ss.march(soft, "average_acceleration", 0.004, 0.4, account=False, **more), len(made)
+
+    (kept, few), (full, many), (searched, _) = march(), march(newton="full"), march(newton="full", line_search=True)
+    assert few < many
+    assert np.abs(kept.u - full.u).max() <= 1e-9 * np.abs(full.u).max()
+    assert np.abs(searched.u - full.u).max() <= 1e-9 * np.abs(full.u).max()

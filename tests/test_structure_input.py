@@ -1,0 +1,235 @@
+"""What can be asked of a structure: constraints, massless degrees of freedom, moving bases, energies; and bad input."""
+
+import warnings
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import sparse
+
+import substep as ss
+
+M = np.diag([2.0, 1.0, 3.0])
+K = np.array([[6.0, -2.0, 0.0], [-2.0, 5.0, -3.0], [0.0, -3.0, 3.0]])
+NAMES = ("first", "second", "roof")
+RECORD = ss.Record(0.1, np.sin(np.arange(60)))
+PUSH = ([0.0, 0.0, 1.0], ss.Step(1.0))
+
+
+def frame(**more: Any) -> ss.Structure:
+    return ss.structure(M, K, **{"names": NAMES, "u0": [0.1, 0.0, 0.2], **more})
+
+
+def test_degrees_of_freedom_are_chosen_by_name_or_number() -> None:
+    whole = ss.march(frame(), "bathe", 0.1, 2.0)
+    part = ss.march(frame(), "bathe", 0.1, 2.0, dofs=["roof", 0], stride=4)
+    assert whole.dofs == NAMES
+    assert np.array_equal(part.u, whole.u[::4, [2, 0]])
+    assert np.array_equal(part.at("roof")[2], whole.a[::4, 2])
+    assert np.allclose(part.t, whole.t[::4])
+    with pytest.raises(ValueError, match="'second'"):
+        part.at("second")
+
+
+@pytest.mark.parametrize("make", [np.asarray, sparse.csr_array, sparse.csc_matrix, sparse.coo_array])
+def test_dense_and_sparse_matrices_of_any_kind_give_the_same(make: Any) -> None:
+    expected = ss.march(frame(load=PUSH), "newmark_bdf2", 0.1, 2.0)
+    found = ss.march(ss.structure(make(M), make(K), load=PUSH, u0=[0.1, 0.0, 0.2]), "newmark_bdf2", 0.1, 2.0)
+    assert np.allclose(found.u, expected.u, rtol=0, atol=1e-13)
+
+
+@pytest.mark.parametrize("solver", ["dense", "superlu", "pardiso"])
+def test_every_solver_gives_the_same(solver: str) -> None:
+    if solver == "pardiso":
+        pytest.importorskip("pypardiso")
+    n = 400
+    stiffness = sparse.diags_array([-np.ones(n - 1), 2 * np.ones(n), -np.ones(n - 1)], offsets=[-1, 0, 1])
+    chains = [
+        ss.structure(sparse.eye_array(n), stiffness, load=({n // 2: 1.0}, ss.Step(1.0)), solver=s)
+        for s in (solver, "dense")
+    ]
+    found, expected = (ss.march(chain, "bathe", 0.5, 10.0, dofs=[n // 2, 0]) for chain in chains)
+    assert np.abs(found.u - expected.u).max() <= 1e-12 * np.abs(expected.u).max()
+
+
+def test_fixed_degrees_of_freedom_and_constraints() -> None:
+    """The roof held; and the same as a transformation; and the first two tied to each other."""
+    start = {"u0": [0.1, 0.0, 0.0]}
+    held = ss.march(frame(fixed=["roof"], **start), "bathe", 0.1, 2.0)
+    small = ss.march(ss.structure(M[:2, :2], K[:2, :2], u0=[0.1, 0.0]), "bathe", 0.1, 2.0)
+    assert np.allclose(held.u[:, :2], small.u, rtol=0, atol=1e-14)
+    assert not held.u[:, 2].any()
+    by_matrix = ss.march(frame(constraints=np.eye(3)[:, :2], **start), "bathe", 0.1, 2.0)
+    assert np.allclose(by_matrix.u, held.u, rtol=0, atol=1e-14)
+    tied = ss.march(frame(constraints=[[1.0, 0.0], [1.0, 0.0], [0.0, 1.0]], u0=[0.1, 0.1, 0.2]), "bathe", 0.1, 2.0)
+    assert np.array_equal(tied.u[:, 0], tied.u[:, 1])
+    one = ss.structure(np.diag([3.0, 3.0]), [[7.0, -3.0], [-3.0, 3.0]], u0=[0.1, 0.2])
+    assert np.allclose(tied.u[:, 1:], ss.march(one, "bathe", 0.1, 2.0).u, rtol=0, atol=1e-14)
+
+
+def test_a_moving_base_is_a_load_and_gives_absolute_accelerations() -> None:
+    iota = np.array([1.0, 1.0, 1.0])
+    moved = ss.march(frame(u0=0.0).ground_motion(RECORD, iota), "average_acceleration", 0.1, 3.0)
+    by_hand = ss.march(frame(u0=0.0, load=(-M @ iota, RECORD)), "average_acceleration", 0.1, 3.0)
+    assert np.allclose(moved.u, by_hand.u, rtol=0, atol=1e-14)
+    assert np.allclose(moved.absolute_a, moved.a + RECORD(moved.t)[:, None], rtol=0, atol=1e-14)
+    by_name = ss.march(frame(u0=0.0).ground_motion(RECORD, list(NAMES)), "average_acceleration", 0.1, 3.0)
+    assert np.array_equal(by_name.u, moved.u)
+    with pytest.raises(ValueError, match="ground_motion"):
+        _ = by_hand.absolute_a
+
+
+def test_massless_degrees_of_freedom_start_by_static_condensation() -> None:
+    """The second has no mass: it follows statically, at the start and in an implicit march."""
+    mass = np.diag([2.0, 0.0, 3.0])
+    u0 = np.array([0.1, (2.0 * 0.1 + 3.0 * 0.2) / 5.0, 0.2])
+    loose = ss.structure(mass, K, u0=u0)
+    condensed = K - np.outer(K[:, 1], K[1]) / K[1, 1]
+    small = ss.structure(mass[np.ix_([0, 2], [0, 2])], condensed[np.ix_([0, 2], [0, 2])], u0=u0[[0, 2]])
+    assert np.allclose(loose.a0[[0, 2]], small.a0, rtol=0, atol=1e-14)
+    assert abs(K[1] @ loose.a0) <= 1e-14
+    found, expected = (ss.march(s, "bathe", 0.1, 2.0) for s in (loose, small))
+    assert np.allclose(found.u[:, [0, 2]], expected.u, rtol=0, atol=1e-13)
+    with pytest.raises(ValueError, match="central_difference.*degree of freedom 1 undetermined.*implicit"):
+        ss.march(loose, "central_difference", 0.1, 2.0)
+    with pytest.raises(ValueError, match="equilibrium of the massless degree of freedom 1"):
+        ss.march(ss.structure(mass, K, u0=[0.1, 0.0, 0.2]), "bathe", 0.1, 2.0)
+
+
+def test_a_free_body_drifts_with_its_momentum() -> None:
+    pair = ss.structure(np.diag([1.0, 2.0]), [[5.0, -5.0], [-5.0, 5.0]], v0=[1.0, 0.0])
+    r = ss.march(pair, "generalized_alpha", 0.05, 5.0)
+    assert np.allclose(r.v @ [1.0, 2.0], 1.0, rtol=0, atol=5e-12)
+
+
+def test_the_account_of_energy_closes_for_the_average_acceleration_scheme() -> None:
+    """Its step keeps the balance exactly; a dissipative scheme's numerical dissipation is what its damping takes."""
+    damped = frame(C=ss.rayleigh(0.02, 0.03, at=(0.6, 2.9)), load=PUSH)
+    closed = ss.march(damped, "average_acceleration", 0.05, 10.0).account
+    assert closed is not None
+    assert np.abs(closed.numerical).max() <= 1e-12 * closed.work.max()
+    assert closed.damped[-1] > 0.01 * closed.work.max()
+    with pytest.warns(UserWarning, match="backward_euler has dissipated"):
+        lossy = ss.march(frame(), "backward_euler", 0.05, 10.0).account
+    assert lossy is not None
+    assert np.all(np.diff(lossy.numerical) > 0.0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        ss.march(frame(), "bathe", 0.05, 10.0)
+    with pytest.raises(ValueError, match="account=True"):
+        _ = ss.march(frame(), "bathe", 0.05, 10.0, account=False).energy
+
+
+def test_rayleigh_damping_has_its_ratios_where_it_was_asked_to() -> None:
+    damping = ss.rayleigh(0.02, 0.05, at=(1.0, 10.0))
+    assert np.allclose([damping.ratio(1.0), damping.ratio(10.0)], [0.02, 0.05], rtol=1e-14)
+    with pytest.raises(ValueError, match="beta = -"):
+        ss.rayleigh(0.5, 0.01, at=(1.0, 10.0))
+    with pytest.raises(ValueError, match="two different frequencies"):
+        ss.rayleigh(0.02, 0.02, at=(1.0, 1.0))
+
+
+def test_a_run_that_overflows_or_is_interrupted_keeps_what_it_has() -> None:
+    grown = ss.march(frame(), "central_difference", 100.0, 100_000.0, account=False)
+    assert grown.status == "non_finite"
+    assert np.isfinite(grown.u).all()
+    assert grown.t_failed == pytest.approx(100.0 * len(grown.u))
+
+    def load(t: Any) -> Any:
+        if np.max(t) > 30.0:
+            raise KeyboardInterrupt
+        return 0.0 * t
+
+    stopped = ss.march(frame(load=([1.0, 0.0, 0.0], load)), "bathe", 0.1, 60.0, account=False)
+    assert stopped.status == "interrupted"
+    assert 1 < len(stopped.u) < 601
+
+
+@pytest.mark.parametrize("scheme", ["bathe", "houbolt"])
+def test_a_march_on_disk_goes_on_where_it_was_stopped(tmp_path: Any, scheme: str, monkeypatch: Any) -> None:
+    monkeypatch.setattr("substep.structures.saved.BUFFER", 60)  # numbers: a checkpoint every few rows
+    calls = [0]
+
+    def stopped_at(count: float) -> Any:
+        def load(t: Any) -> Any:
+            calls[0] += np.ndim(t) > 0 and np.size(t) == 1
+            if calls[0] > count:
+                raise KeyboardInterrupt
+            return np.sin(t)
+
+        return load
+
+    def march(count: float, **more: Any) -> Any:
+        calls[0] = 0
+        damped = frame(C=ss.Rayleigh(0.1, 0.01), load=([1.0, 0.0, 0.0], stopped_at(count)))
+        return ss.march(damped, scheme, 0.1, 8.0, stride=2, **more)
+
+    whole = march(np.inf)
+    stopped = march(50, save=tmp_path / "run")
+    assert stopped.status == "interrupted"
+    assert 3 < len(stopped.u) < len(whole.u)
+    finished = march(np.inf, save=tmp_path / "run")
+    again = march(np.inf, save=tmp_path / "run")
+    for r in (finished, again):
+        assert r.status == "completed"
+        for name in ("u", "v", "a", "energy", "newton_iterations"):
+            assert np.array_equal(getattr(r, name), getattr(whole, name)), name
+        assert np.array_equal(r.account.numerical, whole.account.numerical)
+    with pytest.raises(ValueError, match="another path"):
+        ss.march(frame(), scheme, 0.1, 8.0, save=tmp_path / "run")
+
+
+def test_an_iteration_that_fails_ends_the_run_with_what_it_has() -> None:
+    snap = ss.structure(
+        [[1.0]], internal_force=lambda u: np.where(u > 0.5, np.nan, u), tangent=lambda u: [[1.0]], v0=[1.0]
+    )
+    r = ss.march(snap, "average_acceleration", 0.1, 2.0, account=False)
+    assert r.status == "newton_failed"
+    assert 2 < len(r.u) < 8
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"K": K[:2]}, "square matrix"),
+        ({"K": K[:2, :2]}, "3 x 3 as the mass matrix"),
+        ({"K": np.where(K == 5.0, np.nan, K)}, "finite.*nan"),
+        ({"K": sparse.csr_array(np.where(K == 5.0, np.inf, K))}, r"inf at \(1, 1\)"),
+        ({"K": K + 0j}, "complex"),
+        ({"K": None}, "K, or internal_force"),
+        ({"internal_force": lambda u: u}, "K, or internal_force"),
+        ({"C": np.eye(2)}, "C to be 3 x 3"),
+        ({"load": ([1.0, 2.0], ss.Step(1.0))}, "3 components"),
+        ({"load": ([1.0, 2.0, 3.0], 5.0)}, "pairs"),
+        ({"load": [([1.0, 2.0, 3.0], 5.0)]}, "function of time"),
+        ({"load": ({"top": 1.0}, ss.Step(1.0))}, "degree of freedom.*'top'"),
+        ({"load": PUSH, "fixed": ["roof"], "u0": 0.0}, "no load on the fixed degree of freedom 'roof'"),
+        ({"fixed": [3]}, "from 0 to 2"),
+        ({"fixed": ["roof"]}, "keeps the constraints"),
+        ({"names": ["a", "a", "b"]}, "3 different names"),
+        ({"constraints": np.ones((2, 2))}, "constraints T"),
+        ({"u0": [1.0, 2.0]}, "u0 with 3 components"),
+        ({"solver": "mumps"}, "a solver"),
+    ],
+)
+def test_bad_input_says_what_was_expected(arguments: dict[str, Any], message: str) -> None:
+    matrices = {"M": M, "K": K} | {name: x for name, x in arguments.items() if name in "MK"}
+    others = {"names": NAMES, "u0": [0.1, 0.0, 0.2]} | {name: x for name, x in arguments.items() if name not in "MK"}
+    with pytest.raises(ValueError, match=message):
+        ss.march(ss.structure(**matrices, **others), "bathe", 0.1, 1.0)
+
+
+def test_bad_arguments_of_a_march() -> None:
+    for arguments, message in (
+        ({"dt": 0.1, "t_end": 1.0, "dof": [1]}, "did you mean 'dofs'"),
+        ({"tol": 1e-3, "t_end": 1.0}, "constant step"),
+        ({"dt": 0.1, "t_end": 1.05}, "multiple of dt"),
+        ({"dt": 0.1, "t_end": 1.0, "newton": "secant"}, "a kind of Newton"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            ss.march(frame(), "bathe", **arguments)
+    with pytest.raises(ValueError, match="without damping"):
+        ss.march(frame(C=ss.Rayleigh(0.1, 0.0)), "rkn43", 0.1, 1.0)
+    unsupported = ss.structure(np.diag([1.0, 0.0]), np.diag([1.0, 0.0]), a0=0.0, names=("held", "loose"))
+    with pytest.raises(ValueError, match="'loose' undetermined"):
+        ss.march(unsupported, "bathe", 0.1, 1.0)
