@@ -14,18 +14,21 @@ def combined(rows: Array, X: Array, out: Array | None = None) -> Array:
     if out is None:
         out = np.empty((len(rows), *X.shape[1:]))
     part = None
-    for row, y in zip(rows, out, strict=True):
-        used = np.flatnonzero(row)
-        if not len(used):
-            y[...] = 0.0
-            continue
-        np.multiply(X[used[0]], row[used[0]], out=y)
-        for v in used[1:]:
-            if row[v] == 1.0:
-                np.add(y, X[v], out=y)
+    for row, y in zip(rows.tolist(), out, strict=True):
+        first = True
+        for factor, x in zip(row, X, strict=True):
+            if factor == 0.0:
+                continue
+            if first:
+                np.multiply(x, factor, out=y)
+            elif factor == 1.0:
+                np.add(y, x, out=y)
             else:
-                part = np.multiply(X[v], row[v], out=part)
+                part = np.multiply(x, factor, out=part)
                 np.add(y, part, out=y)
+            first = False
+        if first:
+            y[...] = 0.0
     return out
 
 
