@@ -18,6 +18,7 @@ from . import (
     jobs_spectrum,
     jobs_stability,
     jobs_startup,
+    jobs_structures,
     report,
     target,
 )
@@ -34,6 +35,7 @@ JOBS = (
     jobs_accuracy,
     jobs_schemes,
     jobs_startup,
+    jobs_structures,
 )
 NAMES = tuple(module.NAME for module in JOBS)
 

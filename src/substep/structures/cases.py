@@ -15,8 +15,8 @@ from ..core.progress import shown
 from ..core.schemes import Scheme
 from ..core.schemes import scheme as make_scheme
 from ..marching.run import number_of_steps
+from .combine import combined
 from .histories import selection
-from .linear import combined
 from .plan import step_of
 from .steps import Run
 from .structure import Dof, Structure, damping_of, loads_of

@@ -6,6 +6,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..core.arrays import Array
+from .combine import combined, dot
+from .damping import Rayleigh
 from .plan import step_of
 from .saved import Saved, digest
 from .steps import Run, StructureSteps
@@ -27,7 +29,7 @@ class Energies(NamedTuple):
         """At this state; a strain energy without a potential is the work of its force, which is given."""
         held = s.restoring(t, u, v)
         if s.internal is None:
-            strain = 0.5 * float(u @ held)
+            strain = 0.5 * dot(u, held)
         elif s.internal.potential is not None:
             strain = s.internal.energy(u)
         return cls(u, s.force(t), held, strain, *sums)
@@ -36,13 +38,20 @@ class Energies(NamedTuple):
         """After a step of length h to u, v at the time t."""
         new, change = Energies.of(s, u, v, t), u - self.u
         if s.internal is not None and s.internal.potential is None:
-            new = new._replace(strain=self.strain + 0.5 * float((self.held + new.held) @ change))
-        damped = float(change @ (s.damping @ change)) / h if s.C is not None else 0.0
-        return new._replace(work=self.work + 0.5 * float((self.load + new.load) @ change), damped=self.damped + damped)
+            new = new._replace(strain=self.strain + 0.5 * dot(self.held + new.held, change))
+        damped = 0.0 if s.C is None else dot(change, self._resisted(s, change, new.held - self.held)) / h
+        return new._replace(work=self.work + 0.5 * dot(self.load + new.load, change), damped=self.damped + damped)
+
+    @staticmethod
+    def _resisted(s: Structure, change: Array, held: Array) -> Array:
+        """C times a change of displacement, by which the internal force changes by `held`."""
+        if isinstance(s.C, Rayleigh) and s.internal is None:  # held is K times the change
+            return s.C.alpha * (s.M @ change) + s.C.beta * held
+        return s.damping @ change
 
     def row(self, s: Structure, v: Array) -> tuple[float, float, float, float]:
         """Kinetic and strain energy, work and damped energy."""
-        return 0.5 * float(v @ (s.M @ v)), self.strain, self.work, self.damped
+        return 0.5 * dot(v, s.M @ v), self.strain, self.work, self.damped
 
 
 class Histories:
@@ -80,13 +89,13 @@ class Histories:
         self.iterations.append(march.counts)
         kept = done % self.stride == 0
         if energies is not None:
-            u, v = march.steps.report[:2] @ X
+            u, v = combined(march.steps.report[:2], X)
             energies = energies.after(s, u, v, done * h, h)
             if kept:
                 self.accounts.append(energies.row(s, v))
         if kept:
             self._put(done // self.stride, self.select(march.steps.report[: self.kinds], X))
-        state = march.steps.out @ X if self.saved is not None and march.run is self.run else None
+        state = combined(march.steps.out, X) if self.saved is not None and march.run is self.run else None
         self.done, self.state, self.energies = done, state, energies
         if self.saved is not None and self.saved.full:
             self.checkpoint()
@@ -140,7 +149,7 @@ def selection(structure: Structure, places: list[int]) -> Any:
     plain = part.shape[0] == part.shape[1] and (abs(part - np.eye(len(columns))).max() if len(columns) else 1) == 0
 
     def select(rows: Array, X: Array | None = None) -> Array:
-        found = rows[:, columns] if X is None else rows @ X[:, columns]
+        found = rows[:, columns] if X is None else combined(rows, X[:, columns])
         if plain:
             return found
         by_dof = np.moveaxis(found, 1, 0)

@@ -11,17 +11,13 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..core.arrays import Array
+from .combine import combined
 from .damping import Rayleigh
 from .matrices import Matrix
 from .plan import System
 from .structure import Structure, sum_of_matrices
 
 SAME = 8 * np.finfo(np.float64).eps  # two ratios that differ by less belong to one effective matrix
-
-
-def combined(rows: Array, X: Array) -> Array:
-    """rows (r, V) times vectors X (V, n), or X (V, n, L) for L load cases at once."""
-    return (rows @ X.reshape(len(X), -1)).reshape(len(rows), *X.shape[1:])
 
 
 @dataclass

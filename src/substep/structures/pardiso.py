@@ -5,7 +5,6 @@ factorization, and convert its indices anew in each solve. Phases, matrix types 
 reference, "pardiso iparm Parameter".
 """
 
-import contextlib
 import ctypes
 from functools import cache
 from pathlib import Path
@@ -98,8 +97,10 @@ class Pardiso:
             self._call(RELEASE, none, none, 1)
 
     def __del__(self) -> None:
-        with contextlib.suppress(Exception):  # Python may be shutting down, and the memory goes with it
+        try:  # noqa: SIM105 (while Python shuts down, modules such as contextlib are gone)
             self._release()
+        except Exception:
+            pass  # the memory goes with the process
 
 
 def _at(array: Array) -> ctypes.c_void_p:

@@ -9,7 +9,8 @@ import numpy as np
 from ..core.arrays import Array
 from ..core.loads import Load, values_at
 from ..core.schemes import Scheme
-from .linear import Factors, LinearSystem, combined
+from .combine import combined
+from .linear import Factors, LinearSystem
 from .newton import Iteration, NonlinearSystem
 from .plan import Steps, System, start_of, step_of
 from .structure import Structure
@@ -42,8 +43,10 @@ class StructureSteps:
         """Compute the unknowns of step n in X (V, n), with row i of the loads. Raises NewtonFailed."""
         shapes, cases = self.run.shapes, self.run.by_case
         for system, solver, factors in zip(self.steps.systems, self.systems, loads, strict=True):
-            now = factors[i] if cases is None else factors[i][:, None] * cases
-            load = shapes @ now if shapes.shape[1] and system.loads else None
+            load = None
+            if shapes.shape[1] and system.loads:
+                one = factors[i]
+                load = combined(one[None], shapes.T)[0] if cases is None else shapes @ (one[:, None] * cases)
             X[system.place] = solver.solved(X, load, (n + system.instant) * self.run.h)
 
     @property
@@ -110,7 +113,7 @@ class Run:
                 return
             state = np.array([history[lag - steps][kind] for kind, steps in self.scheme.history])
         march = self.prepared(step_of(self.scheme, self.h))
-        X = self._room(march.steps)
+        X, after = self._room(march.steps), self._room(march.steps)
         given = march.steps.given
         X[:given] = self._started() if state is None else state
         for first in range(done, n, BLOCK):
@@ -119,7 +122,8 @@ class Run:
             for i in range(count):
                 march.complete(X, loads, i, first + i)
                 yield X, march
-                X[:given] = combined(march.steps.out, X)
+                combined(march.steps.out, X, after[:given])
+                X, after = after, X
 
     @property
     def given(self) -> Array:
