@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 from plane_elements import shear_building
+from scipy.linalg import solve_continuous_lyapunov
 
 import substep as ss
 from substep.ground_motion.modal_combination import cqc_correlation
@@ -55,6 +56,16 @@ def test_correlation_tends_to_one_for_equal_modes_and_is_symmetric() -> None:
     assert cqc_correlation(omega[1:], np.zeros(3)).tolist() == np.eye(3).tolist()
 
 
+def test_correlation_is_that_of_oscillators_under_white_noise() -> None:
+    """The covariance of displacements from Lyapunov's equation, of modes with different damping ratios."""
+    omega, xi = np.array([3.0, 3.6, 8.0]), np.array([0.02, 0.08, 0.15])
+    A = np.block([[np.zeros((3, 3)), np.eye(3)], [-np.diag(omega**2), -np.diag(2 * xi * omega)]])
+    b = np.concatenate([np.zeros(3), np.ones(3)])
+    covariance = solve_continuous_lyapunov(A, -np.outer(b, b))[:3, :3]
+    deviation = np.sqrt(np.diag(covariance))
+    assert np.allclose(cqc_correlation(omega, xi), covariance / np.outer(deviation, deviation), rtol=1e-10)
+
+
 def quake() -> ss.Record:
     rng = np.random.default_rng(1)
     t = np.arange(0.0, 30.0, 0.01)
@@ -84,7 +95,6 @@ def test_beside_the_time_history() -> None:
     found = ss.response_spectrum_analysis(ground, quake(), 1.0)
     ratio = found.u / np.abs(r.u).max(axis=0)
     assert np.abs(ratio - 1.0).max() < 0.2
-    print(ratio)
     assert (found.u <= np.abs(found.modal_u).sum(axis=0)).all()
 
 
