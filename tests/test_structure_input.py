@@ -225,9 +225,14 @@ def test_bad_arguments_of_a_march() -> None:
         ({"tol": 1e-3, "t_end": 1.0}, "constant step"),
         ({"dt": 0.1, "t_end": 1.05}, "multiple of dt"),
         ({"dt": 0.1, "t_end": 1.0, "newton": "secant"}, "a kind of Newton"),
+        ({"dt": 0.1, "t_end": 1.0, "stride": 0}, "stride >= 1"),
+        (
+            {"dt": 0.1, "t_end": 1.0, "scheme": ss.scheme("wbz_alpha", alpha_B=[0.0, -0.1])},
+            "substep.sweep takes arrays",
+        ),
     ):
         with pytest.raises(ValueError, match=message):
-            ss.march(frame(), "bathe", **arguments)
+            ss.march(frame(), **{"scheme": "bathe", **arguments})
     with pytest.raises(ValueError, match="without damping"):
         ss.march(frame(C=ss.Rayleigh(0.1, 0.0)), "rkn43", 0.1, 1.0)
     unsupported = ss.structure(np.diag([1.0, 0.0]), np.diag([1.0, 0.0]), a0=0.0, names=("held", "loose"))

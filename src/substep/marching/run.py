@@ -66,18 +66,24 @@ def march(
     tol, for a scheme whose parameters are arrays or that cannot change its step, and for a load that is not finite. A
     run that fails does not raise: see Response.status.
     """
-    if not isinstance(scene, Scene | str):
-        options = {"tol": tol, "energy_bound": energy_bound, **chosen}
-        given = {name: x for name, x in options.items() if x is not None}
-        return scene.march(scheme, dt=dt, t_end=t_end, stride=stride, **given)
-    scene = make_scene(scene) if isinstance(scene, str) else scene
     scheme = make_scheme(scheme) if isinstance(scheme, str) else scheme
+    if arrays := [name for name, value in scheme.parameters.items() if value.ndim]:
+        raise ValueError(
+            f"expected one value for {arrays[0]} of {scheme.name}, got an array; substep.sweep takes arrays"
+        )
+    if stride < 1:
+        raise ValueError(f"expected stride >= 1, got {stride}")
     if t_end is None or (dt is None) == (tol is None):
         got = ", ".join(f"{name} = {x}" for name, x in (("dt", dt), ("tol", tol), ("t_end", t_end)) if x is not None)
         raise ValueError(
             f"expected t_end and either dt, a constant step, or tol, for steps that are chosen; got {got or 'none'}"
         )
     t_end = real_number("t_end", t_end, positive=True)
+    if not isinstance(scene, Scene | str):
+        options = {"tol": tol, "energy_bound": energy_bound, **chosen}
+        given = {name: x for name, x in options.items() if x is not None}
+        return scene.march(scheme, dt=dt, t_end=t_end, stride=stride, **given)
+    scene = make_scene(scene) if isinstance(scene, str) else scene
     if unknown := [name for name in chosen if name not in CHOSEN]:
         raise unknown_name(
             "an argument of march", unknown[0], ["dt", "t_end", "tol", "energy_bound", "stride", *CHOSEN]
@@ -86,12 +92,6 @@ def march(
         require_tol(chosen)
     if tol is not None and stride != 1:
         raise ValueError(f"expected stride with dt only, got {stride}; give the times you want as grid=")
-    if arrays := [name for name, value in scheme.parameters.items() if value.ndim]:
-        raise ValueError(
-            f"expected one value for {arrays[0]} of {scheme.name}, got an array; substep.sweep takes arrays"
-        )
-    if stride < 1:
-        raise ValueError(f"expected stride >= 1, got {stride}")
     bound = math.inf if energy_bound is None else real_number("energy_bound", energy_bound)
     if tol is not None:
         return march_adaptive(scene, scheme, Control.of(scene.length, tol, t_end, **chosen), t_end, bound=bound)

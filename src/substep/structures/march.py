@@ -14,7 +14,6 @@ from ..core.response import Status
 from ..core.schemes import Scheme
 from ..core.schemes import scheme as make_scheme
 from ..marching.run import number_of_steps
-from .combine import dot
 from .histories import Histories
 from .newton import Iteration, NewtonFailed
 from .response import Account, StructureResponse
@@ -76,7 +75,7 @@ def march_structure(
         # a run that overflows ends with a status
         with np.errstate(all="ignore"), shown(n, found.done, progress, "march", "steps") as advance:
             for X, march in run.marched(n, found.state, found.done):
-                if not math.isfinite(dot(X[-1], X[-1])):
+                if not math.isfinite(float(X[-1].sum())):
                     status = "non_finite"
                     break
                 found.add(X, march)
