@@ -57,9 +57,9 @@ def job(quick: bool) -> Job:
         return found
     with cores(1):
         _one_thread()
-        rounds = 7 if quick else 11
-        _march(found, "solid", lambda kept: _solid(10, kept), 200, rounds, 1.15)
-        _march(found, "solid", lambda kept: _solid(20, kept), 20, rounds, 1.05)
+        rounds = 5 if quick else 11
+        _march(found, "solid", lambda kept: _solid(10, kept), 60 if quick else 200, rounds, 1.15)
+        _march(found, "solid", lambda kept: _solid(20, kept), 4 if quick else 20, rounds, 1.05)
         if not quick:
             _march(found, "solid", lambda kept: _solid(31, kept), 5, 5, 1.05)
             _march(found, "plate", lambda kept: plate(157, load=FORCE, C=RAYLEIGH, solver=kept), 10, 7, 1.05)
