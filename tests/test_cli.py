@@ -9,8 +9,8 @@ import pytest
 from typer.testing import CliRunner
 
 import substep as ss
-from substep.cli import commands
 from substep.cli.commands import app
+from substep.derived import facade
 from substep.studies import failures
 from substep.studies.energy_charts import energy_under_changing_steps
 from substep.studies.estimator_charts import effectivity_chart
@@ -29,7 +29,7 @@ def test_schemes_lists_every_one() -> None:
 
 @pytest.mark.parametrize("name", ss.schemes())
 def test_show_prints_the_closed_forms(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(commands, "closed_forms", cache(commands.closed_forms))  # derived once for both ways to print
+    monkeypatch.setattr(facade, "closed_forms", cache(facade.closed_forms))  # derived once for both ways to print
     text = runner.invoke(app, ["show", name])
     assert text.exit_code == 0, text.output
     for word in ("K_eff", "den = ", "N_12", "rho_inf", "numerical damping", "period error"):
