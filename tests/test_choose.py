@@ -122,6 +122,7 @@ def test_among_takes_names_and_at_least_one() -> None:
         choose(KNOWN["duffing"], 3e-2, t_end=0.1, among=[])
 
 
+@pytest.mark.usefixtures("plain_pairs", "plain_adaptive")
 def test_a_scene_of_ones_own() -> None:
     x, k = symbols("x k")
     mine = Declaration(
