@@ -281,8 +281,8 @@ def chart(
 ) -> None:
     """Draw spectral radius, amplitude error and period error of schemes over h/T, as PNG and SVG.
 
-    work-precision: draw error against cost of all schemes on four scenes, and where general solvers overtake, into the
-    folder of the file.
+    work-precision: draw error against cost of all schemes on four scenes (--full: on nine), and where general solvers
+    overtake, into the folder of the file.
     """
     if names == ["work-precision"]:
         _work_precision(file.parent, full)

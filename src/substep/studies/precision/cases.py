@@ -1,4 +1,4 @@
-"""The four scenes of the work-precision charts, their references, and the runs of all schemes on them."""
+"""The scenes of the work-precision charts, their references, and the runs of all schemes on them."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -66,6 +66,22 @@ CASES = (
 )  # fmt: skip
 
 
+# drawn in the long form only
+FURTHER = (
+    Case("swing", "Pendulum that almost reaches the top, 2 periods",
+         lambda: scene("simple_pendulum"), 2 * period(scene("simple_pendulum")), 11),
+    Case("softening", "Softening spring, u'' + 100 tanh u = 0, 10 periods",
+         lambda: scene("softening"), 10 * period(scene("softening")), 11),
+    Case("bounce", "A mass that meets a spring and leaves it, 6 ms",
+         lambda: scene("penalty_bounce"), 0.006, 11,
+         "contact begins and ends within a step: no scheme keeps its order"),
+    Case("chain", "Bathe and Noh's chain: a stiff spring that is moved, and a soft one, 10 s",
+         lambda: scene("bathe_noh"), 10.0, 14),
+    Case("engineering", "Flexible pendulum in engineering strain, EA = 10⁴ N, 10 s",
+         lambda: scene("elastic_pendulum", EA=1e4, strain="engineering"), 10.0, 11),
+)  # fmt: skip
+
+
 def runs(case: Case, exact: Reference, names: Iterable[str] | None = None, *, every: int, repeats: int) -> list[Run]:
     """Every scheme (or those named) at its default parameters and at each number of steps."""
     steps = case.steps(every)
@@ -74,7 +90,7 @@ def runs(case: Case, exact: Reference, names: Iterable[str] | None = None, *, ev
 
 def span(model: Scene) -> float:
     """The span (s) of the work-precision chart of this scene. Raises ValueError for a scene without a chart."""
-    found = next((case.t_end for case in CASES if case.make().name == model.name), None)
+    found = next((case.t_end for case in (*CASES, *FURTHER) if case.make().name == model.name), None)
     if found is None:
         raise ValueError(f"expected a span for {model.name}, which has no chart to take it from; add --t-end in s")
     return found

@@ -9,7 +9,7 @@ from ...core.scenes import scene
 from ...core.schemes import scheme, schemes
 from ...marching.scene_lanes import pair_kernels
 from . import charts, choice, chosen_steps, crossover, peers
-from .cases import CASES, Case, runs
+from .cases import CASES, FURTHER, Case, runs
 
 # the quick form takes every second step, few repeats and, for `choose` on the stiff pendulum, these schemes only
 FEW = ("central_difference", "average_acceleration", "wilson_theta", "generalized_alpha", "newmark_bdf2", "bathe",
@@ -69,5 +69,5 @@ def operations(folder: Path) -> list[tuple[str, int, str, int]]:
 
 def jobs(full: bool) -> tuple[Callable[[Path], object], ...]:
     """All charts of measured times, one job each."""
-    scenes = (partial(work_precision, case, full=full) for case in CASES)
+    scenes = (partial(work_precision, case, full=full) for case in (*CASES, *(FURTHER if full else ())))
     return (*scenes, partial(turning_points, full=full), partial(stiff_pendulum, full=full))

@@ -21,19 +21,47 @@ Slope = Callable[[float, Array], Array]
 
 
 @njit
-def _oscillator(y: Array, p: Array) -> tuple[float, ...]:
+def _oscillator(t: float, y: Array, p: Array) -> tuple[float, ...]:
     return y[1], -2.0 * p[1] * p[0] * y[1] - p[0] * p[0] * y[0]
 
 
 @njit
-def _elastic(y: Array, p: Array) -> tuple[float, ...]:
+def _elastic(t: float, y: Array, p: Array) -> tuple[float, ...]:
     force = p[0] / (2.0 * p[1] ** 3 * p[2]) * (y[0] * y[0] + y[1] * y[1] - p[1] * p[1])
     return y[2], y[3], -force * y[0], -force * y[1]
 
 
 @njit
-def _duffing(y: Array, p: Array) -> tuple[float, ...]:
+def _duffing(t: float, y: Array, p: Array) -> tuple[float, ...]:
     return y[1], -p[0] * y[0] * (1.0 + p[1] * y[0] * y[0])
+
+
+@njit
+def _softening(t: float, y: Array, p: Array) -> tuple[float, ...]:
+    return y[1], -p[0] * np.tanh(y[0])
+
+
+@njit
+def _swing(t: float, y: Array, p: Array) -> tuple[float, ...]:
+    return y[1], -p[0] * np.sin(y[0])
+
+
+@njit
+def _bounce(t: float, y: Array, p: Array) -> tuple[float, ...]:
+    return y[1], -p[0] * min(y[0], 0.0)
+
+
+@njit
+def _chain(t: float, y: Array, p: Array) -> tuple[float, ...]:
+    soft = p[1] * (y[1] - y[0])
+    return y[2], y[3], p[0] * (np.sin(p[2] * t) - y[0]) + soft, -soft
+
+
+@njit
+def _engineering(t: float, y: Array, p: Array) -> tuple[float, ...]:
+    length = np.sqrt(y[0] * y[0] + y[1] * y[1])
+    force = p[0] * (length - p[1]) / (p[1] * p[2] * length)
+    return y[2], y[3], -force * y[0], -force * y[1]
 
 
 # right-hand sides as a user of such a solver writes them; p: the scene's parameters in their order
@@ -41,6 +69,11 @@ _SLOPES: dict[str, Callable[..., tuple[float, ...]]] = {
     "linear_oscillator": _oscillator,
     "elastic_pendulum": _elastic,
     "duffing": _duffing,
+    "softening": _softening,
+    "simple_pendulum": _swing,
+    "penalty_bounce": _bounce,
+    "bathe_noh": _chain,
+    "elastic_pendulum_engineering": _engineering,
 }
 
 
@@ -60,7 +93,7 @@ def peers(exact: Reference, wanted: tuple[str, ...] | None = None) -> tuple[list
     slope = _SLOPES[exact.scene.name]
     p = np.array(list(exact.scene.parameters.values()))
     start = np.concatenate([exact.scene.u0, exact.scene.v0])
-    slope(start, p)  # compiles
+    slope(0.0, start, p)  # compiles
     found: list[Peer] = []
     missing: dict[str, str] = {}
     for package, kinds, make in (("scipy", SCIPY, _scipy), ("numbalsoda", COMPILED, _compiled)):
@@ -77,8 +110,8 @@ def peers(exact: Reference, wanted: tuple[str, ...] | None = None) -> tuple[list
 def _scipy(t: Array, slope: Any, p: Array, start: Array) -> Callable[[str], Callable[[float], tuple[Array, int]]]:
     integrate = import_module("scipy.integrate")
 
-    def rates(_: float, y: Array) -> tuple[float, ...]:
-        return slope(y, p)
+    def rates(t: float, y: Array) -> tuple[float, ...]:
+        return slope(t, y, p)
 
     def of(method: str) -> Callable[[float], tuple[Array, int]]:
         def solve(rtol: float) -> tuple[Array, int]:
@@ -97,8 +130,8 @@ def _compiled(t: Array, slope: Any, p: Array, start: Array) -> Callable[[str], C
     size, counter = len(start), len(p)
 
     @cfunc(package.lsoda_sig)
-    def rates(_: float, y: Any, dy: Any, data: Any) -> None:
-        found = slope(y, data)
+    def rates(t: float, y: Any, dy: Any, data: Any) -> None:
+        found = slope(t, y, data)
         for i in range(size):
             dy[i] = found[i]
         data[counter] += 1.0
