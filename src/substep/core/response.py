@@ -13,8 +13,9 @@ from .arrays import Array
 if TYPE_CHECKING:
     from .scenes import Scene
 
-Status = Literal["completed", "newton_failed", "non_finite", "energy_bound", "step_too_small", "interrupted"]
-STATUSES: tuple[Status, ...] = get_args(Status)  # the first five in the order of the kernels' numbers
+Ended = Literal["completed", "newton_failed", "non_finite", "energy_bound", "step_too_small"]
+STATUSES: tuple[Ended, ...] = get_args(Ended)  # in the order of the kernels' numbers
+Status = Ended | Literal["interrupted"]  # the latter from the keyboard: a march of a structure that is not done
 
 
 @dataclass(frozen=True)

@@ -5,13 +5,13 @@ from dataclasses import fields, is_dataclass
 from functools import cache
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING, Any, NamedTuple, get_args
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from ..core.arrays import named
 from ..core.loads import Load, Record
-from ..core.response import Status
+from ..core.response import STATUSES as ENDED
 from .plan import Axis, Plan
 
 if TYPE_CHECKING:
@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
 NOT_RUN = -1
 STATUSES = {
-    "flag_values": [NOT_RUN, *range(len(get_args(Status)))],
-    "flag_meanings": " ".join(("not_run", *get_args(Status))),
+    "flag_values": [NOT_RUN, *range(len(ENDED))],
+    "flag_meanings": " ".join(("not_run", *ENDED)),
 }
 MEANINGS = {"u": "displacement", "v": "velocity", "a": "acceleration", "energy": "kinetic energy and potential"}
 INSTANTS = 4097  # at which a load of the user's own is sampled, to recognise it when the sweep is resumed
