@@ -9,6 +9,7 @@ from scipy.sparse.linalg import LinearOperator
 from substep_derive.declare.schemes import ALL
 
 import substep as ss
+from substep.structures.examples import rotating_bar
 
 SCHEMES = [s.name for s in ALL]
 START = 1e-3  # s, a small first step
@@ -127,3 +128,30 @@ def test_modified_newton_spares_factorizations_and_line_search_saves_a_run() -> 
     assert few < many
     assert np.abs(kept.u - full.u).max() <= 1e-9 * np.abs(full.u).max()
     assert np.abs(searched.u - full.u).max() <= 1e-9 * np.abs(full.u).max()
+
+
+@pytest.mark.parametrize("scheme", ["average_acceleration", "newmark_bdf2", "generalized_alpha", "rk4"])
+def test_a_rotating_bar_of_one_element_is_the_elastic_pendulum(scheme: str) -> None:
+    model, scene = rotating_bar(1, mass=0.0), ss.scene("elastic_pendulum", EA=1e4)
+    found, expected = ss.march(model, scheme, 0.01, 1.0, account=False), ss.march(scene, scheme, 0.01, 1.0)
+    tip = found.u[:, 2:] + [3.0443, 0.0]
+    assert np.abs(tip - expected.u).max() <= 1e-9 * np.abs(expected.u).max()
+
+
+def test_a_rotating_bar_tends_to_the_elastic_pendulum_with_its_mass() -> None:
+    """In proportion to it, in four elements; the energy-momentum scheme keeps its energy."""
+    expected = ss.march(ss.scene("elastic_pendulum", EA=1e4), "average_acceleration", 0.005, 1.0).u[-1]
+    off = []
+    for mass in (0.4, 0.2, 0.1):
+        r = ss.march(rotating_bar(4, mass=mass), "average_acceleration", 0.005, 1.0, account=False)
+        off.append(float(np.abs(r.u[-1, -2:] + [3.0443, 0.0] - expected).max()))
+    assert off[0] < 0.05
+    assert off[0] / off[1] == pytest.approx(2.0, rel=0.1)
+    assert off[1] / off[2] == pytest.approx(2.0, rel=0.1)
+    r = ss.march(rotating_bar(4, mass=0.4), "energy_momentum", 0.02, 2.0)
+    assert np.ptp(r.energy) <= 1e-10 * r.energy.max()
+
+
+def test_a_massless_bar_of_several_elements_is_refused() -> None:
+    with pytest.raises(ValueError, match="mass > 0"):
+        rotating_bar(2, mass=0.0)

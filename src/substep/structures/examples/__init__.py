@@ -6,5 +6,6 @@ Degrees of freedom are named by component and place, such as "uy at 10" or "uz a
 from .bars import bar
 from .continua import plate, solid
 from .frames import Section, cantilever, frame, simple_beam
+from .rotating import rotating_bar
 
-__all__ = ["Section", "bar", "cantilever", "frame", "plate", "simple_beam", "solid"]
+__all__ = ["Section", "bar", "cantilever", "frame", "plate", "rotating_bar", "simple_beam", "solid"]
