@@ -31,7 +31,7 @@ def expanded_terms(polynomial: Expr, symbols: Sequence[Symbol]) -> dict[Monomial
         powers, value = [0] * len(symbols), QQ.one
         for factor in Mul.make_args(term):
             if factor.is_Rational:
-                value = QQ(int(factor.p), int(factor.q))
+                value *= QQ(int(factor.p), int(factor.q))
                 continue
             base, power = (factor.base, factor.exp) if factor.is_Pow else (factor, 1)
             if base not in place or not (factor.is_Symbol or _is_power(factor)):
