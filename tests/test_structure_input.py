@@ -27,6 +27,15 @@ def test_degrees_of_freedom_are_chosen_by_name_or_number() -> None:
     assert np.array_equal(part.u, whole.u[::4, [2, 0]])
     assert np.array_equal(part.at("roof")[2], whole.a[::4, 2])
     assert np.allclose(part.t, whole.t[::4])
+    whole, turned = (ss.march(frame(), "rk4", 0.1, 2.0, dofs=x) for x in (None, ["roof", 0, 1]))
+    assert np.array_equal(turned.a, whole.a[:, [2, 0, 1]])
+    turned = ss.march(frame(constraints=np.eye(3)[::-1]), "rk4", 0.1, 2.0)
+    with pytest.raises(ValueError, match="expected all degrees of freedom for the acceleration"):
+        _ = turned.a
+    explicit = ss.march(frame(), "rk4", 0.1, 2.0, dofs=["roof"])
+    assert explicit.at("roof")[2] is None
+    with pytest.raises(ValueError, match="expected all degrees of freedom for the acceleration"):
+        _ = explicit.a
     with pytest.raises(ValueError, match="'second'"):
         part.at("second")
 

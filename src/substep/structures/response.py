@@ -63,13 +63,25 @@ class StructureResponse(Response):
         if self.own_a is not None:
             return self.own_a
         s = self.structure
-        if self.u.shape[1] != s.size or s.T.shape[0] != s.size:
+        if not self._has_a:
             raise ValueError(
                 "expected all degrees of freedom for the acceleration of a scheme that has none of its own, got "
                 f"{self.u.shape[1]} of {s.T.shape[0]}; march without dofs and fixed, or take a scheme that carries a"
             )
-        later = [s.acceleration(t, u, v) for t, u, v in zip(self.t[1:], self.u[1:], self.v[1:], strict=True)]
-        return np.array([s.a0, *later])
+        order = np.argsort(self._places)  # of the columns, as the structure has its degrees of freedom
+        rows = zip(self.t[1:], self.u[1:, order], self.v[1:, order], strict=True)
+        return np.array([s.a0, *(s.acceleration(t, u, v) for t, u, v in rows)])[:, self._places]
+
+    @property
+    def _has_a(self) -> bool:
+        """Whether the scheme has an acceleration of its own, or all degrees of freedom are there to compute one."""
+        s = self.structure
+        return self.own_a is not None or (s.all_free and sorted(self._places) == list(range(s.size)))
+
+    @property
+    def _places(self) -> list[int]:
+        """The numbers of the columns' degrees of freedom."""
+        return [self.structure.place(dof) for dof in self.dofs]
 
     @cached_property
     def energy(self) -> Array:
@@ -78,12 +90,15 @@ class StructureResponse(Response):
             raise ValueError("expected an account of energy, got a march without one; march with account=True")
         return self.account.kinetic + self.account.strain
 
-    def at(self, dof: "Dof") -> tuple[Array, Array, Array]:
-        """u, v, a (n+1,) of one degree of freedom. Raises ValueError for one that was not kept."""
+    def at(self, dof: "Dof") -> tuple[Array, Array, Array | None]:
+        """u, v, a (n+1,) of one degree of freedom, None for an a that `a` cannot compute from what was kept.
+
+        Raises ValueError for a degree of freedom that was not kept.
+        """
         if dof not in self.dofs:
             raise unknown_name("a degree of freedom that was kept", str(dof), map(str, self.dofs))
         place = self.dofs.index(dof)
-        return self.u[:, place], self.v[:, place], self.a[:, place]
+        return self.u[:, place], self.v[:, place], self.a[:, place] if self._has_a else None
 
     @cached_property
     def absolute_a(self) -> Array:
@@ -91,5 +106,4 @@ class StructureResponse(Response):
         s = self.structure
         if s.influence is None or s.ground is None:
             raise ValueError("expected a structure on a moving base, got none; see Structure.ground_motion")
-        places = [s.place(dof) for dof in self.dofs]
-        return self.a + s.ground(self.t)[:, None] * s.influence[places]
+        return self.a + s.ground(self.t)[:, None] * s.influence[self._places]

@@ -54,6 +54,11 @@ class Structure:
         return self.M.shape[0]
 
     @cached_property
+    def all_free(self) -> bool:
+        """Whether the free degrees of freedom are all there are: T is the identity."""
+        return self.T.shape[0] == self.size == self.T.nnz and bool((self.T.diagonal() == 1.0).all())
+
+    @cached_property
     def damping(self) -> Matrix:
         """The damping matrix (n, n), also where it is Rayleigh's or there is none."""
         if self.C is None:
