@@ -69,6 +69,8 @@ def test_what_does_not_fit_is_refused() -> None:
         ({"ground": [RECORD]}, "direction"),
         ({"keep": "all"}, "did you mean|one of: final"),
         ({"dt": [0.1, 0.2], "keep": "history"}, "one dt"),
+        ({"dt": None}, "expected dt"),
+        ({"dt": None, "tol": 1e-3}, "expected dt"),
         ({"rho_inf": [0.5, 1.5]}, "rho_inf"),
         ({"load": [([1.0], ss.Step(1.0))]}, "3 components"),
     ):

@@ -188,6 +188,19 @@ def test_a_march_on_disk_goes_on_where_it_was_stopped(tmp_path: Any, scheme: str
         ss.march(frame(), scheme, 0.1, 8.0, save=tmp_path / "run")
 
 
+def test_an_exception_of_the_users_loses_nothing() -> None:
+    def load(t: Any) -> Any:
+        if np.max(t) > 30.0:
+            raise RuntimeError("no load")
+        return np.sin(t)
+
+    with pytest.raises(RuntimeError, match="no load") as caught:
+        ss.march(frame(load=([1.0, 0.0, 0.0], load)), "bathe", 0.1, 60.0)
+    done = caught.value.response  # type: ignore[attr-defined]
+    assert len(done.u) > 200
+    assert np.array_equal(done.u, ss.march(frame(load=([1.0, 0.0, 0.0], np.sin)), "bathe", 0.1, 60.0).u[: len(done.u)])
+
+
 def test_an_iteration_that_fails_ends_the_run_with_what_it_has() -> None:
     snap = ss.structure(
         [[1.0]], internal_force=lambda u: np.where(u > 0.5, np.nan, u), tangent=lambda u: [[1.0]], v0=[1.0]

@@ -33,7 +33,7 @@ def sweep_structure(
     scheme: Scheme | str,
     *,
     t_end: float,
-    dt: ArrayLike,
+    dt: ArrayLike | None = None,
     keep: Literal["final", "peak", "history"] = "final",
     dofs: Iterable[Dof] | None = None,
     load: Sequence[Any] | None = None,
@@ -52,6 +52,8 @@ def sweep_structure(
     own, a at t_end; "peak", their largest moduli from t = 0 on; "history", all steps, for one dt. A run that overflows,
     or whose iteration fails, is NaN from there on. Raises ValueError for names and values that do not fit.
     """
+    if dt is None:
+        raise ValueError("expected dt, a step or several, for a structure, got none: steps are chosen on scenes only")
     if keep not in KEEP:
         raise unknown_name("a choice of what to keep", keep, KEEP)
     given = scheme if isinstance(scheme, Scheme) else make_scheme(scheme)

@@ -49,8 +49,9 @@ def march_structure(
     iteration contracts by a factor of 5, "full" takes one in every iteration; line_search: halve a correction by which
     the residual grows.
 
-    A run that fails or is interrupted from the keyboard keeps what it has: see Response.status. Raises ValueError for
-    what `march` does, for unknown degrees of freedom, for a singular effective matrix, and for another march at `save`.
+    A run that fails or is interrupted from the keyboard keeps what it has: see Response.status. If a function of the
+    user's raises, the exception's `response` is what was done. Raises ValueError for what `march` does, for unknown
+    degrees of freedom, for a singular effective matrix, and for another march at `save`.
     """
     if "tol" in others or dt is None:
         raise ValueError(
@@ -84,6 +85,11 @@ def march_structure(
         status = "newton_failed"
     except KeyboardInterrupt:
         status = "interrupted"
+    except Exception as error:  # of a load or a force of the user's, or a tangent that is singular
+        found.checkpoint()
+        error.response = _response(found, "interrupted", kept)  # type: ignore[attr-defined]
+        error.add_note("what the march had done before is in the attribute `response` of this exception")
+        raise
     found.checkpoint()
     return _response(found, status, kept)
 
