@@ -212,7 +212,7 @@ def test_choose_recommends_and_draws_why(tmp_path: Path) -> None:
     rigid = runner.invoke(app, ["choose", *bar, "--accuracy", "1e-1", "--t-end", "0.1"])
     assert rigid.output.startswith(("bathe on rigid_pendulum", "newmark on rigid_pendulum"))
     assert runner.invoke(app, [*wish, "--among", "bath"]).exit_code == 2
-    unknown = runner.invoke(app, ["choose", "softening", "--accuracy", "1e-2"])
+    unknown = runner.invoke(app, ["choose", "rigid_pendulum", "--accuracy", "1e-2"])
     assert unknown.exit_code == 2
     assert "--t-end" in unknown.output
 

@@ -93,13 +93,14 @@ def peers(exact: Reference, wanted: tuple[str, ...] | None = None) -> tuple[list
     slope = _SLOPES[exact.scene.name]
     p = np.array(list(exact.scene.parameters.values()))
     start = np.concatenate([exact.scene.u0, exact.scene.v0])
+    scale = float(np.abs(start).max() or np.abs(exact.u).max())  # of absolute tolerances, also of a start from rest
     slope(0.0, start, p)  # compiles
     found: list[Peer] = []
     missing: dict[str, str] = {}
     for package, kinds, make in (("scipy", SCIPY, _scipy), ("numbalsoda", COMPILED, _compiled)):
         names = [kind for kind in kinds if wanted is None or f"{package} {kind}" in wanted]
         try:
-            made = make(exact.t, slope, p, start) if names else None
+            made = make(exact.t, slope, p, start, scale) if names else None
         except ImportError as error:
             missing[package] = f"{type(error).__name__}: {str(error)[:120]}"
             continue
@@ -107,7 +108,9 @@ def peers(exact: Reference, wanted: tuple[str, ...] | None = None) -> tuple[list
     return found, missing
 
 
-def _scipy(t: Array, slope: Any, p: Array, start: Array) -> Callable[[str], Callable[[float], tuple[Array, int]]]:
+def _scipy(
+    t: Array, slope: Any, p: Array, start: Array, scale: float
+) -> Callable[[str], Callable[[float], tuple[Array, int]]]:
     integrate = import_module("scipy.integrate")
 
     def rates(t: float, y: Array) -> tuple[float, ...]:
@@ -116,7 +119,7 @@ def _scipy(t: Array, slope: Any, p: Array, start: Array) -> Callable[[str], Call
     def of(method: str) -> Callable[[float], tuple[Array, int]]:
         def solve(rtol: float) -> tuple[Array, int]:
             r = integrate.solve_ivp(
-                rates, (0.0, t[-1]), start, method=method, t_eval=t, rtol=rtol, atol=rtol * np.abs(start).max() * 1e-2
+                rates, (0.0, t[-1]), start, method=method, t_eval=t, rtol=rtol, atol=rtol * scale * 1e-2
             )
             return (r.y.T, int(r.nfev)) if r.success else (np.full((len(t), len(start)), np.nan), int(r.nfev))
 
@@ -125,7 +128,9 @@ def _scipy(t: Array, slope: Any, p: Array, start: Array) -> Callable[[str], Call
     return of
 
 
-def _compiled(t: Array, slope: Any, p: Array, start: Array) -> Callable[[str], Callable[[float], tuple[Array, int]]]:
+def _compiled(
+    t: Array, slope: Any, p: Array, start: Array, scale: float
+) -> Callable[[str], Callable[[float], tuple[Array, int]]]:
     package = import_module("numbalsoda")
     size, counter = len(start), len(p)
 
@@ -140,7 +145,7 @@ def _compiled(t: Array, slope: Any, p: Array, start: Array) -> Callable[[str], C
         def solve(rtol: float) -> tuple[Array, int]:
             data = np.append(p, 0.0)
             states, good = getattr(package, method)(
-                rates.address, start, t, data, rtol=rtol, atol=rtol * np.abs(start).max() * 1e-2, mxstep=10**8
+                rates.address, start, t, data, rtol=rtol, atol=rtol * scale * 1e-2, mxstep=10**8
             )  # fmt: skip
             return (states if good else np.full((len(t), size), np.nan)), int(data[counter])
 
