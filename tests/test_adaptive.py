@@ -303,3 +303,14 @@ def test_interpolant_reproduces_polynomials_up_to_its_degree(order: int) -> None
         right = {"u": middle**k, "v": k * middle ** (k - 1), "a": k * (k - 1) * middle ** (k - 2)}
         for name, degree in degrees.items():
             assert (getattr(found, name).subs(values) == right[name]) == (k <= degree), (name, k)
+
+
+@pytest.mark.usefixtures("uncompiled")
+def test_a_scene_at_complete_rest_starts() -> None:
+    """No displacement, no velocity and no load at t = 0, so that nothing there says how fast the motion will be."""
+    resting = ss.scene("linear_oscillator", omega=6.28, u0=0.0, load=ss.Harmonic(1.0, 2.0))
+    r = ss.march(resting, "bathe", tol=1e-6, t_end=3.0)
+    fine = ss.march(resting, "rk4", dt=1e-3, t_end=3.0)
+    assert r.status == "completed"
+    assert r.statistics is not None
+    assert np.abs(r.u[-1] - fine.u[-1]).max() <= 1e-6 * r.statistics.accepted  # the sum of local errors

@@ -117,6 +117,9 @@ def _first(numbers, start, t, load, samples, middle):
     t += trial
 {second_acceleration}
 {a_second}
+    if fast == 0.0:  # complete rest: only the load tells how fast the motion will be
+        fast = np.sqrt(length * np.abs(size[1]).max())
+        v_scale = v_scale + share_v * fast
     d2 = np.sqrt(np.mean(((size[2] - start[1]) / u_scale) ** 2 + ((size[1] - size[0]) / v_scale) ** 2)) / trial
     steepest = max(d1, d2)
     found = (0.01 / steepest) ** (2.0 * power) if steepest > 1e-15 else max(1e-6 * t_end, 1e-3 * trial)
