@@ -6,6 +6,11 @@ s.spectral_radius([0.1, 10.0])
 r = ss.march(ss.scene("linear_oscillator", omega=6.28), s, dt=0.01, t_end=10.0)
 """
 
+from .auditing.claims import Claims
+from .auditing.instrument import audit
+from .auditing.program import Program
+from .auditing.programs.adapter import Integrator
+from .auditing.stepper import Stepper
 from .core.loads import HalfSine, Harmonic, Record, Step
 from .core.response import Response
 from .core.scenes import Scene, scene, scenes
@@ -20,16 +25,21 @@ from .studies.choosing import choose
 from .sweeps import sweep
 
 __all__ = [
+    "Claims",
     "HalfSine",
     "Harmonic",
+    "Integrator",
     "Modes",
+    "Program",
     "Rayleigh",
     "Record",
     "Response",
     "Scene",
     "Scheme",
     "Step",
+    "Stepper",
     "Structure",
+    "audit",
     "choose",
     "march",
     "rayleigh",

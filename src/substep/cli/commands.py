@@ -15,6 +15,7 @@ from rich.table import Column, Table
 from ..core.schemes import scheme
 from ..core.schemes import schemes as scheme_names
 from .arguments import StartOption, StrainOption, exact_options, number, numbers, require_folders, scene_of
+from .audits import audit
 from .choice import choose
 from .design import design
 from .estimators import estimator
@@ -194,6 +195,7 @@ def conditions(name: Annotated[str, typer.Argument(help="a name listed by `subst
 
 
 app.command()(design)
+app.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True})(audit)
 app.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True})(choose)
 
 

@@ -1,0 +1,181 @@
+"""Why a stepper departs from what it is said to be: root causes, each with what follows from it."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from ..core.arrays import Array
+from ..core.schemes import Scheme
+from .claims import Judgement
+from .fit import described, recognise
+from .identify import Identification, Match, is_claimed
+from .loads import LoadTaking
+from .orders import MOTIONS, Order
+from .stepper import Stepper
+
+DIGITS = 1e-12  # a larger deviation from the identified scheme is not rounding in double precision
+FREE, DRIVEN, FROM_REST = MOTIONS
+
+
+@dataclass(frozen=True)
+class Deviation:
+    """A root cause, in words, and what follows from it.
+
+    kind: "scheme", "parameter", "start", "load", "output", "precision", or "claim" for a claim that fails without any
+    of these: the scheme is what it is said to be, and does not have the property.
+    """
+
+    kind: str
+    text: str
+    consequences: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What deviations are found from. orders: as observed; expected: of the identified scheme, by the same runs."""
+
+    stepper: Stepper
+    claimed: Scheme | None
+    found: Identification
+    load: LoadTaking
+    judgements: Sequence[Judgement]
+    orders: Mapping[str, Order]
+    expected: Mapping[str, Order]
+
+    @property
+    def failed(self) -> list[Judgement]:
+        """The claims that do not hold, but for that of the scheme."""
+        return [j for j in self.judgements if j.claim != "scheme" and j.verdict in ("false", "partly")]
+
+    def lowered(self, motion: str) -> str:
+        """In words, the order of u that a motion loses against the identified scheme; empty where it loses none."""
+        if motion not in self.orders:
+            return ""
+        found, expected = (orders[motion][0] for orders in (self.orders, self.expected))
+        if found is None or (expected is not None and found > expected - 0.25):
+            return ""
+        return f"order of u in {motion} motion: {found:g}, not {'exact' if expected is None else f'{expected:g}'}"
+
+
+def deviations(e: Evidence) -> tuple[Deviation, ...]:
+    """Root causes, by comparison with the claimed scheme, and with the identified one."""
+    if not e.found.matches:
+        near = f"; nearest is {described(e.found.nearest.scheme)}" if e.found.nearest else ""
+        text = f"no scheme of the catalogue does what it does{near}"
+        return (Deviation("scheme", text, tuple(_failed(judgement) for judgement in e.failed)),)
+    best = e.found.matches[0]
+    causes = [*_of_scheme(e, best), *_of_start(e, best), *_of_load(e), *_of_outputs(e, best), *_of_precision(e, best)]
+    follows = {id(cause): list(cause.consequences) for cause in causes}
+    left = []
+    for judgement in e.failed:
+        cause = _cause(causes, judgement)
+        if cause is None:
+            left.append(Deviation("claim", _failed(judgement)))
+        else:
+            follows[id(cause)].append(_failed(judgement))
+    return (*(Deviation(cause.kind, cause.text, tuple(follows[id(cause)])) for cause in causes), *left)
+
+
+def _cause(causes: Sequence[Deviation], judgement: Judgement) -> Deviation | None:
+    """The one of the causes by which a claim fails.
+
+    An order that holds from rest fails by the start, one that holds in free motion by the load; all else by the scheme.
+    """
+    kinds = ["scheme", "parameter"]
+    if judgement.claim == "order":
+        if FROM_REST not in judgement.motions:
+            kinds = ["start", *kinds]
+        elif FREE not in judgement.motions:
+            kinds = ["load", "start", *kinds]
+        else:
+            kinds = [*kinds, "load", "start", "precision"]
+    return next((cause for kind in kinds for cause in causes if cause.kind == kind), None)
+
+
+def _failed(judgement: Judgement) -> str:
+    return f"{judgement.claim}: claimed {judgement.claimed}, found {judgement.found}"
+
+
+def _of_scheme(e: Evidence, best: Match) -> list[Deviation]:
+    claimed = e.claimed
+    if claimed is None or any(is_claimed(match.scheme, claimed) for match in e.found.matches):
+        if best.what == "spectrum":
+            return [Deviation("scheme", f"only the eigenvalues are those of {best.text}")]
+        return []
+    same = next((match for match in e.found.matches if match.scheme.name == claimed.name), None)
+    if same is None:
+        return [Deviation("scheme", f"it is {best.text}, not {described(claimed)}")]
+    return [Deviation("parameter", text) for text in _of_parameters(claimed.given, same.scheme.parameters)]
+
+
+def _of_parameters(claimed: Mapping[str, Array], found: Mapping[str, Array]) -> list[str]:
+    """What happened to the values: exchanged, of the other sign, counted from the other end of the step, or changed."""
+    was, got = ({name: float(values[name]) for name in claimed} for values in (claimed, found))
+    changed = [name for name in was if not _near(was[name], got[name])]
+    texts, done = [], set()
+    for one in changed:
+        for other in changed:
+            if one < other and _near(was[one], got[other]) and _near(was[other], got[one]):
+                texts.append(f"{one} and {other} are exchanged: {_pair(was, got, one)}, {_pair(was, got, other)}")
+                done |= {one, other}
+    for name in changed:
+        if name in done:
+            continue
+        if _near(got[name], -was[name]):
+            texts.append(f"{name} has the other sign: {_pair(was, got, name)}")
+        elif _near(got[name], 1.0 - was[name]):
+            texts.append(f"{name} weighs the other end of the step: {_pair(was, got, name)}")
+        else:
+            texts.append(_pair(was, got, name))
+    return texts
+
+
+def _near(one: float, other: float) -> bool:
+    return abs(one - other) <= 1e-7
+
+
+def _pair(was: Mapping[str, float], got: Mapping[str, float], name: str) -> str:
+    return f"{name} is {recognise(got[name], 1e-9)[1]}, not {recognise(was[name], 1e-9)[1]}"
+
+
+def _of_start(e: Evidence, best: Match) -> list[Deviation]:
+    """Of a scheme that carries an acceleration, or that another one starts which does."""
+    carries = best.scheme.starter is not None or any(kind == 2 for kind, _ in best.scheme.history)
+    if not carries or best.what == "spectrum":
+        return []
+    lost = tuple(text for text in (e.lowered(FREE), e.lowered(DRIVEN)) if text)
+    if best.start == "zero":
+        given = ", unless it is given" if e.stepper.can.sets_a0 else ""
+        return [Deviation("start", f"the acceleration at t = 0 is taken as 0{given}", lost)]
+    if best.start == "own":
+        return [Deviation("start", "the first step is not the scheme's, with a_0 computed or 0", lost)]
+    if e.load.start == "zero" and e.load.kind in ("declared", "shifted", "weighted"):
+        return [Deviation("start", "the acceleration at t = 0 leaves out the load", tuple(lost[-1:]))]
+    return []
+
+
+def _of_load(e: Evidence) -> list[Deviation]:
+    """Where other instants than the scheme's cost order; else they are a choice, and stand in the report."""
+    lost = e.lowered(FROM_REST)
+    if not lost or e.load.kind in ("declared", "none"):
+        return []
+    text = f"the load is taken as {e.load.text}"
+    if e.load.kind == "shifted":
+        by = recognise(abs(e.load.shift), 1e-9)[1]
+        text = f"the load is taken {by} step {'late' if e.load.shift < 0 else 'early'}: {e.load.text}"
+    if e.load.kind == "unknown":
+        called = f"; it is asked for at {', '.join(f'{x:g}' for x in e.load.called)} of a step" if e.load.called else ""
+        text = f"the load is taken {e.load.text}{called}"
+    return [Deviation("load", text, (lost,))]
+
+
+def _of_outputs(e: Evidence, best: Match) -> list[Deviation]:
+    if best.what == "displacements" and e.stepper.can.outputs != "u":
+        return [Deviation("output", f"u is that of {best.text}; the v or a that is returned is not")]
+    return []
+
+
+def _of_precision(e: Evidence, best: Match) -> list[Deviation]:
+    if best.error > max(DIGITS, 10.0 ** (3.0 - e.stepper.can.digits)):
+        return [Deviation("precision", f"results hold {-math.log10(best.error):.0f} digits")]
+    return []

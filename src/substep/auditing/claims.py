@@ -1,0 +1,103 @@
+"""What a program's manual says about an integrator, and whether what was measured bears it out."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from ..core.schemes import Scheme, schemes
+from ..core.schemes import scheme as make_scheme
+from .fit import described
+from .identify import Match, is_claimed
+from .orders import Order
+
+Verdict = Literal["true", "false", "partly", "not judged"]
+
+
+@dataclass(frozen=True)
+class Claims:
+    """What a manual states; what it does not state is left out.
+
+    scheme: a name of the catalogue, or any other, which is then not judged; parameters: of it, also of a family such as
+    rho_inf; without any, it may have all values. order: of u, free and driven.
+    rho_inf: the spectral radius as Omega -> oo. unconditional: whether it is stable for every step, undamped.
+    critical_Omega: the largest stable omega h, undamped. source: claim -> (quotation, place in the manual).
+    """
+
+    scheme: str | None = None
+    order: int | None = None
+    rho_inf: float | None = None
+    unconditional: bool | None = None
+    critical_Omega: float | None = None
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    source: Mapping[str, tuple[str, str]] = field(default_factory=dict)
+
+    def claimed_scheme(self) -> Scheme | None:
+        """The scheme with its parameters; rho_inf is one of them where the scheme has it. None for no scheme known.
+
+        Raises what `substep.scheme` does for its parameters.
+        """
+        if self.scheme not in schemes():
+            return None
+        given = dict(self.parameters)
+        info = make_scheme(self.scheme).info
+        if self.rho_inf is not None and not given and ("rho_inf" in info.families or "rho_inf" in info.parameters):
+            given["rho_inf"] = self.rho_inf
+        return make_scheme(self.scheme, **given)
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """A claim, what was found in its place, the verdict, and where the claim stands."""
+
+    claim: str
+    claimed: str
+    found: str
+    verdict: Verdict
+    source: tuple[str, str] = ("", "")
+    motions: tuple[str, ...] = ()  # in which an order fails
+
+
+def judged(
+    claims: Claims,
+    matches: Sequence[Match],
+    orders: Mapping[str, Order],
+    rho_inf: float,
+    critical: float | None,
+) -> tuple[Judgement, ...]:
+    """Every claim that is made, judged."""
+    found = []
+
+    def judge(claim: str, claimed: Any, what: str, verdict: Verdict, motions: Sequence[str] = ()) -> None:
+        found.append(Judgement(claim, str(claimed), what, verdict, claims.source.get(claim, ("", "")), tuple(motions)))
+
+    if claims.scheme is not None:
+        claimed = claims.claimed_scheme()
+        same = [match for match in matches if claimed is not None and is_claimed(match.scheme, claimed)]
+        whole = any(match.what == "matrix" for match in same)
+        verdict: Verdict = "not judged" if claimed is None else "true" if whole else "partly" if same else "false"
+        name = claims.scheme if claimed is None or not claimed.given else described(claimed)
+        judge("scheme", name, matches[0].text if matches else "none of the catalogue", verdict)
+    if claims.order is not None:
+        u = {motion: order[0] for motion, order in orders.items()}
+        bad = [motion for motion, order in u.items() if order is not None and order < claims.order - 0.5]
+        text = ", ".join(f"{motion}: {'exact' if order is None else f'{order:g}'}" for motion, order in u.items())
+        verdict = "not judged" if not u else "true" if not bad else "false" if len(bad) == len(u) else "partly"
+        judge("order", claims.order, text, verdict, bad)
+    if claims.rho_inf is not None:
+        near = abs(rho_inf - claims.rho_inf) <= RADIUS
+        judge("rho_inf", f"{claims.rho_inf:g}", f"{rho_inf:.4g}", "true" if near else "false")
+    if claims.unconditional is not None:
+        text = "stable up to Omega = 10^4" if critical is None else f"unstable beyond Omega = {critical:.10g}"
+        judge("unconditional", claims.unconditional, text, _verdict(claims.unconditional == (critical is None)))
+    if claims.critical_Omega is not None:
+        near = critical is not None and abs(critical - claims.critical_Omega) <= 1e-3 * claims.critical_Omega
+        text = "none up to 10^4" if critical is None else f"{critical:.10g}"
+        judge("critical_Omega", f"{claims.critical_Omega:g}", text, _verdict(near))
+    return tuple(found)
+
+
+RADIUS = 3e-3  # how far the spectral radius at Omega = 10^4 may be off its limit, for a double root too
+
+
+def _verdict(holds: bool) -> Verdict:
+    return "true" if holds else "false"

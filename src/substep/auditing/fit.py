@@ -1,0 +1,189 @@
+"""Parameters of a scheme solved for, such that a residual vanishes, and recognised as exact numbers."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ..core.arrays import Array
+from ..core.schemes import Scheme
+from .linear_step import Candidate, Oscillators, with_parameters
+
+Residual = Callable[[Candidate], Array]
+EXACT = 1e-14  # a residual beyond which other values may do better: of two equal steps one rounds less
+TRIES = 5  # starting points
+WORST = 1e6  # a residual in place of one that is not finite
+IRRATIONAL = {
+    "sqrt(2)": 2.0**0.5, "2 - sqrt(2)": 2.0 - 2.0**0.5, "1 - sqrt(2)/2": 1.0 - 0.5**0.5,
+    "1 + sqrt(2)/2": 1.0 + 0.5**0.5,
+    "(3 + sqrt(3))/6": (3.0 + 3.0**0.5) / 6.0, "(3 - sqrt(3))/6": (3.0 - 3.0**0.5) / 6.0,
+}  # fmt: skip
+
+
+def free_parameters(scheme: Scheme) -> Sequence[str]:
+    """Names of the parameters that enter the step: not those that another one decides."""
+    return [name for name in scheme.parameters if name not in scheme.info.decided]
+
+
+def solve(scheme: Scheme, names: Sequence[str], at: Oscillators, residual: Residual) -> tuple[Scheme, float]:
+    """The scheme with the named parameters such that the residual is least, and its largest entry there.
+
+    The parameters enter a step rationally, so that a residual that can vanish does so from one of a few starts.
+    """
+    fit = _Fit(scheme, tuple(names), at, residual)
+    if not names:
+        return scheme, largest(fit.at_values(np.zeros(0)))
+    from scipy.optimize import least_squares  # noqa: PLC0415 (slow to import)
+
+    best = scheme, np.inf
+    if len(fit.compared) < len(names):
+        return best
+    for x0 in fit.guesses:
+        x = least_squares(fit.vector, x0, method="lm", xtol=1e-15, ftol=1e-15, gtol=1e-15, max_nfev=40 * len(x0)).x
+        found = fit.recognised(x)
+        if found[1] < best[1]:
+            best = found
+        if best[1] <= EXACT:
+            break
+    return best
+
+
+@dataclass(frozen=True)
+class _Fit:
+    scheme: Scheme
+    names: tuple[str, ...]
+    at: Oscillators
+    residual: Residual
+
+    def of(self, x: Array) -> Scheme:
+        values = dict(zip(self.names, x.tolist(), strict=True))
+        for name, (by, function) in self.scheme.info.decided.items():
+            if by in values:
+                values[name] = float(function(np.float64(values[by])))
+        return with_parameters(self.scheme, values)
+
+    def at_values(self, x: Array) -> Array:
+        """The residual; infinite where the scheme has no step at these values."""
+        try:
+            with np.errstate(all="ignore"):
+                return self.residual(Candidate(self.of(x), self.at))
+        except (ZeroDivisionError, np.linalg.LinAlgError):
+            return np.full(1, np.inf)
+
+    def vector(self, x: Array) -> Array:
+        """The entries of the residual that are compared; large where one is not finite."""
+        values = self.at_values(x)
+        if values.size == 1:
+            return np.full(len(self.compared), WORST)
+        found = values.ravel()[self.compared]
+        return np.where(np.isfinite(found), np.clip(found, -WORST, WORST), WORST)
+
+    @cached_property
+    def compared(self) -> Array:
+        """Places of the residual that are numbers for some values: it is NaN where there is no output to compare."""
+        rng = np.random.default_rng(1)
+        for _ in range(20):
+            values = self.at_values(rng.uniform(0.2, 0.8, len(self.names)))
+            if values.size > 1:
+                return np.flatnonzero(~np.isnan(values.ravel()))
+        return np.zeros(0, np.int64)
+
+    @property
+    def guesses(self) -> Iterator[Array]:
+        """The values that the scheme has, then some of the intervals."""
+        yield np.array([float(self.scheme.parameters[name]) for name in self.names])
+        rng = np.random.default_rng(0)
+        low, high = (np.array(x) for x in zip(*(self._interval(name) for name in self.names), strict=True))
+        for _ in range(TRIES - 1):
+            yield rng.uniform(low, high)
+
+    def _interval(self, name: str) -> tuple[float, float]:
+        info = self.scheme.info.parameters[name]
+        low = 0.0 if info.low is None else info.low
+        return low, low + 1.0 if info.high is None else info.high
+
+    def recognised(self, x: Array) -> tuple[Scheme, float]:
+        """At simple numbers near x where the residual is no larger there, else at x."""
+        error = largest(self.at_values(x))
+        tolerance = min(1e-3, max(1e-9, 1e3 * error))
+        near = dict(self.scheme.parameters)
+        for name, value in zip(self.names, x.tolist(), strict=True):
+            default = default_of(self.scheme, name, near)
+            simple, text = recognise(value, tolerance)
+            follows = default is not None and abs(default - value) <= tolerance and not rational(text)
+            near[name] = np.float64(default if follows else simple)
+        exact = np.array([float(near[name]) for name in self.names])
+        there = largest(self.at_values(exact))
+        return (self.of(exact), there) if there <= 3.0 * error + EXACT else (self.of(x), error)
+
+
+def largest(residual: Array) -> float:
+    """The largest modulus; infinite where nothing could be compared."""
+    known = residual[~np.isnan(residual)]
+    return float(np.abs(known).max()) if known.size else np.inf
+
+
+def default_of(scheme: Scheme, name: str, values: Mapping[str, Any]) -> float | None:
+    """What a parameter is by default, given those before it; None for one that has none."""
+    parameters = scheme.info.parameters
+    earlier = {key: values[key] for key in list(parameters)[: list(parameters).index(name)]}
+    try:
+        with np.errstate(all="ignore"):
+            default = float(parameters[name].default_of(scheme.name, earlier))
+    except ValueError:
+        return None
+    return default if np.isfinite(default) else None
+
+
+def described(scheme: Scheme) -> str:
+    """The scheme with its parameters as exact numbers, by the argument of a family where there is one.
+
+    Such as newmark(beta = 1/4, gamma = 1/2); a parameter that is the root that it is by default is left out.
+    """
+    values = _family(scheme)
+    if not values:
+        for name in free_parameters(scheme):
+            x = float(scheme.parameters[name])
+            text, default = recognise(x, 1e-9)[1], default_of(scheme, name, scheme.parameters)
+            if rational(text) or default is None or abs(default - x) > 1e-9:
+                values[name] = text
+    inner = ", ".join(f"{name} = {value}" for name, value in values.items())
+    return f"{scheme.name}({inner})" if inner else scheme.name
+
+
+def _family(scheme: Scheme) -> dict[str, str]:
+    """The argument of a family that gives the parameters the values they have; empty where there is none."""
+    from scipy.optimize import least_squares  # noqa: PLC0415 (slow to import)
+
+    for argument, family in scheme.info.families.items():
+
+        def off(x: Array, values: Mapping[str, Any] = family.values) -> Array:
+            return np.array(
+                [float(function(x[0])) - float(scheme.parameters[name]) for name, function in values.items()]
+            )
+
+        found = least_squares(off, [0.5], xtol=1e-15, ftol=1e-15, gtol=1e-15)
+        low, high = family.argument.low or 0.0, 1.0 if family.argument.high is None else family.argument.high
+        if np.abs(found.fun).max() <= 1e-8 and low - 1e-8 <= found.x[0] <= high + 1e-8:
+            return {argument: recognise(float(found.x[0]), 1e-8)[1]}
+    return {}
+
+
+def rational(text: str) -> bool:
+    """Whether a recognised number is a rational one."""
+    return all(character in "-/0123456789" for character in text)
+
+
+def recognise(x: float, tolerance: float) -> tuple[float, str]:
+    """The simplest rational number with a denominator up to 1000 near x, or a known root, and its text; else x."""
+    for limit in (1, 2, 3, 4, 5, 6, 8, 9, 10, 12, 16, 20, 25, 50, 100, 250, 500, 1000):
+        near = Fraction(x).limit_denominator(limit)
+        if abs(float(near) - x) <= tolerance:
+            return float(near), str(near)
+    for text, value in IRRATIONAL.items():
+        if abs(value - x) <= tolerance:
+            return value, text
+    return x, f"{x:.12g}"

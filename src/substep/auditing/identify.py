@@ -1,0 +1,182 @@
+"""Which declared scheme a stepper is: the schemes of the catalogue compared with its histories."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import groupby
+from typing import Literal
+
+import numpy as np
+
+from ..core.arrays import Array
+from ..core.schemes import Scheme, schemes
+from ..core.schemes import scheme as make_scheme
+from .fit import Residual, described, free_parameters, largest, solve
+from .linear_step import Candidate
+from .probes import Measured
+
+What = Literal["matrix", "displacements", "spectrum"]
+Start = Literal["computed", "zero", "own"]
+MATCH = 1e-5  # largest deviation, in units of a step's condition, that single precision or a loose tolerance may cause
+SAME = 1e-7  # parameters that differ by less are the same
+
+
+@dataclass(frozen=True)
+class Match:
+    """A scheme that does what a stepper does.
+
+    what: "matrix", all that the stepper returns agrees; "displacements", its displacements do, its v or a are others;
+    "spectrum", its eigenvalues do. error: the largest deviation, see `Measured.deviation`. start: where its
+    acceleration at t = 0 comes from: "computed" from the equation of motion, or "zero"; "own", neither of these.
+    solved: how many parameters were solved for.
+    """
+
+    scheme: Scheme
+    what: What
+    error: float
+    start: Start
+    solved: int
+
+    @property
+    def text(self) -> str:
+        """The scheme with its parameters, such as newmark(beta = 1/4, gamma = 1/2)."""
+        return described(self.scheme)
+
+
+@dataclass(frozen=True)
+class Identification:
+    """matches: the schemes that do what was measured, best first. nearest: where none does, the one least far off."""
+
+    matches: tuple[Match, ...]
+    nearest: Match | None = None
+
+
+def identify(free: Sequence[Measured], own: Sequence[Measured], first: Scheme | None = None) -> Identification:
+    """The schemes of the catalogue that do what was measured, those with the fewest parameters left free.
+
+    own: runs in which the stepper finds its own acceleration at t = 0; free: such runs, or those where it was given.
+    first: a scheme to try at its own values before all others, such as the one a manual claims; where it matches, it is
+    the first of the matches.
+    """
+    damping = bool(free[0].at.xi.any())
+    pool = [s for s in map(make_scheme, schemes()) if s.info.damping or not damping]
+    nearest: Match | None = None
+    for what in ("matrix", "displacements", "spectrum"):
+        claimed = [] if first is None else _claimed(first, what, free, own)
+        for solved, variants in groupby(sorted(_variants(pool), key=_freedom), key=_freedom):
+            tried = [_fitted(scheme, names, what, free, own) for scheme, names in variants]
+            found = [match for match in tried if match.error <= MATCH]
+            if claimed and claimed[0].solved <= solved:
+                found = [*claimed, *(match for match in found if match.scheme.name != claimed[0].scheme.name)]
+            if found:
+                return Identification(tuple(found))
+            if what == "matrix":
+                nearest = min([*tried, *([nearest] if nearest else [])], key=lambda match: match.error)
+        if claimed:
+            return Identification(tuple(claimed))
+    return Identification((), nearest)
+
+
+def is_claimed(found: Scheme, claimed: Scheme) -> bool:
+    """Whether it is the claimed scheme with the values that were claimed; others are free."""
+    same = found.name == claimed.name
+    return same and all(abs(float(found.parameters[name]) - float(x)) <= SAME for name, x in claimed.given.items())
+
+
+def _variants(pool: Sequence[Scheme]) -> Iterator[tuple[Scheme, Sequence[str]]]:
+    """Every scheme at its defaults, and with its parameters free."""
+    for scheme in pool:
+        yield scheme, ()
+        if names := free_parameters(scheme):
+            yield scheme, names
+
+
+def _freedom(variant: tuple[Scheme, Sequence[str]]) -> int:
+    return len(variant[1])
+
+
+def _claimed(scheme: Scheme, what: What, free: Sequence[Measured], own: Sequence[Measured]) -> list[Match]:
+    """Of a claimed scheme: at its own values, else with its parameters free; empty if it does not match."""
+    for names in ((), free_parameters(scheme)):
+        match = _fitted(scheme, names, what, free, own)
+        if match.error <= MATCH:
+            return [match]
+    return []
+
+
+def _fitted(
+    scheme: Scheme, names: Sequence[str], what: What, free: Sequence[Measured], own: Sequence[Measured]
+) -> Match:
+    """The scheme with the named parameters solved for, whether it matches or not."""
+    fits = [solve(scheme, names, free[0].at, residual) for residual in _residuals(scheme, what, free)]
+    fitted, error = min(fits, key=lambda fit: fit[1])
+    start = _start(Candidate(fitted, free[0].at), what, own) if error <= MATCH else "own"
+    return Match(fitted, what, error, start, len(names))
+
+
+def _residuals(scheme: Scheme, what: What, free: Sequence[Measured]) -> list[Residual]:
+    """What vanishes for a candidate that does what was measured."""
+    if what == "spectrum":
+        return [lambda c: recursion_residual(c, free)]
+    observed = [bool(np.isfinite(free[0].rows[0, 1:, kind]).all()) for kind in range(3)]
+    own_state = scheme.info.start == "function"  # what is carried need not be what is reported
+    if what == "matrix" and not own_state and all(observed[kind] for kind, _ in scheme.history):
+        return [lambda c: one_step_residual(c, free)]
+    kinds = slice(0, 3 if what == "matrix" else 1)
+    starts = ["given"] if free[0].start[2] is not None else ["computed", "zero"]
+    return [lambda c, s=s: history_residual(c, free, s)[..., kinds] for s in starts]
+
+
+def one_step_residual(candidate: Candidate, free: Sequence[Measured]) -> Array:
+    """Each step after the first from the stepper's own state before it, so that the start plays no part."""
+    lag = max(steps for _, steps in candidate.state)
+    h = candidate.at.powers
+    found = []
+    for measured in free:
+        rows = measured.rows / h
+        n = rows.shape[1] - 1
+        state = np.stack([rows[:, 1 + lag - steps : n - steps, kind] for kind, steps in candidate.state], axis=1)
+        step = candidate.step
+        after = np.full_like(rows, np.nan)
+        reported = np.einsum("prg,pgk->pkr", step.report[:, :, : step.given], state)
+        after[:, 2 + lag :, : reported.shape[2]] = reported
+        found.append(measured.deviation(after * h))
+    return np.array(found)
+
+
+def history_residual(candidate: Candidate, free: Sequence[Measured], start: str) -> Array:
+    """All steps from t = 0 on."""
+    P = len(candidate.at.Omega)
+    found = []
+    for measured in free:
+        u, v, a = measured.start
+        given = None if start == "computed" else np.full(P, (a or 0.0) if start == "given" else 0.0)
+        h = candidate.at.powers
+        if given is not None:
+            given = given / h[2]
+        rows = candidate.histories(np.array([u, v]) / h[:2], given, measured.rows.shape[1] - 1) * h
+        found.append(measured.deviation(rows)[:, 1:])
+    return np.array(found)
+
+
+def recursion_residual(candidate: Candidate, free: Sequence[Measured]) -> Array:
+    """How far the histories are off the recursion of the candidate's characteristic polynomial."""
+    step = candidate.step
+    coefficients = np.array([np.poly(A) for A in step.out[:, :, : step.given]])
+    order = coefficients.shape[1] - 1
+    found = []
+    for measured in free:
+        rows = measured.rows / measured.at.scale[:, None]
+        n = rows.shape[1]
+        terms = np.stack([c[:, None, None] * rows[:, order - i : n - i] for i, c in enumerate(coefficients.T)])
+        with np.errstate(all="ignore"):
+            found.append((terms.sum(axis=0) / np.abs(terms).max(axis=(0, 3))[..., None])[:, 1:])
+    return np.array(found)
+
+
+def _start(candidate: Candidate, what: What, own: Sequence[Measured]) -> Start:
+    """The acceleration at t = 0 with which the candidate's histories are those that start by themselves."""
+    kinds = slice(0, 3 if what == "matrix" else 1)
+    starts: tuple[Start, ...] = ("computed", "zero")
+    errors = {start: largest(history_residual(candidate, own, start)[..., kinds]) for start in starts}
+    best = min(errors, key=lambda start: errors[start])
+    return best if errors[best] <= MATCH else "own"

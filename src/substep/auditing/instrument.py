@@ -1,0 +1,103 @@
+"""The audit: probe a stepper, identify it, judge what is claimed of it."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from ..core.arrays import Array
+from ..core.schemes import Scheme
+from .causes import Evidence, deviations
+from .claims import Claims, judged
+from .exactness import exactness
+from .identify import Identification, identify
+from .linear_step import Candidate, Oscillators
+from .loads import LoadTaking, load_taking
+from .orders import observed_orders
+from .probes import Measured, driven_runs, given_runs, own_runs
+from .program import Program
+from .programs.adapter import Integrator, Load
+from .report import Curve, Report
+from .stability import critical_Omega, eigenvalues, measured_radius, overshoot, tolerance_of
+from .stepper import Run, Stepper, as_stepper
+
+LARGE = 1e4  # Omega for which the spectral radius is its limit, but for 1/Omega
+EXACT, MEASURED = 1e-12, 1e-7  # by how much a computed and a measured spectral radius of 1 may exceed 1, at Omega <= 1
+
+
+def audit(stepper: Stepper | Run, claims: Claims | None = None) -> Report:
+    """Which scheme a program's integrator is, what it can do, and where it departs from what it claims.
+
+    stepper: a function run(omega, xi, dt, n, u0, v0, load) -> u, v, a of histories with n + 1 numbers each, for
+    u'' + 2 xi omega u' + omega**2 u = load(t); with an argument a0 it is taken to start from that acceleration. A
+    `Stepper` says more of what it can do. claims: what its manual states.
+
+    Raises ValueError for a stepper that raises or returns something else, and for claims that no scheme can have.
+    """
+    stepper, claims = as_stepper(stepper), claims or Claims()
+    claimed = claims.claimed_scheme()
+    own, driven = own_runs(stepper), driven_runs(stepper)
+    exact = exactness(own, driven)
+    found = Identification(())
+    if exact is None:
+        found = identify(given_runs(stepper) if stepper.can.sets_a0 else own, own, claimed)
+    best = found.matches[0] if found.matches else None
+    load = load_taking(best, driven) if best else LoadTaking("unknown")
+    radius, margin = measured_radius(stepper), MEASURED
+    if best is not None and best.what != "displacements":
+        radius, margin = best.scheme.spectral_radius, EXACT  # right for multiple eigenvalues too
+    rho_inf, critical = float(radius(np.array([LARGE]))[0]), critical_Omega(radius, margin)
+    orders = observed_orders(stepper)
+    judgements = judged(claims, found.matches, orders, rho_inf, critical)
+    expected = observed_orders(declared(best.scheme)) if best else {}
+    departures = (
+        deviations(Evidence(stepper, claimed, found, load, judgements, orders, expected)) if exact is None else ()
+    )
+    u, v = overshoot(stepper)
+    return Report(
+        stepper, found, exact, orders, rho_inf, critical, f"U{u}-V{v}", load, judgements, departures,
+        measured_curves(stepper, own),
+    )  # fmt: skip
+
+
+def audit_program(
+    program: Program, integrators: Sequence[str] | None = None, arguments: Mapping[str, Any] | None = None
+) -> Iterator[Report]:
+    """The reports of a program's integrators, all by default, each when it is done.
+
+    With other arguments than those of the adapter, what its manual claims of the adapter's is not judged.
+    """
+    for name in integrators or program.integrators:
+        stepper = program.stepper(name, arguments)
+        yield audit(stepper, None if arguments else program.claims(name))
+
+
+def declared(scheme: Scheme) -> Stepper:
+    """A scheme as its declaration says, as a stepper, to be observed as others are."""
+
+    def run(
+        omega: float, xi: float, dt: float, n: int, u0: float, v0: float, load: Load, a0: float | None = None
+    ) -> Array:
+        at = Oscillators(np.array([omega * dt]), np.array([xi]), dt)
+        start = None if a0 is None else np.array([a0])
+
+        def force(t: Array) -> Array:
+            return np.array([load(x) for x in t])
+
+        return Candidate(scheme, at).histories(np.array([u0, v0]), start, n, force)[0].T
+
+    outputs = "uva" if any(kind == 2 for kind, _ in scheme.history) else "uv"
+    return Stepper(run, Integrator(sets_a0=True, damping=scheme.info.damping, outputs=outputs), scheme.name)
+
+
+def measured_curves(stepper: Stepper, own: list[Measured]) -> tuple[Curve, ...]:
+    """Spectral radius, numerical damping and period error from the eigenvalues that the histories show."""
+    at, tolerance = own[0].at, tolerance_of(stepper)
+    found = []
+    for xi in dict.fromkeys(at.xi.tolist()):
+        places = np.flatnonzero(at.xi == xi)
+        values = [eigenvalues(own, int(p), tolerance) for p in places]
+        errors = np.array([x.damping_and_period(at.Omega[p], xi) for x, p in zip(values, places, strict=True)])
+        radius = np.array([x.radius for x in values])
+        found.append(Curve(xi, at.Omega[places], radius, errors[:, 0], errors[:, 1]))
+    return tuple(found)

@@ -1,0 +1,153 @@
+"""A scheme's step on many undriven and driven oscillators at once, as matrices, from its plan.
+
+This is what a stepper is compared with: no kernel has to be compiled, and parameters may lie outside the intervals that
+a declaration allows, since a program may hold a wrong sign.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from types import MappingProxyType
+
+import numpy as np
+
+from ..core.arrays import Array
+from ..core.loads import Load, values_at
+from ..core.schemes import Scheme
+from ..structures.plan import Steps, start_of, step_of
+
+Loads = tuple[tuple[tuple[float, float], ...], ...]  # of each system: pairs (weight, instant in steps after t_n)
+
+
+@dataclass(frozen=True)
+class Oscillators:
+    """P oscillators u'' + 2 xi omega u' + omega^2 u = f(t) of unit mass, and the step h in s; Omega, xi (P,)."""
+
+    Omega: Array
+    xi: Array
+    h: float
+
+    @cached_property
+    def omega(self) -> Array:
+        """Circular frequencies (P,), rad/s."""
+        return self.Omega / self.h
+
+    @cached_property
+    def scale(self) -> Array:
+        """(P, 3): what u, h*v, h^2*a are divided by, so that none outweighs the others where Omega is large."""
+        large = np.maximum(1.0, self.Omega)
+        return np.stack([np.ones_like(large), large, large**2], axis=-1)
+
+    @cached_property
+    def powers(self) -> Array:
+        """(3,): 1, h, h^2, which turn u, v, a into u, h*v, h^2*a."""
+        return self.h ** np.arange(3.0)
+
+    def acceleration(self, u: Array, v: Array, f: Array | float) -> Array:
+        """From the equation of motion; the last axis of u and v is that of the oscillators."""
+        return f - 2.0 * self.xi * self.omega * v - self.omega**2 * u
+
+
+@dataclass(frozen=True)
+class LinearStep:
+    """What a plan computes on P oscillators: out (P, G', G + S) and report (P, R, G + S).
+
+    The columns are the G given vectors and unit loads in each of the S systems; the rows are the new state, and u, v
+    and, if the scheme has its own, a at the end of the step. loads: of each system, pairs (weight, instant).
+    """
+
+    out: Array
+    report: Array
+    given: int
+    loads: Loads
+
+    @classmethod
+    def of(cls, steps: Steps, at: Oscillators) -> "LinearStep":
+        """The plan on the oscillators. Raises ZeroDivisionError where a system has no solution."""
+        columns = steps.given + len(steps.systems)
+        X = np.zeros((len(at.Omega), steps.vectors, columns))
+        X[:, range(steps.given), range(steps.given)] = 1.0
+        damping, stiffness = 2.0 * at.xi * at.omega, at.omega**2
+        for s, system in enumerate(steps.systems):
+            row = system.inertia + np.outer(damping, system.damping) + np.outer(stiffness, system.linear_stiffness)
+            right = -np.einsum("pv,pvc->pc", row[:, : system.place], X[:, : system.place])
+            right[:, steps.given + s] += 1.0
+            pivot = row[:, system.place]
+            if not np.all(pivot):
+                raise ZeroDivisionError(f"the effective matrix of system {s} is singular")
+            X[:, system.place] = right / pivot[:, None]
+        report = steps.report.reshape(-1, steps.vectors)  # a start reports nothing
+        return cls(steps.out @ X, report @ X, steps.given, tuple(system.loads for system in steps.systems))
+
+    def forces(self, load: Load, t: float, h: float) -> Array:
+        """The sum of w f(t + tau h) of each system, (S,)."""
+        return np.array([sum(w * values_at(load, np.array([t + tau * h]))[0] for w, tau in row) for row in self.loads])
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A scheme with numbers, on P oscillators. loads: how a step takes the load, in place of the scheme's own way."""
+
+    scheme: Scheme
+    at: Oscillators
+    loads: Loads | None = None
+
+    @cached_property
+    def step(self) -> LinearStep:
+        """The matrices of a step."""
+        step = LinearStep.of(step_of(self.scheme, self.at.h), self.at)
+        return step if self.loads is None else replace(step, loads=self.loads)
+
+    @cached_property
+    def state(self) -> tuple[tuple[int, int], ...]:
+        """Of each entry of the state: its kind, 0 for u, 1 for v, 2 for a, and how many steps before t_n it stands."""
+        return self.scheme.history
+
+    def histories(self, start: Array, a0: Array | None, n: int, load: Load | None = None) -> Array:
+        """u, v, a (P, n+1, 3) from t = 0 on; NaN where the scheme has no acceleration of its own.
+
+        start: u, v (2,) of all; a0: (P,), None for that of the equation of motion.
+        """
+        P, h = len(self.at.Omega), self.at.h
+        f0 = 0.0 if load is None else float(values_at(load, np.zeros(1))[0])
+        u, v = (np.full(P, x) for x in start)
+        first = np.stack([u, v, self.at.acceleration(u, v, f0) if a0 is None else a0], axis=-1)
+        rows = np.full((P, n + 1, 3), np.nan)
+        rows[:, 0] = first
+        with np.errstate(all="ignore"):
+            if self.scheme.starter is not None:
+                lag = max(steps for _, steps in self.state)
+                past = Candidate(self.scheme.starter, self.at).histories(start, a0, min(lag, n), load)
+                if np.isnan(past[..., 2]).any():
+                    past[..., 2] = self._accelerations(past, load)
+                rows[:, : lag + 1] = past
+                if n <= lag:
+                    return rows
+                state, done = np.stack([rows[:, lag - steps, kind] for kind, steps in self.state], axis=-1), lag
+            else:
+                state, done = self._started(first, load), 0
+            for k in range(done, n):
+                y = self._with_forces(self.step, state, load, k * h)
+                reported = np.einsum("prc,pc->pr", self.step.report, y)
+                rows[:, k + 1, : reported.shape[1]] = reported
+                state = np.einsum("prc,pc->pr", self.step.out, y)
+        return rows
+
+    def _accelerations(self, past: Array, load: Load | None) -> Array:
+        t = np.arange(past.shape[1]) * self.at.h
+        f = np.zeros(len(t)) if load is None else values_at(load, t)
+        return np.stack([self.at.acceleration(u, v, x) for u, v, x in zip(*past.T[:2], f, strict=True)], axis=-1)
+
+    def _started(self, first: Array, load: Load | None) -> Array:
+        start = LinearStep.of(start_of(self.scheme, self.at.h), self.at)
+        return np.einsum("prc,pc->pr", start.out, self._with_forces(start, first, load, 0.0))
+
+    def _with_forces(self, step: LinearStep, state: Array, load: Load | None, t: float) -> Array:
+        forces = np.zeros(len(step.loads)) if load is None else step.forces(load, t, self.at.h)
+        return np.concatenate([state, np.broadcast_to(forces, (len(state), len(forces)))], axis=1)
+
+
+def with_parameters(scheme: Scheme, values: Mapping[str, float]) -> Scheme:
+    """The scheme at any values of its parameters, inside their intervals or not."""
+    new = {**scheme.parameters, **{name: np.float64(x) for name, x in values.items()}}
+    return replace(scheme, parameters=MappingProxyType(new), given=MappingProxyType(dict(new)))

@@ -1,0 +1,162 @@
+"""At which instants, and with which weights, a step of a stepper takes the load."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from ..core.arrays import Array
+from ..structures.plan import step_of
+from .fit import recognise
+from .identify import MATCH, Match
+from .linear_step import Candidate, Loads
+from .probes import Measured
+
+INSTANTS = (0.0, 0.5, 1.0)
+SHIFTS = (0.0, -0.5, 0.5, -1.0, 1.0)
+
+
+@dataclass(frozen=True)
+class LoadTaking:
+    """How a step takes the load.
+
+    kind: "declared", as the scheme does; "shifted", as the scheme does, but by `shift` steps later; "weighted", with
+    other weights; "unknown", none of these; "none", it takes no load. loads: of each balance, pairs (weight, instant in
+    steps after t_n). error: the largest deviation relative to the state. start: whether the acceleration at t = 0 is
+    that of the equation of motion with the load ("computed") or "zero"; "own" if neither. called: the instants, in
+    steps after t_n, at which the program asked for the load.
+    """
+
+    kind: Literal["declared", "shifted", "weighted", "unknown", "none"]
+    loads: Loads = ()
+    shift: float = 0.0
+    error: float = 0.0
+    start: Literal["computed", "zero", "own"] = "computed"
+    called: tuple[float, ...] = ()
+
+    @property
+    def text(self) -> str:
+        """Such as 'f(t_n + h/2)' or '1/2 f(t_n) + 1/2 f(t_n + h)', one a balance."""
+        if self.kind in ("none", "unknown"):
+            return {"none": "takes no load", "unknown": "at no fixed instants that were found"}[self.kind]
+        return "; ".join(_sum(row) for row in self.loads if row)
+
+
+def load_taking(match: Match, driven: Mapping[str, Measured]) -> LoadTaking:
+    """How the identified scheme takes the load, from driven runs from rest."""
+    if not driven:
+        return LoadTaking("none")
+    runs = list(driven.values())
+    candidate = Candidate(match.scheme, runs[0].at)
+    called = _called(runs)
+    kinds = slice(0, 3 if match.what == "matrix" else 1)
+    declared = tuple(system.loads for system in step_of(match.scheme, candidate.at.h).systems)
+    for shift in SHIFTS:
+        error, start = _best_start(candidate, runs, _moved(declared, shift), kinds)
+        if error <= MATCH:
+            kind = "shifted" if shift else "declared"
+            return LoadTaking(kind, _moved(declared, shift), shift, error, start, called)
+    if match.scheme.starter is None and match.what == "matrix":
+        loads = _weighted(candidate, runs, declared)
+        error, start = _best_start(candidate, runs, loads, kinds)
+        if error <= MATCH:
+            return LoadTaking("weighted", loads, 0.0, error, start, called)
+        error = _one_step_error(candidate, runs, loads)
+        if error <= MATCH:
+            return LoadTaking("weighted", loads, 0.0, error, "own", called)
+    return LoadTaking("unknown", called=called)
+
+
+def _moved(loads: Loads, shift: float) -> Loads:
+    return tuple(tuple((w, tau + shift) for w, tau in row) for row in loads)
+
+
+def _best_start(
+    candidate: Candidate, runs: Sequence[Measured], loads: Loads, kinds: slice
+) -> tuple[float, Literal["computed", "zero"]]:
+    """The smaller of the errors with the acceleration at t = 0 computed and zero, and which it is."""
+    stepped = Candidate(candidate.scheme, candidate.at, loads)
+    found: dict[Literal["computed", "zero"], float] = {}
+    for start in ("computed", "zero"):
+        errors = []
+        for run in runs:
+            a0 = None if start == "computed" else np.zeros(len(run.at.Omega))
+            rows = stepped.histories(np.zeros(2), a0, run.rows.shape[1] - 1, _load(run))
+            off = np.abs(run.deviation(rows * run.at.powers)[:, 1:, kinds])
+            errors.append(np.nan_to_num(off, posinf=np.inf).max())
+        found[start] = float(max(errors))
+    best = min(found, key=lambda start: found[start])
+    return found[best], best
+
+
+def _load(run: Measured) -> Callable[[Array], Array]:
+    """The load as a function of an array of times, without a record of the calls."""
+    return lambda t: np.array([run.load.at(float(x)) for x in t])
+
+
+def _weighted(candidate: Candidate, runs: Sequence[Measured], declared: Loads) -> Loads:
+    """The weights nearest to the declared ones with which each step from the stepper's own state is the next one."""
+    h = candidate.at.h
+    instants = sorted({*INSTANTS, *(tau for row in declared for _, tau in row)})
+    given = np.array([[sum(w for w, t in row if t == tau) for tau in instants] for row in declared])
+    columns, rights = [], []
+    for run in runs:
+        rest, unit, t = _one_step(candidate, run)
+        f = np.array([_load(run)(t + tau * h) for tau in instants])  # (J, K)
+        columns.append(np.einsum("pcs,jk->pkcsj", unit, f).reshape(-1, unit.shape[2] * len(instants)))
+        rights.append((rest - np.einsum("pcs,sj,jk->pkc", unit, given, f)).ravel())
+    matrix, right = np.concatenate(columns), np.concatenate(rights)
+    known = np.isfinite(right)
+    change = np.linalg.lstsq(matrix[known], right[known], rcond=1e-10)[0].reshape(given.shape)
+    weights = given + change
+    return tuple(
+        tuple((recognise(w, 1e-8)[0], tau) for w, tau in zip(row, instants, strict=True) if abs(w) > 1e-8)
+        for row in weights.tolist()
+    )
+
+
+def _one_step(candidate: Candidate, run: Measured) -> tuple[Array, Array, Array]:
+    """What the load adds to each step (P, K, R), what unit loads add (P, R, S), both scaled, and the times t_n (K,)."""
+    step, lag = candidate.step, max(steps for _, steps in candidate.state)
+    n, R = run.rows.shape[1] - 1, step.report.shape[1]
+    rows = run.rows / run.at.powers
+    state = np.stack([rows[:, 1 + lag - steps : n - steps, kind] for kind, steps in candidate.state], axis=1)
+    undriven = np.einsum("prg,pgk->pkr", step.report[:, :, : step.given], state)
+    scale = run.at.powers[:R] / run.at.scale[:, :R]
+    added = (rows[:, 2 + lag :, :R] - undriven) * scale[:, None]
+    return added, step.report[:, :, step.given :] * scale[..., None], np.arange(1 + lag, n) * run.at.h
+
+
+def _one_step_error(candidate: Candidate, runs: Sequence[Measured], loads: Loads) -> float:
+    """The largest deviation of a driven step from the stepper's own state, relative to what the load adds."""
+    worst = 0.0
+    for run in runs:
+        added, unit, t = _one_step(candidate, run)
+        load = _load(run)
+        forces = np.array([sum((w * load(t + tau * run.at.h) for w, tau in row), np.zeros(len(t))) for row in loads])
+        off = added - np.einsum("prs,sk->pkr", unit, forces)
+        worst = max(worst, float(np.nanmax(np.abs(off)) / np.nanmax(np.abs(added))))
+    return worst
+
+
+def _called(runs: Sequence[Measured]) -> tuple[float, ...]:
+    """The different instants of calls within a step, 0 to 1, where the end of one step is the start of the next."""
+    h = runs[0].at.h
+    instants = {round(t / h % 1.0, 6) % 1.0 for run in runs for calls in run.called for t in calls}
+    return tuple(sorted(instants))
+
+
+def _sum(row: Sequence[tuple[float, float]]) -> str:
+    return " + ".join(f"{_factor(w)}f({_instant(tau)})" for w, tau in row)
+
+
+def _factor(w: float) -> str:
+    return "" if w == 1.0 else f"{recognise(w, 1e-9)[1]} "
+
+
+def _instant(tau: float) -> str:
+    if tau == 0.0:
+        return "t_n"
+    text = recognise(abs(tau), 1e-9)[1]
+    return f"t_n {'+' if tau > 0 else '-'} {'' if text == '1' else text + ' '}h"

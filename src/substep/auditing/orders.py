@@ -1,0 +1,80 @@
+"""The order of accuracy of a stepper, observed on motions that are known exactly."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..core.arrays import Array
+from .programs.adapter import Load
+from .stepper import Stepper
+
+OMEGA, RATIO, T = 1.0, 0.05, 6.0
+STEPS = (24, 48, 96, 192, 384)
+SETTLED = 0.15  # a slope that is nearer than this to a whole number is that order
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A motion of an oscillator: start u0, v0 and load."""
+
+    u0: float
+    v0: float
+    load: Load
+
+    def exact(self, t: Array) -> Array:
+        """u, v, a (n, 3) of u'' + 2 xi omega u' + omega^2 u = A sin(p t + phi)."""
+        p, phi = self.load.omega, self.load.phase
+        amplitude = self.load.amplitude if self.load.kind == "harmonic" else 0.0
+        driven = amplitude * np.exp(1j * phi) / (OMEGA**2 - p**2 + 2j * RATIO * OMEGA * p)
+        turned = driven * np.exp(1j * p * t)
+        u, v = turned.imag, (1j * p * turned).imag
+        u0, v0 = self.u0 - driven.imag, self.v0 - (1j * p * driven).imag
+        damped = OMEGA * np.sqrt(1.0 - RATIO**2)
+        decay, cosine, sine = np.exp(-RATIO * OMEGA * t), np.cos(damped * t), np.sin(damped * t)
+        u = u + decay * (u0 * cosine + (v0 + RATIO * OMEGA * u0) / damped * sine)
+        v = v + decay * (v0 * cosine - (RATIO * OMEGA * v0 + OMEGA**2 * u0) / damped * sine)
+        force = amplitude * np.sin(p * t + phi)
+        return np.stack([u, v, force - 2.0 * RATIO * OMEGA * v - OMEGA**2 * u], axis=-1)
+
+
+MOTIONS: Mapping[str, Motion] = {
+    "free": Motion(1.0, 0.7, Load()),
+    "driven": Motion(1.0, 0.7, Load("harmonic", 1.0, 1.3, 0.9)),  # f(0) is not 0
+    "driven from rest": Motion(0.0, 0.0, Load("harmonic", 1.0, 1.3, 0.0)),  # neither u, v, a nor f at t = 0
+}
+
+Order = tuple[float | None, float | None, float | None]
+
+
+def observed_orders(stepper: Stepper) -> dict[str, Order]:
+    """For each motion the order of u, v and a; None where it is not output, or exact but for rounding."""
+    if not stepper.can.damping:  # the motions are damped
+        return {}
+    loaded = stepper.can.load != "none"
+    return {
+        name: _observed(stepper, motion) for name, motion in MOTIONS.items() if loaded or motion.load.kind == "none"
+    }
+
+
+def _observed(stepper: Stepper, motion: Motion) -> Order:
+    errors = []
+    for n in STEPS:
+        load = Load(motion.load.kind, motion.load.amplitude, motion.load.omega, motion.load.phase)
+        rows = stepper.histories(OMEGA, RATIO, T / n, n, motion.u0, motion.v0, None, load)
+        every = n // STEPS[0]
+        exact = motion.exact(np.linspace(0.0, T, STEPS[0] + 1))
+        errors.append(np.abs(rows[::every] - exact)[STEPS[0] // 2 :].max(axis=0))
+    floor = 10.0 ** (4.0 - stepper.can.digits)
+    u, v, a = (_slope(np.array(column), floor) for column in zip(*errors, strict=True))
+    return u, v, a
+
+
+def _slope(errors: Array, floor: float) -> float | None:
+    """The order from the two smallest steps whose errors are not rounding."""
+    known = np.flatnonzero(errors > floor) if np.isfinite(errors).all() else np.zeros(0, np.int64)
+    if len(known) < 2 or known[-1] == 0:
+        return None
+    last = known[-1]
+    slope = float(np.log2(errors[last - 1] / errors[last]))
+    return float(round(slope)) if abs(slope - round(slope)) <= SETTLED else round(slope, 1)

@@ -1,0 +1,97 @@
+"""What a stepper does: free and driven runs of few steps, over frequencies and damping ratios."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ..core.arrays import Array
+from .linear_step import Oscillators
+from .programs.adapter import Load
+from .stepper import Stepper
+
+STEP = 0.25  # s; not 1, so that powers of h in the wrong place show; a power of 2, so that it rounds nothing
+STEPS = 12
+OMEGAS = (0.01, 0.1, 0.3, 1.0, 1.7, 3.0, 10.0, 100.0, 1e4)
+RATIOS = (0.0, 0.05, 0.5)
+LOADS = {  # of different value, slope and curvature at t = 0
+    "constant": Load("constant", 0.7),
+    "ramp": Load("ramp", 0.8),
+    "sine": Load("harmonic", 1.0, 1.1 / STEP, 0.0),
+    "cosine": Load("harmonic", 1.0, 1.9 / STEP, 1.2),
+}
+DRIVEN = (0.3, 1.0, 3.0)
+LARGEST = 1e20  # a state beyond which an unstable run is not compared: little of it is not rounding
+
+
+@dataclass(frozen=True)
+class Measured:
+    """Histories (P, n+1, 3) of u, h*v, h^2*a on the oscillators `at`; NaN where there are none.
+
+    start: u, h*v and, where it was given, h^2*a at t = 0, else None. load: what drove it; called: when it was asked.
+    """
+
+    at: Oscillators
+    start: tuple[float, float, float | None]
+    load: Load
+    rows: Array
+    called: tuple[tuple[float, ...], ...]
+
+    @cached_property
+    def sizes(self) -> Array:
+        """(P, n+1, 1): the largest of u, h*v and h^2*a, scaled, of a step and the one before."""
+        largest = np.nan_to_num(np.abs(self.rows / self.at.scale[:, None])).max(axis=-1)
+        before = np.concatenate([largest[:, :1], largest[:, :-1]], axis=1)
+        return np.maximum(np.maximum(largest, before), 1e-300)[..., None]
+
+    def deviation(self, rows: Array) -> Array:
+        """How far other histories are off, (P, n+1, 3); NaN where either has none.
+
+        Relative to the state's size, and to max(1, Omega^2), by which a step from u, v, a magnifies rounding.
+        """
+        with np.errstate(all="ignore"):
+            return (rows - self.rows) / self.at.scale[:, None] / self.sizes / self.at.scale[:, None, 2:]
+
+
+def own_runs(stepper: Stepper, omegas: Sequence[float] = OMEGAS, ratios: Sequence[float] = RATIOS) -> list[Measured]:
+    """From unit starts of u and h*v, with the acceleration that the stepper finds, or assumes, for itself."""
+    at = oscillators(stepper, omegas, ratios)
+    return [measure(stepper, at, start, Load()) for start in ((1.0, 0.0, None), (0.0, 1.0, None))]
+
+
+def given_runs(stepper: Stepper) -> list[Measured]:
+    """From unit starts of u, h*v and h^2*a, for a stepper whose acceleration at t = 0 can be set."""
+    at = oscillators(stepper, OMEGAS, RATIOS)
+    starts = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+    return [measure(stepper, at, start, Load()) for start in starts]
+
+
+def driven_runs(stepper: Stepper) -> dict[str, Measured]:
+    """From rest, for each load."""
+    if stepper.can.load == "none":
+        return {}
+    at = oscillators(stepper, DRIVEN, RATIOS[:2])
+    return {name: measure(stepper, at, (0.0, 0.0, None), load) for name, load in LOADS.items()}
+
+
+def measure(
+    stepper: Stepper, at: Oscillators, start: tuple[float, float, float | None], load: Load, n: int = STEPS
+) -> Measured:
+    """Run the stepper on each oscillator."""
+    u, v, a = start
+    rows, called = [], []
+    for omega, xi in zip(at.omega.tolist(), at.xi.tolist(), strict=True):
+        fresh = Load(load.kind, load.amplitude, load.omega, load.phase)
+        given = None if a is None else a / at.h**2
+        found = stepper.histories(omega, xi, at.h, n, u, v / at.h, given, fresh) * at.powers
+        sizes = np.abs(np.nan_to_num(found, nan=0.0, posinf=np.inf)).max(axis=1, keepdims=True)
+        rows.append(np.where(sizes < LARGEST, found, np.nan))
+        called.append(tuple(fresh.called))
+    return Measured(at, start, load, np.array(rows), tuple(called))
+
+
+def oscillators(stepper: Stepper, omegas: Sequence[float], ratios: Sequence[float]) -> Oscillators:
+    """Every Omega with every damping ratio; undamped only, where the stepper takes no damping."""
+    pairs = np.array([(Omega, xi) for xi in (ratios if stepper.can.damping else (0.0,)) for Omega in omegas])
+    return Oscillators(pairs[:, 0], pairs[:, 1], STEP)

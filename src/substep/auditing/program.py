@@ -1,0 +1,114 @@
+"""A program with an adapter, in a process of its own: its integrators as steppers."""
+
+import json
+import subprocess
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from ..core.errors import unknown_name
+from .claims import Claims
+from .programs.adapter import Integrator, Load
+from .stepper import Stepper
+
+ADAPTERS = Path(__file__).parent / "programs"
+THIS = sys.executable
+NOT_ADAPTERS = ("__init__", "adapter")
+MEASURES = ("scheme", "order", "rho_inf", "unconditional", "critical_Omega")
+
+
+def programs() -> tuple[str, ...]:
+    """Names of the programs that have an adapter."""
+    return tuple(sorted(path.stem for path in ADAPTERS.glob("*.py") if path.stem not in NOT_ADAPTERS))
+
+
+@dataclass
+class Program:
+    """A running adapter; use it in a `with` statement, or `close` it.
+
+    name: of an adapter. python: the interpreter that has the program. integrators: name -> what it can do and claims.
+    """
+
+    name: str
+    python: str = THIS
+    version: str = ""
+    license: str = ""
+    integrators: Mapping[str, Integrator] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if self.name not in programs():
+            raise unknown_name("a program with an adapter", self.name, programs())
+        self._process = subprocess.Popen(
+            [self.python, f"{self.name}.py"],
+            cwd=ADAPTERS,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            text=True,
+            encoding="utf-8",
+        )
+        described = self.asked({"do": "describe"})
+        self.program, self.version, self.license = (described[key] for key in ("program", "version", "license"))
+        self.integrators = {name: Integrator(**entry) for name, entry in described["integrators"].items()}
+
+    def asked(self, request: Mapping[str, Any]) -> dict[str, Any]:
+        """The answer to a request. Raises ValueError where the program raises or ends."""
+        pipe_in, pipe_out = self._process.stdin, self._process.stdout
+        assert pipe_in is not None and pipe_out is not None
+        try:
+            pipe_in.write(json.dumps(request) + "\n")
+            pipe_in.flush()
+            line = pipe_out.readline()
+        except BrokenPipeError:
+            line = ""
+        if not line:
+            raise ValueError(
+                f"expected an answer of the adapter {self.name}, got the end of its process (exit code "
+                f"{self._process.wait()}); run `{self.python} {self.name}.py` beside the adapters to see why, or give "
+                "the interpreter that has the program"
+            )
+        answer: dict[str, Any] = json.loads(line)
+        if "error" in answer:
+            raise ValueError(f"expected a run of {self.name}, got {answer['error']}")
+        return answer
+
+    def stepper(self, integrator: str, arguments: Mapping[str, Any] | None = None) -> Stepper:
+        """One of its integrators, with its own arguments unless others are given. Raises ValueError for others."""
+        if integrator not in self.integrators:
+            raise unknown_name(f"an integrator of {self.name}", integrator, self.integrators)
+        can = self.integrators[integrator]
+        given = dict(can.arguments) | dict(arguments or {})
+        if unknown := [name for name in given if name not in can.arguments]:
+            raise unknown_name(f"an argument of {integrator}", unknown[0], can.arguments)
+
+        def run(omega: float, xi: float, dt: float, n: int, u0: float, v0: float, load: Load, a0: Any = None) -> Any:
+            answer = self.asked({
+                "do": "run", "integrator": integrator, "arguments": given, "omega": omega, "xi": xi, "dt": dt, "n": n,
+                "u0": u0, "v0": v0, "a0": a0,
+                "load": {"kind": load.kind, "amplitude": load.amplitude, "omega": load.omega, "phase": load.phase},
+            })  # fmt: skip
+            load.called.extend(answer["called"])
+            return answer["u"], answer["v"], answer["a"]
+
+        return Stepper(run, can, f"{self.program} {integrator}", self.version, given)
+
+    def claims(self, integrator: str) -> Claims:
+        """What its manual claims of an integrator at its own arguments."""
+        stated = self.integrators[integrator].claims
+        values = {name: stated[name][0] for name in MEASURES if name in stated}
+        parameters = {name: entry[0] for name, entry in stated.items() if name not in MEASURES}
+        source = {name: (entry[1], entry[2]) for name, entry in stated.items()}
+        return Claims(**values, parameters=parameters, source=source)
+
+    def close(self) -> None:
+        """End the process."""
+        self._process.kill()
+        self._process.communicate()
+
+    def __enter__(self) -> "Program":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()

@@ -1,0 +1,1 @@
+"""Adapters of programs, each a script of its own; see `adapter`."""

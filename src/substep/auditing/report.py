@@ -1,0 +1,140 @@
+"""What an audit found, as an object, as text, as JSON, and as a page."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from ..core.arrays import Array
+from .causes import Deviation
+from .claims import Judgement
+from .identify import Identification, Match
+from .loads import LoadTaking
+from .orders import Order
+from .stepper import Stepper
+
+
+@dataclass(frozen=True)
+class Curve:
+    """Measured over Omega at one damping ratio: spectral radius, numerical damping, period error, (n,) each."""
+
+    xi: float
+    Omega: Array
+    radius: Array
+    damping: Array
+    period: Array
+
+
+@dataclass(frozen=True)
+class Report:
+    """An audit.
+
+    found: the schemes it does the same as, or the nearest one. exact: None, or the load for
+    which its motion is exact. orders: of u, v, a, for each motion; None where exact
+    or not returned. rho_inf: the spectral radius at Omega = 10^4. critical_Omega: None where it is stable up to there.
+    overshoot: as the catalogue writes it. loads: how it takes the load. start: where its first acceleration comes from.
+    judgements: of the claims. deviations: root causes. curves: what was measured, for charts.
+    """
+
+    stepper: Stepper
+    found: Identification
+    exact: str | None
+    orders: Mapping[str, Order]
+    rho_inf: float
+    critical_Omega: float | None
+    overshoot: str
+    loads: LoadTaking
+    judgements: tuple[Judgement, ...]
+    deviations: tuple[Deviation, ...]
+    curves: tuple[Curve, ...]
+
+    @property
+    def matches(self) -> tuple[Match, ...]:
+        """The schemes it does the same as, best first."""
+        return self.found.matches
+
+    @property
+    def identified(self) -> str:
+        """The scheme, such as 'generalized_alpha(rho_inf = 4/5), all entries to 3e-14'."""
+        if self.exact is not None:
+            return f"exact, for a load {self.exact}" if self.exact != "otherwise" else "exact without a load"
+        if not self.matches:
+            nearest = self.found.nearest
+            near = f"; nearest: {nearest.text}, off by {nearest.error:.0e}" if nearest else ""
+            return f"none of the catalogue{near}"
+        what = {"matrix": "all entries", "displacements": "displacements", "spectrum": "eigenvalues only,"}
+        return f"{self.matches[0].text}, {what[self.matches[0].what]} to {self.matches[0].error:.0e}"
+
+    @property
+    def start(self) -> str:
+        """Where the acceleration at t = 0 comes from: "computed", "zero", "own", or "unknown"."""
+        return self.matches[0].start if self.matches else "unknown"
+
+    @property
+    def order(self) -> float | None:
+        """The least order of u over the motions; None where all are exact or none was run."""
+        return min((order[0] for order in self.orders.values() if order[0] is not None), default=None)
+
+    @property
+    def text(self) -> str:
+        """The report in lines of at most 100 characters, but for quotations."""
+        lines = [f"{self.stepper.name} {self.stepper.version}".rstrip(), f"  is         {self.identified}"]
+        lines += [f"  as well    {match.text}" for match in self.matches[1:]]
+        lines += [f"  order      {name}: {_order(order)}" for name, order in self.orders.items()]
+        stable = (
+            "stable up to Omega = 10^4" if self.critical_Omega is None else f"unstable beyond {self.critical_Omega:.9g}"
+        )
+        lines += [f"  stability  rho_inf = {self.rho_inf:.4g}, {stable}, overshoot {self.overshoot}"]
+        load = self.loads.text if self.exact is None else self.exact
+        lines += [f"  load       {load}", f"  start      acceleration at t = 0: {self.start}"]
+        for judgement in self.judgements:
+            lines.append(
+                f"  claim      {judgement.claim} = {judgement.claimed}: {judgement.verdict} ({judgement.found})"
+            )
+            if judgement.source[0]:
+                lines.append(f'             "{judgement.source[0]}" ({judgement.source[1]})')
+        for deviation in self.deviations:
+            lines.append(f"  departs    {deviation.kind}: {deviation.text}")
+            lines += [f"             so that {consequence}" for consequence in deviation.consequences]
+        if not self.deviations:
+            lines.append("  departs    nowhere")
+        return "\n".join(lines)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data: what `to_json` writes."""
+        return {
+            "program": self.stepper.name,
+            "version": self.stepper.version,
+            "arguments": dict(self.stepper.arguments),
+            "identified": self.identified,
+            "exact": self.exact,
+            "matches": [
+                {"scheme": m.scheme.name, "text": m.text, "what": m.what, "start": m.start, "error": m.error}
+                for m in self.matches
+            ],
+            "orders": {name: list(order) for name, order in self.orders.items()},
+            "rho_inf": self.rho_inf,
+            "critical_Omega": self.critical_Omega,
+            "overshoot": self.overshoot,
+            "loads": asdict(self.loads) | {"text": self.loads.text},
+            "claims": [asdict(judgement) for judgement in self.judgements],
+            "deviations": [asdict(deviation) for deviation in self.deviations],
+        }
+
+    def to_json(self) -> str:
+        """The report as JSON."""
+        return json.dumps(self.to_dict(), indent=1)
+
+    def to_html(self, path: str | Path) -> Path:
+        """Write the report as one static page, with the measured curves over those of the identified scheme."""
+        from .page import write  # noqa: PLC0415 (loads Matplotlib)
+
+        return write(self, Path(path))
+
+    def __repr__(self) -> str:
+        return f"Report({self.identified!r}, {len(self.deviations)} deviations)"
+
+
+def _order(order: Order) -> str:
+    return ", ".join(f"{name} {'-' if x is None else f'{x:g}'}" for name, x in zip("uva", order, strict=True))

@@ -1,0 +1,115 @@
+"""Eigenvalues of a stepper as its histories show them: spectral radius, critical Omega, overshoot."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..core.arrays import Array
+from .probes import Measured, own_runs
+from .stepper import Stepper
+
+LONGEST = 6  # steps that a recursion may reach back
+FIRST = 3  # steps at the start that another scheme may have made
+SCAN = np.geomspace(0.01, 1e4, 91)
+Radius = Callable[[Array], Array]
+
+
+@dataclass(frozen=True)
+class Eigenvalues:
+    """Of one oscillator: the coefficients of the recursion that its histories obey, and its roots.
+
+    residual: how well they obey it. Of a double root, and so of the spectral radius there, half the digits are right.
+    """
+
+    coefficients: Array
+    residual: float
+
+    @property
+    def roots(self) -> Array:
+        """The eigenvalues that show in the histories."""
+        return np.roots(self.coefficients)
+
+    @property
+    def radius(self) -> float:
+        """The spectral radius."""
+        return float(np.abs(self.roots).max(initial=0.0))
+
+    def damping_and_period(self, Omega: float, xi: float) -> tuple[float, float]:
+        """Numerical damping and period error of the largest complex pair; NaN where there is none."""
+        pairs = [x for x in self.roots if x.imag > 1e-12 * abs(x)]
+        if not pairs or xi >= 1.0:
+            return np.nan, np.nan
+        largest = max(pairs, key=abs)
+        phi, damped = float(np.angle(largest)), np.sqrt(1.0 - xi * xi)
+        return -float(np.log(abs(largest))) / phi - xi / damped, Omega * damped / phi - 1.0
+
+
+def eigenvalues(runs: Sequence[Measured], p: int, tolerance: float) -> Eigenvalues:
+    """From the histories of oscillator p: the shortest recursion that they obey to a tolerance."""
+    series = [run.rows[p, FIRST:, kind] for run in runs for kind in range(3)]
+    known = [x for x in series if np.isfinite(x).all() and x.any()]
+    if not known:
+        return Eigenvalues(np.array([1.0, 0.0]), 0.0)
+    best = None
+    for order in range(1, LONGEST + 1):
+        windows = np.concatenate([np.lib.stride_tricks.sliding_window_view(x, order + 1) for x in known])[:, ::-1]
+        sizes = np.abs(windows).max(axis=1)
+        windows = windows[sizes > 1e-280] / sizes[sizes > 1e-280, None]
+        found = np.linalg.lstsq(windows[:, 1:], -windows[:, 0], rcond=None)[0]
+        coefficients = np.concatenate([[1.0], found])
+        residual = float(np.abs(windows @ coefficients).max()) if len(windows) else 0.0
+        best = Eigenvalues(coefficients, residual)
+        if residual <= tolerance:
+            break
+    assert best is not None
+    return best
+
+
+def tolerance_of(stepper: Stepper) -> float:
+    """The residual that rounding leaves in a recursion."""
+    return 10.0 ** (6.0 - stepper.can.digits)
+
+
+def measured_radius(stepper: Stepper) -> Radius:
+    """The spectral radius that histories show, undamped: of a double eigenvalue only half the digits."""
+
+    def radius(Omega: Array) -> Array:
+        runs = own_runs(stepper, Omega.tolist(), [0.0])
+        return np.array([eigenvalues(runs, p, tolerance_of(stepper)).radius for p in range(len(runs[0].rows))])
+
+    return radius
+
+
+def critical_Omega(radius: Radius, margin: float) -> float | None:
+    """The smallest Omega up to 10^4 beyond which the spectral radius exceeds 1 + margin max(1, Omega).
+
+    None where there is none, 0 where it does so at 0.01 already. Instability on an interval shorter than a sixth of its
+    Omega may be missed.
+    """
+
+    def unstable(Omega: Array) -> Array:
+        return radius(Omega) > 1.0 + margin * np.maximum(1.0, Omega)
+
+    beyond = np.flatnonzero(unstable(SCAN))
+    if not len(beyond):
+        return None
+    if beyond[0] == 0:
+        return 0.0
+    low, high = float(SCAN[beyond[0] - 1]), float(SCAN[beyond[0]])
+    while high - low > 1e-10 * high:
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if unstable(np.array([middle]))[0] else (middle, high)
+    return 0.5 * (low + high)
+
+
+def overshoot(stepper: Stepper) -> tuple[int, int]:
+    """Powers of Omega with which u_1 and v_1/omega grow in the first step, from unit u_0 and unit v_0/omega."""
+    Omegas = np.array([1e3, 1e4])
+    from_u, from_v = (run.rows for run in own_runs(stepper, Omegas.tolist(), [0.0]))
+    starts = (from_u[:, 1], from_v[:, 1] * Omegas[:, None])
+    found = []
+    for kind, power in ((0, 0.0), (1, 1.0)):
+        sizes = [np.maximum(np.abs(rows[:, kind]) / Omegas**power, 1e-12) for rows in starts]
+        found.append(max(0, *(round(float(np.log10(size[1] / size[0]))) for size in sizes)))
+    return found[0], found[1]

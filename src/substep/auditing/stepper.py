@@ -1,0 +1,70 @@
+"""What is audited: a stepper, which runs one oscillator with one integrator, and what it can do."""
+
+import inspect
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from ..core.arrays import Array
+from .programs.adapter import Integrator, Load
+
+Run = Callable[..., tuple[Any, Any, Any]]
+
+
+@dataclass(frozen=True)
+class Stepper:
+    """An integrator as a black box.
+
+    run(omega, xi, dt, n, u0, v0, load) returns histories u, v, a of u'' + 2 xi omega u' + omega**2 u = load(t), n + 1
+    numbers each from t = 0 on, None for one that the program does not return; it takes a0 besides where `can.sets_a0`.
+    load is a function of t; run may ask its `kind`, `amplitude`, `omega` and `phase` to make a load of the program's
+    own. can: see `Integrator`. name, version: of the program and its integrator, for the report.
+    """
+
+    run: Run
+    can: Integrator = field(default_factory=Integrator)
+    name: str = "stepper"
+    version: str = ""
+    arguments: Mapping[str, Any] = field(default_factory=dict)
+
+    def histories(
+        self, omega: float, xi: float, dt: float, n: int, u0: float, v0: float, a0: float | None, load: Load
+    ) -> Array:
+        """u, v, a (n+1, 3), NaN where there is none.
+
+        Raises ValueError for a run that raises, and for histories of another length.
+        """
+        given = {"a0": a0} if self.can.sets_a0 else {}
+        try:
+            with np.errstate(all="ignore"):  # an unstable run overflows
+                found = self.run(omega, xi, dt, n, u0, v0, load=load, **given)
+            histories = [np.full(n + 1, np.nan) if y is None else np.asarray(y, np.float64).ravel() for y in found]
+        except Exception as error:
+            raise ValueError(
+                f"expected histories from {self.name} at omega = {omega:g}, xi = {xi:g}, dt = {dt:g}, got "
+                f"{type(error).__name__}: {error}; say what it cannot run in its Integrator, or cure the adapter"
+            ) from error
+        if len(histories) != 3 or any(len(y) != n + 1 for y in histories):
+            lengths = [len(y) for y in histories]
+            raise ValueError(
+                f"expected u, v and a with {n + 1} numbers each from {self.name}, the start included, got {lengths}"
+            )
+        for j, kind in enumerate("uva"):
+            if kind not in self.can.outputs or kind in self.can.late:
+                histories[j] = np.full(n + 1, np.nan)
+        return np.stack(histories, axis=-1)
+
+
+def as_stepper(given: "Stepper | Run") -> Stepper:
+    """A stepper from what `audit` takes: a bare function can set a0 if it has an argument of that name."""
+    if isinstance(given, Stepper):
+        return given
+    if not callable(given):
+        raise ValueError(
+            "expected a function run(omega, xi, dt, n, u0, v0, load) -> u, v, a, or a Stepper, got "
+            f"{type(given).__name__}"
+        )
+    sets_a0 = "a0" in inspect.signature(given).parameters
+    return Stepper(given, Integrator(sets_a0=sets_a0), getattr(given, "__name__", "stepper"))

@@ -1,0 +1,172 @@
+"""Audits: which scheme a stepper is, found blind, and planted defects, each found once and as nothing else."""
+
+import json
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from audited_steppers import generalized_alpha, trapezoidal_load
+from declared import BY_NAME, NAMES, random_parameters
+from dense_steps import march
+from substep_derive.declare.symbols import Symbol
+
+import substep as ss
+from substep.auditing.exactness import exactness
+from substep.auditing.identify import identify
+from substep.auditing.loads import load_taking
+from substep.auditing.probes import driven_runs, own_runs
+
+RHO = 0.8
+OPTIMAL = ((2 * RHO - 1) / (RHO + 1), RHO / (RHO + 1))
+BETA, GAMMA = (1 - OPTIMAL[0] + OPTIMAL[1]) ** 2 / 4, 0.5 - OPTIMAL[0] + OPTIMAL[1]
+CHUNG = ss.Claims("generalized_alpha", rho_inf=RHO, order=2, unconditional=True)
+TRAPEZOIDAL = ss.Claims(
+    "newmark", order=2, rho_inf=1.0, unconditional=True, parameters={"beta": 0.25, "gamma": 0.5}
+)  # fmt: skip
+
+
+def densely_stepped(name: str, values: dict[str, Any]) -> ss.Stepper:
+    """A scheme stepped from the equations of its declaration, which shares nothing with the plans."""
+    declaration = BY_NAME[name]
+    symbols: dict[Symbol, Any] = {p.symbol: float(values[p.name]) for p in declaration.parameters}
+
+    def run(omega: float, xi: float, dt: float, n: int, u0: float, v0: float, load: Any) -> Any:
+        C, K = np.array([[2 * xi * omega]]), np.array([[omega**2]])
+        force = lambda t: np.array([load(t)])  # noqa: E731
+        rows = march(declaration, symbols, np.eye(1), C, K, force, dt, n, np.array([u0]), np.array([v0]))
+        return np.array(rows)[..., 0].T if len(rows[-1]) == 3 else [*np.array([r[:2] for r in rows])[..., 0].T, None]
+
+    return ss.Stepper(run, ss.Integrator(damping=declaration.takes_damping), name)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_scheme_is_found_blind(name):
+    """With random parameters; whatever is named does the same from starts and at frequencies that were not probed."""
+    values = random_parameters(BY_NAME[name], np.random.default_rng(5))
+    stepper = densely_stepped(name, values)
+    own = own_runs(stepper)
+    matches = identify(own, own).matches
+    assert name in {match.scheme.name for match in matches}
+    for match in matches:
+        assert match.what == "matrix" and match.error < 1e-10
+        same = densely_stepped(match.scheme.name, {k: float(x) for k, x in match.scheme.parameters.items()})
+        for omega, xi in ((0.7, 0.0), (5.3, 0.2 if stepper.can.damping else 0.0)):
+            theirs, ours = (s.run(omega, xi, 0.5, 8, 1.0, 0.3, lambda t: 0.0)[0] for s in (stepper, same))
+            np.testing.assert_allclose(ours, theirs, rtol=1e-7, atol=1e-8 * np.abs(theirs).max())
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_scheme_takes_the_load_as_declared(name):
+    values = random_parameters(BY_NAME[name], np.random.default_rng(6))
+    stepper = densely_stepped(name, values)
+    own = own_runs(stepper, omegas=(0.3, 1.0, 3.0))
+    scheme = ss.scheme(name, **{k: float(x) for k, x in values.items() if k not in ss.scheme(name).info.decided})
+    (match,) = identify(own, own, scheme).matches[:1]
+    found = load_taking(match, driven_runs(stepper))
+    assert match.scheme.name == name
+    assert (found.kind, found.start) == ("declared", "computed") or found.error < 1e-10
+
+
+DEFECTS: dict[str, tuple[Callable[..., Any], ss.Claims, list[str], str]] = {
+    "none": (generalized_alpha(*OPTIMAL, BETA, GAMMA), CHUNG, [], ""),
+    "none, a0 given": (generalized_alpha(*OPTIMAL, BETA, GAMMA, sets_a0=True), CHUNG, [], ""),
+    "beta 1 % off": (generalized_alpha(0, 0, 0.2525, 0.5), TRAPEZOIDAL, ["parameter"], "beta is 101/400, not 1/4"),
+    "load half a step late": (
+        generalized_alpha(*OPTIMAL, BETA, GAMMA, late=0.5), CHUNG, ["load"], "the load is taken 1/2 step late"
+    ),
+    "a0 is 0": (generalized_alpha(*OPTIMAL, BETA, GAMMA, start="zero"), CHUNG, ["start"], "is taken as 0"),
+    "a0 without load": (
+        generalized_alpha(*OPTIMAL, BETA, GAMMA, start="unloaded"), CHUNG, ["start"], "leaves out the load"
+    ),
+    "swapped": (generalized_alpha(*OPTIMAL[::-1], BETA, GAMMA), CHUNG, ["parameter"], "are exchanged"),
+    "sign": (
+        generalized_alpha(-OPTIMAL[0], OPTIMAL[1], BETA, GAMMA), CHUNG, ["parameter"], "alpha_m has the other sign"
+    ),
+    "other end": (
+        generalized_alpha(OPTIMAL[0], 1 - OPTIMAL[1], BETA, GAMMA), CHUNG, ["parameter"], "weighs the other end"
+    ),
+    "single precision": (
+        generalized_alpha(*OPTIMAL, BETA, GAMMA, dtype=np.float32), CHUNG, ["precision"], "results hold 7 digits"
+    ),
+    "mean load": (trapezoidal_load(0.5, 0, 0.5), TRAPEZOIDAL, ["load"], "1/2 f(t_n) + 1/2 f(t_n + h)"),
+    "old load": (trapezoidal_load(1, 0, 0), TRAPEZOIDAL, ["load"], "the load is taken 1 step late: f(t_n)"),
+    "three loads": (trapezoidal_load(0.25, 0.5, 0.25), TRAPEZOIDAL, ["load"], "1/2 f(t_n + 1/2 h)"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("defect", DEFECTS)
+def test_a_planted_defect_is_the_one_cause(defect):
+    run, claims, kinds, text = DEFECTS[defect]
+    report = ss.audit(run, claims)
+    assert [deviation.kind for deviation in report.deviations] == kinds, report.text
+    assert text in (report.deviations[0].text if kinds else "")
+
+
+def test_consequences_stand_under_their_cause():
+    report = ss.audit(generalized_alpha(*OPTIMAL[::-1], BETA, GAMMA), CHUNG)
+    (cause,) = report.deviations
+    assert cause.consequences == ("order: claimed 2, found free: 1, driven: 1, driven from rest: 1",)
+    verdicts = {judgement.claim: judgement.verdict for judgement in report.judgements}
+    assert verdicts["scheme"] == verdicts["order"] == "false"
+
+
+def test_what_is_no_scheme_is_not_given_a_name():
+    """A step of the trapezoidal rule with a stiffness that grows with the step is in no family."""
+
+    def run(omega: float, xi: float, dt: float, n: int, u0: float, v0: float, load: Any) -> Any:
+        u, v = [u0], [v0]
+        k, c = omega**2 * (1 + 0.1 * np.tanh(omega * dt)), 2 * xi * omega
+        for i in range(n):
+            force = load((i + 0.5) * dt)
+            new = (v[-1] + dt * (force - k * (u[-1] + dt / 4 * v[-1]) - c * v[-1] / 2)) / (
+                1 + c * dt / 2 + k * dt**2 / 4
+            )
+            u.append(u[-1] + dt / 2 * (v[-1] + new))
+            v.append(new)
+        return u, v, None
+
+    report = ss.audit(ss.Stepper(run, ss.Integrator(outputs="uv"), "stiffening"))
+    assert not report.matches and report.identified.startswith("none of the catalogue; nearest: ")
+    assert [deviation.kind for deviation in report.deviations] == ["scheme"]
+
+
+def test_an_exact_stepper_is_called_so():
+    from scipy.signal import lsim
+
+    def run(omega: float, xi: float, dt: float, n: int, u0: float, v0: float, load: Any, linear: bool = True) -> Any:
+        t = dt * np.arange(n + 1)
+        f = np.array([load(x) for x in t])
+        system = ([[0.0, 1.0], [-(omega**2), -2 * xi * omega]], [[0.0], [1.0]], np.eye(2), np.zeros((2, 1)))
+        rows = lsim(system, f, t, [u0, v0], interp=linear)[1]
+        return *rows.T, f - 2 * xi * omega * rows[:, 1] - omega**2 * rows[:, 0]
+
+    for linear, load in ((True, "linear over a step"), (False, "constant over a step")):
+        stepper = ss.Stepper(lambda *args, linear=linear, **named: run(*args, linear=linear, **named))
+        assert exactness(own_runs(stepper), driven_runs(stepper)) == load
+    late = ss.Stepper(lambda *args, load: run(*args, load=lambda t: load.at(t - 0.1)))
+    assert exactness(own_runs(late), driven_runs(late)) == "otherwise"
+    assert exactness(own_runs(ss.Stepper(trapezoidal_load(0, 0, 1))), {}) is None
+
+
+def test_a_report_is_text_json_and_a_page(tmp_path):
+    report = ss.audit(trapezoidal_load(1, 0, 0), TRAPEZOIDAL)
+    assert report.identified == "newmark(beta = 1/4, gamma = 1/2), all entries to " + f"{report.matches[0].error:.0e}"
+    assert "departs    load: the load is taken 1 step late: f(t_n)" in report.text
+    read = json.loads(report.to_json())
+    assert read["deviations"][0]["kind"] == "load" and read["matches"][0]["scheme"] == "newmark"
+    page = report.to_html(tmp_path / "report.html").read_text()
+    assert "<svg" in page and "the load is taken 1 step late" in page
+
+
+def test_wrong_steppers_are_refused_with_the_cure():
+    with pytest.raises(ValueError, match="expected a function run"):
+        ss.audit(3)
+    with pytest.raises(ValueError, match="got ZeroDivisionError.*cure the adapter"):
+        ss.audit(lambda omega, xi, dt, n, u0, v0, load: 1 / 0)
+    with pytest.raises(ValueError, match=r"expected u, v and a with 13 numbers.*got \[12, 12, 12\]"):
+        ss.audit(lambda omega, xi, dt, n, u0, v0, load: (np.ones(n), np.ones(n), np.ones(n)))
+    with pytest.raises(ValueError, match="expected a parameter of newmark"):
+        ss.audit(trapezoidal_load(0, 0, 1), ss.Claims("newmark", parameters={"alpha": 1.0}))
+    with pytest.raises(ValueError, match="expected a program with an adapter"):
+        ss.Program("none")
