@@ -1,4 +1,4 @@
-.PHONY: all install derive derive-check reproduce test verify lint notebooks bench clean
+.PHONY: all install derive derive-check reproduce test verify lint notebooks bench audits clean
 
 PYTHON ?= python3
 BIN := .venv/bin
@@ -46,6 +46,10 @@ notebooks: $(TOOLS)
 
 bench: $(TOOLS)
 	$(BIN)/python -m benchmarks
+
+# installs each program into an environment of its own
+audits: $(TOOLS)
+	$(BIN)/python -m audits audits/.environments
 
 clean:
 	rm -rf .venv results

@@ -7,6 +7,7 @@ r = ss.march(ss.scene("linear_oscillator", omega=6.28), s, dt=0.01, t_end=10.0)
 """
 
 from .auditing.claims import Claims
+from .auditing.dialects import dialect
 from .auditing.instrument import audit
 from .auditing.program import Program
 from .auditing.programs.adapter import Integrator
@@ -41,6 +42,7 @@ __all__ = [
     "Structure",
     "audit",
     "choose",
+    "dialect",
     "march",
     "rayleigh",
     "response_spectrum",

@@ -7,7 +7,7 @@ from typing import Any, Literal
 from ..core.schemes import Scheme, schemes
 from ..core.schemes import scheme as make_scheme
 from .fit import described
-from .identify import Match, is_claimed
+from .identify import Identification, is_claimed
 from .orders import Order
 
 Verdict = Literal["true", "false", "partly", "not judged"]
@@ -34,8 +34,11 @@ class Claims:
     def claimed_scheme(self) -> Scheme | None:
         """The scheme with its parameters; rho_inf is one of them where the scheme has it. None for no scheme known.
 
-        Raises what `substep.scheme` does for its parameters.
+        Raises ValueError for parameters of no scheme, and what `substep.scheme` does for its parameters.
         """
+        if self.scheme is None and self.parameters:
+            names = ", ".join(self.parameters)
+            raise ValueError(f"expected the scheme of which {names} are claimed, got none; add scheme=...")
         if self.scheme not in schemes():
             return None
         given = dict(self.parameters)
@@ -59,7 +62,7 @@ class Judgement:
 
 def judged(
     claims: Claims,
-    matches: Sequence[Match],
+    identified: Identification,
     orders: Mapping[str, Order],
     rho_inf: float,
     critical: float | None,
@@ -72,7 +75,9 @@ def judged(
 
     if claims.scheme is not None:
         claimed = claims.claimed_scheme()
-        same = [match for match in matches if claimed is not None and is_claimed(match.scheme, claimed)]
+        matches = identified.matches
+        candidates = [*matches, *([identified.claimed] if identified.claimed else [])]
+        same = [match for match in candidates if claimed is not None and is_claimed(match.scheme, claimed)]
         whole = any(match.what == "matrix" for match in same)
         verdict: Verdict = "not judged" if claimed is None else "true" if whole else "partly" if same else "false"
         name = claims.scheme if claimed is None or not claimed.given else described(claimed)

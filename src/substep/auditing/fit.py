@@ -143,7 +143,7 @@ def described(scheme: Scheme) -> str:
 
     Such as newmark(beta = 1/4, gamma = 1/2); a parameter that is the root that it is by default is left out.
     """
-    values = _family(scheme)
+    values = {name: recognise(x, 1e-8)[1] for name, x in family_of(scheme).items()}
     if not values:
         for name in free_parameters(scheme):
             x = float(scheme.parameters[name])
@@ -154,7 +154,7 @@ def described(scheme: Scheme) -> str:
     return f"{scheme.name}({inner})" if inner else scheme.name
 
 
-def _family(scheme: Scheme) -> dict[str, str]:
+def family_of(scheme: Scheme) -> dict[str, float]:
     """The argument of a family that gives the parameters the values they have; empty where there is none."""
     from scipy.optimize import least_squares  # noqa: PLC0415 (slow to import)
 
@@ -168,7 +168,7 @@ def _family(scheme: Scheme) -> dict[str, str]:
         found = least_squares(off, [0.5], xtol=1e-15, ftol=1e-15, gtol=1e-15)
         low, high = family.argument.low or 0.0, 1.0 if family.argument.high is None else family.argument.high
         if np.abs(found.fun).max() <= 1e-8 and low - 1e-8 <= found.x[0] <= high + 1e-8:
-            return {argument: recognise(float(found.x[0]), 1e-8)[1]}
+            return {argument: float(found.x[0])}
     return {}
 
 

@@ -15,8 +15,10 @@ from .linear_step import Candidate
 from .probes import Measured
 
 What = Literal["matrix", "displacements", "spectrum"]
+WHATS: tuple[What, ...] = ("matrix", "displacements", "spectrum")  # from the most that may agree to the least
 Start = Literal["computed", "zero", "own"]
 MATCH = 1e-5  # largest deviation, in units of a step's condition, that single precision or a loose tolerance may cause
+FIRST = 2  # steps at the start that another scheme may have made, or a wrong start
 SAME = 1e-7  # parameters that differ by less are the same
 
 
@@ -44,10 +46,14 @@ class Match:
 
 @dataclass(frozen=True)
 class Identification:
-    """matches: the schemes that do what was measured, best first. nearest: where none does, the one least far off."""
+    """matches: the schemes that do what was measured, best first. nearest: where none does, the one least far off.
+
+    claimed: how far the claimed scheme agrees; None if not even its eigenvalues do, or none is claimed.
+    """
 
     matches: tuple[Match, ...]
     nearest: Match | None = None
+    claimed: Match | None = None
 
 
 def identify(free: Sequence[Measured], own: Sequence[Measured], first: Scheme | None = None) -> Identification:
@@ -60,19 +66,20 @@ def identify(free: Sequence[Measured], own: Sequence[Measured], first: Scheme | 
     damping = bool(free[0].at.xi.any())
     pool = [s for s in map(make_scheme, schemes()) if s.info.damping or not damping]
     nearest: Match | None = None
-    for what in ("matrix", "displacements", "spectrum"):
-        claimed = [] if first is None else _claimed(first, what, free, own)
+    claimed = None if first is None else agreement(first, free, own)
+    for what in WHATS:
+        same = [claimed] if claimed is not None and claimed.what == what else []
         for solved, variants in groupby(sorted(_variants(pool), key=_freedom), key=_freedom):
             tried = [_fitted(scheme, names, what, free, own) for scheme, names in variants]
             found = [match for match in tried if match.error <= MATCH]
-            if claimed and claimed[0].solved <= solved:
-                found = [*claimed, *(match for match in found if match.scheme.name != claimed[0].scheme.name)]
+            if same and same[0].solved <= solved:
+                found = [*same, *(match for match in found if match.scheme.name != same[0].scheme.name)]
             if found:
-                return Identification(tuple(found))
+                return Identification(tuple(found), claimed=claimed)
             if what == "matrix":
                 nearest = min([*tried, *([nearest] if nearest else [])], key=lambda match: match.error)
-        if claimed:
-            return Identification(tuple(claimed))
+        if same:
+            return Identification(tuple(same), claimed=claimed)
     return Identification((), nearest)
 
 
@@ -94,13 +101,14 @@ def _freedom(variant: tuple[Scheme, Sequence[str]]) -> int:
     return len(variant[1])
 
 
-def _claimed(scheme: Scheme, what: What, free: Sequence[Measured], own: Sequence[Measured]) -> list[Match]:
-    """Of a claimed scheme: at its own values, else with its parameters free; empty if it does not match."""
-    for names in ((), free_parameters(scheme)):
-        match = _fitted(scheme, names, what, free, own)
-        if match.error <= MATCH:
-            return [match]
-    return []
+def agreement(scheme: Scheme, free: Sequence[Measured], own: Sequence[Measured]) -> Match | None:
+    """How far a scheme agrees with what was measured, at its own values or else with its parameters free."""
+    for what in WHATS:
+        for names in ((), free_parameters(scheme)):
+            match = _fitted(scheme, names, what, free, own)
+            if match.error <= MATCH:
+                return match
+    return None
 
 
 def _fitted(
@@ -169,7 +177,8 @@ def recursion_residual(candidate: Candidate, free: Sequence[Measured]) -> Array:
         n = rows.shape[1]
         terms = np.stack([c[:, None, None] * rows[:, order - i : n - i] for i, c in enumerate(coefficients.T)])
         with np.errstate(all="ignore"):
-            found.append((terms.sum(axis=0) / np.abs(terms).max(axis=(0, 3))[..., None])[:, 1:])
+            sizes = np.nan_to_num(np.abs(terms)).max(axis=(0, 3))[..., None]
+            found.append((terms.sum(axis=0) / sizes / measured.at.scale[:, None, 2:])[:, FIRST:])
     return np.array(found)
 
 

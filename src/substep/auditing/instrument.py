@@ -48,14 +48,13 @@ def audit(stepper: Stepper | Run, claims: Claims | None = None) -> Report:
         radius, margin = best.scheme.spectral_radius, EXACT  # right for multiple eigenvalues too
     rho_inf, critical = float(radius(np.array([LARGE]))[0]), critical_Omega(radius, margin)
     orders = observed_orders(stepper)
-    judgements = judged(claims, found.matches, orders, rho_inf, critical)
+    judgements = judged(claims, found, orders, rho_inf, critical)
     expected = observed_orders(declared(best.scheme)) if best else {}
     departures = (
         deviations(Evidence(stepper, claimed, found, load, judgements, orders, expected)) if exact is None else ()
     )
-    u, v = overshoot(stepper)
     return Report(
-        stepper, found, exact, orders, rho_inf, critical, f"U{u}-V{v}", load, judgements, departures,
+        stepper, found, exact, orders, rho_inf, critical, overshoot(stepper), load, judgements, departures,
         measured_curves(stepper, own),
     )  # fmt: skip
 

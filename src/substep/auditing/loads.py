@@ -57,7 +57,8 @@ def load_taking(match: Match, driven: Mapping[str, Measured]) -> LoadTaking:
         if error <= MATCH:
             kind = "shifted" if shift else "declared"
             return LoadTaking(kind, _moved(declared, shift), shift, error, start, called)
-    if match.scheme.starter is None and match.what == "matrix":
+    observed = [bool(np.isfinite(runs[0].rows[0, 1:, kind]).all()) for kind in range(3)]
+    if match.what == "matrix" and all(observed[kind] for kind, _ in match.scheme.history):
         loads = _weighted(candidate, runs, declared)
         error, start = _best_start(candidate, runs, loads, kinds)
         if error <= MATCH:
@@ -98,7 +99,8 @@ def _load(run: Measured) -> Callable[[Array], Array]:
 def _weighted(candidate: Candidate, runs: Sequence[Measured], declared: Loads) -> Loads:
     """The weights nearest to the declared ones with which each step from the stepper's own state is the next one."""
     h = candidate.at.h
-    instants = sorted({*INSTANTS, *(tau for row in declared for _, tau in row)})
+    own = {float(x) for x in candidate.scheme.parameters.values()}  # such as theta, at which a balance may stand
+    instants = sorted({*INSTANTS, *own, *(tau for row in declared for _, tau in row)})
     given = np.array([[sum(w for w, t in row if t == tau) for tau in instants] for row in declared])
     columns, rights = [], []
     for run in runs:

@@ -60,9 +60,9 @@ def own_runs(stepper: Stepper, omegas: Sequence[float] = OMEGAS, ratios: Sequenc
     return [measure(stepper, at, start, Load()) for start in ((1.0, 0.0, None), (0.0, 1.0, None))]
 
 
-def given_runs(stepper: Stepper) -> list[Measured]:
+def given_runs(stepper: Stepper, omegas: Sequence[float] = OMEGAS, ratios: Sequence[float] = RATIOS) -> list[Measured]:
     """From unit starts of u, h*v and h^2*a, for a stepper whose acceleration at t = 0 can be set."""
-    at = oscillators(stepper, OMEGAS, RATIOS)
+    at = oscillators(stepper, omegas, ratios)
     starts = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
     return [measure(stepper, at, start, Load()) for start in starts]
 

@@ -1,6 +1,7 @@
 """A program with an adapter, in a process of its own: its integrators as steppers."""
 
 import json
+import shlex
 import subprocess
 import sys
 from collections.abc import Mapping
@@ -28,7 +29,8 @@ def programs() -> tuple[str, ...]:
 class Program:
     """A running adapter; use it in a `with` statement, or `close` it.
 
-    name: of an adapter. python: the interpreter that has the program. integrators: name -> what it can do and claims.
+    name: of an adapter. python: the command of the interpreter that has the program. integrators: name -> what it can
+    do and claims.
     """
 
     name: str
@@ -41,7 +43,7 @@ class Program:
         if self.name not in programs():
             raise unknown_name("a program with an adapter", self.name, programs())
         self._process = subprocess.Popen(
-            [self.python, f"{self.name}.py"],
+            [*shlex.split(self.python), f"{self.name}.py"],
             cwd=ADAPTERS,
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,

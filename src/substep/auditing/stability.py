@@ -103,13 +103,17 @@ def critical_Omega(radius: Radius, margin: float) -> float | None:
     return 0.5 * (low + high)
 
 
-def overshoot(stepper: Stepper) -> tuple[int, int]:
-    """Powers of Omega with which u_1 and v_1/omega grow in the first step, from unit u_0 and unit v_0/omega."""
+def overshoot(stepper: Stepper) -> str:
+    """Powers of Omega with which u_1 and v_1/omega grow in the first step, such as U0-V1; ? for what is not returned.
+
+    From unit u_0 and unit v_0/omega, as the catalogue has them.
+    """
     Omegas = np.array([1e3, 1e4])
     from_u, from_v = (run.rows for run in own_runs(stepper, Omegas.tolist(), [0.0]))
     starts = (from_u[:, 1], from_v[:, 1] * Omegas[:, None])
     found = []
     for kind, power in ((0, 0.0), (1, 1.0)):
         sizes = [np.maximum(np.abs(rows[:, kind]) / Omegas**power, 1e-12) for rows in starts]
-        found.append(max(0, *(round(float(np.log10(size[1] / size[0]))) for size in sizes)))
-    return found[0], found[1]
+        slopes = [float(np.log10(size[1] / size[0])) for size in sizes]
+        found.append(str(max(0, *map(round, slopes))) if np.isfinite(slopes).all() else "?")
+    return f"U{found[0]}-V{found[1]}"

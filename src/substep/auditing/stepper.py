@@ -32,11 +32,12 @@ class Stepper:
     def histories(
         self, omega: float, xi: float, dt: float, n: int, u0: float, v0: float, a0: float | None, load: Load
     ) -> Array:
-        """u, v, a (n+1, 3), NaN where there is none.
+        """u, v, a (n+1, 3) at the ends of the scheme's steps dt, each of `can.calls` runs of the program; NaN for none.
 
         Raises ValueError for a run that raises, and for histories of another length.
         """
         given = {"a0": a0} if self.can.sets_a0 else {}
+        dt, n = dt / self.can.calls, n * self.can.calls
         try:
             with np.errstate(all="ignore"):  # an unstable run overflows
                 found = self.run(omega, xi, dt, n, u0, v0, load=load, **given)
@@ -54,7 +55,7 @@ class Stepper:
         for j, kind in enumerate("uva"):
             if kind not in self.can.outputs or kind in self.can.late:
                 histories[j] = np.full(n + 1, np.nan)
-        return np.stack(histories, axis=-1)
+        return np.stack(histories, axis=-1)[:: self.can.calls]
 
 
 def as_stepper(given: "Stepper | Run") -> Stepper:

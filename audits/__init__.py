@@ -1,0 +1,1 @@
+"""Audits of programs: see README.md beside this file."""

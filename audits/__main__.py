@@ -1,0 +1,90 @@
+"""Audit programs and write what comes out: `python -m audits FOLDER [PROGRAM ...]`, or `python -m audits` for the page.
+
+FOLDER holds the environments that environments.sh makes. The reports go to reports/, one file a program, and the page
+docs/audits.md is written from them and from the scripts that show a deviation without this package.
+"""
+
+import json
+import shlex
+import subprocess
+import sys
+import time
+from datetime import date
+from pathlib import Path
+from typing import Any
+
+from substep.auditing.dialects import TABLE, find_dialect, to_plain
+from substep.auditing.instrument import audit_program
+from substep.auditing.program import Program, programs
+
+from .page import page
+
+HERE = Path(__file__).parent
+REPORTS = HERE / "reports"
+PAGE = HERE.parent / "docs" / "audits.md"
+
+
+def environment(name: str, folder: Path) -> str:
+    """The command of the interpreter that has a program, made if it is not there."""
+    made = subprocess.run(
+        ["bash", str(HERE / "environments.sh"), name, str(folder)], capture_output=True, text=True, check=False
+    )
+    if made.returncode:
+        raise RuntimeError(made.stderr.strip())
+    return made.stdout.strip().splitlines()[-1]
+
+
+def audited(name: str, python: str) -> dict[str, Any]:
+    """The reports of a program, with what could not be run, and the CPU seconds that the audits took here."""
+    reports, failed, dialects = [], [], {}
+    with Program(name, python) as program:
+        for integrator in program.integrators:
+            before = time.process_time()
+            try:
+                (report,) = audit_program(program, [integrator])
+            except ValueError as error:
+                failed.append({"integrator": integrator, "error": str(error)})
+                print(f"{name} {integrator}: {error}", flush=True)
+                continue
+            seconds = round(time.process_time() - before, 1)
+            print(f"{report.text}\n  took       {seconds} s of CPU here\n", flush=True)
+            reports.append(report.to_dict() | {"integrator": integrator, "seconds": seconds})
+            if (dialect := find_dialect(program, integrator)) is not None:
+                dialects[f"{name.split('_', maxsplit=1)[0]}.{integrator}"] = dialect
+        return {
+            "program": program.program, "version": program.version, "license": program.license,
+            "date": date.today().isoformat(), "reports": reports, "failed": failed,
+            "dialects": to_plain(dialects),
+        }  # fmt: skip
+
+
+def shown(script: Path, python: str) -> str:
+    """What a script that shows a deviation prints."""
+    run = subprocess.run([*shlex.split(python), str(script)], capture_output=True, text=True, check=True)
+    return run.stdout
+
+
+def main() -> None:
+    """Audit what is asked for, then write the page."""
+    if len(sys.argv) > 1:
+        folder = Path(sys.argv[1])
+        for name in sys.argv[2:] or programs():
+            try:
+                python = environment(name, folder)
+                found = audited(name, python)
+            except (RuntimeError, ValueError) as error:
+                print(f"{name}: {error}", flush=True)
+                continue
+            REPORTS.mkdir(exist_ok=True)
+            (REPORTS / f"{name}.json").write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+            for script in sorted((HERE / name).glob("*.py")):
+                script.with_suffix(".txt").write_text(shown(script, python), encoding="utf-8")
+    found = {}
+    for path in sorted(REPORTS.glob("*.json")):
+        found |= json.loads(path.read_text(encoding="utf-8"))["dialects"]
+    TABLE.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+    PAGE.write_text(page(REPORTS, HERE), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
