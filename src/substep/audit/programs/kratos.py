@@ -5,22 +5,18 @@ set before each step to its value at the end of the step, which is when the prog
 """
 
 import math
-import os
-import sys
 from importlib.metadata import version
 from typing import Any
 
 import numpy as np
 
 from adapter import Integrator, Load, serve
+from quiet import printing_aside
 
-answers = os.dup(1)  # what Kratos prints while it is imported would stand among the answers
-os.dup2(2, 1)
-import KratosMultiphysics as kratos  # noqa: E402
-import KratosMultiphysics.StructuralMechanicsApplication as structures  # noqa: E402
+with printing_aside():
+    import KratosMultiphysics as kratos
+    import KratosMultiphysics.StructuralMechanicsApplication as structures
 
-sys.stdout.flush()
-os.dup2(answers, 1)
 kratos.Logger.GetDefaultOutput().SetSeverity(kratos.Logger.Severity.WARNING)
 
 CORE = "kratos/solving_strategies/schemes/{}"
