@@ -9,7 +9,7 @@ set -euo pipefail
 usage() {
     echo "usage: audits/environments.sh NAME [FOLDER], where NAME is one of" >&2
     echo "  scipy_solvers calfem_python pyyeti_ode opensees structdyn_solvers sdof_solvers exudyn_solvers pymfem kratos" >&2
-    echo "  ross_newmark easyfea sfepy_ts getfem_schemes petsc_ts" >&2
+    echo "  ross_newmark easyfea sfepy_ts getfem_schemes petsc_ts siconos_osi" >&2
     exit 2
 }
 
@@ -51,8 +51,8 @@ kratos) packages KratosMultiphysics KratosStructuralMechanicsApplication ;;
 ross_newmark) packages 'plotly<6' ross-rotordynamics ;;
 easyfea) packages EasyFEA ;;
 sfepy_ts) packages sfepy ;;
-getfem_schemes)
-    debian python3-getfem
+getfem_schemes | siconos_osi)
+    debian "python3-${name%%_*}"
     echo /usr/bin/python3
     ;;
 petsc_ts)

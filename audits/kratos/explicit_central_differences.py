@@ -1,12 +1,13 @@
 """Kratos's explicit central differences: values of two instants side by side, and which load a step takes.
 
-Source, StructuralMechanicsApplication (10.4.4 of the Python package index behaves so), custom_strategies/custom_schemes/
-explicit_central_differences_scheme.hpp, UpdateTranslationalDegreesOfFreedom: from the balance at t(n) it writes the
-velocity of t(n), the middle velocity, and the displacement of t(n+1) = t(n) + dt into one row of the nodal data, whose
-TIME is t(n+1): velocity and acceleration stand a step behind the displacement. The residual of that balance, of the
-displacement of t(n), is formed in the same call, so a load that was set at the beginning of the step to its value at TIME,
-as AnalysisStage's processes do, is that of t(n+1): forced motion is of first order. Damping takes the velocity that is
-in the nodal data, that of t(n-1): damped motion is of first order, too.
+Source, StructuralMechanicsApplication (10.4.4 of the Python package index behaves so),
+custom_strategies/custom_schemes/ explicit_central_differences_scheme.hpp, UpdateTranslationalDegreesOfFreedom: from
+the balance at t(n) it writes the velocity of t(n), the middle velocity, and the displacement of t(n+1) = t(n) + dt
+into one row of the nodal data, whose TIME is t(n+1): velocity and acceleration stand a step behind the displacement.
+The residual of that balance, of the displacement of t(n), is formed in the same call, so a load that was set at the
+beginning of the step to its value at TIME, as AnalysisStage's processes do, is that of t(n+1): forced motion is of
+first order. Damping takes the velocity that is in the nodal data, that of t(n-1): damped motion is of first order,
+too.
 """
 
 import math
@@ -66,8 +67,13 @@ steps = (0.02, 0.01, 0.005)
 dt = 0.01
 rows = march(dt, 100, lambda t: 0.0, 0.0, 0.0)
 t = dt * np.arange(1, 101)
-print(f"free vibration cos t, dt = {dt}: largest error of v against -sin at TIME {abs(rows[:, 1] + np.sin(t)).max():.1e},")
-print(f"  at TIME - dt {abs(rows[:, 1] + np.sin(t - dt)).max():.1e}; of a {abs(rows[:, 2] + np.cos(t)).max():.1e},", end=" ")
+print(
+    f"free vibration cos t, dt = {dt}: largest error of v against -sin at TIME {abs(rows[:, 1] + np.sin(t)).max():.1e},"
+)
+print(
+    f"  at TIME - dt {abs(rows[:, 1] + np.sin(t - dt)).max():.1e}; of a {abs(rows[:, 2] + np.cos(t)).max():.1e},",
+    end=" ",
+)
 print(f"{abs(rows[:, 2] + np.cos(t - dt)).max():.1e}")
 for name, behind in (("at TIME", 0.0), ("at TIME - dt", 1.0)):
     # the motion under sin 2t is cos t + (2 sin t - sin 2t)/3

@@ -1,7 +1,7 @@
 """With no_mult, every step of MFEM's NewmarkSolver and GeneralizedAlpha2Solver is a midpoint step.
 
-Manual: linalg/ode.hpp, "The classical newmark method" with the argument no_mult, which is for operators that cannot find
-the first acceleration themselves.
+Manual: linalg/ode.hpp, "The classical newmark method" with the argument no_mult, which is for operators that cannot
+find the first acceleration themselves.
 Source, linalg/ode.cpp (as of August 2026; PyMFEM 4.10.0.1 behaves so): NewmarkSolver::Step, lines 1279-1290, takes the
 midpoint step where the state is empty and returns before state.Increment(), so the state is empty in the next step,
 too; GeneralizedAlpha2Solver::Step, lines 1355-1366, likewise. beta, gamma and rho_inf are then without effect.

@@ -1,10 +1,10 @@
 """How OpenSees's explicit difference integrators start from an initial velocity.
 
-Source, OpenSees v3.7.1, SRC/analysis/integrator: CentralDifference.cpp sets U(t - dt) = U(t) in domainChanged, which its
-warning "assuming Ut-1 = Ut" says: the initial velocity is not used. ExplicitDifference.cpp:91-92 adds dt a to the initial
-velocity and moves with the sum, and CentralDifferenceAlternative.cpp and CentralDifferenceNoDamping.cpp do the same: they
-take the velocity at t = 0 for that at t = -dt/2, so the start, and with it the motion, is of first order. Neither manual
-page says so. The right start of a leap-frog has dt/2 a.
+Source, OpenSees v3.7.1, SRC/analysis/integrator: CentralDifference.cpp sets U(t - dt) = U(t) in domainChanged, which
+its warning "assuming Ut-1 = Ut" says: the initial velocity is not used. ExplicitDifference.cpp:91-92 adds dt a to the
+initial velocity and moves with the sum, and CentralDifferenceAlternative.cpp and CentralDifferenceNoDamping.cpp do the
+same: they take the velocity at t = 0 for that at t = -dt/2, so the start, and with it the motion, is of first order.
+Neither manual page says so. The right start of a leap-frog has dt/2 a.
 """
 
 import math

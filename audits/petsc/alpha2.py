@@ -1,14 +1,14 @@
 """PETSc 3.18's TSALPHA2 starts with twice the acceleration, and solves problems that are declared linear wrongly.
 
 Source, PETSc v3.18.5, src/ts/impls/implicit/alpha/alpha2.c.
-First acceleration: TSAlpha_Restart sets ts->time_step to half the step (line 129) and finds the acceleration at the start
-from two half steps, (-3 V0 + 4 V1 - V2) / ts->time_step (lines 160-162); that formula is divided by the whole step. Later
-versions divide by time_step, which is the whole one. With a radius of 1 the first acceleration has no effect; below it the
-solution is of first order, though TSAlpha2SetRadius chooses parameters for which TSAlpha2SetParams states "Second-order
-accuracy" (line 589). alpha1.c, for first-order systems, likewise.
-Linear problems: TSStep_Alpha (line 219) solves for X1 and then takes V1 (line 226), which TSAlpha_StageVecs computes only
-when SNES evaluates the function (line 345). SNESKSPONLY, which TSSetProblemType(TS_LINEAR) selects, does not evaluate the
-function at its solution, so V1 is that of the guess.
+First acceleration: TSAlpha_Restart sets ts->time_step to half the step (line 129) and finds the acceleration at the
+start from two half steps, (-3 V0 + 4 V1 - V2) / ts->time_step (lines 160-162); that formula is divided by the whole
+step. Later versions divide by time_step, which is the whole one. With a radius of 1 the first acceleration has no
+effect; below it the solution is of first order, though TSAlpha2SetRadius chooses parameters for which
+TSAlpha2SetParams states "Second-order accuracy" (line 589). alpha1.c, for first-order systems, likewise.
+Linear problems: TSStep_Alpha (line 219) solves for X1 and then takes V1 (line 226), which TSAlpha_StageVecs computes
+only when SNES evaluates the function (line 345). SNESKSPONLY, which TSSetProblemType(TS_LINEAR) selects, does not
+evaluate the function at its solution, so V1 is that of the guess.
 """
 
 import math
@@ -77,10 +77,15 @@ print("PETSc", ".".join(map(str, PETSc.Sys.getVersion())))
 for dt in (0.1, 0.01):
     v = march(dt, 1, 0.6, False)[1, 1]
     low, high = first(dt, 0.6, 0.0), first(dt, 0.6, 1.0)
-    print(f"radius 0.6, step {dt}: first acceleration that the first step shows {(v - low) / (high - low):.6f}, expected -1")
+    shown = (v - low) / (high - low)
+    print(f"radius 0.6, step {dt}: first acceleration that the first step shows {shown:.6f}, expected -1")
 exact = math.cos(2.0) + 0.3 * math.sin(2.0)
 for linear in (False, True):
     for radius in (1.0, 0.6):
         errors = [abs(march(dt, round(2 / dt), radius, linear)[-1, 0] - exact) for dt in (0.02, 0.01, 0.005)]
-        print(f"declared {'linear' if linear else 'nonlinear'}, radius {radius}: errors", *(f"{e:.1e}" for e in errors), end="")
+        print(
+            f"declared {'linear' if linear else 'nonlinear'}, radius {radius}: errors",
+            *(f"{e:.1e}" for e in errors),
+            end="",
+        )
         print(f", order {math.log2(errors[1] / errors[2]):.2f}, expected 2")

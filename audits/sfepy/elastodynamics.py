@@ -1,15 +1,15 @@
 """SfePy's elastodynamics solvers: dropped loads, loads at the wrong instant, and a damping force half a step late.
 
 Source, SfePy 2026.3, sfepy/solvers/ts_solvers.py.
-1. transform_equations_ed (lines 403-421), which the option auto_transform_equations calls, sorts a term by its unknowns; a
-   term without one, which loads are, is in no list and in none of the new equations.
-2. BatheTS.step solves the first sub-step with the loads of prestep_fun at t(n+1), then calls ts.set_substep_time(0.5 * dt),
-   which adds to the time (sfepy/solvers/ts.py:65-67), and prestep_fun again: the second sub-step has the loads of
-   t(n+1) + dt/2. Both are half a step late. Bathe's method takes them at t(n) + dt/2 and t(n+1).
-3. GeneralizedAlphaTS takes the loads of t(n+1), and says so in a comment ("TODO ... loads should be applied in the mid-step
-   time"); its docstring says "second-order accurate".
-4. VelocityVerletTS.create_nlst evaluates damping with the middle velocity, CentralDifferenceTS with the end's: with damping
-   they are not "mathematically equivalent", and the first is of first order.
+1. transform_equations_ed (lines 403-421), which the option auto_transform_equations calls, sorts a term by its
+   unknowns; a term without one, which loads are, is in no list and in none of the new equations.
+2. BatheTS.step solves the first sub-step with the loads of prestep_fun at t(n+1), then calls ts.set_substep_time(0.5 *
+   dt), which adds to the time (sfepy/solvers/ts.py:65-67), and prestep_fun again: the second sub-step has the loads
+   of t(n+1) + dt/2. Both are half a step late. Bathe's method takes them at t(n) + dt/2 and t(n+1).
+3. GeneralizedAlphaTS takes the loads of t(n+1), and says so in a comment ("TODO ... loads should be applied in the
+   mid-step time"); its docstring says "second-order accurate".
+4. VelocityVerletTS.create_nlst evaluates damping with the middle velocity, CentralDifferenceTS with the end's: with
+   damping they are not "mathematically equivalent", and the first is of first order.
 """
 
 import math
@@ -26,7 +26,9 @@ output.set_output(quiet=True)
 asked: list[float] = []
 
 
-def motion(kind: str, dt: float, n: int, damping: float, load, u0: float, v0: float, transform: bool = False) -> np.ndarray:
+def motion(
+    kind: str, dt: float, n: int, damping: float, load, u0: float, v0: float, transform: bool = False
+) -> np.ndarray:
     """Displacements of u'' + damping u' + u = load, on a unit square with one degree of freedom."""
 
     def mesh(mesh, mode):

@@ -4,9 +4,8 @@ from importlib.metadata import version
 from typing import Any
 
 import numpy as np
-from calfem.core import step2
-
 from adapter import Integrator, Load, serve
+from calfem.core import step2
 
 PLACE = "docstring of calfem.core.step2, parameter ip"
 FAMILY = "alpha and delta are time integration constants for the Newmark family of methods"

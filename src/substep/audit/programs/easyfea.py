@@ -8,7 +8,6 @@ from importlib.metadata import version
 from typing import Any
 
 import numpy as np
-
 from adapter import Integrator, Load, serve
 from quiet import printing_aside
 
@@ -34,7 +33,9 @@ def scheme(algo: str, quotation: str, arguments: dict[str, Any] | None = None, *
 
 STABLE = {"order": 2, "unconditional": True}
 INTEGRATORS = {
-    "newmark": scheme("newmark", "Newmark method (default beta=1/4, gamma=1/2)", scheme="newmark", beta=0.25, gamma=0.5),
+    "newmark": scheme(
+        "newmark", "Newmark method (default beta=1/4, gamma=1/2)", scheme="newmark", beta=0.25, gamma=0.5
+    ),
     "newmark_damped": scheme(
         "newmark",
         "Newmark method (default beta=1/4, gamma=1/2)",
@@ -56,7 +57,10 @@ INTEGRATORS = {
         unconditional=True,
     ),
     "euler_explicit": scheme(
-        "euler_explicit", "Forward-Euler (first-order, conditionally stable, linear only)", scheme="forward_euler", order=1
+        "euler_explicit",
+        "Forward-Euler (first-order, conditionally stable, linear only)",
+        scheme="forward_euler",
+        order=1,
     ),
 }
 

@@ -4,6 +4,7 @@ from typing import Any
 
 import exudyn as exu
 import numpy as np
+from adapter import Integrator, Load, serve
 from exudyn.itemInterface import (
     CoordinateSpringDamper,
     LoadCoordinate,
@@ -12,8 +13,6 @@ from exudyn.itemInterface import (
     Node1D,
     NodePointGround,
 )
-
-from adapter import Integrator, Load, serve
 
 THEORY = "Exudyn documentation, docs/theDoc/solver.tex, section {}"
 SETTINGS = "exudyn/__init__.pyi, GeneralizedAlphaSettings.{}"
@@ -34,7 +33,11 @@ def radius(rho: float) -> Integrator:
     """The generalized alpha method for a spectral radius."""
     quotation = "spectral radius for Generalized-alpha solver"
     claims: dict[str, tuple[Any, str, str]] = {
-        "scheme": ("generalized_alpha", "generalized-alpha method, Chung and Hulbert; Arnold and Bruels", THEORY.format(NEWMARK)),
+        "scheme": (
+            "generalized_alpha",
+            "generalized-alpha method, Chung and Hulbert; Arnold and Bruels",
+            THEORY.format(NEWMARK),
+        ),
         "rho_inf": (rho, quotation, SETTINGS.format("spectralRadius")),
     }
     return implicit(claims, False, spectralRadius=rho)
@@ -77,13 +80,13 @@ INTEGRATORS = {
             )
         },
     ),
-    "ExplicitEuler": explicit("ExplicitEuler", 1, "ExplicitEuler"),
-    "ExplicitMidpoint": explicit("ExplicitMidpoint", 2, "ExplicitMidpoint"),
-    "RK33": explicit("RK33", 3, "RK33"),
-    "RK44": explicit("RK44", 4, "RK44"),
+    "ExplicitEuler": explicit("ExplicitEuler", 1, "Explicit Euler method, number of stages s=1, order p=1"),
+    "ExplicitMidpoint": explicit("ExplicitMidpoint", 2, "Explicit midpoint rule, number of stages s=2, order p=2"),
+    "RK33": explicit("RK33", None, "RK33"),
+    "RK44": explicit("RK44", 4, "Classical explicit Runge-Kutta method (RK44), number of stages s=4, order p=4"),
     "RK67": explicit("RK67", 6, "such as for RK67, which as order 6 but 7 stages"),
-    "ODE23": explicit("ODE23", 3, "ODE23"),
-    "DOPRI5": explicit("DOPRI5", 5, "DOPRI5"),
+    "ODE23": explicit("ODE23", None, "Advanced solvers, such as ODE23 and DOPRI5"),
+    "DOPRI5": explicit("DOPRI5", None, "Advanced solvers, such as ODE23 and DOPRI5"),
     "VelocityVerlet": explicit("VelocityVerlet", None, "VelocityVerlet: still under development"),
 }
 
@@ -138,7 +141,11 @@ def run(
 
     def gather(mbs: Any, t: float) -> bool:
         data = mbs.systemData
-        rows.append(tuple(float(y()[0]) for y in (data.GetODE2Coordinates, data.GetODE2Coordinates_t, data.GetODE2Coordinates_tt)))
+        rows.append(
+            tuple(
+                float(y()[0]) for y in (data.GetODE2Coordinates, data.GetODE2Coordinates_t, data.GetODE2Coordinates_tt)
+            )
+        )
         return True
 
     system.Assemble()

@@ -9,7 +9,6 @@ from typing import Any
 
 import getfem
 import numpy as np
-
 from adapter import Integrator, Load, serve
 
 PLACE = "docstring of getfem.Model.add_{}"
@@ -28,7 +27,9 @@ def newmark(beta: float, gamma: float) -> Integrator:
     """Newmark's method; GetFEM's description of it is that of the theta method, and its arguments are beta, gamma."""
     name = "Newmark_scheme"
     values = {"scheme": "newmark", "beta": beta, "gamma": gamma}
-    claims = {key: (value, "add_Newmark_scheme(varname, beta, gamma)", PLACE.format(name)) for key, value in values.items()}
+    claims = {
+        key: (value, "add_Newmark_scheme(varname, beta, gamma)", PLACE.format(name)) for key, value in values.items()
+    }
     arguments = {"kind": name, "beta": beta, "gamma": gamma}
     return Integrator(arguments=arguments, sets_a0=True, load="samples", claims=claims)
 

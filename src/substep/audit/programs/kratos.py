@@ -9,7 +9,6 @@ from importlib.metadata import version
 from typing import Any
 
 import numpy as np
-
 from adapter import Integrator, Load, serve
 from quiet import printing_aside
 
@@ -52,7 +51,11 @@ INTEGRATORS = {
     "newmark": Integrator(
         sets_a0=True,
         load="samples",
-        claims=claims(CORE.format("residual_based_newmark_displacement_scheme.hpp"), "Newmark", scheme="newmark"),
+        claims=claims(
+            CORE.format("residual_based_newmark_displacement_scheme.hpp"),
+            "a dynamic implicit scheme based of the Newmark algorithm for displacements",
+            scheme="newmark",
+        ),
     ),
     "bossak": bossak(-0.3, 0.25),
     "bossak_most": bossak(-0.5, 0.25),

@@ -1,4 +1,5 @@
-"""PETSc's time steppers by petsc4py: TSALPHA2 for second-order equations, and some for the same as a first-order system.
+"""PETSc's time steppers by petsc4py: TSALPHA2 for second-order equations, and some for the same as a first-order
+system.
 
 Debian keeps petsc4py in a folder of PETSc's own; the environment script says how to start this adapter with it.
 """
@@ -9,9 +10,8 @@ import petsc4py
 
 petsc4py.init([])
 
-from petsc4py import PETSc  # noqa: E402
-
 from adapter import Integrator, Load, serve  # noqa: E402
+from petsc4py import PETSc  # noqa: E402
 
 MANUAL = "PETSc manual page {}"
 CHUNG = "ODE/DAE solver using the implicit Generalized-Alpha method for second-order systems"

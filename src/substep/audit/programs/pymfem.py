@@ -4,7 +4,6 @@ from importlib.metadata import version
 from typing import Any
 
 import mfem.ser as mfem
-
 from adapter import Integrator, Load, serve
 
 SOURCE = "MFEM 4.10, linalg/ode.hpp, class {}"
@@ -36,14 +35,18 @@ INTEGRATORS = {
     "NewmarkSolver_damped": newmark(0.3025, 0.6),
     "NewmarkSolver_no_mult": newmark(0.25, 0.5, no_mult=True),
     "NewmarkSolver_damped_no_mult": newmark(0.3025, 0.6, no_mult=True),
-    "LinearAccelerationSolver": solver("LinearAccelerationSolver", "NewmarkSolver(1.0/6.0, 0.5)", beta=1 / 6, gamma=1 / 2),
+    "LinearAccelerationSolver": solver(
+        "LinearAccelerationSolver", "NewmarkSolver(1.0/6.0, 0.5)", beta=1 / 6, gamma=1 / 2
+    ),
     "CentralDifferenceSolver": solver("CentralDifferenceSolver", "NewmarkSolver(0.0, 0.5)", beta=0.0, gamma=1 / 2),
     "FoxGoodwinSolver": solver("FoxGoodwinSolver", "NewmarkSolver(1.0/12.0, 0.5)", beta=1 / 12, gamma=1 / 2),
     "GeneralizedAlpha2Solver": radius(1.0),
     "GeneralizedAlpha2Solver_0.6": radius(0.6),
     "GeneralizedAlpha2Solver_0": radius(0.0),
     "GeneralizedAlpha2Solver_no_mult": radius(0.6, no_mult=True),
-    "AverageAccelerationSolver": solver("AverageAccelerationSolver", "The classical midpoint method.", scheme="midpoint"),
+    "AverageAccelerationSolver": solver(
+        "AverageAccelerationSolver", "The classical midpoint method.", scheme="midpoint"
+    ),
     "HHTAlphaSolver": solver(
         "HHTAlphaSolver",
         "HHT-alpha ODE solver, alpha in [2/3,1] --> Defined differently than in paper.",

@@ -4,12 +4,13 @@ from importlib.metadata import version
 from typing import Any
 
 import numpy as np
+from adapter import Integrator, Load, serve
 from pyyeti import ode
 
-from adapter import Integrator, Load, serve
-
 LINEAR = "exact assuming piece-wise linear forces (if `order` is 1) or piece-wise constant forces (if `order` is 0)"
-NASTRAN = "This routine uses a fixed time step Newmark-Beta method based on the Nastran Theoretical Manual, section 11.4"
+NASTRAN = (
+    "This routine uses a fixed time step Newmark-Beta method based on the Nastran Theoretical Manual, section 11.4"
+)
 STABLE = "The algorithm is unconditionally stable but the size of the time step is still a concern"
 WEIGHTS = "A u_{n+2} = 1/3 (F_{n+2} + F_{n+1} + F_{n}) + N_{n+1} + A_1 u_{n+1} + A_0 u_{n}"
 
@@ -67,7 +68,7 @@ def run(
     """
     if integrator == "SolveNewmark" and n < 2:
         raise ValueError(f"expected two steps or more for SolveNewmark, got {n}")
-    solver = getattr(ode, integrator.split("_")[0])
+    solver = getattr(ode, integrator.split("_", maxsplit=1)[0])
     options = arguments if integrator == "SolveNewmark" else arguments | {"rb": []}
     m, b, k = np.ones(1), np.array([2 * xi * omega]), np.array([omega**2])
     f = np.array([[load.at(i * dt) for i in range(n + 1)]])

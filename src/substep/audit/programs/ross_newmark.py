@@ -1,15 +1,14 @@
 """ROSS: the function `ross.utils.newmark`, which integrates the rotors' time response.
 
 It starts from rest and knows no initial state. A motion from u0 and v0 is u0 + v0 t and a motion from rest under the
-load that this one leaves, and Newmark's formulas reproduce u0 + v0 t exactly: so a start from u0, v0 and the acceleration
-that the function assumes, which is zero, is run without a change of the scheme.
+load that this one leaves, and Newmark's formulas reproduce u0 + v0 t exactly: so a start from u0, v0 and the
+acceleration that the function assumes, which is zero, is run without a change of the scheme.
 """
 
 from importlib.metadata import version
 from typing import Any
 
 import numpy as np
-
 from adapter import Integrator, Load, serve
 from quiet import printing_aside
 
@@ -23,15 +22,17 @@ def method(gamma: float, beta: float, quotation: str) -> Integrator:
     """The function with its two parameters."""
     values = {"scheme": "newmark", "gamma": gamma, "beta": beta}
     claims = {name: (value, quotation, PLACE) for name, value in values.items()}
-    return Integrator(
-        arguments={"gamma": gamma, "beta": beta}, outputs="u", load="samples", digits=12.0, claims=claims
-    )
+    return Integrator(arguments={"gamma": gamma, "beta": beta}, outputs="u", load="samples", digits=12.0, claims=claims)
 
 
 INTEGRATORS = {
     "newmark": method(0.5, 0.25, "gamma: Default is 0.5. beta: Default is 0.25."),
-    "newmark_linear": method(0.5, 1 / 6, "Parameter of the integration algorithm related to the displacement interpolation"),
-    "newmark_damped": method(0.6, 0.3025, "Parameter of the integration algorithm related to the velocity interpolation"),
+    "newmark_linear": method(
+        0.5, 1 / 6, "Parameter of the integration algorithm related to the displacement interpolation"
+    ),
+    "newmark_damped": method(
+        0.6, 0.3025, "Parameter of the integration algorithm related to the velocity interpolation"
+    ),
 }
 
 

@@ -4,9 +4,8 @@ from typing import Any
 
 import numpy as np
 import scipy
-from scipy.signal import lsim
-
 from adapter import Integrator, Load, serve
+from scipy.signal import lsim
 
 MANUAL = "docstring of scipy.signal.lsim"
 INTEGRATORS = {
@@ -36,7 +35,7 @@ def run(
     a0: float | None,
     load: Load,
 ) -> tuple[Any, Any, Any]:
-    """Histories of the system with states u and v and outputs u, v and a, driven by samples at the ends of the steps."""
+    """Histories of the system with states u and v and outputs u, v and a, driven by samples at ends of steps."""
     t = dt * np.arange(n + 1)
     f = np.array([load.at(x) for x in t])
     rate = [-(omega**2), -2 * xi * omega]

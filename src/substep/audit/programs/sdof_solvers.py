@@ -4,10 +4,9 @@ from importlib.metadata import version
 from typing import Any
 
 import numpy as np
+from adapter import Integrator, Load, serve
 from sdof import integrate
 from sdof.integration.newmark import newmark
-
-from adapter import Integrator, Load, serve
 
 PLACE = "docstring of sdof.integrate"
 NAMED = "comments of sdof/integration/newmark.py:{}"

@@ -2,7 +2,8 @@
 
 The terms are integrals of rho u'' v, c u' v and k u v less a volume load, which is a material function of time, as the
 program's users write loads; the variables are declared by hand, since with the option auto_transform_equations the
-program drops terms without an unknown, which loads are. With an approximation of order zero there is one degree of freedom.
+program drops terms without an unknown, which loads are. With an approximation of order zero there is one degree of
+freedom.
 """
 
 import sys
@@ -10,7 +11,6 @@ from importlib.metadata import version
 from typing import Any
 
 import numpy as np
-
 from adapter import Integrator, Load, serve
 from quiet import printing_aside
 
@@ -64,7 +64,9 @@ INTEGRATORS = {
 }
 
 
-def problem(arguments: dict[str, Any], omega: float, xi: float, dt: float, n: int, u0: float, v0: float, load: Load) -> Any:
+def problem(
+    arguments: dict[str, Any], omega: float, xi: float, dt: float, n: int, u0: float, v0: float, load: Load
+) -> Any:
     """The declarative description of the oscillator and of its solver."""
 
     def mesh(mesh: Any, mode: str) -> Any:
@@ -85,9 +87,7 @@ def problem(arguments: dict[str, Any], omega: float, xi: float, dt: float, n: in
         "functions": {"force": (force,)},
         "fields": {"displacement": ("real", "scalar", "Omega", 0)},
         "integrals": {"i": 1},
-        "variables": {
-            name: ("unknown field", "displacement", i) for i, name in enumerate(("u", "du", "ddu"))
-        }
+        "variables": {name: ("unknown field", "displacement", i) for i, name in enumerate(("u", "du", "ddu"))}
         | {test: ("test field", "displacement", name) for test, name in (("v", "u"), ("dv", "du"), ("ddv", "ddu"))},
         "ics": {"ic": ("Omega", {"u.0": u0, "du.0": v0})},
         "equations": {

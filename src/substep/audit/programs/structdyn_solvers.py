@@ -4,6 +4,7 @@ from importlib.metadata import version
 from typing import Any
 
 import numpy as np
+from adapter import Integrator, Load, serve
 from structdyn.mdf.mdf import MDF
 from structdyn.mdf.numerical_methods.central_difference import CentralDifferenceMDF
 from structdyn.mdf.numerical_methods.newmark_beta import NewmarkBetaMDF
@@ -11,8 +12,6 @@ from structdyn.sdf.numerical_methods.central_difference import CentralDifference
 from structdyn.sdf.numerical_methods.interpolation import Interpolation
 from structdyn.sdf.numerical_methods.newmark_beta import NewmarkBeta
 from structdyn.sdf.sdf import SDF
-
-from adapter import Integrator, Load, serve
 
 PLACE = "docstring of structdyn.{}"
 NEWMARK = "sdf.numerical_methods.newmark_beta.NewmarkBeta.__init__, parameter acc_type"
@@ -44,7 +43,9 @@ def central(place: str) -> Integrator:
 
 IMPLICIT = "This class implements the implicit, unconditionally stable Newmark-beta time integration algorithm"
 INTEGRATORS = {
-    "newmark_average": newmark("average", 1 / 4, NEWMARK, '"average": Constant-average acceleration (unconditionally stable)'),
+    "newmark_average": newmark(
+        "average", 1 / 4, NEWMARK, '"average": Constant-average acceleration (unconditionally stable)'
+    ),
     "newmark_linear": newmark("linear", 1 / 6, NEWMARK, '"linear": Linear acceleration (unconditionally stable)'),
     "newmark_many_average": newmark("average", 1 / 4, NEWMARK_MANY, IMPLICIT),
     "newmark_many_linear": newmark("linear", 1 / 6, NEWMARK_MANY, IMPLICIT),
