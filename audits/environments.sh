@@ -8,8 +8,8 @@ set -euo pipefail
 
 usage() {
     echo "usage: audits/environments.sh NAME [FOLDER], where NAME is one of" >&2
-    echo "  scipy_solvers calfem_python pyyeti_ode opensees structdyn_solvers sdof_solvers exudyn_solvers pymfem kratos" >&2
-    echo "  ross_newmark easyfea sfepy_ts getfem_schemes petsc_ts siconos_osi akantu_schemes" >&2
+    echo "  scipy calfem pyyeti opensees structdyn sdof exudyn mfem kratos" >&2
+    echo "  ross easyfea sfepy getfem petsc siconos akantu" >&2
     exit 2
 }
 
@@ -36,27 +36,27 @@ packages() {
 }
 
 case $name in
-scipy_solvers) packages scipy ;;
-calfem_python) packages calfem-python ;;
-pyyeti_ode) packages pyyeti ;;
+scipy) packages scipy ;;
+calfem) packages calfem-python ;;
+pyyeti) packages pyyeti ;;
 opensees)
     debian libblas3 liblapack3
     packages openseespy==3.7.1.2
     ;;
-structdyn_solvers) packages structdyn ;;
-sdof_solvers) packages sdof ;;
-exudyn_solvers) packages exudyn ;;
-pymfem) packages mfem ;;
+structdyn) packages structdyn ;;
+sdof) packages sdof ;;
+exudyn) packages exudyn ;;
+mfem) packages mfem ;;
 kratos) packages KratosMultiphysics KratosStructuralMechanicsApplication ;;
-ross_newmark) packages 'plotly<6' ross-rotordynamics ;;
+ross) packages 'plotly<6' ross-rotordynamics ;;
 easyfea) packages EasyFEA ;;
-sfepy_ts) packages sfepy ;;
-akantu_schemes) packages akantu ;;
-getfem_schemes | siconos_osi)
+sfepy) packages sfepy ;;
+akantu) packages akantu ;;
+getfem | siconos)
     debian "python3-${name%%_*}"
     echo /usr/bin/python3
     ;;
-petsc_ts)
+petsc)
     debian python3-petsc4py
     modules=$(dpkg -L python3-petsc4py-real3.18 2>/dev/null | grep -m1 '/dist-packages/petsc4py$' || true)
     echo "env PYTHONPATH=$(dirname "${modules:-$(find /usr/lib/petscdir -type d -name petsc4py | head -n 1)}") /usr/bin/python3"

@@ -16,13 +16,13 @@ from .stepper import Stepper
 
 ADAPTERS = Path(__file__).parent / "programs"
 THIS = sys.executable
-NOT_ADAPTERS = ("__init__", "adapter")
+SUFFIX = "_adapter"
 MEASURES = ("scheme", "order", "rho_inf", "unconditional", "critical_Omega")
 
 
 def programs() -> tuple[str, ...]:
     """Names of the programs that have an adapter."""
-    return tuple(sorted(path.stem for path in ADAPTERS.glob("*.py") if path.stem not in NOT_ADAPTERS))
+    return tuple(sorted(path.stem.removesuffix(SUFFIX) for path in ADAPTERS.glob(f"*{SUFFIX}.py")))
 
 
 @dataclass
@@ -43,7 +43,7 @@ class Program:
         if self.name not in programs():
             raise unknown_name("a program with an adapter", self.name, programs())
         self._process = subprocess.Popen(
-            [*shlex.split(self.python), f"{self.name}.py"],
+            [*shlex.split(self.python), f"{self.name}{SUFFIX}.py"],
             cwd=ADAPTERS,
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
@@ -68,8 +68,8 @@ class Program:
         if not line:
             raise ValueError(
                 f"expected an answer of the adapter {self.name}, got the end of its process (exit code "
-                f"{self._process.wait()}); run `{self.python} {self.name}.py` beside the adapters to see why, or give "
-                "the interpreter that has the program"
+                f"{self._process.wait()}); run `{self.python} {self.name}{SUFFIX}.py` beside the adapters to see "
+                "why, or give the interpreter that has the program"
             )
         answer: dict[str, Any] = json.loads(line)
         if "error" in answer:

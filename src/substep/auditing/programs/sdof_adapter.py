@@ -17,7 +17,8 @@ def alpha(beta: float, gamma: float, alpha_m: float, alpha_f: float) -> Integrat
     """`integrate` with weights alpha_m and alpha_f of the new values."""
     arguments = {"beta": beta, "gamma": gamma, "alpha_m": alpha_m, "alpha_f": alpha_f}
     claims: dict[str, tuple[Any, str, str]] = {"scheme": ("generalized_alpha", ALPHA, PLACE)}
-    claims |= {name: (value, f"{name} (float, optional)", PLACE) for name, value in arguments.items()}
+    declared = arguments | {"alpha_m": 1 - alpha_m, "alpha_f": 1 - alpha_f}  # weights of the old values
+    claims |= {name: (value, f"{name} (float, optional)", PLACE) for name, value in declared.items()}
     return Integrator(arguments=arguments, load="samples", claims=claims)
 
 

@@ -49,9 +49,8 @@ def newmark(gamma: float, beta: float, quotation: str, **options: Any) -> Integr
 
 def hht_claims(factor: float) -> Claims:
     """What the manual says of HHT with its defaults, in its notation: alpha is one plus that of the paper."""
-    return documented(
-        "hht", HHT_DEFAULTS, scheme="hht", order=2, unconditional=True, beta=(2 - factor) ** 2 / 4, gamma=1.5 - factor
-    )
+    values = {"alpha_m": 0.0, "alpha_f": 1 - factor, "beta": (2 - factor) ** 2 / 4, "gamma": 1.5 - factor}
+    return documented("hht", HHT_DEFAULTS, scheme="generalized_alpha", order=2, unconditional=True, **values)
 
 
 def family(name: str, line: int, rho: float) -> Integrator:
@@ -65,6 +64,8 @@ KOLAY_RICLES = (
 )
 WEIGHTS = {"alphaI": 1.1, "alphaF": 0.8, "beta": 0.4225, "gamma": 0.8}
 PAIR = {"gamma": 0.6, "beta": 0.3025}
+HULBERT = {"scheme": "generalized_alpha", "alpha_m": -0.1, "alpha_f": 0.2, "beta": 0.4225, "gamma": 0.8}
+HHT = {"scheme": "generalized_alpha", "alpha_m": 0.0, "alpha_f": 0.1}  # of alpha = 0.9, with weights of the old state
 GENERAL = documented("generalizedAlpha", OPTIMAL, scheme="generalized_alpha", order=2, unconditional=True)
 
 INTEGRATORS: dict[str, Integrator] = {
@@ -87,46 +88,50 @@ INTEGRATORS: dict[str, Integrator] = {
             critical_Omega=2.0,
         ),
     ),
-    "Newmark1": alpha("Newmark1", dict(PAIR), usage("Newmark1", 52, "Newmark1 gamma beta", **PAIR)),
+    "Newmark1": alpha("Newmark1", dict(PAIR), usage("Newmark1", 52, "Newmark1 gamma beta", scheme="newmark", **PAIR)),
     "HHT": alpha("HHT", {"alpha": 0.9}, hht_claims(0.9)),
     "HHT_least": alpha("HHT", {"alpha": 2 / 3}, hht_claims(2 / 3)),
     "HHT_all_arguments": alpha(
         "HHT",
         {"alpha": 0.9, **PAIR},
-        documented("hht", "integrator('HHT',alpha,gamma=1.5-alpha,beta=(2-alpha)^2/4)", scheme="hht", **PAIR),
+        documented("hht", "integrator('HHT',alpha,gamma=1.5-alpha,beta=(2-alpha)^2/4)", **HHT, **PAIR),
     ),
-    "HHT_TP": alpha("HHT_TP", {"alpha": 0.9}, header("HHT_TP", 33, OWN_FORM.format("HHT"), scheme="hht")),
+    "HHT_TP": alpha(
+        "HHT_TP", {"alpha": 0.9}, header("HHT_TP", 33, OWN_FORM.format("HHT"), scheme="hht_alpha", alpha=-0.1)
+    ),
     "HHT_TP_all_arguments": alpha(
-        "HHT_TP", {"alpha": 0.9, **PAIR}, usage("HHT_TP", 54, "want HHT_TP $alpha <$gamma $beta>", scheme="hht", **PAIR)
+        "HHT_TP", {"alpha": 0.9, **PAIR}, usage("HHT_TP", 54, "want HHT_TP $alpha <$gamma $beta>", **HHT, **PAIR)
     ),
     "GeneralizedAlpha": alpha("GeneralizedAlpha", {"alphaM": 1.1, "alphaF": 0.8}, GENERAL),
     "GeneralizedAlpha_hht": alpha(
         "GeneralizedAlpha",
         {"alphaM": 1.0, "alphaF": 0.9},
-        documented("generalizedAlpha", "alpha_M = 1.0 corresponds to the HHT method", scheme="hht", order=2),
+        documented("generalizedAlpha", "alpha_M = 1.0 corresponds to the HHT method", **HHT, order=2),
     ),
     "GeneralizedAlpha_all_arguments": alpha(
         "GeneralizedAlpha",
         {"alphaM": 1.0, "alphaF": 0.9, **PAIR},
-        documented("generalizedAlpha", "integrator('GeneralizedAlpha',alphaM,alphaF,gamma=...,beta=...)", **PAIR),
+        documented(
+            "generalizedAlpha", "integrator('GeneralizedAlpha',alphaM,alphaF,gamma=...,beta=...)", **HHT, **PAIR
+        ),
     ),
     "HHTGeneralized": family("HHTGeneralized", 53, 0.6),
     "HHTGeneralized_all_arguments": alpha(
         "HHTGeneralized",
         dict(WEIGHTS),
-        usage("HHTGeneralized", 54, "or HHTGeneralized $alphaI $alphaF $beta $gamma", beta=0.4225, gamma=0.8),
+        usage("HHTGeneralized", 54, "or HHTGeneralized $alphaI $alphaF $beta $gamma", **HULBERT),
     ),
     "HHTGeneralized_TP": family("HHTGeneralized_TP", 53, 0.6),
     "HHTExplicit": alpha(
         "HHTExplicit",
         {"alpha": 0.9},
-        header("HHTExplicit", 34, OWN_FORM.format("HHTExplicit") + " (beta = 0)", beta=0.0),
+        header("HHTExplicit", 34, OWN_FORM.format("HHTExplicit") + " (beta = 0)", **HHT, beta=0.0),
         explicit=True,
     ),
     "HHTExplicit_gamma": alpha(
         "HHTExplicit",
         {"alpha": 0.9, "gamma": 0.6},
-        usage("HHTExplicit", 54, "or HHTExplicit $alpha $gamma <-updateElemDisp>", gamma=0.6),
+        usage("HHTExplicit", 54, "or HHTExplicit $alpha $gamma <-updateElemDisp>", **HHT, gamma=0.6),
         explicit=True,
     ),
     "HHTExplicit_update": alpha("HHTExplicit", {"alpha": 0.9, "-updateElemDisp": True}, {}, explicit=True),
@@ -136,24 +141,24 @@ INTEGRATORS: dict[str, Integrator] = {
     "KRAlphaExplicit": alpha(
         "KRAlphaExplicit",
         {"rhoInf": 0.6},
-        header("KRAlphaExplicit", 35, KOLAY_RICLES, scheme="kr_alpha", unconditional=True, rho_inf=0.6),
+        header("KRAlphaExplicit", 35, KOLAY_RICLES, scheme="kr_alpha_plain_start", unconditional=True, rho_inf=0.6),
     ),
     "KRAlphaExplicit_update": alpha("KRAlphaExplicit", {"rhoInf": 0.6, "-updateElemDisp": True}, {}),
     "KRAlphaExplicit_TP": alpha(
         "KRAlphaExplicit_TP",
         {"rhoInf": 0.6},
-        usage("KRAlphaExplicit_TP", 45, "want KRAlphaExplicit_TP $rhoInf", scheme="kr_alpha", rho_inf=0.6),
+        usage("KRAlphaExplicit_TP", 45, "want KRAlphaExplicit_TP $rhoInf", scheme="kr_alpha_plain_start", rho_inf=0.6),
     ),
     "AlphaOS": alpha(
         "AlphaOS",
         {"alpha": 0.9},
-        header("AlphaOS", 34, "The parameter alpha corresponds to 1+alpha_{HHT}", scheme="alpha_os"),
+        header("AlphaOS", 34, "The parameter alpha corresponds to 1+alpha_{HHT}", scheme="hht_alpha", alpha=-0.1),
     ),
     "AlphaOS_update": alpha("AlphaOS", {"alpha": 0.9, "-updateElemDisp": True}, {}),
     "AlphaOS_all_arguments": alpha(
         "AlphaOS",
         {"alpha": 0.9, "beta": 0.3025, "gamma": 0.6},
-        usage("AlphaOS", 54, "or AlphaOS $alpha $beta $gamma <-updateElemDisp>", **PAIR),
+        usage("AlphaOS", 54, "or AlphaOS $alpha $beta $gamma <-updateElemDisp>", **HHT, **PAIR),
     ),
     "AlphaOS_TP": alpha("AlphaOS_TP", {"alpha": 0.9}, {}),
     "AlphaOS_TP_update": alpha("AlphaOS_TP", {"alpha": 0.9, "-updateElemDisp": True}, {}),
@@ -236,7 +241,7 @@ INTEGRATORS: dict[str, Integrator] = {
             "CentralDifferenceAlternative",
             34,
             "using the alternative form of the Central Difference integration scheme",
-            scheme="central_difference",
+            scheme="central_difference_lagged",
         ),
     ),
     "CentralDifferenceNoDamping": Integrator(
@@ -247,14 +252,14 @@ INTEGRATORS: dict[str, Integrator] = {
             "CentralDifferenceNoDamping",
             34,
             "using the Central Difference Scheme as implemented in Dyna",
-            scheme="central_difference",
+            scheme="central_difference_lagged",
         ),
     ),
     "ExplicitDifference": Integrator(
         sets_a0=True,
         explicit=True,
         claims={
-            "scheme": ("central_difference", "Explicit Difference", MANUAL.format("ExplicitDifference")),
+            "scheme": ("central_difference_lagged", "Explicit Difference", MANUAL.format("ExplicitDifference")),
             "critical_Omega": (
                 2.0,
                 "For stability dt <= (sqrt(xi^2 + 1) - xi) 2 / omega",

@@ -36,10 +36,14 @@ INTEGRATORS = {
     "NewmarkSolver_no_mult": newmark(0.25, 0.5, no_mult=True),
     "NewmarkSolver_damped_no_mult": newmark(0.3025, 0.6, no_mult=True),
     "LinearAccelerationSolver": solver(
-        "LinearAccelerationSolver", "NewmarkSolver(1.0/6.0, 0.5)", beta=1 / 6, gamma=1 / 2
+        "LinearAccelerationSolver", "NewmarkSolver(1.0/6.0, 0.5)", scheme="newmark", beta=1 / 6, gamma=1 / 2
     ),
-    "CentralDifferenceSolver": solver("CentralDifferenceSolver", "NewmarkSolver(0.0, 0.5)", beta=0.0, gamma=1 / 2),
-    "FoxGoodwinSolver": solver("FoxGoodwinSolver", "NewmarkSolver(1.0/12.0, 0.5)", beta=1 / 12, gamma=1 / 2),
+    "CentralDifferenceSolver": solver(
+        "CentralDifferenceSolver", "NewmarkSolver(0.0, 0.5)", scheme="newmark", beta=0.0, gamma=1 / 2
+    ),
+    "FoxGoodwinSolver": solver(
+        "FoxGoodwinSolver", "NewmarkSolver(1.0/12.0, 0.5)", scheme="newmark", beta=1 / 12, gamma=1 / 2
+    ),
     "GeneralizedAlpha2Solver": radius(1.0),
     "GeneralizedAlpha2Solver_0.6": radius(0.6),
     "GeneralizedAlpha2Solver_0": radius(0.0),
@@ -51,13 +55,20 @@ INTEGRATORS = {
         "HHTAlphaSolver",
         "HHT-alpha ODE solver, alpha in [2/3,1] --> Defined differently than in paper.",
         {"alpha": 0.9},
-        scheme="hht",
+        scheme="generalized_alpha",
+        alpha_m=0.0,
+        alpha_f=0.1,
         beta=0.3025,
         gamma=0.6,
         order=2,
     ),
     "WBZAlphaSolver": solver(
-        "WBZAlphaSolver", "WBZ-alpha ODE solver, rho_inf in [0,1]", {"rho_inf": 0.6}, scheme="wbz", rho_inf=0.6, order=2
+        "WBZAlphaSolver",
+        "WBZ-alpha ODE solver, rho_inf in [0,1]",
+        {"rho_inf": 0.6},
+        scheme="wbz_alpha",
+        rho_inf=0.6,
+        order=2,
     ),
 }
 

@@ -34,8 +34,9 @@ def bossak(alpha: float, beta: float, structural: bool = False) -> Integrator:
     """Bossak's method of the core, or the one that the structural solver uses for "newmark" and "bossak"."""
     place = CORE.format("residual_based_bossak_displacement_scheme.hpp, description of the class")
     arguments = {"damp_factor_m": alpha, "newmark_beta": beta} | ({"structural": True} if structural else {})
-    scheme = "newmark" if alpha == 0 else "wbz"
-    said = claims(place, NEWMARK if alpha == 0 else BOSSAK, scheme=scheme)
+    said = claims(place, NEWMARK, scheme="newmark")
+    if alpha != 0:
+        said = claims(place, BOSSAK, scheme="wbz_alpha", alpha_B=alpha)
     return Integrator(arguments=arguments, sets_a0=True, load="samples", claims=said)
 
 

@@ -56,12 +56,20 @@ def newmark(beta: float, gamma: float) -> Integrator:
 def explicit(solver: str, order: int | None, quotation: str) -> Integrator:
     """An explicit solver, with the order that its name or the theory states."""
     place = THEORY.format(EXPLICIT)
-    claims: dict[str, tuple[Any, str, str]] = {"scheme": (solver, quotation, place)}
+    claims: dict[str, tuple[Any, str, str]] = {"scheme": (SCHEMES.get(solver, solver), quotation, place)}
     if order is not None:
         claims["order"] = (order, quotation, place)
     return Integrator(arguments={"solver": solver}, explicit=True, claims=claims)
 
 
+SCHEMES = {  # names of the solvers that the catalogue of schemes has
+    "ExplicitEuler": "forward_euler",
+    "ExplicitMidpoint": "rk2",
+    "RK44": "rk4",
+    "ODE23": "bogacki_shampine",
+    "DOPRI5": "dormand_prince",
+    "VelocityVerlet": "central_difference",
+}
 INTEGRATORS = {
     "GeneralizedAlpha": radius(0.9),
     "GeneralizedAlpha_0.6": radius(0.6),
