@@ -47,22 +47,27 @@ class Evidence:
         """The claims that do not hold, but for that of the scheme."""
         return [j for j in self.judgements if j.claim != "scheme" and j.verdict in ("false", "partly")]
 
-    def lowered(self, motion: str) -> str:
-        """In words, the order of u that a motion loses against the identified scheme; empty where it loses none."""
+    def lowered(self, motion: str, kind: int = 0) -> str:
+        """In words, the order of u, v or a that a motion loses against the identified scheme, or nothing."""
         if motion not in self.orders:
             return ""
-        found, expected = (orders[motion][0] for orders in (self.orders, self.expected))
-        if found is None or (expected is not None and found > expected - 0.25):
+        found, expected = (orders[motion][kind] for orders in (self.orders, self.expected))
+        if found is None or (expected is not None and found > expected - 0.25) or (expected is None and kind):
             return ""
-        return f"order of u in {motion} motion: {found:g}, not {'exact' if expected is None else f'{expected:g}'}"
+        was = "exact" if expected is None else f"{expected:g}"
+        return f"order of {'uva'[kind]} in {motion} motion: {found:g}, not {was}"
 
 
 def deviations(e: Evidence) -> tuple[Deviation, ...]:
     """Root causes, by comparison with the claimed scheme, and with the identified one."""
+    failed = tuple(_failed(judgement) for judgement in e.failed)
     if not e.found.matches:
+        if e.claimed is None:
+            return tuple(Deviation("claim", text) for text in failed)
         near = f"; nearest is {described(e.found.nearest.scheme)}" if e.found.nearest else ""
-        text = f"no scheme of the catalogue does what it does{near}"
-        return (Deviation("scheme", text, tuple(_failed(judgement) for judgement in e.failed)),)
+        return (
+            Deviation("scheme", f"it is not {described(e.claimed)}, nor any scheme of the catalogue{near}", failed),
+        )
     best = e.found.matches[0]
     causes = [*_of_scheme(e, best), *_of_start(e, best), *_of_load(e), *_of_outputs(e, best), *_of_precision(e, best)]
     follows = {id(cause): list(cause.consequences) for cause in causes}
@@ -99,7 +104,7 @@ def _failed(judgement: Judgement) -> str:
 def _of_scheme(e: Evidence, best: Match) -> list[Deviation]:
     claimed, lost = e.claimed, tuple(filter(None, map(e.lowered, MOTIONS)))
     if claimed is None or any(is_claimed(match.scheme, claimed) for match in e.found.matches):
-        if best.what == "spectrum":
+        if claimed is not None and best.what == "spectrum":
             return [Deviation("scheme", f"only the eigenvalues are those of {best.text}", lost)]
         return []
     near = e.found.claimed
@@ -142,11 +147,13 @@ def _pair(was: Mapping[str, float], got: Mapping[str, float], name: str) -> str:
 
 
 def _of_start(e: Evidence, best: Match) -> list[Deviation]:
-    """Of a scheme that carries an acceleration, or that another one starts which does."""
+    """Where the start costs order; of a scheme that carries an acceleration, or that another one starts which does."""
     carries = best.scheme.starter is not None or any(kind == 2 for kind, _ in best.scheme.history)
     if not carries or best.what == "spectrum":
         return []
     lost = tuple(text for text in (e.lowered(FREE), e.lowered(DRIVEN)) if text)
+    if not lost:
+        return []
     if best.start == "zero":
         given = ", unless it is given" if e.stepper.can.sets_a0 else ""
         return [Deviation("start", f"the acceleration at t = 0 is taken as 0{given}", lost)]
@@ -173,9 +180,11 @@ def _of_load(e: Evidence) -> list[Deviation]:
 
 
 def _of_outputs(e: Evidence, best: Match) -> list[Deviation]:
-    if best.what == "displacements" and e.stepper.can.outputs != "u":
-        return [Deviation("output", f"u is that of {best.text}; the v or a that is returned is not")]
-    return []
+    """Where u is the scheme's, and v or a is another one and of lower order."""
+    lost = tuple(filter(None, (e.lowered(FROM_REST, kind) for kind in (1, 2))))
+    if best.what != "displacements" or e.lowered(FROM_REST) or not lost:
+        return []
+    return [Deviation("output", f"u is that of {best.text}; the v or a that is returned is not", lost)]
 
 
 def _of_precision(e: Evidence, best: Match) -> list[Deviation]:

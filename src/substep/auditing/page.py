@@ -54,9 +54,9 @@ def curves_figure(report: Report) -> Figure:
             axes.grid(lw=0.4, alpha=0.5)
     for axes in panels[1:]:
         axes.set(xlim=(report.curves[0].Omega[0], 12.0))
-        shown = np.abs(np.concatenate([line.get_ydata()[line.get_xdata() <= 12.0] for line in axes.lines]))
-        largest = np.nanmax(shown, initial=1e-3)
-        axes.set_ylim(-1.15 * largest, 1.15 * largest)
+        shown = np.concatenate([line.get_ydata()[line.get_xdata() <= 12.0] for line in axes.lines])
+        low, high = np.nanmin(shown, initial=-1e-3), np.nanmax(shown, initial=1e-3)
+        axes.set_ylim(low - 0.08 * (high - low), high + 0.08 * (high - low))
     panels[0].set_ylim(0.0, min(3.0, 1.1 * max(float(np.nanmax(curve.radius)) for curve in report.curves)))
     panels[0].legend(title="measured; lines: the scheme" if matched else "measured", fontsize=8, title_fontsize=8)
     return figure

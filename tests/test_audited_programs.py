@@ -1,0 +1,142 @@
+"""Programs behind a pipe, the committed reports and the page that is made of them, and dialects."""
+
+import ast
+import json
+import shutil
+import sys
+from pathlib import Path
+
+import pytest
+
+import substep as ss
+from substep.auditing import program as programs_module
+from substep.auditing.dialects import TABLE, Dialect, dialects, find_dialect, to_plain
+from substep.auditing.instrument import audit_program
+from substep.auditing.program import ADAPTERS, Program, programs
+
+ROOT = Path(__file__).parents[1]
+sys.path.append(str(ROOT))
+from audits.__main__ import PAGE, REPORTS  # noqa: E402
+from audits.page import page  # noqa: E402
+
+ADAPTER = '''
+"""Newmark's method with its arguments in the wrong order, printing while it runs."""
+from adapter import Integrator, serve
+import sys
+
+CLAIMS = {"scheme": ("newmark", "Newmark's method", "page 1"), "beta": (0.3, "beta", "page 1"),
+          "gamma": (0.55, "gamma", "page 1"), "order": (1, "first order", "page 2")}
+INTEGRATORS = {
+    "newmark": Integrator(arguments={"beta": 0.3, "gamma": 0.55}, claims=CLAIMS),
+    "dies": Integrator(arguments={"beta": 0.25, "gamma": 0.5}),
+    "squared": Integrator(arguments={"gamma": 0.6}),
+}
+
+
+def run(integrator, arguments, omega, xi, dt, n, u0, v0, a0, load):
+    if integrator == "dies":
+        sys.exit(3)
+    gamma, beta = arguments["gamma"], arguments.get("beta", (arguments["gamma"] + 0.5) ** 2 / 4)
+    if integrator == "newmark":
+        beta, gamma = gamma, beta
+    print("words of the program")
+    rows = [(u0, v0, load(0.0) - 2 * xi * omega * v0 - omega**2 * u0)]
+    for i in range(n):
+        u, v, a = rows[-1]
+        p, q = u + dt * v + dt**2 * (0.5 - beta) * a, v + dt * (1 - gamma) * a
+        z = load((i + 1) * dt) - 2 * xi * omega * q - omega**2 * p
+        z /= 1 + 2 * xi * omega * gamma * dt + omega**2 * beta * dt**2
+        rows.append((p + beta * dt**2 * z, q + gamma * dt * z, z))
+    return zip(*rows)
+
+
+serve("Planted", "1.0", "none", INTEGRATORS, run)
+'''
+
+
+@pytest.fixture
+def planted(tmp_path, monkeypatch):
+    """A program whose adapter is the text above."""
+    shutil.copy(ADAPTERS / "adapter.py", tmp_path)
+    (tmp_path / "planted_adapter.py").write_text(ADAPTER)
+    monkeypatch.setattr(programs_module, "ADAPTERS", tmp_path)
+    with Program("planted") as program:
+        yield program
+
+
+def test_a_program_is_audited_through_its_pipe(planted):
+    (report,) = audit_program(planted, ["newmark"])
+    assert report.stepper.name == "Planted newmark" and report.stepper.version == "1.0"
+    assert report.matches[0].text == "newmark(beta = 11/20, gamma = 3/10)"
+    assert report.loads.called == (0.0,)
+    (cause,) = report.deviations
+    assert cause.kind == "parameter" and "beta and gamma are exchanged" in cause.text
+    assert '"first order" (page 2)' in report.text
+
+
+def test_parameters_follow_from_arguments_by_identification(planted):
+    assert find_dialect(planted, "newmark") == Dialect(
+        "newmark", ("beta", "gamma"), {"beta": ((("gamma",), "1"),), "gamma": ((("beta",), "1"),)}
+    )
+    squared = find_dialect(planted, "squared")
+    assert squared is not None
+    assert squared.text == "newmark: beta = 1/4 gamma^2 + 1/4 gamma + 1/16, gamma = gamma"
+    assert Dialect.from_plain(json.loads(json.dumps(to_plain({"x": squared})["x"]))) == squared
+    assert float(squared.of(gamma=0.7).parameters["beta"]) == pytest.approx(0.36, abs=1e-15)
+
+
+def test_what_goes_wrong_in_a_program_is_reported(planted):
+    with pytest.raises(ValueError, match=r"the end of its process \(exit code 3\)"):
+        planted.stepper("dies").run(1.0, 0.0, 0.1, 2, 1.0, 0.0, load=programs_module.Load())
+    with pytest.raises(ValueError, match="expected an integrator of planted"):
+        planted.stepper("newmrk")
+    with pytest.raises(ValueError, match="expected an argument of newmark"):
+        planted.stepper("newmark", {"alpha": 1.0})
+
+
+def test_a_real_program_pyyeti():
+    """Its Newmark starts from a zero acceleration; its other solvers are exact for a load that is linear in a step."""
+    with Program("pyyeti") as program:
+        newmark, unc = audit_program(program, ["SolveNewmark", "SolveUnc"])
+    assert newmark.matches[0].text == "newmark(beta = 1/3, gamma = 1/2)"
+    assert newmark.deviations[0].kind == "start"
+    assert unc.identified == "exact, for a load linear over a step" and not unc.deviations
+
+
+def test_every_program_with_an_adapter_has_a_committed_report():
+    assert {path.stem for path in REPORTS.glob("*.json")} == set(programs())
+
+
+def test_the_page_and_the_table_are_those_of_the_reports():
+    assert PAGE.read_text(encoding="utf-8") == page(REPORTS, ROOT / "audits")
+    found = {}
+    for path in sorted(REPORTS.glob("*.json")):
+        found |= json.loads(path.read_text(encoding="utf-8"))["dialects"]
+    assert json.loads(TABLE.read_text(encoding="utf-8")) == found
+
+
+@pytest.mark.parametrize(
+    "script", sorted((ROOT / "audits").glob("*/*.py")), ids=lambda path: f"{path.parent.name}/{path.stem}"
+)
+def test_a_script_that_shows_a_deviation_needs_no_substep(script):
+    """It says what it shows, cites where the source or manual was read, and its output is beside it."""
+    tree = ast.parse(script.read_text(encoding="utf-8"))
+    modules = {alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names}
+    modules |= {str(node.module) for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}
+    assert not any(name.startswith("substep") for name in modules)
+    text = ast.get_docstring(tree) or ""
+    assert "Source" in text or "Manual" in text
+    assert script.with_suffix(".txt").read_text(encoding="utf-8").strip()
+
+
+def test_dialects_are_handles_of_declared_schemes():
+    scheme = ss.dialect("opensees.HHT", alpha=0.9)
+    assert scheme.name == "hht_alpha" and float(scheme.parameters["alpha"]) == pytest.approx(-0.1)
+    for name, known in dialects().items():
+        assert known.scheme in ss.schemes(), name
+    with pytest.raises(ValueError, match=r"did you mean 'opensees.HHT'"):
+        ss.dialect("opensees.HT", alpha=0.9)
+    with pytest.raises(ValueError, match="expected the arguments alpha, got none for alpha"):
+        ss.dialect("opensees.HHT")
+    with pytest.raises(ValueError, match="expected an argument of the integrator"):
+        ss.dialect("opensees.HHT", beta=0.9)
