@@ -9,7 +9,7 @@ set -euo pipefail
 usage() {
     echo "usage: audits/environments.sh NAME [FOLDER], where NAME is one of" >&2
     echo "  scipy_solvers calfem_python pyyeti_ode opensees structdyn_solvers sdof_solvers exudyn_solvers pymfem kratos" >&2
-    echo "  ross_newmark easyfea sfepy_ts getfem_schemes petsc_ts siconos_osi akantu_schemes" >&2
+    echo "  ross_newmark easyfea sfepy_ts getfem_schemes petsc_ts siconos_osi akantu_schemes fedoo_schemes" >&2
     exit 2
 }
 
@@ -52,6 +52,7 @@ ross_newmark) packages 'plotly<6' ross-rotordynamics ;;
 easyfea) packages EasyFEA ;;
 sfepy_ts) packages sfepy ;;
 akantu_schemes) packages akantu ;;
+fedoo_schemes) packages fedoo ;;
 getfem_schemes | siconos_osi)
     debian "python3-${name%%_*}"
     echo /usr/bin/python3

@@ -10,9 +10,8 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from quiet import printing_aside
-
 from adapter import Integrator, Load, serve
+from quiet import printing_aside
 
 with printing_aside():
     import akantu
@@ -75,7 +74,9 @@ LUMPED, CONSISTENT = 2.0, 3.0  # densities of a unit mass at the free end
 def bar(folder: Path, omega: float, density: float) -> Any:
     """The model, from files, which is how Akantu takes meshes and materials."""
     (folder / "bar.msh").write_text(MESH)
-    (folder / "bar.dat").write_text(f"material elastic [\n name = bar\n rho = {density}\n E = {omega**2!r}\n nu = 0.\n]\n")
+    (folder / "bar.dat").write_text(
+        f"material elastic [\n name = bar\n rho = {density}\n E = {omega**2!r}\n nu = 0.\n]\n"
+    )
     akantu.parseInput(str(folder / "bar.dat"))
     mesh = akantu.Mesh(1)
     mesh.read(str(folder / "bar.msh"))
