@@ -9,7 +9,7 @@ set -euo pipefail
 usage() {
     echo "usage: audits/environments.sh NAME [FOLDER], where NAME is one of" >&2
     echo "  scipy calfem pyyeti opensees structdyn sdof exudyn mfem kratos" >&2
-    echo "  ross easyfea sfepy getfem petsc siconos akantu" >&2
+    echo "  ross easyfea sfepy getfem petsc siconos akantu fedoo" >&2
     exit 2
 }
 
@@ -52,6 +52,7 @@ ross) packages 'plotly<6' ross-rotordynamics ;;
 easyfea) packages EasyFEA ;;
 sfepy) packages sfepy ;;
 akantu) packages akantu ;;
+fedoo) packages fedoo ;;
 getfem | siconos)
     debian "python3-${name%%_*}"
     echo /usr/bin/python3

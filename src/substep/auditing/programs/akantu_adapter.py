@@ -72,7 +72,7 @@ LUMPED, CONSISTENT = 2.0, 3.0  # densities of a unit mass at the free end
 
 
 def bar(folder: Path, omega: float, density: float) -> Any:
-    """The model, from files, which is how Akantu takes meshes and materials."""
+    """The mesh, which must outlive its model, and the model, from files: so Akantu takes meshes and materials."""
     (folder / "bar.msh").write_text(MESH)
     (folder / "bar.dat").write_text(
         f"material elastic [\n name = bar\n rho = {density}\n E = {omega**2!r}\n nu = 0.\n]\n"

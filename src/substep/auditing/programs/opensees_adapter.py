@@ -392,4 +392,5 @@ def run(
 
 
 if __name__ == "__main__":
-    serve("OpenSeesPy", version("openseespy"), "OpenSees licence (free for research, not for resale)", INTEGRATORS, run)
+    LICENCE = "OpenSees licence (free for research, education and internal use)"
+    serve("OpenSeesPy", version("openseespy"), LICENCE, INTEGRATORS, run)
