@@ -139,6 +139,8 @@ class Candidate:
         return np.stack([self.at.acceleration(u, v, x) for u, v, x in zip(*past.T[:2], f, strict=True)], axis=-1)
 
     def _started(self, first: Array, load: Load | None) -> Array:
+        if self.scheme.info.start == "given":
+            return first[:, [kind for kind, _ in self.state]]
         start = LinearStep.of(start_of(self.scheme, self.at.h), self.at)
         return np.einsum("prc,pc->pr", start.out, self._with_forces(start, first, load, 0.0))
 
