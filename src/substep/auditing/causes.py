@@ -10,7 +10,7 @@ from .claims import Judgement
 from .fit import described, recognise
 from .identify import Identification, Match, is_claimed
 from .loads import LoadTaking
-from .orders import MOTIONS, Order
+from .orders import MOTIONS, Order, written
 from .stepper import Stepper
 
 DIGITS = 1e-12  # a larger deviation from the identified scheme is not rounding in double precision
@@ -54,8 +54,7 @@ class Evidence:
         found, expected = (orders[motion][kind] for orders in (self.orders, self.expected))
         if found is None or (expected is not None and found > expected - 0.25) or (expected is None and kind):
             return ""
-        was = "exact" if expected is None else f"{expected:g}"
-        return f"order of {'uva'[kind]} in {motion} motion: {found:g}, not {was}"
+        return f"order of {'uva'[kind]} in {motion} motion: {written(found)}, not {written(expected)}"
 
 
 def deviations(e: Evidence) -> tuple[Deviation, ...]:

@@ -8,7 +8,7 @@ from ..core.schemes import Scheme, schemes
 from ..core.schemes import scheme as make_scheme
 from .fit import described
 from .identify import Identification, is_claimed
-from .orders import Order
+from .orders import Order, written
 
 Verdict = Literal["true", "false", "partly", "not judged"]
 
@@ -85,7 +85,7 @@ def judged(
     if claims.order is not None:
         u = {motion: order[0] for motion, order in orders.items()}
         bad = [motion for motion, order in u.items() if order is not None and order < claims.order - 0.5]
-        text = ", ".join(f"{motion}: {'exact' if order is None else f'{order:g}'}" for motion, order in u.items())
+        text = ", ".join(f"{motion}: {written(order)}" for motion, order in u.items())
         verdict = "not judged" if not u else "true" if not bad else "false" if len(bad) == len(u) else "partly"
         judge("order", claims.order, text, verdict, bad)
     if claims.rho_inf is not None:

@@ -169,7 +169,7 @@ def history_residual(candidate: Candidate, free: Sequence[Measured], start: str)
 def recursion_residual(candidate: Candidate, free: Sequence[Measured]) -> Array:
     """How far the histories are off the recursion of the candidate's characteristic polynomial."""
     step = candidate.step
-    coefficients = np.array([np.poly(A) for A in step.out[:, :, : step.given]])
+    coefficients = characteristic(step.out[:, :, : step.given])
     order = coefficients.shape[1] - 1
     found = []
     for measured in free:
@@ -180,6 +180,16 @@ def recursion_residual(candidate: Candidate, free: Sequence[Measured]) -> Array:
             sizes = np.nan_to_num(np.abs(terms)).max(axis=(0, 3))[..., None]
             found.append((terms.sum(axis=0) / sizes / measured.at.scale[:, None, 2:])[:, FIRST:])
     return np.array(found)
+
+
+def characteristic(matrices: Array) -> Array:
+    """Coefficients (P, G+1), from the highest power, of the characteristic polynomials of real matrices (P, G, G)."""
+    found = np.ones((len(matrices), 1), np.complex128)
+    for root in np.linalg.eigvals(matrices).astype(np.complex128).T:
+        longer = np.pad(found, ((0, 0), (0, 1)))
+        longer[:, 1:] -= root[:, None] * found
+        found = longer
+    return found.real
 
 
 def _start(candidate: Candidate, what: What, own: Sequence[Measured]) -> Start:

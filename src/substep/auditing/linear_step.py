@@ -126,11 +126,15 @@ class Candidate:
                 state, done = np.stack([rows[:, lag - steps, kind] for kind, steps in self.state], axis=-1), lag
             else:
                 state, done = self._started(first, load), 0
+            both = np.concatenate([self.step.report, self.step.out], axis=1)
+            R = self.step.report.shape[1]
+            undriven = np.ascontiguousarray(both[:, :, : self.step.given])
             for k in range(done, n):
-                y = self._with_forces(self.step, state, load, k * h)
-                reported = np.einsum("prc,pc->pr", self.step.report, y)
-                rows[:, k + 1, : reported.shape[1]] = reported
-                state = np.einsum("prc,pc->pr", self.step.out, y)
+                if load is None:
+                    after = (undriven @ state[:, :, None])[..., 0]
+                else:
+                    after = np.einsum("prc,pc->pr", both, self._with_forces(self.step, state, load, k * h))
+                rows[:, k + 1, :R], state = after[:, :R], after[:, R:]
         return rows
 
     def _accelerations(self, past: Array, load: Load | None) -> Array:

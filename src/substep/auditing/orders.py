@@ -77,3 +77,10 @@ def _slope(errors: Array, floor: float) -> float | None:
     last = known[-1]
     slope = float(np.log2(errors[last - 1] / errors[last]))
     return float(round(slope)) if abs(slope - round(slope)) <= SETTLED else round(slope, 1)
+
+
+def written(order: float | None) -> str:
+    """An order in words: a number, "exact" but for rounding, or "diverges" where smaller steps make errors grow."""
+    if order is None:
+        return "exact"
+    return "diverges" if order <= -1.0 else f"{order:g}"

@@ -11,7 +11,7 @@ from .causes import Deviation
 from .claims import Judgement
 from .identify import Identification, Match
 from .loads import LoadTaking
-from .orders import Order
+from .orders import Order, written
 from .stepper import Stepper
 
 
@@ -137,4 +137,4 @@ class Report:
 
 
 def _order(order: Order) -> str:
-    return ", ".join(f"{name} {'-' if x is None else f'{x:g}'}" for name, x in zip("uva", order, strict=True))
+    return ", ".join(f"{name} {'-' if x is None else written(x)}" for name, x in zip("uva", order, strict=True))
