@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from substep.auditing.dialects import Dialect
+from substep.auditing.orders import written
 
 HEAD = """# What integrators of other programs do
 
@@ -49,7 +50,7 @@ def _table(reports: list[Mapping[str, Any]]) -> Iterator[str]:
     yield "| integrator | is | order | rho | stable up to | load | start | claims |"
     yield "|---|---|---|---|---|---|---|---|"
     for r in reports:
-        orders = ", ".join("exact" if order[0] is None else f"{order[0]:g}" for order in r["orders"].values()) or "–"
+        orders = ", ".join(written(order[0]) for order in r["orders"].values()) or "–"
         limit = "no limit" if r["critical_Omega"] is None else f"{r['critical_Omega']:.7g}"
         cells = [
             f"`{_called(r)}`", r["identified"], orders, f"{r['rho_inf']:.3g}", limit, r["exact"] or r["loads"]["text"],
