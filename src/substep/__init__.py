@@ -13,7 +13,7 @@ from .core.schemes import Scheme, scheme, schemes
 from .ground_motion.modal_combination import response_spectrum_analysis
 from .ground_motion.spectrum import response_spectrum
 from .marching.run import march
-from .structures.damping import Rayleigh, rayleigh
+from .structures.damping import ModalDamping, Rayleigh, modal_damping, rayleigh
 from .structures.modes import Modes
 from .structures.structure import Structure, structure
 from .studies.choosing import choose
@@ -22,6 +22,7 @@ from .sweeps import sweep
 __all__ = [
     "HalfSine",
     "Harmonic",
+    "ModalDamping",
     "Modes",
     "Rayleigh",
     "Record",
@@ -32,6 +33,7 @@ __all__ = [
     "Structure",
     "choose",
     "march",
+    "modal_damping",
     "rayleigh",
     "response_spectrum",
     "response_spectrum_analysis",

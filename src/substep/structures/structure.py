@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from ..core.arrays import Array
 from ..core.errors import real_array, real_number, unknown_name
 from ..core.loads import Load, Record, values_at
-from .damping import Rayleigh
+from .damping import ModalDamping, Rayleigh
 from .internal_force import InternalForce
 from .matrices import Matrix, checked, combination, reduced, vector
 from .solvers import SingularMatrix, Solver, factorize
@@ -27,8 +27,8 @@ Dof = int | str
 class Structure:
     """A structure in its free degrees of freedom; make one with `substep.structure`.
 
-    M, K (n, n), K the tangent at u0 where there is an internal force; C a matrix, Rayleigh damping, or None. T (N, n):
-    the displacements of all N degrees of freedom are T q.
+    M, K (n, n), K the tangent at u0 where there is an internal force; C a matrix, one of low rank where modes are
+    damped, Rayleigh damping, or None. T (N, n): the displacements of all N degrees of freedom are T q.
     loads: pairs of a vector (n,) and a function of time. u0, v0 (n,). names: of all N degrees of freedom, or empty.
     influence, ground: of a ground motion, displacements (N,) for a unit motion of the base, and its acceleration.
     """
@@ -209,11 +209,11 @@ def structure(
     tangent: with it, its derivative by u (N, N), or a pair with that by v; potential: the function of u of which N is
     the slope, for schemes that conserve it. C: as below; Rayleigh damping takes the tangent at u0 for K.
 
-    C: a matrix, `substep.rayleigh(...)`, or None. load: pairs (P, g) of a vector (N,), or a mapping from degrees of
-    freedom to numbers, and a function of time such as `substep.Record`; or one such pair. u0, v0, a0: (N,) or one
-    number for all; a0 by default from the equation of motion. fixed: degrees of freedom held at 0. constraints:
-    T (N, n), the displacements of all as T q of those that are independent. names: of all N, for `fixed`, `load` and
-    `dofs`.
+    C: a matrix, `substep.rayleigh(...)`, `substep.modal_damping(...)`, or None. load: pairs (P, g) of a vector (N,), or
+    a mapping from degrees of freedom to numbers, and a function of time such as `substep.Record`; or one such pair.
+    u0, v0, a0: (N,) or one number for all; a0 by default from the equation of motion. fixed: degrees of freedom held at
+    0. constraints: T (N, n), the displacements of all as T q of those that are independent. names: of all N, for
+    `fixed`, `load` and `dofs`.
     solver: "auto", "dense", "superlu", "pardiso", or a function from a matrix to a function b -> x.
 
     Raises ValueError for both or neither of K and internal_force, for other shapes, complex or not finite entries,
@@ -253,6 +253,8 @@ def structure(
 
 def damping_of(s: Structure, C: Any) -> Matrix | Rayleigh | None:
     """The damping of a structure from what `structure` takes as C."""
+    if isinstance(C, ModalDamping):
+        return C.matrix(s)
     return C if C is None or isinstance(C, Rayleigh) else reduced(checked("C", C, s.T.shape[0]), s.T)
 
 
