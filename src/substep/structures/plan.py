@@ -81,7 +81,7 @@ def step_of(scheme: Scheme, h: float) -> Steps:
 
 
 def start_of(scheme: Scheme, h: float) -> Steps:
-    """What the state at t = 0 is, from u_0, v_0, a_0; for a scheme that no other one starts."""
+    """What the state at t = 0 is, from u_0, v_0, a_0; for a scheme whose start is a function."""
     module = _module(scheme)
     return _steps(("u_0", "v_0", "a_0"), *module.start(h, *_values(scheme, module)))
 

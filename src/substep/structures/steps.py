@@ -136,6 +136,8 @@ class Run:
 
     def _started(self) -> Array:
         """The state at t = 0 of a scheme that starts by itself."""
+        if self.scheme.info.start == "given":
+            return self.given[[kind for kind, _ in self.scheme.history]]
         start = self.prepared(start_of(self.scheme, self.h))
         X = self._room(start.steps)
         X[:3] = self.given
