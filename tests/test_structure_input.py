@@ -244,7 +244,6 @@ def test_bad_input_says_what_was_expected(arguments: dict[str, Any], message: st
 def test_bad_arguments_of_a_march() -> None:
     for arguments, message in (
         ({"dt": 0.1, "t_end": 1.0, "dof": [1]}, "did you mean 'dofs'"),
-        ({"tol": 1e-3, "t_end": 1.0}, "constant step"),
         ({"dt": 0.1, "t_end": 1.05}, "multiple of dt"),
         ({"dt": 0.1, "t_end": 1.0, "newton": "secant"}, "a kind of Newton"),
         ({"dt": 0.1, "t_end": 1.0, "stride": 0}, "stride >= 1"),
