@@ -132,6 +132,18 @@ def pardiso(matrix: Matrix) -> Solve:
     return Pardiso(matrix)
 
 
+def negative_eigenvalues(matrix: Matrix, solver: Solver) -> int | None:
+    """How many eigenvalues of a symmetric matrix are negative; None with a solver that does not tell its pivots."""
+    if solver not in ("auto", "pardiso") or not find_spec("pypardiso"):
+        return None
+    from .pardiso import Pardiso, PardisoError  # noqa: PLC0415 (loads SciPy)
+
+    try:
+        return Pardiso(matrix, definite=False).negative
+    except PardisoError:
+        return None
+
+
 def _loose(matrix: Matrix) -> int:
     """The degree of freedom that moves most in the nullspace of a singular matrix."""
     n = matrix.shape[0]
