@@ -82,7 +82,7 @@ class ModalDamping:
             )
         weights = 2.0 * self.xi * modes.omega
         damped = weights > 0.0
-        return LowRank(np.asarray(structure.M @ shapes[:, damped]), weights[damped])
+        return LowRank(np.asfortranarray(structure.M @ shapes[:, damped]), weights[damped])
 
 
 def modal_damping(xi: ArrayLike, modes: "Modes | int | None" = None) -> ModalDamping:

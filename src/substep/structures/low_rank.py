@@ -7,11 +7,12 @@ from typing import Any
 import numpy as np
 
 from ..core.arrays import Array
+from .combine import spread, summed
 
 
 @dataclass(frozen=True, eq=False)
 class LowRank:
-    """B diag(d) B^T (n, n), B (n, r), d (r,); r is small beside n."""
+    """B diag(d) B^T (n, n), B (n, r), columns contiguous, d (r,); r is small beside n."""
 
     B: Array
     d: Array
@@ -24,7 +25,7 @@ class LowRank:
 
     def __matmul__(self, x: Array) -> Array:
         """The product with x (n,) or (n, k), in 4 n r operations a column."""
-        return self.B @ (self.d * (self.B.T @ x).T).T
+        return spread(self.B, (self.d * summed(self.B, x).T).T)
 
     def __rmul__(self, factor: float) -> "LowRank":
         return LowRank(self.B, factor * self.d)
@@ -57,11 +58,10 @@ def solved_with(solve: Callable[[Array], Array], low: LowRank) -> Callable[[Arra
     Z = solve(low.B)
     rank = len(low.d)
     middle = np.linalg.solve(np.eye(rank) + low.d[:, None] * (low.B.T @ Z), np.diag(low.d))
-    B_T = np.ascontiguousarray(low.B.T)
-    back = np.ascontiguousarray(Z @ middle)
+    back = np.asfortranarray(Z @ middle)
 
     def solved(b: Array) -> Array:
         x = solve(b)
-        return x - back @ (B_T @ x)
+        return x - spread(back, summed(low.B, x))
 
     return solved
