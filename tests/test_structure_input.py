@@ -226,7 +226,10 @@ def test_an_iteration_that_fails_ends_the_run_with_what_it_has() -> None:
         ({"load": [([1.0, 2.0, 3.0], 5.0)]}, "function of time"),
         ({"load": ({"top": 1.0}, ss.Step(1.0))}, "degree of freedom.*'top'"),
         ({"load": PUSH, "fixed": ["roof"], "u0": 0.0}, "no load on the fixed degree of freedom 'roof'"),
+        ({"load": ss.Step(1.0)}, r"pairs .* got Step\(amplitude=1.0"),
+        ({"load": [([0.0, 0.0, 1.0], ss.Step(1.0)), 3.5]}, "pairs .* got 3.5 in place of a pair"),
         ({"fixed": [3]}, "from 0 to 2"),
+        ({"fixed": [True]}, "from 0 to 2 or its name, got True"),
         ({"fixed": ["roof"]}, "keeps the constraints"),
         ({"names": ["a", "a", "b"]}, "3 different names"),
         ({"constraints": np.ones((2, 2))}, "constraints T"),
@@ -257,5 +260,5 @@ def test_bad_arguments_of_a_march() -> None:
     with pytest.raises(ValueError, match="without damping"):
         ss.march(frame(C=ss.Rayleigh(0.1, 0.0)), "rkn43", 0.1, 1.0)
     unsupported = ss.structure(np.diag([1.0, 0.0]), np.diag([1.0, 0.0]), a0=0.0, names=("held", "loose"))
-    with pytest.raises(ValueError, match="'loose' undetermined"):
+    with pytest.raises(ValueError, match="a step of bathe, got one that leaves degree of freedom 'loose' undetermined"):
         ss.march(unsupported, "bathe", 0.1, 1.0)

@@ -115,7 +115,7 @@ class Structure:
     @cached_property
     def solve_mass(self) -> Callable[[Array], Array]:
         """The factorization of M. Raises ValueError, with the degree of freedom, where it is singular."""
-        return self.factorized(self.M, "M, the mass matrix,")
+        return self.factorized(self.M, "M, the mass matrix")
 
     def factorized(self, matrix: Matrix, what: str) -> Callable[[Array], Array]:
         """The factorization of a matrix (n, n). Raises ValueError, with a degree of freedom, for a singular one."""
@@ -123,7 +123,7 @@ class Structure:
             return factorize(matrix, self.solver)
         except SingularMatrix as error:
             raise ValueError(
-                f"expected a regular matrix of {what} got one that leaves degree of freedom {self.named(error.place)} "
+                f"expected a regular matrix of {what}, got one that leaves degree of freedom {self.named(error.place)} "
                 "undetermined; support it, give it stiffness or mass, or take an implicit scheme if only M is singular"
             ) from error
 
@@ -299,9 +299,13 @@ def _independent(name: str, x: Array, T: Matrix) -> Array:
 def _pairs(load: Any) -> list[tuple[Any, Any]]:
     if isinstance(load, tuple) and len(load) == 2 and callable(load[1]) and not callable(load[0]):
         return [load]
-    pairs = list(load)
-    if any(not isinstance(pair, tuple) or len(pair) != 2 for pair in pairs):
-        raise ValueError("expected load as pairs (P, g) of a vector and a function of time; got something else")
+    pairs = list(load) if isinstance(load, Iterable) else [load]
+    for pair in pairs:
+        if not isinstance(pair, tuple) or len(pair) != 2:
+            raise ValueError(
+                f"expected load as pairs (P, g) of a vector and a function of time, got {repr(pair)[:60]} in place of "
+                "a pair; give a list of tuples"
+            )
     return pairs
 
 
@@ -333,7 +337,7 @@ def _place(dof: Dof, names: tuple[str, ...], N: int) -> int:
         if dof not in names:
             raise unknown_name("a degree of freedom", dof, names)
         return names.index(dof)
-    if not isinstance(dof, int | np.integer) or not 0 <= dof < N:
+    if isinstance(dof, bool) or not isinstance(dof, int | np.integer) or not 0 <= dof < N:
         raise ValueError(f"expected a degree of freedom from 0 to {N - 1} or its name, got {dof!r}")
     return int(dof)
 
