@@ -1,5 +1,6 @@
 """What a march of a structure keeps: rows of u, v, a, energies and iterations, in memory or on disk."""
 
+import math
 import warnings
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -160,7 +161,8 @@ def selection(structure: Structure, places: list[int]) -> Any:
         if plain:
             return found
         by_dof = np.moveaxis(found, 1, 0)
-        return np.moveaxis((part @ by_dof.reshape(len(columns), -1)).reshape(-1, *by_dof.shape[1:]), 0, 1)
+        rest = by_dof.shape[1:]
+        return np.moveaxis((part @ by_dof.reshape(len(columns), math.prod(rest))).reshape(len(places), *rest), 0, 1)
 
     return select
 
