@@ -108,17 +108,19 @@ def _dense(structure: Structure, n: int) -> tuple[Array, Array]:
 def _lanczos(structure: Structure, n: int) -> tuple[Array, Array]:
     """Counted, where the solver tells its pivots: of modes with one frequency Lanczos's method may miss one."""
     solve, shift = _inverse(structure)
-    most, wanted = structure.size - len(structure.massless), n
-    for attempt in range(ATTEMPTS):
+    most, wanted, attempt = structure.size - len(structure.massless), n, 0
+    while True:
         values, shapes = _some(structure, min(wanted, most - 1), solve, shift, attempt)
-        if not (missed := _missed(structure, values, shapes)):
+        missed = _missed(structure, values, shapes)
+        if not missed:
             lowest = np.argsort(values, kind="stable")[:n]
             return values[lowest], shapes[:, lowest]
-        wanted += missed
-    raise ValueError(
-        f"expected all modes up to omega = {np.sqrt(values.max()):.4g}, got {missed} fewer than the factors of "
-        "K - omega^2 M count; ask for another number of modes"
-    )
+        wanted, attempt = wanted + missed, attempt + 1
+        if attempt == ATTEMPTS:
+            raise ValueError(
+                f"expected all modes up to omega = {np.sqrt(values.max()):.4g}, got {missed} fewer than the factors of "
+                "K - omega^2 M count; ask for another number of modes"
+            )
 
 
 def _some(
