@@ -75,7 +75,7 @@ def test_what_an_estimate_needs_besides_the_step_is_counted(
     kernels = SimpleNamespace(OPERATIONS={"step": 7, "iteration": (11, 13)})
     terms = tuple(((name, 2),) for name in (*needed, "a_1"))
     monkeypatch.setattr(chosen_steps, "adaptive_kernels", lambda *_: kernels)
-    monkeypatch.setattr(ss.Scheme, "local_error", lambda *_: LocalError(terms, (1.0,), 2))
+    monkeypatch.setattr(ss.Scheme, "local_error", lambda *_: LocalError(terms, (1.0,), 2, {}, None))
     made = Statistics(8, 2, 0, (16, 24), (3, 3), 0.1, 0.2)
     r = Response(*[np.zeros((9, 1))] * 2, np.zeros((0, 2), int), "completed", None, scene, np.nan, None, None, made)
     newton = marched * np.array([20, 30])  # of ten steps

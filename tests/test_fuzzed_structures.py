@@ -43,9 +43,9 @@ def marched(scheme: Scheme, values: dict[str, Any], frame: ss.Structure, dt: flo
     """u and v after each step, by the scheme's plan as it is printed."""
     module = ModuleType("plan_of_fuzzed")
     exec(own_plan(scheme), module.__dict__)
-    handle: Any = SimpleNamespace(
-        name=scheme.name, parameters=values, starter=None, info=SimpleNamespace(fixed={}, declaration=scheme)
-    )
+    info = SimpleNamespace(fixed={}, declaration=scheme, start="function" if scheme.start else "given")
+    history = [("uva".index(s.name[0]), 0) for s in scheme.state]
+    handle: Any = SimpleNamespace(name=scheme.name, parameters=values, starter=None, info=info, history=history)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(plan, "_module", lambda scheme: module)
         run = steps.Run(frame, handle, dt)

@@ -66,6 +66,52 @@ def test_lanczos_finds_the_modes_that_lapack_finds(supports: str, solver: Any, m
     assert np.abs(found.free_shapes.T @ (frame.M @ found.free_shapes) - np.eye(9)).max() < 1e-10
 
 
+def twins(**more: Any) -> ss.Structure:
+    """Two cantilevers that do not touch: every mode twice."""
+    M, K, fixed, _ = cantilever(10, 3)
+    pair = (sparse.block_diag([A, A], format="csr") for A in (M, K))
+    return ss.structure(*pair, fixed=[*fixed, *(x + M.shape[0] for x in fixed)], **more)
+
+
+@pytest.mark.parametrize("missing", [1, 2])
+def test_a_mode_that_lanczos_misses_is_counted_and_found(missing: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("pypardiso")
+    monkeypatch.setattr(eigen, "DENSE", 10)
+    exact, asked = twins().modes(9), []
+    from scipy.sparse import linalg as found
+
+    whole = found.eigsh
+
+    def misses(K: Any, n: int, **more: Any) -> Any:
+        asked.append(n)
+        values, shapes = whole(K, n + 2, **more)
+        order = np.argsort(values)
+        left = [*order[: 2 * missing : 2], *order[2 * missing :]][:n] if len(asked) <= limit else order[:n]
+        return values[left], shapes[:, left]
+
+    monkeypatch.setattr(found, "eigsh", misses)
+    limit = 1
+    again = twins().modes(9)
+    assert len(asked) == 2
+    assert asked[1] > asked[0]
+    assert np.allclose(again.omega, exact.omega, rtol=1e-10)
+    assert np.allclose(again.omega[0:8:2], again.omega[1:8:2], rtol=1e-10)
+    limit, asked = 1000, []
+    with pytest.raises(ValueError, match=f"got {missing} fewer than the factors .* count"):
+        twins().modes(9)
+    asked = []
+    blind = twins(solver="superlu").modes(9)  # which does not tell its pivots
+    assert len(asked) == 1
+    assert not np.allclose(blind.omega, exact.omega, rtol=1e-3)
+
+
+def test_rigid_modes_alone_are_not_counted(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(eigen, "DENSE", 10)
+    M, K, _, _ = cantilever(10, 3)
+    assert ss.structure(M, K).modes(3).rigid == 3
+    assert ss.structure(M, K).modes(4).rigid == 3
+
+
 def test_degrees_of_freedom_without_mass_follow_statically(monkeypatch: pytest.MonkeyPatch) -> None:
     M, K, fixed, _ = cantilever(10, 3)
     lumped = np.asarray(M.sum(axis=1)).ravel()

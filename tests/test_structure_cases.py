@@ -72,7 +72,12 @@ def test_what_does_not_fit_is_refused() -> None:
         ({"dt": None}, "expected dt"),
         ({"dt": None, "tol": 1e-3}, "expected dt"),
         ({"rho_inf": [0.5, 1.5]}, "rho_inf"),
+        ({"rho_inf": [[0.5, 0.8]]}, r"rho_inf to be a number or a row of them, got shape \(1, 2\)"),
+        ({"dt": [[0.1], [0.05]]}, r"dt to be a number or a row of them, got shape \(2, 1\)"),
+        ({"dt": []}, "at least one value on each axis"),
+        ({"load": []}, "at least one value on each axis"),
+        ({"scheme": ss.scheme("generalized_alpha", rho_inf=[0.5, 0.8])}, "got an array; give it as an axis"),
         ({"load": [([1.0], ss.Step(1.0))]}, "3 components"),
     ):
         with pytest.raises(ValueError, match=message):
-            ss.sweep(frame(), "generalized_alpha", **{"dt": 0.1, "t_end": 1.0, **arguments})
+            ss.sweep(frame(), **{"scheme": "generalized_alpha", "dt": 0.1, "t_end": 1.0, **arguments})

@@ -20,6 +20,7 @@ from .emit.scheme_module import scheme_module
 from .emit.stamp import stamped
 from .emit.templates.loads import LOADS
 from .emit.templates.scheme import BANNER
+from .emit.templates.step_control import STEP_CONTROL, STEP_CONTROL_HEADER
 from .kernels.adaptive_step import AdaptiveStep
 from .kernels.local_error import LocalError, Terms
 from .kernels.march_shape import LOADS as LOAD_COUNTS
@@ -47,6 +48,7 @@ def package(schemes: Iterable[Scheme], scenes: Iterable[Scene]) -> dict[str, str
         "scenes": scenes_index(motions.values()),
         "linear_filter": _with_banner(filter_module()),
         "loads": _with_banner(LOADS),
+        "step_control": _with_banner(STEP_CONTROL_HEADER + STEP_CONTROL),
         **{
             shape_name(shape): _with_banner(march_module(shape, sorted(counts)))
             for shape, counts in sorted(shapes.items())

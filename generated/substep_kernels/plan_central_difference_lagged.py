@@ -5,10 +5,11 @@
     a_0: M*(a_0) + C*(v_-1/2) + N(u_0) = f(0)
     w_3: M*(w_3) + C*((-1)*v_1/2) + (-1)*N(u_1) = (-1)*f(1)
 
-`step` and `start` return, for numbers h and parameters: the operations in their order; the new state, or the state at
-t = 0; what is reported. A row is a dictionary vector -> coefficient. An operation is ("combine", vector, row), or
-("solve", vector, slots), where the slots are rows for M, C and K0, pairs (w, row) for N, triples (w, row, row) for
-N_discrete, pairs (w, instant in steps after t_n) for f, and the vector solves M*.. + C*.. + K0*.. + w*N(..) = w*f(..).
+`step` returns, for numbers h and parameters: the operations in their order; the new state; what is reported. `start`,
+where the state at t = 0 is not made of u_0, v_0, a_0, returns the same for it. A row is a dictionary vector ->
+coefficient. An operation is ("combine", vector, row), or ("solve", vector, slots), where the slots are rows for M, C
+and K0, pairs (w, row) for N, triples (w, row, row) for N_discrete, pairs (w, instant in steps after t_n) for f, and the
+vector solves M*.. + C*.. + K0*.. + w*N(..) = w*f(..).
 """
 
 NAME = "central_difference_lagged"

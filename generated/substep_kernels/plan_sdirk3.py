@@ -6,10 +6,11 @@
     a_q: M*(a_q) + C*(v_q) + N(u_q) = f(gamma/2 + 1/2)
     a_1: M*(a_1) + C*(v_1) + N(u_1) = f(1)
 
-`step` and `start` return, for numbers h and parameters: the operations in their order; the new state, or the state at
-t = 0; what is reported. A row is a dictionary vector -> coefficient. An operation is ("combine", vector, row), or
-("solve", vector, slots), where the slots are rows for M, C and K0, pairs (w, row) for N, triples (w, row, row) for
-N_discrete, pairs (w, instant in steps after t_n) for f, and the vector solves M*.. + C*.. + K0*.. + w*N(..) = w*f(..).
+`step` returns, for numbers h and parameters: the operations in their order; the new state; what is reported. `start`,
+where the state at t = 0 is not made of u_0, v_0, a_0, returns the same for it. A row is a dictionary vector ->
+coefficient. An operation is ("combine", vector, row), or ("solve", vector, slots), where the slots are rows for M, C
+and K0, pairs (w, row) for N, triples (w, row, row) for N_discrete, pairs (w, instant in steps after t_n) for f, and the
+vector solves M*.. + C*.. + K0*.. + w*N(..) = w*f(..).
 """
 
 NAME = "sdirk3"
@@ -54,15 +55,4 @@ def step(h, gamma):
         "v": {"v_1": 1},
         "a": {"a_1": 1},
     }
-    return operations, out, report
-
-
-def start(h, gamma):
-    """The state at t = 0 from u_0, v_0, a_0."""
-    operations = []
-    out = {
-        "u_0": {"u_0": 1},
-        "v_0": {"v_0": 1},
-    }
-    report = {}
     return operations, out, report

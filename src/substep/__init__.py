@@ -19,7 +19,7 @@ from .core.schemes import Scheme, scheme, schemes
 from .ground_motion.modal_combination import response_spectrum_analysis
 from .ground_motion.spectrum import response_spectrum
 from .marching.run import march
-from .structures.damping import Rayleigh, rayleigh
+from .structures.damping import ModalDamping, Rayleigh, modal_damping, rayleigh
 from .structures.modes import Modes
 from .structures.structure import Structure, structure
 from .studies.choosing import choose
@@ -30,6 +30,7 @@ __all__ = [
     "HalfSine",
     "Harmonic",
     "Integrator",
+    "ModalDamping",
     "Modes",
     "Program",
     "Rayleigh",
@@ -44,6 +45,7 @@ __all__ = [
     "choose",
     "dialect",
     "march",
+    "modal_damping",
     "rayleigh",
     "response_spectrum",
     "response_spectrum_analysis",

@@ -6,6 +6,7 @@ from textwrap import indent, wrap
 from sympy import Expr, Matrix, Symbol
 
 from ..declare.symbols import h, knot, knot_of, t
+from ..estimate.estimator import acceleration_lag
 from ..estimate.held import END, HALVED, START
 from ..kernels.adaptive_step import AdaptiveStep
 from ..kernels.interpolant import Interpolant, share
@@ -30,7 +31,6 @@ from .templates.adaptive import (
     NOT_CONVERGED,
     RESTART,
     UNEVEN,
-    UNMEASURED,
 )
 from .templates.scheme import BANNER
 
@@ -113,7 +113,6 @@ def _first(p: AdaptiveStep, numbers: str, call: _Call) -> str:
         FIRST,
         numbers=numbers,
         first_acceleration=_lines([call(names, "t", *([f"start[{k}, {i}]" for i in size] for k in (0, 1)))], 1),
-        largest_first=", ".join(f"abs({name})" for name in names),
         a_first=_lines((f"size[0, {i}] = {name}" for i, name in enumerate(names)), 1),
         second_acceleration=_lines([call(names, "t", *([f"size[{k}, {i}]" for i in size] for k in (1, 2)))], 1),
         a_second=_lines((f"size[1, {i}] = {name}" for i, name in enumerate(names)), 1),
@@ -150,7 +149,7 @@ def _lane(p: AdaptiveStep, w: KernelPrinter, numbers: str, call: _Call) -> tuple
         remember=_remember(p, call, ends),
         shift=_shift(p, w, call, ends),
         jump=_jump(p, w),
-        unmeasured=UNMEASURED if any(p.by_before) else "",
+        measured="last == last" if any(p.by_before) else "True",
         restart=_restart(p, old_places),
         first_old=_lines((f"{name} = {at}" for name, at in old_places), 1),
         old_back=_lines((f"{at} = {name}" for name, at in old_places), 1),
@@ -366,7 +365,9 @@ def local_error_module(found: LocalError) -> str:
         LOCAL_ERROR,
         scheme=found.scheme.name,
         terms=found.terms,
+        sources=found.sources,
         order=found.order,
+        lag=acceleration_lag(found.scheme),
         parameters=literal_tuple(f'"{s.name}"' for s in found.parameters),
         arguments=", ".join(s.name for s in found.parameters),
         weights=literal_tuple(printed.doprint(e) for e in found.weights),

@@ -12,11 +12,13 @@ from typing import Any
 from sympy import Expr, Float, Integer, Poly, Symbol, expand, factor, fraction
 
 from ..algebra.algebraic import Field, generator
+from ..declare.names import python_name
 from ..declare.parameter import Root
 from ..declare.parameter_set import ParameterSet
 from ..declare.scheme import Scheme
 from ..declare.symbols import h, knot_of
 from ..estimate.estimator import Estimate, Estimator, estimator, estimator_at, kappa
+from ..estimate.held import END, HALVED, START, earlier
 from ..motion.components import Assignments
 
 # of u or v: (symbol of a knot, power of h, power of kappa) of each term, and the powers of kappa in the denominator,
@@ -51,6 +53,26 @@ class LocalError:
         weights = tuple(number(e) for _, above, _, below in own for e in (*above, *below))
         u, v = ((terms, powers) for terms, _, powers, _ in own)
         return cls(found.scheme, (u, v), weights, min(found.order))
+
+    @cached_property
+    def sources(self) -> dict[str, tuple[str, str]]:
+        """Of each symbol of the terms, where its value is known, and its name there.
+
+        "step": a vector of the step's plan. "before": one of the step before. "end": u, v or a that is reported at the
+        end, a from the equation of motion; "start": that a at the start; "halved": u, v after two half steps.
+        """
+        before = {earlier(s): s for s in (*self.scheme.unknowns, *self.scheme.state)}
+        found = {}
+        for name in sorted({name for above, _ in self.terms for name, _, _ in above}):
+            s = Symbol(name)
+            known = [where for where, ends in (("end", END), ("start", START), ("halved", HALVED)) if s in ends]
+            if known:
+                found[name] = known[0], name[0]
+            elif s in self.scheme.unknowns or s in self.scheme.state:
+                found[name] = "step", python_name(s)
+            else:
+                found[name] = "before", python_name(before[s])
+        return found
 
     @cached_property
     def parameters(self) -> tuple[Symbol, ...]:

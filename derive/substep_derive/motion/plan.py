@@ -84,8 +84,8 @@ class Plan:
 
     @classmethod
     def of_start(cls, scheme: Scheme) -> "Plan | None":
-        """The plan of the state at t = 0 from u_0, v_0, a_0; None where another scheme marches the first steps."""
-        if scheme.start_scheme is not None:
+        """The plan of the state at t = 0 from u_0, v_0, a_0; None where it is these or another scheme marches."""
+        if scheme.start_scheme is not None or not scheme.start:
             return None
         assert isinstance(scheme.start, Mapping)
         near = scheme.in_doubles

@@ -1,7 +1,7 @@
 """Messages that say what was expected, what came, and the cure."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
 from typing import Any
 
@@ -47,6 +47,21 @@ def real_number(name: str, value: Any, *, positive: bool = False) -> float:
     if positive and array <= 0:
         raise ValueError(f"expected {name} > 0, got {float(array)}; give a positive value")
     return float(array)
+
+
+def number_or_row(name: str, value: ArrayLike) -> NDArray[np.float64]:
+    """The value as a finite number () or a row of them (n,), for an axis of a sweep, else a ValueError."""
+    array = real_array(name, value)
+    if array.ndim > 1:
+        raise ValueError(f"expected {name} to be a number or a row of them, got shape {array.shape}; give an axis each")
+    return array
+
+
+def require_numbers(owner: str, parameters: Mapping[str, NDArray[np.float64]], cure: str) -> None:
+    """Raises ValueError, with the cure, for the first parameter that is an array."""
+    for name, value in parameters.items():
+        if value.ndim:
+            raise ValueError(f"expected one value for {name} of {owner}, got an array; {cure}")
 
 
 def inside(

@@ -28,11 +28,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class LocalError:
-    """terms: of u, then of v, as `local_error_module` has them; weights: their factors; order: p, errors O(h^(p+1))."""
+    """terms: of u, then of v, as `local_error_module` has them; weights: their factors; order: p, errors O(h^(p+1)).
+
+    sources: of each symbol of the terms, where its value is known and what it is called there; lag: the power of h with
+    which an acceleration in the state differs from the motion's own, None where it does not.
+    """
 
     terms: Any
     weights: tuple[float, ...]
     order: int
+    sources: Mapping[str, tuple[str, str]]
+    lag: int | None
 
 
 def schemes() -> tuple[str, ...]:
@@ -288,4 +294,4 @@ def _local_error(scheme: Scheme, given: tuple[str, ...], damped: bool) -> LocalE
             f"expected an estimate of the local error of {scheme.name}, got the weights {weights} at these "
             "parameters; change them, or give dt in place of tol"
         )
-    return LocalError(module.TERMS, weights, module.ORDER)
+    return LocalError(module.TERMS, weights, module.ORDER, module.SOURCES, module.LAG)

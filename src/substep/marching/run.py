@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ..core.errors import real_number, unknown_name
+from ..core.errors import real_number, require_numbers, unknown_name
 from ..core.response import STATUSES, Response, Status
 from ..core.scenes import Scene
 from ..core.scenes import scene as make_scene
@@ -70,10 +70,7 @@ def march(
     run that fails does not raise: see Response.status.
     """
     scheme = make_scheme(scheme) if isinstance(scheme, str) else scheme
-    if arrays := [name for name, value in scheme.parameters.items() if value.ndim]:
-        raise ValueError(
-            f"expected one value for {arrays[0]} of {scheme.name}, got an array; substep.sweep takes arrays"
-        )
+    require_numbers(scheme.name, scheme.parameters, "substep.sweep takes arrays")
     if stride < 1:
         raise ValueError(f"expected stride >= 1, got {stride}")
     if t_end is None or (dt is None) == (tol is None):

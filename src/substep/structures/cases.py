@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.arrays import Array, named
-from ..core.errors import real_array, unknown_name
+from ..core.errors import number_or_row, require_numbers, unknown_name
 from ..core.loads import Record
 from ..core.progress import shown
 from ..core.schemes import Scheme
@@ -53,15 +53,15 @@ def sweep_structure(
     or whose iteration fails, is NaN from there on. Raises ValueError for names and values that do not fit.
     """
     if dt is None:
-        raise ValueError("expected dt, a step or several, for a structure, got none: steps are chosen on scenes only")
+        raise ValueError("expected dt, a step or several, for a sweep of a structure, got none; march each with tol")
     if keep not in KEEP:
         raise unknown_name("a choice of what to keep", keep, KEEP)
     given = scheme if isinstance(scheme, Scheme) else make_scheme(scheme)
     if load is not None and ground is not None:
         raise ValueError("expected load or ground as the axis of cases, got both; give one")
-    axes: dict[str, Array] = {}
-    values = {"dt": real_array("dt", dt)} | {name: real_array(name, x) for name, x in parameters.items()}
-    axes |= {name: x for name, x in values.items() if x.ndim == 1}
+    require_numbers(given.name, given.parameters, "give it as an axis")
+    values = {name: number_or_row(name, x) for name, x in {"dt": dt, **parameters}.items()}
+    axes = {name: x for name, x in values.items() if x.ndim}
     if keep == "history" and "dt" in axes:
         raise ValueError("expected one dt where histories are kept, got several; keep 'final' or 'peak', or sweep each")
     damped = [structure] if C is None else [replace(structure, C=damping_of(structure, c)) for c in C]
@@ -69,6 +69,8 @@ def sweep_structure(
     kept = list(dofs) if dofs is not None else list(structure.names or range(structure.T.shape[0]))
     places = [structure.place(dof) for dof in kept]
     points = list(product(*(x.tolist() for x in axes.values()), range(len(damped))))
+    if not points or not cases[0]:
+        raise ValueError("expected at least one value on each axis of a sweep, got an axis without; leave it out")
     found = []
     with shown(len(points), 0, progress, "sweep", "blocks of runs") as advance:
         for *point, which in points:
@@ -78,8 +80,9 @@ def sweep_structure(
             found.append(_block(damped[which], cases[which], run, h, t_end, keep, places))
             advance(1)
     several = C is not None, load is not None or ground is not None
-    shape = [*(len(x) for x in axes.values()), *([len(damped)] if several[0] else []), *([-1] if several[1] else [])]
-    table = np.array(found).reshape(*shape, *np.shape(found[0])[1:])
+    sizes = [*(len(x) for x in axes.values()), len(damped), len(cases[0])]  # of all axes, dampings and cases
+    table = np.array(found).reshape(*sizes, *found[0].shape[1:])
+    table = table.squeeze(tuple(len(axes) + place for place, there in enumerate(several) if not there))
     return _dataset(structure, given, table, axes, several, values, kept, keep)
 
 

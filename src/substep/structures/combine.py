@@ -1,7 +1,8 @@
 """Sums and products of long vectors without BLAS.
 
 A step combines a few vectors with few coefficients. OpenBLAS shares that out among threads, which wait for each other
-longer than the sums take: on a core that is shared, twice as long as a solve with 26000 unknowns.
+longer than the sums take: on a core that is shared, twice as long as a solve with 26000 unknowns. A combination of
+seven vectors of 100000 then takes 12 ms in place of 0.08; below some thousand unknowns it takes 3 us more than BLAS.
 """
 
 import numpy as np
@@ -35,3 +36,13 @@ def combined(rows: Array, X: Array, out: Array | None = None) -> Array:
 def dot(x: Array, y: Array) -> float:
     """The inner product of two vectors."""
     return float(np.einsum("i,i->", x, y))
+
+
+def summed(B: Array, x: Array) -> Array:
+    """B^T x (r,) or (r, k), of B (n, r), columns contiguous, and x (n,) or (n, k)."""
+    return np.einsum("rn,n->r", B.T, x) if x.ndim == 1 else B.T @ x
+
+
+def spread(B: Array, c: Array) -> Array:
+    """B c (n,) or (n, k), of B (n, r), columns contiguous, and c (r,) or (r, k)."""
+    return np.einsum("rn,r->n", B.T, c) if c.ndim == 1 else B @ c

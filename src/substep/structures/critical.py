@@ -7,6 +7,7 @@ import numpy as np
 
 from ..core.arrays import Array
 from ..core.coefficients import refuse_damping
+from ..core.errors import require_numbers
 from ..core.schemes import Scheme
 from ..core.schemes import scheme as make_scheme
 from .damping import Rayleigh
@@ -82,8 +83,7 @@ def critical_step(structure: Structure, scheme: Scheme | str, *, bound: bool = F
     from ..derived import facade  # noqa: PLC0415 (SymPy)
 
     s = make_scheme(scheme) if isinstance(scheme, str) else scheme
-    if arrays := [name for name, value in s.parameters.items() if value.ndim]:
-        raise ValueError(f"expected one value for {arrays[0]} of {s.name}, got an array; ask once for each")
+    require_numbers(s.name, s.parameters, "ask once for each")
     if bound:
         omega, xi = frequency_bound(structure), 0.0
         if structure.C is not None and not isinstance(structure.C, Rayleigh):

@@ -11,14 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.arrays import Array
-from .matrices import Matrix, require_symmetric
-from .solvers import SingularMatrix, factorize
+from .matrices import Matrix, combination, require_symmetric
+from .solvers import SingularMatrix, factorize, negative_eigenvalues
 from .structure import Structure
 
 DENSE = 400  # unknowns up to which all modes together take less time than a few by Lanczos's method
 SHARE = 3  # and so do more than a third of all modes
 ROUNDING = 2e-14  # of |phi|^T |K| |phi|: a smaller strain energy is rounding, and the mode a rigid one
 SHIFT = 1e-8  # of the largest K_ii / M_ii, for a free body
+BELOW = 1e-6  # of the largest eigenvalue found: modes are counted up to so far below it
+ATTEMPTS = 3  # at finding a mode that was missed
 
 
 def eigenmodes(structure: Structure, n: int) -> tuple[Array, Array]:
@@ -54,7 +56,7 @@ def static_response(structure: Structure, loads: Array, rigid: Array) -> Array:
     for a free body with other rigid modes.
     """
     if not rigid.shape[1]:
-        return structure.factorized(structure.K, "K, the stiffness matrix,")(loads)
+        return structure.factorized(structure.K, "K, the stiffness matrix")(loads)
     from scipy import linalg  # noqa: PLC0415
 
     inertia = structure.M @ rigid
@@ -89,7 +91,7 @@ def _dense(structure: Structure, n: int) -> tuple[Array, Array]:
     m = np.setdiff1d(np.arange(structure.size), s)
     K_mm, follow = K[np.ix_(m, m)], np.zeros((len(s), len(m)))
     if len(s):
-        follow = -structure.factorized(K[np.ix_(s, s)], "K of degrees of freedom without mass,")(K[np.ix_(s, m)])
+        follow = -structure.factorized(K[np.ix_(s, s)], "K of degrees of freedom without mass")(K[np.ix_(s, m)])
         K_mm = K_mm + K[np.ix_(m, s)] @ follow
     try:
         values, vectors = linalg.eigh(0.5 * (K_mm + K_mm.T), M[np.ix_(m, m)], subset_by_index=[0, n - 1])
@@ -104,19 +106,52 @@ def _dense(structure: Structure, n: int) -> tuple[Array, Array]:
 
 
 def _lanczos(structure: Structure, n: int) -> tuple[Array, Array]:
+    """Counted, where the solver tells its pivots: of modes with one frequency Lanczos's method may miss one."""
+    solve, shift = _inverse(structure)
+    most, wanted, attempt = structure.size - len(structure.massless), n, 0
+    while True:
+        values, shapes = _some(structure, min(wanted, most - 1), solve, shift, attempt)
+        missed = _missed(structure, values, shapes)
+        if not missed:
+            lowest = np.argsort(values, kind="stable")[:n]
+            return values[lowest], shapes[:, lowest]
+        wanted, attempt = wanted + missed, attempt + 1
+        if attempt == ATTEMPTS:
+            raise ValueError(
+                f"expected all modes up to omega = {np.sqrt(values.max()):.4g}, got {missed} fewer than the factors of "
+                "K - omega^2 M count; ask for another number of modes"
+            )
+
+
+def _some(
+    structure: Structure, n: int, solve: Callable[[Array], Array], shift: float, attempt: int
+) -> tuple[Array, Array]:
+    """n modes by Lanczos's method; each attempt begins with another vector."""
     from scipy import linalg  # noqa: PLC0415
     from scipy.sparse.linalg import LinearOperator, eigsh  # noqa: PLC0415
 
     M, K, size = structure.M, structure.K, structure.size
-    solve, shift = _inverse(structure)
     operator = LinearOperator((size, size), matvec=lambda b: solve(b.ravel()), dtype=np.float64)
-    first = solve(M @ np.random.default_rng(0).normal(size=size))
+    first = solve(M @ np.random.default_rng(attempt).normal(size=size))
     values, shapes = eigsh(K, n, M=M, sigma=-shift, OPinv=operator, v0=first, which="LM")
     # one step of inverse iteration and the best combinations of its results: the error of the frequencies is squared
     X = solve(M @ shapes) * (values + shift)
     A = X.T @ (M @ shapes) * (values + shift)
     shifted, Y = linalg.eigh(0.5 * (A + A.T), X.T @ (M @ X))
     return shifted - shift, X @ Y
+
+
+def _missed(structure: Structure, values: Array, shapes: Array) -> int:
+    """How many eigenvalues below the largest found one were not found; 0 where the solver does not tell.
+
+    Sturm's count: K - s M has as many negative pivots as there are eigenvalues below s (Bathe, Finite Element
+    Procedures, 11.6.4). Others that equal the largest are not missed, which is one of the n lowest in any case.
+    """
+    if _strainless(structure.K, shapes).all():  # rigid modes alone
+        return 0
+    s = float(values.max()) * (1.0 - BELOW)
+    counted = negative_eigenvalues(combination([(1.0, structure.K), (-s, structure.M)]), structure.solver)
+    return 0 if counted is None else max(0, counted - int(np.count_nonzero(values < s)))
 
 
 def _inverse(structure: Structure) -> tuple[Callable[[Array], Array], float]:
@@ -134,4 +169,4 @@ def _inverse(structure: Structure) -> tuple[Callable[[Array], Array], float]:
         pass
     shift = SHIFT * largest
     shifted: Matrix = K + shift * M
-    return structure.factorized(shifted, "K + s M, for the modes of a free body,"), shift
+    return structure.factorized(shifted, "K + s M, for the modes of a free body"), shift

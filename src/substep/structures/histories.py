@@ -1,17 +1,24 @@
 """What a march of a structure keeps: rows of u, v, a, energies and iterations, in memory or on disk."""
 
+import math
+import warnings
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..core.arrays import Array
+from ..core.response import Status
+from ..core.schemes import Scheme
 from .combine import combined, dot
 from .damping import Rayleigh
 from .plan import step_of
+from .response import Account
 from .saved import Saved, digest
 from .steps import Run, StructureSteps
 from .structure import Structure
+
+WARN = 0.05  # share of the energy beyond which numerical dissipation is worth a warning
 
 
 class Energies(NamedTuple):
@@ -25,18 +32,18 @@ class Energies(NamedTuple):
     damped: float = 0.0
 
     @classmethod
-    def of(cls, s: Structure, u: Array, v: Array, t: float, strain: float = 0.0, *sums: float) -> "Energies":
-        """At this state; a strain energy without a potential is the work of its force, which is given."""
-        held = s.restoring(t, u, v)
+    def of(cls, s: Structure, u: Array, v: Array, t: float, load: Array) -> "Energies":
+        """At this state under this load (n,); a strain energy without a potential is its work, so far 0."""
+        held, strain = s.restoring(t, u, v), 0.0
         if s.internal is None:
             strain = 0.5 * dot(u, held)
         elif s.internal.potential is not None:
             strain = s.internal.energy(u)
-        return cls(u, s.force(t), held, strain, *sums)
+        return cls(u, load, held, strain)
 
-    def after(self, s: Structure, u: Array, v: Array, t: float, h: float) -> "Energies":
-        """After a step of length h to u, v at the time t."""
-        new, change = Energies.of(s, u, v, t), u - self.u
+    def after(self, s: Structure, u: Array, v: Array, t: float, h: float, load: Array) -> "Energies":
+        """After a step of length h to u, v at the time t, at whose end the load was this one."""
+        new, change = Energies.of(s, u, v, t, load), u - self.u
         if s.internal is not None and s.internal.potential is None:
             new = new._replace(strain=self.strain + 0.5 * dot(self.held + new.held, change))
         damped = 0.0 if s.C is None else dot(change, self._resisted(s, change, new.held - self.held)) / h
@@ -68,7 +75,7 @@ class Histories:
         self.run, self.stride, self.done = run, stride, 0
         self.kinds = 3 if len(step_of(run.scheme, run.h).report) == 3 else 2
         self.select = selection(s, places)
-        self.energies = Energies.of(s, s.u0, s.v0, 0.0) if account else None
+        self.energies = Energies.of(s, s.u0, s.v0, 0.0, s.force(0.0)) if account else None
         self.accounts = [] if self.energies is None else [self.energies.row(s, s.v0)]
         self.iterations: list[list[int]] = []
         self.state: Array | None = None
@@ -90,7 +97,7 @@ class Histories:
         kept = done % self.stride == 0
         if energies is not None:
             u, v = combined(march.steps.report[:2], X)
-            energies = energies.after(s, u, v, done * h, h)
+            energies = energies.after(s, u, v, done * h, h, s.force(done * h))
             if kept:
                 self.accounts.append(energies.row(s, v))
         if kept:
@@ -133,7 +140,8 @@ class Histories:
         if self.energies is not None:
             u, t = last["u"], self.done * self.run.h
             self.accounts = [tuple(row) for row in last["accounts"].tolist()]
-            self.energies = Energies.of(self.run.structure, u, np.zeros_like(u), t)._replace(
+            s = self.run.structure
+            self.energies = Energies.of(s, u, np.zeros_like(u), t, s.force(t))._replace(
                 **dict(zip(Energies._fields[3:], last["sums"], strict=True))
             )
 
@@ -153,6 +161,19 @@ def selection(structure: Structure, places: list[int]) -> Any:
         if plain:
             return found
         by_dof = np.moveaxis(found, 1, 0)
-        return np.moveaxis((part @ by_dof.reshape(len(columns), -1)).reshape(-1, *by_dof.shape[1:]), 0, 1)
+        rest = by_dof.shape[1:]
+        return np.moveaxis((part @ by_dof.reshape(len(columns), math.prod(rest))).reshape(len(places), *rest), 0, 1)
 
     return select
+
+
+def accounted(scheme: Scheme, rows: list[Any], status: Status, step: str) -> Account | None:
+    """The account of a run from its rows, if there are any; warns where the scheme has dissipated much."""
+    account = Account(*np.array(rows).T) if rows else None
+    if account is not None and account.share > WARN and status == "completed":
+        warnings.warn(
+            f"{scheme.name} has dissipated {account.share:.0%} of the energy in play at {step}: see "
+            "Response.account; take a smaller step, or a scheme with less numerical damping, where that energy matters",
+            stacklevel=6,
+        )
+    return account

@@ -1,7 +1,6 @@
 """March a structure, and what ends a run."""
 
 import math
-import warnings
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, Literal
@@ -13,15 +12,15 @@ from ..core.progress import shown
 from ..core.response import Status
 from ..core.schemes import Scheme
 from ..core.schemes import scheme as make_scheme
-from ..marching.run import number_of_steps
-from .histories import Histories
+from ..marching.run import number_of_steps, require_tol
+from .histories import Histories, accounted
+from .march_chosen import CHOSEN, march_chosen
 from .newton import Iteration, NewtonFailed
-from .response import Account, StructureResponse
+from .response import StructureResponse
 from .steps import Run
 from .structure import Dof, Structure
 
-ARGUMENTS = ("dt", "t_end", "dofs", "stride", "account", "save", "progress", "newton", "line_search")
-WARN = 0.05  # share of the energy beyond which numerical dissipation is worth a warning
+ARGUMENTS = ("dt", "t_end", "tol", "dofs", "stride", "account", "save", "progress", "newton", "line_search")
 
 
 def march_structure(
@@ -37,9 +36,10 @@ def march_structure(
     progress: bool = True,
     newton: Literal["simplified", "full"] = "simplified",
     line_search: bool = False,
-    **others: Any,
+    tol: float | None = None,
+    **chosen: Any,
 ) -> StructureResponse:
-    """The response of a structure from t = 0 to t_end in steps of dt; `substep.march` calls it.
+    """The response of a structure from t = 0 to t_end in steps of dt, or of tol; `substep.march` calls it.
 
     dofs: names or numbers of the degrees of freedom to keep, all by default. stride: keep every stride-th step.
     account: whether to add up energies, at three products with matrices a step; a warning is given where the scheme
@@ -49,16 +49,20 @@ def march_structure(
     iteration contracts by a factor of 5, "full" takes one in every iteration; line_search: halve a correction by which
     the residual grows.
 
+    tol: steps are chosen in place of dt, by the estimates and the controller of scenes (docs/adaptive.md). A step is
+    accepted if the root of the mean square of its estimated errors of u and v over all free degrees of freedom, each
+    over its scale, is at most 1. A scale is rtol |.| + atol, by default tol |.| + tol times the largest root of the
+    mean square of u, or of v, so far; of u at least that of the static displacement under the largest loads. More about
+    them: rtol; atol, of u or of u and v, in their units; dt_first, dt_min, dt_max, s; rung, the ratio of the lengths
+    between which steps move, by default the root of 2 where a length has factors of its own. Steps end on t_end and
+    where a load of substep's own jumps or has a kink; each is a row, so that stride and save take dt.
+
     A run that fails or is interrupted from the keyboard keeps what it has: see Response.status. If a function of the
     user's raises, the exception's `response` is what was done. Raises ValueError for what `march` does, for unknown
     degrees of freedom, for a singular effective matrix, and for another march at `save`.
     """
-    if "tol" in others or dt is None:
-        raise ValueError(
-            "expected dt, a constant step, for a structure, got tol or none; steps are chosen on scenes only"
-        )
-    if others:
-        raise unknown_name("an argument of march for a structure", next(iter(others)), ARGUMENTS)
+    if unknown := [name for name in chosen if name not in CHOSEN]:
+        raise unknown_name("an argument of march for a structure", unknown[0], (*ARGUMENTS, *CHOSEN))
     if newton not in ("simplified", "full"):
         raise unknown_name("a kind of Newton's iteration", newton, ("simplified", "full"))
     scheme = make_scheme(scheme) if isinstance(scheme, str) else scheme
@@ -66,10 +70,16 @@ def march_structure(
         raise ValueError(
             f"{scheme.name} is a scheme for u'' = g(t, u): expected a structure without damping; take another scheme"
         )
+    kept = list(dofs) if dofs is not None else list(structure.names or range(structure.T.shape[0]))
+    iteration = Iteration(newton == "full", line_search)
+    if tol is not None:
+        if stride != 1 or save is not None:
+            raise ValueError("expected stride and save with dt only, got them with tol; keep some dofs, or give dt")
+        return march_chosen(Run(structure, scheme, t_end, iteration), tol, t_end, kept, account, progress, chosen)
+    require_tol(chosen)
     h = real_number("dt", dt, positive=True)
     n = number_of_steps(h, t_end)
-    kept = list(dofs) if dofs is not None else list(structure.names or range(structure.T.shape[0]))
-    run = Run(structure, scheme, h, Iteration(newton == "full", line_search))
+    run = Run(structure, scheme, h, iteration)
     found = Histories(run, n, [structure.place(dof) for dof in kept], stride, account, save)
     status: Status = "completed"
     try:
@@ -97,13 +107,7 @@ def march_structure(
 def _response(found: Histories, status: Status, kept: list[Dof]) -> StructureResponse:
     run, balances = found.run, found.run.scheme.balances
     counts = np.array([(row + [0] * balances)[:balances] for row in found.iterations[: found.done]], np.int64)
-    account = Account(*np.array(found.accounts[: found.kept]).T) if found.accounts else None
-    if account is not None and account.share > WARN and status == "completed":
-        warnings.warn(
-            f"{run.scheme.name} has dissipated {account.share:.0%} of the energy in play at dt = {run.h:g}: see "
-            "Response.account; take a smaller step, or a scheme with less numerical damping, where that energy matters",
-            stacklevel=5,
-        )
+    account = accounted(run.scheme, found.accounts[: found.kept], status, f"dt = {run.h:g}")
     u, v, *a = found.read()
     return StructureResponse(
         u, v, counts, status, None if status == "completed" else (found.done + 1) * run.h, run.structure,

@@ -8,8 +8,9 @@ from numpy.typing import ArrayLike
 
 from ..core.arrays import Array
 from ..core.errors import real_array
+from .low_rank import LowRank, Updated
 
-Matrix = Any  # a dense array (n, n), or a sparse one of SciPy's in rows
+Matrix = Any  # a dense array (n, n), a sparse one of SciPy's in rows, or one of low rank
 
 
 def checked(name: str, value: Any, size: int | None = None) -> Matrix:
@@ -60,17 +61,33 @@ def reduced(matrix: Matrix, T: Matrix) -> Matrix:
 
 
 def combination(terms: Sequence[tuple[float, Matrix]]) -> Matrix:
-    """The sum of factor * matrix; terms with the factor 0 are left out."""
+    """The sum of factor * matrix; terms with the factor 0 are left out. One of low rank stays beside the others."""
     from scipy.sparse.linalg import aslinearoperator  # noqa: PLC0415
 
     used = [(factor, matrix) for factor, matrix in terms if factor != 0.0]
     if any(is_operator(matrix) for _, matrix in used):
-        used = [(factor, aslinearoperator(matrix)) for factor, matrix in used]
-    found = None
+        used = [(factor, aslinearoperator(_operand(matrix))) for factor, matrix in used]
+    found, low = None, None
     for factor, matrix in used:
-        found = factor * matrix if found is None else found + factor * matrix
-    assert found is not None
-    return found
+        if isinstance(matrix, LowRank):
+            assert low is None  # a structure has one
+            low = factor * matrix
+        else:
+            found = factor * matrix if found is None else found + factor * matrix
+    if low is None or found is None:
+        return low if found is None else found
+    return Updated(found, low)
+
+
+def _operand(matrix: Matrix) -> Any:
+    return matrix.operator() if isinstance(matrix, LowRank) else matrix
+
+
+def arrays_of(matrix: Matrix) -> tuple[Array, ...]:
+    """The arrays that make it up."""
+    if isinstance(matrix, LowRank):
+        return matrix.B, matrix.d
+    return (matrix.data, matrix.indices, matrix.indptr) if hasattr(matrix, "indptr") else (matrix,)
 
 
 def diagonal_of(matrix: Matrix) -> Array | None:

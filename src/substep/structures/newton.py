@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..core.arrays import Array
+from .combine import combined
 from .internal_force import InternalForce
 from .matrices import Matrix, combination
 from .plan import System
@@ -75,7 +76,7 @@ class NonlinearSystem:
     def _iterated(self, X: Array, known: Array, t: float) -> Array:
         row, j = self._displaced(), self.place
         reach = abs(float(row[j])) or 1.0
-        z = (X[0] - row[:j] @ X[:j]) / row[j] if row[j] else np.zeros(X.shape[1])
+        z = (X[0] - combined(row[None, :j], X[:j])[0]) / row[j] if row[j] else np.zeros(X.shape[1])
         residual = self._residual(X, z, known, t)
         previous, fresh = 0.0, False  # the size of the correction before, 0 if it was another tangent's
         for self.count in range(1, ITERATIONS + 1):
@@ -120,7 +121,7 @@ class NonlinearSystem:
         total = np.zeros(X.shape[1])
         for name, matrix in self.products.items():
             if (row := getattr(self.system, name)[part]).any():
-                total += matrix @ (row @ X)
+                total += matrix @ combined(row[None], X)[0]
         return total
 
     def _residual(self, X: Array, z: Array, known: Array, t: float) -> Array:
@@ -129,7 +130,7 @@ class NonlinearSystem:
 
     def _at(self, row: Array, X: Array, z: Array | None) -> Array:
         j = self.system.place
-        found = row[:j] @ X[:j]
+        found = combined(row[None, :j], X[:j])[0]
         return found if z is None else found + row[j] * z
 
     def _force(self, X: Array, z: Array | None, t: float) -> Array:
@@ -160,4 +161,4 @@ class NonlinearSystem:
                 terms.append((weight, K))
                 if C is not None:
                     terms.append((float(s.damping[j]), C))
-        return self.structure.factorized(combination(terms), "a Newton iteration,")
+        return self.structure.factorized(combination(terms), "a Newton iteration")

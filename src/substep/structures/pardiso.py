@@ -35,8 +35,11 @@ class PardisoError(RuntimeError):
 class Pardiso:
     """A factorization, b (n,) or (n, k) -> x; its memory is given back with this object."""
 
-    def __init__(self, matrix: Matrix) -> None:
-        """Factorize. Raises PardisoError for a singular matrix, MemoryError for factors that do not fit in memory."""
+    def __init__(self, matrix: Matrix, *, definite: bool = True) -> None:
+        """Factorize; definite: try whether a symmetric matrix is positive definite first.
+
+        Raises PardisoError for a singular matrix, MemoryError for factors that do not fit in memory.
+        """
         from scipy import sparse  # noqa: PLC0415 (slow to import)
 
         self._library = _library()
@@ -45,13 +48,20 @@ class Pardiso:
             self._factorize(A, UNSYMMETRIC)
             return
         upper = sparse.csr_matrix(sparse.triu(A))
-        try:
-            self._factorize(upper, POSITIVE_DEFINITE)
-        except PardisoError as error:
-            if error.code != NOT_POSITIVE_DEFINITE:
-                raise
-            self._release()
-            self._factorize(upper, SYMMETRIC)
+        if definite:
+            try:
+                self._factorize(upper, POSITIVE_DEFINITE)
+                return
+            except PardisoError as error:
+                if error.code != NOT_POSITIVE_DEFINITE:
+                    raise
+                self._release()
+        self._factorize(upper, SYMMETRIC)
+
+    @property
+    def negative(self) -> int:
+        """How many eigenvalues of a symmetric matrix are negative: as many as its pivots (Sylvester)."""
+        return int(self._parameters[22]) if self._kind.value == SYMMETRIC else 0
 
     def _factorize(self, A: Any, kind: int) -> None:
         A.sort_indices()

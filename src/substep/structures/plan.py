@@ -61,12 +61,16 @@ class System:
 
 @dataclass(frozen=True)
 class Steps:
-    """A plan with numbers. given: how many vectors there are before; out: rows of the new state; report: of u, v, a."""
+    """A plan with numbers. given: how many vectors there are before; out: rows of the new state; report: of u, v, a.
+
+    rows: of every vector by its name in the plan.
+    """
 
     given: int
     systems: tuple[System, ...]
     out: Array
     report: Array
+    rows: Mapping[str, Array]
 
     @property
     def vectors(self) -> int:
@@ -81,7 +85,7 @@ def step_of(scheme: Scheme, h: float) -> Steps:
 
 
 def start_of(scheme: Scheme, h: float) -> Steps:
-    """What the state at t = 0 is, from u_0, v_0, a_0; for a scheme that no other one starts."""
+    """What the state at t = 0 is, from u_0, v_0, a_0; for a scheme whose start is a function."""
     module = _module(scheme)
     return _steps(("u_0", "v_0", "a_0"), *module.start(h, *_values(scheme, module)))
 
@@ -137,4 +141,5 @@ def _steps(given: Sequence[str], operations: Sequence[Any], out: Mapping[str, Ro
         tuple(systems),
         np.array([row(r) for r in out.values()]),
         np.array([row(r) for r in report.values()]),
+        rows,
     )

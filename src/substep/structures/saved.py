@@ -10,6 +10,7 @@ from ..core.arrays import Array
 from ..core.loads import is_known, values_at
 from ..core.schemes import Scheme
 from .damping import Rayleigh
+from .matrices import arrays_of
 from .structure import Structure
 
 BUFFER = 1 << 20  # doubles of histories in memory at a time
@@ -94,8 +95,7 @@ def digest(structure: Structure, scheme: Scheme, h: float, n: int, *others: Any)
         if isinstance(matrix, Rayleigh) or matrix is None:
             found.update(repr(matrix).encode())
         else:
-            parts = (matrix.data, matrix.indices, matrix.indptr) if hasattr(matrix, "indptr") else (matrix,)
-            for part in parts:
+            for part in arrays_of(matrix):
                 found.update(np.ascontiguousarray(part).tobytes())
     for x in (structure.u0, structure.v0, structure.a0, *(shape for shape, _ in structure.loads)):
         found.update(x.tobytes())

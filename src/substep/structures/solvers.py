@@ -12,6 +12,7 @@ import numpy as np
 
 from ..core.arrays import Array
 from ..core.errors import unknown_name
+from .low_rank import LowRank, Updated, solved_with
 from .matrices import Matrix, asymmetry, diagonal_of, is_operator
 
 Solve = Callable[[Array], Array]
@@ -30,6 +31,10 @@ class SingularMatrix(ValueError):
 
 def factorize(matrix: Matrix, solver: Solver = "auto") -> Solve:
     """The factorization. Raises SingularMatrix, and ValueError for an unknown solver or one that is not installed."""
+    if isinstance(matrix, Updated):
+        return solved_with(factorize(matrix.base, solver), matrix.low)
+    if isinstance(matrix, LowRank):
+        raise SingularMatrix(int(np.argmin(np.abs(matrix.B).sum(axis=1))))
     if is_operator(matrix):
         return solver(matrix) if callable(solver) else krylov(matrix)
     if (diagonal := diagonal_of(matrix)) is not None:
@@ -125,6 +130,18 @@ def pardiso(matrix: Matrix) -> Solve:
     from .pardiso import Pardiso  # noqa: PLC0415 (loads SciPy)
 
     return Pardiso(matrix)
+
+
+def negative_eigenvalues(matrix: Matrix, solver: Solver) -> int | None:
+    """How many eigenvalues of a symmetric matrix are negative; None with a solver that does not tell its pivots."""
+    if solver not in ("auto", "pardiso") or not find_spec("pypardiso"):
+        return None
+    from .pardiso import Pardiso, PardisoError  # noqa: PLC0415 (loads SciPy)
+
+    try:
+        return Pardiso(matrix, definite=False).negative
+    except PardisoError:
+        return None
 
 
 def _loose(matrix: Matrix) -> int:

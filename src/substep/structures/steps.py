@@ -39,15 +39,21 @@ class StructureSteps:
             found.append(total)
         return found
 
-    def complete(self, X: Array, loads: Sequence[Array], i: int, n: int) -> None:
-        """Compute the unknowns of step n in X (V, n), with row i of the loads. Raises NewtonFailed."""
+    def complete(self, X: Array, loads: Sequence[Array], times: Sequence[float]) -> None:
+        """Compute the unknowns of a step in X (V, n), with the loads (J,) and the mean instant of each system.
+
+        Raises NewtonFailed.
+        """
         shapes, cases = self.run.shapes, self.run.by_case
-        for system, solver, factors in zip(self.steps.systems, self.systems, loads, strict=True):
+        for system, solver, factors, t in zip(self.steps.systems, self.systems, loads, times, strict=True):
             load = None
             if shapes.shape[1] and system.loads:
-                one = factors[i]
-                load = combined(one[None], shapes.T)[0] if cases is None else shapes @ (one[:, None] * cases)
-            X[system.place] = solver.solved(X, load, (n + system.instant) * self.run.h)
+                load = combined(factors[None], shapes.T)[0] if cases is None else shapes @ (factors[:, None] * cases)
+            X[system.place] = solver.solved(X, load, t)
+
+    def times(self, n: int) -> list[float]:
+        """The mean instant of the loads of each system in step n of constant length."""
+        return [(n + system.instant) * self.run.h for system in self.steps.systems]
 
     @property
     def counts(self) -> list[int]:
@@ -113,14 +119,14 @@ class Run:
                 return
             state = np.array([history[lag - steps][kind] for kind, steps in self.scheme.history])
         march = self.prepared(step_of(self.scheme, self.h))
-        X, after = self._room(march.steps), self._room(march.steps)
+        X, after = self.room(march.steps), self.room(march.steps)
         given = march.steps.given
         X[:given] = self._started() if state is None else state
         for first in range(done, n, BLOCK):
             count = min(BLOCK, n - first)
             loads = march.loads(first, count)
             for i in range(count):
-                march.complete(X, loads, i, first + i)
+                march.complete(X, [rows[i] for rows in loads], march.times(first + i))
                 yield X, march
                 combined(march.steps.out, X, after[:given])
                 X, after = after, X
@@ -131,15 +137,18 @@ class Run:
         rows = [np.array([s.u0, s.v0, s.a0]) for s in self.cases or (self.structure,)]
         return np.stack(rows, axis=-1) if self.cases else rows[0]
 
-    def _room(self, steps: Steps) -> Array:
+    def room(self, steps: Steps) -> Array:
+        """Memory for the vectors of a step, (V, n) or (V, n, L)."""
         return np.empty((steps.vectors, self.structure.size, *([len(self.cases)] if self.cases else [])))
 
     def _started(self) -> Array:
         """The state at t = 0 of a scheme that starts by itself."""
+        if self.scheme.info.start == "given":
+            return self.given[[kind for kind, _ in self.scheme.history]]
         start = self.prepared(start_of(self.scheme, self.h))
-        X = self._room(start.steps)
+        X = self.room(start.steps)
         X[:3] = self.given
-        start.complete(X, start.loads(0, 1), 0, 0)
+        start.complete(X, [rows[0] for rows in start.loads(0, 1)], start.times(0))
         return combined(start.steps.out, X)
 
     def _with_acceleration(self, row: Array, t: float) -> Array:

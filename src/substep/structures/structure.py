@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from ..core.arrays import Array
 from ..core.errors import real_array, real_number, unknown_name
 from ..core.loads import Load, Record, values_at
-from .damping import Rayleigh
+from .damping import ModalDamping, Rayleigh
 from .internal_force import InternalForce
 from .matrices import Matrix, checked, combination, reduced, vector
 from .solvers import SingularMatrix, Solver, factorize
@@ -27,8 +27,8 @@ Dof = int | str
 class Structure:
     """A structure in its free degrees of freedom; make one with `substep.structure`.
 
-    M, K (n, n), K the tangent at u0 where there is an internal force; C a matrix, Rayleigh damping, or None. T (N, n):
-    the displacements of all N degrees of freedom are T q.
+    M, K (n, n), K the tangent at u0 where there is an internal force; C a matrix, one of low rank where modes are
+    damped, Rayleigh damping, or None. T (N, n): the displacements of all N degrees of freedom are T q.
     loads: pairs of a vector (n,) and a function of time. u0, v0 (n,). names: of all N degrees of freedom, or empty.
     influence, ground: of a ground motion, displacements (N,) for a unit motion of the base, and its acceleration.
     """
@@ -115,7 +115,7 @@ class Structure:
     @cached_property
     def solve_mass(self) -> Callable[[Array], Array]:
         """The factorization of M. Raises ValueError, with the degree of freedom, where it is singular."""
-        return self.factorized(self.M, "M, the mass matrix,")
+        return self.factorized(self.M, "M, the mass matrix")
 
     def factorized(self, matrix: Matrix, what: str) -> Callable[[Array], Array]:
         """The factorization of a matrix (n, n). Raises ValueError, with a degree of freedom, for a singular one."""
@@ -123,7 +123,7 @@ class Structure:
             return factorize(matrix, self.solver)
         except SingularMatrix as error:
             raise ValueError(
-                f"expected a regular matrix of {what} got one that leaves degree of freedom {self.named(error.place)} "
+                f"expected a regular matrix of {what}, got one that leaves degree of freedom {self.named(error.place)} "
                 "undetermined; support it, give it stiffness or mass, or take an implicit scheme if only M is singular"
             ) from error
 
@@ -209,11 +209,11 @@ def structure(
     tangent: with it, its derivative by u (N, N), or a pair with that by v; potential: the function of u of which N is
     the slope, for schemes that conserve it. C: as below; Rayleigh damping takes the tangent at u0 for K.
 
-    C: a matrix, `substep.rayleigh(...)`, or None. load: pairs (P, g) of a vector (N,), or a mapping from degrees of
-    freedom to numbers, and a function of time such as `substep.Record`; or one such pair. u0, v0, a0: (N,) or one
-    number for all; a0 by default from the equation of motion. fixed: degrees of freedom held at 0. constraints:
-    T (N, n), the displacements of all as T q of those that are independent. names: of all N, for `fixed`, `load` and
-    `dofs`.
+    C: a matrix, `substep.rayleigh(...)`, `substep.modal_damping(...)`, or None. load: pairs (P, g) of a vector (N,), or
+    a mapping from degrees of freedom to numbers, and a function of time such as `substep.Record`; or one such pair.
+    u0, v0, a0: (N,) or one number for all; a0 by default from the equation of motion. fixed: degrees of freedom held at
+    0. constraints: T (N, n), the displacements of all as T q of those that are independent. names: of all N, for
+    `fixed`, `load` and `dofs`.
     solver: "auto", "dense", "superlu", "pardiso", or a function from a matrix to a function b -> x.
 
     Raises ValueError for both or neither of K and internal_force, for other shapes, complex or not finite entries,
@@ -253,6 +253,8 @@ def structure(
 
 def damping_of(s: Structure, C: Any) -> Matrix | Rayleigh | None:
     """The damping of a structure from what `structure` takes as C."""
+    if isinstance(C, ModalDamping):
+        return C.matrix(s)
     return C if C is None or isinstance(C, Rayleigh) else reduced(checked("C", C, s.T.shape[0]), s.T)
 
 
@@ -297,9 +299,13 @@ def _independent(name: str, x: Array, T: Matrix) -> Array:
 def _pairs(load: Any) -> list[tuple[Any, Any]]:
     if isinstance(load, tuple) and len(load) == 2 and callable(load[1]) and not callable(load[0]):
         return [load]
-    pairs = list(load)
-    if any(not isinstance(pair, tuple) or len(pair) != 2 for pair in pairs):
-        raise ValueError("expected load as pairs (P, g) of a vector and a function of time; got something else")
+    pairs = list(load) if isinstance(load, Iterable) else [load]
+    for pair in pairs:
+        if not isinstance(pair, tuple) or len(pair) != 2:
+            raise ValueError(
+                f"expected load as pairs (P, g) of a vector and a function of time, got {repr(pair)[:60]} in place of "
+                "a pair; give a list of tuples"
+            )
     return pairs
 
 
@@ -331,7 +337,7 @@ def _place(dof: Dof, names: tuple[str, ...], N: int) -> int:
         if dof not in names:
             raise unknown_name("a degree of freedom", dof, names)
         return names.index(dof)
-    if not isinstance(dof, int | np.integer) or not 0 <= dof < N:
+    if isinstance(dof, bool) or not isinstance(dof, int | np.integer) or not 0 <= dof < N:
         raise ValueError(f"expected a degree of freedom from 0 to {N - 1} or its name, got {dof!r}")
     return int(dof)
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..core.arrays import Array
-from ..core.errors import real_number, unknown_name
+from ..core.errors import real_number, require_numbers, unknown_name
 from ..core.loads import Load, values_at
 from ..core.response import Status
 from ..core.schemes import Scheme
@@ -124,10 +124,9 @@ def _checked(
     modes: Modes, scheme: Scheme | str, dt: float | None, t_end: float, stride: int
 ) -> tuple[Scheme, float, int]:
     s = make_scheme(scheme) if isinstance(scheme, str) else scheme
-    if arrays := [name for name, value in s.parameters.items() if value.ndim]:
-        raise ValueError(f"expected one value for {arrays[0]} of {s.name}, got an array; march once for each")
+    require_numbers(s.name, s.parameters, "march once for each")
     if dt is None:
-        raise ValueError("expected dt, a constant step, for modes, got none; steps are chosen on scenes only")
+        raise ValueError("expected dt, a constant step, for modes, got none; give dt, or march the structure with tol")
     if not s.info.damping and modes.damping.any():
         raise ValueError(f"{s.name} is a scheme for u'' = g(t, u): expected modes without damping; take another scheme")
     if stride < 1:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..core.entries import SceneInfo, SchemeInfo
-from ..core.errors import inside, real_array, real_number, unknown_name
+from ..core.errors import inside, number_or_row, real_array, real_number, require_numbers, unknown_name
 from ..core.loads import Load, LoadLanes, Record, is_known
 from ..core.scenes import Scene, checked_parameters, make_scene, scene_info
 from ..core.schemes import Array, Scheme, scheme_info
@@ -235,8 +235,7 @@ def planned(
         strain = {"strain": values.pop("strain")} if scene == "elastic_pendulum" and "strain" in values else {}
         of_scene = scene_info(scene, strain)
     if isinstance(scheme, Scheme):
-        if arrays := [name for name, value in scheme.parameters.items() if value.ndim]:
-            raise ValueError(f"expected one value for {arrays[0]} of {scheme.name}, got an array; give it as an axis")
+        require_numbers(scheme.name, scheme.parameters, "give it as an axis")
         handles["scheme"] = {key: float(x) for key, x in scheme.given.items()}
         _check_scheme(scheme)
     of_scheme = scheme.info if isinstance(scheme, Scheme) else scheme_info(scheme)
@@ -245,11 +244,7 @@ def planned(
         family = of_scheme.families.get(key) if owner == "scheme" else None
         for replaced in family.values if family else (key,):
             handles.get(owner, {}).pop(replaced, None)
-        array = real_array(name, value)
-        if array.ndim > 1:
-            raise ValueError(
-                f"expected {name} to be a number or a row of them, got shape {array.shape}; give an axis each"
-            )
+        array = number_or_row(name, value)
         if array.ndim:
             axes.append(Axis(name, owner, key, array.copy()))
         else:

@@ -1,5 +1,7 @@
 """The fixed text of the module that marches a scheme on a scene in steps of chosen length; every {field} is filled."""
 
+from .step_control import STEP_CONTROL
+
 ADAPTIVE_HEADER = '''"""{scheme} on {scene}: steps that are chosen from the estimated local error.
 
 {errors}
@@ -25,63 +27,13 @@ OPERATIONS = {operations}
 # ratio of the lengths between which steps move, 0.0 for any length; and the work of a change of length, in steps
 RUNG, CHANGE = {rung}, {change}
 COMPLETED, NON_FINITE, ENERGY_BOUND, STEP_TOO_SMALL, BUFFER_FULL = 0, 2, 3, 4, 5
-# squares of weighted errors: the one that is aimed at, and the largest with which a step keeps its length; it keeps it
-# too where it could be longer by less than a third, so that what depends on it need not be computed again
-AIM, KEPT = 0.16, 0.5
-
 # contract: a product and a sum may become one operation; sums keep their order
 _compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={{"contract"}})
 # called by kernels alone: not from Python, and so without the code for that
 _inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={{"contract"}})
-
-
-@_inner
-def _load(load, samples, middle, t):
-    """The load at t: load holds its kind and up to three parameters.
-
-    middle: a time between the same two break points, which decides where the load jumps on which side of it t is.
-    """
-    if load[0] == 1.0:
-        return load[1] * np.sin(load[2] * t + load[3])
-    if load[0] == 2.0:
-        return load[1] if middle >= load[2] else 0.0
-    if load[0] == 3.0:
-        return load[1] * np.sin(np.pi * t / load[2]) if 0.0 <= middle and middle <= load[2] else 0.0
-    if load[0] == 4.0:
-        k = np.int64(np.floor(middle / load[1]))
-        if k < 0 or k >= samples.size - 1:
-            return 0.0
-        share = t / load[1] - k
-        return samples[k] * (1.0 - share) + samples[k + 1] * share
-    return 0.0
-
-
-@_inner
-def _factor(size, before, ratio, power):
-    """The factor for the next step's length: Soderlind's digital filter H211b with b = 4, limited to 0.2 and 2.7.
-
-    size, before: squares of this step's error and of the one before, weighted; ratio: of the lengths of these steps;
-    power: 1/(2 p + 2) where the error is O(h^(p + 1)). Soderlind, ACM Trans. Math. Softw. 29 (2003) 1-26.
-    """
-    wanted = -0.25 * power * np.log(max(size, 1e-30) * max(before, 1e-30) / (AIM * AIM))
-    if ratio != 1.0:
-        wanted -= 0.25 * np.log(ratio)
-    return np.exp(min(max(wanted, -1.6), 1.0))
-
-
-@_inner
-def _on_ladder(wanted, held, base, rung, left, dt_min):
-    """The longest base * rung**k that is at most the wanted length; the one held where a longer one saves too little.
-
-    left: the time to go, in which a longer step has to save more steps than its change costs.
-    """
-    found = base * rung ** np.floor(np.log(wanted / base) / np.log(rung) + 1e-9)
-    if found < dt_min and dt_min <= wanted:
-        return dt_min
-    if found > held and left * (1.0 / held - 1.0 / found) <= CHANGE:
-        return held
-    return found
 '''
+
+ADAPTIVE_HEADER += STEP_CONTROL
 
 ACCELERATION = '''
 
@@ -96,22 +48,15 @@ FIRST = '''
 
 @_inner
 def _first(numbers, start, t, load, samples, middle):
-    """Length of a step of which nothing is known before it; start: u, v, a at t. And the speed that it is scaled by.
-
-    Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I (1993), II.4.
-    """
+    """Length of a step of which nothing is known before it; start: u, v, a at t. And the speed that it is scaled by."""
 {numbers}
 {first_acceleration}
     size = np.empty((3, start.shape[1]))
-    fast = np.abs(start[1]).max()
-    fast = max(fast, np.sqrt(length * max(np.abs(start[2]).max(), {largest_first})))
+{a_first}
+    fast = _fastest(start, size[0], length)
     u_scale = atol_u + rtol * np.abs(start[0]) + 1e-300
     v_scale = atol_v + share_v * fast + rtol * np.abs(start[1]) + 1e-300
-{a_first}
-    d0 = np.sqrt(np.mean((start[0] / u_scale) ** 2 + (start[1] / v_scale) ** 2))
-    d1 = np.sqrt(np.mean((start[1] / u_scale) ** 2 + (size[0] / v_scale) ** 2))
-    trial = 0.01 * d0 / d1 if d0 > 1e-5 and d1 > 1e-5 else 1e-6 * t_end
-    trial = min(trial, t_end)
+    trial, d1 = _trial(start, size[0], u_scale, v_scale, t_end)
     size[1] = start[0] + trial * start[1]
     size[2] = start[1] + trial * size[0]
     t += trial
@@ -120,10 +65,8 @@ def _first(numbers, start, t, load, samples, middle):
     if fast == 0.0:  # complete rest: only the load tells how fast the motion will be
         fast = np.sqrt(length * np.abs(size[1]).max())
         v_scale = v_scale + share_v * fast
-    d2 = np.sqrt(np.mean(((size[2] - start[1]) / u_scale) ** 2 + ((size[1] - size[0]) / v_scale) ** 2)) / trial
-    steepest = max(d1, d2)
-    found = (0.01 / steepest) ** (2.0 * power) if steepest > 1e-15 else max(1e-6 * t_end, 1e-3 * trial)
-    return min(100.0 * trial, found), fast
+    found = _first_length(size[2] - start[1], size[1] - size[0], u_scale, v_scale, trial, d1, power, t_end)
+    return found, fast
 '''
 
 HALVES = '''
@@ -153,11 +96,6 @@ ADAPTED = """        if h != made and made == made:
 UNEVEN = """        if h != at_h or last != at_last:
             at_h, at_last, kappa = h, last, last / h
 {uneven}
-"""
-
-# what a first step's estimate could not see has to be seen before a step is longer
-UNMEASURED = """        if last != last:
-            proposed = min(proposed, h)
 """
 
 # the motion before a break point of the load tells nothing of that after it
@@ -202,7 +140,7 @@ def _lane(numbers, start, load, samples, targets, grid, state, here, control, co
     speed, peak, smallest, longest = control[SPEED], control[PEAK], control[SMALLEST], control[LARGEST]
     at, row, place, accepted = counts[TARGET], counts[ROWS], counts[GRID], counts[ACCEPTED]
     held, base = control[HELD], control[BASE]
-    low = AIM * max(rung, 1.35) ** (-1.0 / power)
+    low = _kept_from(rung, power)
     known, middle, status, made = np.nan, np.nan, COMPLETED, last
 {no_step}    while t < t_end:
         if row == times.size and row > 0 and grid.size == 0:
@@ -214,17 +152,12 @@ def _lane(numbers, start, load, samples, targets, grid, state, here, control, co
             middle = 0.5 * (targets[at] + (targets[at - 1] if at > 0 else 0.0))
         if proposed != held:
             if rung > 1.0:
-                proposed = _on_ladder(proposed, held, base, rung, t_end - t, dt_min)
+                proposed = _on_ladder(proposed, held, base, rung, t_end - t, dt_min, CHANGE)
             held = proposed
         if not proposed >= dt_min or proposed <= 1e-15 * t:
             status = STEP_TOO_SMALL
             break
-        h, left = min(proposed, dt_max), targets[at] - t
-        landing = h >= left * (1.0 - 1e-9)
-        if landing:
-            h = left
-        elif h > 0.5 * left:
-            h = 0.5 * left
+        h, landing = _reaching(min(proposed, dt_max), targets[at] - t)
         end = targets[at] if landing else t + h
         if h != known:
             known = h
@@ -236,11 +169,11 @@ def _lane(numbers, start, load, samples, targets, grid, state, here, control, co
 {size}
         if not np.isfinite({sum} + size):
             counts[REJECTED] += 1
-            proposed, before = 0.1 * h, -1.0
+            proposed, before = _shorter(h, np.nan, power), -1.0
             continue
         if size > 1.0:
             counts[REJECTED] += 1
-            proposed, before = h * max(0.1, min(0.9, (AIM / size) ** power)), -1.0
+            proposed, before = _shorter(h, size, power), -1.0
             continue
         if energy > bound:
             status, proposed = ENERGY_BOUND, h
@@ -259,15 +192,7 @@ def _lane(numbers, start, load, samples, targets, grid, state, here, control, co
             times[row] = t
 {store}
             row += 1
-        full = proposed
-        if size >= low and size <= KEPT and before >= 0.0:
-            proposed = h
-        elif before < 0.0 or rung > 1.0:
-            proposed = h * min(max((AIM / max(size, 1e-30)) ** power, 0.2), 2.7)
-        else:
-            proposed = h * _factor(size, before, h / last, power)
-{unmeasured}        if h < full:
-            proposed = max(proposed, full) if size <= KEPT else proposed
+        proposed = _next(h, proposed, size, before, last, low, rung, power, {measured})
         before, last, made = size, h, h
 {restart}        smallest, longest = min(smallest, h), max(longest, h)
 {write_state}
@@ -331,7 +256,11 @@ import numpy as np
 
 # of u, then of v: symbol and power of h of each term
 TERMS = {terms}
+# of each symbol: where its value is known, and its name there, u, v, a or as in the scheme's plan on a structure
+SOURCES = {sources}
 ORDER = {order}
+# power of h with which an acceleration of the state differs from the motion's own
+LAG = {lag}
 PARAMETERS = {parameters}
 
 
