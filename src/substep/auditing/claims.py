@@ -78,7 +78,7 @@ def judged(
         matches = identified.matches
         candidates = [*matches, *([identified.claimed] if identified.claimed else [])]
         same = [match for match in candidates if claimed is not None and is_claimed(match.scheme, claimed)]
-        whole = any(match.what == "matrix" for match in same)
+        whole = any(match.what != "spectrum" for match in same)
         verdict: Verdict = "not judged" if claimed is None else "true" if whole else "partly" if same else "false"
         name = claims.scheme if claimed is None or not claimed.given else described(claimed)
         judge("scheme", name, matches[0].text if matches else "none of the catalogue", verdict)

@@ -89,7 +89,8 @@ def find_dialect(program: Program, integrator: str) -> Dialect | None:
     base = np.array([given[name] for name in names])
     terms = [term for degree in range(DEGREE + 1) for term in combinations_with_replacement(range(len(names)), degree)]
     rng = np.random.default_rng(2)
-    points = base * (1.0 + np.round(rng.uniform(-0.12, 0.12, (len(terms) + 2, len(names))), 2)) if names else base[None]
+    change = np.round(rng.uniform(-0.12, 0.12, (len(terms) + 2, len(names))), 2)
+    points = np.where(base == 0.0, np.abs(change), base * (1.0 + change)) if names else base[None]
     found: list[Scheme] = []
     for point in points:
         stepper = program.stepper(integrator, dict(zip(names, map(float, point), strict=True)))

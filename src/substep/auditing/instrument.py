@@ -44,7 +44,7 @@ def audit(stepper: Stepper | Run, claims: Claims | None = None) -> Report:
     best = found.matches[0] if found.matches else None
     load = load_taking(best, driven) if best else LoadTaking("unknown")
     radius, margin = measured_radius(stepper), MEASURED
-    if best is not None and best.what != "displacements":
+    if best is not None:
         radius, margin = best.scheme.spectral_radius, EXACT  # right for multiple eigenvalues too
     rho_inf, critical = float(radius(np.array([LARGE]))[0]), critical_Omega(radius, margin)
     orders = observed_orders(stepper)

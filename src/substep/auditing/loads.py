@@ -57,15 +57,20 @@ def load_taking(match: Match, driven: Mapping[str, Measured]) -> LoadTaking:
         if error <= MATCH:
             kind = "shifted" if shift else "declared"
             return LoadTaking(kind, _moved(declared, shift), shift, error, start, called)
+    tried = [_at_ends(declared, INSTANTS[::2]), _at_ends(declared, INSTANTS), _instants(candidate, declared)]
+    for instants, given in tried:
+        for start in ("computed", "zero"):
+            loads = _from_rest(candidate, runs, instants, given, start)
+            error, best = _best_start(candidate, runs, loads, kinds)
+            if error <= MATCH:
+                return LoadTaking("weighted", loads, 0.0, error, best, called)
     observed = [bool(np.isfinite(runs[0].rows[0, 1:, kind]).all()) for kind in range(3)]
     if match.what == "matrix" and all(observed[kind] for kind, _ in match.scheme.history):
-        loads = _weighted(candidate, runs, declared)
-        error, start = _best_start(candidate, runs, loads, kinds)
-        if error <= MATCH:
-            return LoadTaking("weighted", loads, 0.0, error, start, called)
-        error = _one_step_error(candidate, runs, loads)
-        if error <= MATCH:
-            return LoadTaking("weighted", loads, 0.0, error, "own", called)
+        for instants, given in tried:
+            loads = _weighted(candidate, runs, instants, given)
+            error = _one_step_error(candidate, runs, loads)
+            if error <= MATCH:
+                return LoadTaking("weighted", loads, 0.0, error, "own", called)
     return LoadTaking("unknown", called=called)
 
 
@@ -96,26 +101,67 @@ def _load(run: Measured) -> Callable[[Array], Array]:
     return lambda t: np.array([run.load.at(float(x)) for x in t])
 
 
-def _weighted(candidate: Candidate, runs: Sequence[Measured], declared: Loads) -> Loads:
-    """The weights nearest to the declared ones with which each step from the stepper's own state is the next one."""
-    h = candidate.at.h
+def _from_rest(
+    candidate: Candidate, runs: Sequence[Measured], instants: Sequence[float], given: Array, start: str
+) -> Loads:
+    """The weights nearest to the given ones with which the displacements from rest are the stepper's."""
+    balances = len(given)
+    columns, rights = [], []
+    for run in runs:
+        n, powers, load = run.rows.shape[1] - 1, run.at.powers, _load(run)
+        zero = np.zeros(len(run.at.Omega))
+
+        def displacements(
+            loads: Loads, a0: Array | None, run: Measured = run, load: Callable[[Array], Array] = load, n: int = n
+        ) -> Array:
+            rows = Candidate(candidate.scheme, run.at, loads).histories(np.zeros(2), a0, n, load)
+            return (rows[:, 1:, 0] / np.abs(run.rows[:, 1:, 0]).max(axis=1, keepdims=True)).ravel()
+
+        none: Loads = tuple(() for _ in range(balances))
+        unit = [
+            displacements(tuple(((1.0, tau),) if i == s else () for i in range(balances)), zero)
+            for s in range(balances)
+            for tau in instants
+        ]
+        columns.append(np.array(unit).T)
+        base = displacements(none, None if start == "computed" else zero)
+        size = np.abs(run.rows[:, 1:, 0]).max(axis=1, keepdims=True)
+        rights.append((run.rows[:, 1:, 0] / powers[0] / size).ravel() - base - columns[-1] @ given.ravel())
+    return _nearest(np.concatenate(columns), np.concatenate(rights), given, instants)
+
+
+def _at_ends(declared: Loads, instants: Sequence[float]) -> tuple[list[float], Array]:
+    """Few instants, at which all balances may take the load, and weights of nothing at them."""
+    return list(instants), np.zeros((len(declared), len(instants)))
+
+
+def _instants(candidate: Candidate, declared: Loads) -> tuple[list[float], Array]:
+    """The instants that are tried, and the declared weights at them (S, J)."""
     own = {float(x) for x in candidate.scheme.parameters.values()}  # such as theta, at which a balance may stand
     instants = sorted({*INSTANTS, *own, *(tau for row in declared for _, tau in row)})
-    given = np.array([[sum(w for w, t in row if t == tau) for tau in instants] for row in declared])
+    return instants, np.array([[sum(w for w, t in row if t == tau) for tau in instants] for row in declared])
+
+
+def _nearest(matrix: Array, right: Array, given: Array, instants: Sequence[float]) -> Loads:
+    """The given weights changed as little as the equations ask for, as simple numbers."""
+    known = np.isfinite(right)
+    change = np.linalg.lstsq(matrix[known], right[known], rcond=1e-10)[0].reshape(given.shape)
+    return tuple(
+        tuple((recognise(w, 1e-8)[0], tau) for w, tau in zip(row, instants, strict=True) if abs(w) > 1e-8)
+        for row in (given + change).tolist()
+    )
+
+
+def _weighted(candidate: Candidate, runs: Sequence[Measured], instants: Sequence[float], given: Array) -> Loads:
+    """The weights nearest to the given ones with which each step from the stepper's own state is the next one."""
+    h = candidate.at.h
     columns, rights = [], []
     for run in runs:
         rest, unit, t = _one_step(candidate, run)
         f = np.array([_load(run)(t + tau * h) for tau in instants])  # (J, K)
         columns.append(np.einsum("pcs,jk->pkcsj", unit, f).reshape(-1, unit.shape[2] * len(instants)))
         rights.append((rest - np.einsum("pcs,sj,jk->pkc", unit, given, f)).ravel())
-    matrix, right = np.concatenate(columns), np.concatenate(rights)
-    known = np.isfinite(right)
-    change = np.linalg.lstsq(matrix[known], right[known], rcond=1e-10)[0].reshape(given.shape)
-    weights = given + change
-    return tuple(
-        tuple((recognise(w, 1e-8)[0], tau) for w, tau in zip(row, instants, strict=True) if abs(w) > 1e-8)
-        for row in weights.tolist()
-    )
+    return _nearest(np.concatenate(columns), np.concatenate(rights), given, instants)
 
 
 def _one_step(candidate: Candidate, run: Measured) -> tuple[Array, Array, Array]:

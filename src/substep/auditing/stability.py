@@ -20,10 +20,12 @@ class Eigenvalues:
     """Of one oscillator: the coefficients of the recursion that its histories obey, and its roots.
 
     residual: how well they obey it. Of a double root, and so of the spectral radius there, half the digits are right.
+    beyond: whether the histories grew beyond what is kept; there are no roots then.
     """
 
     coefficients: Array
     residual: float
+    beyond: bool = False
 
     @property
     def roots(self) -> Array:
@@ -33,7 +35,7 @@ class Eigenvalues:
     @property
     def radius(self) -> float:
         """The spectral radius."""
-        return float(np.abs(self.roots).max(initial=0.0))
+        return np.inf if self.beyond else float(np.abs(self.roots).max(initial=0.0))
 
     def damping_and_period(self, Omega: float, xi: float) -> tuple[float, float]:
         """Numerical damping and period error of the largest complex pair; NaN where there is none."""
@@ -49,6 +51,8 @@ def eigenvalues(runs: Sequence[Measured], p: int, tolerance: float) -> Eigenvalu
     """From the histories of oscillator p: the shortest recursion that they obey to a tolerance."""
     series = [run.rows[p, FIRST:, kind] for run in runs for kind in range(3)]
     known = [x for x in series if np.isfinite(x).all() and x.any()]
+    if any(np.isnan(run.rows[p, :, 0]).any() for run in runs):
+        return Eigenvalues(np.ones(1), 0.0, beyond=True)
     if not known:
         return Eigenvalues(np.array([1.0, 0.0]), 0.0)
     best = None

@@ -68,7 +68,6 @@ SCHEMES = {  # names of the solvers that the catalogue of schemes has
     "RK44": "rk4",
     "ODE23": "bogacki_shampine",
     "DOPRI5": "dormand_prince",
-    "VelocityVerlet": "central_difference",
 }
 INTEGRATORS = {
     "GeneralizedAlpha": radius(0.9),
