@@ -50,7 +50,7 @@ def audited(name: str, python: str) -> dict[str, Any]:
             print(f"{report.text}\n  took       {seconds} s of CPU here\n", flush=True)
             reports.append(report.to_dict() | {"integrator": integrator, "seconds": seconds})
             if (dialect := find_dialect(program, integrator)) is not None:
-                dialects[f"{name.split('_', maxsplit=1)[0]}.{integrator}"] = dialect
+                dialects[f"{name}.{integrator}"] = dialect
         return {
             "program": program.program, "version": program.version, "license": program.license,
             "date": date.today().isoformat(), "reports": reports, "failed": failed,

@@ -81,7 +81,7 @@ def dialects() -> Mapping[str, Dialect]:
 def find_dialect(program: Program, integrator: str) -> Dialect | None:
     """How the parameters follow from the numeric arguments, from identifications at several of their values.
 
-    None where no scheme is found, or where they do not follow by polynomials of second degree with simple coefficients,
+    None where no scheme is found, where the program refuses values near its own, or where they do not follow by polynomials of second degree with simple coefficients,
     which a last identification at other values has to confirm.
     """
     given = program.integrators[integrator].arguments
@@ -94,7 +94,10 @@ def find_dialect(program: Program, integrator: str) -> Dialect | None:
     found: list[Scheme] = []
     for point in points:
         stepper = program.stepper(integrator, dict(zip(names, map(float, point), strict=True)))
-        scheme = _scheme_of(stepper, found[0] if found else None)
+        try:
+            scheme = _scheme_of(stepper, found[0] if found else None)
+        except ValueError:  # the program refuses the values
+            return None
         if scheme is None:
             return None
         found.append(scheme)
