@@ -81,8 +81,8 @@ def dialects() -> Mapping[str, Dialect]:
 def find_dialect(program: Program, integrator: str) -> Dialect | None:
     """How the parameters follow from the numeric arguments, from identifications at several of their values.
 
-    None where no scheme is found, where the program refuses values near its own, or where they do not follow by polynomials of second degree with simple coefficients,
-    which a last identification at other values has to confirm.
+    None where no scheme is found, where the program refuses values near its own, or where they do not follow by
+    polynomials of second degree with simple coefficients, which a last identification at other values has to confirm.
     """
     given = program.integrators[integrator].arguments
     names = [name for name, value in given.items() if isinstance(value, float) and name.isidentifier()]
