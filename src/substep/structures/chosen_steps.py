@@ -64,53 +64,61 @@ class ChosenSteps:
         self.length = reach(s, t_end)
         self.scales = Scales(asked.rtol, (asked.atol_u, asked.atol_v), shares, [self.length, rms(s.v0)])
         self.status: Status = "completed"
-        self.t, self.proposed = 0.0, math.nan
-        self.accepted, self.rejected, self.failed = 0, 0, 0
+        self.t: float = 0.0
+        self.proposed: float = math.nan
+        self.accepted: int = 0
+        self.rejected: int = 0
+        self.failed: int = 0
         self.lag, self.kinds = self.estimate.error.lag, [kind for kind, _ in scheme.history]
         self.carries = self.lag is not None or bool(self.estimate.names("start"))  # the motion's own a at the start
-        self.here, self.state = run.given, run.given[self.kinds]
+        self.here: Array = run.given
+        self.state: Array = run.given[self.kinds]
         self.known: dict[Source, Array] = {}
 
     def steps(self) -> Iterator[Taken]:
         """The accepted steps. Raises ValueError for a singular effective matrix."""
-        targets, asked, control = self.forces.targets.tolist(), self.asked, step_control()
-        at, middle = 0, 0.5 * targets[0]
+        asked, control = self.asked, step_control()
+        targets: list[float] = self.forces.targets.tolist()
+        at: int = 0
+        middle: float = 0.5 * targets[0]
         if self.carries:
             self.known["start", "a"] = self.forces.acceleration(0.0, middle, *self.here[:2])
         first = self.first(middle)
-        base = held = self.proposed = asked.dt_first or first
-        before, last, made, low = -1.0, math.nan, math.nan, control._kept_from(self.rung, self.power)
+        base: float = asked.dt_first or first
+        held: float = base
+        proposed: float = base
+        self.proposed = base
+        before, last, made = -1.0, math.nan, math.nan
+        low: float = control._kept_from(self.rung, self.power)
         while self.t < self.t_end:
-            if self.proposed != held:
+            if proposed != held:
                 if self.rung > 1.0:
-                    self.proposed = control._on_ladder(
-                        self.proposed, held, base, self.rung, self.t_end - self.t, asked.dt_min, self.change
+                    proposed = control._on_ladder(
+                        proposed, held, base, self.rung, self.t_end - self.t, asked.dt_min, self.change
                     )
-                held = self.proposed
-            if not self.proposed >= asked.dt_min or self.proposed <= 1e-15 * self.t:
-                self.status = "step_too_small"
+                held = proposed
+            if not proposed >= asked.dt_min or proposed <= 1e-15 * self.t:
+                self.proposed, self.status = proposed, "step_too_small"
                 return
-            h, landing = control._reaching(min(self.proposed, asked.dt_max), targets[at] - self.t)
-            end = targets[at] if landing else self.t + h
+            h, landing = control._reaching(min(proposed, asked.dt_max), targets[at] - self.t)
+            end: float = targets[at] if landing else self.t + h
             march = self.lengths.of(h)
             made = self._adapted(h, made)
             try:
                 X, rows, size = self._tried(march, end, middle, last)
             except NewtonFailed:
                 self.failed, self.rejected = self.failed + 1, self.rejected + 1
-                self.proposed, before = 0.25 * h, -1.0
+                proposed, before = 0.25 * h, -1.0
                 continue
             if not size <= 1.0:
                 self.rejected += 1
-                self.proposed, before = control._shorter(h, size, self.power), -1.0
+                proposed, before = control._shorter(h, size, self.power), -1.0
                 continue
             self.accepted += 1
             self.scales.saw(rows)
             taken = self._taken(march, X, rows, end, middle, h)
             measured = not any(self.estimate.by_before) or not math.isnan(last)
-            self.proposed = float(
-                control._next(h, self.proposed, size, before, last, low, self.rung, self.power, measured)
-            )
+            proposed = float(control._next(h, proposed, size, before, last, low, self.rung, self.power, measured))
             before, last, made = size, h, h
             if landing and at + 1 < len(targets):
                 at, middle = at + 1, 0.5 * (targets[at] + targets[at + 1])
@@ -118,7 +126,8 @@ class ChosenSteps:
                 if any(self.estimate.by_before):
                     before, last = -1.0, math.nan
                     if self.estimate.by_before[0]:
-                        self.proposed = min(self.proposed, self.first(middle))
+                        proposed = min(proposed, self.first(middle))
+            self.proposed = proposed
             yield taken
 
     def first(self, middle: float) -> float:
