@@ -24,6 +24,7 @@ from .program import Program
 from .stepper import Stepper
 
 TABLE = Path(__file__).parent / "dialects.json"
+LARGEST = 1e6  # a larger argument stands for none, such as a yield force that is never reached
 DEGREE = 2  # of the polynomials by which parameters follow from arguments
 Term = tuple[tuple[str, ...], str]  # names of the arguments that are multiplied, and the coefficient, an exact number
 
@@ -85,7 +86,8 @@ def find_dialect(program: Program, integrator: str) -> Dialect | None:
     polynomials of second degree with simple coefficients, which a last identification at other values has to confirm.
     """
     given = program.integrators[integrator].arguments
-    names = [name for name, value in given.items() if isinstance(value, float) and name.isidentifier()]
+    numbers = {name: value for name, value in given.items() if isinstance(value, float) and name.isidentifier()}
+    names = [name for name, value in numbers.items() if abs(value) < LARGEST]
     base = np.array([given[name] for name in names])
     terms = [term for degree in range(DEGREE + 1) for term in combinations_with_replacement(range(len(names)), degree)]
     rng = np.random.default_rng(2)
