@@ -2,6 +2,7 @@
 
 import ast
 import json
+import textwrap
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -85,7 +86,5 @@ def _deviation(script: Path) -> Iterator[str]:
     output = script.with_suffix(".txt")
     if output.exists():
         yield ""
-        yield "```text"
-        yield output.read_text(encoding="utf-8").rstrip()
-        yield "```"
+        yield textwrap.indent(output.read_text(encoding="utf-8").rstrip(), "    ")
     yield ""
