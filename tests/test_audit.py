@@ -73,7 +73,7 @@ DEFECTS: dict[str, tuple[Callable[..., Any], ss.Claims, list[str], str]] = {
     "none, a0 given": (generalized_alpha(*OPTIMAL, BETA, GAMMA, sets_a0=True), CHUNG, [], ""),
     "beta 1 % off": (generalized_alpha(0, 0, 0.2525, 0.5), TRAPEZOIDAL, ["parameter"], "beta is 101/400, not 1/4"),
     "load half a step late": (
-        generalized_alpha(*OPTIMAL, BETA, GAMMA, late=0.5), CHUNG, ["load"], "the load is taken 1/2 step late"
+        generalized_alpha(*OPTIMAL, BETA, GAMMA, late=0.5), CHUNG, ["load"], "the load is that of 1/2 step before"
     ),
     "a0 is 0": (generalized_alpha(*OPTIMAL, BETA, GAMMA, start="zero"), CHUNG, ["start"], "is taken as 0"),
     "a0 without load": (
@@ -90,7 +90,7 @@ DEFECTS: dict[str, tuple[Callable[..., Any], ss.Claims, list[str], str]] = {
         generalized_alpha(*OPTIMAL, BETA, GAMMA, dtype=np.float32), CHUNG, ["precision"], "results hold 7 digits"
     ),
     "mean load": (trapezoidal_load(0.5, 0, 0.5), TRAPEZOIDAL, ["load"], "1/2 f(t_n) + 1/2 f(t_n + h)"),
-    "old load": (trapezoidal_load(1, 0, 0), TRAPEZOIDAL, ["load"], "the load is taken 1 step late: f(t_n)"),
+    "old load": (trapezoidal_load(1, 0, 0), TRAPEZOIDAL, ["load"], "the load is that of 1 step before: f(t_n)"),
     "three loads": (trapezoidal_load(0.25, 0.5, 0.25), TRAPEZOIDAL, ["load"], "1/2 f(t_n + 1/2 h)"),
 }  # fmt: skip
 
@@ -154,11 +154,11 @@ def test_an_exact_stepper_is_called_so():
 def test_a_report_is_text_json_and_a_page(tmp_path):
     report = ss.audit(trapezoidal_load(1, 0, 0), TRAPEZOIDAL)
     assert report.identified == "newmark(beta = 1/4, gamma = 1/2), all entries to " + f"{report.matches[0].error:.0e}"
-    assert "departs    load: the load is taken 1 step late: f(t_n)" in report.text
+    assert "departs    load: the load is that of 1 step before: f(t_n)" in report.text
     read = json.loads(report.to_json())
     assert read["deviations"][0]["kind"] == "load" and read["matches"][0]["scheme"] == "newmark"
     page = report.to_html(tmp_path / "report.html").read_text()
-    assert "<svg" in page and "the load is taken 1 step late" in page
+    assert "<svg" in page and "the load is that of 1 step before" in page
 
 
 def test_wrong_steppers_are_refused_with_the_cure():

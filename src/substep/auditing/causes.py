@@ -171,7 +171,7 @@ def _of_load(e: Evidence) -> list[Deviation]:
     text = f"the load is taken as {e.load.text}"
     if e.load.kind == "shifted":
         by = recognise(abs(e.load.shift), 1e-9)[1]
-        text = f"the load is taken {by} step {'late' if e.load.shift < 0 else 'early'}: {e.load.text}"
+        text = f"the load is that of {by} step {'before' if e.load.shift < 0 else 'after'}: {e.load.text}"
     if e.load.kind == "unknown":
         called = f"; it is asked for at {', '.join(f'{x:g}' for x in e.load.called)} of a step" if e.load.called else ""
         text = f"the load is taken {e.load.text}{called}"

@@ -10,7 +10,7 @@ import numpy as np
 from ..core.arrays import Array
 from ..core.schemes import Scheme, schemes
 from ..core.schemes import scheme as make_scheme
-from .fit import Residual, described, free_parameters, largest, solve
+from .fit import Residual, described, free_parameters, largest, recognise, solve
 from .linear_step import Candidate
 from .probes import Measured
 
@@ -18,6 +18,8 @@ What = Literal["matrix", "displacements", "spectrum"]
 WHATS: tuple[What, ...] = ("matrix", "displacements", "spectrum")  # from the most that may agree to the least
 Start = Literal["computed", "zero", "own"]
 MATCH = 1e-5  # largest deviation, in units of a step's condition, that single precision or a loose tolerance may cause
+ROUNDING = 1e-11  # largest deviation that rounding in double precision may cause
+PLAIN = 10.0  # largest parameter that is a simple number
 FIRST = 2  # steps at the start that another scheme may have made, or a wrong start
 SAME = 1e-7  # parameters that differ by less are the same
 
@@ -71,7 +73,7 @@ def identify(free: Sequence[Measured], own: Sequence[Measured], first: Scheme | 
         same = [claimed] if claimed is not None and claimed.what == what else []
         for solved, variants in groupby(sorted(_variants(pool), key=_freedom), key=_freedom):
             tried = [_fitted(scheme, names, what, free, own) for scheme, names in variants]
-            found = [match for match in tried if match.error <= MATCH]
+            found = [match for match in tried if credible(match)]
             if same and same[0].solved <= solved:
                 found = [*same, *(match for match in found if match.scheme.name != same[0].scheme.name)]
             if found:
@@ -81,6 +83,16 @@ def identify(free: Sequence[Measured], own: Sequence[Measured], first: Scheme | 
         if same:
             return Identification(tuple(same), claimed=claimed)
     return Identification((), nearest)
+
+
+def credible(match: Match) -> bool:
+    """Whether a deviation is rounding or, where it is larger, the parameters are simple numbers.
+
+    A scheme with parameters left free can come near another one, with values that mean nothing.
+    """
+    values = (float(match.scheme.parameters[name]) for name in free_parameters(match.scheme))
+    simple = match.solved == 0 or all(abs(x) <= PLAIN and recognise(x, 1e-12)[1] != f"{x:.12g}" for x in values)
+    return match.error <= ROUNDING or (match.error <= MATCH and simple)
 
 
 def is_claimed(found: Scheme, claimed: Scheme) -> bool:
@@ -106,7 +118,7 @@ def agreement(scheme: Scheme, free: Sequence[Measured], own: Sequence[Measured])
     for what in WHATS:
         for names in ((), free_parameters(scheme)):
             match = _fitted(scheme, names, what, free, own)
-            if match.error <= MATCH:
+            if credible(match):
                 return match
     return None
 

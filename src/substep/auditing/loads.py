@@ -21,11 +21,11 @@ SHIFTS = (0.0, -0.5, 0.5, -1.0, 1.0)
 class LoadTaking:
     """How a step takes the load.
 
-    kind: "declared", as the scheme does; "shifted", as the scheme does, but by `shift` steps later; "weighted", with
-    other weights; "unknown", none of these; "none", it takes no load. loads: of each balance, pairs (weight, instant in
-    steps after t_n). error: the largest deviation relative to the state. start: whether the acceleration at t = 0 is
-    that of the equation of motion with the load ("computed") or "zero"; "own" if neither. called: the instants, in
-    steps after t_n, at which the program asked for the load.
+    kind: "declared", as the scheme does; "shifted", as the scheme does, but at instants `shift` steps later;
+    "weighted", with other weights; "unknown", none of these; "none", it takes no load. loads: of each balance, pairs
+    (weight, instant in steps after t_n). error: the largest deviation relative to the state. start: whether the
+    acceleration at t = 0 is that of the equation of motion with the load ("computed") or "zero"; "own" if neither.
+    called: the instants, in steps after t_n, at which the program asked for the load.
     """
 
     kind: Literal["declared", "shifted", "weighted", "unknown", "none"]
