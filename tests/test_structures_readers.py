@@ -1,5 +1,7 @@
 """Matrices written by SciPy and by hand are read as they were; models of OpenSees give OpenSees' own histories."""
 
+import subprocess
+import sys
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -70,13 +72,30 @@ def test_op4_needs_pyyeti(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> No
 
 @pytest.mark.skipif(not find_spec("pyyeti"), reason="pyyeti, of the extra bench, is not installed")
 def test_op4_is_read(tmp_path: Path) -> None:
-    from pyyeti.nastran import op4  # pyright: ignore[reportMissingImports]
-
+    printed = np.get_printoptions()
+    with np.printoptions():  # which pyyeti changes when it is imported
+        from pyyeti.nastran import op4  # pyright: ignore[reportMissingImports]
     model, path = frame(1, 1), tmp_path / "model.op4"
     op4.write(str(path), {"mgg": model.M.toarray(), "kgg": model.K.toarray()})
     assert abs(read_matrix(path, name="KGG") - model.K).max() <= 1e-15 * abs(model.K).max()
     with pytest.raises(ValueError, match="mgg, kgg"):
         read_matrix(path)
+    assert np.get_printoptions() == printed
+
+
+def test_reading_op4_leaves_the_print_options_alone(tmp_path: Path) -> None:
+    """In a process of its own, where the reader is the first to import pyyeti."""
+    script = """
+import numpy as np
+from substep.structures.readers import read_matrix
+before = np.get_printoptions()
+try:
+    read_matrix("none.op4")
+except OSError:
+    pass
+assert np.get_printoptions() == before
+"""
+    subprocess.run([sys.executable, "-c", script], cwd=tmp_path, check=True)
 
 
 def opensees() -> Any:

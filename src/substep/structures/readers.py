@@ -75,9 +75,10 @@ def _coordinates(path: Path) -> Matrix:
 def _op4(path: Path, name: str) -> Matrix:
     if not find_spec("pyyeti"):
         raise ValueError(f"expected pyyeti, which reads {path.name}, got none; pip install pyyeti")
-    from pyyeti.nastran import op4  # noqa: PLC0415  # pyright: ignore[reportMissingImports]
     from scipy import sparse  # noqa: PLC0415
 
+    with np.printoptions():  # which pyyeti changes when it is imported
+        from pyyeti.nastran import op4  # noqa: PLC0415  # pyright: ignore[reportMissingImports]
     found = {key.lower(): value for key, value in op4.read(str(path), into="dct", sparse=True).items()}
     if not name and len(found) == 1:
         name = next(iter(found))
