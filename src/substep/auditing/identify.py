@@ -86,13 +86,22 @@ def identify(free: Sequence[Measured], own: Sequence[Measured], first: Scheme | 
 
 
 def credible(match: Match) -> bool:
-    """Whether a deviation is rounding or, where it is larger, the parameters are simple numbers.
+    """Whether a deviation is rounding, or a little more, and the parameters mean something.
 
-    A scheme with parameters left free can come near another one, with values that mean nothing.
+    A scheme with parameters left free can come near another one. Its values are then believed where they are simple
+    numbers, or where they lie in their intervals and the deviation is not more than rounding.
     """
-    values = (float(match.scheme.parameters[name]) for name in free_parameters(match.scheme))
-    simple = match.solved == 0 or all(abs(x) <= PLAIN and recognise(x, 1e-12)[1] != f"{x:.12g}" for x in values)
-    return match.error <= ROUNDING or (match.error <= MATCH and simple)
+    if match.solved == 0:
+        return match.error <= MATCH
+    found = {name: float(match.scheme.parameters[name]) for name in free_parameters(match.scheme)}
+    if all(abs(x) <= PLAIN and recognise(x, 1e-12)[1] != f"{x:.12g}" for x in found.values()):
+        return match.error <= MATCH
+    known = match.scheme.info.parameters
+    low, high = ({name: getattr(known[name], end) for name in found} for end in ("low", "high"))
+    inside = all(
+        (low[name] is None or x >= low[name]) and (high[name] is None or x <= high[name]) for name, x in found.items()
+    )
+    return inside and match.error <= ROUNDING
 
 
 def is_claimed(found: Scheme, claimed: Scheme) -> bool:
