@@ -58,10 +58,24 @@ def audited(name: str, python: str) -> dict[str, Any]:
         }  # fmt: skip
 
 
+IMPORTED_FIRST = """
+import ast, os, runpy, sys
+path = sys.argv[1]
+answers = os.dup(1)
+os.dup2(2, 1)
+for node in ast.parse(open(path, encoding="utf-8").read()).body:
+    if isinstance(node, (ast.Import, ast.ImportFrom)):
+        exec(compile(ast.Module([node], []), path, "exec"), {})
+sys.stdout.flush()
+os.dup2(answers, 1)
+runpy.run_path(path, run_name="__main__")
+"""
+
+
 def shown(script: Path, python: str) -> str:
-    """What a script that shows a deviation prints."""
-    run = subprocess.run([*shlex.split(python), str(script)], capture_output=True, text=True, check=True)
-    return run.stdout
+    """What a script that shows a deviation prints, without what the program prints while it is imported."""
+    command = [*shlex.split(python), "-c", IMPORTED_FIRST, str(script)]
+    return subprocess.run(command, capture_output=True, text=True, check=True).stdout
 
 
 def main() -> None:
