@@ -65,7 +65,7 @@ def test_every_scheme_takes_the_load_as_declared(name):
     (match,) = identify(own, own, scheme).matches[:1]
     found = load_taking(match, driven_runs(stepper))
     assert match.scheme.name == name
-    assert (found.kind, found.start) == ("declared", "computed") or found.error < 1e-10
+    assert (found.kind, found.start) == ("declared", "computed") and found.error < 1e-10
 
 
 DEFECTS: dict[str, tuple[Callable[..., Any], ss.Claims, list[str], str]] = {

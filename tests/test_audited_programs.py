@@ -89,6 +89,8 @@ def test_parameters_follow_from_arguments_by_identification(planted):
 def test_what_goes_wrong_in_a_program_is_reported(planted):
     with pytest.raises(ValueError, match=r"the end of its process \(exit code 3\)"):
         planted.stepper("dies").run(1.0, 0.0, 0.1, 2, 1.0, 0.0, load=programs_module.Load())
+    with pytest.raises(ValueError, match="expected the command of an interpreter, got 'no_python'"):
+        Program("planted", "no_python")
     with pytest.raises(ValueError, match="expected an integrator of planted"):
         planted.stepper("newmrk")
     with pytest.raises(ValueError, match="expected an argument of newmark"):

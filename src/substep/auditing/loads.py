@@ -8,7 +8,7 @@ import numpy as np
 
 from ..core.arrays import Array
 from ..structures.plan import step_of
-from .fit import recognise
+from .fit import largest, recognise
 from .identify import MATCH, Match
 from .linear_step import Candidate, Loads
 from .probes import Measured
@@ -89,9 +89,8 @@ def _best_start(
         for run in runs:
             a0 = None if start == "computed" else np.zeros(len(run.at.Omega))
             rows = stepped.histories(np.zeros(2), a0, run.rows.shape[1] - 1, _load(run))
-            off = np.abs(run.deviation(rows * run.at.powers)[:, 1:, kinds])
-            errors.append(np.nan_to_num(off, posinf=np.inf).max())
-        found[start] = float(max(errors))
+            errors.append(largest(run.deviation(rows * run.at.powers)[:, 1:, kinds]))
+        found[start] = max(errors)
     best = min(found, key=lambda start: found[start])
     return found[best], best
 

@@ -42,15 +42,20 @@ class Program:
     def __post_init__(self) -> None:
         if self.name not in programs():
             raise unknown_name("a program with an adapter", self.name, programs())
-        self._process = subprocess.Popen(
-            [*shlex.split(self.python), f"{self.name}{SUFFIX}.py"],
-            cwd=ADAPTERS,
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
-            text=True,
-            encoding="utf-8",
-        )
+        try:
+            self._process = subprocess.Popen(
+                [*shlex.split(self.python), f"{self.name}{SUFFIX}.py"],
+                cwd=ADAPTERS,
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.DEVNULL,
+                text=True,
+                encoding="utf-8",
+            )
+        except OSError as error:
+            raise ValueError(
+                f"expected the command of an interpreter, got {self.python!r}: {error}; give the one that has it"
+            ) from error
         described = self.asked({"do": "describe"})
         self.program, self.version, self.license = (described[key] for key in ("program", "version", "license"))
         self.integrators = {name: Integrator(**entry) for name, entry in described["integrators"].items()}
