@@ -146,9 +146,8 @@ def _residuals(scheme: Scheme, what: What, free: Sequence[Measured]) -> list[Res
     """What vanishes for a candidate that does what was measured."""
     if what == "spectrum":
         return [lambda c: recursion_residual(c, free)]
-    observed = [bool(np.isfinite(free[0].rows[0, 1:, kind]).all()) for kind in range(3)]
     own_state = scheme.info.start == "function"  # what is carried need not be what is reported
-    if what == "matrix" and not own_state and all(observed[kind] for kind, _ in scheme.history):
+    if what == "matrix" and not own_state and free[0].shows(scheme.history):
         return [lambda c: one_step_residual(c, free)]
     kinds = slice(0, 3 if what == "matrix" else 1)
     starts = ["given"] if free[0].start[2] is not None else ["computed", "zero"]
@@ -157,17 +156,12 @@ def _residuals(scheme: Scheme, what: What, free: Sequence[Measured]) -> list[Res
 
 def one_step_residual(candidate: Candidate, free: Sequence[Measured]) -> Array:
     """Each step after the first from the stepper's own state before it, so that the start plays no part."""
-    lag = max(steps for _, steps in candidate.state)
     h = candidate.at.powers
     found = []
     for measured in free:
-        rows = measured.rows / h
-        n = rows.shape[1] - 1
-        state = np.stack([rows[:, 1 + lag - steps : n - steps, kind] for kind, steps in candidate.state], axis=1)
-        step = candidate.step
-        after = np.full_like(rows, np.nan)
-        reported = np.einsum("prg,pgk->pkr", step.report[:, :, : step.given], state)
-        after[:, 2 + lag :, : reported.shape[2]] = reported
+        reported = candidate.undriven(measured.rows / h)
+        after = np.full_like(measured.rows, np.nan)
+        after[:, 2 + candidate.lag :, : reported.shape[2]] = reported
         found.append(measured.deviation(after * h))
     return np.array(found)
 

@@ -103,6 +103,20 @@ class Candidate:
         """Of each entry of the state: its kind, 0 for u, 1 for v, 2 for a, and how many steps before t_n it stands."""
         return self.scheme.history
 
+    @property
+    def lag(self) -> int:
+        """How many steps the state reaches back."""
+        return max(steps for _, steps in self.state)
+
+    def undriven(self, rows: Array) -> Array:
+        """What each step reports (P, K, R) without a load, from the state that u, v, a (P, n+1, 3) are before it.
+
+        Of the steps that end at 2 + lag, .., n: the first one plays no part, nor does what it starts from.
+        """
+        n, lag = rows.shape[1] - 1, self.lag
+        state = np.stack([rows[:, 1 + lag - steps : n - steps, kind] for kind, steps in self.state], axis=1)
+        return np.einsum("prg,pgk->pkr", self.step.report[:, :, : self.step.given], state)
+
     def histories(self, start: Array, a0: Array | None, n: int, load: Load | None = None) -> Array:
         """u, v, a (P, n+1, 3) from t = 0 on; NaN where the scheme has no acceleration of its own.
 
@@ -116,7 +130,7 @@ class Candidate:
         rows[:, 0] = first
         with np.errstate(all="ignore"):
             if self.scheme.starter is not None:
-                lag = max(steps for _, steps in self.state)
+                lag = self.lag
                 past = Candidate(self.scheme.starter, self.at).histories(start, a0, min(lag, n), load)
                 if np.isnan(past[..., 2]).any():
                     past[..., 2] = self._accelerations(past, load)

@@ -64,8 +64,7 @@ def load_taking(match: Match, driven: Mapping[str, Measured]) -> LoadTaking:
             error, best = _best_start(candidate, runs, loads, kinds)
             if error <= MATCH:
                 return LoadTaking("weighted", loads, 0.0, error, best, called)
-    observed = [bool(np.isfinite(runs[0].rows[0, 1:, kind]).all()) for kind in range(3)]
-    if match.what == "matrix" and all(observed[kind] for kind, _ in match.scheme.history):
+    if match.what == "matrix" and runs[0].shows(match.scheme.history):
         for instants, given in tried:
             loads = _weighted(candidate, runs, instants, given)
             error = _one_step_error(candidate, runs, loads)
@@ -107,14 +106,12 @@ def _from_rest(
     balances = len(given)
     columns, rights = [], []
     for run in runs:
-        n, powers, load = run.rows.shape[1] - 1, run.at.powers, _load(run)
-        zero = np.zeros(len(run.at.Omega))
+        size, zero = np.abs(run.rows[:, 1:, 0]).max(axis=1, keepdims=True), np.zeros(len(run.at.Omega))
 
-        def displacements(
-            loads: Loads, a0: Array | None, run: Measured = run, load: Callable[[Array], Array] = load, n: int = n
-        ) -> Array:
-            rows = Candidate(candidate.scheme, run.at, loads).histories(np.zeros(2), a0, n, load)
-            return (rows[:, 1:, 0] / np.abs(run.rows[:, 1:, 0]).max(axis=1, keepdims=True)).ravel()
+        def displacements(loads: Loads, a0: Array | None, run: Measured = run, size: Array = size) -> Array:
+            stepped = Candidate(candidate.scheme, run.at, loads)
+            rows = stepped.histories(np.zeros(2), a0, run.rows.shape[1] - 1, _load(run))
+            return (rows[:, 1:, 0] / size).ravel()
 
         none: Loads = tuple(() for _ in range(balances))
         unit = [
@@ -124,8 +121,7 @@ def _from_rest(
         ]
         columns.append(np.array(unit).T)
         base = displacements(none, None if start == "computed" else zero)
-        size = np.abs(run.rows[:, 1:, 0]).max(axis=1, keepdims=True)
-        rights.append((run.rows[:, 1:, 0] / powers[0] / size).ravel() - base - columns[-1] @ given.ravel())
+        rights.append((run.rows[:, 1:, 0] / size).ravel() - base - columns[-1] @ given.ravel())
     return _nearest(np.concatenate(columns), np.concatenate(rights), given, instants)
 
 
@@ -165,14 +161,12 @@ def _weighted(candidate: Candidate, runs: Sequence[Measured], instants: Sequence
 
 def _one_step(candidate: Candidate, run: Measured) -> tuple[Array, Array, Array]:
     """What the load adds to each step (P, K, R), what unit loads add (P, R, S), both scaled, and the times t_n (K,)."""
-    step, lag = candidate.step, max(steps for _, steps in candidate.state)
-    n, R = run.rows.shape[1] - 1, step.report.shape[1]
-    rows = run.rows / run.at.powers
-    state = np.stack([rows[:, 1 + lag - steps : n - steps, kind] for kind, steps in candidate.state], axis=1)
-    undriven = np.einsum("prg,pgk->pkr", step.report[:, :, : step.given], state)
+    step, first = candidate.step, 1 + candidate.lag
+    rows, R = run.rows / run.at.powers, step.report.shape[1]
     scale = run.at.powers[:R] / run.at.scale[:, :R]
-    added = (rows[:, 2 + lag :, :R] - undriven) * scale[:, None]
-    return added, step.report[:, :, step.given :] * scale[..., None], np.arange(1 + lag, n) * run.at.h
+    added = (rows[:, 1 + first :, :R] - candidate.undriven(rows)) * scale[:, None]
+    times = np.arange(first, rows.shape[1] - 1) * run.at.h
+    return added, step.report[:, :, step.given :] * scale[..., None], times
 
 
 def _one_step_error(candidate: Candidate, runs: Sequence[Measured], loads: Loads) -> float:

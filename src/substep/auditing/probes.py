@@ -45,6 +45,10 @@ class Measured:
         before = np.concatenate([largest[:, :1], largest[:, :-1]], axis=1)
         return np.maximum(np.maximum(largest, before), 1e-300)[..., None]
 
+    def shows(self, history: Sequence[tuple[int, int]]) -> bool:
+        """Whether it holds every entry of a state: pairs of a kind, 0 to 2, and how many steps before it stands."""
+        return bool(np.isfinite(self.rows[0, 1:, [kind for kind, _ in history]]).all())
+
     def deviation(self, rows: Array) -> Array:
         """How far other histories are off, (P, n+1, 3); NaN where either has none.
 
