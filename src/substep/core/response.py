@@ -1,7 +1,7 @@
 """What a march returns."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Literal, get_args
 
@@ -12,6 +12,7 @@ from .arrays import Array
 
 if TYPE_CHECKING:
     from .scenes import Scene
+    from .schemes import Scheme
 
 Ended = Literal["completed", "newton_failed", "non_finite", "energy_bound", "step_too_small"]
 STATUSES: tuple[Ended, ...] = get_args(Ended)  # in the order of the kernels' numbers
@@ -36,7 +37,7 @@ class Statistics:
     longest: float
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Response:
     """Histories u, v (n+1, ndof), and t, energy, angular_momentum (n+1,), which are computed when first read.
 
@@ -55,10 +56,11 @@ class Response:
     newton_iterations: NDArray[np.int64]
     status: Status
     t_failed: float | None
-    scene: "Scene" = field(repr=False)
+    scene: "Scene"
+    scheme: "Scheme"
     step: float  # s between two rows; NaN where steps are uneven
-    own_a: Array | None = field(repr=False)
-    times: Array | None = field(default=None, repr=False)  # s, where steps are uneven
+    own_a: Array | None
+    times: Array | None = None  # s, where steps are uneven
     statistics: Statistics | None = None
 
     @cached_property
@@ -94,3 +96,7 @@ class Response:
         if "strain" not in self.outputs:
             raise AttributeError("expected a scene with a strain, such as elastic_pendulum; this one has none")
         return self.outputs["strain"]
+
+    def __repr__(self) -> str:
+        end = f"{len(self.t)} rows to t = {self.t[-1]:.6g} s, {self.status}"
+        return f"{type(self).__name__}({self.scheme} on {self.scene}, {end})"

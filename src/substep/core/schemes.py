@@ -7,7 +7,7 @@ first use.
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from functools import cache, cached_property, lru_cache
+from functools import cache, cached_property, lru_cache, partial
 from types import MappingProxyType, ModuleType
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +19,7 @@ from . import coefficients as march_coefficients
 from . import stability as stability_functions
 from .arrays import Array, Values, by_value, read_only
 from .entries import ParameterInfo, SchemeInfo
-from .errors import unknown_name
+from .errors import called_as, unknown_name
 from .kernel_modules import loaded
 
 if TYPE_CHECKING:
@@ -46,17 +46,22 @@ def schemes() -> tuple[str, ...]:
     return tuple(SCHEMES)
 
 
-def scheme(name: "str | Declaration", **parameters: ArrayLike) -> "Scheme":
+@called_as('scheme("newmark", beta=0.25, gamma=0.5)')
+def scheme(name: "str | Scheme | Declaration", **parameters: ArrayLike) -> "Scheme":
     """A handle of the scheme; parameters not given take the default of the declaration.
 
     name: of the catalogue, or a declaration of your own (`substep_derive.Scheme`), which is derived and
-    compiled on first use and kept in the user's cache. A family's argument (`rho_inf` of
+    compiled on first use and kept in the user's cache; a handle stands for itself. A family's argument (`rho_inf` of
     generalized-alpha, ...) stands for the parameters it sets. Parameters may be arrays, and then
     broadcast with Omega and xi. Raises ValueError for an unknown scheme or parameter, for one that a
     family also sets, and for a value that is not finite or lies outside the declared interval. A parameter that another
     given one decides, such as rho_inf where gamma alone makes the step, takes the value that follows from it, which has
     to lie in its interval too.
     """
+    if isinstance(name, Scheme):
+        if parameters:
+            raise ValueError(f"expected a name with parameters, got {name}; write scheme('{name.name}', ...)")
+        return name
     info = scheme_info(name)
     given: dict[str, Array] = {}
     for key, value in parameters.items():
@@ -92,9 +97,9 @@ def scheme_info(name: "str | Declaration") -> SchemeInfo:
         if name not in SCHEMES:
             raise unknown_name("a scheme", name, SCHEMES)
         return _in_catalogue(name)
-    if not hasattr(name, "balances"):
+    if not hasattr(name, "takes_damping"):
         raise ValueError(
-            f"expected the name of a scheme or a declaration of one, got {name!r}; substep.schemes() lists the names"
+            f"expected a scheme by name, handle or declaration, got {name!r}; substep.schemes() lists the names"
         )
     from ..derived.modules import own_scheme_module  # noqa: PLC0415 (the one door to SymPy)
 
@@ -270,6 +275,9 @@ class Scheme:
     @cached_property
     def _values(self) -> Values:
         return by_value(self.parameters)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return partial(scheme, self.info.source, **self.given), ()
 
     def __repr__(self) -> str:
         values = (f"{name}={value.tolist()}" for name, value in self.parameters.items())

@@ -41,7 +41,7 @@ class Account:
         return float(np.max(np.abs(self.numerical))) / scale if scale > 0.0 else 0.0
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class StructureResponse(Response):
     """Histories u, v, a (n+1, k) at k degrees of freedom, as `Response` has them of a scene's coordinates.
 
