@@ -20,6 +20,7 @@ from . import stability as stability_functions
 from .arrays import Array, Values, by_value, read_only
 from .entries import ParameterInfo, SchemeInfo
 from .errors import called_as, unknown_name
+from .facts import Facts, Term, facts_at, facts_at_defaults
 from .kernel_modules import loaded
 
 if TYPE_CHECKING:
@@ -168,6 +169,49 @@ class Scheme:
     def balances(self) -> int:
         """How many balances (implicit solves or force evaluations) a step has."""
         return self.info.balances
+
+    @cached_property
+    def facts(self) -> Facts:
+        """What derivation has found about the scheme at its parameters, None for what is not known without SymPy."""
+        if self.info.declaration is not None:
+            return Facts()
+        at_defaults = self._values == scheme(self.name)._values
+        return facts_at_defaults(self.name) if at_defaults else facts_at(self.info, self.parameters)
+
+    @property
+    def order(self) -> tuple[int, int, int] | None:
+        """Order of accuracy of u, v and a, free and forced, damped or not; see `Facts` for other parameters."""
+        return self.facts.order
+
+    @property
+    def rho_inf(self) -> float | Array | None:
+        """Spectral radius as Omega -> oo, undamped; inf for an explicit scheme."""
+        return self.facts.rho_inf
+
+    @property
+    def critical_Omega(self) -> float | None:
+        """The Omega up to which the scheme is stable, undamped; inf where it is for every Omega, None if not known."""
+        return self.facts.critical_Omega
+
+    @property
+    def A_stable(self) -> bool | None:
+        """Whether it is stable for every Omega and damping ratio; None if not known: `substep_derive.certify`."""
+        return self.facts.A_stable
+
+    @property
+    def L_stable(self) -> bool | None:
+        """Whether it is A-stable with rho_inf = 0; None if not known."""
+        return self.facts.L_stable
+
+    @property
+    def overshoot(self) -> str | None:
+        """Such as U0-V1: powers of Omega with which u and v/omega grow in the first step; None if not known."""
+        return self.facts.overshoot
+
+    @property
+    def first_errors(self) -> tuple[Term | None, Term | None]:
+        """First terms of numerical damping and period error, undamped, as (power of Omega, coefficient) each."""
+        return self.facts.damping, self.facts.period
 
     @cached_property
     def kernels(self) -> ModuleType:

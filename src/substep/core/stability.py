@@ -2,8 +2,8 @@
 
 All take Omega = omega*h >= 0 and the damping ratio xi >= 0, which broadcast with each other and with the scheme's
 parameters, and raise ValueError for negative or infinite values, NaN, shapes that do not broadcast, and values so
-large that the powers of Omega in a step overflow. An Omega below SMALLEST counts as 0, where the errors have their
-limits. Of a scheme that takes no damping they are NaN at xi > 0.
+large that the powers of Omega in a step overflow. At Omega below 1e-150 the errors are their limits, 0. Of a scheme
+that takes no damping they are NaN at xi > 0.
 """
 
 import math
@@ -12,14 +12,13 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .arrays import Array, common_shape, flat, read_only
+from .arrays import Array, common_shape, flat
 from .errors import float_array, non_negative
 from .norms import largest_norm_of_powers
 from .parametrized import Parametrized
 from .threads import spread
 
 PART = 1 << 13  # points of a call where some inputs are single numbers: these are repeated so often, and fit the cache
-SMALLEST = 1e-150  # Omega whose square, and what is divided by it, keeps all digits
 NANOSECONDS = {"spectral_radius": 0.6, "stability": 4.0}  # per point, of the fastest schemes
 
 
@@ -35,8 +34,9 @@ def amplification(scheme: Parametrized, Omega: ArrayLike, xi: ArrayLike) -> Arra
     m = len(scheme.info.state)
     shape, arguments = points(scheme, Omega, xi)
     out = np.empty((arguments[0].size, m, m))
-    scheme.kernels.amplification(_not_tiny(arguments[0]), *arguments[1:], out)
-    _require_finite(scheme, "amplification matrix", abs(out).max(axis=(1, 2)), *arguments[:2])
+    scheme.kernels.amplification(*arguments, out)
+    if not np.isfinite(out).all():
+        _require_finite(scheme, "amplification matrix", abs(out).max(axis=(1, 2)), *arguments[:2])
     if not scheme.info.damping:
         out[arguments[1] != 0.0] = np.nan
     return out.reshape(*shape, m, m)
@@ -78,7 +78,11 @@ def power_norm(scheme: Parametrized, Omega: ArrayLike, xi: ArrayLike, n: int) ->
 
 
 def _evaluated(scheme: Parametrized, function: str, outputs: int, Omega: ArrayLike, xi: ArrayLike) -> list[Array]:
-    """The outputs of a kernel at all points, each of the common shape; many points are spread over threads."""
+    """The outputs of a kernel at all points, each of the common shape; many points are spread over threads.
+
+    The kernels return whether a value of Omega or xi is bad or a radius is not finite, so that these are searched only
+    for the error message.
+    """
     module, parameters = scheme.kernels, scheme.kernel_parameters
     given = float_array("Omega", Omega), float_array("xi", xi)
     shape = common_shape(("Omega", "xi", *module.PARAMETERS), (*given, *parameters))
@@ -86,30 +90,16 @@ def _evaluated(scheme: Parametrized, function: str, outputs: int, Omega: ArrayLi
     out = np.empty((outputs, n))
     if n <= PART:
         own = scheme.one_point if n == 1 else [flat(a, shape) for a in parameters]
-        bad = _called(kernel, flat(given[0], shape), flat(given[1], shape), *own, out=out)
+        refused = kernel(flat(given[0], shape), flat(given[1], shape), *own, *out)
     else:
-        bad = _spread(kernel, (*given, *parameters), shape, out, NANOSECONDS[function])
-    if n == 0 or bad:  # values are searched only for the error message
+        refused = _spread(kernel, (*given, *parameters), shape, out, NANOSECONDS[function])
+    if n == 0 or refused:
         for name, value in (("Omega", Omega), ("xi", xi)):
             non_negative(name, value)
         _require_finite(scheme, "spectral radius", out[0], *(flat(x, shape) for x in given))
     if not scheme.info.damping:
         out[:, flat(given[1], shape) != 0.0] = np.nan
     return list(out.reshape(outputs, *shape))  # of arrays, or of numbers
-
-
-def _called(kernel: Callable[..., bool], Omega: Array, *others: Array, out: Array) -> bool:
-    """Call the kernel; returns whether a value of Omega or xi is bad, or a spectral radius not finite."""
-    refused = kernel(_not_tiny(Omega), *others, *out)
-    radius = out[0]
-    return refused or not (radius.item() if radius.size == 1 else radius.max(initial=0.0)) < math.inf  # also if NaN
-
-
-def _not_tiny(Omega: Array) -> Array:
-    """Omega (n,) with 0 in place of values between 0 and SMALLEST."""
-    if (Omega.item() if Omega.size == 1 else Omega.min(initial=1.0)) >= SMALLEST:
-        return Omega
-    return read_only(np.where((Omega > 0.0) & (Omega < SMALLEST), 0.0, Omega))
 
 
 def _require_finite(scheme: Parametrized, what: str, found: Array, Omega: Array, xi: Array) -> None:
@@ -126,7 +116,7 @@ def _spread(
     kernel: Callable[..., bool], arrays: Sequence[Array], shape: tuple[int, ...], out: Array, nanoseconds: float
 ) -> bool:
     """Call the kernel for parts of the points, on all cores if they are many; returns whether a value is bad."""
-    n, numbers, bad = out.shape[1], [a.size == 1 for a in arrays], []
+    n, numbers, refused = out.shape[1], [a.size == 1 for a in arrays], []
     inputs = [flat(a, (PART,) if one else shape) for a, one in zip(arrays, numbers, strict=True)]
     most = PART if any(numbers) else n
 
@@ -134,7 +124,7 @@ def _spread(
         for first in range(begin, end, most):
             last = min(first + most, end)
             own = (a[: last - first] if one else a[first:last] for a, one in zip(inputs, numbers, strict=True))
-            bad.append(_called(kernel, *own, out=out[:, first:last]))
+            refused.append(kernel(*own, *out[:, first:last]))
 
     spread(part, n, PART, nanoseconds=n * nanoseconds)
-    return any(bad)
+    return any(refused)
