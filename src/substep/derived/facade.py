@@ -3,8 +3,8 @@
 What never changes is read from generated/; SymPy is imported only when something else is asked for.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields
 from fractions import Fraction
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
@@ -124,7 +124,7 @@ def order(name: str) -> tuple[int, int, int]:
 
 def catalogue_row(name: str) -> CatalogueRow:
     """A scheme's row in the table of the catalogue, from generated/: see `substep_derive.study.facts.row`."""
-    row = CATALOGUE[name]
+    row = {key: CATALOGUE[name][key] for key in (f.name for f in fields(CatalogueRow)) if key != "scheme"}
     triples = {key: ", ".join(map(str, row[key])) for key in ("order", "nonlinear_order")}
     return CatalogueRow(name, **{**row, **triples, "eigenvalue_order": str(row["eigenvalue_order"])})
 
@@ -200,11 +200,11 @@ def undamped(expression: Any) -> Any:
     return expression.subs(xi, 0).factor()
 
 
-def closed_forms(name: str) -> "list[ClosedForm]":
-    """Everything derived about a scheme, as named forms: see `substep_derive.study.closed_forms`."""
+def closed_forms(name: str, part: str = "all") -> "Iterator[ClosedForm]":
+    """What is derived about a scheme, as named forms: see `substep_derive.study.closed_forms`."""
     from substep_derive.study.closed_forms import closed_forms as derived  # noqa: PLC0415
 
-    return derived(name)
+    return derived(name, part)
 
 
 @dataclass(frozen=True)
