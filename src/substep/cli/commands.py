@@ -18,6 +18,7 @@ from .arguments import StartOption, StrainOption, exact_options, number, numbers
 from .audits import audit
 from .choice import choose
 from .design import design
+from .emission import emit
 from .estimators import estimator
 
 if TYPE_CHECKING:
@@ -195,6 +196,7 @@ def conditions(name: Annotated[str, typer.Argument(help="a name listed by `subst
 
 
 app.command()(design)
+app.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True})(emit)
 app.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True})(audit)
 app.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True})(choose)
 
