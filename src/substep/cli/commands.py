@@ -19,6 +19,7 @@ from .catalogue import scenes, schemes, show
 from .charts import chart
 from .choice import choose
 from .design import design
+from .emission import emit
 from .estimators import estimator
 
 if TYPE_CHECKING:
@@ -330,6 +331,7 @@ _add("Proofs", "substep estimator newmark_bdf2 --gamma 1/2", estimator, **PARAME
 _add("Proofs", "substep equivalences bathe silva_bezerra", equivalences)
 _add("Proofs", "substep design --sub-steps 3 --order 3 --rho-inf free", design)
 _add("Programs and results", "substep audit opensees --integrator HHT", audit, **PARAMETERS)
+_add("Programs and results", "substep emit bathe --language c --out bathe.c", emit, **PARAMETERS)
 _add("Programs and results", "substep failures --folder results", failures)
 _add("Programs and results", "substep claims", claims)
 _add("Programs and results", "substep reproduce --folder results", reproduce)
