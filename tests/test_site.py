@@ -13,7 +13,7 @@ from pathlib import Path
 import manual
 import pytest
 from declared import BY_NAME, NAMES
-from manual import conventions, markdown, notebooks, reference, scenes, schemes
+from manual import conventions, markdown, notebooks, picture, reference, scenes, schemes
 from manual.declarations import declaration
 from matplotlib.figure import Figure
 from plain_kernels import SCENE_BY_NAME
@@ -88,6 +88,16 @@ def test_every_public_name_has_an_entry(package: str) -> None:
         assert {name for kind, name in entries if kind == "data"} == set(reference.SYMBOLS)
 
 
+def test_what_docstrings_refer_to_has_an_entry_or_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    text = reference.further_page()
+    assert "`substep.studies.precision.choose`" in (ss.choose.__doc__ or "")
+    assert ".. autofunction:: substep.studies.precision.choose\n" in text
+    assert "Modes" not in text
+    monkeypatch.setattr(ss.choose, "__doc__", "See `substep.studies.nosuch`.")
+    with pytest.raises(LookupError, match=r"expected an object .* got `substep\.studies\.nosuch`"):
+        reference.further()
+
+
 def test_every_dialect_links_to_its_scheme() -> None:
     table = json.loads((ROOT / "src" / "substep" / "auditing" / "dialects.json").read_text(encoding="utf-8"))
     rows = re.findall(r"^\| `([^`]+)` \| .* \| \[(\w+)\]\(schemes/(\w+)\.md\) \|", conventions.page(), re.MULTILINE)
@@ -137,6 +147,12 @@ def test_the_digest_knows_every_source(tmp_path: Path, monkeypatch: pytest.Monke
         (tmp_path / folder / "file.py").write_text("", encoding="utf-8")
         digests.append(manual.sources_digest())
     assert len(set(digests)) == len(digests)
+
+
+def test_the_picture_of_the_readme_shows_what_is_computed_now() -> None:
+    text = picture.PATH.read_text(encoding="utf-8")
+    assert f"<dc:description>{picture.digest(picture.curves())}</dc:description>" in text
+    assert "docs/picture.svg" in (ROOT / "README.md").read_text(encoding="utf-8")
 
 
 class Loaded(HTMLParser):

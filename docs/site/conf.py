@@ -42,6 +42,7 @@ default_role = "py:obj"  # docstrings name objects between single backticks
 suppress_warnings = ["ref.python"]  # both packages have a Scheme and a Scene: see the glossary
 autodoc_member_order = "bysource"
 autodoc_typehints_format = "short"
+autodoc_preserve_defaults = True
 python_use_unqualified_type_names = True
 
 
@@ -49,3 +50,4 @@ def setup(app: Sphinx) -> None:
     """Write the generated pages before Sphinx looks for files."""
     app.connect("builder-inited", lambda app: manual.write(Path(app.srcdir) / "generated"))
     app.connect("autodoc-process-docstring", docstrings.as_rst)
+    app.connect("autodoc-process-signature", docstrings.as_written)

@@ -2,6 +2,7 @@
 
 import numpy as np
 from matplotlib.figure import Figure
+from sympy import Symbol, latex
 
 import substep as ss
 from substep.figures.charts import COLOURS, stability_figure
@@ -49,13 +50,14 @@ def motion(name: str) -> tuple[Figure, Reference, str]:
     t_end = case.t_end if case else TURNS * 2 * np.pi / float(abs(scene.v0[0]))
     found = reference(scene, t_end, SAMPLES, 1e-9)
     figure = Figure(figsize=(9, 3.4), layout="constrained")
-    left, right = figure.subplots(1, 2)
-    for i, (q, _) in enumerate(scene.coordinates):
-        left.plot(found.t, found.u[:, i], color=COLOURS[i], linewidth=1.2, label=f"${q}$")
-        right.plot(found.t, found.v[:, i], color=COLOURS[i], linewidth=1.2, label=rf"$\dot {q}$")
     (unit,) = {unit for _, unit in scene.coordinates}
-    for axes, what in ((left, f"coordinate ({unit})"), (right, f"velocity ({unit}/s)")):
+    only = f" ${latex(Symbol(scene.coordinates[0][0]))}$" if len(scene.coordinates) == 1 else "s"
+    panels = ((found.u, f"coordinate{only} ({unit})"), (found.v, f"rate of the coordinate{only} ({unit}/s)"))
+    for axes, (values, what) in zip(figure.subplots(1, 2), panels, strict=True):
+        for (q, _), column, colour in zip(scene.coordinates, values.T, COLOURS, strict=False):
+            axes.plot(found.t, column, color=colour, linewidth=1.2, label=f"${latex(Symbol(q))}$")
         axes.set(xlabel="time $t$ (s)", ylabel=what)
         axes.grid(visible=True, linewidth=0.3, color="0.8")
-        axes.legend(fontsize=9, frameon=False)
+    if len(scene.coordinates) > 1:
+        figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=2, fontsize=9, frameon=False)
     return figure, found, case.title if case else f"{TURNS} turns"

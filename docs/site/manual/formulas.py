@@ -51,8 +51,8 @@ def displayed(translator: Any, node: nodes.math_block) -> None:
 class Derived(SphinxDirective):
     """A formula computed while the page is built, with the expression that computes it below.
 
-    The content is one Python expression in the public names of `substep_derive` and SymPy; `:left:` is LaTeX for the
-    left side of an equation.
+    The content is one Python expression in the public names of `substep_derive` and SymPy; a list gives a formula for
+    each of its items. `:left:` is LaTeX that stands before them.
     """
 
     has_content = True
@@ -66,10 +66,10 @@ class Derived(SphinxDirective):
             value = eval(source, dict(NAMES))
         except Exception as error:
             raise self.error(f"expected a Python expression that can be computed, got {source!r}: {error!r}") from error
-        left = f"{self.options['left']} = " if "left" in self.options else ""
-        text = left + sympy.latex(value, mat_delim="[")
+        left = f"{self.options['left']} " if "left" in self.options else ""
+        texts = [left + sympy.latex(e, mat_delim="[") for e in (value if isinstance(value, list) else [value])]
         shown = nodes.paragraph("", "", nodes.literal(source, source), classes=["derived-by"])
-        return [nodes.math_block(text, text, nowrap=False, number=None), shown]
+        return [*(nodes.math_block(text, text, nowrap=False, number=None) for text in texts), shown]
 
 
 def setup(app: Sphinx) -> dict[str, bool]:

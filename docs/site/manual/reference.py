@@ -1,9 +1,12 @@
 """The reference: every public name of `substep` and `substep_derive`, from its docstring."""
 
 import inspect
+import pkgutil
+import re
 from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import substep_derive
 
@@ -16,6 +19,8 @@ PACKAGES: dict[str, tuple[ModuleType, str]] = {
     "substep_derive": (substep_derive, "The derivation, and the nouns with which schemes and scenes are declared."),
 }
 
+FURTHER = "further"
+DOTTED = re.compile(r"`(substep(?:_derive)?(?:\.\w+)+)`")
 # what the symbols stand for that declarations are written in; `K_t`, `N`, `N_discrete` and `f` are functions of them
 SYMBOLS = {
     "C": "Damping of the equation of motion M a + C v + N(u) = f(t).",
@@ -32,12 +37,12 @@ SYMBOLS = {
 def pages() -> dict[str, Callable[[Path], str]]:
     """Name of a page -> its text."""
     own = {f"reference/{name}": lambda _, name=name: page(name) for name in PACKAGES}
-    return {"reference/index": lambda _: index(), **own}
+    return {"reference/index": lambda _: index(), **own, f"reference/{FURTHER}": lambda _: further_page()}
 
 
 def index() -> str:
-    """The two packages."""
-    return "\n".join(["# Reference", "", *toctree(PACKAGES, depth=2)])
+    """The two packages, and what their docstrings name besides."""
+    return "\n".join(["# Reference", "", *toctree([*PACKAGES, FURTHER], depth=2)])
 
 
 def page(package: str) -> str:
@@ -51,6 +56,54 @@ def page(package: str) -> str:
             lines += [line for name in names for line in entry(package, name, kind)]
             lines += ["```", ""]
     return "\n".join(lines)
+
+
+def further() -> dict[str, Any]:
+    """Dotted name -> function or class that a docstring of a public name, or of one found so, refers to.
+
+    Raises LookupError for a docstring that refers to what there is not.
+    """
+    found: dict[str, Any] = {}
+    public = {
+        f"{package}.{name}": getattr(module, name)
+        for package, (module, _) in PACKAGES.items()
+        for name in module.__all__
+    }
+    waiting = list(public.values())
+    while waiting:
+        value = waiting.pop()
+        members = [x for key, x in vars(value).items() if not key.startswith("_")] if inspect.isclass(value) else []
+        for text in (inspect.getdoc(x) or "" for x in (value, *members)):
+            for name in DOTTED.findall(text):
+                if name not in public and name not in found and name not in PACKAGES:
+                    found[name] = resolved(name)
+                    waiting.append(found[name])
+    own = [id(value) for value in public.values()]  # which may be named by the module that defines it, too
+    return {name: x for name, x in sorted(found.items()) if not inspect.ismodule(x) and id(x) not in own}
+
+
+def resolved(name: str) -> Any:
+    """The object of a dotted name. Raises LookupError if there is none."""
+    try:
+        return pkgutil.resolve_name(name)
+    except (ImportError, AttributeError) as error:
+        raise LookupError(
+            f"expected an object that a docstring can refer to, got `{name}`; correct the name"
+        ) from error
+
+
+def further_page() -> str:
+    """What docstrings of public names refer to."""
+    lines = [
+        "# Further functions",
+        "",
+        "Those that the public names refer to for options and results.",
+        "",
+        "```{eval-rst}",
+    ]
+    for name, value in further().items():
+        lines += entry(*name.rsplit(".", 1), directive(value))
+    return "\n".join([*lines, "```", ""])
 
 
 def entry(package: str, name: str, kind: str) -> list[str]:

@@ -126,7 +126,7 @@ def _shown(key: str, value: Any) -> str:
         return WORDS[key, value]
     if key in EXACT:
         return f"${latex(sympify(value))}$"
-    return ", ".join(map(str, value)) if isinstance(value, tuple) else plain(str(value))
+    return ",\N{NO-BREAK SPACE}".join(map(str, value)) if isinstance(value, tuple) else plain(str(value))
 
 
 def _closed_forms(name: str) -> Iterator[str]:
