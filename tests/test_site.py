@@ -1,7 +1,6 @@
 """The site: every page is found from its first one, and generated pages say what was declared and derived."""
 
 import importlib
-import json
 import os
 import re
 import subprocess
@@ -13,7 +12,7 @@ from pathlib import Path
 import manual
 import pytest
 from declared import BY_NAME, NAMES
-from manual import conventions, markdown, notebooks, picture, reference, scenes, schemes
+from manual import markdown, notebooks, picture, reference, scenes, schemes
 from manual.declarations import declaration
 from matplotlib.figure import Figure
 from plain_kernels import SCENE_BY_NAME
@@ -44,7 +43,7 @@ def test_every_page_is_in_the_table_of_contents_and_every_entry_is_a_page() -> N
     assert {entry for entry in entries if not entry.startswith("generated/")} == written
     made = {f"generated/{kind}/index" for kind in ("schemes", "scenes", "reference")}
     assert {entry for entry in entries if entry.startswith("generated/")} == made | {
-        "generated/dialects", "generated/claims", "generated/notebooks/*",
+        "generated/claims", "generated/notebooks/*",
     }  # fmt: skip
 
 
@@ -96,13 +95,6 @@ def test_what_docstrings_refer_to_has_an_entry_or_is_an_error(monkeypatch: pytes
     monkeypatch.setattr(ss.choose, "__doc__", "See `substep.studies.nosuch`.")
     with pytest.raises(LookupError, match=r"expected an object .* got `substep\.studies\.nosuch`"):
         reference.further()
-
-
-def test_every_dialect_links_to_its_scheme() -> None:
-    table = json.loads((ROOT / "src" / "substep" / "auditing" / "dialects.json").read_text(encoding="utf-8"))
-    rows = re.findall(r"^\| `([^`]+)` \| .* \| \[(\w+)\]\(schemes/(\w+)\.md\) \|", conventions.page(), re.MULTILINE)
-    assert {name: scheme for name, scheme, _ in rows} == {name: entry["scheme"] for name, entry in table.items()}
-    assert all(scheme == link for _, scheme, link in rows)
 
 
 def test_a_scheme_page_holds_closed_forms_and_the_proof(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -169,6 +161,27 @@ class Loaded(HTMLParser):
             self.addresses += [found["src"] or ""] if "src" in found else []
         elif tag == "link" and found.get("rel") in ("stylesheet", "preload", "icon", "shortcut icon"):
             self.addresses.append(found["href"] or "")
+
+
+@VERIFY
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("$\\nosuch{x}$", "expected LaTeX that docutils turns into MathML, got '\\\\nosuch{x}'"),
+        (":::{derived}\nderive('nosuch').rho_inf\n:::", "expected a Python expression that can be computed"),
+    ],
+)
+def test_a_formula_that_cannot_be_shown_stops_the_site(text: str, message: str, tmp_path: Path) -> None:
+    (tmp_path / "index.md").write_text(f"# Title\n\n{text}\n", encoding="utf-8")
+    settings = "extensions = ['myst_nb', 'manual.formulas']\nmyst_enable_extensions = ['colon_fence', 'dollarmath']\n"
+    settings += "html_math_renderer, nb_execution_mode = 'mathml', 'off'\n"
+    (tmp_path / "conf.py").write_text(settings, encoding="utf-8")
+    paths = os.pathsep.join([str(DOCS / "site"), *(path for path in sys.path if path)])
+    command = [sys.executable, "-m", "sphinx", "-W", "-q", str(tmp_path), str(tmp_path / "site")]
+    environment = {**os.environ, "PYTHONPATH": paths}
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode != 0
+    assert message in done.stderr
 
 
 @VERIFY

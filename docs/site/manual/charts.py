@@ -59,5 +59,7 @@ def motion(name: str) -> tuple[Figure, Reference, str]:
         axes.set(xlabel="time $t$ (s)", ylabel=what)
         axes.grid(visible=True, linewidth=0.3, color="0.8")
     if len(scene.coordinates) > 1:
-        figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=2, fontsize=9, frameon=False)
+        figure.legend(
+            *figure.axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=2, fontsize=9, frameon=False
+        )
     return figure, found, case.title if case else f"{TURNS} turns"
