@@ -28,7 +28,7 @@ LOGGER = logging.getLogger(__name__)
 
 def mathml(node: nodes.Element, *, block: bool) -> str:
     """The node's formula as MathML; a warning, and the LaTeX itself, where docutils does not know what it holds."""
-    latex = node.astext()
+    latex = node.astext().replace(r"\rho_{inf}", r"\rho_{\infty}")  # how SymPy prints the symbol's name
     try:
         return re.sub(r"\n\s*", "", str(tex2mathml(latex, as_block=block)))
     except MathError as error:

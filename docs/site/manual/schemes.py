@@ -10,10 +10,11 @@ from typing import Any
 from substep_derive import certify
 from substep_derive.declare import schemes as declared
 from substep_derive.declare.catalogue import find
+from substep_derive.declare.published import Published
 from substep_derive.declare.scheme import Scheme
 from substep_derive.study.closed_forms import ClosedForm, closed_forms
 from substep_kernels.facts import CATALOGUE
-from sympy import Symbol, latex, sympify
+from sympy import And, Symbol, latex, sympify
 
 import substep as ss
 
@@ -110,14 +111,22 @@ def _properties(scheme: Scheme) -> Iterator[str]:
     row = CATALOGUE[scheme.name]
     rows = [[title, _shown(key, row[key])] for key, title in TITLES.items() if row[key] != ""]
     yield from table(["property", "value"], rows)
-    published = scheme.published
-    if published is not None:
-        stated = {"order": published.order, "ρ∞": published.rho_inf, "critical Ω": published.critical_Omega}
-        found = [f"{what} {plain(str(value))}" for what, value in stated.items() if value is not None]
-        found += [f"stable for every Ω if {' and '.join(plain(str(x)) for x in published.stable_if)}"] * bool(
-            published.stable_if
-        )
-        yield from [f"Published: {', '.join(found)} ({plain(published.source)}); the tests compare.", ""]
+    if scheme.published is not None:
+        yield from [f"Published, and compared by the tests: {_published(scheme.published)}.", ""]
+
+
+def _published(published: Published) -> str:
+    stated = []
+    if published.order is not None:
+        stated.append(f"order {published.order}")
+    if published.rho_inf is not None:
+        stated.append(f"ρ∞ ${latex(sympify(published.rho_inf))}$")
+    if published.critical_Omega is not None:
+        limit = sympify(published.critical_Omega)
+        stated.append(f"stable up to Ω = ${latex(limit)}$" if limit.is_finite else "stable for every Ω")
+    if published.stable_if:
+        stated.append(f"that exactly if ${latex(And(*published.stable_if))}$")
+    return f"{', '.join(stated)} ({plain(published.source)})"
 
 
 def _shown(key: str, value: Any) -> str:
