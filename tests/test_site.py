@@ -130,6 +130,8 @@ def test_a_page_is_written_again_only_when_its_stamp_is_another(tmp_path: Path) 
 
 
 def test_the_digest_knows_every_source(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for module in (manual, *(sys.modules[name] for name in ("substep", "substep_derive", "substep_kernels"))):
+        assert any(Path(module.__file__ or "").is_relative_to(ROOT / folder) for folder in manual.SOURCES), module
     for folder in manual.SOURCES:
         (tmp_path / folder).mkdir(parents=True)
         assert (ROOT / folder).is_dir()
