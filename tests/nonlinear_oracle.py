@@ -10,6 +10,7 @@ In the steps, index 0 is t_n, 1 is t_{n+1}, g and p are sub-step knots, m is t_{
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from types import SimpleNamespace
@@ -36,11 +37,16 @@ MEMBERS = {  # name: the method that steps it, with these parameters fixed
     "silva_bezerra": ("newmark_bdf2", TRAPEZOID),
     "kr_alpha_plain_start": ("kr_alpha", {}),
 }
+MEMBERS |= {f"bdf{order}": ("backward_differences", {"order": order}) for order in range(2, 5)}
 MEMBERS |= {name: ("table", {"table": name}) for name in tables.TABLES}
 MEMBERS |= {name: ("composed", {"weights": weights}) for name, weights in tables.COMPOSITIONS.items()}
 MEMBERS |= {name: ("nystrom", {"table": table}) for name, table in tables.NYSTROM.items()}
 MEMBERS |= {name: ("stoermer", {"counts": counts}) for name, counts in tables.EXTRAPOLATIONS.items()}
-STARTERS = {"houbolt": 2, "park": 2, "oalts": 1}  # steps of average acceleration before the first own one
+STARTERS = {  # how many steps of which scheme come before the first own one
+    **{name: (2, "average_acceleration") for name in ("houbolt", "park", "bdf3")},
+    **{name: (1, "average_acceleration") for name in ("oalts", "bdf2")},
+    "bdf4": (3, "dormand_prince"),
+}
 
 
 @dataclass(frozen=True)
@@ -82,7 +88,8 @@ def history(name, parameters: dict[str, float], system: System, dt: float, n: in
         reported = [given]
         for i in range(n):
             run.t = i * dt
-            u, v, a = run.step("average_acceleration" if i < STARTERS.get(name, 0) else name)
+            count, starter = STARTERS.get(name, (0, name))
+            u, v, a = run.step(starter if i < count else name)
             reported.append(Row(u, v if run.lag is None else v + run.lag @ a, a))
     return tuple(np.array(column) for column in zip(*reported, strict=True))
 
@@ -270,6 +277,23 @@ class Run:
         a1 = a0 + (a_th - a0) / th
         return Row(u0 + h * v0 + h**2 / 6 * (2 * a0 + a1), v0 + h / 2 * (a0 + a1), a1)
 
+    def collocation(self, p):
+        """Newmark up to t_n + theta h with the load extrapolated, and over h with an acceleration linear in time."""
+        (s, h, t, *_, a0), th = self.now(), p.theta
+        load = s.load(t) + th * (s.load(t + h) - s.load(t))
+        a_th = self.balance(th, newmark_line(self.rows[-1], th * h, p.beta, p.gamma), load=load).a
+        return newmark_line(self.rows[-1], h, p.beta, p.gamma).end(a0 + (a_th - a0) / th)
+
+    def theta_method(self, p):
+        """y1 = y0 + h times the weighted mean of the slopes at both ends, each from the equation of motion."""
+        (s, h, t, u0, v0, _), th = self.now(), p.theta
+        before = s.acceleration(u0, v0, t)
+        if th == 0:
+            u1, v1 = u0 + h * v0, v0 + h * before
+            return Row(u1, v1, s.acceleration(u1, v1, t + h))
+        known_v = v0 + (1 - th) * h * before
+        return self.balance(1, same_line(u0 + (1 - th) * h * v0, known_v, th * h))
+
     def hht_alpha(self, p):
         p.beta, p.gamma = (1 - p.alpha) ** 2 / 4, (1 - 2 * p.alpha) / 2
         return self.newmark(p, 1, 1 + p.alpha)
@@ -280,6 +304,15 @@ class Run:
 
     def generalized_alpha(self, p):
         return self.newmark(p, 1 - p.alpha_m, 1 - p.alpha_f)
+
+    def explicit_generalized_alpha(self, p):
+        """Hulbert and Chung 1996: the internal force at the predicted displacement, so that only M and C are solved."""
+        (s, h, t, u0, v0, a0), w = self.now(), 1 - p.alpha_f
+        u_p, _, v_p, c_v = newmark_line(self.rows[-1], h, p.beta, p.gamma)
+        force = s.force(u0 + w * (u_p - u0))
+        known = s.mass @ (p.alpha_m * a0) + s.damping @ (w * v_p + (1 - w) * v0) + force - s.load(t + w * h)
+        a1 = solve((1 - p.alpha_m) * s.mass + w * c_v * s.damping, -known)
+        return newmark_line(self.rows[-1], h, p.beta, p.gamma).end(a1)
 
     def energy_momentum(self, p):
         """u1 = u0 + h (v0 + v1)/2 with the unknown (v1 - v0)/h; v of the line is (v0 + v1)/2."""
@@ -301,6 +334,17 @@ class Run:
         """10 y1 - 15 y0 + 6 ym - ymm = 6 h y1'."""
         known_u, known_v, _ = ((15 * y0 - 6 * ym + ymm) / 10 for ymm, ym, y0 in zip(*self.rows[-3:], strict=True))
         return self.balance(1, same_line(known_u, known_v, 6 * self.h / 10))
+
+    def backward_differences(self, p):
+        """The sum over j = 1 ... order of the j-th backward difference of y, over j, is h y1'."""
+        weights = [
+            sum((-1) ** i * math.comb(j, i) / j for j in range(max(i, 1), p.order + 1)) for i in range(p.order + 1)
+        ]
+        earlier = self.rows[: -p.order - 1 : -1]
+        known_u, known_v = (
+            -sum(w * row[kind] for w, row in zip(weights[1:], earlier, strict=True)) / weights[0] for kind in (0, 1)
+        )
+        return self.balance(1, same_line(known_u, known_v, self.h / weights[0]))
 
     def gholampour(self, p):
         """Relations with the jerk (a1 - am)/(2 h) and the snap (a1 + am - 2 a0)/h^2."""
@@ -324,6 +368,16 @@ class Run:
         knot = self.balance(g, newmark_line(self.rows[-1], g * h, p.beta, p.gamma))
         c1, c2, c3 = (1 - g) / (g * h), -1 / ((1 - g) * g * h), (2 - g) / ((1 - g) * h)
         return self.balance(1, same_line(-(c1 * u0 + c2 * knot.u) / c3, -(c1 * v0 + c2 * knot.v) / c3, 1 / c3), knot)
+
+    def trbdf3(self, p):
+        """Over thirds of the step: trapezoidal rule, three-point backward Euler, Houbolt."""
+        (u0, v0, _), h = self.rows[-1], self.h / 3
+        first = self.balance(1 / 3, newmark_line(self.rows[-1], h, 1 / 4, 1 / 2))
+        line = same_line((4 * first.u - u0) / 3, (4 * first.v - v0) / 3, 2 * h / 3)
+        second = self.balance(2 / 3, line, first)
+        u_p = (5 * second.u - 4 * first.u + u0) / 2
+        v_p = (11 * u_p - 18 * second.u + 9 * first.u - 2 * u0) / (6 * h)
+        return self.balance(1, Line(u_p, h**2 / 2, v_p, 11 * h / 12), second)
 
     def trapezoids_then(self, split: float, *weights: float) -> Row:
         """Trapezoids over `split` each, then y1 = y0 + h times the weighted sum of the rates at all knots."""

@@ -86,6 +86,8 @@ def sample_parameters(name: str, rng: Any) -> dict[str, float]:
     if name == "gholampour":  # delta >= 1/3, delta/2 <= alpha_g <= delta - 1/6
         delta = rng.uniform(1 / 3, 1)
         return {"delta": float(delta), "alpha_g": float(rng.uniform(delta / 2, delta - 1 / 6))}
+    if name == "theta_method":
+        return {"theta": float(rng.uniform(0, 1))}
     ranges = {
         "beta": (0.05, 1), "gamma": (0.3, 1.2), "gamma_t": (0.1, 0.9), "theta": (1, 2), "alpha": (-1 / 3, 0),
         "alpha_B": (-1, 0), "alpha_m": (-1, 0.5), "alpha_f": (0, 0.5), "rho_inf": (0, 1), "p": (0.5, 0.9),
@@ -396,4 +398,5 @@ def three_substep(s, state, p, f):
     return weighted_end(s, (state, first, second), (b3, b2, b1, g / 2), f(1))
 
 
+import program_schemes  # noqa: E402, F401 (registers schemes that programs have)  # pyright: ignore[reportUnusedImport]
 import tables  # noqa: E402, F401 (registers schemes that are tables)  # pyright: ignore[reportUnusedImport]

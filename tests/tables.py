@@ -60,6 +60,22 @@ def dormand_prince() -> Table:
     return exact
 
 
+def butcher6() -> Table:
+    """As Butcher prints it, with s for the root of 5; decimals."""
+    s = MP.sqrt(5)
+    A = [
+        [],
+        [(5 - s) / 10],
+        [-s / 10, (5 + 2 * s) / 10],
+        [(-15 + 7 * s) / 20, (-1 + s) / 4, (15 - 7 * s) / 10],
+        [(5 - s) / 60, 0, 1 / MP.mpf(6), (15 + 7 * s) / 60],
+        [(5 + s) / 60, 0, (9 - 5 * s) / 12, 1 / MP.mpf(6), (-5 + 3 * s) / 10],
+        [1 / MP.mpf(6), 0, (-55 + 25 * s) / 12, (-25 - 7 * s) / 12, 5 - 2 * s, (5 + s) / 2],
+    ]
+    low, high = (5 - s) / 10, (5 + s) / 10
+    return A, rows("1/12 0 0 0 5/12 5/12 1/12")[0], [0, low, high, low, high, low, 1]
+
+
 def sdirk2(gamma: Any) -> Table:
     A = [[gamma], [1 - gamma, gamma]]
     return A, A[-1], [gamma, 1]
@@ -158,6 +174,7 @@ def extrapolated(values: dict[int, Any]) -> Any:
 TABLES: dict[str, tuple[Callable[..., Table], str]] = {
     "bogacki_shampine": (bogacki_shampine, ""),
     "dormand_prince": (dormand_prince, ""),
+    "butcher6": (butcher6, ""),
     "sdirk2": (sdirk2, "gamma"),
     "sdirk3": (sdirk3, "gamma"),
     "crouzeix3": (crouzeix3, "gamma"),

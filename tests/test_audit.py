@@ -15,7 +15,7 @@ import substep as ss
 from substep.auditing.exactness import exactness
 from substep.auditing.identify import identify
 from substep.auditing.loads import load_taking
-from substep.auditing.probes import driven_runs, own_runs
+from substep.auditing.probes import OMEGAS, RATIOS, driven_runs, own_runs
 
 RHO = 0.8
 OPTIMAL = ((2 * RHO - 1) / (RHO + 1), RHO / (RHO + 1))
@@ -149,6 +149,24 @@ def test_an_exact_stepper_is_called_so():
     late = ss.Stepper(lambda *args, load: run(*args, load=lambda t: load.at(t - 0.1)))
     assert exactness(own_runs(late), driven_runs(late)) == "otherwise"
     assert exactness(own_runs(ss.Stepper(trapezoidal_load(0, 0, 1))), {}) is None
+
+
+def test_a_program_that_stops_at_some_frequencies_is_audited_on_the_others():
+    steps = generalized_alpha(0.0, 0.0, 0.25, 0.5)
+
+    def brittle(omega, xi, dt, n, u0, v0, load):
+        if omega * dt > 2.0 and xi > 0:
+            raise ArithmeticError("no convergence")
+        return steps(omega, xi, dt, n, u0, v0, load)
+
+    report = ss.audit(brittle, TRAPEZOIDAL)
+    assert report.identified.startswith("newmark(beta = 1/4, gamma = 1/2), all entries")
+    assert not report.deviations
+    stopped = {(Omega, xi) for Omega, xi, _ in report.failed}
+    assert stopped == {(Omega, xi) for Omega in OMEGAS if Omega > 2.0 for xi in RATIOS if xi > 0}
+    assert all("no convergence" in error for *_, error in report.failed)
+    assert "not run    at Omega = 3, xi = 0.05: expected histories from brittle" in report.text
+    assert len(report.to_dict()["not_run"]) == len(stopped)
 
 
 def test_a_report_is_text_json_and_a_page(tmp_path):

@@ -84,7 +84,7 @@ def test_profile_agrees_with_the_compiled_functions(name: str) -> None:
         end = float(sympify(row["critical_Omega"], locals={"CRootOf": real_root}))
         assert s.spectral_radius(0.999 * end) <= 1 + 1e-9 < s.spectral_radius(1.001 * end)
     if np.isfinite(rho_inf):
-        assert s.spectral_radius(1e9) == pytest.approx(rho_inf, abs=1e-3)
+        assert s.spectral_radius(1e15) == pytest.approx(rho_inf, abs=1e-3)  # eight roots of one number come near 0
     if A_stable:
         assert (s.spectral_radius(omegas, np.array([[0.1], [0.5], [1.0], [3.0]])) <= 1 + 1e-9).all()
 
@@ -98,7 +98,8 @@ def test_derived_order_is_the_observed_one(name: str, damping: str) -> None:
             ss.march(ss.scene("linear_oscillator", omega=1.0, xi=0.25), ss.scheme(name), dt=0.1, t_end=0.1)
         return
     exact = order_of(Evaluation.at_defaults(name), Rational(damping)).free
-    omega, xi, t = 2.0, float(Rational(damping)), 1.0
+    omega, xi = 2.0, float(Rational(damping))
+    t = 1.5 if name == "butcher6" else 1.0  # at t = 1 its error in a changes its sign between these steps
     scene = ss.scene("linear_oscillator", omega=omega, xi=xi, u0=0.7, v0=1.1)
     s = np.roots([1.0, 2 * xi * omega, omega**2])
     c = np.linalg.solve([[1, 1], s], [0.7, 1.1])

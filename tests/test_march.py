@@ -59,6 +59,10 @@ def test_chopra(example: str) -> None:
     assert np.abs(r.u[1:, 0] - expected).max() <= 1.0e-4
 
 
+# with which scheme each multi-step scheme starts: by average acceleration, most of them
+STARTERS = dict.fromkeys(("houbolt", "park", "oalts", "bdf2", "bdf3"), "newmark") | {"bdf4": "dormand_prince"}
+
+
 def oracle_history(name: str, s: ss.Scheme, scene: ss.Scene, dt: float, n: int) -> np.ndarray:
     """(n + 1, 3) of u, v, a by the oracle's steps, with each scheme's start written out from its paper."""
     other, numbers = for_oracle(BY_NAME[name], {key: float(value) for key, value in s.parameters.items()})
@@ -70,14 +74,13 @@ def oracle_history(name: str, s: ss.Scheme, scene: ss.Scene, dt: float, n: int) 
     x0 = np.array([scene.u0[0], scene.v0[0], scene.a0[0]]) * dt ** np.arange(3)
     u, v, a = x0
     rows, x, first = [x0], x0, 0
-    if name in ("houbolt", "park", "oalts"):
-        first = 1 if name == "oalts" else 2
+    if name in STARTERS:
+        first, starter = max(lag for _, lag in s.history), STARTERS[name]
+        known = {"beta": 0.25, "gamma": 0.5} if starter == "newmark" else {}
         for i in range(first):
-            newmark = {"beta": 0.25, "gamma": 0.5}
-            x = np.array(ORACLE["newmark"].step(x, Omega, xi, newmark, lambda tau, i=i: force((i + tau) * dt))[0])
+            x = np.array(ORACLE[starter].step(x, Omega, xi, known, lambda tau, i=i: force((i + tau) * dt))[0])
             rows.append(x)
-        kinds = {"houbolt": [0], "park": [0, 1], "oalts": [0, 1, 2]}[name]
-        x = np.array([rows[first - lag][kind] for lag in range(first + 1) for kind in kinds])
+        x = np.array([rows[first - lag][kind] for kind, lag in s.history])
     elif name == "gholampour":
         x = np.array([u, v, a, a - (force(dt) - force(0.0) - 2 * xi * Omega * a - Omega**2 * v)])
     elif name == "central_difference_lagged":

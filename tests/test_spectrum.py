@@ -175,7 +175,7 @@ def test_filter_and_march_agree(name: str, monkeypatch: pytest.MonkeyPatch) -> N
         assert np.array_equal(spectrum._by_histories(s, omega, xi, load), marched)
     if found is None:
         outside = (s.stencil() < 0).any() or (s.stencil() > 1).any()  # of a step's ends
-        assert name in ("houbolt", "park", "gholampour", "oalts") or outside
+        assert max(lag for _, lag in s.history) >= 1 or outside  # a multi-step scheme
     else:
         assert np.allclose(found / marched, 1.0, rtol=0, atol=1e-11)
 

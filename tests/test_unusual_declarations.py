@@ -86,6 +86,21 @@ def test_the_start_is_the_scheme_that_was_declared(start: Scheme) -> None:
     np.testing.assert_allclose(np.column_stack([linear.u, linear.v]), np.array(rows, dtype=float)[:, :2], rtol=1e-12)
 
 
+def test_a_start_without_an_acceleration_is_for_one_oscillator() -> None:
+    s = ss.scheme(two_step(find("rk4")))
+    message = "finds an acceleration, as it does itself, got rk4"
+    with pytest.raises(ValueError, match=message):
+        ss.march(ss.scene("duffing"), s, dt=0.1, t_end=0.5)
+    with pytest.raises(ValueError, match=message):
+        ss.march(ss.structure(np.eye(2), np.eye(2), u0=[1.0, 0.0]), s, dt=0.1, t_end=0.5)
+
+
+def test_a_member_whose_state_is_smaller_is_no_member() -> None:
+    smaller = find("oalts").fix({"rho_inf": 0}, name="smaller")
+    with pytest.raises(DeclarationError, match="the state of oalts, whose module it shares"):
+        package([find("oalts"), find("average_acceleration"), find("newmark"), smaller], [])
+
+
 def test_two_starts_are_two_schemes() -> None:
     catalogue = find("newmark").fix({"beta": "1/4", "gamma": "1/2"})
     digests = {scheme_digest(two_step(start)) for start in (fox_goodwin_like(), catalogue, find("rk4"), OWN_STARTER)}

@@ -4,6 +4,7 @@ import hashlib
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from .declare.errors import DeclarationError
 from .declare.scene import Scene
 from .declare.scheme import Scheme
 from .emit.adaptive_module import adaptive_module, local_error_module
@@ -39,6 +40,12 @@ def package(schemes: Iterable[Scheme], scenes: Iterable[Scene]) -> dict[str, str
     """File name -> text of everything in generated/substep_kernels/, its stamp included."""
     motions = {scene.name: EquationsOfMotion(scene) for scene in scenes}
     kernels = {scheme.name: SchemeKernels.of(scheme) for scheme in schemes}
+    for k in kernels.values():
+        if k.scheme.parent and k.scheme.state != kernels[k.scheme.parent].scheme.state:
+            raise DeclarationError(
+                f"{k.scheme.name}: expected a member with the state of {k.scheme.parent}, whose module it shares, got "
+                f"{k.scheme.state}; declare it on its own"
+            )
     shapes = {k.form.shape: set(LOAD_COUNTS) for k in kernels.values()}
     for k in kernels.values():
         shapes[k.form.shape].add(loads_for(len(k.form.stencil)))

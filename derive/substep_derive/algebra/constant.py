@@ -194,7 +194,7 @@ class Polynomials:
             parts.setdefault(powers[place], self.ring.zero)
             parts[powers[place]] += self.ring.from_dict({rest: c})
         content = self.ring.zero
-        for part in parts.values():
+        for part in sorted(parts.values(), key=len):  # where one is a number, all others need no looking at
             content = content.gcd(part) if not (content and content.is_ground) else content
         found = numerator.exquo(content)
         highest = parts[max(parts)].exquo(content)

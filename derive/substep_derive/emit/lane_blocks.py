@@ -137,9 +137,9 @@ def _shift(w: KernelPrinter, shift: Assignments) -> tuple[str, str]:
 
 def _newton(w: KernelPrinter, step: BalanceStep, k: int, iterated: Sequence[int]) -> str:
     entries, solve, change = step.correction()
-    # what an iteration assigns and nothing else reads stays a number
+    # what an iteration assigns is a number, under a name of its own where other loops have the same as a row
     moving = {str(s) for s, _ in step.moving}
-    local = KernelPrinter({name: text for name, text in w.names.items() if name not in moving})
+    local = KernelPrinter({name: f"{name}_j" if name in moving else text for name, text in w.names.items()})
     body = [lines(step.moving, 4, local), block(entries, 4, local)[0], lines(solve, 4, local)]
     body.append(_lines((f"{c} = {c} if going else 0.0" for c in change), 4))
     body.append(lines([(z, z - c) for z, c in zip(step.z, change, strict=True)], 4, w))

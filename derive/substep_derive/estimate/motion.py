@@ -13,7 +13,7 @@ from sympy import QQ, Symbol
 
 from ..algebra.rational import SingularMatrix, affine_solutions, matrix_inverse
 from ..declare.errors import InconsistentScheme
-from ..declare.symbols import knot_of, lattice, successor
+from ..declare.symbols import h, knot_of, lattice, successor
 from ..oscillator.evaluation import Evaluation
 from .expansion import Expansion, Key, derivative, load, of_g, taylor, weight
 from .held import END, HALVED, START, Step, earlier
@@ -123,7 +123,10 @@ class SmoothMotion:
             motion[s] = sum((self.free[i][j] * self.moving[j] for j in range(m)), self.zero)
         self.times = [number(tau) for tau in step.stencil]
         self.force_times = [
-            [sum((number(e.diff(s)) * motion[s] for s in e.free_symbols if s in motion), self.zero) for e in arguments]
+            [  # motion has h*v and h^2*a, so that h is 1 in what multiplies them
+                sum((number(e.diff(s).subs(h, 1)) * motion[s] for s in e.free_symbols if s in motion), self.zero)
+                for e in arguments
+            ]
             for arguments in step.forces
         ]
 

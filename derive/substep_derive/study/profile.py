@@ -43,7 +43,7 @@ def profile(scheme: Scheme) -> Profile:
     certificate = certify(scheme)
     conditional = certificate.critical_Omega is not None and certificate.critical_Omega != 0
     A_stable, rho_inf = None if certificate.stable else False, rho_infinity_at(at)
-    if scheme.takes_damping:
+    if certificate.stable and scheme.takes_damping:
         A_stable = certify_all_damping(scheme).stable_for_all_xi
     return Profile(
         order=order_at(at),

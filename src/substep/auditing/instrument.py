@@ -32,7 +32,8 @@ def audit(stepper: Stepper | Run, claims: Claims | None = None) -> Report:
     u'' + 2 xi omega u' + omega**2 u = load(t); with an argument a0 it is taken to start from that acceleration. A
     `Stepper` says more of what it can do. claims: what its manual states.
 
-    Raises ValueError for a stepper that raises or returns something else, and for claims that no scheme can have.
+    Raises ValueError for a stepper that raises on every oscillator or returns something else, and for claims that no
+    scheme can have. Where it raises on some of them, the audit rests on the others, and the report lists these.
     """
     stepper, claims = as_stepper(stepper), claims or Claims()
     claimed = claims.claimed_scheme()
@@ -55,8 +56,14 @@ def audit(stepper: Stepper | Run, claims: Claims | None = None) -> Report:
     )
     return Report(
         stepper, found, exact, orders, rho_inf, critical, overshoot(stepper), load, judgements, departures,
-        measured_curves(stepper, own),
+        measured_curves(stepper, own), failures(own, driven),
     )  # fmt: skip
+
+
+def failures(own: Sequence[Measured], driven: Mapping[str, Measured]) -> tuple[tuple[float, float, str], ...]:
+    """Of each oscillator that the program raised on, the first error."""
+    found = {(Omega, xi): error for run in [*driven.values(), *own][::-1] for Omega, xi, error in run.failed}
+    return tuple((Omega, xi, found[Omega, xi]) for Omega, xi in sorted(found))
 
 
 def audit_program(

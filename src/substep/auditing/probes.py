@@ -9,7 +9,7 @@ import numpy as np
 from ..core.arrays import Array
 from .linear_step import Oscillators
 from .programs.adapter import Load
-from .stepper import Stepper
+from .stepper import RunFailed, Stepper
 
 STEP = 0.25  # s; not 1, so that powers of h in the wrong place show; a power of 2, so that it rounds nothing
 STEPS = 12
@@ -30,6 +30,7 @@ class Measured:
     """Histories (P, n+1, 3) of u, h*v, h^2*a on the oscillators `at`; NaN where there are none.
 
     start: u, h*v and, where it was given, h^2*a at t = 0, else None. load: what drove it; called: when it was asked.
+    failed: Omega, xi and the error of each oscillator that the program raised on, whose rows are NaN.
     """
 
     at: Oscillators
@@ -37,6 +38,7 @@ class Measured:
     load: Load
     rows: Array
     called: tuple[tuple[float, ...], ...]
+    failed: tuple[tuple[float, float, str], ...] = ()
 
     @cached_property
     def sizes(self) -> Array:
@@ -47,7 +49,8 @@ class Measured:
 
     def shows(self, history: Sequence[tuple[int, int]]) -> bool:
         """Whether it holds every entry of a state: pairs of a kind, 0 to 2, and how many steps before it stands."""
-        return bool(np.isfinite(self.rows[0, 1:, [kind for kind, _ in history]]).all())
+        rows = self.rows[:, 1:][..., [kind for kind, _ in history]]
+        return bool(np.isfinite(rows).all(axis=(1, 2)).any())
 
     def deviation(self, rows: Array) -> Array:
         """How far other histories are off, (P, n+1, 3); NaN where either has none.
@@ -82,17 +85,23 @@ def driven_runs(stepper: Stepper) -> dict[str, Measured]:
 def measure(
     stepper: Stepper, at: Oscillators, start: tuple[float, float, float | None], load: Load, n: int = STEPS
 ) -> Measured:
-    """Run the stepper on each oscillator."""
+    """Run the stepper on each oscillator. Raises RunFailed if none of them can be run."""
     u, v, a = start
-    rows, called = [], []
+    rows, called, failed = [], [], []
     for omega, xi in zip(at.omega.tolist(), at.xi.tolist(), strict=True):
         fresh = Load(load.kind, load.amplitude, load.omega, load.phase)
         given = None if a is None else a / at.h**2
-        found = stepper.histories(omega, xi, at.h, n, u, v / at.h, given, fresh) * at.powers
+        try:
+            found = stepper.histories(omega, xi, at.h, n, u, v / at.h, given, fresh) * at.powers
+        except RunFailed as error:
+            failed.append((omega * at.h, xi, str(error)))
+            if len(failed) == len(at.omega):
+                raise
+            found = np.full((n + 1, 3), np.nan)
         sizes = np.abs(np.nan_to_num(found, nan=0.0, posinf=np.inf)).max(axis=1, keepdims=True)
         rows.append(np.where(sizes < LARGEST, found, np.nan))
         called.append(tuple(fresh.called))
-    return Measured(at, start, load, np.array(rows), tuple(called))
+    return Measured(at, start, load, np.array(rows), tuple(called), tuple(failed))
 
 
 def oscillators(stepper: Stepper, omegas: Sequence[float], ratios: Sequence[float]) -> Oscillators:

@@ -34,7 +34,8 @@ class Report:
     which its motion is exact. orders: of u, v, a, for each motion; None where exact
     or not returned. rho_inf: the spectral radius at Omega = 10^4. critical_Omega: None where it is stable up to there.
     overshoot: as the catalogue writes it. loads: how it takes the load. start: where its first acceleration comes from.
-    judgements: of the claims. deviations: root causes. curves: what was measured, for charts.
+    judgements: of the claims. deviations: root causes. curves: what was measured, for charts. failed: Omega, xi and the
+    error where the program raised; what is said of it rests on the other runs.
     """
 
     stepper: Stepper
@@ -48,6 +49,7 @@ class Report:
     judgements: tuple[Judgement, ...]
     deviations: tuple[Deviation, ...]
     curves: tuple[Curve, ...]
+    failed: tuple[tuple[float, float, str], ...] = ()
 
     @property
     def matches(self) -> tuple[Match, ...]:
@@ -88,6 +90,7 @@ class Report:
         lines += [f"  stability  rho_inf = {self.rho_inf:.4g}, {stable}, overshoot {self.overshoot}"]
         load = self.loads.text if self.exact is None else self.exact
         lines += [f"  load       {load}", f"  start      acceleration at t = 0: {self.start}"]
+        lines += [f"  not run    at Omega = {Omega:g}, xi = {xi:g}: {error}" for Omega, xi, error in self.failed]
         for judgement in self.judgements:
             lines.append(
                 f"  claim      {judgement.claim} = {judgement.claimed}: {judgement.verdict} ({judgement.found})"
@@ -120,6 +123,7 @@ class Report:
             "loads": asdict(self.loads) | {"text": self.loads.text},
             "claims": [asdict(judgement) for judgement in self.judgements],
             "deviations": [asdict(deviation) for deviation in self.deviations],
+            "not_run": [list(one) for one in self.failed],
         }
 
     def to_json(self) -> str:

@@ -13,6 +13,10 @@ from .programs.adapter import Integrator, Load
 Run = Callable[..., tuple[Any, Any, Any]]
 
 
+class RunFailed(ValueError):
+    """That a program raised in a run."""
+
+
 @dataclass(frozen=True)
 class Stepper:
     """An integrator as a black box.
@@ -34,7 +38,7 @@ class Stepper:
     ) -> Array:
         """u, v, a (n+1, 3) at the ends of the scheme's steps dt, each of `can.calls` runs of the program; NaN for none.
 
-        Raises ValueError for a run that raises, and for histories of another length.
+        Raises RunFailed for a run that raises, ValueError for histories of another length.
         """
         given = {"a0": a0} if self.can.sets_a0 else {}
         dt, n = dt / self.can.calls, n * self.can.calls
@@ -43,7 +47,7 @@ class Stepper:
                 found = self.run(omega, xi, dt, n, u0, v0, load=load, **given)
             histories = [np.full(n + 1, np.nan) if y is None else np.asarray(y, np.float64).ravel() for y in found]
         except Exception as error:
-            raise ValueError(
+            raise RunFailed(
                 f"expected histories from {self.name} at omega = {omega:g}, xi = {xi:g}, dt = {dt:g}, got "
                 f"{type(error).__name__}: {error}; say what it cannot run in its Integrator, or cure the adapter"
             ) from error

@@ -89,3 +89,11 @@ def non_negative(name: str, value: ArrayLike) -> NDArray[np.float64]:
     if (array < 0).any():
         raise ValueError(f"expected {name} >= 0, got {array.min()}; give non-negative values")
     return array
+
+
+def no_acceleration(scheme: str, starter: str) -> ValueError:
+    """The error for a scheme with an acceleration of its own that is started by one without, off one oscillator."""
+    return ValueError(
+        f"expected a scheme to start {scheme} that finds an acceleration, as it does itself, got {starter}, which "
+        "does so on one linear oscillator only; start it with one that carries a, such as dormand_prince"
+    )

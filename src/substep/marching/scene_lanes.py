@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.arrays import copy_rows
+from ..core.errors import no_acceleration
 from ..core.kernel_modules import committed
 from ..core.scenes import Scene
 from ..core.schemes import Array, Scheme
@@ -161,6 +162,8 @@ def _head(scene: Scene, scheme: Scheme, module: ModuleType, arrays: dict[str, An
     Sets `first`, the step from which the scheme itself goes on, and lowers n of the lanes that have failed by then.
     """
     assert scheme.starter is not None
+    if len(pair_kernels(scene, scheme.starter).REPORTED) < len(module.REPORTED):
+        raise no_acceleration(scheme.name, scheme.starter.name)
     first = max(lag for _, lag in module.STATE)
     n, every = arrays["n"], np.arange(len(arrays["n"]))
     steps = np.minimum(n, first)

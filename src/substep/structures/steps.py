@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from ..core.arrays import Array
+from ..core.errors import no_acceleration
 from ..core.loads import Load, values_at
 from ..core.schemes import Scheme
 from .combine import combined
@@ -111,6 +112,8 @@ class Run:
         if state is None and self.scheme.starter is not None:
             history = [self.given]
             lag = max(steps for _, steps in self.scheme.history)
+            if len(step_of(self.scheme.starter, self.h).report) < len(step_of(self.scheme, self.h).report):
+                raise no_acceleration(self.scheme.name, self.scheme.starter.name)
             starter = replace(self, scheme=self.scheme.starter)
             for X, march in starter.marched(min(lag, n)):
                 history.append(self._with_acceleration(combined(march.steps.report, X), len(history) * self.h))

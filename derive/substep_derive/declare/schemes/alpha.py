@@ -78,6 +78,35 @@ def chung_hulbert(name: str, force: Expr) -> Scheme:
 generalized_alpha = chung_hulbert("generalized_alpha", mixed(N(u1), N(u0), alpha_f))
 generalized_alpha_mixed_displacement = chung_hulbert("generalized_alpha_mixed_displacement", N(mixed(u1, u0, alpha_f)))
 
+_rho_b = Symbol("rho_b")
+
+explicit_generalized_alpha = Scheme(
+    "explicit_generalized_alpha",
+    parameters=(
+        Parameter(alpha_m, Interval(-1, half), Rational(1, 3)),
+        Parameter(alpha_f, Interval(0, 1), Rational(1)),
+        Parameter(beta, Interval(0, oo), (7 - 8 * alpha_m) * (2 - alpha_m) ** 2 / (27 * (1 - alpha_m))),
+        Parameter(gamma, Interval(0, oo), half - alpha_m + alpha_f),
+    ),
+    families=(
+        Family(
+            Parameter(_rho_b, Interval(0, 1), Rational(4, 5)),  # the spectral radius at bifurcation
+            {alpha_m: (2 * _rho_b - 1) / (_rho_b + 1), alpha_f: Rational(1)},
+        ),
+    ),
+    relations=dict(newmark.relations),
+    balances=(
+        Balance(
+            mixed(a1, a0, alpha_m),
+            mixed(v1, v0, alpha_f),
+            N(u0 + (1 - alpha_f) * (h * v0 + h**2 * (half - beta) * a0)),
+            f(1 - alpha_f),
+        ),
+    ),
+    reference="Hulbert & Chung, Comput. Methods Appl. Mech. Eng. 137 (1996) 175-188",
+    published=Published("Hulbert & Chung (1996)", 2, oo),
+)
+
 _am, _af = (2 - rho_inf) / (1 + rho_inf), 1 / (1 + rho_inf)
 _b, _g = 1 / (1 + rho_inf) ** 2, (3 - rho_inf) / (2 * (1 + rho_inf))
 _D = M + _g * h * C + _b * h**2 * K0
@@ -116,6 +145,7 @@ ALL = (
     wbz_alpha,
     generalized_alpha,
     generalized_alpha_mixed_displacement,
+    explicit_generalized_alpha,
     kr_alpha,
     kr_alpha_plain_start,
 )

@@ -135,4 +135,20 @@ three_substep = Scheme(
     published=Published("Zhang et al. (2020)", 2, rho_inf, oo),
 )
 
-ALL = (bathe, silva_bezerra, newmark_bdf2, rho_inf_bathe, beta1_beta2_bathe, three_substep)
+_third = h / 3
+
+trbdf3 = Scheme(
+    "trbdf3",
+    relations={
+        ug: u0 + _third / 2 * (v0 + vg),
+        vg: v0 + _third / 2 * (a0 + ag),
+        _vk: (3 * _uk - 4 * ug + u0) / (2 * _third),
+        _ak: (3 * _vk - 4 * vg + v0) / (2 * _third),
+        v1: (11 * u1 - 18 * _uk + 9 * ug - 2 * u0) / (6 * _third),
+        a1: (2 * u1 - 5 * _uk + 4 * ug - u0) / _third**2,
+    },
+    balances=(Balance.at(inner, Rational(1, 3)), Balance.at(later, Rational(2, 3)), Balance.at(end, 1)),
+    reference="OpenSees, integrator TRBDF3 (2012): trapezoidal rule, three-point backward Euler, Houbolt",
+)
+
+ALL = (bathe, silva_bezerra, newmark_bdf2, rho_inf_bathe, beta1_beta2_bathe, three_substep, trbdf3)

@@ -1,12 +1,13 @@
 """Multi-step schemes: the state holds earlier steps, and each says how it starts."""
 
-from sympy import Expr, Interval, Rational, oo
+from sympy import Expr, Interval, Rational, binomial, oo
 
 from ..parameter import Parameter
 from ..published import Published
 from ..scheme import Balance, Scheme
 from ..symbols import C, K_t, M, alpha_g, delta, f, h, knot, rho_inf
 from .newmark import average_acceleration
+from .runge_kutta import dormand_prince
 
 u0, v0, a0 = knot(0)
 u1, v1, a1 = end = knot(1)
@@ -84,4 +85,29 @@ oalts = Scheme(
     published=Published("Zhang & Xing (2019)", 2, rho_inf, oo),
 )
 
-ALL = (houbolt, park, gholampour, oalts)
+
+def backward_differences(order: int, start: Scheme, published: Published) -> Scheme:
+    """The backward differentiation formula of that order, for v and for a."""
+
+    def rate(kind: str) -> Expr:
+        """Sum of the backward differences, each over its order."""
+        values = [getattr(knot(1 - steps), kind) for steps in range(order + 1)]
+        return sum(
+            Rational((-1) ** i * binomial(j, i), j) * values[i] for j in range(1, order + 1) for i in range(j + 1)
+        )
+
+    return Scheme(
+        f"bdf{order}",
+        relations={v1: rate("u") / h, a1: rate("v") / h},
+        balances=(Balance.at(end, 1),),
+        start=start,
+        reference="Gear, Numerical Initial Value Problems (1971), ch. 11",
+        published=published,
+    )
+
+
+bdf2 = backward_differences(2, average_acceleration, Published("Gear (1971), ch. 11", 2, 0, oo))
+bdf3 = backward_differences(3, average_acceleration, Published("Gear (1971), ch. 11", 3, 0))
+bdf4 = backward_differences(4, dormand_prince, Published("Gear (1971), ch. 11", 4, 0))
+
+ALL = (houbolt, park, gholampour, oalts, bdf2, bdf3, bdf4)

@@ -5,7 +5,7 @@ from sympy import Interval, Rational, oo
 from ..parameter import Parameter
 from ..published import Published
 from ..scheme import Balance, Scheme
-from ..symbols import N, N_discrete, f, h, knot, theta
+from ..symbols import N, N_discrete, beta, f, gamma, h, knot, theta
 
 u0, v0, a0 = knot(0)
 u1, v1, a1 = end = knot(1)
@@ -39,6 +39,43 @@ wilson_theta = Scheme(
     ),
 )
 
+collocation = Scheme(
+    "collocation",
+    parameters=(
+        Parameter(theta, Interval(1, oo), Rational(6, 5)),
+        Parameter(beta, Interval(0, oo), Rational(1, 5)),
+        Parameter(gamma, Interval(0, oo), half),
+    ),
+    relations={
+        _at: (1 - theta) * a0 + theta * a1,
+        _ut: u0 + _th * v0 + _th**2 * ((half - beta) * a0 + beta * _at),
+        _vt: v0 + _th * ((1 - gamma) * a0 + gamma * _at),
+        u1: u0 + h * v0 + h**2 * ((half - beta) * a0 + beta * a1),
+        v1: v0 + h * ((1 - gamma) * a0 + gamma * a1),
+    },
+    balances=(Balance(_at, _vt, N(_ut), f(0) + theta * (f(1) - f(0))),),
+    reference="Hilber & Hughes, Earthq. Eng. Struct. Dyn. 6 (1978) 99-117",
+    published=Published("Hilber & Hughes (1978)", 2, None, oo),
+)
+
+theta_method = Scheme(
+    "theta_method",
+    parameters=(Parameter(theta, Interval(0, 1), Rational(3, 5)),),
+    relations={u1: u0 + h * (theta * v1 + (1 - theta) * v0)},
+    balances=(
+        Balance(
+            (v1 - v0) / h,
+            theta * v1 + (1 - theta) * v0,
+            theta * N(u1) + (1 - theta) * N(u0),
+            theta * f(1) + (1 - theta) * f(0),
+        ),
+    ),
+    reference="Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I (1993), II.7; Moreau & Jean",
+    published=Published(
+        "Wood, Practical Time-stepping Schemes (1990), ch. 2", 1, (1 - theta) / theta, oo, (2 * theta >= 1,)
+    ),
+)
+
 energy_momentum = Scheme(
     "energy_momentum",
     relations={u1: u0 + h / 2 * (v0 + v1)},
@@ -47,4 +84,4 @@ energy_momentum = Scheme(
     published=Published("Simo & Tarnow, ZAMP 43 (1992) 757-792", 2, 1, oo),
 )
 
-ALL = (backward_euler, wilson_theta, energy_momentum)
+ALL = (backward_euler, wilson_theta, collocation, theta_method, energy_momentum)

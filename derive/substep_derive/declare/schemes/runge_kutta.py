@@ -1,11 +1,13 @@
 """Explicit Runge-Kutta pairs."""
 
-from sympy import Rational, oo
+from sympy import Rational, oo, sqrt
 
+from ...algebra.constant import Constant
 from ..published import Published
 from ..tableau import tableau
 
 _Q = Rational
+_half = _Q(1, 2)
 
 _b = (_Q(2, 9), _Q(1, 3), _Q(4, 9), 0)
 
@@ -42,4 +44,23 @@ dormand_prince = tableau(
     published=Published("Dormand & Prince (1980)", 5, oo),
 )
 
-ALL = (bogacki_shampine, dormand_prince)
+_r = Constant("theta", sqrt(5))
+
+butcher6 = tableau(
+    "butcher6",
+    A=(
+        (),
+        (_half - _r / 10,),
+        (-_r / 10, _half + _r / 5),
+        (7 * _r / 20 - _Q(3, 4), _r / 4 - _Q(1, 4), _Q(3, 2) - 7 * _r / 10),
+        (_Q(1, 12) - _r / 60, 0, _Q(1, 6), 7 * _r / 60 + _Q(1, 4)),
+        (_r / 60 + _Q(1, 12), 0, _Q(3, 4) - 5 * _r / 12, _Q(1, 6), 3 * _r / 10 - _half),
+        (_Q(1, 6), 0, 25 * _r / 12 - _Q(55, 12), -7 * _r / 12 - _Q(25, 12), 5 - 2 * _r, _Q(5, 2) + _r / 2),
+    ),
+    b=(_Q(1, 12), 0, 0, 0, _Q(5, 12), _Q(5, 12), _Q(1, 12)),
+    c=(0, *(_half - _r / 10, _half + _r / 10) * 2, _half - _r / 10, 1),
+    reference="Butcher, J. Aust. Math. Soc. 4 (1964) 179-194, a process of order 6 in 7 stages",
+    published=Published("Butcher (1964)", 6, oo),
+)
+
+ALL = (bogacki_shampine, dormand_prince, butcher6)

@@ -25,7 +25,7 @@ class Integrator:
     such as {"v": -0.5} for velocities at half steps. load: "function" where it is called at instants that the program
     chooses, "samples" where the program is handed values at the ends of the steps, "none" where it takes none.
     damping: whether a damped oscillator can be run. calls: of the program that make one step of the scheme.
-    digits: decimal digits that its results can have. explicit: whether it needs small steps to start at all.
+    digits: decimal digits that its results can have.
     claims: name -> (value, quotation, place in the manual): "scheme", "order", "rho_inf", "unconditional",
     "critical_Omega" and the scheme's parameters.
     """
@@ -38,7 +38,6 @@ class Integrator:
     damping: bool = True
     calls: int = 1
     digits: float = 15.0
-    explicit: bool = False
     claims: dict[str, tuple[Any, str, str]] = field(default_factory=dict)
 
 

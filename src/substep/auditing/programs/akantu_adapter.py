@@ -40,7 +40,7 @@ def scheme(kind: str, beta: float, unknown: str = "_acceleration") -> Integrator
     return Integrator(arguments=arguments, sets_a0=True, load="samples", damping=False, claims=claims)
 
 
-def analysis(method: str, name: str, explicit: bool) -> Integrator:
+def analysis(method: str, name: str) -> Integrator:
     """One of the program's own choices of scheme, solver and mass."""
     claims: dict[str, tuple[Any, str, str]] = {"scheme": (name, method, PLACE.format("AnalysisMethod"))}
     return Integrator(
@@ -48,15 +48,14 @@ def analysis(method: str, name: str, explicit: bool) -> Integrator:
         sets_a0=True,
         load="samples",
         damping=False,
-        explicit=explicit,
         digits=14.0,
         claims=claims,
     )
 
 
 INTEGRATORS = {
-    "explicit_lumped_mass": analysis("_explicit_lumped_mass", "central_difference", True),
-    "explicit_consistent_mass": analysis("_explicit_consistent_mass", "central_difference", True),
+    "explicit_lumped_mass": analysis("_explicit_lumped_mass", "central_difference"),
+    "explicit_consistent_mass": analysis("_explicit_consistent_mass", "central_difference"),
     "trapezoidal_rule_2": scheme("trapezoidal_rule_2", 1 / 4),
     "trapezoidal_rule_2_displacement": scheme("trapezoidal_rule_2", 1 / 4, "_displacement"),
     "linear_acceleration": scheme("linear_acceleration", 1 / 6),

@@ -26,7 +26,6 @@ def scheme(algo: str, quotation: str, arguments: dict[str, Any] | None = None, *
     return Integrator(
         arguments={"algo": algo} | (arguments or {}),
         sets_a0=not algo.startswith("euler"),
-        explicit=algo == "euler_explicit",
         claims=claims,
     )
 

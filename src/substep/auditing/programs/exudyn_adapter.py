@@ -59,7 +59,7 @@ def explicit(solver: str, order: int | None, quotation: str) -> Integrator:
     claims: dict[str, tuple[Any, str, str]] = {"scheme": (SCHEMES.get(solver, solver), quotation, place)}
     if order is not None:
         claims["order"] = (order, quotation, place)
-    return Integrator(arguments={"solver": solver}, explicit=True, claims=claims)
+    return Integrator(arguments={"solver": solver}, claims=claims)
 
 
 SCHEMES = {  # names of the solvers that the catalogue of schemes has

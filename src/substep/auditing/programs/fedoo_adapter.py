@@ -23,15 +23,14 @@ CENTRAL = "This is the explicit Newmark specialization beta=0 and gamma=1/2 with
 
 
 def described(
-    name: str, quotation: str, arguments: dict[str, float], explicit: bool = False, **values: Any
+    name: str, quotation: str, arguments: dict[str, float], sets_a0: bool = True, **values: Any
 ) -> Integrator:
     """An integrator of fedoo.time with its arguments."""
     claims = {key: (value, quotation, PLACE.format(name)) for key, value in values.items()}
     return Integrator(
         arguments={"integrator": name, **arguments},
-        sets_a0=not explicit,
+        sets_a0=sets_a0,
         load="samples",
-        explicit=explicit,
         digits=14.0,
         claims=claims,
     )
@@ -56,10 +55,12 @@ INTEGRATORS = {
     "GeneralizedAlpha_hht": described(
         "GeneralizedAlpha", MIDDLE, {"alpha_m": 0.0, "alpha_f": 0.1}, scheme="hht_alpha", alpha=-0.1
     ),
-    "CentralDifference": described("CentralDifference", CENTRAL, {}, True, scheme="newmark", beta=0.0, gamma=0.5),
-    "ExplicitNewmark": described("ExplicitNewmark", DEFAULTS, {}, True, order=2),
+    "CentralDifference": described(
+        "CentralDifference", CENTRAL, {}, sets_a0=False, scheme="newmark", beta=0.0, gamma=0.5
+    ),
+    "ExplicitNewmark": described("ExplicitNewmark", DEFAULTS, {}, sets_a0=False, order=2),
     "ExplicitGeneralizedAlpha": described(
-        "ExplicitGeneralizedAlpha", DEFAULTS, {"alpha_m": -0.1, "alpha_f": 0.2}, True, order=2
+        "ExplicitGeneralizedAlpha", DEFAULTS, {"alpha_m": -0.1, "alpha_f": 0.2}, sets_a0=False, order=2
     ),
 }
 LUMPED, CONSISTENT = 2.0, 3.0  # densities of a unit mass at the free side

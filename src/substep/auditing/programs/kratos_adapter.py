@@ -67,13 +67,11 @@ INTEGRATORS = {
     "explicit_central_differences": Integrator(
         late={"v": -1.0, "a": -1.0},
         load="samples",
-        explicit=True,
         claims=claims(CENTRAL, "An explicit central difference scheme", scheme="central_difference"),
     ),
     "explicit_multi_stage": Integrator(
         arguments={"fraction_delta_time": 0.333333333333333333},
         load="samples",
-        explicit=True,
         claims=claims("structural_mechanics_explicit_dynamic_solver.py", '"multi_stage"', scheme="kim_two_stage"),
     ),
 }

@@ -36,9 +36,9 @@ def usage(name: str, line: int, quotation: str, **values: Any) -> Claims:
     return {key: (value, quotation, SOURCE.format(f"{name}.cpp:{line}")) for key, value in values.items()}
 
 
-def alpha(name: str, arguments: dict[str, Any], claims: Claims, explicit: bool = False) -> Integrator:
+def alpha(name: str, arguments: dict[str, Any], claims: Claims) -> Integrator:
     """An integrator whose start takes an acceleration that was committed to the node."""
-    return Integrator(arguments=arguments, sets_a0=True, explicit=explicit, claims=claims)
+    return Integrator(arguments=arguments, sets_a0=True, claims=claims)
 
 
 def newmark(gamma: float, beta: float, quotation: str, **options: Any) -> Integrator:
@@ -77,7 +77,6 @@ INTEGRATORS: dict[str, Integrator] = {
     "Newmark_explicit": Integrator(
         arguments={"gamma": 0.5, "beta": 0.0, "-form": "A"},
         sets_a0=True,
-        explicit=True,
         claims=documented(
             "newmark",
             "beta is chosen as 0, the formulation results in the fast but conditionally stable explicit"
@@ -126,18 +125,16 @@ INTEGRATORS: dict[str, Integrator] = {
         "HHTExplicit",
         {"alpha": 0.9},
         header("HHTExplicit", 34, OWN_FORM.format("HHTExplicit") + " (beta = 0)", **HHT, beta=0.0),
-        explicit=True,
     ),
     "HHTExplicit_gamma": alpha(
         "HHTExplicit",
         {"alpha": 0.9, "gamma": 0.6},
         usage("HHTExplicit", 54, "or HHTExplicit $alpha $gamma <-updateElemDisp>", **HHT, gamma=0.6),
-        explicit=True,
     ),
-    "HHTExplicit_update": alpha("HHTExplicit", {"alpha": 0.9, "-updateElemDisp": True}, {}, explicit=True),
-    "HHTExplicit_TP": alpha("HHTExplicit_TP", {"alpha": 0.9}, {}, explicit=True),
-    "HHTGeneralizedExplicit": alpha("HHTGeneralizedExplicit", {"rhoB": 0.6, "alphaF": 0.8}, {}, explicit=True),
-    "HHTGeneralizedExplicit_TP": alpha("HHTGeneralizedExplicit_TP", {"rhoB": 0.6, "alphaF": 0.8}, {}, explicit=True),
+    "HHTExplicit_update": alpha("HHTExplicit", {"alpha": 0.9, "-updateElemDisp": True}, {}),
+    "HHTExplicit_TP": alpha("HHTExplicit_TP", {"alpha": 0.9}, {}),
+    "HHTGeneralizedExplicit": alpha("HHTGeneralizedExplicit", {"rhoB": 0.6, "alphaF": 0.8}, {}),
+    "HHTGeneralizedExplicit_TP": alpha("HHTGeneralizedExplicit_TP", {"rhoB": 0.6, "alphaF": 0.8}, {}),
     "KRAlphaExplicit": alpha(
         "KRAlphaExplicit",
         {"rhoInf": 0.6},
@@ -216,16 +213,13 @@ INTEGRATORS: dict[str, Integrator] = {
         "NewmarkExplicit",
         {"gamma": 0.5},
         header("NewmarkExplicit", 35, EXPLICIT_NEWMARK, scheme="newmark", beta=0.0, gamma=0.5),
-        explicit=True,
     ),
     "NewmarkExplicit_damped": alpha(
         "NewmarkExplicit",
         {"gamma": 0.6},
         header("NewmarkExplicit", 35, EXPLICIT_NEWMARK, scheme="newmark", beta=0.0, gamma=0.6),
-        explicit=True,
     ),
     "CentralDifference": Integrator(
-        explicit=True,
         claims=documented(
             "centralDifference",
             "For stability, dt / T_n < 1 / pi",
@@ -236,7 +230,6 @@ INTEGRATORS: dict[str, Integrator] = {
     "CentralDifferenceAlternative": Integrator(
         outputs="uv",
         late={"v": -0.5},
-        explicit=True,
         claims=header(
             "CentralDifferenceAlternative",
             34,
@@ -247,7 +240,6 @@ INTEGRATORS: dict[str, Integrator] = {
     "CentralDifferenceNoDamping": Integrator(
         outputs="u",
         damping=False,
-        explicit=True,
         claims=header(
             "CentralDifferenceNoDamping",
             34,
@@ -257,7 +249,6 @@ INTEGRATORS: dict[str, Integrator] = {
     ),
     "ExplicitDifference": Integrator(
         sets_a0=True,
-        explicit=True,
         claims={
             "scheme": ("central_difference_lagged", "Explicit Difference", MANUAL.format("ExplicitDifference")),
             "critical_Omega": (

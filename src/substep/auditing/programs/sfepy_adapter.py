@@ -31,8 +31,7 @@ TABLE = "All of these methods are 2-order of accuracy"
 def solver(kind: str, place: str, quotation: str, arguments: dict[str, Any] | None = None, **values: Any) -> Integrator:
     """A solver by its name in the program."""
     claims = {name: (value, quotation, PLACE.format(place)) for name, value in values.items()}
-    explicit = kind in ("velocity_verlet", "central_difference")
-    return Integrator(arguments={"kind": kind} | (arguments or {}), explicit=explicit, claims=claims)
+    return Integrator(arguments={"kind": kind} | (arguments or {}), claims=claims)
 
 
 def newmark(beta: float, gamma: float = 0.5, **values: Any) -> Integrator:

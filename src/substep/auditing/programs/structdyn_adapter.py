@@ -38,7 +38,7 @@ def central(place: str) -> Integrator:
         "scheme": ("central_difference", "the Central Difference Method", there),
         "critical_Omega": (2.0, CENTRAL, there),
     }
-    return Integrator(load="samples", explicit=True, claims=claims)
+    return Integrator(load="samples", claims=claims)
 
 
 IMPLICIT = "This class implements the implicit, unconditionally stable Newmark-beta time integration algorithm"
