@@ -1,9 +1,10 @@
-.PHONY: all install derive derive-check reproduce test verify lint notebooks bench audits clean
+.PHONY: all install derive derive-check reproduce test verify lint notebooks docs bench audits clean
 
 PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/.ready
 TOOLS := .venv/.tools
+SITE := .venv/.site
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 export PYTHONHASHSEED = 0
 
@@ -18,6 +19,11 @@ $(READY): pyproject.toml
 $(TOOLS): $(READY)
 	@echo "installing: the tools of the tests, into .venv"
 	@$(PIP) -e '.[dev]' && $(BIN)/pyright --version && touch $(TOOLS)
+
+# what builds the site, and executes the notebooks for it
+$(SITE): $(READY)
+	@echo "installing: Sphinx, into .venv"
+	@$(PIP) -e '.[docs]' && touch $(SITE)
 
 install: $(READY)
 
@@ -38,11 +44,15 @@ lint: $(TOOLS)
 test: lint
 	$(BIN)/pytest
 
-verify: $(TOOLS)
+verify: $(TOOLS) $(SITE)
 	SUBSTEP_VERIFY=1 $(BIN)/pytest
 
 notebooks: $(TOOLS)
 	$(BIN)/jupytext --to ipynb --execute notebooks/*.py
+
+# the site, into results/site/index.html; a warning is an error
+docs: $(SITE)
+	$(BIN)/sphinx-build -W --keep-going --quiet -c docs/site docs results/site
 
 bench: $(TOOLS)
 	$(BIN)/python -m benchmarks
@@ -52,4 +62,4 @@ audits: $(TOOLS)
 	$(BIN)/python -m audits audits/.environments
 
 clean:
-	rm -rf .venv results
+	rm -rf .venv results docs/generated

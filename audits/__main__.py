@@ -1,7 +1,8 @@
 """Audit programs and write what comes out: `python -m audits FOLDER [PROGRAM ...]`, or `python -m audits` for the page.
 
 FOLDER holds the environments that environments.sh makes. The reports go to reports/, one file a program, and the page
-docs/audits.md is written from them and from the scripts that show a deviation without this package.
+docs/audits.md is written from them and from the scripts that show a deviation without this package, the table in
+docs/conventions.md from the dialects that were found.
 """
 
 import json
@@ -13,15 +14,16 @@ from datetime import date
 from pathlib import Path
 from typing import Any
 
-from substep.auditing.dialects import TABLE, find_dialect, to_plain
+from substep.auditing.dialects import TABLE, Dialect, find_dialect, to_plain
 from substep.auditing.instrument import audit_program
 from substep.auditing.program import Program, programs
 
-from .page import page
+from .page import conventions, page
 
 HERE = Path(__file__).parent
 REPORTS = HERE / "reports"
 PAGE = HERE.parent / "docs" / "audits.md"
+CONVENTIONS = PAGE.with_name("conventions.md")
 
 
 def environment(name: str, folder: Path) -> str:
@@ -98,6 +100,8 @@ def main() -> None:
         found |= json.loads(path.read_text(encoding="utf-8"))["dialects"]
     TABLE.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
     PAGE.write_text(page(REPORTS, HERE), encoding="utf-8")
+    table = {name: Dialect.from_plain(entry) for name, entry in found.items()}
+    CONVENTIONS.write_text(conventions(CONVENTIONS.read_text(encoding="utf-8"), table), encoding="utf-8")
 
 
 if __name__ == "__main__":

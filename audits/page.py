@@ -1,4 +1,7 @@
-"""The page docs/audits.md: what every audited integrator is, and the deviations that a script shows."""
+"""The page docs/audits.md: what every audited integrator is, and the deviations that a script shows.
+
+Besides, the table in docs/conventions.md: other programs' arguments as parameters of declared schemes.
+"""
 
 import ast
 import json
@@ -18,8 +21,9 @@ solved for; the observed order of u in free motion, in driven motion from a star
 motion from rest; the spectral radius at omega h = 10^4; the smallest omega h beyond which it is unstable; how a step
 takes the load; where the acceleration at t = 0 comes from ("zero": it is 0 unless the user sets it); and how many of
 the statements of its manual hold. A low order with the start "zero" is the price of a start that the program leaves to
-its user, not of the scheme.
+its user, not of the scheme. What the arguments are as parameters of declared schemes: [conventions](conventions.md).
 """
+BEGIN, END = (f"<!-- arguments of other programs: {mark} -->" for mark in ("begin", "end"))
 
 
 def page(reports: Path, scripts: Path) -> str:
@@ -32,19 +36,23 @@ def page(reports: Path, scripts: Path) -> str:
         lines += list(_table(program["reports"]))
         lines += [f"- `{x['integrator']}` could not be audited: {x['error']}" for x in program["failed"]]
         lines.append("")
-    lines += ["# Conventions: what their arguments are", ""]
-    lines += ["Found by identification at several values; `ss.dialect` reads the same table.", ""]
-    lines += ["| program | arguments | declared scheme and parameters |", "|---|---|---|"]
-    for program in found:
-        for name, entry in program["dialects"].items():
-            arguments = ", ".join(entry["arguments"]) or "–"
-            lines.append(f"| `{name}` | {arguments} | {Dialect.from_plain(entry).text} |")
-    lines.append("")
-    lines += ["# Deviations, each shown by a script of its own", ""]
+    lines += ["## Deviations, each shown by a script of its own", ""]
     lines += ["Each script imports the program and NumPy only. Its text says where the source or manual was read.", ""]
     for script in sorted(scripts.glob("*/*.py")):
         lines += list(_deviation(script))
     return "\n".join(lines).rstrip() + "\n"
+
+
+def conventions(text: str, table: Mapping[str, Dialect]) -> str:
+    """The text of docs/conventions.md with its table, between two marks, made anew. Raises ValueError without these."""
+    before, begin, rest = text.partition(BEGIN)
+    _, end, after = rest.partition(END)
+    if not begin or not end:
+        raise ValueError(f"expected the marks {BEGIN} and {END} in docs/conventions.md, got none; put them back")
+    lines = ["| program and integrator | its arguments | declared scheme and parameters |", "|---|---|---|"]
+    for name, dialect in sorted(table.items()):
+        lines.append(f"| `{name}` | {', '.join(f'`{x}`' for x in dialect.arguments) or '–'} | {dialect.text} |")
+    return "\n".join([before + begin, "", *lines, "", end + after])
 
 
 def _table(reports: list[Mapping[str, Any]]) -> Iterator[str]:
@@ -78,7 +86,7 @@ def _claims(claims: list[Mapping[str, Any]]) -> str:
 def _deviation(script: Path) -> Iterator[str]:
     text = ast.get_docstring(ast.parse(script.read_text(encoding="utf-8"))) or ""
     title, _, body = text.partition("\n\n")
-    yield f"## {' '.join(title.split()).rstrip('.')}"
+    yield f"### {' '.join(title.split()).rstrip('.')}"
     yield ""
     yield f"`audits/{script.parent.name}/{script.name}`"
     yield ""

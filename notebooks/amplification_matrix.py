@@ -92,7 +92,7 @@ assert ratio == 2
 # ## Bathe and Silva-Bezerra are members
 #
 # `bathe` is declared on its own, with the trapezoidal rule; that it is the composite at
-# $\gamma_t = \tfrac12$, $\beta = \tfrac14$, $\gamma = \tfrac12$ (thesis, p. 27) is a result.
+# $\gamma_t = \tfrac{1}{2}$, $\beta = \tfrac{1}{4}$, $\gamma = \tfrac{1}{2}$ (thesis, p. 27) is a result.
 
 # %%
 half, quarter = Rational(1, 2), Rational(1, 4)
@@ -116,8 +116,8 @@ assert d.rho_inf.subs({gamma_t: Rational(9, 10), beta: Rational(49, 100), gamma:
 assert derive("bathe").rho_inf == 0
 
 # %% [markdown]
-# The numerator $2\beta - \gamma$ vanishes for $\beta = \tfrac14, \gamma = \tfrac12$ alone among the sets of Table
-# 4.1: only that one annihilates the stiffest modes.
+# The numerator $2\beta - \gamma$ vanishes for $\beta = \tfrac{1}{4}, \gamma = \tfrac{1}{2}$ alone among the sets of
+# Table 4.1: only that one annihilates the stiffest modes.
 
 # %%
 ratios = np.logspace(-2, 3, 400)

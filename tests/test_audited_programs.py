@@ -17,8 +17,8 @@ from substep.auditing.program import ADAPTERS, Program, programs
 
 ROOT = Path(__file__).parents[1]
 sys.path.append(str(ROOT))
-from audits.__main__ import PAGE, REPORTS  # noqa: E402
-from audits.page import page  # noqa: E402
+from audits.__main__ import CONVENTIONS, PAGE, REPORTS  # noqa: E402
+from audits.page import conventions, page  # noqa: E402
 
 ADAPTER = '''
 """Newmark's method with its arguments in the wrong order, printing while it runs."""
@@ -116,6 +116,10 @@ def test_the_page_and_the_table_are_those_of_the_reports():
     for path in sorted(REPORTS.glob("*.json")):
         found |= json.loads(path.read_text(encoding="utf-8"))["dialects"]
     assert json.loads(TABLE.read_text(encoding="utf-8")) == found
+    text = CONVENTIONS.read_text(encoding="utf-8")
+    assert conventions(text, dialects()) == text
+    with pytest.raises(ValueError, match="expected the marks"):
+        conventions("# Conventions\n", dialects())
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ import substep as ss
 from substep.cli.commands import app
 from substep.derived.simple_fraction import simple_fraction
 
-LARGE = {"yoshida6": 1e8}  # else 1e9: of others the radius there differs from its limit by 1e-3 at most
+LARGE = {"yoshida6": 1e8, "bdf4": 1e15}  # else 1e9: of others the radius there differs from its limit by 1e-3 at most
 
 
 @pytest.mark.parametrize("name", ss.schemes())

@@ -1,8 +1,11 @@
 """What `import substep` costs and loads, and the layer borders that no linter sees."""
 
 import ast
+import os
+import shutil
 import subprocess
 import sys
+import sysconfig
 from itertools import pairwise
 from pathlib import Path
 
@@ -26,6 +29,15 @@ def test_import_loads_neither_numba_nor_sympy_nor_matplotlib_nor_xarray() -> Non
     assert run(code.format(names)) == "[]"
 
 
+def test_import_needs_numpy_alone() -> None:
+    """What is loaded beyond the standard library, and was not there before (an environment may load its own)."""
+    code = (
+        "import sys; before = set(sys.modules); import substep; substep.schemes(); substep.scheme('bathe'); "
+        "new = {m.partition('.')[0] for m in set(sys.modules) - before}; print(sorted(new - sys.stdlib_module_names))"
+    )
+    assert run(code) == "['numpy', 'substep', 'substep_kernels']"
+
+
 def test_a_response_spectrum_does_not_wait_for_dask() -> None:
     """Which xarray imports, with much of SciPy, to ask of each array whether it is one of dask's."""
     code = "import sys, substep; substep.response_spectrum([0.0, 1.0], 0.1, [1.0]); print('dask.array' in sys.modules)"
@@ -35,6 +47,45 @@ def test_a_response_spectrum_does_not_wait_for_dask() -> None:
 def test_a_stability_function_loads_numba_but_not_sympy() -> None:
     code = "import sys, substep; substep.scheme('bathe').spectral_radius(1.0); print('sympy' in sys.modules)"
     assert run(code) == "False"
+
+
+@pytest.mark.skipif(not os.environ.get("SUBSTEP_VERIFY"), reason="builds and installs the package: make verify")
+@pytest.mark.parametrize("kind", ["wheel", "sdist"])
+def test_installed_into_an_empty_environment_it_draws_a_chart(kind: str, tmp_path: Path) -> None:
+    """From a wheel of this folder, and from one of the source archive alone; what it imports is that of these tests."""
+
+    def python(*arguments: str, interpreter: Path = Path(sys.executable), cwd: Path = tmp_path) -> str:
+        environment = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
+        environment |= {"SUBSTEP_CACHE": str(tmp_path / "cache"), "MPLBACKEND": "Agg"}
+        command = [str(interpreter), *arguments]
+        done = subprocess.run(command, cwd=cwd, env=environment, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+    source = ROOT
+    if kind == "sdist":
+        python("-m", "hatchling", "build", "-t", "sdist", "-d", str(tmp_path), cwd=ROOT)
+        shutil.unpack_archive(next(tmp_path.glob("*.tar.gz")), tmp_path, filter="data")
+        (source,) = (path for path in tmp_path.iterdir() if path.is_dir())
+    python("-m", "hatchling", "build", "-t", "wheel", "-d", str(tmp_path), cwd=source)
+    python("-m", "venv", "--without-pip", "environment")
+    bin_folder = tmp_path / "environment" / ("Scripts" if os.name == "nt" else "bin")
+    packages = Path(
+        python(
+            "-c", "import sysconfig; print(sysconfig.get_path('purelib'))", interpreter=bin_folder / "python"
+        ).strip()
+    )
+    installer = ("-m", "pip", "install", "--quiet", "--no-deps", "--no-index", "--target", str(packages))
+    python(*installer, str(next(tmp_path.glob("*.whl"))))
+    # what is imported, but not the editable installation there, whose .pth file is read in its own folder only
+    (packages / "imported.pth").write_text(f"{sysconfig.get_path('purelib')}\n", encoding="utf-8")
+    code = "import substep as a, substep_derive as b, substep_kernels as c; print(a.__file__, b.__file__, c.__file__)"
+    found = python("-c", code, interpreter=bin_folder / "python").split()
+    assert all(Path(path).is_relative_to(packages) for path in found), found
+    command = "from substep.cli.commands import app; app()"
+    python("-c", command, "chart", "bathe", "houbolt", "--file", "chart", interpreter=bin_folder / "python")
+    assert (tmp_path / "chart.png").stat().st_size > 10_000
+    assert "newmark_bdf2" in python("-c", command, "certify", "newmark_bdf2", interpreter=bin_folder / "python")
 
 
 def test_only_algebra_touches_the_low_level_of_sympy() -> None:

@@ -1,0 +1,65 @@
+"""The charts of the generated pages."""
+
+import numpy as np
+from matplotlib.figure import Figure
+from sympy import Symbol, latex
+
+import substep as ss
+from substep.figures.charts import COLOURS, stability_figure
+from substep.studies.precision.cases import CASES, FURTHER
+from substep.studies.precision.reference import Reference, reference
+
+RATIOS, SMALL = np.geomspace(1e-2, 1e2, 241), np.linspace(0.0, 0.3, 121)  # h/T
+DAMPING = (0.0, 0.05, 0.2)
+COMPARED = "average_acceleration"
+CAPTION = (
+    "Over the time ratio h/T, at default parameters and three damping ratios ξ: (a) spectral radius, (b) amplitude "
+    "error a period, which is about 2π times the numerical damping, (c) period error. Black: the average acceleration "
+    "method at ξ = 0. [How to read it](../../charts.md)."
+)
+SAMPLES = 400
+TURNS = 2
+
+
+def stability(name: str) -> Figure:
+    """Spectral radius, amplitude and period error of a scheme, beside the average acceleration method."""
+    s, other = ss.scheme(name), ss.scheme(COMPARED)
+    ratios = DAMPING if s.info.damping else DAMPING[:1]
+    wide, narrow = 2 * np.pi * RATIOS, 2 * np.pi * SMALL
+    labels = {f"$\\xi$ = {xi:g}": xi for xi in ratios}
+    black = f"{COMPARED}, $\\xi$ = 0"
+    figure = stability_figure(
+        name,
+        (RATIOS, {k: s.spectral_radius(wide, xi) for k, xi in labels.items()} | {black: other.spectral_radius(wide)}),
+        (
+            SMALL,
+            {k: s.amplitude_error(narrow, xi) for k, xi in labels.items()} | {black: other.amplitude_error(narrow)},
+            {k: s.period_error(narrow, xi) for k, xi in labels.items()} | {black: other.period_error(narrow)},
+        ),
+    )
+    radius = figure.axes[0]
+    largest = max(np.max(line.get_ydata()) for line in radius.lines)
+    radius.set_ylim(0.0, 1.1 if largest < 1.1 else 2.0)  # a scheme that becomes unstable leaves the panel
+    return figure
+
+
+def motion(name: str) -> tuple[Figure, Reference, str]:
+    """Coordinates and energy of a scene over time, the motion that is drawn, and a remark on it."""
+    case = next((case for case in (*CASES, *FURTHER) if case.make().name == name), None)
+    scene = case.make() if case else ss.scene(name)
+    t_end = case.t_end if case else TURNS * 2 * np.pi / float(abs(scene.v0[0]))
+    found = reference(scene, t_end, SAMPLES, 1e-9)
+    figure = Figure(figsize=(9, 3.4), layout="constrained")
+    (unit,) = {unit for _, unit in scene.coordinates}
+    only = f" ${latex(Symbol(scene.coordinates[0][0]))}$" if len(scene.coordinates) == 1 else "s"
+    panels = ((found.u, f"coordinate{only} ({unit})"), (found.v, f"rate of the coordinate{only} ({unit}/s)"))
+    for axes, (values, what) in zip(figure.subplots(1, 2), panels, strict=True):
+        for (q, _), column, colour in zip(scene.coordinates, values.T, COLOURS, strict=False):
+            axes.plot(found.t, column, color=colour, linewidth=1.2, label=f"${latex(Symbol(q))}$")
+        axes.set(xlabel="time $t$ (s)", ylabel=what)
+        axes.grid(visible=True, linewidth=0.3, color="0.8")
+    if len(scene.coordinates) > 1:
+        figure.legend(
+            *figure.axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=2, fontsize=9, frameon=False
+        )
+    return figure, found, case.title if case else f"{TURNS} turns"

@@ -1,0 +1,81 @@
+"""The picture at the head of README.md: `python -m manual.picture` in docs/site draws it again.
+
+Its ground is transparent and its text grey, so that it can be read on white and on black.
+"""
+
+import json
+from hashlib import sha256
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+
+import substep as ss
+from substep.figures.charts import COLOURS, SVG_IS_REPRODUCIBLE
+
+from . import ROOT
+
+PATH = ROOT / "docs" / "picture.svg"
+GREY = "#768390"
+RATIOS = np.geomspace(0.02, 50.0, 161)  # h/T
+SHOWN = {
+    "average_acceleration": {},
+    "newmark_bdf2": {"gamma_t": 0.4},
+    "bathe": {},
+    "generalized_alpha": {"rho_inf": 0.5},
+}
+TOP = 2.6  # of the energy that is shown: what goes beyond fails soon
+STEP, END = 0.1, 10.0  # s, on the stiff pendulum
+
+Curves = dict[str, tuple[np.ndarray, np.ndarray]]
+
+
+def curves() -> tuple[Curves, Curves]:
+    """By scheme: h/T and spectral radius; t (s) and energy over its first value, on the stiff pendulum."""
+    schemes = {name: ss.scheme(name, **parameters) for name, parameters in SHOWN.items()}
+    radius = {name: (RATIOS, s.spectral_radius(2 * np.pi * RATIOS)) for name, s in schemes.items()}
+    scene = ss.scene("elastic_pendulum", EA=1e10, a0=(-19.6, 0.0))
+    energy = {}
+    for name, s in schemes.items():
+        r = ss.march(scene, s, dt=STEP, t_end=END)
+        energy[name] = (r.t, r.energy / r.energy[0])
+    return radius, energy
+
+
+def digest(found: tuple[Curves, Curves]) -> str:
+    """Of the numbers that are drawn, to four digits: other fonts and versions of Matplotlib do not change it."""
+    shown = [[name, [f"{v:.3e}" for v in np.minimum(y, TOP)]] for part in found for name, (_, y) in part.items()]
+    return sha256(json.dumps(shown).encode()).hexdigest()[:16]
+
+
+def draw(found: tuple[Curves, Curves]) -> Figure:
+    """Where a scheme stands: what it does to stiff vibrations, and to the energy of a nonlinear one."""
+    style = {key: GREY for key in ("text.color", "axes.labelcolor", "axes.edgecolor", "xtick.color", "ytick.color")}
+    with mpl.rc_context(style):
+        figure = Figure(figsize=(9.6, 3.3), layout="constrained")
+        left, right = figure.subplots(1, 2)
+        for axes, part in zip((left, right), found, strict=True):
+            for (name, (x, y)), colour in zip(part.items(), [COLOURS[k] for k in (3, 0, 2, 1)], strict=True):
+                axes.plot(x, y, color=colour, linewidth=1.8, label=name)
+            axes.grid(visible=True, linewidth=0.3, color=GREY)
+            axes.patch.set_alpha(0.0)
+            axes.spines[["top", "right"]].set_visible(False)
+        left.set(xscale="log", xlabel="step over period, $h/T$", ylabel=r"spectral radius $\rho$", ylim=(0.0, 1.05))
+        left.set_title("what is left of a vibration after a step", fontsize=10)
+        right.set(xlabel="time $t$ (s)", ylabel="energy $E/E_0$", ylim=(0.0, TOP))
+        right.set_title(f"a stiff pendulum, $h$ = {STEP:g} s", fontsize=10)
+        handles, labels = left.get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside lower center", ncols=4, fontsize=9, frameon=False)
+    return figure
+
+
+def write(path: Path) -> None:
+    """Draw the picture into the file; its description is the digest of its numbers."""
+    found = curves()
+    with mpl.rc_context(SVG_IS_REPRODUCIBLE):
+        draw(found).savefig(path, transparent=True, metadata={"Date": None, "Description": digest(found)})
+
+
+if __name__ == "__main__":
+    write(PATH)
