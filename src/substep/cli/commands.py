@@ -33,7 +33,7 @@ STOPPED = 3
 class Guide(TyperGroup):
     """The commands in the order in which they are added; Ctrl-C ends them with a line that says what is kept."""
 
-    def invoke(self, ctx: typer.Context) -> Any:
+    def invoke(self, ctx: Any) -> Any:
         """Run the command."""
         try:
             return super().invoke(ctx)
