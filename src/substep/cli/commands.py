@@ -20,6 +20,7 @@ from .choice import choose
 from .design import design
 from .emission import emit
 from .estimators import estimator
+from .explorer import explorer
 
 if TYPE_CHECKING:
     from ..studies.failures import Row
@@ -197,6 +198,7 @@ def conditions(name: Annotated[str, typer.Argument(help="a name listed by `subst
 
 app.command()(design)
 app.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True})(emit)
+app.command()(explorer)
 app.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True})(audit)
 app.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True})(choose)
 
