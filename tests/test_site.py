@@ -12,7 +12,7 @@ from pathlib import Path
 import manual
 import pytest
 from declared import BY_NAME, NAMES
-from manual import markdown, notebooks, picture, reference, scenes, schemes
+from manual import ledger, markdown, notebooks, picture, reference, scenes, schemes
 from manual.declarations import declaration
 from matplotlib.figure import Figure
 from plain_kernels import SCENE_BY_NAME
@@ -45,6 +45,20 @@ def test_every_page_is_in_the_table_of_contents_and_every_entry_is_a_page() -> N
     assert {entry for entry in entries if entry.startswith("generated/")} == made | {
         "generated/claims", "generated/notebooks/*",
     }  # fmt: skip
+
+
+def links(page: Path) -> set[str]:
+    """Relative addresses of a page's links and pictures, without the place within the page."""
+    text = re.sub(r"^```.*?^```$", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
+    found = {address.partition("#")[0] for address in re.findall(r"\]\(([^)\s]+)\)", text)}
+    return {address for address in found if address and "://" not in address}
+
+
+@pytest.mark.parametrize("page", [*ROOT.glob("*.md"), *DOCS.glob("*.md")], ids=lambda page: page.name)
+def test_every_link_leads_to_a_page(page: Path) -> None:
+    kinds = (schemes, scenes, reference, ledger)
+    made = {f"generated/{name}.md" for kind in kinds for name in kind.pages()}
+    assert {x for x in links(page) if x not in made and not (page.parent / x).exists()} == set()
 
 
 def test_every_scheme_scene_and_notebook_has_a_page() -> None:
