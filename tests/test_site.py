@@ -158,6 +158,7 @@ def test_the_digest_knows_every_source(tmp_path: Path, monkeypatch: pytest.Monke
 
 
 def test_the_picture_of_the_readme_shows_what_is_computed_now() -> None:
+    """Where it does not, `python -m manual.picture` in docs/site draws it again."""
     text = picture.PATH.read_text(encoding="utf-8")
     assert f"<dc:description>{picture.digest(picture.curves())}</dc:description>" in text
     assert "docs/picture.svg" in (ROOT / "README.md").read_text(encoding="utf-8")
