@@ -80,9 +80,9 @@ def test_requests_beyond_reach_and_wrong_requests(monkeypatch: pytest.MonkeyPatc
     assert "no candidate" in found.text
     with pytest.raises(ValueError, match="quantity of duffing"):
         choose(KNOWN["duffing"], 1e-3, t_end=1.0, quantity="angle")
-    with pytest.raises(ValueError, match="expected a scene, got 'duffing'"):
-        choose("duffing", 1e-3, t_end=1.0)  # pyright: ignore
-    with pytest.raises(ValueError, match="declaration of one, got 3"):
+    with pytest.raises(ValueError, match="expected a scene by name, handle or declaration, got 3"):
+        choose(3, 1e-3, t_end=1.0)  # pyright: ignore
+    with pytest.raises(ValueError, match="expected a scheme by name, handle or declaration, got 3"):
         choose(KNOWN["duffing"], 1e-3, t_end=1.0, among=[3])  # pyright: ignore
     with pytest.raises(ValueError, match="accuracy > 0"):
         choose(KNOWN["duffing"], 0.0, t_end=1.0)

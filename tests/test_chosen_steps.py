@@ -77,7 +77,7 @@ def test_what_an_estimate_needs_besides_the_step_is_counted(
     monkeypatch.setattr(chosen_steps, "adaptive_kernels", lambda *_: kernels)
     monkeypatch.setattr(ss.Scheme, "local_error", lambda *_: LocalError(terms, (1.0,), 2, {}, None))
     made = Statistics(8, 2, 0, (16, 24), (3, 3), 0.1, 0.2)
-    r = Response(*[np.zeros((9, 1))] * 2, np.zeros((0, 2), int), "completed", None, scene, np.nan, None, None, made)
+    r = Response(*[np.zeros((9, 1))] * 2, np.zeros((0, 2), int), "completed", None, scene, s, np.nan, None, None, made)
     newton = marched * np.array([20, 30])  # of ten steps
     solves = newton.sum()
     assert chosen_steps.cost(scene, s, r) == (

@@ -2,15 +2,23 @@
 
 import math
 import os
+import shlex
+import subprocess
+import sys
 from functools import cache
 from pathlib import Path
+from xml.etree import ElementTree
 
+import numpy as np
 import pytest
+import typer
+from matplotlib.figure import Figure
 from typer.testing import CliRunner
 
 import substep as ss
 from substep.cli.commands import app
 from substep.derived import facade
+from substep.figures import charts
 from substep.studies import failures
 from substep.studies.energy_charts import energy_under_changing_steps
 from substep.studies.estimator_charts import effectivity_chart
@@ -21,23 +29,63 @@ from substep.thesis import reproduce as reproduction
 runner = CliRunner()
 
 
-def test_schemes_lists_every_one() -> None:
-    result = runner.invoke(app, ["schemes"])
-    assert result.exit_code == 0
-    assert all(name in result.output for name in ss.schemes())
+@pytest.mark.parametrize("command", ["schemes", "scenes"])
+@pytest.mark.parametrize("option", ["", "--references", "--parameters"])
+def test_lists_have_every_one_within_80_columns(command: str, option: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    result = runner.invoke(app, [command, *filter(None, [option])])
+    if (command, option) == ("scenes", "--parameters"):
+        assert result.exit_code == 2  # they are always listed
+        return
+    assert result.exit_code == 0, result.output
+    names, lines = ss.schemes() if command == "schemes" else ss.scenes(), result.output.splitlines()
+    assert all(any(line.split(" ")[0] == name for line in lines) for name in names)
+    assert max(map(len, lines)) <= 80
+    assert "…" not in result.output
+
+
+@pytest.mark.parametrize("name", ss.schemes())
+def test_show_prints_the_facts_within_the_terminal(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    result = runner.invoke(app, ["show", name])
+    assert result.exit_code == 0, result.output
+    for word in ("state: u", "order of u, v, a: ", "rho_inf: ", "overshoot: U", "K_eff of balance 1: ", "--part"):
+        assert word in result.output
+    words = [line for line in result.output.splitlines() if len(line) > 80]
+    assert all(" " not in line.strip() for line in words)  # one factor may be wider than the terminal
 
 
 @pytest.mark.parametrize("name", ss.schemes())
 def test_show_prints_the_closed_forms(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(facade, "closed_forms", cache(facade.closed_forms))  # derived once for both ways to print
-    text = runner.invoke(app, ["show", name])
+    original = facade.closed_forms
+    derived = cache(lambda name, part: list(original(name, part)))
+    monkeypatch.setattr(facade, "closed_forms", derived)  # derived once for all ways to print
+    text = runner.invoke(app, ["show", name, "--part", "all"])
     assert text.exit_code == 0, text.output
     for word in ("K_eff", "den = ", "N_12", "rho_inf", "numerical damping", "period error"):
         assert word in text.output
+    assert "**" not in text.output
     latex = runner.invoke(app, ["show", name, "--latex"])
     assert latex.exit_code == 0
     assert latex.output.count(r"\[") == latex.output.count(r"\]") > 10
     assert r"\Omega" in latex.output
+
+
+@pytest.mark.parametrize("name", ["bathe", "hht_alpha", "wilson_theta"])
+def test_show_writes_a_page_that_is_typeset(name: str, tmp_path: Path) -> None:
+    page = tmp_path / "page.html"
+    assert runner.invoke(app, ["show", name, "--html", str(page)]).exit_code == 0
+    body = page.read_text(encoding="utf-8").split("<body>")[1].split("</body>")[0]
+    root = ElementTree.fromstring(f"<body>{body.replace('&InvisibleTimes;', ' ')}</body>")
+    assert len(root.findall(".//math")) > 10
+
+
+def test_show_prints_a_part_as_a_paper_does() -> None:
+    stiffness = runner.invoke(app, ["show", "newmark_bdf2", "--part", "stiffness"]).output
+    assert "K_eff = C*(2 - gamma_t)/(h*(1 - gamma_t))" in stiffness
+    assert "den" not in stiffness
+    assert "beta >= 0" in runner.invoke(app, ["conditions", "newmark"]).output
+    assert runner.invoke(app, ["show", "bathe", "--part", "nothing"]).exit_code == 2
 
 
 def test_show_of_an_unknown_scheme_names_the_nearest() -> None:
@@ -146,12 +194,6 @@ def test_reproduce_draws_every_panel_and_writes_its_numbers(tmp_path: Path, monk
     assert table[-1] == "newmark_bdf2,4/5,49/100,9/10,20/49,1,1,2/15,2,293/4500"
 
 
-def test_scenes_lists_every_one() -> None:
-    result = runner.invoke(app, ["scenes"])
-    assert result.exit_code == 0
-    assert all(name in result.output for name in ss.scenes())
-
-
 def test_run_marches_and_writes_the_history(tmp_path: Path) -> None:
     file = tmp_path / "history.csv"
     arguments = ["--dt", "0.01", "--t-end", "30", "--EA", "1e4", "--gamma-t", "0.9", "--beta", "0.49", "--gamma", "0.9"]
@@ -163,7 +205,7 @@ def test_run_marches_and_writes_the_history(tmp_path: Path) -> None:
     assert len(rows) == 3001
     options = ["--dt", "0.1", "--t-end", "50", "--EA", "1e10", "--a0", "-19.6,0"]
     failed = runner.invoke(app, ["run", "elastic_pendulum", "average_acceleration", *options])
-    assert failed.exit_code == 0
+    assert failed.exit_code == 3
     assert "newton_failed" in failed.output
     assert "stopped in the step that ends at t = 4.7 s" in failed.output
 
@@ -180,7 +222,7 @@ def test_run_marches_and_writes_the_history(tmp_path: Path) -> None:
         ),
         (
             ["elastic_pendulum", "bathe", "--dt", "0.1", "--t-end", "1", "--EA", "much"],
-            "expected a number such as 0.2 for --EA, got 'much'",
+            "expected a number such as 0.2 or 1/5 for --EA, got 'much'",
         ),
     ],
 )
@@ -195,6 +237,68 @@ def test_chart_draws_the_schemes_named(tmp_path: Path) -> None:
     assert result.exit_code == 0, result.output
     assert (tmp_path / "two.png").stat().st_size > 10_000
     assert runner.invoke(app, ["chart", "bath", "--file", str(tmp_path / "none")]).exit_code == 2
+
+
+@pytest.mark.parametrize("quantity", ["spectral_radius", "numerical_damping", "amplitude_error", "period_error"])
+@pytest.mark.parametrize("over", ["h/T", "Omega"])
+def test_chart_draws_one_quantity_at_given_parameters(
+    quantity: str, over: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    drawn: list[Figure] = []
+    monkeypatch.setattr(charts, "save", lambda figure, *_: drawn.append(figure))
+    second = "newmark_bdf2:gamma_t=.2,beta=.3025,gamma=3/5"
+    options = ["--xi", ".05", "--quantity", quantity, "--over", over, "--out", str(tmp_path / "one.png")]
+    result = runner.invoke(app, ["chart", "bathe", second, *options])
+    assert result.exit_code == 0, result.output
+    assert f"{tmp_path / 'one'}.png" in result.output.replace("\n", "")
+    (axes,) = drawn[0].axes
+    schemes = ss.scheme("bathe"), ss.scheme("newmark_bdf2", gamma_t=0.2, beta=0.3025, gamma=0.6)
+    scale = 1.0 if over == "Omega" else 2 * math.pi
+    for line, s in zip(axes.lines, schemes, strict=False):
+        x, y = line.get_data()
+        expected = getattr(s, quantity)(np.asarray(x) * scale, 0.05)
+        np.testing.assert_allclose(y, expected * (100 if "error" in quantity else 1), rtol=1e-9, atol=1e-12)
+    for wrong in ("bathe:beta=1", "newmark:beta", "newmark:beta=x", "newmark:beta=-1"):
+        assert runner.invoke(app, ["chart", wrong]).exit_code == 2
+
+
+def test_exit_codes_version_and_completion(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert runner.invoke(app, ["--version"]).output.strip() == f"substep {ss.__version__}"
+    help_ = " ".join(runner.invoke(app, ["--help"]).output.split())
+    assert "Exit codes: 0 done; 2 wrong input" in help_
+    assert "--install-completion" in help_
+    assert runner.invoke(app, ["run", "duffing", "bathe", "--dt", "1"]).exit_code == 2
+    assert runner.invoke(app, ["nothing"]).exit_code == 2
+
+    def interrupted(name: str, **_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(facade, "certificate", interrupted)
+    stopped = runner.invoke(app, ["certify", "bathe"])
+    assert stopped.exit_code == 130
+    last = " ".join(stopped.output.split())
+    assert last.endswith("substep certify: interrupted; what was printed or written before is complete and kept")
+
+
+@pytest.mark.parametrize("command", [command.name or command.callback.__name__ for command in app.registered_commands])
+def test_help_has_an_example_that_the_command_takes(command: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "200")
+    output = runner.invoke(app, [command, "--help"]).output
+    (example,) = [line for line in output.splitlines() if "Example: substep " in line]
+    _, name, *arguments = shlex.split(example.split("Example: ")[1])
+    assert name == command
+    typer.main.get_command(app).commands[command].make_context(command, arguments)  # pyright: ignore
+
+
+def test_help_and_lists_come_without_numba_sympy_or_matplotlib() -> None:
+    for arguments in (["--help"], ["schemes"], ["scenes"], ["show", "bathe"], ["show", "bath"]):
+        code = (
+            "import sys; from typer.testing import CliRunner; from substep.cli.commands import app;"
+            f"CliRunner().invoke(app, {arguments!r});"
+            "print({'numba', 'sympy', 'matplotlib', 'scipy', 'xarray'} & set(sys.modules))"
+        )
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+        assert done.stdout.strip() == "set()", arguments
 
 
 @pytest.mark.usefixtures("uncompiled")

@@ -1,5 +1,8 @@
 """Handles of schemes and scenes: what the index says of them, when two are equal, and what marches the first steps."""
 
+import copy
+import pickle
+import tomllib
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -178,3 +181,78 @@ def test_a_response_is_equal_to_itself_alone() -> None:
 
 def test_a_handle_is_printed_with_its_parameters() -> None:
     assert repr(ss.scheme("newmark", beta=[0.25, 0.3])) == "Scheme(newmark, beta=[0.25, 0.3], gamma=0.5)"
+
+
+LOADED = ss.scene("linear_oscillator", omega=2.0, load=ss.Record(0.1, np.arange(50.0)), a0="consistent")
+KEPT: dict[str, Any] = {
+    **{name: ss.scheme(name) for name in SCHEMES},
+    "given parameters": ss.scheme("newmark_bdf2", gamma_t=0.2, beta=0.3025, gamma=0.6),
+    "a family": ss.scheme("generalized_alpha", rho_inf=0.3),
+    "arrays": ss.scheme("newmark", beta=[0.25, 0.3]),
+    **{f"scene {name}": ss.scene(name, EA=1e4) for name in ("elastic_pendulum", "elastic_pendulum_engineering")},
+    **{f"scene {name}": ss.scene(name) for name in ("duffing", "softening", "bathe_noh", "penalty_bounce")},
+    "loaded": LOADED,
+    **{type(load).__name__: load for load in (ss.Harmonic(1.0, 2.0), ss.Step(1.0), ss.HalfSine(1.0, 2.0), LOADED.load)},
+}
+WAYS: dict[str, Callable[[Any], Any]] = {
+    "pickle": lambda x: pickle.loads(pickle.dumps(x)),
+    "copy": copy.copy,
+    "deepcopy": copy.deepcopy,
+}
+
+
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("kept", KEPT)
+def test_handles_survive_copies(kept: str, way: str) -> None:
+    original = KEPT[kept]
+    found = WAYS[way](original)
+    assert found == original
+    assert hash(found) == hash(original)
+    assert repr(found) == repr(original)
+    assert len(repr(original)) < 200
+    if isinstance(original, ss.Scheme):
+        assert [*found.given] == [*original.given]
+        assert not any(x.flags.writeable for x in found.parameters.values())
+    if isinstance(original, ss.Scene):
+        assert found.a0_asked == original.a0_asked
+
+
+def test_own_handles_survive_pickling(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SUBSTEP_CACHE", str(tmp_path / "cache"))
+    for own in (ss.scheme(declared(Rational(1, 4)), gamma=0.7), ss.scene(own_scene(4), k=2.0)):
+        for way in WAYS.values():
+            assert way(own) == own
+
+
+@pytest.mark.usefixtures("uncompiled")
+@pytest.mark.parametrize("way", WAYS)
+def test_responses_and_structures_survive_copies(way: str) -> None:
+    frame = ss.structure(np.eye(2), np.diag([1.0, 4.0]), u0=1.0, load=([1.0, 0.0], ss.Step(1.0)))
+    runs = [ss.march(scene, "bathe", 0.1, 1.0) for scene in (LOADED, ss.scene("duffing"), frame, frame.modes(1))]
+    for r in [*runs, ss.march(frame, "bathe", tol=1e-2, t_end=0.5)]:
+        r.a  # which is kept once it was computed
+        found = WAYS[way](r)
+        assert all(np.array_equal(getattr(found, name), getattr(r, name)) for name in ("t", "u", "v", "a"))
+        assert (found.status, found.scheme, repr(found)) == (r.status, r.scheme, repr(r))
+    again = WAYS[way](frame)
+    assert np.array_equal(ss.march(again, "bathe", 0.1, 1.0).u, runs[2].u)
+    assert np.array_equal(
+        ss.march(WAYS[way](frame.modes(2)), "bathe", 0.1, 1.0).u, ss.march(frame.modes(2), "bathe", 0.1, 1.0).u
+    )
+
+
+def test_a_response_is_printed_in_one_line() -> None:
+    r = ss.march("duffing", "bathe", dt=0.1, t_end=1.0)
+    assert repr(r) == f"Response({ss.scheme('bathe')} on {ss.scene('duffing')}, 11 rows to t = 1 s, completed)"
+    frame = ss.structure(np.eye(2), np.eye(2))
+    text = "Structure(2 free of 2 degrees of freedom, 0 loads)"
+    assert repr(ss.march(frame, "bathe", 0.1, 1.0)) == (
+        f"StructureResponse(Scheme(bathe) on {text}, 11 rows to t = 1 s, completed)"
+    )
+
+
+def test_the_version_is_that_of_the_package() -> None:
+    pyproject = tomllib.loads((Path(__file__).parents[1] / "pyproject.toml").read_text(encoding="utf-8"))
+    assert ss.__version__ == pyproject["project"]["version"]
+    with pytest.raises(AttributeError, match="no attribute 'verison'"):
+        ss.verison  # pyright: ignore

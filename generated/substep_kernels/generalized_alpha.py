@@ -191,10 +191,11 @@ def _defect(Omega, xi, alpha_m, alpha_f, beta, gamma):
 
 
 @_inline
-def _refused(Omega, xi):
+def _refused(Omega, xi, radius):
     """A negative integer if one of them is negative, -0 or not finite: bits below 0, or above the largest number's."""
     a, b, largest = np.float64(Omega).view(np.int64), np.float64(xi).view(np.int64), np.int64(0x7FEFFFFFFFFFFFFF)
-    return a | b | (largest - a) | (largest - b)
+    c = np.float64(radius).view(np.int64) & np.int64(0x7FFFFFFFFFFFFFFF)
+    return a | b | (largest - a) | (largest - b) | (largest - c)
 
 
 @_inline
@@ -218,7 +219,7 @@ def _errors_of_distance(Omega, xi, root, re, im):
     u, v = 1.0 + x * u - y * v, x * v + y * u
     growth, shift = 2.0 * (re * u - im * v), 2.0 * (re * v + im * u)
     inverse = 1.0 / (cosine * (cosine * Omega + shift))
-    still = Omega == 0.0
+    still = Omega < 1e-150  # whose square, and what is divided by it, may lose digits
     damping = 0.0 if still else 0.0 - (growth * cosine + xi * shift) * inverse
     period = 0.0 if still else 0.0 - shift * cosine * inverse
     close = root > 0.0 and re * re + im * im < 1.52587890625e-05  # the next term of the series is below 6e-16
@@ -361,11 +362,11 @@ def _spectral_radii_of_block(Omega, xi, alpha_m, alpha_f, beta, gamma, radius, s
     """`_spectral_radii` of a block of points; in two loops, so that the processor overlaps their iterations."""
     refused = np.int64(0)
     for i in range(radius.size):
-        refused |= _refused(Omega[i], xi[i])
         s[0, i], s[1, i], s[2, i], s[3, i], s[4, i], s[5, i] = _monic(*_cubic(Omega[i], xi[i], alpha_m[i], alpha_f[i], beta[i], gamma[i]))
     for i in range(radius.size):
         half, _, modulus2, discriminant = _pair(s[0, i], s[1, i], s[2, i], s[3, i], s[4, i], s[5, i])
         radius[i] = _modulus(half, modulus2, discriminant, s[5, i])
+        refused |= _refused(Omega[i], xi[i], radius[i])
     return refused
 
 
@@ -429,8 +430,8 @@ def _stability_of_block(Omega, xi, alpha_m, alpha_f, beta, gamma, radius, dampin
     for i in range(n):
         s[0, i], s[1, i], s[2, i], s[3, i], s[4, i], s[5, i] = _monic(*_cubic(Omega[i], xi[i], alpha_m[i], alpha_f[i], beta[i], gamma[i]))
     for i in range(n):
-        refused |= _refused(Omega[i], xi[i])
         radius[i], s[0, i], s[1, i], s[2, i], s[3, i], s[4, i] = _eigenvalues(Omega[i], xi[i], alpha_m[i], alpha_f[i], beta[i], gamma[i], s[0, i], s[1, i], s[2, i], s[3, i], s[4, i], s[5, i])
+        refused |= _refused(Omega[i], xi[i], radius[i])
     for i in range(n):
         count += Omega[i] < 0.125
     if count == n and _errors_near_zero(Omega, xi, alpha_m, alpha_f, beta, gamma, s, damping, period) == n:
@@ -444,7 +445,7 @@ def _stability_of_block(Omega, xi, alpha_m, alpha_f, beta, gamma, radius, dampin
 
 @_fused
 def spectral_radius(Omega, xi, alpha_m, alpha_f, beta, gamma, out):
-    """Spectral radius; 1-D arrays of one length. Returns whether any Omega or xi is negative, -0 or not finite."""
+    """Spectral radius; 1-D arrays of one length. Returns whether any Omega, xi or radius is negative or not finite."""
     return _spectral_radii(Omega, xi, alpha_m, alpha_f, beta, gamma, out) < 0
 
 
@@ -454,7 +455,7 @@ def stability(Omega, xi, alpha_m, alpha_f, beta, gamma, radius, damping, period)
 
     damping: that of the complex pair of largest modulus, less the physical one; period: the numerical
     period over the exact one, less 1; both are NaN where all eigenvalues are real. Returns whether
-    any Omega or xi is negative, -0 or not finite.
+    any Omega, xi or radius is negative or not finite.
     """
     refused = np.int64(0)
     for i in range(0, radius.size, 2048):

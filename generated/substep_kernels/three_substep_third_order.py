@@ -329,10 +329,11 @@ def _defect(Omega, xi, rho_inf, gamma):
 
 
 @_inline
-def _refused(Omega, xi):
+def _refused(Omega, xi, radius):
     """A negative integer if one of them is negative, -0 or not finite: bits below 0, or above the largest number's."""
     a, b, largest = np.float64(Omega).view(np.int64), np.float64(xi).view(np.int64), np.int64(0x7FEFFFFFFFFFFFFF)
-    return a | b | (largest - a) | (largest - b)
+    c = np.float64(radius).view(np.int64) & np.int64(0x7FFFFFFFFFFFFFFF)
+    return a | b | (largest - a) | (largest - b) | (largest - c)
 
 
 @_inline
@@ -356,7 +357,7 @@ def _errors_of_distance(Omega, xi, root, re, im):
     u, v = 1.0 + x * u - y * v, x * v + y * u
     growth, shift = 2.0 * (re * u - im * v), 2.0 * (re * v + im * u)
     inverse = 1.0 / (cosine * (cosine * Omega + shift))
-    still = Omega == 0.0
+    still = Omega < 1e-150  # whose square, and what is divided by it, may lose digits
     damping = 0.0 if still else 0.0 - (growth * cosine + xi * shift) * inverse
     period = 0.0 if still else 0.0 - shift * cosine * inverse
     close = root > 0.0 and re * re + im * im < 1.52587890625e-05  # the next term of the series is below 6e-16
@@ -439,8 +440,8 @@ def _spectral_radii(Omega, xi, rho_inf, gamma, radius):
     """Store the spectral radius at each point; return all `_refused`, negative if one is."""
     refused = np.int64(0)
     for i in range(radius.size):
-        refused |= _refused(Omega[i], xi[i])
         radius[i], _, _ = _radius(*_quadratic(Omega[i], xi[i], rho_inf[i], gamma[i]))
+        refused |= _refused(Omega[i], xi[i], radius[i])
     return refused
 
 
@@ -490,8 +491,8 @@ def _stability_of_block(Omega, xi, rho_inf, gamma, radius, damping, period):
     n, count, refused = radius.size, 0, np.int64(0)
     s = np.empty((6, n))
     for i in range(n):
-        refused |= _refused(Omega[i], xi[i])
         radius[i], s[0, i], s[1, i], s[2, i], s[3, i] = _eigenvalues(Omega[i], xi[i], rho_inf[i], gamma[i])
+        refused |= _refused(Omega[i], xi[i], radius[i])
     for i in range(n):
         count += Omega[i] < 0.125
     if count == n and _errors_near_zero(Omega, xi, rho_inf, gamma, s, damping, period) == n:
@@ -505,7 +506,7 @@ def _stability_of_block(Omega, xi, rho_inf, gamma, radius, damping, period):
 
 @_fused
 def spectral_radius(Omega, xi, rho_inf, gamma, out):
-    """Spectral radius; 1-D arrays of one length. Returns whether any Omega or xi is negative, -0 or not finite."""
+    """Spectral radius; 1-D arrays of one length. Returns whether any Omega, xi or radius is negative or not finite."""
     return _spectral_radii(Omega, xi, rho_inf, gamma, out) < 0
 
 
@@ -515,7 +516,7 @@ def stability(Omega, xi, rho_inf, gamma, radius, damping, period):
 
     damping: that of the complex pair of largest modulus, less the physical one; period: the numerical
     period over the exact one, less 1; both are NaN where all eigenvalues are real. Returns whether
-    any Omega or xi is negative, -0 or not finite.
+    any Omega, xi or radius is negative or not finite.
     """
     refused = np.int64(0)
     for i in range(0, radius.size, 2048):

@@ -25,6 +25,15 @@ from .structures.structure import Structure, structure
 from .studies.choosing import choose
 from .sweeps import sweep
 
+
+def __getattr__(name: str) -> str:
+    if name != "__version__":
+        raise AttributeError(f"module 'substep' has no attribute '{name}'")
+    from importlib.metadata import version  # noqa: PLC0415 (on first use: it takes a tenth of the import of substep)
+
+    return version("substep")
+
+
 __all__ = [
     "Claims",
     "HalfSine",

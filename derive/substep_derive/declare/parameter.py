@@ -48,6 +48,17 @@ class Parameter:
     domain: Interval
     default: Expr | Root  # or None, for a scene's parameter that has to be given
 
+    @property
+    def written(self) -> str:
+        """The interval as a paper writes it: beta > 0, 0 < gamma_t <= 1."""
+        low, high = ("" if end.is_infinite else str(end) for end in (self.domain.start, self.domain.end))
+        after_low, before_high = ("<" if open_ else "<=" for open_ in (self.domain.left_open, self.domain.right_open))
+        if low and high:
+            return f"{low} {after_low} {self.name} {before_high} {high}"
+        if low:
+            return f"{self.name} {after_low.replace('<', '>')} {low}"
+        return f"{self.name} {before_high} {high}" if high else f"{self.name} real"
+
     def __post_init__(self) -> None:
         if not isinstance(self.symbol, Symbol):
             raise DeclarationError(f"expected a SymPy Symbol as a parameter, got {self.symbol!r}; write Symbol('...')")

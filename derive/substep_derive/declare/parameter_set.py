@@ -118,7 +118,7 @@ def _check_inside(scheme: Scheme, parameter: Parameter, value: Expr, field: Fiel
     if not field.inside(value, parameter.domain):
         what = value if field.r is None else f"{value} ({field.r.definition})"
         raise DeclarationError(
-            f"{scheme.name}: {parameter.name} = {what} lies outside {parameter.domain}; choose a value inside"
+            f"{scheme.name}: {parameter.name} = {what} lies outside {parameter.written}; choose a value inside"
         )
 
 

@@ -293,7 +293,7 @@ def _replaced(expressions: Mapping[Symbol, Expr], values: Mapping[Symbol, Expr])
 def _check_inside(scheme: str, parameter: Parameter, value: Rational) -> None:
     if parameter.domain.contains(value) == False:  # noqa: E712 (a SymPy boolean)
         raise DeclarationError(
-            f"{scheme}: {parameter.name} = {value} lies outside {parameter.domain}; choose a value inside"
+            f"{scheme}: {parameter.name} = {value} lies outside {parameter.written}; choose a value inside"
         )
 
 

@@ -33,10 +33,11 @@ def plan_module(scheme: Scheme, source: str) -> str:
 
 def equations(plan: Plan) -> str:
     """The systems of a step as a paper writes them."""
-    return "\n".join(f"    {o.vector}: {_equation(o)}" for o in plan.operations if isinstance(o, System))
+    return "\n".join(f"    {o.vector}: {equation(o)}" for o in plan.operations if isinstance(o, System))
 
 
-def _equation(system: System) -> str:
+def equation(system: System) -> str:
+    """One of them."""
     left = [f"{name}*({_sum(row)})" for name, row in system.rows.items() if row]
     left += [_term(w, f"N({_sum(row)})") for w, row in system.forces]
     left += [_term(w, f"N_discrete({_sum(old)}, {_sum(new)})") for w, old, new in system.differences]

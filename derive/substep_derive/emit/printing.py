@@ -23,6 +23,15 @@ class FractionPrinter(PythonCodePrinter):
         return repr(float(expr)) if max(abs(expr.p), expr.q) > WHOLE else super()._print_Rational(expr)
 
 
+class Code(str):
+    """Text of Python that stands in a literal as it is, not as a string."""
+
+    __slots__ = ()
+
+    def __repr__(self) -> str:
+        return str(self)
+
+
 PRINTER = FractionPrinter({"fully_qualified_modules": False})
 
 _NUMPY = ("sin", "cos", "tan", "sinh", "cosh", "tanh", "exp", "log", "sqrt", "asin", "acos", "atan", "sign")

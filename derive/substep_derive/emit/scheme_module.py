@@ -1,6 +1,6 @@
 """SchemeKernels -> text of a module. The text depends on the declarations alone, byte for byte."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import product
 from textwrap import indent, wrap
 
@@ -15,6 +15,7 @@ from ..declare.symbols import Omega, state_label, xi
 from ..kernels.kernel import Kernel, entries, nested
 from ..kernels.march_shape import loads_for, shape_name
 from ..kernels.scheme import SchemeKernels
+from ..motion.effective import EffectiveSystem
 from ..oscillator.one_rule import OneRule
 from ..oscillator.stability_polynomial import rate
 from .coefficients import coefficient_functions
@@ -43,9 +44,8 @@ def print_kernel(kernel: Kernel) -> str:
     )
 
 
-def relations_and_amplification(kernels: SchemeKernels) -> str:
-    """Relations, balances, effective stiffness and A as a paper has them, for the module's docstring."""
-    scheme, step = kernels.scheme, kernels.amplification.step
+def relations(scheme: Scheme, systems: Iterable[EffectiveSystem]) -> list[str]:
+    """Relations, balances and effective stiffness as a paper has them, line by line."""
     shown = [s for s in (scheme.constant,) if s is not None]
     lines = [part for s in shown for part in (f"Constant: {s.definition}.", "")]
     lines += ["Relations and balances:"]
@@ -53,7 +53,13 @@ def relations_and_amplification(kernels: SchemeKernels) -> str:
     lines += [f"    M*({b.inertia}) + C*({b.damping}) + {b.force} = {b.load}" for b in scheme.balances]
     lines += _start(scheme)
     lines += ["", "Effective stiffness of each balance and its unknown:"]
-    lines += [f"    {e.unknown}: {e.effective_stiffness}" for e in kernels.systems]
+    return lines + [f"    {e.unknown}: {e.effective_stiffness}" for e in systems]
+
+
+def relations_and_amplification(kernels: SchemeKernels) -> str:
+    """`relations`, and A as a paper has it, for the module's docstring."""
+    scheme, step = kernels.scheme, kernels.amplification.step
+    lines = relations(scheme, kernels.systems)
     if kernels.rule is None:
         labels = [state_label(s) for s in scheme.state]
         lines += [

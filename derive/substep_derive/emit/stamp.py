@@ -16,7 +16,8 @@ SOURCES = Path(__file__).parents[1]
 @cache
 def generator_version() -> str:
     """Digest of the generator's sources and SymPy's minor version: another one may print other text."""
-    texts = ((path.relative_to(SOURCES).as_posix(), path.read_text("utf-8")) for path in SOURCES.rglob("*.py"))
+    sources = [*SOURCES.rglob("*.py"), *SOURCES.rglob("*.j2")]
+    texts = ((path.relative_to(SOURCES).as_posix(), path.read_text("utf-8")) for path in sources)
     return _digest(("SymPy", ".".join(version("sympy").split(".")[:2])), *sorted(texts))
 
 

@@ -28,7 +28,7 @@ from sympy import (
     factor_list,
     oo,
 )
-from sympy.core.relational import Eq, Ge, Gt, Le, Lt, Ne
+from sympy.core.relational import Eq, Ge, Gt, Le, Lt, Ne, Relational
 from sympy.logic.boolalg import And, Boolean, Not, Or, false, true
 
 from ..algebra.exact_number import exact_number
@@ -42,6 +42,7 @@ from ..oscillator.spectrum import live
 from .box import Box, Sign, sign_on
 from .certificate import certify
 from .hurwitz import Hurwitz, bilinear
+from .paper import PRINTER, as_in_paper
 
 W = Symbol("W", real=True)  # unlike a parameter of that name: Omega^2 where only even powers occur, else Omega
 ALL_POSITIVE = Interval.open(0, oo)
@@ -281,21 +282,22 @@ class Conditions:
         lines = [f"{self.scheme.name}, xi = {self.xi}: stable for every Omega > 0 if and only if"]
         if not self.exact and not self.eliminated:
             lines[0] = lines[0].replace("if and only if", "if (and, but for eigenvalues kept on the circle, only if)")
-        domain = [f"{p.name} in {p.domain}" for p in self.scheme.parameters]
-        lines += [f"  {e}" for e in (*domain, *(written(i) for i in self.inequalities))]
+        domain = [p.written for p in self.scheme.parameters]
+        lines += [f"  {e}" for e in (*domain, *(written(i, self.scheme) for i in self.inequalities))]
         lines += [f"  {r}" for r in self.requirements if r.eliminated is None]
         return "\n".join(lines if len(lines) > 1 else [f"{lines[0]} always"])
 
 
-def written(condition: Boolean) -> str:
-    """A condition as text, with ^ for powers and = for equality."""
+def written(condition: Boolean, scheme: Scheme) -> str:
+    """A condition on a scheme's parameters as a paper writes it."""
     if isinstance(condition, Or | And):
         word = " or " if isinstance(condition, Or) else " and "
-        parts = (written(part) for part in condition.args)
+        parts = (written(part, scheme) for part in condition.args)
         return word.join(f"({part})" if " or " in part or " and " in part else part for part in parts)
-    if isinstance(condition, Eq | Ne):
-        return f"{condition.lhs} {'=' if isinstance(condition, Eq) else '!='} {condition.rhs}".replace("**", "^")
-    return str(condition).replace("**", "^")
+    if not isinstance(condition, Relational):
+        return str(condition)
+    left, right = (PRINTER.doprint(as_in_paper(side, scheme)) for side in (condition.lhs, condition.rhs))
+    return f"{left} { {'==': '='}.get(condition.rel_op, condition.rel_op) } {right}"
 
 
 def conditions(scheme: str | Scheme, xi: Any = 0) -> Conditions:

@@ -1,67 +1,118 @@
-"""Derivation -> the closed forms a reader asks for, as text and as LaTeX."""
+"""Derivation -> the closed forms a reader asks for, part by part, as text, LaTeX and MathML."""
 
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
 
-from sympy import Eq, Integer, factor, latex
+from sympy import Eq, Expr, Integer, Symbol, factor, latex
+from sympy.printing.mathml import mathml
 
-from ..algebra.rational import horner
-from ..declare.symbols import Omega, mu
+from ..declare.scheme import Scheme
+from ..declare.symbols import Omega, mu, xi
 from ..oscillator.spectrum import limit_polynomial
-from .derivation import derive
+from ..stability.paper import PRINTER, as_in_paper, in_powers
+from .derivation import Derivation, derive
 
 
 @dataclass(frozen=True)
 class ClosedForm:
-    """One derived expression: what it is, as text, and as LaTeX."""
+    """One derived result: its section, what it is, and an expression or a sentence."""
 
     section: str
     name: str
-    text: str
-    latex: str
+    value: Expr | str
+
+    @property
+    def text(self) -> str:
+        """The result as text."""
+        return self.value.replace("**", "^") if isinstance(self.value, str) else PRINTER.doprint(self.value)
+
+    @property
+    def latex(self) -> str:
+        """Name and result in LaTeX."""
+        if isinstance(self.value, str):
+            escaped = "".join(rf"\{x}" if x in "_^{}&%$#" else x for x in f"{self.name}: {self.value}")
+            return rf"\text{{{escaped}}}"
+        return latex(Eq(Symbol(self.name), self.value, evaluate=False))
+
+    @property
+    def mathml(self) -> str:
+        """The result, without its name, in MathML; a sentence as it is."""
+        return self.value if isinstance(self.value, str) else str(mathml(self.value, printer="presentation"))
 
 
-def closed_forms(name: str) -> list[ClosedForm]:
-    """Everything derived about a scheme, in the order of a paper.
+def closed_forms(scheme: str | Scheme, part: str = "all") -> Iterator[ClosedForm]:
+    """What is derived about a scheme, in the order of a paper: one of PARTS, or all; each derived when it is reached.
 
-    Raises DeclarationError for an unknown scheme.
+    Raises DeclarationError for an unknown scheme, KeyError for an unknown part.
     """
-    d = derive(name)
-    found: list[ClosedForm] = []
+    d = derive(scheme)
+    for derived in PARTS.values() if part == "all" else (PARTS[part],):
+        yield from derived(d)
 
-    def add(section: str, label: str, expression: Any) -> None:
-        found.append(ClosedForm(section, label, str(expression), f"{label} = {latex(expression)}"))
 
+def _relations(d: Derivation) -> Iterator[ClosedForm]:
     for symbol, expression in d.scheme.relations.items():
-        found.append(ClosedForm("relations", str(symbol), str(expression), latex(Eq(symbol, expression))))
+        yield ClosedForm("relations", str(symbol), expression)  # as it is declared
+
+
+def _stiffness(d: Derivation) -> Iterator[ClosedForm]:
     for k, system in enumerate(d.balances, start=1):
         section = f"balance {k}, solved for {system.unknown}"
-        add(section, "K_eff", system.effective_stiffness)
-        add(section, "R", system.residual)
-        add(section, "v", system.recover_v)
-        add(section, "a", system.recover_a)
-    state = ", ".join(d.state)
-    add(f"amplification matrix N/den in ({state})", "den", horner(d.den, Omega))
+        yield ClosedForm(section, "K_eff", as_in_paper(system.effective_stiffness, d.scheme))
+        yield ClosedForm(section, "R", system.residual)
+        yield ClosedForm(section, "v", as_in_paper(system.recover_v, d.scheme))
+        yield ClosedForm(section, "a", as_in_paper(system.recover_a, d.scheme))
+
+
+def _amplification(d: Derivation) -> Iterator[ClosedForm]:
+    section = f"amplification matrix N/den in ({', '.join(d.state)})"
+    yield ClosedForm(section, "den", in_powers(d.den, Omega, d.scheme))
     for i in range(d.N.rows):
         for j in range(d.N.cols):
-            add(f"amplification matrix N/den in ({state})", f"N_{i + 1}{j + 1}", horner(d.N[i, j], Omega))
-    add("spectrum", "det A", d.det)
+            yield ClosedForm(section, f"N_{i + 1}{j + 1}", in_powers(d.N[i, j], Omega, d.scheme))
+
+
+def _spectrum(d: Derivation) -> Iterator[ClosedForm]:
+    yield ClosedForm("spectrum", "det A", d.det)
     for k, coefficient in enumerate(reversed(d.charpoly.all_coeffs())):
-        add("spectrum", f"p_{k} (of {mu}^{k})", horner(coefficient, Omega))
+        yield ClosedForm("spectrum", f"p_{k} (of {mu}^{k})", in_powers(coefficient, Omega, d.scheme))
     try:
-        add("spectrum", "rho_inf", d.rho_inf)
+        yield ClosedForm("spectrum", "rho_inf", as_in_paper(d.rho_inf, d.scheme))
     except NotImplementedError:
         limit = limit_polynomial(d.amplification)
-        add("spectrum", "rho_inf = largest |lambda| of 0", factor(limit.as_expr()))
+        yield ClosedForm("spectrum", "rho_inf = largest |lambda| of 0", factor(limit.as_expr()))
+
+
+def _load(d: Derivation) -> Iterator[ClosedForm]:
     for k, tau in enumerate(d.stencil):
         for i, label in enumerate(d.state):
-            add("load vector over den", f"B_{label} at t_n + ({tau})*h", d.amplification.step.load_N[i, k])
+            name = f"B_{label} at t_n + ({PRINTER.doprint(tau)})*h"
+            yield ClosedForm(
+                "load vector over den", name, in_powers(d.amplification.step.load_N[i, k], Omega, d.scheme)
+            )
+
+
+def _series(d: Derivation) -> Iterator[ClosedForm]:
     for error, terms in (("numerical damping", d.series.numerical_damping), ("period error", d.series.period_error)):
         for power, coefficient in terms.items():
-            add("small Omega", f"{error}, Omega^{power}", coefficient)
+            if coefficient.has(xi) and (undamped := coefficient.subs(xi, 0)) != 0:
+                yield ClosedForm("small Omega", f"{error} at xi = 0, Omega^{power}", as_in_paper(undamped, d.scheme))
+            yield ClosedForm("small Omega", f"{error}, Omega^{power}", as_in_paper(coefficient, d.scheme))
         if not terms:
-            add("small Omega", f"{error}, up to Omega^{d.series.highest}", Integer(0))
+            yield ClosedForm("small Omega", f"{error}, up to Omega^{d.series.highest}", Integer(0))
+
+
+def _nonlinear(d: Derivation) -> Iterator[ClosedForm]:
     for label, text in d.nonlinear.lines.items():
-        in_latex = "".join(rf"\{x}" if x in "_^{}&%$#" else x for x in f"{label}: {text}")
-        found.append(ClosedForm("nonlinear equations", label, text, rf"\text{{{in_latex}}}"))
-    return found
+        yield ClosedForm("nonlinear equations", label, text)
+
+
+PARTS: Mapping[str, Callable[[Derivation], Iterator[ClosedForm]]] = {
+    "relations": _relations,
+    "stiffness": _stiffness,
+    "amplification": _amplification,
+    "spectrum": _spectrum,
+    "load": _load,
+    "series": _series,
+    "nonlinear": _nonlinear,
+}

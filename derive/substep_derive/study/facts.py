@@ -3,9 +3,17 @@
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from sympy import Expr
+
+from ..algebra.algebraic import closed_form, generator
 from ..declare.scheme import Scheme
-from ..declare.symbols import xi
+from ..declare.symbols import Omega, xi
+from ..emit.printing import Code
+from ..oscillator.accuracy import leading_terms
+from ..oscillator.evaluation import Evaluation
+from ..stability.paper import PRINTER, as_in_paper
 from .derivation import derive
+from .forms import forms
 from .ledger import JUDGES
 from .profile import profile
 from .thesis import compared, newmark_sets, splits
@@ -13,8 +21,10 @@ from .thesis import compared, newmark_sets, splits
 
 def facts(schemes: Iterable[Scheme]) -> dict[str, Any]:
     """Name in generated/substep_kernels/facts.py -> value, of numbers and texts alone."""
+    schemes = tuple(schemes)
     return {
         "CATALOGUE": {scheme.name: row(scheme) for scheme in schemes},
+        "FORMS": {scheme.name: forms(scheme) for scheme in schemes if scheme.parameters},
         "SPLITS": tuple(map(str, splits)),
         "NEWMARK_SETS": tuple(tuple(map(str, pair)) for pair in newmark_sets),
         "PROPERTIES": {
@@ -27,7 +37,8 @@ def facts(schemes: Iterable[Scheme]) -> dict[str, Any]:
 
 def row(scheme: Scheme) -> dict[str, Any]:
     """A scheme's properties at its default parameters, exact values as text: see `profile`."""
-    p = profile(scheme)
+    p, d = profile(scheme), derive(scheme)
+    damping, period = _first_terms(scheme, p.nonlinear.symmetric.word == "yes")
     rho, bifurcation = (f"{float(x):.6g}" if x.is_finite else "oo" for x in (p.rho_inf, p.bifurcation))
     A, L = ({True: "yes", False: "no", None: "open"}[x] for x in (p.A_stable, p.L_stable))
     return {
@@ -42,6 +53,10 @@ def row(scheme: Scheme) -> dict[str, Any]:
         "nonlinear_order": p.nonlinear.uva,
         "eigenvalue_order": p.nonlinear.eigenvalue,
         **{name: getattr(p.nonlinear, name).word for name in ("symmetric", "symplectic", "conjugate_symplectic")},
+        "damping": damping,
+        "period": period,
+        "values": {name: _value(x) for name, x in (("rho_inf", p.rho_inf), ("critical_Omega", p.critical_Omega))},
+        "stiffness": tuple(PRINTER.doprint(as_in_paper(x.effective_stiffness, scheme)) for x in d.balances),
     }
 
 
@@ -62,3 +77,33 @@ def properties(name: str, parameters: Mapping[str, Any]) -> dict[str, Any]:
         "damping": first(d.series.numerical_damping),
         "period": first(d.series.period_error),
     }
+
+
+def _value(number: Expr | None) -> Any:
+    """A number as a float; None, for no limit, and infinity as inf."""
+    return float(number) if number is not None and number.is_finite else Code("inf")
+
+
+def _first_terms(scheme: Scheme, conservative: bool) -> tuple[tuple[int, str] | None, tuple[int, str] | None]:
+    """The first term of numerical damping and of period error at the defaults; None for one that is 0.
+
+    conservative: whether the scheme is known to have no numerical damping.
+    """
+    for highest in (3, 5, 7, 9):
+        series = leading_terms(derive(scheme).amplification, highest)
+        damping, period = (_first(scheme, terms) for terms in (series.numerical_damping, series.period_error))
+        if period and (damping or conservative):
+            return damping, period
+    raise NotImplementedError(f"{scheme.name}: expected errors of order 9 or less")
+
+
+def _first(scheme: Scheme, terms: Mapping[int, Expr]) -> tuple[int, str] | None:
+    """The first term, undamped, that does not vanish at the defaults, as text: exact where these are rational."""
+    at = Evaluation.at_defaults(scheme)
+    for power, coefficient in sorted(terms.items()):
+        if found := at.number(coefficient.subs(xi, 0)):
+            value = at.field.expression(found)
+            if value.is_Rational:
+                return power, str(value)
+            return power, f"{float(value.subs(generator, closed_form(at.field.root, Omega))):.6g}"
+    return None

@@ -209,7 +209,8 @@ JUDGES: dict[str, Callable[[], Finding]] = {
 
 def _conditions(name: str) -> str:
     """The inequalities of `conditions` as text on one line."""
-    parts = [written(inequality) for inequality in conditions(name).inequalities]
+    found = conditions(name)
+    parts = [written(inequality, found.scheme) for inequality in found.inequalities]
     return " and ".join(f"({part})" if " or " in part else part for part in parts) or "none"
 
 

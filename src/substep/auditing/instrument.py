@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from ..core.arrays import Array
+from ..core.errors import called_as
 from ..core.schemes import Scheme
 from .causes import Evidence, deviations
 from .claims import Claims, judged
@@ -25,6 +26,7 @@ LARGE = 1e4  # Omega for which the spectral radius is its limit, but for 1/Omega
 EXACT, MEASURED = 1e-12, 1e-7  # by how much a computed and a measured spectral radius of 1 may exceed 1, at Omega <= 1
 
 
+@called_as('audit(run, Claims("newmark", order=2))')
 def audit(stepper: Stepper | Run, claims: Claims | None = None) -> Report:
     """Which scheme a program's integrator is, what it can do, and where it departs from what it claims.
 

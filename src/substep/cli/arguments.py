@@ -1,14 +1,29 @@
 """Options whose names are parameters of schemes and scenes, which the command line does not know in advance."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+from fractions import Fraction
 from pathlib import Path
 from typing import Annotated
 
 import typer
+from rich.console import Console
 
 from ..core.scenes import Scene, scene
+from ..core.schemes import Scheme, scheme
 
 StartOption = Annotated[str, typer.Option(help="initial acceleration: consistent, or numbers as -19.6,0")]
 StrainOption = Annotated[str, typer.Option(help="elastic_pendulum: green_lagrange or engineering")]
+
+
+SchemeArgument = Annotated[str, typer.Argument(help="a name listed by `substep schemes`")]
+
+
+@contextmanager
+def working(what: str) -> Iterator[None]:
+    """Shows what is being worked on, on a terminal's stderr, while it lasts."""
+    with Console(stderr=True).status(what):
+        yield
 
 
 def scene_of(name: str, a0: str, strain: str, parameters: dict[str, float]) -> Scene:
@@ -32,11 +47,20 @@ def names(text: str) -> list[str] | None:
 
 
 def number(name: str, text: str) -> float:
-    """The text of the option `name` as a number. Raises ValueError where it is none."""
+    """The text of the option `name`, a decimal or a fraction, as a number. Raises ValueError where it is none."""
     try:
-        return float(text)
-    except ValueError as error:
-        raise ValueError(f"expected a number such as 0.2 for {name}, got '{text}'; correct it") from error
+        return float(Fraction(text))
+    except (ValueError, ZeroDivisionError) as error:
+        raise ValueError(f"expected a number such as 0.2 or 1/5 for {name}, got '{text}'; correct it") from error
+
+
+def scheme_of(text: str) -> Scheme:
+    """The scheme of a text such as bathe or newmark:beta=1/4,gamma=.5. Raises ValueError as `substep.scheme`."""
+    name, _, rest = text.partition(":")
+    pairs = [part.partition("=") for part in rest.split(",") if part]
+    if not all(equals and value for _, equals, value in pairs):
+        raise ValueError(f"expected parameters as {name}:beta=1/4,gamma=.5, got '{text}'; write name=value")
+    return scheme(name, **{key.replace("-", "_"): number(key, value) for key, _, value in pairs})
 
 
 def numbers(arguments: list[str]) -> dict[str, float]:

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from .arguments import StartOption, StrainOption, names, numbers, require_folders, scene_of
+from .arguments import StartOption, StrainOption, names, numbers, require_folders, scene_of, working
 
 
 def choose(
@@ -33,7 +33,10 @@ def choose(
         require_folders(file)
         here = scene_of(scene_name, a0, strain, numbers(context.args))
         end = span(here) if t_end is None else t_end
-        found = choice.choose(here, accuracy, t_end=end, quantity=quantity, among=names(among), chosen=names(chosen))
+        with working(f"choosing for {scene_name}"):
+            found = choice.choose(
+                here, accuracy, t_end=end, quantity=quantity, among=names(among), chosen=names(chosen)
+            )
     except ValueError as error:
         raise typer.BadParameter(str(error)) from error
     Console().print(found.text, highlight=False)

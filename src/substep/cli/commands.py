@@ -2,67 +2,78 @@
 
 import math
 from collections import Counter
-from collections.abc import Sequence
-from itertools import groupby
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
 from rich.progress import Progress
 from rich.table import Column, Table
+from typer.core import TyperGroup
 
 from ..core.schemes import scheme
-from ..core.schemes import schemes as scheme_names
-from .arguments import StartOption, StrainOption, exact_options, number, numbers, require_folders, scene_of
+from .arguments import StartOption, StrainOption, exact_options, number, numbers, require_folders, scene_of, working
 from .audits import audit
+from .catalogue import scenes, schemes, show
+from .charts import chart
 from .choice import choose
 from .design import design
+from .emission import emit
 from .estimators import estimator
 
 if TYPE_CHECKING:
     from ..studies.failures import Row
     from ..thesis.claims.judgement import Judgement
 
-app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
+INTERRUPTED = 130  # the exit code of a shell's command that Ctrl-C ended
+STOPPED = 3
+
+
+class Guide(TyperGroup):
+    """The commands in the order in which they are added; Ctrl-C ends them with a line that says what is kept."""
+
+    def invoke(self, ctx: typer.Context) -> Any:
+        """Run the command."""
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt:
+            done = "interrupted; what was printed or written before is complete and kept"
+            Console(stderr=True).print(f"\nsubstep {ctx.invoked_subcommand}: {done}")
+            raise typer.Exit(INTERRUPTED) from None
+
+
+app = typer.Typer(
+    cls=Guide,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    epilog="Exit codes: 0 done; 2 wrong input, with the cure on stderr; 3 the march of `run` stopped early, and what "
+    "it reached is printed; 130 interrupted. The --help of each command has an example; --install-completion completes "
+    "commands and options in the shell.",
+)
 console = Console()
 
 
+def _version(asked: bool) -> None:
+    if asked:
+        from .. import __version__  # noqa: PLC0415 (read from the package's metadata only when asked for)
+
+        print(f"substep {__version__}")
+        raise typer.Exit
+
+
 @app.callback()
-def main() -> None:
-    """Direct time integration schemes for structural dynamics: declared once, derived, compiled."""
-
-
-@app.command()
-def schemes() -> None:
-    """List all schemes with their parameters (default value) and reference."""
-    table = Table(Column("scheme", no_wrap=True), "parameters", "state", "reference")
-    for name in scheme_names():
-        s = scheme(name)
-        parameters = ", ".join(f"{key} ({float(value):.4g})" for key, value in s.parameters.items())
-        table.add_row(name, parameters, ", ".join(s.state), s.reference)
-    console.print(table)
-
-
-@app.command()
-def show(
-    name: Annotated[str, typer.Argument(help="a name listed by `substep schemes`")],
-    latex: Annotated[bool, typer.Option("--latex", help="LaTeX in place of text")] = False,
+def main(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="print the version and end")
+    ] = False,
 ) -> None:
-    """Print the closed forms of a scheme: relations, effective stiffness, amplification matrix, limits."""
-    from ..derived.facade import closed_forms  # noqa: PLC0415 (SymPy only when asked for)
+    """Direct time integration schemes for structural dynamics: declared once, derived, compiled.
 
-    try:
-        scheme(name)
-    except ValueError as error:
-        raise typer.BadParameter(str(error)) from error
-    for section, forms in groupby(closed_forms(name), key=lambda form: form.section):
-        print(f"% {section}" if latex else f"\n{section}")
-        for form in forms:
-            print(rf"\[ {form.latex} \]" if latex else f"    {form.name} = {form.text}")
+    Begin with `substep schemes`, `substep show bathe` and `substep run duffing bathe --dt 0.01 --t-end 10`.
+    """
 
 
-@app.command()
 def reproduce(
     folder: Annotated[Path, typer.Option(help="where the results go")] = Path("results"),
     full: Annotated[
@@ -111,7 +122,6 @@ def reproduce(
     console.print(f"figures, tables and the ledger (claims.md), all on one page: {folder.resolve() / 'index.html'}")
 
 
-@app.command()
 def failures(
     folder: Annotated[Path, typer.Option(help="where tables and maps go")] = Path("results"),
     full: Annotated[bool, typer.Option("--full", help="every scheme on every scene, maps of 500 x 500 runs")] = False,
@@ -136,7 +146,6 @@ def _print_failures(rows: "Sequence[Row]") -> None:
     console.print(table)
 
 
-@app.command()
 def claims() -> None:
     """Judge what the thesis claims and print, line by line, verdict and evidence."""
     from ..thesis import claims as ledger  # noqa: PLC0415
@@ -154,7 +163,6 @@ def _print_claims(found: "list[Judgement]") -> None:
     console.print(table)
 
 
-@app.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True})
 def certify(
     context: typer.Context,
     name: Annotated[str, typer.Argument(help="a name listed by `substep schemes`")],
@@ -164,7 +172,8 @@ def certify(
     from ..derived.facade import certificate  # noqa: PLC0415
 
     try:
-        found = certificate(name, xi=xi, **exact_options(context.args))
+        with working(f"certifying {name}"):
+            found = certificate(name, xi=xi, **exact_options(context.args))
     except (ValueError, TypeError) as error:
         raise typer.BadParameter(str(error)) from error
     print(found.text)
@@ -176,30 +185,22 @@ def certify(
             print("for k up to 10, 100, 1000.")
 
 
-app.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True})(estimator)
-
-
-@app.command()
 def conditions(name: Annotated[str, typer.Argument(help="a name listed by `substep schemes`")]) -> None:
     """Print for which parameters a scheme is stable for every Ω, undamped, and of second order: derived."""
     from ..derived.facade import conditions as derived  # noqa: PLC0415
     from ..derived.facade import order_conditions  # noqa: PLC0415
 
     try:
-        print(derived(name).text)
-        for quantity, polynomials in order_conditions(name).items():
-            wanted = " and ".join(f"{p} = 0" for p in polynomials) or "always"
+        with working(f"deriving conditions of {name}"):
+            text, second_order = derived(name).text, order_conditions(name)
+        print(text)
+        for quantity, polynomials in second_order.items():
+            wanted = " and ".join(f"{p} = 0" for p in polynomials).replace("**", "^") or "always"
             print(f"{quantity} is of second order, free and forced, damped and undamped: {wanted}")
     except (ValueError, NotImplementedError) as error:
         raise typer.BadParameter(str(error)) from error
 
 
-app.command()(design)
-app.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True})(audit)
-app.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True})(choose)
-
-
-@app.command()
 def equivalences(
     names: Annotated[list[str] | None, typer.Argument(help="at least two schemes; all if none is given")] = None,
 ) -> None:
@@ -207,13 +208,13 @@ def equivalences(
     from ..derived.facade import equivalences as find  # noqa: PLC0415
 
     try:
-        for found in find(names or []):
-            print(found.text)
+        with working("comparing schemes"):
+            pairs = find(names or [])
+        print("\n".join(found.text for found in pairs))
     except ValueError as error:
         raise typer.BadParameter(str(error)) from error
 
 
-@app.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True})
 def run(
     context: typer.Context,
     scene_name: Annotated[str, typer.Argument(metavar="SCENE", help="a name listed by `substep scenes`")],
@@ -235,7 +236,8 @@ def run(
         known = scene_info(scene_name, {}).parameters
         s = scheme(scheme_name, **{key: value for key, value in given.items() if key not in known})
         here = scene_of(scene_name, a0, strain, {key: value for key, value in given.items() if key in known})
-        r = march(here, s, dt, t_end)
+        with working(f"marching {scene_name}"):
+            r = march(here, s, dt, t_end)
     except ValueError as error:
         raise typer.BadParameter(str(error)) from error
     names = [name for name, _ in here.coordinates]
@@ -256,66 +258,10 @@ def run(
         console.print(f"Newton iterations a step and balance: {r.newton_iterations.mean():.3g} in the mean")
     if csv is not None:
         save_csv(csv, list(columns), list(columns.values()))
+    if r.status != "completed":
+        raise typer.Exit(STOPPED)
 
 
-@app.command()
-def scenes() -> None:
-    """List all scenes with their parameters (default value) and reference."""
-    from ..core.scenes import scene_info  # noqa: PLC0415
-    from ..core.scenes import scenes as scene_names  # noqa: PLC0415
-
-    table = Table(Column("scene", no_wrap=True), "coordinates", "parameters", "reference")
-    for name in scene_names():
-        info = scene_info(name, {})
-        coordinates = ", ".join(f"{q} ({unit})" for q, unit in info.coordinates)
-        parameters = ", ".join(
-            p.name if p.default is None else f"{p.name} ({p.default():.7g})" for p in info.parameters.values()
-        )
-        table.add_row(name, coordinates, parameters, info.reference)
-    console.print(table)
-
-
-@app.command()
-def chart(
-    names: Annotated[list[str], typer.Argument(help="schemes, at their default parameters; or work-precision")],
-    file: Annotated[Path, typer.Option(help="where the chart goes, without suffix")] = Path("chart"),
-    full: Annotated[bool, typer.Option("--full", help="work-precision: every step, medians of 20")] = False,
-) -> None:
-    """Draw spectral radius, amplitude error and period error of schemes over h/T, as PNG and SVG.
-
-    work-precision: draw error against cost of all schemes on four scenes (--full: on nine), and where general solvers
-    overtake, into the folder of the file.
-    """
-    if names == ["work-precision"]:
-        _work_precision(file.parent, full)
-        return
-    from ..figures import charts  # noqa: PLC0415
-    from ..thesis.reproduce import ERROR_RATIOS, RADIUS_RATIOS  # noqa: PLC0415
-
-    try:
-        require_folders(file)
-        drawn = {name: scheme(name) for name in names}
-    except ValueError as error:
-        raise typer.BadParameter(str(error)) from error
-    wide, narrow = 2 * math.pi * RADIUS_RATIOS, 2 * math.pi * ERROR_RATIOS
-    figure = charts.stability_figure(
-        "Spectral radius, amplitude and period error at $\\xi$ = 0",
-        (RADIUS_RATIOS, {name: s.spectral_radius(wide) for name, s in drawn.items()}),
-        (
-            ERROR_RATIOS,
-            {name: s.amplitude_error(narrow) for name, s in drawn.items()},
-            {name: s.period_error(narrow) for name, s in drawn.items()},
-        ),
-    )
-    charts.save(
-        figure, file, "Charts",
-        f"""{", ".join(names)}, at their default parameters, on the undamped oscillator over h/T: (a) spectral radius,
-        (b) amplitude error a period, (c) period error; the last is black.""",
-    )  # fmt: skip
-    console.print(f"{file}.png and {file}.svg")
-
-
-@app.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True})
 def spectrum(
     context: typer.Context,
     file: Annotated[Path, typer.Argument(help="two columns, time (s) and acceleration (m/s^2), or a PEER .AT2")],
@@ -336,7 +282,8 @@ def spectrum(
     try:
         require_folders(csv, chart)
         T = [number("--periods", text) for text in periods.split(",")] if periods else PERIODS
-        s = response_spectrum(file, periods=T, xi=xi, scheme=scheme(scheme_name, **numbers(context.args)))
+        with working(f"response spectrum of {file.name}"):
+            s = response_spectrum(file, periods=T, xi=xi, scheme=scheme(scheme_name, **numbers(context.args)))
     except (ValueError, OSError) as error:
         raise typer.BadParameter(str(error)) from error
     settings = f"{s.samples} samples, dt = {s.dt:g} s, xi = {xi:g}, {' '.join((s.scheme, s.parameters)).strip()}"
@@ -364,11 +311,27 @@ def spectrum(
             )  # fmt: skip
 
 
-def _work_precision(folder: Path, full: bool) -> None:
-    from ..studies.precision.jobs import jobs, operations  # noqa: PLC0415
+def _add(panel: str, example: str, command: Callable[..., None], *, parameters: bool = False) -> None:
+    """Add a command; parameters: those of schemes and scenes follow it as options, which it reads itself."""
+    settings = {"allow_extra_args": True, "ignore_unknown_options": True} if parameters else None
+    app.command(rich_help_panel=panel, epilog=f"Example: {example}", context_settings=settings)(command)
 
-    folder.mkdir(parents=True, exist_ok=True)
-    with Progress(console=console) as progress:
-        for job in progress.track((*jobs(full), operations), description="speed against accuracy"):
-            job(folder)
-    console.print(f"charts and tables are in {folder.resolve()}")
+
+PARAMETERS = {"parameters": True}
+_add("What there is", "substep schemes --references", schemes)
+_add("What there is", "substep show newmark_bdf2 --part amplification", show)
+_add("What there is", "substep scenes --references", scenes)
+_add("Runs", "substep run elastic_pendulum bathe --EA 1e4 --dt 0.01 --t-end 30", run, **PARAMETERS)
+_add("Runs", "substep choose elastic_pendulum --EA 1e10 --quantity angle --accuracy 1e-5", choose, **PARAMETERS)
+_add("Runs", "substep spectrum motion.AT2 --scheme bathe --xi 0.02 --chart out", spectrum, **PARAMETERS)
+_add("Runs", "substep chart bathe newmark:beta=1/4,gamma=.6 --xi .05 --quantity period_error", chart)
+_add("Proofs", "substep certify newmark_bdf2 --gamma-t 1/5 --beta 0.3025 --gamma 3/5", certify, **PARAMETERS)
+_add("Proofs", "substep conditions newmark", conditions)
+_add("Proofs", "substep estimator newmark_bdf2 --gamma 1/2", estimator, **PARAMETERS)
+_add("Proofs", "substep equivalences bathe silva_bezerra", equivalences)
+_add("Proofs", "substep design --sub-steps 3 --order 3 --rho-inf free", design)
+_add("Programs and results", "substep audit opensees --integrator HHT", audit, **PARAMETERS)
+_add("Programs and results", "substep emit bathe --language c --out bathe.c", emit, **PARAMETERS)
+_add("Programs and results", "substep failures --folder results", failures)
+_add("Programs and results", "substep claims", claims)
+_add("Programs and results", "substep reproduce --folder results", reproduce)

@@ -4,6 +4,8 @@ from typing import Annotated
 
 import typer
 
+from .arguments import working
+
 
 def design(
     name: Annotated[
@@ -30,22 +32,24 @@ def design(
         if name is not None and sub_steps is not None:
             raise ValueError("expected a scheme or --sub-steps, got both; leave one of them out")
         if name is not None:
-            found = facade.design(name, rho_inf=radius, order=order)
+            with working(f"designing {name}"):
+                found = facade.design(name, rho_inf=radius, order=order)
             print("\n".join(one.text for one in found) or f"{name}: no parameters give order {order} and that rho_inf")
             return
         if sub_steps is None:
             raise ValueError(
                 "expected a scheme or --sub-steps, got neither; write substep design --sub-steps 3 --order 3"
             )
-        answer = facade.design(
-            sub_steps=sub_steps,
-            order=order,
-            rho_inf=radius,
-            one_stiffness=one_stiffness,
-            l_stable=l_stable,
-            least=least,
-            cpu_seconds=cpu_seconds,
-        )
+        with working(f"designing a scheme of {sub_steps} sub-steps, for at most {cpu_seconds:g} s"):
+            answer = facade.design(
+                sub_steps=sub_steps,
+                order=order,
+                rho_inf=radius,
+                one_stiffness=one_stiffness,
+                l_stable=l_stable,
+                least=least,
+                cpu_seconds=cpu_seconds,
+            )
     except (ValueError, TypeError) as error:
         raise typer.BadParameter(str(error)) from error
     print(answer.text)

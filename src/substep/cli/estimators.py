@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from .arguments import exact_options
+from .arguments import exact_options, working
 
 
 def estimator(
@@ -19,7 +19,8 @@ def estimator(
 
     parameters = exact_options(context.args)
     try:
-        found = derived(name, held_only=held_only, damped=not undamped, **parameters)
+        with working(f"deriving estimators of {name}"):
+            found = derived(name, held_only=held_only, damped=not undamped, **parameters)
     except ValueError as error:
         raise typer.BadParameter(str(error)) from error
     for one, quantity in ((found.displacement, "u"), (found.velocity, "v")):

@@ -1,12 +1,17 @@
 """Messages that say what was expected, what came, and the cure."""
 
+import inspect
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from difflib import get_close_matches
-from typing import Any
+from functools import wraps
+from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+P = ParamSpec("P")
+T = TypeVar("T")
 
 
 def unknown_name(what: str, name: str, known: Iterable[str]) -> ValueError:
@@ -17,8 +22,47 @@ def unknown_name(what: str, name: str, known: Iterable[str]) -> ValueError:
     return ValueError(f"expected {what}, one of: {', '.join(known) or 'none'}; got '{name}'{cure}")
 
 
+def called_as(example: str) -> Callable[[Callable[P, T]], Callable[P, T]]:
+    """A function that answers a call which does not fit its arguments with an example of one that does.
+
+    It is a TypeError, as it is in Python: for arguments by position that have to be given by name, for missing ones and
+    for names that the function does not take.
+    """
+
+    def of(function: Callable[P, T]) -> Callable[P, T]:
+        @wraps(function)
+        def called(*args: P.args, **kwargs: P.kwargs) -> T:
+            try:
+                return function(*args, **kwargs)
+            except TypeError as error:
+                if error.__traceback__ is None or error.__traceback__.tb_next is not None:
+                    raise  # the function was entered, so that the error is not of this call
+                raise TypeError(f"expected a call such as {example}; {_misfit(function, args, kwargs)}") from None
+
+        return called
+
+    return of
+
+
+def _misfit(function: Callable[..., Any], args: tuple[Any, ...], kwargs: Mapping[str, Any]) -> str:
+    """What is wrong with arguments that do not fit a function, and those that do."""
+    takes = inspect.signature(function)
+    by_name = [name for name, p in takes.parameters.items() if p.kind is p.KEYWORD_ONLY]
+    others = [str(p) for p in takes.parameters.values() if p.kind is p.VAR_KEYWORD]
+    at_first = [name for name, p in takes.parameters.items() if p.kind is p.POSITIONAL_OR_KEYWORD]
+    try:
+        takes.bind(*args, **kwargs)
+    except TypeError as error:
+        return f"{error}; it takes {', '.join(at_first)} and, by name only, {', '.join([*by_name, *others]) or 'none'}"
+    return "it takes other arguments"
+
+
 def float_array(name: str, value: ArrayLike) -> NDArray[np.float64]:
-    """The value as a float array, else a ValueError."""
+    """The value as a float array, else a ValueError: also for a masked array, whose mask would be lost."""
+    if isinstance(value, np.ndarray) and isinstance(value, np.ma.MaskedArray):
+        raise ValueError(
+            f"expected {name} without a mask, got a masked array; choose its values by .compressed() or .filled(...)"
+        )
     try:
         return np.asarray(value, dtype=np.float64)
     except (TypeError, ValueError) as error:
@@ -82,7 +126,7 @@ def inside(
 
 def non_negative(name: str, value: ArrayLike) -> NDArray[np.float64]:
     """The value as an array of finite numbers not below 0, else a ValueError."""
-    plain = isinstance(value, np.ndarray) and value.dtype == np.float64 and value.size > 0
+    plain = type(value) is np.ndarray and value.dtype == np.float64 and value.size > 0
     if plain and value.min() >= 0 and value.max() < np.inf:  # the usual case, without temporary arrays; NaN fails it
         return value
     array = real_array(name, value)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .arrays import Array, read_only
-from .errors import real_array, real_number
+from .errors import float_array, real_array, real_number
 
 
 class Load(Protocol):
@@ -89,13 +89,13 @@ class HalfSine:
         return np.where(within == t, _changed(np.multiply, wave, amplitude), 0.0)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Record:
     """Samples at 0, dt, 2 dt, ..., linear between them, 0 after the last. Two are equal for equal dt and samples."""
 
     dt: float
     values: ArrayLike
-    _values: Array = field(init=False, repr=False)
+    _values: Array = field(init=False)
 
     def __post_init__(self) -> None:
         real_number("dt of the record", self.dt, positive=True)
@@ -118,6 +118,9 @@ class Record:
         values = np.empty(times.shape)
         interpolate(self._values, float(self.dt), read_only(times), values.reshape(-1))
         return values[()]
+
+    def __repr__(self) -> str:
+        return f"Record(dt={self.dt}, {len(self._values)} samples)"
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Record) and self.dt == other.dt and np.array_equal(self._values, other._values)
@@ -152,6 +155,8 @@ class LoadLanes:
         return LoadLanes(self.kind, {name: x.reshape(-1, *inner) if x.ndim else x for name, x in values})
 
 
+ARRAY_OF_TIMES = "expected a load that takes an array of times and returns an array of the same shape"
+VECTORISED = "in it use np.where in place of if, np.sin in place of math.sin, and 0*t + c for a constant c"
 NO_SAMPLES = read_only(np.zeros(2))
 KINDS = (Harmonic, Step, HalfSine)  # whose parameters can differ from lane to lane
 
@@ -163,21 +168,26 @@ def is_known(load: Load | None) -> bool:
 
 def values_at(load: Load, t: Array) -> Array:
     """The load at the times t. Raises ValueError for one not finite or of another shape."""
-    values = load(t)
+    try:
+        values = load(t)
+    except (TypeError, ValueError) as error:
+        if is_known(load) or np.ndim(t) == 0:
+            raise
+        raise ValueError(f"{ARRAY_OF_TIMES}, got from it {type(error).__name__}: {error}; {VECTORISED}") from error
     if type(load) is Record:
         return values  # finite as its samples are
     return _checked(values, np.shape(values if isinstance(load, LoadLanes) else t))
 
 
 def _checked(values: ArrayLike, shape: tuple[int, ...]) -> Array:
-    forces = np.asarray(values, dtype=np.float64)
+    forces = float_array("the load", values)
+    if forces.shape != shape:
+        raise ValueError(f"{ARRAY_OF_TIMES}, of shape {shape} here, got from it shape {forces.shape}; {VECTORISED}")
     with np.errstate(over="ignore", invalid="ignore"):
         finite = math.isfinite(forces.sum()) or np.isfinite(forces).all()  # the sum needs no array
-    if forces.shape != shape or not finite:
-        raise ValueError(
-            f"expected a finite load at each of {shape} times, got shape {forces.shape}, "
-            f"finite: {bool(finite)}; correct the load function"
-        )
+    if not finite:
+        bad = forces[~np.isfinite(forces)].flat[0]
+        raise ValueError(f"expected a finite load at every time, got {bad}; correct the load function")
     return forces
 
 

@@ -1,17 +1,24 @@
 """What a march returns."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Literal, get_args
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .arrays import Array
+from .exports import Histories, History, to_dataset, to_figure, to_frame
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from pandas import DataFrame
+    from xarray import Dataset
+
     from .scenes import Scene
+    from .schemes import Scheme
 
 Ended = Literal["completed", "newton_failed", "non_finite", "energy_bound", "step_too_small"]
 STATUSES: tuple[Ended, ...] = get_args(Ended)  # in the order of the kernels' numbers
@@ -36,7 +43,7 @@ class Statistics:
     longest: float
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Response:
     """Histories u, v (n+1, ndof), and t, energy, angular_momentum (n+1,), which are computed when first read.
 
@@ -55,10 +62,11 @@ class Response:
     newton_iterations: NDArray[np.int64]
     status: Status
     t_failed: float | None
-    scene: "Scene" = field(repr=False)
+    scene: "Scene"
+    scheme: "Scheme"
     step: float  # s between two rows; NaN where steps are uneven
-    own_a: Array | None = field(repr=False)
-    times: Array | None = field(default=None, repr=False)  # s, where steps are uneven
+    own_a: Array | None
+    times: Array | None = None  # s, where steps are uneven
     statistics: Statistics | None = None
 
     @cached_property
@@ -94,3 +102,49 @@ class Response:
         if "strain" not in self.outputs:
             raise AttributeError("expected a scene with a strain, such as elastic_pendulum; this one has none")
         return self.outputs["strain"]
+
+    def _histories(self) -> Histories:
+        """What can be exported."""
+        units = [unit for _, unit in self.scene.coordinates]
+        unit = units[0] if len(set(units)) == 1 else "of the coordinate"
+        found = {
+            "u": History(self.u, unit, "displacement"),
+            "v": History(self.v, f"{unit}/s", "velocity"),
+            "a": History(self.a, f"{unit}/s^2", "acceleration"),
+            "energy": History(self.energy, "J", "kinetic energy and potential"),
+        }
+        if self.angular_momentum is not None:
+            found["angular_momentum"] = History(self.angular_momentum, "kg m^2/s", "angular momentum about the pivot")
+        found |= {name: History(x, "", name) for name, x in self.outputs.items()}
+        attrs = self._attrs | {"scene": self.scene.name}
+        attrs |= {f"scene_{name}": x for name, x in self.scene.parameters.items()}
+        return Histories(self.t, found, [name for name, _ in self.scene.coordinates], "coordinate", attrs)
+
+    @property
+    def _attrs(self) -> dict[str, Any]:
+        parameters = {f"scheme_{name}": float(x) for name, x in self.scheme.parameters.items()}
+        failed = {} if self.t_failed is None else {"t_failed": self.t_failed}
+        return {"scheme": self.scheme.name, **parameters, "status": self.status, **failed}
+
+    def to_xarray(self) -> "Dataset":
+        """u, v, a over t and coordinate, energy and the scene's own outputs over t; with units and settings."""
+        return to_dataset(self._histories())
+
+    def to_pandas(self) -> "DataFrame":
+        """The same with a row for each time and a column for each history, such as "u x".
+
+        Raises ImportError where pandas is not installed.
+        """
+        return to_frame(self._histories())
+
+    def plot(self, *quantities: str, axes: "Axes | Sequence[Axes] | None" = None) -> "Figure":
+        """The figure of quantities over t, u alone by default: u, v, a, energy or another of `to_xarray`, a panel each.
+
+        axes: Matplotlib's, one for each quantity, to draw into in place of a new figure. Raises ValueError for an
+        unknown quantity and for another number of axes.
+        """
+        return to_figure(self._histories(), quantities or ("u",), axes, f"{self.scheme} on {self.scene}, {self.status}")
+
+    def __repr__(self) -> str:
+        end = f"{len(self.t)} rows to t = {self.t[-1]:.6g} s, {self.status}"
+        return f"{type(self).__name__}({self.scheme} on {self.scene}, {end})"

@@ -1,7 +1,7 @@
 """Scenes, the problems that are marched. Each is declared by its energies; its parameters are checked here, once."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from types import MappingProxyType, ModuleType
 from typing import TYPE_CHECKING, Any
@@ -12,7 +12,7 @@ from substep_kernels.scenes import SCENES
 
 from .arrays import Array, Values, by_value
 from .entries import SceneInfo
-from .errors import real_array, real_number, unknown_name
+from .errors import called_as, real_array, real_number, unknown_name
 from .kernel_modules import loaded
 from .loads import Load, LoadLanes, values_at
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 STRAIN_MEASURES = {"green_lagrange": "elastic_pendulum", "engineering": "elastic_pendulum_engineering"}
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Scene:
     """A benchmark problem with its parameters; make one with `substep.scene`.
 
@@ -32,13 +32,13 @@ class Scene:
     value; a scene of the user's own is the same if everything declared about it is.
     """
 
-    info: SceneInfo = field(repr=False)
+    info: SceneInfo
     parameters: Mapping[str, Any]  # numbers
     u0: Array
     v0: Array
     a0: Array
     load: Load | None
-    a0_asked: ArrayLike | str | None = field(default=None, repr=False)  # the argument a0 of `substep.scene`
+    a0_asked: ArrayLike | str | None = None  # the argument a0 of `substep.scene`
 
     @property
     def name(self) -> str:
@@ -110,6 +110,14 @@ class Scene:
         with np.errstate(all="ignore"):
             return getattr(self.module, function)(*values, t, u, v, *given)
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _remade, (self.info.source, dict(self.parameters), self.a0_asked, self.load)
+
+    def __repr__(self) -> str:
+        values = [f"{name}={x}" for name, x in self.parameters.items()]
+        load = [] if self.load is None else [f"load={self.load!r}"]
+        return f"Scene({', '.join([self.name, *values, f'a0={self.a0.tolist()}', *load])})"
+
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Scene) or (self.info, self._values) != (other.info, other._values):
             return False
@@ -128,16 +136,27 @@ def scenes() -> tuple[str, ...]:
     return tuple(name for name in SCENES if name not in STRAIN_MEASURES.values() or name == "elastic_pendulum")
 
 
+@called_as('scene("linear_oscillator", omega=6.28, xi=0.02)')
 def scene(
-    name: "str | SceneDeclaration", *, a0: ArrayLike | str | None = None, load: Load | None = None, **parameters: Any
+    name: "str | Scene | SceneDeclaration",
+    *,
+    a0: ArrayLike | str | None = None,
+    load: Load | None = None,
+    **parameters: Any,
 ) -> Scene:
-    """The scene of that name, or of a declaration of your own (`substep_derive.Scene`).
+    """The scene of that name, or of a declaration of your own (`substep_derive.Scene`); a handle stands for itself.
 
     Parameters not given take the default of the declaration. a0: the initial acceleration, one number for each
     coordinate; "consistent" takes it from the equation of motion; by default as the scene declares it. load:
     a function of time in s, for scenes that take one. elastic_pendulum also takes strain = "green_lagrange"
     or "engineering". Raises ValueError for unknown names, missing parameters and bad values.
     """
+    if isinstance(name, Scene):
+        if parameters or a0 is not None or load is not None:
+            raise ValueError(
+                f"expected a name with parameters, a0 or load, got {name}; write scene({name.name!r}, ...)"
+            )
+        return name
     info = scene_info(name, parameters)
     return make_scene(info, checked_parameters(info, parameters, real_number), a0, load)
 
@@ -159,7 +178,7 @@ def scene_info(name: "str | SceneDeclaration", parameters: dict[str, Any]) -> Sc
         return _in_catalogue(name)
     if not hasattr(name, "potential"):
         raise ValueError(
-            f"expected the name of a scene or a declaration of one, got {name!r}; substep.scenes() lists the names"
+            f"expected a scene by name, handle or declaration, got {name!r}; substep.scenes() lists the names"
         )
     from ..derived.modules import own_scene_module  # noqa: PLC0415 (the one door to SymPy)
 
@@ -209,6 +228,11 @@ def make_scene(info: SceneInfo, values: Mapping[str, Any], a0: ArrayLike | str |
     draft = Scene(info, MappingProxyType(dict(values)), u0, v0, u0, load, a0)
     wanted = a0 if a0 is not None else "consistent" if given is None else given
     return replace(draft, a0=_acceleration(draft, wanted))
+
+
+def _remade(source: Any, parameters: dict[str, Any], a0: ArrayLike | str | None, load: Load | None) -> Scene:
+    """A scene from what a pickled one keeps."""
+    return make_scene(scene_info(source, {}), parameters, a0, load)
 
 
 def _joined(components: Sequence[Any], lanes: tuple[int, ...]) -> Array:

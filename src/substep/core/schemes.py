@@ -7,7 +7,7 @@ first use.
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from functools import cache, cached_property, lru_cache
+from functools import cache, cached_property, lru_cache, partial
 from types import MappingProxyType, ModuleType
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +19,8 @@ from . import coefficients as march_coefficients
 from . import stability as stability_functions
 from .arrays import Array, Values, by_value, read_only
 from .entries import ParameterInfo, SchemeInfo
-from .errors import unknown_name
+from .errors import called_as, unknown_name
+from .facts import Facts, Term, facts_at, facts_at_defaults
 from .kernel_modules import loaded
 
 if TYPE_CHECKING:
@@ -46,17 +47,22 @@ def schemes() -> tuple[str, ...]:
     return tuple(SCHEMES)
 
 
-def scheme(name: "str | Declaration", **parameters: ArrayLike) -> "Scheme":
+@called_as('scheme("newmark", beta=0.25, gamma=0.5)')
+def scheme(name: "str | Scheme | Declaration", **parameters: ArrayLike) -> "Scheme":
     """A handle of the scheme; parameters not given take the default of the declaration.
 
     name: of the catalogue, or a declaration of your own (`substep_derive.Scheme`), which is derived and
-    compiled on first use and kept in the user's cache. A family's argument (`rho_inf` of
+    compiled on first use and kept in the user's cache; a handle stands for itself. A family's argument (`rho_inf` of
     generalized-alpha, ...) stands for the parameters it sets. Parameters may be arrays, and then
     broadcast with Omega and xi. Raises ValueError for an unknown scheme or parameter, for one that a
     family also sets, and for a value that is not finite or lies outside the declared interval. A parameter that another
     given one decides, such as rho_inf where gamma alone makes the step, takes the value that follows from it, which has
     to lie in its interval too.
     """
+    if isinstance(name, Scheme):
+        if parameters:
+            raise ValueError(f"expected a name with parameters, got {name}; write scheme('{name.name}', ...)")
+        return name
     info = scheme_info(name)
     given: dict[str, Array] = {}
     for key, value in parameters.items():
@@ -92,9 +98,9 @@ def scheme_info(name: "str | Declaration") -> SchemeInfo:
         if name not in SCHEMES:
             raise unknown_name("a scheme", name, SCHEMES)
         return _in_catalogue(name)
-    if not hasattr(name, "balances"):
+    if not hasattr(name, "takes_damping"):
         raise ValueError(
-            f"expected the name of a scheme or a declaration of one, got {name!r}; substep.schemes() lists the names"
+            f"expected a scheme by name, handle or declaration, got {name!r}; substep.schemes() lists the names"
         )
     from ..derived.modules import own_scheme_module  # noqa: PLC0415 (the one door to SymPy)
 
@@ -163,6 +169,49 @@ class Scheme:
     def balances(self) -> int:
         """How many balances (implicit solves or force evaluations) a step has."""
         return self.info.balances
+
+    @cached_property
+    def facts(self) -> Facts:
+        """What derivation has found about the scheme at its parameters, None for what is not known without SymPy."""
+        if self.info.declaration is not None:
+            return Facts()
+        at_defaults = self._values == scheme(self.name)._values
+        return facts_at_defaults(self.name) if at_defaults else facts_at(self.info, self.parameters)
+
+    @property
+    def order(self) -> tuple[int, int, int] | None:
+        """Order of accuracy of u, v and a, free and forced, damped or not; see `Facts` for other parameters."""
+        return self.facts.order
+
+    @property
+    def rho_inf(self) -> float | Array | None:
+        """Spectral radius as Omega -> oo, undamped; inf for an explicit scheme."""
+        return self.facts.rho_inf
+
+    @property
+    def critical_Omega(self) -> float | None:
+        """The Omega up to which the scheme is stable, undamped; inf where it is for every Omega, None if not known."""
+        return self.facts.critical_Omega
+
+    @property
+    def A_stable(self) -> bool | None:
+        """Whether it is stable for every Omega and damping ratio; None if not known: `substep_derive.certify`."""
+        return self.facts.A_stable
+
+    @property
+    def L_stable(self) -> bool | None:
+        """Whether it is A-stable with rho_inf = 0; None if not known."""
+        return self.facts.L_stable
+
+    @property
+    def overshoot(self) -> str | None:
+        """Such as U0-V1: powers of Omega with which u and v/omega grow in the first step; None if not known."""
+        return self.facts.overshoot
+
+    @property
+    def first_errors(self) -> tuple[Term | None, Term | None]:
+        """First terms of numerical damping and period error, undamped, as (power of Omega, coefficient) each."""
+        return self.facts.damping, self.facts.period
 
     @cached_property
     def kernels(self) -> ModuleType:
@@ -270,6 +319,9 @@ class Scheme:
     @cached_property
     def _values(self) -> Values:
         return by_value(self.parameters)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return partial(scheme, self.info.source, **self.given), ()
 
     def __repr__(self) -> str:
         values = (f"{name}={value.tolist()}" for name, value in self.parameters.items())

@@ -1,12 +1,13 @@
 """Stability functions of a scheme: amplification matrix, spectral radius, numerical damping, period elongation.
 
 All take Omega = omega*h >= 0 and the damping ratio xi >= 0, which broadcast with each other and with the scheme's
-parameters, and raise ValueError for negative or infinite values, NaN, and shapes that do not broadcast. Of a scheme
+parameters, and raise ValueError for negative or infinite values, NaN, shapes that do not broadcast, and values so
+large that the powers of Omega in a step overflow. At Omega below 1e-150 the errors are their limits, 0. Of a scheme
 that takes no damping they are NaN at xi > 0.
 """
 
+import math
 from collections.abc import Callable, Sequence
-from math import prod
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -34,6 +35,8 @@ def amplification(scheme: Parametrized, Omega: ArrayLike, xi: ArrayLike) -> Arra
     shape, arguments = points(scheme, Omega, xi)
     out = np.empty((arguments[0].size, m, m))
     scheme.kernels.amplification(*arguments, out)
+    if not np.isfinite(out).all():
+        _require_finite(scheme, "amplification matrix", abs(out).max(axis=(1, 2)), *arguments[:2])
     if not scheme.info.damping:
         out[arguments[1] != 0.0] = np.nan
     return out.reshape(*shape, m, m)
@@ -77,12 +80,13 @@ def power_norm(scheme: Parametrized, Omega: ArrayLike, xi: ArrayLike, n: int) ->
 def _evaluated(scheme: Parametrized, function: str, outputs: int, Omega: ArrayLike, xi: ArrayLike) -> list[Array]:
     """The outputs of a kernel at all points, each of the common shape; many points are spread over threads.
 
-    The kernels return whether a value of Omega or xi is bad, so that these are searched only for the error message.
+    The kernels return whether a value of Omega or xi is bad or a radius is not finite, so that these are searched only
+    for the error message.
     """
     module, parameters = scheme.kernels, scheme.kernel_parameters
     given = float_array("Omega", Omega), float_array("xi", xi)
     shape = common_shape(("Omega", "xi", *module.PARAMETERS), (*given, *parameters))
-    n, kernel = prod(shape), getattr(module, function)
+    n, kernel = math.prod(shape), getattr(module, function)
     out = np.empty((outputs, n))
     if n <= PART:
         own = scheme.one_point if n == 1 else [flat(a, shape) for a in parameters]
@@ -92,9 +96,20 @@ def _evaluated(scheme: Parametrized, function: str, outputs: int, Omega: ArrayLi
     if n == 0 or refused:
         for name, value in (("Omega", Omega), ("xi", xi)):
             non_negative(name, value)
+        _require_finite(scheme, "spectral radius", out[0], *(flat(x, shape) for x in given))
     if not scheme.info.damping:
         out[:, flat(given[1], shape) != 0.0] = np.nan
     return list(out.reshape(outputs, *shape))  # of arrays, or of numbers
+
+
+def _require_finite(scheme: Parametrized, what: str, found: Array, Omega: Array, xi: Array) -> None:
+    """Raise ValueError for the first of the points (n,) at which what was found is NaN or infinite."""
+    for i in np.flatnonzero(~np.isfinite(found))[:1]:
+        raise ValueError(
+            f"expected Omega and xi at which a step of {scheme.info.name} can be computed, got Omega = {Omega[i]}, "
+            f"xi = {xi[i]}, where its {what} is {found[i]}: powers of Omega overflow, or the step is singular; "
+            "give a smaller Omega, for limits take the scheme's rho_inf"
+        )
 
 
 def _spread(

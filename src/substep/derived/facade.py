@@ -3,9 +3,11 @@
 What never changes is read from generated/; SymPy is imported only when something else is asked for.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields
 from fractions import Fraction
+from pathlib import Path
+from runpy import run_path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
@@ -124,9 +126,31 @@ def order(name: str) -> tuple[int, int, int]:
 
 def catalogue_row(name: str) -> CatalogueRow:
     """A scheme's row in the table of the catalogue, from generated/: see `substep_derive.study.facts.row`."""
-    row = CATALOGUE[name]
+    row = {key: CATALOGUE[name][key] for key in (f.name for f in fields(CatalogueRow)) if key != "scheme"}
     triples = {key: ", ".join(map(str, row[key])) for key in ("order", "nonlinear_order")}
     return CatalogueRow(name, **{**row, **triples, "eigenvalue_order": str(row["eigenvalue_order"])})
+
+
+def standalone(scheme: "str | Declaration", language: str, **parameters: Any) -> str:
+    """A scheme as the text of one file in another language: see `substep_derive.emit.standalone.standalone`."""
+    from substep_derive.emit.standalone import standalone as of  # noqa: PLC0415
+
+    return of(scheme, language, **parameters)
+
+
+def declaration(file: Path, name: str) -> "Declaration":
+    """The scheme of that name in a Python file of the user's own, which is run.
+
+    Raises FileNotFoundError where there is no such file, ValueError where it has no declaration of that name.
+    """
+    from substep_derive import Scheme  # noqa: PLC0415
+
+    found = run_path(str(file))
+    schemes = {key: value for key, value in found.items() if isinstance(value, Scheme)}
+    if name not in schemes:
+        known = ", ".join(schemes) or "none"
+        raise ValueError(f"expected the name of a declaration in {file}, got '{name}'; it declares: {known}")
+    return schemes[name]
 
 
 def second_order_betas(rho_inf: Fraction, gamma_t: Fraction) -> list[float]:
@@ -200,11 +224,11 @@ def undamped(expression: Any) -> Any:
     return expression.subs(xi, 0).factor()
 
 
-def closed_forms(name: str) -> "list[ClosedForm]":
-    """Everything derived about a scheme, as named forms: see `substep_derive.study.closed_forms`."""
+def closed_forms(name: str, part: str = "all") -> "Iterator[ClosedForm]":
+    """What is derived about a scheme, as named forms: see `substep_derive.study.closed_forms`."""
     from substep_derive.study.closed_forms import closed_forms as derived  # noqa: PLC0415
 
-    return derived(name)
+    return derived(name, part)
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from .module_cache import cached_module
+from .simple_fraction import simple_fraction
 
 if TYPE_CHECKING:
     from substep_derive import Scene as SceneDeclaration
@@ -80,18 +81,13 @@ def local_error_module(scheme: "str | Declaration", given: Mapping[str, float], 
     exact: dict[str, Any] = {}
     for p in mine.parameters:
         if p.name in given:
-            exact[p.name] = _simplest(given[p.name])
+            simple = simple_fraction(given[p.name])
+            exact[p.name] = Fraction(repr(given[p.name])) if simple is None else simple
         elif getattr(default := p.default.subs(exact), "is_Rational", False):  # what is irrational stays a symbol
             exact[p.name] = default
     values = ", ".join(f"{name}={value}" for name, value in exact.items())
     key = f"local error {scheme_digest(mine)} {values} {damped}"
     return cached_module(key, lambda: local_error(mine, exact, damped=damped))
-
-
-def _simplest(value: float) -> Fraction:
-    """The fraction of small denominator that differs from a float by rounding only, else the float's own decimals."""
-    near = Fraction(value).limit_denominator(10**6)
-    return near if abs(near - Fraction(value)) <= 4e-16 * max(1.0, abs(value)) else Fraction(repr(value))
 
 
 def adaptive_pair(scheme: "str | Declaration", scene: "str | SceneDeclaration", terms: Any, order: int) -> ModuleType:

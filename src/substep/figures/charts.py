@@ -1,7 +1,4 @@
-"""Figures of stability functions and response spectra, and how every figure is saved.
-
-Colours are Okabe and Ito's, which the colour-blind can tell apart; line styles differ too, for print in black.
-"""
+"""Figures of stability functions and response spectra, and how every figure is saved."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -13,19 +10,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ..core.schemes import Array
+from ..core.style import COLOURS, REFERENCE, look
 
 if TYPE_CHECKING:
     from xarray import Dataset
 
-COLOURS = ("#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7")
-REFERENCE = "#000000"
-STYLES = ("-", "--", "-.", (0, (1, 1)), (0, (8, 2)))
 SVG_IS_REPRODUCIBLE = {"svg.hashsalt": "substep"}
-
-
-def look(i: int) -> tuple[str, str | tuple[int, tuple[int, ...]]]:
-    """Colour and line style of the i-th curve; no two of the first 25 share both."""
-    return COLOURS[i % 5], STYLES[(i + i // 5) % 5]
 
 
 def curves(axes: Axes, x: Array, series: Mapping[str, Array], *, x_label: str, y_label: str) -> None:
@@ -65,6 +55,25 @@ def stability_figure(
     figure.suptitle(title, fontsize=11)
     handles, labels = a.get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=3, fontsize=9, frameon=False)
+    return figure
+
+
+def quantity_figure(quantity: str, over: str, x: Array, series: Mapping[str, Array], xi: float) -> Figure:
+    """One stability function over h/T or Omega, x (n,), of each curve (n,) by label; errors in per cent."""
+    percent = quantity.endswith("error")
+    label = {"spectral_radius": r"spectral radius $\rho$", "numerical_damping": r"numerical damping $\bar\xi$"}.get(
+        quantity, f"{quantity.replace('_', ' ')} (%)"
+    )
+    figure = Figure(figsize=(7, 5), layout="constrained")
+    axes = figure.subplots()
+    shown = {name: 100 * y for name, y in series.items()} if percent else series
+    x_label = r"$\Omega = \omega h$" if over == "Omega" else "time ratio $h/T$"
+    curves(axes, x, shown, x_label=x_label, y_label=label)
+    if quantity == "spectral_radius":
+        axes.set_xscale("log")
+        axes.axhline(1.0, color="0.5", linewidth=0.6)
+    axes.set_title(f"$\\xi$ = {xi:g}", fontsize=10)
+    axes.legend(fontsize=9, frameon=False)
     return figure
 
 

@@ -61,7 +61,7 @@ def modes_figure(
 
     Raises ValueError for dt <= 0, and for modes that are all rigid or have no ratio of damping (`Modes.xi`) >= 0.
     """
-    s = make_scheme(scheme) if isinstance(scheme, str) else scheme
+    s = make_scheme(scheme)
     dt = real_number("dt", dt, positive=True)
     omega, xi = modes.omega[modes.rigid :], modes.xi[modes.rigid :]
     if not len(omega):
@@ -109,7 +109,7 @@ def chart(
     largest: float | None = None,
 ) -> None:
     """Save `modes_figure` as path.png and path.svg, with a caption that counts the modes of each kind."""
-    s = make_scheme(scheme) if isinstance(scheme, str) else scheme
+    s = make_scheme(scheme)
     figure = modes_figure(modes, s, dt, direction=direction, largest=largest)
     kinds = kinds_of_modes(modes, s, dt)
     counted = ", ".join(f"{kinds.count(kind)} {kind}" for kind in KINDS if kind in kinds)

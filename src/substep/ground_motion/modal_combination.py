@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.arrays import Array
-from ..core.errors import real_array, unknown_name
+from ..core.errors import called_as, real_array, unknown_name
 from ..core.loads import Record
 from ..core.schemes import Scheme
 from ..structures.modes import Modes
@@ -68,6 +68,7 @@ class SpectrumAnalysis:
         return float(self.combined(self.modal_shear))
 
 
+@called_as('response_spectrum_analysis(modes, "motion.AT2", direction)')
 def response_spectrum_analysis(
     modes: Modes,
     spectrum: "ArrayLike | str | Path | Record | Dataset | Spectrum",

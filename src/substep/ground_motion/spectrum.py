@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from ..core.arrays import named
 from ..core.coefficients import refuse_damping
-from ..core.errors import non_negative, real_array, real_number
+from ..core.errors import called_as, non_negative, real_array, real_number
 from ..core.loads import Record
 from ..core.schemes import Array, Scheme
 from ..core.schemes import scheme as make_scheme
@@ -33,6 +33,7 @@ QUANTITIES = {
 }
 
 
+@called_as("response_spectrum(accelerations, dt=0.01, xi=0.05)")
 def response_spectrum(
     record: ArrayLike | str | Path | Record,
     dt: float | None = None,
@@ -118,7 +119,7 @@ def _periods(periods: ArrayLike) -> Array:
 
 
 def _numbers_only(scheme: str | Scheme) -> Scheme:
-    s = make_scheme(scheme) if isinstance(scheme, str) else scheme
+    s = make_scheme(scheme)
     for key, value in s.parameters.items():
         if value.ndim:
             raise ValueError(f"expected one number for {key} of {s.name}, got shape {value.shape}; call once for each")

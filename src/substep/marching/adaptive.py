@@ -240,5 +240,5 @@ def march_adaptive(
     steps = (number[module.SMALLEST], number[module.LARGEST]) if accepted else (math.nan, math.nan)
     statistics = Statistics(accepted, *rest, *map(tuple, x["newton"][0].tolist()), *steps)
     return Response(
-        out[:, 0], out[:, 1], iterations[1:], status, failed, scene, math.nan, out[:, 2], times, statistics
+        out[:, 0], out[:, 1], iterations[1:], status, failed, scene, scheme, math.nan, out[:, 2], times, statistics
     )  # fmt: skip

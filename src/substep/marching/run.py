@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ..core.errors import real_number, require_numbers, unknown_name
+from ..core.errors import called_as, real_number, require_numbers, unknown_name
 from ..core.response import STATUSES, Response, Status
 from ..core.scenes import Scene
 from ..core.scenes import scene as make_scene
@@ -39,6 +39,7 @@ def number_of_steps(dt: float, t_end: float) -> int:
     return n
 
 
+@called_as('march("duffing", "bathe", dt=0.01, t_end=10.0)')
 def march(
     scene: Any,
     scheme: Scheme | str,
@@ -52,9 +53,9 @@ def march(
 ) -> Response:
     """The response of the scene from t = 0 to t_end in steps of dt (s), or in steps chosen so that errors keep to tol.
 
-    scene, scheme: handles, or names, which stand for their defaults. dt: the constant step; the load is sampled at the
-    scheme's own instants t_n + tau*dt; stride: keep every stride-th step. energy_bound: stop before the first state
-    whose energy exceeds it, in J.
+    scene, scheme: handles, declarations, or names, which stand for their defaults. dt: the constant step; the load is
+    sampled at the scheme's own instants t_n + tau*dt; stride: keep every stride-th step. energy_bound: stop before the
+    first state whose energy exceeds it, in J.
 
     A structure, or its modes, may stand in place of a scene: `substep.structures.march.march_structure` and
     `substep.structures.superposition.superpose` say what they take besides.
@@ -69,7 +70,7 @@ def march(
     tol, for a scheme whose parameters are arrays or that cannot change its step, and for a load that is not finite. A
     run that fails does not raise: see Response.status.
     """
-    scheme = make_scheme(scheme) if isinstance(scheme, str) else scheme
+    scheme = make_scheme(scheme)
     require_numbers(scheme.name, scheme.parameters, "substep.sweep takes arrays")
     if stride < 1:
         raise ValueError(f"expected stride >= 1, got {stride}")
@@ -79,11 +80,11 @@ def march(
             f"expected t_end and either dt, a constant step, or tol, for steps that are chosen; got {got or 'none'}"
         )
     t_end = real_number("t_end", t_end, positive=True)
-    if not isinstance(scene, Scene | str):
+    if hasattr(scene, "march"):  # a structure or its modes
         options = {"tol": tol, "energy_bound": energy_bound, **chosen}
         given = {name: x for name, x in options.items() if x is not None}
         return scene.march(scheme, dt=dt, t_end=t_end, stride=stride, **given)
-    scene = make_scene(scene) if isinstance(scene, str) else scene
+    scene = make_scene(scene)
     if unknown := [name for name in chosen if name not in CHOSEN]:
         raise unknown_name(
             "an argument of march", unknown[0], ["dt", "t_end", "tol", "energy_bound", "stride", *CHOSEN]
@@ -106,16 +107,16 @@ def march(
     n_done = int(lanes.n_done[0])
     rows = lanes.out[0, : n_done // stride + 1]
     iterations = lanes.iterations[0, :n_done]
-    return _response(scene, dt, stride, rows, n_done, STATUSES[lanes.status[0]], iterations)
+    return _response(scene, scheme, dt, stride, rows, n_done, STATUSES[lanes.status[0]], iterations)
 
 
 def _response(
-    scene: Scene, dt: float, stride: int, rows: Array, n_done: int, status: Status, iterations: Any
+    scene: Scene, scheme: Scheme, dt: float, stride: int, rows: Array, n_done: int, status: Status, iterations: Any
 ) -> Response:
     """The response from rows (steps, 3, d) of u, v, a, or (steps, 2, d) of u, v for a scheme without its own a."""
     failed = None if status == "completed" else (n_done + 1) * dt
     a = rows[:, 2] if rows.shape[1] > 2 else None
-    return Response(rows[:, 0], rows[:, 1], iterations, status, failed, scene, stride * dt, a)
+    return Response(rows[:, 0], rows[:, 1], iterations, status, failed, scene, scheme, stride * dt, a)
 
 
 def _oscillator_response(scene: Scene, scheme: Scheme, dt: float, n: int, bound: float, stride: int) -> Response:
@@ -123,7 +124,7 @@ def _oscillator_response(scene: Scene, scheme: Scheme, dt: float, n: int, bound:
     n_done = int(lanes.n_done[0])
     iterations = np.ndarray((n_done, scheme.balances), np.int64, bytes(8), strides=(0, 0))  # read-only zeros, as one 0
     rows = lanes.out[: n_done // stride + 1]
-    return _response(scene, dt, stride, rows, n_done, STATUSES[lanes.status[0]], iterations)
+    return _response(scene, scheme, dt, stride, rows, n_done, STATUSES[lanes.status[0]], iterations)
 
 
 def march_oscillators(

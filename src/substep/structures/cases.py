@@ -56,7 +56,7 @@ def sweep_structure(
         raise ValueError("expected dt, a step or several, for a sweep of a structure, got none; march each with tol")
     if keep not in KEEP:
         raise unknown_name("a choice of what to keep", keep, KEEP)
-    given = scheme if isinstance(scheme, Scheme) else make_scheme(scheme)
+    given = make_scheme(scheme)
     if load is not None and ground is not None:
         raise ValueError("expected load or ground as the axis of cases, got both; give one")
     require_numbers(given.name, given.parameters, "give it as an axis")

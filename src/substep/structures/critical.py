@@ -82,7 +82,7 @@ def critical_step(structure: Structure, scheme: Scheme | str, *, bound: bool = F
     """
     from ..derived import facade  # noqa: PLC0415 (SymPy)
 
-    s = make_scheme(scheme) if isinstance(scheme, str) else scheme
+    s = make_scheme(scheme)
     require_numbers(s.name, s.parameters, "ask once for each")
     if bound:
         omega, xi = frequency_bound(structure), 0.0

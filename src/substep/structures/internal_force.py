@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..core.arrays import Array
+from ..core.errors import float_array
 from .matrices import Matrix, checked, reduced
 
 
@@ -35,7 +36,7 @@ class InternalForce:
             ):
                 return found
         self.evaluations += 1
-        N = np.asarray(self._called(self.force, t, u, v), dtype=np.float64)
+        N = float_array("what internal_force returns", self._called(self.force, t, u, v))
         if N.shape != (self.T.shape[0],):
             raise ValueError(
                 f"expected internal_force to return {self.T.shape[0]} numbers, one for each degree of freedom, got "

@@ -65,7 +65,7 @@ def march_structure(
         raise unknown_name("an argument of march for a structure", unknown[0], (*ARGUMENTS, *CHOSEN))
     if newton not in ("simplified", "full"):
         raise unknown_name("a kind of Newton's iteration", newton, ("simplified", "full"))
-    scheme = make_scheme(scheme) if isinstance(scheme, str) else scheme
+    scheme = make_scheme(scheme)
     if not scheme.info.damping and structure.C is not None:
         raise ValueError(
             f"{scheme.name} is a scheme for u'' = g(t, u): expected a structure without damping; take another scheme"
@@ -110,6 +110,6 @@ def _response(found: Histories, status: Status, kept: list[Dof]) -> StructureRes
     account = accounted(run.scheme, found.accounts[: found.kept], status, f"dt = {run.h:g}")
     u, v, *a = found.read()
     return StructureResponse(
-        u, v, counts, status, None if status == "completed" else (found.done + 1) * run.h, run.structure,
+        u, v, counts, status, None if status == "completed" else (found.done + 1) * run.h, run.structure, run.scheme,
         found.stride * run.h, a[0] if a else None, dofs=tuple(kept), account=account,
     )  # fmt: skip

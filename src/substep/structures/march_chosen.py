@@ -57,7 +57,8 @@ class ChosenHistories:
         step = f"steps of up to {max(lengths):.3g}"
         return StructureResponse(
             rows[:, 0], rows[:, 1], counts, status, None if status == "completed" else march.t + march.proposed,
-            self.run.structure, np.nan, rows[:, 2] if made and kinds == 3 else None, np.array(self.times), statistics,
+            self.run.structure, self.run.scheme, np.nan, rows[:, 2] if made and kinds == 3 else None,
+            np.array(self.times), statistics,
             dofs=tuple(kept), account=accounted(self.run.scheme, self.accounts, status, step),
         )  # fmt: skip
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..core.arrays import Array
 from ..core.errors import unknown_name
+from ..core.exports import Histories, History
 from ..core.response import Response
 
 if TYPE_CHECKING:
@@ -41,7 +42,7 @@ class Account:
         return float(np.max(np.abs(self.numerical))) / scale if scale > 0.0 else 0.0
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class StructureResponse(Response):
     """Histories u, v, a (n+1, k) at k degrees of freedom, as `Response` has them of a scene's coordinates.
 
@@ -71,6 +72,16 @@ class StructureResponse(Response):
         order = np.argsort(self._places)  # of the columns, as the structure has its degrees of freedom
         rows = zip(self.t[1:], self.u[1:, order], self.v[1:, order], strict=True)
         return np.array([s.a0, *(s.acceleration(t, u, v) for t, u, v in rows)])[:, self._places]
+
+    def _histories(self) -> Histories:
+        """What can be exported: a where it can be computed, energies where there is an account; consistent units."""
+        found = {"u": History(self.u, "", "displacement"), "v": History(self.v, "", "velocity")}
+        if self._has_a:
+            found["a"] = History(self.a, "", "acceleration")
+        if self.account is not None:
+            energies = {"energy": self.energy, "work": self.account.work, "damped": self.account.damped}
+            found |= {name: History(x, "", name) for name, x in energies.items()}
+        return Histories(self.t, found, self.dofs, "dof", self._attrs)
 
     @property
     def _has_a(self) -> bool:

@@ -1,7 +1,7 @@
 """A structure: M a + C v + N(u) = load, with its constraints, loads and start; made and checked by `structure`."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.arrays import Array
-from ..core.errors import real_array, real_number, unknown_name
+from ..core.errors import called_as, real_array, real_number, unknown_name
 from ..core.loads import Load, Record, values_at
 from .damping import ModalDamping, Rayleigh
 from .internal_force import InternalForce
@@ -182,10 +182,14 @@ class Structure:
 
         return march_structure(self, scheme, dt, t_end, **options)
 
+    def __getstate__(self) -> dict[str, Any]:
+        return {f.name: getattr(self, f.name) for f in fields(self)}  # factors and the like are computed again
+
     def __repr__(self) -> str:
         return f"Structure({self.size} free of {self.T.shape[0]} degrees of freedom, {len(self.loads)} loads)"
 
 
+@called_as("structure(M, K, C=C, load=(P, Step(1.0)))")
 def structure(
     M: Any,
     K: Any = None,

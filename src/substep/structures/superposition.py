@@ -68,7 +68,7 @@ def superpose(
     failed = None if status == "completed" else (done + 1) * h
     iterations = np.zeros((done, s.balances), np.int64)
     return StructureResponse(
-        u, rows[:, 1], iterations, status, failed, whole, stride * h, rows[:, 2], dofs=tuple(kept)
+        u, rows[:, 1], iterations, status, failed, whole, s, stride * h, rows[:, 2], dofs=tuple(kept)
     )  # fmt: skip
 
 
@@ -123,7 +123,7 @@ def modal_lanes(modes: Modes, dt: float) -> list[Lanes]:
 def _checked(
     modes: Modes, scheme: Scheme | str, dt: float | None, t_end: float, stride: int
 ) -> tuple[Scheme, float, int]:
-    s = make_scheme(scheme) if isinstance(scheme, str) else scheme
+    s = make_scheme(scheme)
     require_numbers(s.name, s.parameters, "march once for each")
     if dt is None:
         raise ValueError("expected dt, a constant step, for modes, got none; give dt, or march the structure with tol")

@@ -2,10 +2,12 @@
 
 from typing import Any
 
+from ..core.errors import called_as
 from ..structures.modes import Modes
 from ..structures.structure import Structure
 
 
+@called_as('choose("duffing", 1e-3, t_end=10.0)')
 def choose(subject: Any, accuracy: float, **options: Any) -> Any:
     """The scheme and step, and of a structure the number of modes, that reach an accuracy for the least work.
 

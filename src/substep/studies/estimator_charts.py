@@ -10,8 +10,9 @@ from matplotlib.figure import Figure
 
 from ..core.schemes import Array, Scheme, scheme
 from ..core.schemes import schemes as names
+from ..core.style import STYLES
 from ..derived import facade
-from ..figures.charts import COLOURS, REFERENCE, STYLES, save, save_csv
+from ..figures.charts import COLOURS, REFERENCE, save, save_csv
 from .precision.charts import kinds
 
 if TYPE_CHECKING:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.arrays import named
+from ..core.errors import called_as
 from ..core.loads import Load
 from ..core.progress import shown
 from ..core.scenes import Scene
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     from ..derived.modules import Declaration, SceneDeclaration
 
 
+@called_as('sweep("duffing", "bathe", dt=0.01, t_end=10.0, u0=[0.5, 1.0])')
 def sweep(
     scene: "Scene | str | SceneDeclaration | Structure",
     scheme: "Scheme | str | Declaration",

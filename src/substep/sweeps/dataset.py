@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from ..core.arrays import named
-from ..core.loads import Load, Record
+from ..core.loads import Load, Record, values_at
 from ..core.response import STATUSES as ENDED
 from .plan import Axis, Plan
 
@@ -136,7 +136,7 @@ def _description_of(load: Load, t_end: float) -> dict[str, Any]:
     values = values if all(isinstance(x, int | float | str) for x in values.values()) else {}
     if values and type(load).__module__ == Record.__module__:
         return values
-    at = np.asarray(load(np.linspace(0.0, t_end, INSTANTS)), dtype=np.float64)
+    at = values_at(load, np.linspace(0.0, t_end, INSTANTS))
     return values | {"samples_sha256": _digest(at.tobytes())}
 
 

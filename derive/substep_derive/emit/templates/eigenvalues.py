@@ -37,8 +37,8 @@ def _spectral_radii({arguments}, radius):
     """Store the spectral radius at each point; return all `_refused`, negative if one is."""
     refused = np.int64(0)
     for i in range(radius.size):
-        refused |= _refused(Omega[i], xi[i])
         radius[i], _, _ = _radius(*_quadratic({arguments_i}))
+        refused |= _refused(Omega[i], xi[i], radius[i])
     return refused
 '''
 
@@ -137,11 +137,11 @@ def _spectral_radii_of_block({arguments}, radius, s):
     """`_spectral_radii` of a block of points; in two loops, so that the processor overlaps their iterations."""
     refused = np.int64(0)
     for i in range(radius.size):
-        refused |= _refused(Omega[i], xi[i])
         s[0, i], s[1, i], s[2, i], s[3, i], s[4, i], s[5, i] = _monic(*_cubic({arguments_i}))
     for i in range(radius.size):
         half, _, modulus2, discriminant = _pair(s[0, i], s[1, i], s[2, i], s[3, i], s[4, i], s[5, i])
         radius[i] = _modulus(half, modulus2, discriminant, s[5, i])
+        refused |= _refused(Omega[i], xi[i], radius[i])
     return refused
 
 

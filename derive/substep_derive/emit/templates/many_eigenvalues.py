@@ -202,8 +202,8 @@ def _spectral_radii_of_block({arguments}, radius, s):
     refused = np.int64(0)
     {find}({arguments}, s)
     for i in range(radius.size):
-        refused |= _refused(Omega[i], xi[i])
         radius[i] = _eigenvalues({arguments_i}, {prepared_i})[0]
+        refused |= _refused(Omega[i], xi[i], radius[i])
     return refused
 
 

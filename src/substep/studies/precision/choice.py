@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from ...core.errors import real_number, unknown_name
+from ...core.errors import called_as, real_number, unknown_name
 from ...core.scenes import Scene
 from ...core.scenes import scene as make_scene
 from ...core.schemes import Scheme, scheme, schemes
@@ -154,8 +154,9 @@ def sampled_reference(scene: Scene, t_end: float, wished: float, quantity: str) 
         samples *= 2
 
 
+@called_as('choose("duffing", 1e-3, t_end=10.0)')
 def choose(
-    scene: Scene,
+    scene: Scene | str,
     accuracy: float,
     *,
     t_end: float,
@@ -178,12 +179,11 @@ def choose(
     Runge-Kutta steps.
     """
     accuracy, t_end = real_number("accuracy", accuracy, positive=True), real_number("t_end", t_end, positive=True)
-    if not isinstance(scene, Scene):
-        raise ValueError(f"expected a scene, got {scene!r}; make one with ss.scene")
+    scene = make_scene(scene)
     if quantity not in quantities(scene):
         raise unknown_name(f"a quantity of {scene.name}", str(quantity), quantities(scene))
-    methods = _handles(schemes() if among is None else among)
-    uneven = None if chosen is None else _handles(chosen)
+    methods = [scheme(s) for s in (schemes() if among is None else among)]
+    uneven = None if chosen is None else [scheme(s) for s in chosen]
     if not methods:
         raise ValueError("expected schemes to choose among, got none; name one, or leave among out for all")
     exact = sampled_reference(scene, t_end, accuracy / FINER, quantity)
@@ -203,10 +203,6 @@ def choose(
     if best is not None:
         best = replace(best, run=_repeated(exact, best))
     return Choice(quantity, accuracy, exact, best, tuple(tried))
-
-
-def _handles(wanted: Sequence[str | Scheme]) -> list[Scheme]:
-    return [s if isinstance(s, Scheme) else scheme(s) for s in wanted]
 
 
 def _work(candidate: Candidate) -> int:

@@ -8,7 +8,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from ...core import coefficients
-from ...core.errors import real_number, unknown_name
+from ...core.errors import called_as, real_number, unknown_name
 from ...core.schemes import Scheme, schemes
 from ...core.schemes import scheme as make_scheme
 from ...structures.modes import Modes
@@ -110,6 +110,7 @@ class StructureChoice:
         return min(good, key=lambda c: c.work, default=None)
 
 
+@called_as('choose(structure, 1e-3, t_end=10.0, quantity="roof")')
 def choose(
     structure: Structure | Modes,
     accuracy: float,
@@ -145,7 +146,7 @@ def choose(
     else:
         known = structure.modes(min(MODES, structure.size - len(structure.massless)) if modes is None else modes)
     known.structure.place(quantity)
-    methods = [s if isinstance(s, Scheme) else make_scheme(s) for s in (schemes() if among is None else among)]
+    methods = [make_scheme(s) for s in (schemes() if among is None else among)]
     methods = [s for s in methods if s.info.damping or not known.damping.any()]
     if not methods:
         raise ValueError("expected schemes to choose among that take damping, got none; leave among out for all")

@@ -1,0 +1,184 @@
+"""The commands `substep schemes`, `substep show` and `substep scenes`: what is in the catalogue."""
+
+from html import escape
+from itertools import groupby
+from pathlib import Path
+from textwrap import wrap
+from typing import TYPE_CHECKING, Annotated, Literal, get_args
+
+import typer
+from rich.console import Console
+
+from ..core.schemes import Scheme, scheme
+from ..core.schemes import schemes as scheme_names
+from .arguments import SchemeArgument, require_folders, working
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from ..derived.facade import ClosedForm
+
+Part = Literal["relations", "stiffness", "amplification", "spectrum", "load", "series", "nonlinear", "all"]
+COLUMNS = ("scheme", "order", "rho_inf", "stable", "solves", "growth")
+LINE = 78  # columns of a line in lists
+HARD_SPACE = "\0"  # at which no line is broken
+
+
+def schemes(
+    references: Annotated[bool, typer.Option("--references", help="where each was published")] = False,
+    parameters: Annotated[bool, typer.Option("--parameters", help="the parameters of each, with defaults")] = False,
+    markdown: Annotated[bool, typer.Option("--markdown", help="the table as Markdown")] = False,
+) -> None:
+    """List all schemes: order of u, v and a, spectral radius at infinity, and for which Omega they are stable.
+
+    All at default parameters. stable: A, L for A-stable, L-stable; else for which Omega, undamped. solves: balances a
+    step. growth: overshoot, the powers of Omega with which u and v/omega grow in the first step.
+    """
+    rows = [_row(scheme(name)) for name in scheme_names()]
+    if markdown:
+        print("\n".join(f"| {' | '.join(cells)} |" for cells in (COLUMNS, ("---",) * len(COLUMNS), *rows)))
+    elif references or parameters:
+        for s in map(scheme, scheme_names()):
+            text = "; ".join(
+                [*([_parameters(s) or "no parameters"] if parameters else []), *([s.reference] if references else [])]
+            )
+            print("\n".join([s.name, *wrap(text, LINE, initial_indent="  ", subsequent_indent="  ")]))
+    else:
+        widths = [max(map(len, column)) for column in zip(COLUMNS, *rows, strict=True)]
+        for cells in (COLUMNS, *rows):
+            print("  ".join(cell.ljust(width) for cell, width in zip(cells, widths, strict=True)).rstrip())
+
+
+def _row(s: Scheme) -> tuple[str, ...]:
+    """A scheme's row in the table, for COLUMNS."""
+    order = ",".join(map(str, s.order or ()))
+    return (s.name, order, f"{s.rho_inf:.3g}", _stability(s), str(s.balances), str(s.overshoot))
+
+
+def _stability(s: Scheme) -> str:
+    assert s.critical_Omega is not None  # known at defaults
+    if s.critical_Omega == float("inf"):
+        return "L" if s.L_stable else "A" if s.A_stable else "undamped"
+    return f"Ω < {s.critical_Omega:.3g}" if s.critical_Omega > 0 else "no"
+
+
+def _parameters(s: Scheme) -> str:
+    return ", ".join(f"{name} ({float(value):.4g})" for name, value in s.parameters.items())
+
+
+def show(
+    name: SchemeArgument,
+    part: Annotated[Part | None, typer.Option(help="closed forms of a part, derived now")] = None,
+    latex: Annotated[bool, typer.Option("--latex", help="closed forms in LaTeX; all parts if none is named")] = False,
+    html: Annotated[
+        Path | None, typer.Option(help="a page of closed forms, typeset; all parts if none is named")
+    ] = None,
+) -> None:
+    """Print what is known of a scheme: state, order, spectral radius at infinity, stability, effective stiffness.
+
+    With --part, the closed forms of one part, or of all.
+    """
+    from ..derived.facade import closed_forms  # noqa: PLC0415 (SymPy only when asked for)
+
+    try:
+        s = scheme(name)
+        require_folders(html)
+    except ValueError as error:
+        raise typer.BadParameter(str(error)) from error
+    if part is None and not latex and html is None:
+        _print_facts(s)
+        return
+    with working(f"deriving {part or 'all parts'} of {name}"):
+        forms = list(closed_forms(name, part or "all"))
+    if html is not None:
+        html.write_text(_page(s, forms), encoding="utf-8")
+        Console().print(f"{html}")
+        return
+    for section, found in groupby(forms, key=lambda form: form.section):
+        print(f"% {section}" if latex else f"\n{section}")
+        for form in found:
+            print(rf"\[ {form.latex} \]" if latex else _wrapped(f"{form.name} = ", form.text))
+
+
+def _print_facts(s: Scheme) -> None:
+    """State, order, limits, stability, first errors and effective stiffness, from generated/."""
+    from substep_kernels.facts import CATALOGUE, FORMS  # noqa: PLC0415
+
+    row, form = CATALOGUE[s.name], FORMS.get(s.name, {})
+    lines = {
+        "state": ", ".join(s.state),
+        "parameters": _parameters(s) or "none",
+        "order of u, v, a": ", ".join(map(str, row["order"])),
+        "rho_inf": " = ".join(dict.fromkeys([row["rho_inf"], *filter(None, [form.get("rho_inf")])])),
+        "stable, undamped": "for every Omega" if row["critical_Omega"] == "none" else _limit(row, s),
+        "A-stable, L-stable": f"{row['A_stable']}, {row['L_stable']}",
+        "overshoot": row["overshoot"],
+        **{f"{kind}, first term": _term(row[kind]) for kind in ("damping", "period")},
+        **{f"K_eff of balance {k}": text for k, text in enumerate(row["stiffness"], start=1)},
+    }
+    print("\n".join([s.name, *wrap(s.reference, _width(), initial_indent="  ", subsequent_indent="  "), ""]))
+    for label, text in lines.items():
+        print(_wrapped(f"{label}: ", text))
+    more = (
+        f"All at the defaults. Closed forms: substep show {s.name} --part PART, PART one of {', '.join(get_args(Part))}"
+    )
+    print("\n".join(["", *wrap(more, _width())]))
+
+
+def _limit(row: dict[str, str], s: Scheme) -> str:
+    if not s.critical_Omega:
+        return "for no Omega"
+    exact = row["critical_Omega"]
+    return f"up to Omega = {s.critical_Omega:.6g}" + ("" if "CRootOf" in exact else f" = {exact}")
+
+
+def _term(term: tuple[int, str] | None) -> str:
+    return "0" if term is None else f"{term[1]} Omega^{term[0]}"
+
+
+def _width() -> int:
+    return Console().width
+
+
+def _wrapped(label: str, text: str) -> str:
+    """Label and text in lines no wider than the terminal, broken between the terms of the outermost sum if they fit."""
+    width, depth, kept = max(40, _width() - 2), 0, ""
+    for letter in text.replace(" + ", f" +{HARD_SPACE}").replace(" - ", f" -{HARD_SPACE}"):
+        depth += (letter == "(") - (letter == ")")
+        kept += HARD_SPACE if letter == " " and depth else letter
+    terms = (x if len(x) < width - 6 else x.replace(HARD_SPACE, " ") for x in f"{label}{kept}".split(" "))
+    lines = wrap(" ".join(terms), width, initial_indent="  ", subsequent_indent=" " * 6, break_long_words=False,
+                 break_on_hyphens=False)  # fmt: skip
+    return "\n".join(lines).replace(HARD_SPACE, " ")
+
+
+def _page(s: Scheme, forms: "Iterable[ClosedForm]") -> str:
+    """Closed forms as a page of its own, typeset by MathML."""
+    parts = [f"<h1>{escape(s.name)}</h1><p>{escape(s.reference)}</p>"]
+    for section, found in groupby(forms, key=lambda form: form.section):
+        parts.append(f"<h2>{escape(section)}</h2>")
+        for form in found:
+            is_text = isinstance(form.value, str)
+            body = escape(form.mathml) if is_text else f'<math display="block">{form.mathml}</math>'
+            parts.append(f"<h3>{escape(form.name)}</h3><div>{body}</div>")
+    style = "body{font-family:serif;max-width:60em;margin:2em auto}div{overflow-x:auto}h3{font-size:1em}"
+    head = f'<meta charset="utf-8"><title>{escape(s.name)}</title><style>{style}</style>'
+    return f'<!doctype html><html lang="en"><head>{head}</head><body>{"".join(parts)}</body></html>\n'
+
+
+def scenes(
+    references: Annotated[bool, typer.Option("--references", help="where each is from")] = False,
+) -> None:
+    """List all scenes with their coordinates and parameters (default value; those without one have to be given)."""
+    from ..core.scenes import scene_info  # noqa: PLC0415
+    from ..core.scenes import scenes as scene_names  # noqa: PLC0415
+
+    for name in scene_names():
+        info = scene_info(name, {})
+        given = ", ".join(
+            p.name if p.default is None else f"{p.name} ({p.default():.7g})" for p in info.parameters.values()
+        )
+        lines = [f"coordinates {', '.join(f'{q} ({unit})' for q, unit in info.coordinates)}", f"parameters {given}"]
+        lines += [info.reference] if references else []
+        wrapped = (wrap(x, LINE, initial_indent="  ", subsequent_indent="    ") for x in lines)
+        print("\n".join([name, *(line for block in wrapped for line in block)]))

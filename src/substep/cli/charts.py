@@ -1,0 +1,80 @@
+"""The command `substep chart`: stability functions of schemes, and speed against accuracy."""
+
+import math
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+from rich.console import Console
+from rich.progress import Progress
+
+from .arguments import require_folders, scheme_of
+
+Quantity = Literal["spectral_radius", "numerical_damping", "amplitude_error", "period_error"]
+Over = Literal["h/T", "Omega"]
+
+
+def chart(
+    names: Annotated[list[str], typer.Argument(help="schemes such as bathe or newmark:beta=1/4; or work-precision")],
+    file: Annotated[Path, typer.Option("--file", "--out", help="where the chart goes, without suffix")] = Path("chart"),
+    quantity: Annotated[Quantity | None, typer.Option(help="this alone; else three panels")] = None,
+    over: Annotated[Over, typer.Option(help="the axis, with --quantity")] = "h/T",
+    xi: Annotated[float, typer.Option(help="damping ratio")] = 0.0,
+    full: Annotated[bool, typer.Option("--full", help="work-precision: every step, medians of 20")] = False,
+) -> None:
+    """Draw spectral radius, amplitude error and period error of schemes over h/T, or one quantity; as PNG and SVG.
+
+    Parameters of a scheme follow its name after a colon. The last scheme is drawn in black. work-precision: draw error
+    against cost of all schemes on four scenes (--full: on nine), and where general solvers overtake, into the folder of
+    the file.
+    """
+    if names == ["work-precision"]:
+        _work_precision(file.parent, full)
+        return
+    from ..figures import charts  # noqa: PLC0415 (Matplotlib only when asked for)
+    from ..thesis.reproduce import ERROR_RATIOS, RADIUS_RATIOS  # noqa: PLC0415
+
+    file = file.with_suffix("") if file.suffix in (".png", ".svg") else file
+    wide, narrow = 2 * math.pi * RADIUS_RATIOS, 2 * math.pi * ERROR_RATIOS
+    try:
+        require_folders(file)
+        drawn = {_label(name): scheme_of(name) for name in names}
+        if quantity is None:
+            figure = charts.stability_figure(
+                f"Spectral radius, amplitude and period error at $\\xi$ = {xi:g}",
+                (RADIUS_RATIOS, {name: s.spectral_radius(wide, xi) for name, s in drawn.items()}),
+                (
+                    ERROR_RATIOS,
+                    {name: s.amplitude_error(narrow, xi) for name, s in drawn.items()},
+                    {name: s.period_error(narrow, xi) for name, s in drawn.items()},
+                ),
+            )
+            what = "(a) spectral radius, (b) amplitude error a period, (c) period error"
+        else:
+            Omega = wide if quantity == "spectral_radius" else narrow
+            series = {name: getattr(s, quantity)(Omega, xi) for name, s in drawn.items()}
+            x = Omega if over == "Omega" else Omega / (2 * math.pi)
+            figure, what = charts.quantity_figure(quantity, over, x, series, xi), quantity.replace("_", " ")
+    except ValueError as error:
+        raise typer.BadParameter(str(error)) from error
+    charts.save(
+        figure, file, "Charts",
+        f"""{"; ".join(drawn)}, on the oscillator with the damping ratio {xi:g}, parameters that are not named at their
+        defaults: {what}, over {over if quantity else "h/T"}; the last is black.""",
+    )  # fmt: skip
+    Console().print(f"{file}.png and {file}.svg")
+
+
+def _label(name: str) -> str:
+    return name.replace(":", ", ").replace(",", ", ").replace("  ", " ").replace("=", " = ")
+
+
+def _work_precision(folder: Path, full: bool) -> None:
+    from ..studies.precision.jobs import jobs, operations  # noqa: PLC0415
+
+    folder.mkdir(parents=True, exist_ok=True)
+    console = Console()
+    with Progress(console=console) as progress:
+        for job in progress.track((*jobs(full), operations), description="speed against accuracy"):
+            job(folder)
+    console.print(f"charts and tables are in {folder.resolve()}")

@@ -1,0 +1,124 @@
+"""What derivation has found about a scheme, read from generated/ without SymPy: order, limits, stability, first errors.
+
+The facts of the catalogue hold at a scheme's default parameters. At others the emitted closed forms and conditions
+decide, in exact arithmetic where every parameter is a simple fraction; what they do not decide is None, as is all about
+a scheme of the user's own. `substep_derive.certify` and `substep_derive.derive` then tell it, exactly.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from ..derived.simple_fraction import simple_fraction
+from .arrays import Array
+from .entries import SchemeInfo
+
+Term = tuple[int, float]
+Number = Fraction | float
+
+
+@dataclass(frozen=True)
+class Facts:
+    """order: of u, v and a on the linear oscillator, free and forced; at least that where parameters are given.
+
+    rho_inf: spectral radius as Omega -> oo, undamped; an array where parameters are. critical_Omega: the end of the
+    interval from 0 on in which the scheme is stable, undamped; inf where it is stable for every Omega. A_stable: for
+    every Omega and every damping ratio; L_stable: and rho_inf = 0. overshoot: such as "U0-V1". damping, period: the
+    first terms of numerical damping and period error at small Omega, undamped, as (power, coefficient); (0, 0.0) for an
+    error that is 0.
+    """
+
+    order: tuple[int, int, int] | None = None
+    rho_inf: float | Array | None = None
+    critical_Omega: float | None = None
+    A_stable: bool | None = None
+    L_stable: bool | None = None
+    overshoot: str | None = None
+    damping: Term | None = None
+    period: Term | None = None
+
+
+def facts_at_defaults(name: str) -> Facts:
+    """Those of a scheme of the catalogue at its default parameters."""
+    from substep_kernels.facts import CATALOGUE  # noqa: PLC0415 (on first use)
+
+    row = CATALOGUE[name]
+    decided = {"yes": True, "no": False, "open": None}
+    return Facts(
+        **{key: row[key] for key in ("order", "overshoot")},
+        **row["values"],
+        **{key: decided[row[key]] for key in ("A_stable", "L_stable")},
+        **{key: (0, 0.0) if row[key] is None else (row[key][0], _float(row[key][1])) for key in ("damping", "period")},
+    )
+
+
+def facts_at(info: SchemeInfo, parameters: Mapping[str, Array]) -> Facts:
+    """Those of a scheme of the catalogue with parameters, as far as its closed forms and conditions tell."""
+    from substep_kernels.facts import FORMS  # noqa: PLC0415 (on first use)
+
+    forms = FORMS[info.name]
+    if any(x.ndim for x in parameters.values()):
+        limits = np.vectorize(lambda *values: _rho_inf(forms, values), otypes=[np.float64])
+        return Facts(rho_inf=limits(*parameters.values()))
+    floats = [float(x) for x in parameters.values()]
+    exact = [simple_fraction(x) for x in floats]
+    if None in exact:
+        return Facts(order=_order(info, forms, floats), rho_inf=_rho_inf(forms, floats))
+    rho_inf = _rho_inf(forms, exact)
+    stable = None if forms["stable"] is None else bool(forms["stable"](*exact))
+    A_stable = False if stable is False else None
+    return Facts(
+        order=_order(info, forms, exact),
+        rho_inf=rho_inf,
+        critical_Omega=math.inf if stable else None,
+        A_stable=A_stable,
+        L_stable=False if A_stable is False or rho_inf != 0.0 else None,
+    )
+
+
+def _order(info: SchemeInfo, forms: Mapping[str, Any], values: Sequence[Any]) -> tuple[int, int, int] | None:
+    """That of almost all parameters, or 2 where the conditions for it hold.
+
+    None where a parameter whose default solves an equation has another value, since the order may depend on that.
+    """
+    earlier: dict[str, float] = {}
+    for (name, parameter), value in zip(info.parameters.items(), values, strict=True):
+        if parameter.polynomial is not None and abs(parameter.default_of(info.name, earlier) - value) > 1e-14:
+            return None
+        earlier[name] = float(value)
+    conditions = forms["second_order"](*values)
+    found = [2 if c and not any(c) else p for p, c in zip(forms["order"], conditions, strict=True)]
+    return found[0], found[1], found[2]
+
+
+def _rho_inf(forms: Mapping[str, Any], values: Sequence[Any]) -> float:
+    """The largest modulus of the limits of the eigenvalues, inf if one has none; NaN where the form does not hold."""
+    factors = () if forms["limit"] is None else forms["limit"](*values)
+    if not all(any(factor) for factor in factors):
+        return math.nan  # leading powers of Omega vanish, so that the limit is another
+    if forms["limit"] is None or not all(factor[0] for factor in factors):
+        return math.inf
+    return max((_modulus(factor) for factor in factors), default=0.0)
+
+
+def _modulus(coefficients: Sequence[Number]) -> float:
+    """The largest modulus of the roots of a polynomial, from the highest coefficient; 0 for a constant."""
+    if len(coefficients) == 1:
+        return 0.0
+    if len(coefficients) > 3:
+        return float(np.abs(np.roots([float(c) for c in coefficients])).max())
+    if len(coefficients) == 2:
+        a, b = coefficients
+        return float(abs(b / a))
+    a, b, c = coefficients
+    square = b * b - 4 * a * c
+    return math.sqrt(c / a) if square < 0 else (float(abs(b)) + math.sqrt(square)) / float(abs(2 * a))
+
+
+def _float(text: str) -> float:
+    numerator, _, denominator = text.partition("/")
+    return float(numerator) / float(denominator or 1)

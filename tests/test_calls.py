@@ -1,0 +1,179 @@
+"""Calls as a newcomer writes them: names, handles, arguments by position, masks, loads of one time, extreme Omega."""
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+import substep as ss
+from substep.core.errors import called_as
+
+OSCILLATOR = ss.scene("linear_oscillator", omega=6.28)
+BATHE = ss.scheme("bathe")
+M, K = np.eye(2), np.array([[3.0, -1.0], [-1.0, 2.0]])
+MOTION = np.sin(np.arange(20.0))
+
+Call = Callable[[Any], Any]
+TAKE_A_SCHEME: dict[str, Call] = {
+    "march": lambda s: ss.march(OSCILLATOR, s, 0.1, 1.0),
+    "march of a structure": lambda s: ss.march(ss.structure(M, K), s, 0.1, 1.0),
+    "march of modes": lambda s: ss.march(ss.structure(M, K).modes(1), s, 0.1, 1.0),
+    "sweep": lambda s: ss.sweep(OSCILLATOR, s, dt=0.1, t_end=1.0),
+    "sweep of a structure": lambda s: ss.sweep(ss.structure(M, K), s, dt=0.1, t_end=1.0),
+    "spectrum": lambda s: ss.response_spectrum(MOTION, dt=0.1, periods=[1.0], scheme=s),
+    "critical step": lambda s: ss.structure(M, K).critical_step(s),
+}
+TAKE_A_SCENE: dict[str, Call] = {
+    "march": lambda scene: ss.march(scene, "bathe", 0.1, 1.0),
+    "sweep": lambda scene: ss.sweep(scene, "bathe", dt=0.1, t_end=1.0),
+    "choose": lambda scene: ss.choose(scene, 0.5, t_end=0.1, among=["bathe"], chosen=[]),
+}
+
+
+@pytest.mark.usefixtures("uncompiled")
+@pytest.mark.parametrize("entry", TAKE_A_SCHEME)
+def test_a_scheme_is_named_or_a_handle(entry: str) -> None:
+    call = TAKE_A_SCHEME[entry]
+    by_name, by_handle = (call(s) for s in ("average_acceleration", ss.scheme("average_acceleration")))
+    for found in (by_name, by_handle):
+        assert type(found) is type(by_name)
+    values = [np.asarray(x.u if hasattr(x, "u") else getattr(x, "displacement", 0.0)) for x in (by_name, by_handle)]
+    assert np.array_equal(*values)
+    with pytest.raises(ValueError, match=r"expected a scheme by name, handle or declaration, got 3; .*schemes\(\)"):
+        call(3)
+    with pytest.raises(ValueError, match="did you mean 'bathe'"):
+        call("bath")
+    with pytest.raises(ValueError, match=r"expected a scheme .*got Scene\(linear_oscillator, omega=6.28"):
+        call(OSCILLATOR)
+
+
+@pytest.mark.usefixtures("uncompiled")
+@pytest.mark.parametrize("entry", TAKE_A_SCENE)
+def test_a_scene_is_named_or_a_handle(entry: str) -> None:
+    call = TAKE_A_SCENE[entry]
+    assert type(call("duffing")) is type(call(ss.scene("duffing")))
+    with pytest.raises(ValueError, match=r"expected a scene by name, handle or declaration, got .*scenes\(\)"):
+        call(BATHE)
+    with pytest.raises(ValueError, match="did you mean 'duffing'"):
+        call("dufing")
+
+
+def test_a_handle_stands_for_itself_and_takes_no_more() -> None:
+    assert ss.scheme(BATHE) is BATHE
+    assert ss.scene(OSCILLATOR) is OSCILLATOR
+    with pytest.raises(ValueError, match="expected a name with parameters"):
+        ss.scheme(ss.scheme("newmark"), beta=0.3)
+    for more in ({"omega": 1.0}, {"a0": 1.0}, {"load": ss.Step(1.0)}):
+        with pytest.raises(ValueError, match="expected a name with parameters, a0 or load"):
+            ss.scene(OSCILLATOR, **more)
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda: ss.scheme("newmark", 0.25), ['scheme("newmark", beta=0.25', "too many positional"]),
+        (ss.scheme, ['scheme("newmark"', "missing", "'name'"]),
+        (lambda: ss.scene("linear_oscillator", 6.28), ["omega=6.28", "too many positional", "a0, load, **parameters"]),
+        (lambda: ss.march("duffing", "bathe", 0.1, 1.0, 3), ["dt=0.01", "scene, scheme, dt, t_end and, by name only"]),
+        (lambda: ss.march("duffing"), ["march(", "'scheme'"]),
+        (lambda: ss.sweep("duffing", "bathe", 0.1, 1.0), ["sweep(", "too many positional", "by name only, t_end, dt"]),
+        (lambda: ss.structure(M, K, K), ["structure(M, K, C=C", "too many positional"]),
+        (lambda: ss.structure(M, K, D=K), ["'D'", "internal_force"]),
+        (lambda: ss.choose("duffing", 1e-3, 1.0), ["choose(", "too many positional"]),
+        (lambda: ss.choose("duffing", 1e-3), ["t_end=10.0", "missing"]),
+        (lambda: ss.choose(ss.structure(M, K), 1e-3, t_end=1.0), ['quantity="roof"', "'quantity'"]),
+        (lambda: ss.response_spectrum(MOTION, dt=0.1, damping=0.05), ["xi=0.05", "'damping'", "periods, xi"]),
+        (ss.audit, ["audit(run", "'stepper'"]),
+    ],
+)
+def test_a_call_that_does_not_fit_is_answered_with_one_that_does(call: Callable[[], Any], words: list[str]) -> None:
+    with pytest.raises(TypeError, match="expected a call such as") as raised:
+        call()
+    assert all(word in str(raised.value) for word in words), raised.value
+
+
+def test_a_type_error_inside_a_function_stays_its_own() -> None:
+    @called_as("f(1)")
+    def f(x: Any) -> Any:
+        return x + "one"
+
+    with pytest.raises(TypeError, match="unsupported operand"):
+        f(1)
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        BATHE.spectral_radius,
+        lambda x: BATHE.stability(1.0, x),
+        BATHE.amplification,
+        BATHE.power_norm,
+        lambda x: ss.scheme("newmark", beta=x),
+        lambda x: ss.scheme("generalized_alpha", rho_inf=x),
+        lambda x: ss.Record(0.1, x),
+        lambda x: ss.response_spectrum(x, dt=0.1),
+        lambda x: ss.structure(np.ma.array(M, mask=M), K),
+        lambda x: ss.structure(M, K, u0=x),
+        lambda x: ss.scene("elastic_pendulum", EA=1e4, a0=x),
+        lambda x: ss.sweep("duffing", "bathe", dt=0.1, t_end=1.0, u0=x),
+        lambda x: ss.march(ss.scene("linear_oscillator", omega=1.0, load=np.ma.array), BATHE, 0.1, 1.0),
+    ],
+)
+def test_a_mask_is_not_dropped(call: Call) -> None:
+    with pytest.raises(ValueError, match=r"without a mask, got a masked array; .*compressed"):
+        call(np.ma.array([0.3, 0.4], mask=[False, True]))
+
+
+@pytest.mark.parametrize(
+    "load",
+    [lambda t: 1.0, math.sin, lambda t: 1.0 if t < 0.5 else 0.0, lambda t: t[:1]],
+    ids=["constant", "math.sin", "if", "another shape"],
+)
+@pytest.mark.parametrize("dt", [0.1, [0.1, 0.2]], ids=["march", "sweep"])
+def test_a_load_of_one_time_is_refused_with_the_cure(load: Any, dt: Any) -> None:
+    with pytest.raises(ValueError, match=r"expected a load that takes an array of times .*np.where in place of if"):
+        scene = ss.scene("linear_oscillator", omega=1.0, load=load)
+        ss.march(scene, "bathe", dt, 1.0) if isinstance(dt, float) else ss.sweep(scene, "bathe", dt=dt, t_end=1.0)
+
+
+def test_a_load_that_is_not_finite_is_refused_as_such() -> None:
+    scene = ss.scene("linear_oscillator", omega=1.0, load=lambda t: np.where(t > 0.5, np.inf, 0.0))
+    with pytest.raises(ValueError, match="expected a finite load at every time, got inf"):
+        ss.march(scene, "bathe", 0.1, 1.0)
+
+
+@pytest.mark.parametrize("name", ss.schemes())
+def test_extreme_omega_gives_the_limit_or_is_refused(name: str) -> None:
+    """At small Omega every scheme has the errors 0; at large Omega a radius is finite and right, or refused."""
+    s = ss.scheme(name)
+    small = np.array([0.0, 5e-324, 1e-320, 1e-300, 1e-162, 1e-155, 1e-151, 1e-150, 1e-140])
+    radius, damping, period = s.stability(small)
+    assert radius == pytest.approx(1.0, abs=1e-14)
+    assert abs(damping).max() < 1e-100
+    assert abs(period).max() < 1e-100
+    assert s.stability(1e-300)[1:] == (0.0, 0.0)
+    for Omega in 10.0 ** np.array([9, 20, 45, 60, 100, 150, 156, 200, 300]):
+        try:
+            found = float(s.spectral_radius(Omega))
+        except ValueError as error:
+            assert f"Omega = {Omega}" in str(error)
+            with pytest.raises(ValueError, match=f"a step of {name} can be computed"):
+                s.stability(np.array([1.0, Omega, 2.0]))
+            break
+        if s.spectral_radius(1e6) < 2.0:  # neither grows nor has grown
+            assert found == pytest.approx(float(s.spectral_radius(1e8)), abs=2e-3)
+        else:
+            assert 2.0 < found < math.inf
+
+
+def test_the_point_beyond_reach_is_found_among_many() -> None:
+    Omega = np.linspace(0.0, 10.0, 30_000)
+    Omega[17_000] = 1e200
+    with pytest.raises(ValueError, match=r"got Omega = 1e\+200, xi = 0.0"):
+        BATHE.stability(Omega)
+    with pytest.raises(ValueError, match="amplification matrix is"):
+        BATHE.amplification([1.0, 1e200])
+    Omega[17_000] = 1e-200
+    assert BATHE.numerical_damping(Omega)[17_000] == 0.0

@@ -1,0 +1,101 @@
+"""A response as a Dataset, as a DataFrame and as a figure."""
+
+import builtins
+from typing import Any
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+import substep as ss
+
+pytestmark = pytest.mark.usefixtures("uncompiled")
+FRAME = ss.structure(np.eye(2), np.diag([1.0, 4.0]), u0=1.0, names=("floor", "roof"))
+RUNS: dict[str, Any] = {
+    "oscillator": lambda: ss.march(ss.scene("linear_oscillator", omega=2.0), "bathe", 0.1, 1.0),
+    "pendulum": lambda: ss.march(ss.scene("elastic_pendulum", EA=1e4), ss.scheme("newmark", beta=0.3), 0.01, 0.1),
+    "structure": lambda: ss.march(FRAME, "bathe", 0.1, 1.0, dofs=["roof", "floor"]),
+    "numbered": lambda: ss.march(ss.structure(np.eye(2), np.eye(2)), "park", 0.1, 1.0, dofs=[1]),
+    "modes": lambda: ss.march(FRAME.modes(2), "bathe", 0.1, 1.0),
+}
+COLUMNS = {
+    "oscillator": ["u", "v", "a", "energy"],
+    "pendulum": ["u x", "u y", "v x", "v y", "a x", "a y", "energy", "angular_momentum", "strain"],
+    "structure": ["u roof", "u floor", "v roof", "v floor", "a roof", "a floor", "energy", "work", "damped"],
+    "numbered": ["u", "v", "a", "energy", "work", "damped"],
+    "modes": ["u floor", "u roof", "v floor", "v roof", "a floor", "a roof"],
+}
+
+
+@pytest.mark.parametrize("run", RUNS)
+def test_every_number_arrives_under_its_name(run: str) -> None:
+    r = RUNS[run]()
+    ds, frame = r.to_xarray(), r.to_pandas()
+    assert list(frame.columns) == COLUMNS[run]
+    assert frame.index.name == "t"
+    assert np.array_equal(frame.index, r.t)
+    assert np.array_equal(ds.t, r.t)
+    assert ds.t.units == "s"
+    for name, values in ds.data_vars.items():
+        mine = getattr(r, str(name), None)
+        mine = getattr(r.account, str(name)) if mine is None and hasattr(r, "account") else mine
+        assert np.array_equal(values, mine)
+        assert values.long_name
+    (dimension,) = set(ds.u.dims) - {"t"}
+    for j, label in enumerate(ds[dimension].to_numpy()):
+        key = f"u {label}" if r.u.shape[1] > 1 else "u"
+        assert np.array_equal(frame[key], r.u[:, j])
+        assert np.array_equal(ds.u.sel({dimension: label}), r.u[:, j])
+    assert (ds.attrs["scheme"], ds.attrs["status"]) == (r.scheme.name, "completed")
+
+
+def test_units_and_settings_are_attributes() -> None:
+    ds = RUNS["pendulum"]().to_xarray()
+    assert [ds[name].units for name in ("u", "v", "a", "energy", "angular_momentum")] == [
+        "m", "m/s", "m/s^2", "J", "kg m^2/s",
+    ]  # fmt: skip
+    assert (ds.attrs["scene"], ds.attrs["scene_EA"], ds.attrs["scheme_beta"]) == ("elastic_pendulum", 1e4, 0.3)
+    failed = ss.march("duffing", "bathe", 0.1, 1.0, energy_bound=0.0)
+    assert (failed.to_xarray().attrs["status"], failed.to_xarray().attrs["t_failed"]) == ("energy_bound", 0.1)
+
+
+def test_without_pandas_the_cure_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    actual = builtins.__import__
+
+    def missing(name: str, *rest: Any, **more: Any) -> Any:
+        if name == "pandas":
+            raise ImportError(name)
+        return actual(name, *rest, **more)
+
+    r = RUNS["oscillator"]()
+    monkeypatch.setattr(builtins, "__import__", missing)
+    with pytest.raises(ImportError, match=r"pip install pandas, or take to_xarray\(\)"):
+        r.to_pandas()
+
+
+@pytest.mark.parametrize("run", RUNS)
+def test_plot_draws_the_histories_with_units(run: str) -> None:
+    r = RUNS[run]()
+    figure = r.plot("u", "v")
+    assert isinstance(figure, Figure)
+    above, below = figure.axes
+    assert np.array_equal(np.transpose([line.get_ydata() for line in above.lines]), r.u)
+    assert np.array_equal(np.transpose([line.get_ydata() for line in below.lines]), r.v)
+    assert below.get_xlabel() == "t (s)"
+    if run == "pendulum":
+        assert (above.get_ylabel(), below.get_ylabel()) == ("u (m)", "v (m/s)")
+        assert [text.get_text() for text in above.get_legend().get_texts()] == ["u x", "u y"]
+    figure.draw_without_rendering()
+
+
+def test_plot_draws_into_given_axes_and_refuses_what_does_not_fit() -> None:
+    r = RUNS["oscillator"]()
+    own = Figure()
+    axes = own.subplots(2)
+    assert r.plot("u", "energy", axes=axes) is own
+    assert [len(x.lines) for x in axes] == [1, 1]
+    assert r.plot(axes=axes[0]) is own
+    with pytest.raises(ValueError, match="expected an axes for each of u, v, got 1"):
+        r.plot("u", "v", axes=axes[0])
+    with pytest.raises(ValueError, match="did you mean 'energy'"):
+        r.plot("enrgy")
