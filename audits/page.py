@@ -23,7 +23,7 @@ takes the load; where the acceleration at t = 0 comes from ("zero": it is 0 unle
 the statements of its manual hold. A low order with the start "zero" is the price of a start that the program leaves to
 its user, not of the scheme. What the arguments are as parameters of declared schemes: [conventions](conventions.md).
 """
-BEGIN, END = (f"<!-- arguments of other programs: {mark} -->" for mark in ("begin", "end"))
+BEGIN, END = "<!-- make audits -->", "<!-- end -->"
 
 
 def page(reports: Path, scripts: Path) -> str:

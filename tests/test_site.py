@@ -12,7 +12,7 @@ from pathlib import Path
 import manual
 import pytest
 from declared import BY_NAME, NAMES
-from manual import markdown, notebooks, picture, reference, scenes, schemes
+from manual import ledger, markdown, notebooks, picture, reference, scenes, schemes
 from manual.declarations import declaration
 from matplotlib.figure import Figure
 from plain_kernels import SCENE_BY_NAME
@@ -21,6 +21,7 @@ from substep_derive.declare import scenes as scene_package
 from substep_derive.declare import schemes as scheme_package
 from substep_derive.declare.digest import scene_digest, scheme_digest
 from substep_derive.study.closed_forms import closed_forms
+from sympy import latex
 
 import substep as ss
 
@@ -45,6 +46,20 @@ def test_every_page_is_in_the_table_of_contents_and_every_entry_is_a_page() -> N
     assert {entry for entry in entries if entry.startswith("generated/")} == made | {
         "generated/claims", "generated/notebooks/*",
     }  # fmt: skip
+
+
+def links(page: Path) -> set[str]:
+    """Relative addresses of a page's links and pictures, without the place within the page."""
+    text = re.sub(r"^```.*?^```$", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
+    found = {address.partition("#")[0] for address in re.findall(r"\]\(([^)\s]+)\)", text)}
+    return {address for address in found if address and "://" not in address}
+
+
+@pytest.mark.parametrize("page", [*ROOT.glob("*.md"), *DOCS.glob("*.md")], ids=lambda page: page.name)
+def test_every_link_leads_to_a_page(page: Path) -> None:
+    kinds = (schemes, scenes, reference, ledger)
+    made = {f"generated/{name}.md" for kind in kinds for name in kind.pages()}
+    assert {x for x in links(page) if x not in made and not (page.parent / x).exists()} == set()
 
 
 def test_every_scheme_scene_and_notebook_has_a_page() -> None:
@@ -101,7 +116,7 @@ def test_a_scheme_page_holds_closed_forms_and_the_proof(tmp_path: Path, monkeypa
     monkeypatch.setattr("manual.charts.stability", lambda name: Figure())
     text = schemes.page("newmark", tmp_path)
     for form in closed_forms("newmark"):
-        assert markdown.plain(form.text) in text or form.latex.partition(" = ")[2] in text, form.name
+        assert (markdown.plain(form.text) if isinstance(form.value, str) else latex(form.value)) in text, form.name
     assert certify("newmark").text in text
     assert "| `beta` | $\\left[0, \\infty\\right)$ | 0.25 |" in text
     assert "newmark.py <../../../generated/substep_kernels/newmark.py>" in text
@@ -144,6 +159,7 @@ def test_the_digest_knows_every_source(tmp_path: Path, monkeypatch: pytest.Monke
 
 
 def test_the_picture_of_the_readme_shows_what_is_computed_now() -> None:
+    """Where it does not, `python -m manual.picture` in docs/site draws it again."""
     text = picture.PATH.read_text(encoding="utf-8")
     assert f"<dc:description>{picture.digest(picture.curves())}</dc:description>" in text
     assert "docs/picture.svg" in (ROOT / "README.md").read_text(encoding="utf-8")

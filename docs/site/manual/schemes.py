@@ -139,7 +139,12 @@ def _shown(key: str, value: Any) -> str:
 
 
 def _closed_forms(name: str) -> Iterator[str]:
-    yield from ["## Closed forms", "", f"Also as text, `substep show {name}`; for a paper, with `--latex`.", ""]
+    yield from [
+        "## Closed forms",
+        "",
+        f"Also as text, `substep show {name} --part all`; for a paper, with `--latex`.",
+        "",
+    ]
     for section, forms in groupby(closed_forms(name), key=lambda form: form.section):
         lines = [line for form in forms for line in _form(name, form)]
         title = section[0].upper() + section[1:]
@@ -147,15 +152,11 @@ def _closed_forms(name: str) -> Iterator[str]:
 
 
 def _form(name: str, form: ClosedForm) -> Iterator[str]:
-    if form.latex.startswith(r"\text{"):  # a statement in words
+    if isinstance(form.value, str):
         yield from [f"{plain(form.name)}: {plain(form.text)}.", ""]
         return
-    right = form.latex.removeprefix(f"{form.name} = ")
-    if right == form.latex:  # a relation, which has its own left side
-        yield from formula(form.latex, f"`substep show {name}` prints it")
-        return
     left = latex(Symbol(form.name)) if re.fullmatch(r"\w+", form.name) else rf"\text{{{form.name}}}"
-    yield from formula(f"{left} = {right}", f"`substep show {name}` prints {code(form.name)}")
+    yield from formula(f"{left} = {latex(form.value)}", f"`substep show {name} --part all` prints {code(form.name)}")
 
 
 def _code(scheme: Scheme) -> Iterator[str]:
@@ -169,4 +170,8 @@ def _code(scheme: Scheme) -> Iterator[str]:
         path = ROOT / "generated" / "substep_kernels" / file
         if path.exists():
             yield f"- {{download}}`{file} <../../../{path.relative_to(ROOT).as_posix()}>`: {what}, as printed for numba"
-    yield ""
+    language = code(f"substep emit {scheme.name} --language c")
+    yield from [
+        f"- As one file of C, Fortran, JavaScript, Julia, MATLAB or Python: {language}, [emit](../../emit.md).",
+        "",
+    ]
