@@ -1,4 +1,4 @@
-.PHONY: all install derive derive-check reproduce test verify lint notebooks docs bench audits clean
+.PHONY: all install derive derive-check reproduce test test-browser verify lint notebooks docs bench audits vendor clean
 
 PYTHON ?= python3
 BIN := .venv/bin
@@ -43,6 +43,15 @@ lint: $(TOOLS)
 
 test: lint
 	$(BIN)/pytest
+
+# the explorer in a real browser; needs node, npm and Chromium (on Debian: apt-get install nodejs npm chromium)
+test-browser: $(TOOLS)
+	npm install --silent --no-save --prefix .browser playwright-core@1.65.1
+	SUBSTEP_BROWSER=.browser $(BIN)/pytest -n 0 tests/test_explorer_browser.py
+
+# Chart.js as npm has it, with its licence and its sha256
+vendor: $(READY)
+	$(BIN)/python -m substep.figures.explorer.vendor
 
 verify: $(TOOLS) $(SITE)
 	SUBSTEP_VERIFY=1 $(BIN)/pytest

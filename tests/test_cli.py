@@ -280,7 +280,7 @@ def test_exit_codes_version_and_completion(monkeypatch: pytest.MonkeyPatch) -> N
     assert last.endswith("substep certify: interrupted; what was printed or written before is complete and kept")
 
 
-@pytest.mark.parametrize("command", [command.name or command.callback.__name__ for command in app.registered_commands])
+@pytest.mark.parametrize("command", [*typer.main.get_command(app).commands])
 def test_help_has_an_example_that_the_command_takes(command: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "200")
     output = runner.invoke(app, [command, "--help"]).output

@@ -84,7 +84,8 @@ def test_plot_draws_the_histories_with_units(run: str) -> None:
     assert below.get_xlabel() == "t (s)"
     if run == "pendulum":
         assert (above.get_ylabel(), below.get_ylabel()) == ("u (m)", "v (m/s)")
-        assert [text.get_text() for text in above.get_legend().get_texts()] == ["u x", "u y"]
+        assert [line.get_label() for line in above.lines] == ["u x", "u y"]
+        assert above.get_legend() is not None
     figure.draw_without_rendering()
 
 

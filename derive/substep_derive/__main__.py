@@ -30,8 +30,8 @@ def differences(folder: Path, files: dict[str, str]) -> list[str]:
 
 
 def _files(folder: Path) -> list[Path]:
-    """The files of a folder that a derivation may write: modules, the table of their operations and the stamp."""
-    return [path for path in folder.glob("*") if path.suffix in (".py", ".md", ".txt")]
+    """The files of a folder that a derivation may write: modules, the explorer's, the table and the stamp."""
+    return [path for path in folder.glob("*") if path.suffix in (".py", ".js", ".md", ".txt")]
 
 
 def up_to_date(folder: Path) -> bool:

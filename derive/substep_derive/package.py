@@ -8,6 +8,7 @@ from .declare.errors import DeclarationError
 from .declare.scene import Scene
 from .declare.scheme import Scheme
 from .emit.adaptive_module import adaptive_module, local_error_module
+from .emit.explorer_module import explorer_module
 from .emit.facts_module import estimators_module, facts_module
 from .emit.filter_module import filter_module
 from .emit.index import index_module
@@ -33,6 +34,7 @@ from .motion.equations import EquationsOfMotion
 from .study.estimates import estimates
 from .study.facts import facts
 
+EXPLORED = ("linear_oscillator", "simple_pendulum", "elastic_pendulum")  # scenes that the explorer marches
 COMMITTED = "elastic_pendulum"  # the scene on which every scheme's march is committed; others are printed on first use
 
 
@@ -71,7 +73,8 @@ def package(schemes: Iterable[Scheme], scenes: Iterable[Scene]) -> dict[str, str
         texts |= {f"{name}__{COMMITTED}": _scene_step(k.scheme, on, k.systems) for name, k in kernels.items()}
     modules = {f"{name}.py": text for name, text in texts.items()}
     kernels_only = {name: text for name, text in modules.items() if not name.startswith("plan_")}
-    return stamped({**modules, "operations.md": operations_table(kernels_only)})
+    explored = explorer_module((k.scheme for k in kernels.values()), (motions[s] for s in EXPLORED if s in motions))
+    return stamped({**modules, "operations.md": operations_table(kernels_only), "explorer.js": explored})
 
 
 def catalogue_pair(scheme: Scheme, motion: EquationsOfMotion) -> str:

@@ -1,7 +1,7 @@
 """The languages a scheme is printed in: SymPy's printer of each, and how a comment begins."""
 
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -43,17 +43,26 @@ class Language:
 
     @cached_property
     def words(self) -> frozenset[str]:
-        """Keywords, and every word of the template, in small letters: names that a scheme's symbols must not take."""
+        """Keywords, and every word of the templates, in small letters: names that a scheme's symbols must not take.
+
+        What a template says to the program that fills it in, and comments that fill their line, do not count.
+        """
         sources = [ENVIRONMENT.loader.get_source(ENVIRONMENT, name)[0] for name in self._templates]  # type: ignore[union-attr]
-        return frozenset(re.findall(r"[a-z_]\w*", "\n".join([KEYWORDS, *sources]).lower()))
+        code = re.sub(r"{%.*?%}|{{.*?}}|{#.*?#}", " ", "\n".join(sources), flags=re.DOTALL)
+        code = re.sub(rf"^ *{re.escape(self.comment)}.*", "", code, flags=re.MULTILINE)
+        return frozenset(re.findall(r"[a-z_]\w*", f"{KEYWORDS}{code}".lower()))
 
     @property
     def _templates(self) -> list[str]:
         return [name for name in ENVIRONMENT.list_templates() if name.split(".")[0] == self.name]
 
-    def text(self, names: Iterable[str]) -> Callable[[Expr], str]:
-        """A function from expressions to their text; names: of symbols, which get a suffix if the template has them."""
+    def text(self, names: Iterable[str], functions: Iterable[str] = ()) -> Callable[[Expr], str]:
+        """A function from expressions to their text.
+
+        names: of symbols, which get a suffix if the template has them. functions: that the template defines.
+        """
         printer = self.printer()
+        printer.known_functions = {**printer.known_functions, **{name: name for name in functions}}
         printer.reserved_words = printer.reserved_words | {name for name in names if name.lower() in self.words}
 
         def text(e: Expr) -> str:
@@ -62,9 +71,9 @@ class Language:
 
         return text
 
-    def file(self, fields: dict[str, Any]) -> str:
-        """The template, filled in."""
-        return ENVIRONMENT.get_template(f"{self.name}.j2").render(fields)
+    def file(self, fields: Mapping[str, Any], part: str = "") -> str:
+        """The template, or the one of that part, filled in."""
+        return ENVIRONMENT.get_template(f"{self.name}.{part}.j2" if part else f"{self.name}.j2").render(fields)
 
 
 LANGUAGES = {

@@ -8,7 +8,7 @@ from functools import cache
 from textwrap import wrap
 from typing import Any
 
-from sympy import Expr, Float, Symbol, eye
+from sympy import Expr, Float, Rational, Symbol, eye
 
 from ..algebra import rational
 from ..declare.catalogue import find
@@ -70,6 +70,21 @@ def _fields(scheme: Scheme, language: Language, parameters: ParameterSet, given:
     return {
         "name": scheme.name,
         "banner": [f"{language.comment} {line}".rstrip() for line in _banner(scheme, parameters)],
+        **stability_fields(scheme, own, values, given, text),
+        "damped": scheme.takes_damping,
+        "discrete": any(b.system.differences for step in steps.values() for b in step.balances),
+        "steps": [_step(name, step, own, text) for name, step in steps.items()],
+        "state": [place(s) for s in scheme.state],
+        "lag": lag(scheme),
+        "test": _test(ExactCase.of(scheme, values), text),
+    }
+
+
+def stability_fields(
+    scheme: Scheme, own: Sequence[Parameter], values: Mapping[Symbol, Rational], given: set[str], text: Text
+) -> dict[str, Any]:
+    """What the stability functions are printed from. own: the parameters that a program has, with their values."""
+    return {
         "parameters": [_parameter(p, values[p.symbol], text) for p in own],
         "valid": [text(condition) for p in own for condition in _inside(p)],
         "families": [
@@ -81,14 +96,8 @@ def _fields(scheme: Scheme, language: Language, parameters: ParameterSet, given:
             for f in scheme.families
             if (found := _of_family(f, [p for p in own if p.name not in given]))
         ],
-        "damped": scheme.takes_damping,
-        "discrete": any(b.system.differences for step in steps.values() for b in step.balances),
-        "steps": [_step(name, step, own, text) for name, step in steps.items()],
-        "state": [_place(s) for s in scheme.state],
         "labels": [state_label(s) for s in scheme.state],
-        "lag": max(back for _, back in map(_place, scheme.state)) if scheme.start_scheme else 0,
-        **{kernel.name: _function(kernel, own, text) for kernel in kernels},
-        "test": _test(ExactCase.of(scheme, values), text),
+        **{kernel.name: _function(kernel, own, text) for kernel in stability_kernels(scheme)},
     }
 
 
@@ -227,10 +236,15 @@ def _read(expressions: Iterable[Expr], parameters: Sequence[Parameter], text: Te
     return [text(p.symbol) for p in parameters if p.symbol in found]
 
 
-def _place(symbol: Symbol) -> tuple[int, int]:
+def place(symbol: Symbol) -> tuple[int, int]:
     """0, 1, 2 for u, v, a, and how many whole steps before t_n it stands."""
     kind, label = knot_of(symbol) or ("u", "0")
     return "uva".index(kind), -int(lattice(label) or 0)
+
+
+def lag(scheme: Scheme) -> int:
+    """How many steps another scheme marches first; 0 where none does."""
+    return max(back for _, back in map(place, scheme.state)) if scheme.start_scheme else 0
 
 
 def _test(case: ExactCase, text: Text) -> dict[str, Any]:

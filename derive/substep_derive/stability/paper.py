@@ -37,9 +37,6 @@ class PaperPrinter(StrPrinter):
     def _print_Max(self, expr: Any) -> str:
         return f"max({', '.join(self._print(a) for a in expr.args)})"
 
-    def _print_Infinity(self, expr: Any) -> str:
-        return "oo"
-
     def _print_Piecewise(self, expr: Any) -> str:
         *cases, (last, _) = expr.args
         chosen = (f"{self._print(e)} where {self._print(condition)}" for e, condition in cases)

@@ -21,6 +21,7 @@ from .choice import choose
 from .design import design
 from .emission import emit
 from .estimators import estimator
+from .explorer import explorer
 
 if TYPE_CHECKING:
     from ..studies.failures import Row
@@ -33,7 +34,7 @@ STOPPED = 3
 class Guide(TyperGroup):
     """The commands in the order in which they are added; Ctrl-C ends them with a line that says what is kept."""
 
-    def invoke(self, ctx: typer.Context) -> Any:
+    def invoke(self, ctx: Any) -> Any:
         """Run the command."""
         try:
             return super().invoke(ctx)
@@ -321,6 +322,7 @@ PARAMETERS = {"parameters": True}
 _add("What there is", "substep schemes --references", schemes)
 _add("What there is", "substep show newmark_bdf2 --part amplification", show)
 _add("What there is", "substep scenes --references", scenes)
+_add("What there is", "substep explorer --out explorer.html", explorer)
 _add("Runs", "substep run elastic_pendulum bathe --EA 1e4 --dt 0.01 --t-end 30", run, **PARAMETERS)
 _add("Runs", "substep choose elastic_pendulum --EA 1e10 --quantity angle --accuracy 1e-5", choose, **PARAMETERS)
 _add("Runs", "substep spectrum motion.AT2 --scheme bathe --xi 0.02 --chart out", spectrum, **PARAMETERS)

@@ -28,8 +28,8 @@ class Facts:
     rho_inf: spectral radius as Omega -> oo, undamped; an array where parameters are. critical_Omega: the end of the
     interval from 0 on in which the scheme is stable, undamped; inf where it is stable for every Omega. A_stable: for
     every Omega and every damping ratio; L_stable: and rho_inf = 0. overshoot: such as "U0-V1". damping, period: the
-    first terms of numerical damping and period error at small Omega, undamped, as (power, coefficient); (0, 0.0) for an
-    error that is 0.
+    first terms of numerical damping and period error at small Omega, undamped, as (power, coefficient), to six digits
+    where a default is irrational; (0, 0.0) for an error that is 0.
     """
 
     order: tuple[int, int, int] | None = None

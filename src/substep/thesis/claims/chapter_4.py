@@ -104,12 +104,12 @@ CLAIMS = (
     Claim(
         "C4.1",
         "The printed A31 (4.16).",
-        "substep show newmark_bdf2",
+        "substep show newmark_bdf2 --part amplification",
     ),
     Claim(
         "C4.2",
         "For gamma_t = 1/2, beta = 1/4, gamma = 1/2 the scheme is Bathe's.",
-        "substep show bathe",
+        "substep show bathe --part amplification",
     ),
     Claim(
         "C4.3",

@@ -1,0 +1,83 @@
+// The explorer in a real browser: moves every slider, looks at the charts and reads what the page says, as JSON.
+// Run by tests/test_explorer_browser.py with the folder of playwright-core, the browser, the page and a folder for pictures.
+const path = require("path");
+const [library, executablePath, page_file, folder, profile] = process.argv.slice(2);
+const { chromium } = require(path.resolve(library));
+const quiet = [
+    "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
+    "--disable-component-update", "--disable-sync",
+];
+
+(async () => {
+    const context = await chromium.launchPersistentContext(profile, { executablePath, headless: true, args: quiet, viewport: { width: 1300, height: 1000 } });
+    const page = await context.newPage();
+    const said = [];
+    const asked = [];
+    page.on("console", (message) => said.push(message.text()));
+    page.on("pageerror", (error) => said.push(String(error)));
+    page.on("request", (request) => asked.push(request.url().slice(0, 60)));
+    const url = `file://${page_file}`;
+    await page.goto(url);
+    const found = { schemes: {}, scenes: {} };
+    const drawn = () => page.evaluate(() => Object.fromEntries(Object.entries(charts).map(([id, chart]) => [id, chart.data.datasets.map((set) => set.data.filter((point) => Number.isFinite(point.y)).length)])));
+
+    // every scheme as A, every slider of it moved to both ends and back
+    for (const name of await page.evaluate(() => Object.keys(SCHEMES))) {
+        await page.selectOption("#a", name);
+        const moved = await page.evaluate(() => {
+            let count = 0;
+            for (const range of document.querySelectorAll("#parameters-a input[type=range]")) {
+                for (const end of [range.min, range.max, String(0.5 * (Number(range.min) + Number(range.max)))]) {
+                    range.value = end;
+                    range.dispatchEvent(new Event("input"));
+                }
+                count += 1;
+            }
+            return count;
+        });
+        const message = await page.textContent("#message");
+        if (moved) await page.click("#reset-a");
+        found.schemes[name] = { moved, message, values: await page.textContent("#values table tbody tr:first-child td"), drawn: await drawn() };
+    }
+    // the oscillator's sliders by the keyboard
+    for (const id of ["xi-range", "ratio-range"]) {
+        await page.focus(`#${id}`);
+        for (let k = 0; k < 5; k++) await page.keyboard.press("ArrowRight");
+    }
+    found.keyboard = await page.evaluate(() => [state.xi, state.ratio, location.hash]);
+    // every motion and quantity
+    for (const scene of await page.evaluate(() => Object.keys(SCENES))) {
+        await page.selectOption("#scene", scene);
+        const said_of = {};
+        for (const quantity of await page.evaluate(() => [...document.querySelectorAll("#quantity option")].map((option) => option.value))) {
+            await page.selectOption("#quantity", quantity);
+            said_of[quantity] = await page.textContent("#march-says");
+        }
+        found.scenes[scene] = said_of;
+    }
+    // wrong input is named, and changes nothing
+    await page.fill("#ratio", "abc");
+    await page.keyboard.press("Tab");
+    found.wrong = await page.evaluate(() => [document.getElementById("message").textContent, document.getElementById("ratio").getAttribute("aria-invalid"), state.ratio]);
+    // a view is cited by its address
+    await page.goto("about:blank");
+    await page.goto(`${url}#a=newmark&a.beta=0.3&a.gamma=0.6&b=park&xi=0.02&ratio=0.05&scene=elastic_pendulum&scene.EA=1e6&quantity=energy`);
+    found.cited = await page.evaluate(() => ({ rows: [...document.querySelectorAll("#values tbody tr")].map((row) => [...row.cells].map((cell) => cell.textContent)), hash: location.hash, radius: charts.radius.data.datasets[0].data.map(({ x, y }) => [x, y]) }));
+    for (const summary of await page.$$("summary")) await summary.click();
+    found.tables = await page.evaluate(() => [...document.querySelectorAll(".table table")].length);
+    found.unnamed = await page.evaluate(() => [...document.querySelectorAll("input, select, button, canvas, [role=region]")].filter((one) => !one.labels?.length && !one.getAttribute("aria-label") && !one.getAttribute("aria-labelledby") && !one.textContent.trim()).map((one) => one.id));
+    await page.screenshot({ path: path.join(folder, "light.png"), fullPage: true });
+    await page.emulateMedia({ colorScheme: "dark" });
+    await page.waitForTimeout(100);
+    found.dark = await page.evaluate(() => [getComputedStyle(document.body).backgroundColor, charts.radius.options.scales.x.ticks.color]);
+    await page.screenshot({ path: path.join(folder, "dark.png"), fullPage: true });
+    await page.emulateMedia({ media: "print", colorScheme: "light" });
+    await page.pdf({ path: path.join(folder, "print.pdf") });
+    await page.setViewportSize({ width: 360, height: 800 });
+    await page.emulateMedia({ media: "screen" });
+    await page.waitForTimeout(300); // charts follow the width after it has changed
+    found.overflow = await page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth);
+    await page.screenshot({ path: path.join(folder, "narrow.png"), fullPage: true });
+    await context.close();
+    console.log(JSON.stringify({ ...found, said, asked }));
+})();

@@ -1,0 +1,202 @@
+"""The explorer's page: what its scripts compute, by Node alone, against kernels, steps by hand and certificates.
+
+What a browser makes of the page is in test_explorer_browser.py.
+"""
+
+import json
+import math
+import re
+import shutil
+import subprocess
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from by_hand import SCENES
+from declared import BY_NAME, NAMES, UNDAMPED
+from nonlinear_oracle import history
+from substep_derive import certify
+from substep_kernels.facts import CATALOGUE
+from sympy import sympify
+from test_emit import check_stability
+from test_page import Reader
+from test_pairs import PARAMETERS
+from typer.testing import CliRunner
+
+import substep as ss
+from substep.cli.commands import app
+from substep.figures import explorer
+
+OMEGA, XI, STEPS = (1e-3, 0.1, 0.5, 1.3, 3.0, 10.0), (0.0, 0.05), 25
+MARCHED = ("linear_oscillator", "simple_pendulum", "elastic_pendulum")
+# parameters at which each of the conditions decides, the one on three eigenvalues together among them
+DECIDED = (
+    ("gholampour", {"delta": "0.02", "alpha_g": "0.28"}, "0"),
+    ("gholampour", {"delta": "0.02", "alpha_g": "0.28"}, "0.1"),
+    ("generalized_alpha", {"alpha_m": "-0.98", "alpha_f": "0.07", "beta": "0.27", "gamma": "0.4"}, "0.1"),
+    ("wbz_alpha", {"alpha_B": "0.08"}, "0.1"),
+    ("hht_alpha", {"alpha": "-0.5"}, "0"),
+    ("wilson_theta", {"theta": "1.2"}, "0.02"),
+    ("newmark", {"beta": "0.2", "gamma": "0.5"}, "0.1"),
+    ("newmark", {"beta": "0.2", "gamma": "0.4"}, "0"),
+    ("generalized_alpha", {"rho_inf": "0.3"}, "0"),
+)
+ROUNDING = 1e-12  # of the largest value, as in test_pairs
+
+
+def marches() -> list[dict[str, Any]]:
+    """The scenes with the parameters, and steps, that they have by hand."""
+    found = []
+    for name in MARCHED:
+        scene, hand = ss.scene(name, **SCENES[name].parameters), SCENES[name]
+        parameters = {key: float(value) for key, value in scene.parameters.items()}
+        found.append({"scene": name, "parameters": parameters, "h": hand.dt, "n": STEPS})
+    return found
+
+
+@pytest.fixture(scope="module")
+def computed(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    """What the page's scripts compute for every scheme, away from its defaults: one process for all of them."""
+    node = shutil.which("node")
+    if node is None:
+        pytest.skip("needs node, which is not installed here")
+    folder = tmp_path_factory.mktemp("explorer")
+    requests = [
+        {
+            **{"name": name, "given": {key: repr(x) for key, x in given.items()}, "Omega": OMEGA, "xi": XI},
+            **{"damping_ratio": "0", "marches": own},
+        }
+        for name in NAMES
+        for given, own in (({}, []), (PARAMETERS.get(name, {}), marches()))
+    ]
+    requests += [
+        {"name": name, "given": given, "Omega": [], "xi": [], "damping_ratio": xi, "marches": []}
+        for name, given, xi in DECIDED
+    ]
+    (folder / "requests.json").write_text(json.dumps(requests), encoding="utf-8")
+    scripts = "\n".join(explorer.source(name) for name in (explorer.SCHEMES, *explorer.OWN))
+    (folder / "scripts.js").write_text(scripts, encoding="utf-8")
+    program = Path(__file__).with_name("explorer_values.js")
+    command = [node, str(program), str(folder / "scripts.js"), str(folder / "requests.json")]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=100)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+def of(computed: dict[str, Any], scheme: str) -> tuple[dict[str, Any], dict[str, Any]]:
+    """What was found of a scheme at its defaults, and at other parameters."""
+    first, second, *_ = (found for found in computed["results"] if found["name"] == scheme)
+    return first, second
+
+
+@pytest.mark.usefixtures("plain_functions")
+@pytest.mark.parametrize("scheme", NAMES)
+def test_stability_functions_are_the_kernels(scheme: str, computed: dict[str, Any]) -> None:
+    for found, given in zip(of(computed, scheme), ({}, PARAMETERS.get(scheme, {})), strict=True):
+        s = ss.scheme(scheme, **given)
+        assert found["values"] == pytest.approx({k: float(x) for k, x in s.parameters.items()}, rel=1e-15)
+        points = iter(found["points"])
+        for Omega in OMEGA:
+            for xi in XI:
+                point = next(points)
+                check_stability(s, Omega, xi, np.array([float(x) for x in point["numbers"]]))
+                if scheme not in UNDAMPED or xi == 0.0:
+                    expected = s.amplification(Omega, xi)
+                    assert np.abs(point["matrix"] - expected).max() <= 1e-12 * max(1.0, np.abs(expected).max())
+
+
+@pytest.mark.parametrize("scheme", NAMES)
+def test_marches_are_the_papers_steps(scheme: str, computed: dict[str, Any]) -> None:
+    found = of(computed, scheme)[1]
+    for name, march in zip(MARCHED, found["marches"], strict=True):
+        hand = SCENES[name]
+        if scheme in UNDAMPED and hand.system.damping.any():
+            assert "expected a motion without damping" in march["failed"]
+            continue
+        assert march["failed"] == ""
+        start = hand.a0 if hand.a0 is not None else unloaded(hand)
+        system = without_load(hand)
+        expected = history(scheme, found["values"], system, hand.dt, STEPS, hand.u0, hand.v0, start)
+        rows = np.array(march["rows"])
+        for k in range(3):
+            scale = np.abs(expected[k]).max()
+            assert np.abs(rows[:, k] - expected[k]).max() <= ROUNDING * scale, (name, "uva"[k])
+
+
+def without_load(hand: Any) -> Any:
+    """The system by hand, its load left out: the page marches free motions."""
+    return replace(hand.system, load=lambda t: 0.0)
+
+
+def unloaded(hand: Any) -> np.ndarray:
+    """The consistent acceleration at the start of a free motion."""
+    return without_load(hand).acceleration(hand.u0, hand.v0, 0.0)
+
+
+@pytest.mark.parametrize("scheme", NAMES)
+def test_the_verdict_is_the_certificates(scheme: str, computed: dict[str, Any]) -> None:
+    found, row = of(computed, scheme)[0]["certificate"], CATALOGUE[scheme]
+    if not found.replace(".", "").isdigit() and found != "Infinity":
+        irrational = BY_NAME[scheme].constant is not None or any(x.is_Rational is not True for x in defaults(scheme))
+        live = np.abs(np.linalg.eigvals(ss.scheme(scheme).amplification(1.3, 0.0))) > 1e-3
+        assert irrational if "irrational" in found else f"has {live.sum()} eigenvalues" in found and live.sum() > 3
+    elif found == "Infinity":
+        assert row["critical_Omega"] == "none"
+    else:
+        assert float(found) == pytest.approx(float(sympify(row["critical_Omega"])), rel=1e-14)
+
+
+def defaults(scheme: str) -> list[Any]:
+    values: dict[Any, Any] = {}
+    for p in BY_NAME[scheme].parameters:
+        values[p.symbol] = sympify(p.default.subs(values)) if hasattr(p.default, "is_Rational") else sympify("pi")
+    return list(values.values())
+
+
+@pytest.mark.parametrize("k", range(len(DECIDED)))
+def test_the_verdict_is_the_certificates_at_other_parameters(k: int, computed: dict[str, Any]) -> None:
+    name, given, xi = DECIDED[k]
+    found = computed["results"][2 * len(NAMES) + k]["certificate"]
+    certificate = certify(name, xi=xi, **given)
+    limit = certificate.critical_Omega
+    expected = math.inf if certificate.stable else float(0 if limit is None else sympify(str(limit)))
+    assert float(found) == pytest.approx(expected, rel=1e-14)
+
+
+def test_where_a_polynomial_begins_to_fail(computed: dict[str, Any]) -> None:
+    assert computed["fails"] == [["Infinity", "2"], ["2", "2"], ["0", "0"], ["Infinity", "0"]]
+
+
+def test_an_address_holds_the_state_and_what_says_nothing_is_named(computed: dict[str, Any]) -> None:
+    assert computed["again"]
+    assert computed["refused"] == []
+    assert computed["initial"]
+    names = [text.split(" = ")[0] for text in computed["wrong"]]
+    assert sorted(names) == sorted(["a", "a.beta", "b.beta", "xi", "ratio", "scene", "scene.EA", "quantity", "what"])
+
+
+def test_the_page_stands_alone_and_is_small(tmp_path: Path) -> None:
+    result = CliRunner().invoke(app, ["explorer", "--out", str(tmp_path / "page.html")])
+    assert result.exit_code == 0, result.output
+    text = (tmp_path / "page.html").read_text(encoding="utf-8")
+    assert len(text.encode()) < 2_000_000
+    markup = re.sub(r"<script>.*?</script>", "", text, flags=re.DOTALL)
+    reader = Reader(markup.replace("<input", "<img"))  # a tag without an end, as the reader knows another
+    assert reader.links == []
+    assert reader.images == []
+    assert len(set(reader.ids)) == len(reader.ids)
+    own = "\n".join(explorer.source(name) for name in (explorer.SCHEMES, *explorer.OWN, "view.js"))
+    assert "fetch(" not in own
+    assert "import(" not in own
+    assert text == explorer.page()
+
+
+def test_a_library_that_is_not_the_one_checked_is_refused(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    shutil.copytree(Path(explorer.__file__).parent, tmp_path / "explorer")
+    library = tmp_path / "explorer" / explorer.CHARTS
+    library.write_text(library.read_text(encoding="utf-8") + " ", encoding="utf-8")
+    monkeypatch.setattr(explorer, "files", lambda package: tmp_path / "explorer")
+    with pytest.raises(ValueError, match="run make vendor"):
+        explorer.source(explorer.CHARTS)
