@@ -187,10 +187,9 @@ def _defect(Omega, xi):
 
 @_inline
 def _refused(Omega, xi, radius):
-    """A negative integer if one of them is negative, -0 or not finite: bits below 0, or above the largest number's."""
+    """A negative integer if Omega or xi is negative or -0, or any is not finite: bits beyond the largest number's."""
     a, b, largest = np.float64(Omega).view(np.int64), np.float64(xi).view(np.int64), np.int64(0x7FEFFFFFFFFFFFFF)
-    c = np.float64(radius).view(np.int64) & np.int64(0x7FFFFFFFFFFFFFFF)
-    return a | b | (largest - a) | (largest - b) | (largest - c)
+    return a | b | (largest - a) | (largest - b) | (largest - np.float64(abs(radius)).view(np.int64))
 
 
 @_inline
