@@ -82,7 +82,10 @@ def _spectrum(amplification: Amplification, at: Mapping[Symbol, Rational]) -> tu
 
 def _marched(scheme: Scheme, at: Mapping[Symbol, Rational], steps: int) -> list[Row]:
     """u, v, a at t = 0, h, 2h, ...; a at t = 0 is consistent."""
-    load: Callable[[Expr], Expr] = lambda at_time: H**2 * LOAD.subs(t, at_time) / MASS  # noqa: E731
+
+    def load(time: Expr) -> Expr:
+        return H**2 * LOAD.subs(t, time) / MASS
+
     first = U0, H * V0, load(Integer(0)) - 2 * at[xi] * at[Omega] * H * V0 - at[Omega] ** 2 * U0
     history = _scaled(scheme, at, first, load, steps)
     return [(u, v / H, a / H**2) for u, v, a in history]
