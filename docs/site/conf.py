@@ -5,6 +5,7 @@ from importlib.metadata import version as version_of
 from pathlib import Path
 
 from sphinx.application import Sphinx
+from substep.figures.explorer import write as write_explorer
 
 sys.path.insert(0, str(Path(__file__).parent))
 
@@ -47,7 +48,8 @@ python_use_unqualified_type_names = True
 
 
 def setup(app: Sphinx) -> None:
-    """Write the generated pages before Sphinx looks for files."""
+    """Write the generated pages before Sphinx looks for files, and the explorer beside the pages that it has made."""
     app.connect("builder-inited", lambda app: manual.write(Path(app.srcdir) / "generated"))
+    app.connect("build-finished", lambda app, error: error or write_explorer(Path(app.outdir) / "explore.html"))
     app.connect("autodoc-process-docstring", docstrings.as_rst)
     app.connect("autodoc-process-signature", docstrings.as_written)

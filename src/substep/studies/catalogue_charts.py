@@ -47,31 +47,45 @@ def at_equal_rho_inf() -> dict[str, Scheme]:
     return {**tuned, **{name: scheme(name) for name in fixed}}
 
 
+def kind(s: Scheme) -> str:
+    """How a scheme comes to the end of a step: the title of its row."""
+    if s.balances > 1:
+        return "composite: several balances a step"
+    return "multi-step" if max(lag for _, lag in s.history) >= 1 else "one balance, one step"
+
+
 def spectra(folder: Path) -> None:
     """Spectral radius, period error and amplitude error of implicit schemes, at equal rho_inf where it can be set."""
     drawn = at_equal_rho_inf()
     radius = {label: s.spectral_radius(2 * np.pi * RATIOS) for label, s in drawn.items()}
     period = {label: 100 * s.period_error(2 * np.pi * SMALL) for label, s in drawn.items()}
     amplitude = {label: 100 * s.amplitude_error(2 * np.pi * SMALL) for label, s in drawn.items()}
-    figure = Figure(figsize=(14, 6.2), layout="constrained")
-    a, b, c = figure.subplots(1, 3)
-    curves(a, RATIOS, radius, x_label="time ratio $h/T$", y_label=r"spectral radius $\rho$")
-    a.set_xscale("log")
-    curves(b, SMALL, period, x_label="time ratio $h/T$", y_label="period error (%)")
-    curves(c, SMALL, amplitude, x_label="time ratio $h/T$", y_label="amplitude error (%)")
-    for axes, letter in zip((a, b, c), "abc", strict=True):
-        axes.set_title(f"({letter})", loc="left", fontsize=10)
-    for axes in (b, c):
-        axes.locator_params(axis="x", nbins=5)
+    groups: dict[str, list[str]] = {}
+    for label, s in drawn.items():
+        if s.name != "average_acceleration":
+            groups.setdefault(kind(s), []).append(label)
+    figure = Figure(figsize=(14, 10), layout="constrained")
+    panels = figure.subplots(len(groups), 3, sharex="col", sharey="col")
+    y_labels = r"spectral radius $\rho$", "period error (%)", "amplitude error (%)"
+    for row, (title, labels) in zip(panels, groups.items(), strict=True):
+        for axes, x, values, y_label in zip(
+            row, (RATIOS, SMALL, SMALL), (radius, period, amplitude), y_labels, strict=True
+        ):
+            shown = {label: values[label] for label in (*labels, "average_acceleration")}
+            curves(axes, x, shown, x_label="", y_label=y_label)
+        row[0].set_xscale("log")
+        row[0].set_title(title, loc="left", fontsize=10)
+        row[2].legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=8, frameon=False)
+    for axes in panels[-1]:
+        axes.set_xlabel("time ratio $h/T$")
     figure.suptitle(r"Schemes without a limit on the step, $\xi$ = 0, one step $h$ each", fontsize=11)
-    handles, labels = a.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=4, fontsize=8, frameon=False)
     save(
         figure, folder / "catalogue_spectra", SECTION,
-        f"""Implicit schemes on the undamped oscillator over h/T: (a) spectral radius, (b) period error, (c) amplitude
-        error a period. Schemes whose spectral radius at infinity can be set have ρ∞ = {RHO:g}; the others are as
-        published; the average acceleration method is black. Each takes one step h, for which a composite scheme solves
-        two or three times where another solves once: the chart of errors at equal cost takes account of that.""",
+        f"""Implicit schemes on the undamped oscillator over h/T: spectral radius, period error, and amplitude error a
+        period, in a row for each kind of scheme; the average acceleration method is black in all. Schemes whose spectral
+        radius at infinity can be set have ρ∞ = {RHO:g}; the others are as published. Each takes one step h, for which a
+        composite scheme solves two or three times where another solves once: the chart of errors at equal cost takes
+        account of that.""",
     )  # fmt: skip
     plain = [label.replace("$", "").replace("\\", "") for label in drawn]
     save_csv(folder / "catalogue_spectral_radius.csv", ["h/T", *plain], [RATIOS, *radius.values()])
