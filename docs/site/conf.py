@@ -5,6 +5,7 @@ from importlib.metadata import version as version_of
 from pathlib import Path
 
 from sphinx.application import Sphinx
+
 from substep.figures.explorer import write as write_explorer
 
 sys.path.insert(0, str(Path(__file__).parent))
