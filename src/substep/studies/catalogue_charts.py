@@ -84,8 +84,8 @@ def spectra(folder: Path) -> None:
         f"""Implicit schemes on the undamped oscillator over h/T: spectral radius, period error, and amplitude error a
         period, in a row for each kind of scheme; the average acceleration method is black in all. Schemes whose
         spectral radius at infinity can be set have ρ∞ = {RHO:g}; the others are as published. Each takes one step h,
-        for which a composite scheme solves two or three times where another solves once: the chart of errors at equal cost
-        takes account of that.""",
+        for which a composite scheme solves two or three times where another solves once: the chart of errors at equal
+        cost takes account of that.""",
     )  # fmt: skip
     plain = [label.replace("$", "").replace("\\", "") for label in drawn]
     save_csv(folder / "catalogue_spectral_radius.csv", ["h/T", *plain], [RATIOS, *radius.values()])
