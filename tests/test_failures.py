@@ -94,7 +94,7 @@ def test_trapezoidal_rule_rises_above_its_critical_step_only(EA: float, v0: floa
 
 def test_limits_crossed_by_one_per_cent(tmp_path: Path) -> None:
     rows = linear.limits_crossed(tmp_path)
-    without = {"forward_euler", "rk2", "rkn64"}  # their limit is 0
+    without = {"forward_euler", "rk2", "rkn64", "butcher6", "bdf3", "bdf4"}  # their limit is 0
     conditional = {s for s in ss.schemes() if s not in linear.without_limit()} - without
     assert {row.scheme for row in rows} == conditional
     for row in rows:
@@ -159,6 +159,9 @@ def test_restitution() -> None:
 
 def test_round_off(tmp_path: Path) -> None:
     for row in rounding.round_off(tmp_path):
+        if row.scheme == "trbdf3":  # it begins a difference of second order anew in each step, over a third of it
+            assert row.u < 1e-22 / row.h**2
+            continue
         assert row.u < 1e-12
         assert abs(row.energy) < 1e-11
         if row.a is not None and row.h == 1e-7:

@@ -166,8 +166,8 @@ def is_known(load: Load | None) -> bool:
     return load is None or type(load) in (Record, LoadLanes, *KINDS)
 
 
-def values_at(load: Load, t: Array) -> Array:
-    """The load at the times t. Raises ValueError for one not finite or of another shape."""
+def values_at(load: Load, t: Array, *, finite: bool = True) -> Array:
+    """The load at the times t. Raises ValueError for another shape and, unless finite is False, for one not finite."""
     try:
         values = load(t)
     except (TypeError, ValueError) as error:
@@ -176,16 +176,16 @@ def values_at(load: Load, t: Array) -> Array:
         raise ValueError(f"{ARRAY_OF_TIMES}, got from it {type(error).__name__}: {error}; {VECTORISED}") from error
     if type(load) is Record:
         return values  # finite as its samples are
-    return _checked(values, np.shape(values if isinstance(load, LoadLanes) else t))
+    return _checked(values, np.shape(values if isinstance(load, LoadLanes) else t), finite)
 
 
-def _checked(values: ArrayLike, shape: tuple[int, ...]) -> Array:
+def _checked(values: ArrayLike, shape: tuple[int, ...], finite: bool = True) -> Array:
     forces = float_array("the load", values)
     if forces.shape != shape:
         raise ValueError(f"{ARRAY_OF_TIMES}, of shape {shape} here, got from it shape {forces.shape}; {VECTORISED}")
     with np.errstate(over="ignore", invalid="ignore"):
-        finite = math.isfinite(forces.sum()) or np.isfinite(forces).all()  # the sum needs no array
-    if not finite:
+        found = math.isfinite(forces.sum()) or np.isfinite(forces).all()  # the sum needs no array
+    if finite and not found:
         bad = forces[~np.isfinite(forces)].flat[0]
         raise ValueError(f"expected a finite load at every time, got {bad}; correct the load function")
     return forces
