@@ -5,6 +5,8 @@ oracle of oracle.py either. Each step writes the relations of the scheme as its 
 implicit step has its relations solved for u and v as functions of the new acceleration, u = u_p + c_u a and
 v = v_p + c_v a (a `Line`), so that small time steps lose no digits; Newton's iteration then runs to rounding.
 
+All schemes are steps of one class, which shares the rows and Newton's iteration: the file grows with the catalogue.
+
 In the steps, index 0 is t_n, 1 is t_{n+1}, g and p are sub-step knots, m is t_{n-1}, mm is t_{n-2}.
 """
 
