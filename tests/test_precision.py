@@ -1,6 +1,8 @@
 """Speed against accuracy: exact motions, references, counts, errors, charts."""
 
 import csv
+import pickle
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
@@ -295,6 +297,16 @@ def test_turning_points_are_drawn(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     assert [p.steps for p in mine] == [SAMPLES, 16 * SAMPLES]
     assert all(0 < seconds < np.inf for p in mine for seconds in (p.alone, p.together))
     assert {p.method for p in found if p.kind == "general solver"} == {"scipy DOP853"}
+
+
+def test_what_was_measured_can_be_drawn_by_another_process(tmp_path: Path) -> None:
+    for case in (*cases.CASES, *cases.FURTHER):
+        assert pickle.loads(pickle.dumps(case)).make().parameters == case.make().parameters
+    case = replace(cases.CASES[0], finest=0)
+    found = cases.runs(case, case.reference(), ["newmark", "bathe"], every=1, repeats=1)
+    drawing = partial(charts.work_precision, case, case.reference(), found, [], [], {}, tmp_path)
+    pickle.loads(pickle.dumps(drawing))()
+    assert (tmp_path / "work_precision_linear.csv").read_text(encoding="utf-8").count("\n") == 3
 
 
 def test_jobs_cover_every_case() -> None:

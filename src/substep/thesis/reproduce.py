@@ -124,6 +124,10 @@ def _draw(folder: Path, full: bool, i: int) -> None:
     jobs(full)[i](folder)
 
 
+def _draw_times(drawing: precision.Drawing) -> None:
+    drawing()
+
+
 def _compile(names: Sequence[str]) -> None:
     """Compile kernels of schemes into numba's cache, in a process of its own, since numba compiles on one core."""
     for name in names:
@@ -174,7 +178,8 @@ def stages(full: bool = False) -> tuple[Stage, ...]:
         Stage("drawing", len(jobs(full)), 1.3),
         Stage("where methods fail", failures.count(), 1.5),
         Stage("judging", len(claims.CLAIMS), 0.5),
-        Stage("timing", len(precision.jobs(full)), 15.0),
+        Stage("timing", len(precision.jobs(full)), 10.0),
+        Stage("drawing times", len(precision.jobs(full)), 2.5),
     )
 
 
@@ -201,11 +206,10 @@ def reproduce(folder: Path, step: Callable[[str], object], *, full: bool = False
         waited("drawing", drawn)
         outcomes = failures.joined(folder, waited("where methods fail", parts))
         judgements = waited("judging", judged)
+        timed = waited("timing", (job(folder) for job in precision.jobs(full)))  # nothing else runs beside these
+        waited("drawing times", each(_draw_times, timed))
     catalogue = [catalogue_row(name) for name in schemes()]
     of_chapter_4 = [property_row(case) for case in parameter_sets()]
-    for job in precision.jobs(full):  # these measure times, so nothing else runs beside them
-        job(folder)
-        step("timing")
     tables(folder, catalogue, of_chapter_4)
     claims.write(folder, judgements)
     page.write(folder)

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -56,29 +57,29 @@ def lag(pendulum: Scene, t_end: float) -> float:
 
 CASES = (
     Case("linear", "Linear oscillator, T = 1 s, ξ = 0, 10 periods",
-         lambda: scene("linear_oscillator", omega=2 * np.pi), 10.0, 10),
-    Case("flexible", "Flexible pendulum, EA = 10⁴ N, 10 s", lambda: scene("elastic_pendulum", EA=1e4), 10.0, 11),
+         partial(scene, "linear_oscillator", omega=2 * np.pi), 10.0, 10),
+    Case("flexible", "Flexible pendulum, EA = 10⁴ N, 10 s", partial(scene, "elastic_pendulum", EA=1e4), 10.0, 11),
     Case("stiff", "Stiff pendulum, EA = 10¹⁰ N, 10 s",
-         lambda: scene("elastic_pendulum", EA=1e10, a0=(-19.6, 0.0)), 10.0, 14,
+         partial(scene, "elastic_pendulum", EA=1e10, a0=(-19.6, 0.0)), 10.0, 14,
          "measured against the rigid limit, since steps of use do not resolve the axial vibration", rigid_limit),
     Case("duffing", "Duffing, u'' + 100 u (1 + 10 u²) = 0, 10 periods",
-         lambda: scene("duffing"), 10 * period(scene("duffing")), 11),
+         partial(scene, "duffing"), 10 * period(scene("duffing")), 11),
 )  # fmt: skip
 
 
 # drawn in the long form only
 FURTHER = (
     Case("swing", "Pendulum that almost reaches the top, 2 periods",
-         lambda: scene("simple_pendulum"), 2 * period(scene("simple_pendulum")), 11),
+         partial(scene, "simple_pendulum"), 2 * period(scene("simple_pendulum")), 11),
     Case("softening", "Softening spring, u'' + 100 tanh u = 0, 10 periods",
-         lambda: scene("softening"), 10 * period(scene("softening")), 11),
+         partial(scene, "softening"), 10 * period(scene("softening")), 11),
     Case("bounce", "A mass that meets a spring and leaves it, 6 ms",
-         lambda: scene("penalty_bounce"), 0.006, 11,
+         partial(scene, "penalty_bounce"), 0.006, 11,
          "contact begins and ends within a step: no scheme keeps its order"),
     Case("chain", "Bathe and Noh's chain: a stiff spring that is moved, and a soft one, 10 s",
-         lambda: scene("bathe_noh"), 10.0, 14),
+         partial(scene, "bathe_noh"), 10.0, 14),
     Case("engineering", "Flexible pendulum in engineering strain, EA = 10⁴ N, 10 s",
-         lambda: scene("elastic_pendulum", EA=1e4, strain="engineering"), 10.0, 11),
+         partial(scene, "elastic_pendulum", EA=1e4, strain="engineering"), 10.0, 11),
 )  # fmt: skip
 
 

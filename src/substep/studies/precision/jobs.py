@@ -1,7 +1,10 @@
-"""The charts and tables of speed against accuracy that `substep reproduce` writes, as jobs."""
+"""The charts and tables of speed against accuracy that `substep reproduce` writes, as jobs.
+
+A job measures times, so nothing else may run beside it; what it returns draws what it found, in any process.
+"""
 
 import csv
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -11,6 +14,8 @@ from ...marching.scene_lanes import pair_kernels
 from . import charts, choice, chosen_steps, crossover, peers
 from .cases import CASES, FURTHER, Case, runs
 
+Drawing = Callable[[], object]
+
 # the quick form takes every second step, few repeats and, for `choose` on the stiff pendulum, these schemes only
 FEW = ("central_difference", "average_acceleration", "wilson_theta", "generalized_alpha", "newmark_bdf2", "bathe",
        "energy_momentum", "rk4")  # fmt: skip
@@ -18,8 +23,8 @@ GOOD = 1e-4  # the error at which schemes are compared to find those that are dr
 ACCURACIES = (1e-5, 1e-7)  # rad: a rigid bar suffices for the first
 
 
-def work_precision(case: Case, folder: Path, *, full: bool) -> None:
-    """Charts of one scene: all schemes and the general solvers that are installed.
+def work_precision(case: Case, folder: Path, *, full: bool) -> Drawing:
+    """Measure one scene: all schemes and the general solvers that are installed.
 
     Of schemes that can choose their steps the quick form takes the one that needs the least work in constant steps,
     since kernels are compiled for it alone.
@@ -36,22 +41,28 @@ def work_precision(case: Case, folder: Path, *, full: bool) -> None:
         tried = [(handles[run.method], run) for run in constant]
         able = chosen_steps.least(tried, exact.scene, "u", GOOD)
     chosen = [run for s in able for run in chosen_steps.runs(exact, s, every=every, repeats=repeats)]
-    charts.work_precision(case, exact, constant, chosen, theirs, missing, folder)
+    return partial(charts.work_precision, case, exact, constant, chosen, theirs, missing, folder)
 
 
-def turning_points(folder: Path, *, full: bool) -> None:
-    """Chart of where general solvers overtake."""
+def turning_points(folder: Path, *, full: bool) -> Drawing:
+    """Measure where general solvers overtake."""
     names = [name for name in schemes() if charts.order(name) >= 2] if full else crossover.QUICK
-    crossover.chart(*crossover.points(names, every=1 if full else 2, repeats=20 if full else 3), folder)
+    found, missing = crossover.points(names, every=1 if full else 2, repeats=20 if full else 3)
+    return partial(crossover.chart, found, missing, folder)
 
 
-def stiff_pendulum(folder: Path, *, full: bool) -> None:
-    """Charts of what to choose for the stiff pendulum: elastic or rigid bar, scheme, and step or, if full, tol too."""
+def stiff_pendulum(folder: Path, *, full: bool) -> Drawing:
+    """Find what to choose for the stiff pendulum: elastic or rigid bar, scheme, and step or, if full, tol too."""
     among = [scheme(name) for name in (schemes() if full else FEW)]
     stiff = scene("elastic_pendulum", EA=1e10, a0=(-19.6, 0.0))
-    for accuracy in ACCURACIES:
-        found = choice.choose(stiff, accuracy, t_end=10.0, quantity="angle", among=among, chosen=None if full else ())
-        choice.chart(found, folder / f"choose_stiff_pendulum_{accuracy:.0e}")
+    chosen = None if full else ()
+    found = [choice.choose(stiff, a, t_end=10.0, quantity="angle", among=among, chosen=chosen) for a in ACCURACIES]
+    return partial(_choices, found, folder)
+
+
+def _choices(found: Sequence[choice.Choice], folder: Path) -> None:
+    for one in found:
+        choice.chart(one, folder / f"choose_stiff_pendulum_{one.accuracy:.0e}")
 
 
 def operations(folder: Path) -> list[tuple[str, int, str, int]]:
@@ -67,7 +78,7 @@ def operations(folder: Path) -> list[tuple[str, int, str, int]]:
     return rows
 
 
-def jobs(full: bool) -> tuple[Callable[[Path], object], ...]:
-    """All charts of measured times, one job each."""
+def jobs(full: bool) -> tuple[Callable[[Path], Drawing], ...]:
+    """All measurements of times, one job each; what each returns draws it."""
     scenes = (partial(work_precision, case, full=full) for case in (*CASES, *(FURTHER if full else ())))
     return (*scenes, partial(turning_points, full=full), partial(stiff_pendulum, full=full))

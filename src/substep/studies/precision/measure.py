@@ -17,7 +17,8 @@ from ...marching.scene_lanes import pair_kernels
 from .reference import QUANTITIES, Reference
 
 T = TypeVar("T")
-LONG = 0.5  # s, after which a run is not repeated
+REPEATED = 0.1  # s, after which a run is not repeated
+LONG = 0.5  # s, after which a method is not tried any finer
 
 
 class Cost(NamedTuple):
@@ -77,13 +78,13 @@ def cost(scene: Scene, scheme: Scheme, r: Response, steps: int) -> Cost:
 
 
 def timed(run: Callable[[], T], repeats: int) -> tuple[T, float]:
-    """The result of run() and its median time in s; it is repeated until `repeats` runs or LONG seconds are done."""
+    """The result of run() and its median time in s, of `repeats` runs or of those that fill REPEATED seconds."""
     spent: list[float] = []
     while True:
         began = perf_counter()
         result = run()
         spent.append(perf_counter() - began)
-        if len(spent) >= repeats or sum(spent) > LONG:
+        if len(spent) >= repeats or sum(spent) > REPEATED:
             return result, median(spent)
 
 
