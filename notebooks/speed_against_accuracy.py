@@ -67,11 +67,11 @@ for name in ("average_acceleration", "bathe", "newmark_bdf2"):
 # is Bathe's scheme, to the last digit shown.
 
 # %%
-from substep.studies.precision.cases import CASES
+from substep.studies.precision.cases import FURTHER
 from substep.studies.precision.charts import order
 from substep.studies.precision.measure import measure
 
-duffing = CASES[-1]
+duffing = FURTHER[0]
 exact = duffing.reference()
 names = ("average_acceleration", "bathe", "newmark_bdf2", "rk4")
 runs = {name: [measure(exact, ss.scheme(name), n, 0) for n in duffing.steps(2)] for name in names}

@@ -174,7 +174,7 @@ def stages(full: bool = False) -> tuple[Stage, ...]:
     """What `reproduce` does, in the order in which it begins; the seconds are those of a first run on two cores."""
     ahead = len(sharing()) if cores() > 1 else 0
     return (
-        Stage("compiling", ahead, 6.0),
+        Stage("compiling", ahead, 3.5),
         Stage("drawing", len(jobs(full)), 1.3),
         Stage("where methods fail", failures.count(), 1.5),
         Stage("judging", len(claims.CLAIMS), 0.5),
