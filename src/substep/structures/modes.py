@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from ..core.arrays import Array
 from ..core.errors import non_negative
 from ..core.loads import values_at
-from .damping import Rayleigh
+from .damping import Rayleigh, modal_damping
 from .eigen import eigenmodes, static_response
 from .response import StructureResponse
 from .structure import Dof, Structure
@@ -141,12 +141,15 @@ class Modes:
     def damped(self, xi: ArrayLike) -> "Modes":
         """The same modes with these damping ratios in place of the structure's damping: one for all, or (m,).
 
+        Their structure is damped likewise, by `modal_damping`, so that modes which are not among these are undamped.
         Raises ValueError for negative ratios and other shapes.
         """
         ratios = non_negative("xi", xi)
         if ratios.shape not in ((), (len(self),)):
             raise ValueError(f"expected xi as one number or {len(self)}, one for each mode, got shape {ratios.shape}")
-        return replace(self, damping=np.diag(np.broadcast_to(2.0 * ratios * self.omega, self.omega.shape)))
+        C = modal_damping(ratios, self).matrix(self.structure) if ratios.any() else None
+        damping = np.diag(np.broadcast_to(2.0 * ratios * self.omega, self.omega.shape))
+        return replace(self, structure=replace(self.structure, C=C), damping=damping)
 
     def damping_matrix(self) -> Array:
         """C (N, N) = M phi (phi^T C phi) phi^T M, for `substep.structure`: only these modes are damped.

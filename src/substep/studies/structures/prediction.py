@@ -12,6 +12,8 @@ from ...exact.coupled import coupled_histories
 from ...exact.oscillator import exact_histories
 from ...marching.linear import march_linear
 from ...structures.critical import UNSTABLE, largest_mode
+from ...structures.damping import Rayleigh
+from ...structures.low_rank import LowRank
 from ...structures.modes import Modes
 from ...structures.structure import Dof
 from ...structures.superposition import coordinates, modal_lanes
@@ -190,14 +192,37 @@ class Prediction:
     def stable_directly(self, scheme: Scheme, n: int) -> bool:
         """Whether all modes of the structure are stable, as far as its largest frequency tells.
 
-        That is computed only for a scheme that is not stable at all of many frequencies beyond the known ones.
+        That is computed only for a scheme which is neither stable at all of many frequencies, nor unstable at all of
+        those from the least on that the largest can be.
         """
         dt, beyond = self.t_end / n, np.geomspace(1e-3, UNBOUNDED, 400)
         xi = self.modes.xi[[self.modes.rigid, -1]] if self.modes.lanes and len(self.modes) > self.modes.rigid else [0.0]
         if all((scheme.spectral_radius(beyond, x) <= UNSTABLE).all() for x in xi):
             return True
+        if self._least_top is not None:
+            omega = np.geomspace(self._least_top, max(UNBOUNDED / dt, self._least_top), 400)
+            ratios = self._ratios_beyond(omega)
+            if (scheme.spectral_radius(np.minimum(omega * dt, UNBOUNDED), ratios) > UNSTABLE).all():
+                return False
         omega, own = self._top
-        return bool(scheme.spectral_radius(UNBOUNDED if np.isinf(omega) else omega * dt, own) <= UNSTABLE)
+        return bool(scheme.spectral_radius(min(omega * dt, UNBOUNDED), own) <= UNSTABLE)
+
+    @cached_property
+    def _least_top(self) -> float | None:
+        """What the largest frequency (rad/s) is not below: Rayleigh's quotient of a degree of freedom moving alone.
+
+        None where the largest one needs no computation, or damping beyond the known modes is not known without it.
+        """
+        whole = self.modes.structure
+        known = whole.C is None or isinstance(whole.C, Rayleigh | LowRank)
+        if not known or len(whole.massless) or len(self.modes) == whole.size:
+            return None
+        return float(np.sqrt((whole.K.diagonal() / whole.M.diagonal()).max()))
+
+    def _ratios_beyond(self, omega: Array) -> Array:
+        """Damping ratios (P,) of modes beyond the known ones at frequencies (P,), rad/s."""
+        C = self.modes.structure.C
+        return np.maximum(0.5 * (C.alpha / omega + C.beta * omega), 0.0) if isinstance(C, Rayleigh) else 0.0 * omega
 
     @cached_property
     def _top(self) -> tuple[float, float]:
