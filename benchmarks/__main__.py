@@ -11,6 +11,7 @@ from . import (
     jobs_accuracy,
     jobs_adaptive,
     jobs_calls,
+    jobs_choice,
     jobs_cores,
     jobs_pendulum,
     jobs_schemes,
@@ -36,6 +37,7 @@ JOBS = (
     jobs_schemes,
     jobs_startup,
     jobs_structures,
+    jobs_choice,
 )
 NAMES = tuple(module.NAME for module in JOBS)
 

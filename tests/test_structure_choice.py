@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from plane_elements import cantilever, shear_building
 from scipy.integrate import solve_ivp
+from scipy.linalg import eigh
 
 import substep as ss
 from substep.exact.coupled import coupled_histories
@@ -116,6 +117,38 @@ def test_few_modes_of_a_large_structure_tell_the_error_of_direct_steps() -> None
     assert few.best.work < 0.01 * few.otherwise.work
     own = few.march().u[:: few.best.steps // rows, 0]
     assert np.abs(own - fine[at]).max() / np.abs(fine[at]).max() == pytest.approx(few.best.error, rel=0.05)
+
+
+def test_damping_ratios_of_modes_are_those_of_direct_steps() -> None:
+    """What was chosen for modes that were given ratios is marched with them, on the whole structure too."""
+    M, K = shear_building([2.0, 1.5, 1.5, 1.0], [900.0, 700.0, 600.0, 400.0])
+    bare = ss.structure(M, K, load=([0, 0, 0, 1.0], PULSE))
+    found = ss.choose(bare.modes(4).damped(0.2), 1e-2, t_end=T_END, quantity=3, among=["bathe"], model="direct")
+    assert found.best is not None
+    damped = ss.structure(M, K, C=ss.modal_damping(0.2, 4), load=([0, 0, 0, 1.0], PULSE))
+    direct = ss.march(damped, "bathe", T_END / found.best.steps, T_END, dofs=[3], account=False)
+    assert np.allclose(found.march().u, direct.u, rtol=1e-9, atol=1e-12)
+    undamped = ss.march(bare, "bathe", T_END / found.best.steps, T_END, dofs=[3], account=False)
+    assert np.abs(undamped.u - direct.u).max() > 0.1 * np.abs(direct.u).max()
+    assert ss.choose(bare.modes(4).damped(0.0), 1e-2, t_end=T_END, quantity=3, among=["rkn64"]).march().u.any()
+
+
+@pytest.mark.parametrize("scheme", ["central_difference", "noh_bathe", "rk4", "yoshida6", "rkn64"])
+@pytest.mark.parametrize("damping", [None, ss.Rayleigh(0.1, 2e-4)], ids=["undamped", "damped"])
+def test_stability_beyond_the_known_modes_is_that_of_the_largest_frequency(scheme: str, damping: Any) -> None:
+    """The largest frequency is found only where a bound from below leaves the answer open; it agrees with LAPACK's."""
+    s, steps = ss.scheme(scheme), 3 << np.arange(14)
+    if damping is not None and not s.info.damping:
+        return
+    M, K, fixed, tip = cantilever(6, 2)
+    P = np.zeros(M.shape[0])
+    P[tip] = 1.0
+    body = ss.structure(M, K, C=damping, fixed=fixed, load=(P, ss.HalfSine(1.0, 3.0)))
+    top = np.sqrt(eigh(body.K.toarray(), body.M.toarray(), eigvals_only=True).max())
+    p, xi = Prediction(body.modes(5), tip, 3.0, 1e-2), 0.0 if damping is None else damping.ratio(top)
+    stable = [p.stable_directly(s, int(n)) for n in steps]
+    assert stable == [bool(s.spectral_radius(top * 3.0 / n, xi) <= 1.0 + 1e-6) for n in steps]
+    assert set(stable) == {True, False}
 
 
 def test_a_record_with_samples_at_the_steps_has_no_error_of_sampling() -> None:

@@ -10,7 +10,7 @@ from substep_derive.declare.schemes import ALL
 
 import substep as ss
 from substep.marching import histories
-from substep.structures.superposition import coordinates, modal_start
+from substep.structures.superposition import coordinates
 
 PULSE, WAVE = ss.HalfSine(1.5, 0.7), ss.Harmonic(0.8, 9.0, 0.4)
 
@@ -36,7 +36,7 @@ def relative(found: Any, expected: Any, h: float) -> float:
 @pytest.mark.parametrize("scheme", ALL, ids=lambda s: s.name)
 def test_every_mode_is_the_single_oscillator_and_all_modes_the_direct_march(scheme: Any) -> None:
     frame, h, n = building(scheme.takes_damping), 0.012, 40
-    modes, start = frame.modes(6), modal_start(frame.modes(6))
+    modes, start = frame.modes(6), frame.modes(6).start
     q = coordinates(modes, scheme.name, h, n * h)
     for i in range(6):
         own = [float(shape @ modes.free_shapes[:, i]) for shape, _ in frame.loads]

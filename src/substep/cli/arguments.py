@@ -46,6 +46,14 @@ def names(text: str) -> list[str] | None:
     return [name.strip() for name in text.split(",") if name.strip()] or None
 
 
+def integers(name: str, text: str) -> list[int]:
+    """The numbers of a text as 0,3. Raises ValueError, with the option's name, where one is none."""
+    try:
+        return [int(part) for part in names(text) or []]
+    except ValueError as error:
+        raise ValueError(f"expected numbers of degrees of freedom as 0,3 for {name}, got '{text}'") from error
+
+
 def number(name: str, text: str) -> float:
     """The text of the option `name`, a decimal or a fraction, as a number. Raises ValueError where it is none."""
     try:

@@ -23,11 +23,13 @@ BELOW = 1e-6  # of the largest eigenvalue found: modes are counted up to so far 
 ATTEMPTS = 3  # at finding a mode that was missed
 
 
-def eigenmodes(structure: Structure, n: int) -> tuple[Array, Array]:
-    """The n lowest circular frequencies (n,), rad/s, 0 for rigid modes, and mass-normalised shapes (size, n).
+def eigenmodes(structure: Structure, n: int) -> tuple[Array, Array, Array | None]:
+    """The n lowest circular frequencies (n,), rad/s, 0 for rigid modes, mass-normalised shapes (size, n), and statics.
 
-    The largest component of a shape is positive, of equal ones the first. Raises ValueError for n that is not from 1 to
-    the number of degrees of freedom with mass, for an M or K that is not symmetric, and for an indefinite one.
+    The last are displacements (size, J) under the structure's load vectors, constant in time, where K was factorized to
+    find the modes, else None. The largest component of a shape is positive, of equal ones the first. Raises ValueError
+    for n that is not from 1 to the number of degrees of freedom with mass, for an M or K that is not symmetric, and for
+    an indefinite one.
     """
     require_symmetric("M", structure.M, "for modes")
     require_symmetric("K", structure.K, "for modes")
@@ -35,7 +37,7 @@ def eigenmodes(structure: Structure, n: int) -> tuple[Array, Array]:
     if not isinstance(n, int | np.integer) or not 1 <= n <= most:
         raise ValueError(f"expected from 1 to {most} modes, as many as degrees of freedom with mass, got {n!r}")
     whole = isinstance(structure.K, np.ndarray) or structure.size <= DENSE or SHARE * n > most
-    values, shapes = _dense(structure, int(n)) if whole else _lanczos(structure, int(n))
+    values, shapes, statics = (*_dense(structure, int(n)), None) if whole else _lanczos(structure, int(n))
     rigid = _strainless(structure.K, shapes)
     if (values[~rigid] <= 0.0).any():
         raise ValueError(
@@ -46,7 +48,7 @@ def eigenmodes(structure: Structure, n: int) -> tuple[Array, Array]:
     sizes = np.abs(shapes)
     first = np.argmax(sizes >= (1.0 - 1e-6) * sizes.max(axis=0), axis=0)  # of equal ones, whatever their rounding
     signs = np.sign(shapes[first, np.arange(n)])
-    return np.sqrt(np.where(rigid, 0.0, values))[order], (shapes * signs)[:, order]
+    return np.sqrt(np.where(rigid, 0.0, values))[order], (shapes * signs)[:, order], statics
 
 
 def static_response(structure: Structure, loads: Array, rigid: Array) -> Array:
@@ -105,16 +107,17 @@ def _dense(structure: Structure, n: int) -> tuple[Array, Array]:
     return values, shapes
 
 
-def _lanczos(structure: Structure, n: int) -> tuple[Array, Array]:
+def _lanczos(structure: Structure, n: int) -> tuple[Array, Array, Array | None]:
     """Counted, where the solver tells its pivots: of modes with one frequency Lanczos's method may miss one."""
     solve, shift = _inverse(structure)
+    statics = solve(structure.load_vectors) if structure.loads and not shift else None
     most, wanted, attempt = structure.size - len(structure.massless), n, 0
     while True:
         values, shapes = _some(structure, min(wanted, most - 1), solve, shift, attempt)
         missed = _missed(structure, values, shapes)
         if not missed:
             lowest = np.argsort(values, kind="stable")[:n]
-            return values[lowest], shapes[:, lowest]
+            return values[lowest], shapes[:, lowest], statics
         wanted, attempt = wanted + missed, attempt + 1
         if attempt == ATTEMPTS:
             raise ValueError(

@@ -10,8 +10,9 @@ from numpy.typing import ArrayLike
 
 from ..core.arrays import Array
 from ..core.errors import non_negative
-from .damping import Rayleigh
-from .eigen import eigenmodes
+from ..core.loads import values_at
+from .damping import Rayleigh, modal_damping
+from .eigen import eigenmodes, static_response
 from .response import StructureResponse
 from .structure import Dof, Structure
 
@@ -45,13 +46,15 @@ class Modes:
     """The m lowest modes of a structure; made by `Structure.modes`.
 
     omega (m,): circular frequencies, rad/s, ascending, 0 for rigid modes. free_shapes (n, m): mass-normalised shapes in
-    the structure's free degrees of freedom. damping (m, m): phi^T C phi, 1/s.
+    the structure's free degrees of freedom. damping (m, m): phi^T C phi, 1/s. known_statics: `statics`, where the
+    factors by which the modes were found gave them.
     """
 
     structure: Structure
     omega: Array
     free_shapes: Array
     damping: Array
+    known_statics: Array | None = None
 
     def __len__(self) -> int:
         return len(self.omega)
@@ -65,6 +68,33 @@ class Modes:
     def inertia(self) -> Array:
         """M times the shapes (n, m), whose transpose takes a state to modal coordinates."""
         return self.structure.M @ self.free_shapes
+
+    @cached_property
+    def statics(self) -> Array:
+        """Displacements (n, J) of the free degrees of freedom under each load vector, constant in time.
+
+        Of a free body its deformation; raises ValueError where not all of its rigid modes are among these.
+        """
+        if self.known_statics is not None:
+            return self.known_statics
+        return static_response(self.structure, self.structure.load_vectors, self.free_shapes[:, : self.rigid])
+
+    @cached_property
+    def load_factors(self) -> Array:
+        """phi^T of each load vector (m, J)."""
+        return self.free_shapes.T @ self.structure.load_vectors
+
+    @cached_property
+    def start(self) -> Array:
+        """q, q', q'' (3, m) at t = 0: phi^T M of the structure's start; q'' by the equations of motion if not given."""
+        whole = self.structure
+        given = [whole.u0, whole.v0] if whole.a0_given is None else [whole.u0, whole.v0, whole.a0_given]
+        start = np.zeros((3, len(self)))
+        start[: len(given)] = [x @ self.inertia if x.any() else 0.0 * self.omega for x in given]
+        if whole.a0_given is None:
+            loads = np.array([values_at(g, np.zeros(1))[0] for _, g in whole.loads])
+            start[2] = self.load_factors @ loads - self.damping @ start[1] - self.omega**2 * start[0]
+        return start
 
     @property
     def periods(self) -> Array:
@@ -111,12 +141,15 @@ class Modes:
     def damped(self, xi: ArrayLike) -> "Modes":
         """The same modes with these damping ratios in place of the structure's damping: one for all, or (m,).
 
+        Their structure is damped likewise, by `modal_damping`, so that modes which are not among these are undamped.
         Raises ValueError for negative ratios and other shapes.
         """
         ratios = non_negative("xi", xi)
         if ratios.shape not in ((), (len(self),)):
             raise ValueError(f"expected xi as one number or {len(self)}, one for each mode, got shape {ratios.shape}")
-        return replace(self, damping=np.diag(np.broadcast_to(2.0 * ratios * self.omega, self.omega.shape)))
+        C = modal_damping(ratios, self).matrix(self.structure) if ratios.any() else None
+        damping = np.diag(np.broadcast_to(2.0 * ratios * self.omega, self.omega.shape))
+        return replace(self, structure=replace(self.structure, C=C), damping=damping)
 
     def damping_matrix(self) -> Array:
         """C (N, N) = M phi (phi^T C phi) phi^T M, for `substep.structure`: only these modes are damped.
@@ -149,11 +182,11 @@ class Modes:
 
 def modes_of(structure: Structure, n: int) -> Modes:
     """The n lowest modes; raises as `eigenmodes` does."""
-    omega, shapes = eigenmodes(structure, n)
+    omega, shapes, statics = eigenmodes(structure, n)
     if structure.C is None:
         damping = np.zeros((n, n))
     elif isinstance(structure.C, Rayleigh):
         damping = np.diag(structure.C.alpha + structure.C.beta * omega**2)
     else:
         damping = shapes.T @ (structure.C @ shapes)
-    return Modes(structure, omega, shapes, damping)
+    return Modes(structure, omega, shapes, damping, statics)

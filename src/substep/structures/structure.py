@@ -70,6 +70,11 @@ class Structure:
         """The degrees of freedom without mass: rows of M that are zero."""
         return np.flatnonzero(np.asarray(abs(self.M).sum(axis=1)).ravel() == 0.0)
 
+    @cached_property
+    def load_vectors(self) -> Array:
+        """The vectors of all loads (n, J)."""
+        return np.array([shape for shape, _ in self.loads]).reshape(-1, self.size).T
+
     def force(self, t: float) -> Array:
         """The load (n,) at a time."""
         total = np.zeros(self.size)

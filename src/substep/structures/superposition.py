@@ -19,7 +19,6 @@ from ..marching.histories import histories
 from ..marching.linear import march_linear
 from ..marching.oscillators import Oscillators
 from ..marching.run import number_of_steps
-from .eigen import static_response
 from .modes import Modes
 from .response import StructureResponse
 from .structure import Dof, structure
@@ -86,32 +85,20 @@ def coordinates(modes: Modes, scheme: Scheme | str, dt: float | None, t_end: flo
 def residual_flexibility(modes: Modes) -> Array:
     """Displacements (n, J) of the free degrees of freedom under each load vector, less those of these modes.
 
-    Raises ValueError as `static_response` does.
+    Raises ValueError as `Modes.statics` does.
     """
-    whole = modes.structure
-    loads = np.array([shape for shape, _ in whole.loads]).reshape(-1, whole.size).T
-    rigid, elastic = np.split(modes.free_shapes, [modes.rigid], axis=1)
-    statics = static_response(whole, loads, rigid)
-    return statics - elastic @ ((elastic.T @ loads) / modes.omega[modes.rigid :, None] ** 2)
-
-
-def modal_start(modes: Modes) -> Array:
-    """q, q', q'' (3, m) at t = 0: phi^T M of the structure's start; q'' from the equations of motion if not given."""
-    whole = modes.structure
-    inertia = modes.inertia
-    q, v = whole.u0 @ inertia, whole.v0 @ inertia
-    if whole.a0_given is not None:
-        return np.array([q, v, whole.a0_given @ inertia])
-    return np.array([q, v, whole.force(0.0) @ modes.free_shapes - modes.damping @ v - modes.omega**2 * q])
+    elastic = slice(modes.rigid, None)
+    own = modes.load_factors[elastic] / modes.omega[elastic, None] ** 2
+    return modes.statics - modes.free_shapes[:, elastic] @ own
 
 
 def modal_lanes(modes: Modes, dt: float) -> list[Lanes]:
     """What is marched where every mode is an oscillator: lanes for each load, and for a start that is not rest."""
     whole, omega, xi = modes.structure, modes.omega, modes.xi
     one, steps = np.ones(len(modes)), np.full(len(modes), dt)
-    own, found = modal_start(modes), []
-    for shape, g in whole.loads:
-        at_rest, factor = np.zeros((3, len(modes))), shape @ modes.free_shapes
+    own, found = modes.start.copy(), []
+    for (_, g), factor in zip(whole.loads, modes.load_factors.T, strict=True):
+        at_rest = np.zeros((3, len(modes)))
         at_rest[2] = values_at(g, np.zeros(1))[0]
         own[2] -= factor * at_rest[2]
         found.append((g, Oscillators(omega, xi, one, steps, at_rest), factor))
@@ -180,10 +167,10 @@ def _together(
 ) -> tuple[Status, int]:
     """As `_added_up`, for modes that are coupled by damping: marched as a structure with a dense damping matrix."""
     whole = modes.structure
-    start = modal_start(modes)
+    start = modes.start
     small = structure(
         np.eye(len(modes)), np.diag(modes.omega**2), C=modes.damping, u0=start[0], v0=start[1], a0=start[2],
-        load=[(shape @ modes.free_shapes, g) for shape, g in whole.loads], solver="dense",
+        load=[(factor, g) for factor, (_, g) in zip(modes.load_factors.T, whole.loads, strict=True)], solver="dense",
     )  # fmt: skip
     r = small.march(scheme, dt=h, t_end=n * h, stride=stride, account=False)
     rows[: len(r.u)] = np.stack([r.u, r.v, r.a], axis=1) @ shapes

@@ -46,7 +46,8 @@ class StructureChoice:
     """best: the candidate of the least work within the accuracy, None if none is; parts: of its error.
 
     modes: those by which errors were predicted. candidates: all tried, of each scheme and step the whole structure, and
-    the fewest modes that are accurate, or the most accurate number of them.
+    the fewest modes that are accurate, or the most accurate number of them; neither where it would need more work than
+    one that was found before.
     """
 
     quantity: Dof
@@ -144,7 +145,7 @@ def choose(
     if isinstance(structure, Modes):
         known = structure if modes is None else structure.first(modes)
     else:
-        known = structure.modes(min(MODES, structure.size - len(structure.massless)) if modes is None else modes)
+        known = known_modes(structure, modes)
     known.structure.place(quantity)
     methods = [make_scheme(s) for s in (schemes() if among is None else among)]
     methods = [s for s in methods if s.info.damping or not known.damping.any()]
@@ -156,10 +157,10 @@ def choose(
     bests: dict[bool, StructureCandidate] = {}  # of the whole structure, and of modes
     for n in _ladder(prediction.rows):
         within = [s for s in methods if n * _of_modes(known, s, len(known)) <= MOST_OPERATIONS]
-        within = [s for s in within if _may_be_less(known, s, n, model, bests)]
-        if not within:
+        kinds = {s: found for s in within if (found := _may_be_less(known, s, n, model, bests))}
+        if not kinds:
             break
-        for c in (c for s in within for c in _candidates(prediction, s, n, model)):
+        for c in (c for s, wanted in kinds.items() for c in _candidates(prediction, s, n, wanted)):
             tried.append(c)
             direct = c.modes is None
             if c.error <= accuracy and (direct not in bests or c.work < bests[direct].work):
@@ -171,6 +172,11 @@ def choose(
     return StructureChoice(quantity, accuracy, t_end, known, best, parts, tuple(tried))
 
 
+def known_modes(structure: Structure, n: int | None = None) -> Modes:
+    """The modes by which a motion is known: n, by default 60, or all where there are fewer. Raises as they do."""
+    return structure.modes(min(MODES, structure.size - len(structure.massless)) if n is None else n)
+
+
 def _ladder(rows: int) -> Iterator[int]:
     """Numbers of steps: 1, 2, 3, 4, 6, 8, 12, ... times the intervals on which errors are reported."""
     yield rows
@@ -179,11 +185,11 @@ def _ladder(rows: int) -> Iterator[int]:
         yield 3 * rows << (k - 1)
 
 
-def _candidates(p: Prediction, s: Scheme, n: int, model: Model) -> Iterator[StructureCandidate]:
+def _candidates(p: Prediction, s: Scheme, n: int, kinds: Sequence[bool]) -> Iterator[StructureCandidate]:
     errors, dt = p.errors(s, n), p.t_end / n
-    if model != "modal" and np.isfinite(errors[-1]) and p.stable_directly(s, n):
+    if True in kinds and np.isfinite(errors[-1]) and p.stable_directly(s, n):
         yield StructureCandidate(s, n, dt, None, float(errors[-1]), n * _of_structure(p.modes, s))
-    if model != "direct" and np.isfinite(errors).any():
+    if False in kinds and np.isfinite(errors).any():
         good = np.flatnonzero(errors <= p.accuracy)
         m = int(good[0]) if len(good) else int(np.argmin(errors))
         yield StructureCandidate(s, n, dt, m, float(errors[m]), n * _of_modes(p.modes, s, m))
@@ -203,8 +209,8 @@ def _of_structure(modes: Modes, s: Scheme) -> float:
     return s.balances * 4.0 * (K.size if isinstance(K, np.ndarray) else K.nnz)
 
 
-def _may_be_less(modes: Modes, s: Scheme, n: int, model: Model, bests: Mapping[bool, StructureCandidate]) -> bool:
-    """Whether n steps of the scheme, on the whole structure or with modes, may need less work than the best so far."""
+def _may_be_less(modes: Modes, s: Scheme, n: int, model: Model, bests: Mapping[bool, StructureCandidate]) -> list[bool]:
+    """Where n steps of the scheme may need less work than the best so far: True: the whole structure, False: modes."""
     least = {True: n * _of_structure(modes, s), False: n * _of_modes(modes, s, 1 if modes.lanes else len(modes))}
     wanted = {"direct": (True,), "modal": (False,), "any": (True, False)}[model]
-    return any(kind not in bests or least[kind] < bests[kind].work for kind in wanted)
+    return [kind for kind in wanted if kind not in bests or least[kind] < bests[kind].work]

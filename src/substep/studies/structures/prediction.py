@@ -12,17 +12,18 @@ from ...exact.coupled import coupled_histories
 from ...exact.oscillator import exact_histories
 from ...marching.linear import march_linear
 from ...structures.critical import UNSTABLE, largest_mode
-from ...structures.eigen import static_response
+from ...structures.damping import Rayleigh
+from ...structures.low_rank import LowRank
 from ...structures.modes import Modes
 from ...structures.structure import Dof
-from ...structures.superposition import coordinates, modal_lanes, modal_start
+from ...structures.superposition import coordinates, modal_lanes
 
 SAMPLES, PHASES = 50, 8  # errors are reported at least so often, and so often in a vibration
 SIGNIFICANT = 0.01  # of the largest displacement: a mode that vibrates with less does not count for PHASES
 FINER = 100  # the reference is this many times more accurate than is wished of a run
 ROUNDING = 1e-12  # but no more accurate than this
 MOST_STEPS = 1 << 22  # of the reference
-UNBOUNDED = 1e9  # omega dt of what has no mass
+UNBOUNDED = 1e6  # omega dt of what has no mass; powers of it do not overflow in any step
 
 
 @dataclass(frozen=True)
@@ -59,21 +60,13 @@ class Prediction:
         return (whole.T[[whole.place(self.quantity)]] @ self.modes.free_shapes)[0]
 
     @cached_property
-    def factors(self) -> Array:
-        """phi^T of the load vectors (m, J)."""
-        loads = self.modes.structure.loads
-        return np.array([shape @ self.modes.free_shapes for shape, _ in loads]).reshape(-1, len(self.modes)).T
-
-    @cached_property
     def statics(self) -> tuple[Array, Array]:
         """Static response of the displacement to each load: of the structure (J,), and of its elastic modes (m, J)."""
         whole, modes = self.modes.structure, self.modes
-        loads = np.array([shape for shape, _ in whole.loads]).reshape(-1, whole.size).T
-        all_of_it = static_response(whole, loads, modes.free_shapes[:, : modes.rigid])
-        own = np.zeros_like(self.factors)
+        own = np.zeros_like(modes.load_factors)
         elastic = slice(modes.rigid, None)
-        own[elastic] = self.weights[elastic, None] * self.factors[elastic] / modes.omega[elastic, None] ** 2
-        return (whole.T[[whole.place(self.quantity)]] @ all_of_it)[0], own
+        own[elastic] = self.weights[elastic, None] * modes.load_factors[elastic] / modes.omega[elastic, None] ** 2
+        return (whole.T[[whole.place(self.quantity)]] @ modes.statics)[0], own
 
     def samples(self, n: int) -> Array:
         """All loads at the ends of n steps (n + 1, J)."""
@@ -90,8 +83,8 @@ class Prediction:
         modes, dt, stride = self.modes, self.t_end / n, n // rows
         given = self.samples(n)
         if not modes.lanes:
-            start = modal_start(modes)[:2]
-            return coupled_histories(modes.omega, modes.damping, self.factors, dt, start, given, stride)
+            start = modes.start[:2]
+            return coupled_histories(modes.omega, modes.damping, modes.load_factors, dt, start, given, stride)
         total, of_load = np.zeros((rows + 1, len(modes))), iter(given.T)
         for load, o, factor in modal_lanes(modes, dt):
             samples = np.zeros(n + 1) if load is None else next(of_load)
@@ -199,14 +192,37 @@ class Prediction:
     def stable_directly(self, scheme: Scheme, n: int) -> bool:
         """Whether all modes of the structure are stable, as far as its largest frequency tells.
 
-        That is computed only for a scheme that is not stable at all of many frequencies beyond the known ones.
+        That is computed only for a scheme which is neither stable at all of many frequencies, nor unstable at all of
+        those from the least on that the largest can be.
         """
         dt, beyond = self.t_end / n, np.geomspace(1e-3, UNBOUNDED, 400)
         xi = self.modes.xi[[self.modes.rigid, -1]] if self.modes.lanes and len(self.modes) > self.modes.rigid else [0.0]
         if all((scheme.spectral_radius(beyond, x) <= UNSTABLE).all() for x in xi):
             return True
+        if self._least_top is not None:
+            omega = np.geomspace(self._least_top, max(UNBOUNDED / dt, self._least_top), 400)
+            ratios = self._ratios_beyond(omega)
+            if (scheme.spectral_radius(np.minimum(omega * dt, UNBOUNDED), ratios) > UNSTABLE).all():
+                return False
         omega, own = self._top
-        return bool(scheme.spectral_radius(UNBOUNDED if np.isinf(omega) else omega * dt, own) <= UNSTABLE)
+        return bool(scheme.spectral_radius(min(omega * dt, UNBOUNDED), own) <= UNSTABLE)
+
+    @cached_property
+    def _least_top(self) -> float | None:
+        """What the largest frequency (rad/s) is not below: Rayleigh's quotient of a degree of freedom moving alone.
+
+        None where the largest one needs no computation, or damping beyond the known modes is not known without it.
+        """
+        whole = self.modes.structure
+        known = whole.C is None or isinstance(whole.C, Rayleigh | LowRank)
+        if not known or len(whole.massless) or len(self.modes) == whole.size:
+            return None
+        return float(np.sqrt((whole.K.diagonal() / whole.M.diagonal()).max()))
+
+    def _ratios_beyond(self, omega: Array) -> Array:
+        """Damping ratios (P,) of modes beyond the known ones at frequencies (P,), rad/s."""
+        C = self.modes.structure.C
+        return np.maximum(0.5 * (C.alpha / omega + C.beta * omega), 0.0) if isinstance(C, Rayleigh) else 0.0 * omega
 
     @cached_property
     def _top(self) -> tuple[float, float]:
