@@ -42,3 +42,5 @@ def choose(
     Console().print(found.text, highlight=False)
     if file is not None:
         choice.chart(found, file)
+    if found.interrupted:
+        raise KeyboardInterrupt

@@ -203,10 +203,11 @@ def reproduce(folder: Path, step: Callable[[str], object], *, full: bool = False
         judgements = waited("judging", judged)
     catalogue = [catalogue_row(name) for name in schemes()]
     of_chapter_4 = [property_row(case) for case in parameter_sets()]
+    tables(folder, catalogue, of_chapter_4)
+    claims.write(folder, judgements)
+    page.write(folder)  # to be read while the rest is timed, and kept if that is interrupted
     for job in precision.jobs(full):  # these measure times, so nothing else runs beside them
         job(folder)
         step("timing")
-    tables(folder, catalogue, of_chapter_4)
-    claims.write(folder, judgements)
     page.write(folder)
     return Results(catalogue, of_chapter_4, outcomes, judgements)
