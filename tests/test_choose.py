@@ -1,6 +1,7 @@
 """Recommendations: they suffice, nothing cheaper does, and requests that cannot be met are reported."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -9,8 +10,10 @@ from substep_derive.declare.scene import optional
 from substep_derive.declare.symbols import rate
 from sympy import Rational, symbols
 from test_precision import KNOWN, integrated
+from typer.testing import CliRunner
 
 import substep as ss
+from substep.cli.commands import app
 from substep.exact import motions
 from substep.studies.precision import cases, choice, choose, measure
 from substep.studies.precision.choice import SAMPLES, ladder
@@ -69,6 +72,26 @@ def test_no_more_model_than_the_scene_needs(tmp_path: Path) -> None:
     only_bar = choose(stiff, 2 * lag, t_end=t_end, quantity="angle", among=among, simpler=())
     assert only_bar.best is not None
     assert only_bar.best.model is stiff
+
+
+@pytest.mark.usefixtures("uncompiled")
+@pytest.mark.parametrize("after", [0, 3])
+def test_an_interrupted_search_says_what_was_tried(after: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    def stopping(*arguments: Any) -> measure.Run:
+        nonlocal after
+        after -= 1
+        if after < 0:
+            raise KeyboardInterrupt
+        return measure.measure(*arguments)
+
+    monkeypatch.setattr(choice, "measure", stopping)
+    command = ["choose", "duffing", "--accuracy", "1e-9", "--t-end", "0.3", "--among", "bathe,rk4", "--chosen", "bathe"]
+    tried, stopped = after, CliRunner().invoke(app, command)
+    said = " ".join(stopped.output.split())
+    assert stopped.exit_code == 130
+    assert said.endswith("substep choose: interrupted; what was printed or written before is complete and kept")
+    assert (f"interrupted after {tried} runs, of which these say:" in said) == (tried > 0)
+    assert ("reference: " in said or "no candidate" in said) == (tried > 0)
 
 
 @pytest.mark.usefixtures("uncompiled")

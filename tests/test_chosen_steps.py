@@ -148,7 +148,7 @@ def test_charts_show_chosen_steps_beside_constant_ones(tmp_path: Path) -> None:
     constant = [measure.measure(exact, ss.scheme("bathe"), n, 0) for n in (800, 1600)]
     uneven = [chosen_steps.measure_chosen(exact, ss.scheme("bathe"), tol, 0) for tol in (1e-2, 1e-3)]
     rows = charts._rows(charts.by_method(constant), charts.by_method(uneven))
-    assert [row.label for row in rows] == ["sub-steps", "steps that choose themselves"]
+    assert [row.label for row in rows] == ["sub-steps, order 2", "steps that choose themselves"]
     assert [label for label, *_ in rows[1].curves] == ["bathe, constant steps", "bathe, chosen steps"]
     assert [style["linestyle"] for *_, style in rows[1].curves] == ["-", "--"]
     assert [found for _, found, _ in rows[1].curves] == [constant, uneven]

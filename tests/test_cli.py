@@ -5,7 +5,10 @@ import os
 import shlex
 import subprocess
 import sys
-from functools import cache
+from collections.abc import Callable
+from dataclasses import replace
+from fractions import Fraction
+from functools import cache, partial
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -281,6 +284,48 @@ def test_exit_codes_version_and_completion(monkeypatch: pytest.MonkeyPatch) -> N
     assert stopped.exit_code == 130
     last = " ".join(stopped.output.split())
     assert last.endswith("substep certify: interrupted; what was printed or written before is complete and kept")
+
+
+def test_claims_and_failures_print_what_was_found_before_ctrl_c(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def stop() -> None:
+        raise KeyboardInterrupt
+
+    def battery(folder: Path, step: Callable[[list[failures.Row]], object], full: bool) -> None:
+        step([failures.Row("bathe", "duffing", 0.125, "survived", None, 1.0)])
+        stop()
+
+    stopped = replace(claims.CLAIMS[1], judge=stop)
+    monkeypatch.setattr(claims, "CLAIMS", (claims.CLAIMS[0], stopped, claims.CLAIMS[2]))
+    monkeypatch.setattr(failures, "battery", battery)
+    for arguments, wanted in (
+        (["claims"], ["the first 1 of 3", claims.CLAIMS[0].id]),
+        (["failures", "--folder", str(tmp_path)], ["bathe", "0.125", "survived"]),
+    ):
+        result = runner.invoke(app, arguments)
+        assert result.exit_code == 130
+        assert all(word in result.output for word in wanted)
+        assert " ".join(result.output.split()).endswith("what was printed or written before is complete and kept")
+        assert claims.CLAIMS[2].id not in result.output
+
+
+def test_reproduce_keeps_tables_ledger_and_page_when_the_timing_is_interrupted(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def stop(folder: Path) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(reproduction, "jobs", lambda full: (partial(reproduction.figure_4, 1, Fraction(1, 5)),))
+    monkeypatch.setattr(reproduction, "parameter_sets", lambda: iter([("bathe", {})]))
+    monkeypatch.setattr(reproduction, "cores", lambda: 1)
+    monkeypatch.setattr(claims, "CLAIMS", claims.CLAIMS[:1])
+    monkeypatch.setattr(failures, "joined", lambda folder, parts: [])
+    monkeypatch.setattr(failures, "count", lambda: 0)
+    monkeypatch.setattr(precision, "jobs", lambda full: (stop,))
+    assert runner.invoke(app, ["reproduce", "--folder", str(tmp_path)]).exit_code == 130
+    page = (tmp_path / "index.html").read_text()
+    assert all(name in page for name in ("figure_4_1.png", "catalogue.csv", claims.CLAIMS[0].id))
 
 
 @pytest.mark.parametrize("command", [*typer.main.get_command(app).commands])

@@ -11,7 +11,7 @@ from substep.studies import estimator_charts as charts
 
 
 def test_every_scheme_stands_in_one_panel_with_its_like() -> None:
-    found = charts.panels(ss.schemes())
+    found = charts.panels(ss.schemes(), charts.MOST)
     names = [name for panel in found for name in panel.names]
     assert sorted(names) == sorted(ss.schemes())
     for panel in found:
@@ -23,7 +23,7 @@ def test_every_scheme_stands_in_one_panel_with_its_like() -> None:
     assert [kinds[name] for name in ("rk4", "newmark", "houbolt", "bathe")] == [
         *("explicit", "one solve a step", "several steps", "sub-steps"),
     ]
-    assert not charts.panels([])
+    assert not charts.panels([], charts.MOST)
 
 
 @pytest.mark.parametrize("name", ["bogacki_shampine", "stoermer_extrapolation"])

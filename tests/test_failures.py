@@ -227,9 +227,10 @@ def test_battery(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(failures, "ITEMS", (maps.trapezoidal_rule,))
     monkeypatch.setattr(failures, "MAPS", maps.MAPS[:1])
     monkeypatch.setattr(failures, "QUICK_POINTS", 10)
-    calls: list[int] = []
-    rows = failures.battery(tmp_path, lambda: calls.append(1))
+    calls: list[list[failures.Row]] = []
+    rows = failures.battery(tmp_path, calls.append)
     assert len(calls) == failures.count() == 3
+    assert [row for part in calls for row in part] == rows
     assert {row.scheme for row in rows} == set(ss.schemes())
     assert all(row.word in failures.WORDS for row in rows)
     for name in ("failures", "map_newmark_bdf2_gamma_t", "trapezoidal_rule"):

@@ -93,6 +93,8 @@ def choose(
     Console().print(found.text, highlight=False)
     if file is not None:
         choice.chart(found, file)
+    if found.interrupted:
+        raise KeyboardInterrupt
 
 
 def _require_one(context: typer.Context, scene_name: str, mass: Path | None, stiffness: Path | None) -> None:

@@ -119,7 +119,7 @@ def reproduce(
     outcomes = Counter(row.word for row in results.failures)
     counts = ", ".join(f"{number} {outcome}" for outcome, number in outcomes.most_common())
     console.print(f"Where methods fail, {outcomes.total()} runs: {counts} (failures.csv, or `substep failures`)")
-    _print_claims(results.claims)
+    _print_claims(results.claims, len(results.claims))
     console.print(f"figures, tables and the ledger (claims.md), all on one page: {folder.resolve() / 'index.html'}")
 
 
@@ -130,10 +130,18 @@ def failures(
     """Run schemes where they fail and report each run as survived, gains energy, blew up or Newton failed."""
     from ..studies import failures as battery  # noqa: PLC0415
 
-    with Progress(console=console) as progress:
-        task = progress.add_task("battery", total=battery.count())
-        rows = battery.battery(folder, lambda: progress.advance(task), full)
-    _print_failures(rows)
+    found: list[Row] = []
+
+    def step(rows: "list[Row]") -> None:
+        found.extend(rows)
+        progress.advance(task)
+
+    try:
+        with Progress(console=console) as progress:
+            task = progress.add_task("battery", total=battery.count())
+            battery.battery(folder, step, full)
+    finally:  # what was found before Ctrl-C is printed too
+        _print_failures(found)
     console.print(f"tables and maps are in {folder.resolve()}")
 
 
@@ -151,14 +159,18 @@ def claims() -> None:
     """Judge what the thesis claims and print, line by line, verdict and evidence."""
     from ..thesis import claims as ledger  # noqa: PLC0415
 
-    with Progress(console=console) as progress:
-        task = progress.add_task("claims", total=len(ledger.CLAIMS))
-        found = ledger.judge(lambda: progress.advance(task))
-    _print_claims(found)
+    found: list[Judgement] = []
+    try:
+        with Progress(console=console) as progress:
+            for judgement in progress.track(ledger.judge(), len(ledger.CLAIMS), description="claims"):
+                found.append(judgement)
+    finally:  # what was judged before Ctrl-C is printed too
+        _print_claims(found, len(ledger.CLAIMS))
 
 
-def _print_claims(found: "list[Judgement]") -> None:
-    table = Table("", "verdict", "claim", "found", title="The thesis's claims")
+def _print_claims(found: "list[Judgement]", of: int) -> None:
+    title = "The thesis's claims" if len(found) == of else f"The thesis's claims: the first {len(found)} of {of}"
+    table = Table("", "verdict", "claim", "found", title=title)
     for j in found:
         table.add_row(j.id, j.verdict, j.claim, j.evidence)
     console.print(table)

@@ -7,7 +7,7 @@ import numpy as np
 
 from .arrays import Array, named
 from .errors import unknown_name
-from .style import look
+from .style import MOST, label_ends, look
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -100,7 +100,9 @@ def to_figure(
         unit = found.quantities[name].unit
         panel.set_ylabel(f"{name} ({unit.replace('^2', '²')})" if unit else name)
         panel.grid(visible=True, linewidth=0.3, color="0.8")
-        if len(curves) > 1:
+        if len(curves) > MOST:
+            label_ends(panel)
+        elif len(curves) > 1:
             panel.legend(fontsize=9, frameon=False)
     panels[-1].set_xlabel("t (s)")
     return panels[0].get_figure()

@@ -1,6 +1,6 @@
 """Figures of stability functions and response spectra, and how every figure is saved."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ..core.schemes import Array
-from ..core.style import COLOURS, REFERENCE, look
+from ..core.style import COLOURS, MOST, REFERENCE, look
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -29,51 +29,73 @@ def curves(axes: Axes, x: Array, series: Mapping[str, Array], *, x_label: str, y
     axes.grid(visible=True, linewidth=0.3, color="0.8")
 
 
+def in_rows(series: Mapping[str, Array]) -> list[tuple[str, list[str]]]:
+    """Labels in rows of at most `MOST` curves, each of which ends with the last one, as (title, labels)."""
+    *labels, last = series
+    parts = -(-len(labels) // (MOST - 1)) or 1
+    return [("", [*part.tolist(), last]) for part in np.array_split(np.array(labels, dtype=object), parts)]
+
+
 def stability_figure(
     title: str,
     radius: tuple[Array, Mapping[str, Array]],
     errors: tuple[Array, Mapping[str, Array], Mapping[str, Array]],
+    rows: Sequence[tuple[str, Sequence[str]]] = (),
 ) -> Figure:
-    """Spectral radius over h/T (log), amplitude and period error in per cent over h/T, one legend below.
+    """Spectral radius over h/T (log), amplitude and period error in per cent over h/T.
 
     radius: h/T (n,) and the radius of each curve (n,) by label; errors: h/T (n,), then the amplitude and the period
-    errors, as fractions, likewise.
+    errors, as fractions, likewise. rows: (title, labels) of each row of panels, by default those of `in_rows`; the last
+    curve of a row is black. The legend stands below a single row, and beside each of several.
     """
-    figure = Figure(figsize=(13, 4.6), layout="constrained")
-    a, b, c = figure.subplots(1, 3)
-    curves(a, *radius, x_label="time ratio $h/T$", y_label=r"spectral radius $\rho$")
-    a.set_xscale("log")
-    a.axhline(1.0, color="0.5", linewidth=0.6)
-    x, amplitude, period = errors
-    percent = [{label: 100 * y for label, y in series.items()} for series in (amplitude, period)]
-    curves(b, x, percent[0], x_label="time ratio $h/T$", y_label="amplitude error (%)")
-    curves(c, x, percent[1], x_label="time ratio $h/T$", y_label="period error (%)")
-    for axes in (b, c):
+    rows = rows or in_rows(radius[1])
+    alone = len(rows) == 1
+    figure = Figure(figsize=(13, 4.6) if alone else (14, 3.3 * len(rows) + 0.4), layout="constrained")
+    panels = figure.subplots(len(rows), 3, sharex="col", sharey="col", squeeze=False)
+    x, *values = errors
+    percent = [{label: 100 * y for label, y in series.items()} for series in values]
+    columns = (radius, (x, percent[0]), (x, percent[1]))
+    y_labels = r"spectral radius $\rho$", "amplitude error (%)", "period error (%)"
+    for row, (name, labels) in zip(panels, rows, strict=True):
+        for axes, (x, series), y_label, letter in zip(row, columns, y_labels, "abc", strict=True):
+            curves(axes, x, {label: series[label] for label in labels}, x_label="", y_label=y_label)
+            axes.set_title(f"({letter}) {name}" if name and letter == "a" else f"({letter})", loc="left", fontsize=10)
+        row[0].axhline(1.0, color="0.5", linewidth=0.6)
+        if not alone:
+            row[2].legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=8, frameon=False)
+    panels[0, 0].set_xscale("log")
+    for axes in panels[-1]:
+        axes.set_xlabel("time ratio $h/T$")
+    for axes in panels[0, 1:]:
         axes.locator_params(axis="x", nbins=5)
-    for axes, letter in zip((a, b, c), "abc", strict=True):
-        axes.set_title(f"({letter})", loc="left", fontsize=10)
     figure.suptitle(title, fontsize=11)
-    handles, labels = a.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=3, fontsize=9, frameon=False)
+    if alone:
+        handles, labels = panels[0, 0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside lower center", ncols=3, fontsize=9, frameon=False)
     return figure
 
 
 def quantity_figure(quantity: str, over: str, x: Array, series: Mapping[str, Array], xi: float) -> Figure:
-    """One stability function over h/T or Omega, x (n,), of each curve (n,) by label; errors in per cent."""
+    """One stability function over h/T or Omega, x (n,), of each curve (n,) by label; errors in per cent.
+
+    More than `MOST` curves are drawn in several panels, each with the last curve in black.
+    """
     percent = quantity.endswith("error")
     label = {"spectral_radius": r"spectral radius $\rho$", "numerical_damping": r"numerical damping $\bar\xi$"}.get(
         quantity, f"{quantity.replace('_', ' ')} (%)"
     )
-    figure = Figure(figsize=(7, 5), layout="constrained")
-    axes = figure.subplots()
     shown = {name: 100 * y for name, y in series.items()} if percent else series
-    x_label = r"$\Omega = \omega h$" if over == "Omega" else "time ratio $h/T$"
-    curves(axes, x, shown, x_label=x_label, y_label=label)
-    if quantity == "spectral_radius":
-        axes.set_xscale("log")
-        axes.axhline(1.0, color="0.5", linewidth=0.6)
-    axes.set_title(f"$\\xi$ = {xi:g}", fontsize=10)
-    axes.legend(fontsize=9, frameon=False)
+    rows = in_rows(shown)
+    figure = Figure(figsize=(9, 1.0 + 4.0 * len(rows)), layout="constrained")
+    panels = figure.subplots(len(rows), sharex=True, sharey=True, squeeze=False)[:, 0]
+    for axes, (_, labels) in zip(panels, rows, strict=True):
+        curves(axes, x, {name: shown[name] for name in labels}, x_label="", y_label=label)
+        if quantity == "spectral_radius":
+            axes.set_xscale("log")
+            axes.axhline(1.0, color="0.5", linewidth=0.6)
+        axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=9, frameon=False)
+    panels[-1].set_xlabel(r"$\Omega = \omega h$" if over == "Omega" else "time ratio $h/T$")
+    panels[0].set_title(f"$\\xi$ = {xi:g}", fontsize=10)
     return figure
 
 

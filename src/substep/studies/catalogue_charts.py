@@ -8,8 +8,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from ..core.schemes import Array, Scheme, scheme
+from ..core.style import label_ends
 from ..derived import facade
-from ..figures.charts import REFERENCE, curves, look, save, save_csv, stability_figure
+from ..figures.charts import REFERENCE, look, save, save_csv, stability_figure
 from .energy_charts import energy_under_changing_steps
 from .estimator_charts import effectivity_chart
 
@@ -58,39 +59,31 @@ def spectra(folder: Path) -> None:
     """Spectral radius, period error and amplitude error of implicit schemes, at equal rho_inf where it can be set."""
     drawn = at_equal_rho_inf()
     radius = {label: s.spectral_radius(2 * np.pi * RATIOS) for label, s in drawn.items()}
-    period = {label: 100 * s.period_error(2 * np.pi * SMALL) for label, s in drawn.items()}
-    amplitude = {label: 100 * s.amplitude_error(2 * np.pi * SMALL) for label, s in drawn.items()}
+    period = {label: s.period_error(2 * np.pi * SMALL) for label, s in drawn.items()}
+    amplitude = {label: s.amplitude_error(2 * np.pi * SMALL) for label, s in drawn.items()}
+    *others, reference = drawn
     groups: dict[str, list[str]] = {}
-    for label, s in drawn.items():
-        if s.name != "average_acceleration":
-            groups.setdefault(kind(s), []).append(label)
-    figure = Figure(figsize=(14, 10), layout="constrained")
-    panels = figure.subplots(len(groups), 3, sharex="col", sharey="col")
-    y_labels = r"spectral radius $\rho$", "period error (%)", "amplitude error (%)"
-    for row, (title, labels) in zip(panels, groups.items(), strict=True):
-        for axes, x, values, y_label in zip(
-            row, (RATIOS, SMALL, SMALL), (radius, period, amplitude), y_labels, strict=True
-        ):
-            shown = {label: values[label] for label in (*labels, "average_acceleration")}
-            curves(axes, x, shown, x_label="", y_label=y_label)
-        row[0].set_xscale("log")
-        row[0].set_title(title, loc="left", fontsize=10)
-        row[2].legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=8, frameon=False)
-    for axes in panels[-1]:
-        axes.set_xlabel("time ratio $h/T$")
-    figure.suptitle(r"Schemes without a limit on the step, $\xi$ = 0, one step $h$ each", fontsize=11)
+    for label in others:
+        groups.setdefault(kind(drawn[label]), []).append(label)
+    figure = stability_figure(
+        r"Schemes without a limit on the step, $\xi$ = 0, one step $h$ each",
+        (RATIOS, radius),
+        (SMALL, amplitude, period),
+        [(title, [*labels, reference]) for title, labels in groups.items()],
+    )
     save(
         figure, folder / "catalogue_spectra", SECTION,
-        f"""Implicit schemes on the undamped oscillator over h/T: spectral radius, period error, and amplitude error a
-        period, in a row for each kind of scheme; the average acceleration method is black in all. Schemes whose
+        f"""Implicit schemes on the undamped oscillator over h/T: (a) spectral radius, (b) amplitude error a period, (c)
+        period error, in a row for each kind of scheme; the average acceleration method is black in all. Schemes whose
         spectral radius at infinity can be set have ρ∞ = {RHO:g}; the others are as published. Each takes one step h,
         for which a composite scheme solves two or three times where another solves once: the chart of errors at equal
         cost takes account of that.""",
     )  # fmt: skip
     plain = [label.replace("$", "").replace("\\", "") for label in drawn]
     save_csv(folder / "catalogue_spectral_radius.csv", ["h/T", *plain], [RATIOS, *radius.values()])
-    save_csv(folder / "catalogue_period_error_percent.csv", ["h/T", *plain], [SMALL, *period.values()])
-    save_csv(folder / "catalogue_amplitude_error_percent.csv", ["h/T", *plain], [SMALL, *amplitude.values()])
+    for name, errors in (("period", period), ("amplitude", amplitude)):
+        percent = [100 * y for y in errors.values()]
+        save_csv(folder / f"catalogue_{name}_error_percent.csv", ["h/T", *plain], [SMALL, *percent])
 
 
 EQUAL_COST = (
@@ -130,7 +123,8 @@ def trade_off(folder: Path) -> None:
     axes.set_ylabel("amplitude error per period (%)")
     axes.grid(visible=True, which="both", linewidth=0.3, color="0.85")
     axes.set_title("Equal cost: circles 20, squares 100 solves per period; $\\xi$ = 0", fontsize=10)
-    axes.legend(fontsize=8, frameon=False, loc="upper left")
+    axes.set_xlim(left=axes.get_xlim()[0] / 15)  # room for the labels
+    label_ends(axes, left=True)
     save(
         figure, folder / "trade_off_equal_cost", "Speed against accuracy",
         """Amplitude error a period against period error at equal cost: a scheme with k solves a step takes steps k

@@ -13,7 +13,7 @@ from ..core.schemes import schemes as names
 from ..core.style import STYLES
 from ..derived import facade
 from ..figures.charts import COLOURS, REFERENCE, save, save_csv
-from .precision.charts import kinds
+from .precision.charts import panels
 
 if TYPE_CHECKING:
     from ..derived.modules import Declaration
@@ -109,27 +109,6 @@ def _row(rows: Sequence[Sequence[Any]], Omega: Array | float, xi: float) -> Arra
     return np.moveaxis(found, -1, 0) if np.ndim(Omega) else found
 
 
-@dataclass(frozen=True)
-class Panel:
-    """Schemes of one kind that stand together, ascending in order of accuracy."""
-
-    title: str
-    names: tuple[str, ...]
-
-
-def panels(names: Sequence[str]) -> tuple[Panel, ...]:
-    """Schemes by the kind of their step and by their derived order, at most as many together as there are colours."""
-    found = []
-    for kind, members in kinds().items():
-        ascending = sorted((name for name in members if name in names), key=lambda name: facade.order(name)[0])
-        parts = -(-len(ascending) // MOST)
-        for part in np.array_split(np.array(ascending, dtype=object), parts) if parts else ():
-            orders = sorted({facade.order(name)[0] for name in part})
-            between = f"order {orders[0]}" if len(orders) == 1 else f"orders {orders[0]} to {orders[-1]}"
-            found.append(Panel(f"{kind}, {between}", tuple(part)))
-    return tuple(found)
-
-
 def effectivity_chart(folder: Path) -> None:
     """Effectivity indices of the default estimators of all schemes, undamped and damped, and filtered."""
     with_one = [name for name in names() if "reason" not in facade.estimator_entry(name)]
@@ -162,7 +141,7 @@ def effectivity_chart(folder: Path) -> None:
 
 def _draw(path: Path, series: Mapping[str, Array], what: str, caption: str) -> None:
     """Panels of u and v, two groups of schemes in a row, a legend beside each; series: name -> (2, n)."""
-    groups = panels(list(series))
+    groups = panels(list(series), MOST)
     rows = -(-len(groups) // 2)
     height = 2.3 * rows + 0.9
     figure = Figure(figsize=(16, height))  # placed by hand: the layout engine takes seconds for so many axes

@@ -206,11 +206,12 @@ def reproduce(folder: Path, step: Callable[[str], object], *, full: bool = False
         waited("drawing", drawn)
         outcomes = failures.joined(folder, waited("where methods fail", parts))
         judgements = waited("judging", judged)
+        catalogue = [catalogue_row(name) for name in schemes()]
+        of_chapter_4 = [property_row(case) for case in parameter_sets()]
+        tables(folder, catalogue, of_chapter_4)
+        claims.write(folder, judgements)
+        page.write(folder)  # to be read while the rest is timed, and kept if that is interrupted
         timed = waited("timing", (job(folder) for job in precision.jobs(full)))  # nothing else runs beside these
         waited("drawing times", each(_draw_times, timed))
-    catalogue = [catalogue_row(name) for name in schemes()]
-    of_chapter_4 = [property_row(case) for case in parameter_sets()]
-    tables(folder, catalogue, of_chapter_4)
-    claims.write(folder, judgements)
     page.write(folder)
     return Results(catalogue, of_chapter_4, outcomes, judgements)

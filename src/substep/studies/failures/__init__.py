@@ -25,17 +25,18 @@ ITEMS: tuple[Callable[[Path, bool], Any], ...] = (
 QUICK_POINTS, FULL_POINTS = 100, 500  # along each side of a map
 
 
-def battery(folder: Path, step: Callable[[], object], full: bool = False) -> list[Row]:
+def battery(folder: Path, step: Callable[[list[Row]], object], full: bool = False) -> list[Row]:
     """The whole battery into the folder; the rows of its table, scheme by scheme and scene by scene.
 
-    step: called `count()` times, after each part. full: every scheme on every scene, and maps of 500 x 500 runs; by
-    default one scheme of each kind runs on scenes whose kernels are not committed, and maps are 100 x 100.
+    step: called `count()` times, after each part, with the rows of that part. full: every scheme on every scene, and
+    maps of 500 x 500 runs; by default one scheme of each kind runs on scenes whose kernels are not committed, and maps
+    are 100 x 100.
     """
     folder.mkdir(parents=True, exist_ok=True)
     parts = []
     for i in range(count()):
         parts.append(part(folder, full, i))
-        step()
+        step(parts[-1])
     return joined(folder, parts)
 
 

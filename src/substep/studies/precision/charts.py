@@ -1,7 +1,7 @@
 """Work-precision charts: error over cost of every scheme on one scene, beside general ODE solvers."""
 
 import csv
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 from ...core.scenes import scene
 from ...core.schemes import scheme, schemes
+from ...core.style import MOST
 from ...derived import facade
 from ...figures.charts import COLOURS, REFERENCE, look, save
 from ...marching.scene_lanes import pair_kernels
@@ -52,6 +53,27 @@ def kinds() -> dict[str, list[str]]:
 def order(name: str) -> int:
     """Derived order of accuracy of u at the scheme's default parameters."""
     return facade.order(name)[0]
+
+
+@dataclass(frozen=True)
+class Panel:
+    """Schemes of one kind that stand together, ascending in order of accuracy."""
+
+    title: str
+    names: tuple[str, ...]
+
+
+def panels(names: Collection[str], most: int) -> tuple[Panel, ...]:
+    """Schemes by the kind of their step and by their derived order, at most so many together."""
+    found = []
+    for kind, members in kinds().items():
+        ascending = sorted((name for name in members if name in names), key=order)
+        parts = -(-len(ascending) // most)
+        for part in np.array_split(np.array(ascending, dtype=object), parts) if parts else ():
+            orders = sorted({order(name) for name in part})
+            between = f"order {orders[0]}" if len(orders) == 1 else f"orders {orders[0]} to {orders[-1]}"
+            found.append(Panel(f"{kind}, {between}", tuple(part)))
+    return tuple(found)
 
 
 def by_method(runs: Iterable[Run]) -> dict[str, list[Run]]:
@@ -122,23 +144,25 @@ class Row:
 
 
 def _rows(mine: Mapping[str, list[Run]], chosen: Mapping[str, list[Run]]) -> list[Row]:
-    """A row for each kind of scheme, and then rows of schemes that choose their steps, beside their constant steps."""
+    """Rows for each kind of scheme, then rows of schemes that choose their steps, beside their constant steps.
+
+    Schemes of a row differ in colour, and a row has at most `MOST` curves besides those of general solvers.
+    """
     found = []
-    for kind, names in kinds().items():
-        drawn = [name for name in names if name in mine]
-        styles = ({"color": look(i)[0], "linestyle": look(i)[1], "marker": "."} for i in range(len(drawn)))
-        curves = [(name, mine[name], style) for name, style in zip(drawn, styles, strict=True)]
-        found.append(Row(kind, curves, drawn))
+    for panel in panels(mine, len(COLOURS)):
+        styles = ({"color": look(i)[0], "linestyle": look(i)[1], "marker": "."} for i in range(len(panel.names)))
+        curves = [(name, mine[name], style) for name, style in zip(panel.names, styles, strict=True)]
+        found.append(Row(panel.title, curves, panel.names))
     names = list(chosen)
-    for first in range(0, len(names), len(COLOURS)):
-        drawn = names[first : first + len(COLOURS)]
+    for first in range(0, len(names), MOST // 2):
+        drawn = names[first : first + MOST // 2]
         curves = []
         for name, colour in zip(drawn, COLOURS, strict=False):
             curves.append((f"{name}, constant steps", mine[name], {"color": colour, "linestyle": "-", "marker": "."}))
             dashed = {"color": colour, "linestyle": "--", "marker": "D", "markerfacecolor": "white"}
             curves.append((f"{name}, chosen steps", chosen[name], dashed))
         found.append(Row("steps that choose themselves", curves, drawn))
-    return [row for row in found if row.methods]
+    return found
 
 
 def _costs(
@@ -150,10 +174,10 @@ def _costs(
     missing: Mapping[str, str],
     folder: Path,
 ) -> None:
-    """The largest error of u over each cost: a row for each kind of scheme, the others in grey."""
+    """The largest error of u over each cost: rows for each kind of scheme, the others in grey."""
     mine, others = by_method(runs), by_method(peers)
     rows = _rows(mine, by_method(chosen))
-    figure = Figure(figsize=(15, 3.3 * len(rows) + 1.2), layout="constrained")
+    figure = Figure(figsize=(15, 2.3 * len(rows) + 1.2), layout="constrained")
     room = figure.subplots(len(rows), len(COSTS) + 1, sharex="col", squeeze=False, width_ratios=(1, 1, 1, 0.7))
     grid = room[:, :-1]
 
@@ -181,7 +205,7 @@ def _costs(
                 axes.axhline(exact.error, color="0.3", linestyle=(0, (1, 2)), linewidth=1)
             for i, p in enumerate(sorted({order(name) for name in row.methods}, reverse=True)):
                 slope_triangle(axes, p, low * 10 ** (1.4 + 1.4 * i))
-        axes_of_row[0].set_ylabel(f"{row.label}\n\nlargest error of $u$")
+        axes_of_row[0].set_ylabel(f"{row.label.replace(', ', chr(10))}\n\nlargest error of $u$")
         handles, labels = axes_of_row[1].get_legend_handles_labels()
         beside.legend(handles, labels, loc="center left", fontsize=8, frameon=False)
     for axes, label in zip(grid[-1], COSTS, strict=True):
@@ -194,10 +218,10 @@ def _costs(
     save(
         figure, folder / f"work_precision_{case.name}", SECTION,
         f"""{subject}: solves (of a balance by its effective stiffness, or by the mass if explicit), evaluations of
-        force and tangent, and time without compilation. A row for each kind of scheme, at default parameters, others in
-        grey; a composite is compared at equal work, since its sub-steps count. Triangles have the derived orders,
-        which hold with damping and load too: undamped, as here, a scheme may be better. Black: general solvers at
-        falling tolerances, until a run takes {LONG:g} s. {CHOSEN if chosen else ""}
+        force and tangent, and time without compilation. Rows by kind and order of schemes, at default parameters,
+        others in grey; a composite is compared at equal work, since its sub-steps count. Triangles have the derived
+        orders, which hold with damping and load too: undamped, as here, a scheme may be better. Black: general solvers
+        at falling tolerances, until a run takes {LONG:g} s. {CHOSEN if chosen else ""}
         {_sentences(case.note, floor, absent)}""",
     )  # fmt: skip
 
@@ -215,11 +239,24 @@ def _sentences(*remarks: str) -> str:
     return " ".join(f"{remark[0].upper()}{remark[1:]}." for remark in remarks if remark)
 
 
+def best(
+    runs: Iterable[Run], cost: Callable[[Run], float], error: Callable[[Run], float]
+) -> tuple[list[float], list[float]]:
+    """The least error of the runs that cost no more than x, where it falls: ascending x, and errors below `TOP`."""
+    x: list[float] = []
+    y: list[float] = []
+    for run in sorted(runs, key=lambda run: (cost(run), error(run))):
+        if cost(run) > 0 and error(run) < (y[-1] if y else TOP):
+            x.append(cost(run))
+            y.append(max(error(run), 1e-16))
+    return x, y
+
+
 def _quantities(case: Case, exact: Reference, runs: Sequence[Run], chosen: Sequence[Run], folder: Path) -> None:
-    """Errors of u, v, a and the energy, three ways each, over evaluations; colours show the kind of scheme."""
+    """Errors of u, v, a and the energy, three ways each, over evaluations: every scheme, and the best of each kind."""
     mine = by_method(runs)
-    groups = {kind: [mine[name] for name in names if name in mine] for kind, names in kinds().items()}
-    groups["steps that choose themselves"] = list(by_method(chosen).values())
+    groups = {kind: [run for name in names for run in mine.get(name, ())] for kind, names in kinds().items()}
+    groups["steps that choose themselves"] = list(chosen)
     figure = Figure(figsize=(14, 9.5), layout="constrained")
     grid = figure.subplots(len(STATISTICS), len(SHOWN), sharex=True, sharey="col")
     label, cost = list(COSTS.items())[1]
@@ -231,10 +268,12 @@ def _quantities(case: Case, exact: Reference, runs: Sequence[Run], chosen: Seque
             def error(run: Run, quantity: str = quantity, statistic: str = statistic) -> float:
                 return getattr(run.errors[quantity], statistic)
 
-            for i, (kind, lines) in enumerate(groups.items()):
-                for j, found in enumerate(lines):
-                    curve(axes, found, cost, error, color=COLOURS[i], linewidth=2.0 if i == 4 else 0.9, alpha=0.8,
-                          linestyle=("-", "--", ":", "-.", (0, (8, 2)))[i], label=kind if j == 0 else None)  # fmt: skip
+            for found in mine.values():
+                curve(axes, found, cost, error, color="0.85", linewidth=0.7, zorder=1)
+            for i, (kind, found) in enumerate(groups.items()):
+                x, y = best(found, cost, error)
+                axes.plot(x, y, color=look(i)[0], linestyle=look(i)[1], linewidth=1.6, label=kind,
+                          drawstyle="steps-post")  # fmt: skip
             axes.set(xscale="log", yscale="log")
             axes.grid(visible=True, linewidth=0.3, color="0.85")
         row[0].set_ylabel(f"relative error, {label_of}")
@@ -247,6 +286,7 @@ def _quantities(case: Case, exact: Reference, runs: Sequence[Run], chosen: Seque
         figure, folder / f"work_precision_{case.name}_quantities", SECTION,
         f"""{case.title}: errors of displacement, velocity, acceleration and energy (its drift) at the end, the largest,
         and the root of the mean square on a grid of {len(exact.t) - 1} intervals, each relative to the largest value of
-        the exact motion, over evaluations of force and tangent. Every scheme, coloured by its kind.
+        the exact motion, over evaluations of force and tangent. Grey: every scheme in constant steps. Coloured, for
+        each kind of scheme: the least error of any of its runs that costs no more.
         {_sentences(case.note)}""",
     )  # fmt: skip

@@ -62,7 +62,8 @@ class Choice:
     """best: the candidate of the fewest operations within the accuracy, None if none is; candidates: all tried.
 
     For every scheme and model, all constant steps of the ladder were tried with which a run costs less than the best
-    one; so were all tolerances of the schemes that chose their steps.
+    one; so were all tolerances of the schemes that chose their steps. interrupted: Ctrl-C ended the search before that,
+    so that something cheaper may have been left untried.
     """
 
     quantity: str
@@ -70,6 +71,7 @@ class Choice:
     reference: Reference
     best: Candidate | None
     candidates: tuple[Candidate, ...]
+    interrupted: bool = False
 
     @property
     def runner_up(self) -> Candidate | None:
@@ -91,6 +93,9 @@ class Choice:
     @property
     def text(self) -> str:
         """What is recommended, and why."""
+        if self.interrupted:
+            complete = replace(self, interrupted=False)
+            return f"interrupted after {len(self.candidates)} runs, of which these say:\n{complete.text}"
         name = {"angle": "angle (rad)"}.get(self.quantity, self.quantity)
         best, next_ = self.best, self.runner_up
         span = self.reference.t[-1]
@@ -174,6 +179,7 @@ def choose(
     among: schemes to choose from, names or handles, by default all, each at its default parameters.
     chosen: those that are tried in steps that choose themselves too, besides constant ones; by default, on each model,
     the one that needs the least work in constant steps, since kernels have to be compiled for each.
+    Ctrl-C ends the search with the choice among what was tried, `interrupted`, or as KeyboardInterrupt if nothing was.
     Raises ValueError for a quantity the scene does not have, an accuracy that is not positive, no schemes, a scheme of
     `chosen` that cannot change its step, and a scene whose motion is neither known nor resolved by 4 million
     Runge-Kutta steps.
@@ -187,26 +193,35 @@ def choose(
     if not methods:
         raise ValueError("expected schemes to choose among, got none; name one, or leave among out for all")
     exact = sampled_reference(scene, t_end, accuracy / FINER, quantity)
-    best: Candidate | None = None
-    tried: list[Candidate] = []
-    for model in (scene, *(rigid(scene) if simpler is None else simpler)):
-        if model is not scene and quantity not in shared(scene, model):
-            continue
-        limit = MOST_OPERATIONS if best is None else best.run.cost.operations
-        found = list(_search(exact, model, {s: _constant(exact, model, s) for s in methods}, quantity, accuracy, limit))
-        wanted = least([(c.scheme, c.run) for c in found], model, quantity, accuracy) if uneven is None else uneven
-        limit = min([limit, *(c.run.cost.operations for c in found if c.error <= accuracy)])
-        found += _search(exact, model, {s: _chosen(exact, model, s) for s in wanted}, quantity, accuracy, limit)
-        good = [c for c in found if c.error <= accuracy and (best is None or _work(c) < _work(best))]
-        best = min(good, key=_work, default=best)
-        tried += found
-    if best is not None:
+    simple = rigid(scene) if simpler is None else simpler
+    tried: list[Candidate] = []  # one by one, so that it holds what was tried if the search is interrupted
+    interrupted = False
+    try:
+        for model in (scene, *(model for model in simple if quantity in shared(scene, model))):
+            before = len(tried)
+            steps = {s: _constant(exact, model, s) for s in methods}
+            tried.extend(_search(exact, model, steps, quantity, accuracy, _limit(tried, accuracy)))
+            constant = [(c.scheme, c.run) for c in tried[before:]]
+            wanted = least(constant, model, quantity, accuracy) if uneven is None else uneven
+            tolerances = {s: _chosen(exact, model, s) for s in wanted}
+            tried.extend(_search(exact, model, tolerances, quantity, accuracy, _limit(tried, accuracy)))
+    except KeyboardInterrupt:
+        if not tried:
+            raise
+        interrupted = True
+    best = min((c for c in tried if c.error <= accuracy), key=_work, default=None)
+    if best is not None and not interrupted:
         best = replace(best, run=_repeated(exact, best))
-    return Choice(quantity, accuracy, exact, best, tuple(tried))
+    return Choice(quantity, accuracy, exact, best, tuple(tried), interrupted)
 
 
 def _work(candidate: Candidate) -> int:
     return candidate.run.cost.operations
+
+
+def _limit(tried: Sequence[Candidate], accuracy: float) -> float:
+    """The operations of the cheapest run so far that is accurate enough, or the most that a run may take."""
+    return min((_work(c) for c in tried if c.error <= accuracy), default=MOST_OPERATIONS)
 
 
 def _constant(exact: Reference, model: Scene, s: Scheme) -> Iterator[Run]:

@@ -61,7 +61,7 @@ def points(names: Sequence[str] = QUICK, *, every: int = 2, repeats: int = 3) ->
 def _point(exact: Reference, s: Scheme, steps: int, repeats: int) -> Point:
     run, pendulum = measure(exact, s, steps, repeats), exact.scene
     p = order(s.name)
-    kind = "second order" if p == 2 else f"order {p}"
+    kind = "second order" if p == 2 else "higher order"
     together = _together(pendulum, s, steps, repeats) / LANES if run.status == "completed" else np.inf
     return Point(pendulum.parameters["EA"], s.name, kind, steps, run.errors["angle"].maximum, run.seconds, together)
 
@@ -137,8 +137,8 @@ def chart(found: Sequence[Point], missing: dict[str, str], folder: Path) -> None
         figure, folder / "turning", SECTION,
         f"""Where general high-order solvers overtake: time a run, on one core, of the fastest method that keeps the
         angle of the elastic pendulum within an error over {T_END:g} s, for four stiffnesses EA. Schemes of second order
-        and of order 4, alone and {LANES} runs at once, with start velocities that differ by 10 %; general solvers, one
-        run after another. The orders are those with damping: undamped, as here, a scheme may be better.
+        and of higher order, alone and {LANES} runs at once, with start velocities that differ by 10 %; general solvers,
+        one run after another. The orders are those with damping: undamped, as here, a scheme may be better.
         Above each panel: the error from which on solvers are faster than schemes of second
         order{absent}.
         """,

@@ -5,7 +5,7 @@ A verdict is the outcome of exact certificates, derived closed forms or compiled
 """
 
 import json
-from collections.abc import Callable
+from collections.abc import Iterator
 from pathlib import Path
 
 from ...derived import facade
@@ -30,13 +30,9 @@ def judged(claim: Claim) -> Judgement:
     return Judgement(claim.id, claim.text, verdict, evidence, claim.command)
 
 
-def judge(step: Callable[[], object] = lambda: None) -> list[Judgement]:
-    """Judge all claims, chapter by chapter, then the misprints; step() is called after each."""
-    found = []
-    for claim in CLAIMS:
-        found.append(judged(claim))
-        step()
-    return found
+def judge() -> Iterator[Judgement]:
+    """Judge all claims one by one, chapter by chapter, then the misprints."""
+    return map(judged, CLAIMS)
 
 
 def write(folder: Path, judgements: list[Judgement]) -> None:

@@ -1,0 +1,117 @@
+"""Charts of more curves than a legend tells apart: several panels, or labels at the curves' ends."""
+
+from collections.abc import Mapping
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.text import Annotation
+
+import substep as ss
+from substep.core.style import MOST, label_ends
+from substep.figures import charts
+from substep.studies import catalogue_charts
+from substep.studies.precision import charts as precision
+from substep.studies.precision.measure import Cost, Errors, Run
+
+X = np.linspace(0.0, 1.0, 11)
+ENDS = (0.5, 0.0, 0.01, 0.02, 0.03, 0.99, 1.0, 0.4, 0.41, 0.2)  # crowded
+
+
+def named(axes: Axes) -> list[str]:
+    return [str(line.get_label()) for line in axes.lines if not str(line.get_label()).startswith("_")]
+
+
+def labels_of(axes: Axes) -> list[Annotation]:
+    return [text for text in axes.texts if isinstance(text, Annotation)]
+
+
+def assert_apart(axes: Axes) -> None:
+    figure: Any = axes.get_figure()
+    figure.draw_without_rendering()
+    boxes = sorted((text.get_window_extent() for text in labels_of(axes)), key=lambda box: box.y0)
+    assert all(low.y1 <= high.y0 + 1.0 for low, high in pairwise(boxes))  # to a pixel
+
+
+@pytest.mark.parametrize("left", [False, True])
+def test_labels_at_the_ends_are_apart_in_the_order_and_colour_of_their_curves(left: bool) -> None:
+    figure = Figure(figsize=(8, 6), layout="constrained")
+    axes = figure.subplots()
+    for i, end in enumerate(ENDS):
+        x = X if i % 2 else X[::-1]  # the end on the right need not be the last point
+        axes.plot(x, end * (1 - x if left else x), color=f"C{i}", label=f"curve {i}")
+    axes.axhline(2.0)  # has no label
+    label_ends(axes, left=left)
+    texts = labels_of(axes)
+    assert [text.get_text() for text in texts] == [f"curve {i}" for i in np.argsort(ENDS)]
+    assert [text.get_color() for text in texts] == [f"C{i}" for i in np.argsort(ENDS)]
+    assert [text.xy for text in texts] == [(0.0 if left else 1.0, end) for end in sorted(ENDS)]
+    assert_apart(axes)
+    alone = texts[np.argsort(ENDS).tolist().index(9)]
+    assert alone.xyann[1] == pytest.approx(0.0)  # nothing is near
+
+
+@pytest.mark.parametrize("count", [1, 2, MOST, MOST + 1, 20])
+def test_every_curve_stands_in_a_panel_of_at_most_eight_beside_the_last(count: int) -> None:
+    series: Mapping[str, np.ndarray] = {f"curve {i}": X * i for i in range(count)}
+    last = f"curve {count - 1}"
+    three = charts.stability_figure("title", (X + 1, series), (X, series, series))
+    one = charts.quantity_figure("period_error", "h/T", X, series, 0.0)
+    for figure, columns in ((three, 3), (one, 1)):
+        drawn = [named(axes) for axes in figure.axes]
+        assert all(len(names) <= MOST and names[-1] == last for names in drawn)
+        assert len(drawn) == columns * (1 if count <= MOST else -(-(count - 1) // (MOST - 1)))
+        of_a_column = [name for names in drawn[::columns] for name in names[:-1]]
+        assert of_a_column == [f"curve {i}" for i in range(count - 1)]
+        assert all(axes.get_xlabel() for axes in figure.axes[-columns:])
+        legends = [axes.get_legend() for axes in figure.axes if axes.get_legend()]
+        figure.draw_without_rendering()
+        for legend in [*legends, *figure.legends]:
+            assert legend is not None
+            assert not any(legend.get_window_extent().overlaps(axes.get_window_extent()) for axes in figure.axes)
+
+
+def test_a_response_of_many_coordinates_is_labelled_at_the_ends() -> None:
+    K = 50.0 * (2 * np.eye(MOST + 1) - np.eye(MOST + 1, k=1) - np.eye(MOST + 1, k=-1))
+    many = ss.march(ss.structure(np.eye(MOST + 1), K, u0=np.arange(MOST + 1.0)), "bathe", dt=0.05, t_end=0.5)
+    (axes,) = many.plot("u").axes
+    assert axes.get_legend() is None
+    assert sorted(text.get_text() for text in labels_of(axes)) == sorted(named(axes))
+    assert_apart(axes)
+
+
+def test_errors_at_equal_cost_are_labelled_at_the_curves(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    drawn: list[Figure] = []
+    monkeypatch.setattr(catalogue_charts, "save", lambda figure, *_: drawn.append(figure))
+    catalogue_charts.trade_off(tmp_path)
+    (axes,) = drawn[0].axes
+    assert len(labels_of(axes)) == len(named(axes)) == len(catalogue_charts.EQUAL_COST) + 1
+    assert_apart(axes)
+    inside = axes.get_window_extent()
+    assert all(text.get_window_extent().x0 >= inside.x0 for text in labels_of(axes))
+
+
+def test_rows_of_the_work_precision_chart_have_few_curves() -> None:
+    every = {name: [run(1, 1.0, name)] for name in ss.schemes()}
+    rows = precision._rows(every, every)
+    assert all(len(row.curves) <= MOST for row in rows)
+    constant = [name for row in rows for name in row.methods if not row.label.startswith("steps")]
+    assert sorted(constant) == sorted(ss.schemes())
+    for row in rows:
+        looks = [(style["color"], style["linestyle"]) for *_, style in row.curves]
+        assert len(set(looks)) == len(looks)
+
+
+def run(cost: int, error: float, method: str = "bathe") -> Run:
+    return Run(method, 0.1, 1, "completed", Cost(cost, cost, cost), 0.0, {"u": Errors(error, error, error)})
+
+
+def test_the_least_error_for_a_cost() -> None:
+    runs = [run(4, 1e-3), run(1, 0.5), run(2, 0.6), run(8, 2e-3), run(16, 0.0), run(1, 0.4), run(1, 3.0), run(0, 1e-9)]
+    found = precision.best(runs, lambda r: r.cost.solves, lambda r: r.errors["u"].maximum)
+    assert found == ([1, 4, 16], [0.4, 1e-3, 1e-16])
+    assert precision.best([run(1, np.inf)], lambda r: r.cost.solves, lambda r: r.errors["u"].maximum) == ([], [])
