@@ -132,7 +132,8 @@ def choose(
     with static correction, "any" for the cheaper.
 
     With classical damping nothing is marched but modes: the error of a scheme on each mode, against its exact response,
-    is added up; modes beyond those known are taken to follow statically. Else the reduced coupled system is. Work is
+    is added up; modes beyond those known are taken to follow statically, so that errors below what these modes do
+    otherwise are not foreseen: give more modes. Else the reduced coupled system is. Work is
     counted in operations: those of the lanes of all modes, or two for each nonzero of K twice a balance, as if a
     factorization had no fill, which is least for direct steps.
 

@@ -192,8 +192,8 @@ class Prediction:
     def stable_directly(self, scheme: Scheme, n: int) -> bool:
         """Whether all modes of the structure are stable, as far as its largest frequency tells.
 
-        That is computed only for a scheme which is neither stable at all of many frequencies, nor unstable at all of
-        those from the least on that the largest can be.
+        That is computed only where many frequencies, from the least on that it can be, are not all stable or all
+        unstable.
         """
         dt, beyond = self.t_end / n, np.geomspace(1e-3, UNBOUNDED, 400)
         xi = self.modes.xi[[self.modes.rigid, -1]] if self.modes.lanes and len(self.modes) > self.modes.rigid else [0.0]
@@ -202,8 +202,9 @@ class Prediction:
         if self._least_top is not None:
             omega = np.geomspace(self._least_top, max(UNBOUNDED / dt, self._least_top), 400)
             ratios = self._ratios_beyond(omega)
-            if (scheme.spectral_radius(np.minimum(omega * dt, UNBOUNDED), ratios) > UNSTABLE).all():
-                return False
+            stable = scheme.spectral_radius(np.minimum(omega * dt, UNBOUNDED), ratios) <= UNSTABLE
+            if stable.all() or not stable.any():
+                return bool(stable[0])
         omega, own = self._top
         return bool(scheme.spectral_radius(min(omega * dt, UNBOUNDED), own) <= UNSTABLE)
 
