@@ -29,7 +29,7 @@ bdf2 = Scheme(
 
 @cache
 def search(*names: str, steps: tuple[int, ...] = (1,)) -> tuple[Equivalence, ...]:
-    return equivalences([BY_NAME.get(name, bdf2) for name in names], steps=steps)
+    return tuple(equivalences([BY_NAME.get(name, bdf2) for name in names], steps=steps))
 
 
 def kinds(found: tuple[Equivalence, ...], left: str, right: str) -> set[tuple]:
@@ -139,7 +139,7 @@ def values_at(e: Equivalence, share: Rational) -> tuple[dict, dict] | None:
 
 @pytest.mark.skipif(not EXHAUSTIVE, reason="SUBSTEP_VERIFY=1: the whole catalogue")
 def test_everything_found_holds_at_a_point() -> None:
-    found = equivalences()
+    found = list(equivalences())
     assert len(found) > 80
     for e in found:
         left, right = next(filter(None, (values_at(e, Rational(k, 20)) for k in (8, 10, 12, 13, 15, 17))))

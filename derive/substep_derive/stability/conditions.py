@@ -8,7 +8,7 @@ which sums of neighbouring coefficients exclude by being positive. "For every Om
 coefficients and discriminants of polynomials of degree up to three in Omega^2.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from typing import Any
@@ -317,7 +317,7 @@ def conditions(scheme: str | Scheme, xi: Any = 0) -> Conditions:
     box = {p.symbol: p.domain for p in declared.parameters}
     p = Poly(live(Amplification.of(declared).charpoly).as_expr().subs(damping_ratio, number), lam).terms_gcd()[1]
     c, variable = _in_square(p.all_coeffs()[::-1])
-    c = [e * _leading_sign(declared, c[-1], box) for e in c]
+    c = [e * leading_sign(declared, c[-1], box) for e in c]
     n = len(c) - 1
     h = [expand(e) for e in bilinear(c)]
     if n <= 3:
@@ -332,7 +332,8 @@ def conditions(scheme: str | Scheme, xi: Any = 0) -> Conditions:
         known = And(*(r.eliminated for r in requirements if r.eliminated is not None))
         for name, e, g in (("lambda = 1 not twice", h[0], h[1]), ("lambda = -1 not twice", h[n], h[n - 1])):
             requirements.append(ForAll(name, expand(e + g), True, variable, not_both_zero(e, g, known, box)))
-    return Conditions(declared, number, tuple(requirements), _together(requirements, box), n <= 3)
+    done = [r.eliminated for r in requirements if r.eliminated is not None]
+    return Conditions(declared, number, tuple(requirements), together(done, box), n <= 3)
 
 
 def _in_square(coefficients: Sequence[Expr]) -> tuple[list[Expr], Expr]:
@@ -343,16 +344,16 @@ def _in_square(coefficients: Sequence[Expr]) -> tuple[list[Expr], Expr]:
     return [Poly({(m[0] // 2,): k for m, k in Poly(e, Omega).terms()}, W).as_expr() for e in coefficients], Omega**2
 
 
-def _leading_sign(scheme: Scheme, leading: Expr, box: Box) -> int:
+def leading_sign(scheme: Scheme, leading: Expr, box: Box) -> int:
     """The sign of the leading coefficient at small Omega."""
     if not (sign := sign_on(Poly(leading, W).EC(), box)).strict or not sign.value:
         raise NotImplementedError(f"{scheme.name}: the sign of {leading} at small Omega depends on the parameters")
     return sign.value
 
 
-def _together(requirements: Sequence[ForAll], box: Box) -> tuple[Boolean, ...]:
+def together(eliminated: Iterable[Boolean], box: Box) -> tuple[Boolean, ...]:
     """All eliminated requirements as one list of conditions, without those that another one implies."""
-    found = And(*(r.eliminated for r in requirements if r.eliminated is not None))
+    found = And(*eliminated)
     kept = sorted(And.make_args(found), key=lambda e: (e.count_ops(), str(e))) if found is not true else []
     for condition in list(kept):
         if any(other is not condition and implies(other, condition, box) for other in kept):

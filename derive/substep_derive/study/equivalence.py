@@ -277,15 +277,15 @@ def vanish(expressions: Sequence[Expr]) -> bool:
 
 def equivalences(
     schemes: Sequence[Scheme] = ALL, *, steps: Sequence[int] = (1, 2), largest: int = 2500
-) -> tuple[Equivalence, ...]:
-    """All pairs found among the schemes. Raises DeclarationError for one whose equations are dependent.
+) -> Iterator[Equivalence]:
+    """All pairs found among the schemes, each when it is found.
 
+    Raises DeclarationError for a scheme whose equations are dependent.
     A family's parameters are solved for as functions of another one's, or, for two of one parameter each, both at
     once. `steps`: also one step against several smaller ones of a scheme without parameters and with two
     eigenvalues. Pairs with more than `largest` products of terms are left out; with 10**9 it takes minutes.
     """
     distinct: list[Subject] = []
-    found: list[Equivalence] = []
     for scheme in schemes:
         subject = Subject.of(scheme)
         alike = (s for s in distinct if s.symbols == subject.symbols and s.polynomial == subject.polynomial)
@@ -294,7 +294,7 @@ def equivalences(
             distinct.append(subject)
         else:
             own = {s.name: s for s in subject.symbols}
-            found.append(Equivalence(twin.scheme.name, scheme.name, own, own, MATRIX))
+            yield Equivalence(twin.scheme.name, scheme.name, own, own, MATRIX)
     named = [subject for s in distinct for subject in s.families]
     few = [s for s in [*distinct, *named] if len(s.symbols) <= 2]
     pairs = list(combinations(distinct, 2))
@@ -303,11 +303,10 @@ def equivalences(
     for a, b in pairs if 1 in steps else ():
         if a.terms * b.terms > largest and min(len(a.symbols), len(b.symbols)) > 1:
             continue
-        found += compare(a, b)
+        yield from compare(a, b)
     for k in steps:
         small = [replace(s, steps=k) for s in distinct if k > 1 and len(s.polynomial) == 3 and not s.symbols]
-        found += [e for b in small for a in distinct if a.scheme is not b.scheme for e in compare(a, b)]
-    return tuple(found)
+        yield from (e for b in small for a in distinct if a.scheme is not b.scheme for e in compare(a, b))
 
 
 def same_matrix(a: Subject, b: Subject, left_values: Values, right_values: Values) -> bool:

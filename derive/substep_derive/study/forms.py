@@ -15,19 +15,21 @@ from ..emit.printing import Code, literal_tuple
 from ..oscillator.evaluation import Evaluation
 from ..oscillator.order import order_conditions
 from ..oscillator.spectrum import limit_polynomial, live
+from ..stability.any_damping import stable_at_any_damping
 from ..stability.conditions import conditions
 from ..stability.paper import PRINTER, as_in_paper
 from .derivation import derive, order_at
 
 
 def forms(scheme: Scheme) -> dict[str, Any]:
-    """rho_inf, rho_inf_latex, limit, stable, order and second_order of a scheme with parameters.
+    """rho_inf, rho_inf_latex, limit, stable, A_stable, order and second_order of a scheme with parameters.
 
     rho_inf, rho_inf_latex: as a paper writes it, empty where it has no closed form. limit: function to the factors of
     the polynomial in lambda of the eigenvalues as Omega -> oo, each its coefficients from the highest; None for an
     explicit scheme. stable: function that tells whether it is stable for every Omega > 0, undamped; None where Omega
-    could not be eliminated. order: of u, v and a at almost all parameters; second_order: function to what vanishes
-    where each is of second order, nothing where it is not of first order only.
+    could not be eliminated. A_stable: function that tells whether what suffices for stability at every Omega > 0 and
+    every damping ratio holds; None where nothing is known to. order: of u, v and a at almost all parameters;
+    second_order: function to what vanishes where each is of second order, nothing where it is not of first order only.
     """
     d = derive(scheme)
     at_defaults, almost_always = order_at(Evaluation.at_defaults(scheme)), d.order
@@ -43,13 +45,14 @@ def forms(scheme: Scheme) -> dict[str, Any]:
         stable = And(*found.inequalities) if found.eliminated else None
     except NotImplementedError:
         stable = None
-    limit = _limit(scheme)
+    A_stable, limit = stable_at_any_damping(scheme), _limit(scheme)
     second = literal_tuple(literal_tuple(map(str, vanish.get(name, ()))) for name in "uva")
     return {
         "rho_inf": "" if rho_inf is None else PRINTER.doprint(rho_inf),
         "rho_inf_latex": "" if rho_inf is None else latex(rho_inf),
         "limit": None if limit is None else _function(scheme, literal_tuple(map(literal_tuple, limit))),
         "stable": None if stable is None else _function(scheme, _decision(stable)),
+        "A_stable": None if A_stable is None else _function(scheme, _decision(A_stable)),
         "order": almost_always,
         "second_order": _function(scheme, second),
     }

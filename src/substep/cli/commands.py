@@ -220,12 +220,16 @@ def equivalences(
     """Find schemes that share their amplification matrix or only their spectrum, with the parameter maps."""
     from ..derived.facade import equivalences as find  # noqa: PLC0415
 
+    found: list[str] = []
     try:
         with working("comparing schemes"):
-            pairs = find(names or [])
-        print("\n".join(found.text for found in pairs))
+            for pair in find(names or []):
+                found.append(pair.text)
     except ValueError as error:
         raise typer.BadParameter(str(error)) from error
+    finally:  # what was found before Ctrl-C is printed too
+        for text in found:
+            print(text)
 
 
 def run(

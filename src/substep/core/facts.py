@@ -1,8 +1,9 @@
 """What derivation has found about a scheme, read from generated/ without SymPy: order, limits, stability, first errors.
 
 The facts of the catalogue hold at a scheme's default parameters. At others the emitted closed forms and conditions
-decide, in exact arithmetic where every parameter is a simple fraction; what they do not decide is None, as is all about
-a scheme of the user's own. `substep_derive.certify` and `substep_derive.derive` then tell it, exactly.
+decide, in exact arithmetic where every parameter is a simple fraction: what is necessary without damping, and what
+suffices at every damping ratio. What they do not decide is None, as is all about a scheme of the user's own.
+`substep_derive.certify` and `substep_derive.derive` then tell it, exactly.
 """
 
 import math
@@ -70,13 +71,14 @@ def facts_at(info: SchemeInfo, parameters: Mapping[str, Array]) -> Facts:
         return Facts(order=_order(info, forms, floats), rho_inf=_rho_inf(forms, floats))
     rho_inf = _rho_inf(forms, exact)
     stable = None if forms["stable"] is None else bool(forms["stable"](*exact))
-    A_stable = False if stable is False else None
+    suffices = forms["A_stable"] is not None and bool(forms["A_stable"](*exact))
+    A_stable = False if stable is False else True if suffices else None
     return Facts(
         order=_order(info, forms, exact),
         rho_inf=rho_inf,
         critical_Omega=math.inf if stable else None,
         A_stable=A_stable,
-        L_stable=False if A_stable is False or rho_inf != 0.0 else None,
+        L_stable=False if A_stable is False or rho_inf > 0.0 else None if math.isnan(rho_inf) else A_stable,
     )
 
 

@@ -57,8 +57,11 @@ def order_conditions(name: str) -> "dict[str, tuple[Any, ...]]":
     return of(derived(name).scheme)
 
 
-def equivalences(names: Sequence[str]) -> "tuple[Equivalence, ...]":
-    """Pairs of schemes that share their amplification matrix or its spectrum, among those named; none named: all."""
+def equivalences(names: Sequence[str]) -> "Iterator[Equivalence]":
+    """Pairs of schemes that share their amplification matrix or its spectrum, among those named; none named: all.
+
+    Each is given when it is found, since all take minutes.
+    """
     from substep_derive.study.equivalence import equivalences as found  # noqa: PLC0415
 
     return found([derived(name).scheme for name in names]) if names else found()
