@@ -143,7 +143,7 @@ def test_the_least_work() -> None:
 
 
 def test_charts_show_chosen_steps_beside_constant_ones(tmp_path: Path) -> None:
-    case = cases.CASES[-1]
+    case = cases.FURTHER[0]
     exact = case.reference()
     constant = [measure.measure(exact, ss.scheme("bathe"), n, 0) for n in (800, 1600)]
     uneven = [chosen_steps.measure_chosen(exact, ss.scheme("bathe"), tol, 0) for tol in (1e-2, 1e-3)]
@@ -153,7 +153,7 @@ def test_charts_show_chosen_steps_beside_constant_ones(tmp_path: Path) -> None:
     assert [style["linestyle"] for *_, style in rows[1].curves] == ["-", "--"]
     assert [found for _, found, _ in rows[1].curves] == [constant, uneven]
     charts.work_precision(case, exact, constant, uneven, [], {}, tmp_path)
-    with (tmp_path / "work_precision_duffing.csv").open(encoding="utf-8") as file:
+    with (tmp_path / f"work_precision_{case.name}.csv").open(encoding="utf-8") as file:
         written = list(csv.DictReader(file))
     assert [float(row["tol"]) for row in written[2:]] == [1e-2, 1e-3]
     assert [row["tol"] for row in written[:2]] == ["nan", "nan"]
