@@ -8,6 +8,8 @@ The problem is the linear oscillator a + 2 xi omega v + omega^2 u = f(t) with h 
 holds u, h*v and h^2*a. The arithmetic is that of its arguments: Python floats and mpmath.mpf both work, because the
 constants are integers and only meet numbers of the type of Omega.
 
+All schemes share the state and the entries below, so that they are one file, which grows with the catalogue.
+
 In the steps, index 0 is t_n, 1 is t_{n+1}, g and p are sub-step knots, `_m` is t_{n-1}, `_mm` is t_{n-2}.
 """
 

@@ -16,9 +16,6 @@ import numpy as np
 import pytest
 import typer
 from matplotlib.figure import Figure
-from plane_elements import shear_building
-from scipy.io import mmwrite
-from scipy.sparse import coo_array
 from typer.testing import CliRunner
 
 import substep as ss
@@ -347,82 +344,6 @@ def test_help_and_lists_come_without_numba_sympy_or_matplotlib() -> None:
         )
         done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
         assert done.stdout.strip() == "set()", arguments
-
-
-@pytest.mark.usefixtures("uncompiled")
-def test_choose_recommends_and_draws_why(tmp_path: Path) -> None:
-    """On plain Python kernels; what compiled ones find is the same, which test_kernels and test_adaptive_sweep hold."""
-    wish = ["choose", "linear_oscillator", "--omega", "6.28", "--accuracy", "1e-2", "--t-end", "2"]
-    result = runner.invoke(app, [*wish, "--file", str(tmp_path / "why")])
-    assert result.exit_code == 0, result.output
-    assert "on linear_oscillator, dt =" in result.output
-    assert (tmp_path / "why.png").stat().st_size > 10_000
-    for bad in (["--quantity", "angle"], ["--accuracy", "0"], ["--omega", "-1"]):
-        assert runner.invoke(app, [*wish, *bad]).exit_code == 2
-    bar = ["elastic_pendulum", "--EA", "1e8", "--strain", "engineering", "--a0", "-19.6,0", "--quantity", "angle"]
-    bar += ["--among", "bathe,newmark", "--chosen", "bathe"]
-    rigid = runner.invoke(app, ["choose", *bar, "--accuracy", "1e-1", "--t-end", "0.1"])
-    assert rigid.output.startswith(("bathe on rigid_pendulum", "newmark on rigid_pendulum"))
-    assert runner.invoke(app, [*wish, "--among", "bath"]).exit_code == 2
-    unknown = runner.invoke(app, ["choose", "rigid_pendulum", "--accuracy", "1e-2"])
-    assert unknown.exit_code == 2
-    assert "--t-end" in unknown.output
-
-
-@pytest.fixture
-def building(tmp_path: Path) -> dict[str, Path]:
-    """Files of a shear building of five storeys, of a force and, in sign and scale its like, of a ground motion."""
-    M, K = shear_building([2.0, 1.0, 1.0, 1.0, 1.0], [900.0, 800.0, 700.0, 600.0, 500.0])
-    files = {name: tmp_path / f"{name}.mtx" for name in ("mass", "stiffness")}
-    mmwrite(files["mass"], coo_array(M))
-    mmwrite(files["stiffness"], coo_array(K))
-    files["load"] = tmp_path / "load.txt"
-    files["load"].write_text("\n".join(f"{0.02 * i:.2f} {math.sin(0.14 * i):.9f}" for i in range(101)))
-    return files
-
-
-@pytest.mark.usefixtures("uncompiled")
-@pytest.mark.parametrize("ground", [False, True], ids=["force", "ground"])
-@pytest.mark.parametrize("ratio", [0.0, 0.05])
-def test_choose_reads_a_structure_from_files(building: dict[str, Path], ground: bool, ratio: float) -> None:
-    """It prints what the same call in Python answers, whose matrices never went through files."""
-    M, K = shear_building([2.0, 1.0, 1.0, 1.0, 1.0], [900.0, 800.0, 700.0, 600.0, 500.0])
-    record, at = ss.Record(0.02, [round(math.sin(0.14 * i), 9) for i in range(101)]), [0, 1, 2, 3, 4] if ground else [3]
-    C = ss.modal_damping(ratio, 5) if ratio else None
-    s = ss.structure(coo_array(M), coo_array(K), C=C, load=() if ground else ({3: 1.0}, record))
-    s = s.ground_motion(record, np.ones(5)) if ground else s
-    wish = {"among": ["bathe", "newmark"], "model": "direct"}
-    expected = ss.choose(s, 1e-2, t_end=2.0, quantity=4, **wish)
-    files = [text for name, path in building.items() for text in (f"--{name}", str(path))]
-    options = ["--at", ",".join(map(str, at)), "--quantity", "4", "--accuracy", "1e-2", "--model", "direct"]
-    options += ["--among", "bathe,newmark", "--damping-ratio", str(ratio), *["--ground"] * ground]
-    result = runner.invoke(app, ["choose", *files, *options])
-    assert result.exit_code == 0, result.output
-    assert " ".join(result.output.split()) == " ".join(expected.text.split())
-
-
-def test_choose_refuses_what_is_neither_a_scene_nor_a_structure(building: dict[str, Path]) -> None:
-    files = [text for name, path in building.items() for text in (f"--{name}", str(path))]
-    whole = ["choose", *files, "--accuracy", "1e-2", "--at", "3", "--quantity", "4"]
-    for arguments, what in (
-        (["choose", "--accuracy", "1e-2"], "got neither"),
-        (["choose", "--accuracy", "1e-2", *files[:2]], "got --mass"),
-        (["choose", "duffing", "--accuracy", "1e-2", "--at", "3"], "options of a scene, got --at"),
-        ([*whole, "--strain", "engineering"], "options of a structure, got --strain"),
-        ([*whole, "--stifness", "K.mtx"], "options of a structure, got --stifness"),
-        ([*whole, "--quantity", "u"], "the number of a degree of freedom, from 0, got 'u'"),
-        ([*whole, "--quantity", "5"], "a degree of freedom from 0 to 4 or its name, got 5"),
-        ([*whole, "--at", "3;4"], "numbers of degrees of freedom as 0,3 for --at, got '3;4'"),
-        ([*whole, "--at", "5", "--ground"], "a degree of freedom from 0 to 4 or its name, got 5"),
-        ([*whole[:-4], "--quantity", "4"], "expected --at, the degrees of freedom of the load"),
-        ([*whole[:5], *whole[7:]], "expected --load, a file of two columns"),
-        ([*whole, "--model", "both"], "a model, one of: any, direct, modal; got 'both'"),
-        ([*whole, "--mass", str(building["load"])], "expected 'row column value'"),
-        ([*whole, "--load", "none.txt"], "No such file"),
-    ):
-        result = runner.invoke(app, arguments)
-        assert result.exit_code == 2, arguments
-        assert what in " ".join(result.output.replace("│", " ").split()), (arguments, result.output)
 
 
 def test_files_without_a_folder_are_refused_before_the_work(tmp_path: Path) -> None:

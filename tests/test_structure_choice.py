@@ -139,7 +139,7 @@ def test_stability_beyond_the_known_modes_is_that_of_the_largest_frequency(schem
     """The largest frequency is found only where a bound from below leaves the answer open; it agrees with LAPACK's."""
     s, steps = ss.scheme(scheme), 3 << np.arange(14)
     if damping is not None and not s.info.damping:
-        return
+        pytest.skip("takes no damping")
     M, K, fixed, tip = cantilever(6, 2)
     P = np.zeros(M.shape[0])
     P[tip] = 1.0

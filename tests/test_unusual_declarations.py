@@ -11,7 +11,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from plain_kernels import uncompiled
 from stepping import Problem, history
-from substep_derive import Algebraic, Balance, DeclarationError, Family, Parameter, Root, Scheme, certify, derive
+from substep_derive import Balance, DeclarationError, Family, Parameter, Root, Scheme, certify, derive
 from substep_derive.declare.catalogue import find
 from substep_derive.declare.digest import scheme_digest
 from substep_derive.declare.parameter_set import ParameterSet
@@ -295,36 +295,7 @@ def test_conditions_in_unusual_intervals(domain: Interval) -> None:
             assert found.holds({"gamma": value}) == certify(scheme, gamma=value).stable == (value >= half), text
 
 
-# --- names that derivation uses itself -------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    "name", ["mu", "lambda", "Omega", "xi", "h", "omega", "t", "f", "M", "C", "K0", "u_x", "a_1", "v_g"]
-)
-def test_parameters_cannot_have_names_of_the_derivation(name: str) -> None:
-    p = Symbol(name)
-    relations = {u1: u0 + h * v0, v1: v0 + h * ((1 - p) * a0 + p * a1)}
-    with pytest.raises(DeclarationError, match="rename the parameter|two parameters"):
-        Scheme("bad", relations, (Balance.at(end, 1),), (Parameter(p, Interval(0, 1), half),))
-
-
-@pytest.mark.parametrize("name", ["W", "rho"])
-def test_parameters_may_have_names_of_algorithms(name: str) -> None:
-    """Certificate, order, series and conditions do not mistake them for their own symbols."""
-    p = Symbol(name)
-    mine = {u1: u0 + h * v0 + h**2 / 2 * ((1 - p) * a0 + p * a1), v1: v0 + h * ((1 - p) * a0 + p * a1)}
-    both = []
-    for symbol in (p, gamma):
-        relations = {k: e.subs(p, symbol) for k, e in mine.items()}
-        default = Parameter(symbol, Interval(0, 1), sqrt(2) / 2)
-        both.append(Scheme("own", relations, (Balance.at(end, 1),), (default,)))
-    first, second = both
-    assert certify(first).intervals == certify(second).intervals
-    assert certify(first, **{name: "3/4"}).intervals == certify(second, gamma="3/4").intervals
-    r = Algebraic((2, 0, -1), (0, 1))
-    assert certify(first, **{name: r}).intervals == certify(second, gamma=r).intervals
-    assert derive(first).series.numerical_damping[1].subs(p, gamma).equals(derive(second).series.numerical_damping[1])
-    assert [e.subs(p, gamma) for e in conditions(first).inequalities] == list(conditions(second).inequalities)
+# --- slots and labels -------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("label", ["0.5", "+1", "01", "2/4", "1e0", "*1"])

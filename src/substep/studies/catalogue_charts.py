@@ -13,6 +13,7 @@ from ..derived import facade
 from ..figures.charts import REFERENCE, look, save, save_csv, stability_figure
 from .energy_charts import energy_under_changing_steps
 from .estimator_charts import effectivity_chart
+from .precision.charts import kinds
 
 SECTION = "The catalogue"
 RHO = 0.5  # the common high-frequency spectral radius
@@ -48,13 +49,6 @@ def at_equal_rho_inf() -> dict[str, Scheme]:
     return {**tuned, **{name: scheme(name) for name in fixed}}
 
 
-def kind(s: Scheme) -> str:
-    """How a scheme comes to the end of a step: the title of its row."""
-    if s.balances > 1:
-        return "composite: several balances a step"
-    return "multi-step" if max(lag for _, lag in s.history) >= 1 else "one balance, one step"
-
-
 def spectra(folder: Path) -> None:
     """Spectral radius, period error and amplitude error of implicit schemes, at equal rho_inf where it can be set."""
     drawn = at_equal_rho_inf()
@@ -62,22 +56,20 @@ def spectra(folder: Path) -> None:
     period = {label: s.period_error(2 * np.pi * SMALL) for label, s in drawn.items()}
     amplitude = {label: s.amplitude_error(2 * np.pi * SMALL) for label, s in drawn.items()}
     *others, reference = drawn
-    groups: dict[str, list[str]] = {}
-    for label in others:
-        groups.setdefault(kind(drawn[label]), []).append(label)
+    groups = {kind: [label for label in others if drawn[label].name in names] for kind, names in kinds().items()}
     figure = stability_figure(
         r"Schemes without a limit on the step, $\xi$ = 0, one step $h$ each",
         (RATIOS, radius),
         (SMALL, amplitude, period),
-        [(title, [*labels, reference]) for title, labels in groups.items()],
+        [(title, [*labels, reference]) for title, labels in groups.items() if labels],
     )
     save(
         figure, folder / "catalogue_spectra", SECTION,
-        f"""Implicit schemes on the undamped oscillator over h/T: (a) spectral radius, (b) amplitude error a period, (c)
-        period error, in a row for each kind of scheme; the average acceleration method is black in all. Schemes whose
-        spectral radius at infinity can be set have ρ∞ = {RHO:g}; the others are as published. Each takes one step h,
-        for which a composite scheme solves two or three times where another solves once: the chart of errors at equal
-        cost takes account of that.""",
+        f"""Schemes without a limit on the step, on the undamped oscillator over h/T: (a) spectral radius, (b)
+        amplitude error a period, (c) period error, in a row for each kind of scheme; the average acceleration method
+        is black in all. Schemes whose spectral radius at infinity can be set have ρ∞ = {RHO:g}; the others are as
+        published. Each takes one step h, for which a composite scheme solves two or three times where another solves
+        once: the chart of errors at equal cost takes account of that.""",
     )  # fmt: skip
     plain = [label.replace("$", "").replace("\\", "") for label in drawn]
     save_csv(folder / "catalogue_spectral_radius.csv", ["h/T", *plain], [RATIOS, *radius.values()])

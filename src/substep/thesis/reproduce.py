@@ -8,6 +8,7 @@ from dataclasses import astuple, dataclass, fields
 from fractions import Fraction
 from functools import partial
 from multiprocessing import get_context
+from operator import call
 from pathlib import Path
 from typing import Any
 
@@ -124,10 +125,6 @@ def _draw(folder: Path, full: bool, i: int) -> None:
     jobs(full)[i](folder)
 
 
-def _draw_times(drawing: precision.Drawing) -> None:
-    drawing()
-
-
 def _compile(names: Sequence[str]) -> None:
     """Compile kernels of schemes into numba's cache, in a process of its own, since numba compiles on one core."""
     for name in names:
@@ -212,6 +209,6 @@ def reproduce(folder: Path, step: Callable[[str], object], *, full: bool = False
         claims.write(folder, judgements)
         page.write(folder)  # to be read while the rest is timed, and kept if that is interrupted
         timed = waited("timing", (job(folder) for job in precision.jobs(full)))  # nothing else runs beside these
-        waited("drawing times", each(_draw_times, timed))
+        waited("drawing times", each(call, timed))
     page.write(folder)
     return Results(catalogue, of_chapter_4, outcomes, judgements)

@@ -29,7 +29,7 @@ def work_precision(case: Case, folder: Path, *, full: bool) -> Drawing:
     Of schemes that can choose their steps the quick form takes the one that needs the least work in constant steps,
     since kernels are compiled for it alone.
     """
-    every, repeats = (1, 20) if full else (2, 2)
+    every, repeats = (1, 20) if full else (2, 3)
     exact = case.reference()
     general, missing = peers.peers(exact, None if full else (*crossover.PEERS, "scipy Radau"))
     theirs = [run for peer in general for run in peers.runs(exact, peer, every=every, repeats=repeats)]
@@ -47,7 +47,7 @@ def work_precision(case: Case, folder: Path, *, full: bool) -> Drawing:
 def turning_points(folder: Path, *, full: bool) -> Drawing:
     """Measure where general solvers overtake."""
     names = [name for name in schemes() if charts.order(name) >= 2] if full else crossover.QUICK
-    found, missing = crossover.points(names, every=1 if full else 2, repeats=20 if full else 2)
+    found, missing = crossover.points(names, every=1 if full else 2, repeats=20 if full else 3)
     return partial(crossover.chart, found, missing, folder)
 
 
@@ -61,6 +61,7 @@ def stiff_pendulum(folder: Path, *, full: bool) -> Drawing:
 
 
 def _choices(found: Sequence[choice.Choice], folder: Path) -> None:
+    """Charts of what was found for each accuracy."""
     for one in found:
         choice.chart(one, folder / f"choose_stiff_pendulum_{one.accuracy:.0e}")
 

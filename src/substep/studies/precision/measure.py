@@ -17,7 +17,7 @@ from ...marching.scene_lanes import pair_kernels
 from .reference import QUANTITIES, Reference
 
 T = TypeVar("T")
-REPEATED = 0.1  # s, after which a run is not repeated
+SHORT = 0.025  # s: a run that takes longer is repeated less often
 LONG = 0.5  # s, after which a method is not tried any finer
 
 
@@ -78,13 +78,13 @@ def cost(scene: Scene, scheme: Scheme, r: Response, steps: int) -> Cost:
 
 
 def timed(run: Callable[[], T], repeats: int) -> tuple[T, float]:
-    """The result of run() and its median time in s, of `repeats` runs or of those that fill REPEATED seconds."""
+    """The result of run() and its median time in s, of `repeats` runs or of those in the time of as many SHORT ones."""
     spent: list[float] = []
     while True:
         began = perf_counter()
         result = run()
         spent.append(perf_counter() - began)
-        if len(spent) >= repeats or sum(spent) > REPEATED:
+        if len(spent) >= repeats or sum(spent) > repeats * SHORT:
             return result, median(spent)
 
 
