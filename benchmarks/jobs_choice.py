@@ -59,6 +59,7 @@ def _beside_direct_steps(found: Job, prediction: Prediction, dof: str) -> None:
     def marched(scheme: str, n: int) -> np.ndarray:
         return ss.march(model, scheme, dt=T_END / n, t_end=T_END, dofs=[dof], account=False).u[:: n // rows, 0]
 
+    found.notes.append(f"Modes that are not known may add up to about {prediction.unforeseen:.1e}.")
     true = marched(*REFERENCE)
     for name, n in MARCHED:
         predicted = float(prediction.errors(ss.scheme(name), n)[-1])

@@ -119,6 +119,45 @@ def test_few_modes_of_a_large_structure_tell_the_error_of_direct_steps() -> None
     assert np.abs(own - fine[at]).max() / np.abs(fine[at]).max() == pytest.approx(few.best.error, rel=0.05)
 
 
+@pytest.mark.parametrize("damping", [None, ss.rayleigh(0.01, 0.02, at=(4.0, 60.0))], ids=["undamped", "damped"])
+@pytest.mark.parametrize(
+    "load", [ss.HalfSine(1.0, 3.0), ss.HalfSine(1.0, 0.1), ss.Harmonic(1.0, 9.0, 1.0), None],
+    ids=["slow", "short", "sudden", "start"],
+)  # fmt: skip
+def test_what_unknown_modes_do_is_not_more_than_is_said(load: Any, damping: Any) -> None:
+    """Against all 240 modes: a bound, at the loaded degree of freedom of undamped modes within 15 times of it."""
+    M, K, fixed, tip = cantilever(20, 5)
+    P = np.zeros(M.shape[0])
+    P[tip] = 1.0
+    start = {} if load else {"v0": 1.0}
+    body = ss.structure(M, K, C=damping, fixed=fixed, load=(P, load) if load else (), **start)
+    every = body.modes(body.size)
+    for quantity in (tip, 41):
+        whole = Prediction(every, quantity, 3.0, 1e-4)
+        assert whole.unforeseen == 0.0
+        for n in (5, 15, 40):
+            part = Prediction(every.first(n), quantity, 3.0, 1e-4)
+            fine, rows = 64 * part.rows, part.rows
+            known, true = (p.displacement(p.exact(fine, rows), rows) for p in (part, whole))
+            missed = np.abs(known - true).max() / part.scale
+            assert missed <= 1.001 * part.unforeseen
+            if quantity == tip and load and damping is None:
+                assert part.unforeseen <= 15.0 * missed
+
+
+def test_a_wish_that_the_known_modes_do_not_allow_is_warned_of() -> None:
+    M, K, fixed, tip = cantilever(20, 5)
+    P = np.zeros(M.shape[0])
+    P[tip] = 1.0
+    body = ss.structure(M, K, fixed=fixed, load=(P, ss.HalfSine(1.0, 0.1)))
+    with pytest.warns(
+        UserWarning, match=r"from 5 modes, and others may add up to about 0\.0[0-9]+, which is not within"
+    ):
+        found = ss.choose(body.modes(5), 1e-3, t_end=3.0, quantity=tip, among=["bathe"])
+    assert "modes that are not known may add up to about" in found.text
+    assert found.unforeseen > 1e-3
+
+
 def test_damping_ratios_of_modes_are_those_of_direct_steps() -> None:
     """What was chosen for modes that were given ratios is marched with them, on the whole structure too."""
     M, K = shear_building([2.0, 1.5, 1.5, 1.0], [900.0, 700.0, 600.0, 400.0])

@@ -1,5 +1,6 @@
 """Which scheme, which step and how many modes, or none, reach a wished accuracy of a structure for the least work."""
 
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import count
@@ -45,9 +46,10 @@ class StructureCandidate:
 class StructureChoice:
     """best: the candidate of the least work within the accuracy, None if none is; parts: of its error.
 
-    modes: those by which errors were predicted. candidates: all tried, of each scheme and step the whole structure, and
-    the fewest modes that are accurate, or the most accurate number of them; neither where it would need more work than
-    one that was found before.
+    modes: those by which errors were predicted. unforeseen: at most about what other modes add to them, see
+    `Prediction.unforeseen`. candidates: all tried, of each scheme and step the whole structure, and the fewest modes
+    that are accurate, or the most accurate number of them; neither where it would need more work than one that was
+    found before.
     """
 
     quantity: Dof
@@ -56,6 +58,7 @@ class StructureChoice:
     modes: Modes
     best: StructureCandidate | None
     parts: Parts | None
+    unforeseen: float
     candidates: tuple[StructureCandidate, ...]
 
     def march(self, **options: Any) -> StructureResponse:
@@ -79,6 +82,8 @@ class StructureChoice:
                 f"damping couples the modes ({self.modes.coupling:.1e} of its largest entry is off the diagonal): the "
                 f"reduced system of {len(self.modes)} modes was marched, and compared with its matrix exponential"
             )
+        if self.unforeseen > 0.0:
+            known += f"; modes that are not known may add up to about {self.unforeseen:.1g}"
         if self.best is None or self.parts is None:
             if not self.candidates:
                 return f"nothing was tried: no scheme is stable with few enough steps; {known}"
@@ -129,13 +134,12 @@ def choose(
     among: schemes to choose from, by default all that take the structure's damping, at their default parameters. modes:
     how many modes the prediction is made from, by default 60, or all where there are fewer; a structure's `Modes` may
     be given in its place, and are then not computed again. model: "direct" for the whole structure, "modal" for modes
-    with static correction, "any" for the cheaper.
+    with static correction, "any" for the cheaper. Warns where modes that are not known may add as much as the accuracy.
 
     With classical damping nothing is marched but modes: the error of a scheme on each mode, against its exact response,
-    is added up; modes beyond those known are taken to follow statically, so that errors below what these modes do
-    otherwise are not foreseen: give more modes. Else the reduced coupled system is. Work is
-    counted in operations: those of the lanes of all modes, or two for each nonzero of K twice a balance, as if a
-    factorization had no fill, which is least for direct steps.
+    is added up; modes beyond those known are taken to follow statically, and what they may do otherwise is estimated.
+    Else the reduced coupled system is. Work is counted in operations: those of the lanes of all modes, or two for each
+    nonzero of K twice a balance, as if a factorization had no fill, which is least for direct steps.
 
     Raises ValueError for an accuracy or span that is not positive, an unknown quantity, model or scheme, a degree of
     freedom that does not move, and as `Structure.modes`.
@@ -170,7 +174,15 @@ def choose(
     parts = None
     if best is not None:
         parts = prediction.parts(best.scheme, best.steps, len(known) if best.modes is None else best.modes)
-    return StructureChoice(quantity, accuracy, t_end, known, best, parts, tuple(tried))
+    unforeseen = prediction.unforeseen
+    if unforeseen >= accuracy:
+        warnings.warn(
+            f"errors of {quantity!r} are predicted from {len(known)} modes, and others may add up to about "
+            f"{unforeseen:.1g}, which is not within {accuracy:g}; give more modes, or take the choice for right to "
+            f"{unforeseen:.1g} only",
+            stacklevel=3,
+        )
+    return StructureChoice(quantity, accuracy, t_end, known, best, parts, unforeseen, tuple(tried))
 
 
 def known_modes(structure: Structure, n: int | None = None) -> Modes:

@@ -13,6 +13,7 @@ from ...exact.oscillator import exact_histories
 from ...marching.linear import march_linear
 from ...structures.critical import UNSTABLE, largest_mode
 from ...structures.damping import Rayleigh
+from ...structures.eigen import static_response
 from ...structures.low_rank import LowRank
 from ...structures.modes import Modes
 from ...structures.structure import Dof
@@ -23,6 +24,7 @@ SIGNIFICANT = 0.01  # of the largest displacement: a mode that vibrates with les
 FINER = 100  # the reference is this many times more accurate than is wished of a run
 ROUNDING = 1e-12  # but no more accurate than this
 MOST_STEPS = 1 << 22  # of the reference
+BEYOND = 10.0  # times the last known frequency: up to there unknown ones are looked for
 UNBOUNDED = 1e6  # omega dt of what has no mass; powers of it do not overflow in any step
 
 
@@ -158,6 +160,62 @@ class Prediction:
         missing = np.zeros((len(dynamic), dynamic.shape[1] + 1))
         missing[:, :-1] = np.cumsum(dynamic[:, ::-1], axis=1)[:, ::-1]
         return missing
+
+    @cached_property
+    def unforeseen(self) -> float:
+        """At most about what modes that are not known do beside following statically, relative to `scale`.
+
+        By the inequality of Cauchy and Schwarz it is the root of the flexibility that known modes lack at the quantity,
+        times the root of that under a load, and what of the load's history a mode does not follow, at the frequency
+        from the last known one on that follows it the least; times the root of twice the energy that the start has
+        beside known modes and statics.
+        """
+        modes, whole = self.modes, self.modes.structure
+        if len(modes) == whole.size - len(whole.massless):
+            return 0.0
+        at_loads, at_quantity = self._lacking
+        omega = max(modes.omega[-1], 1.0 / self.t_end) * np.geomspace(1.0, BEYOND, 7)
+        n, total = 16 * self.rows, np.sqrt(at_quantity * self._energy_beyond)
+        for samples, flexibility in zip(self.samples(n).T, at_loads, strict=True):
+            start = np.array([samples[0] / omega**2, 0.0 * omega])
+            u = exact_histories(omega, self._ratios_beyond(omega), self.t_end / n, start, samples, 4)[:, 0]
+            missed = np.abs(u * omega**2 - samples[::4, None]).max()
+            total += np.sqrt(flexibility * at_quantity) * missed
+        return float(total) / self.scale
+
+    @property
+    def _lacking(self) -> tuple[Array, float]:
+        """Flexibility that the known modes lack under each load (J,), and at the quantity.
+
+        The latter is taken to be to that under the load of the largest as both are in the upper half of the known
+        modes, exact at the loaded degree of freedom, which saves factors of K; without a load it is computed.
+        """
+        modes, whole = self.modes, self.modes.structure
+        elastic = slice(modes.rigid, None)
+        share = 1.0 / modes.omega[elastic, None] ** 2
+        own = share[:, 0] * self.weights[elastic] ** 2
+        at_loads = share * modes.load_factors[elastic] ** 2
+        lacking = np.maximum((whole.load_vectors * modes.statics).sum(axis=0) - at_loads.sum(axis=0), 0.0)
+        upper = slice(len(own) // 2, None)
+        j = int(np.argmax(at_loads[upper].sum(axis=0))) if whole.loads else 0
+        if whole.loads and (known := at_loads[upper, j].sum()) > 0.0:
+            return lacking, float(lacking[j] * own[upper].sum() / known)
+        e = whole.T[[whole.place(self.quantity)]].T
+        e = np.asarray(e.toarray() if hasattr(e, "toarray") else e)
+        whole_of_it = float((e * static_response(whole, e, modes.free_shapes[:, : modes.rigid])).sum())
+        return lacking, max(whole_of_it - float(own.sum()), 0.0)
+
+    @property
+    def _energy_beyond(self) -> float:
+        """Twice the energy that the start has beside the known modes and the static response of all others."""
+        modes, whole = self.modes, self.modes.structure
+        elastic = slice(modes.rigid, None)
+        static = modes.statics - modes.free_shapes[:, elastic] @ (
+            modes.load_factors[elastic] / modes.omega[elastic, None] ** 2
+        )
+        u = whole.u0 - modes.free_shapes @ modes.start[0] - static @ self.samples(1)[0]
+        v = whole.v0 - modes.free_shapes @ modes.start[1]
+        return float(max(u @ (whole.K @ u), 0.0) + v @ (whole.M @ v))
 
     def errors(self, scheme: Scheme, n: int) -> Array:
         """The error of the displacement with the first i modes, i = 0 to m, (m + 1,), relative to `scale`.
