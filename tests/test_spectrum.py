@@ -20,6 +20,7 @@ import substep as ss
 from substep.exact.oscillator import exact_peaks, increments
 from substep.ground_motion import spectrum
 from substep.marching import digital_filter, linear
+from substep.marching.linear import march_linear
 
 Array = np.ndarray
 GENERATED = Path(__file__).parents[1] / "generated" / "substep_kernels"
@@ -164,20 +165,25 @@ def uncompiled(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("uncompiled")
+@pytest.mark.parametrize("offset", [0.0, 0.5], ids=["from 0", "from 0.5"])
 @pytest.mark.parametrize("name", OWN)
-def test_filter_and_march_agree(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    s, load, xi = ss.scheme(name), ss.Record(DT, motion(31)), np.array([0.0, 0.05, 0.3, 0.05]) * (name not in UNDAMPED)
+def test_peaks_are_those_of_histories(name: str, offset: float) -> None:
+    """By the digital filter where there is one, which needs a first sample of 0, else by a march without histories."""
+    s, load = ss.scheme(name), ss.Record(DT, motion(31) + offset)
+    xi = np.array([0.0, 0.05, 0.3, 0.05]) * (name not in UNDAMPED)
     omega = 2 * np.pi / np.array([5.0, 1.0, 0.4, 2.0]) * (1.0 if name != "forward_euler" else 0.1)
-    with np.errstate(all="ignore"):  # a block's unused lanes
-        found = spectrum._by_filter(s, omega, xi, load)
-        marched = spectrum._by_histories(s, omega, xi, load)
-        monkeypatch.setattr(spectrum, "HISTORY", 200)  # two lanes at a time, which changes nothing
-        assert np.array_equal(spectrum._by_histories(s, omega, xi, load), marched)
-    if found is None:
-        outside = (s.stencil() < 0).any() or (s.stencil() > 1).any()  # of a step's ends
-        assert max(lag for _, lag in s.history) >= 1 or outside  # a multi-step scheme
-    else:
-        assert np.allclose(found / marched, 1.0, rtol=0, atol=1e-11)
+    o = spectrum._at_rest(omega, xi, load)
+    for lanes in (o, o.lane(1)):
+        with np.errstate(all="ignore"):  # a block's unused lanes
+            u, v, _ = march_linear(s, lanes, 30, load).out.transpose(1, 0, 2)
+            found = march_linear(s, lanes, 30, load, keep="peak_absolute").peak
+            filtered = digital_filter.peaks_from_rest(s, lanes, 30, load, 3, absolute=True)
+        expected = [np.abs(x).max(axis=0) for x in (u, v, 2.0 * lanes.xi * lanes.omega * v + lanes.omega**2 * u)]
+        assert np.allclose(found / expected, 1.0, rtol=0, atol=1e-11)
+        if offset == 0.0 and filtered is None:
+            outside = (s.stencil() < 0).any() or (s.stencil() > 1).any()  # of a step's ends
+            assert max(lag for _, lag in s.history) >= 1 or outside  # a multi-step scheme
+        assert offset == 0.0 or filtered is None
 
 
 def test_schemes_and_records_without_a_filter() -> None:

@@ -35,6 +35,11 @@ def _places(march: str) -> tuple[str, ...]:
     return tuple(own if len(own) == 3 else own[0])
 
 
+def march_name(m: int, places: Sequence[str]) -> str:
+    """The name of the march of m numbers with these `places`."""
+    return f"linear_march_{m}_{'_'.join(places) if any(len(p) > 1 for p in places) else ''.join(places)}"
+
+
 def sizes(scheme: Parametrized) -> tuple[int, int, int]:
     """m, the size of x; R, the size of y; K, the load instants a step of the march's kernel.
 

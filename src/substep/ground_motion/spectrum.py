@@ -13,7 +13,6 @@ from ..core.loads import Record
 from ..core.schemes import Array, Scheme
 from ..core.schemes import scheme as make_scheme
 from ..exact.oscillator import exact_peaks
-from ..marching.digital_filter import filter_of, filter_peaks
 from ..marching.linear import march_linear
 from ..marching.oscillators import Oscillators
 from .records import read_record
@@ -24,7 +23,6 @@ if TYPE_CHECKING:
 PERIODS = np.geomspace(0.02, 10.0, 200)
 PERIODS.flags.writeable = False
 UNSTABLE = 1.0 + 1e-6  # largest spectral radius of a stable step; it may have only half its digits near 1
-HISTORY = 1 << 23  # doubles of histories in memory at a time
 
 QUANTITIES = {
     "displacement": ("spectral displacement SD, relative to the ground", "m"),
@@ -101,7 +99,7 @@ def _read(record: ArrayLike | str | Path | Record, dt: float | None) -> Record:
     if isinstance(record, str | Path):
         return Record(*read_record(Path(record), dt))
     if isinstance(record, Record):
-        if dt not in (None, record.dt):
+        if dt is not None and real_number("dt of the record", dt) != record.dt:
             raise ValueError(f"expected the record's own dt = {record.dt:g} s, got {dt:g} s; leave dt out")
         return record
     if dt is None:
@@ -130,9 +128,8 @@ def _peaks(s: Scheme, omega: Array, xi: Array, load: Record) -> tuple[Array, Arr
     """Largest |u|, |v|, |2 xi omega v + omega^2 u| (3, P), inf where not stable; and where it is stable (P,)."""
     peaks = np.full((3, len(omega)), np.inf)
     stable = s.spectral_radius(omega * load.dt, xi) <= UNSTABLE
-    omega, xi = omega[stable], xi[stable]
-    found = _by_filter(s, omega, xi, load)
-    peaks[:, stable] = _by_histories(s, omega, xi, load) if found is None else found
+    some = _at_rest(omega[stable], xi[stable], load)
+    peaks[:, stable] = march_linear(s, some, len(load.samples) - 1, load, keep="peak_absolute").peak
     peaks[:, ~np.isfinite(peaks).all(axis=0)] = np.inf
     return peaks, np.isfinite(peaks[0])
 
@@ -141,31 +138,6 @@ def _at_rest(omega: Array, xi: Array, load: Record) -> Oscillators:
     start = np.zeros((3, len(omega)))
     start[2] = load.samples[0]
     return Oscillators(omega, xi, np.ones(len(omega)), np.full(len(omega), load.dt), start)
-
-
-def _by_filter(s: Scheme, omega: Array, xi: Array, load: Record) -> Array | None:
-    """Peaks as in `_peaks` by the scheme's digital filter, None if there is none; the load's sign does not matter."""
-    T = filter_of(s, _at_rest(omega, xi, load), len(load.samples) - 1, load)
-    if T is None:
-        return None
-    order = s.kernels.FILTER
-    of_u, scale, of_v, of_a = np.split(T, [order, 2 * order, 2 * order + 1, 3 * order + 1])[1:]
-    of_a[-1] = omega**2 * scale  # a gives way to 2 xi omega v + omega^2 u, in which u = scale*(q + k0 e0 + k1 e1 + ...)
-    of_a[:-1] = of_a[-1] * of_u + 2.0 * xi * omega * of_v
-    return filter_peaks(T, order, load.samples, 3)
-
-
-def _by_histories(s: Scheme, omega: Array, xi: Array, load: Record) -> Array:
-    """Peaks as in `_peaks` from histories, of as many oscillators at a time as HISTORY allows."""
-    n, peaks = len(load.samples) - 1, np.empty((3, len(omega)))
-    at_once = max(1, HISTORY // (3 * (n + 1)))
-    with np.errstate(over="ignore", invalid="ignore"):
-        for first in range(0, len(omega), at_once):
-            part = slice(first, first + at_once)
-            u, v, _ = march_linear(s, _at_rest(omega[part], xi[part], load), n, load).out.transpose(1, 0, 2)
-            absolute = 2.0 * xi[part] * omega[part] * v + omega[part] ** 2 * u
-            peaks[:, part] = [np.abs(x).max(axis=0) for x in (u, v, absolute)]
-    return peaks
 
 
 def _relative(found: Array, exact: Array) -> Array:

@@ -18,11 +18,21 @@ from .oscillators import Oscillators
 NANOSECONDS = 0.125  # for a step of a lane
 
 
-def peaks_from_rest(scheme: Scheme, o: Oscillators, n: int, load: Load | None, followed: int) -> Array | None:
-    """Largest |u| (1, P), or |u|, |v|, |a| (3, P), over n steps; followed: 1 or 3; None without a filter."""
+def peaks_from_rest(
+    scheme: Scheme, o: Oscillators, n: int, load: Load | None, followed: int, absolute: bool = False
+) -> Array | None:
+    """Largest |u| (1, P), or |u|, |v|, |a| (3, P), over n steps; followed: 1 or 3; None without a filter.
+
+    absolute: |2 xi omega v + omega^2 u| in place of |a|.
+    """
     T = filter_of(scheme, o, n, load)
     if T is None or not isinstance(load, Record):
         return None
+    if absolute:  # in which u = scale*(q + k0 e0 + k1 e1 + ...)
+        order = scheme.kernels.FILTER
+        of_u, scale, of_v, of_a = np.split(T, [order, 2 * order, 2 * order + 1, 3 * order + 1])[1:]
+        of_a[-1] = o.omega**2 * scale
+        of_a[:-1] = of_a[-1] * of_u + 2.0 * o.xi * o.omega * of_v
     return filter_peaks(T, scheme.kernels.FILTER, load.samples[: n + 1], followed)
 
 

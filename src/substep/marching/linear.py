@@ -21,6 +21,7 @@ from ..core.loads import Load, LoadLanes, Record, values_at
 from ..core.response import STATUSES
 from ..core.schemes import Array, Scheme
 from ..core.threads import spread
+from .absolute import absolute_rows, with_absolute
 from .digital_filter import peaks_from_rest
 from .oscillators import Oscillators
 from .step_loads import StepLoads
@@ -36,8 +37,8 @@ class LinearLanes:
     """Results of P runs.
 
     out (rows, 3, P): u, v, a every stride steps, NaN after n_done; no rows where no history was asked for. peak: the
-    largest |u|, |v|, |a| (3, P), or |u| (1, P), from t = 0 to n_done; (0, P) if a history was asked for. n_done (P,):
-    steps completed. status (P,): index in response.STATUSES.
+    largest |u|, |v|, |a| or in its place |2 xi omega v + omega^2 u| (3, P), or |u| (1, P), from t = 0 to n_done; (0, P)
+    if a history was asked for. n_done (P,): steps completed. status (P,): index in response.STATUSES.
     """
 
     out: Array
@@ -53,34 +54,36 @@ def march_linear(
     load: Load | None = None,
     *,
     stride: int = 1,
-    keep: Literal["history", "peak", "peak_u"] = "history",
+    keep: Literal["history", "peak", "peak_u", "peak_absolute"] = "history",
     out: Array | None = None,
 ) -> LinearLanes:
     """March n steps of all P oscillators; the scheme's parameters may be arrays (P,).
 
     load: a function of times of any shape, or LoadLanes; it is divided by the masses. The samples of a Record with a
-    sample at each step are not copied. keep: what LinearLanes is to hold. out: where the history goes, writeable,
-    C-contiguous, of floats and shape (n // stride + 1, 3, P); raises ValueError for any other.
+    sample at each step are not copied. keep: what LinearLanes is to hold; "peak_absolute": the force of spring and
+    dashpot over the mass in place of the acceleration, which on a moving ground is the absolute acceleration. out:
+    where the history goes, writeable, C-contiguous, of floats and shape (n // stride + 1, 3, P); raises ValueError for
+    any other.
     """
     P, rows = len(o.omega), n // stride + 1 if keep == "history" else 0
-    followed = {"history": 0, "peak_u": 1, "peak": 3}[keep]
+    followed, absolute = {"history": 0, "peak_u": 1}.get(keep, 3), keep == "peak_absolute"
     done = np.full(P, n), np.full(P, COMPLETED)
     if followed and P:
-        peak = peaks_from_rest(scheme, o, n, load, followed)
+        peak = peaks_from_rest(scheme, o, n, load, followed, absolute)
         if peak is not None and np.isfinite(peak).all():
             return LinearLanes(np.empty((0, 3, P)), peak, *done)
     lanes = LinearLanes(_history(out, (rows, 3, P)), np.zeros((3 if followed else 0, P)), *done)
     if rows:
         lanes.out[0] = o.start
     if P == 1:
-        _alone(scheme, o, n, load, stride, lanes, 0)
+        _alone(scheme, o, n, load, stride, lanes, 0, absolute)
     elif P and n:
-        x = _in_blocks(scheme, o, n, load, stride, lanes)
+        x = _in_blocks(scheme, o, n, load, stride, lanes, absolute)
         for j in np.flatnonzero(~np.isfinite(x).all(axis=0)):
-            _alone(scheme, o, n, load, stride, lanes, int(j))
+            _alone(scheme, o, n, load, stride, lanes, int(j), absolute)
     if not followed:
         return lanes
-    np.maximum(lanes.peak, np.abs(o.start), out=lanes.peak)
+    np.maximum(lanes.peak, np.abs(with_absolute(o, o.start) if absolute else o.start), out=lanes.peak)
     return replace(lanes, peak=lanes.peak[:followed])
 
 
@@ -109,7 +112,7 @@ class _Run(NamedTuple):
     head: LinearLanes | None  # results of these first steps, if there is a starter
 
 
-def _prepared(scheme: Scheme, o: Oscillators, n: int, load: Load | None) -> _Run:
+def _prepared(scheme: Scheme, o: Oscillators, n: int, load: Load | None, absolute: bool) -> _Run:
     """The kernels and their arrays, ready for the first step that the scheme itself marches."""
     module, Omega, stencil = scheme.kernels, o.omega * o.dt, scheme.stencil()
     state, head, first = _started(scheme, o, Omega, n, load)
@@ -121,7 +124,11 @@ def _prepared(scheme: Scheme, o: Oscillators, n: int, load: Load | None) -> _Run
         C = _coefficients(scheme, Omega, o)
         loads = StepLoads(load, stencil, o.dt, module.LOADS, excess * o.mass / o.dt**2)
     x = np.ascontiguousarray(state[list(coefficients.marched(scheme))])
-    return _Run(*_kernels(module.MARCH, loads.K), C, x, loads, first, head)
+    shape = module.MARCH
+    if absolute:
+        shape, C = absolute_rows(scheme, C, o, loads.K)
+        head = head and replace(head, out=with_absolute(o, head.out))
+    return _Run(*_kernels(shape, loads.K), C, x, loads, first, head)
 
 
 def _coefficients(scheme: Scheme, Omega: Array, o: Oscillators, stencil: Array | None = None) -> Array:
@@ -240,9 +247,11 @@ def _samples(load: Load | None, dt: Array, n: int) -> tuple[Array, Array] | None
     return load.samples[:n, None], load.samples[1 : n + 1, None]
 
 
-def _in_blocks(scheme: Scheme, o: Oscillators, n: int, load: Load | None, stride: int, lanes: LinearLanes) -> Array:
+def _in_blocks(
+    scheme: Scheme, o: Oscillators, n: int, load: Load | None, stride: int, lanes: LinearLanes, absolute: bool
+) -> Array:
     """March all lanes side by side into `lanes`; returns their last state (m, P)."""
-    r, P = _prepared(scheme, o, n, load), len(o.omega)
+    r, P = _prepared(scheme, o, n, load, absolute), len(o.omega)
     K, loads, shared = r.loads.K, r.loads, (read_only(np.empty(0)),) * r.loads.K
     if loads.shared:
         shared, room, together, most = loads.of_all(0, n), np.empty((K, 0, 1)), P, n
@@ -292,9 +301,11 @@ def _rows_of_head(r: _Run, stride: int, lanes: LinearLanes, j: slice) -> None:
         lanes.peak[:, j] = np.fmax(lanes.peak[:, j], np.abs(r.head.out).max(axis=0))
 
 
-def _alone(scheme: Scheme, o: Oscillators, n: int, load: Load | None, stride: int, lanes: LinearLanes, j: int) -> None:
+def _alone(
+    scheme: Scheme, o: Oscillators, n: int, load: Load | None, stride: int, lanes: LinearLanes, j: int, absolute: bool
+) -> None:
     """March lane j alone, up to the first step that is not finite, into its place of the results."""
-    r = _prepared(scheme.lane(j), o.lane(j), n, load.lane(j) if isinstance(load, LoadLanes) else load)
+    r = _prepared(scheme.lane(j), o.lane(j), n, load.lane(j) if isinstance(load, LoadLanes) else load, absolute)
     if lanes.peak.size:
         lanes.peak[:, j] = 0.0
     if r.head is not None:

@@ -83,7 +83,7 @@ class StructureChoice:
                 f"reduced system of {len(self.modes)} modes was marched, and compared with its matrix exponential"
             )
         if self.unforeseen > 0.0:
-            known += f"; modes that are not known may add up to about {self.unforeseen:.1g}"
+            known += f"; modes that are not known may add up to about {self.unforeseen:.2g}"
         if self.best is None or self.parts is None:
             if not self.candidates:
                 return f"nothing was tried: no scheme is stable with few enough steps; {known}"
@@ -178,9 +178,9 @@ def choose(
     if unforeseen >= accuracy:
         warnings.warn(
             f"errors of {quantity!r} are predicted from {len(known)} modes, and others may add up to about "
-            f"{unforeseen:.1g}, which is not within {accuracy:g}; give more modes, or take the choice for right to "
-            f"{unforeseen:.1g} only",
-            stacklevel=3,
+            f"{unforeseen:.2g}, which is not within {accuracy:g}; give more modes, or take the choice for right to "
+            f"{unforeseen:.2g} only",
+            stacklevel=5,
         )
     return StructureChoice(quantity, accuracy, t_end, known, best, parts, unforeseen, tuple(tried))
 

@@ -24,7 +24,7 @@ SIGNIFICANT = 0.01  # of the largest displacement: a mode that vibrates with les
 FINER = 100  # the reference is this many times more accurate than is wished of a run
 ROUNDING = 1e-12  # but no more accurate than this
 MOST_STEPS = 1 << 22  # of the reference
-BEYOND = 10.0  # times the last known frequency: up to there unknown ones are looked for
+BEYOND = 1e3  # times the last known frequency: up to there unknown ones are looked for
 UNBOUNDED = 1e6  # omega dt of what has no mass; powers of it do not overflow in any step
 
 
@@ -165,45 +165,51 @@ class Prediction:
     def unforeseen(self) -> float:
         """At most about what modes that are not known do beside following statically, relative to `scale`.
 
-        By the inequality of Cauchy and Schwarz it is the root of the flexibility that known modes lack at the quantity,
-        times the root of that under a load, and what of the load's history a mode does not follow, at the frequency
-        from the last known one on that follows it the least; times the root of twice the energy that the start has
-        beside known modes and statics.
+        How much flexibility the unknown modes have is what the known ones lack of the static one, and so is its mean
+        of 1/omega^2; no modes with these two follow a load less than `_most` says. The displacement elsewhere is
+        bounded by the inequality of Cauchy and Schwarz, that of a start by the energy that it has beside known modes.
         """
         modes, whole = self.modes, self.modes.structure
         if len(modes) == whole.size - len(whole.massless):
             return 0.0
         at_loads, at_quantity = self._lacking
-        omega = max(modes.omega[-1], 1.0 / self.t_end) * np.geomspace(1.0, BEYOND, 7)
-        n, total = 16 * self.rows, np.sqrt(at_quantity * self._energy_beyond)
-        for samples, flexibility in zip(self.samples(n).T, at_loads, strict=True):
+        omega = max(modes.omega[-1], 1.0 / self.t_end) * np.geomspace(1.0, BEYOND, 25)
+        n, total = 16 * self.rows, np.sqrt(at_quantity[0] * self._energy_beyond)
+        for samples, lacking in zip(self.samples(n).T, at_loads.T, strict=True):
             start = np.array([samples[0] / omega**2, 0.0 * omega])
             u = exact_histories(omega, self._ratios_beyond(omega), self.t_end / n, start, samples, 4)[:, 0]
-            missed = np.abs(u * omega**2 - samples[::4, None]).max()
-            total += np.sqrt(flexibility * at_quantity) * missed
+            missed = np.abs(u * omega**2 - samples[::4, None]).max(axis=0)
+            total += np.sqrt(_most(*lacking, omega, missed) * _most(*at_quantity, omega, missed))
         return float(total) / self.scale
 
     @property
-    def _lacking(self) -> tuple[Array, float]:
-        """Flexibility that the known modes lack under each load (J,), and at the quantity.
+    def _lacking(self) -> tuple[Array, Array]:
+        """What the known modes lack of the sums of f^2/omega^2 and f^2/omega^4 over all modes, f their factors.
 
-        The latter is taken to be to that under the load of the largest as both are in the upper half of the known
-        modes, exact at the loaded degree of freedom, which saves factors of K; without a load it is computed.
+        Those of each load (2, J), and the shapes' values at the quantity (2,). The latter are taken to be to those of
+        the load of the largest as both are in the upper half of the known modes, exact at the loaded degree of freedom,
+        which saves factors of K; without a load they are computed.
         """
         modes, whole = self.modes, self.modes.structure
         elastic = slice(modes.rigid, None)
-        share = 1.0 / modes.omega[elastic, None] ** 2
-        own = share[:, 0] * self.weights[elastic] ** 2
-        at_loads = share * modes.load_factors[elastic] ** 2
-        lacking = np.maximum((whole.load_vectors * modes.statics).sum(axis=0) - at_loads.sum(axis=0), 0.0)
-        upper = slice(len(own) // 2, None)
-        j = int(np.argmax(at_loads[upper].sum(axis=0))) if whole.loads else 0
-        if whole.loads and (known := at_loads[upper, j].sum()) > 0.0:
-            return lacking, float(lacking[j] * own[upper].sum() / known)
-        e = whole.T[[whole.place(self.quantity)]].T
-        e = np.asarray(e.toarray() if hasattr(e, "toarray") else e)
-        whole_of_it = float((e * static_response(whole, e, modes.free_shapes[:, : modes.rigid])).sum())
-        return lacking, max(whole_of_it - float(own.sum()), 0.0)
+        powers = modes.omega[elastic] ** np.array([[-2.0], [-4.0]])
+        own, known = powers * self.weights[elastic] ** 2, powers @ modes.load_factors[elastic] ** 2
+        at_loads = self._sums(whole.load_vectors, modes.statics) - known
+        upper = slice(own.shape[1] // 2, None)
+        shares = (modes.load_factors[elastic][upper] / modes.omega[elastic][upper, None]) ** 2
+        j = int(np.argmax(shares.sum(axis=0))) if whole.loads else 0
+        if whole.loads and (share := shares[:, j].sum()) > 0.0:
+            at_quantity = at_loads[:, j] * own[0, upper].sum() / share
+        else:
+            unit = whole.T[[whole.place(self.quantity)]].T
+            unit = unit if isinstance(unit, np.ndarray) else unit.toarray()
+            moved = static_response(whole, unit, modes.free_shapes[:, : modes.rigid])
+            at_quantity = self._sums(unit, moved)[:, 0] - own.sum(axis=1)
+        return np.maximum(at_loads, 0.0), np.maximum(at_quantity, 0.0)
+
+    def _sums(self, loads: Array, moved: Array) -> Array:
+        """Of f^2/omega^2 and f^2/omega^4 over all modes (2, J): from the loads (n, J) and what they move statically."""
+        return np.array([(loads * moved).sum(axis=0), (moved * (self.modes.structure.M @ moved)).sum(axis=0)])
 
     @property
     def _energy_beyond(self) -> float:
@@ -292,3 +298,19 @@ class Prediction:
             return float(self.modes.omega[-1]), float(self.modes.xi[-1])
         omega, shape = largest_mode(whole)
         return omega, max(0.0, 0.5 * float(shape @ (whole.damping @ shape)) / omega) if omega > 0.0 else 0.0
+
+
+def _most(flexibility: float, squared: float, omega: Array, missed: Array) -> float:
+    """The most that modes with these sums of f^2/omega^2 and f^2/omega^4 can miss, if one at omega misses that share.
+
+    That is the flexibility times the concave hull of `missed` over x = 1/omega^2, at their mean; Jensen's inequality.
+    Modes beyond the largest omega are taken to miss what that one does.
+    """
+    if flexibility == 0.0:
+        return 0.0
+    x, y = np.append(1.0 / omega**2, 0.0), np.append(missed, missed[-1])
+    mean = min(squared / flexibility, x[0])
+    right, left = x >= mean, x <= mean
+    width = x[right][:, None] - x[left]
+    share = np.divide(mean - x[left], width, out=np.zeros_like(width), where=width > 0.0)
+    return flexibility * float((y[left] + share * (y[right][:, None] - y[left])).max())
