@@ -3,7 +3,9 @@
 import ctypes
 import time
 from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
 from importlib.util import find_spec
+from multiprocessing import get_context
 from typing import Any
 
 import numpy as np
@@ -16,6 +18,7 @@ from substep.structures.examples import cantilever, plate, solid
 from substep.structures.matrices import combination
 
 from .job import Job, Table
+from .peers_structures import opensees_solid
 from .timing import Alternative, Kind, Measured, cores, measure
 
 NAME = "structures"
@@ -23,6 +26,7 @@ RAYLEIGH = ss.Rayleigh(1.0, 1e-6)
 FORCE = ss.Harmonic(1.0, 1e3)
 STEP = 1e-4
 SIDES = 16
+MARCHED = 20  # steps of a run that is timed beside OpenSees
 
 
 class Kept:
@@ -64,6 +68,9 @@ def job(quick: bool) -> Job:
             _march(found, "solid", lambda kept: _solid(31, kept), 5, 5, 1.05)
             _march(found, "plate", lambda kept: plate(157, load=FORCE, C=RAYLEIGH, solver=kept), 10, 7, 1.05)
             _march(found, "beam", lambda kept: cantilever(32000, load=FORCE, C=RAYLEIGH, solver=kept), 20, 7, 1.05)
+        _beside_opensees(found, 10, 10, 5, 60.0)
+        if not quick:
+            _beside_opensees(found, 20, 4, 5, 25.0)
         _many_sides(found, 20, rounds)
         _solvers(found, 10, rounds)
         if not quick:
@@ -124,6 +131,30 @@ def _march(found: Job, what: str, make: Callable[[Kept], ss.Structure], n: int, 
         found.tables.append(table)
         text = f"{what} of {model.size}, {name}: march / bare solves"
         found.compare(table, text, "march", "bare solves", "<=", bound)
+
+
+def _beside_opensees(found: Job, cells: int, n: int, rounds: int, wanted: float) -> None:
+    """A step of the march of a solid, beside one of OpenSees on the same model."""
+    if not find_spec("openseespy"):
+        found.skipped["OpenSees"] = "openseespy is not installed; pip install 'substep[bench]'"
+        return
+    with ProcessPoolExecutor(1, get_context("spawn")) as pool:
+        other, seconds = pool.submit(opensees_solid, cells, STEP, RAYLEIGH, FORCE, n, rounds).result()
+    model = _solid(cells, Kept())
+    dof = next(x for x, loaded in zip(model.names, model.T @ model.force(np.pi / 2e3), strict=True) if loaded)
+
+    def march(steps: int) -> Any:
+        return ss.march(model, "average_acceleration", dt=STEP, t_end=steps * STEP, dofs=[dof], account=False).u[:, 0]
+
+    own = march(n)
+    error = float(np.abs(other - own).max() / np.abs(own).max())
+    name = "openseespy, SparseSYM, RCM, Linear -factorOnce"
+    rows = _per_step({"march": ("substep", march, {})}, MARCHED, rounds, 1)
+    rows.append(Measured(name, "peer", seconds, {"march": error}))
+    columns = {"march": "largest difference from substep's of the loaded displacement"}
+    table = Table(f"solid of {model.size}, Newmark beside OpenSees", "step", rows, columns)
+    found.tables.append(table)
+    found.compare(table, f"solid of {model.size}: OpenSees / march, a step", name, "march", ">=", wanted)
 
 
 def _per_step(

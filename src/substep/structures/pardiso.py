@@ -73,6 +73,8 @@ class Pardiso:
         pivots = 13 if kind == UNSYMMETRIC else 8
         for place, value in {1: 1, 2: 2, 10: pivots, 11: kind == UNSYMMETRIC, 13: kind == UNSYMMETRIC, 21: 1}.items():
             self._parameters[place - 1] = value  # METIS's order; no refinement unless a pivot was perturbed
+        kept = (self._handle, self._values, self._rows, self._columns, self._parameters)
+        self._kept = [_at(array) for array in kept]  # pointers, whose making takes a tenth of a small solve
         none = np.zeros(1)
         self._call(ANALYSE, none, none, 1)
         peak, permanent, factors = (int(x) * 1024 for x in self._parameters[14:17])
@@ -86,10 +88,10 @@ class Pardiso:
 
     def _call(self, phase: int, b: Array, x: Array, sides: int) -> None:
         error, number = ctypes.c_int32(0), ctypes.c_int32
+        handle, values, rows, columns, parameters = self._kept
         self._library(
-            _at(self._handle), number(1), number(1), self._kind, number(phase), number(len(self._rows) - 1),
-            _at(self._values), _at(self._rows), _at(self._columns), None, number(sides), _at(self._parameters),
-            number(0), _at(b), _at(x), ctypes.byref(error),
+            handle, number(1), number(1), self._kind, number(phase), number(len(self._rows) - 1), values, rows, columns,
+            None, number(sides), parameters, number(0), _at(b), _at(x), ctypes.byref(error),
         )  # fmt: skip
         if error.value:
             raise PardisoError(error.value)
