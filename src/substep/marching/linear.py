@@ -112,7 +112,7 @@ class _Run(NamedTuple):
     head: LinearLanes | None  # results of these first steps, if there is a starter
 
 
-def _prepared(scheme: Scheme, o: Oscillators, n: int, load: Load | None, absolute: bool) -> _Run:
+def _prepared(scheme: Scheme, o: Oscillators, n: int, load: Load | None, absolute: bool = False) -> _Run:
     """The kernels and their arrays, ready for the first step that the scheme itself marches."""
     module, Omega, stencil = scheme.kernels, o.omega * o.dt, scheme.stencil()
     state, head, first = _started(scheme, o, Omega, n, load)
