@@ -22,7 +22,10 @@ CRITERIA = "doc/CalculiX.tex of github.com/Dhondtguido/CalculiX, Convergence cri
 METHOD = "integrated in time using the alpha-method developed by Hilber, Hughes and Taylor"
 STABLE = "The implicit version (default) is unconditionally stable."
 ORDER = "The method is unconditionally stable and second order accurate."
-LARGEST = "the maximum time step is dictated by Omega_cr/omega_max; the formula is that of src/calcstabletimeincvol.f"
+LARGEST = "the maximum time step is dictated by: Omega_cr/omega_max"
+FORMULA = THEORY + ", its equation (2.477) as in calcstabletimeincvol.f:119-123"
+DEFAULT = -0.05
+DEFAULTS = MANUAL + "Input deck format, *DYNAMIC"
 NEWMARK = "alpha = 0 corresponds to the classical Newmark method inducing no dissipation at all"
 MAGNIFIED = 1e6  # by which B shows how far A and C are apart
 
@@ -69,31 +72,40 @@ MOVED = """*BOUNDARY, AMPLITUDE=PRINTED
 """
 
 
-def implicit(alpha: float, claims: dict[str, tuple[Any, str, str]]) -> Integrator:
-    """The procedure *DYNAMIC with its parameter ALPHA, and what is claimed besides what is claimed for every value."""
+def implicit(arguments: dict[str, Any], claims: dict[str, tuple[Any, str, str]]) -> Integrator:
+    """The procedure *DYNAMIC with its parameters, and what is claimed besides what is claimed for all their values."""
     stated = {"order": (2, ORDER, CRITERIA), "unconditional": (True, STABLE, THEORY)}
-    return Integrator({"ALPHA": alpha}, True, "u", load="samples", digits=13.0, claims=claims | stated)
+    return Integrator(arguments, True, "u", load="samples", digits=13.0, claims=claims | stated)
 
 
 def hht(alpha: float) -> Integrator:
-    """The method that the manual names."""
-    return implicit(alpha, {"scheme": ("hht_alpha", METHOD, THEORY), "alpha": (alpha, METHOD, THEORY)})
+    """The method that the manual names, with its parameter given."""
+    return implicit({"ALPHA": alpha}, {"scheme": ("hht_alpha", METHOD, THEORY), "alpha": (alpha, METHOD, THEORY)})
 
 
 def explicit(alpha: float) -> Integrator:
     """The procedure with EXPLICIT; the limit of its steps is computed as the program does, but for its factor 0.98."""
     beta, gamma = (1 - alpha) ** 2 / 4, 0.5 - alpha
     limit = math.sqrt(2 / (gamma + 2 * alpha * (gamma - beta)))
-    claims = {"critical_Omega": (limit, LARGEST, THEORY)}
+    claims = {"critical_Omega": (limit, LARGEST, FORMULA)}
     arguments = {"ALPHA": alpha, "EXPLICIT": True}
     return Integrator(arguments, outputs="u", load="samples", digits=13.0, claims=claims)
 
 
 INTEGRATORS = {
-    "dynamic": hht(-0.05),
+    "dynamic_default": implicit(
+        {},
+        {
+            "scheme": ("hht_alpha", METHOD, THEORY),
+            "alpha": (DEFAULT, f"The default value is {DEFAULT:g}.", DEFAULTS),
+        },
+    ),
+    "dynamic": hht(-0.1),
     "dynamic_most": hht(-1 / 3),
-    "dynamic_newmark": implicit(0.0, {"scheme": ("newmark", NEWMARK, THEORY), "rho_inf": (1.0, NEWMARK, THEORY)}),
-    "dynamic_explicit": explicit(-0.05),
+    "dynamic_newmark": implicit(
+        {"ALPHA": 0.0}, {"scheme": ("newmark", NEWMARK, THEORY), "rho_inf": (1.0, NEWMARK, THEORY)}
+    ),
+    "dynamic_explicit": explicit(DEFAULT),
 }
 
 
@@ -136,10 +148,10 @@ def loads(
 ) -> list[float]:
     """The load at the ends of the steps, and such that the motion starts from a0 if one is given.
 
-    The program finds a0 from (1 + beta (1 + alpha) (omega dt/10)^2) a0 = f(0) - omega^2 u0, without the damping (CalculiX
-    2.20, src/nonlingeo.c, "mass x acceleration = f(external)-f(internal)"). So the load at t = 0 decides it. What this
-    does to the balances of the HHT method, (1 + alpha) f(t_n+1) - alpha f(t_n), is taken back from step to step. In any
-    other method the loads would show as such.
+    The program finds a0 from (1 + beta (1 + alpha) (omega dt/10)^2) a0 = f(0) - omega^2 u0, without the damping
+    (nonlingeo.c:1243-1264, see audits/calculix), so that the load at t = 0 decides it. What this load does to the
+    balances of the HHT method, which take (1 + alpha) f(t_n+1) - alpha f(t_n), the later ones take back. To any other
+    method these would be loads, and would show as such.
     """
     values = [load.at(i * dt) for i in range(n + 1)]
     if a0 is None:
@@ -172,7 +184,7 @@ def run(
     numbers = {"k": omega**2, "c": 2 * xi * omega, "u0": u0, "v0": v0, "dt": dt, "end": n * dt}
     model = {name: field(x) for name, x in numbers.items()}
     model |= {"parameters": ", ".join(["DIRECT", *given]), "most": str(n + 1)}
-    model["load"] = table(dt, loads(arguments["ALPHA"], omega, xi, dt, n, u0, v0, a0, load))
+    model["load"] = table(dt, loads(arguments.get("ALPHA", DEFAULT), omega, xi, dt, n, u0, v0, a0, load))
     with tempfile.TemporaryDirectory() as folder:
         printed, *_ = displacements(MODEL.format(**model, tie="", moved=""), Path(folder), n)
         tie = TIE.format(minus=field(-MAGNIFIED), plus=field(MAGNIFIED), table=table(dt, [u0, *printed]))
