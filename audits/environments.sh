@@ -9,7 +9,7 @@ set -euo pipefail
 usage() {
     echo "usage: audits/environments.sh NAME [FOLDER], where NAME is one of" >&2
     echo "  scipy calfem pyyeti opensees structdyn sdof exudyn mfem kratos" >&2
-    echo "  ross easyfea sfepy getfem petsc siconos akantu fedoo" >&2
+    echo "  ross easyfea sfepy getfem petsc siconos calculix akantu fedoo" >&2
     exit 2
 }
 
@@ -61,6 +61,10 @@ petsc)
     debian python3-petsc4py
     modules=$(dpkg -L python3-petsc4py-real3.18 2>/dev/null | grep -m1 '/dist-packages/petsc4py$' || true)
     echo "env PYTHONPATH=$(dirname "${modules:-$(find /usr/lib/petscdir -type d -name petsc4py | head -n 1)}") /usr/bin/python3"
+    ;;
+calculix)
+    debian calculix-ccx
+    echo /usr/bin/python3
     ;;
 *) usage ;;
 esac

@@ -20,14 +20,16 @@ def generalized_alpha(
     """Chung & Hulbert's method, J. Appl. Mech. 60 (1993) 371, (2) to (7), with weights of the old state.
 
     late: by how many steps the load is taken too late. start: "computed", "zero", or "unloaded", which leaves out the
-    load. dtype: in which it computes.
+    load, or "heavier", which adds stiffness to the mass. dtype: in which it computes.
     """
 
     def run(omega: float, xi: float, dt: float, n: int, u0: float, v0: float, load: Any, a0: Any = None) -> Any:
         x = np.zeros((n + 1, 3), dtype)
         k, c, h = dtype(omega**2), dtype(2 * xi * omega), dtype(dt)
-        first = {"computed": load(0.0), "unloaded": 0.0}
+        first = {"computed": load(0.0), "unloaded": 0.0, "heavier": load(0.0)}
         x[0] = u0, v0, 0.0 if start == "zero" else first[start] - c * v0 - k * u0
+        if start == "heavier":
+            x[0, 2] /= 1 + k * h * h / 400
         if a0 is not None:
             x[0, 2] = a0
         b, g, m, f = (dtype(x) for x in (beta, gamma, alpha_m, alpha_f))

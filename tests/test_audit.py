@@ -13,9 +13,10 @@ from substep_derive.declare.symbols import Symbol
 
 import substep as ss
 from substep.auditing.exactness import exactness
-from substep.auditing.identify import identify
+from substep.auditing.identify import agreement, identify
 from substep.auditing.loads import load_taking
-from substep.auditing.probes import OMEGAS, RATIOS, driven_runs, own_runs
+from substep.auditing.probes import OMEGAS, RATIOS, driven_runs, given_runs, own_runs
+from substep.auditing.programs.adapter import Integrator
 
 RHO = 0.8
 OPTIMAL = ((2 * RHO - 1) / (RHO + 1), RHO / (RHO + 1))
@@ -101,6 +102,30 @@ def test_a_planted_defect_is_the_one_cause(defect):
     report = ss.audit(run, claims)
     assert [deviation.kind for deviation in report.deviations] == kinds, report.text
     assert text in (report.deviations[0].text if kinds else "")
+
+
+@pytest.mark.parametrize(
+    ("alpha_f", "old", "taken"),
+    [(0.0, 0.05, "1/20 f(t_n) + 19/20 f(t_n + h)"), (0.0, 0.0, "f(t_n + h)"), (1 / 3, 0.0, "f(t_n + 2/3 h)")],
+)
+def test_a_start_of_its_own_hides_neither_scheme_nor_load(alpha_f, old, taken):
+    """Of a program that returns displacements only, whose first acceleration is neither that of balance nor zero."""
+    beta, gamma = (1 + alpha_f) ** 2 / 4, 0.5 + alpha_f
+    inner = generalized_alpha(0.0, alpha_f, beta, gamma, start="heavier", sets_a0=True)
+
+    def run(omega, xi, dt, n, u0, v0, load, a0=None):
+        def weighted(t):
+            return old * load(t - dt) + (1 - old) * load(t) if t else load(0.0)
+
+        u, _, _ = inner(omega, xi, dt, n, u0, v0, weighted, a0)
+        return u, None, None
+
+    stepper = ss.Stepper(run, Integrator(sets_a0=True, outputs="u"))
+    scheme = ss.scheme("generalized_alpha", alpha_m=0.0, alpha_f=alpha_f, beta=beta, gamma=gamma)
+    match = agreement(scheme, given_runs(stepper), own_runs(stepper))
+    assert match is not None and (match.what, match.start, match.solved) == ("matrix", "own", 0)
+    found = load_taking(match, driven_runs(stepper))
+    assert (found.text, found.start) == (taken, "own") and found.error < 1e-10
 
 
 def test_consequences_stand_under_their_cause():

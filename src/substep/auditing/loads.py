@@ -58,12 +58,12 @@ def load_taking(match: Match, driven: Mapping[str, Measured]) -> LoadTaking:
             kind = "shifted" if shift else "declared"
             return LoadTaking(kind, _moved(declared, shift), shift, error, start, called)
     tried = [_at_ends(declared, INSTANTS[::2]), _at_ends(declared, INSTANTS), _instants(candidate, declared)]
+    resting = [run for run in runs if run.load.at(0.0) == 0.0]  # at rest at t = 0, however the start is made
     for instants, given in tried:
-        for start in ("computed", "zero"):
-            loads = _from_rest(candidate, runs, instants, given, start)
-            error, best = _best_start(candidate, runs, loads, kinds)
-            if error <= MATCH:
-                return LoadTaking("weighted", loads, 0.0, error, best, called)
+        loads = _from_rest(candidate, resting, instants, given)
+        error, best = _best_start(candidate, runs, loads, kinds)
+        if error <= MATCH:
+            return LoadTaking("weighted", loads, 0.0, error, best, called)
     if match.what == "matrix" and runs[0].shows(match.scheme.history):
         for instants, given in tried:
             loads = _weighted(candidate, runs, instants, given)
@@ -79,19 +79,32 @@ def _moved(loads: Loads, shift: float) -> Loads:
 
 def _best_start(
     candidate: Candidate, runs: Sequence[Measured], loads: Loads, kinds: slice
-) -> tuple[float, Literal["computed", "zero"]]:
-    """The smaller of the errors with the acceleration at t = 0 computed and zero, and which it is."""
+) -> tuple[float, Literal["computed", "zero", "own"]]:
+    """The smallest of the errors with the acceleration at t = 0 computed, zero or, if neither does, fitted."""
     stepped = Candidate(candidate.scheme, candidate.at, loads)
-    found: dict[Literal["computed", "zero"], float] = {}
-    for start in ("computed", "zero"):
-        errors = []
-        for run in runs:
-            a0 = None if start == "computed" else np.zeros(len(run.at.Omega))
-            rows = stepped.histories(np.zeros(2), a0, run.rows.shape[1] - 1, _load(run))
-            errors.append(largest(run.deviation(rows * run.at.powers)[:, 1:, kinds]))
-        found[start] = max(errors)
+    found: dict[Literal["computed", "zero", "own"], float] = {}
+    zero = [_off(stepped, run, 0.0)[..., kinds] for run in runs]
+    found["computed"] = max(largest(_off(stepped, run, None)[..., kinds]) for run in runs)
+    found["zero"] = max(map(largest, zero))
+    if min(found.values()) > MATCH:
+        units = [_off(stepped, run, 1.0)[..., kinds] - off for run, off in zip(runs, zero, strict=True)]
+        found["own"] = max(largest(_without(off, unit)) for off, unit in zip(zero, units, strict=True))
     best = min(found, key=lambda start: found[start])
     return found[best], best
+
+
+def _off(stepped: Candidate, run: Measured, a0: float | None) -> Array:
+    """The deviation from a run from rest, with h^2*a at t = 0 given, or the acceleration of the equation of motion."""
+    given = None if a0 is None else np.full(len(run.at.Omega), a0 / run.at.powers[2])
+    rows = stepped.histories(np.zeros(2), given, run.rows.shape[1] - 1, _load(run))
+    return run.deviation(rows * run.at.powers)[:, 1:]
+
+
+def _without(off: Array, unit: Array) -> Array:
+    """The deviation but for a multiple of another one, of each oscillator the one that leaves least."""
+    with np.errstate(all="ignore"):
+        multiple = np.nansum(off * unit, axis=(1, 2)) / np.nansum(unit * unit, axis=(1, 2))
+    return off - np.nan_to_num(multiple)[:, None, None] * unit
 
 
 def _load(run: Measured) -> Callable[[Array], Array]:
@@ -99,29 +112,26 @@ def _load(run: Measured) -> Callable[[Array], Array]:
     return lambda t: np.array([run.load.at(float(x)) for x in t])
 
 
-def _from_rest(
-    candidate: Candidate, runs: Sequence[Measured], instants: Sequence[float], given: Array, start: str
-) -> Loads:
-    """The weights nearest to the given ones with which the displacements from rest are the stepper's."""
+def _from_rest(candidate: Candidate, runs: Sequence[Measured], instants: Sequence[float], given: Array) -> Loads:
+    """The weights nearest to the given ones with which the displacements from rest, a_0 = 0, are the stepper's."""
     balances = len(given)
     columns, rights = [], []
     for run in runs:
         size, zero = np.abs(run.rows[:, 1:, 0]).max(axis=1, keepdims=True), np.zeros(len(run.at.Omega))
 
-        def displacements(loads: Loads, a0: Array | None, run: Measured = run, size: Array = size) -> Array:
+        def displacements(loads: Loads, run: Measured = run, size: Array = size, a0: Array = zero) -> Array:
             stepped = Candidate(candidate.scheme, run.at, loads)
             rows = stepped.histories(np.zeros(2), a0, run.rows.shape[1] - 1, _load(run))
             return (rows[:, 1:, 0] / size).ravel()
 
         none: Loads = tuple(() for _ in range(balances))
         unit = [
-            displacements(tuple(((1.0, tau),) if i == s else () for i in range(balances)), zero)
+            displacements(tuple(((1.0, tau),) if i == s else () for i in range(balances)))
             for s in range(balances)
             for tau in instants
         ]
         columns.append(np.array(unit).T)
-        base = displacements(none, None if start == "computed" else zero)
-        rights.append((run.rows[:, 1:, 0] / size).ravel() - base - columns[-1] @ given.ravel())
+        rights.append((run.rows[:, 1:, 0] / size).ravel() - displacements(none) - columns[-1] @ given.ravel())
     return _nearest(np.concatenate(columns), np.concatenate(rights), given, instants)
 
 

@@ -43,7 +43,9 @@ class Measured:
     @cached_property
     def sizes(self) -> Array:
         """(P, n+1, 1): the largest of u, h*v and h^2*a, scaled, of a step and the one before."""
-        largest = np.nan_to_num(np.abs(self.rows / self.at.scale[:, None])).max(axis=-1)
+        rows = np.abs(self.rows)
+        rows[:, 0] = np.fmax(rows[:, 0], [abs(x or 0.0) for x in self.start])  # known, returned or not
+        largest = np.nan_to_num(rows / self.at.scale[:, None]).max(axis=-1)
         before = np.concatenate([largest[:, :1], largest[:, :-1]], axis=1)
         return np.maximum(np.maximum(largest, before), 1e-300)[..., None]
 
