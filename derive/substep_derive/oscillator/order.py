@@ -24,6 +24,7 @@ from .mode import exponential, logarithm
 from .start_up import start_up
 
 FEWEST_TERMS, MOST_TERMS = 9, 65  # of the series: tried first, and at most
+LOST = 4  # terms by which the series of an error of a is shorter
 KAPPA = QQ(1, 3)  # any rate of the load that is in no special relation to the oscillator
 Triple = tuple[int, int, int]
 
@@ -260,9 +261,10 @@ def order_conditions(scheme: Scheme, order: int = 2) -> dict[str, tuple[Expr, ..
     evaluation = Evaluation.free(scheme)
     found: dict[str, set[Expr]] = {"u": set(), "v": set(), "a": set()}
     for damping in dampings_of(scheme):
-        e = _Expansion(evaluation, damping, order + 5)
+        e = _Expansion(evaluation, damping, order + LOST)
         for errors_of in (_free, _forced):
             for name, errors in zip(found, errors_of(e), strict=True):
+                assert all(len(error) >= order for error in errors)
                 coefficients = chain.from_iterable(error.c[:order] for error in errors)
                 parts = (part for c in coefficients for part in (c.alpha, c.beta) if part)
                 found[name] |= {_condition(evaluation.field.expression(part)) for part in parts}
