@@ -37,7 +37,7 @@ const quiet = [
         });
         const message = await page.textContent("#message");
         if (moved) await page.click("#reset-a");
-        found.schemes[name] = { moved, message, values: await page.textContent("#values table tbody tr:first-child td"), drawn: await drawn() };
+        found.schemes[name] = { moved, message, values: await page.textContent("#values table tbody tr:first-child td"), stable: await page.textContent("#values table tbody tr:last-child td"), drawn: await drawn() };
     }
     // the oscillator's sliders by the keyboard
     for (const id of ["xi-range", "ratio-range"]) {

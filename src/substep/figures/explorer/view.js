@@ -17,12 +17,11 @@ const shown = (x, digits = 5) => (Math.abs(x) < 1e-15 ? "0" : Number.isFinite(x)
 const labelOf = (letter) => `${letter.toUpperCase()}: ${state[letter].scheme}`;
 const grid = (low, high, n) => Array.from({ length: n + 1 }, (_, k) => low + ((high - low) * k) / n);
 
-// Scheme, parameters and certificate of both letters; computed once for each drawing.
+// Scheme and parameters of both letters; computed once for each drawing.
 function looked_at() {
     return Object.fromEntries(LETTERS.map((letter) => {
         const scheme = SCHEMES[state[letter].scheme];
-        const { values, fractions } = parametersOf(scheme, state[letter].given);
-        return [letter, { scheme, values, fractions }];
+        return [letter, { scheme, ...parametersOf(scheme, state[letter].given) }];
     }));
 }
 
@@ -42,8 +41,6 @@ function refuse(box, text) {
     byId("message").textContent = text;
 }
 
-const bounds = (p) => `${p.low_open ? "(" : "["}${p.low ?? "−∞"}, ${p.high ?? "∞"}${p.high_open ? ")" : "]"}`;
-
 // Where a slider of a parameter ends: its interval, or twice its default where that has no end.
 function reach(p, value) {
     const low = p.low ?? -2 * Math.abs(value);
@@ -60,17 +57,21 @@ function build_parameters(letter) {
     const defaults = parametersOf(declared, {}).values;
     const set = (name, p, cleared) => (text, box) => {
         if (!isNumber(text) || !inInterval(p, Number(text))) return refuse(box, `${name}: expected a number in ${bounds(p)}, got '${text}'`);
+        const others = Object.entries(given).filter(([other]) => !cleared.includes(other));
+        const wrong = complaint(declared, Object.fromEntries([...others, [name, text]]));
+        if (wrong) return refuse(box, `${name} = ${text}: ${wrong}`);
         for (const other of cleared) delete given[other];
         given[name] = text;
         draw();
     };
     const rows = declared.families.map((family) => {
         const sets = Object.keys(family.quotients);
-        const p = { low: 0, high: 1, low_open: false, high_open: false };
-        return slider(`${letter}.${family.argument}`, `${family.argument} (sets ${sets.join(", ")})`, { low: 0, high: 1, step: 0.01, value: given[family.argument] ?? "" }, set(family.argument, p, sets));
+        return slider(`${letter}.${family.argument}`, `${family.argument} (sets ${sets.join(", ")})`, { ...reach(family, 1), value: given[family.argument] ?? "" }, set(family.argument, family, sets));
     });
     for (const p of declared.parameters) {
-        const cleared = declared.families.filter((family) => p.name in family.quotients).map((family) => family.argument);
+        const families = declared.families.filter((family) => p.name in family.quotients).map((family) => family.argument);
+        const decided = declared.parameters.filter((other) => other.decided?.by === p.name).map((other) => other.name);
+        const cleared = [...families, ...decided, ...(p.decided ? [p.decided.by] : [])];
         rows.push(slider(`${letter}.${p.name}`, p.name, { ...reach(p, defaults[p.name]), value: "" }, set(p.name, p, cleared)));
     }
     byId(`parameters-${letter}`).replaceChildren(...rows);
@@ -135,10 +136,14 @@ function listed(eigenvalues, digits) {
     return eigenvalues.map(([x, y]) => shown(x, digits) + imaginary(y)).join("; ") || "none";
 }
 
-function verdict({ scheme, fractions }) {
+const known_verdicts = new Map(); // kept, since most of what moves in the page does not change them
+
+function verdict(letter, { scheme, ...exact }) {
     if (!scheme.damped && Number(state.xi) > 0) return "takes no damping";
-    const found = certified(scheme, fractionOf(state.xi), fractions);
-    if (!found.decided) return `not decided here: ${found.reason}; substep certify decides it`;
+    const key = JSON.stringify([state[letter], state.xi]);
+    if (!known_verdicts.has(key)) known_verdicts.set(key, certified(scheme, fractionOf(state.xi), exact));
+    const found = known_verdicts.get(key);
+    if (!found.decided) return `not decided in the page: ${found.reason}; substep certify ${scheme.name} decides it`;
     if (found.stableUpTo === Infinity) return "for every Ω > 0, proved";
     return found.stableUpTo === 0 ? "unstable for small Ω, proved" : `for 0 < Ω < ${shown(found.stableUpTo, 8)}, then lost, proved`;
 }
@@ -151,7 +156,7 @@ function draw_values(both) {
         ["Numerical damping", ...LETTERS.map((k) => shown(at[k].damping, 6))],
         ["Period error", ...LETTERS.map((k) => shown(at[k].period, 6))],
         ["Eigenvalues", ...LETTERS.map((k) => listed(at[k].eigenvalues, 8))],
-        ["Stable", ...LETTERS.map((k) => verdict(both[k]))],
+        ["Stable", ...LETTERS.map((k) => verdict(k, both[k]))],
     ];
     byId("values").replaceChildren(table_of([`h/T = ${state.ratio}, ξ = ${state.xi}`, ...LETTERS.map(labelOf)], rows));
     return at;
