@@ -95,3 +95,9 @@ def test_everything_has_a_name_a_table_and_a_dark_form(seen: dict[str, Any]) -> 
     assert seen["tables"] == 5
     assert seen["dark"] == ["rgb(23, 25, 28)", "#ddd"]
     assert seen["overflow"] <= 0
+
+
+def test_paper_is_light_and_shows_charts_whole_and_the_address(seen: dict[str, Any]) -> None:
+    paper = seen["paper"]
+    assert (paper["background"], paper["controls"], paper["address"]) == ("rgb(255, 255, 255)", 0, True)
+    assert paper["wider"] <= 0

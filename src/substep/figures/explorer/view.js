@@ -3,6 +3,7 @@
 
 let state = initialState();
 const charts = {};
+const PRINTED = { march: [700, 260] }; // sizes of charts on paper, in CSS pixels; the others' are where they are used
 const byId = (id) => document.getElementById(id);
 const NAMES = { xi: "Damping ratio ξ", ratio: "Step h/T", periods: "Periods" };
 
@@ -179,16 +180,22 @@ function draw_chart(id, lines, marks, { x, y, logarithmic = false, square = fals
     ];
     if (square) datasets.push({ label: "unit circle", data: points(grid(0, 2 * Math.PI, 180).map((t) => [Math.cos(t), Math.sin(t)])), borderColor: color("quiet"), borderWidth: 1, pointRadius: 0, showLine: true });
     const axis = (title, type = "linear") => ({ type, title: { display: true, text: title, color: color("ink") }, ticks: { color: color("ink") }, grid: { color: color("line") } });
+    const printed = matchMedia("print").matches;
+    const dashed = (item, chart) => ({ ...item, lineDash: chart.data.datasets[item.datasetIndex].borderDash, lineWidth: 2 });
+    const generateLabels = (chart) => Chart.defaults.plugins.legend.labels.generateLabels(chart).map((item) => dashed(item, chart));
     const options = {
+        devicePixelRatio: printed ? 3 : undefined,
         animation: false, responsive: true, maintainAspectRatio: square, aspectRatio: square ? 1.3 : undefined, parsing: false, normalized: true,
         scales: { x: axis(x, logarithmic ? "logarithmic" : "linear"), y: axis(y) },
-        plugins: { legend: { labels: { color: color("ink"), usePointStyle: true, pointStyle: "line", pointStyleWidth: 40, filter: (item) => !item.text.includes("at this step") } } },
+        plugins: { legend: { labels: { generateLabels, color: color("ink"), usePointStyle: true, pointStyle: "line", pointStyleWidth: 40, filter: (item) => !item.text.includes("at this step") && !(printed && item.text === "unit circle") } } },
     };
-    if (logarithmic) options.scales.x.ticks.callback = (value) => (Number.isInteger(Math.round(1e9 * Math.log10(value)) / 1e9) ? String(value) : "");
-    if (square) Object.assign(options.scales.x, { min: -1.6, max: 1.6 }), Object.assign(options.scales.y, { min: -1.23, max: 1.23 });
+    if (logarithmic) options.scales.x.ticks.callback = (value) => (Number.isInteger(Math.round(1e9 * Math.log10(value)) / 1e9) ? String(value) : ""), Object.assign(options.scales.x.ticks, { autoSkip: false, maxRotation: 0 });
+    const wide = printed ? 2 : 1.6; // so that a circle is round beside what axes and legend take
+    if (square) Object.assign(options.scales.x, { min: -wide, max: wide }), Object.assign(options.scales.y, { min: -1.23, max: 1.23 });
     if (id === "radius") options.scales.y.suggestedMin = 0, options.scales.y.suggestedMax = 1.2, options.scales.y.max = largest_shown(lines);
     if (charts[id]) Object.assign(charts[id], { options }), (charts[id].data = { datasets }), charts[id].update("none");
     else charts[id] = new Chart(byId(id), { type: "scatter", data: { datasets }, options });
+    charts[id].resize(...(printed ? PRINTED[id] || [340, 195] : []));
     const details = byId(`${id}-table`).parentElement;
     details.ontoggle = () => details.open && byId(`${id}-table`).replaceChildren(table());
     details.ontoggle();
@@ -259,6 +266,7 @@ function draw() {
     draw_functions(both, draw_values(both));
     draw_march(both);
     history.replaceState(null, "", `#${addressOf(state)}`);
+    byId("address").textContent = `This view: #${addressOf(state)}`;
 }
 
 function from_address() {
