@@ -187,7 +187,10 @@ def test_an_address_holds_the_state_and_what_says_nothing_is_named(computed: dic
     assert computed["refused"] == []
     assert computed["initial"]
     names = [text.split(" = ")[0] for text in computed["wrong"]]
-    assert computed["impossible"] == ["a.rho_inf = 0.25", "b.gamma = 0.39"]  # outside, and leading to rho_inf > 1
+    (outside,), (both,), (leading_outside,) = computed["impossible"]
+    assert outside == "a.rho_inf = 0.25"
+    assert both == "parameters of b, since gamma decides rho_inf: give one of the two"
+    assert leading_outside.startswith("parameters of b, since rho_inf would be 1.02")
     assert sorted(names) == sorted(["a", "a.beta", "b.beta", "xi", "ratio", "scene", "scene.EA", "quantity", "what"])
 
 

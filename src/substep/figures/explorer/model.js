@@ -62,8 +62,12 @@ function stateOf(address) {
             const p = scheme && scheme.parameters.find((one) => one.name === name);
             const family = scheme && scheme.families.find((one) => one.argument === name);
             const good = isNumber(text) && (p || family) && inInterval(p || family, Number(text));
-            keep(good && complaint(scheme, { ...entry.given, [name]: text }) === "", key, text, () => (entry.given[name] = text));
+            keep(good, key, text, () => (entry.given[name] = text));
         }
+    }
+    for (const letter of LETTERS) {
+        const wrong = complaint(SCHEMES[state[letter].scheme], state[letter].given);
+        if (wrong) refused.push(`parameters of ${letter}, since ${wrong}`), (state[letter].given = {});
     }
     if (!quantitiesOf(state.scene).includes(state.quantity)) state.quantity = "displacement";
     return { state, refused };
