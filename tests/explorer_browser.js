@@ -37,7 +37,7 @@ const quiet = [
         });
         const message = await page.textContent("#message");
         if (moved) await page.click("#reset-a");
-        found.schemes[name] = { moved, message, values: await page.textContent("#values table tbody tr:first-child td"), drawn: await drawn() };
+        found.schemes[name] = { moved, message, values: await page.textContent("#values table tbody tr:first-child td"), stable: await page.textContent("#values table tbody tr:last-child td"), drawn: await drawn() };
     }
     // the oscillator's sliders by the keyboard
     for (const id of ["xi-range", "ratio-range"]) {
@@ -64,6 +64,7 @@ const quiet = [
     await page.goto(`${url}#a=newmark&a.beta=0.3&a.gamma=0.6&b=park&xi=0.02&ratio=0.05&scene=elastic_pendulum&scene.EA=1e6&quantity=energy`);
     found.cited = await page.evaluate(() => ({ rows: [...document.querySelectorAll("#values tbody tr")].map((row) => [...row.cells].map((cell) => cell.textContent)), hash: location.hash, radius: charts.radius.data.datasets[0].data.map(({ x, y }) => [x, y]) }));
     for (const summary of await page.$$("summary")) await summary.click();
+    await page.waitForTimeout(100); // tables are written after the click
     found.tables = await page.evaluate(() => [...document.querySelectorAll(".table table")].length);
     found.unnamed = await page.evaluate(() => [...document.querySelectorAll("input, select, button, canvas, [role=region]")].filter((one) => !one.labels?.length && !one.getAttribute("aria-label") && !one.getAttribute("aria-labelledby") && !one.textContent.trim()).map((one) => one.id));
     await page.screenshot({ path: path.join(folder, "light.png"), fullPage: true });
@@ -71,7 +72,16 @@ const quiet = [
     await page.waitForTimeout(100);
     found.dark = await page.evaluate(() => [getComputedStyle(document.body).backgroundColor, charts.radius.options.scales.x.ticks.color]);
     await page.screenshot({ path: path.join(folder, "dark.png"), fullPage: true });
-    await page.emulateMedia({ media: "print", colorScheme: "light" });
+    // on paper, from a dark browser: light, without controls, no chart wider than its column
+    await page.emulateMedia({ media: "print", colorScheme: "dark" });
+    await page.setViewportSize({ width: 700, height: 1000 });
+    await page.waitForTimeout(300);
+    found.paper = await page.evaluate(() => ({
+        background: getComputedStyle(document.body).backgroundColor,
+        controls: [...document.querySelectorAll("button, summary, input[type=range]")].filter((one) => one.offsetParent !== null).length,
+        wider: Math.max(...[...document.querySelectorAll("canvas")].map((one) => one.offsetWidth - one.closest("figure").clientWidth)),
+        address: document.getElementById("address").offsetParent !== null && document.getElementById("address").textContent === `This view: ${location.hash}`,
+    }));
     await page.pdf({ path: path.join(folder, "print.pdf") });
     await page.setViewportSize({ width: 360, height: 800 });
     await page.emulateMedia({ media: "screen" });

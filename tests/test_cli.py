@@ -5,10 +5,12 @@ import os
 import shlex
 import subprocess
 import sys
+import time
 from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
 from functools import cache, partial
+from multiprocessing import active_children
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -323,6 +325,22 @@ def test_reproduce_keeps_tables_ledger_and_page_when_the_timing_is_interrupted(
     assert runner.invoke(app, ["reproduce", "--folder", str(tmp_path)]).exit_code == 130
     page = (tmp_path / "index.html").read_text()
     assert all(name in page for name in ("figure_4_1.png", "catalogue.csv", claims.CLAIMS[0].id))
+
+
+def test_processes_of_reproduce_end_at_once_when_it_is_interrupted(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(reproduction, "cores", lambda: 2)
+    others, begun = active_children(), time.perf_counter()
+
+    def interrupted() -> None:
+        with reproduction._workers() as each:
+            next(each(time.sleep, [0.0, 60.0, 60.0, 60.0]))
+            assert len(active_children()) == len(others) + 2
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    assert active_children() == others
+    assert time.perf_counter() - begun < 30.0  # the processes' start, on a busy machine
 
 
 @pytest.mark.parametrize("command", [*typer.main.get_command(app).commands])

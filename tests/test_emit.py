@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import tree_sitter_julia
 from by_hand import single
 from declared import BY_NAME, NAMES, UNDAMPED
 from nonlinear_oracle import System, history
@@ -24,6 +25,7 @@ from substep_derive.emit.languages import LANGUAGES
 from substep_derive.emit.standalone import standalone
 from sympy import Interval, Rational, Symbol
 from test_pairs import PARAMETERS
+from tree_sitter import Language, Parser
 from typer.testing import CliRunner
 
 import substep as ss
@@ -175,8 +177,9 @@ def check_stability(s: ss.Scheme, Omega: float, xi: float, found: np.ndarray) ->
 
 @pytest.mark.usefixtures("plain_functions")
 @pytest.mark.parametrize("scheme", NAMES)
-def test_c_and_javascript(scheme: str, tmp_path: Path) -> None:
-    """Both in one test, so that a scheme is derived once."""
+def test_c_javascript_and_the_syntax_of_julia(scheme: str, tmp_path: Path) -> None:
+    """All in one test, so that a scheme is derived once."""
+    assert faults_in_julia(text_of(scheme, "julia")) == []
     given = PARAMETERS.get(scheme, {})
     if shutil.which("gcc"):
         text = text_of(scheme, "c")
@@ -193,6 +196,23 @@ def test_c_and_javascript(scheme: str, tmp_path: Path) -> None:
         check(scheme, run("node", "-e", main, folder=tmp_path))
     compiler("gcc")
     compiler("node")
+
+
+def faults_in_julia(text: str) -> list[str]:
+    """The lines that are no Julia, or lack something; of its syntax alone, since no interpreter need be there."""
+    found, open_nodes = [], [Parser(Language(tree_sitter_julia.language())).parse(text.encode()).root_node]
+    while open_nodes:
+        node = open_nodes.pop()
+        open_nodes += node.children
+        if node.is_error or node.is_missing:
+            found.append(text.splitlines()[node.start_point.row])
+    return found
+
+
+def test_a_fault_in_julia_is_found() -> None:
+    text = text_of("average_acceleration", "julia")
+    assert faults_in_julia(text.replace("\nend\n", "\n", 1))  # a function without an end
+    assert faults_in_julia(text.replace("mass * ", "mass ", 1).replace("a_1 .* mass", "a_1 mass", 1))
 
 
 def self_tests(language: str, files: Mapping[str, str], folder: Path) -> list[str]:

@@ -48,6 +48,10 @@ def test_every_slider_of_every_scheme_moves(scheme: str, seen: dict[str, Any]) -
     info = ss.scheme(scheme).info
     assert found["moved"] == len(info.parameters) + len(info.families)
     assert found["message"] == ""
+    decided = ("for every Ω > 0", "for 0 < Ω < ", "unstable for small Ω")
+    assert found["stable"].startswith(
+        decided if scheme != "yoshida6" else "not decided in the page: its numbers are of"
+    )
     assert set(found["drawn"]) == {"radius", "damping", "period", "plane", "march"}
     assert all(count[0] > 0 for count in found["drawn"].values())
     expected = float(ss.scheme(scheme).spectral_radius(2 * np.pi * 0.1))
@@ -64,10 +68,7 @@ def test_a_view_is_cited_by_its_address(seen: dict[str, Any]) -> None:
     radius, damping, period = s.stability(2 * np.pi * 0.05, 0.02)
     for name, value in (("Spectral radius ρ", radius), ("Numerical damping", damping), ("Period error", period)):
         assert float(rows[name][0]) == pytest.approx(float(value), rel=1e-5)
-    assert rows["Stable"] == [
-        "for every Ω > 0, proved",
-        "not decided here: the scheme has 6 eigenvalues that are not always 0; substep certify decides it",
-    ]
+    assert rows["Stable"] == ["for every Ω > 0, proved", "for every Ω > 0, proved"]
 
 
 def test_every_motion_is_marched(seen: dict[str, Any]) -> None:
@@ -94,3 +95,9 @@ def test_everything_has_a_name_a_table_and_a_dark_form(seen: dict[str, Any]) -> 
     assert seen["tables"] == 5
     assert seen["dark"] == ["rgb(23, 25, 28)", "#ddd"]
     assert seen["overflow"] <= 0
+
+
+def test_paper_is_light_and_shows_charts_whole_and_the_address(seen: dict[str, Any]) -> None:
+    paper = seen["paper"]
+    assert (paper["background"], paper["controls"], paper["address"]) == ("rgb(255, 255, 255)", 0, True)
+    assert paper["wider"] <= 0

@@ -83,10 +83,18 @@ def test_plot_draws_the_histories_with_units(run: str) -> None:
     assert np.array_equal(np.transpose([line.get_ydata() for line in below.lines]), r.v)
     assert below.get_xlabel() == "t (s)"
     if run == "pendulum":
-        assert (above.get_ylabel(), below.get_ylabel()) == ("u (m)", "v (m/s)")
-        assert [line.get_label() for line in above.lines] == ["u x", "u y"]
-        assert above.get_legend() is not None
+        assert (above.get_ylabel(), below.get_ylabel()) == ("displacement u (m)", "velocity v (m/s)")
+        assert [line.get_label() for line in above.lines] == ["x", "y"]
+        assert above.get_title() == "newmark at beta = 0.3 on elastic_pendulum"
     figure.draw_without_rendering()
+    inside = figure.bbox
+    for panel in figure.axes:
+        legend, title = panel.get_legend(), panel.title.get_window_extent()
+        assert (legend is not None) == (r.u.shape[1] > 1)
+        assert inside.x0 <= title.x0 <= title.x1 <= inside.x1
+        if legend is not None:
+            box = legend.get_window_extent()
+            assert panel.get_window_extent().x1 <= box.x0 < box.x1 <= inside.x1  # covers no curve, and is not cut
 
 
 def test_plot_draws_into_given_axes_and_refuses_what_does_not_fit() -> None:

@@ -82,6 +82,8 @@ def test_a_response_of_many_coordinates_is_labelled_at_the_ends() -> None:
     assert axes.get_legend() is None
     assert sorted(text.get_text() for text in labels_of(axes)) == sorted(named(axes))
     assert_apart(axes)
+    inside = axes.get_window_extent()
+    assert all(text.get_window_extent().x0 >= inside.x1 for text in labels_of(axes))
 
 
 def test_errors_at_equal_cost_are_labelled_at_the_curves(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -113,3 +113,18 @@ def test_an_empty_folder_is_a_page(tmp_path: Path) -> None:
     found = Reader(page.write(tmp_path).read_text(encoding="utf-8"))
     assert not found.images
     assert "h2" not in found.texts
+
+
+def test_a_figure_that_is_not_whole_leaves_the_one_before(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    save(figure(), tmp_path / "models", "Models", "The first.")
+    before = {name: (tmp_path / name).read_bytes() for name in ("models.png", "models.svg")}
+
+    def interrupted(self: Figure, path: Path, **_: object) -> None:
+        path.write_bytes(b"the first half")
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Figure, "savefig", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        save(figure(), tmp_path / "models", "Models", "The second.")
+    assert {name: (tmp_path / name).read_bytes() for name in before} == before
+    assert [picture.name for picture in page.pictures(tmp_path)] == ["models"]

@@ -6,7 +6,22 @@ from collections.abc import Iterable, Mapping, Sequence
 from math import lcm
 from typing import Any
 
-from sympy import CoercionFailed, Expr, Matrix, Poly, PolynomialError, Symbol, cancel, factor, fraction, together
+from sympy import (
+    CoercionFailed,
+    Dummy,
+    Expr,
+    Matrix,
+    Poly,
+    PolynomialError,
+    Pow,
+    Rational,
+    Symbol,
+    cancel,
+    factor,
+    fraction,
+    resultant,
+    together,
+)
 
 from ..algebra.expanded import terms
 from ..declare.catalogue import as_member
@@ -54,9 +69,13 @@ def _scheme(scheme: Scheme, text: Text) -> dict[str, Any]:
         "state": [list(place(s)) for s in scheme.state],
         "lag": lag(scheme),
         "starter": _starter(scheme),
+        "constant": _constant(scheme),
         "exact": _exact(scheme),
-        "fractions_of": {
-            f.argument.name: ", ".join(f"{text(s)}: {_quotient(e, (f.argument.symbol,))}" for s, e in f.values.items())
+        "more_of": {
+            f.argument.name: {
+                **{key: json.dumps(value) for key, value in _interval(f.argument).items()},
+                "quotients": ", ".join(f"{text(s)}: {_quotient(e, (f.argument.symbol,))}" for s, e in f.values.items()),
+            }
             for f in scheme.families
         },
         "plans": [(name, _plan(plan, text)) for name, plan in plans.items() if plan is not None],
@@ -74,16 +93,20 @@ def _starter(scheme: Scheme) -> str:
 def _parameter(scheme: Scheme, k: int, text: Text) -> dict[str, Any]:
     """Name, interval, and default as a function of the parameters declared before it, and exactly, as terms.
 
-    An implicit default is given by the polynomial that has it as its only root in the interval, lowest power first.
+    An irrational default is given by the polynomial that has it as its only root in the interval, lowest power first.
     """
     p = scheme.parameters[k]
+    polynomial = _polynomial(p)
+    by, follows = scheme.decided.get(p.symbol, (None, None))
     return {
         "name": text(p.symbol),
         **{key: json.dumps(value) for key, value in _interval(p).items()},
         "earlier": ", ".join(text(q.symbol) for q in scheme.parameters[:k]),
         "default": "" if isinstance(p.default, Root) else text(p.default),
-        "quotient": "null" if isinstance(p.default, Root) else _quotient(p.default, scheme.values),
-        "polynomial": _polynomial(p, text) if isinstance(p.default, Root) else "",
+        "quotient": "null" if polynomial else _quotient(p.default, scheme.values),
+        "decided": "null" if follows is None else f'{{ by: "{text(by)}", quotient: {_quotient(follows, (by,))} }}',
+        "root": _integers([terms(c, scheme.values) for c in polynomial]) if polynomial else "null",
+        "polynomial": ", ".join(text(factor(c)) for c in polynomial) if isinstance(p.default, Root) else "",
     }
 
 
@@ -92,21 +115,41 @@ def _interval(p: Parameter) -> dict[str, Any]:
     return {"low": low, "high": high, "low_open": bool(p.domain.left_open), "high_open": bool(p.domain.right_open)}
 
 
-def _polynomial(p: Parameter, text: Text) -> str:
-    assert isinstance(p.default, Root)
-    found = Poly(fraction(together(p.default.equation))[0], p.symbol).all_coeffs()
-    return ", ".join(text(factor(c)) for c in reversed(found))
+def _polynomial(p: Parameter) -> list[Expr]:
+    """Coefficients, lowest first, of a polynomial whose root an implicit default or one with a square root is.
+
+    Empty for any other default.
+    """
+    if isinstance(p.default, Root):
+        numerator = fraction(together(p.default.equation))[0]
+    else:
+        radicals = [e for e in p.default.atoms(Pow) if e.exp.is_Rational and not e.exp.is_Integer]
+        if len(radicals) != 1 or radicals[0].exp != Rational(1, 2):
+            return []
+        (radical,), s = radicals, Dummy("s")
+        own, below = fraction(together(p.default.subs(radical, s)))
+        numerator = resultant(p.symbol * below - own, s**2 - radical.base, s)
+    return [e.expand() for e in reversed(Poly(numerator, p.symbol).all_coeffs())]
+
+
+def _constant(scheme: Scheme) -> str:
+    """The polynomial of the scheme's irrational number, lowest power first, and the interval of its root; or null."""
+    if scheme.constant is None:
+        return "null"
+    number = scheme.constant.number
+    polynomial = ", ".join(f"{c}n" for c in reversed(number.coefficients))
+    interval = ", ".join(f"[{end.p}n, {end.q}n]" for end in number.interval)
+    return f"{{ polynomial: [{polynomial}], interval: [{interval}] }}"
 
 
 def _exact(scheme: Scheme) -> str:
-    """Terms [coefficient, powers of Omega, xi and the parameters] of each power of lambda, lowest first, as integers.
+    """Terms [coefficient, powers] of each power of lambda in the polynomial of the live eigenvalues, lowest first.
 
-    Of the polynomial of the live eigenvalues; null where a number of the scheme is irrational.
+    The powers are those of Omega, xi, the scheme's irrational number, if it has one, and the parameters.
     """
-    if scheme.constant is not None:
-        return "null"
-    found = [terms(c, (Omega, xi, *scheme.values)) for c in live_coefficients(Amplification.of(scheme))]
-    return _integers(found)
+    constant = () if scheme.constant is None else (scheme.constant,)
+    symbols = (Omega, xi, *constant, *scheme.values)
+    return _integers([terms(c, symbols) for c in live_coefficients(Amplification.of(scheme))])
 
 
 def _integers(rows: Sequence[Mapping[tuple[int, ...], Any]]) -> str:

@@ -1,6 +1,7 @@
 """A response as a Dataset of xarray's, a DataFrame of pandas', and a figure of Matplotlib's."""
 
 from collections.abc import Mapping, Sequence
+from textwrap import fill
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -77,6 +78,8 @@ def to_figure(
 ) -> "Figure":
     """One panel over t for each quantity; axes: where to draw them, in place of a new figure.
 
+    Legends lie beside the panels of a new figure, and within axes that are given.
+
     Raises ValueError for an unknown quantity and for another number of axes than of quantities.
     """
     from matplotlib.figure import Figure  # noqa: PLC0415 (on first use)
@@ -87,7 +90,7 @@ def to_figure(
     if axes is None:
         figure = Figure(figsize=(8, 1.2 + 2.4 * len(quantities)), layout="constrained")
         panels = list(figure.subplots(len(quantities), sharex=True, squeeze=False)[:, 0])
-        panels[0].set_title(title, fontsize=10)
+        panels[0].set_title(fill(title, 90), fontsize=10)
     else:
         panels = list(np.atleast_1d(np.asarray(axes, dtype=object)).ravel())
     if len(panels) != len(quantities):
@@ -96,13 +99,21 @@ def to_figure(
         curves = curves_of(found, name)
         for i, (label, values) in enumerate(curves):
             colour, style = look(i)
-            panel.plot(found.t, values, color=colour, linestyle=style, linewidth=1.4, label=label)
-        unit = found.quantities[name].unit
-        panel.set_ylabel(f"{name} ({unit.replace('^2', '²')})" if unit else name)
+            own = label.removeprefix(f"{name} ")  # the axis says which quantity it is
+            panel.plot(found.t, values, color=colour, linestyle=style, linewidth=1.4, label=own)
+        panel.set_ylabel(_axis_label(name, found.quantities[name]))
         panel.grid(visible=True, linewidth=0.3, color="0.8")
+        panel.margins(x=0)
         if len(curves) > MOST:
             label_ends(panel)
         elif len(curves) > 1:
-            panel.legend(fontsize=9, frameon=False)
+            beside: dict[str, Any] = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5)} if axes is None else {}
+            panel.legend(fontsize=9, frameon=axes is not None, **beside)
     panels[-1].set_xlabel("t (s)")
     return panels[0].get_figure()
+
+
+def _axis_label(name: str, history: History) -> str:
+    """Such as "displacement u (m)" for a symbol, "angular momentum (kg m²/s)" for a name."""
+    words = f"{history.meaning} {name}" if len(name) == 1 else name.replace("_", " ")
+    return f"{words} ({history.unit.replace('^2', '²')})" if history.unit else words

@@ -121,6 +121,11 @@ class Response:
         return Histories(self.t, found, [name for name, _ in self.scene.coordinates], "coordinate", attrs)
 
     @property
+    def _subject(self) -> str:
+        """What was marched, in a few words."""
+        return self.scene.name
+
+    @property
     def _attrs(self) -> dict[str, Any]:
         parameters = {f"scheme_{name}": float(x) for name, x in self.scheme.parameters.items()}
         failed = {} if self.t_failed is None else {"t_failed": self.t_failed}
@@ -143,7 +148,10 @@ class Response:
         axes: Matplotlib's, one for each quantity, to draw into in place of a new figure. Raises ValueError for an
         unknown quantity and for another number of axes.
         """
-        return to_figure(self._histories(), quantities or ("u",), axes, f"{self.scheme} on {self.scene}, {self.status}")
+        given = ", ".join(f"{name} = {float(x):.4g}" for name, x in self.scheme.given.items())
+        scheme = f"{self.scheme.name} at {given}" if given else self.scheme.name
+        end = "" if self.status == "completed" else f", {self.status}"
+        return to_figure(self._histories(), quantities or ("u",), axes, f"{scheme} on {self._subject}{end}")
 
     def __repr__(self) -> str:
         end = f"{len(self.t)} rows to t = {self.t[-1]:.6g} s, {self.status}"

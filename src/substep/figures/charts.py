@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import matplotlib
 import numpy as np
@@ -126,12 +126,19 @@ def save(figure: Figure, path: Path, section: str, caption: str) -> None:
     """Write path.png and path.svg; their metadata hold the caption and the section of the page of results.
 
     caption: what is drawn, of which scene and parameters, what to see in it and where it comes from, in plain words.
+    A process that is ended meanwhile leaves a file of the name with .part at most, and none that is not whole.
     """
     metadata = {"Description": " ".join(caption.split())}
     with matplotlib.rc_context(SVG_IS_REPRODUCIBLE):
-        figure.savefig(f"{path}.png", dpi=160, metadata=metadata | {"Keywords": section})
+        _save_whole(figure, path, "png", dpi=160, metadata=metadata | {"Keywords": section})
         figure.set_layout_engine("none")  # it has been laid out: doing so again takes as long as drawing
-        figure.savefig(f"{path}.svg", metadata=metadata | {"Keywords": [section], "Date": None})
+        _save_whole(figure, path, "svg", metadata=metadata | {"Keywords": [section], "Date": None})
+
+
+def _save_whole(figure: Figure, path: Path, kind: str, **options: Any) -> None:
+    part = Path(f"{path}.{kind}.part")
+    figure.savefig(part, format=kind, **options)
+    part.replace(f"{path}.{kind}")
 
 
 def save_csv(path: Path, header: list[str], columns: list[Array]) -> None:

@@ -84,6 +84,10 @@ class StructureResponse(Response):
         return Histories(self.t, found, self.dofs, "dof", self._attrs)
 
     @property
+    def _subject(self) -> str:
+        return f"a structure of {self.structure.size} degrees of freedom"
+
+    @property
     def _has_a(self) -> bool:
         """Whether the scheme has an acceleration of its own, or all degrees of freedom are there to compute one."""
         s = self.structure

@@ -1,13 +1,14 @@
 """`substep reproduce`: the thesis's figures, the other charts, tables and the ledger, with all numbers behind them."""
 
 import csv
+import signal
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import astuple, dataclass, fields
 from fractions import Fraction
 from functools import partial
-from multiprocessing import get_context
+from multiprocessing import active_children, get_context
 from operator import call
 from pathlib import Path
 from typing import Any
@@ -147,13 +148,22 @@ def sharing() -> list[list[str]]:
 
 @contextmanager
 def _workers() -> Iterator[Callable[..., Iterator[Any]]]:
-    """A `map` over one process for each core, which begins at once, or the built-in one if there is only one core."""
+    """A `map` over one process for each core, which begins at once, or the built-in one if there is only one core.
+
+    Ctrl-C, or an error, ends the processes in the middle of their jobs; they leave Ctrl-C to the one that waits here.
+    """
     if cores() == 1:
         yield map
         return
-    pool = ProcessPoolExecutor(cores(), mp_context=get_context("spawn"))
+    others, spawn = active_children(), get_context("spawn")
+    pool = ProcessPoolExecutor(cores(), spawn, signal.signal, (signal.SIGINT, signal.SIG_IGN))
     try:
         yield pool.map
+    except BaseException:
+        for process in active_children():
+            if process not in others:
+                process.terminate()
+        raise
     finally:
         pool.shutdown(cancel_futures=True)
 

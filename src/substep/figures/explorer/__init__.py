@@ -8,7 +8,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 SCHEMES = "explorer.js"  # of generated/: what is derived
 CHARTS = "vendored/chart.umd.min.js"  # Chart.js, MIT
-OWN = ("march.js", "certificate.js", "model.js")  # what needs no browser
+OWN = ("march.js", "numbers.js", "certificate.js", "model.js")  # what needs no browser
 SCRIPTS = (CHARTS, SCHEMES, *OWN, "view.js")
 
 

@@ -1,178 +1,151 @@
 "use strict";
-// Whether a scheme is stable for every Omega > 0, decided in integers: the conditions of Jury on the polynomial of its
-// eigenvalues, taken to the left half plane by lambda = (1 + s)/(1 - s), each a polynomial in Omega whose sign is
-// decided by Sturm's theorem. As substep_derive.stability.conditions decides it, for up to three eigenvalues.
-// A polynomial is an array of integers (BigInt), lowest power first; a fraction is [numerator, denominator].
+// Whether a scheme is stable for every Omega > 0, decided exactly, as substep_derive.stability.certificate decides it:
+// lambda = (1 + s)/(1 - s) takes the polynomial of the eigenvalues to h(s), whose roots have to lie in Re s <= 0, those on
+// the axis simple. Nothing changes between the real roots of a few polynomials in Omega (Orlando), so that Routh's array
+// at one fraction settles each interval between them. Numbers and polynomials are those of numbers.js.
 
-const power = (x, n) => x ** BigInt(n);
-const absolute = (x) => (x < 0n ? -x : x);
-const signOf = (x) => (x > 0n ? 1 : x < 0n ? -1 : 0);
+const HIGHEST = 8; // degree of a field of numbers in which a certificate still takes less than a blink
 
-// A decimal such as "0.3025" or "1e-3" as a fraction.
-function fractionOf(text) {
-    const [, sign, whole, digits = "", exponent = "0"] = /^(-?)(\d*)\.?(\d*)(?:e([-+]?\d+))?$/i.exec(text.trim());
-    const shift = Number(exponent) - digits.length;
-    const number = BigInt(sign + (whole || "0") + digits);
-    return shift >= 0 ? [number * power(10n, shift), 1n] : [number, power(10n, -shift)];
-}
-
-// Terms [coefficient, powers] at fractions, as a fraction.
-function valueOf(terms, fractions) {
-    let [top, bottom] = [0n, 1n];
-    for (const [coefficient, ...powers] of terms) {
-        let [a, b] = [coefficient, 1n];
-        powers.forEach((n, k) => ([a, b] = [a * power(fractions[k][0], n), b * power(fractions[k][1], n)]));
-        [top, bottom] = [top * b + a * bottom, bottom * b];
-    }
-    return [top, bottom];
-}
-
-function trimmed(p) {
-    const found = [...p];
-    while (found.length && found[found.length - 1] === 0n) found.pop();
-    return found;
-}
-
-const sumOf = (p, q) => trimmed(Array.from({ length: Math.max(p.length, q.length) }, (_, i) => (p[i] || 0n) + (q[i] || 0n)));
-const scaled = (p, factor) => trimmed(p.map((c) => c * factor));
-
-function productOf(p, q) {
-    const found = new Array(Math.max(0, p.length + q.length - 1)).fill(0n);
-    p.forEach((a, i) => q.forEach((b, j) => (found[i + j] += a * b)));
-    return trimmed(found);
-}
-
-const derivative = (p) => trimmed(p.slice(1).map((c, i) => c * BigInt(i + 1)));
-
-// The polynomial over the greatest common divisor of its coefficients.
-function primitive(p) {
-    let divisor = 0n;
-    for (const c of p) for (let [a, b] = [absolute(c), divisor]; ; [a, b] = [b, a % b]) if (b === 0n) { divisor = a; break; }
-    return divisor > 1n ? p.map((c) => c / divisor) : p;
-}
-
-// A positive multiple of the remainder of p divided by q.
-function remainder(p, q) {
-    let rest = p;
-    const lead = q[q.length - 1];
-    while (rest.length >= q.length) {
-        const top = rest[rest.length - 1];
-        const shifted = new Array(rest.length - q.length).fill(0n).concat(q);
-        rest = sumOf(scaled(rest, absolute(lead)), scaled(shifted, lead > 0n ? -top : top));
-    }
-    return primitive(rest);
-}
-
-// The quotient p/q of polynomials that divide without a rest, up to a positive factor.
-function quotientOf(p, q) {
-    let rest = p;
-    let found = [];
-    const lead = q[q.length - 1];
-    while (rest.length >= q.length) {
-        const term = new Array(rest.length - q.length).fill(0n).concat([lead > 0n ? rest[rest.length - 1] : -rest[rest.length - 1]]);
-        found = sumOf(scaled(found, absolute(lead)), term);
-        rest = sumOf(scaled(rest, absolute(lead)), scaled(productOf(term, q), -1n));
-    }
-    return primitive(found);
-}
-
-function commonDivisor(p, q) {
-    while (q.length) [p, q] = [q, remainder(p, q)];
-    return primitive(p);
-}
-
-// The square-free product of the roots at which a polynomial has to be looked at: all of them, or, not strictly, those
-// of odd multiplicity, where its sign changes (Yun's algorithm).
-function looked(p, strict) {
-    let divisor = commonDivisor(p, derivative(p));
-    let rest = quotientOf(p, divisor);
-    if (strict) return rest;
-    let odd = [1n];
-    for (let multiplicity = 1; rest.length > 1; multiplicity++) {
-        const next = commonDivisor(rest, divisor);
-        if (multiplicity % 2) odd = productOf(odd, quotientOf(rest, next));
-        [divisor, rest] = [quotientOf(divisor, next), next];
-    }
-    return odd;
-}
-
-function sturm(p) {
-    const chain = [p, derivative(p)];
-    while (chain[chain.length - 1].length) chain.push(scaled(remainder(chain[chain.length - 2], chain[chain.length - 1]), -1n));
-    return chain.slice(0, -1);
-}
-
-// Sign of a polynomial at a fraction, or at infinity for null.
-function signAt(p, x) {
-    if (!p.length) return 0;
-    if (x === null) return signOf(p[p.length - 1]);
-    return signOf(p.reduceRight((value, c, i) => value * x[0] + c * power(x[1], p.length - 1 - i), 0n));
-}
-
-function variations(chain, x) {
-    const signs = chain.map((p) => signAt(p, x)).filter((sign) => sign !== 0);
-    return signs.filter((sign, i) => i && sign !== signs[i - 1]).length;
-}
-
-// The smallest Omega > 0 at which p >= 0, or p > 0 if strict, begins to fail: 0 if at once, Infinity if it holds.
-function failsFrom(p, strict) {
-    if (!p.length) return strict ? 0 : Infinity;
-    const shifted = p.slice(p.findIndex((c) => c !== 0n));
-    if (shifted[0] < 0n) return 0;
-    const part = looked(shifted, strict);
-    if (part.length < 2) return Infinity;
-    const chain = sturm(part);
-    const before = variations(chain, [0n, 1n]);
-    const roots = (x) => before - variations(chain, x);
-    if (roots(null) === 0) return Infinity;
-    let [low, high, shared] = [0n, 1n, 1n]; // low/shared and high/shared enclose the root
-    while (roots([high, 1n]) === 0) [low, high] = [high, 2n * high];
-    for (let k = 0; k < 60; k++) {
-        [low, high, shared] = [2n * low, 2n * high, 2n * shared];
-        const middle = (low + high) / 2n;
-        if (roots([middle, shared]) > 0) high = middle;
-        else low = middle;
-    }
-    return Number((high * power(10n, 17)) / shared) / 1e17;
-}
-
-// Coefficients of (1 + s)^j (1 - s)^(n - j), lowest power first.
+// Coefficients of (1 + s)^j (1 - s)^(n - j), lowest power first, as integers.
 function bilinear(j, n) {
-    let found = [1n];
-    for (let k = 0; k < n; k++) found = productOf(found, [1n, k < j ? 1n : -1n]);
-    return found;
+    let found = [[1n]];
+    for (let k = 0; k < n; k++) found = productOf(RATIONAL, found, [[1n], [k < j ? 1n : -1n]]);
+    return found.map(([c]) => c);
 }
 
-// { decided, stableUpTo, reason } at exact values: fractions of xi and of the parameters in their order, null where one
-// is irrational. stableUpTo: Infinity where stable for every Omega > 0, else the Omega at which stability is first lost.
-function certified(scheme, xi, fractions) {
-    const undecided = (reason) => ({ decided: false, reason });
-    if (!scheme.exact || fractions.some((x) => x === null)) return undecided("a number is irrational");
-    let c = exactCoefficients(scheme.exact, [xi, ...fractions]);
-    while (c.length && !c[0].length) c = c.slice(1);
-    const lead = c[c.length - 1].find((x) => x !== 0n);
-    if (lead < 0n) c = c.map((p) => scaled(p, -1n));
+// The determinant of a matrix of polynomials, expanded along its rows, each minor once.
+function determinant(F, rows) {
+    const known = new Map();
+    const minor = (i, columns) => {
+        if (i === rows.length) return [[1n]];
+        const key = columns.join();
+        if (!known.has(key)) {
+            const parts = columns.map((j, k) => {
+                const part = rows[i][j].length ? productOf(F, rows[i][j], minor(i + 1, columns.filter((other) => other !== j))) : [];
+                return k % 2 ? scaled(F, part, [-1n]) : part;
+            });
+            known.set(key, parts.reduce((sum, part) => sumOf(F, sum, part), []));
+        }
+        return known.get(key);
+    };
+    return minor(0, rows.map((_, j) => j));
+}
+
+// The upper left part of Hurwitz's matrix of the coefficients h of a polynomial in s.
+const hurwitzRows = (h, count, width) => Array.from({ length: count }, (_, i) => Array.from({ length: width }, (_, j) => h[h.length - 2 - 2 * j + i] || []));
+
+// Hurwitz's determinant of an order; 1 for the order 0 and below.
+const hurwitz = (F, h, order) => determinant(F, hurwitzRows(h, Math.max(0, order), Math.max(0, order)));
+
+// In s^2, what the even and the odd terms of h share if these are so many pairs of roots +s, -s (a subresultant).
+function sharedPairs(F, h, pairs) {
+    const order = h.length - 2 - 2 * pairs;
+    if (order < 1) return h.filter((_, i) => i % 2 === (h.length - 1) % 2);
+    const rows = hurwitzRows(h, order, order + pairs);
+    return Array.from({ length: pairs + 1 }, (_, j) => determinant(F, rows.map((row) => [...row.slice(0, order - 1), row[order - 1 + pairs - j]])));
+}
+
+// Whether all eigenvalues lie in the unit disk, those on the circle simple, at a fraction of integers: by Routh's array.
+// Where a row vanishes, the row before is a factor of h with pairs of roots +s, -s, and its derivative replaces the zeros.
+function stableAt(F, h, x) {
+    const width = Math.max(...h.map((p) => p.length));
+    const values = h.map((p) => F.times(valueAt(F, p, x), [power(x[1], width - Math.max(p.length, 1))]));
+    const kept = values.map((_, i) => i).filter((i) => F.sign(values[i]) !== 0);
+    const [first, last] = [kept[0], kept[kept.length - 1]];
+    const sign = BigInt(F.sign(values[last]));
+    const descending = values.slice(first, last + 1).reverse().map((value) => F.times(value, [sign]));
+    let [upper, lower] = [0, 1].map((rest) => descending.filter((_, i) => i % 2 === rest));
+    let rowsOfZeros = 0;
+    for (let degree = descending.length - 1; degree > 0; degree--) {
+        if (lower.every((value) => F.sign(value) === 0)) {
+            rowsOfZeros += 1;
+            lower = upper.slice(0, (degree + 1) >> 1).map((value, j) => F.times(value, [BigInt(degree - 2 * j)]));
+        }
+        if (F.sign(lower[0]) <= 0) return false;
+        const below = upper.slice(1).map((value, j) => plus(F.times(lower[0], value), F.times(F.times(upper[0], lower[j + 1] || [0n]), [-1n])));
+        const divisor = greatestDivisor(below.flat()) || 1n;
+        [upper, lower] = [lower, below.map((value) => value.map((c) => c / divisor))];
+    }
+    return Math.max(first, h.length - 1 - last, rowsOfZeros) < 2;
+}
+
+// Where stability is first lost, for the coefficients of the polynomial of the eigenvalues, polynomials in a variable that
+// grows with Omega: { low, high }, both 0 if at once, both null if never, else with it in between; { doubtful } for where
+// the certificate's own way alone decides, whether two pairs of eigenvalues on the circle are one.
+function firstLost(F, c) {
     const n = c.length - 1;
-    if (n > 3) return undecided(`the scheme has ${n} eigenvalues that are not always 0`);
     const h = Array.from({ length: n + 1 }, () => []);
-    c.forEach((p, j) => bilinear(j, n).forEach((factor, i) => (h[i] = sumOf(h[i], scaled(p, factor)))));
-    const needed = h.map((p) => [p, false]);
-    if (n === 3) needed.push([sumOf(productOf(h[1], h[2]), scaled(productOf(h[0], h[3]), -1n)), false]);
-    needed.push([sumOf(h[0], h[1] || []), true], [sumOf(h[n], h[n - 1] || []), true]);
-    return { decided: true, stableUpTo: Math.min(...needed.map(([p, strict]) => failsFrom(p, strict))) };
+    c.forEach((p, j) => bilinear(j, n).forEach((factor, i) => (h[i] = sumOf(F, h[i], scaled(F, p, [factor])))));
+    const kept = h.map((_, i) => i).filter((i) => h[i].length);
+    const [first, last] = [kept[0], n - kept[kept.length - 1]]; // eigenvalues 1 and -1 whatever Omega
+    const inner = h.slice(first, n + 1 - last);
+    const degree = inner.length - 1;
+    let pairs = 0; // of eigenvalues on the circle whatever Omega
+    while (!hurwitz(F, inner, degree - 1 - 2 * pairs).length) pairs += 1;
+    const circle = pairs ? sharedPairs(F, inner, pairs).flatMap((p, j) => (j ? [scaled(F, p, [BigInt(2 * j)]), p] : [p])) : [[[1n]]];
+    const ofCircle = [circle[0], leading(circle), hurwitz(F, circle, circle.length - 2)];
+    const boundaries = [inner[0], inner[degree], hurwitz(F, inner, degree - 1 - 2 * pairs), ...ofCircle];
+    const changing = boundaries.filter((p) => p.some((one) => F.sign(one) !== F.sign(leading(p)))).map((p) => squareFree(F, p));
+    let all = [[1n]];
+    for (const part of changing.filter((p) => positiveRoots(F, p).length))
+        all = productOf(F, all, divided(F, part, commonDivisor(F, all, part))[0]);
+    const roots = positiveRoots(F, all);
+    if (!stableAt(F, h, roots.length ? roots[0][0] : [1n, 1n])) return { low: [0n, 1n], high: [0n, 1n] };
+    for (const [low, high] of roots) {
+        const vanish = (...polynomials) => {
+            const chain = sturm(F, polynomials.reduce((p, q) => commonDivisor(F, p, q), all));
+            return variations(F, chain, low) > variations(F, chain, high);
+        };
+        const twice = (ends, already) => (already ? vanish(ends[0]) : vanish(ends[0], ends[1] || []));
+        if (!stableAt(F, h, high) || twice(inner, first) || twice([...inner].reverse(), last)) return nearer(F, all, [low, high]);
+        const met = pairs < 2 ? vanish(hurwitz(F, inner, degree - 1), hurwitz(F, inner, degree - 3)) : boundaries.some((p) => vanish(p));
+        if (degree > 3 && met) return { doubtful: nearer(F, all, [low, high]) };
+    }
+    return { low: null, high: null };
 }
 
-// Polynomials in Omega with a common factor taken out, from terms in Omega, xi and the parameters.
-function exactCoefficients(rows, fractions) {
+// An interval with one root made so narrow that both ends are the same to more digits than a double holds.
+function nearer(F, p, interval) {
+    let [low, high] = interval;
+    const side = signAt(F, p, low);
+    while (power(2n, 60) * (high[0] * low[1] - low[0] * high[1]) > high[0] * low[1]) {
+        const [left, right] = halves(F, p, [low, high]);
+        [low, high] = signAt(F, p, left[1]) === side ? right : left;
+    }
+    return { low, high };
+}
+
+// { decided, stableUpTo, reason } at exact values: a fraction of xi, and those of the constant and of the parameters of the
+// scheme in their order with their field, as parametersOf gives them. stableUpTo: Infinity where stable for every
+// Omega > 0, else the Omega at which stability is first lost. reason: why it is not decided.
+function certified(scheme, xi, { field, fractions }) {
+    const undecided = (reason) => ({ decided: false, reason });
+    if (fractions.some((x) => x === null)) return undecided("its numbers are not all in the field of one root");
+    if (field.degree > HIGHEST) return undecided(`its numbers are of degree ${field.degree}, which takes seconds`);
+    let c = exactCoefficients(field, scheme.exact, [xi.map((x) => [x]), ...fractions]);
+    while (!c[0].length) c = c.slice(1);
+    const square = c.every((p) => p.every((value, k) => k % 2 === 0 || field.sign(value) === 0));
+    if (square) c = c.map((p) => p.filter((_, k) => k % 2 === 0));
+    const { low, doubtful } = firstLost(field, c);
+    const number = ([top, bottom]) => (square ? Math.sqrt(Number(top) / Number(bottom)) : Number(top) / Number(bottom));
+    if (doubtful) return undecided(`two pairs of eigenvalues may meet on the unit circle at Ω = ${number(doubtful.low)}`);
+    return { decided: true, stableUpTo: low === null ? Infinity : number(low) };
+}
+
+// Polynomials in Omega with a common factor taken out, from terms in Omega, xi, the constant and the parameters.
+function exactCoefficients(F, rows, fractions) {
     const degrees = fractions.map((_, k) => Math.max(0, ...rows.flat().map((term) => term[k + 2])));
     return rows.map((row) => {
         const found = [];
         for (const [coefficient, inOmega, ...powers] of row) {
-            let value = coefficient;
-            powers.forEach((e, k) => (value *= power(fractions[k][0], e) * power(fractions[k][1], degrees[k] - e)));
-            while (found.length <= inOmega) found.push(0n);
-            found[inOmega] += value;
+            let value = [coefficient];
+            powers.forEach((e, k) => {
+                const [top, bottom] = fractions[k];
+                value = F.times(value, F.times(raised(F, top, e), raised(F, bottom, degrees[k] - e)));
+            });
+            while (found.length <= inOmega) found.push([0n]);
+            found[inOmega] = plus(found[inOmega], value);
         }
-        return trimmed(found);
+        return trimmed(F, found);
     });
 }

@@ -61,9 +61,13 @@ function stateOf(address) {
             const scheme = entry && SCHEMES[entry.scheme];
             const p = scheme && scheme.parameters.find((one) => one.name === name);
             const family = scheme && scheme.families.find((one) => one.argument === name);
-            const good = isNumber(text) && ((p && inInterval(p, Number(text))) || family);
+            const good = isNumber(text) && (p || family) && inInterval(p || family, Number(text));
             keep(good, key, text, () => (entry.given[name] = text));
         }
+    }
+    for (const letter of LETTERS) {
+        const wrong = complaint(SCHEMES[state[letter].scheme], state[letter].given);
+        if (wrong) refused.push(`parameters of ${letter}, since ${wrong}`), (state[letter].given = {});
     }
     if (!quantitiesOf(state.scene).includes(state.quantity)) state.quantity = "displacement";
     return { state, refused };
@@ -83,31 +87,58 @@ function rootIn(p, coefficients) {
     return Math.abs(value(low)) < Math.abs(value(high)) ? low : high;
 }
 
-// { values, fractions }: every parameter as a number and, where it is rational, exactly. given: name -> text, of
+// { values, field, fractions }: every parameter as a number; and the constant and every parameter exactly, as fractions
+// of numbers of the field of the one root that an irrational one is, null for what is none. given: name -> text, of
 // parameters and of the arguments of families; what is not given follows from the declaration.
 function parametersOf(scheme, given) {
     const values = {};
-    const fractions = [];
-    const exact = ([top, bottom], at) => {
-        const [a, b] = [valueOf(top, at), valueOf(bottom, at)];
-        return [a[0] * b[1] * BigInt(signOf(b[0])), absolute(a[1] * b[0])];
+    const exact = { field: RATIONAL, fractions: [] };
+    const add = (polynomial, interval) => {
+        const found = exact.field === RATIONAL ? fieldOf(polynomial, interval) : null;
+        if (found) exact.field = found.field;
+        exact.fractions.push(found && found.r);
     };
+    const rational = ([top, bottom]) => [[top], [bottom]];
+    const quotientOf = (quotient, at) => quotient && dividedBy(exact.field, ...quotient.map((terms) => valueOf(exact.field, terms, at)));
+    if (scheme.constant) add(scheme.constant.polynomial, scheme.constant.interval);
     for (const p of scheme.parameters) {
         const family = scheme.families.find((one) => one.argument in given && p.name in one.quotients);
-        if (p.name in given) {
+        if (p.decided && p.decided.by in given) {
+            const found = quotientOf(p.decided.quotient, [rational(fractionOf(given[p.decided.by]))]);
+            values[p.name] = Number(found[0][0]) / Number(found[1][0]);
+            exact.fractions.push(found);
+        } else if (p.name in given) {
             values[p.name] = Number(given[p.name]);
-            fractions.push(fractionOf(given[p.name]));
+            exact.fractions.push(rational(fractionOf(given[p.name])));
         } else if (family) {
-            const quotient = family.quotients[p.name];
             values[p.name] = family.of(Number(given[family.argument]))[p.name];
-            fractions.push(quotient && exact(quotient, [fractionOf(given[family.argument])]));
+            exact.fractions.push(quotientOf(family.quotients[p.name], [rational(fractionOf(given[family.argument]))]));
         } else {
             values[p.name] = p.default ? p.default(values) : rootIn(p, p.polynomial(values));
-            const known = [...fractions, ...scheme.parameters.slice(fractions.length).map(() => [0n, 1n])];
-            fractions.push(p.quotient && known.every((x) => x !== null) ? exact(p.quotient, known) : null);
+            const known = exact.fractions.slice(scheme.constant ? 1 : 0);
+            if (known.includes(null)) exact.fractions.push(null);
+            else if (p.root) add(integersOf(p.root.map((terms) => valueOf(exact.field, terms, known))), [p.low, p.high].map((end) => fractionOf(String(end))));
+            else exact.fractions.push(quotientOf(p.quotient, known));
         }
     }
-    return { values, fractions };
+    return { values, ...exact };
+}
+
+// What is wrong with given numbers, each in its interval, all together; empty where nothing is.
+function complaint(scheme, given) {
+    for (const p of scheme.parameters)
+        if (p.decided && p.decided.by in given && p.name in given) return `${p.decided.by} decides ${p.name}: give one of the two`;
+    const { values } = parametersOf(scheme, given);
+    const outside = scheme.parameters.find((p) => !inInterval(p, values[p.name]));
+    return outside ? `${outside.name} would be ${values[outside.name]}, which is not in ${bounds(outside)}` : "";
+}
+
+const bounds = (p) => `${p.low_open ? "(" : "["}${p.low ?? "−∞"}, ${p.high ?? "∞"}${p.high_open ? ")" : "]"}`;
+
+// Fractions of rational numbers times a positive number that makes them integers; the last is not 0.
+function integersOf(fractions) {
+    const shared = fractions.reduce((product, [, [bottom]]) => product * bottom, 1n);
+    return trimmed(RATIONAL, fractions.map(([[top], [bottom]]) => [(top * shared) / bottom])).map(([c]) => c);
 }
 
 // Numbers of a scene's parameters, from what is given, the page's own, and the declaration's defaults.

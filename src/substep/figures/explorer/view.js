@@ -3,6 +3,7 @@
 
 let state = initialState();
 const charts = {};
+const PRINTED = { march: [700, 260] }; // sizes of charts on paper, in CSS pixels; the others' are where they are used
 const byId = (id) => document.getElementById(id);
 const NAMES = { xi: "Damping ratio ξ", ratio: "Step h/T", periods: "Periods" };
 
@@ -17,12 +18,11 @@ const shown = (x, digits = 5) => (Math.abs(x) < 1e-15 ? "0" : Number.isFinite(x)
 const labelOf = (letter) => `${letter.toUpperCase()}: ${state[letter].scheme}`;
 const grid = (low, high, n) => Array.from({ length: n + 1 }, (_, k) => low + ((high - low) * k) / n);
 
-// Scheme, parameters and certificate of both letters; computed once for each drawing.
+// Scheme and parameters of both letters; computed once for each drawing.
 function looked_at() {
     return Object.fromEntries(LETTERS.map((letter) => {
         const scheme = SCHEMES[state[letter].scheme];
-        const { values, fractions } = parametersOf(scheme, state[letter].given);
-        return [letter, { scheme, values, fractions }];
+        return [letter, { scheme, ...parametersOf(scheme, state[letter].given) }];
     }));
 }
 
@@ -42,8 +42,6 @@ function refuse(box, text) {
     byId("message").textContent = text;
 }
 
-const bounds = (p) => `${p.low_open ? "(" : "["}${p.low ?? "−∞"}, ${p.high ?? "∞"}${p.high_open ? ")" : "]"}`;
-
 // Where a slider of a parameter ends: its interval, or twice its default where that has no end.
 function reach(p, value) {
     const low = p.low ?? -2 * Math.abs(value);
@@ -60,17 +58,21 @@ function build_parameters(letter) {
     const defaults = parametersOf(declared, {}).values;
     const set = (name, p, cleared) => (text, box) => {
         if (!isNumber(text) || !inInterval(p, Number(text))) return refuse(box, `${name}: expected a number in ${bounds(p)}, got '${text}'`);
+        const others = Object.entries(given).filter(([other]) => !cleared.includes(other));
+        const wrong = complaint(declared, Object.fromEntries([...others, [name, text]]));
+        if (wrong) return refuse(box, `${name} = ${text}: ${wrong}`);
         for (const other of cleared) delete given[other];
         given[name] = text;
         draw();
     };
     const rows = declared.families.map((family) => {
         const sets = Object.keys(family.quotients);
-        const p = { low: 0, high: 1, low_open: false, high_open: false };
-        return slider(`${letter}.${family.argument}`, `${family.argument} (sets ${sets.join(", ")})`, { low: 0, high: 1, step: 0.01, value: given[family.argument] ?? "" }, set(family.argument, p, sets));
+        return slider(`${letter}.${family.argument}`, `${family.argument} (sets ${sets.join(", ")})`, { ...reach(family, 1), value: given[family.argument] ?? "" }, set(family.argument, family, sets));
     });
     for (const p of declared.parameters) {
-        const cleared = declared.families.filter((family) => p.name in family.quotients).map((family) => family.argument);
+        const families = declared.families.filter((family) => p.name in family.quotients).map((family) => family.argument);
+        const decided = declared.parameters.filter((other) => other.decided?.by === p.name).map((other) => other.name);
+        const cleared = [...families, ...decided, ...(p.decided ? [p.decided.by] : [])];
         rows.push(slider(`${letter}.${p.name}`, p.name, { ...reach(p, defaults[p.name]), value: "" }, set(p.name, p, cleared)));
     }
     byId(`parameters-${letter}`).replaceChildren(...rows);
@@ -135,10 +137,14 @@ function listed(eigenvalues, digits) {
     return eigenvalues.map(([x, y]) => shown(x, digits) + imaginary(y)).join("; ") || "none";
 }
 
-function verdict({ scheme, fractions }) {
+const known_verdicts = new Map(); // kept, since most of what moves in the page does not change them
+
+function verdict(letter, { scheme, ...exact }) {
     if (!scheme.damped && Number(state.xi) > 0) return "takes no damping";
-    const found = certified(scheme, fractionOf(state.xi), fractions);
-    if (!found.decided) return `not decided here: ${found.reason}; substep certify decides it`;
+    const key = JSON.stringify([state[letter], state.xi]);
+    if (!known_verdicts.has(key)) known_verdicts.set(key, certified(scheme, fractionOf(state.xi), exact));
+    const found = known_verdicts.get(key);
+    if (!found.decided) return `not decided in the page: ${found.reason}; substep certify ${scheme.name} decides it`;
     if (found.stableUpTo === Infinity) return "for every Ω > 0, proved";
     return found.stableUpTo === 0 ? "unstable for small Ω, proved" : `for 0 < Ω < ${shown(found.stableUpTo, 8)}, then lost, proved`;
 }
@@ -151,7 +157,7 @@ function draw_values(both) {
         ["Numerical damping", ...LETTERS.map((k) => shown(at[k].damping, 6))],
         ["Period error", ...LETTERS.map((k) => shown(at[k].period, 6))],
         ["Eigenvalues", ...LETTERS.map((k) => listed(at[k].eigenvalues, 8))],
-        ["Stable", ...LETTERS.map((k) => verdict(both[k]))],
+        ["Stable", ...LETTERS.map((k) => verdict(k, both[k]))],
     ];
     byId("values").replaceChildren(table_of([`h/T = ${state.ratio}, ξ = ${state.xi}`, ...LETTERS.map(labelOf)], rows));
     return at;
@@ -174,16 +180,22 @@ function draw_chart(id, lines, marks, { x, y, logarithmic = false, square = fals
     ];
     if (square) datasets.push({ label: "unit circle", data: points(grid(0, 2 * Math.PI, 180).map((t) => [Math.cos(t), Math.sin(t)])), borderColor: color("quiet"), borderWidth: 1, pointRadius: 0, showLine: true });
     const axis = (title, type = "linear") => ({ type, title: { display: true, text: title, color: color("ink") }, ticks: { color: color("ink") }, grid: { color: color("line") } });
+    const printed = matchMedia("print").matches;
+    const dashed = (item, chart) => ({ ...item, lineDash: chart.data.datasets[item.datasetIndex].borderDash, lineWidth: 2 });
+    const generateLabels = (chart) => Chart.defaults.plugins.legend.labels.generateLabels(chart).map((item) => dashed(item, chart));
     const options = {
+        devicePixelRatio: printed ? 3 : undefined,
         animation: false, responsive: true, maintainAspectRatio: square, aspectRatio: square ? 1.3 : undefined, parsing: false, normalized: true,
         scales: { x: axis(x, logarithmic ? "logarithmic" : "linear"), y: axis(y) },
-        plugins: { legend: { labels: { color: color("ink"), usePointStyle: true, pointStyle: "line", pointStyleWidth: 40, filter: (item) => !item.text.includes("at this step") } } },
+        plugins: { legend: { labels: { generateLabels, color: color("ink"), usePointStyle: true, pointStyle: "line", pointStyleWidth: 40, filter: (item) => !item.text.includes("at this step") && !(printed && item.text === "unit circle") } } },
     };
-    if (logarithmic) options.scales.x.ticks.callback = (value) => (Number.isInteger(Math.round(1e9 * Math.log10(value)) / 1e9) ? String(value) : "");
-    if (square) Object.assign(options.scales.x, { min: -1.6, max: 1.6 }), Object.assign(options.scales.y, { min: -1.23, max: 1.23 });
+    if (logarithmic) options.scales.x.ticks.callback = (value) => (Number.isInteger(Math.round(1e9 * Math.log10(value)) / 1e9) ? String(value) : ""), Object.assign(options.scales.x.ticks, { autoSkip: false, maxRotation: 0 });
+    const wide = printed ? 2 : 1.6; // so that a circle is round beside what axes and legend take
+    if (square) Object.assign(options.scales.x, { min: -wide, max: wide }), Object.assign(options.scales.y, { min: -1.23, max: 1.23 });
     if (id === "radius") options.scales.y.suggestedMin = 0, options.scales.y.suggestedMax = 1.2, options.scales.y.max = largest_shown(lines);
     if (charts[id]) Object.assign(charts[id], { options }), (charts[id].data = { datasets }), charts[id].update("none");
     else charts[id] = new Chart(byId(id), { type: "scatter", data: { datasets }, options });
+    charts[id].resize(...(printed ? PRINTED[id] || [340, 195] : []));
     const details = byId(`${id}-table`).parentElement;
     details.ontoggle = () => details.open && byId(`${id}-table`).replaceChildren(table());
     details.ontoggle();
@@ -254,6 +266,7 @@ function draw() {
     draw_functions(both, draw_values(both));
     draw_march(both);
     history.replaceState(null, "", `#${addressOf(state)}`);
+    byId("address").textContent = `This view: #${addressOf(state)}`;
 }
 
 function from_address() {
