@@ -9,6 +9,7 @@ from typing import Any
 from ..core.arrays import Array
 from .causes import Deviation
 from .claims import Judgement
+from .free_motion import Energy, Growth
 from .identify import Identification, Match
 from .loads import LoadTaking
 from .orders import Order, written
@@ -30,12 +31,13 @@ class Curve:
 class Report:
     """An audit.
 
-    found: the schemes it does the same as, or the nearest one. exact: None, or the load for
-    which its motion is exact. orders: of u, v, a, for each motion; None where exact
-    or not returned. rho_inf: the spectral radius at Omega = 10^4. critical_Omega: None where it is stable up to there.
-    overshoot: as the catalogue writes it. loads: how it takes the load. start: where its first acceleration comes from.
-    judgements: of the claims. deviations: root causes. curves: what was measured, for charts. failed: Omega, xi and the
-    error where the program raised; what is said of it rests on the other runs.
+    found: the schemes it does the same as, or the nearest one. exact: None, or the load for which its motion is exact.
+    orders: of u, v, a, for each motion; None where exact or not returned. rho_inf: the spectral radius at
+    Omega = 10^4. critical_Omega: None where it is stable up to there. overshoot: as the catalogue writes it. loads: how
+    it takes the load. start: where its first acceleration comes from. judgements: of the claims. deviations: root
+    causes. curves: what was measured, for charts. growth: where undamped free motion grows like a power of n. energy:
+    what happens to that of undamped free motion; empty where no velocity at the ends of steps is returned. failed:
+    Omega, xi and the error where the program raised; what is said of it rests on the other runs.
     """
 
     stepper: Stepper
@@ -49,6 +51,8 @@ class Report:
     judgements: tuple[Judgement, ...]
     deviations: tuple[Deviation, ...]
     curves: tuple[Curve, ...]
+    growth: tuple[Growth, ...] = ()
+    energy: tuple[Energy, ...] = ()
     failed: tuple[tuple[float, float, str], ...] = ()
 
     @property
@@ -88,6 +92,8 @@ class Report:
             "stable up to Omega = 10^4" if self.critical_Omega is None else f"unstable beyond {self.critical_Omega:.9g}"
         )
         lines += [f"  stability  rho_inf = {self.rho_inf:.4g}, {stable}, overshoot {self.overshoot}"]
+        lines += [f"  growth     {growth.text}" for growth in self.growth]
+        lines += [f"  energy     at Omega = {energy.Omega:g}: {energy.text}" for energy in self.energy]
         load = self.loads.text if self.exact is None else self.exact
         lines += [f"  load       {load}", f"  start      acceleration at t = 0: {self.start}"]
         lines += [f"  not run    at Omega = {Omega:g}, xi = {xi:g}: {error}" for Omega, xi, error in self.failed]
@@ -120,6 +126,8 @@ class Report:
             "rho_inf": self.rho_inf,
             "critical_Omega": self.critical_Omega,
             "overshoot": self.overshoot,
+            "growth": [asdict(growth) | {"text": growth.text} for growth in self.growth],
+            "energy": [asdict(energy) | {"verdict": energy.verdict, "text": energy.text} for energy in self.energy],
             "loads": asdict(self.loads) | {"text": self.loads.text},
             "claims": [asdict(judgement) for judgement in self.judgements],
             "deviations": [asdict(deviation) for deviation in self.deviations],
