@@ -15,6 +15,7 @@ from .free_motion import energies, growths, measured_roots, observed_noise, sche
 from .identify import Identification, identify
 from .linear_step import Candidate, Oscillators
 from .loads import LoadTaking, load_taking
+from .nonlinear import split
 from .orders import observed_orders
 from .probes import Measured, driven_runs, given_runs, own_runs
 from .program import Program
@@ -44,7 +45,8 @@ def audit(stepper: Stepper | Run, claims: Claims | None = None) -> Report:
     exact = exactness(own, driven)
     found = Identification(())
     if exact is None:
-        found = identify(given_runs(stepper) if stepper.can.sets_a0 else own, own, claimed)
+        free = given_runs(stepper) if stepper.can.sets_a0 else own
+        found = split(identify(free, own, claimed), stepper, free)
     best = found.matches[0] if found.matches else None
     load = load_taking(best, driven) if best else LoadTaking("unknown")
     radius, margin, roots = measured_radius(stepper), MEASURED, measured_roots(stepper)

@@ -10,7 +10,7 @@ from ..core.arrays import Array
 from .causes import Deviation
 from .claims import Judgement
 from .free_motion import Energy, Growth
-from .identify import Identification, Match
+from .identify import MATCH, Identification, Match
 from .loads import LoadTaking
 from .orders import Order, written
 from .stepper import Stepper
@@ -73,6 +73,17 @@ class Report:
         return f"{self.matches[0].text}, {what[self.matches[0].what]} to {self.matches[0].error:.0e}"
 
     @property
+    def nonlinear(self) -> tuple[str, ...]:
+        """What a cubic spring tells, in words: nothing where none was tried."""
+        least = self.found.nonlinear
+        if least is None:
+            return ()
+        if least > MATCH:
+            return (f"none of these under a cubic spring: off by {least:.0e}",)
+        apart = tuple(f"not {match.text}: off by {error:.0e}" for match, error in self.found.apart)
+        return (f"the same under a cubic spring, to {least:.0e}", *apart)
+
+    @property
     def start(self) -> str:
         """Where the acceleration at t = 0 comes from: "computed", "zero", "own", or "unknown"."""
         return self.matches[0].start if self.matches else "unknown"
@@ -87,6 +98,7 @@ class Report:
         """The report in lines of at most 100 characters, but for quotations."""
         lines = [f"{self.stepper.name} {self.stepper.version}".rstrip(), f"  is         {self.identified}"]
         lines += [f"  as well    {match.text}" for match in self.matches[1:]]
+        lines += [f"  nonlinear  {told}" for told in self.nonlinear]
         lines += [f"  order      {name}: {_order(order)}" for name, order in self.orders.items()]
         stable = (
             "stable up to Omega = 10^4" if self.critical_Omega is None else f"unstable beyond {self.critical_Omega:.9g}"
@@ -122,6 +134,7 @@ class Report:
                 {"scheme": m.scheme.name, "text": m.text, "what": m.what, "start": m.start, "error": m.error}
                 for m in self.matches
             ],
+            "nonlinear": list(self.nonlinear),
             "orders": {name: list(order) for name, order in self.orders.items()},
             "rho_inf": self.rho_inf,
             "critical_Omega": self.critical_Omega,

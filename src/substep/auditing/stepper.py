@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..core.arrays import Array
-from .programs.adapter import Integrator, Load
+from .programs.adapter import Integrator, Load, Spring
 
 Run = Callable[..., tuple[Any, Any, Any]]
 
@@ -24,7 +24,8 @@ class Stepper:
     run(omega, xi, dt, n, u0, v0, load) returns histories u, v, a of u'' + 2 xi omega u' + omega**2 u = load(t), n + 1
     numbers each from t = 0 on, None for one that the program does not return; it takes a0 besides where `can.sets_a0`.
     load is a function of t; run may ask its `kind`, `amplitude`, `omega` and `phase` to make a load of the program's
-    own. can: see `Integrator`. name, version: of the program and its integrator, for the report.
+    own. Where `can.nonlinear` it may be given force=, a `Spring` N(u) that takes the place of omega**2 u.
+    can: see `Integrator`. name, version: of the program and its integrator, for the report.
     """
 
     run: Run
@@ -34,13 +35,24 @@ class Stepper:
     arguments: Mapping[str, Any] = field(default_factory=dict)
 
     def histories(
-        self, omega: float, xi: float, dt: float, n: int, u0: float, v0: float, a0: float | None, load: Load
+        self,
+        omega: float,
+        xi: float,
+        dt: float,
+        n: int,
+        u0: float,
+        v0: float,
+        a0: float | None,
+        load: Load,
+        force: Spring | None = None,
     ) -> Array:
         """u, v, a (n+1, 3) at the ends of the scheme's steps dt, each of `can.calls` runs of the program; NaN for none.
 
         Raises RunFailed for a run that raises, ValueError for histories of another length.
         """
-        given = {"a0": a0} if self.can.sets_a0 else {}
+        given: dict[str, Any] = {"a0": a0} if self.can.sets_a0 else {}
+        if force is not None:
+            given["force"] = force
         dt, n = dt / self.can.calls, n * self.can.calls
         try:
             with np.errstate(all="ignore"):  # an unstable run overflows
