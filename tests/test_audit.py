@@ -79,7 +79,7 @@ def test_every_scheme_is_found_blind(name):
         for omega, xi in ((0.7, 0.0), (5.3, 0.2 if stepper.can.damping else 0.0)):
             theirs, ours = (s.run(omega, xi, 0.5, 8, 1.0, 0.3, lambda t: 0.0)[0] for s in (stepper, same))
             np.testing.assert_allclose(ours, theirs, rtol=1e-7, atol=1e-8 * np.abs(theirs).max())
-    found = split(Identification(matches), stepper, own)
+    found = split(Identification(matches), stepper, own, own)
     assert found.nonlinear is not None and found.nonlinear < 1e-9
     assert name in {match.scheme.name for match in found.matches} and len(found.on_linear) == len(matches)
     if len(matches) > 1:

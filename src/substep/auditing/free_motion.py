@@ -18,10 +18,9 @@ Roots = Callable[[float], Array]  # the eigenvalues at an Omega, undamped
 
 ENERGY_AT = (0.1, 0.5, 1.0)  # Omega
 BEFORE, AVERAGED = 128, 384  # steps that die out first, and of each of the two averages
-WINDOW = np.kaiser(AVERAGED, 36.0)  # what oscillates 11.6 times in it or more is weighed by less than 1e-15
-SLOWEST = 2.0 * np.pi * 11.6 / AVERAGED  # rad a step of such an oscillation
+CYCLES = 11.6  # in the averaging window, beyond which an oscillation weighs less than 1e-15 in a Kaiser window
 OPERATIONS = 10.0  # roundings of a step
-KEPT = 1e-200  # an energy below this share of the first, or beyond its inverse, is not averaged
+FEWEST = 8  # steps of an average
 
 GROWTH_STEPS = 256
 GROWN = 1.5  # times, over the last three quarters: more than phases at which bounded motion is seen can differ
@@ -100,32 +99,32 @@ def energies(stepper: Stepper, noise: float) -> tuple[Energy, ...]:
 
 
 def _energy(Omega: float, rows: Array, noise: float) -> Energy | None:
-    """From a history of u and h*v; None without v, or where it is not an oscillation that the averages resolve."""
-    e = 0.5 * (rows[:, 1] ** 2 + Omega**2 * rows[:, 0] ** 2)[BEFORE:]
-    if not np.isfinite(e[0]) or e[0] == 0.0:
-        return None
-    inside = np.isfinite(e) & (e > KEPT * e[0]) & (e < e[0] / KEPT)
+    """From a history of u and h*v; None without v, or where it is lost, or grows beyond all bounds, within a few steps.
+
+    The two averages are over equal windows, exact for an energy without trend. The trend is taken out until none is
+    left. What has decayed to the noise, which may be absolute, is not averaged.
+    """
+    e = 0.5 * (rows[:, 1] ** 2 + Omega**2 * rows[:, 0] ** 2)
+    inside = np.isfinite(e) & (e > noise * e[0])
     steps = len(e) if inside.all() else int(np.argmin(inside))
-    window = WINDOW if steps == len(e) else np.ones(steps // 2)
-    half = len(window)
-    if half < 2:
+    before = min(BEFORE, steps // 4)
+    half = min(AVERAGED, (steps - before) // 2)
+    if half < FEWEST:
         return None
-    n = np.arange(2 * half)
-    phase = np.pi * np.count_nonzero(np.diff(np.sign(rows[BEFORE : BEFORE + 2 * half, 0]))) / (2 * half - 1)
-    resolved = min(phase, np.pi - phase) * 2.0 >= SLOWEST
-    rate = float(np.log(e[2 * half - 1] / e[0])) / (2 * half - 1)  # of the logarithm, a step
-    for _ in range(6):  # the averages are exact for a motion without trend
-        level = e[: 2 * half] * np.exp(-rate * n)
+    e, n = e[before : before + 2 * half], np.arange(2 * half)
+    turn = np.pi * np.count_nonzero(np.diff(np.sign(rows[before : before + 2 * half, 0]))) / (2 * half - 1)
+    beta = np.pi * np.sqrt(max(0.0, min(CYCLES, min(turn, np.pi - turn) * half / np.pi - 1.0) ** 2 - 1.0))
+    window = np.kaiser(half, beta)
+    rate = float(np.log(e[-1] / e[0])) / (2 * half - 1)  # of the logarithm, a step
+    for _ in range(8):
+        level = e * np.exp(-rate * n)
         first, second = (float(window @ part) for part in (level[:half], level[half:]))
         rate += float(np.log(second / first)) / half
-    level = e[: 2 * half] * np.exp(-rate * n)
-    mean = float(window @ level[half:]) / float(window.sum())
+    level = e * np.exp(-rate * n)
+    oscillation = 0.5 * float(np.ptp(level)) / float(window @ level[half:]) * float(window.sum())
+    left = 4.0 * (1.0 + beta) * np.exp(-beta) * oscillation / half  # of the oscillation in the rate, by the side lobes
     period = 2.0 * np.pi / Omega
-    oscillation = 0.5 * float(np.ptp(level)) / mean
-    resolution = OPERATIONS * noise * period
-    if not resolved or half < AVERAGED:  # what oscillates is not averaged out: the rate is known to its share only
-        resolution += 2.0 * oscillation * period / half
-    return Energy(Omega, float(np.expm1(rate * period)), oscillation, resolution)
+    return Energy(Omega, float(np.expm1(rate * period)), oscillation, (OPERATIONS * noise + left) * period)
 
 
 def growths(stepper: Stepper, roots: Roots, critical: float | None, largest: float) -> tuple[Growth, ...]:

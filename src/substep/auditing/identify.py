@@ -11,7 +11,7 @@ from ..core.arrays import Array
 from ..core.schemes import Scheme, schemes
 from ..core.schemes import scheme as make_scheme
 from .fit import Residual, described, free_parameters, largest, recognise, solutions, solve
-from .linear_step import Candidate
+from .linear_step import Candidate, with_parameters
 from .probes import Measured
 
 What = Literal["matrix", "displacements", "spectrum"]
@@ -162,6 +162,21 @@ def with_other_values(match: Match, free: Sequence[Measured]) -> Iterator[Match]
             other = replace(match, scheme=scheme, error=error)
             if credible(other) and not is_claimed(match.scheme, scheme):
                 yield other
+
+
+def siblings(found: Identification, free: Sequence[Measured], own: Sequence[Measured]) -> Iterator[Match]:
+    """Schemes not among the matches that have a match's parameters, and do what was measured at its values of them."""
+    names = {match.scheme.name for match in found.matches}
+    for match in found.matches:
+        values = {name: float(x) for name, x in match.scheme.parameters.items()}
+        for other in map(make_scheme, schemes()):
+            if values and other.name not in names and set(other.parameters) == set(values):
+                fitted = replace(
+                    _fitted(with_parameters(other, values), (), match.what, free, own), solved=match.solved
+                )
+                if fitted.error <= MATCH:
+                    names.add(other.name)
+                    yield fitted
 
 
 def _residuals(scheme: Scheme, what: What, free: Sequence[Measured]) -> list[Residual]:

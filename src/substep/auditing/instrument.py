@@ -10,6 +10,7 @@ from ..core.errors import called_as
 from ..core.schemes import Scheme
 from .causes import Evidence, deviations
 from .claims import Claims, judged
+from .control import controlled_runs
 from .exactness import exactness
 from .free_motion import energies, growths, measured_roots, observed_noise, scheme_roots
 from .identify import Identification, identify
@@ -46,7 +47,7 @@ def audit(stepper: Stepper | Run, claims: Claims | None = None) -> Report:
     found = Identification(())
     if exact is None:
         free = given_runs(stepper) if stepper.can.sets_a0 else own
-        found = split(identify(free, own, claimed), stepper, free)
+        found = split(identify(free, own, claimed), stepper, free, own)
     best = found.matches[0] if found.matches else None
     load = load_taking(best, driven) if best else LoadTaking("unknown")
     radius, margin, roots = measured_radius(stepper), MEASURED, measured_roots(stepper)
@@ -62,7 +63,8 @@ def audit(stepper: Stepper | Run, claims: Claims | None = None) -> Report:
     return Report(
         stepper, found, exact, orders, rho_inf, critical, overshoot(stepper), load, judgements, departures,
         measured_curves(stepper, own), growths(stepper, roots, critical, LARGE),
-        energies(stepper, observed_noise(stepper, best.error if best else None)), failures(own, driven),
+        energies(stepper, observed_noise(stepper, best.error if best else None)), controlled_runs(stepper),
+        failures(own, driven),
     )  # fmt: skip
 
 

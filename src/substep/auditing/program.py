@@ -103,7 +103,15 @@ class Program:
             load.called.extend(answer["called"])
             return answer["u"], answer["v"], answer["a"]
 
-        return Stepper(run, can, f"{self.program} {integrator}", self.version, given)
+        def controlled(omega: float, xi: float, tol: float, t_end: float, u0: float, v0: float) -> Any:
+            answer = self.asked({
+                "do": "control", "integrator": integrator, "arguments": given, "omega": omega, "xi": xi, "tol": tol,
+                "t_end": t_end, "u0": u0, "v0": v0,
+            })  # fmt: skip
+            return answer["t"], answer["u"], answer["v"], answer["errors"]
+
+        own = controlled if can.adaptive else None
+        return Stepper(run, can, f"{self.program} {integrator}", self.version, given, own)
 
     def claims(self, integrator: str) -> Claims:
         """What its manual claims of an integrator at its own arguments."""

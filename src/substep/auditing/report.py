@@ -9,6 +9,7 @@ from typing import Any
 from ..core.arrays import Array
 from .causes import Deviation
 from .claims import Judgement
+from .control import Control
 from .free_motion import Energy, Growth
 from .identify import MATCH, Identification, Match
 from .loads import LoadTaking
@@ -36,7 +37,8 @@ class Report:
     Omega = 10^4. critical_Omega: None where it is stable up to there. overshoot: as the catalogue writes it. loads: how
     it takes the load. start: where its first acceleration comes from. judgements: of the claims. deviations: root
     causes. curves: what was measured, for charts. growth: where undamped free motion grows like a power of n. energy:
-    what happens to that of undamped free motion; empty where no velocity at the ends of steps is returned. failed:
+    what happens to that of undamped free motion; empty where no velocity at the ends of steps is returned. control:
+    what it does in steps of its own choice, None where it does not choose. failed:
     Omega, xi and the error where the program raised; what is said of it rests on the other runs.
     """
 
@@ -53,6 +55,7 @@ class Report:
     curves: tuple[Curve, ...]
     growth: tuple[Growth, ...] = ()
     energy: tuple[Energy, ...] = ()
+    control: Control | None = None
     failed: tuple[tuple[float, float, str], ...] = ()
 
     @property
@@ -106,6 +109,7 @@ class Report:
         lines += [f"  stability  rho_inf = {self.rho_inf:.4g}, {stable}, overshoot {self.overshoot}"]
         lines += [f"  growth     {growth.text}" for growth in self.growth]
         lines += [f"  energy     at Omega = {energy.Omega:g}: {energy.text}" for energy in self.energy]
+        lines += [f"  own steps  {told}" for told in (self.control.text if self.control else ())]
         load = self.loads.text if self.exact is None else self.exact
         lines += [f"  load       {load}", f"  start      acceleration at t = 0: {self.start}"]
         lines += [f"  not run    at Omega = {Omega:g}, xi = {xi:g}: {error}" for Omega, xi, error in self.failed]
@@ -141,6 +145,7 @@ class Report:
             "overshoot": self.overshoot,
             "growth": [asdict(growth) | {"text": growth.text} for growth in self.growth],
             "energy": [asdict(energy) | {"verdict": energy.verdict, "text": energy.text} for energy in self.energy],
+            "control": None if self.control is None else self.control.to_dict(),
             "loads": asdict(self.loads) | {"text": self.loads.text},
             "claims": [asdict(judgement) for judgement in self.judgements],
             "deviations": [asdict(deviation) for deviation in self.deviations],
