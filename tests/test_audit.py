@@ -91,6 +91,18 @@ def test_every_scheme_is_found_blind(name):
             assert off < 1e-8 if match in found.matches else off > 1e-6
 
 
+def test_another_nonlinear_form_of_the_claimed_scheme_is_named_and_not_accused():
+    """A manual that says HHT does not say whether the force is that of the mixed displacement."""
+    values = {"alpha": -0.1}
+    report = ss.audit(
+        densely_stepped("hht_alpha_mixed_displacement", values), ss.Claims("hht_alpha", parameters=values)
+    )
+    assert report.matches[0].scheme.name == "hht_alpha_mixed_displacement" and len(report.matches) == 1
+    assert [match.scheme.name for match, _ in report.found.apart] == ["hht_alpha"]
+    assert report.judgements[0].verdict == "true" and not report.deviations
+    assert "nonlinear  not hht_alpha(" in report.text
+
+
 def test_a_force_that_is_taken_in_no_declared_way_is_told_and_all_names_are_kept():
     """The average acceleration method with one iteration of Newton's from the tangent at t_n."""
     steps = trapezoidal_load(0, 0, 1)
