@@ -155,10 +155,12 @@ def growths(stepper: Stepper, roots: Roots, critical: float | None, largest: flo
 def _growth(Omega: float, run: Measured) -> Growth | None:
     """From the largest root of the energy in windows that end at a quarter, a half, and all of the steps.
 
-    With M = a + b n^k there, k follows from the ratio of the two differences.
+    With M = a + b n^k there, k follows from the ratio of the two differences. What u has of the energy of the start is
+    no growth, also where no v is returned.
     """
     u, v = run.rows[0, :, 0], np.nan_to_num(run.rows[0, :, 1])
-    size, n = np.hypot(u, v / Omega), len(u) - 1
+    start = max(abs(x or 0.0) / Omega**kind for kind, x in enumerate(run.start))
+    size, n = np.maximum(np.hypot(u, v / Omega), start), len(u) - 1
     if not np.isfinite(size).all():
         return None
     quarter, half, whole = (float(size[m // 2 : m + 1].max()) for m in (n // 4, n // 2, n))
