@@ -106,6 +106,18 @@ def test_a_real_program_pyyeti():
     assert unc.identified == "exact, for a load linear over a step" and not unc.deviations
 
 
+def test_a_real_program_scipy():
+    """Its pair goes on with the value of order 5 and estimates the error of that of order 4, under any force."""
+    with Program("scipy") as program:
+        (report,) = audit_program(program, ["RK45"])
+    assert report.matches[0].scheme.name == "dormand_prince" and not report.deviations
+    assert report.found.nonlinear is not None and report.found.nonlinear < 1e-12
+    control = report.control
+    assert control is not None and control.power == pytest.approx(1.0, abs=0.1)
+    assert control.orders == pytest.approx((5.0, 5.0), abs=0.5)
+    assert control.estimated_orders == pytest.approx((4.0, 4.0), abs=0.5)
+
+
 def test_every_program_with_an_adapter_has_a_committed_report():
     assert {path.stem for path in REPORTS.glob("*.json")} == set(programs())
 

@@ -102,14 +102,14 @@ def _failed(judgement: Judgement) -> str:
 
 def _of_scheme(e: Evidence, best: Match) -> list[Deviation]:
     claimed, lost = e.claimed, tuple(filter(None, map(e.lowered, MOTIONS)))
-    if claimed is None or any(is_claimed(match.scheme, claimed) for match in e.found.matches):
+    if claimed is None or any(is_claimed(match.scheme, claimed) for match in e.found.on_linear):
         if claimed is not None and best.what == "spectrum":
             return [Deviation("scheme", f"only the eigenvalues are those of {best.text}", lost)]
         return []
     near = e.found.claimed
     if near is not None and near.what == "spectrum" and is_claimed(near.scheme, claimed):
         return [Deviation("scheme", f"only the eigenvalues are those of {near.text}; it steps as {best.text}")]
-    same = next((match for match in e.found.matches if match.scheme.name == claimed.name), None)
+    same = next((match for match in e.found.on_linear if match.scheme.name == claimed.name), None)
     if same is None:
         return [Deviation("scheme", f"it is {best.text}, not {described(claimed)}")]
     return [Deviation("parameter", text) for text in _of_parameters(claimed.given, same.scheme.parameters)]

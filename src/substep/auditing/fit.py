@@ -33,22 +33,30 @@ def solve(scheme: Scheme, names: Sequence[str], at: Oscillators, residual: Resid
 
     The parameters enter a step rationally, so that a residual that can vanish does so from one of a few starts.
     """
-    fit = _Fit(scheme, tuple(names), at, residual)
-    if not names:
-        return scheme, largest(fit.at_values(np.zeros(0)))
-    from scipy.optimize import least_squares  # noqa: PLC0415 (slow to import)
-
     best = scheme, np.inf
-    if len(fit.compared) < len(names):
-        return best
-    for x0 in fit.guesses:
-        x = least_squares(fit.vector, x0, method="lm", xtol=1e-15, ftol=1e-15, gtol=1e-15, max_nfev=40 * len(x0)).x
-        found = fit.recognised(x)
+    for found in solutions(scheme, names, at, residual):
         if found[1] < best[1]:
             best = found
         if best[1] <= EXACT:
             break
     return best
+
+
+def solutions(
+    scheme: Scheme, names: Sequence[str], at: Oscillators, residual: Residual
+) -> Iterator[tuple[Scheme, float]]:
+    """What is found from each start: other values may do the same."""
+    fit = _Fit(scheme, tuple(names), at, residual)
+    if not names:
+        yield scheme, largest(fit.at_values(np.zeros(0)))
+        return
+    from scipy.optimize import least_squares  # noqa: PLC0415 (slow to import)
+
+    if len(fit.compared) < len(names):
+        return
+    for x0 in fit.guesses:
+        x = least_squares(fit.vector, x0, method="lm", xtol=1e-15, ftol=1e-15, gtol=1e-15, max_nfev=40 * len(x0)).x
+        yield fit.recognised(x)
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """Which declared scheme a stepper is: the schemes of the catalogue compared with its histories."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import groupby
 from typing import Literal
 
@@ -10,8 +10,8 @@ import numpy as np
 from ..core.arrays import Array
 from ..core.schemes import Scheme, schemes
 from ..core.schemes import scheme as make_scheme
-from .fit import Residual, described, free_parameters, largest, recognise, solve
-from .linear_step import Candidate
+from .fit import Residual, described, free_parameters, largest, recognise, solutions, solve
+from .linear_step import Candidate, with_parameters
 from .probes import Measured
 
 What = Literal["matrix", "displacements", "spectrum"]
@@ -51,11 +51,20 @@ class Identification:
     """matches: the schemes that do what was measured, best first. nearest: where none does, the one least far off.
 
     claimed: how far the claimed scheme agrees; None if not even its eigenvalues do, or none is claimed.
+    apart: schemes that agree on the linear oscillator, but not under a cubic spring, with their deviation there;
+    nonlinear: the least deviation there, None where no spring was tried.
     """
 
     matches: tuple[Match, ...]
     nearest: Match | None = None
     claimed: Match | None = None
+    apart: tuple[tuple[Match, float], ...] = ()
+    nonlinear: float | None = None
+
+    @property
+    def on_linear(self) -> tuple[Match, ...]:
+        """The schemes that do the same on the linear oscillator."""
+        return (*self.matches, *(match for match, _ in self.apart))
 
 
 def identify(free: Sequence[Measured], own: Sequence[Measured], first: Scheme | None = None) -> Identification:
@@ -140,6 +149,34 @@ def _fitted(
     fitted, error = min(fits, key=lambda fit: fit[1])
     start = _start(Candidate(fitted, free[0].at), what, own) if error <= MATCH else "own"
     return Match(fitted, what, error, start, len(names))
+
+
+def with_other_values(match: Match, free: Sequence[Measured]) -> Iterator[Match]:
+    """The same scheme at other values of its parameters that do what was measured as well, where they were solved for.
+
+    Two sub-steps of silva_bezerra's, for one, may be exchanged.
+    """
+    names = free_parameters(match.scheme)[: match.solved]
+    for residual in _residuals(match.scheme, match.what, free) if names else ():
+        for scheme, error in solutions(match.scheme, names, free[0].at, residual):
+            other = replace(match, scheme=scheme, error=error)
+            if credible(other) and not is_claimed(match.scheme, scheme):
+                yield other
+
+
+def siblings(found: Identification, free: Sequence[Measured], own: Sequence[Measured]) -> Iterator[Match]:
+    """Schemes not among the matches that have a match's parameters, and do what was measured at its values of them."""
+    names = {match.scheme.name for match in found.matches}
+    for match in found.matches:
+        values = {name: float(x) for name, x in match.scheme.parameters.items()}
+        for other in map(make_scheme, schemes()):
+            if values and other.name not in names and set(other.parameters) == set(values):
+                fitted = replace(
+                    _fitted(with_parameters(other, values), (), match.what, free, own), solved=match.solved
+                )
+                if fitted.error <= MATCH:
+                    names.add(other.name)
+                    yield fitted
 
 
 def _residuals(scheme: Scheme, what: What, free: Sequence[Measured]) -> list[Residual]:

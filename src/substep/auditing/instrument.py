@@ -10,10 +10,13 @@ from ..core.errors import called_as
 from ..core.schemes import Scheme
 from .causes import Evidence, deviations
 from .claims import Claims, judged
+from .control import controlled_runs
 from .exactness import exactness
+from .free_motion import energies, growths, measured_roots, observed_noise, scheme_roots
 from .identify import Identification, identify
 from .linear_step import Candidate, Oscillators
 from .loads import LoadTaking, load_taking
+from .nonlinear import split
 from .orders import observed_orders
 from .probes import Measured, driven_runs, given_runs, own_runs
 from .program import Program
@@ -43,12 +46,13 @@ def audit(stepper: Stepper | Run, claims: Claims | None = None) -> Report:
     exact = exactness(own, driven)
     found = Identification(())
     if exact is None:
-        found = identify(given_runs(stepper) if stepper.can.sets_a0 else own, own, claimed)
+        free = given_runs(stepper) if stepper.can.sets_a0 else own
+        found = split(identify(free, own, claimed), stepper, free, own)
     best = found.matches[0] if found.matches else None
     load = load_taking(best, driven) if best else LoadTaking("unknown")
-    radius, margin = measured_radius(stepper), MEASURED
-    if best is not None:
-        radius, margin = best.scheme.spectral_radius, EXACT  # right for multiple eigenvalues too
+    radius, margin, roots = measured_radius(stepper), MEASURED, measured_roots(stepper)
+    if best is not None:  # its kernel is right for multiple eigenvalues too
+        radius, margin, roots = best.scheme.spectral_radius, EXACT, scheme_roots(best.scheme.amplification)
     rho_inf, critical = float(radius(np.array([LARGE]))[0]), critical_Omega(radius, margin)
     orders = observed_orders(stepper)
     judgements = judged(claims, found, orders, rho_inf, critical)
@@ -58,7 +62,9 @@ def audit(stepper: Stepper | Run, claims: Claims | None = None) -> Report:
     )
     return Report(
         stepper, found, exact, orders, rho_inf, critical, overshoot(stepper), load, judgements, departures,
-        measured_curves(stepper, own), failures(own, driven),
+        measured_curves(stepper, own), growths(stepper, roots, critical, LARGE),
+        energies(stepper, observed_noise(stepper, best.error if best else None)), controlled_runs(stepper),
+        failures(own, driven),
     )  # fmt: skip
 
 

@@ -5,13 +5,13 @@ import shlex
 import subprocess
 import sys
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
 from ..core.errors import unknown_name
 from .claims import Claims
-from .programs.adapter import Integrator, Load
+from .programs.adapter import Integrator, Load, Spring
 from .stepper import Stepper
 
 ADAPTERS = Path(__file__).parent / "programs"
@@ -90,16 +90,28 @@ class Program:
         if unknown := [name for name in given if name not in can.arguments]:
             raise unknown_name(f"an argument of {integrator}", unknown[0], can.arguments)
 
-        def run(omega: float, xi: float, dt: float, n: int, u0: float, v0: float, load: Load, a0: Any = None) -> Any:
+        def run(
+            omega: float, xi: float, dt: float, n: int, u0: float, v0: float, load: Load, a0: Any = None,
+            force: Spring | None = None,
+        ) -> Any:  # fmt: skip
             answer = self.asked({
                 "do": "run", "integrator": integrator, "arguments": given, "omega": omega, "xi": xi, "dt": dt, "n": n,
                 "u0": u0, "v0": v0, "a0": a0,
                 "load": {"kind": load.kind, "amplitude": load.amplitude, "omega": load.omega, "phase": load.phase},
+                **({} if force is None else {"force": asdict(force)}),
             })  # fmt: skip
             load.called.extend(answer["called"])
             return answer["u"], answer["v"], answer["a"]
 
-        return Stepper(run, can, f"{self.program} {integrator}", self.version, given)
+        def controlled(omega: float, xi: float, tol: float, t_end: float, u0: float, v0: float) -> Any:
+            answer = self.asked({
+                "do": "control", "integrator": integrator, "arguments": given, "omega": omega, "xi": xi, "tol": tol,
+                "t_end": t_end, "u0": u0, "v0": v0,
+            })  # fmt: skip
+            return answer["t"], answer["u"], answer["v"], answer["errors"]
+
+        own = controlled if can.adaptive else None
+        return Stepper(run, can, f"{self.program} {integrator}", self.version, given, own)
 
     def claims(self, integrator: str) -> Claims:
         """What its manual claims of an integrator at its own arguments."""

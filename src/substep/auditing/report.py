@@ -9,7 +9,9 @@ from typing import Any
 from ..core.arrays import Array
 from .causes import Deviation
 from .claims import Judgement
-from .identify import Identification, Match
+from .control import Control
+from .free_motion import Energy, Growth
+from .identify import MATCH, Identification, Match
 from .loads import LoadTaking
 from .orders import Order, written
 from .stepper import Stepper
@@ -30,12 +32,14 @@ class Curve:
 class Report:
     """An audit.
 
-    found: the schemes it does the same as, or the nearest one. exact: None, or the load for
-    which its motion is exact. orders: of u, v, a, for each motion; None where exact
-    or not returned. rho_inf: the spectral radius at Omega = 10^4. critical_Omega: None where it is stable up to there.
-    overshoot: as the catalogue writes it. loads: how it takes the load. start: where its first acceleration comes from.
-    judgements: of the claims. deviations: root causes. curves: what was measured, for charts. failed: Omega, xi and the
-    error where the program raised; what is said of it rests on the other runs.
+    found: the schemes it does the same as, or the nearest one. exact: None, or the load for which its motion is exact.
+    orders: of u, v, a, for each motion; None where exact or not returned. rho_inf: the spectral radius at
+    Omega = 10^4. critical_Omega: None where it is stable up to there. overshoot: as the catalogue writes it. loads: how
+    it takes the load. start: where its first acceleration comes from. judgements: of the claims. deviations: root
+    causes. curves: what was measured, for charts. growth: where undamped free motion grows like a power of n. energy:
+    what happens to that of undamped free motion; empty where no velocity at the ends of steps is returned. control:
+    what it does in steps of its own choice, None where it does not choose. failed:
+    Omega, xi and the error where the program raised; what is said of it rests on the other runs.
     """
 
     stepper: Stepper
@@ -49,6 +53,9 @@ class Report:
     judgements: tuple[Judgement, ...]
     deviations: tuple[Deviation, ...]
     curves: tuple[Curve, ...]
+    growth: tuple[Growth, ...] = ()
+    energy: tuple[Energy, ...] = ()
+    control: Control | None = None
     failed: tuple[tuple[float, float, str], ...] = ()
 
     @property
@@ -69,6 +76,17 @@ class Report:
         return f"{self.matches[0].text}, {what[self.matches[0].what]} to {self.matches[0].error:.0e}"
 
     @property
+    def nonlinear(self) -> tuple[str, ...]:
+        """What a cubic spring tells, in words: nothing where none was tried."""
+        least = self.found.nonlinear
+        if least is None:
+            return ()
+        if least > MATCH:
+            return (f"none of these under a cubic spring: off by {least:.0e}",)
+        apart = tuple(f"not {match.text}: off by {error:.0e}" for match, error in self.found.apart)
+        return (f"the same under a cubic spring, to {least:.0e}", *apart)
+
+    @property
     def start(self) -> str:
         """Where the acceleration at t = 0 comes from: "computed", "zero", "own", or "unknown"."""
         return self.matches[0].start if self.matches else "unknown"
@@ -83,11 +101,15 @@ class Report:
         """The report in lines of at most 100 characters, but for quotations."""
         lines = [f"{self.stepper.name} {self.stepper.version}".rstrip(), f"  is         {self.identified}"]
         lines += [f"  as well    {match.text}" for match in self.matches[1:]]
+        lines += [f"  nonlinear  {told}" for told in self.nonlinear]
         lines += [f"  order      {name}: {_order(order)}" for name, order in self.orders.items()]
         stable = (
             "stable up to Omega = 10^4" if self.critical_Omega is None else f"unstable beyond {self.critical_Omega:.9g}"
         )
         lines += [f"  stability  rho_inf = {self.rho_inf:.4g}, {stable}, overshoot {self.overshoot}"]
+        lines += [f"  growth     {growth.text}" for growth in self.growth]
+        lines += [f"  energy     at Omega = {energy.Omega:g}: {energy.text}" for energy in self.energy]
+        lines += [f"  own steps  {told}" for told in (self.control.text if self.control else ())]
         load = self.loads.text if self.exact is None else self.exact
         lines += [f"  load       {load}", f"  start      acceleration at t = 0: {self.start}"]
         lines += [f"  not run    at Omega = {Omega:g}, xi = {xi:g}: {error}" for Omega, xi, error in self.failed]
@@ -116,10 +138,14 @@ class Report:
                 {"scheme": m.scheme.name, "text": m.text, "what": m.what, "start": m.start, "error": m.error}
                 for m in self.matches
             ],
+            "nonlinear": list(self.nonlinear),
             "orders": {name: list(order) for name, order in self.orders.items()},
             "rho_inf": self.rho_inf,
             "critical_Omega": self.critical_Omega,
             "overshoot": self.overshoot,
+            "growth": [asdict(growth) | {"text": growth.text} for growth in self.growth],
+            "energy": [asdict(energy) | {"verdict": energy.verdict, "text": energy.text} for energy in self.energy],
+            "control": None if self.control is None else self.control.to_dict(),
             "loads": asdict(self.loads) | {"text": self.loads.text},
             "claims": [asdict(judgement) for judgement in self.judgements],
             "deviations": [asdict(deviation) for deviation in self.deviations],

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from ..core.arrays import Array
-from .programs.adapter import Integrator, Load
+from .programs.adapter import Integrator, Load, Spring
 
-Run = Callable[..., tuple[Any, Any, Any]]
+Run = Callable[..., tuple[Any, ...]]
 
 
 class RunFailed(ValueError):
@@ -24,7 +24,12 @@ class Stepper:
     run(omega, xi, dt, n, u0, v0, load) returns histories u, v, a of u'' + 2 xi omega u' + omega**2 u = load(t), n + 1
     numbers each from t = 0 on, None for one that the program does not return; it takes a0 besides where `can.sets_a0`.
     load is a function of t; run may ask its `kind`, `amplitude`, `omega` and `phase` to make a load of the program's
-    own. can: see `Integrator`. name, version: of the program and its integrator, for the report.
+    own. Where `can.nonlinear` it may be given force=, a `Spring` N(u) that takes the place of omega**2 u.
+    can: see `Integrator`. name, version: of the program and its integrator, for the report.
+
+    controlled(omega, xi, tol, t_end, u0, v0), where it chooses its steps by a tolerance, returns times t, u and v
+    (m+1,) at the ends of its steps, the start included, and the errors of u and v that it has estimated in each step
+    (2, m), or None.
     """
 
     run: Run
@@ -32,15 +37,27 @@ class Stepper:
     name: str = "stepper"
     version: str = ""
     arguments: Mapping[str, Any] = field(default_factory=dict)
+    controlled: Run | None = None
 
     def histories(
-        self, omega: float, xi: float, dt: float, n: int, u0: float, v0: float, a0: float | None, load: Load
+        self,
+        omega: float,
+        xi: float,
+        dt: float,
+        n: int,
+        u0: float,
+        v0: float,
+        a0: float | None,
+        load: Load,
+        force: Spring | None = None,
     ) -> Array:
         """u, v, a (n+1, 3) at the ends of the scheme's steps dt, each of `can.calls` runs of the program; NaN for none.
 
         Raises RunFailed for a run that raises, ValueError for histories of another length.
         """
-        given = {"a0": a0} if self.can.sets_a0 else {}
+        given: dict[str, Any] = {"a0": a0} if self.can.sets_a0 else {}
+        if force is not None:
+            given["force"] = force
         dt, n = dt / self.can.calls, n * self.can.calls
         try:
             with np.errstate(all="ignore"):  # an unstable run overflows
@@ -60,6 +77,26 @@ class Stepper:
             if kind not in self.can.outputs or kind in self.can.late:
                 histories[j] = np.full(n + 1, np.nan)
         return np.stack(histories, axis=-1)[:: self.can.calls]
+
+    def own_steps(
+        self, omega: float, tol: float, t_end: float, u0: float, v0: float
+    ) -> tuple[Array, Array, Array | None]:
+        """Times (m+1,), u and v (m+1, 2), and estimated errors (m, 2) or None, undamped, in steps of its own choice.
+
+        Raises RunFailed for a run that raises, or returns arrays that do not fit each other.
+        """
+        assert self.controlled is not None
+        try:
+            t, u, v, errors = self.controlled(omega, 0.0, tol, t_end, u0, v0)
+            times, rows = np.asarray(t, np.float64), np.stack([np.asarray(x, np.float64) for x in (u, v)], axis=-1)
+            estimates = None if errors is None else np.asarray(errors, np.float64).T
+            if rows.shape != (len(times), 2) or (estimates is not None and estimates.shape != (len(times) - 1, 2)):
+                raise ValueError(f"{len(times)} times, {len(rows)} rows, {np.shape(errors)} errors")
+            if not (np.diff(times) > 0).all() or not np.isfinite(rows).all():
+                raise ValueError("times that do not ascend, or numbers that are not finite")
+        except Exception as error:
+            raise RunFailed(f"{type(error).__name__}: {error}") from error
+        return times, rows, estimates
 
 
 def as_stepper(given: "Stepper | Run") -> Stepper:

@@ -24,7 +24,8 @@ class Integrator:
     outputs: those of "u", "v", "a" that it returns. late: by how many steps an output stands after the end of its step,
     such as {"v": -0.5} for velocities at half steps. load: "function" where it is called at instants that the program
     chooses, "samples" where the program is handed values at the ends of the steps, "none" where it takes none.
-    damping: whether a damped oscillator can be run. calls: of the program that make one step of the scheme.
+    damping: whether a damped oscillator can be run. nonlinear: whether `run` takes force=, a `Spring` in place of
+    omega**2 u. adaptive: whether it chooses its steps by a tolerance, by `controlled` of `serve`. calls: of the program that make one step of the scheme.
     digits: decimal digits that its results can have.
     claims: name -> (value, quotation, place in the manual): "scheme", "order", "rho_inf", "unconditional",
     "critical_Omega" and the scheme's parameters.
@@ -36,6 +37,8 @@ class Integrator:
     late: dict[str, float] = field(default_factory=dict)
     load: str = "function"
     damping: bool = True
+    nonlinear: bool = False
+    adaptive: bool = False
     calls: int = 1
     digits: float = 15.0
     claims: dict[str, tuple[Any, str, str]] = field(default_factory=dict)
@@ -70,39 +73,81 @@ class Load:
         raise ValueError(f"expected a load that is none, constant, ramp or harmonic, got {self.kind!r}")
 
 
+@dataclass(frozen=True)
+class Spring:
+    """An internal force per unit mass, stiffness u + cubic u^3; u is a number or an array."""
+
+    stiffness: float
+    cubic: float
+
+    def __call__(self, u: Any, v: Any = None) -> Any:
+        """The force at u; the velocity plays no part."""
+        return (self.stiffness + self.cubic * u * u) * u
+
+    def slope(self, u: Any) -> Any:
+        """Its derivative."""
+        return self.stiffness + 3.0 * self.cubic * u * u
+
+    def potential(self, u: Any) -> Any:
+        """Of which it is the slope."""
+        return (0.5 * self.stiffness + 0.25 * self.cubic * u * u) * u * u
+
+
 Run = Callable[..., tuple[Any, Any, Any]]
+Controlled = Callable[..., tuple[Any, Any, Any, Any]]
 
 
-def serve(program: str, version: str, license: str, integrators: dict[str, Integrator], run: Run) -> None:
+def serve(
+    program: str,
+    version: str,
+    license: str,
+    integrators: dict[str, Integrator],
+    run: Run,
+    controlled: Controlled | None = None,
+) -> None:
     """Answer requests until standard input ends.
 
     run(integrator, arguments, omega, xi, dt, n, u0, v0, a0, load) returns histories u, v, a, n + 1 numbers each from
     t = 0 on, for u'' + 2 xi omega u' + omega**2 u = load(t); None in place of one that the program does not return.
-    a0 is None where the program is to find its own.
+    a0 is None where the program is to find its own. force, given to an integrator that is `nonlinear` only, takes the
+    place of omega**2 u.
+
+    controlled(integrator, arguments, omega, xi, tol, t_end, u0, v0), of integrators that are `adaptive`, returns the
+    times at which the program's own steps end, the start included, u and v there, and the estimated errors of u and of
+    v in each step, or None.
     """
     answers = _answers()
     for line in sys.stdin:
         request = json.loads(line)
         try:
-            if request.pop("do") == "describe":
+            do = request.pop("do")
+            if do == "describe":
                 answer: dict[str, Any] = {
                     "program": program,
                     "version": version,
                     "license": license,
                     "integrators": {name: asdict(integrator) for name, integrator in integrators.items()},
                 }
+            elif do == "control" and controlled is not None:
+                t, u, v, errors = controlled(**request)
+                answer = {"t": _plain(t), "u": _plain(u), "v": _plain(v)}
+                answer["errors"] = None if errors is None else [_plain(x) for x in errors]
             else:
                 load = Load(**request.pop("load"))
+                if "force" in request:
+                    request["force"] = Spring(**request["force"])
                 histories = run(**request, load=load)
                 answer = {"called": load.called}
-                answer |= {
-                    k: None if y is None else [float(x) for x in y] for k, y in zip("uva", histories, strict=True)
-                }
+                answer |= {k: None if y is None else _plain(y) for k, y in zip("uva", histories, strict=True)}
         except Exception as error:
             traceback.print_exc()
             answer = {"error": f"{type(error).__name__}: {error}"}
         answers.write(json.dumps(answer) + "\n")
         answers.flush()
+
+
+def _plain(numbers: Any) -> list[float]:
+    return [float(x) for x in numbers]
 
 
 def _answers() -> TextIO:

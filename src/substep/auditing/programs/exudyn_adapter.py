@@ -59,7 +59,7 @@ def explicit(solver: str, order: int | None, quotation: str) -> Integrator:
     claims: dict[str, tuple[Any, str, str]] = {"scheme": (SCHEMES.get(solver, solver), quotation, place)}
     if order is not None:
         claims["order"] = (order, quotation, place)
-    return Integrator(arguments={"solver": solver}, claims=claims)
+    return Integrator(arguments={"solver": solver}, adaptive=solver in ("ODE23", "DOPRI5"), claims=claims)
 
 
 SCHEMES = {  # names of the solvers that the catalogue of schemes has
@@ -121,6 +121,48 @@ def settings(arguments: dict[str, Any], dt: float, n: int, a0: float | None) -> 
     return chosen
 
 
+def controlled(
+    integrator: str, arguments: dict[str, Any], omega: float, xi: float, tol: float, t_end: float, u0: float, v0: float
+) -> tuple[Any, Any, Any, None]:
+    """The automatic steps of ODE23 and DOPRI5; the estimates are not handed out."""
+    _container, system, rows = oscillator(omega, xi, u0, v0, Load())
+    chosen = settings(arguments, t_end, 1, None)
+    chosen.timeIntegration.automaticStepSize = True
+    chosen.timeIntegration.initialStepSize = 0.01 / omega
+    chosen.timeIntegration.minimumStepSize = 1e-9 / omega
+    chosen.timeIntegration.relativeTolerance = tol
+    chosen.timeIntegration.absoluteTolerance = tol
+    solver = getattr(exu.DynamicSolverType, arguments["solver"])
+    system.SolveDynamic(chosen, solverType=solver, showHints=False)
+    t, u, v, _ = zip(*rows, strict=True)
+    return t, u, v, None
+
+
+def oscillator(omega: float, xi: float, u0: float, v0: float, load: Load) -> tuple[Any, Any, list[tuple[float, ...]]]:
+    """The container, its assembled system, and the rows t, u, v, a gathered before the first and after every step."""
+    container = exu.SystemContainer()
+    system = container.AddSystem()
+    ground = system.AddNode(NodePointGround(referenceCoordinates=[0, 0, 0]))
+    node = system.AddNode(Node1D(referenceCoordinates=[0.0], initialCoordinates=[u0], initialVelocities=[v0]))
+    system.AddObject(Mass1D(mass=1.0, nodeNumber=node))
+    fixed = system.AddMarker(MarkerNodeCoordinate(nodeNumber=ground, coordinate=0))
+    free = system.AddMarker(MarkerNodeCoordinate(nodeNumber=node, coordinate=0))
+    system.AddObject(CoordinateSpringDamper(markerNumbers=[fixed, free], stiffness=omega**2, damping=2 * xi * omega))
+    if load.kind != "none":
+        system.AddLoad(LoadCoordinate(markerNumber=free, load=1.0, loadUserFunction=lambda mbs, t, factor: load(t)))
+    rows: list[tuple[float, ...]] = []
+
+    def gather(mbs: Any, t: float) -> bool:
+        data = mbs.systemData
+        outputs = (data.GetODE2Coordinates, data.GetODE2Coordinates_t, data.GetODE2Coordinates_tt)
+        rows.append((data.GetTime(), *(float(y()[0]) for y in outputs)))
+        return True
+
+    system.Assemble()
+    system.SetPostStepUserFunction(gather)
+    return container, system, rows
+
+
 def run(
     integrator: str,
     arguments: dict[str, Any],
@@ -134,37 +176,15 @@ def run(
     load: Load,
 ) -> tuple[Any, Any, Any]:
     """Histories that a function called after every step gathers, and once before the first."""
-    container = exu.SystemContainer()
-    system = container.AddSystem()
-    ground = system.AddNode(NodePointGround(referenceCoordinates=[0, 0, 0]))
-    node = system.AddNode(Node1D(referenceCoordinates=[0.0], initialCoordinates=[u0], initialVelocities=[v0]))
-    system.AddObject(Mass1D(mass=1.0, nodeNumber=node))
-    fixed = system.AddMarker(MarkerNodeCoordinate(nodeNumber=ground, coordinate=0))
-    free = system.AddMarker(MarkerNodeCoordinate(nodeNumber=node, coordinate=0))
-    system.AddObject(CoordinateSpringDamper(markerNumbers=[fixed, free], stiffness=omega**2, damping=2 * xi * omega))
-    if load.kind != "none":
-        system.AddLoad(LoadCoordinate(markerNumber=free, load=1.0, loadUserFunction=lambda mbs, t, factor: load(t)))
-    rows: list[tuple[float, float, float]] = []
-
-    def gather(mbs: Any, t: float) -> bool:
-        data = mbs.systemData
-        rows.append(
-            tuple(
-                float(y()[0]) for y in (data.GetODE2Coordinates, data.GetODE2Coordinates_t, data.GetODE2Coordinates_tt)
-            )
-        )
-        return True
-
-    system.Assemble()
-    system.SetPostStepUserFunction(gather)
+    _container, system, rows = oscillator(omega, xi, u0, v0, load)
     if a0 is not None:
         system.systemData.SetODE2Coordinates_tt([a0], configuration=exu.ConfigurationType.Initial)
     solver = getattr(exu.DynamicSolverType, arguments["solver"])
     system.SolveDynamic(settings(arguments, dt, n, a0), solverType=solver, showHints=False)
     if len(rows) != n + 1:
         raise RuntimeError(f"expected {n + 1} rows, got {len(rows)}")
-    return tuple(np.array(rows).T)
+    return tuple(np.array(rows).T[1:])
 
 
 if __name__ == "__main__":
-    serve("Exudyn", exu.__version__, "EXUDYN General License 1.0 (BSD-3-Clause)", INTEGRATORS, run)
+    serve("Exudyn", exu.__version__, "EXUDYN General License 1.0 (BSD-3-Clause)", INTEGRATORS, run, controlled)
