@@ -81,7 +81,7 @@ function firstLost(F, c) {
     const [first, last] = [kept[0], n - kept[kept.length - 1]]; // eigenvalues 1 and -1 whatever Omega
     const inner = h.slice(first, n + 1 - last);
     const degree = inner.length - 1;
-    let pairs = 0; // of eigenvalues on the circle whatever Omega
+    let pairs = 0; // of roots +s, -s whatever Omega: eigenvalues on the circle, or one inside and one outside
     while (!hurwitz(F, inner, degree - 1 - 2 * pairs).length) pairs += 1;
     const circle = pairs ? sharedPairs(F, inner, pairs).flatMap((p, j) => (j ? [scaled(F, p, [BigInt(2 * j)]), p] : [p])) : [[[1n]]];
     const ofCircle = [circle[0], leading(circle), hurwitz(F, circle, circle.length - 2)];
