@@ -63,8 +63,8 @@ const quiet = [
     await page.goto("about:blank");
     await page.goto(`${url}#a=newmark&a.beta=0.3&a.gamma=0.6&b=park&xi=0.02&ratio=0.05&scene=elastic_pendulum&scene.EA=1e6&quantity=energy`);
     found.cited = await page.evaluate(() => ({ rows: [...document.querySelectorAll("#values tbody tr")].map((row) => [...row.cells].map((cell) => cell.textContent)), hash: location.hash, radius: charts.radius.data.datasets[0].data.map(({ x, y }) => [x, y]) }));
-    for (const summary of await page.$$("summary")) await summary.click();
-    await page.waitForTimeout(100); // tables are written after the click
+    for (const summary of await page.$$("summary")) await summary.press("Enter"); // a click would miss what a table moves
+    await page.waitForTimeout(300); // tables are written afterwards
     found.tables = await page.evaluate(() => [...document.querySelectorAll(".table table")].length);
     found.unnamed = await page.evaluate(() => [...document.querySelectorAll("input, select, button, canvas, [role=region]")].filter((one) => !one.labels?.length && !one.getAttribute("aria-label") && !one.getAttribute("aria-labelledby") && !one.textContent.trim()).map((one) => one.id));
     await page.screenshot({ path: path.join(folder, "light.png"), fullPage: true });

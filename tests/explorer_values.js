@@ -42,7 +42,12 @@ const lost = [
 ].map((factors) => {
     const F = page.RATIONAL;
     const exact = factors.map((p) => p.map((q) => q.map((x) => [BigInt(x)])));
-    const h = exact.reduce((p, q) => p.flatMap((_, i) => q.map((_, j) => [i + j, page.productOf(F, p[i], q[j])])).reduce((found, [k, part]) => ((found[k] = page.sumOf(F, found[k] || [], part)), found), []));
+    let h = [[[1n]]];
+    for (const factor of exact) {
+        const product = Array.from({ length: h.length + factor.length - 1 }, () => []);
+        h.forEach((p, i) => factor.forEach((q, j) => (product[i + j] = page.sumOf(F, product[i + j], page.productOf(F, p, q)))));
+        h = product;
+    }
     const n = h.length - 1;
     const c = h.map(() => []); // of lambda, for which s = (lambda - 1)/(lambda + 1)
     h.forEach((p, i) => page.bilinear(n - i, n).forEach((factor, k) => (c[k] = page.sumOf(F, c[k], page.scaled(F, p, [i % 2 ? -factor : factor])))));

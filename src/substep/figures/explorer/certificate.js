@@ -70,8 +70,9 @@ function stableAt(F, h, x) {
 }
 
 // Where stability is first lost, for the coefficients of the polynomial of the eigenvalues, polynomials in a variable that
-// grows with Omega: { low, high }, both 0 if at once, both null if never, else with it in between; { doubtful } for where
-// the certificate's own way alone decides, whether two pairs of eigenvalues on the circle are one.
+// grows with Omega: { low, high }, two fractions that enclose it, both 0 if it is lost at once, both null if never.
+// { doubtful }: the same of a point with two pairs of eigenvalues on the circle, which may be one pair twice: that
+// is left to `certify`.
 function firstLost(F, c) {
     const n = c.length - 1;
     const h = Array.from({ length: n + 1 }, () => []);
@@ -80,7 +81,7 @@ function firstLost(F, c) {
     const [first, last] = [kept[0], n - kept[kept.length - 1]]; // eigenvalues 1 and -1 whatever Omega
     const inner = h.slice(first, n + 1 - last);
     const degree = inner.length - 1;
-    let pairs = 0; // of eigenvalues on the circle whatever Omega
+    let pairs = 0; // of roots +s, -s whatever Omega: eigenvalues on the circle, or one inside and one outside
     while (!hurwitz(F, inner, degree - 1 - 2 * pairs).length) pairs += 1;
     const circle = pairs ? sharedPairs(F, inner, pairs).flatMap((p, j) => (j ? [scaled(F, p, [BigInt(2 * j)]), p] : [p])) : [[[1n]]];
     const ofCircle = [circle[0], leading(circle), hurwitz(F, circle, circle.length - 2)];
@@ -92,12 +93,14 @@ function firstLost(F, c) {
     const roots = positiveRoots(F, all);
     if (!stableAt(F, h, roots.length ? roots[0][0] : [1n, 1n])) return { low: [0n, 1n], high: [0n, 1n] };
     for (const [low, high] of roots) {
+        // whether polynomials vanish together here; whether 1 or -1, whose coefficients in h are `ends`, is an eigenvalue twice
         const vanish = (...polynomials) => {
             const chain = sturm(F, polynomials.reduce((p, q) => commonDivisor(F, p, q), all));
             return variations(F, chain, low) > variations(F, chain, high);
         };
         const twice = (ends, already) => (already ? vanish(ends[0]) : vanish(ends[0], ends[1] || []));
         if (!stableAt(F, h, high) || twice(inner, first) || twice([...inner].reverse(), last)) return nearer(F, all, [low, high]);
+        // several pairs on the circle: the even and the odd terms of h share a factor of degree two in s^2
         const met = pairs < 2 ? vanish(hurwitz(F, inner, degree - 1), hurwitz(F, inner, degree - 3)) : boundaries.some((p) => vanish(p));
         if (degree > 3 && met) return { doubtful: nearer(F, all, [low, high]) };
     }
