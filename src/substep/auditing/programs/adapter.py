@@ -25,8 +25,8 @@ class Integrator:
     such as {"v": -0.5} for velocities at half steps. load: "function" where it is called at instants that the program
     chooses, "samples" where the program is handed values at the ends of the steps, "none" where it takes none.
     damping: whether a damped oscillator can be run. nonlinear: whether `run` takes force=, a `Spring` in place of
-    omega**2 u. adaptive: whether it chooses its steps by a tolerance, by `controlled` of `serve`. calls: of the program that make one step of the scheme.
-    digits: decimal digits that its results can have.
+    omega**2 u. adaptive: whether it chooses its steps by a tolerance, by `controlled` of `serve`. calls: of the program
+    that make one step of the scheme. digits: decimal digits that its results can have.
     claims: name -> (value, quotation, place in the manual): "scheme", "order", "rho_inf", "unconditional",
     "critical_Omega" and the scheme's parameters.
     """
