@@ -92,13 +92,13 @@ def main() -> None:
                 print(f"{name}: {error}", flush=True)
                 continue
             REPORTS.mkdir(exist_ok=True)
-            (REPORTS / f"{name}.json").write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+            (REPORTS / f"{name}.json").write_text(json.dumps(found, indent=1, allow_nan=False) + "\n", encoding="utf-8")
             for script in sorted((HERE / name).glob("*.py")):
                 script.with_suffix(".txt").write_text(shown(script, python), encoding="utf-8")
     found = {}
     for path in sorted(REPORTS.glob("*.json")):
         found |= json.loads(path.read_text(encoding="utf-8"))["dialects"]
-    TABLE.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+    TABLE.write_text(json.dumps(found, indent=1, allow_nan=False) + "\n", encoding="utf-8")
     PAGE.write_text(page(REPORTS, HERE), encoding="utf-8")
     table = {name: Dialect.from_plain(entry) for name, entry in found.items()}
     CONVENTIONS.write_text(conventions(CONVENTIONS.read_text(encoding="utf-8"), table), encoding="utf-8")

@@ -65,13 +65,18 @@ def _table(reports: list[Mapping[str, Any]]) -> Iterator[str]:
     yield "| integrator | is | order | rho | stable up to | energy | load | start | claims |"
     yield "|---|---|---|---|---|---|---|---|---|"
     for r in reports:
-        orders = ", ".join(written(order[0]) for order in r["orders"].values()) or "–"
+        orders = ", ".join(written(_number(order[0])) for order in r["orders"].values()) or "–"
         cells = [
-            f"`{_called(r)}`", r["identified"], orders, f"{r['rho_inf']:.3g}", _limit(r), _energy(r.get("energy", [])),
-            r["exact"] or r["loads"]["text"],
+            f"`{_called(r)}`", r["identified"], orders, f"{float(r['rho_inf']):.3g}", _limit(r),
+            _energy(r.get("energy", [])), r["exact"] or r["loads"]["text"],
             r["matches"][0]["start"] if r["matches"] else "–", _claims(r["claims"]),
         ]  # fmt: skip
         yield f"| {' | '.join(cell.replace('|', '/') for cell in cells)} |"
+
+
+def _number(x: float | str | None) -> float | None:
+    """Of a report, in which a number that is not finite is text."""
+    return None if x is None else float(x)
 
 
 def _limit(r: Mapping[str, Any]) -> str:
@@ -83,8 +88,8 @@ def _energy(energies: list[Mapping[str, Any]]) -> str:
     at_half = [one for one in energies if one["Omega"] == ENERGY_AT]
     if not at_half:
         return "–"
-    share = {"conserved": 0.0, "conserved on average": at_half[0]["oscillation"]}
-    size = share.get(at_half[0]["verdict"], abs(at_half[0]["per_period"]))
+    share = {"conserved": 0.0, "conserved on average": float(at_half[0]["oscillation"])}
+    size = share.get(at_half[0]["verdict"], abs(float(at_half[0]["per_period"])))
     return at_half[0]["verdict"] + (f", {percent(size)}" if size else "")
 
 

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,12 +15,15 @@ from substep_derive.declare.symbols import Symbol
 
 import substep as ss
 from substep.auditing import instrument
+from substep.auditing.claims import judged
 from substep.auditing.exactness import exactness
 from substep.auditing.identify import Identification, agreement, identify
 from substep.auditing.loads import load_taking
 from substep.auditing.nonlinear import split
+from substep.auditing.orders import observed_orders, written
 from substep.auditing.probes import OMEGAS, RATIOS, driven_runs, given_runs, own_runs
 from substep.auditing.programs.adapter import Integrator, Spring
+from substep.auditing.stepper import as_stepper
 
 RHO = 0.8
 OPTIMAL = ((2 * RHO - 1) / (RHO + 1), RHO / (RHO + 1))
@@ -28,6 +32,7 @@ CHUNG = ss.Claims("generalized_alpha", rho_inf=RHO, order=2, unconditional=True)
 TRAPEZOIDAL = ss.Claims(
     "newmark", order=2, rho_inf=1.0, unconditional=True, parameters={"beta": 0.25, "gamma": 0.5}
 )  # fmt: skip
+HILBER = ss.Claims("generalized_alpha", parameters={"alpha_m": 0.0, "alpha_f": 0.1, "beta": 0.3025, "gamma": 0.6})
 
 
 def densely_stepped(name: str, values: dict[str, Any]) -> ss.Stepper:
@@ -143,6 +148,21 @@ DEFECTS: dict[str, tuple[Callable[..., Any], ss.Claims, list[str], str]] = {
     "none": (generalized_alpha(*OPTIMAL, BETA, GAMMA), CHUNG, [], ""),
     "none, a0 given": (generalized_alpha(*OPTIMAL, BETA, GAMMA, sets_a0=True), CHUNG, [], ""),
     "beta 1 % off": (generalized_alpha(0, 0, 0.2525, 0.5), TRAPEZOIDAL, ["parameter"], "beta is 101/400, not 1/4"),
+    "beta of a family 1 % off": (
+        generalized_alpha(*OPTIMAL, 1.01 * BETA, GAMMA), CHUNG, ["parameter"], "beta is 101/324, not 25/81"
+    ),
+    "gamma of a family 1 % off": (
+        generalized_alpha(*OPTIMAL, BETA, 1.01 * GAMMA), CHUNG, ["parameter"], "gamma is "
+    ),
+    "beta and gamma of a family swapped": (
+        generalized_alpha(*OPTIMAL, GAMMA, BETA), CHUNG, ["parameter"], "beta and gamma are exchanged"
+    ),
+    "sign beside a whole number": (
+        generalized_alpha(0, -0.1, 0.3025, 0.6), HILBER, ["parameter"], "alpha_f has the other sign"
+    ),
+    "load a quarter of a step late": (
+        generalized_alpha(0, 0, 0.25, 0.5, late=0.25), TRAPEZOIDAL, ["load"], "f(t_n + 3/4 h)"
+    ),
     "load half a step late": (
         generalized_alpha(*OPTIMAL, BETA, GAMMA, late=0.5), CHUNG, ["load"], "the load is that of 1/2 step before"
     ),
@@ -226,7 +246,36 @@ def test_what_is_no_scheme_is_not_given_a_name(monkeypatch):
     assert not report.deviations  # nothing is claimed
     monkeypatch.setattr(instrument, "identify", lambda *_: report.found)  # which takes long where there is no scheme
     (deviation,) = ss.audit(report.stepper, ss.Claims("newmark", order=2, rho_inf=1.0)).deviations
-    assert deviation.text.startswith("it is not newmark(beta = 1/4, gamma = 1/2), nor any scheme of the catalogue")
+    assert deviation.text.startswith("it is not newmark, nor any scheme of the catalogue")
+
+
+def test_what_overflows_diverges_and_what_has_few_digits_is_not_measured():
+    """Neither is exact, and no claim is judged by it."""
+
+    def run(omega: float, xi: float, dt: float, n: int, u0: float, v0: float, load: Any) -> Any:
+        return [u0, *[np.inf] * n], None, None
+
+    overflowing = observed_orders(ss.Stepper(run, Integrator(outputs="u")))
+    assert {written(order[0]) for order in overflowing.values()} == {"diverges"}
+    coarse = replace(as_stepper(trapezoidal_load(0, 0, 1)), can=Integrator(digits=4.0))
+    orders = observed_orders(coarse)
+    assert {written(order[0]) for order in orders.values()} == {"not measured"}
+    (judgement,) = judged(ss.Claims(order=2), Identification(()), orders, 1.0, None)
+    assert judgement.verdict == "not judged"
+
+
+@pytest.mark.parametrize(("name", "values"), [("bathe", {}), ("generalized_alpha", {"rho_inf": 0.7})])
+def test_the_march_itself_is_found(name, values):
+    scheme = ss.scheme(name, **values)
+
+    def run(omega, xi, dt, n, u0, v0, load):
+        scene = ss.scene("linear_oscillator", omega=omega, xi=xi, u0=u0, v0=v0, load=np.vectorize(load))
+        r = ss.march(scene, scheme, dt, n * dt)
+        return r.u, r.v, r.a
+
+    report = ss.audit(run, ss.Claims(name, parameters=values, order=2))
+    assert report.matches[0].scheme == scheme and not report.deviations
+    assert {judgement.verdict for judgement in report.judgements} == {"true"}
 
 
 def test_an_exact_stepper_is_called_so():

@@ -24,12 +24,14 @@ ADAPTER = '''
 """Newmark's method with its arguments in the wrong order, printing while it runs."""
 from adapter import Integrator, serve
 import sys
+import time
 
 CLAIMS = {"scheme": ("newmark", "Newmark's method", "page 1"), "beta": (0.3, "beta", "page 1"),
           "gamma": (0.55, "gamma", "page 1"), "order": (1, "first order", "page 2")}
 INTEGRATORS = {
     "newmark": Integrator(arguments={"beta": 0.3, "gamma": 0.55}, claims=CLAIMS),
     "dies": Integrator(arguments={"beta": 0.25, "gamma": 0.5}),
+    "hangs": Integrator(),
     "squared": Integrator(arguments={"gamma": 0.6}),
 }
 
@@ -37,6 +39,8 @@ INTEGRATORS = {
 def run(integrator, arguments, omega, xi, dt, n, u0, v0, a0, load):
     if integrator == "dies":
         sys.exit(3)
+    if integrator == "hangs":
+        time.sleep(600)
     gamma, beta = arguments["gamma"], arguments.get("beta", (arguments["gamma"] + 0.5) ** 2 / 4)
     if integrator == "newmark":
         beta, gamma = gamma, beta
@@ -89,6 +93,11 @@ def test_parameters_follow_from_arguments_by_identification(planted):
 def test_what_goes_wrong_in_a_program_is_reported(planted):
     with pytest.raises(ValueError, match=r"the end of its process \(exit code 3\)"):
         planted.stepper("dies").run(1.0, 0.0, 0.1, 2, 1.0, 0.0, load=programs_module.Load())
+    run = 1.0, 0.0, 0.1, 2, 1.0, 0.0
+    assert planted.stepper("newmark").run(*run, load=programs_module.Load())[0][0] == 1.0  # by a new process
+    planted.longest = 2.0
+    with pytest.raises(ValueError, match=r"within 2 s, got the end of its process"):
+        planted.stepper("hangs").run(*run, load=programs_module.Load())
     with pytest.raises(ValueError, match="expected the command of an interpreter, got 'no_python'"):
         Program("planted", "no_python")
     with pytest.raises(ValueError, match="expected an integrator of planted"):

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from ..core.arrays import Array
 from ..core.schemes import Scheme
 from .claims import Judgement
-from .fit import described, recognise
+from .fit import described, recognise, stated
 from .identify import Identification, Match, is_claimed
 from .loads import LoadTaking
 from .orders import MOTIONS, Order, written
@@ -52,7 +52,12 @@ class Evidence:
         if motion not in self.orders:
             return ""
         found, expected = (orders[motion][kind] for orders in (self.orders, self.expected))
-        if found is None or (expected is not None and found > expected - 0.25) or (expected is None and kind):
+        if (
+            found is None
+            or math.isnan(found)
+            or (expected is not None and found > expected - 0.25)
+            or (expected is None and kind)
+        ):
             return ""
         return f"order of {'uva'[kind]} in {motion} motion: {written(found)}, not {written(expected)}"
 
@@ -64,9 +69,7 @@ def deviations(e: Evidence) -> tuple[Deviation, ...]:
         if e.claimed is None:
             return tuple(Deviation("claim", text) for text in failed)
         near = f"; nearest is {described(e.found.nearest.scheme)}" if e.found.nearest else ""
-        return (
-            Deviation("scheme", f"it is not {described(e.claimed)}, nor any scheme of the catalogue{near}", failed),
-        )
+        return (Deviation("scheme", f"it is not {stated(e.claimed)}, nor any scheme of the catalogue{near}", failed),)
     best = e.found.matches[0]
     causes = [*_of_scheme(e, best), *_of_start(e, best), *_of_load(e), *_of_outputs(e, best), *_of_precision(e, best)]
     follows = {id(cause): list(cause.consequences) for cause in causes}
@@ -102,16 +105,17 @@ def _failed(judgement: Judgement) -> str:
 
 def _of_scheme(e: Evidence, best: Match) -> list[Deviation]:
     claimed, lost = e.claimed, tuple(filter(None, map(e.lowered, MOTIONS)))
-    if claimed is None or any(is_claimed(match.scheme, claimed) for match in e.found.on_linear):
+    near = e.found.claimed
+    agreeing = [*e.found.on_linear, *([near] if near is not None and near.what != "spectrum" else [])]
+    if claimed is None or any(is_claimed(match.scheme, claimed) for match in agreeing):
         if claimed is not None and best.what == "spectrum":
             return [Deviation("scheme", f"only the eigenvalues are those of {best.text}", lost)]
         return []
-    near = e.found.claimed
     if near is not None and near.what == "spectrum" and is_claimed(near.scheme, claimed):
         return [Deviation("scheme", f"only the eigenvalues are those of {near.text}; it steps as {best.text}")]
     same = next((match for match in e.found.on_linear if match.scheme.name == claimed.name), None)
     if same is None:
-        return [Deviation("scheme", f"it is {best.text}, not {described(claimed)}")]
+        return [Deviation("scheme", f"it is {best.text}, not {stated(claimed)}")]
     return [Deviation("parameter", text) for text in _of_parameters(claimed.given, same.scheme.parameters)]
 
 
@@ -173,8 +177,7 @@ def _of_load(e: Evidence) -> list[Deviation]:
         by = recognise(abs(e.load.shift), 1e-9)[1]
         text = f"the load is that of {by} step {'before' if e.load.shift < 0 else 'after'}: {e.load.text}"
     if e.load.kind == "unknown":
-        called = f"; it is asked for at {', '.join(f'{x:g}' for x in e.load.called)} of a step" if e.load.called else ""
-        text = f"the load is taken {e.load.text}{called}"
+        text = f"the load is taken {e.load.text}"
     return [Deviation("load", text, (lost,))]
 
 

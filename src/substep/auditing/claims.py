@@ -1,12 +1,13 @@
 """What a program's manual says about an integrator, and whether what was measured bears it out."""
 
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 from ..core.schemes import Scheme, schemes
 from ..core.schemes import scheme as make_scheme
-from .fit import described
+from .fit import stated
 from .identify import Identification, is_claimed
 from .orders import Order, written
 
@@ -45,7 +46,8 @@ class Claims:
         info = make_scheme(self.scheme).info
         if self.rho_inf is not None and not given and ("rho_inf" in info.families or "rho_inf" in info.parameters):
             given["rho_inf"] = self.rho_inf
-        return make_scheme(self.scheme, **given)
+        claimed = make_scheme(self.scheme, **given)
+        return replace(claimed, given=claimed.parameters) if info.families.keys() & given.keys() else claimed
 
 
 @dataclass(frozen=True)
@@ -80,13 +82,16 @@ def judged(
         same = [match for match in candidates if claimed is not None and is_claimed(match.scheme, claimed)]
         whole = any(match.what != "spectrum" for match in same)
         verdict: Verdict = "not judged" if claimed is None else "true" if whole else "partly" if same else "false"
-        name = claims.scheme if claimed is None or not claimed.given else described(claimed)
+        name = claims.scheme if claimed is None else stated(claimed)
         judge("scheme", name, matches[0].text if matches else "none of the catalogue", verdict)
     if claims.order is not None:
         u = {motion: order[0] for motion, order in orders.items()}
         bad = [motion for motion, order in u.items() if order is not None and order < claims.order - 0.5]
+        unknown = any(order is not None and math.isnan(order) for order in u.values())
         text = ", ".join(f"{motion}: {written(order)}" for motion, order in u.items())
-        verdict = "not judged" if not u else "true" if not bad else "false" if len(bad) == len(u) else "partly"
+        verdict = "not judged" if not u or (unknown and not bad) else "true" if not bad else "partly"
+        if bad and len(bad) == len(u):
+            verdict = "false"
         judge("order", claims.order, text, verdict, bad)
     if claims.rho_inf is not None:
         near = abs(rho_inf - claims.rho_inf) <= RADIUS

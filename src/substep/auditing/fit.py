@@ -162,8 +162,19 @@ def described(scheme: Scheme) -> str:
     return f"{scheme.name}({inner})" if inner else scheme.name
 
 
+def stated(scheme: Scheme) -> str:
+    """The scheme with the values that were given for it, and no other."""
+    if set(scheme.given) == set(scheme.parameters):
+        return described(scheme)
+    inner = ", ".join(f"{name} = {recognise(float(x), 1e-9)[1]}" for name, x in scheme.given.items())
+    return f"{scheme.name}({inner})" if inner else scheme.name
+
+
 def family_of(scheme: Scheme) -> dict[str, float]:
-    """The argument of a family that gives the parameters the values they have; empty where there is none."""
+    """The argument of a family that gives the parameters the values they have; empty where there is none.
+
+    Those that the family does not name have then their defaults.
+    """
     from scipy.optimize import least_squares  # noqa: PLC0415 (slow to import)
 
     for argument, family in scheme.info.families.items():
@@ -175,7 +186,13 @@ def family_of(scheme: Scheme) -> dict[str, float]:
 
         found = least_squares(off, [0.5], xtol=1e-15, ftol=1e-15, gtol=1e-15)
         low, high = family.argument.low or 0.0, 1.0 if family.argument.high is None else family.argument.high
-        if np.abs(found.fun).max() <= 1e-8 and low - 1e-8 <= found.x[0] <= high + 1e-8:
+        others = [name for name in free_parameters(scheme) if name not in family.values]
+        defaults = [default_of(scheme, name, scheme.parameters) for name in others]
+        follow = all(
+            x is not None and abs(x - float(scheme.parameters[name])) <= 1e-8
+            for name, x in zip(others, defaults, strict=True)
+        )
+        if follow and np.abs(found.fun).max() <= 1e-8 and low - 1e-8 <= found.x[0] <= high + 1e-8:
             return {argument: float(found.x[0])}
     return {}
 
@@ -183,6 +200,11 @@ def family_of(scheme: Scheme) -> dict[str, float]:
 def rational(text: str) -> bool:
     """Whether a recognised number is a rational one."""
     return all(character in "-/0123456789" for character in text)
+
+
+def simple(text: str) -> bool:
+    """Whether a recognised number is a rational one or a known root."""
+    return rational(text) or text in IRRATIONAL
 
 
 def recognise(x: float, tolerance: float) -> tuple[float, str]:

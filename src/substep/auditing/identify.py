@@ -10,7 +10,7 @@ import numpy as np
 from ..core.arrays import Array
 from ..core.schemes import Scheme, schemes
 from ..core.schemes import scheme as make_scheme
-from .fit import Residual, described, free_parameters, largest, recognise, solutions, solve
+from .fit import Residual, described, free_parameters, largest, recognise, simple, solutions, solve
 from .linear_step import Candidate, with_parameters
 from .probes import Measured
 
@@ -103,7 +103,7 @@ def credible(match: Match) -> bool:
     if match.solved == 0:
         return match.error <= MATCH
     found = {name: float(match.scheme.parameters[name]) for name in free_parameters(match.scheme)}
-    if all(abs(x) <= PLAIN and recognise(x, 1e-12)[1] != f"{x:.12g}" for x in found.values()):
+    if all(abs(x) <= PLAIN and simple(recognise(x, 1e-12)[1]) for x in found.values()):
         return match.error <= MATCH
     known = match.scheme.info.parameters
     low, high = ({name: getattr(known[name], end) for name in found} for end in ("low", "high"))

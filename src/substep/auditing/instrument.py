@@ -15,7 +15,7 @@ from .exactness import exactness
 from .free_motion import energies, growths, measured_roots, observed_noise, scheme_roots
 from .identify import Identification, identify
 from .linear_step import Candidate, Oscillators
-from .loads import LoadTaking, load_taking
+from .loads import LoadTaking, calls_of, load_taking
 from .nonlinear import split
 from .orders import observed_orders
 from .probes import Measured, driven_runs, given_runs, own_runs
@@ -49,7 +49,7 @@ def audit(stepper: Stepper | Run, claims: Claims | None = None) -> Report:
         free = given_runs(stepper) if stepper.can.sets_a0 else own
         found = split(identify(free, own, claimed), stepper, free, own)
     best = found.matches[0] if found.matches else None
-    load = load_taking(best, driven) if best else LoadTaking("unknown")
+    load = load_taking(best, driven) if best else LoadTaking("unknown", called=calls_of(list(driven.values())))
     radius, margin, roots = measured_radius(stepper), MEASURED, measured_roots(stepper)
     if best is not None:  # its kernel is right for multiple eigenvalues too
         radius, margin, roots = best.scheme.spectral_radius, EXACT, scheme_roots(best.scheme.amplification)

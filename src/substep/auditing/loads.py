@@ -14,6 +14,7 @@ from .linear_step import Candidate, Loads
 from .probes import Measured
 
 INSTANTS = (0.0, 0.5, 1.0)
+MOST = 8  # instants of calls that are tried
 SHIFTS = (0.0, -0.5, 0.5, -1.0, 1.0)
 
 
@@ -39,7 +40,8 @@ class LoadTaking:
     def text(self) -> str:
         """Such as 'f(t_n + h/2)' or '1/2 f(t_n) + 1/2 f(t_n + h)', one a balance."""
         if self.kind in ("none", "unknown"):
-            return {"none": "takes no load", "unknown": "at no fixed instants that were found"}[self.kind]
+            asked = f"; asked for at {', '.join(f'{x:g}' for x in self.called)} of a step" if self.called else ""
+            return "takes no load" if self.kind == "none" else f"at no fixed instants that were found{asked}"
         return "; ".join(_sum(row) for row in self.loads if row)
 
 
@@ -49,7 +51,7 @@ def load_taking(match: Match, driven: Mapping[str, Measured]) -> LoadTaking:
         return LoadTaking("none")
     runs = list(driven.values())
     candidate = Candidate(match.scheme, runs[0].at)
-    called = _called(runs)
+    called = calls_of(runs)
     kinds = slice(0, 3 if match.what == "matrix" else 1)
     declared = tuple(system.loads for system in step_of(match.scheme, candidate.at.h).systems)
     for shift in SHIFTS:
@@ -57,7 +59,7 @@ def load_taking(match: Match, driven: Mapping[str, Measured]) -> LoadTaking:
         if error <= MATCH:
             kind = "shifted" if shift else "declared"
             return LoadTaking(kind, _moved(declared, shift), shift, error, start, called)
-    tried = [_at_ends(declared, INSTANTS[::2]), _at_ends(declared, INSTANTS), _instants(candidate, declared)]
+    tried = [_at_ends(declared, INSTANTS[::2]), _at_ends(declared, INSTANTS), _instants(candidate, declared, called)]
     resting = [run for run in runs if run.load.at(0.0) == 0.0]  # at rest at t = 0, however the start is made
     for instants, given in tried:
         loads = _from_rest(candidate, resting, instants, given)
@@ -140,10 +142,10 @@ def _at_ends(declared: Loads, instants: Sequence[float]) -> tuple[list[float], A
     return list(instants), np.zeros((len(declared), len(instants)))
 
 
-def _instants(candidate: Candidate, declared: Loads) -> tuple[list[float], Array]:
+def _instants(candidate: Candidate, declared: Loads, called: Sequence[float]) -> tuple[list[float], Array]:
     """The instants that are tried, and the declared weights at them (S, J)."""
     own = {float(x) for x in candidate.scheme.parameters.values()}  # such as theta, at which a balance may stand
-    instants = sorted({*INSTANTS, *own, *(tau for row in declared for _, tau in row)})
+    instants = sorted({*INSTANTS, *own, *called[:MOST], *(tau for row in declared for _, tau in row)})
     return instants, np.array([[sum(w for w, t in row if t == tau) for tau in instants] for row in declared])
 
 
@@ -191,7 +193,7 @@ def _one_step_error(candidate: Candidate, runs: Sequence[Measured], loads: Loads
     return worst
 
 
-def _called(runs: Sequence[Measured]) -> tuple[float, ...]:
+def calls_of(runs: Sequence[Measured]) -> tuple[float, ...]:
     """The different instants of calls within a step, 0 to 1, where the end of one step is the start of the next."""
     h = runs[0].at.h
     instants = {round(t / h % 1.0, 6) % 1.0 for run in runs for calls in run.called for t in calls}

@@ -11,6 +11,7 @@ from .stepper import Stepper
 
 OMEGA, RATIO, T = 1.0, 0.05, 6.0
 STEPS = (24, 48, 96, 192, 384)
+COARSE = 1e-6  # errors below which a motion is called exact
 SETTLED = 0.15  # a slope that is nearer than this to a whole number is that order
 
 
@@ -70,17 +71,29 @@ def _observed(stepper: Stepper, motion: Motion) -> Order:
 
 
 def _slope(errors: Array, floor: float) -> float | None:
-    """The order from the two smallest steps whose errors are not rounding."""
-    known = np.flatnonzero(errors > floor) if np.isfinite(errors).all() else np.zeros(0, np.int64)
-    if len(known) < 2 or known[-1] == 0:
+    """The order from the two smallest steps whose errors are not rounding; None where all are, or nothing is output.
+
+    -inf where a run overflows; NaN where results have so few digits that rounding may hide what errors there are.
+    """
+    if np.isnan(errors).all():
         return None
+    if not np.isfinite(errors).all():
+        return -np.inf
+    known = np.flatnonzero(errors > floor)
+    if len(known) < 2 or known[-1] == 0:
+        return None if floor <= COARSE else np.nan
     last = known[-1]
     slope = float(np.log2(errors[last - 1] / errors[last]))
     return float(round(slope)) if abs(slope - round(slope)) <= SETTLED else round(slope, 1)
 
 
 def written(order: float | None) -> str:
-    """An order in words: a number, "exact" but for rounding, or "diverges" where smaller steps make errors grow."""
+    """An order in words: a number, "exact" but for rounding, or "diverges" where smaller steps make errors grow.
+
+    "not measured" where results have too few digits.
+    """
     if order is None:
         return "exact"
+    if np.isnan(order):
+        return "not measured"
     return "diverges" if order <= -1.0 else f"{order:g}"

@@ -7,6 +7,7 @@ import sys
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
+from threading import Timer
 from typing import Any
 
 from ..core.errors import unknown_name
@@ -29,12 +30,13 @@ def programs() -> tuple[str, ...]:
 class Program:
     """A running adapter; use it in a `with` statement, or `close` it.
 
-    name: of an adapter. python: the command of the interpreter that has the program. integrators: name -> what it can
-    do and claims.
+    name: of an adapter. python: the command of the interpreter that has the program. longest: seconds that a run may
+    take. integrators: name -> what it can do and claims.
     """
 
     name: str
     python: str = THIS
+    longest: float = 600.0
     version: str = ""
     license: str = ""
     integrators: Mapping[str, Integrator] = field(default_factory=dict)
@@ -42,6 +44,12 @@ class Program:
     def __post_init__(self) -> None:
         if self.name not in programs():
             raise unknown_name("a program with an adapter", self.name, programs())
+        self._begin()
+        described = self.asked({"do": "describe"})
+        self.program, self.version, self.license = (described[key] for key in ("program", "version", "license"))
+        self.integrators = {name: Integrator(**entry) for name, entry in described["integrators"].items()}
+
+    def _begin(self) -> None:
         try:
             self._process = subprocess.Popen(
                 [*shlex.split(self.python), f"{self.name}{SUFFIX}.py"],
@@ -56,25 +64,32 @@ class Program:
             raise ValueError(
                 f"expected the command of an interpreter, got {self.python!r}: {error}; give the one that has it"
             ) from error
-        described = self.asked({"do": "describe"})
-        self.program, self.version, self.license = (described[key] for key in ("program", "version", "license"))
-        self.integrators = {name: Integrator(**entry) for name, entry in described["integrators"].items()}
 
     def asked(self, request: Mapping[str, Any]) -> dict[str, Any]:
-        """The answer to a request. Raises ValueError where the program raises or ends."""
+        """The answer to a request. Raises ValueError where the program raises, ends or takes too long.
+
+        One that has ended is begun anew for the next request.
+        """
+        if self._process.poll() is not None:
+            self.close()
+            self._begin()
         pipe_in, pipe_out = self._process.stdin, self._process.stdout
         assert pipe_in is not None and pipe_out is not None
+        watch = Timer(self.longest, self._process.kill)
+        watch.start()
         try:
             pipe_in.write(json.dumps(request) + "\n")
             pipe_in.flush()
             line = pipe_out.readline()
         except BrokenPipeError:
             line = ""
+        finally:
+            watch.cancel()
         if not line:
             raise ValueError(
-                f"expected an answer of the adapter {self.name}, got the end of its process (exit code "
-                f"{self._process.wait()}); run `{self.python} {self.name}{SUFFIX}.py` beside the adapters to see "
-                "why, or give the interpreter that has the program"
+                f"expected an answer of the adapter {self.name} within {self.longest:g} s, got the end of its process "
+                f"(exit code {self._process.wait()}); run `{self.python} {self.name}{SUFFIX}.py` beside the adapters to "
+                "see why, or give the interpreter that has the program"
             )
         answer: dict[str, Any] = json.loads(line)
         if "error" in answer:

@@ -1,6 +1,7 @@
 """What an audit found, as an object, as text, as JSON, and as a page."""
 
 import json
+import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -127,15 +128,22 @@ class Report:
         return "\n".join(lines)
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain data: what `to_json` writes."""
-        return {
+        """Plain data: what `to_json` writes. A number that is not finite is text, "inf", "-inf" or "nan"."""
+        found = {
             "program": self.stepper.name,
             "version": self.stepper.version,
             "arguments": dict(self.stepper.arguments),
             "identified": self.identified,
             "exact": self.exact,
             "matches": [
-                {"scheme": m.scheme.name, "text": m.text, "what": m.what, "start": m.start, "error": m.error}
+                {
+                    "scheme": m.scheme.name,
+                    "parameters": {key: float(x) for key, x in m.scheme.parameters.items()},
+                    "text": m.text,
+                    "what": m.what,
+                    "start": m.start,
+                    "error": m.error,
+                }
                 for m in self.matches
             ],
             "nonlinear": list(self.nonlinear),
@@ -151,10 +159,11 @@ class Report:
             "deviations": [asdict(deviation) for deviation in self.deviations],
             "not_run": [list(one) for one in self.failed],
         }
+        return _plain(found)
 
     def to_json(self) -> str:
         """The report as JSON."""
-        return json.dumps(self.to_dict(), indent=1)
+        return json.dumps(self.to_dict(), indent=1, allow_nan=False)
 
     def to_html(self, path: str | Path) -> Path:
         """Write the report as one static page, with the measured curves over those of the identified scheme."""
@@ -164,6 +173,15 @@ class Report:
 
     def __repr__(self) -> str:
         return f"Report({self.identified!r}, {len(self.deviations)} deviations)"
+
+
+def _plain(data: Any) -> Any:
+    """The same with text in place of numbers that JSON does not know."""
+    if isinstance(data, Mapping):
+        return {key: _plain(x) for key, x in data.items()}
+    if isinstance(data, list | tuple):
+        return [_plain(x) for x in data]
+    return str(float(data)) if isinstance(data, float) and not math.isfinite(data) else data
 
 
 def _order(order: Order) -> str:
