@@ -171,8 +171,15 @@ def test_energy_bound_stops_before_it_is_passed() -> None:
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: ss.scheme("newmarc"), "one of: .*did you mean 'newmark'"),
+        (lambda: ss.scheme("newmarc"), "did you mean 'newmark'.*known are"),
         (lambda: ss.scheme("newmark", betta=1), "did you mean 'beta'"),
+        (lambda: ss.scheme("hht"), "did you mean 'hht_alpha'"),
+        (lambda: ss.scheme("newmark", beta="0.25"), "expected parameter beta of newmark to be a real number.*'0.25'"),
+        (lambda: ss.scheme("newmark", beta=1j), "to be a real number"),
+        (lambda: ss.march("duffing", "bathe", dt=True, t_end=1), "expected dt to be a real number.*True"),
+        (lambda: ss.march("bathe", "duffing", dt=0.1, t_end=1), "the scene, then the scheme, got them exchanged"),
+        (lambda: ss.march("duffing", "bathe", dT=0.1, t_end=1), "got 'dT'; did you mean 'dt'"),
+        (lambda: ss.march("linear_oscillator", "bathe", omega=1.0), r"ss.scene\('linear_oscillator', omega="),
         (lambda: ss.scheme("newmark_bdf2", gamma_t=1.0), r"in \(0\.0, 1\.0\), got 1\.0; choose"),
         (lambda: ss.scheme("newmark", beta=-0.1), r"in \[0\.0, inf\), got -0\.1"),
         (lambda: ss.scheme("newmark", beta=float("nan")), "finite, got nan"),

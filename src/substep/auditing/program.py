@@ -88,8 +88,8 @@ class Program:
         if not line:
             raise ValueError(
                 f"expected an answer of the adapter {self.name} within {self.longest:g} s, got the end of its process "
-                f"(exit code {self._process.wait()}); run `{self.python} {self.name}{SUFFIX}.py` beside the adapters to "
-                "see why, or give the interpreter that has the program"
+                f"(exit code {self._process.wait()}); run `{self.python} {self.name}{SUFFIX}.py` beside the adapters "
+                "to see why, or give the interpreter that has the program"
             )
         answer: dict[str, Any] = json.loads(line)
         if "error" in answer:

@@ -10,6 +10,7 @@ from typing import Any, ParamSpec, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+FEW = 8  # names that are listed before what came
 P = ParamSpec("P")
 T = TypeVar("T")
 
@@ -17,8 +18,11 @@ T = TypeVar("T")
 def unknown_name(what: str, name: str, known: Iterable[str]) -> ValueError:
     """The error for a name that is not among the known ones; it names the nearest of them."""
     known = tuple(known)
-    near = get_close_matches(name, known, n=1)
+    low = name.lower()
+    near = get_close_matches(low, known, n=1) or sorted((x for x in known if low and x.startswith(low)), key=len)
     cure = f"; did you mean '{near[0]}'?" if near else ""
+    if len(known) > FEW:
+        return ValueError(f"expected {what}, got '{name}'{cure or ';'} known are: {', '.join(known)}")
     return ValueError(f"expected {what}, one of: {', '.join(known) or 'none'}; got '{name}'{cure}")
 
 
@@ -48,7 +52,7 @@ def _misfit(function: Callable[..., Any], args: tuple[Any, ...], kwargs: Mapping
     """What is wrong with arguments that do not fit a function, and those that do."""
     takes = inspect.signature(function)
     by_name = [name for name, p in takes.parameters.items() if p.kind is p.KEYWORD_ONLY]
-    others = [str(p) for p in takes.parameters.values() if p.kind is p.VAR_KEYWORD]
+    others = [f"**{p.name}" for p in takes.parameters.values() if p.kind is p.VAR_KEYWORD]
     at_first = [name for name, p in takes.parameters.items() if p.kind is p.POSITIONAL_OR_KEYWORD]
     try:
         takes.bind(*args, **kwargs)
@@ -64,9 +68,12 @@ def float_array(name: str, value: ArrayLike) -> NDArray[np.float64]:
             f"expected {name} without a mask, got a masked array; choose its values by .compressed() or .filled(...)"
         )
     try:
-        return np.asarray(value, dtype=np.float64)
+        array = np.asarray(value)
+        if array.dtype.kind not in "bcSU":  # truth values, complex numbers and text are not what was meant
+            return array.astype(np.float64, copy=False)
     except (TypeError, ValueError) as error:
         raise ValueError(f"expected {name} to be a real number or an array of them, got {value!r}") from error
+    raise ValueError(f"expected {name} to be a real number or an array of them, got {value!r}; give numbers")
 
 
 def real_array(name: str, value: ArrayLike) -> NDArray[np.float64]:
@@ -87,7 +94,7 @@ def real_number(name: str, value: Any, *, positive: bool = False) -> float:
         return value  # the usual case, at a tenth of the time
     array = real_array(name, value)
     if array.ndim:
-        raise ValueError(f"expected one number for {name}, got shape {array.shape}; give one, or march each")
+        raise ValueError(f"expected one number for {name}, got shape {array.shape}; give one, or call once for each")
     if positive and array <= 0:
         raise ValueError(f"expected {name} > 0, got {float(array)}; give a positive value")
     return float(array)

@@ -8,9 +8,9 @@ import numpy as np
 
 from ..core.errors import called_as, real_number, require_numbers, unknown_name
 from ..core.response import STATUSES, Response, Status
-from ..core.scenes import Scene
+from ..core.scenes import Scene, scene_info, scenes
 from ..core.scenes import scene as make_scene
-from ..core.schemes import Array, Scheme
+from ..core.schemes import Array, Scheme, schemes
 from ..core.schemes import scheme as make_scheme
 from .adaptive import Control, march_adaptive
 from .linear import LinearLanes, Oscillators, march_linear
@@ -23,6 +23,16 @@ def require_tol(chosen: Iterable[str]) -> None:
     """Raises ValueError for an argument of chosen steps, by name, where the step is constant."""
     for name in chosen:
         raise ValueError(f"expected {name} with tol only, got it with dt; give tol in place of dt, or drop it")
+
+
+def _require_known(scene: Any, chosen: Iterable[str]) -> None:
+    """Raises ValueError for an argument that march does not have, before any other is looked at."""
+    for name in chosen:
+        if name not in CHOSEN:
+            known = ["dt", "t_end", "tol", "energy_bound", "stride", *CHOSEN]
+            of_scene = isinstance(scene, str) and scene in scenes() and name in scene_info(scene, {}).parameters
+            cure = f"; it is a parameter of the scene: ss.scene({scene!r}, {name}=...)" if of_scene else ""
+            raise ValueError(f"{unknown_name('an argument of march', name, known)}{cure}")
 
 
 def number_of_steps(dt: float, t_end: float) -> int:
@@ -70,6 +80,12 @@ def march(
     tol, for a scheme whose parameters are arrays or that cannot change its step, and for a load that is not finite. A
     run that fails does not raise: see Response.status.
     """
+    if isinstance(scheme, str) and isinstance(scene, str) and scheme in scenes() and scene in schemes():
+        raise ValueError(
+            f"expected the scene, then the scheme, got them exchanged; call march({scheme!r}, {scene!r}, ...)"
+        )
+    if not hasattr(scene, "march"):
+        _require_known(scene, chosen)
     scheme = make_scheme(scheme)
     require_numbers(scheme.name, scheme.parameters, "substep.sweep takes arrays")
     if stride < 1:
@@ -85,10 +101,6 @@ def march(
         given = {name: x for name, x in options.items() if x is not None}
         return scene.march(scheme, dt=dt, t_end=t_end, stride=stride, **given)
     scene = make_scene(scene)
-    if unknown := [name for name in chosen if name not in CHOSEN]:
-        raise unknown_name(
-            "an argument of march", unknown[0], ["dt", "t_end", "tol", "energy_bound", "stride", *CHOSEN]
-        )
     if dt is not None:
         require_tol(chosen)
     if tol is not None and stride != 1:
