@@ -1,12 +1,11 @@
-"""fedoo's GeneralizedAlpha with alpha_f other than 0 takes the load at the end of the step: forced motion of first order.
+"""fedoo's GeneralizedAlpha takes the load at the end of the step, so with alpha_f not 0 forced motion is first order.
 
 Manual: the docstring of fedoo.time.GeneralizedAlpha warns of it: "External loads (Neumann/Dirichlet) are applied by the
 problem at the step endpoint t_{n+1}, not at t_{n+1-alpha_f}", "a known follow-up".
-Source, fedoo 1.1.0, fedoo/time/generalized_alpha.py:474-480 (internal force and damping weigh both ends) and
-fedoo/core/problem.py (the external force is the problem's, set for each step). The cure for a user is to set
-(1 - alpha_f) f(t_{n+1}) + alpha_f f(t_n).
+Source, fedoo 1.1.0, fedoo/time/generalized_alpha.py:474-480: internal force and damping weigh both ends, the load is
+no part of it. The cure for a user is to set (1 - alpha_f) f(t_{n+1}) + alpha_f f(t_n) for the step.
 
-Concerns of the reports: GeneralizedAlpha, GeneralizedAlpha_hht.
+Integrators, by their names in the report: GeneralizedAlpha, GeneralizedAlpha_hht.
 """
 
 import math

@@ -7,7 +7,7 @@ solver calls (structural_mechanics_solver.py:410-415): it "sets all historical n
 value", the displacements before t = 0 among them, from which the scheme finds its velocities. No smaller step, lower
 order or other scheme begins the motion. The cure for a user is a history of the motion before t = 0.
 
-Concerns of the reports: bdf2_copied_start.
+Integrators, by their names in the report: bdf2_copied_start.
 """
 
 import math
@@ -42,7 +42,8 @@ def error(dt: float, u0: float, v0: float, history: bool) -> float:
     SetAndFillBuffer(part, 3, dt)
     if history:
         for row in range(3):
-            u, v = (u0 * math.cos(row * dt) - v0 * math.sin(row * dt), u0 * math.sin(row * dt) + v0 * math.cos(row * dt))
+            cosine, sine = math.cos(row * dt), math.sin(row * dt)  # of the motion at -row dt
+            u, v = u0 * cosine - v0 * sine, u0 * sine + v0 * cosine
             node.SetSolutionStepValue(kratos.DISPLACEMENT_X, row, u)
             node.SetSolutionStepValue(kratos.VELOCITY_X, row, v)
             node.SetSolutionStepValue(kratos.ACCELERATION_X, row, -u)

@@ -7,7 +7,7 @@ Source, pyYeti 1.4.7, pyyeti/ode/solvenewmark.py:689 (u(-1)), :704 (F(0), the lo
 :709 (F(-1)). Motion whose acceleration is zero at t = 0, such as that from rest under a load that starts at zero, is
 of second order.
 
-Concerns of the reports: SolveNewmark.
+Integrators, by their names in the report: SolveNewmark.
 """
 
 import math

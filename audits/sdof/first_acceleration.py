@@ -3,10 +3,10 @@
 Manual: the docstring of sdof.integrate: "u0 (float, optional): Initial displacement". The argument fy, which selects
 the elastic-plastic function, is in its signature only.
 Source, sdof 0.0.12, src/_integrate.c:175 begins with the restoring force pa = 0.0, "TODO: Find pa for initial u0", and
-:197 takes the first acceleration from it; the elastic function takes K u0 (LINE). Nothing is amiss where u0 = 0.
+:197 takes the first acceleration from it; the elastic function takes K u0 (:317). Nothing is amiss where u0 = 0.
 The first load is used nowhere else, so a user cures it by taking k u0 from that one.
 
-Concerns of the reports: integrate_yielding_never.
+Integrators, by their names in the report: integrate_yielding_never.
 """
 
 import math
