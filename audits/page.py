@@ -43,7 +43,8 @@ def page(reports: Path, scripts: Path) -> str:
         lines += [f"- `{x['integrator']}` could not be audited: {x['error']}" for x in program["failed"]]
         lines.append("")
     lines += ["## Deviations, each shown by a script of its own", ""]
-    lines += ["Each script imports the program and NumPy only. Its text says where the source or manual was read.", ""]
+    lines += ["Each script imports the program and NumPy only. Its text says where the source or manual was read, and"]
+    lines += ["which integrators of the tables above deviate for the reason that it shows.", ""]
     for script in sorted(scripts.glob("*/*.py")):
         lines += list(_deviation(script))
     return "\n".join(lines).rstrip() + "\n"

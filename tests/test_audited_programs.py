@@ -158,6 +158,26 @@ def test_a_script_that_shows_a_deviation_needs_no_substep(script):
     assert output.strip() and not re.search(r"(?:^|[ :])/\w+/", output)  # no path of the machine that ran it
 
 
+CONCERNED = re.compile(r"Integrators, by their names in the report: (.+)\.\s*\Z", re.DOTALL)
+
+
+def concerned(program: str) -> set[str]:
+    """The integrators of a program that its scripts name in the last paragraph of their texts."""
+    texts = [ast.get_docstring(ast.parse(path.read_text())) or "" for path in (ROOT / "audits" / program).glob("*.py")]
+    found = [match[1] for text in texts if (match := CONCERNED.search(text))]
+    return {name for names in found for name in names.replace("\n", " ").split(", ")}
+
+
+@pytest.mark.parametrize("program", programs())
+def test_every_deviation_of_a_report_is_shown_by_a_script(program):
+    """What is held against a program can be seen without this package, but for digits, which its report counts."""
+    reports = json.loads((REPORTS / f"{program}.json").read_text(encoding="utf-8"))["reports"]
+    kinds = {r["integrator"]: {deviation["kind"] for deviation in r["deviations"]} - {"precision"} for r in reports}
+    named = concerned(program)
+    assert named <= set(kinds), "scripts name integrators that the report does not have"
+    assert {name for name, found in kinds.items() if found} <= named, "deviations that no script shows"
+
+
 def test_dialects_are_handles_of_declared_schemes():
     scheme = ss.dialect("opensees.HHT", alpha=0.9)
     assert scheme.name == "hht_alpha" and float(scheme.parameters["alpha"]) == pytest.approx(-0.1)

@@ -8,6 +8,8 @@ of the increment, which costs no order. Manual, doc/CalculiX.tex, Convergence cr
 is unconditionally stable and second order accurate."
 
 A load at t = 0 alone, of the size of the damping force there, shows the cause, and is the cure for a user.
+
+Integrators, by their names in the report: dynamic_default, dynamic, dynamic_most, dynamic_newmark.
 """
 
 import math

@@ -10,6 +10,8 @@ of the trapezoidal rule's balances at both ends: what one of them lacks is multi
 step, which is nothing where the start is in balance, and grows for alpha above 1/2. Hilber, Hughes and Taylor leave
 the inertia at the end and let beta and gamma follow from alpha. hht_newmark weights the displacement and the load
 only, so the damping force stands alpha dt after the rest.
+
+Integrators, by their names in the report: hht, hht_beyond_half, hht_newmark, hht_newmark_most.
 """
 
 import math

@@ -8,6 +8,8 @@ The residual of that balance, of the displacement of t(n), is formed in the same
 beginning of the step to its value at TIME, as AnalysisStage's processes do, is that of t(n+1): forced motion is of
 first order. Damping takes the velocity that is in the nodal data, that of t(n-1): damped motion is of first order,
 too.
+
+Integrators, by their names in the report: explicit_central_differences.
 """
 
 import math

@@ -5,6 +5,9 @@ solves the balance of the states at t + alpha_f dt after SetTime(t + dt); the so
 GeneralizedAlphaSolver::Step, line 1047, sets t + alpha_f dt. HHTAlphaSolver, WBZAlphaSolver (whose alpha_f is 1, so
 that nothing is amiss) and AverageAccelerationSolver ("The classical midpoint method") inherit the step, and
 MidPointStep, lines 1220-1232, also sets the end. Free vibration is of second order, as it should.
+
+Integrators, by their names in the report: GeneralizedAlpha2Solver, GeneralizedAlpha2Solver_0.6, HHTAlphaSolver,
+AverageAccelerationSolver.
 """
 
 import math

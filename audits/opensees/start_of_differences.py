@@ -5,6 +5,9 @@ its warning "assuming Ut-1 = Ut" says: the initial velocity is not used. Explici
 initial velocity and moves with the sum, and CentralDifferenceAlternative.cpp and CentralDifferenceNoDamping.cpp do the
 same: they take the velocity at t = 0 for that at t = -dt/2, so the start, and with it the motion, is of first order.
 Neither manual page says so. The right start of a leap-frog has dt/2 a.
+
+Integrators, by their names in the report: CentralDifference, CentralDifferenceAlternative, CentralDifferenceNoDamping,
+ExplicitDifference.
 """
 
 import math

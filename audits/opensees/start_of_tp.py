@@ -6,6 +6,9 @@ first step Utdot = Utdotdot = 0. HHT.cpp:163-165 copies them at the head of newS
 and KRAlphaExplicit_TP.cpp. The same holds of HHTGeneralized_TP.cpp:135, HHTGeneralizedExplicit_TP.cpp:139,
 AlphaOS_TP.cpp:153, AlphaOSGeneralized_TP.cpp:155 and HHTHS{FixedNumIter,IncrReduct,IncrLimit}_TP.cpp.
 A model that starts from complete rest is not affected.
+
+Integrators, by their names in the report: HHT_TP, HHT_TP_all_arguments, HHTGeneralized_TP, HHTGeneralizedExplicit_TP,
+AlphaOS_TP, AlphaOS_TP_update, AlphaOSGeneralized_TP, HHTHSFixedNumIter_TP, HHTHSIncrReduct_TP, HHTHSIncrLimit_TP.
 """
 
 import openseespy.opensees as ops
@@ -13,7 +16,7 @@ import openseespy.opensees as ops
 DT = 0.001
 
 
-def first_step(integrator: str, *arguments: float) -> tuple[float, float]:
+def first_step(integrator: str, *arguments: float | str) -> tuple[float, float]:
     """Displacement and velocity after one short step of a free mass that starts with velocity 1."""
     ops.wipe()
     ops.model("basic", "-ndm", 1, "-ndf", 1)
@@ -26,7 +29,11 @@ def first_step(integrator: str, *arguments: float) -> tuple[float, float]:
     ops.constraints("Plain")
     ops.numberer("Plain")
     ops.system("FullGeneral")
-    ops.algorithm("Linear")
+    if "HS" in integrator:  # those for hybrid tests want iterations
+        ops.test("FixedNumIter", 80 if "Reduct" in integrator else 5, 0)
+        ops.algorithm("Newton")
+    else:
+        ops.algorithm("Linear")
     ops.integrator(integrator, *arguments)
     ops.analysis("Transient")
     ops.analyze(1, DT)
@@ -47,6 +54,12 @@ for name, arguments in (
     ("AlphaOSGeneralized_TP", (0.6,)),
     ("HHTExplicit_TP", (0.9,)),
     ("KRAlphaExplicit_TP", (0.6,)),
+    ("HHTHSFixedNumIter", (0.6,)),
+    ("HHTHSFixedNumIter_TP", (0.6,)),
+    ("HHTHSIncrReduct", (0.6, 0.5)),
+    ("HHTHSIncrReduct_TP", (0.6, 0.5)),
+    ("HHTHSIncrLimit", (0.6, 1e9)),
+    ("HHTHSIncrLimit_TP", (0.6, 1e9)),
 ):
     u, v = first_step(name, *arguments)
     print(f"  {name:26s} u = {u: .9f}  v = {v: .6f}")

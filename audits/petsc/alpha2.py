@@ -5,10 +5,13 @@ First acceleration: TSAlpha_Restart sets ts->time_step to half the step (line 12
 start from two half steps, (-3 V0 + 4 V1 - V2) / ts->time_step (lines 160-162); that formula is divided by the whole
 step. Later versions divide by time_step, which is the whole one. With a radius of 1 the first acceleration has no
 effect; below it the solution is of first order, though TSAlpha2SetRadius chooses parameters for which
-TSAlpha2SetParams states "Second-order accuracy" (line 589). alpha1.c, for first-order systems, likewise.
+TSAlpha2SetParams states "Second-order accuracy" (line 589). alpha1.c, for first-order systems,
+does likewise (lines 111 and 138-140; "Second-order accuracy", line 517).
 Linear problems: TSStep_Alpha (line 219) solves for X1 and then takes V1 (line 226), which TSAlpha_StageVecs computes
 only when SNES evaluates the function (line 345). SNESKSPONLY, which TSSetProblemType(TS_LINEAR) selects, does not
 evaluate the function at its solution, so V1 is that of the guess.
+
+Integrators, by their names in the report: alpha2_0.6, alpha2_0, alpha.
 """
 
 import math
@@ -63,6 +66,37 @@ def march(dt: float, n: int, radius: float, linear: bool) -> np.ndarray:
     return np.array(rows)
 
 
+def march_first_order(dt: float, n: int, radius: float) -> float:
+    """u after n steps of the same motion by alpha, as two equations of first order."""
+
+    def balance(ts, t, y, rate, residual):
+        residual[0], residual[1] = rate[0] - y[1], rate[1] + y[0]
+        residual.assemble()
+
+    def slope(ts, t, y, rate, shift, matrix, same):
+        matrix[0, 0], matrix[0, 1], matrix[1, 0], matrix[1, 1] = shift, -1.0, 1.0, shift
+        matrix.assemble()
+
+    PETSc.Options()["ts_alpha_radius"] = radius
+    ts = PETSc.TS().create(comm=PETSc.COMM_SELF)
+    ts.setType("alpha")
+    matrix = PETSc.Mat().createDense([2, 2])
+    matrix.setUp()
+    ts.setIFunction(balance, PETSc.Vec().createSeq(2))
+    ts.setIJacobian(slope, matrix, matrix)
+    ts.setTimeStep(dt)
+    ts.setMaxSteps(n)
+    ts.setMaxTime(1e9)
+    ts.setExactFinalTime(PETSc.TS.ExactFinalTime.STEPOVER)
+    ts.setFromOptions()
+    y = PETSc.Vec().createSeq(2)
+    y[0], y[1] = 1.0, 0.3
+    ts.setSolution(y)
+    for _ in range(n):
+        ts.step()
+    return y[0]
+
+
 def first(dt: float, rho: float, a: float) -> float:
     """Velocity after one step of the generalized alpha method that starts with acceleration a."""
     alpha_m, alpha_f = (2 - rho) / (1 + rho), 1 / (1 + rho)
@@ -89,3 +123,7 @@ for linear in (False, True):
             end="",
         )
         print(f", order {math.log2(errors[1] / errors[2]):.2f}, expected 2")
+for radius in (1.0, 0.6):
+    errors = [abs(march_first_order(dt, round(2 / dt), radius) - exact) for dt in (0.02, 0.01, 0.005)]
+    print(f"alpha, of first order, radius {radius}: errors", *(f"{e:.1e}" for e in errors), end="")
+    print(f", order {math.log2(errors[1] / errors[2]):.2f}, expected 2")

@@ -2,6 +2,8 @@
 
 Source, ROSS 2.3.0, ross/utils.py, newmark: y0, ydot0 and y2dot0 are zeros, and the loop begins with step 1; RHS of
 step 0 is never asked for. The docstring gives no initial state and does not say so.
+
+Integrators, by their names in the report: newmark, newmark_linear.
 """
 
 import math

@@ -4,6 +4,8 @@ Manual: the docstring of sdof.integrate, "Integration is carried out using a Gen
 stands at t + alpha_f dt for all forces, the load among them.
 Source, sdof 0.0.12, src/_integrate.c:120-127: displacement and velocity are weighted with alpha_f, the load scale*p[i]
 is that at the end. With alpha_f = 1, the default, nothing is amiss.
+
+Integrators, by their names in the report: integrate_hht, integrate_alpha.
 """
 
 import math

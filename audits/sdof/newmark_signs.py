@@ -4,6 +4,8 @@ Source, sdof 0.0.12, sdof/integration/newmark.py: line 108 has b4 = 1 + 1/(2 bet
 in the new one, which is 1 - 1/(2 beta); line 127 adds b2 C a to the effective load, from which it is to be taken,
 since the new velocity is b1 v + b2 a + c2 du. The public function, sdof.integrate, has both right
 (src/_integrate.c:93).
+
+Integrators, by their names in the report: newmark_0, newmark_1, newmark_3, newmark_4.
 """
 
 import numpy as np

@@ -10,6 +10,8 @@ Source, SfePy 2026.3, sfepy/solvers/ts_solvers.py.
    mid-step time"); its docstring says "second-order accurate".
 4. VelocityVerletTS.create_nlst evaluates damping with the middle velocity, CentralDifferenceTS with the end's: with
    damping they are not "mathematically equivalent", and the first is of first order.
+
+Integrators, by their names in the report: bathe, generalized_alpha_0.5, generalized_alpha_1, velocity_verlet.
 """
 
 import math

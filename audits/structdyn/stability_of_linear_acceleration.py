@@ -4,6 +4,8 @@ Manual: structdyn 0.8.0, sdf/numerical_methods/newmark_beta.py, docstring of New
 acceleration (unconditionally stable)'; mdf/numerical_methods/newmark_beta.py, docstring of NewmarkBetaMDF: "the
 implicit, unconditionally stable Newmark-beta time integration algorithm", whose default is "linear". The program
 itself warns above the limit (utils/stability_checks.py), and the docstring of get_newmark_parameters is right.
+
+Integrators, by their names in the report: newmark_linear, newmark_many_linear.
 """
 
 import warnings
