@@ -13,7 +13,22 @@ from rich.table import Column, Table
 from typer.core import TyperGroup
 
 from ..core.schemes import scheme
-from .arguments import StartOption, StrainOption, exact_options, number, numbers, require_folders, scene_of, working
+from .arguments import (
+    SceneArgument,
+    SchemeArgument,
+    SchemeOfRun,
+    SchemeOption,
+    StartOption,
+    StrainOption,
+    exact_options,
+    known_schemes,
+    number,
+    numbers,
+    require_files,
+    require_folders,
+    scene_of,
+    working,
+)
 from .audits import audit
 from .catalogue import scenes, schemes, show
 from .charts import chart
@@ -24,6 +39,8 @@ from .estimators import estimator
 from .explorer import explorer
 
 if TYPE_CHECKING:
+    from substep_derive.study.equivalence import Equivalence
+
     from ..studies.failures import Row
     from ..thesis.claims.judgement import Judgement
 
@@ -178,7 +195,7 @@ def _print_claims(found: "list[Judgement]", of: int) -> None:
 
 def certify(
     context: typer.Context,
-    name: Annotated[str, typer.Argument(help="a name listed by `substep schemes`")],
+    name: SchemeArgument,
     xi: Annotated[str, typer.Option(help="damping ratio, exact: 0, 1/20 or 0.05")] = "0",
 ) -> None:
     """Prove for which Ω a scheme is stable. Parameters follow as exact numbers: --gamma-t 1/5 --beta 0.3025."""
@@ -198,7 +215,7 @@ def certify(
             print("for k up to 10, 100, 1000.")
 
 
-def conditions(name: Annotated[str, typer.Argument(help="a name listed by `substep schemes`")]) -> None:
+def conditions(name: SchemeArgument) -> None:
     """Print for which parameters a scheme is stable for every Ω, undamped, and of second order: derived."""
     from ..derived.facade import conditions as derived  # noqa: PLC0415
     from ..derived.facade import order_conditions  # noqa: PLC0415
@@ -215,27 +232,31 @@ def conditions(name: Annotated[str, typer.Argument(help="a name listed by `subst
 
 
 def equivalences(
-    names: Annotated[list[str] | None, typer.Argument(help="at least two schemes; all if none is given")] = None,
+    names: Annotated[
+        list[str] | None,
+        typer.Argument(help="at least two schemes; all if none is given", autocompletion=known_schemes),
+    ] = None,
 ) -> None:
     """Find schemes that share their amplification matrix or only their spectrum, with the parameter maps."""
     from ..derived.facade import equivalences as find  # noqa: PLC0415
 
-    found: list[str] = []
     try:
-        with working("comparing schemes"):
-            for pair in find(names or []):
-                found.append(pair.text)
+        pairs = find(names or [])
+
+        def next_pair() -> "Equivalence | None":
+            with working("comparing schemes"):
+                return next(pairs, None)
+
+        for pair in iter(next_pair, None):  # each is printed when it is found, since all take a minute
+            print(pair.text, flush=True)
     except ValueError as error:
         raise typer.BadParameter(str(error)) from error
-    finally:  # what was found before Ctrl-C is printed too
-        for text in found:
-            print(text)
 
 
 def run(
     context: typer.Context,
-    scene_name: Annotated[str, typer.Argument(metavar="SCENE", help="a name listed by `substep scenes`")],
-    scheme_name: Annotated[str, typer.Argument(metavar="SCHEME", help="a name listed by `substep schemes`")],
+    scene_name: SceneArgument,
+    scheme_name: SchemeOfRun,
     dt: Annotated[float, typer.Option(help="time step in s")],
     t_end: Annotated[float, typer.Option(help="end of the run in s, a multiple of dt")],
     a0: StartOption = "",
@@ -283,9 +304,7 @@ def spectrum(
     context: typer.Context,
     file: Annotated[Path, typer.Argument(help="two columns, time (s) and acceleration (m/s^2), or a PEER .AT2")],
     xi: Annotated[float, typer.Option(help="damping ratio")] = 0.05,
-    scheme_name: Annotated[
-        str, typer.Option("--scheme", help="a name listed by `substep schemes`")
-    ] = "average_acceleration",
+    scheme_name: SchemeOption = "average_acceleration",
     periods: Annotated[str, typer.Option(help="in s, as 0.1,0.5,1; by default 200 from 0.02 to 10 s")] = "",
     csv: Annotated[Path | None, typer.Option(help="write the spectrum here")] = None,
     chart: Annotated[Path | None, typer.Option(help="draw it here, without suffix")] = None,
@@ -297,6 +316,7 @@ def spectrum(
     from ..ground_motion.spectrum import PERIODS, QUANTITIES, response_spectrum  # noqa: PLC0415
 
     try:
+        require_files(file)
         require_folders(csv, chart)
         T = [number("--periods", text) for text in periods.split(",")] if periods else PERIODS
         with working(f"response spectrum of {file.name}"):
@@ -340,7 +360,9 @@ _add("What there is", "substep show newmark_bdf2 --part amplification", show)
 _add("What there is", "substep scenes --references", scenes)
 _add("What there is", "substep explorer --out explorer.html", explorer)
 _add("Runs", "substep run elastic_pendulum bathe --EA 1e4 --dt 0.01 --t-end 30", run, **PARAMETERS)
-_add("Runs", "substep choose elastic_pendulum --EA 1e10 --quantity angle --accuracy 1e-5", choose, **PARAMETERS)
+_add(
+    "Runs", "substep choose elastic_pendulum --EA 1e4 --accuracy 1e-3 --among bathe,noh_bathe,rk4", choose, **PARAMETERS
+)
 _add("Runs", "substep spectrum motion.AT2 --scheme bathe --xi 0.02 --chart out", spectrum, **PARAMETERS)
 _add("Runs", "substep chart bathe newmark:beta=1/4,gamma=.6 --xi .05 --quantity period_error", chart)
 _add("Proofs", "substep certify newmark_bdf2 --gamma-t 1/5 --beta 0.3025 --gamma 3/5", certify, **PARAMETERS)

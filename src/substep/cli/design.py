@@ -4,12 +4,15 @@ from typing import Annotated
 
 import typer
 
-from .arguments import working
+from .arguments import known_schemes, working
 
 
 def design(
     name: Annotated[
-        str | None, typer.Argument(help="a scheme whose parameters are sought; else give --sub-steps")
+        str | None,
+        typer.Argument(
+            help="a scheme whose parameters are sought; else give --sub-steps", autocompletion=known_schemes
+        ),
     ] = None,
     sub_steps: Annotated[int | None, typer.Option(help="compose a scheme of so many sub-steps")] = None,
     order: Annotated[int, typer.Option(help="order of accuracy")] = 2,

@@ -4,12 +4,12 @@ from typing import Annotated
 
 import typer
 
-from .arguments import exact_options, working
+from .arguments import SchemeArgument, exact_options, working
 
 
 def estimator(
     context: typer.Context,
-    name: Annotated[str, typer.Argument(help="a name listed by `substep schemes`")],
+    name: SchemeArgument,
     held_only: Annotated[bool, typer.Option("--held-only", help="only what the step itself holds")] = False,
     undamped: Annotated[bool, typer.Option("--undamped", help="for motions without damping alone")] = False,
 ) -> None:
