@@ -47,6 +47,9 @@ def test_lists_have_every_one_within_80_columns(command: str, option: str, monke
     assert all(any(line.split(" ")[0] == name for line in lines) for name in names)
     assert max(map(len, lines)) <= 80
     assert "…" not in result.output
+    assert ("growth U2-V3: in the first step u grows like Omega^2, v/omega like Omega^3" in lines) == (
+        (command, option) == ("schemes", "")
+    )
 
 
 @pytest.mark.parametrize("name", ss.schemes())

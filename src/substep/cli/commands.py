@@ -3,6 +3,7 @@
 import math
 from collections import Counter
 from collections.abc import Callable, Sequence
+from inspect import getdoc
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -37,6 +38,7 @@ from .design import design
 from .emission import emit
 from .estimators import estimator
 from .explorer import explorer
+from .lines import folded
 
 if TYPE_CHECKING:
     from substep_derive.study.equivalence import Equivalence
@@ -163,9 +165,8 @@ def failures(
 
 
 def _print_failures(rows: "Sequence[Row]") -> None:
-    table = Table(
-        Column("scheme", no_wrap=True), "scene", "h (s)", "", "at t (s)", "max E/E0", title="Where methods fail"
-    )
+    columns = (Column(name, overflow="fold") for name in ("scene", "h (s)", "", "at t (s)", "max E/E0"))
+    table = Table(Column("scheme", no_wrap=True), *columns, title="Where methods fail")
     for row in rows:
         at = "" if row.t is None else f"{row.t:.4g}"
         table.add_row(row.scheme, row.scene, f"{row.h:.4g}", row.word, at, f"{row.max_ratio:.4g}")
@@ -206,7 +207,7 @@ def certify(
             found = certificate(name, xi=xi, **exact_options(context.args))
     except (ValueError, TypeError) as error:
         raise typer.BadParameter(str(error)) from error
-    print(found.text)
+    print(folded(found.text))
     parameters = {key: float(value) for key, value in found.parameters.items()}
     for low, high, *_ in found.multiple:  # powers of the matrix grow there, though no eigenvalue is outside the circle
         if low == high:
@@ -223,10 +224,11 @@ def conditions(name: SchemeArgument) -> None:
     try:
         with working(f"deriving conditions of {name}"):
             text, second_order = derived(name).text, order_conditions(name)
-        print(text)
+        print(folded(text))
         for quantity, polynomials in second_order.items():
-            wanted = " and ".join(f"{p} = 0" for p in polynomials).replace("**", "^") or "always"
-            print(f"{quantity} is of second order, free and forced, damped and undamped: {wanted}")
+            wanted = " and ".join(f"{p} = 0" for p in polynomials)
+            where = f"if {wanted}" if wanted else "without a condition"
+            print(folded(f"{quantity} is of second order, free and forced, damped and undamped, {where}"))
     except (ValueError, NotImplementedError) as error:
         raise typer.BadParameter(str(error)) from error
 
@@ -248,7 +250,7 @@ def equivalences(
                 return next(pairs, None)
 
         for pair in iter(next_pair, None):  # each is printed when it is found, since all take a minute
-            print(pair.text, flush=True)
+            print(folded(pair.text), flush=True)
     except ValueError as error:
         raise typer.BadParameter(str(error)) from error
 
@@ -351,7 +353,9 @@ def spectrum(
 def _add(panel: str, example: str, command: Callable[..., None], *, parameters: bool = False) -> None:
     """Add a command; parameters: those of schemes and scenes follow it as options, which it reads itself."""
     settings = {"allow_extra_args": True, "ignore_unknown_options": True} if parameters else None
-    app.command(rich_help_panel=panel, epilog=f"Example: {example}", context_settings=settings)(command)
+    paragraphs = (getdoc(command) or "").split("\n\n")
+    shown = "\n\n".join(" ".join(lines.split()) for lines in paragraphs)  # Rich breaks lines where the terminal ends
+    app.command(help=shown, rich_help_panel=panel, epilog=f"Example: {example}", context_settings=settings)(command)
 
 
 PARAMETERS = {"parameters": True}

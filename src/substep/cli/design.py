@@ -5,6 +5,7 @@ from typing import Annotated
 import typer
 
 from .arguments import known_schemes, working
+from .lines import folded
 
 
 def design(
@@ -37,7 +38,10 @@ def design(
         if name is not None:
             with working(f"designing {name}"):
                 found = facade.design(name, rho_inf=radius, order=order)
-            print("\n".join(one.text for one in found) or f"{name}: no parameters give order {order} and that rho_inf")
+            print(
+                "\n".join(folded(one.text) for one in found)
+                or f"{name}: no parameters give order {order} and that rho_inf"
+            )
             return
         if sub_steps is None:
             raise ValueError(
@@ -55,6 +59,6 @@ def design(
             )
     except (ValueError, TypeError) as error:
         raise typer.BadParameter(str(error)) from error
-    print(answer.text)
+    print(folded(answer.text))
     if answer.found is not None:
-        print(f"\nCertificate at the default parameters:\n{answer.found.certificate.text}")
+        print(folded(f"\nCertificate at the default parameters:\n{answer.found.certificate.text}"))
