@@ -75,8 +75,8 @@ def test_no_more_model_than_the_scene_needs(tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("uncompiled")
-@pytest.mark.parametrize("after", [0, 3])
-def test_an_interrupted_search_says_what_was_tried(after: int, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(("after", "accuracy"), [(0, "1e-9"), (3, "1e-9"), (1, "1")])
+def test_an_interrupted_search_says_what_was_tried(after: int, accuracy: str, monkeypatch: pytest.MonkeyPatch) -> None:
     def stopping(*arguments: Any) -> measure.Run:
         nonlocal after
         after -= 1
@@ -85,13 +85,16 @@ def test_an_interrupted_search_says_what_was_tried(after: int, monkeypatch: pyte
         return measure.measure(*arguments)
 
     monkeypatch.setattr(choice, "measure", stopping)
-    command = ["choose", "duffing", "--accuracy", "1e-9", "--t-end", "0.3", "--among", "bathe,rk4", "--chosen", "bathe"]
+    command = ["choose", "duffing", "--accuracy", accuracy, "--t-end", "0.3", "--among", "bathe,rk4"]
+    command += ["--chosen", "bathe"]
     tried, stopped = after, CliRunner().invoke(app, command)
     said = " ".join(stopped.output.split())
     assert stopped.exit_code == 130
     assert said.endswith("substep choose: interrupted; what was printed or written before is complete and kept")
     assert (f"interrupted after {tried} runs, of which these say:" in said) == (tried > 0)
     assert ("reference: " in said or "no candidate" in said) == (tried > 0)
+    assert ("<= 1 over" in said) == (accuracy == "1")
+    assert "nan" not in said  # no time was measured
 
 
 @pytest.mark.usefixtures("uncompiled")

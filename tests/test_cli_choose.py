@@ -85,7 +85,8 @@ def test_choose_refuses_what_is_neither_a_scene_nor_a_structure(building: dict[s
         ([*whole[:5], *whole[7:]], "expected --load, a file of two columns"),
         ([*whole, "--model", "both"], "a model, one of: any, direct, modal; got 'both'"),
         ([*whole, "--mass", str(building["load"])], "expected 'row column value'"),
-        ([*whole, "--load", "none.txt"], "No such file"),
+        ([*whole, "--load", "none.txt"], "expected a file to read, got none.txt, which is not there; correct"),
+        ([*whole, "--mass", "."], "expected a file to read, got ., which is a folder; correct the path"),
     ):
         result = runner.invoke(app, arguments)
         assert result.exit_code == 2, arguments

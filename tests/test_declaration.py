@@ -3,10 +3,12 @@
 from typing import Any
 
 import pytest
-from substep_derive import Balance, DeclarationError, Parameter, Scheme, derive
+from substep_derive import Balance, DeclarationError, Parameter, Scheme, certify, derive
 from substep_derive.algebra.exact_number import exact_number
 from substep_derive.declare.symbols import N, f, gamma, h, knot
 from sympy import Abs, I, Interval, Rational, Symbol, pi, sin, sqrt
+
+import substep as ss
 
 u0, v0, a0 = knot(0)
 u1, v1, a1 = end = knot(1)
@@ -95,3 +97,22 @@ def test_parameters_are_exact_and_inside_their_interval() -> None:
         derive("newmark", delta=1)
     with pytest.raises(DeclarationError, match="expected a scheme"):
         derive("newmarc")
+
+
+def test_what_is_no_scheme_of_the_catalogue_is_named_before_those_that_are() -> None:
+    with pytest.raises(DeclarationError, match=r"^expected a scheme, got 'newmarc'; did you mean 'newmark'\? one of: "):
+        derive("newmarc")
+    with pytest.raises(
+        DeclarationError, match=r"got Scheme\(newmark, .*\); of a handle, pass its name, .* as text such"
+    ):
+        certify(ss.scheme("newmark", gamma=0.6))  # pyright: ignore
+
+
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), -float("inf")])
+def test_a_value_that_is_not_finite_is_refused_without_the_advice_to_write_it_as_text(value: float) -> None:
+    for given in ({"beta": value}, {"beta": str(value)}, {"xi": value}):
+        with pytest.raises(ValueError, match=f"expected a rational number such as .*, got '?{value}") as refused:
+            certify("newmark", **given)
+        assert "write it as text" not in str(refused.value)
+    with pytest.raises(TypeError, match=r"write it as text, '0.3'"):
+        certify("newmark", beta=0.3)

@@ -75,6 +75,18 @@ def test_every_curve_stands_in_a_panel_of_at_most_eight_beside_the_last(count: i
             assert not any(legend.get_window_extent().overlaps(axes.get_window_extent()) for axes in figure.axes)
 
 
+@pytest.mark.parametrize(("others", "top"), [((), 1.1), ((6.5e13,), 2.0), ((1.5, 6.5e13) * 6, 2.0)])
+def test_an_unstable_scheme_leaves_the_panel_of_spectral_radii_and_the_others_stay(
+    others: tuple[float, ...], top: float
+) -> None:
+    series = {f"curve {i}": 1.0 + X * growth for i, growth in enumerate((-1.0, *others, -0.5))}
+    three = charts.stability_figure("title", (X + 1, series), (X, series, series))
+    one = charts.quantity_figure("spectral_radius", "h/T", X + 1, series, 0.0)
+    for axes in (*three.axes[::3], *one.axes):
+        assert axes.get_ylim() == (0.0, top)
+        assert axes.get_xscale() == "log"
+
+
 def test_a_response_of_many_coordinates_is_labelled_at_the_ends() -> None:
     K = 50.0 * (2 * np.eye(MOST + 1) - np.eye(MOST + 1, k=1) - np.eye(MOST + 1, k=-1))
     many = ss.march(ss.structure(np.eye(MOST + 1), K, u0=np.arange(MOST + 1.0)), "bathe", dt=0.05, t_end=0.5)

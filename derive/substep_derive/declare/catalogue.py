@@ -1,5 +1,6 @@
 """The declared schemes and scenes by name."""
 
+from difflib import get_close_matches
 from typing import Any
 
 from sympy import Rational
@@ -12,12 +13,12 @@ from .schemes import ALL as SCHEMES
 
 
 def find(scheme: str | Scheme) -> Scheme:
-    """The scheme of that name; a declaration is returned as it is. Raises DeclarationError for an unknown name."""
+    """The scheme of that name; a declaration is returned as it is. Raises DeclarationError for anything else."""
     return scheme if isinstance(scheme, Scheme) else _named(scheme, "scheme", SCHEMES)
 
 
 def find_scene(scene: str | Scene) -> Scene:
-    """The scene of that name; a declaration is returned as it is. Raises DeclarationError for an unknown name."""
+    """The scene of that name; a declaration is returned as it is. Raises DeclarationError for anything else."""
     return scene if isinstance(scene, Scene) else _named(scene, "scene", SCENES)
 
 
@@ -41,6 +42,13 @@ def _same_step(one: Scheme, other: Scheme) -> bool:
 
 def _named(name: str, what: str, declared: tuple[Any, ...]) -> Any:
     found = {one.name: one for one in declared}
+    if not isinstance(name, str):
+        raise DeclarationError(
+            f"expected a {what} by name or as a declaration, got {name!r}; of a handle, pass its name, and its "
+            "parameters beside it as text such as '1/5'"
+        )
     if name not in found:
-        raise DeclarationError(f"expected a {what}, one of: {', '.join(found)}; got '{name}'")
+        near = get_close_matches(name, found, n=1)
+        cure = f"did you mean '{near[0]}'? " if near else ""
+        raise DeclarationError(f"expected a {what}, got '{name}'; {cure}one of: {', '.join(found)}")
     return found[name]

@@ -285,7 +285,9 @@ class Conditions:
         domain = [p.written for p in self.scheme.parameters]
         lines += [f"  {e}" for e in (*domain, *(written(i, self.scheme) for i in self.inequalities))]
         lines += [f"  {r}" for r in self.requirements if r.eliminated is None]
-        return "\n".join(lines if len(lines) > 1 else [f"{lines[0]} always"])
+        if len(lines) == 1:
+            return f"{self.scheme.name}, xi = {self.xi}: stable for every Omega > 0, without a condition"
+        return "\n".join(lines)
 
 
 def written(condition: Boolean, scheme: Scheme) -> str:

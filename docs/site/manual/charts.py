@@ -28,7 +28,7 @@ def stability(name: str) -> Figure:
     wide, narrow = 2 * np.pi * RATIOS, 2 * np.pi * SMALL
     labels = {f"$\\xi$ = {xi:g}": xi for xi in ratios}
     black = f"{COMPARED}, $\\xi$ = 0"
-    figure = stability_figure(
+    return stability_figure(
         name,
         (RATIOS, {k: s.spectral_radius(wide, xi) for k, xi in labels.items()} | {black: other.spectral_radius(wide)}),
         (
@@ -37,10 +37,6 @@ def stability(name: str) -> Figure:
             {k: s.period_error(narrow, xi) for k, xi in labels.items()} | {black: other.period_error(narrow)},
         ),
     )
-    radius = figure.axes[0]
-    largest = max(np.max(line.get_ydata()) for line in radius.lines)
-    radius.set_ylim(0.0, 1.1 if largest < 1.1 else 2.0)  # a scheme that becomes unstable leaves the panel
-    return figure
 
 
 def motion(name: str) -> tuple[Figure, Reference, str]:

@@ -9,14 +9,29 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from ..core.scenes import Scene, scene
-from ..core.schemes import Scheme, scheme
+from ..core.scenes import Scene, scene, scenes
+from ..core.schemes import Scheme, scheme, schemes
 
 StartOption = Annotated[str, typer.Option(help="initial acceleration: consistent, or numbers as -19.6,0")]
 StrainOption = Annotated[str, typer.Option(help="elastic_pendulum: green_lagrange or engineering")]
 
 
-SchemeArgument = Annotated[str, typer.Argument(help="a name listed by `substep schemes`")]
+def known_schemes(incomplete: str) -> list[str]:
+    """The names of schemes that begin so, for the completion of the shell."""
+    return [name for name in schemes() if name.startswith(incomplete)]
+
+
+def known_scenes(incomplete: str) -> list[str]:
+    """The names of scenes that begin so, likewise."""
+    return [name for name in scenes() if name.startswith(incomplete)]
+
+
+A_SCHEME = "a name listed by `substep schemes`"
+A_SCENE = "a name listed by `substep scenes`"
+SchemeArgument = Annotated[str, typer.Argument(help=A_SCHEME, autocompletion=known_schemes)]
+SchemeOfRun = Annotated[str, typer.Argument(metavar="SCHEME", help=A_SCHEME, autocompletion=known_schemes)]
+SchemeOption = Annotated[str, typer.Option("--scheme", help=A_SCHEME, autocompletion=known_schemes)]
+SceneArgument = Annotated[str, typer.Argument(metavar="SCENE", help=A_SCENE, autocompletion=known_scenes)]
 
 
 @contextmanager
@@ -32,6 +47,14 @@ def scene_of(name: str, a0: str, strain: str, parameters: dict[str, float]) -> S
     if a0:
         options["a0"] = a0 if a0 == "consistent" else [number("--a0", x) for x in a0.split(",")]
     return scene(name, **options, **parameters)
+
+
+def require_files(*files: Path | None) -> None:
+    """Raise ValueError for a file to be read that is not there."""
+    for file in files:
+        if file is not None and not file.is_file():
+            kind = "is a folder" if file.is_dir() else "is not there"
+            raise ValueError(f"expected a file to read, got {file}, which {kind}; correct the path")
 
 
 def require_folders(*files: Path | None) -> None:

@@ -12,6 +12,7 @@ from rich.console import Console
 from ..core.schemes import Scheme, scheme
 from ..core.schemes import schemes as scheme_names
 from .arguments import SchemeArgument, require_folders, working
+from .lines import width, wrapped
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -20,8 +21,8 @@ if TYPE_CHECKING:
 
 Part = Literal["relations", "stiffness", "amplification", "spectrum", "load", "series", "nonlinear", "all"]
 COLUMNS = ("scheme", "order", "rho_inf", "stable", "solves", "growth")
+GROWTH = "growth U2-V3: in the first step u grows like Omega^2, v/omega like Omega^3"
 LINE = 78  # columns of a line in lists
-HARD_SPACE = "\0"  # at which no line is broken
 
 
 def schemes(
@@ -46,7 +47,8 @@ def schemes(
     else:
         widths = [max(map(len, column)) for column in zip(COLUMNS, *rows, strict=True)]
         for cells in (COLUMNS, *rows):
-            print("  ".join(cell.ljust(width) for cell, width in zip(cells, widths, strict=True)).rstrip())
+            print("  ".join(cell.ljust(wide) for cell, wide in zip(cells, widths, strict=True)).rstrip())
+        print(GROWTH)
 
 
 def _row(s: Scheme) -> tuple[str, ...]:
@@ -97,7 +99,7 @@ def show(
     for section, found in groupby(forms, key=lambda form: form.section):
         print(f"% {section}" if latex else f"\n{section}")
         for form in found:
-            print(rf"\[ {form.latex} \]" if latex else _wrapped(f"{form.name} = ", form.text))
+            print(rf"\[ {form.latex} \]" if latex else wrapped(f"{form.name} = ", form.text))
 
 
 def _print_facts(s: Scheme) -> None:
@@ -116,13 +118,13 @@ def _print_facts(s: Scheme) -> None:
         **{f"{kind}, first term": _term(row[kind]) for kind in ("damping", "period")},
         **{f"K_eff of balance {k}": text for k, text in enumerate(row["stiffness"], start=1)},
     }
-    print("\n".join([s.name, *wrap(s.reference, _width(), initial_indent="  ", subsequent_indent="  "), ""]))
+    print("\n".join([s.name, *wrap(s.reference, width(), initial_indent="  ", subsequent_indent="  "), ""]))
     for label, text in lines.items():
-        print(_wrapped(f"{label}: ", text))
+        print(wrapped(f"{label}: ", text))
     more = (
         f"All at the defaults. Closed forms: substep show {s.name} --part PART, PART one of {', '.join(get_args(Part))}"
     )
-    print("\n".join(["", *wrap(more, _width())]))
+    print("\n".join(["", *wrap(more, width())]))
 
 
 def _limit(row: dict[str, str], s: Scheme) -> str:
@@ -134,22 +136,6 @@ def _limit(row: dict[str, str], s: Scheme) -> str:
 
 def _term(term: tuple[int, str] | None) -> str:
     return "0" if term is None else f"{term[1]} Omega^{term[0]}"
-
-
-def _width() -> int:
-    return Console().width
-
-
-def _wrapped(label: str, text: str) -> str:
-    """Label and text in lines no wider than the terminal, broken between the terms of the outermost sum if they fit."""
-    width, depth, kept = max(40, _width() - 2), 0, ""
-    for letter in text.replace(" + ", f" +{HARD_SPACE}").replace(" - ", f" -{HARD_SPACE}"):
-        depth += (letter == "(") - (letter == ")")
-        kept += HARD_SPACE if letter == " " and depth else letter
-    terms = (x if len(x) < width - 6 else x.replace(HARD_SPACE, " ") for x in f"{label}{kept}".split(" "))
-    lines = wrap(" ".join(terms), width, initial_indent="  ", subsequent_indent=" " * 6, break_long_words=False,
-                 break_on_hyphens=False)  # fmt: skip
-    return "\n".join(lines).replace(HARD_SPACE, " ")
 
 
 def _page(s: Scheme, forms: "Iterable[ClosedForm]") -> str:

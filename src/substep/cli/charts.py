@@ -8,14 +8,19 @@ import typer
 from rich.console import Console
 from rich.progress import Progress
 
-from .arguments import require_folders, scheme_of
+from .arguments import known_schemes, require_folders, scheme_of
 
 Quantity = Literal["spectral_radius", "numerical_damping", "amplitude_error", "period_error"]
 Over = Literal["h/T", "Omega"]
 
 
 def chart(
-    names: Annotated[list[str], typer.Argument(help="schemes such as bathe or newmark:beta=1/4; or work-precision")],
+    names: Annotated[
+        list[str],
+        typer.Argument(
+            help="schemes such as bathe or newmark:beta=1/4; or work-precision", autocompletion=known_schemes
+        ),
+    ],
     file: Annotated[Path, typer.Option("--file", "--out", help="where the chart goes, without suffix")] = Path("chart"),
     quantity: Annotated[Quantity | None, typer.Option(help="this alone; else three panels")] = None,
     over: Annotated[Over, typer.Option(help="the axis, with --quantity")] = "h/T",

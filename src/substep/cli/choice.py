@@ -7,7 +7,18 @@ import numpy as np
 import typer
 from rich.console import Console
 
-from .arguments import StartOption, StrainOption, integers, names, numbers, require_folders, scene_of, working
+from .arguments import (
+    SceneArgument,
+    StartOption,
+    StrainOption,
+    integers,
+    names,
+    numbers,
+    require_files,
+    require_folders,
+    scene_of,
+    working,
+)
 
 if TYPE_CHECKING:
     from ..core.loads import Record
@@ -22,7 +33,7 @@ OF_STRUCTURES = ("mass", "stiffness", "load", "at", "ground", "fixed", "damping_
 def choose(
     context: typer.Context,
     accuracy: Annotated[float, typer.Option(help="largest error allowed: relative, or in rad of the angle")],
-    scene_name: Annotated[str, typer.Argument(metavar="SCENE", help="a name listed by `substep scenes`")] = "",
+    scene_name: SceneArgument = "",
     quantity: Annotated[
         str, typer.Option(help="u, v, a, energy or angle; of a structure the number of a degree of freedom, from 0")
     ] = "u",
@@ -68,6 +79,7 @@ def choose(
 
     try:
         _require_one(context, scene_name, mass, stiffness)
+        require_files(mass, stiffness, load)
         if mass is not None and stiffness is not None:
             record = _record(load)
             end = record.dt * (len(record.samples) - 1) if t_end is None else t_end

@@ -3,6 +3,7 @@
 import math
 from collections import Counter
 from collections.abc import Callable, Sequence
+from inspect import getdoc
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -13,7 +14,22 @@ from rich.table import Column, Table
 from typer.core import TyperGroup
 
 from ..core.schemes import scheme
-from .arguments import StartOption, StrainOption, exact_options, number, numbers, require_folders, scene_of, working
+from .arguments import (
+    SceneArgument,
+    SchemeArgument,
+    SchemeOfRun,
+    SchemeOption,
+    StartOption,
+    StrainOption,
+    exact_options,
+    known_schemes,
+    number,
+    numbers,
+    require_files,
+    require_folders,
+    scene_of,
+    working,
+)
 from .audits import audit
 from .catalogue import scenes, schemes, show
 from .charts import chart
@@ -22,8 +38,11 @@ from .design import design
 from .emission import emit
 from .estimators import estimator
 from .explorer import explorer
+from .lines import folded
 
 if TYPE_CHECKING:
+    from substep_derive.study.equivalence import Equivalence
+
     from ..studies.failures import Row
     from ..thesis.claims.judgement import Judgement
 
@@ -146,9 +165,8 @@ def failures(
 
 
 def _print_failures(rows: "Sequence[Row]") -> None:
-    table = Table(
-        Column("scheme", no_wrap=True), "scene", "h (s)", "", "at t (s)", "max E/E0", title="Where methods fail"
-    )
+    columns = (Column(name, overflow="fold") for name in ("scene", "h (s)", "", "at t (s)", "max E/E0"))
+    table = Table(Column("scheme", no_wrap=True), *columns, title="Where methods fail")
     for row in rows:
         at = "" if row.t is None else f"{row.t:.4g}"
         table.add_row(row.scheme, row.scene, f"{row.h:.4g}", row.word, at, f"{row.max_ratio:.4g}")
@@ -178,7 +196,7 @@ def _print_claims(found: "list[Judgement]", of: int) -> None:
 
 def certify(
     context: typer.Context,
-    name: Annotated[str, typer.Argument(help="a name listed by `substep schemes`")],
+    name: SchemeArgument,
     xi: Annotated[str, typer.Option(help="damping ratio, exact: 0, 1/20 or 0.05")] = "0",
 ) -> None:
     """Prove for which Ω a scheme is stable. Parameters follow as exact numbers: --gamma-t 1/5 --beta 0.3025."""
@@ -189,7 +207,7 @@ def certify(
             found = certificate(name, xi=xi, **exact_options(context.args))
     except (ValueError, TypeError) as error:
         raise typer.BadParameter(str(error)) from error
-    print(found.text)
+    print(folded(found.text))
     parameters = {key: float(value) for key, value in found.parameters.items()}
     for low, high, *_ in found.multiple:  # powers of the matrix grow there, though no eigenvalue is outside the circle
         if low == high:
@@ -198,7 +216,7 @@ def certify(
             print("for k up to 10, 100, 1000.")
 
 
-def conditions(name: Annotated[str, typer.Argument(help="a name listed by `substep schemes`")]) -> None:
+def conditions(name: SchemeArgument) -> None:
     """Print for which parameters a scheme is stable for every Ω, undamped, and of second order: derived."""
     from ..derived.facade import conditions as derived  # noqa: PLC0415
     from ..derived.facade import order_conditions  # noqa: PLC0415
@@ -206,36 +224,41 @@ def conditions(name: Annotated[str, typer.Argument(help="a name listed by `subst
     try:
         with working(f"deriving conditions of {name}"):
             text, second_order = derived(name).text, order_conditions(name)
-        print(text)
+        print(folded(text))
         for quantity, polynomials in second_order.items():
-            wanted = " and ".join(f"{p} = 0" for p in polynomials).replace("**", "^") or "always"
-            print(f"{quantity} is of second order, free and forced, damped and undamped: {wanted}")
+            wanted = " and ".join(f"{p} = 0" for p in polynomials)
+            where = f"if {wanted}" if wanted else "without a condition"
+            print(folded(f"{quantity} is of second order, free and forced, damped and undamped, {where}"))
     except (ValueError, NotImplementedError) as error:
         raise typer.BadParameter(str(error)) from error
 
 
 def equivalences(
-    names: Annotated[list[str] | None, typer.Argument(help="at least two schemes; all if none is given")] = None,
+    names: Annotated[
+        list[str] | None,
+        typer.Argument(help="at least two schemes; all if none is given", autocompletion=known_schemes),
+    ] = None,
 ) -> None:
     """Find schemes that share their amplification matrix or only their spectrum, with the parameter maps."""
     from ..derived.facade import equivalences as find  # noqa: PLC0415
 
-    found: list[str] = []
     try:
-        with working("comparing schemes"):
-            for pair in find(names or []):
-                found.append(pair.text)
+        pairs = find(names or [])
+
+        def next_pair() -> "Equivalence | None":
+            with working("comparing schemes"):
+                return next(pairs, None)
+
+        for pair in iter(next_pair, None):  # each is printed when it is found, since all take a minute
+            print(folded(pair.text), flush=True)
     except ValueError as error:
         raise typer.BadParameter(str(error)) from error
-    finally:  # what was found before Ctrl-C is printed too
-        for text in found:
-            print(text)
 
 
 def run(
     context: typer.Context,
-    scene_name: Annotated[str, typer.Argument(metavar="SCENE", help="a name listed by `substep scenes`")],
-    scheme_name: Annotated[str, typer.Argument(metavar="SCHEME", help="a name listed by `substep schemes`")],
+    scene_name: SceneArgument,
+    scheme_name: SchemeOfRun,
     dt: Annotated[float, typer.Option(help="time step in s")],
     t_end: Annotated[float, typer.Option(help="end of the run in s, a multiple of dt")],
     a0: StartOption = "",
@@ -283,9 +306,7 @@ def spectrum(
     context: typer.Context,
     file: Annotated[Path, typer.Argument(help="two columns, time (s) and acceleration (m/s^2), or a PEER .AT2")],
     xi: Annotated[float, typer.Option(help="damping ratio")] = 0.05,
-    scheme_name: Annotated[
-        str, typer.Option("--scheme", help="a name listed by `substep schemes`")
-    ] = "average_acceleration",
+    scheme_name: SchemeOption = "average_acceleration",
     periods: Annotated[str, typer.Option(help="in s, as 0.1,0.5,1; by default 200 from 0.02 to 10 s")] = "",
     csv: Annotated[Path | None, typer.Option(help="write the spectrum here")] = None,
     chart: Annotated[Path | None, typer.Option(help="draw it here, without suffix")] = None,
@@ -297,6 +318,7 @@ def spectrum(
     from ..ground_motion.spectrum import PERIODS, QUANTITIES, response_spectrum  # noqa: PLC0415
 
     try:
+        require_files(file)
         require_folders(csv, chart)
         T = [number("--periods", text) for text in periods.split(",")] if periods else PERIODS
         with working(f"response spectrum of {file.name}"):
@@ -331,7 +353,9 @@ def spectrum(
 def _add(panel: str, example: str, command: Callable[..., None], *, parameters: bool = False) -> None:
     """Add a command; parameters: those of schemes and scenes follow it as options, which it reads itself."""
     settings = {"allow_extra_args": True, "ignore_unknown_options": True} if parameters else None
-    app.command(rich_help_panel=panel, epilog=f"Example: {example}", context_settings=settings)(command)
+    paragraphs = (getdoc(command) or "").split("\n\n")
+    shown = "\n\n".join(" ".join(lines.split()) for lines in paragraphs)  # Rich breaks lines where the terminal ends
+    app.command(help=shown, rich_help_panel=panel, epilog=f"Example: {example}", context_settings=settings)(command)
 
 
 PARAMETERS = {"parameters": True}
@@ -340,7 +364,9 @@ _add("What there is", "substep show newmark_bdf2 --part amplification", show)
 _add("What there is", "substep scenes --references", scenes)
 _add("What there is", "substep explorer --out explorer.html", explorer)
 _add("Runs", "substep run elastic_pendulum bathe --EA 1e4 --dt 0.01 --t-end 30", run, **PARAMETERS)
-_add("Runs", "substep choose elastic_pendulum --EA 1e10 --quantity angle --accuracy 1e-5", choose, **PARAMETERS)
+_add(
+    "Runs", "substep choose elastic_pendulum --EA 1e4 --accuracy 1e-3 --among bathe,noh_bathe,rk4", choose, **PARAMETERS
+)
 _add("Runs", "substep spectrum motion.AT2 --scheme bathe --xi 0.02 --chart out", spectrum, **PARAMETERS)
 _add("Runs", "substep chart bathe newmark:beta=1/4,gamma=.6 --xi .05 --quantity period_error", chart)
 _add("Proofs", "substep certify newmark_bdf2 --gamma-t 1/5 --beta 0.3025 --gamma 3/5", certify, **PARAMETERS)

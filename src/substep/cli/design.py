@@ -4,12 +4,16 @@ from typing import Annotated
 
 import typer
 
-from .arguments import working
+from .arguments import known_schemes, working
+from .lines import folded
 
 
 def design(
     name: Annotated[
-        str | None, typer.Argument(help="a scheme whose parameters are sought; else give --sub-steps")
+        str | None,
+        typer.Argument(
+            help="a scheme whose parameters are sought; else give --sub-steps", autocompletion=known_schemes
+        ),
     ] = None,
     sub_steps: Annotated[int | None, typer.Option(help="compose a scheme of so many sub-steps")] = None,
     order: Annotated[int, typer.Option(help="order of accuracy")] = 2,
@@ -34,7 +38,10 @@ def design(
         if name is not None:
             with working(f"designing {name}"):
                 found = facade.design(name, rho_inf=radius, order=order)
-            print("\n".join(one.text for one in found) or f"{name}: no parameters give order {order} and that rho_inf")
+            print(
+                "\n".join(folded(one.text) for one in found)
+                or f"{name}: no parameters give order {order} and that rho_inf"
+            )
             return
         if sub_steps is None:
             raise ValueError(
@@ -52,6 +59,6 @@ def design(
             )
     except (ValueError, TypeError) as error:
         raise typer.BadParameter(str(error)) from error
-    print(answer.text)
+    print(folded(answer.text))
     if answer.found is not None:
-        print(f"\nCertificate at the default parameters:\n{answer.found.certificate.text}")
+        print(folded(f"\nCertificate at the default parameters:\n{answer.found.certificate.text}"))

@@ -4,18 +4,19 @@ from typing import Annotated
 
 import typer
 
-from .arguments import exact_options, working
+from .arguments import SchemeArgument, exact_options, working
+from .lines import wrapped
 
 
 def estimator(
     context: typer.Context,
-    name: Annotated[str, typer.Argument(help="a name listed by `substep schemes`")],
+    name: SchemeArgument,
     held_only: Annotated[bool, typer.Option("--held-only", help="only what the step itself holds")] = False,
     undamped: Annotated[bool, typer.Option("--undamped", help="for motions without damping alone")] = False,
 ) -> None:
     """Derive estimates of the local error. Parameters follow as exact numbers: --beta 1/4; others stay free."""
     from ..derived.facade import estimator as derived  # noqa: PLC0415
-    from ..derived.facade import estimator_filter  # noqa: PLC0415
+    from ..derived.facade import estimator_filter, in_paper  # noqa: PLC0415
 
     parameters = exact_options(context.args)
     try:
@@ -24,10 +25,12 @@ def estimator(
     except ValueError as error:
         raise typer.BadParameter(str(error)) from error
     for one, quantity in ((found.displacement, "u"), (found.velocity, "v")):
-        print(f"error of {one.of}, order {one.order}: {one.error}")
-        print(f"    equals {one.leading} to leading order, where {quantity} is numerical minus exact")
+        error, leading = (in_paper(e, found.scheme) for e in (one.error, one.leading))
+        print(wrapped(f"error of {one.of}, order {one.order}: ", error, ""))
+        print(wrapped("equals ", f"{leading} to leading order, where {quantity} is numerical minus exact", "    "))
         print(f"    grows like Omega^{one.growth} as Omega -> oo")
         for symbol, text in one.extra.items():
-            print(f"    {symbol}: {text}")
+            print(wrapped(f"{symbol}: ", text.replace("**", "^"), "    "))
     damped_by = estimator_filter(name, **parameters)
-    print(f"filter for stiff components: {damped_by}" if damped_by else "no filter: the scheme is explicit")
+    said = wrapped("filter for stiff components: ", damped_by, "")
+    print(said if damped_by else "no filter: the scheme is explicit")

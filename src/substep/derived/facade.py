@@ -47,14 +47,15 @@ def stable_values(name: str) -> Any:
     return of(conditions(name))
 
 
-def order_conditions(name: str) -> "dict[str, tuple[Any, ...]]":
-    """Expressions that vanish where u, v and a are of second order.
+def order_conditions(name: str) -> "dict[str, tuple[str, ...]]":
+    """Expressions that vanish where u, v and a are of second order, as text.
 
     See `substep_derive.oscillator.order.order_conditions`.
     """
     from substep_derive.oscillator.order import order_conditions as of  # noqa: PLC0415
 
-    return of(derived(name).scheme)
+    scheme = derived(name).scheme
+    return {quantity: tuple(in_paper(e, scheme) for e in found) for quantity, found in of(scheme).items()}
 
 
 def equivalences(names: Sequence[str]) -> "Iterator[Equivalence]":
@@ -94,12 +95,20 @@ def estimator_entry(scheme: "str | Declaration") -> Mapping[str, Any]:
     return entry(find(scheme))
 
 
+def in_paper(expression: Any, scheme: "Declaration") -> str:
+    """An expression in a scheme's parameters as a paper writes it: see `substep_derive.stability.paper`."""
+    from substep_derive.stability.paper import PRINTER, as_in_paper  # noqa: PLC0415
+
+    return PRINTER.doprint(as_in_paper(expression, scheme))
+
+
 def estimator_filter(name: str, **parameters: Any) -> str:
     """The filter of an estimate on stiff components as text; empty for an explicit scheme."""
     from substep_derive.estimate.quality import filter_of  # noqa: PLC0415
 
-    found = filter_of(estimator(name, **parameters).scheme)
-    return "" if found is None else str(found)
+    scheme = estimator(name, **parameters).scheme
+    found = filter_of(scheme)
+    return "" if found is None else in_paper(found, scheme)
 
 
 @dataclass(frozen=True)

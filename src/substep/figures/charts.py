@@ -1,6 +1,6 @@
 """Figures of stability functions and response spectra, and how every figure is saved."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -36,6 +36,17 @@ def in_rows(series: Mapping[str, Array]) -> list[tuple[str, list[str]]]:
     return [("", [*part.tolist(), last]) for part in np.array_split(np.array(labels, dtype=object), parts)]
 
 
+def _radius_panel(axes: Axes, radii: Iterable[Array]) -> None:
+    """A panel of spectral radii over a logarithmic axis, with a line at 1.
+
+    It ends a little above 1, or at 2 where a curve exceeds that: an unstable scheme leaves the panel, since the radius
+    of an explicit one grows like a power of Omega, beside which all others would be a flat line at 0.
+    """
+    axes.set_xscale("log")
+    axes.set_ylim(0.0, 1.1 if all(np.nanmax(radius) < 1.1 for radius in radii) else 2.0)
+    axes.axhline(1.0, color="0.5", linewidth=0.6)
+
+
 def stability_figure(
     title: str,
     radius: tuple[Array, Mapping[str, Array]],
@@ -60,10 +71,9 @@ def stability_figure(
         for axes, (x, series), y_label, letter in zip(row, columns, y_labels, "abc", strict=True):
             curves(axes, x, {label: series[label] for label in labels}, x_label="", y_label=y_label)
             axes.set_title(f"({letter}) {name}" if name and letter == "a" else f"({letter})", loc="left", fontsize=10)
-        row[0].axhline(1.0, color="0.5", linewidth=0.6)
+        _radius_panel(row[0], radius[1].values())
         if not alone:
             row[2].legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=8, frameon=False)
-    panels[0, 0].set_xscale("log")
     for axes in panels[-1]:
         axes.set_xlabel("time ratio $h/T$")
     for axes in panels[0, 1:]:
@@ -91,8 +101,7 @@ def quantity_figure(quantity: str, over: str, x: Array, series: Mapping[str, Arr
     for axes, (_, labels) in zip(panels, rows, strict=True):
         curves(axes, x, {name: shown[name] for name in labels}, x_label="", y_label=label)
         if quantity == "spectral_radius":
-            axes.set_xscale("log")
-            axes.axhline(1.0, color="0.5", linewidth=0.6)
+            _radius_panel(axes, series.values())
         axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=9, frameon=False)
     panels[-1].set_xlabel(r"$\Omega = \omega h$" if over == "Omega" else "time ratio $h/T$")
     panels[0].set_title(f"$\\xi$ = {xi:g}", fontsize=10)

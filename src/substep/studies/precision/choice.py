@@ -106,10 +106,10 @@ class Choice:
                 f"{nearest.method} on {nearest.model.name} with {nearest.error:.3g} at {nearest.how}"
             )
         run = best.run
+        timed = f", {1e3 * run.seconds:.3g} ms" if np.isfinite(run.seconds) else ""  # no run is timed before Ctrl-C
         lines = [
             f"{best.method} on {best.model.name}, {best.how} ({run.steps} steps): error of {name} "
-            f"{best.error:.3g} <= {self.accuracy:g} over {span:g} s, {run.cost.operations:.4g} operations, "
-            f"{1e3 * run.seconds:.3g} ms"
+            f"{best.error:.3g} <= {self.accuracy:g} over {span:g} s, {run.cost.operations:.4g} operations{timed}"
         ]
         if next_ is not None:
             lines.append(

@@ -1,0 +1,70 @@
+"""What commands print stays within the terminal, and nothing of it is lost."""
+
+from inspect import cleandoc
+
+import pytest
+import typer
+from substep_derive import certify
+from typer.testing import CliRunner
+
+import substep as ss
+from substep.cli import commands
+from substep.cli.lines import folded
+from substep.studies.failures import Row
+
+runner = CliRunner()
+COMMANDS = typer.main.get_command(commands.app).commands  # pyright: ignore
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        "certify newmark_bdf2",
+        "certify hht_alpha",
+        "estimator bathe",
+        "estimator newmark_bdf2",
+        "conditions newmark_bdf2",
+        "conditions bathe",
+        "design generalized_alpha --rho-inf 1/2",
+        "equivalences bathe silva_bezerra",
+    ],
+)
+def test_what_is_derived_is_printed_within_80_columns_as_a_paper_writes_it(
+    arguments: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    result = runner.invoke(commands.app, arguments.split())
+    assert result.exit_code == 0, result.output
+    assert max(map(len, result.output.splitlines())) <= 80
+    assert "**" not in result.output
+    assert "(gamma_t - 2)" not in result.output  # positive factors
+    assert "if always" not in " ".join(result.output.split())
+
+
+@pytest.mark.parametrize("columns", [40, 80, 1000])
+def test_folded_lines_keep_every_letter_and_their_indentation(columns: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", str(columns))
+    text = certify("newmark_bdf2").text
+    lines = folded(text).splitlines()
+    assert "".join("".join(lines).split()) == "".join(text.split())
+    narrow = [line for line in text.splitlines() if len(line) <= columns]
+    assert [line for line in lines if line in narrow] == narrow
+    assert (lines == text.splitlines()) == (columns == 1000)
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_help_breaks_lines_only_where_the_terminal_ends(command: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "600")
+    shown = [line.strip() for line in runner.invoke(commands.app, [command, "--help"]).output.splitlines()]
+    for paragraph in cleandoc(COMMANDS[command].callback.__doc__).split("\n\n"):
+        assert " ".join(paragraph.split()) in shown
+
+
+def test_failures_cut_no_name(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr(commands.console, "_width", 80)
+    longest = max(ss.schemes(), key=len)
+    rows = [Row(longest, scene, 0.12345, "Newton failed", 1234.5, 1.234e-5) for scene in ss.scenes()]
+    commands._print_failures(rows)
+    printed = capsys.readouterr().out
+    assert "…" not in printed
+    assert max(map(len, printed.splitlines())) <= 80
