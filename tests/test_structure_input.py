@@ -1,5 +1,6 @@
 """What can be asked of a structure: constraints, massless degrees of freedom, moving bases, energies; and bad input."""
 
+import tracemalloc
 import warnings
 from typing import Any
 
@@ -38,6 +39,18 @@ def test_degrees_of_freedom_are_chosen_by_name_or_number() -> None:
         _ = explicit.a
     with pytest.raises(ValueError, match="'second'"):
         part.at("second")
+
+
+def test_what_is_kept_of_all_takes_no_dense_matrix() -> None:
+    """Of 3000 degrees of freedom a full matrix would take 72 MB."""
+    n = 3000
+    line = ss.structure(sparse.eye_array(n), sparse.eye_array(n), v0=1.0, a0=0.0)
+    tracemalloc.start()
+    r = ss.march(line, "central_difference", 0.1, 0.2, account=False)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert np.ptp(r.u[-1]) == 0.0 < r.u[-1, 0]
+    assert peak < 5e6
 
 
 @pytest.mark.parametrize("make", [np.asarray, sparse.csr_array, sparse.csc_matrix, sparse.coo_array])

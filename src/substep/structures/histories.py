@@ -12,6 +12,7 @@ from ..core.response import Status
 from ..core.schemes import Scheme
 from .combine import combined, dot
 from .damping import Rayleigh
+from .matrices import is_identity
 from .plan import step_of
 from .response import Account
 from .saved import Saved, digest
@@ -154,7 +155,7 @@ def selection(structure: Structure, places: list[int]) -> Any:
     part = structure.T[places]
     columns = np.unique(part.indices)
     part = part[:, columns]
-    plain = part.shape[0] == part.shape[1] and (abs(part - np.eye(len(columns))).max() if len(columns) else 1) == 0
+    plain = is_identity(part)
 
     def select(rows: Array, X: Array | None = None) -> Array:
         found = rows[:, columns] if X is None else combined(rows, X[:, columns])

@@ -97,6 +97,12 @@ def diagonal_of(matrix: Matrix) -> Array | None:
     return diagonal if rest == np.count_nonzero(diagonal) else None
 
 
+def is_identity(matrix: Matrix) -> bool:
+    """Whether a sparse matrix is the identity."""
+    n, m = matrix.shape
+    return n == m == matrix.nnz and bool((matrix.diagonal() == 1.0).all())
+
+
 def asymmetry(matrix: Matrix) -> float:
     """The largest difference between the matrix and its transpose, relative to its largest entry."""
     largest = abs(matrix).max()

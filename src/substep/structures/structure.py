@@ -13,7 +13,7 @@ from ..core.errors import called_as, real_array, real_number, unknown_name
 from ..core.loads import Load, Record, values_at
 from .damping import ModalDamping, Rayleigh
 from .internal_force import InternalForce
-from .matrices import Matrix, checked, combination, reduced, vector
+from .matrices import Matrix, checked, combination, is_identity, reduced, vector
 from .solvers import SingularMatrix, Solver, factorize
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ class Structure:
     @cached_property
     def all_free(self) -> bool:
         """Whether the free degrees of freedom are all there are: T is the identity."""
-        return self.T.shape[0] == self.size == self.T.nnz and bool((self.T.diagonal() == 1.0).all())
+        return is_identity(self.T)
 
     @cached_property
     def damping(self) -> Matrix:
