@@ -2,6 +2,8 @@
 
 import tracemalloc
 import warnings
+from dataclasses import replace
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -115,10 +117,61 @@ def test_massless_degrees_of_freedom_start_by_static_condensation() -> None:
     assert abs(K[1] @ loose.a0) <= 1e-14
     found, expected = (ss.march(s, "bathe", 0.1, 2.0) for s in (loose, small))
     assert np.allclose(found.u[:, [0, 2]], expected.u, rtol=0, atol=1e-13)
-    with pytest.raises(ValueError, match="central_difference.*degree of freedom 1 undetermined.*implicit"):
-        ss.march(loose, "central_difference", 0.1, 2.0)
+    damped = replace(loose, C=ss.Rayleigh(0.1, 0.01))  # which makes the matrix of an explicit step regular
+    for scheme, s in product(("central_difference", "forest_ruth", "rk4"), (loose, damped)):
+        with pytest.raises(ValueError, match=f"{scheme} is explicit: expected mass .* none at 1; .* implicit"):
+            ss.march(s, scheme, 0.1, 2.0)
+        with pytest.raises(ValueError, match=f"{scheme} is explicit"):
+            ss.sweep(s, scheme, dt=0.1, t_end=2.0)
+    started = next(s for s in map(ss.scheme, ss.schemes()) if s.starter and s.starter.name == "dormand_prince")
+    with pytest.raises(ValueError, match=f"dormand_prince, which starts {started.name}, is explicit"):
+        ss.march(loose, started, 0.1, 2.0)
     with pytest.raises(ValueError, match="equilibrium of the massless degree of freedom 1"):
         ss.march(ss.structure(mass, K, u0=[0.1, 0.0, 0.2]), "bathe", 0.1, 2.0)
+
+
+@pytest.mark.parametrize("large", [False, True], ids=["dense", "sparse"])
+def test_a_mass_matrix_with_a_negative_eigenvalue_is_refused(large: bool) -> None:
+    """Two masses that are coupled by more than their mean, at one place of a chain; as much as that is accepted."""
+    n = 1200 if large else 5
+    full = sparse.diags_array([0.5 * np.ones(n - 1), 2.0 * np.ones(n), 0.5 * np.ones(n - 1)], offsets=[-1, 0, 1])
+    names = [f"x {i}" for i in range(n)]
+    stiffness = sparse.eye_array(n)
+    for coupling, sign in ((3.0, 1.0), (0.5, -1.0), (0.5, 1.0)):
+        mass = sparse.lil_array(full)
+        mass[2, 3] = mass[3, 2] = coupling
+        mass[3, 3] *= sign
+        s = ss.structure(sparse.csr_array(mass), stiffness, names=names, v0=1.0)
+        if (coupling, sign) == (0.5, 1.0):
+            assert ss.march(s, "bathe", 0.1, 0.2).status == "completed"
+            continue
+        for ask in (
+            lambda s=s: ss.march(s, "bathe", 0.1, 0.2),
+            lambda s=s: ss.sweep(s, "bathe", dt=0.1, t_end=0.2),
+            lambda s=s: s.critical_step("rk4"),
+        ):
+            with pytest.raises(ValueError, match=r"without negative eigenvalues.*freedom 'x [23]'; correct"):
+                ask()
+    with pytest.raises(ValueError, match="without negative eigenvalues.*freedom 1;"):
+        ss.structure(np.diag([1.0, -1.0]), np.eye(2)).critical_step("rk4", bound=True)
+
+
+def test_what_knows_the_tangent_alone_refuses_an_internal_force() -> None:
+    bent = ss.structure(M, internal_force=lambda u: K @ u + u**3, tangent=lambda u: K + np.diag(3.0 * u**2), v0=0.1)
+    modes = bent.modes(2)
+    for ask in (
+        lambda: bent.critical_step("rk4"),
+        lambda: bent.critical_step("rk4", bound=True),
+        lambda: ss.march(modes, "bathe", 0.1, 1.0),
+        lambda: ss.choose(bent, 1e-3, t_end=1.0, quantity=0),
+        lambda: ss.choose(modes, 1e-3, t_end=1.0, quantity=0),
+        lambda: ss.response_spectrum_analysis(modes, RECORD, 1.0),
+    ):
+        with pytest.raises(
+            ValueError, match=r"expected a linear structure .* march the structure itself, or linearise"
+        ):
+            ask()
+    assert ss.structure(M, K, C=ss.modal_damping(0.1, modes), v0=0.1).damping.shape == (3, 3)
 
 
 def test_a_free_body_drifts_with_its_momentum() -> None:
@@ -141,6 +194,15 @@ def test_the_account_of_energy_closes_for_the_average_acceleration_scheme() -> N
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         ss.march(frame(), "bathe", 0.05, 10.0)
+    for scheme, dt in (("central_difference", 0.95), ("forward_euler", 0.05)):
+        with pytest.warns(UserWarning, match=f"{scheme} has gained"):
+            ss.march(frame(), scheme, dt, 19.0)
+    for name, s in (
+        ("K", ss.structure(M, K + np.eye(3, k=1), u0=0.1)),
+        ("M", ss.structure(M + 0.1 * np.eye(3, k=1), K)),
+    ):
+        with pytest.warns(UserWarning, match=f"no account of energy where {name} is not symmetric"):
+            assert ss.march(s, "bathe", 0.05, 1.0).account is None
     with pytest.raises(ValueError, match="account=True"):
         _ = ss.march(frame(), "bathe", 0.05, 10.0, account=False).energy
 

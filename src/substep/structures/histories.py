@@ -19,7 +19,7 @@ from .saved import Saved, digest
 from .steps import Run, StructureSteps
 from .structure import Structure
 
-WARN = 0.05  # share of the energy beyond which numerical dissipation is worth a warning
+WARN = 0.05  # share of the energy beyond which what the scheme dissipates or gains is worth a warning
 
 
 class Energies(NamedTuple):
@@ -169,12 +169,14 @@ def selection(structure: Structure, places: list[int]) -> Any:
 
 
 def accounted(scheme: Scheme, rows: list[Any], status: Status, step: str) -> Account | None:
-    """The account of a run from its rows, if there are any; warns where the scheme has dissipated much."""
+    """The account of a run from its rows, if there are any; warns where the scheme has dissipated, or gained, much."""
     account = Account(*np.array(rows).T) if rows else None
-    if account is not None and account.share > WARN and status == "completed":
+    if account is not None and abs(account.share) > WARN and status == "completed":
+        lost = account.share > 0.0
+        did, other = ("dissipated", "less numerical damping") if lost else ("gained", "a longer stable step")
         warnings.warn(
-            f"{scheme.name} has dissipated {account.share:.0%} of the energy in play at {step}: see "
-            "Response.account; take a smaller step, or a scheme with less numerical damping, where that energy matters",
+            f"{scheme.name} has {did} {abs(account.share):.0%} of the energy in play at {step}: see Response.account; "
+            f"take a smaller step, or a scheme with {other}, where that energy matters",
             stacklevel=6,
         )
     return account

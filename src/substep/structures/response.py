@@ -37,9 +37,9 @@ class Account:
 
     @property
     def share(self) -> float:
-        """The largest numerical dissipation relative to the largest energy in play."""
+        """The largest numerical dissipation relative to the largest energy in play; negative for energy gained."""
         scale = max(float(np.max(np.abs(x))) for x in (self.kinetic + self.strain, self.work, self.damped))
-        return float(np.max(np.abs(self.numerical))) / scale if scale > 0.0 else 0.0
+        return float(self.numerical[np.argmax(np.abs(self.numerical))]) / scale if scale > 0.0 else 0.0
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -102,7 +102,10 @@ class StructureResponse(Response):
     def energy(self) -> Array:
         """Kinetic and strain energy (n+1,). Raises ValueError without an account."""
         if self.account is None:
-            raise ValueError("expected an account of energy, got a march without one; march with account=True")
+            raise ValueError(
+                "expected an account of energy, got a march without one; march with account=True, which "
+                "takes symmetric M and K"
+            )
         return self.account.kinetic + self.account.strain
 
     def at(self, dof: "Dof") -> tuple[Array, Array, Array | None]:

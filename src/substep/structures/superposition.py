@@ -20,6 +20,7 @@ from ..marching.linear import march_linear
 from ..marching.oscillators import Oscillators
 from ..marching.run import number_of_steps
 from .modes import Modes
+from .refusals import require_linear
 from .response import StructureResponse
 from .structure import Dof, structure
 
@@ -45,8 +46,9 @@ def superpose(
     time, their residual flexibility; u alone is corrected, and it is that of the load already at t = 0. The part of the
     start and of loads that the modes do not have is left out otherwise. There is no account of energy.
 
-    Raises ValueError for what `march` does, for unknown degrees of freedom, for damping with a scheme that takes none,
-    and for static_correction of a free body not all of whose rigid modes are given.
+    Raises ValueError for what `march` does, for a structure with an internal force, for unknown degrees of freedom, for
+    damping with a scheme that takes none, and for static_correction of a free body not all of whose rigid modes are
+    given.
     """
     if others:
         known = ("dofs", "stride", "static_correction")
@@ -110,6 +112,7 @@ def modal_lanes(modes: Modes, dt: float) -> list[Lanes]:
 def _checked(
     modes: Modes, scheme: Scheme | str, dt: float | None, t_end: float, stride: int
 ) -> tuple[Scheme, float, int]:
+    require_linear(modes.structure, "superposition of modes")
     s = make_scheme(scheme)
     require_numbers(s.name, s.parameters, "march once for each")
     if dt is None:
