@@ -106,6 +106,36 @@ def test_a_moving_base_is_a_load_and_gives_absolute_accelerations() -> None:
         _ = by_hand.absolute_a
 
 
+def test_two_motions_of_the_base_add_up() -> None:
+    """Along x and y, and both at once where the structure is linear."""
+    x, y, other = [1.0, 0.0, 1.0], [0.0, 1.0, 0.5], ss.Record(0.1, np.cos(np.arange(60)))
+    still = frame(u0=0.0)
+    both = still.ground_motion(RECORD, x).ground_motion(other, y)
+    each = still.ground_motion(RECORD, x), still.ground_motion(other, y)
+    r, *parts = (ss.march(s, "average_acceleration", 0.1, 3.0) for s in (both, *each))
+    assert np.allclose(r.absolute_a, sum(part.absolute_a for part in parts), rtol=0, atol=1e-12)
+
+
+def test_a_direction_that_may_be_displacements_or_numbers_is_refused() -> None:
+    still = frame(u0=0.0)
+    for direction in (1, np.int64(1), [0, 1, 2]):
+        with pytest.raises(ValueError, match=r"such as 1.0 for all, or as a list of degrees of freedom, such as \[1\]"):
+            still.ground_motion(RECORD, direction)
+    with pytest.raises(ValueError, match="direction to be real, got complex"):
+        still.ground_motion(RECORD, [1j, 0.0, 0.0])
+    for direction, expected in ((1.0, [1, 1, 1]), ([1], [0, 1, 0]), ([1, 0, 1], [1, 0, 1]), ([2, 0], [1, 0, 1])):
+        assert np.array_equal(still.influence_of(direction), expected)
+
+
+def test_a_start_is_of_all_degrees_of_freedom_and_keeps_the_constraints() -> None:
+    """One number is that of all that are not fixed; of independent ones in another order they are sorted."""
+    assert np.array_equal(frame(fixed=["second"], u0=1.0).u0, [1.0, 1.0])
+    turned = frame(constraints=np.eye(3)[::-1])
+    assert np.allclose(turned.T @ turned.u0, [0.1, 0.0, 0.2], rtol=0, atol=1e-15)
+    with pytest.raises(ValueError, match="values of the record to be real, got complex"):
+        ss.Record(0.1, [0.0, 1j])
+
+
 def test_massless_degrees_of_freedom_start_by_static_condensation() -> None:
     """The second has no mass: it follows statically, at the start and in an implicit march."""
     mass = np.diag([2.0, 0.0, 3.0])
@@ -309,8 +339,33 @@ def test_an_iteration_that_fails_ends_the_run_with_what_it_has() -> None:
         ({"fixed": [3]}, "from 0 to 2"),
         ({"fixed": [True]}, "from 0 to 2 or its name, got True"),
         ({"fixed": ["roof"]}, "keeps the constraints"),
-        ({"names": ["a", "a", "b"]}, "3 different names"),
+        ({"names": ["a", "a", "b"]}, "3 different names, got 'a' at 0 and 1; rename"),
+        ({"names": ["a", 1, "b"]}, "as strings, got 1"),
         ({"constraints": np.ones((2, 2))}, "constraints T"),
+        (
+            {"constraints": [[1.0, 0.0], [np.nan, 0.0], [0.0, 1.0]]},
+            r"constraints T to be finite, got nan at index \(1, 0",
+        ),
+        ({"constraints": sparse.csr_array([[1.0, 0.0], [np.inf, 0.0], [0.0, 1.0]])}, r"inf at \(1, 0\)"),
+        ({"constraints": [["1", "x"]] * 3}, "constraints T to be a real number or an array"),
+        ({"constraints": np.eye(3)[:, :2] + 0j}, "constraints T to be real, got complex"),
+        (
+            {"constraints": [[1.0, 2.0], [1.0, 2.0], [0.5, 1.0]]},
+            "independent columns, got column . dependent on others",
+        ),
+        ({"constraints": np.ones((3, 0))}, "n from 1 to 3, got shape"),
+        ({"fixed": [0, 1, 2]}, "all 3 fixed; leave one free"),
+        ({"fixed": ["roof"], "u0": np.ones(3)}, "got 1.0 at the fixed degree of freedom 'roof', where they give 0 at"),
+        ({"constraints": [[1.0], [0.5], [0.5]], "u0": np.ones(3)}, "got 1.0 at the constrained degree of freedom 'sec"),
+        ({"constraints": [[1.0], [0.5], [0.5]], "u0": 1.0}, "got 1.0 at the constrained degree of freedom 'sec"),
+        ({"u0": [0.1j, 0.0, 0.0]}, "u0 to be real, got complex"),
+        ({"load": ([1j, 0.0, 0.0], ss.Step(1.0))}, "load to be real, got complex"),
+        ({"load": ({0: 1j}, ss.Step(1.0))}, "load to be real, got complex"),
+        ({"load": ([1.0, 0.0, 0.0], lambda t: np.exp(1j * t))}, "the load to be real, got complex"),
+        (
+            {"K": None, "internal_force": lambda u: K @ u + 0j, "tangent": lambda u: K},
+            "internal_force returns to be real, got complex",
+        ),
         ({"u0": [1.0, 2.0]}, "u0 with 3 components"),
         ({"solver": "mumps"}, "a solver"),
     ],

@@ -7,11 +7,29 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.arrays import Array
-from ..core.errors import real_array
+from ..core.errors import complex_numbers, real_array
 from .low_rank import LowRank, Updated
 
 SMALL = 300  # unknowns up to which all eigenvalues take less time than the least by Lanczos's method
 Matrix = Any  # a dense array (n, n), a sparse one of SciPy's in rows, or one of low rank
+
+
+def finite(name: str, value: Any) -> Matrix:
+    """The value as an array, or a matrix in compressed rows, of finite real numbers. Raises ValueError for others."""
+    from scipy import sparse  # noqa: PLC0415 (slow to import)
+
+    if not sparse.issparse(value):
+        return real_array(name, value)
+    if np.iscomplexobj(value):
+        raise complex_numbers(name)
+    matrix = sparse.csr_array(value, dtype=np.float64)
+    matrix.sum_duplicates()
+    bad = np.flatnonzero(~np.isfinite(matrix.data))
+    if len(bad):
+        row = int(np.searchsorted(matrix.indptr, bad[0], side="right")) - 1
+        at = (row, int(matrix.indices[bad[0]]))
+        raise ValueError(f"expected {name} to be finite, got {matrix.data[bad[0]]} at {at}; remove or replace it")
+    return matrix
 
 
 def checked(name: str, value: Any, size: int | None = None) -> Matrix:
@@ -19,24 +37,13 @@ def checked(name: str, value: Any, size: int | None = None) -> Matrix:
 
     Raises ValueError for another shape, complex numbers, NaN or infinity; the message names the entry.
     """
-    from scipy import sparse  # noqa: PLC0415 (slow to import)
-
     if is_operator(value):
+        if np.iscomplexobj(value):
+            raise complex_numbers(name)
         if size is not None and value.shape != (size, size):
             raise ValueError(f"expected {name} to be {size} x {size} as the mass matrix, got shape {value.shape}")
         return value
-    if np.iscomplexobj(value.data if sparse.issparse(value) else value):
-        raise ValueError(f"expected {name} to be real, got complex numbers; give its real part if that is meant")
-    if sparse.issparse(value):
-        matrix = sparse.csr_array(value, dtype=np.float64)
-        matrix.sum_duplicates()
-        bad = np.flatnonzero(~np.isfinite(matrix.data))
-        if len(bad):
-            row = int(np.searchsorted(matrix.indptr, bad[0], side="right")) - 1
-            at = (row, int(matrix.indices[bad[0]]))
-            raise ValueError(f"expected {name} to be finite, got {matrix.data[bad[0]]} at {at}; remove or replace it")
-    else:
-        matrix = real_array(name, value)
+    matrix = finite(name, value)
     shape: tuple[int, ...] = np.shape(matrix)
     if len(shape) != 2 or shape[0] != shape[1]:
         raise ValueError(f"expected {name} to be a square matrix, got shape {shape}")

@@ -70,14 +70,14 @@ class StructureResponse(Response):
                 f"{self.u.shape[1]} of {s.T.shape[0]}; march without dofs and fixed, or take a scheme that carries a"
             )
         order = np.argsort(self._places)  # of the columns, as the structure has its degrees of freedom
-        rows = zip(self.t[1:], self.u[1:, order], self.v[1:, order], strict=True)
+        rows = zip(self.t[1:], np.asarray(self.u)[1:, order], np.asarray(self.v)[1:, order], strict=True)
         return np.array([s.a0, *(s.acceleration(t, u, v) for t, u, v in rows)])[:, self._places]
 
     def _histories(self) -> Histories:
         """What can be exported: a where it can be computed, energies where there is an account; consistent units."""
-        found = {"u": History(self.u, "", "displacement"), "v": History(self.v, "", "velocity")}
+        found = {"u": History(np.asarray(self.u), "", "displacement"), "v": History(np.asarray(self.v), "", "velocity")}
         if self._has_a:
-            found["a"] = History(self.a, "", "acceleration")
+            found["a"] = History(np.asarray(self.a), "", "acceleration")
         if self.account is not None:
             energies = {"energy": self.energy, "work": self.account.work, "damped": self.account.damped}
             found |= {name: History(x, "", name) for name, x in energies.items()}
@@ -120,8 +120,9 @@ class StructureResponse(Response):
 
     @cached_property
     def absolute_a(self) -> Array:
-        """Absolute acceleration (n+1, k) on a moving base: a + iota a_g. Raises ValueError where no base moves."""
+        """Absolute acceleration (n+1, k) on a moving base: a + the sum of iota a_g. Raises ValueError for a base at rest."""
         s = self.structure
-        if s.influence is None or s.ground is None:
+        if not s.motions:
             raise ValueError("expected a structure on a moving base, got none; see Structure.ground_motion")
-        return self.a + s.ground(self.t)[:, None] * s.influence[self._places]
+        base = sum(record(self.t)[:, None] * iota[self._places] for iota, record in s.motions)
+        return np.asarray(self.a) + base
