@@ -296,6 +296,69 @@ def test_a_march_on_disk_goes_on_where_it_was_stopped(tmp_path: Any, scheme: str
         ss.march(frame(), scheme, 0.1, 8.0, save=tmp_path / "run")
 
 
+def hardening(factor: float, **more: Any) -> ss.Structure:
+    return ss.structure(
+        M, internal_force=lambda u: K @ u + factor * u**3, tangent=lambda u: K + np.diag(3.0 * factor * u**2), **more
+    )
+
+
+@pytest.mark.parametrize("start", [{"u0": [0.1, 0.0, 0.2]}, {"v0": 0.1}, {"load": PUSH}], ids=["u0", "v0", "load"])
+def test_another_internal_force_is_another_march(tmp_path: Any, start: dict[str, Any]) -> None:
+    """Also where its tangent at the start is the same."""
+    first = ss.march(hardening(2.0, **start), "bathe", 0.1, 1.0, save=tmp_path / "run")
+    again = ss.march(hardening(2.0, **start), "bathe", 0.1, 1.0, save=tmp_path / "run")
+    assert np.array_equal(first.u, again.u)
+    with pytest.raises(ValueError, match="another path"):
+        ss.march(hardening(2.001, **start), "bathe", 0.1, 1.0, save=tmp_path / "run")
+
+
+@pytest.mark.parametrize("newton", ["simplified", "full"])
+def test_a_nonlinear_march_goes_on_to_the_bit_with_full_newton(tmp_path: Any, newton: Any, monkeypatch: Any) -> None:
+    monkeypatch.setattr("substep.structures.saved.BUFFER", 60)
+    limit = [np.inf]
+
+    def load(t: Any) -> Any:
+        if np.size(t) == 1 and np.max(t) > limit[0]:
+            raise KeyboardInterrupt
+        return np.sin(t)
+
+    def march(end: float, **more: Any) -> Any:
+        limit[0] = end
+        return ss.march(hardening(50.0, v0=3.0, load=([1.0, 0.0, 0.0], load)), "bathe", 0.1, 6.0, newton=newton, **more)
+
+    whole, stopped = march(np.inf), march(3.0, save=tmp_path / "run")
+    assert stopped.status == "interrupted"
+    finished = march(np.inf, save=tmp_path / "run")
+    assert np.abs(finished.u - whole.u).max() <= (1e-9 if newton == "simplified" else 0.0) * np.abs(whole.u).max()
+
+
+@pytest.mark.parametrize("scheme", ["bathe", "rk4"])
+def test_histories_beyond_the_limit_stay_on_disk(tmp_path: Any, scheme: str, monkeypatch: Any) -> None:
+    """All that is asked of them is that of histories in memory, also of a run that was stopped."""
+    monkeypatch.setattr("substep.structures.saved.BUFFER", 60)
+    limit = [0.55]
+
+    def load(t: Any) -> Any:
+        if np.size(t) == 1 and np.max(t) > limit[0]:
+            raise KeyboardInterrupt
+        return np.sin(t)
+
+    moved = frame(load=([1.0, 0.0, 0.0], load)).ground_motion(RECORD, 1.0)
+    monkeypatch.setattr("substep.structures.steps.BLOCK", 1)  # loads are asked for step by step
+    for status in ("interrupted", "completed"):
+        expected = ss.march(moved, scheme, 0.1, 1.0)
+        with monkeypatch.context() as patched:
+            patched.setattr("substep.structures.saved.IN_MEMORY", 0)
+            found = ss.march(moved, scheme, 0.1, 1.0, save=tmp_path / "run")
+        assert found.status == expected.status == status
+        assert not isinstance(found.u, np.ndarray)
+        for name in ("t", "u", "v", "a", "absolute_a"):
+            assert np.array_equal(np.asarray(getattr(found, name)), getattr(expected, name)), name
+        assert found.to_xarray().equals(expected.to_xarray())
+        assert repr(found) == repr(expected)
+        limit[0] = np.inf
+
+
 def test_an_exception_of_the_users_loses_nothing() -> None:
     def load(t: Any) -> Any:
         if np.max(t) > 30.0:
@@ -339,7 +402,7 @@ def test_an_iteration_that_fails_ends_the_run_with_what_it_has() -> None:
         ({"fixed": [3]}, "from 0 to 2"),
         ({"fixed": [True]}, "from 0 to 2 or its name, got True"),
         ({"fixed": ["roof"]}, "keeps the constraints"),
-        ({"names": ["a", "a", "b"]}, "3 different names, got 'a' at 0 and 1; rename"),
+        ({"names": ["a", "a", "b"]}, "3 different names, got 'a' 2 times; rename"),
         ({"names": ["a", 1, "b"]}, "as strings, got 1"),
         ({"constraints": np.ones((2, 2))}, "constraints T"),
         (
@@ -383,6 +446,10 @@ def test_bad_arguments_of_a_march() -> None:
         ({"dt": 0.1, "t_end": 1.05}, "multiple of dt"),
         ({"dt": 0.1, "t_end": 1.0, "newton": "secant"}, "a kind of Newton"),
         ({"dt": 0.1, "t_end": 1.0, "stride": 0}, "stride >= 1"),
+        ({"dt": 0.1, "t_end": 1.0, "stride": 2.5}, "whole number of steps, got 2.5"),
+        ({"dt": 0.1, "t_end": 1.0, "dofs": "roof"}, r"dofs as a list .* got 'roof'; give \['roof'\]"),
+        ({"dt": 0.1, "t_end": 1.0, "dofs": 2}, r"dofs as a list .* got 2; give \[2\]"),
+        ({"tol": 0.1, "t_end": 1.0, "dofs": "roof"}, r"got 'roof'; give \['roof'\]"),
         (
             {"dt": 0.1, "t_end": 1.0, "scheme": ss.scheme("wbz_alpha", alpha_B=[0.0, -0.1])},
             "substep.sweep takes arrays",

@@ -106,7 +106,7 @@ def response_spectrum_analysis(
         )
     displacement = _displacements(modes, spectrum, dt, scheme)
     whole = modes.structure
-    kept = list(dofs) if dofs is not None else list(whole.names or range(whole.T.shape[0]))
+    kept = whole.kept(dofs)
     participation = modes.participation(direction)
     u = (participation.factors * displacement)[:, None] * modes.shapes[[whole.place(dof) for dof in kept]].T
     acceleration = modes.omega**2

@@ -68,7 +68,7 @@ def sweep_structure(
         raise ValueError("expected one dt where histories are kept, got several; keep 'final' or 'peak', or sweep each")
     damped = [structure] if C is None else [replace(structure, C=damping_of(structure, c)) for c in C]
     cases = [_cases(s, load, ground, direction) for s in damped]
-    kept = list(dofs) if dofs is not None else list(structure.names or range(structure.T.shape[0]))
+    kept = structure.kept(dofs)
     places = [structure.place(dof) for dof in kept]
     points: list[tuple[int, Scheme, float]] = []
     for *point, which in product(*(x.tolist() for x in axes.values()), range(len(damped))):

@@ -13,7 +13,7 @@ from ..core.progress import shown
 from ..core.response import Status
 from ..core.schemes import Scheme
 from ..core.schemes import scheme as make_scheme
-from ..marching.run import number_of_steps, require_tol
+from ..marching.run import number_of_steps, require_stride, require_tol
 from .histories import Histories, accounted
 from .march_chosen import CHOSEN, march_chosen
 from .newton import Iteration, NewtonFailed
@@ -78,7 +78,8 @@ def march_structure(
             stacklevel=4,
         )
         account = False
-    kept = list(dofs) if dofs is not None else list(structure.names or range(structure.T.shape[0]))
+    require_stride(stride)
+    kept = structure.kept(dofs)
     iteration = Iteration(newton == "full", line_search)
     if tol is not None:
         if stride != 1 or save is not None:

@@ -38,7 +38,8 @@ class Account:
     @property
     def share(self) -> float:
         """The largest numerical dissipation relative to the largest energy in play; negative for energy gained."""
-        scale = max(float(np.max(np.abs(x))) for x in (self.kinetic + self.strain, self.work, self.damped))
+        energies = self.kinetic, self.kinetic + self.strain, self.work, self.damped  # strain may be counted from 0
+        scale = max(float(np.max(np.abs(x))) for x in energies)
         return float(self.numerical[np.argmax(np.abs(self.numerical))]) / scale if scale > 0.0 else 0.0
 
 
@@ -120,7 +121,7 @@ class StructureResponse(Response):
 
     @cached_property
     def absolute_a(self) -> Array:
-        """Absolute acceleration (n+1, k) on a moving base: a + the sum of iota a_g. Raises ValueError for a base at rest."""
+        """Absolute acceleration (n+1, k) on a moving base: a + iota a_g of each motion. Raises ValueError for none."""
         s = self.structure
         if not s.motions:
             raise ValueError("expected a structure on a moving base, got none; see Structure.ground_motion")

@@ -1,5 +1,6 @@
 """A structure: M a + C v + N(u) = load, with its constraints, loads and start; made and checked by `structure`."""
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
@@ -140,6 +141,15 @@ class Structure:
     def place(self, dof: Dof) -> int:
         """The number of a degree of freedom, by name or number. Raises ValueError for one that is not there."""
         return _place(dof, self.names, self.T.shape[0])
+
+    def kept(self, dofs: Iterable[Dof] | None) -> list[Dof]:
+        """Degrees of freedom that are asked for, by default all. Raises ValueError for what is no list of them."""
+        if isinstance(dofs, str) or not isinstance(dofs, Iterable | None):
+            raise ValueError(f"expected dofs as a list of names or numbers, got {dofs!r}; give [{dofs!r}]")
+        found = list(self.names or range(self.T.shape[0])) if dofs is None else list(dofs)
+        for dof in found:
+            self.place(dof)
+        return found
 
     def ground_motion(self, record: Record, direction: ArrayLike) -> "Structure":
         """The same structure on a base that moves, also: the load -M iota a_g, displacements relative to the base.
@@ -283,14 +293,11 @@ def _names(names: Sequence[str], N: int) -> tuple[str, ...]:
     known = tuple(names)
     if known and len(known) != N:
         raise ValueError(f"expected {N} different names, one for each degree of freedom, got {len(known)}")
-    if wrong := [name for name in known if not isinstance(name, str)]:
-        raise ValueError(
-            f"expected names of degrees of freedom as strings, got {wrong[0]!r}; leave names out for numbers"
-        )
-    last = {name: place for place, name in enumerate(known)}
-    for place, name in enumerate(known):
-        if last[name] != place:
-            raise ValueError(f"expected {N} different names, got {name!r} at {place} and {last[name]}; rename one")
+    for name, times in Counter(known).items():
+        if not isinstance(name, str):
+            raise ValueError(f"expected names of degrees of freedom as strings, got {name!r}; or leave names out")
+        if times > 1:
+            raise ValueError(f"expected {N} different names, got {name!r} {times} times; rename all but one")
     return known
 
 

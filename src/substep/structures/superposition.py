@@ -18,7 +18,7 @@ from ..core.schemes import scheme as make_scheme
 from ..marching.histories import histories
 from ..marching.linear import march_linear
 from ..marching.oscillators import Oscillators
-from ..marching.run import number_of_steps
+from ..marching.run import number_of_steps, require_stride
 from .modes import Modes
 from .refusals import require_linear
 from .response import StructureResponse
@@ -55,7 +55,7 @@ def superpose(
         raise unknown_name("an argument of march for modes", next(iter(others)), known)
     s, h, n = _checked(modes, scheme, dt, t_end, stride)
     whole = modes.structure
-    kept = list(dofs) if dofs is not None else list(whole.names or range(whole.T.shape[0]))
+    kept = whole.kept(dofs)
     places = [whole.place(dof) for dof in kept]
     shapes = np.ascontiguousarray((whole.T[places] @ modes.free_shapes).T)
     rows = np.empty((n // stride + 1, 3, len(places)))
@@ -119,8 +119,7 @@ def _checked(
         raise ValueError("expected dt, a constant step, for modes, got none; give dt, or march the structure with tol")
     if not s.info.damping and modes.damping.any():
         raise ValueError(f"{s.name} is a scheme for u'' = g(t, u): expected modes without damping; take another scheme")
-    if stride < 1:
-        raise ValueError(f"expected stride >= 1, got {stride}")
+    require_stride(stride)
     h = real_number("dt", dt, positive=True)
     return s, h, number_of_steps(h, real_number("t_end", t_end, positive=True))
 
