@@ -175,7 +175,7 @@ def test_energy_bound_stops_before_it_is_passed() -> None:
         (lambda: ss.scheme("newmark", betta=1), "did you mean 'beta'"),
         (lambda: ss.scheme("hht"), "did you mean 'hht_alpha'"),
         (lambda: ss.scheme("newmark", beta="0.25"), "expected parameter beta of newmark to be a real number.*'0.25'"),
-        (lambda: ss.scheme("newmark", beta=1j), "to be a real number"),
+        (lambda: ss.scheme("newmark", beta=1j), "expected parameter beta of newmark to be real"),
         (lambda: ss.march("duffing", "bathe", dt=True, t_end=1), "expected dt to be a real number.*True"),
         (lambda: ss.march("bathe", "duffing", dt=0.1, t_end=1), "the scene, then the scheme, got them exchanged"),
         (lambda: ss.march("duffing", "bathe", dT=0.1, t_end=1), "got 'dT'; did you mean 'dt'"),

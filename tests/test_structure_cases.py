@@ -32,6 +32,11 @@ def test_one_factorization_serves_all_load_cases() -> None:
     assert len(made) == 1
 
 
+def test_a_damping_that_the_scheme_does_not_take_is_refused_before_anything_is_marched() -> None:
+    with pytest.raises(ValueError, match="rkn43 is a scheme .* without damping"):
+        ss.sweep(frame(), "rkn43", dt=0.1, t_end=1.0, C=[None, 0.1 * np.eye(3)])
+
+
 def test_axes_of_step_scheme_and_damping() -> None:
     dampings = [None, ss.Rayleigh(0.1, 0.01), 0.1 * np.eye(3)]
     found = ss.sweep(

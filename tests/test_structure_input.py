@@ -1,6 +1,9 @@
 """What can be asked of a structure: constraints, massless degrees of freedom, moving bases, energies; and bad input."""
 
+import tracemalloc
 import warnings
+from dataclasses import replace
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -38,6 +41,18 @@ def test_degrees_of_freedom_are_chosen_by_name_or_number() -> None:
         _ = explicit.a
     with pytest.raises(ValueError, match="'second'"):
         part.at("second")
+
+
+def test_what_is_kept_of_all_takes_no_dense_matrix() -> None:
+    """Of 3000 degrees of freedom a full matrix would take 72 MB."""
+    n = 3000
+    line = ss.structure(sparse.eye_array(n), sparse.eye_array(n), v0=1.0, a0=0.0)
+    tracemalloc.start()
+    r = ss.march(line, "central_difference", 0.1, 0.2, account=False)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert np.ptp(r.u[-1]) == 0.0 < r.u[-1, 0]
+    assert peak < 5e6
 
 
 @pytest.mark.parametrize("make", [np.asarray, sparse.csr_array, sparse.csc_matrix, sparse.coo_array])
@@ -91,6 +106,36 @@ def test_a_moving_base_is_a_load_and_gives_absolute_accelerations() -> None:
         _ = by_hand.absolute_a
 
 
+def test_two_motions_of_the_base_add_up() -> None:
+    """Along x and y, and both at once where the structure is linear."""
+    x, y, other = [1.0, 0.0, 1.0], [0.0, 1.0, 0.5], ss.Record(0.1, np.cos(np.arange(60)))
+    still = frame(u0=0.0)
+    both = still.ground_motion(RECORD, x).ground_motion(other, y)
+    each = still.ground_motion(RECORD, x), still.ground_motion(other, y)
+    r, *parts = (ss.march(s, "average_acceleration", 0.1, 3.0) for s in (both, *each))
+    assert np.allclose(r.absolute_a, sum(part.absolute_a for part in parts), rtol=0, atol=1e-12)
+
+
+def test_a_direction_that_may_be_displacements_or_numbers_is_refused() -> None:
+    still = frame(u0=0.0)
+    for direction in (1, np.int64(1), [0, 1, 2]):
+        with pytest.raises(ValueError, match=r"such as 1.0 for all, or as a list of degrees of freedom, such as \[1\]"):
+            still.ground_motion(RECORD, direction)
+    with pytest.raises(ValueError, match="direction to be real, got complex"):
+        still.ground_motion(RECORD, [1j, 0.0, 0.0])
+    for direction, expected in ((1.0, [1, 1, 1]), ([1], [0, 1, 0]), ([1, 0, 1], [1, 0, 1]), ([2, 0], [1, 0, 1])):
+        assert np.array_equal(still.influence_of(direction), expected)
+
+
+def test_a_start_is_of_all_degrees_of_freedom_and_keeps_the_constraints() -> None:
+    """One number is that of all that are not fixed; of independent ones in another order they are sorted."""
+    assert np.array_equal(frame(fixed=["second"], u0=1.0).u0, [1.0, 1.0])
+    turned = frame(constraints=np.eye(3)[::-1])
+    assert np.allclose(turned.T @ turned.u0, [0.1, 0.0, 0.2], rtol=0, atol=1e-15)
+    with pytest.raises(ValueError, match="values of the record to be real, got complex"):
+        ss.Record(0.1, [0.0, 1j])
+
+
 def test_massless_degrees_of_freedom_start_by_static_condensation() -> None:
     """The second has no mass: it follows statically, at the start and in an implicit march."""
     mass = np.diag([2.0, 0.0, 3.0])
@@ -102,10 +147,61 @@ def test_massless_degrees_of_freedom_start_by_static_condensation() -> None:
     assert abs(K[1] @ loose.a0) <= 1e-14
     found, expected = (ss.march(s, "bathe", 0.1, 2.0) for s in (loose, small))
     assert np.allclose(found.u[:, [0, 2]], expected.u, rtol=0, atol=1e-13)
-    with pytest.raises(ValueError, match="central_difference.*degree of freedom 1 undetermined.*implicit"):
-        ss.march(loose, "central_difference", 0.1, 2.0)
+    damped = replace(loose, C=ss.Rayleigh(0.1, 0.01))  # which makes the matrix of an explicit step regular
+    for scheme, s in product(("central_difference", "forest_ruth", "rk4"), (loose, damped)):
+        with pytest.raises(ValueError, match=f"{scheme} is explicit: expected mass .* none at 1; .* implicit"):
+            ss.march(s, scheme, 0.1, 2.0)
+        with pytest.raises(ValueError, match=f"{scheme} is explicit"):
+            ss.sweep(s, scheme, dt=0.1, t_end=2.0)
+    started = next(s for s in map(ss.scheme, ss.schemes()) if s.starter and s.starter.name == "dormand_prince")
+    with pytest.raises(ValueError, match=f"dormand_prince, which starts {started.name}, is explicit"):
+        ss.march(loose, started, 0.1, 2.0)
     with pytest.raises(ValueError, match="equilibrium of the massless degree of freedom 1"):
         ss.march(ss.structure(mass, K, u0=[0.1, 0.0, 0.2]), "bathe", 0.1, 2.0)
+
+
+@pytest.mark.parametrize("large", [False, True], ids=["dense", "sparse"])
+def test_a_mass_matrix_with_a_negative_eigenvalue_is_refused(large: bool) -> None:
+    """Two masses that are coupled by more than their mean, at one place of a chain; as much as that is accepted."""
+    n = 1200 if large else 5
+    full = sparse.diags_array([0.5 * np.ones(n - 1), 2.0 * np.ones(n), 0.5 * np.ones(n - 1)], offsets=[-1, 0, 1])
+    names = [f"x {i}" for i in range(n)]
+    stiffness = sparse.eye_array(n)
+    for coupling, sign in ((3.0, 1.0), (0.5, -1.0), (0.5, 1.0)):
+        mass = sparse.lil_array(full)
+        mass[2, 3] = mass[3, 2] = coupling
+        mass[3, 3] *= sign
+        s = ss.structure(sparse.csr_array(mass), stiffness, names=names, v0=1.0)
+        if (coupling, sign) == (0.5, 1.0):
+            assert ss.march(s, "bathe", 0.1, 0.2).status == "completed"
+            continue
+        for ask in (
+            lambda s=s: ss.march(s, "bathe", 0.1, 0.2),
+            lambda s=s: ss.sweep(s, "bathe", dt=0.1, t_end=0.2),
+            lambda s=s: s.critical_step("rk4"),
+        ):
+            with pytest.raises(ValueError, match=r"without negative eigenvalues.*freedom 'x [23]'; correct"):
+                ask()
+    with pytest.raises(ValueError, match="without negative eigenvalues.*freedom 1;"):
+        ss.structure(np.diag([1.0, -1.0]), np.eye(2)).critical_step("rk4", bound=True)
+
+
+def test_what_knows_the_tangent_alone_refuses_an_internal_force() -> None:
+    bent = ss.structure(M, internal_force=lambda u: K @ u + u**3, tangent=lambda u: K + np.diag(3.0 * u**2), v0=0.1)
+    modes = bent.modes(2)
+    for ask in (
+        lambda: bent.critical_step("rk4"),
+        lambda: bent.critical_step("rk4", bound=True),
+        lambda: ss.march(modes, "bathe", 0.1, 1.0),
+        lambda: ss.choose(bent, 1e-3, t_end=1.0, quantity=0),
+        lambda: ss.choose(modes, 1e-3, t_end=1.0, quantity=0),
+        lambda: ss.response_spectrum_analysis(modes, RECORD, 1.0),
+    ):
+        with pytest.raises(
+            ValueError, match=r"expected a linear structure .* march the structure itself, or linearise"
+        ):
+            ask()
+    assert ss.structure(M, K, C=ss.modal_damping(0.1, modes), v0=0.1).damping.shape == (3, 3)
 
 
 def test_a_free_body_drifts_with_its_momentum() -> None:
@@ -128,6 +224,15 @@ def test_the_account_of_energy_closes_for_the_average_acceleration_scheme() -> N
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         ss.march(frame(), "bathe", 0.05, 10.0)
+    for scheme, dt in (("central_difference", 0.95), ("forward_euler", 0.05)):
+        with pytest.warns(UserWarning, match=f"{scheme} has gained"):
+            ss.march(frame(), scheme, dt, 19.0)
+    for name, s in (
+        ("K", ss.structure(M, K + np.eye(3, k=1), u0=0.1)),
+        ("M", ss.structure(M + 0.1 * np.eye(3, k=1), K)),
+    ):
+        with pytest.warns(UserWarning, match=f"no account of energy where {name} is not symmetric"):
+            assert ss.march(s, "bathe", 0.05, 1.0).account is None
     with pytest.raises(ValueError, match="account=True"):
         _ = ss.march(frame(), "bathe", 0.05, 10.0, account=False).energy
 
@@ -191,6 +296,69 @@ def test_a_march_on_disk_goes_on_where_it_was_stopped(tmp_path: Any, scheme: str
         ss.march(frame(), scheme, 0.1, 8.0, save=tmp_path / "run")
 
 
+def hardening(factor: float, **more: Any) -> ss.Structure:
+    return ss.structure(
+        M, internal_force=lambda u: K @ u + factor * u**3, tangent=lambda u: K + np.diag(3.0 * factor * u**2), **more
+    )
+
+
+@pytest.mark.parametrize("start", [{"u0": [0.1, 0.0, 0.2]}, {"v0": 0.1}, {"load": PUSH}], ids=["u0", "v0", "load"])
+def test_another_internal_force_is_another_march(tmp_path: Any, start: dict[str, Any]) -> None:
+    """Also where its tangent at the start is the same."""
+    first = ss.march(hardening(2.0, **start), "bathe", 0.1, 1.0, save=tmp_path / "run")
+    again = ss.march(hardening(2.0, **start), "bathe", 0.1, 1.0, save=tmp_path / "run")
+    assert np.array_equal(first.u, again.u)
+    with pytest.raises(ValueError, match="another path"):
+        ss.march(hardening(2.001, **start), "bathe", 0.1, 1.0, save=tmp_path / "run")
+
+
+@pytest.mark.parametrize("newton", ["simplified", "full"])
+def test_a_nonlinear_march_goes_on_to_the_bit_with_full_newton(tmp_path: Any, newton: Any, monkeypatch: Any) -> None:
+    monkeypatch.setattr("substep.structures.saved.BUFFER", 60)
+    limit = [np.inf]
+
+    def load(t: Any) -> Any:
+        if np.size(t) == 1 and np.max(t) > limit[0]:
+            raise KeyboardInterrupt
+        return np.sin(t)
+
+    def march(end: float, **more: Any) -> Any:
+        limit[0] = end
+        return ss.march(hardening(50.0, v0=3.0, load=([1.0, 0.0, 0.0], load)), "bathe", 0.1, 6.0, newton=newton, **more)
+
+    whole, stopped = march(np.inf), march(3.0, save=tmp_path / "run")
+    assert stopped.status == "interrupted"
+    finished = march(np.inf, save=tmp_path / "run")
+    assert np.abs(finished.u - whole.u).max() <= (1e-9 if newton == "simplified" else 0.0) * np.abs(whole.u).max()
+
+
+@pytest.mark.parametrize("scheme", ["bathe", "rk4"])
+def test_histories_beyond_the_limit_stay_on_disk(tmp_path: Any, scheme: str, monkeypatch: Any) -> None:
+    """All that is asked of them is that of histories in memory, also of a run that was stopped."""
+    monkeypatch.setattr("substep.structures.saved.BUFFER", 60)
+    limit = [0.55]
+
+    def load(t: Any) -> Any:
+        if np.size(t) == 1 and np.max(t) > limit[0]:
+            raise KeyboardInterrupt
+        return np.sin(t)
+
+    moved = frame(load=([1.0, 0.0, 0.0], load)).ground_motion(RECORD, 1.0)
+    monkeypatch.setattr("substep.structures.steps.BLOCK", 1)  # loads are asked for step by step
+    for status in ("interrupted", "completed"):
+        expected = ss.march(moved, scheme, 0.1, 1.0)
+        with monkeypatch.context() as patched:
+            patched.setattr("substep.structures.saved.IN_MEMORY", 0)
+            found = ss.march(moved, scheme, 0.1, 1.0, save=tmp_path / "run")
+        assert found.status == expected.status == status
+        assert not isinstance(found.u, np.ndarray)
+        for name in ("t", "u", "v", "a", "absolute_a"):
+            assert np.array_equal(np.asarray(getattr(found, name)), getattr(expected, name)), name
+        assert found.to_xarray().equals(expected.to_xarray())
+        assert repr(found) == repr(expected)
+        limit[0] = np.inf
+
+
 def test_an_exception_of_the_users_loses_nothing() -> None:
     def load(t: Any) -> Any:
         if np.max(t) > 30.0:
@@ -234,8 +402,33 @@ def test_an_iteration_that_fails_ends_the_run_with_what_it_has() -> None:
         ({"fixed": [3]}, "from 0 to 2"),
         ({"fixed": [True]}, "from 0 to 2 or its name, got True"),
         ({"fixed": ["roof"]}, "keeps the constraints"),
-        ({"names": ["a", "a", "b"]}, "3 different names"),
+        ({"names": ["a", "a", "b"]}, "3 different names, got 'a' 2 times; rename"),
+        ({"names": ["a", 1, "b"]}, "as strings, got 1"),
         ({"constraints": np.ones((2, 2))}, "constraints T"),
+        (
+            {"constraints": [[1.0, 0.0], [np.nan, 0.0], [0.0, 1.0]]},
+            r"constraints T to be finite, got nan at index \(1, 0",
+        ),
+        ({"constraints": sparse.csr_array([[1.0, 0.0], [np.inf, 0.0], [0.0, 1.0]])}, r"inf at \(1, 0\)"),
+        ({"constraints": [["1", "x"]] * 3}, "constraints T to be a real number or an array"),
+        ({"constraints": np.eye(3)[:, :2] + 0j}, "constraints T to be real, got complex"),
+        (
+            {"constraints": [[1.0, 2.0], [1.0, 2.0], [0.5, 1.0]]},
+            "independent columns, got column . dependent on others",
+        ),
+        ({"constraints": np.ones((3, 0))}, "n from 1 to 3, got shape"),
+        ({"fixed": [0, 1, 2]}, "all 3 fixed; leave one free"),
+        ({"fixed": ["roof"], "u0": np.ones(3)}, "got 1.0 at the fixed degree of freedom 'roof', where they give 0 at"),
+        ({"constraints": [[1.0], [0.5], [0.5]], "u0": np.ones(3)}, "got 1.0 at the constrained degree of freedom 'sec"),
+        ({"constraints": [[1.0], [0.5], [0.5]], "u0": 1.0}, "got 1.0 at the constrained degree of freedom 'sec"),
+        ({"u0": [0.1j, 0.0, 0.0]}, "u0 to be real, got complex"),
+        ({"load": ([1j, 0.0, 0.0], ss.Step(1.0))}, "load to be real, got complex"),
+        ({"load": ({0: 1j}, ss.Step(1.0))}, "load to be real, got complex"),
+        ({"load": ([1.0, 0.0, 0.0], lambda t: np.exp(1j * t))}, "the load to be real, got complex"),
+        (
+            {"K": None, "internal_force": lambda u: K @ u + 0j, "tangent": lambda u: K},
+            "internal_force returns to be real, got complex",
+        ),
         ({"u0": [1.0, 2.0]}, "u0 with 3 components"),
         ({"solver": "mumps"}, "a solver"),
     ],
@@ -253,6 +446,10 @@ def test_bad_arguments_of_a_march() -> None:
         ({"dt": 0.1, "t_end": 1.05}, "multiple of dt"),
         ({"dt": 0.1, "t_end": 1.0, "newton": "secant"}, "a kind of Newton"),
         ({"dt": 0.1, "t_end": 1.0, "stride": 0}, "stride >= 1"),
+        ({"dt": 0.1, "t_end": 1.0, "stride": 2.5}, "whole number of steps, got 2.5"),
+        ({"dt": 0.1, "t_end": 1.0, "dofs": "roof"}, r"dofs as a list .* got 'roof'; give \['roof'\]"),
+        ({"dt": 0.1, "t_end": 1.0, "dofs": 2}, r"dofs as a list .* got 2; give \[2\]"),
+        ({"tol": 0.1, "t_end": 1.0, "dofs": "roof"}, r"got 'roof'; give \['roof'\]"),
         (
             {"dt": 0.1, "t_end": 1.0, "scheme": ss.scheme("wbz_alpha", alpha_B=[0.0, -0.1])},
             "substep.sweep takes arrays",

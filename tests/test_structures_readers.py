@@ -35,6 +35,20 @@ def test_what_scipy_writes_is_read(ending: str, tmp_path: Path) -> None:
     assert abs(read_matrix(path) - K).max() <= 1e-15 * abs(K).max()
 
 
+@pytest.mark.parametrize("code", ["RSA", "rsa"])
+def test_a_symmetric_harwell_boeing_matrix_is_read(code: str, tmp_path: Path) -> None:
+    """Of which the lower triangle is stored; other kinds are refused with SciPy's reason."""
+    K, path = frame(1, 1).K, tmp_path / "stiffness.rsa"
+    io.hb_write(path, sparse.csc_array(sparse.tril(K)))
+    text = path.read_text(encoding="ascii")
+    assert text.count("RUA") == 1
+    path.write_text(text.replace("RUA", code), encoding="ascii")
+    assert abs(read_matrix(path) - K).max() <= 1e-15 * abs(K).max()
+    path.write_text(text.replace("RUA", "RZA"), encoding="ascii")
+    with pytest.raises(ValueError, match="real assembled Harwell-Boeing matrix in stiffness.rsa.*skew.*Matrix Market"):
+        read_matrix(path)
+
+
 @pytest.mark.parametrize("part", ["whole", "lower", "upper"])
 def test_coordinate_text_is_read(part: str, tmp_path: Path) -> None:
     """As Abaqus writes it: whole matrices as they are, triangles as half of a symmetric matrix."""

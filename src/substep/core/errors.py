@@ -62,18 +62,25 @@ def _misfit(function: Callable[..., Any], args: tuple[Any, ...], kwargs: Mapping
 
 
 def float_array(name: str, value: ArrayLike) -> NDArray[np.float64]:
-    """The value as a float array, else a ValueError: also for a masked array, whose mask would be lost."""
+    """The value as a float array, else a ValueError: also for a mask or imaginary parts, which would be lost."""
     if isinstance(value, np.ndarray) and isinstance(value, np.ma.MaskedArray):
         raise ValueError(
             f"expected {name} without a mask, got a masked array; choose its values by .compressed() or .filled(...)"
         )
     try:
         array = np.asarray(value)
-        if array.dtype.kind not in "bcSU":  # truth values, complex numbers and text are not what was meant
+        if array.dtype.kind not in "bcSU":  # truth values and text are not what was meant
             return array.astype(np.float64, copy=False)
     except (TypeError, ValueError) as error:
         raise ValueError(f"expected {name} to be a real number or an array of them, got {value!r}") from error
+    if array.dtype.kind == "c":
+        raise complex_numbers(name)
     raise ValueError(f"expected {name} to be a real number or an array of them, got {value!r}; give numbers")
+
+
+def complex_numbers(name: str) -> ValueError:
+    """The error for complex numbers, whose imaginary part would be lost."""
+    return ValueError(f"expected {name} to be real, got complex numbers; give its real part if that is meant")
 
 
 def real_array(name: str, value: ArrayLike) -> NDArray[np.float64]:

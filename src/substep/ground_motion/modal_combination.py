@@ -13,6 +13,7 @@ from ..core.errors import called_as, real_array, unknown_name
 from ..core.loads import Record
 from ..core.schemes import Scheme
 from ..structures.modes import Modes
+from ..structures.refusals import require_linear
 from ..structures.structure import Dof
 from .spectrum import response_spectrum
 
@@ -90,10 +91,12 @@ def response_spectrum_analysis(
     dofs: names or numbers, all by default.
 
     The ground motion alone moves the structure: its own loads and its start are left out. Raises ValueError for rigid
-    modes, for modes that damping couples, for an unknown rule, and for a spectrum that does not give them all.
+    modes, for modes that damping couples, for those of an internal force, for an unknown rule, and for a spectrum that
+    does not give them all.
     """
     if combine not in RULES:
         raise unknown_name("a rule of combination", str(combine), RULES)
+    require_linear(modes.structure, "response spectrum analysis")
     if modes.rigid:
         raise ValueError(f"expected modes with a period, got {modes.rigid} rigid ones; support the structure")
     if not modes.lanes:
@@ -103,7 +106,7 @@ def response_spectrum_analysis(
         )
     displacement = _displacements(modes, spectrum, dt, scheme)
     whole = modes.structure
-    kept = list(dofs) if dofs is not None else list(whole.names or range(whole.T.shape[0]))
+    kept = whole.kept(dofs)
     participation = modes.participation(direction)
     u = (participation.factors * displacement)[:, None] * modes.shapes[[whole.place(dof) for dof in kept]].T
     acceleration = modes.omega**2

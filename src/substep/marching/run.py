@@ -19,6 +19,12 @@ from .scene_lanes import march_lanes
 CHOSEN = ("rtol", "atol", "dt_first", "dt_min", "dt_max", "grid", "rung")  # arguments of `march` for chosen steps
 
 
+def require_stride(stride: Any) -> None:
+    """Raises ValueError for a stride that is not a whole number of steps."""
+    if isinstance(stride, bool) or not isinstance(stride, int | np.integer) or stride < 1:
+        raise ValueError(f"expected stride >= 1, a whole number of steps, got {stride!r}; give such a one")
+
+
 def require_tol(chosen: Iterable[str]) -> None:
     """Raises ValueError for an argument of chosen steps, by name, where the step is constant."""
     for name in chosen:
@@ -88,8 +94,7 @@ def march(
         _require_known(scene, chosen)
     scheme = make_scheme(scheme)
     require_numbers(scheme.name, scheme.parameters, "substep.sweep takes arrays")
-    if stride < 1:
-        raise ValueError(f"expected stride >= 1, got {stride}")
+    require_stride(stride)
     if t_end is None or (dt is None) == (tol is None):
         got = ", ".join(f"{name} = {x}" for name, x in (("dt", dt), ("tol", tol), ("t_end", t_end)) if x is not None)
         raise ValueError(

@@ -18,6 +18,7 @@ from ..marching.run import number_of_steps
 from .combine import combined
 from .histories import selection
 from .plan import step_of
+from .refusals import require_definite_mass, require_suited
 from .steps import Run
 from .structure import Dof, Structure, damping_of, loads_of
 
@@ -50,7 +51,8 @@ def sweep_structure(
     dimensions dt, the parameters by name, "damping", and "case". The cases of a linear structure are one block of
     right-hand sides, for which an effective matrix is factorized once. keep: "final", u, v and, if the scheme has its
     own, a at t_end; "peak", their largest moduli from t = 0 on; "history", all steps, for one dt. A run that overflows,
-    or whose iteration fails, is NaN from there on. Raises ValueError for names and values that do not fit.
+    or whose iteration fails, is NaN from there on. Raises ValueError for names and values that do not fit, and, before
+    anything is marched, for a damping or a structure that the scheme does not take, as `march` does.
     """
     if dt is None:
         raise ValueError("expected dt, a step or several, for a sweep of a structure, got none; march each with tol")
@@ -66,18 +68,22 @@ def sweep_structure(
         raise ValueError("expected one dt where histories are kept, got several; keep 'final' or 'peak', or sweep each")
     damped = [structure] if C is None else [replace(structure, C=damping_of(structure, c)) for c in C]
     cases = [_cases(s, load, ground, direction) for s in damped]
-    kept = list(dofs) if dofs is not None else list(structure.names or range(structure.T.shape[0]))
+    kept = structure.kept(dofs)
     places = [structure.place(dof) for dof in kept]
-    points = list(product(*(x.tolist() for x in axes.values()), range(len(damped))))
+    points: list[tuple[int, Scheme, float]] = []
+    for *point, which in product(*(x.tolist() for x in axes.values()), range(len(damped))):
+        at = {name: float(x) for name, x in values.items() if not x.ndim} | dict(zip(axes, point, strict=True))
+        h = at.pop("dt")
+        points.append((which, make_scheme(given.info.source, **{**_numbers(given), **at}), h))
     if not points or not cases[0]:
         raise ValueError("expected at least one value on each axis of a sweep, got an axis without; leave it out")
+    require_definite_mass(structure)
+    for which, one, h in points:
+        require_suited(damped[which], one, h)
     found = []
     with shown(len(points), 0, progress, "sweep", "blocks of runs") as advance:
-        for *point, which in points:
-            at = {name: float(x) for name, x in values.items() if not x.ndim} | dict(zip(axes, point, strict=True))
-            h = at.pop("dt")
-            run = make_scheme(given.info.source, **{**_numbers(given), **at})
-            found.append(_block(damped[which], cases[which], run, h, t_end, keep, places))
+        for which, one, h in points:
+            found.append(_block(damped[which], cases[which], one, h, t_end, keep, places))
             advance(1)
     several = C is not None, load is not None or ground is not None
     sizes = [*(len(x) for x in axes.values()), len(damped), len(cases[0])]  # of all axes, dampings and cases

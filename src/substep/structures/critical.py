@@ -12,6 +12,7 @@ from ..core.schemes import Scheme
 from ..core.schemes import scheme as make_scheme
 from .damping import Rayleigh
 from .matrices import diagonal_of, require_symmetric
+from .refusals import require_definite_mass, require_linear
 from .structure import Structure
 
 DENSE = 100  # unknowns up to which LAPACK finds the largest mode in less time than Lanczos's method
@@ -38,7 +39,7 @@ def largest_mode(structure: Structure) -> tuple[float, Array]:
     """The largest circular frequency, rad/s, and its mass-normalised shape (n,), by LAPACK or Lanczos's method.
 
     Lanczos's method comes to it from below, within 1e-9 of it. Raises ValueError for degrees of freedom without mass,
-    and for M or K that is not symmetric.
+    for M or K that is not symmetric, and for an M with negative eigenvalues.
     """
     from scipy import linalg  # noqa: PLC0415
     from scipy.sparse.linalg import LinearOperator, eigsh  # noqa: PLC0415
@@ -59,7 +60,7 @@ def largest_mode(structure: Structure) -> tuple[float, Array]:
 def frequency_bound(structure: Structure) -> float:
     """A bound on all circular frequencies, rad/s, by Gershgorin's circles, for a lumped mass: one pass over K.
 
-    Raises ValueError for an M that is not diagonal, for degrees of freedom without mass, and for K not symmetric.
+    Raises ValueError for an M that is not diagonal, degrees of freedom without mass, negative masses, K not symmetric.
     """
     mass = diagonal_of(structure.M)
     if mass is None:
@@ -77,11 +78,12 @@ def critical_step(structure: Structure, scheme: Scheme | str, *, bound: bool = F
     Under Rayleigh damping every frequency below the largest is looked at too; of another damping matrix the largest
     mode's ratio alone is taken, its coupling to other modes is not.
 
-    Raises ValueError as `largest_mode` and `frequency_bound`, for parameters that are arrays, and for a scheme that
-    takes no damping on a structure with damping.
+    Raises ValueError as `largest_mode` and `frequency_bound`, for a structure with an internal force, for parameters
+    that are arrays, and for a scheme that takes no damping on a structure with damping.
     """
     from ..derived import facade  # noqa: PLC0415 (SymPy)
 
+    require_linear(structure, "a critical step")
     s = make_scheme(scheme)
     require_numbers(s.name, s.parameters, "ask once for each")
     if bound:
@@ -131,6 +133,7 @@ def _stable_below(scheme: Scheme, damping: Rayleigh, omega: float, dt: float) ->
 
 
 def _require_mass(structure: Structure) -> None:
+    require_definite_mass(structure)
     require_symmetric("M", structure.M, "for its largest frequency")
     require_symmetric("K", structure.K, "for its largest frequency")
     if len(massless := structure.massless):

@@ -12,13 +12,14 @@ from ..core.response import Status
 from ..core.schemes import Scheme
 from .combine import combined, dot
 from .damping import Rayleigh
+from .matrices import is_identity
 from .plan import step_of
 from .response import Account
 from .saved import Saved, digest
 from .steps import Run, StructureSteps
 from .structure import Structure
 
-WARN = 0.05  # share of the energy beyond which numerical dissipation is worth a warning
+WARN = 0.05  # share of the energy beyond which what the scheme dissipates or gains is worth a warning
 
 
 class Energies(NamedTuple):
@@ -154,7 +155,7 @@ def selection(structure: Structure, places: list[int]) -> Any:
     part = structure.T[places]
     columns = np.unique(part.indices)
     part = part[:, columns]
-    plain = part.shape[0] == part.shape[1] and (abs(part - np.eye(len(columns))).max() if len(columns) else 1) == 0
+    plain = is_identity(part)
 
     def select(rows: Array, X: Array | None = None) -> Array:
         found = rows[:, columns] if X is None else combined(rows, X[:, columns])
@@ -168,12 +169,14 @@ def selection(structure: Structure, places: list[int]) -> Any:
 
 
 def accounted(scheme: Scheme, rows: list[Any], status: Status, step: str) -> Account | None:
-    """The account of a run from its rows, if there are any; warns where the scheme has dissipated much."""
+    """The account of a run from its rows, if there are any; warns where the scheme has dissipated, or gained, much."""
     account = Account(*np.array(rows).T) if rows else None
-    if account is not None and account.share > WARN and status == "completed":
+    if account is not None and abs(account.share) > WARN and status == "completed":
+        lost = account.share > 0.0
+        did, other = ("dissipated", "less numerical damping") if lost else ("gained", "a longer stable step")
         warnings.warn(
-            f"{scheme.name} has dissipated {account.share:.0%} of the energy in play at {step}: see "
-            "Response.account; take a smaller step, or a scheme with less numerical damping, where that energy matters",
+            f"{scheme.name} has {did} {abs(account.share):.0%} of the energy in play at {step}: see Response.account; "
+            f"take a smaller step, or a scheme with {other}, where that energy matters",
             stacklevel=6,
         )
     return account

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..core.arrays import Array
-from ..core.errors import float_array
+from ..core.errors import float_array, real_number
 from .matrices import Matrix, checked, reduced
 
 
@@ -64,7 +64,7 @@ class InternalForce:
             raise ValueError(
                 "expected potential= for this structure, got none; give the function whose slope the force is"
             )
-        return float(self.potential(self.T @ u))
+        return real_number("what potential returns", self.potential(self.T @ u))
 
     def discrete_gradient(self, t: float, old: Array, new: Array, v: Array, mass: Matrix) -> Array:
         """Gonzalez (1996): the force at the midpoint, corrected along M (new - old): its work is the potential's."""

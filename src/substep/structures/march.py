@@ -1,6 +1,7 @@
 """March a structure, and what ends a run."""
 
 import math
+import warnings
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, Literal
@@ -12,10 +13,11 @@ from ..core.progress import shown
 from ..core.response import Status
 from ..core.schemes import Scheme
 from ..core.schemes import scheme as make_scheme
-from ..marching.run import number_of_steps, require_tol
+from ..marching.run import number_of_steps, require_stride, require_tol
 from .histories import Histories, accounted
 from .march_chosen import CHOSEN, march_chosen
 from .newton import Iteration, NewtonFailed
+from .refusals import require_definite_mass, require_suited, unsymmetric
 from .response import StructureResponse
 from .steps import Run
 from .structure import Dof, Structure
@@ -43,7 +45,8 @@ def march_structure(
 
     dofs: names or numbers of the degrees of freedom to keep, all by default. stride: keep every stride-th step.
     account: whether to add up energies, at three products with matrices a step; a warning is given where the scheme
-    has dissipated more than 5 % of the energy in play. save: a folder for a Zarr store, written as the march goes on;
+    has dissipated or gained more than 5 % of the energy in play, and where M or K is not symmetric, so that there is no
+    account. save: a folder for a Zarr store, written as the march goes on;
     the same call again goes on from the last checkpoint, even after a kill, and a linear structure then gives the same
     to the bit. progress: a bar on the terminal once a second has passed. newton: "simplified" keeps a tangent while the
     iteration contracts by a factor of 5, "full" takes one in every iteration; line_search: halve a correction by which
@@ -59,26 +62,34 @@ def march_structure(
 
     A run that fails or is interrupted from the keyboard keeps what it has: see Response.status. If a function of the
     user's raises, the exception's `response` is what was done. Raises ValueError for what `march` does, for unknown
-    degrees of freedom, for a singular effective matrix, and for another march at `save`.
+    degrees of freedom, for a mass matrix with negative eigenvalues, damping or degrees of freedom without mass with a
+    scheme that takes none, for a singular effective matrix, and for another march at `save`.
     """
     if unknown := [name for name in chosen if name not in CHOSEN]:
         raise unknown_name("an argument of march for a structure", unknown[0], (*ARGUMENTS, *CHOSEN))
     if newton not in ("simplified", "full"):
         raise unknown_name("a kind of Newton's iteration", newton, ("simplified", "full"))
     scheme = make_scheme(scheme)
-    if not scheme.info.damping and structure.C is not None:
-        raise ValueError(
-            f"{scheme.name} is a scheme for u'' = g(t, u): expected a structure without damping; take another scheme"
+    require_definite_mass(structure)
+    if account and (name := unsymmetric(structure)):
+        warnings.warn(
+            f"there is no account of energy where {name} is not symmetric, since no energy belongs to such a matrix; "
+            "march with account=False",
+            stacklevel=4,
         )
-    kept = list(dofs) if dofs is not None else list(structure.names or range(structure.T.shape[0]))
+        account = False
+    require_stride(stride)
+    kept = structure.kept(dofs)
     iteration = Iteration(newton == "full", line_search)
     if tol is not None:
         if stride != 1 or save is not None:
             raise ValueError("expected stride and save with dt only, got them with tol; keep some dofs, or give dt")
+        require_suited(structure, scheme, t_end)
         return march_chosen(Run(structure, scheme, t_end, iteration), tol, t_end, kept, account, progress, chosen)
     require_tol(chosen)
     h = real_number("dt", dt, positive=True)
     n = number_of_steps(h, t_end)
+    require_suited(structure, scheme, h)
     run = Run(structure, scheme, h, iteration)
     found = Histories(run, n, [structure.place(dof) for dof in kept], stride, account, save)
     status: Status = "completed"

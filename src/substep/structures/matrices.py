@@ -7,10 +7,29 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.arrays import Array
-from ..core.errors import real_array
+from ..core.errors import complex_numbers, real_array
 from .low_rank import LowRank, Updated
 
+SMALL = 300  # unknowns up to which all eigenvalues take less time than the least by Lanczos's method
 Matrix = Any  # a dense array (n, n), a sparse one of SciPy's in rows, or one of low rank
+
+
+def finite(name: str, value: Any) -> Matrix:
+    """The value as an array, or a matrix in compressed rows, of finite real numbers. Raises ValueError for others."""
+    from scipy import sparse  # noqa: PLC0415 (slow to import)
+
+    if not sparse.issparse(value):
+        return real_array(name, value)
+    if np.iscomplexobj(value):
+        raise complex_numbers(name)
+    matrix = sparse.csr_array(value, dtype=np.float64)
+    matrix.sum_duplicates()
+    bad = np.flatnonzero(~np.isfinite(matrix.data))
+    if len(bad):
+        row = int(np.searchsorted(matrix.indptr, bad[0], side="right")) - 1
+        at = (row, int(matrix.indices[bad[0]]))
+        raise ValueError(f"expected {name} to be finite, got {matrix.data[bad[0]]} at {at}; remove or replace it")
+    return matrix
 
 
 def checked(name: str, value: Any, size: int | None = None) -> Matrix:
@@ -18,24 +37,13 @@ def checked(name: str, value: Any, size: int | None = None) -> Matrix:
 
     Raises ValueError for another shape, complex numbers, NaN or infinity; the message names the entry.
     """
-    from scipy import sparse  # noqa: PLC0415 (slow to import)
-
     if is_operator(value):
+        if np.iscomplexobj(value):
+            raise complex_numbers(name)
         if size is not None and value.shape != (size, size):
             raise ValueError(f"expected {name} to be {size} x {size} as the mass matrix, got shape {value.shape}")
         return value
-    if np.iscomplexobj(value.data if sparse.issparse(value) else value):
-        raise ValueError(f"expected {name} to be real, got complex numbers; give its real part if that is meant")
-    if sparse.issparse(value):
-        matrix = sparse.csr_array(value, dtype=np.float64)
-        matrix.sum_duplicates()
-        bad = np.flatnonzero(~np.isfinite(matrix.data))
-        if len(bad):
-            row = int(np.searchsorted(matrix.indptr, bad[0], side="right")) - 1
-            at = (row, int(matrix.indices[bad[0]]))
-            raise ValueError(f"expected {name} to be finite, got {matrix.data[bad[0]]} at {at}; remove or replace it")
-    else:
-        matrix = real_array(name, value)
+    matrix = finite(name, value)
     shape: tuple[int, ...] = np.shape(matrix)
     if len(shape) != 2 or shape[0] != shape[1]:
         raise ValueError(f"expected {name} to be a square matrix, got shape {shape}")
@@ -97,10 +105,41 @@ def diagonal_of(matrix: Matrix) -> Array | None:
     return diagonal if rest == np.count_nonzero(diagonal) else None
 
 
+def is_identity(matrix: Matrix) -> bool:
+    """Whether a sparse matrix is the identity."""
+    n, m = matrix.shape
+    return n == m == matrix.nnz and bool((matrix.diagonal() == 1.0).all())
+
+
 def asymmetry(matrix: Matrix) -> float:
     """The largest difference between the matrix and its transpose, relative to its largest entry."""
     largest = abs(matrix).max()
     return float(abs(matrix - matrix.T).max() / largest) if largest > 0.0 else 0.0
+
+
+def indefinite(matrix: Matrix) -> int | None:
+    """Where the eigenvector of a negative eigenvalue of a symmetric matrix shows most; None where there is none.
+
+    Scaled to a unit diagonal, a mass matrix of finite elements has its eigenvalues within a few orders of magnitude of
+    one (Wathen, IMA J. Num. Anal. 7, 449-457, 1987), so that Lanczos's method finds the least in a few dozen products.
+    """
+    from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh  # noqa: PLC0415
+
+    diagonal, n = matrix.diagonal(), matrix.shape[0]
+    if diagonal_of(matrix) is not None:
+        return int(np.argmin(diagonal)) if n and diagonal.min() < 0.0 else None
+    size = np.sqrt(np.maximum(np.abs(diagonal), 1e-30 * np.abs(diagonal).max() or 1.0))  # beside a 0 nothing is small
+    if n <= SMALL:
+        full = matrix if isinstance(matrix, np.ndarray) else matrix.toarray()
+        values, vectors = np.linalg.eigh(full / size / size[:, None])
+    else:
+        scaled = LinearOperator((n, n), matvec=lambda x: (matrix @ (x.ravel() / size)) / size, dtype=np.float64)
+        first = np.random.default_rng(0).normal(size=n)
+        try:
+            values, vectors = eigsh(scaled, 1, which="SA", tol=1e-3, maxiter=20, v0=first)
+        except ArpackNoConvergence:  # of many that lie close together, none far below the others
+            return None
+    return int(np.argmax(np.abs(vectors[:, 0]))) if values[0] < -1e-9 else None
 
 
 def require_symmetric(name: str, matrix: Matrix, why: str) -> None:

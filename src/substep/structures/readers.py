@@ -5,6 +5,7 @@ Every reader gives what `substep.structure` takes: sparse matrices (N, N), or de
 
 from collections.abc import Iterable
 from importlib.util import find_spec
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,7 @@ from .structure import Structure, structure
 def read_matrix(path: str | Path, *, name: str = "") -> Matrix:
     """A matrix from a file: its format by the first lines and the ending.
 
-    Matrix Market (`%%MatrixMarket`, also .gz) and real unsymmetric Harwell-Boeing (.hb, .rua, .rb) through SciPy;
+    Matrix Market (`%%MatrixMarket`, also .gz) and real Harwell-Boeing (.hb, .rua, .rsa, .rb) through SciPy;
     Nastran's OP4 (.op4) through pyyeti, where `name` says which matrix if there are several; text of rows
     "row column value", counted from 1, as Abaqus writes it with FORMAT=COORDINATE.
 
@@ -33,14 +34,35 @@ def read_matrix(path: str | Path, *, name: str = "") -> Matrix:
     if ending == ".gz" or path.read_bytes()[:14].lower() == b"%%matrixmarket":
         return sparse.csr_array(io.mmread(path))
     if ending in (".hb", ".rb", ".rua", ".rsa", ".pua"):
+        text, symmetric = _as_unsymmetric(path.read_text(encoding="ascii", errors="replace"))
         try:
-            return sparse.csr_array(io.hb_read(path, spmatrix=False))
+            A = sparse.csr_array(io.hb_read(StringIO(text), spmatrix=False))
         except ValueError as error:
             raise ValueError(
-                f"expected a real unsymmetric Harwell-Boeing matrix in {path.name}, which SciPy reads, got: {error}; "
-                "export the full matrix, or Matrix Market"
+                f"expected a real assembled Harwell-Boeing matrix in {path.name}, which SciPy reads, got: {error}; "
+                "export Matrix Market"
             ) from error
+        return _mirrored(A) if symmetric else A
     return _coordinates(path)
+
+
+def _as_unsymmetric(text: str) -> tuple[str, bool]:
+    """Harwell-Boeing text of one triangle as SciPy reads it, declared as a whole matrix; whether it was a triangle.
+
+    The second letter of the third line is the structure: S, symmetric, of which the lower triangle is stored; or U.
+    """
+    lines = text.split("\n", 3)
+    if len(lines) < 4 or lines[2][1:2].upper() != "S":
+        return text, False
+    lines[2] = f"{lines[2][0]}U{lines[2][2:]}"
+    return "\n".join(lines), True
+
+
+def _mirrored(A: Matrix) -> Matrix:
+    """The symmetric matrix of which this is one triangle."""
+    from scipy import sparse  # noqa: PLC0415 (slow to import)
+
+    return sparse.csr_array(A + A.T - sparse.diags_array(A.diagonal()))
 
 
 def _coordinates(path: Path) -> Matrix:
@@ -68,7 +90,7 @@ def _coordinates(path: Path) -> Matrix:
     size = int(max(rows.max(), columns.max()))
     A = sparse.csr_array((values.astype(np.float64), (rows - 1, columns - 1)), shape=(size, size))
     if (rows <= columns).all() or (rows >= columns).all():
-        A = sparse.csr_array(A + A.T - sparse.diags_array(A.diagonal()))
+        return _mirrored(A)
     return A
 
 

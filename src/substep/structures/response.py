@@ -37,9 +37,10 @@ class Account:
 
     @property
     def share(self) -> float:
-        """The largest numerical dissipation relative to the largest energy in play."""
-        scale = max(float(np.max(np.abs(x))) for x in (self.kinetic + self.strain, self.work, self.damped))
-        return float(np.max(np.abs(self.numerical))) / scale if scale > 0.0 else 0.0
+        """The largest numerical dissipation relative to the largest energy in play; negative for energy gained."""
+        energies = self.kinetic, self.kinetic + self.strain, self.work, self.damped  # strain may be counted from 0
+        scale = max(float(np.max(np.abs(x))) for x in energies)
+        return float(self.numerical[np.argmax(np.abs(self.numerical))]) / scale if scale > 0.0 else 0.0
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -70,14 +71,14 @@ class StructureResponse(Response):
                 f"{self.u.shape[1]} of {s.T.shape[0]}; march without dofs and fixed, or take a scheme that carries a"
             )
         order = np.argsort(self._places)  # of the columns, as the structure has its degrees of freedom
-        rows = zip(self.t[1:], self.u[1:, order], self.v[1:, order], strict=True)
+        rows = zip(self.t[1:], np.asarray(self.u)[1:, order], np.asarray(self.v)[1:, order], strict=True)
         return np.array([s.a0, *(s.acceleration(t, u, v) for t, u, v in rows)])[:, self._places]
 
     def _histories(self) -> Histories:
         """What can be exported: a where it can be computed, energies where there is an account; consistent units."""
-        found = {"u": History(self.u, "", "displacement"), "v": History(self.v, "", "velocity")}
+        found = {"u": History(np.asarray(self.u), "", "displacement"), "v": History(np.asarray(self.v), "", "velocity")}
         if self._has_a:
-            found["a"] = History(self.a, "", "acceleration")
+            found["a"] = History(np.asarray(self.a), "", "acceleration")
         if self.account is not None:
             energies = {"energy": self.energy, "work": self.account.work, "damped": self.account.damped}
             found |= {name: History(x, "", name) for name, x in energies.items()}
@@ -102,7 +103,10 @@ class StructureResponse(Response):
     def energy(self) -> Array:
         """Kinetic and strain energy (n+1,). Raises ValueError without an account."""
         if self.account is None:
-            raise ValueError("expected an account of energy, got a march without one; march with account=True")
+            raise ValueError(
+                "expected an account of energy, got a march without one; march with account=True, which "
+                "takes symmetric M and K"
+            )
         return self.account.kinetic + self.account.strain
 
     def at(self, dof: "Dof") -> tuple[Array, Array, Array | None]:
@@ -117,8 +121,9 @@ class StructureResponse(Response):
 
     @cached_property
     def absolute_a(self) -> Array:
-        """Absolute acceleration (n+1, k) on a moving base: a + iota a_g. Raises ValueError where no base moves."""
+        """Absolute acceleration (n+1, k) on a moving base: a + iota a_g of each motion. Raises ValueError for none."""
         s = self.structure
-        if s.influence is None or s.ground is None:
+        if not s.motions:
             raise ValueError("expected a structure on a moving base, got none; see Structure.ground_motion")
-        return self.a + s.ground(self.t)[:, None] * s.influence[self._places]
+        base = sum(record(self.t)[:, None] * iota[self._places] for iota, record in s.motions)
+        return np.asarray(self.a) + base

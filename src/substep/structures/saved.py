@@ -11,10 +11,12 @@ from ..core.loads import is_known, values_at
 from ..core.schemes import Scheme
 from .damping import Rayleigh
 from .matrices import arrays_of
+from .step_lengths import reach, rms
 from .structure import Structure
 
 BUFFER = 1 << 20  # doubles of histories in memory at a time
 IN_MEMORY = 1 << 27  # doubles of histories that a response reads into memory
+STATES = 4  # at which an internal force is, of the size of the start or of static displacements
 INSTANTS = 257  # at which a load of the user's own is sampled, to recognise the march
 
 
@@ -43,6 +45,9 @@ class Saved:
                 "end or choice of rows; give save another path, or remove that one"
             )
         self.targets: list[Any] = [self.group[kind] for kind in "uva"[: shape[1]]]
+        self.shape = (shape[0], shape[2])
+        for target in self.targets:  # shorter where a run ended before
+            target.resize(self.shape)
         self.buffer: list[Array] = []
         self.first = 0
 
@@ -68,8 +73,11 @@ class Saved:
 
     def read(self, rows: int) -> list[Any]:
         """u, v and a (rows, k): in memory, or as Zarr arrays where they take more than a gigabyte."""
-        small = rows * self.targets[0].shape[1] * len(self.targets) <= IN_MEMORY
-        return [target[:rows] if small else target for target in self.targets]
+        if rows * self.shape[1] * len(self.targets) <= IN_MEMORY:
+            return [target[:rows] for target in self.targets]
+        for target in self.targets:
+            target.resize((rows, self.shape[1]))
+        return self.targets
 
     def checkpoint(self, arrays: dict[str, Any], **numbers: Any) -> None:
         """Write the rows that are in memory, then the state."""
@@ -87,7 +95,7 @@ class Saved:
 
 
 def digest(structure: Structure, scheme: Scheme, h: float, n: int, *others: Any) -> str:
-    """What distinguishes one march from another; functions of the user's are recognised by values of loads only."""
+    """What distinguishes one march from another; functions of the user's are recognised by values at fixed states."""
     found = hashlib.sha256(repr((scheme, h, n, others, structure.names)).encode())
     if scheme.info.declaration is not None:
         found.update(scheme.kernels.__name__.encode())
@@ -102,4 +110,12 @@ def digest(structure: Structure, scheme: Scheme, h: float, n: int, *others: Any)
     for _, load in structure.loads:
         found.update(repr(load).encode() if is_known(load) else b"function")
         found.update(values_at(load, np.linspace(0.0, n * h, INSTANTS)).tobytes())
+    if (force := structure.internal) is not None:
+        sizes = max(reach(structure, n * h), h * rms(structure.v0)), rms(structure.v0)
+        random = np.random.default_rng(0)
+        for t in random.uniform(0.0, n * h, STATES):
+            u, v = (size * random.normal(size=structure.size) for size in sizes)
+            found.update(force(t, u, v).tobytes())
+            if force.potential is not None:
+                found.update(np.float64(force.energy(u)).tobytes())
     return found.hexdigest()

@@ -1,5 +1,6 @@
 """A structure: M a + C v + N(u) = load, with its constraints, loads and start; made and checked by `structure`."""
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
@@ -13,7 +14,7 @@ from ..core.errors import called_as, real_array, real_number, unknown_name
 from ..core.loads import Load, Record, values_at
 from .damping import ModalDamping, Rayleigh
 from .internal_force import InternalForce
-from .matrices import Matrix, checked, combination, reduced, vector
+from .matrices import Matrix, checked, combination, finite, is_identity, reduced, vector
 from .solvers import SingularMatrix, Solver, factorize
 
 if TYPE_CHECKING:
@@ -30,7 +31,7 @@ class Structure:
     M, K (n, n), K the tangent at u0 where there is an internal force; C a matrix, one of low rank where modes are
     damped, Rayleigh damping, or None. T (N, n): the displacements of all N degrees of freedom are T q.
     loads: pairs of a vector (n,) and a function of time. u0, v0 (n,). names: of all N degrees of freedom, or empty.
-    influence, ground: of a ground motion, displacements (N,) for a unit motion of the base, and its acceleration.
+    motions: of the ground, pairs of displacements (N,) for a unit motion of the base, and its acceleration.
     """
 
     M: Matrix
@@ -43,8 +44,7 @@ class Structure:
     names: tuple[str, ...]
     solver: Solver
     a0_given: Array | None = None
-    influence: Array | None = None
-    ground: Record | None = None
+    motions: tuple[tuple[Array, Record], ...] = ()
     full_mass: Matrix = None
     internal: InternalForce | None = None
 
@@ -56,7 +56,7 @@ class Structure:
     @cached_property
     def all_free(self) -> bool:
         """Whether the free degrees of freedom are all there are: T is the identity."""
-        return self.T.shape[0] == self.size == self.T.nnz and bool((self.T.diagonal() == 1.0).all())
+        return is_identity(self.T)
 
     @cached_property
     def damping(self) -> Matrix:
@@ -142,23 +142,39 @@ class Structure:
         """The number of a degree of freedom, by name or number. Raises ValueError for one that is not there."""
         return _place(dof, self.names, self.T.shape[0])
 
+    def kept(self, dofs: Iterable[Dof] | None) -> list[Dof]:
+        """Degrees of freedom that are asked for, by default all. Raises ValueError for what is no list of them."""
+        if isinstance(dofs, str) or not isinstance(dofs, Iterable | None):
+            raise ValueError(f"expected dofs as a list of names or numbers, got {dofs!r}; give [{dofs!r}]")
+        found = list(self.names or range(self.T.shape[0])) if dofs is None else list(dofs)
+        for dof in found:
+            self.place(dof)
+        return found
+
     def ground_motion(self, record: Record, direction: ArrayLike) -> "Structure":
-        """The same structure on a base that moves: the load -M iota a_g, displacements relative to the base.
+        """The same structure on a base that moves, also: the load -M iota a_g, displacements relative to the base.
 
         record: ground acceleration a_g. direction: iota (N,), the displacement of each degree of freedom where the base
-        moves by one, or names or numbers of those that do. Raises ValueError for another shape or unknown names.
+        moves by one, or names or numbers of those that do; 1.0 for all. Raises ValueError for another shape, unknown
+        names, and integers of which it is not plain whether they are displacements or numbers of degrees of freedom.
         """
         if not isinstance(record, Record):
             raise ValueError(f"expected the ground acceleration as ss.Record(dt, values), got {type(record).__name__}")
         iota = self.influence_of(direction)
         shape = -(self.T.T @ (self.full_mass @ iota))
-        return replace(self, loads=(*self.loads, (shape, record)), influence=iota, ground=record)
+        return replace(self, loads=(*self.loads, (shape, record)), motions=(*self.motions, (iota, record)))
 
     def influence_of(self, direction: ArrayLike) -> Array:
         """iota (N,) of a direction as `ground_motion` takes it, and raising what it does."""
         N = self.T.shape[0]
         given = np.asarray(direction)
-        if given.dtype.kind in "US" or (given.dtype.kind in "iu" and given.shape != (N,)):
+        numbers = given.dtype.kind in "iu"
+        if numbers and (given.ndim == 0 or (given.shape == (N,) and not np.isin(given, (0, 1)).all())):
+            raise ValueError(
+                f"expected a direction as displacements, such as 1.0 for all, or as a list of degrees of freedom, such "
+                f"as [1], got {direction!r}, which may be either; write displacements with a decimal point"
+            )
+        if given.dtype.kind in "US" or (numbers and given.shape != (N,)):
             iota = np.zeros(N)
             iota[[self.place(x) for x in np.atleast_1d(given).tolist()]] = 1.0
         else:
@@ -226,20 +242,19 @@ def structure(
     solver: "auto", "dense", "superlu", "pardiso", or a function from a matrix to a function b -> x.
 
     Raises ValueError for both or neither of K and internal_force, for other shapes, complex or not finite entries,
-    unknown names, a load on a fixed degree of freedom, and a start that violates the constraints.
+    unknown names, names twice, a load on a fixed degree of freedom, constraints that are dependent or leave nothing
+    free, and a start that violates them.
     """
     mass = checked("M", M)
     N = mass.shape[0]
     if (K is None) == (internal_force is None) or (internal_force is None) != (tangent is None):
         raise ValueError("expected K, or internal_force with its tangent; give one of the two")
-    known = tuple(names)
-    if known and (len(known) != N or len(set(known)) != N):
-        raise ValueError(f"expected {N} different names, one for each degree of freedom, got {len(known)}")
+    known = _names(names, N)
     held = sorted({_place(dof, known, N) for dof in fixed})
     T = _transformation(N, held, constraints)
     internal = None if internal_force is None else InternalForce(T, internal_force, tangent, potential)
-    start = {name: vector(name, x, N) for name, x in (("u0", u0), ("v0", v0), ("a0", a0)) if x is not None}
-    free = {name: _independent(name, x, T) for name, x in start.items()}
+    start = {"u0": u0, "v0": v0, "a0": a0}
+    free = {name: _independent(name, x, T, known) for name, x in start.items() if x is not None}
     stiffness = (
         reduced(checked("K", K, N), T) if internal is None else internal.stiffness(0.0, free["u0"], free["v0"])[0]
     )
@@ -274,33 +289,59 @@ def loads_of(s: Structure, load: Any) -> tuple[tuple[Array, Load], ...]:
     return tuple((s.T.T @ _shape(P, s.names, held, s.T.shape[0]), _function(g)) for P, g in _pairs(load))
 
 
+def _names(names: Sequence[str], N: int) -> tuple[str, ...]:
+    known = tuple(names)
+    if known and len(known) != N:
+        raise ValueError(f"expected {N} different names, one for each degree of freedom, got {len(known)}")
+    for name, times in Counter(known).items():
+        if not isinstance(name, str):
+            raise ValueError(f"expected names of degrees of freedom as strings, got {name!r}; or leave names out")
+        if times > 1:
+            raise ValueError(f"expected {N} different names, got {name!r} {times} times; rename all but one")
+    return known
+
+
 def _transformation(N: int, held: Sequence[int], constraints: Any) -> Matrix:
     """T (N, n), sparse."""
     from scipy import sparse  # noqa: PLC0415
 
     if constraints is None:
+        if len(held) == N:
+            raise ValueError(f"expected a degree of freedom that is not fixed, got all {N} fixed; leave one free")
         return sparse.eye_array(N, format="csr")[:, np.setdiff1d(np.arange(N), held)]
-    T = sparse.csr_array(constraints, dtype=np.float64)
-    shape: tuple[int, ...] = np.shape(T)
-    if len(shape) != 2 or shape[0] != N or shape[1] > N:
-        raise ValueError(f"expected constraints T ({N}, n) with n <= {N}, got shape {shape}")
+    given = finite("constraints T", constraints)
+    shape: tuple[int, ...] = np.shape(given)
+    if len(shape) != 2 or shape[0] != N or not 1 <= shape[1] <= N:
+        raise ValueError(f"expected constraints T ({N}, n) with n from 1 to {N}, got shape {shape}")
+    T = sparse.csr_array(given)
     if held and abs(T[held]).sum() > 0.0:
         raise ValueError("expected constraints under which fixed degrees of freedom do not move; clear their rows")
+    try:
+        factorize(sparse.csr_array(T.T @ T))
+    except SingularMatrix as error:
+        raise ValueError(
+            f"expected constraints T with independent columns, got column {error.place} dependent on others; leave it "
+            "out"
+        ) from error
     return T
 
 
-def _independent(name: str, x: Array, T: Matrix) -> Array:
-    """q with T q = x. Raises ValueError where there is none: a start that violates the constraints."""
-    if T.shape[1] == T.shape[0]:
+def _independent(name: str, given: ArrayLike, T: Matrix, names: tuple[str, ...]) -> Array:
+    """q with T q = x, of one number for all that are not fixed. Raises ValueError where there is none."""
+    x = vector(name, given, T.shape[0])
+    if is_identity(T):
         return x
-    gram = T.T @ T
-    q = factorize(gram)(T.T @ x)
-    if np.abs(T @ q - x).max() > 1e-10 * max(1e-300, float(np.abs(x).max())):
-        if np.ptp(x) == 0.0:  # one number for all stands for the free ones
-            return q
-        worst = int(np.argmax(np.abs(T @ q - x)))
+    moving = np.asarray(abs(T).sum(axis=1)).ravel() > 0.0
+    if np.ndim(given) == 0:
+        x = x * moving
+    q = factorize(T.T @ T)(T.T @ x)
+    off = np.abs(T @ q - x)
+    if off.max() > 1e-10 * max(1e-300, float(np.abs(x).max())):
+        worst = int(np.argmax(off))
+        kind, of = "constrained" if moving[worst] else "fixed", f"'{names[worst]}'" if names else worst
         raise ValueError(
-            f"expected {name} that keeps the constraints, got {x[worst]} at the fixed degree of freedom {worst}"
+            f"expected {name} that keeps the constraints, got {x[worst]} at the {kind} degree of freedom {of}, where "
+            f"they give {(T @ q)[worst]:.6g} at best; give {name} = T q"
         )
     return q
 

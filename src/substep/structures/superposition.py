@@ -18,8 +18,9 @@ from ..core.schemes import scheme as make_scheme
 from ..marching.histories import histories
 from ..marching.linear import march_linear
 from ..marching.oscillators import Oscillators
-from ..marching.run import number_of_steps
+from ..marching.run import number_of_steps, require_stride
 from .modes import Modes
+from .refusals import require_linear
 from .response import StructureResponse
 from .structure import Dof, structure
 
@@ -45,15 +46,16 @@ def superpose(
     time, their residual flexibility; u alone is corrected, and it is that of the load already at t = 0. The part of the
     start and of loads that the modes do not have is left out otherwise. There is no account of energy.
 
-    Raises ValueError for what `march` does, for unknown degrees of freedom, for damping with a scheme that takes none,
-    and for static_correction of a free body not all of whose rigid modes are given.
+    Raises ValueError for what `march` does, for a structure with an internal force, for unknown degrees of freedom, for
+    damping with a scheme that takes none, and for static_correction of a free body not all of whose rigid modes are
+    given.
     """
     if others:
         known = ("dofs", "stride", "static_correction")
         raise unknown_name("an argument of march for modes", next(iter(others)), known)
     s, h, n = _checked(modes, scheme, dt, t_end, stride)
     whole = modes.structure
-    kept = list(dofs) if dofs is not None else list(whole.names or range(whole.T.shape[0]))
+    kept = whole.kept(dofs)
     places = [whole.place(dof) for dof in kept]
     shapes = np.ascontiguousarray((whole.T[places] @ modes.free_shapes).T)
     rows = np.empty((n // stride + 1, 3, len(places)))
@@ -110,14 +112,14 @@ def modal_lanes(modes: Modes, dt: float) -> list[Lanes]:
 def _checked(
     modes: Modes, scheme: Scheme | str, dt: float | None, t_end: float, stride: int
 ) -> tuple[Scheme, float, int]:
+    require_linear(modes.structure, "superposition of modes")
     s = make_scheme(scheme)
     require_numbers(s.name, s.parameters, "march once for each")
     if dt is None:
         raise ValueError("expected dt, a constant step, for modes, got none; give dt, or march the structure with tol")
     if not s.info.damping and modes.damping.any():
         raise ValueError(f"{s.name} is a scheme for u'' = g(t, u): expected modes without damping; take another scheme")
-    if stride < 1:
-        raise ValueError(f"expected stride >= 1, got {stride}")
+    require_stride(stride)
     h = real_number("dt", dt, positive=True)
     return s, h, number_of_steps(h, real_number("t_end", t_end, positive=True))
 

@@ -13,6 +13,7 @@ from ...core.errors import called_as, real_number, unknown_name
 from ...core.schemes import Scheme, schemes
 from ...core.schemes import scheme as make_scheme
 from ...structures.modes import Modes
+from ...structures.refusals import require_linear
 from ...structures.response import StructureResponse
 from ...structures.structure import Dof, Structure
 from .prediction import Parts, Prediction
@@ -142,7 +143,7 @@ def choose(
     nonzero of K twice a balance, as if a factorization had no fill, which is least for direct steps.
 
     Raises ValueError for an accuracy or span that is not positive, an unknown quantity, model or scheme, a degree of
-    freedom that does not move, and as `Structure.modes`.
+    freedom that does not move, a structure with an internal force, and as `Structure.modes`.
     """
     accuracy, t_end = real_number("accuracy", accuracy, positive=True), real_number("t_end", t_end, positive=True)
     if model not in get_args(Model):
@@ -151,6 +152,7 @@ def choose(
         known = structure if modes is None else structure.first(modes)
     else:
         known = known_modes(structure, modes)
+    require_linear(known.structure, "a choice by its modes")
     known.structure.place(quantity)
     methods = [make_scheme(s) for s in (schemes() if among is None else among)]
     methods = [s for s in methods if s.info.damping or not known.damping.any()]

@@ -1,0 +1,55 @@
+"""What is refused of a structure before anything is computed: schemes and questions that do not fit it."""
+
+from ..core.schemes import Scheme
+from .matrices import asymmetry, diagonal_of, indefinite
+from .plan import step_of
+from .structure import Structure
+
+
+def require_suited(structure: Structure, scheme: Scheme, h: float) -> None:
+    """Raises ValueError for a scheme, or the one that starts it, that is not for this structure in steps of h.
+
+    Damping is not for a scheme of u'' = g(t, u). Degrees of freedom without mass are not for a scheme none of whose
+    balances has K on its unknown: what it computes of them is nothing the equation of motion says, or not defined.
+    """
+    one: Scheme | None = scheme
+    while one is not None:
+        who = one.name if one is scheme else f"{one.name}, which starts {scheme.name},"
+        if not one.info.damping and structure.C is not None:
+            raise ValueError(
+                f"{who} is a scheme for u'' = g(t, u): expected a structure without damping; take another scheme"
+            )
+        if len(structure.massless) and not any(x.linear_stiffness[x.place] for x in step_of(one, h).systems):
+            raise ValueError(
+                f"{who} is explicit: expected mass at each degree of freedom, got none at "
+                f"{structure.named(int(structure.massless[0]))}; condense such degrees of freedom, or take an implicit "
+                "scheme"
+            )
+        one = one.starter
+
+
+def require_definite_mass(structure: Structure) -> None:
+    """Raises ValueError for a symmetric M with a negative eigenvalue, of which no motion of a structure is."""
+    M = structure.M
+    if diagonal_of(M) is None and asymmetry(M) > 0.0:
+        return  # as of a fluid beside a structure
+    if (place := indefinite(M)) is not None:
+        raise ValueError(
+            "expected a mass matrix M without negative eigenvalues, got one that gives negative kinetic energy to a "
+            f"motion that shows most in degree of freedom {structure.named(place)}; correct its entries there"
+        )
+
+
+def require_linear(structure: Structure, what: str) -> None:
+    """Raises ValueError for a structure with an internal force, of which the tangent at u0 alone would count."""
+    if structure.internal is not None:
+        raise ValueError(
+            f"expected a linear structure for {what}, got one with internal_force, of which it would know the tangent "
+            "at u0 only; march the structure itself, or linearise it on purpose by structure(M, tangent(u0), ...)"
+        )
+
+
+def unsymmetric(structure: Structure) -> str | None:
+    """M or K where it is not symmetric, so that no energy belongs to it: the work of a force is added up without K."""
+    matrices = {"M": structure.M} | ({"K": structure.K} if structure.internal is None else {})
+    return next((name for name, matrix in matrices.items() if asymmetry(matrix) > 1e-10), None)
