@@ -41,8 +41,7 @@ from .explorer import explorer
 from .lines import folded
 
 if TYPE_CHECKING:
-    from substep_derive.study.equivalence import Equivalence
-
+    from ..derived.facade import Equivalence
     from ..studies.failures import Row
     from ..thesis.claims.judgement import Judgement
 
