@@ -9,10 +9,9 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
-from functools import cache, partial
+from functools import partial
 from multiprocessing import active_children
 from pathlib import Path
-from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -50,56 +49,6 @@ def test_lists_have_every_one_within_80_columns(command: str, option: str, monke
     assert ("growth U2-V3: in the first step u grows like Omega^2, v/omega like Omega^3" in lines) == (
         (command, option) == ("schemes", "")
     )
-
-
-@pytest.mark.parametrize("name", ss.schemes())
-def test_show_prints_the_facts_within_the_terminal(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("COLUMNS", "80")
-    result = runner.invoke(app, ["show", name])
-    assert result.exit_code == 0, result.output
-    for word in ("state: u", "order of u, v, a: ", "rho_inf: ", "overshoot: U", "K_eff of balance 1: ", "--part"):
-        assert word in result.output
-    words = [line for line in result.output.splitlines() if len(line) > 80]
-    assert all(" " not in line.strip() for line in words)  # one factor may be wider than the terminal
-
-
-@pytest.mark.parametrize("name", ss.schemes())
-def test_show_prints_the_closed_forms(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    original = facade.closed_forms
-    derived = cache(lambda name, part: list(original(name, part)))
-    monkeypatch.setattr(facade, "closed_forms", derived)  # derived once for all ways to print
-    text = runner.invoke(app, ["show", name, "--part", "all"])
-    assert text.exit_code == 0, text.output
-    for word in ("K_eff", "den = ", "N_12", "rho_inf", "numerical damping", "period error"):
-        assert word in text.output
-    assert "**" not in text.output
-    latex = runner.invoke(app, ["show", name, "--latex"])
-    assert latex.exit_code == 0
-    assert latex.output.count(r"\[") == latex.output.count(r"\]") > 10
-    assert r"\Omega" in latex.output
-
-
-@pytest.mark.parametrize("name", ["bathe", "hht_alpha", "wilson_theta"])
-def test_show_writes_a_page_that_is_typeset(name: str, tmp_path: Path) -> None:
-    page = tmp_path / "page.html"
-    assert runner.invoke(app, ["show", name, "--html", str(page)]).exit_code == 0
-    body = page.read_text(encoding="utf-8").split("<body>")[1].split("</body>")[0]
-    root = ElementTree.fromstring(f"<body>{body.replace('&InvisibleTimes;', ' ')}</body>")
-    assert len(root.findall(".//math")) > 10
-
-
-def test_show_prints_a_part_as_a_paper_does() -> None:
-    stiffness = runner.invoke(app, ["show", "newmark_bdf2", "--part", "stiffness"]).output
-    assert "K_eff = C*(2 - gamma_t)/(h*(1 - gamma_t))" in stiffness
-    assert "den" not in stiffness
-    assert "beta >= 0" in runner.invoke(app, ["conditions", "newmark"]).output
-    assert runner.invoke(app, ["show", "bathe", "--part", "nothing"]).exit_code == 2
-
-
-def test_show_of_an_unknown_scheme_names_the_nearest() -> None:
-    result = runner.invoke(app, ["show", "bath"])
-    assert result.exit_code == 2
-    assert "bathe" in result.output
 
 
 def test_certify_prints_the_proof_and_reads_exact_numbers() -> None:
