@@ -1,5 +1,6 @@
 """The command `substep show`."""
 
+from functools import cache
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -8,6 +9,7 @@ from typer.testing import CliRunner
 
 import substep as ss
 from substep.cli.commands import app
+from substep.derived import facade
 
 runner = CliRunner()
 
