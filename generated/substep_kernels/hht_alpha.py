@@ -180,7 +180,7 @@ def _defect(Omega, xi, alpha):
 
 @_inline
 def _refused(Omega, xi, radius):
-    """A negative integer if Omega or xi is negative or -0, or the sum is not finite: bits beyond the largest number's."""
+    """A negative integer if Omega or xi is negative or -0, or their sum is not finite: bits beyond the largest one."""
     a, b, largest = np.float64(Omega).view(np.int64), np.float64(xi).view(np.int64), np.int64(0x7FEFFFFFFFFFFFFF)
     return a | b | (largest - np.float64(abs(Omega + xi + radius)).view(np.int64))
 
