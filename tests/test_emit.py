@@ -328,7 +328,7 @@ def test_the_command_prints_a_declaration_of_ones_own(tmp_path: Path) -> None:
     assert run(sys.executable, "implicit.py", folder=tmp_path).stdout.startswith("implicit: passed")
     for wrong, message in (
         ([f"{file}:explicit", "--language", "c"], "it declares: implicit"),
-        ([f"{tmp_path}/none.py:implicit", "--language", "c"], "No such file"),
+        ([f"{tmp_path}/none.py:implicit", "--language", "c"], "which is not there"),
         (["newmark", "--language", "c", "--out", str(tmp_path / "none" / "newmark.c")], "make it first"),
     ):
         result = runner.invoke(app, ["emit", *wrong], env={"COLUMNS": "400"})

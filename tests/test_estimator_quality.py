@@ -144,9 +144,9 @@ def test_bad_grids_are_refused() -> None:
 def test_the_command_line_says_what_and_why() -> None:
     result = runner.invoke(app, ["estimator", "newmark", "--beta", "1/4", "--gamma", "1/2"])
     assert result.exit_code == 0, result.output
-    assert "error of u_1, order 2: -h**2*(a_0 - a_1)/12" in result.output
+    assert "error of u_1, order 2: -h^2*(a_0 - a_1)/12" in result.output
     assert "a_-1: of the step before" in result.output
-    assert "4*M/(2*C*h + K*h**2 + 4*M)" in result.output
+    assert "4*M/(2*C*h + K*h^2 + 4*M)" in result.output
     blind = runner.invoke(app, ["estimator", "average_acceleration", "--held-only"])
     assert blind.exit_code == 2
     assert "blind in v" in blind.output.replace("\n", " ")

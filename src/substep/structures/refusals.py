@@ -1,7 +1,7 @@
 """What is refused of a structure before anything is computed: schemes and questions that do not fit it."""
 
 from ..core.schemes import Scheme
-from .matrices import asymmetry, diagonal_of, indefinite
+from .matrices import asymmetry
 from .plan import step_of
 from .structure import Structure
 
@@ -30,10 +30,7 @@ def require_suited(structure: Structure, scheme: Scheme, h: float) -> None:
 
 def require_definite_mass(structure: Structure) -> None:
     """Raises ValueError for a symmetric M with a negative eigenvalue, of which no motion of a structure is."""
-    M = structure.M
-    if diagonal_of(M) is None and asymmetry(M) > 0.0:
-        return  # as of a fluid beside a structure
-    if (place := indefinite(M)) is not None:
+    if (place := structure.indefinite) is not None:
         raise ValueError(
             "expected a mass matrix M without negative eigenvalues, got one that gives negative kinetic energy to a "
             f"motion that shows most in degree of freedom {structure.named(place)}; correct its entries there"

@@ -12,9 +12,20 @@ from numpy.typing import ArrayLike
 from ..core.arrays import Array
 from ..core.errors import called_as, real_array, real_number, unknown_name
 from ..core.loads import Load, Record, values_at
+from .constraints import independent, transformation
 from .damping import ModalDamping, Rayleigh
 from .internal_force import InternalForce
-from .matrices import Matrix, checked, combination, finite, is_identity, reduced, vector
+from .matrices import (
+    Matrix,
+    asymmetry,
+    checked,
+    combination,
+    diagonal_of,
+    indefinite,
+    is_identity,
+    reduced,
+    vector,
+)  # fmt: skip
 from .solvers import SingularMatrix, Solver, factorize
 
 if TYPE_CHECKING:
@@ -69,6 +80,14 @@ class Structure:
     def massless(self) -> Array:
         """The degrees of freedom without mass: rows of M that are zero."""
         return np.flatnonzero(np.asarray(abs(self.M).sum(axis=1)).ravel() == 0.0)
+
+    @cached_property
+    def indefinite(self) -> int | None:
+        """Where M, if it is symmetric, gives negative energy to a motion: the free degree of freedom that shows most.
+
+        None where it does not, or M is not symmetric, as of a fluid beside a structure.
+        """
+        return None if diagonal_of(self.M) is None and asymmetry(self.M) > 0.0 else indefinite(self.M)
 
     @cached_property
     def load_vectors(self) -> Array:
@@ -251,10 +270,10 @@ def structure(
         raise ValueError("expected K, or internal_force with its tangent; give one of the two")
     known = _names(names, N)
     held = sorted({_place(dof, known, N) for dof in fixed})
-    T = _transformation(N, held, constraints)
+    T = transformation(N, held, constraints)
     internal = None if internal_force is None else InternalForce(T, internal_force, tangent, potential)
     start = {"u0": u0, "v0": v0, "a0": a0}
-    free = {name: _independent(name, x, T, known) for name, x in start.items() if x is not None}
+    free = {name: independent(name, x, T, known) for name, x in start.items() if x is not None}
     stiffness = (
         reduced(checked("K", K, N), T) if internal is None else internal.stiffness(0.0, free["u0"], free["v0"])[0]
     )
@@ -299,51 +318,6 @@ def _names(names: Sequence[str], N: int) -> tuple[str, ...]:
         if times > 1:
             raise ValueError(f"expected {N} different names, got {name!r} {times} times; rename all but one")
     return known
-
-
-def _transformation(N: int, held: Sequence[int], constraints: Any) -> Matrix:
-    """T (N, n), sparse."""
-    from scipy import sparse  # noqa: PLC0415
-
-    if constraints is None:
-        if len(held) == N:
-            raise ValueError(f"expected a degree of freedom that is not fixed, got all {N} fixed; leave one free")
-        return sparse.eye_array(N, format="csr")[:, np.setdiff1d(np.arange(N), held)]
-    given = finite("constraints T", constraints)
-    shape: tuple[int, ...] = np.shape(given)
-    if len(shape) != 2 or shape[0] != N or not 1 <= shape[1] <= N:
-        raise ValueError(f"expected constraints T ({N}, n) with n from 1 to {N}, got shape {shape}")
-    T = sparse.csr_array(given)
-    if held and abs(T[held]).sum() > 0.0:
-        raise ValueError("expected constraints under which fixed degrees of freedom do not move; clear their rows")
-    try:
-        factorize(sparse.csr_array(T.T @ T))
-    except SingularMatrix as error:
-        raise ValueError(
-            f"expected constraints T with independent columns, got column {error.place} dependent on others; leave it "
-            "out"
-        ) from error
-    return T
-
-
-def _independent(name: str, given: ArrayLike, T: Matrix, names: tuple[str, ...]) -> Array:
-    """q with T q = x, of one number for all that are not fixed. Raises ValueError where there is none."""
-    x = vector(name, given, T.shape[0])
-    if is_identity(T):
-        return x
-    moving = np.asarray(abs(T).sum(axis=1)).ravel() > 0.0
-    if np.ndim(given) == 0:
-        x = x * moving
-    q = factorize(T.T @ T)(T.T @ x)
-    off = np.abs(T @ q - x)
-    if off.max() > 1e-10 * max(1e-300, float(np.abs(x).max())):
-        worst = int(np.argmax(off))
-        kind, of = "constrained" if moving[worst] else "fixed", f"'{names[worst]}'" if names else worst
-        raise ValueError(
-            f"expected {name} that keeps the constraints, got {x[worst]} at the {kind} degree of freedom {of}, where "
-            f"they give {(T @ q)[worst]:.6g} at best; give {name} = T q"
-        )
-    return q
 
 
 def _pairs(load: Any) -> list[tuple[Any, Any]]:
