@@ -43,7 +43,7 @@ def _radius_panel(axes: Axes, radii: Iterable[Array]) -> None:
     of an explicit one grows like a power of Omega, beside which all others would be a flat line at 0.
     """
     axes.set_xscale("log")
-    axes.set_ylim(0.0, 1.1 if all(np.nanmax(radius) < 1.1 for radius in radii) else 2.0)
+    axes.set_ylim(0.0, 1.1 if all(np.nanmax(radius, initial=0.0) < 1.1 for radius in radii) else 2.0)
     axes.axhline(1.0, color="0.5", linewidth=0.6)
 
 
