@@ -89,9 +89,8 @@ def judged(
         bad = [motion for motion, order in u.items() if order is not None and order < claims.order - 0.5]
         unknown = any(order is not None and math.isnan(order) for order in u.values())
         text = ", ".join(f"{motion}: {written(order)}" for motion, order in u.items())
-        verdict = "not judged" if not u or (unknown and not bad) else "true" if not bad else "partly"
-        if bad and len(bad) == len(u):
-            verdict = "false"
+        fails: Verdict = "false" if len(bad) == len(u) else "partly"
+        verdict = fails if bad else "not judged" if unknown or not u else "true"
         judge("order", claims.order, text, verdict, bad)
     if claims.rho_inf is not None:
         near = abs(rho_inf - claims.rho_inf) <= RADIUS

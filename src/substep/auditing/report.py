@@ -94,8 +94,9 @@ class Report:
 
     @property
     def order(self) -> float | None:
-        """The least order of u over the motions; None where all are exact or none was run."""
-        return min((order[0] for order in self.orders.values() if order[0] is not None), default=None)
+        """The least order of u over the motions; None where all are exact, not measured, or none was run."""
+        known = (order[0] for order in self.orders.values())
+        return min((x for x in known if x is not None and not math.isnan(x)), default=None)
 
     @property
     def text(self) -> str:

@@ -44,13 +44,12 @@ def march_structure(
     """The response of a structure from t = 0 to t_end in steps of dt, or of tol; `substep.march` calls it.
 
     dofs: names or numbers of the degrees of freedom to keep, all by default. stride: keep every stride-th step.
-    account: whether to add up energies, at three products with matrices a step; a warning is given where the scheme
-    has dissipated or gained more than 5 % of the energy in play, and where M or K is not symmetric, so that there is no
-    account. save: a folder for a Zarr store, written as the march goes on;
-    the same call again goes on from the last checkpoint, even after a kill, and a linear structure then gives the same
-    to the bit. progress: a bar on the terminal once a second has passed. newton: "simplified" keeps a tangent while the
-    iteration contracts by a factor of 5, "full" takes one in every iteration; line_search: halve a correction by which
-    the residual grows.
+    account: whether to add up energies, at three products with matrices a step; a warning is given where the scheme has
+    dissipated or gained more than 5 % of the energy in play, and where M or K is not symmetric, so that there is no
+    account. save: a folder for a Zarr store, written as the march goes on; the same call again goes on from the last
+    checkpoint, even after a kill, and a linear structure then gives the same to the bit. progress: a bar on the
+    terminal once a second has passed. newton: "simplified" keeps a tangent while the iteration contracts by a factor of
+    5, "full" takes one in every iteration; line_search: halve a correction by which the residual grows.
 
     tol: steps are chosen in place of dt, by the estimates and the controller of scenes (docs/adaptive.md). A step is
     accepted if the root of the mean square of its estimated errors of u and v over all free degrees of freedom, each

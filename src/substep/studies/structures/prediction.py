@@ -17,7 +17,7 @@ from ...structures.eigen import static_response
 from ...structures.low_rank import LowRank
 from ...structures.modes import Modes
 from ...structures.structure import Dof
-from ...structures.superposition import coordinates, modal_lanes
+from ...structures.superposition import coordinates, modal_lanes, residual_flexibility
 
 SAMPLES, PHASES = 50, 8  # errors are reported at least so often, and so often in a vibration
 SIGNIFICANT = 0.01  # of the largest displacement: a mode that vibrates with less does not count for PHASES
@@ -215,11 +215,7 @@ class Prediction:
     def _energy_beyond(self) -> float:
         """Twice the energy that the start has beside the known modes and the static response of all others."""
         modes, whole = self.modes, self.modes.structure
-        elastic = slice(modes.rigid, None)
-        static = modes.statics - modes.free_shapes[:, elastic] @ (
-            modes.load_factors[elastic] / modes.omega[elastic, None] ** 2
-        )
-        u = whole.u0 - modes.free_shapes @ modes.start[0] - static @ self.samples(1)[0]
+        u = whole.u0 - modes.free_shapes @ modes.start[0] - residual_flexibility(modes) @ self.samples(1)[0]
         v = whole.v0 - modes.free_shapes @ modes.start[1]
         return float(max(u @ (whole.K @ u), 0.0) + v @ (whole.M @ v))
 
