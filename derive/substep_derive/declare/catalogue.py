@@ -50,5 +50,5 @@ def _named(name: str, what: str, declared: tuple[Any, ...]) -> Any:
     if name not in found:
         near = get_close_matches(name, found, n=1)
         cure = f"did you mean '{near[0]}'? " if near else ""
-        raise DeclarationError(f"expected a {what}, got '{name}'; {cure}one of: {', '.join(found)}")
+        raise DeclarationError(f"expected a {what}, got '{name}'; {cure}known are: {', '.join(found)}")
     return found[name]
