@@ -46,7 +46,9 @@ def main() -> None:
     """Parse the options and run."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
     parser.add_argument("--quick", action="store_true", help="fewer schemes, rounds and steps: about a minute")
-    parser.add_argument("--full", action="store_true", help="also compile the whole committed set from nothing")
+    parser.add_argument(
+        "--full", action="store_true", help="also compile every scheme, and the whole committed set, from nothing"
+    )
     parser.add_argument("--only", action="append", choices=NAMES, metavar="NAME", help=f"one of {', '.join(NAMES)}")
     parser.add_argument(
         "--cpu", choices=target.CPUS, default="native", help="compile for this machine (default), or for one with AVX2"
@@ -61,7 +63,7 @@ def main() -> None:
         if options.only and module.NAME not in options.only:
             continue
         began = time.perf_counter()
-        full = {"full": options.full} if module is jobs_startup else {}
+        full = {"full": options.full} if module in (jobs_startup, jobs_schemes) else {}
         found = module.job(options.quick, **full)
         jobs.append(found)
         report.show(found, console)

@@ -1,4 +1,7 @@
-"""The declared schemes and scenes by name."""
+"""The declared schemes and scenes by name.
+
+The catalogue is imported when something is looked up in it: to declare it all takes longer than to derive one scheme.
+"""
 
 from difflib import get_close_matches
 from typing import Any
@@ -7,19 +10,17 @@ from sympy import Rational
 
 from .errors import DeclarationError
 from .scene import Scene
-from .scenes import ALL as SCENES
 from .scheme import Scheme
-from .schemes import ALL as SCHEMES
 
 
 def find(scheme: str | Scheme) -> Scheme:
     """The scheme of that name; a declaration is returned as it is. Raises DeclarationError for anything else."""
-    return scheme if isinstance(scheme, Scheme) else _named(scheme, "scheme", SCHEMES)
+    return scheme if isinstance(scheme, Scheme) else _named(scheme, "scheme", _schemes())
 
 
 def find_scene(scene: str | Scene) -> Scene:
     """The scene of that name; a declaration is returned as it is. Raises DeclarationError for anything else."""
-    return scene if isinstance(scene, Scene) else _named(scene, "scene", SCENES)
+    return scene if isinstance(scene, Scene) else _named(scene, "scene", _scenes())
 
 
 def as_member(scheme: Scheme) -> tuple[str, dict[str, Rational]] | None:
@@ -28,11 +29,23 @@ def as_member(scheme: Scheme) -> tuple[str, dict[str, Rational]] | None:
     Candidates are found by name; relations, balances, report and start decide whether the step is the same.
     """
     for name in (scheme.name, scheme.parent):
-        for declared in (one for one in SCHEMES if one.name == name):
+        for declared in (one for one in _schemes() if one.name == name):
             values = {p.name: scheme.fixed[p.name] for p in declared.parameters if p.name in scheme.fixed}
             if len(values) == len(declared.parameters) and _same_step(declared.fix(values), scheme):
                 return declared.name, values
     return None
+
+
+def _schemes() -> tuple[Scheme, ...]:
+    from .schemes import ALL  # noqa: PLC0415
+
+    return ALL
+
+
+def _scenes() -> tuple[Scene, ...]:
+    from .scenes import ALL  # noqa: PLC0415
+
+    return ALL
 
 
 def _same_step(one: Scheme, other: Scheme) -> bool:

@@ -271,7 +271,8 @@ def _embedded(scheme: _Declared) -> None:
     for symbol, e in scheme.embedded.items():
         knots = [s for s in e.free_symbols if knot_of(s)]
         constant = e.subs(dict.fromkeys(knots, 0))
-        if constant != 0 or any(e.diff(one, other) != 0 for one in knots for other in knots):
+        slopes = [e.diff(symbol) for symbol in knots]
+        if constant != 0 or any(slope.diff(s) != 0 for slope in slopes for s in slope.free_symbols.intersection(knots)):
             raise DeclarationError(
                 f"{scheme.name}: expected embedded {symbol} as a linear combination of knots' symbols, got {e}"
             )
