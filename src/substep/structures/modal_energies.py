@@ -34,12 +34,17 @@ class ModalEnergies:
         change = np.diff(q, axis=0, prepend=self.q)
         t = np.maximum(np.arange(first - 1, first + len(q)), 0) * self.h
         work = np.zeros(len(q))
-        for (_, load), moved in zip(modes.structure.loads, (change @ modes.load_factors).T, strict=True):
+        for (_, load), factor in zip(modes.structure.loads, modes.load_factors.T, strict=True):
             force = values_at(load, t)
-            work += 0.5 * (force[:-1] + force[1:]) * moved
-        damped = change**2 @ np.diag(modes.damping) / self.h
+            work += 0.5 * (force[:-1] + force[1:]) * _weighted(change, factor)
+        damped = _weighted(change**2, np.diag(modes.damping)) / self.h
         rows = self.rows[first : first + len(q)]
         rows[:, 0] = 0.5 * np.einsum("ri,ri->r", v, v)
-        rows[:, 1] = 0.5 * (q**2 @ modes.omega**2)
+        rows[:, 1] = 0.5 * _weighted(q**2, modes.omega**2)
         rows[:, 2:] = self.sums + np.cumsum([work, damped], axis=1).T
         self.q, self.sums = q[-1:].copy(), rows[-1, 2:]
+
+
+def _weighted(x: Array, weights: Array) -> Array:
+    """x (r, m) times weights (m,), without BLAS; see `substep.structures.combine`."""
+    return np.einsum("ri,i->r", x, weights)

@@ -26,6 +26,7 @@ from .refusals import require_linear
 from .response import Account, StructureResponse
 from .structure import Dof, structure
 
+ALONE = 1 << 18  # multiplications of a product that OpenBLAS does not share out among threads; see `combine`
 Lanes = tuple[Load | None, Oscillators, Array]  # a load, the lanes under it, and the factor (m,) of each
 
 
@@ -167,12 +168,13 @@ def _added_up(
 
 def _sum(blocks: list[Array], summed: list[Array], to: Array) -> None:
     """Put the sum of blocks (rows, 3, m) times matrices (m, k) into `to` (3 rows, k)."""
-    for i, (block, matrix) in enumerate(zip(blocks, summed, strict=True)):
-        part = block.reshape(len(to), len(matrix))
-        if i == 0:
-            np.matmul(part, matrix, out=to)
-        else:
-            to += part @ matrix
+    m, k = summed[0].shape
+    flat, some = [block.reshape(len(to), m) for block in blocks], max(ALONE // (m * k), 64)
+    for first in range(0, len(to), some):
+        part = slice(first, first + some)
+        np.matmul(flat[0][part], summed[0], out=to[part])
+        for block, matrix in zip(flat[1:], summed[1:], strict=True):
+            to[part] += block[part] @ matrix
 
 
 def _abreast(parts: list[Iterator[tuple[int, Array]]]) -> Iterator[tuple[int, list[Array]]]:
