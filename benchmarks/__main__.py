@@ -13,6 +13,7 @@ from . import (
     jobs_calls,
     jobs_choice,
     jobs_cores,
+    jobs_modes,
     jobs_pendulum,
     jobs_schemes,
     jobs_single,
@@ -37,6 +38,7 @@ JOBS = (
     jobs_schemes,
     jobs_startup,
     jobs_structures,
+    jobs_modes,
     jobs_choice,
 )
 NAMES = tuple(module.NAME for module in JOBS)

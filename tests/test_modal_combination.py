@@ -87,15 +87,36 @@ def test_one_mode_is_the_peak_of_its_history() -> None:
 
 
 def test_beside_the_time_history() -> None:
-    """CQC of ten storeys lies within a fifth of the history's peaks; SRSS of two near modes does not add them up."""
+    """The history's peaks are those of direct steps, the others those of the analyses; CQC is within a fifth."""
     M, K = shear_building(np.full(10, 1.0), np.full(10, 1500.0))
-    frame = ss.structure(M, K)
-    ground = frame.ground_motion(quake(), 1.0).modes(10).damped(0.05)
-    r = ss.march(ground, "average_acceleration", dt=0.01, t_end=29.99)
-    found = ss.response_spectrum_analysis(ground, quake(), 1.0)
-    ratio = found.u / np.abs(r.u).max(axis=0)
-    assert np.abs(ratio - 1.0).max() < 0.2
-    assert (found.u <= np.abs(found.modal_u).sum(axis=0)).all()
+    frame = ss.structure(M, K, load=(np.ones(10), ss.Step(5.0)), u0=0.1, a0=1.0)
+    modes = frame.modes(10).damped(0.05)
+    found = ss.spectrum_beside_history(modes, quake(), 1.0, dofs=[9, 0])
+    bare = ss.structure(M, K, C=ss.modal_damping(0.05, 10)).ground_motion(quake(), 1.0)
+    r = ss.march(bare, "average_acceleration", dt=0.01, t_end=29.99, account=False)
+    assert np.allclose(found.u.sel(way="history"), np.abs(r.u).max(axis=0)[[9, 0]], rtol=1e-9)
+    assert np.allclose(found.a.sel(way="history"), np.abs(r.absolute_a).max(axis=0)[[9, 0]], rtol=1e-9)
+    base = np.abs((r.u @ K).sum(axis=1))  # what springs take to the base
+    assert np.isclose(found["shear"].sel(way="history"), base.max(), rtol=1e-9)
+    for rule in ("srss", "cqc"):
+        own = ss.response_spectrum_analysis(modes, quake(), 1.0, combine=rule, dofs=[9, 0])
+        for name in ("u", "a", "shear"):
+            one = found.sel(way=rule)
+            assert np.allclose(one[name], getattr(own, name), rtol=1e-12)
+            assert np.allclose(one[f"{name}_difference"], one[name] / found[name].sel(way="history") - 1.0, rtol=1e-9)
+    assert np.abs(found.u_difference.sel(way="cqc")).max() < 0.2
+    assert (found.u_difference.sel(way="history") == 0.0).all()
+    assert (own.u <= np.abs(own.modal_u).sum(axis=0)).all()
+
+
+def test_one_mode_differs_from_its_history_by_nothing() -> None:
+    modes = ss.structure([[2.0]], [[300.0]], names=["roof"]).modes(1).damped(0.03)
+    found = ss.spectrum_beside_history(modes, quake().samples, 1.0, dt=0.01)
+    assert found.dof.values.tolist() == ["roof"]
+    assert np.abs(found.u_difference).max() < 1e-10
+    assert np.abs(found.shear_difference).max() < 1e-10
+    with pytest.raises(ValueError, match="expected dt of the record"):
+        ss.spectrum_beside_history(modes, quake().samples, 1.0)
 
 
 def test_a_spectrum_that_was_computed_before_is_interpolated() -> None:

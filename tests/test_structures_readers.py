@@ -1,22 +1,17 @@
-"""Matrices written by SciPy and by hand are read as they were; models of OpenSees give OpenSees' own histories."""
+"""Matrices written by SciPy, by hand and by pyyeti are read as they were."""
 
 import subprocess
 import sys
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 from scipy import io, sparse
 
-import substep as ss
 from substep.structures import readers
 from substep.structures.examples import frame
-from substep.structures.readers import from_opensees, read_matrix
-
-DT, STEPS = 0.01, 100
-PUSH = 1e4 * np.sin(2 * np.pi * 1.5 * np.arange(STEPS + 3) * DT)
+from substep.structures.readers import read_matrix
 
 
 @pytest.mark.parametrize("ending", [".mtx", ".mtx.gz", ".hb"])
@@ -110,75 +105,3 @@ except OSError:
 assert np.get_printoptions() == before
 """
     subprocess.run([sys.executable, "-c", script], cwd=tmp_path, check=True)
-
-
-def opensees() -> Any:
-    """The module, if it can be imported here: besides the wheel it needs BLAS and LAPACK of the system."""
-    if not find_spec("openseespy"):
-        pytest.skip("openseespy, of the extra bench, is not installed")
-    try:
-        import openseespy.opensees as ops  # pyright: ignore[reportMissingImports]
-    except (ImportError, RuntimeError) as error:
-        pytest.skip(f"openseespy cannot be imported: {error}")
-    return ops
-
-
-def build(ops: Any) -> None:
-    """A frame of two stories and one bay with lumped masses and Rayleigh damping."""
-    ops.wipe()
-    ops.model("basic", "-ndm", 2, "-ndf", 3)
-    for tag, (x, y) in enumerate([(0, 0), (6, 0), (0, 3), (6, 3), (0, 6), (6, 6)], 1):
-        ops.node(tag, float(x), float(y))
-        if y == 0:
-            ops.fix(tag, 1, 1, 1)
-        else:
-            ops.mass(tag, 2000.0, 2000.0, 500.0)
-    ops.geomTransf("Linear", 1)
-    for tag, ends in enumerate([(1, 3), (2, 4), (3, 4), (3, 5), (4, 6), (5, 6)], 1):
-        ops.element("elasticBeamColumn", tag, *ends, 0.16, 3e10, 0.16 * 0.16 / 12, 1)
-    ops.rayleigh(0.5, 1e-4, 0.0, 0.0)
-
-
-def their_history(ops: Any, *integrator: Any) -> Any:
-    """u, v, a (steps + 1, 3) of the pushed corner."""
-    build(ops)
-    ops.timeSeries("Path", 1, "-dt", DT, "-values", *PUSH.tolist())
-    ops.pattern("Plain", 1, 1)
-    ops.load(5, 1.0, 0.0, 0.0)
-    ops.wipeAnalysis()
-    ops.constraints("Plain")
-    ops.numberer("Plain")
-    ops.system("FullGeneral")
-    ops.algorithm("Linear")
-    ops.integrator(*integrator)
-    ops.analysis("Transient")
-    rows = [[0.0, 0.0, 0.0]]
-    for _ in range(STEPS):
-        assert ops.analyze(1, DT) == 0
-        rows.append([ops.nodeDisp(5, 1), ops.nodeVel(5, 1), ops.nodeAccel(5, 1)])
-    return np.array(rows)
-
-
-@pytest.mark.parametrize(
-    ("scheme", "parameters", "integrator"),
-    [
-        ("average_acceleration", {}, ("Newmark", 0.5, 0.25)),
-        ("newmark_wide", {"beta": 0.3025, "gamma": 0.6}, ("Newmark", 0.6, 0.3025)),
-        ("hht_alpha", {"alpha": -0.1}, ("HHT", 0.9)),
-        ("generalized_alpha", {"rho_inf": 0.8}, ("GeneralizedAlpha", 2 / 3, 5 / 9)),
-    ],
-    ids=lambda x: x if isinstance(x, str) else "",
-)
-def test_histories_are_those_of_opensees(
-    scheme: str, parameters: dict[str, float], integrator: tuple[Any, ...]
-) -> None:
-    """u, v, a to 1e-11 of the largest; OpenSees' alphas are 1 minus, or plus, those of the papers."""
-    ops = opensees()
-    handle = ss.scheme(scheme.removesuffix("_wide"), **parameters)
-    theirs = their_history(ops, *integrator)
-    build(ops)
-    model = from_opensees(ops, load=({"5 1": 1.0}, ss.Record(DT, PUSH)))
-    assert set(model.names) == {f"{node} {dof}" for node in (3, 4, 5, 6) for dof in (1, 2, 3)}
-    r = ss.march(model, handle, dt=DT, t_end=STEPS * DT, dofs=["5 1"], account=False)
-    ours = np.column_stack(r.at("5 1"))
-    assert (np.abs(ours - theirs).max(axis=0) <= 1e-11 * np.abs(theirs).max(axis=0)).all()

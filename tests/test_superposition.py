@@ -1,5 +1,6 @@
 """Mode superposition: every scheme against single oscillators and direct steps, static correction, failures, errors."""
 
+from dataclasses import fields
 from functools import cache
 from typing import Any
 
@@ -12,6 +13,7 @@ import substep as ss
 from substep.marching import histories
 from substep.structures.superposition import coordinates
 
+pytestmark = pytest.mark.filterwarnings("ignore:.* has (dissipated|gained)")  # what a scheme dissipates is its own
 PULSE, WAVE = ss.HalfSine(1.5, 0.7), ss.Harmonic(0.8, 9.0, 0.4)
 
 
@@ -33,6 +35,12 @@ def relative(found: Any, expected: Any, h: float) -> float:
     return float(np.abs((found - expected) * scale).max() / np.abs(expected * scale).max())
 
 
+def accounts_differ(found: Any, expected: Any, stride: int = 1) -> float:
+    """Largest difference of kinetic, strain, work and damped energy, the expected at every stride-th row."""
+    own, other = (np.array([getattr(r.account, x.name) for x in fields(r.account)]) for r in (found, expected))
+    return float(np.abs(own - other[:, ::stride]).max() / np.abs(other).max())
+
+
 @pytest.mark.parametrize("scheme", ALL, ids=lambda s: s.name)
 def test_every_mode_is_the_single_oscillator_and_all_modes_the_direct_march(scheme: Any) -> None:
     frame, h, n = building(scheme.takes_damping), 0.012, 40
@@ -49,10 +57,11 @@ def test_every_mode_is_the_single_oscillator_and_all_modes_the_direct_march(sche
         )
         r = ss.march(scene, scheme.name, h, n * h)
         assert relative(q[:, :, i : i + 1], np.stack([r.u, r.v, r.a], axis=1), h) < 1e-12
-    direct = ss.march(frame, scheme.name, h, n * h, account=False)
+    direct = ss.march(frame, scheme.name, h, n * h)
     found = ss.march(modes, scheme.name, h, n * h)
     stacked = [np.stack([r.u, r.v, r.a], axis=1) for r in (found, direct)]
     assert relative(*stacked, h) < 1e-11
+    assert accounts_differ(found, direct) < 1e-11
     assert (found.status, found.dofs, found.structure) == ("completed", direct.dofs, frame)
 
 
@@ -72,8 +81,10 @@ def test_modes_that_damping_couples_are_marched_together(scheme: str) -> None:
     frame = ss.structure(M, K, C=C, load=([0.0, 0.0, 1.0], PULSE), u0=[0.0, 0.1, 0.0])
     modes, h = frame.modes(3), 0.02
     assert not modes.lanes
-    direct = ss.march(frame, scheme, h, 50 * h, account=False)
+    direct = ss.march(frame, scheme, h, 50 * h)
     found = ss.march(modes, scheme, h, 50 * h, dofs=[2, 0], stride=5)
+    assert accounts_differ(found, direct, 5) < 1e-11
+    assert ss.march(modes, scheme, h, 5 * h, account=False).account is None
     stacked = [np.stack([found.u, found.v, found.a], axis=1), np.stack([direct.u, direct.v, direct.a], axis=1)]
     assert relative(stacked[0], stacked[1][::5][:, :, [2, 0]], h) < 1e-11
     alone = ss.march(modes.damped(modes.xi), scheme, h, 50 * h)  # the diagonal alone is another structure
@@ -90,6 +101,10 @@ def test_rows_do_not_depend_on_stride_and_blocks(scheme: str, stride: int, monke
     some = ss.march(modes, scheme, h, n * h, dofs=[5, 1], stride=stride)
     assert len(some.u) == n // stride + 1
     assert np.allclose(some.t, every.t[::stride])
+    assert accounts_differ(some, every, stride) < 1e-13
+    bare = ss.march(modes, scheme, h, n * h, dofs=[5, 1], stride=stride, account=False)
+    assert bare.account is None
+    assert np.abs(bare.a - some.a).max() <= 1e-13 * np.abs(every.a).max()
     for found, all_rows in ((some.u, every.u), (some.v, every.v), (some.a, every.a)):
         assert np.abs(found - all_rows[::stride]).max() <= 1e-13 * np.abs(all_rows).max()
 
@@ -153,10 +168,28 @@ def test_a_run_that_overflows_keeps_what_is_good(stride: int) -> None:
     assert np.isfinite(found.a).all()
     done = len(found.newton_iterations)
     assert found.t_failed == (done + 1) * h
-    assert len(found.u) == done // stride + 1
+    assert len(found.u) == len(found.account.work) == done // stride + 1
     assert np.abs(found.a[-1]).max() > 1e308 / 1e3**stride
     same = direct.u[:40:stride]
     assert np.abs(found.u[: len(same)] - same).max() < 1e-10 * np.abs(same).max()
+
+
+def test_the_account_of_a_few_modes_closes_and_what_a_scheme_dissipates_brings_a_warning() -> None:
+    """Average acceleration keeps the balance exactly, also of some modes; the warning names the line that marched."""
+    modes = building(True).modes(3)
+    account = ss.march(modes, "average_acceleration", 0.02, 4.0).account
+    assert account is not None
+    assert np.abs(account.numerical).max() < 1e-12 * account.damped.max()
+    assert account.work.max() > 0.1 * account.damped.max()
+    with pytest.warns(UserWarning, match="backward_euler has dissipated .* at dt = 0.02") as warned:
+        lossy = ss.march(modes, "backward_euler", 0.02, 4.0, stride=4)
+    assert [x.filename for x in warned] == [__file__]
+    assert len(lossy.account.work) == len(lossy.u) == 51
+    M, K = shear_building([2.0, 1.0], [300.0, 200.0])
+    coupled = ss.structure(M, K, C=np.diag([0.0, 0.1]), u0=[0.0, 0.1]).modes(2)
+    with pytest.warns(UserWarning, match="backward_euler has dissipated") as warned:
+        ss.march(coupled, "backward_euler", 0.02, 1.0)
+    assert [x.filename for x in warned] == [__file__]
 
 
 def test_what_modes_cannot_do_is_refused_by_name() -> None:

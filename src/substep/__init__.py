@@ -16,7 +16,7 @@ from .core.loads import HalfSine, Harmonic, Record, Step
 from .core.response import Response
 from .core.scenes import Scene, scene, scenes
 from .core.schemes import Scheme, scheme, schemes
-from .ground_motion.modal_combination import response_spectrum_analysis
+from .ground_motion.modal_combination import response_spectrum_analysis, spectrum_beside_history
 from .ground_motion.spectrum import response_spectrum
 from .marching.run import march
 from .structures.damping import ModalDamping, Rayleigh, modal_damping, rayleigh
@@ -62,6 +62,7 @@ __all__ = [
     "scenes",
     "scheme",
     "schemes",
+    "spectrum_beside_history",
     "structure",
     "sweep",
 ]

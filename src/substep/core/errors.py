@@ -2,15 +2,19 @@
 
 import inspect
 import math
+import sys
+import warnings
 from collections.abc import Callable, Iterable, Mapping
 from difflib import get_close_matches
 from functools import wraps
+from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 FEW = 8  # names that are listed before what came
+OWN = Path(__file__).parents[1]  # the folder of this package
 P = ParamSpec("P")
 T = TypeVar("T")
 
@@ -24,6 +28,14 @@ def unknown_name(what: str, name: str, known: Iterable[str]) -> ValueError:
     if len(known) > FEW:
         return ValueError(f"expected {what}, got '{name}'{cure or ';'} known are: {', '.join(known)}")
     return ValueError(f"expected {what}, one of: {', '.join(known) or 'none'}; got '{name}'{cure}")
+
+
+def warn(message: str) -> None:
+    """Warn of the line that called this package, however many of its own functions lie between."""
+    level, frame = 1, sys._getframe()
+    while frame is not None and Path(frame.f_code.co_filename).is_relative_to(OWN):
+        level, frame = level + 1, frame.f_back
+    warnings.warn(message, stacklevel=level)
 
 
 def called_as(example: str) -> Callable[[Callable[P, T]], Callable[P, T]]:

@@ -1,27 +1,34 @@
-"""Response spectrum analysis: peaks of modes from a response spectrum, combined by SRSS or CQC."""
+"""Response spectrum analysis: peaks of modes from a response spectrum, combined by SRSS or CQC; beside the history."""
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..core.arrays import Array
+from ..core.arrays import Array, named
 from ..core.errors import called_as, real_array, unknown_name
 from ..core.loads import Record
 from ..core.schemes import Scheme
+from ..core.schemes import scheme as make_scheme
 from ..structures.modes import Modes
 from ..structures.refusals import require_linear
 from ..structures.structure import Dof
-from .spectrum import response_spectrum
+from ..structures.superposition import coordinates
+from .spectrum import as_record, relative, response_spectrum
 
 if TYPE_CHECKING:
     from xarray import Dataset
 
 Spectrum = Callable[[Array, Array], ArrayLike]
 RULES = ("srss", "cqc")
+LONG = {
+    "u": "displacement relative to the base",
+    "a": "absolute acceleration",
+    "shear": "force on the base along the direction",
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,6 +120,53 @@ def response_spectrum_analysis(
     shear = participation.effective_mass * acceleration * displacement
     correlation = np.eye(len(modes)) if combine == "srss" else cqc_correlation(modes.omega, modes.xi)
     return SpectrumAnalysis(modes, tuple(kept), u, acceleration[:, None] * u, shear, correlation)
+
+
+@called_as('spectrum_beside_history(modes, "motion.AT2", direction)')
+def spectrum_beside_history(
+    modes: Modes,
+    record: "ArrayLike | str | Path | Record",
+    direction: ArrayLike,
+    *,
+    dofs: Iterable[Dof] | None = None,
+    dt: float | None = None,
+    scheme: str | Scheme = "average_acceleration",
+) -> "Dataset":
+    """Peaks of a structure whose base moves by a record, by SRSS and by CQC, beside those of its time history.
+
+    The arguments are those of `response_spectrum_analysis`; the history is the superposition of the same modes by the
+    same scheme in steps of the record, from its first sample to its last. Returns a Dataset over "way", history, srss
+    and cqc: u (way, dof), displacements relative to the base, a (way, dof), absolute accelerations, shear (way), the
+    force on the base along the direction. u_difference, a_difference and shear_difference, over the same ways, are
+    relative to the history, 0 there. Raises ValueError as `response_spectrum_analysis` does.
+    """
+    from xarray import Dataset  # noqa: PLC0415 (on first use)
+
+    motion = as_record(record, dt)
+    cqc = response_spectrum_analysis(modes, motion, direction, dofs=dofs, scheme=scheme)
+    at_rest = replace(modes.structure, loads=(), motions=(), u0=0.0 * modes.structure.u0, v0=0.0 * modes.structure.v0)
+    moved = replace(at_rest, a0_given=None).ground_motion(motion, direction)
+    shaken = replace(modes, structure=moved, known_statics=None)
+    t_end = (len(motion.samples) - 1) * motion.dt
+    r = shaken.march(scheme, dt=motion.dt, t_end=t_end, dofs=cqc.dofs, account=False)
+    forces = modes.participation(direction).factors * modes.omega**2
+    shear = coordinates(shaken, scheme, motion.dt, t_end)[:, 0] @ forces
+    ways = [replace(cqc, correlation=np.eye(len(modes))), cqc]
+    peaks = {
+        "u": [np.abs(r.u).max(axis=0), *(way.u for way in ways)],
+        "a": [np.abs(r.absolute_a).max(axis=0), *(way.a for way in ways)],
+        "shear": [np.abs(shear).max(), *(way.shear for way in ways)],
+    }
+    variables = {}
+    for name, rows in peaks.items():
+        values = np.array(rows)
+        dims = ("way", "dof")[: values.ndim]
+        variables[name] = named(dims, values, {"long_name": f"peak {LONG[name]}"})
+        text = {"long_name": f"relative difference of the peak {LONG[name]} from that of the history", "units": "1"}
+        variables[f"{name}_difference"] = named(dims, relative(values, values[0]), text)
+    dof = np.array(cqc.dofs, dtype=object if modes.structure.names else np.int64)
+    coordinates_of = {"way": named("way", np.array(["history", *RULES]), {}), "dof": named("dof", dof, {})}
+    return Dataset(variables, coordinates_of, {"scheme": make_scheme(scheme).name, "dt": motion.dt})
 
 
 def cqc_correlation(omega: Array, xi: Array) -> Array:

@@ -61,7 +61,7 @@ def response_spectrum(
     from xarray import Dataset  # noqa: PLC0415 (on first use)
 
     source = str(record) if isinstance(record, str | Path) else "array"
-    load, T, damping, s = _read(record, dt), _periods(periods), non_negative("xi", xi), _numbers_only(scheme)
+    load, T, damping, s = as_record(record, dt), _periods(periods), non_negative("xi", xi), _numbers_only(scheme)
     refuse_damping(s, damping)
     if damping.ndim > 1 or not damping.size:
         raise ValueError(f"expected xi to be a number or a row of them, got shape {damping.shape}")
@@ -79,7 +79,7 @@ def response_spectrum(
     if errors:
         for name, peak, exact in zip(QUANTITIES, peaks, exact_peaks(omega, lanes_xi, load), strict=True):
             text = {"long_name": f"relative error of the scheme's spectral {name}", "units": "1"}
-            variables[f"{name}_error"] = named(dims, _relative(peak, exact).reshape(shape), text)
+            variables[f"{name}_error"] = named(dims, relative(peak, exact).reshape(shape), text)
     coordinates = {
         "period": named("period", T, {"long_name": "natural period", "units": "s"}),
         "xi": named(dims[:-1], damping, {"long_name": "damping ratio", "units": "1"}),
@@ -95,7 +95,8 @@ def response_spectrum(
     return Dataset(variables, coordinates, attrs)
 
 
-def _read(record: ArrayLike | str | Path | Record, dt: float | None) -> Record:
+def as_record(record: ArrayLike | str | Path | Record, dt: float | None = None) -> Record:
+    """A record of ground acceleration as `response_spectrum` takes it, with its step; raises what that raises."""
     if isinstance(record, str | Path):
         return Record(*read_record(Path(record), dt))
     if isinstance(record, Record):
@@ -140,7 +141,7 @@ def _at_rest(omega: Array, xi: Array, load: Record) -> Oscillators:
     return Oscillators(omega, xi, np.ones(len(omega)), np.full(len(omega), load.dt), start)
 
 
-def _relative(found: Array, exact: Array) -> Array:
+def relative(found: Array, exact: Array) -> Array:
     """found/exact - 1; 0 where both are equal, also to 0; inf where only exact is 0."""
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(found == exact, 0.0, found / exact - 1.0)

@@ -1,13 +1,14 @@
 """What a march of a structure keeps: rows of u, v, a, energies and iterations, in memory or on disk."""
 
 import math
-import warnings
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..core.arrays import Array
+from ..core.errors import warn
 from ..core.response import Status
 from ..core.schemes import Scheme
 from .combine import combined, dot
@@ -168,15 +169,14 @@ def selection(structure: Structure, places: list[int]) -> Any:
     return select
 
 
-def accounted(scheme: Scheme, rows: list[Any], status: Status, step: str) -> Account | None:
+def accounted(scheme: Scheme, rows: Sequence[Any], status: Status, step: str) -> Account | None:
     """The account of a run from its rows, if there are any; warns where the scheme has dissipated, or gained, much."""
-    account = Account(*np.array(rows).T) if rows else None
+    account = Account(*np.array(rows).T) if len(rows) else None
     if account is not None and abs(account.share) > WARN and status == "completed":
         lost = account.share > 0.0
         did, other = ("dissipated", "less numerical damping") if lost else ("gained", "a longer stable step")
-        warnings.warn(
+        warn(
             f"{scheme.name} has {did} {abs(account.share):.0%} of the energy in play at {step}: see Response.account; "
-            f"take a smaller step, or a scheme with {other}, where that energy matters",
-            stacklevel=6,
+            f"take a smaller step, or a scheme with {other}, where that energy matters"
         )
     return account

@@ -1,14 +1,13 @@
 """March a structure, and what ends a run."""
 
 import math
-import warnings
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 
-from ..core.errors import real_number, unknown_name
+from ..core.errors import real_number, unknown_name, warn
 from ..core.progress import shown
 from ..core.response import Status
 from ..core.schemes import Scheme
@@ -71,10 +70,9 @@ def march_structure(
     scheme = make_scheme(scheme)
     require_definite_mass(structure)
     if account and (name := unsymmetric(structure)):
-        warnings.warn(
+        warn(
             f"there is no account of energy where {name} is not symmetric, since no energy belongs to such a matrix; "
-            "march with account=False",
-            stacklevel=4,
+            "march with account=False"
         )
         account = False
     require_stride(stride)

@@ -19,11 +19,14 @@ from ..marching.histories import histories
 from ..marching.linear import march_linear
 from ..marching.oscillators import Oscillators
 from ..marching.run import number_of_steps, require_stride
+from .histories import accounted
+from .modal_energies import ModalEnergies
 from .modes import Modes
 from .refusals import require_linear
-from .response import StructureResponse
+from .response import Account, StructureResponse
 from .structure import Dof, structure
 
+ALONE = 1 << 18  # multiplications of a product that OpenBLAS does not share out among threads; see `combine`
 Lanes = tuple[Load | None, Oscillators, Array]  # a load, the lanes under it, and the factor (m,) of each
 
 
@@ -36,6 +39,7 @@ def superpose(
     dofs: Iterable[Dof] | None = None,
     stride: int = 1,
     static_correction: bool = False,
+    account: bool = True,
     **others: Any,
 ) -> StructureResponse:
     """The response of a structure from t = 0 to t_end in steps of dt by the superposition of its modes.
@@ -44,14 +48,15 @@ def superpose(
     structure. dofs: names or numbers of the degrees of freedom wanted, all by default. stride: keep every stride-th
     step. static_correction: add to u what the other modes contribute to the static response under the load at each
     time, their residual flexibility; u alone is corrected, and it is that of the load already at t = 0. The part of the
-    start and of loads that the modes do not have is left out otherwise. There is no account of energy.
+    start and of loads that the modes do not have is left out otherwise. account: whether to add up the energies of the
+    modes at each step, without the correction; a warning is given as in a march of the structure.
 
     Raises ValueError for what `march` does, for a structure with an internal force, for unknown degrees of freedom, for
     damping with a scheme that takes none, and for static_correction of a free body not all of whose rigid modes are
     given.
     """
     if others:
-        known = ("dofs", "stride", "static_correction")
+        known = ("dofs", "stride", "static_correction", "account")
         raise unknown_name("an argument of march for modes", next(iter(others)), known)
     s, h, n = _checked(modes, scheme, dt, t_end, stride)
     whole = modes.structure
@@ -59,7 +64,7 @@ def superpose(
     places = [whole.place(dof) for dof in kept]
     shapes = np.ascontiguousarray((whole.T[places] @ modes.free_shapes).T)
     rows = np.empty((n // stride + 1, 3, len(places)))
-    status, done = _added_up(modes, s, h, n, stride, shapes, rows)
+    status, done, energies = _added_up(modes, s, h, n, stride, shapes, rows, account)
     rows = rows[: done // stride + 1]
     u = rows[:, 0]
     if static_correction and whole.loads:
@@ -69,7 +74,7 @@ def superpose(
     failed = None if status == "completed" else (done + 1) * h
     iterations = np.zeros((done, s.balances), np.int64)
     return StructureResponse(
-        u, rows[:, 1], iterations, status, failed, whole, s, stride * h, rows[:, 2], dofs=tuple(kept)
+        u, rows[:, 1], iterations, status, failed, whole, s, stride * h, rows[:, 2], dofs=tuple(kept), account=energies
     )  # fmt: skip
 
 
@@ -80,7 +85,7 @@ def coordinates(modes: Modes, scheme: Scheme | str, dt: float | None, t_end: flo
     """
     s, h, n = _checked(modes, scheme, dt, t_end, stride)
     rows = np.empty((n // stride + 1, 3, len(modes)))
-    _, done = _added_up(modes, s, h, n, stride, np.eye(len(modes)), rows)
+    _, done, _ = _added_up(modes, s, h, n, stride, np.eye(len(modes)), rows, account=False)
     return rows[: done // stride + 1]
 
 
@@ -125,37 +130,51 @@ def _checked(
 
 
 def _added_up(
-    modes: Modes, scheme: Scheme, h: float, n: int, stride: int, shapes: Array, rows: Array
-) -> tuple[Status, int]:
-    """Put the sums shapes (m, k) of modal coordinates into rows (n // stride + 1, 3, k); how it ended, steps done."""
+    modes: Modes, scheme: Scheme, h: float, n: int, stride: int, shapes: Array, rows: Array, account: bool
+) -> tuple[Status, int, Account | None]:
+    """Put the sums shapes (m, k) of modal coordinates into rows (n // stride + 1, 3, k).
+
+    Returns how it ended, the steps done, and the account of energy if one is wanted.
+    """
     if not modes.lanes:
-        return _together(modes, scheme, h, n, stride, shapes, rows)
-    lanes = modal_lanes(modes, h)
-    summed = [shapes if load is None else shapes * factor[:, None] for load, _, factor in lanes]
-    done = 0
+        return _together(modes, scheme, h, n, stride, shapes, rows, account)
+    lanes, status, done = modal_lanes(modes, h), "completed", 0
+    factors = [factor for _, _, factor in lanes]
+    summed = [shapes * factor[:, None] for factor in factors]
+    energies = ModalEnergies(modes, h, n) if account else None
+    pace = 1 if account else stride  # steps between the rows of a block, of which every `every`-th is kept
+    every = stride // pace
     try:
         with np.errstate(over="ignore", invalid="ignore"):  # an overflow is a status
-            for first, blocks in _abreast([histories(scheme, o, n, load, stride=stride) for load, o, _ in lanes]):
-                to = rows[first : first + len(blocks[0])]
-                _sum(blocks, summed, to.reshape(3 * len(to), -1))
-                if not np.isfinite(to[-1]).all():  # what overflows does not come back
+            for at, blocks in _abreast([histories(scheme, o, n, load, stride=pace) for load, o, _ in lanes]):
+                if energies is not None:
+                    energies.add(at, blocks, factors)
+                kept, first = [q[-at % every :: every] for q in blocks], -(-at // every)
+                to = rows[first : first + len(kept[0])]
+                _sum(kept, summed, to.reshape(3 * len(to), shapes.shape[1]))
+                if not np.isfinite(to[-1:]).all():  # what overflows does not come back
                     good = first + int(np.argmin(np.isfinite(to).all(axis=(1, 2))))
                     last = min(march_linear(scheme, o, n, load, stride=n).n_done.min() for load, o, _ in lanes)
-                    return "non_finite", min(int(last), good * stride - 1)
+                    status, done = "non_finite", min(int(last), good * stride - 1)
+                    break
                 done = min(n, (first + len(to) - 1) * stride)
+            else:
+                done = n
     except KeyboardInterrupt:
-        return "interrupted", done
-    return "completed", n
+        status = "interrupted"
+    energy = () if energies is None else energies.rows[: done + 1 : stride]
+    return status, done, accounted(scheme, energy, status, f"dt = {h:g}")
 
 
 def _sum(blocks: list[Array], summed: list[Array], to: Array) -> None:
     """Put the sum of blocks (rows, 3, m) times matrices (m, k) into `to` (3 rows, k)."""
-    for i, (block, matrix) in enumerate(zip(blocks, summed, strict=True)):
-        part = block.reshape(len(to), -1)
-        if i == 0:
-            np.matmul(part, matrix, out=to)
-        else:
-            to += part @ matrix
+    m, k = summed[0].shape
+    flat, some = [block.reshape(len(to), m) for block in blocks], max(ALONE // (m * k), 64)
+    for first in range(0, len(to), some):
+        part = slice(first, first + some)
+        np.matmul(flat[0][part], summed[0], out=to[part])
+        for block, matrix in zip(flat[1:], summed[1:], strict=True):
+            to[part] += block[part] @ matrix
 
 
 def _abreast(parts: list[Iterator[tuple[int, Array]]]) -> Iterator[tuple[int, list[Array]]]:
@@ -165,8 +184,8 @@ def _abreast(parts: list[Iterator[tuple[int, Array]]]) -> Iterator[tuple[int, li
 
 
 def _together(
-    modes: Modes, scheme: Scheme, h: float, n: int, stride: int, shapes: Array, rows: Array
-) -> tuple[Status, int]:
+    modes: Modes, scheme: Scheme, h: float, n: int, stride: int, shapes: Array, rows: Array, account: bool
+) -> tuple[Status, int, Account | None]:
     """As `_added_up`, for modes that are coupled by damping: marched as a structure with a dense damping matrix."""
     whole = modes.structure
     start = modes.start
@@ -174,7 +193,7 @@ def _together(
         np.eye(len(modes)), np.diag(modes.omega**2), C=modes.damping, u0=start[0], v0=start[1], a0=start[2],
         load=[(factor, g) for factor, (_, g) in zip(modes.load_factors.T, whole.loads, strict=True)], solver="dense",
     )  # fmt: skip
-    r = small.march(scheme, dt=h, t_end=n * h, stride=stride, account=False)
+    r = small.march(scheme, dt=h, t_end=n * h, stride=stride, account=account)
     rows[: len(r.u)] = np.stack([r.u, r.v, r.a], axis=1) @ shapes
     done = n if r.t_failed is None else round(r.t_failed / h) - 1
-    return r.status, done
+    return r.status, done, r.account

@@ -1,6 +1,5 @@
 """Which scheme, which step and how many modes, or none, reach a wished accuracy of a structure for the least work."""
 
-import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import count
@@ -9,7 +8,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from ...core import coefficients
-from ...core.errors import called_as, real_number, unknown_name
+from ...core.errors import called_as, real_number, unknown_name, warn
 from ...core.schemes import Scheme, schemes
 from ...core.schemes import scheme as make_scheme
 from ...structures.modes import Modes
@@ -178,11 +177,10 @@ def choose(
         parts = prediction.parts(best.scheme, best.steps, len(known) if best.modes is None else best.modes)
     unforeseen = prediction.unforeseen
     if unforeseen >= accuracy:
-        warnings.warn(
+        warn(
             f"errors of {quantity!r} are predicted from {len(known)} modes, and others may add up to about "
             f"{unforeseen:.2g}, which is not within {accuracy:g}; give more modes, or take the choice for right to "
-            f"{unforeseen:.2g} only",
-            stacklevel=5,
+            f"{unforeseen:.2g} only"
         )
     return StructureChoice(quantity, accuracy, t_end, known, best, parts, unforeseen, tuple(tried))
 
