@@ -50,6 +50,7 @@ class LinearSystem:
     matrices: tuple[Matrix, ...]
     solve: Callable[[Array], Array]
     count = 0  # iterations
+    tangent = None  # that is kept
 
     @classmethod
     def of(cls, s: Structure, system: System, factors: Factors, what: str) -> "LinearSystem":
