@@ -4,11 +4,16 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 from test_structure_input import RECORD, K, M, frame
 
 import substep as ss
 
 LOADS = [([1.0, 0.0, 0.0], ss.Step(1.0)), [([0.0, 0.0, 1.0], ss.Harmonic(2.0, 1.5)), ([0.0, 1.0, 0.0], RECORD)], ()]
+
+
+def bent(**more: Any) -> ss.Structure:
+    return ss.structure(M, internal_force=lambda u: K @ u + u**3, tangent=lambda u: K + np.diag(3 * u**2), **more)
 
 
 @pytest.mark.parametrize("scheme", ["newmark", "bathe", "houbolt", "kr_alpha", "central_difference_lagged", "rk4"])
@@ -59,13 +64,69 @@ def test_ground_motions_are_cases() -> None:
 
 
 def test_a_nonlinear_structure_has_cases_too() -> None:
-    spring = ss.structure(M, internal_force=lambda u: K @ u + u**3, tangent=lambda u: K + np.diag(3 * u**2))
-    found = ss.sweep(spring, "bathe", dt=0.1, t_end=1.0, load=LOADS)
+    found = ss.sweep(bent(), "bathe", dt=0.1, t_end=1.0, load=LOADS)
     for case, load in enumerate(LOADS):
-        loaded = ss.structure(
-            M, internal_force=lambda u: K @ u + u**3, tangent=lambda u: K + np.diag(3 * u**2), load=load
-        )
-        assert np.allclose(found.u[case], ss.march(loaded, "bathe", 0.1, 1.0).u[-1], rtol=0, atol=1e-13)
+        assert np.allclose(found.u[case], ss.march(bent(load=load), "bathe", 0.1, 1.0).u[-1], rtol=0, atol=1e-13)
+
+
+@pytest.mark.parametrize("make", [frame, bent], ids=["linear", "nonlinear"])
+def test_the_workers_of_a_cluster_give_what_this_process_gives(make: Any) -> None:
+    from distributed import Client, LocalCluster
+
+    call: dict[str, Any] = {"dt": [0.1, 0.05], "t_end": 1.0, "rho_inf": [0.5, 0.8], "load": LOADS}
+    two = {"n_workers": 2, "threads_per_worker": 1, "processes": False, "dashboard_address": None}
+    with LocalCluster(**two) as cluster, Client(cluster) as client:
+        found = ss.sweep(make(), "generalized_alpha", **call, client=client)
+    local = ss.sweep(make(), "generalized_alpha", **call)
+    xr.testing.assert_identical(found, local)
+    assert (found.status == 0).all()
+    with pytest.raises(ValueError, match="synchronous dask.distributed.Client, got 'me'"):
+        ss.sweep(make(), "generalized_alpha", **call, client="me")
+
+
+@pytest.mark.parametrize("make", [frame, bent], ids=["linear", "nonlinear"])
+@pytest.mark.parametrize("raised", [KeyboardInterrupt, ZeroDivisionError])
+def test_a_sweep_that_is_stopped_keeps_what_is_computed(make: Any, raised: Any) -> None:
+    """In its second step length: the first is there, and of a nonlinear structure its cases before the one stopped."""
+
+    def load(t: Any) -> Any:
+        if stopping and np.size(t) == 4:  # the steps of the second length, whose loads are taken at once
+            raise raised
+        return np.sin(t)
+
+    cases = [LOADS[0], ([0.0, 1.0, 0.0], load)]
+    call: dict[str, Any] = {"dt": [0.1, 0.3], "t_end": 1.2, "load": cases, "keep": "peak"}
+    stopping = False
+    whole = ss.sweep(make(), "bathe", **call)
+    stopping = True
+    if raised is KeyboardInterrupt:
+        part = ss.sweep(make(), "bathe", **call)
+    else:
+        with pytest.raises(ZeroDivisionError) as caught:
+            ss.sweep(make(), "bathe", **call)
+        part = caught.value.dataset  # type: ignore[attr-defined]
+    assert part.attrs["interrupted"] == 1 > whole.attrs["interrupted"]
+    assert part.status.values.tolist() == [[0, 0], [-1, -1] if make is frame else [0, -1]]
+    for name in whole:
+        assert part[name].where(part.status == 0).equals(whole[name].where(part.status == 0)), name
+        assert name == "status" or part[name].where(part.status < 0).isnull().all(), name
+
+
+def test_how_each_run_ended_is_told() -> None:
+    """Of a linear structure by the case, of a nonlinear one also where the iteration fails."""
+
+    def ended(found: xr.Dataset) -> list[str]:
+        meanings = found.status.attrs["flag_meanings"].split()
+        return [meanings[i + 1] for i in found.status.values]
+
+    cases = [(), ([1e300, 0.0, 0.0], ss.Step(1.0))]
+    grown = ss.sweep(frame(u0=0.0), "central_difference", dt=100.0, t_end=3000.0, load=cases)
+    assert ended(grown) == ["completed", "non_finite"]
+    assert grown.u.isnull().all(dim="dof").values.tolist() == [False, True]
+    snap = ss.structure([[1.0]], internal_force=lambda u: np.where(u > 0.5, np.nan, u), tangent=lambda u: [[1.0]])
+    failed = ss.sweep(snap, "average_acceleration", dt=0.1, t_end=2.0, load=[(), ([9.0], ss.Step(1.0))], keep="history")
+    assert ended(failed) == ["completed", "newton_failed"]
+    assert 1 < failed.u[1].notnull().sum() < 21
 
 
 def test_what_does_not_fit_is_refused() -> None:
@@ -76,6 +137,8 @@ def test_what_does_not_fit_is_refused() -> None:
         ({"dt": [0.1, 0.2], "keep": "history"}, "one dt"),
         ({"dt": None}, "expected dt"),
         ({"dt": None, "tol": 1e-3}, "expected dt"),
+        ({"tol": 1e-3}, "a sweep of a structure without tol"),
+        ({"save": "here"}, "a sweep of a structure without save"),
         ({"rho_inf": [0.5, 1.5]}, "rho_inf"),
         ({"rho_inf": [[0.5, 0.8]]}, r"rho_inf to be a number or a row of them, got shape \(1, 2\)"),
         ({"dt": [[0.1], [0.05]]}, r"dt to be a number or a row of them, got shape \(2, 1\)"),

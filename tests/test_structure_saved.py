@@ -1,9 +1,11 @@
 """Marches of structures on disk: they go on where they were stopped, know each other, and are asked as others are."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
+from substep_derive.declare.schemes import ALL
 from test_structure_input import PUSH, RECORD, K, M, frame
 
 import substep as ss
@@ -35,10 +37,7 @@ def test_a_march_on_disk_goes_on_where_it_was_stopped(tmp_path: Any, scheme: str
     finished = march(np.inf, save=tmp_path / "run")
     again = march(np.inf, save=tmp_path / "run")
     for r in (finished, again):
-        assert r.status == "completed"
-        for name in ("u", "v", "a", "energy", "newton_iterations"):
-            assert np.array_equal(getattr(r, name), getattr(whole, name)), name
-        assert np.array_equal(r.account.numerical, whole.account.numerical)
+        same(r, whole)
     with pytest.raises(ValueError, match="another path"):
         ss.march(frame(), scheme, 0.1, 8.0, save=tmp_path / "run")
 
@@ -59,9 +58,12 @@ def test_another_internal_force_is_another_march(tmp_path: Any, start: dict[str,
         ss.march(hardening(2.001, **start), "bathe", 0.1, 1.0, save=tmp_path / "run")
 
 
+@pytest.mark.filterwarnings("ignore:.* has (dissipated|gained)")
 @pytest.mark.parametrize("newton", ["simplified", "full"])
-def test_a_nonlinear_march_goes_on_to_the_bit_with_full_newton(tmp_path: Any, newton: Any, monkeypatch: Any) -> None:
-    monkeypatch.setattr("substep.structures.saved.BUFFER", 60)
+@pytest.mark.parametrize("scheme", ["bathe", "houbolt", "energy_momentum"])
+def test_a_nonlinear_march_goes_on_to_the_bit(tmp_path: Any, scheme: str, newton: Any, monkeypatch: Any) -> None:
+    """A tangent that is kept is taken again where it was taken."""
+    monkeypatch.setattr("substep.structures.saved.BUFFER", 90)
     limit = [np.inf]
 
     def load(t: Any) -> Any:
@@ -69,14 +71,81 @@ def test_a_nonlinear_march_goes_on_to_the_bit_with_full_newton(tmp_path: Any, ne
             raise KeyboardInterrupt
         return np.sin(t)
 
-    def march(end: float, **more: Any) -> Any:
-        limit[0] = end
-        return ss.march(hardening(50.0, v0=3.0, load=([1.0, 0.0, 0.0], load)), "bathe", 0.1, 6.0, newton=newton, **more)
+    def march(limit_now: float, t_end: float = 3.0, **more: Any) -> Any:
+        limit[0] = limit_now
+        kept = {"potential": lambda u: 0.5 * u @ K @ u + 12.5 * np.sum(u**4), "load": ([1.0, 0.0, 0.0], load)}
+        return ss.march(hardening(50.0, v0=3.0, **kept), scheme, 0.1, t_end, newton=newton, **more)
 
-    whole, stopped = march(np.inf), march(3.0, save=tmp_path / "run")
+    whole, stopped = march(np.inf), march(1.7, save=tmp_path / "run")
     assert stopped.status == "interrupted"
-    finished = march(np.inf, save=tmp_path / "run")
-    assert np.abs(finished.u - whole.u).max() <= (1e-9 if newton == "simplified" else 0.0) * np.abs(whole.u).max()
+    same(march(np.inf, save=tmp_path / "run"), whole)
+    march(np.inf, 1.3, save=tmp_path / "another")
+    same(march(np.inf, save=tmp_path / "another"), whole)
+
+
+def same(found: Any, expected: Any) -> None:
+    """To the bit."""
+    assert found.status == "completed"
+    for name in ("u", "v", "a", "energy", "newton_iterations"):
+        assert np.array_equal(getattr(found, name), getattr(expected, name)), name
+    assert np.array_equal(found.account.numerical, expected.account.numerical)
+
+
+@pytest.mark.filterwarnings("ignore:.* has (dissipated|gained)")
+def test_an_account_goes_on_to_the_bit_where_a_force_takes_velocities(tmp_path: Any) -> None:
+    def march(t_end: float, **more: Any) -> Any:
+        drag = ss.structure(
+            M, internal_force=lambda u, v: K @ u + v * np.abs(v), tangent=lambda u, v: (K, np.diag(2.0 * np.abs(v))),
+            v0=1.0,
+        )  # fmt: skip
+        return ss.march(drag, "generalized_alpha", 0.1, t_end, **more)
+
+    whole = march(4.0)
+    march(1.5, save=tmp_path / "run")
+    same(march(4.0, save=tmp_path / "run"), whole)
+
+
+@pytest.mark.filterwarnings("ignore:.* has (dissipated|gained)")
+@pytest.mark.parametrize("scheme", [s.name for s in ALL])
+def test_a_saved_march_is_continued_to_a_later_end(tmp_path: Any, scheme: str) -> None:
+    """Of every scheme, also from an end within the steps that another scheme marches for it."""
+    loaded = frame(load=[PUSH, ([1.0, 0.0, 0.0], np.sin)])
+    arguments = {"dt": 0.1, "stride": 2}
+    for t_end in (0.2, 1.1, 3.0):
+        found = ss.march(loaded, scheme, t_end=t_end, save=tmp_path / "run", **arguments)
+        same(found, ss.march(loaded, scheme, t_end=t_end, **arguments))
+
+
+def test_what_differs_from_a_saved_march_is_said(tmp_path: Any) -> None:
+    path = tmp_path / "run"
+    call: dict[str, Any] = {"scheme": "bathe", "dt": 0.1, "t_end": 2.0, "save": path}
+    ss.march(frame(load=PUSH), **call)
+    for changed, message in (
+        (
+            {"scheme": "newmark"},
+            r"another scheme \(Scheme\(bathe\) there, Scheme\(newmark, .* here\); give save another",
+        ),
+        ({"dt": 0.05}, r"another dt \(0.1 there, 0.05 here\); give"),
+        ({"dofs": [1]}, r"another dofs \(\[0, 1, 2\] there, \[1\] here\)"),
+        ({"stride": 2, "account": False}, r"another stride \(1 there, 2 here\), account \(True there, False here\)"),
+        ({"t_end": 1.0}, "t_end of at least 2, which the march .* has reached, got 1;"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            ss.march(frame(load=PUSH), **{**call, **changed})
+    for structure, what in (
+        (frame(), "loads"),
+        (frame(load=PUSH, u0=0.0), "start"),
+        (frame(load=PUSH, C=ss.Rayleigh(0.1, 0.0)), "C"),
+        (frame(load=PUSH, names=("a", "b", "c")), "names"),
+        (replace(frame(load=PUSH), K=2.0 * K), "K"),
+    ):
+        with pytest.raises(ValueError, match=f"got another {what}; give save another path, or remove"):
+            ss.march(structure, **call)
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "file").write_text("mine")
+    for other in ("folder", "file"):
+        with pytest.raises(ValueError, match="expected a saved march or nothing at .*something else"):
+            ss.march(frame(), **{**call, "save": tmp_path / other})
 
 
 @pytest.mark.parametrize("scheme", ["bathe", "rk4"])

@@ -14,9 +14,10 @@ from ..core.schemes import Scheme
 from .combine import combined, dot
 from .damping import Rayleigh
 from .matrices import is_identity
+from .newton import Tangent
 from .plan import step_of
 from .response import Account
-from .saved import Saved, digest
+from .saved import Saved, told
 from .steps import Run, StructureSteps
 from .structure import Structure
 
@@ -81,12 +82,14 @@ class Histories:
         self.accounts = [] if self.energies is None else [self.energies.row(s, s.v0)]
         self.iterations: list[list[int]] = []
         self.state: Array | None = None
+        self.tangents: list[Tangent | None] = []
         shape = (n // stride + 1, self.kinds, len(places))
         self.saved = None
         if save is None:
             self.rows = np.empty(shape)
         else:
-            self.saved = Saved(save, digest(s, run.scheme, run.h, n, places, stride, account), shape)
+            choices = {"dofs": places, "stride": stride, "account": account}
+            self.saved = Saved(save, shape, n, run.h, lambda end: told(s, run.scheme, run.h, end, **choices))
             if self.saved.last is not None:
                 self._resume(self.saved.last)
         if not self.done:
@@ -95,7 +98,8 @@ class Histories:
     def add(self, X: Array, march: StructureSteps) -> None:
         """A step, with all that is kept of it."""
         s, h, done, energies = self.run.structure, self.run.h, self.done + 1, self.energies
-        self.iterations.append(march.counts)
+        counts, own = march.counts, march.run is self.run  # else another scheme marches the first steps
+        self.iterations.append(counts if own else [sum(counts), *[0] * (self.run.scheme.balances - 1)])
         kept = done % self.stride == 0
         if energies is not None:
             u, v = combined(march.steps.report[:2], X)
@@ -104,21 +108,26 @@ class Histories:
                 self.accounts.append(energies.row(s, v))
         if kept:
             self._put(done // self.stride, self.select(march.steps.report[: self.kinds], X))
-        state = combined(march.steps.out, X) if self.saved is not None and march.run is self.run else None
-        self.done, self.state, self.energies = done, state, energies
+        state = combined(march.steps.out, X) if self.saved is not None and own else None
+        self.done, self.state, self.energies, self.tangents = done, state, energies, march.tangents
         if self.saved is not None and self.saved.full:
             self.checkpoint()
 
     def checkpoint(self) -> None:
-        """Write what is in memory to the store, if there is one; not while another scheme marches the first steps."""
-        if self.saved is None or self.state is None:
+        """Write what is in memory to the store, if there is one; rows only while another scheme marches the first."""
+        if self.saved is None:
+            return
+        self.saved.write()
+        if self.state is None:
             return
         arrays: dict[str, Any] = {"state": self.state, "iterations": np.array(self.iterations[: self.done])}
-        sums: list[float] = []
+        parts = [None if x is None else [x.t, x.largest] for x in self.tangents]
+        numbers: dict[str, Any] = {"done": self.done, "tangents": parts, "sums": []}
         if self.energies is not None:
-            arrays |= {"accounts": np.array(self.accounts[: self.kept]), "u": self.energies.u}
-            sums = list(self.energies[3:])
-        self.saved.checkpoint(arrays, done=self.done, sums=sums)
+            arrays |= {"accounts": np.array(self.accounts[: self.kept]), "energies": np.array(self.energies[:3])}
+            numbers["sums"] = list(self.energies[3:])
+        arrays |= {f"tangent_{k}": x.at for k, x in enumerate(self.tangents) if x is not None}
+        self.saved.checkpoint(arrays, **numbers)
 
     @property
     def kept(self) -> int:
@@ -139,13 +148,12 @@ class Histories:
 
     def _resume(self, last: dict[str, Any]) -> None:
         self.done, self.state, self.iterations = last["done"], last["state"], last["iterations"].tolist()
+        self.tangents = [
+            None if x is None else Tangent(x[0], last[f"tangent_{k}"], x[1]) for k, x in enumerate(last["tangents"])
+        ]
         if self.energies is not None:
-            u, t = last["u"], self.done * self.run.h
             self.accounts = [tuple(row) for row in last["accounts"].tolist()]
-            s = self.run.structure
-            self.energies = Energies.of(s, u, np.zeros_like(u), t, s.force(t))._replace(
-                **dict(zip(Energies._fields[3:], last["sums"], strict=True))
-            )
+            self.energies = Energies(*last["energies"], *last["sums"])
 
 
 def selection(structure: Structure, places: list[int]) -> Any:

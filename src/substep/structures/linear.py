@@ -3,6 +3,10 @@
 With K y in a system whose effective matrix is m M + c C + k K, k not 0, no product with K is needed: its solution is
 (m M + c C + k K)^-1 [f + M (x - (m/k) y) + C (w - (c/k) y)] + y/k. Rayleigh damping adds alpha and beta times what C
 multiplies to what M and K do, so that one product with M is left.
+
+In a step that is short for the stiffest degree of freedom, both parts of that solution are y/k with opposite signs: it
+loses the digits by which m/k is greater than the squares of the frequencies. There the product with K is kept,
+(m M + c C + k K)^-1 [f + M x + C w - K y], whose rounding is that of K y.
 """
 
 from collections.abc import Callable
@@ -17,6 +21,7 @@ from .matrices import Matrix
 from .plan import System
 from .structure import Structure, sum_of_matrices
 
+SHORT = 100.0  # (m/k) / max(K_ii / M_ii) beyond which the product with K is kept, so that two digits are lost at most
 SAME = 8 * np.finfo(np.float64).eps  # two ratios that differ by less belong to one effective matrix
 
 
@@ -50,6 +55,7 @@ class LinearSystem:
     matrices: tuple[Matrix, ...]
     solve: Callable[[Array], Array]
     count = 0  # iterations
+    tangent = None  # that is kept
 
     @classmethod
     def of(cls, s: Structure, system: System, factors: Factors, what: str) -> "LinearSystem":
@@ -64,7 +70,7 @@ class LinearSystem:
         m, c, k = (float(row[j]) for row in by.values())
         known = {name: -row[:j] for name, row in by.items()}
         rest = np.zeros((0, j))
-        if k != 0.0:
+        if k != 0.0 and abs(m) <= SHORT * abs(k) * s.stiffest:
             y = known.pop("K")
             known["M"] -= m / k * y
             known["C"] -= c / k * y

@@ -45,8 +45,8 @@ def march_structure(
     dofs: names or numbers of the degrees of freedom to keep, all by default. stride: keep every stride-th step.
     account: whether to add up energies, at three products with matrices a step; a warning is given where the scheme has
     dissipated or gained more than 5 % of the energy in play, and where M or K is not symmetric, so that there is no
-    account. save: a folder for a Zarr store, written as the march goes on; the same call again goes on from the last
-    checkpoint, even after a kill, and a linear structure then gives the same to the bit. progress: a bar on the
+    account. save: a folder for a Zarr store, written as the march goes on; the same call again, or one with a later
+    t_end, goes on from the last checkpoint, even after a kill, and gives the same to the bit. progress: a bar on the
     terminal once a second has passed. newton: "simplified" keeps a tangent while the iteration contracts by a factor of
     5, "full" takes one in every iteration; line_search: halve a correction by which the residual grows.
 
@@ -93,7 +93,7 @@ def march_structure(
     try:
         # a run that overflows ends with a status
         with np.errstate(all="ignore"), shown(n, found.done, progress, "march", "steps") as advance:
-            for X, march in run.marched(n, found.state, found.done):
+            for X, march in run.marched(n, found.state, found.done, found.tangents):
                 if not math.isfinite(float(X[-1].sum())):
                     status = "non_finite"
                     break
@@ -113,8 +113,8 @@ def march_structure(
 
 
 def _response(found: Histories, status: Status, kept: list[Dof]) -> StructureResponse:
-    run, balances = found.run, found.run.scheme.balances
-    counts = np.array([(row + [0] * balances)[:balances] for row in found.iterations[: found.done]], np.int64)
+    run = found.run
+    counts = np.array(found.iterations[: found.done], np.int64).reshape(-1, run.scheme.balances)
     account = accounted(run.scheme, found.accounts[: found.kept], status, f"dt = {run.h:g}")
     u, v, *a = found.read()
     return StructureResponse(

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
@@ -27,6 +28,14 @@ class Iteration:
     line_search: bool = False
 
 
+class Tangent(NamedTuple):
+    """Where a tangent was taken: at a time, for v and displacements (1 + P, n); largest: displacement until then."""
+
+    t: float
+    at: Array
+    largest: float
+
+
 class NewtonFailed(ArithmeticError):
     """An iteration that did not converge."""
 
@@ -35,7 +44,8 @@ class NewtonFailed(ArithmeticError):
 class NonlinearSystem:
     """R(z) = M a + C v + K0 x + sum of w N(u) - load = 0, with a, v, x and u affine in the unknown z.
 
-    count: the iterations of the last solution, 0 for an explicit system. solve: the factorization in use.
+    count: the iterations of the last solution, 0 for an explicit system. solve: the factorization in use; taken: the
+    time, and v and displacements (1 + P, n), at which its tangent was taken, if it has one.
     """
 
     structure: Structure
@@ -44,6 +54,7 @@ class NonlinearSystem:
     iteration: Iteration
     count: int = 0
     solve: Callable[[Array], Array] | None = None
+    taken: tuple[float, Array] | None = None
     largest: float = 0.0
     products: dict[str, Matrix] = field(default_factory=dict)
 
@@ -62,6 +73,16 @@ class NonlinearSystem:
         velocity = self.internal.reads > 1 and s.damping[j] != 0.0
         return not any(row[j] for row in s.displacements) and not (velocity and s.displacements)
 
+    @property
+    def tangent(self) -> Tangent | None:
+        """The tangent in use, if there is one."""
+        return None if self.taken is None else Tangent(*self.taken, self.largest)
+
+    def keep(self, tangent: Tangent) -> None:
+        """Go on with a tangent that was in use before."""
+        t, at, self.largest = tangent
+        self.taken, self.solve = (t, at), self._factorized(t, at)
+
     def solved(self, X: Array, load: Array | None, t: float) -> Array:
         """The unknown (n,). Raises NewtonFailed; t is the time at which the force is taken, if it depends on it."""
         j = self.system.place
@@ -69,7 +90,7 @@ class NonlinearSystem:
         if self.explicit:
             self.count = 0
             if self.solve is None:
-                self.solve = self._factorized(None, X, t)
+                self.solve = self._factorized()
             return -self.solve(known + self._force(X, None, t))
         return self._iterated(X, known, t)
 
@@ -81,7 +102,8 @@ class NonlinearSystem:
         previous, fresh = 0.0, False  # the size of the correction before, 0 if it was another tangent's
         for self.count in range(1, ITERATIONS + 1):
             if self.solve is None or self.iteration.full:
-                self.solve, fresh = self._factorized(z, X, t), True
+                self.taken = t, np.array([self._at(self.system.damping, X, z), *self._displacements(X, z)])
+                self.solve, fresh = self._factorized(*self.taken), True
             z, residual, change = self._moved(X, z, -self.solve(residual), residual, known, t)
             size = reach * float(np.abs(change).max())
             u = self._at(row, X, z)
@@ -144,20 +166,25 @@ class NonlinearSystem:
             total += w * self.internal.discrete_gradient(t, *both, v, self.structure.M)
         return total
 
-    def _factorized(self, z: Array | None, X: Array, t: float) -> Callable[[Array], Array]:
-        """Of the residual's derivative by z; of a discrete gradient the tangent at the midpoint stands for its own."""
-        s, j = self.system, self.system.place
+    def _displacements(self, X: Array, z: Array) -> list[Array]:
+        """Where the tangents are taken of which the residual's derivative by z consists.
+
+        Of a discrete gradient the tangent at the midpoint stands for its own.
+        """
+        s, j = self.system, self.place
+        found = [self._at(row, X, z) for _, row in s.forces if row[j] != 0.0]
+        found += [0.5 * (self._at(old, X, z) + self._at(new, X, z)) for _, old, new in s.differences]
+        return found or [X[0]]  # where z moves velocities alone
+
+    def _factorized(self, t: float = 0.0, at: Array | None = None) -> Callable[[Array], Array]:
+        """Of the residual's derivative by z; at: v and `_displacements`, none where the force does not depend on z."""
+        s, j = self.system, self.place
         terms = [(float(getattr(s, name)[j]), matrix) for name, matrix in self.products.items()]
-        if z is not None:
-            v = self._at(s.damping, X, z)
-            places = [(w * row[j], self._at(row, X, z)) for w, row in s.forces if row[j] != 0.0]
-            places += [
-                (0.5 * w * new[j], 0.5 * (self._at(old, X, z) + self._at(new, X, z))) for w, old, new in s.differences
-            ]
-            if not places:
-                places = [(0.0, X[0])]
-            for weight, u in places:
-                K, C = self.internal.stiffness(t, u, v)
+        if at is not None:
+            weights = [w * row[j] for w, row in s.forces if row[j] != 0.0]
+            weights += [0.5 * w * new[j] for w, _, new in s.differences]
+            for weight, u in zip(weights or [0.0], at[1:], strict=True):
+                K, C = self.internal.stiffness(t, u, at[0])
                 terms.append((weight, K))
                 if C is not None:
                     terms.append((float(s.damping[j]), C))

@@ -1,6 +1,7 @@
 """A march on disk: histories row by row, and the state from which a later call of the same march goes on."""
 
 import hashlib
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from .structure import Structure
 BUFFER = 1 << 20  # doubles of histories in memory at a time
 IN_MEMORY = 1 << 27  # doubles of histories that a response reads into memory
 STATES = 4  # at which an internal force is, of the size of the start or of static displacements
+SHOWN = ("scheme", "dt", "dofs", "stride", "account")  # what is told of a march as it is
 INSTANTS = 257  # at which a load of the user's own is sampled, to recognise the march
 
 
@@ -24,29 +26,47 @@ class Saved:
     """A Zarr store with u, v and, where the scheme has its own, a (n, k), and what a march needs to go on.
 
     Rows are written first, then the state under the name that is not in use, and last the attribute that says which
-    holds: a march that was stopped at any instant, even by a kill, goes on from the last checkpoint. Raises ValueError
-    for a path that holds another march.
+    holds: a march that was stopped at any instant, even by a kill, goes on from the last checkpoint, and so does one to
+    a later end. shape: rows, kinds, columns; n: steps of length h, s. told: what distinguishes one march from another,
+    a function of the end, s, of the march that the store was made for, until which loads and forces are looked at.
+    Raises ValueError for a path that holds another march, one that has gone beyond n steps, or something else.
     """
 
-    def __init__(self, path: str | Path, digest: str, shape: tuple[int, int, int]) -> None:
+    def __init__(
+        self, path: str | Path, shape: tuple[int, int, int], n: int, h: float, told: Callable[[float], dict[str, str]]
+    ) -> None:
         import zarr  # noqa: PLC0415 (on first use)
 
         self.path, self.count = Path(path), max(1, BUFFER // max(1, shape[1] * shape[2]))
         if not self.path.exists():
             group = zarr.open_group(self.path, mode="w-")
             for kind in "uva"[: shape[1]]:
-                chunks = (min(self.count, shape[0]), shape[2])
+                chunks = (self.count, max(1, shape[2]))
                 group.create_array(kind, shape=(shape[0], shape[2]), chunks=chunks, dtype="float64")
-            group.attrs["march"] = digest
-        self.group: Any = zarr.open_group(self.path, mode="r+")
-        if self.group.attrs.get("march") != digest:
+            group.attrs.update({"t_end": n * h, "march": told(n * h)})
+        try:
+            self.group: Any = zarr.open_group(self.path, mode="r+")
+            made_for, there = float(self.group.attrs["t_end"]), dict(self.group.attrs["march"])  # type: ignore[arg-type]
+        except (OSError, KeyError, TypeError, ValueError) as error:
             raise ValueError(
-                f"expected the same march as {self.path} holds, or nothing there, got another structure, scheme, step, "
-                "end or choice of rows; give save another path, or remove that one"
+                f"expected a saved march or nothing at {self.path}, got something else; give another path"
+            ) from error
+        if (here := told(made_for)) != there:
+            differ = [name for name in {**there, **here} if here.get(name) != there.get(name)]
+            shown = (f"{name} ({there[name]} there, {here[name]} here)" if name in SHOWN else name for name in differ)
+            raise ValueError(
+                f"expected the march that {self.path} holds, got another {', '.join(shown)}; give save another path, "
+                "or remove that one"
+            )
+        done = self.group.attrs.get("last", {"done": 0})["done"]
+        if done > n:
+            raise ValueError(
+                f"expected t_end of at least {done * h:g}, which the march that {self.path} holds has reached, got "
+                f"{n * h:g}; give save another path"
             )
         self.targets: list[Any] = [self.group[kind] for kind in "uva"[: shape[1]]]
         self.shape = (shape[0], shape[2])
-        for target in self.targets:  # shorter where a run ended before
+        for target in self.targets:  # which had another end
             target.resize(self.shape)
         self.buffer: list[Array] = []
         self.first = 0
@@ -79,13 +99,16 @@ class Saved:
             target.resize((rows, self.shape[1]))
         return self.targets
 
-    def checkpoint(self, arrays: dict[str, Any], **numbers: Any) -> None:
-        """Write the rows that are in memory, then the state."""
+    def write(self) -> None:
+        """Write the rows that are in memory."""
         if self.buffer:
             rows = np.array(self.buffer)
             for kind, target in enumerate(self.targets):
                 target[self.first : self.first + len(rows)] = rows[:, kind]
             self.buffer = []
+
+    def checkpoint(self, arrays: dict[str, Any], **numbers: Any) -> None:
+        """Write the state; the rows before it were written."""
         old = self.group.attrs.get("last")
         name = "state_1" if old is not None and old["name"] == "state_0" else "state_0"
         group = self.group.create_group(name, overwrite=True)
@@ -94,28 +117,35 @@ class Saved:
         self.group.attrs["last"] = {"name": name, **numbers}
 
 
-def digest(structure: Structure, scheme: Scheme, h: float, n: int, *others: Any) -> str:
-    """What distinguishes one march from another; functions of the user's are recognised by values at fixed states."""
-    found = hashlib.sha256(repr((scheme, h, n, others, structure.names)).encode())
-    if scheme.info.declaration is not None:
-        found.update(scheme.kernels.__name__.encode())
-    for matrix in (structure.M, structure.C, structure.K, structure.T):
-        if isinstance(matrix, Rayleigh) or matrix is None:
-            found.update(repr(matrix).encode())
-        else:
-            for part in arrays_of(matrix):
-                found.update(np.ascontiguousarray(part).tobytes())
-    for x in (structure.u0, structure.v0, structure.a0, *(shape for shape, _ in structure.loads)):
-        found.update(x.tobytes())
-    for _, load in structure.loads:
-        found.update(repr(load).encode() if is_known(load) else b"function")
-        found.update(values_at(load, np.linspace(0.0, n * h, INSTANTS)).tobytes())
+def told(structure: Structure, scheme: Scheme, h: float, t_end: float, **choices: Any) -> dict[str, str]:
+    """What distinguishes one march from another, by name: as it is, or its digest.
+
+    Functions of the user's are recognised by values at fixed times until t_end and at fixed states.
+    """
+    own = scheme.kernels.__name__ if scheme.info.declaration is not None else ""
+    found = {"scheme": f"{scheme!r}{own}", "dt": repr(h), **{name: repr(x) for name, x in choices.items()}}
+    found["names"] = _digest(structure.names)
+    for name, matrix in zip("MCK", (structure.M, structure.C, structure.K), strict=True):
+        plain = isinstance(matrix, Rayleigh) or matrix is None
+        found[name] = repr(matrix) if plain else _digest(*arrays_of(matrix))
+    found["constraints"] = _digest(*arrays_of(structure.T))
+    found["start"] = _digest(structure.u0, structure.v0, structure.a0_given)
+    instants = np.linspace(0.0, t_end, INSTANTS)
+    loads = [(x, repr(g) if is_known(g) else "", values_at(g, instants)) for x, g in structure.loads]
+    found["loads"] = _digest(*(part for load in loads for part in load))
     if (force := structure.internal) is not None:
-        sizes = max(reach(structure, n * h), h * rms(structure.v0)), rms(structure.v0)
-        random = np.random.default_rng(0)
-        for t in random.uniform(0.0, n * h, STATES):
+        sizes = max(reach(structure, t_end), h * rms(structure.v0)), rms(structure.v0)
+        random, values = np.random.default_rng(0), []
+        for t in random.uniform(0.0, t_end, STATES):
             u, v = (size * random.normal(size=structure.size) for size in sizes)
-            found.update(force(t, u, v).tobytes())
-            if force.potential is not None:
-                found.update(np.float64(force.energy(u)).tobytes())
+            values += [force(t, u, v), force.energy(u) if force.potential is not None else 0.0]
+        found["internal force"] = _digest(*values)
+    return found
+
+
+def _digest(*parts: Any) -> str:
+    found = hashlib.sha256()
+    for part in parts:
+        array = isinstance(part, np.ndarray)
+        found.update(np.ascontiguousarray(part).tobytes() if array else repr(part).encode())
     return found.hexdigest()

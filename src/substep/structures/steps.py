@@ -12,7 +12,7 @@ from ..core.loads import Load, values_at
 from ..core.schemes import Scheme
 from .combine import combined
 from .linear import Factors, LinearSystem
-from .newton import Iteration, NonlinearSystem
+from .newton import Iteration, NonlinearSystem, Tangent
 from .plan import Steps, System, start_of, step_of
 from .structure import Structure
 
@@ -55,6 +55,11 @@ class StructureSteps:
     def times(self, n: int) -> list[float]:
         """The mean instant of the loads of each system in step n of constant length."""
         return [(n + system.instant) * self.run.h for system in self.steps.systems]
+
+    @property
+    def tangents(self) -> list[Tangent | None]:
+        """The tangents that the systems keep, as far as they do."""
+        return [solver.tangent for solver in self.systems]
 
     @property
     def counts(self) -> list[int]:
@@ -103,11 +108,13 @@ class Run:
             return NonlinearSystem(self.structure, system, self.structure.internal, self.iteration)
         return LinearSystem.of(self.structure, system, self.factors, f"a step of {self.scheme.name}")
 
-    def marched(self, n: int, state: Array | None = None, done: int = 0) -> Iterator[tuple[Array, StructureSteps]]:
+    def marched(
+        self, n: int, state: Array | None = None, done: int = 0, tangents: Sequence[Tangent | None] = ()
+    ) -> Iterator[tuple[Array, StructureSteps]]:
         """X (V, n), complete, of each step after the first `done` of n, and of what: steps.report @ X are u, v, a.
 
-        X is written anew in every step. state: that after `done` steps, by default the start. Where another scheme
-        marches the first steps, those are its own. Raises NewtonFailed.
+        X is written anew in every step. state: that after `done` steps, by default the start; tangents: those that were
+        kept then. Where another scheme marches the first steps, those are its own. Raises NewtonFailed.
         """
         if state is None and self.scheme.starter is not None:
             history = [self.given]
@@ -122,6 +129,9 @@ class Run:
                 return
             state = np.array([history[lag - steps][kind] for kind, steps in self.scheme.history])
         march = self.prepared(step_of(self.scheme, self.h))
+        for solver, tangent in zip(march.systems, tangents, strict=False):
+            if tangent is not None and isinstance(solver, NonlinearSystem):
+                solver.keep(tangent)
         X, after = self.room(march.steps), self.room(march.steps)
         given = march.steps.given
         X[:given] = self._started() if state is None else state

@@ -1,5 +1,6 @@
 """A structure: M a + C v + N(u) = load, with its constraints, loads and start; made and checked by `structure`."""
 
+import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
@@ -23,6 +24,7 @@ from .matrices import (
     diagonal_of,
     indefinite,
     is_identity,
+    is_operator,
     reduced,
     vector,
 )  # fmt: skip
@@ -80,6 +82,17 @@ class Structure:
     def massless(self) -> Array:
         """The degrees of freedom without mass: rows of M that are zero."""
         return np.flatnonzero(np.asarray(abs(self.M).sum(axis=1)).ravel() == 0.0)
+
+    @cached_property
+    def stiffest(self) -> float:
+        """The largest K_ii / M_ii of the degrees of freedom with mass, about the square of the highest frequency.
+
+        Infinite for a tangent that is known by its products only.
+        """
+        if is_operator(self.K):
+            return math.inf
+        mass, stiffness = self.M.diagonal(), self.K.diagonal()
+        return float(np.abs(stiffness[mass != 0.0] / mass[mass != 0.0]).max(initial=0.0))
 
     @cached_property
     def indefinite(self) -> int | None:

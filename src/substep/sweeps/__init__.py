@@ -15,13 +15,13 @@ from ..core.loads import Load
 from ..core.progress import shown
 from ..core.scenes import Scene
 from ..core.schemes import Scheme
-from ..structures.cases import sweep_structure
 from ..structures.structure import Structure
-from .chunks import Results, run_chunk
+from .chunks import Results, run_chunk, run_on_one_core
 from .cluster import run_on
 from .dataset import Variable, template, variables
 from .plan import Chunk, Keep, Plan, planned
 from .store import Store
+from .structures import planned_structure, run_structures, run_structures_on_one_core
 
 if TYPE_CHECKING:
     import xarray
@@ -56,7 +56,7 @@ def sweep(
     which each run chooses steps of its own, with rtol, atol, dt_first, dt_min, dt_max, rung as in `substep.march`; then
     keep="history" needs grid, the times of its rows.
 
-    A structure is swept as `substep.structures.cases.sweep_structure` says.
+    A structure is swept as `substep.sweeps.structures.planned_structure` says.
 
     axes: any parameter of scheme, scene or load (except of a Record), or a family's argument, by name: a row of values
     becomes a dimension, in the order of the call, a number does not. A name that two of them have needs a prefix, as in
@@ -84,17 +84,47 @@ def sweep(
     for a save that holds another sweep. If running raises, the exception's `dataset` is what was done.
     """
     if isinstance(scene, Structure):
-        given = {"dt": dt, "tol": tol, "samples": samples, "energy_bound": energy_bound, "a0": a0, "load": load,
-                 "save": save, "client": client}  # fmt: skip
-        asked = {name: x for name, x in given.items() if x is not None}
-        return sweep_structure(scene, scheme, t_end=t_end, keep=keep, progress=progress, **asked, **axes)
+        given = {"tol": tol, "samples": samples, "energy_bound": energy_bound, "a0": a0, "save": save}
+        if dt is not None and (asked := [name for name, x in given.items() if x is not None]):
+            raise ValueError(f"expected a sweep of a structure without {asked[0]}, got one; march each point with it")
+        marches = planned_structure(scene, scheme, t_end=t_end, dt=dt, keep=keep, load=load, **axes)
+        todo, of = marches.chunks, marches.variables
+        if client is None:
+            blocks = ((chunk, run_structures(chunk, marches)) for chunk in todo)
+        else:
+            blocks = run_on(client, run_structures_on_one_core, marches, todo)
+        targets = _targets(of, marches.dims)
+        return _collected(marches.template(), of, marches.dims, targets, todo, blocks, progress)
     plan = planned(scene, scheme, dt, tol, t_end, keep, samples, energy_bound, a0, load, axes)
     of, shell, piece = variables(plan), template(plan), plan.piece(client is not None)
     store = None if save is None else Store(Path(save), plan, shell, of, piece)
     chunks = plan.chunks(piece if store is None else store.piece)
     todo = chunks if store is None else [chunk for chunk in chunks if not store.is_done(chunk)]
-    names = tuple(axis.name for axis in plan.axes)
-    targets = {name: _target(plan, name, v) for name, v in of.items()} if store is None else store.targets
+    dims = dict(zip((axis.name for axis in plan.axes), plan.shape, strict=True))
+    targets = _targets(of, dims) if store is None else store.targets
+    room = targets if store is None else {}
+    blocks = _here(plan, todo, room) if client is None else run_on(client, run_on_one_core, plan, todo)
+    return _collected(shell, of, dims, targets, todo, blocks, progress, store)
+
+
+Blocks = Generator[tuple[Chunk, Results]]
+
+
+def _collected(
+    shell: "xarray.Dataset",
+    variables: Mapping[str, Variable],
+    dims: Mapping[str, int],
+    targets: Mapping[str, Any],
+    todo: Sequence[Chunk],
+    blocks: Blocks,
+    progress: bool,
+    store: Store | None = None,
+) -> "xarray.Dataset":
+    """The Dataset of all blocks; of what there is where they end by Ctrl-C, or in the exception where they raise.
+
+    shell: its coordinates and attributes. dims: its axes with their sizes. targets: where the results of each variable
+    go. todo: the chunks that blocks are of.
+    """
     left = {chunk.first: chunk for chunk in todo}
 
     def result(interrupted: bool) -> "xarray.Dataset":
@@ -102,14 +132,12 @@ def sweep(
             store.mark(interrupted)
             return store.read()
         for chunk in left.values():
-            _reset(targets, of, chunk)
-        whole = shell.assign({name: named((*names, *v.dims), targets[name], v.attrs) for name, v in of.items()})
-        return whole.assign_attrs(interrupted=int(interrupted))
+            _reset(targets, variables, chunk)
+        found = {name: named((*dims, *v.dims), targets[name], v.attrs) for name, v in variables.items()}
+        return shell.assign(found).assign_attrs(interrupted=int(interrupted))
 
-    room = targets if store is None else {}
-    blocks = _here(plan, todo, room) if client is None else run_on(client, plan, todo)
     try:
-        _fill(targets, of, blocks, left, math.prod(plan.shape), progress)
+        _fill(targets, variables, blocks, left, math.prod(dims.values()), progress)
     except KeyboardInterrupt:
         return result(interrupted=True)
     except Exception as error:
@@ -119,13 +147,13 @@ def sweep(
     return result(interrupted=False)
 
 
-def _target(plan: Plan, name: str, variable: Variable) -> Any:
-    """Where a variable's results go. Only the status begins with its fill value: chunks left over are reset."""
-    shape = *plan.shape, *variable.sizes
-    return np.full(shape, variable.fill) if name == "status" else np.empty(shape, variable.fill.dtype)
-
-
-Blocks = Generator[tuple[Chunk, Results]]
+def _targets(variables: Mapping[str, Variable], dims: Mapping[str, int]) -> dict[str, Any]:
+    """Where the results of each variable go. Only the status begins with its fill value: chunks left are reset."""
+    shapes = {name: (*dims.values(), *v.sizes) for name, v in variables.items()}
+    return {
+        name: np.full(shapes[name], v.fill) if name == "status" else np.empty(shapes[name], v.fill.dtype)
+        for name, v in variables.items()
+    }
 
 
 def _here(plan: Plan, chunks: Sequence[Chunk], targets: Mapping[str, Any]) -> Blocks:

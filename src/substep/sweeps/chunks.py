@@ -14,7 +14,7 @@ from ..core.threads import serial
 from ..marching.run import march_oscillators, number_of_steps
 from ..marching.scene_lanes import march_lanes
 from .chosen_steps import march_chosen
-from .plan import Plan
+from .plan import Chunk, Plan
 
 Results = dict[str, Any]
 
@@ -38,10 +38,10 @@ def run_chunk(plan: Plan, first: int, last: int, room: Results | None = None) ->
     return found
 
 
-def run_on_one_core(span: tuple[int, int], plan: Plan) -> Results:
-    """`run_chunk` for span = (first, last) on one core, in a worker of a cluster whose other cores run other chunks."""
+def run_on_one_core(chunk: Chunk, plan: Plan) -> Results:
+    """`run_chunk` on one core, in a worker of a cluster whose other cores run other chunks."""
     with serial():
-        return run_chunk(plan, *span)
+        return run_chunk(plan, chunk.first, chunk.last)
 
 
 def _march_group(plan: Plan, scene: Scene, scheme: Scheme, dt: float, P: int, room: Results) -> Results:

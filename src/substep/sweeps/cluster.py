@@ -1,17 +1,22 @@
 """Chunks run by the workers of a dask.distributed cluster; if a worker dies, another runs its chunks again."""
 
-from collections.abc import Generator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from itertools import islice
 from typing import Any
 
-from .chunks import Results, run_on_one_core
-from .plan import Chunk, Plan
+from .chunks import Results
+from .plan import Chunk
 
 AHEAD = 4  # chunks submitted for each thread of the workers: few, so that results do not pile up
 
 
-def run_on(client: Any, plan: Plan, chunks: Sequence[Chunk]) -> Generator[tuple[Chunk, Results]]:
-    """Each chunk with its results, as they arrive. Raises ValueError for anything but a synchronous client."""
+def run_on(
+    client: Any, run: Callable[..., Results], plan: Any, chunks: Sequence[Chunk]
+) -> Generator[tuple[Chunk, Results]]:
+    """Each chunk with its results, run(chunk, plan=plan), as they arrive.
+
+    Raises ValueError for anything but a synchronous client.
+    """
     from distributed import Client, as_completed  # noqa: PLC0415 (the optional extra [scale])
 
     if not isinstance(client, Client) or client.asynchronous:
@@ -21,7 +26,7 @@ def run_on(client: Any, plan: Plan, chunks: Sequence[Chunk]) -> Generator[tuple[
 
     def submit(some: list[Chunk]) -> list[Any]:
         # map sends the plan, which may hold a long record, once; submit would send it with each chunk
-        futures = client.map(run_on_one_core, [(c.first, c.last) for c in some], plan=plan, pure=False)
+        futures = client.map(run, some, plan=plan, pure=False)
         running.update({future.key: (future, c) for future, c in zip(futures, some, strict=True)})
         return futures
 

@@ -1,0 +1,243 @@
+"""A sweep of one structure: axes over step, parameters of the scheme, damping, loads, ground motions.
+
+A chunk is one point of the axes that are numbers with one damping, and with all cases of a linear structure, which are
+one block of right-hand sides; where there is an internal force each case is a chunk of its own, as its iteration is.
+"""
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..core.arrays import Array, named
+from ..core.errors import number_or_row, require_numbers, unknown_name
+from ..core.loads import Record
+from ..core.response import STATUSES as ENDED
+from ..core.schemes import Scheme
+from ..core.schemes import scheme as make_scheme
+from ..core.threads import serial
+from ..marching.run import number_of_steps
+from ..structures.combine import combined
+from ..structures.histories import selection
+from ..structures.newton import NewtonFailed
+from ..structures.plan import step_of
+from ..structures.refusals import require_definite_mass, require_suited
+from ..structures.steps import Run
+from ..structures.structure import Dof, Structure, damping_of, loads_of
+from .chunks import Results
+from .dataset import NOT_RUN, STATUSES, Variable
+from .plan import Chunk, Keep
+
+if TYPE_CHECKING:
+    import xarray
+
+    from ..derived.modules import Declaration
+
+LONG = {"u": "displacement", "v": "velocity", "a": "acceleration"}
+COMPLETED, FAILED, OVERFLOWED = (ENDED.index(name) for name in ("completed", "newton_failed", "non_finite"))
+
+
+@dataclass(frozen=True, eq=False)
+class StructurePlan:
+    """A checked sweep of a structure as plain data, which is all that a worker is sent.
+
+    scheme: name, or a declaration of the user's own. axes: values of those that are numbers, by name. given: numbers
+    that are the same in all points, by name; of both, dt is the step and the others are the scheme's parameters.
+    cases: structures that differ in their loads only, for each damping. several: whether there is an axis of dampings,
+    and one of cases. kept: degrees of freedom.
+    """
+
+    scheme: "str | Declaration"
+    axes: Mapping[str, Array]
+    given: Mapping[str, float]
+    cases: tuple[tuple[Structure, ...], ...]
+    several: tuple[bool, bool]
+    t_end: float
+    keep: Keep
+    kept: tuple[Dof, ...]
+
+    @property
+    def dims(self) -> dict[str, int]:
+        """The sizes of all axes by their names in the Dataset."""
+        sizes = {name: len(values) for name, values in self.axes.items()}
+        rest = zip(self.several, ("damping", "case"), (len(self.cases), len(self.cases[0])), strict=True)
+        return sizes | {name: size for there, name, size in rest if there}
+
+    @property
+    def points(self) -> int:
+        """How many combinations there are of all axes but that of cases."""
+        return math.prod(map(len, self.axes.values())) * len(self.cases)
+
+    def point(self, place: int) -> tuple[Scheme, float, tuple[Structure, ...]]:
+        """Scheme, step and cases of the combination with this number, in C order."""
+        *places, damping = np.unravel_index(place, (*map(len, self.axes.values()), len(self.cases)))
+        swept = {name: float(x[i]) for (name, x), i in zip(self.axes.items(), places, strict=True)}
+        numbers = {**self.given, **swept}
+        h = numbers.pop("dt")
+        return make_scheme(self.scheme, **numbers), h, self.cases[damping]
+
+    @property
+    def chunks(self) -> list[Chunk]:
+        """All chunks, in C order."""
+        cases = len(self.cases[0])
+        together = cases if self.cases[0][0].internal is None else 1
+        sizes = tuple(self.dims.values())
+        shape = sizes if self.several[1] else (*sizes, 1)  # with an axis of cases, also where there is but one
+        found = []
+        for first in range(0, self.points * cases, together):
+            *place, case = (int(i) for i in np.unravel_index(first, shape))
+            where = (*(slice(i, i + 1) for i in place), slice(case, case + together))
+            found.append(Chunk(first, first + together, where[: len(sizes)]))
+        return found
+
+    @property
+    def variables(self) -> dict[str, Variable]:
+        """The variables of the Dataset by name, the status last."""
+        scheme, h, _ = self.point(0)
+        found, rows = {}, {"t": number_of_steps(h, self.t_end) + 1} if self.keep == "history" else {}
+        inner = {**rows, "dof": len(self.kept)}
+        for name in "uva"[: _kinds(scheme, h)]:
+            long = (
+                f"{'largest ' if self.keep == 'peak' else ''}{LONG[name]}{' at t_end' if self.keep == 'final' else ''}"
+            )
+            attrs = {"long_name": long}
+            found[f"peak_{name}" if self.keep == "peak" else name] = Variable(
+                tuple(inner), tuple(inner.values()), np.float64(np.nan), attrs
+            )
+        attrs = {"long_name": "how the run ended", **STATUSES}
+        return {**found, "status": Variable((), (), np.int8(NOT_RUN), attrs)}
+
+    def template(self) -> "xarray.Dataset":
+        """A Dataset with the coordinates and attributes of the sweep, without variables."""
+        import xarray  # noqa: PLC0415 (on first use)
+
+        coordinates = {name: named(name, x, {}) for name, x in self.axes.items()}
+        kind = object if self.cases[0][0].names else np.int64
+        coordinates["dof"] = named("dof", np.array(self.kept, dtype=kind), {})
+        if self.keep == "history":
+            t = np.arange(self.variables["u"].sizes[0]) * self.given["dt"]
+            coordinates["t"] = named("t", t, {"long_name": "time"})
+        return xarray.Dataset(coords=coordinates, attrs={"scheme": self.point(0)[0].name, **self.given})
+
+
+def planned_structure(
+    structure: Structure,
+    scheme: "Scheme | str | Declaration",
+    *,
+    t_end: float,
+    dt: ArrayLike | None = None,
+    keep: Keep = "final",
+    dofs: Iterable[Dof] | None = None,
+    load: Sequence[Any] | None = None,
+    ground: Sequence[Record] | None = None,
+    direction: ArrayLike | None = None,
+    C: Sequence[Any] | None = None,
+    **parameters: Any,
+) -> StructurePlan:
+    """The checked plan of a sweep of a structure; `substep.sweep` calls it.
+
+    Axes are dt and parameters of the scheme, where they are rows of values; C, a sequence of dampings; load, a sequence
+    of what `substep.structure` takes as load, or ground, one of records for `Structure.ground_motion` in a direction:
+    dimensions dt, the parameters by name, "damping", and "case". The cases of a linear structure are one block of
+    right-hand sides, for which an effective matrix is factorized once. keep: "final", u, v and, if the scheme has its
+    own, a at t_end; "peak", their largest moduli from t = 0 on; "history", all steps, for one dt. A run that overflows,
+    or whose iteration fails, is NaN from there on, and its status says so; -1 is that of a run not yet made. Raises
+    ValueError for names and values that do not fit, and, before anything is marched, for a damping or a structure that
+    the scheme does not take, as `march` does.
+    """
+    if dt is None:
+        raise ValueError("expected dt, a step or several, for a sweep of a structure, got none; march each with tol")
+    if keep not in get_args(Keep):
+        raise unknown_name("a choice of what to keep", keep, get_args(Keep))
+    if load is not None and ground is not None:
+        raise ValueError("expected load or ground as the axis of cases, got both; give one")
+    scheme = make_scheme(scheme)
+    require_numbers(scheme.name, scheme.parameters, "give it as an axis")
+    values = {name: number_or_row(name, x) for name, x in {"dt": dt, **parameters}.items()}
+    axes = {name: x for name, x in values.items() if x.ndim}
+    if keep == "history" and "dt" in axes:
+        raise ValueError("expected one dt where histories are kept, got several; keep 'final' or 'peak', or sweep each")
+    damped = [structure] if C is None else [replace(structure, C=damping_of(structure, c)) for c in C]
+    cases = tuple(_cases(s, load, ground, direction) for s in damped)
+    if not all(map(len, (*axes.values(), cases, *cases))):
+        raise ValueError("expected at least one value on each axis of a sweep, got an axis without; leave it out")
+    numbers = {**scheme.given, **{name: x for name, x in values.items() if not x.ndim}}
+    plan = StructurePlan(
+        scheme.info.source, axes, {name: float(x) for name, x in numbers.items() if name not in axes}, cases,
+        (C is not None, load is not None or ground is not None), t_end, keep, tuple(structure.kept(dofs)),
+    )  # fmt: skip
+    require_definite_mass(structure)
+    for one, h, (first, *_) in map(plan.point, range(plan.points)):
+        number_of_steps(h, t_end)
+        require_suited(first, one, h)
+    return plan
+
+
+def run_structures(chunk: Chunk, plan: StructurePlan) -> Results:
+    """Results of a chunk's points, by the variables' names in the Dataset, each (last - first, ...)."""
+    place, first = divmod(chunk.first, len(plan.cases[0]))
+    scheme, h, cases = plan.point(place)
+    some, n = cases[first : first + chunk.last - chunk.first], number_of_steps(h, plan.t_end)
+    if some[0].internal is None:
+        table, status = _marched(Run(some[0], scheme, h, cases=some), n, plan)
+        table = np.moveaxis(table, -1, 0)
+    else:
+        table, status = _marched(Run(some[0], scheme, h), n, plan)
+        table = table[None]
+    *names, _ = plan.variables
+    return {**dict(zip(names, np.moveaxis(table, 1, 0), strict=True)), "status": np.full(len(some), status, np.int8)}
+
+
+def run_structures_on_one_core(chunk: Chunk, plan: StructurePlan) -> Results:
+    """`run_structures` on one core, in a worker of a cluster whose other cores run other chunks."""
+    with serial():
+        return run_structures(chunk, plan)
+
+
+def _cases(
+    s: Structure, load: Sequence[Any] | None, ground: Sequence[Record] | None, direction: ArrayLike | None
+) -> tuple[Structure, ...]:
+    if ground is not None:
+        if direction is None:
+            raise ValueError("expected direction with ground, got none; give displacements of a unit motion, or names")
+        return tuple(s.ground_motion(record, direction) for record in ground)
+    return (s,) if load is None else tuple(replace(s, loads=loads_of(s, case)) for case in load)
+
+
+def _kinds(scheme: Scheme, h: float) -> int:
+    """3 where the scheme has an acceleration of its own, else 2: u and v."""
+    return 3 if len(step_of(scheme, h).report) == 3 else 2
+
+
+def _marched(run: Run, n: int, plan: StructurePlan) -> tuple[Array, Any]:
+    """(kinds, k) or (kinds, n+1, k), and a status, each with the axis of cases last where there are any."""
+    select = selection(run.structure, [run.structure.place(dof) for dof in plan.kept])
+    kinds = _kinds(run.scheme, run.h)
+    row = select(run.given[:kinds])
+    rows = np.full((n + 1, *row.shape), np.nan) if plan.keep == "history" else None
+    peak, status = np.abs(row), COMPLETED
+    done = 0
+    if rows is not None:
+        rows[0] = row
+    try:
+        with np.errstate(all="ignore"):
+            for X, march in run.marched(n):
+                done += 1
+                if done == n:
+                    size = combined(march.steps.report[:1], X)[0].sum(axis=0)
+                    status = np.where(np.isfinite(size), COMPLETED, OVERFLOWED)
+                elif plan.keep == "final":
+                    continue
+                row = select(combined(march.steps.report[:kinds], X))
+                if rows is not None:
+                    rows[done] = row
+                np.maximum(peak, np.abs(row), out=peak)
+    except NewtonFailed:
+        if rows is None:
+            return np.full_like(row, np.nan), FAILED
+        status = FAILED
+    out = peak if plan.keep == "peak" else row if rows is None else np.moveaxis(rows, 0, 1)
+    return np.where(np.isfinite(out), out, np.nan), status
