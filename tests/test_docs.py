@@ -1,9 +1,10 @@
-"""README and docs: every block of Python runs, and every command line shown is one that the command line takes.
+"""README and docs: every block of Python, every command of `substep` and every example of a docstring runs.
 
 The Python blocks of a file run in order as one program. A block that begins with a comment such as "# my_scheme.py"
-is also a file of that name, which later blocks import.
+is also a file of that name, which later blocks import. Commands are also parsed, those too that are not run.
 """
 
+import json
 import os
 import re
 import shlex
@@ -11,6 +12,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 import typer
 from typer.core import TyperGroup
@@ -24,8 +26,34 @@ from substep.core.schemes import scheme_info
 ROOT = Path(__file__).parents[1]
 COMPILED = ("sweeps",)  # pages whose runs are so many that plain Python would take longer than compiling
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+NOT_RUN = (  # beginnings of commands that the pages show and that are parsed only
+    "substep reproduce",  # draws everything, which takes minutes; test_cli draws less
+    "substep chart work-precision",  # runs every scheme in many steps, which takes minutes
+    "substep failures",  # runs every scheme on many scenes, which takes minutes
+    "substep claims",  # computes for a dozen seconds
+    "substep choose",  # compiles and runs many schemes, for a quarter of a minute and more; test_cli_choose asks less
+    "substep audit opensees",  # needs the program
+)
 FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 LANGUAGES = {"python", "sh", "bash"}
+COMMANDS = """
+import json, shlex, sys
+from typer.testing import CliRunner
+from substep.cli.commands import app
+results = {line: CliRunner().invoke(app, shlex.split(line, comments=True)[1:]) for line in json.loads(sys.argv[1])}
+print(json.dumps({line: r.output + repr(r.exception) for line, r in results.items() if r.exit_code}))
+"""
+EXAMPLES = """
+import doctest, inspect, json
+import numpy, substep, substep_derive
+found, runner = {}, doctest.DocTestRunner()
+for package in (substep, substep_derive):
+    for name, x in ((name, getattr(package, name)) for name in package.__all__):
+        for test in doctest.DocTestFinder().find(x, name) if inspect.isclass(x) or inspect.isfunction(x) else ():
+            test.globs = {"ss": substep, "np": numpy, **vars(substep_derive)}
+            found[test.name] = [len(test.examples), runner.run(test).failed]
+print(json.dumps(found))
+"""
 
 
 def blocks(page: Path, *languages: str) -> list[tuple[int, str]]:
@@ -91,6 +119,49 @@ def test_commands_are_taken_by_the_command_line(page: Path, tmp_path: Path, monk
         assert name in group.commands, line
         context = group.commands[name].make_context(name, arguments)
         assert exact_options(context.args).keys() <= known, line
+
+
+def uncompiled(program: str, *arguments: str, folder: Path) -> subprocess.CompletedProcess[str]:
+    """A program of Python run in a folder of its own, where nothing is compiled."""
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "NUMBA_DISABLE_JIT": "1"}
+    command = [sys.executable, "-c", program, *arguments]
+    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return done
+
+
+def files_that_pages_name(folder: Path) -> None:
+    """A ground motion, and a declaration of one's own."""
+    t = np.arange(200) * 0.02
+    np.savetxt(folder / "motion.txt", np.column_stack([t, np.sin(9 * t)]))
+    head = "PEER\n\nACCELERATION TIME SERIES IN UNITS OF G\nNPTS= 200, DT= .0200 SEC\n"
+    (folder / "motion.AT2").write_text(head + "\n".join(f"{x:.7e}" for x in np.sin(9 * t)), encoding="utf-8")
+    declared = "from substep_derive.declare.schemes.newmark import newmark as my_scheme\n"
+    (folder / "my_schemes.py").write_text(declared, encoding="utf-8")
+
+
+def test_commands_run(tmp_path: Path) -> None:
+    """Lines of shell blocks, all but `NOT_RUN`, in one process."""
+    shown = [x for page in PAGES for _, block in blocks(page, "sh", "bash") for x in block.splitlines()]
+    shown = [x for x in shown if x.startswith("substep ")]
+    assert all(any(x.startswith(beginning) for x in shown) for beginning in NOT_RUN)
+    files_that_pages_name(tmp_path)
+    run = [x for x in shown if not x.startswith(NOT_RUN)]
+    assert len(run) > 15
+    failed = json.loads(uncompiled(COMMANDS, json.dumps(run), folder=tmp_path).stdout)
+    assert failed == {}
+
+
+def test_examples_of_docstrings_run(tmp_path: Path) -> None:
+    done = uncompiled(EXAMPLES, folder=tmp_path)
+    *reports, last = done.stdout.splitlines()
+    found = json.loads(last)
+    assert [name for name, (_, failed) in found.items() if failed] == [], reports
+    with_examples = {name for name, (count, _) in found.items() if count}
+    assert with_examples >= {
+        "certify", "choose", "derive", "dialect", "march", "response_spectrum", "scene", "scheme", "Scheme.stability",
+        "structure", "sweep",
+    }  # fmt: skip
 
 
 @pytest.mark.parametrize("line", ["substep nosuch", "substep show bathe --nosuch", "substep run duffing bathe --dt 1"])

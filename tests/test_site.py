@@ -20,6 +20,7 @@ from substep_derive import certify
 from substep_derive.declare import scenes as scene_package
 from substep_derive.declare import schemes as scheme_package
 from substep_derive.declare.digest import scene_digest, scheme_digest
+from substep_derive.emit.standalone import standalone
 from substep_derive.study.closed_forms import closed_forms
 from sympy import latex
 
@@ -120,6 +121,8 @@ def test_a_scheme_page_holds_closed_forms_and_the_proof(tmp_path: Path, monkeypa
     assert certify("newmark").text in text
     assert "| `beta` | $\\left[0, \\infty\\right)$ | 0.25 |" in text
     assert "newmark.py <../../../generated/substep_kernels/newmark.py>" in text
+    for language in schemes.SHOWN:
+        assert f"```{language}\n{standalone('newmark', language)}```\n" in text
     assert (tmp_path / "newmark.svg").exists()
 
 

@@ -121,6 +121,11 @@ def certify(scheme: str | Scheme, xi: Any = 0, **parameters: Any) -> Certificate
 
     Raises TypeError for a float, DeclarationError for an unknown scheme or parameter or a value outside its
     interval, ValueError for two different algebraic numbers or a negative xi.
+
+    >>> certify("newmark_bdf2", gamma_t="2/5").stable  # for every Omega, proved
+    True
+    >>> certify("fox_goodwin").critical_Omega
+    sqrt(6)
     """
     return certificate(ParameterSet.of(scheme, xi, parameters))
 

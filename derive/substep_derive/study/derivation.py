@@ -148,6 +148,11 @@ def derive(scheme: str | Scheme, **parameters: Any) -> Derivation:
     """Derive a scheme of the catalogue by name, or a declaration; parameters (exact) are fixed first.
 
     Raises DeclarationError for an unknown name or parameter.
+
+    >>> derive("theta_method").rho_inf
+    Abs((theta - 1)/theta)
+    >>> derive("theta_method", theta="1/2").order  # of u, v and a
+    (2, 2, 2)
     """
     declared = find(scheme)
     return Derivation(declared.fix(parameters) if parameters else declared)

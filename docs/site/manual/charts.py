@@ -5,7 +5,8 @@ from matplotlib.figure import Figure
 from sympy import Symbol, latex
 
 import substep as ss
-from substep.figures.charts import COLOURS, stability_figure
+from substep.core.style import COLOURS, styled
+from substep.figures.charts import stability_figure
 from substep.studies.precision.cases import CASES, FURTHER
 from substep.studies.precision.reference import Reference, reference
 
@@ -39,13 +40,14 @@ def stability(name: str) -> Figure:
     )
 
 
+@styled
 def motion(name: str) -> tuple[Figure, Reference, str]:
     """Coordinates and energy of a scene over time, the motion that is drawn, and a remark on it."""
     case = next((case for case in (*CASES, *FURTHER) if case.make().name == name), None)
     scene = case.make() if case else ss.scene(name)
     t_end = case.t_end if case else TURNS * 2 * np.pi / float(abs(scene.v0[0]))
     found = reference(scene, t_end, SAMPLES, 1e-9)
-    figure = Figure(figsize=(9, 3.4), layout="constrained")
+    figure = Figure(figsize=(9, 3.4))
     (unit,) = {unit for _, unit in scene.coordinates}
     only = f" ${latex(Symbol(scene.coordinates[0][0]))}$" if len(scene.coordinates) == 1 else "s"
     panels = ((found.u, f"coordinate{only} ({unit})"), (found.v, f"rate of the coordinate{only} ({unit}/s)"))
@@ -53,9 +55,6 @@ def motion(name: str) -> tuple[Figure, Reference, str]:
         for (q, _), column, colour in zip(scene.coordinates, values.T, COLOURS, strict=False):
             axes.plot(found.t, column, color=colour, linewidth=1.2, label=f"${latex(Symbol(q))}$")
         axes.set(xlabel="time $t$ (s)", ylabel=what)
-        axes.grid(visible=True, linewidth=0.3, color="0.8")
     if len(scene.coordinates) > 1:
-        figure.legend(
-            *figure.axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=2, fontsize=9, frameon=False
-        )
+        figure.legend(*figure.axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
     return figure, found, case.title if case else f"{TURNS} turns"

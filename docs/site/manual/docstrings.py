@@ -11,9 +11,12 @@ MARKS = re.compile(r"([*|\\]|_(?!\w))")  # what reStructuredText would take for 
 
 
 def as_rst(app: Any, what: str, name: str, obj: Any, options: Any, lines: list[str]) -> None:
-    """Escape what is not meant as markup, outside backticks; indented lines that follow a line become its own."""
+    """Escape what is not meant as markup, outside backticks and outside of examples, which reach to a blank line."""
     del app, what, name, obj, options
-    lines[:] = [escaped(line) for line in lines]
+    example = False
+    for i, line in enumerate(lines):
+        example = line.startswith(">>>") or (example and bool(line))
+        lines[i] = line if example else escaped(line)
 
 
 def escaped(line: str) -> str:

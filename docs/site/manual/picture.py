@@ -12,7 +12,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import substep as ss
-from substep.figures.charts import COLOURS, SVG_IS_REPRODUCIBLE
+from substep.core.style import COLOURS, styled
 
 from . import ROOT
 
@@ -49,32 +49,32 @@ def digest(found: tuple[Curves, Curves]) -> str:
     return sha256(json.dumps(shown).encode()).hexdigest()[:16]
 
 
+@styled
 def draw(found: tuple[Curves, Curves]) -> Figure:
     """Where a scheme stands: what it does to stiff vibrations, and to the energy of a nonlinear one."""
-    style = {key: GREY for key in ("text.color", "axes.labelcolor", "axes.edgecolor", "xtick.color", "ytick.color")}
-    with mpl.rc_context(style):
-        figure = Figure(figsize=(9.6, 3.3), layout="constrained")
+    grey = ("text.color", "axes.labelcolor", "axes.edgecolor", "xtick.color", "ytick.color", "grid.color")
+    with mpl.rc_context(dict.fromkeys(grey, GREY)):
+        figure = Figure(figsize=(9.6, 3.3))
         left, right = figure.subplots(1, 2)
         for axes, part in zip((left, right), found, strict=True):
             for (name, (x, y)), colour in zip(part.items(), [COLOURS[k] for k in (3, 0, 2, 1)], strict=True):
                 axes.plot(x, y, color=colour, linewidth=1.8, label=name)
-            axes.grid(visible=True, linewidth=0.3, color=GREY)
             axes.patch.set_alpha(0.0)
             axes.spines[["top", "right"]].set_visible(False)
         left.set(xscale="log", xlabel="step over period, $h/T$", ylabel=r"spectral radius $\rho$", ylim=(0.0, 1.05))
-        left.set_title("what is left of a vibration after a step", fontsize=10)
+        left.set_title("what is left of a vibration after a step")
         right.set(xlabel="time $t$ (s)", ylabel="energy $E/E_0$", ylim=(0.0, TOP))
-        right.set_title(f"a stiff pendulum, $h$ = {STEP:g} s", fontsize=10)
+        right.set_title(f"a stiff pendulum, $h$ = {STEP:g} s")
         handles, labels = left.get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower center", ncols=4, fontsize=9, frameon=False)
+        figure.legend(handles, labels, loc="outside lower center", ncols=4)
     return figure
 
 
+@styled
 def write(path: Path) -> None:
     """Draw the picture into the file; its description is the digest of its numbers."""
     found = curves()
-    with mpl.rc_context(SVG_IS_REPRODUCIBLE):
-        draw(found).savefig(path, transparent=True, metadata={"Date": None, "Description": digest(found)})
+    draw(found).savefig(path, transparent=True, metadata={"Date": None, "Description": digest(found)})
 
 
 if __name__ == "__main__":

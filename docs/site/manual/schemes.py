@@ -12,6 +12,7 @@ from substep_derive.declare import schemes as declared
 from substep_derive.declare.catalogue import find
 from substep_derive.declare.published import Published
 from substep_derive.declare.scheme import Scheme
+from substep_derive.emit.standalone import standalone
 from substep_derive.study.closed_forms import ClosedForm, closed_forms
 from substep_kernels.facts import CATALOGUE
 from sympy import And, Symbol, latex, sympify
@@ -47,6 +48,7 @@ COLUMNS = {
     "L_stable": "L-stable",
     "overshoot": "overshoot",
 }
+SHOWN = {"c": "C", "python": "Python"}  # languages in which a page holds the scheme's code
 WORDS = {("critical_Omega", "none"): "no limit", ("bifurcation", "oo"): "never"}
 
 
@@ -170,8 +172,8 @@ def _code(scheme: Scheme) -> Iterator[str]:
         path = ROOT / "generated" / "substep_kernels" / file
         if path.exists():
             yield f"- {{download}}`{file} <../../../{path.relative_to(ROOT).as_posix()}>`: {what}, as printed for numba"
-    language = code(f"substep emit {scheme.name} --language c")
-    yield from [
-        f"- As one file of C, Fortran, JavaScript, Julia, MATLAB or Python: {language}, [emit](../../emit.md).",
-        "",
-    ]
+    language = code(f"substep emit {scheme.name} --language fortran")
+    yield f"- As one file that needs nothing else, below in {' and '.join(SHOWN.values())}; in other languages by"
+    yield from [f"  {language}, see [emit](../../emit.md).", ""]
+    for language, title in SHOWN.items():
+        yield from folded(f"{scheme.name} in {title}", block(language, standalone(scheme, language)))

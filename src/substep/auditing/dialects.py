@@ -65,6 +65,9 @@ def dialect(name: str, **arguments: float) -> Scheme:
 
     name: a program and its integrator, as in the table of the conventions. arguments: those of the program's manual.
     Raises ValueError for an unknown name, and for arguments that the integrator does not take.
+
+    >>> float(ss.dialect("opensees.HHT", alpha=0.75).parameters["alpha"])  # whose alpha is 1 + ours
+    -0.25
     """
     known = dialects()
     if name not in known:

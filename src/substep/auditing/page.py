@@ -3,12 +3,11 @@
 from io import StringIO
 from pathlib import Path
 
-import matplotlib as mpl
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from matplotlib.figure import Figure
 
-from ..figures.charts import COLOURS, SVG_IS_REPRODUCIBLE
+from ..core.style import COLOURS, styled
 from .orders import written
 from .report import Report
 
@@ -17,6 +16,7 @@ LABELS = (
 )  # fmt: skip
 
 
+@styled
 def write(report: Report, path: Path) -> Path:
     """Write the page and return its path."""
     environment = Environment(
@@ -26,9 +26,8 @@ def write(report: Report, path: Path) -> Path:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    with mpl.rc_context(SVG_IS_REPRODUCIBLE):
-        drawing = StringIO()
-        curves_figure(report).savefig(drawing, format="svg", metadata={"Date": None})
+    drawing = StringIO()
+    curves_figure(report).savefig(drawing, format="svg", metadata={"Date": None})
     svg = drawing.getvalue()
     page = environment.get_template("report.html").render(report=report, written=written, svg=svg[svg.index("<svg") :])
     path.write_text(page, encoding="utf-8")
@@ -37,7 +36,7 @@ def write(report: Report, path: Path) -> Path:
 
 def curves_figure(report: Report) -> Figure:
     """Spectral radius, numerical damping and period error: marks as measured, lines of the identified scheme."""
-    figure = Figure(figsize=(11, 3.6), layout="constrained")
+    figure = Figure(figsize=(11, 3.6))
     panels = figure.subplots(1, 3)
     matched = report.matches[0].scheme if report.matches else None
     for i, curve in enumerate(report.curves):
@@ -52,7 +51,6 @@ def curves_figure(report: Report) -> Figure:
                 curve.Omega, measured, "osD^v"[i % 5], color=colour, ms=5, mfc="none", label=f"$\\xi$ = {curve.xi:g}"
             )
             axes.set(xscale="log", xlabel="$\\Omega = \\omega h$", ylabel=label)
-            axes.grid(lw=0.4, alpha=0.5)
     for axes in panels[1:]:
         axes.set(xlim=(report.curves[0].Omega[0], 12.0))
         shown = np.concatenate([line.get_ydata()[line.get_xdata() <= 12.0] for line in axes.lines])

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .arrays import Array
-from .exports import Histories, History, to_dataset, to_figure, to_frame
+from .exports import Histories, History, to_dataset, to_frame
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -148,6 +148,8 @@ class Response:
         axes: Matplotlib's, one for each quantity, to draw into in place of a new figure. Raises ValueError for an
         unknown quantity and for another number of axes.
         """
+        from .history_figure import to_figure  # noqa: PLC0415 (loads Matplotlib)
+
         given = ", ".join(f"{name} = {float(x):.4g}" for name, x in self.scheme.given.items())
         scheme = f"{self.scheme.name} at {given}" if given else self.scheme.name
         end = "" if self.status == "completed" else f", {self.status}"

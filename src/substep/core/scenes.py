@@ -150,6 +150,10 @@ def scene(
     coordinate; "consistent" takes it from the equation of motion; by default as the scene declares it. load:
     a function of time in s, for scenes that take one. elastic_pendulum also takes strain = "green_lagrange"
     or "engineering". Raises ValueError for unknown names, missing parameters and bad values.
+
+    >>> pendulum = ss.scene("elastic_pendulum", EA=1e4, a0="consistent")
+    >>> pendulum.coordinates, round(pendulum.E0, 3)  # the energy at the start, J
+    ((('x', 'm'), ('y', 'm')), 297.992)
     """
     if isinstance(name, Scene):
         if parameters or a0 is not None or load is not None:

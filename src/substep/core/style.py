@@ -1,27 +1,39 @@
-"""Colours, line styles and direct labels of every chart.
+"""The look of every chart: the sheet `substep/charts.mplstyle`, and what a sheet cannot say.
 
-Colours are Okabe and Ito's, which the colour-blind can tell apart; line styles differ too, for print in black.
+A function that draws is decorated with `styled`, so that the sheet holds within it and nowhere else.
 """
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+from matplotlib import rcParams, style
+from matplotlib.axes import Axes
 
 MOST = 8  # curves of one panel that a legend tells apart; more are labelled directly or drawn in several panels
-COLOURS = ("#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7")
 REFERENCE = "#000000"
-STYLES = ("-", "--", "-.", (0, (1, 1)), (0, (8, 2)))
+
+styled = style.context("substep.charts")  # as a decorator, entered anew at each call
+with style.context("substep.charts"):
+    LOOKS = [(one["color"], one["linestyle"]) for one in rcParams["axes.prop_cycle"]]
+COLOURS = tuple(dict.fromkeys(colour for colour, _ in LOOKS))
 
 
 def look(i: int) -> tuple[str, str | tuple[int, tuple[int, ...]]]:
-    """Colour and line style of the i-th curve; no two of the first 25 share both."""
-    return COLOURS[i % 5], STYLES[(i + i // 5) % 5]
+    """Colour and line style of the i-th curve, for one that is drawn in several pieces or apart from its panel."""
+    return LOOKS[i % len(LOOKS)]
 
 
-def label_ends(axes: "Axes", *, left: bool = False, size: float = 8.0) -> None:
+def name_curves(axes: Axes, *, beside: bool) -> None:
+    """Name the curves of a panel in a legend, beside it or within it, or at their ends where they exceed `MOST`."""
+    if len(axes.get_legend_handles_labels()[1]) > MOST:
+        label_ends(axes)
+    elif beside:
+        axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+    else:
+        axes.legend(frameon=True)
+
+
+def label_ends(axes: Axes, *, left: bool = False, size: float = 8.0) -> None:
     """Write the label of every curve at its right or left end, in its colour; labels that would overlap move apart.
 
     To be called when limits and scales are set. The labels lie beside the curves, so that they need room there.

@@ -14,9 +14,10 @@ from ..core.arrays import Array
 from ..core.errors import real_number
 from ..core.schemes import Scheme
 from ..core.schemes import scheme as make_scheme
+from ..core.style import COLOURS, REFERENCE, styled
 from ..structures.damping import Rayleigh
 from ..structures.modes import Modes
-from .charts import COLOURS, REFERENCE, save
+from .charts import save
 
 SECTION = "Structures"
 RESOLVED, INACCURATE = 0.01, 0.1  # period error and numerical damping up to which a mode is so
@@ -49,6 +50,7 @@ def kinds_of_modes(modes: Modes, scheme: Scheme, dt: float) -> list[str]:
     return found.tolist()
 
 
+@styled
 def modes_figure(
     modes: Modes, scheme: Scheme | str, dt: float, *, direction: ArrayLike | None = None, largest: float | None = None
 ) -> Figure:
@@ -74,7 +76,7 @@ def modes_figure(
     marks = s.stability(omega * dt, np.maximum(xi, 0.0))
     kinds = np.array(kinds_of_modes(modes, s, dt))
     share = np.full(len(omega), 0.1) if direction is None else modes.participation(direction).share[modes.rigid :]
-    figure = Figure(figsize=(13, 4.8), layout="constrained")
+    figure = Figure(figsize=(13, 4.8))
     panels = figure.subplots(1, 3, sharex=True)
     names = (r"spectral radius $\rho$", "numerical damping (%)", "period error (%)")
     for axes, curve, mark, name, factor in zip(panels, curves, marks, names, (1, 100, 100), strict=True):
@@ -84,15 +86,14 @@ def modes_figure(
             axes.axvline(largest * dt, color=REFERENCE, linewidth=1.0, linestyle="--", label="largest $\\omega h$")
         axes.set_xlabel(r"$\Omega = \omega h$")
         axes.set_ylabel(name)
-        axes.grid(visible=True, linewidth=0.3, color="0.85")
     panels[0].axhline(1.0, color="0.5", linewidth=0.6)
     panels[0].set_ylim(-0.03, max(1.1, min(2.0, 1.1 * float(np.nanmax(marks[0])))))
     for axes, mark in zip(panels[1:], marks[1:], strict=True):
         _limit(axes, 100 * mark[kinds != "unstable"])
     size = "; area of a mark: share of the effective mass" if direction is not None else ""
-    figure.suptitle(f"{len(omega)} modes under {s.name} at h = {dt:g}{size}", fontsize=11)
+    figure.suptitle(f"{len(omega)} modes under {s.name} at h = {dt:g}{size}")
     handles, labels = panels[0].get_legend_handles_labels()
-    legend = figure.legend(handles, labels, loc="outside lower center", ncols=6, fontsize=9, frameon=False)
+    legend = figure.legend(handles, labels, loc="outside lower center", ncols=6)
     for handle in legend.legend_handles:
         if isinstance(handle, PathCollection):
             handle.set_sizes([36.0])

@@ -85,6 +85,12 @@ def march(
     Raises ValueError for dt <= 0, for t_end that is not a multiple of dt, for tol <= 0, for both or neither of dt and
     tol, for a scheme whose parameters are arrays or that cannot change its step, and for a load that is not finite. A
     run that fails does not raise: see Response.status.
+
+    >>> r = ss.march(ss.scene("linear_oscillator", omega=2 * np.pi), "bathe", dt=0.05, t_end=1.0)
+    >>> r.status, r.u.shape
+    ('completed', (21, 1))
+    >>> print(f"{r.u[-1, 0]:.4f}")  # after a period, from 1
+    0.9990
     """
     if isinstance(scheme, str) and isinstance(scene, str) and scheme in scenes() and scene in schemes():
         raise ValueError(

@@ -276,6 +276,11 @@ def structure(
     Raises ValueError for both or neither of K and internal_force, for other shapes, complex or not finite entries,
     unknown names, names twice, a load on a fixed degree of freedom, constraints that are dependent or leave nothing
     free, and a start that violates them.
+
+    >>> frame = ss.structure(np.diag([2.0, 1.0]), [[6.0, -2.0], [-2.0, 4.0]], u0=[1.0, 0.0], names=["roof", "floor"])
+    >>> u, v, a = ss.march(frame, "bathe", dt=0.1, t_end=1.0).at("roof")
+    >>> u.shape
+    (11,)
     """
     mass = checked("M", M)
     N = mass.shape[0]

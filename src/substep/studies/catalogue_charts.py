@@ -8,9 +8,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from ..core.schemes import Array, Scheme, scheme
-from ..core.style import label_ends
+from ..core.style import REFERENCE, label_ends, look, styled
 from ..derived import facade
-from ..figures.charts import REFERENCE, look, save, save_csv, stability_figure
+from ..figures.charts import save, save_csv, stability_figure
 from .energy_charts import energy_under_changing_steps
 from .estimator_charts import effectivity_chart
 from .precision.charts import kinds
@@ -90,6 +90,7 @@ EQUAL_COST = (
 )
 
 
+@styled
 def trade_off(folder: Path) -> None:
     """Amplitude error against period error at equal cost: the same number of solves per period."""
     solves = np.logspace(np.log10(8), np.log10(200), 60)  # per period
@@ -99,22 +100,21 @@ def trade_off(folder: Path) -> None:
         ),
         **{name: scheme(name) for name in EQUAL_COST},
     }
-    figure = Figure(figsize=(8.5, 6), layout="constrained")
+    figure = Figure(figsize=(8.5, 6))
     axes = figure.subplots()
     columns: dict[str, Array] = {"solves per period": solves}
     for i, (label, s) in enumerate(compared.items()):
         omega = 2 * np.pi * s.balances / solves  # a scheme with k solves a step takes steps k times as long
         amplitude, period = 100 * np.abs(s.amplitude_error(omega)), 100 * np.abs(s.period_error(omega))
         colour, style = (REFERENCE, "-") if s.name == "bathe" else look(i)
-        axes.loglog(period, amplitude, color=colour, linestyle=style, linewidth=1.4, label=label)
+        axes.loglog(period, amplitude, color=colour, linestyle=style, label=label)
         for count, marker in ((20, "o"), (100, "s")):
             k = int(np.argmin(np.abs(solves - count)))
             axes.plot(period[k], amplitude[k], marker, color=colour, markersize=5)
         columns |= {f"{s.name} period error %": period, f"{s.name} amplitude error %": amplitude}
     axes.set_xlabel("period error (%)")
     axes.set_ylabel("amplitude error per period (%)")
-    axes.grid(visible=True, which="both", linewidth=0.3, color="0.85")
-    axes.set_title("Equal cost: circles 20, squares 100 solves per period; $\\xi$ = 0", fontsize=10)
+    axes.set_title("Equal cost: circles 20, squares 100 solves per period; $\\xi$ = 0")
     axes.set_xlim(left=axes.get_xlim()[0] / 15)  # room for the labels
     label_ends(axes, left=True)
     save(
@@ -127,6 +127,7 @@ def trade_off(folder: Path) -> None:
     save_csv(folder / "trade_off_equal_cost.csv", list(columns), list(columns.values()))
 
 
+@styled
 def stability_region(folder: Path) -> None:
     """rho_inf of Newmark-BDF2 with beta = (gamma + 1/2)^2/4 over (gamma_t, gamma), and certified points."""
     splits, gammas = np.linspace(0.01, 0.99, 197), np.linspace(0.3, 1.5, 241)
@@ -135,7 +136,7 @@ def stability_region(folder: Path) -> None:
     radius = scheme("newmark_bdf2", gamma_t=t, beta=b, gamma=g).spectral_radius(1e9)
     omegas = 2 * np.pi * np.logspace(-2.5, 3, 150)
     worst = np.max([scheme("newmark_bdf2", gamma_t=t, beta=b, gamma=g).spectral_radius(o) for o in omegas], axis=0)
-    figure = Figure(figsize=(8, 6), layout="constrained")
+    figure = Figure(figsize=(8, 6))
     axes = figure.subplots()
     shown = np.ma.masked_where(worst > 1 + 1e-9, radius)
     mesh = axes.pcolormesh(t, g, shown, cmap="cividis", vmin=0, vmax=1, shading="auto", rasterized=True)
@@ -148,8 +149,8 @@ def stability_region(folder: Path) -> None:
         axes.scatter(x, y, marker=marker, color="#D55E00", s=36, label=label, **face)
     axes.set_xlabel(r"sub-step ratio $\gamma_t$")
     axes.set_ylabel(r"Newmark's $\gamma$, with $\beta = (\gamma + 1/2)^2/4$")
-    axes.set_title(r"Newmark-BDF2, $\xi$ = 0", fontsize=10)
-    figure.legend(loc="outside lower center", ncols=2, fontsize=9, frameon=False)
+    axes.set_title(r"Newmark-BDF2, $\xi$ = 0")
+    figure.legend(loc="outside lower center", ncols=2)
     save(
         figure, folder / "stability_region", SECTION,
         """Newmark-BDF2 with β = (γ + 1/2)²/4, the choice of Table 4.1, over γ_t and γ, undamped: the colour is the

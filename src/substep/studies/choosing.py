@@ -13,6 +13,11 @@ def choose(subject: Any, accuracy: float, **options: Any) -> Any:
 
     subject: a scene, for which options and result are those of `substep.studies.precision.choose`, or a structure or
     its modes, for which they are those of `substep.studies.structures.choose`. Raises ValueError as these do.
+
+    >>> frame = ss.structure(np.diag([2.0, 1.0]), [[6.0, -2.0], [-2.0, 4.0]], u0=[1.0, 0.0], names=["roof", "floor"])
+    >>> found = ss.choose(frame, 1e-2, t_end=1.0, quantity="roof", among=["bathe"])
+    >>> found.best.error <= 1e-2
+    True
     """
     if isinstance(subject, Structure | Modes):
         from .structures import choose as of_structure  # noqa: PLC0415

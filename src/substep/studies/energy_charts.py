@@ -8,8 +8,9 @@ from matplotlib.figure import Figure
 
 from ..core.scenes import Scene, scene
 from ..core.schemes import Array, scheme
+from ..core.style import COLOURS, styled
 from ..derived import facade
-from ..figures.charts import COLOURS, save, save_csv
+from ..figures.charts import save, save_csv
 from ..marching.run import march
 
 SCHEMES = ("central_difference", "rkn64")  # symplectic; a pair of high order, which is not
@@ -48,20 +49,20 @@ def drift(model: Scene, name: str, tol: float, times: Array) -> Drift:
     return Drift(name, nature(name), steps, times, *(e[k] for e, k in zip(largest, places, strict=True)))
 
 
+@styled
 def energy_under_changing_steps(folder: Path) -> None:
     """The largest error of the energy over time, in chosen steps (dashed) and in as many constant ones."""
     flexible = scene("elastic_pendulum", EA=1e4)
     found = [drift(flexible, name, TOL, MARKS) for name in SCHEMES]
-    figure = Figure(figsize=(8.5, 5.4), layout="constrained")
+    figure = Figure(figsize=(8.5, 5.4))
     axes = figure.subplots()
     for colour, one in zip(COLOURS, found, strict=False):
         label = f"{one.scheme} ({one.nature})"
         axes.loglog(one.t, one.chosen, "--", color=colour, linewidth=1.6, label=f"{label}, chosen steps")
         axes.loglog(one.t, one.constant, "-", color=colour, linewidth=1.6, label=f"{label}, {one.steps} constant steps")
     axes.set(xlabel="$t$ (s)", ylabel="largest $|E/E_0 - 1|$ up to $t$")
-    axes.grid(visible=True, linewidth=0.3, color="0.85")
-    axes.set_title(f"Flexible pendulum, EA = 10⁴ N, tol = {TOL:g}", fontsize=11)
-    figure.legend(loc="outside lower center", ncols=2, fontsize=8, frameon=False)
+    axes.set_title(f"Flexible pendulum, EA = 10⁴ N, tol = {TOL:g}")
+    figure.legend(loc="outside lower center", ncols=2, fontsize=8)
     lost = "; ".join(f"{one.scheme} {one.chosen[-1]:.1e} against {one.constant[-1]:.1e}" for one in found)
     save(
         figure, folder / "energy_under_changing_steps", "Where methods fail",

@@ -10,9 +10,9 @@ from matplotlib.figure import Figure
 
 from ..core.schemes import Array, Scheme, scheme
 from ..core.schemes import schemes as names
-from ..core.style import STYLES
+from ..core.style import COLOURS, styled
 from ..derived import facade
-from ..figures.charts import COLOURS, REFERENCE, save, save_csv
+from ..figures.charts import save, save_csv
 from .precision.charts import panels
 
 if TYPE_CHECKING:
@@ -139,12 +139,13 @@ def effectivity_chart(folder: Path) -> None:
     save_csv(folder / "effectivity.csv", ["Omega", *columns], [OMEGAS, *columns.values()])
 
 
+@styled
 def _draw(path: Path, series: Mapping[str, Array], what: str, caption: str) -> None:
     """Panels of u and v, two groups of schemes in a row, a legend beside each; series: name -> (2, n)."""
     groups = panels(list(series), MOST)
     rows = -(-len(groups) // 2)
     height = 2.3 * rows + 0.9
-    figure = Figure(figsize=(16, height))  # placed by hand: the layout engine takes seconds for so many axes
+    figure = Figure(figsize=(16, height), layout="none")  # placed by hand: an engine takes seconds for so many axes
     figure.subplots_adjust(0.045, 0.5 / height, 1.0, 1 - 0.8 / height, 0.08, 0.3)
     grid = figure.subplots(rows, 6, sharex=True, sharey=True, squeeze=False, width_ratios=(1, 1, 1) * 2)
     places = [row[first : first + 3] for row in grid for first in (0, 3)]
@@ -152,15 +153,13 @@ def _draw(path: Path, series: Mapping[str, Array], what: str, caption: str) -> N
         *drawn, beside = place
         for axes, quantity, own in zip(drawn, "uv", (0, 1), strict=True):
             axes.axhline(1.0, color="0.5", linewidth=0.8)
-            for i, name in enumerate(group.names):
-                colour, style = (*COLOURS, REFERENCE)[i], STYLES[i % len(STYLES)]
-                axes.plot(OMEGAS, series[name][own], color=colour, linestyle=style, linewidth=1.4, label=name)
+            for name in group.names:
+                axes.plot(OMEGAS, series[name][own], label=name)
             axes.set(xscale="log", yscale="log", ylim=(1e-2, 1e2))
             axes.minorticks_off()
             axes.set_title(f"${quantity}$: {group.title}", loc="left", fontsize=9)
-            axes.grid(visible=True, linewidth=0.3, color="0.8")
         handles, labels = drawn[0].get_legend_handles_labels()
-        beside.legend(handles, labels, loc="center left", bbox_to_anchor=(-0.1, 0.5), fontsize=7.5, frameon=False)
+        beside.legend(handles, labels, loc="center left", bbox_to_anchor=(-0.1, 0.5), fontsize=7.5)
     for place in places:
         place[-1].axis("off")
     for place in places[len(groups) :]:
@@ -172,5 +171,5 @@ def _draw(path: Path, series: Mapping[str, Array], what: str, caption: str) -> N
             axes.tick_params(labelbottom=True)
     for row in grid:
         row[0].set_ylabel("estimate / error")
-    figure.suptitle(f"How much of the true local error the default estimators find: {what}", fontsize=11)
+    figure.suptitle(f"How much of the true local error the default estimators find: {what}")
     save(figure, path, SECTION, caption)

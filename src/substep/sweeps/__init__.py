@@ -82,6 +82,10 @@ def sweep(
     Raises ValueError, before anything is run, for names and values that do not fit, for both or neither of dt and tol,
     for a scheme that cannot change its step where steps are chosen, for t_end that is not a multiple of every dt, and
     for a save that holds another sweep. If running raises, the exception's `dataset` is what was done.
+
+    >>> ds = ss.sweep("linear_oscillator", "newmark", omega=[1.0, 2.0], dt=[0.1, 0.2, 0.5], t_end=1.0)
+    >>> dict(ds.u.sizes)
+    {'dt': 3, 'omega': 2, 'coordinate': 1}
     """
     if isinstance(scene, Structure):
         given = {"tol": tol, "samples": samples, "energy_bound": energy_bound, "a0": a0, "save": save}

@@ -19,9 +19,10 @@ from matplotlib.figure import Figure
 from ..core.response import STATUSES, Status
 from ..core.scenes import Scene, scene
 from ..core.schemes import Array, scheme
+from ..core.style import COLOURS, styled
 from ..derived import facade
 from ..exact.pendulum import ElasticPendulum
-from ..figures.charts import COLOURS, curves, save
+from ..figures.charts import curves, save
 from ..marching.run import number_of_steps
 from ..marching.scene_lanes import Lanes, march_lanes
 from .parameter_sets import NEWMARK_SETS
@@ -144,12 +145,13 @@ class Plot:
     march: March
     gamma_t: Fraction | None = None
 
+    @styled
     def figure(self) -> Figure:
         """All panels and one legend."""
         figure = {"energy": _energy_figure, "trajectory": _trajectory_figure, "strain": _strain_figure}[self.kind](self)
-        figure.suptitle(f"Figure 5.{self.number}: {self._subject()}, {self.march}", fontsize=11)
+        figure.suptitle(f"Figure 5.{self.number}: {self._subject()}, {self.march}")
         handles = {label: line for axes in figure.axes for line, label in zip(*_legend(axes), strict=True)}
-        figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=4, fontsize=9, frameon=False)
+        figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=4)
         return figure
 
     def draw(self, folder: Path) -> None:
@@ -210,7 +212,7 @@ def _lines(axes: Axes, x: Array, series: dict[str, Array], y_label: str, x_label
 
 def _lettered(axes: Iterable[Axes], titles: Iterable[str]) -> None:
     for letter, (a, title) in zip("abcdef", zip(axes, titles, strict=True), strict=False):
-        a.set_title(f"({letter}) {title}", loc="left", fontsize=10)
+        a.set_title(f"({letter}) {title}", loc="left")
 
 
 def _energy_figure(plot: Plot) -> Figure:
@@ -219,7 +221,7 @@ def _energy_figure(plot: Plot) -> Figure:
     t = found["Bathe"].t
     some = slice(None, None, -(-len(t) // DRAWN))
     E0 = plot.march.scene.E0
-    figure = Figure(figsize=(13, 4.4), layout="constrained")
+    figure = Figure(figsize=(13, 4.4))
     a, b, c = figure.subplots(1, 3)
     _lines(a, t[some], {label: run.energy[some] for label, run in found.items()}, "energy $E$ (J)")
     momenta = {label: run.angular_momentum[some] for label, run in found.items()}
@@ -236,7 +238,7 @@ def _energy_figure(plot: Plot) -> Figure:
 def _trajectory_figure(plot: Plot) -> Figure:
     every = -(-len(runs(plot.march)[None].t) // DRAWN)
     t, truth = exact(plot.march, every)
-    figure = Figure(figsize=(13, 8.8), layout="constrained")
+    figure = Figure(figsize=(13, 8.8))
     top, bottom = figure.subplots(2, 3, sharex="row", sharey="row", height_ratios=(1.7, 1))
     for axes, below, split in zip(top, bottom, SPLITS, strict=True):
         found = at_split(runs(plot.march), split)
@@ -263,7 +265,7 @@ def _strain_figure(plot: Plot) -> Figure:
     some = t <= (march.t_end if stiff else 15.0)
     unit, text = (1e-8, " ($10^{-8}$)") if stiff else (1.0, "")
     truth = np.full(t[some].shape, rigid_strain(march)) if stiff else exact_strain(march, t[some])
-    figure = Figure(figsize=(13, 8.2), layout="constrained")
+    figure = Figure(figsize=(13, 8.2))
     panels = figure.subplots(3, 1, sharex=True)
     for axes, split in zip(panels, SPLITS, strict=True):
         series = {label: run.strain[some] / unit for label, run in at_split(runs(march), split).items()}
@@ -344,10 +346,11 @@ def rigid_energy(march: March, parameters: Parameters | None, t: Array) -> Array
     return march.scene.E0 * np.where(shrinking > 0, shrinking, np.nan) ** (-2 / power)
 
 
+@styled
 def long_figure(march: March, folder: Path) -> None:
     """Draw the energy of the stiff pendulum far beyond the thesis's 50 s, and the leading term of the rigid limit."""
     found = runs(march)
-    figure = Figure(figsize=(13, 5), layout="constrained")
+    figure = Figure(figsize=(13, 5))
     panels = figure.subplots(1, 3, sharey=True)
     t = np.linspace(0.0, march.t_end, DRAWN)
     for axes, split in zip(panels, SPLITS, strict=True):
@@ -358,13 +361,12 @@ def long_figure(march: March, folder: Path) -> None:
         axes.axvline(50.0, color="0.6", linewidth=0.8)
         axes.set_yscale("log")
         axes.set_xlabel("time $t$ (s)")
-        axes.grid(visible=True, linewidth=0.3, color="0.8")
         axes.margins(x=0)
     panels[0].set_ylabel("energy $E$ (J)")
     _lettered(panels, (rf"$\gamma_t$ = {float(split):g}" for split in SPLITS))
-    figure.suptitle(f"Long runs, {march}; dotted: rigid limit; grey line: where the thesis ends, 50 s", fontsize=11)
+    figure.suptitle(f"Long runs, {march}; dotted: rigid limit; grey line: where the thesis ends, 50 s")
     handles, labels = _legend(panels[0])
-    figure.legend(handles, labels, loc="outside lower center", ncols=6, fontsize=9, frameon=False)
+    figure.legend(handles, labels, loc="outside lower center", ncols=6)
     save(
         figure, folder / f"chapter_5_long_h_{march.h:.0e}", SECTION,
         f"""Energy of the stiff pendulum (EA = 10¹⁰ N) with h = {march.h:g} s over {march.t_end:g} s, far beyond the 50

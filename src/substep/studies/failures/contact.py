@@ -9,7 +9,8 @@ from matplotlib.figure import Figure
 from ...core.response import STATUSES
 from ...core.scenes import scene
 from ...core.schemes import Array, scheme, schemes
-from ...figures.charts import COLOURS, save
+from ...core.style import COLOURS, styled
+from ...figures.charts import save
 from ...marching.scene_lanes import march_lanes
 from .outcomes import QUICK, SECTION, write_rows
 
@@ -69,8 +70,9 @@ def bounce(folder: Path, full: bool = False) -> list[BounceRow]:
     return rows
 
 
+@styled
 def _draw(folder: Path, rows: list[BounceRow]) -> None:
-    figure = Figure(figsize=(11, 6.5), layout="constrained")
+    figure = Figure(figsize=(11, 6.5))
     grid = figure.subplots(2, 3, sharex=True, sharey=True)
     for axes, name in zip(grid.flat, QUICK, strict=True):
         mine = [row for row in rows if row.scheme == name]
@@ -82,15 +84,14 @@ def _draw(folder: Path, rows: list[BounceRow]) -> None:
         axes.set_xscale("log")
         axes.set_yscale("log")
         axes.set_ylim(1e-2, 1e2)
-        axes.set_title(name, loc="left", fontsize=10)
-        axes.grid(visible=True, linewidth=0.3, color="0.85")
+        axes.set_title(name, loc="left")
     for axes in grid[1]:
         axes.set_xlabel(r"step, $\omega_c h$")
     for axes in grid[:, 0]:
         axes.set_ylabel(r"restitution $|v_{out}/v_{in}|$")
     handles, labels = grid[0, 0].get_legend_handles_labels()
-    figure.suptitle(r"Unit mass against a penalty spring, $\omega_c = \sqrt{k/m}$", fontsize=11)
-    figure.legend(handles, labels, loc="outside lower center", ncols=3, frameon=False, fontsize=9)
+    figure.suptitle(r"Unit mass against a penalty spring, $\omega_c = \sqrt{k/m}$")
+    figure.legend(handles, labels, loc="outside lower center", ncols=3)
     save(
         figure, folder / "penalty_bounce", SECTION,
         """A unit mass bounces on a penalty spring (k = 10⁶ N/m, v0 = -1 m/s): speed after over speed before contact,

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from ...core.scenes import scene
 from ...core.schemes import Array, Scheme, scheme, schemes
+from ...core.style import COLOURS, styled
 from ...derived import facade
-from ...figures.charts import COLOURS, curves, save, save_csv
+from ...figures.charts import curves, save, save_csv
 from ...marching.run import march
 from .outcomes import SECTION, write_rows
 
@@ -80,6 +81,7 @@ class OvershootRow:
     v: float
 
 
+@styled
 def overshoot(folder: Path, full: bool = False) -> list[OvershootRow]:
     """First 20 steps of h = 10 T from u0 = 1, v0 = 0, for every scheme; a chart of the unconditionally stable ones."""
     oscillator = scene("linear_oscillator", omega=2 * np.pi)
@@ -90,7 +92,7 @@ def overshoot(folder: Path, full: bool = False) -> list[OvershootRow]:
     write_rows(folder / "overshoot.csv", rows)
     free = without_limit()
     drawn = [row for row in rows if row.scheme in free]
-    figure = Figure(figsize=(8, 6.5), layout="constrained")
+    figure = Figure(figsize=(8, 6.5))
     axes = figure.subplots()
     at = np.arange(len(drawn))
     axes.plot([row.u for row in drawn], at - 0.15, "o", color=COLOURS[0], label="displacement $|u|/u_0$")
@@ -100,8 +102,7 @@ def overshoot(folder: Path, full: bool = False) -> list[OvershootRow]:
     axes.set_yticks(at, [row.scheme for row in drawn], fontsize=8)
     axes.invert_yaxis()
     axes.set_xlabel(f"largest in the first {OVERSHOOT_STEPS} steps, $h/T$ = {OVERSHOOT_RATIO:g}")
-    axes.grid(visible=True, linewidth=0.3, color="0.85")
-    figure.legend(loc="outside lower center", ncols=2, frameon=False, fontsize=9)
+    figure.legend(loc="outside lower center", ncols=2)
     save(
         figure, folder / "overshoot", SECTION,
         f"""Schemes without a limit on the step, undamped oscillator from u0 = 1, v0 = 0: largest |u|/u0 and |v|/(ω
@@ -177,9 +178,10 @@ def alternating_steps(folder: Path, full: bool = False) -> list[AlternatingRow]:
     return rows
 
 
+@styled
 def _draw_alternating(folder: Path) -> None:
     columns: dict[str, Array] = {"h/T": OMEGAS / (2 * np.pi)}
-    figure = Figure(figsize=(12, 7), layout="constrained")
+    figure = Figure(figsize=(12, 7))
     grid = figure.subplots(2, 3, sharex=True)
     order = [ratio for ratio in RATIOS if ratio != 1.0] + [1.0]  # the last is drawn in black
     for axes, name in zip(grid.flat, DRAWN, strict=True):
@@ -188,10 +190,10 @@ def _draw_alternating(folder: Path) -> None:
         curves(axes, OMEGAS / (2 * np.pi), radii, x_label="time ratio $h/T$", y_label=r"spectral radius $\rho$ a step")
         axes.axhline(1.0, color="0.5", linewidth=0.6)
         axes.set_xscale("log")
-        axes.set_title(name, loc="left", fontsize=10)
+        axes.set_title(name, loc="left")
     handles, labels = grid[0, 0].get_legend_handles_labels()
-    figure.suptitle(r"Steps $h$ and $\kappa h$ in turn, $\xi$ = 0", fontsize=11)
-    figure.legend(handles, labels, loc="outside lower center", ncols=7, frameon=False, fontsize=9)
+    figure.suptitle(r"Steps $h$ and $\kappa h$ in turn, $\xi$ = 0")
+    figure.legend(handles, labels, loc="outside lower center", ncols=7)
     save(
         figure, folder / "alternating_steps", SECTION,
         """Steps h and κh in turn on the undamped oscillator, each by the scheme's formulas for a constant step:

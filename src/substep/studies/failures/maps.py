@@ -10,8 +10,9 @@ from matplotlib.figure import Figure
 
 from ...core.scenes import Scene
 from ...core.schemes import Array, Scheme, scheme
+from ...core.style import COLOURS, REFERENCE, styled
 from ...derived import facade
-from ...figures.charts import COLOURS, REFERENCE, save, save_csv
+from ...figures.charts import save, save_csv
 from ...marching.scene_lanes import march_lanes, pair_kernels
 from .outcomes import BLEW_UP, NEWTON, SECTION, WORDS, Outcome, paint, run, whole_steps, word_legend
 from .table import stiff
@@ -86,12 +87,13 @@ def lattice(pendulum: Scene, make: Callable[[Array], Scheme], h: Array, y: Array
     return outcome, pendulum.energy(np.zeros(len(h)), u, v) / pendulum.E0
 
 
+@styled
 def draw(folder: Path, drawn: Map, points: int) -> tuple[Outcome, Array]:
     """One map of points x points runs, as PNG, SVG and CSV; what `lattice` returns."""
     h, y = (x.ravel() for x in np.meshgrid(np.geomspace(*STEPS, points), np.linspace(*drawn.y, points)))
     outcome, end = lattice(stiff(), drawn.make, h, y)
     square, lines = (points, points), drawn.lines()
-    figure = Figure(figsize=(12, 5.2), layout="constrained")
+    figure = Figure(figsize=(12, 5.2))
     a, b = figure.subplots(1, 2, sharey=True)
     paint(a, h.reshape(square), y.reshape(square), outcome.word.reshape(square))
     change = np.where(np.isin(outcome.word, (BLEW_UP, NEWTON)), np.nan, end - 1)
@@ -104,14 +106,14 @@ def draw(folder: Path, drawn: Map, points: int) -> tuple[Outcome, Array]:
     for axes, letter in ((a, "a"), (b, "b")):
         axes.set_xscale("log")
         axes.set_xlabel("step $h$ (s)")
-        axes.set_title(f"({letter})", loc="left", fontsize=10)
+        axes.set_title(f"({letter})", loc="left")
         for line in lines:
             label = f"derived: settled energy change is 0 at {line:.4f}"
             axes.axhline(line, color=REFERENCE, linewidth=1, linestyle="--", label=label)
     a.set_ylabel(drawn.y_label)
-    figure.suptitle(f"{drawn.title}: stiff pendulum, {SPAN:g} s or {MOST_STEPS} steps", fontsize=11)
+    figure.suptitle(f"{drawn.title}: stiff pendulum, {SPAN:g} s or {MOST_STEPS} steps")
     handles = word_legend() + a.get_legend_handles_labels()[0]
-    figure.legend(handles=handles, loc="outside lower center", ncols=5, frameon=False, fontsize=9)
+    figure.legend(handles=handles, loc="outside lower center", ncols=5)
     save(
         figure, folder / f"map_{drawn.name}", SECTION,
         f"""The stiff pendulum (EA = 10¹⁰ N, a0 = -19.6 m/s² along the bar) with {drawn.title}: (a) the outcome of a
@@ -149,10 +151,11 @@ def critical_step(pendulum: Scene) -> float:
     return 2 * (L / v0) ** 0.5 * (m * L / EA) ** 0.25
 
 
+@styled
 def trapezoidal_rule(folder: Path, full: bool = False) -> Array:
     """When the trapezoidal rule's energy rises, over 400 steps h, for three initial accelerations: (3, 400)."""
     h = np.geomspace(5e-3, 0.5, 400)
-    figure = Figure(figsize=(8, 5.2), layout="constrained")
+    figure = Figure(figsize=(8, 5.2))
     axes = figure.subplots()
     rises = {label: first_rise(stiff(a0), h) for label, a0 in STARTS.items()}
     for (label, t), colour, marker in zip(rises.items(), COLOURS, "o^s", strict=False):
@@ -160,9 +163,8 @@ def trapezoidal_rule(folder: Path, full: bool = False) -> Array:
     axes.axvline(critical_step(stiff()), color=REFERENCE, linewidth=1, linestyle="--", label="$h^2 \\omega v_0/L$ = 4")
     axes.set_xlabel("step $h$ (s)")
     axes.set_ylabel(f"first $t$ with $E$ > {FIRST_ENERGY:g} $E_0$ (s)")
-    axes.grid(visible=True, which="both", linewidth=0.3, color="0.85")
-    axes.set_title("Trapezoidal rule, stiff pendulum, 50 s: no rise left of the line", fontsize=10)
-    figure.legend(loc="outside lower center", ncols=2, frameon=False, fontsize=9)
+    axes.set_title("Trapezoidal rule, stiff pendulum, 50 s: no rise left of the line")
+    figure.legend(loc="outside lower center", ncols=2)
     save(
         figure, folder / "trapezoidal_rule", SECTION,
         f"""The trapezoidal rule on the stiff pendulum (EA = 10¹⁰ N, 50 s): when its energy first exceeds

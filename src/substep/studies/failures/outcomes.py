@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ...core.response import STATUSES
 from ...core.scenes import Scene
 from ...core.schemes import Array, Scheme
-from ...figures.charts import COLOURS
+from ...core.style import COLOURS
 from ...marching.scene_lanes import Lanes, march_lanes
 
 WORDS = ("survived", "gains energy", "blew up", "Newton failed")

@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 
 from ...core.scenes import Scene, scene
 from ...core.schemes import scheme, schemes
+from ...core.style import styled
 from ...exact.periods import period
 from ...figures.charts import save
 from .outcomes import NEWTON, QUICK, SECTION, WORDS, paint, run, whole_steps, word_legend, write_rows
@@ -82,6 +83,7 @@ def rows_of(case: Case, full: bool = False) -> list[Row]:
     return found
 
 
+@styled
 def picture(folder: Path, rows: list[Row]) -> None:
     """The table as CSV, and its outcomes as a map of schemes over scenes and steps."""
     write_rows(folder / "failures.csv", rows)
@@ -89,7 +91,7 @@ def picture(folder: Path, rows: list[Row]) -> None:
     word = np.full((len(schemes()), len(columns)), np.nan)
     for row in rows:
         word[schemes().index(row.scheme), columns.index((row.scene, row.h))] = WORDS.index(row.word)
-    figure = Figure(figsize=(11, 9), layout="constrained")
+    figure = Figure(figsize=(11, 9))
     axes = figure.subplots()
     paint(axes, np.arange(len(columns)), np.arange(len(schemes())), word)
     for row in rows:
@@ -106,8 +108,8 @@ def picture(folder: Path, rows: list[Row]) -> None:
         axes.text(start - 0.4, -0.8, case.label, rotation=25, fontsize=9)
         start += len(case.steps)
     figure.legend(
-        handles=word_legend(), loc="outside lower center", ncols=NEWTON + 1, frameon=False, fontsize=9,
-        title="numbers: time of failure in s; white: run with --full only", title_fontsize=9,
+        handles=word_legend(), loc="outside lower center", ncols=NEWTON + 1,
+        title="numbers: time of failure in s; white: run with --full only",
     )  # fmt: skip
     save(
         figure, folder / "failures", SECTION,

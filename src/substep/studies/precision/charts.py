@@ -11,9 +11,9 @@ from matplotlib.figure import Figure
 
 from ...core.scenes import scene
 from ...core.schemes import scheme, schemes
-from ...core.style import MOST
+from ...core.style import COLOURS, MOST, REFERENCE, look, styled
 from ...derived import facade
-from ...figures.charts import COLOURS, REFERENCE, look, save
+from ...figures.charts import save
 from ...marching.scene_lanes import pair_kernels
 from .cases import Case
 from .measure import LONG, Run
@@ -165,6 +165,7 @@ def _rows(mine: Mapping[str, list[Run]], chosen: Mapping[str, list[Run]]) -> lis
     return found
 
 
+@styled
 def _costs(
     case: Case,
     exact: Reference,
@@ -177,7 +178,7 @@ def _costs(
     """The largest error of u over each cost: rows for each kind of scheme, the others in grey."""
     mine, others = by_method(runs), by_method(peers)
     rows = _rows(mine, by_method(chosen))
-    figure = Figure(figsize=(15, 2.3 * len(rows) + 1.2), layout="constrained")
+    figure = Figure(figsize=(15, 2.3 * len(rows) + 1.2))
     room = figure.subplots(len(rows), len(COSTS) + 1, sharex="col", squeeze=False, width_ratios=(1, 1, 1, 0.7))
     grid = room[:, :-1]
 
@@ -200,20 +201,19 @@ def _costs(
                 curve(axes, found, cost, error, color=REFERENCE, linestyle=":", linewidth=1, marker="xsd^v+"[i % 6],
                       markersize=4, markerfacecolor="none", label=name, zorder=2)  # fmt: skip
             axes.set(xscale="log", yscale="log", ylim=(low, 3))
-            axes.grid(visible=True, linewidth=0.3, color="0.85")
             if exact.error > KNOWN:
                 axes.axhline(exact.error, color="0.3", linestyle=(0, (1, 2)), linewidth=1)
             for i, p in enumerate(sorted({order(name) for name in row.methods}, reverse=True)):
                 slope_triangle(axes, p, low * 10 ** (1.4 + 1.4 * i))
         axes_of_row[0].set_ylabel(f"{row.label.replace(', ', chr(10))}\n\nlargest error of $u$")
         handles, labels = axes_of_row[1].get_legend_handles_labels()
-        beside.legend(handles, labels, loc="center left", fontsize=8, frameon=False)
+        beside.legend(handles, labels, loc="center left", fontsize=8)
     for axes, label in zip(grid[-1], COSTS, strict=True):
         axes.set_xlabel(label)
     title = f"{case.title}: error against cost; open marks at the edge: failed, or an error above 100 %"
     absent = f"not installed: {', '.join(missing)}" if missing else ""
     floor = f"dotted: the error of {exact.source}, below which no error is known" if exact.error > KNOWN else ""
-    figure.suptitle("\n".join(line for line in (title, case.note, floor, absent) if line), fontsize=11)
+    figure.suptitle("\n".join(line for line in (title, case.note, floor, absent) if line))
     subject = f"{case.title}: the largest error of u, relative to its largest value, over three costs of a run"
     save(
         figure, folder / f"work_precision_{case.name}", SECTION,
@@ -252,16 +252,17 @@ def best(
     return x, y
 
 
+@styled
 def _quantities(case: Case, exact: Reference, runs: Sequence[Run], chosen: Sequence[Run], folder: Path) -> None:
     """Errors of u, v, a and the energy, three ways each, over evaluations: every scheme, and the best of each kind."""
     mine = by_method(runs)
     groups = {kind: [run for name in names for run in mine.get(name, ())] for kind, names in kinds().items()}
     groups["steps that choose themselves"] = list(chosen)
-    figure = Figure(figsize=(14, 9.5), layout="constrained")
+    figure = Figure(figsize=(14, 9.5))
     grid = figure.subplots(len(STATISTICS), len(SHOWN), sharex=True, sharey="col")
     label, cost = list(COSTS.items())[1]
     for axes, title in zip(grid[0], SHOWN.values(), strict=True):
-        axes.set_title(title, fontsize=10)
+        axes.set_title(title)
     for row, (statistic, label_of) in zip(grid, STATISTICS.items(), strict=True):
         for axes, quantity in zip(row, SHOWN, strict=True):
 
@@ -275,13 +276,12 @@ def _quantities(case: Case, exact: Reference, runs: Sequence[Run], chosen: Seque
                 axes.plot(x, y, color=look(i)[0], linestyle=look(i)[1], linewidth=1.6, label=kind,
                           drawstyle="steps-post")  # fmt: skip
             axes.set(xscale="log", yscale="log")
-            axes.grid(visible=True, linewidth=0.3, color="0.85")
         row[0].set_ylabel(f"relative error, {label_of}")
     for axes in grid[-1]:
         axes.set_xlabel(label)
     handles, labels = grid[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=5, frameon=False, fontsize=9)
-    figure.suptitle(f"{case.title}: errors of every quantity" + (f"\n{case.note}" if case.note else ""), fontsize=11)
+    figure.legend(handles, labels, loc="outside lower center", ncols=5)
+    figure.suptitle(f"{case.title}: errors of every quantity" + (f"\n{case.note}" if case.note else ""))
     save(
         figure, folder / f"work_precision_{case.name}_quantities", SECTION,
         f"""{case.title}: errors of displacement, velocity, acceleration and energy (its drift) at the end, the largest,

@@ -13,7 +13,8 @@ from ...core.errors import called_as, real_number, unknown_name
 from ...core.scenes import Scene
 from ...core.scenes import scene as make_scene
 from ...core.schemes import Scheme, scheme, schemes
-from ...figures.charts import COLOURS, REFERENCE, look, save
+from ...core.style import COLOURS, REFERENCE, look, styled
+from ...figures.charts import save
 from .cases import SAMPLES
 from .charts import SECTION
 from .chosen_steps import TOLERANCES, least, measure_chosen
@@ -267,9 +268,10 @@ def _search(
         yield Candidate(model, methods[i], run, error)
 
 
+@styled
 def chart(choice: Choice, path: Path) -> None:
     """Draw error over operations of all candidates, and the recommended run, as PNG and SVG."""
-    figure = Figure(figsize=(9, 6), layout="constrained")
+    figure = Figure(figsize=(9, 6))
     axes = figure.subplots()
     best, full = choice.best, choice.reference.scene
     by: dict[tuple[str, str, bool], list[Candidate]] = {}
@@ -284,7 +286,7 @@ def chart(choice: Choice, path: Path) -> None:
         if (method, model, uneven) in near:
             colour, line = look(near.index((method, model, uneven)))
             label = f"{method}, {model}" + (", chosen steps" if uneven else "")
-            style = {"color": colour, "linestyle": line, "linewidth": 1.4, "label": label}
+            style = {"color": colour, "linestyle": line, "label": label}
         marker = "D" if uneven else "s" if simple else "o"
         axes.plot(x, y, marker=marker, markersize=4, markerfacecolor="none", **style)  # pyright: ignore
     axes.axhline(choice.accuracy, color=REFERENCE, linewidth=1, linestyle="--", label="wished accuracy")
@@ -294,13 +296,11 @@ def chart(choice: Choice, path: Path) -> None:
     unit = "rad" if choice.quantity == "angle" else "relative"
     axes.set(xscale="log", yscale="log", xlabel="operations of a run", ylim=(None, 20))
     axes.set_ylabel(f"largest error of {choice.quantity} ({unit}); failed runs at 10")
-    axes.grid(visible=True, linewidth=0.3, color="0.85")
     figure.suptitle(
         f"{full.name} over {choice.reference.t[-1]:g} s: circles this scene, squares a simpler model, "
-        "diamonds chosen steps",
-        fontsize=11,
+        "diamonds chosen steps"
     )
-    figure.legend(loc="outside lower center", ncols=2, fontsize=8, frameon=False)
+    figure.legend(loc="outside lower center", ncols=2, fontsize=8)
     save(
         figure, path, SECTION,
         f"""What to choose for {full.name} over {choice.reference.t[-1]:g} s with an error of {choice.quantity} of at

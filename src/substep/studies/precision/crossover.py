@@ -10,8 +10,9 @@ from matplotlib.figure import Figure
 
 from ...core.scenes import Scene, scene
 from ...core.schemes import Scheme, scheme
+from ...core.style import COLOURS, styled
 from ...core.threads import serial
-from ...figures.charts import COLOURS, save
+from ...figures.charts import save
 from ...marching.scene_lanes import march_lanes
 from . import peers as others
 from .cases import SAMPLES
@@ -98,6 +99,7 @@ def time(point: Point, together: bool) -> float:
     return point.together if together else point.alone
 
 
+@styled
 def chart(found: Sequence[Point], missing: dict[str, str], folder: Path) -> None:
     """Draw the time of a run over the wished error, a panel for each EA; all points as CSV."""
     with (folder / "turning.csv").open("w", encoding="utf-8", newline="") as file:
@@ -105,7 +107,7 @@ def chart(found: Sequence[Point], missing: dict[str, str], folder: Path) -> None
     kinds = list(dict.fromkeys(p.kind for p in found))
     handles: list = []
     labels: list = []
-    figure = Figure(figsize=(14, 4.8), layout="constrained")
+    figure = Figure(figsize=(14, 4.8))
     (row,) = figure.subplots(1, len(STIFFNESSES), sharex=True, sharey=True, squeeze=False)
     for axes, EA in zip(row, STIFFNESSES, strict=True):
         for i, kind in enumerate(kinds):
@@ -121,17 +123,15 @@ def chart(found: Sequence[Point], missing: dict[str, str], folder: Path) -> None
         axes.set_title(
             f"$EA$ = {EA:.0e} N; solvers ahead below:\n{alone} (one run), {at_once} ({LANES} runs)", fontsize=9
         )
-        axes.grid(visible=True, linewidth=0.3, color="0.85")
         if not handles:
             axes.invert_xaxis()
             axes.set_ylabel("time a run (ms), one core")
             handles, labels = axes.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=5, fontsize=9, frameon=False)
+    figure.legend(handles, labels, loc="outside lower center", ncols=5)
     names = dict.fromkeys(p.method for p in found if p.kind == "general solver")
     absent = f"; not installed: {', '.join(missing)}" if missing else ""
     figure.suptitle(
-        f"Elastic pendulum, {T_END:g} s: the fastest of each kind\nsolvers: {', '.join(names) or 'none'}{absent}",
-        fontsize=11,
+        f"Elastic pendulum, {T_END:g} s: the fastest of each kind\nsolvers: {', '.join(names) or 'none'}{absent}"
     )
     save(
         figure, folder / "turning", SECTION,
