@@ -52,7 +52,8 @@ def test_a_stability_function_loads_numba_but_not_sympy() -> None:
 def test_a_declaration_of_your_own_does_not_wait_for_the_catalogue() -> None:
     """To declare all of the catalogue takes longer than to derive one scheme."""
     code = (
-        "import sys; from substep_derive import Balance, Scheme, derive, h, knot; (u0, v0, a0), end = knot(0), knot(1)\n"
+        "import sys; from substep_derive import Balance, Scheme, derive, h, knot\n"
+        "(u0, v0, a0), end = knot(0), knot(1); "
         "u1, v1, a1 = end; mine = Scheme('mine', {u1: u0 + h*v0 + h**2*a1/2, v1: v0 + h*a1}, (Balance.at(end, 1),)); "
         "derive(mine).A; print('substep_derive.declare.schemes' in sys.modules)"
     )
