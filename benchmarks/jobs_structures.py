@@ -232,6 +232,10 @@ def _solvers(found: Job, cells: int, rounds: int) -> None:
         ways["SuperLU in METIS's order"] = solvers.superlu
     else:
         found.skipped["SuperLU in METIS's order"] = "pymetis is not installed"
+    if find_spec("cvxopt"):
+        ways["CHOLMOD"] = solvers.cholmod
+    else:
+        found.skipped["CHOLMOD"] = "cvxopt is not installed"
     errors = {"residual": "norm of A x - b over that of b"}
     made = {name: way(A) for name, way in ways.items()}
     for title, rows in (

@@ -1,6 +1,7 @@
 """Factorizations: solutions of definite, indefinite and unsymmetric matrices, memory that is given back."""
 
 import resource
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -8,11 +9,14 @@ import numpy as np
 import pytest
 from scipy import sparse
 
+import substep as ss
 from substep.structures import pardiso as pardiso_module
+from substep.structures import solvers
 from substep.structures.examples import bar, solid
-from substep.structures.solvers import SingularMatrix, factorize, pardiso, superlu
+from substep.structures.solvers import SingularMatrix, cholmod, factorize, pardiso, superlu
 
 N = 200
+GPL = pytest.mark.skipif(not find_spec("cvxopt"), reason="cvxopt is not installed; its licence, the GPL, keeps it out")
 
 
 def matrix(kind: str) -> Any:
@@ -27,7 +31,7 @@ def matrix(kind: str) -> Any:
     return sparse.csr_array(A)
 
 
-@pytest.mark.parametrize("solver", [pardiso, superlu], ids=["pardiso", "superlu"])
+@pytest.mark.parametrize("solver", [pardiso, superlu, pytest.param(cholmod, marks=GPL)], ids=lambda x: x.__name__)
 @pytest.mark.parametrize("kind", ["definite", "indefinite", "unsymmetric"])
 def test_solutions_are_those_of_lapack(solver: Any, kind: str) -> None:
     A = matrix(kind)
@@ -41,7 +45,7 @@ def test_solutions_are_those_of_lapack(solver: Any, kind: str) -> None:
     assert np.abs(solve(B[:, 1]) - exact[:, 1]).max() < 1e-11 * np.abs(exact).max()  # not contiguous
 
 
-@pytest.mark.parametrize("solver", ["pardiso", "superlu"])
+@pytest.mark.parametrize("solver", ["pardiso", "superlu", pytest.param("cholmod", marks=GPL)])
 def test_a_singular_matrix_is_refused_with_its_place(solver: str) -> None:
     with pytest.raises(SingularMatrix):
         factorize(bar(N, fixed_ends=(False, False)).K, solver)
@@ -70,6 +74,31 @@ def test_what_does_not_fit_in_memory_is_refused_before_it_is_tried(monkeypatch: 
     monkeypatch.setattr(pardiso_module, "available_memory", lambda: 10_000)
     with pytest.raises(MemoryError, match=r"factors of 882 unknowns .* GB needed of 0.0 GB free"):
         factorize(solid((6, 6, 6)).K, "pardiso")
+
+
+@GPL
+def test_a_march_with_cholmod_is_that_with_pardiso() -> None:
+    """Of a solid, whose effective matrices CHOLMOD factorizes itself, with load cases as several right sides."""
+    made = []
+
+    def counted(matrix: Any) -> Any:
+        made.append(cholmod(matrix))
+        return made[-1]
+
+    load = [({"uz at 1 1 1": 1e6}, ss.HalfSine(1.0, 5e-4))]
+    own, other = (
+        ss.sweep(solid((4, 4, 4), solver=x), "bathe", dt=1e-4, t_end=1e-3, load=[load, 2 * load], progress=False)
+        for x in (counted, "pardiso")
+    )
+    assert {solve.__qualname__ for solve in made} == {"cholmod.<locals>.solve"}
+    assert np.abs(own.u - other.u).max() < 1e-10 * np.abs(other.u).max()
+
+
+def test_a_solver_that_is_not_installed_is_refused_with_how_to_get_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(solvers, "find_spec", lambda name: None)
+    for name, package in (("cholmod", "cvxopt"), ("pardiso", "pypardiso")):
+        with pytest.raises(ValueError, match=f"expected {package} for solver='{name}', got none installed"):
+            factorize(matrix("definite"), name)
 
 
 def test_memory_is_given_back() -> None:

@@ -67,7 +67,7 @@ def _chosen(matrix: Matrix, solver: Solver) -> Solve:
         return dense(matrix)
     if solver == "pardiso" or (solver == "auto" and find_spec("pypardiso")):
         return pardiso(matrix)
-    return superlu(matrix)
+    return cholmod(matrix) if solver == "cholmod" else superlu(matrix)
 
 
 def krylov(matrix: Matrix) -> Solve:
@@ -132,6 +132,38 @@ def pardiso(matrix: Matrix) -> Solve:
     return Pardiso(matrix)
 
 
+def cholmod(matrix: Matrix) -> Solve:
+    """CHOLMOD in cvxopt, in METIS's order where pymetis is installed; SuperLU for what is not positive definite."""
+    if not find_spec("cvxopt"):
+        raise ValueError("expected cvxopt for solver='cholmod', got none installed; pip install cvxopt, under the GPL")
+    import cvxopt  # noqa: PLC0415 # pyright: ignore[reportMissingImports]
+    import cvxopt.cholmod  # noqa: PLC0415 # pyright: ignore[reportMissingImports]
+    from scipy import sparse  # noqa: PLC0415
+
+    A = sparse.csc_array(matrix)
+    if asymmetry(A) > 1e-14:
+        return superlu(matrix)
+    lower = sparse.coo_array(sparse.tril(A))
+    given = cvxopt.spmatrix(lower.data, *(i.astype(np.int64) for i in lower.coords), A.shape)
+    order = None
+    if find_spec("pymetis"):
+        import pymetis  # noqa: PLC0415
+
+        order = cvxopt.matrix(_graph_order(pymetis, A).astype(np.int64))
+    factors = cvxopt.cholmod.symbolic(given, p=order)
+    try:
+        cvxopt.cholmod.numeric(given, factors)
+    except ArithmeticError:
+        return superlu(matrix)
+
+    def solve(b: Array) -> Array:
+        x = cvxopt.matrix(b)
+        cvxopt.cholmod.solve(factors, x)
+        return np.array(x).reshape(b.shape)
+
+    return solve
+
+
 def negative_eigenvalues(matrix: Matrix, solver: Solver) -> int | None:
     """How many eigenvalues of a symmetric matrix are negative; None with a solver that does not tell its pivots."""
     if solver not in ("auto", "pardiso") or not find_spec("pypardiso"):
@@ -157,4 +189,4 @@ def _loose(matrix: Matrix) -> int:
     return int(np.argmax(np.abs(near(x / np.linalg.norm(x)))))
 
 
-SOLVERS = ("dense", "superlu", "pardiso")
+SOLVERS = ("dense", "superlu", "pardiso", "cholmod")

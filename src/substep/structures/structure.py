@@ -271,7 +271,7 @@ def structure(
     u0, v0, a0: (N,) or one number for all; a0 by default from the equation of motion. fixed: degrees of freedom held at
     0. constraints: T (N, n), the displacements of all as T q of those that are independent. names: of all N, for
     `fixed`, `load` and `dofs`.
-    solver: "auto", "dense", "superlu", "pardiso", or a function from a matrix to a function b -> x.
+    solver: "auto", "dense", "superlu", "pardiso", "cholmod", or a function from a matrix to a function b -> x.
 
     Raises ValueError for both or neither of K and internal_force, for other shapes, complex or not finite entries,
     unknown names, names twice, a load on a fixed degree of freedom, constraints that are dependent or leave nothing
