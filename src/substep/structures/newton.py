@@ -69,9 +69,7 @@ class NonlinearSystem:
     @property
     def explicit(self) -> bool:
         """Whether the internal force does not depend on the unknown."""
-        s, j = self.system, self.place
-        velocity = self.internal.reads > 1 and s.damping[j] != 0.0
-        return not any(row[j] for row in s.displacements) and not (velocity and s.displacements)
+        return not self.system.moves_force(self.internal.reads > 1)
 
     @property
     def tangent(self) -> Tangent | None:
