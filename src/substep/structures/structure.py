@@ -316,8 +316,8 @@ def damping_of(s: Structure, C: Any) -> Matrix | Rayleigh | None:
     """The damping of a structure from what `structure` takes as C."""
     if isinstance(C, Rayleigh) and C.beta != 0.0 and s.K is None:
         raise ValueError(
-            "expected tangent= for Rayleigh damping with beta, which takes the tangent at u0, got none; give it, or set "
-            "beta = 0"
+            "expected tangent= for Rayleigh damping with beta, which takes the tangent at u0, got none; give it, or "
+            "set beta = 0"
         )
     if isinstance(C, ModalDamping):
         return C.matrix(s)
