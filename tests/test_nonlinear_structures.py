@@ -209,3 +209,40 @@ def test_a_discrete_gradient_asks_for_a_potential() -> None:
     ):
         with pytest.raises(ValueError, match=message):
             ask()
+
+
+@pytest.mark.parametrize("newton", ["simplified", "full"])
+def test_an_iteration_that_leaves_where_the_force_is_defined_fails_or_is_halved(newton: Any) -> None:
+    """A stop at u = 1 whose force grows without bound before it: beyond it neither force nor tangent is a number."""
+
+    def force(u: Any) -> Any:
+        return 1e-3 * u / np.where(u < 1.0, 1.0 - u, np.nan) ** 2
+
+    def tangent(u: Any) -> Any:
+        return [1e-3 * (1.0 + u) / np.where(u < 1.0, 1.0 - u, np.nan) ** 3]
+
+    stop = ss.structure([[1.0]], internal_force=force, tangent=tangent, v0=4.0)
+    plain, halved = (
+        ss.march(stop, "average_acceleration", 0.2, 4.0, account=False, newton=newton, line_search=searched)
+        for searched in (False, True)
+    )
+    assert (plain.status, plain.t_failed, len(plain.u)) == ("newton_failed", 0.4, 2)
+    assert halved.status == "completed"
+    assert 0.9 < halved.u.max() < 1.0
+
+
+def test_a_tangent_that_is_singular_fails_an_iteration_and_names_what_is_loose_at_a_good_state() -> None:
+    """A second degree of freedom without mass, whose stiffness goes where the first has moved far."""
+
+    def march(reach: float) -> Any:
+        pair = ss.structure(
+            np.diag([1.0, 0.0]), internal_force=lambda u: np.array([u[0] - u[1], max(reach - u[0], 0.0) * u[1]]),
+            tangent=lambda u: np.array([[1.0, -1.0], [-u[1] if u[0] < reach else 0.0, max(reach - u[0], 0.0)]]),
+            v0=[1.0, 0.0], a0=0.0,
+        )  # fmt: skip
+        return ss.march(pair, "average_acceleration", 0.5, 10.0, account=False, newton="full")
+
+    with pytest.raises(ValueError, match="a Newton iteration, got one that leaves degree of freedom 1 undetermined"):
+        march(0.0)
+    lost = march(0.3)
+    assert (lost.status, lost.t_failed, len(lost.u)) == ("newton_failed", 0.5, 1)
