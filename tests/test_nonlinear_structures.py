@@ -7,6 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.sparse.linalg import LinearOperator
 from substep_derive.declare.schemes import ALL
+from substep_derive.declare.symbols import K0, K_t
 
 import substep as ss
 from substep.structures.examples import rotating_bar
@@ -97,6 +98,7 @@ def test_a_tangent_known_by_its_products_only() -> None:
     given = frame.internal
 
     def products(u: Any) -> Any:
+        assert given.tangent is not None
         K = given.tangent(u)
         return LinearOperator((2, 2), matvec=lambda x: K @ x, rmatvec=lambda x: K.T @ x, dtype=float)
 
@@ -155,3 +157,92 @@ def test_a_rotating_bar_tends_to_the_elastic_pendulum_with_its_mass() -> None:
 def test_a_massless_bar_of_several_elements_is_refused() -> None:
     with pytest.raises(ValueError, match="mass > 0"):
         rotating_bar(2, mass=0.0)
+
+
+def spring(**more: Any) -> dict[str, Any]:
+    """Arguments of a hardening spring without a tangent."""
+    return {"M": [[1.0]], "internal_force": lambda u: u + u**3, "u0": 0.5, "load": ([1.0], ss.Step(1.0)), **more}
+
+
+@pytest.mark.parametrize("scheme", ALL, ids=lambda s: s.name)
+def test_a_tangent_is_asked_for_by_schemes_that_take_it(scheme: Any) -> None:
+    """Those whose kernel of a scene iterates, or whose declaration says so; the others give the same to the bit."""
+    iterates = ss.march(ss.scene("duffing"), scheme.name, 0.01, 0.05).newton_iterations.any()
+    potential = {"potential": lambda u: float(u[0] ** 2 / 2 + u[0] ** 4 / 4)}
+    texts = [*scheme.relations.values(), *(scheme.start.values() if isinstance(scheme.start, dict) else ())]
+    bare, given = (ss.structure(**spring(**potential, **t)) for t in ({}, {"tangent": lambda u: [1.0 + 3.0 * u**2]}))
+    expected = ss.march(given, scheme.name, 0.1, 0.8, account=False)
+    if iterates or any(e.has(K0) or e.has(K_t) for e in texts):
+        with pytest.raises(ValueError, match=r"takes the tangent of the internal force: expected tangent= .*explicit"):
+            ss.march(bare, scheme.name, 0.1, 0.8)
+        return
+    found = ss.march(bare, scheme.name, 0.1, 0.8, account=False)
+    for name in ("u", "v", "a"):
+        assert np.array_equal(getattr(found, name), getattr(expected, name)), name
+
+
+def test_what_a_structure_without_a_tangent_takes() -> None:
+    """Damping and loads, steps that are chosen, disk; what needs the tangent is refused."""
+    explicit = ss.structure(**spring(C=ss.Rayleigh(0.1, 0.0)))
+    assert ss.march(explicit, "central_difference", 0.1, 0.8, account=False).status == "completed"
+    assert ss.march(explicit, "rk4", tol=1e-4, t_end=0.8, account=False).status == "completed"
+    drag = ss.structure(**spring(internal_force=lambda u, v: u + v * np.abs(v)))
+    assert ss.march(drag, "rk4", 0.1, 0.8, account=False).status == "completed"
+    for ask in (
+        lambda: explicit.modes(1),
+        lambda: ss.structure(**spring(C=ss.modal_damping(0.1, 1))),
+        lambda: ss.structure(**spring(C=ss.Rayleigh(0.1, 0.01))),
+        lambda: ss.march(drag, "central_difference", 0.1, 0.8),
+        lambda: ss.sweep(explicit, "bathe", dt=0.1, t_end=0.8),
+    ):
+        with pytest.raises(ValueError, match=r"expected (the tangent|tangent=)"):
+            ask()
+
+
+def test_a_discrete_gradient_asks_for_a_potential() -> None:
+    bent = ss.structure(**spring(tangent=lambda u: [1.0 + 3.0 * u**2]))
+    message = "energy_momentum takes a discrete gradient: expected potential= for this structure, got none"
+    for ask in (
+        lambda: ss.march(bent, "energy_momentum", 0.1, 0.8),
+        lambda: ss.march(bent, "energy_momentum", tol=1e-3, t_end=0.8),
+        lambda: ss.sweep(bent, "energy_momentum", dt=0.1, t_end=0.8),
+    ):
+        with pytest.raises(ValueError, match=message):
+            ask()
+
+
+@pytest.mark.parametrize("newton", ["simplified", "full"])
+def test_an_iteration_that_leaves_where_the_force_is_defined_fails_or_is_halved(newton: Any) -> None:
+    """A stop at u = 1 whose force grows without bound before it: beyond it neither force nor tangent is a number."""
+
+    def force(u: Any) -> Any:
+        return 1e-3 * u / np.where(u < 1.0, 1.0 - u, np.nan) ** 2
+
+    def tangent(u: Any) -> Any:
+        return [1e-3 * (1.0 + u) / np.where(u < 1.0, 1.0 - u, np.nan) ** 3]
+
+    stop = ss.structure([[1.0]], internal_force=force, tangent=tangent, v0=4.0)
+    plain, halved = (
+        ss.march(stop, "average_acceleration", 0.2, 4.0, account=False, newton=newton, line_search=searched)
+        for searched in (False, True)
+    )
+    assert (plain.status, plain.t_failed, len(plain.u)) == ("newton_failed", 0.4, 2)
+    assert halved.status == "completed"
+    assert 0.9 < halved.u.max() < 1.0
+
+
+def test_a_tangent_that_is_singular_fails_an_iteration_and_names_what_is_loose_at_a_good_state() -> None:
+    """A second degree of freedom without mass, whose stiffness goes where the first has moved far."""
+
+    def march(reach: float) -> Any:
+        pair = ss.structure(
+            np.diag([1.0, 0.0]), internal_force=lambda u: np.array([u[0] - u[1], max(reach - u[0], 0.0) * u[1]]),
+            tangent=lambda u: np.array([[1.0, -1.0], [-u[1] if u[0] < reach else 0.0, max(reach - u[0], 0.0)]]),
+            v0=[1.0, 0.0], a0=0.0,
+        )  # fmt: skip
+        return ss.march(pair, "average_acceleration", 0.5, 10.0, account=False, newton="full")
+
+    with pytest.raises(ValueError, match="a Newton iteration, got one that leaves degree of freedom 1 undetermined"):
+        march(0.0)
+    lost = march(0.3)
+    assert (lost.status, lost.t_failed, len(lost.u)) == ("newton_failed", 0.5, 1)

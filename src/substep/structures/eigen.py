@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..core.arrays import Array
 from .matrices import Matrix, combination, require_symmetric
+from .refusals import require_tangent
 from .solvers import SingularMatrix, factorize, negative_eigenvalues
 from .structure import Structure
 
@@ -28,9 +29,10 @@ def eigenmodes(structure: Structure, n: int) -> tuple[Array, Array, Array | None
 
     The last are displacements (size, J) under the structure's load vectors, constant in time, where K was factorized to
     find the modes, else None. The largest component of a shape is positive, of equal ones the first. Raises ValueError
-    for n that is not from 1 to the number of degrees of freedom with mass, for an M or K that is not symmetric, and for
-    an indefinite one.
+    for n that is not from 1 to the number of degrees of freedom with mass, for an M or K that is not symmetric, for an
+    indefinite one, and where no tangent of the internal force was given.
     """
+    require_tangent(structure, "modes")
     require_symmetric("M", structure.M, "for modes")
     require_symmetric("K", structure.K, "for modes")
     most = structure.size - len(structure.massless)

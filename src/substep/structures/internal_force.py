@@ -14,14 +14,14 @@ from .matrices import Matrix, checked, reduced
 
 @dataclass(eq=False)
 class InternalForce:
-    """N(t, u, v) (n,), its tangent (n, n), and its potential, from functions of all N displacements T q.
+    """N(t, u, v) (n,), its tangent (n, n) and its potential, if given, from functions of all N displacements T q.
 
     The last two forces are kept: a scheme that takes the force at both ends of a step computes each but once.
     """
 
     T: Matrix
     force: Callable[..., Any]
-    tangent: Callable[..., Any]
+    tangent: Callable[..., Any] | None
     potential: Callable[..., Any] | None
     kept: list[tuple[float, Array, Array, Array]] = field(default_factory=list, repr=False)
     evaluations: int = 0
@@ -53,6 +53,7 @@ class InternalForce:
 
     def stiffness(self, t: float, u: Array, v: Array) -> tuple[Matrix, Matrix | None]:
         """The derivative of the force by u, and that by v where the user's function gives a pair."""
+        assert self.tangent is not None  # schemes that need one were refused without
         found = self._called(self.tangent, t, u, v)
         parts = found if isinstance(found, tuple) else (found, None)
         K, C = (None if x is None else reduced(checked("the tangent", x, self.T.shape[0]), self.T) for x in parts)

@@ -11,6 +11,7 @@ from .combine import combined
 from .internal_force import InternalForce
 from .matrices import Matrix, combination
 from .plan import System
+from .solvers import SingularMatrix
 from .structure import Structure
 
 TOLERANCE = 1e-12  # of the displacement, relative to its change in the step
@@ -69,9 +70,7 @@ class NonlinearSystem:
     @property
     def explicit(self) -> bool:
         """Whether the internal force does not depend on the unknown."""
-        s, j = self.system, self.place
-        velocity = self.internal.reads > 1 and s.damping[j] != 0.0
-        return not any(row[j] for row in s.displacements) and not (velocity and s.displacements)
+        return not self.system.moves_force(self.internal.reads > 1)
 
     @property
     def tangent(self) -> Tangent | None:
@@ -103,13 +102,18 @@ class NonlinearSystem:
         for self.count in range(1, ITERATIONS + 1):
             if self.solve is None or self.iteration.full:
                 self.taken = t, np.array([self._at(self.system.damping, X, z), *self._displacements(X, z)])
-                self.solve, fresh = self._factorized(*self.taken), True
+                try:
+                    self.solve, fresh = self._factorized(*self.taken), True
+                except ValueError as error:
+                    if self.count == 1 or not isinstance(error.__cause__, SingularMatrix):
+                        raise  # at the last good state the structure itself is undetermined
+                    break
             z, residual, change = self._moved(X, z, -self.solve(residual), residual, known, t)
             size = reach * float(np.abs(change).max())
             u = self._at(row, X, z)
             self.largest = max(self.largest, float(np.abs(u).max()))
             within = max(TOLERANCE * float(np.abs(u - X[0]).max()), EXACT * self.largest)
-            if not np.isfinite(size):
+            if not np.isfinite(size + np.abs(residual).max()):
                 break
             rate = size / previous if previous else 1.0
             left = size * min(1.0, rate / (1.0 - rate)) if rate < 1.0 else size  # of a series that shrinks so
@@ -128,7 +132,7 @@ class NonlinearSystem:
         """z + change, the residual there, and the change; halved while a line search finds the residual grown."""
         residual = self._residual(X, z + change, known, t)
         for _ in range(8 if self.iteration.line_search else 0):
-            if not np.linalg.norm(residual) > np.linalg.norm(old):
+            if np.linalg.norm(residual) <= np.linalg.norm(old):  # not where it is NaN
                 break
             change = 0.5 * change
             residual = self._residual(X, z + change, known, t)

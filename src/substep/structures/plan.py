@@ -42,6 +42,11 @@ class System:
         """The rows of the displacements at which it takes the internal force; of a discrete gradient the later one."""
         return [row for _, row in self.forces] + [row for _, _, row in self.differences]
 
+    def moves_force(self, of_velocity: bool) -> bool:
+        """Whether the internal force, of displacements or of velocities too, depends on the unknown."""
+        moved = any(row[self.place] for row in self.displacements)
+        return moved or (of_velocity and bool(self.displacements) and self.damping[self.place] != 0.0)
+
     @property
     def instant(self) -> float:
         """The mean instant of its loads, in steps after t_n."""

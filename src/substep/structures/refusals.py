@@ -2,7 +2,7 @@
 
 from ..core.schemes import Scheme
 from .matrices import asymmetry
-from .plan import step_of
+from .plan import start_of, step_of
 from .structure import Structure
 
 
@@ -10,7 +10,9 @@ def require_suited(structure: Structure, scheme: Scheme, h: float) -> None:
     """Raises ValueError for a scheme, or the one that starts it, that is not for this structure in steps of h.
 
     Damping is not for a scheme of u'' = g(t, u). Degrees of freedom without mass are not for a scheme none of whose
-    balances has K on its unknown: what it computes of them is nothing the equation of motion says, or not defined.
+    balances has K on its unknown: what it computes of them is nothing the equation of motion says, or not defined. An
+    internal force without a potential is not for a discrete gradient, one without a tangent only for a scheme that
+    takes it where all is known.
     """
     one: Scheme | None = scheme
     while one is not None:
@@ -19,7 +21,21 @@ def require_suited(structure: Structure, scheme: Scheme, h: float) -> None:
             raise ValueError(
                 f"{who} is a scheme for u'' = g(t, u): expected a structure without damping; take another scheme"
             )
-        if len(structure.massless) and not any(x.linear_stiffness[x.place] for x in step_of(one, h).systems):
+        systems = step_of(one, h).systems
+        if (force := structure.internal) is not None:
+            if force.potential is None and any(x.differences for x in systems):
+                raise ValueError(
+                    f"{who} takes a discrete gradient: expected potential= for this structure, got none; give the "
+                    "function whose slope the internal force is, or take another scheme"
+                )
+            own_start = one.starter is None and one.info.start != "given"
+            every = (*systems, *(start_of(one, h).systems if own_start else ()))
+            if force.tangent is None and any(x.stiffness.any() or x.moves_force(force.reads > 1) for x in every):
+                raise ValueError(
+                    f"{who} takes the tangent of the internal force: expected tangent= for this structure, got none; "
+                    "give it, or take an explicit scheme such as central_difference"
+                )
+        if len(structure.massless) and not any(x.linear_stiffness[x.place] for x in systems):
             raise ValueError(
                 f"{who} is explicit: expected mass at each degree of freedom, got none at "
                 f"{structure.named(int(structure.massless[0]))}; condense such degrees of freedom, or take an implicit "
@@ -44,6 +60,12 @@ def require_linear(structure: Structure, what: str) -> None:
             f"expected a linear structure for {what}, got one with internal_force, of which it would know the tangent "
             "at u0 only; march the structure itself, or linearise it on purpose by structure(M, tangent(u0), ...)"
         )
+
+
+def require_tangent(structure: Structure, what: str) -> None:
+    """Raises ValueError for a structure with an internal force that was given no tangent."""
+    if structure.K is None:
+        raise ValueError(f"expected the tangent at u0 for {what}, got a structure without; give it tangent=")
 
 
 def unsymmetric(structure: Structure) -> str | None:

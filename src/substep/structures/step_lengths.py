@@ -47,7 +47,8 @@ def rms(x: Array) -> float:
 def reach(structure: Structure, t_end: float) -> float:
     """What small displacements are measured by, as `rms`: the start's, or the static ones under the largest loads.
 
-    A body that is not held has none: then those of free motion under the mean loads until t_end.
+    A body that is not held has none, nor is one known without a tangent: then those of free motion under the mean loads
+    until t_end.
     """
     instants, found = np.linspace(0.0, t_end, INSTANTS), rms(structure.u0)
     sizes = [np.abs(values_at(g, instants)) for _, g in structure.loads]
@@ -60,10 +61,12 @@ def reach(structure: Structure, t_end: float) -> float:
     )
     if not largest.any():
         return found
-    try:
-        return max(found, rms(factorize(structure.K, structure.solver)(largest)))
-    except SingularMatrix:
-        return max(found, 0.5 * t_end**2 * rms(structure.solve_mass(mean)))
+    if structure.K is not None:
+        try:
+            return max(found, rms(factorize(structure.K, structure.solver)(largest)))
+        except SingularMatrix:
+            pass
+    return max(found, 0.5 * t_end**2 * rms(structure.solve_mass(mean)))
 
 
 @dataclass

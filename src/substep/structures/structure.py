@@ -41,8 +41,8 @@ Dof = int | str
 class Structure:
     """A structure in its free degrees of freedom; make one with `substep.structure`.
 
-    M, K (n, n), K the tangent at u0 where there is an internal force; C a matrix, one of low rank where modes are
-    damped, Rayleigh damping, or None. T (N, n): the displacements of all N degrees of freedom are T q.
+    M, K (n, n), K the tangent at u0 of an internal force, None where that has none. C: a matrix, one of low rank where
+    modes are damped, Rayleigh damping, or None. T (N, n): the displacements of all N degrees of freedom are T q.
     loads: pairs of a vector (n,) and a function of time. u0, v0 (n,). names: of all N degrees of freedom, or empty.
     motions: of the ground, pairs of displacements (N,) for a unit motion of the base, and its acceleration.
     """
@@ -263,8 +263,9 @@ def structure(
     """A structure M a + C v + K u = load, or M a + C v + N(u) = load, from matrices (N, N) in consistent units.
 
     M, K: dense or sparse. internal_force: in place of K, the function N of u (N,), of u and v, or of t, u and v;
-    tangent: with it, its derivative by u (N, N), or a pair with that by v; potential: the function of u of which N is
-    the slope, for schemes that conserve it. C: as below; Rayleigh damping takes the tangent at u0 for K.
+    tangent: with it, its derivative by u (N, N), or a pair with that by v, which explicit schemes do without;
+    potential: the function of u of which N is the slope, for schemes that conserve it. C: as below; Rayleigh damping
+    takes the tangent at u0 for K.
 
     C: a matrix, `substep.rayleigh(...)`, `substep.modal_damping(...)`, or None. load: pairs (P, g) of a vector (N,), or
     a mapping from degrees of freedom to numbers, and a function of time such as `substep.Record`; or one such pair.
@@ -284,17 +285,21 @@ def structure(
     """
     mass = checked("M", M)
     N = mass.shape[0]
-    if (K is None) == (internal_force is None) or (internal_force is None) != (tangent is None):
+    if (K is None) == (internal_force is None):
         raise ValueError("expected K, or internal_force with its tangent; give one of the two")
+    if K is not None and (tangent is not None or potential is not None):
+        raise ValueError("expected tangent and potential with internal_force only, got one with K; leave it out")
     known = _names(names, N)
     held = sorted({_place(dof, known, N) for dof in fixed})
     T = transformation(N, held, constraints)
     internal = None if internal_force is None else InternalForce(T, internal_force, tangent, potential)
     start = {"u0": u0, "v0": v0, "a0": a0}
     free = {name: independent(name, x, T, known) for name, x in start.items() if x is not None}
-    stiffness = (
-        reduced(checked("K", K, N), T) if internal is None else internal.stiffness(0.0, free["u0"], free["v0"])[0]
-    )
+    stiffness = None
+    if internal is None:
+        stiffness = reduced(checked("K", K, N), T)
+    elif tangent is not None:
+        stiffness = internal.stiffness(0.0, free["u0"], free["v0"])[0]
     bare = Structure(
         M=reduced(mass, T),
         C=None,
@@ -314,6 +319,11 @@ def structure(
 
 def damping_of(s: Structure, C: Any) -> Matrix | Rayleigh | None:
     """The damping of a structure from what `structure` takes as C."""
+    if isinstance(C, Rayleigh) and C.beta != 0.0 and s.K is None:
+        raise ValueError(
+            "expected tangent= for Rayleigh damping with beta, which takes the tangent at u0, got none; give it, or "
+            "set beta = 0"
+        )
     if isinstance(C, ModalDamping):
         return C.matrix(s)
     return C if C is None or isinstance(C, Rayleigh) else reduced(checked("C", C, s.T.shape[0]), s.T)
