@@ -71,4 +71,4 @@ audits: $(TOOLS)
 	$(BIN)/python -m audits audits/.environments
 
 clean:
-	rm -rf .venv results docs/generated
+	rm -rf .venv .browser results docs/generated

@@ -19,6 +19,7 @@
 
 # %%
 import numpy as np
+from matplotlib import style
 from matplotlib.figure import Figure
 from substep_derive import Omega, derive, xi
 from substep_derive.algebra.rational import horner
@@ -26,6 +27,8 @@ from sympy import Eq, Matrix, Rational, Symbol, cancel, factor, simplify, symbol
 
 import substep as ss
 from substep.figures.charts import curves
+
+style.use("substep.charts")  # the look of all charts of substep
 
 beta, gamma, gamma_t = symbols("beta gamma gamma_t")
 d = derive("newmark_bdf2")
@@ -130,10 +133,10 @@ radius = {
 }
 radius["Bathe"] = ss.scheme("bathe").spectral_radius(2 * np.pi * ratios)
 assert all(rho.max() <= 1.0 for rho in radius.values())
-figure = Figure(figsize=(7, 4.5), layout="constrained")
+figure = Figure(figsize=(7, 4.5))
 axes = figure.subplots()
 curves(axes, ratios, radius, x_label="time ratio $h/T$", y_label=r"spectral radius $\rho$")
 axes.set_xscale("log")
-axes.set_title(r"Newmark-BDF2, $\gamma_t$ = 0.4, $\xi$ = 0", fontsize=10)
-axes.legend(fontsize=8, frameon=False)
+axes.set_title(r"Newmark-BDF2, $\gamma_t$ = 0.4, $\xi$ = 0")
+axes.legend(fontsize=8)
 figure

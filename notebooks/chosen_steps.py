@@ -28,6 +28,8 @@ from scipy.integrate import solve_ivp
 import substep as ss
 from substep.exact.pendulum import ElasticPendulum
 
+plt.style.use("substep.charts")  # the look of all charts of substep
+
 bathe = ss.scheme("bathe")
 
 
@@ -136,10 +138,9 @@ print(f"           where constant ones as short as needed there are {constant_st
 assert constant_steps > 10 * made
 assert in_time > 100
 
-figure, axes = plt.subplots(figsize=(8, 3.6), layout="constrained")
+figure, axes = plt.subplots(figsize=(8, 3.6))
 axes.loglog(r.t[1:], np.diff(r.t), linewidth=0.8)
 axes.set(xlabel="$t$ (s)", ylabel="chosen step (s)", title="Stiff bar, Bathe's scheme, tol = 1e-7")
-axes.grid(visible=True, linewidth=0.3)
 
 # %% [markdown]
 # ## Which costs less?

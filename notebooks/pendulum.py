@@ -26,6 +26,8 @@ from substep_derive.motion.equations import EquationsOfMotion
 import substep as ss
 from substep.exact.pendulum import ElasticPendulum
 
+plt.style.use("substep.charts")  # the look of all charts of substep
+
 motion = EquationsOfMotion(elastic_pendulum)
 print("internal force  ", list(motion.force(motion.coordinates)))
 print("angular momentum", motion.angular_momentum)
@@ -45,13 +47,13 @@ runs = {
     for beta, gamma in sets
 }
 runs["Bathe"] = ss.march(flexible, ss.scheme("bathe"), dt=0.01, t_end=30.0)
-figure, (left, right) = plt.subplots(1, 2, figsize=(11, 4), layout="constrained")
+figure, (left, right) = plt.subplots(1, 2, figsize=(11, 4))
 for label, r in runs.items():
     left.plot(r.t, r.energy, linewidth=1, label=label)
     right.plot(r.t, r.angular_momentum, linewidth=1)
 left.set(xlabel="$t$ (s)", ylabel="energy (J)")
 right.set(xlabel="$t$ (s)", ylabel=r"angular momentum (kg m$^2$/s)")
-figure.legend(loc="outside lower center", ncols=3, fontsize=8)
+figure.legend(loc="outside lower center", ncols=3)
 
 ends = [r.energy[-1] for r in runs.values()]
 assert ends[:5] == sorted(ends[:5], reverse=True)  # the more, the larger gamma

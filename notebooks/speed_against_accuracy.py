@@ -82,15 +82,17 @@ for name, found in runs.items():
     assert abs(np.log2(errors[-2] / errors[-1]) / 2 - order(name)) < 0.3
 
 # %%
+from matplotlib import style
 from matplotlib.figure import Figure
 
-figure = Figure(figsize=(7, 4.5), layout="constrained")
+style.use("substep.charts")  # the look of all charts of substep
+
+figure = Figure(figsize=(7, 4.5))
 axes = figure.subplots()
 for (name, found), line in zip(runs.items(), ("-", "--", "-.", ":"), strict=True):
     cost, error = zip(*((run.cost.evaluations, run.errors["u"].maximum) for run in found), strict=True)
     axes.loglog(cost, error, line, marker="o", label=name)
 axes.set(xlabel="force and tangent evaluations", ylabel="largest error of $u$, relative", title="Duffing, 10 periods")
-axes.grid(visible=True, linewidth=0.3)
 axes.legend()
 figure
 

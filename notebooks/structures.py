@@ -24,6 +24,8 @@ import substep as ss
 from substep.figures.structure_modes import kinds_of_modes, modes_figure
 from substep.structures.examples import bar, frame, plate, solid
 
+plt.style.use("substep.charts")  # the look of all charts of substep
+
 # %% [markdown]
 # ## A frame on a base that moves
 #
@@ -46,7 +48,7 @@ print(f"energy: {r.account.work[-1]:.0f} J put in, {r.account.damped[-1]:.0f} J 
 assert np.abs(r.account.numerical).max() < 1e-9 * r.account.work.max()
 assert np.abs(roof).max() > 2 * np.abs(r.u[:, 1]).max()
 
-figure, axes = plt.subplots(2, 1, figsize=(8, 5), sharex=True, layout="constrained")
+figure, axes = plt.subplots(2, 1, figsize=(8, 5), sharex=True)
 axes[0].plot(r.t, 1e3 * r.u, linewidth=0.9, label=["roof", "first floor"])
 axes[0].set(ylabel="relative displacement (mm)", title="Five stories on a moving base")
 axes[0].legend()
@@ -132,7 +134,7 @@ def ringing(scheme: ss.Scheme, steps: int = 60) -> np.ndarray:
     return np.abs(ss.march(stiff, scheme, dt=dt, t_end=steps * dt, account=False).u @ mode)
 
 
-figure, axes = plt.subplots(figsize=(8, 3.6), layout="constrained")
+figure, axes = plt.subplots(figsize=(8, 3.6))
 axes.semilogy(np.maximum(ringing(ss.scheme("average_acceleration")), 1e-6), label="trapezoidal rule")
 for rho in (0.9, 0.8, 0.5):
     ring = ringing(ss.scheme("rho_inf_bathe", rho_inf=rho))
@@ -204,7 +206,7 @@ def hat(x: np.ndarray) -> np.ndarray:
 x = np.linspace(0.0, 1.0, elements + 1)
 exact = 0.5 * (hat(x - t_end) + hat(x + t_end))
 rod = bar(elements, lumped=True, fixed_ends=(True, True), start=hat)
-figure, axes = plt.subplots(figsize=(8, 3.6), layout="constrained")
+figure, axes = plt.subplots(figsize=(8, 3.6))
 errors = {}
 for name in ("central_difference", "average_acceleration", "bathe"):
     u = ss.march(rod, name, dt=1 / elements, t_end=t_end, account=False).u[-1]

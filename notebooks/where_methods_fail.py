@@ -30,6 +30,8 @@ from substep.studies.failures.maps import first_rise, lattice
 from substep.studies.failures.outcomes import run
 from substep.studies.failures.table import stiff
 
+plt.style.use("substep.charts")  # the look of all charts of substep
+
 # %% [markdown]
 # ## The stiff pendulum
 #
@@ -54,11 +56,11 @@ h, gamma_t = np.geomspace(0.01, 1.0, 40), np.linspace(0.02, 0.98, 41)
 grid = [x.ravel() for x in np.meshgrid(h, gamma_t)]
 outcome, end = lattice(stiff(), lambda g: ss.scheme("newmark_bdf2", gamma_t=g), *grid)
 change = np.where(outcome.word < 2, end - 1, np.nan).reshape(len(gamma_t), len(h))
-figure, axes = plt.subplots(figsize=(6, 4), layout="constrained")
+figure, axes = plt.subplots(figsize=(6, 4))
 signs = axes.pcolormesh(h, gamma_t, np.sign(change), cmap="PuOr_r", vmin=-1.5, vmax=1.5)
 axes.axhline(split, color="black", linestyle="--", label=rf"derived: $\gamma_t$ = {split:.4f}")
 axes.set(xscale="log", xlabel="step $h$ (s)", ylabel=r"$\gamma_t$", title="energy lost (purple) or gained (orange)")
-axes.legend(loc="upper left")
+axes.legend(loc="upper left", frameon=True)
 
 column = change[:, np.argmin(abs(h - 0.05))]
 resolved = np.isfinite(column) & (gamma_t > 0.1) & (gamma_t < 0.9)

@@ -1,7 +1,10 @@
 // The explorer in a real browser: moves every slider, looks at the charts and reads what the page says, as JSON.
-// Run by tests/test_explorer_browser.py with the folder of playwright-core, the browser, the page and a folder for pictures.
+// Run by tests/test_explorer_browser.py with the folder of playwright-core, the browser, the page, folders for pictures and
+// for the browser, and a file of requests.
+const fs = require("fs");
 const path = require("path");
-const [library, executablePath, page_file, folder, profile] = process.argv.slice(2);
+const computed = require("./explorer_computed.js");
+const [library, executablePath, page_file, folder, profile, requests] = process.argv.slice(2);
 const { chromium } = require(path.resolve(library));
 const quiet = [
     "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
@@ -21,27 +24,41 @@ const quiet = [
     const found = { schemes: {}, scenes: {} };
     const drawn = () => page.evaluate(() => Object.fromEntries(Object.entries(charts).map(([id, chart]) => [id, chart.data.datasets.map((set) => set.data.filter((point) => Number.isFinite(point.y)).length)])));
 
+    // what the scripts compute in this browser
+    const defined = "{ SCHEMES, SCENES, march, certified, fractionOf, parametersOf, stabilityAt }";
+    found.results = await page.evaluate(`${fs.readFileSync(requests, "utf8")}.map((request) => (${computed})(${defined}, request))`);
+
     // every scheme as A, every slider of it moved to both ends and back
     for (const name of await page.evaluate(() => Object.keys(SCHEMES))) {
         await page.selectOption("#a", name);
-        const moved = await page.evaluate(() => {
-            let count = 0;
+        const { moved, messages } = await page.evaluate(() => {
+            let moved = 0;
+            const messages = new Set();
             for (const range of document.querySelectorAll("#parameters-a input[type=range]")) {
                 for (const end of [range.min, range.max, String(0.5 * (Number(range.min) + Number(range.max)))]) {
                     range.value = end;
                     range.dispatchEvent(new Event("input"));
+                    messages.add(document.getElementById("message").textContent);
                 }
-                count += 1;
+                moved += 1;
             }
-            return count;
+            return { moved, messages: [...messages] };
         });
-        const message = await page.textContent("#message");
         if (moved) await page.click("#reset-a");
-        found.schemes[name] = { moved, message, values: await page.textContent("#values table tbody tr:first-child td"), stable: await page.textContent("#values table tbody tr:last-child td"), drawn: await drawn() };
+        found.schemes[name] = { moved, messages, values: await page.textContent("#values table tbody tr:first-child td"), stable: await page.textContent("#values table tbody tr:last-child td"), drawn: await drawn() };
     }
-    // the oscillator's sliders by the keyboard
-    for (const id of ["xi-range", "ratio-range"]) {
-        await page.focus(`#${id}`);
+    // by the keyboard alone: what Tab reaches, in the order of the page, and sliders of the second scheme and of the oscillator
+    await page.selectOption("#b", "newmark");
+    const stops = () => [...document.querySelectorAll("input, select, button, summary, [tabindex]")].filter((one) => one.checkVisibility()).map((one) => one.id || one.textContent);
+    found.stops = await page.evaluate(stops);
+    found.reached = [];
+    await page.focus("#a");
+    for (const _ of found.stops) {
+        found.reached.push(await page.evaluate(() => document.activeElement.id || document.activeElement.textContent));
+        await page.keyboard.press("Tab");
+    }
+    for (const id of ["b.beta-range", "xi-range", "ratio-range"]) {
+        await page.focus(`[id="${id}"]`);
         for (let k = 0; k < 5; k++) await page.keyboard.press("ArrowRight");
     }
     found.keyboard = await page.evaluate(() => [state.xi, state.ratio, location.hash]);
@@ -85,8 +102,9 @@ const quiet = [
     await page.pdf({ path: path.join(folder, "print.pdf") });
     await page.setViewportSize({ width: 360, height: 800 });
     await page.emulateMedia({ media: "screen" });
-    await page.waitForTimeout(300); // charts follow the width after it has changed
-    found.overflow = await page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth);
+    const overflow = () => document.documentElement.scrollWidth - document.documentElement.clientWidth;
+    await page.waitForFunction(`(${overflow})() <= 0`, null, { timeout: 5000 }).catch(() => {}); // charts follow the width later
+    found.overflow = await page.evaluate(overflow);
     await page.screenshot({ path: path.join(folder, "narrow.png"), fullPage: true });
     await context.close();
     console.log(JSON.stringify({ ...found, said, asked }));

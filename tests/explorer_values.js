@@ -1,27 +1,9 @@
 // What the explorer's scripts compute, as JSON: run by tests/test_explorer.py with the file of the scripts and requests.
 const fs = require("fs");
+const computed = require("./explorer_computed.js");
 const [file, requests] = process.argv.slice(2);
 const page = new Function(`${fs.readFileSync(file, "utf8")}; return { SCHEMES, SCENES, march, certified, fractionOf, parametersOf, stabilityAt, stateOf, addressOf, initialState, RATIONAL, fieldOf, squareFree, positiveRoots, nearer, bilinear, sumOf, scaled, productOf, firstLost };`)();
-const results = JSON.parse(fs.readFileSync(requests, "utf8")).map(({ name, given, Omega, xi, damping_ratio, marches }) => {
-    const scheme = page.SCHEMES[name];
-    const { values, ...exact } = page.parametersOf(scheme, given);
-    const found = page.certified(scheme, page.fractionOf(damping_ratio), exact);
-    return {
-        name, values,
-        certificate: found.decided ? String(found.stableUpTo) : found.reason,
-        points: Omega.flatMap((x) => xi.map((damping) => {
-            const { radius, damping: numerical, period } = page.stabilityAt(scheme, values, damping, x / (2 * Math.PI));
-            return { matrix: page.SCHEMES[name].amplification(x, damping, values), numbers: [radius, numerical, period].map(String) };
-        })),
-        marches: marches.map(({ scene, parameters, h, n }) => {
-            try {
-                return page.march(scheme, values, page.SCENES[scene], parameters, h, n);
-            } catch (error) {
-                return { failed: error.message };
-            }
-        }),
-    };
-});
+const results = JSON.parse(fs.readFileSync(requests, "utf8")).map((request) => computed(page, request));
 // signs in Q(r), r = sqrt(2): of r^2 - 2 where r is given by (x^2 - 2)(x - 3), and of numbers near 0; 3 r by 2 r + r
 const root = page.fieldOf([-2n, 0n, 1n], [[1n, 1n], [2n, 1n]]).field;
 const given_by_more = page.fieldOf([6n, -2n, -3n, 1n], [[1n, 1n], [2n, 1n]]).field;

@@ -70,14 +70,9 @@ def marches() -> list[dict[str, Any]]:
     return found
 
 
-@pytest.fixture(scope="module")
-def computed(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
-    """What the page's scripts compute for every scheme, away from its defaults: one process for all of them."""
-    node = shutil.which("node")
-    if node is None:
-        pytest.skip("needs node, which is not installed here")
-    folder = tmp_path_factory.mktemp("explorer")
-    requests = [
+def requests() -> list[dict[str, Any]]:
+    """Of every scheme at its defaults, and at other parameters with marches."""
+    return [
         {
             **{"name": name, "given": {key: repr(x) for key, x in given.items()}, "Omega": OMEGA, "xi": XI},
             **{"damping_ratio": "0", "marches": own},
@@ -85,11 +80,20 @@ def computed(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
         for name in NAMES
         for given, own in (({}, []), (PARAMETERS.get(name, {}), marches()))
     ]
-    requests += [
+
+
+@pytest.fixture(scope="module")
+def computed(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    """What the page's scripts compute for every scheme, away from its defaults: one process for all of them."""
+    node = shutil.which("node")
+    if node is None:
+        pytest.skip("needs node, which is not installed here")
+    folder = tmp_path_factory.mktemp("explorer")
+    decided = [
         {"name": name, "given": given, "Omega": [], "xi": [], "damping_ratio": xi, "marches": []}
         for name, given, xi in DECIDED
     ]
-    (folder / "requests.json").write_text(json.dumps(requests), encoding="utf-8")
+    (folder / "requests.json").write_text(json.dumps(requests() + decided), encoding="utf-8")
     scripts = "\n".join(explorer.source(name) for name in (explorer.SCHEMES, *explorer.OWN))
     (folder / "scripts.js").write_text(scripts, encoding="utf-8")
     program = Path(__file__).with_name("explorer_values.js")
@@ -105,9 +109,8 @@ def of(computed: dict[str, Any], scheme: str) -> tuple[dict[str, Any], dict[str,
     return first, second
 
 
-@pytest.mark.usefixtures("plain_functions")
-@pytest.mark.parametrize("scheme", NAMES)
-def test_stability_functions_are_the_kernels(scheme: str, computed: dict[str, Any]) -> None:
+def check_functions(scheme: str, computed: dict[str, Any]) -> None:
+    """Parameters, matrices and stability functions against the kernels."""
     for found, given in zip(of(computed, scheme), ({}, PARAMETERS.get(scheme, {})), strict=True):
         s = ss.scheme(scheme, **given)
         assert found["values"] == pytest.approx({k: float(x) for k, x in s.parameters.items()}, rel=1e-15)
@@ -121,8 +124,8 @@ def test_stability_functions_are_the_kernels(scheme: str, computed: dict[str, An
                     assert np.abs(point["matrix"] - expected).max() <= 1e-12 * max(1.0, np.abs(expected).max())
 
 
-@pytest.mark.parametrize("scheme", NAMES)
-def test_marches_are_the_papers_steps(scheme: str, computed: dict[str, Any]) -> None:
+def check_marches(scheme: str, computed: dict[str, Any]) -> None:
+    """The first periods of motions against steps by hand."""
     found = of(computed, scheme)[1]
     for name, march in zip(MARCHED, found["marches"], strict=True):
         hand = SCENES[name]
@@ -137,6 +140,17 @@ def test_marches_are_the_papers_steps(scheme: str, computed: dict[str, Any]) -> 
         for k in range(3):
             scale = np.abs(expected[k]).max()
             assert np.abs(rows[:, k] - expected[k]).max() <= ROUNDING * scale, (name, "uva"[k])
+
+
+@pytest.mark.usefixtures("plain_functions")
+@pytest.mark.parametrize("scheme", NAMES)
+def test_stability_functions_are_the_kernels(scheme: str, computed: dict[str, Any]) -> None:
+    check_functions(scheme, computed)
+
+
+@pytest.mark.parametrize("scheme", NAMES)
+def test_marches_are_the_papers_steps(scheme: str, computed: dict[str, Any]) -> None:
+    check_marches(scheme, computed)
 
 
 def without_load(hand: Any) -> Any:

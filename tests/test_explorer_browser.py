@@ -1,10 +1,11 @@
 """The explorer in a real browser: `make test-browser`, which fetches playwright-core and says what else it needs.
 
-The numbers behind the page are tested by Node alone in test_explorer.py.
+What the page computes is compared as in test_explorer.py, where Node alone runs its scripts.
 """
 
 import json
 import os
+import re
 import shutil
 import subprocess
 from pathlib import Path
@@ -13,6 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 from declared import NAMES
+from test_explorer import check_functions, check_marches, requests
 
 import substep as ss
 from substep.figures import explorer
@@ -31,7 +33,8 @@ def seen(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     pictures = Path(os.environ.get("SUBSTEP_PICTURES", folder))
     page = explorer.write(folder / "page.html")
     program = Path(__file__).with_name("explorer_browser.js")
-    command = [node, program, library.resolve(), browser, page, pictures, folder / "profile"]
+    (folder / "requests.json").write_text(json.dumps(requests()), encoding="utf-8")
+    command = [node, program, library.resolve(), browser, page, pictures, folder / "profile", folder / "requests.json"]
     done = subprocess.run([str(x) for x in command], capture_output=True, text=True, check=False, timeout=300)
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)
@@ -42,12 +45,21 @@ def test_nothing_is_logged_and_nothing_is_fetched(seen: dict[str, Any]) -> None:
     assert all(url.startswith(("file://", "about:blank", "data:", "blob:")) for url in seen["asked"])
 
 
+@pytest.mark.usefixtures("plain_functions")
+@pytest.mark.parametrize("scheme", NAMES)
+def test_the_browser_computes_the_kernels_and_the_papers_steps(scheme: str, seen: dict[str, Any]) -> None:
+    check_functions(scheme, seen)
+    check_marches(scheme, seen)
+
+
 @pytest.mark.parametrize("scheme", NAMES)
 def test_every_slider_of_every_scheme_moves(scheme: str, seen: dict[str, Any]) -> None:
     found = seen["schemes"][scheme]
     info = ss.scheme(scheme).info
     assert found["moved"] == len(info.parameters) + len(info.families)
-    assert found["message"] == ""
+    # a slider's end is refused, with the reason, where another parameter would leave its interval by it
+    assert all(re.fullmatch(r"|\w+ = \S+: \w+ would be \S+, which is not in .*", text) for text in found["messages"])
+    assert ("" in found["messages"]) == bool(found["moved"])
     decided = ("for every Ω > 0", "for 0 < Ω < ", "unstable for small Ω")
     assert found["stable"].startswith(
         decided if scheme != "yoshida6" else "not decided in the page: its numbers are of"
@@ -83,11 +95,17 @@ def test_keys_move_sliders_and_wrong_input_is_named(seen: dict[str, Any]) -> Non
     assert float(xi) == pytest.approx(0.05)
     assert float(ratio) == pytest.approx(0.112)
     assert f"ratio={ratio}" in address
+    assert "b.beta=0.3" in address
     message, invalid, kept = seen["wrong"]
     assert "expected a number from" in message
     assert "got 'abc'" in message
     assert invalid == "true"
     assert kept == ratio
+
+
+def test_tab_reaches_every_control_in_the_order_of_the_page(seen: dict[str, Any]) -> None:
+    assert seen["reached"] == seen["stops"]
+    assert {"a", "b", "b.beta", "b.beta-range", "xi", "ratio", "scene", "quantity", "periods"} <= set(seen["reached"])
 
 
 def test_everything_has_a_name_a_table_and_a_dark_form(seen: dict[str, Any]) -> None:

@@ -61,7 +61,7 @@ def test_every_curve_stands_in_a_panel_of_at_most_eight_beside_the_last(count: i
     series: Mapping[str, np.ndarray] = {f"curve {i}": X * i for i in range(count)}
     last = f"curve {count - 1}"
     three = charts.stability_figure("title", (X + 1, series), (X, series, series))
-    one = charts.quantity_figure("period_error", "h/T", X, series, series, 0.0)
+    one = charts.quantity_figure("period_error", "h/T", X, series, 0.0)
     for figure, columns in ((three, 3), (one, 1)):
         drawn = [named(axes) for axes in figure.axes]
         assert all(len(names) <= MOST and names[-1] == last for names in drawn)
@@ -82,7 +82,7 @@ def test_an_unstable_scheme_leaves_the_panel_of_spectral_radii_and_the_others_st
 ) -> None:
     series = {f"curve {i}": 1.0 + X * growth for i, growth in enumerate((-1.0, *others, -0.5))}
     three = charts.stability_figure("title", (X + 1, series), (X, series, series))
-    one = charts.quantity_figure("spectral_radius", "h/T", X + 1, series, series, 0.0)
+    one = charts.quantity_figure("spectral_radius", "h/T", X + 1, series, 0.0)
     for axes in (*three.axes[::3], *one.axes):
         assert axes.get_ylim() == (0.0, top)
         assert axes.get_xscale() == "log"
@@ -96,12 +96,12 @@ def test_errors_where_a_scheme_is_unstable_do_not_flatten_those_of_the_others() 
     amplitude = {name: s.amplitude_error(2 * np.pi * x) for name, s in drawn.items()}
     damping = {name: s.numerical_damping(2 * np.pi * x) for name, s in drawn.items()}
     three = charts.stability_figure("title", (wide, radius), (x, amplitude, amplitude))
-    one = charts.quantity_figure("numerical_damping", "h/T", x, damping, radii, 0.0)
+    one = charts.quantity_figure("numerical_damping", "h/T", x, damping, 0.0, radii)
     for axes, found in ((three.axes[1], 100 * amplitude["bathe"]), (one.axes[0], damping["bathe"])):
         low, high = axes.get_ylim()
         assert -0.1 * found.max() < low < 0.0 < found.max() < high < 1.1 * found.max()
     alone = charts.quantity_figure(
-        "numerical_damping", "h/T", x, {"rk2": damping["rk2"]}, {"rk2": radii["rk2"] + 1}, 0.0
+        "numerical_damping", "h/T", x, {"rk2": damping["rk2"]}, 0.0, {"rk2": radii["rk2"] + 1}
     )
     assert alone.axes[0].get_ylim()[0] < damping["rk2"].min()
 
@@ -112,7 +112,7 @@ def test_charts_are_drawn_into_given_axes_and_leave_the_users_style() -> None:
     series = {label: X * i for i, label in enumerate(labels)}
     figure = Figure()
     first, *three = figure.subplots(1, 4)
-    assert charts.quantity_figure("period_error", "h/T", X, series, series, 0.0, axes=first) is figure
+    assert charts.quantity_figure("period_error", "h/T", X, series, 0.0, axes=first) is figure
     assert charts.stability_figure("title", (X + 1, series), (X, series, series), axes=three) is figure
     assert [named(axes) for axes in figure.axes] == [labels] * 4
     assert [axes.get_legend() is not None for axes in figure.axes] == [True, True, False, False]
@@ -120,7 +120,7 @@ def test_charts_are_drawn_into_given_axes_and_leave_the_users_style() -> None:
     assert {key: rcParams[key] for key in before} == before
     with style.context("substep.charts"):
         own = Figure().subplots()
-    drawn = charts.quantity_figure("period_error", "h/T", X, series, series, 0.0).axes[0]
+    drawn = charts.quantity_figure("period_error", "h/T", X, series, 0.0).axes[0]
     for axes in (own, drawn):
         line = axes.xaxis.get_gridlines()[0]
         assert (line.get_linewidth(), line.get_visible()) == (0.3, True)

@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from matplotlib import rc_context
 
 NOTEBOOKS = sorted((Path(__file__).parents[1] / "notebooks").glob("*.py"))
 PLAIN = ("chosen_steps",)  # march so few steps with so many kernels that plain Python is done before these are compiled
@@ -24,7 +25,8 @@ def test_notebook(path: Path) -> None:
     assert "# %% [markdown]" in text
     assert "assert " in text
     if path.stem not in PLAIN or os.environ.get("SUBSTEP_VERIFY"):
-        runpy.run_path(str(path), run_name="__main__")
+        with rc_context():  # a notebook sets the style of its charts
+            runpy.run_path(str(path), run_name="__main__")
         return
     environment = {**os.environ, "MPLBACKEND": "Agg", "NUMBA_DISABLE_JIT": "1"}
     done = subprocess.run([sys.executable, str(path)], env=environment, capture_output=True, text=True, check=False)

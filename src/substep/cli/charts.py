@@ -60,7 +60,7 @@ def chart(
             series = {name: getattr(s, quantity)(Omega, xi) for name, s in drawn.items()}
             radii = {name: s.spectral_radius(Omega, xi) for name, s in drawn.items()}
             x = Omega if over == "Omega" else Omega / (2 * math.pi)
-            figure, what = charts.quantity_figure(quantity, over, x, series, radii, xi), quantity.replace("_", " ")
+            figure, what = charts.quantity_figure(quantity, over, x, series, xi, radii), quantity.replace("_", " ")
     except ValueError as error:
         raise typer.BadParameter(str(error)) from error
     charts.save(

@@ -112,15 +112,15 @@ def quantity_figure(
     over: str,
     x: Array,
     series: Mapping[str, Array],
-    radii: Mapping[str, Array],
     xi: float,
+    radii: Mapping[str, Array] | None = None,
     axes: Axes | None = None,
 ) -> Figure:
     """One stability function over h/T or Omega, x (n,), of each curve (n,) by label; errors in per cent.
 
-    radii: the spectral radius of each curve (n,), which says where it is stable. More than `MOST` curves are drawn in
-    several panels, each with the last curve in black; or in one with labels at their ends, where axes are given to draw
-    into in place of a new figure.
+    radii: the spectral radius of each curve (n,), so that errors of unstable schemes do not flatten those of others.
+    More than `MOST` curves are drawn in several panels, each with the last curve in black; or in one with labels at
+    their ends, where axes are given to draw into in place of a new figure.
     """
     percent = quantity.endswith("error")
     label = {"spectral_radius": r"spectral radius $\rho$", "numerical_damping": r"numerical damping $\bar\xi$"}.get(
@@ -138,7 +138,7 @@ def quantity_figure(
         curves(panel, x, {name: shown[name] for name in labels}, x_label="", y_label=label)
         if quantity == "spectral_radius":
             _radius_panel(panel, series.values())
-        else:
+        elif radii is not None:
             _error_panel(panel, shown, radii)
         name_curves(panel, beside=axes is None)
     panels[-1].set_xlabel(r"$\Omega = \omega h$" if over == "Omega" else "time ratio $h/T$")
