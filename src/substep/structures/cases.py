@@ -25,13 +25,15 @@ from .structure import Dof, Structure, damping_of, loads_of
 if TYPE_CHECKING:
     import xarray
 
+    from ..derived.modules import Declaration
+
 KEEP = ("final", "peak", "history")
 LONG = {"u": "displacement", "v": "velocity", "a": "acceleration"}
 
 
 def sweep_structure(
     structure: Structure,
-    scheme: Scheme | str,
+    scheme: "Scheme | str | Declaration",
     *,
     t_end: float,
     dt: ArrayLike | None = None,

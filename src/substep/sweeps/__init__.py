@@ -4,12 +4,12 @@ import math
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import closing
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..core.arrays import named
+from ..core.arrays import Array, named
 from ..core.errors import called_as
 from ..core.loads import Load
 from ..core.progress import shown
@@ -141,7 +141,7 @@ def _here(plan: Plan, chunks: Sequence[Chunk], targets: Mapping[str, Any]) -> Bl
 
 def _fill(
     targets: Mapping[str, Any],
-    variables: Mapping[str, Variable],
+    variables: dict[str, Variable],
     blocks: Blocks,
     left: dict[int, Chunk],
     total: int,
@@ -172,10 +172,10 @@ def _fill(
 
 def _is_there(found: Any, target: Any, chunk: Chunk) -> bool:
     """Whether the results of a chunk were put into the target itself."""
-    return isinstance(target, np.ndarray) and np.may_share_memory(found, target[chunk.where])
+    return isinstance(target, np.ndarray) and np.may_share_memory(found, cast("Array", target)[chunk.where])
 
 
-def _reset(targets: Mapping[str, Any], variables: Mapping[str, Variable], chunk: Chunk) -> None:
+def _reset(targets: Mapping[str, Any], variables: dict[str, Variable], chunk: Chunk) -> None:
     """Fill values in place of a chunk's results, the status first."""
     for name, variable in reversed(variables.items()):
         targets[name][chunk.where] = variable.fill

@@ -32,7 +32,8 @@ class Store:
         else:
             _create(path, plan, template, variables, piece)
         self.group: zarr.Group = zarr.open_group(path, mode="r+")
-        self.piece = tuple(self.group.attrs["chunk"]) if plan.axes else ()  # type: ignore[arg-type]
+        chunk: Any = self.group.attrs["chunk"]
+        self.piece: tuple[int, ...] = tuple(chunk) if plan.axes else ()
         self.targets: dict[str, Any] = {name: self.group[name] for name in variables}
 
     def is_done(self, chunk: Chunk) -> bool:
