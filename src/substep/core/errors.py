@@ -5,6 +5,8 @@ import math
 from collections.abc import Callable, Iterable, Mapping
 from difflib import get_close_matches
 from functools import wraps
+from importlib import import_module
+from types import ModuleType
 from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
@@ -24,6 +26,16 @@ def unknown_name(what: str, name: str, known: Iterable[str]) -> ValueError:
     if len(known) > FEW:
         return ValueError(f"expected {what}, got '{name}'{cure or ';'} known are: {', '.join(known)}")
     return ValueError(f"expected {what}, one of: {', '.join(known) or 'none'}; got '{name}'{cure}")
+
+
+def optional(package: str, what_for: str, extra: str) -> ModuleType:
+    """A package that only some users need, imported. Raises ImportError, with the cure, where it is not installed."""
+    try:
+        return import_module(package)
+    except ModuleNotFoundError as error:
+        raise ImportError(
+            f"expected {package} for {what_for}, got none installed; pip install 'substep[{extra}]'"
+        ) from error
 
 
 def called_as(example: str) -> Callable[[Callable[P, T]], Callable[P, T]]:

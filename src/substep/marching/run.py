@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterable
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -17,6 +17,9 @@ from .adaptive import Control, march_adaptive
 from .linear import LinearLanes, march_linear
 from .oscillators import Oscillators
 from .scene_lanes import march_lanes
+
+if TYPE_CHECKING:
+    from ..derived.modules import Declaration
 
 CHOSEN = ("rtol", "atol", "dt_first", "dt_min", "dt_max", "grid", "rung")  # arguments of `march` for chosen steps
 
@@ -60,7 +63,7 @@ def number_of_steps(dt: float, t_end: float) -> int:
 @called_as('march("duffing", "bathe", dt=0.01, t_end=10.0)')
 def march(
     scene: Any,
-    scheme: Scheme | str,
+    scheme: "Scheme | str | Declaration",
     dt: float | None = None,
     t_end: float | None = None,
     *,

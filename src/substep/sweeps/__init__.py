@@ -74,14 +74,15 @@ def sweep(
     in a step). Where a run failed, what it did not reach is NaN, which is all of "final"; peaks are those of the steps
     completed. attrs hold what all points share.
 
-    save: a folder for a Zarr store, which is written chunk by chunk and read from when the Dataset is used; the same
-    call again goes on where it was stopped, even by a kill. client: a dask.distributed client, whose workers take the
-    chunks. progress: a bar on the terminal once it has taken a second. Ctrl-C returns what is done, with
-    attrs["interrupted"] = 1.
+    save: a folder for a Zarr store (the extra `save`), which is written chunk by chunk and read from when the Dataset
+    is used; the same call again goes on where it was stopped, even by a kill. client: a dask.distributed client, whose
+    workers take the chunks. progress: a bar on the terminal once it has taken a second. Ctrl-C returns what is done,
+    with attrs["interrupted"] = 1.
 
     Raises ValueError, before anything is run, for names and values that do not fit, for both or neither of dt and tol,
     for a scheme that cannot change its step where steps are chosen, for t_end that is not a multiple of every dt, and
-    for a save that holds another sweep. If running raises, the exception's `dataset` is what was done.
+    for a save that holds another sweep; ImportError for save where zarr is not installed. If running raises, the
+    exception's `dataset` is what was done.
     """
     if isinstance(scene, Structure):
         given = {"dt": dt, "tol": tol, "samples": samples, "energy_bound": energy_bound, "a0": a0, "load": load,
