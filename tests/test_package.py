@@ -6,11 +6,16 @@ import shutil
 import subprocess
 import sys
 import sysconfig
+from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 from substep_derive.declare.schemes import ALL
+
+import substep as ss
 
 ROOT = Path(__file__).parents[1]
 DERIVE = ROOT / "derive" / "substep_derive"
@@ -42,6 +47,31 @@ def test_a_response_spectrum_does_not_wait_for_dask() -> None:
     """Which xarray imports, with much of SciPy, to ask of each array whether it is one of dask's."""
     code = "import sys, substep; substep.response_spectrum([0.0, 1.0], 0.1, [1.0]); print('dask.array' in sys.modules)"
     assert run(code) == "False"
+
+
+STEPS = {"dt": 0.1, "t_end": 1.0}
+STRUCTURE = ss.structure(np.eye(2), np.eye(2))
+
+
+@pytest.mark.parametrize("call", [
+    lambda path: ss.sweep("linear_oscillator", "bathe", **STEPS, omega=[1.0, 2.0], save=path),
+    lambda path: ss.march(STRUCTURE, "bathe", **STEPS, save=path),
+], ids=["sweep", "structure"])  # fmt: skip
+def test_saving_without_zarr_names_the_extra_and_leaves_nothing(
+    call: Callable[[Path], Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "zarr", None)  # importing it fails, as where it is not installed
+    with pytest.raises(ImportError, match=r"expected zarr for save=, got none.*pip install 'substep\[save\]'"):
+        call(tmp_path / "run")
+    assert not list(tmp_path.iterdir())
+
+
+def test_what_is_not_saved_needs_no_zarr(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "zarr", None)
+    found = ss.sweep("linear_oscillator", "bathe", **STEPS, omega=[1.0, 2.0])
+    assert found.u.sizes == {"omega": 2, "coordinate": 1}
+    assert ss.march(STRUCTURE, "bathe", **STEPS).status == "completed"
+    assert "period" in ss.response_spectrum([0.0, 1.0], 0.1, [1.0]).sizes
 
 
 def test_a_stability_function_loads_numba_but_not_sympy() -> None:

@@ -29,8 +29,8 @@ class Claims:
     rho_inf: float | None = None
     unconditional: bool | None = None
     critical_Omega: float | None = None
-    parameters: Mapping[str, float] = field(default_factory=dict)
-    source: Mapping[str, tuple[str, str]] = field(default_factory=dict)
+    parameters: Mapping[str, float] = field(default_factory=dict[str, float])
+    source: Mapping[str, tuple[str, str]] = field(default_factory=dict[str, tuple[str, str]])
 
     def claimed_scheme(self) -> Scheme | None:
         """The scheme with its parameters; rho_inf is one of them where the scheme has it. None for no scheme known.
@@ -70,7 +70,7 @@ def judged(
     critical: float | None,
 ) -> tuple[Judgement, ...]:
     """Every claim that is made, judged."""
-    found = []
+    found: list[Judgement] = []
 
     def judge(claim: str, claimed: Any, what: str, verdict: Verdict, motions: Sequence[str] = ()) -> None:
         found.append(Judgement(claim, str(claimed), what, verdict, claims.source.get(claim, ("", "")), tuple(motions)))

@@ -78,7 +78,7 @@ def dialect(name: str, **arguments: float) -> Scheme:
 @cache
 def dialects() -> Mapping[str, Dialect]:
     """All that were found, by the name of program and integrator."""
-    read = json.loads(TABLE.read_text(encoding="utf-8")) if TABLE.exists() else {}
+    read: dict[str, Any] = json.loads(TABLE.read_text(encoding="utf-8")) if TABLE.exists() else {}
     return {name: Dialect.from_plain(entry) for name, entry in read.items()}
 
 
@@ -151,7 +151,7 @@ def _sum(terms: Sequence[Term], given: Mapping[str, float]) -> float:
 
 
 def _written(terms: Sequence[Term]) -> str:
-    texts = []
+    texts: list[str] = []
     for factors, text in sorted(terms, key=lambda term: -len(term[0])):
         powers = Counter(factors)
         product = " ".join(name if power == 1 else f"{name}^{power}" for name, power in powers.items())

@@ -91,14 +91,14 @@ def declared(scheme: Scheme) -> Stepper:
 
     def run(
         omega: float, xi: float, dt: float, n: int, u0: float, v0: float, load: Load, a0: float | None = None
-    ) -> Array:
+    ) -> tuple[Array, ...]:
         at = Oscillators(np.array([omega * dt]), np.array([xi]), dt)
         start = None if a0 is None else np.array([a0])
 
         def force(t: Array) -> Array:
             return np.array([load(x) for x in t])
 
-        return Candidate(scheme, at).histories(np.array([u0, v0]), start, n, force)[0].T
+        return tuple(Candidate(scheme, at).histories(np.array([u0, v0]), start, n, force)[0].T)
 
     outputs = "uva" if any(kind == 2 for kind, _ in scheme.history) else "uv"
     return Stepper(run, Integrator(sets_a0=True, damping=scheme.info.damping, outputs=outputs), scheme.name)
@@ -107,7 +107,7 @@ def declared(scheme: Scheme) -> Stepper:
 def measured_curves(stepper: Stepper, own: list[Measured]) -> tuple[Curve, ...]:
     """Spectral radius, numerical damping and period error from the eigenvalues that the histories show."""
     at, tolerance = own[0].at, tolerance_of(stepper)
-    found = []
+    found: list[Curve] = []
     for xi in dict.fromkeys(at.xi.tolist()):
         places = np.flatnonzero(at.xi == xi)
         values = [eigenvalues(own, int(p), tolerance) for p in places]

@@ -39,7 +39,8 @@ class Program:
     longest: float = 600.0
     version: str = ""
     license: str = ""
-    integrators: Mapping[str, Integrator] = field(default_factory=dict)
+    program: str = field(init=False)
+    integrators: Mapping[str, Integrator] = field(default_factory=dict[str, Integrator])
 
     def __post_init__(self) -> None:
         if self.name not in programs():

@@ -36,7 +36,7 @@ class Stepper:
     can: Integrator = field(default_factory=Integrator)
     name: str = "stepper"
     version: str = ""
-    arguments: Mapping[str, Any] = field(default_factory=dict)
+    arguments: Mapping[str, Any] = field(default_factory=dict[str, Any])
     controlled: Run | None = None
 
     def histories(
@@ -91,7 +91,9 @@ class Stepper:
             times, rows = np.asarray(t, np.float64), np.stack([np.asarray(x, np.float64) for x in (u, v)], axis=-1)
             estimates = None if errors is None else np.asarray(errors, np.float64).T
             if rows.shape != (len(times), 2) or (estimates is not None and estimates.shape != (len(times) - 1, 2)):
-                raise ValueError(f"{len(times)} times, {len(rows)} rows, {np.shape(errors)} errors")
+                raise ValueError(
+                    f"{len(times)} times, {len(rows)} rows, {0 if estimates is None else len(estimates)} errors"
+                )
             if not (np.diff(times) > 0).all() or not np.isfinite(rows).all():
                 raise ValueError("times that do not ascend, or numbers that are not finite")
         except Exception as error:

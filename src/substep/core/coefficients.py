@@ -10,21 +10,24 @@ the amplification matrix of x less the identity, rounded once.
 from collections.abc import Callable, Sequence
 from functools import cache
 from math import prod
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from .arrays import Array, common_shape, flat, read_only
-from .parametrized import Parametrized
 from .stability import points
 
+if TYPE_CHECKING:
+    from .schemes import Scheme
 
-def marched(scheme: Parametrized) -> tuple[int, ...]:
+
+def marched(scheme: "Scheme") -> tuple[int, ...]:
     """Which entries of the scheme's state the linear march carries."""
     return scheme.kernels.KEPT
 
 
-def places(scheme: Parametrized) -> tuple[str, ...]:
+def places(scheme: "Scheme") -> tuple[str, ...]:
     """The place of each of u, h*v and h^2*a in x, as text; "y" for one that is not in x."""
     return _places(scheme.kernels.MARCH)
 
@@ -40,7 +43,7 @@ def march_name(m: int, places: Sequence[str]) -> str:
     return f"linear_march_{m}_{'_'.join(places) if any(len(p) > 1 for p in places) else ''.join(places)}"
 
 
-def sizes(scheme: Parametrized) -> tuple[int, int, int]:
+def sizes(scheme: "Scheme") -> tuple[int, int, int]:
     """m, the size of x; R, the size of y; K, the load instants a step of the march's kernel.
 
     The scheme's own stencil may have fewer instants; the coefficients of the others are then 0.
@@ -48,7 +51,7 @@ def sizes(scheme: Parametrized) -> tuple[int, int, int]:
     return len(marched(scheme)), places(scheme).count("y"), scheme.kernels.LOADS
 
 
-def refuse_damping(scheme: Parametrized, xi: ArrayLike) -> None:
+def refuse_damping(scheme: "Scheme", xi: ArrayLike) -> None:
     """Raises ValueError for xi > 0 and a scheme that takes no damping."""
     if not scheme.info.damping and np.any(xi):
         raise ValueError(
@@ -57,7 +60,7 @@ def refuse_damping(scheme: Parametrized, xi: ArrayLike) -> None:
         )
 
 
-def coefficients(scheme: Parametrized, Omega: ArrayLike, xi: ArrayLike) -> tuple[Array, Array, Array, Array]:
+def coefficients(scheme: "Scheme", Omega: ArrayLike, xi: ArrayLike) -> tuple[Array, Array, Array, Array]:
     """D (n, m, m), B (n, m, K), O (n, R, m), P (n, R, K) at the n points of Omega, xi and parameters in C order.
 
     K is here the number of instants of the scheme's stencil.
@@ -69,20 +72,20 @@ def coefficients(scheme: Parametrized, Omega: ArrayLike, xi: ArrayLike) -> tuple
     return D.reshape(-1, m, m), B, y_x.reshape(len(D), R, m), y_f
 
 
-def coefficient_rows(scheme: Parametrized, Omega: Array, xi: Array) -> Array:
+def coefficient_rows(scheme: "Scheme", Omega: Array, xi: Array) -> Array:
     """D, B, O, P as rows (m*m + m*K + R*m + R*K, P) of the `sizes`, for Omega and xi (P,)."""
     if len(Omega) == 1 and all(x.ndim == 0 for x in scheme.kernel_parameters):
         return _coefficient_rows(scheme, Omega, xi, scheme.one_point)
     return _coefficient_rows(scheme, Omega, xi, scheme.kernel_parameters)
 
 
-def _coefficient_rows(scheme: Parametrized, Omega: Array, xi: Array, parameters: Sequence[Array]) -> Array:
+def _coefficient_rows(scheme: "Scheme", Omega: Array, xi: Array, parameters: Sequence[Array]) -> Array:
     refuse_damping(scheme, xi)
     m, R, K = sizes(scheme)
     return _rows(scheme.kernels.coefficients, m * m + m * K + R * (m + K), Omega, xi, parameters)
 
 
-def transfer_rows(scheme: Parametrized, Omega: Array, xi: Array) -> Array:
+def transfer_rows(scheme: "Scheme", Omega: Array, xi: Array) -> Array:
     """Coefficients (4*order + 1, P) of the digital filter from load to response, for Omega and xi (P,).
 
     The rows are described at `transfer` in the generated module; order is the module's FILTER, which must not be 0.
@@ -104,7 +107,7 @@ def _rows(function: Callable[..., None], rows: int, Omega: Array, xi: Array, par
     return out
 
 
-def start_coefficients(scheme: Parametrized, Omega: ArrayLike, xi: ArrayLike) -> tuple[Array, Array]:
+def start_coefficients(scheme: "Scheme", Omega: ArrayLike, xi: ArrayLike) -> tuple[Array, Array]:
     """S (n, m, 3), T (n, m, K): the state at t = 0 is S (u, h*v, h^2*a) + T h^2 f, f the load at START_STENCIL*h."""
     refuse_damping(scheme, xi)
     _, arguments = points(scheme, Omega, xi)
@@ -114,7 +117,7 @@ def start_coefficients(scheme: Parametrized, Omega: ArrayLike, xi: ArrayLike) ->
     return out
 
 
-def stencil(scheme: Parametrized) -> Array:
+def stencil(scheme: "Scheme") -> Array:
     """Instants at which a step takes the load, in steps after t_n: (..., K), read-only."""
     values = scheme.kernel_parameters
     shape = common_shape(scheme.kernels.PARAMETERS, values)

@@ -7,7 +7,9 @@ import warnings
 from collections.abc import Callable, Iterable, Mapping
 from difflib import get_close_matches
 from functools import wraps
+from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
@@ -36,6 +38,16 @@ def warn(message: str) -> None:
     while frame is not None and Path(frame.f_code.co_filename).is_relative_to(OWN):
         level, frame = level + 1, frame.f_back
     warnings.warn(message, stacklevel=level)
+
+
+def optional(package: str, what_for: str, extra: str) -> ModuleType:
+    """A package that only some users need, imported. Raises ImportError, with the cure, where it is not installed."""
+    try:
+        return import_module(package)
+    except ModuleNotFoundError as error:
+        raise ImportError(
+            f"expected {package} for {what_for}, got none installed; pip install 'substep[{extra}]'"
+        ) from error
 
 
 def called_as(example: str) -> Callable[[Callable[P, T]], Callable[P, T]]:

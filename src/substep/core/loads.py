@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from .arrays import Array, read_only
 from .errors import float_array, real_array, real_number
+from .kernel_modules import loaded
 
 
 class Load(Protocol):
@@ -112,11 +113,9 @@ class Record:
 
     def __call__(self, t: Array) -> Array:
         """Load at the times t; an instant that differs from a sample's only by rounding counts as the sample's."""
-        from substep_kernels.loads import interpolate  # noqa: PLC0415 (numba on first use)
-
         times = np.asarray(t, dtype=np.float64)
         values = np.empty(times.shape)
-        interpolate(self._values, float(self.dt), read_only(times), values.reshape(-1))
+        loaded("loads").interpolate(self._values, float(self.dt), read_only(times), values.reshape(-1))
         return values[()]
 
     def __repr__(self) -> str:
@@ -199,10 +198,10 @@ def _changed(operation: np.ufunc, x: Array, y: ArrayLike) -> Array:
 
 def _sine(x: Array) -> Array:
     """sin(x) of an array that may be overwritten, to 2 units in the last place."""
-    from substep_kernels.loads import sine  # noqa: PLC0415 (numba on first use)
-
     x = np.asarray(x, dtype=np.float64, order="C")
-    return x[()] if sine(x.reshape(-1)) else np.sin(x)
+    if not loaded("loads").sine(x.reshape(-1)):
+        np.sin(x, out=x)
+    return x[()]
 
 
 def break_points(load: Load | None, t_end: float) -> Array:
@@ -212,7 +211,7 @@ def break_points(load: Load | None, t_end: float) -> Array:
     elif isinstance(load, HalfSine):
         found = np.array([load.duration])
     elif isinstance(load, Record):
-        found = np.arange(1, min(len(load.samples), int(min(t_end / load.dt, 1e9)) + 2)) * load.dt
+        found = load.dt * np.arange(1.0, min(len(load.samples), int(min(t_end / load.dt, 1e9)) + 2))
     else:
         return np.empty(0)
     return found[(found > 0.0) & (found < t_end)]

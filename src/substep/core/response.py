@@ -72,7 +72,7 @@ class Response:
     @cached_property
     def t(self) -> Array:
         """Times (n+1,), s."""
-        return np.arange(self.u.shape[0]) * self.step if self.times is None else self.times
+        return self.step * np.arange(float(self.u.shape[0])) if self.times is None else self.times
 
     @cached_property
     def a(self) -> Array:

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from substep_kernels.scenes import SCENES
 
 from .arrays import Array, Values, by_value
 from .entries import SceneInfo
@@ -19,6 +18,7 @@ from .loads import Load, LoadLanes, values_at
 if TYPE_CHECKING:
     from ..derived.modules import SceneDeclaration
 
+SCENES: Mapping[str, Mapping[str, Any]] = loaded("scenes").SCENES
 STRAIN_MEASURES = {"green_lagrange": "elastic_pendulum", "engineering": "elastic_pendulum_engineering"}
 
 
@@ -74,9 +74,9 @@ class Scene:
     def lanes(self, where: slice) -> "Scene":
         """The scene of some of its lanes."""
         values = {name: x[where] if np.ndim(x) else x for name, x in self.parameters.items()}
-        starts = (x[where] if x.ndim > 1 else x for x in (self.u0, self.v0, self.a0))
         load = self.load.lanes(where) if isinstance(self.load, LoadLanes) else self.load
-        return Scene(self.info, values, *starts, load, self.a0_asked)
+        u0, v0, a0 = (x[where] if x.ndim > 1 else x for x in (self.u0, self.v0, self.a0))
+        return replace(self, parameters=values, u0=u0, v0=v0, a0=a0, load=load)
 
     def energy(self, t: Array, u: Array, v: Array) -> Array:
         """Kinetic energy and potential (...,) at times t (...,) for u, v (..., d); inf beyond about 1e154."""
@@ -99,8 +99,8 @@ class Scene:
         """The load at the times t, of their shape. Raises ValueError for one not finite or of another shape."""
         if self.load is None:
             return np.zeros(np.shape(t))
-        of_lanes = isinstance(self.load, LoadLanes)
-        return values_at(self.load.along_first_axis(np.ndim(t)) if of_lanes else self.load, np.asarray(t))
+        load = self.load.along_first_axis(np.ndim(t)) if isinstance(self.load, LoadLanes) else self.load
+        return values_at(load, np.asarray(t))
 
     def _evaluate(self, function: str, t: Array, u: Array, v: Array, force: ArrayLike = 0.0) -> Array:
         """A function of the module; force: the load, which only the acceleration depends on."""

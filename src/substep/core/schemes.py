@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from substep_kernels.index import SCHEMES
 
 from . import coefficients as march_coefficients
 from . import stability as stability_functions
@@ -25,6 +24,8 @@ from .kernel_modules import loaded
 
 if TYPE_CHECKING:
     from ..derived.modules import Declaration
+
+SCHEMES: Mapping[str, Mapping[str, Any]] = loaded("index").SCHEMES
 
 
 @dataclass(frozen=True)
@@ -149,7 +150,7 @@ class Scheme:
 
     info: SchemeInfo
     parameters: Mapping[str, Array]
-    given: Mapping[str, Array] = field(default_factory=dict)  # those that were not left to their default
+    given: Mapping[str, Array] = field(default_factory=dict[str, Array])  # those that were not left to their default
 
     @property
     def name(self) -> str:

@@ -8,6 +8,7 @@ that takes no damping they are NaN at xi > 0.
 
 import math
 from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,21 +16,23 @@ from numpy.typing import ArrayLike
 from .arrays import Array, common_shape, flat
 from .errors import float_array, non_negative
 from .norms import largest_norm_of_powers
-from .parametrized import Parametrized
 from .threads import spread
+
+if TYPE_CHECKING:
+    from .schemes import Scheme
 
 PART = 1 << 13  # points of a call where some inputs are single numbers: these are repeated so often, and fit the cache
 NANOSECONDS = {"spectral_radius": 0.6, "stability": 4.0}  # per point, of the fastest schemes
 
 
-def points(scheme: Parametrized, Omega: ArrayLike, xi: ArrayLike) -> tuple[tuple[int, ...], list[Array]]:
+def points(scheme: "Scheme", Omega: ArrayLike, xi: ArrayLike) -> tuple[tuple[int, ...], list[Array]]:
     """The common shape, and Omega, xi and the parameters of the module at each of its points, as kernels take them."""
     arrays = [non_negative("Omega", Omega), non_negative("xi", xi), *scheme.kernel_parameters]
     shape = common_shape(("Omega", "xi", *scheme.kernels.PARAMETERS), arrays)
     return shape, [flat(array, shape) for array in arrays]
 
 
-def amplification(scheme: Parametrized, Omega: ArrayLike, xi: ArrayLike) -> Array:
+def amplification(scheme: "Scheme", Omega: ArrayLike, xi: ArrayLike) -> Array:
     """Amplification matrix (..., m, m) of the free oscillator, in the order of the scheme's state."""
     m = len(scheme.info.state)
     shape, arguments = points(scheme, Omega, xi)
@@ -42,12 +45,12 @@ def amplification(scheme: Parametrized, Omega: ArrayLike, xi: ArrayLike) -> Arra
     return out.reshape(*shape, m, m)
 
 
-def spectral_radius(scheme: Parametrized, Omega: ArrayLike, xi: ArrayLike) -> Array:
+def spectral_radius(scheme: "Scheme", Omega: ArrayLike, xi: ArrayLike) -> Array:
     """Largest modulus of the eigenvalues of the amplification matrix."""
     return _evaluated(scheme, "spectral_radius", 1, Omega, xi)[0]
 
 
-def radius_damping_period(scheme: Parametrized, Omega: ArrayLike, xi: ArrayLike) -> tuple[Array, Array, Array]:
+def radius_damping_period(scheme: "Scheme", Omega: ArrayLike, xi: ArrayLike) -> tuple[Array, Array, Array]:
     """Spectral radius, numerical damping and period error, in one pass."""
     radius, damping, period = _evaluated(scheme, "stability", 3, Omega, xi)
     return radius, damping, period
@@ -59,7 +62,7 @@ def amplitude_error(numerical_damping: Array) -> Array:
         return 0.0 - np.expm1(-2.0 * np.pi * numerical_damping)
 
 
-def power_norm(scheme: Parametrized, Omega: ArrayLike, xi: ArrayLike, n: int) -> Array:
+def power_norm(scheme: "Scheme", Omega: ArrayLike, xi: ArrayLike, n: int) -> Array:
     """The largest of ||A||, ||A^2||, ..., ||A^n|| in the energy norm of (omega*u, v, a/omega); inf on overflow.
 
     Raises ValueError for n < 1 and for Omega = 0.
@@ -77,7 +80,7 @@ def power_norm(scheme: Parametrized, Omega: ArrayLike, xi: ArrayLike, n: int) ->
     return largest.reshape(A.shape[:-2])[()]
 
 
-def _evaluated(scheme: Parametrized, function: str, outputs: int, Omega: ArrayLike, xi: ArrayLike) -> list[Array]:
+def _evaluated(scheme: "Scheme", function: str, outputs: int, Omega: ArrayLike, xi: ArrayLike) -> list[Array]:
     """The outputs of a kernel at all points, each of the common shape; many points are spread over threads.
 
     The kernels return whether a value of Omega or xi is bad or a radius is not finite, so that these are searched only
@@ -102,7 +105,7 @@ def _evaluated(scheme: Parametrized, function: str, outputs: int, Omega: ArrayLi
     return list(out.reshape(outputs, *shape))  # of arrays, or of numbers
 
 
-def _require_finite(scheme: Parametrized, what: str, found: Array, Omega: Array, xi: Array) -> None:
+def _require_finite(scheme: "Scheme", what: str, found: Array, Omega: Array, xi: Array) -> None:
     """Raise ValueError for the first of the points (n,) at which what was found is NaN or infinite."""
     for i in np.flatnonzero(~np.isfinite(found))[:1]:
         raise ValueError(

@@ -9,8 +9,10 @@ from .module_cache import cached_module
 from .simple_fraction import simple_fraction
 
 if TYPE_CHECKING:
-    from substep_derive import Scene as SceneDeclaration
-    from substep_derive import Scheme as Declaration
+    import substep_derive
+
+    Declaration = substep_derive.Scheme
+    SceneDeclaration = substep_derive.Scene
 
 
 def own_scheme_module(declaration: "Declaration") -> ModuleType:

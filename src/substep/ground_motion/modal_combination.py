@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -186,7 +186,8 @@ def _displacements(modes: Modes, spectrum: Any, dt: float | None, scheme: str | 
     if hasattr(spectrum, "pseudo_acceleration"):
         return _interpolated(modes, spectrum)
     if callable(spectrum) and not isinstance(spectrum, Record):
-        given = real_array("pseudo-accelerations of the spectrum", spectrum(modes.periods, modes.xi))
+        found = cast("Spectrum", spectrum)(modes.periods, modes.xi)
+        given = real_array("pseudo-accelerations of the spectrum", found)
         if given.shape != modes.omega.shape or (given < 0.0).any():
             raise ValueError(
                 f"expected a pseudo-acceleration >= 0 for each of {len(modes)} modes, got shape {given.shape}"

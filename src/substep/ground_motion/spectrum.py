@@ -4,13 +4,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from ..core.arrays import named
+from ..core.arrays import Array, named
 from ..core.coefficients import refuse_damping
 from ..core.errors import called_as, non_negative, real_array, real_number
 from ..core.loads import Record
-from ..core.schemes import Array, Scheme
+from ..core.schemes import Scheme
 from ..core.schemes import scheme as make_scheme
 from ..exact.oscillator import exact_peaks
 from ..marching.linear import march_linear
@@ -130,7 +130,7 @@ def _numbers_only(scheme: str | Scheme) -> Scheme:
     return s
 
 
-def _peaks(s: Scheme, omega: Array, xi: Array, load: Record) -> tuple[Array, Array]:
+def _peaks(s: Scheme, omega: Array, xi: Array, load: Record) -> tuple[Array, NDArray[np.bool_]]:
     """Largest |u|, |v|, |2 xi omega v + omega^2 u| (3, P), inf where not stable; and where it is stable (P,)."""
     peaks = np.full((3, len(omega)), np.inf)
     stable = s.spectral_radius(omega * load.dt, xi) <= UNSTABLE

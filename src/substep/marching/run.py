@@ -1,20 +1,25 @@
 """March a scene with a scheme."""
 
 import math
-from collections.abc import Iterable
-from typing import Any, Literal
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from ..core.arrays import Array
 from ..core.errors import called_as, real_number, require_numbers, unknown_name
 from ..core.response import STATUSES, Response, Status
 from ..core.scenes import Scene, scene_info, scenes
 from ..core.scenes import scene as make_scene
-from ..core.schemes import Array, Scheme, schemes
+from ..core.schemes import Scheme, schemes
 from ..core.schemes import scheme as make_scheme
 from .adaptive import Control, march_adaptive
-from .linear import LinearLanes, Oscillators, march_linear
+from .linear import LinearLanes, march_linear
+from .oscillators import Oscillators
 from .scene_lanes import march_lanes
+
+if TYPE_CHECKING:
+    from ..derived.modules import Declaration
 
 CHOSEN = ("rtol", "atol", "dt_first", "dt_min", "dt_max", "grid", "rung")  # arguments of `march` for chosen steps
 
@@ -58,7 +63,7 @@ def number_of_steps(dt: float, t_end: float) -> int:
 @called_as('march("duffing", "bathe", dt=0.01, t_end=10.0)')
 def march(
     scene: Any,
-    scheme: Scheme | str,
+    scheme: "Scheme | str | Declaration",
     dt: float | None = None,
     t_end: float | None = None,
     *,
@@ -96,7 +101,8 @@ def march(
         raise ValueError(
             f"expected the scene, then the scheme, got them exchanged; call march({scheme!r}, {scene!r}, ...)"
         )
-    if not hasattr(scene, "march"):
+    marched_by: Callable[..., Response] | None = getattr(scene, "march", None)  # of a structure or its modes
+    if marched_by is None:
         _require_known(scene, chosen)
     scheme = make_scheme(scheme)
     require_numbers(scheme.name, scheme.parameters, "substep.sweep takes arrays")
@@ -107,10 +113,10 @@ def march(
             f"expected t_end and either dt, a constant step, or tol, for steps that are chosen; got {got or 'none'}"
         )
     t_end = real_number("t_end", t_end, positive=True)
-    if hasattr(scene, "march"):  # a structure or its modes
+    if marched_by is not None:
         options = {"tol": tol, "energy_bound": energy_bound, **chosen}
         given = {name: x for name, x in options.items() if x is not None}
-        return scene.march(scheme, dt=dt, t_end=t_end, stride=stride, **given)
+        return marched_by(scheme, dt=dt, t_end=t_end, stride=stride, **given)
     scene = make_scene(scene)
     if dt is not None:
         require_tol(chosen)
@@ -130,7 +136,7 @@ def march(
     n_done = int(lanes.n_done[0])
     rows = lanes.out[0, : n_done // stride + 1]
     iterations = lanes.iterations[0, :n_done]
-    return _response(scene, scheme, dt, stride, rows, n_done, STATUSES[lanes.status[0]], iterations)
+    return _response(scene, scheme, dt, stride, rows, n_done, STATUSES[int(lanes.status[0])], iterations)
 
 
 def _response(
@@ -147,7 +153,7 @@ def _oscillator_response(scene: Scene, scheme: Scheme, dt: float, n: int, bound:
     n_done = int(lanes.n_done[0])
     iterations = np.ndarray((n_done, scheme.balances), np.int64, bytes(8), strides=(0, 0))  # read-only zeros, as one 0
     rows = lanes.out[: n_done // stride + 1]
-    return _response(scene, scheme, dt, stride, rows, n_done, STATUSES[lanes.status[0]], iterations)
+    return _response(scene, scheme, dt, stride, rows, n_done, STATUSES[int(lanes.status[0])], iterations)
 
 
 def march_oscillators(
@@ -172,12 +178,13 @@ def march_oscillators(
         row[:] = x
     for row, x in zip(start, (scene.u0, scene.v0, scene.a0), strict=True):
         row[:] = x[..., 0]
-    o = Oscillators(*values, start)
+    omega, xi, mass, steps = values
+    o = Oscillators(omega, xi, mass, steps, start)
     if bound == math.inf:
         return march_linear(scheme, o, n, scene.load, stride=stride, keep=keep)
     lanes = march_linear(scheme, o, n, scene.load)
     u, v = (lanes.out[:, kind].T[..., None] for kind in (0, 1))
-    beyond = scene.energy(np.arange(n + 1) * dt, u, v) > bound  # False after n_done, where it is NaN
+    beyond = scene.energy(dt * np.arange(n + 1.0), u, v) > bound  # False after n_done, where it is NaN
     ended = beyond.any(axis=1)
     n_done = np.where(ended, np.maximum(np.argmax(beyond, axis=1) - 1, 0), lanes.n_done)
     status = np.where(ended, STATUSES.index("energy_bound"), lanes.status)

@@ -96,8 +96,10 @@ def modal_damping(xi: ArrayLike, modes: "Modes | int | None" = None) -> ModalDam
     Raises ValueError for negative ratios, for one number without `modes`, and for as many as there are no modes.
     """
     ratios = non_negative("xi", xi)
-    known = None if modes is None or isinstance(modes, int | np.integer) else modes
-    count = len(ratios) if modes is None and ratios.ndim == 1 else modes if known is None else len(known)
+    if modes is None or isinstance(modes, int | np.integer):
+        known, count = None, len(ratios) if modes is None and ratios.ndim == 1 else modes
+    else:
+        known, count = modes, len(modes)
     if count is None or isinstance(modes, bool) or count < 1 or ratios.shape not in ((), (count,)):
         raise ValueError(
             "expected xi (m,), a ratio for each of m modes, or one number and modes=m or Modes, got xi of "

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..core.arrays import Array
+from ..core.errors import optional
 from ..core.loads import is_known, values_at
 from ..core.schemes import Scheme
 from .damping import Rayleigh
@@ -35,8 +36,7 @@ class Saved:
     def __init__(
         self, path: str | Path, shape: tuple[int, int, int], n: int, h: float, told: Callable[[float], dict[str, str]]
     ) -> None:
-        import zarr  # noqa: PLC0415 (on first use)
-
+        zarr = optional("zarr", "save=", "save")
         self.path, self.count = Path(path), max(1, BUFFER // max(1, shape[1] * shape[2]))
         if not self.path.exists():
             group = zarr.open_group(self.path, mode="w-")

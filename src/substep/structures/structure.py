@@ -1,14 +1,17 @@
 """A structure: M a + C v + N(u) = load, with its constraints, loads and start; made and checked by `structure`."""
 
+# pyright: reportUnnecessaryIsInstance=false
+# what users give is checked when it comes, whatever its annotation says
+
 import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ..core.arrays import Array
 from ..core.errors import called_as, real_array, real_number, unknown_name
@@ -35,6 +38,7 @@ if TYPE_CHECKING:
     from .modes import Modes
 
 Dof = int | str
+LoadPair = tuple[ArrayLike | Mapping[Dof, float], Load]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -79,7 +83,7 @@ class Structure:
         return self.C.matrix(self.M, self.K) if isinstance(self.C, Rayleigh) else self.C
 
     @cached_property
-    def massless(self) -> Array:
+    def massless(self) -> NDArray[np.intp]:
         """The degrees of freedom without mass: rows of M that are zero."""
         return np.flatnonzero(np.asarray(abs(self.M).sum(axis=1)).ravel() == 0.0)
 
@@ -251,7 +255,7 @@ def structure(
     tangent: Callable[..., Any] | None = None,
     potential: Callable[..., Any] | None = None,
     C: Any = None,
-    load: Any = (),
+    load: LoadPair | Iterable[LoadPair] = (),
     u0: ArrayLike = 0.0,
     v0: ArrayLike = 0.0,
     a0: ArrayLike | None = None,
@@ -329,7 +333,7 @@ def damping_of(s: Structure, C: Any) -> Matrix | Rayleigh | None:
     return C if C is None or isinstance(C, Rayleigh) else reduced(checked("C", C, s.T.shape[0]), s.T)
 
 
-def loads_of(s: Structure, load: Any) -> tuple[tuple[Array, Load], ...]:
+def loads_of(s: Structure, load: LoadPair | Iterable[LoadPair]) -> tuple[tuple[Array, Load], ...]:
     """The loads of a structure from what `structure` takes as load."""
     moving = np.asarray(abs(s.T).sum(axis=1)).ravel()
     held = np.flatnonzero(moving == 0.0).tolist()
@@ -348,10 +352,10 @@ def _names(names: Sequence[str], N: int) -> tuple[str, ...]:
     return known
 
 
-def _pairs(load: Any) -> list[tuple[Any, Any]]:
+def _pairs(load: LoadPair | Iterable[LoadPair]) -> list[LoadPair]:
     if isinstance(load, tuple) and len(load) == 2 and callable(load[1]) and not callable(load[0]):
-        return [load]
-    pairs = list(load) if isinstance(load, Iterable) else [load]
+        return [cast("LoadPair", load)]
+    pairs: list[LoadPair] = list(cast("Iterable[LoadPair]", load)) if isinstance(load, Iterable) else [load]
     for pair in pairs:
         if not isinstance(pair, tuple) or len(pair) != 2:
             raise ValueError(
@@ -361,7 +365,7 @@ def _pairs(load: Any) -> list[tuple[Any, Any]]:
     return pairs
 
 
-def _shape(P: Any, names: tuple[str, ...], held: Sequence[int], N: int) -> Array:
+def _shape(P: ArrayLike | Mapping[Dof, float], names: tuple[str, ...], held: Sequence[int], N: int) -> Array:
     if isinstance(P, Mapping):
         shape = np.zeros(N)
         for dof, value in P.items():
@@ -376,7 +380,7 @@ def _shape(P: Any, names: tuple[str, ...], held: Sequence[int], N: int) -> Array
     return shape
 
 
-def _function(g: Any) -> Load:
+def _function(g: Load) -> Load:
     if not callable(g):
         raise ValueError(
             f"expected a function of time such as ss.Step or ss.Record with each load vector, got {type(g).__name__}"

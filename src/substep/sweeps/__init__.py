@@ -4,12 +4,12 @@ import math
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import closing
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..core.arrays import named
+from ..core.arrays import Array, named
 from ..core.errors import called_as
 from ..core.loads import Load
 from ..core.progress import shown
@@ -42,7 +42,7 @@ def sweep(
     samples: int | None = None,
     energy_bound: float | None = None,
     a0: ArrayLike | str | None = None,
-    load: Load | None = None,
+    load: Load | Sequence[Any] | None = None,
     save: str | Path | None = None,
     client: "Client | None" = None,
     progress: bool = True,
@@ -74,14 +74,15 @@ def sweep(
     in a step). Where a run failed, what it did not reach is NaN, which is all of "final"; peaks are those of the steps
     completed. attrs hold what all points share.
 
-    save: a folder for a Zarr store, which is written chunk by chunk and read from when the Dataset is used; the same
-    call again goes on where it was stopped, even by a kill. client: a dask.distributed client, whose workers take the
-    chunks. progress: a bar on the terminal once it has taken a second. Ctrl-C returns what is done, with
-    attrs["interrupted"] = 1.
+    save: a folder for a Zarr store (the extra `save`), which is written chunk by chunk and read from when the Dataset
+    is used; the same call again goes on where it was stopped, even by a kill. client: a dask.distributed client, whose
+    workers take the chunks. progress: a bar on the terminal once it has taken a second. Ctrl-C returns what is done,
+    with attrs["interrupted"] = 1.
 
     Raises ValueError, before anything is run, for names and values that do not fit, for both or neither of dt and tol,
     for a scheme that cannot change its step where steps are chosen, for t_end that is not a multiple of every dt, and
-    for a save that holds another sweep. If running raises, the exception's `dataset` is what was done.
+    for a save that holds another sweep; ImportError for save where zarr is not installed. If running raises, the
+    exception's `dataset` is what was done.
 
     >>> ds = ss.sweep("linear_oscillator", "newmark", omega=[1.0, 2.0], dt=[0.1, 0.2, 0.5], t_end=1.0)
     >>> dict(ds.u.sizes)
@@ -91,7 +92,8 @@ def sweep(
         given = {"tol": tol, "samples": samples, "energy_bound": energy_bound, "a0": a0, "save": save}
         if dt is not None and (asked := [name for name, x in given.items() if x is not None]):
             raise ValueError(f"expected a sweep of a structure without {asked[0]}, got one; march each point with it")
-        marches = planned_structure(scene, scheme, t_end=t_end, dt=dt, keep=keep, load=load, **axes)
+        cases = cast("Sequence[Any] | None", load)  # of a structure, loads of several cases
+        marches = planned_structure(scene, scheme, t_end=t_end, dt=dt, keep=keep, load=cases, **axes)
         todo, of = marches.chunks, marches.variables
         if client is None:
             blocks = ((chunk, run_structures(chunk, marches)) for chunk in todo)
@@ -99,7 +101,7 @@ def sweep(
             blocks = run_on(client, run_structures_on_one_core, marches, todo)
         targets = _targets(of, marches.dims)
         return _collected(marches.template(), of, marches.dims, targets, todo, blocks, progress)
-    plan = planned(scene, scheme, dt, tol, t_end, keep, samples, energy_bound, a0, load, axes)
+    plan = planned(scene, scheme, dt, tol, t_end, keep, samples, energy_bound, a0, cast("Load | None", load), axes)
     of, shell, piece = variables(plan), template(plan), plan.piece(client is not None)
     store = None if save is None else Store(Path(save), plan, shell, of, piece)
     chunks = plan.chunks(piece if store is None else store.piece)
@@ -116,7 +118,7 @@ Blocks = Generator[tuple[Chunk, Results]]
 
 def _collected(
     shell: "xarray.Dataset",
-    variables: Mapping[str, Variable],
+    variables: dict[str, Variable],
     dims: Mapping[str, int],
     targets: Mapping[str, Any],
     todo: Sequence[Chunk],
@@ -173,7 +175,7 @@ def _here(plan: Plan, chunks: Sequence[Chunk], targets: Mapping[str, Any]) -> Bl
 
 def _fill(
     targets: Mapping[str, Any],
-    variables: Mapping[str, Variable],
+    variables: dict[str, Variable],
     blocks: Blocks,
     left: dict[int, Chunk],
     total: int,
@@ -204,10 +206,10 @@ def _fill(
 
 def _is_there(found: Any, target: Any, chunk: Chunk) -> bool:
     """Whether the results of a chunk were put into the target itself."""
-    return isinstance(target, np.ndarray) and np.may_share_memory(found, target[chunk.where])
+    return isinstance(target, np.ndarray) and np.may_share_memory(found, cast("Array", target)[chunk.where])
 
 
-def _reset(targets: Mapping[str, Any], variables: Mapping[str, Variable], chunk: Chunk) -> None:
+def _reset(targets: Mapping[str, Any], variables: dict[str, Variable], chunk: Chunk) -> None:
     """Fill values in place of a chunk's results, the status first."""
     for name, variable in reversed(variables.items()):
         targets[name][chunk.where] = variable.fill

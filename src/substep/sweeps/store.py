@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..core.errors import optional
 from .dataset import NOT_RUN, Variable
 from .plan import Chunk, Plan
 
@@ -24,15 +25,14 @@ class Store:
     def __init__(
         self, path: Path, plan: Plan, template: "xarray.Dataset", variables: dict[str, Variable], piece: tuple[int, ...]
     ) -> None:
-        import zarr  # noqa: PLC0415 (on first use)
-
+        zarr = optional("zarr", "save=", "save")
         self.path = path
         if path.exists():
             self._check(template)
         else:
             _create(path, plan, template, variables, piece)
-        self.group: zarr.Group = zarr.open_group(path, mode="r+")
-        self.piece = tuple(self.group.attrs["chunk"]) if plan.axes else ()  # type: ignore[arg-type]
+        self.group: Any = zarr.open_group(path, mode="r+")
+        self.piece: tuple[int, ...] = tuple(self.group.attrs["chunk"]) if plan.axes else ()
         self.targets: dict[str, Any] = {name: self.group[name] for name in variables}
 
     def is_done(self, chunk: Chunk) -> bool:

@@ -31,17 +31,17 @@ class Integrator:
     "critical_Omega" and the scheme's parameters.
     """
 
-    arguments: dict[str, Any] = field(default_factory=dict)
+    arguments: dict[str, Any] = field(default_factory=dict[str, Any])
     sets_a0: bool = False
     outputs: str = "uva"
-    late: dict[str, float] = field(default_factory=dict)
+    late: dict[str, float] = field(default_factory=dict[str, float])
     load: str = "function"
     damping: bool = True
     nonlinear: bool = False
     adaptive: bool = False
     calls: int = 1
     digits: float = 15.0
-    claims: dict[str, tuple[Any, str, str]] = field(default_factory=dict)
+    claims: dict[str, tuple[Any, str, str]] = field(default_factory=dict[str, tuple[Any, str, str]])
 
 
 @dataclass
@@ -52,7 +52,7 @@ class Load:
     amplitude: float = 1.0
     omega: float = 0.0
     phase: float = 0.0
-    called: list[float] = field(default_factory=list)
+    called: list[float] = field(default_factory=list[float])
 
     def __call__(self, t: float) -> float:
         """The load at t."""
