@@ -260,12 +260,19 @@ def test_what_overflows_diverges_and_what_has_few_digits_is_not_measured():
     coarse = replace(as_stepper(trapezoidal_load(0, 0, 1)), can=Integrator(digits=4.0))
     orders = observed_orders(coarse)
     assert {written(order[0]) for order in orders.values()} == {"not measured"}
-    (judgement,) = judged(ss.Claims(order=2), Identification(()), orders, 1.0, None)
-    assert judgement.verdict == "not judged"
+    found = judged(ss.Claims(order=2, critical_Omega=2.0), Identification(()), orders, 1.0, None)
+    assert [(judgement.claim, judgement.verdict) for judgement in found] == [
+        ("order", "not judged"), ("critical_Omega", "false"), ("scheme", "not stated"), ("damping", "not stated"),
+    ]  # fmt: skip
+    assert found[-1].text == "damping: not stated (rho_inf = 1)"
 
 
-@pytest.mark.parametrize(("name", "values"), [("bathe", {}), ("generalized_alpha", {"rho_inf": 0.7})])
-def test_the_march_itself_is_found(name, values):
+@pytest.mark.parametrize(
+    ("name", "values", "silent"),
+    [("bathe", {}, ("damping", "stability")), ("generalized_alpha", {"rho_inf": 0.7}, ("stability",))],
+)
+def test_the_march_itself_is_found(name, values, silent):
+    """The claims are those of the scheme, its parameters and its order; the rest is not stated."""
     scheme = ss.scheme(name, **values)
 
     def run(omega, xi, dt, n, u0, v0, load):
@@ -275,7 +282,8 @@ def test_the_march_itself_is_found(name, values):
 
     report = ss.audit(run, ss.Claims(name, parameters=values, order=2))
     assert report.matches[0].scheme == scheme and not report.deviations
-    assert {judgement.verdict for judgement in report.judgements} == {"true"}
+    verdicts = {judgement.claim: judgement.verdict for judgement in report.judgements}
+    assert verdicts == dict.fromkeys(("scheme", "order"), "true") | dict.fromkeys(silent, "not stated")
 
 
 def test_an_exact_stepper_is_called_so():

@@ -40,8 +40,8 @@ def audit(stepper: Stepper | Run, claims: Claims | None = None) -> Report:
     Raises ValueError for a stepper that raises on every oscillator or returns something else, and for claims that no
     scheme can have. Where it raises on some of them, the audit rests on the others, and the report lists these.
     """
-    stepper, claims = as_stepper(stepper), claims or Claims()
-    claimed = claims.claimed_scheme()
+    stepper = as_stepper(stepper)
+    claimed = claims.claimed_scheme() if claims else None
     own, driven = own_runs(stepper), driven_runs(stepper)
     exact = exactness(own, driven)
     found = Identification(())
@@ -55,7 +55,7 @@ def audit(stepper: Stepper | Run, claims: Claims | None = None) -> Report:
         radius, margin, roots = best.scheme.spectral_radius, EXACT, scheme_roots(best.scheme.amplification)
     rho_inf, critical = float(radius(np.array([LARGE]))[0]), critical_Omega(radius, margin)
     orders = observed_orders(stepper)
-    judgements = judged(claims, found, orders, rho_inf, critical)
+    judgements = judged(claims, found, orders, rho_inf, critical) if claims else ()
     expected = observed_orders(declared(best.scheme)) if best else {}
     departures = (
         deviations(Evidence(stepper, claimed, found, load, judgements, orders, expected)) if exact is None else ()

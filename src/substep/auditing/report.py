@@ -116,9 +116,7 @@ class Report:
         lines += [f"  load       {load}", f"  start      acceleration at t = 0: {self.start}"]
         lines += [f"  not run    at Omega = {Omega:g}, xi = {xi:g}: {error}" for Omega, xi, error in self.failed]
         for judgement in self.judgements:
-            lines.append(
-                f"  claim      {judgement.claim} = {judgement.claimed}: {judgement.verdict} ({judgement.found})"
-            )
+            lines.append(f"  claim      {judgement.text}")
             if judgement.source[0]:
                 lines.append(f'             "{judgement.source[0]}" ({judgement.source[1]})')
         for deviation in self.deviations:
