@@ -210,7 +210,7 @@ def test_a_start_of_its_own_hides_neither_scheme_nor_load(alpha_f, old, taken):
         u, _, _ = inner(omega, xi, dt, n, u0, v0, weighted, a0)
         return u, None, None
 
-    stepper = ss.Stepper(run, Integrator(sets_a0=True, outputs="u"))
+    stepper = ss.Stepper(run, Integrator(sets="uva", outputs="u"))
     scheme = ss.scheme("generalized_alpha", alpha_m=0.0, alpha_f=alpha_f, beta=beta, gamma=gamma)
     match = agreement(scheme, given_runs(stepper), own_runs(stepper))
     assert match is not None and (match.what, match.start, match.solved) == ("matrix", "own", 0)

@@ -199,6 +199,7 @@ def one_step_residual(candidate: Candidate, free: Sequence[Measured]) -> Array:
         reported = candidate.undriven(measured.rows / h)
         after = np.full_like(measured.rows, np.nan)
         after[:, 2 + candidate.lag :, : reported.shape[2]] = reported
+        after[:, : measured.startup + 1] = np.nan
         found.append(measured.deviation(after * h))
     return np.array(found)
 
@@ -230,7 +231,9 @@ def recursion_residual(candidate: Candidate, free: Sequence[Measured]) -> Array:
         terms = np.stack([c[:, None, None] * rows[:, order - i : n - i] for i, c in enumerate(coefficients.T)])
         with np.errstate(all="ignore"):
             sizes = np.nan_to_num(np.abs(terms)).max(axis=(0, 3))[..., None]
-            found.append((terms.sum(axis=0) / sizes / measured.at.scale[:, None, 2:])[:, FIRST:])
+            found.append(
+                (terms.sum(axis=0) / sizes / measured.at.scale[:, None, 2:])[:, max(FIRST, measured.startup) :]
+            )
     return np.array(found)
 
 

@@ -11,8 +11,19 @@ from ..core.schemes import Scheme
 from .causes import Evidence, deviations
 from .claims import Claims, judged
 from .control import controlled_runs
+from .defaults import written_out
 from .exactness import exactness
-from .free_motion import energies, growths, measured_roots, observed_noise, scheme_roots
+from .free_motion import (
+    AVERAGED,
+    BEFORE,
+    ENERGY_AT,
+    GROWTH_STEPS,
+    energies,
+    growths,
+    measured_roots,
+    observed_noise,
+    scheme_roots,
+)
 from .identify import Identification, identify
 from .linear_step import Candidate, Oscillators
 from .loads import LoadTaking, calls_of, load_taking
@@ -26,6 +37,8 @@ from .stability import critical_Omega, eigenvalues, measured_radius, overshoot, 
 from .stepper import Run, Stepper, as_stepper
 
 LARGE = 1e4  # Omega for which the spectral radius is its limit, but for 1/Omega
+LONG_STEPS = len(ENERGY_AT) * (BEFORE + 2 * AVERAGED) + 6 * GROWTH_STEPS  # of long free motion
+PATIENCE = 60.0  # s that it may take
 EXACT, MEASURED = 1e-12, 1e-7  # by how much a computed and a measured spectral radius of 1 may exceed 1, at Omega <= 1
 
 
@@ -46,7 +59,7 @@ def audit(stepper: Stepper | Run, claims: Claims | None = None) -> Report:
     exact = exactness(own, driven)
     found = Identification(())
     if exact is None:
-        free = given_runs(stepper) if stepper.can.sets_a0 else own
+        free = given_runs(stepper) if "a" in stepper.can.sets else own
         found = split(identify(free, own, claimed), stepper, free, own)
     best = found.matches[0] if found.matches else None
     load = load_taking(best, driven) if best else LoadTaking("unknown", called=calls_of(list(driven.values())))
@@ -60,12 +73,23 @@ def audit(stepper: Stepper | Run, claims: Claims | None = None) -> Report:
     departures = (
         deviations(Evidence(stepper, claimed, found, load, judgements, orders, expected)) if exact is None else ()
     )
+    defaults = written_out(stepper, best)
+    affordable = stepper.can.seconds * stepper.can.calls * LONG_STEPS <= PATIENCE
     return Report(
-        stepper, found, exact, orders, rho_inf, critical, overshoot(stepper), load, judgements, departures,
-        measured_curves(stepper, own), growths(stepper, roots, critical, LARGE),
-        energies(stepper, observed_noise(stepper, best.error if best else None)), controlled_runs(stepper),
-        failures(own, driven),
+        stepper, found, exact, orders, rho_inf, critical, overshoot(stepper), load, judgements,
+        (*departures, *(defaults.deviations if defaults else ())), measured_curves(stepper, own),
+        growths(stepper, roots, critical, LARGE) if affordable else (),
+        energies(stepper, observed_noise(stepper, best.error if best else None)) if affordable else (),
+        controlled_runs(stepper), failures(own, driven), defaults, left_out(stepper.can, affordable),
     )  # fmt: skip
+
+
+def left_out(can: Integrator, affordable: bool) -> tuple[str, ...]:
+    """What was not compared or not run, and why, in words."""
+    found = [f"{name}: stands {steps:+g} steps from the end of its step" for name, steps in can.late.items()]
+    if not affordable:
+        found.append(f"long free motion, {LONG_STEPS} steps: a call takes {can.seconds:g} s")
+    return tuple(found)
 
 
 def failures(own: Sequence[Measured], driven: Mapping[str, Measured]) -> tuple[tuple[float, float, str], ...]:
@@ -101,7 +125,7 @@ def declared(scheme: Scheme) -> Stepper:
         return Candidate(scheme, at).histories(np.array([u0, v0]), start, n, force)[0].T
 
     outputs = "uva" if any(kind == 2 for kind, _ in scheme.history) else "uv"
-    return Stepper(run, Integrator(sets_a0=True, damping=scheme.info.damping, outputs=outputs), scheme.name)
+    return Stepper(run, Integrator(sets="uva", damping=scheme.info.damping, outputs=outputs), scheme.name)
 
 
 def measured_curves(stepper: Stepper, own: list[Measured]) -> tuple[Curve, ...]:
