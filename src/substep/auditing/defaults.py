@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from .causes import DIGITS, Deviation
-from .identify import Match, agreement
-from .probes import DRIVEN, LOADS, RATIOS, Measured, given_runs, measure, oscillators, own_runs
+from .identify import Match, identify
+from .probes import DRIVEN, LOADS, RATIOS, Measured, measure, oscillators, own_runs
 from .stepper import Stepper
 
 
@@ -16,8 +16,7 @@ from .stepper import Stepper
 class WrittenOut:
     """The defaults; how far the steps with them written out are off those without; and the scheme that they then are.
 
-    deviation: see `Measured.deviation`. allowed: what rounding may cause. instead: "" where no other parameters of the
-    scheme that is found without them do the same.
+    deviation: see `Measured.deviation`. allowed: what rounding may cause. instead: "" where none is found.
     """
 
     defaults: Mapping[str, Any]
@@ -33,7 +32,10 @@ class WrittenOut:
     @property
     def text(self) -> str:
         """In words."""
-        given = ", ".join(f"{name} = {value:.6g}" for name, value in self.defaults.items())
+        given = ", ".join(
+            f"{name} = {value:.6g}" if isinstance(value, float) else f"{name} = {value}"
+            for name, value in self.defaults.items()
+        )
         if self.same:
             return f"the same with {given} written out, to {self.deviation:.0e}"
         then = f": it is then {self.instead}" if self.instead else ""
@@ -56,13 +58,12 @@ def written_out(stepper: Stepper, best: Match | None) -> WrittenOut | None:
     found = WrittenOut(stepper.can.defaults, float(np.nanmax(np.abs(off), initial=0.0)), allowed)
     if found.same or best is None:
         return found
-    own = own_runs(explicit)
-    match = agreement(best.scheme, given_runs(explicit) if "a" in stepper.can.sets else own, own)
-    return found if match is None else replace(found, instead=match.text)
+    matches = identify(there[:2], there[:2], best.scheme).matches
+    return replace(found, instead=matches[0].text) if matches else found
 
 
 def _runs(stepper: Stepper) -> list[Measured]:
-    """Free runs, and a driven one."""
+    """Two free runs, and a driven one."""
     at = oscillators(stepper, DRIVEN, RATIOS[:2])
     driven = [] if stepper.can.load == "none" else [measure(stepper, at, (0.0, 0.0, None), LOADS["cosine"])]
     return [*own_runs(stepper, DRIVEN, RATIOS[:2]), *driven]
