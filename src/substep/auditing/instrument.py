@@ -27,6 +27,7 @@ from .free_motion import (
 from .identify import Identification, identify
 from .linear_step import Candidate, Oscillators
 from .loads import LoadTaking, calls_of, load_taking
+from .members import with_all_members
 from .nonlinear import split
 from .orders import observed_orders
 from .probes import Measured, driven_runs, given_runs, own_runs
@@ -60,7 +61,7 @@ def audit(stepper: Stepper | Run, claims: Claims | None = None) -> Report:
     found = Identification(())
     if exact is None:
         free = given_runs(stepper) if "a" in stepper.can.sets else own
-        found = split(identify(free, own, claimed), stepper, free, own)
+        found = split(with_all_members(identify(free, own, claimed), free, own), stepper, free)
     best = found.matches[0] if found.matches else None
     load = load_taking(best, driven) if best else LoadTaking("unknown", called=calls_of(list(driven.values())))
     radius, margin, roots = measured_radius(stepper), MEASURED, measured_roots(stepper)

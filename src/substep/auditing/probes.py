@@ -1,7 +1,7 @@
 """What a stepper does: free and driven runs of few steps, over frequencies and damping ratios."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -42,6 +42,11 @@ class Measured:
     called: tuple[tuple[float, ...], ...]
     failed: tuple[tuple[float, float, str], ...] = ()
     startup: int = 0
+
+    def only(self, omegas: Sequence[float]) -> "Measured":
+        """The same on the oscillators of some Omega."""
+        kept = np.flatnonzero(np.isin(self.at.Omega, omegas))
+        return replace(self, at=Oscillators(self.at.Omega[kept], self.at.xi[kept], self.at.h), rows=self.rows[kept])
 
     @cached_property
     def sizes(self) -> Array:

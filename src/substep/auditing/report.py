@@ -74,7 +74,7 @@ class Report:
 
     @property
     def identified(self) -> str:
-        """The scheme, such as 'generalized_alpha(rho_inf = 4/5), all entries to 3e-14'."""
+        """The scheme, such as 'generalized_alpha(rho_inf = 4/5), all entries to 3e-14', or an equation of several."""
         if self.exact is not None:
             return f"exact, for a load {self.exact}" if self.exact != "otherwise" else "exact without a load"
         if not self.matches:
@@ -82,7 +82,8 @@ class Report:
             near = f"; nearest: {nearest.text}, off by {nearest.error:.0e}" if nearest else ""
             return f"none of the catalogue{near}"
         what = {"matrix": "all entries", "displacements": "displacements", "spectrum": "eigenvalues only,"}
-        return f"{self.matches[0].text}, {what[self.matches[0].what]} to {self.matches[0].error:.0e}"
+        same = " = ".join(match.text for match in self.matches)
+        return f"{same}, {what[self.matches[0].what]} to {self.matches[0].error:.0e}"
 
     @property
     def nonlinear(self) -> tuple[str, ...]:
@@ -119,7 +120,6 @@ class Report:
         if self.critical_Omega is not None:
             limit = f"unstable beyond {self.critical_Omega:.9g}"
         found = [("is", self.identified)]
-        found += [("as well", match.text) for match in self.matches[1:]]
         found += [("nonlinear", told) for told in self.nonlinear]
         found += [("order", f"{name}: {_order(order)}") for name, order in self.orders.items()]
         found.append(("stability", f"rho_inf = {self.rho_inf:.4g}, {limit}, overshoot {self.overshoot}"))
