@@ -133,9 +133,12 @@ def test_every_program_with_an_adapter_has_a_committed_report():
 
 def test_the_page_and_the_table_are_those_of_the_reports():
     assert PAGE.read_text(encoding="utf-8") == page(REPORTS, ROOT / "audits")
-    found = {}
+    found, rows = {}, [line for line in PAGE.read_text(encoding="utf-8").splitlines() if line.startswith("| ")]
     for path in sorted(REPORTS.glob("*.json")):
-        found |= json.loads(path.read_text(encoding="utf-8"))["dialects"]
+        read = json.loads(path.read_text(encoding="utf-8"))
+        found |= read["dialects"]
+        titled = [row for row in rows if row.startswith(f"| {read['program']} {read['version']} | ")]
+        assert len(titled) == len(read["reports"]), "the page has one table, with a row for each integrator"
     assert json.loads(TABLE.read_text(encoding="utf-8")) == found
     text = CONVENTIONS.read_text(encoding="utf-8")
     assert conventions(text, dialects()) == text

@@ -158,7 +158,7 @@ def _of_start(e: Evidence, best: Match) -> list[Deviation]:
     if not lost:
         return []
     if best.start == "zero":
-        given = ", unless it is given" if e.stepper.can.sets_a0 else ""
+        given = ", unless it is given" if "a" in e.stepper.can.sets else ""
         return [Deviation("start", f"the acceleration at t = 0 is taken as 0{given}", lost)]
     if best.start == "own":
         return [Deviation("start", "the first step is not the scheme's, with a_0 computed or 0", lost)]

@@ -11,7 +11,7 @@ from ..core.arrays import Array
 from ..core.schemes import Scheme, schemes
 from ..core.schemes import scheme as make_scheme
 from .fit import Residual, described, free_parameters, largest, recognise, simple, solutions, solve
-from .linear_step import Candidate, with_parameters
+from .linear_step import Candidate
 from .probes import Measured
 
 What = Literal["matrix", "displacements", "spectrum"]
@@ -81,7 +81,7 @@ def identify(free: Sequence[Measured], own: Sequence[Measured], first: Scheme | 
     for what in WHATS:
         same = [claimed] if claimed is not None and claimed.what == what else []
         for solved, variants in groupby(sorted(_variants(pool), key=_freedom), key=_freedom):
-            tried = [_fitted(scheme, names, what, free, own) for scheme, names in variants]
+            tried = [fitted(scheme, names, what, free, own) for scheme, names in variants]
             found = [match for match in tried if credible(match)]
             if same and same[0].solved <= solved:
                 found = [*same, *(match for match in found if match.scheme.name != same[0].scheme.name)]
@@ -135,17 +135,17 @@ def agreement(scheme: Scheme, free: Sequence[Measured], own: Sequence[Measured])
     """How far a scheme agrees with what was measured, at its own values or else with its parameters free."""
     for what in WHATS:
         for names in ((), free_parameters(scheme)):
-            match = _fitted(scheme, names, what, free, own)
+            match = fitted(scheme, names, what, free, own)
             if credible(match):
                 return match
     return None
 
 
-def _fitted(
+def fitted(
     scheme: Scheme, names: Sequence[str], what: What, free: Sequence[Measured], own: Sequence[Measured]
 ) -> Match:
     """The scheme with the named parameters solved for, whether it matches or not."""
-    fits = [solve(scheme, names, free[0].at, residual) for residual in _residuals(scheme, what, free)]
+    fits = [solve(scheme, names, free[0].at, residual) for residual in residuals(scheme, what, free)]
     fitted, error = min(fits, key=lambda fit: fit[1])
     start = _start(Candidate(fitted, free[0].at), what, own) if error <= MATCH else "own"
     return Match(fitted, what, error, start, len(names))
@@ -157,29 +157,14 @@ def with_other_values(match: Match, free: Sequence[Measured]) -> Iterator[Match]
     Two sub-steps of silva_bezerra's, for one, may be exchanged.
     """
     names = free_parameters(match.scheme)[: match.solved]
-    for residual in _residuals(match.scheme, match.what, free) if names else ():
+    for residual in residuals(match.scheme, match.what, free) if names else ():
         for scheme, error in solutions(match.scheme, names, free[0].at, residual):
             other = replace(match, scheme=scheme, error=error)
             if credible(other) and not is_claimed(match.scheme, scheme):
                 yield other
 
 
-def siblings(found: Identification, free: Sequence[Measured], own: Sequence[Measured]) -> Iterator[Match]:
-    """Schemes not among the matches that have a match's parameters, and do what was measured at its values of them."""
-    names = {match.scheme.name for match in found.matches}
-    for match in found.matches:
-        values = {name: float(x) for name, x in match.scheme.parameters.items()}
-        for other in map(make_scheme, schemes()):
-            if values and other.name not in names and set(other.parameters) == set(values):
-                fitted = replace(
-                    _fitted(with_parameters(other, values), (), match.what, free, own), solved=match.solved
-                )
-                if fitted.error <= MATCH:
-                    names.add(other.name)
-                    yield fitted
-
-
-def _residuals(scheme: Scheme, what: What, free: Sequence[Measured]) -> list[Residual]:
+def residuals(scheme: Scheme, what: What, free: Sequence[Measured]) -> list[Residual]:
     """What vanishes for a candidate that does what was measured."""
     if what == "spectrum":
         return [lambda c: recursion_residual(c, free)]
@@ -199,6 +184,7 @@ def one_step_residual(candidate: Candidate, free: Sequence[Measured]) -> Array:
         reported = candidate.undriven(measured.rows / h)
         after = np.full_like(measured.rows, np.nan)
         after[:, 2 + candidate.lag :, : reported.shape[2]] = reported
+        after[:, : measured.startup + 1] = np.nan
         found.append(measured.deviation(after * h))
     return np.array(found)
 
@@ -230,7 +216,9 @@ def recursion_residual(candidate: Candidate, free: Sequence[Measured]) -> Array:
         terms = np.stack([c[:, None, None] * rows[:, order - i : n - i] for i, c in enumerate(coefficients.T)])
         with np.errstate(all="ignore"):
             sizes = np.nan_to_num(np.abs(terms)).max(axis=(0, 3))[..., None]
-            found.append((terms.sum(axis=0) / sizes / measured.at.scale[:, None, 2:])[:, FIRST:])
+            found.append(
+                (terms.sum(axis=0) / sizes / measured.at.scale[:, None, 2:])[:, max(FIRST, measured.startup) :]
+            )
     return np.array(found)
 
 

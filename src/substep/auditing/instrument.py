@@ -11,11 +11,23 @@ from ..core.schemes import Scheme
 from .causes import Evidence, deviations
 from .claims import Claims, judged
 from .control import controlled_runs
+from .defaults import written_out
 from .exactness import exactness
-from .free_motion import energies, growths, measured_roots, observed_noise, scheme_roots
+from .free_motion import (
+    AVERAGED,
+    BEFORE,
+    ENERGY_AT,
+    GROWTH_STEPS,
+    energies,
+    growths,
+    measured_roots,
+    observed_noise,
+    scheme_roots,
+)
 from .identify import Identification, identify
 from .linear_step import Candidate, Oscillators
 from .loads import LoadTaking, calls_of, load_taking
+from .members import with_all_members
 from .nonlinear import split
 from .orders import observed_orders
 from .probes import Measured, driven_runs, given_runs, own_runs
@@ -26,6 +38,8 @@ from .stability import critical_Omega, eigenvalues, measured_radius, overshoot, 
 from .stepper import Run, Stepper, as_stepper
 
 LARGE = 1e4  # Omega for which the spectral radius is its limit, but for 1/Omega
+LONG_STEPS = len(ENERGY_AT) * (BEFORE + 2 * AVERAGED) + 6 * GROWTH_STEPS  # of long free motion
+PATIENCE = 60.0  # s that it may take
 EXACT, MEASURED = 1e-12, 1e-7  # by how much a computed and a measured spectral radius of 1 may exceed 1, at Omega <= 1
 
 
@@ -40,14 +54,14 @@ def audit(stepper: Stepper | Run, claims: Claims | None = None) -> Report:
     Raises ValueError for a stepper that raises on every oscillator or returns something else, and for claims that no
     scheme can have. Where it raises on some of them, the audit rests on the others, and the report lists these.
     """
-    stepper, claims = as_stepper(stepper), claims or Claims()
-    claimed = claims.claimed_scheme()
+    stepper = as_stepper(stepper)
+    claimed = claims.claimed_scheme() if claims else None
     own, driven = own_runs(stepper), driven_runs(stepper)
     exact = exactness(own, driven)
     found = Identification(())
     if exact is None:
-        free = given_runs(stepper) if stepper.can.sets_a0 else own
-        found = split(identify(free, own, claimed), stepper, free, own)
+        free = given_runs(stepper) if "a" in stepper.can.sets else own
+        found = split(with_all_members(identify(free, own, claimed), free, own), stepper, free)
     best = found.matches[0] if found.matches else None
     load = load_taking(best, driven) if best else LoadTaking("unknown", called=calls_of(list(driven.values())))
     radius, margin, roots = measured_radius(stepper), MEASURED, measured_roots(stepper)
@@ -55,17 +69,28 @@ def audit(stepper: Stepper | Run, claims: Claims | None = None) -> Report:
         radius, margin, roots = best.scheme.spectral_radius, EXACT, scheme_roots(best.scheme.amplification)
     rho_inf, critical = float(radius(np.array([LARGE]))[0]), critical_Omega(radius, margin)
     orders = observed_orders(stepper)
-    judgements = judged(claims, found, orders, rho_inf, critical)
+    judgements = judged(claims, found, orders, rho_inf, critical) if claims else ()
     expected = observed_orders(declared(best.scheme)) if best else {}
     departures = (
         deviations(Evidence(stepper, claimed, found, load, judgements, orders, expected)) if exact is None else ()
     )
+    defaults = written_out(stepper, best)
+    affordable = stepper.can.seconds * stepper.can.calls * LONG_STEPS <= PATIENCE
     return Report(
-        stepper, found, exact, orders, rho_inf, critical, overshoot(stepper), load, judgements, departures,
-        measured_curves(stepper, own), growths(stepper, roots, critical, LARGE),
-        energies(stepper, observed_noise(stepper, best.error if best else None)), controlled_runs(stepper),
-        failures(own, driven),
+        stepper, found, exact, orders, rho_inf, critical, overshoot(stepper), load, judgements,
+        (*departures, *(defaults.deviations if defaults else ())), measured_curves(stepper, own),
+        growths(stepper, roots, critical, LARGE) if affordable else (),
+        energies(stepper, observed_noise(stepper, best.error if best else None)) if affordable else (),
+        controlled_runs(stepper), failures(own, driven), defaults, left_out(stepper.can, affordable),
     )  # fmt: skip
+
+
+def left_out(can: Integrator, affordable: bool) -> tuple[str, ...]:
+    """What was not compared or not run, and why, in words."""
+    found = [f"{name}: stands {steps:+g} steps from the end of its step" for name, steps in can.late.items()]
+    if not affordable:
+        found.append(f"long free motion, {LONG_STEPS} steps: a call takes {can.seconds:g} s")
+    return tuple(found)
 
 
 def failures(own: Sequence[Measured], driven: Mapping[str, Measured]) -> tuple[tuple[float, float, str], ...]:
@@ -101,7 +126,7 @@ def declared(scheme: Scheme) -> Stepper:
         return tuple(Candidate(scheme, at).histories(np.array([u0, v0]), start, n, force)[0].T)
 
     outputs = "uva" if any(kind == 2 for kind, _ in scheme.history) else "uv"
-    return Stepper(run, Integrator(sets_a0=True, damping=scheme.info.damping, outputs=outputs), scheme.name)
+    return Stepper(run, Integrator(sets="uva", damping=scheme.info.damping, outputs=outputs), scheme.name)
 
 
 def measured_curves(stepper: Stepper, own: list[Measured]) -> tuple[Curve, ...]:
