@@ -145,6 +145,6 @@ def states_before(omega: float, xi: float, h: float, rows: int, u0: float, v0: f
     rates[1] = -(omega**2), -2 * xi * omega, constant, slope, sine, 0.0
     rates[4, 5], rates[5, 4] = p, -p
     state = np.array([u0, v0, 1.0, 0.0, math.sin(load.phase), math.cos(load.phase)])
-    step = np.eye(6) if omega * h > RESOLVED else expm(-h * rates)
+    step: Array = np.eye(6) if omega * h > RESOLVED else np.asarray(expm(-h * rates), dtype=np.float64)
     states = [np.linalg.matrix_power(step, k) @ state for k in range(1, rows + 1)]
     return np.array([[x[0], x[1], rates[1] @ x] for x in states])
