@@ -10,6 +10,7 @@ from audited_steppers import generalized_alpha, trapezoidal_load
 
 import substep as ss
 from substep.auditing.defaults import written_out
+from substep.auditing.history import states_before
 from substep.auditing.identify import Match, agreement, identify
 from substep.auditing.instrument import left_out
 from substep.auditing.loads import load_taking
@@ -17,7 +18,6 @@ from substep.auditing.orders import observed_orders
 from substep.auditing.probes import driven_runs, own_runs
 from substep.auditing.programs.adapter import Integrator, Load
 from substep.auditing.stability import eigenvalues, tolerance_of
-from substep.auditing.stepper import states_before
 
 TRAPEZOIDAL = "newmark(beta = 1/4, gamma = 1/2)"
 STEPS = trapezoidal_load(0, 0, 1)

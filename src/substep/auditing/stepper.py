@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 
 from ..core.arrays import Array
+from .history import states_before
 from .programs.adapter import Integrator, Load, Spring
 
 Run = Callable[..., tuple[Any, ...]]
 FINEST = 1e-15  # of a unit start, the largest share that an absolute tolerance may be
-RESOLVED = 10.0  # omega h beyond which there is no motion before t = 0 to resolve, and a damped one overflows
 
 
 class RunFailed(ValueError):
@@ -130,21 +130,3 @@ def as_stepper(given: "Stepper | Run") -> Stepper:
         )
     sets = "uva" if "a0" in inspect.signature(given).parameters else "uv"
     return Stepper(given, Integrator(sets=sets), getattr(given, "__name__", "stepper"))
-
-
-def states_before(omega: float, xi: float, h: float, rows: int, u0: float, v0: float, load: Load) -> Array:
-    """u, v, a (rows, 3) of the exact motion at t = -h, -2 h, ...; copies of the start above omega h = 10."""
-    from scipy.linalg import expm  # noqa: PLC0415 (slow to import)
-
-    p = load.omega
-    constant = load.offset + (load.amplitude if load.kind == "constant" else 0.0)
-    slope = load.slope + (load.amplitude if load.kind == "ramp" else 0.0)
-    sine = load.amplitude if load.kind == "harmonic" else 0.0
-    rates = np.zeros((6, 6))  # of u, v, 1, t, sin(p t + phase), cos(p t + phase)
-    rates[0, 1] = rates[3, 2] = 1.0
-    rates[1] = -(omega**2), -2 * xi * omega, constant, slope, sine, 0.0
-    rates[4, 5], rates[5, 4] = p, -p
-    state = np.array([u0, v0, 1.0, 0.0, math.sin(load.phase), math.cos(load.phase)])
-    step: Array = np.eye(6) if omega * h > RESOLVED else np.asarray(expm(-h * rates), dtype=np.float64)
-    states = [np.linalg.matrix_power(step, k) @ state for k in range(1, rows + 1)]
-    return np.array([[x[0], x[1], rates[1] @ x] for x in states])
