@@ -12,9 +12,9 @@ from ..core.arrays import Array
 from ..core.errors import called_as, real_array, unknown_name
 from ..core.loads import Record
 from ..core.schemes import Scheme
+from ..structures.given import Dof
 from ..structures.modes import Modes
 from ..structures.refusals import require_linear
-from ..structures.structure import Dof
 from .spectrum import response_spectrum
 
 if TYPE_CHECKING:

@@ -19,10 +19,11 @@ from ..marching.histories import histories
 from ..marching.linear import march_linear
 from ..marching.oscillators import Oscillators
 from ..marching.run import number_of_steps, require_stride
+from .given import Dof
 from .modes import Modes
 from .refusals import require_linear
 from .response import StructureResponse
-from .structure import Dof, structure
+from .structure import structure
 
 Lanes = tuple[Load | None, Oscillators, Array]  # a load, the lanes under it, and the factor (m,) of each
 
