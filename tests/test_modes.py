@@ -196,8 +196,9 @@ def test_what_has_no_modes_is_refused_by_name() -> None:
         ss.structure(M, np.diag([-1.0, 4.0])).modes(2)
     with pytest.raises(ValueError, match="positive definite M"):
         ss.structure([[1.0, 1.0], [1.0, 1.0]], K).modes(1)
-    for n in (0, 3, 1.5):
+    modes = ss.structure(M, K).modes(2)
+    for n in (0, 3, 1.5, True):
         with pytest.raises(ValueError, match="from 1 to 2 modes"):
             ss.structure(M, K).modes(n)
-    with pytest.raises(ValueError, match="from 1 to 2 modes, got 3"):
-        ss.structure(M, K).modes(2).first(3)
+        with pytest.raises(ValueError, match=f"from 1 to 2 modes, got {n}"):
+            modes.first(n)

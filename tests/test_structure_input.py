@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy import sparse
+from scipy.sparse.linalg import LinearOperator
 
 import substep as ss
 
@@ -121,6 +122,8 @@ def test_a_direction_that_may_be_displacements_or_numbers_is_refused() -> None:
     for direction in (1, np.int64(1), [0, 1, 2]):
         with pytest.raises(ValueError, match=r"such as 1.0 for all, or as a list of degrees of freedom, such as \[1\]"):
             still.ground_motion(RECORD, direction)
+    with pytest.raises(ValueError, match="expected a direction in which mass moves that is free, got one without"):
+        frame(fixed=["roof"], u0=0.0).ground_motion(RECORD, ["roof"])
     with pytest.raises(ValueError, match="direction to be real, got complex"):
         still.ground_motion(RECORD, [1j, 0.0, 0.0])
     for direction, expected in ((1.0, [1, 1, 1]), ([1], [0, 1, 0]), ([1, 0, 1], [1, 0, 1]), ([2, 0], [1, 0, 1])):
@@ -293,6 +296,15 @@ def test_an_iteration_that_fails_ends_the_run_with_what_it_has() -> None:
         ({"K": sparse.csr_array(np.where(K == 5.0, np.inf, K))}, r"inf at \(1, 1\)"),
         ({"K": K + 0j}, "complex"),
         ({"K": None}, "K, or internal_force"),
+        ({"tangent": lambda u: K}, "tangent and potential with internal_force only"),
+        ({"M": LinearOperator((3, 3), matvec=lambda x: x)}, "M as a matrix, dense or sparse, got _Custom"),
+        ({"K": LinearOperator((3, 3), matvec=lambda x: x)}, "K as a matrix, dense or sparse, got _Custom"),
+        ({"names": "abc"}, "names as a list, .* got 'abc'"),
+        ({"fixed": "roof"}, r"fixed as a list of names or numbers, got 'roof'; give \['roof'\]"),
+        ({"fixed": 1}, r"fixed as a list of names or numbers, got 1; give \[1\]"),
+        ({"u0": None}, "u0 to be finite"),
+        ({"solver": 3}, "a solver, one of: .*; got '3'"),
+        ({"solver": lambda matrix: None}, "the solver to return a function b -> x, got NoneType"),
         ({"internal_force": lambda u: u}, "K, or internal_force"),
         ({"C": np.eye(2)}, "C to be 3 x 3"),
         ({"load": ([1.0, 2.0], ss.Step(1.0))}, "3 components"),

@@ -13,9 +13,9 @@ from ..core.errors import called_as, real_array, unknown_name
 from ..core.loads import Record
 from ..core.schemes import Scheme
 from ..core.schemes import scheme as make_scheme
+from ..structures.given import Dof
 from ..structures.modes import Modes
 from ..structures.refusals import require_linear
-from ..structures.structure import Dof
 from ..structures.superposition import coordinates
 from .spectrum import as_record, relative, response_spectrum
 
@@ -157,7 +157,7 @@ def spectrum_beside_history(
         "a": [np.abs(r.absolute_a).max(axis=0), *(way.a for way in ways)],
         "shear": [np.abs(shear).max(), *(way.shear for way in ways)],
     }
-    variables = {}
+    variables: dict[str, Any] = {}
     for name, rows in peaks.items():
         values = np.array(rows)
         dims = ("way", "dof")[: values.ndim]

@@ -36,7 +36,7 @@ def eigenmodes(structure: Structure, n: int) -> tuple[Array, Array, Array | None
     require_symmetric("M", structure.M, "for modes")
     require_symmetric("K", structure.K, "for modes")
     most = structure.size - len(structure.massless)
-    if not isinstance(n, int | np.integer) or not 1 <= n <= most:
+    if isinstance(n, bool) or not isinstance(n, int | np.integer) or not 1 <= n <= most:
         raise ValueError(f"expected from 1 to {most} modes, as many as degrees of freedom with mass, got {n!r}")
     whole = isinstance(structure.K, np.ndarray) or structure.size <= DENSE or SHARE * n > most
     values, shapes, statics = (*_dense(structure, int(n)), None) if whole else _lanczos(structure, int(n))

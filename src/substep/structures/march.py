@@ -13,13 +13,14 @@ from ..core.response import Status
 from ..core.schemes import Scheme
 from ..core.schemes import scheme as make_scheme
 from ..marching.run import number_of_steps, require_stride, require_tol
+from .given import Dof
 from .histories import Histories, accounted
 from .march_chosen import CHOSEN, march_chosen
 from .newton import Iteration, NewtonFailed
 from .refusals import require_definite_mass, require_suited, unsymmetric
 from .response import StructureResponse
 from .steps import Run
-from .structure import Dof, Structure
+from .structure import Structure
 
 ARGUMENTS = ("dt", "t_end", "tol", "dofs", "stride", "account", "save", "progress", "newton", "line_search")
 

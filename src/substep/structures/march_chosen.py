@@ -11,10 +11,10 @@ from ..core.progress import shown
 from ..core.response import Statistics, Status
 from ..marching.adaptive import Control
 from .chosen_steps import ChosenSteps, Taken
+from .given import Dof
 from .histories import Energies, accounted, selection
 from .response import StructureResponse
 from .steps import Run
-from .structure import Dof
 
 CHOSEN = ("rtol", "atol", "dt_first", "dt_min", "dt_max", "rung")  # arguments of `march` with tol
 PARTS = 1000  # of the span, for the bar

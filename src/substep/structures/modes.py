@@ -1,5 +1,8 @@
 """Modes of a structure: frequencies, shapes, damping, participation; the coordinates in which it is superposed."""
 
+# pyright: reportUnnecessaryIsInstance=false
+# what users give is checked when it comes, whatever its annotation says
+
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -13,8 +16,9 @@ from ..core.errors import non_negative
 from ..core.loads import values_at
 from .damping import Rayleigh, modal_damping
 from .eigen import eigenmodes, static_response
+from .given import Dof
 from .response import StructureResponse
-from .structure import Dof, Structure
+from .structure import Structure
 
 COUPLED = 1e-10  # off the diagonal of the modal damping matrix, relative to its largest entry
 
@@ -134,8 +138,8 @@ class Modes:
 
     def first(self, n: int) -> "Modes":
         """The n lowest of them. Raises ValueError for n that is not from 1 to m."""
-        if not 1 <= n <= len(self):
-            raise ValueError(f"expected from 1 to {len(self)} modes, got {n}; compute more with Structure.modes")
+        if isinstance(n, bool) or not isinstance(n, int | np.integer) or not 1 <= n <= len(self):
+            raise ValueError(f"expected from 1 to {len(self)} modes, got {n!r}; compute more with Structure.modes")
         return replace(self, omega=self.omega[:n], free_shapes=self.free_shapes[:, :n], damping=self.damping[:n, :n])
 
     def damped(self, xi: ArrayLike) -> "Modes":

@@ -12,7 +12,8 @@ from ..core.exports import Histories, History
 from ..core.response import Response
 
 if TYPE_CHECKING:
-    from .structure import Dof, Structure
+    from .given import Dof
+    from .structure import Structure
 
 
 @dataclass(frozen=True)

@@ -60,9 +60,12 @@ def _residual(matrix: Matrix, solve: Solve, b: Array) -> float:
 
 def _chosen(matrix: Matrix, solver: Solver) -> Solve:
     if callable(solver):
-        return solver(matrix)
+        solve = solver(matrix)
+        if not callable(solve):
+            raise ValueError(f"expected the solver to return a function b -> x, got {type(solve).__name__}; return one")
+        return solve
     if solver not in ("auto", *SOLVERS):
-        raise unknown_name("a solver", solver, ("auto", *SOLVERS))
+        raise unknown_name("a solver", str(solver), ("auto", *SOLVERS))
     if solver == "dense" or (solver == "auto" and (isinstance(matrix, np.ndarray) or matrix.shape[0] <= DENSE)):
         return dense(matrix)
     if solver == "pardiso" or (solver == "auto" and find_spec("pypardiso")):

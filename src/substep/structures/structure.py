@@ -4,20 +4,20 @@
 # what users give is checked when it comes, whatever its annotation says
 
 import math
-from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..core.arrays import Array
-from ..core.errors import called_as, real_array, real_number, unknown_name
+from ..core.errors import called_as
 from ..core.loads import Load, Record, values_at
 from .constraints import independent, transformation
 from .damping import ModalDamping, Rayleigh
+from .given import Dof, LoadPair, loads_of, names_of, place_of
 from .internal_force import InternalForce
 from .matrices import (
     Matrix,
@@ -36,9 +36,6 @@ from .solvers import SingularMatrix, Solver, factorize
 if TYPE_CHECKING:
     from .critical import CriticalStep
     from .modes import Modes
-
-Dof = int | str
-LoadPair = tuple[ArrayLike | Mapping[Dof, float], Load]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -176,7 +173,7 @@ class Structure:
 
     def place(self, dof: Dof) -> int:
         """The number of a degree of freedom, by name or number. Raises ValueError for one that is not there."""
-        return _place(dof, self.names, self.T.shape[0])
+        return place_of(dof, self.names, self.T.shape[0])
 
     def kept(self, dofs: Iterable[Dof] | None) -> list[Dof]:
         """Degrees of freedom that are asked for, by default all. Raises ValueError for what is no list of them."""
@@ -192,12 +189,18 @@ class Structure:
 
         record: ground acceleration a_g. direction: iota (N,), the displacement of each degree of freedom where the base
         moves by one, or names or numbers of those that do; 1.0 for all. Raises ValueError for another shape, unknown
-        names, and integers of which it is not plain whether they are displacements or numbers of degrees of freedom.
+        names, a direction in which no free mass moves, and integers of which it is not plain whether they are
+        displacements or numbers of degrees of freedom.
         """
         if not isinstance(record, Record):
             raise ValueError(f"expected the ground acceleration as ss.Record(dt, values), got {type(record).__name__}")
         iota = self.influence_of(direction)
         shape = -(self.T.T @ (self.full_mass @ iota))
+        if not shape.any():
+            raise ValueError(
+                "expected a direction in which mass moves that is free, got one without; give the displacements of all "
+                "degrees of freedom where the base moves by one"
+            )
         return replace(self, loads=(*self.loads, (shape, record)), motions=(*self.motions, (iota, record)))
 
     def influence_of(self, direction: ArrayLike) -> Array:
@@ -287,18 +290,26 @@ def structure(
     >>> u.shape
     (11,)
     """
+    for name, matrix in (("M", M), ("K", K)):
+        if is_operator(matrix):
+            raise ValueError(
+                f"expected {name} as a matrix, dense or sparse, got {type(matrix).__name__}; only a tangent and C "
+                "may be known by their products"
+            )
     mass = checked("M", M)
     N = mass.shape[0]
     if (K is None) == (internal_force is None):
         raise ValueError("expected K, or internal_force with its tangent; give one of the two")
     if K is not None and (tangent is not None or potential is not None):
         raise ValueError("expected tangent and potential with internal_force only, got one with K; leave it out")
-    known = _names(names, N)
-    held = sorted({_place(dof, known, N) for dof in fixed})
+    known = names_of(names, N)
+    if isinstance(fixed, str) or not isinstance(fixed, Iterable):
+        raise ValueError(f"expected fixed as a list of names or numbers, got {fixed!r}; give [{fixed!r}]")
+    held = sorted({place_of(dof, known, N) for dof in fixed})
     T = transformation(N, held, constraints)
     internal = None if internal_force is None else InternalForce(T, internal_force, tangent, potential)
-    start = {"u0": u0, "v0": v0, "a0": a0}
-    free = {name: independent(name, x, T, known) for name, x in start.items() if x is not None}
+    start = {"u0": u0, "v0": v0} | ({} if a0 is None else {"a0": a0})
+    free = {name: independent(name, x, T, known) for name, x in start.items()}
     stiffness = None
     if internal is None:
         stiffness = reduced(checked("K", K, N), T)
@@ -331,71 +342,6 @@ def damping_of(s: Structure, C: Any) -> Matrix | Rayleigh | None:
     if isinstance(C, ModalDamping):
         return C.matrix(s)
     return C if C is None or isinstance(C, Rayleigh) else reduced(checked("C", C, s.T.shape[0]), s.T)
-
-
-def loads_of(s: Structure, load: LoadPair | Iterable[LoadPair]) -> tuple[tuple[Array, Load], ...]:
-    """The loads of a structure from what `structure` takes as load."""
-    moving = np.asarray(abs(s.T).sum(axis=1)).ravel()
-    held = np.flatnonzero(moving == 0.0).tolist()
-    return tuple((s.T.T @ _shape(P, s.names, held, s.T.shape[0]), _function(g)) for P, g in _pairs(load))
-
-
-def _names(names: Sequence[str], N: int) -> tuple[str, ...]:
-    known = tuple(names)
-    if known and len(known) != N:
-        raise ValueError(f"expected {N} different names, one for each degree of freedom, got {len(known)}")
-    for name, times in Counter(known).items():
-        if not isinstance(name, str):
-            raise ValueError(f"expected names of degrees of freedom as strings, got {name!r}; or leave names out")
-        if times > 1:
-            raise ValueError(f"expected {N} different names, got {name!r} {times} times; rename all but one")
-    return known
-
-
-def _pairs(load: LoadPair | Iterable[LoadPair]) -> list[LoadPair]:
-    if isinstance(load, tuple) and len(load) == 2 and callable(load[1]) and not callable(load[0]):
-        return [cast("LoadPair", load)]
-    pairs: list[LoadPair] = list(cast("Iterable[LoadPair]", load)) if isinstance(load, Iterable) else [load]
-    for pair in pairs:
-        if not isinstance(pair, tuple) or len(pair) != 2:
-            raise ValueError(
-                f"expected load as pairs (P, g) of a vector and a function of time, got {repr(pair)[:60]} in place of "
-                "a pair; give a list of tuples"
-            )
-    return pairs
-
-
-def _shape(P: ArrayLike | Mapping[Dof, float], names: tuple[str, ...], held: Sequence[int], N: int) -> Array:
-    if isinstance(P, Mapping):
-        shape = np.zeros(N)
-        for dof, value in P.items():
-            shape[_place(dof, names, N)] = real_number("a load", value)
-    else:
-        shape = real_array("load", P).copy()
-        if shape.shape != (N,):
-            raise ValueError(f"expected a load with {N} components, one for each degree of freedom, got {shape.shape}")
-    if loaded := [dof for dof in held if shape[dof] != 0.0]:
-        name = f"'{names[loaded[0]]}'" if names else loaded[0]
-        raise ValueError(f"expected no load on the fixed degree of freedom {name}, got {shape[loaded[0]]}; remove it")
-    return shape
-
-
-def _function(g: Load) -> Load:
-    if not callable(g):
-        raise ValueError(
-            f"expected a function of time such as ss.Step or ss.Record with each load vector, got {type(g).__name__}"
-        )
-    return g
-
-
-def _place(dof: Dof, names: tuple[str, ...], N: int) -> int:
-    if isinstance(dof, str):
-        if dof not in names:
-            raise unknown_name("a degree of freedom", dof, names)
-        return names.index(dof)
-    if isinstance(dof, bool) or not isinstance(dof, int | np.integer) or not 0 <= dof < N:
-        raise ValueError(f"expected a degree of freedom from 0 to {N - 1} or its name, got {dof!r}")
-    return int(dof)
 
 
 def sum_of_matrices(structure: Structure, m: float, c: float, k: float) -> Matrix:

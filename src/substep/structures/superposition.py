@@ -19,12 +19,13 @@ from ..marching.histories import histories
 from ..marching.linear import march_linear
 from ..marching.oscillators import Oscillators
 from ..marching.run import number_of_steps, require_stride
+from .given import Dof
 from .histories import accounted
 from .modal_energies import ModalEnergies
 from .modes import Modes
 from .refusals import require_linear
 from .response import Account, StructureResponse
-from .structure import Dof, structure
+from .structure import structure
 
 ALONE = 1 << 18  # multiplications of a product that OpenBLAS does not share out among threads; see `combine`
 Lanes = tuple[Load | None, Oscillators, Array]  # a load, the lanes under it, and the factor (m,) of each

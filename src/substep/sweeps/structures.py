@@ -21,12 +21,13 @@ from ..core.schemes import scheme as make_scheme
 from ..core.threads import serial
 from ..marching.run import number_of_steps
 from ..structures.combine import combined
+from ..structures.given import Dof, loads_of
 from ..structures.histories import selection
 from ..structures.newton import NewtonFailed
 from ..structures.plan import step_of
 from ..structures.refusals import require_definite_mass, require_suited
 from ..structures.steps import Run
-from ..structures.structure import Dof, Structure, damping_of, loads_of
+from ..structures.structure import Structure, damping_of
 from .chunks import Results
 from .dataset import NOT_RUN, STATUSES, Variable
 from .plan import Chunk, Keep

@@ -14,9 +14,9 @@ from ...marching.linear import march_linear
 from ...structures.critical import UNSTABLE, largest_mode
 from ...structures.damping import Rayleigh
 from ...structures.eigen import static_response
+from ...structures.given import Dof
 from ...structures.low_rank import LowRank
 from ...structures.modes import Modes
-from ...structures.structure import Dof
 from ...structures.superposition import coordinates, modal_lanes, residual_flexibility
 
 SAMPLES, PHASES = 50, 8  # errors are reported at least so often, and so often in a vibration
