@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from substep_derive import Scene as Declaration
 from substep_derive.declare.scene import optional
 from substep_derive.declare.symbols import rate
@@ -69,6 +70,9 @@ def test_no_more_model_than_the_scene_needs(tmp_path: Path) -> None:
     charts_path = tmp_path / "why.1"
     choice.chart(fine, charts_path)
     assert (tmp_path / "why.1.png").stat().st_size > 10_000
+    own = Figure()
+    assert choice.choice_figure(fine, own.subplots()) is own
+    assert own.axes[0].get_legend() is not None
     only_bar = choose(stiff, 2 * lag, t_end=t_end, quantity="angle", among=among, simpler=())
     assert only_bar.best is not None
     assert only_bar.best.model is stiff

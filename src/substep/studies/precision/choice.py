@@ -5,15 +5,17 @@ from dataclasses import dataclass, replace
 from heapq import heappop, heappush
 from itertools import count
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ...core.errors import called_as, real_number, unknown_name
 from ...core.scenes import Scene
 from ...core.scenes import scene as make_scene
 from ...core.schemes import Scheme, scheme, schemes
-from ...core.style import COLOURS, REFERENCE, look, styled
+from ...core.style import COLOURS, REFERENCE, look, name_curves, styled
 from ...figures.charts import save
 from .cases import SAMPLES
 from .charts import SECTION
@@ -269,10 +271,9 @@ def _search(
 
 
 @styled
-def chart(choice: Choice, path: Path) -> None:
-    """Draw error over operations of all candidates, and the recommended run, as PNG and SVG."""
-    figure = Figure(figsize=(9, 6))
-    axes = figure.subplots()
+def choice_figure(choice: Choice, axes: Axes | None = None) -> Figure:
+    """Error over operations of all candidates, and the recommended run; axes: where, in place of a new figure."""
+    panel = Figure(figsize=(9, 6)).subplots() if axes is None else axes
     best, full = choice.best, choice.reference.scene
     by: dict[tuple[str, str, bool], list[Candidate]] = {}
     for c in choice.candidates:
@@ -288,23 +289,32 @@ def chart(choice: Choice, path: Path) -> None:
             label = f"{method}, {model}" + (", chosen steps" if uneven else "")
             style = {"color": colour, "linestyle": line, "label": label}
         marker = "D" if uneven else "s" if simple else "o"
-        axes.plot(x, y, marker=marker, markersize=4, markerfacecolor="none", **style)  # pyright: ignore
-    axes.axhline(choice.accuracy, color=REFERENCE, linewidth=1, linestyle="--", label="wished accuracy")
+        panel.plot(x, y, marker=marker, markersize=4, markerfacecolor="none", **style)  # pyright: ignore
+    panel.axhline(choice.accuracy, color=REFERENCE, linewidth=1, linestyle="--", label="wished accuracy")
     if best is not None:
-        axes.plot(best.run.cost.operations, best.error, "*", markersize=16, color=COLOURS[3], zorder=5,
-                  label=f"recommended: {best.method}, {best.model.name}, {best.how}")  # fmt: skip
+        panel.plot(best.run.cost.operations, best.error, "*", markersize=16, color=COLOURS[3], zorder=5,
+                   label=f"recommended: {best.method}, {best.model.name}, {best.how}")  # fmt: skip
     unit = "rad" if choice.quantity == "angle" else "relative"
-    axes.set(xscale="log", yscale="log", xlabel="operations of a run", ylim=(None, 20))
-    axes.set_ylabel(f"largest error of {choice.quantity} ({unit}); failed runs at 10")
+    panel.set(xscale="log", yscale="log", xlabel="operations of a run", ylim=(None, 20))
+    panel.set_ylabel(f"largest error of {choice.quantity} ({unit}); failed runs at 10")
+    figure: Any = panel.get_figure()
+    if axes is not None:
+        name_curves(panel, beside=False)
+        return figure
     figure.suptitle(
         f"{full.name} over {choice.reference.t[-1]:g} s: circles this scene, squares a simpler model, "
         "diamonds chosen steps"
     )
     figure.legend(loc="outside lower center", ncols=2, fontsize=8)
+    return figure
+
+
+def chart(choice: Choice, path: Path) -> None:
+    """Save `choice_figure` as path.png and path.svg."""
     save(
-        figure, path, SECTION,
-        f"""What to choose for {full.name} over {choice.reference.t[-1]:g} s with an error of {choice.quantity} of at
-        most {choice.accuracy:g}: error over the operations of a run, for every step that was tried of every scheme;
-        circles on the scene itself, squares on a simpler model, diamonds in steps that choose themselves. {choice.text}
-        """,
+        choice_figure(choice), path, SECTION,
+        f"""What to choose for {choice.reference.scene.name} over {choice.reference.t[-1]:g} s with an error of
+        {choice.quantity} of at most {choice.accuracy:g}: error over the operations of a run, for every step that was
+        tried of every scheme; circles on the scene itself, squares on a simpler model, diamonds in steps that choose
+        themselves. {choice.text}""",
     )  # fmt: skip
