@@ -17,7 +17,7 @@ from .matrices import is_identity
 from .newton import Tangent
 from .plan import step_of
 from .response import Account
-from .saved import Saved, told
+from .saved import Saved, described
 from .steps import Run, StructureSteps
 from .structure import Structure
 
@@ -89,7 +89,7 @@ class Histories:
             self.rows = np.empty(shape)
         else:
             choices = {"dofs": places, "stride": stride, "account": account}
-            self.saved = Saved(save, shape, n, run.h, lambda end: told(s, run.scheme, run.h, end, **choices))
+            self.saved = Saved(save, shape, n, run.h, lambda end: described(s, run.scheme, run.h, end, **choices))
             if self.saved.last is not None:
                 self._resume(self.saved.last)
         if not self.done:

@@ -19,7 +19,7 @@ from .structure import Structure
 BUFFER = 1 << 20  # doubles of histories in memory at a time
 IN_MEMORY = 1 << 27  # doubles of histories that a response reads into memory
 STATES = 4  # at which an internal force is, of the size of the start or of static displacements
-SHOWN = ("scheme", "dt", "dofs", "stride", "account")  # what is told of a march as it is
+SHOWN = ("scheme", "dt", "dofs", "stride", "account")  # what is said of a march as it is
 INSTANTS = 257  # at which a load of the user's own is sampled, to recognise the march
 
 
@@ -28,13 +28,18 @@ class Saved:
 
     Rows are written first, then the state under the name that is not in use, and last the attribute that says which
     holds: a march that was stopped at any instant, even by a kill, goes on from the last checkpoint, and so does one to
-    a later end. shape: rows, kinds, columns; n: steps of length h, s. told: what distinguishes one march from another,
+    a later end. shape: rows, kinds, columns; n: steps of length h, s. described: what distinguishes one march from another,
     a function of the end, s, of the march that the store was made for, until which loads and forces are looked at.
     Raises ValueError for a path that holds another march, one that has gone beyond n steps, or something else.
     """
 
     def __init__(
-        self, path: str | Path, shape: tuple[int, int, int], n: int, h: float, told: Callable[[float], dict[str, str]]
+        self,
+        path: str | Path,
+        shape: tuple[int, int, int],
+        n: int,
+        h: float,
+        described: Callable[[float], dict[str, str]],
     ) -> None:
         zarr = optional("zarr", "save=", "save")
         self.path, self.count = Path(path), max(1, BUFFER // max(1, shape[1] * shape[2]))
@@ -43,7 +48,7 @@ class Saved:
             for kind in "uva"[: shape[1]]:
                 chunks = (self.count, max(1, shape[2]))
                 group.create_array(kind, shape=(shape[0], shape[2]), chunks=chunks, dtype="float64")
-            group.attrs.update({"t_end": n * h, "march": told(n * h)})
+            group.attrs.update({"t_end": n * h, "march": described(n * h)})
         try:
             self.group: Any = zarr.open_group(self.path, mode="r+")
             made_for, there = float(self.group.attrs["t_end"]), dict(self.group.attrs["march"])  # type: ignore[arg-type]
@@ -51,7 +56,7 @@ class Saved:
             raise ValueError(
                 f"expected a saved march or nothing at {self.path}, got something else; give another path"
             ) from error
-        if (here := told(made_for)) != there:
+        if (here := described(made_for)) != there:
             differ = [name for name in {**there, **here} if here.get(name) != there.get(name)]
             shown = (f"{name} ({there[name]} there, {here[name]} here)" if name in SHOWN else name for name in differ)
             raise ValueError(
@@ -117,7 +122,7 @@ class Saved:
         self.group.attrs["last"] = {"name": name, **numbers}
 
 
-def told(structure: Structure, scheme: Scheme, h: float, t_end: float, **choices: Any) -> dict[str, str]:
+def described(structure: Structure, scheme: Scheme, h: float, t_end: float, **choices: Any) -> dict[str, str]:
     """What distinguishes one march from another, by name: as it is, or its digest.
 
     Functions of the user's are recognised by values at fixed times until t_end and at fixed states.
