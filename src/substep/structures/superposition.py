@@ -170,7 +170,7 @@ def _added_up(
 def _sum(blocks: list[Array], summed: list[Array], to: Array) -> None:
     """Put the sum of blocks (rows, 3, m) times matrices (m, k) into `to` (3 rows, k)."""
     m, k = summed[0].shape
-    flat, some = [block.reshape(len(to), m) for block in blocks], max(ALONE // (m * k), 64)
+    flat, some = [block.reshape(len(to), m) for block in blocks], max(ALONE // max(m * k, 1), 64)
     for first in range(0, len(to), some):
         part = slice(first, first + some)
         np.matmul(flat[0][part], summed[0], out=to[part])
