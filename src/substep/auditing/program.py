@@ -40,7 +40,7 @@ class Program:
     version: str = ""
     license: str = ""
     program: str = field(init=False)
-    integrators: Mapping[str, Integrator] = field(default_factory=dict[str, Integrator])
+    integrators: Mapping[str, Integrator] = field(default_factory=dict[str, Integrator], repr=False)
 
     def __post_init__(self) -> None:
         if self.name not in programs():
