@@ -54,6 +54,10 @@ def test_show_prints_a_part_as_a_paper_does() -> None:
     stiffness = runner.invoke(app, ["show", "newmark_bdf2", "--part", "stiffness"]).output
     assert "K_eff = C*(2 - gamma_t)/(h*(1 - gamma_t))" in stiffness
     assert "den" not in stiffness
+    series = " ".join(runner.invoke(app, ["show", "newmark", "--part", "series"]).output.split())
+    assert "numerical damping, Omega^1 = (1 - 2*xi^2)*(2*gamma - 1)/(4*(1 - xi^2)^(3/2))" in series
+    spectrum = " ".join(runner.invoke(app, ["show", "newmark", "--part", "spectrum"]).output.split())
+    assert "where 4*gamma^2 + 4*gamma + 1 < 16*beta, else" in spectrum
     assert "beta >= 0" in runner.invoke(app, ["conditions", "newmark"]).output
     assert runner.invoke(app, ["show", "bathe", "--part", "nothing"]).exit_code == 2
 

@@ -3,6 +3,7 @@
 import math
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 from substep_derive import certify, derive
 from substep_kernels.facts import CATALOGUE, FORMS
+from sympy import sympify
 from typer.testing import CliRunner
 
 import substep as ss
@@ -83,6 +85,40 @@ def test_forms_at_the_defaults_are_the_facts(name: str) -> None:
     if FORMS[name]["stable"] is not None and None not in fractions:
         stable = FORMS[name]["stable"](*fractions)
         assert stable == (CATALOGUE[name]["critical_Omega"] == "none")
+
+
+@pytest.mark.parametrize("name", FORMS)
+def test_rho_inf_has_a_closed_form_or_is_refused_with_the_ways_to_a_number(name: str) -> None:
+    """At the defaults it is what was found there without the closed form."""
+    d, s = derive(name), ss.scheme(name)
+    if FORMS[name]["rho_inf"]:
+        at_defaults = {p.symbol: float(s.parameters[p.name]) for p in d.scheme.parameters}
+        assert float(d.rho_inf.subs(at_defaults)) == pytest.approx(s.rho_inf, abs=2e-7)
+        return
+    with pytest.raises(
+        ValueError, match=r"got the largest modulus of the \d roots of .* free; give values as in derive"
+    ):
+        d.rho_inf
+    exact = {key: str(simple_fraction(float(x))) for key, x in s.parameters.items()}
+    assert float(derive(name, **exact).rho_inf) == pytest.approx(s.rho_inf, rel=1e-12)
+
+
+@pytest.mark.parametrize("name", ss.schemes())
+def test_the_closed_form_of_rho_inf_is_there_as_text_and_latex(name: str) -> None:
+    """Where there is one; SymPy reads the text as what is derived."""
+    text, latex = ss.scheme(name).rho_inf_forms
+    assert bool(text) == bool(latex) == bool(name in FORMS and FORMS[name]["rho_inf"])
+    if text and not set("|,") & set(text):  # neither a modulus nor cases
+        defaults = {key: float(x) for key, x in ss.scheme(name).parameters.items()}
+        assert float(sympify(text.replace("^", "**"), defaults)) == pytest.approx(ss.scheme(name).rho_inf, abs=1e-12)
+
+
+def test_facts_of_a_scheme_of_ones_own_are_left_to_the_derivation() -> None:
+    s = ss.scheme(replace(derive("newmark").scheme, name="mine"))
+    assert (s.order, s.rho_inf, s.critical_Omega, s.A_stable, s.L_stable, s.overshoot) == (None,) * 6
+    assert s.rho_inf_forms == ("", "")
+    for name in ("order", "critical_Omega", "A_stable", "L_stable"):
+        assert "`substep_derive." in str(getattr(type(s), name).__doc__)
 
 
 def test_parameters_that_are_no_simple_fractions_leave_stability_to_certify() -> None:

@@ -256,3 +256,23 @@ def test_the_version_is_that_of_the_package() -> None:
     assert ss.__version__ == pyproject["project"]["version"]
     with pytest.raises(AttributeError, match="no attribute 'verison'"):
         ss.verison  # pyright: ignore
+
+
+STRUCTURE = ss.structure(np.eye(30), np.eye(30))
+SHORT: dict[str, Callable[[], object]] = {
+    "scheme": lambda: ss.scheme("bathe"),
+    "arrays": lambda: ss.scheme("newmark", beta=np.linspace(0.25, 0.3, 500)),
+    "scene": lambda: ss.scene("elastic_pendulum", EA=1e4),
+    "response": lambda: ss.march("duffing", "bathe", 0.1, 10.0),
+    "structure": lambda: ss.march(STRUCTURE, "bathe", 0.1, 10.0),
+    "modes": lambda: STRUCTURE.modes(5),
+    "spectrum": lambda: ss.response_spectrum_analysis(STRUCTURE.modes(5), lambda T, xi: np.ones(5), 1.0),
+}
+
+
+@pytest.mark.parametrize("kind", SHORT)
+def test_what_is_printed_of_a_handle_is_short(kind: str) -> None:
+    text = repr(SHORT[kind]())
+    assert len(text) < 160
+    assert "\n" not in text
+    assert "array(" not in text

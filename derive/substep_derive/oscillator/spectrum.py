@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
-from sympy import Abs, Expr, Integer, Max, Piecewise, Poly, Symbol, factor_list, oo, radsimp, sqrt
+from sympy import Abs, Expr, Integer, Max, Piecewise, Poly, Symbol, expand, factor_list, oo, radsimp, sqrt
 
 from ..algebra.algebraic import Field, closed_form, generator
 from ..algebra.expanded import coefficients
@@ -41,7 +41,7 @@ def limit_polynomial(amplification: Amplification) -> Poly:
 def rho_infinity(amplification: Amplification) -> Expr:
     """The spectral radius as Omega -> oo, in closed form; oo for an explicit scheme.
 
-    Raises NotImplementedError if a factor of degree above two in lambda is left with free parameters.
+    Raises ValueError if a factor of degree above two in lambda is left with free parameters.
     """
     leading = limit_polynomial(amplification)
     if leading.degree() < live(amplification.charpoly).degree():
@@ -50,7 +50,12 @@ def rho_infinity(amplification: Amplification) -> Expr:
     for base, _ in factor_list(leading.as_expr(), lam)[1]:
         part = Poly(base, lam)
         if part.degree() > 2 and leading.free_symbols != {lam}:
-            raise NotImplementedError(f"rho_inf of a factor of degree {part.degree()}: give the parameters values")
+            free = sorted(str(symbol) for symbol in leading.free_symbols - {lam})
+            raise ValueError(
+                f"expected rho_inf in closed form, got the largest modulus of the {part.degree()} roots of "
+                f"{part.as_expr()} = 0 with {', '.join(free)} free; give values as in derive(..., {free[0]}=...), or "
+                "take the number from substep.scheme(...).rho_inf"
+            )
         moduli += _moduli(part.all_coeffs()) if part.degree() < 3 else [Abs(root) for root in part.all_roots()]
     return Max(*moduli) if moduli else Integer(0)
 
@@ -63,7 +68,7 @@ def _moduli(coefficients: Sequence[Expr]) -> list[Expr]:
         a, b = coefficients
         return [Abs(b / a)]
     a, b, c = coefficients
-    disc = b**2 - 4 * a * c
+    disc = expand(b**2 - 4 * a * c)
     return [Piecewise((sqrt(c / a), disc < 0), ((Abs(b) + sqrt(disc)) / Abs(2 * a), True))]
 
 

@@ -39,12 +39,19 @@ class PaperPrinter(StrPrinter):
 
     def _print_Piecewise(self, expr: Any) -> str:
         *cases, (last, _) = expr.args
-        chosen = (f"{self._print(e)} where {self._print(condition)}" for e, condition in cases)
+        chosen = (f"{self._print(e)} where {self._print(_without_minus(condition))}" for e, condition in cases)
         return f"({', '.join([*chosen, f'else {self._print(last)}'])})"
 
     def doprint(self, expr: Any) -> str:
         """The expression as text."""
         return super().doprint(expr).replace("**", "^")
+
+
+def _without_minus(condition: Any) -> Any:
+    """An inequality with each term on the side on which it has no minus sign."""
+    terms = Add.make_args(condition.lhs - condition.rhs)
+    left, right = ([x for x in terms if x.could_extract_minus_sign() == minus] for minus in (False, True))
+    return condition.func(Add(*left), -Add(*right), evaluate=False)
 
 
 PRINTER = PaperPrinter()
@@ -59,7 +66,8 @@ def box_of(scheme: Scheme) -> dict[Symbol, Interval]:
 def as_in_paper(expression: Expr, scheme: Scheme) -> Expr:
     """The expression with each term of a sum factored, by factors that are positive where the parameters lie.
 
-    A factor of a modulus stands outside of it where its sign is known.
+    One in xi alone whose sign changes there is positive at small xi, and (1 - xi)(1 + xi) is 1 - xi^2. A factor of a
+    modulus stands outside of it where its sign is known.
     """
     box = box_of(scheme)
     if expression.has(Abs):
@@ -79,7 +87,10 @@ def _modulus(inner: Expr, box: Mapping[Symbol, Interval]) -> Expr:
 
 def _positive(term: Expr, box: Mapping[Symbol, Interval]) -> Expr:
     sign, known, unknown = _split(term, box)
-    return Mul(sign, *known, *unknown)
+    product = Mul(sign, *known, *unknown)
+    powers = product.as_powers_dict()
+    shared = powers[1 - xi]
+    return product * ((1 - xi**2) / (1 - xi) / (1 + xi)) ** shared if shared == powers[1 + xi] else product
 
 
 def _split(term: Expr, box: Mapping[Symbol, Interval]) -> tuple[int, list[Expr], list[Expr]]:
@@ -94,6 +105,7 @@ def _split(term: Expr, box: Mapping[Symbol, Interval]) -> tuple[int, list[Expr],
         number, factors = factor_list(part)
         for base, power in [(number, 1), *factors]:
             found = sign_on(base, box).value if base.free_symbols <= box.keys() else 0
-            sign *= (found or 1) ** power
-            (known if found else unknown).append(((found or 1) * base).xreplace(back) ** (exponent * power))
+            turn = found or (-1 if base.free_symbols == {xi} and base.subs(xi, 0) < 0 else 1)
+            sign *= turn**power
+            (known if found else unknown).append((turn * base).xreplace(back) ** (exponent * power))
     return sign, known, unknown

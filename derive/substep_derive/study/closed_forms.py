@@ -78,7 +78,7 @@ def _spectrum(d: Derivation) -> Iterator[ClosedForm]:
         yield ClosedForm("spectrum", f"p_{k} (of {mu}^{k})", in_powers(coefficient, Omega, d.scheme))
     try:
         yield ClosedForm("spectrum", "rho_inf", as_in_paper(d.rho_inf, d.scheme))
-    except NotImplementedError:
+    except ValueError:
         limit = limit_polynomial(d.amplification)
         yield ClosedForm("spectrum", "rho_inf = largest |lambda| of 0", factor(limit.as_expr()))
 

@@ -38,7 +38,7 @@ def forms(scheme: Scheme) -> dict[str, Any]:
         vanish = order_conditions(scheme)
     try:
         rho_inf = as_in_paper(d.rho_inf, scheme)
-    except NotImplementedError:
+    except ValueError:
         rho_inf = None
     try:
         found = conditions(scheme)

@@ -41,7 +41,7 @@ class Program:
     version: str = ""
     license: str = ""
     program: str = field(init=False)
-    integrators: Mapping[str, Integrator] = field(default_factory=dict[str, Integrator])
+    integrators: Mapping[str, Integrator] = field(default_factory=dict[str, Integrator], repr=False)
 
     def __post_init__(self) -> None:
         self._script = ADAPTERS / f"{self.name}{SUFFIX}.py"

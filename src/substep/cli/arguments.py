@@ -1,16 +1,20 @@
 """Options whose names are parameters of schemes and scenes, which the command line does not know in advance."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from fractions import Fraction
 from pathlib import Path
-from typing import Annotated
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
 
 from ..core.scenes import Scene, scene, scenes
 from ..core.schemes import Scheme, scheme, schemes
+
+if TYPE_CHECKING:
+    from ..derived.modules import Declaration
 
 StartOption = Annotated[str, typer.Option(help="initial acceleration: consistent, or numbers as -19.6,0")]
 StrainOption = Annotated[str, typer.Option(help="elastic_pendulum: green_lagrange or engineering")]
@@ -26,12 +30,18 @@ def known_scenes(incomplete: str) -> list[str]:
     return [name for name in scenes() if name.startswith(incomplete)]
 
 
-A_SCHEME = "a name listed by `substep schemes`"
+A_SCHEME = (
+    "a name listed by `substep schemes`, or file.py:name of a declaration of your own; "
+    "parameters may follow it as newmark:beta=1/4,gamma=.5"
+)
 A_SCENE = "a name listed by `substep scenes`"
 SchemeArgument = Annotated[str, typer.Argument(help=A_SCHEME, autocompletion=known_schemes)]
 SchemeOfRun = Annotated[str, typer.Argument(metavar="SCHEME", help=A_SCHEME, autocompletion=known_schemes)]
 SchemeOption = Annotated[str, typer.Option("--scheme", help=A_SCHEME, autocompletion=known_schemes)]
 SceneArgument = Annotated[str, typer.Argument(metavar="SCENE", help=A_SCENE, autocompletion=known_scenes)]
+
+
+NONE: Mapping[str, str] = MappingProxyType({})
 
 
 @contextmanager
@@ -85,13 +95,39 @@ def number(name: str, text: str) -> float:
         raise ValueError(f"expected a number such as 0.2 or 1/5 for {name}, got '{text}'; correct it") from error
 
 
-def scheme_of(text: str) -> Scheme:
-    """The scheme of a text such as bathe or newmark:beta=1/4,gamma=.5. Raises ValueError as `substep.scheme`."""
-    name, _, rest = text.partition(":")
+def source_of(text: str, options: Mapping[str, str] = NONE) -> "tuple[str | Declaration, dict[str, str]]":
+    """The name or declaration, and the parameters, of a text such as bathe, newmark:beta=1/4 or file.py:mine:gamma=.7.
+
+    options: further parameters, from `exact_options`. Raises ValueError for a file that is not there or does not
+    declare the scheme, and for parameters that are not written so.
+    """
+    from ..derived import facade  # noqa: PLC0415 (on first use)
+
+    file, is_file, own = text.rpartition(".py:")
+    name, _, rest = (own if is_file else text).partition(":")
     pairs = [part.partition("=") for part in rest.split(",") if part]
     if not all(equals and value for _, equals, value in pairs):
         raise ValueError(f"expected parameters as {name}:beta=1/4,gamma=.5, got '{text}'; write name=value")
-    return scheme(name, **{key.replace("-", "_"): number(key, value) for key, _, value in pairs})
+    given = {key.replace("-", "_"): value for key, _, value in pairs} | dict(options)
+    if not is_file:
+        return name, given
+    path = Path(f"{file}.py")
+    require_files(path)
+    return facade.declaration(path, name), given
+
+
+def scheme_of(text: str, options: Mapping[str, str] = NONE) -> Scheme:
+    """The handle of a scheme that is named as for `source_of`. Raises ValueError as this and `substep.scheme` do."""
+    source, given = source_of(text, options)
+    return scheme(source, **{key: number(key, value) for key, value in given.items()})
+
+
+def declared(text: str) -> "Declaration":
+    """The declaration, with parameters fixed, of a scheme named as for `source_of`; raises ValueError as this."""
+    from ..derived import facade  # noqa: PLC0415 (on first use)
+
+    source, given = source_of(text)
+    return facade.derived(source, **given).scheme
 
 
 def numbers(arguments: list[str]) -> dict[str, float]:

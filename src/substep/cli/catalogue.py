@@ -4,18 +4,18 @@ from html import escape
 from itertools import groupby
 from pathlib import Path
 from textwrap import wrap
-from typing import TYPE_CHECKING, Annotated, Literal, get_args
+from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 
 import typer
 from rich.console import Console
 
 from ..core.schemes import Scheme, scheme
 from ..core.schemes import schemes as scheme_names
-from .arguments import SchemeArgument, require_folders, working
+from .arguments import SchemeArgument, declared, require_folders, scheme_of, source_of, working
 from .lines import width, wrapped
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Mapping
 
     from ..derived.facade import ClosedForm
 
@@ -78,20 +78,24 @@ def show(
 ) -> None:
     """Print what is known of a scheme: state, order, spectral radius at infinity, stability, effective stiffness.
 
-    With --part, the closed forms of one part, or of all.
+    At the defaults, or at parameters that follow the name: newmark:beta=1/4,gamma=3/5. With --part, the closed forms of
+    one part, or of all.
     """
-    from ..derived.facade import closed_forms  # noqa: PLC0415 (SymPy only when asked for)
+    from ..derived.facade import closed_forms, fact_row  # noqa: PLC0415 (SymPy only when asked for)
 
     try:
-        s = scheme(name)
         require_folders(html)
-    except ValueError as error:
+        s = scheme_of(name)
+        if part is None and not latex and html is None:
+            with working(f"deriving {name}"):
+                source, given = source_of(name)
+                row = fact_row(source, **given)
+            _print_facts(s, row, name)
+            return
+        with working(f"deriving {part or 'all parts'} of {name}"):
+            forms = list(closed_forms(declared(name), part or "all"))
+    except (ValueError, NotImplementedError) as error:
         raise typer.BadParameter(str(error)) from error
-    if part is None and not latex and html is None:
-        _print_facts(s)
-        return
-    with working(f"deriving {part or 'all parts'} of {name}"):
-        forms = list(closed_forms(name, part or "all"))
     if html is not None:
         html.write_text(_page(s, forms), encoding="utf-8")
         Console().print(f"{html}")
@@ -102,17 +106,17 @@ def show(
             print(rf"\[ {form.latex} \]" if latex else wrapped(f"{form.name} = ", form.text))
 
 
-def _print_facts(s: Scheme) -> None:
-    """State, order, limits, stability, first errors and effective stiffness, from generated/."""
-    from substep_kernels.facts import CATALOGUE, FORMS  # noqa: PLC0415
+def _print_facts(s: Scheme, row: "Mapping[str, Any]", name: str) -> None:
+    """State, order, limits, stability, first errors and effective stiffness; row: see `fact_row`; name: as given."""
+    from substep_kernels.facts import FORMS  # noqa: PLC0415
 
-    row, form = CATALOGUE[s.name], FORMS.get(s.name, {})
+    form = FORMS.get(name, {})  # closed forms in parameters, where all are at their defaults
     lines = {
         "state": ", ".join(s.state),
         "parameters": _parameters(s) or "none",
         "order of u, v, a": ", ".join(map(str, row["order"])),
         "rho_inf": " = ".join(dict.fromkeys([row["rho_inf"], *filter(None, [form.get("rho_inf")])])),
-        "stable, undamped": "for every Omega" if row["critical_Omega"] == "none" else _limit(row, s),
+        "stable, undamped": "for every Omega" if row["critical_Omega"] == "none" else _limit(row),
         "A-stable, L-stable": f"{row['A_stable']}, {row['L_stable']}",
         "overshoot": row["overshoot"],
         **{f"{kind}, first term": _term(row[kind]) for kind in ("damping", "period")},
@@ -121,17 +125,15 @@ def _print_facts(s: Scheme) -> None:
     print("\n".join([s.name, *wrap(s.reference, width(), initial_indent="  ", subsequent_indent="  "), ""]))
     for label, text in lines.items():
         print(wrapped(f"{label}: ", text))
-    more = (
-        f"All at the defaults. Closed forms: substep show {s.name} --part PART, PART one of {', '.join(get_args(Part))}"
-    )
+    more = f"All at these parameters. Closed forms: substep show {name} --part PART, one of {', '.join(get_args(Part))}"
     print("\n".join(["", *wrap(more, width())]))
 
 
-def _limit(row: dict[str, str], s: Scheme) -> str:
-    if not s.critical_Omega:
+def _limit(row: "Mapping[str, Any]") -> str:
+    exact, value = row["critical_Omega"], float(row["values"]["critical_Omega"])
+    if not value:
         return "for no Omega"
-    exact = row["critical_Omega"]
-    return f"up to Omega = {s.critical_Omega:.6g}" + ("" if "CRootOf" in exact else f" = {exact}")
+    return f"up to Omega = {value:.6g}" + ("" if "CRootOf" in exact else f" = {exact}")
 
 
 def _term(term: tuple[int, str] | None) -> str:

@@ -18,7 +18,8 @@ def chart(
     names: Annotated[
         list[str],
         typer.Argument(
-            help="schemes such as bathe or newmark:beta=1/4; or work-precision", autocompletion=known_schemes
+            help="schemes such as bathe, newmark:beta=1/4 or file.py:mine; or work-precision",
+            autocompletion=known_schemes,
         ),
     ],
     file: Annotated[Path, typer.Option("--file", "--out", help="where the chart goes, without suffix")] = Path("chart"),
@@ -72,7 +73,7 @@ def chart(
 
 
 def _label(name: str) -> str:
-    return name.replace(":", ", ").replace(",", ", ").replace("  ", " ").replace("=", " = ")
+    return name.rpartition(".py:")[2].replace(":", ", ").replace(",", ", ").replace("  ", " ").replace("=", " = ")
 
 
 def _work_precision(folder: Path, full: bool) -> None:

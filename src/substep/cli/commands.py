@@ -21,6 +21,7 @@ from .arguments import (
     SchemeOption,
     StartOption,
     StrainOption,
+    declared,
     exact_options,
     known_schemes,
     number,
@@ -28,6 +29,8 @@ from .arguments import (
     require_files,
     require_folders,
     scene_of,
+    scheme_of,
+    source_of,
     working,
 )
 from .audits import audit
@@ -203,14 +206,15 @@ def certify(
 
     try:
         with working(f"certifying {name}"):
-            found = certificate(name, xi=xi, **exact_options(context.args))
+            source, given = source_of(name, exact_options(context.args))
+            found = certificate(source, xi=xi, **given)
     except (ValueError, TypeError) as error:
         raise typer.BadParameter(str(error)) from error
     print(folded(found.text))
     parameters = {key: float(value) for key, value in found.parameters.items()}
     for low, high, *_ in found.multiple:  # powers of the matrix grow there, though no eigenvalue is outside the circle
         if low == high:
-            norms = (scheme(name, **parameters).power_norm(float(low), float(found.xi), n) for n in (10, 100, 1000))
+            norms = (scheme(source, **parameters).power_norm(float(low), float(found.xi), n) for n in (10, 100, 1000))
             print(f"\nLargest ||A^k|| in the energy norm at Omega = {low}: " + ", ".join(f"{x:.4g}" for x in norms))
             print("for k up to 10, 100, 1000.")
 
@@ -222,7 +226,8 @@ def conditions(name: SchemeArgument) -> None:
 
     try:
         with working(f"deriving conditions of {name}"):
-            text, second_order = derived(name).text, order_conditions(name)
+            own = declared(name)
+            text, second_order = derived(own).text, order_conditions(own)
         print(folded(text))
         for quantity, polynomials in second_order.items():
             wanted = " and ".join(f"{p} = 0" for p in polynomials)
@@ -242,7 +247,7 @@ def equivalences(
     from ..derived.facade import equivalences as find  # noqa: PLC0415
 
     try:
-        pairs = find(names or [])
+        pairs = find([declared(name) for name in names or []])
 
         def next_pair() -> "Equivalence | None":
             with working("comparing schemes"):
@@ -271,10 +276,9 @@ def run(
 
     try:
         require_folders(csv)
-        given = numbers(context.args)
         known = scene_info(scene_name, {}).parameters
-        s = scheme(scheme_name, **{key: value for key, value in given.items() if key not in known})
-        here = scene_of(scene_name, a0, strain, {key: value for key, value in given.items() if key in known})
+        s = scheme_of(scheme_name, {k: x for k, x in exact_options(context.args).items() if k not in known})
+        here = scene_of(scene_name, a0, strain, {k: x for k, x in numbers(context.args).items() if k in known})
         with working(f"marching {scene_name}"):
             r = march(here, s, dt, t_end)
     except ValueError as error:
@@ -321,7 +325,7 @@ def spectrum(
         require_folders(csv, chart)
         T = [number("--periods", text) for text in periods.split(",")] if periods else PERIODS
         with working(f"response spectrum of {file.name}"):
-            s = response_spectrum(file, periods=T, xi=xi, scheme=scheme(scheme_name, **numbers(context.args)))
+            s = response_spectrum(file, periods=T, xi=xi, scheme=scheme_of(scheme_name, exact_options(context.args)))
     except (ValueError, OSError) as error:
         raise typer.BadParameter(str(error)) from error
     settings = f"{s.samples} samples, dt = {s.dt:g} s, xi = {xi:g}, {' '.join((s.scheme, s.parameters)).strip()}"

@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from .arguments import known_schemes, working
+from .arguments import declared, known_schemes, working
 from .lines import folded
 
 
@@ -12,7 +12,8 @@ def design(
     name: Annotated[
         str | None,
         typer.Argument(
-            help="a scheme whose parameters are sought; else give --sub-steps", autocompletion=known_schemes
+            help="a scheme whose parameters are sought, by name or as file.py:name; else give --sub-steps",
+            autocompletion=known_schemes,
         ),
     ] = None,
     sub_steps: Annotated[int | None, typer.Option(help="compose a scheme of so many sub-steps")] = None,
@@ -37,7 +38,7 @@ def design(
             raise ValueError("expected a scheme or --sub-steps, got both; leave one of them out")
         if name is not None:
             with working(f"designing {name}"):
-                found = facade.design(name, rho_inf=radius, order=order)
+                found = facade.design(declared(name), rho_inf=radius, order=order)
             print(
                 "\n".join(folded(one.text) for one in found)
                 or f"{name}: no parameters give order {order} and that rho_inf"

@@ -5,17 +5,12 @@ from typing import Annotated
 
 import typer
 
-from .arguments import exact_options, known_schemes, require_files, require_folders
+from .arguments import SchemeArgument, exact_options, require_folders, source_of
 
 
 def emit(
     context: typer.Context,
-    name: Annotated[
-        str,
-        typer.Argument(
-            help="a name listed by `substep schemes`, or file.py:name of a declaration", autocompletion=known_schemes
-        ),
-    ],
+    name: SchemeArgument,
     language: Annotated[str, typer.Option(help="c, fortran, javascript, julia, matlab or python")],
     out: Annotated[Path | None, typer.Option(help="write the file here; by default it is printed")] = None,
 ) -> None:
@@ -27,10 +22,8 @@ def emit(
 
     try:
         require_folders(out)
-        file, _, own = name.rpartition(":")
-        require_files(Path(file) if file else None)
-        scheme = facade.declaration(Path(file), own) if file else name
-        text = facade.standalone(scheme, language, **exact_options(context.args))
+        source, given = source_of(name, exact_options(context.args))
+        text = facade.standalone(source, language, **given)
     except (ValueError, TypeError, OSError) as error:
         raise typer.BadParameter(str(error)) from error
     if out is None:

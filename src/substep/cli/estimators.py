@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from .arguments import SchemeArgument, exact_options, working
+from .arguments import SchemeArgument, exact_options, source_of, working
 from .lines import wrapped
 
 
@@ -18,10 +18,10 @@ def estimator(
     from ..derived.facade import estimator as derived  # noqa: PLC0415
     from ..derived.facade import estimator_filter, in_paper  # noqa: PLC0415
 
-    parameters = exact_options(context.args)
     try:
+        source, parameters = source_of(name, exact_options(context.args))
         with working(f"deriving estimators of {name}"):
-            found = derived(name, held_only=held_only, damped=not undamped, **parameters)
+            found = derived(source, held_only=held_only, damped=not undamped, **parameters)
     except ValueError as error:
         raise typer.BadParameter(str(error)) from error
     for one, quantity in ((found.displacement, "u"), (found.velocity, "v")):
@@ -31,6 +31,6 @@ def estimator(
         print(f"    grows like Omega^{one.growth} as Omega -> oo")
         for symbol, text in one.extra.items():
             print(wrapped(f"{symbol}: ", text.replace("**", "^"), "    "))
-    damped_by = estimator_filter(name, **parameters)
+    damped_by = estimator_filter(source, **parameters)
     said = wrapped("filter for stiff components: ", damped_by, "")
     print(said if damped_by else "no filter: the scheme is explicit")

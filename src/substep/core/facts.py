@@ -82,6 +82,14 @@ def facts_at(info: SchemeInfo, parameters: Mapping[str, Array]) -> Facts:
     )
 
 
+def rho_inf_forms(info: SchemeInfo) -> tuple[str, str]:
+    """rho_inf in the parameters as text and in LaTeX, empty where generated/ has no such form."""
+    from substep_kernels.facts import FORMS  # noqa: PLC0415 (on first use)
+
+    form = FORMS.get(info.name) if info.declaration is None else None
+    return (form["rho_inf"], form["rho_inf_latex"]) if form else ("", "")
+
+
 def _order(info: SchemeInfo, forms: Mapping[str, Any], values: Sequence[Any]) -> tuple[int, int, int] | None:
     """That of almost all parameters, or 2 where the conditions for it hold.
 

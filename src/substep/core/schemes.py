@@ -19,7 +19,7 @@ from . import stability as stability_functions
 from .arrays import Array, Values, by_value, read_only
 from .entries import ParameterInfo, SchemeInfo
 from .errors import called_as, unknown_name
-from .facts import Facts, Term, facts_at, facts_at_defaults
+from .facts import Facts, Term, facts_at, facts_at_defaults, rho_inf_forms
 from .kernel_modules import loaded
 
 if TYPE_CHECKING:
@@ -187,17 +187,37 @@ class Scheme:
 
     @property
     def order(self) -> tuple[int, int, int] | None:
-        """Order of accuracy of u, v and a, free and forced, damped or not; see `Facts` for other parameters."""
+        """Order of accuracy of u, v and a, free and forced, damped or not; None if not known: `substep_derive.derive`.
+
+        At other parameters than the defaults it is at least that. This and all facts below are None for a scheme of
+        your own, which `derive` and `certify` decide.
+        """
         return self.facts.order
 
     @property
     def rho_inf(self) -> float | Array | None:
-        """Spectral radius as Omega -> oo, undamped; inf for an explicit scheme."""
+        """Spectral radius as Omega -> oo, undamped; inf for an explicit scheme; None if not known.
+
+        NaN where the closed form in generated/ does not hold at these parameters; `rho_inf_forms` has it as text.
+        """
         return self.facts.rho_inf
 
     @property
+    def rho_inf_forms(self) -> tuple[str, str]:
+        """rho_inf in the parameters, undamped, as text and in LaTeX.
+
+        Empty where it has no closed form, for a scheme without parameters, whose `rho_inf` is a number, and for one of
+        your own: `substep_derive.derive(...).rho_inf`.
+        """
+        return rho_inf_forms(self.info)
+
+    @property
     def critical_Omega(self) -> float | None:
-        """The Omega up to which the scheme is stable, undamped; inf where it is for every Omega, None if not known."""
+        """The Omega up to which the scheme is stable, undamped; inf where it is for every Omega.
+
+        None if not known, as at other parameters than the defaults where it is not stable throughout:
+        `substep_derive.certify` gives it.
+        """
         return self.facts.critical_Omega
 
     @property
@@ -207,17 +227,23 @@ class Scheme:
 
     @property
     def L_stable(self) -> bool | None:
-        """Whether it is A-stable with rho_inf = 0; None if not known."""
+        """Whether it is A-stable with rho_inf = 0; None if not known: `substep_derive.certify`."""
         return self.facts.L_stable
 
     @property
     def overshoot(self) -> str | None:
-        """Such as U0-V1: powers of Omega with which u and v/omega grow in the first step; None if not known."""
+        """Such as U0-V1: powers of Omega with which u and v/omega grow in the first step.
+
+        None at other parameters than the defaults.
+        """
         return self.facts.overshoot
 
     @property
     def first_errors(self) -> tuple[Term | None, Term | None]:
-        """First terms of numerical damping and period error, undamped, as (power of Omega, coefficient) each."""
+        """First terms of numerical damping and period error, undamped, as (power of Omega, coefficient) each.
+
+        None at other parameters than the defaults, where `substep_derive.derive(...).series` has them.
+        """
         return self.facts.damping, self.facts.period
 
     @cached_property
@@ -336,8 +362,13 @@ class Scheme:
         return partial(scheme, self.info.source, **self.given), ()
 
     def __repr__(self) -> str:
-        values = (f"{name}={value.tolist()}" for name, value in self.parameters.items())
+        values = (f"{name}={_written(value)}" for name, value in self.parameters.items())
         return f"Scheme({', '.join([self.name, *values])})"
+
+
+def _written(value: Array) -> str:
+    few = value.size <= 4
+    return str(value.tolist()) if few else f"{value.shape} from {value.min():.6g} to {value.max():.6g}"
 
 
 @lru_cache(maxsize=1024)

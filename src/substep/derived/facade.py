@@ -1,4 +1,4 @@
-"""Results of the derivation by a scheme's name: closed forms, certificates, orders of accuracy, rows of tables.
+"""Results of the derivation by a scheme's name or declaration: closed forms, certificates, orders, rows of tables.
 
 What never changes is read from generated/; SymPy is imported only when something else is asked for.
 """
@@ -23,21 +23,21 @@ if TYPE_CHECKING:
     from substep_derive.study.equivalence import Equivalence
 
 
-def certificate(name: str, xi: Any = 0, **parameters: Any) -> "Certificate":
+def certificate(name: "str | Declaration", xi: Any = 0, **parameters: Any) -> "Certificate":
     """The exact stability certificate: see `substep_derive.certify`."""
     from substep_derive import certify  # noqa: PLC0415
 
     return certify(name, xi=xi, **parameters)
 
 
-def conditions(name: str) -> "Conditions":
+def conditions(name: "str | Declaration") -> "Conditions":
     """Stability conditions with the parameters symbolic: see `substep_derive.stability.conditions`."""
     from substep_derive.stability.conditions import conditions as of  # noqa: PLC0415
 
     return of(name)
 
 
-def stable_values(name: str) -> Any:
+def stable_values(name: "str | Declaration") -> Any:
     """The values of a scheme's only parameter for which it is stable at every Omega > 0, undamped: a set of SymPy.
 
     See `substep_derive.study.region.stable_values`.
@@ -47,7 +47,7 @@ def stable_values(name: str) -> Any:
     return of(conditions(name))
 
 
-def order_conditions(name: str) -> "dict[str, tuple[str, ...]]":
+def order_conditions(name: "str | Declaration") -> "dict[str, tuple[str, ...]]":
     """Expressions that vanish where u, v and a are of second order, as text.
 
     See `substep_derive.oscillator.order.order_conditions`.
@@ -58,7 +58,7 @@ def order_conditions(name: str) -> "dict[str, tuple[str, ...]]":
     return {quantity: tuple(in_paper(e, scheme) for e in found) for quantity, found in of(scheme).items()}
 
 
-def equivalences(names: Sequence[str]) -> "Iterator[Equivalence]":
+def equivalences(names: "Sequence[str | Declaration]") -> "Iterator[Equivalence]":
     """Pairs of schemes that share their amplification matrix or its spectrum, among those named; none named: all.
 
     Each is given when it is found, since all take minutes.
@@ -68,14 +68,14 @@ def equivalences(names: Sequence[str]) -> "Iterator[Equivalence]":
     return found([derived(name).scheme for name in names]) if names else found()
 
 
-def derived(name: str, **parameters: Any) -> "Derivation":
+def derived(name: "str | Declaration", **parameters: Any) -> "Derivation":
     """Closed forms and orders at exact parameters: see `substep_derive.derive`."""
     from substep_derive import derive  # noqa: PLC0415
 
     return derive(name, **parameters)
 
 
-def estimator(name: str, **parameters: Any) -> "Estimator":
+def estimator(name: "str | Declaration", **parameters: Any) -> "Estimator":
     """Estimated local errors, with parameters that are not given as symbols: see `substep_derive.estimator`."""
     from substep_derive import estimator as of  # noqa: PLC0415
 
@@ -102,7 +102,7 @@ def in_paper(expression: Any, scheme: "Declaration") -> str:
     return PRINTER.doprint(as_in_paper(expression, scheme))
 
 
-def estimator_filter(name: str, **parameters: Any) -> str:
+def estimator_filter(name: "str | Declaration", **parameters: Any) -> str:
     """The filter of an estimate on stiff components as text; empty for an explicit scheme."""
     from substep_derive.estimate.quality import filter_of  # noqa: PLC0415
 
@@ -143,6 +143,18 @@ def catalogue_row(name: str) -> CatalogueRow:
     return CatalogueRow(name, **{**row, **triples, "eigenvalue_order": str(row["eigenvalue_order"])})
 
 
+def fact_row(scheme: "str | Declaration", **parameters: Any) -> Mapping[str, Any]:
+    """A scheme's properties as in CATALOGUE of `substep_kernels.facts`, from there or, for others than these, derived.
+
+    parameters: exact; see `substep_derive.study.facts.row`. Raises DeclarationError as `derived` does.
+    """
+    if isinstance(scheme, str) and not parameters:
+        return CATALOGUE[scheme]
+    from substep_derive.study.facts import row  # noqa: PLC0415
+
+    return row(derived(scheme, **parameters).scheme)
+
+
 def standalone(scheme: "str | Declaration", language: str, **parameters: Any) -> str:
     """A scheme as the text of one file in another language: see `substep_derive.emit.standalone.standalone`."""
     from substep_derive.emit.standalone import standalone as of  # noqa: PLC0415
@@ -176,7 +188,7 @@ def second_order_betas(rho_inf: Fraction, gamma_t: Fraction) -> list[float]:
     return [beta for beta, cells in curves if any(float(low) < gamma_t < float(high) for low, high, *_ in cells)]
 
 
-def design(scheme: str | None = None, **wishes: Any) -> Any:
+def design(scheme: "str | Declaration | None" = None, **wishes: Any) -> Any:
     """Exact parameters from requirements, of a declared scheme or of a composite scheme of `sub_steps` sub-steps.
 
     See `substep_derive.study.design.design`.
@@ -236,7 +248,7 @@ def undamped(expression: Any) -> Any:
     return expression.subs(xi, 0).factor()
 
 
-def closed_forms(name: str, part: str = "all") -> "Iterator[ClosedForm]":
+def closed_forms(name: "str | Declaration", part: str = "all") -> "Iterator[ClosedForm]":
     """What is derived about a scheme, as named forms: see `substep_derive.study.closed_forms`."""
     from substep_derive.study.closed_forms import closed_forms as derived  # noqa: PLC0415
 

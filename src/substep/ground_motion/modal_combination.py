@@ -31,7 +31,7 @@ LONG = {
 }
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class SpectrumAnalysis:
     """Peaks of a structure on a moving base, estimated from those of its modes.
 
@@ -59,6 +59,9 @@ class SpectrumAnalysis:
             raise ValueError(f"expected a peak of each of {len(self.modes)} modes along axis 0, got {peaks.shape}")
         squares = np.einsum("i...,ij,j...->...", peaks, self.correlation, peaks)
         return np.sqrt(np.maximum(squares, 0.0))
+
+    def __repr__(self) -> str:
+        return f"SpectrumAnalysis({len(self.modes)} modes, {len(self.dofs)} degrees of freedom, shear {self.shear:.6g})"
 
     @property
     def u(self) -> Array:
