@@ -138,7 +138,7 @@ class Report:
 
     @property
     def text(self) -> str:
-        """The report in lines of at most 100 characters, but for quotations."""
+        """The report in lines, of which each is a fact, a claim or a deviation."""
         lines = [f"{self.stepper.name} {self.stepper.version}".rstrip()]
         lines += [f"  {label:<11}{text}" for label, text in self.facts]
         for judgement in self.judgements:
