@@ -81,7 +81,7 @@ def audit(stepper: Stepper | Run, claims: Claims | None = None) -> Report:
     judgements = judged(claims, found, orders, rho_inf, critical, noise.of_radius) if claims else ()
     both = expected_orders(best, load, orders, noise) if best else (orders, {})
     if noise.hides:
-        judgements = tuple(replace(judgement, verdict="not judged") for judgement in judgements)
+        judgements = tuple(replace(j, verdict="not judged") if j.verdict != "not stated" else j for j in judgements)
     known = exact is None and not noise.hides
     departures = deviations(Evidence(stepper, claimed, found, load, judgements, *both)) if known else ()
     defaults = written_out(stepper, best, noise)

@@ -56,10 +56,10 @@ def _near(scheme: Scheme, best: Match, free: Sequence[Measured], noise: Noise) -
 
 
 def _allowed(scheme: Scheme) -> bool:
-    """Whether the parameters lie in their intervals, and not next to an end that is none of these."""
+    """Whether the parameters lie in their intervals, not next to an end that is none of these, and fit each other."""
     values = {name: recognise(float(scheme.parameters[name]), NEXT)[0] for name in free_parameters(scheme)}
     try:
-        make_scheme(scheme.name, **values)
+        made = make_scheme(scheme.name, **values)
     except ValueError:
         return False
-    return True
+    return all(abs(float(made.parameters[name]) - float(x)) <= NEXT for name, x in scheme.parameters.items())
