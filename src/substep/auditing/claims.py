@@ -83,8 +83,12 @@ def judged(
     orders: Mapping[str, Order],
     rho_inf: float,
     critical: float | None,
+    blur: float = 0.0,
 ) -> tuple[Judgement, ...]:
-    """Every claim that is made, judged, and what was found of each topic that none speaks of."""
+    """Every claim that is made, judged, and what was found of each topic that none speaks of.
+
+    blur: by how much the noise may have moved the spectral radius.
+    """
     found: list[Judgement] = []
     matches = identified.matches
     is_a = matches[0].text if matches else "none of the catalogue"
@@ -111,12 +115,12 @@ def judged(
         verdict = fails if bad else "not judged" if unknown or not u else "true"
         judge("order", claims.order, orders_of_u, verdict, bad)
     if claims.rho_inf is not None:
-        near = abs(rho_inf - claims.rho_inf) <= RADIUS
+        near = abs(rho_inf - claims.rho_inf) <= max(RADIUS, blur)
         judge("rho_inf", f"{claims.rho_inf:g}", radius, _verdict(near))
     if claims.unconditional is not None:
         judge("unconditional", claims.unconditional, limit, _verdict(claims.unconditional == (critical is None)))
     if claims.critical_Omega is not None:
-        near = critical is not None and abs(critical - claims.critical_Omega) <= 1e-3 * claims.critical_Omega
+        near = critical is not None and abs(critical - claims.critical_Omega) <= max(1e-3, blur) * claims.critical_Omega
         judge("critical_Omega", f"{claims.critical_Omega:g}", limit, _verdict(near))
     measured = {"scheme": is_a, "order": orders_of_u, "damping": f"rho_inf = {radius}", "stability": limit}
     for topic in unstated({one.claim for one in found} | claims.parameters.keys()):

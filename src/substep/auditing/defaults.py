@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from .causes import DIGITS, Deviation
+from .causes import Deviation
 from .identify import Match, identify
+from .noise import QUIET, Noise
 from .probes import DRIVEN, LOADS, RATIOS, Measured, measure, oscillators, own_runs
 from .stepper import Stepper
 
@@ -16,7 +17,7 @@ from .stepper import Stepper
 class WrittenOut:
     """The defaults; how far the steps with them written out are off those without; and the scheme that they then are.
 
-    deviation: see `Measured.deviation`. allowed: what rounding may cause. instead: "" where none is found.
+    deviation: see `Measured.deviation`. allowed: what noise may cause. instead: "" where none is found.
     """
 
     defaults: Mapping[str, Any]
@@ -26,7 +27,7 @@ class WrittenOut:
 
     @property
     def same(self) -> bool:
-        """Whether they are the same but for rounding."""
+        """Whether they are the same but for noise."""
         return self.deviation <= self.allowed
 
     @property
@@ -47,18 +48,17 @@ class WrittenOut:
         return () if self.same else (Deviation("arguments", self.text),)
 
 
-def written_out(stepper: Stepper, best: Match | None) -> WrittenOut | None:
-    """None for a stepper whose arguments have no defaults. best: what it is without them."""
-    if stepper.written_out is None:
+def written_out(stepper: Stepper, best: Match | None, noise: Noise = QUIET) -> WrittenOut | None:
+    """None for a stepper whose arguments have no defaults, or whose noise hides them. best: what it is without them."""
+    if stepper.written_out is None or noise.hides:
         return None
     explicit = replace(stepper, run=stepper.written_out, written_out=None)
-    here, there = _runs(stepper), _runs(explicit)
+    here, there = noise.over(_runs(stepper)), noise.over(_runs(explicit))
     off = np.concatenate([one.deviation(other.rows).ravel() for one, other in zip(here, there, strict=True)])
-    allowed = max(DIGITS, 10.0 ** (3.0 - stepper.can.digits))
-    found = WrittenOut(stepper.can.defaults, float(np.nanmax(np.abs(off), initial=0.0)), allowed)
+    found = WrittenOut(stepper.can.defaults, float(np.nanmax(np.abs(off), initial=0.0)), noise.rounding)
     if found.same or best is None:
         return found
-    matches = identify(there[:2], there[:2], best.scheme).matches
+    matches = identify(there[:2], there[:2], best.scheme, noise).matches
     return replace(found, instead=matches[0].text) if matches else found
 
 

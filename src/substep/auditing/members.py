@@ -7,8 +7,9 @@ from itertools import islice
 from ..core.schemes import Scheme, schemes
 from ..core.schemes import scheme as make_scheme
 from .fit import free_parameters, recognise, solutions
-from .identify import MATCH, Identification, Match, credible, fitted, residuals
+from .identify import Identification, Match, credible, fitted, residuals
 from .linear_step import with_parameters
+from .noise import QUIET, Noise
 from .probes import Measured
 
 FEW = (0.3, 3.0)  # Omega of the oscillators on which a scheme is solved for, before it is compared on all
@@ -17,11 +18,13 @@ NEXT = 1e-6  # nearer to a simple number, a parameter may be that one but for ro
 TRIES = 2  # starts from which they are solved for then
 
 
-def with_all_members(found: Identification, free: Sequence[Measured], own: Sequence[Measured]) -> Identification:
+def with_all_members(
+    found: Identification, free: Sequence[Measured], own: Sequence[Measured], noise: Noise = QUIET
+) -> Identification:
     """The same with every other scheme that does what was measured among its matches.
 
-    free, own: the runs that it was found from. As it was where only eigenvalues agree, for many schemes share these.
-    Parameters outside their intervals are not named: at their ends a scheme may have no step.
+    free, own: the runs that it was found from; noise: of these. As it was where only eigenvalues agree, for many
+    schemes share these. Parameters outside their intervals are not named: at their ends a scheme may have no step.
     """
     if not found.matches or found.matches[0].what == "spectrum":
         return found
@@ -32,30 +35,31 @@ def with_all_members(found: Identification, free: Sequence[Measured], own: Seque
         names = free_parameters(scheme)
         if scheme.name not in known and len(names) and (scheme.info.damping or not damping):
             matches = (
-                replace(fitted(at, (), best.what, free, own), solved=len(names)) for at in _near(scheme, best, free)
+                replace(fitted(at, (), best.what, free, own, noise), solved=len(names))
+                for at in _near(scheme, best, free, noise)
             )
-            first = next((match for match in matches if credible(match) and _allowed(match.scheme)), None)
+            first = next((match for match in matches if credible(match, noise) and _allowed(match.scheme)), None)
             more += [] if first is None else [first]
     return replace(found, matches=(*found.matches, *sorted(more, key=lambda match: match.solved)))
 
 
-def _near(scheme: Scheme, best: Match, free: Sequence[Measured]) -> Iterator[Scheme]:
+def _near(scheme: Scheme, best: Match, free: Sequence[Measured], noise: Noise) -> Iterator[Scheme]:
     """The scheme at values at which it may do the same as the best match: plain ones, and those solved for."""
     names, few = free_parameters(scheme), [run.only(FEW) for run in free]
     shared = {name: float(x) for name, x in best.scheme.parameters.items() if name in names}
     for plain in PLAIN:
         yield with_parameters(scheme, dict.fromkeys(names, plain) | shared)
     for residual in residuals(scheme, best.what, few):
-        for near, error in islice(solutions(scheme, names, few[0].at, residual), TRIES):
-            if error <= MATCH:
-                yield near
+        for solution in islice(solutions(scheme, names, few[0].at, residual), TRIES):
+            if solution.error <= noise.match:
+                yield solution.scheme
 
 
 def _allowed(scheme: Scheme) -> bool:
-    """Whether the parameters lie in their intervals, and not next to an end that is none of these."""
+    """Whether the parameters lie in their intervals, not next to an end that is none of these, and fit each other."""
     values = {name: recognise(float(scheme.parameters[name]), NEXT)[0] for name in free_parameters(scheme)}
     try:
-        make_scheme(scheme.name, **values)
+        made = make_scheme(scheme.name, **values)
     except ValueError:
         return False
-    return True
+    return all(abs(float(made.parameters[name]) - float(x)) <= NEXT for name, x in scheme.parameters.items())

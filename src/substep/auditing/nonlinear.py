@@ -8,7 +8,8 @@ import numpy as np
 from ..core.arrays import Array
 from ..core.schemes import Scheme
 from ..structures.structure import structure
-from .identify import MATCH, Identification, Match, with_other_values
+from .identify import Identification, Match, with_other_values
+from .noise import QUIET, Noise
 from .probes import STEP, STEPS, Measured
 from .programs.adapter import Load, Spring
 from .stepper import RunFailed, Stepper
@@ -18,7 +19,7 @@ START = (1.0, 0.7)  # u, v/omega
 LARGEST = 1e6  # beyond which a run is not compared: each step there triples the relative error
 
 
-def split(found: Identification, stepper: Stepper, free: Sequence[Measured]) -> Identification:
+def split(found: Identification, stepper: Stepper, free: Sequence[Measured], noise: Noise = QUIET) -> Identification:
     """Of the schemes that agree on the linear oscillator, those that agree under a cubic spring too.
 
     free: the runs that they were found from; with them, other values of their parameters are tried. Where none agrees,
@@ -30,11 +31,11 @@ def split(found: Identification, stepper: Stepper, free: Sequence[Measured]) -> 
     kept, apart, known = [], [], []
     for match in found.matches:
         error, best = deviation(match, stepper), match
-        if error > MATCH:
-            others = [(deviation(other, stepper), other) for other in with_other_values(match, free)]
+        if error > noise.match:
+            others = [(deviation(other, stepper), other) for other in with_other_values(match, free, noise)]
             error, best = min([(error, match), *others], key=lambda one: one[0])
         known += [] if np.isnan(error) else [error]
-        if error > MATCH:
+        if error > noise.match:
             apart.append((match, error))
         else:
             kept.append(best)

@@ -15,8 +15,9 @@ from .claims import Judgement
 from .control import Control
 from .defaults import WrittenOut
 from .free_motion import Energy, Growth
-from .identify import MATCH, Identification, Match
+from .identify import Identification, Match
 from .loads import LoadTaking
+from .noise import QUIET, Noise
 from .orders import Order, written
 from .programs.adapter import LOADS
 from .stepper import Stepper
@@ -44,9 +45,9 @@ class Report:
     causes. curves: what was measured, for charts. growth: where undamped free motion grows like a power of n. energy:
     what happens to that of undamped free motion; empty where no velocity at the ends of steps is returned. control:
     what it does in steps of its own choice, None where it does not choose. failed:
-    Omega, xi and the error where the program raised; what is said of it rests on the other runs. defaults: whether it
-    does the same with the defaults of its arguments written out; None without any. left_out: what was not compared or
-    not run, and why.
+    Omega, xi and the error where the program raised; what is said of it rests on the other runs. noise: how well it
+    repeats itself, which all that is said rests on. defaults: whether it does the same with the defaults of its
+    arguments written out; None without any. left_out: what was not compared or not run, and why.
     """
 
     stepper: Stepper
@@ -64,6 +65,7 @@ class Report:
     energy: tuple[Energy, ...] = ()
     control: Control | None = None
     failed: tuple[tuple[float, float, str], ...] = ()
+    noise: Noise = QUIET
     defaults: WrittenOut | None = None
     left_out: tuple[str, ...] = ()
 
@@ -79,6 +81,8 @@ class Report:
             return f"exact, for a load {self.exact}" if self.exact != "otherwise" else "exact without a load"
         if not self.matches:
             nearest = self.found.nearest
+            if self.noise.hides:
+                return f"not found: results repeat to {self.noise.digits} digits"
             near = f"; nearest: {nearest.text}, off by {nearest.error:.0e}" if nearest else ""
             return f"none of the catalogue{near}"
         what = {"matrix": "all entries", "displacements": "displacements", "spectrum": "eigenvalues only,"}
@@ -91,7 +95,7 @@ class Report:
         least = self.found.nonlinear
         if least is None:
             return ()
-        if least > MATCH:
+        if least > self.noise.match:
             return (f"none of these under a cubic spring: off by {least:.0e}",)
         apart = tuple(f"not {match.text}: off by {error:.0e}" for match, error in self.found.apart)
         return (f"the same under a cubic spring, to {least:.0e}", *apart)
@@ -119,7 +123,7 @@ class Report:
         limit = "stable up to Omega = 10^4"
         if self.critical_Omega is not None:
             limit = f"unstable beyond {self.critical_Omega:.9g}"
-        found = [("is", self.identified)]
+        found = [("is", self.identified), ("digits", self.noise.text)]
         found += [("nonlinear", told) for told in self.nonlinear]
         found += [("order", f"{name}: {_order(order)}") for name, order in self.orders.items()]
         found.append(("stability", f"rho_inf = {self.rho_inf:.4g}, {limit}, overshoot {self.overshoot}"))
@@ -134,7 +138,7 @@ class Report:
 
     @property
     def text(self) -> str:
-        """The report in lines of at most 100 characters, but for quotations."""
+        """The report in lines, of which each is a fact, a claim or a deviation."""
         lines = [f"{self.stepper.name} {self.stepper.version}".rstrip()]
         lines += [f"  {label:<11}{text}" for label, text in self.facts]
         for judgement in self.judgements:
@@ -167,6 +171,7 @@ class Report:
                 }
                 for m in self.matches
             ],
+            "noise": asdict(self.noise) | {"text": self.noise.text},
             "nonlinear": list(self.nonlinear),
             "orders": {name: list(order) for name, order in self.orders.items()},
             "rho_inf": self.rho_inf,
