@@ -79,7 +79,8 @@ def audit(stepper: Stepper | Run, claims: Claims | None = None) -> Report:
     rho_inf, critical = float(radius(np.array([LARGE]))[0]), critical_Omega(growing, margin)
     orders = observed_orders(stepper, noise)
     judgements = judged(claims, found, orders, rho_inf, critical, noise.of_radius) if claims else ()
-    both = expected_orders(best, load, orders, noise) if best else (orders, {})
+    unknown: Mapping[str, Order] = {}
+    both = expected_orders(best, load, orders, noise) if best else (orders, unknown)
     if noise.hides:
         judgements = tuple(replace(j, verdict="not judged") if j.verdict != "not stated" else j for j in judgements)
     known = exact is None and not noise.hides

@@ -28,8 +28,9 @@ class Saved:
 
     Rows are written first, then the state under the name that is not in use, and last the attribute that says which
     holds: a march that was stopped at any instant, even by a kill, goes on from the last checkpoint, and so does one to
-    a later end. shape: rows, kinds, columns; n: steps of length h, s. described: what distinguishes one march from another,
-    a function of the end, s, of the march that the store was made for, until which loads and forces are looked at.
+    a later end. shape: rows, kinds, columns; n: steps of length h, s. described: what distinguishes one march from
+    another, a function of the end, s, of the march that the store was made for, until which loads and forces are looked
+    at.
     Raises ValueError for a path that holds another march, one that has gone beyond n steps, or something else.
     """
 
