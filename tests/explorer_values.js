@@ -37,7 +37,7 @@ const lost = [
     const number = (x) => String(x && Number(x[0]) / Number(x[1]));
     return doubtful ? `in doubt at ${number(doubtful.low)}` : number(low);
 });
-const address = "#a=newmark&a.beta=0.3&b=generalized_alpha&b.rho_inf=0.5&xi=0.05&ratio=0.2&periods=3&scene=elastic_pendulum&quantity=strain&scene.EA=1e6";
+const address = "#a=newmark&a.beta=0.3&b=generalized_alpha&b.rho_inf=0.5&xi=0.05&ratio=0.2&periods=3&scene=elastic_pendulum&quantity=strain&scene.EA=1000000.00000012345678";
 const read = page.stateOf(address);
 const wrong = page.stateOf("#a=nosuch&a.beta=9&b=newmark&b.beta=-1&xi=-1&ratio=x&scene=nosuch&scene.EA=1&quantity=mood&what=1");
 const impossible = ["a=hht_alpha&a.rho_inf=0.25", "b=four_substep&b.gamma=0.41&b.rho_inf=0.5", "b=four_substep&b.gamma=0.39"].map((text) => page.stateOf(`#${text}`).refused);
