@@ -48,7 +48,6 @@ COLUMNS = {
     "L_stable": "L-stable",
     "overshoot": "overshoot",
 }
-SHOWN = {"c": "C", "python": "Python"}  # languages in which a page holds the scheme's code
 WORDS = {("critical_Omega", "none"): "no limit", ("bifurcation", "oo"): "never"}
 
 
@@ -172,8 +171,7 @@ def _code(scheme: Scheme) -> Iterator[str]:
         path = ROOT / "generated" / "substep_kernels" / file
         if path.exists():
             yield f"- {{download}}`{file} <../../../{path.relative_to(ROOT).as_posix()}>`: {what}, as printed for numba"
-    language = code(f"substep emit {scheme.name} --language fortran")
-    yield f"- As one file that needs nothing else, below in {' and '.join(SHOWN.values())}; in other languages by"
-    yield from [f"  {language}, see [emit](../../emit.md).", ""]
-    for language, title in SHOWN.items():
-        yield from folded(f"{scheme.name} in {title}", block(language, standalone(scheme, language)))
+    other = code(f"substep emit {scheme.name} --language python")
+    yield f"- As one file that needs nothing else: below in C; {other} prints it in another language,"
+    yield from ["  [emit](../../emit.md) says which there are.", ""]
+    yield from folded(f"{scheme.name} in C", block("c", standalone(scheme, "c")))
