@@ -59,7 +59,7 @@ class Judgement:
     found: str
     verdict: Verdict
     source: tuple[str, str] = ("", "")
-    motions: tuple[str, ...] = ()  # in which an order fails
+    motions: tuple[str, ...] = ()  # in which an order fails, or may as it is not measured
 
 
 def judged(
@@ -92,7 +92,8 @@ def judged(
         text = ", ".join(f"{motion}: {written(order)}" for motion, order in u.items())
         fails: Verdict = "false" if len(bad) == len(u) else "partly"
         verdict = fails if bad else "not judged" if unknown or not u else "true"
-        judge("order", claims.order, text, verdict, bad)
+        may_fail = [motion for motion, order in u.items() if order is not None and not order >= claims.order - 0.5]
+        judge("order", claims.order, text, verdict, may_fail)
     if claims.rho_inf is not None:
         near = abs(rho_inf - claims.rho_inf) <= max(RADIUS, blur)
         judge("rho_inf", f"{claims.rho_inf:g}", f"{rho_inf:.4g}", "true" if near else "false")

@@ -18,6 +18,8 @@ from .noise import QUIET, Noise
 from .orders import Order, written
 from .stepper import Stepper
 
+CRITICAL = 1e-2  # relative, by how much the ends of stable steps by two bisections may differ
+
 
 @dataclass(frozen=True)
 class Curve:
@@ -35,14 +37,16 @@ class Report:
     """An audit.
 
     found: the schemes it does the same as, or the nearest one. exact: None, or the load for which its motion is exact.
-    orders: of u, v, a, for each motion; None where exact or not returned. rho_inf: the spectral radius at
-    Omega = 10^4. critical_Omega: None where it is stable up to there. overshoot: as the catalogue writes it. loads: how
-    it takes the load. start: where its first acceleration comes from. judgements: of the claims. deviations: root
-    causes. curves: what was measured, for charts. growth: where undamped free motion grows like a power of n. energy:
-    what happens to that of undamped free motion; empty where no velocity at the ends of steps is returned. control:
-    what it does in steps of its own choice, None where it does not choose. failed:
-    Omega, xi and the error where the program raised; what is said of it rests on the other runs. noise: how well it
-    repeats itself, which all that is said rests on.
+    orders: of u, v, a, for each motion, damped and undamped; None where exact or not returned. rho_inf: the spectral
+    radius at Omega = 10^4. critical_Omega: None where it is stable up to there; that of the scheme, where one is
+    identified, beside which measured_critical is that of the program, found by bisection, and scheme_critical the
+    scheme's, to as few digits. overshoot: as the catalogue writes it. loads: how it takes the load. start: where its
+    first acceleration comes from. judgements: of the claims. deviations: root causes. curves: what was measured, for
+    charts. growth: where undamped free motion grows like a power of n. energy: what happens to that of undamped free
+    motion; empty where no velocity at the ends of steps is returned. control: what it does in steps of its own choice,
+    None where it does not choose. failed: Omega, xi and the error where the program raised; what is said of it rests on
+    the other runs. noise: how well it repeats itself, which all that is said rests on. ignores_a0: whether
+    nothing moves from rest with a given acceleration.
     """
 
     stepper: Stepper
@@ -61,6 +65,9 @@ class Report:
     control: Control | None = None
     failed: tuple[tuple[float, float, str], ...] = ()
     noise: Noise = QUIET
+    measured_critical: float | None = None
+    scheme_critical: float | None = None
+    ignores_a0: bool = False
 
     @property
     def matches(self) -> tuple[Match, ...]:
@@ -76,7 +83,7 @@ class Report:
             nearest = self.found.nearest
             if self.noise.hides:
                 return f"not found: results repeat to {self.noise.digits} digits"
-            near = f"; nearest: {nearest.text}, off by {nearest.error:.0e}" if nearest else ""
+            near = f"; nearest: {nearest.text}, off by {nearest.error:.0e}{self.found.differs}" if nearest else ""
             return f"none of the catalogue{near}"
         what = {"matrix": "all entries", "displacements": "displacements", "spectrum": "eigenvalues only,"}
         return f"{self.matches[0].text}, {what[self.matches[0].what]} to {self.matches[0].error:.0e}"
@@ -104,22 +111,36 @@ class Report:
         return min((x for x in known if x is not None and not math.isnan(x)), default=None)
 
     @property
+    def stable(self) -> str:
+        """Up to where it is stable, in words, and whether a bisection of the program's own runs finds the same."""
+        text = _limit(self.critical_Omega)
+        if not self.matches:
+            return f"{text} (measured)"
+        measured, scheme = self.measured_critical, self.scheme_critical
+        near = max(CRITICAL, self.noise.of_radius)
+        same = measured == scheme or (None not in (measured, scheme) and abs(measured - scheme) <= near * scheme)
+        return f"{text} (measured the same)" if same else f"{text} by the scheme, measured: {_limit(measured)}"
+
+    @property
+    def claimed_order(self) -> int | None:
+        """The order that is claimed; None if none is."""
+        return next((int(judgement.claimed) for judgement in self.judgements if judgement.claim == "order"), None)
+
+    @property
     def text(self) -> str:
         """The report in lines of at most 100 characters, but for quotations."""
         lines = [f"{self.stepper.name} {self.stepper.version}".rstrip(), f"  is         {self.identified}"]
         lines += [f"  digits     {self.noise.text}"]
         lines += [f"  as well    {match.text}" for match in self.matches[1:]]
         lines += [f"  nonlinear  {told}" for told in self.nonlinear]
-        lines += [f"  order      {name}: {_order(order)}" for name, order in self.orders.items()]
-        stable = (
-            "stable up to Omega = 10^4" if self.critical_Omega is None else f"unstable beyond {self.critical_Omega:.9g}"
-        )
-        lines += [f"  stability  rho_inf = {self.rho_inf:.4g}, {stable}, overshoot {self.overshoot}"]
+        lines += [f"  order      {name}: {_order(order, self.claimed_order)}" for name, order in self.orders.items()]
+        lines += [f"  stability  rho_inf = {self.rho_inf:.4g}, {self.stable}, overshoot {self.overshoot}"]
         lines += [f"  growth     {growth.text}" for growth in self.growth]
         lines += [f"  energy     at Omega = {energy.Omega:g}: {energy.text}" for energy in self.energy]
         lines += [f"  own steps  {told}" for told in (self.control.text if self.control else ())]
         load = self.loads.text if self.exact is None else self.exact
-        lines += [f"  load       {load}", f"  start      acceleration at t = 0: {self.start}"]
+        ignored = "; one that is given is ignored" if self.ignores_a0 else ""
+        lines += [f"  load       {load}", f"  start      acceleration at t = 0: {self.start}{ignored}"]
         lines += [f"  not run    at Omega = {Omega:g}, xi = {xi:g}: {error}" for Omega, xi, error in self.failed]
         for judgement in self.judgements:
             lines.append(
@@ -158,6 +179,8 @@ class Report:
             "orders": {name: list(order) for name, order in self.orders.items()},
             "rho_inf": self.rho_inf,
             "critical_Omega": self.critical_Omega,
+            "measured_critical": self.measured_critical,
+            "ignores_a0": self.ignores_a0,
             "overshoot": self.overshoot,
             "growth": [asdict(growth) | {"text": growth.text} for growth in self.growth],
             "energy": [asdict(energy) | {"verdict": energy.verdict, "text": energy.text} for energy in self.energy],
@@ -192,5 +215,14 @@ def _plain(data: Any) -> Any:
     return str(float(data)) if isinstance(data, float) and not math.isfinite(data) else data
 
 
-def _order(order: Order) -> str:
-    return ", ".join(f"{name} {'-' if x is None else written(x)}" for name, x in zip("uva", order, strict=True))
+def _limit(critical: float | None) -> str:
+    return "stable up to Omega = 10^4" if critical is None else f"unstable beyond {critical:.9g}"
+
+
+def _order(order: Order, claimed: int | None) -> str:
+    """Of u, v and a beside the claim, which is one of u: v and a that are returned may be less accurate."""
+    text = ", ".join(f"{name} {'-' if x is None else written(x)}" for name, x in zip("uva", order, strict=True))
+    if claimed is None:
+        return text
+    less = [name for name, x in zip("uva", order, strict=True) if x is not None and x < claimed - 0.5]
+    return f"{text}; claimed {claimed}" + (f", not that of {', '.join(less)}" if less else "")
