@@ -219,6 +219,18 @@ def test_a_start_of_its_own_hides_neither_scheme_nor_load(alpha_f, old, taken):
     assert (found.text, found.start) == (taken, "own") and found.error < 1e-10
 
 
+@pytest.mark.parametrize("late", [0.3, -0.15])
+def test_an_instant_of_the_load_that_is_not_asked_for_is_told_by_a_ramp(late):
+    """Of a program that is handed the load otherwise than as a function."""
+    steps = generalized_alpha(*OPTIMAL, BETA, GAMMA, late=late)
+
+    def run(omega: float, xi: float, dt: float, n: int, u0: float, v0: float, load: Any) -> Any:
+        return steps(omega, xi, dt, n, u0, v0, load.at)
+
+    found = ss.audit(run, CHUNG).loads
+    assert (found.kind, found.called) == ("shifted", ()) and found.shift == pytest.approx(-late, abs=1e-12)
+
+
 def test_consequences_stand_under_their_cause():
     report = ss.audit(generalized_alpha(*OPTIMAL[::-1], BETA, GAMMA), CHUNG)
     (cause,) = report.deviations
@@ -269,6 +281,24 @@ def test_a_given_acceleration_that_is_ignored_is_reported(ignores):
     report = ss.audit(run, CHUNG)
     assert report.ignores_a0 == ignores and not report.deviations
     assert ("start      acceleration at t = 0: computed; one that is given is ignored" in report.text) == ignores
+
+
+@pytest.mark.parametrize(("kind", "instant"), [("v", -0.5), ("a", -1.0)])
+def test_outputs_that_stand_elsewhere_are_told_and_the_scheme_is_not_accused(kind, instant):
+    """Central differences with velocities at half steps, and with the acceleration of the step before."""
+    steps = generalized_alpha(0, 0, 0.0, 0.5)
+
+    def run(omega: float, xi: float, dt: float, n: int, u0: float, v0: float, load: Any) -> Any:
+        u, v, a = steps(omega, xi, dt, n, u0, v0, load)
+        if kind == "a":
+            return u, v, np.concatenate([a[:1], a[:-1]])
+        return u, np.concatenate([v[:1], v[:-1] + dt / 2 * a[:-1]]), a
+
+    report = ss.audit(run, ss.Claims("newmark", parameters={"beta": 0.0, "gamma": 0.5}))
+    assert report.judgements[0].verdict == "true" and report.instants == {kind: instant}
+    (cause,) = report.deviations
+    part = "1/2 step" if kind == "v" else "1 step"
+    assert (cause.kind, cause.text) == ("output", f"{kind} stands {part} before the end of its step"), report.text
 
 
 def test_what_is_no_scheme_is_not_given_a_name(monkeypatch):

@@ -12,6 +12,7 @@ from .fit import free_parameters, number, recognise, stated
 from .identify import SAME, Identification, Match, agreement, is_claimed
 from .loads import LoadTaking
 from .orders import MOTIONS, UNDAMPED, Order, written
+from .outputs import told
 from .probes import given_runs, own_runs
 from .stepper import Stepper
 
@@ -36,7 +37,8 @@ class Deviation:
 class Evidence:
     """What deviations are found from.
 
-    orders: as observed; expected: of the identified scheme, by the same runs.
+    orders: as observed; expected: of the identified scheme, by the same runs. instants: of v and a, by
+    `output_instants`.
     """
 
     stepper: Stepper
@@ -46,6 +48,7 @@ class Evidence:
     judgements: Sequence[Judgement]
     orders: Mapping[str, Order]
     expected: Mapping[str, Order]
+    instants: Mapping[str, float]
 
     @property
     def failed(self) -> list[Judgement]:
@@ -206,6 +209,8 @@ def _of_outputs(e: Evidence, best: Match) -> list[Deviation]:
     lost = tuple(filter(None, (e.lowered(FROM_REST, kind) for kind in (1, 2))))
     if best.what != "displacements" or e.lowered(FROM_REST) or not lost:
         return []
+    if e.instants:
+        return [Deviation("output", told(e.instants), lost)]
     return [Deviation("output", f"u is that of {best.text}; the v or a that is returned is not", lost)]
 
 

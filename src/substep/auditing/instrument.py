@@ -18,6 +18,7 @@ from .loads import LoadTaking, calls_of, load_taking
 from .noise import Noise, measured_noise
 from .nonlinear import split
 from .orders import Order, compared, observed_orders
+from .outputs import output_instants
 from .probes import Measured, driven_runs, given_runs, own_runs
 from .program import Program
 from .report import Curve, Report
@@ -66,15 +67,16 @@ def audit(stepper: Stepper | Run, claims: Claims | None = None) -> Report:
     orders = observed_orders(stepper, noise)
     judgements = judged(claims, found, orders, rho_inf, critical, noise.of_radius)
     both = expected_orders(best, load, orders, noise) if best else (orders, {})
+    instants = output_instants(best, own, noise) if best else {}
     if noise.hides:
         judgements = tuple(replace(judgement, verdict="not judged") for judgement in judgements)
     known = exact is None and not noise.hides
-    departures = deviations(Evidence(stepper, claimed, found, load, judgements, *both)) if known else ()
+    departures = deviations(Evidence(stepper, claimed, found, load, judgements, *both, instants)) if known else ()
     return Report(
         stepper, found, exact, orders, rho_inf, critical, overshoot(stepper), load, judgements, departures,
         measured_curves(own, tolerance_of(stepper, noise)), growths(stepper, roots, critical, LARGE),
         energies(stepper, max(noise.size, best.error if best else 0.0)), controlled_runs(stepper),
-        failures(own, driven), noise, measured, by_scheme, ignored,
+        failures(own, driven), noise, measured, by_scheme, ignored, instants,
     )  # fmt: skip
 
 

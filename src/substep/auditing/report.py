@@ -3,7 +3,7 @@
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +16,7 @@ from .identify import Identification, Match
 from .loads import LoadTaking
 from .noise import QUIET, Noise
 from .orders import Order, written
+from .outputs import told
 from .stepper import Stepper
 
 CRITICAL = 1e-2  # relative, by how much the ends of stable steps by two bisections may differ
@@ -46,7 +47,8 @@ class Report:
     motion; empty where no velocity at the ends of steps is returned. control: what it does in steps of its own choice,
     None where it does not choose. failed: Omega, xi and the error where the program raised; what is said of it rests on
     the other runs. noise: how well it repeats itself, which all that is said rests on. ignores_a0: whether
-    nothing moves from rest with a given acceleration.
+    nothing moves from rest with a given acceleration. instants: by how many steps v and a stand after the end of
+    their step, where they do.
     """
 
     stepper: Stepper
@@ -68,6 +70,7 @@ class Report:
     measured_critical: float | None = None
     scheme_critical: float | None = None
     ignores_a0: bool = False
+    instants: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def matches(self) -> tuple[Match, ...]:
@@ -141,6 +144,7 @@ class Report:
         load = self.loads.text if self.exact is None else self.exact
         ignored = "; one that is given is ignored" if self.ignores_a0 else ""
         lines += [f"  load       {load}", f"  start      acceleration at t = 0: {self.start}{ignored}"]
+        lines += [f"  outputs    {told(self.instants)}"] if self.instants else []
         lines += [f"  not run    at Omega = {Omega:g}, xi = {xi:g}: {error}" for Omega, xi, error in self.failed]
         for judgement in self.judgements:
             lines.append(
@@ -181,6 +185,7 @@ class Report:
             "critical_Omega": self.critical_Omega,
             "measured_critical": self.measured_critical,
             "ignores_a0": self.ignores_a0,
+            "instants": dict(self.instants),
             "overshoot": self.overshoot,
             "growth": [asdict(growth) | {"text": growth.text} for growth in self.growth],
             "energy": [asdict(energy) | {"verdict": energy.verdict, "text": energy.text} for energy in self.energy],
