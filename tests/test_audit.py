@@ -18,12 +18,13 @@ from substep_derive.declare.symbols import Symbol
 import substep as ss
 from substep.auditing import instrument
 from substep.auditing.claims import judged
+from substep.auditing.declared import declared
 from substep.auditing.exactness import exactness
 from substep.auditing.identify import Identification, agreement, identify
 from substep.auditing.loads import load_taking
 from substep.auditing.members import with_all_members
 from substep.auditing.nonlinear import split
-from substep.auditing.orders import observed_orders, written
+from substep.auditing.orders import MOTIONS, observed_orders, written
 from substep.auditing.probes import OMEGAS, RATIOS, driven_runs, given_runs, own_runs
 from substep.auditing.programs.adapter import Integrator, Spring
 from substep.auditing.stepper import as_stepper
@@ -245,12 +246,86 @@ def test_a_start_of_its_own_hides_neither_scheme_nor_load(alpha_f, old, taken):
     assert (found.text, found.start) == (taken, "own") and found.error < 1e-10
 
 
+@pytest.mark.parametrize("late", [0.3, -0.15])
+def test_an_instant_of_the_load_that_is_not_asked_for_is_told_by_a_ramp(late):
+    """Of a program that is handed the load otherwise than as a function."""
+    steps = generalized_alpha(*OPTIMAL, BETA, GAMMA, late=late)
+
+    def run(omega: float, xi: float, dt: float, n: int, u0: float, v0: float, load: Any) -> Any:
+        return steps(omega, xi, dt, n, u0, v0, load.at)
+
+    found = ss.audit(run, CHUNG).loads
+    assert (found.kind, found.called) == ("shifted", ()) and found.shift == pytest.approx(-late, abs=1e-12)
+
+
 def test_consequences_stand_under_their_cause():
     report = ss.audit(generalized_alpha(*OPTIMAL[::-1], BETA, GAMMA), CHUNG)
     (cause,) = report.deviations
-    assert cause.consequences == ("order: claimed 2, found free: 1, driven: 1, driven from rest: 1",)
+    found = ", ".join(f"{before}{motion}: 1" for before in ("", "undamped ") for motion in MOTIONS)
+    assert cause.consequences == (f"order: claimed 2, found {found}",)
     verdicts = {judgement.claim: judgement.verdict for judgement in report.judgements}
     assert verdicts["scheme"] == verdicts["order"] == "false"
+
+
+def test_one_changed_parameter_of_a_scheme_that_has_no_such_parameter_is_the_one_cause():
+    """HHT decides beta by alpha; as a case of generalized-alpha it has one."""
+    report = ss.audit(generalized_alpha(0, 0.1, 0.275, 0.6), ss.Claims("hht_alpha", parameters={"alpha": -0.1}))
+    (cause,) = report.deviations
+    assert cause.kind == "parameter" and cause.text.startswith("beta is 11/40, not 121/400 as hht_alpha("), cause
+
+
+def test_orders_are_observed_damped_and_undamped_beside_the_claim():
+    """Central differences with the damping force of the step before lose an order where there is damping."""
+    report = ss.audit(declared(ss.scheme("central_difference_lagged")), ss.Claims(order=2))
+    assert [report.orders[before + "free"][0] for before in ("", "undamped ")] == [1, 2]
+    assert (
+        report.judgements[0].verdict == "partly" and "free: u 1, v 1, a -; claimed 2, not that of u, v" in report.text
+    )
+
+
+def test_the_critical_Omega_is_measured_beside_that_of_the_scheme():
+    """The average acceleration method, unstable at 15 < Omega < 90, where it is not probed otherwise."""
+    steps = trapezoidal_load(0, 0, 1)
+
+    def run(omega: float, xi: float, dt: float, n: int, u0: float, v0: float, load: Any) -> Any:
+        growth = 1.5 if 15.0 < omega * dt < 90.0 else 1.0
+        return steps(omega, xi, dt, n, u0, v0, load) * growth ** np.arange(n + 1)
+
+    report = ss.audit(run)
+    assert report.matches[0].scheme.name == "newmark" and report.critical_Omega is None
+    assert report.measured_critical == pytest.approx(15.0, rel=1e-9)
+    assert "stable up to Omega = 10^4 by the scheme, measured: unstable beyond 15" in report.text
+    assert "(measured the same)" in ss.audit(generalized_alpha(0, 0, 0.0, 0.5)).text
+
+
+@pytest.mark.parametrize("ignores", [True, False])
+def test_a_given_acceleration_that_is_ignored_is_reported(ignores):
+    steps = generalized_alpha(*OPTIMAL, BETA, GAMMA, sets_a0=True)
+
+    def run(omega: float, xi: float, dt: float, n: int, u0: float, v0: float, load: Any, a0: Any = None) -> Any:
+        return steps(omega, xi, dt, n, u0, v0, load, None if ignores else a0)
+
+    report = ss.audit(run, CHUNG)
+    assert report.ignores_a0 == ignores and not report.deviations
+    assert ("start      acceleration at t = 0: computed; one that is given is ignored" in report.text) == ignores
+
+
+@pytest.mark.parametrize(("kind", "instant"), [("v", -0.5), ("a", -1.0)])
+def test_outputs_that_stand_elsewhere_are_told_and_the_scheme_is_not_accused(kind, instant):
+    """Central differences with velocities at half steps, and with the acceleration of the step before."""
+    steps = generalized_alpha(0, 0, 0.0, 0.5)
+
+    def run(omega: float, xi: float, dt: float, n: int, u0: float, v0: float, load: Any) -> Any:
+        u, v, a = steps(omega, xi, dt, n, u0, v0, load)
+        if kind == "a":
+            return u, v, np.concatenate([a[:1], a[:-1]])
+        return u, np.concatenate([v[:1], v[:-1] + dt / 2 * a[:-1]]), a
+
+    report = ss.audit(run, ss.Claims("newmark", parameters={"beta": 0.0, "gamma": 0.5}))
+    assert report.judgements[0].verdict == "true" and report.instants == {kind: instant}
+    (cause,) = report.deviations
+    part = "1/2 step" if kind == "v" else "1 step"
+    assert (cause.kind, cause.text) == ("output", f"{kind} stands {part} before the end of its step"), report.text
 
 
 def test_what_is_no_scheme_is_not_given_a_name(monkeypatch):
@@ -270,6 +345,7 @@ def test_what_is_no_scheme_is_not_given_a_name(monkeypatch):
 
     report = ss.audit(ss.Stepper(run, ss.Integrator(outputs="uv"), "stiffening"))
     assert not report.matches and report.identified.startswith("none of the catalogue; nearest: ")
+    assert "differs in u and v from Omega = 0.1 on; its eigenvalues too" in report.identified
     assert not report.deviations  # nothing is claimed
     monkeypatch.setattr(instrument, "identify", lambda *_: report.found)  # which takes long where there is no scheme
     (deviation,) = ss.audit(report.stepper, ss.Claims("newmark", order=2, rho_inf=1.0)).deviations

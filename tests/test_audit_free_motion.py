@@ -9,8 +9,9 @@ from audited_steppers import generalized_alpha, trapezoidal_load
 from declared import NAMES
 
 import substep as ss
+from substep.auditing.declared import declared
 from substep.auditing.free_motion import energies, growths, measured_roots, meetings, scheme_roots
-from substep.auditing.instrument import LARGE, declared
+from substep.auditing.instrument import LARGE
 from substep.auditing.noise import measured_noise
 from substep.auditing.probes import own_runs
 from substep.auditing.stability import critical_Omega, measured_radius

@@ -9,7 +9,7 @@ import pytest
 from audited_steppers import generalized_alpha
 
 import substep as ss
-from substep.auditing.instrument import declared
+from substep.auditing.declared import declared
 from substep.auditing.report import Report
 
 RHO = 0.8

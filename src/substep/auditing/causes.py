@@ -7,10 +7,13 @@ from dataclasses import dataclass
 from ..core.arrays import Array
 from ..core.schemes import Scheme
 from .claims import Judgement
-from .fit import number, recognise, stated
-from .identify import SAME, Identification, Match, is_claimed
+from .declared import declared
+from .fit import free_parameters, number, recognise, stated
+from .identify import SAME, Identification, Match, agreement, is_claimed
 from .loads import LoadTaking
-from .orders import MOTIONS, Order, written
+from .orders import MOTIONS, UNDAMPED, Order, written
+from .outputs import told
+from .probes import given_runs, own_runs
 from .stepper import Stepper
 
 DIGITS = 1e-12  # a larger deviation from the identified scheme is not rounding in double precision
@@ -34,7 +37,8 @@ class Deviation:
 class Evidence:
     """What deviations are found from.
 
-    orders: as observed; expected: of the identified scheme, by the same runs.
+    orders: as observed; expected: of the identified scheme, by the same runs. instants: of v and a, by
+    `output_instants`.
     """
 
     stepper: Stepper
@@ -44,6 +48,7 @@ class Evidence:
     judgements: Sequence[Judgement]
     orders: Mapping[str, Order]
     expected: Mapping[str, Order]
+    instants: Mapping[str, float]
 
     @property
     def failed(self) -> list[Judgement]:
@@ -51,18 +56,16 @@ class Evidence:
         return [j for j in self.judgements if j.claim != "scheme" and j.verdict in ("false", "partly")]
 
     def lowered(self, motion: str, kind: int = 0) -> str:
-        """In words, the order of u, v or a that a motion loses against the identified scheme, or nothing."""
-        if motion not in self.orders:
-            return ""
-        found, expected = (orders[motion][kind] for orders in (self.orders, self.expected))
-        if (
-            found is None
-            or math.isnan(found)
-            or (expected is not None and found > expected - 0.25)
-            or (expected is None and kind)
-        ):
-            return ""
-        return f"order of {'uva'[kind]} in {motion} motion: {written(found)}, not {written(expected)}"
+        """In words, the order of u, v or a that a motion, damped or not, loses against the identified scheme."""
+        for name in (motion, UNDAMPED + motion):
+            found, expected = (
+                orders[name][kind] if name in orders else None for orders in (self.orders, self.expected)
+            )
+            if found is None or math.isnan(found) or (expected is None and kind):
+                continue
+            if expected is None or found <= expected - 0.25:
+                return f"order of {'uva'[kind]} in {name} motion: {written(found)}, not {written(expected)}"
+        return ""
 
 
 def deviations(e: Evidence) -> tuple[Deviation, ...]:
@@ -93,9 +96,10 @@ def _cause(causes: Sequence[Deviation], judgement: Judgement) -> Deviation | Non
     """
     kinds = ["scheme", "parameter"]
     if judgement.claim == "order":
-        if FROM_REST not in judgement.motions:
+        failing = {motion.removeprefix(UNDAMPED) for motion in judgement.motions}
+        if FROM_REST not in failing:
             kinds = ["start", *kinds]
-        elif FREE not in judgement.motions:
+        elif FREE not in failing:
             kinds = ["load", "start", *kinds]
         else:
             kinds = [*kinds, "load", "start", "precision"]
@@ -118,8 +122,24 @@ def _of_scheme(e: Evidence, best: Match) -> list[Deviation]:
         return [Deviation("scheme", f"only the eigenvalues are those of {near.text}; it steps as {best.text}")]
     same = next((match for match in e.found.on_linear if match.scheme.name == claimed.name), None)
     if same is None:
+        if one := _one_parameter(e, claimed):
+            return [Deviation("parameter", one)]
         return [Deviation("scheme", f"it is {best.text}, not {stated(claimed)}")]
     return [Deviation("parameter", text) for text in _of_parameters(claimed.given, same)]
+
+
+def _one_parameter(e: Evidence, claimed: Scheme) -> str:
+    """In words, the one parameter in which the claimed scheme, as a case of a found one, is changed; or nothing."""
+    stepper = declared(claimed)
+    free, own = given_runs(stepper), own_runs(stepper)
+    for match in e.found.on_linear:
+        names = free_parameters(match.scheme)
+        case = agreement(match.scheme, free, own) if len(names) > 1 else None
+        if case is not None and case.what == "matrix":
+            changed = _of_parameters({name: case.scheme.parameters[name] for name in names}, match)
+            if len(changed) == 1:
+                return f"{changed[0]} as {stated(claimed)} has it as a case of {match.scheme.name}"
+    return ""
 
 
 def _of_parameters(claimed: Mapping[str, Array], found: Match) -> list[str]:
@@ -189,6 +209,8 @@ def _of_outputs(e: Evidence, best: Match) -> list[Deviation]:
     lost = tuple(filter(None, (e.lowered(FROM_REST, kind) for kind in (1, 2))))
     if best.what != "displacements" or e.lowered(FROM_REST) or not lost:
         return []
+    if e.instants:
+        return [Deviation("output", told(e.instants), lost)]
     return [Deviation("output", f"u is that of {best.text}; the v or a that is returned is not", lost)]
 
 

@@ -68,7 +68,7 @@ class Judgement:
     found: str
     verdict: Verdict
     source: tuple[str, str] = ("", "")
-    motions: tuple[str, ...] = ()  # in which an order fails
+    motions: tuple[str, ...] = ()  # in which an order fails, or may as it is not measured
 
     @property
     def text(self) -> str:
@@ -113,7 +113,8 @@ def judged(
         unknown = any(order is not None and math.isnan(order) for order in u.values())
         fails: Verdict = "false" if len(bad) == len(u) else "partly"
         verdict = fails if bad else "not judged" if unknown or not u else "true"
-        judge("order", claims.order, orders_of_u, verdict, bad)
+        may_fail = [motion for motion, order in u.items() if order is not None and not order >= claims.order - 0.5]
+        judge("order", claims.order, orders_of_u, verdict, may_fail)
     if claims.rho_inf is not None:
         near = abs(rho_inf - claims.rho_inf) <= max(RADIUS, blur)
         judge("rho_inf", f"{claims.rho_inf:g}", radius, _verdict(near))

@@ -48,7 +48,8 @@ class Match:
 
 @dataclass(frozen=True)
 class Identification:
-    """matches: the schemes that do what was measured, best first. nearest: where none does, the one least far off.
+    """matches: the schemes that do what was measured, best first. nearest: where none does, the one least far off, and
+    differs: in what, in words.
 
     claimed: how far the claimed scheme agrees; None if not even its eigenvalues do, or none is claimed.
     apart: schemes that agree on the linear oscillator, but not under a cubic spring, with their deviation there;
@@ -59,6 +60,7 @@ class Identification:
     nearest: Match | None = None
     claimed: Match | None = None
     apart: tuple[tuple[Match, float], ...] = ()
+    differs: str = ""
     nonlinear: float | None = None
 
     @property
@@ -95,7 +97,20 @@ def identify(
                 nearest = min([*tried, *([nearest] if nearest else [])], key=lambda match: match.error)
         if same:
             return Identification(tuple(same), claimed=claimed)
-    return Identification((), nearest)
+    return Identification((), nearest, differs=_differs(nearest, free, noise) if nearest else "")
+
+
+def _differs(nearest: Match, free: Sequence[Measured], noise: Noise) -> str:
+    """In words, what of a step of the nearest scheme is not what was measured, and on which oscillators."""
+    at = free[0].at
+    misses = [residual(Candidate(nearest.scheme, at)) for residual in residuals(nearest.scheme, "matrix", free)]
+    off = np.nan_to_num(np.abs(min(misses, key=largest))).max(axis=(0, 2)) > noise.match  # (P, 3)
+    kinds = " and ".join(name for name, there in zip("uva", off.any(axis=0), strict=True) if there)
+    there = off.any(axis=1)
+    first, damped = at.Omega[there].min(initial=np.inf), at.xi[there].min(initial=np.inf)
+    where = f" from Omega = {first:g} on" + (", where damped only" if damped > 0.0 else "")
+    eigen = largest(recursion_residual(Candidate(nearest.scheme, at), free))
+    return f", differs in {kinds}{where}" + ("; its eigenvalues too" if eigen > noise.match else "; not in eigenvalues")
 
 
 def credible(match: Match, noise: Noise) -> bool:

@@ -6,12 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from ..core.arrays import Array
 from ..core.errors import called_as
-from ..core.schemes import Scheme
 from .causes import Evidence, deviations
 from .claims import Claims, judged
 from .control import controlled_runs
+from .declared import declared
 from .defaults import written_out
 from .exactness import exactness
 from .free_motion import (
@@ -25,15 +24,15 @@ from .free_motion import (
     scheme_roots,
 )
 from .identify import Identification, Match, identify, is_claimed
-from .linear_step import Candidate, Loads, Oscillators
 from .loads import LoadTaking, calls_of, load_taking
 from .members import with_all_members
 from .noise import Noise, measured_noise
 from .nonlinear import split
 from .orders import Order, compared, observed_orders
+from .outputs import output_instants
 from .probes import Measured, driven_runs, given_runs, own_runs
 from .program import Program
-from .programs.adapter import Integrator, Load
+from .programs.adapter import Integrator
 from .report import Curve, Report
 from .stability import critical_Omega, eigenvalues, long_radius, measured_radius, overshoot, tolerance_of
 from .stepper import Run, Stepper, as_stepper
@@ -41,8 +40,7 @@ from .stepper import Run, Stepper, as_stepper
 LARGE = 1e4  # Omega for which the spectral radius is its limit, but for 1/Omega
 LONG_STEPS = len(ENERGY_AT) * (BEFORE + 2 * AVERAGED) + 6 * GROWTH_STEPS  # of long free motion
 PATIENCE = 60.0  # s that it may take
-EXACT, MEASURED, LONGER = 1e-12, 1e-7, 0.02  # by how much a computed spectral radius of 1 may exceed 1, at Omega <= 1,
-# one that a short run shows, and one that a long run shows in spite of noise
+EXACT, LONGER = 1e-12, 0.02  # by how much a computed spectral radius of 1, or one from long runs, may exceed 1
 
 
 @called_as('audit(run, Claims("newmark", order=2))')
@@ -62,29 +60,34 @@ def audit(stepper: Stepper | Run, claims: Claims | None = None) -> Report:
     noise = measured_noise(stepper, own)
     own = noise.over(own)
     driven = {name: noise.over([run])[0] for name, run in driven_runs(stepper).items()}
+    given = given_runs(stepper) if "a" in stepper.can.sets else []
+    ignored = bool(given) and not np.nan_to_num(given[-1].rows[:, 1:]).any()
     exact = exactness(own, driven, noise)
     found = Identification(())
     if exact is None:
-        free = noise.over(given_runs(stepper)) if "a" in stepper.can.sets else own
+        free = noise.over(given) if given and not ignored else own
         found = with_all_members(identify(free, own, claimed, noise), free, own, noise)
         found = split(found, stepper, free, noise)
     best = found.matches[0] if found.matches else None
     load = load_taking(best, driven, noise) if best else LoadTaking("unknown", called=calls_of(list(driven.values())))
     radius, roots = measured_radius(stepper, noise), measured_roots(stepper, noise)
-    growing, margin = (long_radius(stepper), LONGER) if noise.loud else (radius, MEASURED)
+    growing, margin = (long_radius(stepper), LONGER) if noise.loud else (radius, noise.margin)
+    critical = measured = critical_Omega(growing, margin)
+    by_scheme = critical_Omega(best.scheme.spectral_radius, margin) if best else None
     sure = not noise.loud or (claimed is not None and best is not None and is_claimed(best.scheme, claimed))
     if best is not None and sure:  # its kernel is right for multiple eigenvalues too
-        radius, growing, margin = best.scheme.spectral_radius, best.scheme.spectral_radius, EXACT
+        radius, critical = best.scheme.spectral_radius, critical_Omega(best.scheme.spectral_radius, EXACT)
         roots = scheme_roots(best.scheme.amplification)
-    rho_inf, critical = float(radius(np.array([LARGE]))[0]), critical_Omega(growing, margin)
+    rho_inf = float(radius(np.array([LARGE]))[0])
     orders = observed_orders(stepper, noise)
     judgements = judged(claims, found, orders, rho_inf, critical, noise.of_radius) if claims else ()
     unknown: Mapping[str, Order] = {}
     both = expected_orders(best, load, orders, noise) if best else (orders, unknown)
+    instants = output_instants(best, own, noise) if best else {}
     if noise.hides:
         judgements = tuple(replace(j, verdict="not judged") if j.verdict != "not stated" else j for j in judgements)
     known = exact is None and not noise.hides
-    departures = deviations(Evidence(stepper, claimed, found, load, judgements, *both)) if known else ()
+    departures = deviations(Evidence(stepper, claimed, found, load, judgements, *both, instants)) if known else ()
     defaults = written_out(stepper, best, noise)
     affordable = stepper.can.seconds * stepper.can.calls * LONG_STEPS <= PATIENCE
     return Report(
@@ -92,7 +95,8 @@ def audit(stepper: Stepper | Run, claims: Claims | None = None) -> Report:
         (*departures, *(defaults.deviations if defaults else ())), measured_curves(own, tolerance_of(stepper, noise)),
         growths(stepper, roots, critical, LARGE) if affordable else (),
         energies(stepper, max(noise.size, best.error if best else 0.0)) if affordable else (),
-        controlled_runs(stepper), failures(own, driven), noise, defaults, left_out(stepper.can, affordable),
+        controlled_runs(stepper), failures(own, driven), noise, measured, by_scheme, ignored, instants,
+        defaults, left_out(stepper.can, affordable),
     )  # fmt: skip
 
 
@@ -134,27 +138,6 @@ def expected_orders(
         return orders, expected
     model = observed_orders(declared(best.scheme, load.loads or None, best.start == "zero"))
     return compared(orders, expected, model, observed_orders(declared(best.scheme)))
-
-
-def declared(scheme: Scheme, loads: Loads | None = None, zero: bool = False) -> Stepper:
-    """A scheme as its declaration says, as a stepper, to be observed as others are.
-
-    loads: how it takes the load, if otherwise; zero: whether it starts with no acceleration.
-    """
-
-    def run(
-        omega: float, xi: float, dt: float, n: int, u0: float, v0: float, load: Load, a0: float | None = None
-    ) -> tuple[Array, ...]:
-        at = Oscillators(np.array([omega * dt]), np.array([xi]), dt)
-        start = np.zeros(1) if zero else None if a0 is None else np.array([a0])
-
-        def force(t: Array) -> Array:
-            return np.array([load(x) for x in t])
-
-        return tuple(Candidate(scheme, at, loads).histories(np.array([u0, v0]), start, n, force)[0].T)
-
-    outputs = "uva" if any(kind == 2 for kind, _ in scheme.history) else "uv"
-    return Stepper(run, Integrator(sets="uva", damping=scheme.info.damping, outputs=outputs), scheme.name)
 
 
 def measured_curves(own: Sequence[Measured], tolerance: float) -> tuple[Curve, ...]:

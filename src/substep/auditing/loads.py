@@ -16,6 +16,7 @@ from .probes import Measured
 
 INSTANTS = (0.0, 0.5, 1.0)
 MOST = 8  # instants of calls that are tried
+RESTING = 2  # steps that a late load may leave at rest
 SHIFTS = (0.0, -0.5, 0.5, -1.0, 1.0)
 
 
@@ -55,7 +56,7 @@ def load_taking(match: Match, driven: Mapping[str, Measured], noise: Noise = QUI
     called = calls_of(runs)
     kinds = slice(0, 3 if match.what == "matrix" else 1)
     declared = tuple(system.loads for system in step_of(match.scheme, candidate.at.h).systems)
-    for shift in SHIFTS:
+    for shift in (*SHIFTS, _ramp_shift(candidate, driven["ramp"], declared, kinds, noise)):
         error, start = _best_start(candidate, runs, _moved(declared, shift), kinds, noise)
         if error <= noise.match:
             kind = "shifted" if shift else "declared"
@@ -74,6 +75,17 @@ def load_taking(match: Match, driven: Mapping[str, Measured], noise: Noise = QUI
             if error <= noise.match:
                 return LoadTaking("weighted", loads, 0.0, error, "own", called)
     return LoadTaking("unknown", called=called)
+
+
+def _ramp_shift(candidate: Candidate, run: Measured, declared: Loads, kinds: slice, noise: Noise) -> float:
+    """By how many steps all instants are moved, from a ramp, of which a shift adds a constant, asked for or not."""
+    here, there = (
+        _off(Candidate(candidate.scheme, run.at, _moved(declared, x)), run, None)[:, RESTING:, kinds]
+        for x in (0.0, 1.0)
+    )
+    unit = there - here
+    shift = -float(np.nansum(here * unit)) / max(float(np.nansum(unit * unit)), 1e-300)
+    return recognise(shift, max(1e-8, noise.rounding))[0]
 
 
 def _moved(loads: Loads, shift: float) -> Loads:

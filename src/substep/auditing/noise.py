@@ -18,6 +18,7 @@ MATCH = 1e-5  # deviation, in units of a step's condition, that constants of a f
 ROUNDING = 1e-11  # deviation that rounding in double precision may cause
 MOST = 0.05  # noise beyond which a step is not that of a linear oscillator to any digit, and no scheme is looked for
 RELATIVE = 10.0  # times: noise that is so much larger relative to a step than to the largest state so far is absolute
+MEASURED = 1e-6  # by how much a spectral radius that is measured without any noise may be off, at Omega <= 1
 DOUBLE = 3.0  # times the root of the noise by which eigenvalues that meet may be off
 
 
@@ -45,6 +46,11 @@ class Noise:
     def of_radius(self) -> float:
         """How far a spectral radius may be off, where two eigenvalues meet."""
         return DOUBLE * math.sqrt(self.size) if self.loud else 0.0
+
+    @property
+    def margin(self) -> float:
+        """By how much a spectral radius of 1 that a short run shows may exceed 1, times max(1, Omega)."""
+        return max(MEASURED, DOUBLE * MARGIN * math.sqrt(self.size))
 
     @property
     def loud(self) -> bool:

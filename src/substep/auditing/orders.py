@@ -48,27 +48,30 @@ MOTIONS: Mapping[str, Motion] = {
     "driven from rest": Motion(0.0, 0.0, Load("harmonic", 1.0, 1.3, 0.0)),  # neither u, v, a nor f at t = 0
 }
 
+UNDAMPED = "undamped "  # stands before the name of a motion
+
 Order = tuple[float | None, float | None, float | None]
 
 
 def observed_orders(stepper: Stepper, noise: Noise = QUIET) -> dict[str, Order]:
-    """For each motion the order of u, v and a; None where it is not output, or exact but for rounding.
+    """For each motion, damped and undamped, the order of u, v and a; None where not output, or exact but for rounding.
 
     noise: of what is observed, or of what it is compared with: errors that it may hide are not looked at.
     """
     loaded = stepper.can.load != "none"
     return {
-        name: _observed(stepper, motion, noise)
+        before + name: _observed(stepper, motion, noise, xi)
+        for before, xi in (("", RATIO), (UNDAMPED, 0.0))
+        if stepper.can.damping or before
         for name, motion in MOTIONS.items()
         if loaded or motion.load.kind == "none"
     }
 
 
-def _observed(stepper: Stepper, motion: Motion, noise: Noise) -> Order:
+def _observed(stepper: Stepper, motion: Motion, noise: Noise, xi: float) -> Order:
     errors = []
     for n in STEPS:
         load = Load(motion.load.kind, motion.load.amplitude, motion.load.omega, motion.load.phase)
-        xi = RATIO if stepper.can.damping else 0.0
         rows = stepper.histories(OMEGA, xi, T / n, n, motion.u0, motion.v0, None, load)
         every = n // STEPS[0]
         exact = motion.exact(np.linspace(0.0, T, STEPS[0] + 1), xi)

@@ -3,7 +3,7 @@
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -19,8 +19,11 @@ from .identify import Identification, Match
 from .loads import LoadTaking
 from .noise import QUIET, Noise
 from .orders import Order, written
+from .outputs import told
 from .programs.adapter import LOADS
 from .stepper import Stepper
+
+CRITICAL = 1e-2  # relative, by how much the ends of stable steps by two bisections may differ
 
 
 @dataclass(frozen=True)
@@ -39,15 +42,18 @@ class Report:
     """An audit.
 
     found: the schemes it does the same as, or the nearest one. exact: None, or the load for which its motion is exact.
-    orders: of u, v, a, for each motion; None where exact or not returned. rho_inf: the spectral radius at
-    Omega = 10^4. critical_Omega: None where it is stable up to there. overshoot: as the catalogue writes it. loads: how
-    it takes the load. start: where its first acceleration comes from. judgements: of the claims. deviations: root
-    causes. curves: what was measured, for charts. growth: where undamped free motion grows like a power of n. energy:
-    what happens to that of undamped free motion; empty where no velocity at the ends of steps is returned. control:
-    what it does in steps of its own choice, None where it does not choose. failed:
-    Omega, xi and the error where the program raised; what is said of it rests on the other runs. noise: how well it
-    repeats itself, which all that is said rests on. defaults: whether it does the same with the defaults of its
-    arguments written out; None without any. left_out: what was not compared or not run, and why.
+    orders: of u, v, a, for each motion, damped and undamped; None where exact or not returned. rho_inf: the spectral
+    radius at Omega = 10^4. critical_Omega: None where it is stable up to there; that of the scheme, where one is
+    identified, beside which measured_critical is that of the program, found by bisection, and scheme_critical the
+    scheme's, to as few digits. overshoot: as the catalogue writes it. loads: how it takes the load. start: where its
+    first acceleration comes from. judgements: of the claims. deviations: root causes. curves: what was measured, for
+    charts. growth: where undamped free motion grows like a power of n. energy: what happens to that of undamped free
+    motion; empty where no velocity at the ends of steps is returned. control: what it does in steps of its own choice,
+    None where it does not choose. failed: Omega, xi and the error where the program raised; what is said of it rests on
+    the other runs. noise: how well it repeats itself, which all that is said rests on. ignores_a0: whether
+    nothing moves from rest with a given acceleration. instants: by how many steps v and a stand after the end of
+    their step, where they do. defaults: whether it does the same with the defaults of its arguments written
+    out; None without any. left_out: what was not compared or not run, and why.
     """
 
     stepper: Stepper
@@ -66,6 +72,10 @@ class Report:
     control: Control | None = None
     failed: tuple[tuple[float, float, str], ...] = ()
     noise: Noise = QUIET
+    measured_critical: float | None = None
+    scheme_critical: float | None = None
+    ignores_a0: bool = False
+    instants: Mapping[str, float] = field(default_factory=dict)
     defaults: WrittenOut | None = None
     left_out: tuple[str, ...] = ()
 
@@ -83,7 +93,7 @@ class Report:
             nearest = self.found.nearest
             if self.noise.hides:
                 return f"not found: results repeat to {self.noise.digits} digits"
-            near = f"; nearest: {nearest.text}, off by {nearest.error:.0e}" if nearest else ""
+            near = f"; nearest: {nearest.text}, off by {nearest.error:.0e}{self.found.differs}" if nearest else ""
             return f"none of the catalogue{near}"
         what = {"matrix": "all entries", "displacements": "displacements", "spectrum": "eigenvalues only,"}
         same = " = ".join(match.text for match in self.matches)
@@ -112,6 +122,29 @@ class Report:
         return min((x for x in known if x is not None and not math.isnan(x)), default=None)
 
     @property
+    def stable(self) -> str:
+        """Up to where it is stable, in words, and whether a bisection of the program's own runs finds the same."""
+        text = _limit(self.critical_Omega)
+        if not self.matches:
+            return f"{text} (measured)"
+        measured, scheme = self.measured_critical, self.scheme_critical
+        near = max(CRITICAL, self.noise.of_radius)
+        same = measured == scheme or (None not in (measured, scheme) and abs(measured - scheme) <= near * scheme)
+        return f"{text} (measured the same)" if same else f"{text} by the scheme, measured: {_limit(measured)}"
+
+    @property
+    def claimed_order(self) -> int | None:
+        """The order that is claimed; None if none is."""
+        return next(
+            (
+                int(judgement.claimed)
+                for judgement in self.judgements
+                if judgement.claim == "order" and judgement.claimed
+            ),
+            None,
+        )
+
+    @property
     def load(self) -> str:
         """How it takes the load, and how that is given to it."""
         given = self.stepper.can.load
@@ -120,19 +153,18 @@ class Report:
     @property
     def facts(self) -> list[tuple[str, str]]:
         """What was found, in words: pairs of a label and a text, which the text and the page show."""
-        limit = "stable up to Omega = 10^4"
-        if self.critical_Omega is not None:
-            limit = f"unstable beyond {self.critical_Omega:.9g}"
         found = [("is", self.identified), ("digits", self.noise.text)]
-        found += [("nonlinear", told) for told in self.nonlinear]
-        found += [("order", f"{name}: {_order(order)}") for name, order in self.orders.items()]
-        found.append(("stability", f"rho_inf = {self.rho_inf:.4g}, {limit}, overshoot {self.overshoot}"))
+        found += [("nonlinear", line) for line in self.nonlinear]
+        found += [("order", f"{name}: {_order(order, self.claimed_order)}") for name, order in self.orders.items()]
+        found.append(("stability", f"rho_inf = {self.rho_inf:.4g}, {self.stable}, overshoot {self.overshoot}"))
         found += [("growth", growth.text) for growth in self.growth]
         found += [("energy", f"at Omega = {energy.Omega:g}: {energy.text}") for energy in self.energy]
-        found += [("own steps", told) for told in (self.control.text if self.control else ())]
-        found += [("load", self.load), ("start", f"acceleration at t = 0: {self.start}")]
+        found += [("own steps", line) for line in (self.control.text if self.control else ())]
+        ignored = "; one that is given is ignored" if self.ignores_a0 else ""
+        found += [("load", self.load), ("start", f"acceleration at t = 0: {self.start}{ignored}")]
+        found += [("outputs", told(self.instants))] if self.instants else []
         found += [("defaults", self.defaults.text)] if self.defaults else []
-        found += [("left out", told) for told in self.left_out]
+        found += [("left out", line) for line in self.left_out]
         found += [("not run", f"at Omega = {Omega:g}, xi = {xi:g}: {error}") for Omega, xi, error in self.failed]
         return found
 
@@ -176,6 +208,9 @@ class Report:
             "orders": {name: list(order) for name, order in self.orders.items()},
             "rho_inf": self.rho_inf,
             "critical_Omega": self.critical_Omega,
+            "measured_critical": self.measured_critical,
+            "ignores_a0": self.ignores_a0,
+            "instants": dict(self.instants),
             "overshoot": self.overshoot,
             "growth": [asdict(growth) | {"text": growth.text} for growth in self.growth],
             "energy": [asdict(energy) | {"verdict": energy.verdict, "text": energy.text} for energy in self.energy],
@@ -213,5 +248,14 @@ def _plain(data: Any) -> Any:
     return str(float(data)) if isinstance(data, float) and not math.isfinite(data) else data
 
 
-def _order(order: Order) -> str:
-    return ", ".join(f"{name} {'-' if x is None else written(x)}" for name, x in zip("uva", order, strict=True))
+def _limit(critical: float | None) -> str:
+    return "stable up to Omega = 10^4" if critical is None else f"unstable beyond {critical:.9g}"
+
+
+def _order(order: Order, claimed: int | None) -> str:
+    """Of u, v and a beside the claim, which is one of u: v and a that are returned may be less accurate."""
+    text = ", ".join(f"{name} {'-' if x is None else written(x)}" for name, x in zip("uva", order, strict=True))
+    if claimed is None:
+        return text
+    less = [name for name, x in zip("uva", order, strict=True) if x is not None and x < claimed - 0.5]
+    return f"{text}; claimed {claimed}" + (f", not that of {', '.join(less)}" if less else "")

@@ -13,6 +13,7 @@ from .stepper import Stepper
 LONGEST = 6  # steps that a recursion may reach back
 FIRST = 3  # steps at the start that another scheme may have made
 RECURSION = 8.0  # times the noise that a recursion's residual may be: its coefficients are a few at most
+ROUNDED = 4e-16  # that a recursion's residual is for each unit of Omega^2
 LONG = 128  # steps that show growth in spite of noise
 SCAN = np.geomspace(0.01, 1e4, 91)
 Radius = Callable[[Array], Array]
@@ -51,7 +52,11 @@ class Eigenvalues:
 
 
 def eigenvalues(runs: Sequence[Measured], p: int, tolerance: float) -> Eigenvalues:
-    """From the histories of oscillator p: the shortest recursion that they obey to a tolerance."""
+    """From the histories of oscillator p: the shortest recursion that they obey to a tolerance.
+
+    A step magnifies rounding by Omega^2: a longer recursion would have roots of it.
+    """
+    tolerance = max(tolerance, ROUNDED * float(runs[0].at.Omega[p]) ** 2)
     series = [run.rows[p, max(FIRST, run.startup) :, kind] for run in runs for kind in range(3)]
     known = [x for x in series if np.isfinite(x).all() and x.any()]
     if any(np.isnan(run.rows[p, :, 0]).any() for run in runs):
