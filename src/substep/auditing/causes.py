@@ -12,7 +12,7 @@ from .fit import free_parameters, number, recognise, stated
 from .identify import SAME, Identification, Match, agreement, is_claimed
 from .loads import LoadTaking
 from .orders import MOTIONS, UNDAMPED, Order, written
-from .outputs import told
+from .outputs import instants_text
 from .probes import given_runs, own_runs
 from .stepper import Stepper
 
@@ -181,7 +181,7 @@ def _of_start(e: Evidence, best: Match) -> list[Deviation]:
     if not lost:
         return []
     if best.start == "zero":
-        given = ", unless it is given" if e.stepper.can.sets_a0 else ""
+        given = ", unless it is given" if "a" in e.stepper.can.sets else ""
         return [Deviation("start", f"the acceleration at t = 0 is taken as 0{given}", lost)]
     if best.start == "own":
         return [Deviation("start", "the first step is not the scheme's, with a_0 computed or 0", lost)]
@@ -210,7 +210,7 @@ def _of_outputs(e: Evidence, best: Match) -> list[Deviation]:
     if best.what != "displacements" or e.lowered(FROM_REST) or not lost:
         return []
     if e.instants:
-        return [Deviation("output", told(e.instants), lost)]
+        return [Deviation("output", instants_text(e.instants), lost)]
     return [Deviation("output", f"u is that of {best.text}; the v or a that is returned is not", lost)]
 
 

@@ -27,4 +27,4 @@ def declared(scheme: Scheme, loads: Loads | None = None, zero: bool = False) -> 
         return Candidate(scheme, at, loads).histories(np.array([u0, v0]), start, n, force)[0].T
 
     outputs = "uva" if any(kind == 2 for kind, _ in scheme.history) else "uv"
-    return Stepper(run, Integrator(sets_a0=True, damping=scheme.info.damping, outputs=outputs), scheme.name)
+    return Stepper(run, Integrator(sets="uva", damping=scheme.info.damping, outputs=outputs), scheme.name)

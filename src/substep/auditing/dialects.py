@@ -118,7 +118,7 @@ def _scheme_of(stepper: Stepper, like: Scheme | None) -> Scheme | None:
     """The scheme that does the same, of the same name as another if one is given; None if there is none."""
     omegas, ratios = (0.3, 1.0, 3.0, 10.0), (0.0, 0.5)
     own = own_runs(stepper, omegas, ratios)
-    free = given_runs(stepper, omegas, ratios) if stepper.can.sets_a0 else own
+    free = given_runs(stepper, omegas, ratios) if "a" in stepper.can.sets else own
     if like is None:
         matches = identify(free, own).matches
         return matches[0].scheme if matches and matches[0].what != "spectrum" else None

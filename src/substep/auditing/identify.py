@@ -11,7 +11,7 @@ from ..core.arrays import Array
 from ..core.schemes import Scheme, schemes
 from ..core.schemes import scheme as make_scheme
 from .fit import Residual, described, free_parameters, largest, recognise, simple, solutions, solve
-from .linear_step import Candidate, with_parameters
+from .linear_step import Candidate
 from .noise import QUIET, Noise
 from .probes import Measured
 
@@ -87,7 +87,7 @@ def identify(
     for what in WHATS:
         same = [claimed] if claimed is not None and claimed.what == what else []
         for solved, variants in groupby(sorted(_variants(pool), key=_freedom), key=_freedom):
-            tried = [_fitted(scheme, names, what, free, own, noise) for scheme, names in variants]
+            tried = [fitted(scheme, names, what, free, own, noise) for scheme, names in variants]
             found = [match for match in tried if credible(match, noise)]
             if same and same[0].solved <= solved:
                 found = [*same, *(match for match in found if match.scheme.name != same[0].scheme.name)]
@@ -103,8 +103,8 @@ def identify(
 def _differs(nearest: Match, free: Sequence[Measured], noise: Noise) -> str:
     """In words, what of a step of the nearest scheme is not what was measured, and on which oscillators."""
     at = free[0].at
-    residuals = [residual(Candidate(nearest.scheme, at)) for residual in _residuals(nearest.scheme, "matrix", free)]
-    off = np.nan_to_num(np.abs(min(residuals, key=largest))).max(axis=(0, 2)) > noise.match  # (P, 3)
+    tried = [residual(Candidate(nearest.scheme, at)) for residual in residuals(nearest.scheme, "matrix", free)]
+    off = np.nan_to_num(np.abs(min(tried, key=largest))).max(axis=(0, 2)) > noise.match  # (P, 3)
     kinds = " and ".join(name for name, there in zip("uva", off.any(axis=0), strict=True) if there)
     there = off.any(axis=1)
     first, damped = at.Omega[there].min(initial=np.inf), at.xi[there].min(initial=np.inf)
@@ -159,18 +159,18 @@ def agreement(scheme: Scheme, free: Sequence[Measured], own: Sequence[Measured],
     alone = [[name] for name in names] if len(names) > 1 else []
     for what in WHATS:
         for variants in ([[]], alone, [names]):
-            tried = [_fitted(scheme, some, what, free, own, noise) for some in variants]
+            tried = [fitted(scheme, some, what, free, own, noise) for some in variants]
             found = [match for match in tried if credible(match, noise)]
             if found:
                 return min(found, key=lambda match: match.error)
     return None
 
 
-def _fitted(
+def fitted(
     scheme: Scheme, names: Sequence[str], what: What, free: Sequence[Measured], own: Sequence[Measured], noise: Noise
 ) -> Match:
     """The scheme with the named parameters solved for, whether it matches or not."""
-    fits = [solve(scheme, names, free[0].at, residual) for residual in _residuals(scheme, what, free)]
+    fits = [solve(scheme, names, free[0].at, residual) for residual in residuals(scheme, what, free)]
     best = min(fits, key=lambda fit: fit.error)
     start = _start(Candidate(best.scheme, free[0].at), what, own, noise) if best.error <= noise.match else "own"
     return Match(best.scheme, what, best.error, start, len(names), best.unsure)
@@ -182,29 +182,14 @@ def with_other_values(match: Match, free: Sequence[Measured], noise: Noise) -> I
     Two sub-steps of silva_bezerra's, for one, may be exchanged.
     """
     names = free_parameters(match.scheme)[: match.solved]
-    for residual in _residuals(match.scheme, match.what, free) if names else ():
-        for fitted in solutions(match.scheme, names, free[0].at, residual):
-            other = replace(match, scheme=fitted.scheme, error=fitted.error)
-            if credible(other, noise) and not is_claimed(match.scheme, fitted.scheme):
+    for residual in residuals(match.scheme, match.what, free) if names else ():
+        for solution in solutions(match.scheme, names, free[0].at, residual):
+            other = replace(match, scheme=solution.scheme, error=solution.error)
+            if credible(other, noise) and not is_claimed(match.scheme, solution.scheme):
                 yield other
 
 
-def siblings(found: Identification, free: Sequence[Measured], own: Sequence[Measured], noise: Noise) -> Iterator[Match]:
-    """Schemes not among the matches that have a match's parameters, and do what was measured at its values of them."""
-    names = {match.scheme.name for match in found.matches}
-    for match in found.matches:
-        values = {name: float(x) for name, x in match.scheme.parameters.items()}
-        for other in map(make_scheme, schemes()):
-            if values and other.name not in names and set(other.parameters) == set(values):
-                fitted = replace(
-                    _fitted(with_parameters(other, values), (), match.what, free, own, noise), solved=match.solved
-                )
-                if fitted.error <= noise.match:
-                    names.add(other.name)
-                    yield fitted
-
-
-def _residuals(scheme: Scheme, what: What, free: Sequence[Measured]) -> list[Residual]:
+def residuals(scheme: Scheme, what: What, free: Sequence[Measured]) -> list[Residual]:
     """What vanishes for a candidate that does what was measured."""
     if what == "spectrum":
         return [lambda c: recursion_residual(c, free)]
@@ -224,6 +209,7 @@ def one_step_residual(candidate: Candidate, free: Sequence[Measured]) -> Array:
         reported = candidate.undriven(measured.rows / h)
         after = np.full_like(measured.rows, np.nan)
         after[:, 2 + candidate.lag :, : reported.shape[2]] = reported
+        after[:, : measured.startup + 1] = np.nan
         found.append(measured.deviation(after * h))
     return np.array(found)
 
@@ -255,7 +241,9 @@ def recursion_residual(candidate: Candidate, free: Sequence[Measured]) -> Array:
         terms = np.stack([c[:, None, None] * rows[:, order - i : n - i] for i, c in enumerate(coefficients.T)])
         with np.errstate(all="ignore"):
             sizes = np.nan_to_num(np.abs(terms)).max(axis=(0, 3))[..., None]
-            found.append((terms.sum(axis=0) / sizes / measured.at.scale[:, None, 2:])[:, FIRST:])
+            found.append(
+                (terms.sum(axis=0) / sizes / measured.at.scale[:, None, 2:])[:, max(FIRST, measured.startup) :]
+            )
     return np.array(found)
 
 

@@ -11,22 +11,36 @@ from .causes import Evidence, deviations
 from .claims import Claims, judged
 from .control import controlled_runs
 from .declared import declared
+from .defaults import written_out
 from .exactness import exactness
-from .free_motion import energies, growths, measured_roots, scheme_roots
+from .free_motion import (
+    AVERAGED,
+    BEFORE,
+    ENERGY_AT,
+    GROWTH_STEPS,
+    energies,
+    growths,
+    measured_roots,
+    scheme_roots,
+)
 from .identify import Identification, Match, identify, is_claimed
 from .loads import LoadTaking, calls_of, load_taking
+from .members import with_all_members
 from .noise import Noise, measured_noise
 from .nonlinear import split
 from .orders import Order, compared, observed_orders
 from .outputs import output_instants
 from .probes import Measured, driven_runs, given_runs, own_runs
 from .program import Program
+from .programs.adapter import Integrator
 from .report import Curve, Report
 from .stability import critical_Omega, eigenvalues, long_radius, measured_radius, overshoot, tolerance_of
 from .stepper import Run, Stepper, as_stepper
 
 LARGE = 1e4  # Omega for which the spectral radius is its limit, but for 1/Omega
 EXACT, LONGER = 1e-12, 0.02  # by how much a computed spectral radius of 1, or one from long runs, may exceed 1
+LONG_STEPS = len(ENERGY_AT) * (BEFORE + 2 * AVERAGED) + 6 * GROWTH_STEPS  # of long free motion
+PATIENCE = 60.0  # s that it may take
 
 
 @called_as('audit(run, Claims("newmark", order=2))')
@@ -40,19 +54,20 @@ def audit(stepper: Stepper | Run, claims: Claims | None = None) -> Report:
     Raises ValueError for a stepper that raises on every oscillator or returns something else, and for claims that no
     scheme can have. Where it raises on some of them, the audit rests on the others, and the report lists these.
     """
-    stepper, claims = as_stepper(stepper), claims or Claims()
-    claimed = claims.claimed_scheme()
+    stepper = as_stepper(stepper)
+    claimed = claims.claimed_scheme() if claims else None
     own = own_runs(stepper)
     noise = measured_noise(stepper, own)
     own = noise.over(own)
     driven = {name: noise.over([run])[0] for name, run in driven_runs(stepper).items()}
-    given = given_runs(stepper) if stepper.can.sets_a0 else []
+    given = given_runs(stepper) if "a" in stepper.can.sets else []
     ignored = bool(given) and not np.nan_to_num(given[-1].rows[:, 1:]).any()
     exact = exactness(own, driven, noise)
     found = Identification(())
     if exact is None:
         free = noise.over(given) if given and not ignored else own
-        found = split(identify(free, own, claimed, noise), stepper, free, own, noise)
+        found = with_all_members(identify(free, own, claimed, noise), free, own, noise)
+        found = split(found, stepper, free, noise)
     best = found.matches[0] if found.matches else None
     load = load_taking(best, driven, noise) if best else LoadTaking("unknown", called=calls_of(list(driven.values())))
     radius, roots = measured_radius(stepper, noise), measured_roots(stepper, noise)
@@ -65,19 +80,31 @@ def audit(stepper: Stepper | Run, claims: Claims | None = None) -> Report:
         roots = scheme_roots(best.scheme.amplification)
     rho_inf = float(radius(np.array([LARGE]))[0])
     orders = observed_orders(stepper, noise)
-    judgements = judged(claims, found, orders, rho_inf, critical, noise.of_radius)
+    judgements = judged(claims, found, orders, rho_inf, critical, noise.of_radius) if claims else ()
     both = expected_orders(best, load, orders, noise) if best else (orders, {})
     instants = output_instants(best, own, noise) if best else {}
     if noise.hides:
-        judgements = tuple(replace(judgement, verdict="not judged") for judgement in judgements)
+        judgements = tuple(replace(j, verdict="not judged") if j.verdict != "not stated" else j for j in judgements)
     known = exact is None and not noise.hides
     departures = deviations(Evidence(stepper, claimed, found, load, judgements, *both, instants)) if known else ()
+    defaults = written_out(stepper, best, noise)
+    affordable = stepper.can.seconds * stepper.can.calls * LONG_STEPS <= PATIENCE
     return Report(
-        stepper, found, exact, orders, rho_inf, critical, overshoot(stepper), load, judgements, departures,
-        measured_curves(own, tolerance_of(stepper, noise)), growths(stepper, roots, critical, LARGE),
-        energies(stepper, max(noise.size, best.error if best else 0.0)), controlled_runs(stepper),
-        failures(own, driven), noise, measured, by_scheme, ignored, instants,
+        stepper, found, exact, orders, rho_inf, critical, overshoot(stepper), load, judgements,
+        (*departures, *(defaults.deviations if defaults else ())), measured_curves(own, tolerance_of(stepper, noise)),
+        growths(stepper, roots, critical, LARGE) if affordable else (),
+        energies(stepper, max(noise.size, best.error if best else 0.0)) if affordable else (),
+        controlled_runs(stepper), failures(own, driven), noise, defaults, left_out(stepper.can, affordable),
+        measured, by_scheme, ignored, instants,
     )  # fmt: skip
+
+
+def left_out(can: Integrator, affordable: bool) -> tuple[str, ...]:
+    """What was not compared or not run, and why, in words."""
+    found = [f"{name}: stands {steps:+g} steps from the end of its step" for name, steps in can.late.items()]
+    if not affordable:
+        found.append(f"long free motion, {LONG_STEPS} steps: a call takes {can.seconds:g} s")
+    return tuple(found)
 
 
 def failures(own: Sequence[Measured], driven: Mapping[str, Measured]) -> tuple[tuple[float, float, str], ...]:

@@ -57,7 +57,7 @@ def eigenvalues(runs: Sequence[Measured], p: int, tolerance: float) -> Eigenvalu
     A step magnifies rounding by Omega^2: a longer recursion would have roots of it.
     """
     tolerance = max(tolerance, ROUNDED * float(runs[0].at.Omega[p]) ** 2)
-    series = [run.rows[p, FIRST:, kind] for run in runs for kind in range(3)]
+    series = [run.rows[p, max(FIRST, run.startup) :, kind] for run in runs for kind in range(3)]
     known = [x for x in series if np.isfinite(x).all() and x.any()]
     if any(np.isnan(run.rows[p, :, 0]).any() for run in runs):
         return Eigenvalues(np.ones(1), 0.0, beyond=True)

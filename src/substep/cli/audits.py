@@ -11,7 +11,7 @@ from .arguments import numbers, require_folders
 
 def audit(
     context: typer.Context,
-    program: Annotated[str, typer.Argument(help="a program with an adapter; `substep audit list` names them")],
+    program: Annotated[str, typer.Argument(help="one that `substep audit list` names, or the path of an adapter")],
     integrator: Annotated[str, typer.Option(help="one of its integrators; by default all")] = "",
     python: Annotated[str, typer.Option(help="the interpreter that has the program; by default this one")] = "",
     json: Annotated[Path | None, typer.Option(help="where a list of reports goes as JSON")] = None,
