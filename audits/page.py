@@ -14,7 +14,7 @@ from typing import Any
 from substep.auditing.claims import unstated
 from substep.auditing.dialects import Dialect
 from substep.auditing.free_motion import percent
-from substep.auditing.orders import written
+from substep.auditing.orders import UNDAMPED, written
 
 HEAD = """# What integrators of other programs do
 
@@ -78,7 +78,10 @@ def _titled(program: Mapping[str, Any]) -> str:
 
 
 def _row(program: Mapping[str, Any], r: Mapping[str, Any]) -> str:
-    orders = ", ".join(written(_number(order[0])) for order in r["orders"].values()) or "–"
+    orders = (
+        ", ".join(written(_number(order[0])) for name, order in r["orders"].items() if not name.startswith(UNDAMPED))
+        or "–"
+    )
     best = r["matches"][0] if r["matches"] else {"start": "–", "error": 0.0}
     cells = [
         _titled(program), f"`{_called(r)}`", r["identified"], orders, f"{float(r['rho_inf']):.3g}", _limit(r),

@@ -12,7 +12,7 @@ from .fit import free_parameters, number, recognise, stated
 from .identify import SAME, Identification, Match, agreement, is_claimed
 from .loads import LoadTaking
 from .orders import MOTIONS, UNDAMPED, Order, written
-from .outputs import told
+from .outputs import instants_text
 from .probes import given_runs, own_runs
 from .stepper import Stepper
 
@@ -210,7 +210,7 @@ def _of_outputs(e: Evidence, best: Match) -> list[Deviation]:
     if best.what != "displacements" or e.lowered(FROM_REST) or not lost:
         return []
     if e.instants:
-        return [Deviation("output", told(e.instants), lost)]
+        return [Deviation("output", instants_text(e.instants), lost)]
     return [Deviation("output", f"u is that of {best.text}; the v or a that is returned is not", lost)]
 
 

@@ -103,8 +103,8 @@ def identify(
 def _differs(nearest: Match, free: Sequence[Measured], noise: Noise) -> str:
     """In words, what of a step of the nearest scheme is not what was measured, and on which oscillators."""
     at = free[0].at
-    misses = [residual(Candidate(nearest.scheme, at)) for residual in residuals(nearest.scheme, "matrix", free)]
-    off = np.nan_to_num(np.abs(min(misses, key=largest))).max(axis=(0, 2)) > noise.match  # (P, 3)
+    tried = [residual(Candidate(nearest.scheme, at)) for residual in residuals(nearest.scheme, "matrix", free)]
+    off = np.nan_to_num(np.abs(min(tried, key=largest))).max(axis=(0, 2)) > noise.match  # (P, 3)
     kinds = " and ".join(name for name, there in zip("uva", off.any(axis=0), strict=True) if there)
     there = off.any(axis=1)
     first, damped = at.Omega[there].min(initial=np.inf), at.xi[there].min(initial=np.inf)

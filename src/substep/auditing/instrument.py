@@ -38,9 +38,9 @@ from .stability import critical_Omega, eigenvalues, long_radius, measured_radius
 from .stepper import Run, Stepper, as_stepper
 
 LARGE = 1e4  # Omega for which the spectral radius is its limit, but for 1/Omega
+EXACT, LONGER = 1e-12, 0.02  # by how much a computed spectral radius of 1, or one from long runs, may exceed 1
 LONG_STEPS = len(ENERGY_AT) * (BEFORE + 2 * AVERAGED) + 6 * GROWTH_STEPS  # of long free motion
 PATIENCE = 60.0  # s that it may take
-EXACT, LONGER = 1e-12, 0.02  # by how much a computed spectral radius of 1, or one from long runs, may exceed 1
 
 
 @called_as('audit(run, Claims("newmark", order=2))')
@@ -95,8 +95,8 @@ def audit(stepper: Stepper | Run, claims: Claims | None = None) -> Report:
         (*departures, *(defaults.deviations if defaults else ())), measured_curves(own, tolerance_of(stepper, noise)),
         growths(stepper, roots, critical, LARGE) if affordable else (),
         energies(stepper, max(noise.size, best.error if best else 0.0)) if affordable else (),
-        controlled_runs(stepper), failures(own, driven), noise, measured, by_scheme, ignored, instants,
-        defaults, left_out(stepper.can, affordable),
+        controlled_runs(stepper), failures(own, driven), noise, defaults, left_out(stepper.can, affordable),
+        measured, by_scheme, ignored, instants,
     )  # fmt: skip
 
 

@@ -44,7 +44,7 @@ def _off(match: Match, run: Measured, kind: int, instant: float) -> Array:
     return off[:, 2 : n - 1]
 
 
-def told(instants: Mapping[str, float]) -> str:
+def instants_text(instants: Mapping[str, float]) -> str:
     """In words, such as 'v stands 1/2 step before the end of its step'."""
     steps = {0.5: "1/2 step", 1.0: "1 step"}
     sides = [(kind, steps[abs(x)], "before" if x < 0 else "after") for kind, x in instants.items()]

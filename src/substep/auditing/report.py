@@ -19,7 +19,7 @@ from .identify import Identification, Match
 from .loads import LoadTaking
 from .noise import QUIET, Noise
 from .orders import Order, written
-from .outputs import told
+from .outputs import instants_text
 from .programs.adapter import LOADS
 from .stepper import Stepper
 
@@ -52,8 +52,8 @@ class Report:
     None where it does not choose. failed: Omega, xi and the error where the program raised; what is said of it rests on
     the other runs. noise: how well it repeats itself, which all that is said rests on. ignores_a0: whether
     nothing moves from rest with a given acceleration. instants: by how many steps v and a stand after the end of
-    their step, where they do. defaults: whether it does the same with the defaults of its arguments written
-    out; None without any. left_out: what was not compared or not run, and why.
+    their step, where they do. defaults: whether it does the same with the defaults of its arguments written out; None
+    without any. left_out: what was not compared or not run, and why.
     """
 
     stepper: Stepper
@@ -72,12 +72,12 @@ class Report:
     control: Control | None = None
     failed: tuple[tuple[float, float, str], ...] = ()
     noise: Noise = QUIET
+    defaults: WrittenOut | None = None
+    left_out: tuple[str, ...] = ()
     measured_critical: float | None = None
     scheme_critical: float | None = None
     ignores_a0: bool = False
     instants: Mapping[str, float] = field(default_factory=dict)
-    defaults: WrittenOut | None = None
-    left_out: tuple[str, ...] = ()
 
     @property
     def matches(self) -> tuple[Match, ...]:
@@ -135,14 +135,7 @@ class Report:
     @property
     def claimed_order(self) -> int | None:
         """The order that is claimed; None if none is."""
-        return next(
-            (
-                int(judgement.claimed)
-                for judgement in self.judgements
-                if judgement.claim == "order" and judgement.claimed
-            ),
-            None,
-        )
+        return next((int(one.claimed) for one in self.judgements if one.claim == "order" and one.claimed), None)
 
     @property
     def load(self) -> str:
@@ -153,6 +146,7 @@ class Report:
     @property
     def facts(self) -> list[tuple[str, str]]:
         """What was found, in words: pairs of a label and a text, which the text and the page show."""
+        ignored = "; one that is given is ignored" if self.ignores_a0 else ""
         found = [("is", self.identified), ("digits", self.noise.text)]
         found += [("nonlinear", line) for line in self.nonlinear]
         found += [("order", f"{name}: {_order(order, self.claimed_order)}") for name, order in self.orders.items()]
@@ -160,9 +154,8 @@ class Report:
         found += [("growth", growth.text) for growth in self.growth]
         found += [("energy", f"at Omega = {energy.Omega:g}: {energy.text}") for energy in self.energy]
         found += [("own steps", line) for line in (self.control.text if self.control else ())]
-        ignored = "; one that is given is ignored" if self.ignores_a0 else ""
         found += [("load", self.load), ("start", f"acceleration at t = 0: {self.start}{ignored}")]
-        found += [("outputs", told(self.instants))] if self.instants else []
+        found += [("outputs", instants_text(self.instants))] if self.instants else []
         found += [("defaults", self.defaults.text)] if self.defaults else []
         found += [("left out", line) for line in self.left_out]
         found += [("not run", f"at Omega = {Omega:g}, xi = {xi:g}: {error}") for Omega, xi, error in self.failed]
