@@ -9,6 +9,7 @@ from ..core.schemes import Scheme
 from .claims import Judgement
 from .fit import described, recognise, stated
 from .identify import Identification, Match, is_claimed
+from .linear_step import DAMPED_BY
 from .loads import LoadTaking
 from .orders import MOTIONS, Order, written
 from .stepper import Stepper
@@ -21,8 +22,8 @@ FREE, DRIVEN, FROM_REST = MOTIONS
 class Deviation:
     """A root cause, in words, and what follows from it.
 
-    kind: "scheme", "parameter", "start", "load", "output", "precision", or "claim" for a claim that fails without any
-    of these: the scheme is what it is said to be, and does not have the property.
+    kind: "scheme", "parameter", "damping", "start", "load", "output", "precision", or "claim" for a claim that fails
+    without any of these: the scheme is what it is said to be, and does not have the property.
     """
 
     kind: str
@@ -68,10 +69,19 @@ def deviations(e: Evidence) -> tuple[Deviation, ...]:
     if not e.found.matches:
         if e.claimed is None:
             return tuple(Deviation("claim", text) for text in failed)
+        if any(is_claimed(match.scheme, e.claimed) for match in e.found.undamped):
+            return (Deviation("damping", f"only without damping it is {stated(e.claimed)}", failed),)
         near = f"; nearest is {described(e.found.nearest.scheme)}" if e.found.nearest else ""
         return (Deviation("scheme", f"it is not {stated(e.claimed)}, nor any scheme of the catalogue{near}", failed),)
     best = e.found.matches[0]
-    causes = [*_of_scheme(e, best), *_of_start(e, best), *_of_load(e), *_of_outputs(e, best), *_of_precision(e, best)]
+    causes = [
+        *_of_scheme(e, best),
+        *_of_damping(e, best),
+        *_of_start(e, best),
+        *_of_load(e),
+        *_of_outputs(e, best),
+        *_of_precision(e, best),
+    ]
     follows = {id(cause): list(cause.consequences) for cause in causes}
     left = []
     for judgement in e.failed:
@@ -88,7 +98,7 @@ def _cause(causes: Sequence[Deviation], judgement: Judgement) -> Deviation | Non
 
     An order that holds from rest fails by the start, one that holds in free motion by the load; all else by the scheme.
     """
-    kinds = ["scheme", "parameter"]
+    kinds = ["damping", "scheme", "parameter"]
     if judgement.claim == "order":
         if FROM_REST not in judgement.motions:
             kinds = ["start", *kinds]
@@ -147,6 +157,14 @@ def _near(one: float, other: float) -> bool:
 
 def _pair(was: Mapping[str, float], got: Mapping[str, float], name: str) -> str:
     return f"{name} is {recognise(got[name], 1e-9)[1]}, not {recognise(was[name], 1e-9)[1]}"
+
+
+def _of_damping(e: Evidence, best: Match) -> list[Deviation]:
+    """Where another velocity than the scheme's damps, and that costs order."""
+    lost = e.lowered(FREE)
+    if best.damping == "declared" or not lost:
+        return []
+    return [Deviation("damping", f"the damping force is that of {DAMPED_BY[best.damping]}", (lost,))]
 
 
 def _of_start(e: Evidence, best: Match) -> list[Deviation]:

@@ -11,7 +11,7 @@ from ..core.arrays import Array
 from ..core.schemes import Scheme, schemes
 from ..core.schemes import scheme as make_scheme
 from .fit import Residual, described, free_parameters, largest, recognise, simple, solutions, solve
-from .linear_step import Candidate, with_parameters
+from .linear_step import DAMPED_BY, Candidate, Damping, Oscillators, with_parameters
 from .probes import Measured
 
 What = Literal["matrix", "displacements", "spectrum"]
@@ -31,7 +31,7 @@ class Match:
     what: "matrix", all that the stepper returns agrees; "displacements", its displacements do, its v or a are others;
     "spectrum", its eigenvalues do. error: the largest deviation, see `Measured.deviation`. start: where its
     acceleration at t = 0 comes from: "computed" from the equation of motion, or "zero"; "own", neither of these.
-    solved: how many parameters were solved for.
+    solved: how many parameters were solved for. damping: of which velocity its damping force is.
     """
 
     scheme: Scheme
@@ -39,11 +39,17 @@ class Match:
     error: float
     start: Start
     solved: int
+    damping: Damping = "declared"
 
     @property
     def text(self) -> str:
         """The scheme with its parameters, such as newmark(beta = 1/4, gamma = 1/2)."""
-        return described(self.scheme)
+        dialect = "" if self.damping == "declared" else f" damped by {DAMPED_BY[self.damping]}"
+        return described(self.scheme) + dialect
+
+    def candidate(self, at: Oscillators) -> Candidate:
+        """What it does on oscillators."""
+        return Candidate(self.scheme, at, damping=self.damping)
 
 
 @dataclass(frozen=True)
@@ -52,7 +58,8 @@ class Identification:
 
     claimed: how far the claimed scheme agrees; None if not even its eigenvalues do, or none is claimed.
     apart: schemes that agree on the linear oscillator, but not under a cubic spring, with their deviation there;
-    nonlinear: the least deviation there, None where no spring was tried.
+    nonlinear: the least deviation there, None where no spring was tried. undamped: where none matches, the schemes that
+    do on undamped oscillators.
     """
 
     matches: tuple[Match, ...]
@@ -60,6 +67,7 @@ class Identification:
     claimed: Match | None = None
     apart: tuple[tuple[Match, float], ...] = ()
     nonlinear: float | None = None
+    undamped: tuple[Match, ...] = ()
 
     @property
     def on_linear(self) -> tuple[Match, ...]:
@@ -67,21 +75,26 @@ class Identification:
         return (*self.matches, *(match for match, _ in self.apart))
 
 
-def identify(free: Sequence[Measured], own: Sequence[Measured], first: Scheme | None = None) -> Identification:
+def identify(
+    free: Sequence[Measured],
+    own: Sequence[Measured],
+    first: Scheme | None = None,
+    whats: Sequence[What] = WHATS,
+) -> Identification:
     """The schemes of the catalogue that do what was measured, those with the fewest parameters left free.
 
     own: runs in which the stepper finds its own acceleration at t = 0; free: such runs, or those where it was given.
     first: a scheme to try at its own values before all others, such as the one a manual claims; where it matches, it is
-    the first of the matches.
+    the first of the matches. whats: what may agree.
     """
     damping = bool(free[0].at.xi.any())
     pool = [s for s in map(make_scheme, schemes()) if s.info.damping or not damping]
     nearest: Match | None = None
     claimed = None if first is None else agreement(first, free, own)
-    for what in WHATS:
+    for what in whats:
         same = [claimed] if claimed is not None and claimed.what == what else []
         for solved, variants in groupby(sorted(_variants(pool), key=_freedom), key=_freedom):
-            tried = [_fitted(scheme, names, what, free, own) for scheme, names in variants]
+            tried = [fitted(scheme, names, what, free, own) for scheme, names in variants]
             found = [match for match in tried if credible(match)]
             if same and same[0].solved <= solved:
                 found = [*same, *(match for match in found if match.scheme.name != same[0].scheme.name)]
@@ -135,20 +148,28 @@ def agreement(scheme: Scheme, free: Sequence[Measured], own: Sequence[Measured])
     """How far a scheme agrees with what was measured, at its own values or else with its parameters free."""
     for what in WHATS:
         for names in ((), free_parameters(scheme)):
-            match = _fitted(scheme, names, what, free, own)
+            match = fitted(scheme, names, what, free, own)
             if credible(match):
                 return match
     return None
 
 
-def _fitted(
-    scheme: Scheme, names: Sequence[str], what: What, free: Sequence[Measured], own: Sequence[Measured]
+def fitted(
+    scheme: Scheme,
+    names: Sequence[str],
+    what: What,
+    free: Sequence[Measured],
+    own: Sequence[Measured],
+    damping: Damping = "declared",
 ) -> Match:
     """The scheme with the named parameters solved for, whether it matches or not."""
-    fits = [solve(scheme, names, free[0].at, residual) for residual in _residuals(scheme, what, free)]
-    fitted, error = min(fits, key=lambda fit: fit[1])
-    start = _start(Candidate(fitted, free[0].at), what, own) if error <= MATCH else "own"
-    return Match(fitted, what, error, start, len(names))
+    fits = [
+        solve(scheme, names, free[0].at, lambda c, r=residual: r(replace(c, damping=damping)))
+        for residual in _residuals(scheme, what, free)
+    ]
+    found, error = min(fits, key=lambda fit: fit[1])
+    match = Match(found, what, error, "own", len(names), damping)
+    return replace(match, start=_start(match.candidate(free[0].at), what, own)) if error <= MATCH else match
 
 
 def with_other_values(match: Match, free: Sequence[Measured]) -> Iterator[Match]:
@@ -171,12 +192,10 @@ def siblings(found: Identification, free: Sequence[Measured], own: Sequence[Meas
         values = {name: float(x) for name, x in match.scheme.parameters.items()}
         for other in map(make_scheme, schemes()):
             if values and other.name not in names and set(other.parameters) == set(values):
-                fitted = replace(
-                    _fitted(with_parameters(other, values), (), match.what, free, own), solved=match.solved
-                )
-                if fitted.error <= MATCH:
+                same = fitted(with_parameters(other, values), (), match.what, free, own, match.damping)
+                if same.error <= MATCH:
                     names.add(other.name)
-                    yield fitted
+                    yield replace(same, solved=match.solved)
 
 
 def _residuals(scheme: Scheme, what: What, free: Sequence[Measured]) -> list[Residual]:

@@ -11,9 +11,10 @@ from ..core.schemes import Scheme
 from .causes import Evidence, deviations
 from .claims import Claims, judged
 from .control import controlled_runs
+from .damping import identify_damped
 from .exactness import exactness
 from .free_motion import energies, growths, measured_roots, observed_noise, scheme_roots
-from .identify import Identification, identify
+from .identify import Identification
 from .linear_step import Candidate, Oscillators
 from .loads import LoadTaking, calls_of, load_taking
 from .nonlinear import split
@@ -47,7 +48,7 @@ def audit(stepper: Stepper | Run, claims: Claims | None = None) -> Report:
     found = Identification(())
     if exact is None:
         free = given_runs(stepper) if stepper.can.sets_a0 else own
-        found = split(identify(free, own, claimed), stepper, free, own)
+        found = split(identify_damped(free, own, claimed), stepper, free, own)
     best = found.matches[0] if found.matches else None
     load = load_taking(best, driven) if best else LoadTaking("unknown", called=calls_of(list(driven.values())))
     radius, margin, roots = measured_radius(stepper), MEASURED, measured_roots(stepper)

@@ -1,7 +1,7 @@
 """What a stepper does: free and driven runs of few steps, over frequencies and damping ratios."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -48,6 +48,16 @@ class Measured:
         largest = np.nan_to_num(rows / self.at.scale[:, None]).max(axis=-1)
         before = np.concatenate([largest[:, :1], largest[:, :-1]], axis=1)
         return np.maximum(np.maximum(largest, before), 1e-300)[..., None]
+
+    @property
+    def undamped(self) -> "Measured":
+        """The same on the undamped oscillators alone."""
+        kept = self.at.xi == 0.0
+        at = Oscillators(self.at.Omega[kept], self.at.xi[kept], self.at.h)
+        called = tuple(times for times, keep in zip(self.called, kept, strict=True) if keep)
+        return replace(
+            self, at=at, rows=self.rows[kept], called=called, failed=tuple(x for x in self.failed if not x[1])
+        )
 
     def shows(self, history: Sequence[tuple[int, int]]) -> bool:
         """Whether it holds every entry of a state: pairs of a kind, 0 to 2, and how many steps before it stands."""

@@ -72,6 +72,8 @@ class Report:
         if not self.matches:
             nearest = self.found.nearest
             near = f"; nearest: {nearest.text}, off by {nearest.error:.0e}" if nearest else ""
+            if self.found.undamped:
+                return f"{self.found.undamped[0].text} without damping, none of the catalogue with it"
             return f"none of the catalogue{near}"
         what = {"matrix": "all entries", "displacements": "displacements", "spectrum": "eigenvalues only,"}
         return f"{self.matches[0].text}, {what[self.matches[0].what]} to {self.matches[0].error:.0e}"
@@ -142,6 +144,7 @@ class Report:
                     "parameters": {key: float(x) for key, x in m.scheme.parameters.items()},
                     "text": m.text,
                     "what": m.what,
+                    "damping": m.damping,
                     "start": m.start,
                     "error": m.error,
                 }
