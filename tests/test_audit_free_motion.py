@@ -9,8 +9,10 @@ from audited_steppers import generalized_alpha, trapezoidal_load
 from declared import NAMES
 
 import substep as ss
-from substep.auditing.free_motion import energies, growths, measured_roots, meetings, observed_noise, scheme_roots
+from substep.auditing.free_motion import energies, growths, measured_roots, meetings, scheme_roots
 from substep.auditing.instrument import LARGE, declared
+from substep.auditing.noise import measured_noise
+from substep.auditing.probes import own_runs
 from substep.auditing.stability import critical_Omega, measured_radius
 
 UV = ss.Integrator(outputs="uv", damping=False, load="none")
@@ -82,7 +84,7 @@ def test_an_absolute_tolerance_does_not_hide_a_loss():
 
 def test_rounding_in_single_precision_is_no_loss():
     stepper = ss.Stepper(generalized_alpha(0, 0, 0.25, 0.5, dtype=np.float32))
-    found = energies(stepper, observed_noise(stepper, None))
+    found = energies(stepper, measured_noise(stepper, own_runs(stepper)).size)
     assert len(found) == 3 and all(one.verdict.startswith("conserved") for one in found)
     assert all(1e-6 < one.resolution < 1e-2 for one in found)
 

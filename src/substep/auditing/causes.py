@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from ..core.arrays import Array
 from ..core.schemes import Scheme
 from .claims import Judgement
-from .fit import described, recognise, stated
-from .identify import Identification, Match, is_claimed
+from .fit import number, recognise, stated
+from .identify import SAME, Identification, Match, is_claimed
 from .linear_step import DAMPED_BY
 from .loads import LoadTaking
 from .orders import MOTIONS, Order, written
@@ -33,7 +33,10 @@ class Deviation:
 
 @dataclass(frozen=True)
 class Evidence:
-    """What deviations are found from. orders: as observed; expected: of the identified scheme, by the same runs."""
+    """What deviations are found from.
+
+    orders: as observed; expected: of the identified scheme, by the same runs.
+    """
 
     stepper: Stepper
     claimed: Scheme | None
@@ -71,7 +74,7 @@ def deviations(e: Evidence) -> tuple[Deviation, ...]:
             return tuple(Deviation("claim", text) for text in failed)
         if any(is_claimed(match.scheme, e.claimed) for match in e.found.undamped):
             return (Deviation("damping", f"only without damping it is {stated(e.claimed)}", failed),)
-        near = f"; nearest is {described(e.found.nearest.scheme)}" if e.found.nearest else ""
+        near = f"; nearest is {e.found.nearest.text}" if e.found.nearest else ""
         return (Deviation("scheme", f"it is not {stated(e.claimed)}, nor any scheme of the catalogue{near}", failed),)
     best = e.found.matches[0]
     causes = [
@@ -126,37 +129,37 @@ def _of_scheme(e: Evidence, best: Match) -> list[Deviation]:
     same = next((match for match in e.found.on_linear if match.scheme.name == claimed.name), None)
     if same is None:
         return [Deviation("scheme", f"it is {best.text}, not {stated(claimed)}")]
-    return [Deviation("parameter", text) for text in _of_parameters(claimed.given, same.scheme.parameters)]
+    return [Deviation("parameter", text) for text in _of_parameters(claimed.given, same)]
 
 
-def _of_parameters(claimed: Mapping[str, Array], found: Mapping[str, Array]) -> list[str]:
+def _of_parameters(claimed: Mapping[str, Array], found: Match) -> list[str]:
     """What happened to the values: exchanged, of the other sign, counted from the other end of the step, or changed."""
-    was, got = ({name: float(values[name]) for name in claimed} for values in (claimed, found))
-    changed = [name for name in was if not _near(was[name], got[name])]
+    was, got = ({name: float(values[name]) for name in claimed} for values in (claimed, found.scheme.parameters))
+    within = max(SAME, found.unsure)
+
+    def near(one: float, other: float) -> bool:
+        return abs(one - other) <= within
+
+    def pair(name: str) -> str:
+        return f"{name} is {number(got[name], found.unsure)}, not {number(was[name], 0.0)}"
+
+    changed = [name for name in was if not near(was[name], got[name])]
     texts, done = [], set()
     for one in changed:
         for other in changed:
-            if one < other and _near(was[one], got[other]) and _near(was[other], got[one]):
-                texts.append(f"{one} and {other} are exchanged: {_pair(was, got, one)}, {_pair(was, got, other)}")
+            if one < other and near(was[one], got[other]) and near(was[other], got[one]):
+                texts.append(f"{one} and {other} are exchanged: {pair(one)}, {pair(other)}")
                 done |= {one, other}
     for name in changed:
         if name in done:
             continue
-        if _near(got[name], -was[name]):
-            texts.append(f"{name} has the other sign: {_pair(was, got, name)}")
-        elif _near(got[name], 1.0 - was[name]):
-            texts.append(f"{name} weighs the other end of the step: {_pair(was, got, name)}")
+        if near(got[name], -was[name]):
+            texts.append(f"{name} has the other sign: {pair(name)}")
+        elif near(got[name], 1.0 - was[name]):
+            texts.append(f"{name} weighs the other end of the step: {pair(name)}")
         else:
-            texts.append(_pair(was, got, name))
+            texts.append(pair(name))
     return texts
-
-
-def _near(one: float, other: float) -> bool:
-    return abs(one - other) <= 1e-7
-
-
-def _pair(was: Mapping[str, float], got: Mapping[str, float], name: str) -> str:
-    return f"{name} is {recognise(got[name], 1e-9)[1]}, not {recognise(was[name], 1e-9)[1]}"
 
 
 def _of_damping(e: Evidence, best: Match) -> list[Deviation]:

@@ -68,8 +68,9 @@ def judged(
     orders: Mapping[str, Order],
     rho_inf: float,
     critical: float | None,
+    blur: float = 0.0,
 ) -> tuple[Judgement, ...]:
-    """Every claim that is made, judged."""
+    """Every claim that is made, judged. blur: by how much the noise may have moved the spectral radius."""
     found = []
 
     def judge(claim: str, claimed: Any, what: str, verdict: Verdict, motions: Sequence[str] = ()) -> None:
@@ -93,13 +94,13 @@ def judged(
         verdict = fails if bad else "not judged" if unknown or not u else "true"
         judge("order", claims.order, text, verdict, bad)
     if claims.rho_inf is not None:
-        near = abs(rho_inf - claims.rho_inf) <= RADIUS
+        near = abs(rho_inf - claims.rho_inf) <= max(RADIUS, blur)
         judge("rho_inf", f"{claims.rho_inf:g}", f"{rho_inf:.4g}", "true" if near else "false")
     if claims.unconditional is not None:
         text = "stable up to Omega = 10^4" if critical is None else f"unstable beyond Omega = {critical:.10g}"
         judge("unconditional", claims.unconditional, text, _verdict(claims.unconditional == (critical is None)))
     if claims.critical_Omega is not None:
-        near = critical is not None and abs(critical - claims.critical_Omega) <= 1e-3 * claims.critical_Omega
+        near = critical is not None and abs(critical - claims.critical_Omega) <= max(1e-3, blur) * claims.critical_Omega
         text = "none up to 10^4" if critical is None else f"{critical:.10g}"
         judge("critical_Omega", f"{claims.critical_Omega:g}", text, _verdict(near))
     return tuple(found)

@@ -11,32 +11,37 @@ from ..core.schemes import Scheme
 from ..structures.plan import step_of
 from .identify import Identification, Match, credible, fitted, identify
 from .linear_step import DAMPED_BY, Damping
+from .noise import QUIET, Noise
 from .probes import Measured
 
 
-def identify_damped(free: Sequence[Measured], own: Sequence[Measured], first: Scheme | None = None) -> Identification:
+def identify_damped(
+    free: Sequence[Measured], own: Sequence[Measured], first: Scheme | None = None, noise: Noise = QUIET
+) -> Identification:
     """As `identify`, but before displacements or eigenvalues alone are compared, dialects of damping are.
 
     They are those of the schemes that do all that was measured without damping. Where none of them does it with
     damping, and nothing else agrees, these schemes are kept as `undamped`.
     """
-    found = identify(free, own, first, ("matrix",))
+    found = identify(free, own, first, noise, ("matrix",))
     if found.matches:
         return found
-    undamped = _undamped(free, own, first) if free[0].at.xi.any() else ()
+    undamped = _undamped(free, own, first, noise) if free[0].at.xi.any() else ()
     tried = [
-        replace(fitted(match.scheme, (), "matrix", free, own, damping), solved=match.solved)
+        replace(fitted(match.scheme, (), "matrix", free, own, noise, damping), solved=match.solved)
         for match in undamped
         for damping in dialects_of(match.scheme)
     ]
-    if matches := tuple(match for match in tried if credible(match)):
+    if matches := tuple(match for match in tried if credible(match, noise)):
         return Identification(matches)
-    rest = identify(free, own, first, ("displacements", "spectrum"))
+    rest = identify(free, own, first, noise, ("displacements", "spectrum"))
     return rest if rest.matches else Identification((), found.nearest, undamped=undamped)
 
 
-def _undamped(free: Sequence[Measured], own: Sequence[Measured], first: Scheme | None) -> tuple[Match, ...]:
-    return identify([run.undamped for run in free], [run.undamped for run in own], first, ("matrix",)).matches
+def _undamped(
+    free: Sequence[Measured], own: Sequence[Measured], first: Scheme | None, noise: Noise
+) -> tuple[Match, ...]:
+    return identify([run.undamped for run in free], [run.undamped for run in own], first, noise, ("matrix",)).matches
 
 
 def dialects_of(scheme: Scheme) -> list[Damping]:

@@ -9,10 +9,10 @@ import numpy as np
 
 from ..core.arrays import Array
 from .linear_step import Oscillators
+from .noise import QUIET, Noise
 from .probes import Measured
 
 Load = Literal["linear over a step", "constant over a step", "otherwise"]
-EXACT = 1e-11  # deviation, in units of a step's condition, up to which a stepper counts as exact
 
 
 @dataclass(frozen=True)
@@ -46,18 +46,19 @@ class ExactStep:
         return rows
 
 
-def exactness(own: Sequence[Measured], driven: Mapping[str, Measured]) -> Load | None:
+def exactness(own: Sequence[Measured], driven: Mapping[str, Measured], noise: Noise = QUIET) -> Load | None:
     """The load for which a stepper is exact; "otherwise" if only undriven motion is; None if it is not exact."""
-    if not all(_agrees(run, "otherwise") for run in own):
+    if noise.hides or not all(_agrees(run, "otherwise", noise) for run in own):
         return None
     kinds: tuple[Load, ...] = ("linear over a step", "constant over a step")
-    return next((kind for kind in kinds if driven and all(_agrees(run, kind) for run in driven.values())), "otherwise")
+    agreeing = (kind for kind in kinds if driven and all(_agrees(run, kind, noise) for run in driven.values()))
+    return next(agreeing, "otherwise")
 
 
-def _agrees(run: Measured, kind: Load) -> bool:
+def _agrees(run: Measured, kind: Load, noise: Noise) -> bool:
     """Whether u and v are exact; the acceleration at the end of a step is either side's where the load jumps."""
     n, powers = run.rows.shape[1] - 1, run.at.powers
     loads = np.array([run.load.at(t) for t in np.arange(n + 1) * run.at.h])
     rows = ExactStep(run.at).histories(np.array(run.start[:2]) / powers[:2], n, loads, kind) * powers
     off = run.deviation(rows)[:, 1:, :2]
-    return bool(np.nanmax(np.abs(off), initial=0.0) <= EXACT)
+    return bool(np.nanmax(np.abs(off), initial=0.0) <= noise.rounding)

@@ -1,5 +1,6 @@
 """Parameters of a scheme solved for, such that a residual vanishes, and recognised as exact numbers."""
 
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -15,6 +16,7 @@ from .linear_step import Candidate, Oscillators, with_parameters
 Residual = Callable[[Candidate], Array]
 EXACT = 1e-14  # a residual beyond which other values may do better: of two equal steps one rounds less
 TRIES = 5  # starting points
+SURE = 3.0  # times what the largest entry of the residual, had it the same size everywhere, would move a parameter by
 WORST = 1e6  # a residual in place of one that is not finite
 IRRATIONAL = {
     "sqrt(2)": 2.0**0.5, "2 - sqrt(2)": 2.0 - 2.0**0.5, "1 - sqrt(2)/2": 1.0 - 0.5**0.5,
@@ -28,35 +30,43 @@ def free_parameters(scheme: Scheme) -> Sequence[str]:
     return [name for name in scheme.parameters if name not in scheme.info.decided]
 
 
-def solve(scheme: Scheme, names: Sequence[str], at: Oscillators, residual: Residual) -> tuple[Scheme, float]:
-    """The scheme with the named parameters such that the residual is least, and its largest entry there.
+@dataclass(frozen=True)
+class Fitted:
+    """A scheme, the largest entry of the residual at its parameters, and how far the noise may have moved these."""
+
+    scheme: Scheme
+    error: float
+    unsure: float = 0.0
+
+
+def solve(scheme: Scheme, names: Sequence[str], at: Oscillators, residual: Residual) -> Fitted:
+    """The scheme with the named parameters such that the residual is least.
 
     The parameters enter a step rationally, so that a residual that can vanish does so from one of a few starts.
     """
-    best = scheme, np.inf
+    best = Fitted(scheme, np.inf)
     for found in solutions(scheme, names, at, residual):
-        if found[1] < best[1]:
+        if found.error < best.error:
             best = found
-        if best[1] <= EXACT:
+        if best.error <= EXACT:
             break
     return best
 
 
-def solutions(
-    scheme: Scheme, names: Sequence[str], at: Oscillators, residual: Residual
-) -> Iterator[tuple[Scheme, float]]:
+def solutions(scheme: Scheme, names: Sequence[str], at: Oscillators, residual: Residual) -> Iterator[Fitted]:
     """What is found from each start: other values may do the same."""
     fit = _Fit(scheme, tuple(names), at, residual)
     if not names:
-        yield scheme, largest(fit.at_values(np.zeros(0)))
+        yield Fitted(scheme, largest(fit.at_values(np.zeros(0))))
         return
     from scipy.optimize import least_squares  # noqa: PLC0415 (slow to import)
 
     if len(fit.compared) < len(names):
         return
     for x0 in fit.guesses:
-        x = least_squares(fit.vector, x0, method="lm", xtol=1e-15, ftol=1e-15, gtol=1e-15, max_nfev=40 * len(x0)).x
-        yield fit.recognised(x)
+        yield fit.recognised(
+            least_squares(fit.vector, x0, method="lm", xtol=1e-15, ftol=1e-15, gtol=1e-15, max_nfev=40 * len(x0))
+        )
 
 
 @dataclass(frozen=True)
@@ -113,10 +123,12 @@ class _Fit:
         low = 0.0 if info.low is None else info.low
         return low, low + 1.0 if info.high is None else info.high
 
-    def recognised(self, x: Array) -> tuple[Scheme, float]:
-        """At simple numbers near x where the residual is no larger there, else at x."""
+    def recognised(self, solution: Any) -> Fitted:
+        """At simple numbers near a solution of least squares where the residual is no larger there, else at it."""
+        x = solution.x
         error = largest(self.at_values(x))
-        tolerance = min(1e-3, max(1e-9, 1e3 * error))
+        unsure = SURE * error * float(np.sqrt(np.diag(np.linalg.pinv(solution.jac.T @ solution.jac)).max()))
+        tolerance = max(1e-9, unsure)
         near = dict(self.scheme.parameters)
         for name, value in zip(self.names, x.tolist(), strict=True):
             default = default_of(self.scheme, name, near)
@@ -125,7 +137,8 @@ class _Fit:
             near[name] = np.float64(default if follows else simple)
         exact = np.array([float(near[name]) for name in self.names])
         there = largest(self.at_values(exact))
-        return (self.of(exact), there) if there <= 3.0 * error + EXACT else (self.of(x), error)
+        simpler = there <= 3.0 * error + EXACT
+        return Fitted(self.of(exact), there, unsure) if simpler else Fitted(self.of(x), error, unsure)
 
 
 def largest(residual: Array) -> float:
@@ -146,16 +159,17 @@ def default_of(scheme: Scheme, name: str, values: Mapping[str, Any]) -> float | 
     return default if np.isfinite(default) else None
 
 
-def described(scheme: Scheme) -> str:
+def described(scheme: Scheme, unsure: float = 0.0) -> str:
     """The scheme with its parameters as exact numbers, by the argument of a family where there is one.
 
-    Such as newmark(beta = 1/4, gamma = 1/2); a parameter that is the root that it is by default is left out.
+    Such as newmark(beta = 1/4, gamma = 1/2); a parameter that is the root that it is by default is left out. unsure: by
+    how much the parameters may be off, beyond which no digits are written.
     """
     values = {name: recognise(x, 1e-8)[1] for name, x in family_of(scheme).items()}
     if not values:
         for name in free_parameters(scheme):
             x = float(scheme.parameters[name])
-            text, default = recognise(x, 1e-9)[1], default_of(scheme, name, scheme.parameters)
+            text, default = number(x, unsure), default_of(scheme, name, scheme.parameters)
             if rational(text) or default is None or abs(default - x) > 1e-9:
                 values[name] = text
     inner = ", ".join(f"{name} = {value}" for name, value in values.items())
@@ -195,6 +209,13 @@ def family_of(scheme: Scheme) -> dict[str, float]:
         if follow and np.abs(found.fun).max() <= 1e-8 and low - 1e-8 <= found.x[0] <= high + 1e-8:
             return {argument: float(found.x[0])}
     return {}
+
+
+def number(x: float, unsure: float) -> str:
+    """An exact number as such, and another one to the digits that are sure."""
+    text = recognise(x, 1e-9)[1]
+    digits = 12 if unsure <= 0.0 else math.floor(math.log10(abs(x) / unsure)) + 1 if abs(x) > unsure else 1
+    return text if simple(text) else f"{x:.{min(12, digits)}g}"
 
 
 def rational(text: str) -> bool:

@@ -1,12 +1,13 @@
 """What long undamped free motion does: whether its energy is kept, and whether it grows by a double eigenvalue."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
 from ..core.arrays import Array
+from .noise import QUIET, Noise
 from .orders import SETTLED
 from .probes import Measured, measure, oscillators, own_runs
 from .programs.adapter import Load
@@ -158,9 +159,8 @@ def _growth(Omega: float, run: Measured) -> Growth | None:
     With M = a + b n^k there, k follows from the ratio of the two differences. What u has of the energy of the start is
     no growth, also where no v is returned.
     """
-    u, v = run.rows[0, :, 0], np.nan_to_num(run.rows[0, :, 1])
-    start = max(abs(x or 0.0) / Omega**kind for kind, x in enumerate(run.start))
-    size, n = np.maximum(np.hypot(u, v / Omega), start), len(u) - 1
+    size = run.energy_roots[0]
+    n = len(size) - 1
     if not np.isfinite(size).all():
         return None
     quarter, half, whole = (float(size[m // 2 : m + 1].max()) for m in (n // 4, n // 2, n))
@@ -197,18 +197,6 @@ def scheme_roots(amplification: Callable[..., Array]) -> Roots:
     return lambda Omega: np.linalg.eigvals(amplification(Omega))
 
 
-def measured_roots(stepper: Stepper) -> Roots:
+def measured_roots(stepper: Stepper, noise: Noise = QUIET) -> Roots:
     """The eigenvalues that histories show."""
-    return lambda Omega: eigenvalues(own_runs(stepper, [Omega], [0.0]), 0, tolerance_of(stepper)).roots
-
-
-def observed_noise(stepper: Stepper, deviation: float | None, at: Sequence[float] = ENERGY_AT) -> float:
-    """The relative noise of its results: of its digits, or more where the identified scheme is met less well.
-
-    deviation: from that scheme; None where there is none, and a recursion of the histories tells it.
-    """
-    least = 10.0**-stepper.can.digits
-    if deviation is not None:
-        return max(least, deviation)
-    runs = own_runs(stepper, at, [0.0])
-    return max(least, *(eigenvalues(runs, p, tolerance_of(stepper)).residual for p in range(len(at))))
+    return lambda Omega: eigenvalues(own_runs(stepper, [Omega], [0.0]), 0, tolerance_of(stepper, noise)).roots

@@ -12,13 +12,12 @@ from ..core.schemes import Scheme, schemes
 from ..core.schemes import scheme as make_scheme
 from .fit import Residual, described, free_parameters, largest, recognise, simple, solutions, solve
 from .linear_step import DAMPED_BY, Candidate, Damping, Oscillators, with_parameters
+from .noise import QUIET, Noise
 from .probes import Measured
 
 What = Literal["matrix", "displacements", "spectrum"]
 WHATS: tuple[What, ...] = ("matrix", "displacements", "spectrum")  # from the most that may agree to the least
 Start = Literal["computed", "zero", "own"]
-MATCH = 1e-5  # largest deviation, in units of a step's condition, that single precision or a loose tolerance may cause
-ROUNDING = 1e-11  # largest deviation that rounding in double precision may cause
 PLAIN = 10.0  # largest parameter that is a simple number
 FIRST = 2  # steps at the start that another scheme may have made, or a wrong start
 SAME = 1e-7  # parameters that differ by less are the same
@@ -31,7 +30,8 @@ class Match:
     what: "matrix", all that the stepper returns agrees; "displacements", its displacements do, its v or a are others;
     "spectrum", its eigenvalues do. error: the largest deviation, see `Measured.deviation`. start: where its
     acceleration at t = 0 comes from: "computed" from the equation of motion, or "zero"; "own", neither of these.
-    solved: how many parameters were solved for. damping: of which velocity its damping force is.
+    solved: how many parameters were solved for; unsure: by how much the noise may have moved them. damping: of which
+    velocity its damping force is.
     """
 
     scheme: Scheme
@@ -39,13 +39,14 @@ class Match:
     error: float
     start: Start
     solved: int
+    unsure: float = 0.0
     damping: Damping = "declared"
 
     @property
     def text(self) -> str:
         """The scheme with its parameters, such as newmark(beta = 1/4, gamma = 1/2)."""
         dialect = "" if self.damping == "declared" else f" damped by {DAMPED_BY[self.damping]}"
-        return described(self.scheme) + dialect
+        return described(self.scheme, self.unsure) + dialect
 
     def candidate(self, at: Oscillators) -> Candidate:
         """What it does on oscillators."""
@@ -79,23 +80,26 @@ def identify(
     free: Sequence[Measured],
     own: Sequence[Measured],
     first: Scheme | None = None,
+    noise: Noise = QUIET,
     whats: Sequence[What] = WHATS,
 ) -> Identification:
     """The schemes of the catalogue that do what was measured, those with the fewest parameters left free.
 
     own: runs in which the stepper finds its own acceleration at t = 0; free: such runs, or those where it was given.
     first: a scheme to try at its own values before all others, such as the one a manual claims; where it matches, it is
-    the first of the matches. whats: what may agree.
+    the first of the matches. noise: of the runs; where it hides the scheme, none is looked for. whats: what may agree.
     """
+    if noise.hides:
+        return Identification(())
     damping = bool(free[0].at.xi.any())
     pool = [s for s in map(make_scheme, schemes()) if s.info.damping or not damping]
     nearest: Match | None = None
-    claimed = None if first is None else agreement(first, free, own)
+    claimed = None if first is None else agreement(first, free, own, noise)
     for what in whats:
         same = [claimed] if claimed is not None and claimed.what == what else []
         for solved, variants in groupby(sorted(_variants(pool), key=_freedom), key=_freedom):
-            tried = [fitted(scheme, names, what, free, own) for scheme, names in variants]
-            found = [match for match in tried if credible(match)]
+            tried = [fitted(scheme, names, what, free, own, noise) for scheme, names in variants]
+            found = [match for match in tried if credible(match, noise)]
             if same and same[0].solved <= solved:
                 found = [*same, *(match for match in found if match.scheme.name != same[0].scheme.name)]
             if found:
@@ -107,23 +111,23 @@ def identify(
     return Identification((), nearest)
 
 
-def credible(match: Match) -> bool:
-    """Whether a deviation is rounding, or a little more, and the parameters mean something.
+def credible(match: Match, noise: Noise) -> bool:
+    """Whether a deviation is noise, or a little more, and the parameters mean something.
 
     A scheme with parameters left free can come near another one. Its values are then believed where they are simple
-    numbers, or where they lie in their intervals and the deviation is not more than rounding.
+    numbers, or where they lie in their intervals and the deviation is not more than the noise.
     """
     if match.solved == 0:
-        return match.error <= MATCH
+        return match.error <= noise.match
     found = {name: float(match.scheme.parameters[name]) for name in free_parameters(match.scheme)}
     if all(abs(x) <= PLAIN and simple(recognise(x, 1e-12)[1]) for x in found.values()):
-        return match.error <= MATCH
+        return match.error <= noise.match
     known = match.scheme.info.parameters
     low, high = ({name: getattr(known[name], end) for name in found} for end in ("low", "high"))
     inside = all(
         (low[name] is None or x >= low[name]) and (high[name] is None or x <= high[name]) for name, x in found.items()
     )
-    return inside and match.error <= ROUNDING
+    return inside and match.error <= noise.rounding
 
 
 def is_claimed(found: Scheme, claimed: Scheme) -> bool:
@@ -144,13 +148,19 @@ def _freedom(variant: tuple[Scheme, Sequence[str]]) -> int:
     return len(variant[1])
 
 
-def agreement(scheme: Scheme, free: Sequence[Measured], own: Sequence[Measured]) -> Match | None:
-    """How far a scheme agrees with what was measured, at its own values or else with its parameters free."""
+def agreement(scheme: Scheme, free: Sequence[Measured], own: Sequence[Measured], noise: Noise = QUIET) -> Match | None:
+    """How far a scheme agrees with what was measured: at its own values, or else with as few others as will do.
+
+    One of its parameters is left free at a time, so that the noise moves no other one, and then all of them.
+    """
+    names = free_parameters(scheme)
+    alone = [[name] for name in names] if len(names) > 1 else []
     for what in WHATS:
-        for names in ((), free_parameters(scheme)):
-            match = fitted(scheme, names, what, free, own)
-            if credible(match):
-                return match
+        for variants in ([[]], alone, [names]):
+            tried = [fitted(scheme, some, what, free, own, noise) for some in variants]
+            found = [match for match in tried if credible(match, noise)]
+            if found:
+                return min(found, key=lambda match: match.error)
     return None
 
 
@@ -160,6 +170,7 @@ def fitted(
     what: What,
     free: Sequence[Measured],
     own: Sequence[Measured],
+    noise: Noise,
     damping: Damping = "declared",
 ) -> Match:
     """The scheme with the named parameters solved for, whether it matches or not."""
@@ -167,33 +178,35 @@ def fitted(
         solve(scheme, names, free[0].at, lambda c, r=residual: r(replace(c, damping=damping)))
         for residual in _residuals(scheme, what, free)
     ]
-    found, error = min(fits, key=lambda fit: fit[1])
-    match = Match(found, what, error, "own", len(names), damping)
-    return replace(match, start=_start(match.candidate(free[0].at), what, own)) if error <= MATCH else match
+    best = min(fits, key=lambda fit: fit.error)
+    match = Match(best.scheme, what, best.error, "own", len(names), best.unsure, damping)
+    if best.error > noise.match:
+        return match
+    return replace(match, start=_start(match.candidate(free[0].at), what, own, noise))
 
 
-def with_other_values(match: Match, free: Sequence[Measured]) -> Iterator[Match]:
+def with_other_values(match: Match, free: Sequence[Measured], noise: Noise) -> Iterator[Match]:
     """The same scheme at other values of its parameters that do what was measured as well, where they were solved for.
 
     Two sub-steps of silva_bezerra's, for one, may be exchanged.
     """
     names = free_parameters(match.scheme)[: match.solved]
     for residual in _residuals(match.scheme, match.what, free) if names else ():
-        for scheme, error in solutions(match.scheme, names, free[0].at, residual):
-            other = replace(match, scheme=scheme, error=error)
-            if credible(other) and not is_claimed(match.scheme, scheme):
+        for fitted in solutions(match.scheme, names, free[0].at, residual):
+            other = replace(match, scheme=fitted.scheme, error=fitted.error)
+            if credible(other, noise) and not is_claimed(match.scheme, fitted.scheme):
                 yield other
 
 
-def siblings(found: Identification, free: Sequence[Measured], own: Sequence[Measured]) -> Iterator[Match]:
+def siblings(found: Identification, free: Sequence[Measured], own: Sequence[Measured], noise: Noise) -> Iterator[Match]:
     """Schemes not among the matches that have a match's parameters, and do what was measured at its values of them."""
     names = {match.scheme.name for match in found.matches}
     for match in found.matches:
         values = {name: float(x) for name, x in match.scheme.parameters.items()}
         for other in map(make_scheme, schemes()):
             if values and other.name not in names and set(other.parameters) == set(values):
-                same = fitted(with_parameters(other, values), (), match.what, free, own, match.damping)
-                if same.error <= MATCH:
+                same = fitted(with_parameters(other, values), (), match.what, free, own, noise, match.damping)
+                if same.error <= noise.match:
                     names.add(other.name)
                     yield replace(same, solved=match.solved)
 
@@ -263,10 +276,10 @@ def characteristic(matrices: Array) -> Array:
     return found.real
 
 
-def _start(candidate: Candidate, what: What, own: Sequence[Measured]) -> Start:
+def _start(candidate: Candidate, what: What, own: Sequence[Measured], noise: Noise) -> Start:
     """The acceleration at t = 0 with which the candidate's histories are those that start by themselves."""
     kinds = slice(0, 3 if what == "matrix" else 1)
     starts: tuple[Start, ...] = ("computed", "zero")
     errors = {start: largest(history_residual(candidate, own, start)[..., kinds]) for start in starts}
-    best = min(errors, key=lambda start: errors[start])
-    return best if errors[best] <= MATCH else "own"
+    best = noise.least(errors)
+    return best if errors[best] <= noise.match else "own"

@@ -9,8 +9,9 @@ import numpy as np
 from ..core.arrays import Array
 from ..structures.plan import step_of
 from .fit import largest, recognise
-from .identify import MATCH, Match
+from .identify import Match
 from .linear_step import Candidate, Loads
+from .noise import QUIET, Noise
 from .probes import Measured
 
 INSTANTS = (0.0, 0.5, 1.0)
@@ -45,7 +46,7 @@ class LoadTaking:
         return "; ".join(_sum(row) for row in self.loads if row)
 
 
-def load_taking(match: Match, driven: Mapping[str, Measured]) -> LoadTaking:
+def load_taking(match: Match, driven: Mapping[str, Measured], noise: Noise = QUIET) -> LoadTaking:
     """How the identified scheme takes the load, from driven runs from rest."""
     if not driven:
         return LoadTaking("none")
@@ -55,22 +56,22 @@ def load_taking(match: Match, driven: Mapping[str, Measured]) -> LoadTaking:
     kinds = slice(0, 3 if match.what == "matrix" else 1)
     declared = tuple(system.loads for system in step_of(match.scheme, candidate.at.h).systems)
     for shift in SHIFTS:
-        error, start = _best_start(candidate, runs, _moved(declared, shift), kinds)
-        if error <= MATCH:
+        error, start = _best_start(candidate, runs, _moved(declared, shift), kinds, noise)
+        if error <= noise.match:
             kind = "shifted" if shift else "declared"
             return LoadTaking(kind, _moved(declared, shift), shift, error, start, called)
     tried = [_at_ends(declared, INSTANTS[::2]), _at_ends(declared, INSTANTS), _instants(candidate, declared, called)]
     resting = [run for run in runs if run.load.at(0.0) == 0.0]  # at rest at t = 0, however the start is made
     for instants, given in tried:
-        loads = _from_rest(candidate, resting, instants, given)
-        error, best = _best_start(candidate, runs, loads, kinds)
-        if error <= MATCH:
+        loads = _from_rest(candidate, resting, instants, given, noise)
+        error, best = _best_start(candidate, runs, loads, kinds, noise)
+        if error <= noise.match:
             return LoadTaking("weighted", loads, 0.0, error, best, called)
     if match.what == "matrix" and runs[0].shows(match.scheme.history):
         for instants, given in tried:
-            loads = _weighted(candidate, runs, instants, given)
+            loads = _weighted(candidate, runs, instants, given, noise)
             error = _one_step_error(candidate, runs, loads)
-            if error <= MATCH:
+            if error <= noise.match:
                 return LoadTaking("weighted", loads, 0.0, error, "own", called)
     return LoadTaking("unknown", called=called)
 
@@ -80,7 +81,7 @@ def _moved(loads: Loads, shift: float) -> Loads:
 
 
 def _best_start(
-    candidate: Candidate, runs: Sequence[Measured], loads: Loads, kinds: slice
+    candidate: Candidate, runs: Sequence[Measured], loads: Loads, kinds: slice, noise: Noise
 ) -> tuple[float, Literal["computed", "zero", "own"]]:
     """The smallest of the errors with the acceleration at t = 0 computed, zero or, if neither does, fitted."""
     stepped = replace(candidate, loads=loads)
@@ -88,10 +89,10 @@ def _best_start(
     zero = [_off(stepped, run, 0.0)[..., kinds] for run in runs]
     found["computed"] = max(largest(_off(stepped, run, None)[..., kinds]) for run in runs)
     found["zero"] = max(map(largest, zero))
-    if min(found.values()) > MATCH:
+    if min(found.values()) > noise.match:
         units = [_off(stepped, run, 1.0)[..., kinds] - off for run, off in zip(runs, zero, strict=True)]
         found["own"] = max(largest(_without(off, unit)) for off, unit in zip(zero, units, strict=True))
-    best = min(found, key=lambda start: found[start])
+    best = noise.least(found)
     return found[best], best
 
 
@@ -114,7 +115,9 @@ def _load(run: Measured) -> Callable[[Array], Array]:
     return lambda t: np.array([run.load.at(float(x)) for x in t])
 
 
-def _from_rest(candidate: Candidate, runs: Sequence[Measured], instants: Sequence[float], given: Array) -> Loads:
+def _from_rest(
+    candidate: Candidate, runs: Sequence[Measured], instants: Sequence[float], given: Array, noise: Noise
+) -> Loads:
     """The weights nearest to the given ones with which the displacements from rest, a_0 = 0, are the stepper's."""
     balances = len(given)
     columns, rights = [], []
@@ -134,7 +137,7 @@ def _from_rest(candidate: Candidate, runs: Sequence[Measured], instants: Sequenc
         ]
         columns.append(np.array(unit).T)
         rights.append((run.rows[:, 1:, 0] / size).ravel() - displacements(none) - columns[-1] @ given.ravel())
-    return _nearest(np.concatenate(columns), np.concatenate(rights), given, instants)
+    return _nearest(np.concatenate(columns), np.concatenate(rights), given, instants, noise)
 
 
 def _at_ends(declared: Loads, instants: Sequence[float]) -> tuple[list[float], Array]:
@@ -149,17 +152,19 @@ def _instants(candidate: Candidate, declared: Loads, called: Sequence[float]) ->
     return instants, np.array([[sum(w for w, t in row if t == tau) for tau in instants] for row in declared])
 
 
-def _nearest(matrix: Array, right: Array, given: Array, instants: Sequence[float]) -> Loads:
-    """The given weights changed as little as the equations ask for, as simple numbers."""
-    known = np.isfinite(right)
-    change = np.linalg.lstsq(matrix[known], right[known], rcond=1e-10)[0].reshape(given.shape)
+def _nearest(matrix: Array, right: Array, given: Array, instants: Sequence[float], noise: Noise) -> Loads:
+    """The given weights changed as little as the equations ask for, as simple numbers to within the noise."""
+    known, least = np.isfinite(right), max(1e-8, noise.rounding)
+    change = np.linalg.lstsq(matrix[known], right[known], rcond=max(1e-10, noise.size))[0].reshape(given.shape)
     return tuple(
-        tuple((recognise(w, 1e-8)[0], tau) for w, tau in zip(row, instants, strict=True) if abs(w) > 1e-8)
+        tuple((recognise(w, least)[0], tau) for w, tau in zip(row, instants, strict=True) if abs(w) > least)
         for row in (given + change).tolist()
     )
 
 
-def _weighted(candidate: Candidate, runs: Sequence[Measured], instants: Sequence[float], given: Array) -> Loads:
+def _weighted(
+    candidate: Candidate, runs: Sequence[Measured], instants: Sequence[float], given: Array, noise: Noise
+) -> Loads:
     """The weights nearest to the given ones with which each step from the stepper's own state is the next one."""
     h = candidate.at.h
     columns, rights = [], []
@@ -168,7 +173,7 @@ def _weighted(candidate: Candidate, runs: Sequence[Measured], instants: Sequence
         f = np.array([_load(run)(t + tau * h) for tau in instants])  # (J, K)
         columns.append(np.einsum("pcs,jk->pkcsj", unit, f).reshape(-1, unit.shape[2] * len(instants)))
         rights.append((rest - np.einsum("pcs,sj,jk->pkc", unit, given, f)).ravel())
-    return _nearest(np.concatenate(columns), np.concatenate(rights), given, instants)
+    return _nearest(np.concatenate(columns), np.concatenate(rights), given, instants, noise)
 
 
 def _one_step(candidate: Candidate, run: Measured) -> tuple[Array, Array, Array]:

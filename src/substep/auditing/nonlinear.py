@@ -8,7 +8,8 @@ import numpy as np
 from ..core.arrays import Array
 from ..core.schemes import Scheme
 from ..structures.structure import structure
-from .identify import MATCH, Identification, Match, siblings, with_other_values
+from .identify import Identification, Match, siblings, with_other_values
+from .noise import QUIET, Noise
 from .probes import STEP, STEPS, Measured
 from .programs.adapter import Load, Spring
 from .stepper import RunFailed, Stepper
@@ -18,7 +19,13 @@ START = (1.0, 0.7)  # u, v/omega
 LARGEST = 1e6  # beyond which a run is not compared: each step there triples the relative error
 
 
-def split(found: Identification, stepper: Stepper, free: Sequence[Measured], own: Sequence[Measured]) -> Identification:
+def split(
+    found: Identification,
+    stepper: Stepper,
+    free: Sequence[Measured],
+    own: Sequence[Measured],
+    noise: Noise = QUIET,
+) -> Identification:
     """Of the schemes that agree on the linear oscillator, those that agree under a cubic spring too.
 
     free, own: the runs that they were found from; with them, other values of their parameters are tried, and other
@@ -29,13 +36,13 @@ def split(found: Identification, stepper: Stepper, free: Sequence[Measured], own
     if not stepper.can.nonlinear or any(match.what == "spectrum" or match.start == "own" for match in found.matches):
         return found
     kept, apart, known = [], [], []
-    for match in (*found.matches, *siblings(found, free, own)):
+    for match in (*found.matches, *siblings(found, free, own, noise)):
         error, best = deviation(match, stepper), match
-        if error > MATCH:
-            others = [(deviation(other, stepper), other) for other in with_other_values(match, free)]
+        if error > noise.match:
+            others = [(deviation(other, stepper), other) for other in with_other_values(match, free, noise)]
             error, best = min([(error, match), *others], key=lambda one: one[0])
         known += [] if np.isnan(error) else [error]
-        if error > MATCH:
+        if error > noise.match:
             apart.append((match, error))
         else:
             kept.append(best)

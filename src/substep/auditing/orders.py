@@ -6,12 +6,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..core.arrays import Array
+from .noise import QUIET, Noise
 from .programs.adapter import Load
 from .stepper import Stepper
 
 OMEGA, RATIO, T = 1.0, 0.05, 6.0
 STEPS = (24, 48, 96, 192, 384)
 COARSE = 1e-6  # errors below which a motion is called exact
+NOISY = 200.0  # times the noise: ten times what so many steps gather of it
+ASYMPTOTIC = 3  # step sizes that show an order where not all can be looked at
 SETTLED = 0.15  # a slope that is nearer than this to a whole number is that order
 
 
@@ -48,15 +51,20 @@ MOTIONS: Mapping[str, Motion] = {
 Order = tuple[float | None, float | None, float | None]
 
 
-def observed_orders(stepper: Stepper) -> dict[str, Order]:
-    """For each motion the order of u, v and a; None where it is not output, or exact but for rounding."""
+def observed_orders(stepper: Stepper, noise: Noise = QUIET) -> dict[str, Order]:
+    """For each motion the order of u, v and a; None where it is not output, or exact but for rounding.
+
+    noise: of what is observed, or of what it is compared with: errors that it may hide are not looked at.
+    """
     loaded = stepper.can.load != "none"
     return {
-        name: _observed(stepper, motion) for name, motion in MOTIONS.items() if loaded or motion.load.kind == "none"
+        name: _observed(stepper, motion, noise)
+        for name, motion in MOTIONS.items()
+        if loaded or motion.load.kind == "none"
     }
 
 
-def _observed(stepper: Stepper, motion: Motion) -> Order:
+def _observed(stepper: Stepper, motion: Motion, noise: Noise) -> Order:
     errors = []
     for n in STEPS:
         load = Load(motion.load.kind, motion.load.amplitude, motion.load.omega, motion.load.phase)
@@ -65,7 +73,7 @@ def _observed(stepper: Stepper, motion: Motion) -> Order:
         every = n // STEPS[0]
         exact = motion.exact(np.linspace(0.0, T, STEPS[0] + 1), xi)
         errors.append(np.abs(rows[::every] - exact)[STEPS[0] // 2 :].max(axis=0))
-    floor = 10.0 ** (4.0 - stepper.can.digits)
+    floor = max(10.0 ** (4.0 - stepper.can.digits), NOISY * noise.size if noise.loud else 0.0)
     u, v, a = (_slope(np.array(column), floor) for column in zip(*errors, strict=True))
     return u, v, a
 
@@ -73,18 +81,38 @@ def _observed(stepper: Stepper, motion: Motion) -> Order:
 def _slope(errors: Array, floor: float) -> float | None:
     """The order from the two smallest steps whose errors are not rounding; None where all are, or nothing is output.
 
-    -inf where a run overflows; NaN where results have so few digits that rounding may hide what errors there are.
+    -inf where a run overflows; NaN where results have so few digits that rounding may hide what errors there are: the
+    coarsest steps alone do not show an order.
     """
     if np.isnan(errors).all():
         return None
     if not np.isfinite(errors).all():
         return -np.inf
     known = np.flatnonzero(errors > floor)
-    if len(known) < 2 or known[-1] == 0:
+    fewest = 2 if floor <= COARSE else ASYMPTOTIC
+    if len(known) < fewest or known[-1] < fewest - 1:
         return None if floor <= COARSE else np.nan
     last = known[-1]
     slope = float(np.log2(errors[last - 1] / errors[last]))
     return float(round(slope)) if abs(slope - round(slope)) <= SETTLED else round(slope, 1)
+
+
+def compared(
+    observed: Mapping[str, Order],
+    expected: Mapping[str, Order],
+    model: Mapping[str, Order],
+    scheme: Mapping[str, Order],
+) -> tuple[dict[str, Order], dict[str, Order]]:
+    """Observed orders beside the expected ones; where noise hides one, that of the model beside that of the scheme."""
+    pairs = {
+        motion: [
+            (y, z) if any(x is not None and np.isnan(x) for x in (o, e)) else (o, e)
+            for o, e, y, z in zip(observed[motion], expected[motion], model[motion], scheme[motion], strict=True)
+        ]
+        for motion in observed
+    }
+    first, second = ({m: (u[i], v[i], a[i]) for m, (u, v, a) in pairs.items()} for i in (0, 1))
+    return first, second
 
 
 def written(order: float | None) -> str:

@@ -30,7 +30,8 @@ class Measured:
     """Histories (P, n+1, 3) of u, h*v, h^2*a on the oscillators `at`; NaN where there are none.
 
     start: u, h*v and, where it was given, h^2*a at t = 0, else None. load: what drove it; called: when it was asked.
-    failed: Omega, xi and the error of each oscillator that the program raised on, whose rows are NaN.
+    failed: Omega, xi and the error of each oscillator that the program raised on, whose rows are NaN. absolute: whether
+    deviations are relative to the largest state so far, for a program whose noise does not shrink with the state.
     """
 
     at: Oscillators
@@ -39,13 +40,16 @@ class Measured:
     rows: Array
     called: tuple[tuple[float, ...], ...]
     failed: tuple[tuple[float, float, str], ...] = ()
+    absolute: bool = False
 
     @cached_property
     def sizes(self) -> Array:
-        """(P, n+1, 1): the largest of u, h*v and h^2*a, scaled, of a step and the one before."""
+        """(P, n+1, 1): the largest of u, h*v and h^2*a, scaled, of a step and the one before; `absolute`: so far."""
         rows = np.abs(self.rows)
         rows[:, 0] = np.fmax(rows[:, 0], [abs(x or 0.0) for x in self.start])  # known, returned or not
         largest = np.nan_to_num(rows / self.at.scale[:, None]).max(axis=-1)
+        if self.absolute:
+            return np.maximum(np.maximum.accumulate(largest, axis=1), 1e-300)[..., None]
         before = np.concatenate([largest[:, :1], largest[:, :-1]], axis=1)
         return np.maximum(np.maximum(largest, before), 1e-300)[..., None]
 
@@ -58,6 +62,13 @@ class Measured:
         return replace(
             self, at=at, rows=self.rows[kept], called=called, failed=tuple(x for x in self.failed if not x[1])
         )
+
+    @cached_property
+    def energy_roots(self) -> Array:
+        """(P, n+1): the root of u^2 + (v/omega)^2, not less than at the start; without v, of u alone."""
+        u, v = self.rows[..., 0], np.nan_to_num(self.rows[..., 1])
+        start = np.max([np.abs(x or 0.0) / self.at.Omega**kind for kind, x in enumerate(self.start)], axis=0)
+        return np.maximum(np.hypot(u, v / self.at.Omega[:, None]), start[:, None])
 
     def shows(self, history: Sequence[tuple[int, int]]) -> bool:
         """Whether it holds every entry of a state: pairs of a kind, 0 to 2, and how many steps before it stands."""
@@ -73,10 +84,12 @@ class Measured:
             return (rows - self.rows) / self.at.scale[:, None] / self.sizes / self.at.scale[:, None, 2:]
 
 
-def own_runs(stepper: Stepper, omegas: Sequence[float] = OMEGAS, ratios: Sequence[float] = RATIOS) -> list[Measured]:
+def own_runs(
+    stepper: Stepper, omegas: Sequence[float] = OMEGAS, ratios: Sequence[float] = RATIOS, n: int = STEPS
+) -> list[Measured]:
     """From unit starts of u and h*v, with the acceleration that the stepper finds, or assumes, for itself."""
     at = oscillators(stepper, omegas, ratios)
-    return [measure(stepper, at, start, Load()) for start in ((1.0, 0.0, None), (0.0, 1.0, None))]
+    return [measure(stepper, at, start, Load(), n) for start in ((1.0, 0.0, None), (0.0, 1.0, None))]
 
 
 def given_runs(stepper: Stepper, omegas: Sequence[float] = OMEGAS, ratios: Sequence[float] = RATIOS) -> list[Measured]:

@@ -12,8 +12,9 @@ from .causes import Deviation
 from .claims import Judgement
 from .control import Control
 from .free_motion import Energy, Growth
-from .identify import MATCH, Identification, Match
+from .identify import Identification, Match
 from .loads import LoadTaking
+from .noise import QUIET, Noise
 from .orders import Order, written
 from .stepper import Stepper
 
@@ -40,7 +41,8 @@ class Report:
     causes. curves: what was measured, for charts. growth: where undamped free motion grows like a power of n. energy:
     what happens to that of undamped free motion; empty where no velocity at the ends of steps is returned. control:
     what it does in steps of its own choice, None where it does not choose. failed:
-    Omega, xi and the error where the program raised; what is said of it rests on the other runs.
+    Omega, xi and the error where the program raised; what is said of it rests on the other runs. noise: how well it
+    repeats itself, which all that is said rests on.
     """
 
     stepper: Stepper
@@ -58,6 +60,7 @@ class Report:
     energy: tuple[Energy, ...] = ()
     control: Control | None = None
     failed: tuple[tuple[float, float, str], ...] = ()
+    noise: Noise = QUIET
 
     @property
     def matches(self) -> tuple[Match, ...]:
@@ -71,6 +74,8 @@ class Report:
             return f"exact, for a load {self.exact}" if self.exact != "otherwise" else "exact without a load"
         if not self.matches:
             nearest = self.found.nearest
+            if self.noise.hides:
+                return f"not found: results repeat to {self.noise.digits} digits"
             near = f"; nearest: {nearest.text}, off by {nearest.error:.0e}" if nearest else ""
             if self.found.undamped:
                 return f"{self.found.undamped[0].text} without damping, none of the catalogue with it"
@@ -84,7 +89,7 @@ class Report:
         least = self.found.nonlinear
         if least is None:
             return ()
-        if least > MATCH:
+        if least > self.noise.match:
             return (f"none of these under a cubic spring: off by {least:.0e}",)
         apart = tuple(f"not {match.text}: off by {error:.0e}" for match, error in self.found.apart)
         return (f"the same under a cubic spring, to {least:.0e}", *apart)
@@ -104,6 +109,7 @@ class Report:
     def text(self) -> str:
         """The report in lines of at most 100 characters, but for quotations."""
         lines = [f"{self.stepper.name} {self.stepper.version}".rstrip(), f"  is         {self.identified}"]
+        lines += [f"  digits     {self.noise.text}"]
         lines += [f"  as well    {match.text}" for match in self.matches[1:]]
         lines += [f"  nonlinear  {told}" for told in self.nonlinear]
         lines += [f"  order      {name}: {_order(order)}" for name, order in self.orders.items()]
@@ -150,6 +156,7 @@ class Report:
                 }
                 for m in self.matches
             ],
+            "noise": asdict(self.noise) | {"text": self.noise.text},
             "nonlinear": list(self.nonlinear),
             "orders": {name: list(order) for name, order in self.orders.items()},
             "rho_inf": self.rho_inf,

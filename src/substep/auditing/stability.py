@@ -6,11 +6,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..core.arrays import Array
+from .noise import QUIET, Noise
 from .probes import Measured, own_runs
 from .stepper import Stepper
 
 LONGEST = 6  # steps that a recursion may reach back
 FIRST = 3  # steps at the start that another scheme may have made
+RECURSION = 8.0  # times the noise that a recursion's residual may be: its coefficients are a few at most
+LONG = 128  # steps that show growth in spite of noise
 SCAN = np.geomspace(0.01, 1e4, 91)
 Radius = Callable[[Array], Array]
 
@@ -70,17 +73,35 @@ def eigenvalues(runs: Sequence[Measured], p: int, tolerance: float) -> Eigenvalu
     return best
 
 
-def tolerance_of(stepper: Stepper) -> float:
-    """The residual that rounding leaves in a recursion."""
-    return 10.0 ** (6.0 - stepper.can.digits)
+def tolerance_of(stepper: Stepper, noise: Noise = QUIET) -> float:
+    """The residual that rounding, or a larger noise, leaves in a recursion."""
+    return max(10.0 ** (6.0 - stepper.can.digits), RECURSION * noise.size)
 
 
-def measured_radius(stepper: Stepper) -> Radius:
+def measured_radius(stepper: Stepper, noise: Noise = QUIET) -> Radius:
     """The spectral radius that histories show, undamped: of a double eigenvalue only half the digits."""
+    tolerance = tolerance_of(stepper, noise)
 
     def radius(Omega: Array) -> Array:
         runs = own_runs(stepper, Omega.tolist(), [0.0])
-        return np.array([eigenvalues(runs, p, tolerance_of(stepper)).radius for p in range(len(runs[0].rows))])
+        return np.array([eigenvalues(runs, p, tolerance).radius for p in range(len(runs[0].rows))])
+
+    return radius
+
+
+def long_radius(stepper: Stepper) -> Radius:
+    """At least the spectral radius of undamped motion that grows, from long runs, which gather little of the noise.
+
+    By how much the largest state of the second half exceeds that of the first, as a factor of each step.
+    """
+
+    def radius(Omega: Array) -> Array:
+        found = []
+        for run in own_runs(stepper, Omega.tolist(), [0.0], LONG):
+            first, second = np.split(run.energy_roots[:, 1:], 2, axis=1)
+            with np.errstate(invalid="ignore"):
+                found.append(second.max(axis=1) / np.maximum(first.max(axis=1), run.energy_roots[:, 0]))
+        return np.nan_to_num(np.max(found, axis=0), nan=np.inf) ** (2.0 / LONG)
 
     return radius
 

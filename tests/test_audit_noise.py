@@ -1,0 +1,109 @@
+"""Audits of noisy programs: nothing within the noise is held against them, and what is beyond it is still found."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from audited_steppers import generalized_alpha
+
+import substep as ss
+from substep.auditing.instrument import declared
+from substep.auditing.report import Report
+
+RHO = 0.8
+OPTIMAL = ((2 * RHO - 1) / (RHO + 1), RHO / (RHO + 1))
+BETA, GAMMA = (1 - OPTIMAL[0] + OPTIMAL[1]) ** 2 / 4, 0.5 - OPTIMAL[0] + OPTIMAL[1]
+CHUNG = ss.Claims("generalized_alpha", rho_inf=RHO, order=2, unconditional=True)
+TRAPEZOIDAL = ss.Claims("newmark", order=2, rho_inf=1.0, unconditional=True, parameters={"beta": 0.25, "gamma": 0.5})
+SCHEMES = ("newmark", "generalized_alpha", "bathe", "central_difference", "houbolt", "rk4")
+
+
+def printed(stepper: ss.Stepper, write: Callable[[float], str], digits: float = 15.0) -> ss.Stepper:
+    """What a program returns, read from what it prints."""
+
+    def run(*args: Any, load: Any) -> Any:
+        return [None if x is None else [float(write(y)) for y in x] for x in stepper.run(*args, load=load)]
+
+    return ss.Stepper(run, replace(stepper.can, sets_a0=False, digits=digits))
+
+
+def loose(parameters: tuple[float, ...], relative: float, seed: int) -> ss.Stepper:
+    """Generalized-alpha that goes on from a state of which each entry is off by a random relative error."""
+    rng, step = np.random.default_rng(seed), generalized_alpha(*parameters, sets_a0=True)
+
+    def run(omega: float, xi: float, dt: float, n: int, u0: float, v0: float, load: Any) -> Any:
+        rows = [np.array([u0, v0, load(0.0) - 2 * xi * omega * v0 - omega**2 * u0])]
+        for i in range(n):
+            u, v, a = rows[-1]
+            after = step(omega, xi, dt, 1, u, v, lambda t, i=i: load(i * dt + t), a)[:, 1]
+            rows.append(after * (1 + relative * rng.uniform(-1, 1, 3)))
+        return np.array(rows).T
+
+    return ss.Stepper(run)
+
+
+def nothing_false(report: Report) -> None:
+    assert {deviation.kind for deviation in report.deviations} <= {"precision"}, report.text
+    assert not {"false", "partly"} & {judgement.verdict for judgement in report.judgements}, report.text
+
+
+@pytest.mark.parametrize("digits", [7, 5, 4, 3])
+@pytest.mark.parametrize("name", SCHEMES)
+def test_printed_digits_are_counted_and_not_held_against_the_scheme(name, digits):
+    scheme = ss.scheme(name)
+    limited = scheme.critical_Omega is not None and np.isfinite(scheme.critical_Omega)
+    claims = ss.Claims(name, order=4 if name == "rk4" else 2, unconditional=not limited)
+    report = ss.audit(printed(declared(scheme), f"{{:.{digits - 1}e}}".format), claims)
+    nothing_false(report)
+    assert report.matches[0].scheme.name == name and report.judgements[0].verdict == "true"
+    assert report.noise.digits in (digits - 1, digits) and not report.noise.absolute
+    assert f"digits     results repeat to {report.noise.digits} digits of the state" in report.text
+
+
+def test_decimals_that_do_not_shrink_with_the_state_are_told_from_digits():
+    stepper = printed(declared(ss.scheme("bathe")), "{:.6f}".format)
+    report = ss.audit(stepper, ss.Claims("bathe", order=2, unconditional=True))
+    nothing_false(report)
+    assert report.noise.absolute and report.noise.digits == 6 and report.matches[0].scheme.name == "bathe"
+
+
+def test_declared_digits_are_no_deviation():
+    assert not ss.audit(printed(declared(ss.scheme("bathe")), "{:.3e}".format, 3.0), ss.Claims("bathe")).deviations
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("relative", [1e-6, 1e-4, 1e-3])
+def test_an_error_in_each_step_is_not_held_against_the_scheme(relative, seed):
+    for parameters, claims in (((*OPTIMAL, BETA, GAMMA), CHUNG), ((0, 0, 0.25, 0.5), TRAPEZOIDAL)):
+        stepper = loose(parameters, relative, seed)
+        report = ss.audit(stepper, claims)
+        nothing_false(report)
+        assert report.judgements[0].verdict == "true" and report.noise.size > relative
+        nothing_false(ss.audit(stepper, ss.Claims(order=2, rho_inf=claims.rho_inf, unconditional=True)))
+
+
+PLANTED = {
+    "beta 1 % off": ((0, 0, 0.2525, 0.5), {}, TRAPEZOIDAL, 5, "parameter", "beta is 101/400, not 1/4"),
+    "beta 10 % off": ((0, 0, 0.275, 0.5), {}, TRAPEZOIDAL, 3, "parameter", "beta is 11/40, not 1/4"),
+    "swapped": ((*OPTIMAL[::-1], BETA, GAMMA), {}, CHUNG, 4, "parameter", "alpha_f and alpha_m are exchanged"),
+    "sign": ((-OPTIMAL[0], OPTIMAL[1], BETA, GAMMA), {}, CHUNG, 3, "parameter", "alpha_m has the other sign"),
+    "late": ((*OPTIMAL, BETA, GAMMA), {"late": 0.5}, CHUNG, 4, "load", "the load is that of 1/2 step before"),
+    "a0 is 0": ((*OPTIMAL, BETA, GAMMA), {"start": "zero"}, CHUNG, 4, "start", "is taken as 0"),
+}
+
+
+@pytest.mark.parametrize("defect", PLANTED)
+def test_a_planted_defect_beyond_the_noise_is_the_one_cause(defect):
+    parameters, options, claims, digits, kind, text = PLANTED[defect]
+    stepper = printed(ss.Stepper(generalized_alpha(*parameters, **options)), f"{{:.{digits - 1}e}}".format)
+    report = ss.audit(stepper, claims)
+    assert [deviation.kind for deviation in report.deviations] == [kind, "precision"], report.text
+    assert text in report.deviations[0].text
+
+
+def test_noise_that_hides_the_scheme_is_said():
+    report = ss.audit(loose((0, 0, 0.25, 0.5), 0.3, 0), TRAPEZOIDAL)
+    assert report.noise.hides and not report.matches and report.identified == "not found: results repeat to 0 digits"
+    assert not report.deviations and {judgement.verdict for judgement in report.judgements} == {"not judged"}
