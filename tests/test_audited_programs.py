@@ -194,18 +194,25 @@ def test_every_deviation_of_a_report_is_shown_by_a_script(program):
     assert {name for name, found in kinds.items() if found} <= named, "deviations that no script shows"
 
 
+REFUSED = {"easyfea.hht_beyond_half"}  # with an alpha that the declaration does not allow
+
+
 @pytest.mark.parametrize("program", programs())
 def test_dialects_step_as_the_reports_say(program):
     """With the arguments of a report, the converter's scheme moves as the identified one does."""
     at = Oscillators(np.array([0.3, 1.0, 1.7]), np.array([0.0, 0.05, 0.5]), 0.5)
     for report in json.loads((REPORTS / f"{program}.json").read_text(encoding="utf-8"))["reports"]:
-        name = f"{program}.{report['integrator']}"
-        if name in dialects():
-            found = report["matches"][0]
-            theirs = with_parameters(ss.scheme(found["scheme"]), found["parameters"])
-            ours = ss.dialect(name, **{key: report["arguments"][key] for key in dialects()[name].arguments})
-            u = [Candidate(scheme, at).histories(np.array([1.0, 0.4]), None, 8)[..., 0] for scheme in (ours, theirs)]
-            np.testing.assert_allclose(*u, rtol=1e-9, atol=1e-12, err_msg=name)
+        name, found = f"{program}.{report['integrator']}", next(iter(report["matches"]), {})
+        if name not in dialects() or "parameters" not in found:  # which older reports do not have
+            continue
+        given = {key: report["arguments"][key] for key in dialects()[name].arguments}
+        if name in REFUSED:
+            with pytest.raises(ValueError, match="expected parameter"):
+                ss.dialect(name, **given)
+            continue
+        schemes = ss.dialect(name, **given), with_parameters(ss.scheme(found["scheme"]), found["parameters"])
+        u = [Candidate(scheme, at).histories(np.array([1.0, 0.4]), None, 8)[..., 0] for scheme in schemes]
+        np.testing.assert_allclose(*u, rtol=1e-9, atol=1e-12, err_msg=name)
 
 
 def test_dialects_are_handles_of_declared_schemes():
