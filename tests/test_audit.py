@@ -1,8 +1,10 @@
 """Audits: which scheme a stepper is, found blind, and planted defects, each found once and as nothing else."""
 
 import json
+import re
 from collections.abc import Callable
 from dataclasses import replace
+from html import unescape
 from typing import Any
 
 import numpy as np
@@ -20,6 +22,7 @@ from substep.auditing.damping import identify_damped
 from substep.auditing.exactness import exactness
 from substep.auditing.identify import Identification, agreement, identify
 from substep.auditing.loads import load_taking
+from substep.auditing.members import with_all_members
 from substep.auditing.nonlinear import split
 from substep.auditing.orders import observed_orders, written
 from substep.auditing.probes import OMEGAS, RATIOS, driven_runs, given_runs, own_runs
@@ -87,7 +90,7 @@ def test_every_scheme_is_found_blind(name):
         for omega, xi in ((0.7, 0.0), (5.3, 0.2 if stepper.can.damping else 0.0)):
             theirs, ours = (s.run(omega, xi, 0.5, 8, 1.0, 0.3, lambda t: 0.0)[0] for s in (stepper, same))
             np.testing.assert_allclose(ours, theirs, rtol=1e-7, atol=1e-8 * np.abs(theirs).max())
-    found = split(Identification(matches), stepper, own, own)
+    found = split(Identification(matches), stepper, own)
     assert found.nonlinear is not None and found.nonlinear < 1e-9
     assert name in {match.scheme.name for match in found.matches}
     assert {match.scheme.name for match in matches} <= {match.scheme.name for match in found.on_linear}
@@ -100,14 +103,38 @@ def test_every_scheme_is_found_blind(name):
             assert off < 1e-8 if match in found.matches else off > 1e-6
 
 
+@pytest.mark.parametrize(
+    ("name", "members"),
+    [
+        ("average_acceleration", ["newmark", "theta_method", "hht_alpha", "wbz_alpha", "oalts", "generalized_alpha"]),
+        ("central_difference", ["newmark", "collocation"]),
+        ("backward_euler", ["theta_method"]),
+    ],
+)
+def test_all_members_of_a_class_are_named(name, members):
+    """Also those with more parameters than the first match; each steps as the scheme does, by its declaration."""
+    stepper = densely_stepped(name, random_parameters(BY_NAME[name], np.random.default_rng(5)))
+    own = own_runs(stepper)
+    first = identify(own, own)
+    found = with_all_members(first, own, own)
+    assert found.matches[: len(first.matches)] == first.matches
+    assert set(members) <= {match.scheme.name for match in found.matches}
+    theirs = stepper.run(5.3, 0.2, 0.5, 8, 1.0, 0.3, lambda t: 0.0)[0]
+    for match in found.matches:
+        same = densely_stepped(match.scheme.name, {k: float(x) for k, x in match.scheme.parameters.items()})
+        ours = same.run(5.3, 0.2, 0.5, 8, 1.0, 0.3, lambda t: 0.0)[0]
+        np.testing.assert_allclose(ours, theirs, rtol=1e-7, atol=1e-8 * np.abs(theirs).max())
+
+
 def test_another_nonlinear_form_of_the_claimed_scheme_is_named_and_not_accused():
     """A manual that says HHT does not say whether the force is that of the mixed displacement."""
     values = {"alpha": -0.1}
     report = ss.audit(
         densely_stepped("hht_alpha_mixed_displacement", values), ss.Claims("hht_alpha", parameters=values)
     )
-    assert report.matches[0].scheme.name == "hht_alpha_mixed_displacement" and len(report.matches) == 1
-    assert [match.scheme.name for match, _ in report.found.apart] == ["hht_alpha"]
+    mixed = ["hht_alpha_mixed_displacement", "generalized_alpha_mixed_displacement"]
+    assert [match.scheme.name for match in report.matches] == mixed
+    assert [match.scheme.name for match, _ in report.found.apart] == ["hht_alpha", "generalized_alpha"]
     assert report.judgements[0].verdict == "true" and not report.deviations
     assert "nonlinear  not hht_alpha(" in report.text
 
@@ -230,7 +257,7 @@ def test_a_start_of_its_own_hides_neither_scheme_nor_load(alpha_f, old, taken):
         u, _, _ = inner(omega, xi, dt, n, u0, v0, weighted, a0)
         return u, None, None
 
-    stepper = ss.Stepper(run, Integrator(sets_a0=True, outputs="u"))
+    stepper = ss.Stepper(run, Integrator(sets="uva", outputs="u"))
     scheme = ss.scheme("generalized_alpha", alpha_m=0.0, alpha_f=alpha_f, beta=beta, gamma=gamma)
     match = agreement(scheme, given_runs(stepper), own_runs(stepper))
     assert match is not None and (match.what, match.start, match.solved) == ("matrix", "own", 0)
@@ -281,12 +308,19 @@ def test_what_overflows_diverges_and_what_has_few_digits_is_not_measured():
     coarse = replace(as_stepper(trapezoidal_load(0, 0, 1)), can=Integrator(digits=4.0))
     orders = observed_orders(coarse)
     assert {written(order[0]) for order in orders.values()} == {"not measured"}
-    (judgement,) = judged(ss.Claims(order=2), Identification(()), orders, 1.0, None)
-    assert judgement.verdict == "not judged"
+    found = judged(ss.Claims(order=2, critical_Omega=2.0), Identification(()), orders, 1.0, None)
+    assert [(judgement.claim, judgement.verdict) for judgement in found] == [
+        ("order", "not judged"), ("critical_Omega", "false"), ("scheme", "not stated"), ("damping", "not stated"),
+    ]  # fmt: skip
+    assert found[-1].text == "damping: not stated (rho_inf = 1)"
 
 
-@pytest.mark.parametrize(("name", "values"), [("bathe", {}), ("generalized_alpha", {"rho_inf": 0.7})])
-def test_the_march_itself_is_found(name, values):
+@pytest.mark.parametrize(
+    ("name", "values", "silent"),
+    [("bathe", {}, ("damping", "stability")), ("generalized_alpha", {"rho_inf": 0.7}, ("stability",))],
+)
+def test_the_march_itself_is_found(name, values, silent):
+    """The claims are those of the scheme, its parameters and its order; the rest is not stated."""
     scheme = ss.scheme(name, **values)
 
     def run(omega, xi, dt, n, u0, v0, load):
@@ -296,7 +330,8 @@ def test_the_march_itself_is_found(name, values):
 
     report = ss.audit(run, ss.Claims(name, parameters=values, order=2))
     assert report.matches[0].scheme == scheme and not report.deviations
-    assert {judgement.verdict for judgement in report.judgements} == {"true"}
+    verdicts = {judgement.claim: judgement.verdict for judgement in report.judgements}
+    assert verdicts == dict.fromkeys(("scheme", "order"), "true") | dict.fromkeys(silent, "not stated")
 
 
 def test_an_exact_stepper_is_called_so():
@@ -326,7 +361,7 @@ def test_a_program_that_stops_at_some_frequencies_is_audited_on_the_others():
         return steps(omega, xi, dt, n, u0, v0, load)
 
     report = ss.audit(brittle, TRAPEZOIDAL)
-    assert report.identified.startswith("newmark(beta = 1/4, gamma = 1/2), all entries")
+    assert report.matches[0].text == "newmark(beta = 1/4, gamma = 1/2)"
     assert not report.deviations
     stopped = {(Omega, xi) for Omega, xi, _ in report.failed}
     assert stopped == {(Omega, xi) for Omega in OMEGAS if Omega > 2.0 for xi in RATIOS if xi > 0}
@@ -337,12 +372,18 @@ def test_a_program_that_stops_at_some_frequencies_is_audited_on_the_others():
 
 def test_a_report_is_text_json_and_a_page(tmp_path):
     report = ss.audit(trapezoidal_load(1, 0, 0), TRAPEZOIDAL)
-    assert report.identified == "newmark(beta = 1/4, gamma = 1/2), all entries to " + f"{report.matches[0].error:.0e}"
+    assert report.identified.startswith("newmark(beta = 1/4, gamma = 1/2) = average_acceleration = energy_momentum = ")
+    assert report.identified.endswith(f", all entries to {report.matches[0].error:.0e}")
     assert "departs    load: the load is that of 1 step before: f(t_n)" in report.text
     read = json.loads(report.to_json())
     assert read["deviations"][0]["kind"] == "load" and read["matches"][0]["scheme"] == "newmark"
     page = report.to_html(tmp_path / "report.html").read_text()
     assert "<svg" in page and "the load is that of 1 step before" in page
+    shown = unescape(re.sub(r"<[^>]+>", "", page))
+    assert all(label in shown and text in shown for label, text in report.facts)
+    assert all(text in report.text for _, text in report.facts)
+    assert all(j.found in shown and j.verdict in shown and j.text in report.text for j in report.judgements)
+    assert len(read["curves"]) == len(report.curves) and read["curves"][0]["radius"] == report.curves[0].radius.tolist()
 
 
 def test_wrong_steppers_are_refused_with_the_cure():

@@ -26,7 +26,7 @@ def printed(stepper: ss.Stepper, write: Callable[[float], str], digits: float = 
     def run(*args: Any, load: Any) -> Any:
         return [None if x is None else [float(write(y)) for y in x] for x in stepper.run(*args, load=load)]
 
-    return ss.Stepper(run, replace(stepper.can, sets_a0=False, digits=digits))
+    return ss.Stepper(run, replace(stepper.can, sets="uv", digits=digits))
 
 
 def loose(parameters: tuple[float, ...], relative: float, seed: int) -> ss.Stepper:

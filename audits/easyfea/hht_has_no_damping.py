@@ -1,15 +1,15 @@
 """EasyFEA's hht is the trapezoidal rule below alpha = 1/2 and unstable above; its hht_newmark is first order with
 damping.
 
-Manual: EasyFEA 7.1.0, EasyFEA/Simulations/Solvers.py, docstring of AlgoType.hht: "second-order, unconditionally
-stable", "alpha in [0, 1[, introducing controllable numerical damping"; of AlgoType.hht_newmark: "second-order,
+Manual: EasyFEA 7.1.0, EasyFEA/Simulations/Solvers.py:105, docstring of AlgoType.hht: "second-order, unconditionally
+stable", "alpha in [0, 1[, introducing controllable numerical damping"; :122, of AlgoType.hht_newmark: "second-order,
 unconditionally stable, dissipative".
-Source, EasyFEA/Simulations/_simu.py, _Solver_Evaluate_u_v_a_for_time_scheme: hht weights displacement, velocity and
-acceleration alike, (1 - alpha) new + alpha old, with beta = 1/4 and gamma = 1/2. Its balance is then the weighted mean
-of the trapezoidal rule's balances at both ends: what one of them lacks is multiplied by -alpha / (1 - alpha) in each
-step, which is nothing where the start is in balance, and grows for alpha above 1/2. Hilber, Hughes and Taylor leave
-the inertia at the end and let beta and gamma follow from alpha. hht_newmark weights the displacement and the load
-only, so the damping force stands alpha dt after the rest.
+Source, EasyFEA/Simulations/_simu.py, _Solver_Evaluate_u_v_a_for_time_scheme: hht (line 1352) weights displacement,
+velocity and acceleration (lines 1360-1362) alike, (1 - alpha) new + alpha old, with beta = 1/4 and gamma = 1/2. Its
+balance is then the weighted mean of the trapezoidal rule's balances at both ends: what one of them lacks is multiplied
+by -alpha / (1 - alpha) in each step, which is nothing where the start is in balance, and grows for alpha above 1/2.
+Hilber, Hughes and Taylor leave the inertia at the end and let beta and gamma follow from alpha. hht_newmark (line 1373)
+weights the displacement and the load only, so the damping force stands alpha dt after the rest.
 
 Integrators, by their names in the report: hht, hht_beyond_half, hht_newmark, hht_newmark_most.
 """

@@ -7,7 +7,8 @@ Source, OpenSees v3.7.1, SRC/analysis/integrator: GeneralizedAlpha.cpp:54 (usage
 the third) and :103 (the constructor's third is beta); HHT_TP.cpp:54, :67 and :100 likewise. HHT.cpp:67 is right: it
 exchanges them and says so.
 
-Integrators, by their names in the report: GeneralizedAlpha_all_arguments, HHT_TP_all_arguments.
+Integrators, by their names in the report: GeneralizedAlpha, GeneralizedAlpha_all_arguments, HHT_TP,
+HHT_TP_all_arguments.
 """
 
 import numpy as np

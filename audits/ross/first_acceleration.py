@@ -1,7 +1,7 @@
 """ROSS's newmark takes the first acceleration as zero, so a load that is not zero at the start makes it first order.
 
-Source, ROSS 2.3.0, ross/utils.py, newmark: y0, ydot0 and y2dot0 are zeros, and the loop begins with step 1; RHS of
-step 0 is never asked for. The docstring gives no initial state and does not say so.
+Source, ROSS 2.3.0, ross/utils.py, newmark: y0, ydot0 and y2dot0 are zeros (lines 795-797), and the loop begins with
+step 1 (line 802); RHS of step 0 is never asked for. The docstring gives no initial state and does not say so.
 
 Integrators, by their names in the report: newmark, newmark_linear.
 """

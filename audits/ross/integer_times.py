@@ -1,7 +1,7 @@
 """ROSS's newmark returns displacements of the type of the times: integer times cut them to integers.
 
-Source, ROSS 2.3.0, ross/utils.py, newmark: yout = np.full((n_steps, ny), 1e-38, dtype=t.dtype). The docstring asks for
-a "Time array" and returns "the state variables at each time step".
+Source, ROSS 2.3.0, ross/utils.py:799, in newmark: yout = np.full((n_steps, ny), 1e-38, dtype=t.dtype). The docstring
+asks for a "Time array" and returns "the state variables at each time step".
 """
 
 import numpy as np

@@ -1,9 +1,10 @@
 """The last row of structdyn's central differences: a velocity half a step and an acceleration a whole step too old.
 
 Manual: structdyn 0.8.0, sdf/numerical_methods/central_difference.py, docstring of compute_solution: "Velocity at each
-time point", "Acceleration at each time point".
-Source: the same file, under "# Last step": v[-1] = (u[-1] - u[-2]) / dt, the velocity half a step before, and acc[-1]
-from u[-1], u[-2], u[-3], which is acc[-2] again. mdf/numerical_methods/central_difference.py does likewise.
+time point", "Acceleration at each time point" (lines 69-70).
+Source: the same file, under "# Last step": v[-1] = (u[-1] - u[-2]) / dt (line 119), the velocity half a step before,
+and acc[-1] from u[-1], u[-2], u[-3] (line 120), which is acc[-2] again. mdf/numerical_methods/central_difference.py
+does likewise (line 224).
 """
 
 import numpy as np

@@ -1,7 +1,7 @@
 """structdyn calls its linear acceleration method unconditionally stable; it is stable up to omega dt = sqrt(12).
 
-Manual: structdyn 0.8.0, sdf/numerical_methods/newmark_beta.py, docstring of NewmarkBeta.__init__: '"linear": Linear
-acceleration (unconditionally stable)'; mdf/numerical_methods/newmark_beta.py, docstring of NewmarkBetaMDF: "the
+Manual: structdyn 0.8.0, sdf/numerical_methods/newmark_beta.py:65, docstring of NewmarkBeta.__init__: '"linear": Linear
+acceleration (unconditionally stable)'; mdf/numerical_methods/newmark_beta.py:21, docstring of NewmarkBetaMDF: "the
 implicit, unconditionally stable Newmark-beta time integration algorithm", whose default is "linear". The program
 itself warns above the limit (utils/stability_checks.py), and the docstring of get_newmark_parameters is right.
 

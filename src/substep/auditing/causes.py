@@ -163,9 +163,9 @@ def _of_parameters(claimed: Mapping[str, Array], found: Match) -> list[str]:
 
 
 def _of_damping(e: Evidence, best: Match) -> list[Deviation]:
-    """Where another velocity than the scheme's damps, and that costs order."""
-    lost = e.lowered(FREE)
-    if best.damping == "declared" or not lost:
+    """Where another velocity than the declared one damps and that costs order, if a scheme is claimed or a claim fails."""
+    lost, claims_it = e.lowered(FREE), e.claimed is not None or bool(e.failed)
+    if best.damping == "declared" or not lost or not claims_it:
         return []
     return [Deviation("damping", f"the damping force is that of {DAMPED_BY[best.damping]}", (lost,))]
 
@@ -179,7 +179,7 @@ def _of_start(e: Evidence, best: Match) -> list[Deviation]:
     if not lost:
         return []
     if best.start == "zero":
-        given = ", unless it is given" if e.stepper.can.sets_a0 else ""
+        given = ", unless it is given" if "a" in e.stepper.can.sets else ""
         return [Deviation("start", f"the acceleration at t = 0 is taken as 0{given}", lost)]
     if best.start == "own":
         return [Deviation("start", "the first step is not the scheme's, with a_0 computed or 0", lost)]

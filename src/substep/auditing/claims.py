@@ -1,7 +1,7 @@
 """What a program's manual says about an integrator, and whether what was measured bears it out."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
@@ -11,7 +11,12 @@ from .fit import stated
 from .identify import Identification, is_claimed
 from .orders import Order, written
 
-Verdict = Literal["true", "false", "partly", "not judged"]
+Verdict = Literal["true", "false", "partly", "not judged", "not stated"]
+
+TOPICS: Mapping[str, Sequence[str]] = {  # what a manual should speak of -> the claims that do
+    "scheme": ("scheme",), "order": ("order",), "damping": ("rho_inf",),
+    "stability": ("unconditional", "critical_Omega"),
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -52,7 +57,11 @@ class Claims:
 
 @dataclass(frozen=True)
 class Judgement:
-    """A claim, what was found in its place, the verdict, and where the claim stands."""
+    """A claim, what was found in its place, the verdict, and where the claim stands.
+
+    verdict: "not judged" for a scheme that is not of the catalogue, or an order that could not be measured; "not
+    stated" for a topic of which the manual says nothing, with what was found of it.
+    """
 
     claim: str
     claimed: str
@@ -60,6 +69,12 @@ class Judgement:
     verdict: Verdict
     source: tuple[str, str] = ("", "")
     motions: tuple[str, ...] = ()  # in which an order fails
+
+    @property
+    def text(self) -> str:
+        """In words, such as 'order = 2: partly (free: 1, driven: 2)'."""
+        claim = f"{self.claim} = {self.claimed}" if self.claimed else self.claim
+        return f"{claim}: {self.verdict} ({self.found})"
 
 
 def judged(
@@ -70,40 +85,52 @@ def judged(
     critical: float | None,
     blur: float = 0.0,
 ) -> tuple[Judgement, ...]:
-    """Every claim that is made, judged. blur: by how much the noise may have moved the spectral radius."""
-    found = []
+    """Every claim that is made, judged, and what was found of each topic that none speaks of.
+
+    blur: by how much the noise may have moved the spectral radius.
+    """
+    found: list[Judgement] = []
+    matches = identified.matches
+    is_a = matches[0].text if matches else "none of the catalogue"
+    orders_of_u = ", ".join(f"{motion}: {written(order[0])}" for motion, order in orders.items())
+    radius = f"{rho_inf:.4g}"
+    limit = "stable up to Omega = 10^4" if critical is None else f"unstable beyond Omega = {critical:.10g}"
 
     def judge(claim: str, claimed: Any, what: str, verdict: Verdict, motions: Sequence[str] = ()) -> None:
         found.append(Judgement(claim, str(claimed), what, verdict, claims.source.get(claim, ("", "")), tuple(motions)))
 
     if claims.scheme is not None:
         claimed = claims.claimed_scheme()
-        matches = identified.matches
         candidates = [*matches, *identified.undamped, *([identified.claimed] if identified.claimed else [])]
         same = [match for match in candidates if claimed is not None and is_claimed(match.scheme, claimed)]
         whole = any(x.what != "spectrum" and x.damping == "declared" for x in same if x not in identified.undamped)
         verdict: Verdict = "not judged" if claimed is None else "true" if whole else "partly" if same else "false"
         name = claims.scheme if claimed is None else stated(claimed)
-        judge("scheme", name, matches[0].text if matches else "none of the catalogue", verdict)
+        judge("scheme", name, is_a, verdict)
     if claims.order is not None:
         u = {motion: order[0] for motion, order in orders.items()}
         bad = [motion for motion, order in u.items() if order is not None and order < claims.order - 0.5]
         unknown = any(order is not None and math.isnan(order) for order in u.values())
-        text = ", ".join(f"{motion}: {written(order)}" for motion, order in u.items())
         fails: Verdict = "false" if len(bad) == len(u) else "partly"
         verdict = fails if bad else "not judged" if unknown or not u else "true"
-        judge("order", claims.order, text, verdict, bad)
+        judge("order", claims.order, orders_of_u, verdict, bad)
     if claims.rho_inf is not None:
         near = abs(rho_inf - claims.rho_inf) <= max(RADIUS, blur)
-        judge("rho_inf", f"{claims.rho_inf:g}", f"{rho_inf:.4g}", "true" if near else "false")
+        judge("rho_inf", f"{claims.rho_inf:g}", radius, _verdict(near))
     if claims.unconditional is not None:
-        text = "stable up to Omega = 10^4" if critical is None else f"unstable beyond Omega = {critical:.10g}"
-        judge("unconditional", claims.unconditional, text, _verdict(claims.unconditional == (critical is None)))
+        judge("unconditional", claims.unconditional, limit, _verdict(claims.unconditional == (critical is None)))
     if claims.critical_Omega is not None:
         near = critical is not None and abs(critical - claims.critical_Omega) <= max(1e-3, blur) * claims.critical_Omega
-        text = "none up to 10^4" if critical is None else f"{critical:.10g}"
-        judge("critical_Omega", f"{claims.critical_Omega:g}", text, _verdict(near))
+        judge("critical_Omega", f"{claims.critical_Omega:g}", limit, _verdict(near))
+    measured = {"scheme": is_a, "order": orders_of_u, "damping": f"rho_inf = {radius}", "stability": limit}
+    for topic in unstated({one.claim for one in found} | claims.parameters.keys()):
+        judge(topic, "", measured[topic], "not stated")
     return tuple(found)
+
+
+def unstated(made: Collection[str]) -> list[str]:
+    """The topics of which none of the claims that are made speaks."""
+    return [topic for topic, names in TOPICS.items() if not any(name in made for name in names)]
 
 
 RADIUS = 3e-3  # how far the spectral radius at Omega = 10^4 may be off its limit, for a double root too

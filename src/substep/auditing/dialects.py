@@ -135,7 +135,7 @@ def _scheme_of(stepper: Stepper, like: Scheme | None) -> Scheme | None:
         own = own_runs(stepper, omegas, ratios)
     except ValueError:
         return None
-    free = given_runs(stepper, omegas, ratios) if stepper.can.sets_a0 else own
+    free = given_runs(stepper, omegas, ratios) if "a" in stepper.can.sets else own
     if like is None:
         matches = identify(free, own).matches
         return matches[0].scheme if matches and matches[0].what != "spectrum" else None

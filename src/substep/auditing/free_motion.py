@@ -138,7 +138,7 @@ def growths(stepper: Stepper, roots: Roots, critical: float | None, largest: flo
     if critical == 0.0:
         return ()
     end = largest if critical is None else critical
-    starts = [(1.0, 0.0, None), (0.0, 1.0, None)] + ([(0.0, 0.0, 1.0)] if stepper.can.sets_a0 else [])
+    starts = [(1.0, 0.0, None), (0.0, 1.0, None)] + ([(0.0, 0.0, 1.0)] if "a" in stepper.can.sets else [])
     found: list[Growth] = []
     for Omega in [*meetings(roots, end), end]:
         if found and Omega != end:

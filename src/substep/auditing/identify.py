@@ -11,7 +11,7 @@ from ..core.arrays import Array
 from ..core.schemes import Scheme, schemes
 from ..core.schemes import scheme as make_scheme
 from .fit import Residual, described, free_parameters, largest, recognise, simple, solutions, solve
-from .linear_step import DAMPED_BY, Candidate, Damping, Oscillators, with_parameters
+from .linear_step import DAMPED_BY, Candidate, Damping, Oscillators
 from .noise import QUIET, Noise
 from .probes import Measured
 
@@ -176,7 +176,7 @@ def fitted(
     """The scheme with the named parameters solved for, whether it matches or not."""
     fits = [
         solve(scheme, names, free[0].at, lambda c, r=residual: r(replace(c, damping=damping)))
-        for residual in _residuals(scheme, what, free)
+        for residual in residuals(scheme, what, free)
     ]
     best = min(fits, key=lambda fit: fit.error)
     match = Match(best.scheme, what, best.error, "own", len(names), best.unsure, damping)
@@ -191,27 +191,14 @@ def with_other_values(match: Match, free: Sequence[Measured], noise: Noise) -> I
     Two sub-steps of silva_bezerra's, for one, may be exchanged.
     """
     names = free_parameters(match.scheme)[: match.solved]
-    for residual in _residuals(match.scheme, match.what, free) if names else ():
-        for fitted in solutions(match.scheme, names, free[0].at, residual):
-            other = replace(match, scheme=fitted.scheme, error=fitted.error)
-            if credible(other, noise) and not is_claimed(match.scheme, fitted.scheme):
+    for residual in residuals(match.scheme, match.what, free) if names else ():
+        for solution in solutions(match.scheme, names, free[0].at, residual):
+            other = replace(match, scheme=solution.scheme, error=solution.error)
+            if credible(other, noise) and not is_claimed(match.scheme, solution.scheme):
                 yield other
 
 
-def siblings(found: Identification, free: Sequence[Measured], own: Sequence[Measured], noise: Noise) -> Iterator[Match]:
-    """Schemes not among the matches that have a match's parameters, and do what was measured at its values of them."""
-    names = {match.scheme.name for match in found.matches}
-    for match in found.matches:
-        values = {name: float(x) for name, x in match.scheme.parameters.items()}
-        for other in map(make_scheme, schemes()):
-            if values and other.name not in names and set(other.parameters) == set(values):
-                same = fitted(with_parameters(other, values), (), match.what, free, own, noise, match.damping)
-                if same.error <= noise.match:
-                    names.add(other.name)
-                    yield replace(same, solved=match.solved)
-
-
-def _residuals(scheme: Scheme, what: What, free: Sequence[Measured]) -> list[Residual]:
+def residuals(scheme: Scheme, what: What, free: Sequence[Measured]) -> list[Residual]:
     """What vanishes for a candidate that does what was measured."""
     if what == "spectrum":
         return [lambda c: recursion_residual(c, free)]
@@ -231,6 +218,7 @@ def one_step_residual(candidate: Candidate, free: Sequence[Measured]) -> Array:
         reported = candidate.undriven(measured.rows / h)
         after = np.full_like(measured.rows, np.nan)
         after[:, 2 + candidate.lag :, : reported.shape[2]] = reported
+        after[:, : measured.startup + 1] = np.nan
         found.append(measured.deviation(after * h))
     return np.array(found)
 
@@ -262,7 +250,9 @@ def recursion_residual(candidate: Candidate, free: Sequence[Measured]) -> Array:
         terms = np.stack([c[:, None, None] * rows[:, order - i : n - i] for i, c in enumerate(coefficients.T)])
         with np.errstate(all="ignore"):
             sizes = np.nan_to_num(np.abs(terms)).max(axis=(0, 3))[..., None]
-            found.append((terms.sum(axis=0) / sizes / measured.at.scale[:, None, 2:])[:, FIRST:])
+            found.append(
+                (terms.sum(axis=0) / sizes / measured.at.scale[:, None, 2:])[:, max(FIRST, measured.startup) :]
+            )
     return np.array(found)
 
 

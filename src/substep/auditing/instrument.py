@@ -13,11 +13,22 @@ from .causes import Evidence, deviations
 from .claims import Claims, judged
 from .control import controlled_runs
 from .damping import identify_damped
+from .defaults import written_out
 from .exactness import exactness
-from .free_motion import energies, growths, measured_roots, scheme_roots
+from .free_motion import (
+    AVERAGED,
+    BEFORE,
+    ENERGY_AT,
+    GROWTH_STEPS,
+    energies,
+    growths,
+    measured_roots,
+    scheme_roots,
+)
 from .identify import Identification, Match, is_claimed
 from .linear_step import Candidate, Loads, Oscillators
 from .loads import LoadTaking, calls_of, load_taking
+from .members import with_all_members
 from .noise import Noise, measured_noise
 from .nonlinear import split
 from .orders import Order, compared, observed_orders
@@ -29,6 +40,8 @@ from .stability import critical_Omega, eigenvalues, long_radius, measured_radius
 from .stepper import Run, Stepper, as_stepper
 
 LARGE = 1e4  # Omega for which the spectral radius is its limit, but for 1/Omega
+LONG_STEPS = len(ENERGY_AT) * (BEFORE + 2 * AVERAGED) + 6 * GROWTH_STEPS  # of long free motion
+PATIENCE = 60.0  # s that it may take
 EXACT, MEASURED, LONGER = 1e-12, 1e-7, 0.02  # by how much a computed spectral radius of 1 may exceed 1, at Omega <= 1,
 # one that a short run shows, and one that a long run shows in spite of noise
 
@@ -44,8 +57,8 @@ def audit(stepper: Stepper | Run, claims: Claims | None = None) -> Report:
     Raises ValueError for a stepper that raises on every oscillator or returns something else, and for claims that no
     scheme can have. Where it raises on some of them, the audit rests on the others, and the report lists these.
     """
-    stepper, claims = as_stepper(stepper), claims or Claims()
-    claimed = claims.claimed_scheme()
+    stepper = as_stepper(stepper)
+    claimed = claims.claimed_scheme() if claims else None
     own = own_runs(stepper)
     noise = measured_noise(stepper, own)
     own = noise.over(own)
@@ -53,8 +66,9 @@ def audit(stepper: Stepper | Run, claims: Claims | None = None) -> Report:
     exact = exactness(own, driven, noise)
     found = Identification(())
     if exact is None:
-        free = noise.over(given_runs(stepper)) if stepper.can.sets_a0 else own
-        found = split(identify_damped(free, own, claimed, noise), stepper, free, own, noise)
+        free = noise.over(given_runs(stepper)) if "a" in stepper.can.sets else own
+        found = with_all_members(identify_damped(free, own, claimed, noise), free, own, noise)
+        found = split(found, stepper, free, noise)
     best = found.matches[0] if found.matches else None
     load = load_taking(best, driven, noise) if best else LoadTaking("unknown", called=calls_of(list(driven.values())))
     radius, roots = measured_radius(stepper, noise), measured_roots(stepper, noise)
@@ -65,18 +79,29 @@ def audit(stepper: Stepper | Run, claims: Claims | None = None) -> Report:
         roots = scheme_roots(best.scheme.amplification)
     rho_inf, critical = float(radius(np.array([LARGE]))[0]), critical_Omega(growing, margin)
     orders = observed_orders(stepper, noise)
-    judgements = judged(claims, found, orders, rho_inf, critical, noise.of_radius)
+    judgements = judged(claims, found, orders, rho_inf, critical, noise.of_radius) if claims else ()
     both = expected_orders(best, load, orders, noise) if best else (orders, {})
     if noise.hides:
         judgements = tuple(replace(judgement, verdict="not judged") for judgement in judgements)
     known = exact is None and not noise.hides
     departures = deviations(Evidence(stepper, claimed, found, load, judgements, *both)) if known else ()
+    defaults = written_out(stepper, best, noise)
+    affordable = stepper.can.seconds * stepper.can.calls * LONG_STEPS <= PATIENCE
     return Report(
-        stepper, found, exact, orders, rho_inf, critical, overshoot(stepper), load, judgements, departures,
-        measured_curves(own, tolerance_of(stepper, noise)), growths(stepper, roots, critical, LARGE),
-        energies(stepper, max(noise.size, best.error if best else 0.0)), controlled_runs(stepper),
-        failures(own, driven), noise,
+        stepper, found, exact, orders, rho_inf, critical, overshoot(stepper), load, judgements,
+        (*departures, *(defaults.deviations if defaults else ())), measured_curves(own, tolerance_of(stepper, noise)),
+        growths(stepper, roots, critical, LARGE) if affordable else (),
+        energies(stepper, max(noise.size, best.error if best else 0.0)) if affordable else (),
+        controlled_runs(stepper), failures(own, driven), noise, defaults, left_out(stepper.can, affordable),
     )  # fmt: skip
+
+
+def left_out(can: Integrator, affordable: bool) -> tuple[str, ...]:
+    """What was not compared or not run, and why, in words."""
+    found = [f"{name}: stands {steps:+g} steps from the end of its step" for name, steps in can.late.items()]
+    if not affordable:
+        found.append(f"long free motion, {LONG_STEPS} steps: a call takes {can.seconds:g} s")
+    return tuple(found)
 
 
 def failures(own: Sequence[Measured], driven: Mapping[str, Measured]) -> tuple[tuple[float, float, str], ...]:
@@ -129,7 +154,7 @@ def declared(scheme: Scheme, loads: Loads | None = None, zero: bool = False) -> 
         return Candidate(scheme, at, loads).histories(np.array([u0, v0]), start, n, force)[0].T
 
     outputs = "uva" if any(kind == 2 for kind, _ in scheme.history) else "uv"
-    return Stepper(run, Integrator(sets_a0=True, damping=scheme.info.damping, outputs=outputs), scheme.name)
+    return Stepper(run, Integrator(sets="uva", damping=scheme.info.damping, outputs=outputs), scheme.name)
 
 
 def measured_curves(own: Sequence[Measured], tolerance: float) -> tuple[Curve, ...]:

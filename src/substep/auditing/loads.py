@@ -178,10 +178,10 @@ def _weighted(
 
 def _one_step(candidate: Candidate, run: Measured) -> tuple[Array, Array, Array]:
     """What the load adds to each step (P, K, R), what unit loads add (P, R, S), both scaled, and the times t_n (K,)."""
-    step, first = candidate.step, 1 + candidate.lag
+    step, first = candidate.step, max(1 + candidate.lag, run.startup)
     rows, R = run.rows / run.at.powers, step.report.shape[1]
     scale = run.at.powers[:R] / run.at.scale[:, :R]
-    added = (rows[:, 1 + first :, :R] - candidate.undriven(rows)) * scale[:, None]
+    added = (rows[:, 1 + first :, :R] - candidate.undriven(rows)[:, first - 1 - candidate.lag :]) * scale[:, None]
     times = np.arange(first, rows.shape[1] - 1) * run.at.h
     return added, step.report[:, :, step.given :] * scale[..., None], times
 

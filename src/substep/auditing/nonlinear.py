@@ -8,7 +8,7 @@ import numpy as np
 from ..core.arrays import Array
 from ..core.schemes import Scheme
 from ..structures.structure import structure
-from .identify import Identification, Match, siblings, with_other_values
+from .identify import Identification, Match, with_other_values
 from .noise import QUIET, Noise
 from .probes import STEP, STEPS, Measured
 from .programs.adapter import Load, Spring
@@ -19,24 +19,17 @@ START = (1.0, 0.7)  # u, v/omega
 LARGEST = 1e6  # beyond which a run is not compared: each step there triples the relative error
 
 
-def split(
-    found: Identification,
-    stepper: Stepper,
-    free: Sequence[Measured],
-    own: Sequence[Measured],
-    noise: Noise = QUIET,
-) -> Identification:
+def split(found: Identification, stepper: Stepper, free: Sequence[Measured], noise: Noise = QUIET) -> Identification:
     """Of the schemes that agree on the linear oscillator, those that agree under a cubic spring too.
 
-    free, own: the runs that they were found from; with them, other values of their parameters are tried, and other
-    schemes of the same parameters, which were not looked for where a claimed one agrees at once. Where none agrees,
+    free: the runs that they were found from; with them, other values of their parameters are tried. Where none agrees,
     all are kept: the program takes the force in a way of its own, which `nonlinear` then says. As they were for a
     stepper that takes no force, or starts in a way of its own, and where every run fails.
     """
     if not stepper.can.nonlinear or any(match.what == "spectrum" or match.start == "own" for match in found.matches):
         return found
     kept, apart, known = [], [], []
-    for match in (*found.matches, *siblings(found, free, own, noise)):
+    for match in found.matches:
         error, best = deviation(match, stepper), match
         if error > noise.match:
             others = [(deviation(other, stepper), other) for other in with_other_values(match, free, noise)]

@@ -9,7 +9,6 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from matplotlib.figure import Figure
 
 from ..figures.charts import COLOURS, SVG_IS_REPRODUCIBLE
-from .orders import written
 from .report import Report
 
 LABELS = (
@@ -30,7 +29,7 @@ def write(report: Report, path: Path) -> Path:
         drawing = StringIO()
         curves_figure(report).savefig(drawing, format="svg", metadata={"Date": None})
     svg = drawing.getvalue()
-    page = environment.get_template("report.html").render(report=report, written=written, svg=svg[svg.index("<svg") :])
+    page = environment.get_template("report.html").render(report=report, svg=svg[svg.index("<svg") :])
     path.write_text(page, encoding="utf-8")
     return path
 

@@ -22,6 +22,7 @@ LOADS = {  # of different value, slope and curvature at t = 0
     "cosine": Load("harmonic", 1.0, 1.9 / STEP, 1.2),
 }
 DRIVEN = (0.3, 1.0, 3.0)
+RECORDED = ("function", "each step")  # loads of which it is known when the program took them
 LARGEST = 1e20  # a state beyond which an unstable run is not compared: little of it is not rounding
 
 
@@ -30,8 +31,9 @@ class Measured:
     """Histories (P, n+1, 3) of u, h*v, h^2*a on the oscillators `at`; NaN where there are none.
 
     start: u, h*v and, where it was given, h^2*a at t = 0, else None. load: what drove it; called: when it was asked.
-    failed: Omega, xi and the error of each oscillator that the program raised on, whose rows are NaN. absolute: whether
-    deviations are relative to the largest state so far, for a program whose noise does not shrink with the state.
+    failed: Omega, xi and the error of each oscillator that the program raised on, whose rows are NaN. startup: how many
+    first steps are those of another scheme. absolute: whether deviations are relative to the largest state so far, for
+    a program whose noise does not shrink with the state.
     """
 
     at: Oscillators
@@ -40,7 +42,13 @@ class Measured:
     rows: Array
     called: tuple[tuple[float, ...], ...]
     failed: tuple[tuple[float, float, str], ...] = ()
+    startup: int = 0
     absolute: bool = False
+
+    def only(self, omegas: Sequence[float]) -> "Measured":
+        """The same on the oscillators of some Omega."""
+        kept = np.flatnonzero(np.isin(self.at.Omega, omegas))
+        return replace(self, at=Oscillators(self.at.Omega[kept], self.at.xi[kept], self.at.h), rows=self.rows[kept])
 
     @cached_property
     def sizes(self) -> Array:
@@ -125,8 +133,8 @@ def measure(
             found = np.full((n + 1, 3), np.nan)
         sizes = np.abs(np.nan_to_num(found, nan=0.0, posinf=np.inf)).max(axis=1, keepdims=True)
         rows.append(np.where(sizes < LARGEST, found, np.nan))
-        called.append(tuple(fresh.called))
-    return Measured(at, start, load, np.array(rows), tuple(called), tuple(failed))
+        called.append(tuple(fresh.called) if stepper.can.load in RECORDED else ())
+    return Measured(at, start, load, np.array(rows), tuple(called), tuple(failed), stepper.can.startup)
 
 
 def oscillators(stepper: Stepper, omegas: Sequence[float], ratios: Sequence[float]) -> Oscillators:

@@ -1,6 +1,7 @@
 """A program with an adapter, in a process of its own: its integrators as steppers."""
 
 import json
+import os
 import shlex
 import subprocess
 import sys
@@ -13,7 +14,7 @@ from typing import Any
 from ..core.errors import unknown_name
 from .claims import Claims
 from .programs.adapter import Integrator, Load, Spring
-from .stepper import Stepper
+from .stepper import Run, Stepper
 
 ADAPTERS = Path(__file__).parent / "programs"
 THIS = sys.executable
@@ -30,8 +31,8 @@ def programs() -> tuple[str, ...]:
 class Program:
     """A running adapter; use it in a `with` statement, or `close` it.
 
-    name: of an adapter. python: the command of the interpreter that has the program. longest: seconds that a run may
-    take. integrators: name -> what it can do and claims.
+    name: of an adapter, or the path of one of your own, a .py file. python: the command of the interpreter that has the
+    program. longest: seconds that a run may take. integrators: name -> what it can do and claims.
     """
 
     name: str
@@ -42,7 +43,10 @@ class Program:
     integrators: Mapping[str, Integrator] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        if self.name not in programs():
+        self._script = ADAPTERS / f"{self.name}{SUFFIX}.py"
+        if self.name.endswith(".py"):
+            self._script = Path(self.name).absolute()
+        if not self._script.is_file():
             raise unknown_name("a program with an adapter", self.name, programs())
         self._begin()
         described = self.asked({"do": "describe"})
@@ -50,10 +54,11 @@ class Program:
         self.integrators = {name: Integrator(**entry) for name, entry in described["integrators"].items()}
 
     def _begin(self) -> None:
+        paths = (str(ADAPTERS), os.environ.get("PYTHONPATH"))  # where an adapter of one's own finds `adapter`
         try:
             self._process = subprocess.Popen(
-                [*shlex.split(self.python), f"{self.name}{SUFFIX}.py"],
-                cwd=ADAPTERS,
+                [*shlex.split(self.python), str(self._script)],
+                env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, paths))},
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.DEVNULL,
@@ -88,7 +93,7 @@ class Program:
         if not line:
             raise ValueError(
                 f"expected an answer of the adapter {self.name} within {self.longest:g} s, got the end of its process "
-                f"(exit code {self._process.wait()}); run `{self.python} {self.name}{SUFFIX}.py` beside the adapters "
+                f"(exit code {self._process.wait()}); run `PYTHONPATH={ADAPTERS} {self.python} {self._script}` "
                 "to see why, or give the interpreter that has the program"
             )
         answer: dict[str, Any] = json.loads(line)
@@ -101,22 +106,28 @@ class Program:
         if integrator not in self.integrators:
             raise unknown_name(f"an integrator of {self.name}", integrator, self.integrators)
         can = self.integrators[integrator]
-        given = dict(can.arguments) | dict(arguments or {})
-        if unknown := [name for name in given if name not in can.arguments]:
-            raise unknown_name(f"an argument of {integrator}", unknown[0], can.arguments)
+        given, known = dict(can.arguments) | dict(arguments or {}), can.arguments | can.defaults
+        if unknown := [name for name in given if name not in known]:
+            raise unknown_name(f"an argument of {integrator}", unknown[0], known)
 
-        def run(
-            omega: float, xi: float, dt: float, n: int, u0: float, v0: float, load: Load, a0: Any = None,
-            force: Spring | None = None,
-        ) -> Any:  # fmt: skip
-            answer = self.asked({
-                "do": "run", "integrator": integrator, "arguments": given, "omega": omega, "xi": xi, "dt": dt, "n": n,
-                "u0": u0, "v0": v0, "a0": a0,
-                "load": {"kind": load.kind, "amplitude": load.amplitude, "omega": load.omega, "phase": load.phase},
-                **({} if force is None else {"force": asdict(force)}),
-            })  # fmt: skip
-            load.called.extend(answer["called"])
-            return answer["u"], answer["v"], answer["a"]
+        def runs(arguments: Mapping[str, Any]) -> Run:
+            def run(
+                omega: float, xi: float, dt: float, n: int, u0: float, v0: float, load: Load, a0: float | None = None,
+                force: Spring | None = None, **states: Any,
+            ) -> Any:  # fmt: skip
+                if can.one_run:
+                    self._process.kill()
+                    self._process.wait()
+                if force is not None:
+                    states["force"] = asdict(force)
+                answer = self.asked({
+                    "do": "run", "integrator": integrator, "arguments": arguments, "omega": omega, "xi": xi, "dt": dt,
+                    "n": n, "u0": u0, "v0": v0, "a0": a0, "load": asdict(load), **states,
+                })  # fmt: skip
+                load.called.extend(answer["called"])
+                return answer["u"], answer["v"], answer["a"]
+
+            return run
 
         def controlled(omega: float, xi: float, tol: float, t_end: float, u0: float, v0: float) -> Any:
             answer = self.asked({
@@ -126,7 +137,8 @@ class Program:
             return answer["t"], answer["u"], answer["v"], answer["errors"]
 
         own = controlled if can.adaptive else None
-        return Stepper(run, can, f"{self.program} {integrator}", self.version, given, own)
+        written_out = runs({**given, **can.defaults, **given}) if can.defaults.keys() - given.keys() else None
+        return Stepper(runs(given), can, f"{self.program} {integrator}", self.version, given, own, written_out)
 
     def claims(self, integrator: str) -> Claims:
         """What its manual claims of an integrator at its own arguments."""

@@ -7,15 +7,19 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ..core.arrays import Array
 from .causes import Deviation
 from .claims import Judgement
 from .control import Control
+from .defaults import WrittenOut
 from .free_motion import Energy, Growth
 from .identify import Identification, Match
 from .loads import LoadTaking
 from .noise import QUIET, Noise
 from .orders import Order, written
+from .programs.adapter import LOADS
 from .stepper import Stepper
 
 
@@ -42,7 +46,8 @@ class Report:
     what happens to that of undamped free motion; empty where no velocity at the ends of steps is returned. control:
     what it does in steps of its own choice, None where it does not choose. failed:
     Omega, xi and the error where the program raised; what is said of it rests on the other runs. noise: how well it
-    repeats itself, which all that is said rests on.
+    repeats itself, which all that is said rests on. defaults: whether it does the same with the defaults of its
+    arguments written out; None without any. left_out: what was not compared or not run, and why.
     """
 
     stepper: Stepper
@@ -61,6 +66,8 @@ class Report:
     control: Control | None = None
     failed: tuple[tuple[float, float, str], ...] = ()
     noise: Noise = QUIET
+    defaults: WrittenOut | None = None
+    left_out: tuple[str, ...] = ()
 
     @property
     def matches(self) -> tuple[Match, ...]:
@@ -69,7 +76,7 @@ class Report:
 
     @property
     def identified(self) -> str:
-        """The scheme, such as 'generalized_alpha(rho_inf = 4/5), all entries to 3e-14'."""
+        """The scheme, such as 'generalized_alpha(rho_inf = 4/5), all entries to 3e-14', or an equation of several."""
         if self.exact is not None:
             return f"exact, for a load {self.exact}" if self.exact != "otherwise" else "exact without a load"
         if not self.matches:
@@ -81,7 +88,8 @@ class Report:
                 return f"{self.found.undamped[0].text} without damping, none of the catalogue with it"
             return f"none of the catalogue{near}"
         what = {"matrix": "all entries", "displacements": "displacements", "spectrum": "eigenvalues only,"}
-        return f"{self.matches[0].text}, {what[self.matches[0].what]} to {self.matches[0].error:.0e}"
+        same = " = ".join(match.text for match in self.matches)
+        return f"{same}, {what[self.matches[0].what]} to {self.matches[0].error:.0e}"
 
     @property
     def nonlinear(self) -> tuple[str, ...]:
@@ -106,27 +114,37 @@ class Report:
         return min((x for x in known if x is not None and not math.isnan(x)), default=None)
 
     @property
+    def load(self) -> str:
+        """How it takes the load, and how that is given to it."""
+        given = self.stepper.can.load
+        return (self.exact or self.loads.text) + (f" ({LOADS[given]})" if given != "none" else "")
+
+    @property
+    def facts(self) -> list[tuple[str, str]]:
+        """What was found, in words: pairs of a label and a text, which the text and the page show."""
+        limit = "stable up to Omega = 10^4"
+        if self.critical_Omega is not None:
+            limit = f"unstable beyond {self.critical_Omega:.9g}"
+        found = [("is", self.identified), ("digits", self.noise.text)]
+        found += [("nonlinear", told) for told in self.nonlinear]
+        found += [("order", f"{name}: {_order(order)}") for name, order in self.orders.items()]
+        found.append(("stability", f"rho_inf = {self.rho_inf:.4g}, {limit}, overshoot {self.overshoot}"))
+        found += [("growth", growth.text) for growth in self.growth]
+        found += [("energy", f"at Omega = {energy.Omega:g}: {energy.text}") for energy in self.energy]
+        found += [("own steps", told) for told in (self.control.text if self.control else ())]
+        found += [("load", self.load), ("start", f"acceleration at t = 0: {self.start}")]
+        found += [("defaults", self.defaults.text)] if self.defaults else []
+        found += [("left out", told) for told in self.left_out]
+        found += [("not run", f"at Omega = {Omega:g}, xi = {xi:g}: {error}") for Omega, xi, error in self.failed]
+        return found
+
+    @property
     def text(self) -> str:
-        """The report in lines of at most 100 characters, but for quotations."""
-        lines = [f"{self.stepper.name} {self.stepper.version}".rstrip(), f"  is         {self.identified}"]
-        lines += [f"  digits     {self.noise.text}"]
-        lines += [f"  as well    {match.text}" for match in self.matches[1:]]
-        lines += [f"  nonlinear  {told}" for told in self.nonlinear]
-        lines += [f"  order      {name}: {_order(order)}" for name, order in self.orders.items()]
-        stable = (
-            "stable up to Omega = 10^4" if self.critical_Omega is None else f"unstable beyond {self.critical_Omega:.9g}"
-        )
-        lines += [f"  stability  rho_inf = {self.rho_inf:.4g}, {stable}, overshoot {self.overshoot}"]
-        lines += [f"  growth     {growth.text}" for growth in self.growth]
-        lines += [f"  energy     at Omega = {energy.Omega:g}: {energy.text}" for energy in self.energy]
-        lines += [f"  own steps  {told}" for told in (self.control.text if self.control else ())]
-        load = self.loads.text if self.exact is None else self.exact
-        lines += [f"  load       {load}", f"  start      acceleration at t = 0: {self.start}"]
-        lines += [f"  not run    at Omega = {Omega:g}, xi = {xi:g}: {error}" for Omega, xi, error in self.failed]
+        """The report in lines, of which each is a fact, a claim or a deviation."""
+        lines = [f"{self.stepper.name} {self.stepper.version}".rstrip()]
+        lines += [f"  {label:<11}{text}" for label, text in self.facts]
         for judgement in self.judgements:
-            lines.append(
-                f"  claim      {judgement.claim} = {judgement.claimed}: {judgement.verdict} ({judgement.found})"
-            )
+            lines.append(f"  claim      {judgement.text}")
             if judgement.source[0]:
                 lines.append(f'             "{judgement.source[0]}" ({judgement.source[1]})')
         for deviation in self.deviations:
@@ -169,6 +187,9 @@ class Report:
             "claims": [asdict(judgement) for judgement in self.judgements],
             "deviations": [asdict(deviation) for deviation in self.deviations],
             "not_run": [list(one) for one in self.failed],
+            "defaults": None if self.defaults is None else asdict(self.defaults) | {"text": self.defaults.text},
+            "left_out": list(self.left_out),
+            "curves": [{key: np.asarray(x).tolist() for key, x in asdict(curve).items()} for curve in self.curves],
         }
         return _plain(found)
 

@@ -52,7 +52,7 @@ class Eigenvalues:
 
 def eigenvalues(runs: Sequence[Measured], p: int, tolerance: float) -> Eigenvalues:
     """From the histories of oscillator p: the shortest recursion that they obey to a tolerance."""
-    series = [run.rows[p, FIRST:, kind] for run in runs for kind in range(3)]
+    series = [run.rows[p, max(FIRST, run.startup) :, kind] for run in runs for kind in range(3)]
     known = [x for x in series if np.isfinite(x).all() and x.any()]
     if any(np.isnan(run.rows[p, :, 0]).any() for run in runs):
         return Eigenvalues(np.ones(1), 0.0, beyond=True)

@@ -11,7 +11,12 @@ from .arguments import numbers, require_folders
 
 def audit(
     context: typer.Context,
-    program: Annotated[str, typer.Argument(help="a program with an adapter; `substep audit list` names them")],
+    program: Annotated[
+        str,
+        typer.Argument(
+            help="a program with an adapter, of which `substep audit list` names some, or the path of your own"
+        ),
+    ],
     integrator: Annotated[str, typer.Option(help="one of its integrators; by default all")] = "",
     python: Annotated[str, typer.Option(help="the interpreter that has the program; by default this one")] = "",
     json: Annotated[Path | None, typer.Option(help="where a list of reports goes as JSON")] = None,

@@ -37,7 +37,7 @@ def scheme(kind: str, beta: float, unknown: str = "_acceleration") -> Integrator
     place = PLACE.format("IntegrationSchemeType")
     claims = {name: (value, kind, place) for name, value in {"scheme": "newmark", "beta": beta, "gamma": 0.5}.items()}
     arguments = {"scheme_type": kind, "solution_type": unknown}
-    return Integrator(arguments=arguments, sets_a0=True, load="samples", damping=False, claims=claims)
+    return Integrator(arguments=arguments, sets="uva", load="each step", damping=False, claims=claims)
 
 
 def analysis(method: str, name: str) -> Integrator:
@@ -45,8 +45,8 @@ def analysis(method: str, name: str) -> Integrator:
     claims: dict[str, tuple[Any, str, str]] = {"scheme": (name, method, PLACE.format("AnalysisMethod"))}
     return Integrator(
         arguments={"analysis_method": method},
-        sets_a0=True,
-        load="samples",
+        sets="uva",
+        load="each step",
         damping=False,
         digits=14.0,
         claims=claims,
@@ -62,8 +62,8 @@ INTEGRATORS = {
     "fox_goodwin": scheme("fox_goodwin", 1 / 12),
     "newmark_beta": Integrator(
         arguments={"scheme_type": "newmark_beta", "solution_type": "_acceleration"},
-        sets_a0=True,
-        load="samples",
+        sets="uva",
+        load="each step",
         damping=False,
     ),
 }
@@ -119,7 +119,7 @@ def run(
     a[1, 0] = load.at(0.0) - omega**2 * u0 if a0 is None else a0
     rows = [(u0, v0, float(a[1, 0]))]
     for i in range(1, n + 1):
-        force[1, 0] = load.at(i * dt)
+        force[1, 0] = load(i * dt)
         model.solveStep(solver)
         rows.append((float(u[1, 0]), float(v[1, 0]), float(a[1, 0])))
     return tuple(zip(*rows, strict=True))

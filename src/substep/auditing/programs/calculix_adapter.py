@@ -75,7 +75,7 @@ MOVED = """*BOUNDARY, AMPLITUDE=PRINTED
 def implicit(arguments: dict[str, Any], claims: dict[str, tuple[Any, str, str]]) -> Integrator:
     """The procedure *DYNAMIC with its parameters, and what is claimed besides what is claimed for all their values."""
     stated = {"order": (2, ORDER, CRITERIA), "unconditional": (True, STABLE, THEORY)}
-    return Integrator(arguments, True, "u", load="samples", digits=13.0, claims=claims | stated)
+    return Integrator(arguments, sets="uva", outputs="u", load="samples", digits=13.0, claims=claims | stated)
 
 
 def hht(alpha: float) -> Integrator:

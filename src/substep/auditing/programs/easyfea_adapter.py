@@ -20,12 +20,20 @@ HHT = "Hilber-Hughes-Taylor-alpha method (second-order, unconditionally stable)"
 DOYEN = "Hilber-Hughes-Taylor-Newmark method (second-order, unconditionally stable, dissipative)"
 
 
-def scheme(algo: str, quotation: str, arguments: dict[str, Any] | None = None, **values: Any) -> Integrator:
+def scheme(
+    algo: str,
+    quotation: str,
+    arguments: dict[str, Any] | None = None,
+    defaults: dict[str, float] | None = None,
+    **values: Any,
+) -> Integrator:
     """A scheme with the parameters that it takes."""
     claims = {name: (value, quotation, PLACE.format(algo)) for name, value in values.items()}
     return Integrator(
         arguments={"algo": algo} | (arguments or {}),
-        sets_a0=not algo.startswith("euler"),
+        defaults=defaults or {},
+        load="each step",
+        sets="uv" if algo.startswith("euler") else "uva",
         claims=claims,
     )
 
@@ -33,7 +41,12 @@ def scheme(algo: str, quotation: str, arguments: dict[str, Any] | None = None, *
 STABLE = {"order": 2, "unconditional": True}
 INTEGRATORS = {
     "newmark": scheme(
-        "newmark", "Newmark method (default beta=1/4, gamma=1/2)", scheme="newmark", beta=0.25, gamma=0.5
+        "newmark",
+        "Newmark method (default beta=1/4, gamma=1/2)",
+        defaults={"beta": 0.25, "gamma": 0.5},
+        scheme="newmark",
+        beta=0.25,
+        gamma=0.5,
     ),
     "newmark_damped": scheme(
         "newmark",

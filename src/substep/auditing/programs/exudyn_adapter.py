@@ -20,13 +20,13 @@ NEWMARK = "Implicit Trapezoidal Rule-based, Newmark and Generalized-alpha solver
 EXPLICIT = "Explicit solvers"
 
 
-def implicit(claims: dict[str, tuple[Any, str, str]], sets_a0: bool, **settings: Any) -> Integrator:
+def implicit(claims: dict[str, tuple[Any, str, str]], sets: str, **settings: Any) -> Integrator:
     """A setting of the implicit solver.
 
     Newmark's first acceleration can be given. The generalized alpha method reports the acceleration of the balance at
     the end of the step and keeps an algorithmic one beside it; what is given would start both, so it is not offered.
     """
-    return Integrator(arguments={"solver": "GeneralizedAlpha", **settings}, sets_a0=sets_a0, claims=claims)
+    return Integrator(arguments={"solver": "GeneralizedAlpha", **settings}, sets=sets, claims=claims)
 
 
 def radius(rho: float) -> Integrator:
@@ -78,7 +78,7 @@ INTEGRATORS = {
     "Newmark_damped": newmark(0.3025, 0.6),
     "TrapezoidalIndex2": Integrator(
         arguments={"solver": "TrapezoidalIndex2"},
-        sets_a0=True,
+        sets="uva",
         claims={
             "scheme": (
                 "newmark",

@@ -22,15 +22,13 @@ DEFAULTS = "Their second-order defaults follow the generalized-alpha relations"
 CENTRAL = "This is the explicit Newmark specialization beta=0 and gamma=1/2 without generalized-alpha filtering"
 
 
-def described(
-    name: str, quotation: str, arguments: dict[str, float], sets_a0: bool = True, **values: Any
-) -> Integrator:
+def described(name: str, quotation: str, arguments: dict[str, float], sets: str = "uva", **values: Any) -> Integrator:
     """An integrator of fedoo.time with its arguments."""
     claims = {key: (value, quotation, PLACE.format(name)) for key, value in values.items()}
     return Integrator(
         arguments={"integrator": name, **arguments},
-        sets_a0=sets_a0,
-        load="samples",
+        sets=sets,
+        load="each step",
         digits=14.0,
         claims=claims,
     )
@@ -55,12 +53,10 @@ INTEGRATORS = {
     "GeneralizedAlpha_hht": described(
         "GeneralizedAlpha", MIDDLE, {"alpha_m": 0.0, "alpha_f": 0.1}, scheme="hht_alpha", alpha=-0.1
     ),
-    "CentralDifference": described(
-        "CentralDifference", CENTRAL, {}, sets_a0=False, scheme="newmark", beta=0.0, gamma=0.5
-    ),
-    "ExplicitNewmark": described("ExplicitNewmark", DEFAULTS, {}, sets_a0=False, order=2),
+    "CentralDifference": described("CentralDifference", CENTRAL, {}, sets="uv", scheme="newmark", beta=0.0, gamma=0.5),
+    "ExplicitNewmark": described("ExplicitNewmark", DEFAULTS, {}, sets="uv", order=2),
     "ExplicitGeneralizedAlpha": described(
-        "ExplicitGeneralizedAlpha", DEFAULTS, {"alpha_m": -0.1, "alpha_f": 0.2}, sets_a0=False, order=2
+        "ExplicitGeneralizedAlpha", DEFAULTS, {"alpha_m": -0.1, "alpha_f": 0.2}, sets="uv", order=2
     ),
 }
 LUMPED, CONSISTENT = 2.0, 3.0  # densities of a unit mass at the free side
@@ -107,7 +103,7 @@ def run(
     rows = [(u0, v0, start)]
     for i in range(1, n + 1):
         problem.bc.remove(force)
-        force = problem.bc.add("Neumann", [1, 2], "DispX", load.at(i * dt) / 2)
+        force = problem.bc.add("Neumann", [1, 2], "DispX", load(i * dt) / 2)
         problem.solve_time_increment()
         outputs = problem.get_disp, problem.get_velocity, problem.get_acceleration
         rows.append(tuple(float(output("DispX")[1]) for output in outputs))

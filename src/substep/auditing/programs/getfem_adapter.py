@@ -20,7 +20,7 @@ def theta(value: float) -> Integrator:
     """The theta method for the displacement and the velocity alike."""
     name = "theta_method_for_second_order"
     claims: dict[str, tuple[Any, str, str]] = {"scheme": ("theta", THETA, PLACE.format(name))}
-    return Integrator(arguments={"kind": name, "theta": value}, sets_a0=True, load="samples", claims=claims)
+    return Integrator(arguments={"kind": name, "theta": value}, sets="uva", load="each step", claims=claims)
 
 
 def newmark(beta: float, gamma: float) -> Integrator:
@@ -31,7 +31,7 @@ def newmark(beta: float, gamma: float) -> Integrator:
         key: (value, "add_Newmark_scheme(varname, beta, gamma)", PLACE.format(name)) for key, value in values.items()
     }
     arguments = {"kind": name, "beta": beta, "gamma": gamma}
-    return Integrator(arguments=arguments, sets_a0=True, load="samples", claims=claims)
+    return Integrator(arguments=arguments, sets="uva", load="each step", claims=claims)
 
 
 INTEGRATORS = {
@@ -42,7 +42,8 @@ INTEGRATORS = {
     "theta_1": theta(1.0),
     "houbolt": Integrator(
         arguments={"kind": "Houbolt_scheme"},
-        load="samples",
+        history=2,
+        load="each step",
         claims={"scheme": ("houbolt", HOUBOLT, PLACE.format("Houbolt_scheme"))},
     ),
 }
@@ -52,14 +53,6 @@ def version() -> str:
     """The version of Debian's package: the module does not tell its own."""
     query = ["dpkg-query", "--show", "--showformat=${Version}", "python3-getfem"]
     return subprocess.run(query, capture_output=True, text=True, check=True).stdout.split("+")[0]
-
-
-def before(omega: float, xi: float, dt: float, u0: float, v0: float, load: Load) -> list[float]:
-    """Displacements at -dt and -2 dt by Taylor's series to the third order, for Houbolt's method, which needs them."""
-    c, k, h = 2 * xi * omega, omega**2, 1e-4 * dt
-    a0 = load.at(0.0) - c * v0 - k * u0
-    jerk = (load.at(h) - load.at(-h)) / (2 * h) - c * a0 - k * v0
-    return [u0 + s * v0 + s**2 / 2 * a0 + s**3 / 6 * jerk for s in (-dt, -2 * dt)]
 
 
 def run(
@@ -73,6 +66,7 @@ def run(
     v0: float,
     a0: float | None,
     load: Load,
+    before: list[Any] | None = None,
 ) -> tuple[Any, Any, Any]:
     """Histories of the variable and of its derivatives; the first acceleration, if none is given, is the balance's."""
     values = dict(arguments)
@@ -94,15 +88,15 @@ def run(
     model.set_time_step(dt)
     start = load.at(0.0) - 2 * xi * omega * v0 - omega**2 * u0 if a0 is None else a0
     if kind == "Houbolt_scheme":
-        history = before(omega, xi, dt, u0, v0, load)
-        initial = {"Previous_u": u0, "Previous2_u": history[0], "Previous3_u": history[1]}
+        assert before is not None
+        initial = {"Previous_u": u0, "Previous2_u": before[0][0], "Previous3_u": before[1][0]}
     else:
         initial = {"Previous_u": u0, "Previous_Dot_u": v0, "Previous_Dot2_u": start}
     for name, value in initial.items():
         model.set_variable(name, [value])
     rows = [(u0, v0, start)]
     for i in range(1, n + 1):
-        model.set_variable("f", [load.at(i * dt)])
+        model.set_variable("f", [load(i * dt)])
         model.solve()
         rows.append(tuple(float(np.ravel(model.variable(name))[0]) for name in ("u", "Dot_u", "Dot2_u")))
         model.shift_variables_for_time_integration()

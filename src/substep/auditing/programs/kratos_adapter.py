@@ -4,11 +4,9 @@ The oscillator is a concentrated element, whose nodal damping is c itself; the l
 set before each step to its value at the end of the step, which is when the program's own processes set it.
 """
 
-import math
 from importlib.metadata import version
 from typing import Any
 
-import numpy as np
 from adapter import Integrator, Load, serve
 from quiet import printing_aside
 
@@ -37,21 +35,21 @@ def bossak(alpha: float, beta: float, structural: bool = False) -> Integrator:
     said = claims(place, NEWMARK, scheme="newmark")
     if alpha != 0:
         said = claims(place, BOSSAK, scheme="wbz_alpha", alpha_B=alpha)
-    return Integrator(arguments=arguments, sets_a0=True, load="samples", claims=said)
+    return Integrator(arguments=arguments, sets="uva", load="each step", claims=said)
 
 
-def bdf(order: int, history: str = "exact") -> Integrator:
-    """Backward differences, from a history of the motion before t = 0 or from copies of the initial state."""
+def bdf(order: int, history: int) -> Integrator:
+    """Backward differences, from so many states of the motion before t = 0, or else from copies of the first one."""
     place = CORE.format("residual_based_bdf_scheme.h, description of the class")
     said = claims(place, STEPS, scheme=f"bdf{order}", order=order)
-    return Integrator(arguments={"order": order, "history": history}, load="samples", claims=said)
+    return Integrator(arguments={"order": order}, history=history, load="each step", claims=said)
 
 
 CENTRAL = "custom_schemes/explicit_central_differences_scheme.hpp, description of the class"
 INTEGRATORS = {
     "newmark": Integrator(
-        sets_a0=True,
-        load="samples",
+        sets="uva",
+        load="each step",
         claims=claims(
             CORE.format("residual_based_newmark_displacement_scheme.hpp"),
             "a dynamic implicit scheme based of the Newmark algorithm for displacements",
@@ -62,16 +60,16 @@ INTEGRATORS = {
     "bossak_most": bossak(-0.5, 0.25),
     "structural_newmark": bossak(0.0, 0.25, structural=True),
     "structural_bossak": bossak(-0.3, 0.25, structural=True),
-    **{f"bdf{order}": bdf(order) for order in range(1, 7)},
-    "bdf2_copied_start": bdf(2, "copies"),
+    **{f"bdf{order}": bdf(order, order - 1) for order in range(1, 7)},
+    "bdf2_copied_start": bdf(2, 0),
     "explicit_central_differences": Integrator(
         late={"v": -1.0, "a": -1.0},
-        load="samples",
+        load="each step",
         claims=claims(CENTRAL, "An explicit central difference scheme", scheme="central_difference"),
     ),
     "explicit_multi_stage": Integrator(
         arguments={"fraction_delta_time": 0.333333333333333333},
-        load="samples",
+        load="each step",
         claims=claims("structural_mechanics_explicit_dynamic_solver.py", '"multi_stage"', scheme="kim_two_stage"),
     ),
 }
@@ -127,32 +125,6 @@ def scheme(integrator: str, arguments: dict[str, Any]) -> Any:
     return kratos.ResidualBasedBossakDisplacementScheme(alpha, beta)
 
 
-def before(omega: float, xi: float, dt: float, rows: int, u0: float, v0: float, load: Load) -> list[tuple[float, ...]]:
-    """The motion at t = 0, -dt, -2 dt, ..., so many rows, by Runge and Kutta's method in short steps.
-
-    Above ten radians a step there is nothing to resolve, and a damped motion overflows backwards: copies of the start.
-    """
-
-    def rate(t: float, y: np.ndarray) -> np.ndarray:
-        return np.array([y[1], load.at(t) - 2 * xi * omega * y[1] - omega**2 * y[0]])
-
-    t, y = 0.0, np.array([u0, v0])
-    motion = [(u0, v0, rate(t, y)[1])]
-    if omega * dt > 10:
-        return motion * rows
-    shorter = 32 + 32 * math.ceil(omega * dt)
-    h = -dt / shorter
-    for _ in range(rows - 1):
-        for _ in range(shorter):
-            k1 = rate(t, y)
-            k2 = rate(t + h / 2, y + h / 2 * k1)
-            k3 = rate(t + h / 2, y + h / 2 * k2)
-            k4 = rate(t + h, y + h * k3)
-            t, y = t + h, y + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
-        motion.append((*y, rate(t, y)[1]))
-    return motion
-
-
 def run(
     integrator: str,
     arguments: dict[str, Any],
@@ -164,6 +136,7 @@ def run(
     v0: float,
     a0: float | None,
     load: Load,
+    before: list[Any] | None = None,
 ) -> tuple[Any, Any, Any]:
     """Histories of the node's values, of which the explicit schemes' velocities and accelerations are a step old."""
     explicit = integrator.startswith("explicit")
@@ -180,21 +153,20 @@ def run(
         )
     strategy.SetEchoLevel(0)
     start = (u0, v0, load.at(0.0) - 2 * xi * omega * v0 - omega**2 * u0 if a0 is None else a0)
-    exact = arguments.get("history") == "exact"
-    history = before(omega, xi, dt, rows, u0, v0, load) if exact else [start] * rows
+    history = [start, *(before or [start] * (rows - 1))]
     part.ProcessInfo[kratos.TIME] = -rows * dt
     for i, values in enumerate(reversed(history), start=1 - rows):
         part.CloneTimeStep(i * dt)
         part.ProcessInfo[kratos.STEP] = i
         for variable, value in zip(STATE, values, strict=True):
             node.SetSolutionStepValue(variable, 0, value)
-    node.SetSolutionStepValue(kratos.VOLUME_ACCELERATION_X, 0, load.at(0.0))
+    node.SetSolutionStepValue(kratos.VOLUME_ACCELERATION_X, 0, load(0.0))
     strategy.Initialize()
     table = [start]
     for i in range(1, n + 1):
         part.CloneTimeStep(i * dt)
         part.ProcessInfo[kratos.STEP] = i
-        node.SetSolutionStepValue(kratos.VOLUME_ACCELERATION_X, 0, load.at(i * dt))
+        node.SetSolutionStepValue(kratos.VOLUME_ACCELERATION_X, 0, load(i * dt))
         strategy.InitializeSolutionStep()
         strategy.Predict()
         strategy.SolveSolutionStep()

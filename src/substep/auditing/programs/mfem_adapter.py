@@ -14,8 +14,8 @@ def solver(name: str, quotation: str, arguments: dict[str, Any] | None = None, *
     """A solver with the arguments of its constructor in order, and what the header says of it."""
     claims = {key: (value, quotation, SOURCE.format(name)) for key, value in values.items()}
     given = arguments or {}
-    outputs, sets_a0 = ("uv", False) if "no_mult" in given else ("uva", True)
-    return Integrator(arguments={"solver": name} | given, sets_a0=sets_a0, outputs=outputs, claims=claims)
+    sets = outputs = "uv" if "no_mult" in given else "uva"
+    return Integrator(arguments={"solver": name} | given, sets=sets, outputs=outputs, claims=claims)
 
 
 def newmark(beta: float, gamma: float, no_mult: bool = False) -> Integrator:

@@ -36,9 +36,9 @@ def usage(name: str, line: int, quotation: str, **values: Any) -> Claims:
     return {key: (value, quotation, SOURCE.format(f"{name}.cpp:{line}")) for key, value in values.items()}
 
 
-def alpha(name: str, arguments: dict[str, Any], claims: Claims) -> Integrator:
+def alpha(name: str, arguments: dict[str, Any], claims: Claims, **defaults: float) -> Integrator:
     """An integrator whose start takes an acceleration that was committed to the node."""
-    return Integrator(arguments=arguments, sets_a0=True, claims=claims)
+    return Integrator(arguments=arguments, defaults=defaults, sets="uva", load="series", claims=claims)
 
 
 def newmark(gamma: float, beta: float, quotation: str, **options: Any) -> Integrator:
@@ -76,7 +76,8 @@ INTEGRATORS: dict[str, Integrator] = {
     "Newmark_form_A": newmark(0.6, 0.3025, "'A' -- acceleration", **{"-form": "A"}),
     "Newmark_explicit": Integrator(
         arguments={"gamma": 0.5, "beta": 0.0, "-form": "A"},
-        sets_a0=True,
+        sets="uva",
+        load="series",
         claims=documented(
             "newmark",
             "beta is chosen as 0, the formulation results in the fast but conditionally stable explicit"
@@ -88,7 +89,7 @@ INTEGRATORS: dict[str, Integrator] = {
         ),
     ),
     "Newmark1": alpha("Newmark1", dict(PAIR), usage("Newmark1", 52, "Newmark1 gamma beta", scheme="newmark", **PAIR)),
-    "HHT": alpha("HHT", {"alpha": 0.9}, hht_claims(0.9)),
+    "HHT": alpha("HHT", {"alpha": 0.9}, hht_claims(0.9), **PAIR),
     "HHT_least": alpha("HHT", {"alpha": 2 / 3}, hht_claims(2 / 3)),
     "HHT_all_arguments": alpha(
         "HHT",
@@ -96,12 +97,15 @@ INTEGRATORS: dict[str, Integrator] = {
         documented("hht", "integrator('HHT',alpha,gamma=1.5-alpha,beta=(2-alpha)^2/4)", **HHT, **PAIR),
     ),
     "HHT_TP": alpha(
-        "HHT_TP", {"alpha": 0.9}, header("HHT_TP", 33, OWN_FORM.format("HHT"), scheme="hht_alpha", alpha=-0.1)
+        "HHT_TP",
+        {"alpha": 0.9},
+        header("HHT_TP", 33, OWN_FORM.format("HHT"), scheme="hht_alpha", alpha=-0.1),
+        **PAIR,
     ),
     "HHT_TP_all_arguments": alpha(
         "HHT_TP", {"alpha": 0.9, **PAIR}, usage("HHT_TP", 54, "want HHT_TP $alpha <$gamma $beta>", **HHT, **PAIR)
     ),
-    "GeneralizedAlpha": alpha("GeneralizedAlpha", {"alphaM": 1.1, "alphaF": 0.8}, GENERAL),
+    "GeneralizedAlpha": alpha("GeneralizedAlpha", {"alphaM": 1.1, "alphaF": 0.8}, GENERAL, gamma=0.8, beta=0.4225),
     "GeneralizedAlpha_hht": alpha(
         "GeneralizedAlpha",
         {"alphaM": 1.0, "alphaF": 0.9},
@@ -173,7 +177,8 @@ INTEGRATORS: dict[str, Integrator] = {
         header("WilsonTheta", 34, OWN_FORM.format("WilsonTheta"), scheme="wilson_theta", theta=1.4),
     ),
     "TRBDF2": Integrator(
-        sets_a0=True,
+        sets="uva",
+        load="series",
         calls=2,
         claims=documented(
             "trbdf2",
@@ -182,24 +187,28 @@ INTEGRATORS: dict[str, Integrator] = {
         ),
     ),
     "TRBDF3": Integrator(
-        sets_a0=True,
+        sets="uva",
+        load="series",
         calls=3,
         claims=header("TRBDF3", 33, "using the so-called TRBDF3 integration scheme", scheme="trbdf3"),
     ),
     "BackwardEuler": Integrator(
         arguments={"option": 0},
-        sets_a0=True,
+        sets="uva",
+        load="series",
         claims=header("BackwardEuler", 33, "using 2 or 3 point backward Euler scheme", scheme="bdf2"),
     ),
     "BackwardEuler_1": Integrator(
         arguments={"option": 1},
-        sets_a0=True,
+        sets="uva",
+        load="series",
         claims=header(
             "BackwardEuler", 37, "optn 1 ref: T.Liu, C.Zhao, Q.Li, and L.Zhang.", scheme="liu_backward_euler"
         ),
     ),
     "Houbolt": Integrator(
-        sets_a0=True,
+        sets="uva",
+        load="series",
         claims=header(
             "Houbolt",
             36,
@@ -239,6 +248,7 @@ INTEGRATORS: dict[str, Integrator] = {
     ),
     "CentralDifferenceNoDamping": Integrator(
         outputs="u",
+        load="series",
         damping=False,
         claims=header(
             "CentralDifferenceNoDamping",
@@ -248,7 +258,8 @@ INTEGRATORS: dict[str, Integrator] = {
         ),
     ),
     "ExplicitDifference": Integrator(
-        sets_a0=True,
+        sets="uva",
+        load="series",
         claims={
             "scheme": ("central_difference_lagged", "Explicit Difference", MANUAL.format("ExplicitDifference")),
             "critical_Omega": (

@@ -18,7 +18,8 @@ WEIGHTS = "A u_{n+2} = 1/3 (F_{n+2} + F_{n+1} + F_{n}) + N_{n+1} + A_1 u_{n+1} +
 def exact(place: str, order: int) -> Integrator:
     """A solver whose manual calls it exact under a load that is linear, or constant, over a step."""
     claims = {"scheme": ("exact propagator", LINEAR, f"docstring of pyyeti.ode.{place}")}
-    return Integrator(arguments={"order": order}, load="samples", claims=claims)
+    given, defaults = ({}, {"order": 1}) if order == 1 else ({"order": order}, {})
+    return Integrator(arguments=given, defaults=defaults, load="samples", claims=claims)
 
 
 INTEGRATORS = {
@@ -36,7 +37,7 @@ INTEGRATORS = {
     "SolveExp2": exact("SolveExp2", 1),
     "SolveExp2_order_0": exact("SolveExp2", 0),
     "SolveCDF": Integrator(
-        arguments={"order": 1},
+        defaults={"order": 1},
         load="samples",
         claims={
             "scheme": (

@@ -1,8 +1,7 @@
 """ROSS: the function `ross.utils.newmark`, which integrates the rotors' time response.
 
-It starts from rest and knows no initial state. A motion from u0 and v0 is u0 + v0 t and a motion from rest under the
-load that this one leaves, and Newmark's formulas reproduce u0 + v0 t exactly: so a start from u0, v0 and the
-acceleration that the function assumes, which is zero, is run without a change of the scheme.
+It starts from rest, with an acceleration that it assumes to be zero, and knows no initial state. Newmark's formulas
+reproduce u0 + v0 t exactly, so that motion from u0 and v0 can be superposed without a change of the scheme.
 """
 
 from importlib.metadata import version
@@ -18,15 +17,16 @@ with printing_aside():
 PLACE = "docstring of ross.utils.newmark"
 
 
-def method(gamma: float, beta: float, quotation: str) -> Integrator:
-    """The function with its two parameters."""
-    values = {"scheme": "newmark", "gamma": gamma, "beta": beta}
-    claims = {name: (value, quotation, PLACE) for name, value in values.items()}
-    return Integrator(arguments={"gamma": gamma, "beta": beta}, outputs="u", load="samples", digits=12.0, claims=claims)
+def method(gamma: float, beta: float, quotation: str, defaults: bool = False) -> Integrator:
+    """The function with its two parameters, or with these as the defaults that they have."""
+    values = {"gamma": gamma, "beta": beta}
+    claims = {name: (value, quotation, PLACE) for name, value in ({"scheme": "newmark"} | values).items()}
+    given, left_out = ({}, values) if defaults else (values, {})
+    return Integrator(given, left_out, sets="", outputs="u", load="each step", digits=12.0, claims=claims)
 
 
 INTEGRATORS = {
-    "newmark": method(0.5, 0.25, "gamma: Default is 0.5. beta: Default is 0.25."),
+    "newmark": method(0.5, 0.25, "gamma: Default is 0.5. beta: Default is 0.25.", defaults=True),
     "newmark_linear": method(
         0.5, 1 / 6, "Parameter of the integration algorithm related to the displacement interpolation"
     ),
@@ -51,18 +51,16 @@ def run(
     """Displacements; the tolerance, which is one of forces, is twelve digits of the largest force at hand."""
     t = dt * np.arange(n + 1)
     k, c = omega**2, 2 * xi * omega
-    drift = u0 + v0 * t
-    force = np.array([load.at(x) for x in t]) - k * drift - c * v0
     mass, damping, stiffness = np.eye(1), np.array([[c]]), np.array([[k]])
-    largest = float(abs(force).max())
+    largest = max(abs(load.at(x)) for x in t)
     y = newmark(
-        lambda step, **state: (mass, damping, stiffness, force[step : step + 1]),
+        lambda step, **state: (mass, damping, stiffness, np.array([load(t[step])])),
         t,
         1,
         tol=max(1e-12 * largest, 1e-300),
         **arguments,
     )
-    return y[:, 0] + drift, None, None
+    return y[:, 0], None, None
 
 
 if __name__ == "__main__":

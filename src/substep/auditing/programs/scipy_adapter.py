@@ -23,6 +23,7 @@ def pair(solver: str, scheme: str, order: int, quotation: str) -> Integrator:
 
 INTEGRATORS = {
     "lsim": Integrator(
+        defaults={"interp": True},
         load="samples",
         outputs="uva",
         claims={"scheme": ("exact propagator", "Simulate output of a continuous-time linear system.", MANUAL)},

@@ -1,0 +1,66 @@
+"""All schemes of the catalogue that do the same as an identified one, whatever parameters have to be solved for."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import islice
+
+from ..core.schemes import Scheme, schemes
+from ..core.schemes import scheme as make_scheme
+from .fit import free_parameters, recognise, solutions
+from .identify import Identification, Match, credible, fitted, residuals
+from .linear_step import with_parameters
+from .noise import QUIET, Noise
+from .probes import Measured
+
+FEW = (0.3, 3.0)  # Omega of the oscillators on which a scheme is solved for, before it is compared on all
+PLAIN = (0.0, 1.0)  # values of parameters that one scheme has and the other has not, which are tried first
+NEXT = 1e-6  # nearer to a simple number, a parameter may be that one but for rounding
+TRIES = 2  # starts from which they are solved for then
+
+
+def with_all_members(
+    found: Identification, free: Sequence[Measured], own: Sequence[Measured], noise: Noise = QUIET
+) -> Identification:
+    """The same with every other scheme that does what was measured among its matches.
+
+    free, own: the runs that it was found from; noise: of these. As it was where only eigenvalues agree, for many
+    schemes share these, and where damping is of a dialect. Parameters outside their intervals are not named: at their
+    ends a scheme may have no step.
+    """
+    if not found.matches or found.matches[0].what == "spectrum" or found.matches[0].damping != "declared":
+        return found
+    best, damping = found.matches[0], bool(free[0].at.xi.any())
+    known = {match.scheme.name for match in found.matches}
+    more = []
+    for scheme in map(make_scheme, schemes()):
+        names = free_parameters(scheme)
+        if scheme.name not in known and len(names) and (scheme.info.damping or not damping):
+            matches = (
+                replace(fitted(at, (), best.what, free, own, noise), solved=len(names))
+                for at in _near(scheme, best, free, noise)
+            )
+            first = next((match for match in matches if credible(match, noise) and _allowed(match.scheme)), None)
+            more += [] if first is None else [first]
+    return replace(found, matches=(*found.matches, *sorted(more, key=lambda match: match.solved)))
+
+
+def _near(scheme: Scheme, best: Match, free: Sequence[Measured], noise: Noise) -> Iterator[Scheme]:
+    """The scheme at values at which it may do the same as the best match: plain ones, and those solved for."""
+    names, few = free_parameters(scheme), [run.only(FEW) for run in free]
+    shared = {name: float(x) for name, x in best.scheme.parameters.items() if name in names}
+    for plain in PLAIN:
+        yield with_parameters(scheme, dict.fromkeys(names, plain) | shared)
+    for residual in residuals(scheme, best.what, few):
+        for solution in islice(solutions(scheme, names, few[0].at, residual), TRIES):
+            if solution.error <= noise.match:
+                yield solution.scheme
+
+
+def _allowed(scheme: Scheme) -> bool:
+    """Whether the parameters lie in their intervals, and not next to an end that is none of these."""
+    values = {name: recognise(float(scheme.parameters[name]), NEXT)[0] for name in free_parameters(scheme)}
+    try:
+        make_scheme(scheme.name, **values)
+    except ValueError:
+        return False
+    return True
