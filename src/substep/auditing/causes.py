@@ -163,9 +163,9 @@ def _of_parameters(claimed: Mapping[str, Array], found: Match) -> list[str]:
 
 
 def _of_damping(e: Evidence, best: Match) -> list[Deviation]:
-    """Where another velocity than the declared one damps and that costs order, if a scheme is claimed or a claim fails."""
-    lost, claims_it = e.lowered(FREE), e.claimed is not None or bool(e.failed)
-    if best.damping == "declared" or not lost or not claims_it:
+    """Where another velocity than the declared one damps and costs order, if a scheme is claimed or a claim fails."""
+    lost, said = e.lowered(FREE), e.claimed is not None or bool(e.failed)
+    if best.damping == "declared" or not lost or not said:
         return []
     return [Deviation("damping", f"the damping force is that of {DAMPED_BY[best.damping]}", (lost,))]
 
