@@ -48,6 +48,33 @@ def generalized_alpha(
     return run if sets_a0 else started
 
 
+def damped_by(velocity: str, alpha_f: float, beta: float, gamma: float) -> Callable[..., Any]:
+    """Generalized-alpha with alpha_m = 0, damped by another velocity: "predicted", "start", "end", or "ahead".
+
+    The predicted one is the declared one without the acceleration that the step is solved for. For beta = 0 the force
+    takes u alone from the step before, and nothing is inverted but where "end" damps.
+    """
+
+    def run(omega: float, xi: float, dt: float, n: int, u0: float, v0: float, load: Any) -> Any:
+        k, c, w = omega**2, 2 * xi * omega, 1 - alpha_f
+        rows = [(u0, v0, load(0.0) - c * v0 - k * u0)]
+        for i in range(n):
+            u, v, a = rows[-1]
+            p, q = u + dt * v + dt * dt * (0.5 - beta) * a, v + dt * (1 - gamma) * a
+            known, unknown = {
+                "predicted": (alpha_f * v + w * q, 0.0),
+                "start": (v, 0.0),
+                "end": (q, gamma * dt),
+                "ahead": (v + 0.7 * dt * a, 0.0),
+            }[velocity]
+            right = load((i + w) * dt) - c * known - k * (alpha_f * u + w * p)
+            z = right / (1 + c * unknown + w * k * beta * dt * dt)
+            rows.append((p + beta * dt * dt * z, q + gamma * dt * z, z))
+        return zip(*rows, strict=True)
+
+    return run
+
+
 def trapezoidal_load(*weights: float) -> Callable[..., Any]:
     """The average acceleration method with the load as w0 f(t_n) + w1 f(t_n + h/2) + w2 f(t_n + h)."""
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from audited_steppers import generalized_alpha, trapezoidal_load
+from audited_steppers import damped_by, generalized_alpha, trapezoidal_load
 from declared import BY_NAME, NAMES, random_parameters
 from dense_steps import march
 from nonlinear_oracle import System, history
@@ -18,6 +18,7 @@ from substep_derive.declare.symbols import Symbol
 import substep as ss
 from substep.auditing import instrument
 from substep.auditing.claims import judged
+from substep.auditing.damping import identify_damped
 from substep.auditing.declared import declared
 from substep.auditing.exactness import exactness
 from substep.auditing.identify import Identification, agreement, identify
@@ -36,6 +37,7 @@ CHUNG = ss.Claims("generalized_alpha", rho_inf=RHO, order=2, unconditional=True)
 TRAPEZOIDAL = ss.Claims(
     "newmark", order=2, rho_inf=1.0, unconditional=True, parameters={"beta": 0.25, "gamma": 0.5}
 )  # fmt: skip
+CENTRAL = ss.Claims("newmark", order=2, parameters={"beta": 0.0, "gamma": 0.5})
 HILBER = ss.Claims("generalized_alpha", parameters={"alpha_m": 0.0, "alpha_f": 0.1, "beta": 0.3025, "gamma": 0.6})
 
 
@@ -208,6 +210,15 @@ DEFECTS: dict[str, tuple[Callable[..., Any], ss.Claims, list[str], str]] = {
     "single precision": (
         generalized_alpha(*OPTIMAL, BETA, GAMMA, dtype=np.float32), CHUNG, ["precision"], "results hold 7 digits"
     ),
+    "damping of the velocity before": (
+        damped_by("start", 0, 0, 0.5), CENTRAL, ["damping"], "the damping force is that of the velocity at t_n"
+    ),
+    "damping of the predicted velocity": (
+        damped_by("predicted", 0, 0, 0.5), CENTRAL, ["damping"], "the damping force is that of the predicted velocity"
+    ),
+    "damping of the velocity at the end": (
+        damped_by("end", 0.1, 0.3025, 0.6), HILBER, ["damping"], "is that of the velocity at t_n + h"
+    ),
     "mean load": (trapezoidal_load(0.5, 0, 0.5), TRAPEZOIDAL, ["load"], "1/2 f(t_n) + 1/2 f(t_n + h)"),
     "old load": (trapezoidal_load(1, 0, 0), TRAPEZOIDAL, ["load"], "the load is that of 1 step before: f(t_n)"),
     "three loads": (trapezoidal_load(0.25, 0.5, 0.25), TRAPEZOIDAL, ["load"], "1/2 f(t_n + 1/2 h)"),
@@ -220,6 +231,15 @@ def test_a_planted_defect_is_the_one_cause(defect):
     report = ss.audit(run, claims)
     assert [deviation.kind for deviation in report.deviations] == kinds, report.text
     assert text in (report.deviations[0].text if kinds else "")
+
+
+def test_a_scheme_that_is_one_without_damping_alone_is_named():
+    stepper = ss.Stepper(damped_by("ahead", 0, 0, 0.5))
+    own = own_runs(stepper, omegas=(0.3, 1.0, 3.0))
+    found = identify_damped(own, own, CENTRAL.claimed_scheme())
+    assert not found.matches and found.undamped[0].text == "newmark(beta = 0, gamma = 1/2)"
+    (judgement,) = judged(CENTRAL, found, {}, np.inf, 2.0)[:1]
+    assert judgement.verdict == "partly"
 
 
 @pytest.mark.parametrize(
@@ -347,7 +367,8 @@ def test_what_is_no_scheme_is_not_given_a_name(monkeypatch):
     assert not report.matches and report.identified.startswith("none of the catalogue; nearest: ")
     assert "differs in u and v from Omega = 0.1 on; its eigenvalues too" in report.identified
     assert not report.deviations  # nothing is claimed
-    monkeypatch.setattr(instrument, "identify", lambda *_: report.found)  # which takes long where there is no scheme
+    # which takes long where there is no scheme
+    monkeypatch.setattr(instrument, "identify_damped", lambda *_: report.found)
     (deviation,) = ss.audit(report.stepper, ss.Claims("newmark", order=2, rho_inf=1.0)).deviations
     assert deviation.text.startswith("it is not newmark, nor any scheme of the catalogue")
 

@@ -10,6 +10,7 @@ from .claims import Judgement
 from .declared import declared
 from .fit import free_parameters, number, recognise, stated
 from .identify import SAME, Identification, Match, agreement, is_claimed
+from .linear_step import DAMPED_BY
 from .loads import LoadTaking
 from .orders import MOTIONS, UNDAMPED, Order, written
 from .outputs import instants_text
@@ -24,8 +25,8 @@ FREE, DRIVEN, FROM_REST = MOTIONS
 class Deviation:
     """A root cause, in words, and what follows from it.
 
-    kind: "scheme", "parameter", "start", "load", "output", "precision", or "claim" for a claim that fails without any
-    of these: the scheme is what it is said to be, and does not have the property.
+    kind: "scheme", "parameter", "damping", "start", "load", "output", "precision", or "claim" for a claim that fails
+    without any of these: the scheme is what it is said to be, and does not have the property.
     """
 
     kind: str
@@ -74,10 +75,19 @@ def deviations(e: Evidence) -> tuple[Deviation, ...]:
     if not e.found.matches:
         if e.claimed is None:
             return tuple(Deviation("claim", text) for text in failed)
+        if any(is_claimed(match.scheme, e.claimed) for match in e.found.undamped):
+            return (Deviation("damping", f"only without damping it is {stated(e.claimed)}", failed),)
         near = f"; nearest is {e.found.nearest.text}" if e.found.nearest else ""
         return (Deviation("scheme", f"it is not {stated(e.claimed)}, nor any scheme of the catalogue{near}", failed),)
     best = e.found.matches[0]
-    causes = [*_of_scheme(e, best), *_of_start(e, best), *_of_load(e), *_of_outputs(e, best), *_of_precision(e, best)]
+    causes = [
+        *_of_scheme(e, best),
+        *_of_damping(e, best),
+        *_of_start(e, best),
+        *_of_load(e),
+        *_of_outputs(e, best),
+        *_of_precision(e, best),
+    ]
     follows = {id(cause): list(cause.consequences) for cause in causes}
     left = []
     for judgement in e.failed:
@@ -94,7 +104,7 @@ def _cause(causes: Sequence[Deviation], judgement: Judgement) -> Deviation | Non
 
     An order that holds from rest fails by the start, one that holds in free motion by the load; all else by the scheme.
     """
-    kinds = ["scheme", "parameter"]
+    kinds = ["damping", "scheme", "parameter"]
     if judgement.claim == "order":
         failing = {motion.removeprefix(UNDAMPED) for motion in judgement.motions}
         if FROM_REST not in failing:
@@ -170,6 +180,14 @@ def _of_parameters(claimed: Mapping[str, Array], found: Match) -> list[str]:
         else:
             texts.append(pair(name))
     return texts
+
+
+def _of_damping(e: Evidence, best: Match) -> list[Deviation]:
+    """Where another velocity than the declared one damps and costs order, if a scheme is claimed or a claim fails."""
+    lost, said = e.lowered(FREE), e.claimed is not None or bool(e.failed)
+    if best.damping == "declared" or not lost or not said:
+        return []
+    return [Deviation("damping", f"the damping force is that of {DAMPED_BY[best.damping]}", (lost,))]
 
 
 def _of_start(e: Evidence, best: Match) -> list[Deviation]:

@@ -101,9 +101,9 @@ def judged(
 
     if claims.scheme is not None:
         claimed = claims.claimed_scheme()
-        candidates = [*matches, *([identified.claimed] if identified.claimed else [])]
+        candidates = [*matches, *identified.undamped, *([identified.claimed] if identified.claimed else [])]
         same = [match for match in candidates if claimed is not None and is_claimed(match.scheme, claimed)]
-        whole = any(match.what != "spectrum" for match in same)
+        whole = any(x.what != "spectrum" and x.damping == "declared" for x in same if x not in identified.undamped)
         verdict: Verdict = "not judged" if claimed is None else "true" if whole else "partly" if same else "false"
         name = claims.scheme if claimed is None else stated(claimed)
         judge("scheme", name, is_a, verdict)

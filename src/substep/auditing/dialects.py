@@ -2,7 +2,7 @@
 
 import json
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
@@ -25,7 +25,8 @@ from .stepper import Stepper
 
 TABLE = Path(__file__).parent / "dialects.json"
 LARGEST = 1e6  # a larger argument stands for none, such as a yield force that is never reached
-DEGREE = 2  # of the polynomials by which parameters follow from arguments
+DEGREE = 3  # largest, of the polynomials by which parameters follow from arguments
+MOST = 17  # points at which an integrator is identified
 Term = tuple[tuple[str, ...], str]  # names of the arguments that are multiplied, and the coefficient, an exact number
 
 
@@ -85,42 +86,58 @@ def dialects() -> Mapping[str, Dialect]:
 def find_dialect(program: Program, integrator: str) -> Dialect | None:
     """How the parameters follow from the numeric arguments, from identifications at several of their values.
 
-    None where no scheme is found, where the program refuses values near its own, or where they do not follow by
-    polynomials of second degree with simple coefficients, which a last identification at other values has to confirm.
+    None where no declared scheme is found, damping and all, where the program refuses values near its own, or where
+    they do not follow by polynomials of low degree with simple coefficients, which a last identification at other
+    values has to confirm.
     """
     given = program.integrators[integrator].arguments
     numbers = {name: value for name, value in given.items() if isinstance(value, float) and name.isidentifier()}
     names = [name for name, value in numbers.items() if abs(value) < LARGEST]
     base = np.array([given[name] for name in names])
-    terms = [term for degree in range(DEGREE + 1) for term in combinations_with_replacement(range(len(names)), degree)]
-    rng = np.random.default_rng(2)
-    change = np.round(rng.uniform(-0.12, 0.12, (len(terms) + 2, len(names))), 2)
-    points = np.where(base == 0.0, np.abs(change), base * (1.0 + change)) if names else base[None]
+    change = np.round(np.random.default_rng(2).uniform(-0.12, 0.12, (MOST, len(names))), 2)
+    near = np.where(base == 0.0, np.abs(change), base * (1.0 + change))
+    below = np.where(base == 0.0, -np.abs(change), base * (1.0 - np.abs(change)))  # where no larger values are taken
+
+    def stepper(point: Array) -> Stepper:
+        return program.stepper(integrator, dict(zip(names, map(float, point), strict=True)))
+
+    tried = (_through(points, stepper, names) for points in (near, below))
+    return next((found for found in tried if found is not None), None)
+
+
+def _through(points: Array, stepper: Callable[[Array], Stepper], names: Sequence[str]) -> Dialect | None:
+    """The polynomials of least degree through what is found at the points (MOST, len(names)), as many as that needs."""
     found: list[Scheme] = []
-    for point in points:
-        stepper = program.stepper(integrator, dict(zip(names, map(float, point), strict=True)))
-        try:
-            scheme = _scheme_of(stepper, found[0] if found else None)
-        except ValueError:  # the program refuses the values
+    for degree in range(DEGREE + 1):
+        terms = [term for d in range(degree + 1) for term in combinations_with_replacement(range(len(names)), d)]
+        if len(terms) + 2 > MOST:
             return None
-        if scheme is None:
-            return None
-        found.append(scheme)
-    matrix = np.array([[prod(point[i] for i in term) for term in terms] for point in points])
-    for parameters in (_parameters, family_of):
-        rows = [parameters(scheme) for scheme in found]
-        values = {key: _polynomial(matrix, np.array([row.get(key, np.nan) for row in rows])) for key in rows[0]}
-        if all(fit is not None for fit in values.values()) and (values or not free_parameters(found[0])):
-            factors = [tuple(names[i] for i in term) for term in terms]
-            written = {key: _terms(factors, fit) for key, fit in values.items() if fit is not None}
-            return Dialect(found[0].name, tuple(names), written)
+        for point in points[len(found) : len(terms) + 2]:
+            scheme = _scheme_of(stepper(point), found[0] if found else None)
+            if scheme is None:
+                return None
+            found.append(scheme)
+        matrix = np.array([[prod(point[i] for i in term) for term in terms] for point in points[: len(found)]])
+        factors = [tuple(names[i] for i in term) for term in terms]
+        for parameters in (_parameters, family_of):
+            rows = [parameters(scheme) for scheme in found]
+            values = {key: _polynomial(matrix, np.array([row.get(key, np.nan) for row in rows])) for key in rows[0]}
+            if all(fit is not None for fit in values.values()) and (values or not free_parameters(found[0])):
+                written = {key: _terms(factors, fit) for key, fit in values.items() if fit is not None}
+                return Dialect(found[0].name, tuple(names), written)
     return None
 
 
 def _scheme_of(stepper: Stepper, like: Scheme | None) -> Scheme | None:
-    """The scheme that does the same, of the same name as another if one is given; None if there is none."""
+    """The scheme that does the same, of the same name as another if one is given.
+
+    None if there is none, or the program refuses its arguments.
+    """
     omegas, ratios = (0.3, 1.0, 3.0, 10.0), (0.0, 0.5)
-    own = own_runs(stepper, omegas, ratios)
+    try:
+        own = own_runs(stepper, omegas, ratios)
+    except ValueError:
+        return None
     free = given_runs(stepper, omegas, ratios) if "a" in stepper.can.sets else own
     if like is None:
         matches = identify(free, own).matches

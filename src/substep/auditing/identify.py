@@ -11,7 +11,7 @@ from ..core.arrays import Array
 from ..core.schemes import Scheme, schemes
 from ..core.schemes import scheme as make_scheme
 from .fit import Residual, described, free_parameters, largest, recognise, simple, solutions, solve
-from .linear_step import Candidate
+from .linear_step import DAMPED_BY, Candidate, Damping, Oscillators
 from .noise import QUIET, Noise
 from .probes import Measured
 
@@ -30,7 +30,8 @@ class Match:
     what: "matrix", all that the stepper returns agrees; "displacements", its displacements do, its v or a are others;
     "spectrum", its eigenvalues do. error: the largest deviation, see `Measured.deviation`. start: where its
     acceleration at t = 0 comes from: "computed" from the equation of motion, or "zero"; "own", neither of these.
-    solved: how many parameters were solved for; unsure: by how much the noise may have moved them.
+    solved: how many parameters were solved for; unsure: by how much the noise may have moved them. damping: of which
+    velocity its damping force is.
     """
 
     scheme: Scheme
@@ -39,11 +40,17 @@ class Match:
     start: Start
     solved: int
     unsure: float = 0.0
+    damping: Damping = "declared"
 
     @property
     def text(self) -> str:
         """The scheme with its parameters, such as newmark(beta = 1/4, gamma = 1/2)."""
-        return described(self.scheme, self.unsure)
+        dialect = "" if self.damping == "declared" else f" damped by {DAMPED_BY[self.damping]}"
+        return described(self.scheme, self.unsure) + dialect
+
+    def candidate(self, at: Oscillators) -> Candidate:
+        """What it does on oscillators."""
+        return Candidate(self.scheme, at, damping=self.damping)
 
 
 @dataclass(frozen=True)
@@ -53,7 +60,8 @@ class Identification:
 
     claimed: how far the claimed scheme agrees; None if not even its eigenvalues do, or none is claimed.
     apart: schemes that agree on the linear oscillator, but not under a cubic spring, with their deviation there;
-    nonlinear: the least deviation there, None where no spring was tried.
+    nonlinear: the least deviation there, None where no spring was tried. undamped: where none matches, the schemes that
+    do on undamped oscillators.
     """
 
     matches: tuple[Match, ...]
@@ -62,6 +70,7 @@ class Identification:
     apart: tuple[tuple[Match, float], ...] = ()
     differs: str = ""
     nonlinear: float | None = None
+    undamped: tuple[Match, ...] = ()
 
     @property
     def on_linear(self) -> tuple[Match, ...]:
@@ -70,13 +79,17 @@ class Identification:
 
 
 def identify(
-    free: Sequence[Measured], own: Sequence[Measured], first: Scheme | None = None, noise: Noise = QUIET
+    free: Sequence[Measured],
+    own: Sequence[Measured],
+    first: Scheme | None = None,
+    noise: Noise = QUIET,
+    whats: Sequence[What] = WHATS,
 ) -> Identification:
     """The schemes of the catalogue that do what was measured, those with the fewest parameters left free.
 
     own: runs in which the stepper finds its own acceleration at t = 0; free: such runs, or those where it was given.
     first: a scheme to try at its own values before all others, such as the one a manual claims; where it matches, it is
-    the first of the matches. noise: of the runs; where it hides the scheme, none is looked for.
+    the first of the matches. noise: of the runs; where it hides the scheme, none is looked for. whats: what may agree.
     """
     if noise.hides:
         return Identification(())
@@ -84,7 +97,7 @@ def identify(
     pool = [s for s in map(make_scheme, schemes()) if s.info.damping or not damping]
     nearest: Match | None = None
     claimed = None if first is None else agreement(first, free, own, noise)
-    for what in WHATS:
+    for what in whats:
         same = [claimed] if claimed is not None and claimed.what == what else []
         for solved, variants in groupby(sorted(_variants(pool), key=_freedom), key=_freedom):
             tried = [fitted(scheme, names, what, free, own, noise) for scheme, names in variants]
@@ -167,13 +180,24 @@ def agreement(scheme: Scheme, free: Sequence[Measured], own: Sequence[Measured],
 
 
 def fitted(
-    scheme: Scheme, names: Sequence[str], what: What, free: Sequence[Measured], own: Sequence[Measured], noise: Noise
+    scheme: Scheme,
+    names: Sequence[str],
+    what: What,
+    free: Sequence[Measured],
+    own: Sequence[Measured],
+    noise: Noise,
+    damping: Damping = "declared",
 ) -> Match:
     """The scheme with the named parameters solved for, whether it matches or not."""
-    fits = [solve(scheme, names, free[0].at, residual) for residual in residuals(scheme, what, free)]
+    fits = [
+        solve(scheme, names, free[0].at, lambda c, r=residual: r(replace(c, damping=damping)))
+        for residual in residuals(scheme, what, free)
+    ]
     best = min(fits, key=lambda fit: fit.error)
-    start = _start(Candidate(best.scheme, free[0].at), what, own, noise) if best.error <= noise.match else "own"
-    return Match(best.scheme, what, best.error, start, len(names), best.unsure)
+    match = Match(best.scheme, what, best.error, "own", len(names), best.unsure, damping)
+    if best.error > noise.match:
+        return match
+    return replace(match, start=_start(match.candidate(free[0].at), what, own, noise))
 
 
 def with_other_values(match: Match, free: Sequence[Measured], noise: Noise) -> Iterator[Match]:

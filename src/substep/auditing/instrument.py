@@ -10,6 +10,7 @@ from ..core.errors import called_as
 from .causes import Evidence, deviations
 from .claims import Claims, judged
 from .control import controlled_runs
+from .damping import identify_damped
 from .declared import declared
 from .defaults import written_out
 from .exactness import exactness
@@ -23,7 +24,7 @@ from .free_motion import (
     measured_roots,
     scheme_roots,
 )
-from .identify import Identification, Match, identify, is_claimed
+from .identify import Identification, Match, is_claimed
 from .loads import LoadTaking, calls_of, load_taking
 from .members import with_all_members
 from .noise import Noise, measured_noise
@@ -66,7 +67,7 @@ def audit(stepper: Stepper | Run, claims: Claims | None = None) -> Report:
     found = Identification(())
     if exact is None:
         free = noise.over(given) if given and not ignored else own
-        found = with_all_members(identify(free, own, claimed, noise), free, own, noise)
+        found = with_all_members(identify_damped(free, own, claimed, noise), free, own, noise)
         found = split(found, stepper, free, noise)
     best = found.matches[0] if found.matches else None
     load = load_taking(best, driven, noise) if best else LoadTaking("unknown", called=calls_of(list(driven.values())))

@@ -8,14 +8,19 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from types import MappingProxyType
+from typing import Literal
 
 import numpy as np
 
 from ..core.arrays import Array
 from ..core.loads import Load, values_at
 from ..core.schemes import Scheme
-from ..structures.plan import Steps, start_of, step_of
+from ..structures.plan import Steps, System, start_of, step_of
 
+Damping = Literal["declared", "predicted", "start", "end"]
+DAMPED_BY: Mapping[Damping, str] = {  # the velocity of the damping force, where it is not the declared one
+    "predicted": "the predicted velocity", "start": "the velocity at t_n", "end": "the velocity at t_n + h"
+}  # fmt: skip
 Loads = tuple[tuple[tuple[float, float], ...], ...]  # of each system: pairs (weight, instant in steps after t_n)
 
 
@@ -86,16 +91,20 @@ class LinearStep:
 
 @dataclass(frozen=True)
 class Candidate:
-    """A scheme with numbers, on P oscillators. loads: how a step takes the load, in place of the scheme's own way."""
+    """A scheme with numbers, on P oscillators.
+
+    loads: how a step takes the load, in place of the scheme's own way; damping: by which velocity it is damped.
+    """
 
     scheme: Scheme
     at: Oscillators
     loads: Loads | None = None
+    damping: Damping = "declared"
 
     @cached_property
     def step(self) -> LinearStep:
         """The matrices of a step."""
-        step = LinearStep.of(step_of(self.scheme, self.at.h), self.at)
+        step = LinearStep.of(with_damping(step_of(self.scheme, self.at.h), self.damping), self.at)
         return step if self.loads is None else replace(step, loads=self.loads)
 
     @cached_property
@@ -165,6 +174,22 @@ class Candidate:
     def _with_forces(self, step: LinearStep, state: Array, load: Load | None, t: float) -> Array:
         forces = np.zeros(len(step.loads)) if load is None else step.forces(load, t, self.at.h)
         return np.concatenate([state, np.broadcast_to(forces, (len(state), len(forces)))], axis=1)
+
+
+def with_damping(steps: Steps, damping: Damping) -> Steps:
+    """The plan of a scheme of one balance with the damping force of another velocity.
+
+    The predicted velocity is what the declared one is without the acceleration that the balance is solved for.
+    """
+
+    def row(system: System) -> Array:
+        known = np.arange(steps.vectors) != system.place
+        rows = {"predicted": system.damping * known, "start": steps.rows["v_0"], "end": steps.report[1]}
+        return rows[damping]
+
+    if damping == "declared":
+        return steps
+    return replace(steps, systems=tuple(replace(s, damping=row(s)) if s.balance else s for s in steps.systems))
 
 
 def with_parameters(scheme: Scheme, values: Mapping[str, float]) -> Scheme:

@@ -1,7 +1,7 @@
 """At which instants, and with which weights, a step of a stepper takes the load."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -52,7 +52,7 @@ def load_taking(match: Match, driven: Mapping[str, Measured], noise: Noise = QUI
     if not driven:
         return LoadTaking("none")
     runs = list(driven.values())
-    candidate = Candidate(match.scheme, runs[0].at)
+    candidate = match.candidate(runs[0].at)
     called = calls_of(runs)
     kinds = slice(0, 3 if match.what == "matrix" else 1)
     declared = tuple(system.loads for system in step_of(match.scheme, candidate.at.h).systems)
@@ -96,7 +96,7 @@ def _best_start(
     candidate: Candidate, runs: Sequence[Measured], loads: Loads, kinds: slice, noise: Noise
 ) -> tuple[float, Literal["computed", "zero", "own"]]:
     """The smallest of the errors with the acceleration at t = 0 computed, zero or, if neither does, fitted."""
-    stepped = Candidate(candidate.scheme, candidate.at, loads)
+    stepped = replace(candidate, loads=loads)
     found: dict[Literal["computed", "zero", "own"], float] = {}
     zero = [_off(stepped, run, 0.0)[..., kinds] for run in runs]
     found["computed"] = max(largest(_off(stepped, run, None)[..., kinds]) for run in runs)
@@ -137,7 +137,7 @@ def _from_rest(
         size, zero = np.abs(run.rows[:, 1:, 0]).max(axis=1, keepdims=True), np.zeros(len(run.at.Omega))
 
         def displacements(loads: Loads, run: Measured = run, size: Array = size, a0: Array = zero) -> Array:
-            stepped = Candidate(candidate.scheme, run.at, loads)
+            stepped = replace(candidate, at=run.at, loads=loads)
             rows = stepped.histories(np.zeros(2), a0, run.rows.shape[1] - 1, _load(run))
             return (rows[:, 1:, 0] / size).ravel()
 

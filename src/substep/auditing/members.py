@@ -24,9 +24,10 @@ def with_all_members(
     """The same with every other scheme that does what was measured among its matches.
 
     free, own: the runs that it was found from; noise: of these. As it was where only eigenvalues agree, for many
-    schemes share these. Parameters outside their intervals are not named: at their ends a scheme may have no step.
+    schemes share these, and where damping is of a dialect. Parameters outside their intervals are not named: at their
+    ends a scheme may have no step.
     """
-    if not found.matches or found.matches[0].what == "spectrum":
+    if not found.matches or found.matches[0].what == "spectrum" or found.matches[0].damping != "declared":
         return found
     best, damping = found.matches[0], bool(free[0].at.xi.any())
     known = {match.scheme.name for match in found.matches}

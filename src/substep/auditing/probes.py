@@ -61,6 +61,16 @@ class Measured:
         before = np.concatenate([largest[:, :1], largest[:, :-1]], axis=1)
         return np.maximum(np.maximum(largest, before), 1e-300)[..., None]
 
+    @property
+    def undamped(self) -> "Measured":
+        """The same on the undamped oscillators alone."""
+        kept = self.at.xi == 0.0
+        at = Oscillators(self.at.Omega[kept], self.at.xi[kept], self.at.h)
+        called = tuple(times for times, keep in zip(self.called, kept, strict=True) if keep)
+        return replace(
+            self, at=at, rows=self.rows[kept], called=called, failed=tuple(x for x in self.failed if not x[1])
+        )
+
     @cached_property
     def energy_roots(self) -> Array:
         """(P, n+1): the root of u^2 + (v/omega)^2, not less than at the start; without v, of u alone."""

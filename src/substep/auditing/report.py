@@ -94,6 +94,8 @@ class Report:
             if self.noise.hides:
                 return f"not found: results repeat to {self.noise.digits} digits"
             near = f"; nearest: {nearest.text}, off by {nearest.error:.0e}{self.found.differs}" if nearest else ""
+            if self.found.undamped:
+                return f"{self.found.undamped[0].text} without damping, none of the catalogue with it"
             return f"none of the catalogue{near}"
         what = {"matrix": "all entries", "displacements": "displacements", "spectrum": "eigenvalues only,"}
         same = " = ".join(match.text for match in self.matches)
@@ -191,6 +193,7 @@ class Report:
                     "parameters": {key: float(x) for key, x in m.scheme.parameters.items()},
                     "text": m.text,
                     "what": m.what,
+                    "damping": m.damping,
                     "start": m.start,
                     "error": m.error,
                 }
