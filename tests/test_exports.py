@@ -23,7 +23,7 @@ COLUMNS = {
     "pendulum": ["u x", "u y", "v x", "v y", "a x", "a y", "energy", "angular_momentum", "strain"],
     "structure": ["u roof", "u floor", "v roof", "v floor", "a roof", "a floor", "energy", "work", "damped"],
     "numbered": ["u", "v", "a", "energy", "work", "damped"],
-    "modes": ["u floor", "u roof", "v floor", "v roof", "a floor", "a roof"],
+    "modes": ["u floor", "u roof", "v floor", "v roof", "a floor", "a roof", "energy", "work", "damped"],
 }
 
 

@@ -91,7 +91,7 @@ def test_forms_at_the_defaults_are_the_facts(name: str) -> None:
 def test_rho_inf_has_a_closed_form_or_is_refused_with_the_ways_to_a_number(name: str) -> None:
     """At the defaults it is what was found there without the closed form."""
     d, s = derive(name), ss.scheme(name)
-    if FORMS[name]["rho_inf"]:
+    if FORMS[name]["limit_text"]:
         at_defaults = {p.symbol: float(s.parameters[p.name]) for p in d.scheme.parameters}
         assert float(d.rho_inf.subs(at_defaults)) == pytest.approx(s.rho_inf, abs=2e-7)
         return
@@ -107,7 +107,7 @@ def test_rho_inf_has_a_closed_form_or_is_refused_with_the_ways_to_a_number(name:
 def test_the_closed_form_of_rho_inf_is_there_as_text_and_latex(name: str) -> None:
     """Where there is one; SymPy reads the text as what is derived."""
     text, latex = ss.scheme(name).rho_inf_forms
-    assert bool(text) == bool(latex) == bool(name in FORMS and FORMS[name]["rho_inf"])
+    assert bool(text) == bool(latex) == bool(name in FORMS and FORMS[name]["limit_text"])
     if text and not set("|,") & set(text):  # neither a modulus nor cases
         defaults = {key: float(x) for key, x in ss.scheme(name).parameters.items()}
         assert float(sympify(text.replace("^", "**"), defaults)) == pytest.approx(ss.scheme(name).rho_inf, abs=1e-12)

@@ -22,13 +22,13 @@ from .derivation import derive, order_at
 
 
 def forms(scheme: Scheme) -> dict[str, Any]:
-    """rho_inf, rho_inf_latex, limit, stable, A_stable, order and second_order of a scheme with parameters.
+    """limit_text, limit_latex, limit, stable, A_stable, order and second_order of a scheme with parameters.
 
-    rho_inf, rho_inf_latex: as a paper writes it, empty where it has no closed form. limit: function to the factors of
-    the polynomial in lambda of the eigenvalues as Omega -> oo, each its coefficients from the highest; None for an
-    explicit scheme. stable: function that tells whether it is stable for every Omega > 0, undamped; None where Omega
-    could not be eliminated. A_stable: function that tells whether what suffices for stability at every Omega > 0 and
-    every damping ratio holds; None where nothing is known to. order: of u, v and a at almost all parameters;
+    limit_text, limit_latex: rho_inf as a paper writes it, empty where it has no closed form. limit: function to the
+    factors of the polynomial in lambda of the eigenvalues as Omega -> oo, each its coefficients from the highest; None
+    for an explicit scheme. stable: function that tells whether it is stable for every Omega > 0, undamped; None where
+    Omega could not be eliminated. A_stable: function that tells whether what suffices for stability at every Omega > 0
+    and every damping ratio holds; None where nothing is known to. order: of u, v and a at almost all parameters;
     second_order: function to what vanishes where each is of second order, nothing where it is not of first order only.
     """
     d = derive(scheme)
@@ -48,8 +48,8 @@ def forms(scheme: Scheme) -> dict[str, Any]:
     A_stable, limit = stable_at_any_damping(scheme), _limit(scheme)
     second = literal_tuple(literal_tuple(map(str, vanish.get(name, ()))) for name in "uva")
     return {
-        "rho_inf": "" if rho_inf is None else PRINTER.doprint(rho_inf),
-        "rho_inf_latex": "" if rho_inf is None else latex(rho_inf),
+        "limit_text": "" if rho_inf is None else PRINTER.doprint(rho_inf),
+        "limit_latex": "" if rho_inf is None else latex(rho_inf),
         "limit": None if limit is None else _function(scheme, literal_tuple(map(literal_tuple, limit))),
         "stable": None if stable is None else _function(scheme, _decision(stable)),
         "A_stable": None if A_stable is None else _function(scheme, _decision(A_stable)),

@@ -115,7 +115,7 @@ def _print_facts(s: Scheme, row: "Mapping[str, Any]", name: str) -> None:
         "state": ", ".join(s.state),
         "parameters": _parameters(s) or "none",
         "order of u, v, a": ", ".join(map(str, row["order"])),
-        "rho_inf": " = ".join(dict.fromkeys([row["rho_inf"], *filter(None, [form.get("rho_inf")])])),
+        "rho_inf": " = ".join(dict.fromkeys([row["rho_inf"], *filter(None, [form.get("limit_text")])])),
         "stable, undamped": "for every Omega" if row["critical_Omega"] == "none" else _limit(row),
         "A-stable, L-stable": f"{row['A_stable']}, {row['L_stable']}",
         "overshoot": row["overshoot"],

@@ -87,7 +87,7 @@ def rho_inf_forms(info: SchemeInfo) -> tuple[str, str]:
     from substep_kernels.facts import FORMS  # noqa: PLC0415 (on first use)
 
     form = FORMS.get(info.name) if info.declaration is None else None
-    return (form["rho_inf"], form["rho_inf_latex"]) if form else ("", "")
+    return (form["limit_text"], form["limit_latex"]) if form else ("", "")
 
 
 def _order(info: SchemeInfo, forms: Mapping[str, Any], values: Sequence[Any]) -> tuple[int, int, int] | None:
