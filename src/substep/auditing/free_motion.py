@@ -131,8 +131,8 @@ def _energy(Omega: float, rows: Array, noise: float) -> Energy | None:
 def growths(stepper: Stepper, roots: Roots, critical: float | None, largest: float) -> tuple[Growth, ...]:
     """Where undamped free motion grows like a power of n, although no eigenvalue is outside the unit circle.
 
-    Looked for where two eigenvalues nearly meet on the circle, of which the first is reported, and at the end of what is
-    stable: the critical Omega, or the largest one. From unit starts of u and h*v, and of h^2*a where it can be set,
+    Looked for where two eigenvalues nearly meet on the circle, the first such place, and at the end of what is stable:
+    the critical Omega, or the largest one. From unit starts of u and h*v, and of h^2*a where it can be set,
     which shows spurious eigenvalues.
     """
     if critical == 0.0:
