@@ -35,7 +35,7 @@ def identify_damped(
     if matches := tuple(match for match in tried if credible(match, noise)):
         return Identification(matches)
     rest = identify(free, own, first, noise, ("displacements", "spectrum"))
-    return rest if rest.matches else Identification((), found.nearest, undamped=undamped)
+    return rest if rest.matches else replace(found, undamped=undamped)
 
 
 def _undamped(
