@@ -5,6 +5,14 @@ from typing import Any
 
 import numpy as np
 
+import substep as ss
+
+RHO = 0.8
+OPTIMAL = ((2 * RHO - 1) / (RHO + 1), RHO / (RHO + 1))  # alpha_m and alpha_f of generalized-alpha at this rho_inf
+BETA, GAMMA = (1 - OPTIMAL[0] + OPTIMAL[1]) ** 2 / 4, 0.5 - OPTIMAL[0] + OPTIMAL[1]
+CHUNG = ss.Claims("generalized_alpha", rho_inf=RHO, order=2, unconditional=True)
+TRAPEZOIDAL = ss.Claims("newmark", order=2, rho_inf=1.0, unconditional=True, parameters={"beta": 0.25, "gamma": 0.5})
+
 
 def generalized_alpha(
     alpha_m: float,

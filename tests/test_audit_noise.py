@@ -6,17 +6,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from audited_steppers import generalized_alpha
+from audited_steppers import BETA, CHUNG, GAMMA, OPTIMAL, TRAPEZOIDAL, generalized_alpha
 
 import substep as ss
 from substep.auditing.declared import declared
 from substep.auditing.report import Report
 
-RHO = 0.8
-OPTIMAL = ((2 * RHO - 1) / (RHO + 1), RHO / (RHO + 1))
-BETA, GAMMA = (1 - OPTIMAL[0] + OPTIMAL[1]) ** 2 / 4, 0.5 - OPTIMAL[0] + OPTIMAL[1]
-CHUNG = ss.Claims("generalized_alpha", rho_inf=RHO, order=2, unconditional=True)
-TRAPEZOIDAL = ss.Claims("newmark", order=2, rho_inf=1.0, unconditional=True, parameters={"beta": 0.25, "gamma": 0.5})
 SCHEMES = ("newmark", "generalized_alpha", "bathe", "central_difference", "houbolt", "rk4")
 
 
