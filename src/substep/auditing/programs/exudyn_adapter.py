@@ -40,7 +40,7 @@ def radius(rho: float) -> Integrator:
         ),
         "rho_inf": (rho, quotation, SETTINGS.format("spectralRadius")),
     }
-    return implicit(claims, False, spectralRadius=rho)
+    return implicit(claims, "uv", spectralRadius=rho)
 
 
 def newmark(beta: float, gamma: float) -> Integrator:
@@ -50,7 +50,7 @@ def newmark(beta: float, gamma: float) -> Integrator:
         "beta": (beta, "value beta for Newmark method", SETTINGS.format("newmarkBeta")),
         "gamma": (gamma, "value gamma for Newmark method", SETTINGS.format("newmarkGamma")),
     }
-    return implicit(claims, True, useNewmark=True, newmarkBeta=beta, newmarkGamma=gamma)
+    return implicit(claims, "uva", useNewmark=True, newmarkBeta=beta, newmarkGamma=gamma)
 
 
 def explicit(solver: str, order: int | None, quotation: str) -> Integrator:
