@@ -1,10 +1,13 @@
 """The command `substep show`."""
 
+import re
 from functools import cache
 from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
+from docutils.utils.math.latex2mathml import tex2mathml
+from substep_derive.study.closed_forms import ClosedForm, closed_forms
 from typer.testing import CliRunner
 
 import substep as ss
@@ -60,6 +63,32 @@ def test_show_prints_a_part_as_a_paper_does() -> None:
     assert "where 4*gamma^2 + 4*gamma + 1 < 16*beta, else" in spectrum
     assert "beta >= 0" in runner.invoke(app, ["conditions", "newmark"]).output
     assert runner.invoke(app, ["show", "bathe", "--part", "nothing"]).exit_code == 2
+
+
+@pytest.mark.parametrize("name", ["newmark_bdf2", "hht_alpha", "central_difference"])
+def test_names_and_sentences_are_typeset(name: str) -> None:
+    for form in closed_forms(name):
+        sentence = isinstance(form.value, str)
+        assert read(form.label) == plain("ρ∞" if form.name == "rho_inf" else form.name)
+        assert form.label.startswith(r"\text{") or re.fullmatch(r"[\\\w{}]+", form.label)
+        assert form.latex.startswith(r"\text{" if sentence else f"{form.label} = ")
+        if sentence:
+            assert read(form.latex) == plain(f"{form.name}: {form.text}")
+
+
+def test_a_label_escapes_what_latex_reads_as_a_command() -> None:
+    assert ClosedForm("", "50 % of (a)^(b)", "").label == r"\text{50 \% of (a)\textasciicircum{}(b)}"
+    assert ClosedForm("", "rho_inf", "").label == r"\rho_\infty"
+
+
+def read(latex: str) -> str:
+    """The characters that Docutils reads in LaTeX; it would show a macro within a text as it is."""
+    return plain("".join(ElementTree.fromstring(tex2mathml(latex)).itertext()))
+
+
+def plain(text: str) -> str:
+    """A text without blanks and marks of indices and powers."""
+    return re.sub(r"[_^\s]", "", text.replace("->", "→"))
 
 
 def test_show_of_an_unknown_scheme_names_the_nearest() -> None:
