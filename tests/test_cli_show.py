@@ -8,6 +8,8 @@ from xml.etree import ElementTree
 import pytest
 from docutils.utils.math.latex2mathml import tex2mathml
 from substep_derive.study.closed_forms import ClosedForm, closed_forms
+from substep_derive.study.derivation import derive
+from sympy import simplify
 from typer.testing import CliRunner
 
 import substep as ss
@@ -89,6 +91,22 @@ def read(latex: str) -> str:
 def plain(text: str) -> str:
     """A text without blanks and marks of indices and powers."""
     return re.sub(r"[_^\s]", "", text.replace("->", "→"))
+
+
+def test_factors_are_positive_where_the_parameters_lie_in_every_part() -> None:
+    text = " ".join(runner.invoke(app, ["show", "newmark_bdf2", "--part", "all"]).output.split())
+    assert "C*(u_1*(2 - gamma_t)/(h*(1 - gamma_t)) + " in text
+    assert "the modulus 1 + (-gamma_t*(2*gamma - 1)/(4*(2 - gamma_t)))*(omega h)^2" in text
+    assert "(gamma_t - 2)" not in text
+    assert "(gamma_t - 1)" not in text
+
+
+@pytest.mark.parametrize("name", ["newmark_bdf2", "generalized_alpha", "newmark", "rk4"])
+def test_residuals_as_in_a_paper_are_the_derived_ones(name: str) -> None:
+    shown = [form.value for form in closed_forms(name, "stiffness") if form.name == "R"]
+    assert len(shown) == len(derive(name).balances) > 0
+    for one, system in zip(shown, derive(name).balances, strict=True):
+        assert simplify(one - system.residual) == 0
 
 
 def test_show_of_an_unknown_scheme_names_the_nearest() -> None:

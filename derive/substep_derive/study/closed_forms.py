@@ -4,7 +4,7 @@ import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 
-from sympy import Expr, Integer, Symbol, factor, latex
+from sympy import Add, Expr, Integer, Mul, Symbol, factor, latex
 from sympy.printing.mathml import mathml
 
 from ..declare.scheme import Scheme
@@ -83,9 +83,15 @@ def _stiffness(d: Derivation) -> Iterator[ClosedForm]:
     for k, system in enumerate(d.balances, start=1):
         section = f"balance {k}, solved for {system.unknown}"
         yield ClosedForm(section, "K_eff", as_in_paper(system.effective_stiffness, d.scheme))
-        yield ClosedForm(section, "R", system.residual)
+        yield ClosedForm(section, "R", _residual(system.residual, d.scheme))
         yield ClosedForm(section, "v", as_in_paper(system.recover_v, d.scheme))
         yield ClosedForm(section, "a", as_in_paper(system.recover_a, d.scheme))
+
+
+def _residual(residual: Expr, scheme: Scheme) -> Expr:
+    """A residual whose forces stay apart: M and C times sums as in a paper."""
+    forces = (Mul.make_args(force) for force in Add.make_args(residual))
+    return Add(*(Mul(*(as_in_paper(e, scheme) if e.is_Add else e for e in factors)) for factors in forces))
 
 
 def _amplification(d: Derivation) -> Iterator[ClosedForm]:
