@@ -1,10 +1,15 @@
 """The command `substep show`."""
 
+import re
 from functools import cache
 from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
+from docutils.utils.math.latex2mathml import tex2mathml
+from substep_derive.study.closed_forms import ClosedForm, closed_forms
+from substep_derive.study.derivation import derive
+from sympy import simplify
 from typer.testing import CliRunner
 
 import substep as ss
@@ -60,6 +65,48 @@ def test_show_prints_a_part_as_a_paper_does() -> None:
     assert "where 4*gamma^2 + 4*gamma + 1 < 16*beta, else" in spectrum
     assert "beta >= 0" in runner.invoke(app, ["conditions", "newmark"]).output
     assert runner.invoke(app, ["show", "bathe", "--part", "nothing"]).exit_code == 2
+
+
+@pytest.mark.parametrize("name", ["newmark_bdf2", "hht_alpha", "central_difference"])
+def test_names_and_sentences_are_typeset(name: str) -> None:
+    for form in closed_forms(name):
+        sentence = isinstance(form.value, str)
+        assert read(form.label) == plain("ρ∞" if form.name == "rho_inf" else form.name)
+        assert form.label.startswith(r"\text{") or re.fullmatch(r"[\\\w{}]+", form.label)
+        assert form.latex.startswith(r"\text{" if sentence else f"{form.label} = ")
+        if sentence:
+            assert read(form.latex) == plain(f"{form.name}: {form.text}")
+
+
+def test_a_label_escapes_what_latex_reads_as_a_command() -> None:
+    assert ClosedForm("", "50 % of (a)^(b)", "").label == r"\text{50 \% of (a)\textasciicircum{}(b)}"
+    assert ClosedForm("", "rho_inf", "").label == r"\rho_\infty"
+
+
+def read(latex: str) -> str:
+    """The characters that Docutils reads in LaTeX; it would show a macro within a text as it is."""
+    return plain("".join(ElementTree.fromstring(tex2mathml(latex)).itertext()))
+
+
+def plain(text: str) -> str:
+    """A text without blanks and marks of indices and powers."""
+    return re.sub(r"[_^\s]", "", text.replace("->", "→"))
+
+
+def test_factors_are_positive_where_the_parameters_lie_in_every_part() -> None:
+    text = " ".join(runner.invoke(app, ["show", "newmark_bdf2", "--part", "all"]).output.split())
+    assert "C*(u_1*(2 - gamma_t)/(h*(1 - gamma_t)) + " in text
+    assert "the modulus 1 + (-gamma_t*(2*gamma - 1)/(4*(2 - gamma_t)))*(omega h)^2" in text
+    assert "(gamma_t - 2)" not in text
+    assert "(gamma_t - 1)" not in text
+
+
+@pytest.mark.parametrize("name", ["newmark_bdf2", "generalized_alpha", "newmark", "rk4"])
+def test_residuals_as_in_a_paper_are_the_derived_ones(name: str) -> None:
+    shown = [form.value for form in closed_forms(name, "stiffness") if form.name == "R"]
+    assert len(shown) == len(derive(name).balances) > 0
+    for one, system in zip(shown, derive(name).balances, strict=True):
+        assert simplify(one - system.residual) == 0
 
 
 def test_show_of_an_unknown_scheme_names_the_nearest() -> None:

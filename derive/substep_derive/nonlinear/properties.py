@@ -1,10 +1,10 @@
 """What is found about a scheme on nonlinear equations, as one object."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import cast
 
-from sympy import Rational
+from sympy import Expr, Rational
 
 from ..oscillator.evaluation import Evaluation
 from ..oscillator.order import AtLeast, Triple, drift
@@ -50,12 +50,17 @@ class Nonlinear:
         return found
 
 
-def nonlinear(orders_at: Sequence[Evaluation], verdicts_at: Evaluation) -> Nonlinear:
-    """The least orders at any of some evaluations, the verdicts at one. Raises InconsistentScheme, DeclarationError."""
+def nonlinear(
+    orders_at: Sequence[Evaluation], verdicts_at: Evaluation, written: Callable[[Expr], str] = str
+) -> Nonlinear:
+    """The least orders at any of some evaluations, the verdicts at one; written: see `structure`.
+
+    Raises InconsistentScheme, DeclarationError.
+    """
     found = [nonlinear_order(evaluation) for evaluation in orders_at]
     least = [_least([getattr(order, name) for order in found]) for name in ("free", "damped", "forced", "uva")]
     weakest = min(found, key=lambda order: sum(order.uva))
-    verdicts: Structure = structure(verdicts_at)
+    verdicts: Structure = structure(verdicts_at, written)
     return Nonlinear(
         *least,
         weakest.errors,

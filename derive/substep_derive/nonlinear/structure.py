@@ -4,10 +4,11 @@ A verdict holds for the reported u and v, started consistently. `True` comes fro
 of the step's Nystrom form, `False` from a tree, a monomial or an eigenvalue that contradicts; else it is open.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from sympy import Rational, factor, ring
+from sympy import Expr, Rational, factor, ring
 
 from ..oscillator.evaluation import Evaluation
 from ..oscillator.order import drift
@@ -49,9 +50,12 @@ class Structure:
     conjugate_symplectic: Verdict
 
 
-def structure(evaluation: Evaluation) -> Structure:
-    """The verdicts at the numbers that an evaluation has for the parameters. Raises InconsistentScheme."""
-    if damped := _modulus(evaluation):
+def structure(evaluation: Evaluation, written: Callable[[Expr], str] = str) -> Structure:
+    """The verdicts at the numbers that an evaluation has for the parameters. Raises InconsistentScheme.
+
+    written: the eigenvalue's modulus as text.
+    """
+    if damped := _modulus(evaluation, written):
         return Structure(*[Verdict(False, damped)] * 3)
     step = StepSeries(evaluation)
     form = nystrom(step)
@@ -66,13 +70,13 @@ def structure(evaluation: Evaluation) -> Structure:
     return Structure(_symmetric(form, step, of, u1, v1), symplectic, _conjugate(form, symplectic))
 
 
-def _modulus(evaluation: Evaluation) -> str | None:
+def _modulus(evaluation: Evaluation, written: Callable[[Expr], str]) -> str | None:
     """The first term of the oscillator's eigenvalue's modulus minus 1, as text; None if all that are sought vanish."""
     for terms in TERMS:
         real = [c.alpha for c in drift(evaluation, Rational(0), terms).c]  # zeta = i without damping
         for power, c in enumerate(real):
             if c:
-                value = factor(evaluation.field.expression(c))
+                value = written(factor(evaluation.field.expression(c)))
                 return f"on u'' = -omega^2 u its eigenvalues have the modulus 1 + ({value})*(omega h)^{power} + ..."
     return None
 

@@ -1,9 +1,10 @@
 """Derivation -> the closed forms a reader asks for, part by part, as text, LaTeX and MathML."""
 
+import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 
-from sympy import Eq, Expr, Integer, Symbol, factor, latex
+from sympy import Add, Expr, Integer, Mul, Symbol, factor, latex
 from sympy.printing.mathml import mathml
 
 from ..declare.scheme import Scheme
@@ -11,6 +12,9 @@ from ..declare.symbols import Omega, mu, xi
 from ..oscillator.spectrum import limit_polynomial
 from ..stability.paper import PRINTER, as_in_paper, in_powers
 from .derivation import Derivation, derive
+
+GREEK = {Symbol("rho_inf"): r"\rho_\infty"}  # what SymPy would set as rho with the subscript inf
+SIGNS = {"->": r"$\to$", "<": "$<$", ">": "$>$", "|": "$|$", "^": r"\textasciicircum{}"}  # in a text; others escaped
 
 
 @dataclass(frozen=True)
@@ -27,17 +31,37 @@ class ClosedForm:
         return self.value.replace("**", "^") if isinstance(self.value, str) else PRINTER.doprint(self.value)
 
     @property
+    def label(self) -> str:
+        """The name in LaTeX: one word as a symbol, several as text."""
+        return _latex(Symbol(self.name)) if re.fullmatch(r"\w+", self.name) else _words(self.name)
+
+    @property
     def latex(self) -> str:
-        """Name and result in LaTeX."""
+        """Name and result in LaTeX, for a display."""
         if isinstance(self.value, str):
-            escaped = "".join(rf"\{x}" if x in "_^{}&%$#" else x for x in f"{self.name}: {self.value}")
-            return rf"\text{{{escaped}}}"
-        return latex(Eq(Symbol(self.name), self.value, evaluate=False))
+            return _words(f"{self.name}: {self.text}")
+        return f"{self.label} = {_latex(self.value)}"
 
     @property
     def mathml(self) -> str:
         """The result, without its name, in MathML; a sentence as it is."""
         return self.value if isinstance(self.value, str) else str(mathml(self.value, printer="presentation"))
+
+
+def _latex(expression: Expr) -> str:
+    return latex(expression, symbol_names=GREEK)
+
+
+def _words(text: str) -> str:
+    """Plain text in LaTeX, with indices and powers set as such and signs that a font of text may lack as formulas."""
+    return r"\text{" + re.sub(r"([_^])(\w+)|->|[_^{}&%$#<>|]", _sign, text) + "}"
+
+
+def _sign(found: re.Match[str]) -> str:
+    sign, script = found[1] or found[0], found[2]
+    if script:
+        return f"${sign}{{{script}}}$"
+    return SIGNS.get(sign, rf"\{sign}")
 
 
 def closed_forms(scheme: str | Scheme, part: str = "all") -> Iterator[ClosedForm]:
@@ -59,9 +83,15 @@ def _stiffness(d: Derivation) -> Iterator[ClosedForm]:
     for k, system in enumerate(d.balances, start=1):
         section = f"balance {k}, solved for {system.unknown}"
         yield ClosedForm(section, "K_eff", as_in_paper(system.effective_stiffness, d.scheme))
-        yield ClosedForm(section, "R", system.residual)
+        yield ClosedForm(section, "R", _residual(system.residual, d.scheme))
         yield ClosedForm(section, "v", as_in_paper(system.recover_v, d.scheme))
         yield ClosedForm(section, "a", as_in_paper(system.recover_a, d.scheme))
+
+
+def _residual(residual: Expr, scheme: Scheme) -> Expr:
+    """A residual whose forces stay apart: M and C times sums as in a paper."""
+    forces = (Mul.make_args(force) for force in Add.make_args(residual))
+    return Add(*(Mul(*(as_in_paper(e, scheme) if e.is_Add else e for e in factors)) for factors in forces))
 
 
 def _amplification(d: Derivation) -> Iterator[ClosedForm]:
@@ -86,7 +116,7 @@ def _spectrum(d: Derivation) -> Iterator[ClosedForm]:
 def _load(d: Derivation) -> Iterator[ClosedForm]:
     for k, tau in enumerate(d.stencil):
         for i, label in enumerate(d.state):
-            name = f"B_{label} at t_n + ({PRINTER.doprint(tau)})*h"
+            name = f"B of {label} at t_n + ({PRINTER.doprint(tau)})*h"
             yield ClosedForm(
                 "load vector over den", name, in_powers(d.amplification.step.load_N[i, k], Omega, d.scheme)
             )

@@ -20,6 +20,7 @@ from ..oscillator.amplification import Amplification
 from ..oscillator.evaluation import Evaluation
 from ..oscillator.order import Triple, dampings_of, order_of
 from ..oscillator.spectrum import rho_infinity
+from ..stability.paper import PRINTER, as_in_paper
 
 
 @dataclass(frozen=True)
@@ -110,7 +111,8 @@ class Derivation:
         proved with the parameters as symbols, or at one set in general position where one has an implicit default.
         """
         implicit = any(isinstance(p.default, Root) for p in self.scheme.parameters)
-        return nonlinear(self._general, self._general[0] if implicit else Evaluation.free(self.scheme))
+        verdicts_at = self._general[0] if implicit else Evaluation.free(self.scheme)
+        return nonlinear(self._general, verdicts_at, lambda value: PRINTER.doprint(as_in_paper(value, self.scheme)))
 
     @cached_property
     def _general(self) -> tuple[Evaluation, ...]:

@@ -1,6 +1,5 @@
 """A page for each scheme of the catalogue: declaration, properties, closed forms, certificate, chart, code."""
 
-import re
 from collections.abc import Callable, Iterator
 from functools import partial
 from itertools import groupby
@@ -15,7 +14,7 @@ from substep_derive.declare.scheme import Scheme
 from substep_derive.emit.standalone import standalone
 from substep_derive.study.closed_forms import ClosedForm, closed_forms
 from substep_kernels.facts import CATALOGUE
-from sympy import And, Symbol, latex, sympify
+from sympy import And, latex, sympify
 
 import substep as ss
 
@@ -156,8 +155,7 @@ def _form(name: str, form: ClosedForm) -> Iterator[str]:
     if isinstance(form.value, str):
         yield from [f"{plain(form.name)}: {plain(form.text)}.", ""]
         return
-    left = latex(Symbol(form.name)) if re.fullmatch(r"\w+", form.name) else rf"\text{{{form.name}}}"
-    yield from formula(f"{left} = {latex(form.value)}", f"`substep show {name} --part all` prints {code(form.name)}")
+    yield from formula(form.latex, f"`substep show {name} --part all` prints {code(form.name)}")
 
 
 def _code(scheme: Scheme) -> Iterator[str]:
