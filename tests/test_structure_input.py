@@ -377,3 +377,18 @@ def test_bad_arguments_of_a_march() -> None:
     unsupported = ss.structure(np.diag([1.0, 0.0]), np.diag([1.0, 0.0]), a0=0.0, names=("held", "loose"))
     with pytest.raises(ValueError, match="a step of bathe, got one that leaves degree of freedom 'loose' undetermined"):
         ss.march(unsupported, "bathe", 0.1, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("M", "K", "loose"),
+    [
+        (np.diag([2.0, 0.0, 0.0]), np.diag([3.0, 1.0, 0.0]), "'roof'"),  # without mass and stiffness
+        (np.array([[0.0, 0.0, 0.0], [0.0, 1.0, 1.0], [0.0, 1.0, 1.0]]), np.eye(3), "'(second|roof)'"),
+    ],
+)
+def test_what_a_part_of_the_structure_leaves_undetermined_is_named_as_in_the_whole(M: Any, K: Any, loose: str) -> None:
+    with pytest.raises(ValueError, match=f"leaves degree of freedom {loose} undetermined; support it"):
+        _ = ss.structure(M, K, names=NAMES).a0
+    if M[2, 2] == 0.0:
+        with pytest.raises(ValueError, match=f"leaves degree of freedom {loose} undetermined; support it"):
+            ss.structure(M, K, names=NAMES).modes(1)

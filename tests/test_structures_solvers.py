@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy import sparse
+from scipy.sparse.linalg import LinearOperator
 
 import substep as ss
 from substep.structures import pardiso as pardiso_module
@@ -114,3 +115,27 @@ def test_memory_is_given_back() -> None:
     for _ in range(60):
         pardiso(K)
     assert resident() - before < 60e6
+
+
+def known_by_products(A: Any) -> LinearOperator:
+    return LinearOperator(A.shape, matvec=lambda x: A @ x, rmatvec=lambda x: A.T @ x, dtype=float)
+
+
+@pytest.mark.parametrize("scale", [1.0, 1e6])
+def test_damping_known_by_its_products_is_that_matrix(scale: float) -> None:
+    """Also where one part of the structure is stiffer than the rest by twelve orders of magnitude."""
+    size = np.where(np.arange(N) < N // 2, 1.0, scale)
+    K = sparse.csr_array(matrix("definite") * size * size[:, None])
+    C = sparse.csr_array(matrix("unsymmetric") * np.sqrt(size) * np.sqrt(size)[:, None] * 0.2)
+    start = {"u0": np.cos(np.arange(N)) / size}
+    found, exact = (
+        ss.march(ss.structure(sparse.eye_array(N), K, C=c, **start), "bathe", 0.1, 1.0, account=False).u * size
+        for c in (known_by_products(C), C)
+    )
+    assert np.abs(found - exact).max() < 1e-12 * np.abs(exact).max()
+
+
+def test_a_system_that_gmres_does_not_solve_is_refused() -> None:
+    turn = sparse.csr_array(np.roll(np.eye(1500), 1, axis=0))  # whose Krylov spaces have no solution before the last
+    with pytest.raises(ValueError, match=r"expected GMRES to solve .* got 1.0e\+00 of the right side .* as a matrix"):
+        factorize(known_by_products(turn))(np.eye(1500)[0])

@@ -95,7 +95,7 @@ def _dense(structure: Structure, n: int) -> tuple[Array, Array]:
     m = np.setdiff1d(np.arange(structure.size), s)
     K_mm, follow = K[np.ix_(m, m)], np.zeros((len(s), len(m)))
     if len(s):
-        follow = -structure.factorized(K[np.ix_(s, s)], "K of degrees of freedom without mass")(K[np.ix_(s, m)])
+        follow = -structure.factorized(K[np.ix_(s, s)], "K of degrees of freedom without mass", s)(K[np.ix_(s, m)])
         K_mm = K_mm + K[np.ix_(m, s)] @ follow
     try:
         values, vectors = linalg.eigh(0.5 * (K_mm + K_mm.T), M[np.ix_(m, m)], subset_by_index=[0, n - 1])

@@ -1,6 +1,9 @@
 """Matrices of a structure, dense or sparse: checked once, reduced to the free degrees of freedom, combined."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import reduce
+from operator import add
 from typing import Any
 
 import numpy as np
@@ -12,6 +15,14 @@ from .low_rank import LowRank, Updated
 
 SMALL = 300  # unknowns up to which all eigenvalues take less time than the least by Lanczos's method
 Matrix = Any  # a dense array (n, n), a sparse one of SciPy's in rows, or one of low rank
+
+
+@dataclass(frozen=True, eq=False)
+class Products:
+    """A sum that is known by its products only, `whole`; base: the sum of those of its parts that are matrices."""
+
+    whole: Any
+    base: Matrix
 
 
 def finite(name: str, value: Any) -> Matrix:
@@ -74,7 +85,9 @@ def combination(terms: Sequence[tuple[float, Matrix]]) -> Matrix:
 
     used = [(factor, matrix) for factor, matrix in terms if factor != 0.0]
     if any(is_operator(matrix) for _, matrix in used):
-        used = [(factor, aslinearoperator(_operand(matrix))) for factor, matrix in used]
+        whole = reduce(add, (factor * aslinearoperator(_operand(matrix)) for factor, matrix in used))
+        matrices = [(factor, A) for factor, A in used if not (is_operator(A) or isinstance(A, LowRank))]
+        return Products(whole, combination(matrices)) if matrices else whole
     found, low = None, None
     for factor, matrix in used:
         if isinstance(matrix, LowRank):

@@ -13,11 +13,13 @@ import numpy as np
 from ..core.arrays import Array
 from ..core.errors import unknown_name
 from .low_rank import LowRank, Updated, solved_with
-from .matrices import Matrix, asymmetry, diagonal_of, is_operator
+from .matrices import Matrix, Products, asymmetry, diagonal_of, is_operator
 
 Solve = Callable[[Array], Array]
 Solver = str | Callable[[Matrix], Solve]
 SINGULAR = 0.05  # residual of a right side that a singular matrix does not attain; 0.006 for beams of condition 1e17
+ROUNDS, RESTARTS = 4, 10  # of GMRES, and of each round the restarts, after 60 products each
+SOLVED, UNSOLVED = 1e-14, 1e-9  # of a right side: what a solution of GMRES leaves, and what only rounding can leave
 DENSE = 300  # unknowns up to which a sparse matrix is factorized as a dense one
 
 
@@ -35,8 +37,8 @@ def factorize(matrix: Matrix, solver: Solver = "auto") -> Solve:
         return solved_with(factorize(matrix.base, solver), matrix.low)
     if isinstance(matrix, LowRank):
         raise SingularMatrix(int(np.argmin(np.abs(matrix.B).sum(axis=1))))
-    if is_operator(matrix):
-        return solver(matrix) if callable(solver) else krylov(matrix)
+    if isinstance(matrix, Products) or is_operator(matrix):
+        return _by_products(matrix, solver)
     if (diagonal := diagonal_of(matrix)) is not None:
         if not diagonal.all():
             raise SingularMatrix(int(np.argmin(np.abs(diagonal))))
@@ -50,6 +52,16 @@ def factorize(matrix: Matrix, solver: Solver = "auto") -> Solve:
     if not _residual(matrix, solve, attained) <= 1e-6 or not _residual(matrix, solve, other) <= SINGULAR:
         raise SingularMatrix(_loose(matrix))
     return solve
+
+
+def _by_products(matrix: Any, solver: Solver) -> Solve:
+    whole, base = (matrix.whole, matrix.base) if isinstance(matrix, Products) else (matrix, None)
+    if callable(solver):
+        return solver(whole)
+    try:
+        return krylov(whole, None if base is None else factorize(base, solver))
+    except SingularMatrix:  # such as a mass matrix with rows of zeros, without the tangent
+        return krylov(whole)
 
 
 def _residual(matrix: Matrix, solve: Solve, b: Array) -> float:
@@ -73,11 +85,41 @@ def _chosen(matrix: Matrix, solver: Solver) -> Solve:
     return cholmod(matrix) if solver == "cholmod" else superlu(matrix)
 
 
-def krylov(matrix: Matrix) -> Solve:
-    """GMRES for a matrix known by its products only; what it leaves Newton's next iteration takes up."""
-    from scipy.sparse.linalg import gmres  # noqa: PLC0415
+def krylov(matrix: Any, near: Solve | None = None) -> Solve:
+    """GMRES for a matrix that is known by its products only; near: the solution with a matrix not far from it.
 
-    return lambda b: gmres(matrix, b, rtol=1e-8, restart=60)[0]
+    Each of a few rounds solves for what the last has left, so that the error does not depend on how well GMRES tells
+    when it is done. Raises ValueError, when it solves, for a system that does not come within UNSOLVED.
+    """
+    from scipy.sparse.linalg import LinearOperator, gmres  # noqa: PLC0415
+
+    def prepared(b: Array) -> Array:
+        return b if near is None else near(b)
+
+    closer = LinearOperator(matrix.shape, matvec=lambda x: prepared(matrix @ x.ravel()), dtype=np.float64)  # type: ignore[call-arg]
+
+    def solve(b: Array) -> Array:
+        if b.ndim == 2:
+            return np.stack([solve(column) for column in b.T], axis=-1)
+        x, left = np.zeros(len(b)), prepared(b)
+        size = smallest = float(np.linalg.norm(left))
+        for _ in range(ROUNDS):
+            if not smallest > SOLVED * size:
+                break
+            nearer = x + gmres(closer, left, rtol=1e-8, restart=60, maxiter=RESTARTS)[0]
+            left = prepared(b - matrix @ nearer)
+            if not float(np.linalg.norm(left)) < 0.5 * smallest:
+                break
+            x, smallest = nearer, float(np.linalg.norm(left))
+        if smallest > UNSOLVED * size:
+            raise ValueError(
+                f"expected GMRES to solve with a matrix that is known by its products only, got {smallest / size:.1e} "
+                f"of the right side left after {60 * RESTARTS} products a round; give the damping or the tangent as "
+                "a matrix, or solver= as a function from the LinearOperator to one b -> x"
+            )
+        return x
+
+    return solve
 
 
 def dense(matrix: Matrix) -> Solve:

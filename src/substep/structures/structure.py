@@ -146,8 +146,8 @@ class Structure:
         m = np.setdiff1d(np.arange(self.size), s)
         M, K = self.M[m][:, m], self.K[s]
         a = np.zeros(self.size)
-        a[m] = factorize(M, self.solver)(right[m])
-        a[s] = -factorize(K[:, s], self.solver)(K[:, m] @ a[m])
+        a[m] = self.factorized(M, "M of the degrees of freedom with mass", m)(right[m])
+        a[s] = -self.factorized(K[:, s], "K of degrees of freedom without mass", s)(K[:, m] @ a[m])
         return a
 
     @cached_property
@@ -155,13 +155,17 @@ class Structure:
         """The factorization of M. Raises ValueError, with the degree of freedom, where it is singular."""
         return self.factorized(self.M, "M, the mass matrix")
 
-    def factorized(self, matrix: Matrix, what: str) -> Callable[[Array], Array]:
-        """The factorization of a matrix (n, n). Raises ValueError, with a degree of freedom, for a singular one."""
+    def factorized(self, matrix: Matrix, what: str, part: NDArray[np.intp] | None = None) -> Callable[[Array], Array]:
+        """The factorization of a matrix (n, n), or of that of a part of the free degrees of freedom, by their numbers.
+
+        Raises ValueError, with a degree of freedom, for a singular one.
+        """
         try:
             return factorize(matrix, self.solver)
         except SingularMatrix as error:
+            place = error.place if part is None else int(part[error.place])
             raise ValueError(
-                f"expected a regular matrix of {what}, got one that leaves degree of freedom {self.named(error.place)} "
+                f"expected a regular matrix of {what}, got one that leaves degree of freedom {self.named(place)} "
                 "undetermined; support it, give it stiffness or mass, or take an implicit scheme if only M is singular"
             ) from error
 
