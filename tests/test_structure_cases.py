@@ -149,3 +149,8 @@ def test_what_does_not_fit_is_refused() -> None:
     ):
         with pytest.raises(ValueError, match=message):
             ss.sweep(frame(), **{"scheme": "generalized_alpha", "dt": 0.1, "t_end": 1.0, **arguments})
+
+
+def test_a_sweep_says_that_it_keeps_no_account() -> None:
+    with pytest.raises(ValueError, match="a sweep of a structure keeps no account of energy: march the point"):
+        ss.sweep(frame(), "bathe", dt=0.1, t_end=1.0, account=True)

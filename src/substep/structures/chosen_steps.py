@@ -24,12 +24,14 @@ CHANGE = 40.0  # solves that a factorization takes: 20 to 70
 class Taken:
     """An accepted step of length h to the time t: rows u, v and, where the scheme has its own, a, (2 or 3, n).
 
-    load, next_load: the load (n,) at t, of the side of the step and of what follows. counts: iterations of balances.
+    half_load: the load (n,) at the middle of the step; load, next_load: at t, of the side of the step and of what
+    follows. counts: iterations of balances.
     """
 
     t: float
     h: float
     rows: Array
+    half_load: Array
     load: Array
     next_load: Array
     counts: list[int]
@@ -192,8 +194,8 @@ class ChosenSteps:
         self.state = combined(march.steps.out, X)
         self.here = rows if len(rows) == 3 else np.vstack([rows, np.zeros_like(rows[:1])])
         self.t = end
-        load = self.forces.vector(end, middle)
-        return Taken(end, h, rows, load, load, march.counts)
+        half, load = (self.forces.vector(t, middle) for t in (end - 0.5 * h, end))
+        return Taken(end, h, rows, half, load, load, march.counts)
 
     def _crossed(self, taken: Taken, middle: float) -> Taken:
         """Go on behind a break point: where the load jumps, the acceleration jumps with it, by M^-1 of it."""

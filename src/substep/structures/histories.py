@@ -16,52 +16,75 @@ from .damping import Rayleigh
 from .matrices import is_identity
 from .newton import Tangent
 from .plan import step_of
+from .quadrature import middle, of_damped, of_work
 from .response import Account
 from .saved import Saved, described
 from .steps import Run, StructureSteps
 from .structure import Structure
 
 WARN = 0.05  # share of the energy beyond which what the scheme dissipates or gains is worth a warning
+VECTORS = 5  # of `Energies`, before its sums
 
 
 class Energies(NamedTuple):
-    """Where the account of energy stands: the last displacement, load and internal force, and the sums so far."""
+    """Where the account of energy stands: the last u, v, load, internal force and C v, and the sums so far.
+
+    quadrature: as in `Account`.
+    """
 
     u: Array
+    v: Array
     load: Array
     held: Array
+    resisted: Array
     strain: float
     work: float = 0.0
     damped: float = 0.0
+    quadrature: float = 0.0
 
     @classmethod
     def of(cls, s: Structure, u: Array, v: Array, t: float, load: Array) -> "Energies":
         """At this state under this load (n,); a strain energy without a potential is its work, so far 0."""
         held, strain = s.restoring(t, u, v), 0.0
+        rayleigh = isinstance(s.C, Rayleigh) and s.internal is None
+        resisted = np.zeros_like(v) if s.C is None else cls._resisted(s, v, s.K @ v if rayleigh else v)
         if s.internal is None:
             strain = 0.5 * dot(u, held)
         elif s.internal.potential is not None:
             strain = s.internal.energy(u)
-        return cls(u, load, held, strain)
+        return cls(u, v, load, held, resisted, strain)
 
-    def after(self, s: Structure, u: Array, v: Array, t: float, h: float, load: Array) -> "Energies":
-        """After a step of length h to u, v at the time t, at whose end the load was this one."""
-        new, change = Energies.of(s, u, v, t, load), u - self.u
-        if s.internal is not None and s.internal.potential is None:
+    def after(self, s: Structure, u: Array, v: Array, t: float, h: float, load: Array, half: Array) -> "Energies":
+        """After a step of length h to u, v at the time t, with this load at its end and `half` at its middle."""
+        ends, change, forces = (self.v, v), u - self.u, [self.load, half, load]
+        by_work = s.internal is not None and s.internal.potential is None
+        if by_work:  # before the force at the end, which the next step takes again
+            forces[1] = half - s.restoring(t - 0.5 * h, *middle(self.u, u, *ends, h))
+        new = Energies.of(s, u, v, t, load)
+        if by_work:
+            forces[0], forces[2] = self.load - self.held, load - new.held
             new = new._replace(strain=self.strain + 0.5 * dot(self.held + new.held, change))
-        damped = 0.0 if s.C is None else dot(change, self._resisted(s, change, new.held - self.held)) / h
-        return new._replace(work=self.work + 0.5 * dot(self.load + new.load, change), damped=self.damped + damped)
+        finer, damped = of_work(forces, change, ends, h, dot), 0.0
+        if s.C is not None:
+            by_change = self._resisted(s, change, new.held - self.held)
+            damped = dot(change, by_change) / h
+            finer -= of_damped((change, by_change), ends, (self.resisted, new.resisted), h, dot)
+        return new._replace(
+            work=self.work + 0.5 * dot(self.load + load, change),
+            damped=self.damped + damped,
+            quadrature=self.quadrature + finer,
+        )
 
     @staticmethod
     def _resisted(s: Structure, change: Array, held: Array) -> Array:
-        """C times a change of displacement, by which the internal force changes by `held`."""
+        """C times a change of displacement or a velocity, which K makes `held` of where the structure is linear."""
         if isinstance(s.C, Rayleigh) and s.internal is None:  # held is K times the change
             return s.C.alpha * (s.M @ change) + s.C.beta * held
         return s.damping @ change
 
-    def row(self, s: Structure, v: Array) -> tuple[float, float, float, float]:
-        """Kinetic and strain energy, work and damped energy."""
-        return 0.5 * dot(v, s.M @ v), self.strain, self.work, self.damped
+    def row(self, s: Structure) -> tuple[float, float, float, float, float]:
+        """Kinetic and strain energy, work, damped energy and quadrature."""
+        return 0.5 * dot(self.v, s.M @ self.v), self.strain, self.work, self.damped, self.quadrature
 
 
 class Histories:
@@ -79,7 +102,7 @@ class Histories:
         self.kinds = 3 if len(step_of(run.scheme, run.h).report) == 3 else 2
         self.select = selection(s, places)
         self.energies = Energies.of(s, s.u0, s.v0, 0.0, s.force(0.0)) if account else None
-        self.accounts = [] if self.energies is None else [self.energies.row(s, s.v0)]
+        self.accounts = [] if self.energies is None else [self.energies.row(s)]
         self.iterations: list[list[int]] = []
         self.state: Array | None = None
         self.tangents: list[Tangent | None] = []
@@ -103,9 +126,9 @@ class Histories:
         kept = done % self.stride == 0
         if energies is not None:
             u, v = combined(march.steps.report[:2], X)
-            energies = energies.after(s, u, v, done * h, h, s.force(done * h))
+            energies = energies.after(s, u, v, done * h, h, s.force(done * h), s.force((done - 0.5) * h))
             if kept:
-                self.accounts.append(energies.row(s, v))
+                self.accounts.append(energies.row(s))
         if kept:
             self._put(done // self.stride, self.select(march.steps.report[: self.kinds], X))
         state = combined(march.steps.out, X) if self.saved is not None and own else None
@@ -124,8 +147,8 @@ class Histories:
         parts = [None if x is None else [x.t, x.largest] for x in self.tangents]
         numbers: dict[str, Any] = {"done": self.done, "tangents": parts, "sums": []}
         if self.energies is not None:
-            arrays |= {"accounts": np.array(self.accounts[: self.kept]), "energies": np.array(self.energies[:3])}
-            numbers["sums"] = list(self.energies[3:])
+            arrays |= {"accounts": np.array(self.accounts[: self.kept]), "energies": np.array(self.energies[:VECTORS])}
+            numbers["sums"] = list(self.energies[VECTORS:])
         arrays |= {f"tangent_{k}": x.at for k, x in enumerate(self.tangents) if x is not None}
         self.saved.checkpoint(arrays, **numbers)
 

@@ -1,6 +1,8 @@
 """What is refused of a structure before anything is computed: schemes and questions that do not fit it."""
 
 from ..core.schemes import Scheme
+from .consistency import require_finite_start, require_own_potential, require_own_tangent
+from .damping import Rayleigh
 from .matrices import asymmetry
 from .plan import start_of, step_of
 from .structure import Structure
@@ -12,8 +14,10 @@ def require_suited(structure: Structure, scheme: Scheme, h: float) -> None:
     Damping is not for a scheme of u'' = g(t, u). Degrees of freedom without mass are not for a scheme none of whose
     balances has K on its unknown: what it computes of them is nothing the equation of motion says, or not defined. An
     internal force without a potential is not for a discrete gradient, one without a tangent only for a scheme that
-    takes it where all is known.
+    takes it where all is known. An internal force has to be finite at the start, and what of its tangent and potential
+    the result depends on has to belong to it.
     """
+    require_finite_start(structure)
     one: Scheme | None = scheme
     while one is not None:
         who = one.name if one is scheme else f"{one.name}, which starts {scheme.name},"
@@ -35,6 +39,11 @@ def require_suited(structure: Structure, scheme: Scheme, h: float) -> None:
                     f"{who} takes the tangent of the internal force: expected tangent= for this structure, got none; "
                     "give it, or take an explicit scheme such as central_difference"
                 )
+            by_stiffness = isinstance(structure.C, Rayleigh) and structure.C.beta != 0.0
+            if by_stiffness or any(x.stiffness.any() for x in every):  # else the tangent is Newton's alone
+                require_own_tangent(structure, who)
+            if any(x.differences for x in systems):
+                require_own_potential(structure, who)
         if len(structure.massless) and not any(x.linear_stiffness[x.place] for x in systems):
             raise ValueError(
                 f"{who} is explicit: expected mass at each degree of freedom, got none at "

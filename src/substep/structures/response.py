@@ -18,21 +18,36 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Account:
-    """Energies (n+1,) in the structure's units: work = kinetic + strain + damped + numerical - those at the start.
+    """Energies (n+1,) in the structure's units, in balance: work = kinetic + strain - those at the start + damped +
+    numerical + residual.
 
     work: of the loads, and damped: by the damping matrix, from t = 0, by the trapezoidal rule over each step, in which
-    the average acceleration scheme keeps the balance exactly. numerical: what is left over, which the scheme itself has
-    dissipated, up to the error of that rule.
+    the average acceleration scheme keeps the balance exactly. quadrature: what a finer rule would add to the work less
+    the damped energy, and less a strain energy that is itself the work of an internal force; see
+    `substep.structures.quadrature`. numerical: what the scheme itself has dissipated by both rules, 0 where one finds a
+    loss and the other a gain. residual: what is left over, which is known no better than the work is.
     """
 
     kinetic: Array
     strain: Array
     work: Array
     damped: Array
+    quadrature: Array
 
     @cached_property
     def numerical(self) -> Array:
-        """Energy that the scheme has dissipated since t = 0, (n+1,)."""
+        """Energy that the scheme has dissipated since t = 0, (n+1,): of what two rules find, what is nearer to 0."""
+        missing = self._missing
+        finer = missing + self.quadrature
+        return np.clip(0.0, np.minimum(missing, finer), np.maximum(missing, finer))
+
+    @property
+    def residual(self) -> Array:
+        """What the balance leaves open (n+1,), which is at most the difference between two rules for the work."""
+        return self._missing - self.numerical
+
+    @property
+    def _missing(self) -> Array:
         mechanical = self.kinetic + self.strain
         return self.work - self.damped - (mechanical - mechanical[0])
 

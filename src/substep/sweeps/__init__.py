@@ -89,6 +89,8 @@ def sweep(
     {'dt': 3, 'omega': 2, 'coordinate': 1}
     """
     if isinstance(scene, Structure):
+        if "account" in axes:
+            raise ValueError("a sweep of a structure keeps no account of energy: march the point with account=True")
         given = {"tol": tol, "samples": samples, "energy_bound": energy_bound, "a0": a0, "save": save}
         if dt is not None and (asked := [name for name, x in given.items() if x is not None]):
             raise ValueError(f"expected a sweep of a structure without {asked[0]}, got one; march each point with it")
