@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from ..core.arrays import Array, named
 from ..core.errors import number_or_row, require_numbers, unknown_name
 from ..core.loads import Record
+from ..core.memory import require_memory
 from ..core.response import STATUSES as ENDED
 from ..core.schemes import Scheme
 from ..core.schemes import scheme as make_scheme
@@ -171,6 +172,10 @@ def planned_structure(
         scheme.info.source, axes, {name: float(x) for name, x in numbers.items() if name not in axes}, cases,
         (C is not None, load is not None or ground is not None), t_end, keep, tuple(structure.kept(dofs)),
     )  # fmt: skip
+    *kept, _ = plan.variables.values()
+    require_memory(
+        (len(kept), *plan.dims.values(), *kept[0].sizes), "keep fewer dofs, 'peak' or 'final', or sweep in parts"
+    )
     require_definite_mass(structure)
     for one, h, (first, *_) in map(plan.point, range(plan.points)):
         number_of_steps(h, t_end)
