@@ -100,3 +100,44 @@ def test_what_has_no_critical_step_is_refused_by_name() -> None:
         building(ss.Rayleigh(0.1, 0.0)).critical_step("rkn43")
     with pytest.raises(ValueError, match="one value for gamma_t .* got an array"):
         building().critical_step(ss.scheme("newmark_bdf2", gamma_t=[0.2, 0.4]))
+
+
+@pytest.mark.parametrize("bound", [True, False])
+@pytest.mark.parametrize(
+    ("C", "change", "message"),
+    [
+        ("drives", 0.0, "expected damping without negative .* degree of freedom .*no step is stable"),
+        (ss.Rayleigh(-0.5, 0.0), 0.0, "expected damping without negative eigenvalues"),
+        (ss.Rayleigh(-0.5, 1e-4), 0.0, "expected damping without negative eigenvalues"),
+        (None, -20.0, "expected a stiffness matrix K without negative eigenvalues.*no step is stable"),
+    ],
+)
+def test_what_grows_by_itself_has_no_stable_step(C: Any, change: float, message: str, bound: bool) -> None:
+    """The lowest omega^2 of the building is 7.1; -20 is added to K = 900 times that of a chain, in units of M."""
+    M, K = shear_building([2.0] * 12, [900.0] * 12)
+    driven = ss.structure(M, K + change * M, C=-0.5 * M if C == "drives" else C)
+    if C == "drives" and bound:
+        message = "expected Rayleigh damping, or none, with bound=True"
+    with pytest.raises(ValueError, match=message):
+        driven.critical_step("central_difference", bound=bound)
+
+
+def test_what_does_no_work_or_little_is_not_refused() -> None:
+    """A free body, gyroscopic coupling beside damping, and damping of one storey alone."""
+    M, K = shear_building([2.0] * 12, [900.0] * 12)
+    free = K - np.diag([900.0, *[0.0] * 11])
+    turn = np.triu(np.ones((12, 12)), 1)
+    for stiffness, C in ((free, None), (K, 0.1 * M + turn - turn.T), (K, np.diag([5.0, *[0.0] * 11]))):
+        assert ss.structure(M, stiffness, C=C).critical_step("central_difference").dt > 0.0
+
+
+def test_negative_damping_is_told_from_coupling() -> None:
+    M, K = shear_building([2.0] * 12, [900.0] * 12)
+    couples, drives, carries = (
+        ss.structure(M, k, C=C).modes(3).together
+        for k, C in ((K, np.diag([5.0, *[0.0] * 11])), (K, -0.5 * M), (K - np.diag([900.0, *[0.0] * 11]), 0.1 * M))
+    )
+    assert couples.startswith("damping couples the modes (")
+    assert drives.startswith("damping is negative and drives modes (xi = -0.0")
+    assert carries.startswith("damping acts on a rigid mode")
+    assert not ss.structure(M, K, C=0.1 * M).modes(3).together

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from scipy import sparse
 from test_structure_input import RECORD, K, M, frame
 
 import substep as ss
@@ -154,3 +155,34 @@ def test_what_does_not_fit_is_refused() -> None:
 def test_a_sweep_says_that_it_keeps_no_account() -> None:
     with pytest.raises(ValueError, match="a sweep of a structure keeps no account of energy: march the point"):
         ss.sweep(frame(), "bathe", dt=0.1, t_end=1.0, account=True)
+
+
+@pytest.mark.parametrize(
+    ("axis", "message"),
+    [
+        ({"C": ss.Rayleigh(0.1, 0.01)}, r"C as a list, .* got Rayleigh, one value; give a list \[C\]"),
+        ({"C": 0.1 * np.eye(3)}, r"C as a list, .* got ndarray"),
+        ({"C": sparse.csr_array(0.1 * np.eye(3))}, r"C as a list, .* got csr_array"),
+        ({"ground": RECORD, "direction": 1.0}, r"ground as a list, .* got Record, one value; give a list \[ground\]"),
+        ({"load": 3.0}, r"load as a list, .* got float"),
+        ({"load": LOADS[0]}, r"load as a list, .* got tuple, one value; give a list \[load\]"),
+    ],
+)
+def test_an_axis_that_is_no_list_is_refused_with_the_cure(axis: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        ss.sweep(frame(), "bathe", dt=0.1, t_end=1.0, **axis)
+    (name, value), *others = axis.items()
+    if name != "load" or value != 3.0:
+        assert ss.sweep(frame(), "bathe", dt=0.1, t_end=1.0, **{name: [value]}, **dict(others)).status.size == 1
+
+
+def test_modes_are_not_swept() -> None:
+    with pytest.raises(ValueError, match="a scene or a structure to sweep, got modes; sweep their structure"):
+        ss.sweep(frame().modes(2), "bathe", dt=0.1, t_end=1.0)  # type: ignore[arg-type]
+
+
+def test_calls_of_rayleigh_that_do_not_fit() -> None:
+    with pytest.raises(ValueError, match=r"at as two circular frequencies, rad/s, got 3.0; give a list \[omega_1"):
+        ss.rayleigh(0.02, 0.02, at=3.0)  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match=r"a call such as rayleigh\(0.02, 0.05, at=\(omega_1, omega_2\)\); missing"):
+        ss.rayleigh(0.02, 0.02)  # type: ignore[call-arg]

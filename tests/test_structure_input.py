@@ -392,3 +392,16 @@ def test_what_a_part_of_the_structure_leaves_undetermined_is_named_as_in_the_who
     if M[2, 2] == 0.0:
         with pytest.raises(ValueError, match=f"leaves degree of freedom {loose} undetermined; support it"):
             ss.structure(M, K, names=NAMES).modes(1)
+
+
+@pytest.mark.parametrize("run", ["march", "modes", "sweep"])
+def test_histories_that_do_not_fit_in_memory_are_refused_before_they_are_made(run: str) -> None:
+    """10^15 rows of 3 kinds and 3 degrees of freedom are 72 PB."""
+    end = {"t_end": 1e14, "dt": 0.1}
+    calls: dict[str, Any] = {
+        "march": lambda: ss.march(frame(), "bathe", **end),
+        "modes": lambda: ss.march(frame().modes(3), "bathe", **end),
+        "sweep": lambda: ss.sweep(frame(), "bathe", keep="history", load=[PUSH, PUSH][:1], **end),
+    }
+    with pytest.raises(MemoryError, match="expected the histories to fit in memory, got .* 7.2e.07 GB, .* keep fewer"):
+        calls[run]()

@@ -12,7 +12,7 @@ from ..core.schemes import Scheme
 from ..core.schemes import scheme as make_scheme
 from .damping import Rayleigh
 from .matrices import diagonal_of, require_symmetric
-from .refusals import require_definite_mass, require_linear
+from .refusals import require_decay, require_definite_mass, require_linear
 from .structure import Structure
 
 DENSE = 100  # unknowns up to which LAPACK finds the largest mode in less time than Lanczos's method
@@ -78,8 +78,9 @@ def critical_step(structure: Structure, scheme: Scheme | str, *, bound: bool = F
     Under Rayleigh damping every frequency below the largest is looked at too; of another damping matrix the largest
     mode's ratio alone is taken, its coupling to other modes is not.
 
-    Raises ValueError as `largest_mode` and `frequency_bound`, for a structure with an internal force, for parameters
-    that are arrays, and for a scheme that takes no damping on a structure with damping.
+    Raises ValueError as `largest_mode` and `frequency_bound`, for a structure with an internal force, for K or damping
+    with a negative eigenvalue, with which no step is stable, for parameters that are arrays, and for a scheme that
+    takes no damping on a structure with damping.
     """
     from ..derived import facade  # noqa: PLC0415 (SymPy)
 
@@ -93,9 +94,10 @@ def critical_step(structure: Structure, scheme: Scheme | str, *, bound: bool = F
     else:
         omega, shape = largest_mode(structure)
         xi = 0.5 * float(shape @ (structure.damping @ shape)) / omega if omega > 0.0 else 0.0
+    require_decay(structure)
     if isinstance(structure.C, Rayleigh) and omega > 0.0:
         xi = structure.C.ratio(omega)
-    xi = max(xi, 0.0)
+    xi = max(xi, 0.0)  # of rounding
     refuse_damping(s, xi)
     given = {name: _exact(float(value)) for name, value in s.given.items()}
     Omega = facade.certificate(s.info.source, xi=_exact(xi), **given).critical_Omega

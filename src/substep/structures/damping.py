@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.arrays import Array
-from ..core.errors import non_negative, real_number
+from ..core.errors import called_as, non_negative, real_number
 from .low_rank import LowRank
 from .matrices import Matrix, combination
 
@@ -41,6 +41,7 @@ class Rayleigh:
         return 0.5 * (self.alpha / omega + self.beta * omega)
 
 
+@called_as("rayleigh(0.02, 0.05, at=(omega_1, omega_2))")
 def rayleigh(xi_1: float, xi_2: float, *, at: tuple[float, float]) -> Rayleigh:
     """Rayleigh damping with the ratios xi_1 and xi_2 at two circular frequencies, rad/s (Chopra, Dynamics, (11.4.10)).
 
@@ -48,6 +49,8 @@ def rayleigh(xi_1: float, xi_2: float, *, at: tuple[float, float]) -> Rayleigh:
     beta, which would drive the modes below or above.
     """
     ratios = [real_number(name, x) for name, x in (("xi_1", xi_1), ("xi_2", xi_2))]
+    if np.shape(at) != (2,):
+        raise ValueError(f"expected at as two circular frequencies, rad/s, got {at!r}; give a list [omega_1, omega_2]")
     omegas = [real_number("a frequency of Rayleigh damping", omega, positive=True) for omega in at]
     if omegas[0] == omegas[1]:
         raise ValueError(f"expected two different frequencies, got {omegas[0]} twice; give two of the structure's")

@@ -8,6 +8,7 @@ from typing import Any, Literal
 import numpy as np
 
 from ..core.errors import real_number, unknown_name, warn
+from ..core.memory import require_memory
 from ..core.progress import shown
 from ..core.response import Status
 from ..core.schemes import Scheme
@@ -17,6 +18,7 @@ from .given import Dof
 from .histories import Histories, accounted
 from .march_chosen import CHOSEN, march_chosen
 from .newton import Iteration, NewtonFailed
+from .plan import step_of
 from .refusals import require_definite_mass, require_suited, unsymmetric
 from .response import StructureResponse
 from .steps import Run
@@ -63,7 +65,8 @@ def march_structure(
     A run that fails or is interrupted from the keyboard keeps what it has: see Response.status. If a function of the
     user's raises, the exception's `response` is what was done. Raises ValueError for what `march` does, for unknown
     degrees of freedom, for a mass matrix with negative eigenvalues, damping or degrees of freedom without mass with a
-    scheme that takes none, for a singular effective matrix, and for another march at `save`.
+    scheme that takes none, for a singular effective matrix, and for another march at `save`; MemoryError for histories
+    that do not fit in memory.
     """
     if unknown := [name for name in chosen if name not in CHOSEN]:
         raise unknown_name("an argument of march for a structure", unknown[0], (*ARGUMENTS, *CHOSEN))
@@ -90,6 +93,9 @@ def march_structure(
     n = number_of_steps(h, t_end)
     require_suited(structure, scheme, h)
     run = Run(structure, scheme, h, iteration)
+    if save is None:
+        kinds = len(step_of(scheme, h).report[:3])
+        require_memory((n // stride + 1, kinds, len(kept)), "keep fewer dofs, a longer stride, or save= to a folder")
     found = Histories(run, n, [structure.place(dof) for dof in kept], stride, account, save)
     status: Status = "completed"
     try:

@@ -136,6 +136,17 @@ class Modes:
         """Whether each mode is an oscillator of its own: classical damping, xi >= 0, no damped rigid mode."""
         return self.classical and bool((self.xi >= 0.0).all() and np.isfinite(self.xi).all())
 
+    @property
+    def together(self) -> str:
+        """Why they are not oscillators of their own, in words; empty where they are."""
+        if self.lanes:
+            return ""
+        if not self.classical:
+            return f"damping couples the modes ({self.coupling:.1e} of its largest entry is off the diagonal)"
+        if (self.xi < 0.0).any():
+            return f"damping is negative and drives modes (xi = {self.xi.min():.3g} at the least)"
+        return "damping acts on a rigid mode, which has no damping ratio"
+
     def first(self, n: int) -> "Modes":
         """The n lowest of them. Raises ValueError for n that is not from 1 to m."""
         if isinstance(n, bool) or not isinstance(n, int | np.integer) or not 1 <= n <= len(self):

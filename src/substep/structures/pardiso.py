@@ -7,12 +7,12 @@ reference, "pardiso iparm Parameter".
 
 import ctypes
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ..core.arrays import Array
+from ..core.memory import available_memory
 from .matrices import Matrix, asymmetry
 
 POSITIVE_DEFINITE, SYMMETRIC, UNSYMMETRIC = 2, -2, 11  # types of a real matrix
@@ -133,13 +133,3 @@ def _library() -> Any:
     ]  # fmt: skip
     function.restype = None
     return function
-
-
-def available_memory() -> int | None:
-    """Bytes of memory that programs can still take; None where the system does not tell."""
-    try:
-        lines = Path("/proc/meminfo").read_text(encoding="ascii").splitlines()
-    except OSError:
-        return None
-    free = [line.split()[1] for line in lines if line.startswith("MemAvailable:")]
-    return 1024 * int(free[0]) if free else None

@@ -3,7 +3,8 @@
 from ..core.schemes import Scheme
 from .consistency import require_finite_start, require_own_potential, require_own_tangent
 from .damping import Rayleigh
-from .matrices import asymmetry
+from .low_rank import LowRank
+from .matrices import asymmetry, indefinite, is_operator
 from .plan import start_of, step_of
 from .structure import Structure
 
@@ -59,6 +60,31 @@ def require_definite_mass(structure: Structure) -> None:
         raise ValueError(
             "expected a mass matrix M without negative eigenvalues, got one that gives negative kinetic energy to a "
             f"motion that shows most in degree of freedom {structure.named(place)}; correct its entries there"
+        )
+
+
+def require_decay(structure: Structure) -> None:
+    """Raises ValueError for a K or a C with a negative eigenvalue: a motion then grows by itself, whatever the step.
+
+    Of C its symmetric part counts, the rest does no work; one of low rank is positive, one known by products is
+    believed.
+    """
+    if (place := indefinite(structure.K)) is not None:
+        raise ValueError(
+            "expected a stiffness matrix K without negative eigenvalues, got one under which a motion grows that shows "
+            f"most in degree of freedom {structure.named(place)}, so that no step is stable; correct its entries "
+            "there, or march in steps of an accuracy that you choose"
+        )
+    C = structure.C
+    if C is None or isinstance(C, LowRank) or is_operator(C):
+        return
+    if isinstance(C, Rayleigh) and C.alpha >= 0.0 and C.beta >= 0.0:
+        return
+    if (place := indefinite(0.5 * (structure.damping + structure.damping.T))) is not None:
+        raise ValueError(
+            "expected damping without negative eigenvalues, got one that feeds energy into a motion that shows most in "
+            f"degree of freedom {structure.named(place)}, so that no step is stable; correct the sign of C there, or "
+            "march in steps of an accuracy that you choose"
         )
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from ..core.arrays import Array
 from ..core.errors import real_number, require_numbers, unknown_name
 from ..core.loads import Load, values_at
+from ..core.memory import require_memory
 from ..core.response import Status
 from ..core.schemes import Scheme
 from ..core.schemes import scheme as make_scheme
@@ -54,7 +55,7 @@ def superpose(
 
     Raises ValueError for what `march` does, for a structure with an internal force, for unknown degrees of freedom, for
     damping with a scheme that takes none, and for static_correction of a free body not all of whose rigid modes are
-    given.
+    given; MemoryError for histories that do not fit in memory.
     """
     if others:
         known = ("dofs", "stride", "static_correction", "account")
@@ -64,6 +65,7 @@ def superpose(
     kept = whole.kept(dofs)
     places = [whole.place(dof) for dof in kept]
     shapes = np.ascontiguousarray((whole.T[places] @ modes.free_shapes).T)
+    require_memory((n // stride + 1, 3, len(places)), "keep fewer dofs, or a longer stride")
     rows = np.empty((n // stride + 1, 3, len(places)))
     status, done, energies = _added_up(modes, s, h, n, stride, shapes, rows, account)
     rows = rows[: done // stride + 1]

@@ -15,6 +15,7 @@ from ..core.loads import Load
 from ..core.progress import shown
 from ..core.scenes import Scene
 from ..core.schemes import Scheme
+from ..structures.modes import Modes
 from ..structures.structure import Structure
 from .chunks import Results, run_chunk, run_on_one_core
 from .cluster import run_on
@@ -88,6 +89,10 @@ def sweep(
     >>> dict(ds.u.sizes)
     {'dt': 3, 'omega': 2, 'coordinate': 1}
     """
+    if isinstance(scene, Modes):
+        raise ValueError(
+            "expected a scene or a structure to sweep, got modes; sweep their structure, or march modes one by one"
+        )
     if isinstance(scene, Structure):
         if "account" in axes:
             raise ValueError("a sweep of a structure keeps no account of energy: march the point with account=True")

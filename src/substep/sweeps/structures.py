@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from ..core.arrays import Array, named
 from ..core.errors import number_or_row, require_numbers, unknown_name
 from ..core.loads import Record
+from ..core.memory import require_memory
 from ..core.response import STATUSES as ENDED
 from ..core.schemes import Scheme
 from ..core.schemes import scheme as make_scheme
@@ -155,14 +156,15 @@ def planned_structure(
         raise unknown_name("a choice of what to keep", keep, get_args(Keep))
     if load is not None and ground is not None:
         raise ValueError("expected load or ground as the axis of cases, got both; give one")
+    loads, records, dampings = (_listed(name, x) for name, x in (("load", load), ("ground", ground), ("C", C)))
     scheme = make_scheme(scheme)
     require_numbers(scheme.name, scheme.parameters, "give it as an axis")
     values = {name: number_or_row(name, x) for name, x in {"dt": dt, **parameters}.items()}
     axes = {name: x for name, x in values.items() if x.ndim}
     if keep == "history" and "dt" in axes:
         raise ValueError("expected one dt where histories are kept, got several; keep 'final' or 'peak', or sweep each")
-    damped = [structure] if C is None else [replace(structure, C=damping_of(structure, c)) for c in C]
-    cases = tuple(_cases(s, load, ground, direction) for s in damped)
+    damped = [structure] if dampings is None else [replace(structure, C=damping_of(structure, c)) for c in dampings]
+    cases = tuple(_cases(s, loads, records, direction) for s in damped)
     if not all(map(len, (*axes.values(), cases, *cases))):
         raise ValueError("expected at least one value on each axis of a sweep, got an axis without; leave it out")
     numbers = {**scheme.given, **{name: x for name, x in values.items() if not x.ndim}}
@@ -170,6 +172,10 @@ def planned_structure(
         scheme.info.source, axes, {name: float(x) for name, x in numbers.items() if name not in axes}, cases,
         (C is not None, load is not None or ground is not None), t_end, keep, tuple(structure.kept(dofs)),
     )  # fmt: skip
+    *kept, _ = plan.variables.values()
+    require_memory(
+        (len(kept), *plan.dims.values(), *kept[0].sizes), "keep fewer dofs, 'peak' or 'final', or sweep in parts"
+    )
     require_definite_mass(structure)
     for one, h, (first, *_) in map(plan.point, range(plan.points)):
         number_of_steps(h, t_end)
@@ -196,6 +202,16 @@ def run_structures_on_one_core(chunk: Chunk, plan: StructurePlan) -> Results:
     """`run_structures` on one core, in a worker of a cluster whose other cores run other chunks."""
     with serial():
         return run_structures(chunk, plan)
+
+
+def _listed(name: str, values: Any) -> Sequence[Any] | None:
+    """The values of an axis that are not numbers. Raises ValueError for one value that is in no list."""
+    pair = isinstance(values, tuple) and len(values) == 2 and callable(values[1]) and not callable(values[0])
+    whole = getattr(values, "ndim", 1) == 2 or isinstance(values, str | Mapping)  # a matrix, dense or sparse
+    if values is None or (isinstance(values, Iterable) and not pair and not whole):
+        return values if values is None else list(values)
+    one = f"{type(values).__name__}, one value"
+    raise ValueError(f"expected {name} as a list, an axis of the sweep, got {one}; give a list [{name}], also of one")
 
 
 def _cases(

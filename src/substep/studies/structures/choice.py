@@ -80,8 +80,8 @@ class StructureChoice:
         known = f"predicted from {len(self.modes)} modes against their exact response"
         if not self.modes.lanes:
             known = (
-                f"damping couples the modes ({self.modes.coupling:.1e} of its largest entry is off the diagonal): the "
-                f"reduced system of {len(self.modes)} modes was marched, and compared with its matrix exponential"
+                f"{self.modes.together}: the reduced system of {len(self.modes)} modes was marched, and compared with "
+                "its matrix exponential"
             )
         if self.unforeseen > 0.0:
             known += f"; modes that are not known may add up to about {self.unforeseen:.2g}"

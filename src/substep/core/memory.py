@@ -1,0 +1,26 @@
+"""Memory that programs can still take, and the refusal of what does not fit into it."""
+
+import math
+from collections.abc import Iterable
+from pathlib import Path
+
+
+def available_memory() -> int | None:
+    """Bytes of memory that programs can still take; None where the system does not tell."""
+    try:
+        lines = Path("/proc/meminfo").read_text(encoding="ascii").splitlines()
+    except OSError:
+        return None
+    free = [line.split()[1] for line in lines if line.startswith("MemAvailable:")]
+    return 1024 * int(free[0]) if free else None
+
+
+def require_memory(shape: Iterable[int], cure: str) -> None:
+    """Raises MemoryError for an array of doubles of this shape that does not fit in memory."""
+    sizes = tuple(shape)
+    need, have = 8 * math.prod(sizes), available_memory()
+    if have is not None and need > have:
+        raise MemoryError(
+            f"expected the histories to fit in memory, got {' x '.join(map(str, sizes))} numbers, {need / 1e9:.3g} GB, "
+            f"of {have / 1e9:.3g} GB free; {cure}"
+        )
