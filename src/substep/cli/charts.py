@@ -9,7 +9,7 @@ import typer
 from rich.console import Console
 from rich.progress import Progress
 
-from .arguments import known_schemes, require_folders, scheme_of
+from .arguments import known_schemes, require_folders, scheme_of, working
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -50,25 +50,26 @@ def chart(
     wide, narrow = 2 * math.pi * RADIUS_RATIOS, 2 * math.pi * ERROR_RATIOS
     try:
         require_folders(file)
-        drawn = {_label(name): scheme_of(name) for name in names}
-        if quantity is None:
-            amplitude = {name: s.amplitude_error(narrow, xi) for name, s in drawn.items()}
-            period = {name: s.period_error(narrow, xi) for name, s in drawn.items()}
-            _require_values("amplitude_error", amplitude, xi)
-            _require_values("period_error", period, xi)
-            figure = charts.stability_figure(
-                f"Spectral radius, amplitude and period error at $\\xi$ = {xi:g}",
-                (RADIUS_RATIOS, {name: s.spectral_radius(wide, xi) for name, s in drawn.items()}),
-                (ERROR_RATIOS, amplitude, period),
-            )
-            what = "(a) spectral radius, (b) amplitude error a period, (c) period error"
-        else:
-            Omega = wide if quantity == "spectral_radius" else narrow
-            series = {name: getattr(s, quantity)(Omega, xi) for name, s in drawn.items()}
-            _require_values(quantity, series, xi)
-            radii = {name: s.spectral_radius(Omega, xi) for name, s in drawn.items()}
-            x = Omega if over == "Omega" else Omega / (2 * math.pi)
-            figure, what = charts.quantity_figure(quantity, over, x, series, xi, radii), quantity.replace("_", " ")
+        with working(f"drawing {', '.join(names)}"):
+            drawn = {_label(name): scheme_of(name) for name in names}
+            if quantity is None:
+                amplitude = {name: s.amplitude_error(narrow, xi) for name, s in drawn.items()}
+                period = {name: s.period_error(narrow, xi) for name, s in drawn.items()}
+                _require_values("amplitude_error", amplitude, xi)
+                _require_values("period_error", period, xi)
+                figure = charts.stability_figure(
+                    f"Spectral radius, amplitude and period error at $\\xi$ = {xi:g}",
+                    (RADIUS_RATIOS, {name: s.spectral_radius(wide, xi) for name, s in drawn.items()}),
+                    (ERROR_RATIOS, amplitude, period),
+                )
+                what = "(a) spectral radius, (b) amplitude error a period, (c) period error"
+            else:
+                Omega = wide if quantity == "spectral_radius" else narrow
+                series = {name: getattr(s, quantity)(Omega, xi) for name, s in drawn.items()}
+                _require_values(quantity, series, xi)
+                radii = {name: s.spectral_radius(Omega, xi) for name, s in drawn.items()}
+                x = Omega if over == "Omega" else Omega / (2 * math.pi)
+                figure, what = charts.quantity_figure(quantity, over, x, series, xi, radii), quantity.replace("_", " ")
     except ValueError as error:
         raise typer.BadParameter(str(error)) from error
     charts.save(
