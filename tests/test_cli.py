@@ -219,6 +219,24 @@ def test_chart_draws_one_quantity_at_given_parameters(
         assert runner.invoke(app, ["chart", wrong]).exit_code == 2
 
 
+@pytest.mark.parametrize("options", [
+    ["oalts", "--xi", "1", "--quantity", "period_error"],
+    ["bathe", "--xi", "1.5", "--quantity", "numerical_damping"],
+    ["bathe", "newmark", "--xi", "2", "--quantity", "amplitude_error"],
+    ["bathe", "--xi", "1"],
+])  # fmt: skip
+def test_a_chart_without_a_value_is_refused(options: list[str], tmp_path: Path) -> None:
+    result = runner.invoke(app, ["chart", *options, "--file", str(tmp_path / "empty")])
+    assert result.exit_code == 2
+    assert "expected xi < 1 for" in result.output
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_chart_of_the_radius_is_drawn_at_any_damping(tmp_path: Path) -> None:
+    options = ["--xi", "1.5", "--quantity", "spectral_radius", "--file", str(tmp_path / "radius")]
+    assert runner.invoke(app, ["chart", "bathe", *options]).exit_code == 0
+
+
 def test_exit_codes_version_and_completion(monkeypatch: pytest.MonkeyPatch) -> None:
     assert runner.invoke(app, ["--version"]).output.strip() == f"substep {ss.__version__}"
     help_ = " ".join(runner.invoke(app, ["--help"]).output.split())

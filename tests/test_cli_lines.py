@@ -5,6 +5,9 @@ from inspect import cleandoc
 import pytest
 import typer
 from substep_derive import certify
+from substep_derive.declare.catalogue import find
+from substep_derive.estimate.quality import filter_of, in_paper
+from sympy import simplify
 from typer.testing import CliRunner
 
 import substep as ss
@@ -38,7 +41,22 @@ def test_what_is_derived_is_printed_within_80_columns_as_a_paper_writes_it(
     assert max(map(len, result.output.splitlines())) <= 80
     assert "**" not in result.output
     assert "(gamma_t - 2)" not in result.output  # positive factors
+    assert "Derivative" not in result.output
     assert "if always" not in " ".join(result.output.split())
+
+
+def test_an_estimate_is_written_with_primes_and_its_filter_with_factors() -> None:
+    text = " ".join(runner.invoke(commands.app, ["estimator", "newmark_bdf2"]).output.split())
+    assert "*u'''(t)/(2*(2 - gamma_t)) to leading order" in text
+    damped = "C*h*(1 - gamma_t)*(2 - gamma_t) + K*h^2*(1 - gamma_t)^2 + M*(2 - gamma_t)^2"
+    assert text.endswith(f"filter for stiff components: M*(2 - gamma_t)^2/({damped})")
+
+
+@pytest.mark.parametrize("name", ["newmark_bdf2", "hht_alpha", "trbdf3", "bathe"])
+def test_a_filter_as_in_a_paper_is_the_derived_one(name: str) -> None:
+    shown, derived = in_paper(find(name)), filter_of(find(name))
+    assert shown is not None
+    assert simplify(shown / derived) == 1
 
 
 @pytest.mark.parametrize("columns", [40, 80, 1000])

@@ -327,6 +327,7 @@ def test_the_command_prints_a_declaration_of_ones_own(tmp_path: Path) -> None:
     arguments = ["emit", f"{file}:implicit", "--language", "python", "--out", str(tmp_path / "implicit.py")]
     result = runner.invoke(app, arguments)
     assert result.exit_code == 0, result.output
+    assert result.stdout.replace("\n", "") == str(tmp_path / "implicit.py")
     assert run(sys.executable, "implicit.py", folder=tmp_path).stdout.startswith("implicit: passed")
     for wrong, message in (
         ([f"{file}:explicit", "--language", "c"], "it declares: implicit"),

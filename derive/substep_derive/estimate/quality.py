@@ -2,12 +2,13 @@
 
 from dataclasses import dataclass
 
-from sympy import Derivative, Expr, I, Integer, Symbol, cancel, exp, factor, sqrt
+from sympy import Derivative, Expr, I, Integer, Symbol, cancel, exp, factor, fraction, sqrt
 
 from ..declare.errors import DeclarationError
 from ..declare.scheme import Scheme
 from ..declare.symbols import C, K_t, M, Omega, h, knot, knot_of, successor, xi
 from ..motion.effective import effective_systems
+from ..stability.paper import as_in_paper, in_powers
 from .estimator import Estimate, Estimator, kappa
 from .held import END, START
 from .stiff import Growth, Polynomial, Row, kind_of
@@ -29,6 +30,15 @@ def filter_of(scheme: Scheme) -> Expr | None:
     # the slope of a discrete gradient in one of its two displacements is half the tangent
     mass = last.effective_mass.replace(K_t, lambda _: K).replace(Derivative, lambda *_: K / 2)
     return factor(last.c_a * M / mass)
+
+
+def in_paper(scheme: Scheme) -> Expr | None:
+    """The filter as a paper writes it, its denominator as a sum of one term each of M, C and K; None as `filter_of`."""
+    found = filter_of(scheme)
+    if found is None:
+        return None
+    numerator, denominator = fraction(as_in_paper(found, scheme))
+    return numerator / in_powers(denominator, (M, C, K), scheme)
 
 
 def filters(estimate: Estimate, *, vanishing: bool) -> int:

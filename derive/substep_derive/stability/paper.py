@@ -27,12 +27,21 @@ from ..declare.scheme import Scheme
 from ..declare.symbols import C, M, Omega, h, xi
 from .box import sign_on
 
+PRIMES = 3  # of a derivative with respect to time; a higher one is written u^(4)(t)
+
 
 class PaperPrinter(StrPrinter):
-    """SymPy's text with ^ for powers, | | for moduli, = for equality and cases in words."""
+    """SymPy's text with ^ for powers, | | for moduli, u'''(t), = for equality and cases in words."""
 
     def _print_Abs(self, expr: Any) -> str:
         return f"|{self._print(expr.args[0])}|"
+
+    def _print_Derivative(self, expr: Any) -> str:
+        function, (variable, order), *others = expr.args
+        if others or function.args != (variable,):
+            return super()._print_Derivative(expr)
+        marks = "'" * order if order <= PRIMES else f"^({order})"
+        return f"{function.func}{marks}({variable})"
 
     def _print_Max(self, expr: Any) -> str:
         return f"max({', '.join(self._print(a) for a in expr.args)})"
@@ -75,9 +84,11 @@ def as_in_paper(expression: Expr, scheme: Scheme) -> Expr:
     return Add(*(_positive(term, box) for term in Add.make_args(expression)))
 
 
-def in_powers(polynomial: Expr, symbol: Symbol, scheme: Scheme) -> Expr:
-    """A polynomial in a symbol with each coefficient as in a paper."""
-    return Add(*(as_in_paper(factor(c), scheme) * symbol**k for (k,), c in Poly(polynomial, symbol).terms()))
+def in_powers(polynomial: Expr, symbols: Symbol | tuple[Symbol, ...], scheme: Scheme) -> Expr:
+    """A polynomial in a symbol, or in several, with each coefficient as in a paper."""
+    of = Poly(polynomial, symbols)
+    powers = ((Mul(*map(Pow, of.gens, k)), c) for k, c in of.terms())
+    return Add(*(as_in_paper(factor(c), scheme) * power for power, c in powers))
 
 
 def _modulus(inner: Expr, box: Mapping[Symbol, Interval]) -> Expr:

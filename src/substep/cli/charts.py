@@ -2,13 +2,19 @@
 
 import math
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
+import numpy as np
 import typer
 from rich.console import Console
 from rich.progress import Progress
 
-from .arguments import known_schemes, require_folders, scheme_of
+from .arguments import known_schemes, require_folders, scheme_of, working
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from ..core.schemes import Array
 
 Quantity = Literal["spectral_radius", "numerical_damping", "amplitude_error", "period_error"]
 Over = Literal["h/T", "Omega"]
@@ -44,24 +50,26 @@ def chart(
     wide, narrow = 2 * math.pi * RADIUS_RATIOS, 2 * math.pi * ERROR_RATIOS
     try:
         require_folders(file)
-        drawn = {_label(name): scheme_of(name) for name in names}
-        if quantity is None:
-            figure = charts.stability_figure(
-                f"Spectral radius, amplitude and period error at $\\xi$ = {xi:g}",
-                (RADIUS_RATIOS, {name: s.spectral_radius(wide, xi) for name, s in drawn.items()}),
-                (
-                    ERROR_RATIOS,
-                    {name: s.amplitude_error(narrow, xi) for name, s in drawn.items()},
-                    {name: s.period_error(narrow, xi) for name, s in drawn.items()},
-                ),
-            )
-            what = "(a) spectral radius, (b) amplitude error a period, (c) period error"
-        else:
-            Omega = wide if quantity == "spectral_radius" else narrow
-            series = {name: getattr(s, quantity)(Omega, xi) for name, s in drawn.items()}
-            radii = {name: s.spectral_radius(Omega, xi) for name, s in drawn.items()}
-            x = Omega if over == "Omega" else Omega / (2 * math.pi)
-            figure, what = charts.quantity_figure(quantity, over, x, series, xi, radii), quantity.replace("_", " ")
+        with working(f"drawing {', '.join(names)}"):
+            drawn = {_label(name): scheme_of(name) for name in names}
+            if quantity is None:
+                amplitude = {name: s.amplitude_error(narrow, xi) for name, s in drawn.items()}
+                period = {name: s.period_error(narrow, xi) for name, s in drawn.items()}
+                _require_values("amplitude_error", amplitude, xi)
+                _require_values("period_error", period, xi)
+                figure = charts.stability_figure(
+                    f"Spectral radius, amplitude and period error at $\\xi$ = {xi:g}",
+                    (RADIUS_RATIOS, {name: s.spectral_radius(wide, xi) for name, s in drawn.items()}),
+                    (ERROR_RATIOS, amplitude, period),
+                )
+                what = "(a) spectral radius, (b) amplitude error a period, (c) period error"
+            else:
+                Omega = wide if quantity == "spectral_radius" else narrow
+                series = {name: getattr(s, quantity)(Omega, xi) for name, s in drawn.items()}
+                _require_values(quantity, series, xi)
+                radii = {name: s.spectral_radius(Omega, xi) for name, s in drawn.items()}
+                x = Omega if over == "Omega" else Omega / (2 * math.pi)
+                figure, what = charts.quantity_figure(quantity, over, x, series, xi, radii), quantity.replace("_", " ")
     except ValueError as error:
         raise typer.BadParameter(str(error)) from error
     charts.save(
@@ -70,6 +78,15 @@ def chart(
         defaults: {what}, over {over if quantity else "h/T"}; the last is black.""",
     )  # fmt: skip
     Console().print(f"{file}.png and {file}.svg")
+
+
+def _require_values(what: str, series: "Mapping[str, Array]", xi: float) -> None:
+    """Raise ValueError where no curve has a value: errors and damping are those of a motion that oscillates."""
+    if all(np.isnan(values).all() for values in series.values()):
+        raise ValueError(
+            f"expected xi < 1 for {what}, and a scheme whose eigenvalues are a complex pair, got {', '.join(series)} "
+            f"at xi = {xi:g}, where none is defined; draw --quantity spectral_radius"
+        )
 
 
 def _label(name: str) -> str:

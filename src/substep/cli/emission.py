@@ -4,8 +4,9 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from rich.console import Console
 
-from .arguments import SchemeArgument, exact_options, require_folders, source_of
+from .arguments import SchemeArgument, exact_options, require_folders, source_of, working
 
 
 def emit(
@@ -23,10 +24,12 @@ def emit(
     try:
         require_folders(out)
         source, given = source_of(name, exact_options(context.args))
-        text = facade.standalone(source, language, **given)
+        with working(f"deriving {name} for {language}"):
+            text = facade.standalone(source, language, **given)
     except (ValueError, TypeError, OSError) as error:
         raise typer.BadParameter(str(error)) from error
     if out is None:
         print(text, end="")
     else:
         out.write_text(text, encoding="utf-8", newline="\n")
+        Console().print(f"{out}")

@@ -104,11 +104,11 @@ def in_paper(expression: Any, scheme: "Declaration") -> str:
 
 def estimator_filter(name: "str | Declaration", **parameters: Any) -> str:
     """The filter of an estimate on stiff components as text; empty for an explicit scheme."""
-    from substep_derive.estimate.quality import filter_of  # noqa: PLC0415
+    from substep_derive.estimate.quality import in_paper as filter_in_paper  # noqa: PLC0415
+    from substep_derive.stability.paper import PRINTER  # noqa: PLC0415
 
-    scheme = estimator(name, **parameters).scheme
-    found = filter_of(scheme)
-    return "" if found is None else in_paper(found, scheme)
+    found = filter_in_paper(estimator(name, **parameters).scheme)
+    return "" if found is None else PRINTER.doprint(found)
 
 
 @dataclass(frozen=True)
