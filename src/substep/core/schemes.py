@@ -78,6 +78,8 @@ def scheme(name: "str | Scheme | Declaration", **parameters: ArrayLike) -> "Sche
         elif key in info.families:
             argument = _checked(info, info.families[key].argument, value)
             new = {own: np.asarray(function(argument)) for own, function in info.families[key].values.items()}
+        elif not info.parameters:
+            raise ValueError(f"{info.name} has no parameters: expected none, got {key!r}; leave it out")
         else:
             raise unknown_name(f"a parameter of {info.name}", key, [*info.parameters, *info.families])
         if twice := sorted(new.keys() & given.keys()):
@@ -234,7 +236,7 @@ class Scheme:
     def overshoot(self) -> str | None:
         """Such as U0-V1: powers of Omega with which u and v/omega grow in the first step.
 
-        None at other parameters than the defaults, where `substep_derive.derive(...).overshoot` has them.
+        None at other parameters than the defaults, where `substep show newmark:gamma=3/5` derives it.
         """
         return self.facts.overshoot
 

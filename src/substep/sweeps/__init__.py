@@ -15,6 +15,7 @@ from ..core.loads import Load
 from ..core.progress import shown
 from ..core.scenes import Scene
 from ..core.schemes import Scheme
+from ..marching.run import require_in_order
 from ..structures.structure import Structure
 from .chunks import Results, run_chunk, run_on_one_core
 from .cluster import run_on
@@ -88,6 +89,7 @@ def sweep(
     >>> dict(ds.u.sizes)
     {'dt': 3, 'omega': 2, 'coordinate': 1}
     """
+    require_in_order("sweep", scene, scheme)
     if isinstance(scene, Structure):
         given = {"tol": tol, "samples": samples, "energy_bound": energy_bound, "a0": a0, "save": save}
         if dt is not None and (asked := [name for name, x in given.items() if x is not None]):
