@@ -46,8 +46,12 @@ test: lint
 
 # the explorer in a real browser; needs node, npm and Chromium (on Debian: apt-get install nodejs npm chromium)
 test-browser: $(TOOLS)
+	@for needed in node npm "chromium chromium-browser google-chrome"; do \
+	  for program in $$needed; do command -v $$program >/dev/null && continue 2; done; \
+	  echo "expected one of: $$needed, found none; on Debian: apt-get install nodejs npm chromium" >&2; exit 1; \
+	done
 	npm install --silent --no-save --prefix .browser playwright-core@1.65.1
-	SUBSTEP_BROWSER=.browser $(BIN)/pytest -n 0 tests/test_explorer_browser.py
+	SUBSTEP_BROWSER=.browser $(BIN)/pytest -n 0 -rs tests/test_explorer_browser.py
 
 # Chart.js as npm has it, with its licence and its sha256
 vendor: $(READY)

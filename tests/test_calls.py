@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from substep_kernels.facts import CATALOGUE
 
 import substep as ss
 from substep.core.errors import called_as
@@ -167,6 +168,34 @@ def test_extreme_omega_gives_the_limit_or_is_refused(name: str) -> None:
             assert abs(found - limit) <= abs(float(s.spectral_radius(1e8)) - limit) + 2e-3
         else:
             assert 2.0 < found < math.inf
+
+
+@pytest.mark.parametrize("name", ss.schemes())
+def test_errors_at_extreme_omega_are_those_of_a_pair_or_refused(name: str) -> None:
+    """They are NaN only where the pair has become real, as derivation has found; where rounding hides it, refused."""
+    s, refused = ss.scheme(name), False
+    for Omega in 10.0 ** np.array([7.3, 8.1, 9.0, 9.4, 11.0, 15.4, 16.0, 18.0, 20.0, 30.0, 60.0]):
+        try:
+            _, damping, period = s.stability(Omega)
+        except ValueError as error:
+            assert f"Omega = {Omega}" in str(error)
+            refused |= "can be told apart" in str(error)
+            continue
+        assert math.isnan(damping) == math.isnan(period) == math.isnan(s.numerical_damping([1.0, Omega])[1])
+        assert math.isfinite(damping) or CATALOGUE[name]["bifurcation"] != "oo"
+        assert math.isnan(damping) or abs(damping) < 1e7 or s.spectral_radius(1e8) > 2.0
+    if refused:
+        assert CATALOGUE[name]["bifurcation"] == "oo"
+
+
+def test_a_pair_hidden_by_rounding_is_refused_and_a_real_one_is_not() -> None:
+    hidden, real = ss.scheme("rk2"), ss.scheme("newmark", beta=0.25, gamma=0.9)
+    with pytest.raises(ValueError, match=r"rk2 can be told apart, got Omega = 1e\+12.*ask for spectral_radius alone"):
+        hidden.period_error([[0.1, 5.0], [2.0, 1e12]])
+    assert np.isnan(hidden.stability(1e12, [1.0, 2.0])[1]).all()  # xi >= 1
+    assert np.isnan(real.numerical_damping([1e9, 1e12, 1e20])).all()
+    with pytest.raises(ValueError, match=r"rho_inf_bathe can be told apart, got Omega = 1e\+16"):
+        ss.scheme("rho_inf_bathe").numerical_damping(1e16)  # whose pair seems complex there, by rounding
 
 
 def test_the_point_beyond_reach_is_found_among_many() -> None:

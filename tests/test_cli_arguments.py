@@ -1,6 +1,8 @@
 """What the command line completes, and what it says of files that are not there and of its own options."""
 
 import re
+import subprocess
+import sys
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -113,3 +115,25 @@ def test_equivalences_are_printed_as_they_are_found(
     monkeypatch.setattr(facade, "equivalences", found)
     commands.equivalences(["one", "two"])
     assert printed == ["one\n", "two\n"]
+
+
+@pytest.mark.parametrize(
+    ("command", "message"),
+    [
+        ("show my_scheme.py", "write my_scheme.py:NAME"),
+        ("certify newmark --beta abc", "for --beta, got 'abc'"),
+        ("certify newmark --beta .5 --beta .6", "expected --beta once, got it twice, .5 and .6"),
+        ("run linear_oscillator bathe --dt .1 --t-end 1", "or as --omega in a command"),
+    ],
+)
+def test_the_cure_is_in_the_terms_of_the_command(command: str, message: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "300")
+    result = runner.invoke(commands.app, command.split())
+    assert result.exit_code == 2
+    assert message in result.output
+
+
+def test_the_package_runs_as_the_command() -> None:
+    command = [sys.executable, "-m", "substep", "--version"]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=60)
+    assert done.stdout == f"substep {ss.__version__}\n"

@@ -129,6 +129,19 @@ def test_charts_are_drawn_into_given_axes_and_leave_the_users_style() -> None:
     assert looks[0] == looks[1][: len(curves)]
 
 
+def test_spectra_are_drawn_into_given_axes() -> None:
+    found = ss.response_spectrum(np.sin(np.arange(20.0)), dt=0.1, periods=[0.5, 1.0])
+    figure = Figure()
+    axes = figure.subplots(2, 3).ravel()
+    assert charts.spectrum_figure(found, axes=axes) is figure
+    for given, own in zip(figure.axes, charts.spectrum_figure(found).axes, strict=True):
+        assert given.get_ylabel() == own.get_ylabel() != ""
+        for mine, line in zip(given.lines, own.lines, strict=True):
+            assert np.array_equal(mine.get_xydata(), line.get_xydata())
+    with pytest.raises(ValueError, match="expected six axes, of three spectra and their errors, got 5"):
+        charts.spectrum_figure(found, axes=axes[:5])
+
+
 def test_a_response_of_many_coordinates_is_labelled_at_the_ends() -> None:
     K = 50.0 * (2 * np.eye(MOST + 1) - np.eye(MOST + 1, k=1) - np.eye(MOST + 1, k=-1))
     many = ss.march(ss.structure(np.eye(MOST + 1), K, u0=np.arange(MOST + 1.0)), "bathe", dt=0.05, t_end=0.5)

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from ..core.arrays import Array
-from ..core.errors import real_number, unknown_name
+from ..core.errors import called_as, real_number, unknown_name
 from ..core.schemes import Scheme
 from ..core.schemes import scheme as make_scheme
 from .fit import family_of, free_parameters, rational, recognise
@@ -61,6 +61,7 @@ class Dialect:
         return f"{self.scheme}: {values}" if values else self.scheme
 
 
+@called_as('dialect("opensees.HHT", alpha=0.9)')
 def dialect(name: str, **arguments: float) -> Scheme:
     """The declared scheme that a program's integrator runs: dialect("opensees.HHT", alpha=0.9).
 

@@ -103,6 +103,8 @@ def source_of(text: str, options: Mapping[str, str] = NONE) -> "tuple[str | Decl
     """
     from ..derived import facade  # noqa: PLC0415 (on first use)
 
+    if text.endswith(".py"):
+        raise ValueError(f"expected the name of a declaration in the file too, got '{text}'; write {text}:NAME")
     file, is_file, own = text.rpartition(".py:")
     name, _, rest = (own if is_file else text).partition(":")
     pairs = [part.partition("=") for part in rest.split(",") if part]
@@ -147,5 +149,8 @@ def exact_options(arguments: list[str]) -> dict[str, str]:
             value = next(rest, "")
         if not value:
             raise ValueError(f"expected a number after --{key}, got none")
-        values[key.replace("-", "_")] = value
+        name = key.replace("-", "_")
+        if name in values:
+            raise ValueError(f"expected --{key} once, got it twice, {values[name]} and {value}; drop one of the two")
+        values[name] = value
     return values

@@ -206,6 +206,7 @@ def certify(
 
     try:
         with working(f"certifying {name}"):
+            numbers(context.args)  # whose errors name the option
             source, given = source_of(name, exact_options(context.args))
             found = certificate(source, xi=xi, **given)
     except (ValueError, TypeError) as error:

@@ -23,7 +23,11 @@ class Load(Protocol):
 
 @dataclass(frozen=True)
 class Harmonic:
-    """amplitude * sin(omega*t + phase)."""
+    """The load amplitude * sin(omega*t + phase) at t in s.
+
+    amplitude: in N, or in the unit of the load that it stands for; omega: in rad/s; phase: in rad. Raises ValueError
+    unless each is one finite number.
+    """
 
     amplitude: float
     omega: float
@@ -48,7 +52,11 @@ class Harmonic:
 
 @dataclass(frozen=True)
 class Step:
-    """amplitude from t = start on, 0 before."""
+    """The load amplitude from t = start on, 0 before.
+
+    amplitude: in N, or in the unit of the load that it stands for; start: in s. Raises ValueError unless each is one
+    finite number.
+    """
 
     amplitude: float
     start: float = 0.0
@@ -69,7 +77,11 @@ class Step:
 
 @dataclass(frozen=True)
 class HalfSine:
-    """amplitude * sin(pi*t/duration) for 0 <= t <= duration, 0 elsewhere."""
+    """The load amplitude * sin(pi*t/duration) for 0 <= t <= duration, 0 elsewhere.
+
+    amplitude: in N, or in the unit of the load that it stands for; duration: in s. Raises ValueError unless each is one
+    finite number and the duration positive.
+    """
 
     amplitude: float
     duration: float

@@ -182,7 +182,8 @@ def scene_info(name: "str | SceneDeclaration", parameters: dict[str, Any]) -> Sc
         return _in_catalogue(name)
     if not hasattr(name, "potential"):
         raise ValueError(
-            f"expected a scene by name, handle or declaration, got {name!r}; substep.scenes() lists the names"
+            f"expected a scene by name, handle or declaration, got {name!r}; substep.scenes() lists the names, "
+            "and substep.structure(M, K) makes of matrices what can be marched"
         )
     from ..derived.modules import own_scene_module  # noqa: PLC0415 (the one door to SymPy)
 
@@ -206,6 +207,11 @@ def checked_parameters(
             raise unknown_name(f"a parameter of {info.name}", key, known)
     values: dict[str, Any] = {}
     for key, parameter in info.parameters.items():
+        if key not in parameters and parameter.default is None and parameter.polynomial is None:
+            raise ValueError(
+                f"expected a value for {key} of {info.name}, got none; give it by "
+                f"ss.scene({info.name!r}, {key}=...), or as --{key.replace('_', '-')} in a command"
+            )
         what = f"parameter {key} of {info.name}"
         given = parameters[key] if key in parameters else parameter.default_of(info.name, values)
         value = parameter.inside(what, number(what, given))

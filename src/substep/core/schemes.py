@@ -78,6 +78,8 @@ def scheme(name: "str | Scheme | Declaration", **parameters: ArrayLike) -> "Sche
         elif key in info.families:
             argument = _checked(info, info.families[key].argument, value)
             new = {own: np.asarray(function(argument)) for own, function in info.families[key].values.items()}
+        elif not info.parameters:
+            raise ValueError(f"{info.name} has no parameters: expected none, got {key!r}; leave it out")
         else:
             raise unknown_name(f"a parameter of {info.name}", key, [*info.parameters, *info.families])
         if twice := sorted(new.keys() & given.keys()):
@@ -234,7 +236,7 @@ class Scheme:
     def overshoot(self) -> str | None:
         """Such as U0-V1: powers of Omega with which u and v/omega grow in the first step.
 
-        None at other parameters than the defaults.
+        None at other parameters than the defaults, where `substep show newmark:gamma=3/5` derives it.
         """
         return self.facts.overshoot
 
@@ -297,6 +299,8 @@ class Scheme:
     def stability(self, Omega: ArrayLike, xi: ArrayLike = 0.0) -> tuple[Array, Array, Array]:
         """Spectral radius, numerical damping and period error in one pass, equal to the methods of these names.
 
+        Raises ValueError where one of them does.
+
         >>> radius, damping, period = ss.scheme("bathe").stability(2 * np.pi / 20)  # twenty steps a period
         >>> print(f"{radius:.6f} {damping:.6f} {period:.6f}")
         0.999967 0.000106 0.004095
@@ -307,16 +311,17 @@ class Scheme:
         """-ln|lambda_1|/phi - xi/sqrt(1 - xi^2), the damping ratio the scheme adds (thesis (4.3)).
 
         lambda_1 is the complex pair of largest modulus, phi its argument. NaN where all eigenvalues
-        are real or xi >= 1; 0, its limit, at Omega = 0.
+        are real or xi >= 1; 0, its limit, at Omega = 0. Raises ValueError at an Omega so large that rounding
+        hides whether a pair is complex.
         """
         return self.stability(Omega, xi)[1]
 
     def amplitude_error(self, Omega: ArrayLike, xi: ArrayLike = 0.0) -> Array:
-        """1 - exp(-2 pi numerical_damping) (thesis (4.4)); NaN where numerical_damping is."""
+        """1 - exp(-2 pi numerical_damping) (thesis (4.4)); NaN or refused where numerical_damping is."""
         return stability_functions.amplitude_error(self.numerical_damping(Omega, xi))
 
     def period_error(self, Omega: ArrayLike, xi: ArrayLike = 0.0) -> Array:
-        """Omega*sqrt(1 - xi^2)/phi - 1 (thesis (4.6)); NaN where numerical_damping is, 0 at Omega = 0."""
+        """Omega*sqrt(1 - xi^2)/phi - 1 (thesis (4.6)); NaN or refused where numerical_damping is, 0 at Omega = 0."""
         return self.stability(Omega, xi)[2]
 
     def power_norm(self, Omega: ArrayLike, xi: ArrayLike = 0.0, n: int = 1000) -> Array:

@@ -2,8 +2,8 @@
 
 All take Omega = omega*h >= 0 and the damping ratio xi >= 0, which broadcast with each other and with the scheme's
 parameters, and raise ValueError for negative or infinite values, NaN, shapes that do not broadcast, and values so
-large that the powers of Omega in a step overflow. At Omega below 1e-150 the errors are their limits, 0. Of a scheme
-that takes no damping they are NaN at xi > 0.
+large that the powers of Omega in a step overflow, or that rounding hides the pair that damping and period are of. At
+Omega below 1e-150 the errors are their limits, 0. Of a scheme that takes no damping they are NaN at xi > 0.
 """
 
 import math
@@ -22,6 +22,9 @@ if TYPE_CHECKING:
     from .schemes import Scheme
 
 PART = 1 << 13  # points of a call where some inputs are single numbers: these are repeated so often, and fit the cache
+HIDDEN_FROM = 1e7  # Omega; two eigenvalues part by about 1/Omega where they have one limit, and below they part clearly
+LARGE_DAMPING = 1e5  # of two positive eigenvalues that part so little, damping is of this size or above, or NaN
+AS_ONE = 8.0 * float(np.finfo(float).eps) ** 0.25  # relative distance to which rounding parts a fourfold eigenvalue
 NANOSECONDS = {"spectral_radius": 0.6, "stability": 4.0}  # per point, of the fastest schemes
 
 
@@ -53,6 +56,9 @@ def spectral_radius(scheme: "Scheme", Omega: ArrayLike, xi: ArrayLike) -> Array:
 def radius_damping_period(scheme: "Scheme", Omega: ArrayLike, xi: ArrayLike) -> tuple[Array, Array, Array]:
     """Spectral radius, numerical damping and period error, in one pass."""
     radius, damping, period = _evaluated(scheme, "stability", 3, Omega, xi)
+    usual = np.vdot(damping, damping) < LARGE_DAMPING**2 if damping.ndim else abs(damping) < LARGE_DAMPING
+    if not usual:  # one value is large or NaN
+        _require_told_apart(scheme, radius, damping, Omega, xi)
     return radius, damping, period
 
 
@@ -73,9 +79,7 @@ def power_norm(scheme: "Scheme", Omega: ArrayLike, xi: ArrayLike, n: int) -> Arr
     if (omega == 0).any():
         raise ValueError("expected Omega > 0, got 0, where the energy does not depend on u; give a positive Omega")
     A = amplification(scheme, omega, xi)
-    kinds = np.array([kind for kind, _ in scheme.info.history])
-    scale = np.broadcast_to(omega[..., None], A.shape[:-1]) ** (1.0 - kinds)
-    A = scale[..., :, None] * A / scale[..., None, :]
+    A = _in_energy_norm(scheme, A, omega)
     largest = largest_norm_of_powers(A.reshape(-1, *A.shape[-2:]), n)
     return largest.reshape(A.shape[:-2])[()]
 
@@ -113,6 +117,40 @@ def _require_finite(scheme: "Scheme", what: str, found: Array, Omega: Array, xi:
             f"xi = {xi[i]}, where its {what} is {found[i]}: powers of Omega overflow, or the step is singular; "
             "give a smaller Omega, for limits take the scheme's rho_inf"
         )
+
+
+def _require_told_apart(scheme: "Scheme", radius: Array, damping: Array, Omega: ArrayLike, xi: ArrayLike) -> None:
+    """Raise ValueError where damping is large or NaN since rounding hides whether two eigenvalues are real or complex.
+
+    So it is where two of the large ones, of the matrix in the energy norm, are as one. NaN of real eigenvalues apart
+    from each other stays.
+    """
+    arguments = points(scheme, Omega, xi)[1]
+    odd = ~(abs(damping.reshape(-1)) < LARGE_DAMPING) & np.isfinite(radius.reshape(-1))
+    odd &= (arguments[0] > HIDDEN_FROM) & (arguments[1] < 1.0)
+    if not odd.any():
+        return
+    arguments = [a[odd] for a in arguments]
+    A = np.empty((arguments[0].size, *2 * [len(scheme.state)]))
+    scheme.kernels.amplification(*arguments, A)
+    values = np.linalg.eigvals(_in_energy_norm(scheme, A, arguments[0]))
+    sizes, distances = abs(values), abs(values[:, :, None] - values[:, None, :])
+    close = distances <= AS_ONE * sizes.max(axis=1)[:, None, None]
+    i, j = np.triu_indices(values.shape[1], 1)
+    large = np.minimum(sizes[:, i], sizes[:, j]) > 0.5 * sizes.max(axis=1)[:, None]
+    for k in np.flatnonzero((close[:, i, j] & large).any(axis=1))[:1]:
+        raise ValueError(
+            f"expected Omega at which the eigenvalues of {scheme.name} can be told apart, got Omega = "
+            f"{arguments[0][k]}, xi = {arguments[1][k]}, where rounding hides whether a pair is complex, and so its "
+            "damping and period; give a smaller Omega, or ask for spectral_radius alone"
+        )
+
+
+def _in_energy_norm(scheme: "Scheme", A: Array, Omega: Array) -> Array:
+    """A (..., m, m) of the state (omega*u, v, a/omega), which is as large in each entry, at Omega (...)."""
+    kinds = np.array([kind for kind, _ in scheme.info.history])
+    scale = np.broadcast_to(Omega[..., None], A.shape[:-1]) ** (1.0 - kinds)
+    return scale[..., :, None] * A / scale[..., None, :]
 
 
 def _spread(

@@ -146,11 +146,20 @@ def quantity_figure(
 
 
 @styled
-def spectrum_figure(spectrum: "Dataset") -> Figure:
-    """SD, SV and SA of a `response_spectrum` at one xi, dashed the pseudo-quantities, and below the scheme's error."""
+def spectrum_figure(spectrum: "Dataset", axes: Sequence[Axes] | None = None) -> Figure:
+    """SD, SV and SA of a `response_spectrum` at one xi, dashed the pseudo-quantities, and below the scheme's error.
+
+    axes: six to draw into, in place of a new figure with a title: three for the spectra, then three for their errors.
+    Raises ValueError for another number of axes.
+    """
     s, T = spectrum, spectrum.period.to_numpy()
-    figure = Figure(figsize=(13, 6.2))
-    top, bottom = figure.subplots(2, 3, sharex=True, height_ratios=(1.7, 1))
+    if axes is None:
+        panels = Figure(figsize=(13, 6.2)).subplots(2, 3, sharex=True, height_ratios=(1.7, 1))
+    elif np.size(axes) == 6:
+        panels = np.reshape(axes, (2, 3))
+    else:
+        raise ValueError(f"expected six axes, of three spectra and their errors, got {np.size(axes)}; give six")
+    top, bottom = panels
     symbols = {"displacement": "SD", "velocity": "SV", "acceleration": "SA"}
     for value, error, (name, symbol), colour in zip(top, bottom, symbols.items(), COLOURS, strict=False):
         unit = {"m": "m", "m s-1": "m/s", "m s-2": "m/s$^2$"}[s[name].units]
@@ -162,6 +171,9 @@ def spectrum_figure(spectrum: "Dataset") -> Figure:
         error.loglog(T, 100 * np.abs(s[f"{name}_error"]), color=colour, linewidth=1.0)
         error.set_ylabel(f"error of {symbol} (%)")
         error.set_xlabel("period $T$ (s)")
+    figure = panels[0, 0].get_figure()
+    if axes is not None:
+        return figure
     settings = f"$\\xi$ = {float(s.xi):g}, {s.scheme}, $h$ = {s.dt:g} s"
     figure.suptitle(f"Response spectrum: {Path(s.source).name}, {settings}; below: the scheme's own error")
     return figure

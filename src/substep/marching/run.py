@@ -46,6 +46,14 @@ def _require_known(scene: Any, chosen: Iterable[str]) -> None:
             raise ValueError(f"{unknown_name('an argument of march', name, known)}{cure}")
 
 
+def require_in_order(function: str, scene: Any, scheme: Any) -> None:
+    """Raises ValueError for the names of a scheme and a scene that a function of that name was given exchanged."""
+    if isinstance(scheme, str) and isinstance(scene, str) and scheme in scenes() and scene in schemes():
+        raise ValueError(
+            f"expected the scene, then the scheme, got them exchanged; call {function}({scheme!r}, {scene!r}, ...)"
+        )
+
+
 def number_of_steps(dt: float, t_end: float) -> int:
     """t_end/dt. Raises ValueError, which names the two nearest t_end, unless it is whole to 1e-9, relative."""
     ratio = t_end / dt
@@ -97,10 +105,7 @@ def march(
     >>> print(f"{r.u[-1, 0]:.4f}")  # after a period, from 1
     0.9990
     """
-    if isinstance(scheme, str) and isinstance(scene, str) and scheme in scenes() and scene in schemes():
-        raise ValueError(
-            f"expected the scene, then the scheme, got them exchanged; call march({scheme!r}, {scene!r}, ...)"
-        )
+    require_in_order("march", scene, scheme)
     marched_by: Callable[..., Response] | None = getattr(scene, "march", None)  # of a structure or its modes
     if marched_by is None:
         _require_known(scene, chosen)

@@ -15,6 +15,7 @@ from ..core.loads import Load
 from ..core.progress import shown
 from ..core.scenes import Scene
 from ..core.schemes import Scheme
+from ..marching.run import require_in_order
 from ..structures.modes import Modes
 from ..structures.structure import Structure
 from .chunks import Results, run_chunk, run_on_one_core
@@ -93,6 +94,7 @@ def sweep(
         raise ValueError(
             "expected a scene or a structure to sweep, got modes; sweep their structure, or march modes one by one"
         )
+    require_in_order("sweep", scene, scheme)
     if isinstance(scene, Structure):
         if "account" in axes:
             raise ValueError("a sweep of a structure keeps no account of energy: march the point with account=True")
