@@ -11,9 +11,10 @@ import substep as ss
 from substep.auditing.claims import judged
 from substep.auditing.damping import identify_damped
 from substep.auditing.declared import declared
+from substep.auditing.exactness import exactness
 from substep.auditing.identify import agreement
 from substep.auditing.loads import load_taking
-from substep.auditing.orders import MOTIONS
+from substep.auditing.orders import MOTIONS, observed_orders, written
 from substep.auditing.probes import driven_runs, given_runs, own_runs
 from substep.auditing.programs.adapter import Integrator
 
@@ -193,3 +194,42 @@ def test_outputs_that_stand_elsewhere_are_told_and_the_scheme_is_not_accused(kin
     (cause,) = report.deviations
     part = "1/2 step" if kind == "v" else "1 step"
     assert (cause.kind, cause.text) == ("output", f"{kind} stands {part} before the end of its step"), report.text
+
+
+@pytest.mark.parametrize(
+    ("histories", "text"),
+    [
+        (lambda n, u0: [np.full(n + 1, np.nan)] * 3, "expected finite displacements u from run after t = 0"),
+        (lambda n, u0: (None, None, None), "expected finite displacements u from run after t = 0"),
+        (lambda n, u0: (None, np.arange(n + 1), None), "return u, the first of the three histories"),
+        (lambda n, u0: np.zeros((3, n + 1)), "got the same number at every step"),
+        (lambda n, u0: np.full((3, n + 1), u0), "got the same number at every step"),
+    ],
+    ids=["not a number", "nothing", "velocities", "zeros", "constant"],
+)
+def test_histories_that_show_no_motion_are_refused_with_the_cure(histories, text):
+    def run(omega: float, xi: float, dt: float, n: int, u0: float, v0: float, load: Any) -> Any:
+        return histories(n, u0)
+
+    with pytest.raises(ValueError, match=text):
+        ss.audit(run, ss.Claims("newmark", order=2))
+
+
+def test_nothing_that_is_finite_is_neither_exact_nor_of_an_order():
+    def run(omega: float, xi: float, dt: float, n: int, u0: float, v0: float, load: Any) -> Any:
+        return [np.full(n + 1, np.nan)] * 3
+
+    stepper = ss.Stepper(run)
+    assert exactness(own_runs(stepper), {}) is None
+    assert all(written(order[0]) == "not measured" for order in observed_orders(stepper).values())
+
+
+def test_no_load_is_found_where_the_load_moves_nothing():
+    steps = generalized_alpha(0.0, 0.0, 0.25, 0.5)
+
+    def run(omega: float, xi: float, dt: float, n: int, u0: float, v0: float, load: Any) -> Any:
+        return steps(omega, xi, dt, n, u0, v0, lambda t: 0.0)
+
+    stepper = ss.Stepper(run)
+    match = agreement(ss.scheme("average_acceleration"), own_runs(stepper), own_runs(stepper))
+    assert match is not None and load_taking(match, driven_runs(stepper)).kind == "unknown"

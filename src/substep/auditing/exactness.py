@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 
 from ..core.arrays import Array
+from .fit import largest
 from .linear_step import Oscillators
 from .noise import QUIET, Noise
 from .probes import Measured
@@ -60,5 +61,4 @@ def _agrees(run: Measured, kind: Load, noise: Noise) -> bool:
     n, powers = run.rows.shape[1] - 1, run.at.powers
     loads = np.array([run.load.at(t) for t in np.arange(n + 1) * run.at.h])
     rows = ExactStep(run.at).histories(np.array(run.start[:2]) / powers[:2], n, loads, kind) * powers
-    off = run.deviation(rows)[:, 1:, :2]
-    return bool(np.nanmax(np.abs(off), initial=0.0) <= noise.rounding)
+    return largest(run.deviation(rows)[:, 1:, :2]) <= noise.rounding

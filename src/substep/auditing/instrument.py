@@ -52,12 +52,14 @@ def audit(stepper: Stepper | Run, claims: Claims | None = None) -> Report:
     u'' + 2 xi omega u' + omega**2 u = load(t); with an argument a0 it is taken to start from that acceleration. A
     `Stepper` says more of what it can do. claims: what its manual states.
 
-    Raises ValueError for a stepper that raises on every oscillator or returns something else, and for claims that no
-    scheme can have. Where it raises on some of them, the audit rests on the others, and the report lists these.
+    Raises ValueError for a stepper that raises on every oscillator or returns something else, that returns no finite u
+    after t = 0 or does not move, and for claims that no scheme can have. Where it raises on some oscillators, the audit
+    rests on the others, and the report lists these.
     """
     stepper = as_stepper(stepper)
     claimed = claims.claimed_scheme() if claims else None
     own = own_runs(stepper)
+    _check_motion(stepper, own)
     noise = measured_noise(stepper, own)
     own = noise.over(own)
     driven = {name: noise.over([run])[0] for name, run in driven_runs(stepper).items()}
@@ -99,6 +101,21 @@ def audit(stepper: Stepper | Run, claims: Claims | None = None) -> Report:
         controlled_runs(stepper), failures(own, driven), noise, defaults, left_out(stepper.can, affordable),
         measured, by_scheme, ignored, instants,
     )  # fmt: skip
+
+
+def _check_motion(stepper: Stepper, own: Sequence[Measured]) -> None:
+    """Raise ValueError for free motion of which no u is known after t = 0, or in which no u changes after it."""
+    u = np.concatenate([run.rows[:, 1:, 0] for run in own])
+    if np.isnan(u).all():
+        raise ValueError(
+            f"expected finite displacements u from {stepper.name} after t = 0, got none in any run of free motion; "
+            "return u, the first of the three histories, and name it in the outputs of its Integrator"
+        )
+    if (np.isnan(u) | (u == u[:, :1])).all():
+        raise ValueError(
+            f"expected displacements u from {stepper.name} that move from u0 = 1 or v0, got the same number at every "
+            "step of every run; return the histories of the run, and pass omega, u0 and v0 on to the program"
+        )
 
 
 def left_out(can: Integrator, affordable: bool) -> tuple[str, ...]:

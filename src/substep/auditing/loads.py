@@ -54,6 +54,8 @@ def load_taking(match: Match, driven: Mapping[str, Measured], noise: Noise = QUI
     runs = list(driven.values())
     candidate = match.candidate(runs[0].at)
     called = calls_of(runs)
+    if not all(np.nan_to_num(run.rows[:, 1:]).any() for run in runs):
+        return LoadTaking("unknown", called=called)  # a load that moves nothing tells no instant
     kinds = slice(0, 3 if match.what == "matrix" else 1)
     declared = tuple(system.loads for system in step_of(match.scheme, candidate.at.h).systems)
     for shift in (*SHIFTS, _ramp_shift(candidate, driven["ramp"], declared, kinds, noise)):
@@ -78,14 +80,18 @@ def load_taking(match: Match, driven: Mapping[str, Measured], noise: Noise = QUI
 
 
 def _ramp_shift(candidate: Candidate, run: Measured, declared: Loads, kinds: slice, noise: Noise) -> float:
-    """By how many steps all instants are moved, from a ramp, of which a shift adds a constant, asked for or not."""
+    """By how many steps all instants are moved, from a ramp, of which a shift adds a constant, asked for or not.
+
+    0 where nothing moves by which it could be told.
+    """
     here, there = (
         _off(Candidate(candidate.scheme, run.at, _moved(declared, x)), run, None)[:, RESTING:, kinds]
         for x in (0.0, 1.0)
     )
     unit = there - here
-    shift = -float(np.nansum(here * unit)) / max(float(np.nansum(unit * unit)), 1e-300)
-    return recognise(shift, max(1e-8, noise.rounding))[0]
+    with np.errstate(all="ignore"):  # where the load moves nothing, deviations relative to the state overflow
+        shift = -float(np.nansum(here * unit)) / max(float(np.nansum(unit * unit)), 1e-300)
+    return recognise(shift, max(1e-8, noise.rounding))[0] if np.isfinite(shift) else 0.0
 
 
 def _moved(loads: Loads, shift: float) -> Loads:

@@ -56,6 +56,8 @@ Order = tuple[float | None, float | None, float | None]
 def observed_orders(stepper: Stepper, noise: Noise = QUIET) -> dict[str, Order]:
     """For each motion, damped and undamped, the order of u, v and a; None where not output, or exact but for rounding.
 
+    NaN, which is not known, of a u that is not a number in any run.
+
     noise: of what is observed, or of what it is compared with: errors that it may hide are not looked at.
     """
     loaded = stepper.can.load != "none"
@@ -78,7 +80,7 @@ def _observed(stepper: Stepper, motion: Motion, noise: Noise, xi: float) -> Orde
         errors.append(np.abs(rows[::every] - exact)[STEPS[0] // 2 :].max(axis=0))
     floor = max(10.0 ** (4.0 - stepper.can.digits), NOISY * noise.size if noise.loud else 0.0)
     u, v, a = (_slope(np.array(column), floor) for column in zip(*errors, strict=True))
-    return u, v, a
+    return np.nan if np.isnan(errors)[:, 0].all() else u, v, a  # a u that is no number is not exact
 
 
 def _slope(errors: Array, floor: float) -> float | None:
