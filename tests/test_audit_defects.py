@@ -11,8 +11,9 @@ import substep as ss
 from substep.auditing.claims import judged
 from substep.auditing.damping import identify_damped
 from substep.auditing.declared import declared
-from substep.auditing.identify import agreement
+from substep.auditing.identify import Match, agreement, differing
 from substep.auditing.loads import load_taking
+from substep.auditing.noise import QUIET
 from substep.auditing.orders import MOTIONS
 from substep.auditing.probes import driven_runs, given_runs, own_runs
 from substep.auditing.programs.adapter import Integrator
@@ -53,6 +54,9 @@ DEFECTS: dict[str, tuple[Callable[..., Any], ss.Claims, list[str], str]] = {
     ),
     "other end": (
         generalized_alpha(OPTIMAL[0], 1 - OPTIMAL[1], BETA, GAMMA), CHUNG, ["parameter"], "weighs the other end"
+    ),
+    "rho_inf of a family": (
+        generalized_alpha(4 / 17, 7 / 17, 100 / 289, 23 / 34), CHUNG, ["parameter"], "rho_inf is 7/10, not 4/5"
     ),
     "single precision": (
         generalized_alpha(*OPTIMAL, BETA, GAMMA, dtype=np.float32), CHUNG, ["precision"], "results hold 7 digits"
@@ -123,6 +127,14 @@ def test_an_instant_of_the_load_that_is_not_asked_for_is_told_by_a_ramp(late):
 
     found = ss.audit(run, CHUNG).loads
     assert (found.kind, found.called) == ("shifted", ()) and found.shift == pytest.approx(-late, abs=1e-12)
+
+
+def test_nothing_is_said_to_differ_where_all_steps_agree():
+    newmark, trapezoidal = ss.scheme("newmark", beta=0.3), declared(ss.scheme("newmark"))
+    own = own_runs(trapezoidal, omegas=(0.3, 1.0))
+    assert differing(Match(ss.scheme("newmark"), "matrix", 0.0, "computed", 0), own, QUIET) == ""
+    other = differing(Match(newmark, "matrix", 0.1, "computed", 0), own, QUIET)
+    assert other == ", differs in u and v and a from Omega = 0.3 on; its eigenvalues too"
 
 
 def test_consequences_stand_under_their_cause():
