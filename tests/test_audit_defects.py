@@ -189,6 +189,21 @@ def test_a_given_acceleration_that_is_ignored_is_reported(ignores):
     assert ("start      acceleration at t = 0: computed; one that is given is ignored" in report.text) == ignores
 
 
+@pytest.mark.parametrize(("noise", "guess"), [(1e-14, 0.0), (0.0, 1e-10)])
+def test_a_given_acceleration_that_is_a_guess_at_most_is_ignored(noise, guess):
+    """Of a program with additive noise, and of one that solves for the acceleration from it, to 10 digits."""
+    steps, rng = generalized_alpha(0, 0, 0.25, 0.5, sets_a0=True), np.random.default_rng(0)
+
+    def run(omega: float, xi: float, dt: float, n: int, u0: float, v0: float, load: Any, a0: Any = None) -> Any:
+        first = load(0.0) - 2 * xi * omega * v0 - omega**2 * u0
+        found = steps(omega, xi, dt, n, u0, v0, load, first + guess * ((a0 or 0.0) - first))
+        return found + noise * rng.uniform(-1, 1, found.shape)
+
+    report = ss.audit(run, ss.Claims("newmark", parameters={"beta": 0.25, "gamma": 0.5}))
+    assert report.ignores_a0 and report.judgements[0].verdict == "true", report.text
+    assert {deviation.kind for deviation in report.deviations} <= {"precision"}, report.text
+
+
 @pytest.mark.parametrize(("kind", "instant"), [("v", -0.5), ("a", -1.0)])
 def test_outputs_that_stand_elsewhere_are_told_and_the_scheme_is_not_accused(kind, instant):
     """Central differences with velocities at half steps, and with the acceleration of the step before."""
