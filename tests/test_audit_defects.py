@@ -12,8 +12,9 @@ from substep.auditing.claims import judged
 from substep.auditing.damping import identify_damped
 from substep.auditing.declared import declared
 from substep.auditing.exactness import exactness
-from substep.auditing.identify import agreement
+from substep.auditing.identify import Match, agreement, differing
 from substep.auditing.loads import load_taking
+from substep.auditing.noise import QUIET
 from substep.auditing.orders import MOTIONS, observed_orders, written
 from substep.auditing.probes import driven_runs, given_runs, own_runs
 from substep.auditing.programs.adapter import Integrator
@@ -54,6 +55,9 @@ DEFECTS: dict[str, tuple[Callable[..., Any], ss.Claims, list[str], str]] = {
     ),
     "other end": (
         generalized_alpha(OPTIMAL[0], 1 - OPTIMAL[1], BETA, GAMMA), CHUNG, ["parameter"], "weighs the other end"
+    ),
+    "rho_inf of a family": (
+        generalized_alpha(4 / 17, 7 / 17, 100 / 289, 23 / 34), CHUNG, ["parameter"], "rho_inf is 7/10, not 4/5"
     ),
     "single precision": (
         generalized_alpha(*OPTIMAL, BETA, GAMMA, dtype=np.float32), CHUNG, ["precision"], "results hold 7 digits"
@@ -126,6 +130,14 @@ def test_an_instant_of_the_load_that_is_not_asked_for_is_told_by_a_ramp(late):
     assert (found.kind, found.called) == ("shifted", ()) and found.shift == pytest.approx(-late, abs=1e-12)
 
 
+def test_nothing_is_said_to_differ_where_all_steps_agree():
+    newmark, trapezoidal = ss.scheme("newmark", beta=0.3), declared(ss.scheme("newmark"))
+    own = own_runs(trapezoidal, omegas=(0.3, 1.0))
+    assert differing(Match(ss.scheme("newmark"), "matrix", 0.0, "computed", 0), own, QUIET) == ""
+    other = differing(Match(newmark, "matrix", 0.1, "computed", 0), own, QUIET)
+    assert other == ", differs in u and v and a from Omega = 0.3 on; its eigenvalues too"
+
+
 def test_consequences_stand_under_their_cause():
     report = ss.audit(generalized_alpha(*OPTIMAL[::-1], BETA, GAMMA), CHUNG)
     (cause,) = report.deviations
@@ -176,6 +188,21 @@ def test_a_given_acceleration_that_is_ignored_is_reported(ignores):
     report = ss.audit(run, CHUNG)
     assert report.ignores_a0 == ignores and not report.deviations
     assert ("start      acceleration at t = 0: computed; one that is given is ignored" in report.text) == ignores
+
+
+@pytest.mark.parametrize(("noise", "guess"), [(1e-14, 0.0), (0.0, 1e-10)])
+def test_a_given_acceleration_that_is_a_guess_at_most_is_ignored(noise, guess):
+    """Of a program with additive noise, and of one that solves for the acceleration from it, to 10 digits."""
+    steps, rng = generalized_alpha(0, 0, 0.25, 0.5, sets_a0=True), np.random.default_rng(0)
+
+    def run(omega: float, xi: float, dt: float, n: int, u0: float, v0: float, load: Any, a0: Any = None) -> Any:
+        first = load(0.0) - 2 * xi * omega * v0 - omega**2 * u0
+        found = steps(omega, xi, dt, n, u0, v0, load, first + guess * ((a0 or 0.0) - first))
+        return found + noise * rng.uniform(-1, 1, found.shape)
+
+    report = ss.audit(run, ss.Claims("newmark", parameters={"beta": 0.25, "gamma": 0.5}))
+    assert report.ignores_a0 and report.judgements[0].verdict == "true", report.text
+    assert {deviation.kind for deviation in report.deviations} <= {"precision"}, report.text
 
 
 @pytest.mark.parametrize(("kind", "instant"), [("v", -0.5), ("a", -1.0)])

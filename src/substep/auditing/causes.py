@@ -8,7 +8,7 @@ from ..core.arrays import Array
 from ..core.schemes import Scheme
 from .claims import Judgement
 from .declared import declared
-from .fit import free_parameters, number, recognise, stated
+from .fit import family_of, free_parameters, number, recognise, stated
 from .identify import SAME, Identification, Match, agreement, is_claimed
 from .linear_step import DAMPED_BY
 from .loads import LoadTaking
@@ -135,7 +135,10 @@ def _of_scheme(e: Evidence, best: Match) -> list[Deviation]:
         if one := _one_parameter(e, claimed):
             return [Deviation("parameter", one)]
         return [Deviation("scheme", f"it is {best.text}, not {stated(claimed)}")]
-    return [Deviation("parameter", text) for text in _of_parameters(claimed.given, same)]
+    texts = _of_parameters(claimed.given, same.scheme.parameters, same.unsure)
+    if len(texts) > 1 and (was := family_of(claimed)) and (got := family_of(same.scheme)).keys() == was.keys():
+        texts = _of_parameters(was, got, same.unsure)
+    return [Deviation("parameter", text) for text in texts]
 
 
 def _one_parameter(e: Evidence, claimed: Scheme) -> str:
@@ -146,22 +149,25 @@ def _one_parameter(e: Evidence, claimed: Scheme) -> str:
         names = free_parameters(match.scheme)
         case = agreement(match.scheme, free, own) if len(names) > 1 else None
         if case is not None and case.what == "matrix":
-            changed = _of_parameters({name: case.scheme.parameters[name] for name in names}, match)
+            values = {name: case.scheme.parameters[name] for name in names}
+            changed = _of_parameters(values, match.scheme.parameters, match.unsure)
             if len(changed) == 1:
                 return f"{changed[0]} as {stated(claimed)} has it as a case of {match.scheme.name}"
     return ""
 
 
-def _of_parameters(claimed: Mapping[str, Array], found: Match) -> list[str]:
+def _of_parameters(
+    claimed: Mapping[str, Array | float], found: Mapping[str, Array | float], unsure: float
+) -> list[str]:
     """What happened to the values: exchanged, of the other sign, counted from the other end of the step, or changed."""
-    was, got = ({name: float(values[name]) for name in claimed} for values in (claimed, found.scheme.parameters))
-    within = max(SAME, found.unsure)
+    was, got = ({name: float(values[name]) for name in claimed} for values in (claimed, found))
+    within = max(SAME, unsure)
 
     def near(one: float, other: float) -> bool:
         return abs(one - other) <= within
 
     def pair(name: str) -> str:
-        return f"{name} is {number(got[name], found.unsure)}, not {number(was[name], 0.0)}"
+        return f"{name} is {number(got[name], unsure)}, not {number(was[name], 0.0)}"
 
     changed = [name for name in was if not near(was[name], got[name])]
     texts, done = [], set()

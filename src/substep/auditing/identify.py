@@ -110,14 +110,16 @@ def identify(
                 nearest = min([*tried, *([nearest] if nearest else [])], key=lambda match: match.error)
         if same:
             return Identification(tuple(same), claimed=claimed)
-    return Identification((), nearest, differs=_differs(nearest, free, noise) if nearest else "")
+    return Identification((), nearest, differs=differing(nearest, free, noise) if nearest else "")
 
 
-def _differs(nearest: Match, free: Sequence[Measured], noise: Noise) -> str:
-    """In words, what of a step of the nearest scheme is not what was measured, and on which oscillators."""
+def differing(nearest: Match, free: Sequence[Measured], noise: Noise) -> str:
+    """In words, what of the nearest scheme's steps is not what was measured, and where; empty where all agree."""
     at = free[0].at
     tried = [residual(Candidate(nearest.scheme, at)) for residual in residuals(nearest.scheme, "matrix", free)]
     off = np.nan_to_num(np.abs(min(tried, key=largest))).max(axis=(0, 2)) > noise.match  # (P, 3)
+    if not off.any():
+        return ""
     kinds = " and ".join(name for name, there in zip("uva", off.any(axis=0), strict=True) if there)
     there = off.any(axis=1)
     first, damped = at.Omega[there].min(initial=np.inf), at.xi[there].min(initial=np.inf)
