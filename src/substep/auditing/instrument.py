@@ -159,13 +159,19 @@ def expected_orders(
 
 
 def measured_curves(own: Sequence[Measured], tolerance: float) -> tuple[Curve, ...]:
-    """Spectral radius, numerical damping and period error from the eigenvalues that the histories show."""
+    """Spectral radius, numerical damping and period error from the eigenvalues that the histories show.
+
+    Without the oscillators that the program raised on, of which none is known.
+    """
     at = own[0].at
+    pairs = list(zip(at.Omega.tolist(), at.xi.tolist(), strict=True))
+    stopped = {(Omega, xi) for run in own for Omega, xi, _ in run.failed}
     found: list[Curve] = []
     for xi in dict.fromkeys(at.xi.tolist()):
-        places = np.flatnonzero(at.xi == xi)
-        values = [eigenvalues(own, int(p), tolerance) for p in places]
-        errors = np.array([x.damping_and_period(at.Omega[p], xi) for x, p in zip(values, places, strict=True)])
+        places = [p for p, (Omega, ratio) in enumerate(pairs) if ratio == xi and (Omega, ratio) not in stopped]
+        values = [eigenvalues(own, p, tolerance) for p in places]
+        errors = np.array([x.damping_and_period(float(at.Omega[p]), xi) for x, p in zip(values, places, strict=True)])
+        errors = errors.reshape(-1, 2)
         radius = np.array([x.radius for x in values])
         found.append(Curve(xi, at.Omega[places], radius, errors[:, 0], errors[:, 1]))
     return tuple(found)
