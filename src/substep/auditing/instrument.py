@@ -72,7 +72,8 @@ def audit(stepper: Stepper | Run, claims: Claims | None = None) -> Report:
         found = with_all_members(identify_damped(free, own, claimed, noise), free, own, noise)
         found = split(found, stepper, free, noise)
     best = found.matches[0] if found.matches else None
-    load = load_taking(best, driven, noise) if best else LoadTaking("unknown", called=calls_of(list(driven.values())))
+    sought = LoadTaking("not sought" if driven else "none", called=calls_of(list(driven.values())) if driven else ())
+    load = load_taking(best, driven, noise) if best else sought
     radius, roots = measured_radius(stepper, noise), measured_roots(stepper, noise)
     growing, margin = (long_radius(stepper), LONGER) if noise.loud else (radius, noise.margin)
     critical = measured = critical_Omega(growing, margin)
