@@ -25,6 +25,7 @@ from substep.auditing.nonlinear import split
 from substep.auditing.orders import observed_orders, written
 from substep.auditing.probes import OMEGAS, RATIOS, driven_runs, own_runs
 from substep.auditing.programs.adapter import Integrator, Spring
+from substep.auditing.stability import critical_Omega, long_radius, measured_radius, overshoot
 from substep.auditing.stepper import as_stepper
 
 
@@ -257,6 +258,32 @@ def test_a_program_that_stops_at_some_frequencies_is_audited_on_the_others():
     assert all("no convergence" in error for *_, error in report.failed)
     assert "not run    at Omega = 3, xi = 0.05: expected histories from brittle" in report.text
     assert len(report.to_dict()["not_run"]) == len(stopped)
+
+
+@pytest.mark.parametrize("growing", [False, True])
+def test_stability_is_not_known_where_undamped_runs_stop(growing):
+    """The average acceleration method, which stops above Omega = 50; growing: unstable from Omega = 15 on before."""
+    steps = generalized_alpha(0.0, 0.0, 0.25, 0.5)
+
+    def brittle(omega, xi, dt, n, u0, v0, load):
+        if omega * dt > 50.0:
+            raise ArithmeticError("no convergence")
+        growth = 1.5 if growing and omega * dt > 15.0 else 1.0
+        return np.array(steps(omega, xi, dt, n, u0, v0, load)) * growth ** np.arange(n + 1)
+
+    stepper = ss.Stepper(brittle)
+    for radius, margin in ((measured_radius(stepper), 1e-6), (long_radius(stepper), 0.02)):
+        critical = critical_Omega(radius, margin)
+        assert critical == pytest.approx(15.0, rel=1e-9) if growing else np.isnan(critical)
+    assert np.isnan(measured_radius(stepper)(np.array([1.0, 60.0]))).tolist() == [False, True]
+    assert overshoot(stepper) == "U?-V?"
+    if not growing:
+        verdicts = judged(ss.Claims(rho_inf=1.0, unconditional=True), Identification(()), {}, np.nan, np.nan)
+        assert {j.verdict for j in verdicts if j.claimed} == {"not judged"}
+        report = ss.audit(stepper, TRAPEZOIDAL)
+        assert not report.deviations and report.matches[0].scheme.name == "newmark"
+        assert "not known, as runs fail" in report.stable and {Omega for Omega, *_ in report.failed} == {100.0, 1e4}
+        assert all(np.isfinite(curve.radius).all() for curve in report.curves)
 
 
 def test_a_report_is_text_json_and_a_page(tmp_path):

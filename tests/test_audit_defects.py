@@ -13,7 +13,7 @@ from substep.auditing.damping import identify_damped
 from substep.auditing.declared import declared
 from substep.auditing.exactness import exactness
 from substep.auditing.identify import Match, agreement, differing
-from substep.auditing.loads import load_taking
+from substep.auditing.loads import LoadTaking, load_taking
 from substep.auditing.noise import QUIET
 from substep.auditing.orders import MOTIONS, observed_orders, written
 from substep.auditing.probes import driven_runs, given_runs, own_runs
@@ -260,3 +260,17 @@ def test_no_load_is_found_where_the_load_moves_nothing():
     stepper = ss.Stepper(run)
     match = agreement(ss.scheme("average_acceleration"), own_runs(stepper), own_runs(stepper))
     assert match is not None and load_taking(match, driven_runs(stepper)).kind == "unknown"
+
+
+@pytest.mark.parametrize(
+    ("kind", "called", "text"),
+    [
+        ("not sought", (), "not looked for without a scheme"),
+        ("not sought", (0.0,), "not looked for without a scheme; asked for at the ends of steps"),
+        ("unknown", (0.5,), "at no fixed instants that were found; asked for at 0.5 of a step"),
+        ("unknown", (0.0, 0.25, 0.5), "were found; asked for at the ends of steps and 0.25, 0.5 of a step"),
+        ("none", (), "takes no load"),
+    ],
+)
+def test_what_is_said_of_a_load_tells_whether_it_was_looked_for(kind, called, text):
+    assert LoadTaking(kind, called=called).text.endswith(text)

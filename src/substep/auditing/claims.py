@@ -59,7 +59,7 @@ class Claims:
 class Judgement:
     """A claim, what was found in its place, the verdict, and where the claim stands.
 
-    verdict: "not judged" for a scheme that is not of the catalogue, or an order that could not be measured; "not
+    verdict: "not judged" for a scheme that is not of the catalogue, or what could not be measured; "not
     stated" for a topic of which the manual says nothing, with what was found of it.
     """
 
@@ -95,6 +95,8 @@ def judged(
     orders_of_u = ", ".join(f"{motion}: {written(order[0])}" for motion, order in orders.items())
     radius = f"{rho_inf:.4g}"
     limit = "stable up to Omega = 10^4" if critical is None else f"unstable beyond Omega = {critical:.10g}"
+    unsure = critical is not None and math.isnan(critical)
+    limit = "stability not known, as runs fail" if unsure else limit
 
     def judge(claim: str, claimed: Any, what: str, verdict: Verdict, motions: Sequence[str] = ()) -> None:
         found.append(Judgement(claim, str(claimed), what, verdict, claims.source.get(claim, ("", "")), tuple(motions)))
@@ -117,12 +119,13 @@ def judged(
         judge("order", claims.order, orders_of_u, verdict, may_fail)
     if claims.rho_inf is not None:
         near = abs(rho_inf - claims.rho_inf) <= max(RADIUS, blur)
-        judge("rho_inf", f"{claims.rho_inf:g}", radius, _verdict(near))
+        judge("rho_inf", f"{claims.rho_inf:g}", radius, "not judged" if math.isnan(rho_inf) else _verdict(near))
     if claims.unconditional is not None:
-        judge("unconditional", claims.unconditional, limit, _verdict(claims.unconditional == (critical is None)))
+        holds = claims.unconditional == (critical is None)
+        judge("unconditional", claims.unconditional, limit, "not judged" if unsure else _verdict(holds))
     if claims.critical_Omega is not None:
         near = critical is not None and abs(critical - claims.critical_Omega) <= max(1e-3, blur) * claims.critical_Omega
-        judge("critical_Omega", f"{claims.critical_Omega:g}", limit, _verdict(near))
+        judge("critical_Omega", f"{claims.critical_Omega:g}", limit, "not judged" if unsure else _verdict(near))
     measured = {"scheme": is_a, "order": orders_of_u, "damping": f"rho_inf = {radius}", "stability": limit}
     for topic in unstated({one.claim for one in found} | claims.parameters.keys()):
         judge(topic, "", measured[topic], "not stated")

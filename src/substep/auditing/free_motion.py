@@ -135,7 +135,7 @@ def growths(stepper: Stepper, roots: Roots, critical: float | None, largest: flo
     the critical Omega, or the largest one. From unit starts of u and h*v, and of h^2*a where it can be set,
     which shows spurious eigenvalues.
     """
-    if critical == 0.0:
+    if critical is not None and not critical > 0.0:  # unstable from the start, or not known
         return ()
     end = largest if critical is None else critical
     starts = [(1.0, 0.0, None), (0.0, 1.0, None)] + ([(0.0, 0.0, 1.0)] if "a" in stepper.can.sets else [])
@@ -198,5 +198,12 @@ def scheme_roots(amplification: Callable[..., Array]) -> Roots:
 
 
 def measured_roots(stepper: Stepper, noise: Noise = QUIET) -> Roots:
-    """The eigenvalues that histories show."""
-    return lambda Omega: eigenvalues(own_runs(stepper, [Omega], [0.0]), 0, tolerance_of(stepper, noise)).roots
+    """The eigenvalues that histories show; none where the program raises."""
+
+    def roots(Omega: float) -> Array:
+        try:
+            return eigenvalues(own_runs(stepper, [Omega], [0.0]), 0, tolerance_of(stepper, noise)).roots
+        except RunFailed:
+            return np.zeros(0)
+
+    return roots

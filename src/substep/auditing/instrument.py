@@ -73,7 +73,8 @@ def audit(stepper: Stepper | Run, claims: Claims | None = None) -> Report:
         found = with_all_members(identify_damped(free, own, claimed, noise), free, own, noise)
         found = split(found, stepper, free, noise)
     best = found.matches[0] if found.matches else None
-    load = load_taking(best, driven, noise) if best else LoadTaking("unknown", called=calls_of(list(driven.values())))
+    sought = LoadTaking("not sought" if driven else "none", called=calls_of(list(driven.values())) if driven else ())
+    load = load_taking(best, driven, noise) if best else sought
     radius, roots = measured_radius(stepper, noise), measured_roots(stepper, noise)
     growing, margin = (long_radius(stepper), LONGER) if noise.loud else (radius, noise.margin)
     critical = measured = critical_Omega(growing, margin)
@@ -169,13 +170,19 @@ def expected_orders(
 
 
 def measured_curves(own: Sequence[Measured], tolerance: float) -> tuple[Curve, ...]:
-    """Spectral radius, numerical damping and period error from the eigenvalues that the histories show."""
+    """Spectral radius, numerical damping and period error from the eigenvalues that the histories show.
+
+    Without the oscillators that the program raised on, of which none is known.
+    """
     at = own[0].at
+    pairs = list(zip(at.Omega.tolist(), at.xi.tolist(), strict=True))
+    stopped = {(Omega, xi) for run in own for Omega, xi, _ in run.failed}
     found: list[Curve] = []
     for xi in dict.fromkeys(at.xi.tolist()):
-        places = np.flatnonzero(at.xi == xi)
-        values = [eigenvalues(own, int(p), tolerance) for p in places]
-        errors = np.array([x.damping_and_period(at.Omega[p], xi) for x, p in zip(values, places, strict=True)])
+        places = [p for p, (Omega, ratio) in enumerate(pairs) if ratio == xi and (Omega, ratio) not in stopped]
+        values = [eigenvalues(own, p, tolerance) for p in places]
+        errors = np.array([x.damping_and_period(float(at.Omega[p]), xi) for x, p in zip(values, places, strict=True)])
+        errors = errors.reshape(-1, 2)
         radius = np.array([x.radius for x in values])
         found.append(Curve(xi, at.Omega[places], radius, errors[:, 0], errors[:, 1]))
     return tuple(found)

@@ -25,13 +25,13 @@ class LoadTaking:
     """How a step takes the load.
 
     kind: "declared", as the scheme does; "shifted", as the scheme does, but at instants `shift` steps later;
-    "weighted", with other weights; "unknown", none of these; "none", it takes no load. loads: of each balance, pairs
-    (weight, instant in steps after t_n). error: the largest deviation relative to the state. start: whether the
-    acceleration at t = 0 is that of the equation of motion with the load ("computed") or "zero"; "own" if neither.
-    called: the instants, in steps after t_n, at which the program asked for the load.
+    "weighted", with other weights; "unknown", none of these; "not sought", as there is no scheme; "none", it takes no
+    load. loads: of each balance, pairs (weight, instant in steps after t_n). error: the largest deviation relative to
+    the state. start: whether the acceleration at t = 0 is that of the equation of motion with the load ("computed") or
+    "zero"; "own" if neither. called: the instants, in steps after t_n, at which the program asked for the load.
     """
 
-    kind: Literal["declared", "shifted", "weighted", "unknown", "none"]
+    kind: Literal["declared", "shifted", "weighted", "unknown", "not sought", "none"]
     loads: Loads = ()
     shift: float = 0.0
     error: float = 0.0
@@ -41,9 +41,13 @@ class LoadTaking:
     @property
     def text(self) -> str:
         """Such as 'f(t_n + h/2)' or '1/2 f(t_n) + 1/2 f(t_n + h)', one a balance."""
-        if self.kind in ("none", "unknown"):
-            asked = f"; asked for at {', '.join(f'{x:g}' for x in self.called)} of a step" if self.called else ""
-            return "takes no load" if self.kind == "none" else f"at no fixed instants that were found{asked}"
+        without = {
+            "none": "takes no load",
+            "unknown": "at no fixed instants that were found",
+            "not sought": "not looked for without a scheme",
+        }
+        if self.kind in without:
+            return without[self.kind] + (f"; asked for at {_asked(self.called)}" if self.called else "")
         return "; ".join(_sum(row) for row in self.loads if row)
 
 
@@ -221,6 +225,13 @@ def calls_of(runs: Sequence[Measured]) -> tuple[float, ...]:
     h = runs[0].at.h
     instants = {round(t / h % 1.0, 6) % 1.0 for run in runs for calls in run.called for t in calls}
     return tuple(sorted(instants))
+
+
+def _asked(called: Sequence[float]) -> str:
+    """The instants of calls in words; 0 is where one step ends and the next one begins."""
+    inside = ", ".join(f"{x:g}" for x in called if x)
+    ends = ["the ends of steps"] if 0.0 in called else []
+    return " and ".join(ends + ([f"{inside} of a step"] if inside else []))
 
 
 def _sum(row: Sequence[tuple[float, float]]) -> str:

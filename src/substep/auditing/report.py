@@ -43,17 +43,17 @@ class Report:
 
     found: the schemes it does the same as, or the nearest one. exact: None, or the load for which its motion is exact.
     orders: of u, v, a, for each motion, damped and undamped; None where exact or not returned. rho_inf: the spectral
-    radius at Omega = 10^4. critical_Omega: None where it is stable up to there; that of the scheme, where one is
-    identified, beside which measured_critical is that of the program, found by bisection, and scheme_critical the
-    scheme's, to as few digits. overshoot: as the catalogue writes it. loads: how it takes the load. start: where its
-    first acceleration comes from. judgements: of the claims. deviations: root causes. curves: what was measured, for
-    charts. growth: where undamped free motion grows like a power of n. energy: what happens to that of undamped free
-    motion; empty where no velocity at the ends of steps is returned. control: what it does in steps of its own choice,
-    None where it does not choose. failed: Omega, xi and the error where the program raised; what is said of it rests on
-    the other runs. noise: how well it repeats itself, which all that is said rests on. ignores_a0: whether
-    nothing moves from rest with a given acceleration. instants: by how many steps v and a stand after the end of
-    their step, where they do. defaults: whether it does the same with the defaults of its arguments written out; None
-    without any. left_out: what was not compared or not run, and why.
+    radius at Omega = 10^4. critical_Omega: None where it is stable up to there, NaN where runs fail that would tell;
+    that of the scheme, where one is identified, beside which measured_critical is that of the program, found by
+    bisection, and scheme_critical the scheme's, to as few digits. overshoot: as the catalogue writes it. loads: how it
+    takes the load. start: where its first acceleration comes from. judgements: of the claims. deviations: root causes.
+    curves: what was measured, for charts. growth: where undamped free motion grows like a power of n. energy: what
+    happens to that of undamped free motion; empty where no velocity at the ends of steps is returned. control: what it
+    does in steps of its own choice, None where it does not choose. failed: Omega, xi and the error where the program
+    raised; what is said of it rests on the other runs. noise: how well it repeats itself, which all that is said rests
+    on. ignores_a0: whether nothing moves from rest with a given acceleration. instants: by how many steps v and a stand
+    after the end of their step, where they do. defaults: whether it does the same with the defaults of its arguments
+    written out; None without any. left_out: what was not compared or not run, and why.
     """
 
     stepper: Stepper
@@ -245,7 +245,9 @@ def _plain(data: Any) -> Any:
 
 
 def _limit(critical: float | None) -> str:
-    return "stable up to Omega = 10^4" if critical is None else f"unstable beyond {critical:.9g}"
+    if critical is None:
+        return "stable up to Omega = 10^4"
+    return "not known, as runs fail" if math.isnan(critical) else f"unstable beyond {critical:.9g}"
 
 
 def _order(order: Order, claimed: int | None) -> str:

@@ -7,8 +7,8 @@ import numpy as np
 
 from ..core.arrays import Array
 from .noise import QUIET, Noise
-from .probes import Measured, own_runs
-from .stepper import Stepper
+from .probes import STEPS, Measured, own_runs
+from .stepper import RunFailed, Stepper
 
 LONGEST = 6  # steps that a recursion may reach back
 FIRST = 3  # steps at the start that another scheme may have made
@@ -84,44 +84,57 @@ def tolerance_of(stepper: Stepper, noise: Noise = QUIET) -> float:
 
 
 def measured_radius(stepper: Stepper, noise: Noise = QUIET) -> Radius:
-    """The spectral radius that histories show, undamped: of a double eigenvalue only half the digits."""
+    """The spectral radius that histories show, undamped: of a double eigenvalue only half the digits.
+
+    NaN, which is not known, where the program raises.
+    """
     tolerance = tolerance_of(stepper, noise)
-
-    def radius(Omega: Array) -> Array:
-        runs = own_runs(stepper, Omega.tolist(), [0.0])
-        return np.array([eigenvalues(runs, p, tolerance).radius for p in range(len(runs[0].rows))])
-
-    return radius
+    return lambda Omega: _each(stepper, Omega, STEPS, lambda runs: eigenvalues(runs, 0, tolerance).radius)
 
 
 def long_radius(stepper: Stepper) -> Radius:
     """At least the spectral radius of undamped motion that grows, from long runs, which gather little of the noise.
 
-    By how much the largest state of the second half exceeds that of the first, as a factor of each step.
+    By how much the largest state of the second half exceeds that of the first, as a factor of each step. NaN, which is
+    not known, where the program raises.
     """
 
-    def radius(Omega: Array) -> Array:
+    def radius(runs: Sequence[Measured]) -> float:
         found = []
-        for run in own_runs(stepper, Omega.tolist(), [0.0], LONG):
-            first, second = np.split(run.energy_roots[:, 1:], 2, axis=1)
+        for run in runs:
+            first, second = np.split(run.energy_roots[0, 1:], 2)
             with np.errstate(invalid="ignore"):
-                found.append(second.max(axis=1) / np.maximum(first.max(axis=1), run.energy_roots[:, 0]))
-        return np.nan_to_num(np.max(found, axis=0), nan=np.inf) ** (2.0 / LONG)
+                found.append(second.max() / np.maximum(first.max(), run.energy_roots[0, 0]))
+        return float(np.nan_to_num(np.max(found), nan=np.inf) ** (2.0 / LONG))
 
-    return radius
+    return lambda Omega: _each(stepper, Omega, LONG, radius)
+
+
+def _each(stepper: Stepper, Omega: Array, n: int, radius: Callable[[Sequence[Measured]], float]) -> Array:
+    """The radius at each Omega from undamped runs of n steps, NaN where one of them fails."""
+    found = []
+    for one in Omega.tolist():
+        try:
+            found.append(radius(own_runs(stepper, [one], [0.0], n)))
+        except RunFailed:
+            found.append(np.nan)
+    return np.array(found)
 
 
 def critical_Omega(radius: Radius, margin: float) -> float | None:
     """The smallest Omega up to 10^4 beyond which the spectral radius exceeds 1 + margin max(1, Omega).
 
-    None where there is none, 0 where it does so at 0.01 already. Instability on an interval shorter than a sixth of its
-    Omega may be missed.
+    None where there is none, 0 where it does so at 0.01 already, NaN where a radius that is not known hides it.
+    Instability on an interval shorter than a sixth of its Omega may be missed.
     """
 
-    def unstable(Omega: Array) -> Array:
-        return radius(Omega) > 1.0 + margin * np.maximum(1.0, Omega)
+    def excess(Omega: Array) -> Array:
+        return radius(Omega) - 1.0 - margin * np.maximum(1.0, Omega)
 
-    beyond = np.flatnonzero(unstable(SCAN))
+    found = excess(SCAN)
+    beyond = np.flatnonzero(found > 0.0)
+    if np.isnan(found[: beyond[0] if len(beyond) else None]).any():
+        return np.nan
     if not len(beyond):
         return None
     if beyond[0] == 0:
@@ -129,7 +142,10 @@ def critical_Omega(radius: Radius, margin: float) -> float | None:
     low, high = float(SCAN[beyond[0] - 1]), float(SCAN[beyond[0]])
     while high - low > 1e-10 * high:
         middle = 0.5 * (low + high)
-        low, high = (low, middle) if unstable(np.array([middle]))[0] else (middle, high)
+        there = excess(np.array([middle]))[0]
+        if np.isnan(there):
+            return np.nan
+        low, high = (low, middle) if there > 0.0 else (middle, high)
     return 0.5 * (low + high)
 
 
@@ -139,7 +155,10 @@ def overshoot(stepper: Stepper) -> str:
     From unit u_0 and unit v_0/omega, as the catalogue has them.
     """
     Omegas = np.array([1e3, 1e4])
-    from_u, from_v = (run.rows for run in own_runs(stepper, Omegas.tolist(), [0.0]))
+    try:
+        from_u, from_v = (run.rows for run in own_runs(stepper, Omegas.tolist(), [0.0]))
+    except RunFailed:
+        return "U?-V?"
     starts = (from_u[:, 1], from_v[:, 1] * Omegas[:, None])
     found = []
     for kind, power in ((0, 0.0), (1, 1.0)):
