@@ -98,6 +98,21 @@ def test_a_planted_defect_beyond_the_noise_is_the_one_cause(defect):
     assert text in report.deviations[0].text
 
 
+@pytest.mark.parametrize(
+    ("parameters", "noise"), [((*OPTIMAL, BETA, GAMMA), 1e-12), ((0, 0, 0.25, 0.5), 1e-14)], ids=["damped", "conserved"]
+)
+def test_additive_noise_is_no_instability(parameters, noise):
+    """Short runs alone show a spectral radius above 1 where little but noise is left of the state."""
+    steps, rng = generalized_alpha(*parameters), np.random.default_rng(0)
+
+    def run(*args: Any, load: Any) -> Any:
+        found = steps(*args, load)
+        return found + noise * rng.uniform(-1, 1, found.shape)
+
+    report = ss.audit(run)
+    assert report.measured_critical is None and "10^4 (measured the same)" in report.text, report.text
+
+
 def test_noise_that_hides_the_scheme_is_said():
     report = ss.audit(loose((0, 0, 0.25, 0.5), 0.3, 0), TRAPEZOIDAL)
     assert report.noise.hides and not report.matches and report.identified == "not found: results repeat to 0 digits"

@@ -21,9 +21,8 @@ from .noise import QUIET, Noise
 from .orders import Order, written
 from .outputs import instants_text
 from .programs.adapter import LOADS
+from .stability import same_limit
 from .stepper import Stepper
-
-CRITICAL = 1e-2  # relative, by how much the ends of stable steps by two bisections may differ
 
 
 @dataclass(frozen=True)
@@ -130,8 +129,7 @@ class Report:
         if not self.matches:
             return f"{text} (measured)"
         measured, scheme = self.measured_critical, self.scheme_critical
-        near = max(CRITICAL, self.noise.of_radius)
-        same = measured == scheme or (None not in (measured, scheme) and abs(measured - scheme) <= near * scheme)
+        same = same_limit(measured, scheme, self.noise)
         return f"{text} (measured the same)" if same else f"{text} by the scheme, measured: {_limit(measured)}"
 
     @property
