@@ -1,5 +1,6 @@
 """Audits of noisy programs: nothing within the noise is held against them, and what is beyond it is still found."""
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -117,3 +118,12 @@ def test_noise_that_hides_the_scheme_is_said():
     report = ss.audit(loose((0, 0, 0.25, 0.5), 0.3, 0), TRAPEZOIDAL)
     assert report.noise.hides and not report.matches and report.identified == "not found: results repeat to 0 digits"
     assert not report.deviations and {judgement.verdict for judgement in report.judgements} == {"not judged"}
+
+
+def test_schemes_that_noise_cannot_tell_apart_are_not_written_as_equal():
+    """Newmark's method as a case of schemes with more parameters, whose values are written to no more digits."""
+    report = ss.audit(printed(ss.Stepper(generalized_alpha(0, 0, 0.2532171828, 0.5)), "{:.6e}".format))
+    first, _, others = report.identified.partition(" or, within the noise: ")
+    assert first.startswith("newmark(beta = 0.2532") and "generalized_alpha(" in others, report.identified
+    assert max(map(len, re.findall(r"\d+\.\d+", report.identified))) <= 9, report.identified
+    assert all(match.unsure > 1e-8 for match in report.matches if match.solved), report.identified

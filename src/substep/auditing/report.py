@@ -97,7 +97,10 @@ class Report:
                 return f"{self.found.undamped[0].text} without damping, none of the catalogue with it"
             return f"none of the catalogue{near}"
         what = {"matrix": "all entries", "displacements": "displacements", "spectrum": "eigenvalues only,"}
-        same = " = ".join(match.text for match in self.matches)
+        first, *others = (match.text for match in self.matches)
+        same = " = ".join([first, *others])
+        if self.noise.loud and others:  # they may be equal or not
+            same = f"{first} or, within the noise: {'; '.join(others)}"
         return f"{same}, {what[self.matches[0].what]} to {self.matches[0].error:.0e}"
 
     @property
