@@ -1,5 +1,6 @@
 """Audits of noisy programs: nothing within the noise is held against them, and what is beyond it is still found."""
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -98,7 +99,31 @@ def test_a_planted_defect_beyond_the_noise_is_the_one_cause(defect):
     assert text in report.deviations[0].text
 
 
+@pytest.mark.parametrize(
+    ("parameters", "noise"), [((*OPTIMAL, BETA, GAMMA), 1e-12), ((0, 0, 0.25, 0.5), 1e-14)], ids=["damped", "conserved"]
+)
+def test_additive_noise_is_no_instability(parameters, noise):
+    """Short runs alone show a spectral radius above 1 where little but noise is left of the state."""
+    steps, rng = generalized_alpha(*parameters), np.random.default_rng(0)
+
+    def run(*args: Any, load: Any) -> Any:
+        found = steps(*args, load)
+        return found + noise * rng.uniform(-1, 1, found.shape)
+
+    report = ss.audit(run)
+    assert report.measured_critical is None and "10^4 (measured the same)" in report.text, report.text
+
+
 def test_noise_that_hides_the_scheme_is_said():
     report = ss.audit(loose((0, 0, 0.25, 0.5), 0.3, 0), TRAPEZOIDAL)
     assert report.noise.hides and not report.matches and report.identified == "not found: results repeat to 0 digits"
     assert not report.deviations and {judgement.verdict for judgement in report.judgements} == {"not judged"}
+
+
+def test_schemes_that_noise_cannot_tell_apart_are_not_written_as_equal():
+    """Newmark's method as a case of schemes with more parameters, whose values are written to no more digits."""
+    report = ss.audit(printed(ss.Stepper(generalized_alpha(0, 0, 0.2532171828, 0.5)), "{:.6e}".format))
+    first, _, others = report.identified.partition(" or, within the noise: ")
+    assert first.startswith("newmark(beta = 0.2532") and "generalized_alpha(" in others, report.identified
+    assert max(map(len, re.findall(r"\d+\.\d+", report.identified))) <= 9, report.identified
+    assert all(match.unsure > 1e-8 for match in report.matches if match.solved), report.identified

@@ -35,7 +35,16 @@ from .probes import Measured, driven_runs, given_runs, own_runs
 from .program import Program
 from .programs.adapter import Integrator
 from .report import Curve, Report
-from .stability import critical_Omega, eigenvalues, long_radius, measured_radius, overshoot, tolerance_of
+from .stability import (
+    confirmed_radius,
+    critical_Omega,
+    eigenvalues,
+    long_radius,
+    measured_radius,
+    overshoot,
+    same_limit,
+    tolerance_of,
+)
 from .stepper import Run, Stepper, as_stepper
 
 LARGE = 1e4  # Omega for which the spectral radius is its limit, but for 1/Omega
@@ -77,8 +86,11 @@ def audit(stepper: Stepper | Run, claims: Claims | None = None) -> Report:
     load = load_taking(best, driven, noise) if best else sought
     radius, roots = measured_radius(stepper, noise), measured_roots(stepper, noise)
     growing, margin = (long_radius(stepper), LONGER) if noise.loud else (radius, noise.margin)
-    critical = measured = critical_Omega(growing, margin)
+    measured = critical_Omega(growing, margin)
     by_scheme = critical_Omega(best.scheme.spectral_radius, margin) if best else None
+    if not noise.loud and not same_limit(measured, by_scheme, noise):
+        measured = critical_Omega(confirmed_radius(radius, long_radius(stepper)), margin)
+    critical = measured
     sure = not noise.loud or (claimed is not None and best is not None and is_claimed(best.scheme, claimed))
     if best is not None and sure:  # its kernel is right for multiple eigenvalues too
         radius, critical = best.scheme.spectral_radius, critical_Omega(best.scheme.spectral_radius, EXACT)

@@ -36,24 +36,27 @@ def with_all_members(
         names = free_parameters(scheme)
         if scheme.name not in known and len(names) and (scheme.info.damping or not damping):
             matches = (
-                replace(fitted(at, (), best.what, free, own, noise), solved=len(names))
-                for at in _near(scheme, best, free, noise)
+                replace(fitted(at, (), best.what, free, own, noise), solved=len(names), unsure=unsure)
+                for at, unsure in _near(scheme, best, free, noise)
             )
             first = next((match for match in matches if credible(match, noise) and _allowed(match.scheme)), None)
             more += [] if first is None else [first]
     return replace(found, matches=(*found.matches, *sorted(more, key=lambda match: match.solved)))
 
 
-def _near(scheme: Scheme, best: Match, free: Sequence[Measured], noise: Noise) -> Iterator[Scheme]:
-    """The scheme at values at which it may do the same as the best match: plain ones, and those solved for."""
+def _near(scheme: Scheme, best: Match, free: Sequence[Measured], noise: Noise) -> Iterator[tuple[Scheme, float]]:
+    """The scheme at values at which it may do the same as the best match: plain ones, and those solved for.
+
+    Beside it, by how much the noise may have moved these.
+    """
     names, few = free_parameters(scheme), [run.only(FEW) for run in free]
     shared = {name: float(x) for name, x in best.scheme.parameters.items() if name in names}
     for plain in PLAIN:
-        yield with_parameters(scheme, dict.fromkeys(names, plain) | shared)
+        yield with_parameters(scheme, dict.fromkeys(names, plain) | shared), best.unsure
     for residual in residuals(scheme, best.what, few):
         for solution in islice(solutions(scheme, names, few[0].at, residual), TRIES):
             if solution.error <= noise.match:
-                yield solution.scheme
+                yield solution.scheme, solution.unsure
 
 
 def _allowed(scheme: Scheme) -> bool:

@@ -21,9 +21,8 @@ from .noise import QUIET, Noise
 from .orders import Order, written
 from .outputs import instants_text
 from .programs.adapter import LOADS
+from .stability import same_limit
 from .stepper import Stepper
-
-CRITICAL = 1e-2  # relative, by how much the ends of stable steps by two bisections may differ
 
 
 @dataclass(frozen=True)
@@ -98,7 +97,10 @@ class Report:
                 return f"{self.found.undamped[0].text} without damping, none of the catalogue with it"
             return f"none of the catalogue{near}"
         what = {"matrix": "all entries", "displacements": "displacements", "spectrum": "eigenvalues only,"}
-        same = " = ".join(match.text for match in self.matches)
+        first, *others = (match.text for match in self.matches)
+        same = " = ".join([first, *others])
+        if self.noise.loud and others:  # they may be equal or not
+            same = f"{first} or, within the noise: {'; '.join(others)}"
         return f"{same}, {what[self.matches[0].what]} to {self.matches[0].error:.0e}"
 
     @property
@@ -130,8 +132,7 @@ class Report:
         if not self.matches:
             return f"{text} (measured)"
         measured, scheme = self.measured_critical, self.scheme_critical
-        near = max(CRITICAL, self.noise.of_radius)
-        same = measured == scheme or (None not in (measured, scheme) and abs(measured - scheme) <= near * scheme)
+        same = same_limit(measured, scheme, self.noise)
         return f"{text} (measured the same)" if same else f"{text} by the scheme, measured: {_limit(measured)}"
 
     @property

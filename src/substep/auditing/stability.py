@@ -15,6 +15,7 @@ FIRST = 3  # steps at the start that another scheme may have made
 RECURSION = 8.0  # times the noise that a recursion's residual may be: its coefficients are a few at most
 ROUNDED = 4e-16  # that a recursion's residual is for each unit of Omega^2
 LONG = 128  # steps that show growth in spite of noise
+CRITICAL = 1e-2  # relative, by how much the ends of stable steps by two bisections may differ
 SCAN = np.geomspace(0.01, 1e4, 91)
 Radius = Callable[[Array], Array]
 
@@ -121,6 +122,11 @@ def _each(stepper: Stepper, Omega: Array, n: int, radius: Callable[[Sequence[Mea
     return np.array(found)
 
 
+def confirmed_radius(short: Radius, long: Radius) -> Radius:
+    """The smaller one of the radii that short and long runs show: what is rounding in a short run does not grow."""
+    return lambda Omega: np.minimum(short(Omega), long(Omega))
+
+
 def critical_Omega(radius: Radius, margin: float) -> float | None:
     """The smallest Omega up to 10^4 beyond which the spectral radius exceeds 1 + margin max(1, Omega).
 
@@ -147,6 +153,13 @@ def critical_Omega(radius: Radius, margin: float) -> float | None:
             return np.nan
         low, high = (low, middle) if there > 0.0 else (middle, high)
     return 0.5 * (low + high)
+
+
+def same_limit(measured: float | None, scheme: float | None, noise: Noise) -> bool:
+    """Whether two bisections end at the same Omega, but for the noise; None is no end."""
+    if measured is None or scheme is None:
+        return measured == scheme
+    return abs(measured - scheme) <= max(CRITICAL, noise.of_radius) * scheme
 
 
 def overshoot(stepper: Stepper) -> str:
