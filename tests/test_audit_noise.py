@@ -10,6 +10,10 @@ from audited_steppers import BETA, CHUNG, GAMMA, OPTIMAL, TRAPEZOIDAL, generaliz
 
 import substep as ss
 from substep.auditing.declared import declared
+from substep.auditing.identify import agreement
+from substep.auditing.loads import load_taking
+from substep.auditing.noise import measured_noise
+from substep.auditing.probes import driven_runs, own_runs
 from substep.auditing.report import Report
 
 SCHEMES = ("newmark", "generalized_alpha", "bathe", "central_difference", "houbolt", "rk4")
@@ -102,3 +106,17 @@ def test_noise_that_hides_the_scheme_is_said():
     report = ss.audit(loose((0, 0, 0.25, 0.5), 0.3, 0), TRAPEZOIDAL)
     assert report.noise.hides and not report.matches and report.identified == "not found: results repeat to 0 digits"
     assert not report.deviations and {judgement.verdict for judgement in report.judgements} == {"not judged"}
+
+
+@pytest.mark.parametrize("late", [0.0, 0.5])
+@pytest.mark.parametrize("decimals", [3, 6])
+def test_fixed_decimals_hide_no_instant_of_the_load(decimals, late):
+    """Of a motion from rest, whose first numbers are smaller than the last decimal."""
+    steps = ss.Stepper(generalized_alpha(0.0, 0.0, 0.25, 0.5, late=late))
+    stepper = printed(steps, f"{{:.{decimals}f}}".format)
+    own = own_runs(stepper)
+    noise = measured_noise(stepper, own)
+    own, driven = noise.over(own), {name: noise.over([run])[0] for name, run in driven_runs(stepper).items()}
+    match = agreement(ss.scheme("average_acceleration"), own, own, noise)
+    assert noise.absolute and match is not None
+    assert load_taking(match, driven, noise).text == ("f(t_n + 1/2 h)" if late else "f(t_n + h)")
