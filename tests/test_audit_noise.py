@@ -11,6 +11,10 @@ from audited_steppers import BETA, CHUNG, GAMMA, OPTIMAL, TRAPEZOIDAL, generaliz
 
 import substep as ss
 from substep.auditing.declared import declared
+from substep.auditing.identify import agreement
+from substep.auditing.loads import load_taking
+from substep.auditing.noise import measured_noise
+from substep.auditing.probes import driven_runs, own_runs
 from substep.auditing.report import Report
 
 SCHEMES = ("newmark", "generalized_alpha", "bathe", "central_difference", "houbolt", "rk4")
@@ -127,3 +131,17 @@ def test_schemes_that_noise_cannot_tell_apart_are_not_written_as_equal():
     assert first.startswith("newmark(beta = 0.2532") and "generalized_alpha(" in others, report.identified
     assert max(map(len, re.findall(r"\d+\.\d+", report.identified))) <= 9, report.identified
     assert all(match.unsure > 1e-8 for match in report.matches if match.solved), report.identified
+
+
+@pytest.mark.parametrize("late", [0.0, 0.5])
+@pytest.mark.parametrize("decimals", [3, 6])
+def test_fixed_decimals_hide_no_instant_of_the_load(decimals, late):
+    """Of a motion from rest, whose first numbers are smaller than the last decimal."""
+    steps = ss.Stepper(generalized_alpha(0.0, 0.0, 0.25, 0.5, late=late))
+    stepper = printed(steps, f"{{:.{decimals}f}}".format)
+    own = own_runs(stepper)
+    noise = measured_noise(stepper, own)
+    own, driven = noise.over(own), {name: noise.over([run])[0] for name, run in driven_runs(stepper).items()}
+    match = agreement(ss.scheme("average_acceleration"), own, own, noise)
+    assert noise.absolute and match is not None
+    assert load_taking(match, driven, noise).text == ("f(t_n + 1/2 h)" if late else "f(t_n + h)")

@@ -52,12 +52,15 @@ class Measured:
 
     @cached_property
     def sizes(self) -> Array:
-        """(P, n+1, 1): the largest of u, h*v and h^2*a, scaled, of a step and the one before; `absolute`: so far."""
+        """(P, n+1, 1): the largest of u, h*v and h^2*a, scaled, of a step and the one before; `absolute`: so far.
+
+        There not less than a unit start, by whose runs such a noise is measured: of a run from rest all may be noise.
+        """
         rows = np.abs(self.rows)
         rows[:, 0] = np.fmax(rows[:, 0], [abs(x or 0.0) for x in self.start])  # known, returned or not
         largest = np.nan_to_num(rows / self.at.scale[:, None]).max(axis=-1)
         if self.absolute:
-            return np.maximum(np.maximum.accumulate(largest, axis=1), 1e-300)[..., None]
+            return np.maximum(np.maximum.accumulate(largest, axis=1), 1.0)[..., None]
         before = np.concatenate([largest[:, :1], largest[:, :-1]], axis=1)
         return np.maximum(np.maximum(largest, before), 1e-300)[..., None]
 
