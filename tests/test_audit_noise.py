@@ -103,16 +103,13 @@ def test_a_planted_defect_beyond_the_noise_is_the_one_cause(defect):
     assert text in report.deviations[0].text
 
 
-@pytest.mark.parametrize(
-    ("parameters", "noise"), [((*OPTIMAL, BETA, GAMMA), 1e-12), ((0, 0, 0.25, 0.5), 1e-14)], ids=["damped", "conserved"]
-)
-def test_additive_noise_is_no_instability(parameters, noise):
+def test_additive_noise_is_no_instability():
     """Short runs alone show a spectral radius above 1 where little but noise is left of the state."""
-    steps, rng = generalized_alpha(*parameters), np.random.default_rng(0)
+    steps, rng = generalized_alpha(*OPTIMAL, BETA, GAMMA), np.random.default_rng(0)
 
     def run(*args: Any, load: Any) -> Any:
         found = steps(*args, load)
-        return found + noise * rng.uniform(-1, 1, found.shape)
+        return found + 1e-12 * rng.uniform(-1, 1, found.shape)
 
     report = ss.audit(run)
     assert report.measured_critical is None and "10^4 (measured the same)" in report.text, report.text
