@@ -190,7 +190,9 @@ def test_errors_at_extreme_omega_are_those_of_a_pair_or_refused(name: str) -> No
 
 def test_a_pair_hidden_by_rounding_is_refused_and_a_real_one_is_not() -> None:
     hidden, real = ss.scheme("rk2"), ss.scheme("newmark", beta=0.25, gamma=0.9)
-    with pytest.raises(ValueError, match=r"rk2 can be told apart, got Omega = 1e\+12.*ask for spectral_radius alone"):
+    with pytest.raises(
+        ValueError, match=r"rk2 can be told apart, got Omega = 1000000000000\.0, .*ask for spectral_radius alone"
+    ):
         hidden.period_error([[0.1, 5.0], [2.0, 1e12]])
     assert np.isnan(hidden.stability(1e12, [1.0, 2.0])[1]).all()  # xi >= 1
     assert np.isnan(real.numerical_damping([1e9, 1e12, 1e20])).all()

@@ -107,13 +107,13 @@ def test_equivalences_are_printed_as_they_are_found(
 ) -> None:
     printed: list[str] = []
 
-    def found(names: list[str]) -> object:
-        for text in names:
+    def found(_: list[str]) -> object:
+        for text in ("one", "two"):
             yield SimpleNamespace(text=text)
             printed.append(capsys.readouterr().out)
 
     monkeypatch.setattr(facade, "equivalences", found)
-    commands.equivalences(["one", "two"])
+    commands.equivalences(["bathe", "newmark"])
     assert printed == ["one\n", "two\n"]
 
 

@@ -50,7 +50,7 @@ def test_a_default_follows_the_parameters_before_it() -> None:
     beta, gamma = ss.scheme("generalized_alpha").info.parameters, ss.scheme("newmark").info.parameters["gamma"]
     assert gamma.default_of("newmark", {"beta": 0.3}) == 0.5
     assert beta["beta"].default is not None
-    with pytest.raises(ValueError, match="expected a value for EA of elastic_pendulum, got none; add EA="):
+    with pytest.raises(ValueError, match="expected a value for EA of elastic_pendulum, got none; give it by ss.scene"):
         ss.scene("elastic_pendulum")
 
 
