@@ -24,7 +24,7 @@ from sympy.core.function import AppliedUndef
 from sympy.printing.str import StrPrinter
 
 from ..declare.scheme import Scheme
-from ..declare.symbols import C, M, Omega, h, xi
+from ..declare.symbols import C, M, Omega, f, h, xi
 from .box import sign_on
 
 PRIMES = 3  # of a derivative with respect to time; a higher one is written u^(4)(t)
@@ -106,7 +106,7 @@ def _positive(term: Expr, box: Mapping[Symbol, Interval]) -> Expr:
 
 def _split(term: Expr, box: Mapping[Symbol, Interval]) -> tuple[int, list[Expr], list[Expr]]:
     """A sign, factors that are positive, and those whose sign is not known; their product is the term."""
-    kept = {e: Dummy() for e in term.atoms(AppliedUndef, Derivative, Pow) if not (e.is_Pow and e.exp.is_Integer)}
+    kept = {e: Dummy() for e in term.atoms(AppliedUndef, Derivative, Pow, f) if not (e.is_Pow and e.exp.is_Integer)}
     rational = term.xreplace(kept)
     if not rational.is_rational_function():
         return 1, [], [term]
