@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from scipy import sparse
-from test_structure_input import RECORD, K, M, frame
+from small_frame import RECORD, K, M, frame
 
 import substep as ss
 

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from small_frame import PUSH, RECORD, K, M, frame
 from substep_derive.declare.schemes import ALL
-from test_structure_input import PUSH, RECORD, K, M, frame
 
 import substep as ss
 

@@ -12,12 +12,12 @@ from .fit import family_of, free_parameters, number, recognise, stated
 from .identify import SAME, Identification, Match, agreement, is_claimed
 from .linear_step import DAMPED_BY
 from .loads import LoadTaking
+from .noise import ROUNDING
 from .orders import MOTIONS, UNDAMPED, Order, written
 from .outputs import instants_text
 from .probes import given_runs, own_runs
 from .stepper import Stepper
 
-DIGITS = 1e-12  # a larger deviation from the identified scheme is not rounding in double precision
 FREE, DRIVEN, FROM_REST = MOTIONS
 
 
@@ -239,6 +239,6 @@ def _of_outputs(e: Evidence, best: Match) -> list[Deviation]:
 
 
 def _of_precision(e: Evidence, best: Match) -> list[Deviation]:
-    if best.error > max(DIGITS, 10.0 ** (3.0 - e.stepper.can.digits)):
+    if best.error > max(ROUNDING, 10.0 ** (3.0 - e.stepper.can.digits)):
         return [Deviation("precision", f"results hold {-math.log10(best.error):.0f} digits")]
     return []

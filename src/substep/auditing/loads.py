@@ -89,7 +89,7 @@ def _ramp_shift(candidate: Candidate, run: Measured, declared: Loads, kinds: sli
     0 where nothing moves by which it could be told.
     """
     here, there = (
-        _off(Candidate(candidate.scheme, run.at, _moved(declared, x)), run, None)[:, RESTING:, kinds]
+        _off(replace(candidate, at=run.at, loads=_moved(declared, x)), run, None)[:, RESTING:, kinds]
         for x in (0.0, 1.0)
     )
     unit = there - here

@@ -7,7 +7,6 @@ import numpy as np
 from ..core.arrays import Array
 from .fit import largest
 from .identify import Match
-from .linear_step import Candidate
 from .noise import QUIET, Noise
 from .probes import Measured
 
@@ -35,7 +34,7 @@ def _off(match: Match, run: Measured, kind: int, instant: float) -> Array:
     at, n = run.at, run.rows.shape[1] - 1
     a0 = np.zeros(len(at.Omega)) if match.start == "zero" else None
     start = np.array([x or 0.0 for x in run.start[:2]]) / at.powers[:2]
-    rows = Candidate(match.scheme, at).histories(start, a0, n) * at.powers
+    rows = match.candidate(at).histories(start, a0, n) * at.powers
     x = run.rows[..., kind]
     neighbour = np.roll(x, -1 if instant < 0 else 1, axis=1)  # wrong at either end, which is left out
     moved = neighbour if abs(instant) == 1.0 else 0.5 * (x + neighbour)

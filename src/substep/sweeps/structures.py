@@ -30,7 +30,7 @@ from ..structures.refusals import require_definite_mass, require_suited
 from ..structures.steps import Run
 from ..structures.structure import Structure, damping_of
 from .chunks import Results
-from .dataset import NOT_RUN, STATUSES, Variable
+from .dataset import MEANINGS, NOT_RUN, STATUSES, Variable
 from .plan import Chunk, Keep
 
 if TYPE_CHECKING:
@@ -38,7 +38,6 @@ if TYPE_CHECKING:
 
     from ..derived.modules import Declaration
 
-LONG = {"u": "displacement", "v": "velocity", "a": "acceleration"}
 COMPLETED, FAILED, OVERFLOWED = (ENDED.index(name) for name in ("completed", "newton_failed", "non_finite"))
 
 
@@ -102,10 +101,8 @@ class StructurePlan:
         found, rows = {}, {"t": number_of_steps(h, self.t_end) + 1} if self.keep == "history" else {}
         inner = {**rows, "dof": len(self.kept)}
         for name in "uva"[: _kinds(scheme, h)]:
-            long = (
-                f"{'largest ' if self.keep == 'peak' else ''}{LONG[name]}{' at t_end' if self.keep == 'final' else ''}"
-            )
-            attrs = {"long_name": long}
+            first, last = "largest " * (self.keep == "peak"), " at t_end" * (self.keep == "final")
+            attrs = {"long_name": f"{first}{MEANINGS[name]}{last}"}
             found[f"peak_{name}" if self.keep == "peak" else name] = Variable(
                 tuple(inner), tuple(inner.values()), np.float64(np.nan), attrs
             )
