@@ -4,6 +4,7 @@ import ctypes
 import time
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
 from importlib.util import find_spec
 from multiprocessing import get_context
 from typing import Any
@@ -15,6 +16,7 @@ from scipy.sparse.linalg import splu
 import substep as ss
 from substep.structures import solvers
 from substep.structures.examples import cantilever, plate, solid
+from substep.structures.given import loads_of
 from substep.structures.matrices import combination
 
 from .job import Job, Table
@@ -72,6 +74,7 @@ def job(quick: bool) -> Job:
         if not quick:
             _beside_opensees(found, 20, 4, 5, 25.0)
         _many_sides(found, 20, rounds)
+        _load_cases(found, 20, 20, 3)
         _solvers(found, 10, rounds)
         if not quick:
             _solvers(found, 20, 5)
@@ -222,6 +225,35 @@ def _many_sides(found: Job, cells: int, rounds: int) -> None:
     found.tables.append(table)
     text = f"{SIDES} right sides at once / one after the other"
     found.compare(table, text, "as a block", "one after the other", "<=", 0.35)
+
+
+def _load_cases(found: Job, cells: int, n: int, rounds: int) -> None:
+    """A sweep over load cases beside a march of each, whole calls that factorize what they need."""
+    model = solid((cells,) * 3, C=RAYLEIGH)
+    corner, dof = model.T @ np.eye(model.size)[-1], model.names[-1]
+    loads = [(corner, ss.Harmonic(1.0, 1e3 * (1.0 + i / SIDES))) for i in range(SIDES)]
+    run = {"scheme": "average_acceleration", "dt": STEP, "t_end": n * STEP, "dofs": [dof]}
+
+    def sweep() -> Any:
+        return ss.sweep(model, load=loads, keep="history", **run).u.values
+
+    def marches() -> Any:
+        return np.stack([ss.march(m, account=False, **run).u for m in alone])
+
+    alone = [replace(model, loads=loads_of(model, load)) for load in loads]
+    reference = marches()
+
+    def error(u: Any) -> dict[str, float]:
+        return {"march": float(np.abs(u - reference).max() / np.abs(reference).max())}
+
+    rows = [
+        Alternative("a march of each", "limit", marches, SIDES * n),
+        Alternative("a sweep", "substep", sweep, SIDES * n, error),
+    ]
+    table = Table(f"{SIDES} load cases, {model.size} degrees of freedom", "case and step", measure(rows, rounds), {
+        "march": "largest difference from the marches"})  # fmt: skip
+    found.tables.append(table)
+    found.compare(table, f"{SIDES} load cases: a sweep / a march of each", "a sweep", "a march of each", "<=", 0.35)
 
 
 def _solvers(found: Job, cells: int, rounds: int) -> None:

@@ -27,15 +27,17 @@ def test_load_cases_are_marched_at_once(scheme: str) -> None:
     assert found.u.dims == ("case", "t", "dof")
 
 
-def test_one_factorization_serves_all_load_cases() -> None:
+@pytest.mark.parametrize(("start", "factorizations"), [({"a0": 0.0}, 1), ({}, 2)], ids=["given a0", "a0 by M"])
+def test_one_factorization_of_each_matrix_serves_all_load_cases(start: Any, factorizations: int) -> None:
     made = []
 
     def solver(matrix: Any) -> Any:
         made.append(matrix)
         return lambda b: np.linalg.solve(matrix, b)
 
-    ss.sweep(frame(solver=solver, a0=0.0), "newmark", dt=0.1, t_end=2.0, load=LOADS)
-    assert len(made) == 1
+    coupled = ss.structure(M + 0.1, K, solver=solver, **start)
+    ss.sweep(coupled, "newmark", dt=0.1, t_end=2.0, load=LOADS)
+    assert len(made) == factorizations
 
 
 def test_a_damping_that_the_scheme_does_not_take_is_refused_before_anything_is_marched() -> None:

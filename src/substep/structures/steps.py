@@ -147,8 +147,11 @@ class Run:
     @property
     def given(self) -> Array:
         """u, v, a at t = 0, (3, n) or (3, n, L)."""
-        rows = [np.array([s.u0, s.v0, s.a0]) for s in self.cases or (self.structure,)]
-        return np.stack(rows, axis=-1) if self.cases else rows[0]
+        s = self.structure
+        if not self.cases or s.a0_given is not None:
+            start = np.array([s.u0, s.v0, s.a0])
+            return np.repeat(start[..., None], len(self.cases), axis=-1) if self.cases else start
+        return np.stack([self._moved(case, 0.0, s.u0, s.v0) for case in self.cases], axis=-1)
 
     def room(self, steps: Steps) -> Array:
         """Memory for the vectors of a step, (V, n) or (V, n, L)."""
@@ -169,6 +172,10 @@ class Run:
         if len(row) == 3:
             return row
         if not self.cases:
-            return np.array([*row, self.structure.acceleration(t, *row)])
+            return self._moved(self.structure, t, *row)
         columns = zip(self.cases, np.moveaxis(row, -1, 0), strict=True)
-        return np.stack([np.array([*x, s.acceleration(t, *x)]) for s, x in columns], axis=-1)
+        return np.stack([self._moved(case, t, *x) for case, x in columns], axis=-1)
+
+    def _moved(self, case: Structure, t: float, u: Array, v: Array) -> Array:
+        """u, v, a (3, n) under the loads of a case, by the factors of the one structure that all cases are."""
+        return np.array([u, v, self.structure.acceleration(t, u, v, case.force(t))])

@@ -129,14 +129,15 @@ class Structure:
             return self.a0_given
         return self.acceleration(0.0, self.u0, self.v0)
 
-    def acceleration(self, t: float, u: Array, v: Array) -> Array:
-        """Acceleration (n,) from the equation of motion; see `a0`."""
+    def acceleration(self, t: float, u: Array, v: Array, force: Array | None = None) -> Array:
+        """Acceleration (n,) from the equation of motion, under the loads or under another force (n,); see `a0`."""
+        force = self.force(t) if force is None else force
         held = self.restoring(t, u, v)
-        right = self.force(t) - held - (self.damping @ v if self.C is not None else 0.0)
+        right = force - held - (self.damping @ v if self.C is not None else 0.0)
         s = self.massless
         if not len(s):
             return self.solve_mass(right)
-        largest = max(float(np.abs(part).max()) for part in (self.force(t), held))
+        largest = max(float(np.abs(part).max()) for part in (force, held))
         worst = int(s[np.argmax(np.abs(right[s]))])
         if abs(right[worst]) > 1e-9 * largest:
             raise ValueError(
