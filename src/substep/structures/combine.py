@@ -2,34 +2,25 @@
 
 A step combines a few vectors with few coefficients. OpenBLAS shares that out among threads, which wait for each other
 longer than the sums take: on a core that is shared, twice as long as a solve with 26000 unknowns. A combination of
-seven vectors of 100000 then takes 12 ms in place of 0.08; below some thousand unknowns it takes 3 us more than BLAS.
+seven vectors of 100000 then takes 12 ms. The compiled kernel reads up to four vectors side by side: it takes a third of
+the time of NumPy's sums of two with 26000 unknowns, and an eighth with 16 load cases of them.
 """
+
+import math
 
 import numpy as np
 
 from ..core.arrays import Array
+from ..core.kernel_modules import loaded
 
 
 def combined(rows: Array, X: Array, out: Array | None = None) -> Array:
-    """rows (R, V), many of them 0 or 1, times vectors X (V, n), or X (V, n, L) for L load cases; in `out`, if given."""
+    """rows (R, V) times vectors X (V, n), or X (V, n, L) for L load cases; in `out`, which is contiguous, if given."""
     if out is None:
         out = np.empty((len(rows), *X.shape[1:]))
-    part = None
-    for row, y in zip(rows.tolist(), out, strict=True):
-        first = True
-        for factor, x in zip(row, X, strict=True):
-            if factor == 0.0:
-                continue
-            if first:
-                np.multiply(x, factor, out=y)
-            elif factor == 1.0:
-                np.add(y, x, out=y)
-            else:
-                part = np.multiply(x, factor, out=part)
-                np.add(y, part, out=y)
-            first = False
-        if first:
-            y[...] = 0.0
+    n = math.prod(X.shape[1:])
+    vectors = np.ascontiguousarray(X, dtype=np.float64).reshape(len(X), n)
+    loaded("combinations").combine(np.ascontiguousarray(rows), vectors, out.reshape(len(rows), n))
     return out
 
 
