@@ -118,6 +118,12 @@ def test_what_a_part_of_the_structure_leaves_undetermined_is_named_as_in_the_who
             ss.structure(M, K, names=NAMES).modes(1)
 
 
+def test_a_massless_part_without_a_tangent_has_no_acceleration_of_its_own() -> None:
+    spring = ss.structure(np.diag([1.0, 0.0]), internal_force=lambda u: u, names=("mass", "joint"))
+    with pytest.raises(ValueError, match="expected tangent= for the acceleration .* 'joint', .*; give it, or a0="):
+        _ = spring.a0
+
+
 @pytest.mark.parametrize("run", ["march", "modes", "sweep"])
 def test_histories_that_do_not_fit_in_memory_are_refused_before_they_are_made(run: str) -> None:
     """10^15 rows of 3 kinds and 3 degrees of freedom are 72 PB."""
