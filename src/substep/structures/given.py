@@ -43,6 +43,10 @@ def names_of(names: Sequence[str], N: int) -> tuple[str, ...]:
 def place_of(dof: Dof, names: tuple[str, ...], N: int) -> int:
     """The number of a degree of freedom, by name or number. Raises ValueError for one that is not there."""
     if isinstance(dof, str):
+        if not names:
+            raise ValueError(
+                f"expected a degree of freedom from 0 to {N - 1}, got {dof!r}; to ask by name, give names= to it"
+            )
         if dof not in names:
             raise unknown_name("a degree of freedom", dof, names)
         return names.index(dof)

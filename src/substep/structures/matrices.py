@@ -159,7 +159,8 @@ def require_symmetric(name: str, matrix: Matrix, why: str) -> None:
     """Raises ValueError for a matrix that is not symmetric to 1e-10."""
     if (found := asymmetry(matrix)) > 1e-10:
         raise ValueError(
-            f"expected a symmetric {name} {why}, got a difference to its transpose of {found:.1e} (relative)"
+            f"expected a symmetric {name} {why}, got a difference to its transpose of {found:.1e} (relative); "
+            f"give 0.5 * ({name} + {name}.T), if it is rounding"
         )
 
 

@@ -139,8 +139,8 @@ class Structure:
             return self.solve_mass(right)
         if self.K is None:
             raise ValueError(
-                f"expected tangent= for the acceleration of the massless degree of freedom {self.named(int(s[0]))}, got "
-                "an internal force without; give it, or a0="
+                f"expected tangent= for the acceleration of the massless degree of freedom {self.named(int(s[0]))}, "
+                "got an internal force without; give it, or a0="
             )
         largest = max(float(np.abs(part).max()) for part in (force, held))
         worst = int(s[np.argmax(np.abs(right[s]))])

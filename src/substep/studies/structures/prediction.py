@@ -150,7 +150,10 @@ class Prediction:
         """The largest exact displacement. Raises ValueError where it does not move."""
         largest = float(np.abs(self.displacement(self.reference, self.rows)).max())
         if largest == 0.0:
-            raise ValueError(f"expected a degree of freedom that moves, got {self.quantity!r}, which stays at 0")
+            raise ValueError(
+                f"expected a degree of freedom that moves, got {self.quantity!r}, which stays at 0; choose another, or "
+                "give the structure a load or a start"
+            )
         return largest
 
     @cached_property
