@@ -249,6 +249,15 @@ class Run:
         u1, v1 = u0 + h * v0 + p.phi * h**2 * a0, v0 + h * a0
         return Row(u1, v1, s.acceleration(u1, v1, t + h))
 
+    def kim_two_stage(self, par):
+        (s, h, t, u0, v0, a0), p = self.now(), par.gamma_t
+        fractional = s.acceleration(u0 + p * h * v0 + (p * h) ** 2 / 2 * a0, v0 + p * h * a0, t + p * h)
+        u = u0 + h * v0 + h**2 / 2 * ((3 * p - 1) * a0 + fractional) / (3 * p)
+        v = v0 + h * ((2 * p - 1) * a0 + fractional) / (2 * p)
+        a1, known = s.acceleration(u, v, t + h), fractional / (6 * p * (p - 1))
+        u1 = u0 + h * v0 + h**2 / 2 * ((4 * p - 1) / (6 * p) * a0 - known + (2 * p - 1) / (6 * (p - 1)) * a1)
+        return Row(u1, v0 + h * ((3 * p - 1) / (6 * p) * a0 - known + (3 * p - 2) / (6 * (p - 1)) * a1), a1)
+
     def kr_constants(self, rho):
         """Return alpha_f, gamma, alpha1 and alpha3, with the tangent at the start of the run."""
         h, m, c, k = self.h, self.s.mass, self.s.damping, self.s.tangent(self.rows[0].u)

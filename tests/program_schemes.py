@@ -63,6 +63,19 @@ def trbdf3(s, state, p, f):
     return u1, *houbolt(u1)
 
 
+@scheme("kim_two_stage", "u h*v h^2*a", "gamma_t")
+def kim_two_stage(s, state, par, f):
+    """Kim 2019, with the three updates as Kratos has them; a stays that of the second stage."""
+    (u0, v0, a0), p, half = state, par.gamma_t, s.one / 2
+    fractional = s.acceleration(u0 + p * v0 + half * p * p * a0, v0 + p * a0, f(p))
+    u = u0 + v0 + half * a0 * ((3 * p - 1) / (3 * p)) + half * fractional / (3 * p)
+    v = v0 + a0 * ((2 * p - 1) / (2 * p)) + fractional / (2 * p)
+    a1 = s.acceleration(u, v, f(1))
+    u1 = u0 + v0 + half * a0 * ((4 * p - 1) / (6 * p)) - half * fractional / (6 * p * (p - 1))
+    v1 = v0 + a0 * ((3 * p - 1) / (6 * p)) - fractional / (6 * p * (p - 1))
+    return u1 + half * a1 * ((2 * p - 1) / (6 * (p - 1))), v1 + a1 * ((3 * p - 2) / (6 * (p - 1))), a1
+
+
 def _register_backward_differences(order: int) -> None:
     weights = [[(-1) ** i * math.comb(j, i) for i in range(j + 1)] for j in range(1, order + 1)]
     earlier = [f"[-{n}]" if n else "" for n in range(order)]

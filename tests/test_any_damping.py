@@ -20,7 +20,8 @@ import substep as ss
 from substep.derived.simple_fraction import simple_fraction
 
 KNOWN = [name for name, forms in FORMS.items() if forms["A_stable"] is not None and not BY_NAME[name].decided]
-EXPLICIT = ("noh_bathe", "tchamwa_wielgosz", "explicit_generalized_alpha", "forest_ruth")  # stable at small Omega only
+# stable at small Omega only
+EXPLICIT = ("noh_bathe", "tchamwa_wielgosz", "kim_two_stage", "explicit_generalized_alpha", "forest_ruth")
 DRAWN = 100  # parameters of each scheme
 GIVEN = {
     "newmark": {"beta": 0.3, "gamma": 0.6},

@@ -43,6 +43,7 @@ TWO_MINUS_SQRT_2 = Algebraic((1, -4, 2), ("1/2", "3/5"))
         ("rk4", {}, 2 * sqrt(2), True),
         ("noh_bathe", {"p": "27/50"}, 2 / sqrt((3 * Rational(27, 50) - 1) * (1 - Rational(27, 50))), True),
         ("wilson_theta", {"theta": "34/25"}, 50 * sqrt(39) / 13, True),
+        ("kim_two_stage", {"gamma_t": "1/3"}, sqrt(6), True),  # Kratos's runs give 2.449491
     ],
 )
 def test_conditional(name: str, parameters: dict[str, Any], critical: Any, closed: bool) -> None:

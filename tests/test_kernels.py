@@ -22,6 +22,7 @@ EXPLICIT = {
     *("forward_euler", "central_difference", "central_difference_lagged", "rk2", "rk4", "noh_bathe"),
     *(
         "tchamwa_wielgosz",
+        "kim_two_stage",
         "kr_alpha",
         "kr_alpha_plain_start",
         "explicit_generalized_alpha",

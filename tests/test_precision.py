@@ -105,7 +105,7 @@ def duffing() -> references.Reference:
     return references.reference(KNOWN["duffing"], 0.15, SAMPLES, 1e-12)
 
 
-BETTER_UNDAMPED = ("fox_goodwin", "central_difference_lagged")  # derived orders hold with damping too
+BETTER_UNDAMPED = ("fox_goodwin", "central_difference_lagged", "kim_two_stage")  # derived orders hold with damping too
 
 
 @pytest.mark.usefixtures("uncompiled")

@@ -5,7 +5,7 @@ from sympy import Interval, Rational, oo, sqrt
 from ..parameter import Parameter
 from ..published import Published
 from ..scheme import Balance, Scheme
-from ..symbols import C, M, N, f, h, knot, p, phi
+from ..symbols import C, M, N, f, gamma_t, h, knot, p, phi
 
 u0, v0, a0 = start = knot(0)
 u1, v1, a1 = end = knot(1)
@@ -87,4 +87,21 @@ tchamwa_wielgosz = Scheme(
     reference="Tchamwa, Conway & Wielgosz, ASME PVP 398 (1999); Maheo, Grolleau & Rio, Comput. Mech. 51 (2013)",
 )
 
-ALL = (forward_euler, central_difference_lagged, rk2, rk4, noh_bathe, tchamwa_wielgosz)
+_gp, _gq = 1 / gamma_t, 1 / (1 - gamma_t)
+
+kim_two_stage = Scheme(
+    "kim_two_stage",
+    parameters=(Parameter(gamma_t, Interval.open(0, 1), Rational(1, 3)),),
+    relations={
+        _up: u0 + gamma_t * h * v0 + (gamma_t * h) ** 2 / 2 * a0,
+        _vp: v0 + gamma_t * h * a0,
+        _uq: u0 + h * v0 + h**2 / 6 * ((3 - _gp) * a0 + _gp * _ap),
+        _vq: v0 + h / 2 * ((2 - _gp) * a0 + _gp * _ap),
+        u1: u0 + h * v0 + h**2 / 12 * ((4 - _gp) * a0 + _gp * _gq * _ap + (2 - _gq) * a1),
+        v1: v0 + h / 6 * ((3 - _gp) * a0 + _gp * _gq * _ap + (3 - _gq) * a1),
+    },
+    balances=(Balance.at(second, gamma_t), Balance(a1, _vq, N(_uq), f(1))),  # a1 stays that of the second stage
+    reference="Kim, Int. J. Numer. Methods Eng. 120 (2019) 1-28, as in Kratos, explicit_multi_stage_kim_scheme.hpp",
+)
+
+ALL = (forward_euler, central_difference_lagged, rk2, rk4, noh_bathe, tchamwa_wielgosz, kim_two_stage)
