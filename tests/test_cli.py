@@ -86,6 +86,10 @@ def test_conditions_and_equivalences() -> None:
     found = runner.invoke(app, ["equivalences", "bathe", "silva_bezerra"])
     assert found.exit_code == 0, found.output
     assert "silva_bezerra" in found.output
+    never = " ".join(runner.invoke(app, ["conditions", "forward_euler"]).output.split())
+    assert never.startswith("forward_euler, xi = 0: not stable for every Omega > 0 u is")
+    assert never.count("for no parameters") == 3
+    assert runner.invoke(app, ["equivalences", "bathe"]).exit_code == 2  # one alone has no other to share with
     assert runner.invoke(app, ["conditions", "newmarc"]).exit_code == 2
     assert runner.invoke(app, ["conditions", "yoshida6"]).exit_code == 2  # decided by certify alone
 

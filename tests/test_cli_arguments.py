@@ -12,6 +12,7 @@ from typer.testing import CliRunner
 
 import substep as ss
 from substep.cli import commands
+from substep.cli.arguments import schemes_of
 from substep.derived import facade
 
 runner = CliRunner()
@@ -87,6 +88,20 @@ def test_a_scheme_of_ones_own_is_named_by_its_file_at_every_command(
     result = runner.invoke(commands.app, arguments)
     assert result.exit_code == 0, result.output
     assert word in " ".join(result.output.split())
+
+
+def test_several_schemes_are_separated_by_commas_as_are_their_parameters() -> None:
+    found = schemes_of("bathe, newmark:beta=.3,gamma=3/5,rk4,newmark:gamma=.5,bathe")
+    assert found == [ss.scheme("bathe"), ss.scheme("newmark", beta=0.3, gamma=0.6), ss.scheme("rk4"),
+                     ss.scheme("newmark", gamma=0.5), ss.scheme("bathe")]  # fmt: skip
+    assert schemes_of("") is None
+    with pytest.raises(ValueError, match="write name=value"):
+        schemes_of("newmark:beta")
+
+
+def test_the_manual_lists_every_command() -> None:
+    page = (Path(__file__).parents[1] / "docs" / "commands.md").read_text(encoding="utf-8")
+    assert set(COMMANDS) == set(re.findall(r"^substep (\w+)", page, re.MULTILINE))
 
 
 def test_show_takes_parameters_after_the_name() -> None:

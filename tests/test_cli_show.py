@@ -81,6 +81,7 @@ def test_names_and_sentences_are_typeset(name: str) -> None:
 def test_a_label_escapes_what_latex_reads_as_a_command() -> None:
     assert ClosedForm("", "50 % of (a)^(b)", "").label == r"\text{50 \% of (a)\textasciicircum{}(b)}"
     assert ClosedForm("", "rho_inf", "").label == r"\rho_\infty"
+    assert ClosedForm("", "p_0 (of mu^0)", "").label == r"\text{$p_{0}$ (of $\mu^{0}$)}"
 
 
 def read(latex: str) -> str:
@@ -89,8 +90,10 @@ def read(latex: str) -> str:
 
 
 def plain(text: str) -> str:
-    """A text without blanks and marks of indices and powers."""
-    return re.sub(r"[_^\s]", "", text.replace("->", "→"))
+    """A text without blanks and marks of indices and powers, and with Greek letters."""
+    for name, letter in {"->": "→", "Omega": "Ω", "lambda": "λ", "mu": "μ"}.items():
+        text = re.sub(rf"(?<![A-Za-z]){name}(?![A-Za-z])", letter, text)
+    return re.sub(r"[_^\s]", "", text)
 
 
 def test_factors_are_positive_where_the_parameters_lie_in_every_part() -> None:

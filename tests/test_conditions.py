@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from declared import BY_NAME
-from substep_derive import DeclarationError
+from substep_derive import DeclarationError, derive
 from substep_derive.declare.symbols import alpha_B, beta, gamma, theta
 from substep_derive.stability.certificate import certify
 from substep_derive.stability.conditions import Conditions, conditions
@@ -188,3 +188,12 @@ def test_the_threshold_of_wilson_is_irrational() -> None:
     above: Any = Rational(str(threshold.n(60))) + tiny
     assert derived("wilson_theta").holds({"theta": above})
     assert not derived("wilson_theta").holds({"theta": above - 2 * tiny})
+
+
+def test_what_is_derived_shows_itself_in_one_line() -> None:
+    """At most a line at a prompt, where its formulas would fill screens."""
+    d = derive("newmark_bdf2")
+    for found in (d, d.amplification, d.series, d.estimator, conditions("newmark_bdf2")):
+        assert len(repr(found)) <= 100
+        assert "\n" not in repr(found)
+    assert repr(d) == "<derivation of newmark_bdf2: gamma_t, beta, gamma; state u, h*v, h^2*a>"

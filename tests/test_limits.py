@@ -13,7 +13,7 @@ from substep_derive.oscillator.evaluation import Evaluation
 from substep_derive.oscillator.order import order_conditions, order_of
 from substep_derive.oscillator.overshoot import Overshoot, overshoot
 from substep_kernels.facts import CATALOGUE
-from sympy import Expr, Float, Poly, Rational, oo, sqrt, sympify
+from sympy import Expr, Float, Poly, Rational, oo, sqrt, symbols, sympify
 
 import substep as ss
 
@@ -118,7 +118,18 @@ def test_order_conditions_with_symbolic_parameters() -> None:
     assert newmark == dict.fromkeys("uva", (2 * gamma - 1,))
     assert order_conditions(BY_NAME["hht_alpha"]) == {"u": (), "v": (), "a": (alpha,)}
     assert order_conditions(BY_NAME["houbolt"]) == dict.fromkeys("uva", ())
-    assert all(order_conditions(BY_NAME["backward_euler"]).values())
+    assert order_conditions(BY_NAME["backward_euler"]) == dict.fromkeys("uva", (1,))
+
+
+def test_order_conditions_are_as_few_as_say_the_same_within_the_intervals() -> None:
+    """By hand: the a of generalized-alpha balances between the ends of the step, where it is the mean of both."""
+    alpha_m, alpha_f = symbols("alpha_m alpha_f")
+    found = order_conditions(BY_NAME["generalized_alpha"])
+    assert found["u"] == found["v"] == (2 * alpha_f - 2 * alpha_m - 2 * gamma + 1,)
+    assert found["a"] == (2 * gamma - 1, alpha_f - alpha_m)
+    assert order_conditions(BY_NAME["newmark_bdf2"])["u"] == (2 * gamma - 1,)  # no factor gamma_t, which is positive
+    assert order_conditions(BY_NAME["kr_alpha"]) == {"u": (), "v": (), "a": (1,)}  # no common root
+    assert order_conditions(BY_NAME["kr_alpha_plain_start"])["u"] == (1,)  # rho_inf = 3 is outside [0, 1]
 
 
 def test_error_constants_of_average_acceleration() -> None:

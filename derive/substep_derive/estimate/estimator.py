@@ -51,6 +51,9 @@ class Estimate:
     leading: Expr
     family: Family | None
 
+    def __repr__(self) -> str:
+        return f"<estimate of the error of {self.of}, order {self.order}: .error = {self.error}>"
+
 
 @dataclass(frozen=True)
 class Estimator:
@@ -62,6 +65,9 @@ class Estimator:
     evaluation: Evaluation
     displacement: Estimate
     velocity: Estimate
+
+    def __repr__(self) -> str:
+        return f"<estimator of {self.scheme.name}: .u of order {self.order[0]}, .v of order {self.order[1]}>"
 
     @property
     def scheme(self) -> Scheme:

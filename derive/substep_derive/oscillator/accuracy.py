@@ -38,6 +38,14 @@ class LeadingTerms:
     order: int
     highest: int
 
+    def __repr__(self) -> str:
+        powers = (
+            f"{name} of Omega^{', '.join(map(str, terms))}"
+            for name, terms in (("numerical_damping", self.numerical_damping), ("period_error", self.period_error))
+            if terms
+        )
+        return f"<leading terms, {'; '.join(powers)}>"
+
 
 @dataclass(frozen=True)
 class _Coefficients:

@@ -138,6 +138,10 @@ class Amplification:
     start_stencil: tuple[Expr, ...]
     charpoly: Poly
 
+    def __repr__(self) -> str:
+        m, loads = self.step.load_N.shape
+        return f"<amplification of {self.scheme.name}: {m} x {m}, loads at {loads} instants>"
+
     @classmethod
     def of(cls, scheme: Scheme) -> "Amplification":
         """Derived once for equal schemes. Raises DeclarationError if the new state is not determined."""

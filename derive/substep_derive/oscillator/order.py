@@ -8,13 +8,13 @@ e^(kappa omega t) minus the exact one. Each error is a power series in Omega; th
 that is not zero is the order.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import chain
 from typing import Any, cast
 
-from sympy import QQ, Expr, Integer, Matrix, Rational, factor, factor_list, fraction, prod
+from sympy import QQ, Expr, Matrix, Mul, Poly, Rational, Set, Symbol, factor, factor_list, fraction, groebner
 
 from ..algebra.power_series import Modal, PowerSeries, total
 from ..declare.scheme import Scheme
@@ -256,8 +256,10 @@ def order_conditions(scheme: Scheme, order: int = 2) -> dict[str, tuple[Expr, ..
     """The polynomials in the free parameters that must vanish for u, v and a to be of that order.
 
     Under "u", "v", "a": the coefficients of lower powers of Omega in the errors, free and forced, at the damping ratios
-    of `dampings_of`, the start included. Without any, all parameters give that order. Raises InconsistentScheme.
+    of `dampings_of`, the start included. Without any, all parameters give that order; 1 alone if none do. Factors
+    that do not vanish in the intervals of the parameters are left out. Raises InconsistentScheme.
     """
+    domains = {p.symbol: p.domain for p in scheme.parameters}
     evaluation = Evaluation.free(scheme)
     found: dict[str, set[Expr]] = {"u": set(), "v": set(), "a": set()}
     for damping in dampings_of(scheme):
@@ -267,13 +269,24 @@ def order_conditions(scheme: Scheme, order: int = 2) -> dict[str, tuple[Expr, ..
                 assert all(len(error) >= order for error in errors)
                 coefficients = chain.from_iterable(error.c[:order] for error in errors)
                 parts = (part for c in coefficients for part in (c.alpha, c.beta) if part)
-                found[name] |= {_condition(evaluation.field.expression(part)) for part in parts}
-    return {name: tuple(sorted(conditions, key=str)) for name, conditions in found.items()}
+                found[name] |= {_condition(evaluation.field.expression(part), domains) for part in parts}
+    return {name: _together(conditions, domains) for name, conditions in found.items()}
 
 
-def _condition(coefficient: Expr) -> Expr:
-    """The squarefree part of a coefficient's numerator, numbers left out; 1 for a number."""
-    if coefficient.is_number:
-        return Integer(1)
+def _condition(coefficient: Expr, domains: Mapping[Symbol, Set]) -> Expr:
+    """The factors of a coefficient's numerator that can vanish, each once; 1 where none can."""
     factors = factor_list(fraction(factor(coefficient))[0])[1]
-    return cast(Expr, prod(base for base, _ in factors))
+    return Mul(*(base for base, _ in factors if _can_vanish(base, domains)))
+
+
+def _can_vanish(polynomial: Expr, domains: Mapping[Symbol, Set]) -> bool:
+    """Whether a polynomial has a root in the interval of its symbol; one of several symbols is taken to have."""
+    symbols = polynomial.free_symbols & domains.keys()
+    return len(symbols) != 1 or any(root in domains[s] for s in symbols for root in Poly(polynomial, s).real_roots())
+
+
+def _together(polynomials: Collection[Expr], domains: Mapping[Symbol, Set]) -> tuple[Expr, ...]:
+    """A shorter system with the same roots, a Groebner basis; 1 alone where there are none."""
+    symbols = sorted(set().union(*(p.free_symbols for p in polynomials)), key=str)
+    basis = groebner(polynomials, *symbols).exprs if symbols else polynomials
+    return tuple(sorted({_condition(e, domains) for e in basis}, key=str))

@@ -255,6 +255,10 @@ class Conditions:
     inequalities: tuple[Boolean, ...]
     exact: bool
 
+    def __repr__(self) -> str:
+        count = len(self.inequalities) + sum(r.eliminated is None for r in self.requirements)
+        return f"<conditions on {self.scheme.name}, xi = {self.xi}: {count}, written by .text>"
+
     @property
     def eliminated(self) -> bool:
         """Whether the inequalities alone are necessary and sufficient."""
@@ -279,6 +283,10 @@ class Conditions:
     @property
     def text(self) -> str:
         """The conditions, one a line."""
+        if And(*self.inequalities) is false:
+            never = f"{self.scheme.name}, xi = {self.xi}: not stable for every Omega > 0"
+            never += ", whatever the parameters" if self.scheme.parameters else ""
+            return never if self.exact else f"{never}, but for eigenvalues kept on the circle, which certify decides"
         lines = [f"{self.scheme.name}, xi = {self.xi}: stable for every Omega > 0 if and only if"]
         if not self.exact and not self.eliminated:
             lines[0] = lines[0].replace("if and only if", "if (and, but for eigenvalues kept on the circle, only if)")

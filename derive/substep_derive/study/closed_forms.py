@@ -14,6 +14,7 @@ from ..stability.paper import PRINTER, as_in_paper, in_powers
 from .derivation import Derivation, derive
 
 GREEK = {Symbol("rho_inf"): r"\rho_\infty"}  # what SymPy would set as rho with the subscript inf
+TERM = r"\b((?:Omega|lambda|mu)\b|[A-Za-z](?=[_^]))(?:([_^])(\w+))?"  # a Greek letter, or a letter with a script
 SIGNS = {"->": r"$\to$", "<": "$<$", ">": "$>$", "|": "$|$", "^": r"\textasciicircum{}"}  # in a text; others escaped
 
 
@@ -54,11 +55,13 @@ def _latex(expression: Expr) -> str:
 
 def _words(text: str) -> str:
     """Plain text in LaTeX, with indices and powers set as such and signs that a font of text may lack as formulas."""
-    return r"\text{" + re.sub(r"([_^])(\w+)|->|[_^{}&%$#<>|]", _sign, text) + "}"
+    return r"\text{" + re.sub(rf"{TERM}|([_^])(\w+)|->|[_^{{}}&%$#<>|]", _sign, text) + "}"
 
 
 def _sign(found: re.Match[str]) -> str:
-    sign, script = found[1] or found[0], found[2]
+    if base := found[1]:
+        return f"${_latex(Symbol(base))}{f'{found[2]}{{{found[3]}}}' if found[2] else ''}$"
+    sign, script = found[4] or found[0], found[5]
     if script:
         return f"${sign}{{{script}}}$"
     return SIGNS.get(sign, rf"\{sign}")

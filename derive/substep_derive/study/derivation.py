@@ -29,6 +29,10 @@ class Derivation:
 
     scheme: Scheme
 
+    def __repr__(self) -> str:
+        free = ", ".join(s.name for s in self.scheme.values) or "no parameters"
+        return f"<derivation of {self.scheme.name}: {free}; state {', '.join(self.state)}>"
+
     @property
     def symbols(self) -> Mapping[str, Symbol]:
         """Name -> symbol, for Omega, xi and every free parameter."""

@@ -1,5 +1,6 @@
 """Options whose names are parameters of schemes and scenes, which the command line does not know in advance."""
 
+import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from fractions import Fraction
@@ -75,8 +76,17 @@ def require_folders(*files: Path | None) -> None:
 
 
 def names(text: str) -> list[str] | None:
-    """The names in a text as bathe,rk4; None for an empty one, which means that nothing was chosen."""
+    """The parts of a text as bathe,rk4; None for an empty one, which means that nothing was chosen."""
     return [name.strip() for name in text.split(",") if name.strip()] or None
+
+
+def schemes_of(text: str) -> list[Scheme] | None:
+    """The handles of schemes named as for `source_of`, with commas between, as newmark:beta=1/4,gamma=.5,rk4.
+
+    A comma begins a parameter where = follows before the next : or comma. None for an empty text, which means that
+    nothing was chosen. Raises ValueError as `scheme_of`.
+    """
+    return [scheme_of(name.strip()) for name in re.split(r",(?![^:,]*=)", text) if name.strip()] or None
 
 
 def integers(name: str, text: str) -> list[int]:

@@ -70,7 +70,9 @@ def _parameters(s: Scheme) -> str:
 
 def show(
     name: SchemeArgument,
-    part: Annotated[Part | None, typer.Option(help="closed forms of a part, derived now")] = None,
+    part: Annotated[
+        Part | None, typer.Option(metavar="PART", help=f"closed forms, derived now: {', '.join(get_args(Part))}")
+    ] = None,
     latex: Annotated[bool, typer.Option("--latex", help="closed forms in LaTeX; all parts if none is named")] = False,
     html: Annotated[
         Path | None, typer.Option(help="a page of closed forms, typeset; all parts if none is named")

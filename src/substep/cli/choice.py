@@ -12,11 +12,11 @@ from .arguments import (
     StartOption,
     StrainOption,
     integers,
-    names,
     numbers,
     require_files,
     require_folders,
     scene_of,
+    schemes_of,
     working,
 )
 
@@ -40,7 +40,9 @@ def choose(
     t_end: Annotated[
         float | None, typer.Option(help="span in s; by default that of the scene's chart, or of a structure's load")
     ] = None,
-    among: Annotated[str, typer.Option(help="schemes to choose from, as bathe,rk4; by default all")] = "",
+    among: Annotated[
+        str, typer.Option(help="schemes to choose from, as bathe,newmark:beta=1/4,rk4; by default all")
+    ] = "",
     chosen: Annotated[str, typer.Option(help="schemes to try at tolerances too; by default the cheapest")] = "",
     a0: StartOption = "",
     strain: StrainOption = "",
@@ -80,6 +82,7 @@ def choose(
     try:
         _require_one(context, scene_name, mass, stiffness)
         require_files(mass, stiffness, load)
+        candidates = schemes_of(among)
         if mass is not None and stiffness is not None:
             record = _record(load)
             end = record.dt * (len(record.samples) - 1) if t_end is None else t_end
@@ -89,7 +92,7 @@ def choose(
             with working(f"choosing for {stiffness.name}"):
                 known = known_modes(here, modes).damped(damping_ratio)
                 answer = choose_for_structure(
-                    known, accuracy, t_end=end, quantity=int(quantity), among=names(among), model=cast("Model", model)
+                    known, accuracy, t_end=end, quantity=int(quantity), among=candidates, model=cast("Model", model)
                 )
             Console().print(answer.text, highlight=False)
             return
@@ -98,7 +101,7 @@ def choose(
         end = span(scene) if t_end is None else t_end
         with working(f"choosing for {scene_name}"):
             found = choice.choose(
-                scene, accuracy, t_end=end, quantity=quantity, among=names(among), chosen=names(chosen)
+                scene, accuracy, t_end=end, quantity=quantity, among=candidates, chosen=schemes_of(chosen)
             )
     except (ValueError, OSError) as error:
         raise typer.BadParameter(str(error)) from error

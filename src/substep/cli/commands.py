@@ -233,6 +233,7 @@ def conditions(name: SchemeArgument) -> None:
         for quantity, polynomials in second_order.items():
             wanted = " and ".join(f"{p} = 0" for p in polynomials)
             where = f"if {wanted}" if wanted else "without a condition"
+            where = "for no parameters" if polynomials == ("1",) else where
             print(folded(f"{quantity} is of second order, free and forced, damped and undamped, {where}"))
     except (ValueError, NotImplementedError) as error:
         raise typer.BadParameter(str(error)) from error
@@ -248,6 +249,10 @@ def equivalences(
     from ..derived.facade import equivalences as find  # noqa: PLC0415
 
     try:
+        if names and len(names) == 1:
+            raise ValueError(
+                f"expected at least two schemes to compare, got {names[0]} alone; name another, or none for all"
+            )
         pairs = find([declared(name) for name in names or []])
 
         def next_pair() -> "Equivalence | None":
