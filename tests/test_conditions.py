@@ -93,6 +93,7 @@ def test_more_than_three_eigenvalues_or_a_high_degree() -> None:
     assert conditions("park").eliminated
     assert conditions("rk4").text == "rk4, xi = 0: not stable for every Omega > 0"  # though Omega stays in others
     assert not conditions("rk4").eliminated
+    assert "for all Omega > 0" in conditions("four_substep").text
 
 
 def test_single_parameters() -> None:
