@@ -31,9 +31,8 @@ def test_choose_recommends_and_draws_why(tmp_path: Path) -> None:
     rigid = runner.invoke(app, ["choose", *bar, "--accuracy", "1e-1", "--t-end", "0.1"])
     assert rigid.output.startswith(("bathe on rigid_pendulum", "newmark on rigid_pendulum"))
     assert runner.invoke(app, [*wish, "--among", "bath"]).exit_code == 2
-    own = runner.invoke(
-        app, [*wish, "--among", "newmark:beta=.3,gamma=3/5,wilson_theta:theta=2", "--chosen", "newmark"]
-    )
+    parameters = ["--among", "newmark:beta=.3,gamma=3/5,wilson_theta:theta=2", "--chosen", "wilson_theta:theta=2"]
+    own = runner.invoke(app, [*wish, *parameters])
     assert own.output.startswith(("newmark(beta=0.3, gamma=0.6) on", "wilson_theta(theta=2) on")), own.output
     unknown = runner.invoke(app, ["choose", "rigid_pendulum", "--accuracy", "1e-2"])
     assert unknown.exit_code == 2
