@@ -153,7 +153,7 @@ def serve(
     run: Run,
     controlled: Controlled | None = None,
 ) -> None:
-    """Answer requests until standard input ends.
+    """Answer requests until standard input ends, each with the CPU seconds that this process has taken so far.
 
     run(integrator, arguments, omega, xi, dt, n, u0, v0, a0, load) returns histories u, v, a, n + 1 numbers each from
     t = 0 on, for u'' + 2 xi omega u' + omega**2 u = load(t); None in place of one that the program does not return.
@@ -190,6 +190,7 @@ def serve(
         except Exception as error:
             traceback.print_exc()
             answer = {"error": f"{type(error).__name__}: {error}"}
+        answer["seconds"] = sum(os.times()[:4])  # with those of programs that it ran and has waited for
         answers.write(json.dumps(answer) + "\n")
         answers.flush()
 
