@@ -234,6 +234,24 @@ def test_outputs_that_stand_elsewhere_are_told_and_the_scheme_is_not_accused(kin
     assert (cause.kind, cause.text) == ("output", f"{kind} stands {part} before the end of its step"), report.text
 
 
+@pytest.mark.parametrize("claims", [ss.Claims("central_difference", order=2), None])
+def test_a_leapfrog_with_the_acceleration_at_the_ends_is_no_other_scheme(claims):
+    """But for the start, symplectic Euler takes the same steps of u, v and a; the late velocities explain the start."""
+
+    def run(omega: float, xi: float, dt: float, n: int, u0: float, v0: float, load: Any) -> Any:
+        u, v, a = [u0], [v0 - dt / 2 * (load(0.0) - omega**2 * u0)], [load(0.0) - omega**2 * u0]
+        for i in range(n):
+            v.append(v[-1] + dt * a[-1])
+            u.append(u[-1] + dt * v[-1])
+            a.append(load((i + 1) * dt) - omega**2 * u[-1])
+        return u, v, a
+
+    report = ss.audit(ss.Stepper(run, Integrator(damping=False)), claims)
+    assert "central_difference" in {match.scheme.name for match in report.matches}, report.text
+    assert {judgement.verdict for judgement in report.judgements} <= {"true", "not stated"}
+    assert report.instants == {"v": -0.5} and [cause.kind for cause in report.deviations] == ["output"], report.text
+
+
 @pytest.mark.parametrize(
     ("histories", "text"),
     [

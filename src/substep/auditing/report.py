@@ -51,9 +51,9 @@ class Report:
     does in steps of its own choice, None where it does not choose. failed: Omega, xi and the error where the program
     raised; what is said of it rests on the other runs. noise: how well it repeats itself, which all that is said rests
     on. ignores_a0: whether nothing moves from rest with a given acceleration. instants: by how many steps v and a stand
-    after the end of their step, where they do. defaults: whether it does the same with the defaults of its arguments
-    written out; None without any. left_out: what was not compared or not run, and why. seconds: of CPU that the audit
-    took here and in the program's own process; None where that is the same one.
+    after the end of their step, where they do, as the adapter declares it or not. defaults: whether it does the same
+    with the defaults of its arguments written out; None without any. left_out: what was not compared or not run, and
+    why. seconds: of CPU that the audit took here and in the program's own process; None where that is the same one.
     """
 
     stepper: Stepper
