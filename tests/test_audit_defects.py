@@ -130,6 +130,17 @@ def test_an_instant_of_the_load_that_is_not_asked_for_is_told_by_a_ramp(late):
     assert (found.kind, found.called) == ("shifted", ()) and found.shift == pytest.approx(-late, abs=1e-12)
 
 
+@pytest.mark.parametrize(("outputs", "sets"), [("uva", ""), ("u", "u")])
+def test_a_late_load_of_a_program_that_starts_from_rest_is_not_blamed_on_the_scheme(outputs, sets):
+    """Where v cannot be set, motion from it is superposed under a ramp, which a late load distorts."""
+    steps = generalized_alpha(*OPTIMAL, BETA, GAMMA, late=0.5)
+    report = ss.audit(ss.Stepper(steps, Integrator(sets=sets, outputs=outputs)), CHUNG)
+    verdicts = {judgement.claim: judgement.verdict for judgement in report.judgements}
+    assert verdicts == {"scheme": "true", "order": "false", "rho_inf": "true", "unconditional": "true"}, report.text
+    (cause,) = report.deviations
+    assert cause.text == "the load is that of 1/2 step before: f(t_n + 1/18 h)" and len(cause.consequences) == 2
+
+
 def test_a_late_load_is_found_where_another_velocity_damps():
     """Of a program that is not asked for the load, and damps by the velocity at t_n."""
     steps, late = damped_by("start", 0, 0, 0.5), 0.3
