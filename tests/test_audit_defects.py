@@ -130,6 +130,24 @@ def test_an_instant_of_the_load_that_is_not_asked_for_is_told_by_a_ramp(late):
     assert (found.kind, found.called) == ("shifted", ()) and found.shift == pytest.approx(-late, abs=1e-12)
 
 
+def test_weights_at_many_instants_of_a_step_are_told_apart():
+    """By fast sines: a constant, a ramp and two slow ones leave them undetermined, and other weights do the same."""
+    steps, instants, weights = trapezoidal_load(0, 0, 1), (0, 1 / 3, 1 / 2, 2 / 3, 3 / 4, 1), (1, 2, -3, 4, 2, 4)
+
+    def run(omega: float, xi: float, dt: float, n: int, u0: float, v0: float, load: Any) -> Any:
+        def mean(t: float) -> float:
+            return sum(w / 10 * load(t + (tau - 1) * dt) for w, tau in zip(weights, instants, strict=True))
+
+        return steps(omega, xi, dt, n, u0, v0, lambda t: mean(t) if t else load(0.0))
+
+    stepper = ss.Stepper(run)
+    match = agreement(ss.scheme("average_acceleration"), own_runs(stepper), own_runs(stepper))
+    assert match is not None and load_taking(match, driven_runs(stepper)).text == (
+        "1/10 f(t_n) + 1/5 f(t_n + 1/3 h) + -3/10 f(t_n + 1/2 h) + 2/5 f(t_n + 2/3 h) + 1/5 f(t_n + 3/4 h) + "
+        "2/5 f(t_n + h)"
+    )
+
+
 @pytest.mark.parametrize(("outputs", "sets"), [("uva", ""), ("u", "u")])
 def test_a_late_load_of_a_program_that_starts_from_rest_is_not_blamed_on_the_scheme(outputs, sets):
     """Where v cannot be set, motion from it is superposed under a ramp, which a late load distorts."""

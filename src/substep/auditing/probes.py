@@ -15,11 +15,13 @@ STEP = 0.25  # s; not 1, so that powers of h in the wrong place show; a power of
 STEPS = 12
 OMEGAS = (0.01, 0.1, 0.3, 1.0, 1.7, 3.0, 10.0, 100.0, 1e4)
 RATIOS = (0.0, 0.05, 0.5)
-LOADS = {  # of different value, slope and curvature at t = 0
+LOADS = {  # of different value, slope and curvature at t = 0; the fast ones tell near instants of a step apart
     "constant": Load("constant", 0.7),
     "ramp": Load("ramp", 0.8),
     "sine": Load("harmonic", 1.0, 1.1 / STEP, 0.0),
     "cosine": Load("harmonic", 1.0, 1.9 / STEP, 1.2),
+    "fast": Load("harmonic", 1.0, 7.3 / STEP, 0.0),
+    "faster": Load("harmonic", 1.0, 13.7 / STEP, 0.0),
 }
 DRIVEN = (0.3, 1.0, 3.0)
 STARTS = ((1.0, 0.0, None), (0.0, 1.0, None))  # u, h*v, and h^2*a where it is given
