@@ -9,9 +9,10 @@ import pytest
 from audited_steppers import generalized_alpha, trapezoidal_load
 
 import substep as ss
+from substep.auditing.claims import judged
 from substep.auditing.defaults import written_out
 from substep.auditing.history import states_before
-from substep.auditing.identify import Match, agreement, identify
+from substep.auditing.identify import Match, agreement, identify, levels
 from substep.auditing.loads import load_taking
 from substep.auditing.orders import observed_orders
 from substep.auditing.probes import driven_runs, own_runs
@@ -213,6 +214,18 @@ def test_a_history_before_the_start_is_supplied():
     stepper = ss.Stepper(bdf2, Integrator(history=1))
     assert is_a(stepper).scheme.name == "bdf2"
     assert {order[0] for order in observed_orders(stepper).values()} == {2.0}
+
+
+def test_of_u_alone_a_scheme_started_otherwise_is_found_by_its_recursion():
+    """What u shows then is the scheme's: no eigenvalues of another one, and no reason to doubt the claim."""
+    own = own_runs(ss.Stepper(bdf2, Integrator(history=1, outputs="u")), FEW)
+    assert levels(own) == ("matrix", "recursion")
+    found = identify(own, own, ss.scheme("bdf2"), whats=("recursion",))
+    assert (found.matches[0].text, found.matches[0].what, found.matches[0].start) == ("bdf2", "recursion", "own")
+    assert judged(ss.Claims("bdf2"), found, {}, 0.0, None)[0].verdict == "true"
+    assert levels(own_runs(ss.Stepper(bdf2, Integrator(history=1)), FEW[:1])) == (
+        "matrix", "displacements", "spectrum"
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize("kind", ["none", "constant", "ramp", "harmonic"])

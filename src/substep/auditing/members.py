@@ -23,13 +23,15 @@ def with_all_members(
 ) -> Identification:
     """The same with every other scheme that does what was measured among its matches.
 
-    free, own: the runs that it was found from; noise: of these. As it was where only eigenvalues agree, for many
-    schemes share these, and where damping is of a dialect. Parameters outside their intervals are not named: at their
+    free, own: the runs that it was found from; noise: of these. As it was where only eigenvalues or a recursion agree,
+    for many schemes share these, and where damping is of a dialect. Parameters outside their intervals are not named: at their
     ends a scheme may have no step.
     """
-    if not found.matches or found.matches[0].what == "spectrum" or found.matches[0].damping != "declared":
+    if not found.matches or found.matches[0].what in ("recursion", "spectrum"):
         return found
     best, damping = found.matches[0], bool(free[0].at.xi.any())
+    if best.damping != "declared":
+        return found
     known = {match.scheme.name for match in found.matches}
     more = []
     for scheme in map(make_scheme, schemes()):

@@ -98,7 +98,12 @@ class Report:
             if self.found.undamped:
                 return f"{self.found.undamped[0].text} without damping, none of the catalogue with it"
             return f"none of the catalogue{near}"
-        what = {"matrix": "all entries", "displacements": "displacements", "spectrum": "eigenvalues only,"}
+        what = {
+            "matrix": "all entries",
+            "displacements": "displacements",
+            "recursion": "the recursion of u",
+            "spectrum": "eigenvalues only,",
+        }
         first, *others = (match.text for match in self.matches)
         same = " = ".join([first, *others])
         if self.noise.loud and others:  # they may be equal or not
