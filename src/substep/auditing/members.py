@@ -24,8 +24,8 @@ def with_all_members(
     """The same with every other scheme that does what was measured among its matches.
 
     free, own: the runs that it was found from; noise: of these. As it was where only eigenvalues or a recursion agree,
-    for many schemes share these, and where damping is of a dialect. Parameters outside their intervals are not named: at their
-    ends a scheme may have no step.
+    for many schemes share these, and where damping is of a dialect. Parameters outside their intervals are not named:
+    at their ends a scheme may have no step.
     """
     if not found.matches or found.matches[0].what in ("recursion", "spectrum"):
         return found
