@@ -31,7 +31,7 @@ class Match:
     "spectrum", its eigenvalues do. error: the largest deviation, see `Measured.deviation`. start: where its
     acceleration at t = 0 comes from: "computed" from the equation of motion, or "zero"; "own", neither of these.
     solved: how many parameters were solved for; unsure: by how much the noise may have moved them. damping: of which
-    velocity its damping force is.
+    velocity its damping force is. doubtful: that it agrees within the noise, but is not the same as the first match.
     """
 
     scheme: Scheme
@@ -41,6 +41,7 @@ class Match:
     solved: int
     unsure: float = 0.0
     damping: Damping = "declared"
+    doubtful: bool = False
 
     @property
     def text(self) -> str:

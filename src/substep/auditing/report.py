@@ -104,10 +104,9 @@ class Report:
             "recursion": "the recursion of u",
             "spectrum": "eigenvalues only,",
         }
-        first, *others = (match.text for match in self.matches)
-        same = " = ".join([first, *others])
-        if self.noise.loud and others:  # they may be equal or not
-            same = f"{first} or, within the noise: {'; '.join(others)}"
+        same = " = ".join(match.text for match in self.matches if not match.doubtful)
+        if doubtful := [match.text for match in self.matches if match.doubtful]:
+            same += f" or, within the noise: {'; '.join(doubtful)}"
         return f"{same}, {what[self.matches[0].what]} to {self.matches[0].error:.0e}"
 
     @property
