@@ -9,10 +9,10 @@ import pytest
 from audited_steppers import generalized_alpha, trapezoidal_load
 
 import substep as ss
+from substep.auditing.claims import judged
 from substep.auditing.defaults import written_out
 from substep.auditing.history import states_before
-from substep.auditing.identify import Match, agreement, identify
-from substep.auditing.instrument import left_out
+from substep.auditing.identify import Match, agreement, identify, levels
 from substep.auditing.loads import load_taking
 from substep.auditing.orders import observed_orders
 from substep.auditing.probes import driven_runs, own_runs
@@ -113,15 +113,40 @@ def leapfrog(omega: float, xi: float, dt: float, n: int, u0: float, v0: float, l
     return u, v, None
 
 
-def test_velocities_at_half_steps_are_not_compared_and_this_is_told():
-    late = ss.Stepper(leapfrog, Integrator(outputs="uv", late={"v": -0.5}, damping=False))
-    own = own_runs(late, (0.3, 1.0))
-    assert "central_difference" in {match.scheme.name for match in identify(own, own).matches}
-    assert left_out(late.can, affordable=True) == ("v: stands -0.5 steps from the end of its step",)
-    claimed = ss.scheme("central_difference")
-    untold = own_runs(replace(late, can=replace(late.can, late={})), (0.3, 1.0))
-    match = agreement(claimed, untold, untold)
-    assert match is None or match.what != "matrix"
+@pytest.mark.parametrize("wrong", [False, True])
+def test_velocities_at_half_steps_are_compared_by_the_means_of_neighbours(wrong):
+    """Declared as such, they are no deviation, and neither are others, of which it is told that they are not found."""
+
+    def run(omega: float, xi: float, dt: float, n: int, u0: float, v0: float, load: Load) -> Any:
+        u, v, a = leapfrog(omega, xi, dt, n, u0, v0, load)
+        return u, [x * (1.01 if wrong else 1.0) for x in v], a
+
+    report = ss.audit(ss.Stepper(run, Integrator(outputs="uv", late={"v": -0.5}, damping=False)))
+    assert "central_difference" in {match.scheme.name for match in report.matches} and not report.deviations
+    assert report.instants == ({} if wrong else {"v": -0.5}) and not report.energy
+    assert [line.partition(",")[0] for line in report.left_out] == (
+        ["v: stands -0.5 steps from the end of its step"] if wrong else []
+    )
+
+
+@pytest.mark.parametrize("late", [-1, 1])
+@pytest.mark.parametrize("calls", [1, 2])
+def test_what_is_late_by_whole_steps_is_moved_to_where_it_stands(late, calls):
+    """Of runs of the average acceleration method, or of Bathe's method in two calls a step, of which v is late."""
+    steps = composite if calls == 2 else STEPS
+
+    def run(omega: float, xi: float, dt: float, n: int, u0: float, v0: float, load: Load) -> Any:
+        u, v, a = map(np.array, steps(omega, xi, dt, n + calls, u0, v0, load))
+        before = np.concatenate([np.full(calls, 7.0), v[: 1 - calls or None]])
+        return u[: n + 1], before[: n + 1] if late == -1 else v[calls:], a[: n + 1]
+
+    given = 2.0, 0.1, 0.3, 9, 1.0, 0.7, None, Load()
+    whole = ss.Stepper(steps, Integrator(calls=calls)).histories(*given)
+    moved = ss.Stepper(run, Integrator(calls=calls, late={"v": late})).histories(*given)
+    if late == 1:
+        assert np.isnan(moved[0, 1])
+        moved[0, 1] = 0.7
+    np.testing.assert_array_equal(moved, whole)
 
 
 def composite(omega: float, xi: float, dt: float, n: int, u0: float, v0: float, load: Load) -> Any:
@@ -189,6 +214,18 @@ def test_a_history_before_the_start_is_supplied():
     stepper = ss.Stepper(bdf2, Integrator(history=1))
     assert is_a(stepper).scheme.name == "bdf2"
     assert {order[0] for order in observed_orders(stepper).values()} == {2.0}
+
+
+def test_of_u_alone_a_scheme_started_otherwise_is_found_by_its_recursion():
+    """What u shows then is the scheme's: no eigenvalues of another one, and no reason to doubt the claim."""
+    own = own_runs(ss.Stepper(bdf2, Integrator(history=1, outputs="u")), FEW)
+    assert levels(own) == ("matrix", "recursion")
+    found = identify(own, own, ss.scheme("bdf2"), whats=("recursion",))
+    assert (found.matches[0].text, found.matches[0].what, found.matches[0].start) == ("bdf2", "recursion", "own")
+    assert judged(ss.Claims("bdf2"), found, {}, 0.0, None)[0].verdict == "true"
+    assert levels(own_runs(ss.Stepper(bdf2, Integrator(history=1)), FEW[:1])) == (
+        "matrix", "displacements", "spectrum"
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize("kind", ["none", "constant", "ramp", "harmonic"])

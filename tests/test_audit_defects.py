@@ -130,6 +130,35 @@ def test_an_instant_of_the_load_that_is_not_asked_for_is_told_by_a_ramp(late):
     assert (found.kind, found.called) == ("shifted", ()) and found.shift == pytest.approx(-late, abs=1e-12)
 
 
+def test_weights_at_many_instants_of_a_step_are_told_apart():
+    """By fast sines: a constant, a ramp and two slow ones leave them undetermined, and other weights do the same."""
+    steps, instants, weights = trapezoidal_load(0, 0, 1), (0, 1 / 3, 1 / 2, 2 / 3, 3 / 4, 1), (1, 2, -3, 4, 2, 4)
+
+    def run(omega: float, xi: float, dt: float, n: int, u0: float, v0: float, load: Any) -> Any:
+        def mean(t: float) -> float:
+            return sum(w / 10 * load(t + (tau - 1) * dt) for w, tau in zip(weights, instants, strict=True))
+
+        return steps(omega, xi, dt, n, u0, v0, lambda t: mean(t) if t else load(0.0))
+
+    stepper = ss.Stepper(run)
+    match = agreement(ss.scheme("average_acceleration"), own_runs(stepper), own_runs(stepper))
+    assert match is not None and load_taking(match, driven_runs(stepper)).text == (
+        "1/10 f(t_n) + 1/5 f(t_n + 1/3 h) + -3/10 f(t_n + 1/2 h) + 2/5 f(t_n + 2/3 h) + 1/5 f(t_n + 3/4 h) + "
+        "2/5 f(t_n + h)"
+    )
+
+
+@pytest.mark.parametrize(("outputs", "sets"), [("uva", ""), ("u", "u")])
+def test_a_late_load_of_a_program_that_starts_from_rest_is_not_blamed_on_the_scheme(outputs, sets):
+    """Where v cannot be set, motion from it is superposed under a ramp, which a late load distorts."""
+    steps = generalized_alpha(*OPTIMAL, BETA, GAMMA, late=0.5)
+    report = ss.audit(ss.Stepper(steps, Integrator(sets=sets, outputs=outputs)), CHUNG)
+    verdicts = {judgement.claim: judgement.verdict for judgement in report.judgements}
+    assert verdicts == {"scheme": "true", "order": "false", "rho_inf": "true", "unconditional": "true"}, report.text
+    (cause,) = report.deviations
+    assert cause.text == "the load is that of 1/2 step before: f(t_n + 1/18 h)" and len(cause.consequences) == 2
+
+
 def test_a_late_load_is_found_where_another_velocity_damps():
     """Of a program that is not asked for the load, and damps by the velocity at t_n."""
     steps, late = damped_by("start", 0, 0, 0.5), 0.3
@@ -232,6 +261,24 @@ def test_outputs_that_stand_elsewhere_are_told_and_the_scheme_is_not_accused(kin
     (cause,) = report.deviations
     part = "1/2 step" if kind == "v" else "1 step"
     assert (cause.kind, cause.text) == ("output", f"{kind} stands {part} before the end of its step"), report.text
+
+
+@pytest.mark.parametrize("claims", [ss.Claims("central_difference", order=2), None])
+def test_a_leapfrog_with_the_acceleration_at_the_ends_is_no_other_scheme(claims):
+    """But for the start, symplectic Euler takes the same steps of u, v and a; the late velocities explain the start."""
+
+    def run(omega: float, xi: float, dt: float, n: int, u0: float, v0: float, load: Any) -> Any:
+        u, v, a = [u0], [v0 - dt / 2 * (load(0.0) - omega**2 * u0)], [load(0.0) - omega**2 * u0]
+        for i in range(n):
+            v.append(v[-1] + dt * a[-1])
+            u.append(u[-1] + dt * v[-1])
+            a.append(load((i + 1) * dt) - omega**2 * u[-1])
+        return u, v, a
+
+    report = ss.audit(ss.Stepper(run, Integrator(damping=False)), claims)
+    assert "central_difference" in {match.scheme.name for match in report.matches}, report.text
+    assert {judgement.verdict for judgement in report.judgements} <= {"true", "not stated"}
+    assert report.instants == {"v": -0.5} and [cause.kind for cause in report.deviations] == ["output"], report.text
 
 
 @pytest.mark.parametrize(

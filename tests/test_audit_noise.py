@@ -11,8 +11,9 @@ from audited_steppers import BETA, CHUNG, GAMMA, OPTIMAL, TRAPEZOIDAL, generaliz
 
 import substep as ss
 from substep.auditing.declared import declared
-from substep.auditing.identify import agreement
+from substep.auditing.identify import Identification, agreement, identify
 from substep.auditing.loads import load_taking
+from substep.auditing.members import with_all_members
 from substep.auditing.noise import measured_noise
 from substep.auditing.probes import driven_runs, own_runs
 from substep.auditing.report import Report
@@ -121,13 +122,39 @@ def test_noise_that_hides_the_scheme_is_said():
     assert not report.deviations and {judgement.verdict for judgement in report.judgements} == {"not judged"}
 
 
-def test_schemes_that_noise_cannot_tell_apart_are_not_written_as_equal():
-    """Newmark's method as a case of schemes with more parameters, whose values are written to no more digits."""
+def identified(stepper: ss.Stepper) -> Identification:
+    own = own_runs(stepper)
+    noise = measured_noise(stepper, own)
+    own = noise.over(own)
+    return with_all_members(identify(own, own, noise=noise), own, own, noise)
+
+
+def test_under_noise_all_members_of_the_class_are_named_with_the_values_that_they_have_without_it():
+    """And a scheme that agrees within the noise alone, here Silva and Bezerra's, is none of them."""
+    hht, trapezoidal = generalized_alpha(0, 0.1, 0.3025, 0.6), generalized_alpha(0, 0, 0.25, 0.5)
+    for steps, digits, least in ((hht, 6, 4), (trapezoidal, 4, 10)):
+        quiet = identified(ss.Stepper(steps)).matches
+        loud = identified(printed(ss.Stepper(steps), f"{{:.{digits - 1}e}}".format)).matches
+        texts = {match.text for match in loud if not match.doubtful}
+        assert texts == {match.text for match in quiet} and len(texts) >= least
+        assert not {match.text for match in loud if match.doubtful} & texts
+        assert not any(match.doubtful for match in quiet)
+
+
+def test_values_are_written_to_the_digits_that_noise_leaves():
+    """Newmark's method, and the schemes of which it is a case."""
     report = ss.audit(printed(ss.Stepper(generalized_alpha(0, 0, 0.2532171828, 0.5)), "{:.6e}".format))
-    first, _, others = report.identified.partition(" or, within the noise: ")
-    assert first.startswith("newmark(beta = 0.2532") and "generalized_alpha(" in others, report.identified
+    assert report.identified.startswith("newmark(beta = 0.2532"), report.identified
+    assert " = generalized_alpha(" in report.identified and "within the noise" not in report.identified
     assert max(map(len, re.findall(r"\d+\.\d+", report.identified))) <= 9, report.identified
     assert all(match.unsure > 1e-8 for match in report.matches if match.solved), report.identified
+
+
+def test_schemes_that_agree_within_the_noise_alone_are_not_written_as_equal():
+    report = ss.audit(printed(declared(ss.scheme("newmark")), "{:.6e}".format))
+    first, *others = report.matches
+    doubtful = replace(report, found=replace(report.found, matches=(first, replace(others[0], doubtful=True))))
+    assert doubtful.identified.startswith(f"{first.text} or, within the noise: {others[0].text}, all entries")
 
 
 @pytest.mark.parametrize("late", [0.0, 0.5])

@@ -87,6 +87,35 @@ def test_a_program_is_audited_through_its_pipe(planted):
     (cause,) = report.deviations
     assert cause.kind == "parameter" and "beta and gamma are exchanged" in cause.text
     assert '"first order" (page 2)' in report.text
+    assert report.seconds is not None and 0.0 < report.seconds[1] <= planted.seconds
+    here, there = report.to_dict()["seconds"]
+    assert f"took       {here} s of CPU here and {there} s in the program" in report.text
+
+
+BURNS = """
+from adapter import Integrator, serve
+import subprocess, sys, time
+
+BURN = "import time\\nend = time.process_time() + 0.2\\nwhile time.process_time() < end: pass"
+
+
+def run(integrator, arguments, omega, xi, dt, n, u0, v0, a0, load):
+    exec(BURN, {})
+    subprocess.run([sys.executable, "-c", BURN])
+    return [u0] * (n + 1), None, None
+
+
+serve("Burns", "1.0", "none", {"burns": Integrator(outputs="u", one_run=True)}, run)
+"""
+
+
+def test_the_time_of_each_process_of_a_program_is_counted_with_what_it_runs(tmp_path):
+    (tmp_path / "burns.py").write_text(BURNS)
+    with Program(str(tmp_path / "burns.py")) as program:
+        run, before = program.stepper("burns").run, program.seconds
+        for times in (1, 2):
+            run(1.0, 0.0, 0.1, 2, 1.0, 0.0, load=programs_module.Load())
+            assert 0.38 * times < program.seconds - before < 2.0 * times
 
 
 def test_parameters_follow_from_arguments_by_identification(planted):

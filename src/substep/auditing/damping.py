@@ -9,7 +9,7 @@ from dataclasses import replace
 
 from ..core.schemes import Scheme
 from ..structures.plan import step_of
-from .identify import Identification, Match, credible, fitted, identify
+from .identify import Identification, Match, credible, fitted, identify, levels
 from .linear_step import DAMPED_BY, Damping
 from .noise import QUIET, Noise
 from .probes import Measured
@@ -23,7 +23,8 @@ def identify_damped(
     They are those of the schemes that do all that was measured without damping. Where none of them does it with
     damping, and nothing else agrees, these schemes are kept as `undamped`.
     """
-    found = identify(free, own, first, noise, ("matrix",))
+    whole, *parts = levels(free)
+    found = identify(free, own, first, noise, (whole,))
     if found.matches:
         return found
     undamped = _undamped(free, own, first, noise) if free[0].at.xi.any() else ()
@@ -34,7 +35,7 @@ def identify_damped(
     ]
     if matches := tuple(match for match in tried if credible(match, noise)):
         return Identification(matches)
-    rest = identify(free, own, first, noise, ("displacements", "spectrum"))
+    rest = identify(free, own, first, noise, parts)
     return rest if rest.matches else replace(found, undamped=undamped)
 
 

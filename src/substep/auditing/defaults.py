@@ -58,12 +58,13 @@ def written_out(stepper: Stepper, best: Match | None, noise: Noise = QUIET) -> W
     found = WrittenOut(stepper.can.defaults, float(np.nanmax(np.abs(off), initial=0.0)), noise.rounding)
     if found.same or best is None:
         return found
-    matches = identify(there[:2], there[:2], best.scheme, noise).matches
+    free = [run for run in there if run.load.kind == "none"]
+    matches = identify(free, free, best.scheme, noise).matches
     return replace(found, instead=matches[0].text) if matches else found
 
 
 def _runs(stepper: Stepper) -> list[Measured]:
-    """Two free runs, and a driven one."""
+    """Free runs, and a driven one."""
     at = oscillators(stepper, DRIVEN, RATIOS[:2])
     driven = [] if stepper.can.load == "none" else [measure(stepper, at, (0.0, 0.0, None), LOADS["cosine"])]
     return [*own_runs(stepper, DRIVEN, RATIOS[:2]), *driven]

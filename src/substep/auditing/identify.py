@@ -15,8 +15,7 @@ from .linear_step import DAMPED_BY, Candidate, Damping, Oscillators
 from .noise import QUIET, Noise
 from .probes import Measured
 
-What = Literal["matrix", "displacements", "spectrum"]
-WHATS: tuple[What, ...] = ("matrix", "displacements", "spectrum")  # from the most that may agree to the least
+What = Literal["matrix", "displacements", "recursion", "spectrum"]
 Start = Literal["computed", "zero", "own"]
 PLAIN = 10.0  # largest parameter that is a simple number
 FIRST = 2  # steps at the start that another scheme may have made, or a wrong start
@@ -28,10 +27,11 @@ class Match:
     """A scheme that does what a stepper does.
 
     what: "matrix", all that the stepper returns agrees; "displacements", its displacements do, its v or a are others;
+    "recursion", the recursion of its displacements does, and there is nothing else to compare but the first steps;
     "spectrum", its eigenvalues do. error: the largest deviation, see `Measured.deviation`. start: where its
     acceleration at t = 0 comes from: "computed" from the equation of motion, or "zero"; "own", neither of these.
     solved: how many parameters were solved for; unsure: by how much the noise may have moved them. damping: of which
-    velocity its damping force is.
+    velocity its damping force is. doubtful: that it agrees within the noise, but is not the same as the first match.
     """
 
     scheme: Scheme
@@ -41,6 +41,7 @@ class Match:
     solved: int
     unsure: float = 0.0
     damping: Damping = "declared"
+    doubtful: bool = False
 
     @property
     def text(self) -> str:
@@ -78,18 +79,29 @@ class Identification:
         return (*self.matches, *(match for match, _ in self.apart))
 
 
+def levels(free: Sequence[Measured]) -> tuple[What, ...]:
+    """What may agree with runs, from the most to the least.
+
+    Where u alone is returned, it is the scheme's from some start if and only if it obeys the scheme's recursion.
+    """
+    if free[0].start[2] is None and not any(np.isfinite(run.rows[:, 1:, 1:]).any() for run in free):
+        return ("matrix", "recursion")
+    return ("matrix", "displacements", "spectrum")
+
+
 def identify(
     free: Sequence[Measured],
     own: Sequence[Measured],
     first: Scheme | None = None,
     noise: Noise = QUIET,
-    whats: Sequence[What] = WHATS,
+    whats: Sequence[What] | None = None,
 ) -> Identification:
     """The schemes of the catalogue that do what was measured, those with the fewest parameters left free.
 
     own: runs in which the stepper finds its own acceleration at t = 0; free: such runs, or those where it was given.
     first: a scheme to try at its own values before all others, such as the one a manual claims; where it matches, it is
-    the first of the matches. noise: of the runs; where it hides the scheme, none is looked for. whats: what may agree.
+    the first of the matches. noise: of the runs; where it hides the scheme, none is looked for. whats: what may agree,
+    all `levels` if None.
     """
     if noise.hides:
         return Identification(())
@@ -97,7 +109,7 @@ def identify(
     pool = [s for s in map(make_scheme, schemes()) if s.info.damping or not damping]
     nearest: Match | None = None
     claimed = None if first is None else agreement(first, free, own, noise)
-    for what in whats:
+    for what in levels(free) if whats is None else whats:
         same = [claimed] if claimed is not None and claimed.what == what else []
         for solved, variants in groupby(sorted(_variants(pool), key=_freedom), key=_freedom):
             tried = [fitted(scheme, names, what, free, own, noise) for scheme, names in variants]
@@ -172,7 +184,7 @@ def agreement(scheme: Scheme, free: Sequence[Measured], own: Sequence[Measured],
     """
     names = free_parameters(scheme)
     alone = [[name] for name in names] if len(names) > 1 else []
-    for what in WHATS:
+    for what in levels(free):
         for variants in ([[]], alone, [names]):
             tried = [fitted(scheme, some, what, free, own, noise) for some in variants]
             found = [match for match in tried if credible(match, noise)]
@@ -217,7 +229,7 @@ def with_other_values(match: Match, free: Sequence[Measured], noise: Noise) -> I
 
 def residuals(scheme: Scheme, what: What, free: Sequence[Measured]) -> list[Residual]:
     """What vanishes for a candidate that does what was measured."""
-    if what == "spectrum":
+    if what in ("recursion", "spectrum"):
         return [lambda c: recursion_residual(c, free)]
     own_state = scheme.info.start == "function"  # what is carried need not be what is reported
     if what == "matrix" and not own_state and free[0].shows(scheme.history):

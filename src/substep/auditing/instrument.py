@@ -1,5 +1,6 @@
 """The audit: probe a stepper, identify it, judge what is claimed of it."""
 
+import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -30,7 +31,7 @@ from .members import with_all_members
 from .noise import MARGIN, Noise, measured_noise
 from .nonlinear import split
 from .orders import Order, compared, observed_orders
-from .outputs import output_instants
+from .outputs import declared_instants, elsewhere, output_instants, with_late_outputs
 from .probes import Measured, driven_runs, given_runs, own_runs
 from .program import Program
 from .programs.adapter import Integrator
@@ -79,8 +80,8 @@ def audit(stepper: Stepper | Run, claims: Claims | None = None) -> Report:
     found = Identification(())
     if exact is None:
         free = noise.over(given) if given and not ignored else own
-        found = with_all_members(identify_damped(free, own, claimed, noise), free, own, noise)
-        found = split(found, stepper, free, noise)
+        found = with_late_outputs(identify_damped(free, own, claimed, noise), own, noise)
+        found = split(with_all_members(found, free, own, noise), stepper, free, noise)
     best = found.matches[0] if found.matches else None
     sought = LoadTaking("not sought" if driven else "none", called=calls_of(list(driven.values())) if driven else ())
     load = load_taking(best, driven, noise) if best else sought
@@ -100,7 +101,8 @@ def audit(stepper: Stepper | Run, claims: Claims | None = None) -> Report:
     judgements = judged(claims, found, orders, rho_inf, critical, noise.of_radius) if claims else ()
     unknown: Mapping[str, Order] = {}
     both = expected_orders(best, load, orders, noise) if best else (orders, unknown)
-    instants = output_instants(best, own, noise) if best else {}
+    instants = elsewhere(output_instants(best, own, noise)) if best else {}
+    late = declared_instants(best, stepper, noise) if best else {}
     if noise.hides:
         judgements = tuple(replace(j, verdict="not judged") if j.verdict != "not stated" else j for j in judgements)
     known = exact is None and not noise.hides
@@ -111,9 +113,9 @@ def audit(stepper: Stepper | Run, claims: Claims | None = None) -> Report:
         stepper, found, exact, orders, rho_inf, critical, overshoot(stepper), load, judgements,
         (*departures, *(defaults.deviations if defaults else ())), measured_curves(own, tolerance_of(stepper, noise)),
         growths(stepper, roots, critical, LARGE) if affordable else (),
-        energies(stepper, max(noise.size, best.error if best else 0.0)) if affordable else (),
-        controlled_runs(stepper), failures(own, driven), noise, defaults, left_out(stepper.can, affordable),
-        measured, by_scheme, ignored, instants,
+        energies(stepper, max(noise.size, best.error if best else 0.0)) if affordable and "v" not in instants else (),
+        controlled_runs(stepper), failures(own, driven), noise, defaults, left_out(stepper.can, affordable, late),
+        measured, by_scheme, ignored, instants | late,
     )  # fmt: skip
 
 
@@ -141,9 +143,13 @@ def ignores_a0(from_a0: Measured, noise: Noise) -> bool:
     return bool(np.abs(after).max() <= max(GUESSED, MARGIN * noise.size))
 
 
-def left_out(can: Integrator, affordable: bool) -> tuple[str, ...]:
-    """What was not compared or not run, and why, in words."""
-    found = [f"{name}: stands {steps:+g} steps from the end of its step" for name, steps in can.late.items()]
+def left_out(can: Integrator, affordable: bool, agreeing: Mapping[str, float]) -> tuple[str, ...]:
+    """What was not compared or not run, and why, in words. agreeing: late outputs that are the scheme's where said."""
+    parts = {name: x for name, x in can.late.items() if name not in agreeing and not float(x * can.calls).is_integer()}
+    found = [
+        f"{name}: stands {x:+g} steps from the end of its step, where it is not found to be the scheme's"
+        for name, x in parts.items()
+    ]
     if not affordable:
         found.append(f"long free motion, {LONG_STEPS} steps: a call takes {can.seconds:g} s")
     return tuple(found)
@@ -158,13 +164,15 @@ def failures(own: Sequence[Measured], driven: Mapping[str, Measured]) -> tuple[t
 def audit_program(
     program: Program, integrators: Sequence[str] | None = None, arguments: Mapping[str, Any] | None = None
 ) -> Iterator[Report]:
-    """The reports of a program's integrators, all by default, each when it is done.
+    """The reports of a program's integrators, all by default, each when it is done, with the CPU seconds it took.
 
     With other arguments than those of the adapter, what its manual claims of the adapter's is not judged.
     """
     for name in integrators or program.integrators:
         stepper = program.stepper(name, arguments)
-        yield audit(stepper, None if arguments else program.claims(name))
+        here, there = time.process_time(), program.seconds
+        report = audit(stepper, None if arguments else program.claims(name))
+        yield replace(report, seconds=(time.process_time() - here, program.seconds - there))
 
 
 def expected_orders(

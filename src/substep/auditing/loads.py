@@ -224,7 +224,7 @@ def calls_of(runs: Sequence[Measured]) -> tuple[float, ...]:
     """The different instants of calls within a step, 0 to 1, where the end of one step is the start of the next."""
     h = runs[0].at.h
     instants = {round(t / h % 1.0, 6) % 1.0 for run in runs for calls in run.called for t in calls}
-    return tuple(sorted(instants))
+    return tuple(sorted(recognise(x, 1e-6)[0] for x in instants))
 
 
 def _asked(called: Sequence[float]) -> str:

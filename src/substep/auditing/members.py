@@ -1,8 +1,10 @@
 """All schemes of the catalogue that do the same as an identified one, whatever parameters have to be solved for."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 from itertools import islice
+
+import numpy as np
 
 from ..core.schemes import Scheme, schemes
 from ..core.schemes import scheme as make_scheme
@@ -23,25 +25,54 @@ def with_all_members(
 ) -> Identification:
     """The same with every other scheme that does what was measured among its matches.
 
-    free, own: the runs that it was found from; noise: of these. As it was where only eigenvalues agree, for many
-    schemes share these, and where damping is of a dialect. Parameters outside their intervals are not named: at their
-    ends a scheme may have no step.
+    free, own: the runs that it was found from; noise: of these. Where that is more than rounding, the others have to do
+    what the first match does without it, and those that agree within the noise alone are doubtful. None are looked for
+    where only eigenvalues or a recursion agree, for many schemes share these, and where damping is of a dialect.
+    Parameters outside their intervals are not named: at their ends a scheme may have no step.
     """
-    if not found.matches or found.matches[0].what == "spectrum" or found.matches[0].damping != "declared":
+    if not found.matches:
         return found
-    best, damping = found.matches[0], bool(free[0].at.xi.any())
-    known = {match.scheme.name for match in found.matches}
-    more = []
+    best, *others = found.matches
+    many = best.what in ("recursion", "spectrum") or best.damping != "declared"
+    if not noise.loud:
+        known = {match.scheme.name for match in found.matches}
+        return found if many else replace(found, matches=(*found.matches, *_others(best, known, free, own, noise)))
+    equal: list[Match] = []
+    if not many:
+        clean = [[_without_noise(best, run) for run in runs] for runs in (free, own)]
+        equal = [
+            replace(match, error=best.error, start=best.start, unsure=best.unsure)
+            for match in _others(best, {best.scheme.name}, *clean, QUIET)
+        ]
+    names = {match.scheme.name for match in equal}
+    doubtful = (replace(match, doubtful=True) for match in others if match.scheme.name not in names)
+    return replace(found, matches=(best, *equal, *doubtful))
+
+
+def _others(
+    best: Match, known: Collection[str], free: Sequence[Measured], own: Sequence[Measured], noise: Noise
+) -> list[Match]:
+    """The schemes of other names than those known that do the same as the best match."""
+    damping, more = bool(free[0].at.xi.any()), []
     for scheme in map(make_scheme, schemes()):
-        names = free_parameters(scheme)
-        if scheme.name not in known and len(names) and (scheme.info.damping or not damping):
+        if scheme.name not in known and (scheme.info.damping or not damping):
+            solved = len(free_parameters(scheme))
             matches = (
-                replace(fitted(at, (), best.what, free, own, noise), solved=len(names), unsure=unsure)
+                replace(fitted(at, (), best.what, free, own, noise), solved=solved, unsure=unsure)
                 for at, unsure in _near(scheme, best, free, noise)
             )
             first = next((match for match in matches if credible(match, noise) and _allowed(match.scheme)), None)
             more += [] if first is None else [first]
-    return replace(found, matches=(*found.matches, *sorted(more, key=lambda match: match.solved)))
+    return sorted(more, key=lambda match: match.solved)
+
+
+def _without_noise(match: Match, run: Measured) -> Measured:
+    """A free run as the scheme makes it, of what the program returns."""
+    at, (u, v, a) = run.at, run.start
+    given = 0.0 if a is None and match.start == "zero" else a
+    a0 = None if given is None else np.full(len(at.Omega), given / at.powers[2])
+    rows = match.candidate(at).histories(np.array([u, v]) / at.powers[:2], a0, run.rows.shape[1] - 1) * at.powers
+    return replace(run, rows=np.where(np.isnan(run.rows), np.nan, rows), absolute=False)
 
 
 def _near(scheme: Scheme, best: Match, free: Sequence[Measured], noise: Noise) -> Iterator[tuple[Scheme, float]]:

@@ -7,7 +7,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from .probes import Measured, measure
+from .probes import STARTS, Measured, measure
 from .programs.adapter import Load
 from .stepper import RunFailed, Stepper
 
@@ -90,12 +90,13 @@ def measured_noise(stepper: Stepper, own: Sequence[Measured]) -> Noise:
     """How far a run from both starts is off the sum of the runs from each, and not less than its digits allow.
 
     A step of a linear oscillator superposes whatever the scheme is; rounding, printed digits and an iteration that
-    stops early do not. own: the runs from unit starts of u and h*v.
+    stops early do not. own: the runs from unit starts of u and h*v, or of u alone.
     """
     least = 10.0**-stepper.can.digits
     at, a, b = own[0].at, *SHARES
     try:
         both = measure(stepper, at, (a, b, None), Load())
+        own = [*own, *(measure(stepper, at, start, Load()) for start in STARTS[len(own) :])]
     except RunFailed:
         return Noise(least)
     found = []

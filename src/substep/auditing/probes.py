@@ -15,13 +15,16 @@ STEP = 0.25  # s; not 1, so that powers of h in the wrong place show; a power of
 STEPS = 12
 OMEGAS = (0.01, 0.1, 0.3, 1.0, 1.7, 3.0, 10.0, 100.0, 1e4)
 RATIOS = (0.0, 0.05, 0.5)
-LOADS = {  # of different value, slope and curvature at t = 0
+LOADS = {  # of different value, slope and curvature at t = 0; the fast ones tell near instants of a step apart
     "constant": Load("constant", 0.7),
     "ramp": Load("ramp", 0.8),
     "sine": Load("harmonic", 1.0, 1.1 / STEP, 0.0),
     "cosine": Load("harmonic", 1.0, 1.9 / STEP, 1.2),
+    "fast": Load("harmonic", 1.0, 7.3 / STEP, 0.0),
+    "faster": Load("harmonic", 1.0, 13.7 / STEP, 0.0),
 }
 DRIVEN = (0.3, 1.0, 3.0)
+STARTS = ((1.0, 0.0, None), (0.0, 1.0, None))  # u, h*v, and h^2*a where it is given
 RECORDED = ("function", "each step")  # loads of which it is known when the program took them
 LARGEST = 1e20  # a state beyond which an unstable run is not compared: little of it is not rounding
 
@@ -98,9 +101,13 @@ class Measured:
 def own_runs(
     stepper: Stepper, omegas: Sequence[float] = OMEGAS, ratios: Sequence[float] = RATIOS, n: int = STEPS
 ) -> list[Measured]:
-    """From unit starts of u and h*v, with the acceleration that the stepper finds, or assumes, for itself."""
+    """From unit starts of u and h*v, with the acceleration that the stepper finds, or assumes, for itself.
+
+    Of u alone, where v cannot be set: its motion is then one under a ramp, in which other instants of the load show.
+    """
     at = oscillators(stepper, omegas, ratios)
-    return [measure(stepper, at, start, Load(), n) for start in ((1.0, 0.0, None), (0.0, 1.0, None))]
+    starts = STARTS if "v" in stepper.can.sets else STARTS[:1]
+    return [measure(stepper, at, start, Load(), n) for start in starts]
 
 
 def given_runs(stepper: Stepper, omegas: Sequence[float] = OMEGAS, ratios: Sequence[float] = RATIOS) -> list[Measured]:

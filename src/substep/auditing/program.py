@@ -32,7 +32,8 @@ class Program:
     """A running adapter; use it in a `with` statement, or `close` it.
 
     name: of an adapter, or the path of one of your own, a .py file. python: the command of the interpreter that has the
-    program. longest: seconds that a run may take. integrators: name -> what it can do and claims.
+    program. longest: seconds that a run may take. integrators: name -> what it can do and claims. seconds: of CPU that
+    its processes had taken when they answered last, their starts included.
     """
 
     name: str
@@ -42,6 +43,7 @@ class Program:
     license: str = ""
     program: str = field(init=False)
     integrators: Mapping[str, Integrator] = field(default_factory=dict[str, Integrator], repr=False)
+    seconds: float = field(default=0.0, init=False)
 
     def __post_init__(self) -> None:
         self._script = ADAPTERS / f"{self.name}{SUFFIX}.py"
@@ -55,6 +57,7 @@ class Program:
         self.integrators = {name: Integrator(**entry) for name, entry in described["integrators"].items()}
 
     def _begin(self) -> None:
+        self._spent = 0.0
         paths = (str(ADAPTERS), os.environ.get("PYTHONPATH"))  # where an adapter of one's own finds `adapter`
         try:
             self._process = subprocess.Popen(
@@ -98,6 +101,8 @@ class Program:
                 "to see why, or give the interpreter that has the program"
             )
         answer: dict[str, Any] = json.loads(line)
+        spent = answer.pop("seconds")
+        self.seconds, self._spent = self.seconds + spent - self._spent, spent
         if "error" in answer:
             raise ValueError(f"expected a run of {self.name}, got {answer['error']}")
         return answer

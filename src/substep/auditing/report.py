@@ -51,8 +51,9 @@ class Report:
     does in steps of its own choice, None where it does not choose. failed: Omega, xi and the error where the program
     raised; what is said of it rests on the other runs. noise: how well it repeats itself, which all that is said rests
     on. ignores_a0: whether nothing moves from rest with a given acceleration. instants: by how many steps v and a stand
-    after the end of their step, where they do. defaults: whether it does the same with the defaults of its arguments
-    written out; None without any. left_out: what was not compared or not run, and why.
+    after the end of their step, where they do, as the adapter declares it or not. defaults: whether it does the same
+    with the defaults of its arguments written out; None without any. left_out: what was not compared or not run, and
+    why. seconds: of CPU that the audit took here and in the program's own process; None where that is the same one.
     """
 
     stepper: Stepper
@@ -77,6 +78,7 @@ class Report:
     scheme_critical: float | None = None
     ignores_a0: bool = False
     instants: Mapping[str, float] = field(default_factory=dict)
+    seconds: tuple[float, float] | None = None
 
     @property
     def matches(self) -> tuple[Match, ...]:
@@ -96,11 +98,15 @@ class Report:
             if self.found.undamped:
                 return f"{self.found.undamped[0].text} without damping, none of the catalogue with it"
             return f"none of the catalogue{near}"
-        what = {"matrix": "all entries", "displacements": "displacements", "spectrum": "eigenvalues only,"}
-        first, *others = (match.text for match in self.matches)
-        same = " = ".join([first, *others])
-        if self.noise.loud and others:  # they may be equal or not
-            same = f"{first} or, within the noise: {'; '.join(others)}"
+        what = {
+            "matrix": "all entries",
+            "displacements": "displacements",
+            "recursion": "the recursion of u",
+            "spectrum": "eigenvalues only,",
+        }
+        same = " = ".join(match.text for match in self.matches if not match.doubtful)
+        if doubtful := [match.text for match in self.matches if match.doubtful]:
+            same += f" or, within the noise: {'; '.join(doubtful)}"
         return f"{same}, {what[self.matches[0].what]} to {self.matches[0].error:.0e}"
 
     @property
@@ -162,6 +168,8 @@ class Report:
         found += [("defaults", self.defaults.text)] if self.defaults else []
         found += [("left out", line) for line in self.left_out]
         found += [("not run", f"at Omega = {Omega:g}, xi = {xi:g}: {error}") for Omega, xi, error in self.failed]
+        if self.seconds is not None:
+            found.append(("took", "{:.1f} s of CPU here and {:.1f} s in the program".format(*self.seconds)))
         return found
 
     @property
@@ -218,6 +226,7 @@ class Report:
             "not_run": [list(one) for one in self.failed],
             "defaults": None if self.defaults is None else asdict(self.defaults) | {"text": self.defaults.text},
             "left_out": list(self.left_out),
+            "seconds": None if self.seconds is None else [round(x, 1) for x in self.seconds],
             "curves": [{key: np.asarray(x).tolist() for key, x in asdict(curve).items()} for curve in self.curves],
         }
         return _plain(found)

@@ -7,7 +7,8 @@ import numpy as np
 
 from ..core.arrays import Array
 from .noise import QUIET, Noise
-from .probes import STEPS, Measured, own_runs
+from .probes import STARTS, STEPS, Measured, measure, oscillators, own_runs
+from .programs.adapter import Load
 from .stepper import RunFailed, Stepper
 
 LONGEST = 6  # steps that a recursion may reach back
@@ -168,8 +169,9 @@ def overshoot(stepper: Stepper) -> str:
     From unit u_0 and unit v_0/omega, as the catalogue has them.
     """
     Omegas = np.array([1e3, 1e4])
+    at = oscillators(stepper, Omegas.tolist(), [0.0])
     try:
-        from_u, from_v = (run.rows for run in own_runs(stepper, Omegas.tolist(), [0.0]))
+        from_u, from_v = (measure(stepper, at, start, Load()).rows for start in STARTS)
     except RunFailed:
         return "U?-V?"
     starts = (from_u[:, 1], from_v[:, 1] * Omegas[:, None])

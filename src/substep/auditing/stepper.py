@@ -60,11 +60,15 @@ class Stepper:
     ) -> Array:
         """u, v, a (n+1, 3) at the ends of the scheme's steps dt, each of `can.calls` runs of the program; NaN for none.
 
-        What u0 and v0 the program cannot be given is superposed: from the rest of them it moves as this motion less
-        u0 + v0 t, under the load less the forces of that. All is made larger where its tolerance is absolute.
+        What is late by whole steps is moved to the ends that it stands at, of a run that is as much longer; what is
+        late by less is left out. What u0 and v0 the program cannot be given is superposed: from the rest of them it
+        moves as this motion less u0 + v0 t, under the load less the forces of that. All is made larger where its
+        tolerance is absolute.
         Raises RunFailed for a run that raises, ValueError for histories of another length.
         """
         can, h, steps = self.can, dt / self.can.calls, n * self.can.calls
+        late = [float(can.late.get(kind, 0.0) * can.calls) for kind in "uva"]
+        longer = steps + max(-int(x) if x.is_integer() else 0 for x in (0.0, *late))
         size = 1.0 if force is not None else 2.0 ** max(0, math.ceil(math.log2(max(can.absolute / FINEST, 1.0))))
         p, q = 0.0 if "u" in can.sets else u0, 0.0 if "v" in can.sets else v0
         start = size * (u0 - p), size * (v0 - q)
@@ -77,24 +81,25 @@ class Stepper:
             given["force"] = force
         try:
             with np.errstate(all="ignore"):  # an unstable run overflows
-                found = self.run(omega, xi, h, steps, *start, load=load, **given)
-            histories = [np.full(steps + 1, np.nan) if y is None else np.asarray(y, np.float64).ravel() for y in found]
+                found = self.run(omega, xi, h, longer, *start, load=load, **given)
+            nothing = np.full(longer + 1, np.nan)
+            histories = [nothing if y is None else np.asarray(y, np.float64).ravel() for y in found]
         except Exception as error:
             raise RunFailed(
                 f"expected histories from {self.name} at omega = {omega:g}, xi = {xi:g}, dt = {dt:g}, got "
                 f"{type(error).__name__}: {error}; say what it cannot run in its Integrator, or cure the adapter"
             ) from error
-        if len(histories) != 3 or any(len(y) != steps + 1 for y in histories):
+        if len(histories) != 3 or any(len(y) != longer + 1 for y in histories):
             lengths = [len(y) for y in histories]
             raise ValueError(
-                f"expected u, v and a with {steps + 1} numbers each from {self.name}, the start included, got {lengths}"
+                f"expected u, v and a with {longer + 1} numbers each from {self.name}, the start included, got "
+                f"{lengths}"
             )
-        for j, kind in enumerate("uva"):
-            if kind not in can.outputs or kind in can.late:
-                histories[j] = np.full(steps + 1, np.nan)
+        returned = [y if kind in can.outputs else nothing for kind, y in zip("uva", histories, strict=True)]
+        rows = np.stack([_at_ends(y, by, steps + 1) for y, by in zip(returned, late, strict=True)], axis=-1)
         t = h * np.arange(steps + 1)
         superposed = np.stack([p + q * t, np.full_like(t, q), np.zeros_like(t)], axis=-1)
-        return (np.stack(histories, axis=-1) / size + superposed)[:: can.calls]
+        return (rows / size + superposed)[:: can.calls]
 
     def own_steps(
         self, omega: float, tol: float, t_end: float, u0: float, v0: float
@@ -117,6 +122,14 @@ class Stepper:
         except Exception as error:
             raise RunFailed(f"{type(error).__name__}: {error}") from error
         return times, rows, estimates
+
+
+def _at_ends(history: Array, late: float, n: int) -> Array:
+    """The first n numbers at the ends of steps, of a history that stands so many steps after them; NaN for none."""
+    if not late.is_integer():
+        return np.full(n, np.nan)
+    by = int(late)
+    return np.concatenate([np.full(max(by, 0), np.nan), history])[max(-by, 0) :][:n]
 
 
 def as_stepper(given: "Stepper | Run") -> Stepper:

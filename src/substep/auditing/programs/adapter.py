@@ -33,7 +33,8 @@ class Integrator:
     own; motion from a u or v that cannot be given is u0 + v0 t and a motion that starts from the rest.
     history: how many states before t = 0 it has to be given; startup: how many first steps another scheme makes.
     outputs: those of "u", "v", "a" that it returns. late: by how many steps an output stands after the end of its step,
-    such as {"v": -0.5} for velocities at half steps; it is not compared. calls: of the program that make one step of
+    such as {"v": -0.5} for velocities at half steps: what is late by whole steps is moved to where it stands, and what is
+    late by half a step compared by the mean of two neighbours. calls: of the program that make one step of
     the scheme. load: one of `LOADS`; the instants of calls are known for "function" and "each step" only.
     damping: whether a damped oscillator can be run. nonlinear: whether `run` takes force=, a `Spring` in place of
     omega**2 u. adaptive: whether it chooses its steps by a tolerance, by `controlled` of `serve`.
@@ -153,7 +154,7 @@ def serve(
     run: Run,
     controlled: Controlled | None = None,
 ) -> None:
-    """Answer requests until standard input ends.
+    """Answer requests until standard input ends, each with the CPU seconds that this process has taken so far.
 
     run(integrator, arguments, omega, xi, dt, n, u0, v0, a0, load) returns histories u, v, a, n + 1 numbers each from
     t = 0 on, for u'' + 2 xi omega u' + omega**2 u = load(t); None in place of one that the program does not return.
@@ -190,6 +191,7 @@ def serve(
         except Exception as error:
             traceback.print_exc()
             answer = {"error": f"{type(error).__name__}: {error}"}
+        answer["seconds"] = sum(os.times()[:4])  # with those of programs that it ran and has waited for
         answers.write(json.dumps(answer) + "\n")
         answers.flush()
 
