@@ -176,6 +176,7 @@ def test_run_marches_and_writes_the_history(tmp_path: Path) -> None:
     [
         (["pendulum", "bathe", "--dt", "0.1", "--t-end", "1"], "expected a scene"),
         (["elastic_pendulum", "bathe", "--dt", "0.1", "--t-end", "1"], "expected a value for EA"),
+        (["duffing", "bathe", "--dt", "0.1", "--t-end", "1", "--EA", "3"], "parameters of duffing: "),
         (["elastic_pendulum", "bathe", "--dt", "0.3", "--t-end", "1", "--EA", "1e4"], "nearest are 0.9 and 1.2"),
         (
             ["elastic_pendulum", "bathe", "--dt", "0.1", "--t-end", "1", "--EA", "1e4", "--strain", "log"],

@@ -46,6 +46,7 @@ autodoc_member_order = "bysource"
 autodoc_typehints_format = "short"
 autodoc_preserve_defaults = True
 python_use_unqualified_type_names = True
+toc_object_entries_show_parents = "all"  # two functions are called choose
 
 
 def setup(app: Sphinx) -> None:

@@ -283,7 +283,10 @@ def run(
     try:
         require_folders(csv)
         known = scene_info(scene_name, {}).parameters
-        s = scheme_of(scheme_name, {k: x for k, x in exact_options(context.args).items() if k not in known})
+        try:
+            s = scheme_of(scheme_name, {k: x for k, x in exact_options(context.args).items() if k not in known})
+        except ValueError as error:
+            raise ValueError(f"{error}; parameters of {scene_name}: {', '.join(known) or 'none'}") from error
         here = scene_of(scene_name, a0, strain, {k: x for k, x in numbers(context.args).items() if k in known})
         with working(f"marching {scene_name}"):
             r = march(here, s, dt, t_end)

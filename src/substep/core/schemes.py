@@ -104,6 +104,10 @@ def scheme_info(name: "str | Declaration") -> SchemeInfo:
     Raises ValueError for an unknown name, DeclarationError for a declaration that does not define one step.
     """
     if isinstance(name, str):
+        first, colon, given = name.partition(":")
+        if colon and first in SCHEMES:
+            call = f"scheme('{first}', {given.replace(',', ', ')})"
+            raise ValueError(f"expected the name of a scheme, got '{name}'; write {call} in Python")
         if name not in SCHEMES:
             raise unknown_name("a scheme", name, SCHEMES)
         return _in_catalogue(name)
