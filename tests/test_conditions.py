@@ -53,6 +53,18 @@ def grid_point(name: str, rng: np.random.Generator) -> dict[str, Rational]:
     return values
 
 
+@pytest.mark.parametrize(
+    ("name", "interval"),
+    [
+        ("hht_alpha", "-1/2 <= alpha <= 0"),
+        ("wilson_theta", "theta >= 1/2 + sqrt(3)/2"),
+        ("sdirk2", "1 - sqrt(2)/2 <= gamma <= 1/2"),
+    ],
+)
+def test_what_leaves_one_parameter_an_interval_is_written_as_that(name, interval):
+    assert derived(name).text.splitlines()[1:] == [f"  {interval}"]
+
+
 @pytest.mark.parametrize("name", FREE)
 def test_conditions_agree_with_certificates(name: str) -> None:
     found, rng = derived(name), np.random.default_rng(11)

@@ -23,6 +23,17 @@ from ..algebra.algebraic import Algebraic, RealRoot, irreducible, real_roots
 from .errors import DeclarationError
 
 
+def written_interval(name: str, interval: Interval) -> str:
+    """An interval of real numbers as a paper writes it: beta > 0, 0 < gamma_t <= 1."""
+    low, high = ("" if end.is_infinite else str(end) for end in (interval.start, interval.end))
+    after_low, before_high = ("<" if open_ else "<=" for open_ in (interval.left_open, interval.right_open))
+    if low and high:
+        return f"{low} {after_low} {name} {before_high} {high}"
+    if low:
+        return f"{name} {after_low.replace('<', '>')} {low}"
+    return f"{name} {before_high} {high}" if high else f"{name} real"
+
+
 @dataclass(frozen=True)
 class Root:
     """A default given implicitly: the one root in the parameter's interval of a polynomial equation."""
@@ -51,13 +62,7 @@ class Parameter:
     @property
     def written(self) -> str:
         """The interval as a paper writes it: beta > 0, 0 < gamma_t <= 1."""
-        low, high = ("" if end.is_infinite else str(end) for end in (self.domain.start, self.domain.end))
-        after_low, before_high = ("<" if open_ else "<=" for open_ in (self.domain.left_open, self.domain.right_open))
-        if low and high:
-            return f"{low} {after_low} {self.name} {before_high} {high}"
-        if low:
-            return f"{self.name} {after_low.replace('<', '>')} {low}"
-        return f"{self.name} {before_high} {high}" if high else f"{self.name} real"
+        return written_interval(self.name, self.domain)
 
     def __post_init__(self) -> None:
         if not isinstance(self.symbol, Symbol):

@@ -16,6 +16,7 @@ from typing import Any
 from sympy import (
     Expr,
     Integer,
+    Intersection,
     Interval,
     Mul,
     Poly,
@@ -33,6 +34,7 @@ from sympy.logic.boolalg import And, Boolean, Not, Or, false, true
 
 from ..algebra.exact_number import exact_number
 from ..declare.catalogue import find
+from ..declare.parameter import written_interval
 from ..declare.parameter_set import check_damping
 from ..declare.scheme import Scheme
 from ..declare.symbols import Omega, lam
@@ -291,11 +293,25 @@ class Conditions:
         if not self.exact and not self.eliminated:
             lines[0] = lines[0].replace("if and only if", "if (and, but for eigenvalues kept on the circle, only if)")
         domain = [p.written for p in self.scheme.parameters]
-        lines += [f"  {e}" for e in (*domain, *(written(i, self.scheme) for i in self.inequalities))]
+        whole = self._interval
+        each = [whole] if whole else [*domain, *(written(i, self.scheme) for i in self.inequalities)]
+        lines += [f"  {e}" for e in each]
         lines += [f"  {r}" for r in self.requirements if r.eliminated is None]
         if len(lines) == 1:
             return f"{self.scheme.name}, xi = {self.xi}: stable for every Omega > 0, without a condition"
         return "\n".join(lines)
+
+    @property
+    def _interval(self) -> str:
+        """Where the interval and the inequalities of one parameter, quadratic at most, are one interval; or empty."""
+        if len(self.scheme.parameters) != 1:
+            return ""
+        (parameter,) = self.scheme.parameters
+        differences = [e.lhs - e.rhs for e in And(*self.inequalities).atoms(Relational)]
+        if any(Poly(e, parameter.symbol).degree() > 2 for e in differences):
+            return ""
+        held = Intersection(parameter.domain, *(i.as_set() for i in self.inequalities))
+        return written_interval(parameter.name, held) if isinstance(held, Interval) else ""
 
 
 def written(condition: Boolean, scheme: Scheme) -> str:
