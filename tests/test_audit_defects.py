@@ -281,6 +281,22 @@ def test_a_leapfrog_with_the_acceleration_at_the_ends_is_no_other_scheme(claims)
     assert report.instants == {"v": -0.5} and [cause.kind for cause in report.deviations] == ["output"], report.text
 
 
+def test_a_first_step_that_is_wrong_is_the_cause_where_u_alone_is_returned():
+    """A leapfrog that takes the velocity at t = 0 for that half a step before, as OpenSees does: symplectic Euler."""
+
+    def run(omega: float, xi: float, dt: float, n: int, u0: float, v0: float, load: Any) -> Any:
+        u, v = [u0], v0
+        for i in range(n):
+            v += dt * (load(i * dt) - omega**2 * u[-1])
+            u.append(u[-1] + dt * v)
+        return u, None, None
+
+    report = ss.audit(ss.Stepper(run, Integrator(outputs="u", damping=False)), ss.Claims("central_difference"))
+    (cause,) = report.deviations
+    assert cause.kind == "start" and report.judgements[0].verdict == "partly"
+    assert cause.text.startswith("u obeys the recursion of central_difference; with the first steps it is tchamwa")
+
+
 @pytest.mark.parametrize(
     ("histories", "text"),
     [

@@ -9,7 +9,7 @@ from ..core.schemes import Scheme
 from .claims import Judgement
 from .declared import declared
 from .fit import family_of, free_parameters, number, recognise, stated
-from .identify import SAME, Identification, Match, agreement, is_claimed
+from .identify import SAME, WHOLE, Identification, Match, agreement, is_claimed
 from .linear_step import DAMPED_BY
 from .loads import LoadTaking
 from .noise import ROUNDING
@@ -123,13 +123,15 @@ def _failed(judgement: Judgement) -> str:
 def _of_scheme(e: Evidence, best: Match) -> list[Deviation]:
     claimed, lost = e.claimed, tuple(filter(None, map(e.lowered, MOTIONS)))
     near = e.found.claimed
-    agreeing = [*e.found.on_linear, *([near] if near is not None and near.what != "spectrum" else [])]
+    agreeing = [*e.found.on_linear, *([near] if near is not None and near.what in WHOLE else [])]
     if claimed is None or any(is_claimed(match.scheme, claimed) for match in agreeing):
         if claimed is not None and best.what == "spectrum":
             return [Deviation("scheme", f"only the eigenvalues are those of {best.text}", lost)]
         return []
-    if near is not None and near.what == "spectrum" and is_claimed(near.scheme, claimed):
-        return [Deviation("scheme", f"only the eigenvalues are those of {near.text}; it steps as {best.text}")]
+    if near is not None and near.what not in WHOLE and is_claimed(near.scheme, claimed):
+        started = Deviation("start", f"u obeys the recursion of {near.text}; with the first steps it is {best.text}")
+        other = Deviation("scheme", f"only the eigenvalues are those of {near.text}; it steps as {best.text}")
+        return [started if near.what == "recursion" else other]
     same = next((match for match in e.found.on_linear if match.scheme.name == claimed.name), None)
     if same is None:
         if one := _one_parameter(e, claimed):

@@ -8,7 +8,7 @@ from typing import Any, Literal
 from ..core.schemes import Scheme, schemes
 from ..core.schemes import scheme as make_scheme
 from .fit import stated
-from .identify import Identification, is_claimed
+from .identify import WHOLE, Identification, is_claimed
 from .orders import Order, written
 
 Verdict = Literal["true", "false", "partly", "not judged", "not stated"]
@@ -105,7 +105,8 @@ def judged(
         claimed = claims.claimed_scheme()
         candidates = [*matches, *identified.undamped, *([identified.claimed] if identified.claimed else [])]
         same = [match for match in candidates if claimed is not None and is_claimed(match.scheme, claimed)]
-        whole = any(x.what != "spectrum" and x.damping == "declared" for x in same if x not in identified.undamped)
+        levels = (*WHOLE, "recursion") if matches and matches[0].what == "recursion" else WHOLE
+        whole = any(x.what in levels and x.damping == "declared" for x in same if x not in identified.undamped)
         verdict: Verdict = "not judged" if claimed is None else "true" if whole else "partly" if same else "false"
         name = claims.scheme if claimed is None else stated(claimed)
         judge("scheme", name, is_a, verdict)

@@ -16,6 +16,7 @@ from .noise import QUIET, Noise
 from .probes import Measured
 
 What = Literal["matrix", "displacements", "recursion", "spectrum"]
+WHOLE: tuple[What, ...] = ("matrix", "displacements")  # that tell a scheme from others of the same eigenvalues
 Start = Literal["computed", "zero", "own"]
 PLAIN = 10.0  # largest parameter that is a simple number
 FIRST = 2  # steps at the start that another scheme may have made, or a wrong start
