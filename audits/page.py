@@ -27,9 +27,9 @@ unless the user sets it); how many of the statements of its manual hold, which d
 damping (the spectral radius) and stability it states nothing; how a step takes the load; what becomes of the energy of
 undamped free motion at omega h = 1/2: conserved, conserved on average with an oscillation of so many per cent, or lost
 or gained at so many per cent a period; to how many digits each step is that of the scheme; and the CPU seconds of the
-audit, here + in the program's own process, without its start unless each run needs one. A low order with the start
-"zero" is the price of a start that the program leaves to its user, not of the scheme. What the arguments are as
-parameters of declared schemes: [conventions](conventions.md).
+audit, here + in the program's own process, without its start unless each run needs one ("–": a report from before this
+was counted). A low order with the start "zero" is the price of a start that the program leaves to its user, not of the
+scheme. What the arguments are as parameters of declared schemes: [conventions](conventions.md).
 """
 ENERGY_AT = 0.5
 BEGIN, END = "<!-- make audits -->", "<!-- end -->"
@@ -86,7 +86,7 @@ def _row(program: Mapping[str, Any], r: Mapping[str, Any]) -> str:
     cells = [
         _titled(program), f"`{_called(r)}`", r["identified"], orders, f"{float(r['rho_inf']):.3g}", _limit(r),
         best["start"], _claims(r["claims"]), r["exact"] or r["loads"]["text"], _energy(r.get("energy", [])),
-        f"{-math.log10(best['error']):.1f}" if best["error"] else "–", " + ".join(map(str, r["seconds"])),
+        f"{-math.log10(best['error']):.1f}" if best["error"] else "–", " + ".join("–" if x is None else f"{x:g}" for x in r["seconds"]),
     ]  # fmt: skip
     return f"| {' | '.join(cell.replace('|', '/') for cell in cells)} |"
 
