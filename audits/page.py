@@ -86,7 +86,8 @@ def _row(program: Mapping[str, Any], r: Mapping[str, Any]) -> str:
     cells = [
         _titled(program), f"`{_called(r)}`", r["identified"], orders, f"{float(r['rho_inf']):.3g}", _limit(r),
         best["start"], _claims(r["claims"]), r["exact"] or r["loads"]["text"], _energy(r.get("energy", [])),
-        f"{-math.log10(best['error']):.1f}" if best["error"] else "–", " + ".join("–" if x is None else f"{x:g}" for x in r["seconds"]),
+        f"{-math.log10(best['error']):.1f}" if best["error"] else "–",
+        " + ".join("–" if x is None else f"{x:g}" for x in r["seconds"]),
     ]  # fmt: skip
     return f"| {' | '.join(cell.replace('|', '/') for cell in cells)} |"
 

@@ -6,6 +6,7 @@ import shutil
 import subprocess
 import sys
 import sysconfig
+import tarfile
 from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
@@ -106,7 +107,8 @@ def test_installed_into_an_empty_environment_it_draws_a_chart(kind: str, tmp_pat
     source = ROOT
     if kind == "sdist":
         python("-m", "hatchling", "build", "-t", "sdist", "-d", str(tmp_path), cwd=ROOT)
-        shutil.unpack_archive(next(tmp_path.glob("*.tar.gz")), tmp_path, filter="data")
+        safely: Any = {"filter": "data"} if hasattr(tarfile, "data_filter") else {}  # which Python 3.11.4 brought
+        shutil.unpack_archive(next(tmp_path.glob("*.tar.gz")), tmp_path, **safely)
         (source,) = (path for path in tmp_path.iterdir() if path.is_dir())
     python("-m", "hatchling", "build", "-t", "wheel", "-d", str(tmp_path), cwd=source)
     python("-m", "venv", "--without-pip", "environment")
