@@ -63,7 +63,6 @@ def _without_minus(condition: Any) -> Any:
     return condition.func(Add(*left), -Add(*right), evaluate=False)
 
 
-GREEK = {Symbol("rho_inf"): r"\rho_\infty"}  # what SymPy would set as rho with the subscript inf
 PRINTER = PaperPrinter()
 
 

@@ -10,9 +10,10 @@ from sympy.printing.mathml import mathml
 from ..declare.scheme import Scheme
 from ..declare.symbols import Omega, mu, xi
 from ..oscillator.spectrum import limit_polynomial
-from ..stability.paper import GREEK, PRINTER, as_in_paper, in_powers
+from ..stability.paper import PRINTER, as_in_paper, in_powers
 from .derivation import Derivation, derive
 
+GREEK = {Symbol("rho_inf"): r"\rho_\infty"}  # what SymPy would set as rho with the subscript inf
 TERM = r"\b((?:Omega|lambda|mu)\b|[A-Za-z](?=[_^]))(?:([_^])(\w+))?"  # a Greek letter, or a letter with a script
 SIGNS = {"->": r"$\to$", "<": "$<$", ">": "$>$", "|": "$|$", "^": r"\textasciicircum{}"}  # in a text; others escaped
 

@@ -17,7 +17,7 @@ from ..oscillator.order import order_conditions
 from ..oscillator.spectrum import limit_polynomial, live
 from ..stability.any_damping import stable_at_any_damping
 from ..stability.conditions import conditions
-from ..stability.paper import GREEK, PRINTER, as_in_paper
+from ..stability.paper import PRINTER, as_in_paper
 from .derivation import derive, order_at
 
 
@@ -49,7 +49,7 @@ def forms(scheme: Scheme) -> dict[str, Any]:
     second = literal_tuple(literal_tuple(map(str, vanish.get(name, ()))) for name in "uva")
     return {
         "limit_text": "" if rho_inf is None else PRINTER.doprint(rho_inf),
-        "limit_latex": "" if rho_inf is None else latex(rho_inf, symbol_names=GREEK),
+        "limit_latex": "" if rho_inf is None else latex(rho_inf),
         "limit": None if limit is None else _function(scheme, literal_tuple(map(literal_tuple, limit))),
         "stable": None if stable is None else _function(scheme, _decision(stable)),
         "A_stable": None if A_stable is None else _function(scheme, _decision(A_stable)),
