@@ -42,7 +42,7 @@ def test_a_scheme_is_named_or_a_handle(entry: str) -> None:
         assert type(found) is type(by_name)
     values = [np.asarray(x.u if hasattr(x, "u") else getattr(x, "displacement", 0.0)) for x in (by_name, by_handle)]
     assert np.array_equal(*values)
-    with pytest.raises(ValueError, match=r"write scheme\('newmark', beta=1/4, gamma=\.5\) in Python"):
+    with pytest.raises(ValueError, match=r"write scheme\('newmark', beta=1/4,gamma=\.5\) in Python"):
         call("newmark:beta=1/4,gamma=.5")
     with pytest.raises(ValueError, match=r"expected a scheme by name, handle or declaration, got 3; .*schemes\(\)"):
         call(3)

@@ -106,8 +106,7 @@ def scheme_info(name: "str | Declaration") -> SchemeInfo:
     if isinstance(name, str):
         first, colon, given = name.partition(":")
         if colon and first in SCHEMES:
-            call = f"scheme('{first}', {given.replace(',', ', ')})"
-            raise ValueError(f"expected the name of a scheme, got '{name}'; write {call} in Python")
+            raise ValueError(f"expected a scheme's name, got '{name}'; write scheme('{first}', {given}) in Python")
         if name not in SCHEMES:
             raise unknown_name("a scheme", name, SCHEMES)
         return _in_catalogue(name)
