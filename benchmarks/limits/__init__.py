@@ -124,6 +124,12 @@ class Stability:
         _call_with_columns(self.library.radius, inputs, out)
         return out
 
+    def radius_same(self, inputs: tuple[Array, ...], out: Array) -> Array:
+        """What `radius` computes, with substep's digits at large Omega. Raises ValueError, as substep does."""
+        if _call_with_columns(self.library.radius_same, inputs, out):
+            raise ValueError("expected finite Omega and xi, none negative")
+        return out
+
     def all(self, inputs: tuple[Array, ...], out: Array) -> Array:
         """Spectral radius, numerical damping, period error, into out (3, n), the digits of small Omega as substep's."""
         _call_with_columns(self.library.stability, inputs, *out)
@@ -135,8 +141,8 @@ class Stability:
         return out
 
 
-def _call_with_columns(function: Any, inputs: tuple[Array, ...], *outputs: Array) -> None:
-    function(ctypes.c_ssize_t(inputs[0].size), _columns(inputs), *map(_pointer, outputs))
+def _call_with_columns(function: Any, inputs: tuple[Array, ...], *outputs: Array) -> Any:
+    return function(ctypes.c_ssize_t(inputs[0].size), _columns(inputs), *map(_pointer, outputs))
 
 
 def map_peaks(D: Array, B0: Array, B1: Array, f: Array, peak: Array) -> Array:

@@ -162,6 +162,21 @@ INLINE void near(const vec *v, vec re, vec im, vec *damping, vec *period) {
     *period = -shift * scale * both;
 }
 
+// from trace and determinant where p or q is not small, as substep: large Omega keeps its digits
+INLINE vec radius_of_all(const vec *v) {
+#if EIGENVALUES == 2
+    vec out[5];
+    polynomials_with_trace(v, out);
+    vec c = out[0], p = out[1], q = out[2], half = out[3], det = out[4], sum = 0.5 * (p + q), some = 0.5 * magnitude(c);
+    vec gap = choose(less(magnitude(p), some), p * c - sum * sum, det * c - half * half);
+    return spectral_radius(c, half, gap, choose(less(magnitude(q), some), c - q, det), all(0.0));
+#else
+    vec rho;
+    eigenvalues(v, &rho);
+    return rho;
+#endif
+}
+
 INLINE void loads(const double *const *in, ptrdiff_t i, vec *v) {
     for (int k = 0; k < INPUTS; k++) v[k] = load(in[k] + i);
 }
@@ -173,6 +188,21 @@ void radius(ptrdiff_t n, const double *const *in, double *rho) {
         eigenvalues(v, &modulus);
         store(rho + i, modulus);
     }
+}
+
+// with the digits of substep, and its refusal: nonzero where Omega, xi or a radius is negative or not finite
+int radius_same(ptrdiff_t n, const double *const *in, double *rho) {
+    ivec refused = {0}, largest_number = (ivec)all(1.7976931348623157e308);
+    for (ptrdiff_t i = 0; i + LANES <= n; i += LANES) {
+        vec v[INPUTS];
+        loads(in, i, v);
+        vec modulus = radius_of_all(v);
+        store(rho + i, modulus);
+        refused |= (ivec)v[0] | (ivec)v[1] | (largest_number - (ivec)magnitude(v[0] + v[1] + modulus));
+    }
+    int64_t some = 0;
+    for (int k = 0; k < LANES; k++) some |= refused[k];
+    return some < 0;
 }
 
 void stability_far(ptrdiff_t n, const double *const *in, double *rho, double *damping, double *period) {
