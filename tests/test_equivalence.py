@@ -130,14 +130,18 @@ def values_at_a_point(e: Equivalence) -> tuple[dict, dict]:
     free = sorted(
         {s for values in (e.left_values, e.right_values) for v in values.values() for s in v.free_symbols}, key=str
     )
-    for shares in product((8, 10, 12, 13, 15, 17, 5), repeat=len(free)):
-        if found := values_at(e, {s.name: Rational(k, 20) for s, k in zip(free, shares, strict=True)}):
+    # at an end of its interval, what depends on free parameters may be a special case that has more in common
+    for ends, shares in product((False, True), product((8, 10, 12, 13, 15, 17, 5), repeat=len(free))):
+        if found := values_at(e, {s.name: Rational(k, 20) for s, k in zip(free, shares, strict=True)}, ends=ends):
             return found
     raise AssertionError(f"expected a point inside all intervals, found none: {e.text}")
 
 
-def values_at(e: Equivalence, shares: dict[str, Rational]) -> tuple[dict, dict] | None:
-    """Both sides' parameters with free ones, by name, at these shares of their intervals, if all are inside."""
+def values_at(e: Equivalence, shares: dict[str, Rational], *, ends: bool) -> tuple[dict, dict] | None:
+    """Both sides' parameters with free ones, by name, at these shares of their intervals, if all are inside.
+
+    ends: what depends on free parameters may be at an end of its interval.
+    """
     parameters = [p for name in (e.left, e.right) for p in BY_NAME[name].parameters]
     parameters += [family.argument for name in (e.left, e.right) for family in BY_NAME[name].families]
     point = {
@@ -149,8 +153,8 @@ def values_at(e: Equivalence, shares: dict[str, Rational]) -> tuple[dict, dict] 
     for name, values in ((e.left, e.left_values), (e.right, e.right_values)):
         domains = {p.name: p.domain for p in [*(f.argument for f in BY_NAME[name].families), *BY_NAME[name].parameters]}
         both.append({k: v.subs(point) for k, v in values.items()})
-        # at an end of its interval, what depends on free parameters may be a special case that has more in common
-        if not all(both[-1][k] in (domains[k].interior if v.free_symbols else domains[k]) for k, v in values.items()):
+        allowed = {k: domains[k] if ends or not v.free_symbols else domains[k].interior for k, v in values.items()}
+        if not all(v in allowed[k] for k, v in both[-1].items()):
             return None
     return both[0], both[1]
 
