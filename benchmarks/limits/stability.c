@@ -50,12 +50,12 @@ INLINE vec angle(vec y, vec x) {
 }
 
 #if EIGENVALUES == 2
-#define POLYNOMIALS 4
+#define POLYNOMIALS 5
 
 // half the pair's trace, p = |1 - lambda|^2, q = 1 - |lambda|^2 and det = |lambda|^2 of the pair, all times scale;
 // p and q keep the digits of a small step, det those of a large one; the real eigenvalue beside it, if any, as it is
 INLINE void pair(const vec *c, vec *scale, vec *half, vec *p, vec *q, vec *det, vec *third) {
-    *scale = c[0], *p = c[1], *q = c[2], *det = c[3], *third = all(0.0);
+    *scale = c[0], *p = c[1], *q = c[2], *det = c[4], *third = all(0.0);
     *half = c[0] - 0.5 * (c[1] + c[2]);
 }
 #else
@@ -165,8 +165,8 @@ INLINE void near(const vec *v, vec re, vec im, vec *damping, vec *period) {
 // from trace and determinant where p or q is not small, as substep: large Omega keeps its digits
 INLINE vec radius_of_all(const vec *v) {
 #if EIGENVALUES == 2
-    vec out[5];
-    polynomials_with_trace(v, out);
+    vec out[POLYNOMIALS];
+    polynomials(v, out);
     vec c = out[0], p = out[1], q = out[2], half = out[3], det = out[4], sum = 0.5 * (p + q), some = 0.5 * magnitude(c);
     vec gap = choose(less(magnitude(p), some), p * c - sum * sum, det * c - half * half);
     return spectral_radius(c, half, gap, choose(less(magnitude(q), some), c - q, det), all(0.0));
