@@ -16,6 +16,7 @@ from .linear_step import Candidate, Oscillators, with_parameters
 Residual = Callable[[Candidate], Array]
 EXACT = 1e-14  # a residual beyond which other values may do better: of two equal steps one rounds less
 TRIES = 5  # starting points
+FLAT = 1e-7  # how far a solution may be off where the residual is flat, as at a double root: sqrt(1e-14)
 SURE = 3.0  # times what the largest entry of the residual, had it the same size everywhere, would move a parameter by
 WORST = 1e6  # a residual in place of one that is not finite
 IRRATIONAL = {
@@ -128,17 +129,22 @@ class _Fit:
         x = solution.x
         error = largest(self.at_values(x))
         unsure = SURE * error * float(np.sqrt(np.diag(np.linalg.pinv(solution.jac.T @ solution.jac)).max()))
-        tolerance = max(1e-9, unsure)
+        for tolerance in (FLAT, max(1e-9, unsure)):
+            exact = self.simple(x, tolerance)
+            there = largest(self.at_values(exact))
+            if there <= 3.0 * error + EXACT:
+                return Fitted(self.of(exact), there, unsure)
+        return Fitted(self.of(x), error, unsure)
+
+    def simple(self, x: Array, tolerance: float) -> Array:
+        """The simple numbers within a tolerance; a parameter's default where that is near and irrational."""
         near = dict(self.scheme.parameters)
         for name, value in zip(self.names, x.tolist(), strict=True):
             default = default_of(self.scheme, name, near)
             simple, text = recognise(value, tolerance)
             follows = default is not None and abs(default - value) <= tolerance and not rational(text)
             near[name] = np.float64(default if follows else simple)
-        exact = np.array([float(near[name]) for name in self.names])
-        there = largest(self.at_values(exact))
-        simpler = there <= 3.0 * error + EXACT
-        return Fitted(self.of(exact), there, unsure) if simpler else Fitted(self.of(x), error, unsure)
+        return np.array([float(near[name]) for name in self.names])
 
 
 def largest(residual: Array) -> float:
