@@ -129,7 +129,7 @@ class _Fit:
         x = solution.x
         error = largest(self.at_values(x))
         unsure = SURE * error * float(np.sqrt(np.diag(np.linalg.pinv(solution.jac.T @ solution.jac)).max()))
-        for tolerance in (FLAT, max(1e-9, unsure)):
+        for tolerance in (max(FLAT, unsure), max(1e-9, unsure)):
             exact = self.simple(x, tolerance)
             there = largest(self.at_values(exact))
             if there <= 3.0 * error + EXACT:
