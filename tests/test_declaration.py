@@ -3,8 +3,10 @@
 from typing import Any
 
 import pytest
+from declared import BY_NAME
 from substep_derive import Balance, DeclarationError, Parameter, Scheme, certify, derive
 from substep_derive.algebra.exact_number import exact_number
+from substep_derive.declare.schemes.multi_step import backward_differences
 from substep_derive.declare.symbols import N, f, gamma, h, knot
 from sympy import Abs, I, Interval, Rational, Symbol, pi, sin, sqrt
 
@@ -76,6 +78,12 @@ def test_a_state_that_is_not_carried_over() -> None:
     vm = knot(-1).v
     with pytest.raises(DeclarationError, match="no relation defines"):
         derive(Scheme("bad", {u1: u0 + h * vm, Symbol("v_q"): a1}, (Balance(a1, v0, N(u1), f(1)),), start={vm: v0})).den
+
+
+def test_a_start_with_irrational_numbers() -> None:
+    """Those of butcher6 are no numbers of the field in which the started scheme's errors are computed."""
+    with pytest.raises(DeclarationError, match=r"rational numbers to start it, got butcher6 with the constant theta"):
+        backward_differences(6, BY_NAME["butcher6"], BY_NAME["bdf4"].published)
 
 
 def test_a_start_that_says_nothing_of_the_history() -> None:

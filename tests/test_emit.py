@@ -333,6 +333,8 @@ def test_the_command_prints_a_declaration_of_ones_own(tmp_path: Path) -> None:
         ([f"{file}:explicit", "--language", "c"], "it declares: implicit"),
         ([f"{tmp_path}/none.py:implicit", "--language", "c"], "which is not there"),
         (["newmark", "--language", "c", "--out", str(tmp_path / "none" / "newmark.c")], "make it first"),
+        (["newmark", "--language", "fortran", "--out", str(tmp_path / "newmark.f90")], "newmark.F90"),
+        (["newmark", "--language", "cobol", "--out", str(tmp_path / "newmark.cob")], "got 'cobol'"),
     ):
         result = runner.invoke(app, ["emit", *wrong], env={"COLUMNS": "400"})
         assert result.exit_code == 2

@@ -4,6 +4,7 @@ import sys
 from importlib.metadata import version as version_of
 from pathlib import Path
 
+from jupyter_client.manager import KernelManager
 from sphinx.application import Sphinx
 
 from substep.figures.explorer import write as write_explorer
@@ -39,6 +40,7 @@ nb_execution_cache_path = str(manual.RESULTS / "notebooks" / manual.sources_dige
 nb_execution_raise_on_error = True
 nb_execution_timeout = 900
 nb_merge_streams = True
+KernelManager.transport_encryption.default_value = "auto"  # else ipykernel warns of plain text, once a notebook
 
 default_role = "py:obj"  # docstrings name objects between single backticks
 suppress_warnings = ["ref.python"]  # both packages have a Scheme and a Scene: see the glossary

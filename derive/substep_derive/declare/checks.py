@@ -225,6 +225,11 @@ def _count(scheme: _Declared) -> None:
 def _start(scheme: _Declared) -> None:
     start = scheme.start_scheme
     if start is not None:
+        if start.constants:
+            raise DeclarationError(
+                f"{scheme.name}: expected a scheme of rational numbers to start it, got {start.name} with the constant "
+                f"{start.constants[0]}; start with another one"
+            )
         if not set(start.state) <= START_KNOT or start.start_scheme is not None:
             raise DeclarationError(
                 f"{scheme.name}: expected a one-step scheme to start it, got {start.name} with the state "

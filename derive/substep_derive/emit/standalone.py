@@ -43,11 +43,17 @@ def standalone(scheme: str | Scheme, language: str, **parameters: Any) -> str:
     Raises ValueError for an unknown language, DeclarationError for an unknown scheme or parameter, a value outside its
     interval, and names that are not ASCII, which not every language has.
     """
-    if language not in LANGUAGES:
-        raise ValueError(f"expected a language out of {', '.join(LANGUAGES)}, got '{language}'; choose one of them")
+    printed_in = language_of(language)
     declared = find(scheme)
     exact = ParameterSet.of(declared, None, parameters)
-    return LANGUAGES[language].file(_fields(declared, LANGUAGES[language], exact, set(parameters)))
+    return printed_in.file(_fields(declared, printed_in, exact, set(parameters)))
+
+
+def language_of(name: str) -> Language:
+    """The language of that name. Raises ValueError for one that is not there."""
+    if name not in LANGUAGES:
+        raise ValueError(f"expected a language out of {', '.join(LANGUAGES)}, got '{name}'; choose one of them")
+    return LANGUAGES[name]
 
 
 def _fields(scheme: Scheme, language: Language, parameters: ParameterSet, given: set[str]) -> dict[str, Any]:

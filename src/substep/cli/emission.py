@@ -13,7 +13,9 @@ def emit(
     context: typer.Context,
     name: SchemeArgument,
     language: Annotated[str, typer.Option(help="c, fortran, javascript, julia, matlab or python")],
-    out: Annotated[Path | None, typer.Option(help="write the file here; by default it is printed")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="write this file, such as bathe.F90 for fortran; by default it is printed")
+    ] = None,
 ) -> None:
     """Print a scheme as one self-contained file: a step, stability functions and a test of itself.
 
@@ -23,6 +25,11 @@ def emit(
 
     try:
         require_folders(out)
+        if out is not None and out.suffix != (suffix := facade.suffix_of(language)):
+            raise ValueError(
+                f"expected a file name that ends in {suffix}, by which a program of {language} is recognised, got "
+                f"'{out}'; write {out.with_suffix(suffix)}"
+            )
         source, given = source_of(name, exact_options(context.args))
         with working(f"deriving {name} for {language}"):
             text = facade.standalone(source, language, **given)

@@ -162,6 +162,13 @@ def standalone(scheme: "str | Declaration", language: str, **parameters: Any) ->
     return of(scheme, language, **parameters)
 
 
+def suffix_of(language: str) -> str:
+    """What the name of a file in that language ends in, such as .F90: a compiler decides by it how the file is read."""
+    from substep_derive.emit.standalone import language_of  # noqa: PLC0415
+
+    return f".{language_of(language).suffix}"
+
+
 def declaration(file: Path, name: str) -> "Declaration":
     """The scheme of that name in a Python file of the user's own, which is run.
 
