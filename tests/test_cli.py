@@ -195,7 +195,7 @@ def test_run_says_what_is_wrong(arguments: list[str], message: str) -> None:
 
 
 def test_chart_draws_the_schemes_named(tmp_path: Path) -> None:
-    result = runner.invoke(app, ["chart", "bathe", "park", "--file", str(tmp_path / "two")])
+    result = runner.invoke(app, ["chart", "bathe", "park", "-o", str(tmp_path / "two")])
     assert result.exit_code == 0, result.output
     assert (tmp_path / "two.png").stat().st_size > 10_000
     assert runner.invoke(app, ["chart", "bath", "--file", str(tmp_path / "none")]).exit_code == 2

@@ -324,7 +324,7 @@ def test_the_command_prints_a_declaration_of_ones_own(tmp_path: Path) -> None:
         'implicit = Scheme("implicit", relations=relations, balances=(Balance.at(new, 1),))\n'
     )
     runner = CliRunner()
-    arguments = ["emit", f"{file}:implicit", "--language", "python", "--out", str(tmp_path / "implicit.py")]
+    arguments = ["emit", f"{file}:implicit", "--language", "python", "-o", str(tmp_path / "implicit.py")]
     result = runner.invoke(app, arguments)
     assert result.exit_code == 0, result.output
     assert result.stdout.replace("\n", "") == str(tmp_path / "implicit.py")

@@ -28,7 +28,9 @@ def chart(
             autocompletion=known_schemes,
         ),
     ],
-    file: Annotated[Path, typer.Option("--file", "--out", help="where the chart goes, without suffix")] = Path("chart"),
+    file: Annotated[Path, typer.Option("--file", "--out", "-o", help="where the chart goes, without suffix")] = Path(
+        "chart"
+    ),
     quantity: Annotated[Quantity | None, typer.Option(help="this alone; else three panels")] = None,
     over: Annotated[Over, typer.Option(help="the axis, with --quantity")] = "h/T",
     xi: Annotated[float, typer.Option(help="damping ratio")] = 0.0,

@@ -46,7 +46,9 @@ def choose(
     chosen: Annotated[str, typer.Option(help="schemes to try at tolerances too; by default the cheapest")] = "",
     a0: StartOption = "",
     strain: StrainOption = "",
-    file: Annotated[Path | None, typer.Option(help="draw why: where the chart goes, without suffix")] = None,
+    file: Annotated[
+        Path | None, typer.Option("--file", "--out", "-o", help="draw why: where the chart goes, without suffix")
+    ] = None,
     mass: Annotated[
         Path | None, typer.Option(rich_help_panel=PANEL, help="matrix M: Matrix Market, Abaqus' coordinates, OP4, ...")
     ] = None,

@@ -14,7 +14,8 @@ def emit(
     name: SchemeArgument,
     language: Annotated[str, typer.Option(help="c, fortran, javascript, julia, matlab or python")],
     out: Annotated[
-        Path | None, typer.Option(help="write this file, such as bathe.F90 for fortran; by default it is printed")
+        Path | None,
+        typer.Option("--out", "-o", help="write this file, such as bathe.F90 for fortran; by default it is printed"),
     ] = None,
 ) -> None:
     """Print a scheme as one self-contained file: a step, stability functions and a test of itself.

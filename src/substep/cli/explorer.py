@@ -8,7 +8,9 @@ import typer
 from .arguments import require_folders
 
 
-def explorer(out: Annotated[Path, typer.Option(help="where the page goes")] = Path("explorer.html")) -> None:
+def explorer(
+    out: Annotated[Path, typer.Option("--out", "-o", help="where the page goes")] = Path("explorer.html"),
+) -> None:
     """Write a page that compares two schemes as you move their parameters; it needs no server and no network."""
     from ..figures.explorer import write  # noqa: PLC0415
 
