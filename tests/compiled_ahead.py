@@ -1,7 +1,6 @@
 """Kernels of the catalogue, compiled before the tests of a whole run, in processes that end when it is done.
 
-Otherwise each of pytest's workers compiles what the other is compiling at the same time, and keeps what LLVM has
-allocated for it, about 50 MB a scheme.
+Otherwise each of pytest's workers compiles what the other is compiling at the same time.
 """
 
 from collections.abc import Sequence

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from compiled_apart import compile_apart
 from hypothesis import HealthCheck, settings
 
 # every run of the gate draws the same examples; `make verify` searches for new ones. The first draw of a process looks
@@ -31,6 +32,11 @@ def whole_gate(config: pytest.Config) -> bool:
 def pytest_configure_node(node: Any) -> None:
     """Tell each of pytest's workers what the whole run is."""
     node.workerinput["whole_gate"] = whole_gate(node.config)
+
+
+def pytest_configure() -> None:
+    """Keep what compilation allocates out of this process."""
+    compile_apart()
 
 
 def pytest_sessionstart(session: pytest.Session) -> None:

@@ -228,6 +228,36 @@ def test_of_u_alone_a_scheme_started_otherwise_is_found_by_its_recursion():
     )  # fmt: skip
 
 
+@pytest.mark.parametrize(
+    ("weights", "text"),
+    [
+        ({1.0: 1.0}, "f(t_n + h)"),
+        ({0.5: 1.0}, "f(t_n + 1/2 h)"),
+        ({0.0: 0.25, 1.0: 0.75}, "1/4 f(t_n) + 3/4 f(t_n + h)"),
+        ({0.3: 1.0}, "f(t_n + 3/10 h)"),
+        ({-2.0: 1.0}, "at no fixed instants that were found"),
+    ],
+)
+@pytest.mark.parametrize("asks", [False, True])
+def test_of_u_alone_the_recursion_tells_the_load(weights, text, asks):
+    """Whatever the first steps are: what the load adds to the recursion knows nothing of them."""
+
+    def run(omega: float, xi: float, dt: float, n: int, u0: float, v0: float, load: Any, before: Any) -> Any:
+        taken = load if asks else load.at
+        return bdf2(
+            omega, xi, dt, n, u0, v0, lambda t: sum(w * taken(t + (x - 1) * dt) for x, w in weights.items()), before
+        )
+
+    stepper = ss.Stepper(run, Integrator(history=1, outputs="u"))
+    own = own_runs(stepper, FEW)
+    found = identify(own, own, ss.scheme("bdf2"), whats=("recursion",))
+    taking = load_taking(found.matches[0], driven_runs(stepper))
+    if 0.3 in weights and not asks:  # nothing says at which instants to look
+        text = "at no fixed instants that were found"
+    assert taking.text.partition(";")[0] == text
+    assert taking.start == ("computed" if taking.kind == "unknown" else "own")
+
+
 @pytest.mark.parametrize("kind", ["none", "constant", "ramp", "harmonic"])
 def test_states_before_the_start_are_those_of_the_motion(kind):
     """From the earliest of them, steps of the fourth order by Runge and Kutta come back to the start."""

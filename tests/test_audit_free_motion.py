@@ -138,6 +138,18 @@ def test_a_planted_spurious_double_root_is_found_at_large_Omega():
         assert len(found) == 2 * len(expected)  # and at the first Omega at which the eigenvalues are seen to meet
 
 
+@pytest.mark.parametrize(("size", "powers"), [(lambda n: 1 + n**3, [3]), (lambda n: 255.504 ** (n / 64), [])])
+def test_exponential_growth_is_no_power_of_n(size, powers):
+    """Of a program that is unstable there: over 256 steps such growth can look like n^16, which no step has."""
+
+    def run(omega: float, xi: float, dt: float, n: int, u0: float, v0: float, load: Any) -> Any:
+        sizes = size(np.arange(n + 1.0))
+        return (u0 + v0 * dt) * sizes * (-1.0) ** np.arange(n + 1), None, None
+
+    stepper = ss.Stepper(run, ss.Integrator(outputs="u"))
+    assert [one.power for one in growths(stepper, lambda Omega: np.zeros(0), 2.0, LARGE)] == powers
+
+
 def test_a_report_says_it():
     report = ss.audit(ss.Stepper(generalized_alpha(0, 0, 0.0, 0.5)))
     assert [one.power for one in report.growth] == [1] and report.growth[0].Omega == pytest.approx(2.0, rel=1e-9)

@@ -11,7 +11,7 @@ from .noise import QUIET, Noise
 from .orders import SETTLED
 from .probes import Measured, measure, oscillators, own_runs
 from .programs.adapter import Load
-from .stability import SCAN, eigenvalues, tolerance_of
+from .stability import LONGEST, SCAN, eigenvalues, tolerance_of
 from .stepper import RunFailed, Stepper
 
 Verdict = Literal["conserved", "conserved on average", "lost", "gained"]
@@ -167,8 +167,8 @@ def _growth(Omega: float, run: Measured) -> Growth | None:
     if not whole > GROWN * quarter or not whole > half > quarter:
         return None
     power = float(np.log2((whole - half) / (half - quarter)))
-    if power < 1.0 - SETTLED or abs(power - round(power)) > SETTLED:
-        return None
+    if not 1.0 - SETTLED <= power < LONGEST - SETTLED or abs(power - round(power)) > SETTLED:
+        return None  # steps that reach back LONGEST grow like n^(LONGEST - 1) at most: what grows faster is unstable
     return Growth(Omega, round(power), whole / quarter)
 
 

@@ -270,20 +270,29 @@ def history_residual(candidate: Candidate, free: Sequence[Measured], start: str)
 
 def recursion_residual(candidate: Candidate, free: Sequence[Measured]) -> Array:
     """How far the histories are off the recursion of the candidate's characteristic polynomial."""
-    step = candidate.step
-    coefficients = characteristic(step.out[:, :, : step.given])
-    order = coefficients.shape[1] - 1
     found = []
     for measured in free:
-        rows = measured.rows / measured.at.scale[:, None]
-        n = rows.shape[1]
-        terms = np.stack([c[:, None, None] * rows[:, order - i : n - i] for i, c in enumerate(coefficients.T)])
+        terms = recursion_terms(candidate, measured.rows / measured.at.scale[:, None])
         with np.errstate(all="ignore"):
-            sizes = np.nan_to_num(np.abs(terms)).max(axis=(0, 3))[..., None]
-            found.append(
-                (terms.sum(axis=0) / sizes / measured.at.scale[:, None, 2:])[:, max(FIRST, measured.startup) :]
-            )
+            off = terms.sum(axis=0) / largest_terms(terms) / measured.at.scale[:, None, 2:]
+        found.append(off[:, max(FIRST, measured.startup) :])
     return np.array(found)
+
+
+def recursion_terms(candidate: Candidate, rows: Array) -> Array:
+    """The terms (G+1, P, n+1-G, 3) of the candidate's recursion, which add to 0 in its undriven histories.
+
+    rows: histories (P, n+1, 3). G is the number of entries of the state.
+    """
+    step = candidate.step
+    coefficients = characteristic(step.out[:, :, : step.given])
+    order, n = coefficients.shape[1] - 1, rows.shape[1]
+    return np.stack([c[:, None, None] * rows[:, order - i : n - i] for i, c in enumerate(coefficients.T)])
+
+
+def largest_terms(terms: Array) -> Array:
+    """The modulus (P, K, 1) of the largest term of each sum."""
+    return np.nan_to_num(np.abs(terms)).max(axis=(0, 3))[..., None]
 
 
 def characteristic(matrices: Array) -> Array:

@@ -1,6 +1,6 @@
 """At which instants, and with which weights, a step of a stepper takes the load."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -9,7 +9,7 @@ import numpy as np
 from ..core.arrays import Array
 from ..structures.plan import step_of
 from .fit import largest, recognise
-from .identify import Match
+from .identify import FIRST, Match, recursion_terms
 from .linear_step import Candidate, Loads
 from .noise import QUIET, Noise
 from .probes import Measured
@@ -60,27 +60,38 @@ def load_taking(match: Match, driven: Mapping[str, Measured], noise: Noise = QUI
     called = calls_of(runs)
     if not all(np.nan_to_num(run.rows[:, 1:]).any() for run in runs):
         return LoadTaking("unknown", called=called)  # a load that moves nothing tells no instant
+    tried = _ways(match, candidate, driven, called, noise)
+    return next((way for way in tried if way.error <= noise.match), LoadTaking("unknown", called=called))
+
+
+def _ways(
+    match: Match, candidate: Candidate, driven: Mapping[str, Measured], called: tuple[float, ...], noise: Noise
+) -> Iterator[LoadTaking]:
+    """How the scheme might take the load, the simplest first: as declared, later or earlier, with other weights."""
+    runs = list(driven.values())
     kinds = slice(0, 3 if match.what == "matrix" else 1)
     declared = tuple(system.loads for system in step_of(match.scheme, candidate.at.h).systems)
     for shift in (*SHIFTS, _ramp_shift(candidate, driven["ramp"], declared, kinds, noise)):
         error, start = _best_start(candidate, runs, _moved(declared, shift), kinds, noise)
-        if error <= noise.match:
-            kind = "shifted" if shift else "declared"
-            return LoadTaking(kind, _moved(declared, shift), shift, error, start, called)
+        yield LoadTaking("shifted" if shift else "declared", _moved(declared, shift), shift, error, start, called)
     tried = [_at_ends(declared, INSTANTS[::2]), _at_ends(declared, INSTANTS), _instants(candidate, declared, called)]
     resting = [run for run in runs if run.load.at(0.0) == 0.0]  # at rest at t = 0, however the start is made
     for instants, given in tried:
         loads = _from_rest(candidate, resting, instants, given, noise)
         error, best = _best_start(candidate, runs, loads, kinds, noise)
-        if error <= noise.match:
-            return LoadTaking("weighted", loads, 0.0, error, best, called)
+        yield LoadTaking("weighted", loads, 0.0, error, best, called)
     if match.what == "matrix" and runs[0].shows(match.scheme.history):
         for instants, given in tried:
             loads = _weighted(candidate, runs, instants, given, noise)
-            error = _one_step_error(candidate, runs, loads)
-            if error <= noise.match:
-                return LoadTaking("weighted", loads, 0.0, error, "own", called)
-    return LoadTaking("unknown", called=called)
+            yield LoadTaking("weighted", loads, 0.0, _one_step_error(candidate, runs, loads), "own", called)
+    if match.what == "recursion":
+        for shift in SHIFTS:
+            loads = _moved(declared, shift)
+            kind = "shifted" if shift else "declared"
+            yield LoadTaking(kind, loads, shift, _recursion_error(candidate, runs, loads), "own", called)
+        for instants, given in tried:
+            loads = _by_recursion(candidate, runs, instants, given, noise)
+            yield LoadTaking("weighted", loads, 0.0, _recursion_error(candidate, runs, loads), "own", called)
 
 
 def _ramp_shift(candidate: Candidate, run: Measured, declared: Loads, kinds: slice, noise: Noise) -> float:
@@ -218,6 +229,43 @@ def _one_step_error(candidate: Candidate, runs: Sequence[Measured], loads: Loads
         off = added - np.einsum("prs,sk->pkr", unit, forces)
         worst = max(worst, float(np.nanmax(np.abs(off)) / np.nanmax(np.abs(added))))
     return worst
+
+
+def _by_recursion(
+    candidate: Candidate, runs: Sequence[Measured], instants: Sequence[float], given: Array, noise: Noise
+) -> Loads:
+    """The weights nearest to the given ones with which the displacements obey the candidate's driven recursion."""
+    columns, rights = [], []
+    for run in runs:
+
+        def off(weights: Array, run: Measured = run) -> Array:
+            loads = tuple(tuple(zip(row, instants, strict=True)) for row in weights.tolist())
+            return _recursion_off(replace(candidate, loads=loads), run).ravel()
+
+        none = off(np.zeros_like(given))
+        units = np.eye(given.size).reshape(-1, *given.shape)
+        columns.append(np.array([none - off(unit) for unit in units]).T)
+        rights.append(none - columns[-1] @ given.ravel())
+    return _nearest(np.concatenate(columns), np.concatenate(rights), given, instants, noise)
+
+
+def _recursion_error(candidate: Candidate, runs: Sequence[Measured], loads: Loads) -> float:
+    """The largest deviation from the driven recursion."""
+    return max(largest(_recursion_off(replace(candidate, loads=loads), run)) for run in runs)
+
+
+def _recursion_off(stepped: Candidate, run: Measured) -> Array:
+    """What the load adds to the recursion of u (P, K), less what it adds to the candidate's, over the largest term.
+
+    Neither knows of the start.
+    """
+    at = run.at
+    stepped = replace(stepped, at=at)
+    own = stepped.histories(np.zeros(2), np.zeros(len(at.Omega)), run.rows.shape[1] - 1, _load(run)) * at.powers
+    found, expected = (recursion_terms(stepped, rows)[..., 0] for rows in (run.rows, own))
+    with np.errstate(all="ignore"):
+        off = (found.sum(axis=0) - expected.sum(axis=0)) / np.abs(found).max(axis=0)
+    return off[:, max(FIRST, run.startup) :]
 
 
 def calls_of(runs: Sequence[Measured]) -> tuple[float, ...]:
