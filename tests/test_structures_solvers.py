@@ -11,9 +11,11 @@ from scipy import sparse
 from scipy.sparse.linalg import LinearOperator
 
 import substep as ss
+from substep.core import memory
 from substep.structures import pardiso as pardiso_module
 from substep.structures import solvers
 from substep.structures.examples import bar, solid
+from substep.structures.fill import factor_entries
 from substep.structures.solvers import SingularMatrix, cholmod, factorize, pardiso, superlu
 
 N = 200
@@ -71,10 +73,27 @@ def test_pardiso_keeps_the_half_of_a_symmetric_matrix() -> None:
         assert np.abs(half(b) - x).max() < 1e-12 * np.abs(x).max()
 
 
-def test_what_does_not_fit_in_memory_is_refused_before_it_is_tried(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(pardiso_module, "available_memory", lambda: 10_000)
+@pytest.mark.parametrize("solver", ["pardiso", "superlu", pytest.param("cholmod", marks=GPL)])
+def test_what_does_not_fit_in_memory_is_refused_before_it_is_tried(
+    solver: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for module in (memory, solvers):
+        monkeypatch.setattr(module, "available_memory", lambda: 10_000)
     with pytest.raises(MemoryError, match=r"factors of 882 unknowns .* GB needed of 0.0 GB free"):
-        factorize(solid((6, 6, 6)).K, "pardiso")
+        factorize(solid((6, 6, 6)).K, solver)
+
+
+@pytest.mark.parametrize("shape", [(3, 4, 5), (6, 6, 6)])
+def test_entries_of_the_factor_are_counted_before_it_is_computed(shape: tuple[int, int, int]) -> None:
+    """As many as a dense factorization of a matrix of the pattern leaves, in any order."""
+    given: Any = solid(shape).K
+    K: Any = sparse.csr_array(abs(given) + abs(given.T))  # rounding leaves some entries on one side alone
+    order = np.random.default_rng(0).permutation(K.shape[0])
+    for places in (np.arange(K.shape[0]), order):
+        A = sparse.csc_array(K[places][:, places])
+        heavy = sparse.diags_array(2.0 * np.asarray(A.sum(axis=0))) - A  # of which no sum in the factor cancels
+        expected = np.count_nonzero(np.linalg.cholesky(heavy.toarray()))
+        assert factor_entries(A.indptr, A.indices) == expected
 
 
 @GPL

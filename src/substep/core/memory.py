@@ -24,3 +24,13 @@ def require_memory(shape: Iterable[int], cure: str) -> None:
             f"expected the histories to fit in memory, got {' x '.join(map(str, sizes))} numbers, {need / 1e9:.3g} GB, "
             f"of {have / 1e9:.3g} GB free; {cure}"
         )
+
+
+def require_factors(unknowns: int, need: float) -> None:
+    """Raises MemoryError for factors of at least `need` bytes that do not fit in memory."""
+    have = available_memory()
+    if have is not None and need > have:
+        raise MemoryError(
+            f"expected the factors of {unknowns} unknowns to fit in memory, got at least {need / 1e9:.1f} GB needed of "
+            f"{have / 1e9:.1f} GB free; march modes, take an explicit scheme, or a solver out of core"
+        )

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..core.arrays import Array
-from ..core.memory import available_memory
+from ..core.memory import require_factors
 from .matrices import Matrix, asymmetry
 
 POSITIVE_DEFINITE, SYMMETRIC, UNSYMMETRIC = 2, -2, 11  # types of a real matrix
@@ -78,12 +78,7 @@ class Pardiso:
         none = np.zeros(1)
         self._call(ANALYSE, none, none, 1)
         peak, permanent, factors = (int(x) * 1024 for x in self._parameters[14:17])
-        need, have = max(peak, permanent + factors), available_memory()
-        if have is not None and need > have:
-            raise MemoryError(
-                f"expected the factors of {len(self._rows) - 1} unknowns to fit in memory, got {need / 1e9:.1f} GB "
-                f"needed of {have / 1e9:.1f} GB free; march modes, take an explicit scheme, or a solver out of core"
-            )
+        require_factors(len(self._rows) - 1, max(peak, permanent + factors))
         self._call(FACTORIZE, none, none, 1)
 
     def _call(self, phase: int, b: Array, x: Array, sides: int) -> None:

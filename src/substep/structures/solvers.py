@@ -12,6 +12,7 @@ import numpy as np
 
 from ..core.arrays import Array
 from ..core.errors import unknown_name
+from ..core.memory import available_memory, require_factors
 from .low_rank import LowRank, Updated, solved_with
 from .matrices import Matrix, Products, asymmetry, diagonal_of, is_operator
 
@@ -147,7 +148,10 @@ def superlu(matrix: Matrix) -> Solve:
     import pymetis  # noqa: PLC0415
 
     order = _graph_order(pymetis, A)
-    lu = splu(sparse.csc_array(A[order][:, order]), permc_spec="NATURAL", **options)
+    ordered = sparse.csc_array(A[order][:, order])
+    if symmetric:  # its pivots are those of the order: two factors of numbers, and of U their rows too
+        _require_fill(ordered, 2 * 8 + 4)
+    lu = splu(ordered, permc_spec="NATURAL", **options)
 
     def solve(b: Array) -> Array:
         x = np.empty_like(b)
@@ -155,6 +159,16 @@ def superlu(matrix: Matrix) -> Solve:
         return x
 
     return solve
+
+
+def _require_fill(ordered: Any, each: int) -> None:
+    """Raises MemoryError where the factors of a symmetric matrix, `each` bytes an entry of L, do not fit in memory."""
+    n, have = ordered.shape[0], available_memory()
+    if have is None or each * n * (n + 1) / 2 <= have:  # a full matrix would fit: nothing has to be counted
+        return
+    from .fill import factor_entries  # noqa: PLC0415 (loads numba, and compiles)
+
+    require_factors(n, each * factor_entries(ordered.indptr, ordered.indices))
 
 
 def _graph_order(pymetis: Any, A: Any) -> Any:
@@ -194,7 +208,9 @@ def cholmod(matrix: Matrix) -> Solve:
     if find_spec("pymetis"):
         import pymetis  # noqa: PLC0415
 
-        order = cvxopt.matrix(_graph_order(pymetis, A).astype(np.int64))
+        places = _graph_order(pymetis, A)
+        _require_fill(sparse.csc_array(A[places][:, places]), 8)
+        order = cvxopt.matrix(places.astype(np.int64))
     factors = cvxopt.cholmod.symbolic(given, p=order)
     try:
         cvxopt.cholmod.numeric(given, factors)
