@@ -9,6 +9,7 @@ import numpy as np
 
 from ..core.arrays import Array
 from ..core.errors import float_array, real_number
+from .combine import dot
 from .matrices import Matrix, checked, reduced
 
 
@@ -72,10 +73,10 @@ class InternalForce:
         change = new - old
         middle = self(t, 0.5 * (old + new), v)
         weight = mass @ change
-        square = float(change @ weight)
+        square = dot(change, weight)
         if square == 0.0:
             return middle
-        return middle + (self.energy(new) - self.energy(old) - float(middle @ change)) / square * weight
+        return middle + (self.energy(new) - self.energy(old) - dot(middle, change)) / square * weight
 
     def _called(self, function: Callable[..., Any], t: float, u: Array, v: Array) -> Any:
         given = (t, self.T @ u, self.T @ v)

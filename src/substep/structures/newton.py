@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..core.arrays import Array
-from .combine import combined
+from .combine import combined, dot
 from .internal_force import InternalForce
 from .matrices import Matrix, combination
 from .plan import System
@@ -132,7 +132,7 @@ class NonlinearSystem:
         """z + change, the residual there, and the change; halved while a line search finds the residual grown."""
         residual = self._residual(X, z + change, known, t)
         for _ in range(8 if self.iteration.line_search else 0):
-            if np.linalg.norm(residual) <= np.linalg.norm(old):  # not where it is NaN
+            if dot(residual, residual) <= dot(old, old):  # not where it is NaN
                 break
             change = 0.5 * change
             residual = self._residual(X, z + change, known, t)

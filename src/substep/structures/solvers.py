@@ -13,6 +13,7 @@ import numpy as np
 from ..core.arrays import Array
 from ..core.errors import unknown_name
 from ..core.memory import available_memory, require_factors
+from .combine import dot
 from .low_rank import LowRank, Updated, solved_with
 from .matrices import Matrix, Products, asymmetry, diagonal_of, is_operator
 
@@ -68,7 +69,8 @@ def _by_products(matrix: Any, solver: Solver) -> Solve:
 def _residual(matrix: Matrix, solve: Solve, b: Array) -> float:
     """Relative to b; NaN where the solution is not finite."""
     with np.errstate(all="ignore"):
-        return float(np.linalg.norm(matrix @ solve(b) - b) / np.linalg.norm(b))
+        left = matrix @ solve(b) - b
+        return float(np.sqrt(np.divide(dot(left, left), dot(b, b))))
 
 
 def _chosen(matrix: Matrix, solver: Solver) -> Solve:
