@@ -1,6 +1,6 @@
 """Compilation in forked processes, which take what LLVM has allocated with them when they end: some 5 MB a kernel.
 
-A worker of pytest loads the kernels from numba's cache, a tenth of that, and so stays under 1 GB.
+A worker of pytest loads the kernels from numba's cache, which leaves a tenth of that.
 """
 
 import os

@@ -274,7 +274,8 @@ def recursion_residual(candidate: Candidate, free: Sequence[Measured]) -> Array:
     for measured in free:
         terms = recursion_terms(candidate, measured.rows / measured.at.scale[:, None])
         with np.errstate(all="ignore"):
-            off = terms.sum(axis=0) / largest_terms(terms) / measured.at.scale[:, None, 2:]
+            sizes = np.nan_to_num(np.abs(terms)).max(axis=(0, 3))[..., None]
+            off = terms.sum(axis=0) / sizes / measured.at.scale[:, None, 2:]
         found.append(off[:, max(FIRST, measured.startup) :])
     return np.array(found)
 
@@ -288,11 +289,6 @@ def recursion_terms(candidate: Candidate, rows: Array) -> Array:
     coefficients = characteristic(step.out[:, :, : step.given])
     order, n = coefficients.shape[1] - 1, rows.shape[1]
     return np.stack([c[:, None, None] * rows[:, order - i : n - i] for i, c in enumerate(coefficients.T)])
-
-
-def largest_terms(terms: Array) -> Array:
-    """The modulus (P, K, 1) of the largest term of each sum."""
-    return np.nan_to_num(np.abs(terms)).max(axis=(0, 3))[..., None]
 
 
 def characteristic(matrices: Array) -> Array:

@@ -32,6 +32,15 @@ def flat(array: Array, shape: tuple[int, ...]) -> Array:
     return read_only(array)
 
 
+def dot(x: Array, y: Array) -> float:
+    """The inner product of two vectors (n,), without BLAS.
+
+    OpenBLAS shares it out among threads, which wait for each other longer than it takes: with 100 000 numbers 650 us in
+    place of 45, and 8 ms where two threads share a core.
+    """
+    return float(np.einsum("i,i->", x, y))
+
+
 def copy_rows(x: Array, to: Array) -> None:
     """Copy x (..., d) into `to`, both contiguous along the last axis, d numbers at a time: one by one takes longer."""
     together = f"V{x.shape[-1] * x.itemsize}"

@@ -24,11 +24,6 @@ def combined(rows: Array, X: Array, out: Array | None = None) -> Array:
     return out
 
 
-def dot(x: Array, y: Array) -> float:
-    """The inner product of two vectors."""
-    return float(np.einsum("i,i->", x, y))
-
-
 def summed(B: Array, x: Array) -> Array:
     """B^T x (r,) or (r, k), of B (n, r), columns contiguous, and x (n,) or (n, k)."""
     return np.einsum("rn,n->r", B.T, x) if x.ndim == 1 else B.T @ x

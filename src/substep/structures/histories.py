@@ -7,11 +7,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..core.arrays import Array
+from ..core.arrays import Array, dot
 from ..core.errors import warn
 from ..core.response import Status
 from ..core.schemes import Scheme
-from .combine import combined, dot
+from .combine import combined
 from .damping import Rayleigh
 from .matrices import is_identity
 from .newton import Tangent

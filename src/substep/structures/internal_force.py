@@ -7,9 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from ..core.arrays import Array
+from ..core.arrays import Array, dot
 from ..core.errors import float_array, real_number
-from .combine import dot
 from .matrices import Matrix, checked, reduced
 
 

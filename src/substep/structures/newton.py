@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..core.arrays import Array
-from .combine import combined, dot
+from ..core.arrays import Array, dot
+from .combine import combined
 from .internal_force import InternalForce
 from .matrices import Matrix, combination
 from .plan import System

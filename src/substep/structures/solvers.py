@@ -10,10 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from ..core.arrays import Array
+from ..core.arrays import Array, dot
 from ..core.errors import unknown_name
 from ..core.memory import available_memory, require_factors
-from .combine import dot
 from .low_rank import LowRank, Updated, solved_with
 from .matrices import Matrix, Products, asymmetry, diagonal_of, is_operator
 
@@ -151,8 +150,8 @@ def superlu(matrix: Matrix) -> Solve:
 
     order = _graph_order(pymetis, A)
     ordered = sparse.csc_array(A[order][:, order])
-    if symmetric:  # its pivots are those of the order: two factors of numbers, and of U their rows too
-        _require_fill(ordered, 2 * 8 + 4)
+    if symmetric:  # its pivots are those of the order
+        _require_fill(ordered, 2 * 8)  # the numbers of both factors, without their indices
     lu = splu(ordered, permc_spec="NATURAL", **options)
 
     def solve(b: Array) -> Array:
