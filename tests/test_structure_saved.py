@@ -14,20 +14,21 @@ import substep as ss
 @pytest.mark.parametrize("scheme", ["bathe", "houbolt"])
 def test_a_march_on_disk_goes_on_where_it_was_stopped(tmp_path: Any, scheme: str, monkeypatch: Any) -> None:
     monkeypatch.setattr("substep.structures.saved.BUFFER", 60)  # numbers: a checkpoint every few rows
-    calls = [0]
-
-    def stopped_at(count: float) -> Any:
-        def load(t: Any) -> Any:
-            calls[0] += np.ndim(t) > 0 and np.size(t) == 1
-            if calls[0] > count:
-                raise KeyboardInterrupt
-            return np.sin(t)
-
-        return load
+    solved = [0]
 
     def march(count: float, **more: Any) -> Any:
-        calls[0] = 0
-        damped = frame(C=ss.Rayleigh(0.1, 0.01), load=([1.0, 0.0, 0.0], stopped_at(count)))
+        solved[0] = 0
+
+        def solver(A: Any) -> Any:
+            def solve(b: Any) -> Any:
+                solved[0] += 1
+                if solved[0] > count:
+                    raise KeyboardInterrupt
+                return np.linalg.solve(A, b)
+
+            return solve
+
+        damped = frame(C=ss.Rayleigh(0.1, 0.01), load=([1.0, 0.0, 0.0], np.sin), solver=solver)
         return ss.march(damped, scheme, 0.1, 8.0, stride=2, **more)
 
     whole = march(np.inf)
@@ -64,20 +65,24 @@ def test_another_internal_force_is_another_march(tmp_path: Any, start: dict[str,
 def test_a_nonlinear_march_goes_on_to_the_bit(tmp_path: Any, scheme: str, newton: Any, monkeypatch: Any) -> None:
     """A tangent that is kept is taken again where it was taken."""
     monkeypatch.setattr("substep.structures.saved.BUFFER", 90)
-    limit = [np.inf]
+    calls = [0]
 
-    def load(t: Any) -> Any:
-        if np.size(t) == 1 and np.max(t) > limit[0]:
-            raise KeyboardInterrupt
-        return np.sin(t)
+    def march(count: float, t_end: float = 3.0, **more: Any) -> Any:
+        calls[0] = 0
 
-    def march(limit_now: float, t_end: float = 3.0, **more: Any) -> Any:
-        limit[0] = limit_now
-        kept = {"potential": lambda u: 0.5 * u @ K @ u + 12.5 * np.sum(u**4), "load": ([1.0, 0.0, 0.0], load)}
-        return ss.march(hardening(50.0, v0=3.0, **kept), scheme, 0.1, t_end, newton=newton, **more)
+        def potential(u: Any) -> Any:
+            calls[0] += 1
+            if calls[0] > count:
+                raise KeyboardInterrupt
+            return 0.5 * u @ K @ u + 12.5 * np.sum(u**4)
 
-    whole, stopped = march(np.inf), march(1.7, save=tmp_path / "run")
+        stiffening = hardening(50.0, v0=3.0, potential=potential, load=([1.0, 0.0, 0.0], np.sin))
+        return ss.march(stiffening, scheme, 0.1, t_end, newton=newton, **more)
+
+    whole = march(np.inf)
+    stopped = march(0.6 * calls[0], save=tmp_path / "run")  # the account takes the potential in each step
     assert stopped.status == "interrupted"
+    assert 3 < len(stopped.u) < len(whole.u)
     same(march(np.inf, save=tmp_path / "run"), whole)
     march(np.inf, 1.3, save=tmp_path / "another")
     same(march(np.inf, save=tmp_path / "another"), whole)

@@ -24,8 +24,8 @@ CHANGE = 40.0  # solves that a factorization takes: 20 to 70
 class Taken:
     """An accepted step of length h to the time t: rows u, v and, where the scheme has its own, a, (2 or 3, n).
 
-    half_load: the load (n,) at the middle of the step; load, next_load: at t, of the side of the step and of what
-    follows. counts: iterations of balances.
+    half_load: the factors (J,) of the loads at the middle of the step; load, next_load: at t, of the side of the step and
+    of what follows. counts: iterations of balances.
     """
 
     t: float
@@ -194,13 +194,14 @@ class ChosenSteps:
         self.state = combined(march.steps.out, X)
         self.here = rows if len(rows) == 3 else np.vstack([rows, np.zeros_like(rows[:1])])
         self.t = end
-        half, load = (self.forces.vector(t, middle) for t in (end - 0.5 * h, end))
+        half, load = (self.forces.factors(t, middle) for t in (end - 0.5 * h, end))
         return Taken(end, h, rows, half, load, load, march.counts)
 
     def _crossed(self, taken: Taken, middle: float) -> Taken:
         """Go on behind a break point: where the load jumps, the acceleration jumps with it, by M^-1 of it."""
-        new = self.forces.vector(taken.t, middle)
-        if not (jump := new - taken.load).any():
+        new = self.forces.factors(taken.t, middle)
+        jump = combined((new - taken.load)[None], self.run.structure.load_vectors.T)[0]
+        if not jump.any():
             return taken
         change = self.run.structure.solve_mass(jump)
         if 2 in self.kinds:

@@ -11,7 +11,7 @@ from ..core.arrays import Array, dot
 from ..core.errors import warn
 from ..core.response import Status
 from ..core.schemes import Scheme
-from .combine import combined
+from .combine import combined, inner_products, products
 from .damping import Rayleigh
 from .matrices import is_identity
 from .newton import Tangent
@@ -23,68 +23,99 @@ from .steps import Run, StructureSteps
 from .structure import Structure
 
 WARN = 0.05  # share of the energy beyond which what the scheme dissipates or gains is worth a warning
-VECTORS = 5  # of `Energies`, before its sums
+BLOCK = 256  # steps for which the loads are sampled at once
 
 
 class Energies(NamedTuple):
-    """Where the account of energy stands: the last u, v, load, internal force and C v, and the sums so far.
+    """Where the account of energy stands: the last u, v (2, n) and time, what follows from them, and the sums so far.
 
+    held: internal force N(u) (n,). resisted: C times the change of u in the last step, and C v, (2, n); None without
+    damping. loads (J,): factors of the load vectors. moved (J, 2): inner products of these vectors with u and v.
     quadrature: as in `Account`.
     """
 
-    u: Array
-    v: Array
-    load: Array
+    both: Array
+    t: float
     held: Array
-    resisted: Array
+    resisted: Array | None
+    loads: Array
+    moved: Array
+    kinetic: float
     strain: float
     work: float = 0.0
     damped: float = 0.0
     quadrature: float = 0.0
 
     @classmethod
-    def of(cls, s: Structure, u: Array, v: Array, t: float, load: Array) -> "Energies":
-        """At this state under this load (n,); a strain energy without a potential is its work, so far 0."""
-        held, strain = s.restoring(t, u, v), 0.0
-        rayleigh = isinstance(s.C, Rayleigh) and s.internal is None
-        resisted = np.zeros_like(v) if s.C is None else cls._resisted(s, v, s.K @ v if rayleigh else v)
+    def of(cls, s: Structure, both: Array, t: float, loads: Array, before: "Energies | None" = None) -> "Energies":
+        """At u, v, `both` (2, n), under loads (J,), after a step from `before`, if there was one.
+
+        A strain energy without a potential is its work, so far 0. What M, C or K multiplies goes through it together.
+        """
+        u, v = both
+        moving, resisted = np.array([u if before is None else u - before.both[0], v]), None
+        if s.internal is None and isinstance(s.C, Rayleigh):
+            by_mass, by_stiffness = products(s.M, moving), products(s.K, both)
+            held, inertia = by_stiffness[0].copy(), by_mass[1]
+            if before is not None:
+                by_stiffness[0] -= before.held
+            resisted = combined(np.array([[s.C.alpha, s.C.beta]]), np.array([by_mass, by_stiffness]))[0]
+        else:
+            held, inertia = s.restoring(t, u, v), products(s.M, moving[1:])[0]
+            if s.C is not None:
+                resisted = products(s.damping, moving)
+        strain = 0.0
         if s.internal is None:
             strain = 0.5 * dot(u, held)
         elif s.internal.potential is not None:
             strain = s.internal.energy(u)
-        return cls(u, v, load, held, resisted, strain)
-
-    def after(self, s: Structure, u: Array, v: Array, t: float, h: float, load: Array, half: Array) -> "Energies":
-        """After a step of length h to u, v at the time t, with this load at its end and `half` at its middle."""
-        ends, change, forces = (self.v, v), u - self.u, [self.load, half, load]
-        by_work = s.internal is not None and s.internal.potential is None
-        if by_work:  # before the force at the end, which the next step takes again
-            forces[1] = half - s.restoring(t - 0.5 * h, *middle(self.u, u, *ends, h))
-        new = Energies.of(s, u, v, t, load)
-        if by_work:
-            forces[0], forces[2] = self.load - self.held, load - new.held
-            new = new._replace(strain=self.strain + 0.5 * dot(self.held + new.held, change))
-        finer, damped = of_work(forces, change, ends, h, dot), 0.0
-        if s.C is not None:
-            by_change = self._resisted(s, change, new.held - self.held)
-            damped = dot(change, by_change) / h
-            finer -= of_damped((change, by_change), ends, (self.resisted, new.resisted), h, dot)
-        return new._replace(
-            work=self.work + 0.5 * dot(self.load + load, change),
-            damped=self.damped + damped,
-            quadrature=self.quadrature + finer,
+        return cls(
+            both, t, held, resisted, loads, inner_products(s.load_vectors.T, both), 0.5 * dot(v, inertia), strain
         )
 
-    @staticmethod
-    def _resisted(s: Structure, change: Array, held: Array) -> Array:
-        """C times a change of displacement or a velocity, which K makes `held` of where the structure is linear."""
-        if isinstance(s.C, Rayleigh) and s.internal is None:  # held is K times the change
-            return s.C.alpha * (s.M @ change) + s.C.beta * held
-        return s.damping @ change
+    @classmethod
+    def at_start(cls, s: Structure) -> "Energies":
+        """At t = 0."""
+        return cls.of(s, np.array([s.u0, s.v0]), 0.0, s.load_factors(np.zeros(1))[0])
 
-    def row(self, s: Structure) -> tuple[float, float, float, float, float]:
+    def after(self, s: Structure, both: Array, t: float, h: float, loads: Array, half: Array) -> "Energies":
+        """After a step of length h to u, v, `both` (2, n), at the time t, under these loads (J,), and `half` at its middle.
+
+        The rules of the work take products of forces and motions. Here these are rows: motions over the change of u and
+        v at both ends, forces over the loads and, where the work of the internal force is its strain energy, that force
+        at the start, the middle and the end; `known` are the inner products of what they are rows over.
+        """
+        by_work = s.internal is not None and s.internal.potential is None
+        if by_work:  # before the force at the end, which the next step takes again
+            between = s.restoring(t - 0.5 * h, *middle(self.both[0], both[0], self.both[1], both[1], h))
+        new = Energies.of(s, both, t, loads, self)
+        motions = np.array([both[0] - self.both[0], self.both[1], both[1]])
+        change, *ends = np.eye(3)
+        forces = [self.loads, half, loads]
+        known = np.column_stack([new.moved[:, 0] - self.moved[:, 0], self.moved[:, 1], new.moved[:, 1]])
+        work, damped = 0.5 * float((self.loads + loads) @ known[:, 0]), 0.0
+        if by_work:
+            of_force = inner_products(np.array([self.held, between, new.held]), motions)
+            new = new._replace(strain=self.strain + 0.5 * float(of_force[0, 0] + of_force[2, 0]))
+            known = np.concatenate([known, of_force])
+            forces = [np.append(factors, -row) for factors, row in zip(forces, np.eye(3), strict=True)]
+        finer = float(of_work(forces, change, ends, h, lambda force, motion: force @ known @ motion))
+        if new.resisted is not None and self.resisted is not None:
+            by_damping = inner_products(motions, np.array([new.resisted[0], self.resisted[1], new.resisted[1]]))
+            damped = float(by_damping[0, 0]) / h
+            finer -= float(of_damped((change, change), ends, ends, h, lambda x, y: x @ by_damping @ y))
+        return new._replace(work=self.work + work, damped=self.damped + damped, quadrature=self.quadrature + finer)
+
+    @property
+    def sums(self) -> dict[str, float]:
+        """What is added up from step to step."""
+        names = ("strain", "work", "damped", "quadrature")
+        return {name: getattr(self, name) for name in names}
+
+    @property
+    def row(self) -> tuple[float, float, float, float, float]:
         """Kinetic and strain energy, work, damped energy and quadrature."""
-        return 0.5 * dot(self.v, s.M @ self.v), self.strain, self.work, self.damped, self.quadrature
+        return self.kinetic, self.strain, self.work, self.damped, self.quadrature
 
 
 class Histories:
@@ -101,8 +132,9 @@ class Histories:
         self.run, self.stride, self.done = run, stride, 0
         self.kinds = 3 if len(step_of(run.scheme, run.h).report) == 3 else 2
         self.select = selection(s, places)
-        self.energies = Energies.of(s, s.u0, s.v0, 0.0, s.force(0.0)) if account else None
-        self.accounts = [] if self.energies is None else [self.energies.row(s)]
+        self.n, self.sampled = n, (0, np.empty((0, 2, 0)))
+        self.energies = Energies.at_start(s) if account else None
+        self.accounts = [] if self.energies is None else [self.energies.row]
         self.iterations: list[list[int]] = []
         self.state: Array | None = None
         self.tangents: list[Tangent | None] = []
@@ -125,10 +157,10 @@ class Histories:
         self.iterations.append(counts if own else [sum(counts), *[0] * (self.run.scheme.balances - 1)])
         kept = done % self.stride == 0
         if energies is not None:
-            u, v = combined(march.steps.report[:2], X)
-            energies = energies.after(s, u, v, done * h, h, s.force(done * h), s.force((done - 0.5) * h))
+            both = combined(march.steps.report[:2], X)
+            energies = energies.after(s, both, done * h, h, *self._loads(done))
             if kept:
-                self.accounts.append(energies.row(s))
+                self.accounts.append(energies.row)
         if kept:
             self._put(done // self.stride, self.select(march.steps.report[: self.kinds], X))
         state = combined(march.steps.out, X) if self.saved is not None and own else None
@@ -147,8 +179,8 @@ class Histories:
         parts = [None if x is None else [x.t, x.largest] for x in self.tangents]
         numbers: dict[str, Any] = {"done": self.done, "tangents": parts, "sums": []}
         if self.energies is not None:
-            arrays |= {"accounts": np.array(self.accounts[: self.kept]), "energies": np.array(self.energies[:VECTORS])}
-            numbers["sums"] = list(self.energies[VECTORS:])
+            arrays |= {"accounts": np.array(self.accounts[: self.kept]), "energies": self.energies.both}
+            numbers["sums"] = self.energies.sums
         arrays |= {f"tangent_{k}": x.at for k, x in enumerate(self.tangents) if x is not None}
         self.saved.checkpoint(arrays, **numbers)
 
@@ -163,6 +195,18 @@ class Histories:
             return [self.rows[: self.kept, kind] for kind in range(self.kinds)]
         return self.saved.read(self.kept)
 
+    def _loads(self, done: int) -> tuple[Array, Array]:
+        """The factors (J,) of the loads at the end of step number `done`, and at its middle."""
+        first, values = self.sampled
+        if not first < done <= first + len(values):
+            first = done - 1
+            steps = np.arange(done, min(first + BLOCK, self.n) + 1, dtype=np.float64)
+            factors = self.run.structure.load_factors
+            values = np.stack([factors(steps * self.run.h), factors((steps - 0.5) * self.run.h)], axis=1)
+            self.sampled = first, values
+        end, half = values[done - first - 1]
+        return end, half
+
     def _put(self, place: int, row: Array) -> None:
         if self.saved is None:
             self.rows[place] = row
@@ -176,7 +220,9 @@ class Histories:
         ]
         if self.energies is not None:
             self.accounts = [tuple(row) for row in last["accounts"].tolist()]
-            self.energies = Energies(*last["energies"], *last["sums"])
+            t = self.done * self.run.h
+            loads = self.run.structure.load_factors(np.array([t]))[0]
+            self.energies = Energies.of(self.run.structure, last["energies"], t, loads)._replace(**last["sums"])
 
 
 def selection(structure: Structure, places: list[int]) -> Any:

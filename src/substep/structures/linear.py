@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..core.arrays import Array
-from .combine import combined
+from .combine import add_product, combined
 from .damping import Rayleigh
 from .matrices import Matrix
 from .plan import System
@@ -31,29 +31,32 @@ class Factors:
 
     known: list[tuple[Array, Callable[[Array], Array]]] = field(default_factory=list)
 
-    def solve(self, structure: Structure, m: float, c: float, k: float, what: str) -> Callable[[Array], Array]:
-        """b -> (m M + c C + k K)^-1 b."""
+    def scaled(
+        self, structure: Structure, m: float, c: float, k: float, what: str
+    ) -> tuple[float, Callable[[Array], Array]]:
+        """A scale, and the function b -> (m M + c C + k K)^-1 scale b."""
         parts, scale = np.array([m, c, k]), k or m
         ratios = parts / scale
         for other, solve in self.known:
             if np.all(np.abs(ratios - other) <= SAME * np.abs(ratios)):
-                return lambda b: solve(b) / scale
+                return scale, solve
         solve = structure.factorized(sum_of_matrices(structure, *ratios), what)
         self.known.append((ratios, solve))
-        return lambda b: solve(b) / scale
+        return scale, solve
 
 
 @dataclass(frozen=True)
 class LinearSystem:
     """matrices: multiplied with the first rows @ X; the last row, if there is one more, is added to the solution.
 
-    place: of the solution in X.
+    place: of the solution in X. scale: what the matrices' rows are divided by, and the load has to be.
     """
 
     place: int
     rows: Array
     matrices: tuple[Matrix, ...]
-    solve: Callable[[Array], Array]
+    factors: Callable[[Array], Array]
+    scale: float
     count = 0  # iterations
     tangent = None  # that is kept
 
@@ -77,15 +80,25 @@ class LinearSystem:
             rest = (y / k)[None]
         matrices = {"M": s.M, "C": s.damping, "K": s.K}
         used = [name for name, row in known.items() if row.any()]
-        rows = np.concatenate([np.reshape([known[name] for name in used], (-1, j)), rest])
-        return cls(j, rows, tuple(matrices[name] for name in used), factors.solve(s, m, c, k, what))
+        scale, solve = factors.scaled(s, m, c, k, what)
+        rows = np.concatenate([np.reshape([known[name] for name in used], (-1, j)) / scale, rest])
+        return cls(j, rows, tuple(matrices[name] for name in used), solve, scale)
 
-    def solved(self, X: Array, load: Array | None, t: float) -> Array:
-        """The solution (n,) from the vectors before it, X (V, n), and the sum of its loads; of L cases (n, L)."""
+    def solve(self, b: Array) -> Array:
+        """The effective matrix's inverse times b."""
+        return self.factors(b / self.scale)
+
+    def put(self, X: Array, load: Array | None, t: float) -> None:
+        """Put the solution in its place of X (V, n), from the vectors before it; of L cases (V, n, L).
+
+        load (n,) or (n, L): the sum of its loads over the scale, which is overwritten.
+        """
         Y = combined(self.rows, X[: self.place])
-        total = load
+        total = np.zeros(X.shape[1:]) if load is None else load
         for matrix, y in zip(self.matrices, Y, strict=False):
-            product = matrix @ y
-            total = product if total is None else np.add(total, product, out=product)
-        z = self.solve(np.zeros(X.shape[1:]) if total is None else total)
-        return z + Y[-1] if len(Y) > len(self.matrices) else z
+            add_product(matrix, y, total)
+        z = self.factors(total)
+        if len(Y) > len(self.matrices):
+            np.add(z, Y[-1], out=X[self.place])
+        else:
+            X[self.place] = z

@@ -28,17 +28,15 @@ class ChosenHistories:
         self.run, self.select = run, selection(s, places)
         self.rows: list[Array] = [self.select(run.given)]
         self.times, self.lengths, self.counts = [0.0], [0.0], [[0] * run.scheme.balances]
-        self.energies = Energies.of(s, s.u0, s.v0, 0.0, s.force(0.0)) if account else None
-        self.accounts = [] if self.energies is None else [self.energies.row(s)]
+        self.energies = Energies.at_start(s) if account else None
+        self.accounts = [] if self.energies is None else [self.energies.row]
 
     def add(self, taken: Taken) -> None:
         """A step."""
-        s = self.run.structure
         if self.energies is not None:
-            u, v = taken.rows[:2]
-            energies = self.energies.after(s, u, v, taken.t, taken.h, taken.load, taken.half_load)
-            self.energies = energies._replace(load=taken.next_load)
-            self.accounts.append(energies.row(s))
+            energies = self.energies.after(self.run.structure, taken.rows[:2], taken.t, taken.h, taken.load, taken.half_load)
+            self.energies = energies._replace(loads=taken.next_load)
+            self.accounts.append(energies.row)
         self.rows.append(self.select(taken.rows))
         self.times.append(taken.t)
         self.lengths.append(taken.h)

@@ -76,7 +76,12 @@ def reduced(matrix: Matrix, T: Matrix) -> Matrix:
     if is_operator(matrix):
         return aslinearoperator(T.T) @ matrix @ aslinearoperator(T)
     found = T.T @ matrix @ T
-    return sparse.csr_array(found) if sparse.issparse(found) else np.asarray(found)
+    if not sparse.issparse(found):
+        return np.asarray(found)
+    rows = sparse.csr_array(found)
+    if rows.nnz < np.iinfo(np.int32).max:  # half the memory that a product has to read for the columns
+        rows.indices, rows.indptr = rows.indices.astype(np.int32), rows.indptr.astype(np.int32)
+    return rows
 
 
 def combination(terms: Sequence[tuple[float, Matrix]]) -> Matrix:

@@ -45,7 +45,7 @@ class NewtonFailed(ArithmeticError):
 class NonlinearSystem:
     """R(z) = M a + C v + K0 x + sum of w N(u) - load = 0, with a, v, x and u affine in the unknown z.
 
-    count: the iterations of the last solution, 0 for an explicit system. solve: the factorization in use; taken: the
+    count: the iterations of the last solution, 0 for an explicit system. scale: what its loads are divided by. solve: the factorization in use; taken: the
     time, and v and displacements (1 + P, n), at which its tangent was taken, if it has one.
     """
 
@@ -54,6 +54,7 @@ class NonlinearSystem:
     internal: InternalForce
     iteration: Iteration
     count: int = 0
+    scale: float = 1.0
     solve: Callable[[Array], Array] | None = None
     taken: tuple[float, Array] | None = None
     largest: float = 0.0
@@ -82,9 +83,15 @@ class NonlinearSystem:
         t, at, self.largest = tangent
         self.taken, self.solve = (t, at), self._factorized(t, at)
 
-    def solved(self, X: Array, load: Array | None, t: float) -> Array:
-        """The unknown (n,). Raises NewtonFailed; t is the time at which the force is taken, if it depends on it."""
-        j = self.system.place
+    def put(self, X: Array, load: Array | None, t: float) -> None:
+        """Put the unknown in its place of X (V, n), under a load (n,).
+
+        Raises NewtonFailed; t is the time at which the force is taken, if it depends on it.
+        """
+        X[self.place] = self._solved(X, load, t)
+
+    def _solved(self, X: Array, load: Array | None, t: float) -> Array:
+        j = self.place
         known = self._linear(X[:j], slice(0, j)) - (0.0 if load is None else load)
         if self.explicit:
             self.count = 0

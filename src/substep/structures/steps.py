@@ -46,11 +46,12 @@ class StructureSteps:
         Raises NewtonFailed.
         """
         shapes, cases = self.run.shapes, self.run.by_case
-        for system, solver, factors, t in zip(self.steps.systems, self.systems, loads, times, strict=True):
+        for system, solver, values, t in zip(self.steps.systems, self.systems, loads, times, strict=True):
             load = None
             if shapes.shape[1] and system.loads:
+                factors = values / solver.scale
                 load = combined(factors[None], shapes.T)[0] if cases is None else shapes @ (factors[:, None] * cases)
-            X[system.place] = solver.solved(X, load, t)
+            solver.put(X, load, t)
 
     def times(self, n: int) -> list[float]:
         """The mean instant of the loads of each system in step n of constant length."""

@@ -111,9 +111,16 @@ class Structure:
     def force(self, t: float) -> Array:
         """The load (n,) at a time."""
         total = np.zeros(self.size)
-        for shape, load in self.loads:
-            total += shape * values_at(load, np.array([t]))[0]
+        for (shape, _), factor in zip(self.loads, self.load_factors(np.array([t]))[0], strict=True):
+            total += shape * factor
         return total
+
+    def load_factors(self, t: Array) -> Array:
+        """The functions of all loads at the times t (k,), (k, J)."""
+        found = np.empty((len(t), len(self.loads)))
+        for values, (_, load) in zip(found.T, self.loads, strict=True):
+            values[:] = values_at(load, t)
+        return found
 
     def restoring(self, t: float, u: Array, v: Array) -> Array:
         """The internal force (n,)."""
