@@ -4,12 +4,13 @@ from ..oscillator.transfer import ORDERS
 from .march_module import WIDTH, nested, place_lines
 from .printing import fill
 from .templates.march import FILTER, FILTER_HEADER
+from .templates.widest import WIDEST, WIDEST_IMPORTS
 
 
 def filter_module() -> str:
     """Text of linear_filter.py, without its banner."""
-    head = fill(FILTER_HEADER, whole=2 * WIDTH)
-    return head + "".join(_kernels(d, followed) for d in ORDERS for followed in (1, 3))
+    head = fill(FILTER_HEADER, imports=WIDEST_IMPORTS, whole=2 * WIDTH)
+    return head + WIDEST + "".join(_kernels(d, followed) for d in ORDERS for followed in (1, 3))
 
 
 def filter_rows(d: int) -> list[str]:

@@ -14,6 +14,7 @@ from ..declare.names import entry_name
 from ..kernels.march_shape import LOADS, Shape
 from .printing import fill
 from .templates.march import MARCH, MARCH_HEADER, RUN, RUN_AHEAD
+from .templates.widest import WIDEST
 
 WIDTH = 48  # lanes of a block: 6 vector registers of 8, enough to hide the latency of the recurrence
 STEPS_AT_ONCE = 4  # steps for which a block's lanes stay in registers; LLVM unrolls no more of them
@@ -25,8 +26,8 @@ BLOCKS = 10  # blocks of one stretch of a history's rows, whose numbers fit the 
 def march_module(shape: Shape, loads: Iterable[int] = LOADS) -> str:
     """Text of the module of a shape, without its banner."""
     s = _Shape(shape, 2)
-    head = fill(MARCH_HEADER, reported=", ".join(s.reported), width=WIDTH, blocks=BLOCKS, ahead=AHEAD)
-    return head + "".join(_Shape(shape, K).kernels() for K in loads)
+    head = fill(MARCH_HEADER, reported=", ".join(s.reported), m=s.m, width=WIDTH, blocks=BLOCKS, ahead=AHEAD)
+    return head + WIDEST + "".join(_Shape(shape, K).kernels() for K in loads)
 
 
 class _Shape:

@@ -30,6 +30,7 @@ from .templates.scene import (
     STENCIL,
 )
 from .templates.scheme import BANNER
+from .templates.widest import WIDEST, WIDEST_IMPORTS
 
 
 def scene_step_module(p: SceneStep, systems: Sequence[EffectiveSystem], source: str) -> str:
@@ -48,6 +49,7 @@ def scene_step_module(p: SceneStep, systems: Sequence[EffectiveSystem], source: 
         fill(BANNER, source=source, digest=both_digests(p)),
         fill(
             SCENE_STEP_HEADER,
+            imports=WIDEST_IMPORTS,
             scheme=p.scheme.name,
             scene=p.motion.scene.name,
             residuals=docstring(residuals(systems)),
@@ -58,6 +60,7 @@ def scene_step_module(p: SceneStep, systems: Sequence[EffectiveSystem], source: 
             reported="uva"[: len(p.report)],
             operations=counts,
         ),
+        WIDEST,
         *helpers(text, p),
         text,
     ]

@@ -40,16 +40,24 @@ def names_of(names: Sequence[str], N: int) -> tuple[str, ...]:
     return known
 
 
-def place_of(dof: Dof, names: tuple[str, ...], N: int) -> int:
-    """The number of a degree of freedom, by name or number. Raises ValueError for one that is not there."""
+def numbered(names: Iterable[str]) -> dict[str, int]:
+    """The number of each degree of freedom, by name."""
+    return {name: number for number, name in enumerate(names)}
+
+
+def place_of(dof: Dof, numbers: Mapping[str, int], N: int) -> int:
+    """The number of a degree of freedom, by name or number. Raises ValueError for one that is not there.
+
+    numbers: of all N by their names, or empty.
+    """
     if isinstance(dof, str):
-        if not names:
+        if not numbers:
             raise ValueError(
                 f"expected a degree of freedom from 0 to {N - 1}, got {dof!r}; to ask by name, give names= to it"
             )
-        if dof not in names:
-            raise unknown_name("a degree of freedom", dof, names)
-        return names.index(dof)
+        if dof not in numbers:
+            raise unknown_name("a degree of freedom", dof, numbers)
+        return numbers[dof]
     if isinstance(dof, bool) or not isinstance(dof, int | np.integer) or not 0 <= dof < N:
         raise ValueError(f"expected a degree of freedom from 0 to {N - 1} or its name, got {dof!r}")
     return int(dof)
@@ -70,9 +78,9 @@ def _pairs(load: LoadPair | Iterable[LoadPair]) -> list[LoadPair]:
 
 def _shape(P: ArrayLike | Mapping[Dof, float], names: tuple[str, ...], held: Sequence[int], N: int) -> Array:
     if isinstance(P, Mapping):
-        shape = np.zeros(N)
+        shape, numbers = np.zeros(N), numbered(names)
         for dof, value in P.items():
-            shape[place_of(dof, names, N)] = real_number("a load", value)
+            shape[place_of(dof, numbers, N)] = real_number("a load", value)
     else:
         shape = real_array("load", P).copy()
         if shape.shape != (N,):

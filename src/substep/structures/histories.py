@@ -79,14 +79,15 @@ class Energies(NamedTuple):
         return cls.of(s, np.array([s.u0, s.v0]), 0.0, s.load_factors(np.zeros(1))[0])
 
     def after(self, s: Structure, both: Array, t: float, h: float, loads: Array, half: Array) -> "Energies":
-        """After a step of length h to u, v, `both` (2, n), at the time t, under these loads (J,), and `half` at its middle.
+        """After a step of length h to u, v, `both` (2, n), at the time t, under these loads (J,), `half` at its middle.
 
         The rules of the work take products of forces and motions. Here these are rows: motions over the change of u and
         v at both ends, forces over the loads and, where the work of the internal force is its strain energy, that force
         at the start, the middle and the end; `known` are the inner products of what they are rows over.
         """
-        by_work = s.internal is not None and s.internal.potential is None
-        if by_work:  # before the force at the end, which the next step takes again
+        between = None
+        if s.internal is not None and s.internal.potential is None:
+            # before the force at the end, which the next step takes again
             between = s.restoring(t - 0.5 * h, *middle(self.both[0], both[0], self.both[1], both[1], h))
         new = Energies.of(s, both, t, loads, self)
         motions = np.array([both[0] - self.both[0], self.both[1], both[1]])
@@ -94,7 +95,7 @@ class Energies(NamedTuple):
         forces = [self.loads, half, loads]
         known = np.column_stack([new.moved[:, 0] - self.moved[:, 0], self.moved[:, 1], new.moved[:, 1]])
         work, damped = 0.5 * float((self.loads + loads) @ known[:, 0]), 0.0
-        if by_work:
+        if between is not None:
             of_force = inner_products(np.array([self.held, between, new.held]), motions)
             new = new._replace(strain=self.strain + 0.5 * float(of_force[0, 0] + of_force[2, 0]))
             known = np.concatenate([known, of_force])

@@ -34,7 +34,9 @@ class ChosenHistories:
     def add(self, taken: Taken) -> None:
         """A step."""
         if self.energies is not None:
-            energies = self.energies.after(self.run.structure, taken.rows[:2], taken.t, taken.h, taken.load, taken.half_load)
+            energies = self.energies.after(
+                self.run.structure, taken.rows[:2], taken.t, taken.h, taken.load, taken.half_load
+            )
             self.energies = energies._replace(loads=taken.next_load)
             self.accounts.append(energies.row)
         self.rows.append(self.select(taken.rows))

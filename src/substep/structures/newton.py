@@ -45,8 +45,9 @@ class NewtonFailed(ArithmeticError):
 class NonlinearSystem:
     """R(z) = M a + C v + K0 x + sum of w N(u) - load = 0, with a, v, x and u affine in the unknown z.
 
-    count: the iterations of the last solution, 0 for an explicit system. scale: what its loads are divided by. solve: the factorization in use; taken: the
-    time, and v and displacements (1 + P, n), at which its tangent was taken, if it has one.
+    count: the iterations of the last solution, 0 for an explicit system. scale: what its loads are divided by. solve:
+    the factorization in use; taken: the time, and v and displacements (1 + P, n), at which its tangent was taken, if it
+    has one.
     """
 
     structure: Structure

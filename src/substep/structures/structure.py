@@ -17,7 +17,7 @@ from ..core.errors import called_as
 from ..core.loads import Load, Record, values_at
 from .constraints import independent, transformation
 from .damping import ModalDamping, Rayleigh
-from .given import Dof, LoadPair, loads_of, names_of, place_of
+from .given import Dof, LoadPair, loads_of, names_of, numbered, place_of
 from .internal_force import InternalForce
 from .matrices import (
     Matrix,
@@ -190,7 +190,12 @@ class Structure:
 
     def place(self, dof: Dof) -> int:
         """The number of a degree of freedom, by name or number. Raises ValueError for one that is not there."""
-        return place_of(dof, self.names, self.T.shape[0])
+        return place_of(dof, self.numbers, self.T.shape[0])
+
+    @cached_property
+    def numbers(self) -> dict[str, int]:
+        """The number of each degree of freedom, by name."""
+        return numbered(self.names)
 
     def kept(self, dofs: Iterable[Dof] | None) -> list[Dof]:
         """Degrees of freedom that are asked for, by default all. Raises ValueError for what is no list of them."""
@@ -322,7 +327,8 @@ def structure(
     known = names_of(names, N)
     if isinstance(fixed, str) or not isinstance(fixed, Iterable):
         raise ValueError(f"expected fixed as a list of names or numbers, got {fixed!r}; give [{fixed!r}]")
-    held = sorted({place_of(dof, known, N) for dof in fixed})
+    numbers = numbered(known)
+    held = sorted({place_of(dof, numbers, N) for dof in fixed})
     T = transformation(N, held, constraints)
     internal = None if internal_force is None else InternalForce(T, internal_force, tangent, potential)
     start = {"u0": u0, "v0": v0} | ({} if a0 is None else {"a0": a0})

@@ -1,6 +1,6 @@
 """Fixed text of the module of sums and products of long vectors."""
 
-COMBINATIONS = '''"""Sums and products of long vectors: with solutions, all that a step of a structure and its energies need.
+COMBINATIONS = '''"""Sums and products of long vectors, which steps of structures and their energies consist of.
 
 What limits them is memory: they go through it block by block, and read a block of a vector once for all that takes it.
 """
@@ -66,7 +66,7 @@ def inner_products(X, Y, out):
 
 @_summed
 def add_product(first, columns, entries, x, y):
-    """Add A x to y (n,), A in compressed rows; first (n+1,), columns: unsigned, so that no negative one is looked for."""
+    """Add A x to y (n,), A in compressed rows; first (n+1,) and columns are unsigned: none is looked for below 0."""
     for i in range(y.size):
         total = 0.0
         for k in range(first[i], first[i + 1]):

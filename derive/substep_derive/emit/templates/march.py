@@ -5,6 +5,15 @@ MARCH_HEADER = '''"""The linear march, for every scheme of one shape: x1 = x0 + 
 u, h*v, h^2*a of the new step are {reported}. Lanes are marched in blocks of {width}, steps in the outer loop, lanes in
 the inner one. All numbers of a block are in one array s, with a row of {width} for each number of a lane. The number at
 the end of a function's name is the number of load instants a step.
+
+march_... marches the lanes begin to end - 1 from step start to step n. C: a row for each entry of D, B, O, P, then
+scales of what is reported. x ({m}, P): the state at step start, replaced by that at step n. F0, ... (n,): the load at
+each instant of a step where all lanes share it; forces: where each has its own; both may be longer, and the one not
+used is empty. out (n // stride + 1, 3, P): u, v, a every stride steps, rows up to step start left to the caller; or
+(0, 3, P). peak (3, P): largest |u|, |v|, |a| after step start; or (3, 0).
+
+run_... marches one lane n steps; out (n, 3): u, v, a of each. What a number of x changes by is added to its own share
+of the step: no sum waits for a longer chain of others.
 """
 
 import numpy as np
@@ -68,6 +77,7 @@ MARCH = '''
 @_inner
 def _final_{K}(s, {F}, i, n):
     """March a block n steps from step i on, for its last state and outputs."""
+    _widest()
     whole = i + n - n % {steps_at_once}
     for i in range(i, whole, {steps_at_once}):
         for j in range({width}):
@@ -87,6 +97,7 @@ def _final_{K}(s, {F}, i, n):
 @_inner
 def _peaks_{K}(s, {F}, i, n):
     """March a block n steps from step i on, for the largest |u|, |v|, |a| too."""
+    _widest()
     whole = i + n - n % {steps_at_once}
     for i in range(i, whole, {steps_at_once}):
         for j in range({width}):
@@ -108,6 +119,7 @@ def _peaks_{K}(s, {F}, i, n):
 @_inner
 def _own_loads_{K}(s):
     """One step of `_peaks_{K}`, for lanes each of which has its own loads, in the block."""
+    _widest()
     for j in range({width}):
         {xyt} = {at_xyt}
         {f} = {f_of_lane}
@@ -119,6 +131,7 @@ def _own_loads_{K}(s):
 @_inner
 def _history_{K}(s, rows, {F}, i):
     """March a block {steps_at_once} steps from step i on; u, v, a of each step go into rows of BLOCKS blocks."""
+    _widest()
     for j in range({width}):
         {x} = {at_x_in_block}
         for k in range({steps_at_once}):
@@ -130,14 +143,7 @@ def _history_{K}(s, rows, {F}, i):
 
 @_compile
 def march_{K}(C, x, {F}, forces, start, n, stride, out, peak, begin, end):
-    """March the lanes begin to end - 1 from step start to step n.
-
-    C ({given}, P): a row for each entry of D, B, O, P, then {scales}. x ({m}, P): the state at step start, replaced by
-    that at step n. {F} (n,): the load at each instant of a step where all lanes share it; forces ({K}, n, P): where
-    each has its own; both may be longer, and the one not used is empty. out (n // stride + 1, 3, P): u, v, a every
-    stride steps, rows up to step start left to the caller; or (0, 3, P). peak (3, P): largest |u|, |v|, |a| after step
-    start; or (3, 0).
-    """
+    """March lanes; C ({given}, P) ends with {scales}; {F} (n,), forces ({K}, n, P)."""
     lanes, steps_loaded = x.shape[1], forces.shape[1]
     given, state, loads = C.reshape(-1), x.reshape(-1), forces.reshape(-1)
     values, largest = out.reshape(-1), peak.reshape(-1)
@@ -195,10 +201,7 @@ RUN = '''
 
 @_compile
 def run_{K}(C, x, {F}, out):
-    """March one lane n steps: C ({given},), {F} (n,); out (n, 3): u, v, a of each step.
-
-    What a number of x changes by is added to its own share of the step: no sum waits for a longer chain of others.
-    """
+    """March one lane; C ({given},), {F} (n,)."""
     {coefficients} = C
     {x} = {at_x}
     for i in range(out.shape[0]):
@@ -211,11 +214,7 @@ RUN_AHEAD = '''
 
 @_compile
 def run_{K}(C, x, {F}, out):
-    """March one lane n steps: C ({given},), {F} (n,); out (n, 3): u, v, a of each step.
-
-    What the loads add is computed first, for AHEAD steps in vector registers. What a number of x changes by is added to
-    its own share of the step: no sum waits for a longer chain of others.
-    """
+    """March one lane; C ({given},), {F} (n,). What the loads add is computed first, AHEAD steps in vector registers."""
     {coefficients} = C
     {x} = {at_x}
     loaded = np.empty({sums} * AHEAD)
@@ -340,7 +339,7 @@ has, the factor of q, which is 0 for the relative acceleration and not for the a
 
 import numpy as np
 from numba import njit
-
+{imports}
 WIDTH = {whole}  # lanes of a block
 
 _compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={{"contract"}})
@@ -353,6 +352,7 @@ FILTER = '''
 @_inner
 def _filter_{d}_{followed}(s, f):
     """March a block through all samples f; rows of s: q, e1, ... and the peaks, then those of `transfer`."""
+    _widest()
     n = f.size - 1
     whole = 1 + n - n % 2
     for i in range(1, whole, 2):

@@ -32,7 +32,7 @@ SCENE_STEP_HEADER = '''"""{scheme} on {scene}: all steps of a run, lane by lane 
 
 import numpy as np
 from numba import njit
-
+{imports}
 SCHEME = "{scheme}"
 SCENE = "{scene}"
 # arguments of march, in order; those of SCALARS hold one number for each lane
@@ -208,6 +208,7 @@ WIDTH = {width}
 @_inner
 def _block(lane0, lane1, {arguments}):
     """March lanes lane0 to lane1, at most WIDTH, in vector registers; the last one is repeated to fill the last."""
+    _widest()
     rows = np.zeros(({rows}, WIDTH + 16))
     begin = -(rows.ctypes.data // 8) & 7  # at a cache line
     end = begin + 8 * ((lane1 - lane0 + 7) // 8)
