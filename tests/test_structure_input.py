@@ -275,3 +275,17 @@ def test_an_iteration_that_fails_ends_the_run_with_what_it_has() -> None:
     r = ss.march(snap, "average_acceleration", 0.1, 2.0, account=False)
     assert r.status == "newton_failed"
     assert 2 < len(r.u) < 8
+
+
+def test_one_of_many_names_is_found_at_once_and_a_wrong_one_is_answered_briefly() -> None:
+    n = 50_000
+    names = [f"u{i}" for i in range(n)]
+    unit = sparse.eye_array(n, format="csr")
+    many = ss.structure(unit, unit, names=names, fixed=names[::2])
+    assert many.kept(None) == names
+    assert many.place("u49999") == 49_999
+    with pytest.raises(
+        ValueError, match=r"got 'u50001'; did you mean 'u.*'\? *known are: u0, u1, .* and 49800 more"
+    ) as found:
+        many.place("u50001")
+    assert len(str(found.value)) < 3000

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 FEW = 8  # names that are listed before what came
+MANY = 200  # names beyond which a message does not list them all
 OWN = Path(__file__).parents[1]  # the folder of this package
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -28,7 +29,8 @@ def unknown_name(what: str, name: str, known: Iterable[str]) -> ValueError:
     near = get_close_matches(low, known, n=1) or sorted((x for x in known if low and x.startswith(low)), key=len)
     cure = f"; did you mean '{near[0]}'?" if near else ""
     if len(known) > FEW:
-        return ValueError(f"expected {what}, got '{name}'{cure or ';'} known are: {', '.join(known)}")
+        rest = f" and {len(known) - MANY} more" if len(known) > MANY else ""
+        return ValueError(f"expected {what}, got '{name}'{cure or ';'} known are: {', '.join(known[:MANY])}{rest}")
     return ValueError(f"expected {what}, one of: {', '.join(known) or 'none'}; got '{name}'{cure}")
 
 
