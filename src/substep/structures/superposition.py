@@ -64,7 +64,9 @@ def superpose(
     whole = modes.structure
     kept = whole.kept(dofs)
     places = [whole.place(dof) for dof in kept]
-    shapes = np.ascontiguousarray((whole.T[places] @ modes.free_shapes).T)
+    part = whole.T[places]
+    columns = np.unique(part.indices)  # of all that there are, few are needed
+    shapes = np.ascontiguousarray((part[:, columns] @ modes.free_shapes[columns]).T)
     require_memory((n // stride + 1, 3, len(places)), "keep fewer dofs, or a longer stride")
     rows = np.empty((n // stride + 1, 3, len(places)))
     status, done, energies = _added_up(modes, s, h, n, stride, shapes, rows, account)
