@@ -49,10 +49,11 @@ def march_structure(
     account: whether to add up energies, at a product with each of M and K a step, two that read it once where there is
     damping, and one internal force more where that has no potential. A warning is given where the scheme has dissipated
     or gained more than 5 % of the energy in play, beyond what the work is uncertain by, and where M or K is not
-    symmetric, so that there is no account. save: a folder for a Zarr store, written as the march goes on; the same call again, or one with a later
-    t_end, goes on from the last checkpoint, even after a kill, and gives the same to the bit. progress: a bar on the
-    terminal once a second has passed. newton: "simplified" keeps a tangent while the iteration contracts by a factor of
-    5, "full" takes one in every iteration; line_search: halve a correction by which the residual grows.
+    symmetric, so that there is no account. save: a folder for a Zarr store, written as the march goes on; the same call
+    again, or one with a later t_end, goes on from the last checkpoint, even after a kill, and gives the same to the
+    bit. progress: a bar on the terminal once a second has passed. newton: "simplified" keeps a tangent while the
+    iteration contracts by a factor of 5, "full" takes one in every iteration; line_search: halve a correction by which
+    the residual grows.
 
     tol: steps are chosen in place of dt, by the estimates and the controller of scenes (docs/adaptive.md). A step is
     accepted if the root of the mean square of its estimated errors of u and v over all free degrees of freedom, each
