@@ -19,11 +19,10 @@ from .plan import step_of
 from .quadrature import middle, of_damped, of_work
 from .response import Account
 from .saved import Saved, described
-from .steps import Run, StructureSteps
+from .steps import BLOCK, Run, StructureSteps
 from .structure import Structure
 
 WARN = 0.05  # share of the energy beyond which what the scheme dissipates or gains is worth a warning
-BLOCK = 256  # steps for which the loads are sampled at once
 
 
 class Energies(NamedTuple):
