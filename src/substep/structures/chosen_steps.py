@@ -24,7 +24,7 @@ CHANGE = 40.0  # solves that a factorization takes: 20 to 70
 class Taken:
     """An accepted step of length h to the time t: rows u, v and, where the scheme has its own, a, (2 or 3, n).
 
-    half_load: the factors (J,) of the loads at the middle of the step; load, next_load: at t, of the side of the step
+    half_load: the values (J,) of the loads at the middle of the step; load, next_load: at t, of the side of the step
     and of what follows. counts: iterations of balances.
     """
 

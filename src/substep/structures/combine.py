@@ -3,7 +3,7 @@
 A step combines a few vectors with few coefficients. OpenBLAS shares that out among threads, which wait for each other
 longer than the sums take: on a core that is shared, twice as long as a solve with 26000 unknowns. A combination of
 seven vectors of 100000 then takes 12 ms. The compiled kernel reads up to four vectors side by side, block by block: it
-takes a quarter of the time of NumPy's sums of two with 26000 unknowns, and a twelfth with 16 load cases of them.
+takes an eighth of the time of NumPy's sums of two with 26000 unknowns, alone or with 16 load cases of them.
 Products of a sparse matrix with two vectors read it once, which takes two thirds of the time of two.
 """
 

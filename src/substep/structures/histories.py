@@ -26,15 +26,14 @@ WARN = 0.05  # share of the energy beyond which what the scheme dissipates or ga
 
 
 class Energies(NamedTuple):
-    """Where the account of energy stands: the last u, v (2, n) and time, what follows from them, and the sums so far.
+    """Where the account of energy stands: the last u and v, `both` (2, n), what follows from them, and the sums so far.
 
     held: internal force N(u) (n,). resisted: C times the change of u in the last step, and C v, (2, n); None without
-    damping. loads (J,): factors of the load vectors. moved (J, 2): inner products of these vectors with u and v.
+    damping. loads (J,): the values of the loads' functions. moved (J, 2): inner products of the load vectors with u, v.
     quadrature: as in `Account`.
     """
 
     both: Array
-    t: float
     held: Array
     resisted: Array | None
     loads: Array
@@ -58,7 +57,7 @@ class Energies(NamedTuple):
             held, inertia = by_stiffness[0].copy(), by_mass[1]
             if before is not None:
                 by_stiffness[0] -= before.held
-            resisted = combined(np.array([[s.C.alpha, s.C.beta]]), np.array([by_mass, by_stiffness]))[0]
+            resisted = s.C.alpha * by_mass + s.C.beta * by_stiffness
         else:
             held, inertia = s.restoring(t, u, v), products(s.M, moving[1:])[0]
             if s.C is not None:
@@ -68,14 +67,13 @@ class Energies(NamedTuple):
             strain = 0.5 * dot(u, held)
         elif s.internal.potential is not None:
             strain = s.internal.energy(u)
-        return cls(
-            both, t, held, resisted, loads, inner_products(s.load_vectors.T, both), 0.5 * dot(v, inertia), strain
-        )
+        moved = inner_products(s.load_vectors.T, both)
+        return cls(both, held, resisted, loads, moved, 0.5 * dot(v, inertia), strain)
 
     @classmethod
     def at_start(cls, s: Structure) -> "Energies":
         """At t = 0."""
-        return cls.of(s, np.array([s.u0, s.v0]), 0.0, s.load_factors(np.zeros(1))[0])
+        return cls.of(s, np.array([s.u0, s.v0]), 0.0, s.load_values(np.zeros(1))[0])
 
     def after(self, s: Structure, both: Array, t: float, h: float, loads: Array, half: Array) -> "Energies":
         """After a step of length h to u, v, `both` (2, n), at the time t, under these loads (J,), `half` at its middle.
@@ -98,7 +96,7 @@ class Energies(NamedTuple):
             of_force = inner_products(np.array([self.held, between, new.held]), motions)
             new = new._replace(strain=self.strain + 0.5 * float(of_force[0, 0] + of_force[2, 0]))
             known = np.concatenate([known, of_force])
-            forces = [np.append(factors, -row) for factors, row in zip(forces, np.eye(3), strict=True)]
+            forces = [np.append(values, -row) for values, row in zip(forces, np.eye(3), strict=True)]
         finer = float(of_work(forces, change, ends, h, lambda force, motion: force @ known @ motion))
         if new.resisted is not None and self.resisted is not None:
             by_damping = inner_products(motions, np.array([new.resisted[0], self.resisted[1], new.resisted[1]]))
@@ -196,13 +194,13 @@ class Histories:
         return self.saved.read(self.kept)
 
     def _loads(self, done: int) -> tuple[Array, Array]:
-        """The factors (J,) of the loads at the end of step number `done`, and at its middle."""
+        """The values (J,) of the loads' functions at the end of step number `done`, and at its middle."""
         first, values = self.sampled
         if not first < done <= first + len(values):
             first = done - 1
             steps = np.arange(done, min(first + BLOCK, self.n) + 1, dtype=np.float64)
-            factors = self.run.structure.load_factors
-            values = np.stack([factors(steps * self.run.h), factors((steps - 0.5) * self.run.h)], axis=1)
+            at = self.run.structure.load_values
+            values = np.stack([at(steps * self.run.h), at((steps - 0.5) * self.run.h)], axis=1)
             self.sampled = first, values
         end, half = values[done - first - 1]
         return end, half
@@ -221,7 +219,7 @@ class Histories:
         if self.energies is not None:
             self.accounts = [tuple(row) for row in last["accounts"].tolist()]
             t = self.done * self.run.h
-            loads = self.run.structure.load_factors(np.array([t]))[0]
+            loads = self.run.structure.load_values(np.array([t]))[0]
             self.energies = Energies.of(self.run.structure, last["energies"], t, loads)._replace(**last["sums"])
 
 

@@ -13,7 +13,6 @@ from numpy.typing import ArrayLike
 
 from ..core.arrays import Array
 from ..core.errors import non_negative
-from ..core.loads import values_at
 from .damping import Rayleigh, modal_damping
 from .eigen import eigenmodes, static_response
 from .given import Dof
@@ -96,7 +95,7 @@ class Modes:
         start = np.zeros((3, len(self)))
         start[: len(given)] = [x @ self.inertia if x.any() else 0.0 * self.omega for x in given]
         if whole.a0_given is None:
-            loads = np.array([values_at(g, np.zeros(1))[0] for _, g in whole.loads])
+            loads = whole.load_values(np.zeros(1))[0]
             start[2] = self.load_factors @ loads - self.damping @ start[1] - self.omega**2 * start[0]
         return start
 

@@ -45,9 +45,8 @@ class NewtonFailed(ArithmeticError):
 class NonlinearSystem:
     """R(z) = M a + C v + K0 x + sum of w N(u) - load = 0, with a, v, x and u affine in the unknown z.
 
-    count: the iterations of the last solution, 0 for an explicit system. scale: what its loads are divided by. solve:
-    the factorization in use; taken: the time, and v and displacements (1 + P, n), at which its tangent was taken, if it
-    has one.
+    count: the iterations of the last solution, 0 for an explicit system. solve: the factorization in use; taken: the
+    time, and v and displacements (1 + P, n), at which its tangent was taken, if it has one.
     """
 
     structure: Structure
@@ -55,11 +54,11 @@ class NonlinearSystem:
     internal: InternalForce
     iteration: Iteration
     count: int = 0
-    scale: float = 1.0
     solve: Callable[[Array], Array] | None = None
     taken: tuple[float, Array] | None = None
     largest: float = 0.0
     products: dict[str, Matrix] = field(default_factory=dict)
+    scale = 1.0  # what its loads are divided by
 
     def __post_init__(self) -> None:
         self.products = {"inertia": self.structure.M, "damping": self.structure.damping, "stiffness": self.structure.K}

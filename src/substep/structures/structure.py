@@ -111,12 +111,12 @@ class Structure:
     def force(self, t: float) -> Array:
         """The load (n,) at a time."""
         total = np.zeros(self.size)
-        for (shape, _), factor in zip(self.loads, self.load_factors(np.array([t]))[0], strict=True):
-            total += shape * factor
+        for (shape, _), value in zip(self.loads, self.load_values(np.array([t]))[0], strict=True):
+            total += shape * value
         return total
 
-    def load_factors(self, t: Array) -> Array:
-        """The functions of all loads at the times t (k,), (k, J)."""
+    def load_values(self, t: Array) -> Array:
+        """The functions of time of the J loads at the times t (k,), (k, J)."""
         found = np.empty((len(t), len(self.loads)))
         for values, (_, load) in zip(found.T, self.loads, strict=True):
             values[:] = values_at(load, t)

@@ -73,9 +73,8 @@ def superpose(
     rows = rows[: done // stride + 1]
     u = rows[:, 0]
     if static_correction and whole.loads:
-        t = np.arange(len(rows)) * (stride * h)
-        loads = np.stack([values_at(g, t) for _, g in whole.loads])
-        u += loads.T @ (whole.T[places] @ residual_flexibility(modes)).T
+        loads = whole.load_values(np.arange(len(rows)) * (stride * h))
+        u += loads @ (whole.T[places] @ residual_flexibility(modes)).T
     failed = None if status == "completed" else (done + 1) * h
     iterations = np.zeros((done, s.balances), np.int64)
     return StructureResponse(

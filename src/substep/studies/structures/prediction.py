@@ -6,7 +6,6 @@ from functools import cached_property
 import numpy as np
 
 from ...core.arrays import Array
-from ...core.loads import values_at
 from ...core.schemes import Scheme
 from ...exact.coupled import coupled_histories
 from ...exact.oscillator import exact_histories
@@ -72,8 +71,7 @@ class Prediction:
 
     def samples(self, n: int) -> Array:
         """All loads at the ends of n steps (n + 1, J)."""
-        t = np.arange(n + 1) * (self.t_end / n)
-        return np.array([values_at(g, t) for _, g in self.modes.structure.loads]).reshape(-1, n + 1).T
+        return self.modes.structure.load_values(np.arange(n + 1) * (self.t_end / n))
 
     def exact(self, n: int, rows: int) -> Array:
         """Exact modal displacements, weighted, (rows + 1, m), under loads that are linear within each of n steps."""
