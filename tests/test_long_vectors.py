@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numba import float64, int64, njit, types
 from scipy import sparse
-from substep_kernels import linear_filter, linear_march_2_01y
+from substep_kernels import combinations, linear_filter, linear_march_2_01y
 
 from substep.structures.combine import add_product, combined, inner_products, products
 from substep.structures.low_rank import LowRank
@@ -26,6 +26,19 @@ def test_combinations_and_inner_products(n: int, vectors: int) -> None:
     assert combined(rows, X, out) is out
     assert np.allclose(out, rows @ X, rtol=0, atol=1e-13)
     assert np.allclose(inner_products(X, X[::-1]), X @ X[::-1].T, rtol=0, atol=1e-11)
+
+
+@pytest.mark.parametrize(("r", "m", "J"), [(1, 1, 0), (3, 7, 1), (5, 600, 2)])
+def test_sums_over_modes(r: int, m: int, J: int) -> None:
+    random = np.random.default_rng(m)
+    X, before, weights = random.normal(size=(r, 3, m)), random.normal(size=(2, m)), random.random((3, m))
+    forces, h, out = random.normal(size=(J, m)), 0.1, np.full((r, 5 + 2 * J), np.nan)
+    combinations.sums_over_modes(X, before, weights, forces, h, out)
+    q, v = (np.concatenate([before[kind : kind + 1], X[:, kind]]) for kind in range(2))
+    d, faster, rest = q[1:] - q[:-1], v[1:] - v[:-1], h * (v[1:] + v[:-1]) - 2.0 * (q[1:] - q[:-1])
+    squares = [v[1:] ** 2 @ weights[0], q[1:] ** 2 @ weights[1], *(x**2 @ weights[2] for x in (d, faster, rest))]
+    expected = np.column_stack([*squares, d @ forces.T, v[1:] @ forces.T])
+    assert np.allclose(out, expected, rtol=0, atol=1e-13 * m)
 
 
 def test_vectors_with_zeros_in_a_row_are_not_read() -> None:

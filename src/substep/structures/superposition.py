@@ -166,7 +166,8 @@ def _added_up(
                 done = n
     except KeyboardInterrupt:
         status = "interrupted"
-    energy = () if energies is None else energies.rows[: done + 1 : stride]
+    with np.errstate(over="ignore", invalid="ignore"):
+        energy = () if energies is None else energies.rows(done)[::stride]
     return status, done, accounted(scheme, energy, status, f"dt = {h:g}")
 
 

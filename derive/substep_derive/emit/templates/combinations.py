@@ -86,4 +86,36 @@ def add_two_products(first, columns, entries, X, Y):
             other += entry * w[column]
         y[i] += one
         z[i] += other
+
+
+@_summed
+def sums_over_modes(X, before, weights, forces, h, out):
+    """Sums over modes of what a step's energies consist of, in out (r, 5 + 2 J), for steps of length h.
+
+    X (r, 3, m): coordinates q, their rates v and accelerations after each step; before (2, m): q and v before the first
+    one. weights (3, m): of v^2, q^2 and damping. A row has the sums of v^2 and q^2 with their weights; with those of
+    damping those of d^2, (v - v0)^2 and (h (v0 + v) - 2 d)^2, d being the change of q and v0 the rate before; and with
+    forces (J, m) those of all d, then of all v.
+    """
+    J, m = forces.shape
+    of_v, of_q, of_damping = weights[0], weights[1], weights[2]
+    for i in range(X.shape[0]):
+        q0, v0 = (before[0], before[1]) if i == 0 else (X[i - 1, 0], X[i - 1, 1])
+        q, v = X[i, 0], X[i, 1]
+        kinetic = strain = along = odd = even = 0.0
+        for k in range(m):
+            d, faster, twice = q[k] - q0[k], v[k] - v0[k], h * (v0[k] + v[k])
+            rest = twice - 2.0 * d
+            kinetic += of_v[k] * v[k] * v[k]
+            strain += of_q[k] * q[k] * q[k]
+            along += of_damping[k] * d * d
+            odd += of_damping[k] * faster * faster
+            even += of_damping[k] * rest * rest
+        out[i, 0], out[i, 1], out[i, 2], out[i, 3], out[i, 4] = kinetic, strain, along, odd, even
+        for j in range(J):
+            force, moved, rate = forces[j], 0.0, 0.0
+            for k in range(m):
+                moved += force[k] * (q[k] - q0[k])
+                rate += force[k] * v[k]
+            out[i, 5 + j], out[i, 5 + J + j] = moved, rate
 '''

@@ -61,7 +61,11 @@ def _store_eight_compiled(values, place, row, at):
 
 @_inner
 def _store(values, place, row, at, size):
-    """Store numbers from row[at] on into values[place] on; past the caches, which a large history would empty."""
+    """Store numbers from row[at] on into values[place] on; past the caches, which a large history would empty.
+
+    Loops are vectorised if it is known that no index is below 0 or beyond FAR.
+    """
+    place, at, size = min(max(place, 0), FAR), min(max(at, 0), FAR), min(max(size, 0), FAR)
     head = min(-((values.ctypes.data >> 3) + place) & 7, size) if values.size > LARGE else size
     whole = head + (size - head) // 8 * 8
     for j in range(head):
@@ -166,8 +170,8 @@ def march_{K}(C, x, {F}, forces, start, n, stride, out, peak, begin, end):
             for first in range(0, beyond - side, {width}):
                 _history_{K}(blocks[first * {rows} :], rows[first:], {F}, i)
             for r in range(3 * {steps_at_once}):
-                place, at = (3 * (i + 1) + r) * lanes + side, (BLOCKS * {rows} + r * BLOCKS) * {width}
-                _store(values, min(max(place, 0), FAR), blocks, min(max(at, 0), FAR), beyond - side)
+                at = (BLOCKS * {rows} + r * BLOCKS) * {width}
+                _store(values, (3 * (i + 1) + r) * lanes + side, blocks, at, beyond - side)
             i += {steps_at_once}
         then = i
         for first in range(side, beyond, {width}):
