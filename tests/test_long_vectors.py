@@ -25,6 +25,9 @@ def test_combinations_and_inner_products(n: int, vectors: int) -> None:
     out = np.full((3, n), np.nan)
     assert combined(rows, X, out) is out
     assert np.allclose(out, rows @ X, rtol=0, atol=1e-13)
+    then = random.normal(size=(2, 3))
+    both = combined(rows, X, then=then)
+    assert np.array_equal(both, np.concatenate([out, combined(then, out)]))
     assert np.allclose(inner_products(X, X[::-1]), X @ X[::-1].T, rtol=0, atol=1e-11)
 
 

@@ -157,7 +157,7 @@ class ChosenSteps:
     def _tried(self, march: StructureSteps, end: float, middle: float, last: float) -> tuple[Array, Array, float]:
         """X (V, n), u, v and a reported, and the mean of the squares of the errors over their scales."""
         X = march.run.room(march.steps)
-        X[: march.steps.given] = self.state
+        march.begin(X, self.state)
         self.forces.completed(march, X, self.t, middle)
         rows = combined(march.steps.report, X)
         if self.estimate.names("end") and "a" in self.estimate.names("end"):
@@ -177,10 +177,10 @@ class ChosenSteps:
     def _halved(self, h: float, middle: float) -> Array:
         """u and v after two steps of h."""
         march = self.lengths.of(h)
-        X, given = march.run.room(march.steps), march.steps.given
-        X[:given] = self.state
+        X = march.run.room(march.steps)
+        march.begin(X, self.state)
         self.forces.completed(march, X, self.t, middle)
-        X[:given] = combined(march.steps.out, X)
+        march.begin(X, combined(march.steps.out, X))
         self.forces.completed(march, X, self.t + h, middle)
         return combined(march.steps.report[:2], X)
 

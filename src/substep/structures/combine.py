@@ -16,13 +16,19 @@ from ..core.arrays import Array
 from ..core.kernel_modules import loaded
 
 
-def combined(rows: Array, X: Array, out: Array | None = None) -> Array:
-    """rows (R, V) times vectors X (V, n), or X (V, n, L) for L load cases; in `out`, which is contiguous, if given."""
+def combined(rows: Array, X: Array, out: Array | None = None, then: Array | None = None) -> Array:
+    """rows (R, V) times vectors X (V, n), or X (V, n, L) for L load cases, and `then` (S, R) times what these give.
+
+    (R + S, n) or (R + S, n, L); in `out`, which is contiguous, if given.
+    """
+    if then is None:
+        then = np.empty((0, len(rows)))
     if out is None:
-        out = np.empty((len(rows), *X.shape[1:]))
+        out = np.empty((len(rows) + len(then), *X.shape[1:]))
     n = math.prod(X.shape[1:])
     vectors = np.ascontiguousarray(X, dtype=np.float64).reshape(len(X), n)
-    loaded("combinations").combine(np.ascontiguousarray(rows), vectors, out.reshape(len(rows), n))
+    kernel = loaded("combinations").combine
+    kernel(np.ascontiguousarray(rows), np.ascontiguousarray(then), vectors, out.reshape(len(out), n))
     return out
 
 

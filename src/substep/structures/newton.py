@@ -83,8 +83,8 @@ class NonlinearSystem:
         t, at, self.largest = tangent
         self.taken, self.solve = (t, at), self._factorized(t, at)
 
-    def put(self, X: Array, load: Array | None, t: float) -> None:
-        """Put the unknown in its place of X (V, n), under a load (n,).
+    def put(self, X: Array, load: Array | None, t: float, ahead: int = 0) -> None:
+        """Put the unknown in its place of X (V, n), under a load (n,); nothing of it is known ahead.
 
         Raises NewtonFailed; t is the time at which the force is taken, if it depends on it.
         """

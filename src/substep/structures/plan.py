@@ -5,7 +5,7 @@ vectors of the state and of the unknowns of the systems, in the order in which t
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from types import ModuleType
 from typing import Any
@@ -82,6 +82,15 @@ class Steps:
         """V, the vectors of the state and the unknowns."""
         return self.given + len(self.systems)
 
+    def less(self, row: Array) -> "Steps":
+        """The same for vectors of which the last unknown is kept less `row` (V - 1,) times the vectors before it."""
+
+        def change(rows: Array) -> Array:
+            return np.append(rows[..., :-1] + rows[..., -1:] * row, rows[..., -1:], axis=-1)
+
+        every = {name: change(vector) for name, vector in self.rows.items()}
+        return replace(self, out=change(self.out), report=change(self.report), rows=every)
+
 
 def step_of(scheme: Scheme, h: float) -> Steps:
     """What a step of length h computes. The scheme's parameters are numbers."""
@@ -141,10 +150,5 @@ def _steps(given: Sequence[str], operations: Sequence[Any], out: Mapping[str, Ro
                 tuple((float(w), float(tau)) for w, tau in body.get("f", ())),
             )
         )
-    return Steps(
-        len(given),
-        tuple(systems),
-        np.array([row(r) for r in out.values()]),
-        np.array([row(r) for r in report.values()]),
-        rows,
-    )
+    made, reported = (np.reshape([row(r) for r in x.values()], (-1, len(given) + len(unknowns))) for x in (out, report))
+    return Steps(len(given), tuple(systems), made, reported, rows)

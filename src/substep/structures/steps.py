@@ -40,18 +40,40 @@ class StructureSteps:
             found.append(total)
         return found
 
+    @cached_property
+    def ahead(self) -> Array:
+        """Rows (S, given) of what the first system takes of the state, if no more than there are unknowns."""
+        for first in self.systems[:1]:
+            if isinstance(first, LinearSystem) and len(first.rows) <= len(self.systems):
+                return first.rows
+        return np.empty((0, self.steps.given))
+
+    def begin(self, X: Array, state: Array) -> None:
+        """Put the state into X (V, n), and behind it, in the unknowns' places, what the first system takes."""
+        given = self.steps.given
+        X[:given] = state
+        combined(self.ahead, X[:given], X[given : given + len(self.ahead)])
+
+    def advance(self, X: Array, after: Array) -> None:
+        """Begin the next step in `after` from a complete X; block by block, so that the new state is read from caches.
+
+        The same to the bit as `begin` with that state.
+        """
+        combined(self.steps.out, X, after[: self.steps.given + len(self.ahead)], then=self.ahead)
+
     def complete(self, X: Array, loads: Sequence[Array], times: Sequence[float]) -> None:
-        """Compute the unknowns of a step in X (V, n), with the loads (J,) and the mean instant of each system.
+        """Compute the unknowns of a step that has begun, with the loads (J,) and the mean instant of each system.
 
         Raises NewtonFailed.
         """
-        shapes, cases = self.run.shapes, self.run.by_case
+        shapes, cases, ahead = self.run.shapes, self.run.by_case, len(self.ahead)
         for system, solver, values, t in zip(self.steps.systems, self.systems, loads, times, strict=True):
             load = None
             if shapes.shape[1] and system.loads:
                 factors = values / solver.scale
                 load = combined(factors[None], shapes.T)[0] if cases is None else shapes @ (factors[:, None] * cases)
-            solver.put(X, load, t)
+            solver.put(X, load, t, ahead)
+            ahead = 0
 
     def times(self, n: int) -> list[float]:
         """The mean instant of the loads of each system in step n of constant length."""
@@ -102,12 +124,16 @@ class Run:
 
     def prepared(self, steps: Steps) -> StructureSteps:
         """The plan on the structure. Raises ValueError for a singular effective matrix."""
-        return StructureSteps(self, steps, tuple(self._system(system) for system in steps.systems))
+        systems = tuple(self._system(system, system is steps.systems[-1]) for system in steps.systems)
+        for solver in systems[-1:]:
+            if isinstance(solver, LinearSystem):
+                steps = steps.less(solver.rest)
+        return StructureSteps(self, steps, systems)
 
-    def _system(self, system: System) -> LinearSystem | NonlinearSystem:
+    def _system(self, system: System, last: bool) -> LinearSystem | NonlinearSystem:
         if self.structure.internal is not None and system.displacements:
             return NonlinearSystem(self.structure, system, self.structure.internal, self.iteration)
-        return LinearSystem.of(self.structure, system, self.factors, f"a step of {self.scheme.name}")
+        return LinearSystem.of(self.structure, system, last, self.factors, f"a step of {self.scheme.name}")
 
     def marched(
         self, n: int, state: Array | None = None, done: int = 0, tangents: Sequence[Tangent | None] = ()
@@ -134,15 +160,14 @@ class Run:
             if tangent is not None and isinstance(solver, NonlinearSystem):
                 solver.keep(tangent)
         X, after = self.room(march.steps), self.room(march.steps)
-        given = march.steps.given
-        X[:given] = self._started() if state is None else state
+        march.begin(X, self._started() if state is None else state)
         for first in range(done, n, BLOCK):
             count = min(BLOCK, n - first)
             loads = march.loads(first, count)
             for i in range(count):
                 march.complete(X, [rows[i] for rows in loads], march.times(first + i))
                 yield X, march
-                combined(march.steps.out, X, after[:given])
+                march.advance(X, after)
                 X, after = after, X
 
     @property
@@ -164,7 +189,7 @@ class Run:
             return self.given[[kind for kind, _ in self.scheme.history]]
         start = self.prepared(start_of(self.scheme, self.h))
         X = self.room(start.steps)
-        X[:3] = self.given
+        start.begin(X, self.given)
         start.complete(X, [rows[0] for rows in start.loads(0, 1)], start.times(0))
         return combined(start.steps.out, X)
 

@@ -15,12 +15,8 @@ _summed = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=Tru
 
 
 @_compiled
-def combine(rows, X, out):
-    """rows (R, V) times the vectors X (V, n), in out (R, n); vectors of which a row has 0 are not read for it.
-
-    Up to four vectors are read side by side, so that each sum is stored once. Where fewer are left, the last one stands
-    in for the others, times 0.
-    """
+def _used(rows):
+    """Of rows (R, V) the places of entries that are not 0, in the first columns (R, V), and how many there are (R,)."""
     R, V = rows.shape
     used, count = np.empty((R, V), np.int64), np.zeros(R, np.int64)
     for r in range(R):
@@ -28,26 +24,49 @@ def combine(rows, X, out):
             if rows[r, v] != 0.0:
                 used[r, count[r]] = v
                 count[r] += 1
+    return used, count
+
+
+@_compiled
+def _combine_block(rows, used, count, X, out, begin, end):
+    """Rows times the vectors X, in out, from place `begin` to `end` of each.
+
+    Up to four vectors are read side by side, so that each sum is stored once. Where fewer are left, the last one stands
+    in for the others, times 0.
+    """
+    for r in range(len(rows)):
+        sums, last = out[r, begin:end], count[r] - 1
+        if last < 0:
+            sums[:] = 0.0
+        for first in range(0, last + 1, 4):
+            i, j = used[r, first], used[r, min(first + 1, last)]
+            k, m = used[r, min(first + 2, last)], used[r, min(first + 3, last)]
+            a = rows[r, i]
+            b = rows[r, j] if first < last else 0.0
+            c = rows[r, k] if first + 1 < last else 0.0
+            d = rows[r, m] if first + 2 < last else 0.0
+            x, y, z, w = X[i, begin:end], X[j, begin:end], X[k, begin:end], X[m, begin:end]
+            if first == 0:
+                for n in range(sums.size):
+                    sums[n] = a * x[n] + b * y[n] + c * z[n] + d * w[n]
+            else:
+                for n in range(sums.size):
+                    sums[n] += a * x[n] + b * y[n] + c * z[n] + d * w[n]
+
+
+@_compiled
+def combine(rows, then, X, out):
+    """rows (R, V) times the vectors X (V, n), and `then` (S, R) times what these give, in out (R + S, n).
+
+    Vectors of which a row has 0 are not read for it.
+    """
+    used, count = _used(rows)
+    used_then, count_then = _used(then)
+    made, more = out[: len(rows)], out[len(rows) :]
     for begin in range(0, X.shape[1], BLOCK):
         end = min(begin + BLOCK, X.shape[1])
-        for r in range(R):
-            sums, last = out[r, begin:end], count[r] - 1
-            if last < 0:
-                sums[:] = 0.0
-            for first in range(0, last + 1, 4):
-                i, j = used[r, first], used[r, min(first + 1, last)]
-                k, m = used[r, min(first + 2, last)], used[r, min(first + 3, last)]
-                a = rows[r, i]
-                b = rows[r, j] if first < last else 0.0
-                c = rows[r, k] if first + 1 < last else 0.0
-                d = rows[r, m] if first + 2 < last else 0.0
-                x, y, z, w = X[i, begin:end], X[j, begin:end], X[k, begin:end], X[m, begin:end]
-                if first == 0:
-                    for n in range(sums.size):
-                        sums[n] = a * x[n] + b * y[n] + c * z[n] + d * w[n]
-                else:
-                    for n in range(sums.size):
-                        sums[n] += a * x[n] + b * y[n] + c * z[n] + d * w[n]
+        _combine_block(rows, used, count, X, made, begin, end)
+        _combine_block(then, used_then, count_then, made, more, begin, end)
 
 
 @_summed
