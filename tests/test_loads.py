@@ -60,6 +60,27 @@ def test_the_sine_keeps_its_digits(compiled: bool) -> None:
         assert ulps(ss.Harmonic(1.0, 1.0)(beyond), [mp.sin(mpf(float(v))) for v in beyond]) < 1.0
 
 
+@pytest.mark.parametrize("largest", [1.0, 1e9])
+@pytest.mark.parametrize("lanes", [1, 5])
+def test_harmonic_loads_of_lanes_are_those_of_each_alone(lanes: int, largest: float) -> None:
+    """To the last bit, along the last axis or the first; also with angles so large that NumPy's sine is taken."""
+    t = RNG.uniform(0, largest, (40, 1))
+    amplitude, omega, phase = RNG.uniform(1, 9, (3, lanes))
+    load = LoadLanes(ss.Harmonic, {"amplitude": amplitude, "omega": omega, "phase": phase})
+    alone = np.stack([load.lane(j)(t[:, 0]) for j in range(lanes)])
+    assert np.array_equal(load(t), alone.T)
+    assert np.array_equal(load(np.repeat(t, lanes, axis=1)), alone.T)
+    assert np.array_equal(load.along_first_axis(2)(t.T), alone)
+    x, parameters = t.T.repeat(lanes, axis=0), np.stack([amplitude, omega, phase])[..., None]
+    near = PLAIN.harmonic(x, parameters)
+    assert near == (largest == 1.0)
+    assert np.abs(x - (alone if near else t.T)).max() <= 9 * EPS * 20
+    if lanes > 1:
+        y = t.repeat(lanes, axis=1)
+        assert PLAIN.harmonic(y, parameters[:, :, 0][:, None]) == near
+        assert np.abs(y - (alone.T if near else t)).max() <= 9 * EPS * 20
+
+
 @pytest.mark.parametrize("duration", [0.31, 7.0])
 def test_harmonic_and_half_sine_are_what_their_formulas_say(duration: float) -> None:
     """Beyond the sine's own two units, they have the rounding of its argument."""

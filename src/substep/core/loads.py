@@ -43,11 +43,20 @@ class Harmonic:
 
     @staticmethod
     def formula(t: Array, amplitude: ArrayLike, omega: ArrayLike, phase: ArrayLike) -> Array:
-        """Load at the times t for parameters that broadcast with them."""
-        angle = np.multiply(omega, t)
-        if np.ndim(phase) or phase:
-            angle = _changed(np.add, angle, phase)
-        return _changed(np.multiply, _sine(angle), amplitude)
+        """Load at the times t for parameters that are numbers, or those of lanes: (P,) or (P, 1, ...)."""
+        own = np.broadcast_shapes(np.shape(amplitude), np.shape(omega), np.shape(phase))
+        values = np.empty(np.broadcast_shapes(np.shape(t), own))
+        values[...] = t
+        parameters = np.empty((3, *own))
+        parameters[0], parameters[1], parameters[2] = amplitude, omega, phase
+        if len(own) == 1 < own[0]:
+            x, parameters = values.reshape(-1, *own), parameters[:, None]
+        else:
+            parameters = parameters.reshape(3, -1, 1)
+            x = values.reshape(parameters.shape[1], -1)
+        if not loaded("loads").harmonic(x, parameters):
+            values[...] = np.multiply(amplitude, np.sin(np.multiply(omega, values) + phase))
+        return values[()]
 
 
 @dataclass(frozen=True)

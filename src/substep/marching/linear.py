@@ -254,15 +254,16 @@ def _in_blocks(
     r, P = _prepared(scheme, o, n, load, absolute), len(o.omega)
     K, loads, shared = r.loads.K, r.loads, (read_only(np.empty(0)),) * r.loads.K
     if loads.shared:
-        shared, room, together, most = loads.of_all(0, n), np.empty((K, 0, 1)), P, n
+        shared, loaded, together, most = loads.of_all(0, n), 0, P, n
     else:
-        loads, room, together, most = loads.beforehand(n), np.zeros((K, LOADED, P)), r.width * BLOCKS, LOADED
+        loads, loaded, together, most = loads.beforehand(n), LOADED, r.width * BLOCKS, LOADED
 
     def part(first: int, last: int) -> None:
         for lane in range(first, last, together):
             some = slice(lane, min(lane + together, last))
+            room = np.zeros((K, loaded, some.stop - some.start))
             for begin, end, base, pace in _pieces(r.first, n, stride if len(lanes.out) else n, most):
-                if room.size:
+                if loaded:
                     loads.of_each(base, end, some, room)
                 before = lanes.peak[:, some].copy()
                 r.march_lanes(

@@ -62,7 +62,7 @@ class StepLoads:
         return replace(self, values=tuple(_at_stencil(self.load, self.stencil.T, dt, 0, n)))
 
     def of_each(self, begin: int, end: int, lanes: slice, room: Array) -> None:
-        """Put the loads of some lanes in steps begin to end - 1 into room (K, end - begin or more, P), zeros before."""
+        """Put the loads of p lanes in steps begin to end - 1 into room (K, end - begin or more, p), zeros before."""
         if self.values is not None:
             values = [x[begin:end, lanes if x.shape[1] > 1 else slice(None)] for x in self.values]
         else:
@@ -71,9 +71,9 @@ class StepLoads:
             dt = self.dt[:1] if bool((self.dt == self.dt[0]).all()) else self.dt[lanes]
             values = _at_stencil(load, stencil, dt, begin, end)
         for k, value in enumerate(values):
-            room[k, : end - begin, lanes] = value
+            room[k, : end - begin] = value
         if begin == 0:
-            room[0, 0, lanes] += self.excess[lanes]
+            room[0, 0] += self.excess[lanes]
 
 
 def _at_stencil(load: Load | None, stencil: Array, dt: Array, begin: int, end: int) -> list[Array]:

@@ -147,8 +147,8 @@ def _history_{K}(s, rows, {F}, i):
 
 @_compile
 def march_{K}(C, x, {F}, forces, start, n, stride, out, peak, begin, end):
-    """March lanes; C ({given}, P) ends with {scales}; {F} (n,), forces ({K}, n, P)."""
-    lanes, steps_loaded = x.shape[1], forces.shape[1]
+    """March lanes; C ({given}, P) ends with {scales}; {F} (n,), forces ({K}, n, end - begin)."""
+    lanes, steps_loaded, loaded = x.shape[1], forces.shape[1], forces.shape[2]
     given, state, loads = C.reshape(-1), x.reshape(-1), forces.reshape(-1)
     values, largest = out.reshape(-1), peak.reshape(-1)
     all_steps = stride == 1 and values.size > 0 and largest.size == 0 and loads.size == 0
@@ -181,7 +181,7 @@ def march_{K}(C, x, {F}, forces, start, n, stride, out, peak, begin, end):
                 if loads.size > 0:
                     for k in range(i, i + steps):
                         for r in range({K}):
-                            place = min(max((r * steps_loaded + k) * lanes + first, 0), FAR)
+                            place = min(max((r * steps_loaded + k) * loaded + first - begin, 0), FAR)
                             for j in range(size):
                                 s[({own} + r) * {width} + j] = loads[place + j]
                         _own_loads_{K}(s)
