@@ -74,6 +74,50 @@ def test_a_mode_below_with_more_damping_may_decide() -> None:
     assert largest[1.01] > 1e6
 
 
+@pytest.mark.parametrize("dashpot", [300.0, 5000.0])
+@pytest.mark.parametrize("scheme", ["central_difference_lagged", "rk4", "noh_bathe", "explicit_generalized_alpha"])
+def test_damping_that_couples_modes_is_looked_at_as_a_whole(scheme: str, dashpot: float) -> None:
+    """A dashpot at one storey: the limit of the largest mode with its own ratio is far beyond what is stable."""
+    C = np.zeros((12, 12))
+    C[0, 0] = dashpot
+    frame = building(C)
+    found = frame.critical_step(scheme)
+    assert found.dt < 0.99 * (found.Omega or np.inf) / found.omega
+    sizes = []
+    for share in (0.995, 1.02):
+        h = share * found.dt
+        u = ss.march(frame, scheme, dt=h, t_end=4000 * h, account=False).u
+        sizes.append(np.abs(u[-200:]).max())
+    assert sizes[0] <= 12.0
+    assert not sizes[1] <= 1e6
+
+
+def test_a_matrix_of_rayleigh_damping_is_known_as_that() -> None:
+    damping = ss.Rayleigh(0.3, 2e-4)
+    M, K = shear_building([2.0] * 12, [900.0] * 12)
+    found, asked = (building(C).critical_step("rk4") for C in (damping.matrix(M, K), damping))
+    assert found.dt == pytest.approx(asked.dt, rel=1e-8)
+    large = ss.structure(
+        np.eye(200), 2 * np.eye(200) - np.eye(200, k=1) - np.eye(200, k=-1), C=np.diag([1.0] + [0.0] * 199)
+    )
+    with pytest.raises(ValueError, match="more than 120 degrees of freedom, got another damping matrix of 200"):
+        large.critical_step("rk4")
+
+
+def test_modal_damping_of_a_lower_mode_may_decide() -> None:
+    """The highest mode is undamped; central differences with lagged damping are unstable where xi Omega is large."""
+    M, K = shear_building([2.0] * 12, [900.0] * 12)
+    ratios = np.zeros(11)
+    ratios[-1] = 0.8
+    frame = ss.structure(M, K, C=ss.modal_damping(ratios), u0=np.cos(np.arange(12.0)))
+    same = ss.structure(M, K, C=frame.damping.toarray())
+    found, whole = (s.critical_step("central_difference_lagged") for s in (frame, same))
+    omega = frame.modes(12).omega
+    assert found.Omega == 2.0
+    assert found.dt == pytest.approx(2 * (np.sqrt(1.64) - 0.8) / omega[-2], rel=1e-6)
+    assert whole.dt == pytest.approx(found.dt, rel=1e-5)
+
+
 def test_an_unconditionally_stable_scheme_has_none() -> None:
     found = building(ss.Rayleigh(0.1, 0.001)).critical_step("bathe")
     assert found.Omega is None
