@@ -146,5 +146,7 @@ def test_what_cannot_be_combined_is_refused_by_name() -> None:
     dashpot = ss.structure(*shear_building([1.0, 1.0], [9.0, 4.0]), C=[[0.0, 0.0], [0.0, 1.0]])
     with pytest.raises(ValueError, match="damping that does not couple the modes"):
         analyse(dashpot.modes(2), flat, 1.0)
+    with pytest.raises(ValueError, match="expected a direction in which mass moves that is free"):
+        analyse(modes, flat, [0.0, 0.0])
     with pytest.raises(ValueError, match="a peak of each of 2 modes"):
         analyse(modes, flat, 1.0).combined([1.0, 2.0, 3.0])

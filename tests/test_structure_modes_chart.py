@@ -79,3 +79,7 @@ def test_what_cannot_be_drawn_is_refused_by_name() -> None:
     free = ss.structure(np.eye(2), [[1.0, -1.0], [-1.0, 1.0]]).modes(1)
     with pytest.raises(ValueError, match="elastic modes, got 1 rigid"):
         modes_figure(free, "bathe", 0.1)
+    damped = ss.structure(np.eye(2), np.diag([1.0, 4.0]), C=ss.Rayleigh(0.1, 0.0)).modes(2)
+    for drawn in (modes_figure, lambda *a: kinds_of_modes(a[0], ss.scheme(a[1]), a[2])):
+        with pytest.raises(ValueError, match="rkn43 is a scheme for .* without damping: expected xi = 0"):
+            drawn(damped, "rkn43", 0.1)

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.sparse.linalg import LinearOperator
 from small_frame import PUSH, RECORD, K, M, frame
 from substep_derive.declare.schemes import ALL
 
@@ -151,6 +152,17 @@ def test_what_differs_from_a_saved_march_is_said(tmp_path: Any) -> None:
     for other in ("folder", "file"):
         with pytest.raises(ValueError, match="expected a saved march or nothing at .*something else"):
             ss.march(frame(), **{**call, "save": tmp_path / other})
+
+
+def test_damping_that_is_known_by_its_products_is_recognised_by_these(tmp_path: Any) -> None:
+    def damped(factor: float) -> ss.Structure:
+        return frame(load=PUSH, C=LinearOperator(M.shape, matvec=lambda x: factor * x, dtype=np.float64))
+
+    call: dict[str, Any] = {"dt": 0.1, "save": tmp_path / "run", "account": False}
+    ss.march(damped(0.1), "bathe", t_end=1.0, **call)
+    with pytest.raises(ValueError, match="got another C; give save another path"):
+        ss.march(damped(9.0), "bathe", t_end=2.0, **call)
+    assert ss.march(damped(0.1), "bathe", t_end=2.0, **call).status == "completed"
 
 
 @pytest.mark.parametrize("scheme", ["bathe", "rk4"])

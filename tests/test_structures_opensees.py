@@ -84,6 +84,26 @@ def in_opensees(model: str, integrator: tuple[Any, ...]) -> tuple[Any, ss.Struct
     return np.array(rows), own
 
 
+def fixed_in_opensees() -> str:
+    """What is said of a model without free degrees of freedom, in which OpenSees' own analysis ends the process."""
+    try:
+        import openseespy.opensees as ops  # pyright: ignore[reportMissingImports]
+    except (ImportError, RuntimeError) as error:
+        return f"openseespy cannot be imported: {error}"
+    ops.wipe()
+    ops.model("basic", "-ndm", 1, "-ndf", 1)
+    ops.node(1, 0.0)
+    ops.fix(1, 1)
+    with pytest.raises(ValueError, match="expected a model with free degrees of freedom in OpenSees, got none"):
+        from_opensees(ops)
+    return ""
+
+
+def test_a_model_without_free_degrees_of_freedom_is_refused(child: Executor) -> None:
+    if said := child.submit(fixed_in_opensees).result():
+        pytest.skip(said)
+
+
 @pytest.fixture(scope="module")
 def child() -> Iterator[Executor]:
     if not find_spec("openseespy"):

@@ -32,7 +32,7 @@ def test_what_scipy_writes_is_read(ending: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("code", ["RSA", "rsa"])
 def test_a_symmetric_harwell_boeing_matrix_is_read(code: str, tmp_path: Path) -> None:
-    """Of which the lower triangle is stored; other kinds are refused with SciPy's reason."""
+    """Of which the lower triangle is stored; other kinds are refused by their code."""
     K, path = frame(1, 1).K, tmp_path / "stiffness.rsa"
     io.hb_write(path, sparse.csc_array(sparse.tril(K)))
     text = path.read_text(encoding="ascii")
@@ -40,8 +40,54 @@ def test_a_symmetric_harwell_boeing_matrix_is_read(code: str, tmp_path: Path) ->
     path.write_text(text.replace("RUA", code), encoding="ascii")
     assert abs(read_matrix(path) - K).max() <= 1e-15 * abs(K).max()
     path.write_text(text.replace("RUA", "RZA"), encoding="ascii")
-    with pytest.raises(ValueError, match="real assembled Harwell-Boeing matrix in stiffness.rsa.*skew.*Matrix Market"):
+    with pytest.raises(
+        ValueError,
+        match="real assembled Harwell-Boeing matrix in stiffness.rsa, got: a matrix of kind RZA; .*Matrix Market",
+    ):
         read_matrix(path)
+
+
+@pytest.mark.parametrize("sides", [0, 1])
+@pytest.mark.parametrize(
+    ("form", "power"),
+    [("(3E20.13)", "E"), ("(3D20.13)", "D"), ("(1P,3D20.13)", "D"), ("(1p3e20.13)", "e"), ("(3E20.13E2)", "E")],
+)
+def test_what_ansys_writes_is_read(form: str, power: str, sides: int, tmp_path: Path) -> None:
+    """By HBMAT: fields without blanks between them, a right-hand side, a name that says nothing."""
+    values = "".join(f"{x:20.13E}".replace("E", power) for x in (-4.0, -1.0, -3.0))
+    assert " " not in values
+    counts = (3 + sides, 1, 1, 1, sides)
+    lines = [
+        "stiffness".ljust(72) + "key".ljust(8), "".join(f"{x:14d}" for x in counts),
+        "RSA".ljust(14) + "".join(f"{x:14d}" for x in (2, 2, 3, 0)),
+        "(3I1)".ljust(16) + "(3I8)".ljust(16) + form.ljust(20) + form.ljust(20),
+        *["F".ljust(14) + f"{1:14d}{0:14d}"] * sides, "134", f"{1:8d}{2:8d}{2:8d}", values,
+        *[f"{1.0:20.13E}{2.0:20.13E}"] * sides,
+    ]  # fmt: skip
+    for name in ("job.matrix", "job.rsa"):
+        path = tmp_path / name
+        path.write_text("\n".join(lines) + "\n", encoding="ascii")
+        assert read_matrix(path).toarray().tolist() == [[-4.0, -1.0], [-1.0, -3.0]]
+    for place, text, message in (
+        (3, "(3I1)".ljust(16) + "(3I8)".ljust(16) + "(3X20)".ljust(20), r"the format \(3X20\)"),
+        (-1 - sides, "1.0", "1 numbers in place of 3"),
+        (1, "", ""),
+    ):
+        path.write_text(
+            "\n".join(text if i == place % len(lines) else x for i, x in enumerate(lines)), encoding="ascii"
+        )
+        with pytest.raises(ValueError, match=f"Harwell-Boeing matrix in job.rsa, got: .*{message}"):
+            read_matrix(path)
+
+
+def test_the_size_may_be_said_of_text_that_does_not_say_it(tmp_path: Path) -> None:
+    """The last degree of freedom has no mass."""
+    path = tmp_path / "job_MASS1.mtx"
+    path.write_text("1 1 2.0\n2 2 3.0\n", encoding="utf-8")
+    assert read_matrix(path).shape == (2, 2)
+    assert read_matrix(path, size=3).toarray().tolist() == np.diag([2.0, 3.0, 0.0]).tolist()
+    with pytest.raises(ValueError, match=r"a matrix of 1 x 1 in job_MASS1.mtx, got shape \(2, 2\)"):
+        read_matrix(path, size=1)
 
 
 @pytest.mark.parametrize("part", ["whole", "lower", "upper"])

@@ -83,6 +83,34 @@ def test_what_does_not_fit_in_memory_is_refused_before_it_is_tried(
         factorize(solid((6, 6, 6)).K, solver)
 
 
+@pytest.mark.parametrize("kind", ["dense", "dense array", "superlu, unsymmetric"])
+def test_factors_of_all_entries_and_unsymmetric_ones_are_refused_too(
+    kind: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    A = sparse.csr_array(solid((6, 6, 6)).K)
+    if kind == "dense array":
+        A = A.toarray()
+    elif kind != "dense":
+        A = A + sparse.csr_array(([A.max()], ([3], [700])), shape=A.shape)
+    for module in (memory, solvers):
+        monkeypatch.setattr(module, "available_memory", lambda: 10_000)
+    with pytest.raises(MemoryError, match=r"factors of 882 unknowns .* GB needed of 0.0 GB free"):
+        factorize(A, kind.split(",", maxsplit=1)[0].split(maxsplit=1)[0])
+
+
+@pytest.mark.parametrize("wrong", [np.zeros_like, lambda b: b * np.nan, lambda b: b])
+def test_a_solver_that_solves_something_else_is_told_from_a_singular_matrix(wrong: Any) -> None:
+    with pytest.raises(
+        ValueError, match="expected the solver to return x with matrix @ x = b, got another one"
+    ) as found:
+        factorize(matrix("definite"), lambda _: wrong)
+    assert not isinstance(found.value, SingularMatrix)
+    loose = matrix("definite").tolil()
+    loose[7] = loose[:, 7] = 0.0
+    with pytest.raises(SingularMatrix, match="degree of freedom 7 undetermined"):
+        factorize(sparse.csr_array(loose), lambda _: wrong)
+
+
 @pytest.mark.parametrize("shape", [(3, 4, 5), (6, 6, 6)])
 def test_entries_of_the_factor_are_counted_before_it_is_computed(shape: tuple[int, int, int]) -> None:
     """As many as a dense factorization of a matrix of the pattern leaves, in any order."""

@@ -149,7 +149,8 @@ def _structure(
 
     if not at:
         raise ValueError("expected --at, the degrees of freedom of the load, as 0,3, counted from 0, got none")
-    M, K = read_matrix(mass), read_matrix(stiffness)
+    K = read_matrix(stiffness)
+    M = read_matrix(mass, size=K.shape[0])
     if not ground:
         return structure(M, K, fixed=fixed, load=({dof: 1.0 for dof in at}, record))
     base = structure(M, K, fixed=fixed)

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
 from ..core.arrays import Array
+from ..core.coefficients import refuse_damping
 from ..core.errors import real_number
 from ..core.schemes import Scheme
 from ..core.schemes import scheme as make_scheme
@@ -38,8 +39,11 @@ def kinds_of_modes(modes: Modes, scheme: Scheme, dt: float) -> list[str]:
     "resolved": period error and numerical damping are at most 1 %; "damped": not resolved, but the spectral radius is
     at most 0.9; "unstable": it is beyond 1; "inaccurate": both errors are at most 10 %; "spurious": what is left, a
     motion that is wrong and stays.
+
+    Raises ValueError for a scheme that takes no damping and modes that are damped.
     """
     omega, xi = modes.omega[modes.rigid :], modes.xi[modes.rigid :]
+    refuse_damping(scheme, xi)
     radius, damping, period = scheme.stability(omega * dt, xi)
     found = np.full(len(omega), "spurious", dtype=object)
     errors = np.maximum(np.abs(period), np.abs(damping))
@@ -61,20 +65,21 @@ def modes_figure(
     modes are only the lowest ones; `Structure.critical_step` finds it. Between the modes the damping ratio is that of
     Rayleigh damping, or interpolated.
 
-    Raises ValueError for dt <= 0, and for modes that are all rigid or have no ratio of damping (`Modes.xi`) >= 0.
+    Raises ValueError for dt <= 0, for modes that are all rigid or have no ratio of damping (`Modes.xi`) >= 0, and for a
+    scheme that takes no damping and modes that are damped.
     """
     s = make_scheme(scheme)
     dt = real_number("dt", dt, positive=True)
     omega, xi = modes.omega[modes.rigid :], modes.xi[modes.rigid :]
     if not len(omega):
         raise ValueError(f"expected elastic modes, got {modes.rigid} rigid ones; ask for more modes")
+    kinds = np.array(kinds_of_modes(modes, s, dt))
     ends = np.log(np.array([omega[0] * dt / 3.0, 3.0 * max(omega[-1], largest or 0.0) * dt]))
     Omega = np.exp(np.linspace(*ends, 700))
     C = modes.structure.C
     own = C.ratio(Omega / dt) if isinstance(C, Rayleigh) else np.interp(np.log(Omega / dt), np.log(omega), xi)
     curves = s.stability(Omega, np.maximum(own, 0.0))
     marks = s.stability(omega * dt, np.maximum(xi, 0.0))
-    kinds = np.array(kinds_of_modes(modes, s, dt))
     share = np.full(len(omega), 0.1) if direction is None else modes.participation(direction).share[modes.rigid :]
     figure = Figure(figsize=(13, 4.8))
     panels = figure.subplots(1, 3, sharex=True)

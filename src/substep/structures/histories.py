@@ -133,7 +133,7 @@ class Histories:
         self.n, self.sampled = n, (0, np.empty((0, 2, 0)))
         self.energies = Energies.at_start(s) if account else None
         self.accounts = [] if self.energies is None else [self.energies.row]
-        self.iterations: list[list[int]] = []
+        self.iterations = np.zeros((n, run.scheme.balances), np.int64)
         self.state: Array | None = None
         self.tangents: list[Tangent | None] = []
         shape = (n // stride + 1, self.kinds, len(places))
@@ -152,7 +152,7 @@ class Histories:
         """A step, with all that is kept of it."""
         s, h, done, energies = self.run.structure, self.run.h, self.done + 1, self.energies
         counts, own = march.counts, march.run is self.run  # else another scheme marches the first steps
-        self.iterations.append(counts if own else [sum(counts), *[0] * (self.run.scheme.balances - 1)])
+        self.iterations[done - 1] = counts if own else [sum(counts), *[0] * (self.run.scheme.balances - 1)]
         kept = done % self.stride == 0
         if energies is not None:
             both = combined(march.steps.report[:2], X)
@@ -173,7 +173,7 @@ class Histories:
         self.saved.write()
         if self.state is None:
             return
-        arrays: dict[str, Any] = {"state": self.state, "iterations": np.array(self.iterations[: self.done])}
+        arrays: dict[str, Any] = {"state": self.state, "iterations": self.iterations[: self.done]}
         parts = [None if x is None else [x.t, x.largest] for x in self.tangents]
         numbers: dict[str, Any] = {"done": self.done, "tangents": parts, "sums": []}
         if self.energies is not None:
@@ -212,7 +212,8 @@ class Histories:
             self.saved.put(place, row)
 
     def _resume(self, last: dict[str, Any]) -> None:
-        self.done, self.state, self.iterations = last["done"], last["state"], last["iterations"].tolist()
+        self.done, self.state = last["done"], last["state"]
+        self.iterations[: self.done] = last["iterations"]
         self.tangents = [
             None if x is None else Tangent(x[0], last[f"tangent_{k}"], x[1]) for k, x in enumerate(last["tangents"])
         ]

@@ -123,7 +123,7 @@ def march_structure(
 
 def _response(found: Histories, status: Status, kept: list[Dof]) -> StructureResponse:
     run = found.run
-    counts = np.array(found.iterations[: found.done], np.int64).reshape(-1, run.scheme.balances)
+    counts = found.iterations[: found.done]
     account = accounted(run.scheme, found.accounts[: found.kept], status, f"dt = {run.h:g}")
     u, v, *a = found.read()
     return StructureResponse(

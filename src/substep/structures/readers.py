@@ -3,9 +3,9 @@
 Every reader gives what `substep.structure` takes: sparse matrices (N, N), or dense ones of OpenSees.
 """
 
-from collections.abc import Iterable
+import re
+from collections.abc import Iterable, Sequence
 from importlib.util import find_spec
-from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -15,47 +15,80 @@ from ..core.arrays import Array
 from .matrices import Matrix
 from .structure import Structure, structure
 
+KIND = re.compile(r"[RCPI][SUHZR][AE]\b.*\n\(", re.IGNORECASE)  # how the third and fourth lines of Harwell-Boeing begin
+FORMAT = re.compile(r"\((?:\d*P,?)?(\d*)[IEDFG](\d+)(?:\.\d+)?(?:E\d+)?\)")
 
-def read_matrix(path: str | Path, *, name: str = "") -> Matrix:
+
+def read_matrix(path: str | Path, *, name: str = "", size: int | None = None) -> Matrix:
     """A matrix from a file: its format by the first lines and the ending.
 
-    Matrix Market (`%%MatrixMarket`, also .gz) and real Harwell-Boeing (.hb, .rua, .rsa, .rb) through SciPy;
-    Nastran's OP4 (.op4) through pyyeti, where `name` says which matrix if there are several; text of rows
-    "row column value", counted from 1, as Abaqus writes it with FORMAT=COORDINATE.
+    Matrix Market (`%%MatrixMarket`, also .gz) through SciPy; Harwell-Boeing of real assembled matrices, such as Ansys
+    writes with HBMAT, whose right-hand sides are left out (Duff, Grimes & Lewis, Users' Guide for the Harwell-Boeing
+    Sparse Matrix Collection, 1992); Nastran's OP4 (.op4) through pyyeti, where `name` says which matrix if there are
+    several; text of rows "row column value", counted from 1, as Abaqus writes it with FORMAT=COORDINATE. size: N, which
+    such text does not say where the last degrees of freedom have no entry, as in M without their mass.
 
-    Raises ValueError, with the line, for text that is none of these, for OP4 without pyyeti, and for an unknown name.
+    Raises ValueError, with the line, for text that is none of these, for OP4 without pyyeti, for an unknown name, and
+    for a matrix of another size.
     """
     path = Path(path)
     ending = path.suffix.lower()
     if ending == ".op4":
-        return _op4(path, name)
+        return _of_size(_op4(path, name), size, path)
     from scipy import io, sparse  # noqa: PLC0415 (slow to import)
 
     if ending == ".gz" or path.read_bytes()[:14].lower() == b"%%matrixmarket":
-        return sparse.csr_array(io.mmread(path))
-    if ending in (".hb", ".rb", ".rua", ".rsa", ".pua"):
-        text, symmetric = _as_unsymmetric(path.read_text(encoding="ascii", errors="replace"))
-        try:
-            A = sparse.csr_array(io.hb_read(StringIO(text), spmatrix=False))
-        except ValueError as error:
-            raise ValueError(
-                f"expected a real assembled Harwell-Boeing matrix in {path.name}, which SciPy reads, got: {error}; "
-                "export Matrix Market"
-            ) from error
-        return _mirrored(A) if symmetric else A
-    return _coordinates(path)
+        return _of_size(sparse.csr_array(io.mmread(path)), size, path)
+    lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
+    if ending in (".hb", ".rb", ".rua", ".rsa", ".pua") or KIND.match("\n".join(lines[2:4])):
+        return _of_size(_harwell_boeing(lines, path.name), size, path)
+    return _of_size(_coordinates(lines, path.name, size), size, path)
 
 
-def _as_unsymmetric(text: str) -> tuple[str, bool]:
-    """Harwell-Boeing text of one triangle as SciPy reads it, declared as a whole matrix; whether it was a triangle.
+def _of_size(matrix: Matrix, size: int | None, path: Path) -> Matrix:
+    if size is not None and matrix.shape != (size, size):
+        raise ValueError(f"expected a matrix of {size} x {size} in {path.name}, got shape {matrix.shape}; correct size")
+    return matrix
 
-    The second letter of the third line is the structure: S, symmetric, of which the lower triangle is stored; or U.
-    """
-    lines = text.split("\n", 3)
-    if len(lines) < 4 or lines[2][1:2].upper() != "S":
-        return text, False
-    lines[2] = f"{lines[2][0]}U{lines[2][2:]}"
-    return "\n".join(lines), True
+
+def _harwell_boeing(lines: Sequence[str], name: str) -> Matrix:
+    """A real assembled matrix; SciPy's reader takes no right-hand sides, exponents with D, or scales such as 1P."""
+    from scipy import sparse  # noqa: PLC0415
+
+    try:
+        below = [int(word) for word in lines[1].split()[1:4]]  # lines of columns' starts, rows and values
+        kind, (rows, columns, entries) = lines[2][:3].upper(), (int(word) for word in lines[2][3:].split()[:3])
+        if kind[0] not in "RI" or kind[2] != "A" or kind[1] not in "SUR":
+            raise ValueError(f"a matrix of kind {kind}")
+        formats = lines[3][:16], lines[3][16:32], lines[3][32:52]
+        first = 5 if len(lines[1].split()) > 4 and int(lines[1].split()[4]) else 4
+        parts: list[list[str]] = []
+        for count, form, wanted in zip(below, formats, (columns + 1, entries, entries), strict=True):
+            parts.append(_fields(lines[first : first + count], form, wanted))
+            first += count
+        starts, places = (np.array([int(x) for x in part]) - 1 for part in parts[:2])
+        values = np.array([float(x.upper().replace("D", "E")) for x in parts[2]])
+        A = sparse.csr_array(sparse.csc_array((values, places, starts), shape=(rows, columns)))
+    except (ValueError, IndexError) as error:
+        raise ValueError(
+            f"expected a real assembled Harwell-Boeing matrix in {name}, got: {error}; export Matrix Market"
+        ) from error
+    return _mirrored(A) if kind[1] == "S" else A
+
+
+def _fields(lines: Sequence[str], form: str, wanted: int) -> list[str]:
+    """The first numbers of lines in a format of Fortran's, such as (10I8) or (1P,3D20.12)."""
+    if len(words := " ".join(lines).split()) == wanted:
+        return words  # also of SciPy's writer, which puts blanks between fields of the full width
+    found = FORMAT.match(form.upper().replace(" ", ""))
+    if found is None:
+        raise ValueError(f"the format {form.strip()}")
+    repeat, width = int(found[1] or 1), int(found[2])
+    fields = [line[i * width : (i + 1) * width] for line in lines for i in range(repeat)]
+    fields = [field for field in fields if field.strip()][:wanted]
+    if len(fields) < wanted:
+        raise ValueError(f"{len(fields)} numbers in place of {wanted} in the format {form.strip()}")
+    return fields
 
 
 def _mirrored(A: Matrix) -> Matrix:
@@ -65,12 +98,12 @@ def _mirrored(A: Matrix) -> Matrix:
     return sparse.csr_array(A + A.T - sparse.diags_array(A.diagonal()))
 
 
-def _coordinates(path: Path) -> Matrix:
+def _coordinates(lines: Sequence[str], name: str, size: int | None) -> Matrix:
     """Rows "row column value". Where all entries lie in one triangle, it is taken for half of a symmetric matrix."""
     from scipy import sparse  # noqa: PLC0415
 
     entries: list[tuple[int, int, float]] = []
-    for number, line in enumerate(path.read_text(encoding="utf-8", errors="replace").splitlines(), 1):
+    for number, line in enumerate(lines, 1):
         words = line.replace(",", " ").replace("D", "E").replace("d", "e").split()
         if not words or words[0].startswith(("*", "%", "#")):
             continue
@@ -80,15 +113,15 @@ def _coordinates(path: Path) -> Matrix:
             row = column = value = 0
         if len(words) != 3 or row < 1 or column < 1:
             raise ValueError(
-                f"expected 'row column value', counted from 1, in line {number} of {path.name}, got {line.strip()!r}; "
+                f"expected 'row column value', counted from 1, in line {number} of {name}, got {line.strip()!r}; "
                 "write the matrix with FORMAT=COORDINATE, or as Matrix Market"
             )
         entries.append((row, column, value))
     if not entries:
-        raise ValueError(f"expected rows 'row column value' in {path.name}, got none; is it the right file?")
+        raise ValueError(f"expected rows 'row column value' in {name}, got none; is it the right file?")
     rows, columns, values = (np.array(x) for x in zip(*entries, strict=True))
-    size = int(max(rows.max(), columns.max()))
-    A = sparse.csr_array((values.astype(np.float64), (rows - 1, columns - 1)), shape=(size, size))
+    n = max(int(max(rows.max(), columns.max())), size or 0)
+    A = sparse.csr_array((values.astype(np.float64), (rows - 1, columns - 1)), shape=(n, n))
     if (rows <= columns).all() or (rows >= columns).all():
         return _mirrored(A)
     return A
@@ -119,6 +152,9 @@ def from_opensees(ops: Any, *, nodes: Iterable[int] | None = None, **options: An
 
     Raises ValueError for a model without free degrees of freedom, and for what `substep.structure` does.
     """
+    free = sum(ops.getNDF(tag)[0] - len(ops.getFixedDOFs(tag)) for tag in ops.getNodeTags())
+    if free <= len(ops.getConstrainedNodes()) == 0:  # OpenSees ends the process in such an analysis
+        raise ValueError("expected a model with free degrees of freedom in OpenSees, got none; define it first")
     M, C, K = (_gimme(ops, one) for one in np.eye(3))
     names = [""] * len(M)
     for tag in nodes if nodes is not None else ops.getNodeTags():
@@ -144,6 +180,4 @@ def _gimme(ops: Any, weights: Array) -> Array:
     ops.analysis("Transient")
     ops.analyze(1, 0.0)
     N = ops.systemSize()
-    if not N:
-        raise ValueError("expected a model with free degrees of freedom in OpenSees, got none; define it first")
     return np.array(ops.printA("-ret"), dtype=np.float64).reshape(N, N)

@@ -1,5 +1,6 @@
 """What a march of a structure returns: histories at the degrees of freedom asked for, and the account of energy."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -124,6 +125,16 @@ class StructureResponse(Response):
                 "takes symmetric M and K"
             )
         return self.account.kinetic + self.account.strain
+
+    @cached_property
+    def angular_momentum(self) -> Array | None:
+        """None: a structure's degrees of freedom say nothing of a point to turn about."""
+        return None
+
+    @cached_property
+    def outputs(self) -> Mapping[str, Array]:
+        """Empty: a structure has no outputs besides u, v, a and the account of energy."""
+        return {}
 
     def at(self, dof: "Dof") -> tuple[Array, Array, Array | None]:
         """u, v, a (n+1,) of one degree of freedom, None for an a that `a` cannot compute from what was kept.

@@ -12,13 +12,14 @@ from ..core.errors import optional
 from ..core.loads import is_known, values_at
 from ..core.schemes import Scheme
 from .damping import Rayleigh
-from .matrices import arrays_of
+from .matrices import Matrix, arrays_of, is_operator
 from .step_lengths import reach, rms
 from .structure import Structure
 
 BUFFER = 1 << 20  # doubles of histories in memory at a time
 IN_MEMORY = 1 << 27  # doubles of histories that a response reads into memory
 STATES = 4  # at which an internal force is, of the size of the start or of static displacements
+PRODUCTS = 2  # by which damping that is known by its products is recognised
 SHOWN = ("scheme", "dt", "dofs", "stride", "account")  # what is said of a march as it is
 INSTANTS = 257  # at which a load of the user's own is sampled, to recognise the march
 
@@ -126,14 +127,15 @@ class Saved:
 def described(structure: Structure, scheme: Scheme, h: float, t_end: float, **choices: Any) -> dict[str, str]:
     """What distinguishes one march from another, by name: as it is, or its digest.
 
-    Functions of the user's are recognised by values at fixed times until t_end and at fixed states.
+    Functions of the user's are recognised by values at fixed times until t_end and at fixed states, matrices that are
+    known by their products only by some of these.
     """
     own = scheme.kernels.__name__ if scheme.info.declaration is not None else ""
     found = {"scheme": f"{scheme!r}{own}", "dt": repr(h), **{name: repr(x) for name, x in choices.items()}}
     found["names"] = _digest(structure.names)
     for name, matrix in zip("MCK", (structure.M, structure.C, structure.K), strict=True):
         plain = isinstance(matrix, Rayleigh) or matrix is None
-        found[name] = repr(matrix) if plain else _digest(*arrays_of(matrix))
+        found[name] = repr(matrix) if plain else _digest(*_parts(matrix))
     found["constraints"] = _digest(*arrays_of(structure.T))
     found["start"] = _digest(structure.u0, structure.v0, structure.a0_given)
     instants = np.linspace(0.0, t_end, INSTANTS)
@@ -147,6 +149,12 @@ def described(structure: Structure, scheme: Scheme, h: float, t_end: float, **ch
             values += [force(t, u, v), force.energy(u) if force.potential is not None else 0.0]
         found["internal force"] = _digest(*values)
     return found
+
+
+def _parts(matrix: Matrix) -> tuple[Array, ...]:
+    if is_operator(matrix):
+        return (np.asarray(matrix @ np.random.default_rng(0).normal(size=(matrix.shape[1], PRODUCTS))),)
+    return arrays_of(matrix)
 
 
 def _digest(*parts: Any) -> str:

@@ -51,6 +51,12 @@ def factorize(matrix: Matrix, solver: Solver = "auto") -> Solve:
     n = matrix.shape[0]
     attained, other = matrix @ np.cos(np.arange(n)), np.random.default_rng(0).normal(size=n)
     if not _residual(matrix, solve, attained) <= 1e-6 or not _residual(matrix, solve, other) <= SINGULAR:
+        if callable(solver):
+            factorize(matrix)  # raises for a singular matrix
+            raise ValueError(
+                "expected the solver to return x with matrix @ x = b, got another one for a regular matrix of "
+                f"{n} unknowns; compare it with numpy.linalg.solve"
+            )
         raise SingularMatrix(_loose(matrix))
     return solve
 
@@ -128,7 +134,11 @@ def dense(matrix: Matrix) -> Solve:
     """LU factorization of LAPACK, for small or dense matrices."""
     from scipy import linalg  # noqa: PLC0415
 
-    full = matrix if isinstance(matrix, np.ndarray) else matrix.toarray()
+    n, full = matrix.shape[0], matrix
+    if n > DENSE:
+        require_factors(n, 8.0 * n * n * (1 if isinstance(matrix, np.ndarray) else 2))
+    if not isinstance(matrix, np.ndarray):
+        full = matrix.toarray()
     with np.errstate(all="ignore"):
         lu, pivots, info = linalg.lapack.dgetrf(full)
     if info > 0:
@@ -150,8 +160,8 @@ def superlu(matrix: Matrix) -> Solve:
 
     order = _graph_order(pymetis, A)
     ordered = sparse.csc_array(A[order][:, order])
-    if symmetric:  # its pivots are those of the order
-        _require_fill(ordered, 2 * 8)  # the numbers of both factors, without their indices
+    # the numbers of both factors, without their indices; other pivots than those of the order fill more
+    _require_fill(ordered if symmetric else sparse.csc_array(abs(ordered) + abs(ordered).T), 2 * 8)
     lu = splu(ordered, permc_spec="NATURAL", **options)
 
     def solve(b: Array) -> Array:

@@ -179,7 +179,8 @@ class Structure:
             place = error.place if part is None else int(part[error.place])
             raise ValueError(
                 f"expected a regular matrix of {what}, got one that leaves degree of freedom {self.named(place)} "
-                "undetermined; support it, give it stiffness or mass, or take an implicit scheme if only M is singular"
+                "undetermined; support it, give it stiffness or mass; if only M is singular, take an implicit scheme "
+                "and give the accelerations at the start as a0="
             ) from error
 
     def named(self, place: int) -> str:
@@ -218,11 +219,6 @@ class Structure:
             raise ValueError(f"expected the ground acceleration as ss.Record(dt, values), got {type(record).__name__}")
         iota = self.influence_of(direction)
         shape = -(self.T.T @ (self.full_mass @ iota))
-        if not shape.any():
-            raise ValueError(
-                "expected a direction in which mass moves that is free, got one without; give the displacements of all "
-                "degrees of freedom where the base moves by one"
-            )
         return replace(self, loads=(*self.loads, (shape, record)), motions=(*self.motions, (iota, record)))
 
     def influence_of(self, direction: ArrayLike) -> Array:
@@ -240,6 +236,11 @@ class Structure:
             iota[[self.place(x) for x in np.atleast_1d(given).tolist()]] = 1.0
         else:
             iota = vector("direction", direction, N)
+        if not (self.T.T @ (self.full_mass @ iota)).any():
+            raise ValueError(
+                "expected a direction in which mass moves that is free, got one without; give the displacements of all "
+                "degrees of freedom where the base moves by one"
+            )
         return iota
 
     def modes(self, n: int) -> "Modes":

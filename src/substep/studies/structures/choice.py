@@ -97,8 +97,8 @@ class StructureChoice:
         lines = [
             f"{best.scheme.name} on {best.model}, dt = {best.dt:.6g} ({best.steps} steps): error of {self.quantity!r} "
             f"{best.error:.3g} <= {self.accuracy:g} over {self.t_end:g}, {best.work:.3g} operations",
-            f"of it truncated modes {parts.truncation:.2g}, time integration {parts.integration:.2g}, load sampling "
-            f"{parts.load_sampling:.2g}",
+            f"parts, of which some may cancel others: truncated modes {parts.truncation:.2g}, time integration "
+            f"{parts.integration:.2g}, load sampling {parts.load_sampling:.2g}",
         ]
         if other := self.otherwise:
             lines.append(
