@@ -38,6 +38,11 @@ class Oscillators:
         return self.Omega / self.h
 
     @cached_property
+    def weights(self) -> Array:
+        """(P, 3): what inertia, damping and stiffness are multiplied by, of unit mass."""
+        return np.stack([np.ones_like(self.omega), 2.0 * self.xi * self.omega, self.omega**2], axis=-1)
+
+    @cached_property
     def scale(self) -> Array:
         """(P, 3): what u, h*v, h^2*a are divided by, so that none outweighs the others where Omega is large."""
         large = np.maximum(1.0, self.Omega)
@@ -69,18 +74,20 @@ class LinearStep:
     @classmethod
     def of(cls, steps: Steps, at: Oscillators) -> "LinearStep":
         """The plan on the oscillators. Raises ZeroDivisionError where a system has no solution."""
-        columns = steps.given + len(steps.systems)
-        X = np.zeros((len(at.Omega), steps.vectors, columns))
-        X[:, range(steps.given), range(steps.given)] = 1.0
-        damping, stiffness = 2.0 * at.xi * at.omega, at.omega**2
+        P, count = len(at.Omega), len(steps.systems)
+        columns = steps.given + count
+        X = np.zeros((P, steps.vectors, columns))
+        X[:, : steps.given, : steps.given] = np.eye(steps.given)
+        slots = [x for s in steps.systems for x in (s.inertia, s.damping, s.linear_stiffness)]
+        rows = at.weights @ np.reshape(slots, (count, 3, steps.vectors))  # (S, P, V)
         for s, system in enumerate(steps.systems):
-            row = system.inertia + np.outer(damping, system.damping) + np.outer(stiffness, system.linear_stiffness)
-            right = -np.einsum("pv,pvc->pc", row[:, : system.place], X[:, : system.place])
+            row = rows[s]
+            right = -(row[:, None, : system.place] @ X[:, : system.place])[:, 0]
             right[:, steps.given + s] += 1.0
-            pivot = row[:, system.place]
-            if not np.all(pivot):
+            pivot = row[:, system.place, None]
+            if not pivot.all():
                 raise ZeroDivisionError(f"the effective matrix of system {s} is singular")
-            X[:, system.place] = right / pivot[:, None]
+            X[:, system.place] = right / pivot
         report = steps.report.reshape(-1, steps.vectors)  # a start reports nothing
         return cls(steps.out @ X, report @ X, steps.given, tuple(system.loads for system in steps.systems))
 

@@ -127,12 +127,16 @@ def _committed(name: str) -> ModuleType:
 
 def _steps(given: Sequence[str], operations: Sequence[Any], out: Mapping[str, Row], report: Mapping[str, Row]) -> Steps:
     unknowns = [name for kind, name, _ in operations if kind == "solve"]
-    rows = dict(zip([*given, *unknowns], np.eye(len(given) + len(unknowns)), strict=True))
+    places = {name: place for place, name in enumerate([*given, *unknowns])}
+    rows = dict(zip(places, np.eye(len(places)), strict=True))
 
     def row(terms: Row) -> Array:
-        total = np.zeros(len(given) + len(unknowns))
+        total = np.zeros(len(places))
         for name, coefficient in terms.items():
-            total += coefficient * rows[name]
+            if (place := places.get(name)) is None:
+                total += coefficient * rows[name]
+            else:
+                total[place] += coefficient
         return total
 
     systems = []
@@ -150,5 +154,5 @@ def _steps(given: Sequence[str], operations: Sequence[Any], out: Mapping[str, Ro
                 tuple((float(w), float(tau)) for w, tau in body.get("f", ())),
             )
         )
-    made, reported = (np.reshape([row(r) for r in x.values()], (-1, len(given) + len(unknowns))) for x in (out, report))
+    made, reported = (np.reshape([row(r) for r in x.values()], (-1, len(places))) for x in (out, report))
     return Steps(len(given), tuple(systems), made, reported, rows)
