@@ -53,6 +53,9 @@ def pytest_sessionstart(session: pytest.Session) -> None:
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Run long tests first: one begun last would keep a worker busy while the others are idle.
 
+    pytest-xdist gives each worker a piece of the list, and each piece begins with its share of the long tests: else one
+    worker would run these, and another nearly all the others, with the memory that they take.
+
     The gate runs a test over the catalogue's schemes for every other scheme, another test for the others, so that it
     takes half the time and every scheme meets half of the tests; a test marked `pairs` it runs for every scheme, on
     three scenes: see `plain_kernels.gate_pairs`. `make verify`, and a file run alone, run them all.
@@ -69,7 +72,11 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         left = [item for item in items if not runs(item)]
         config.hook.pytest_deselected(items=left)
         items[:] = [item for item in items if item not in set(left)]
-    items.sort(key=lambda item: item.get_closest_marker("long") is None)
+    workers = getattr(config, "workerinput", {"workercount": 1})["workercount"]
+    long = [item for item in items if item.get_closest_marker("long")]
+    others = [item for item in items if not item.get_closest_marker("long")]
+    share = -(-len(others) // workers)
+    items[:] = [x for k in range(workers) for x in (*long[k::workers], *others[k * share : (k + 1) * share])]
 
 
 def _schemes(item: pytest.Item) -> list[str]:
