@@ -44,8 +44,8 @@ class Harmonic:
     @staticmethod
     def formula(t: Array, amplitude: ArrayLike, omega: ArrayLike, phase: ArrayLike) -> Array:
         """Load at the times t for parameters that are numbers, or those of lanes: (P,) or (P, 1, ...)."""
-        own = np.broadcast_shapes(np.shape(amplitude), np.shape(omega), np.shape(phase))
-        values = np.empty(np.broadcast_shapes(np.shape(t), own))
+        own = np.broadcast(amplitude, omega, phase).shape
+        values = np.empty(np.broadcast(t, amplitude, omega, phase).shape)
         values[...] = t
         parameters = np.empty((3, *own))
         parameters[0], parameters[1], parameters[2] = amplitude, omega, phase
