@@ -12,7 +12,7 @@ from substep_derive.declare.schemes import ALL
 import substep as ss
 
 
-@pytest.mark.parametrize("scheme", ["bathe", "houbolt"])
+@pytest.mark.parametrize("scheme", ["bathe", "houbolt", "kr_alpha"])
 def test_a_march_on_disk_goes_on_where_it_was_stopped(tmp_path: Any, scheme: str, monkeypatch: Any) -> None:
     monkeypatch.setattr("substep.structures.saved.BUFFER", 60)  # numbers: a checkpoint every few rows
     solved = [0]

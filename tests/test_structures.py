@@ -94,6 +94,26 @@ def test_bathes_example_to_one_unit_of_its_last_digit(scheme: str) -> None:
             assert abs(value - float(text)) <= unit
 
 
+@pytest.mark.parametrize(("scheme", "solves"), [("kr_alpha", 3), ("average_acceleration", 1), ("bathe", 2)])
+def test_no_system_is_solved_twice(scheme: str, solves: int) -> None:
+    """The last of kr_alpha's four systems, by which a velocity is reported, is the first one of the next step."""
+    calls = []
+
+    def solver(A: Any) -> Any:
+        def solve(b: Any) -> Any:
+            calls.append(1)
+            return np.linalg.solve(A, b)
+
+        return solve
+
+    counts = []
+    for steps in (10, 25):
+        calls.clear()
+        ss.march(make("full", solver=solver), scheme, 0.01, steps * 0.01, account=False)
+        counts.append(len(calls))
+    assert counts[1] - counts[0] == 15 * solves
+
+
 def test_sub_steps_with_one_effective_matrix_share_its_factorization() -> None:
     counted = []
 

@@ -82,6 +82,22 @@ class Steps:
         """V, the vectors of the state and the unknowns."""
         return self.given + len(self.systems)
 
+    @property
+    def repeated(self) -> int | None:
+        """The place of an unknown that the next step's first one is again: its system is the same of the new state."""
+        free = [s for s in self.systems if not (s.forces or s.differences or s.loads)]
+        if not free or free[0] is not self.systems[0]:
+            return None
+        for later in free[1:]:
+            unit = np.eye(self.vectors)[later.place]
+            first = (
+                row[: self.given] @ self.out + row[self.given] * unit
+                for row in (free[0].inertia, free[0].damping, free[0].stiffness)
+            )
+            if all(map(np.array_equal, first, (later.inertia, later.damping, later.stiffness))):
+                return later.place
+        return None
+
     def less(self, row: Array) -> "Steps":
         """The same for vectors of which the last unknown is kept less `row` (V - 1,) times the vectors before it."""
 

@@ -21,11 +21,12 @@ BLOCK = 256  # steps for which the loads are sampled at once
 
 @dataclass(frozen=True)
 class StructureSteps:
-    """All systems of a plan on a structure, ready to be solved step by step."""
+    """All systems of a plan on a structure, ready to be solved step by step; repeated: see `Steps`."""
 
     run: "Run"
     steps: Steps
     systems: tuple[LinearSystem | NonlinearSystem, ...]
+    repeated: int | None
 
     def loads(self, first: int, count: int) -> list[Array]:
         """For each system the sum of w g(t_n + tau h), (count, J), for the J loads and the steps n from `first` on."""
@@ -43,7 +44,7 @@ class StructureSteps:
     @cached_property
     def ahead(self) -> Array:
         """Rows (S, given) of what the first system takes of the state, if no more than there are unknowns."""
-        for first in self.systems[:1]:
+        for first in self.systems[:1] if self.repeated is None else ():
             if isinstance(first, LinearSystem) and len(first.rows) <= len(self.systems):
                 return first.rows
         return np.empty((0, self.steps.given))
@@ -57,17 +58,22 @@ class StructureSteps:
     def advance(self, X: Array, after: Array) -> None:
         """Begin the next step in `after` from a complete X; block by block, so that the new state is read from caches.
 
-        The same to the bit as `begin` with that state.
+        The same to the bit as `begin` with that state; a repeated unknown is there already.
         """
         combined(self.steps.out, X, after[: self.steps.given + len(self.ahead)], then=self.ahead)
+        if self.repeated is not None:
+            after[self.steps.given] = X[self.repeated]
 
-    def complete(self, X: Array, loads: Sequence[Array], times: Sequence[float]) -> None:
+    def complete(self, X: Array, loads: Sequence[Array], times: Sequence[float], *, advanced: bool = False) -> None:
         """Compute the unknowns of a step that has begun, with the loads (J,) and the mean instant of each system.
 
-        Raises NewtonFailed.
+        advanced: whether it began by `advance`. Raises NewtonFailed.
         """
         shapes, cases, ahead = self.run.shapes, self.run.by_case, len(self.ahead)
+        known = self.steps.given if advanced and self.repeated is not None else None
         for system, solver, values, t in zip(self.steps.systems, self.systems, loads, times, strict=True):
+            if system.place == known:
+                continue
             load = None
             if shapes.shape[1] and system.loads:
                 factors = values / solver.scale
@@ -124,11 +130,14 @@ class Run:
 
     def prepared(self, steps: Steps) -> StructureSteps:
         """The plan on the structure. Raises ValueError for a singular effective matrix."""
-        systems = tuple(self._system(system, system is steps.systems[-1]) for system in steps.systems)
+        repeated = steps.repeated
+        systems = tuple(
+            self._system(system, system is steps.systems[-1] and system.place != repeated) for system in steps.systems
+        )
         for solver in systems[-1:]:
             if isinstance(solver, LinearSystem):
                 steps = steps.less(solver.rest)
-        return StructureSteps(self, steps, systems)
+        return StructureSteps(self, steps, systems, repeated)
 
     def _system(self, system: System, last: bool) -> LinearSystem | NonlinearSystem:
         if self.structure.internal is not None and system.displacements:
@@ -165,7 +174,7 @@ class Run:
             count = min(BLOCK, n - first)
             loads = march.loads(first, count)
             for i in range(count):
-                march.complete(X, [rows[i] for rows in loads], march.times(first + i))
+                march.complete(X, [rows[i] for rows in loads], march.times(first + i), advanced=first + i > done)
                 yield X, march
                 march.advance(X, after)
                 X, after = after, X
