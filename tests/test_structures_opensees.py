@@ -94,6 +94,8 @@ def fixed_in_opensees() -> str:
     ops.model("basic", "-ndm", 1, "-ndf", 1)
     ops.node(1, 0.0)
     ops.fix(1, 1)
+    ops.node(2, 1.0)
+    ops.equalDOF(1, 2, 1)
     with pytest.raises(ValueError, match="expected a model with free degrees of freedom in OpenSees, got none"):
         from_opensees(ops)
     return ""

@@ -70,6 +70,7 @@ def test_what_ansys_writes_is_read(form: str, power: str, sides: int, tmp_path: 
         assert read_matrix(path).toarray().tolist() == [[-4.0, -1.0], [-1.0, -3.0]]
     for place, text, message in (
         (3, "(3I1)".ljust(16) + "(3I8)".ljust(16) + "(3X20)".ljust(20), r"the format \(3X20\)"),
+        (3, "(3I1)".ljust(16) + "(3I8)".ljust(16) + "(1P3F20.13)".ljust(20), r"the format \(1P3F20.13\)"),
         (-1 - sides, "1.0", "1 numbers in place of 3"),
         (1, "", ""),
     ):

@@ -5,6 +5,7 @@ Every reader gives what `substep.structure` takes: sparse matrices (N, N), or de
 
 import re
 from collections.abc import Iterable, Sequence
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,7 @@ from .matrices import Matrix
 from .structure import Structure, structure
 
 KIND = re.compile(r"[RCPI][SUHZR][AE]\b.*\n\(", re.IGNORECASE)  # how the third and fourth lines of Harwell-Boeing begin
-FORMAT = re.compile(r"\((?:\d*P,?)?(\d*)[IEDFG](\d+)(?:\.\d+)?(?:E\d+)?\)")
+FORMAT = re.compile(r"\((?:(?:\d*P,?)?(?P<powers>\d*)[ED]|(?P<others>\d*)[IF])(?P<width>\d+)(?:\.\d+)?(?:E\d+)?\)")
 
 
 def read_matrix(path: str | Path, *, name: str = "", size: int | None = None) -> Matrix:
@@ -83,7 +84,7 @@ def _fields(lines: Sequence[str], form: str, wanted: int) -> list[str]:
     found = FORMAT.match(form.upper().replace(" ", ""))
     if found is None:
         raise ValueError(f"the format {form.strip()}")
-    repeat, width = int(found[1] or 1), int(found[2])
+    repeat, width = int(found["powers"] or found["others"] or 1), int(found["width"])
     fields = [line[i * width : (i + 1) * width] for line in lines for i in range(repeat)]
     fields = [field for field in fields if field.strip()][:wanted]
     if len(fields) < wanted:
@@ -152,8 +153,7 @@ def from_opensees(ops: Any, *, nodes: Iterable[int] | None = None, **options: An
 
     Raises ValueError for a model without free degrees of freedom, and for what `substep.structure` does.
     """
-    free = sum(ops.getNDF(tag)[0] - len(ops.getFixedDOFs(tag)) for tag in ops.getNodeTags())
-    if free <= len(ops.getConstrainedNodes()) == 0:  # OpenSees ends the process in such an analysis
+    if not any(map(partial(_free_dofs, ops), ops.getNodeTags())):  # OpenSees ends the process in such an analysis
         raise ValueError("expected a model with free degrees of freedom in OpenSees, got none; define it first")
     M, C, K = (_gimme(ops, one) for one in np.eye(3))
     names = [""] * len(M)
@@ -167,6 +167,11 @@ def from_opensees(ops: Any, *, nodes: Iterable[int] | None = None, **options: An
             f"{names.index('')}; leave out nodes=, so that all are asked"
         )
     return structure(M, K, C=C if C.any() else None, names=names, **options)
+
+
+def _free_dofs(ops: Any, tag: int) -> set[int]:
+    """Numbers of a node's degrees of freedom that are neither fixed nor follow others."""
+    return set(range(1, ops.getNDF(tag)[0] + 1)) - {*ops.getFixedDOFs(tag), *ops.getConstrainedDOFs(tag)}
 
 
 def _gimme(ops: Any, weights: Array) -> Array:
