@@ -104,6 +104,57 @@ def test_a_matrix_of_rayleigh_damping_is_known_as_that() -> None:
         large.critical_step("rk4")
 
 
+@pytest.mark.parametrize("scheme", ["average_acceleration", "bathe", "houbolt", "kr_alpha"])
+def test_rigid_motions_take_no_step_from_a_scheme_without_limit(scheme: str) -> None:
+    """A free chain with a dashpot between two masses; what is left of the rigid motion is a double eigenvalue 1."""
+    K = 900.0 * (2 * np.eye(12) - np.eye(12, k=1) - np.eye(12, k=-1))
+    K[0, 0] = K[-1, -1] = 900.0
+    C = np.zeros((12, 12))
+    C[4:6, 4:6] = [[4.0, -4.0], [-4.0, 4.0]]
+    assert ss.structure(2 * np.eye(12), K, C=C).critical_step(scheme).dt == np.inf
+
+
+@pytest.mark.parametrize("C", [ss.Rayleigh(100.0, 0.0), [[100.0]]])
+def test_damping_alone_has_a_critical_step(C: Any) -> None:
+    """u'' = -100 u': that of a scheme of Runge and Kutta ends where its interval on the negative axis does."""
+    drag = ss.structure([[1.0]], [[0.0]], C=C)
+    assert drag.critical_step("rk4").dt == pytest.approx(2.785293563405282 / 100, rel=1e-6)
+    assert drag.critical_step("bathe").dt == np.inf
+    assert ss.structure([[1.0]], [[0.0]]).critical_step("rk4").dt == np.inf
+
+
+def test_two_degrees_of_freedom_are_not_taken_for_rayleigh_damping() -> None:
+    """Two numbers fit any product with two entries; an oscillator apart that is slow changes nothing."""
+    two = ss.structure(2 * np.eye(2), [[1800.0, -900.0], [-900.0, 900.0]], C=np.diag([5000.0, 0.0]))
+    three = ss.structure(
+        2 * np.eye(3), [[1800.0, -900.0, 0.0], [-900.0, 900.0, 0.0], [0.0, 0.0, 100.0]], C=np.diag([5000.0, 0.0, 0.0])
+    )
+    assert two.critical_step("rk4").dt == pytest.approx(three.critical_step("rk4").dt, rel=1e-5)
+    assert two.critical_step("rk4").dt == pytest.approx(2.785 / 2500, rel=1e-3)
+
+
+def test_instability_below_a_limit_is_found() -> None:
+    """forest_ruth steps back and forth, so that damping makes it unstable in steps that are shorter than others."""
+    M, K = shear_building([2.0] * 8, [900.0] * 8)
+    frame = ss.structure(M, K, C=ss.modal_damping([0.0] * 6 + [0.9]))
+    found, modes = frame.critical_step("forest_ruth"), frame.modes(8)
+    steps = np.linspace(0.002, 0.999, 300) * found.dt
+    radius = ss.scheme("forest_ruth").spectral_radius(steps[:, None] * modes.omega, np.maximum(modes.xi, 0.0))
+    assert found.dt < 0.6 * found.Omega / found.omega
+    assert radius.max() <= 1 + 1e-5
+
+
+def test_large_structures_under_modal_damping(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Beyond those whose whole step is looked at, every damped mode is: with the same result."""
+    for scheme in ("rk4", "central_difference_lagged", "forward_euler", "forest_ruth"):
+        for ratios in ([0.05] * 12, [0.0] * 10 + [0.8]):
+            frame = building(ss.modal_damping(ratios))
+            whole = frame.critical_step(scheme).dt
+            with monkeypatch.context() as patched:
+                patched.setattr(critical, "WHOLE", 5)
+                assert frame.critical_step(scheme).dt == pytest.approx(whole, rel=2e-5, abs=1e-10)
+
+
 def test_modal_damping_of_a_lower_mode_may_decide() -> None:
     """The highest mode is undamped; central differences with lagged damping are unstable where xi Omega is large."""
     M, K = shear_building([2.0] * 12, [900.0] * 12)
@@ -140,7 +191,7 @@ def test_what_has_no_critical_step_is_refused_by_name() -> None:
         ss.structure(M, K, fixed=fixed).critical_step("rk4", bound=True)
     with pytest.raises(ValueError, match="Rayleigh damping, or none, with bound=True"):
         building(0.1 * np.eye(12)).critical_step("rk4", bound=True)
-    with pytest.raises(ValueError, match="without damping: expected xi = 0"):
+    with pytest.raises(ValueError, match="rkn43 is a scheme for .*: expected a structure without damping"):
         building(ss.Rayleigh(0.1, 0.0)).critical_step("rkn43")
     with pytest.raises(ValueError, match="one value for gamma_t .* got an array"):
         building().critical_step(ss.scheme("newmark_bdf2", gamma_t=[0.2, 0.4]))

@@ -42,7 +42,7 @@ def test_a_symmetric_harwell_boeing_matrix_is_read(code: str, tmp_path: Path) ->
     path.write_text(text.replace("RUA", "RZA"), encoding="ascii")
     with pytest.raises(
         ValueError,
-        match="real assembled Harwell-Boeing matrix in stiffness.rsa, got: a matrix of kind RZA; .*Matrix Market",
+        match="real assembled Harwell-Boeing matrix in stiffness.rsa, got: a matrix of kind RZA with .*Matrix Market",
     ):
         read_matrix(path)
 
@@ -72,6 +72,11 @@ def test_what_ansys_writes_is_read(form: str, power: str, sides: int, tmp_path: 
         (3, "(3I1)".ljust(16) + "(3I8)".ljust(16) + "(3X20)".ljust(20), r"the format \(3X20\)"),
         (3, "(3I1)".ljust(16) + "(3I8)".ljust(16) + "(1P3F20.13)".ljust(20), r"the format \(1P3F20.13\)"),
         (-1 - sides, "1.0", "1 numbers in place of 3"),
+        (-3 - sides, "149", "starts of columns that do not ascend from 1 to 4"),
+        (-3 - sides, "914", "starts"),
+        (-2 - sides, f"{1:8d}{2:8d}{3:8d}", "rows that are not from 1 to 2"),
+        (-2 - sides, f"{1:8d}{0:8d}{2:8d}", "rows that are not from 1 to 2"),
+        (2, "RSA".ljust(14) + "".join(f"{x:14d}" for x in (3, 2, 3, 0)), "kind RSA with 3 rows and 2 columns"),
         (1, "", ""),
     ):
         path.write_text(
@@ -79,6 +84,25 @@ def test_what_ansys_writes_is_read(form: str, power: str, sides: int, tmp_path: 
         )
         with pytest.raises(ValueError, match=f"Harwell-Boeing matrix in job.rsa, got: .*{message}"):
             read_matrix(path)
+
+
+@pytest.mark.parametrize("number", ["-1.5000000000000-101", " 0.1500000000000+102", "1.5000000000000D-101"])
+def test_powers_of_three_digits_are_read(number: str, tmp_path: Path) -> None:
+    """For which Fortran's fields have no letter left; the format may begin with a blank."""
+    path = tmp_path / "job.matrix"
+    head = ["title".ljust(72) + "key".ljust(8), f"{3:14d}{1:14d}{1:14d}{1:14d}"]
+    kind = "RUA".ljust(14) + f"{1:14d}{1:14d}{1:14d}{0:14d}"
+    lines = [
+        *head,
+        kind,
+        " (2I8)".ljust(16) + "(1I8)".ljust(16) + "(1G20.13)".ljust(20),
+        f"{1:8d}{2:8d}",
+        f"{1:8d}",
+        number,
+    ]
+    path.write_text("\n".join(lines), encoding="ascii")
+    expected = {"-": -1.5e-101, " ": 1.5e101, "1": 1.5e-101}[number[0]]
+    assert read_matrix(path).toarray().tolist() == [[pytest.approx(expected, rel=1e-14)]]
 
 
 def test_the_size_may_be_said_of_text_that_does_not_say_it(tmp_path: Path) -> None:

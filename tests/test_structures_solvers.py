@@ -105,10 +105,18 @@ def test_a_solver_that_solves_something_else_is_told_from_a_singular_matrix(wron
     ) as found:
         factorize(matrix("definite"), lambda _: wrong)
     assert not isinstance(found.value, SingularMatrix)
+
+    def broken(_: Any) -> Any:
+        raise RuntimeError("licence server not found")
+
+    with pytest.raises(RuntimeError, match="licence server not found"):
+        factorize(matrix("definite"), broken)
     loose = matrix("definite").tolil()
     loose[7] = loose[:, 7] = 0.0
     with pytest.raises(SingularMatrix, match="degree of freedom 7 undetermined"):
         factorize(sparse.csr_array(loose), lambda _: wrong)
+    with pytest.raises(SingularMatrix, match="degree of freedom 7 undetermined"):
+        factorize(sparse.csr_array(loose), broken)
 
 
 @pytest.mark.parametrize("shape", [(3, 4, 5), (6, 6, 6)])

@@ -3,12 +3,10 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 
 from ..core.arrays import Array
-from ..core.coefficients import refuse_damping
 from ..core.errors import require_numbers
 from ..core.schemes import Scheme
 from ..core.schemes import scheme as make_scheme
@@ -23,8 +21,10 @@ DENSE = 100  # unknowns up to which LAPACK finds the largest mode in less time t
 UNSTABLE = 1.0 + 1e-6  # largest spectral radius of a stable step; it may have only half its digits near 1
 BELOW = np.geomspace(1e-6, 1.0, 400)  # of the largest frequency: where damping that is not largest there is looked at
 WHOLE = 120  # unknowns up to which the eigenvalues of a whole step are found, where damping couples the modes
-SHORTER = np.geomspace(0.02, 1.0, 20)  # of a step: at which it is looked for the first unstable one
+TRIED = 100  # steps below a critical one at which it is looked for instability
+LONG = 1e3  # radians or e-foldings in a step that is tried where the scheme is stable without end
 SAME = 1e-8  # relative difference of two vectors that are the same but for rounding
+NOTHING = 1e-10  # of the largest: a stiffness or damping that is rounding
 
 
 @dataclass(frozen=True)
@@ -82,8 +82,9 @@ def critical_step(structure: Structure, scheme: Scheme | str, *, bound: bool = F
     """The largest step with which a scheme is stable on a linear structure.
 
     bound: take Gershgorin's bound in place of the largest frequency, which makes the step a safe one, and shorter.
-    Under Rayleigh damping every frequency below the largest is looked at too, under modal damping every damped mode,
-    and under any other damping matrix, which may couple modes, the eigenvalues of the whole step.
+    Under Rayleigh damping all frequencies below the largest are looked at too. Under another damping matrix, which may
+    couple modes, the eigenvalues of the whole step are, up to 120 degrees of freedom; beyond these under modal damping
+    every damped mode is. In all cases shorter steps are tried too, a hundred of them.
 
     Raises ValueError as `largest_mode` and `frequency_bound`, for a structure with an internal force, for K or damping
     with a negative eigenvalue, with which no step is stable, for parameters that are arrays, for a scheme that takes no
@@ -106,13 +107,14 @@ def critical_step(structure: Structure, scheme: Scheme | str, *, bound: bool = F
     if isinstance(structure.C, Rayleigh) and omega > 0.0:
         xi = structure.C.ratio(omega)
     xi = max(xi, 0.0)  # of rounding
-    refuse_damping(s, xi)
+    if structure.C is not None and not s.info.damping:
+        raise ValueError(
+            f"{s.name} is a scheme for u'' = g(t, u): expected a structure without damping; take another scheme"
+        )
     given = {name: _exact(float(value)) for name, value in s.given.items()}
     Omega = facade.certificate(s.info.source, xi=_exact(xi), **given).critical_Omega
     end = None if Omega is None else float(Omega)
-    if omega == 0.0:
-        return CriticalStep(np.inf, omega, xi, end)
-    dt = np.inf if end is None else end / omega
+    dt = np.inf if end is None or omega == 0.0 else end / omega
     if structure.C is not None and dt > 0.0:
         dt = _damped(s, structure, omega, dt)
     return CriticalStep(float(dt), omega, xi, end)
@@ -129,39 +131,48 @@ def _damped(scheme: Scheme, structure: Structure, omega: float, dt: float) -> fl
     known = _ratios(structure, omega)
     if known is not None:
         omegas, xi = known
+        end = min(dt * (1.0 - 1e-9), LONG / omega)
 
         def stable(h: float) -> bool:
             return bool((scheme.spectral_radius(omegas * h, xi) <= UNSTABLE).all())
 
-        return _stable_below(stable, omega, dt, 1e-9, np.ones(1))
-    if structure.size > WHOLE:
-        raise ValueError(
-            f"expected Rayleigh or modal damping of more than {WHOLE} degrees of freedom, got another damping matrix "
-            f"of {structure.size}, whose critical step is not that of its modes; give C=substep.rayleigh(...) or "
-            "substep.modal_damping(...), or find a stable step by marches"
-        )
-    return _stable_below(lambda h: _whole_radius(scheme, structure, h) <= UNSTABLE, omega, dt, 1e-6, SHORTER)
+        return _stable_below(stable, np.linspace(end / TRIED, end, TRIED), dt, 1e-9)
+    stiffness, damping = _modal(structure)
+    m = len(stiffness)
+    if not m:
+        return dt
+    first_order = np.block([[np.zeros((m, m)), np.eye(m)], [-np.diag(stiffness), -damping]])
+    rate = float(np.abs(np.linalg.eigvals(first_order)).max())
+    end = min(dt * (1.0 - 1e-9), LONG / rate)
+    steps = np.geomspace(min(1e-2 / rate, end / TRIED), end, TRIED)
+    return _stable_below(lambda h: _whole_radius(scheme, stiffness, damping, h) <= UNSTABLE, steps, dt, 1e-6)
 
 
 def _ratios(structure: Structure, omega: float) -> tuple[Array, Array] | None:
-    """Frequencies up to the largest, rad/s, and the damping ratios there, where damping couples no modes."""
-    M, K, omegas = structure.M, structure.K, omega * BELOW
-    rayleigh = structure.C if isinstance(structure.C, Rayleigh) else _as_rayleigh(structure)
+    """Frequencies up to the largest, rad/s, and the damping ratios there; None where damping may couple modes.
+
+    Of modal damping those of the damped modes and, if there are others, the largest frequency without damping.
+    """
+    large, omegas = structure.size > WHOLE, omega * BELOW
+    rayleigh = structure.C if isinstance(structure.C, Rayleigh) else _as_rayleigh(structure) if large else None
+    if omega == 0.0 or (rayleigh is None and not large):
+        return None
     if rayleigh is not None:
         return omegas, np.array([max(rayleigh.ratio(w), 0.0) for w in omegas])
     if not isinstance(structure.C, LowRank):
         return None
     shapes = np.column_stack([structure.solve_mass(b) for b in structure.C.B.T])
-    forces = K @ shapes
+    forces = structure.K @ shapes
     squares = np.einsum("nm,nm->m", shapes, forces)
-    if not np.allclose(forces, (M @ shapes) * squares, rtol=0.0, atol=1e-6 * np.abs(forces).max()):
+    if not np.allclose(forces, (structure.M @ shapes) * squares, rtol=0.0, atol=1e-6 * np.abs(forces).max()):
         return None
     own = np.sqrt(np.maximum(squares, np.finfo(float).tiny))
-    return np.append(omegas, own), np.append(np.zeros(len(omegas)), np.maximum(0.5 * structure.C.d / own, 0.0))
+    others = [omega] * (len(own) < structure.size)
+    return np.append(own, others), np.append(np.maximum(0.5 * structure.C.d / own, 0.0), np.zeros(len(others)))
 
 
 def _as_rayleigh(structure: Structure) -> Rayleigh | None:
-    """A damping matrix that is alpha M + beta K as these two numbers; None of any other."""
+    """A damping matrix of many degrees of freedom that is alpha M + beta K as these two numbers; None of any other."""
     x = np.random.default_rng(0).normal(size=structure.size)
     parts, whole = np.stack([structure.M @ x, structure.K @ x], axis=-1), np.asarray(structure.damping @ x)
     sizes = np.maximum(np.abs(parts).max(axis=0), np.finfo(float).tiny)
@@ -170,29 +181,52 @@ def _as_rayleigh(structure: Structure) -> Rayleigh | None:
     return Rayleigh(*numbers.tolist()) if same else None
 
 
-def _whole_radius(scheme: Scheme, structure: Structure, h: float) -> float:
-    """The spectral radius of a step of the whole structure, whose state is that of the scheme."""
-    known: tuple[Any, ...] = (structure.M, structure.damping, structure.K)
-    M, C, K = (A if isinstance(A, np.ndarray) else A @ np.eye(structure.size) for A in known)
-    steps, n = step_of(scheme, h), structure.size
-    X = np.zeros((steps.vectors, n, steps.given * n))
-    X[: steps.given] = np.eye(steps.given * n).reshape(steps.given, n, -1)
+def _modal(structure: Structure) -> tuple[Array, Array]:
+    """Stiffness (m,) and damping (m, m) in the modes of unit mass, without motions that nothing stiffens or damps.
+
+    These have a double eigenvalue 1 in every scheme, which rounding would split. Raises ValueError for more degrees of
+    freedom than WHOLE.
+    """
+    from scipy import linalg  # noqa: PLC0415
+
+    if isinstance(structure.C, Rayleigh):  # of a structure without stiffness: all motions are alike
+        damping = np.full((1, 1), structure.C.alpha)
+        return np.zeros(int(damping.any())), damping[: int(damping.any())]
+    if structure.size > WHOLE:
+        raise ValueError(
+            f"expected Rayleigh or modal damping of more than {WHOLE} degrees of freedom, got another damping matrix "
+            f"of {structure.size}, whose critical step is not that of its modes; give C=substep.rayleigh(...) or "
+            "substep.modal_damping(...), or find a stable step by marches"
+        )
+    one = np.eye(structure.size)
+    M, C, K = (np.asarray(A @ one) for A in (structure.M, structure.damping, structure.K))
+    squares, shapes = linalg.eigh(K, M)
+    damping = shapes.T @ C @ shapes
+    free = np.flatnonzero(squares <= NOTHING * max(squares[-1], 0.0))
+    _, sizes, turned = np.linalg.svd(damping[:, free])
+    turned = turned[: int((sizes > NOTHING * np.abs(damping).max()).sum())]  # those that are damped
+    basis = np.eye(len(squares))
+    basis = np.column_stack([basis[:, free] @ turned.T, np.delete(basis, free, axis=1)])
+    return np.einsum("im,i,im->m", basis, squares, basis), basis.T @ damping @ basis
+
+
+def _whole_radius(scheme: Scheme, stiffness: Array, damping: Array, h: float) -> float:
+    """The spectral radius of a step of all modes, whose state is that of the scheme."""
+    steps, m = step_of(scheme, h), len(stiffness)
+    X = np.zeros((steps.vectors, m, steps.given * m))
+    X[: steps.given] = np.eye(steps.given * m).reshape(steps.given, m, -1)
     for system in steps.systems:
-        rows = (M, system.inertia), (C, system.damping), (K, system.linear_stiffness)
+        rows = (np.eye(m), system.inertia), (damping, system.damping), (np.diag(stiffness), system.linear_stiffness)
         right = sum(A @ np.tensordot(row[: system.place], X[: system.place], 1) for A, row in rows)
         X[system.place] = np.linalg.solve(sum(row[system.place] * A for A, row in rows), -right)
-    scale = np.repeat([h**kind for kind, _ in scheme.history], n)  # u, h*v, h^2*a are of one size
-    step = np.tensordot(steps.out, X, 1).reshape(steps.given * n, -1)
+    scale = np.repeat([h**kind for kind, _ in scheme.history], m)  # u, h*v, h^2*a are of one size
+    step = np.tensordot(steps.out, X, 1).reshape(steps.given * m, -1)
     return float(np.abs(np.linalg.eigvals(scale[:, None] * step / scale)).max())
 
 
-def _stable_below(stable: Callable[[float], bool], omega: float, dt: float, digits: float, shorter: Array) -> float:
-    """The step, or the largest below it with which `stable` holds, to so many digits of it.
-
-    shorter: fractions of the step at which it is looked for the first one that is not stable.
-    """
-    end = dt * (1.0 - 1e-9) if np.isfinite(dt) else 1e3 / omega
-    tried = (end * shorter).tolist()
+def _stable_below(stable: Callable[[float], bool], steps: Array, dt: float, digits: float) -> float:
+    """dt where all steps, which ascend, are stable; else what is before the first one that is not, to `digits`."""
+    tried = steps.tolist()
     high = next((h for h in tried if not stable(h)), None)
     if high is None:
         return dt

@@ -16,8 +16,13 @@ from ..core.arrays import Array
 from .matrices import Matrix
 from .structure import Structure, structure
 
-KIND = re.compile(r"[RCPI][SUHZR][AE]\b.*\n\(", re.IGNORECASE)  # how the third and fourth lines of Harwell-Boeing begin
-FORMAT = re.compile(r"\((?:(?:\d*P,?)?(?P<powers>\d*)[ED]|(?P<others>\d*)[IF])(?P<width>\d+)(?:\.\d+)?(?:E\d+)?\)")
+KIND = re.compile(
+    r"[RCPI][SUHZR][AE]\b.*\n *\(", re.IGNORECASE
+)  # how the third and fourth lines of Harwell-Boeing begin
+SHORT_POWER = re.compile(
+    r"(?<=[\d.])([+-]\d+) *$"
+)  # of three digits, as in 1.5-101, for which Fortran has no letter left
+FORMAT = re.compile(r"\((?:(?:\d*P,?)?(?P<powers>\d*)[ED]|(?P<others>\d*)[IFG])(?P<width>\d+)(?:\.\d+)?(?:E\d+)?\)")
 
 
 def read_matrix(path: str | Path, *, name: str = "", size: int | None = None) -> Matrix:
@@ -48,7 +53,10 @@ def read_matrix(path: str | Path, *, name: str = "", size: int | None = None) ->
 
 def _of_size(matrix: Matrix, size: int | None, path: Path) -> Matrix:
     if size is not None and matrix.shape != (size, size):
-        raise ValueError(f"expected a matrix of {size} x {size} in {path.name}, got shape {matrix.shape}; correct size")
+        raise ValueError(
+            f"expected a matrix of {size} x {size} in {path.name}, got shape {matrix.shape}; both M and K are "
+            "of all degrees of freedom"
+        )
     return matrix
 
 
@@ -59,8 +67,8 @@ def _harwell_boeing(lines: Sequence[str], name: str) -> Matrix:
     try:
         below = [int(word) for word in lines[1].split()[1:4]]  # lines of columns' starts, rows and values
         kind, (rows, columns, entries) = lines[2][:3].upper(), (int(word) for word in lines[2][3:].split()[:3])
-        if kind[0] not in "RI" or kind[2] != "A" or kind[1] not in "SUR":
-            raise ValueError(f"a matrix of kind {kind}")
+        if kind[0] not in "RI" or kind[2] != "A" or kind[1] not in "SUR" or (kind[1] == "S" and rows != columns):
+            raise ValueError(f"a matrix of kind {kind} with {rows} rows and {columns} columns")
         formats = lines[3][:16], lines[3][16:32], lines[3][32:52]
         first = 5 if len(lines[1].split()) > 4 and int(lines[1].split()[4]) else 4
         parts: list[list[str]] = []
@@ -68,7 +76,11 @@ def _harwell_boeing(lines: Sequence[str], name: str) -> Matrix:
             parts.append(_fields(lines[first : first + count], form, wanted))
             first += count
         starts, places = (np.array([int(x) for x in part]) - 1 for part in parts[:2])
-        values = np.array([float(x.upper().replace("D", "E")) for x in parts[2]])
+        if starts[0] != 0 or starts[-1] != entries or (np.diff(starts) < 0).any():
+            raise ValueError(f"starts of columns that do not ascend from 1 to {entries + 1}")
+        if entries and not 0 <= places.min() <= places.max() < rows:
+            raise ValueError(f"rows that are not from 1 to {rows}")
+        values = np.array([float(SHORT_POWER.sub(r"E\1", x.upper().replace("D", "E"))) for x in parts[2]])
         A = sparse.csr_array(sparse.csc_array((values, places, starts), shape=(rows, columns)))
     except (ValueError, IndexError) as error:
         raise ValueError(

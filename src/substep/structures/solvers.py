@@ -47,6 +47,9 @@ def factorize(matrix: Matrix, solver: Solver = "auto") -> Solve:
     try:
         solve = _chosen(matrix, solver)
     except (RuntimeError, np.linalg.LinAlgError) as error:  # what the libraries raise for an exact zero pivot
+        if callable(solver):
+            factorize(matrix)  # raises for a singular matrix
+            raise
         raise SingularMatrix(_loose(matrix)) from error
     n = matrix.shape[0]
     attained, other = matrix @ np.cos(np.arange(n)), np.random.default_rng(0).normal(size=n)
