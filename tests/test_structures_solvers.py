@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy import sparse
-from scipy.sparse.linalg import LinearOperator
+from scipy.sparse.linalg import LinearOperator, splu
 
 import substep as ss
 from substep.core import memory
@@ -83,19 +83,33 @@ def test_what_does_not_fit_in_memory_is_refused_before_it_is_tried(
         factorize(solid((6, 6, 6)).K, solver)
 
 
-@pytest.mark.parametrize("kind", ["dense", "dense array", "superlu, unsymmetric"])
+@pytest.mark.parametrize("kind", ["dense", "dense array", "superlu, unsymmetric", "superlu, its own order"])
 def test_factors_of_all_entries_and_unsymmetric_ones_are_refused_too(
     kind: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     A = sparse.csr_array(solid((6, 6, 6)).K)
+    if "order" in kind:
+        monkeypatch.setattr(solvers, "find_spec", lambda _: None)
     if kind == "dense array":
         A = A.toarray()
-    elif kind != "dense":
+    elif "unsymmetric" in kind:
         A = A + sparse.csr_array(([A.max()], ([3], [700])), shape=A.shape)
     for module in (memory, solvers):
         monkeypatch.setattr(module, "available_memory", lambda: 10_000)
     with pytest.raises(MemoryError, match=r"factors of 882 unknowns .* GB needed of 0.0 GB free"):
         factorize(A, kind.split(",", maxsplit=1)[0].split(maxsplit=1)[0])
+
+
+def test_superlus_own_order_is_known_before_it_factorizes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The entries that are counted are those that its factor has, but for some that cancel."""
+    counted: list[float] = []
+    monkeypatch.setattr(solvers, "find_spec", lambda _: None)
+    monkeypatch.setattr(solvers, "available_memory", lambda: 10_000)
+    monkeypatch.setattr(solvers, "require_factors", lambda _, need: counted.append(need / 16))
+    K = sparse.csc_array(solid((8, 8, 8)).K)
+    superlu(K)
+    known = splu(K, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}).L.nnz
+    assert counted == [pytest.approx(known, rel=1e-3)]
 
 
 @pytest.mark.parametrize("wrong", [np.zeros_like, lambda b: b * np.nan, lambda b: b])

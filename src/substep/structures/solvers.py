@@ -5,6 +5,7 @@ of these, or a function of the user's own from the matrix to such a function, fo
 """
 
 from collections.abc import Callable
+from contextlib import suppress
 from importlib.util import find_spec
 from typing import Any
 
@@ -158,13 +159,17 @@ def superlu(matrix: Matrix) -> Solve:
     symmetric = asymmetry(A) < 1e-12
     options: dict[str, Any] = {"diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}} if symmetric else {}
     if not find_spec("pymetis"):
-        return splu(A, permc_spec="MMD_AT_PLUS_A", **options).solve
+        options["permc_spec"] = "MMD_AT_PLUS_A"
+        if not _would_fit(matrix.shape[0], 2 * 8):
+            with suppress(RuntimeError):  # of a pivot that is 0, of which the factorization itself tells
+                order = _own_order(A, options)
+                _require_fill(sparse.csc_array(A[order][:, order]), 2 * 8)
+        return splu(A, **options).solve
     import pymetis  # noqa: PLC0415
 
     order = _graph_order(pymetis, A)
     ordered = sparse.csc_array(A[order][:, order])
-    # the numbers of both factors, without their indices; other pivots than those of the order fill more
-    _require_fill(ordered if symmetric else sparse.csc_array(abs(ordered) + abs(ordered).T), 2 * 8)
+    _require_fill(ordered, 2 * 8)  # the numbers of both factors, without their indices
     lu = splu(ordered, permc_spec="NATURAL", **options)
 
     def solve(b: Array) -> Array:
@@ -175,14 +180,32 @@ def superlu(matrix: Matrix) -> Solve:
     return solve
 
 
+def _would_fit(n: int, each: int) -> bool:
+    """Whether full factors would fit in memory, `each` bytes an entry of L, so that no entries have to be counted."""
+    have = available_memory()
+    return have is None or each * n * (n + 1) / 2 <= have
+
+
 def _require_fill(ordered: Any, each: int) -> None:
-    """Raises MemoryError where the factors of a symmetric matrix, `each` bytes an entry of L, do not fit in memory."""
-    n, have = ordered.shape[0], available_memory()
-    if have is None or each * n * (n + 1) / 2 <= have:  # a full matrix would fit: nothing has to be counted
+    """Raises MemoryError where the factors of a matrix, `each` bytes an entry of L, do not fit in memory.
+
+    Pivots are taken to be those of the order; others, of a matrix that is not symmetric, fill more.
+    """
+    n = ordered.shape[0]
+    if _would_fit(n, each):
         return
     from .fill import factor_entries  # noqa: PLC0415 (loads numba, and compiles)
 
-    require_factors(n, each * factor_entries(ordered.indptr, ordered.indices))
+    pattern = abs(ordered) + abs(ordered).T
+    require_factors(n, each * factor_entries(pattern.indptr, pattern.indices))
+
+
+def _own_order(A: Any, options: dict[str, Any]) -> Any:
+    """The order of SuperLU itself: place -> unknown, from an incomplete factorization that drops all it may."""
+    from scipy.sparse.linalg import spilu  # noqa: PLC0415
+
+    dropped = spilu(A, drop_tol=1.0, fill_factor=1.0, drop_rule="basic", **options)
+    return np.argsort(dropped.perm_c)
 
 
 def _graph_order(pymetis: Any, A: Any) -> Any:
