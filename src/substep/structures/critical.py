@@ -14,7 +14,7 @@ from .damping import Rayleigh
 from .low_rank import LowRank
 from .matrices import diagonal_of, require_symmetric
 from .plan import step_of
-from .refusals import require_decay, require_definite_mass, require_linear
+from .refusals import require_decay, require_definite_mass, require_linear, require_undamped
 from .structure import Structure
 
 DENSE = 100  # unknowns up to which LAPACK finds the largest mode in less time than Lanczos's method
@@ -84,7 +84,7 @@ def critical_step(structure: Structure, scheme: Scheme | str, *, bound: bool = F
     bound: take Gershgorin's bound in place of the largest frequency, which makes the step a safe one, and shorter.
     Under Rayleigh damping all frequencies below the largest are looked at too. Under another damping matrix, which may
     couple modes, the eigenvalues of the whole step are, up to 120 degrees of freedom; beyond these under modal damping
-    every damped mode is. In all cases shorter steps are tried too, a hundred of them.
+    every damped mode is. Of a damped structure a hundred shorter steps are tried too.
 
     Raises ValueError as `largest_mode` and `frequency_bound`, for a structure with an internal force, for K or damping
     with a negative eigenvalue, with which no step is stable, for parameters that are arrays, for a scheme that takes no
@@ -107,10 +107,7 @@ def critical_step(structure: Structure, scheme: Scheme | str, *, bound: bool = F
     if isinstance(structure.C, Rayleigh) and omega > 0.0:
         xi = structure.C.ratio(omega)
     xi = max(xi, 0.0)  # of rounding
-    if structure.C is not None and not s.info.damping:
-        raise ValueError(
-            f"{s.name} is a scheme for u'' = g(t, u): expected a structure without damping; take another scheme"
-        )
+    require_undamped(structure, s, s.name)
     given = {name: _exact(float(value)) for name, value in s.given.items()}
     Omega = facade.certificate(s.info.source, xi=_exact(xi), **given).critical_Omega
     end = None if Omega is None else float(Omega)
@@ -190,8 +187,8 @@ def _modal(structure: Structure) -> tuple[Array, Array]:
     from scipy import linalg  # noqa: PLC0415
 
     if isinstance(structure.C, Rayleigh):  # of a structure without stiffness: all motions are alike
-        damping = np.full((1, 1), structure.C.alpha)
-        return np.zeros(int(damping.any())), damping[: int(damping.any())]
+        damped = [structure.C.alpha] if structure.C.alpha else []
+        return np.zeros(len(damped)), np.diag(damped)
     if structure.size > WHOLE:
         raise ValueError(
             f"expected Rayleigh or modal damping of more than {WHOLE} degrees of freedom, got another damping matrix "

@@ -22,10 +22,7 @@ def require_suited(structure: Structure, scheme: Scheme, h: float) -> None:
     one: Scheme | None = scheme
     while one is not None:
         who = one.name if one is scheme else f"{one.name}, which starts {scheme.name},"
-        if not one.info.damping and structure.C is not None:
-            raise ValueError(
-                f"{who} is a scheme for u'' = g(t, u): expected a structure without damping; take another scheme"
-            )
+        require_undamped(structure, one, who)
         systems = step_of(one, h).systems
         if (force := structure.internal) is not None:
             if force.potential is None and any(x.differences for x in systems):
@@ -52,6 +49,14 @@ def require_suited(structure: Structure, scheme: Scheme, h: float) -> None:
                 "scheme"
             )
         one = one.starter
+
+
+def require_undamped(structure: Structure, scheme: Scheme, who: str) -> None:
+    """Raises ValueError for a structure with damping and a scheme that takes none; who: what the error calls it."""
+    if structure.C is not None and not scheme.info.damping:
+        raise ValueError(
+            f"{who} is a scheme for u'' = g(t, u): expected a structure without damping; take another scheme"
+        )
 
 
 def require_definite_mass(structure: Structure) -> None:
