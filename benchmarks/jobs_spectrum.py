@@ -85,10 +85,12 @@ def _peaks(found: Job, name: str, n: int, rounds: int) -> Table:
 
 
 def _whole_spectrum(found: Job, n: int, rounds: int) -> None:
-    """SD, SV and SA as a user asks for them, three peaks a lane."""
+    """SD, SV and SA, three peaks a lane: the march alone, and as a user asks for them."""
     f, work, exact, rows = record(n, DT), LANES * n, exact_peaks(tuple(OMEGAS), XI, n, DT), []
+    load, march, call = ss.Record(DT, f), "substep, the march in it", "substep, average_acceleration"
     ways = {
-        "substep, average_acceleration": lambda: ours.spectrum("average_acceleration", OMEGAS, XI, f, DT),
+        march: lambda: ours.three_peaks("average_acceleration", OMEGAS, XI, load),
+        call: lambda: ours.spectrum("average_acceleration", OMEGAS, XI, f, DT),
         "substep, the same with its error": lambda: ours.spectrum("average_acceleration", OMEGAS, XI, f, DT, True),
         "substep, the exact reference": lambda: ours.exact_spectrum(OMEGAS, XI, f, DT),
         "pyyeti srs, three times": lambda: peers.pyyeti_spectrum(OMEGAS, XI, f, DT),
@@ -115,7 +117,8 @@ def _whole_spectrum(found: Job, n: int, rounds: int) -> None:
     against = {name: f"{name} against the exact response" for name in ("SD", "SV", "SA")}
     table = Table("SD, SV, SA", "lane-step", measure(rows, rounds), against)
     found.tables.append(table)
-    found.compare(table, "SD, SV, SA: substep / C", "substep, average_acceleration", label, "<=", 1.3)
+    found.compare(table, "SD, SV, SA: substep, the march / C", march, label, "<=", 1.3)
+    found.compare(table, "SD, SV, SA: response_spectrum / the march in it", call, march, "<=", 1.5)
 
 
 def _three(peaks: np.ndarray, exact: np.ndarray) -> dict[str, float]:
@@ -163,7 +166,6 @@ def _history(found: Job, name: str, n: int, rounds: int) -> None:
         f"{name}: history of u, v, a", "double", measure(rows, rounds), {"C": "u against C's, of the largest"}
     )
     found.tables.append(table)
-    # numba cannot store past the caches, so plain stores are the limit
-    found.compare(
-        table, "history into memory: substep / plain stores", "substep", "stores through the caches", "<=", 1.6
-    )
+    stores = "stores through the caches"
+    found.compare(table, "history into memory: substep / plain stores", "substep", stores, "<=", 1.6)
+    found.compare(table, "history into memory: substep / C", "substep", "C, 2x2 map, history", "<=", 1.1)

@@ -46,6 +46,14 @@ def spectrum(name: str, omegas: Array, xi: float, record: Array, dt: float, erro
     return np.stack([found[quantity].values for quantity in ("displacement", "velocity", "acceleration")])
 
 
+def three_peaks(name: str, omegas: Array, xi: float, load: ss.Record) -> Array:
+    """Peaks (3, lanes) of u, v and the absolute acceleration under the record, from rest: the march in `spectrum`."""
+    lanes = march_linear(
+        scheme(name), at_rest(omegas, xi, load), len(load.samples) - 1, load, keep="peak_absolute"
+    )  # fmt: skip
+    return lanes.peak
+
+
 def exact_spectrum(omegas: Array, xi: float, record: Array, dt: float) -> Array:
     """SD, SV, SA (3, lanes) of the exact response, from which errors are reported."""
     return exact_peaks(omegas, np.full(len(omegas), xi), ss.Record(dt, record))

@@ -1,5 +1,6 @@
 """Medians of interleaved runs: the alternatives take turns, so that drifts of the machine's speed affect them alike."""
 
+import ctypes
 import os
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -54,6 +55,7 @@ def measure(alternatives: Sequence[Alternative], rounds: int, *, wall: bool = Fa
     Times are the process's own, which other programs on the machine do not lengthen; threads add up in it, so measure
     inside `cores(1)`. wall: wall-clock times instead, for work on several cores.
     """
+    keep_memory()
     clock = time.perf_counter if wall else time.process_time
     errors, repeats, turns = [], [], []
     for one in alternatives:
@@ -75,6 +77,19 @@ def measure(alternatives: Sequence[Alternative], rounds: int, *, wall: bool = Fa
                 one.run()
             samples[k, turn] = (clock() - began) / (repeats[k] * one.units)
     return [Measured(one.name, one.kind, samples[k], errors[k]) for k, one in enumerate(alternatives)]
+
+
+def keep_memory() -> None:
+    """Have the C library keep memory that is freed, instead of giving it back to the system.
+
+    Else calls that return arrays would pay for fresh pages at some sizes and not at others, by what was allocated
+    before, and C, which writes into arrays that it has, never. Fresh pages have a row of their own among the histories.
+    """
+    mallopt = getattr(ctypes.CDLL(None), "mallopt", None)  # of glibc
+    if mallopt is not None:
+        trim_threshold, mmap_threshold = -1, -3
+        mallopt(mmap_threshold, 1 << 25)  # the most it takes
+        mallopt(trim_threshold, 1 << 30)
 
 
 @dataclass(frozen=True)

@@ -130,6 +130,19 @@ def test_a_record_between_its_samples(dt: float, compiled: bool) -> None:
     assert record(np.array([np.nan])).tolist() == [0.0]
 
 
+@pytest.mark.parametrize("compiled", [True, False])
+@pytest.mark.parametrize("tau", [0.0, 1.0, 0.2, 2 - np.sqrt(2), -1.0])
+@pytest.mark.parametrize("dt", [0.01, 0.005, 0.004, 0.02, 0.0031, np.sqrt(2) / 100, 0.5])
+def test_a_record_at_steps_is_what_it_is_at_their_times(dt: float, tau: float, compiled: bool) -> None:
+    """To the last bit, for blocks of steps within the record, over its ends and beyond them."""
+    record = ss.Record(0.01, RNG.normal(size=900))
+    for steps in (range(2000), range(300, 301), range(70, 700), range(10**9, 10**9 + 3), range(5, 5)):
+        found = record.at_steps(steps, tau, dt)
+        if not compiled:
+            PLAIN.interpolate_steps(record.samples, record.dt, dt, tau, steps.start, found)
+        assert np.array_equal(found, record((np.array(steps, dtype=float) + tau) * dt))
+
+
 @pytest.mark.parametrize(
     "load", [ss.Record(0.1, [1.0, 2.0, 0.5]), ss.Harmonic(1.0, 2.0), ss.Step(2.0, 0.1), ss.HalfSine(1.0, 0.4)], ids=repr
 )

@@ -16,6 +16,7 @@ from .linear_step import Candidate, Oscillators, with_parameters
 Residual = Callable[[Candidate], Array]
 EXACT = 1e-14  # a residual beyond which other values may do better: of two equal steps one rounds less
 TRIES = 5  # starting points
+ROUGH = 1e-4  # relative decrease of the squares in a step of least squares, below which a residual will not vanish
 FLAT = 1e-7  # how far a solution may be off where the residual is flat, as at a double root: sqrt(1e-14)
 SURE = 3.0  # times what the largest entry of the residual, had it the same size everywhere, would move a parameter by
 WORST = 1e6  # a residual in place of one that is not finite
@@ -40,13 +41,16 @@ class Fitted:
     unsure: float = 0.0
 
 
-def solve(scheme: Scheme, names: Sequence[str], at: Oscillators, residual: Residual) -> Fitted:
+def solve(
+    scheme: Scheme, names: Sequence[str], at: Oscillators, residual: Residual, worth: float = math.inf
+) -> Fitted:
     """The scheme with the named parameters such that the residual is least.
 
-    The parameters enter a step rationally, so that a residual that can vanish does so from one of a few starts.
+    The parameters enter a step rationally, so that a residual that can vanish does so from one of a few starts. worth:
+    see `solutions`.
     """
     best = Fitted(scheme, np.inf)
-    for found in solutions(scheme, names, at, residual):
+    for found in solutions(scheme, names, at, residual, worth):
         if found.error < best.error:
             best = found
         if best.error <= EXACT:
@@ -54,20 +58,26 @@ def solve(scheme: Scheme, names: Sequence[str], at: Oscillators, residual: Resid
     return best
 
 
-def solutions(scheme: Scheme, names: Sequence[str], at: Oscillators, residual: Residual) -> Iterator[Fitted]:
-    """What is found from each start: other values may do the same."""
+def solutions(
+    scheme: Scheme, names: Sequence[str], at: Oscillators, residual: Residual, worth: float = math.inf
+) -> Iterator[Fitted]:
+    """What is found from each start: other values may do the same.
+
+    worth: a residual beyond which a solution is left as it is once the squares decrease slowly. Near values at which the
+    residual vanishes they decrease fast; most schemes are not the one that is looked for.
+    """
     fit = _Fit(scheme, tuple(names), at, residual)
     if not names:
         yield Fitted(scheme, largest(fit.at_values(np.zeros(0))))
         return
-    from scipy.optimize import least_squares  # noqa: PLC0415 (slow to import)
-
     if len(fit.compared) < len(names):
         return
     for x0 in fit.guesses:
-        yield fit.recognised(
-            least_squares(fit.vector, x0, method="lm", xtol=1e-15, ftol=1e-15, gtol=1e-15, max_nfev=40 * len(x0))
-        )
+        found = fit.least(x0, ROUGH)
+        if largest(found.fun) > worth:
+            yield fit.measured(found)
+        else:
+            yield fit.recognised(fit.least(found.x, 1e-15))
 
 
 @dataclass(frozen=True)
@@ -124,17 +134,27 @@ class _Fit:
         low = 0.0 if info.low is None else info.low
         return low, low + 1.0 if info.high is None else info.high
 
+    def least(self, x0: Array, ftol: float) -> Any:
+        """The solution of least squares from a start, ended by that relative decrease of the squares."""
+        from scipy.optimize import least_squares  # noqa: PLC0415 (slow to import)
+
+        return least_squares(self.vector, x0, method="lm", xtol=1e-15, ftol=ftol, gtol=1e-15, max_nfev=40 * len(x0))
+
+    def measured(self, solution: Any) -> Fitted:
+        """A solution of least squares as it is."""
+        error = largest(self.at_values(solution.x))
+        unsure = SURE * error * float(np.sqrt(np.diag(np.linalg.pinv(solution.jac.T @ solution.jac)).max()))
+        return Fitted(self.of(solution.x), error, unsure)
+
     def recognised(self, solution: Any) -> Fitted:
         """At simple numbers near a solution of least squares where the residual is no larger there, else at it."""
-        x = solution.x
-        error = largest(self.at_values(x))
-        unsure = SURE * error * float(np.sqrt(np.diag(np.linalg.pinv(solution.jac.T @ solution.jac)).max()))
-        for tolerance in (max(FLAT, unsure), max(1e-9, unsure)):
-            exact = self.simple(x, tolerance)
+        found = self.measured(solution)
+        for tolerance in (max(FLAT, found.unsure), max(1e-9, found.unsure)):
+            exact = self.simple(solution.x, tolerance)
             there = largest(self.at_values(exact))
-            if there <= 3.0 * error + EXACT:
-                return Fitted(self.of(exact), there, unsure)
-        return Fitted(self.of(x), error, unsure)
+            if there <= 3.0 * found.error + EXACT:
+                return Fitted(self.of(exact), there, found.unsure)
+        return found
 
     def simple(self, x: Array, tolerance: float) -> Array:
         """The simple numbers within a tolerance; a parameter's default where that is near and irrational."""

@@ -123,6 +123,9 @@ def identify(
                 nearest = min([*tried, *([nearest] if nearest else [])], key=lambda match: match.error)
         if same:
             return Identification(tuple(same), claimed=claimed)
+    if nearest is not None:  # its parameters are known to a few digits
+        names = free_parameters(nearest.scheme)[: nearest.solved]
+        nearest = fitted(nearest.scheme, names, "matrix", free, own, noise, worth=np.inf)
     return Identification((), nearest, differs=differing(nearest, free, noise) if nearest else "")
 
 
@@ -202,10 +205,15 @@ def fitted(
     own: Sequence[Measured],
     noise: Noise,
     damping: Damping = "declared",
+    worth: float | None = None,
 ) -> Match:
-    """The scheme with the named parameters solved for, whether it matches or not."""
+    """The scheme with the named parameters solved for, whether it matches or not.
+
+    worth: the deviation up to which they are solved for to all digits, that of the noise if None.
+    """
+    most = noise.worth if worth is None else worth
     fits = [
-        solve(scheme, names, free[0].at, lambda c, r=residual: r(replace(c, damping=damping)))
+        solve(scheme, names, free[0].at, lambda c, r=residual: r(replace(c, damping=damping)), most)
         for residual in residuals(scheme, what, free)
     ]
     best = min(fits, key=lambda fit: fit.error)
@@ -222,7 +230,7 @@ def with_other_values(match: Match, free: Sequence[Measured], noise: Noise) -> I
     """
     names = free_parameters(match.scheme)[: match.solved]
     for residual in residuals(match.scheme, match.what, free) if names else ():
-        for solution in solutions(match.scheme, names, free[0].at, residual):
+        for solution in solutions(match.scheme, names, free[0].at, residual, noise.worth):
             other = replace(match, scheme=solution.scheme, error=solution.error)
             if credible(other, noise) and not is_claimed(match.scheme, solution.scheme):
                 yield other

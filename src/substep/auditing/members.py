@@ -85,7 +85,7 @@ def _near(scheme: Scheme, best: Match, free: Sequence[Measured], noise: Noise) -
     for plain in PLAIN:
         yield with_parameters(scheme, dict.fromkeys(names, plain) | shared), best.unsure
     for residual in residuals(scheme, best.what, few):
-        for solution in islice(solutions(scheme, names, few[0].at, residual), TRIES):
+        for solution in islice(solutions(scheme, names, few[0].at, residual, noise.worth), TRIES):
             if solution.error <= noise.match:
                 yield solution.scheme, solution.unsure
 

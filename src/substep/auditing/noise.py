@@ -38,6 +38,11 @@ class Noise:
         return max(MATCH, MARGIN * self.size)
 
     @property
+    def worth(self) -> float:
+        """The largest deviation of a scheme that may match once its parameters are solved for to more digits."""
+        return 10.0 * self.match
+
+    @property
     def rounding(self) -> float:
         """The largest deviation where nothing but the noise may explain it."""
         return max(ROUNDING, MARGIN * self.size)

@@ -139,6 +139,12 @@ class Record:
         loaded("loads").interpolate(self._values, float(self.dt), read_only(times), values.reshape(-1))
         return values[()]
 
+    def at_steps(self, steps: range, tau: float, dt: float) -> Array:
+        """Load at the times (k + tau)*dt of the steps k, consecutive ones, to the last bit as at an array of them."""
+        values = np.empty(len(steps))
+        loaded("loads").interpolate_steps(self._values, float(self.dt), float(dt), float(tau), steps.start, values)
+        return values
+
     def __repr__(self) -> str:
         return f"Record(dt={self.dt}, {len(self._values)} samples)"
 

@@ -125,6 +125,8 @@ def _require_told_apart(scheme: "Scheme", radius: Array, damping: Array, Omega: 
     So it is where two of the large ones, of the matrix in the energy norm, are as one. NaN of real eigenvalues apart
     from each other stays.
     """
+    if not np.any(np.greater(Omega, HIDDEN_FROM)):
+        return
     arguments = points(scheme, Omega, xi)[1]
     odd = ~(abs(damping.reshape(-1)) < LARGE_DAMPING) & np.isfinite(radius.reshape(-1))
     odd &= (arguments[0] > HIDDEN_FROM) & (arguments[1] < 1.0)

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..core.arrays import read_only
-from ..core.loads import Load, LoadLanes, is_known, values_at
+from ..core.loads import Load, LoadLanes, Record, is_known, values_at
 from ..core.schemes import Array
 
 
@@ -83,9 +83,15 @@ def _at_stencil(load: Load | None, stencil: Array, dt: Array, begin: int, end: i
     """
     if load is None:
         return [np.zeros((end - begin, 1))] * len(stencil)
-    steps = np.arange(begin, end + 1, dtype=np.float64)[:, None]
+
+    def at(tau: Array | float, last: int) -> Array:
+        """The load tau steps after the start of the steps begin to last - 1."""
+        if isinstance(load, Record) and dt.size == 1 and np.ndim(tau) == 0:
+            return load.at_steps(range(begin, last), float(tau), float(dt[0]))[:, None]
+        return values_at(load, (np.arange(begin, last, dtype=np.float64)[:, None] + tau) * dt)
+
     if stencil.ndim > 1 or not {0.0, 1.0} <= set(stencil.tolist()):
-        return [values_at(load, (steps[:-1] + c) * dt) for c in stencil]
-    at_ends = values_at(load, steps * dt)
+        return [at(tau, end) for tau in stencil]
+    at_ends = at(0.0, end + 1)
     ends = {0.0: at_ends[:-1], 1.0: at_ends[1:]}
-    return [ends[c] if c in ends else values_at(load, (steps[:-1] + c) * dt) for c in stencil.tolist()]
+    return [ends[tau] if tau in ends else at(tau, end) for tau in stencil.tolist()]

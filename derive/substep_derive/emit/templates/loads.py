@@ -11,6 +11,7 @@ from numba import njit
     + WIDEST_IMPORTS
     + """
 AT_ONCE = 256  # times whose places in a record are found before its samples are read, which is not done in vectors
+FAR = 1 << 30  # beyond it the place in a record is not found as an integer of 32 bits, as CPUs with AVX2 do in vectors
 
 _exact = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
 _fused = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
@@ -46,6 +47,34 @@ def interpolate(samples, dt, t, out):
         for i in range(time.size):
             k = place[i]
             value[i] *= samples[k] * (1.0 - share[i]) + samples[k + 1] * share[i]
+
+
+@_exact
+def interpolate_steps(samples, dt, h, tau, first, out):
+    """What `interpolate` gives at the times (first + i + tau) h, to the last bit, without an array of them; out (n,).
+
+    Where many of them lie between the first sample and the last but one, these need not be looked for one by one.
+    """
+    _widest()
+    most = min(samples.size - 2, FAR)
+    place, share, t = np.empty(AT_ONCE, np.int32), np.empty(AT_ONCE), np.empty(AT_ONCE)
+    for begin in range(0, out.size, AT_ONCE):
+        value, step = out[begin : begin + AT_ONCE], np.float64(first + begin)
+        if step + tau >= 0.0 and (step + value.size + tau) * h / dt < most:
+            for i in range(value.size):
+                position = (step + np.float64(np.int32(i)) + tau) * h / dt
+                nearest = np.rint(position)
+                position = nearest if abs(position - nearest) <= 1e-9 else position
+                before = np.floor(position)
+                place[i] = np.int32(before)
+                share[i] = position - before
+            for i in range(value.size):
+                k = np.int64(place[i])
+                value[i] = samples[k] * (1.0 - share[i]) + samples[k + 1] * share[i]
+        else:
+            for i in range(value.size):
+                t[i] = (step + np.float64(i) + tau) * h
+            interpolate(samples, dt, t[: value.size], value)
 
 
 @_inline
