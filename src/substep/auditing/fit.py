@@ -63,8 +63,8 @@ def solutions(
 ) -> Iterator[Fitted]:
     """What is found from each start: other values may do the same.
 
-    worth: a residual beyond which a solution is left as it is once the squares decrease slowly. Near values at which the
-    residual vanishes they decrease fast; most schemes are not the one that is looked for.
+    worth: a residual beyond which a solution is left as it is once the squares decrease slowly. Near values at which
+    the residual vanishes they decrease fast; most schemes are not the one that is looked for.
     """
     fit = _Fit(scheme, tuple(names), at, residual)
     if not names:
