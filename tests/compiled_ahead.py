@@ -20,7 +20,6 @@ def compile_kernels(names: Sequence[str]) -> None:
         s = ss.scheme(name)
         s.spectral_radius(1.0)
         s.stability(1.0)
-        s.coefficients(1.0)
         for scene, parameters in SCENES.items():
             ss.march(ss.scene(scene, **parameters), s, 1e-4, 2e-4)
 

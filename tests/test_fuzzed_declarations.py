@@ -16,6 +16,8 @@ from substep_derive.motion.equations import EquationsOfMotion
 from substep_derive.package import catalogue_pair
 from sympy import Expr, Integer, Interval, Rational, Symbol, oo
 
+from substep.core.formulas import evaluated
+
 u0, v0, a0 = knot(0)
 u1, v1, a1 = end = knot(1)
 half = Rational(1, 2)
@@ -110,10 +112,8 @@ def check_matrix(scheme: Scheme, values: dict[str, Rational], omega: Rational, d
     except DeclarationError as error:
         assert "rename" in str(error)
         return
-    out = np.full((1, *found.shape), np.nan)
-    with np.errstate(all="ignore"):
-        module.amplification(*(np.array([float(x)]) for x in (omega, damping, *values.values())), out)
-    np.testing.assert_allclose(out[0], expected, atol=1e-10 * size)
+    out = evaluated(module.amplification, 1, [np.array([float(x)]) for x in (omega, damping, *values.values())])
+    np.testing.assert_allclose(out.reshape(found.shape), expected, atol=1e-10 * size)
 
 
 def _mpf(value: Rational) -> Any:

@@ -158,7 +158,7 @@ def test_every_scheme_has_its_module_and_nothing_else_is_there() -> None:
     modules |= {f"scene_{scene.name}.py" for scene in SCENES}
     modules |= {f"{ss.scheme(scheme.name).kernels.MARCH}.py" for scheme in ALL if scheme.parent is None}
     fixed = {"__init__.py", "estimators.py", "facts.py", "index.py", "loads.py", "scenes.py", "linear_filter.py"}
-    fixed |= {"combinations.py", "explorer.js", "operations.md", "stamp.txt", "step_control.py"}
+    fixed |= {"combinations.py", "formulas.py", "explorer.js", "operations.md", "stamp.txt", "step_control.py"}
     assert {path.name for path in GENERATED.iterdir() if path.is_file()} == modules | fixed
 
 

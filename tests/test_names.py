@@ -244,7 +244,7 @@ def accepted(declare: Any, names: Iterable[str]) -> list[str]:
 def test_names_of_a_schemes_module_are_refused(name: str) -> None:
     mine = {p.name for p in BY_NAME[name].parameters}
     used = in_scope((GENERATED / f"{name}.py").read_text(encoding="utf-8"), {"Omega", *mine})
-    assert {"_increment", "_coefficients", "out"} <= used
+    assert {"coefficients", "by", "den"} <= used
     assert accepted(with_a_parameter, used - mine) == []
 
 

@@ -11,6 +11,7 @@ from .emit.adaptive_module import adaptive_module, local_error_module
 from .emit.explorer_module import explorer_module
 from .emit.facts_module import estimators_module, facts_module
 from .emit.filter_module import filter_module
+from .emit.formulas import formulas_module
 from .emit.index import index_module
 from .emit.march_module import march_module
 from .emit.operations import operations_table
@@ -57,6 +58,7 @@ def package(schemes: Iterable[Scheme], scenes: Iterable[Scene]) -> dict[str, str
         "index": index_module(k.form for k in kernels.values()),
         "scenes": scenes_index(motions.values()),
         "combinations": _with_banner(COMBINATIONS),
+        "formulas": _with_banner(formulas_module()),
         "linear_filter": _with_banner(filter_module()),
         "loads": _with_banner(LOADS),
         "step_control": _with_banner(STEP_CONTROL_HEADER + STEP_CONTROL),

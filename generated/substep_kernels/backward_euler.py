@@ -35,10 +35,6 @@ FILTER = 2
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
-_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
-# called by kernels alone: not from Python, and so without the code for that
-_exact = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
-
 # contract: a * b + c may become one operation, rounded once
 _fused = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
 _inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"})
@@ -81,19 +77,6 @@ def _angle(y, x):
     angle = 0.7853981633974483 + angle if steep else angle
     angle = 1.5707963267948966 - angle if y > flat else angle
     return 3.141592653589793 - angle if x < 0.0 else angle
-
-
-@_exact
-def _increment(Omega, xi):
-    """Denominator and numerators of A - I. 8 operations."""
-    x0 = Omega + 2*xi
-    x1 = -Omega**2
-    den = Omega*x0 + 1
-    D_00 = x1
-    D_01 = 1
-    D_10 = x1
-    D_11 = -Omega*x0
-    return den, D_00, D_01, D_10, D_11
 
 
 @_inline
@@ -322,167 +305,70 @@ def stability(Omega, xi, radius, damping, period):
     return refused < 0
 
 
-@_compile
-def amplification(Omega, xi, out):
-    """Amplification matrix in the order of STATE; out (n, 2, 2)."""
-    for i in range(out.shape[0]):
-        den, D_00, D_01, D_10, D_11 = _increment(Omega[i], xi[i])
-        out[i, 0, 0] = 1.0 + D_00 / den
-        out[i, 0, 1] = D_01 / den
-        out[i, 1, 0] = D_10 / den
-        out[i, 1, 1] = 1.0 + D_11 / den
+def amplification(by, Omega, xi):
+    """Amplification matrix (2, 2) in the order of STATE, row by row."""
+    x0 = Omega + 2*xi
+    x1 = -Omega**2
+    den = Omega*x0 + 1
+    D_00 = (x1) / den
+    D_01 = (1) / den
+    D_10 = (x1) / den
+    D_11 = (-Omega*x0) / den
+    return 1.0 + D_00, D_01, D_10, 1.0 + D_11
 
 
-@_compile
-def stencil(out):
-    """Instants (n, 1) at which the load is taken, in steps after t_n."""
-    for i in range(out.shape[0]):
-        out[i, 0] = 1
+def stencil(by):
+    """Instants at which the load is taken, in steps after t_n."""
+    return 1,
 
 
-# tails are rounding errors, which fastmath would remove
-@_exact
-def _plus(a, b):
-    """The sum of two doubles: head, and tail, which is the rounding error of the head."""
-    head = a + b
-    rest = head - a
-    return head, (a - (head - rest)) + (b - rest)
+def coefficients(by, Omega, xi):
+    """D, B, O, P of linear_march_2_01y: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f.
 
-
-@_exact
-def _plus_one(a, b, b_):
-    """The sum of a double and a pair of head and tail."""
-    head, tail = _plus(a, b)
-    tail += b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _plus_two(a, a_, b, b_):
-    """The sum of two pairs of head and tail."""
-    head, tail = _plus(a, b)
-    tail += a_ + b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times(a, b):
-    """The product of two doubles: head and tail, from halves of their digits, whose products are exact."""
-    head, c, d = a * b, 134217729.0 * a, 134217729.0 * b
-    a1, b1 = c - (c - a), d - (d - b)
-    a2, b2 = a - a1, b - b1
-    return head, ((a1 * b1 - head) + a1 * b2 + a2 * b1) + a2 * b2
-
-
-@_exact
-def _times_one(a, b, b_):
-    """The product of a double and a pair of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times_two(a, a_, b, b_):
-    """The product of two pairs of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_ + a_ * b
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _over(a, a_, b, b_):
-    """The quotient of two pairs of head and tail, rounded to a double."""
-    head = a / b
-    product, tail = _times(head, b)
-    return head + ((a - product) - tail + a_ - head * b_) / b
-
-
-@_exact
-def _coefficients(s):
-    """`coefficients` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi = s[j], s[48 + j]
-        d0, d0_ = _plus(Omega, 2.0 * xi)
-        s1, s1_ = _times(Omega, Omega)
-        d1, d1_ = -1.0 * s1, -1.0 * s1_
-        s2, s2_ = _times_one(Omega, d0, d0_)
-        den, den_ = _plus_one(1.0, s2, s2_)
-        N00, N00_ = d1, d1_
-        N01 = 1.0
-        N10, N10_ = d1, d1_
-        N11, N11_ = _times_one(-1.0 * Omega, d0, d0_)
-        D00 = _over(N00, N00_, den, den_)
-        D01 = _over(N01, 0.0, den, den_)
-        D10 = _over(N10, N10_, den, den_)
-        D11 = _over(N11, N11_, den, den_)
-        x0 = Omega + 2*xi
-        den_o = Omega*x0 + 1
-        B00 = (1) / den
-        B10 = (1) / den
-        O00 = (-Omega**2) / den_o
-        O01 = (-Omega*x0) / den_o
-        P00 = (1) / den_o
-        B01 = 0.0
-        B11 = 0.0
-        P01 = 0.0
-        s[96 + j], s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j] = D00, D01, D10, D11, B00, B01, B10, B11, O00, O01, P00, P01
-
-
-@_compile
-def coefficients(Omega, xi, out):
-    """D, B, O, P of linear_march_2_01y: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f; out (12, n).
-
-    The rows of out are the entries of D, B, O, P, matrix by matrix and row by row. D is rounded once. Columns of
-    B and P beyond the scheme's own load instants, up to the march's 2, are zero.
+    Their entries, matrix by matrix and row by row. D is computed in pairs of doubles and rounded once. Columns of B and
+    P beyond the scheme's own load instants, up to the march's 2, are zero.
     """
-    s = np.ones(14 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j] = Omega[first + j], xi[first + j]
-        _coefficients(s)
-        for r in range(12):
-            for j in range(size):
-                out[r, first + j] = s[(2 + r) * 48 + j]
+    d0, d0_ = by.plus(Omega, 2.0 * xi)
+    s1, s1_ = by.times(Omega, Omega)
+    d1, d1_ = -1.0 * s1, -1.0 * s1_
+    s2, s2_ = by.times_one(Omega, d0, d0_)
+    den, den_ = by.plus_one(1.0, s2, s2_)
+    N00, N00_ = d1, d1_
+    N01 = 1.0
+    N10, N10_ = d1, d1_
+    N11, N11_ = by.times_one(-1.0 * Omega, d0, d0_)
+    D00 = by.over(N00, N00_, den, den_)
+    D01 = by.over(N01, 0.0, den, den_)
+    D10 = by.over(N10, N10_, den, den_)
+    D11 = by.over(N11, N11_, den, den_)
+    x0 = Omega + 2*xi
+    den_o = Omega*x0 + 1
+    B00 = (1) / den
+    B10 = (1) / den
+    O00 = (-Omega**2) / den_o
+    O01 = (-Omega*x0) / den_o
+    P00 = (1) / den_o
+    B01 = 0.0
+    B11 = 0.0
+    P01 = 0.0
+    return D00, D01, D10, D11, B00, B01, B10, B11, O00, O01, P00, P01
 
 
-@_exact
-def _transfer(s):
-    """`transfer` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi = s[j], s[48 + j]
-        den = Omega*(Omega + 2*xi) + 1
-        whole = 1.0
-        P = (Omega**2) / den
-        g1 = (1) / den
-        u0 = 0.0
-        u1 = 0.0
-        v0 = (1) / den
-        v1 = 0.0
-        a0 = (1) / den
-        a1 = (-1) / den
-        S = whole / den
-        s[96 + j], s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j] = P, g1, u0, u1, S, v0, v1, a0, a1
+def transfer(by, Omega, xi):
+    """Filter from a load, linear between steps, to the response from rest (see linear_filter).
 
-
-@_compile
-def transfer(Omega, xi, out):
-    """Filter from a load, linear between steps, to the response from rest (see linear_filter); out (9, n).
-
-    Rows of out: P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
+    P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
     u = S (q + k0 e0 + k1 e1 + ...) and h*v, h^2*a = k0 e0 + k1 e1 + ...; e1, e2, ... are e0 of the steps before.
     """
-    s = np.ones(11 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j] = Omega[first + j], xi[first + j]
-        _transfer(s)
-        for r in range(9):
-            for j in range(size):
-                out[r, first + j] = s[(2 + r) * 48 + j]
+    den = Omega*(Omega + 2*xi) + 1
+    whole = 1.0
+    P = (Omega**2) / den
+    g1 = (1) / den
+    u0 = 0.0
+    u1 = 0.0
+    v0 = (1) / den
+    v1 = 0.0
+    a0 = (1) / den
+    a1 = (-1) / den
+    S = whole / den
+    return P, g1, u0, u1, S, v0, v1, a0, a1

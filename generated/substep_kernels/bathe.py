@@ -44,10 +44,6 @@ FILTER = 2
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
-_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
-# called by kernels alone: not from Python, and so without the code for that
-_exact = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
-
 # contract: a * b + c may become one operation, rounded once
 _fused = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
 _inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"})
@@ -90,28 +86,6 @@ def _angle(y, x):
     angle = 0.7853981633974483 + angle if steep else angle
     angle = 1.5707963267948966 - angle if y > flat else angle
     return 3.141592653589793 - angle if x < 0.0 else angle
-
-
-@_exact
-def _increment(Omega, xi):
-    """Denominator and numerators of A - I. 71 operations."""
-    x0 = xi**2
-    x1 = 48*x0
-    x2 = 14*xi
-    x3 = Omega + x2
-    x4 = Omega**2
-    x5 = 24*xi
-    den = Omega*(Omega*(Omega*x3 + x1 + 25) + 168*xi) + 144
-    D_00 = x4*(Omega*(-Omega - 16*xi) - 44)
-    D_01 = Omega*(Omega*(16*x0 - 5) + 80*xi) + 144
-    D_02 = 8*Omega*xi + 28
-    D_10 = x4*(Omega*(Omega - x5) - 96)
-    D_11 = Omega*(Omega*(Omega*(-Omega - 22*xi) - 48*x0 - 72) - 192*xi)
-    D_12 = 48 - 4*x4
-    D_20 = x4*(Omega*(19*Omega + x5) - 144)
-    D_21 = Omega*(Omega*(Omega*(5*Omega + x2) + 48*x0 - 144) - 288*xi)
-    D_22 = Omega*(Omega*(-Omega*x3 - x1 - 53) - 264*xi) - 144
-    return den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22
 
 
 @_inline
@@ -353,212 +327,117 @@ def stability(Omega, xi, radius, damping, period):
     return refused < 0
 
 
-@_compile
-def amplification(Omega, xi, out):
-    """Amplification matrix in the order of STATE; out (n, 3, 3)."""
-    for i in range(out.shape[0]):
-        den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22 = _increment(Omega[i], xi[i])
-        out[i, 0, 0] = 1.0 + D_00 / den
-        out[i, 0, 1] = D_01 / den
-        out[i, 0, 2] = D_02 / den
-        out[i, 1, 0] = D_10 / den
-        out[i, 1, 1] = 1.0 + D_11 / den
-        out[i, 1, 2] = D_12 / den
-        out[i, 2, 0] = D_20 / den
-        out[i, 2, 1] = D_21 / den
-        out[i, 2, 2] = 1.0 + D_22 / den
+def amplification(by, Omega, xi):
+    """Amplification matrix (3, 3) in the order of STATE, row by row."""
+    x0 = xi**2
+    x1 = 48*x0
+    x2 = 14*xi
+    x3 = Omega + x2
+    x4 = Omega**2
+    x5 = 24*xi
+    den = Omega*(Omega*(Omega*x3 + x1 + 25) + 168*xi) + 144
+    D_00 = (x4*(Omega*(-Omega - 16*xi) - 44)) / den
+    D_01 = (Omega*(Omega*(16*x0 - 5) + 80*xi) + 144) / den
+    D_02 = (8*Omega*xi + 28) / den
+    D_10 = (x4*(Omega*(Omega - x5) - 96)) / den
+    D_11 = (Omega*(Omega*(Omega*(-Omega - 22*xi) - 48*x0 - 72) - 192*xi)) / den
+    D_12 = (48 - 4*x4) / den
+    D_20 = (x4*(Omega*(19*Omega + x5) - 144)) / den
+    D_21 = (Omega*(Omega*(Omega*(5*Omega + x2) + 48*x0 - 144) - 288*xi)) / den
+    D_22 = (Omega*(Omega*(-Omega*x3 - x1 - 53) - 264*xi) - 144) / den
+    return 1.0 + D_00, D_01, D_02, D_10, 1.0 + D_11, D_12, D_20, D_21, 1.0 + D_22
 
 
-@_compile
-def stencil(out):
-    """Instants (n, 3) at which the load is taken, in steps after t_n."""
-    for i in range(out.shape[0]):
-        out[i, 0] = 0
-        out[i, 1] = 1/2
-        out[i, 2] = 1
+def stencil(by):
+    """Instants at which the load is taken, in steps after t_n."""
+    return 0, 1/2, 1
 
 
-# tails are rounding errors, which fastmath would remove
-@_exact
-def _plus(a, b):
-    """The sum of two doubles: head, and tail, which is the rounding error of the head."""
-    head = a + b
-    rest = head - a
-    return head, (a - (head - rest)) + (b - rest)
+def coefficients(by, Omega, xi):
+    """D, B, O, P of linear_march_2_01y: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f.
 
-
-@_exact
-def _plus_one(a, b, b_):
-    """The sum of a double and a pair of head and tail."""
-    head, tail = _plus(a, b)
-    tail += b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _plus_two(a, a_, b, b_):
-    """The sum of two pairs of head and tail."""
-    head, tail = _plus(a, b)
-    tail += a_ + b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times(a, b):
-    """The product of two doubles: head and tail, from halves of their digits, whose products are exact."""
-    head, c, d = a * b, 134217729.0 * a, 134217729.0 * b
-    a1, b1 = c - (c - a), d - (d - b)
-    a2, b2 = a - a1, b - b1
-    return head, ((a1 * b1 - head) + a1 * b2 + a2 * b1) + a2 * b2
-
-
-@_exact
-def _times_one(a, b, b_):
-    """The product of a double and a pair of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times_two(a, a_, b, b_):
-    """The product of two pairs of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_ + a_ * b
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _over(a, a_, b, b_):
-    """The quotient of two pairs of head and tail, rounded to a double."""
-    head = a / b
-    product, tail = _times(head, b)
-    return head + ((a - product) - tail + a_ - head * b_) / b
-
-
-@_exact
-def _coefficients(s):
-    """`coefficients` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi = s[j], s[48 + j]
-        d0, d0_ = _times(xi, xi)
-        s1, s1_ = _times(14.0, xi)
-        d1, d1_ = _plus_one(Omega, s1, s1_)
-        d2, d2_ = _times(Omega, Omega)
-        d3, d3_ = _times(24.0, xi)
-        s5, s5_ = _times(5.0, Omega)
-        d4, d4_ = _plus_two(-1.0 * d3, -1.0 * d3_, s5, s5_)
-        s7, s7_ = _times(168.0, xi)
-        s8, s8_ = _times_one(48.0, d0, d0_)
-        s9, s9_ = _times_one(Omega, d1, d1_)
-        s10, s10_ = _plus_one(25.0, s8, s8_)
-        s11, s11_ = _plus_two(s10, s10_, s9, s9_)
-        s12, s12_ = _times_one(Omega, s11, s11_)
-        s13, s13_ = _plus_two(s7, s7_, s12, s12_)
-        s14, s14_ = _times_one(Omega, s13, s13_)
-        den, den_ = _plus_one(144.0, s14, s14_)
-        s16, s16_ = _plus_one(-1.0 * Omega, -1.0 * d3, -1.0 * d3_)
-        s17, s17_ = _times_one(Omega, s16, s16_)
-        s18, s18_ = _plus_one(-72.0, s17, s17_)
-        N00, N00_ = _times_two(d2, d2_, s18, s18_)
-        s20, s20_ = _times_one(-1.0 * Omega, d4, d4_)
-        N01, N01_ = _plus_one(144.0, s20, s20_)
-        s22, s22_ = _times_one(Omega, d4, d4_)
-        s23, s23_ = _plus_one(-144.0, s22, s22_)
-        N10, N10_ = _times_two(d2, d2_, s23, s23_)
-        s25, s25_ = _times(-288.0, xi)
-        s26, s26_ = _times_one(-48.0, d0, d0_)
-        s27, s27_ = _times_one(-1.0 * Omega, d1, d1_)
-        s28, s28_ = _plus_one(-72.0, s26, s26_)
-        s29, s29_ = _plus_two(s28, s28_, s27, s27_)
-        s30, s30_ = _times_one(Omega, s29, s29_)
-        s31, s31_ = _plus_two(s25, s25_, s30, s30_)
-        N11, N11_ = _times_one(Omega, s31, s31_)
-        D00 = _over(N00, N00_, den, den_)
-        D01 = _over(N01, N01_, den, den_)
-        D10 = _over(N10, N10_, den, den_)
-        D11 = _over(N11, N11_, den, den_)
-        x0 = xi**2
-        x1 = 8*xi
-        x2 = Omega*x1 + 28
-        x3 = Omega**2
-        x4 = 48 - 4*x3
-        x5 = Omega*(-28*Omega - 96*xi)
-        den_o = Omega*(Omega*(Omega*(Omega + 14*xi) + 48*x0 + 25) + 168*xi) + 144
-        B00 = (x2) / den
-        B01 = (x2) / den
-        B02 = (Omega*(Omega + x1) + 16) / den
-        B10 = (x4) / den
-        B11 = (x4) / den
-        B12 = (Omega*(3*Omega + 24*xi) + 48) / den
-        O00 = (x3*(Omega*(47*Omega + 120*xi) - 144)) / den_o
-        O01 = (Omega*(Omega*(Omega*(5*Omega + 70*xi) + 240*x0 - 144) - 288*xi)) / den_o
-        P00 = (x5) / den_o
-        P01 = (x5) / den_o
-        P02 = (Omega*(9*Omega + 72*xi) + 144) / den_o
-        B03 = 0.0
-        B13 = 0.0
-        P03 = 0.0
-        s[96 + j], s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j], s[768 + j], s[816 + j], s[864 + j], s[912 + j] = D00, D01, D10, D11, B00, B01, B02, B03, B10, B11, B12, B13, O00, O01, P00, P01, P02, P03
-
-
-@_compile
-def coefficients(Omega, xi, out):
-    """D, B, O, P of linear_march_2_01y: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f; out (18, n).
-
-    The rows of out are the entries of D, B, O, P, matrix by matrix and row by row. D is rounded once. Columns of
-    B and P beyond the scheme's own load instants, up to the march's 4, are zero.
+    Their entries, matrix by matrix and row by row. D is computed in pairs of doubles and rounded once. Columns of B and
+    P beyond the scheme's own load instants, up to the march's 4, are zero.
     """
-    s = np.ones(20 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j] = Omega[first + j], xi[first + j]
-        _coefficients(s)
-        for r in range(18):
-            for j in range(size):
-                out[r, first + j] = s[(2 + r) * 48 + j]
+    d0, d0_ = by.times(xi, xi)
+    s1, s1_ = by.times(14.0, xi)
+    d1, d1_ = by.plus_one(Omega, s1, s1_)
+    d2, d2_ = by.times(Omega, Omega)
+    d3, d3_ = by.times(24.0, xi)
+    s5, s5_ = by.times(5.0, Omega)
+    d4, d4_ = by.plus_two(-1.0 * d3, -1.0 * d3_, s5, s5_)
+    s7, s7_ = by.times(168.0, xi)
+    s8, s8_ = by.times_one(48.0, d0, d0_)
+    s9, s9_ = by.times_one(Omega, d1, d1_)
+    s10, s10_ = by.plus_one(25.0, s8, s8_)
+    s11, s11_ = by.plus_two(s10, s10_, s9, s9_)
+    s12, s12_ = by.times_one(Omega, s11, s11_)
+    s13, s13_ = by.plus_two(s7, s7_, s12, s12_)
+    s14, s14_ = by.times_one(Omega, s13, s13_)
+    den, den_ = by.plus_one(144.0, s14, s14_)
+    s16, s16_ = by.plus_one(-1.0 * Omega, -1.0 * d3, -1.0 * d3_)
+    s17, s17_ = by.times_one(Omega, s16, s16_)
+    s18, s18_ = by.plus_one(-72.0, s17, s17_)
+    N00, N00_ = by.times_two(d2, d2_, s18, s18_)
+    s20, s20_ = by.times_one(-1.0 * Omega, d4, d4_)
+    N01, N01_ = by.plus_one(144.0, s20, s20_)
+    s22, s22_ = by.times_one(Omega, d4, d4_)
+    s23, s23_ = by.plus_one(-144.0, s22, s22_)
+    N10, N10_ = by.times_two(d2, d2_, s23, s23_)
+    s25, s25_ = by.times(-288.0, xi)
+    s26, s26_ = by.times_one(-48.0, d0, d0_)
+    s27, s27_ = by.times_one(-1.0 * Omega, d1, d1_)
+    s28, s28_ = by.plus_one(-72.0, s26, s26_)
+    s29, s29_ = by.plus_two(s28, s28_, s27, s27_)
+    s30, s30_ = by.times_one(Omega, s29, s29_)
+    s31, s31_ = by.plus_two(s25, s25_, s30, s30_)
+    N11, N11_ = by.times_one(Omega, s31, s31_)
+    D00 = by.over(N00, N00_, den, den_)
+    D01 = by.over(N01, N01_, den, den_)
+    D10 = by.over(N10, N10_, den, den_)
+    D11 = by.over(N11, N11_, den, den_)
+    x0 = xi**2
+    x1 = 8*xi
+    x2 = Omega*x1 + 28
+    x3 = Omega**2
+    x4 = 48 - 4*x3
+    x5 = Omega*(-28*Omega - 96*xi)
+    den_o = Omega*(Omega*(Omega*(Omega + 14*xi) + 48*x0 + 25) + 168*xi) + 144
+    B00 = (x2) / den
+    B01 = (x2) / den
+    B02 = (Omega*(Omega + x1) + 16) / den
+    B10 = (x4) / den
+    B11 = (x4) / den
+    B12 = (Omega*(3*Omega + 24*xi) + 48) / den
+    O00 = (x3*(Omega*(47*Omega + 120*xi) - 144)) / den_o
+    O01 = (Omega*(Omega*(Omega*(5*Omega + 70*xi) + 240*x0 - 144) - 288*xi)) / den_o
+    P00 = (x5) / den_o
+    P01 = (x5) / den_o
+    P02 = (Omega*(9*Omega + 72*xi) + 144) / den_o
+    B03 = 0.0
+    B13 = 0.0
+    P03 = 0.0
+    return D00, D01, D10, D11, B00, B01, B02, B03, B10, B11, B12, B13, O00, O01, P00, P01, P02, P03
 
 
-@_exact
-def _transfer(s):
-    """`transfer` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi = s[j], s[48 + j]
-        x0 = Omega*(Omega + 24*xi)
-        x1 = x0 + 144
-        x2 = 5*Omega - 24*xi
-        den = Omega*(Omega*(Omega*(Omega + 14*xi) + 48*xi**2 + 25) + 168*xi) + 144
-        whole = x1
-        P = (Omega**2*x1) / den
-        g1 = (Omega*(25*Omega - 120*xi) + 144) / den
-        u0 = (-12*Omega*xi - 114) / whole
-        u1 = (-30) / whole
-        v0 = (x0 + 72) / den
-        v1 = (72) / den
-        a0 = (-Omega*x2 + 144) / den
-        a1 = (Omega*x2 - 144) / den
-        S = whole / den
-        s[96 + j], s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j] = P, g1, u0, u1, S, v0, v1, a0, a1
+def transfer(by, Omega, xi):
+    """Filter from a load, linear between steps, to the response from rest (see linear_filter).
 
-
-@_compile
-def transfer(Omega, xi, out):
-    """Filter from a load, linear between steps, to the response from rest (see linear_filter); out (9, n).
-
-    Rows of out: P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
+    P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
     u = S (q + k0 e0 + k1 e1 + ...) and h*v, h^2*a = k0 e0 + k1 e1 + ...; e1, e2, ... are e0 of the steps before.
     """
-    s = np.ones(11 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j] = Omega[first + j], xi[first + j]
-        _transfer(s)
-        for r in range(9):
-            for j in range(size):
-                out[r, first + j] = s[(2 + r) * 48 + j]
+    x0 = Omega*(Omega + 24*xi)
+    x1 = x0 + 144
+    x2 = 5*Omega - 24*xi
+    den = Omega*(Omega*(Omega*(Omega + 14*xi) + 48*xi**2 + 25) + 168*xi) + 144
+    whole = x1
+    P = (Omega**2*x1) / den
+    g1 = (Omega*(25*Omega - 120*xi) + 144) / den
+    u0 = (-12*Omega*xi - 114) / whole
+    u1 = (-30) / whole
+    v0 = (x0 + 72) / den
+    v1 = (72) / den
+    a0 = (-Omega*x2 + 144) / den
+    a1 = (Omega*x2 - 144) / den
+    S = whole / den
+    return P, g1, u0, u1, S, v0, v1, a0, a1

@@ -52,10 +52,6 @@ FILTER = 0
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
-_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
-# called by kernels alone: not from Python, and so without the code for that
-_exact = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
-
 # contract: a * b + c may become one operation, rounded once
 _fused = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
 _inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"})
@@ -98,35 +94,6 @@ def _angle(y, x):
     angle = 0.7853981633974483 + angle if steep else angle
     angle = 1.5707963267948966 - angle if y > flat else angle
     return 3.141592653589793 - angle if x < 0.0 else angle
-
-
-@_exact
-def _increment(Omega, xi):
-    """Denominator and numerators of A - I. 22 operations."""
-    x0 = 4*Omega
-    x1 = x0 + 12*xi
-    x2 = Omega*x1 + 9
-    x3 = Omega**2
-    x4 = -Omega*x1
-    x5 = x4 - 9
-    den = x2
-    D_00 = Omega*(-x0 + 4*xi) + 3
-    D_01 = 8
-    D_02 = -x0*xi - 3
-    D_03 = -2
-    D_10 = -8*x3
-    D_11 = x4 + 3
-    D_12 = 2*x3
-    D_13 = -3
-    D_20 = x2
-    D_21 = 0
-    D_22 = x5
-    D_23 = 0
-    D_30 = 0
-    D_31 = x2
-    D_32 = 0
-    D_33 = x5
-    return den, D_00, D_01, D_02, D_03, D_10, D_11, D_12, D_13, D_20, D_21, D_22, D_23, D_30, D_31, D_32, D_33
 
 
 @_inline
@@ -268,6 +235,9 @@ def _polynomial_at_exact(Omega, xi, p0, p1, k0, k1_3, k1_5, k2_4, k2_6, k3_3, k3
     p0 += Omega * Omega * (k0 + k1_3 * a1_3 + k1_5 * a1_5 + k2_4 * a2_4 + k2_6 * a2_6 + k3_3 * a3_3 + k3_5 * a3_5 + k4_4 * a4_4 + k4_6 * a4_6)
     p1 += Omega * Omega * (k1_3 * b1_3 + k1_5 * b1_5 + k2_4 * b2_4 + k2_6 * b2_6 + k3_3 * b3_3 + k3_5 * b3_5 + k4_4 * b4_4 + k4_6 * b4_6)
     return p0 - xi * p1, p1, Omega * (a1_1 - xi * b1_1), Omega * b1_1, leading
+
+
+_exact = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
 
 
 @_inline
@@ -615,179 +585,109 @@ def stability(Omega, xi, radius, damping, period):
     return refused < 0
 
 
-@_compile
-def amplification(Omega, xi, out):
-    """Amplification matrix in the order of STATE; out (n, 4, 4)."""
-    for i in range(out.shape[0]):
-        den, D_00, D_01, D_02, D_03, D_10, D_11, D_12, D_13, D_20, D_21, D_22, D_23, D_30, D_31, D_32, D_33 = _increment(Omega[i], xi[i])
-        out[i, 0, 0] = 1.0 + D_00 / den
-        out[i, 0, 1] = D_01 / den
-        out[i, 0, 2] = D_02 / den
-        out[i, 0, 3] = D_03 / den
-        out[i, 1, 0] = D_10 / den
-        out[i, 1, 1] = 1.0 + D_11 / den
-        out[i, 1, 2] = D_12 / den
-        out[i, 1, 3] = D_13 / den
-        out[i, 2, 0] = D_20 / den
-        out[i, 2, 1] = D_21 / den
-        out[i, 2, 2] = 1.0 + D_22 / den
-        out[i, 2, 3] = D_23 / den
-        out[i, 3, 0] = D_30 / den
-        out[i, 3, 1] = D_31 / den
-        out[i, 3, 2] = D_32 / den
-        out[i, 3, 3] = 1.0 + D_33 / den
+def amplification(by, Omega, xi):
+    """Amplification matrix (4, 4) in the order of STATE, row by row."""
+    x0 = 4*Omega
+    x1 = x0 + 12*xi
+    x2 = Omega*x1 + 9
+    x3 = Omega**2
+    x4 = -Omega*x1
+    x5 = x4 - 9
+    den = x2
+    D_00 = (Omega*(-x0 + 4*xi) + 3) / den
+    D_01 = (8) / den
+    D_02 = (-x0*xi - 3) / den
+    D_03 = (-2) / den
+    D_10 = (-8*x3) / den
+    D_11 = (x4 + 3) / den
+    D_12 = (2*x3) / den
+    D_13 = (-3) / den
+    D_20 = (x2) / den
+    D_21 = 0.0
+    D_22 = (x5) / den
+    D_23 = 0.0
+    D_30 = 0.0
+    D_31 = (x2) / den
+    D_32 = 0.0
+    D_33 = (x5) / den
+    return (
+        1.0 + D_00, D_01, D_02, D_03, D_10, 1.0 + D_11, D_12, D_13, D_20, D_21, 1.0 + D_22, D_23, D_30,
+        D_31, D_32, 1.0 + D_33
+    )
 
 
-@_compile
-def stencil(out):
-    """Instants (n, 1) at which the load is taken, in steps after t_n."""
-    for i in range(out.shape[0]):
-        out[i, 0] = 1
+def stencil(by):
+    """Instants at which the load is taken, in steps after t_n."""
+    return 1,
 
 
-# tails are rounding errors, which fastmath would remove
-@_exact
-def _plus(a, b):
-    """The sum of two doubles: head, and tail, which is the rounding error of the head."""
-    head = a + b
-    rest = head - a
-    return head, (a - (head - rest)) + (b - rest)
+def coefficients(by, Omega, xi):
+    """D, B, O, P of linear_march_4_01y: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f.
 
-
-@_exact
-def _plus_one(a, b, b_):
-    """The sum of a double and a pair of head and tail."""
-    head, tail = _plus(a, b)
-    tail += b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _plus_two(a, a_, b, b_):
-    """The sum of two pairs of head and tail."""
-    head, tail = _plus(a, b)
-    tail += a_ + b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times(a, b):
-    """The product of two doubles: head and tail, from halves of their digits, whose products are exact."""
-    head, c, d = a * b, 134217729.0 * a, 134217729.0 * b
-    a1, b1 = c - (c - a), d - (d - b)
-    a2, b2 = a - a1, b - b1
-    return head, ((a1 * b1 - head) + a1 * b2 + a2 * b1) + a2 * b2
-
-
-@_exact
-def _times_one(a, b, b_):
-    """The product of a double and a pair of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times_two(a, a_, b, b_):
-    """The product of two pairs of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_ + a_ * b
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _over(a, a_, b, b_):
-    """The quotient of two pairs of head and tail, rounded to a double."""
-    head = a / b
-    product, tail = _times(head, b)
-    return head + ((a - product) - tail + a_ - head * b_) / b
-
-
-@_exact
-def _coefficients(s):
-    """`coefficients` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi = s[j], s[48 + j]
-        d0 = 4.0 * Omega
-        s0, s0_ = _times(12.0, xi)
-        d1, d1_ = _plus_one(d0, s0, s0_)
-        s2, s2_ = _times_one(Omega, d1, d1_)
-        d2, d2_ = _plus_one(9.0, s2, s2_)
-        d3, d3_ = _times(Omega, Omega)
-        d4, d4_ = _times_one(-1.0 * Omega, d1, d1_)
-        d5, d5_ = _plus_one(-9.0, d4, d4_)
-        den, den_ = d2, d2_
-        s7, s7_ = _plus(-1.0 * d0, 4.0 * xi)
-        s8, s8_ = _times_one(Omega, s7, s7_)
-        N00, N00_ = _plus_one(3.0, s8, s8_)
-        N01 = 8.0
-        s10, s10_ = _times(-1.0 * d0, xi)
-        N02, N02_ = _plus_one(-3.0, s10, s10_)
-        N03 = -2.0
-        N10, N10_ = -8.0 * d3, -8.0 * d3_
-        N11, N11_ = _plus_one(3.0, d4, d4_)
-        N12, N12_ = 2.0 * d3, 2.0 * d3_
-        N13 = -3.0
-        N20, N20_ = d2, d2_
-        N21 = 0.0
-        N22, N22_ = d5, d5_
-        N23 = 0.0
-        N30 = 0.0
-        N31, N31_ = d2, d2_
-        N32 = 0.0
-        N33, N33_ = d5, d5_
-        D00 = _over(N00, N00_, den, den_)
-        D01 = _over(N01, 0.0, den, den_)
-        D02 = _over(N02, N02_, den, den_)
-        D03 = _over(N03, 0.0, den, den_)
-        D10 = _over(N10, N10_, den, den_)
-        D11 = _over(N11, N11_, den, den_)
-        D12 = _over(N12, N12_, den, den_)
-        D13 = _over(N13, 0.0, den, den_)
-        D20 = _over(N20, N20_, den, den_)
-        D21 = _over(N21, 0.0, den, den_)
-        D22 = _over(N22, N22_, den, den_)
-        D23 = _over(N23, 0.0, den, den_)
-        D30 = _over(N30, 0.0, den, den_)
-        D31 = _over(N31, N31_, den, den_)
-        D32 = _over(N32, 0.0, den, den_)
-        D33 = _over(N33, N33_, den, den_)
-        x0 = Omega**2
-        den_o = Omega*(4*Omega + 12*xi) + 9
-        B00 = (4) / den
-        B10 = (6) / den
-        B20 = 0.0
-        B30 = 0.0
-        O00 = (-12*x0) / den_o
-        O01 = (Omega*(-8*Omega - 24*xi)) / den_o
-        O02 = (3*x0) / den_o
-        O03 = (Omega*(2*Omega + 6*xi)) / den_o
-        P00 = (9) / den_o
-        B01 = 0.0
-        B11 = 0.0
-        B21 = 0.0
-        B31 = 0.0
-        P01 = 0.0
-        s[96 + j], s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j], s[768 + j], s[816 + j], s[864 + j], s[912 + j], s[960 + j], s[1008 + j], s[1056 + j], s[1104 + j], s[1152 + j], s[1200 + j], s[1248 + j], s[1296 + j], s[1344 + j], s[1392 + j], s[1440 + j], s[1488 + j] = D00, D01, D02, D03, D10, D11, D12, D13, D20, D21, D22, D23, D30, D31, D32, D33, B00, B01, B10, B11, B20, B21, B30, B31, O00, O01, O02, O03, P00, P01
-
-
-@_compile
-def coefficients(Omega, xi, out):
-    """D, B, O, P of linear_march_4_01y: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f; out (30, n).
-
-    The rows of out are the entries of D, B, O, P, matrix by matrix and row by row. D is rounded once. Columns of
-    B and P beyond the scheme's own load instants, up to the march's 2, are zero.
+    Their entries, matrix by matrix and row by row. D is computed in pairs of doubles and rounded once. Columns of B and
+    P beyond the scheme's own load instants, up to the march's 2, are zero.
     """
-    s = np.ones(32 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j] = Omega[first + j], xi[first + j]
-        _coefficients(s)
-        for r in range(30):
-            for j in range(size):
-                out[r, first + j] = s[(2 + r) * 48 + j]
+    d0 = 4.0 * Omega
+    s0, s0_ = by.times(12.0, xi)
+    d1, d1_ = by.plus_one(d0, s0, s0_)
+    s2, s2_ = by.times_one(Omega, d1, d1_)
+    d2, d2_ = by.plus_one(9.0, s2, s2_)
+    d3, d3_ = by.times(Omega, Omega)
+    d4, d4_ = by.times_one(-1.0 * Omega, d1, d1_)
+    d5, d5_ = by.plus_one(-9.0, d4, d4_)
+    den, den_ = d2, d2_
+    s7, s7_ = by.plus(-1.0 * d0, 4.0 * xi)
+    s8, s8_ = by.times_one(Omega, s7, s7_)
+    N00, N00_ = by.plus_one(3.0, s8, s8_)
+    N01 = 8.0
+    s10, s10_ = by.times(-1.0 * d0, xi)
+    N02, N02_ = by.plus_one(-3.0, s10, s10_)
+    N03 = -2.0
+    N10, N10_ = -8.0 * d3, -8.0 * d3_
+    N11, N11_ = by.plus_one(3.0, d4, d4_)
+    N12, N12_ = 2.0 * d3, 2.0 * d3_
+    N13 = -3.0
+    N20, N20_ = d2, d2_
+    N21 = 0.0
+    N22, N22_ = d5, d5_
+    N23 = 0.0
+    N30 = 0.0
+    N31, N31_ = d2, d2_
+    N32 = 0.0
+    N33, N33_ = d5, d5_
+    D00 = by.over(N00, N00_, den, den_)
+    D01 = by.over(N01, 0.0, den, den_)
+    D02 = by.over(N02, N02_, den, den_)
+    D03 = by.over(N03, 0.0, den, den_)
+    D10 = by.over(N10, N10_, den, den_)
+    D11 = by.over(N11, N11_, den, den_)
+    D12 = by.over(N12, N12_, den, den_)
+    D13 = by.over(N13, 0.0, den, den_)
+    D20 = by.over(N20, N20_, den, den_)
+    D21 = by.over(N21, 0.0, den, den_)
+    D22 = by.over(N22, N22_, den, den_)
+    D23 = by.over(N23, 0.0, den, den_)
+    D30 = by.over(N30, 0.0, den, den_)
+    D31 = by.over(N31, N31_, den, den_)
+    D32 = by.over(N32, 0.0, den, den_)
+    D33 = by.over(N33, N33_, den, den_)
+    x0 = Omega**2
+    den_o = Omega*(4*Omega + 12*xi) + 9
+    B00 = (4) / den
+    B10 = (6) / den
+    B20 = 0.0
+    B30 = 0.0
+    O00 = (-12*x0) / den_o
+    O01 = (Omega*(-8*Omega - 24*xi)) / den_o
+    O02 = (3*x0) / den_o
+    O03 = (Omega*(2*Omega + 6*xi)) / den_o
+    P00 = (9) / den_o
+    B01 = 0.0
+    B11 = 0.0
+    B21 = 0.0
+    B31 = 0.0
+    P01 = 0.0
+    return (
+        D00, D01, D02, D03, D10, D11, D12, D13, D20, D21, D22, D23, D30, D31, D32, D33, B00, B01, B10, B11,
+        B20, B21, B30, B31, O00, O01, O02, O03, P00, P01
+    )

@@ -115,10 +115,6 @@ FILTER = 0
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
-_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
-# called by kernels alone: not from Python, and so without the code for that
-_exact = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
-
 # contract: a * b + c may become one operation, rounded once
 _fused = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
 _inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"})
@@ -161,84 +157,6 @@ def _angle(y, x):
     angle = 0.7853981633974483 + angle if steep else angle
     angle = 1.5707963267948966 - angle if y > flat else angle
     return 3.141592653589793 - angle if x < 0.0 else angle
-
-
-@_exact
-def _increment(Omega, xi):
-    """Denominator and numerators of A - I. 33 operations."""
-    x0 = 144*Omega
-    x1 = x0 + 600*xi
-    x2 = Omega*x1 + 625
-    x3 = Omega*xi
-    x4 = Omega**2
-    x5 = -Omega*x1
-    x6 = x5 - 625
-    den = x2
-    D_00 = Omega*(-x0 + 552*xi) + 575
-    D_01 = 576
-    D_02 = -864*x3 - 900
-    D_03 = -432
-    D_04 = 384*x3 + 400
-    D_05 = 192
-    D_06 = -72*x3 - 75
-    D_07 = -36
-    D_10 = -576*x4
-    D_11 = x5 + 575
-    D_12 = 432*x4
-    D_13 = -900
-    D_14 = -192*x4
-    D_15 = 400
-    D_16 = 36*x4
-    D_17 = -75
-    D_20 = x2
-    D_21 = 0
-    D_22 = x6
-    D_23 = 0
-    D_24 = 0
-    D_25 = 0
-    D_26 = 0
-    D_27 = 0
-    D_30 = 0
-    D_31 = x2
-    D_32 = 0
-    D_33 = x6
-    D_34 = 0
-    D_35 = 0
-    D_36 = 0
-    D_37 = 0
-    D_40 = 0
-    D_41 = 0
-    D_42 = x2
-    D_43 = 0
-    D_44 = x6
-    D_45 = 0
-    D_46 = 0
-    D_47 = 0
-    D_50 = 0
-    D_51 = 0
-    D_52 = 0
-    D_53 = x2
-    D_54 = 0
-    D_55 = x6
-    D_56 = 0
-    D_57 = 0
-    D_60 = 0
-    D_61 = 0
-    D_62 = 0
-    D_63 = 0
-    D_64 = x2
-    D_65 = 0
-    D_66 = x6
-    D_67 = 0
-    D_70 = 0
-    D_71 = 0
-    D_72 = 0
-    D_73 = 0
-    D_74 = 0
-    D_75 = x2
-    D_76 = 0
-    D_77 = x6
-    return den, D_00, D_01, D_02, D_03, D_04, D_05, D_06, D_07, D_10, D_11, D_12, D_13, D_14, D_15, D_16, D_17, D_20, D_21, D_22, D_23, D_24, D_25, D_26, D_27, D_30, D_31, D_32, D_33, D_34, D_35, D_36, D_37, D_40, D_41, D_42, D_43, D_44, D_45, D_46, D_47, D_50, D_51, D_52, D_53, D_54, D_55, D_56, D_57, D_60, D_61, D_62, D_63, D_64, D_65, D_66, D_67, D_70, D_71, D_72, D_73, D_74, D_75, D_76, D_77
 
 
 @_inline
@@ -420,6 +338,9 @@ def _polynomial_at_exact(Omega, xi, p0, p1, k0, k1_5, k1_7, k2_6, k2_8, k3_5, k3
     p0 += Omega * Omega * Omega * Omega * (k0 + k1_5 * a1_5 + k1_7 * a1_7 + k2_6 * a2_6 + k2_8 * a2_8 + k3_5 * a3_5 + k3_7 * a3_7 + k4_6 * a4_6 + k4_8 * a4_8 + k5_5 * a5_5 + k5_7 * a5_7 + k6_6 * a6_6 + k6_8 * a6_8 + k7_7 * a7_7 + k8_8 * a8_8)
     p1 += Omega * Omega * Omega * Omega * (k1_5 * b1_5 + k1_7 * b1_7 + k2_6 * b2_6 + k2_8 * b2_8 + k3_5 * b3_5 + k3_7 * b3_7 + k4_6 * b4_6 + k4_8 * b4_8 + k5_5 * b5_5 + k5_7 * b5_7 + k6_6 * b6_6 + k6_8 * b6_8 + k7_7 * b7_7 + k8_8 * b8_8)
     return p0 - xi * p1, p1, Omega * (a1_1 - xi * b1_1), Omega * b1_1, leading
+
+
+_exact = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
 
 
 @_inline
@@ -789,344 +710,276 @@ def stability(Omega, xi, radius, damping, period):
     return refused < 0
 
 
-@_compile
-def amplification(Omega, xi, out):
-    """Amplification matrix in the order of STATE; out (n, 8, 8)."""
-    for i in range(out.shape[0]):
-        (
-            den, D_00, D_01, D_02, D_03, D_04, D_05, D_06, D_07, D_10, D_11, D_12, D_13, D_14, D_15, D_16, D_17,
-            D_20, D_21, D_22, D_23, D_24, D_25, D_26, D_27, D_30, D_31, D_32, D_33, D_34, D_35, D_36, D_37,
-            D_40, D_41, D_42, D_43, D_44, D_45, D_46, D_47, D_50, D_51, D_52, D_53, D_54, D_55, D_56, D_57,
-            D_60, D_61, D_62, D_63, D_64, D_65, D_66, D_67, D_70, D_71, D_72, D_73, D_74, D_75, D_76, D_77
-        ) = _increment(Omega[i], xi[i])
-        out[i, 0, 0] = 1.0 + D_00 / den
-        out[i, 0, 1] = D_01 / den
-        out[i, 0, 2] = D_02 / den
-        out[i, 0, 3] = D_03 / den
-        out[i, 0, 4] = D_04 / den
-        out[i, 0, 5] = D_05 / den
-        out[i, 0, 6] = D_06 / den
-        out[i, 0, 7] = D_07 / den
-        out[i, 1, 0] = D_10 / den
-        out[i, 1, 1] = 1.0 + D_11 / den
-        out[i, 1, 2] = D_12 / den
-        out[i, 1, 3] = D_13 / den
-        out[i, 1, 4] = D_14 / den
-        out[i, 1, 5] = D_15 / den
-        out[i, 1, 6] = D_16 / den
-        out[i, 1, 7] = D_17 / den
-        out[i, 2, 0] = D_20 / den
-        out[i, 2, 1] = D_21 / den
-        out[i, 2, 2] = 1.0 + D_22 / den
-        out[i, 2, 3] = D_23 / den
-        out[i, 2, 4] = D_24 / den
-        out[i, 2, 5] = D_25 / den
-        out[i, 2, 6] = D_26 / den
-        out[i, 2, 7] = D_27 / den
-        out[i, 3, 0] = D_30 / den
-        out[i, 3, 1] = D_31 / den
-        out[i, 3, 2] = D_32 / den
-        out[i, 3, 3] = 1.0 + D_33 / den
-        out[i, 3, 4] = D_34 / den
-        out[i, 3, 5] = D_35 / den
-        out[i, 3, 6] = D_36 / den
-        out[i, 3, 7] = D_37 / den
-        out[i, 4, 0] = D_40 / den
-        out[i, 4, 1] = D_41 / den
-        out[i, 4, 2] = D_42 / den
-        out[i, 4, 3] = D_43 / den
-        out[i, 4, 4] = 1.0 + D_44 / den
-        out[i, 4, 5] = D_45 / den
-        out[i, 4, 6] = D_46 / den
-        out[i, 4, 7] = D_47 / den
-        out[i, 5, 0] = D_50 / den
-        out[i, 5, 1] = D_51 / den
-        out[i, 5, 2] = D_52 / den
-        out[i, 5, 3] = D_53 / den
-        out[i, 5, 4] = D_54 / den
-        out[i, 5, 5] = 1.0 + D_55 / den
-        out[i, 5, 6] = D_56 / den
-        out[i, 5, 7] = D_57 / den
-        out[i, 6, 0] = D_60 / den
-        out[i, 6, 1] = D_61 / den
-        out[i, 6, 2] = D_62 / den
-        out[i, 6, 3] = D_63 / den
-        out[i, 6, 4] = D_64 / den
-        out[i, 6, 5] = D_65 / den
-        out[i, 6, 6] = 1.0 + D_66 / den
-        out[i, 6, 7] = D_67 / den
-        out[i, 7, 0] = D_70 / den
-        out[i, 7, 1] = D_71 / den
-        out[i, 7, 2] = D_72 / den
-        out[i, 7, 3] = D_73 / den
-        out[i, 7, 4] = D_74 / den
-        out[i, 7, 5] = D_75 / den
-        out[i, 7, 6] = D_76 / den
-        out[i, 7, 7] = 1.0 + D_77 / den
+def amplification(by, Omega, xi):
+    """Amplification matrix (8, 8) in the order of STATE, row by row."""
+    x0 = 144*Omega
+    x1 = x0 + 600*xi
+    x2 = Omega*x1 + 625
+    x3 = Omega*xi
+    x4 = Omega**2
+    x5 = -Omega*x1
+    x6 = x5 - 625
+    den = x2
+    D_00 = (Omega*(-x0 + 552*xi) + 575) / den
+    D_01 = (576) / den
+    D_02 = (-864*x3 - 900) / den
+    D_03 = (-432) / den
+    D_04 = (384*x3 + 400) / den
+    D_05 = (192) / den
+    D_06 = (-72*x3 - 75) / den
+    D_07 = (-36) / den
+    D_10 = (-576*x4) / den
+    D_11 = (x5 + 575) / den
+    D_12 = (432*x4) / den
+    D_13 = (-900) / den
+    D_14 = (-192*x4) / den
+    D_15 = (400) / den
+    D_16 = (36*x4) / den
+    D_17 = (-75) / den
+    D_20 = (x2) / den
+    D_21 = 0.0
+    D_22 = (x6) / den
+    D_23 = 0.0
+    D_24 = 0.0
+    D_25 = 0.0
+    D_26 = 0.0
+    D_27 = 0.0
+    D_30 = 0.0
+    D_31 = (x2) / den
+    D_32 = 0.0
+    D_33 = (x6) / den
+    D_34 = 0.0
+    D_35 = 0.0
+    D_36 = 0.0
+    D_37 = 0.0
+    D_40 = 0.0
+    D_41 = 0.0
+    D_42 = (x2) / den
+    D_43 = 0.0
+    D_44 = (x6) / den
+    D_45 = 0.0
+    D_46 = 0.0
+    D_47 = 0.0
+    D_50 = 0.0
+    D_51 = 0.0
+    D_52 = 0.0
+    D_53 = (x2) / den
+    D_54 = 0.0
+    D_55 = (x6) / den
+    D_56 = 0.0
+    D_57 = 0.0
+    D_60 = 0.0
+    D_61 = 0.0
+    D_62 = 0.0
+    D_63 = 0.0
+    D_64 = (x2) / den
+    D_65 = 0.0
+    D_66 = (x6) / den
+    D_67 = 0.0
+    D_70 = 0.0
+    D_71 = 0.0
+    D_72 = 0.0
+    D_73 = 0.0
+    D_74 = 0.0
+    D_75 = (x2) / den
+    D_76 = 0.0
+    D_77 = (x6) / den
+    return (
+        1.0 + D_00, D_01, D_02, D_03, D_04, D_05, D_06, D_07, D_10, 1.0 + D_11, D_12, D_13, D_14, D_15,
+        D_16, D_17, D_20, D_21, 1.0 + D_22, D_23, D_24, D_25, D_26, D_27, D_30, D_31, D_32, 1.0 + D_33,
+        D_34, D_35, D_36, D_37, D_40, D_41, D_42, D_43, 1.0 + D_44, D_45, D_46, D_47, D_50, D_51, D_52,
+        D_53, D_54, 1.0 + D_55, D_56, D_57, D_60, D_61, D_62, D_63, D_64, D_65, 1.0 + D_66, D_67, D_70,
+        D_71, D_72, D_73, D_74, D_75, D_76, 1.0 + D_77
+    )
 
 
-@_compile
-def stencil(out):
-    """Instants (n, 1) at which the load is taken, in steps after t_n."""
-    for i in range(out.shape[0]):
-        out[i, 0] = 1
+def stencil(by):
+    """Instants at which the load is taken, in steps after t_n."""
+    return 1,
 
 
-# tails are rounding errors, which fastmath would remove
-@_exact
-def _plus(a, b):
-    """The sum of two doubles: head, and tail, which is the rounding error of the head."""
-    head = a + b
-    rest = head - a
-    return head, (a - (head - rest)) + (b - rest)
+def coefficients(by, Omega, xi):
+    """D, B, O, P of linear_march_8_01y: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f.
 
-
-@_exact
-def _plus_one(a, b, b_):
-    """The sum of a double and a pair of head and tail."""
-    head, tail = _plus(a, b)
-    tail += b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _plus_two(a, a_, b, b_):
-    """The sum of two pairs of head and tail."""
-    head, tail = _plus(a, b)
-    tail += a_ + b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times(a, b):
-    """The product of two doubles: head and tail, from halves of their digits, whose products are exact."""
-    head, c, d = a * b, 134217729.0 * a, 134217729.0 * b
-    a1, b1 = c - (c - a), d - (d - b)
-    a2, b2 = a - a1, b - b1
-    return head, ((a1 * b1 - head) + a1 * b2 + a2 * b1) + a2 * b2
-
-
-@_exact
-def _times_one(a, b, b_):
-    """The product of a double and a pair of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times_two(a, a_, b, b_):
-    """The product of two pairs of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_ + a_ * b
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _over(a, a_, b, b_):
-    """The quotient of two pairs of head and tail, rounded to a double."""
-    head = a / b
-    product, tail = _times(head, b)
-    return head + ((a - product) - tail + a_ - head * b_) / b
-
-
-@_exact
-def _coefficients(s):
-    """`coefficients` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi = s[j], s[48 + j]
-        d0, d0_ = _times(144.0, Omega)
-        s1, s1_ = _times(600.0, xi)
-        d1, d1_ = _plus_two(d0, d0_, s1, s1_)
-        s3, s3_ = _times_one(Omega, d1, d1_)
-        d2, d2_ = _plus_one(625.0, s3, s3_)
-        d3, d3_ = _times(Omega, xi)
-        d4, d4_ = _times(Omega, Omega)
-        d5, d5_ = _times_one(-1.0 * Omega, d1, d1_)
-        d6, d6_ = _plus_one(-625.0, d5, d5_)
-        den, den_ = d2, d2_
-        s9, s9_ = _times(552.0, xi)
-        s10, s10_ = _plus_two(-1.0 * d0, -1.0 * d0_, s9, s9_)
-        s11, s11_ = _times_one(Omega, s10, s10_)
-        N00, N00_ = _plus_one(575.0, s11, s11_)
-        N01 = 576.0
-        s13, s13_ = _times_one(-864.0, d3, d3_)
-        N02, N02_ = _plus_one(-900.0, s13, s13_)
-        N03 = -432.0
-        s15, s15_ = _times_one(384.0, d3, d3_)
-        N04, N04_ = _plus_one(400.0, s15, s15_)
-        N05 = 192.0
-        s17, s17_ = _times_one(-72.0, d3, d3_)
-        N06, N06_ = _plus_one(-75.0, s17, s17_)
-        N07 = -36.0
-        N10, N10_ = _times_one(-576.0, d4, d4_)
-        N11, N11_ = _plus_one(575.0, d5, d5_)
-        N12, N12_ = _times_one(432.0, d4, d4_)
-        N13 = -900.0
-        N14, N14_ = _times_one(-192.0, d4, d4_)
-        N15 = 400.0
-        N16, N16_ = _times_one(36.0, d4, d4_)
-        N17 = -75.0
-        N20, N20_ = d2, d2_
-        N21 = 0.0
-        N22, N22_ = d6, d6_
-        N23 = 0.0
-        N24 = 0.0
-        N25 = 0.0
-        N26 = 0.0
-        N27 = 0.0
-        N30 = 0.0
-        N31, N31_ = d2, d2_
-        N32 = 0.0
-        N33, N33_ = d6, d6_
-        N34 = 0.0
-        N35 = 0.0
-        N36 = 0.0
-        N37 = 0.0
-        N40 = 0.0
-        N41 = 0.0
-        N42, N42_ = d2, d2_
-        N43 = 0.0
-        N44, N44_ = d6, d6_
-        N45 = 0.0
-        N46 = 0.0
-        N47 = 0.0
-        N50 = 0.0
-        N51 = 0.0
-        N52 = 0.0
-        N53, N53_ = d2, d2_
-        N54 = 0.0
-        N55, N55_ = d6, d6_
-        N56 = 0.0
-        N57 = 0.0
-        N60 = 0.0
-        N61 = 0.0
-        N62 = 0.0
-        N63 = 0.0
-        N64, N64_ = d2, d2_
-        N65 = 0.0
-        N66, N66_ = d6, d6_
-        N67 = 0.0
-        N70 = 0.0
-        N71 = 0.0
-        N72 = 0.0
-        N73 = 0.0
-        N74 = 0.0
-        N75, N75_ = d2, d2_
-        N76 = 0.0
-        N77, N77_ = d6, d6_
-        D00 = _over(N00, N00_, den, den_)
-        D01 = _over(N01, 0.0, den, den_)
-        D02 = _over(N02, N02_, den, den_)
-        D03 = _over(N03, 0.0, den, den_)
-        D04 = _over(N04, N04_, den, den_)
-        D05 = _over(N05, 0.0, den, den_)
-        D06 = _over(N06, N06_, den, den_)
-        D07 = _over(N07, 0.0, den, den_)
-        D10 = _over(N10, N10_, den, den_)
-        D11 = _over(N11, N11_, den, den_)
-        D12 = _over(N12, N12_, den, den_)
-        D13 = _over(N13, 0.0, den, den_)
-        D14 = _over(N14, N14_, den, den_)
-        D15 = _over(N15, 0.0, den, den_)
-        D16 = _over(N16, N16_, den, den_)
-        D17 = _over(N17, 0.0, den, den_)
-        D20 = _over(N20, N20_, den, den_)
-        D21 = _over(N21, 0.0, den, den_)
-        D22 = _over(N22, N22_, den, den_)
-        D23 = _over(N23, 0.0, den, den_)
-        D24 = _over(N24, 0.0, den, den_)
-        D25 = _over(N25, 0.0, den, den_)
-        D26 = _over(N26, 0.0, den, den_)
-        D27 = _over(N27, 0.0, den, den_)
-        D30 = _over(N30, 0.0, den, den_)
-        D31 = _over(N31, N31_, den, den_)
-        D32 = _over(N32, 0.0, den, den_)
-        D33 = _over(N33, N33_, den, den_)
-        D34 = _over(N34, 0.0, den, den_)
-        D35 = _over(N35, 0.0, den, den_)
-        D36 = _over(N36, 0.0, den, den_)
-        D37 = _over(N37, 0.0, den, den_)
-        D40 = _over(N40, 0.0, den, den_)
-        D41 = _over(N41, 0.0, den, den_)
-        D42 = _over(N42, N42_, den, den_)
-        D43 = _over(N43, 0.0, den, den_)
-        D44 = _over(N44, N44_, den, den_)
-        D45 = _over(N45, 0.0, den, den_)
-        D46 = _over(N46, 0.0, den, den_)
-        D47 = _over(N47, 0.0, den, den_)
-        D50 = _over(N50, 0.0, den, den_)
-        D51 = _over(N51, 0.0, den, den_)
-        D52 = _over(N52, 0.0, den, den_)
-        D53 = _over(N53, N53_, den, den_)
-        D54 = _over(N54, 0.0, den, den_)
-        D55 = _over(N55, N55_, den, den_)
-        D56 = _over(N56, 0.0, den, den_)
-        D57 = _over(N57, 0.0, den, den_)
-        D60 = _over(N60, 0.0, den, den_)
-        D61 = _over(N61, 0.0, den, den_)
-        D62 = _over(N62, 0.0, den, den_)
-        D63 = _over(N63, 0.0, den, den_)
-        D64 = _over(N64, N64_, den, den_)
-        D65 = _over(N65, 0.0, den, den_)
-        D66 = _over(N66, N66_, den, den_)
-        D67 = _over(N67, 0.0, den, den_)
-        D70 = _over(N70, 0.0, den, den_)
-        D71 = _over(N71, 0.0, den, den_)
-        D72 = _over(N72, 0.0, den, den_)
-        D73 = _over(N73, 0.0, den, den_)
-        D74 = _over(N74, 0.0, den, den_)
-        D75 = _over(N75, N75_, den, den_)
-        D76 = _over(N76, 0.0, den, den_)
-        D77 = _over(N77, N77_, den, den_)
-        x0 = Omega**2
-        den_o = Omega*(144*Omega + 600*xi) + 625
-        B00 = (144) / den
-        B10 = (300) / den
-        B20 = 0.0
-        B30 = 0.0
-        B40 = 0.0
-        B50 = 0.0
-        B60 = 0.0
-        B70 = 0.0
-        O00 = (-1200*x0) / den_o
-        O01 = (Omega*(-576*Omega - 2400*xi)) / den_o
-        O02 = (900*x0) / den_o
-        O03 = (Omega*(432*Omega + 1800*xi)) / den_o
-        O04 = (-400*x0) / den_o
-        O05 = (Omega*(-192*Omega - 800*xi)) / den_o
-        O06 = (75*x0) / den_o
-        O07 = (Omega*(36*Omega + 150*xi)) / den_o
-        P00 = (625) / den_o
-        B01 = 0.0
-        B11 = 0.0
-        B21 = 0.0
-        B31 = 0.0
-        B41 = 0.0
-        B51 = 0.0
-        B61 = 0.0
-        B71 = 0.0
-        P01 = 0.0
-        s[96 + j], s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j], s[768 + j], s[816 + j], s[864 + j], s[912 + j], s[960 + j], s[1008 + j], s[1056 + j], s[1104 + j], s[1152 + j], s[1200 + j], s[1248 + j], s[1296 + j], s[1344 + j], s[1392 + j], s[1440 + j], s[1488 + j], s[1536 + j], s[1584 + j], s[1632 + j], s[1680 + j], s[1728 + j], s[1776 + j], s[1824 + j], s[1872 + j], s[1920 + j], s[1968 + j], s[2016 + j], s[2064 + j], s[2112 + j], s[2160 + j], s[2208 + j], s[2256 + j], s[2304 + j], s[2352 + j], s[2400 + j], s[2448 + j], s[2496 + j], s[2544 + j], s[2592 + j], s[2640 + j], s[2688 + j], s[2736 + j], s[2784 + j], s[2832 + j], s[2880 + j], s[2928 + j], s[2976 + j], s[3024 + j], s[3072 + j], s[3120 + j], s[3168 + j], s[3216 + j], s[3264 + j], s[3312 + j], s[3360 + j], s[3408 + j], s[3456 + j], s[3504 + j], s[3552 + j], s[3600 + j], s[3648 + j], s[3696 + j], s[3744 + j], s[3792 + j], s[3840 + j], s[3888 + j], s[3936 + j], s[3984 + j], s[4032 + j], s[4080 + j], s[4128 + j], s[4176 + j], s[4224 + j], s[4272 + j], s[4320 + j], s[4368 + j] = D00, D01, D02, D03, D04, D05, D06, D07, D10, D11, D12, D13, D14, D15, D16, D17, D20, D21, D22, D23, D24, D25, D26, D27, D30, D31, D32, D33, D34, D35, D36, D37, D40, D41, D42, D43, D44, D45, D46, D47, D50, D51, D52, D53, D54, D55, D56, D57, D60, D61, D62, D63, D64, D65, D66, D67, D70, D71, D72, D73, D74, D75, D76, D77, B00, B01, B10, B11, B20, B21, B30, B31, B40, B41, B50, B51, B60, B61, B70, B71, O00, O01, O02, O03, O04, O05, O06, O07, P00, P01
-
-
-@_compile
-def coefficients(Omega, xi, out):
-    """D, B, O, P of linear_march_8_01y: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f; out (90, n).
-
-    The rows of out are the entries of D, B, O, P, matrix by matrix and row by row. D is rounded once. Columns of
-    B and P beyond the scheme's own load instants, up to the march's 2, are zero.
+    Their entries, matrix by matrix and row by row. D is computed in pairs of doubles and rounded once. Columns of B and
+    P beyond the scheme's own load instants, up to the march's 2, are zero.
     """
-    s = np.ones(92 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j] = Omega[first + j], xi[first + j]
-        _coefficients(s)
-        for r in range(90):
-            for j in range(size):
-                out[r, first + j] = s[(2 + r) * 48 + j]
+    d0, d0_ = by.times(144.0, Omega)
+    s1, s1_ = by.times(600.0, xi)
+    d1, d1_ = by.plus_two(d0, d0_, s1, s1_)
+    s3, s3_ = by.times_one(Omega, d1, d1_)
+    d2, d2_ = by.plus_one(625.0, s3, s3_)
+    d3, d3_ = by.times(Omega, xi)
+    d4, d4_ = by.times(Omega, Omega)
+    d5, d5_ = by.times_one(-1.0 * Omega, d1, d1_)
+    d6, d6_ = by.plus_one(-625.0, d5, d5_)
+    den, den_ = d2, d2_
+    s9, s9_ = by.times(552.0, xi)
+    s10, s10_ = by.plus_two(-1.0 * d0, -1.0 * d0_, s9, s9_)
+    s11, s11_ = by.times_one(Omega, s10, s10_)
+    N00, N00_ = by.plus_one(575.0, s11, s11_)
+    N01 = 576.0
+    s13, s13_ = by.times_one(-864.0, d3, d3_)
+    N02, N02_ = by.plus_one(-900.0, s13, s13_)
+    N03 = -432.0
+    s15, s15_ = by.times_one(384.0, d3, d3_)
+    N04, N04_ = by.plus_one(400.0, s15, s15_)
+    N05 = 192.0
+    s17, s17_ = by.times_one(-72.0, d3, d3_)
+    N06, N06_ = by.plus_one(-75.0, s17, s17_)
+    N07 = -36.0
+    N10, N10_ = by.times_one(-576.0, d4, d4_)
+    N11, N11_ = by.plus_one(575.0, d5, d5_)
+    N12, N12_ = by.times_one(432.0, d4, d4_)
+    N13 = -900.0
+    N14, N14_ = by.times_one(-192.0, d4, d4_)
+    N15 = 400.0
+    N16, N16_ = by.times_one(36.0, d4, d4_)
+    N17 = -75.0
+    N20, N20_ = d2, d2_
+    N21 = 0.0
+    N22, N22_ = d6, d6_
+    N23 = 0.0
+    N24 = 0.0
+    N25 = 0.0
+    N26 = 0.0
+    N27 = 0.0
+    N30 = 0.0
+    N31, N31_ = d2, d2_
+    N32 = 0.0
+    N33, N33_ = d6, d6_
+    N34 = 0.0
+    N35 = 0.0
+    N36 = 0.0
+    N37 = 0.0
+    N40 = 0.0
+    N41 = 0.0
+    N42, N42_ = d2, d2_
+    N43 = 0.0
+    N44, N44_ = d6, d6_
+    N45 = 0.0
+    N46 = 0.0
+    N47 = 0.0
+    N50 = 0.0
+    N51 = 0.0
+    N52 = 0.0
+    N53, N53_ = d2, d2_
+    N54 = 0.0
+    N55, N55_ = d6, d6_
+    N56 = 0.0
+    N57 = 0.0
+    N60 = 0.0
+    N61 = 0.0
+    N62 = 0.0
+    N63 = 0.0
+    N64, N64_ = d2, d2_
+    N65 = 0.0
+    N66, N66_ = d6, d6_
+    N67 = 0.0
+    N70 = 0.0
+    N71 = 0.0
+    N72 = 0.0
+    N73 = 0.0
+    N74 = 0.0
+    N75, N75_ = d2, d2_
+    N76 = 0.0
+    N77, N77_ = d6, d6_
+    D00 = by.over(N00, N00_, den, den_)
+    D01 = by.over(N01, 0.0, den, den_)
+    D02 = by.over(N02, N02_, den, den_)
+    D03 = by.over(N03, 0.0, den, den_)
+    D04 = by.over(N04, N04_, den, den_)
+    D05 = by.over(N05, 0.0, den, den_)
+    D06 = by.over(N06, N06_, den, den_)
+    D07 = by.over(N07, 0.0, den, den_)
+    D10 = by.over(N10, N10_, den, den_)
+    D11 = by.over(N11, N11_, den, den_)
+    D12 = by.over(N12, N12_, den, den_)
+    D13 = by.over(N13, 0.0, den, den_)
+    D14 = by.over(N14, N14_, den, den_)
+    D15 = by.over(N15, 0.0, den, den_)
+    D16 = by.over(N16, N16_, den, den_)
+    D17 = by.over(N17, 0.0, den, den_)
+    D20 = by.over(N20, N20_, den, den_)
+    D21 = by.over(N21, 0.0, den, den_)
+    D22 = by.over(N22, N22_, den, den_)
+    D23 = by.over(N23, 0.0, den, den_)
+    D24 = by.over(N24, 0.0, den, den_)
+    D25 = by.over(N25, 0.0, den, den_)
+    D26 = by.over(N26, 0.0, den, den_)
+    D27 = by.over(N27, 0.0, den, den_)
+    D30 = by.over(N30, 0.0, den, den_)
+    D31 = by.over(N31, N31_, den, den_)
+    D32 = by.over(N32, 0.0, den, den_)
+    D33 = by.over(N33, N33_, den, den_)
+    D34 = by.over(N34, 0.0, den, den_)
+    D35 = by.over(N35, 0.0, den, den_)
+    D36 = by.over(N36, 0.0, den, den_)
+    D37 = by.over(N37, 0.0, den, den_)
+    D40 = by.over(N40, 0.0, den, den_)
+    D41 = by.over(N41, 0.0, den, den_)
+    D42 = by.over(N42, N42_, den, den_)
+    D43 = by.over(N43, 0.0, den, den_)
+    D44 = by.over(N44, N44_, den, den_)
+    D45 = by.over(N45, 0.0, den, den_)
+    D46 = by.over(N46, 0.0, den, den_)
+    D47 = by.over(N47, 0.0, den, den_)
+    D50 = by.over(N50, 0.0, den, den_)
+    D51 = by.over(N51, 0.0, den, den_)
+    D52 = by.over(N52, 0.0, den, den_)
+    D53 = by.over(N53, N53_, den, den_)
+    D54 = by.over(N54, 0.0, den, den_)
+    D55 = by.over(N55, N55_, den, den_)
+    D56 = by.over(N56, 0.0, den, den_)
+    D57 = by.over(N57, 0.0, den, den_)
+    D60 = by.over(N60, 0.0, den, den_)
+    D61 = by.over(N61, 0.0, den, den_)
+    D62 = by.over(N62, 0.0, den, den_)
+    D63 = by.over(N63, 0.0, den, den_)
+    D64 = by.over(N64, N64_, den, den_)
+    D65 = by.over(N65, 0.0, den, den_)
+    D66 = by.over(N66, N66_, den, den_)
+    D67 = by.over(N67, 0.0, den, den_)
+    D70 = by.over(N70, 0.0, den, den_)
+    D71 = by.over(N71, 0.0, den, den_)
+    D72 = by.over(N72, 0.0, den, den_)
+    D73 = by.over(N73, 0.0, den, den_)
+    D74 = by.over(N74, 0.0, den, den_)
+    D75 = by.over(N75, N75_, den, den_)
+    D76 = by.over(N76, 0.0, den, den_)
+    D77 = by.over(N77, N77_, den, den_)
+    x0 = Omega**2
+    den_o = Omega*(144*Omega + 600*xi) + 625
+    B00 = (144) / den
+    B10 = (300) / den
+    B20 = 0.0
+    B30 = 0.0
+    B40 = 0.0
+    B50 = 0.0
+    B60 = 0.0
+    B70 = 0.0
+    O00 = (-1200*x0) / den_o
+    O01 = (Omega*(-576*Omega - 2400*xi)) / den_o
+    O02 = (900*x0) / den_o
+    O03 = (Omega*(432*Omega + 1800*xi)) / den_o
+    O04 = (-400*x0) / den_o
+    O05 = (Omega*(-192*Omega - 800*xi)) / den_o
+    O06 = (75*x0) / den_o
+    O07 = (Omega*(36*Omega + 150*xi)) / den_o
+    P00 = (625) / den_o
+    B01 = 0.0
+    B11 = 0.0
+    B21 = 0.0
+    B31 = 0.0
+    B41 = 0.0
+    B51 = 0.0
+    B61 = 0.0
+    B71 = 0.0
+    P01 = 0.0
+    return (
+        D00, D01, D02, D03, D04, D05, D06, D07, D10, D11, D12, D13, D14, D15, D16, D17, D20, D21, D22, D23,
+        D24, D25, D26, D27, D30, D31, D32, D33, D34, D35, D36, D37, D40, D41, D42, D43, D44, D45, D46, D47,
+        D50, D51, D52, D53, D54, D55, D56, D57, D60, D61, D62, D63, D64, D65, D66, D67, D70, D71, D72, D73,
+        D74, D75, D76, D77, B00, B01, B10, B11, B20, B21, B30, B31, B40, B41, B50, B51, B60, B61, B70, B71,
+        O00, O01, O02, O03, O04, O05, O06, O07, P00, P01
+    )

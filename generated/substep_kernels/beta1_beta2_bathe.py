@@ -82,10 +82,6 @@ FILTER = 2
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
-_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
-# called by kernels alone: not from Python, and so without the code for that
-_exact = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
-
 # contract: a * b + c may become one operation, rounded once
 _fused = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
 _inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"})
@@ -128,81 +124,6 @@ def _angle(y, x):
     angle = 0.7853981633974483 + angle if steep else angle
     angle = 1.5707963267948966 - angle if y > flat else angle
     return 3.141592653589793 - angle if x < 0.0 else angle
-
-
-@_exact
-def _increment(Omega, xi, beta1, beta2, gamma_t):
-    """Denominator and numerators of A - I. 272 operations."""
-    x0 = 2*beta2
-    x1 = gamma_t*x0
-    x2 = -x1
-    x3 = gamma_t + x0
-    x4 = -x2 - x3
-    x5 = 4*xi
-    x6 = gamma_t**2
-    x7 = beta2**2
-    x8 = 4*x7
-    x9 = 8*gamma_t
-    x10 = x7*x9
-    x11 = beta2*gamma_t
-    x12 = xi**2
-    x13 = 8*x12
-    x14 = x6*x8
-    x15 = beta2*x6
-    x16 = x13*x15
-    x17 = gamma_t - 1
-    x18 = Omega*x17**2*x6*x7
-    x19 = x17*xi
-    x20 = x1*x19
-    x21 = Omega**2
-    x22 = beta1*gamma_t
-    x23 = -gamma_t + x22 + 1
-    x24 = beta1*x6
-    x25 = x24 - x6
-    x26 = x0*x22
-    x27 = 3*beta2
-    x28 = -2*beta1*beta2*x6 - 5*beta2*gamma_t + x26 + x27*x6 + x3
-    x29 = -beta1*x0 + x26
-    x30 = 4*gamma_t
-    x31 = x30*xi
-    x32 = 2*x22
-    x33 = 2*gamma_t
-    x34 = -x33
-    x35 = x34 + 1
-    x36 = -beta2 + x11 + x32 + x35
-    x37 = x0*x6
-    x38 = Omega*x17
-    x39 = 2*x24
-    x40 = x39 - 2*x6
-    x41 = 4*beta2
-    x42 = x10 - x14 + x22*x41 - x24*x41 - x8
-    x43 = x41 + x42
-    x44 = -10*x11 + 6*x15 + x43
-    x45 = gamma_t + x40 + x44
-    x46 = beta1 - 1
-    x47 = x15*x38
-    x48 = -x0 + x1 + x32
-    x49 = -3*gamma_t + x48
-    x50 = x49 + 2
-    x51 = 8*xi
-    x52 = x12*x6
-    x53 = x35 + x48
-    x54 = x47*x53
-    x55 = Omega*gamma_t
-    x56 = 4*x12
-    x57 = gamma_t*x12
-    x58 = 16*x12
-    den = Omega*(Omega*(Omega*(x18 + x20*x4) - x10 + x11*x13 + x14 - x16 + x6 + x8) - x4*x5) + 4
-    D_00 = x21*(Omega*(4*beta2*gamma_t*x17*x23*xi - x18) - 2*x25 - 2*x28)
-    D_01 = Omega*(Omega*(gamma_t*(8*beta1*beta2*x12*x6 + 8*beta2*gamma_t*x12 - beta2*x13*x22 - x16 - x45) + x36*x37*x38*xi) + x31*(gamma_t - 3*x11 - x22 + x27 + x29)) + 4
-    D_02 = Omega*(x19*x41*x46*x6 + x36*x47) + x33*(beta2 - x11 + x23 + x29)
-    D_10 = x21*(Omega*(4*beta2*gamma_t*x17*xi - x11*x38*x50) - 4*x23)
-    D_11 = Omega*(Omega*(Omega*(-x20*x49 - x54) - 4*beta2 - 4*gamma_t + 4*x0*x52 - 4*x1*x12 - 4*x15 - 4*x2 - 4*x25) - x23*x51)
-    D_12 = Omega*(-x31*x36 + x55*(-gamma_t*x8 - x28 - x40 + 2*x6*x7 + 2*x7)) - x30*x46
-    D_20 = x21*(Omega*(Omega*(x33 + x39 + x44 - 3*x6) + x5*x50) - 4)
-    D_21 = Omega*(Omega*(Omega*(x45*x55 - 2*xi*(14*beta2*gamma_t - 10*x15 - 6*x24 - x30 - x43 + 7*x6)) - 4*x12*x41 + 4*x22*x56 + 4*x41*x57 + 4*x56 - 24*x57 - 4) - x51)
-    D_22 = Omega*(Omega*(Omega*(-x33*x4*x53*xi - x54) - x11*x58 + x12*x9 + x15*x58 + x2 + x24*x58 + x34 + x37 - x39 + x42 - 16*x52 + x6) + x49*x5) - 4
-    return den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22
 
 
 @_inline
@@ -496,391 +417,349 @@ def stability(Omega, xi, beta1, beta2, gamma_t, radius, damping, period):
     return refused < 0
 
 
-@_compile
-def amplification(Omega, xi, beta1, beta2, gamma_t, out):
-    """Amplification matrix in the order of STATE; out (n, 3, 3)."""
-    for i in range(out.shape[0]):
-        den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22 = _increment(Omega[i], xi[i], beta1[i], beta2[i], gamma_t[i])
-        out[i, 0, 0] = 1.0 + D_00 / den
-        out[i, 0, 1] = D_01 / den
-        out[i, 0, 2] = D_02 / den
-        out[i, 1, 0] = D_10 / den
-        out[i, 1, 1] = 1.0 + D_11 / den
-        out[i, 1, 2] = D_12 / den
-        out[i, 2, 0] = D_20 / den
-        out[i, 2, 1] = D_21 / den
-        out[i, 2, 2] = 1.0 + D_22 / den
+def amplification(by, Omega, xi, beta1, beta2, gamma_t):
+    """Amplification matrix (3, 3) in the order of STATE, row by row."""
+    x0 = 2*beta2
+    x1 = gamma_t*x0
+    x2 = -x1
+    x3 = gamma_t + x0
+    x4 = -x2 - x3
+    x5 = 4*xi
+    x6 = gamma_t**2
+    x7 = beta2**2
+    x8 = 4*x7
+    x9 = 8*gamma_t
+    x10 = x7*x9
+    x11 = beta2*gamma_t
+    x12 = xi**2
+    x13 = 8*x12
+    x14 = x6*x8
+    x15 = beta2*x6
+    x16 = x13*x15
+    x17 = gamma_t - 1
+    x18 = Omega*x17**2*x6*x7
+    x19 = x17*xi
+    x20 = x1*x19
+    x21 = Omega**2
+    x22 = beta1*gamma_t
+    x23 = -gamma_t + x22 + 1
+    x24 = beta1*x6
+    x25 = x24 - x6
+    x26 = x0*x22
+    x27 = 3*beta2
+    x28 = -2*beta1*beta2*x6 - 5*beta2*gamma_t + x26 + x27*x6 + x3
+    x29 = -beta1*x0 + x26
+    x30 = 4*gamma_t
+    x31 = x30*xi
+    x32 = 2*x22
+    x33 = 2*gamma_t
+    x34 = -x33
+    x35 = x34 + 1
+    x36 = -beta2 + x11 + x32 + x35
+    x37 = x0*x6
+    x38 = Omega*x17
+    x39 = 2*x24
+    x40 = x39 - 2*x6
+    x41 = 4*beta2
+    x42 = x10 - x14 + x22*x41 - x24*x41 - x8
+    x43 = x41 + x42
+    x44 = -10*x11 + 6*x15 + x43
+    x45 = gamma_t + x40 + x44
+    x46 = beta1 - 1
+    x47 = x15*x38
+    x48 = -x0 + x1 + x32
+    x49 = -3*gamma_t + x48
+    x50 = x49 + 2
+    x51 = 8*xi
+    x52 = x12*x6
+    x53 = x35 + x48
+    x54 = x47*x53
+    x55 = Omega*gamma_t
+    x56 = 4*x12
+    x57 = gamma_t*x12
+    x58 = 16*x12
+    den = Omega*(Omega*(Omega*(x18 + x20*x4) - x10 + x11*x13 + x14 - x16 + x6 + x8) - x4*x5) + 4
+    D_00 = (x21*(Omega*(4*beta2*gamma_t*x17*x23*xi - x18) - 2*x25 - 2*x28)) / den
+    D_01 = (Omega*(Omega*(gamma_t*(8*beta1*beta2*x12*x6 + 8*beta2*gamma_t*x12 - beta2*x13*x22 - x16 - x45) + x36*x37*x38*xi) + x31*(gamma_t - 3*x11 - x22 + x27 + x29)) + 4) / den
+    D_02 = (Omega*(x19*x41*x46*x6 + x36*x47) + x33*(beta2 - x11 + x23 + x29)) / den
+    D_10 = (x21*(Omega*(4*beta2*gamma_t*x17*xi - x11*x38*x50) - 4*x23)) / den
+    D_11 = (Omega*(Omega*(Omega*(-x20*x49 - x54) - 4*beta2 - 4*gamma_t + 4*x0*x52 - 4*x1*x12 - 4*x15 - 4*x2 - 4*x25) - x23*x51)) / den
+    D_12 = (Omega*(-x31*x36 + x55*(-gamma_t*x8 - x28 - x40 + 2*x6*x7 + 2*x7)) - x30*x46) / den
+    D_20 = (x21*(Omega*(Omega*(x33 + x39 + x44 - 3*x6) + x5*x50) - 4)) / den
+    D_21 = (Omega*(Omega*(Omega*(x45*x55 - 2*xi*(14*beta2*gamma_t - 10*x15 - 6*x24 - x30 - x43 + 7*x6)) - 4*x12*x41 + 4*x22*x56 + 4*x41*x57 + 4*x56 - 24*x57 - 4) - x51)) / den
+    D_22 = (Omega*(Omega*(Omega*(-x33*x4*x53*xi - x54) - x11*x58 + x12*x9 + x15*x58 + x2 + x24*x58 + x34 + x37 - x39 + x42 - 16*x52 + x6) + x49*x5) - 4) / den
+    return 1.0 + D_00, D_01, D_02, D_10, 1.0 + D_11, D_12, D_20, D_21, 1.0 + D_22
 
 
-@_compile
-def stencil(beta1, beta2, gamma_t, out):
-    """Instants (n, 3) at which the load is taken, in steps after t_n."""
-    for i in range(out.shape[0]):
-        out[i, 0] = 0
-        out[i, 1] = gamma_t[i]
-        out[i, 2] = 1
+def stencil(by, beta1, beta2, gamma_t):
+    """Instants at which the load is taken, in steps after t_n."""
+    return 0, gamma_t, 1
 
 
-# tails are rounding errors, which fastmath would remove
-@_exact
-def _plus(a, b):
-    """The sum of two doubles: head, and tail, which is the rounding error of the head."""
-    head = a + b
-    rest = head - a
-    return head, (a - (head - rest)) + (b - rest)
+def coefficients(by, Omega, xi, beta1, beta2, gamma_t):
+    """D, B, O, P of linear_march_2_01y: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f.
 
-
-@_exact
-def _plus_one(a, b, b_):
-    """The sum of a double and a pair of head and tail."""
-    head, tail = _plus(a, b)
-    tail += b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _plus_two(a, a_, b, b_):
-    """The sum of two pairs of head and tail."""
-    head, tail = _plus(a, b)
-    tail += a_ + b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times(a, b):
-    """The product of two doubles: head and tail, from halves of their digits, whose products are exact."""
-    head, c, d = a * b, 134217729.0 * a, 134217729.0 * b
-    a1, b1 = c - (c - a), d - (d - b)
-    a2, b2 = a - a1, b - b1
-    return head, ((a1 * b1 - head) + a1 * b2 + a2 * b1) + a2 * b2
-
-
-@_exact
-def _times_one(a, b, b_):
-    """The product of a double and a pair of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times_two(a, a_, b, b_):
-    """The product of two pairs of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_ + a_ * b
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _over(a, a_, b, b_):
-    """The quotient of two pairs of head and tail, rounded to a double."""
-    head = a / b
-    product, tail = _times(head, b)
-    return head + ((a - product) - tail + a_ - head * b_) / b
-
-
-@_exact
-def _coefficients(s):
-    """`coefficients` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi, beta1, beta2, gamma_t = s[j], s[48 + j], s[96 + j], s[144 + j], s[192 + j]
-        d0 = 2.0 * beta2
-        d1, d1_ = _times(d0, gamma_t)
-        d2, d2_ = _plus_one(gamma_t, -1.0 * d1, -1.0 * d1_)
-        d3, d3_ = _plus_one(-1.0 * d0, -1.0 * d2, -1.0 * d2_)
-        d4 = 4.0 * xi
-        d5, d5_ = _times(gamma_t, gamma_t)
-        d6, d6_ = _times(beta2, beta2)
-        d7, d7_ = 4.0 * d6, 4.0 * d6_
-        d8 = 8.0 * gamma_t
-        d9, d9_ = _times_one(d8, d6, d6_)
-        d10, d10_ = _times(xi, xi)
-        d11, d11_ = _times_one(beta2, d5, d5_)
-        d12, d12_ = _plus(-1.0, gamma_t)
-        d13, d13_ = _times(Omega, Omega)
-        d14, d14_ = _times_one(beta1, d5, d5_)
-        s11, s11_ = _plus_one(beta2, d11, d11_)
-        s12, s12_ = _plus_two(s11, s11_, d14, d14_)
-        s13, s13_ = _plus_two(s12, s12_, d2, d2_)
-        d15, d15_ = _plus_two(s13, s13_, -1.0 * d5, -1.0 * d5_)
-        d16 = 2.0 * gamma_t
-        s15, s15_ = _times(beta1, d16)
-        s16, s16_ = _plus(1.0, -1.0 * d0)
-        s17, s17_ = _plus_one(-1.0 * d16, s16, s16_)
-        s18, s18_ = _plus_two(s17, s17_, d1, d1_)
-        d17, d17_ = _plus_two(s18, s18_, s15, s15_)
-        s20, s20_ = _times_one(Omega, d11, d11_)
-        s21, s21_ = _times_two(s20, s20_, d12, d12_)
-        d18, d18_ = _times_two(s21, s21_, d17, d17_)
-        d19 = 4.0 * beta2
-        d20, d20_ = _times(d19, gamma_t)
-        s24, s24_ = _times_one(-6.0, d11, d11_)
-        s25, s25_ = _times_one(-1.0 * beta1, d20, d20_)
-        s26, s26_ = _times_two(4.0 * d5, 4.0 * d5_, d6, d6_)
-        s27, s27_ = _times(10.0, beta2)
-        s28, s28_ = _times_one(gamma_t, s27, s27_)
-        s29, s29_ = _times(4.0 * beta1, beta2)
-        s30, s30_ = _times_two(s29, s29_, d5, d5_)
-        s31, s31_ = _plus(-1.0 * d19, -1.0 * gamma_t)
-        s32, s32_ = _plus_two(s31, s31_, -1.0 * d9, -1.0 * d9_)
-        s33, s33_ = _plus_two(s32, s32_, s24, s24_)
-        s34, s34_ = _plus_two(s33, s33_, -2.0 * d14, -2.0 * d14_)
-        s35, s35_ = _plus_two(s34, s34_, 2.0 * d5, 2.0 * d5_)
-        s36, s36_ = _plus_two(s35, s35_, 4.0 * d6, 4.0 * d6_)
-        s37, s37_ = _plus_two(s36, s36_, s25, s25_)
-        s38, s38_ = _plus_two(s37, s37_, s26, s26_)
-        s39, s39_ = _plus_two(s38, s38_, s28, s28_)
-        s40, s40_ = _plus_two(s39, s39_, s30, s30_)
-        s41, s41_ = _times(Omega, gamma_t)
-        s42, s42_ = _times_two(s41, s41_, s40, s40_)
-        s43, s43_ = _times(-1.0 * d4, gamma_t)
-        s44, s44_ = _times_two(s43, s43_, d17, d17_)
-        d21, d21_ = _plus_two(s42, s42_, s44, s44_)
-        s46, s46_ = _times_two(d12, d12_, d12, d12_)
-        s47, s47_ = _times_one(Omega, d5, d5_)
-        s48, s48_ = _times_two(s47, s47_, d6, d6_)
-        s49, s49_ = _times_two(s48, s48_, s46, s46_)
-        s50, s50_ = _times_one(xi, d1, d1_)
-        s51, s51_ = _times_two(s50, s50_, d12, d12_)
-        s52, s52_ = _times_two(s51, s51_, d3, d3_)
-        s53, s53_ = _plus_two(s49, s49_, s52, s52_)
-        s54, s54_ = _times_one(Omega, s53, s53_)
-        s55, s55_ = _times_two(d5, d5_, d7, d7_)
-        s56, s56_ = _times_two(-8.0 * d10, -8.0 * d10_, d11, d11_)
-        s57, s57_ = _times(beta2, d8)
-        s58, s58_ = _times_two(s57, s57_, d10, d10_)
-        s59, s59_ = _plus_two(d5, d5_, d7, d7_)
-        s60, s60_ = _plus_two(s59, s59_, -1.0 * d9, -1.0 * d9_)
-        s61, s61_ = _plus_two(s60, s60_, s54, s54_)
-        s62, s62_ = _plus_two(s61, s61_, s55, s55_)
-        s63, s63_ = _plus_two(s62, s62_, s56, s56_)
-        s64, s64_ = _plus_two(s63, s63_, s58, s58_)
-        s65, s65_ = _times_one(Omega, s64, s64_)
-        s66, s66_ = _times_one(-1.0 * d4, d3, d3_)
-        s67, s67_ = _plus_two(s65, s65_, s66, s66_)
-        s68, s68_ = _times_one(Omega, s67, s67_)
-        den, den_ = _plus_one(4.0, s68, s68_)
-        s70, s70_ = _times(4.0 * beta2, gamma_t)
-        s71, s71_ = _times_one(xi, s70, s70_)
-        s72, s72_ = _times_two(s71, s71_, d12, d12_)
-        s73, s73_ = _plus_two(-1.0 * d18, -1.0 * d18_, s72, s72_)
-        s74, s74_ = _times_one(Omega, s73, s73_)
-        s75, s75_ = _plus_two(-4.0 * d15, -4.0 * d15_, s74, s74_)
-        N00, N00_ = _times_two(d13, d13_, s75, s75_)
-        s77, s77_ = _times_one(Omega, d21, d21_)
-        N01, N01_ = _plus_one(4.0, s77, s77_)
-        s79, s79_ = _times_one(-1.0 * Omega, d21, d21_)
-        s80, s80_ = _plus_one(-4.0, s79, s79_)
-        N10, N10_ = _times_two(d13, d13_, s80, s80_)
-        s82, s82_ = _times(-1.0 * d16, xi)
-        s83, s83_ = _times_two(s82, s82_, d17, d17_)
-        s84, s84_ = _times_two(s83, s83_, d3, d3_)
-        s85, s85_ = _plus_two(-1.0 * d18, -1.0 * d18_, s84, s84_)
-        s86, s86_ = _times_one(Omega, s85, s85_)
-        s87, s87_ = _times_two(-16.0 * d10, -16.0 * d10_, d5, d5_)
-        s88, s88_ = _times_two(-4.0 * d10, -4.0 * d10_, d20, d20_)
-        s89, s89_ = _times_one(8.0 * gamma_t, d10, d10_)
-        s90, s90_ = _times_one(16.0 * beta1, d10, d10_)
-        s91, s91_ = _times_two(s90, s90_, d5, d5_)
-        s92, s92_ = _times_one(16.0 * beta2, d10, d10_)
-        s93, s93_ = _times_two(s92, s92_, d5, d5_)
-        s94, s94_ = _plus_two(-4.0 * d15, -4.0 * d15_, s86, s86_)
-        s95, s95_ = _plus_two(s94, s94_, s87, s87_)
-        s96, s96_ = _plus_two(s95, s95_, s88, s88_)
-        s97, s97_ = _plus_two(s96, s96_, s89, s89_)
-        s98, s98_ = _plus_two(s97, s97_, s91, s91_)
-        s99, s99_ = _plus_two(s98, s98_, s93, s93_)
-        s100, s100_ = _times_one(Omega, s99, s99_)
-        s101, s101_ = _plus_one(-8.0 * xi, s100, s100_)
-        N11, N11_ = _times_one(Omega, s101, s101_)
-        D00 = _over(N00, N00_, den, den_)
-        D01 = _over(N01, N01_, den, den_)
-        D10 = _over(N10, N10_, den, den_)
-        D11 = _over(N11, N11_, den, den_)
-        x0 = 2*beta2
-        x1 = gamma_t + x0
-        x2 = 2*beta2*gamma_t - x1
-        x3 = 4*xi
-        x4 = gamma_t**2
-        x5 = beta2**2
-        x6 = gamma_t - 1
-        x7 = x6**2
-        x8 = Omega*x4
-        x9 = x5*x7*x8
-        x10 = x2*xi
-        x11 = gamma_t*x0
-        x12 = x11*x6
-        x13 = beta2*x4
-        x14 = xi**2
-        x15 = 8*x14
-        x16 = x13*x15
-        x17 = beta2*gamma_t
-        x18 = 8*x17
-        x19 = x14*x18
-        x20 = -x16 + x19
-        x21 = 4*x5
-        x22 = 8*gamma_t
-        x23 = x22*x5
-        x24 = x21*x4
-        x25 = x21 - x23 + x24
-        x26 = beta1*gamma_t
-        x27 = x0*x26
-        x28 = -gamma_t
-        x29 = x26 + x28
-        x30 = -beta1*x0 + beta2 - x17 + x27 + x29
-        x31 = 2*gamma_t
-        x32 = beta1 - 1
-        x33 = 4*beta2
-        x34 = x33*x6
-        x35 = -beta2 + x17 + 1
-        x36 = beta1*x31 - x31 + x35
-        x37 = x6*x8
-        x38 = beta2*x37
-        x39 = x36*x38
-        x40 = x29 + x35
-        x41 = x17*x3*x6
-        x42 = 2*x2*x40
-        x43 = x21*x7
-        x44 = 4*gamma_t
-        x45 = x44*xi
-        x46 = 2*x4
-        x47 = beta1*x46 - x46
-        x48 = Omega**2
-        x49 = x10*x31*x36 + x39
-        x50 = x14*x22
-        x51 = beta1*x4
-        x52 = x14*x4
-        x53 = 16*x52
-        x54 = 16*x14
-        x55 = x51*x54
-        x56 = -x21 + x23 - x24 + x33
-        x57 = 8*xi
-        x58 = 4*x14
-        x59 = x14*x33 - x17*x58 - x58 + 1
-        x60 = 8*x52
-        x61 = beta1*x17
-        den_o = Omega*(Omega*(Omega*(x10*x12 + x9) + x20 + x25 + x4) - x2*x3) + 4
-        B00 = (Omega*(x32*x34*x4*xi + x39) + x31*(x30 + 1)) / den
-        B01 = (-Omega*x40*x41 - x42) / den
-        B02 = (Omega*(gamma_t*x43*xi + x9) + x43) / den
-        B10 = (Omega*(Omega*gamma_t*(2*beta1*beta2*x4 + 5*beta2*gamma_t - gamma_t*x21 - x1 - 3*x13 - x27 + 2*x4*x5 - x47 + 2*x5) - x36*x45) - x32*x44) / den
-        B11 = (x12*x40*x48 + 4*x40) / den
-        B12 = (Omega*(-x38 - x41) - x34) / den
-        O00 = (x48*(Omega*(Omega*(Omega*x49 - x18 + x20 + x33*x4 - 5*x4 + x44 - x50 + 4*x51 + x53 - x55 + x56) + x3*(-x0 + x11 + x28 + 2)) - 4)) / den_o
-        O01 = (Omega*(Omega*(Omega*(Omega*(gamma_t*(beta1*x13*x54 - beta2*x15 - gamma_t*x5*x54 + gamma_t - 20*x13*x14 + 6*x13 + 28*x14*x17 - x14*x44 + x15*x5 - x15*x51 - 10*x17 - x33*x51 + x47 + x5*x60 - x54*x61 + x56 + x60 + 4*x61) + x0*x36*x37*xi) - 2*xi*(-6*gamma_t - 8*x13 + x16 + 12*x17 - x19 + x25 - x33 + 9*x4 + x50 - 8*x51 - x53 + x55)) - 4*x14*x31 - 4*x59) - x57)) / den_o
-        P00 = (Omega*(Omega*(-Omega*x49 - x31*(-x15*x26 + x30 + x50 + x59)) + gamma_t*x32*x57)) / den_o
-        P01 = (Omega*(Omega*x42 - x40*x57)) / den_o
-        P02 = (Omega*(x45 + x8) + 4) / den_o
-        B03 = 0.0
-        B13 = 0.0
-        P03 = 0.0
-        s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j], s[768 + j], s[816 + j], s[864 + j], s[912 + j], s[960 + j], s[1008 + j], s[1056 + j] = D00, D01, D10, D11, B00, B01, B02, B03, B10, B11, B12, B13, O00, O01, P00, P01, P02, P03
-
-
-@_compile
-def coefficients(Omega, xi, beta1, beta2, gamma_t, out):
-    """D, B, O, P of linear_march_2_01y: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f; out (18, n).
-
-    The rows of out are the entries of D, B, O, P, matrix by matrix and row by row. D is rounded once. Columns of
-    B and P beyond the scheme's own load instants, up to the march's 4, are zero.
+    Their entries, matrix by matrix and row by row. D is computed in pairs of doubles and rounded once. Columns of B and
+    P beyond the scheme's own load instants, up to the march's 4, are zero.
     """
-    s = np.ones(23 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j], s[96 + j], s[144 + j], s[192 + j] = Omega[first + j], xi[first + j], beta1[first + j], beta2[first + j], gamma_t[first + j]
-        _coefficients(s)
-        for r in range(18):
-            for j in range(size):
-                out[r, first + j] = s[(5 + r) * 48 + j]
+    d0 = 2.0 * beta2
+    d1, d1_ = by.times(d0, gamma_t)
+    d2, d2_ = by.plus_one(gamma_t, -1.0 * d1, -1.0 * d1_)
+    d3, d3_ = by.plus_one(-1.0 * d0, -1.0 * d2, -1.0 * d2_)
+    d4 = 4.0 * xi
+    d5, d5_ = by.times(gamma_t, gamma_t)
+    d6, d6_ = by.times(beta2, beta2)
+    d7, d7_ = 4.0 * d6, 4.0 * d6_
+    d8 = 8.0 * gamma_t
+    d9, d9_ = by.times_one(d8, d6, d6_)
+    d10, d10_ = by.times(xi, xi)
+    d11, d11_ = by.times_one(beta2, d5, d5_)
+    d12, d12_ = by.plus(-1.0, gamma_t)
+    d13, d13_ = by.times(Omega, Omega)
+    d14, d14_ = by.times_one(beta1, d5, d5_)
+    s11, s11_ = by.plus_one(beta2, d11, d11_)
+    s12, s12_ = by.plus_two(s11, s11_, d14, d14_)
+    s13, s13_ = by.plus_two(s12, s12_, d2, d2_)
+    d15, d15_ = by.plus_two(s13, s13_, -1.0 * d5, -1.0 * d5_)
+    d16 = 2.0 * gamma_t
+    s15, s15_ = by.times(beta1, d16)
+    s16, s16_ = by.plus(1.0, -1.0 * d0)
+    s17, s17_ = by.plus_one(-1.0 * d16, s16, s16_)
+    s18, s18_ = by.plus_two(s17, s17_, d1, d1_)
+    d17, d17_ = by.plus_two(s18, s18_, s15, s15_)
+    s20, s20_ = by.times_one(Omega, d11, d11_)
+    s21, s21_ = by.times_two(s20, s20_, d12, d12_)
+    d18, d18_ = by.times_two(s21, s21_, d17, d17_)
+    d19 = 4.0 * beta2
+    d20, d20_ = by.times(d19, gamma_t)
+    s24, s24_ = by.times_one(-6.0, d11, d11_)
+    s25, s25_ = by.times_one(-1.0 * beta1, d20, d20_)
+    s26, s26_ = by.times_two(4.0 * d5, 4.0 * d5_, d6, d6_)
+    s27, s27_ = by.times(10.0, beta2)
+    s28, s28_ = by.times_one(gamma_t, s27, s27_)
+    s29, s29_ = by.times(4.0 * beta1, beta2)
+    s30, s30_ = by.times_two(s29, s29_, d5, d5_)
+    s31, s31_ = by.plus(-1.0 * d19, -1.0 * gamma_t)
+    s32, s32_ = by.plus_two(s31, s31_, -1.0 * d9, -1.0 * d9_)
+    s33, s33_ = by.plus_two(s32, s32_, s24, s24_)
+    s34, s34_ = by.plus_two(s33, s33_, -2.0 * d14, -2.0 * d14_)
+    s35, s35_ = by.plus_two(s34, s34_, 2.0 * d5, 2.0 * d5_)
+    s36, s36_ = by.plus_two(s35, s35_, 4.0 * d6, 4.0 * d6_)
+    s37, s37_ = by.plus_two(s36, s36_, s25, s25_)
+    s38, s38_ = by.plus_two(s37, s37_, s26, s26_)
+    s39, s39_ = by.plus_two(s38, s38_, s28, s28_)
+    s40, s40_ = by.plus_two(s39, s39_, s30, s30_)
+    s41, s41_ = by.times(Omega, gamma_t)
+    s42, s42_ = by.times_two(s41, s41_, s40, s40_)
+    s43, s43_ = by.times(-1.0 * d4, gamma_t)
+    s44, s44_ = by.times_two(s43, s43_, d17, d17_)
+    d21, d21_ = by.plus_two(s42, s42_, s44, s44_)
+    s46, s46_ = by.times_two(d12, d12_, d12, d12_)
+    s47, s47_ = by.times_one(Omega, d5, d5_)
+    s48, s48_ = by.times_two(s47, s47_, d6, d6_)
+    s49, s49_ = by.times_two(s48, s48_, s46, s46_)
+    s50, s50_ = by.times_one(xi, d1, d1_)
+    s51, s51_ = by.times_two(s50, s50_, d12, d12_)
+    s52, s52_ = by.times_two(s51, s51_, d3, d3_)
+    s53, s53_ = by.plus_two(s49, s49_, s52, s52_)
+    s54, s54_ = by.times_one(Omega, s53, s53_)
+    s55, s55_ = by.times_two(d5, d5_, d7, d7_)
+    s56, s56_ = by.times_two(-8.0 * d10, -8.0 * d10_, d11, d11_)
+    s57, s57_ = by.times(beta2, d8)
+    s58, s58_ = by.times_two(s57, s57_, d10, d10_)
+    s59, s59_ = by.plus_two(d5, d5_, d7, d7_)
+    s60, s60_ = by.plus_two(s59, s59_, -1.0 * d9, -1.0 * d9_)
+    s61, s61_ = by.plus_two(s60, s60_, s54, s54_)
+    s62, s62_ = by.plus_two(s61, s61_, s55, s55_)
+    s63, s63_ = by.plus_two(s62, s62_, s56, s56_)
+    s64, s64_ = by.plus_two(s63, s63_, s58, s58_)
+    s65, s65_ = by.times_one(Omega, s64, s64_)
+    s66, s66_ = by.times_one(-1.0 * d4, d3, d3_)
+    s67, s67_ = by.plus_two(s65, s65_, s66, s66_)
+    s68, s68_ = by.times_one(Omega, s67, s67_)
+    den, den_ = by.plus_one(4.0, s68, s68_)
+    s70, s70_ = by.times(4.0 * beta2, gamma_t)
+    s71, s71_ = by.times_one(xi, s70, s70_)
+    s72, s72_ = by.times_two(s71, s71_, d12, d12_)
+    s73, s73_ = by.plus_two(-1.0 * d18, -1.0 * d18_, s72, s72_)
+    s74, s74_ = by.times_one(Omega, s73, s73_)
+    s75, s75_ = by.plus_two(-4.0 * d15, -4.0 * d15_, s74, s74_)
+    N00, N00_ = by.times_two(d13, d13_, s75, s75_)
+    s77, s77_ = by.times_one(Omega, d21, d21_)
+    N01, N01_ = by.plus_one(4.0, s77, s77_)
+    s79, s79_ = by.times_one(-1.0 * Omega, d21, d21_)
+    s80, s80_ = by.plus_one(-4.0, s79, s79_)
+    N10, N10_ = by.times_two(d13, d13_, s80, s80_)
+    s82, s82_ = by.times(-1.0 * d16, xi)
+    s83, s83_ = by.times_two(s82, s82_, d17, d17_)
+    s84, s84_ = by.times_two(s83, s83_, d3, d3_)
+    s85, s85_ = by.plus_two(-1.0 * d18, -1.0 * d18_, s84, s84_)
+    s86, s86_ = by.times_one(Omega, s85, s85_)
+    s87, s87_ = by.times_two(-16.0 * d10, -16.0 * d10_, d5, d5_)
+    s88, s88_ = by.times_two(-4.0 * d10, -4.0 * d10_, d20, d20_)
+    s89, s89_ = by.times_one(8.0 * gamma_t, d10, d10_)
+    s90, s90_ = by.times_one(16.0 * beta1, d10, d10_)
+    s91, s91_ = by.times_two(s90, s90_, d5, d5_)
+    s92, s92_ = by.times_one(16.0 * beta2, d10, d10_)
+    s93, s93_ = by.times_two(s92, s92_, d5, d5_)
+    s94, s94_ = by.plus_two(-4.0 * d15, -4.0 * d15_, s86, s86_)
+    s95, s95_ = by.plus_two(s94, s94_, s87, s87_)
+    s96, s96_ = by.plus_two(s95, s95_, s88, s88_)
+    s97, s97_ = by.plus_two(s96, s96_, s89, s89_)
+    s98, s98_ = by.plus_two(s97, s97_, s91, s91_)
+    s99, s99_ = by.plus_two(s98, s98_, s93, s93_)
+    s100, s100_ = by.times_one(Omega, s99, s99_)
+    s101, s101_ = by.plus_one(-8.0 * xi, s100, s100_)
+    N11, N11_ = by.times_one(Omega, s101, s101_)
+    D00 = by.over(N00, N00_, den, den_)
+    D01 = by.over(N01, N01_, den, den_)
+    D10 = by.over(N10, N10_, den, den_)
+    D11 = by.over(N11, N11_, den, den_)
+    x0 = 2*beta2
+    x1 = gamma_t + x0
+    x2 = 2*beta2*gamma_t - x1
+    x3 = 4*xi
+    x4 = gamma_t**2
+    x5 = beta2**2
+    x6 = gamma_t - 1
+    x7 = x6**2
+    x8 = Omega*x4
+    x9 = x5*x7*x8
+    x10 = x2*xi
+    x11 = gamma_t*x0
+    x12 = x11*x6
+    x13 = beta2*x4
+    x14 = xi**2
+    x15 = 8*x14
+    x16 = x13*x15
+    x17 = beta2*gamma_t
+    x18 = 8*x17
+    x19 = x14*x18
+    x20 = -x16 + x19
+    x21 = 4*x5
+    x22 = 8*gamma_t
+    x23 = x22*x5
+    x24 = x21*x4
+    x25 = x21 - x23 + x24
+    x26 = beta1*gamma_t
+    x27 = x0*x26
+    x28 = -gamma_t
+    x29 = x26 + x28
+    x30 = -beta1*x0 + beta2 - x17 + x27 + x29
+    x31 = 2*gamma_t
+    x32 = beta1 - 1
+    x33 = 4*beta2
+    x34 = x33*x6
+    x35 = -beta2 + x17 + 1
+    x36 = beta1*x31 - x31 + x35
+    x37 = x6*x8
+    x38 = beta2*x37
+    x39 = x36*x38
+    x40 = x29 + x35
+    x41 = x17*x3*x6
+    x42 = 2*x2*x40
+    x43 = x21*x7
+    x44 = 4*gamma_t
+    x45 = x44*xi
+    x46 = 2*x4
+    x47 = beta1*x46 - x46
+    x48 = Omega**2
+    x49 = x10*x31*x36 + x39
+    x50 = x14*x22
+    x51 = beta1*x4
+    x52 = x14*x4
+    x53 = 16*x52
+    x54 = 16*x14
+    x55 = x51*x54
+    x56 = -x21 + x23 - x24 + x33
+    x57 = 8*xi
+    x58 = 4*x14
+    x59 = x14*x33 - x17*x58 - x58 + 1
+    x60 = 8*x52
+    x61 = beta1*x17
+    den_o = Omega*(Omega*(Omega*(x10*x12 + x9) + x20 + x25 + x4) - x2*x3) + 4
+    B00 = (Omega*(x32*x34*x4*xi + x39) + x31*(x30 + 1)) / den
+    B01 = (-Omega*x40*x41 - x42) / den
+    B02 = (Omega*(gamma_t*x43*xi + x9) + x43) / den
+    B10 = (Omega*(Omega*gamma_t*(2*beta1*beta2*x4 + 5*beta2*gamma_t - gamma_t*x21 - x1 - 3*x13 - x27 + 2*x4*x5 - x47 + 2*x5) - x36*x45) - x32*x44) / den
+    B11 = (x12*x40*x48 + 4*x40) / den
+    B12 = (Omega*(-x38 - x41) - x34) / den
+    O00 = (x48*(Omega*(Omega*(Omega*x49 - x18 + x20 + x33*x4 - 5*x4 + x44 - x50 + 4*x51 + x53 - x55 + x56) + x3*(-x0 + x11 + x28 + 2)) - 4)) / den_o
+    O01 = (Omega*(Omega*(Omega*(Omega*(gamma_t*(beta1*x13*x54 - beta2*x15 - gamma_t*x5*x54 + gamma_t - 20*x13*x14 + 6*x13 + 28*x14*x17 - x14*x44 + x15*x5 - x15*x51 - 10*x17 - x33*x51 + x47 + x5*x60 - x54*x61 + x56 + x60 + 4*x61) + x0*x36*x37*xi) - 2*xi*(-6*gamma_t - 8*x13 + x16 + 12*x17 - x19 + x25 - x33 + 9*x4 + x50 - 8*x51 - x53 + x55)) - 4*x14*x31 - 4*x59) - x57)) / den_o
+    P00 = (Omega*(Omega*(-Omega*x49 - x31*(-x15*x26 + x30 + x50 + x59)) + gamma_t*x32*x57)) / den_o
+    P01 = (Omega*(Omega*x42 - x40*x57)) / den_o
+    P02 = (Omega*(x45 + x8) + 4) / den_o
+    B03 = 0.0
+    B13 = 0.0
+    P03 = 0.0
+    return D00, D01, D10, D11, B00, B01, B02, B03, B10, B11, B12, B13, O00, O01, P00, P01, P02, P03
 
 
-@_exact
-def _transfer(s):
-    """`transfer` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi, beta1, beta2, gamma_t = s[j], s[48 + j], s[96 + j], s[144 + j], s[192 + j]
-        x0 = 2*beta2
-        x1 = gamma_t*x0
-        x2 = -x1
-        x3 = gamma_t + x2
-        x4 = -x0 - x3
-        x5 = 4*xi
-        x6 = gamma_t**2
-        x7 = beta2**2
-        x8 = gamma_t - 1
-        x9 = Omega*x6
-        x10 = 8*beta2
-        x11 = xi**2
-        x12 = x11*x6
-        x13 = x10*x12
-        x14 = gamma_t*x10*x11
-        x15 = 4*x7
-        x16 = 8*gamma_t
-        x17 = x16*x7
-        x18 = x15*x6 + x15 - x17
-        x19 = -x0
-        x20 = x1 + x19
-        x21 = 2*gamma_t
-        x22 = beta1*x21 - x21 + 1
-        x23 = x20 + x22
-        x24 = 4*gamma_t
-        x25 = x24*xi
-        x26 = -x23*x25
-        x27 = Omega*(x23**2*x9 + x26) + 4
-        x28 = -gamma_t + x20 + 2
-        x29 = 9*x6
-        x30 = beta2*gamma_t
-        x31 = -beta2 + x22 + x30
-        x32 = x31**2*x9
-        x33 = beta1*x6
-        x34 = 2*x7
-        x35 = gamma_t**3
-        x36 = beta1*x35
-        x37 = beta2*x35
-        x38 = 3*x37
-        x39 = x0*x33
-        x40 = 6*x7
-        x41 = x40*x6
-        x42 = x22 + 3*x30
-        x43 = x31*x9
-        x44 = beta2*x6
-        x45 = beta2 + x33 + x44 - x6
-        x46 = x2 + x45 + x8
-        x47 = x25*x31
-        x48 = 4*beta2 - 10*x30
-        x49 = Omega*gamma_t*(4*beta1*beta2*x6 - 4*beta1*x30 - gamma_t - x17 - 2*x33 - 6*x44 - x48 + 4*x6*x7 + 2*x6 + 4*x7) + x26
-        den = Omega*(Omega*(Omega*(x1*x4*x8*xi + x7*x8**2*x9) - x13 + x14 + x18 + x6) - x4*x5) + 4
-        whole = x27
-        P = (Omega**2*x27) / den
-        g1 = (Omega*(Omega*(Omega*(-x21*x28*x31*xi + x32) - x10*x6 - x10 + x11*x16 + 16*x11*x33 - 16*x12 + x13 - x14 - x16 + x18 + x29 + 16*x30 - 8*x33 + 4) - x28*x5) + 4) / den
-        u0 = (Omega*(-x25*(beta1*beta2*x35 - beta2*x33 + 2*beta2*x6 + 3*gamma_t*x7 - x19 + x35*x7 - x37 - x42 - 3*x6*x7 - x7) - x43*(-3*beta2 + x42)) - 4*beta1*beta2*x35 - 10*beta2*x6 - 12*gamma_t*x7 + 2*x1 + 2*x34 - 4*x35*x7 - 2*x35 + 2*x36 + 2*x38 + 2*x39 + 2*x41 + 2*x6 - 4) / whole
-        u1 = (Omega*(-x32 - x46*x47) + 2*beta2*x29 + 2*gamma_t*x40 + 2*x0*x36 + 2*x24 + 8*x33 + 2*x34*x35 - 2*x34 + 2*x35 - 2*x36 - 2*x38 - 2*x39 - 2*x41 + 2*x48 - 10*x6 - 4) / whole
-        v0 = (Omega*(Omega*x23*x44*x8 - x30*x5*x8) + 4*x3 + 4*x45) / den
-        v1 = (Omega*(x23*x43 - x47) - 4*x46) / den
-        a0 = (Omega*x49 + 4) / den
-        a1 = (-Omega*x49 - 4) / den
-        S = whole / den
-        s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j] = P, g1, u0, u1, S, v0, v1, a0, a1
+def transfer(by, Omega, xi, beta1, beta2, gamma_t):
+    """Filter from a load, linear between steps, to the response from rest (see linear_filter).
 
-
-@_compile
-def transfer(Omega, xi, beta1, beta2, gamma_t, out):
-    """Filter from a load, linear between steps, to the response from rest (see linear_filter); out (9, n).
-
-    Rows of out: P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
+    P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
     u = S (q + k0 e0 + k1 e1 + ...) and h*v, h^2*a = k0 e0 + k1 e1 + ...; e1, e2, ... are e0 of the steps before.
     """
-    s = np.ones(14 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j], s[96 + j], s[144 + j], s[192 + j] = Omega[first + j], xi[first + j], beta1[first + j], beta2[first + j], gamma_t[first + j]
-        _transfer(s)
-        for r in range(9):
-            for j in range(size):
-                out[r, first + j] = s[(5 + r) * 48 + j]
+    x0 = 2*beta2
+    x1 = gamma_t*x0
+    x2 = -x1
+    x3 = gamma_t + x2
+    x4 = -x0 - x3
+    x5 = 4*xi
+    x6 = gamma_t**2
+    x7 = beta2**2
+    x8 = gamma_t - 1
+    x9 = Omega*x6
+    x10 = 8*beta2
+    x11 = xi**2
+    x12 = x11*x6
+    x13 = x10*x12
+    x14 = gamma_t*x10*x11
+    x15 = 4*x7
+    x16 = 8*gamma_t
+    x17 = x16*x7
+    x18 = x15*x6 + x15 - x17
+    x19 = -x0
+    x20 = x1 + x19
+    x21 = 2*gamma_t
+    x22 = beta1*x21 - x21 + 1
+    x23 = x20 + x22
+    x24 = 4*gamma_t
+    x25 = x24*xi
+    x26 = -x23*x25
+    x27 = Omega*(x23**2*x9 + x26) + 4
+    x28 = -gamma_t + x20 + 2
+    x29 = 9*x6
+    x30 = beta2*gamma_t
+    x31 = -beta2 + x22 + x30
+    x32 = x31**2*x9
+    x33 = beta1*x6
+    x34 = 2*x7
+    x35 = gamma_t**3
+    x36 = beta1*x35
+    x37 = beta2*x35
+    x38 = 3*x37
+    x39 = x0*x33
+    x40 = 6*x7
+    x41 = x40*x6
+    x42 = x22 + 3*x30
+    x43 = x31*x9
+    x44 = beta2*x6
+    x45 = beta2 + x33 + x44 - x6
+    x46 = x2 + x45 + x8
+    x47 = x25*x31
+    x48 = 4*beta2 - 10*x30
+    x49 = Omega*gamma_t*(4*beta1*beta2*x6 - 4*beta1*x30 - gamma_t - x17 - 2*x33 - 6*x44 - x48 + 4*x6*x7 + 2*x6 + 4*x7) + x26
+    den = Omega*(Omega*(Omega*(x1*x4*x8*xi + x7*x8**2*x9) - x13 + x14 + x18 + x6) - x4*x5) + 4
+    whole = x27
+    P = (Omega**2*x27) / den
+    g1 = (Omega*(Omega*(Omega*(-x21*x28*x31*xi + x32) - x10*x6 - x10 + x11*x16 + 16*x11*x33 - 16*x12 + x13 - x14 - x16 + x18 + x29 + 16*x30 - 8*x33 + 4) - x28*x5) + 4) / den
+    u0 = (Omega*(-x25*(beta1*beta2*x35 - beta2*x33 + 2*beta2*x6 + 3*gamma_t*x7 - x19 + x35*x7 - x37 - x42 - 3*x6*x7 - x7) - x43*(-3*beta2 + x42)) - 4*beta1*beta2*x35 - 10*beta2*x6 - 12*gamma_t*x7 + 2*x1 + 2*x34 - 4*x35*x7 - 2*x35 + 2*x36 + 2*x38 + 2*x39 + 2*x41 + 2*x6 - 4) / whole
+    u1 = (Omega*(-x32 - x46*x47) + 2*beta2*x29 + 2*gamma_t*x40 + 2*x0*x36 + 2*x24 + 8*x33 + 2*x34*x35 - 2*x34 + 2*x35 - 2*x36 - 2*x38 - 2*x39 - 2*x41 + 2*x48 - 10*x6 - 4) / whole
+    v0 = (Omega*(Omega*x23*x44*x8 - x30*x5*x8) + 4*x3 + 4*x45) / den
+    v1 = (Omega*(x23*x43 - x47) - 4*x46) / den
+    a0 = (Omega*x49 + 4) / den
+    a1 = (-Omega*x49 - 4) / den
+    S = whole / den
+    return P, g1, u0, u1, S, v0, v1, a0, a1

@@ -49,10 +49,6 @@ FILTER = 2
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
-_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
-# called by kernels alone: not from Python, and so without the code for that
-_exact = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
-
 # contract: a * b + c may become one operation, rounded once
 _fused = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
 _inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"})
@@ -95,36 +91,6 @@ def _angle(y, x):
     angle = 0.7853981633974483 + angle if steep else angle
     angle = 1.5707963267948966 - angle if y > flat else angle
     return 3.141592653589793 - angle if x < 0.0 else angle
-
-
-@_exact
-def _increment(Omega, xi):
-    """Denominator and numerators of A - I. 63 operations."""
-    x0 = Omega**2
-    x1 = 3*Omega
-    x2 = 12*xi
-    x3 = 6*xi
-    x4 = Omega*x3
-    x5 = Omega*x2
-    x6 = -28*xi
-    x7 = xi**2
-    x8 = 8*x7
-    x9 = 2*xi
-    x10 = x9 + 1
-    x11 = x9 - 1
-    x12 = x10*x11
-    x13 = x1*x12
-    den = 18
-    D_00 = -6*x0
-    D_01 = Omega*(-x1 - x2) + 18
-    D_02 = 3 - x4
-    D_10 = x0*(x5 - 14)
-    D_11 = Omega*(Omega*(x4 + 3*x8 - 9) + x6)
-    D_12 = Omega*(x13 - x3) + 4
-    D_20 = x0*(Omega*(-6*Omega*x12 - x6) - 18)
-    D_21 = Omega*(Omega*(Omega*(-x13 - x3*(x8 - 5)) + 56*x7 - 18) - 36*xi)
-    D_22 = Omega*(Omega*(3*x10*x11 - x5*(2*x7 - 1)) - 8*xi) - 18
-    return den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22
 
 
 @_inline
@@ -375,223 +341,135 @@ def stability(Omega, xi, radius, damping, period):
     return refused < 0
 
 
-@_compile
-def amplification(Omega, xi, out):
-    """Amplification matrix in the order of STATE; out (n, 3, 3)."""
-    for i in range(out.shape[0]):
-        den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22 = _increment(Omega[i], xi[i])
-        out[i, 0, 0] = 1.0 + D_00 / den
-        out[i, 0, 1] = D_01 / den
-        out[i, 0, 2] = D_02 / den
-        out[i, 1, 0] = D_10 / den
-        out[i, 1, 1] = 1.0 + D_11 / den
-        out[i, 1, 2] = D_12 / den
-        out[i, 2, 0] = D_20 / den
-        out[i, 2, 1] = D_21 / den
-        out[i, 2, 2] = 1.0 + D_22 / den
+def amplification(by, Omega, xi):
+    """Amplification matrix (3, 3) in the order of STATE, row by row."""
+    x0 = Omega**2
+    x1 = 3*Omega
+    x2 = 12*xi
+    x3 = 6*xi
+    x4 = Omega*x3
+    x5 = Omega*x2
+    x6 = -28*xi
+    x7 = xi**2
+    x8 = 8*x7
+    x9 = 2*xi
+    x10 = x9 + 1
+    x11 = x9 - 1
+    x12 = x10*x11
+    x13 = x1*x12
+    den = 18.0
+    D_00 = (-6*x0) / den
+    D_01 = (Omega*(-x1 - x2) + 18) / den
+    D_02 = (3 - x4) / den
+    D_10 = (x0*(x5 - 14)) / den
+    D_11 = (Omega*(Omega*(x4 + 3*x8 - 9) + x6)) / den
+    D_12 = (Omega*(x13 - x3) + 4) / den
+    D_20 = (x0*(Omega*(-6*Omega*x12 - x6) - 18)) / den
+    D_21 = (Omega*(Omega*(Omega*(-x13 - x3*(x8 - 5)) + 56*x7 - 18) - 36*xi)) / den
+    D_22 = (Omega*(Omega*(3*x10*x11 - x5*(2*x7 - 1)) - 8*xi) - 18) / den
+    return 1.0 + D_00, D_01, D_02, D_10, 1.0 + D_11, D_12, D_20, D_21, 1.0 + D_22
 
 
-@_compile
-def stencil(out):
-    """Instants (n, 4) at which the load is taken, in steps after t_n."""
-    for i in range(out.shape[0]):
-        out[i, 0] = 0
-        out[i, 1] = 1/2
-        out[i, 2] = 3/4
-        out[i, 3] = 1
+def stencil(by):
+    """Instants at which the load is taken, in steps after t_n."""
+    return 0, 1/2, 3/4, 1
 
 
-# tails are rounding errors, which fastmath would remove
-@_exact
-def _plus(a, b):
-    """The sum of two doubles: head, and tail, which is the rounding error of the head."""
-    head = a + b
-    rest = head - a
-    return head, (a - (head - rest)) + (b - rest)
+def coefficients(by, Omega, xi):
+    """D, B, O, P of linear_march_2_01y: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f.
 
-
-@_exact
-def _plus_one(a, b, b_):
-    """The sum of a double and a pair of head and tail."""
-    head, tail = _plus(a, b)
-    tail += b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _plus_two(a, a_, b, b_):
-    """The sum of two pairs of head and tail."""
-    head, tail = _plus(a, b)
-    tail += a_ + b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times(a, b):
-    """The product of two doubles: head and tail, from halves of their digits, whose products are exact."""
-    head, c, d = a * b, 134217729.0 * a, 134217729.0 * b
-    a1, b1 = c - (c - a), d - (d - b)
-    a2, b2 = a - a1, b - b1
-    return head, ((a1 * b1 - head) + a1 * b2 + a2 * b1) + a2 * b2
-
-
-@_exact
-def _times_one(a, b, b_):
-    """The product of a double and a pair of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times_two(a, a_, b, b_):
-    """The product of two pairs of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_ + a_ * b
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _over(a, a_, b, b_):
-    """The quotient of two pairs of head and tail, rounded to a double."""
-    head = a / b
-    product, tail = _times(head, b)
-    return head + ((a - product) - tail + a_ - head * b_) / b
-
-
-@_exact
-def _coefficients(s):
-    """`coefficients` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi = s[j], s[48 + j]
-        d0, d0_ = _times(Omega, Omega)
-        d1, d1_ = _times(Omega, xi)
-        d2 = 2.0 * xi
-        d3, d3_ = _plus(1.0, d2)
-        d4, d4_ = _plus(-1.0, d2)
-        s4, s4_ = _times(-18.0, xi)
-        s5, s5_ = _times(3.0, Omega)
-        s6, s6_ = _times_two(s5, s5_, d3, d3_)
-        s7, s7_ = _times_two(s6, s6_, d4, d4_)
-        d5, d5_ = _plus_two(s4, s4_, s7, s7_)
-        den = 18.0
-        s9, s9_ = _times_one(6.0, d1, d1_)
-        s10, s10_ = _plus_one(-9.0, s9, s9_)
-        N00, N00_ = _times_two(d0, d0_, s10, s10_)
-        s12, s12_ = _times_one(Omega, d5, d5_)
-        N01, N01_ = _plus_one(18.0, s12, s12_)
-        s14, s14_ = _times_one(-1.0 * Omega, d5, d5_)
-        s15, s15_ = _plus_one(-18.0, s14, s14_)
-        N10, N10_ = _times_two(d0, d0_, s15, s15_)
-        s17, s17_ = _times(-36.0, xi)
-        s18, s18_ = _times(xi, xi)
-        s19, s19_ = _plus_one(-1.0, 2.0 * s18, 2.0 * s18_)
-        s20, s20_ = _times_one(-12.0, d1, d1_)
-        s21, s21_ = _times_two(s20, s20_, s19, s19_)
-        s22, s22_ = _times_one(9.0, d3, d3_)
-        s23, s23_ = _times_two(s22, s22_, d4, d4_)
-        s24, s24_ = _plus_two(s21, s21_, s23, s23_)
-        s25, s25_ = _times_one(Omega, s24, s24_)
-        s26, s26_ = _plus_two(s17, s17_, s25, s25_)
-        N11, N11_ = _times_one(Omega, s26, s26_)
-        D00 = _over(N00, N00_, den, 0.0)
-        D01 = _over(N01, N01_, den, 0.0)
-        D10 = _over(N10, N10_, den, 0.0)
-        D11 = _over(N11, N11_, den, 0.0)
-        x0 = 6*xi
-        x1 = 2*xi
-        x2 = x1 + 1
-        x3 = x1 - 1
-        x4 = x2*x3
-        x5 = 12*xi
-        x6 = Omega*x5
-        x7 = 36*xi
-        x8 = xi**2
-        x9 = 2*x8 - 1
-        x10 = x6*x9
-        den_o = 18.0
-        B00 = (-Omega*x0 + 3) / den
-        B01 = (6) / den
-        B02 = 0.0
-        B03 = 0.0
-        B10 = (Omega*(3*Omega*x4 - x0) + 4) / den
-        B11 = (6 - x6) / den
-        B12 = (8) / den
-        B13 = 0.0
-        O00 = (Omega**2*(Omega*(Omega*(x10 - 9*x4) + x7) - 18)) / den_o
-        O01 = (Omega*(Omega*(Omega*(3*Omega*(-x2 + 4*x8)*(x3 + 4*x8) - x7*x9) + 18*x4) - x7)) / den_o
-        P00 = (Omega*(Omega*(-x10 + 3*x2*x3) - 8*xi)) / den_o
-        P01 = (Omega*(6*Omega*x4 - x5)) / den_o
-        P02 = (-16*Omega*xi) / den_o
-        P03 = (18) / den_o
-        s[96 + j], s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j], s[768 + j], s[816 + j], s[864 + j], s[912 + j] = D00, D01, D10, D11, B00, B01, B02, B03, B10, B11, B12, B13, O00, O01, P00, P01, P02, P03
-
-
-@_compile
-def coefficients(Omega, xi, out):
-    """D, B, O, P of linear_march_2_01y: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f; out (18, n).
-
-    The rows of out are the entries of D, B, O, P, matrix by matrix and row by row. D is rounded once. Columns of
-    B and P beyond the scheme's own load instants, up to the march's 4, are zero.
+    Their entries, matrix by matrix and row by row. D is computed in pairs of doubles and rounded once. Columns of B and
+    P beyond the scheme's own load instants, up to the march's 4, are zero.
     """
-    s = np.ones(20 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j] = Omega[first + j], xi[first + j]
-        _coefficients(s)
-        for r in range(18):
-            for j in range(size):
-                out[r, first + j] = s[(2 + r) * 48 + j]
+    d0, d0_ = by.times(Omega, Omega)
+    d1, d1_ = by.times(Omega, xi)
+    d2 = 2.0 * xi
+    d3, d3_ = by.plus(1.0, d2)
+    d4, d4_ = by.plus(-1.0, d2)
+    s4, s4_ = by.times(-18.0, xi)
+    s5, s5_ = by.times(3.0, Omega)
+    s6, s6_ = by.times_two(s5, s5_, d3, d3_)
+    s7, s7_ = by.times_two(s6, s6_, d4, d4_)
+    d5, d5_ = by.plus_two(s4, s4_, s7, s7_)
+    den = 18.0
+    s9, s9_ = by.times_one(6.0, d1, d1_)
+    s10, s10_ = by.plus_one(-9.0, s9, s9_)
+    N00, N00_ = by.times_two(d0, d0_, s10, s10_)
+    s12, s12_ = by.times_one(Omega, d5, d5_)
+    N01, N01_ = by.plus_one(18.0, s12, s12_)
+    s14, s14_ = by.times_one(-1.0 * Omega, d5, d5_)
+    s15, s15_ = by.plus_one(-18.0, s14, s14_)
+    N10, N10_ = by.times_two(d0, d0_, s15, s15_)
+    s17, s17_ = by.times(-36.0, xi)
+    s18, s18_ = by.times(xi, xi)
+    s19, s19_ = by.plus_one(-1.0, 2.0 * s18, 2.0 * s18_)
+    s20, s20_ = by.times_one(-12.0, d1, d1_)
+    s21, s21_ = by.times_two(s20, s20_, s19, s19_)
+    s22, s22_ = by.times_one(9.0, d3, d3_)
+    s23, s23_ = by.times_two(s22, s22_, d4, d4_)
+    s24, s24_ = by.plus_two(s21, s21_, s23, s23_)
+    s25, s25_ = by.times_one(Omega, s24, s24_)
+    s26, s26_ = by.plus_two(s17, s17_, s25, s25_)
+    N11, N11_ = by.times_one(Omega, s26, s26_)
+    D00 = by.over(N00, N00_, den, 0.0)
+    D01 = by.over(N01, N01_, den, 0.0)
+    D10 = by.over(N10, N10_, den, 0.0)
+    D11 = by.over(N11, N11_, den, 0.0)
+    x0 = 6*xi
+    x1 = 2*xi
+    x2 = x1 + 1
+    x3 = x1 - 1
+    x4 = x2*x3
+    x5 = 12*xi
+    x6 = Omega*x5
+    x7 = 36*xi
+    x8 = xi**2
+    x9 = 2*x8 - 1
+    x10 = x6*x9
+    den_o = 18.0
+    B00 = (-Omega*x0 + 3) / den
+    B01 = (6) / den
+    B02 = 0.0
+    B03 = 0.0
+    B10 = (Omega*(3*Omega*x4 - x0) + 4) / den
+    B11 = (6 - x6) / den
+    B12 = (8) / den
+    B13 = 0.0
+    O00 = (Omega**2*(Omega*(Omega*(x10 - 9*x4) + x7) - 18)) / den_o
+    O01 = (Omega*(Omega*(Omega*(3*Omega*(-x2 + 4*x8)*(x3 + 4*x8) - x7*x9) + 18*x4) - x7)) / den_o
+    P00 = (Omega*(Omega*(-x10 + 3*x2*x3) - 8*xi)) / den_o
+    P01 = (Omega*(6*Omega*x4 - x5)) / den_o
+    P02 = (-16*Omega*xi) / den_o
+    P03 = (18) / den_o
+    return D00, D01, D10, D11, B00, B01, B02, B03, B10, B11, B12, B13, O00, O01, P00, P01, P02, P03
 
 
-@_exact
-def _transfer(s):
-    """`transfer` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi = s[j], s[48 + j]
-        x0 = 36*xi
-        x1 = -x0
-        x2 = 6*xi
-        x3 = Omega - x2
-        x4 = xi**2
-        x5 = 24*x4 - 3
-        x6 = Omega*(Omega*x3 + x5)
-        x7 = Omega*(x1 + x6) + 36
-        x8 = 2*xi
-        x9 = (x8 - 1)*(x8 + 1)
-        x10 = 6*Omega*x9 + x1
-        den = 36.0
-        whole = x7
-        P = (Omega**2*x7) / den
-        g1 = (Omega*(Omega*(Omega*(x6 - 48*xi**3) + 72*x4) - 72*xi) + 36) / den
-        u0 = (Omega*(Omega*(-Omega*x3 - x5) + x0) - 30) / whole
-        u1 = (Omega*(Omega*(Omega*(-Omega + 4*xi) - 3*x9) + x2) - 6) / whole
-        v0 = (-12*Omega*xi + 18) / den
-        v1 = (Omega*(x6 - 24*xi) + 18) / den
-        a0 = (Omega*x10 + 36) / den
-        a1 = (-Omega*x10 - 36) / den
-        S = whole / den
-        s[96 + j], s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j] = P, g1, u0, u1, S, v0, v1, a0, a1
+def transfer(by, Omega, xi):
+    """Filter from a load, linear between steps, to the response from rest (see linear_filter).
 
-
-@_compile
-def transfer(Omega, xi, out):
-    """Filter from a load, linear between steps, to the response from rest (see linear_filter); out (9, n).
-
-    Rows of out: P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
+    P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
     u = S (q + k0 e0 + k1 e1 + ...) and h*v, h^2*a = k0 e0 + k1 e1 + ...; e1, e2, ... are e0 of the steps before.
     """
-    s = np.ones(11 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j] = Omega[first + j], xi[first + j]
-        _transfer(s)
-        for r in range(9):
-            for j in range(size):
-                out[r, first + j] = s[(2 + r) * 48 + j]
+    x0 = 36*xi
+    x1 = -x0
+    x2 = 6*xi
+    x3 = Omega - x2
+    x4 = xi**2
+    x5 = 24*x4 - 3
+    x6 = Omega*(Omega*x3 + x5)
+    x7 = Omega*(x1 + x6) + 36
+    x8 = 2*xi
+    x9 = (x8 - 1)*(x8 + 1)
+    x10 = 6*Omega*x9 + x1
+    den = 36.0
+    whole = x7
+    P = (Omega**2*x7) / den
+    g1 = (Omega*(Omega*(Omega*(x6 - 48*xi**3) + 72*x4) - 72*xi) + 36) / den
+    u0 = (Omega*(Omega*(-Omega*x3 - x5) + x0) - 30) / whole
+    u1 = (Omega*(Omega*(Omega*(-Omega + 4*xi) - 3*x9) + x2) - 6) / whole
+    v0 = (-12*Omega*xi + 18) / den
+    v1 = (Omega*(x6 - 24*xi) + 18) / den
+    a0 = (Omega*x10 + 36) / den
+    a1 = (-Omega*x10 - 36) / den
+    S = whole / den
+    return P, g1, u0, u1, S, v0, v1, a0, a1

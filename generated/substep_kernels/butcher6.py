@@ -78,10 +78,6 @@ FILTER = 2
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
-_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
-# called by kernels alone: not from Python, and so without the code for that
-_exact = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
-
 # contract: a * b + c may become one operation, rounded once
 _fused = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
 _inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"})
@@ -124,25 +120,6 @@ def _angle(y, x):
     angle = 0.7853981633974483 + angle if steep else angle
     angle = 1.5707963267948966 - angle if y > flat else angle
     return 3.141592653589793 - angle if x < 0.0 else angle
-
-
-@_exact
-def _increment(Omega, xi):
-    """Denominator and numerators of A - I. 167 operations."""
-    x0 = Omega**2
-    x1 = xi**2
-    x2 = Omega*xi
-    x3 = (2/3)*x1
-    x4 = (1/3)*x1 - 1/6
-    x5 = (2/15)*x1 - 1/10
-    x6 = (2/45)*x1 - 2/45
-    x7 = (0.02876504868888702)*x1 - 0.03595631086110877
-    den = 1
-    D_00 = x0*(Omega*(Omega*(Omega*(Omega*(x1*(1/60 - 1/45*x1) + x2*(x1*(0.01438252434444351 - 0.01438252434444351*x1) - 0.002696723314583158) - 1/720) + xi*((1/15)*x1 - 1/30)) - 1/6*x1 + 1/24) + (1/3)*xi) - 1/2)
-    D_01 = Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(x1*(-x1*x7 - 0.010786893258332632) + 0.00044945388576385966) + xi*(-x1*x6 - 1/120)) + x1*x5 + 1/120) - x4*xi) + x3 - 1/6) - xi) + 1
-    D_10 = x0*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(x1*(x1*x7 + 0.010786893258332632) - 0.00044945388576385966) + xi*(x1*x6 + 1/120)) - x1*x5 - 1/120) + x4*xi) - x3 + 1/6) + xi) - 1)
-    D_11 = Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(x1*(x1*((4/45)*x1 - 1/9) + 1/30) + x2*(x1*(x1*((0.05753009737777404)*x1 - 0.08629514606666105) + 0.03595631086110877) - 0.0035956310861108773) - 1/720) + xi*(x1*(4/15 - 4/15*x1) - 1/20)) + x1*(x3 - 1/2) + 1/24) + xi*(2/3 - 4/3*x1)) + 2*x1 - 1/2) - 2*xi)
-    return den, D_00, D_01, D_10, D_11
 
 
 @_inline
@@ -423,321 +400,227 @@ def stability(Omega, xi, radius, damping, period):
     return refused < 0
 
 
-@_compile
-def amplification(Omega, xi, out):
-    """Amplification matrix in the order of STATE; out (n, 2, 2)."""
-    for i in range(out.shape[0]):
-        den, D_00, D_01, D_10, D_11 = _increment(Omega[i], xi[i])
-        out[i, 0, 0] = 1.0 + D_00 / den
-        out[i, 0, 1] = D_01 / den
-        out[i, 1, 0] = D_10 / den
-        out[i, 1, 1] = 1.0 + D_11 / den
+def amplification(by, Omega, xi):
+    """Amplification matrix (2, 2) in the order of STATE, row by row."""
+    x0 = Omega**2
+    x1 = xi**2
+    x2 = Omega*xi
+    x3 = (2/3)*x1
+    x4 = (1/3)*x1 - 1/6
+    x5 = (2/15)*x1 - 1/10
+    x6 = (2/45)*x1 - 2/45
+    x7 = (0.02876504868888702)*x1 - 0.03595631086110877
+    den = 1.0
+    D_00 = (x0*(Omega*(Omega*(Omega*(Omega*(x1*(1/60 - 1/45*x1) + x2*(x1*(0.01438252434444351 - 0.01438252434444351*x1) - 0.002696723314583158) - 1/720) + xi*((1/15)*x1 - 1/30)) - 1/6*x1 + 1/24) + (1/3)*xi) - 1/2)) / den
+    D_01 = (Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(x1*(-x1*x7 - 0.010786893258332632) + 0.00044945388576385966) + xi*(-x1*x6 - 1/120)) + x1*x5 + 1/120) - x4*xi) + x3 - 1/6) - xi) + 1) / den
+    D_10 = (x0*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(x1*(x1*x7 + 0.010786893258332632) - 0.00044945388576385966) + xi*(x1*x6 + 1/120)) - x1*x5 - 1/120) + x4*xi) - x3 + 1/6) + xi) - 1)) / den
+    D_11 = (Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(x1*(x1*((4/45)*x1 - 1/9) + 1/30) + x2*(x1*(x1*((0.05753009737777404)*x1 - 0.08629514606666105) + 0.03595631086110877) - 0.0035956310861108773) - 1/720) + xi*(x1*(4/15 - 4/15*x1) - 1/20)) + x1*(x3 - 1/2) + 1/24) + xi*(2/3 - 4/3*x1)) + 2*x1 - 1/2) - 2*xi)) / den
+    return 1.0 + D_00, D_01, D_10, 1.0 + D_11
 
 
-@_compile
-def stencil(out):
-    """Instants (n, 4) at which the load is taken, in steps after t_n."""
-    for i in range(out.shape[0]):
-        out[i, 0] = 0
-        out[i, 1] = 0.276393202250021
-        out[i, 2] = 0.7236067977499789
-        out[i, 3] = 1
+def stencil(by):
+    """Instants at which the load is taken, in steps after t_n."""
+    return 0, 0.276393202250021, 0.7236067977499789, 1
 
 
-# tails are rounding errors, which fastmath would remove
-@_exact
-def _plus(a, b):
-    """The sum of two doubles: head, and tail, which is the rounding error of the head."""
-    head = a + b
-    rest = head - a
-    return head, (a - (head - rest)) + (b - rest)
+def coefficients(by, Omega, xi):
+    """D, B, O, P of linear_march_2_01y: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f.
 
-
-@_exact
-def _plus_one(a, b, b_):
-    """The sum of a double and a pair of head and tail."""
-    head, tail = _plus(a, b)
-    tail += b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _plus_two(a, a_, b, b_):
-    """The sum of two pairs of head and tail."""
-    head, tail = _plus(a, b)
-    tail += a_ + b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times(a, b):
-    """The product of two doubles: head and tail, from halves of their digits, whose products are exact."""
-    head, c, d = a * b, 134217729.0 * a, 134217729.0 * b
-    a1, b1 = c - (c - a), d - (d - b)
-    a2, b2 = a - a1, b - b1
-    return head, ((a1 * b1 - head) + a1 * b2 + a2 * b1) + a2 * b2
-
-
-@_exact
-def _times_one(a, b, b_):
-    """The product of a double and a pair of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times_two(a, a_, b, b_):
-    """The product of two pairs of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_ + a_ * b
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _over(a, a_, b, b_):
-    """The quotient of two pairs of head and tail, rounded to a double."""
-    head = a / b
-    product, tail = _times(head, b)
-    return head + ((a - product) - tail + a_ - head * b_) / b
-
-
-@_exact
-def _coefficients(s):
-    """`coefficients` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi = s[j], s[48 + j]
-        d0, d0_ = _times(Omega, Omega)
-        d1, d1_ = _times(xi, xi)
-        d2, d2_ = _times(Omega, xi)
-        d3, d3_ = _times_two(0.6666666666666666, 3.700743415417188e-17, d1, d1_)
-        s4, s4_ = _times_two(0.3333333333333333, 1.850371707708594e-17, d1, d1_)
-        d4, d4_ = _plus_two(-0.16666666666666666, -9.25185853854297e-18, s4, s4_)
-        s6, s6_ = _times_two(0.13333333333333333, 1.8503717077085942e-18, d1, d1_)
-        d5, d5_ = _plus_two(-0.1, 5.551115123125783e-18, s6, s6_)
-        s8, s8_ = _times_two(0.044444444444444446, -1.6961740653995447e-18, d1, d1_)
-        d6, d6_ = _plus_two(-0.044444444444444446, 1.6961740653995447e-18, s8, s8_)
-        s10, s10_ = _times_two(0.02876504868888702, 1.2547366797067565e-18, d1, d1_)
-        d7, d7_ = _plus_two(-0.03595631086110877, -1.5684208496334456e-18, s10, s10_)
-        den = 1.0
-        s12, s12_ = _times_one(xi, 0.3333333333333333, 1.850371707708594e-17)
-        s13, s13_ = _times_two(-0.16666666666666666, -9.25185853854297e-18, d1, d1_)
-        s14, s14_ = _times_two(-0.022222222222222223, 8.480870326997723e-19, d1, d1_)
-        s15, s15_ = _plus_two(0.016666666666666666, 2.312964634635743e-19, s14, s14_)
-        s16, s16_ = _times_two(d1, d1_, s15, s15_)
-        s17, s17_ = _times_two(-0.01438252434444351, -6.273683398533783e-19, d1, d1_)
-        s18, s18_ = _plus_two(0.01438252434444351, 6.273683398533783e-19, s17, s17_)
-        s19, s19_ = _times_two(d1, d1_, s18, s18_)
-        s20, s20_ = _plus_two(-0.002696723314583158, -1.1763156372250842e-19, s19, s19_)
-        s21, s21_ = _times_two(d2, d2_, s20, s20_)
-        s22, s22_ = _plus_two(-0.001388888888888889, 5.300543954373577e-20, s16, s16_)
-        s23, s23_ = _plus_two(s22, s22_, s21, s21_)
-        s24, s24_ = _times_one(Omega, s23, s23_)
-        s25, s25_ = _times_two(0.06666666666666667, 9.251858538542971e-19, d1, d1_)
-        s26, s26_ = _plus_two(-0.03333333333333333, -4.625929269271486e-19, s25, s25_)
-        s27, s27_ = _times_one(xi, s26, s26_)
-        s28, s28_ = _plus_two(s24, s24_, s27, s27_)
-        s29, s29_ = _times_one(Omega, s28, s28_)
-        s30, s30_ = _plus_two(0.041666666666666664, 2.3129646346357427e-18, s13, s13_)
-        s31, s31_ = _plus_two(s30, s30_, s29, s29_)
-        s32, s32_ = _times_one(Omega, s31, s31_)
-        s33, s33_ = _plus_two(s12, s12_, s32, s32_)
-        s34, s34_ = _times_one(Omega, s33, s33_)
-        s35, s35_ = _plus_one(-0.5, s34, s34_)
-        N00, N00_ = _times_two(d0, d0_, s35, s35_)
-        s37, s37_ = _times_two(-1.0 * d1, -1.0 * d1_, d7, d7_)
-        s38, s38_ = _plus_two(-0.010786893258332632, -4.705262548900337e-19, s37, s37_)
-        s39, s39_ = _times_two(d1, d1_, s38, s38_)
-        s40, s40_ = _plus_two(0.00044945388576385966, 1.960526062041807e-20, s39, s39_)
-        s41, s41_ = _times_one(Omega, s40, s40_)
-        s42, s42_ = _times_two(-1.0 * d1, -1.0 * d1_, d6, d6_)
-        s43, s43_ = _plus_two(-0.008333333333333333, -1.1564823173178714e-19, s42, s42_)
-        s44, s44_ = _times_one(xi, s43, s43_)
-        s45, s45_ = _plus_two(s41, s41_, s44, s44_)
-        s46, s46_ = _times_one(Omega, s45, s45_)
-        s47, s47_ = _times_two(d1, d1_, d5, d5_)
-        s48, s48_ = _plus_two(0.008333333333333333, 1.1564823173178714e-19, s46, s46_)
-        s49, s49_ = _plus_two(s48, s48_, s47, s47_)
-        s50, s50_ = _times_one(Omega, s49, s49_)
-        s51, s51_ = _times_one(-1.0 * xi, d4, d4_)
-        s52, s52_ = _plus_two(s50, s50_, s51, s51_)
-        s53, s53_ = _times_one(Omega, s52, s52_)
-        s54, s54_ = _plus_two(-0.16666666666666666, -9.25185853854297e-18, d3, d3_)
-        s55, s55_ = _plus_two(s54, s54_, s53, s53_)
-        s56, s56_ = _times_one(Omega, s55, s55_)
-        s57, s57_ = _plus_one(-1.0 * xi, s56, s56_)
-        s58, s58_ = _times_one(Omega, s57, s57_)
-        N01, N01_ = _plus_one(1.0, s58, s58_)
-        s60, s60_ = _times_two(d1, d1_, d7, d7_)
-        s61, s61_ = _plus_two(0.010786893258332632, 4.705262548900337e-19, s60, s60_)
-        s62, s62_ = _times_two(d1, d1_, s61, s61_)
-        s63, s63_ = _plus_two(-0.00044945388576385966, -1.960526062041807e-20, s62, s62_)
-        s64, s64_ = _times_one(Omega, s63, s63_)
-        s65, s65_ = _times_two(d1, d1_, d6, d6_)
-        s66, s66_ = _plus_two(0.008333333333333333, 1.1564823173178714e-19, s65, s65_)
-        s67, s67_ = _times_one(xi, s66, s66_)
-        s68, s68_ = _plus_two(s64, s64_, s67, s67_)
-        s69, s69_ = _times_one(Omega, s68, s68_)
-        s70, s70_ = _times_two(-1.0 * d1, -1.0 * d1_, d5, d5_)
-        s71, s71_ = _plus_two(-0.008333333333333333, -1.1564823173178714e-19, s69, s69_)
-        s72, s72_ = _plus_two(s71, s71_, s70, s70_)
-        s73, s73_ = _times_one(Omega, s72, s72_)
-        s74, s74_ = _times_one(xi, d4, d4_)
-        s75, s75_ = _plus_two(s73, s73_, s74, s74_)
-        s76, s76_ = _times_one(Omega, s75, s75_)
-        s77, s77_ = _plus_two(0.16666666666666666, 9.25185853854297e-18, -1.0 * d3, -1.0 * d3_)
-        s78, s78_ = _plus_two(s77, s77_, s76, s76_)
-        s79, s79_ = _times_one(Omega, s78, s78_)
-        s80, s80_ = _plus_one(xi, s79, s79_)
-        s81, s81_ = _times_one(Omega, s80, s80_)
-        s82, s82_ = _plus_one(-1.0, s81, s81_)
-        N10, N10_ = _times_two(d0, d0_, s82, s82_)
-        s84, s84_ = _times_two(0.08888888888888889, -3.3923481307990893e-18, d1, d1_)
-        s85, s85_ = _plus_two(-0.1111111111111111, -6.1679056923619804e-18, s84, s84_)
-        s86, s86_ = _times_two(d1, d1_, s85, s85_)
-        s87, s87_ = _plus_two(0.03333333333333333, 4.625929269271486e-19, s86, s86_)
-        s88, s88_ = _times_two(d1, d1_, s87, s87_)
-        s89, s89_ = _times_two(0.05753009737777404, 2.509473359413513e-18, d1, d1_)
-        s90, s90_ = _plus_two(-0.08629514606666105, -3.7642100391202695e-18, s89, s89_)
-        s91, s91_ = _times_two(d1, d1_, s90, s90_)
-        s92, s92_ = _plus_two(0.03595631086110877, 1.5684208496334456e-18, s91, s91_)
-        s93, s93_ = _times_two(d1, d1_, s92, s92_)
-        s94, s94_ = _plus_two(-0.0035956310861108773, -1.5684208496334456e-19, s93, s93_)
-        s95, s95_ = _times_two(d2, d2_, s94, s94_)
-        s96, s96_ = _plus_two(-0.001388888888888889, 5.300543954373577e-20, s88, s88_)
-        s97, s97_ = _plus_two(s96, s96_, s95, s95_)
-        s98, s98_ = _times_one(Omega, s97, s97_)
-        s99, s99_ = _times_two(-0.26666666666666666, -3.7007434154171884e-18, d1, d1_)
-        s100, s100_ = _plus_two(0.26666666666666666, 3.7007434154171884e-18, s99, s99_)
-        s101, s101_ = _times_two(d1, d1_, s100, s100_)
-        s102, s102_ = _plus_two(-0.05, 2.7755575615628915e-18, s101, s101_)
-        s103, s103_ = _times_one(xi, s102, s102_)
-        s104, s104_ = _plus_two(s98, s98_, s103, s103_)
-        s105, s105_ = _times_one(Omega, s104, s104_)
-        s106, s106_ = _plus_one(-0.5, d3, d3_)
-        s107, s107_ = _times_two(d1, d1_, s106, s106_)
-        s108, s108_ = _plus_two(0.041666666666666664, 2.3129646346357427e-18, s105, s105_)
-        s109, s109_ = _plus_two(s108, s108_, s107, s107_)
-        s110, s110_ = _times_one(Omega, s109, s109_)
-        s111, s111_ = _times_two(-1.3333333333333333, -7.401486830834377e-17, d1, d1_)
-        s112, s112_ = _plus_two(0.6666666666666666, 3.700743415417188e-17, s111, s111_)
-        s113, s113_ = _times_one(xi, s112, s112_)
-        s114, s114_ = _plus_two(s110, s110_, s113, s113_)
-        s115, s115_ = _times_one(Omega, s114, s114_)
-        s116, s116_ = _plus_one(-0.5, 2.0 * d1, 2.0 * d1_)
-        s117, s117_ = _plus_two(s116, s116_, s115, s115_)
-        s118, s118_ = _times_one(Omega, s117, s117_)
-        s119, s119_ = _plus_one(-2.0 * xi, s118, s118_)
-        N11, N11_ = _times_one(Omega, s119, s119_)
-        D00 = _over(N00, N00_, den, 0.0)
-        D01 = _over(N01, N01_, den, 0.0)
-        D10 = _over(N10, N10_, den, 0.0)
-        D11 = _over(N11, N11_, den, 0.0)
-        x0 = xi**2
-        x1 = Omega*xi
-        x2 = (1/6)*xi
-        x3 = -x2
-        x4 = 2*xi
-        x5 = (4/3)*x0
-        x6 = (0.05753009737777404)*x0 - 0.08629514606666105
-        x7 = 4*x0
-        x8 = (1/3)*x0
-        x9 = -5/6*xi
-        den_o = 1.0
-        B00 = (Omega*(Omega*(Omega*(Omega*(x0*((0.04824045318333193)*x0 - 0.03618033988749895) + x1*(x0*((0.01438252434444351)*x0 - 0.01438252434444351) + 0.002696723314583158) + 0.0030150283239582455) + xi*(0.0021220333958339175 - 0.004244066791667835*x0)) + (1/18)*x0 - 1/72) - 1/12*xi) + 1/12) / den
-        B01 = (Omega*(Omega*(Omega*(Omega*(x0*(0.019513673220832282 - 0.02601823096110971*x0) - 0.0016261394350693568) + xi*(0.03807834425694269 - 0.07615668851388538*x0)) + (0.10524595505555089)*x0 - 0.02631148876388772) - 0.21816949906249125*xi) + 0.3015028323958246) / den
-        B02 = (Omega*(Omega*((0.005865156055560229)*x0 + x1*((0.013734088638886552)*x0 - 0.006867044319443276) - 0.0014662890138900573) - 0.03183050093750876*xi) + 0.11516383427084209) / den
-        B03 = 0.0
-        B10 = (Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(x0*(x0*(0.03595631086110877 - 0.02876504868888702*x0) - 0.010786893258332632) + 0.00044945388576385966) + xi*(x0*(0.09648090636666386 - 0.09648090636666386*x0) - 0.018090169943749474)) + x0*((0.00848813358333567)*x0 - 0.006366100187501752) + 0.0005305083489584794) + xi*(1/18 - 1/9*x0)) + (1/6)*x0 - 1/24) + x3) + 1/12) / den
-        B11 = (Omega*(Omega*(Omega*(Omega*(x0*((0.15231337702777076)*x0 - 0.11423503277082808) + x1*(x0*((0.05203646192221942)*x0 - 0.05203646192221942) + 0.009756836610416141) + 0.009519586064235672) + xi*(0.10524595505555089 - 0.21049191011110177*x0)) + (0.4363389981249825)*x0 - 0.10908474953124563) - 0.6030056647916492*xi) + 5/12) / den
-        B12 = (Omega*(Omega*(Omega*(Omega*(x0*(0.02060113295832983 - 0.027468177277773103*x0) - 0.001716761079860819) + xi*(0.005865156055560229 - 0.011730312111120458*x0)) + (0.06366100187501753)*x0 - 0.01591525046875438) - 0.23032766854168418*xi) + 5/12) / den
-        B13 = (1/12) / den
-        O00 = (Omega**2*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(x0*(x0*(1/9 - 4/45*x0) - 1/30) + x1*(x0*(-x0*x6 - 0.03595631086110877) + 0.0035956310861108773) + 1/720) + xi*(x0*((4/15)*x0 - 4/15) + 1/20)) + x0*(1/2 - 2/3*x0) - 1/24) + xi*(x5 - 2/3)) - 2*x0 + 1/2) + x4) - 1)) / den_o
-        O01 = (Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(x0*(x0*(x0*(0.20135534082220913 - 0.11506019475554807*x0) - 0.10786893258332632) + 0.017978155430554386) - 0.00044945388576385966) + xi*(x0*(x0*(4/15 - 8/45*x0) - 1/9) + 1/90)) + x0*(x0*((8/15)*x0 - 2/3) + 1/5) - 1/120) + xi*(x0*(4/3 - x5) - 1/4)) + x0*((8/3)*x0 - 2) + 1/6) + xi*(2 - x7)) + x7 - 1) - x4)) / den_o
-        P00 = (Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(x0*(x0*((0.19296181273332771)*x0 - 0.24120226591665966) + 0.0723606797749979) + x1*(x0*(x0*x6 + 0.03595631086110877) - 0.0035956310861108773) - 0.0030150283239582455) + xi*(x0*(0.01697626716667134 - 0.01697626716667134*x0) - 0.003183050093750876)) + x0*((2/9)*x0 - 1/6) + 1/72) + xi*(1/6 - x8)) + x8 - 1/12) + x3)) / den_o
-        P01 = (Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(x0*(x0*(0.13009115480554856 - 0.10407292384443884*x0) - 0.039027346441664564) + 0.0016261394350693568) + xi*(x0*(0.3046267540555415 - 0.3046267540555415*x0) - 0.05711751638541404)) + x0*((0.42098382022220354)*x0 - 0.31573786516665264) + 0.02631148876388772) + xi*(0.4363389981249825 - 0.872677996249965*x0)) + (1.2060113295832984)*x0 - 0.3015028323958246) + x9)) / den_o
-        P02 = (Omega*(Omega*(Omega*(Omega*(x0*((0.023460624222240916)*x0 - 0.017595468166680686) + x1*(x0*((0.054936354555546206)*x0 - 0.054936354555546206) + 0.010300566479164915) + 0.0014662890138900573) + xi*(0.06366100187501753 - 0.12732200375003505*x0)) + (0.46065533708336837)*x0 - 0.11516383427084209) + x9)) / den_o
-        P03 = (-Omega*x2 + 1) / den_o
-        s[96 + j], s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j], s[768 + j], s[816 + j], s[864 + j], s[912 + j] = D00, D01, D10, D11, B00, B01, B02, B03, B10, B11, B12, B13, O00, O01, P00, P01, P02, P03
-
-
-@_compile
-def coefficients(Omega, xi, out):
-    """D, B, O, P of linear_march_2_01y: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f; out (18, n).
-
-    The rows of out are the entries of D, B, O, P, matrix by matrix and row by row. D is rounded once. Columns of
-    B and P beyond the scheme's own load instants, up to the march's 4, are zero.
+    Their entries, matrix by matrix and row by row. D is computed in pairs of doubles and rounded once. Columns of B and
+    P beyond the scheme's own load instants, up to the march's 4, are zero.
     """
-    s = np.ones(20 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j] = Omega[first + j], xi[first + j]
-        _coefficients(s)
-        for r in range(18):
-            for j in range(size):
-                out[r, first + j] = s[(2 + r) * 48 + j]
+    d0, d0_ = by.times(Omega, Omega)
+    d1, d1_ = by.times(xi, xi)
+    d2, d2_ = by.times(Omega, xi)
+    d3, d3_ = by.times_two(0.6666666666666666, 3.700743415417188e-17, d1, d1_)
+    s4, s4_ = by.times_two(0.3333333333333333, 1.850371707708594e-17, d1, d1_)
+    d4, d4_ = by.plus_two(-0.16666666666666666, -9.25185853854297e-18, s4, s4_)
+    s6, s6_ = by.times_two(0.13333333333333333, 1.8503717077085942e-18, d1, d1_)
+    d5, d5_ = by.plus_two(-0.1, 5.551115123125783e-18, s6, s6_)
+    s8, s8_ = by.times_two(0.044444444444444446, -1.6961740653995447e-18, d1, d1_)
+    d6, d6_ = by.plus_two(-0.044444444444444446, 1.6961740653995447e-18, s8, s8_)
+    s10, s10_ = by.times_two(0.02876504868888702, 1.2547366797067565e-18, d1, d1_)
+    d7, d7_ = by.plus_two(-0.03595631086110877, -1.5684208496334456e-18, s10, s10_)
+    den = 1.0
+    s12, s12_ = by.times_one(xi, 0.3333333333333333, 1.850371707708594e-17)
+    s13, s13_ = by.times_two(-0.16666666666666666, -9.25185853854297e-18, d1, d1_)
+    s14, s14_ = by.times_two(-0.022222222222222223, 8.480870326997723e-19, d1, d1_)
+    s15, s15_ = by.plus_two(0.016666666666666666, 2.312964634635743e-19, s14, s14_)
+    s16, s16_ = by.times_two(d1, d1_, s15, s15_)
+    s17, s17_ = by.times_two(-0.01438252434444351, -6.273683398533783e-19, d1, d1_)
+    s18, s18_ = by.plus_two(0.01438252434444351, 6.273683398533783e-19, s17, s17_)
+    s19, s19_ = by.times_two(d1, d1_, s18, s18_)
+    s20, s20_ = by.plus_two(-0.002696723314583158, -1.1763156372250842e-19, s19, s19_)
+    s21, s21_ = by.times_two(d2, d2_, s20, s20_)
+    s22, s22_ = by.plus_two(-0.001388888888888889, 5.300543954373577e-20, s16, s16_)
+    s23, s23_ = by.plus_two(s22, s22_, s21, s21_)
+    s24, s24_ = by.times_one(Omega, s23, s23_)
+    s25, s25_ = by.times_two(0.06666666666666667, 9.251858538542971e-19, d1, d1_)
+    s26, s26_ = by.plus_two(-0.03333333333333333, -4.625929269271486e-19, s25, s25_)
+    s27, s27_ = by.times_one(xi, s26, s26_)
+    s28, s28_ = by.plus_two(s24, s24_, s27, s27_)
+    s29, s29_ = by.times_one(Omega, s28, s28_)
+    s30, s30_ = by.plus_two(0.041666666666666664, 2.3129646346357427e-18, s13, s13_)
+    s31, s31_ = by.plus_two(s30, s30_, s29, s29_)
+    s32, s32_ = by.times_one(Omega, s31, s31_)
+    s33, s33_ = by.plus_two(s12, s12_, s32, s32_)
+    s34, s34_ = by.times_one(Omega, s33, s33_)
+    s35, s35_ = by.plus_one(-0.5, s34, s34_)
+    N00, N00_ = by.times_two(d0, d0_, s35, s35_)
+    s37, s37_ = by.times_two(-1.0 * d1, -1.0 * d1_, d7, d7_)
+    s38, s38_ = by.plus_two(-0.010786893258332632, -4.705262548900337e-19, s37, s37_)
+    s39, s39_ = by.times_two(d1, d1_, s38, s38_)
+    s40, s40_ = by.plus_two(0.00044945388576385966, 1.960526062041807e-20, s39, s39_)
+    s41, s41_ = by.times_one(Omega, s40, s40_)
+    s42, s42_ = by.times_two(-1.0 * d1, -1.0 * d1_, d6, d6_)
+    s43, s43_ = by.plus_two(-0.008333333333333333, -1.1564823173178714e-19, s42, s42_)
+    s44, s44_ = by.times_one(xi, s43, s43_)
+    s45, s45_ = by.plus_two(s41, s41_, s44, s44_)
+    s46, s46_ = by.times_one(Omega, s45, s45_)
+    s47, s47_ = by.times_two(d1, d1_, d5, d5_)
+    s48, s48_ = by.plus_two(0.008333333333333333, 1.1564823173178714e-19, s46, s46_)
+    s49, s49_ = by.plus_two(s48, s48_, s47, s47_)
+    s50, s50_ = by.times_one(Omega, s49, s49_)
+    s51, s51_ = by.times_one(-1.0 * xi, d4, d4_)
+    s52, s52_ = by.plus_two(s50, s50_, s51, s51_)
+    s53, s53_ = by.times_one(Omega, s52, s52_)
+    s54, s54_ = by.plus_two(-0.16666666666666666, -9.25185853854297e-18, d3, d3_)
+    s55, s55_ = by.plus_two(s54, s54_, s53, s53_)
+    s56, s56_ = by.times_one(Omega, s55, s55_)
+    s57, s57_ = by.plus_one(-1.0 * xi, s56, s56_)
+    s58, s58_ = by.times_one(Omega, s57, s57_)
+    N01, N01_ = by.plus_one(1.0, s58, s58_)
+    s60, s60_ = by.times_two(d1, d1_, d7, d7_)
+    s61, s61_ = by.plus_two(0.010786893258332632, 4.705262548900337e-19, s60, s60_)
+    s62, s62_ = by.times_two(d1, d1_, s61, s61_)
+    s63, s63_ = by.plus_two(-0.00044945388576385966, -1.960526062041807e-20, s62, s62_)
+    s64, s64_ = by.times_one(Omega, s63, s63_)
+    s65, s65_ = by.times_two(d1, d1_, d6, d6_)
+    s66, s66_ = by.plus_two(0.008333333333333333, 1.1564823173178714e-19, s65, s65_)
+    s67, s67_ = by.times_one(xi, s66, s66_)
+    s68, s68_ = by.plus_two(s64, s64_, s67, s67_)
+    s69, s69_ = by.times_one(Omega, s68, s68_)
+    s70, s70_ = by.times_two(-1.0 * d1, -1.0 * d1_, d5, d5_)
+    s71, s71_ = by.plus_two(-0.008333333333333333, -1.1564823173178714e-19, s69, s69_)
+    s72, s72_ = by.plus_two(s71, s71_, s70, s70_)
+    s73, s73_ = by.times_one(Omega, s72, s72_)
+    s74, s74_ = by.times_one(xi, d4, d4_)
+    s75, s75_ = by.plus_two(s73, s73_, s74, s74_)
+    s76, s76_ = by.times_one(Omega, s75, s75_)
+    s77, s77_ = by.plus_two(0.16666666666666666, 9.25185853854297e-18, -1.0 * d3, -1.0 * d3_)
+    s78, s78_ = by.plus_two(s77, s77_, s76, s76_)
+    s79, s79_ = by.times_one(Omega, s78, s78_)
+    s80, s80_ = by.plus_one(xi, s79, s79_)
+    s81, s81_ = by.times_one(Omega, s80, s80_)
+    s82, s82_ = by.plus_one(-1.0, s81, s81_)
+    N10, N10_ = by.times_two(d0, d0_, s82, s82_)
+    s84, s84_ = by.times_two(0.08888888888888889, -3.3923481307990893e-18, d1, d1_)
+    s85, s85_ = by.plus_two(-0.1111111111111111, -6.1679056923619804e-18, s84, s84_)
+    s86, s86_ = by.times_two(d1, d1_, s85, s85_)
+    s87, s87_ = by.plus_two(0.03333333333333333, 4.625929269271486e-19, s86, s86_)
+    s88, s88_ = by.times_two(d1, d1_, s87, s87_)
+    s89, s89_ = by.times_two(0.05753009737777404, 2.509473359413513e-18, d1, d1_)
+    s90, s90_ = by.plus_two(-0.08629514606666105, -3.7642100391202695e-18, s89, s89_)
+    s91, s91_ = by.times_two(d1, d1_, s90, s90_)
+    s92, s92_ = by.plus_two(0.03595631086110877, 1.5684208496334456e-18, s91, s91_)
+    s93, s93_ = by.times_two(d1, d1_, s92, s92_)
+    s94, s94_ = by.plus_two(-0.0035956310861108773, -1.5684208496334456e-19, s93, s93_)
+    s95, s95_ = by.times_two(d2, d2_, s94, s94_)
+    s96, s96_ = by.plus_two(-0.001388888888888889, 5.300543954373577e-20, s88, s88_)
+    s97, s97_ = by.plus_two(s96, s96_, s95, s95_)
+    s98, s98_ = by.times_one(Omega, s97, s97_)
+    s99, s99_ = by.times_two(-0.26666666666666666, -3.7007434154171884e-18, d1, d1_)
+    s100, s100_ = by.plus_two(0.26666666666666666, 3.7007434154171884e-18, s99, s99_)
+    s101, s101_ = by.times_two(d1, d1_, s100, s100_)
+    s102, s102_ = by.plus_two(-0.05, 2.7755575615628915e-18, s101, s101_)
+    s103, s103_ = by.times_one(xi, s102, s102_)
+    s104, s104_ = by.plus_two(s98, s98_, s103, s103_)
+    s105, s105_ = by.times_one(Omega, s104, s104_)
+    s106, s106_ = by.plus_one(-0.5, d3, d3_)
+    s107, s107_ = by.times_two(d1, d1_, s106, s106_)
+    s108, s108_ = by.plus_two(0.041666666666666664, 2.3129646346357427e-18, s105, s105_)
+    s109, s109_ = by.plus_two(s108, s108_, s107, s107_)
+    s110, s110_ = by.times_one(Omega, s109, s109_)
+    s111, s111_ = by.times_two(-1.3333333333333333, -7.401486830834377e-17, d1, d1_)
+    s112, s112_ = by.plus_two(0.6666666666666666, 3.700743415417188e-17, s111, s111_)
+    s113, s113_ = by.times_one(xi, s112, s112_)
+    s114, s114_ = by.plus_two(s110, s110_, s113, s113_)
+    s115, s115_ = by.times_one(Omega, s114, s114_)
+    s116, s116_ = by.plus_one(-0.5, 2.0 * d1, 2.0 * d1_)
+    s117, s117_ = by.plus_two(s116, s116_, s115, s115_)
+    s118, s118_ = by.times_one(Omega, s117, s117_)
+    s119, s119_ = by.plus_one(-2.0 * xi, s118, s118_)
+    N11, N11_ = by.times_one(Omega, s119, s119_)
+    D00 = by.over(N00, N00_, den, 0.0)
+    D01 = by.over(N01, N01_, den, 0.0)
+    D10 = by.over(N10, N10_, den, 0.0)
+    D11 = by.over(N11, N11_, den, 0.0)
+    x0 = xi**2
+    x1 = Omega*xi
+    x2 = (1/6)*xi
+    x3 = -x2
+    x4 = 2*xi
+    x5 = (4/3)*x0
+    x6 = (0.05753009737777404)*x0 - 0.08629514606666105
+    x7 = 4*x0
+    x8 = (1/3)*x0
+    x9 = -5/6*xi
+    den_o = 1.0
+    B00 = (Omega*(Omega*(Omega*(Omega*(x0*((0.04824045318333193)*x0 - 0.03618033988749895) + x1*(x0*((0.01438252434444351)*x0 - 0.01438252434444351) + 0.002696723314583158) + 0.0030150283239582455) + xi*(0.0021220333958339175 - 0.004244066791667835*x0)) + (1/18)*x0 - 1/72) - 1/12*xi) + 1/12) / den
+    B01 = (Omega*(Omega*(Omega*(Omega*(x0*(0.019513673220832282 - 0.02601823096110971*x0) - 0.0016261394350693568) + xi*(0.03807834425694269 - 0.07615668851388538*x0)) + (0.10524595505555089)*x0 - 0.02631148876388772) - 0.21816949906249125*xi) + 0.3015028323958246) / den
+    B02 = (Omega*(Omega*((0.005865156055560229)*x0 + x1*((0.013734088638886552)*x0 - 0.006867044319443276) - 0.0014662890138900573) - 0.03183050093750876*xi) + 0.11516383427084209) / den
+    B03 = 0.0
+    B10 = (Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(x0*(x0*(0.03595631086110877 - 0.02876504868888702*x0) - 0.010786893258332632) + 0.00044945388576385966) + xi*(x0*(0.09648090636666386 - 0.09648090636666386*x0) - 0.018090169943749474)) + x0*((0.00848813358333567)*x0 - 0.006366100187501752) + 0.0005305083489584794) + xi*(1/18 - 1/9*x0)) + (1/6)*x0 - 1/24) + x3) + 1/12) / den
+    B11 = (Omega*(Omega*(Omega*(Omega*(x0*((0.15231337702777076)*x0 - 0.11423503277082808) + x1*(x0*((0.05203646192221942)*x0 - 0.05203646192221942) + 0.009756836610416141) + 0.009519586064235672) + xi*(0.10524595505555089 - 0.21049191011110177*x0)) + (0.4363389981249825)*x0 - 0.10908474953124563) - 0.6030056647916492*xi) + 5/12) / den
+    B12 = (Omega*(Omega*(Omega*(Omega*(x0*(0.02060113295832983 - 0.027468177277773103*x0) - 0.001716761079860819) + xi*(0.005865156055560229 - 0.011730312111120458*x0)) + (0.06366100187501753)*x0 - 0.01591525046875438) - 0.23032766854168418*xi) + 5/12) / den
+    B13 = (1/12) / den
+    O00 = (Omega**2*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(x0*(x0*(1/9 - 4/45*x0) - 1/30) + x1*(x0*(-x0*x6 - 0.03595631086110877) + 0.0035956310861108773) + 1/720) + xi*(x0*((4/15)*x0 - 4/15) + 1/20)) + x0*(1/2 - 2/3*x0) - 1/24) + xi*(x5 - 2/3)) - 2*x0 + 1/2) + x4) - 1)) / den_o
+    O01 = (Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(x0*(x0*(x0*(0.20135534082220913 - 0.11506019475554807*x0) - 0.10786893258332632) + 0.017978155430554386) - 0.00044945388576385966) + xi*(x0*(x0*(4/15 - 8/45*x0) - 1/9) + 1/90)) + x0*(x0*((8/15)*x0 - 2/3) + 1/5) - 1/120) + xi*(x0*(4/3 - x5) - 1/4)) + x0*((8/3)*x0 - 2) + 1/6) + xi*(2 - x7)) + x7 - 1) - x4)) / den_o
+    P00 = (Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(x0*(x0*((0.19296181273332771)*x0 - 0.24120226591665966) + 0.0723606797749979) + x1*(x0*(x0*x6 + 0.03595631086110877) - 0.0035956310861108773) - 0.0030150283239582455) + xi*(x0*(0.01697626716667134 - 0.01697626716667134*x0) - 0.003183050093750876)) + x0*((2/9)*x0 - 1/6) + 1/72) + xi*(1/6 - x8)) + x8 - 1/12) + x3)) / den_o
+    P01 = (Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(x0*(x0*(0.13009115480554856 - 0.10407292384443884*x0) - 0.039027346441664564) + 0.0016261394350693568) + xi*(x0*(0.3046267540555415 - 0.3046267540555415*x0) - 0.05711751638541404)) + x0*((0.42098382022220354)*x0 - 0.31573786516665264) + 0.02631148876388772) + xi*(0.4363389981249825 - 0.872677996249965*x0)) + (1.2060113295832984)*x0 - 0.3015028323958246) + x9)) / den_o
+    P02 = (Omega*(Omega*(Omega*(Omega*(x0*((0.023460624222240916)*x0 - 0.017595468166680686) + x1*(x0*((0.054936354555546206)*x0 - 0.054936354555546206) + 0.010300566479164915) + 0.0014662890138900573) + xi*(0.06366100187501753 - 0.12732200375003505*x0)) + (0.46065533708336837)*x0 - 0.11516383427084209) + x9)) / den_o
+    P03 = (-Omega*x2 + 1) / den_o
+    return D00, D01, D10, D11, B00, B01, B02, B03, B10, B11, B12, B13, O00, O01, P00, P01, P02, P03
 
 
-@_exact
-def _transfer(s):
-    """`transfer` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi = s[j], s[48 + j]
-        x0 = -xi
-        x1 = xi**2
-        x2 = (2/3)*x1
-        x3 = (1/3)*x1
-        x4 = (2/15)*x1
-        x5 = (2/45)*x1
-        x6 = x5 - 1/45
-        x7 = (0.02876504868888702)*x1
-        x8 = x7 - 0.05425868414444164
-        x9 = (0.007191262172221755)*x1 - 0.010840929567129046
-        x10 = (0.0011985436953702924)*x1 - 0.001430025176851774
-        x11 = (0.00014981796192128655)*x1 - 0.00013551161958911306
-        x12 = (1.4981796192128657e-05)*x1
-        x13 = (2.0200879542823264e-07)*Omega
-        x14 = x13 + (1.2484830160107213e-06)*xi
-        x15 = Omega*(Omega*(Omega*(Omega*(Omega*(Omega*x14 - x12 + 9.41991044174334e-06) + x11*xi) - x1*x10 - 0.00019611425821758287) + xi*(x1*x9 + 0.002941713873263743)) + x1*(-x1*x8 - 0.021735895443054504) + 0.0012461299937499416)
-        x16 = Omega*(Omega*(Omega*(Omega*(Omega*(x15 + xi*(-x1*x6 - 1/360)) + x1*(x4 - 1/20) + 1/360) + xi*(1/12 - x3)) + x2 - 1/12) + x0) + 1
-        x17 = (1/9)*x1
-        x18 = (0.01438252434444351)*x1
-        x19 = x3 - 1/6
-        x20 = x4 - 1/10
-        x21 = x5 - 2/45
-        x22 = x7 - 0.03595631086110877
-        den = 1.0
-        whole = x16
-        P = (Omega**2*x16) / den
-        g1 = (Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(x15 + xi*(x1*(x1*((0.05753009737777404)*x1 - 0.14512211485554902) + 0.07256105742777451) - 0.009070132178471814)) + (4/45)*xi**6) - 4/15*xi**5) + (2/3)*xi**4) - 4/3*xi**3) + 2*x1) - 2*xi) + 1) / den
-        u0 = (Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(-Omega*x14 + x12 - 9.41991044174334e-06) - x11*xi) + x1*x10 + 0.00019611425821758287) + xi*(-x1*x9 - 0.002941713873263743)) + x1*(x1*x8 + 0.021735895443054504) - 0.0012461299937499416) + xi*(x1*x6 + 1/360)) + x1*(0.055393446629166315 - 0.1405245955055551*x1) - 0.0032272316635416375) + xi*((29/90)*x1 - 7/90)) - 19/30*x1 + 3/40) + (11/12)*xi) - 5/6) / whole
-        u1 = (Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(-x13 - 1.6525006068671865e-06*xi) + (1.2484830160107213e-05)*x1 - 9.41991044174334e-06) + xi*(0.00011667179870562638 - 0.00011985436953702925*x1)) + x1*((0.0008989077715277193)*x1 - 0.0011590019376735477) + 0.00019611425821758287) + xi*(x1*(0.007980879213425498 - 0.00479417478148117*x1) - 0.0025494853568285773)) + x1*(x1*(x18 - 0.03257682501018355) + 0.01585246769652702) - 0.0012461299937499416) + xi*(x1*((0.03660474656666573)*x1 - 0.0290892665416655) + 0.00657787219097193)) + x1*(0.00016210892638923938 - 0.03725318227222269*x1) + 0.00044945388576385966) + xi*(x17 - 1/90)) - 1/5*x1 + 1/120) + (1/4)*xi) - 1/6) / whole
-        v0 = (Omega*(Omega*(Omega*(Omega*(Omega*xi*(x1*(x18 - 0.01438252434444351) + 0.002696723314583158) + x1*((1/45)*x1 - 1/60) + 1/720) + xi*(1/30 - 1/15*x1)) + (1/6)*x1 - 1/24) - 1/3*xi) + 1/2) / den
-        v1 = (Omega*(Omega*(Omega*(Omega*(Omega*(x15 + xi*(x1*(0.03660474656666573 - 0.058826968788887955*x1) - 0.005474501092360936)) + x1*(x17 - 1/30) + 1/720) + xi*(1/20 - 4/15*x1)) + (1/2)*x1 - 1/24) - 2/3*xi) + 1/2) / den
-        a0 = (Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(x1*(-x1*x22 - 0.010786893258332632) + 0.00044945388576385966) + xi*(-x1*x21 - 1/120)) + x1*x20 + 1/120) - x19*xi) + x2 - 1/6) + x0) + 1) / den
-        a1 = (Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(x1*(x1*x22 + 0.010786893258332632) - 0.00044945388576385966) + xi*(x1*x21 + 1/120)) - x1*x20 - 1/120) + x19*xi) - x2 + 1/6) + xi) - 1) / den
-        S = whole / den
-        s[96 + j], s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j] = P, g1, u0, u1, S, v0, v1, a0, a1
+def transfer(by, Omega, xi):
+    """Filter from a load, linear between steps, to the response from rest (see linear_filter).
 
-
-@_compile
-def transfer(Omega, xi, out):
-    """Filter from a load, linear between steps, to the response from rest (see linear_filter); out (9, n).
-
-    Rows of out: P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
+    P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
     u = S (q + k0 e0 + k1 e1 + ...) and h*v, h^2*a = k0 e0 + k1 e1 + ...; e1, e2, ... are e0 of the steps before.
     """
-    s = np.ones(11 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j] = Omega[first + j], xi[first + j]
-        _transfer(s)
-        for r in range(9):
-            for j in range(size):
-                out[r, first + j] = s[(2 + r) * 48 + j]
+    x0 = -xi
+    x1 = xi**2
+    x2 = (2/3)*x1
+    x3 = (1/3)*x1
+    x4 = (2/15)*x1
+    x5 = (2/45)*x1
+    x6 = x5 - 1/45
+    x7 = (0.02876504868888702)*x1
+    x8 = x7 - 0.05425868414444164
+    x9 = (0.007191262172221755)*x1 - 0.010840929567129046
+    x10 = (0.0011985436953702924)*x1 - 0.001430025176851774
+    x11 = (0.00014981796192128655)*x1 - 0.00013551161958911306
+    x12 = (1.4981796192128657e-05)*x1
+    x13 = (2.0200879542823264e-07)*Omega
+    x14 = x13 + (1.2484830160107213e-06)*xi
+    x15 = Omega*(Omega*(Omega*(Omega*(Omega*(Omega*x14 - x12 + 9.41991044174334e-06) + x11*xi) - x1*x10 - 0.00019611425821758287) + xi*(x1*x9 + 0.002941713873263743)) + x1*(-x1*x8 - 0.021735895443054504) + 0.0012461299937499416)
+    x16 = Omega*(Omega*(Omega*(Omega*(Omega*(x15 + xi*(-x1*x6 - 1/360)) + x1*(x4 - 1/20) + 1/360) + xi*(1/12 - x3)) + x2 - 1/12) + x0) + 1
+    x17 = (1/9)*x1
+    x18 = (0.01438252434444351)*x1
+    x19 = x3 - 1/6
+    x20 = x4 - 1/10
+    x21 = x5 - 2/45
+    x22 = x7 - 0.03595631086110877
+    den = 1.0
+    whole = x16
+    P = (Omega**2*x16) / den
+    g1 = (Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(x15 + xi*(x1*(x1*((0.05753009737777404)*x1 - 0.14512211485554902) + 0.07256105742777451) - 0.009070132178471814)) + (4/45)*xi**6) - 4/15*xi**5) + (2/3)*xi**4) - 4/3*xi**3) + 2*x1) - 2*xi) + 1) / den
+    u0 = (Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(-Omega*x14 + x12 - 9.41991044174334e-06) - x11*xi) + x1*x10 + 0.00019611425821758287) + xi*(-x1*x9 - 0.002941713873263743)) + x1*(x1*x8 + 0.021735895443054504) - 0.0012461299937499416) + xi*(x1*x6 + 1/360)) + x1*(0.055393446629166315 - 0.1405245955055551*x1) - 0.0032272316635416375) + xi*((29/90)*x1 - 7/90)) - 19/30*x1 + 3/40) + (11/12)*xi) - 5/6) / whole
+    u1 = (Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(-x13 - 1.6525006068671865e-06*xi) + (1.2484830160107213e-05)*x1 - 9.41991044174334e-06) + xi*(0.00011667179870562638 - 0.00011985436953702925*x1)) + x1*((0.0008989077715277193)*x1 - 0.0011590019376735477) + 0.00019611425821758287) + xi*(x1*(0.007980879213425498 - 0.00479417478148117*x1) - 0.0025494853568285773)) + x1*(x1*(x18 - 0.03257682501018355) + 0.01585246769652702) - 0.0012461299937499416) + xi*(x1*((0.03660474656666573)*x1 - 0.0290892665416655) + 0.00657787219097193)) + x1*(0.00016210892638923938 - 0.03725318227222269*x1) + 0.00044945388576385966) + xi*(x17 - 1/90)) - 1/5*x1 + 1/120) + (1/4)*xi) - 1/6) / whole
+    v0 = (Omega*(Omega*(Omega*(Omega*(Omega*xi*(x1*(x18 - 0.01438252434444351) + 0.002696723314583158) + x1*((1/45)*x1 - 1/60) + 1/720) + xi*(1/30 - 1/15*x1)) + (1/6)*x1 - 1/24) - 1/3*xi) + 1/2) / den
+    v1 = (Omega*(Omega*(Omega*(Omega*(Omega*(x15 + xi*(x1*(0.03660474656666573 - 0.058826968788887955*x1) - 0.005474501092360936)) + x1*(x17 - 1/30) + 1/720) + xi*(1/20 - 4/15*x1)) + (1/2)*x1 - 1/24) - 2/3*xi) + 1/2) / den
+    a0 = (Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(x1*(-x1*x22 - 0.010786893258332632) + 0.00044945388576385966) + xi*(-x1*x21 - 1/120)) + x1*x20 + 1/120) - x19*xi) + x2 - 1/6) + x0) + 1) / den
+    a1 = (Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(x1*(x1*x22 + 0.010786893258332632) - 0.00044945388576385966) + xi*(x1*x21 + 1/120)) - x1*x20 - 1/120) + x19*xi) - x2 + 1/6) + xi) - 1) / den
+    S = whole / den
+    return P, g1, u0, u1, S, v0, v1, a0, a1

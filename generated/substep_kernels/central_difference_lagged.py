@@ -38,10 +38,6 @@ FILTER = 2
 # instants, in steps, at which the start takes the load
 START_STENCIL = (0.0,)
 
-_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
-# called by kernels alone: not from Python, and so without the code for that
-_exact = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
-
 # contract: a * b + c may become one operation, rounded once
 _fused = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
 _inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"})
@@ -84,34 +80,6 @@ def _angle(y, x):
     angle = 0.7853981633974483 + angle if steep else angle
     angle = 1.5707963267948966 - angle if y > flat else angle
     return 3.141592653589793 - angle if x < 0.0 else angle
-
-
-@_exact
-def _increment(Omega, xi):
-    """Denominator and numerators of A - I. 6 operations."""
-    x0 = -Omega**2
-    x1 = 2*Omega*xi
-    den = 1
-    D_00 = x0
-    D_01 = 1 - x1
-    D_10 = x0
-    D_11 = -x1
-    return den, D_00, D_01, D_10, D_11
-
-
-@_exact
-def _start(Omega, xi):
-    """Denominator and numerators of the state at t = 0 from u, h*v, h^2*a and the load. 5 operations."""
-    den = 2
-    S_00 = 2
-    S_01 = 0
-    S_02 = 0
-    S_10 = Omega**2
-    S_11 = 2*Omega*xi + 2
-    S_12 = 0
-    T_00 = 0
-    T_10 = -1
-    return den, S_00, S_01, S_02, S_10, S_11, S_12, T_00, T_10
 
 
 @_inline
@@ -338,194 +306,95 @@ def stability(Omega, xi, radius, damping, period):
     return refused < 0
 
 
-@_compile
-def amplification(Omega, xi, out):
-    """Amplification matrix in the order of STATE; out (n, 2, 2)."""
-    for i in range(out.shape[0]):
-        den, D_00, D_01, D_10, D_11 = _increment(Omega[i], xi[i])
-        out[i, 0, 0] = 1.0 + D_00 / den
-        out[i, 0, 1] = D_01 / den
-        out[i, 1, 0] = D_10 / den
-        out[i, 1, 1] = 1.0 + D_11 / den
+def amplification(by, Omega, xi):
+    """Amplification matrix (2, 2) in the order of STATE, row by row."""
+    x0 = -Omega**2
+    x1 = 2*Omega*xi
+    den = 1.0
+    D_00 = (x0) / den
+    D_01 = (1 - x1) / den
+    D_10 = (x0) / den
+    D_11 = (-x1) / den
+    return 1.0 + D_00, D_01, D_10, 1.0 + D_11
 
 
-@_compile
-def stencil(out):
-    """Instants (n, 2) at which the load is taken, in steps after t_n."""
-    for i in range(out.shape[0]):
-        out[i, 0] = 0
-        out[i, 1] = 1
+def stencil(by):
+    """Instants at which the load is taken, in steps after t_n."""
+    return 0, 1
 
 
-# tails are rounding errors, which fastmath would remove
-@_exact
-def _plus(a, b):
-    """The sum of two doubles: head, and tail, which is the rounding error of the head."""
-    head = a + b
-    rest = head - a
-    return head, (a - (head - rest)) + (b - rest)
+def coefficients(by, Omega, xi):
+    """D, B, O, P of linear_march_2_0yy: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f.
 
-
-@_exact
-def _plus_one(a, b, b_):
-    """The sum of a double and a pair of head and tail."""
-    head, tail = _plus(a, b)
-    tail += b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _plus_two(a, a_, b, b_):
-    """The sum of two pairs of head and tail."""
-    head, tail = _plus(a, b)
-    tail += a_ + b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times(a, b):
-    """The product of two doubles: head and tail, from halves of their digits, whose products are exact."""
-    head, c, d = a * b, 134217729.0 * a, 134217729.0 * b
-    a1, b1 = c - (c - a), d - (d - b)
-    a2, b2 = a - a1, b - b1
-    return head, ((a1 * b1 - head) + a1 * b2 + a2 * b1) + a2 * b2
-
-
-@_exact
-def _times_one(a, b, b_):
-    """The product of a double and a pair of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times_two(a, a_, b, b_):
-    """The product of two pairs of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_ + a_ * b
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _over(a, a_, b, b_):
-    """The quotient of two pairs of head and tail, rounded to a double."""
-    head = a / b
-    product, tail = _times(head, b)
-    return head + ((a - product) - tail + a_ - head * b_) / b
-
-
-@_exact
-def _coefficients(s):
-    """`coefficients` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi = s[j], s[48 + j]
-        s0, s0_ = _times(Omega, Omega)
-        d0, d0_ = -1.0 * s0, -1.0 * s0_
-        d1, d1_ = _times(2.0 * Omega, xi)
-        den = 1.0
-        N00, N00_ = d0, d0_
-        N01, N01_ = _plus_one(1.0, -1.0 * d1, -1.0 * d1_)
-        N10, N10_ = d0, d0_
-        N11, N11_ = -1.0 * d1, -1.0 * d1_
-        D00 = _over(N00, N00_, den, 0.0)
-        D01 = _over(N01, N01_, den, 0.0)
-        D10 = _over(N10, N10_, den, 0.0)
-        D11 = _over(N11, N11_, den, 0.0)
-        x0 = Omega**2
-        x1 = 2*xi
-        x2 = Omega + x1
-        x3 = (x1 - 1)*(x1 + 1)
-        x4 = 4*xi
-        x5 = 2*Omega + x4
-        den_o = 2.0
-        B00 = (1) / den
-        B01 = 0.0
-        B10 = (1) / den
-        B11 = 0.0
-        O00 = (x0*(Omega*x2 - 3)) / den_o
-        O01 = (Omega*(Omega*(Omega*x1 + x3) - 6*xi) + 2) / den_o
-        O10 = (x0*(Omega*x5 - 2)) / den_o
-        O11 = (Omega*(Omega*(Omega*x4 + 2*x3) - x4)) / den_o
-        P00 = (-Omega*x2 + 2) / den_o
-        P01 = (1) / den_o
-        P10 = (-Omega*x5) / den_o
-        P11 = (2) / den_o
-        s[96 + j], s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j], s[768 + j], s[816 + j] = D00, D01, D10, D11, B00, B01, B10, B11, O00, O01, O10, O11, P00, P01, P10, P11
-
-
-@_compile
-def coefficients(Omega, xi, out):
-    """D, B, O, P of linear_march_2_0yy: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f; out (16, n).
-
-    The rows of out are the entries of D, B, O, P, matrix by matrix and row by row. D is rounded once. Columns of
-    B and P beyond the scheme's own load instants, up to the march's 2, are zero.
+    Their entries, matrix by matrix and row by row. D is computed in pairs of doubles and rounded once. Columns of B and
+    P beyond the scheme's own load instants, up to the march's 2, are zero.
     """
-    s = np.ones(18 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j] = Omega[first + j], xi[first + j]
-        _coefficients(s)
-        for r in range(16):
-            for j in range(size):
-                out[r, first + j] = s[(2 + r) * 48 + j]
+    s0, s0_ = by.times(Omega, Omega)
+    d0, d0_ = -1.0 * s0, -1.0 * s0_
+    d1, d1_ = by.times(2.0 * Omega, xi)
+    den = 1.0
+    N00, N00_ = d0, d0_
+    N01, N01_ = by.plus_one(1.0, -1.0 * d1, -1.0 * d1_)
+    N10, N10_ = d0, d0_
+    N11, N11_ = -1.0 * d1, -1.0 * d1_
+    D00 = by.over(N00, N00_, den, 0.0)
+    D01 = by.over(N01, N01_, den, 0.0)
+    D10 = by.over(N10, N10_, den, 0.0)
+    D11 = by.over(N11, N11_, den, 0.0)
+    x0 = Omega**2
+    x1 = 2*xi
+    x2 = Omega + x1
+    x3 = (x1 - 1)*(x1 + 1)
+    x4 = 4*xi
+    x5 = 2*Omega + x4
+    den_o = 2.0
+    B00 = (1) / den
+    B01 = 0.0
+    B10 = (1) / den
+    B11 = 0.0
+    O00 = (x0*(Omega*x2 - 3)) / den_o
+    O01 = (Omega*(Omega*(Omega*x1 + x3) - 6*xi) + 2) / den_o
+    O10 = (x0*(Omega*x5 - 2)) / den_o
+    O11 = (Omega*(Omega*(Omega*x4 + 2*x3) - x4)) / den_o
+    P00 = (-Omega*x2 + 2) / den_o
+    P01 = (1) / den_o
+    P10 = (-Omega*x5) / den_o
+    P11 = (2) / den_o
+    return D00, D01, D10, D11, B00, B01, B10, B11, O00, O01, O10, O11, P00, P01, P10, P11
 
 
-@_exact
-def _transfer(s):
-    """`transfer` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi = s[j], s[48 + j]
-        den = 1.0
-        whole = 1.0
-        P = (Omega**2) / den
-        g1 = (-2*Omega*xi + 1) / den
-        u0 = (-1) / whole
-        u1 = 0.0
-        v0 = (1/2) / den
-        v1 = (1/2) / den
-        a0 = (1) / den
-        a1 = (-1) / den
-        S = whole / den
-        s[96 + j], s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j] = P, g1, u0, u1, S, v0, v1, a0, a1
+def transfer(by, Omega, xi):
+    """Filter from a load, linear between steps, to the response from rest (see linear_filter).
 
-
-@_compile
-def transfer(Omega, xi, out):
-    """Filter from a load, linear between steps, to the response from rest (see linear_filter); out (9, n).
-
-    Rows of out: P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
+    P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
     u = S (q + k0 e0 + k1 e1 + ...) and h*v, h^2*a = k0 e0 + k1 e1 + ...; e1, e2, ... are e0 of the steps before.
     """
-    s = np.ones(11 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j] = Omega[first + j], xi[first + j]
-        _transfer(s)
-        for r in range(9):
-            for j in range(size):
-                out[r, first + j] = s[(2 + r) * 48 + j]
+    den = 1.0
+    whole = 1.0
+    P = (Omega**2) / den
+    g1 = (-2*Omega*xi + 1) / den
+    u0 = (-1) / whole
+    u1 = 0.0
+    v0 = (1/2) / den
+    v1 = (1/2) / den
+    a0 = (1) / den
+    a1 = (-1) / den
+    S = whole / den
+    return P, g1, u0, u1, S, v0, v1, a0, a1
 
 
-@_compile
-def start(Omega, xi, given, load):
-    """Matrices given (n, 2, 3) and load (n, 2, 1) of the state at t = 0.
+def start(by, Omega, xi):
+    """The state at t = 0: S (u, h*v, h^2*a) + T h^2 f(START_STENCIL*h), f the loads.
 
-    The state is given @ (u, h*v, h^2*a) + load @ h^2 f(START_STENCIL*h).
+    The entries of S (2, 3), then those of T (2, 1), row by row.
     """
-    for i in range(given.shape[0]):
-        den, S_00, S_01, S_02, S_10, S_11, S_12, T_00, T_10 = _start(Omega[i], xi[i])
-        given[i, 0, 0] = S_00 / den
-        given[i, 0, 1] = S_01 / den
-        given[i, 0, 2] = S_02 / den
-        given[i, 1, 0] = S_10 / den
-        given[i, 1, 1] = S_11 / den
-        given[i, 1, 2] = S_12 / den
-        load[i, 0, 0] = T_00 / den
-        load[i, 1, 0] = T_10 / den
+    den = 2.0
+    S00 = (2) / den
+    S01 = 0.0
+    S02 = 0.0
+    S10 = (Omega**2) / den
+    S11 = (2*Omega*xi + 2) / den
+    S12 = 0.0
+    T00 = 0.0
+    T10 = (-1) / den
+    return S00, S01, S02, S10, S11, S12, T00, T10

@@ -43,10 +43,6 @@ FILTER = 3
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
-_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
-# called by kernels alone: not from Python, and so without the code for that
-_exact = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
-
 # contract: a * b + c may become one operation, rounded once
 _fused = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
 _inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"})
@@ -89,34 +85,6 @@ def _angle(y, x):
     angle = 0.7853981633974483 + angle if steep else angle
     angle = 1.5707963267948966 - angle if y > flat else angle
     return 3.141592653589793 - angle if x < 0.0 else angle
-
-
-@_exact
-def _increment(Omega, xi, theta, beta, gamma):
-    """Denominator and numerators of A - I. 64 operations."""
-    x0 = 2*theta
-    x1 = 2*beta
-    x2 = theta**2
-    x3 = gamma*x2
-    x4 = 4*xi
-    x5 = Omega**2
-    x6 = theta - 1
-    x7 = beta*x0
-    x8 = Omega*x2
-    x9 = gamma*theta
-    x10 = 2*x5
-    x11 = Omega*x0
-    den = Omega*(Omega*theta**3*x1 + x3*x4) + x0
-    D_00 = -x1*x5
-    D_01 = Omega*(Omega*x6*x7*(theta + 1) - x4*(beta - x3)) + x0
-    D_02 = Omega*(beta*x6*x8 - x0*xi*(x1 - x9)) + theta - x1
-    D_10 = -gamma*x10
-    D_11 = Omega*(-gamma*x11 - gamma*x4)
-    D_12 = Omega*(x4*x6*x9 + x8*(-gamma + x7)) - 2*(gamma - theta)
-    D_20 = -x10
-    D_21 = Omega*(-x11 - x4)
-    D_22 = Omega*(-theta*x4 - x8) - 2
-    return den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22
 
 
 @_inline
@@ -468,245 +436,157 @@ def stability(Omega, xi, theta, beta, gamma, radius, damping, period):
     return refused < 0
 
 
-@_compile
-def amplification(Omega, xi, theta, beta, gamma, out):
-    """Amplification matrix in the order of STATE; out (n, 3, 3)."""
-    for i in range(out.shape[0]):
-        den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22 = _increment(Omega[i], xi[i], theta[i], beta[i], gamma[i])
-        out[i, 0, 0] = 1.0 + D_00 / den
-        out[i, 0, 1] = D_01 / den
-        out[i, 0, 2] = D_02 / den
-        out[i, 1, 0] = D_10 / den
-        out[i, 1, 1] = 1.0 + D_11 / den
-        out[i, 1, 2] = D_12 / den
-        out[i, 2, 0] = D_20 / den
-        out[i, 2, 1] = D_21 / den
-        out[i, 2, 2] = 1.0 + D_22 / den
+def amplification(by, Omega, xi, theta, beta, gamma):
+    """Amplification matrix (3, 3) in the order of STATE, row by row."""
+    x0 = 2*theta
+    x1 = 2*beta
+    x2 = theta**2
+    x3 = gamma*x2
+    x4 = 4*xi
+    x5 = Omega**2
+    x6 = theta - 1
+    x7 = beta*x0
+    x8 = Omega*x2
+    x9 = gamma*theta
+    x10 = 2*x5
+    x11 = Omega*x0
+    den = Omega*(Omega*theta**3*x1 + x3*x4) + x0
+    D_00 = (-x1*x5) / den
+    D_01 = (Omega*(Omega*x6*x7*(theta + 1) - x4*(beta - x3)) + x0) / den
+    D_02 = (Omega*(beta*x6*x8 - x0*xi*(x1 - x9)) + theta - x1) / den
+    D_10 = (-gamma*x10) / den
+    D_11 = (Omega*(-gamma*x11 - gamma*x4)) / den
+    D_12 = (Omega*(x4*x6*x9 + x8*(-gamma + x7)) - 2*(gamma - theta)) / den
+    D_20 = (-x10) / den
+    D_21 = (Omega*(-x11 - x4)) / den
+    D_22 = (Omega*(-theta*x4 - x8) - 2) / den
+    return 1.0 + D_00, D_01, D_02, D_10, 1.0 + D_11, D_12, D_20, D_21, 1.0 + D_22
 
 
-@_compile
-def stencil(theta, beta, gamma, out):
-    """Instants (n, 2) at which the load is taken, in steps after t_n."""
-    for i in range(out.shape[0]):
-        out[i, 0] = 0
-        out[i, 1] = 1
+def stencil(by, theta, beta, gamma):
+    """Instants at which the load is taken, in steps after t_n."""
+    return 0, 1
 
 
-# tails are rounding errors, which fastmath would remove
-@_exact
-def _plus(a, b):
-    """The sum of two doubles: head, and tail, which is the rounding error of the head."""
-    head = a + b
-    rest = head - a
-    return head, (a - (head - rest)) + (b - rest)
+def coefficients(by, Omega, xi, theta, beta, gamma):
+    """D, B, O, P of linear_march_3_012: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f.
 
-
-@_exact
-def _plus_one(a, b, b_):
-    """The sum of a double and a pair of head and tail."""
-    head, tail = _plus(a, b)
-    tail += b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _plus_two(a, a_, b, b_):
-    """The sum of two pairs of head and tail."""
-    head, tail = _plus(a, b)
-    tail += a_ + b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times(a, b):
-    """The product of two doubles: head and tail, from halves of their digits, whose products are exact."""
-    head, c, d = a * b, 134217729.0 * a, 134217729.0 * b
-    a1, b1 = c - (c - a), d - (d - b)
-    a2, b2 = a - a1, b - b1
-    return head, ((a1 * b1 - head) + a1 * b2 + a2 * b1) + a2 * b2
-
-
-@_exact
-def _times_one(a, b, b_):
-    """The product of a double and a pair of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times_two(a, a_, b, b_):
-    """The product of two pairs of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_ + a_ * b
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _over(a, a_, b, b_):
-    """The quotient of two pairs of head and tail, rounded to a double."""
-    head = a / b
-    product, tail = _times(head, b)
-    return head + ((a - product) - tail + a_ - head * b_) / b
-
-
-@_exact
-def _coefficients(s):
-    """`coefficients` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi, theta, beta, gamma = s[j], s[48 + j], s[96 + j], s[144 + j], s[192 + j]
-        d0 = 2.0 * theta
-        d1 = 2.0 * beta
-        d2, d2_ = _times(theta, theta)
-        d3, d3_ = _times_one(gamma, d2, d2_)
-        d4 = 4.0 * xi
-        d5, d5_ = _times(Omega, Omega)
-        d6, d6_ = _plus(-1.0, theta)
-        d7, d7_ = _times(beta, d0)
-        d8, d8_ = _times_one(Omega, d2, d2_)
-        d9, d9_ = _times(gamma, theta)
-        d10, d10_ = 2.0 * d5, 2.0 * d5_
-        d11, d11_ = _times(Omega, d0)
-        s8, s8_ = _times_one(d4, d3, d3_)
-        s9, s9_ = _times(theta, theta)
-        s10, s10_ = _times_one(theta, s9, s9_)
-        s11, s11_ = _times(Omega, d1)
-        s12, s12_ = _times_two(s11, s11_, s10, s10_)
-        s13, s13_ = _plus_two(s8, s8_, s12, s12_)
-        s14, s14_ = _times_one(Omega, s13, s13_)
-        den, den_ = _plus_one(d0, s14, s14_)
-        N00, N00_ = _times_one(-1.0 * d1, d5, d5_)
-        s17, s17_ = _plus_one(beta, -1.0 * d3, -1.0 * d3_)
-        s18, s18_ = _times_one(-1.0 * d4, s17, s17_)
-        s19, s19_ = _plus(1.0, theta)
-        s20, s20_ = _times_one(Omega, d6, d6_)
-        s21, s21_ = _times_two(s20, s20_, d7, d7_)
-        s22, s22_ = _times_two(s21, s21_, s19, s19_)
-        s23, s23_ = _plus_two(s18, s18_, s22, s22_)
-        s24, s24_ = _times_one(Omega, s23, s23_)
-        N01, N01_ = _plus_one(d0, s24, s24_)
-        s26, s26_ = _times_one(beta, d6, d6_)
-        s27, s27_ = _times_two(s26, s26_, d8, d8_)
-        s28, s28_ = _plus_one(d1, -1.0 * d9, -1.0 * d9_)
-        s29, s29_ = _times(-1.0 * d0, xi)
-        s30, s30_ = _times_two(s29, s29_, s28, s28_)
-        s31, s31_ = _plus_two(s27, s27_, s30, s30_)
-        s32, s32_ = _times_one(Omega, s31, s31_)
-        s33, s33_ = _plus(theta, -1.0 * d1)
-        N02, N02_ = _plus_two(s33, s33_, s32, s32_)
-        N10, N10_ = _times_one(-1.0 * gamma, d10, d10_)
-        s36, s36_ = _times_one(-1.0 * gamma, d11, d11_)
-        s37, s37_ = _times(-1.0 * d4, gamma)
-        s38, s38_ = _plus_two(s36, s36_, s37, s37_)
-        N11, N11_ = _times_one(Omega, s38, s38_)
-        s40, s40_ = _plus(gamma, -1.0 * theta)
-        s41, s41_ = _plus_one(-1.0 * gamma, d7, d7_)
-        s42, s42_ = _times_two(d8, d8_, s41, s41_)
-        s43, s43_ = _times_one(d4, d6, d6_)
-        s44, s44_ = _times_two(s43, s43_, d9, d9_)
-        s45, s45_ = _plus_two(s42, s42_, s44, s44_)
-        s46, s46_ = _times_one(Omega, s45, s45_)
-        N12, N12_ = _plus_two(-2.0 * s40, -2.0 * s40_, s46, s46_)
-        N20, N20_ = -1.0 * d10, -1.0 * d10_
-        s48, s48_ = _plus_one(-1.0 * d4, -1.0 * d11, -1.0 * d11_)
-        N21, N21_ = _times_one(Omega, s48, s48_)
-        s50, s50_ = _times(-1.0 * d4, theta)
-        s51, s51_ = _plus_two(-1.0 * d8, -1.0 * d8_, s50, s50_)
-        s52, s52_ = _times_one(Omega, s51, s51_)
-        N22, N22_ = _plus_one(-2.0, s52, s52_)
-        D00 = _over(N00, N00_, den, den_)
-        D01 = _over(N01, N01_, den, den_)
-        D02 = _over(N02, N02_, den, den_)
-        D10 = _over(N10, N10_, den, den_)
-        D11 = _over(N11, N11_, den, den_)
-        D12 = _over(N12, N12_, den, den_)
-        D20 = _over(N20, N20_, den, den_)
-        D21 = _over(N21, N21_, den, den_)
-        D22 = _over(N22, N22_, den, den_)
-        x0 = theta - 1
-        x1 = 2*x0
-        x2 = 2*theta
-        B00 = (-beta*x1) / den
-        B01 = (beta*x2) / den
-        B10 = (-gamma*x1) / den
-        B11 = (gamma*x2) / den
-        B20 = (-2*x0) / den
-        B21 = (x2) / den
-        s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j], s[768 + j], s[816 + j], s[864 + j], s[912 + j] = D00, D01, D02, D10, D11, D12, D20, D21, D22, B00, B01, B10, B11, B20, B21
-
-
-@_compile
-def coefficients(Omega, xi, theta, beta, gamma, out):
-    """D, B, O, P of linear_march_3_012: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f; out (15, n).
-
-    The rows of out are the entries of D, B, O, P, matrix by matrix and row by row. D is rounded once. Columns of
-    B and P beyond the scheme's own load instants, up to the march's 2, are zero.
+    Their entries, matrix by matrix and row by row. D is computed in pairs of doubles and rounded once. Columns of B and
+    P beyond the scheme's own load instants, up to the march's 2, are zero.
     """
-    s = np.ones(20 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j], s[96 + j], s[144 + j], s[192 + j] = Omega[first + j], xi[first + j], theta[first + j], beta[first + j], gamma[first + j]
-        _coefficients(s)
-        for r in range(15):
-            for j in range(size):
-                out[r, first + j] = s[(5 + r) * 48 + j]
+    d0 = 2.0 * theta
+    d1 = 2.0 * beta
+    d2, d2_ = by.times(theta, theta)
+    d3, d3_ = by.times_one(gamma, d2, d2_)
+    d4 = 4.0 * xi
+    d5, d5_ = by.times(Omega, Omega)
+    d6, d6_ = by.plus(-1.0, theta)
+    d7, d7_ = by.times(beta, d0)
+    d8, d8_ = by.times_one(Omega, d2, d2_)
+    d9, d9_ = by.times(gamma, theta)
+    d10, d10_ = 2.0 * d5, 2.0 * d5_
+    d11, d11_ = by.times(Omega, d0)
+    s8, s8_ = by.times_one(d4, d3, d3_)
+    s9, s9_ = by.times(theta, theta)
+    s10, s10_ = by.times_one(theta, s9, s9_)
+    s11, s11_ = by.times(Omega, d1)
+    s12, s12_ = by.times_two(s11, s11_, s10, s10_)
+    s13, s13_ = by.plus_two(s8, s8_, s12, s12_)
+    s14, s14_ = by.times_one(Omega, s13, s13_)
+    den, den_ = by.plus_one(d0, s14, s14_)
+    N00, N00_ = by.times_one(-1.0 * d1, d5, d5_)
+    s17, s17_ = by.plus_one(beta, -1.0 * d3, -1.0 * d3_)
+    s18, s18_ = by.times_one(-1.0 * d4, s17, s17_)
+    s19, s19_ = by.plus(1.0, theta)
+    s20, s20_ = by.times_one(Omega, d6, d6_)
+    s21, s21_ = by.times_two(s20, s20_, d7, d7_)
+    s22, s22_ = by.times_two(s21, s21_, s19, s19_)
+    s23, s23_ = by.plus_two(s18, s18_, s22, s22_)
+    s24, s24_ = by.times_one(Omega, s23, s23_)
+    N01, N01_ = by.plus_one(d0, s24, s24_)
+    s26, s26_ = by.times_one(beta, d6, d6_)
+    s27, s27_ = by.times_two(s26, s26_, d8, d8_)
+    s28, s28_ = by.plus_one(d1, -1.0 * d9, -1.0 * d9_)
+    s29, s29_ = by.times(-1.0 * d0, xi)
+    s30, s30_ = by.times_two(s29, s29_, s28, s28_)
+    s31, s31_ = by.plus_two(s27, s27_, s30, s30_)
+    s32, s32_ = by.times_one(Omega, s31, s31_)
+    s33, s33_ = by.plus(theta, -1.0 * d1)
+    N02, N02_ = by.plus_two(s33, s33_, s32, s32_)
+    N10, N10_ = by.times_one(-1.0 * gamma, d10, d10_)
+    s36, s36_ = by.times_one(-1.0 * gamma, d11, d11_)
+    s37, s37_ = by.times(-1.0 * d4, gamma)
+    s38, s38_ = by.plus_two(s36, s36_, s37, s37_)
+    N11, N11_ = by.times_one(Omega, s38, s38_)
+    s40, s40_ = by.plus(gamma, -1.0 * theta)
+    s41, s41_ = by.plus_one(-1.0 * gamma, d7, d7_)
+    s42, s42_ = by.times_two(d8, d8_, s41, s41_)
+    s43, s43_ = by.times_one(d4, d6, d6_)
+    s44, s44_ = by.times_two(s43, s43_, d9, d9_)
+    s45, s45_ = by.plus_two(s42, s42_, s44, s44_)
+    s46, s46_ = by.times_one(Omega, s45, s45_)
+    N12, N12_ = by.plus_two(-2.0 * s40, -2.0 * s40_, s46, s46_)
+    N20, N20_ = -1.0 * d10, -1.0 * d10_
+    s48, s48_ = by.plus_one(-1.0 * d4, -1.0 * d11, -1.0 * d11_)
+    N21, N21_ = by.times_one(Omega, s48, s48_)
+    s50, s50_ = by.times(-1.0 * d4, theta)
+    s51, s51_ = by.plus_two(-1.0 * d8, -1.0 * d8_, s50, s50_)
+    s52, s52_ = by.times_one(Omega, s51, s51_)
+    N22, N22_ = by.plus_one(-2.0, s52, s52_)
+    D00 = by.over(N00, N00_, den, den_)
+    D01 = by.over(N01, N01_, den, den_)
+    D02 = by.over(N02, N02_, den, den_)
+    D10 = by.over(N10, N10_, den, den_)
+    D11 = by.over(N11, N11_, den, den_)
+    D12 = by.over(N12, N12_, den, den_)
+    D20 = by.over(N20, N20_, den, den_)
+    D21 = by.over(N21, N21_, den, den_)
+    D22 = by.over(N22, N22_, den, den_)
+    x0 = theta - 1
+    x1 = 2*x0
+    x2 = 2*theta
+    B00 = (-beta*x1) / den
+    B01 = (beta*x2) / den
+    B10 = (-gamma*x1) / den
+    B11 = (gamma*x2) / den
+    B20 = (-2*x0) / den
+    B21 = (x2) / den
+    return D00, D01, D02, D10, D11, D12, D20, D21, D22, B00, B01, B10, B11, B20, B21
 
 
-@_exact
-def _transfer(s):
-    """`transfer` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi, theta, beta, gamma = s[j], s[48 + j], s[96 + j], s[144 + j], s[192 + j]
-        x0 = 2*theta
-        x1 = theta**3
-        x2 = 2*beta
-        x3 = theta**2
-        x4 = 4*xi
-        x5 = 2*x0 - 2
-        x6 = gamma + theta
-        x7 = gamma*x0
-        x8 = x2 + x7 - 2
-        x9 = theta - 1
-        x10 = 2*x9
-        x11 = gamma - 1
-        x12 = -2*gamma + x2 + 1
-        x13 = beta*theta
-        den = Omega*(Omega*x1*x2 + gamma*x3*x4) + x0
-        whole = 2.0
-        P = (2*Omega**2) / den
-        g1 = (Omega*(Omega*(4*beta*x1 - x3 - x8) + x4*(2*gamma*x3 - x6)) + x5) / den
-        g2 = (Omega*(-Omega*x9*(beta*x0 - theta + x12 + x2*x3) - x4*x9*(gamma*theta + x11)) - x10) / den
-        u0 = (2*x13 - 2) / whole
-        u1 = (theta - 4*x13 + x8) / whole
-        u2 = (x12*x9) / whole
-        v0 = (x7) / den
-        v1 = (2*x6 - 2*x7) / den
-        v2 = (2*x11*x9) / den
-        a0 = (x0) / den
-        a1 = (-x5) / den
-        a2 = (x10) / den
-        S = whole / den
-        s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j], s[768 + j], s[816 + j] = P, g1, g2, u0, u1, u2, S, v0, v1, v2, a0, a1, a2
+def transfer(by, Omega, xi, theta, beta, gamma):
+    """Filter from a load, linear between steps, to the response from rest (see linear_filter).
 
-
-@_compile
-def transfer(Omega, xi, theta, beta, gamma, out):
-    """Filter from a load, linear between steps, to the response from rest (see linear_filter); out (13, n).
-
-    Rows of out: P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
+    P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
     u = S (q + k0 e0 + k1 e1 + ...) and h*v, h^2*a = k0 e0 + k1 e1 + ...; e1, e2, ... are e0 of the steps before.
     """
-    s = np.ones(18 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j], s[96 + j], s[144 + j], s[192 + j] = Omega[first + j], xi[first + j], theta[first + j], beta[first + j], gamma[first + j]
-        _transfer(s)
-        for r in range(13):
-            for j in range(size):
-                out[r, first + j] = s[(5 + r) * 48 + j]
+    x0 = 2*theta
+    x1 = theta**3
+    x2 = 2*beta
+    x3 = theta**2
+    x4 = 4*xi
+    x5 = 2*x0 - 2
+    x6 = gamma + theta
+    x7 = gamma*x0
+    x8 = x2 + x7 - 2
+    x9 = theta - 1
+    x10 = 2*x9
+    x11 = gamma - 1
+    x12 = -2*gamma + x2 + 1
+    x13 = beta*theta
+    den = Omega*(Omega*x1*x2 + gamma*x3*x4) + x0
+    whole = 2.0
+    P = (2*Omega**2) / den
+    g1 = (Omega*(Omega*(4*beta*x1 - x3 - x8) + x4*(2*gamma*x3 - x6)) + x5) / den
+    g2 = (Omega*(-Omega*x9*(beta*x0 - theta + x12 + x2*x3) - x4*x9*(gamma*theta + x11)) - x10) / den
+    u0 = (2*x13 - 2) / whole
+    u1 = (theta - 4*x13 + x8) / whole
+    u2 = (x12*x9) / whole
+    v0 = (x7) / den
+    v1 = (2*x6 - 2*x7) / den
+    v2 = (2*x11*x9) / den
+    a0 = (x0) / den
+    a1 = (-x5) / den
+    a2 = (x10) / den
+    S = whole / den
+    return P, g1, g2, u0, u1, u2, S, v0, v1, v2, a0, a1, a2

@@ -43,10 +43,6 @@ FILTER = 2
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
-_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
-# called by kernels alone: not from Python, and so without the code for that
-_exact = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
-
 # contract: a * b + c may become one operation, rounded once
 _fused = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
 _inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"})
@@ -89,28 +85,6 @@ def _angle(y, x):
     angle = 0.7853981633974483 + angle if steep else angle
     angle = 1.5707963267948966 - angle if y > flat else angle
     return 3.141592653589793 - angle if x < 0.0 else angle
-
-
-@_exact
-def _increment(Omega, xi, gamma):
-    """Denominator and numerators of A - I. 58 operations."""
-    x0 = 8*xi
-    x1 = gamma**2
-    x2 = xi**2
-    x3 = 2*Omega
-    x4 = Omega**2
-    x5 = 4*xi
-    x6 = 4*gamma
-    x7 = x6 - 1
-    x8 = Omega*x1*x7
-    x9 = x7*xi
-    x10 = gamma*x3*(3*gamma - 1) + 2*x9
-    den = Omega*(Omega*(Omega*(gamma**4*x3 + gamma**3*x0) + 4*x1*(2*x2 + 1)) + gamma*x0) + 2
-    D_00 = x4*(Omega*(-x1*x5 - x8) - 1)
-    D_01 = Omega*x10 + 2
-    D_10 = x4*(-Omega*x10 - 2)
-    D_11 = Omega*(Omega*(Omega*(-x6*x9 - x8) - 16*gamma*x2 + 4*x2 - 1) - x5)
-    return den, D_00, D_01, D_10, D_11
 
 
 @_inline
@@ -374,265 +348,175 @@ def stability(Omega, xi, gamma, radius, damping, period):
     return refused < 0
 
 
-@_compile
-def amplification(Omega, xi, gamma, out):
-    """Amplification matrix in the order of STATE; out (n, 2, 2)."""
-    for i in range(out.shape[0]):
-        den, D_00, D_01, D_10, D_11 = _increment(Omega[i], xi[i], gamma[i])
-        out[i, 0, 0] = 1.0 + D_00 / den
-        out[i, 0, 1] = D_01 / den
-        out[i, 1, 0] = D_10 / den
-        out[i, 1, 1] = 1.0 + D_11 / den
+def amplification(by, Omega, xi, gamma):
+    """Amplification matrix (2, 2) in the order of STATE, row by row."""
+    x0 = 8*xi
+    x1 = gamma**2
+    x2 = xi**2
+    x3 = 2*Omega
+    x4 = Omega**2
+    x5 = 4*xi
+    x6 = 4*gamma
+    x7 = x6 - 1
+    x8 = Omega*x1*x7
+    x9 = x7*xi
+    x10 = gamma*x3*(3*gamma - 1) + 2*x9
+    den = Omega*(Omega*(Omega*(gamma**4*x3 + gamma**3*x0) + 4*x1*(2*x2 + 1)) + gamma*x0) + 2
+    D_00 = (x4*(Omega*(-x1*x5 - x8) - 1)) / den
+    D_01 = (Omega*x10 + 2) / den
+    D_10 = (x4*(-Omega*x10 - 2)) / den
+    D_11 = (Omega*(Omega*(Omega*(-x6*x9 - x8) - 16*gamma*x2 + 4*x2 - 1) - x5)) / den
+    return 1.0 + D_00, D_01, D_10, 1.0 + D_11
 
 
-@_compile
-def stencil(gamma, out):
-    """Instants (n, 3) at which the load is taken, in steps after t_n."""
-    for i in range(out.shape[0]):
-        out[i, 0] = 1 - gamma[i]
-        out[i, 1] = gamma[i]
-        out[i, 2] = 1
+def stencil(by, gamma):
+    """Instants at which the load is taken, in steps after t_n."""
+    return 1 - gamma, gamma, 1
 
 
-# tails are rounding errors, which fastmath would remove
-@_exact
-def _plus(a, b):
-    """The sum of two doubles: head, and tail, which is the rounding error of the head."""
-    head = a + b
-    rest = head - a
-    return head, (a - (head - rest)) + (b - rest)
+def coefficients(by, Omega, xi, gamma):
+    """D, B, O, P of linear_march_2_01y: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f.
 
-
-@_exact
-def _plus_one(a, b, b_):
-    """The sum of a double and a pair of head and tail."""
-    head, tail = _plus(a, b)
-    tail += b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _plus_two(a, a_, b, b_):
-    """The sum of two pairs of head and tail."""
-    head, tail = _plus(a, b)
-    tail += a_ + b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times(a, b):
-    """The product of two doubles: head and tail, from halves of their digits, whose products are exact."""
-    head, c, d = a * b, 134217729.0 * a, 134217729.0 * b
-    a1, b1 = c - (c - a), d - (d - b)
-    a2, b2 = a - a1, b - b1
-    return head, ((a1 * b1 - head) + a1 * b2 + a2 * b1) + a2 * b2
-
-
-@_exact
-def _times_one(a, b, b_):
-    """The product of a double and a pair of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times_two(a, a_, b, b_):
-    """The product of two pairs of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_ + a_ * b
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _over(a, a_, b, b_):
-    """The quotient of two pairs of head and tail, rounded to a double."""
-    head = a / b
-    product, tail = _times(head, b)
-    return head + ((a - product) - tail + a_ - head * b_) / b
-
-
-@_exact
-def _coefficients(s):
-    """`coefficients` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi, gamma = s[j], s[48 + j], s[96 + j]
-        d0 = 8.0 * xi
-        d1, d1_ = _times(gamma, gamma)
-        d2, d2_ = _times(xi, xi)
-        d3 = 2.0 * Omega
-        d4, d4_ = _times(Omega, Omega)
-        d5 = 4.0 * xi
-        d6 = 4.0 * gamma
-        d7, d7_ = _plus(-1.0, d6)
-        s4, s4_ = _times_one(Omega, d1, d1_)
-        d8, d8_ = _times_two(s4, s4_, d7, d7_)
-        d9, d9_ = _times_one(xi, d7, d7_)
-        s7, s7_ = _times(3.0, gamma)
-        s8, s8_ = _plus_one(-1.0, s7, s7_)
-        s9, s9_ = _times(d3, gamma)
-        s10, s10_ = _times_two(s9, s9_, s8, s8_)
-        d10, d10_ = _plus_two(2.0 * d9, 2.0 * d9_, s10, s10_)
-        s12, s12_ = _times(gamma, gamma)
-        s13, s13_ = _times_one(gamma, s12, s12_)
-        s14, s14_ = _times_one(d0, s13, s13_)
-        s15, s15_ = _times(gamma, gamma)
-        s16, s16_ = _times_one(gamma, s15, s15_)
-        s17, s17_ = _times_one(gamma, s16, s16_)
-        s18, s18_ = _times_one(d3, s17, s17_)
-        s19, s19_ = _plus_two(s14, s14_, s18, s18_)
-        s20, s20_ = _times_one(Omega, s19, s19_)
-        s21, s21_ = _plus_one(1.0, 2.0 * d2, 2.0 * d2_)
-        s22, s22_ = _times_two(4.0 * d1, 4.0 * d1_, s21, s21_)
-        s23, s23_ = _plus_two(s20, s20_, s22, s22_)
-        s24, s24_ = _times_one(Omega, s23, s23_)
-        s25, s25_ = _times(d0, gamma)
-        s26, s26_ = _plus_two(s24, s24_, s25, s25_)
-        s27, s27_ = _times_one(Omega, s26, s26_)
-        den, den_ = _plus_one(2.0, s27, s27_)
-        s29, s29_ = _times_one(-1.0 * d5, d1, d1_)
-        s30, s30_ = _plus_two(-1.0 * d8, -1.0 * d8_, s29, s29_)
-        s31, s31_ = _times_one(Omega, s30, s30_)
-        s32, s32_ = _plus_one(-1.0, s31, s31_)
-        N00, N00_ = _times_two(d4, d4_, s32, s32_)
-        s34, s34_ = _times_one(Omega, d10, d10_)
-        N01, N01_ = _plus_one(2.0, s34, s34_)
-        s36, s36_ = _times_one(-1.0 * Omega, d10, d10_)
-        s37, s37_ = _plus_one(-2.0, s36, s36_)
-        N10, N10_ = _times_two(d4, d4_, s37, s37_)
-        s39, s39_ = _times_one(-1.0 * d6, d9, d9_)
-        s40, s40_ = _plus_two(-1.0 * d8, -1.0 * d8_, s39, s39_)
-        s41, s41_ = _times_one(Omega, s40, s40_)
-        s42, s42_ = _times_one(-16.0 * gamma, d2, d2_)
-        s43, s43_ = _plus_one(-1.0, 4.0 * d2, 4.0 * d2_)
-        s44, s44_ = _plus_two(s43, s43_, s41, s41_)
-        s45, s45_ = _plus_two(s44, s44_, s42, s42_)
-        s46, s46_ = _times_one(Omega, s45, s45_)
-        s47, s47_ = _plus_one(-1.0 * d5, s46, s46_)
-        N11, N11_ = _times_one(Omega, s47, s47_)
-        D00 = _over(N00, N00_, den, den_)
-        D01 = _over(N01, N01_, den, den_)
-        D10 = _over(N10, N10_, den, den_)
-        D11 = _over(N11, N11_, den, den_)
-        x0 = 8*xi
-        x1 = xi**2
-        x2 = 2*x1
-        x3 = gamma**2
-        x4 = 4*x3
-        x5 = gamma**3
-        x6 = Omega*(Omega*(Omega*(2*Omega*gamma**4 + x0*x5) + x4*(x2 + 1)) + gamma*x0) + 2
-        x7 = Omega*x5
-        x8 = 2*x3
-        x9 = x8*xi
-        x10 = 3*gamma - 1
-        x11 = Omega*x3
-        x12 = x10*x11
-        x13 = 2*gamma
-        x14 = 2*xi
-        x15 = x13 - 1
-        x16 = 4*xi
-        x17 = 4*gamma
-        x18 = -x17 + x8 + 1
-        x19 = x17*xi
-        x20 = x11*x18
-        x21 = 8*x1
-        x22 = x21*x3
-        x23 = gamma*x1
-        x24 = 16*x23
-        x25 = 4*x1
-        x26 = 1 - x25
-        x27 = gamma*x21
-        x28 = -x14
-        den_o = x6
-        B00 = (Omega*(x7 + x9) + gamma) / den
-        B01 = (Omega*(x12 + x9) - gamma + 1) / den
-        B02 = 0.0
-        B10 = (Omega*(x11 + x13*xi) + 1) / den
-        B11 = (Omega*(Omega*gamma*(5*gamma - 2) + x10*x14) + 1) / den
-        B12 = 0.0
-        O00 = (Omega**2*(Omega*(Omega*(Omega*(-x18*x19 - x20) - x22 + x24 + x26 - x4) - x15*x16) - 2)) / den_o
-        O01 = (Omega*(Omega*(Omega*(Omega*(-x13*(x10 + x22 - x24 + x25) - x14*x20) - x16*(x1*x4 + x15 + x2 - x27 + x8)) - 2*x26 - 2*x27) - x16)) / den_o
-        P00 = (Omega*(Omega*(Omega*(-x4*xi - x7) - gamma*(x25 + 1)) + x28)) / den_o
-        P01 = (Omega*(Omega*(Omega*(-x10*x19 - x12) + gamma - 12*x23 + x25 - 1) + x28)) / den_o
-        P02 = (x6) / den_o
-        B03 = 0.0
-        B13 = 0.0
-        P03 = 0.0
-        s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j], s[768 + j], s[816 + j], s[864 + j], s[912 + j], s[960 + j] = D00, D01, D10, D11, B00, B01, B02, B03, B10, B11, B12, B13, O00, O01, P00, P01, P02, P03
-
-
-@_compile
-def coefficients(Omega, xi, gamma, out):
-    """D, B, O, P of linear_march_2_01y: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f; out (18, n).
-
-    The rows of out are the entries of D, B, O, P, matrix by matrix and row by row. D is rounded once. Columns of
-    B and P beyond the scheme's own load instants, up to the march's 4, are zero.
+    Their entries, matrix by matrix and row by row. D is computed in pairs of doubles and rounded once. Columns of B and
+    P beyond the scheme's own load instants, up to the march's 4, are zero.
     """
-    s = np.ones(21 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j], s[96 + j] = Omega[first + j], xi[first + j], gamma[first + j]
-        _coefficients(s)
-        for r in range(18):
-            for j in range(size):
-                out[r, first + j] = s[(3 + r) * 48 + j]
+    d0 = 8.0 * xi
+    d1, d1_ = by.times(gamma, gamma)
+    d2, d2_ = by.times(xi, xi)
+    d3 = 2.0 * Omega
+    d4, d4_ = by.times(Omega, Omega)
+    d5 = 4.0 * xi
+    d6 = 4.0 * gamma
+    d7, d7_ = by.plus(-1.0, d6)
+    s4, s4_ = by.times_one(Omega, d1, d1_)
+    d8, d8_ = by.times_two(s4, s4_, d7, d7_)
+    d9, d9_ = by.times_one(xi, d7, d7_)
+    s7, s7_ = by.times(3.0, gamma)
+    s8, s8_ = by.plus_one(-1.0, s7, s7_)
+    s9, s9_ = by.times(d3, gamma)
+    s10, s10_ = by.times_two(s9, s9_, s8, s8_)
+    d10, d10_ = by.plus_two(2.0 * d9, 2.0 * d9_, s10, s10_)
+    s12, s12_ = by.times(gamma, gamma)
+    s13, s13_ = by.times_one(gamma, s12, s12_)
+    s14, s14_ = by.times_one(d0, s13, s13_)
+    s15, s15_ = by.times(gamma, gamma)
+    s16, s16_ = by.times_one(gamma, s15, s15_)
+    s17, s17_ = by.times_one(gamma, s16, s16_)
+    s18, s18_ = by.times_one(d3, s17, s17_)
+    s19, s19_ = by.plus_two(s14, s14_, s18, s18_)
+    s20, s20_ = by.times_one(Omega, s19, s19_)
+    s21, s21_ = by.plus_one(1.0, 2.0 * d2, 2.0 * d2_)
+    s22, s22_ = by.times_two(4.0 * d1, 4.0 * d1_, s21, s21_)
+    s23, s23_ = by.plus_two(s20, s20_, s22, s22_)
+    s24, s24_ = by.times_one(Omega, s23, s23_)
+    s25, s25_ = by.times(d0, gamma)
+    s26, s26_ = by.plus_two(s24, s24_, s25, s25_)
+    s27, s27_ = by.times_one(Omega, s26, s26_)
+    den, den_ = by.plus_one(2.0, s27, s27_)
+    s29, s29_ = by.times_one(-1.0 * d5, d1, d1_)
+    s30, s30_ = by.plus_two(-1.0 * d8, -1.0 * d8_, s29, s29_)
+    s31, s31_ = by.times_one(Omega, s30, s30_)
+    s32, s32_ = by.plus_one(-1.0, s31, s31_)
+    N00, N00_ = by.times_two(d4, d4_, s32, s32_)
+    s34, s34_ = by.times_one(Omega, d10, d10_)
+    N01, N01_ = by.plus_one(2.0, s34, s34_)
+    s36, s36_ = by.times_one(-1.0 * Omega, d10, d10_)
+    s37, s37_ = by.plus_one(-2.0, s36, s36_)
+    N10, N10_ = by.times_two(d4, d4_, s37, s37_)
+    s39, s39_ = by.times_one(-1.0 * d6, d9, d9_)
+    s40, s40_ = by.plus_two(-1.0 * d8, -1.0 * d8_, s39, s39_)
+    s41, s41_ = by.times_one(Omega, s40, s40_)
+    s42, s42_ = by.times_one(-16.0 * gamma, d2, d2_)
+    s43, s43_ = by.plus_one(-1.0, 4.0 * d2, 4.0 * d2_)
+    s44, s44_ = by.plus_two(s43, s43_, s41, s41_)
+    s45, s45_ = by.plus_two(s44, s44_, s42, s42_)
+    s46, s46_ = by.times_one(Omega, s45, s45_)
+    s47, s47_ = by.plus_one(-1.0 * d5, s46, s46_)
+    N11, N11_ = by.times_one(Omega, s47, s47_)
+    D00 = by.over(N00, N00_, den, den_)
+    D01 = by.over(N01, N01_, den, den_)
+    D10 = by.over(N10, N10_, den, den_)
+    D11 = by.over(N11, N11_, den, den_)
+    x0 = 8*xi
+    x1 = xi**2
+    x2 = 2*x1
+    x3 = gamma**2
+    x4 = 4*x3
+    x5 = gamma**3
+    x6 = Omega*(Omega*(Omega*(2*Omega*gamma**4 + x0*x5) + x4*(x2 + 1)) + gamma*x0) + 2
+    x7 = Omega*x5
+    x8 = 2*x3
+    x9 = x8*xi
+    x10 = 3*gamma - 1
+    x11 = Omega*x3
+    x12 = x10*x11
+    x13 = 2*gamma
+    x14 = 2*xi
+    x15 = x13 - 1
+    x16 = 4*xi
+    x17 = 4*gamma
+    x18 = -x17 + x8 + 1
+    x19 = x17*xi
+    x20 = x11*x18
+    x21 = 8*x1
+    x22 = x21*x3
+    x23 = gamma*x1
+    x24 = 16*x23
+    x25 = 4*x1
+    x26 = 1 - x25
+    x27 = gamma*x21
+    x28 = -x14
+    den_o = x6
+    B00 = (Omega*(x7 + x9) + gamma) / den
+    B01 = (Omega*(x12 + x9) - gamma + 1) / den
+    B02 = 0.0
+    B10 = (Omega*(x11 + x13*xi) + 1) / den
+    B11 = (Omega*(Omega*gamma*(5*gamma - 2) + x10*x14) + 1) / den
+    B12 = 0.0
+    O00 = (Omega**2*(Omega*(Omega*(Omega*(-x18*x19 - x20) - x22 + x24 + x26 - x4) - x15*x16) - 2)) / den_o
+    O01 = (Omega*(Omega*(Omega*(Omega*(-x13*(x10 + x22 - x24 + x25) - x14*x20) - x16*(x1*x4 + x15 + x2 - x27 + x8)) - 2*x26 - 2*x27) - x16)) / den_o
+    P00 = (Omega*(Omega*(Omega*(-x4*xi - x7) - gamma*(x25 + 1)) + x28)) / den_o
+    P01 = (Omega*(Omega*(Omega*(-x10*x19 - x12) + gamma - 12*x23 + x25 - 1) + x28)) / den_o
+    P02 = (x6) / den_o
+    B03 = 0.0
+    B13 = 0.0
+    P03 = 0.0
+    return D00, D01, D10, D11, B00, B01, B02, B03, B10, B11, B12, B13, O00, O01, P00, P01, P02, P03
 
 
-@_exact
-def _transfer(s):
-    """`transfer` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi, gamma = s[j], s[48 + j], s[96 + j]
-        x0 = 16*xi
-        x1 = xi**2
-        x2 = 2*x1
-        x3 = gamma**2
-        x4 = 8*x3
-        x5 = 4*gamma
-        x6 = x5 - 1
-        x7 = 4*xi
-        x8 = x6*x7
-        x9 = Omega*(Omega*x6**2 + x8) + 4
-        x10 = 2*gamma - 1
-        x11 = 2*x3
-        x12 = 1 - x5
-        x13 = x11 + x12
-        x14 = Omega*x13**2
-        x15 = x13*x7
-        x16 = Omega*x13
-        x17 = Omega*x5*(3*gamma - 1) + x8
-        den = Omega*(Omega*(Omega*(4*Omega*gamma**4 + gamma**3*x0) + x4*(x2 + 1)) + gamma*x0) + 4
-        whole = x9
-        P = (Omega**2*x9) / den
-        g1 = (Omega*(Omega*(Omega*(x10*x15 + x14) - 8*x1*x5 + 8*x1 + 8*x2*x3 + 8*x3) + 8*x10*xi) + 4) / den
-        u0 = (Omega*(x16*(x11 + x6) + x7*(x12 + x3)) + 4*gamma - 4*x3 - 4) / whole
-        u1 = (Omega*(2*x13*xi - x14) + x5*(gamma - 1)) / whole
-        v0 = (Omega*(Omega*x11*x6 + x4*xi) + 2) / den
-        v1 = (Omega*(-x15 - x16*x6) + 2) / den
-        a0 = (Omega*x17 + 4) / den
-        a1 = (-Omega*x17 - 4) / den
-        S = whole / den
-        s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j] = P, g1, u0, u1, S, v0, v1, a0, a1
+def transfer(by, Omega, xi, gamma):
+    """Filter from a load, linear between steps, to the response from rest (see linear_filter).
 
-
-@_compile
-def transfer(Omega, xi, gamma, out):
-    """Filter from a load, linear between steps, to the response from rest (see linear_filter); out (9, n).
-
-    Rows of out: P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
+    P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
     u = S (q + k0 e0 + k1 e1 + ...) and h*v, h^2*a = k0 e0 + k1 e1 + ...; e1, e2, ... are e0 of the steps before.
     """
-    s = np.ones(12 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j], s[96 + j] = Omega[first + j], xi[first + j], gamma[first + j]
-        _transfer(s)
-        for r in range(9):
-            for j in range(size):
-                out[r, first + j] = s[(3 + r) * 48 + j]
+    x0 = 16*xi
+    x1 = xi**2
+    x2 = 2*x1
+    x3 = gamma**2
+    x4 = 8*x3
+    x5 = 4*gamma
+    x6 = x5 - 1
+    x7 = 4*xi
+    x8 = x6*x7
+    x9 = Omega*(Omega*x6**2 + x8) + 4
+    x10 = 2*gamma - 1
+    x11 = 2*x3
+    x12 = 1 - x5
+    x13 = x11 + x12
+    x14 = Omega*x13**2
+    x15 = x13*x7
+    x16 = Omega*x13
+    x17 = Omega*x5*(3*gamma - 1) + x8
+    den = Omega*(Omega*(Omega*(4*Omega*gamma**4 + gamma**3*x0) + x4*(x2 + 1)) + gamma*x0) + 4
+    whole = x9
+    P = (Omega**2*x9) / den
+    g1 = (Omega*(Omega*(Omega*(x10*x15 + x14) - 8*x1*x5 + 8*x1 + 8*x2*x3 + 8*x3) + 8*x10*xi) + 4) / den
+    u0 = (Omega*(x16*(x11 + x6) + x7*(x12 + x3)) + 4*gamma - 4*x3 - 4) / whole
+    u1 = (Omega*(2*x13*xi - x14) + x5*(gamma - 1)) / whole
+    v0 = (Omega*(Omega*x11*x6 + x4*xi) + 2) / den
+    v1 = (Omega*(-x15 - x16*x6) + 2) / den
+    a0 = (Omega*x17 + 4) / den
+    a1 = (-Omega*x17 - 4) / den
+    S = whole / den
+    return P, g1, u0, u1, S, v0, v1, a0, a1

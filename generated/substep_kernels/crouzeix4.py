@@ -68,10 +68,6 @@ FILTER = 0
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
-_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
-# called by kernels alone: not from Python, and so without the code for that
-_exact = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
-
 # contract: a * b + c may become one operation, rounded once
 _fused = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
 _inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"})
@@ -114,50 +110,6 @@ def _angle(y, x):
     angle = 0.7853981633974483 + angle if steep else angle
     angle = 1.5707963267948966 - angle if y > flat else angle
     return 3.141592653589793 - angle if x < 0.0 else angle
-
-
-@_exact
-def _increment(Omega, xi, gamma):
-    """Denominator and numerators of A - I. 165 operations."""
-    x0 = 2*gamma - 1
-    x1 = x0**2
-    x2 = 12*x1
-    x3 = x1*xi
-    x4 = 72*x3
-    x5 = gamma**2
-    x6 = 36*x5
-    x7 = xi**2
-    x8 = 4*x7
-    x9 = x1*(x8 + 1)
-    x10 = gamma**3
-    x11 = 2*x7
-    x12 = Omega**2
-    x13 = 6*x1
-    x14 = 10*gamma
-    x15 = 24*x10
-    x16 = x0*xi
-    x17 = x5*x7
-    x18 = x10*x7
-    x19 = 4*gamma
-    x20 = 16*x10 - x19 - 8*x5
-    x21 = 3*x0
-    x22 = gamma*x21
-    x23 = 6*gamma
-    x24 = x2*xi*(x23 - 1)
-    x25 = x0*(x19 - 1)
-    x26 = x25*(-x23 + 12*x5 + 1)
-    x27 = Omega*x10*x26
-    x28 = gamma*x7
-    x29 = 24*x28
-    x30 = x25*(-12*gamma + 48*x17 - x29 + 24*x5 + x8 - 1)
-    x31 = Omega*x21*x5*(8*gamma + x15 - 20*x5 - 1) + x16*x23*(40*x10 + x14 - 32*x5 - 1)
-    x32 = 1 - x8
-    den = Omega*(Omega*(Omega*(Omega*(Omega*(Omega*gamma**6*x2 + gamma**5*x4) + 36*gamma**4*x9) + 48*x10*x3*(x11 + 3)) + x6*x9) + gamma*x4) + x2
-    D_00 = x12*(Omega*(Omega*(Omega*(-x10*x24 - x27) - x22*(-16*x17 + 32*x18 + x20 + 1)) - 2*x16*(-x14 + x15 + 1)) - x13)
-    D_01 = Omega*(Omega*(Omega*x31 + x30) + x24) + x2
-    D_10 = x12*(Omega*(Omega*(-Omega*x31 - x30) - x24) - x2)
-    D_11 = Omega*(Omega*(Omega*(Omega*(Omega*(-6*x26*x5*xi - x27) - x22*(-144*x17 + 192*x18 + x20 + 40*x28 + x32)) - 4*x16*(-gamma + 60*x10 - x11 - 72*x17 + 96*x18 + 20*x28 - x6 + 1)) - x13*(x29 + x32)) - 24*x3)
-    return den, D_00, D_01, D_10, D_11
 
 
 @_inline
@@ -452,387 +404,335 @@ def stability(Omega, xi, gamma, radius, damping, period):
     return refused < 0
 
 
-@_compile
-def amplification(Omega, xi, gamma, out):
-    """Amplification matrix in the order of STATE; out (n, 2, 2)."""
-    for i in range(out.shape[0]):
-        den, D_00, D_01, D_10, D_11 = _increment(Omega[i], xi[i], gamma[i])
-        out[i, 0, 0] = 1.0 + D_00 / den
-        out[i, 0, 1] = D_01 / den
-        out[i, 1, 0] = D_10 / den
-        out[i, 1, 1] = 1.0 + D_11 / den
+def amplification(by, Omega, xi, gamma):
+    """Amplification matrix (2, 2) in the order of STATE, row by row."""
+    x0 = 2*gamma - 1
+    x1 = x0**2
+    x2 = 12*x1
+    x3 = x1*xi
+    x4 = 72*x3
+    x5 = gamma**2
+    x6 = 36*x5
+    x7 = xi**2
+    x8 = 4*x7
+    x9 = x1*(x8 + 1)
+    x10 = gamma**3
+    x11 = 2*x7
+    x12 = Omega**2
+    x13 = 6*x1
+    x14 = 10*gamma
+    x15 = 24*x10
+    x16 = x0*xi
+    x17 = x5*x7
+    x18 = x10*x7
+    x19 = 4*gamma
+    x20 = 16*x10 - x19 - 8*x5
+    x21 = 3*x0
+    x22 = gamma*x21
+    x23 = 6*gamma
+    x24 = x2*xi*(x23 - 1)
+    x25 = x0*(x19 - 1)
+    x26 = x25*(-x23 + 12*x5 + 1)
+    x27 = Omega*x10*x26
+    x28 = gamma*x7
+    x29 = 24*x28
+    x30 = x25*(-12*gamma + 48*x17 - x29 + 24*x5 + x8 - 1)
+    x31 = Omega*x21*x5*(8*gamma + x15 - 20*x5 - 1) + x16*x23*(40*x10 + x14 - 32*x5 - 1)
+    x32 = 1 - x8
+    den = Omega*(Omega*(Omega*(Omega*(Omega*(Omega*gamma**6*x2 + gamma**5*x4) + 36*gamma**4*x9) + 48*x10*x3*(x11 + 3)) + x6*x9) + gamma*x4) + x2
+    D_00 = (x12*(Omega*(Omega*(Omega*(-x10*x24 - x27) - x22*(-16*x17 + 32*x18 + x20 + 1)) - 2*x16*(-x14 + x15 + 1)) - x13)) / den
+    D_01 = (Omega*(Omega*(Omega*x31 + x30) + x24) + x2) / den
+    D_10 = (x12*(Omega*(Omega*(-Omega*x31 - x30) - x24) - x2)) / den
+    D_11 = (Omega*(Omega*(Omega*(Omega*(Omega*(-6*x26*x5*xi - x27) - x22*(-144*x17 + 192*x18 + x20 + 40*x28 + x32)) - 4*x16*(-gamma + 60*x10 - x11 - 72*x17 + 96*x18 + 20*x28 - x6 + 1)) - x13*(x29 + x32)) - 24*x3)) / den
+    return 1.0 + D_00, D_01, D_10, 1.0 + D_11
 
 
-@_compile
-def stencil(gamma, out):
-    """Instants (n, 4) at which the load is taken, in steps after t_n."""
-    for i in range(out.shape[0]):
-        out[i, 0] = 1 - gamma[i]
-        out[i, 1] = 1/2
-        out[i, 2] = 1
-        out[i, 3] = gamma[i]
+def stencil(by, gamma):
+    """Instants at which the load is taken, in steps after t_n."""
+    return 1 - gamma, 1/2, 1, gamma
 
 
-# tails are rounding errors, which fastmath would remove
-@_exact
-def _plus(a, b):
-    """The sum of two doubles: head, and tail, which is the rounding error of the head."""
-    head = a + b
-    rest = head - a
-    return head, (a - (head - rest)) + (b - rest)
+def coefficients(by, Omega, xi, gamma):
+    """D, B, O, P of linear_march_2_01y: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f.
 
-
-@_exact
-def _plus_one(a, b, b_):
-    """The sum of a double and a pair of head and tail."""
-    head, tail = _plus(a, b)
-    tail += b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _plus_two(a, a_, b, b_):
-    """The sum of two pairs of head and tail."""
-    head, tail = _plus(a, b)
-    tail += a_ + b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times(a, b):
-    """The product of two doubles: head and tail, from halves of their digits, whose products are exact."""
-    head, c, d = a * b, 134217729.0 * a, 134217729.0 * b
-    a1, b1 = c - (c - a), d - (d - b)
-    a2, b2 = a - a1, b - b1
-    return head, ((a1 * b1 - head) + a1 * b2 + a2 * b1) + a2 * b2
-
-
-@_exact
-def _times_one(a, b, b_):
-    """The product of a double and a pair of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times_two(a, a_, b, b_):
-    """The product of two pairs of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_ + a_ * b
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _over(a, a_, b, b_):
-    """The quotient of two pairs of head and tail, rounded to a double."""
-    head = a / b
-    product, tail = _times(head, b)
-    return head + ((a - product) - tail + a_ - head * b_) / b
-
-
-@_exact
-def _coefficients(s):
-    """`coefficients` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi, gamma = s[j], s[48 + j], s[96 + j]
-        d0, d0_ = _plus(-1.0, 2.0 * gamma)
-        d1, d1_ = _times_two(d0, d0_, d0, d0_)
-        d2, d2_ = _times_one(12.0, d1, d1_)
-        d3, d3_ = _times_one(xi, d1, d1_)
-        d4, d4_ = _times_one(72.0, d3, d3_)
-        d5, d5_ = _times(gamma, gamma)
-        d6, d6_ = _times_one(36.0, d5, d5_)
-        d7, d7_ = _times(xi, xi)
-        d8, d8_ = 4.0 * d7, 4.0 * d7_
-        s8, s8_ = _plus_one(1.0, d8, d8_)
-        d9, d9_ = _times_two(d1, d1_, s8, s8_)
-        s10, s10_ = _times(gamma, gamma)
-        d10, d10_ = _times_one(gamma, s10, s10_)
-        d11, d11_ = 2.0 * d7, 2.0 * d7_
-        d12, d12_ = _times(Omega, Omega)
-        d13, d13_ = _times_one(6.0, d1, d1_)
-        d14, d14_ = _times(10.0, gamma)
-        d15, d15_ = _times_one(24.0, d10, d10_)
-        d16, d16_ = _times_one(xi, d0, d0_)
-        d17, d17_ = _times_two(d5, d5_, d7, d7_)
-        d18, d18_ = _times_two(d10, d10_, d7, d7_)
-        d19 = 4.0 * gamma
-        s19, s19_ = _plus_one(-1.0 * d19, -8.0 * d5, -8.0 * d5_)
-        d20, d20_ = _plus_two(s19, s19_, 16.0 * d10, 16.0 * d10_)
-        d21, d21_ = _times_one(3.0, d0, d0_)
-        d22, d22_ = _times_one(gamma, d21, d21_)
-        d23, d23_ = _times(6.0, gamma)
-        s24, s24_ = _plus_one(-1.0, d23, d23_)
-        s25, s25_ = _times_one(xi, d2, d2_)
-        d24, d24_ = _times_two(s25, s25_, s24, s24_)
-        s27, s27_ = _plus(-1.0, d19)
-        d25, d25_ = _times_two(d0, d0_, s27, s27_)
-        s29, s29_ = _times_one(12.0, d5, d5_)
-        s30, s30_ = _plus_one(1.0, -1.0 * d23, -1.0 * d23_)
-        s31, s31_ = _plus_two(s30, s30_, s29, s29_)
-        d26, d26_ = _times_two(d25, d25_, s31, s31_)
-        s33, s33_ = _times_one(Omega, d10, d10_)
-        d27, d27_ = _times_two(s33, s33_, d26, d26_)
-        d28, d28_ = _times_one(gamma, d7, d7_)
-        d29, d29_ = _times_one(24.0, d28, d28_)
-        s37, s37_ = _times(-12.0, gamma)
-        s38, s38_ = _times_one(24.0, d5, d5_)
-        s39, s39_ = _times_one(48.0, d17, d17_)
-        s40, s40_ = _plus_one(-1.0, d8, d8_)
-        s41, s41_ = _plus_two(s40, s40_, -1.0 * d29, -1.0 * d29_)
-        s42, s42_ = _plus_two(s41, s41_, s37, s37_)
-        s43, s43_ = _plus_two(s42, s42_, s38, s38_)
-        s44, s44_ = _plus_two(s43, s43_, s39, s39_)
-        d30, d30_ = _times_two(d25, d25_, s44, s44_)
-        s46, s46_ = _times_one(40.0, d10, d10_)
-        s47, s47_ = _plus_one(-1.0, d14, d14_)
-        s48, s48_ = _plus_two(s47, s47_, -32.0 * d5, -32.0 * d5_)
-        s49, s49_ = _plus_two(s48, s48_, s46, s46_)
-        s50, s50_ = _times_two(d16, d16_, d23, d23_)
-        s51, s51_ = _times_two(s50, s50_, s49, s49_)
-        s52, s52_ = _times_one(-20.0, d5, d5_)
-        s53, s53_ = _plus(-1.0, 8.0 * gamma)
-        s54, s54_ = _plus_two(s53, s53_, d15, d15_)
-        s55, s55_ = _plus_two(s54, s54_, s52, s52_)
-        s56, s56_ = _times_one(Omega, d21, d21_)
-        s57, s57_ = _times_two(s56, s56_, d5, d5_)
-        s58, s58_ = _times_two(s57, s57_, s55, s55_)
-        d31, d31_ = _plus_two(s51, s51_, s58, s58_)
-        d32, d32_ = _plus_one(1.0, -1.0 * d8, -1.0 * d8_)
-        s61, s61_ = _times(gamma, gamma)
-        s62, s62_ = _times_one(gamma, s61, s61_)
-        s63, s63_ = _times_one(gamma, s62, s62_)
-        s64, s64_ = _times_one(gamma, s63, s63_)
-        s65, s65_ = _times_two(d4, d4_, s64, s64_)
-        s66, s66_ = _times(gamma, gamma)
-        s67, s67_ = _times_one(gamma, s66, s66_)
-        s68, s68_ = _times_one(gamma, s67, s67_)
-        s69, s69_ = _times_one(gamma, s68, s68_)
-        s70, s70_ = _times_one(gamma, s69, s69_)
-        s71, s71_ = _times_one(Omega, d2, d2_)
-        s72, s72_ = _times_two(s71, s71_, s70, s70_)
-        s73, s73_ = _plus_two(s65, s65_, s72, s72_)
-        s74, s74_ = _times_one(Omega, s73, s73_)
-        s75, s75_ = _times(gamma, gamma)
-        s76, s76_ = _times_one(gamma, s75, s75_)
-        s77, s77_ = _times_one(gamma, s76, s76_)
-        s78, s78_ = _times_one(36.0, d9, d9_)
-        s79, s79_ = _times_two(s78, s78_, s77, s77_)
-        s80, s80_ = _plus_two(s74, s74_, s79, s79_)
-        s81, s81_ = _times_one(Omega, s80, s80_)
-        s82, s82_ = _plus_one(3.0, d11, d11_)
-        s83, s83_ = _times_one(48.0, d10, d10_)
-        s84, s84_ = _times_two(s83, s83_, d3, d3_)
-        s85, s85_ = _times_two(s84, s84_, s82, s82_)
-        s86, s86_ = _plus_two(s81, s81_, s85, s85_)
-        s87, s87_ = _times_one(Omega, s86, s86_)
-        s88, s88_ = _times_two(d6, d6_, d9, d9_)
-        s89, s89_ = _plus_two(s87, s87_, s88, s88_)
-        s90, s90_ = _times_one(Omega, s89, s89_)
-        s91, s91_ = _times_one(gamma, d4, d4_)
-        s92, s92_ = _plus_two(s90, s90_, s91, s91_)
-        s93, s93_ = _times_one(Omega, s92, s92_)
-        den, den_ = _plus_two(d2, d2_, s93, s93_)
-        s95, s95_ = _times_two(-1.0 * d10, -1.0 * d10_, d24, d24_)
-        s96, s96_ = _plus_two(-1.0 * d27, -1.0 * d27_, s95, s95_)
-        s97, s97_ = _times_one(Omega, s96, s96_)
-        s98, s98_ = _plus_one(1.0, d20, d20_)
-        s99, s99_ = _plus_two(s98, s98_, -16.0 * d17, -16.0 * d17_)
-        s100, s100_ = _plus_two(s99, s99_, 32.0 * d18, 32.0 * d18_)
-        s101, s101_ = _times_two(-1.0 * d22, -1.0 * d22_, s100, s100_)
-        s102, s102_ = _plus_two(s97, s97_, s101, s101_)
-        s103, s103_ = _times_one(Omega, s102, s102_)
-        s104, s104_ = _plus_one(1.0, d15, d15_)
-        s105, s105_ = _plus_two(s104, s104_, -1.0 * d14, -1.0 * d14_)
-        s106, s106_ = _times_two(-2.0 * d16, -2.0 * d16_, s105, s105_)
-        s107, s107_ = _plus_two(s103, s103_, s106, s106_)
-        s108, s108_ = _times_one(Omega, s107, s107_)
-        s109, s109_ = _plus_two(-1.0 * d13, -1.0 * d13_, s108, s108_)
-        N00, N00_ = _times_two(d12, d12_, s109, s109_)
-        s111, s111_ = _times_one(Omega, d31, d31_)
-        s112, s112_ = _plus_two(d30, d30_, s111, s111_)
-        s113, s113_ = _times_one(Omega, s112, s112_)
-        s114, s114_ = _plus_two(d24, d24_, s113, s113_)
-        s115, s115_ = _times_one(Omega, s114, s114_)
-        N01, N01_ = _plus_two(d2, d2_, s115, s115_)
-        s117, s117_ = _times_one(-1.0 * Omega, d31, d31_)
-        s118, s118_ = _plus_two(-1.0 * d30, -1.0 * d30_, s117, s117_)
-        s119, s119_ = _times_one(Omega, s118, s118_)
-        s120, s120_ = _plus_two(-1.0 * d24, -1.0 * d24_, s119, s119_)
-        s121, s121_ = _times_one(Omega, s120, s120_)
-        s122, s122_ = _plus_two(-1.0 * d2, -1.0 * d2_, s121, s121_)
-        N10, N10_ = _times_two(d12, d12_, s122, s122_)
-        s124, s124_ = _times_one(-24.0, d3, d3_)
-        s125, s125_ = _times(-6.0, xi)
-        s126, s126_ = _times_two(s125, s125_, d26, d26_)
-        s127, s127_ = _times_two(s126, s126_, d5, d5_)
-        s128, s128_ = _plus_two(-1.0 * d27, -1.0 * d27_, s127, s127_)
-        s129, s129_ = _times_one(Omega, s128, s128_)
-        s130, s130_ = _times_one(-144.0, d17, d17_)
-        s131, s131_ = _times_one(40.0, d28, d28_)
-        s132, s132_ = _times_one(192.0, d18, d18_)
-        s133, s133_ = _plus_two(d20, d20_, d32, d32_)
-        s134, s134_ = _plus_two(s133, s133_, s130, s130_)
-        s135, s135_ = _plus_two(s134, s134_, s131, s131_)
-        s136, s136_ = _plus_two(s135, s135_, s132, s132_)
-        s137, s137_ = _times_two(-1.0 * d22, -1.0 * d22_, s136, s136_)
-        s138, s138_ = _plus_two(s129, s129_, s137, s137_)
-        s139, s139_ = _times_one(Omega, s138, s138_)
-        s140, s140_ = _times_one(-72.0, d17, d17_)
-        s141, s141_ = _times_one(20.0, d28, d28_)
-        s142, s142_ = _times_one(60.0, d10, d10_)
-        s143, s143_ = _times_one(96.0, d18, d18_)
-        s144, s144_ = _plus(1.0, -1.0 * gamma)
-        s145, s145_ = _plus_two(s144, s144_, -1.0 * d11, -1.0 * d11_)
-        s146, s146_ = _plus_two(s145, s145_, -1.0 * d6, -1.0 * d6_)
-        s147, s147_ = _plus_two(s146, s146_, s140, s140_)
-        s148, s148_ = _plus_two(s147, s147_, s141, s141_)
-        s149, s149_ = _plus_two(s148, s148_, s142, s142_)
-        s150, s150_ = _plus_two(s149, s149_, s143, s143_)
-        s151, s151_ = _times_two(-4.0 * d16, -4.0 * d16_, s150, s150_)
-        s152, s152_ = _plus_two(s139, s139_, s151, s151_)
-        s153, s153_ = _times_one(Omega, s152, s152_)
-        s154, s154_ = _plus_two(d29, d29_, d32, d32_)
-        s155, s155_ = _times_two(-1.0 * d13, -1.0 * d13_, s154, s154_)
-        s156, s156_ = _plus_two(s153, s153_, s155, s155_)
-        s157, s157_ = _times_one(Omega, s156, s156_)
-        s158, s158_ = _plus_two(s124, s124_, s157, s157_)
-        N11, N11_ = _times_one(Omega, s158, s158_)
-        D00 = _over(N00, N00_, den, den_)
-        D01 = _over(N01, N01_, den, den_)
-        D10 = _over(N10, N10_, den, den_)
-        D11 = _over(N11, N11_, den, den_)
-        x0 = 2*gamma
-        x1 = x0 - 1
-        x2 = x1**2
-        x3 = 12*x2
-        x4 = x2*xi
-        x5 = 72*x4
-        x6 = gamma**2
-        x7 = 36*x6
-        x8 = xi**2
-        x9 = 4*x8
-        x10 = x2*(x9 + 1)
-        x11 = gamma**3
-        x12 = 48*x11
-        x13 = 2*x8
-        x14 = gamma**4
-        x15 = gamma**5
-        x16 = Omega*(Omega*(Omega*(Omega*(Omega*(Omega*gamma**6*x3 + x15*x5) + 36*x10*x14) + x12*x4*(x13 + 3)) + x10*x7) + gamma*x5) + x3
-        x17 = 8*x6
-        x18 = x13 + 1
-        x19 = 4*x11
-        x20 = 2*Omega
-        x21 = x15*x20
-        x22 = 8*xi
-        x23 = 24*x6
-        x24 = 24*x11
-        x25 = -x23 + x24 + 1
-        x26 = 4*gamma
-        x27 = x12 - 48*x6
-        x28 = x26*xi
-        x29 = 6*x6
-        x30 = 6*gamma
-        x31 = 1 - x30
-        x32 = x29 + x31
-        x33 = 16*x32
-        x34 = 12*gamma
-        x35 = 4*xi
-        x36 = x35*(x27 + x34 - 1)
-        x37 = x14*x20
-        x38 = 12*x6
-        x39 = x1*(x31 + x38)
-        x40 = x37*x39
-        x41 = 13*gamma
-        x42 = 72*x11
-        x43 = 48*x14
-        x44 = 1 - 10*gamma
-        x45 = -20*x6
-        x46 = 18*gamma + x45 - 3
-        x47 = x11*x22
-        x48 = x1*x32
-        x49 = x17 - x26 + 1
-        x50 = Omega*x32
-        x51 = x11*x49*x50
-        x52 = 8*gamma
-        x53 = 4*x6
-        x54 = -x38
-        x55 = 12*x11
-        x56 = x54 + x55
-        x57 = 20*gamma
-        x58 = -x0
-        x59 = 96*x14
-        x60 = 16*x6
-        x61 = x11*x8
-        x62 = x6*x8
-        x63 = x14*x8
-        x64 = gamma*x8
-        x65 = x9 - 1
-        x66 = -40*x64 + x65
-        x67 = 3*gamma
-        x68 = x67 - 1
-        x69 = 24*x4
-        x70 = 24*x64
-        x71 = 96*x11
-        x72 = 72*x6
-        x73 = x72*x8
-        x74 = x13 - 1
-        x75 = x43*x8 - x57*x8 - 120*x61 + x73 + x74
-        x76 = 24*x14
-        x77 = 144*x62
-        x78 = x59*x8 - 240*x61 + x66
-        x79 = x1*(-60*x11 + x44 + x7 + x76)
-        x80 = x11*x79
-        x81 = x29*xi
-        x82 = -x9
-        x83 = x34*x8
-        x84 = 3*x6
-        x85 = 48*x64
-        x86 = 576*x63
-        x87 = 12*x8
-        x88 = xi**4
-        x89 = x52 + x77
-        x90 = 12*x14
-        x91 = -x35
-        x92 = 8*x8
-        x93 = 96*x6
-        x94 = x71*x8
-        den_o = x16
-        B00 = (Omega*(Omega*(Omega*(x14*x22 + x21) + x18*x19) + x17*xi) + x0) / den
-        B01 = (Omega*(Omega*(Omega*(x11*x36 + x40) + x11*x18*x33) + x28*(x26 + x27 + 1)) + 2*x25) / den
-        B02 = 0.0
-        B03 = (Omega*(Omega*(Omega*(x47*x48 + x51) + gamma*(x17*x8 + x46)) - 2*xi*(-x42 + x43 + x44 + 32*x6)) - 2*x24 - 2*x41 + 2*x7 + 4) / den
-        B10 = (Omega*(Omega*(Omega*(x37 + x47) + x18*x53) + x52*xi) + 2) / den
-        B11 = (Omega*(Omega*(Omega*(Omega*x19*(x30 + x56 - 1) + x35*x6*(x27 + x57 - 3)) + x18*x26*x39) + x36) + 8*x32) / den
-        B12 = 0.0
-        B13 = (Omega*(Omega*(Omega*(x0*xi*(-30*gamma - 216*x11 + 144*x14 + 112*x6 + 3) + x50*x6*(-x52 + x60 + 3)) - 144*x11 + x58 + x59 + 52*x6 - 288*x61 + 152*x62 + 192*x63 + x66) + x22*x48) + 2) / den
-        O00 = (Omega**2*(Omega*(Omega*(Omega*(Omega*(Omega*(-Omega*x80 - x79*x81) - x1*x67*(-28*x11 + x17 + x26 + x76 + x77 + x78)) - x1*x35*(gamma + 72*x14 + x7 - x71 + x75)) - 6*x2*(x23*x8 + x29 + x65 - x70)) - x68*x69) - x3)) / den_o
-        O01 = (Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(-x1*x84*(x24 + x45 + x78 + x89) - x20*x80*xi) - x1*x34*xi*(7*gamma + 6*x11 + x54 + x75 + x90)) - x1*(-160*gamma*x88 - 960*x11*x88 + 384*x14*x88 + 576*x6*x88 - 576*x61 + x71 - x72 + x85 + x86 - x87 + 16*x88 + x89 + 1)) - x69*(x13 + x38*x8 + x68 - x83 + x84)) - x3*(x82 + x83 + 1)) - x69)) / den_o
-        P00 = (Omega*(Omega*(Omega*(Omega*(Omega*(-x21 - x90*xi) - x19*(6*x8 + 1)) - x60*xi*(x8 + 1)) - x0*(x92 + 1)) + x91)) / den_o
-        P01 = (Omega*(Omega*(Omega*(Omega*(Omega*(-x39*x55*xi - x40) - x17*(x0 + x42*x8 + x56 + x70 - x73 - 3*x8)) - x28*(x57 + 32*x64 + x71 - x8*x93 + x82 - x93 + x94 - 1)) - 2*x25 - 384*x61 + 384*x62 - 2*x82 - 2*x85) - x33*xi)) / den_o
-        P02 = (x16) / den_o
-        P03 = (Omega*(Omega*(Omega*(Omega*(Omega*(-x32*x49*x81 - x51) - gamma*(x46 - 864*x61 + 456*x62 - 120*x64 + x86 + x87)) - x32*x35*(-x52*x8 + x53 + x58 + x60*x8 + x74)) + 2*x24 + 2*x41 - 128*x64 - 2*x7 + 2*x77 + 2*x92 - 2*x94 - 4) + x91)) / den_o
-        s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j], s[768 + j], s[816 + j], s[864 + j], s[912 + j], s[960 + j] = D00, D01, D10, D11, B00, B01, B02, B03, B10, B11, B12, B13, O00, O01, P00, P01, P02, P03
-
-
-@_compile
-def coefficients(Omega, xi, gamma, out):
-    """D, B, O, P of linear_march_2_01y: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f; out (18, n).
-
-    The rows of out are the entries of D, B, O, P, matrix by matrix and row by row. D is rounded once. Columns of
-    B and P beyond the scheme's own load instants, up to the march's 4, are zero.
+    Their entries, matrix by matrix and row by row. D is computed in pairs of doubles and rounded once. Columns of B and
+    P beyond the scheme's own load instants, up to the march's 4, are zero.
     """
-    s = np.ones(21 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j], s[96 + j] = Omega[first + j], xi[first + j], gamma[first + j]
-        _coefficients(s)
-        for r in range(18):
-            for j in range(size):
-                out[r, first + j] = s[(3 + r) * 48 + j]
+    d0, d0_ = by.plus(-1.0, 2.0 * gamma)
+    d1, d1_ = by.times_two(d0, d0_, d0, d0_)
+    d2, d2_ = by.times_one(12.0, d1, d1_)
+    d3, d3_ = by.times_one(xi, d1, d1_)
+    d4, d4_ = by.times_one(72.0, d3, d3_)
+    d5, d5_ = by.times(gamma, gamma)
+    d6, d6_ = by.times_one(36.0, d5, d5_)
+    d7, d7_ = by.times(xi, xi)
+    d8, d8_ = 4.0 * d7, 4.0 * d7_
+    s8, s8_ = by.plus_one(1.0, d8, d8_)
+    d9, d9_ = by.times_two(d1, d1_, s8, s8_)
+    s10, s10_ = by.times(gamma, gamma)
+    d10, d10_ = by.times_one(gamma, s10, s10_)
+    d11, d11_ = 2.0 * d7, 2.0 * d7_
+    d12, d12_ = by.times(Omega, Omega)
+    d13, d13_ = by.times_one(6.0, d1, d1_)
+    d14, d14_ = by.times(10.0, gamma)
+    d15, d15_ = by.times_one(24.0, d10, d10_)
+    d16, d16_ = by.times_one(xi, d0, d0_)
+    d17, d17_ = by.times_two(d5, d5_, d7, d7_)
+    d18, d18_ = by.times_two(d10, d10_, d7, d7_)
+    d19 = 4.0 * gamma
+    s19, s19_ = by.plus_one(-1.0 * d19, -8.0 * d5, -8.0 * d5_)
+    d20, d20_ = by.plus_two(s19, s19_, 16.0 * d10, 16.0 * d10_)
+    d21, d21_ = by.times_one(3.0, d0, d0_)
+    d22, d22_ = by.times_one(gamma, d21, d21_)
+    d23, d23_ = by.times(6.0, gamma)
+    s24, s24_ = by.plus_one(-1.0, d23, d23_)
+    s25, s25_ = by.times_one(xi, d2, d2_)
+    d24, d24_ = by.times_two(s25, s25_, s24, s24_)
+    s27, s27_ = by.plus(-1.0, d19)
+    d25, d25_ = by.times_two(d0, d0_, s27, s27_)
+    s29, s29_ = by.times_one(12.0, d5, d5_)
+    s30, s30_ = by.plus_one(1.0, -1.0 * d23, -1.0 * d23_)
+    s31, s31_ = by.plus_two(s30, s30_, s29, s29_)
+    d26, d26_ = by.times_two(d25, d25_, s31, s31_)
+    s33, s33_ = by.times_one(Omega, d10, d10_)
+    d27, d27_ = by.times_two(s33, s33_, d26, d26_)
+    d28, d28_ = by.times_one(gamma, d7, d7_)
+    d29, d29_ = by.times_one(24.0, d28, d28_)
+    s37, s37_ = by.times(-12.0, gamma)
+    s38, s38_ = by.times_one(24.0, d5, d5_)
+    s39, s39_ = by.times_one(48.0, d17, d17_)
+    s40, s40_ = by.plus_one(-1.0, d8, d8_)
+    s41, s41_ = by.plus_two(s40, s40_, -1.0 * d29, -1.0 * d29_)
+    s42, s42_ = by.plus_two(s41, s41_, s37, s37_)
+    s43, s43_ = by.plus_two(s42, s42_, s38, s38_)
+    s44, s44_ = by.plus_two(s43, s43_, s39, s39_)
+    d30, d30_ = by.times_two(d25, d25_, s44, s44_)
+    s46, s46_ = by.times_one(40.0, d10, d10_)
+    s47, s47_ = by.plus_one(-1.0, d14, d14_)
+    s48, s48_ = by.plus_two(s47, s47_, -32.0 * d5, -32.0 * d5_)
+    s49, s49_ = by.plus_two(s48, s48_, s46, s46_)
+    s50, s50_ = by.times_two(d16, d16_, d23, d23_)
+    s51, s51_ = by.times_two(s50, s50_, s49, s49_)
+    s52, s52_ = by.times_one(-20.0, d5, d5_)
+    s53, s53_ = by.plus(-1.0, 8.0 * gamma)
+    s54, s54_ = by.plus_two(s53, s53_, d15, d15_)
+    s55, s55_ = by.plus_two(s54, s54_, s52, s52_)
+    s56, s56_ = by.times_one(Omega, d21, d21_)
+    s57, s57_ = by.times_two(s56, s56_, d5, d5_)
+    s58, s58_ = by.times_two(s57, s57_, s55, s55_)
+    d31, d31_ = by.plus_two(s51, s51_, s58, s58_)
+    d32, d32_ = by.plus_one(1.0, -1.0 * d8, -1.0 * d8_)
+    s61, s61_ = by.times(gamma, gamma)
+    s62, s62_ = by.times_one(gamma, s61, s61_)
+    s63, s63_ = by.times_one(gamma, s62, s62_)
+    s64, s64_ = by.times_one(gamma, s63, s63_)
+    s65, s65_ = by.times_two(d4, d4_, s64, s64_)
+    s66, s66_ = by.times(gamma, gamma)
+    s67, s67_ = by.times_one(gamma, s66, s66_)
+    s68, s68_ = by.times_one(gamma, s67, s67_)
+    s69, s69_ = by.times_one(gamma, s68, s68_)
+    s70, s70_ = by.times_one(gamma, s69, s69_)
+    s71, s71_ = by.times_one(Omega, d2, d2_)
+    s72, s72_ = by.times_two(s71, s71_, s70, s70_)
+    s73, s73_ = by.plus_two(s65, s65_, s72, s72_)
+    s74, s74_ = by.times_one(Omega, s73, s73_)
+    s75, s75_ = by.times(gamma, gamma)
+    s76, s76_ = by.times_one(gamma, s75, s75_)
+    s77, s77_ = by.times_one(gamma, s76, s76_)
+    s78, s78_ = by.times_one(36.0, d9, d9_)
+    s79, s79_ = by.times_two(s78, s78_, s77, s77_)
+    s80, s80_ = by.plus_two(s74, s74_, s79, s79_)
+    s81, s81_ = by.times_one(Omega, s80, s80_)
+    s82, s82_ = by.plus_one(3.0, d11, d11_)
+    s83, s83_ = by.times_one(48.0, d10, d10_)
+    s84, s84_ = by.times_two(s83, s83_, d3, d3_)
+    s85, s85_ = by.times_two(s84, s84_, s82, s82_)
+    s86, s86_ = by.plus_two(s81, s81_, s85, s85_)
+    s87, s87_ = by.times_one(Omega, s86, s86_)
+    s88, s88_ = by.times_two(d6, d6_, d9, d9_)
+    s89, s89_ = by.plus_two(s87, s87_, s88, s88_)
+    s90, s90_ = by.times_one(Omega, s89, s89_)
+    s91, s91_ = by.times_one(gamma, d4, d4_)
+    s92, s92_ = by.plus_two(s90, s90_, s91, s91_)
+    s93, s93_ = by.times_one(Omega, s92, s92_)
+    den, den_ = by.plus_two(d2, d2_, s93, s93_)
+    s95, s95_ = by.times_two(-1.0 * d10, -1.0 * d10_, d24, d24_)
+    s96, s96_ = by.plus_two(-1.0 * d27, -1.0 * d27_, s95, s95_)
+    s97, s97_ = by.times_one(Omega, s96, s96_)
+    s98, s98_ = by.plus_one(1.0, d20, d20_)
+    s99, s99_ = by.plus_two(s98, s98_, -16.0 * d17, -16.0 * d17_)
+    s100, s100_ = by.plus_two(s99, s99_, 32.0 * d18, 32.0 * d18_)
+    s101, s101_ = by.times_two(-1.0 * d22, -1.0 * d22_, s100, s100_)
+    s102, s102_ = by.plus_two(s97, s97_, s101, s101_)
+    s103, s103_ = by.times_one(Omega, s102, s102_)
+    s104, s104_ = by.plus_one(1.0, d15, d15_)
+    s105, s105_ = by.plus_two(s104, s104_, -1.0 * d14, -1.0 * d14_)
+    s106, s106_ = by.times_two(-2.0 * d16, -2.0 * d16_, s105, s105_)
+    s107, s107_ = by.plus_two(s103, s103_, s106, s106_)
+    s108, s108_ = by.times_one(Omega, s107, s107_)
+    s109, s109_ = by.plus_two(-1.0 * d13, -1.0 * d13_, s108, s108_)
+    N00, N00_ = by.times_two(d12, d12_, s109, s109_)
+    s111, s111_ = by.times_one(Omega, d31, d31_)
+    s112, s112_ = by.plus_two(d30, d30_, s111, s111_)
+    s113, s113_ = by.times_one(Omega, s112, s112_)
+    s114, s114_ = by.plus_two(d24, d24_, s113, s113_)
+    s115, s115_ = by.times_one(Omega, s114, s114_)
+    N01, N01_ = by.plus_two(d2, d2_, s115, s115_)
+    s117, s117_ = by.times_one(-1.0 * Omega, d31, d31_)
+    s118, s118_ = by.plus_two(-1.0 * d30, -1.0 * d30_, s117, s117_)
+    s119, s119_ = by.times_one(Omega, s118, s118_)
+    s120, s120_ = by.plus_two(-1.0 * d24, -1.0 * d24_, s119, s119_)
+    s121, s121_ = by.times_one(Omega, s120, s120_)
+    s122, s122_ = by.plus_two(-1.0 * d2, -1.0 * d2_, s121, s121_)
+    N10, N10_ = by.times_two(d12, d12_, s122, s122_)
+    s124, s124_ = by.times_one(-24.0, d3, d3_)
+    s125, s125_ = by.times(-6.0, xi)
+    s126, s126_ = by.times_two(s125, s125_, d26, d26_)
+    s127, s127_ = by.times_two(s126, s126_, d5, d5_)
+    s128, s128_ = by.plus_two(-1.0 * d27, -1.0 * d27_, s127, s127_)
+    s129, s129_ = by.times_one(Omega, s128, s128_)
+    s130, s130_ = by.times_one(-144.0, d17, d17_)
+    s131, s131_ = by.times_one(40.0, d28, d28_)
+    s132, s132_ = by.times_one(192.0, d18, d18_)
+    s133, s133_ = by.plus_two(d20, d20_, d32, d32_)
+    s134, s134_ = by.plus_two(s133, s133_, s130, s130_)
+    s135, s135_ = by.plus_two(s134, s134_, s131, s131_)
+    s136, s136_ = by.plus_two(s135, s135_, s132, s132_)
+    s137, s137_ = by.times_two(-1.0 * d22, -1.0 * d22_, s136, s136_)
+    s138, s138_ = by.plus_two(s129, s129_, s137, s137_)
+    s139, s139_ = by.times_one(Omega, s138, s138_)
+    s140, s140_ = by.times_one(-72.0, d17, d17_)
+    s141, s141_ = by.times_one(20.0, d28, d28_)
+    s142, s142_ = by.times_one(60.0, d10, d10_)
+    s143, s143_ = by.times_one(96.0, d18, d18_)
+    s144, s144_ = by.plus(1.0, -1.0 * gamma)
+    s145, s145_ = by.plus_two(s144, s144_, -1.0 * d11, -1.0 * d11_)
+    s146, s146_ = by.plus_two(s145, s145_, -1.0 * d6, -1.0 * d6_)
+    s147, s147_ = by.plus_two(s146, s146_, s140, s140_)
+    s148, s148_ = by.plus_two(s147, s147_, s141, s141_)
+    s149, s149_ = by.plus_two(s148, s148_, s142, s142_)
+    s150, s150_ = by.plus_two(s149, s149_, s143, s143_)
+    s151, s151_ = by.times_two(-4.0 * d16, -4.0 * d16_, s150, s150_)
+    s152, s152_ = by.plus_two(s139, s139_, s151, s151_)
+    s153, s153_ = by.times_one(Omega, s152, s152_)
+    s154, s154_ = by.plus_two(d29, d29_, d32, d32_)
+    s155, s155_ = by.times_two(-1.0 * d13, -1.0 * d13_, s154, s154_)
+    s156, s156_ = by.plus_two(s153, s153_, s155, s155_)
+    s157, s157_ = by.times_one(Omega, s156, s156_)
+    s158, s158_ = by.plus_two(s124, s124_, s157, s157_)
+    N11, N11_ = by.times_one(Omega, s158, s158_)
+    D00 = by.over(N00, N00_, den, den_)
+    D01 = by.over(N01, N01_, den, den_)
+    D10 = by.over(N10, N10_, den, den_)
+    D11 = by.over(N11, N11_, den, den_)
+    x0 = 2*gamma
+    x1 = x0 - 1
+    x2 = x1**2
+    x3 = 12*x2
+    x4 = x2*xi
+    x5 = 72*x4
+    x6 = gamma**2
+    x7 = 36*x6
+    x8 = xi**2
+    x9 = 4*x8
+    x10 = x2*(x9 + 1)
+    x11 = gamma**3
+    x12 = 48*x11
+    x13 = 2*x8
+    x14 = gamma**4
+    x15 = gamma**5
+    x16 = Omega*(Omega*(Omega*(Omega*(Omega*(Omega*gamma**6*x3 + x15*x5) + 36*x10*x14) + x12*x4*(x13 + 3)) + x10*x7) + gamma*x5) + x3
+    x17 = 8*x6
+    x18 = x13 + 1
+    x19 = 4*x11
+    x20 = 2*Omega
+    x21 = x15*x20
+    x22 = 8*xi
+    x23 = 24*x6
+    x24 = 24*x11
+    x25 = -x23 + x24 + 1
+    x26 = 4*gamma
+    x27 = x12 - 48*x6
+    x28 = x26*xi
+    x29 = 6*x6
+    x30 = 6*gamma
+    x31 = 1 - x30
+    x32 = x29 + x31
+    x33 = 16*x32
+    x34 = 12*gamma
+    x35 = 4*xi
+    x36 = x35*(x27 + x34 - 1)
+    x37 = x14*x20
+    x38 = 12*x6
+    x39 = x1*(x31 + x38)
+    x40 = x37*x39
+    x41 = 13*gamma
+    x42 = 72*x11
+    x43 = 48*x14
+    x44 = 1 - 10*gamma
+    x45 = -20*x6
+    x46 = 18*gamma + x45 - 3
+    x47 = x11*x22
+    x48 = x1*x32
+    x49 = x17 - x26 + 1
+    x50 = Omega*x32
+    x51 = x11*x49*x50
+    x52 = 8*gamma
+    x53 = 4*x6
+    x54 = -x38
+    x55 = 12*x11
+    x56 = x54 + x55
+    x57 = 20*gamma
+    x58 = -x0
+    x59 = 96*x14
+    x60 = 16*x6
+    x61 = x11*x8
+    x62 = x6*x8
+    x63 = x14*x8
+    x64 = gamma*x8
+    x65 = x9 - 1
+    x66 = -40*x64 + x65
+    x67 = 3*gamma
+    x68 = x67 - 1
+    x69 = 24*x4
+    x70 = 24*x64
+    x71 = 96*x11
+    x72 = 72*x6
+    x73 = x72*x8
+    x74 = x13 - 1
+    x75 = x43*x8 - x57*x8 - 120*x61 + x73 + x74
+    x76 = 24*x14
+    x77 = 144*x62
+    x78 = x59*x8 - 240*x61 + x66
+    x79 = x1*(-60*x11 + x44 + x7 + x76)
+    x80 = x11*x79
+    x81 = x29*xi
+    x82 = -x9
+    x83 = x34*x8
+    x84 = 3*x6
+    x85 = 48*x64
+    x86 = 576*x63
+    x87 = 12*x8
+    x88 = xi**4
+    x89 = x52 + x77
+    x90 = 12*x14
+    x91 = -x35
+    x92 = 8*x8
+    x93 = 96*x6
+    x94 = x71*x8
+    den_o = x16
+    B00 = (Omega*(Omega*(Omega*(x14*x22 + x21) + x18*x19) + x17*xi) + x0) / den
+    B01 = (Omega*(Omega*(Omega*(x11*x36 + x40) + x11*x18*x33) + x28*(x26 + x27 + 1)) + 2*x25) / den
+    B02 = 0.0
+    B03 = (Omega*(Omega*(Omega*(x47*x48 + x51) + gamma*(x17*x8 + x46)) - 2*xi*(-x42 + x43 + x44 + 32*x6)) - 2*x24 - 2*x41 + 2*x7 + 4) / den
+    B10 = (Omega*(Omega*(Omega*(x37 + x47) + x18*x53) + x52*xi) + 2) / den
+    B11 = (Omega*(Omega*(Omega*(Omega*x19*(x30 + x56 - 1) + x35*x6*(x27 + x57 - 3)) + x18*x26*x39) + x36) + 8*x32) / den
+    B12 = 0.0
+    B13 = (Omega*(Omega*(Omega*(x0*xi*(-30*gamma - 216*x11 + 144*x14 + 112*x6 + 3) + x50*x6*(-x52 + x60 + 3)) - 144*x11 + x58 + x59 + 52*x6 - 288*x61 + 152*x62 + 192*x63 + x66) + x22*x48) + 2) / den
+    O00 = (Omega**2*(Omega*(Omega*(Omega*(Omega*(Omega*(-Omega*x80 - x79*x81) - x1*x67*(-28*x11 + x17 + x26 + x76 + x77 + x78)) - x1*x35*(gamma + 72*x14 + x7 - x71 + x75)) - 6*x2*(x23*x8 + x29 + x65 - x70)) - x68*x69) - x3)) / den_o
+    O01 = (Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(-x1*x84*(x24 + x45 + x78 + x89) - x20*x80*xi) - x1*x34*xi*(7*gamma + 6*x11 + x54 + x75 + x90)) - x1*(-160*gamma*x88 - 960*x11*x88 + 384*x14*x88 + 576*x6*x88 - 576*x61 + x71 - x72 + x85 + x86 - x87 + 16*x88 + x89 + 1)) - x69*(x13 + x38*x8 + x68 - x83 + x84)) - x3*(x82 + x83 + 1)) - x69)) / den_o
+    P00 = (Omega*(Omega*(Omega*(Omega*(Omega*(-x21 - x90*xi) - x19*(6*x8 + 1)) - x60*xi*(x8 + 1)) - x0*(x92 + 1)) + x91)) / den_o
+    P01 = (Omega*(Omega*(Omega*(Omega*(Omega*(-x39*x55*xi - x40) - x17*(x0 + x42*x8 + x56 + x70 - x73 - 3*x8)) - x28*(x57 + 32*x64 + x71 - x8*x93 + x82 - x93 + x94 - 1)) - 2*x25 - 384*x61 + 384*x62 - 2*x82 - 2*x85) - x33*xi)) / den_o
+    P02 = (x16) / den_o
+    P03 = (Omega*(Omega*(Omega*(Omega*(Omega*(-x32*x49*x81 - x51) - gamma*(x46 - 864*x61 + 456*x62 - 120*x64 + x86 + x87)) - x32*x35*(-x52*x8 + x53 + x58 + x60*x8 + x74)) + 2*x24 + 2*x41 - 128*x64 - 2*x7 + 2*x77 + 2*x92 - 2*x94 - 4) + x91)) / den_o
+    return D00, D01, D10, D11, B00, B01, B02, B03, B10, B11, B12, B13, O00, O01, P00, P01, P02, P03

@@ -59,10 +59,6 @@ FILTER = 2
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
-_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
-# called by kernels alone: not from Python, and so without the code for that
-_exact = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
-
 # contract: a * b + c may become one operation, rounded once
 _fused = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
 _inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"})
@@ -105,96 +101,6 @@ def _angle(y, x):
     angle = 0.7853981633974483 + angle if steep else angle
     angle = 1.5707963267948966 - angle if y > flat else angle
     return 3.141592653589793 - angle if x < 0.0 else angle
-
-
-# alpha + beta*L is a, b: the matrix [[alpha, beta], [w0*beta, alpha + w1*beta]], L^2 = w0 + w1*L; tails end in _
-@_exact
-def _horner(a, a_, b, b_, w0, w0_, w1, w1_, c, c_):
-    """(a + b*L) L + c."""
-    x, x_ = _times_two(w0, w0_, b, b_)
-    y, y_ = _times_two(w1, w1_, b, b_)
-    x, x_ = _plus_two(x, x_, c, c_)
-    y, y_ = _plus_two(y, y_, a, a_)
-    return x, x_, y, y_
-
-
-@_exact
-def _conjugate(a, a_, b, b_, w0, w0_, w1, w1_):
-    """The c + d*L whose product with a + b*L is a number, and that number."""
-    c, c_ = _times_two(w1, w1_, b, b_)
-    c, c_ = _plus_two(c, c_, a, a_)
-    x, x_ = _times_two(a, a_, c, c_)
-    y, y_ = _times_two(b, b_, b, b_)
-    y, y_ = _times_two(-w0, -w0_, y, y_)
-    x, x_ = _plus_two(x, x_, y, y_)
-    return c, c_, -b, -b_, x, x_
-
-
-@_exact
-def _product(a, a_, b, b_, c, c_, d, d_, w0, w0_, w1, w1_):
-    """(a + b*L) (c + d*L)."""
-    x, x_ = _times_two(a, a_, d, d_)
-    y, y_ = _times_two(b, b_, d, d_)
-    x, x_, y, y_ = _horner(x, x_, y, y_, w0, w0_, w1, w1_, 0.0, 0.0)
-    s, s_ = _times_two(a, a_, c, c_)
-    x, x_ = _plus_two(x, x_, s, s_)
-    s, s_ = _times_two(b, b_, c, c_)
-    y, y_ = _plus_two(y, y_, s, s_)
-    return x, x_, y, y_
-
-
-@_exact
-def _difference(a, a_, b, b_, c, c_, d, d_):
-    """a*b - c*d."""
-    x, x_ = _times_two(a, a_, b, b_)
-    y, y_ = _times_two(-c, -c_, d, d_)
-    return _plus_two(x, x_, y, y_)
-
-
-@_exact
-def _increment(Omega, xi):
-    """Entries of A - I, each rounded once."""
-    s0, s0_ = _times(Omega, Omega)
-    w0, w0_ = -1.0 * s0, -1.0 * s0_
-    w1, w1_ = _times(-2.0 * Omega, xi)
-    c0, c0_, d0, d0_, n0, n0_ = _conjugate(600.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_)
-    m0, m0_ = _times_two(n0, n0_, 144.0, 0.0)
-    a0, a0_, b0, b0_ = _horner(1.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_, 5.0, 0.0)
-    a1, a1_, b1, b1_ = _horner(a0, a0_, b0, b0_, w0, w0_, w1, w1_, 25.0, 0.0)
-    a2, a2_, b2, b2_ = _horner(a1, a1_, b1, b1_, w0, w0_, w1, w1_, 100.0, 0.0)
-    a3, a3_, b3, b3_ = _horner(a2, a2_, b2, b2_, w0, w0_, w1, w1_, 300.0, 0.0)
-    a4, a4_, b4, b4_ = _horner(a3, a3_, b3, b3_, w0, w0_, w1, w1_, 600.0, 0.0)
-    a5, a5_, b5, b5_ = _product(a4, a4_, b4, b4_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
-    a6, a6_, b6, b6_ = _horner(a5, a5_, b5, b5_, w0, w0_, w1, w1_, 0.0, 0.0)
-    a7, a7_ = _plus_two(a6, a6_, n0, n0_)
-    a8, a8_, b8, b8_ = _horner(a6, a6_, b6, b6_, w0, w0_, w1, w1_, 0.0, 0.0)
-    a9, a9_, b9, b9_ = _horner(a7, a7_, b6, b6_, w0, w0_, w1, w1_, 0.0, 0.0)
-    a10, a10_, b10, b10_ = _horner(a9, a9_, b9, b9_, w0, w0_, w1, w1_, 0.0, 0.0)
-    a11, a11_, b11, b11_ = _horner(144.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_, 0.0, 0.0)
-    a12, a12_, b12, b12_ = _horner(a11, a11_, b11, b11_, w0, w0_, w1, w1_, 1600.0, 0.0)
-    a13, a13_, b13, b13_ = _horner(a12, a12_, b12, b12_, w0, w0_, w1, w1_, 3900.0, 0.0)
-    a14, a14_, b14, b14_ = _horner(a13, a13_, b13, b13_, w0, w0_, w1, w1_, 7875.0, 0.0)
-    a15, a15_, b15, b15_ = _horner(a14, a14_, b14, b14_, w0, w0_, w1, w1_, 7875.0, 0.0)
-    a16, a16_, b16, b16_ = _product(a15, a15_, b15, b15_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
-    a17, a17_, b17, b17_ = _horner(a16, a16_, b16, b16_, w0, w0_, w1, w1_, 0.0, 0.0)
-    a18, a18_, b18, b18_ = _horner(a17, a17_, b17, b17_, w0, w0_, w1, w1_, 0.0, 0.0)
-    a19, a19_ = _difference(a6, a6_, 144.0, 0.0, b16, b16_, w0, w0_)
-    D_00 = _over(a19, a19_, m0, m0_)
-    a20, a20_ = _difference(b6, b6_, 144.0, 0.0, b16, b16_, w1, w1_)
-    D_01 = _over(a20, a20_, m0, m0_)
-    D_02 = _over(b16, b16_, m0, m0_)
-    a21, a21_ = _difference(a8, a8_, 144.0, 0.0, b17, b17_, w0, w0_)
-    D_10 = _over(a21, a21_, m0, m0_)
-    a22, a22_ = _difference(b8, b8_, 144.0, 0.0, b17, b17_, w1, w1_)
-    D_11 = _over(a22, a22_, m0, m0_)
-    D_12 = _over(b17, b17_, m0, m0_)
-    a23, a23_ = _difference(a10, a10_, 144.0, 0.0, b18, b18_, w0, w0_)
-    D_20 = _over(a23, a23_, m0, m0_)
-    a24, a24_ = _difference(b10, b10_, 144.0, 0.0, b18, b18_, w1, w1_)
-    D_21 = _over(a24, a24_, m0, m0_)
-    D_22 = _over(b18, b18_, m0, m0_)
-    D_22 -= 1.0
-    return D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22
 
 
 @_inline
@@ -471,264 +377,193 @@ def stability(Omega, xi, radius, damping, period):
     return refused < 0
 
 
-@_compile
-def amplification(Omega, xi, out):
-    """Amplification matrix in the order of STATE; out (n, 3, 3)."""
-    for i in range(out.shape[0]):
-        D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22 = _increment(Omega[i], xi[i])
-        out[i, 0, 0] = 1.0 + D_00
-        out[i, 0, 1] = D_01
-        out[i, 0, 2] = D_02
-        out[i, 1, 0] = D_10
-        out[i, 1, 1] = 1.0 + D_11
-        out[i, 1, 2] = D_12
-        out[i, 2, 0] = D_20
-        out[i, 2, 1] = D_21
-        out[i, 2, 2] = 1.0 + D_22
+def amplification(by, Omega, xi):
+    """Amplification matrix (3, 3) in the order of STATE, row by row."""
+    s0, s0_ = by.times(Omega, Omega)
+    w0, w0_ = -1.0 * s0, -1.0 * s0_
+    w1, w1_ = by.times(-2.0 * Omega, xi)
+    c0, c0_, d0, d0_, n0, n0_ = by.conjugate(600.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_)
+    m0, m0_ = by.times_two(n0, n0_, 144.0, 0.0)
+    a0, a0_, b0, b0_ = by.horner(1.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_, 5.0, 0.0)
+    a1, a1_, b1, b1_ = by.horner(a0, a0_, b0, b0_, w0, w0_, w1, w1_, 25.0, 0.0)
+    a2, a2_, b2, b2_ = by.horner(a1, a1_, b1, b1_, w0, w0_, w1, w1_, 100.0, 0.0)
+    a3, a3_, b3, b3_ = by.horner(a2, a2_, b2, b2_, w0, w0_, w1, w1_, 300.0, 0.0)
+    a4, a4_, b4, b4_ = by.horner(a3, a3_, b3, b3_, w0, w0_, w1, w1_, 600.0, 0.0)
+    a5, a5_, b5, b5_ = by.product(a4, a4_, b4, b4_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
+    a6, a6_, b6, b6_ = by.horner(a5, a5_, b5, b5_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a7, a7_ = by.plus_two(a6, a6_, n0, n0_)
+    a8, a8_, b8, b8_ = by.horner(a6, a6_, b6, b6_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a9, a9_, b9, b9_ = by.horner(a7, a7_, b6, b6_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a10, a10_, b10, b10_ = by.horner(a9, a9_, b9, b9_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a11, a11_, b11, b11_ = by.horner(144.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_, 0.0, 0.0)
+    a12, a12_, b12, b12_ = by.horner(a11, a11_, b11, b11_, w0, w0_, w1, w1_, 1600.0, 0.0)
+    a13, a13_, b13, b13_ = by.horner(a12, a12_, b12, b12_, w0, w0_, w1, w1_, 3900.0, 0.0)
+    a14, a14_, b14, b14_ = by.horner(a13, a13_, b13, b13_, w0, w0_, w1, w1_, 7875.0, 0.0)
+    a15, a15_, b15, b15_ = by.horner(a14, a14_, b14, b14_, w0, w0_, w1, w1_, 7875.0, 0.0)
+    a16, a16_, b16, b16_ = by.product(a15, a15_, b15, b15_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
+    a17, a17_, b17, b17_ = by.horner(a16, a16_, b16, b16_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a18, a18_, b18, b18_ = by.horner(a17, a17_, b17, b17_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a19, a19_ = by.difference(a6, a6_, 144.0, 0.0, b16, b16_, w0, w0_)
+    D_00 = by.over(a19, a19_, m0, m0_)
+    a20, a20_ = by.difference(b6, b6_, 144.0, 0.0, b16, b16_, w1, w1_)
+    D_01 = by.over(a20, a20_, m0, m0_)
+    D_02 = by.over(b16, b16_, m0, m0_)
+    a21, a21_ = by.difference(a8, a8_, 144.0, 0.0, b17, b17_, w0, w0_)
+    D_10 = by.over(a21, a21_, m0, m0_)
+    a22, a22_ = by.difference(b8, b8_, 144.0, 0.0, b17, b17_, w1, w1_)
+    D_11 = by.over(a22, a22_, m0, m0_)
+    D_12 = by.over(b17, b17_, m0, m0_)
+    a23, a23_ = by.difference(a10, a10_, 144.0, 0.0, b18, b18_, w0, w0_)
+    D_20 = by.over(a23, a23_, m0, m0_)
+    a24, a24_ = by.difference(b10, b10_, 144.0, 0.0, b18, b18_, w1, w1_)
+    D_21 = by.over(a24, a24_, m0, m0_)
+    D_22 = by.over(b18, b18_, m0, m0_)
+    D_22 -= 1.0
+    return 1.0 + D_00, D_01, D_02, D_10, 1.0 + D_11, D_12, D_20, D_21, 1.0 + D_22
 
 
-@_compile
-def stencil(out):
-    """Instants (n, 6) at which the load is taken, in steps after t_n."""
-    for i in range(out.shape[0]):
-        out[i, 0] = 0
-        out[i, 1] = 1/5
-        out[i, 2] = 3/10
-        out[i, 3] = 4/5
-        out[i, 4] = 8/9
-        out[i, 5] = 1
+def stencil(by):
+    """Instants at which the load is taken, in steps after t_n."""
+    return 0, 1/5, 3/10, 4/5, 8/9, 1
 
 
-# tails are rounding errors, which fastmath would remove
-@_exact
-def _plus(a, b):
-    """The sum of two doubles: head, and tail, which is the rounding error of the head."""
-    head = a + b
-    rest = head - a
-    return head, (a - (head - rest)) + (b - rest)
+def coefficients(by, Omega, xi):
+    """D, B, O, P of linear_march_2_01y: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f.
 
-
-@_exact
-def _plus_one(a, b, b_):
-    """The sum of a double and a pair of head and tail."""
-    head, tail = _plus(a, b)
-    tail += b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _plus_two(a, a_, b, b_):
-    """The sum of two pairs of head and tail."""
-    head, tail = _plus(a, b)
-    tail += a_ + b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times(a, b):
-    """The product of two doubles: head and tail, from halves of their digits, whose products are exact."""
-    head, c, d = a * b, 134217729.0 * a, 134217729.0 * b
-    a1, b1 = c - (c - a), d - (d - b)
-    a2, b2 = a - a1, b - b1
-    return head, ((a1 * b1 - head) + a1 * b2 + a2 * b1) + a2 * b2
-
-
-@_exact
-def _times_one(a, b, b_):
-    """The product of a double and a pair of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times_two(a, a_, b, b_):
-    """The product of two pairs of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_ + a_ * b
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _over(a, a_, b, b_):
-    """The quotient of two pairs of head and tail, rounded to a double."""
-    head = a / b
-    product, tail = _times(head, b)
-    return head + ((a - product) - tail + a_ - head * b_) / b
-
-
-@_exact
-def _coefficients(s):
-    """`coefficients` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi = s[j], s[48 + j]
-        s0, s0_ = _times(Omega, Omega)
-        w0, w0_ = -1.0 * s0, -1.0 * s0_
-        w1, w1_ = _times(-2.0 * Omega, xi)
-        c0, c0_, d0, d0_, n0, n0_ = _conjugate(600.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_)
-        a0, a0_, b0, b0_ = _horner(1.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_, 5.0, 0.0)
-        a1, a1_, b1, b1_ = _horner(a0, a0_, b0, b0_, w0, w0_, w1, w1_, 25.0, 0.0)
-        a2, a2_, b2, b2_ = _horner(a1, a1_, b1, b1_, w0, w0_, w1, w1_, 100.0, 0.0)
-        a3, a3_, b3, b3_ = _horner(a2, a2_, b2, b2_, w0, w0_, w1, w1_, 300.0, 0.0)
-        a4, a4_, b4, b4_ = _horner(a3, a3_, b3, b3_, w0, w0_, w1, w1_, 600.0, 0.0)
-        a5, a5_, b5, b5_ = _product(a4, a4_, b4, b4_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
-        a6, a6_, b6, b6_ = _horner(a5, a5_, b5, b5_, w0, w0_, w1, w1_, 0.0, 0.0)
-        a7, a7_ = _plus_two(a6, a6_, n0, n0_)
-        a8, a8_, b8, b8_ = _horner(a6, a6_, b6, b6_, w0, w0_, w1, w1_, 0.0, 0.0)
-        a9, a9_, b9, b9_ = _horner(a7, a7_, b6, b6_, w0, w0_, w1, w1_, 0.0, 0.0)
-        a10, a10_, b10, b10_ = _horner(a9, a9_, b9, b9_, w0, w0_, w1, w1_, 0.0, 0.0)
-        D00 = _over(a6, a6_, n0, n0_)
-        D01 = _over(b6, b6_, n0, n0_)
-        D10 = _over(a8, a8_, n0, n0_)
-        D11 = _over(b8, b8_, n0, n0_)
-        O00 = _over(a10, a10_, n0, n0_)
-        O01 = _over(b10, b10_, n0, n0_)
-        m0, m0_ = _times_two(n0, n0_, 144.0, 0.0)
-        a11, a11_, b11, b11_ = _horner(144.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_, 0.0, 0.0)
-        a12, a12_, b12, b12_ = _horner(a11, a11_, b11, b11_, w0, w0_, w1, w1_, 1600.0, 0.0)
-        a13, a13_, b13, b13_ = _horner(a12, a12_, b12, b12_, w0, w0_, w1, w1_, 3900.0, 0.0)
-        a14, a14_, b14, b14_ = _horner(a13, a13_, b13, b13_, w0, w0_, w1, w1_, 7875.0, 0.0)
-        a15, a15_, b15, b15_ = _horner(a14, a14_, b14, b14_, w0, w0_, w1, w1_, 7875.0, 0.0)
-        a16, a16_, b16, b16_ = _product(a15, a15_, b15, b15_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
-        a17, a17_, b17, b17_ = _horner(a16, a16_, b16, b16_, w0, w0_, w1, w1_, 0.0, 0.0)
-        a18, a18_, b18, b18_ = _horner(a17, a17_, b17, b17_, w0, w0_, w1, w1_, 0.0, 0.0)
-        B00 = _over(b16, b16_, m0, m0_)
-        B10 = _over(b17, b17_, m0, m0_)
-        P00 = _over(b18, b18_, m0, m0_)
-        m1, m1_ = _times_two(n0, n0_, 3.0, 0.0)
-        a19, a19_, b19, b19_ = _horner(15.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_, -25.0, 0.0)
-        a20, a20_, b20, b20_ = _horner(a19, a19_, b19, b19_, w0, w0_, w1, w1_, 0.0, 0.0)
-        a21, a21_, b21, b21_ = _horner(a20, a20_, b20, b20_, w0, w0_, w1, w1_, 0.0, 0.0)
-        a22, a22_, b22, b22_ = _horner(a21, a21_, b21, b21_, w0, w0_, w1, w1_, 0.0, 0.0)
-        a23, a23_, b23, b23_ = _product(a22, a22_, b22, b22_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
-        a24, a24_, b24, b24_ = _horner(a23, a23_, b23, b23_, w0, w0_, w1, w1_, 0.0, 0.0)
-        a25, a25_, b25, b25_ = _horner(a24, a24_, b24, b24_, w0, w0_, w1, w1_, 0.0, 0.0)
-        B01 = _over(b23, b23_, m1, m1_)
-        B11 = _over(b24, b24_, m1, m1_)
-        P01 = _over(b25, b25_, m1, m1_)
-        m2, m2_ = _times_two(n0, n0_, 3339.0, 0.0)
-        a26, a26_, b26, b26_ = _horner(74200.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_, 222600.0, 0.0)
-        a27, a27_, b27, b27_ = _horner(a26, a26_, b26, b26_, w0, w0_, w1, w1_, 630000.0, 0.0)
-        a28, a28_, b28, b28_ = _horner(a27, a27_, b27, b27_, w0, w0_, w1, w1_, 900000.0, 0.0)
-        a29, a29_, b29, b29_ = _product(a28, a28_, b28, b28_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
-        a30, a30_, b30, b30_ = _horner(a29, a29_, b29, b29_, w0, w0_, w1, w1_, 0.0, 0.0)
-        a31, a31_, b31, b31_ = _horner(a30, a30_, b30, b30_, w0, w0_, w1, w1_, 0.0, 0.0)
-        B02 = _over(b29, b29_, m2, m2_)
-        B12 = _over(b30, b30_, m2, m2_)
-        P02 = _over(b31, b31_, m2, m2_)
-        m3, m3_ = _times_two(n0, n0_, 8.0, 0.0)
-        a32, a32_, b32, b32_ = _horner(50.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_, 625.0, 0.0)
-        a33, a33_, b33, b33_ = _horner(a32, a32_, b32, b32_, w0, w0_, w1, w1_, 3125.0, 0.0)
-        a34, a34_, b34, b34_ = _product(a33, a33_, b33, b33_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
-        a35, a35_, b35, b35_ = _horner(a34, a34_, b34, b34_, w0, w0_, w1, w1_, 0.0, 0.0)
-        a36, a36_, b36, b36_ = _horner(a35, a35_, b35, b35_, w0, w0_, w1, w1_, 0.0, 0.0)
-        B03 = _over(b34, b34_, m3, m3_)
-        B13 = _over(b35, b35_, m3, m3_)
-        P03 = _over(b36, b36_, m3, m3_)
-        m4, m4_ = _times_two(n0, n0_, 848.0, 0.0)
-        a37, a37_, b37, b37_ = _horner(-18225.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_, -164025.0, 0.0)
-        a38, a38_, b38, b38_ = _product(a37, a37_, b37, b37_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
-        a39, a39_, b39, b39_ = _horner(a38, a38_, b38, b38_, w0, w0_, w1, w1_, 0.0, 0.0)
-        a40, a40_, b40, b40_ = _horner(a39, a39_, b39, b39_, w0, w0_, w1, w1_, 0.0, 0.0)
-        B04 = _over(b38, b38_, m4, m4_)
-        B14 = _over(b39, b39_, m4, m4_)
-        P04 = _over(b40, b40_, m4, m4_)
-        m5, m5_ = _times_two(n0, n0_, 7.0, 0.0)
-        a41, a41_, b41, b41_ = _product(550.0, 0.0, 0.0, 0.0, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
-        a42, a42_, b42, b42_ = _horner(a41, a41_, b41, b41_, w0, w0_, w1, w1_, 0.0, 0.0)
-        a43, a43_, b43, b43_ = _horner(a42, a42_, b42, b42_, w0, w0_, w1, w1_, 0.0, 0.0)
-        a44, a44_ = _plus_two(b43, b43_, m5, m5_)
-        B05 = _over(b41, b41_, m5, m5_)
-        B15 = _over(b42, b42_, m5, m5_)
-        P05 = _over(a44, a44_, m5, m5_)
-        s[96 + j], s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j], s[768 + j], s[816 + j], s[864 + j], s[912 + j], s[960 + j], s[1008 + j], s[1056 + j], s[1104 + j], s[1152 + j], s[1200 + j] = D00, D01, D10, D11, B00, B01, B02, B03, B04, B05, B10, B11, B12, B13, B14, B15, O00, O01, P00, P01, P02, P03, P04, P05
-
-
-@_compile
-def coefficients(Omega, xi, out):
-    """D, B, O, P of linear_march_2_01y: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f; out (24, n).
-
-    The rows of out are the entries of D, B, O, P, matrix by matrix and row by row. D is rounded once. Columns of
-    B and P beyond the scheme's own load instants, up to the march's 6, are zero.
+    Their entries, matrix by matrix and row by row. D is computed in pairs of doubles and rounded once. Columns of B and
+    P beyond the scheme's own load instants, up to the march's 6, are zero.
     """
-    s = np.ones(26 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j] = Omega[first + j], xi[first + j]
-        _coefficients(s)
-        for r in range(24):
-            for j in range(size):
-                out[r, first + j] = s[(2 + r) * 48 + j]
+    s0, s0_ = by.times(Omega, Omega)
+    w0, w0_ = -1.0 * s0, -1.0 * s0_
+    w1, w1_ = by.times(-2.0 * Omega, xi)
+    c0, c0_, d0, d0_, n0, n0_ = by.conjugate(600.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_)
+    a0, a0_, b0, b0_ = by.horner(1.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_, 5.0, 0.0)
+    a1, a1_, b1, b1_ = by.horner(a0, a0_, b0, b0_, w0, w0_, w1, w1_, 25.0, 0.0)
+    a2, a2_, b2, b2_ = by.horner(a1, a1_, b1, b1_, w0, w0_, w1, w1_, 100.0, 0.0)
+    a3, a3_, b3, b3_ = by.horner(a2, a2_, b2, b2_, w0, w0_, w1, w1_, 300.0, 0.0)
+    a4, a4_, b4, b4_ = by.horner(a3, a3_, b3, b3_, w0, w0_, w1, w1_, 600.0, 0.0)
+    a5, a5_, b5, b5_ = by.product(a4, a4_, b4, b4_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
+    a6, a6_, b6, b6_ = by.horner(a5, a5_, b5, b5_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a7, a7_ = by.plus_two(a6, a6_, n0, n0_)
+    a8, a8_, b8, b8_ = by.horner(a6, a6_, b6, b6_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a9, a9_, b9, b9_ = by.horner(a7, a7_, b6, b6_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a10, a10_, b10, b10_ = by.horner(a9, a9_, b9, b9_, w0, w0_, w1, w1_, 0.0, 0.0)
+    D00 = by.over(a6, a6_, n0, n0_)
+    D01 = by.over(b6, b6_, n0, n0_)
+    D10 = by.over(a8, a8_, n0, n0_)
+    D11 = by.over(b8, b8_, n0, n0_)
+    O00 = by.over(a10, a10_, n0, n0_)
+    O01 = by.over(b10, b10_, n0, n0_)
+    m0, m0_ = by.times_two(n0, n0_, 144.0, 0.0)
+    a11, a11_, b11, b11_ = by.horner(144.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_, 0.0, 0.0)
+    a12, a12_, b12, b12_ = by.horner(a11, a11_, b11, b11_, w0, w0_, w1, w1_, 1600.0, 0.0)
+    a13, a13_, b13, b13_ = by.horner(a12, a12_, b12, b12_, w0, w0_, w1, w1_, 3900.0, 0.0)
+    a14, a14_, b14, b14_ = by.horner(a13, a13_, b13, b13_, w0, w0_, w1, w1_, 7875.0, 0.0)
+    a15, a15_, b15, b15_ = by.horner(a14, a14_, b14, b14_, w0, w0_, w1, w1_, 7875.0, 0.0)
+    a16, a16_, b16, b16_ = by.product(a15, a15_, b15, b15_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
+    a17, a17_, b17, b17_ = by.horner(a16, a16_, b16, b16_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a18, a18_, b18, b18_ = by.horner(a17, a17_, b17, b17_, w0, w0_, w1, w1_, 0.0, 0.0)
+    B00 = by.over(b16, b16_, m0, m0_)
+    B10 = by.over(b17, b17_, m0, m0_)
+    P00 = by.over(b18, b18_, m0, m0_)
+    m1, m1_ = by.times_two(n0, n0_, 3.0, 0.0)
+    a19, a19_, b19, b19_ = by.horner(15.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_, -25.0, 0.0)
+    a20, a20_, b20, b20_ = by.horner(a19, a19_, b19, b19_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a21, a21_, b21, b21_ = by.horner(a20, a20_, b20, b20_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a22, a22_, b22, b22_ = by.horner(a21, a21_, b21, b21_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a23, a23_, b23, b23_ = by.product(a22, a22_, b22, b22_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
+    a24, a24_, b24, b24_ = by.horner(a23, a23_, b23, b23_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a25, a25_, b25, b25_ = by.horner(a24, a24_, b24, b24_, w0, w0_, w1, w1_, 0.0, 0.0)
+    B01 = by.over(b23, b23_, m1, m1_)
+    B11 = by.over(b24, b24_, m1, m1_)
+    P01 = by.over(b25, b25_, m1, m1_)
+    m2, m2_ = by.times_two(n0, n0_, 3339.0, 0.0)
+    a26, a26_, b26, b26_ = by.horner(74200.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_, 222600.0, 0.0)
+    a27, a27_, b27, b27_ = by.horner(a26, a26_, b26, b26_, w0, w0_, w1, w1_, 630000.0, 0.0)
+    a28, a28_, b28, b28_ = by.horner(a27, a27_, b27, b27_, w0, w0_, w1, w1_, 900000.0, 0.0)
+    a29, a29_, b29, b29_ = by.product(a28, a28_, b28, b28_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
+    a30, a30_, b30, b30_ = by.horner(a29, a29_, b29, b29_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a31, a31_, b31, b31_ = by.horner(a30, a30_, b30, b30_, w0, w0_, w1, w1_, 0.0, 0.0)
+    B02 = by.over(b29, b29_, m2, m2_)
+    B12 = by.over(b30, b30_, m2, m2_)
+    P02 = by.over(b31, b31_, m2, m2_)
+    m3, m3_ = by.times_two(n0, n0_, 8.0, 0.0)
+    a32, a32_, b32, b32_ = by.horner(50.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_, 625.0, 0.0)
+    a33, a33_, b33, b33_ = by.horner(a32, a32_, b32, b32_, w0, w0_, w1, w1_, 3125.0, 0.0)
+    a34, a34_, b34, b34_ = by.product(a33, a33_, b33, b33_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
+    a35, a35_, b35, b35_ = by.horner(a34, a34_, b34, b34_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a36, a36_, b36, b36_ = by.horner(a35, a35_, b35, b35_, w0, w0_, w1, w1_, 0.0, 0.0)
+    B03 = by.over(b34, b34_, m3, m3_)
+    B13 = by.over(b35, b35_, m3, m3_)
+    P03 = by.over(b36, b36_, m3, m3_)
+    m4, m4_ = by.times_two(n0, n0_, 848.0, 0.0)
+    a37, a37_, b37, b37_ = by.horner(-18225.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_, -164025.0, 0.0)
+    a38, a38_, b38, b38_ = by.product(a37, a37_, b37, b37_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
+    a39, a39_, b39, b39_ = by.horner(a38, a38_, b38, b38_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a40, a40_, b40, b40_ = by.horner(a39, a39_, b39, b39_, w0, w0_, w1, w1_, 0.0, 0.0)
+    B04 = by.over(b38, b38_, m4, m4_)
+    B14 = by.over(b39, b39_, m4, m4_)
+    P04 = by.over(b40, b40_, m4, m4_)
+    m5, m5_ = by.times_two(n0, n0_, 7.0, 0.0)
+    a41, a41_, b41, b41_ = by.product(550.0, 0.0, 0.0, 0.0, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
+    a42, a42_, b42, b42_ = by.horner(a41, a41_, b41, b41_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a43, a43_, b43, b43_ = by.horner(a42, a42_, b42, b42_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a44, a44_ = by.plus_two(b43, b43_, m5, m5_)
+    B05 = by.over(b41, b41_, m5, m5_)
+    B15 = by.over(b42, b42_, m5, m5_)
+    P05 = by.over(a44, a44_, m5, m5_)
+    return (
+        D00, D01, D10, D11, B00, B01, B02, B03, B04, B05, B10, B11, B12, B13, B14, B15, O00, O01, P00, P01,
+        P02, P03, P04, P05
+    )
 
 
-@_exact
-def _transfer(s):
-    """`transfer` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi = s[j], s[48 + j]
-        x0 = 360000*xi
-        x1 = -x0
-        x2 = xi**2
-        x3 = 2*xi
-        x4 = x3 + 1
-        x5 = x3 - 1
-        x6 = x4*x5
-        x7 = 18*x2
-        x8 = xi**4
-        x9 = 48*x8
-        x10 = -1000*x7 + 1000*x9 + 1000
-        x11 = 400*xi
-        x12 = x11*(-30*x2 + x9 + 5)
-        x13 = 192*x8
-        x14 = 25*x13 - 2800*x2 + 225
-        x15 = 16*x2
-        x16 = 50*xi
-        x17 = x16*(x15 - 7)
-        x18 = Omega - 10*xi
-        x19 = 25*x6
-        x20 = Omega*(Omega*(Omega*(Omega*(Omega*x18 + x19) - x17) + x14) - x12)
-        x21 = Omega*(Omega*(Omega*(Omega*(x10 + x20) - 30000*x6*xi) + 240000*x2 - 30000) + x1) + 360000
-        x22 = 1200*xi
-        x23 = 2*x2
-        x24 = xi*(x23 - 1)
-        x25 = 4*x2 - x4
-        x26 = 4*x2
-        x27 = x26 + x5
-        x28 = 60000*x6
-        x29 = 60000*x24
-        x30 = Omega*x22*x6*(x26 - 3) - 3000*x25*x27
-        den = 360000.0
-        whole = x21
-        P = (Omega**2*x21) / den
-        g1 = (Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(x20 + 200*x7 - 200*x9 + 38400*xi**6 - 200) - 96000*xi**5) + 240000*x8) - 480000*xi**3) + 720000*x2) - 720000*xi) + 360000) / den
-        u0 = (Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(-Omega*x18 - x19) + x17) - x14) + x12) - x10) + x22*(96*x2 - 23)) - 228000*x2 + 27000) + 330000*xi) - 300000) / whole
-        u1 = (Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(-Omega + 8*xi) - 5*x15 + 25) + 300*x24) + 2100*x2 - 3200*x8 - 225) + x16*(x13 - 128*x2 + 31)) + 200*x23 - 14400*x8 + 200) + x11*(102*x2 - 11)) - 72000*x2 + 3000) + 90000*xi) - 60000) / whole
-        v0 = (Omega*(Omega*(Omega*(600*Omega*x25*x27 - 12000*x24) + 15000*x6) - 120000*xi) + 180000) / den
-        v1 = (Omega*(Omega*(Omega*(Omega*(-10800*x2 + x20 + 38400*x8 + 400) - 6000*xi*(x15 - 3)) + 180000*x2 - 15000) - 240000*xi) + 180000) / den
-        a0 = (Omega*(Omega*(Omega*(-Omega*x30 - x29) + x28) + x1) + 360000) / den
-        a1 = (Omega*(Omega*(Omega*(Omega*x30 + x29) - x28) + x0) - 360000) / den
-        S = whole / den
-        s[96 + j], s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j] = P, g1, u0, u1, S, v0, v1, a0, a1
+def transfer(by, Omega, xi):
+    """Filter from a load, linear between steps, to the response from rest (see linear_filter).
 
-
-@_compile
-def transfer(Omega, xi, out):
-    """Filter from a load, linear between steps, to the response from rest (see linear_filter); out (9, n).
-
-    Rows of out: P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
+    P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
     u = S (q + k0 e0 + k1 e1 + ...) and h*v, h^2*a = k0 e0 + k1 e1 + ...; e1, e2, ... are e0 of the steps before.
     """
-    s = np.ones(11 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j] = Omega[first + j], xi[first + j]
-        _transfer(s)
-        for r in range(9):
-            for j in range(size):
-                out[r, first + j] = s[(2 + r) * 48 + j]
+    x0 = 360000*xi
+    x1 = -x0
+    x2 = xi**2
+    x3 = 2*xi
+    x4 = x3 + 1
+    x5 = x3 - 1
+    x6 = x4*x5
+    x7 = 18*x2
+    x8 = xi**4
+    x9 = 48*x8
+    x10 = -1000*x7 + 1000*x9 + 1000
+    x11 = 400*xi
+    x12 = x11*(-30*x2 + x9 + 5)
+    x13 = 192*x8
+    x14 = 25*x13 - 2800*x2 + 225
+    x15 = 16*x2
+    x16 = 50*xi
+    x17 = x16*(x15 - 7)
+    x18 = Omega - 10*xi
+    x19 = 25*x6
+    x20 = Omega*(Omega*(Omega*(Omega*(Omega*x18 + x19) - x17) + x14) - x12)
+    x21 = Omega*(Omega*(Omega*(Omega*(x10 + x20) - 30000*x6*xi) + 240000*x2 - 30000) + x1) + 360000
+    x22 = 1200*xi
+    x23 = 2*x2
+    x24 = xi*(x23 - 1)
+    x25 = 4*x2 - x4
+    x26 = 4*x2
+    x27 = x26 + x5
+    x28 = 60000*x6
+    x29 = 60000*x24
+    x30 = Omega*x22*x6*(x26 - 3) - 3000*x25*x27
+    den = 360000.0
+    whole = x21
+    P = (Omega**2*x21) / den
+    g1 = (Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(x20 + 200*x7 - 200*x9 + 38400*xi**6 - 200) - 96000*xi**5) + 240000*x8) - 480000*xi**3) + 720000*x2) - 720000*xi) + 360000) / den
+    u0 = (Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(-Omega*x18 - x19) + x17) - x14) + x12) - x10) + x22*(96*x2 - 23)) - 228000*x2 + 27000) + 330000*xi) - 300000) / whole
+    u1 = (Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(-Omega + 8*xi) - 5*x15 + 25) + 300*x24) + 2100*x2 - 3200*x8 - 225) + x16*(x13 - 128*x2 + 31)) + 200*x23 - 14400*x8 + 200) + x11*(102*x2 - 11)) - 72000*x2 + 3000) + 90000*xi) - 60000) / whole
+    v0 = (Omega*(Omega*(Omega*(600*Omega*x25*x27 - 12000*x24) + 15000*x6) - 120000*xi) + 180000) / den
+    v1 = (Omega*(Omega*(Omega*(Omega*(-10800*x2 + x20 + 38400*x8 + 400) - 6000*xi*(x15 - 3)) + 180000*x2 - 15000) - 240000*xi) + 180000) / den
+    a0 = (Omega*(Omega*(Omega*(-Omega*x30 - x29) + x28) + x1) + 360000) / den
+    a1 = (Omega*(Omega*(Omega*(Omega*x30 + x29) - x28) + x0) - 360000) / den
+    S = whole / den
+    return P, g1, u0, u1, S, v0, v1, a0, a1

@@ -89,10 +89,6 @@ FILTER = 2
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
-_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
-# called by kernels alone: not from Python, and so without the code for that
-_exact = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
-
 # contract: a * b + c may become one operation, rounded once
 _fused = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
 _inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"})
@@ -135,103 +131,6 @@ def _angle(y, x):
     angle = 0.7853981633974483 + angle if steep else angle
     angle = 1.5707963267948966 - angle if y > flat else angle
     return 3.141592653589793 - angle if x < 0.0 else angle
-
-
-@_exact
-def _increment(Omega, xi, gamma):
-    """Denominator and numerators of A - I. 357 operations."""
-    x0 = 10*gamma - 3
-    x1 = 12*gamma
-    x2 = x0*x1
-    x3 = gamma**2
-    x4 = x0*xi
-    x5 = 72*x4
-    x6 = gamma**3
-    x7 = x0*x6
-    x8 = xi**2
-    x9 = 144*x8 + 36
-    x10 = gamma**4
-    x11 = gamma**5
-    x12 = Omega*x0
-    x13 = 12*gamma**7*x12
-    x14 = gamma**6*x5 + x13
-    x15 = Omega**2
-    x16 = 40*x6
-    x17 = 44*gamma + x16
-    x18 = -98*x3
-    x19 = x18 - 9
-    x20 = gamma*x0
-    x21 = 16*gamma
-    x22 = 20*x6
-    x23 = x22 - 3
-    x24 = x21 + x23
-    x25 = 6*x3
-    x26 = x25*x4
-    x27 = 10*x3
-    x28 = x27 + 2
-    x29 = -29*gamma + x28
-    x30 = -86*x3
-    x31 = gamma*x8
-    x32 = 4*gamma
-    x33 = -x32
-    x34 = x16 + x33 + 3
-    x35 = -12*x8
-    x36 = 80*x6*x8
-    x37 = x3*x8
-    x38 = x35 + x36 - 208*x37
-    x39 = 80*gamma
-    x40 = x16 + x39
-    x41 = 2*x20
-    x42 = x41*xi
-    x43 = 2*x3
-    x44 = -56*gamma*x8 - 40*x6*x8 + 6*x8
-    x45 = x0*x25
-    x46 = 18*x3
-    x47 = x16*x8
-    x48 = -116*x37 + x47
-    x49 = 2*x12
-    x50 = x10*x49
-    x51 = x30 - 15
-    x52 = 112*x31 + x38
-    x53 = 2*x7
-    x54 = x53*xi
-    x55 = x17 - 3
-    x56 = -52*x3
-    x57 = 28*gamma + x23
-    x58 = x0*(x56 + x57)
-    x59 = 20*gamma + 10*x6 - 3
-    x60 = -29*x3 + x59
-    x61 = 4*x0
-    x62 = x61*xi
-    x63 = x10*x62
-    x64 = 92*gamma + x16
-    x65 = x0*(x24 + x56)
-    x66 = 16*x3
-    x67 = x66*x8
-    x68 = x67 - 3
-    x69 = x0*x3
-    x70 = -x66
-    x71 = x24 + x70
-    x72 = 2*xi
-    x73 = 8*x31 - 3
-    x74 = -x43
-    x75 = 24*gamma
-    x76 = -x2
-    x77 = 2*x4
-    x78 = x21*x8
-    x79 = -62*x3 + x36 - 88*x37
-    x80 = x78 + x79
-    den = Omega*(Omega*(Omega*(Omega*(Omega*x14 + x0*x11*x9) + 48*x10*x4*(2*x8 + 3)) + x7*x9) + x3*x5) + x2
-    D_00 = x15*(Omega*(Omega*(Omega*(4*x0*x11*x29*xi - x13) + x7*(x30 + 64*x31 + x34 + x38)) + x26*(x24 - 48*x3)) + x20*(x17 + x19))
-    D_01 = Omega*(Omega*(Omega*(x50*(-18*gamma + x35 + x39*x8 + x46 + x48 + 3) + x54*(x40 + x51 + x52)) + x45*(12*gamma - 96*x37 - x43 - x44 - 3)) + x42*(x19 + x40)) + x2
-    D_02 = Omega*(Omega*(Omega*x60*x63 + x7*(-122*x3 + x52 + x64 - 15)) + x25*x58*xi) + x20*(x18 + x55)
-    D_10 = x15*(Omega*(Omega*(Omega*(-x11*x49*(-11*gamma + x28) - x54*x71) - 3*x69*(x1 + x43 + x68)) + x29*x3*x62) + x65)
-    D_11 = Omega*(Omega*(Omega*(Omega*(Omega*(-x13 - x63*(-11*x3 + x59)) - x53*(48*gamma - 32*x37 - x44 - x46 - 9)) - x26*(x68 + x74 + x75)) + x41*(x48 + x73)) + x65*x72)
-    D_12 = Omega*(Omega*(Omega*(-x50*x60 - x58*x6*x72) - 9*x69*(x33 + x43 + 1)) + x32*x4*x60) + x58
-    D_20 = x15*(Omega*(Omega*(Omega*(-Omega*x7*(-50*x3 + x34) - 12*x7*xi*(-13*gamma + x28)) - x20*(x17 + x80 - 9)) - x71*x77) + x76)
-    D_21 = Omega*(Omega*(Omega*(Omega*(Omega*(-6*x10*x12*(-6*gamma + x25 + 1) - x54*(x32 - 3)*(x27 + x32 - 1)) - x45*(x1 - 44*x37 + x47 + x73 + x74)) - x42*(x40 + x80 - 15)) - x61*(3*gamma + x22*x8 - x67 + x78 - 3*x8)) - x4*x75)
-    D_22 = Omega*(Omega*(Omega*(Omega*(-Omega*x14 - x7*(144*x37 + x51 + x64)) - 12*x3*x4*(-17*x3 + 8*x37 + x59)) - x20*(160*x31 + x55 + x79 - 24*x8)) - x77*(x57 + x70)) + x76
-    return den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22
 
 
 @_inline
@@ -510,424 +409,403 @@ def stability(Omega, xi, gamma, radius, damping, period):
     return refused < 0
 
 
-@_compile
-def amplification(Omega, xi, gamma, out):
-    """Amplification matrix in the order of STATE; out (n, 3, 3)."""
-    for i in range(out.shape[0]):
-        den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22 = _increment(Omega[i], xi[i], gamma[i])
-        out[i, 0, 0] = 1.0 + D_00 / den
-        out[i, 0, 1] = D_01 / den
-        out[i, 0, 2] = D_02 / den
-        out[i, 1, 0] = D_10 / den
-        out[i, 1, 1] = 1.0 + D_11 / den
-        out[i, 1, 2] = D_12 / den
-        out[i, 2, 0] = D_20 / den
-        out[i, 2, 1] = D_21 / den
-        out[i, 2, 2] = 1.0 + D_22 / den
+def amplification(by, Omega, xi, gamma):
+    """Amplification matrix (3, 3) in the order of STATE, row by row."""
+    x0 = 10*gamma - 3
+    x1 = 12*gamma
+    x2 = x0*x1
+    x3 = gamma**2
+    x4 = x0*xi
+    x5 = 72*x4
+    x6 = gamma**3
+    x7 = x0*x6
+    x8 = xi**2
+    x9 = 144*x8 + 36
+    x10 = gamma**4
+    x11 = gamma**5
+    x12 = Omega*x0
+    x13 = 12*gamma**7*x12
+    x14 = gamma**6*x5 + x13
+    x15 = Omega**2
+    x16 = 40*x6
+    x17 = 44*gamma + x16
+    x18 = -98*x3
+    x19 = x18 - 9
+    x20 = gamma*x0
+    x21 = 16*gamma
+    x22 = 20*x6
+    x23 = x22 - 3
+    x24 = x21 + x23
+    x25 = 6*x3
+    x26 = x25*x4
+    x27 = 10*x3
+    x28 = x27 + 2
+    x29 = -29*gamma + x28
+    x30 = -86*x3
+    x31 = gamma*x8
+    x32 = 4*gamma
+    x33 = -x32
+    x34 = x16 + x33 + 3
+    x35 = -12*x8
+    x36 = 80*x6*x8
+    x37 = x3*x8
+    x38 = x35 + x36 - 208*x37
+    x39 = 80*gamma
+    x40 = x16 + x39
+    x41 = 2*x20
+    x42 = x41*xi
+    x43 = 2*x3
+    x44 = -56*gamma*x8 - 40*x6*x8 + 6*x8
+    x45 = x0*x25
+    x46 = 18*x3
+    x47 = x16*x8
+    x48 = -116*x37 + x47
+    x49 = 2*x12
+    x50 = x10*x49
+    x51 = x30 - 15
+    x52 = 112*x31 + x38
+    x53 = 2*x7
+    x54 = x53*xi
+    x55 = x17 - 3
+    x56 = -52*x3
+    x57 = 28*gamma + x23
+    x58 = x0*(x56 + x57)
+    x59 = 20*gamma + 10*x6 - 3
+    x60 = -29*x3 + x59
+    x61 = 4*x0
+    x62 = x61*xi
+    x63 = x10*x62
+    x64 = 92*gamma + x16
+    x65 = x0*(x24 + x56)
+    x66 = 16*x3
+    x67 = x66*x8
+    x68 = x67 - 3
+    x69 = x0*x3
+    x70 = -x66
+    x71 = x24 + x70
+    x72 = 2*xi
+    x73 = 8*x31 - 3
+    x74 = -x43
+    x75 = 24*gamma
+    x76 = -x2
+    x77 = 2*x4
+    x78 = x21*x8
+    x79 = -62*x3 + x36 - 88*x37
+    x80 = x78 + x79
+    den = Omega*(Omega*(Omega*(Omega*(Omega*x14 + x0*x11*x9) + 48*x10*x4*(2*x8 + 3)) + x7*x9) + x3*x5) + x2
+    D_00 = (x15*(Omega*(Omega*(Omega*(4*x0*x11*x29*xi - x13) + x7*(x30 + 64*x31 + x34 + x38)) + x26*(x24 - 48*x3)) + x20*(x17 + x19))) / den
+    D_01 = (Omega*(Omega*(Omega*(x50*(-18*gamma + x35 + x39*x8 + x46 + x48 + 3) + x54*(x40 + x51 + x52)) + x45*(12*gamma - 96*x37 - x43 - x44 - 3)) + x42*(x19 + x40)) + x2) / den
+    D_02 = (Omega*(Omega*(Omega*x60*x63 + x7*(-122*x3 + x52 + x64 - 15)) + x25*x58*xi) + x20*(x18 + x55)) / den
+    D_10 = (x15*(Omega*(Omega*(Omega*(-x11*x49*(-11*gamma + x28) - x54*x71) - 3*x69*(x1 + x43 + x68)) + x29*x3*x62) + x65)) / den
+    D_11 = (Omega*(Omega*(Omega*(Omega*(Omega*(-x13 - x63*(-11*x3 + x59)) - x53*(48*gamma - 32*x37 - x44 - x46 - 9)) - x26*(x68 + x74 + x75)) + x41*(x48 + x73)) + x65*x72)) / den
+    D_12 = (Omega*(Omega*(Omega*(-x50*x60 - x58*x6*x72) - 9*x69*(x33 + x43 + 1)) + x32*x4*x60) + x58) / den
+    D_20 = (x15*(Omega*(Omega*(Omega*(-Omega*x7*(-50*x3 + x34) - 12*x7*xi*(-13*gamma + x28)) - x20*(x17 + x80 - 9)) - x71*x77) + x76)) / den
+    D_21 = (Omega*(Omega*(Omega*(Omega*(Omega*(-6*x10*x12*(-6*gamma + x25 + 1) - x54*(x32 - 3)*(x27 + x32 - 1)) - x45*(x1 - 44*x37 + x47 + x73 + x74)) - x42*(x40 + x80 - 15)) - x61*(3*gamma + x22*x8 - x67 + x78 - 3*x8)) - x4*x75)) / den
+    D_22 = (Omega*(Omega*(Omega*(Omega*(-Omega*x14 - x7*(144*x37 + x51 + x64)) - 12*x3*x4*(-17*x3 + 8*x37 + x59)) - x20*(160*x31 + x55 + x79 - 24*x8)) - x77*(x57 + x70)) + x76) / den
+    return 1.0 + D_00, D_01, D_02, D_10, 1.0 + D_11, D_12, D_20, D_21, 1.0 + D_22
 
 
-@_compile
-def stencil(gamma, out):
-    """Instants (n, 4) at which the load is taken, in steps after t_n."""
-    for i in range(out.shape[0]):
-        out[i, 0] = 0
-        out[i, 1] = 3/5
-        out[i, 2] = 2*gamma[i]
-        out[i, 3] = 1
+def stencil(by, gamma):
+    """Instants at which the load is taken, in steps after t_n."""
+    return 0, 3/5, 2*gamma, 1
 
 
-# tails are rounding errors, which fastmath would remove
-@_exact
-def _plus(a, b):
-    """The sum of two doubles: head, and tail, which is the rounding error of the head."""
-    head = a + b
-    rest = head - a
-    return head, (a - (head - rest)) + (b - rest)
+def coefficients(by, Omega, xi, gamma):
+    """D, B, O, P of linear_march_2_01y: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f.
 
-
-@_exact
-def _plus_one(a, b, b_):
-    """The sum of a double and a pair of head and tail."""
-    head, tail = _plus(a, b)
-    tail += b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _plus_two(a, a_, b, b_):
-    """The sum of two pairs of head and tail."""
-    head, tail = _plus(a, b)
-    tail += a_ + b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times(a, b):
-    """The product of two doubles: head and tail, from halves of their digits, whose products are exact."""
-    head, c, d = a * b, 134217729.0 * a, 134217729.0 * b
-    a1, b1 = c - (c - a), d - (d - b)
-    a2, b2 = a - a1, b - b1
-    return head, ((a1 * b1 - head) + a1 * b2 + a2 * b1) + a2 * b2
-
-
-@_exact
-def _times_one(a, b, b_):
-    """The product of a double and a pair of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times_two(a, a_, b, b_):
-    """The product of two pairs of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_ + a_ * b
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _over(a, a_, b, b_):
-    """The quotient of two pairs of head and tail, rounded to a double."""
-    head = a / b
-    product, tail = _times(head, b)
-    return head + ((a - product) - tail + a_ - head * b_) / b
-
-
-@_exact
-def _coefficients(s):
-    """`coefficients` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi, gamma = s[j], s[48 + j], s[96 + j]
-        s0, s0_ = _times(10.0, gamma)
-        d0, d0_ = _plus_one(-3.0, s0, s0_)
-        d1, d1_ = _times(12.0, gamma)
-        d2, d2_ = _times_two(d0, d0_, d1, d1_)
-        d3, d3_ = _times(gamma, gamma)
-        d4, d4_ = _times_one(xi, d0, d0_)
-        d5, d5_ = _times_one(72.0, d4, d4_)
-        s7, s7_ = _times(gamma, gamma)
-        d6, d6_ = _times_one(gamma, s7, s7_)
-        d7, d7_ = _times(xi, xi)
-        d8, d8_ = 4.0 * d7, 4.0 * d7_
-        s10, s10_ = _plus_one(1.0, d8, d8_)
-        s11, s11_ = _times_one(36.0, d0, d0_)
-        d9, d9_ = _times_two(s11, s11_, s10, s10_)
-        s13, s13_ = _times(gamma, gamma)
-        s14, s14_ = _times_one(gamma, s13, s13_)
-        d10, d10_ = _times_one(gamma, s14, s14_)
-        d11, d11_ = _times_one(12.0, d0, d0_)
-        s17, s17_ = _times(gamma, gamma)
-        s18, s18_ = _times_one(gamma, s17, s17_)
-        s19, s19_ = _times_one(gamma, s18, s18_)
-        s20, s20_ = _times_one(gamma, s19, s19_)
-        s21, s21_ = _times_one(gamma, s20, s20_)
-        s22, s22_ = _times_one(gamma, s21, s21_)
-        s23, s23_ = _times_one(Omega, d11, d11_)
-        d12, d12_ = _times_two(s23, s23_, s22, s22_)
-        s25, s25_ = _times(gamma, gamma)
-        s26, s26_ = _times_one(gamma, s25, s25_)
-        s27, s27_ = _times_one(gamma, s26, s26_)
-        s28, s28_ = _times_one(gamma, s27, s27_)
-        s29, s29_ = _times_one(gamma, s28, s28_)
-        s30, s30_ = _times_two(d5, d5_, s29, s29_)
-        d13, d13_ = _plus_two(d12, d12_, s30, s30_)
-        d14, d14_ = _times(Omega, Omega)
-        d15, d15_ = _times(6.0, gamma)
-        d16, d16_ = _times_two(d0, d0_, d15, d15_)
-        d17, d17_ = _times_one(24.0, d4, d4_)
-        d18 = 16.0 * gamma
-        d19, d19_ = _times_one(6.0, d3, d3_)
-        d20, d20_ = 8.0 * d7, 8.0 * d7_
-        d21, d21_ = _times_one(6.0, d0, d0_)
-        d22, d22_ = _times_two(d21, d21_, d6, d6_)
-        s39, s39_ = _plus_one(-1.0, d15, d15_)
-        d23, d23_ = _times_one(xi, s39, s39_)
-        d24, d24_ = _times_two(d2, d2_, d23, d23_)
-        s42, s42_ = _times_two(d20, d20_, d3, d3_)
-        d25, d25_ = _plus_one(-3.0, s42, s42_)
-        s44, s44_ = _plus_two(d1, d1_, d25, d25_)
-        s45, s45_ = _plus_two(s44, s44_, -2.0 * d3, -2.0 * d3_)
-        s46, s46_ = _times_two(d0, d0_, d19, d19_)
-        d26, d26_ = _times_two(s46, s46_, s45, s45_)
-        s48, s48_ = _times(3.0, gamma)
-        s49, s49_ = _plus_one(-1.0, s48, s48_)
-        s50, s50_ = _times_two(d10, d10_, d17, d17_)
-        s51, s51_ = _times_two(s50, s50_, s49, s49_)
-        s52, s52_ = _plus_one(1.0, d19, d19_)
-        s53, s53_ = _plus_two(s52, s52_, -1.0 * d15, -1.0 * d15_)
-        s54, s54_ = _times_one(Omega, d10, d10_)
-        s55, s55_ = _times_two(s54, s54_, d21, d21_)
-        s56, s56_ = _times_two(s55, s55_, s53, s53_)
-        d27, d27_ = _plus_two(s51, s51_, s56, s56_)
-        d28, d28_ = _times_one(24.0, d7, d7_)
-        s59, s59_ = _times_one(Omega, d13, d13_)
-        s60, s60_ = _times(gamma, gamma)
-        s61, s61_ = _times_one(gamma, s60, s60_)
-        s62, s62_ = _times_one(gamma, s61, s61_)
-        s63, s63_ = _times_one(gamma, s62, s62_)
-        s64, s64_ = _times_two(d9, d9_, s63, s63_)
-        s65, s65_ = _plus_two(s59, s59_, s64, s64_)
-        s66, s66_ = _times_one(Omega, s65, s65_)
-        s67, s67_ = _plus_one(3.0, 2.0 * d7, 2.0 * d7_)
-        s68, s68_ = _times_one(48.0, d10, d10_)
-        s69, s69_ = _times_two(s68, s68_, d4, d4_)
-        s70, s70_ = _times_two(s69, s69_, s67, s67_)
-        s71, s71_ = _plus_two(s66, s66_, s70, s70_)
-        s72, s72_ = _times_one(Omega, s71, s71_)
-        s73, s73_ = _times_two(d6, d6_, d9, d9_)
-        s74, s74_ = _plus_two(s72, s72_, s73, s73_)
-        s75, s75_ = _times_one(Omega, s74, s74_)
-        s76, s76_ = _times_two(d3, d3_, d5, d5_)
-        s77, s77_ = _plus_two(s75, s75_, s76, s76_)
-        s78, s78_ = _times_one(Omega, s77, s77_)
-        den, den_ = _plus_two(d2, d2_, s78, s78_)
-        s80, s80_ = _times_two(-1.0 * d10, -1.0 * d10_, d11, d11_)
-        s81, s81_ = _times_two(s80, s80_, d23, d23_)
-        s82, s82_ = _plus_two(-1.0 * d12, -1.0 * d12_, s81, s81_)
-        s83, s83_ = _times_one(Omega, s82, s82_)
-        s84, s84_ = _times_one(-1.0 * gamma, d20, d20_)
-        s85, s85_ = _plus(3.0, -1.0 * d18)
-        s86, s86_ = _plus_two(s85, s85_, d19, d19_)
-        s87, s87_ = _plus_two(s86, s86_, s84, s84_)
-        s88, s88_ = _times_two(d22, d22_, s87, s87_)
-        s89, s89_ = _plus_two(s83, s83_, s88, s88_)
-        s90, s90_ = _times_one(Omega, s89, s89_)
-        s91, s91_ = _plus(-3.0, gamma)
-        s92, s92_ = _times_two(d17, d17_, d6, d6_)
-        s93, s93_ = _times_two(s92, s92_, s91, s91_)
-        s94, s94_ = _plus_two(s90, s90_, s93, s93_)
-        s95, s95_ = _times_one(Omega, s94, s94_)
-        s96, s96_ = _plus_two(-1.0 * d16, -1.0 * d16_, s95, s95_)
-        N00, N00_ = _times_two(d14, d14_, s96, s96_)
-        s98, s98_ = _times_one(Omega, d27, d27_)
-        s99, s99_ = _plus_two(d26, d26_, s98, s98_)
-        s100, s100_ = _times_one(Omega, s99, s99_)
-        s101, s101_ = _plus_two(d24, d24_, s100, s100_)
-        s102, s102_ = _times_one(Omega, s101, s101_)
-        N01, N01_ = _plus_two(d2, d2_, s102, s102_)
-        s104, s104_ = _times_one(-1.0 * Omega, d27, d27_)
-        s105, s105_ = _plus_two(-1.0 * d26, -1.0 * d26_, s104, s104_)
-        s106, s106_ = _times_one(Omega, s105, s105_)
-        s107, s107_ = _plus_two(-1.0 * d24, -1.0 * d24_, s106, s106_)
-        s108, s108_ = _times_one(Omega, s107, s107_)
-        s109, s109_ = _plus_two(-1.0 * d2, -1.0 * d2_, s108, s108_)
-        N10, N10_ = _times_two(d14, d14_, s109, s109_)
-        s111, s111_ = _times_one(-1.0 * Omega, d13, d13_)
-        s112, s112_ = _times_two(d28, d28_, d3, d3_)
-        s113, s113_ = _plus(-3.0, d18)
-        s114, s114_ = _plus_two(s113, s113_, -1.0 * d19, -1.0 * d19_)
-        s115, s115_ = _plus_two(s114, s114_, s112, s112_)
-        s116, s116_ = _times_two(-1.0 * d22, -1.0 * d22_, s115, s115_)
-        s117, s117_ = _plus_two(s111, s111_, s116, s116_)
-        s118, s118_ = _times_one(Omega, s117, s117_)
-        s119, s119_ = _times(18.0, gamma)
-        s120, s120_ = _plus_two(d25, d25_, -4.0 * d3, -4.0 * d3_)
-        s121, s121_ = _plus_two(s120, s120_, s119, s119_)
-        s122, s122_ = _times_one(-1.0 * xi, d11, d11_)
-        s123, s123_ = _times_two(s122, s122_, d3, d3_)
-        s124, s124_ = _times_two(s123, s123_, s121, s121_)
-        s125, s125_ = _plus_two(s118, s118_, s124, s124_)
-        s126, s126_ = _times_one(Omega, s125, s125_)
-        s127, s127_ = _times_one(gamma, d28, d28_)
-        s128, s128_ = _plus_one(1.0, -1.0 * d8, -1.0 * d8_)
-        s129, s129_ = _plus_two(s128, s128_, s127, s127_)
-        s130, s130_ = _times_two(-1.0 * d16, -1.0 * d16_, s129, s129_)
-        s131, s131_ = _plus_two(s126, s126_, s130, s130_)
-        s132, s132_ = _times_one(Omega, s131, s131_)
-        s133, s133_ = _times_one(-1.0 * gamma, d17, d17_)
-        s134, s134_ = _plus_two(s132, s132_, s133, s133_)
-        N11, N11_ = _times_one(Omega, s134, s134_)
-        D00 = _over(N00, N00_, den, den_)
-        D01 = _over(N01, N01_, den, den_)
-        D10 = _over(N10, N10_, den, den_)
-        D11 = _over(N11, N11_, den, den_)
-        x0 = 10*gamma - 3
-        x1 = 12*gamma
-        x2 = x0*x1
-        x3 = gamma**2
-        x4 = x0*xi
-        x5 = 72*x4
-        x6 = gamma**3
-        x7 = x0*x6
-        x8 = xi**2
-        x9 = 4*x8
-        x10 = 36*x9 + 36
-        x11 = 2*x8
-        x12 = gamma**4
-        x13 = 48*x4
-        x14 = x12*x13
-        x15 = gamma**5
-        x16 = x0*x15
-        x17 = 12*Omega
-        x18 = x0*x17
-        x19 = gamma**7*x18
-        x20 = gamma**6
-        x21 = 40*x6
-        x22 = 44*gamma + x21 - 98*x3 - 3
-        x23 = gamma*x0
-        x24 = 6*x3
-        x25 = 20*x6
-        x26 = x25 - 3
-        x27 = x0*(28*gamma + x26 - 52*x3)
-        x28 = x27*xi
-        x29 = 20*gamma - 29*x3 + 10*x6 - 3
-        x30 = Omega*x29
-        x31 = x3*x8
-        x32 = gamma*x8
-        x33 = 92*gamma + x21 - 122*x3 - 15
-        x34 = 12*x8
-        x35 = 80*x6*x8
-        x36 = -x34 + x35
-        x37 = 4*gamma
-        x38 = 2*x3
-        x39 = -x37 + x38 + 1
-        x40 = 200*x39
-        x41 = x40*x6
-        x42 = 600*x12*x39*xi
-        x43 = Omega*x20
-        x44 = x40*xi
-        x45 = x11 + 1
-        x46 = x15*x40
-        x47 = 74*gamma - 166*x3 + 60*x6 - 9
-        x48 = 3*gamma
-        x49 = 18*x3
-        x50 = 26*gamma + x26 - 60*x3
-        x51 = x50*xi
-        x52 = 7*gamma - 2
-        x53 = x15*x52
-        x54 = 14*gamma
-        x55 = 24*x45
-        x56 = x3*x39
-        x57 = -9*x0*x56
-        x58 = x0*x12
-        x59 = 2*x28
-        x60 = Omega**2
-        x61 = 12*x3
-        x62 = x52*xi
-        x63 = 6*Omega
-        x64 = 6*x51
-        x65 = x0*x61
-        x66 = x7*xi
-        x67 = x48 - 1
-        x68 = 24*x23*xi
-        x69 = 24*x8
-        x70 = 6*gamma
-        x71 = 16*gamma
-        x72 = x65*xi
-        x73 = gamma*x34
-        x74 = x24 - x70 + 1
-        den_o = Omega*(Omega*(Omega*(Omega*(Omega*(x19 + x20*x5) + x10*x16) + x14*(x11 + 3)) + x10*x7) + x3*x5) + x2
-        B00 = (Omega*(Omega*(4*x12*x30*x4 + x7*(-208*x31 + 112*x32 + x33 + x36)) + x24*x28) + x22*x23) / den
-        B01 = (Omega*(Omega*(-x43*x44 - x45*x46) - x42) - x41) / den
-        B02 = (Omega*(Omega*(-x17*x53*xi + 3*x6*(-x25 - 240*x31 + 104*x32 + x36 + x49 - x54 + 3)) + x49*x51) + x47*x48) / den
-        B03 = (Omega*(Omega*(Omega*(x13*x20 + x19) + x16*x55) + x14) + 12*x7) / den
-        B10 = (Omega*(Omega*(Omega*(-2*x30*x58 - x59*x6) + x57) + x29*x37*x4) + x27) / den
-        B11 = (Omega*(-x41*xi + x60*(100*x39*x43 + x46*xi)) - 100*x56) / den
-        B12 = (Omega*(Omega*(Omega*(x53*x63 - x6*x64) + x57) - x61*x62) + 3*x50) / den
-        B13 = (Omega*(Omega*(Omega*(x13*x15 + x18*x20) + x55*x58) + 48*x66) + x65) / den
-        O00 = (x60*(Omega*(Omega*(Omega*(-x63*x7*(x61 - x71 + 3) - x72*(-18*gamma + 16*x3 + 3)) - x0*x70*(-gamma*x69 + x24 + x3*x69 + x9 - 1)) - x67*x68) - x2)) / den_o
-        O01 = (Omega*(Omega*(Omega*(Omega*(Omega*(-x58*x63*x74 - 36*x66*x74) - x0*x24*(x1 + 72*x31 - 72*x32 + x34 - x38 - 3)) - x68*(x11 + x3*x34 + 3*x3 + x67 - x73)) - x2*(x73 - x9 + 1)) - x68)) / den_o
-        P00 = (Omega*(Omega*(Omega*(-Omega*x33*x7 - x29*x72) - x23*(x22 - 232*x31 + 160*x32 + x35 - x69)) - x59)) / den_o
-        P01 = (Omega*(Omega*(Omega*(Omega*x46 + x42) + x41*x45) + x3*x44)) / den_o
-        P02 = (Omega*(Omega*(Omega*(3*Omega*x6*(x26 - x49 + x54) + 36*x6*x62) - x48*(-56*x31 + x47 + x71*x8)) - x64)) / den_o
-        P03 = (Omega*(Omega*(Omega*(x14 + x15*x18) + x55*x7) + x13*x3) + x2) / den_o
-        s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j], s[768 + j], s[816 + j], s[864 + j], s[912 + j], s[960 + j] = D00, D01, D10, D11, B00, B01, B02, B03, B10, B11, B12, B13, O00, O01, P00, P01, P02, P03
-
-
-@_compile
-def coefficients(Omega, xi, gamma, out):
-    """D, B, O, P of linear_march_2_01y: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f; out (18, n).
-
-    The rows of out are the entries of D, B, O, P, matrix by matrix and row by row. D is rounded once. Columns of
-    B and P beyond the scheme's own load instants, up to the march's 4, are zero.
+    Their entries, matrix by matrix and row by row. D is computed in pairs of doubles and rounded once. Columns of B and
+    P beyond the scheme's own load instants, up to the march's 4, are zero.
     """
-    s = np.ones(21 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j], s[96 + j] = Omega[first + j], xi[first + j], gamma[first + j]
-        _coefficients(s)
-        for r in range(18):
-            for j in range(size):
-                out[r, first + j] = s[(3 + r) * 48 + j]
+    s0, s0_ = by.times(10.0, gamma)
+    d0, d0_ = by.plus_one(-3.0, s0, s0_)
+    d1, d1_ = by.times(12.0, gamma)
+    d2, d2_ = by.times_two(d0, d0_, d1, d1_)
+    d3, d3_ = by.times(gamma, gamma)
+    d4, d4_ = by.times_one(xi, d0, d0_)
+    d5, d5_ = by.times_one(72.0, d4, d4_)
+    s7, s7_ = by.times(gamma, gamma)
+    d6, d6_ = by.times_one(gamma, s7, s7_)
+    d7, d7_ = by.times(xi, xi)
+    d8, d8_ = 4.0 * d7, 4.0 * d7_
+    s10, s10_ = by.plus_one(1.0, d8, d8_)
+    s11, s11_ = by.times_one(36.0, d0, d0_)
+    d9, d9_ = by.times_two(s11, s11_, s10, s10_)
+    s13, s13_ = by.times(gamma, gamma)
+    s14, s14_ = by.times_one(gamma, s13, s13_)
+    d10, d10_ = by.times_one(gamma, s14, s14_)
+    d11, d11_ = by.times_one(12.0, d0, d0_)
+    s17, s17_ = by.times(gamma, gamma)
+    s18, s18_ = by.times_one(gamma, s17, s17_)
+    s19, s19_ = by.times_one(gamma, s18, s18_)
+    s20, s20_ = by.times_one(gamma, s19, s19_)
+    s21, s21_ = by.times_one(gamma, s20, s20_)
+    s22, s22_ = by.times_one(gamma, s21, s21_)
+    s23, s23_ = by.times_one(Omega, d11, d11_)
+    d12, d12_ = by.times_two(s23, s23_, s22, s22_)
+    s25, s25_ = by.times(gamma, gamma)
+    s26, s26_ = by.times_one(gamma, s25, s25_)
+    s27, s27_ = by.times_one(gamma, s26, s26_)
+    s28, s28_ = by.times_one(gamma, s27, s27_)
+    s29, s29_ = by.times_one(gamma, s28, s28_)
+    s30, s30_ = by.times_two(d5, d5_, s29, s29_)
+    d13, d13_ = by.plus_two(d12, d12_, s30, s30_)
+    d14, d14_ = by.times(Omega, Omega)
+    d15, d15_ = by.times(6.0, gamma)
+    d16, d16_ = by.times_two(d0, d0_, d15, d15_)
+    d17, d17_ = by.times_one(24.0, d4, d4_)
+    d18 = 16.0 * gamma
+    d19, d19_ = by.times_one(6.0, d3, d3_)
+    d20, d20_ = 8.0 * d7, 8.0 * d7_
+    d21, d21_ = by.times_one(6.0, d0, d0_)
+    d22, d22_ = by.times_two(d21, d21_, d6, d6_)
+    s39, s39_ = by.plus_one(-1.0, d15, d15_)
+    d23, d23_ = by.times_one(xi, s39, s39_)
+    d24, d24_ = by.times_two(d2, d2_, d23, d23_)
+    s42, s42_ = by.times_two(d20, d20_, d3, d3_)
+    d25, d25_ = by.plus_one(-3.0, s42, s42_)
+    s44, s44_ = by.plus_two(d1, d1_, d25, d25_)
+    s45, s45_ = by.plus_two(s44, s44_, -2.0 * d3, -2.0 * d3_)
+    s46, s46_ = by.times_two(d0, d0_, d19, d19_)
+    d26, d26_ = by.times_two(s46, s46_, s45, s45_)
+    s48, s48_ = by.times(3.0, gamma)
+    s49, s49_ = by.plus_one(-1.0, s48, s48_)
+    s50, s50_ = by.times_two(d10, d10_, d17, d17_)
+    s51, s51_ = by.times_two(s50, s50_, s49, s49_)
+    s52, s52_ = by.plus_one(1.0, d19, d19_)
+    s53, s53_ = by.plus_two(s52, s52_, -1.0 * d15, -1.0 * d15_)
+    s54, s54_ = by.times_one(Omega, d10, d10_)
+    s55, s55_ = by.times_two(s54, s54_, d21, d21_)
+    s56, s56_ = by.times_two(s55, s55_, s53, s53_)
+    d27, d27_ = by.plus_two(s51, s51_, s56, s56_)
+    d28, d28_ = by.times_one(24.0, d7, d7_)
+    s59, s59_ = by.times_one(Omega, d13, d13_)
+    s60, s60_ = by.times(gamma, gamma)
+    s61, s61_ = by.times_one(gamma, s60, s60_)
+    s62, s62_ = by.times_one(gamma, s61, s61_)
+    s63, s63_ = by.times_one(gamma, s62, s62_)
+    s64, s64_ = by.times_two(d9, d9_, s63, s63_)
+    s65, s65_ = by.plus_two(s59, s59_, s64, s64_)
+    s66, s66_ = by.times_one(Omega, s65, s65_)
+    s67, s67_ = by.plus_one(3.0, 2.0 * d7, 2.0 * d7_)
+    s68, s68_ = by.times_one(48.0, d10, d10_)
+    s69, s69_ = by.times_two(s68, s68_, d4, d4_)
+    s70, s70_ = by.times_two(s69, s69_, s67, s67_)
+    s71, s71_ = by.plus_two(s66, s66_, s70, s70_)
+    s72, s72_ = by.times_one(Omega, s71, s71_)
+    s73, s73_ = by.times_two(d6, d6_, d9, d9_)
+    s74, s74_ = by.plus_two(s72, s72_, s73, s73_)
+    s75, s75_ = by.times_one(Omega, s74, s74_)
+    s76, s76_ = by.times_two(d3, d3_, d5, d5_)
+    s77, s77_ = by.plus_two(s75, s75_, s76, s76_)
+    s78, s78_ = by.times_one(Omega, s77, s77_)
+    den, den_ = by.plus_two(d2, d2_, s78, s78_)
+    s80, s80_ = by.times_two(-1.0 * d10, -1.0 * d10_, d11, d11_)
+    s81, s81_ = by.times_two(s80, s80_, d23, d23_)
+    s82, s82_ = by.plus_two(-1.0 * d12, -1.0 * d12_, s81, s81_)
+    s83, s83_ = by.times_one(Omega, s82, s82_)
+    s84, s84_ = by.times_one(-1.0 * gamma, d20, d20_)
+    s85, s85_ = by.plus(3.0, -1.0 * d18)
+    s86, s86_ = by.plus_two(s85, s85_, d19, d19_)
+    s87, s87_ = by.plus_two(s86, s86_, s84, s84_)
+    s88, s88_ = by.times_two(d22, d22_, s87, s87_)
+    s89, s89_ = by.plus_two(s83, s83_, s88, s88_)
+    s90, s90_ = by.times_one(Omega, s89, s89_)
+    s91, s91_ = by.plus(-3.0, gamma)
+    s92, s92_ = by.times_two(d17, d17_, d6, d6_)
+    s93, s93_ = by.times_two(s92, s92_, s91, s91_)
+    s94, s94_ = by.plus_two(s90, s90_, s93, s93_)
+    s95, s95_ = by.times_one(Omega, s94, s94_)
+    s96, s96_ = by.plus_two(-1.0 * d16, -1.0 * d16_, s95, s95_)
+    N00, N00_ = by.times_two(d14, d14_, s96, s96_)
+    s98, s98_ = by.times_one(Omega, d27, d27_)
+    s99, s99_ = by.plus_two(d26, d26_, s98, s98_)
+    s100, s100_ = by.times_one(Omega, s99, s99_)
+    s101, s101_ = by.plus_two(d24, d24_, s100, s100_)
+    s102, s102_ = by.times_one(Omega, s101, s101_)
+    N01, N01_ = by.plus_two(d2, d2_, s102, s102_)
+    s104, s104_ = by.times_one(-1.0 * Omega, d27, d27_)
+    s105, s105_ = by.plus_two(-1.0 * d26, -1.0 * d26_, s104, s104_)
+    s106, s106_ = by.times_one(Omega, s105, s105_)
+    s107, s107_ = by.plus_two(-1.0 * d24, -1.0 * d24_, s106, s106_)
+    s108, s108_ = by.times_one(Omega, s107, s107_)
+    s109, s109_ = by.plus_two(-1.0 * d2, -1.0 * d2_, s108, s108_)
+    N10, N10_ = by.times_two(d14, d14_, s109, s109_)
+    s111, s111_ = by.times_one(-1.0 * Omega, d13, d13_)
+    s112, s112_ = by.times_two(d28, d28_, d3, d3_)
+    s113, s113_ = by.plus(-3.0, d18)
+    s114, s114_ = by.plus_two(s113, s113_, -1.0 * d19, -1.0 * d19_)
+    s115, s115_ = by.plus_two(s114, s114_, s112, s112_)
+    s116, s116_ = by.times_two(-1.0 * d22, -1.0 * d22_, s115, s115_)
+    s117, s117_ = by.plus_two(s111, s111_, s116, s116_)
+    s118, s118_ = by.times_one(Omega, s117, s117_)
+    s119, s119_ = by.times(18.0, gamma)
+    s120, s120_ = by.plus_two(d25, d25_, -4.0 * d3, -4.0 * d3_)
+    s121, s121_ = by.plus_two(s120, s120_, s119, s119_)
+    s122, s122_ = by.times_one(-1.0 * xi, d11, d11_)
+    s123, s123_ = by.times_two(s122, s122_, d3, d3_)
+    s124, s124_ = by.times_two(s123, s123_, s121, s121_)
+    s125, s125_ = by.plus_two(s118, s118_, s124, s124_)
+    s126, s126_ = by.times_one(Omega, s125, s125_)
+    s127, s127_ = by.times_one(gamma, d28, d28_)
+    s128, s128_ = by.plus_one(1.0, -1.0 * d8, -1.0 * d8_)
+    s129, s129_ = by.plus_two(s128, s128_, s127, s127_)
+    s130, s130_ = by.times_two(-1.0 * d16, -1.0 * d16_, s129, s129_)
+    s131, s131_ = by.plus_two(s126, s126_, s130, s130_)
+    s132, s132_ = by.times_one(Omega, s131, s131_)
+    s133, s133_ = by.times_one(-1.0 * gamma, d17, d17_)
+    s134, s134_ = by.plus_two(s132, s132_, s133, s133_)
+    N11, N11_ = by.times_one(Omega, s134, s134_)
+    D00 = by.over(N00, N00_, den, den_)
+    D01 = by.over(N01, N01_, den, den_)
+    D10 = by.over(N10, N10_, den, den_)
+    D11 = by.over(N11, N11_, den, den_)
+    x0 = 10*gamma - 3
+    x1 = 12*gamma
+    x2 = x0*x1
+    x3 = gamma**2
+    x4 = x0*xi
+    x5 = 72*x4
+    x6 = gamma**3
+    x7 = x0*x6
+    x8 = xi**2
+    x9 = 4*x8
+    x10 = 36*x9 + 36
+    x11 = 2*x8
+    x12 = gamma**4
+    x13 = 48*x4
+    x14 = x12*x13
+    x15 = gamma**5
+    x16 = x0*x15
+    x17 = 12*Omega
+    x18 = x0*x17
+    x19 = gamma**7*x18
+    x20 = gamma**6
+    x21 = 40*x6
+    x22 = 44*gamma + x21 - 98*x3 - 3
+    x23 = gamma*x0
+    x24 = 6*x3
+    x25 = 20*x6
+    x26 = x25 - 3
+    x27 = x0*(28*gamma + x26 - 52*x3)
+    x28 = x27*xi
+    x29 = 20*gamma - 29*x3 + 10*x6 - 3
+    x30 = Omega*x29
+    x31 = x3*x8
+    x32 = gamma*x8
+    x33 = 92*gamma + x21 - 122*x3 - 15
+    x34 = 12*x8
+    x35 = 80*x6*x8
+    x36 = -x34 + x35
+    x37 = 4*gamma
+    x38 = 2*x3
+    x39 = -x37 + x38 + 1
+    x40 = 200*x39
+    x41 = x40*x6
+    x42 = 600*x12*x39*xi
+    x43 = Omega*x20
+    x44 = x40*xi
+    x45 = x11 + 1
+    x46 = x15*x40
+    x47 = 74*gamma - 166*x3 + 60*x6 - 9
+    x48 = 3*gamma
+    x49 = 18*x3
+    x50 = 26*gamma + x26 - 60*x3
+    x51 = x50*xi
+    x52 = 7*gamma - 2
+    x53 = x15*x52
+    x54 = 14*gamma
+    x55 = 24*x45
+    x56 = x3*x39
+    x57 = -9*x0*x56
+    x58 = x0*x12
+    x59 = 2*x28
+    x60 = Omega**2
+    x61 = 12*x3
+    x62 = x52*xi
+    x63 = 6*Omega
+    x64 = 6*x51
+    x65 = x0*x61
+    x66 = x7*xi
+    x67 = x48 - 1
+    x68 = 24*x23*xi
+    x69 = 24*x8
+    x70 = 6*gamma
+    x71 = 16*gamma
+    x72 = x65*xi
+    x73 = gamma*x34
+    x74 = x24 - x70 + 1
+    den_o = Omega*(Omega*(Omega*(Omega*(Omega*(x19 + x20*x5) + x10*x16) + x14*(x11 + 3)) + x10*x7) + x3*x5) + x2
+    B00 = (Omega*(Omega*(4*x12*x30*x4 + x7*(-208*x31 + 112*x32 + x33 + x36)) + x24*x28) + x22*x23) / den
+    B01 = (Omega*(Omega*(-x43*x44 - x45*x46) - x42) - x41) / den
+    B02 = (Omega*(Omega*(-x17*x53*xi + 3*x6*(-x25 - 240*x31 + 104*x32 + x36 + x49 - x54 + 3)) + x49*x51) + x47*x48) / den
+    B03 = (Omega*(Omega*(Omega*(x13*x20 + x19) + x16*x55) + x14) + 12*x7) / den
+    B10 = (Omega*(Omega*(Omega*(-2*x30*x58 - x59*x6) + x57) + x29*x37*x4) + x27) / den
+    B11 = (Omega*(-x41*xi + x60*(100*x39*x43 + x46*xi)) - 100*x56) / den
+    B12 = (Omega*(Omega*(Omega*(x53*x63 - x6*x64) + x57) - x61*x62) + 3*x50) / den
+    B13 = (Omega*(Omega*(Omega*(x13*x15 + x18*x20) + x55*x58) + 48*x66) + x65) / den
+    O00 = (x60*(Omega*(Omega*(Omega*(-x63*x7*(x61 - x71 + 3) - x72*(-18*gamma + 16*x3 + 3)) - x0*x70*(-gamma*x69 + x24 + x3*x69 + x9 - 1)) - x67*x68) - x2)) / den_o
+    O01 = (Omega*(Omega*(Omega*(Omega*(Omega*(-x58*x63*x74 - 36*x66*x74) - x0*x24*(x1 + 72*x31 - 72*x32 + x34 - x38 - 3)) - x68*(x11 + x3*x34 + 3*x3 + x67 - x73)) - x2*(x73 - x9 + 1)) - x68)) / den_o
+    P00 = (Omega*(Omega*(Omega*(-Omega*x33*x7 - x29*x72) - x23*(x22 - 232*x31 + 160*x32 + x35 - x69)) - x59)) / den_o
+    P01 = (Omega*(Omega*(Omega*(Omega*x46 + x42) + x41*x45) + x3*x44)) / den_o
+    P02 = (Omega*(Omega*(Omega*(3*Omega*x6*(x26 - x49 + x54) + 36*x6*x62) - x48*(-56*x31 + x47 + x71*x8)) - x64)) / den_o
+    P03 = (Omega*(Omega*(Omega*(x14 + x15*x18) + x55*x7) + x13*x3) + x2) / den_o
+    return D00, D01, D10, D11, B00, B01, B02, B03, B10, B11, B12, B13, O00, O01, P00, P01, P02, P03
 
 
-@_exact
-def _transfer(s):
-    """`transfer` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi, gamma = s[j], s[48 + j], s[96 + j]
-        x0 = 24*xi
-        x1 = xi**2
-        x2 = 4*x1 + 1
-        x3 = gamma**2
-        x4 = 12*x3
-        x5 = 2*x1
-        x6 = gamma**3
-        x7 = 16*x6
-        x8 = gamma**4
-        x9 = 12*x8
-        x10 = 4*Omega
-        x11 = gamma**6*x10
-        x12 = gamma**5
-        x13 = 6*gamma
-        x14 = x13 - 1
-        x15 = 4*xi
-        x16 = x14*x15
-        x17 = Omega*(x11 + x16*x6)
-        x18 = 8*x6
-        x19 = 12*gamma
-        x20 = 1 - x19
-        x21 = x20 + 36*x3
-        x22 = Omega*(Omega*(x1*x7 + x17 - x18 + x21) + x16) + 4
-        x23 = 3*gamma
-        x24 = x23 - 1
-        x25 = 8*xi
-        x26 = 3*x3
-        x27 = -x13
-        x28 = 6*x3
-        x29 = x27 + x28 + 1
-        x30 = 2*x6
-        x31 = -x28 + x30
-        x32 = x14 + x31
-        x33 = 2*x3
-        x34 = 2*gamma
-        x35 = Omega*x29
-        x36 = 8*x1
-        x37 = x34*(x19 + x3*x36 - x33 - 3)
-        x38 = x18*x24*xi + x30*x35
-        den = Omega*(Omega*(Omega*(Omega*(Omega*(x0*x12 + x11) + x2*x9) + x7*xi*(x5 + 3)) + x2*x4) + gamma*x0) + 4
-        whole = x22
-        P = (Omega**2*x22) / den
-        g1 = (Omega*(Omega*(Omega*(Omega*x29**2 + x15*x24*x29) - 4*x1*x19 + 4*x1*x4 + 4*x26 + 4*x5) + x24*x25) + 4) / den
-        u0 = (Omega*(Omega*(-x1*x18 - x10*x32*x6*xi - 12*x12 - x21 + 6*x6 + 24*x8) - x15*(x14 - x26 + x30)) + 2*x23 + 2*x31 - 4) / whole
-        u1 = (Omega*(2*x29*xi + x32*x35) - x34*(x27 + x33 + 3)) / whole
-        v0 = (Omega*(Omega*(x17 - x33*(-gamma*x36 - 16*gamma + x28 + 3)) - x25*x3*(gamma - 3)) + 2) / den
-        v1 = (Omega*(Omega*(x20 + 42*x3 - 40*x6 + x9) + x15*x32) + 2) / den
-        a0 = (Omega*(Omega*(Omega*x38 + x37) + x16) + 4) / den
-        a1 = (Omega*(Omega*(-Omega*x38 - x37) - x16) - 4) / den
-        S = whole / den
-        s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j] = P, g1, u0, u1, S, v0, v1, a0, a1
+def transfer(by, Omega, xi, gamma):
+    """Filter from a load, linear between steps, to the response from rest (see linear_filter).
 
-
-@_compile
-def transfer(Omega, xi, gamma, out):
-    """Filter from a load, linear between steps, to the response from rest (see linear_filter); out (9, n).
-
-    Rows of out: P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
+    P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
     u = S (q + k0 e0 + k1 e1 + ...) and h*v, h^2*a = k0 e0 + k1 e1 + ...; e1, e2, ... are e0 of the steps before.
     """
-    s = np.ones(12 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j], s[96 + j] = Omega[first + j], xi[first + j], gamma[first + j]
-        _transfer(s)
-        for r in range(9):
-            for j in range(size):
-                out[r, first + j] = s[(3 + r) * 48 + j]
+    x0 = 24*xi
+    x1 = xi**2
+    x2 = 4*x1 + 1
+    x3 = gamma**2
+    x4 = 12*x3
+    x5 = 2*x1
+    x6 = gamma**3
+    x7 = 16*x6
+    x8 = gamma**4
+    x9 = 12*x8
+    x10 = 4*Omega
+    x11 = gamma**6*x10
+    x12 = gamma**5
+    x13 = 6*gamma
+    x14 = x13 - 1
+    x15 = 4*xi
+    x16 = x14*x15
+    x17 = Omega*(x11 + x16*x6)
+    x18 = 8*x6
+    x19 = 12*gamma
+    x20 = 1 - x19
+    x21 = x20 + 36*x3
+    x22 = Omega*(Omega*(x1*x7 + x17 - x18 + x21) + x16) + 4
+    x23 = 3*gamma
+    x24 = x23 - 1
+    x25 = 8*xi
+    x26 = 3*x3
+    x27 = -x13
+    x28 = 6*x3
+    x29 = x27 + x28 + 1
+    x30 = 2*x6
+    x31 = -x28 + x30
+    x32 = x14 + x31
+    x33 = 2*x3
+    x34 = 2*gamma
+    x35 = Omega*x29
+    x36 = 8*x1
+    x37 = x34*(x19 + x3*x36 - x33 - 3)
+    x38 = x18*x24*xi + x30*x35
+    den = Omega*(Omega*(Omega*(Omega*(Omega*(x0*x12 + x11) + x2*x9) + x7*xi*(x5 + 3)) + x2*x4) + gamma*x0) + 4
+    whole = x22
+    P = (Omega**2*x22) / den
+    g1 = (Omega*(Omega*(Omega*(Omega*x29**2 + x15*x24*x29) - 4*x1*x19 + 4*x1*x4 + 4*x26 + 4*x5) + x24*x25) + 4) / den
+    u0 = (Omega*(Omega*(-x1*x18 - x10*x32*x6*xi - 12*x12 - x21 + 6*x6 + 24*x8) - x15*(x14 - x26 + x30)) + 2*x23 + 2*x31 - 4) / whole
+    u1 = (Omega*(2*x29*xi + x32*x35) - x34*(x27 + x33 + 3)) / whole
+    v0 = (Omega*(Omega*(x17 - x33*(-gamma*x36 - 16*gamma + x28 + 3)) - x25*x3*(gamma - 3)) + 2) / den
+    v1 = (Omega*(Omega*(x20 + 42*x3 - 40*x6 + x9) + x15*x32) + 2) / den
+    a0 = (Omega*(Omega*(Omega*x38 + x37) + x16) + 4) / den
+    a1 = (Omega*(Omega*(-Omega*x38 - x37) - x16) - 4) / den
+    S = whole / den
+    return P, g1, u0, u1, S, v0, v1, a0, a1

@@ -58,10 +58,6 @@ FILTER = 2
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
-_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
-# called by kernels alone: not from Python, and so without the code for that
-_exact = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
-
 # contract: a * b + c may become one operation, rounded once
 _fused = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
 _inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"})
@@ -104,98 +100,6 @@ def _angle(y, x):
     angle = 0.7853981633974483 + angle if steep else angle
     angle = 1.5707963267948966 - angle if y > flat else angle
     return 3.141592653589793 - angle if x < 0.0 else angle
-
-
-# alpha + beta*L is a, b: the matrix [[alpha, beta], [w0*beta, alpha + w1*beta]], L^2 = w0 + w1*L; tails end in _
-@_exact
-def _horner(a, a_, b, b_, w0, w0_, w1, w1_, c, c_):
-    """(a + b*L) L + c."""
-    x, x_ = _times_two(w0, w0_, b, b_)
-    y, y_ = _times_two(w1, w1_, b, b_)
-    x, x_ = _plus_two(x, x_, c, c_)
-    y, y_ = _plus_two(y, y_, a, a_)
-    return x, x_, y, y_
-
-
-@_exact
-def _conjugate(a, a_, b, b_, w0, w0_, w1, w1_):
-    """The c + d*L whose product with a + b*L is a number, and that number."""
-    c, c_ = _times_two(w1, w1_, b, b_)
-    c, c_ = _plus_two(c, c_, a, a_)
-    x, x_ = _times_two(a, a_, c, c_)
-    y, y_ = _times_two(b, b_, b, b_)
-    y, y_ = _times_two(-w0, -w0_, y, y_)
-    x, x_ = _plus_two(x, x_, y, y_)
-    return c, c_, -b, -b_, x, x_
-
-
-@_exact
-def _product(a, a_, b, b_, c, c_, d, d_, w0, w0_, w1, w1_):
-    """(a + b*L) (c + d*L)."""
-    x, x_ = _times_two(a, a_, d, d_)
-    y, y_ = _times_two(b, b_, d, d_)
-    x, x_, y, y_ = _horner(x, x_, y, y_, w0, w0_, w1, w1_, 0.0, 0.0)
-    s, s_ = _times_two(a, a_, c, c_)
-    x, x_ = _plus_two(x, x_, s, s_)
-    s, s_ = _times_two(b, b_, c, c_)
-    y, y_ = _plus_two(y, y_, s, s_)
-    return x, x_, y, y_
-
-
-@_exact
-def _difference(a, a_, b, b_, c, c_, d, d_):
-    """a*b - c*d."""
-    x, x_ = _times_two(a, a_, b, b_)
-    y, y_ = _times_two(-c, -c_, d, d_)
-    return _plus_two(x, x_, y, y_)
-
-
-@_exact
-def _increment(Omega, xi):
-    """Entries of A - I, each rounded once."""
-    s0, s0_ = _times(Omega, Omega)
-    w0, w0_ = -1.0 * s0, -1.0 * s0_
-    w1, w1_ = _times(-2.0 * Omega, xi)
-    a0, a0_, b0, b0_ = _horner(3.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_, -60.0, 0.0)
-    a1, a1_, b1, b1_ = _horner(a0, a0_, b0, b0_, w0, w0_, w1, w1_, 480.0, 0.0)
-    a2, a2_, b2, b2_ = _horner(a1, a1_, b1, b1_, w0, w0_, w1, w1_, -1920.0, 0.0)
-    a3, a3_, b3, b3_ = _horner(a2, a2_, b2, b2_, w0, w0_, w1, w1_, 3840.0, 0.0)
-    a4, a4_, b4, b4_ = _horner(a3, a3_, b3, b3_, w0, w0_, w1, w1_, -3072.0, 0.0)
-    c0, c0_, d0, d0_, n0, n0_ = _conjugate(a4, a4_, b4, b4_, w0, w0_, w1, w1_)
-    m0, m0_ = _times_two(n0, n0_, 43741.0, 0.0)
-    a5, a5_, b5, b5_ = _horner(-3.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_, 32.0, 0.0)
-    a6, a6_, b6, b6_ = _horner(a5, a5_, b5, b5_, w0, w0_, w1, w1_, -512.0, 0.0)
-    a7, a7_, b7, b7_ = _horner(a6, a6_, b6, b6_, w0, w0_, w1, w1_, 2304.0, 0.0)
-    a8, a8_, b8, b8_ = _horner(a7, a7_, b7, b7_, w0, w0_, w1, w1_, -3072.0, 0.0)
-    a9, a9_, b9, b9_ = _product(a8, a8_, b8, b8_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
-    a10, a10_, b10, b10_ = _horner(a9, a9_, b9, b9_, w0, w0_, w1, w1_, 0.0, 0.0)
-    a11, a11_ = _plus_two(a10, a10_, n0, n0_)
-    a12, a12_, b12, b12_ = _horner(a10, a10_, b10, b10_, w0, w0_, w1, w1_, 0.0, 0.0)
-    a13, a13_, b13, b13_ = _horner(a11, a11_, b10, b10_, w0, w0_, w1, w1_, 0.0, 0.0)
-    a14, a14_, b14, b14_ = _horner(a13, a13_, b13, b13_, w0, w0_, w1, w1_, 0.0, 0.0)
-    a15, a15_, b15, b15_ = _horner(-894552.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_, 1812344.0, 0.0)
-    a16, a16_, b16, b16_ = _horner(a15, a15_, b15, b15_, w0, w0_, w1, w1_, 8169216.0, 0.0)
-    a17, a17_, b17, b17_ = _horner(a16, a16_, b16, b16_, w0, w0_, w1, w1_, -21219584.0, 0.0)
-    a18, a18_, b18, b18_ = _product(a17, a17_, b17, b17_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
-    a19, a19_, b19, b19_ = _horner(a18, a18_, b18, b18_, w0, w0_, w1, w1_, 0.0, 0.0)
-    a20, a20_, b20, b20_ = _horner(a19, a19_, b19, b19_, w0, w0_, w1, w1_, 0.0, 0.0)
-    a21, a21_ = _difference(a10, a10_, 43741.0, 0.0, b18, b18_, w0, w0_)
-    D_00 = _over(a21, a21_, m0, m0_)
-    a22, a22_ = _difference(b10, b10_, 43741.0, 0.0, b18, b18_, w1, w1_)
-    D_01 = _over(a22, a22_, m0, m0_)
-    D_02 = _over(b18, b18_, m0, m0_)
-    a23, a23_ = _difference(a12, a12_, 43741.0, 0.0, b19, b19_, w0, w0_)
-    D_10 = _over(a23, a23_, m0, m0_)
-    a24, a24_ = _difference(b12, b12_, 43741.0, 0.0, b19, b19_, w1, w1_)
-    D_11 = _over(a24, a24_, m0, m0_)
-    D_12 = _over(b19, b19_, m0, m0_)
-    a25, a25_ = _difference(a14, a14_, 43741.0, 0.0, b20, b20_, w0, w0_)
-    D_20 = _over(a25, a25_, m0, m0_)
-    a26, a26_ = _difference(b14, b14_, 43741.0, 0.0, b20, b20_, w1, w1_)
-    D_21 = _over(a26, a26_, m0, m0_)
-    D_22 = _over(b20, b20_, m0, m0_)
-    D_22 -= 1.0
-    return D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22
 
 
 @_inline
@@ -473,266 +377,197 @@ def stability(Omega, xi, radius, damping, period):
     return refused < 0
 
 
-@_compile
-def amplification(Omega, xi, out):
-    """Amplification matrix in the order of STATE; out (n, 3, 3)."""
-    for i in range(out.shape[0]):
-        D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22 = _increment(Omega[i], xi[i])
-        out[i, 0, 0] = 1.0 + D_00
-        out[i, 0, 1] = D_01
-        out[i, 0, 2] = D_02
-        out[i, 1, 0] = D_10
-        out[i, 1, 1] = 1.0 + D_11
-        out[i, 1, 2] = D_12
-        out[i, 2, 0] = D_20
-        out[i, 2, 1] = D_21
-        out[i, 2, 2] = 1.0 + D_22
+def amplification(by, Omega, xi):
+    """Amplification matrix (3, 3) in the order of STATE, row by row."""
+    s0, s0_ = by.times(Omega, Omega)
+    w0, w0_ = -1.0 * s0, -1.0 * s0_
+    w1, w1_ = by.times(-2.0 * Omega, xi)
+    a0, a0_, b0, b0_ = by.horner(3.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_, -60.0, 0.0)
+    a1, a1_, b1, b1_ = by.horner(a0, a0_, b0, b0_, w0, w0_, w1, w1_, 480.0, 0.0)
+    a2, a2_, b2, b2_ = by.horner(a1, a1_, b1, b1_, w0, w0_, w1, w1_, -1920.0, 0.0)
+    a3, a3_, b3, b3_ = by.horner(a2, a2_, b2, b2_, w0, w0_, w1, w1_, 3840.0, 0.0)
+    a4, a4_, b4, b4_ = by.horner(a3, a3_, b3, b3_, w0, w0_, w1, w1_, -3072.0, 0.0)
+    c0, c0_, d0, d0_, n0, n0_ = by.conjugate(a4, a4_, b4, b4_, w0, w0_, w1, w1_)
+    m0, m0_ = by.times_two(n0, n0_, 43741.0, 0.0)
+    a5, a5_, b5, b5_ = by.horner(-3.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_, 32.0, 0.0)
+    a6, a6_, b6, b6_ = by.horner(a5, a5_, b5, b5_, w0, w0_, w1, w1_, -512.0, 0.0)
+    a7, a7_, b7, b7_ = by.horner(a6, a6_, b6, b6_, w0, w0_, w1, w1_, 2304.0, 0.0)
+    a8, a8_, b8, b8_ = by.horner(a7, a7_, b7, b7_, w0, w0_, w1, w1_, -3072.0, 0.0)
+    a9, a9_, b9, b9_ = by.product(a8, a8_, b8, b8_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
+    a10, a10_, b10, b10_ = by.horner(a9, a9_, b9, b9_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a11, a11_ = by.plus_two(a10, a10_, n0, n0_)
+    a12, a12_, b12, b12_ = by.horner(a10, a10_, b10, b10_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a13, a13_, b13, b13_ = by.horner(a11, a11_, b10, b10_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a14, a14_, b14, b14_ = by.horner(a13, a13_, b13, b13_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a15, a15_, b15, b15_ = by.horner(-894552.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_, 1812344.0, 0.0)
+    a16, a16_, b16, b16_ = by.horner(a15, a15_, b15, b15_, w0, w0_, w1, w1_, 8169216.0, 0.0)
+    a17, a17_, b17, b17_ = by.horner(a16, a16_, b16, b16_, w0, w0_, w1, w1_, -21219584.0, 0.0)
+    a18, a18_, b18, b18_ = by.product(a17, a17_, b17, b17_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
+    a19, a19_, b19, b19_ = by.horner(a18, a18_, b18, b18_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a20, a20_, b20, b20_ = by.horner(a19, a19_, b19, b19_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a21, a21_ = by.difference(a10, a10_, 43741.0, 0.0, b18, b18_, w0, w0_)
+    D_00 = by.over(a21, a21_, m0, m0_)
+    a22, a22_ = by.difference(b10, b10_, 43741.0, 0.0, b18, b18_, w1, w1_)
+    D_01 = by.over(a22, a22_, m0, m0_)
+    D_02 = by.over(b18, b18_, m0, m0_)
+    a23, a23_ = by.difference(a12, a12_, 43741.0, 0.0, b19, b19_, w0, w0_)
+    D_10 = by.over(a23, a23_, m0, m0_)
+    a24, a24_ = by.difference(b12, b12_, 43741.0, 0.0, b19, b19_, w1, w1_)
+    D_11 = by.over(a24, a24_, m0, m0_)
+    D_12 = by.over(b19, b19_, m0, m0_)
+    a25, a25_ = by.difference(a14, a14_, 43741.0, 0.0, b20, b20_, w0, w0_)
+    D_20 = by.over(a25, a25_, m0, m0_)
+    a26, a26_ = by.difference(b14, b14_, 43741.0, 0.0, b20, b20_, w1, w1_)
+    D_21 = by.over(a26, a26_, m0, m0_)
+    D_22 = by.over(b20, b20_, m0, m0_)
+    D_22 -= 1.0
+    return 1.0 + D_00, D_01, D_02, D_10, 1.0 + D_11, D_12, D_20, D_21, 1.0 + D_22
 
 
-@_compile
-def stencil(out):
-    """Instants (n, 6) at which the load is taken, in steps after t_n."""
-    for i in range(out.shape[0]):
-        out[i, 0] = 0
-        out[i, 1] = 83/250
-        out[i, 2] = 1/2
-        out[i, 3] = 31/50
-        out[i, 4] = 17/20
-        out[i, 5] = 1
+def stencil(by):
+    """Instants at which the load is taken, in steps after t_n."""
+    return 0, 83/250, 1/2, 31/50, 17/20, 1
 
 
-# tails are rounding errors, which fastmath would remove
-@_exact
-def _plus(a, b):
-    """The sum of two doubles: head, and tail, which is the rounding error of the head."""
-    head = a + b
-    rest = head - a
-    return head, (a - (head - rest)) + (b - rest)
+def coefficients(by, Omega, xi):
+    """D, B, O, P of linear_march_2_01y: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f.
 
-
-@_exact
-def _plus_one(a, b, b_):
-    """The sum of a double and a pair of head and tail."""
-    head, tail = _plus(a, b)
-    tail += b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _plus_two(a, a_, b, b_):
-    """The sum of two pairs of head and tail."""
-    head, tail = _plus(a, b)
-    tail += a_ + b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times(a, b):
-    """The product of two doubles: head and tail, from halves of their digits, whose products are exact."""
-    head, c, d = a * b, 134217729.0 * a, 134217729.0 * b
-    a1, b1 = c - (c - a), d - (d - b)
-    a2, b2 = a - a1, b - b1
-    return head, ((a1 * b1 - head) + a1 * b2 + a2 * b1) + a2 * b2
-
-
-@_exact
-def _times_one(a, b, b_):
-    """The product of a double and a pair of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times_two(a, a_, b, b_):
-    """The product of two pairs of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_ + a_ * b
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _over(a, a_, b, b_):
-    """The quotient of two pairs of head and tail, rounded to a double."""
-    head = a / b
-    product, tail = _times(head, b)
-    return head + ((a - product) - tail + a_ - head * b_) / b
-
-
-@_exact
-def _coefficients(s):
-    """`coefficients` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi = s[j], s[48 + j]
-        s0, s0_ = _times(Omega, Omega)
-        w0, w0_ = -1.0 * s0, -1.0 * s0_
-        w1, w1_ = _times(-2.0 * Omega, xi)
-        a0, a0_, b0, b0_ = _horner(3.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_, -60.0, 0.0)
-        a1, a1_, b1, b1_ = _horner(a0, a0_, b0, b0_, w0, w0_, w1, w1_, 480.0, 0.0)
-        a2, a2_, b2, b2_ = _horner(a1, a1_, b1, b1_, w0, w0_, w1, w1_, -1920.0, 0.0)
-        a3, a3_, b3, b3_ = _horner(a2, a2_, b2, b2_, w0, w0_, w1, w1_, 3840.0, 0.0)
-        a4, a4_, b4, b4_ = _horner(a3, a3_, b3, b3_, w0, w0_, w1, w1_, -3072.0, 0.0)
-        c0, c0_, d0, d0_, n0, n0_ = _conjugate(a4, a4_, b4, b4_, w0, w0_, w1, w1_)
-        a5, a5_, b5, b5_ = _horner(-3.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_, 32.0, 0.0)
-        a6, a6_, b6, b6_ = _horner(a5, a5_, b5, b5_, w0, w0_, w1, w1_, -512.0, 0.0)
-        a7, a7_, b7, b7_ = _horner(a6, a6_, b6, b6_, w0, w0_, w1, w1_, 2304.0, 0.0)
-        a8, a8_, b8, b8_ = _horner(a7, a7_, b7, b7_, w0, w0_, w1, w1_, -3072.0, 0.0)
-        a9, a9_, b9, b9_ = _product(a8, a8_, b8, b8_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
-        a10, a10_, b10, b10_ = _horner(a9, a9_, b9, b9_, w0, w0_, w1, w1_, 0.0, 0.0)
-        a11, a11_ = _plus_two(a10, a10_, n0, n0_)
-        a12, a12_, b12, b12_ = _horner(a10, a10_, b10, b10_, w0, w0_, w1, w1_, 0.0, 0.0)
-        a13, a13_, b13, b13_ = _horner(a11, a11_, b10, b10_, w0, w0_, w1, w1_, 0.0, 0.0)
-        a14, a14_, b14, b14_ = _horner(a13, a13_, b13, b13_, w0, w0_, w1, w1_, 0.0, 0.0)
-        D00 = _over(a10, a10_, n0, n0_)
-        D01 = _over(b10, b10_, n0, n0_)
-        D10 = _over(a12, a12_, n0, n0_)
-        D11 = _over(b12, b12_, n0, n0_)
-        O00 = _over(a14, a14_, n0, n0_)
-        O01 = _over(b14, b14_, n0, n0_)
-        m0, m0_ = _times_two(n0, n0_, 43741.0, 0.0)
-        a15, a15_, b15, b15_ = _horner(-894552.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_, 1812344.0, 0.0)
-        a16, a16_, b16, b16_ = _horner(a15, a15_, b15, b15_, w0, w0_, w1, w1_, 8169216.0, 0.0)
-        a17, a17_, b17, b17_ = _horner(a16, a16_, b16, b16_, w0, w0_, w1, w1_, -21219584.0, 0.0)
-        a18, a18_, b18, b18_ = _product(a17, a17_, b17, b17_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
-        a19, a19_, b19, b19_ = _horner(a18, a18_, b18, b18_, w0, w0_, w1, w1_, 0.0, 0.0)
-        a20, a20_, b20, b20_ = _horner(a19, a19_, b19, b19_, w0, w0_, w1, w1_, 0.0, 0.0)
-        B00 = _over(b18, b18_, m0, m0_)
-        B10 = _over(b19, b19_, m0, m0_)
-        P00 = _over(b20, b20_, m0, m0_)
-        m1, m1_ = _times_two(n0, n0_, 5229.0, 0.0)
-        a21, a21_, b21, b21_ = _horner(-176875.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_, 665000.0, 0.0)
-        a22, a22_, b22, b22_ = _horner(a21, a21_, b21, b21_, w0, w0_, w1, w1_, 920000.0, 0.0)
-        a23, a23_, b23, b23_ = _horner(a22, a22_, b22, b22_, w0, w0_, w1, w1_, -3000000.0, 0.0)
-        a24, a24_, b24, b24_ = _product(a23, a23_, b23, b23_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
-        a25, a25_, b25, b25_ = _horner(a24, a24_, b24, b24_, w0, w0_, w1, w1_, 0.0, 0.0)
-        a26, a26_, b26, b26_ = _horner(a25, a25_, b25, b25_, w0, w0_, w1, w1_, 0.0, 0.0)
-        B01 = _over(b24, b24_, m1, m1_)
-        B11 = _over(b25, b25_, m1, m1_)
-        P01 = _over(b26, b26_, m1, m1_)
-        m2, m2_ = _times_two(n0, n0_, 7.0, 0.0)
-        a27, a27_, b27, b27_ = _horner(27.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_, -276.0, 0.0)
-        a28, a28_, b28, b28_ = _horner(a27, a27_, b27, b27_, w0, w0_, w1, w1_, 0.0, 0.0)
-        a29, a29_, b29, b29_ = _horner(a28, a28_, b28, b28_, w0, w0_, w1, w1_, 0.0, 0.0)
-        a30, a30_, b30, b30_ = _product(a29, a29_, b29, b29_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
-        a31, a31_, b31, b31_ = _horner(a30, a30_, b30, b30_, w0, w0_, w1, w1_, 0.0, 0.0)
-        a32, a32_, b32, b32_ = _horner(a31, a31_, b31, b31_, w0, w0_, w1, w1_, 0.0, 0.0)
-        B02 = _over(b30, b30_, m2, m2_)
-        B12 = _over(b31, b31_, m2, m2_)
-        P02 = _over(b32, b32_, m2, m2_)
-        m3, m3_ = _times_two(n0, n0_, 6417.0, 0.0)
-        a33, a33_, b33, b33_ = _horner(305650.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_, -3283700.0, 0.0)
-        a34, a34_, b34, b34_ = _horner(a33, a33_, b33, b33_, w0, w0_, w1, w1_, 11598400.0, 0.0)
-        a35, a35_, b35, b35_ = _horner(a34, a34_, b34, b34_, w0, w0_, w1, w1_, -13416000.0, 0.0)
-        a36, a36_, b36, b36_ = _product(a35, a35_, b35, b35_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
-        a37, a37_, b37, b37_ = _horner(a36, a36_, b36, b36_, w0, w0_, w1, w1_, 0.0, 0.0)
-        a38, a38_, b38, b38_ = _horner(a37, a37_, b37, b37_, w0, w0_, w1, w1_, 0.0, 0.0)
-        B03 = _over(b36, b36_, m3, m3_)
-        B13 = _over(b37, b37_, m3, m3_)
-        P03 = _over(b38, b38_, m3, m3_)
-        m4, m4_ = _times_two(n0, n0_, 2737.0, 0.0)
-        a39, a39_, b39, b39_ = _horner(-36160.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_, 433920.0, 0.0)
-        a40, a40_, b40, b40_ = _horner(a39, a39_, b39, b39_, w0, w0_, w1, w1_, -1735680.0, 0.0)
-        a41, a41_, b41, b41_ = _horner(a40, a40_, b40, b40_, w0, w0_, w1, w1_, 2314240.0, 0.0)
-        a42, a42_, b42, b42_ = _product(a41, a41_, b41, b41_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
-        a43, a43_, b43, b43_ = _horner(a42, a42_, b42, b42_, w0, w0_, w1, w1_, 0.0, 0.0)
-        a44, a44_, b44, b44_ = _horner(a43, a43_, b43, b43_, w0, w0_, w1, w1_, 0.0, 0.0)
-        B04 = _over(b42, b42_, m4, m4_)
-        B14 = _over(b43, b43_, m4, m4_)
-        P04 = _over(b44, b44_, m4, m4_)
-        a45, a45_, b45, b45_ = _horner(-3.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_, 48.0, 0.0)
-        a46, a46_, b46, b46_ = _horner(a45, a45_, b45, b45_, w0, w0_, w1, w1_, -288.0, 0.0)
-        a47, a47_, b47, b47_ = _horner(a46, a46_, b46, b46_, w0, w0_, w1, w1_, 768.0, 0.0)
-        a48, a48_, b48, b48_ = _horner(a47, a47_, b47, b47_, w0, w0_, w1, w1_, -768.0, 0.0)
-        a49, a49_, b49, b49_ = _product(a48, a48_, b48, b48_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
-        a50, a50_, b50, b50_ = _horner(a49, a49_, b49, b49_, w0, w0_, w1, w1_, 0.0, 0.0)
-        a51, a51_, b51, b51_ = _horner(a50, a50_, b50, b50_, w0, w0_, w1, w1_, 0.0, 0.0)
-        a52, a52_ = _plus_two(b51, b51_, n0, n0_)
-        B05 = _over(b49, b49_, n0, n0_)
-        B15 = _over(b50, b50_, n0, n0_)
-        P05 = _over(a52, a52_, n0, n0_)
-        s[96 + j], s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j], s[768 + j], s[816 + j], s[864 + j], s[912 + j], s[960 + j], s[1008 + j], s[1056 + j], s[1104 + j], s[1152 + j], s[1200 + j] = D00, D01, D10, D11, B00, B01, B02, B03, B04, B05, B10, B11, B12, B13, B14, B15, O00, O01, P00, P01, P02, P03, P04, P05
-
-
-@_compile
-def coefficients(Omega, xi, out):
-    """D, B, O, P of linear_march_2_01y: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f; out (24, n).
-
-    The rows of out are the entries of D, B, O, P, matrix by matrix and row by row. D is rounded once. Columns of
-    B and P beyond the scheme's own load instants, up to the march's 6, are zero.
+    Their entries, matrix by matrix and row by row. D is computed in pairs of doubles and rounded once. Columns of B and
+    P beyond the scheme's own load instants, up to the march's 6, are zero.
     """
-    s = np.ones(26 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j] = Omega[first + j], xi[first + j]
-        _coefficients(s)
-        for r in range(24):
-            for j in range(size):
-                out[r, first + j] = s[(2 + r) * 48 + j]
+    s0, s0_ = by.times(Omega, Omega)
+    w0, w0_ = -1.0 * s0, -1.0 * s0_
+    w1, w1_ = by.times(-2.0 * Omega, xi)
+    a0, a0_, b0, b0_ = by.horner(3.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_, -60.0, 0.0)
+    a1, a1_, b1, b1_ = by.horner(a0, a0_, b0, b0_, w0, w0_, w1, w1_, 480.0, 0.0)
+    a2, a2_, b2, b2_ = by.horner(a1, a1_, b1, b1_, w0, w0_, w1, w1_, -1920.0, 0.0)
+    a3, a3_, b3, b3_ = by.horner(a2, a2_, b2, b2_, w0, w0_, w1, w1_, 3840.0, 0.0)
+    a4, a4_, b4, b4_ = by.horner(a3, a3_, b3, b3_, w0, w0_, w1, w1_, -3072.0, 0.0)
+    c0, c0_, d0, d0_, n0, n0_ = by.conjugate(a4, a4_, b4, b4_, w0, w0_, w1, w1_)
+    a5, a5_, b5, b5_ = by.horner(-3.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_, 32.0, 0.0)
+    a6, a6_, b6, b6_ = by.horner(a5, a5_, b5, b5_, w0, w0_, w1, w1_, -512.0, 0.0)
+    a7, a7_, b7, b7_ = by.horner(a6, a6_, b6, b6_, w0, w0_, w1, w1_, 2304.0, 0.0)
+    a8, a8_, b8, b8_ = by.horner(a7, a7_, b7, b7_, w0, w0_, w1, w1_, -3072.0, 0.0)
+    a9, a9_, b9, b9_ = by.product(a8, a8_, b8, b8_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
+    a10, a10_, b10, b10_ = by.horner(a9, a9_, b9, b9_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a11, a11_ = by.plus_two(a10, a10_, n0, n0_)
+    a12, a12_, b12, b12_ = by.horner(a10, a10_, b10, b10_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a13, a13_, b13, b13_ = by.horner(a11, a11_, b10, b10_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a14, a14_, b14, b14_ = by.horner(a13, a13_, b13, b13_, w0, w0_, w1, w1_, 0.0, 0.0)
+    D00 = by.over(a10, a10_, n0, n0_)
+    D01 = by.over(b10, b10_, n0, n0_)
+    D10 = by.over(a12, a12_, n0, n0_)
+    D11 = by.over(b12, b12_, n0, n0_)
+    O00 = by.over(a14, a14_, n0, n0_)
+    O01 = by.over(b14, b14_, n0, n0_)
+    m0, m0_ = by.times_two(n0, n0_, 43741.0, 0.0)
+    a15, a15_, b15, b15_ = by.horner(-894552.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_, 1812344.0, 0.0)
+    a16, a16_, b16, b16_ = by.horner(a15, a15_, b15, b15_, w0, w0_, w1, w1_, 8169216.0, 0.0)
+    a17, a17_, b17, b17_ = by.horner(a16, a16_, b16, b16_, w0, w0_, w1, w1_, -21219584.0, 0.0)
+    a18, a18_, b18, b18_ = by.product(a17, a17_, b17, b17_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
+    a19, a19_, b19, b19_ = by.horner(a18, a18_, b18, b18_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a20, a20_, b20, b20_ = by.horner(a19, a19_, b19, b19_, w0, w0_, w1, w1_, 0.0, 0.0)
+    B00 = by.over(b18, b18_, m0, m0_)
+    B10 = by.over(b19, b19_, m0, m0_)
+    P00 = by.over(b20, b20_, m0, m0_)
+    m1, m1_ = by.times_two(n0, n0_, 5229.0, 0.0)
+    a21, a21_, b21, b21_ = by.horner(-176875.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_, 665000.0, 0.0)
+    a22, a22_, b22, b22_ = by.horner(a21, a21_, b21, b21_, w0, w0_, w1, w1_, 920000.0, 0.0)
+    a23, a23_, b23, b23_ = by.horner(a22, a22_, b22, b22_, w0, w0_, w1, w1_, -3000000.0, 0.0)
+    a24, a24_, b24, b24_ = by.product(a23, a23_, b23, b23_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
+    a25, a25_, b25, b25_ = by.horner(a24, a24_, b24, b24_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a26, a26_, b26, b26_ = by.horner(a25, a25_, b25, b25_, w0, w0_, w1, w1_, 0.0, 0.0)
+    B01 = by.over(b24, b24_, m1, m1_)
+    B11 = by.over(b25, b25_, m1, m1_)
+    P01 = by.over(b26, b26_, m1, m1_)
+    m2, m2_ = by.times_two(n0, n0_, 7.0, 0.0)
+    a27, a27_, b27, b27_ = by.horner(27.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_, -276.0, 0.0)
+    a28, a28_, b28, b28_ = by.horner(a27, a27_, b27, b27_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a29, a29_, b29, b29_ = by.horner(a28, a28_, b28, b28_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a30, a30_, b30, b30_ = by.product(a29, a29_, b29, b29_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
+    a31, a31_, b31, b31_ = by.horner(a30, a30_, b30, b30_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a32, a32_, b32, b32_ = by.horner(a31, a31_, b31, b31_, w0, w0_, w1, w1_, 0.0, 0.0)
+    B02 = by.over(b30, b30_, m2, m2_)
+    B12 = by.over(b31, b31_, m2, m2_)
+    P02 = by.over(b32, b32_, m2, m2_)
+    m3, m3_ = by.times_two(n0, n0_, 6417.0, 0.0)
+    a33, a33_, b33, b33_ = by.horner(305650.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_, -3283700.0, 0.0)
+    a34, a34_, b34, b34_ = by.horner(a33, a33_, b33, b33_, w0, w0_, w1, w1_, 11598400.0, 0.0)
+    a35, a35_, b35, b35_ = by.horner(a34, a34_, b34, b34_, w0, w0_, w1, w1_, -13416000.0, 0.0)
+    a36, a36_, b36, b36_ = by.product(a35, a35_, b35, b35_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
+    a37, a37_, b37, b37_ = by.horner(a36, a36_, b36, b36_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a38, a38_, b38, b38_ = by.horner(a37, a37_, b37, b37_, w0, w0_, w1, w1_, 0.0, 0.0)
+    B03 = by.over(b36, b36_, m3, m3_)
+    B13 = by.over(b37, b37_, m3, m3_)
+    P03 = by.over(b38, b38_, m3, m3_)
+    m4, m4_ = by.times_two(n0, n0_, 2737.0, 0.0)
+    a39, a39_, b39, b39_ = by.horner(-36160.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_, 433920.0, 0.0)
+    a40, a40_, b40, b40_ = by.horner(a39, a39_, b39, b39_, w0, w0_, w1, w1_, -1735680.0, 0.0)
+    a41, a41_, b41, b41_ = by.horner(a40, a40_, b40, b40_, w0, w0_, w1, w1_, 2314240.0, 0.0)
+    a42, a42_, b42, b42_ = by.product(a41, a41_, b41, b41_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
+    a43, a43_, b43, b43_ = by.horner(a42, a42_, b42, b42_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a44, a44_, b44, b44_ = by.horner(a43, a43_, b43, b43_, w0, w0_, w1, w1_, 0.0, 0.0)
+    B04 = by.over(b42, b42_, m4, m4_)
+    B14 = by.over(b43, b43_, m4, m4_)
+    P04 = by.over(b44, b44_, m4, m4_)
+    a45, a45_, b45, b45_ = by.horner(-3.0, 0.0, 0.0, 0.0, w0, w0_, w1, w1_, 48.0, 0.0)
+    a46, a46_, b46, b46_ = by.horner(a45, a45_, b45, b45_, w0, w0_, w1, w1_, -288.0, 0.0)
+    a47, a47_, b47, b47_ = by.horner(a46, a46_, b46, b46_, w0, w0_, w1, w1_, 768.0, 0.0)
+    a48, a48_, b48, b48_ = by.horner(a47, a47_, b47, b47_, w0, w0_, w1, w1_, -768.0, 0.0)
+    a49, a49_, b49, b49_ = by.product(a48, a48_, b48, b48_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
+    a50, a50_, b50, b50_ = by.horner(a49, a49_, b49, b49_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a51, a51_, b51, b51_ = by.horner(a50, a50_, b50, b50_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a52, a52_ = by.plus_two(b51, b51_, n0, n0_)
+    B05 = by.over(b49, b49_, n0, n0_)
+    B15 = by.over(b50, b50_, n0, n0_)
+    P05 = by.over(a52, a52_, n0, n0_)
+    return (
+        D00, D01, D10, D11, B00, B01, B02, B03, B04, B05, B10, B11, B12, B13, B14, B15, O00, O01, P00, P01,
+        P02, P03, P04, P05
+    )
 
 
-@_exact
-def _transfer(s):
-    """`transfer` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi = s[j], s[48 + j]
-        x0 = xi**2
-        x1 = 8*x0
-        x2 = x1 + 1
-        x3 = xi*(2*x0 + 1)
-        x4 = 12*x0
-        x5 = xi**4
-        x6 = 8*x5
-        x7 = x4 + x6 + 1
-        x8 = 9*Omega
-        x9 = 14155776*xi
-        x10 = 32*x0
-        x11 = 4*x0
-        x12 = 196608*xi
-        x13 = 72*x0
-        x14 = 512*xi
-        x15 = 192*xi
-        x16 = Omega*(x15 + x8)
-        x17 = Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(6144*x0 + x16 - 2048) + x14*(108*x0 - 17)) + 2048*x13 + 147456*x5 + 133120) + x12*(x11 + 9)) + 196608*x10 + 2162688) + x9) + 9437184
-        x18 = 1792*xi
-        x19 = 12288*xi
-        x20 = 196608*x10 + 1376256
-        x21 = x12*(x11 + 3)
-        x22 = -356352*x0 + 147456*x5 - 52224
-        x23 = 3072*xi*(6*x0 - 53)
-        x24 = 84*Omega - x15
-        x25 = 384*x4 + 14208
-        den = Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(x8 + 360*xi) + 720*x2) + 23040*x3) + 23040*x7) + 36864*xi*(40*x0 + x6 + 15)) + 368640*x7) + 5898240*x3) + 2949120*x2) + 23592960*xi) + 9437184
-        whole = x17
-        P = (Omega**2*x17) / den
-        g1 = (Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(784*Omega - x18) - 43008*x0 + 22528) + 6144*xi*(28*x0 - 17)) - 1474560*x0 + 1376256*x5 + 368640) - 786432*xi**3) - 589824*x1 + 2949120) + 4718592*xi) + 9437184) / den
-        u0 = (Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(150*Omega*xi - 768*x0 + 2684) - x18*(x4 - 19)) + 89088*x0 - 73728*x5 - 95872) - 1536*xi*(80*x0 + 773)) - 4042752*x0 - 1741824) - 11010048*xi) - 7864320) / whole
-        u1 = (Omega*(Omega*(Omega*(Omega*(Omega*(-700*Omega + 3584*xi) + 100352*x0 - 36736) + x14*(672*x0 - 373)) + 110592*x0 - 420864) - 1572864*xi) - 1572864) / whole
-        v0 = (Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(6144*x0 + x16 - 1056) + 768*xi*(x13 + 29)) + 396288*x0 + 147456*x5 + 66816) + x19*(114*x0 + 103)) + 5505024*x0 + 1081344) + 8650752*xi) + 4718592) / den
-        v1 = (Omega*(Omega*(Omega*(Omega*(Omega*(-992*Omega - 30976*xi) - 248832*x0 + 66304) - x19*(50*x0 - 41)) + 98304*x1 + 1081344) + 5505024*xi) + 4718592) / den
-        a0 = (Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*x24 - x25) + x23) + x22) + x21) + x20) + x9) + 9437184) / den
-        a1 = (Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(-Omega*x24 + x25) - x23) - x22) - x21) - x20) - x9) - 9437184) / den
-        S = whole / den
-        s[96 + j], s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j] = P, g1, u0, u1, S, v0, v1, a0, a1
+def transfer(by, Omega, xi):
+    """Filter from a load, linear between steps, to the response from rest (see linear_filter).
 
-
-@_compile
-def transfer(Omega, xi, out):
-    """Filter from a load, linear between steps, to the response from rest (see linear_filter); out (9, n).
-
-    Rows of out: P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
+    P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
     u = S (q + k0 e0 + k1 e1 + ...) and h*v, h^2*a = k0 e0 + k1 e1 + ...; e1, e2, ... are e0 of the steps before.
     """
-    s = np.ones(11 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j] = Omega[first + j], xi[first + j]
-        _transfer(s)
-        for r in range(9):
-            for j in range(size):
-                out[r, first + j] = s[(2 + r) * 48 + j]
+    x0 = xi**2
+    x1 = 8*x0
+    x2 = x1 + 1
+    x3 = xi*(2*x0 + 1)
+    x4 = 12*x0
+    x5 = xi**4
+    x6 = 8*x5
+    x7 = x4 + x6 + 1
+    x8 = 9*Omega
+    x9 = 14155776*xi
+    x10 = 32*x0
+    x11 = 4*x0
+    x12 = 196608*xi
+    x13 = 72*x0
+    x14 = 512*xi
+    x15 = 192*xi
+    x16 = Omega*(x15 + x8)
+    x17 = Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(6144*x0 + x16 - 2048) + x14*(108*x0 - 17)) + 2048*x13 + 147456*x5 + 133120) + x12*(x11 + 9)) + 196608*x10 + 2162688) + x9) + 9437184
+    x18 = 1792*xi
+    x19 = 12288*xi
+    x20 = 196608*x10 + 1376256
+    x21 = x12*(x11 + 3)
+    x22 = -356352*x0 + 147456*x5 - 52224
+    x23 = 3072*xi*(6*x0 - 53)
+    x24 = 84*Omega - x15
+    x25 = 384*x4 + 14208
+    den = Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(x8 + 360*xi) + 720*x2) + 23040*x3) + 23040*x7) + 36864*xi*(40*x0 + x6 + 15)) + 368640*x7) + 5898240*x3) + 2949120*x2) + 23592960*xi) + 9437184
+    whole = x17
+    P = (Omega**2*x17) / den
+    g1 = (Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(784*Omega - x18) - 43008*x0 + 22528) + 6144*xi*(28*x0 - 17)) - 1474560*x0 + 1376256*x5 + 368640) - 786432*xi**3) - 589824*x1 + 2949120) + 4718592*xi) + 9437184) / den
+    u0 = (Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(150*Omega*xi - 768*x0 + 2684) - x18*(x4 - 19)) + 89088*x0 - 73728*x5 - 95872) - 1536*xi*(80*x0 + 773)) - 4042752*x0 - 1741824) - 11010048*xi) - 7864320) / whole
+    u1 = (Omega*(Omega*(Omega*(Omega*(Omega*(-700*Omega + 3584*xi) + 100352*x0 - 36736) + x14*(672*x0 - 373)) + 110592*x0 - 420864) - 1572864*xi) - 1572864) / whole
+    v0 = (Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(6144*x0 + x16 - 1056) + 768*xi*(x13 + 29)) + 396288*x0 + 147456*x5 + 66816) + x19*(114*x0 + 103)) + 5505024*x0 + 1081344) + 8650752*xi) + 4718592) / den
+    v1 = (Omega*(Omega*(Omega*(Omega*(Omega*(-992*Omega - 30976*xi) - 248832*x0 + 66304) - x19*(50*x0 - 41)) + 98304*x1 + 1081344) + 5505024*xi) + 4718592) / den
+    a0 = (Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*x24 - x25) + x23) + x22) + x21) + x20) + x9) + 9437184) / den
+    a1 = (Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(-Omega*x24 + x25) - x23) - x22) - x21) - x20) - x9) - 9437184) / den
+    S = whole / den
+    return P, g1, u0, u1, S, v0, v1, a0, a1

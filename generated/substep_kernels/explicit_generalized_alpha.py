@@ -42,10 +42,6 @@ FILTER = 3
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
-_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
-# called by kernels alone: not from Python, and so without the code for that
-_exact = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
-
 # contract: a * b + c may become one operation, rounded once
 _fused = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
 _inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"})
@@ -88,35 +84,6 @@ def _angle(y, x):
     angle = 0.7853981633974483 + angle if steep else angle
     angle = 1.5707963267948966 - angle if y > flat else angle
     return 3.141592653589793 - angle if x < 0.0 else angle
-
-
-@_exact
-def _increment(Omega, xi, alpha_m, alpha_f, beta, gamma):
-    """Denominator and numerators of A - I. 57 operations."""
-    x0 = alpha_m - 1
-    x1 = 2*x0
-    x2 = 4*xi
-    x3 = gamma*x2
-    x4 = alpha_f - 1
-    x5 = Omega*x4
-    x6 = Omega**2
-    x7 = 2*beta
-    x8 = -gamma
-    x9 = x7 - 1
-    x10 = x5*x9
-    x11 = 2*x6
-    x12 = 2*x5
-    den = -x1 - x3*x5
-    D_00 = -x6*x7
-    D_01 = Omega*(-x2*(alpha_f*gamma + beta + x8) + x5*x7) - x1
-    D_02 = Omega*(-beta*x10 + 2*x4*xi*(x7 + x8)) - alpha_m - x7 + 1
-    D_10 = -gamma*x11
-    D_11 = Omega*(gamma*x12 - x3)
-    D_12 = -gamma*x4*x6*x9 - 2*gamma - 2*x0
-    D_20 = -x11
-    D_21 = Omega*(x12 - x2)
-    D_22 = Omega*(-x10 + 4*x4*xi) - 2
-    return den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22
 
 
 @_inline
@@ -460,230 +427,144 @@ def stability(Omega, xi, alpha_m, alpha_f, beta, gamma, radius, damping, period)
     return refused < 0
 
 
-@_compile
-def amplification(Omega, xi, alpha_m, alpha_f, beta, gamma, out):
-    """Amplification matrix in the order of STATE; out (n, 3, 3)."""
-    for i in range(out.shape[0]):
-        den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22 = _increment(Omega[i], xi[i], alpha_m[i], alpha_f[i], beta[i], gamma[i])
-        out[i, 0, 0] = 1.0 + D_00 / den
-        out[i, 0, 1] = D_01 / den
-        out[i, 0, 2] = D_02 / den
-        out[i, 1, 0] = D_10 / den
-        out[i, 1, 1] = 1.0 + D_11 / den
-        out[i, 1, 2] = D_12 / den
-        out[i, 2, 0] = D_20 / den
-        out[i, 2, 1] = D_21 / den
-        out[i, 2, 2] = 1.0 + D_22 / den
+def amplification(by, Omega, xi, alpha_m, alpha_f, beta, gamma):
+    """Amplification matrix (3, 3) in the order of STATE, row by row."""
+    x0 = alpha_m - 1
+    x1 = 2*x0
+    x2 = 4*xi
+    x3 = gamma*x2
+    x4 = alpha_f - 1
+    x5 = Omega*x4
+    x6 = Omega**2
+    x7 = 2*beta
+    x8 = -gamma
+    x9 = x7 - 1
+    x10 = x5*x9
+    x11 = 2*x6
+    x12 = 2*x5
+    den = -x1 - x3*x5
+    D_00 = (-x6*x7) / den
+    D_01 = (Omega*(-x2*(alpha_f*gamma + beta + x8) + x5*x7) - x1) / den
+    D_02 = (Omega*(-beta*x10 + 2*x4*xi*(x7 + x8)) - alpha_m - x7 + 1) / den
+    D_10 = (-gamma*x11) / den
+    D_11 = (Omega*(gamma*x12 - x3)) / den
+    D_12 = (-gamma*x4*x6*x9 - 2*gamma - 2*x0) / den
+    D_20 = (-x11) / den
+    D_21 = (Omega*(x12 - x2)) / den
+    D_22 = (Omega*(-x10 + 4*x4*xi) - 2) / den
+    return 1.0 + D_00, D_01, D_02, D_10, 1.0 + D_11, D_12, D_20, D_21, 1.0 + D_22
 
 
-@_compile
-def stencil(alpha_m, alpha_f, beta, gamma, out):
-    """Instants (n, 1) at which the load is taken, in steps after t_n."""
-    for i in range(out.shape[0]):
-        out[i, 0] = 1 - alpha_f[i]
+def stencil(by, alpha_m, alpha_f, beta, gamma):
+    """Instants at which the load is taken, in steps after t_n."""
+    return 1 - alpha_f,
 
 
-# tails are rounding errors, which fastmath would remove
-@_exact
-def _plus(a, b):
-    """The sum of two doubles: head, and tail, which is the rounding error of the head."""
-    head = a + b
-    rest = head - a
-    return head, (a - (head - rest)) + (b - rest)
+def coefficients(by, Omega, xi, alpha_m, alpha_f, beta, gamma):
+    """D, B, O, P of linear_march_3_012: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f.
 
-
-@_exact
-def _plus_one(a, b, b_):
-    """The sum of a double and a pair of head and tail."""
-    head, tail = _plus(a, b)
-    tail += b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _plus_two(a, a_, b, b_):
-    """The sum of two pairs of head and tail."""
-    head, tail = _plus(a, b)
-    tail += a_ + b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times(a, b):
-    """The product of two doubles: head and tail, from halves of their digits, whose products are exact."""
-    head, c, d = a * b, 134217729.0 * a, 134217729.0 * b
-    a1, b1 = c - (c - a), d - (d - b)
-    a2, b2 = a - a1, b - b1
-    return head, ((a1 * b1 - head) + a1 * b2 + a2 * b1) + a2 * b2
-
-
-@_exact
-def _times_one(a, b, b_):
-    """The product of a double and a pair of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times_two(a, a_, b, b_):
-    """The product of two pairs of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_ + a_ * b
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _over(a, a_, b, b_):
-    """The quotient of two pairs of head and tail, rounded to a double."""
-    head = a / b
-    product, tail = _times(head, b)
-    return head + ((a - product) - tail + a_ - head * b_) / b
-
-
-@_exact
-def _coefficients(s):
-    """`coefficients` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi, alpha_m, alpha_f, beta, gamma = s[j], s[48 + j], s[96 + j], s[144 + j], s[192 + j], s[240 + j]
-        d0, d0_ = _plus(-1.0, alpha_m)
-        d1, d1_ = 2.0 * d0, 2.0 * d0_
-        d2 = 4.0 * xi
-        d3, d3_ = _times(d2, gamma)
-        d4, d4_ = _plus(-1.0, alpha_f)
-        d5, d5_ = _times_one(Omega, d4, d4_)
-        d6, d6_ = _times(Omega, Omega)
-        d7 = 2.0 * beta
-        d8 = -1.0 * gamma
-        d9, d9_ = _plus(-1.0, d7)
-        d10, d10_ = _times_two(d5, d5_, d9, d9_)
-        d11, d11_ = 2.0 * d6, 2.0 * d6_
-        d12, d12_ = 2.0 * d5, 2.0 * d5_
-        s7, s7_ = _times_two(-1.0 * d3, -1.0 * d3_, d5, d5_)
-        den, den_ = _plus_two(-1.0 * d1, -1.0 * d1_, s7, s7_)
-        N00, N00_ = _times_one(-1.0 * d7, d6, d6_)
-        s10, s10_ = _times_one(d7, d5, d5_)
-        s11, s11_ = _times(alpha_f, gamma)
-        s12, s12_ = _plus(beta, d8)
-        s13, s13_ = _plus_two(s12, s12_, s11, s11_)
-        s14, s14_ = _times_one(-1.0 * d2, s13, s13_)
-        s15, s15_ = _plus_two(s10, s10_, s14, s14_)
-        s16, s16_ = _times_one(Omega, s15, s15_)
-        N01, N01_ = _plus_two(-1.0 * d1, -1.0 * d1_, s16, s16_)
-        s18, s18_ = _times_one(-1.0 * beta, d10, d10_)
-        s19, s19_ = _plus(d7, d8)
-        s20, s20_ = _times_one(2.0 * xi, d4, d4_)
-        s21, s21_ = _times_two(s20, s20_, s19, s19_)
-        s22, s22_ = _plus_two(s18, s18_, s21, s21_)
-        s23, s23_ = _times_one(Omega, s22, s22_)
-        s24, s24_ = _plus(1.0, -1.0 * alpha_m)
-        s25, s25_ = _plus_one(-1.0 * d7, s24, s24_)
-        N02, N02_ = _plus_two(s25, s25_, s23, s23_)
-        N10, N10_ = _times_one(-1.0 * gamma, d11, d11_)
-        s28, s28_ = _times_one(gamma, d12, d12_)
-        s29, s29_ = _plus_two(-1.0 * d3, -1.0 * d3_, s28, s28_)
-        N11, N11_ = _times_one(Omega, s29, s29_)
-        s31, s31_ = _times_one(-1.0 * gamma, d4, d4_)
-        s32, s32_ = _times_two(s31, s31_, d6, d6_)
-        s33, s33_ = _times_two(s32, s32_, d9, d9_)
-        s34, s34_ = _plus_one(-2.0 * gamma, -2.0 * d0, -2.0 * d0_)
-        N12, N12_ = _plus_two(s34, s34_, s33, s33_)
-        N20, N20_ = -1.0 * d11, -1.0 * d11_
-        s36, s36_ = _plus_one(-1.0 * d2, d12, d12_)
-        N21, N21_ = _times_one(Omega, s36, s36_)
-        s38, s38_ = _times_one(4.0 * xi, d4, d4_)
-        s39, s39_ = _plus_two(-1.0 * d10, -1.0 * d10_, s38, s38_)
-        s40, s40_ = _times_one(Omega, s39, s39_)
-        N22, N22_ = _plus_one(-2.0, s40, s40_)
-        D00 = _over(N00, N00_, den, den_)
-        D01 = _over(N01, N01_, den, den_)
-        D02 = _over(N02, N02_, den, den_)
-        D10 = _over(N10, N10_, den, den_)
-        D11 = _over(N11, N11_, den, den_)
-        D12 = _over(N12, N12_, den, den_)
-        D20 = _over(N20, N20_, den, den_)
-        D21 = _over(N21, N21_, den, den_)
-        D22 = _over(N22, N22_, den, den_)
-        B00 = (2*beta) / den
-        B10 = (2*gamma) / den
-        B20 = (2) / den
-        B01 = 0.0
-        B11 = 0.0
-        B21 = 0.0
-        s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j], s[768 + j], s[816 + j], s[864 + j], s[912 + j], s[960 + j] = D00, D01, D02, D10, D11, D12, D20, D21, D22, B00, B01, B10, B11, B20, B21
-
-
-@_compile
-def coefficients(Omega, xi, alpha_m, alpha_f, beta, gamma, out):
-    """D, B, O, P of linear_march_3_012: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f; out (15, n).
-
-    The rows of out are the entries of D, B, O, P, matrix by matrix and row by row. D is rounded once. Columns of
-    B and P beyond the scheme's own load instants, up to the march's 2, are zero.
+    Their entries, matrix by matrix and row by row. D is computed in pairs of doubles and rounded once. Columns of B and
+    P beyond the scheme's own load instants, up to the march's 2, are zero.
     """
-    s = np.ones(21 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j], s[96 + j], s[144 + j], s[192 + j], s[240 + j] = Omega[first + j], xi[first + j], alpha_m[first + j], alpha_f[first + j], beta[first + j], gamma[first + j]
-        _coefficients(s)
-        for r in range(15):
-            for j in range(size):
-                out[r, first + j] = s[(6 + r) * 48 + j]
+    d0, d0_ = by.plus(-1.0, alpha_m)
+    d1, d1_ = 2.0 * d0, 2.0 * d0_
+    d2 = 4.0 * xi
+    d3, d3_ = by.times(d2, gamma)
+    d4, d4_ = by.plus(-1.0, alpha_f)
+    d5, d5_ = by.times_one(Omega, d4, d4_)
+    d6, d6_ = by.times(Omega, Omega)
+    d7 = 2.0 * beta
+    d8 = -1.0 * gamma
+    d9, d9_ = by.plus(-1.0, d7)
+    d10, d10_ = by.times_two(d5, d5_, d9, d9_)
+    d11, d11_ = 2.0 * d6, 2.0 * d6_
+    d12, d12_ = 2.0 * d5, 2.0 * d5_
+    s7, s7_ = by.times_two(-1.0 * d3, -1.0 * d3_, d5, d5_)
+    den, den_ = by.plus_two(-1.0 * d1, -1.0 * d1_, s7, s7_)
+    N00, N00_ = by.times_one(-1.0 * d7, d6, d6_)
+    s10, s10_ = by.times_one(d7, d5, d5_)
+    s11, s11_ = by.times(alpha_f, gamma)
+    s12, s12_ = by.plus(beta, d8)
+    s13, s13_ = by.plus_two(s12, s12_, s11, s11_)
+    s14, s14_ = by.times_one(-1.0 * d2, s13, s13_)
+    s15, s15_ = by.plus_two(s10, s10_, s14, s14_)
+    s16, s16_ = by.times_one(Omega, s15, s15_)
+    N01, N01_ = by.plus_two(-1.0 * d1, -1.0 * d1_, s16, s16_)
+    s18, s18_ = by.times_one(-1.0 * beta, d10, d10_)
+    s19, s19_ = by.plus(d7, d8)
+    s20, s20_ = by.times_one(2.0 * xi, d4, d4_)
+    s21, s21_ = by.times_two(s20, s20_, s19, s19_)
+    s22, s22_ = by.plus_two(s18, s18_, s21, s21_)
+    s23, s23_ = by.times_one(Omega, s22, s22_)
+    s24, s24_ = by.plus(1.0, -1.0 * alpha_m)
+    s25, s25_ = by.plus_one(-1.0 * d7, s24, s24_)
+    N02, N02_ = by.plus_two(s25, s25_, s23, s23_)
+    N10, N10_ = by.times_one(-1.0 * gamma, d11, d11_)
+    s28, s28_ = by.times_one(gamma, d12, d12_)
+    s29, s29_ = by.plus_two(-1.0 * d3, -1.0 * d3_, s28, s28_)
+    N11, N11_ = by.times_one(Omega, s29, s29_)
+    s31, s31_ = by.times_one(-1.0 * gamma, d4, d4_)
+    s32, s32_ = by.times_two(s31, s31_, d6, d6_)
+    s33, s33_ = by.times_two(s32, s32_, d9, d9_)
+    s34, s34_ = by.plus_one(-2.0 * gamma, -2.0 * d0, -2.0 * d0_)
+    N12, N12_ = by.plus_two(s34, s34_, s33, s33_)
+    N20, N20_ = -1.0 * d11, -1.0 * d11_
+    s36, s36_ = by.plus_one(-1.0 * d2, d12, d12_)
+    N21, N21_ = by.times_one(Omega, s36, s36_)
+    s38, s38_ = by.times_one(4.0 * xi, d4, d4_)
+    s39, s39_ = by.plus_two(-1.0 * d10, -1.0 * d10_, s38, s38_)
+    s40, s40_ = by.times_one(Omega, s39, s39_)
+    N22, N22_ = by.plus_one(-2.0, s40, s40_)
+    D00 = by.over(N00, N00_, den, den_)
+    D01 = by.over(N01, N01_, den, den_)
+    D02 = by.over(N02, N02_, den, den_)
+    D10 = by.over(N10, N10_, den, den_)
+    D11 = by.over(N11, N11_, den, den_)
+    D12 = by.over(N12, N12_, den, den_)
+    D20 = by.over(N20, N20_, den, den_)
+    D21 = by.over(N21, N21_, den, den_)
+    D22 = by.over(N22, N22_, den, den_)
+    B00 = (2*beta) / den
+    B10 = (2*gamma) / den
+    B20 = (2) / den
+    B01 = 0.0
+    B11 = 0.0
+    B21 = 0.0
+    return D00, D01, D02, D10, D11, D12, D20, D21, D22, B00, B01, B10, B11, B20, B21
 
 
-@_exact
-def _transfer(s):
-    """`transfer` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi, alpha_m, alpha_f, beta, gamma = s[j], s[48 + j], s[96 + j], s[144 + j], s[192 + j], s[240 + j]
-        x0 = alpha_f - 1
-        x1 = 4*xi
-        x2 = 2*alpha_m
-        x3 = 2*gamma
-        x4 = alpha_f*x3
-        x5 = -alpha_f - gamma + x4 + 1
-        x6 = 2*beta
-        x7 = 1 - x3
-        x8 = alpha_f + x4
-        x9 = gamma - 1
-        x10 = x6 + x7
-        x11 = alpha_f*x10
-        x12 = 2*alpha_f
-        den = -Omega*gamma*x0*x1 - 2*(alpha_m - 1)
-        whole = 2.0
-        P = (2*Omega**2) / den
-        g1 = (Omega*(Omega*(-alpha_f*x6 + x7 + x8) - x1*x5) - 2*x2 + 2) / den
-        g2 = (Omega*(Omega*x11 + alpha_f*x1*x9) + x2) / den
-        u0 = (-2*(alpha_f*beta - beta + 1)) / whole
-        u1 = (4*alpha_f*beta - x10 - x8) / whole
-        u2 = (-x11) / whole
-        v0 = (-x0*x3) / den
-        v1 = (2*x5) / den
-        v2 = (-x12*x9) / den
-        a0 = (-2*x0) / den
-        a1 = (2*x12 - 2) / den
-        a2 = (-x12) / den
-        S = whole / den
-        s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j], s[768 + j], s[816 + j], s[864 + j] = P, g1, g2, u0, u1, u2, S, v0, v1, v2, a0, a1, a2
+def transfer(by, Omega, xi, alpha_m, alpha_f, beta, gamma):
+    """Filter from a load, linear between steps, to the response from rest (see linear_filter).
 
-
-@_compile
-def transfer(Omega, xi, alpha_m, alpha_f, beta, gamma, out):
-    """Filter from a load, linear between steps, to the response from rest (see linear_filter); out (13, n).
-
-    Rows of out: P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
+    P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
     u = S (q + k0 e0 + k1 e1 + ...) and h*v, h^2*a = k0 e0 + k1 e1 + ...; e1, e2, ... are e0 of the steps before.
     """
-    s = np.ones(19 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j], s[96 + j], s[144 + j], s[192 + j], s[240 + j] = Omega[first + j], xi[first + j], alpha_m[first + j], alpha_f[first + j], beta[first + j], gamma[first + j]
-        _transfer(s)
-        for r in range(13):
-            for j in range(size):
-                out[r, first + j] = s[(6 + r) * 48 + j]
+    x0 = alpha_f - 1
+    x1 = 4*xi
+    x2 = 2*alpha_m
+    x3 = 2*gamma
+    x4 = alpha_f*x3
+    x5 = -alpha_f - gamma + x4 + 1
+    x6 = 2*beta
+    x7 = 1 - x3
+    x8 = alpha_f + x4
+    x9 = gamma - 1
+    x10 = x6 + x7
+    x11 = alpha_f*x10
+    x12 = 2*alpha_f
+    den = -Omega*gamma*x0*x1 - 2*(alpha_m - 1)
+    whole = 2.0
+    P = (2*Omega**2) / den
+    g1 = (Omega*(Omega*(-alpha_f*x6 + x7 + x8) - x1*x5) - 2*x2 + 2) / den
+    g2 = (Omega*(Omega*x11 + alpha_f*x1*x9) + x2) / den
+    u0 = (-2*(alpha_f*beta - beta + 1)) / whole
+    u1 = (4*alpha_f*beta - x10 - x8) / whole
+    u2 = (-x11) / whole
+    v0 = (-x0*x3) / den
+    v1 = (2*x5) / den
+    v2 = (-x12*x9) / den
+    a0 = (-2*x0) / den
+    a1 = (2*x12 - 2) / den
+    a2 = (-x12) / den
+    S = whole / den
+    return P, g1, g2, u0, u1, u2, S, v0, v1, v2, a0, a1, a2

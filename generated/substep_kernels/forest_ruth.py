@@ -75,10 +75,6 @@ FILTER = 0
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
-_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
-# called by kernels alone: not from Python, and so without the code for that
-_exact = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
-
 # contract: a * b + c may become one operation, rounded once
 _fused = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
 _inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"})
@@ -121,69 +117,6 @@ def _angle(y, x):
     angle = 0.7853981633974483 + angle if steep else angle
     angle = 1.5707963267948966 - angle if y > flat else angle
     return 3.141592653589793 - angle if x < 0.0 else angle
-
-
-@_exact
-def _increment(Omega, xi, weight):
-    """Denominator and numerators of A - I. 240 operations."""
-    x0 = 16*xi
-    x1 = 3*weight
-    x2 = xi**2
-    x3 = weight**2
-    x4 = 2*weight
-    x5 = x4 - 1
-    x6 = Omega**2
-    x7 = weight - 1
-    x8 = 4*x3
-    x9 = -x1 + x8 + 1
-    x10 = x7*xi
-    x11 = x5*x7**2
-    x12 = x11*x8
-    x13 = Omega*x12
-    x14 = -weight
-    x15 = 2*x2
-    x16 = -x15
-    x17 = 4*x2
-    x18 = weight*x17
-    x19 = weight*x0
-    x20 = weight**3
-    x21 = 2*x3
-    x22 = -x21
-    x23 = x2*x3
-    x24 = 6*weight*x2 - weight + 4*x2*x20 - x2 - x20 - x22 - 10*x23
-    x25 = Omega*x11
-    x26 = 8*weight
-    x27 = 8*x3
-    x28 = x27*xi
-    x29 = 2*x20
-    x30 = x11*x29
-    x31 = weight**4*x11
-    x32 = weight - 2
-    x33 = x10*x26
-    x34 = 4*weight
-    x35 = -x10*x34*x5**2
-    x36 = x15*x3
-    x37 = -x36
-    x38 = x2*x4
-    x39 = x38 + 1
-    x40 = x3 - x4
-    x41 = 12*weight*x2 - x15 + 8*x2*x20 - 20*x23 - x40 - 1
-    x42 = x2*x8 - x38 + 1
-    x43 = x14 + x42
-    x44 = -x2 + x39 + x40
-    x45 = x26*xi
-    x46 = 1 - x18
-    den = Omega*(Omega*(-16*Omega*x3*x5*xi**3 - 16*weight*x2*(x1 - 2)) + x0) + 16
-    D_00 = x6*(Omega*(Omega*(4*weight*x5*x7*(x14 + x16 + x18 + 1) - x13*xi) + 8*x10*x9) + 8*x7)
-    D_01 = Omega*(Omega*(Omega*(Omega*(-x12 - 4*x20*x25*xi) + x19*x24) + 16*x24) + x19) + 16
-    D_02 = Omega*(Omega*(Omega*(Omega*(-2*Omega*x31*xi - x30) + x24*x28) + x24*x26) + x28) + x26
-    D_10 = x6*(Omega*(Omega*(Omega*(x21*x25 + x35) + 4*x17*x20 - 4*x29 + 4*x37 + 4*x9) + x33) + 8*x32)
-    D_11 = Omega*(Omega*(Omega*(Omega*(x30*x6 - x34*x41) + 8*x5*xi*(x1 + x22 + x36 - 1)) - 8*x37 - 8*x39) + x0*x32)
-    D_12 = Omega*(Omega*(Omega*(Omega*(-x21*x41 + x31*x6) + x35) - x34*x42) + x33) + x26
-    D_20 = x6*(Omega*(Omega*(Omega*(x25*x34 - x33*x5) + 8*x43) - x0*x7) - 16)
-    D_21 = Omega*(Omega*(Omega*(Omega*(Omega*(x11*x45 + x13) + 16*weight*x44) + x0*x43) - 16*x16 - 16*x39) - 32*xi)
-    D_22 = Omega*(Omega*(Omega*(Omega*(Omega*(Omega*x30 + x12*xi) + x27*x44) + x45*(x14 + 8*x23 + x46)) + x26*(-x15 - x46)) - x0*(weight + 1)) - 16
-    return den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22
 
 
 @_inline
@@ -441,331 +374,293 @@ def stability(Omega, xi, weight, radius, damping, period):
     return refused < 0
 
 
-@_compile
-def amplification(Omega, xi, weight, out):
-    """Amplification matrix in the order of STATE; out (n, 3, 3)."""
-    for i in range(out.shape[0]):
-        den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22 = _increment(Omega[i], xi[i], weight[i])
-        out[i, 0, 0] = 1.0 + D_00 / den
-        out[i, 0, 1] = D_01 / den
-        out[i, 0, 2] = D_02 / den
-        out[i, 1, 0] = D_10 / den
-        out[i, 1, 1] = 1.0 + D_11 / den
-        out[i, 1, 2] = D_12 / den
-        out[i, 2, 0] = D_20 / den
-        out[i, 2, 1] = D_21 / den
-        out[i, 2, 2] = 1.0 + D_22 / den
+def amplification(by, Omega, xi, weight):
+    """Amplification matrix (3, 3) in the order of STATE, row by row."""
+    x0 = 16*xi
+    x1 = 3*weight
+    x2 = xi**2
+    x3 = weight**2
+    x4 = 2*weight
+    x5 = x4 - 1
+    x6 = Omega**2
+    x7 = weight - 1
+    x8 = 4*x3
+    x9 = -x1 + x8 + 1
+    x10 = x7*xi
+    x11 = x5*x7**2
+    x12 = x11*x8
+    x13 = Omega*x12
+    x14 = -weight
+    x15 = 2*x2
+    x16 = -x15
+    x17 = 4*x2
+    x18 = weight*x17
+    x19 = weight*x0
+    x20 = weight**3
+    x21 = 2*x3
+    x22 = -x21
+    x23 = x2*x3
+    x24 = 6*weight*x2 - weight + 4*x2*x20 - x2 - x20 - x22 - 10*x23
+    x25 = Omega*x11
+    x26 = 8*weight
+    x27 = 8*x3
+    x28 = x27*xi
+    x29 = 2*x20
+    x30 = x11*x29
+    x31 = weight**4*x11
+    x32 = weight - 2
+    x33 = x10*x26
+    x34 = 4*weight
+    x35 = -x10*x34*x5**2
+    x36 = x15*x3
+    x37 = -x36
+    x38 = x2*x4
+    x39 = x38 + 1
+    x40 = x3 - x4
+    x41 = 12*weight*x2 - x15 + 8*x2*x20 - 20*x23 - x40 - 1
+    x42 = x2*x8 - x38 + 1
+    x43 = x14 + x42
+    x44 = -x2 + x39 + x40
+    x45 = x26*xi
+    x46 = 1 - x18
+    den = Omega*(Omega*(-16*Omega*x3*x5*xi**3 - 16*weight*x2*(x1 - 2)) + x0) + 16
+    D_00 = (x6*(Omega*(Omega*(4*weight*x5*x7*(x14 + x16 + x18 + 1) - x13*xi) + 8*x10*x9) + 8*x7)) / den
+    D_01 = (Omega*(Omega*(Omega*(Omega*(-x12 - 4*x20*x25*xi) + x19*x24) + 16*x24) + x19) + 16) / den
+    D_02 = (Omega*(Omega*(Omega*(Omega*(-2*Omega*x31*xi - x30) + x24*x28) + x24*x26) + x28) + x26) / den
+    D_10 = (x6*(Omega*(Omega*(Omega*(x21*x25 + x35) + 4*x17*x20 - 4*x29 + 4*x37 + 4*x9) + x33) + 8*x32)) / den
+    D_11 = (Omega*(Omega*(Omega*(Omega*(x30*x6 - x34*x41) + 8*x5*xi*(x1 + x22 + x36 - 1)) - 8*x37 - 8*x39) + x0*x32)) / den
+    D_12 = (Omega*(Omega*(Omega*(Omega*(-x21*x41 + x31*x6) + x35) - x34*x42) + x33) + x26) / den
+    D_20 = (x6*(Omega*(Omega*(Omega*(x25*x34 - x33*x5) + 8*x43) - x0*x7) - 16)) / den
+    D_21 = (Omega*(Omega*(Omega*(Omega*(Omega*(x11*x45 + x13) + 16*weight*x44) + x0*x43) - 16*x16 - 16*x39) - 32*xi)) / den
+    D_22 = (Omega*(Omega*(Omega*(Omega*(Omega*(Omega*x30 + x12*xi) + x27*x44) + x45*(x14 + 8*x23 + x46)) + x26*(-x15 - x46)) - x0*(weight + 1)) - 16) / den
+    return 1.0 + D_00, D_01, D_02, D_10, 1.0 + D_11, D_12, D_20, D_21, 1.0 + D_22
 
 
-@_compile
-def stencil(weight, out):
-    """Instants (n, 4) at which the load is taken, in steps after t_n."""
-    for i in range(out.shape[0]):
-        out[i, 0] = 0
-        out[i, 1] = 1 - weight[i]
-        out[i, 2] = 1
-        out[i, 3] = weight[i]
+def stencil(by, weight):
+    """Instants at which the load is taken, in steps after t_n."""
+    return 0, 1 - weight, 1, weight
 
 
-# tails are rounding errors, which fastmath would remove
-@_exact
-def _plus(a, b):
-    """The sum of two doubles: head, and tail, which is the rounding error of the head."""
-    head = a + b
-    rest = head - a
-    return head, (a - (head - rest)) + (b - rest)
+def coefficients(by, Omega, xi, weight):
+    """D, B, O, P of linear_march_2_01y: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f.
 
-
-@_exact
-def _plus_one(a, b, b_):
-    """The sum of a double and a pair of head and tail."""
-    head, tail = _plus(a, b)
-    tail += b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _plus_two(a, a_, b, b_):
-    """The sum of two pairs of head and tail."""
-    head, tail = _plus(a, b)
-    tail += a_ + b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times(a, b):
-    """The product of two doubles: head and tail, from halves of their digits, whose products are exact."""
-    head, c, d = a * b, 134217729.0 * a, 134217729.0 * b
-    a1, b1 = c - (c - a), d - (d - b)
-    a2, b2 = a - a1, b - b1
-    return head, ((a1 * b1 - head) + a1 * b2 + a2 * b1) + a2 * b2
-
-
-@_exact
-def _times_one(a, b, b_):
-    """The product of a double and a pair of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times_two(a, a_, b, b_):
-    """The product of two pairs of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_ + a_ * b
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _over(a, a_, b, b_):
-    """The quotient of two pairs of head and tail, rounded to a double."""
-    head = a / b
-    product, tail = _times(head, b)
-    return head + ((a - product) - tail + a_ - head * b_) / b
-
-
-@_exact
-def _coefficients(s):
-    """`coefficients` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi, weight = s[j], s[48 + j], s[96 + j]
-        d0, d0_ = _times(3.0, weight)
-        d1, d1_ = _times(xi, xi)
-        d2, d2_ = _times_one(weight, d1, d1_)
-        d3, d3_ = _times(weight, weight)
-        d4 = 2.0 * weight
-        d5, d5_ = _plus(-1.0, d4)
-        d6, d6_ = _times(Omega, Omega)
-        d7 = 4.0 * weight
-        d8, d8_ = 8.0 * d3, 8.0 * d3_
-        s6, s6_ = _times(weight, weight)
-        d9, d9_ = _times_one(weight, s6, s6_)
-        d10, d10_ = 4.0 * d9, 4.0 * d9_
-        d11 = 8.0 * xi
-        d12, d12_ = 4.0 * d3, 4.0 * d3_
-        d13, d13_ = _times_two(d1, d1_, d12, d12_)
-        d14, d14_ = _plus(1.0, -1.0 * d4)
-        d15, d15_ = _plus_two(d14, d14_, d3, d3_)
-        s11, s11_ = _times_one(-1.0 * d4, d1, d1_)
-        s12, s12_ = _plus_two(d13, d13_, d15, d15_)
-        s13, s13_ = _plus_two(s12, s12_, s11, s11_)
-        d16, d16_ = _times_one(d7, s13, s13_)
-        d17, d17_ = 2.0 * d9, 2.0 * d9_
-        s15, s15_ = _plus(-1.0, weight)
-        d18, d18_ = _times_two(s15, s15_, s15, s15_)
-        d19, d19_ = _times_two(d18, d18_, d5, d5_)
-        s18, s18_ = _times(weight, weight)
-        s19, s19_ = _times_one(weight, s18, s18_)
-        s20, s20_ = _times_one(weight, s19, s19_)
-        d20, d20_ = _times_two(d19, d19_, s20, s20_)
-        s22, s22_ = _times(2.0 * Omega, xi)
-        d21, d21_ = _times_two(s22, s22_, d20, d20_)
-        d22, d22_ = _times_two(d1, d1_, d3, d3_)
-        s25, s25_ = _times_one(-20.0, d22, d22_)
-        s26, s26_ = _times_two(8.0 * d1, 8.0 * d1_, d9, d9_)
-        s27, s27_ = _times(12.0, weight)
-        s28, s28_ = _times_two(s27, s27_, d1, d1_)
-        s29, s29_ = _plus_two(-1.0 * d15, -1.0 * d15_, s25, s25_)
-        s30, s30_ = _plus_two(s29, s29_, -2.0 * d1, -2.0 * d1_)
-        s31, s31_ = _plus_two(s30, s30_, s26, s26_)
-        s32, s32_ = _plus_two(s31, s31_, s28, s28_)
-        s33, s33_ = _times_one(xi, d12, d12_)
-        d23, d23_ = _times_two(s33, s33_, s32, s32_)
-        d24, d24_ = _times_two(d1, d1_, d10, d10_)
-        d25, d25_ = _times_two(d20, d20_, d6, d6_)
-        d26, d26_ = -1.0 * d17, -1.0 * d17_
-        s37, s37_ = _times(xi, xi)
-        s38, s38_ = _times_one(xi, s37, s37_)
-        d27, d27_ = _times_one(xi, s38, s38_)
-        d28, d28_ = _plus(1.0, -1.0 * d7)
-        s41, s41_ = _times_two(8.0 * d1, 8.0 * d1_, d9, d9_)
-        d29, d29_ = _plus_two(-1.0 * d13, -1.0 * d13_, s41, s41_)
-        s43, s43_ = _plus_one(-2.0, d0, d0_)
-        s44, s44_ = _times_two(-16.0 * d2, -16.0 * d2_, s43, s43_)
-        s45, s45_ = _times(xi, xi)
-        s46, s46_ = _times_one(xi, s45, s45_)
-        s47, s47_ = _times_one(-16.0 * Omega, d3, d3_)
-        s48, s48_ = _times_two(s47, s47_, d5, d5_)
-        s49, s49_ = _times_two(s48, s48_, s46, s46_)
-        s50, s50_ = _plus_two(s44, s44_, s49, s49_)
-        s51, s51_ = _times_one(Omega, s50, s50_)
-        s52, s52_ = _plus_one(16.0 * xi, s51, s51_)
-        s53, s53_ = _times_one(Omega, s52, s52_)
-        den, den_ = _plus_one(16.0, s53, s53_)
-        s55, s55_ = _times_two(d17, d17_, d19, d19_)
-        s56, s56_ = _plus_two(d21, d21_, s55, s55_)
-        s57, s57_ = _times_one(Omega, s56, s56_)
-        s58, s58_ = _plus_two(-1.0 * d23, -1.0 * d23_, s57, s57_)
-        s59, s59_ = _times_one(Omega, s58, s58_)
-        s60, s60_ = _plus_two(d16, d16_, s59, s59_)
-        s61, s61_ = _times_one(Omega, s60, s60_)
-        s62, s62_ = _plus(-1.0, d7)
-        s63, s63_ = _plus_two(s62, s62_, d10, d10_)
-        s64, s64_ = _plus_two(s63, s63_, -1.0 * d8, -1.0 * d8_)
-        s65, s65_ = _times_one(d11, s64, s64_)
-        s66, s66_ = _plus_two(s61, s61_, s65, s65_)
-        s67, s67_ = _times_one(Omega, s66, s66_)
-        s68, s68_ = _plus_one(-8.0, s67, s67_)
-        N00, N00_ = _times_two(d6, d6_, s68, s68_)
-        s70, s70_ = _times_one(-176.0, d22, d22_)
-        s71, s71_ = _times_one(-5.0, d3, d3_)
-        s72, s72_ = _times_one(-1.0 * d7, d1, d1_)
-        s73, s73_ = _times_one(-40.0, d27, d27_)
-        s74, s74_ = _times_two(s73, s73_, d3, d3_)
-        s75, s75_ = _times_two(8.0 * d1, 8.0 * d1_, d3, d3_)
-        s76, s76_ = _times_two(16.0 * d27, 16.0 * d27_, d9, d9_)
-        s77, s77_ = _times(24.0, weight)
-        s78, s78_ = _times_two(s77, s77_, d27, d27_)
-        s79, s79_ = _plus_two(-1.0 * d24, -1.0 * d24_, -1.0 * d26, -1.0 * d26_)
-        s80, s80_ = _plus_two(s79, s79_, -1.0 * d28, -1.0 * d28_)
-        s81, s81_ = _plus_two(s80, s80_, s71, s71_)
-        s82, s82_ = _plus_two(s81, s81_, -4.0 * d27, -4.0 * d27_)
-        s83, s83_ = _plus_two(s82, s82_, s72, s72_)
-        s84, s84_ = _plus_two(s83, s83_, s74, s74_)
-        s85, s85_ = _plus_two(s84, s84_, s75, s75_)
-        s86, s86_ = _plus_two(s85, s85_, s76, s76_)
-        s87, s87_ = _plus_two(s86, s86_, s78, s78_)
-        s88, s88_ = _times_two(-1.0 * d12, -1.0 * d12_, s87, s87_)
-        s89, s89_ = _times_two(4.0 * d1, 4.0 * d1_, d25, d25_)
-        s90, s90_ = _plus_two(s88, s88_, s89, s89_)
-        s91, s91_ = _times_two(d6, d6_, s90, s90_)
-        s92, s92_ = _times(96.0, weight)
-        s93, s93_ = _times_two(s92, s92_, d1, d1_)
-        s94, s94_ = _plus_one(-16.0 * weight, s70, s70_)
-        s95, s95_ = _plus_two(s94, s94_, -16.0 * d1, -16.0 * d1_)
-        s96, s96_ = _plus_two(s95, s95_, -16.0 * d9, -16.0 * d9_)
-        s97, s97_ = _plus_two(s96, s96_, 16.0 * d24, 16.0 * d24_)
-        s98, s98_ = _plus_two(s97, s97_, 32.0 * d3, 32.0 * d3_)
-        s99, s99_ = _plus_two(s98, s98_, s91, s91_)
-        s100, s100_ = _plus_two(s99, s99_, s93, s93_)
-        s101, s101_ = _times_two(d6, d6_, s100, s100_)
-        N01, N01_ = _plus_one(16.0, s101, s101_)
-        s103, s103_ = _times_one(-10.0, d22, d22_)
-        s104, s104_ = _times_one(-3.0, d3, d3_)
-        s105, s105_ = _times_one(6.0, d2, d2_)
-        s106, s106_ = _plus_one(-1.0, d0, d0_)
-        s107, s107_ = _plus_two(s106, s106_, d24, d24_)
-        s108, s108_ = _plus_two(s107, s107_, d9, d9_)
-        s109, s109_ = _plus_two(s108, s108_, -1.0 * d1, -1.0 * d1_)
-        s110, s110_ = _plus_two(s109, s109_, s103, s103_)
-        s111, s111_ = _plus_two(s110, s110_, s104, s104_)
-        s112, s112_ = _plus_two(s111, s111_, s105, s105_)
-        s113, s113_ = _times_two(4.0 * d3, 4.0 * d3_, s112, s112_)
-        s114, s114_ = _plus_two(-1.0 * d25, -1.0 * d25_, s113, s113_)
-        s115, s115_ = _times_two(d6, d6_, s114, s114_)
-        s116, s116_ = _plus_two(4.0 * d12, 4.0 * d12_, 4.0 * d14, 4.0 * d14_)
-        s117, s117_ = _plus_two(s116, s116_, 4.0 * d26, 4.0 * d26_)
-        s118, s118_ = _plus_two(s117, s117_, 4.0 * d29, 4.0 * d29_)
-        s119, s119_ = _plus_two(s118, s118_, s115, s115_)
-        s120, s120_ = _times_two(d6, d6_, s119, s119_)
-        s121, s121_ = _plus_one(-16.0, s120, s120_)
-        N10, N10_ = _times_two(d6, d6_, s121, s121_)
-        s123, s123_ = _times_two(2.0 * d18, 2.0 * d18_, d5, d5_)
-        s124, s124_ = _times_two(s123, s123_, d9, d9_)
-        s125, s125_ = _plus_two(-1.0 * d21, -1.0 * d21_, s124, s124_)
-        s126, s126_ = _times_one(Omega, s125, s125_)
-        s127, s127_ = _plus_two(d23, d23_, s126, s126_)
-        s128, s128_ = _times_one(Omega, s127, s127_)
-        s129, s129_ = _plus_two(d16, d16_, s128, s128_)
-        s130, s130_ = _times_one(Omega, s129, s129_)
-        s131, s131_ = _plus_two(d28, d28_, d29, d29_)
-        s132, s132_ = _plus_two(s131, s131_, d8, d8_)
-        s133, s133_ = _plus_two(s132, s132_, -1.0 * d10, -1.0 * d10_)
-        s134, s134_ = _times_one(d11, s133, s133_)
-        s135, s135_ = _plus_two(s130, s130_, s134, s134_)
-        s136, s136_ = _times_one(Omega, s135, s135_)
-        s137, s137_ = _plus_one(-8.0, s136, s136_)
-        s138, s138_ = _times_one(Omega, s137, s137_)
-        s139, s139_ = _plus_one(-32.0 * xi, s138, s138_)
-        N11, N11_ = _times_one(Omega, s139, s139_)
-        D00 = _over(N00, N00_, den, den_)
-        D01 = _over(N01, N01_, den, den_)
-        D10 = _over(N10, N10_, den, den_)
-        D11 = _over(N11, N11_, den, den_)
-        x0 = 8*xi
-        x1 = 3*weight
-        x2 = xi**2
-        x3 = 8*weight
-        x4 = x2*x3
-        x5 = weight**2
-        x6 = 2*weight
-        x7 = x6 - 1
-        x8 = Omega*x7
-        x9 = 8*x8
-        x10 = x0*x5
-        x11 = weight**3
-        x12 = x2*x5
-        x13 = 6*weight*x2 - weight + 4*x11*x2 - x11 - 10*x12 - x2 + 2*x5
-        x14 = weight - 1
-        x15 = x14**2
-        x16 = x15*x7
-        x17 = x11*x16
-        x18 = 2*x17
-        x19 = weight**4*x16
-        x20 = Omega*xi
-        x21 = 16*xi
-        x22 = 4*x5
-        x23 = -x6
-        x24 = weight*x2
-        x25 = 2*x2
-        x26 = 1 - x25
-        x27 = 4*weight
-        x28 = weight*x0
-        x29 = x14*x28
-        x30 = x2*x6
-        x31 = 4*x12 - x30 + 1
-        x32 = x27*xi
-        x33 = Omega**2
-        x34 = x25 + 1
-        x35 = x23 + x5
-        x36 = 2*x5
-        x37 = -8*x14
-        x38 = x14*x22
-        x39 = 4*x14
-        x40 = x16*x36
-        x41 = 6*x12 - 4*x24 + 1
-        x42 = x35 + 1
-        x43 = x2*x36 - x24 + x42
-        x44 = x31 + x35
-        x45 = Omega*x17 + x40*xi
-        x46 = x25 - 1
-        x47 = x0*x14
-        den_o = Omega*(Omega*(-x4*(x1 - 2) - x5*x9*xi**3) + x0) + 8
-        B00 = (Omega*(Omega*(Omega*(Omega*(-x18 - 2*x19*x20) + x10*x13) + x13*x3) + x10) + x3) / den
-        B01 = (Omega*(-8*Omega*x11*x14*x2 - x14*x21*x5) - x14*x3) / den
-        B02 = 0.0
-        B03 = (Omega*(Omega*(-x15*x27*(x23 + 6*x24 + x26) + x16*x20*x22) - x0*x16) + 8*x15) / den
-        B10 = (Omega*(Omega*(Omega*(Omega*(x19*x33 - x36*(12*weight*x2 + 8*x11*x2 - 20*x12 - x34 - x35)) - x14*x32*x7**2) - x27*x31) + x29) + x3) / den
-        B11 = (Omega*(Omega*(x11*x20*x39 + x38) - x29) + x37) / den
-        B12 = (Omega*(-x12*x9 - x29) + x3) / den
-        B13 = (Omega*(Omega*(Omega*(-Omega*x40 + 4*weight*x15*xi*(x1 - 1)) + 4*x14**3) + x29) + x37) / den
-        O00 = (x33*(Omega*(Omega*(Omega*(Omega*(-Omega*x45 - x44*x6) - x28*x43) + 4*x41) + x0) - 8)) / den_o
-        O01 = (Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(-x18*x20 - x40*x46) - x32*x44) - x3*x43*x46) + x0*x41) + 8*x46) - x21)) / den_o
-        P00 = (Omega*(Omega*(Omega*(Omega*(Omega*x45 + x22*(-x2 + x30 + x42)) + x32*(-weight + x31)) - x27*(x26 + x30)) - x28)) / den_o
-        P01 = (Omega*(Omega*(x14*x27*x34 + x20*x38) + x47)) / den_o
-        P02 = (Omega*(-x4*x8 - x47) + 8) / den_o
-        P03 = (Omega*(Omega*(Omega*(-Omega*x16*x6 + 4*weight*x15*xi) - x39*(x14 + x30)) + x47)) / den_o
-        s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j], s[768 + j], s[816 + j], s[864 + j], s[912 + j], s[960 + j] = D00, D01, D10, D11, B00, B01, B02, B03, B10, B11, B12, B13, O00, O01, P00, P01, P02, P03
-
-
-@_compile
-def coefficients(Omega, xi, weight, out):
-    """D, B, O, P of linear_march_2_01y: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f; out (18, n).
-
-    The rows of out are the entries of D, B, O, P, matrix by matrix and row by row. D is rounded once. Columns of
-    B and P beyond the scheme's own load instants, up to the march's 4, are zero.
+    Their entries, matrix by matrix and row by row. D is computed in pairs of doubles and rounded once. Columns of B and
+    P beyond the scheme's own load instants, up to the march's 4, are zero.
     """
-    s = np.ones(21 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j], s[96 + j] = Omega[first + j], xi[first + j], weight[first + j]
-        _coefficients(s)
-        for r in range(18):
-            for j in range(size):
-                out[r, first + j] = s[(3 + r) * 48 + j]
+    d0, d0_ = by.times(3.0, weight)
+    d1, d1_ = by.times(xi, xi)
+    d2, d2_ = by.times_one(weight, d1, d1_)
+    d3, d3_ = by.times(weight, weight)
+    d4 = 2.0 * weight
+    d5, d5_ = by.plus(-1.0, d4)
+    d6, d6_ = by.times(Omega, Omega)
+    d7 = 4.0 * weight
+    d8, d8_ = 8.0 * d3, 8.0 * d3_
+    s6, s6_ = by.times(weight, weight)
+    d9, d9_ = by.times_one(weight, s6, s6_)
+    d10, d10_ = 4.0 * d9, 4.0 * d9_
+    d11 = 8.0 * xi
+    d12, d12_ = 4.0 * d3, 4.0 * d3_
+    d13, d13_ = by.times_two(d1, d1_, d12, d12_)
+    d14, d14_ = by.plus(1.0, -1.0 * d4)
+    d15, d15_ = by.plus_two(d14, d14_, d3, d3_)
+    s11, s11_ = by.times_one(-1.0 * d4, d1, d1_)
+    s12, s12_ = by.plus_two(d13, d13_, d15, d15_)
+    s13, s13_ = by.plus_two(s12, s12_, s11, s11_)
+    d16, d16_ = by.times_one(d7, s13, s13_)
+    d17, d17_ = 2.0 * d9, 2.0 * d9_
+    s15, s15_ = by.plus(-1.0, weight)
+    d18, d18_ = by.times_two(s15, s15_, s15, s15_)
+    d19, d19_ = by.times_two(d18, d18_, d5, d5_)
+    s18, s18_ = by.times(weight, weight)
+    s19, s19_ = by.times_one(weight, s18, s18_)
+    s20, s20_ = by.times_one(weight, s19, s19_)
+    d20, d20_ = by.times_two(d19, d19_, s20, s20_)
+    s22, s22_ = by.times(2.0 * Omega, xi)
+    d21, d21_ = by.times_two(s22, s22_, d20, d20_)
+    d22, d22_ = by.times_two(d1, d1_, d3, d3_)
+    s25, s25_ = by.times_one(-20.0, d22, d22_)
+    s26, s26_ = by.times_two(8.0 * d1, 8.0 * d1_, d9, d9_)
+    s27, s27_ = by.times(12.0, weight)
+    s28, s28_ = by.times_two(s27, s27_, d1, d1_)
+    s29, s29_ = by.plus_two(-1.0 * d15, -1.0 * d15_, s25, s25_)
+    s30, s30_ = by.plus_two(s29, s29_, -2.0 * d1, -2.0 * d1_)
+    s31, s31_ = by.plus_two(s30, s30_, s26, s26_)
+    s32, s32_ = by.plus_two(s31, s31_, s28, s28_)
+    s33, s33_ = by.times_one(xi, d12, d12_)
+    d23, d23_ = by.times_two(s33, s33_, s32, s32_)
+    d24, d24_ = by.times_two(d1, d1_, d10, d10_)
+    d25, d25_ = by.times_two(d20, d20_, d6, d6_)
+    d26, d26_ = -1.0 * d17, -1.0 * d17_
+    s37, s37_ = by.times(xi, xi)
+    s38, s38_ = by.times_one(xi, s37, s37_)
+    d27, d27_ = by.times_one(xi, s38, s38_)
+    d28, d28_ = by.plus(1.0, -1.0 * d7)
+    s41, s41_ = by.times_two(8.0 * d1, 8.0 * d1_, d9, d9_)
+    d29, d29_ = by.plus_two(-1.0 * d13, -1.0 * d13_, s41, s41_)
+    s43, s43_ = by.plus_one(-2.0, d0, d0_)
+    s44, s44_ = by.times_two(-16.0 * d2, -16.0 * d2_, s43, s43_)
+    s45, s45_ = by.times(xi, xi)
+    s46, s46_ = by.times_one(xi, s45, s45_)
+    s47, s47_ = by.times_one(-16.0 * Omega, d3, d3_)
+    s48, s48_ = by.times_two(s47, s47_, d5, d5_)
+    s49, s49_ = by.times_two(s48, s48_, s46, s46_)
+    s50, s50_ = by.plus_two(s44, s44_, s49, s49_)
+    s51, s51_ = by.times_one(Omega, s50, s50_)
+    s52, s52_ = by.plus_one(16.0 * xi, s51, s51_)
+    s53, s53_ = by.times_one(Omega, s52, s52_)
+    den, den_ = by.plus_one(16.0, s53, s53_)
+    s55, s55_ = by.times_two(d17, d17_, d19, d19_)
+    s56, s56_ = by.plus_two(d21, d21_, s55, s55_)
+    s57, s57_ = by.times_one(Omega, s56, s56_)
+    s58, s58_ = by.plus_two(-1.0 * d23, -1.0 * d23_, s57, s57_)
+    s59, s59_ = by.times_one(Omega, s58, s58_)
+    s60, s60_ = by.plus_two(d16, d16_, s59, s59_)
+    s61, s61_ = by.times_one(Omega, s60, s60_)
+    s62, s62_ = by.plus(-1.0, d7)
+    s63, s63_ = by.plus_two(s62, s62_, d10, d10_)
+    s64, s64_ = by.plus_two(s63, s63_, -1.0 * d8, -1.0 * d8_)
+    s65, s65_ = by.times_one(d11, s64, s64_)
+    s66, s66_ = by.plus_two(s61, s61_, s65, s65_)
+    s67, s67_ = by.times_one(Omega, s66, s66_)
+    s68, s68_ = by.plus_one(-8.0, s67, s67_)
+    N00, N00_ = by.times_two(d6, d6_, s68, s68_)
+    s70, s70_ = by.times_one(-176.0, d22, d22_)
+    s71, s71_ = by.times_one(-5.0, d3, d3_)
+    s72, s72_ = by.times_one(-1.0 * d7, d1, d1_)
+    s73, s73_ = by.times_one(-40.0, d27, d27_)
+    s74, s74_ = by.times_two(s73, s73_, d3, d3_)
+    s75, s75_ = by.times_two(8.0 * d1, 8.0 * d1_, d3, d3_)
+    s76, s76_ = by.times_two(16.0 * d27, 16.0 * d27_, d9, d9_)
+    s77, s77_ = by.times(24.0, weight)
+    s78, s78_ = by.times_two(s77, s77_, d27, d27_)
+    s79, s79_ = by.plus_two(-1.0 * d24, -1.0 * d24_, -1.0 * d26, -1.0 * d26_)
+    s80, s80_ = by.plus_two(s79, s79_, -1.0 * d28, -1.0 * d28_)
+    s81, s81_ = by.plus_two(s80, s80_, s71, s71_)
+    s82, s82_ = by.plus_two(s81, s81_, -4.0 * d27, -4.0 * d27_)
+    s83, s83_ = by.plus_two(s82, s82_, s72, s72_)
+    s84, s84_ = by.plus_two(s83, s83_, s74, s74_)
+    s85, s85_ = by.plus_two(s84, s84_, s75, s75_)
+    s86, s86_ = by.plus_two(s85, s85_, s76, s76_)
+    s87, s87_ = by.plus_two(s86, s86_, s78, s78_)
+    s88, s88_ = by.times_two(-1.0 * d12, -1.0 * d12_, s87, s87_)
+    s89, s89_ = by.times_two(4.0 * d1, 4.0 * d1_, d25, d25_)
+    s90, s90_ = by.plus_two(s88, s88_, s89, s89_)
+    s91, s91_ = by.times_two(d6, d6_, s90, s90_)
+    s92, s92_ = by.times(96.0, weight)
+    s93, s93_ = by.times_two(s92, s92_, d1, d1_)
+    s94, s94_ = by.plus_one(-16.0 * weight, s70, s70_)
+    s95, s95_ = by.plus_two(s94, s94_, -16.0 * d1, -16.0 * d1_)
+    s96, s96_ = by.plus_two(s95, s95_, -16.0 * d9, -16.0 * d9_)
+    s97, s97_ = by.plus_two(s96, s96_, 16.0 * d24, 16.0 * d24_)
+    s98, s98_ = by.plus_two(s97, s97_, 32.0 * d3, 32.0 * d3_)
+    s99, s99_ = by.plus_two(s98, s98_, s91, s91_)
+    s100, s100_ = by.plus_two(s99, s99_, s93, s93_)
+    s101, s101_ = by.times_two(d6, d6_, s100, s100_)
+    N01, N01_ = by.plus_one(16.0, s101, s101_)
+    s103, s103_ = by.times_one(-10.0, d22, d22_)
+    s104, s104_ = by.times_one(-3.0, d3, d3_)
+    s105, s105_ = by.times_one(6.0, d2, d2_)
+    s106, s106_ = by.plus_one(-1.0, d0, d0_)
+    s107, s107_ = by.plus_two(s106, s106_, d24, d24_)
+    s108, s108_ = by.plus_two(s107, s107_, d9, d9_)
+    s109, s109_ = by.plus_two(s108, s108_, -1.0 * d1, -1.0 * d1_)
+    s110, s110_ = by.plus_two(s109, s109_, s103, s103_)
+    s111, s111_ = by.plus_two(s110, s110_, s104, s104_)
+    s112, s112_ = by.plus_two(s111, s111_, s105, s105_)
+    s113, s113_ = by.times_two(4.0 * d3, 4.0 * d3_, s112, s112_)
+    s114, s114_ = by.plus_two(-1.0 * d25, -1.0 * d25_, s113, s113_)
+    s115, s115_ = by.times_two(d6, d6_, s114, s114_)
+    s116, s116_ = by.plus_two(4.0 * d12, 4.0 * d12_, 4.0 * d14, 4.0 * d14_)
+    s117, s117_ = by.plus_two(s116, s116_, 4.0 * d26, 4.0 * d26_)
+    s118, s118_ = by.plus_two(s117, s117_, 4.0 * d29, 4.0 * d29_)
+    s119, s119_ = by.plus_two(s118, s118_, s115, s115_)
+    s120, s120_ = by.times_two(d6, d6_, s119, s119_)
+    s121, s121_ = by.plus_one(-16.0, s120, s120_)
+    N10, N10_ = by.times_two(d6, d6_, s121, s121_)
+    s123, s123_ = by.times_two(2.0 * d18, 2.0 * d18_, d5, d5_)
+    s124, s124_ = by.times_two(s123, s123_, d9, d9_)
+    s125, s125_ = by.plus_two(-1.0 * d21, -1.0 * d21_, s124, s124_)
+    s126, s126_ = by.times_one(Omega, s125, s125_)
+    s127, s127_ = by.plus_two(d23, d23_, s126, s126_)
+    s128, s128_ = by.times_one(Omega, s127, s127_)
+    s129, s129_ = by.plus_two(d16, d16_, s128, s128_)
+    s130, s130_ = by.times_one(Omega, s129, s129_)
+    s131, s131_ = by.plus_two(d28, d28_, d29, d29_)
+    s132, s132_ = by.plus_two(s131, s131_, d8, d8_)
+    s133, s133_ = by.plus_two(s132, s132_, -1.0 * d10, -1.0 * d10_)
+    s134, s134_ = by.times_one(d11, s133, s133_)
+    s135, s135_ = by.plus_two(s130, s130_, s134, s134_)
+    s136, s136_ = by.times_one(Omega, s135, s135_)
+    s137, s137_ = by.plus_one(-8.0, s136, s136_)
+    s138, s138_ = by.times_one(Omega, s137, s137_)
+    s139, s139_ = by.plus_one(-32.0 * xi, s138, s138_)
+    N11, N11_ = by.times_one(Omega, s139, s139_)
+    D00 = by.over(N00, N00_, den, den_)
+    D01 = by.over(N01, N01_, den, den_)
+    D10 = by.over(N10, N10_, den, den_)
+    D11 = by.over(N11, N11_, den, den_)
+    x0 = 8*xi
+    x1 = 3*weight
+    x2 = xi**2
+    x3 = 8*weight
+    x4 = x2*x3
+    x5 = weight**2
+    x6 = 2*weight
+    x7 = x6 - 1
+    x8 = Omega*x7
+    x9 = 8*x8
+    x10 = x0*x5
+    x11 = weight**3
+    x12 = x2*x5
+    x13 = 6*weight*x2 - weight + 4*x11*x2 - x11 - 10*x12 - x2 + 2*x5
+    x14 = weight - 1
+    x15 = x14**2
+    x16 = x15*x7
+    x17 = x11*x16
+    x18 = 2*x17
+    x19 = weight**4*x16
+    x20 = Omega*xi
+    x21 = 16*xi
+    x22 = 4*x5
+    x23 = -x6
+    x24 = weight*x2
+    x25 = 2*x2
+    x26 = 1 - x25
+    x27 = 4*weight
+    x28 = weight*x0
+    x29 = x14*x28
+    x30 = x2*x6
+    x31 = 4*x12 - x30 + 1
+    x32 = x27*xi
+    x33 = Omega**2
+    x34 = x25 + 1
+    x35 = x23 + x5
+    x36 = 2*x5
+    x37 = -8*x14
+    x38 = x14*x22
+    x39 = 4*x14
+    x40 = x16*x36
+    x41 = 6*x12 - 4*x24 + 1
+    x42 = x35 + 1
+    x43 = x2*x36 - x24 + x42
+    x44 = x31 + x35
+    x45 = Omega*x17 + x40*xi
+    x46 = x25 - 1
+    x47 = x0*x14
+    den_o = Omega*(Omega*(-x4*(x1 - 2) - x5*x9*xi**3) + x0) + 8
+    B00 = (Omega*(Omega*(Omega*(Omega*(-x18 - 2*x19*x20) + x10*x13) + x13*x3) + x10) + x3) / den
+    B01 = (Omega*(-8*Omega*x11*x14*x2 - x14*x21*x5) - x14*x3) / den
+    B02 = 0.0
+    B03 = (Omega*(Omega*(-x15*x27*(x23 + 6*x24 + x26) + x16*x20*x22) - x0*x16) + 8*x15) / den
+    B10 = (Omega*(Omega*(Omega*(Omega*(x19*x33 - x36*(12*weight*x2 + 8*x11*x2 - 20*x12 - x34 - x35)) - x14*x32*x7**2) - x27*x31) + x29) + x3) / den
+    B11 = (Omega*(Omega*(x11*x20*x39 + x38) - x29) + x37) / den
+    B12 = (Omega*(-x12*x9 - x29) + x3) / den
+    B13 = (Omega*(Omega*(Omega*(-Omega*x40 + 4*weight*x15*xi*(x1 - 1)) + 4*x14**3) + x29) + x37) / den
+    O00 = (x33*(Omega*(Omega*(Omega*(Omega*(-Omega*x45 - x44*x6) - x28*x43) + 4*x41) + x0) - 8)) / den_o
+    O01 = (Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(-x18*x20 - x40*x46) - x32*x44) - x3*x43*x46) + x0*x41) + 8*x46) - x21)) / den_o
+    P00 = (Omega*(Omega*(Omega*(Omega*(Omega*x45 + x22*(-x2 + x30 + x42)) + x32*(-weight + x31)) - x27*(x26 + x30)) - x28)) / den_o
+    P01 = (Omega*(Omega*(x14*x27*x34 + x20*x38) + x47)) / den_o
+    P02 = (Omega*(-x4*x8 - x47) + 8) / den_o
+    P03 = (Omega*(Omega*(Omega*(-Omega*x16*x6 + 4*weight*x15*xi) - x39*(x14 + x30)) + x47)) / den_o
+    return D00, D01, D10, D11, B00, B01, B02, B03, B10, B11, B12, B13, O00, O01, P00, P01, P02, P03

@@ -65,10 +65,6 @@ FILTER = 2
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
-_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
-# called by kernels alone: not from Python, and so without the code for that
-_exact = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
-
 # contract: a * b + c may become one operation, rounded once
 _fused = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
 _inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"})
@@ -111,142 +107,6 @@ def _angle(y, x):
     angle = 0.7853981633974483 + angle if steep else angle
     angle = 1.5707963267948966 - angle if y > flat else angle
     return 3.141592653589793 - angle if x < 0.0 else angle
-
-
-# alpha + beta*L is a, b: the matrix [[alpha, beta], [w0*beta, alpha + w1*beta]], L^2 = w0 + w1*L; tails end in _
-@_exact
-def _horner(a, a_, b, b_, w0, w0_, w1, w1_, c, c_):
-    """(a + b*L) L + c."""
-    x, x_ = _times_two(w0, w0_, b, b_)
-    y, y_ = _times_two(w1, w1_, b, b_)
-    x, x_ = _plus_two(x, x_, c, c_)
-    y, y_ = _plus_two(y, y_, a, a_)
-    return x, x_, y, y_
-
-
-@_exact
-def _conjugate(a, a_, b, b_, w0, w0_, w1, w1_):
-    """The c + d*L whose product with a + b*L is a number, and that number."""
-    c, c_ = _times_two(w1, w1_, b, b_)
-    c, c_ = _plus_two(c, c_, a, a_)
-    x, x_ = _times_two(a, a_, c, c_)
-    y, y_ = _times_two(b, b_, b, b_)
-    y, y_ = _times_two(-w0, -w0_, y, y_)
-    x, x_ = _plus_two(x, x_, y, y_)
-    return c, c_, -b, -b_, x, x_
-
-
-@_exact
-def _product(a, a_, b, b_, c, c_, d, d_, w0, w0_, w1, w1_):
-    """(a + b*L) (c + d*L)."""
-    x, x_ = _times_two(a, a_, d, d_)
-    y, y_ = _times_two(b, b_, d, d_)
-    x, x_, y, y_ = _horner(x, x_, y, y_, w0, w0_, w1, w1_, 0.0, 0.0)
-    s, s_ = _times_two(a, a_, c, c_)
-    x, x_ = _plus_two(x, x_, s, s_)
-    s, s_ = _times_two(b, b_, c, c_)
-    y, y_ = _plus_two(y, y_, s, s_)
-    return x, x_, y, y_
-
-
-@_exact
-def _difference(a, a_, b, b_, c, c_, d, d_):
-    """a*b - c*d."""
-    x, x_ = _times_two(a, a_, b, b_)
-    y, y_ = _times_two(-c, -c_, d, d_)
-    return _plus_two(x, x_, y, y_)
-
-
-@_exact
-def _increment(Omega, xi, rho_inf, gamma):
-    """Entries of A - I, each rounded once."""
-    d0, d0_ = _times(96.0, gamma)
-    d1, d1_ = _times(144.0, gamma)
-    s2, s2_ = _times(Omega, Omega)
-    w0, w0_ = -1.0 * s2, -1.0 * s2_
-    w1, w1_ = _times(-2.0 * Omega, xi)
-    k0, k0_ = -1.0 * d0, -1.0 * d0_
-    s4, s4_ = _times(gamma, gamma)
-    k1, k1_ = _times_one(144.0, s4, s4_)
-    s6, s6_ = _times(gamma, gamma)
-    s7, s7_ = _times_one(gamma, s6, s6_)
-    k2, k2_ = _times_one(-96.0, s7, s7_)
-    s9, s9_ = _times(gamma, gamma)
-    s10, s10_ = _times_one(gamma, s9, s9_)
-    s11, s11_ = _times_one(gamma, s10, s10_)
-    k3, k3_ = _times_one(24.0, s11, s11_)
-    k4, k4_ = _plus_one(12.0, -1.0 * d0, -1.0 * d0_)
-    s14, s14_ = _plus_one(-48.0, d1, d1_)
-    s15, s15_ = _times_one(gamma, s14, s14_)
-    k5, k5_ = _plus_one(4.0, s15, s15_)
-    s17, s17_ = _plus_one(72.0, -1.0 * d0, -1.0 * d0_)
-    s18, s18_ = _times_one(gamma, s17, s17_)
-    s19, s19_ = _plus_one(-16.0, s18, s18_)
-    s20, s20_ = _times_one(gamma, s19, s19_)
-    k6, k6_ = _plus_one(1.0, s20, s20_)
-    s22, s22_ = _times(-24.0, gamma)
-    s23, s23_ = _plus_one(48.0, s22, s22_)
-    s24, s24_ = _times_one(gamma, s23, s23_)
-    k7, k7_ = _plus_one(-4.0, s24, s24_)
-    s26, s26_ = _times(-168.0, gamma)
-    s27, s27_ = _plus_one(56.0, s26, s26_)
-    s28, s28_ = _times_one(gamma, s27, s27_)
-    k8, k8_ = _plus_one(-4.0, s28, s28_)
-    s30, s30_ = _times(-120.0, gamma)
-    s31, s31_ = _plus_one(624.0, s30, s30_)
-    s32, s32_ = _times_one(gamma, s31, s31_)
-    s33, s33_ = _plus_one(-376.0, s32, s32_)
-    s34, s34_ = _times_one(gamma, s33, s33_)
-    s35, s35_ = _plus_one(64.0, s34, s34_)
-    s36, s36_ = _times_one(gamma, s35, s35_)
-    k9, k9_ = _plus_one(-3.0, s36, s36_)
-    s38, s38_ = _plus_one(-576.0, d1, d1_)
-    s39, s39_ = _times_one(gamma, s38, s38_)
-    s40, s40_ = _plus_one(432.0, s39, s39_)
-    s41, s41_ = _times_one(gamma, s40, s40_)
-    s42, s42_ = _plus_one(-96.0, s41, s41_)
-    s43, s43_ = _times_one(gamma, s42, s42_)
-    s44, s44_ = _plus_one(6.0, s43, s43_)
-    k10, k10_ = _times_one(gamma, s44, s44_)
-    k11, k11_ = _times(6.0, gamma)
-    a0, a0_, b0, b0_ = _horner(k3, k3_, 0.0, 0.0, w0, w0_, w1, w1_, k2, k2_)
-    a1, a1_, b1, b1_ = _horner(a0, a0_, b0, b0_, w0, w0_, w1, w1_, k1, k1_)
-    a2, a2_, b2, b2_ = _horner(a1, a1_, b1, b1_, w0, w0_, w1, w1_, k0, k0_)
-    a3, a3_, b3, b3_ = _horner(a2, a2_, b2, b2_, w0, w0_, w1, w1_, 24.0, 0.0)
-    c0, c0_, d0, d0_, n0, n0_ = _conjugate(a3, a3_, b3, b3_, w0, w0_, w1, w1_)
-    m0, m0_ = _times_two(n0, n0_, k11, k11_)
-    a4, a4_, b4, b4_ = _horner(k6, k6_, 0.0, 0.0, w0, w0_, w1, w1_, k5, k5_)
-    a5, a5_, b5, b5_ = _horner(a4, a4_, b4, b4_, w0, w0_, w1, w1_, k4, k4_)
-    a6, a6_, b6, b6_ = _horner(a5, a5_, b5, b5_, w0, w0_, w1, w1_, 24.0, 0.0)
-    a7, a7_, b7, b7_ = _product(a6, a6_, b6, b6_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
-    a8, a8_, b8, b8_ = _horner(a7, a7_, b7, b7_, w0, w0_, w1, w1_, 0.0, 0.0)
-    a9, a9_ = _plus_two(a8, a8_, n0, n0_)
-    a10, a10_, b10, b10_ = _horner(a8, a8_, b8, b8_, w0, w0_, w1, w1_, 0.0, 0.0)
-    a11, a11_, b11, b11_ = _horner(a9, a9_, b8, b8_, w0, w0_, w1, w1_, 0.0, 0.0)
-    a12, a12_, b12, b12_ = _horner(a11, a11_, b11, b11_, w0, w0_, w1, w1_, 0.0, 0.0)
-    a13, a13_, b13, b13_ = _horner(k10, k10_, 0.0, 0.0, w0, w0_, w1, w1_, k9, k9_)
-    a14, a14_, b14, b14_ = _horner(a13, a13_, b13, b13_, w0, w0_, w1, w1_, k8, k8_)
-    a15, a15_, b15, b15_ = _horner(a14, a14_, b14, b14_, w0, w0_, w1, w1_, k7, k7_)
-    a16, a16_, b16, b16_ = _product(a15, a15_, b15, b15_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
-    a17, a17_, b17, b17_ = _horner(a16, a16_, b16, b16_, w0, w0_, w1, w1_, 0.0, 0.0)
-    a18, a18_, b18, b18_ = _horner(a17, a17_, b17, b17_, w0, w0_, w1, w1_, 0.0, 0.0)
-    a19, a19_ = _difference(a8, a8_, k11, k11_, b16, b16_, w0, w0_)
-    D_00 = _over(a19, a19_, m0, m0_)
-    a20, a20_ = _difference(b8, b8_, k11, k11_, b16, b16_, w1, w1_)
-    D_01 = _over(a20, a20_, m0, m0_)
-    D_02 = _over(b16, b16_, m0, m0_)
-    a21, a21_ = _difference(a10, a10_, k11, k11_, b17, b17_, w0, w0_)
-    D_10 = _over(a21, a21_, m0, m0_)
-    a22, a22_ = _difference(b10, b10_, k11, k11_, b17, b17_, w1, w1_)
-    D_11 = _over(a22, a22_, m0, m0_)
-    D_12 = _over(b17, b17_, m0, m0_)
-    a23, a23_ = _difference(a12, a12_, k11, k11_, b18, b18_, w0, w0_)
-    D_20 = _over(a23, a23_, m0, m0_)
-    a24, a24_ = _difference(b12, b12_, k11, k11_, b18, b18_, w1, w1_)
-    D_21 = _over(a24, a24_, m0, m0_)
-    D_22 = _over(b18, b18_, m0, m0_)
-    D_22 -= 1.0
-    return D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22
 
 
 @_inline
@@ -556,407 +416,383 @@ def stability(Omega, xi, rho_inf, gamma, radius, damping, period):
     return refused < 0
 
 
-@_compile
-def amplification(Omega, xi, rho_inf, gamma, out):
-    """Amplification matrix in the order of STATE; out (n, 3, 3)."""
-    for i in range(out.shape[0]):
-        D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22 = _increment(Omega[i], xi[i], rho_inf[i], gamma[i])
-        out[i, 0, 0] = 1.0 + D_00
-        out[i, 0, 1] = D_01
-        out[i, 0, 2] = D_02
-        out[i, 1, 0] = D_10
-        out[i, 1, 1] = 1.0 + D_11
-        out[i, 1, 2] = D_12
-        out[i, 2, 0] = D_20
-        out[i, 2, 1] = D_21
-        out[i, 2, 2] = 1.0 + D_22
+def amplification(by, Omega, xi, rho_inf, gamma):
+    """Amplification matrix (3, 3) in the order of STATE, row by row."""
+    d0, d0_ = by.times(96.0, gamma)
+    d1, d1_ = by.times(144.0, gamma)
+    s2, s2_ = by.times(Omega, Omega)
+    w0, w0_ = -1.0 * s2, -1.0 * s2_
+    w1, w1_ = by.times(-2.0 * Omega, xi)
+    k0, k0_ = -1.0 * d0, -1.0 * d0_
+    s4, s4_ = by.times(gamma, gamma)
+    k1, k1_ = by.times_one(144.0, s4, s4_)
+    s6, s6_ = by.times(gamma, gamma)
+    s7, s7_ = by.times_one(gamma, s6, s6_)
+    k2, k2_ = by.times_one(-96.0, s7, s7_)
+    s9, s9_ = by.times(gamma, gamma)
+    s10, s10_ = by.times_one(gamma, s9, s9_)
+    s11, s11_ = by.times_one(gamma, s10, s10_)
+    k3, k3_ = by.times_one(24.0, s11, s11_)
+    k4, k4_ = by.plus_one(12.0, -1.0 * d0, -1.0 * d0_)
+    s14, s14_ = by.plus_one(-48.0, d1, d1_)
+    s15, s15_ = by.times_one(gamma, s14, s14_)
+    k5, k5_ = by.plus_one(4.0, s15, s15_)
+    s17, s17_ = by.plus_one(72.0, -1.0 * d0, -1.0 * d0_)
+    s18, s18_ = by.times_one(gamma, s17, s17_)
+    s19, s19_ = by.plus_one(-16.0, s18, s18_)
+    s20, s20_ = by.times_one(gamma, s19, s19_)
+    k6, k6_ = by.plus_one(1.0, s20, s20_)
+    s22, s22_ = by.times(-24.0, gamma)
+    s23, s23_ = by.plus_one(48.0, s22, s22_)
+    s24, s24_ = by.times_one(gamma, s23, s23_)
+    k7, k7_ = by.plus_one(-4.0, s24, s24_)
+    s26, s26_ = by.times(-168.0, gamma)
+    s27, s27_ = by.plus_one(56.0, s26, s26_)
+    s28, s28_ = by.times_one(gamma, s27, s27_)
+    k8, k8_ = by.plus_one(-4.0, s28, s28_)
+    s30, s30_ = by.times(-120.0, gamma)
+    s31, s31_ = by.plus_one(624.0, s30, s30_)
+    s32, s32_ = by.times_one(gamma, s31, s31_)
+    s33, s33_ = by.plus_one(-376.0, s32, s32_)
+    s34, s34_ = by.times_one(gamma, s33, s33_)
+    s35, s35_ = by.plus_one(64.0, s34, s34_)
+    s36, s36_ = by.times_one(gamma, s35, s35_)
+    k9, k9_ = by.plus_one(-3.0, s36, s36_)
+    s38, s38_ = by.plus_one(-576.0, d1, d1_)
+    s39, s39_ = by.times_one(gamma, s38, s38_)
+    s40, s40_ = by.plus_one(432.0, s39, s39_)
+    s41, s41_ = by.times_one(gamma, s40, s40_)
+    s42, s42_ = by.plus_one(-96.0, s41, s41_)
+    s43, s43_ = by.times_one(gamma, s42, s42_)
+    s44, s44_ = by.plus_one(6.0, s43, s43_)
+    k10, k10_ = by.times_one(gamma, s44, s44_)
+    k11, k11_ = by.times(6.0, gamma)
+    a0, a0_, b0, b0_ = by.horner(k3, k3_, 0.0, 0.0, w0, w0_, w1, w1_, k2, k2_)
+    a1, a1_, b1, b1_ = by.horner(a0, a0_, b0, b0_, w0, w0_, w1, w1_, k1, k1_)
+    a2, a2_, b2, b2_ = by.horner(a1, a1_, b1, b1_, w0, w0_, w1, w1_, k0, k0_)
+    a3, a3_, b3, b3_ = by.horner(a2, a2_, b2, b2_, w0, w0_, w1, w1_, 24.0, 0.0)
+    c0, c0_, d0, d0_, n0, n0_ = by.conjugate(a3, a3_, b3, b3_, w0, w0_, w1, w1_)
+    m0, m0_ = by.times_two(n0, n0_, k11, k11_)
+    a4, a4_, b4, b4_ = by.horner(k6, k6_, 0.0, 0.0, w0, w0_, w1, w1_, k5, k5_)
+    a5, a5_, b5, b5_ = by.horner(a4, a4_, b4, b4_, w0, w0_, w1, w1_, k4, k4_)
+    a6, a6_, b6, b6_ = by.horner(a5, a5_, b5, b5_, w0, w0_, w1, w1_, 24.0, 0.0)
+    a7, a7_, b7, b7_ = by.product(a6, a6_, b6, b6_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
+    a8, a8_, b8, b8_ = by.horner(a7, a7_, b7, b7_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a9, a9_ = by.plus_two(a8, a8_, n0, n0_)
+    a10, a10_, b10, b10_ = by.horner(a8, a8_, b8, b8_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a11, a11_, b11, b11_ = by.horner(a9, a9_, b8, b8_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a12, a12_, b12, b12_ = by.horner(a11, a11_, b11, b11_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a13, a13_, b13, b13_ = by.horner(k10, k10_, 0.0, 0.0, w0, w0_, w1, w1_, k9, k9_)
+    a14, a14_, b14, b14_ = by.horner(a13, a13_, b13, b13_, w0, w0_, w1, w1_, k8, k8_)
+    a15, a15_, b15, b15_ = by.horner(a14, a14_, b14, b14_, w0, w0_, w1, w1_, k7, k7_)
+    a16, a16_, b16, b16_ = by.product(a15, a15_, b15, b15_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
+    a17, a17_, b17, b17_ = by.horner(a16, a16_, b16, b16_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a18, a18_, b18, b18_ = by.horner(a17, a17_, b17, b17_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a19, a19_ = by.difference(a8, a8_, k11, k11_, b16, b16_, w0, w0_)
+    D_00 = by.over(a19, a19_, m0, m0_)
+    a20, a20_ = by.difference(b8, b8_, k11, k11_, b16, b16_, w1, w1_)
+    D_01 = by.over(a20, a20_, m0, m0_)
+    D_02 = by.over(b16, b16_, m0, m0_)
+    a21, a21_ = by.difference(a10, a10_, k11, k11_, b17, b17_, w0, w0_)
+    D_10 = by.over(a21, a21_, m0, m0_)
+    a22, a22_ = by.difference(b10, b10_, k11, k11_, b17, b17_, w1, w1_)
+    D_11 = by.over(a22, a22_, m0, m0_)
+    D_12 = by.over(b17, b17_, m0, m0_)
+    a23, a23_ = by.difference(a12, a12_, k11, k11_, b18, b18_, w0, w0_)
+    D_20 = by.over(a23, a23_, m0, m0_)
+    a24, a24_ = by.difference(b12, b12_, k11, k11_, b18, b18_, w1, w1_)
+    D_21 = by.over(a24, a24_, m0, m0_)
+    D_22 = by.over(b18, b18_, m0, m0_)
+    D_22 -= 1.0
+    return 1.0 + D_00, D_01, D_02, D_10, 1.0 + D_11, D_12, D_20, D_21, 1.0 + D_22
 
 
-@_compile
-def stencil(rho_inf, gamma, out):
-    """Instants (n, 5) at which the load is taken, in steps after t_n."""
-    for i in range(out.shape[0]):
-        out[i, 0] = 0
-        out[i, 1] = 2/3
-        out[i, 2] = 3/4
-        out[i, 3] = 2*gamma[i]
-        out[i, 4] = 1
+def stencil(by, rho_inf, gamma):
+    """Instants at which the load is taken, in steps after t_n."""
+    return 0, 2/3, 3/4, 2*gamma, 1
 
 
-# tails are rounding errors, which fastmath would remove
-@_exact
-def _plus(a, b):
-    """The sum of two doubles: head, and tail, which is the rounding error of the head."""
-    head = a + b
-    rest = head - a
-    return head, (a - (head - rest)) + (b - rest)
+def coefficients(by, Omega, xi, rho_inf, gamma):
+    """D, B, O, P of linear_march_2_01y: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f.
 
-
-@_exact
-def _plus_one(a, b, b_):
-    """The sum of a double and a pair of head and tail."""
-    head, tail = _plus(a, b)
-    tail += b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _plus_two(a, a_, b, b_):
-    """The sum of two pairs of head and tail."""
-    head, tail = _plus(a, b)
-    tail += a_ + b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times(a, b):
-    """The product of two doubles: head and tail, from halves of their digits, whose products are exact."""
-    head, c, d = a * b, 134217729.0 * a, 134217729.0 * b
-    a1, b1 = c - (c - a), d - (d - b)
-    a2, b2 = a - a1, b - b1
-    return head, ((a1 * b1 - head) + a1 * b2 + a2 * b1) + a2 * b2
-
-
-@_exact
-def _times_one(a, b, b_):
-    """The product of a double and a pair of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times_two(a, a_, b, b_):
-    """The product of two pairs of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_ + a_ * b
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _over(a, a_, b, b_):
-    """The quotient of two pairs of head and tail, rounded to a double."""
-    head = a / b
-    product, tail = _times(head, b)
-    return head + ((a - product) - tail + a_ - head * b_) / b
-
-
-@_exact
-def _coefficients(s):
-    """`coefficients` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi, rho_inf, gamma = s[j], s[48 + j], s[96 + j], s[144 + j]
-        d0, d0_ = _times(96.0, gamma)
-        d1, d1_ = _times(gamma, gamma)
-        s2, s2_ = _times(gamma, gamma)
-        d2, d2_ = _times_one(gamma, s2, s2_)
-        s4, s4_ = _times(gamma, gamma)
-        s5, s5_ = _times_one(gamma, s4, s4_)
-        s6, s6_ = _times_one(gamma, s5, s5_)
-        d3, d3_ = _times_one(24.0, s6, s6_)
-        d4, d4_ = _times(144.0, gamma)
-        d5, d5_ = _times(24.0, gamma)
-        s10, s10_ = _times(Omega, Omega)
-        w0, w0_ = -1.0 * s10, -1.0 * s10_
-        w1, w1_ = _times(-2.0 * Omega, xi)
-        k0, k0_ = -1.0 * d0, -1.0 * d0_
-        k1, k1_ = _times_one(144.0, d1, d1_)
-        k2, k2_ = _times_one(-96.0, d2, d2_)
-        k3, k3_ = d3, d3_
-        k4, k4_ = _plus_one(12.0, -1.0 * d0, -1.0 * d0_)
-        s15, s15_ = _plus_one(-48.0, d4, d4_)
-        s16, s16_ = _times_one(gamma, s15, s15_)
-        k5, k5_ = _plus_one(4.0, s16, s16_)
-        s18, s18_ = _plus_one(72.0, -1.0 * d0, -1.0 * d0_)
-        s19, s19_ = _times_one(gamma, s18, s18_)
-        s20, s20_ = _plus_one(-16.0, s19, s19_)
-        s21, s21_ = _times_one(gamma, s20, s20_)
-        k6, k6_ = _plus_one(1.0, s21, s21_)
-        s23, s23_ = _plus_one(48.0, -1.0 * d5, -1.0 * d5_)
-        s24, s24_ = _times_one(gamma, s23, s23_)
-        k7, k7_ = _plus_one(-4.0, s24, s24_)
-        s26, s26_ = _times(-168.0, gamma)
-        s27, s27_ = _plus_one(56.0, s26, s26_)
-        s28, s28_ = _times_one(gamma, s27, s27_)
-        k8, k8_ = _plus_one(-4.0, s28, s28_)
-        s30, s30_ = _times(-120.0, gamma)
-        s31, s31_ = _plus_one(624.0, s30, s30_)
-        s32, s32_ = _times_one(gamma, s31, s31_)
-        s33, s33_ = _plus_one(-376.0, s32, s32_)
-        s34, s34_ = _times_one(gamma, s33, s33_)
-        s35, s35_ = _plus_one(64.0, s34, s34_)
-        s36, s36_ = _times_one(gamma, s35, s35_)
-        k9, k9_ = _plus_one(-3.0, s36, s36_)
-        s38, s38_ = _plus_one(-576.0, d4, d4_)
-        s39, s39_ = _times_one(gamma, s38, s38_)
-        s40, s40_ = _plus_one(432.0, s39, s39_)
-        s41, s41_ = _times_one(gamma, s40, s40_)
-        s42, s42_ = _plus_one(-96.0, s41, s41_)
-        s43, s43_ = _times_one(gamma, s42, s42_)
-        s44, s44_ = _plus_one(6.0, s43, s43_)
-        k10, k10_ = _times_one(gamma, s44, s44_)
-        k11, k11_ = _times(6.0, gamma)
-        k12, k12_ = _times(108.0, gamma)
-        k13, k13_ = _times_one(-216.0, d1, d1_)
-        k14, k14_ = _times_one(108.0, d2, d2_)
-        s50, s50_ = _times(-3072.0, gamma)
-        s51, s51_ = _plus_one(1536.0, s50, s50_)
-        s52, s52_ = _times_one(gamma, s51, s51_)
-        k15, k15_ = _plus_one(-128.0, s52, s52_)
-        s54, s54_ = _times(6912.0, gamma)
-        s55, s55_ = _plus_one(-4224.0, s54, s54_)
-        s56, s56_ = _times_one(gamma, s55, s55_)
-        s57, s57_ = _plus_one(640.0, s56, s56_)
-        s58, s58_ = _times_one(gamma, s57, s57_)
-        k16, k16_ = _plus_one(-32.0, s58, s58_)
-        s60, s60_ = _times(-3840.0, gamma)
-        s61, s61_ = _plus_one(2688.0, s60, s60_)
-        s62, s62_ = _times_one(gamma, s61, s61_)
-        s63, s63_ = _plus_one(-512.0, s62, s62_)
-        s64, s64_ = _times_one(gamma, s63, s63_)
-        s65, s65_ = _plus_one(32.0, s64, s64_)
-        k17, k17_ = _times_one(gamma, s65, s65_)
-        k18, k18_ = _plus_one(-9.0, d5, d5_)
-        s68, s68_ = _plus_one(16.0, d5, d5_)
-        s69, s69_ = _times_one(gamma, s68, s68_)
-        k19, k19_ = _plus_one(-4.0, s69, s69_)
-        s71, s71_ = _times(-192.0, gamma)
-        s72, s72_ = _plus_one(336.0, s71, s71_)
-        s73, s73_ = _times_one(gamma, s72, s72_)
-        s74, s74_ = _plus_one(-216.0, s73, s73_)
-        s75, s75_ = _times_one(gamma, s74, s74_)
-        s76, s76_ = _plus_one(48.0, s75, s75_)
-        s77, s77_ = _times_one(gamma, s76, s76_)
-        k20, k20_ = _plus_one(-3.0, s77, s77_)
-        s79, s79_ = _plus(-6.0, 16.0 * gamma)
-        k21, k21_ = _times_one(gamma, s79, s79_)
-        k22, k22_ = d5, d5_
-        k23, k23_ = _times_one(-72.0, d1, d1_)
-        k24, k24_ = _times_one(72.0, d2, d2_)
-        k25, k25_ = -1.0 * d3, -1.0 * d3_
-        a0, a0_, b0, b0_ = _horner(k3, k3_, 0.0, 0.0, w0, w0_, w1, w1_, k2, k2_)
-        a1, a1_, b1, b1_ = _horner(a0, a0_, b0, b0_, w0, w0_, w1, w1_, k1, k1_)
-        a2, a2_, b2, b2_ = _horner(a1, a1_, b1, b1_, w0, w0_, w1, w1_, k0, k0_)
-        a3, a3_, b3, b3_ = _horner(a2, a2_, b2, b2_, w0, w0_, w1, w1_, 24.0, 0.0)
-        c0, c0_, d0, d0_, n0, n0_ = _conjugate(a3, a3_, b3, b3_, w0, w0_, w1, w1_)
-        a4, a4_, b4, b4_ = _horner(k6, k6_, 0.0, 0.0, w0, w0_, w1, w1_, k5, k5_)
-        a5, a5_, b5, b5_ = _horner(a4, a4_, b4, b4_, w0, w0_, w1, w1_, k4, k4_)
-        a6, a6_, b6, b6_ = _horner(a5, a5_, b5, b5_, w0, w0_, w1, w1_, 24.0, 0.0)
-        a7, a7_, b7, b7_ = _product(a6, a6_, b6, b6_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
-        a8, a8_, b8, b8_ = _horner(a7, a7_, b7, b7_, w0, w0_, w1, w1_, 0.0, 0.0)
-        a9, a9_ = _plus_two(a8, a8_, n0, n0_)
-        a10, a10_, b10, b10_ = _horner(a8, a8_, b8, b8_, w0, w0_, w1, w1_, 0.0, 0.0)
-        a11, a11_, b11, b11_ = _horner(a9, a9_, b8, b8_, w0, w0_, w1, w1_, 0.0, 0.0)
-        a12, a12_, b12, b12_ = _horner(a11, a11_, b11, b11_, w0, w0_, w1, w1_, 0.0, 0.0)
-        D00 = _over(a8, a8_, n0, n0_)
-        D01 = _over(b8, b8_, n0, n0_)
-        D10 = _over(a10, a10_, n0, n0_)
-        D11 = _over(b10, b10_, n0, n0_)
-        O00 = _over(a12, a12_, n0, n0_)
-        O01 = _over(b12, b12_, n0, n0_)
-        m0, m0_ = _times_two(n0, n0_, k11, k11_)
-        a13, a13_, b13, b13_ = _horner(k10, k10_, 0.0, 0.0, w0, w0_, w1, w1_, k9, k9_)
-        a14, a14_, b14, b14_ = _horner(a13, a13_, b13, b13_, w0, w0_, w1, w1_, k8, k8_)
-        a15, a15_, b15, b15_ = _horner(a14, a14_, b14, b14_, w0, w0_, w1, w1_, k7, k7_)
-        a16, a16_, b16, b16_ = _product(a15, a15_, b15, b15_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
-        a17, a17_, b17, b17_ = _horner(a16, a16_, b16, b16_, w0, w0_, w1, w1_, 0.0, 0.0)
-        a18, a18_, b18, b18_ = _horner(a17, a17_, b17, b17_, w0, w0_, w1, w1_, 0.0, 0.0)
-        B00 = _over(b16, b16_, m0, m0_)
-        B10 = _over(b17, b17_, m0, m0_)
-        P00 = _over(b18, b18_, m0, m0_)
-        a19, a19_, b19, b19_ = _horner(k14, k14_, 0.0, 0.0, w0, w0_, w1, w1_, k13, k13_)
-        a20, a20_, b20, b20_ = _horner(a19, a19_, b19, b19_, w0, w0_, w1, w1_, k12, k12_)
-        a21, a21_, b21, b21_ = _product(a20, a20_, b20, b20_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
-        a22, a22_, b22, b22_ = _horner(a21, a21_, b21, b21_, w0, w0_, w1, w1_, 0.0, 0.0)
-        a23, a23_, b23, b23_ = _horner(a22, a22_, b22, b22_, w0, w0_, w1, w1_, 0.0, 0.0)
-        B01 = _over(b21, b21_, n0, n0_)
-        B11 = _over(b22, b22_, n0, n0_)
-        P01 = _over(b23, b23_, n0, n0_)
-        m2, m2_ = _times_two(n0, n0_, k18, k18_)
-        a24, a24_, b24, b24_ = _horner(k17, k17_, 0.0, 0.0, w0, w0_, w1, w1_, k16, k16_)
-        a25, a25_, b25, b25_ = _horner(a24, a24_, b24, b24_, w0, w0_, w1, w1_, k15, k15_)
-        a26, a26_, b26, b26_ = _product(a25, a25_, b25, b25_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
-        a27, a27_, b27, b27_ = _horner(a26, a26_, b26, b26_, w0, w0_, w1, w1_, 0.0, 0.0)
-        a28, a28_, b28, b28_ = _horner(a27, a27_, b27, b27_, w0, w0_, w1, w1_, 0.0, 0.0)
-        B02 = _over(b26, b26_, m2, m2_)
-        B12 = _over(b27, b27_, m2, m2_)
-        P02 = _over(b28, b28_, m2, m2_)
-        m3, m3_ = _times_two(n0, n0_, k21, k21_)
-        a29, a29_, b29, b29_ = _horner(k20, k20_, 0.0, 0.0, w0, w0_, w1, w1_, k19, k19_)
-        a30, a30_, b30, b30_ = _horner(a29, a29_, b29, b29_, w0, w0_, w1, w1_, -4.0, 0.0)
-        a31, a31_, b31, b31_ = _product(a30, a30_, b30, b30_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
-        a32, a32_, b32, b32_ = _horner(a31, a31_, b31, b31_, w0, w0_, w1, w1_, 0.0, 0.0)
-        a33, a33_, b33, b33_ = _horner(a32, a32_, b32, b32_, w0, w0_, w1, w1_, 0.0, 0.0)
-        B03 = _over(b31, b31_, m3, m3_)
-        B13 = _over(b32, b32_, m3, m3_)
-        P03 = _over(b33, b33_, m3, m3_)
-        a34, a34_, b34, b34_ = _horner(k25, k25_, 0.0, 0.0, w0, w0_, w1, w1_, k24, k24_)
-        a35, a35_, b35, b35_ = _horner(a34, a34_, b34, b34_, w0, w0_, w1, w1_, k23, k23_)
-        a36, a36_, b36, b36_ = _horner(a35, a35_, b35, b35_, w0, w0_, w1, w1_, k22, k22_)
-        a37, a37_, b37, b37_ = _product(a36, a36_, b36, b36_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
-        a38, a38_, b38, b38_ = _horner(a37, a37_, b37, b37_, w0, w0_, w1, w1_, 0.0, 0.0)
-        a39, a39_, b39, b39_ = _horner(a38, a38_, b38, b38_, w0, w0_, w1, w1_, 0.0, 0.0)
-        a40, a40_ = _plus_two(b39, b39_, n0, n0_)
-        B04 = _over(b37, b37_, n0, n0_)
-        B14 = _over(b38, b38_, n0, n0_)
-        P04 = _over(a40, a40_, n0, n0_)
-        B05 = 0.0
-        B15 = 0.0
-        P05 = 0.0
-        s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j], s[768 + j], s[816 + j], s[864 + j], s[912 + j], s[960 + j], s[1008 + j], s[1056 + j], s[1104 + j], s[1152 + j], s[1200 + j], s[1248 + j], s[1296 + j] = D00, D01, D10, D11, B00, B01, B02, B03, B04, B05, B10, B11, B12, B13, B14, B15, O00, O01, P00, P01, P02, P03, P04, P05
-
-
-@_compile
-def coefficients(Omega, xi, rho_inf, gamma, out):
-    """D, B, O, P of linear_march_2_01y: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f; out (24, n).
-
-    The rows of out are the entries of D, B, O, P, matrix by matrix and row by row. D is rounded once. Columns of
-    B and P beyond the scheme's own load instants, up to the march's 6, are zero.
+    Their entries, matrix by matrix and row by row. D is computed in pairs of doubles and rounded once. Columns of B and
+    P beyond the scheme's own load instants, up to the march's 6, are zero.
     """
-    s = np.ones(28 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j], s[96 + j], s[144 + j] = Omega[first + j], xi[first + j], rho_inf[first + j], gamma[first + j]
-        _coefficients(s)
-        for r in range(24):
-            for j in range(size):
-                out[r, first + j] = s[(4 + r) * 48 + j]
+    d0, d0_ = by.times(96.0, gamma)
+    d1, d1_ = by.times(gamma, gamma)
+    s2, s2_ = by.times(gamma, gamma)
+    d2, d2_ = by.times_one(gamma, s2, s2_)
+    s4, s4_ = by.times(gamma, gamma)
+    s5, s5_ = by.times_one(gamma, s4, s4_)
+    s6, s6_ = by.times_one(gamma, s5, s5_)
+    d3, d3_ = by.times_one(24.0, s6, s6_)
+    d4, d4_ = by.times(144.0, gamma)
+    d5, d5_ = by.times(24.0, gamma)
+    s10, s10_ = by.times(Omega, Omega)
+    w0, w0_ = -1.0 * s10, -1.0 * s10_
+    w1, w1_ = by.times(-2.0 * Omega, xi)
+    k0, k0_ = -1.0 * d0, -1.0 * d0_
+    k1, k1_ = by.times_one(144.0, d1, d1_)
+    k2, k2_ = by.times_one(-96.0, d2, d2_)
+    k3, k3_ = d3, d3_
+    k4, k4_ = by.plus_one(12.0, -1.0 * d0, -1.0 * d0_)
+    s15, s15_ = by.plus_one(-48.0, d4, d4_)
+    s16, s16_ = by.times_one(gamma, s15, s15_)
+    k5, k5_ = by.plus_one(4.0, s16, s16_)
+    s18, s18_ = by.plus_one(72.0, -1.0 * d0, -1.0 * d0_)
+    s19, s19_ = by.times_one(gamma, s18, s18_)
+    s20, s20_ = by.plus_one(-16.0, s19, s19_)
+    s21, s21_ = by.times_one(gamma, s20, s20_)
+    k6, k6_ = by.plus_one(1.0, s21, s21_)
+    s23, s23_ = by.plus_one(48.0, -1.0 * d5, -1.0 * d5_)
+    s24, s24_ = by.times_one(gamma, s23, s23_)
+    k7, k7_ = by.plus_one(-4.0, s24, s24_)
+    s26, s26_ = by.times(-168.0, gamma)
+    s27, s27_ = by.plus_one(56.0, s26, s26_)
+    s28, s28_ = by.times_one(gamma, s27, s27_)
+    k8, k8_ = by.plus_one(-4.0, s28, s28_)
+    s30, s30_ = by.times(-120.0, gamma)
+    s31, s31_ = by.plus_one(624.0, s30, s30_)
+    s32, s32_ = by.times_one(gamma, s31, s31_)
+    s33, s33_ = by.plus_one(-376.0, s32, s32_)
+    s34, s34_ = by.times_one(gamma, s33, s33_)
+    s35, s35_ = by.plus_one(64.0, s34, s34_)
+    s36, s36_ = by.times_one(gamma, s35, s35_)
+    k9, k9_ = by.plus_one(-3.0, s36, s36_)
+    s38, s38_ = by.plus_one(-576.0, d4, d4_)
+    s39, s39_ = by.times_one(gamma, s38, s38_)
+    s40, s40_ = by.plus_one(432.0, s39, s39_)
+    s41, s41_ = by.times_one(gamma, s40, s40_)
+    s42, s42_ = by.plus_one(-96.0, s41, s41_)
+    s43, s43_ = by.times_one(gamma, s42, s42_)
+    s44, s44_ = by.plus_one(6.0, s43, s43_)
+    k10, k10_ = by.times_one(gamma, s44, s44_)
+    k11, k11_ = by.times(6.0, gamma)
+    k12, k12_ = by.times(108.0, gamma)
+    k13, k13_ = by.times_one(-216.0, d1, d1_)
+    k14, k14_ = by.times_one(108.0, d2, d2_)
+    s50, s50_ = by.times(-3072.0, gamma)
+    s51, s51_ = by.plus_one(1536.0, s50, s50_)
+    s52, s52_ = by.times_one(gamma, s51, s51_)
+    k15, k15_ = by.plus_one(-128.0, s52, s52_)
+    s54, s54_ = by.times(6912.0, gamma)
+    s55, s55_ = by.plus_one(-4224.0, s54, s54_)
+    s56, s56_ = by.times_one(gamma, s55, s55_)
+    s57, s57_ = by.plus_one(640.0, s56, s56_)
+    s58, s58_ = by.times_one(gamma, s57, s57_)
+    k16, k16_ = by.plus_one(-32.0, s58, s58_)
+    s60, s60_ = by.times(-3840.0, gamma)
+    s61, s61_ = by.plus_one(2688.0, s60, s60_)
+    s62, s62_ = by.times_one(gamma, s61, s61_)
+    s63, s63_ = by.plus_one(-512.0, s62, s62_)
+    s64, s64_ = by.times_one(gamma, s63, s63_)
+    s65, s65_ = by.plus_one(32.0, s64, s64_)
+    k17, k17_ = by.times_one(gamma, s65, s65_)
+    k18, k18_ = by.plus_one(-9.0, d5, d5_)
+    s68, s68_ = by.plus_one(16.0, d5, d5_)
+    s69, s69_ = by.times_one(gamma, s68, s68_)
+    k19, k19_ = by.plus_one(-4.0, s69, s69_)
+    s71, s71_ = by.times(-192.0, gamma)
+    s72, s72_ = by.plus_one(336.0, s71, s71_)
+    s73, s73_ = by.times_one(gamma, s72, s72_)
+    s74, s74_ = by.plus_one(-216.0, s73, s73_)
+    s75, s75_ = by.times_one(gamma, s74, s74_)
+    s76, s76_ = by.plus_one(48.0, s75, s75_)
+    s77, s77_ = by.times_one(gamma, s76, s76_)
+    k20, k20_ = by.plus_one(-3.0, s77, s77_)
+    s79, s79_ = by.plus(-6.0, 16.0 * gamma)
+    k21, k21_ = by.times_one(gamma, s79, s79_)
+    k22, k22_ = d5, d5_
+    k23, k23_ = by.times_one(-72.0, d1, d1_)
+    k24, k24_ = by.times_one(72.0, d2, d2_)
+    k25, k25_ = -1.0 * d3, -1.0 * d3_
+    a0, a0_, b0, b0_ = by.horner(k3, k3_, 0.0, 0.0, w0, w0_, w1, w1_, k2, k2_)
+    a1, a1_, b1, b1_ = by.horner(a0, a0_, b0, b0_, w0, w0_, w1, w1_, k1, k1_)
+    a2, a2_, b2, b2_ = by.horner(a1, a1_, b1, b1_, w0, w0_, w1, w1_, k0, k0_)
+    a3, a3_, b3, b3_ = by.horner(a2, a2_, b2, b2_, w0, w0_, w1, w1_, 24.0, 0.0)
+    c0, c0_, d0, d0_, n0, n0_ = by.conjugate(a3, a3_, b3, b3_, w0, w0_, w1, w1_)
+    a4, a4_, b4, b4_ = by.horner(k6, k6_, 0.0, 0.0, w0, w0_, w1, w1_, k5, k5_)
+    a5, a5_, b5, b5_ = by.horner(a4, a4_, b4, b4_, w0, w0_, w1, w1_, k4, k4_)
+    a6, a6_, b6, b6_ = by.horner(a5, a5_, b5, b5_, w0, w0_, w1, w1_, 24.0, 0.0)
+    a7, a7_, b7, b7_ = by.product(a6, a6_, b6, b6_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
+    a8, a8_, b8, b8_ = by.horner(a7, a7_, b7, b7_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a9, a9_ = by.plus_two(a8, a8_, n0, n0_)
+    a10, a10_, b10, b10_ = by.horner(a8, a8_, b8, b8_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a11, a11_, b11, b11_ = by.horner(a9, a9_, b8, b8_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a12, a12_, b12, b12_ = by.horner(a11, a11_, b11, b11_, w0, w0_, w1, w1_, 0.0, 0.0)
+    D00 = by.over(a8, a8_, n0, n0_)
+    D01 = by.over(b8, b8_, n0, n0_)
+    D10 = by.over(a10, a10_, n0, n0_)
+    D11 = by.over(b10, b10_, n0, n0_)
+    O00 = by.over(a12, a12_, n0, n0_)
+    O01 = by.over(b12, b12_, n0, n0_)
+    m0, m0_ = by.times_two(n0, n0_, k11, k11_)
+    a13, a13_, b13, b13_ = by.horner(k10, k10_, 0.0, 0.0, w0, w0_, w1, w1_, k9, k9_)
+    a14, a14_, b14, b14_ = by.horner(a13, a13_, b13, b13_, w0, w0_, w1, w1_, k8, k8_)
+    a15, a15_, b15, b15_ = by.horner(a14, a14_, b14, b14_, w0, w0_, w1, w1_, k7, k7_)
+    a16, a16_, b16, b16_ = by.product(a15, a15_, b15, b15_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
+    a17, a17_, b17, b17_ = by.horner(a16, a16_, b16, b16_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a18, a18_, b18, b18_ = by.horner(a17, a17_, b17, b17_, w0, w0_, w1, w1_, 0.0, 0.0)
+    B00 = by.over(b16, b16_, m0, m0_)
+    B10 = by.over(b17, b17_, m0, m0_)
+    P00 = by.over(b18, b18_, m0, m0_)
+    a19, a19_, b19, b19_ = by.horner(k14, k14_, 0.0, 0.0, w0, w0_, w1, w1_, k13, k13_)
+    a20, a20_, b20, b20_ = by.horner(a19, a19_, b19, b19_, w0, w0_, w1, w1_, k12, k12_)
+    a21, a21_, b21, b21_ = by.product(a20, a20_, b20, b20_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
+    a22, a22_, b22, b22_ = by.horner(a21, a21_, b21, b21_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a23, a23_, b23, b23_ = by.horner(a22, a22_, b22, b22_, w0, w0_, w1, w1_, 0.0, 0.0)
+    B01 = by.over(b21, b21_, n0, n0_)
+    B11 = by.over(b22, b22_, n0, n0_)
+    P01 = by.over(b23, b23_, n0, n0_)
+    m2, m2_ = by.times_two(n0, n0_, k18, k18_)
+    a24, a24_, b24, b24_ = by.horner(k17, k17_, 0.0, 0.0, w0, w0_, w1, w1_, k16, k16_)
+    a25, a25_, b25, b25_ = by.horner(a24, a24_, b24, b24_, w0, w0_, w1, w1_, k15, k15_)
+    a26, a26_, b26, b26_ = by.product(a25, a25_, b25, b25_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
+    a27, a27_, b27, b27_ = by.horner(a26, a26_, b26, b26_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a28, a28_, b28, b28_ = by.horner(a27, a27_, b27, b27_, w0, w0_, w1, w1_, 0.0, 0.0)
+    B02 = by.over(b26, b26_, m2, m2_)
+    B12 = by.over(b27, b27_, m2, m2_)
+    P02 = by.over(b28, b28_, m2, m2_)
+    m3, m3_ = by.times_two(n0, n0_, k21, k21_)
+    a29, a29_, b29, b29_ = by.horner(k20, k20_, 0.0, 0.0, w0, w0_, w1, w1_, k19, k19_)
+    a30, a30_, b30, b30_ = by.horner(a29, a29_, b29, b29_, w0, w0_, w1, w1_, -4.0, 0.0)
+    a31, a31_, b31, b31_ = by.product(a30, a30_, b30, b30_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
+    a32, a32_, b32, b32_ = by.horner(a31, a31_, b31, b31_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a33, a33_, b33, b33_ = by.horner(a32, a32_, b32, b32_, w0, w0_, w1, w1_, 0.0, 0.0)
+    B03 = by.over(b31, b31_, m3, m3_)
+    B13 = by.over(b32, b32_, m3, m3_)
+    P03 = by.over(b33, b33_, m3, m3_)
+    a34, a34_, b34, b34_ = by.horner(k25, k25_, 0.0, 0.0, w0, w0_, w1, w1_, k24, k24_)
+    a35, a35_, b35, b35_ = by.horner(a34, a34_, b34, b34_, w0, w0_, w1, w1_, k23, k23_)
+    a36, a36_, b36, b36_ = by.horner(a35, a35_, b35, b35_, w0, w0_, w1, w1_, k22, k22_)
+    a37, a37_, b37, b37_ = by.product(a36, a36_, b36, b36_, c0, c0_, d0, d0_, w0, w0_, w1, w1_)
+    a38, a38_, b38, b38_ = by.horner(a37, a37_, b37, b37_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a39, a39_, b39, b39_ = by.horner(a38, a38_, b38, b38_, w0, w0_, w1, w1_, 0.0, 0.0)
+    a40, a40_ = by.plus_two(b39, b39_, n0, n0_)
+    B04 = by.over(b37, b37_, n0, n0_)
+    B14 = by.over(b38, b38_, n0, n0_)
+    P04 = by.over(a40, a40_, n0, n0_)
+    B05 = 0.0
+    B15 = 0.0
+    P05 = 0.0
+    return (
+        D00, D01, D10, D11, B00, B01, B02, B03, B04, B05, B10, B11, B12, B13, B14, B15, O00, O01, P00, P01,
+        P02, P03, P04, P05
+    )
 
 
-@_exact
-def _transfer(s):
-    """`transfer` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi, rho_inf, gamma = s[j], s[48 + j], s[96 + j], s[144 + j]
-        x0 = 4608*xi
-        x1 = gamma**2
-        x2 = xi**2
-        x3 = 6*x2
-        x4 = 2304*x3 + 2304
-        x5 = gamma**3
-        x6 = 4*x2
-        x7 = x0*(x6 + 3)
-        x8 = gamma**4
-        x9 = 24*x2
-        x10 = xi**4
-        x11 = gamma**5
-        x12 = gamma**6
-        x13 = 8*gamma
-        x14 = x13 - 1
-        x15 = 576*x14*xi
-        x16 = 48*x1
-        x17 = x1*x2
-        x18 = 288*x17
-        x19 = x16 + x18
-        x20 = x19 - 1
-        x21 = 8*x2
-        x22 = gamma*x2
-        x23 = x21 - 96*x22
-        x24 = 288*x5
-        x25 = 1 - x13
-        x26 = x2*x5
-        x27 = 384*x26
-        x28 = -x6
-        x29 = 64*x22
-        x30 = -x18 + x28 + x29
-        x31 = x27 + x30
-        x32 = 48*xi
-        x33 = 4*gamma - 1
-        x34 = 24*x1
-        x35 = 12*gamma
-        x36 = 1 - x35
-        x37 = x34 + x36
-        x38 = 6*gamma - 1
-        x39 = x38**2
-        x40 = x33*xi
-        x41 = x2*x8
-        x42 = 4032*x26
-        x43 = 1200*x17
-        x44 = 24*gamma
-        x45 = 144*x22
-        x46 = x3 + x44 - x45 - 1
-        x47 = -168*x1 - x42 + x43 + x46
-        x48 = Omega*(Omega*(Omega*(Omega*(Omega*(Omega*x33**2*x37**2 + 8*x37*x39*x40) + 8*x24 + 36864*x41 + 8*x47 + 2304*x8) + x32*(-x16 + x24 + x25 + x31)) + 48*x20 + 48*x23) + x15) + 576
-        x49 = gamma*x21
-        x50 = 12*x2
-        x51 = x1*x50
-        x52 = -x2
-        x53 = 36*x1
-        x54 = x5*x9
-        x55 = 16*gamma
-        x56 = 72*x1
-        x57 = 96*x5
-        x58 = 72*x41
-        x59 = 24*x8
-        x60 = 240*x5
-        x61 = 288*x11
-        x62 = 80*gamma
-        x63 = 1536*x5
-        x64 = x11*x2
-        x65 = 1 - x55
-        x66 = x56 - x57 + x59 + x65
-        x67 = Omega*x66**2
-        x68 = 24*x5
-        x69 = x35 - 1
-        x70 = 8*xi
-        x71 = x66*x70
-        x72 = 204*x1
-        x73 = 576*x11
-        x74 = 48*x8
-        x75 = x2*x74
-        x76 = -x29 + x6
-        x77 = 432*x12
-        x78 = 468*x8
-        x79 = x2*x73
-        x80 = x77 + 1
-        x81 = x55 - 1
-        x82 = Omega*x66
-        x83 = 12*x5
-        x84 = 48*x5
-        x85 = -48*x22 - 1
-        x86 = 32*gamma
-        x87 = -x44
-        x88 = 192*xi
-        x89 = 60*x1
-        x90 = 192*x26
-        x91 = x33*x37
-        x92 = 144*x17
-        x93 = 96*x34 + 96*x6 + 96*x85 + 96*x92
-        x94 = 96*xi*(x2*x86 - 2*x2 + x25 - x34 + 144*x5 + x90 - x92)
-        x95 = Omega*x57*(15*gamma + 60*x5 - x89 - 1) + 288*x1*xi*(-70*x1 + 80*x5 + x81)
-        x96 = 96*gamma*(-10*gamma + 12*x1 + 360*x26 + x30 + 30*x5 + 1)
-        den = Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(576*Omega*gamma**8 + gamma**7*x0) + x12*x4) + x11*x7) + 1152*x8*(8*x10 + x9 + 3)) + x5*x7) + x1*x4) + gamma*x0) + 576
-        whole = x48
-        P = (Omega**2*x48) / den
-        g1 = (Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(x67 + x71*(-x53 + x68 + x69)) + 13824*x12*x2 + 2304*x12 + 10176*x17 - 41472*x26 + 79488*x41 + 8*x46 + 6144*x5 - 64512*x64 - 8*x72 + 8*x73 - 9792*x8) + x32*(-20*gamma + 120*x1 - 544*x17 + x2*x62 + x2*x63 + x28 - 1632*x41 - x59 - x60 + x61 + 384*x64 + 1)) - 384*x10*x55 + 384*x10*x56 - 384*x10*x57 + 384*x10*x59 + 384*x10 - 27648*x26 + 384*x51 + 384*x58 + 3456*x8) + 768*xi*(-6*x1 + x2*x35 - x2*x53 + 18*x5 + x52 + x54)) + 2304*x1 + 1152*x2 - 1152*x49 + 1152*x51) + 1152*x40) + 576) / den
-        u0 = (Omega*(Omega*(Omega*(Omega*(Omega*(x70*(-28*gamma + 300*x1 - 3552*x11 - x63 + 3750*x8 + x80) + x82*(-x56 + x57 + x59 + x81)) + 5760*x11 - 37248*x41 - 8*x47 - 2208*x5 - 8*x77 - 8*x78 + 8*x79) - x32*(96*x11 - x14 - x19 + x27 + 304*x5 - x75 - x76 - 168*x8)) - 96*gamma - 1344*x1 - 48*x18 + 48*x2*x57 - 48*x23 - 48*x68 - 48*x75 + 576*x8 + 48) - x32*(x62 - 11)) - 480) / whole
-        u1 = (Omega*(Omega*(Omega*(Omega*(Omega*(2*x66*xi*(x56 - x86 + 3) - x67) - 10368*x11 - 5376*x17 + 704*x22 + 16896*x26 + 8*x28 - 19200*x41 - 6240*x5 + 8*x72 + 8*x79 + 11232*x8 + 8*x80 + 8*x87) + 32*xi*(18*gamma - 96*x1 + 144*x11 + 216*x17 - x2*x24 + 3*x2 + x58 + x60 - 360*x8 + x85)) + 96*gamma - 960*x1 - 96*x2*x84 + 96*x49 + 96*x52 + 96*x8*x9 - 576*x8 + 96*x83) - x32*(x55 - 3)) - 96) / whole
-        v0 = (Omega*(Omega*(Omega*(Omega*(Omega*(Omega*x59*x91 + x39*x8*x88) + x16*(-40*gamma - x1*x9 + 126*x1 - x84 + x90 + 3)) + gamma*x88*(x54 + x65 - x83 + x89)) + 24*x20 + 24*x76) + x69*x88) + 288) / den
-        v1 = (Omega*(Omega*(Omega*(Omega*(Omega*(-x39*x71 - x82*x91) - 1488*x1 + 8*x3 + 38016*x41 - 8*x42 + 8*x43 - 8*x45 + 4224*x5 + 8*x61 - 9216*x64 - 8*x78 - 8*x87 - 8) - x32*(-16*x1 + 96*x2*x8 - x31 - x36 - x74 - x84)) + 24*x20 - 3072*x22 + 24*x50) + 384*x38*xi) + 288) / den
-        a0 = (Omega*(Omega*(Omega*(Omega*(Omega*x95 + x96) + x94) + x93) + x15) + 576) / den
-        a1 = (Omega*(Omega*(Omega*(Omega*(-Omega*x95 - x96) - x94) - x93) - x15) - 576) / den
-        S = whole / den
-        s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j] = P, g1, u0, u1, S, v0, v1, a0, a1
+def transfer(by, Omega, xi, rho_inf, gamma):
+    """Filter from a load, linear between steps, to the response from rest (see linear_filter).
 
-
-@_compile
-def transfer(Omega, xi, rho_inf, gamma, out):
-    """Filter from a load, linear between steps, to the response from rest (see linear_filter); out (9, n).
-
-    Rows of out: P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
+    P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
     u = S (q + k0 e0 + k1 e1 + ...) and h*v, h^2*a = k0 e0 + k1 e1 + ...; e1, e2, ... are e0 of the steps before.
     """
-    s = np.ones(13 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j], s[96 + j], s[144 + j] = Omega[first + j], xi[first + j], rho_inf[first + j], gamma[first + j]
-        _transfer(s)
-        for r in range(9):
-            for j in range(size):
-                out[r, first + j] = s[(4 + r) * 48 + j]
+    x0 = 4608*xi
+    x1 = gamma**2
+    x2 = xi**2
+    x3 = 6*x2
+    x4 = 2304*x3 + 2304
+    x5 = gamma**3
+    x6 = 4*x2
+    x7 = x0*(x6 + 3)
+    x8 = gamma**4
+    x9 = 24*x2
+    x10 = xi**4
+    x11 = gamma**5
+    x12 = gamma**6
+    x13 = 8*gamma
+    x14 = x13 - 1
+    x15 = 576*x14*xi
+    x16 = 48*x1
+    x17 = x1*x2
+    x18 = 288*x17
+    x19 = x16 + x18
+    x20 = x19 - 1
+    x21 = 8*x2
+    x22 = gamma*x2
+    x23 = x21 - 96*x22
+    x24 = 288*x5
+    x25 = 1 - x13
+    x26 = x2*x5
+    x27 = 384*x26
+    x28 = -x6
+    x29 = 64*x22
+    x30 = -x18 + x28 + x29
+    x31 = x27 + x30
+    x32 = 48*xi
+    x33 = 4*gamma - 1
+    x34 = 24*x1
+    x35 = 12*gamma
+    x36 = 1 - x35
+    x37 = x34 + x36
+    x38 = 6*gamma - 1
+    x39 = x38**2
+    x40 = x33*xi
+    x41 = x2*x8
+    x42 = 4032*x26
+    x43 = 1200*x17
+    x44 = 24*gamma
+    x45 = 144*x22
+    x46 = x3 + x44 - x45 - 1
+    x47 = -168*x1 - x42 + x43 + x46
+    x48 = Omega*(Omega*(Omega*(Omega*(Omega*(Omega*x33**2*x37**2 + 8*x37*x39*x40) + 8*x24 + 36864*x41 + 8*x47 + 2304*x8) + x32*(-x16 + x24 + x25 + x31)) + 48*x20 + 48*x23) + x15) + 576
+    x49 = gamma*x21
+    x50 = 12*x2
+    x51 = x1*x50
+    x52 = -x2
+    x53 = 36*x1
+    x54 = x5*x9
+    x55 = 16*gamma
+    x56 = 72*x1
+    x57 = 96*x5
+    x58 = 72*x41
+    x59 = 24*x8
+    x60 = 240*x5
+    x61 = 288*x11
+    x62 = 80*gamma
+    x63 = 1536*x5
+    x64 = x11*x2
+    x65 = 1 - x55
+    x66 = x56 - x57 + x59 + x65
+    x67 = Omega*x66**2
+    x68 = 24*x5
+    x69 = x35 - 1
+    x70 = 8*xi
+    x71 = x66*x70
+    x72 = 204*x1
+    x73 = 576*x11
+    x74 = 48*x8
+    x75 = x2*x74
+    x76 = -x29 + x6
+    x77 = 432*x12
+    x78 = 468*x8
+    x79 = x2*x73
+    x80 = x77 + 1
+    x81 = x55 - 1
+    x82 = Omega*x66
+    x83 = 12*x5
+    x84 = 48*x5
+    x85 = -48*x22 - 1
+    x86 = 32*gamma
+    x87 = -x44
+    x88 = 192*xi
+    x89 = 60*x1
+    x90 = 192*x26
+    x91 = x33*x37
+    x92 = 144*x17
+    x93 = 96*x34 + 96*x6 + 96*x85 + 96*x92
+    x94 = 96*xi*(x2*x86 - 2*x2 + x25 - x34 + 144*x5 + x90 - x92)
+    x95 = Omega*x57*(15*gamma + 60*x5 - x89 - 1) + 288*x1*xi*(-70*x1 + 80*x5 + x81)
+    x96 = 96*gamma*(-10*gamma + 12*x1 + 360*x26 + x30 + 30*x5 + 1)
+    den = Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(576*Omega*gamma**8 + gamma**7*x0) + x12*x4) + x11*x7) + 1152*x8*(8*x10 + x9 + 3)) + x5*x7) + x1*x4) + gamma*x0) + 576
+    whole = x48
+    P = (Omega**2*x48) / den
+    g1 = (Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(x67 + x71*(-x53 + x68 + x69)) + 13824*x12*x2 + 2304*x12 + 10176*x17 - 41472*x26 + 79488*x41 + 8*x46 + 6144*x5 - 64512*x64 - 8*x72 + 8*x73 - 9792*x8) + x32*(-20*gamma + 120*x1 - 544*x17 + x2*x62 + x2*x63 + x28 - 1632*x41 - x59 - x60 + x61 + 384*x64 + 1)) - 384*x10*x55 + 384*x10*x56 - 384*x10*x57 + 384*x10*x59 + 384*x10 - 27648*x26 + 384*x51 + 384*x58 + 3456*x8) + 768*xi*(-6*x1 + x2*x35 - x2*x53 + 18*x5 + x52 + x54)) + 2304*x1 + 1152*x2 - 1152*x49 + 1152*x51) + 1152*x40) + 576) / den
+    u0 = (Omega*(Omega*(Omega*(Omega*(Omega*(x70*(-28*gamma + 300*x1 - 3552*x11 - x63 + 3750*x8 + x80) + x82*(-x56 + x57 + x59 + x81)) + 5760*x11 - 37248*x41 - 8*x47 - 2208*x5 - 8*x77 - 8*x78 + 8*x79) - x32*(96*x11 - x14 - x19 + x27 + 304*x5 - x75 - x76 - 168*x8)) - 96*gamma - 1344*x1 - 48*x18 + 48*x2*x57 - 48*x23 - 48*x68 - 48*x75 + 576*x8 + 48) - x32*(x62 - 11)) - 480) / whole
+    u1 = (Omega*(Omega*(Omega*(Omega*(Omega*(2*x66*xi*(x56 - x86 + 3) - x67) - 10368*x11 - 5376*x17 + 704*x22 + 16896*x26 + 8*x28 - 19200*x41 - 6240*x5 + 8*x72 + 8*x79 + 11232*x8 + 8*x80 + 8*x87) + 32*xi*(18*gamma - 96*x1 + 144*x11 + 216*x17 - x2*x24 + 3*x2 + x58 + x60 - 360*x8 + x85)) + 96*gamma - 960*x1 - 96*x2*x84 + 96*x49 + 96*x52 + 96*x8*x9 - 576*x8 + 96*x83) - x32*(x55 - 3)) - 96) / whole
+    v0 = (Omega*(Omega*(Omega*(Omega*(Omega*(Omega*x59*x91 + x39*x8*x88) + x16*(-40*gamma - x1*x9 + 126*x1 - x84 + x90 + 3)) + gamma*x88*(x54 + x65 - x83 + x89)) + 24*x20 + 24*x76) + x69*x88) + 288) / den
+    v1 = (Omega*(Omega*(Omega*(Omega*(Omega*(-x39*x71 - x82*x91) - 1488*x1 + 8*x3 + 38016*x41 - 8*x42 + 8*x43 - 8*x45 + 4224*x5 + 8*x61 - 9216*x64 - 8*x78 - 8*x87 - 8) - x32*(-16*x1 + 96*x2*x8 - x31 - x36 - x74 - x84)) + 24*x20 - 3072*x22 + 24*x50) + 384*x38*xi) + 288) / den
+    a0 = (Omega*(Omega*(Omega*(Omega*(Omega*x95 + x96) + x94) + x93) + x15) + 576) / den
+    a1 = (Omega*(Omega*(Omega*(Omega*(-Omega*x95 - x96) - x94) - x93) - x15) - 576) / den
+    S = whole / den
+    return P, g1, u0, u1, S, v0, v1, a0, a1

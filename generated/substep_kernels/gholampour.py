@@ -50,10 +50,6 @@ FILTER = 3
 # instants, in steps, at which the start takes the load
 START_STENCIL = (0.0, 1.0,)
 
-_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
-# called by kernels alone: not from Python, and so without the code for that
-_exact = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
-
 # contract: a * b + c may become one operation, rounded once
 _fused = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
 _inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"})
@@ -96,72 +92,6 @@ def _angle(y, x):
     angle = 0.7853981633974483 + angle if steep else angle
     angle = 1.5707963267948966 - angle if y > flat else angle
     return 3.141592653589793 - angle if x < 0.0 else angle
-
-
-@_exact
-def _increment(Omega, xi, delta, alpha_g):
-    """Denominator and numerators of A - I. 79 operations."""
-    x0 = 12*alpha_g
-    x1 = 2*x0 + 2
-    x2 = 4*delta
-    x3 = x2 + 1
-    x4 = 12*xi
-    x5 = x3*x4
-    x6 = Omega*x1 + x5
-    x7 = Omega*x6 + 24
-    x8 = Omega**2
-    x9 = 8*Omega*xi
-    x10 = 36*alpha_g - 16*delta - 1
-    x11 = 2*Omega
-    x12 = x0 - 1
-    x13 = 3*alpha_g - delta
-    x14 = 6*x3
-    x15 = x2 - 1
-    den = x7
-    D_00 = -x1*x8
-    D_01 = -x9*(6*alpha_g - 6*delta - 1) + 24
-    D_02 = -x10*x11*xi - 12*(4*alpha_g - 1)
-    D_03 = 2*x12 + x13*x9
-    D_10 = -x14*x8
-    D_11 = Omega*(-Omega*x14 - x5)
-    D_12 = x10*x8 - 24*(2*delta - 1)
-    D_13 = -4*x13*x8 + 6*x15
-    D_20 = -24*x8
-    D_21 = Omega*(-24*Omega - 48*xi)
-    D_22 = Omega*(x11*(x0 - 7) + x4*(x2 - 5)) - 24
-    D_23 = Omega*(-x11*x12 - x15*x4)
-    D_30 = 0
-    D_31 = 0
-    D_32 = x7
-    D_33 = -Omega*x6 - 24
-    return den, D_00, D_01, D_02, D_03, D_10, D_11, D_12, D_13, D_20, D_21, D_22, D_23, D_30, D_31, D_32, D_33
-
-
-@_exact
-def _start(Omega, xi, delta, alpha_g):
-    """Denominator and numerators of the state at t = 0 from u, h*v, h^2*a and the load. 5 operations."""
-    den = 1
-    S_00 = 1
-    S_01 = 0
-    S_02 = 0
-    S_10 = 0
-    S_11 = 1
-    S_12 = 0
-    S_20 = 0
-    S_21 = 0
-    S_22 = 1
-    S_30 = 0
-    S_31 = Omega**2
-    S_32 = 2*Omega*xi + 1
-    T_00 = 0
-    T_01 = 0
-    T_10 = 0
-    T_11 = 0
-    T_20 = 0
-    T_21 = 0
-    T_30 = 1
-    T_31 = -1
-    return den, S_00, S_01, S_02, S_10, S_11, S_12, S_20, S_21, S_22, S_30, S_31, S_32, T_00, T_01, T_10, T_11, T_20, T_21, T_30, T_31
 
 
 @_inline
@@ -499,293 +429,212 @@ def stability(Omega, xi, delta, alpha_g, radius, damping, period):
     return refused < 0
 
 
-@_compile
-def amplification(Omega, xi, delta, alpha_g, out):
-    """Amplification matrix in the order of STATE; out (n, 4, 4)."""
-    for i in range(out.shape[0]):
-        den, D_00, D_01, D_02, D_03, D_10, D_11, D_12, D_13, D_20, D_21, D_22, D_23, D_30, D_31, D_32, D_33 = _increment(Omega[i], xi[i], delta[i], alpha_g[i])
-        out[i, 0, 0] = 1.0 + D_00 / den
-        out[i, 0, 1] = D_01 / den
-        out[i, 0, 2] = D_02 / den
-        out[i, 0, 3] = D_03 / den
-        out[i, 1, 0] = D_10 / den
-        out[i, 1, 1] = 1.0 + D_11 / den
-        out[i, 1, 2] = D_12 / den
-        out[i, 1, 3] = D_13 / den
-        out[i, 2, 0] = D_20 / den
-        out[i, 2, 1] = D_21 / den
-        out[i, 2, 2] = 1.0 + D_22 / den
-        out[i, 2, 3] = D_23 / den
-        out[i, 3, 0] = D_30 / den
-        out[i, 3, 1] = D_31 / den
-        out[i, 3, 2] = D_32 / den
-        out[i, 3, 3] = 1.0 + D_33 / den
+def amplification(by, Omega, xi, delta, alpha_g):
+    """Amplification matrix (4, 4) in the order of STATE, row by row."""
+    x0 = 12*alpha_g
+    x1 = 2*x0 + 2
+    x2 = 4*delta
+    x3 = x2 + 1
+    x4 = 12*xi
+    x5 = x3*x4
+    x6 = Omega*x1 + x5
+    x7 = Omega*x6 + 24
+    x8 = Omega**2
+    x9 = 8*Omega*xi
+    x10 = 36*alpha_g - 16*delta - 1
+    x11 = 2*Omega
+    x12 = x0 - 1
+    x13 = 3*alpha_g - delta
+    x14 = 6*x3
+    x15 = x2 - 1
+    den = x7
+    D_00 = (-x1*x8) / den
+    D_01 = (-x9*(6*alpha_g - 6*delta - 1) + 24) / den
+    D_02 = (-x10*x11*xi - 12*(4*alpha_g - 1)) / den
+    D_03 = (2*x12 + x13*x9) / den
+    D_10 = (-x14*x8) / den
+    D_11 = (Omega*(-Omega*x14 - x5)) / den
+    D_12 = (x10*x8 - 24*(2*delta - 1)) / den
+    D_13 = (-4*x13*x8 + 6*x15) / den
+    D_20 = (-24*x8) / den
+    D_21 = (Omega*(-24*Omega - 48*xi)) / den
+    D_22 = (Omega*(x11*(x0 - 7) + x4*(x2 - 5)) - 24) / den
+    D_23 = (Omega*(-x11*x12 - x15*x4)) / den
+    D_30 = 0.0
+    D_31 = 0.0
+    D_32 = (x7) / den
+    D_33 = (-Omega*x6 - 24) / den
+    return (
+        1.0 + D_00, D_01, D_02, D_03, D_10, 1.0 + D_11, D_12, D_13, D_20, D_21, 1.0 + D_22, D_23, D_30,
+        D_31, D_32, 1.0 + D_33
+    )
 
 
-@_compile
-def stencil(delta, alpha_g, out):
-    """Instants (n, 1) at which the load is taken, in steps after t_n."""
-    for i in range(out.shape[0]):
-        out[i, 0] = 1
+def stencil(by, delta, alpha_g):
+    """Instants at which the load is taken, in steps after t_n."""
+    return 1,
 
 
-# tails are rounding errors, which fastmath would remove
-@_exact
-def _plus(a, b):
-    """The sum of two doubles: head, and tail, which is the rounding error of the head."""
-    head = a + b
-    rest = head - a
-    return head, (a - (head - rest)) + (b - rest)
+def coefficients(by, Omega, xi, delta, alpha_g):
+    """D, B, O, P of linear_march_4_012: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f.
 
-
-@_exact
-def _plus_one(a, b, b_):
-    """The sum of a double and a pair of head and tail."""
-    head, tail = _plus(a, b)
-    tail += b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _plus_two(a, a_, b, b_):
-    """The sum of two pairs of head and tail."""
-    head, tail = _plus(a, b)
-    tail += a_ + b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times(a, b):
-    """The product of two doubles: head and tail, from halves of their digits, whose products are exact."""
-    head, c, d = a * b, 134217729.0 * a, 134217729.0 * b
-    a1, b1 = c - (c - a), d - (d - b)
-    a2, b2 = a - a1, b - b1
-    return head, ((a1 * b1 - head) + a1 * b2 + a2 * b1) + a2 * b2
-
-
-@_exact
-def _times_one(a, b, b_):
-    """The product of a double and a pair of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times_two(a, a_, b, b_):
-    """The product of two pairs of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_ + a_ * b
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _over(a, a_, b, b_):
-    """The quotient of two pairs of head and tail, rounded to a double."""
-    head = a / b
-    product, tail = _times(head, b)
-    return head + ((a - product) - tail + a_ - head * b_) / b
-
-
-@_exact
-def _coefficients(s):
-    """`coefficients` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi, delta, alpha_g = s[j], s[48 + j], s[96 + j], s[144 + j]
-        d0, d0_ = _times(12.0, alpha_g)
-        d1, d1_ = _plus_one(2.0, 2.0 * d0, 2.0 * d0_)
-        d2 = 4.0 * delta
-        d3, d3_ = _plus(1.0, d2)
-        d4, d4_ = _times(12.0, xi)
-        d5, d5_ = _times_two(d3, d3_, d4, d4_)
-        s5, s5_ = _times_one(Omega, d1, d1_)
-        d6, d6_ = _plus_two(d5, d5_, s5, s5_)
-        s7, s7_ = _times_one(Omega, d6, d6_)
-        d7, d7_ = _plus_one(24.0, s7, s7_)
-        d8, d8_ = _times(Omega, Omega)
-        d9, d9_ = _times(8.0 * Omega, xi)
-        s11, s11_ = _times(36.0, alpha_g)
-        s12, s12_ = _plus(-1.0, -16.0 * delta)
-        d10, d10_ = _plus_two(s12, s12_, s11, s11_)
-        d11 = 2.0 * Omega
-        d12, d12_ = _plus_one(-1.0, d0, d0_)
-        s15, s15_ = _times(3.0, alpha_g)
-        d13, d13_ = _plus_one(-1.0 * delta, s15, s15_)
-        d14, d14_ = _times_one(6.0, d3, d3_)
-        d15, d15_ = _plus(-1.0, d2)
-        den, den_ = d7, d7_
-        N00, N00_ = _times_two(-1.0 * d1, -1.0 * d1_, d8, d8_)
-        s20, s20_ = _times(-6.0, delta)
-        s21, s21_ = _times(6.0, alpha_g)
-        s22, s22_ = _plus_one(-1.0, s20, s20_)
-        s23, s23_ = _plus_two(s22, s22_, s21, s21_)
-        s24, s24_ = _times_two(-1.0 * d9, -1.0 * d9_, s23, s23_)
-        N01, N01_ = _plus_one(24.0, s24, s24_)
-        s26, s26_ = _plus(-1.0, 4.0 * alpha_g)
-        s27, s27_ = _times_one(-12.0, s26, s26_)
-        s28, s28_ = _times(-1.0 * d11, xi)
-        s29, s29_ = _times_two(s28, s28_, d10, d10_)
-        N02, N02_ = _plus_two(s27, s27_, s29, s29_)
-        s31, s31_ = _times_two(d13, d13_, d9, d9_)
-        N03, N03_ = _plus_two(2.0 * d12, 2.0 * d12_, s31, s31_)
-        N10, N10_ = _times_two(-1.0 * d14, -1.0 * d14_, d8, d8_)
-        s34, s34_ = _times_one(-1.0 * Omega, d14, d14_)
-        s35, s35_ = _plus_two(-1.0 * d5, -1.0 * d5_, s34, s34_)
-        N11, N11_ = _times_one(Omega, s35, s35_)
-        s37, s37_ = _plus(-1.0, 2.0 * delta)
-        s38, s38_ = _times_one(-24.0, s37, s37_)
-        s39, s39_ = _times_two(d10, d10_, d8, d8_)
-        N12, N12_ = _plus_two(s38, s38_, s39, s39_)
-        s41, s41_ = _times_one(6.0, d15, d15_)
-        s42, s42_ = _times_two(-4.0 * d13, -4.0 * d13_, d8, d8_)
-        N13, N13_ = _plus_two(s41, s41_, s42, s42_)
-        N20, N20_ = _times_one(-24.0, d8, d8_)
-        s45, s45_ = _times(-48.0, xi)
-        s46, s46_ = _times(-24.0, Omega)
-        s47, s47_ = _plus_two(s45, s45_, s46, s46_)
-        N21, N21_ = _times_one(Omega, s47, s47_)
-        s49, s49_ = _plus_one(-7.0, d0, d0_)
-        s50, s50_ = _times_one(d11, s49, s49_)
-        s51, s51_ = _plus(-5.0, d2)
-        s52, s52_ = _times_two(d4, d4_, s51, s51_)
-        s53, s53_ = _plus_two(s50, s50_, s52, s52_)
-        s54, s54_ = _times_one(Omega, s53, s53_)
-        N22, N22_ = _plus_one(-24.0, s54, s54_)
-        s56, s56_ = _times_one(-1.0 * d11, d12, d12_)
-        s57, s57_ = _times_two(-1.0 * d15, -1.0 * d15_, d4, d4_)
-        s58, s58_ = _plus_two(s56, s56_, s57, s57_)
-        N23, N23_ = _times_one(Omega, s58, s58_)
-        N30 = 0.0
-        N31 = 0.0
-        N32, N32_ = d7, d7_
-        s60, s60_ = _times_one(-1.0 * Omega, d6, d6_)
-        N33, N33_ = _plus_one(-24.0, s60, s60_)
-        D00 = _over(N00, N00_, den, den_)
-        D01 = _over(N01, N01_, den, den_)
-        D02 = _over(N02, N02_, den, den_)
-        D03 = _over(N03, N03_, den, den_)
-        D10 = _over(N10, N10_, den, den_)
-        D11 = _over(N11, N11_, den, den_)
-        D12 = _over(N12, N12_, den, den_)
-        D13 = _over(N13, N13_, den, den_)
-        D20 = _over(N20, N20_, den, den_)
-        D21 = _over(N21, N21_, den, den_)
-        D22 = _over(N22, N22_, den, den_)
-        D23 = _over(N23, N23_, den, den_)
-        D30 = _over(N30, 0.0, den, den_)
-        D31 = _over(N31, 0.0, den, den_)
-        D32 = _over(N32, N32_, den, den_)
-        D33 = _over(N33, N33_, den, den_)
-        B00 = (2*(12*alpha_g + 1)) / den
-        B10 = (6*(4*delta + 1)) / den
-        B20 = (24) / den
-        B30 = 0.0
-        B01 = 0.0
-        B11 = 0.0
-        B21 = 0.0
-        B31 = 0.0
-        s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j], s[768 + j], s[816 + j], s[864 + j], s[912 + j], s[960 + j], s[1008 + j], s[1056 + j], s[1104 + j], s[1152 + j], s[1200 + j], s[1248 + j], s[1296 + j] = D00, D01, D02, D03, D10, D11, D12, D13, D20, D21, D22, D23, D30, D31, D32, D33, B00, B01, B10, B11, B20, B21, B30, B31
-
-
-@_compile
-def coefficients(Omega, xi, delta, alpha_g, out):
-    """D, B, O, P of linear_march_4_012: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f; out (24, n).
-
-    The rows of out are the entries of D, B, O, P, matrix by matrix and row by row. D is rounded once. Columns of
-    B and P beyond the scheme's own load instants, up to the march's 2, are zero.
+    Their entries, matrix by matrix and row by row. D is computed in pairs of doubles and rounded once. Columns of B and
+    P beyond the scheme's own load instants, up to the march's 2, are zero.
     """
-    s = np.ones(28 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j], s[96 + j], s[144 + j] = Omega[first + j], xi[first + j], delta[first + j], alpha_g[first + j]
-        _coefficients(s)
-        for r in range(24):
-            for j in range(size):
-                out[r, first + j] = s[(4 + r) * 48 + j]
+    d0, d0_ = by.times(12.0, alpha_g)
+    d1, d1_ = by.plus_one(2.0, 2.0 * d0, 2.0 * d0_)
+    d2 = 4.0 * delta
+    d3, d3_ = by.plus(1.0, d2)
+    d4, d4_ = by.times(12.0, xi)
+    d5, d5_ = by.times_two(d3, d3_, d4, d4_)
+    s5, s5_ = by.times_one(Omega, d1, d1_)
+    d6, d6_ = by.plus_two(d5, d5_, s5, s5_)
+    s7, s7_ = by.times_one(Omega, d6, d6_)
+    d7, d7_ = by.plus_one(24.0, s7, s7_)
+    d8, d8_ = by.times(Omega, Omega)
+    d9, d9_ = by.times(8.0 * Omega, xi)
+    s11, s11_ = by.times(36.0, alpha_g)
+    s12, s12_ = by.plus(-1.0, -16.0 * delta)
+    d10, d10_ = by.plus_two(s12, s12_, s11, s11_)
+    d11 = 2.0 * Omega
+    d12, d12_ = by.plus_one(-1.0, d0, d0_)
+    s15, s15_ = by.times(3.0, alpha_g)
+    d13, d13_ = by.plus_one(-1.0 * delta, s15, s15_)
+    d14, d14_ = by.times_one(6.0, d3, d3_)
+    d15, d15_ = by.plus(-1.0, d2)
+    den, den_ = d7, d7_
+    N00, N00_ = by.times_two(-1.0 * d1, -1.0 * d1_, d8, d8_)
+    s20, s20_ = by.times(-6.0, delta)
+    s21, s21_ = by.times(6.0, alpha_g)
+    s22, s22_ = by.plus_one(-1.0, s20, s20_)
+    s23, s23_ = by.plus_two(s22, s22_, s21, s21_)
+    s24, s24_ = by.times_two(-1.0 * d9, -1.0 * d9_, s23, s23_)
+    N01, N01_ = by.plus_one(24.0, s24, s24_)
+    s26, s26_ = by.plus(-1.0, 4.0 * alpha_g)
+    s27, s27_ = by.times_one(-12.0, s26, s26_)
+    s28, s28_ = by.times(-1.0 * d11, xi)
+    s29, s29_ = by.times_two(s28, s28_, d10, d10_)
+    N02, N02_ = by.plus_two(s27, s27_, s29, s29_)
+    s31, s31_ = by.times_two(d13, d13_, d9, d9_)
+    N03, N03_ = by.plus_two(2.0 * d12, 2.0 * d12_, s31, s31_)
+    N10, N10_ = by.times_two(-1.0 * d14, -1.0 * d14_, d8, d8_)
+    s34, s34_ = by.times_one(-1.0 * Omega, d14, d14_)
+    s35, s35_ = by.plus_two(-1.0 * d5, -1.0 * d5_, s34, s34_)
+    N11, N11_ = by.times_one(Omega, s35, s35_)
+    s37, s37_ = by.plus(-1.0, 2.0 * delta)
+    s38, s38_ = by.times_one(-24.0, s37, s37_)
+    s39, s39_ = by.times_two(d10, d10_, d8, d8_)
+    N12, N12_ = by.plus_two(s38, s38_, s39, s39_)
+    s41, s41_ = by.times_one(6.0, d15, d15_)
+    s42, s42_ = by.times_two(-4.0 * d13, -4.0 * d13_, d8, d8_)
+    N13, N13_ = by.plus_two(s41, s41_, s42, s42_)
+    N20, N20_ = by.times_one(-24.0, d8, d8_)
+    s45, s45_ = by.times(-48.0, xi)
+    s46, s46_ = by.times(-24.0, Omega)
+    s47, s47_ = by.plus_two(s45, s45_, s46, s46_)
+    N21, N21_ = by.times_one(Omega, s47, s47_)
+    s49, s49_ = by.plus_one(-7.0, d0, d0_)
+    s50, s50_ = by.times_one(d11, s49, s49_)
+    s51, s51_ = by.plus(-5.0, d2)
+    s52, s52_ = by.times_two(d4, d4_, s51, s51_)
+    s53, s53_ = by.plus_two(s50, s50_, s52, s52_)
+    s54, s54_ = by.times_one(Omega, s53, s53_)
+    N22, N22_ = by.plus_one(-24.0, s54, s54_)
+    s56, s56_ = by.times_one(-1.0 * d11, d12, d12_)
+    s57, s57_ = by.times_two(-1.0 * d15, -1.0 * d15_, d4, d4_)
+    s58, s58_ = by.plus_two(s56, s56_, s57, s57_)
+    N23, N23_ = by.times_one(Omega, s58, s58_)
+    N30 = 0.0
+    N31 = 0.0
+    N32, N32_ = d7, d7_
+    s60, s60_ = by.times_one(-1.0 * Omega, d6, d6_)
+    N33, N33_ = by.plus_one(-24.0, s60, s60_)
+    D00 = by.over(N00, N00_, den, den_)
+    D01 = by.over(N01, N01_, den, den_)
+    D02 = by.over(N02, N02_, den, den_)
+    D03 = by.over(N03, N03_, den, den_)
+    D10 = by.over(N10, N10_, den, den_)
+    D11 = by.over(N11, N11_, den, den_)
+    D12 = by.over(N12, N12_, den, den_)
+    D13 = by.over(N13, N13_, den, den_)
+    D20 = by.over(N20, N20_, den, den_)
+    D21 = by.over(N21, N21_, den, den_)
+    D22 = by.over(N22, N22_, den, den_)
+    D23 = by.over(N23, N23_, den, den_)
+    D30 = by.over(N30, 0.0, den, den_)
+    D31 = by.over(N31, 0.0, den, den_)
+    D32 = by.over(N32, N32_, den, den_)
+    D33 = by.over(N33, N33_, den, den_)
+    B00 = (2*(12*alpha_g + 1)) / den
+    B10 = (6*(4*delta + 1)) / den
+    B20 = (24) / den
+    B30 = 0.0
+    B01 = 0.0
+    B11 = 0.0
+    B21 = 0.0
+    B31 = 0.0
+    return (
+        D00, D01, D02, D03, D10, D11, D12, D13, D20, D21, D22, D23, D30, D31, D32, D33, B00, B01, B10, B11,
+        B20, B21, B30, B31
+    )
 
 
-@_exact
-def _transfer(s):
-    """`transfer` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi, delta, alpha_g = s[j], s[48 + j], s[96 + j], s[144 + j]
-        x0 = 12*alpha_g
-        x1 = 4*delta
-        x2 = x1 + 1
-        x3 = 6*xi
-        x4 = 2*delta - 1
-        x5 = 8*alpha_g - x1 + 1
-        x6 = x1 - 1
-        x7 = 6*alpha_g - 6*delta + 1
-        den = Omega*(Omega*(x0 + 1) + x2*x3) + 12
-        whole = 12.0
-        P = (12*Omega**2) / den
-        g1 = (Omega*(3*Omega*x5 + 24*x4*xi) + 12) / den
-        g2 = (Omega*(-2*Omega*x7 - x3*x6)) / den
-        u0 = (x0 - 11) / whole
-        u1 = (-3*x5) / whole
-        u2 = (2*x7) / whole
-        v0 = (3*x2) / den
-        v1 = (-12*x4) / den
-        v2 = (3*x6) / den
-        a0 = (12) / den
-        a1 = (-12) / den
-        a2 = 0.0
-        S = whole / den
-        s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j], s[768 + j] = P, g1, g2, u0, u1, u2, S, v0, v1, v2, a0, a1, a2
+def transfer(by, Omega, xi, delta, alpha_g):
+    """Filter from a load, linear between steps, to the response from rest (see linear_filter).
 
-
-@_compile
-def transfer(Omega, xi, delta, alpha_g, out):
-    """Filter from a load, linear between steps, to the response from rest (see linear_filter); out (13, n).
-
-    Rows of out: P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
+    P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
     u = S (q + k0 e0 + k1 e1 + ...) and h*v, h^2*a = k0 e0 + k1 e1 + ...; e1, e2, ... are e0 of the steps before.
     """
-    s = np.ones(17 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j], s[96 + j], s[144 + j] = Omega[first + j], xi[first + j], delta[first + j], alpha_g[first + j]
-        _transfer(s)
-        for r in range(13):
-            for j in range(size):
-                out[r, first + j] = s[(4 + r) * 48 + j]
+    x0 = 12*alpha_g
+    x1 = 4*delta
+    x2 = x1 + 1
+    x3 = 6*xi
+    x4 = 2*delta - 1
+    x5 = 8*alpha_g - x1 + 1
+    x6 = x1 - 1
+    x7 = 6*alpha_g - 6*delta + 1
+    den = Omega*(Omega*(x0 + 1) + x2*x3) + 12
+    whole = 12.0
+    P = (12*Omega**2) / den
+    g1 = (Omega*(3*Omega*x5 + 24*x4*xi) + 12) / den
+    g2 = (Omega*(-2*Omega*x7 - x3*x6)) / den
+    u0 = (x0 - 11) / whole
+    u1 = (-3*x5) / whole
+    u2 = (2*x7) / whole
+    v0 = (3*x2) / den
+    v1 = (-12*x4) / den
+    v2 = (3*x6) / den
+    a0 = (12) / den
+    a1 = (-12) / den
+    a2 = 0.0
+    S = whole / den
+    return P, g1, g2, u0, u1, u2, S, v0, v1, v2, a0, a1, a2
 
 
-@_compile
-def start(Omega, xi, delta, alpha_g, given, load):
-    """Matrices given (n, 4, 3) and load (n, 4, 2) of the state at t = 0.
+def start(by, Omega, xi, delta, alpha_g):
+    """The state at t = 0: S (u, h*v, h^2*a) + T h^2 f(START_STENCIL*h), f the loads.
 
-    The state is given @ (u, h*v, h^2*a) + load @ h^2 f(START_STENCIL*h).
+    The entries of S (4, 3), then those of T (4, 2), row by row.
     """
-    for i in range(given.shape[0]):
-        (
-            den, S_00, S_01, S_02, S_10, S_11, S_12, S_20, S_21, S_22, S_30, S_31, S_32, T_00, T_01, T_10, T_11,
-            T_20, T_21, T_30, T_31
-        ) = _start(Omega[i], xi[i], delta[i], alpha_g[i])
-        given[i, 0, 0] = S_00 / den
-        given[i, 0, 1] = S_01 / den
-        given[i, 0, 2] = S_02 / den
-        given[i, 1, 0] = S_10 / den
-        given[i, 1, 1] = S_11 / den
-        given[i, 1, 2] = S_12 / den
-        given[i, 2, 0] = S_20 / den
-        given[i, 2, 1] = S_21 / den
-        given[i, 2, 2] = S_22 / den
-        given[i, 3, 0] = S_30 / den
-        given[i, 3, 1] = S_31 / den
-        given[i, 3, 2] = S_32 / den
-        load[i, 0, 0] = T_00 / den
-        load[i, 0, 1] = T_01 / den
-        load[i, 1, 0] = T_10 / den
-        load[i, 1, 1] = T_11 / den
-        load[i, 2, 0] = T_20 / den
-        load[i, 2, 1] = T_21 / den
-        load[i, 3, 0] = T_30 / den
-        load[i, 3, 1] = T_31 / den
+    den = 1.0
+    S00 = (1) / den
+    S01 = 0.0
+    S02 = 0.0
+    S10 = 0.0
+    S11 = (1) / den
+    S12 = 0.0
+    S20 = 0.0
+    S21 = 0.0
+    S22 = (1) / den
+    S30 = 0.0
+    S31 = (Omega**2) / den
+    S32 = (2*Omega*xi + 1) / den
+    T00 = 0.0
+    T01 = 0.0
+    T10 = 0.0
+    T11 = 0.0
+    T20 = 0.0
+    T21 = 0.0
+    T30 = (1) / den
+    T31 = (-1) / den
+    return S00, S01, S02, S10, S11, S12, S20, S21, S22, S30, S31, S32, T00, T01, T10, T11, T20, T21, T30, T31

@@ -41,10 +41,6 @@ FILTER = 3
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
-_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
-# called by kernels alone: not from Python, and so without the code for that
-_exact = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
-
 # contract: a * b + c may become one operation, rounded once
 _fused = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
 _inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"})
@@ -87,33 +83,6 @@ def _angle(y, x):
     angle = 0.7853981633974483 + angle if steep else angle
     angle = 1.5707963267948966 - angle if y > flat else angle
     return 3.141592653589793 - angle if x < 0.0 else angle
-
-
-@_exact
-def _increment(Omega, xi, alpha):
-    """Denominator and numerators of A - I. 52 operations."""
-    x0 = (alpha - 1)**2
-    x1 = alpha + 1
-    x2 = Omega*x1
-    x3 = 2*alpha
-    x4 = x3 - 1
-    x5 = 4*x4*xi
-    x6 = Omega**2
-    x7 = alpha**2
-    x8 = 2*x2
-    x9 = 2*x4
-    x10 = 8*xi
-    den = Omega*(x0*x2 - x1*x5) + 4
-    D_00 = -x0*x6
-    D_01 = -2*Omega*xi*(5*x7 - 1) + 4
-    D_02 = 2*alpha - x7*x8*xi - x7 + 1
-    D_10 = x6*x9
-    D_11 = Omega*(x2*x9 + x5)
-    D_12 = x1*x6*x7 + 2*x3 + 2
-    D_20 = -4*x6
-    D_21 = Omega*(-x10 - 4*x2)
-    D_22 = Omega*(-x1*x10 - x8) - 4
-    return den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22
 
 
 @_inline
@@ -454,220 +423,132 @@ def stability(Omega, xi, alpha, radius, damping, period):
     return refused < 0
 
 
-@_compile
-def amplification(Omega, xi, alpha, out):
-    """Amplification matrix in the order of STATE; out (n, 3, 3)."""
-    for i in range(out.shape[0]):
-        den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22 = _increment(Omega[i], xi[i], alpha[i])
-        out[i, 0, 0] = 1.0 + D_00 / den
-        out[i, 0, 1] = D_01 / den
-        out[i, 0, 2] = D_02 / den
-        out[i, 1, 0] = D_10 / den
-        out[i, 1, 1] = 1.0 + D_11 / den
-        out[i, 1, 2] = D_12 / den
-        out[i, 2, 0] = D_20 / den
-        out[i, 2, 1] = D_21 / den
-        out[i, 2, 2] = 1.0 + D_22 / den
+def amplification(by, Omega, xi, alpha):
+    """Amplification matrix (3, 3) in the order of STATE, row by row."""
+    x0 = (alpha - 1)**2
+    x1 = alpha + 1
+    x2 = Omega*x1
+    x3 = 2*alpha
+    x4 = x3 - 1
+    x5 = 4*x4*xi
+    x6 = Omega**2
+    x7 = alpha**2
+    x8 = 2*x2
+    x9 = 2*x4
+    x10 = 8*xi
+    den = Omega*(x0*x2 - x1*x5) + 4
+    D_00 = (-x0*x6) / den
+    D_01 = (-2*Omega*xi*(5*x7 - 1) + 4) / den
+    D_02 = (2*alpha - x7*x8*xi - x7 + 1) / den
+    D_10 = (x6*x9) / den
+    D_11 = (Omega*(x2*x9 + x5)) / den
+    D_12 = (x1*x6*x7 + 2*x3 + 2) / den
+    D_20 = (-4*x6) / den
+    D_21 = (Omega*(-x10 - 4*x2)) / den
+    D_22 = (Omega*(-x1*x10 - x8) - 4) / den
+    return 1.0 + D_00, D_01, D_02, D_10, 1.0 + D_11, D_12, D_20, D_21, 1.0 + D_22
 
 
-@_compile
-def stencil(alpha, out):
-    """Instants (n, 1) at which the load is taken, in steps after t_n."""
-    for i in range(out.shape[0]):
-        out[i, 0] = alpha[i] + 1
+def stencil(by, alpha):
+    """Instants at which the load is taken, in steps after t_n."""
+    return alpha + 1,
 
 
-# tails are rounding errors, which fastmath would remove
-@_exact
-def _plus(a, b):
-    """The sum of two doubles: head, and tail, which is the rounding error of the head."""
-    head = a + b
-    rest = head - a
-    return head, (a - (head - rest)) + (b - rest)
+def coefficients(by, Omega, xi, alpha):
+    """D, B, O, P of linear_march_3_012: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f.
 
-
-@_exact
-def _plus_one(a, b, b_):
-    """The sum of a double and a pair of head and tail."""
-    head, tail = _plus(a, b)
-    tail += b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _plus_two(a, a_, b, b_):
-    """The sum of two pairs of head and tail."""
-    head, tail = _plus(a, b)
-    tail += a_ + b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times(a, b):
-    """The product of two doubles: head and tail, from halves of their digits, whose products are exact."""
-    head, c, d = a * b, 134217729.0 * a, 134217729.0 * b
-    a1, b1 = c - (c - a), d - (d - b)
-    a2, b2 = a - a1, b - b1
-    return head, ((a1 * b1 - head) + a1 * b2 + a2 * b1) + a2 * b2
-
-
-@_exact
-def _times_one(a, b, b_):
-    """The product of a double and a pair of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times_two(a, a_, b, b_):
-    """The product of two pairs of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_ + a_ * b
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _over(a, a_, b, b_):
-    """The quotient of two pairs of head and tail, rounded to a double."""
-    head = a / b
-    product, tail = _times(head, b)
-    return head + ((a - product) - tail + a_ - head * b_) / b
-
-
-@_exact
-def _coefficients(s):
-    """`coefficients` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi, alpha = s[j], s[48 + j], s[96 + j]
-        s0, s0_ = _plus(-1.0, alpha)
-        d0, d0_ = _times_two(s0, s0_, s0, s0_)
-        d1, d1_ = _plus(1.0, alpha)
-        d2, d2_ = _times_one(Omega, d1, d1_)
-        d3 = 2.0 * alpha
-        d4, d4_ = _plus(-1.0, d3)
-        d5, d5_ = _times_one(4.0 * xi, d4, d4_)
-        d6, d6_ = _times(Omega, Omega)
-        d7, d7_ = _times(alpha, alpha)
-        d8, d8_ = 2.0 * d2, 2.0 * d2_
-        d9, d9_ = 2.0 * d4, 2.0 * d4_
-        d10 = 8.0 * xi
-        s8, s8_ = _times_two(d0, d0_, d2, d2_)
-        s9, s9_ = _times_two(-1.0 * d1, -1.0 * d1_, d5, d5_)
-        s10, s10_ = _plus_two(s8, s8_, s9, s9_)
-        s11, s11_ = _times_one(Omega, s10, s10_)
-        den, den_ = _plus_one(4.0, s11, s11_)
-        N00, N00_ = _times_two(-1.0 * d0, -1.0 * d0_, d6, d6_)
-        s14, s14_ = _times_one(5.0, d7, d7_)
-        s15, s15_ = _plus_one(-1.0, s14, s14_)
-        s16, s16_ = _times(-2.0 * Omega, xi)
-        s17, s17_ = _times_two(s16, s16_, s15, s15_)
-        N01, N01_ = _plus_one(4.0, s17, s17_)
-        s19, s19_ = _times_one(-1.0 * xi, d7, d7_)
-        s20, s20_ = _times_two(s19, s19_, d8, d8_)
-        s21, s21_ = _plus(1.0, 2.0 * alpha)
-        s22, s22_ = _plus_two(s21, s21_, -1.0 * d7, -1.0 * d7_)
-        N02, N02_ = _plus_two(s22, s22_, s20, s20_)
-        N10, N10_ = _times_two(d6, d6_, d9, d9_)
-        s25, s25_ = _times_two(d2, d2_, d9, d9_)
-        s26, s26_ = _plus_two(d5, d5_, s25, s25_)
-        N11, N11_ = _times_one(Omega, s26, s26_)
-        s28, s28_ = _times_two(d1, d1_, d6, d6_)
-        s29, s29_ = _times_two(s28, s28_, d7, d7_)
-        s30, s30_ = _plus(2.0, 2.0 * d3)
-        N12, N12_ = _plus_two(s30, s30_, s29, s29_)
-        N20, N20_ = -4.0 * d6, -4.0 * d6_
-        s32, s32_ = _plus_one(-1.0 * d10, -4.0 * d2, -4.0 * d2_)
-        N21, N21_ = _times_one(Omega, s32, s32_)
-        s34, s34_ = _times_one(-1.0 * d10, d1, d1_)
-        s35, s35_ = _plus_two(-1.0 * d8, -1.0 * d8_, s34, s34_)
-        s36, s36_ = _times_one(Omega, s35, s35_)
-        N22, N22_ = _plus_one(-4.0, s36, s36_)
-        D00 = _over(N00, N00_, den, den_)
-        D01 = _over(N01, N01_, den, den_)
-        D02 = _over(N02, N02_, den, den_)
-        D10 = _over(N10, N10_, den, den_)
-        D11 = _over(N11, N11_, den, den_)
-        D12 = _over(N12, N12_, den, den_)
-        D20 = _over(N20, N20_, den, den_)
-        D21 = _over(N21, N21_, den, den_)
-        D22 = _over(N22, N22_, den, den_)
-        B00 = ((alpha - 1)**2) / den
-        B10 = (-2*(2*alpha - 1)) / den
-        B20 = (4) / den
-        B01 = 0.0
-        B11 = 0.0
-        B21 = 0.0
-        s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j], s[768 + j], s[816 + j] = D00, D01, D02, D10, D11, D12, D20, D21, D22, B00, B01, B10, B11, B20, B21
-
-
-@_compile
-def coefficients(Omega, xi, alpha, out):
-    """D, B, O, P of linear_march_3_012: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f; out (15, n).
-
-    The rows of out are the entries of D, B, O, P, matrix by matrix and row by row. D is rounded once. Columns of
-    B and P beyond the scheme's own load instants, up to the march's 2, are zero.
+    Their entries, matrix by matrix and row by row. D is computed in pairs of doubles and rounded once. Columns of B and
+    P beyond the scheme's own load instants, up to the march's 2, are zero.
     """
-    s = np.ones(18 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j], s[96 + j] = Omega[first + j], xi[first + j], alpha[first + j]
-        _coefficients(s)
-        for r in range(15):
-            for j in range(size):
-                out[r, first + j] = s[(3 + r) * 48 + j]
+    s0, s0_ = by.plus(-1.0, alpha)
+    d0, d0_ = by.times_two(s0, s0_, s0, s0_)
+    d1, d1_ = by.plus(1.0, alpha)
+    d2, d2_ = by.times_one(Omega, d1, d1_)
+    d3 = 2.0 * alpha
+    d4, d4_ = by.plus(-1.0, d3)
+    d5, d5_ = by.times_one(4.0 * xi, d4, d4_)
+    d6, d6_ = by.times(Omega, Omega)
+    d7, d7_ = by.times(alpha, alpha)
+    d8, d8_ = 2.0 * d2, 2.0 * d2_
+    d9, d9_ = 2.0 * d4, 2.0 * d4_
+    d10 = 8.0 * xi
+    s8, s8_ = by.times_two(d0, d0_, d2, d2_)
+    s9, s9_ = by.times_two(-1.0 * d1, -1.0 * d1_, d5, d5_)
+    s10, s10_ = by.plus_two(s8, s8_, s9, s9_)
+    s11, s11_ = by.times_one(Omega, s10, s10_)
+    den, den_ = by.plus_one(4.0, s11, s11_)
+    N00, N00_ = by.times_two(-1.0 * d0, -1.0 * d0_, d6, d6_)
+    s14, s14_ = by.times_one(5.0, d7, d7_)
+    s15, s15_ = by.plus_one(-1.0, s14, s14_)
+    s16, s16_ = by.times(-2.0 * Omega, xi)
+    s17, s17_ = by.times_two(s16, s16_, s15, s15_)
+    N01, N01_ = by.plus_one(4.0, s17, s17_)
+    s19, s19_ = by.times_one(-1.0 * xi, d7, d7_)
+    s20, s20_ = by.times_two(s19, s19_, d8, d8_)
+    s21, s21_ = by.plus(1.0, 2.0 * alpha)
+    s22, s22_ = by.plus_two(s21, s21_, -1.0 * d7, -1.0 * d7_)
+    N02, N02_ = by.plus_two(s22, s22_, s20, s20_)
+    N10, N10_ = by.times_two(d6, d6_, d9, d9_)
+    s25, s25_ = by.times_two(d2, d2_, d9, d9_)
+    s26, s26_ = by.plus_two(d5, d5_, s25, s25_)
+    N11, N11_ = by.times_one(Omega, s26, s26_)
+    s28, s28_ = by.times_two(d1, d1_, d6, d6_)
+    s29, s29_ = by.times_two(s28, s28_, d7, d7_)
+    s30, s30_ = by.plus(2.0, 2.0 * d3)
+    N12, N12_ = by.plus_two(s30, s30_, s29, s29_)
+    N20, N20_ = -4.0 * d6, -4.0 * d6_
+    s32, s32_ = by.plus_one(-1.0 * d10, -4.0 * d2, -4.0 * d2_)
+    N21, N21_ = by.times_one(Omega, s32, s32_)
+    s34, s34_ = by.times_one(-1.0 * d10, d1, d1_)
+    s35, s35_ = by.plus_two(-1.0 * d8, -1.0 * d8_, s34, s34_)
+    s36, s36_ = by.times_one(Omega, s35, s35_)
+    N22, N22_ = by.plus_one(-4.0, s36, s36_)
+    D00 = by.over(N00, N00_, den, den_)
+    D01 = by.over(N01, N01_, den, den_)
+    D02 = by.over(N02, N02_, den, den_)
+    D10 = by.over(N10, N10_, den, den_)
+    D11 = by.over(N11, N11_, den, den_)
+    D12 = by.over(N12, N12_, den, den_)
+    D20 = by.over(N20, N20_, den, den_)
+    D21 = by.over(N21, N21_, den, den_)
+    D22 = by.over(N22, N22_, den, den_)
+    B00 = ((alpha - 1)**2) / den
+    B10 = (-2*(2*alpha - 1)) / den
+    B20 = (4) / den
+    B01 = 0.0
+    B11 = 0.0
+    B21 = 0.0
+    return D00, D01, D02, D10, D11, D12, D20, D21, D22, B00, B01, B10, B11, B20, B21
 
 
-@_exact
-def _transfer(s):
-    """`transfer` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi, alpha = s[j], s[48 + j], s[96 + j]
-        x0 = alpha + 1
-        x1 = 4*xi
-        x2 = 2*alpha
-        x3 = x0*(x2 - 1)
-        x4 = alpha**2
-        x5 = x2 + 1
-        x6 = 4*x4 + x5
-        x7 = x0*(-alpha + 2*x4 + 1)
-        x8 = alpha*x0**2
-        den = Omega*(Omega*x0*(alpha - 1)**2 - x1*x3) + 4
-        whole = 4.0
-        P = (4*Omega**2) / den
-        g1 = (Omega*(Omega*x7 - x1*x6) + 4) / den
-        g2 = (Omega*(-Omega*x8 + 4*alpha*x5*xi)) / den
-        u0 = (alpha**3 - alpha - x4 - 3) / whole
-        u1 = (-x7) / whole
-        u2 = (x8) / whole
-        v0 = (-2*x3) / den
-        v1 = (2*x6) / den
-        v2 = (-x2*x5) / den
-        a0 = (4*x0) / den
-        a1 = (-4*x5) / den
-        a2 = (4*alpha) / den
-        S = whole / den
-        s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j] = P, g1, g2, u0, u1, u2, S, v0, v1, v2, a0, a1, a2
+def transfer(by, Omega, xi, alpha):
+    """Filter from a load, linear between steps, to the response from rest (see linear_filter).
 
-
-@_compile
-def transfer(Omega, xi, alpha, out):
-    """Filter from a load, linear between steps, to the response from rest (see linear_filter); out (13, n).
-
-    Rows of out: P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
+    P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
     u = S (q + k0 e0 + k1 e1 + ...) and h*v, h^2*a = k0 e0 + k1 e1 + ...; e1, e2, ... are e0 of the steps before.
     """
-    s = np.ones(16 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j], s[96 + j] = Omega[first + j], xi[first + j], alpha[first + j]
-        _transfer(s)
-        for r in range(13):
-            for j in range(size):
-                out[r, first + j] = s[(3 + r) * 48 + j]
+    x0 = alpha + 1
+    x1 = 4*xi
+    x2 = 2*alpha
+    x3 = x0*(x2 - 1)
+    x4 = alpha**2
+    x5 = x2 + 1
+    x6 = 4*x4 + x5
+    x7 = x0*(-alpha + 2*x4 + 1)
+    x8 = alpha*x0**2
+    den = Omega*(Omega*x0*(alpha - 1)**2 - x1*x3) + 4
+    whole = 4.0
+    P = (4*Omega**2) / den
+    g1 = (Omega*(Omega*x7 - x1*x6) + 4) / den
+    g2 = (Omega*(-Omega*x8 + 4*alpha*x5*xi)) / den
+    u0 = (alpha**3 - alpha - x4 - 3) / whole
+    u1 = (-x7) / whole
+    u2 = (x8) / whole
+    v0 = (-2*x3) / den
+    v1 = (2*x6) / den
+    v2 = (-x2*x5) / den
+    a0 = (4*x0) / den
+    a1 = (-4*x5) / den
+    a2 = (4*alpha) / den
+    S = whole / den
+    return P, g1, g2, u0, u1, u2, S, v0, v1, v2, a0, a1, a2

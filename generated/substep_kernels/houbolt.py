@@ -45,10 +45,6 @@ FILTER = 3
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
-_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
-# called by kernels alone: not from Python, and so without the code for that
-_exact = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
-
 # contract: a * b + c may become one operation, rounded once
 _fused = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
 _inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"})
@@ -91,27 +87,6 @@ def _angle(y, x):
     angle = 0.7853981633974483 + angle if steep else angle
     angle = 1.5707963267948966 - angle if y > flat else angle
     return 3.141592653589793 - angle if x < 0.0 else angle
-
-
-@_exact
-def _increment(Omega, xi):
-    """Denominator and numerators of A - I. 18 operations."""
-    x0 = 3*Omega
-    x1 = x0 + 11*xi
-    x2 = Omega*x1 + 6
-    x3 = Omega*xi
-    x4 = -Omega*x1 - 6
-    den = x2
-    D_00 = Omega*(-x0 + 7*xi) + 9
-    D_01 = -9*x3 - 12
-    D_02 = 2*x3 + 3
-    D_10 = x2
-    D_11 = x4
-    D_12 = 0
-    D_20 = 0
-    D_21 = x2
-    D_22 = x4
-    return den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22
 
 
 @_inline
@@ -435,204 +410,113 @@ def stability(Omega, xi, radius, damping, period):
     return refused < 0
 
 
-@_compile
-def amplification(Omega, xi, out):
-    """Amplification matrix in the order of STATE; out (n, 3, 3)."""
-    for i in range(out.shape[0]):
-        den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22 = _increment(Omega[i], xi[i])
-        out[i, 0, 0] = 1.0 + D_00 / den
-        out[i, 0, 1] = D_01 / den
-        out[i, 0, 2] = D_02 / den
-        out[i, 1, 0] = D_10 / den
-        out[i, 1, 1] = 1.0 + D_11 / den
-        out[i, 1, 2] = D_12 / den
-        out[i, 2, 0] = D_20 / den
-        out[i, 2, 1] = D_21 / den
-        out[i, 2, 2] = 1.0 + D_22 / den
+def amplification(by, Omega, xi):
+    """Amplification matrix (3, 3) in the order of STATE, row by row."""
+    x0 = 3*Omega
+    x1 = x0 + 11*xi
+    x2 = Omega*x1 + 6
+    x3 = Omega*xi
+    x4 = -Omega*x1 - 6
+    den = x2
+    D_00 = (Omega*(-x0 + 7*xi) + 9) / den
+    D_01 = (-9*x3 - 12) / den
+    D_02 = (2*x3 + 3) / den
+    D_10 = (x2) / den
+    D_11 = (x4) / den
+    D_12 = 0.0
+    D_20 = 0.0
+    D_21 = (x2) / den
+    D_22 = (x4) / den
+    return 1.0 + D_00, D_01, D_02, D_10, 1.0 + D_11, D_12, D_20, D_21, 1.0 + D_22
 
 
-@_compile
-def stencil(out):
-    """Instants (n, 1) at which the load is taken, in steps after t_n."""
-    for i in range(out.shape[0]):
-        out[i, 0] = 1
+def stencil(by):
+    """Instants at which the load is taken, in steps after t_n."""
+    return 1,
 
 
-# tails are rounding errors, which fastmath would remove
-@_exact
-def _plus(a, b):
-    """The sum of two doubles: head, and tail, which is the rounding error of the head."""
-    head = a + b
-    rest = head - a
-    return head, (a - (head - rest)) + (b - rest)
+def coefficients(by, Omega, xi):
+    """D, B, O, P of linear_march_3_0yy: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f.
 
-
-@_exact
-def _plus_one(a, b, b_):
-    """The sum of a double and a pair of head and tail."""
-    head, tail = _plus(a, b)
-    tail += b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _plus_two(a, a_, b, b_):
-    """The sum of two pairs of head and tail."""
-    head, tail = _plus(a, b)
-    tail += a_ + b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times(a, b):
-    """The product of two doubles: head and tail, from halves of their digits, whose products are exact."""
-    head, c, d = a * b, 134217729.0 * a, 134217729.0 * b
-    a1, b1 = c - (c - a), d - (d - b)
-    a2, b2 = a - a1, b - b1
-    return head, ((a1 * b1 - head) + a1 * b2 + a2 * b1) + a2 * b2
-
-
-@_exact
-def _times_one(a, b, b_):
-    """The product of a double and a pair of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times_two(a, a_, b, b_):
-    """The product of two pairs of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_ + a_ * b
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _over(a, a_, b, b_):
-    """The quotient of two pairs of head and tail, rounded to a double."""
-    head = a / b
-    product, tail = _times(head, b)
-    return head + ((a - product) - tail + a_ - head * b_) / b
-
-
-@_exact
-def _coefficients(s):
-    """`coefficients` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi = s[j], s[48 + j]
-        d0, d0_ = _times(3.0, Omega)
-        s1, s1_ = _times(11.0, xi)
-        d1, d1_ = _plus_two(d0, d0_, s1, s1_)
-        s3, s3_ = _times_one(Omega, d1, d1_)
-        d2, d2_ = _plus_one(6.0, s3, s3_)
-        d3, d3_ = _times(Omega, xi)
-        s6, s6_ = _times_one(-1.0 * Omega, d1, d1_)
-        d4, d4_ = _plus_one(-6.0, s6, s6_)
-        den, den_ = d2, d2_
-        s8, s8_ = _times(7.0, xi)
-        s9, s9_ = _plus_two(-1.0 * d0, -1.0 * d0_, s8, s8_)
-        s10, s10_ = _times_one(Omega, s9, s9_)
-        N00, N00_ = _plus_one(9.0, s10, s10_)
-        s12, s12_ = _times_one(-9.0, d3, d3_)
-        N01, N01_ = _plus_one(-12.0, s12, s12_)
-        N02, N02_ = _plus_one(3.0, 2.0 * d3, 2.0 * d3_)
-        N10, N10_ = d2, d2_
-        N11, N11_ = d4, d4_
-        N12 = 0.0
-        N20 = 0.0
-        N21, N21_ = d2, d2_
-        N22, N22_ = d4, d4_
-        D00 = _over(N00, N00_, den, den_)
-        D01 = _over(N01, N01_, den, den_)
-        D02 = _over(N02, N02_, den, den_)
-        D10 = _over(N10, N10_, den, den_)
-        D11 = _over(N11, N11_, den, den_)
-        D12 = _over(N12, 0.0, den, den_)
-        D20 = _over(N20, 0.0, den, den_)
-        D21 = _over(N21, N21_, den, den_)
-        D22 = _over(N22, N22_, den, den_)
-        x0 = 6*Omega
-        x1 = Omega**2
-        den_o = Omega*(x0 + 22*xi) + 12
-        B00 = (3) / den
-        B10 = 0.0
-        B20 = 0.0
-        O00 = (19 - 18*x1) / den_o
-        O01 = (9*x1 - 26) / den_o
-        O02 = (7 - 2*x1) / den_o
-        O10 = (Omega*(-30*Omega - 38*xi)) / den_o
-        O11 = (Omega*(24*Omega + 52*xi)) / den_o
-        O12 = (Omega*(-x0 - 14*xi)) / den_o
-        P00 = (11) / den_o
-        P10 = (12) / den_o
-        B01 = 0.0
-        B11 = 0.0
-        B21 = 0.0
-        P01 = 0.0
-        P11 = 0.0
-        s[96 + j], s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j], s[768 + j], s[816 + j], s[864 + j], s[912 + j], s[960 + j], s[1008 + j], s[1056 + j], s[1104 + j], s[1152 + j], s[1200 + j], s[1248 + j] = D00, D01, D02, D10, D11, D12, D20, D21, D22, B00, B01, B10, B11, B20, B21, O00, O01, O02, O10, O11, O12, P00, P01, P10, P11
-
-
-@_compile
-def coefficients(Omega, xi, out):
-    """D, B, O, P of linear_march_3_0yy: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f; out (25, n).
-
-    The rows of out are the entries of D, B, O, P, matrix by matrix and row by row. D is rounded once. Columns of
-    B and P beyond the scheme's own load instants, up to the march's 2, are zero.
+    Their entries, matrix by matrix and row by row. D is computed in pairs of doubles and rounded once. Columns of B and
+    P beyond the scheme's own load instants, up to the march's 2, are zero.
     """
-    s = np.ones(27 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j] = Omega[first + j], xi[first + j]
-        _coefficients(s)
-        for r in range(25):
-            for j in range(size):
-                out[r, first + j] = s[(2 + r) * 48 + j]
+    d0, d0_ = by.times(3.0, Omega)
+    s1, s1_ = by.times(11.0, xi)
+    d1, d1_ = by.plus_two(d0, d0_, s1, s1_)
+    s3, s3_ = by.times_one(Omega, d1, d1_)
+    d2, d2_ = by.plus_one(6.0, s3, s3_)
+    d3, d3_ = by.times(Omega, xi)
+    s6, s6_ = by.times_one(-1.0 * Omega, d1, d1_)
+    d4, d4_ = by.plus_one(-6.0, s6, s6_)
+    den, den_ = d2, d2_
+    s8, s8_ = by.times(7.0, xi)
+    s9, s9_ = by.plus_two(-1.0 * d0, -1.0 * d0_, s8, s8_)
+    s10, s10_ = by.times_one(Omega, s9, s9_)
+    N00, N00_ = by.plus_one(9.0, s10, s10_)
+    s12, s12_ = by.times_one(-9.0, d3, d3_)
+    N01, N01_ = by.plus_one(-12.0, s12, s12_)
+    N02, N02_ = by.plus_one(3.0, 2.0 * d3, 2.0 * d3_)
+    N10, N10_ = d2, d2_
+    N11, N11_ = d4, d4_
+    N12 = 0.0
+    N20 = 0.0
+    N21, N21_ = d2, d2_
+    N22, N22_ = d4, d4_
+    D00 = by.over(N00, N00_, den, den_)
+    D01 = by.over(N01, N01_, den, den_)
+    D02 = by.over(N02, N02_, den, den_)
+    D10 = by.over(N10, N10_, den, den_)
+    D11 = by.over(N11, N11_, den, den_)
+    D12 = by.over(N12, 0.0, den, den_)
+    D20 = by.over(N20, 0.0, den, den_)
+    D21 = by.over(N21, N21_, den, den_)
+    D22 = by.over(N22, N22_, den, den_)
+    x0 = 6*Omega
+    x1 = Omega**2
+    den_o = Omega*(x0 + 22*xi) + 12
+    B00 = (3) / den
+    B10 = 0.0
+    B20 = 0.0
+    O00 = (19 - 18*x1) / den_o
+    O01 = (9*x1 - 26) / den_o
+    O02 = (7 - 2*x1) / den_o
+    O10 = (Omega*(-30*Omega - 38*xi)) / den_o
+    O11 = (Omega*(24*Omega + 52*xi)) / den_o
+    O12 = (Omega*(-x0 - 14*xi)) / den_o
+    P00 = (11) / den_o
+    P10 = (12) / den_o
+    B01 = 0.0
+    B11 = 0.0
+    B21 = 0.0
+    P01 = 0.0
+    P11 = 0.0
+    return (
+        D00, D01, D02, D10, D11, D12, D20, D21, D22, B00, B01, B10, B11, B20, B21, O00, O01, O02, O10, O11,
+        O12, P00, P01, P10, P11
+    )
 
 
-@_exact
-def _transfer(s):
-    """`transfer` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi = s[j], s[48 + j]
-        x0 = Omega*xi
-        den = Omega*(3*Omega + 11*xi) + 6
-        whole = 3.0
-        P = (3*Omega**2) / den
-        g1 = (7*x0 + 9) / den
-        g2 = (-2*x0 - 3) / den
-        u0 = 0.0
-        u1 = 0.0
-        u2 = 0.0
-        v0 = (11/2) / den
-        v1 = (-7/2) / den
-        v2 = (1) / den
-        a0 = (6) / den
-        a1 = (-9) / den
-        a2 = (3) / den
-        S = whole / den
-        s[96 + j], s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j] = P, g1, g2, u0, u1, u2, S, v0, v1, v2, a0, a1, a2
+def transfer(by, Omega, xi):
+    """Filter from a load, linear between steps, to the response from rest (see linear_filter).
 
-
-@_compile
-def transfer(Omega, xi, out):
-    """Filter from a load, linear between steps, to the response from rest (see linear_filter); out (13, n).
-
-    Rows of out: P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
+    P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
     u = S (q + k0 e0 + k1 e1 + ...) and h*v, h^2*a = k0 e0 + k1 e1 + ...; e1, e2, ... are e0 of the steps before.
     """
-    s = np.ones(15 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j] = Omega[first + j], xi[first + j]
-        _transfer(s)
-        for r in range(13):
-            for j in range(size):
-                out[r, first + j] = s[(2 + r) * 48 + j]
+    x0 = Omega*xi
+    den = Omega*(3*Omega + 11*xi) + 6
+    whole = 3.0
+    P = (3*Omega**2) / den
+    g1 = (7*x0 + 9) / den
+    g2 = (-2*x0 - 3) / den
+    u0 = 0.0
+    u1 = 0.0
+    u2 = 0.0
+    v0 = (11/2) / den
+    v1 = (-7/2) / den
+    v2 = (1) / den
+    a0 = (6) / den
+    a1 = (-9) / den
+    a2 = (3) / den
+    S = whole / den
+    return P, g1, g2, u0, u1, u2, S, v0, v1, v2, a0, a1, a2

@@ -59,10 +59,6 @@ FILTER = 3
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
-_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
-# called by kernels alone: not from Python, and so without the code for that
-_exact = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
-
 # contract: a * b + c may become one operation, rounded once
 _fused = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
 _inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"})
@@ -105,55 +101,6 @@ def _angle(y, x):
     angle = 0.7853981633974483 + angle if steep else angle
     angle = 1.5707963267948966 - angle if y > flat else angle
     return 3.141592653589793 - angle if x < 0.0 else angle
-
-
-@_exact
-def _increment(Omega, xi, gamma_t):
-    """Denominator and numerators of A - I. 172 operations."""
-    x0 = gamma_t - 1
-    x1 = 144*x0
-    x2 = gamma_t*x1
-    x3 = -x2
-    x4 = Omega**2
-    x5 = 2*gamma_t
-    x6 = x5 + 1
-    x7 = 12*x0
-    x8 = x5 - 1
-    x9 = Omega*x8
-    x10 = 12*xi
-    x11 = 24*xi
-    x12 = x0*x11
-    x13 = gamma_t**2
-    x14 = xi**2
-    x15 = 3*gamma_t
-    x16 = x15 + 1
-    x17 = x16*xi
-    x18 = 4*gamma_t
-    x19 = 6*gamma_t
-    x20 = 3*x13
-    x21 = gamma_t*x14
-    x22 = 12*x21 + 1
-    x23 = x15 + 2
-    x24 = x23*xi
-    x25 = 24*x0
-    x26 = x15 - 2
-    x27 = Omega*x26
-    x28 = 48*x0*x17
-    x29 = -x15
-    x30 = -9*gamma_t + 6*x13 + 2
-    x31 = Omega*x25
-    x32 = x1*xi
-    den = x3
-    D_00 = x4*(Omega*(-x10*x8 - 2*x9) + x6*x7)
-    D_01 = Omega*(Omega*(Omega*(-4*x17*x8 - x5*x9) - 24*gamma_t + 24*x13 - 24*x14*x5 + 24*x14) + x12*x6) + x3
-    D_02 = Omega*(Omega*(Omega*(-x13*x9 - x24*x5*x8) - 10*gamma_t - 48*x13*x14 + 2*x20 + 2*x22) + x10*(4*x13 - x19 + 1)) - x7*(x18 - 1)
-    D_10 = x4*(Omega*(-x11*x26 - 4*x27) + x16*x25)
-    D_11 = Omega*(Omega*(Omega*(-8*x17*x26 - x18*x27) - 24*x14*x19 + 96*x14 + 24*x20 + 24*x29) + x28)
-    D_12 = Omega*(Omega*(Omega*(-2*x13*x27 - x18*x24*x26) - 144*x13*x14 + 96*x21 + 4*x30) + x11*x30) - x25*(x15 - 1)
-    D_20 = x4*(Omega*(-x31 - x32) + x2)
-    D_21 = Omega*(Omega*(Omega*(-gamma_t*x31 - x28) + x1*(gamma_t - 2*x14)) + 288*gamma_t*x0*xi)
-    D_22 = Omega*(Omega*(Omega*(-Omega*x13*x7 - gamma_t*x12*x23) - x25*(x22 + x29)) + x32*x8) + x2
-    return den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22
 
 
 @_inline
@@ -521,361 +468,294 @@ def stability(Omega, xi, gamma_t, radius, damping, period):
     return refused < 0
 
 
-@_compile
-def amplification(Omega, xi, gamma_t, out):
-    """Amplification matrix in the order of STATE; out (n, 3, 3)."""
-    for i in range(out.shape[0]):
-        den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22 = _increment(Omega[i], xi[i], gamma_t[i])
-        out[i, 0, 0] = 1.0 + D_00 / den
-        out[i, 0, 1] = D_01 / den
-        out[i, 0, 2] = D_02 / den
-        out[i, 1, 0] = D_10 / den
-        out[i, 1, 1] = 1.0 + D_11 / den
-        out[i, 1, 2] = D_12 / den
-        out[i, 2, 0] = D_20 / den
-        out[i, 2, 1] = D_21 / den
-        out[i, 2, 2] = 1.0 + D_22 / den
+def amplification(by, Omega, xi, gamma_t):
+    """Amplification matrix (3, 3) in the order of STATE, row by row."""
+    x0 = gamma_t - 1
+    x1 = 144*x0
+    x2 = gamma_t*x1
+    x3 = -x2
+    x4 = Omega**2
+    x5 = 2*gamma_t
+    x6 = x5 + 1
+    x7 = 12*x0
+    x8 = x5 - 1
+    x9 = Omega*x8
+    x10 = 12*xi
+    x11 = 24*xi
+    x12 = x0*x11
+    x13 = gamma_t**2
+    x14 = xi**2
+    x15 = 3*gamma_t
+    x16 = x15 + 1
+    x17 = x16*xi
+    x18 = 4*gamma_t
+    x19 = 6*gamma_t
+    x20 = 3*x13
+    x21 = gamma_t*x14
+    x22 = 12*x21 + 1
+    x23 = x15 + 2
+    x24 = x23*xi
+    x25 = 24*x0
+    x26 = x15 - 2
+    x27 = Omega*x26
+    x28 = 48*x0*x17
+    x29 = -x15
+    x30 = -9*gamma_t + 6*x13 + 2
+    x31 = Omega*x25
+    x32 = x1*xi
+    den = x3
+    D_00 = (x4*(Omega*(-x10*x8 - 2*x9) + x6*x7)) / den
+    D_01 = (Omega*(Omega*(Omega*(-4*x17*x8 - x5*x9) - 24*gamma_t + 24*x13 - 24*x14*x5 + 24*x14) + x12*x6) + x3) / den
+    D_02 = (Omega*(Omega*(Omega*(-x13*x9 - x24*x5*x8) - 10*gamma_t - 48*x13*x14 + 2*x20 + 2*x22) + x10*(4*x13 - x19 + 1)) - x7*(x18 - 1)) / den
+    D_10 = (x4*(Omega*(-x11*x26 - 4*x27) + x16*x25)) / den
+    D_11 = (Omega*(Omega*(Omega*(-8*x17*x26 - x18*x27) - 24*x14*x19 + 96*x14 + 24*x20 + 24*x29) + x28)) / den
+    D_12 = (Omega*(Omega*(Omega*(-2*x13*x27 - x18*x24*x26) - 144*x13*x14 + 96*x21 + 4*x30) + x11*x30) - x25*(x15 - 1)) / den
+    D_20 = (x4*(Omega*(-x31 - x32) + x2)) / den
+    D_21 = (Omega*(Omega*(Omega*(-gamma_t*x31 - x28) + x1*(gamma_t - 2*x14)) + 288*gamma_t*x0*xi)) / den
+    D_22 = (Omega*(Omega*(Omega*(-Omega*x13*x7 - gamma_t*x12*x23) - x25*(x22 + x29)) + x32*x8) + x2) / den
+    return 1.0 + D_00, D_01, D_02, D_10, 1.0 + D_11, D_12, D_20, D_21, 1.0 + D_22
 
 
-@_compile
-def stencil(gamma_t, out):
-    """Instants (n, 2) at which the load is taken, in steps after t_n."""
-    for i in range(out.shape[0]):
-        out[i, 0] = gamma_t[i]
-        out[i, 1] = 1
+def stencil(by, gamma_t):
+    """Instants at which the load is taken, in steps after t_n."""
+    return gamma_t, 1
 
 
-# tails are rounding errors, which fastmath would remove
-@_exact
-def _plus(a, b):
-    """The sum of two doubles: head, and tail, which is the rounding error of the head."""
-    head = a + b
-    rest = head - a
-    return head, (a - (head - rest)) + (b - rest)
+def coefficients(by, Omega, xi, gamma_t):
+    """D, B, O, P of linear_march_3_012: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f.
 
-
-@_exact
-def _plus_one(a, b, b_):
-    """The sum of a double and a pair of head and tail."""
-    head, tail = _plus(a, b)
-    tail += b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _plus_two(a, a_, b, b_):
-    """The sum of two pairs of head and tail."""
-    head, tail = _plus(a, b)
-    tail += a_ + b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times(a, b):
-    """The product of two doubles: head and tail, from halves of their digits, whose products are exact."""
-    head, c, d = a * b, 134217729.0 * a, 134217729.0 * b
-    a1, b1 = c - (c - a), d - (d - b)
-    a2, b2 = a - a1, b - b1
-    return head, ((a1 * b1 - head) + a1 * b2 + a2 * b1) + a2 * b2
-
-
-@_exact
-def _times_one(a, b, b_):
-    """The product of a double and a pair of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times_two(a, a_, b, b_):
-    """The product of two pairs of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_ + a_ * b
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _over(a, a_, b, b_):
-    """The quotient of two pairs of head and tail, rounded to a double."""
-    head = a / b
-    product, tail = _times(head, b)
-    return head + ((a - product) - tail + a_ - head * b_) / b
-
-
-@_exact
-def _coefficients(s):
-    """`coefficients` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi, gamma_t = s[j], s[48 + j], s[96 + j]
-        d0, d0_ = _plus(-1.0, gamma_t)
-        d1, d1_ = _times_one(144.0, d0, d0_)
-        d2, d2_ = _times_one(gamma_t, d1, d1_)
-        d3, d3_ = -1.0 * d2, -1.0 * d2_
-        d4, d4_ = _times(Omega, Omega)
-        d5 = 2.0 * gamma_t
-        d6, d6_ = _plus(1.0, d5)
-        d7, d7_ = _times_one(12.0, d0, d0_)
-        d8, d8_ = _plus(-1.0, d5)
-        d9, d9_ = _times_one(Omega, d8, d8_)
-        d10, d10_ = _times(12.0, xi)
-        d11, d11_ = _times(24.0, xi)
-        d12, d12_ = _times_two(d0, d0_, d11, d11_)
-        d13, d13_ = _times(gamma_t, gamma_t)
-        d14, d14_ = _times(xi, xi)
-        d15, d15_ = _times(3.0, gamma_t)
-        d16, d16_ = _plus_one(1.0, d15, d15_)
-        d17, d17_ = _times_one(xi, d16, d16_)
-        d18 = 4.0 * gamma_t
-        d19, d19_ = _times(6.0, gamma_t)
-        d20, d20_ = _times_one(3.0, d13, d13_)
-        d21, d21_ = _times_one(gamma_t, d14, d14_)
-        s19, s19_ = _times_one(12.0, d21, d21_)
-        d22, d22_ = _plus_one(1.0, s19, s19_)
-        d23, d23_ = _plus_one(2.0, d15, d15_)
-        d24, d24_ = _times_one(xi, d23, d23_)
-        d25, d25_ = _times_one(24.0, d0, d0_)
-        d26, d26_ = _plus_one(-2.0, d15, d15_)
-        d27, d27_ = _times_one(Omega, d26, d26_)
-        s26, s26_ = _times_one(48.0, d0, d0_)
-        d28, d28_ = _times_two(s26, s26_, d17, d17_)
-        d29, d29_ = -1.0 * d15, -1.0 * d15_
-        s28, s28_ = _times(-9.0, gamma_t)
-        s29, s29_ = _times_one(6.0, d13, d13_)
-        s30, s30_ = _plus_one(2.0, s28, s28_)
-        d30, d30_ = _plus_two(s30, s30_, s29, s29_)
-        d31, d31_ = _times_one(Omega, d25, d25_)
-        d32, d32_ = _times_one(xi, d1, d1_)
-        den, den_ = d3, d3_
-        s34, s34_ = _times_two(-1.0 * d10, -1.0 * d10_, d8, d8_)
-        s35, s35_ = _plus_two(-2.0 * d9, -2.0 * d9_, s34, s34_)
-        s36, s36_ = _times_one(Omega, s35, s35_)
-        s37, s37_ = _times_two(d6, d6_, d7, d7_)
-        s38, s38_ = _plus_two(s36, s36_, s37, s37_)
-        N00, N00_ = _times_two(d4, d4_, s38, s38_)
-        s40, s40_ = _times(-24.0, gamma_t)
-        s41, s41_ = _times_one(24.0, d13, d13_)
-        s42, s42_ = _times_one(24.0, d14, d14_)
-        s43, s43_ = _times_one(-1.0 * d5, d9, d9_)
-        s44, s44_ = _times_two(-4.0 * d17, -4.0 * d17_, d8, d8_)
-        s45, s45_ = _plus_two(s43, s43_, s44, s44_)
-        s46, s46_ = _times_one(Omega, s45, s45_)
-        s47, s47_ = _times(-24.0, d5)
-        s48, s48_ = _times_two(s47, s47_, d14, d14_)
-        s49, s49_ = _plus_two(s40, s40_, s41, s41_)
-        s50, s50_ = _plus_two(s49, s49_, s42, s42_)
-        s51, s51_ = _plus_two(s50, s50_, s46, s46_)
-        s52, s52_ = _plus_two(s51, s51_, s48, s48_)
-        s53, s53_ = _times_one(Omega, s52, s52_)
-        s54, s54_ = _times_two(d12, d12_, d6, d6_)
-        s55, s55_ = _plus_two(s53, s53_, s54, s54_)
-        s56, s56_ = _times_one(Omega, s55, s55_)
-        N01, N01_ = _plus_two(d3, d3_, s56, s56_)
-        s58, s58_ = _times(-10.0, gamma_t)
-        s59, s59_ = _times_two(-1.0 * d13, -1.0 * d13_, d9, d9_)
-        s60, s60_ = _times_one(-1.0 * d5, d24, d24_)
-        s61, s61_ = _times_two(s60, s60_, d8, d8_)
-        s62, s62_ = _plus_two(s59, s59_, s61, s61_)
-        s63, s63_ = _times_one(Omega, s62, s62_)
-        s64, s64_ = _times_one(-48.0, d13, d13_)
-        s65, s65_ = _times_two(s64, s64_, d14, d14_)
-        s66, s66_ = _plus_two(s58, s58_, 2.0 * d20, 2.0 * d20_)
-        s67, s67_ = _plus_two(s66, s66_, 2.0 * d22, 2.0 * d22_)
-        s68, s68_ = _plus_two(s67, s67_, s63, s63_)
-        s69, s69_ = _plus_two(s68, s68_, s65, s65_)
-        s70, s70_ = _times_one(Omega, s69, s69_)
-        s71, s71_ = _plus_one(1.0, -1.0 * d19, -1.0 * d19_)
-        s72, s72_ = _plus_two(s71, s71_, 4.0 * d13, 4.0 * d13_)
-        s73, s73_ = _times_two(d10, d10_, s72, s72_)
-        s74, s74_ = _plus_two(s70, s70_, s73, s73_)
-        s75, s75_ = _times_one(Omega, s74, s74_)
-        s76, s76_ = _plus(-1.0, d18)
-        s77, s77_ = _times_two(-1.0 * d7, -1.0 * d7_, s76, s76_)
-        N02, N02_ = _plus_two(s75, s75_, s77, s77_)
-        s79, s79_ = _times_two(-1.0 * d11, -1.0 * d11_, d26, d26_)
-        s80, s80_ = _plus_two(-4.0 * d27, -4.0 * d27_, s79, s79_)
-        s81, s81_ = _times_one(Omega, s80, s80_)
-        s82, s82_ = _times_two(d16, d16_, d25, d25_)
-        s83, s83_ = _plus_two(s81, s81_, s82, s82_)
-        N10, N10_ = _times_two(d4, d4_, s83, s83_)
-        s85, s85_ = _times_one(24.0, d20, d20_)
-        s86, s86_ = _times_one(24.0, d29, d29_)
-        s87, s87_ = _times_one(96.0, d14, d14_)
-        s88, s88_ = _times_one(-1.0 * d18, d27, d27_)
-        s89, s89_ = _times_two(-8.0 * d17, -8.0 * d17_, d26, d26_)
-        s90, s90_ = _plus_two(s88, s88_, s89, s89_)
-        s91, s91_ = _times_one(Omega, s90, s90_)
-        s92, s92_ = _times_one(-24.0, d14, d14_)
-        s93, s93_ = _times_two(s92, s92_, d19, d19_)
-        s94, s94_ = _plus_two(s85, s85_, s86, s86_)
-        s95, s95_ = _plus_two(s94, s94_, s87, s87_)
-        s96, s96_ = _plus_two(s95, s95_, s91, s91_)
-        s97, s97_ = _plus_two(s96, s96_, s93, s93_)
-        s98, s98_ = _times_one(Omega, s97, s97_)
-        s99, s99_ = _plus_two(d28, d28_, s98, s98_)
-        N11, N11_ = _times_one(Omega, s99, s99_)
-        s101, s101_ = _times_one(96.0, d21, d21_)
-        s102, s102_ = _times_two(-2.0 * d13, -2.0 * d13_, d27, d27_)
-        s103, s103_ = _times_one(-1.0 * d18, d24, d24_)
-        s104, s104_ = _times_two(s103, s103_, d26, d26_)
-        s105, s105_ = _plus_two(s102, s102_, s104, s104_)
-        s106, s106_ = _times_one(Omega, s105, s105_)
-        s107, s107_ = _times_one(-144.0, d13, d13_)
-        s108, s108_ = _times_two(s107, s107_, d14, d14_)
-        s109, s109_ = _plus_two(4.0 * d30, 4.0 * d30_, s101, s101_)
-        s110, s110_ = _plus_two(s109, s109_, s106, s106_)
-        s111, s111_ = _plus_two(s110, s110_, s108, s108_)
-        s112, s112_ = _times_one(Omega, s111, s111_)
-        s113, s113_ = _times_two(d11, d11_, d30, d30_)
-        s114, s114_ = _plus_two(s112, s112_, s113, s113_)
-        s115, s115_ = _times_one(Omega, s114, s114_)
-        s116, s116_ = _plus_one(-1.0, d15, d15_)
-        s117, s117_ = _times_two(-1.0 * d25, -1.0 * d25_, s116, s116_)
-        N12, N12_ = _plus_two(s115, s115_, s117, s117_)
-        s119, s119_ = _plus_two(-1.0 * d31, -1.0 * d31_, -1.0 * d32, -1.0 * d32_)
-        s120, s120_ = _times_one(Omega, s119, s119_)
-        s121, s121_ = _plus_two(d2, d2_, s120, s120_)
-        N20, N20_ = _times_two(d4, d4_, s121, s121_)
-        s123, s123_ = _times_one(-1.0 * gamma_t, d31, d31_)
-        s124, s124_ = _plus_two(-1.0 * d28, -1.0 * d28_, s123, s123_)
-        s125, s125_ = _times_one(Omega, s124, s124_)
-        s126, s126_ = _plus_one(gamma_t, -2.0 * d14, -2.0 * d14_)
-        s127, s127_ = _times_two(d1, d1_, s126, s126_)
-        s128, s128_ = _plus_two(s125, s125_, s127, s127_)
-        s129, s129_ = _times_one(Omega, s128, s128_)
-        s130, s130_ = _times(288.0, gamma_t)
-        s131, s131_ = _times_one(xi, s130, s130_)
-        s132, s132_ = _times_two(s131, s131_, d0, d0_)
-        s133, s133_ = _plus_two(s129, s129_, s132, s132_)
-        N21, N21_ = _times_one(Omega, s133, s133_)
-        s135, s135_ = _times_one(-1.0 * Omega, d13, d13_)
-        s136, s136_ = _times_two(s135, s135_, d7, d7_)
-        s137, s137_ = _times_one(-1.0 * gamma_t, d12, d12_)
-        s138, s138_ = _times_two(s137, s137_, d23, d23_)
-        s139, s139_ = _plus_two(s136, s136_, s138, s138_)
-        s140, s140_ = _times_one(Omega, s139, s139_)
-        s141, s141_ = _plus_two(d22, d22_, d29, d29_)
-        s142, s142_ = _times_two(-1.0 * d25, -1.0 * d25_, s141, s141_)
-        s143, s143_ = _plus_two(s140, s140_, s142, s142_)
-        s144, s144_ = _times_one(Omega, s143, s143_)
-        s145, s145_ = _times_two(d32, d32_, d8, d8_)
-        s146, s146_ = _plus_two(s144, s144_, s145, s145_)
-        s147, s147_ = _times_one(Omega, s146, s146_)
-        N22, N22_ = _plus_two(d2, d2_, s147, s147_)
-        D00 = _over(N00, N00_, den, den_)
-        D01 = _over(N01, N01_, den, den_)
-        D02 = _over(N02, N02_, den, den_)
-        D10 = _over(N10, N10_, den, den_)
-        D11 = _over(N11, N11_, den, den_)
-        D12 = _over(N12, N12_, den, den_)
-        D20 = _over(N20, N20_, den, den_)
-        D21 = _over(N21, N21_, den, den_)
-        D22 = _over(N22, N22_, den, den_)
-        x0 = 2*gamma_t - 1
-        x1 = 12*x0
-        x2 = 3*gamma_t - 2
-        x3 = 24*x2
-        x4 = gamma_t - 1
-        x5 = 144*x4
-        B00 = (Omega*(2*Omega*x0 + x1*xi) + 12) / den
-        B01 = (-gamma_t*x1) / den
-        B10 = (Omega*(4*Omega*x2 + x3*xi) + 24) / den
-        B11 = (-gamma_t*x3) / den
-        B20 = (Omega*(24*Omega*x4 + x5*xi)) / den
-        B21 = (-gamma_t*x5) / den
-        s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j], s[768 + j], s[816 + j] = D00, D01, D02, D10, D11, D12, D20, D21, D22, B00, B01, B10, B11, B20, B21
-
-
-@_compile
-def coefficients(Omega, xi, gamma_t, out):
-    """D, B, O, P of linear_march_3_012: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f; out (15, n).
-
-    The rows of out are the entries of D, B, O, P, matrix by matrix and row by row. D is rounded once. Columns of
-    B and P beyond the scheme's own load instants, up to the march's 2, are zero.
+    Their entries, matrix by matrix and row by row. D is computed in pairs of doubles and rounded once. Columns of B and
+    P beyond the scheme's own load instants, up to the march's 2, are zero.
     """
-    s = np.ones(18 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j], s[96 + j] = Omega[first + j], xi[first + j], gamma_t[first + j]
-        _coefficients(s)
-        for r in range(15):
-            for j in range(size):
-                out[r, first + j] = s[(3 + r) * 48 + j]
+    d0, d0_ = by.plus(-1.0, gamma_t)
+    d1, d1_ = by.times_one(144.0, d0, d0_)
+    d2, d2_ = by.times_one(gamma_t, d1, d1_)
+    d3, d3_ = -1.0 * d2, -1.0 * d2_
+    d4, d4_ = by.times(Omega, Omega)
+    d5 = 2.0 * gamma_t
+    d6, d6_ = by.plus(1.0, d5)
+    d7, d7_ = by.times_one(12.0, d0, d0_)
+    d8, d8_ = by.plus(-1.0, d5)
+    d9, d9_ = by.times_one(Omega, d8, d8_)
+    d10, d10_ = by.times(12.0, xi)
+    d11, d11_ = by.times(24.0, xi)
+    d12, d12_ = by.times_two(d0, d0_, d11, d11_)
+    d13, d13_ = by.times(gamma_t, gamma_t)
+    d14, d14_ = by.times(xi, xi)
+    d15, d15_ = by.times(3.0, gamma_t)
+    d16, d16_ = by.plus_one(1.0, d15, d15_)
+    d17, d17_ = by.times_one(xi, d16, d16_)
+    d18 = 4.0 * gamma_t
+    d19, d19_ = by.times(6.0, gamma_t)
+    d20, d20_ = by.times_one(3.0, d13, d13_)
+    d21, d21_ = by.times_one(gamma_t, d14, d14_)
+    s19, s19_ = by.times_one(12.0, d21, d21_)
+    d22, d22_ = by.plus_one(1.0, s19, s19_)
+    d23, d23_ = by.plus_one(2.0, d15, d15_)
+    d24, d24_ = by.times_one(xi, d23, d23_)
+    d25, d25_ = by.times_one(24.0, d0, d0_)
+    d26, d26_ = by.plus_one(-2.0, d15, d15_)
+    d27, d27_ = by.times_one(Omega, d26, d26_)
+    s26, s26_ = by.times_one(48.0, d0, d0_)
+    d28, d28_ = by.times_two(s26, s26_, d17, d17_)
+    d29, d29_ = -1.0 * d15, -1.0 * d15_
+    s28, s28_ = by.times(-9.0, gamma_t)
+    s29, s29_ = by.times_one(6.0, d13, d13_)
+    s30, s30_ = by.plus_one(2.0, s28, s28_)
+    d30, d30_ = by.plus_two(s30, s30_, s29, s29_)
+    d31, d31_ = by.times_one(Omega, d25, d25_)
+    d32, d32_ = by.times_one(xi, d1, d1_)
+    den, den_ = d3, d3_
+    s34, s34_ = by.times_two(-1.0 * d10, -1.0 * d10_, d8, d8_)
+    s35, s35_ = by.plus_two(-2.0 * d9, -2.0 * d9_, s34, s34_)
+    s36, s36_ = by.times_one(Omega, s35, s35_)
+    s37, s37_ = by.times_two(d6, d6_, d7, d7_)
+    s38, s38_ = by.plus_two(s36, s36_, s37, s37_)
+    N00, N00_ = by.times_two(d4, d4_, s38, s38_)
+    s40, s40_ = by.times(-24.0, gamma_t)
+    s41, s41_ = by.times_one(24.0, d13, d13_)
+    s42, s42_ = by.times_one(24.0, d14, d14_)
+    s43, s43_ = by.times_one(-1.0 * d5, d9, d9_)
+    s44, s44_ = by.times_two(-4.0 * d17, -4.0 * d17_, d8, d8_)
+    s45, s45_ = by.plus_two(s43, s43_, s44, s44_)
+    s46, s46_ = by.times_one(Omega, s45, s45_)
+    s47, s47_ = by.times(-24.0, d5)
+    s48, s48_ = by.times_two(s47, s47_, d14, d14_)
+    s49, s49_ = by.plus_two(s40, s40_, s41, s41_)
+    s50, s50_ = by.plus_two(s49, s49_, s42, s42_)
+    s51, s51_ = by.plus_two(s50, s50_, s46, s46_)
+    s52, s52_ = by.plus_two(s51, s51_, s48, s48_)
+    s53, s53_ = by.times_one(Omega, s52, s52_)
+    s54, s54_ = by.times_two(d12, d12_, d6, d6_)
+    s55, s55_ = by.plus_two(s53, s53_, s54, s54_)
+    s56, s56_ = by.times_one(Omega, s55, s55_)
+    N01, N01_ = by.plus_two(d3, d3_, s56, s56_)
+    s58, s58_ = by.times(-10.0, gamma_t)
+    s59, s59_ = by.times_two(-1.0 * d13, -1.0 * d13_, d9, d9_)
+    s60, s60_ = by.times_one(-1.0 * d5, d24, d24_)
+    s61, s61_ = by.times_two(s60, s60_, d8, d8_)
+    s62, s62_ = by.plus_two(s59, s59_, s61, s61_)
+    s63, s63_ = by.times_one(Omega, s62, s62_)
+    s64, s64_ = by.times_one(-48.0, d13, d13_)
+    s65, s65_ = by.times_two(s64, s64_, d14, d14_)
+    s66, s66_ = by.plus_two(s58, s58_, 2.0 * d20, 2.0 * d20_)
+    s67, s67_ = by.plus_two(s66, s66_, 2.0 * d22, 2.0 * d22_)
+    s68, s68_ = by.plus_two(s67, s67_, s63, s63_)
+    s69, s69_ = by.plus_two(s68, s68_, s65, s65_)
+    s70, s70_ = by.times_one(Omega, s69, s69_)
+    s71, s71_ = by.plus_one(1.0, -1.0 * d19, -1.0 * d19_)
+    s72, s72_ = by.plus_two(s71, s71_, 4.0 * d13, 4.0 * d13_)
+    s73, s73_ = by.times_two(d10, d10_, s72, s72_)
+    s74, s74_ = by.plus_two(s70, s70_, s73, s73_)
+    s75, s75_ = by.times_one(Omega, s74, s74_)
+    s76, s76_ = by.plus(-1.0, d18)
+    s77, s77_ = by.times_two(-1.0 * d7, -1.0 * d7_, s76, s76_)
+    N02, N02_ = by.plus_two(s75, s75_, s77, s77_)
+    s79, s79_ = by.times_two(-1.0 * d11, -1.0 * d11_, d26, d26_)
+    s80, s80_ = by.plus_two(-4.0 * d27, -4.0 * d27_, s79, s79_)
+    s81, s81_ = by.times_one(Omega, s80, s80_)
+    s82, s82_ = by.times_two(d16, d16_, d25, d25_)
+    s83, s83_ = by.plus_two(s81, s81_, s82, s82_)
+    N10, N10_ = by.times_two(d4, d4_, s83, s83_)
+    s85, s85_ = by.times_one(24.0, d20, d20_)
+    s86, s86_ = by.times_one(24.0, d29, d29_)
+    s87, s87_ = by.times_one(96.0, d14, d14_)
+    s88, s88_ = by.times_one(-1.0 * d18, d27, d27_)
+    s89, s89_ = by.times_two(-8.0 * d17, -8.0 * d17_, d26, d26_)
+    s90, s90_ = by.plus_two(s88, s88_, s89, s89_)
+    s91, s91_ = by.times_one(Omega, s90, s90_)
+    s92, s92_ = by.times_one(-24.0, d14, d14_)
+    s93, s93_ = by.times_two(s92, s92_, d19, d19_)
+    s94, s94_ = by.plus_two(s85, s85_, s86, s86_)
+    s95, s95_ = by.plus_two(s94, s94_, s87, s87_)
+    s96, s96_ = by.plus_two(s95, s95_, s91, s91_)
+    s97, s97_ = by.plus_two(s96, s96_, s93, s93_)
+    s98, s98_ = by.times_one(Omega, s97, s97_)
+    s99, s99_ = by.plus_two(d28, d28_, s98, s98_)
+    N11, N11_ = by.times_one(Omega, s99, s99_)
+    s101, s101_ = by.times_one(96.0, d21, d21_)
+    s102, s102_ = by.times_two(-2.0 * d13, -2.0 * d13_, d27, d27_)
+    s103, s103_ = by.times_one(-1.0 * d18, d24, d24_)
+    s104, s104_ = by.times_two(s103, s103_, d26, d26_)
+    s105, s105_ = by.plus_two(s102, s102_, s104, s104_)
+    s106, s106_ = by.times_one(Omega, s105, s105_)
+    s107, s107_ = by.times_one(-144.0, d13, d13_)
+    s108, s108_ = by.times_two(s107, s107_, d14, d14_)
+    s109, s109_ = by.plus_two(4.0 * d30, 4.0 * d30_, s101, s101_)
+    s110, s110_ = by.plus_two(s109, s109_, s106, s106_)
+    s111, s111_ = by.plus_two(s110, s110_, s108, s108_)
+    s112, s112_ = by.times_one(Omega, s111, s111_)
+    s113, s113_ = by.times_two(d11, d11_, d30, d30_)
+    s114, s114_ = by.plus_two(s112, s112_, s113, s113_)
+    s115, s115_ = by.times_one(Omega, s114, s114_)
+    s116, s116_ = by.plus_one(-1.0, d15, d15_)
+    s117, s117_ = by.times_two(-1.0 * d25, -1.0 * d25_, s116, s116_)
+    N12, N12_ = by.plus_two(s115, s115_, s117, s117_)
+    s119, s119_ = by.plus_two(-1.0 * d31, -1.0 * d31_, -1.0 * d32, -1.0 * d32_)
+    s120, s120_ = by.times_one(Omega, s119, s119_)
+    s121, s121_ = by.plus_two(d2, d2_, s120, s120_)
+    N20, N20_ = by.times_two(d4, d4_, s121, s121_)
+    s123, s123_ = by.times_one(-1.0 * gamma_t, d31, d31_)
+    s124, s124_ = by.plus_two(-1.0 * d28, -1.0 * d28_, s123, s123_)
+    s125, s125_ = by.times_one(Omega, s124, s124_)
+    s126, s126_ = by.plus_one(gamma_t, -2.0 * d14, -2.0 * d14_)
+    s127, s127_ = by.times_two(d1, d1_, s126, s126_)
+    s128, s128_ = by.plus_two(s125, s125_, s127, s127_)
+    s129, s129_ = by.times_one(Omega, s128, s128_)
+    s130, s130_ = by.times(288.0, gamma_t)
+    s131, s131_ = by.times_one(xi, s130, s130_)
+    s132, s132_ = by.times_two(s131, s131_, d0, d0_)
+    s133, s133_ = by.plus_two(s129, s129_, s132, s132_)
+    N21, N21_ = by.times_one(Omega, s133, s133_)
+    s135, s135_ = by.times_one(-1.0 * Omega, d13, d13_)
+    s136, s136_ = by.times_two(s135, s135_, d7, d7_)
+    s137, s137_ = by.times_one(-1.0 * gamma_t, d12, d12_)
+    s138, s138_ = by.times_two(s137, s137_, d23, d23_)
+    s139, s139_ = by.plus_two(s136, s136_, s138, s138_)
+    s140, s140_ = by.times_one(Omega, s139, s139_)
+    s141, s141_ = by.plus_two(d22, d22_, d29, d29_)
+    s142, s142_ = by.times_two(-1.0 * d25, -1.0 * d25_, s141, s141_)
+    s143, s143_ = by.plus_two(s140, s140_, s142, s142_)
+    s144, s144_ = by.times_one(Omega, s143, s143_)
+    s145, s145_ = by.times_two(d32, d32_, d8, d8_)
+    s146, s146_ = by.plus_two(s144, s144_, s145, s145_)
+    s147, s147_ = by.times_one(Omega, s146, s146_)
+    N22, N22_ = by.plus_two(d2, d2_, s147, s147_)
+    D00 = by.over(N00, N00_, den, den_)
+    D01 = by.over(N01, N01_, den, den_)
+    D02 = by.over(N02, N02_, den, den_)
+    D10 = by.over(N10, N10_, den, den_)
+    D11 = by.over(N11, N11_, den, den_)
+    D12 = by.over(N12, N12_, den, den_)
+    D20 = by.over(N20, N20_, den, den_)
+    D21 = by.over(N21, N21_, den, den_)
+    D22 = by.over(N22, N22_, den, den_)
+    x0 = 2*gamma_t - 1
+    x1 = 12*x0
+    x2 = 3*gamma_t - 2
+    x3 = 24*x2
+    x4 = gamma_t - 1
+    x5 = 144*x4
+    B00 = (Omega*(2*Omega*x0 + x1*xi) + 12) / den
+    B01 = (-gamma_t*x1) / den
+    B10 = (Omega*(4*Omega*x2 + x3*xi) + 24) / den
+    B11 = (-gamma_t*x3) / den
+    B20 = (Omega*(24*Omega*x4 + x5*xi)) / den
+    B21 = (-gamma_t*x5) / den
+    return D00, D01, D02, D10, D11, D12, D20, D21, D22, B00, B01, B10, B11, B20, B21
 
 
-@_exact
-def _transfer(s):
-    """`transfer` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi, gamma_t = s[j], s[48 + j], s[96 + j]
-        x0 = gamma_t - 1
-        x1 = gamma_t*x0
-        x2 = 72*x1
-        x3 = -x2
-        x4 = 6*Omega
-        x5 = Omega*(-x0**2*x4 + 48*x0*xi) + x3
-        x6 = 9*gamma_t
-        x7 = x0*xi
-        x8 = 24*x7
-        x9 = gamma_t**2
-        x10 = 2*x9
-        x11 = xi**2
-        x12 = 12*gamma_t
-        x13 = x11*x12
-        x14 = 8*x11
-        x15 = 3*gamma_t
-        x16 = 1 - x15
-        x17 = 6*x9
-        x18 = gamma_t**3
-        x19 = 36*gamma_t
-        x20 = 18*x18
-        x21 = 2*xi
-        x22 = x15 - 2
-        x23 = x22*x8
-        x24 = 2*gamma_t
-        x25 = x24 - 1
-        x26 = Omega*x25
-        x27 = 12*x1
-        x28 = x0*x26
-        x29 = x22*x7
-        x30 = -x0*x19
-        x31 = x0*x4
-        den = x3
-        whole = x5
-        P = (Omega**2*x5) / den
-        g1 = (Omega*(Omega*(Omega*(Omega*(14*gamma_t - x17 - 6*x18 - 5) - x21*(-x19 + x20 + 12*x9 + 17)) + 6*x10 - 144*x11*x9 + 6*x13 + 6*x14 + 6*x16) + x8*(x6 - 2)) + x3) / den
-        g2 = (Omega*(Omega*(Omega*(x21*(6*gamma_t + x20 - 18*x9 - 1) + x26*(x16 + 3*x9)) + 6*x25*(-gamma_t + x13 - x14 + 1)) - x23)) / den
-        u0 = (Omega*(Omega*(-13*gamma_t + 8*x9 + 6) + 6*xi*(x10 - x6 + 8)) + 60*x1) / whole
-        u1 = (Omega*(Omega*(-15*gamma_t + 11*x9 + 5) + x21*(-41*gamma_t + 24*x9 + 20)) + x27) / whole
-        u2 = (Omega*(x28 + 4*x29)) / whole
-        v0 = (Omega*(Omega*x22*x24 + x12*x22*xi) + x30) / den
-        v1 = (Omega*(Omega*(7*gamma_t - x17 - 3) + 12*xi*(gamma_t - 2)) + x30) / den
-        v2 = (Omega*(-3*x28 - 12*x29)) / den
-        a0 = (Omega*(Omega*x27 + x2*xi) + x3) / den
-        a1 = (Omega*(-x31*(4*gamma_t - 1) - 48*x7*(x15 - 1)) + x2) / den
-        a2 = (Omega*(x23 + x25*x31)) / den
-        S = whole / den
-        s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j] = P, g1, g2, u0, u1, u2, S, v0, v1, v2, a0, a1, a2
+def transfer(by, Omega, xi, gamma_t):
+    """Filter from a load, linear between steps, to the response from rest (see linear_filter).
 
-
-@_compile
-def transfer(Omega, xi, gamma_t, out):
-    """Filter from a load, linear between steps, to the response from rest (see linear_filter); out (13, n).
-
-    Rows of out: P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
+    P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
     u = S (q + k0 e0 + k1 e1 + ...) and h*v, h^2*a = k0 e0 + k1 e1 + ...; e1, e2, ... are e0 of the steps before.
     """
-    s = np.ones(16 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j], s[96 + j] = Omega[first + j], xi[first + j], gamma_t[first + j]
-        _transfer(s)
-        for r in range(13):
-            for j in range(size):
-                out[r, first + j] = s[(3 + r) * 48 + j]
+    x0 = gamma_t - 1
+    x1 = gamma_t*x0
+    x2 = 72*x1
+    x3 = -x2
+    x4 = 6*Omega
+    x5 = Omega*(-x0**2*x4 + 48*x0*xi) + x3
+    x6 = 9*gamma_t
+    x7 = x0*xi
+    x8 = 24*x7
+    x9 = gamma_t**2
+    x10 = 2*x9
+    x11 = xi**2
+    x12 = 12*gamma_t
+    x13 = x11*x12
+    x14 = 8*x11
+    x15 = 3*gamma_t
+    x16 = 1 - x15
+    x17 = 6*x9
+    x18 = gamma_t**3
+    x19 = 36*gamma_t
+    x20 = 18*x18
+    x21 = 2*xi
+    x22 = x15 - 2
+    x23 = x22*x8
+    x24 = 2*gamma_t
+    x25 = x24 - 1
+    x26 = Omega*x25
+    x27 = 12*x1
+    x28 = x0*x26
+    x29 = x22*x7
+    x30 = -x0*x19
+    x31 = x0*x4
+    den = x3
+    whole = x5
+    P = (Omega**2*x5) / den
+    g1 = (Omega*(Omega*(Omega*(Omega*(14*gamma_t - x17 - 6*x18 - 5) - x21*(-x19 + x20 + 12*x9 + 17)) + 6*x10 - 144*x11*x9 + 6*x13 + 6*x14 + 6*x16) + x8*(x6 - 2)) + x3) / den
+    g2 = (Omega*(Omega*(Omega*(x21*(6*gamma_t + x20 - 18*x9 - 1) + x26*(x16 + 3*x9)) + 6*x25*(-gamma_t + x13 - x14 + 1)) - x23)) / den
+    u0 = (Omega*(Omega*(-13*gamma_t + 8*x9 + 6) + 6*xi*(x10 - x6 + 8)) + 60*x1) / whole
+    u1 = (Omega*(Omega*(-15*gamma_t + 11*x9 + 5) + x21*(-41*gamma_t + 24*x9 + 20)) + x27) / whole
+    u2 = (Omega*(x28 + 4*x29)) / whole
+    v0 = (Omega*(Omega*x22*x24 + x12*x22*xi) + x30) / den
+    v1 = (Omega*(Omega*(7*gamma_t - x17 - 3) + 12*xi*(gamma_t - 2)) + x30) / den
+    v2 = (Omega*(-3*x28 - 12*x29)) / den
+    a0 = (Omega*(Omega*x27 + x2*xi) + x3) / den
+    a1 = (Omega*(-x31*(4*gamma_t - 1) - 48*x7*(x15 - 1)) + x2) / den
+    a2 = (Omega*(x23 + x25*x31)) / den
+    S = whole / den
+    return P, g1, g2, u0, u1, u2, S, v0, v1, v2, a0, a1, a2

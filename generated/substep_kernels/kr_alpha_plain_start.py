@@ -64,10 +64,6 @@ FILTER = 3
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
-_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
-# called by kernels alone: not from Python, and so without the code for that
-_exact = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
-
 # contract: a * b + c may become one operation, rounded once
 _fused = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
 _inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"})
@@ -110,44 +106,6 @@ def _angle(y, x):
     angle = 0.7853981633974483 + angle if steep else angle
     angle = 1.5707963267948966 - angle if y > flat else angle
     return 3.141592653589793 - angle if x < 0.0 else angle
-
-
-@_exact
-def _increment(Omega, xi, rho_inf):
-    """Denominator and numerators of A - I. 115 operations."""
-    x0 = rho_inf - 2
-    x1 = rho_inf + 1
-    x2 = x1**4
-    x3 = -x0*x2
-    x4 = rho_inf - 3
-    x5 = x1**3
-    x6 = x5*xi
-    x7 = 2*xi
-    x8 = x4*x7
-    x9 = xi**2
-    x10 = x1**2
-    x11 = x10*x4
-    x12 = Omega*(Omega*(Omega*(Omega - x1*x8) + x11*(rho_inf*x9 - 3*x9 - 1)) + x4**2*x6) + x3
-    x13 = Omega*x1
-    x14 = x11*x7
-    x15 = x1**5
-    x16 = -x15
-    x17 = rho_inf**2*x9
-    x18 = x17 + 2
-    x19 = rho_inf*x9
-    x20 = -6*x19 + 9*x9
-    x21 = rho_inf - 4
-    den = x12
-    D_00 = 0
-    D_01 = x12
-    D_02 = Omega*(2*x13 - x14) - 2*x0*x5
-    D_10 = 0
-    D_11 = 0
-    D_12 = Omega*(Omega*x10 - x4*x6) + x3
-    D_20 = Omega**2*(Omega*(Omega*(Omega*(-Omega*x1 + x14) - x5*(x18 + x20)) + x2*x8) + x16)
-    D_21 = Omega*(Omega*(Omega*(Omega*(Omega*(-Omega + 2*x1*x21*xi) - x10*(x18 - 10*x19 + 21*x9)) - 2*x6*(-rho_inf + x17 + x20 + 5)) + x2*(4*rho_inf*x9 - 12*x9 - 1)) - x15*x7)
-    D_22 = Omega*(Omega*(Omega*(2*x10*xi*(2*rho_inf - 7) - 3*x13) - x5*(x17 - 8*x19 + 15*x9 + 4)) + x2*x21*x7) + x16
-    return den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22
 
 
 @_inline
@@ -502,300 +460,223 @@ def stability(Omega, xi, rho_inf, radius, damping, period):
     return refused < 0
 
 
-@_compile
-def amplification(Omega, xi, rho_inf, out):
-    """Amplification matrix in the order of STATE; out (n, 3, 3)."""
-    for i in range(out.shape[0]):
-        den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22 = _increment(Omega[i], xi[i], rho_inf[i])
-        out[i, 0, 0] = 1.0 + D_00 / den
-        out[i, 0, 1] = D_01 / den
-        out[i, 0, 2] = D_02 / den
-        out[i, 1, 0] = D_10 / den
-        out[i, 1, 1] = 1.0 + D_11 / den
-        out[i, 1, 2] = D_12 / den
-        out[i, 2, 0] = D_20 / den
-        out[i, 2, 1] = D_21 / den
-        out[i, 2, 2] = 1.0 + D_22 / den
+def amplification(by, Omega, xi, rho_inf):
+    """Amplification matrix (3, 3) in the order of STATE, row by row."""
+    x0 = rho_inf - 2
+    x1 = rho_inf + 1
+    x2 = x1**4
+    x3 = -x0*x2
+    x4 = rho_inf - 3
+    x5 = x1**3
+    x6 = x5*xi
+    x7 = 2*xi
+    x8 = x4*x7
+    x9 = xi**2
+    x10 = x1**2
+    x11 = x10*x4
+    x12 = Omega*(Omega*(Omega*(Omega - x1*x8) + x11*(rho_inf*x9 - 3*x9 - 1)) + x4**2*x6) + x3
+    x13 = Omega*x1
+    x14 = x11*x7
+    x15 = x1**5
+    x16 = -x15
+    x17 = rho_inf**2*x9
+    x18 = x17 + 2
+    x19 = rho_inf*x9
+    x20 = -6*x19 + 9*x9
+    x21 = rho_inf - 4
+    den = x12
+    D_00 = 0.0
+    D_01 = (x12) / den
+    D_02 = (Omega*(2*x13 - x14) - 2*x0*x5) / den
+    D_10 = 0.0
+    D_11 = 0.0
+    D_12 = (Omega*(Omega*x10 - x4*x6) + x3) / den
+    D_20 = (Omega**2*(Omega*(Omega*(Omega*(-Omega*x1 + x14) - x5*(x18 + x20)) + x2*x8) + x16)) / den
+    D_21 = (Omega*(Omega*(Omega*(Omega*(Omega*(-Omega + 2*x1*x21*xi) - x10*(x18 - 10*x19 + 21*x9)) - 2*x6*(-rho_inf + x17 + x20 + 5)) + x2*(4*rho_inf*x9 - 12*x9 - 1)) - x15*x7)) / den
+    D_22 = (Omega*(Omega*(Omega*(2*x10*xi*(2*rho_inf - 7) - 3*x13) - x5*(x17 - 8*x19 + 15*x9 + 4)) + x2*x21*x7) + x16) / den
+    return 1.0 + D_00, D_01, D_02, D_10, 1.0 + D_11, D_12, D_20, D_21, 1.0 + D_22
 
 
-@_compile
-def stencil(rho_inf, out):
-    """Instants (n, 1) at which the load is taken, in steps after t_n."""
-    for i in range(out.shape[0]):
-        out[i, 0] = 1/(rho_inf[i] + 1)
+def stencil(by, rho_inf):
+    """Instants at which the load is taken, in steps after t_n."""
+    return 1/(rho_inf + 1),
 
 
-# tails are rounding errors, which fastmath would remove
-@_exact
-def _plus(a, b):
-    """The sum of two doubles: head, and tail, which is the rounding error of the head."""
-    head = a + b
-    rest = head - a
-    return head, (a - (head - rest)) + (b - rest)
+def coefficients(by, Omega, xi, rho_inf):
+    """D, B, O, P of linear_march_3_012: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f.
 
-
-@_exact
-def _plus_one(a, b, b_):
-    """The sum of a double and a pair of head and tail."""
-    head, tail = _plus(a, b)
-    tail += b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _plus_two(a, a_, b, b_):
-    """The sum of two pairs of head and tail."""
-    head, tail = _plus(a, b)
-    tail += a_ + b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times(a, b):
-    """The product of two doubles: head and tail, from halves of their digits, whose products are exact."""
-    head, c, d = a * b, 134217729.0 * a, 134217729.0 * b
-    a1, b1 = c - (c - a), d - (d - b)
-    a2, b2 = a - a1, b - b1
-    return head, ((a1 * b1 - head) + a1 * b2 + a2 * b1) + a2 * b2
-
-
-@_exact
-def _times_one(a, b, b_):
-    """The product of a double and a pair of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times_two(a, a_, b, b_):
-    """The product of two pairs of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_ + a_ * b
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _over(a, a_, b, b_):
-    """The quotient of two pairs of head and tail, rounded to a double."""
-    head = a / b
-    product, tail = _times(head, b)
-    return head + ((a - product) - tail + a_ - head * b_) / b
-
-
-@_exact
-def _coefficients(s):
-    """`coefficients` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi, rho_inf = s[j], s[48 + j], s[96 + j]
-        d0, d0_ = _plus(-2.0, rho_inf)
-        d1, d1_ = _plus(1.0, rho_inf)
-        s2, s2_ = _times_two(d1, d1_, d1, d1_)
-        s3, s3_ = _times_two(s2, s2_, d1, d1_)
-        d2, d2_ = _times_two(s3, s3_, d1, d1_)
-        d3, d3_ = _times_two(-1.0 * d0, -1.0 * d0_, d2, d2_)
-        d4, d4_ = _plus(-3.0, rho_inf)
-        s7, s7_ = _times_two(d1, d1_, d1, d1_)
-        d5, d5_ = _times_two(s7, s7_, d1, d1_)
-        d6, d6_ = _times_one(xi, d5, d5_)
-        d7 = 2.0 * xi
-        d8, d8_ = _times_one(d7, d4, d4_)
-        d9, d9_ = _times(xi, xi)
-        d10, d10_ = _times_two(d1, d1_, d1, d1_)
-        d11, d11_ = _times_two(d10, d10_, d4, d4_)
-        s14, s14_ = _times_two(-1.0 * d1, -1.0 * d1_, d8, d8_)
-        s15, s15_ = _plus_one(Omega, s14, s14_)
-        s16, s16_ = _times_one(Omega, s15, s15_)
-        s17, s17_ = _times_one(-3.0, d9, d9_)
-        s18, s18_ = _times_one(rho_inf, d9, d9_)
-        s19, s19_ = _plus_one(-1.0, s17, s17_)
-        s20, s20_ = _plus_two(s19, s19_, s18, s18_)
-        s21, s21_ = _times_two(d11, d11_, s20, s20_)
-        s22, s22_ = _plus_two(s16, s16_, s21, s21_)
-        s23, s23_ = _times_one(Omega, s22, s22_)
-        s24, s24_ = _times_two(d4, d4_, d4, d4_)
-        s25, s25_ = _times_two(d6, d6_, s24, s24_)
-        s26, s26_ = _plus_two(s23, s23_, s25, s25_)
-        s27, s27_ = _times_one(Omega, s26, s26_)
-        d12, d12_ = _plus_two(d3, d3_, s27, s27_)
-        d13, d13_ = _times_one(Omega, d1, d1_)
-        d14, d14_ = _times_one(d7, d11, d11_)
-        s31, s31_ = _times_two(d1, d1_, d1, d1_)
-        s32, s32_ = _times_two(s31, s31_, d1, d1_)
-        s33, s33_ = _times_two(s32, s32_, d1, d1_)
-        d15, d15_ = _times_two(s33, s33_, d1, d1_)
-        d16, d16_ = -1.0 * d15, -1.0 * d15_
-        s35, s35_ = _times(rho_inf, rho_inf)
-        d17, d17_ = _times_two(d9, d9_, s35, s35_)
-        d18, d18_ = _plus_one(2.0, d17, d17_)
-        d19, d19_ = _times_one(rho_inf, d9, d9_)
-        s39, s39_ = _times_one(-6.0, d19, d19_)
-        s40, s40_ = _times_one(9.0, d9, d9_)
-        d20, d20_ = _plus_two(s39, s39_, s40, s40_)
-        d21, d21_ = _plus(-4.0, rho_inf)
-        den, den_ = d12, d12_
-        N00 = 0.0
-        N01, N01_ = d12, d12_
-        s43, s43_ = _plus_two(-1.0 * d14, -1.0 * d14_, 2.0 * d13, 2.0 * d13_)
-        s44, s44_ = _times_one(Omega, s43, s43_)
-        s45, s45_ = _times_two(-2.0 * d0, -2.0 * d0_, d5, d5_)
-        N02, N02_ = _plus_two(s44, s44_, s45, s45_)
-        N10 = 0.0
-        N11 = 0.0
-        s47, s47_ = _times_one(Omega, d10, d10_)
-        s48, s48_ = _times_two(-1.0 * d4, -1.0 * d4_, d6, d6_)
-        s49, s49_ = _plus_two(s47, s47_, s48, s48_)
-        s50, s50_ = _times_one(Omega, s49, s49_)
-        N12, N12_ = _plus_two(d3, d3_, s50, s50_)
-        s52, s52_ = _times(Omega, Omega)
-        s53, s53_ = _times_one(-1.0 * Omega, d1, d1_)
-        s54, s54_ = _plus_two(d14, d14_, s53, s53_)
-        s55, s55_ = _times_one(Omega, s54, s54_)
-        s56, s56_ = _plus_two(d18, d18_, d20, d20_)
-        s57, s57_ = _times_two(-1.0 * d5, -1.0 * d5_, s56, s56_)
-        s58, s58_ = _plus_two(s55, s55_, s57, s57_)
-        s59, s59_ = _times_one(Omega, s58, s58_)
-        s60, s60_ = _times_two(d2, d2_, d8, d8_)
-        s61, s61_ = _plus_two(s59, s59_, s60, s60_)
-        s62, s62_ = _times_one(Omega, s61, s61_)
-        s63, s63_ = _plus_two(d16, d16_, s62, s62_)
-        N20, N20_ = _times_two(s52, s52_, s63, s63_)
-        s65, s65_ = _times_one(2.0 * xi, d1, d1_)
-        s66, s66_ = _times_two(s65, s65_, d21, d21_)
-        s67, s67_ = _plus_one(-1.0 * Omega, s66, s66_)
-        s68, s68_ = _times_one(Omega, s67, s67_)
-        s69, s69_ = _times_one(-10.0, d19, d19_)
-        s70, s70_ = _times_one(21.0, d9, d9_)
-        s71, s71_ = _plus_two(d18, d18_, s69, s69_)
-        s72, s72_ = _plus_two(s71, s71_, s70, s70_)
-        s73, s73_ = _times_two(-1.0 * d10, -1.0 * d10_, s72, s72_)
-        s74, s74_ = _plus_two(s68, s68_, s73, s73_)
-        s75, s75_ = _times_one(Omega, s74, s74_)
-        s76, s76_ = _plus(5.0, -1.0 * rho_inf)
-        s77, s77_ = _plus_two(s76, s76_, d17, d17_)
-        s78, s78_ = _plus_two(s77, s77_, d20, d20_)
-        s79, s79_ = _times_two(-2.0 * d6, -2.0 * d6_, s78, s78_)
-        s80, s80_ = _plus_two(s75, s75_, s79, s79_)
-        s81, s81_ = _times_one(Omega, s80, s80_)
-        s82, s82_ = _times_one(-12.0, d9, d9_)
-        s83, s83_ = _times_one(4.0 * rho_inf, d9, d9_)
-        s84, s84_ = _plus_one(-1.0, s82, s82_)
-        s85, s85_ = _plus_two(s84, s84_, s83, s83_)
-        s86, s86_ = _times_two(d2, d2_, s85, s85_)
-        s87, s87_ = _plus_two(s81, s81_, s86, s86_)
-        s88, s88_ = _times_one(Omega, s87, s87_)
-        s89, s89_ = _times_one(-1.0 * d7, d15, d15_)
-        s90, s90_ = _plus_two(s88, s88_, s89, s89_)
-        N21, N21_ = _times_one(Omega, s90, s90_)
-        s92, s92_ = _times_one(-3.0, d13, d13_)
-        s93, s93_ = _plus(-7.0, 2.0 * rho_inf)
-        s94, s94_ = _times_one(2.0 * xi, d10, d10_)
-        s95, s95_ = _times_two(s94, s94_, s93, s93_)
-        s96, s96_ = _plus_two(s92, s92_, s95, s95_)
-        s97, s97_ = _times_one(Omega, s96, s96_)
-        s98, s98_ = _times_one(15.0, d9, d9_)
-        s99, s99_ = _plus_one(4.0, d17, d17_)
-        s100, s100_ = _plus_two(s99, s99_, -8.0 * d19, -8.0 * d19_)
-        s101, s101_ = _plus_two(s100, s100_, s98, s98_)
-        s102, s102_ = _times_two(-1.0 * d5, -1.0 * d5_, s101, s101_)
-        s103, s103_ = _plus_two(s97, s97_, s102, s102_)
-        s104, s104_ = _times_one(Omega, s103, s103_)
-        s105, s105_ = _times_one(d7, d2, d2_)
-        s106, s106_ = _times_two(s105, s105_, d21, d21_)
-        s107, s107_ = _plus_two(s104, s104_, s106, s106_)
-        s108, s108_ = _times_one(Omega, s107, s107_)
-        N22, N22_ = _plus_two(d16, d16_, s108, s108_)
-        D00 = _over(N00, 0.0, den, den_)
-        D01 = _over(N01, N01_, den, den_)
-        D02 = _over(N02, N02_, den, den_)
-        D10 = _over(N10, 0.0, den, den_)
-        D11 = _over(N11, 0.0, den, den_)
-        D12 = _over(N12, N12_, den, den_)
-        D20 = _over(N20, N20_, den, den_)
-        D21 = _over(N21, N21_, den, den_)
-        D22 = _over(N22, N22_, den, den_)
-        x0 = rho_inf + 1
-        x1 = 2*xi*(rho_inf - 3)
-        x2 = xi**2
-        B00 = 0.0
-        B10 = 0.0
-        B20 = (Omega*(Omega*(Omega*(Omega*x0 - x0**2*x1) + x0**3*(rho_inf**2*x2 - 6*rho_inf*x2 + 9*x2 + 2)) - x0**4*x1) + x0**5) / den
-        B01 = 0.0
-        B11 = 0.0
-        B21 = 0.0
-        s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j], s[768 + j], s[816 + j] = D00, D01, D02, D10, D11, D12, D20, D21, D22, B00, B01, B10, B11, B20, B21
-
-
-@_compile
-def coefficients(Omega, xi, rho_inf, out):
-    """D, B, O, P of linear_march_3_012: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f; out (15, n).
-
-    The rows of out are the entries of D, B, O, P, matrix by matrix and row by row. D is rounded once. Columns of
-    B and P beyond the scheme's own load instants, up to the march's 2, are zero.
+    Their entries, matrix by matrix and row by row. D is computed in pairs of doubles and rounded once. Columns of B and
+    P beyond the scheme's own load instants, up to the march's 2, are zero.
     """
-    s = np.ones(18 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j], s[96 + j] = Omega[first + j], xi[first + j], rho_inf[first + j]
-        _coefficients(s)
-        for r in range(15):
-            for j in range(size):
-                out[r, first + j] = s[(3 + r) * 48 + j]
+    d0, d0_ = by.plus(-2.0, rho_inf)
+    d1, d1_ = by.plus(1.0, rho_inf)
+    s2, s2_ = by.times_two(d1, d1_, d1, d1_)
+    s3, s3_ = by.times_two(s2, s2_, d1, d1_)
+    d2, d2_ = by.times_two(s3, s3_, d1, d1_)
+    d3, d3_ = by.times_two(-1.0 * d0, -1.0 * d0_, d2, d2_)
+    d4, d4_ = by.plus(-3.0, rho_inf)
+    s7, s7_ = by.times_two(d1, d1_, d1, d1_)
+    d5, d5_ = by.times_two(s7, s7_, d1, d1_)
+    d6, d6_ = by.times_one(xi, d5, d5_)
+    d7 = 2.0 * xi
+    d8, d8_ = by.times_one(d7, d4, d4_)
+    d9, d9_ = by.times(xi, xi)
+    d10, d10_ = by.times_two(d1, d1_, d1, d1_)
+    d11, d11_ = by.times_two(d10, d10_, d4, d4_)
+    s14, s14_ = by.times_two(-1.0 * d1, -1.0 * d1_, d8, d8_)
+    s15, s15_ = by.plus_one(Omega, s14, s14_)
+    s16, s16_ = by.times_one(Omega, s15, s15_)
+    s17, s17_ = by.times_one(-3.0, d9, d9_)
+    s18, s18_ = by.times_one(rho_inf, d9, d9_)
+    s19, s19_ = by.plus_one(-1.0, s17, s17_)
+    s20, s20_ = by.plus_two(s19, s19_, s18, s18_)
+    s21, s21_ = by.times_two(d11, d11_, s20, s20_)
+    s22, s22_ = by.plus_two(s16, s16_, s21, s21_)
+    s23, s23_ = by.times_one(Omega, s22, s22_)
+    s24, s24_ = by.times_two(d4, d4_, d4, d4_)
+    s25, s25_ = by.times_two(d6, d6_, s24, s24_)
+    s26, s26_ = by.plus_two(s23, s23_, s25, s25_)
+    s27, s27_ = by.times_one(Omega, s26, s26_)
+    d12, d12_ = by.plus_two(d3, d3_, s27, s27_)
+    d13, d13_ = by.times_one(Omega, d1, d1_)
+    d14, d14_ = by.times_one(d7, d11, d11_)
+    s31, s31_ = by.times_two(d1, d1_, d1, d1_)
+    s32, s32_ = by.times_two(s31, s31_, d1, d1_)
+    s33, s33_ = by.times_two(s32, s32_, d1, d1_)
+    d15, d15_ = by.times_two(s33, s33_, d1, d1_)
+    d16, d16_ = -1.0 * d15, -1.0 * d15_
+    s35, s35_ = by.times(rho_inf, rho_inf)
+    d17, d17_ = by.times_two(d9, d9_, s35, s35_)
+    d18, d18_ = by.plus_one(2.0, d17, d17_)
+    d19, d19_ = by.times_one(rho_inf, d9, d9_)
+    s39, s39_ = by.times_one(-6.0, d19, d19_)
+    s40, s40_ = by.times_one(9.0, d9, d9_)
+    d20, d20_ = by.plus_two(s39, s39_, s40, s40_)
+    d21, d21_ = by.plus(-4.0, rho_inf)
+    den, den_ = d12, d12_
+    N00 = 0.0
+    N01, N01_ = d12, d12_
+    s43, s43_ = by.plus_two(-1.0 * d14, -1.0 * d14_, 2.0 * d13, 2.0 * d13_)
+    s44, s44_ = by.times_one(Omega, s43, s43_)
+    s45, s45_ = by.times_two(-2.0 * d0, -2.0 * d0_, d5, d5_)
+    N02, N02_ = by.plus_two(s44, s44_, s45, s45_)
+    N10 = 0.0
+    N11 = 0.0
+    s47, s47_ = by.times_one(Omega, d10, d10_)
+    s48, s48_ = by.times_two(-1.0 * d4, -1.0 * d4_, d6, d6_)
+    s49, s49_ = by.plus_two(s47, s47_, s48, s48_)
+    s50, s50_ = by.times_one(Omega, s49, s49_)
+    N12, N12_ = by.plus_two(d3, d3_, s50, s50_)
+    s52, s52_ = by.times(Omega, Omega)
+    s53, s53_ = by.times_one(-1.0 * Omega, d1, d1_)
+    s54, s54_ = by.plus_two(d14, d14_, s53, s53_)
+    s55, s55_ = by.times_one(Omega, s54, s54_)
+    s56, s56_ = by.plus_two(d18, d18_, d20, d20_)
+    s57, s57_ = by.times_two(-1.0 * d5, -1.0 * d5_, s56, s56_)
+    s58, s58_ = by.plus_two(s55, s55_, s57, s57_)
+    s59, s59_ = by.times_one(Omega, s58, s58_)
+    s60, s60_ = by.times_two(d2, d2_, d8, d8_)
+    s61, s61_ = by.plus_two(s59, s59_, s60, s60_)
+    s62, s62_ = by.times_one(Omega, s61, s61_)
+    s63, s63_ = by.plus_two(d16, d16_, s62, s62_)
+    N20, N20_ = by.times_two(s52, s52_, s63, s63_)
+    s65, s65_ = by.times_one(2.0 * xi, d1, d1_)
+    s66, s66_ = by.times_two(s65, s65_, d21, d21_)
+    s67, s67_ = by.plus_one(-1.0 * Omega, s66, s66_)
+    s68, s68_ = by.times_one(Omega, s67, s67_)
+    s69, s69_ = by.times_one(-10.0, d19, d19_)
+    s70, s70_ = by.times_one(21.0, d9, d9_)
+    s71, s71_ = by.plus_two(d18, d18_, s69, s69_)
+    s72, s72_ = by.plus_two(s71, s71_, s70, s70_)
+    s73, s73_ = by.times_two(-1.0 * d10, -1.0 * d10_, s72, s72_)
+    s74, s74_ = by.plus_two(s68, s68_, s73, s73_)
+    s75, s75_ = by.times_one(Omega, s74, s74_)
+    s76, s76_ = by.plus(5.0, -1.0 * rho_inf)
+    s77, s77_ = by.plus_two(s76, s76_, d17, d17_)
+    s78, s78_ = by.plus_two(s77, s77_, d20, d20_)
+    s79, s79_ = by.times_two(-2.0 * d6, -2.0 * d6_, s78, s78_)
+    s80, s80_ = by.plus_two(s75, s75_, s79, s79_)
+    s81, s81_ = by.times_one(Omega, s80, s80_)
+    s82, s82_ = by.times_one(-12.0, d9, d9_)
+    s83, s83_ = by.times_one(4.0 * rho_inf, d9, d9_)
+    s84, s84_ = by.plus_one(-1.0, s82, s82_)
+    s85, s85_ = by.plus_two(s84, s84_, s83, s83_)
+    s86, s86_ = by.times_two(d2, d2_, s85, s85_)
+    s87, s87_ = by.plus_two(s81, s81_, s86, s86_)
+    s88, s88_ = by.times_one(Omega, s87, s87_)
+    s89, s89_ = by.times_one(-1.0 * d7, d15, d15_)
+    s90, s90_ = by.plus_two(s88, s88_, s89, s89_)
+    N21, N21_ = by.times_one(Omega, s90, s90_)
+    s92, s92_ = by.times_one(-3.0, d13, d13_)
+    s93, s93_ = by.plus(-7.0, 2.0 * rho_inf)
+    s94, s94_ = by.times_one(2.0 * xi, d10, d10_)
+    s95, s95_ = by.times_two(s94, s94_, s93, s93_)
+    s96, s96_ = by.plus_two(s92, s92_, s95, s95_)
+    s97, s97_ = by.times_one(Omega, s96, s96_)
+    s98, s98_ = by.times_one(15.0, d9, d9_)
+    s99, s99_ = by.plus_one(4.0, d17, d17_)
+    s100, s100_ = by.plus_two(s99, s99_, -8.0 * d19, -8.0 * d19_)
+    s101, s101_ = by.plus_two(s100, s100_, s98, s98_)
+    s102, s102_ = by.times_two(-1.0 * d5, -1.0 * d5_, s101, s101_)
+    s103, s103_ = by.plus_two(s97, s97_, s102, s102_)
+    s104, s104_ = by.times_one(Omega, s103, s103_)
+    s105, s105_ = by.times_one(d7, d2, d2_)
+    s106, s106_ = by.times_two(s105, s105_, d21, d21_)
+    s107, s107_ = by.plus_two(s104, s104_, s106, s106_)
+    s108, s108_ = by.times_one(Omega, s107, s107_)
+    N22, N22_ = by.plus_two(d16, d16_, s108, s108_)
+    D00 = by.over(N00, 0.0, den, den_)
+    D01 = by.over(N01, N01_, den, den_)
+    D02 = by.over(N02, N02_, den, den_)
+    D10 = by.over(N10, 0.0, den, den_)
+    D11 = by.over(N11, 0.0, den, den_)
+    D12 = by.over(N12, N12_, den, den_)
+    D20 = by.over(N20, N20_, den, den_)
+    D21 = by.over(N21, N21_, den, den_)
+    D22 = by.over(N22, N22_, den, den_)
+    x0 = rho_inf + 1
+    x1 = 2*xi*(rho_inf - 3)
+    x2 = xi**2
+    B00 = 0.0
+    B10 = 0.0
+    B20 = (Omega*(Omega*(Omega*(Omega*x0 - x0**2*x1) + x0**3*(rho_inf**2*x2 - 6*rho_inf*x2 + 9*x2 + 2)) - x0**4*x1) + x0**5) / den
+    B01 = 0.0
+    B11 = 0.0
+    B21 = 0.0
+    return D00, D01, D02, D10, D11, D12, D20, D21, D22, B00, B01, B10, B11, B20, B21
 
 
-@_exact
-def _transfer(s):
-    """`transfer` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi, rho_inf = s[j], s[48 + j], s[96 + j]
-        x0 = rho_inf + 1
-        x1 = x0**2
-        x2 = rho_inf - 3
-        x3 = x0*xi
-        x4 = x2*x3
-        x5 = Omega*(Omega - x4)
-        x6 = x0**3
-        x7 = rho_inf - 1
-        x8 = x1*x7
-        x9 = rho_inf**2
-        x10 = 2*rho_inf - 1
-        x11 = rho_inf*x1
-        den = -x1*(rho_inf - 2) + x5
-        whole = x6
-        P = (Omega**2*x6) / den
-        g1 = (Omega*(Omega*x9*(rho_inf + 3) + x3*(-6*rho_inf + x9 + 1)) - 3*x8) / den
-        g2 = (Omega*(Omega*rho_inf**3 - rho_inf*x3*(3*rho_inf - 1)) + x1*x10) / den
-        u0 = (-x6) / whole
-        u1 = (-x0*(x10 + x9)) / whole
-        u2 = (-rho_inf*x0*x7) / whole
-        v0 = 0.0
-        v1 = (x1) / den
-        v2 = (x11) / den
-        a0 = (x1 + x5) / den
-        a1 = (Omega*(Omega*x7 - x4*x7) + x8) / den
-        a2 = (Omega*(-Omega*rho_inf + rho_inf*x0*x2*xi) - x11) / den
-        S = whole / den
-        s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j] = P, g1, g2, u0, u1, u2, S, v0, v1, v2, a0, a1, a2
+def transfer(by, Omega, xi, rho_inf):
+    """Filter from a load, linear between steps, to the response from rest (see linear_filter).
 
-
-@_compile
-def transfer(Omega, xi, rho_inf, out):
-    """Filter from a load, linear between steps, to the response from rest (see linear_filter); out (13, n).
-
-    Rows of out: P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
+    P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
     u = S (q + k0 e0 + k1 e1 + ...) and h*v, h^2*a = k0 e0 + k1 e1 + ...; e1, e2, ... are e0 of the steps before.
     """
-    s = np.ones(16 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j], s[96 + j] = Omega[first + j], xi[first + j], rho_inf[first + j]
-        _transfer(s)
-        for r in range(13):
-            for j in range(size):
-                out[r, first + j] = s[(3 + r) * 48 + j]
+    x0 = rho_inf + 1
+    x1 = x0**2
+    x2 = rho_inf - 3
+    x3 = x0*xi
+    x4 = x2*x3
+    x5 = Omega*(Omega - x4)
+    x6 = x0**3
+    x7 = rho_inf - 1
+    x8 = x1*x7
+    x9 = rho_inf**2
+    x10 = 2*rho_inf - 1
+    x11 = rho_inf*x1
+    den = -x1*(rho_inf - 2) + x5
+    whole = x6
+    P = (Omega**2*x6) / den
+    g1 = (Omega*(Omega*x9*(rho_inf + 3) + x3*(-6*rho_inf + x9 + 1)) - 3*x8) / den
+    g2 = (Omega*(Omega*rho_inf**3 - rho_inf*x3*(3*rho_inf - 1)) + x1*x10) / den
+    u0 = (-x6) / whole
+    u1 = (-x0*(x10 + x9)) / whole
+    u2 = (-rho_inf*x0*x7) / whole
+    v0 = 0.0
+    v1 = (x1) / den
+    v2 = (x11) / den
+    a0 = (x1 + x5) / den
+    a1 = (Omega*(Omega*x7 - x4*x7) + x8) / den
+    a2 = (Omega*(-Omega*rho_inf + rho_inf*x0*x2*xi) - x11) / den
+    S = whole / den
+    return P, g1, g2, u0, u1, u2, S, v0, v1, v2, a0, a1, a2

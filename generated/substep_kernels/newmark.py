@@ -40,10 +40,6 @@ FILTER = 2
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
-_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
-# called by kernels alone: not from Python, and so without the code for that
-_exact = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
-
 # contract: a * b + c may become one operation, rounded once
 _fused = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
 _inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"})
@@ -86,30 +82,6 @@ def _angle(y, x):
     angle = 0.7853981633974483 + angle if steep else angle
     angle = 1.5707963267948966 - angle if y > flat else angle
     return 3.141592653589793 - angle if x < 0.0 else angle
-
-
-@_exact
-def _increment(Omega, xi, beta, gamma):
-    """Denominator and numerators of A - I. 40 operations."""
-    x0 = 2*beta
-    x1 = 4*xi
-    x2 = gamma*x1
-    x3 = Omega**2
-    x4 = -gamma
-    x5 = x0 + x4
-    x6 = 2*Omega
-    x7 = 2*x3
-    den = Omega*(Omega*x0 + x2) + 2
-    D_00 = -x0*x3
-    D_01 = -Omega*x1*(beta + x4) + 2
-    D_02 = -x0 - x5*x6*xi + 1
-    D_10 = -gamma*x7
-    D_11 = Omega*(-gamma*x6 - x2)
-    D_12 = x3*x5 - 2*(gamma - 1)
-    D_20 = -x7
-    D_21 = Omega*(-x1 - x6)
-    D_22 = Omega*(-Omega - x1) - 2
-    return den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22
 
 
 @_inline
@@ -347,207 +319,115 @@ def stability(Omega, xi, beta, gamma, radius, damping, period):
     return refused < 0
 
 
-@_compile
-def amplification(Omega, xi, beta, gamma, out):
-    """Amplification matrix in the order of STATE; out (n, 3, 3)."""
-    for i in range(out.shape[0]):
-        den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22 = _increment(Omega[i], xi[i], beta[i], gamma[i])
-        out[i, 0, 0] = 1.0 + D_00 / den
-        out[i, 0, 1] = D_01 / den
-        out[i, 0, 2] = D_02 / den
-        out[i, 1, 0] = D_10 / den
-        out[i, 1, 1] = 1.0 + D_11 / den
-        out[i, 1, 2] = D_12 / den
-        out[i, 2, 0] = D_20 / den
-        out[i, 2, 1] = D_21 / den
-        out[i, 2, 2] = 1.0 + D_22 / den
+def amplification(by, Omega, xi, beta, gamma):
+    """Amplification matrix (3, 3) in the order of STATE, row by row."""
+    x0 = 2*beta
+    x1 = 4*xi
+    x2 = gamma*x1
+    x3 = Omega**2
+    x4 = -gamma
+    x5 = x0 + x4
+    x6 = 2*Omega
+    x7 = 2*x3
+    den = Omega*(Omega*x0 + x2) + 2
+    D_00 = (-x0*x3) / den
+    D_01 = (-Omega*x1*(beta + x4) + 2) / den
+    D_02 = (-x0 - x5*x6*xi + 1) / den
+    D_10 = (-gamma*x7) / den
+    D_11 = (Omega*(-gamma*x6 - x2)) / den
+    D_12 = (x3*x5 - 2*(gamma - 1)) / den
+    D_20 = (-x7) / den
+    D_21 = (Omega*(-x1 - x6)) / den
+    D_22 = (Omega*(-Omega - x1) - 2) / den
+    return 1.0 + D_00, D_01, D_02, D_10, 1.0 + D_11, D_12, D_20, D_21, 1.0 + D_22
 
 
-@_compile
-def stencil(beta, gamma, out):
-    """Instants (n, 2) at which the load is taken, in steps after t_n."""
-    for i in range(out.shape[0]):
-        out[i, 0] = 0
-        out[i, 1] = 1
+def stencil(by, beta, gamma):
+    """Instants at which the load is taken, in steps after t_n."""
+    return 0, 1
 
 
-# tails are rounding errors, which fastmath would remove
-@_exact
-def _plus(a, b):
-    """The sum of two doubles: head, and tail, which is the rounding error of the head."""
-    head = a + b
-    rest = head - a
-    return head, (a - (head - rest)) + (b - rest)
+def coefficients(by, Omega, xi, beta, gamma):
+    """D, B, O, P of linear_march_2_01y: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f.
 
-
-@_exact
-def _plus_one(a, b, b_):
-    """The sum of a double and a pair of head and tail."""
-    head, tail = _plus(a, b)
-    tail += b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _plus_two(a, a_, b, b_):
-    """The sum of two pairs of head and tail."""
-    head, tail = _plus(a, b)
-    tail += a_ + b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times(a, b):
-    """The product of two doubles: head and tail, from halves of their digits, whose products are exact."""
-    head, c, d = a * b, 134217729.0 * a, 134217729.0 * b
-    a1, b1 = c - (c - a), d - (d - b)
-    a2, b2 = a - a1, b - b1
-    return head, ((a1 * b1 - head) + a1 * b2 + a2 * b1) + a2 * b2
-
-
-@_exact
-def _times_one(a, b, b_):
-    """The product of a double and a pair of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times_two(a, a_, b, b_):
-    """The product of two pairs of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_ + a_ * b
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _over(a, a_, b, b_):
-    """The quotient of two pairs of head and tail, rounded to a double."""
-    head = a / b
-    product, tail = _times(head, b)
-    return head + ((a - product) - tail + a_ - head * b_) / b
-
-
-@_exact
-def _coefficients(s):
-    """`coefficients` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi, beta, gamma = s[j], s[48 + j], s[96 + j], s[144 + j]
-        d0 = 2.0 * beta
-        d1 = 4.0 * xi
-        d2, d2_ = _times(Omega, Omega)
-        d3 = 2.0 * xi
-        d4, d4_ = _plus(d0, -1.0 * gamma)
-        d5, d5_ = _times_one(Omega, d4, d4_)
-        d6, d6_ = _times_one(d3, d5, d5_)
-        d7 = 2.0 * gamma
-        s4, s4_ = _times(Omega, d0)
-        s5, s5_ = _times(d1, gamma)
-        s6, s6_ = _plus_two(s4, s4_, s5, s5_)
-        s7, s7_ = _times_one(Omega, s6, s6_)
-        den, den_ = _plus_one(2.0, s7, s7_)
-        s9, s9_ = _plus_one(-1.0, d6, d6_)
-        N00, N00_ = _times_two(d2, d2_, s9, s9_)
-        s11, s11_ = _plus(-1.0, d7)
-        s12, s12_ = _times_one(d3, s11, s11_)
-        s13, s13_ = _times(xi, xi)
-        s14, s14_ = _times_two(4.0 * d5, 4.0 * d5_, s13, s13_)
-        s15, s15_ = _plus_two(s12, s12_, s14, s14_)
-        s16, s16_ = _times_one(Omega, s15, s15_)
-        N01, N01_ = _plus_one(2.0, s16, s16_)
-        s18, s18_ = _times_two(-1.0 * d2, -1.0 * d2_, d4, d4_)
-        s19, s19_ = _plus_one(-2.0, s18, s18_)
-        N10, N10_ = _times_two(d2, d2_, s19, s19_)
-        s21, s21_ = _plus_one(-1.0 * d7, -1.0 * d6, -1.0 * d6_)
-        s22, s22_ = _times_one(Omega, s21, s21_)
-        s23, s23_ = _plus_one(-1.0 * d1, s22, s22_)
-        N11, N11_ = _times_one(Omega, s23, s23_)
-        D00 = _over(N00, N00_, den, den_)
-        D01 = _over(N01, N01_, den, den_)
-        D10 = _over(N10, N10_, den, den_)
-        D11 = _over(N11, N11_, den, den_)
-        x0 = 2*beta
-        x1 = 4*xi
-        x2 = -gamma + x0
-        x3 = 2*xi
-        x4 = x0 - 1
-        x5 = gamma - 1
-        x6 = Omega**2
-        x7 = x1*x5
-        x8 = Omega*x4
-        x9 = 4*xi**2
-        den_o = Omega*(Omega*x0 + gamma*x1) + 2
-        B00 = (-Omega*x2*x3 - x4) / den
-        B01 = (x0) / den
-        B10 = (x2*x6 - 2*x5) / den
-        B11 = (2*gamma) / den
-        O00 = (x6*(Omega*(-Omega*x4 - x7) - 2)) / den_o
-        O01 = (Omega*(Omega*(-2*gamma*x9 - x3*x8 + 2*x9 - 2) - x1)) / den_o
-        P00 = (Omega*(x7 + x8)) / den_o
-        P01 = (2) / den_o
-        s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j] = D00, D01, D10, D11, B00, B01, B10, B11, O00, O01, P00, P01
-
-
-@_compile
-def coefficients(Omega, xi, beta, gamma, out):
-    """D, B, O, P of linear_march_2_01y: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f; out (12, n).
-
-    The rows of out are the entries of D, B, O, P, matrix by matrix and row by row. D is rounded once. Columns of
-    B and P beyond the scheme's own load instants, up to the march's 2, are zero.
+    Their entries, matrix by matrix and row by row. D is computed in pairs of doubles and rounded once. Columns of B and
+    P beyond the scheme's own load instants, up to the march's 2, are zero.
     """
-    s = np.ones(16 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j], s[96 + j], s[144 + j] = Omega[first + j], xi[first + j], beta[first + j], gamma[first + j]
-        _coefficients(s)
-        for r in range(12):
-            for j in range(size):
-                out[r, first + j] = s[(4 + r) * 48 + j]
+    d0 = 2.0 * beta
+    d1 = 4.0 * xi
+    d2, d2_ = by.times(Omega, Omega)
+    d3 = 2.0 * xi
+    d4, d4_ = by.plus(d0, -1.0 * gamma)
+    d5, d5_ = by.times_one(Omega, d4, d4_)
+    d6, d6_ = by.times_one(d3, d5, d5_)
+    d7 = 2.0 * gamma
+    s4, s4_ = by.times(Omega, d0)
+    s5, s5_ = by.times(d1, gamma)
+    s6, s6_ = by.plus_two(s4, s4_, s5, s5_)
+    s7, s7_ = by.times_one(Omega, s6, s6_)
+    den, den_ = by.plus_one(2.0, s7, s7_)
+    s9, s9_ = by.plus_one(-1.0, d6, d6_)
+    N00, N00_ = by.times_two(d2, d2_, s9, s9_)
+    s11, s11_ = by.plus(-1.0, d7)
+    s12, s12_ = by.times_one(d3, s11, s11_)
+    s13, s13_ = by.times(xi, xi)
+    s14, s14_ = by.times_two(4.0 * d5, 4.0 * d5_, s13, s13_)
+    s15, s15_ = by.plus_two(s12, s12_, s14, s14_)
+    s16, s16_ = by.times_one(Omega, s15, s15_)
+    N01, N01_ = by.plus_one(2.0, s16, s16_)
+    s18, s18_ = by.times_two(-1.0 * d2, -1.0 * d2_, d4, d4_)
+    s19, s19_ = by.plus_one(-2.0, s18, s18_)
+    N10, N10_ = by.times_two(d2, d2_, s19, s19_)
+    s21, s21_ = by.plus_one(-1.0 * d7, -1.0 * d6, -1.0 * d6_)
+    s22, s22_ = by.times_one(Omega, s21, s21_)
+    s23, s23_ = by.plus_one(-1.0 * d1, s22, s22_)
+    N11, N11_ = by.times_one(Omega, s23, s23_)
+    D00 = by.over(N00, N00_, den, den_)
+    D01 = by.over(N01, N01_, den, den_)
+    D10 = by.over(N10, N10_, den, den_)
+    D11 = by.over(N11, N11_, den, den_)
+    x0 = 2*beta
+    x1 = 4*xi
+    x2 = -gamma + x0
+    x3 = 2*xi
+    x4 = x0 - 1
+    x5 = gamma - 1
+    x6 = Omega**2
+    x7 = x1*x5
+    x8 = Omega*x4
+    x9 = 4*xi**2
+    den_o = Omega*(Omega*x0 + gamma*x1) + 2
+    B00 = (-Omega*x2*x3 - x4) / den
+    B01 = (x0) / den
+    B10 = (x2*x6 - 2*x5) / den
+    B11 = (2*gamma) / den
+    O00 = (x6*(Omega*(-Omega*x4 - x7) - 2)) / den_o
+    O01 = (Omega*(Omega*(-2*gamma*x9 - x3*x8 + 2*x9 - 2) - x1)) / den_o
+    P00 = (Omega*(x7 + x8)) / den_o
+    P01 = (2) / den_o
+    return D00, D01, D10, D11, B00, B01, B10, B11, O00, O01, P00, P01
 
 
-@_exact
-def _transfer(s):
-    """`transfer` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi, beta, gamma = s[j], s[48 + j], s[96 + j], s[144 + j]
-        x0 = 2*beta
-        x1 = 4*xi
-        x2 = gamma - 1
-        x3 = 2*gamma
-        x4 = x0 - x3 + 1
-        den = Omega*(Omega*x0 + gamma*x1) + 2
-        whole = 2.0
-        P = (2*Omega**2) / den
-        g1 = (Omega*(Omega*x4 + x1*x2) + 2) / den
-        u0 = (2*(beta - 1)) / whole
-        u1 = (-x4) / whole
-        v0 = (x3) / den
-        v1 = (-2*x2) / den
-        a0 = (2) / den
-        a1 = (-2) / den
-        S = whole / den
-        s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j] = P, g1, u0, u1, S, v0, v1, a0, a1
+def transfer(by, Omega, xi, beta, gamma):
+    """Filter from a load, linear between steps, to the response from rest (see linear_filter).
 
-
-@_compile
-def transfer(Omega, xi, beta, gamma, out):
-    """Filter from a load, linear between steps, to the response from rest (see linear_filter); out (9, n).
-
-    Rows of out: P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
+    P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
     u = S (q + k0 e0 + k1 e1 + ...) and h*v, h^2*a = k0 e0 + k1 e1 + ...; e1, e2, ... are e0 of the steps before.
     """
-    s = np.ones(13 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j], s[96 + j], s[144 + j] = Omega[first + j], xi[first + j], beta[first + j], gamma[first + j]
-        _transfer(s)
-        for r in range(9):
-            for j in range(size):
-                out[r, first + j] = s[(4 + r) * 48 + j]
+    x0 = 2*beta
+    x1 = 4*xi
+    x2 = gamma - 1
+    x3 = 2*gamma
+    x4 = x0 - x3 + 1
+    den = Omega*(Omega*x0 + gamma*x1) + 2
+    whole = 2.0
+    P = (2*Omega**2) / den
+    g1 = (Omega*(Omega*x4 + x1*x2) + 2) / den
+    u0 = (2*(beta - 1)) / whole
+    u1 = (-x4) / whole
+    v0 = (x3) / den
+    v1 = (-2*x2) / den
+    a0 = (2) / den
+    a1 = (-2) / den
+    S = whole / den
+    return P, g1, u0, u1, S, v0, v1, a0, a1

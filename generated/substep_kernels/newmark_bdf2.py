@@ -64,10 +64,6 @@ FILTER = 2
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
-_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
-# called by kernels alone: not from Python, and so without the code for that
-_exact = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
-
 # contract: a * b + c may become one operation, rounded once
 _fused = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
 _inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"})
@@ -110,76 +106,6 @@ def _angle(y, x):
     angle = 0.7853981633974483 + angle if steep else angle
     angle = 1.5707963267948966 - angle if y > flat else angle
     return 3.141592653589793 - angle if x < 0.0 else angle
-
-
-@_exact
-def _increment(Omega, xi, gamma_t, beta, gamma):
-    """Denominator and numerators of A - I. 231 operations."""
-    x0 = gamma_t - 2
-    x1 = x0**2
-    x2 = 2*x1
-    x3 = gamma_t - 1
-    x4 = gamma_t**2
-    x5 = gamma*x4
-    x6 = 2*gamma_t
-    x7 = gamma*x6
-    x8 = x5 - x7
-    x9 = x3 + x8
-    x10 = 4*xi
-    x11 = x0*x10
-    x12 = x3**2
-    x13 = beta*x4
-    x14 = 2*x13
-    x15 = Omega*x12*x14
-    x16 = -gamma
-    x17 = gamma*gamma_t
-    x18 = beta*x6
-    x19 = x13 - x18
-    x20 = x17 + x19
-    x21 = x16 + x20
-    x22 = 4*gamma_t
-    x23 = x22*x3*xi
-    x24 = x21*x23
-    x25 = beta*gamma_t**4
-    x26 = gamma_t**3
-    x27 = beta*x26
-    x28 = xi**2
-    x29 = gamma*x26
-    x30 = 4*x28
-    x31 = x17*x28
-    x32 = 8*x31
-    x33 = x4 - x6 + 1
-    x34 = Omega**2
-    x35 = gamma - x17
-    x36 = gamma*x30
-    x37 = 4*beta
-    x38 = gamma + x19
-    x39 = Omega*x3
-    x40 = x39*x6
-    x41 = 4*x5
-    x42 = 1 - gamma_t
-    x43 = 2*xi
-    x44 = 2*beta
-    x45 = x39*x4
-    x46 = x45*(x16 + x44)
-    x47 = 2*beta*x4 - x18 - x44 - x9
-    x48 = -2*gamma
-    x49 = -beta*x22 + x48 + x7
-    x50 = gamma + x42
-    x51 = 2*x0
-    x52 = -x2
-    x53 = gamma + x18
-    den = Omega*(Omega*(Omega*(x15 + x24) + 8*x13 + 2*x25 - 8*x27 - 24*x28*x5 + 2*x29*x30 + 2*x32 + 2*x33) + x11*x9) + x2
-    D_00 = x34*(Omega*(4*gamma_t*x3*xi*(beta + x35) - x15) + 2*beta*x4 - 2*x18 - 2*x33 - 2*x35)
-    D_01 = Omega*(x10*(x16 + 5*x17 + x19 + x29 - x41 + x42) + x40*(x28*x37 - x36 + x38)) + x2
-    D_02 = Omega*(x46*(x43 - 1)*(x43 + 1) + x47*x6*xi) + x14 - x4 + x49 + 2
-    D_10 = x34*(Omega*(-Omega*x18*x3**3 - x11*x17*x3) + x50*x51)
-    D_11 = Omega*(Omega*(Omega*(-x15 - x23*(beta + x20 + x48)) - x51*(4*gamma*x28*x4 - x17*x30 - x17 - x42)) + x11*x50)
-    D_12 = x34*(-gamma_t*x47 - x43*x46) + x51*(gamma - 1)
-    D_20 = x34*(Omega*(-gamma*x11*x12 - 2*x39*(-3*x13 + x27 + x53)) + x52)
-    D_21 = Omega*(Omega*(Omega*(-x10*x12*x21 - x38*x40) - x51*(x0 + x28*x41 - x32 + x36)) - x1*x10)
-    D_22 = Omega*(Omega*(Omega*(-x24 - x45*(-x37 + x53)) + 8*beta*x26 + 24*gamma*x28*x4 + 4*gamma_t - 10*x13 - 2*x25 - 8*x28*x29 - 16*x31 - x4 - x49 - 4) - x11*(gamma + x0 + x8)) + x52
-    return den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22
 
 
 @_inline
@@ -457,408 +383,361 @@ def stability(Omega, xi, gamma_t, beta, gamma, radius, damping, period):
     return refused < 0
 
 
-@_compile
-def amplification(Omega, xi, gamma_t, beta, gamma, out):
-    """Amplification matrix in the order of STATE; out (n, 3, 3)."""
-    for i in range(out.shape[0]):
-        den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22 = _increment(Omega[i], xi[i], gamma_t[i], beta[i], gamma[i])
-        out[i, 0, 0] = 1.0 + D_00 / den
-        out[i, 0, 1] = D_01 / den
-        out[i, 0, 2] = D_02 / den
-        out[i, 1, 0] = D_10 / den
-        out[i, 1, 1] = 1.0 + D_11 / den
-        out[i, 1, 2] = D_12 / den
-        out[i, 2, 0] = D_20 / den
-        out[i, 2, 1] = D_21 / den
-        out[i, 2, 2] = 1.0 + D_22 / den
+def amplification(by, Omega, xi, gamma_t, beta, gamma):
+    """Amplification matrix (3, 3) in the order of STATE, row by row."""
+    x0 = gamma_t - 2
+    x1 = x0**2
+    x2 = 2*x1
+    x3 = gamma_t - 1
+    x4 = gamma_t**2
+    x5 = gamma*x4
+    x6 = 2*gamma_t
+    x7 = gamma*x6
+    x8 = x5 - x7
+    x9 = x3 + x8
+    x10 = 4*xi
+    x11 = x0*x10
+    x12 = x3**2
+    x13 = beta*x4
+    x14 = 2*x13
+    x15 = Omega*x12*x14
+    x16 = -gamma
+    x17 = gamma*gamma_t
+    x18 = beta*x6
+    x19 = x13 - x18
+    x20 = x17 + x19
+    x21 = x16 + x20
+    x22 = 4*gamma_t
+    x23 = x22*x3*xi
+    x24 = x21*x23
+    x25 = beta*gamma_t**4
+    x26 = gamma_t**3
+    x27 = beta*x26
+    x28 = xi**2
+    x29 = gamma*x26
+    x30 = 4*x28
+    x31 = x17*x28
+    x32 = 8*x31
+    x33 = x4 - x6 + 1
+    x34 = Omega**2
+    x35 = gamma - x17
+    x36 = gamma*x30
+    x37 = 4*beta
+    x38 = gamma + x19
+    x39 = Omega*x3
+    x40 = x39*x6
+    x41 = 4*x5
+    x42 = 1 - gamma_t
+    x43 = 2*xi
+    x44 = 2*beta
+    x45 = x39*x4
+    x46 = x45*(x16 + x44)
+    x47 = 2*beta*x4 - x18 - x44 - x9
+    x48 = -2*gamma
+    x49 = -beta*x22 + x48 + x7
+    x50 = gamma + x42
+    x51 = 2*x0
+    x52 = -x2
+    x53 = gamma + x18
+    den = Omega*(Omega*(Omega*(x15 + x24) + 8*x13 + 2*x25 - 8*x27 - 24*x28*x5 + 2*x29*x30 + 2*x32 + 2*x33) + x11*x9) + x2
+    D_00 = (x34*(Omega*(4*gamma_t*x3*xi*(beta + x35) - x15) + 2*beta*x4 - 2*x18 - 2*x33 - 2*x35)) / den
+    D_01 = (Omega*(x10*(x16 + 5*x17 + x19 + x29 - x41 + x42) + x40*(x28*x37 - x36 + x38)) + x2) / den
+    D_02 = (Omega*(x46*(x43 - 1)*(x43 + 1) + x47*x6*xi) + x14 - x4 + x49 + 2) / den
+    D_10 = (x34*(Omega*(-Omega*x18*x3**3 - x11*x17*x3) + x50*x51)) / den
+    D_11 = (Omega*(Omega*(Omega*(-x15 - x23*(beta + x20 + x48)) - x51*(4*gamma*x28*x4 - x17*x30 - x17 - x42)) + x11*x50)) / den
+    D_12 = (x34*(-gamma_t*x47 - x43*x46) + x51*(gamma - 1)) / den
+    D_20 = (x34*(Omega*(-gamma*x11*x12 - 2*x39*(-3*x13 + x27 + x53)) + x52)) / den
+    D_21 = (Omega*(Omega*(Omega*(-x10*x12*x21 - x38*x40) - x51*(x0 + x28*x41 - x32 + x36)) - x1*x10)) / den
+    D_22 = (Omega*(Omega*(Omega*(-x24 - x45*(-x37 + x53)) + 8*beta*x26 + 24*gamma*x28*x4 + 4*gamma_t - 10*x13 - 2*x25 - 8*x28*x29 - 16*x31 - x4 - x49 - 4) - x11*(gamma + x0 + x8)) + x52) / den
+    return 1.0 + D_00, D_01, D_02, D_10, 1.0 + D_11, D_12, D_20, D_21, 1.0 + D_22
 
 
-@_compile
-def stencil(gamma_t, beta, gamma, out):
-    """Instants (n, 3) at which the load is taken, in steps after t_n."""
-    for i in range(out.shape[0]):
-        out[i, 0] = 0
-        out[i, 1] = gamma_t[i]
-        out[i, 2] = 1
+def stencil(by, gamma_t, beta, gamma):
+    """Instants at which the load is taken, in steps after t_n."""
+    return 0, gamma_t, 1
 
 
-# tails are rounding errors, which fastmath would remove
-@_exact
-def _plus(a, b):
-    """The sum of two doubles: head, and tail, which is the rounding error of the head."""
-    head = a + b
-    rest = head - a
-    return head, (a - (head - rest)) + (b - rest)
+def coefficients(by, Omega, xi, gamma_t, beta, gamma):
+    """D, B, O, P of linear_march_2_01y: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f.
 
-
-@_exact
-def _plus_one(a, b, b_):
-    """The sum of a double and a pair of head and tail."""
-    head, tail = _plus(a, b)
-    tail += b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _plus_two(a, a_, b, b_):
-    """The sum of two pairs of head and tail."""
-    head, tail = _plus(a, b)
-    tail += a_ + b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times(a, b):
-    """The product of two doubles: head and tail, from halves of their digits, whose products are exact."""
-    head, c, d = a * b, 134217729.0 * a, 134217729.0 * b
-    a1, b1 = c - (c - a), d - (d - b)
-    a2, b2 = a - a1, b - b1
-    return head, ((a1 * b1 - head) + a1 * b2 + a2 * b1) + a2 * b2
-
-
-@_exact
-def _times_one(a, b, b_):
-    """The product of a double and a pair of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times_two(a, a_, b, b_):
-    """The product of two pairs of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_ + a_ * b
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _over(a, a_, b, b_):
-    """The quotient of two pairs of head and tail, rounded to a double."""
-    head = a / b
-    product, tail = _times(head, b)
-    return head + ((a - product) - tail + a_ - head * b_) / b
-
-
-@_exact
-def _coefficients(s):
-    """`coefficients` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi, gamma_t, beta, gamma = s[j], s[48 + j], s[96 + j], s[144 + j], s[192 + j]
-        d0, d0_ = _plus(-2.0, gamma_t)
-        d1, d1_ = _times_two(d0, d0_, d0, d0_)
-        d2, d2_ = 2.0 * d1, 2.0 * d1_
-        d3, d3_ = _plus(-1.0, gamma_t)
-        d4, d4_ = _times(gamma_t, gamma_t)
-        d5, d5_ = _times_one(gamma, d4, d4_)
-        d6 = 2.0 * gamma_t
-        d7, d7_ = _times(d6, gamma)
-        d8, d8_ = _plus_two(d5, d5_, -1.0 * d7, -1.0 * d7_)
-        d9, d9_ = _plus_two(d3, d3_, d8, d8_)
-        d10 = 4.0 * xi
-        d11, d11_ = _times_one(d10, d0, d0_)
-        d12, d12_ = _times_one(beta, d4, d4_)
-        d13, d13_ = 2.0 * d12, 2.0 * d12_
-        d14, d14_ = _times(beta, d6)
-        d15 = -1.0 * gamma
-        d16, d16_ = _times(gamma, gamma_t)
-        d17, d17_ = _plus_one(d15, d16, d16_)
-        d18, d18_ = 4.0 * d12, 4.0 * d12_
-        s13, s13_ = _times(gamma_t, gamma_t)
-        d19, d19_ = _times_one(gamma_t, s13, s13_)
-        d20 = 4.0 * beta
-        d21, d21_ = _times(xi, xi)
-        d22, d22_ = 8.0 * d21, 8.0 * d21_
-        d23, d23_ = _times_two(d16, d16_, d22, d22_)
-        d24 = 4.0 * gamma
-        d25, d25_ = _times_one(d24, d21, d21_)
-        d26, d26_ = _times(Omega, Omega)
-        s19, s19_ = _times_one(Omega, d3, d3_)
-        d27, d27_ = _times_two(s19, s19_, d4, d4_)
-        d28 = 2.0 * gamma
-        d29, d29_ = _plus(1.0, -1.0 * gamma_t)
-        d30, d30_ = _times(d6, xi)
-        d31 = 2.0 * xi
-        s23, s23_ = _plus(d15, 2.0 * beta)
-        s24, s24_ = _times_one(d31, d27, d27_)
-        d32, d32_ = _times_two(s24, s24_, s23, s23_)
-        d33, d33_ = 2.0 * d21, 2.0 * d21_
-        d34, d34_ = _times_one(beta, d19, d19_)
-        d35, d35_ = _times(beta, gamma_t)
-        s28, s28_ = _plus_two(-8.0 * d12, -8.0 * d12_, 2.0 * d34, 2.0 * d34_)
-        d36, d36_ = _plus_two(s28, s28_, 8.0 * d35, 8.0 * d35_)
-        s30, s30_ = _times_two(d3, d3_, d3, d3_)
-        s31, s31_ = _times_one(Omega, d13, d13_)
-        s32, s32_ = _times_two(s31, s31_, s30, s30_)
-        s33, s33_ = _plus_two(d12, d12_, d17, d17_)
-        s34, s34_ = _plus_two(s33, s33_, -1.0 * d14, -1.0 * d14_)
-        s35, s35_ = _times(d10, gamma_t)
-        s36, s36_ = _times_two(s35, s35_, d3, d3_)
-        s37, s37_ = _times_two(s36, s36_, s34, s34_)
-        s38, s38_ = _plus_two(s32, s32_, s37, s37_)
-        s39, s39_ = _times_one(Omega, s38, s38_)
-        s40, s40_ = _times_one(-24.0, d21, d21_)
-        s41, s41_ = _times_two(s40, s40_, d5, d5_)
-        s42, s42_ = _times_one(-2.0 * d20, d19, d19_)
-        s43, s43_ = _times(gamma_t, gamma_t)
-        s44, s44_ = _times_one(gamma_t, s43, s43_)
-        s45, s45_ = _times_one(gamma_t, s44, s44_)
-        s46, s46_ = _times_one(2.0 * beta, s45, s45_)
-        s47, s47_ = _times_two(2.0 * d19, 2.0 * d19_, d25, d25_)
-        s48, s48_ = _plus(2.0, -2.0 * d6)
-        s49, s49_ = _plus_two(s48, s48_, 2.0 * d18, 2.0 * d18_)
-        s50, s50_ = _plus_two(s49, s49_, 2.0 * d23, 2.0 * d23_)
-        s51, s51_ = _plus_two(s50, s50_, 2.0 * d4, 2.0 * d4_)
-        s52, s52_ = _plus_two(s51, s51_, s39, s39_)
-        s53, s53_ = _plus_two(s52, s52_, s41, s41_)
-        s54, s54_ = _plus_two(s53, s53_, s42, s42_)
-        s55, s55_ = _plus_two(s54, s54_, s46, s46_)
-        s56, s56_ = _plus_two(s55, s55_, s47, s47_)
-        s57, s57_ = _times_one(Omega, s56, s56_)
-        s58, s58_ = _times_two(d11, d11_, d9, d9_)
-        s59, s59_ = _plus_two(s57, s57_, s58, s58_)
-        s60, s60_ = _times_one(Omega, s59, s59_)
-        den, den_ = _plus_two(d2, d2_, s60, s60_)
-        s62, s62_ = _times_one(beta, d22, d22_)
-        s63, s63_ = _plus(gamma, -1.0 * d20)
-        s64, s64_ = _plus_two(s63, s63_, d14, d14_)
-        s65, s65_ = _plus_two(s64, s64_, -1.0 * d25, -1.0 * d25_)
-        s66, s66_ = _plus_two(s65, s65_, s62, s62_)
-        s67, s67_ = _times_two(-1.0 * d27, -1.0 * d27_, s66, s66_)
-        s68, s68_ = _times(-1.0 * d20, gamma_t)
-        s69, s69_ = _plus_one(d28, d13, d13_)
-        s70, s70_ = _plus_two(s69, s69_, d29, d29_)
-        s71, s71_ = _plus_two(s70, s70_, d8, d8_)
-        s72, s72_ = _plus_two(s71, s71_, s68, s68_)
-        s73, s73_ = _times_two(-1.0 * d30, -1.0 * d30_, s72, s72_)
-        s74, s74_ = _plus_two(s67, s67_, s73, s73_)
-        s75, s75_ = _times_one(Omega, s74, s74_)
-        s76, s76_ = _plus_two(-1.0 * d1, -1.0 * d1_, s75, s75_)
-        N00, N00_ = _times_two(d26, d26_, s76, s76_)
-        s78, s78_ = _times_one(-3.0, d12, d12_)
-        s79, s79_ = _times_one(d6, d21, d21_)
-        s80, s80_ = _times_two(d22, d22_, d35, d35_)
-        s81, s81_ = _times_two(d33, d33_, d5, d5_)
-        s82, s82_ = _times_two(-1.0 * d18, -1.0 * d18_, d21, d21_)
-        s83, s83_ = _plus_two(d14, d14_, d17, d17_)
-        s84, s84_ = _plus_two(s83, s83_, d25, d25_)
-        s85, s85_ = _plus_two(s84, s84_, d34, d34_)
-        s86, s86_ = _plus_two(s85, s85_, -1.0 * d23, -1.0 * d23_)
-        s87, s87_ = _plus_two(s86, s86_, -1.0 * d33, -1.0 * d33_)
-        s88, s88_ = _plus_two(s87, s87_, s78, s78_)
-        s89, s89_ = _plus_two(s88, s88_, s79, s79_)
-        s90, s90_ = _plus_two(s89, s89_, s80, s80_)
-        s91, s91_ = _plus_two(s90, s90_, s81, s81_)
-        s92, s92_ = _plus_two(s91, s91_, s82, s82_)
-        s93, s93_ = _times_one(2.0 * gamma_t, s92, s92_)
-        s94, s94_ = _plus(1.0, d31)
-        s95, s95_ = _plus(-1.0, d31)
-        s96, s96_ = _times_two(-1.0 * d32, -1.0 * d32_, s94, s94_)
-        s97, s97_ = _times_two(s96, s96_, s95, s95_)
-        s98, s98_ = _plus_two(s93, s93_, s97, s97_)
-        s99, s99_ = _times_one(Omega, s98, s98_)
-        s100, s100_ = _plus(1.0, -1.0 * d24)
-        s101, s101_ = _plus_two(s100, s100_, d7, d7_)
-        s102, s102_ = _times_two(d0, d0_, d30, d30_)
-        s103, s103_ = _times_two(s102, s102_, s101, s101_)
-        s104, s104_ = _plus_two(s99, s99_, s103, s103_)
-        s105, s105_ = _times_one(Omega, s104, s104_)
-        N01, N01_ = _plus_two(d2, d2_, s105, s105_)
-        s107, s107_ = _plus_two(d36, d36_, d9, d9_)
-        s108, s108_ = _times_one(-1.0 * gamma_t, s107, s107_)
-        s109, s109_ = _plus_two(d32, d32_, s108, s108_)
-        s110, s110_ = _times_one(Omega, s109, s109_)
-        s111, s111_ = _times_two(-1.0 * d11, -1.0 * d11_, d16, d16_)
-        s112, s112_ = _times_two(s111, s111_, d3, d3_)
-        s113, s113_ = _plus_two(s110, s110_, s112, s112_)
-        s114, s114_ = _times_one(Omega, s113, s113_)
-        s115, s115_ = _plus_two(-1.0 * d2, -1.0 * d2_, s114, s114_)
-        N10, N10_ = _times_two(d26, d26_, s115, s115_)
-        s117, s117_ = _times_one(3.0, d5, d5_)
-        s118, s118_ = _plus_one(d24, d3, d3_)
-        s119, s119_ = _plus_two(s118, s118_, d36, d36_)
-        s120, s120_ = _plus_two(s119, s119_, -8.0 * d16, -8.0 * d16_)
-        s121, s121_ = _plus_two(s120, s120_, s117, s117_)
-        s122, s122_ = _times_two(-1.0 * d30, -1.0 * d30_, s121, s121_)
-        s123, s123_ = _times_one(d28, d21, d21_)
-        s124, s124_ = _times_one(-1.0 * d20, d21, d21_)
-        s125, s125_ = _plus_one(-1.0 * beta, d35, d35_)
-        s126, s126_ = _plus_two(s125, s125_, s123, s123_)
-        s127, s127_ = _plus_two(s126, s126_, s124, s124_)
-        s128, s128_ = _times_two(-2.0 * d27, -2.0 * d27_, s127, s127_)
-        s129, s129_ = _plus_two(s122, s122_, s128, s128_)
-        s130, s130_ = _times_one(Omega, s129, s129_)
-        s131, s131_ = _times_two(-4.0 * d16, -4.0 * d16_, d21, d21_)
-        s132, s132_ = _times_one(4.0 * gamma, d21, d21_)
-        s133, s133_ = _times_two(s132, s132_, d4, d4_)
-        s134, s134_ = _plus_two(-1.0 * d16, -1.0 * d16_, -1.0 * d29, -1.0 * d29_)
-        s135, s135_ = _plus_two(s134, s134_, s131, s131_)
-        s136, s136_ = _plus_two(s135, s135_, s133, s133_)
-        s137, s137_ = _times_two(-2.0 * d0, -2.0 * d0_, s136, s136_)
-        s138, s138_ = _plus_two(s130, s130_, s137, s137_)
-        s139, s139_ = _times_one(Omega, s138, s138_)
-        s140, s140_ = _times_one(-1.0 * d10, d1, d1_)
-        s141, s141_ = _plus_two(s139, s139_, s140, s140_)
-        N11, N11_ = _times_one(Omega, s141, s141_)
-        D00 = _over(N00, N00_, den, den_)
-        D01 = _over(N01, N01_, den, den_)
-        D10 = _over(N10, N10_, den, den_)
-        D11 = _over(N11, N11_, den, den_)
-        x0 = gamma_t - 2
-        x1 = x0**2
-        x2 = 2*x1
-        x3 = gamma_t - 1
-        x4 = gamma_t**2
-        x5 = gamma*x4
-        x6 = 2*gamma_t
-        x7 = gamma*x6
-        x8 = -x7
-        x9 = x5 + x8
-        x10 = x3 + x9
-        x11 = 4*xi
-        x12 = x0*x11
-        x13 = x3**2
-        x14 = 2*x13
-        x15 = beta*x4
-        x16 = Omega*x15
-        x17 = x14*x16
-        x18 = -gamma
-        x19 = gamma*gamma_t
-        x20 = beta*x6
-        x21 = x15 - x20
-        x22 = x18 + x19 + x21
-        x23 = beta*gamma_t**4
-        x24 = gamma_t**3
-        x25 = 4*beta
-        x26 = xi**2
-        x27 = 8*x19*x26
-        x28 = 4*x26
-        x29 = 2*gamma
-        x30 = gamma_t*x25
-        x31 = 2*x15
-        x32 = 2*xi
-        x33 = 2*beta
-        x34 = x4*(x18 + x33)
-        x35 = Omega*x3
-        x36 = x34*x35
-        x37 = -x31
-        x38 = -x10 - x20 - x33 - x37
-        x39 = 4*x19
-        x40 = x39*xi
-        x41 = gamma - 1
-        x42 = 2*x0
-        x43 = Omega**2
-        x44 = x32*x36
-        x45 = x3*x43
-        x46 = x34*x45 + x4 - 2
-        x47 = -8*beta*x24 + 8*x15 + 2*x23
-        den_o = Omega*(Omega*(Omega*(gamma_t*x11*x22*x3 + x17) + 2*gamma*x24*x28 + 8*x15 + 2*x23 - 2*x24*x25 - 24*x26*x5 + 2*x27 + 2*x4 - 2*x6 + 2) + x10*x12) + x2
-        B00 = (Omega*(x36*(x32 - 1)*(x32 + 1) + x38*x6*xi) - x29 - x30 + x31 - x4 + x7 + 2) / den
-        B01 = (-2*x22 - x30*x35*xi) / den
-        B02 = (Omega*(x13*x40 + x17) + x14) / den
-        B10 = (x41*x42 + x43*(-gamma_t*x38 - x44)) / den
-        B11 = (-x0*x29 + x20*x45) / den
-        B12 = (Omega*(x0*x3*x40 + x0*x31*x35) + x3*x42) / den
-        O00 = (x43*(Omega*(Omega*(-x46 - x47) - x12*(x9 + 1)) - x2)) / den_o
-        O01 = (Omega*(Omega*(Omega*(Omega*(-x3*x6*(gamma + x21) - x44) - x32*(x24*x29 + x39 + x4 + x47 - 6*x5 - 2)) - x42*(x0 - x27 + x28*x5 + x28)) - x1*x11)) / den_o
-        P00 = (Omega*(Omega*(x29 + x30 + x37 + x46 + x8) - x12*x41)) / den_o
-        P01 = (Omega*(2*Omega*x22 + gamma*x12)) / den_o
-        P02 = (Omega*(x1*x40 + x16*x2) + x2) / den_o
-        B03 = 0.0
-        B13 = 0.0
-        P03 = 0.0
-        s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j], s[768 + j], s[816 + j], s[864 + j], s[912 + j], s[960 + j], s[1008 + j], s[1056 + j] = D00, D01, D10, D11, B00, B01, B02, B03, B10, B11, B12, B13, O00, O01, P00, P01, P02, P03
-
-
-@_compile
-def coefficients(Omega, xi, gamma_t, beta, gamma, out):
-    """D, B, O, P of linear_march_2_01y: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f; out (18, n).
-
-    The rows of out are the entries of D, B, O, P, matrix by matrix and row by row. D is rounded once. Columns of
-    B and P beyond the scheme's own load instants, up to the march's 4, are zero.
+    Their entries, matrix by matrix and row by row. D is computed in pairs of doubles and rounded once. Columns of B and
+    P beyond the scheme's own load instants, up to the march's 4, are zero.
     """
-    s = np.ones(23 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j], s[96 + j], s[144 + j], s[192 + j] = Omega[first + j], xi[first + j], gamma_t[first + j], beta[first + j], gamma[first + j]
-        _coefficients(s)
-        for r in range(18):
-            for j in range(size):
-                out[r, first + j] = s[(5 + r) * 48 + j]
+    d0, d0_ = by.plus(-2.0, gamma_t)
+    d1, d1_ = by.times_two(d0, d0_, d0, d0_)
+    d2, d2_ = 2.0 * d1, 2.0 * d1_
+    d3, d3_ = by.plus(-1.0, gamma_t)
+    d4, d4_ = by.times(gamma_t, gamma_t)
+    d5, d5_ = by.times_one(gamma, d4, d4_)
+    d6 = 2.0 * gamma_t
+    d7, d7_ = by.times(d6, gamma)
+    d8, d8_ = by.plus_two(d5, d5_, -1.0 * d7, -1.0 * d7_)
+    d9, d9_ = by.plus_two(d3, d3_, d8, d8_)
+    d10 = 4.0 * xi
+    d11, d11_ = by.times_one(d10, d0, d0_)
+    d12, d12_ = by.times_one(beta, d4, d4_)
+    d13, d13_ = 2.0 * d12, 2.0 * d12_
+    d14, d14_ = by.times(beta, d6)
+    d15 = -1.0 * gamma
+    d16, d16_ = by.times(gamma, gamma_t)
+    d17, d17_ = by.plus_one(d15, d16, d16_)
+    d18, d18_ = 4.0 * d12, 4.0 * d12_
+    s13, s13_ = by.times(gamma_t, gamma_t)
+    d19, d19_ = by.times_one(gamma_t, s13, s13_)
+    d20 = 4.0 * beta
+    d21, d21_ = by.times(xi, xi)
+    d22, d22_ = 8.0 * d21, 8.0 * d21_
+    d23, d23_ = by.times_two(d16, d16_, d22, d22_)
+    d24 = 4.0 * gamma
+    d25, d25_ = by.times_one(d24, d21, d21_)
+    d26, d26_ = by.times(Omega, Omega)
+    s19, s19_ = by.times_one(Omega, d3, d3_)
+    d27, d27_ = by.times_two(s19, s19_, d4, d4_)
+    d28 = 2.0 * gamma
+    d29, d29_ = by.plus(1.0, -1.0 * gamma_t)
+    d30, d30_ = by.times(d6, xi)
+    d31 = 2.0 * xi
+    s23, s23_ = by.plus(d15, 2.0 * beta)
+    s24, s24_ = by.times_one(d31, d27, d27_)
+    d32, d32_ = by.times_two(s24, s24_, s23, s23_)
+    d33, d33_ = 2.0 * d21, 2.0 * d21_
+    d34, d34_ = by.times_one(beta, d19, d19_)
+    d35, d35_ = by.times(beta, gamma_t)
+    s28, s28_ = by.plus_two(-8.0 * d12, -8.0 * d12_, 2.0 * d34, 2.0 * d34_)
+    d36, d36_ = by.plus_two(s28, s28_, 8.0 * d35, 8.0 * d35_)
+    s30, s30_ = by.times_two(d3, d3_, d3, d3_)
+    s31, s31_ = by.times_one(Omega, d13, d13_)
+    s32, s32_ = by.times_two(s31, s31_, s30, s30_)
+    s33, s33_ = by.plus_two(d12, d12_, d17, d17_)
+    s34, s34_ = by.plus_two(s33, s33_, -1.0 * d14, -1.0 * d14_)
+    s35, s35_ = by.times(d10, gamma_t)
+    s36, s36_ = by.times_two(s35, s35_, d3, d3_)
+    s37, s37_ = by.times_two(s36, s36_, s34, s34_)
+    s38, s38_ = by.plus_two(s32, s32_, s37, s37_)
+    s39, s39_ = by.times_one(Omega, s38, s38_)
+    s40, s40_ = by.times_one(-24.0, d21, d21_)
+    s41, s41_ = by.times_two(s40, s40_, d5, d5_)
+    s42, s42_ = by.times_one(-2.0 * d20, d19, d19_)
+    s43, s43_ = by.times(gamma_t, gamma_t)
+    s44, s44_ = by.times_one(gamma_t, s43, s43_)
+    s45, s45_ = by.times_one(gamma_t, s44, s44_)
+    s46, s46_ = by.times_one(2.0 * beta, s45, s45_)
+    s47, s47_ = by.times_two(2.0 * d19, 2.0 * d19_, d25, d25_)
+    s48, s48_ = by.plus(2.0, -2.0 * d6)
+    s49, s49_ = by.plus_two(s48, s48_, 2.0 * d18, 2.0 * d18_)
+    s50, s50_ = by.plus_two(s49, s49_, 2.0 * d23, 2.0 * d23_)
+    s51, s51_ = by.plus_two(s50, s50_, 2.0 * d4, 2.0 * d4_)
+    s52, s52_ = by.plus_two(s51, s51_, s39, s39_)
+    s53, s53_ = by.plus_two(s52, s52_, s41, s41_)
+    s54, s54_ = by.plus_two(s53, s53_, s42, s42_)
+    s55, s55_ = by.plus_two(s54, s54_, s46, s46_)
+    s56, s56_ = by.plus_two(s55, s55_, s47, s47_)
+    s57, s57_ = by.times_one(Omega, s56, s56_)
+    s58, s58_ = by.times_two(d11, d11_, d9, d9_)
+    s59, s59_ = by.plus_two(s57, s57_, s58, s58_)
+    s60, s60_ = by.times_one(Omega, s59, s59_)
+    den, den_ = by.plus_two(d2, d2_, s60, s60_)
+    s62, s62_ = by.times_one(beta, d22, d22_)
+    s63, s63_ = by.plus(gamma, -1.0 * d20)
+    s64, s64_ = by.plus_two(s63, s63_, d14, d14_)
+    s65, s65_ = by.plus_two(s64, s64_, -1.0 * d25, -1.0 * d25_)
+    s66, s66_ = by.plus_two(s65, s65_, s62, s62_)
+    s67, s67_ = by.times_two(-1.0 * d27, -1.0 * d27_, s66, s66_)
+    s68, s68_ = by.times(-1.0 * d20, gamma_t)
+    s69, s69_ = by.plus_one(d28, d13, d13_)
+    s70, s70_ = by.plus_two(s69, s69_, d29, d29_)
+    s71, s71_ = by.plus_two(s70, s70_, d8, d8_)
+    s72, s72_ = by.plus_two(s71, s71_, s68, s68_)
+    s73, s73_ = by.times_two(-1.0 * d30, -1.0 * d30_, s72, s72_)
+    s74, s74_ = by.plus_two(s67, s67_, s73, s73_)
+    s75, s75_ = by.times_one(Omega, s74, s74_)
+    s76, s76_ = by.plus_two(-1.0 * d1, -1.0 * d1_, s75, s75_)
+    N00, N00_ = by.times_two(d26, d26_, s76, s76_)
+    s78, s78_ = by.times_one(-3.0, d12, d12_)
+    s79, s79_ = by.times_one(d6, d21, d21_)
+    s80, s80_ = by.times_two(d22, d22_, d35, d35_)
+    s81, s81_ = by.times_two(d33, d33_, d5, d5_)
+    s82, s82_ = by.times_two(-1.0 * d18, -1.0 * d18_, d21, d21_)
+    s83, s83_ = by.plus_two(d14, d14_, d17, d17_)
+    s84, s84_ = by.plus_two(s83, s83_, d25, d25_)
+    s85, s85_ = by.plus_two(s84, s84_, d34, d34_)
+    s86, s86_ = by.plus_two(s85, s85_, -1.0 * d23, -1.0 * d23_)
+    s87, s87_ = by.plus_two(s86, s86_, -1.0 * d33, -1.0 * d33_)
+    s88, s88_ = by.plus_two(s87, s87_, s78, s78_)
+    s89, s89_ = by.plus_two(s88, s88_, s79, s79_)
+    s90, s90_ = by.plus_two(s89, s89_, s80, s80_)
+    s91, s91_ = by.plus_two(s90, s90_, s81, s81_)
+    s92, s92_ = by.plus_two(s91, s91_, s82, s82_)
+    s93, s93_ = by.times_one(2.0 * gamma_t, s92, s92_)
+    s94, s94_ = by.plus(1.0, d31)
+    s95, s95_ = by.plus(-1.0, d31)
+    s96, s96_ = by.times_two(-1.0 * d32, -1.0 * d32_, s94, s94_)
+    s97, s97_ = by.times_two(s96, s96_, s95, s95_)
+    s98, s98_ = by.plus_two(s93, s93_, s97, s97_)
+    s99, s99_ = by.times_one(Omega, s98, s98_)
+    s100, s100_ = by.plus(1.0, -1.0 * d24)
+    s101, s101_ = by.plus_two(s100, s100_, d7, d7_)
+    s102, s102_ = by.times_two(d0, d0_, d30, d30_)
+    s103, s103_ = by.times_two(s102, s102_, s101, s101_)
+    s104, s104_ = by.plus_two(s99, s99_, s103, s103_)
+    s105, s105_ = by.times_one(Omega, s104, s104_)
+    N01, N01_ = by.plus_two(d2, d2_, s105, s105_)
+    s107, s107_ = by.plus_two(d36, d36_, d9, d9_)
+    s108, s108_ = by.times_one(-1.0 * gamma_t, s107, s107_)
+    s109, s109_ = by.plus_two(d32, d32_, s108, s108_)
+    s110, s110_ = by.times_one(Omega, s109, s109_)
+    s111, s111_ = by.times_two(-1.0 * d11, -1.0 * d11_, d16, d16_)
+    s112, s112_ = by.times_two(s111, s111_, d3, d3_)
+    s113, s113_ = by.plus_two(s110, s110_, s112, s112_)
+    s114, s114_ = by.times_one(Omega, s113, s113_)
+    s115, s115_ = by.plus_two(-1.0 * d2, -1.0 * d2_, s114, s114_)
+    N10, N10_ = by.times_two(d26, d26_, s115, s115_)
+    s117, s117_ = by.times_one(3.0, d5, d5_)
+    s118, s118_ = by.plus_one(d24, d3, d3_)
+    s119, s119_ = by.plus_two(s118, s118_, d36, d36_)
+    s120, s120_ = by.plus_two(s119, s119_, -8.0 * d16, -8.0 * d16_)
+    s121, s121_ = by.plus_two(s120, s120_, s117, s117_)
+    s122, s122_ = by.times_two(-1.0 * d30, -1.0 * d30_, s121, s121_)
+    s123, s123_ = by.times_one(d28, d21, d21_)
+    s124, s124_ = by.times_one(-1.0 * d20, d21, d21_)
+    s125, s125_ = by.plus_one(-1.0 * beta, d35, d35_)
+    s126, s126_ = by.plus_two(s125, s125_, s123, s123_)
+    s127, s127_ = by.plus_two(s126, s126_, s124, s124_)
+    s128, s128_ = by.times_two(-2.0 * d27, -2.0 * d27_, s127, s127_)
+    s129, s129_ = by.plus_two(s122, s122_, s128, s128_)
+    s130, s130_ = by.times_one(Omega, s129, s129_)
+    s131, s131_ = by.times_two(-4.0 * d16, -4.0 * d16_, d21, d21_)
+    s132, s132_ = by.times_one(4.0 * gamma, d21, d21_)
+    s133, s133_ = by.times_two(s132, s132_, d4, d4_)
+    s134, s134_ = by.plus_two(-1.0 * d16, -1.0 * d16_, -1.0 * d29, -1.0 * d29_)
+    s135, s135_ = by.plus_two(s134, s134_, s131, s131_)
+    s136, s136_ = by.plus_two(s135, s135_, s133, s133_)
+    s137, s137_ = by.times_two(-2.0 * d0, -2.0 * d0_, s136, s136_)
+    s138, s138_ = by.plus_two(s130, s130_, s137, s137_)
+    s139, s139_ = by.times_one(Omega, s138, s138_)
+    s140, s140_ = by.times_one(-1.0 * d10, d1, d1_)
+    s141, s141_ = by.plus_two(s139, s139_, s140, s140_)
+    N11, N11_ = by.times_one(Omega, s141, s141_)
+    D00 = by.over(N00, N00_, den, den_)
+    D01 = by.over(N01, N01_, den, den_)
+    D10 = by.over(N10, N10_, den, den_)
+    D11 = by.over(N11, N11_, den, den_)
+    x0 = gamma_t - 2
+    x1 = x0**2
+    x2 = 2*x1
+    x3 = gamma_t - 1
+    x4 = gamma_t**2
+    x5 = gamma*x4
+    x6 = 2*gamma_t
+    x7 = gamma*x6
+    x8 = -x7
+    x9 = x5 + x8
+    x10 = x3 + x9
+    x11 = 4*xi
+    x12 = x0*x11
+    x13 = x3**2
+    x14 = 2*x13
+    x15 = beta*x4
+    x16 = Omega*x15
+    x17 = x14*x16
+    x18 = -gamma
+    x19 = gamma*gamma_t
+    x20 = beta*x6
+    x21 = x15 - x20
+    x22 = x18 + x19 + x21
+    x23 = beta*gamma_t**4
+    x24 = gamma_t**3
+    x25 = 4*beta
+    x26 = xi**2
+    x27 = 8*x19*x26
+    x28 = 4*x26
+    x29 = 2*gamma
+    x30 = gamma_t*x25
+    x31 = 2*x15
+    x32 = 2*xi
+    x33 = 2*beta
+    x34 = x4*(x18 + x33)
+    x35 = Omega*x3
+    x36 = x34*x35
+    x37 = -x31
+    x38 = -x10 - x20 - x33 - x37
+    x39 = 4*x19
+    x40 = x39*xi
+    x41 = gamma - 1
+    x42 = 2*x0
+    x43 = Omega**2
+    x44 = x32*x36
+    x45 = x3*x43
+    x46 = x34*x45 + x4 - 2
+    x47 = -8*beta*x24 + 8*x15 + 2*x23
+    den_o = Omega*(Omega*(Omega*(gamma_t*x11*x22*x3 + x17) + 2*gamma*x24*x28 + 8*x15 + 2*x23 - 2*x24*x25 - 24*x26*x5 + 2*x27 + 2*x4 - 2*x6 + 2) + x10*x12) + x2
+    B00 = (Omega*(x36*(x32 - 1)*(x32 + 1) + x38*x6*xi) - x29 - x30 + x31 - x4 + x7 + 2) / den
+    B01 = (-2*x22 - x30*x35*xi) / den
+    B02 = (Omega*(x13*x40 + x17) + x14) / den
+    B10 = (x41*x42 + x43*(-gamma_t*x38 - x44)) / den
+    B11 = (-x0*x29 + x20*x45) / den
+    B12 = (Omega*(x0*x3*x40 + x0*x31*x35) + x3*x42) / den
+    O00 = (x43*(Omega*(Omega*(-x46 - x47) - x12*(x9 + 1)) - x2)) / den_o
+    O01 = (Omega*(Omega*(Omega*(Omega*(-x3*x6*(gamma + x21) - x44) - x32*(x24*x29 + x39 + x4 + x47 - 6*x5 - 2)) - x42*(x0 - x27 + x28*x5 + x28)) - x1*x11)) / den_o
+    P00 = (Omega*(Omega*(x29 + x30 + x37 + x46 + x8) - x12*x41)) / den_o
+    P01 = (Omega*(2*Omega*x22 + gamma*x12)) / den_o
+    P02 = (Omega*(x1*x40 + x16*x2) + x2) / den_o
+    B03 = 0.0
+    B13 = 0.0
+    P03 = 0.0
+    return D00, D01, D10, D11, B00, B01, B02, B03, B10, B11, B12, B13, O00, O01, P00, P01, P02, P03
 
 
-@_exact
-def _transfer(s):
-    """`transfer` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi, gamma_t, beta, gamma = s[j], s[48 + j], s[96 + j], s[144 + j], s[192 + j]
-        x0 = gamma_t - 2
-        x1 = 2*x0**2
-        x2 = gamma_t - 1
-        x3 = gamma_t**2
-        x4 = gamma*x3
-        x5 = 2*gamma_t
-        x6 = gamma*x5
-        x7 = x4 - x6
-        x8 = 4*xi
-        x9 = x0*x8
-        x10 = beta*x3
-        x11 = 2*x10
-        x12 = Omega*x11*x2**2
-        x13 = -gamma
-        x14 = gamma*gamma_t
-        x15 = beta*x5
-        x16 = x10 - x15
-        x17 = gamma_t*x2*x8
-        x18 = beta*gamma_t**4
-        x19 = gamma_t**3
-        x20 = 4*beta
-        x21 = 4*x10
-        x22 = xi**2
-        x23 = -x5
-        x24 = x23 + x3
-        x25 = 4*x14
-        x26 = x0*x2*x25*xi
-        x27 = x2*x3
-        x28 = Omega*x27
-        x29 = Omega*(x26 + x28*(gamma + x15 - x20)) + x1
-        x30 = Omega**2
-        x31 = beta*x19
-        x32 = 2*beta + x13
-        x33 = x28*x32
-        x34 = Omega*x2*x5*(gamma + x16) + x26
-        den = Omega*(Omega*(Omega*(x12 + x17*(x13 + x14 + x16)) + 8*gamma*x19*x22 + 16*x14*x22 + 2*x18 - 2*x19*x20 + 2*x21 - 24*x22*x4 + 2*x24 + 2) + x9*(x2 + x7)) + x1
-        whole = x29
-        P = (x29*x30) / den
-        g1 = (Omega*(Omega*(8*x10 + 2*x18 + x24 - x25 - 8*x31 + 2*x4 + 2) + x9*(x7 + 1)) + x1) / den
-        u0 = (Omega*(-x17*(beta*gamma_t + x13) + x33) + 2*x11 + 2*x14 - 2*x23 - 2*x31 - 2*x4 - 6) / whole
-        u1 = (-x21 - x3 + 2*x31 + 2*x33*xi + x5 + x6 - 2) / whole
-        v0 = (Omega*(x12 + x26) - 2*x0*(-gamma_t + x14 + 1)) / den
-        v1 = (2*x0*(x14 - 1) - x27*x30*x32) / den
-        a0 = (Omega*x34 + x1) / den
-        a1 = (-Omega*x34 - x1) / den
-        S = whole / den
-        s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j] = P, g1, u0, u1, S, v0, v1, a0, a1
+def transfer(by, Omega, xi, gamma_t, beta, gamma):
+    """Filter from a load, linear between steps, to the response from rest (see linear_filter).
 
-
-@_compile
-def transfer(Omega, xi, gamma_t, beta, gamma, out):
-    """Filter from a load, linear between steps, to the response from rest (see linear_filter); out (9, n).
-
-    Rows of out: P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
+    P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
     u = S (q + k0 e0 + k1 e1 + ...) and h*v, h^2*a = k0 e0 + k1 e1 + ...; e1, e2, ... are e0 of the steps before.
     """
-    s = np.ones(14 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j], s[96 + j], s[144 + j], s[192 + j] = Omega[first + j], xi[first + j], gamma_t[first + j], beta[first + j], gamma[first + j]
-        _transfer(s)
-        for r in range(9):
-            for j in range(size):
-                out[r, first + j] = s[(5 + r) * 48 + j]
+    x0 = gamma_t - 2
+    x1 = 2*x0**2
+    x2 = gamma_t - 1
+    x3 = gamma_t**2
+    x4 = gamma*x3
+    x5 = 2*gamma_t
+    x6 = gamma*x5
+    x7 = x4 - x6
+    x8 = 4*xi
+    x9 = x0*x8
+    x10 = beta*x3
+    x11 = 2*x10
+    x12 = Omega*x11*x2**2
+    x13 = -gamma
+    x14 = gamma*gamma_t
+    x15 = beta*x5
+    x16 = x10 - x15
+    x17 = gamma_t*x2*x8
+    x18 = beta*gamma_t**4
+    x19 = gamma_t**3
+    x20 = 4*beta
+    x21 = 4*x10
+    x22 = xi**2
+    x23 = -x5
+    x24 = x23 + x3
+    x25 = 4*x14
+    x26 = x0*x2*x25*xi
+    x27 = x2*x3
+    x28 = Omega*x27
+    x29 = Omega*(x26 + x28*(gamma + x15 - x20)) + x1
+    x30 = Omega**2
+    x31 = beta*x19
+    x32 = 2*beta + x13
+    x33 = x28*x32
+    x34 = Omega*x2*x5*(gamma + x16) + x26
+    den = Omega*(Omega*(Omega*(x12 + x17*(x13 + x14 + x16)) + 8*gamma*x19*x22 + 16*x14*x22 + 2*x18 - 2*x19*x20 + 2*x21 - 24*x22*x4 + 2*x24 + 2) + x9*(x2 + x7)) + x1
+    whole = x29
+    P = (x29*x30) / den
+    g1 = (Omega*(Omega*(8*x10 + 2*x18 + x24 - x25 - 8*x31 + 2*x4 + 2) + x9*(x7 + 1)) + x1) / den
+    u0 = (Omega*(-x17*(beta*gamma_t + x13) + x33) + 2*x11 + 2*x14 - 2*x23 - 2*x31 - 2*x4 - 6) / whole
+    u1 = (-x21 - x3 + 2*x31 + 2*x33*xi + x5 + x6 - 2) / whole
+    v0 = (Omega*(x12 + x26) - 2*x0*(-gamma_t + x14 + 1)) / den
+    v1 = (2*x0*(x14 - 1) - x27*x30*x32) / den
+    a0 = (Omega*x34 + x1) / den
+    a1 = (-Omega*x34 - x1) / den
+    S = whole / den
+    return P, g1, u0, u1, S, v0, v1, a0, a1

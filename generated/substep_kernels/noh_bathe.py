@@ -49,10 +49,6 @@ FILTER = 3
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
-_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
-# called by kernels alone: not from Python, and so without the code for that
-_exact = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
-
 # contract: a * b + c may become one operation, rounded once
 _fused = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
 _inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"})
@@ -95,47 +91,6 @@ def _angle(y, x):
     angle = 0.7853981633974483 + angle if steep else angle
     angle = 1.5707963267948966 - angle if y > flat else angle
     return 3.141592653589793 - angle if x < 0.0 else angle
-
-
-@_exact
-def _increment(Omega, xi, p):
-    """Denominator and numerators of A - I. 116 operations."""
-    x0 = 8*p
-    x1 = Omega**2
-    x2 = p - 1
-    x3 = 4*p
-    x4 = x0*xi
-    x5 = p**2
-    x6 = 4*x5
-    x7 = Omega*x2
-    x8 = x6*x7
-    x9 = 2*p**3
-    x10 = x7*x9
-    x11 = 8*xi
-    x12 = x11*x5
-    x13 = x5 + 1
-    x14 = -p + x13
-    x15 = 2*x5
-    x16 = p - 2
-    x17 = x6*xi
-    x18 = xi**2
-    x19 = 4*x18
-    x20 = p*x19
-    x21 = -p + x5 - 1
-    x22 = 2*p
-    x23 = x5 - 2
-    x24 = -x0
-    den = x0
-    D_00 = x1*x2*x3
-    D_01 = Omega*(x2*x4 + x8) + x0
-    D_02 = Omega*(x10 + x12*x2) + x6
-    D_10 = x1*(Omega*(-x15*x7 - x16*x17) - 4*x14)
-    D_11 = Omega*(Omega*(Omega*(-x10 - x17*x21) - x3*(x15*x18 - x20 + 1)) - x11*x14)
-    D_12 = Omega*(Omega*(Omega*(-p**4*x7 - x23*x9*xi) - x15*(-x0*x18 + x18*x6 + 1)) - x3*xi*(-x22 + x5 + 2)) + 12*p - 4*x13
-    D_20 = x1*(Omega*(-x16*x4 - x3*x7) + x24)
-    D_21 = Omega*(Omega*(Omega*(-x21*x4 - x8) - x0*(x18*x22 - x19 + 1)) - 16*p*xi)
-    D_22 = Omega*(Omega*(Omega*(-x10 - x17*x23) - x6*(-8*x18 + x20 + 1)) - x12) + x24
-    return den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22
 
 
 @_inline
@@ -496,317 +451,242 @@ def stability(Omega, xi, p, radius, damping, period):
     return refused < 0
 
 
-@_compile
-def amplification(Omega, xi, p, out):
-    """Amplification matrix in the order of STATE; out (n, 3, 3)."""
-    for i in range(out.shape[0]):
-        den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22 = _increment(Omega[i], xi[i], p[i])
-        out[i, 0, 0] = 1.0 + D_00 / den
-        out[i, 0, 1] = D_01 / den
-        out[i, 0, 2] = D_02 / den
-        out[i, 1, 0] = D_10 / den
-        out[i, 1, 1] = 1.0 + D_11 / den
-        out[i, 1, 2] = D_12 / den
-        out[i, 2, 0] = D_20 / den
-        out[i, 2, 1] = D_21 / den
-        out[i, 2, 2] = 1.0 + D_22 / den
+def amplification(by, Omega, xi, p):
+    """Amplification matrix (3, 3) in the order of STATE, row by row."""
+    x0 = 8*p
+    x1 = Omega**2
+    x2 = p - 1
+    x3 = 4*p
+    x4 = x0*xi
+    x5 = p**2
+    x6 = 4*x5
+    x7 = Omega*x2
+    x8 = x6*x7
+    x9 = 2*p**3
+    x10 = x7*x9
+    x11 = 8*xi
+    x12 = x11*x5
+    x13 = x5 + 1
+    x14 = -p + x13
+    x15 = 2*x5
+    x16 = p - 2
+    x17 = x6*xi
+    x18 = xi**2
+    x19 = 4*x18
+    x20 = p*x19
+    x21 = -p + x5 - 1
+    x22 = 2*p
+    x23 = x5 - 2
+    x24 = -x0
+    den = x0
+    D_00 = (x1*x2*x3) / den
+    D_01 = (Omega*(x2*x4 + x8) + x0) / den
+    D_02 = (Omega*(x10 + x12*x2) + x6) / den
+    D_10 = (x1*(Omega*(-x15*x7 - x16*x17) - 4*x14)) / den
+    D_11 = (Omega*(Omega*(Omega*(-x10 - x17*x21) - x3*(x15*x18 - x20 + 1)) - x11*x14)) / den
+    D_12 = (Omega*(Omega*(Omega*(-p**4*x7 - x23*x9*xi) - x15*(-x0*x18 + x18*x6 + 1)) - x3*xi*(-x22 + x5 + 2)) + 12*p - 4*x13) / den
+    D_20 = (x1*(Omega*(-x16*x4 - x3*x7) + x24)) / den
+    D_21 = (Omega*(Omega*(Omega*(-x21*x4 - x8) - x0*(x18*x22 - x19 + 1)) - 16*p*xi)) / den
+    D_22 = (Omega*(Omega*(Omega*(-x10 - x17*x23) - x6*(-8*x18 + x20 + 1)) - x12) + x24) / den
+    return 1.0 + D_00, D_01, D_02, D_10, 1.0 + D_11, D_12, D_20, D_21, 1.0 + D_22
 
 
-@_compile
-def stencil(p, out):
-    """Instants (n, 2) at which the load is taken, in steps after t_n."""
-    for i in range(out.shape[0]):
-        out[i, 0] = p[i]
-        out[i, 1] = 1
+def stencil(by, p):
+    """Instants at which the load is taken, in steps after t_n."""
+    return p, 1
 
 
-# tails are rounding errors, which fastmath would remove
-@_exact
-def _plus(a, b):
-    """The sum of two doubles: head, and tail, which is the rounding error of the head."""
-    head = a + b
-    rest = head - a
-    return head, (a - (head - rest)) + (b - rest)
+def coefficients(by, Omega, xi, p):
+    """D, B, O, P of linear_march_3_012: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f.
 
-
-@_exact
-def _plus_one(a, b, b_):
-    """The sum of a double and a pair of head and tail."""
-    head, tail = _plus(a, b)
-    tail += b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _plus_two(a, a_, b, b_):
-    """The sum of two pairs of head and tail."""
-    head, tail = _plus(a, b)
-    tail += a_ + b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times(a, b):
-    """The product of two doubles: head and tail, from halves of their digits, whose products are exact."""
-    head, c, d = a * b, 134217729.0 * a, 134217729.0 * b
-    a1, b1 = c - (c - a), d - (d - b)
-    a2, b2 = a - a1, b - b1
-    return head, ((a1 * b1 - head) + a1 * b2 + a2 * b1) + a2 * b2
-
-
-@_exact
-def _times_one(a, b, b_):
-    """The product of a double and a pair of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times_two(a, a_, b, b_):
-    """The product of two pairs of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_ + a_ * b
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _over(a, a_, b, b_):
-    """The quotient of two pairs of head and tail, rounded to a double."""
-    head = a / b
-    product, tail = _times(head, b)
-    return head + ((a - product) - tail + a_ - head * b_) / b
-
-
-@_exact
-def _coefficients(s):
-    """`coefficients` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi, p = s[j], s[48 + j], s[96 + j]
-        d0 = 8.0 * p
-        d1, d1_ = _times(Omega, Omega)
-        d2, d2_ = _plus(-1.0, p)
-        d3 = 4.0 * p
-        d4, d4_ = _times(d0, xi)
-        d5, d5_ = _times(p, p)
-        d6, d6_ = 4.0 * d5, 4.0 * d5_
-        d7, d7_ = _times_one(Omega, d2, d2_)
-        d8, d8_ = _times_two(d6, d6_, d7, d7_)
-        s6, s6_ = _times(p, p)
-        s7, s7_ = _times_one(p, s6, s6_)
-        d9, d9_ = 2.0 * s7, 2.0 * s7_
-        d10, d10_ = _times_two(d7, d7_, d9, d9_)
-        d11 = 8.0 * xi
-        d12, d12_ = _times_one(d11, d5, d5_)
-        d13, d13_ = _plus_one(1.0, d5, d5_)
-        d14, d14_ = _plus_one(-1.0 * p, d13, d13_)
-        d15, d15_ = 2.0 * d5, 2.0 * d5_
-        d16, d16_ = _plus(-2.0, p)
-        d17, d17_ = _times_one(xi, d6, d6_)
-        d18, d18_ = _times(xi, xi)
-        d19, d19_ = 4.0 * d18, 4.0 * d18_
-        d20, d20_ = _times_one(p, d19, d19_)
-        s16, s16_ = _plus(-1.0, -1.0 * p)
-        d21, d21_ = _plus_two(s16, s16_, d5, d5_)
-        d22 = 2.0 * p
-        d23, d23_ = _plus_one(-2.0, d5, d5_)
-        d24 = -1.0 * d0
-        den = d0
-        s19, s19_ = _times_one(d3, d1, d1_)
-        N00, N00_ = _times_two(s19, s19_, d2, d2_)
-        s21, s21_ = _times_two(d2, d2_, d4, d4_)
-        s22, s22_ = _plus_two(d8, d8_, s21, s21_)
-        s23, s23_ = _times_one(Omega, s22, s22_)
-        N01, N01_ = _plus_one(d0, s23, s23_)
-        s25, s25_ = _times_two(d12, d12_, d2, d2_)
-        s26, s26_ = _plus_two(d10, d10_, s25, s25_)
-        s27, s27_ = _times_one(Omega, s26, s26_)
-        N02, N02_ = _plus_two(d6, d6_, s27, s27_)
-        s29, s29_ = _times_two(-1.0 * d15, -1.0 * d15_, d7, d7_)
-        s30, s30_ = _times_two(-1.0 * d16, -1.0 * d16_, d17, d17_)
-        s31, s31_ = _plus_two(s29, s29_, s30, s30_)
-        s32, s32_ = _times_one(Omega, s31, s31_)
-        s33, s33_ = _plus_two(-4.0 * d14, -4.0 * d14_, s32, s32_)
-        N10, N10_ = _times_two(d1, d1_, s33, s33_)
-        s35, s35_ = _times_two(-1.0 * d17, -1.0 * d17_, d21, d21_)
-        s36, s36_ = _plus_two(-1.0 * d10, -1.0 * d10_, s35, s35_)
-        s37, s37_ = _times_one(Omega, s36, s36_)
-        s38, s38_ = _times_two(d15, d15_, d18, d18_)
-        s39, s39_ = _plus_one(1.0, -1.0 * d20, -1.0 * d20_)
-        s40, s40_ = _plus_two(s39, s39_, s38, s38_)
-        s41, s41_ = _times_one(-1.0 * d3, s40, s40_)
-        s42, s42_ = _plus_two(s37, s37_, s41, s41_)
-        s43, s43_ = _times_one(Omega, s42, s42_)
-        s44, s44_ = _times_one(-1.0 * d11, d14, d14_)
-        s45, s45_ = _plus_two(s43, s43_, s44, s44_)
-        N11, N11_ = _times_one(Omega, s45, s45_)
-        s47, s47_ = _times(12.0, p)
-        s48, s48_ = _times(p, p)
-        s49, s49_ = _times_one(p, s48, s48_)
-        s50, s50_ = _times_one(p, s49, s49_)
-        s51, s51_ = _times_two(-1.0 * d7, -1.0 * d7_, s50, s50_)
-        s52, s52_ = _times_one(-1.0 * xi, d23, d23_)
-        s53, s53_ = _times_two(s52, s52_, d9, d9_)
-        s54, s54_ = _plus_two(s51, s51_, s53, s53_)
-        s55, s55_ = _times_one(Omega, s54, s54_)
-        s56, s56_ = _times_two(d18, d18_, d6, d6_)
-        s57, s57_ = _times_one(-1.0 * d0, d18, d18_)
-        s58, s58_ = _plus_one(1.0, s56, s56_)
-        s59, s59_ = _plus_two(s58, s58_, s57, s57_)
-        s60, s60_ = _times_two(-1.0 * d15, -1.0 * d15_, s59, s59_)
-        s61, s61_ = _plus_two(s55, s55_, s60, s60_)
-        s62, s62_ = _times_one(Omega, s61, s61_)
-        s63, s63_ = _plus(2.0, -1.0 * d22)
-        s64, s64_ = _plus_two(s63, s63_, d5, d5_)
-        s65, s65_ = _times(-1.0 * d3, xi)
-        s66, s66_ = _times_two(s65, s65_, s64, s64_)
-        s67, s67_ = _plus_two(s62, s62_, s66, s66_)
-        s68, s68_ = _times_one(Omega, s67, s67_)
-        s69, s69_ = _plus_two(-4.0 * d13, -4.0 * d13_, s47, s47_)
-        N12, N12_ = _plus_two(s69, s69_, s68, s68_)
-        s71, s71_ = _times_two(-1.0 * d16, -1.0 * d16_, d4, d4_)
-        s72, s72_ = _times_one(-1.0 * d3, d7, d7_)
-        s73, s73_ = _plus_two(s71, s71_, s72, s72_)
-        s74, s74_ = _times_one(Omega, s73, s73_)
-        s75, s75_ = _plus_one(d24, s74, s74_)
-        N20, N20_ = _times_two(d1, d1_, s75, s75_)
-        s77, s77_ = _times_two(-1.0 * d21, -1.0 * d21_, d4, d4_)
-        s78, s78_ = _plus_two(-1.0 * d8, -1.0 * d8_, s77, s77_)
-        s79, s79_ = _times_one(Omega, s78, s78_)
-        s80, s80_ = _times_one(d22, d18, d18_)
-        s81, s81_ = _plus_one(1.0, -1.0 * d19, -1.0 * d19_)
-        s82, s82_ = _plus_two(s81, s81_, s80, s80_)
-        s83, s83_ = _times_one(-1.0 * d0, s82, s82_)
-        s84, s84_ = _plus_two(s79, s79_, s83, s83_)
-        s85, s85_ = _times_one(Omega, s84, s84_)
-        s86, s86_ = _times(-16.0 * p, xi)
-        s87, s87_ = _plus_two(s85, s85_, s86, s86_)
-        N21, N21_ = _times_one(Omega, s87, s87_)
-        s89, s89_ = _times_two(-1.0 * d17, -1.0 * d17_, d23, d23_)
-        s90, s90_ = _plus_two(-1.0 * d10, -1.0 * d10_, s89, s89_)
-        s91, s91_ = _times_one(Omega, s90, s90_)
-        s92, s92_ = _plus_one(1.0, d20, d20_)
-        s93, s93_ = _plus_two(s92, s92_, -8.0 * d18, -8.0 * d18_)
-        s94, s94_ = _times_two(-1.0 * d6, -1.0 * d6_, s93, s93_)
-        s95, s95_ = _plus_two(s91, s91_, s94, s94_)
-        s96, s96_ = _times_one(Omega, s95, s95_)
-        s97, s97_ = _plus_two(-1.0 * d12, -1.0 * d12_, s96, s96_)
-        s98, s98_ = _times_one(Omega, s97, s97_)
-        N22, N22_ = _plus_one(d24, s98, s98_)
-        D00 = _over(N00, N00_, den, 0.0)
-        D01 = _over(N01, N01_, den, 0.0)
-        D02 = _over(N02, N02_, den, 0.0)
-        D10 = _over(N10, N10_, den, 0.0)
-        D11 = _over(N11, N11_, den, 0.0)
-        D12 = _over(N12, N12_, den, 0.0)
-        D20 = _over(N20, N20_, den, 0.0)
-        D21 = _over(N21, N21_, den, 0.0)
-        D22 = _over(N22, N22_, den, 0.0)
-        x0 = p - 1
-        x1 = 4*p*x0
-        x2 = p**2
-        x3 = 4*x2
-        x4 = xi*(p - 2)
-        x5 = 8*p
-        B00 = (-x1) / den
-        B01 = 0.0
-        B10 = (Omega*(2*Omega*x0*x2 + x3*x4) - 4*x0) / den
-        B11 = (x3) / den
-        B20 = (Omega*(Omega*x1 + x4*x5)) / den
-        B21 = (x5) / den
-        s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j], s[768 + j], s[816 + j] = D00, D01, D02, D10, D11, D12, D20, D21, D22, B00, B01, B10, B11, B20, B21
-
-
-@_compile
-def coefficients(Omega, xi, p, out):
-    """D, B, O, P of linear_march_3_012: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f; out (15, n).
-
-    The rows of out are the entries of D, B, O, P, matrix by matrix and row by row. D is rounded once. Columns of
-    B and P beyond the scheme's own load instants, up to the march's 2, are zero.
+    Their entries, matrix by matrix and row by row. D is computed in pairs of doubles and rounded once. Columns of B and
+    P beyond the scheme's own load instants, up to the march's 2, are zero.
     """
-    s = np.ones(18 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j], s[96 + j] = Omega[first + j], xi[first + j], p[first + j]
-        _coefficients(s)
-        for r in range(15):
-            for j in range(size):
-                out[r, first + j] = s[(3 + r) * 48 + j]
+    d0 = 8.0 * p
+    d1, d1_ = by.times(Omega, Omega)
+    d2, d2_ = by.plus(-1.0, p)
+    d3 = 4.0 * p
+    d4, d4_ = by.times(d0, xi)
+    d5, d5_ = by.times(p, p)
+    d6, d6_ = 4.0 * d5, 4.0 * d5_
+    d7, d7_ = by.times_one(Omega, d2, d2_)
+    d8, d8_ = by.times_two(d6, d6_, d7, d7_)
+    s6, s6_ = by.times(p, p)
+    s7, s7_ = by.times_one(p, s6, s6_)
+    d9, d9_ = 2.0 * s7, 2.0 * s7_
+    d10, d10_ = by.times_two(d7, d7_, d9, d9_)
+    d11 = 8.0 * xi
+    d12, d12_ = by.times_one(d11, d5, d5_)
+    d13, d13_ = by.plus_one(1.0, d5, d5_)
+    d14, d14_ = by.plus_one(-1.0 * p, d13, d13_)
+    d15, d15_ = 2.0 * d5, 2.0 * d5_
+    d16, d16_ = by.plus(-2.0, p)
+    d17, d17_ = by.times_one(xi, d6, d6_)
+    d18, d18_ = by.times(xi, xi)
+    d19, d19_ = 4.0 * d18, 4.0 * d18_
+    d20, d20_ = by.times_one(p, d19, d19_)
+    s16, s16_ = by.plus(-1.0, -1.0 * p)
+    d21, d21_ = by.plus_two(s16, s16_, d5, d5_)
+    d22 = 2.0 * p
+    d23, d23_ = by.plus_one(-2.0, d5, d5_)
+    d24 = -1.0 * d0
+    den = d0
+    s19, s19_ = by.times_one(d3, d1, d1_)
+    N00, N00_ = by.times_two(s19, s19_, d2, d2_)
+    s21, s21_ = by.times_two(d2, d2_, d4, d4_)
+    s22, s22_ = by.plus_two(d8, d8_, s21, s21_)
+    s23, s23_ = by.times_one(Omega, s22, s22_)
+    N01, N01_ = by.plus_one(d0, s23, s23_)
+    s25, s25_ = by.times_two(d12, d12_, d2, d2_)
+    s26, s26_ = by.plus_two(d10, d10_, s25, s25_)
+    s27, s27_ = by.times_one(Omega, s26, s26_)
+    N02, N02_ = by.plus_two(d6, d6_, s27, s27_)
+    s29, s29_ = by.times_two(-1.0 * d15, -1.0 * d15_, d7, d7_)
+    s30, s30_ = by.times_two(-1.0 * d16, -1.0 * d16_, d17, d17_)
+    s31, s31_ = by.plus_two(s29, s29_, s30, s30_)
+    s32, s32_ = by.times_one(Omega, s31, s31_)
+    s33, s33_ = by.plus_two(-4.0 * d14, -4.0 * d14_, s32, s32_)
+    N10, N10_ = by.times_two(d1, d1_, s33, s33_)
+    s35, s35_ = by.times_two(-1.0 * d17, -1.0 * d17_, d21, d21_)
+    s36, s36_ = by.plus_two(-1.0 * d10, -1.0 * d10_, s35, s35_)
+    s37, s37_ = by.times_one(Omega, s36, s36_)
+    s38, s38_ = by.times_two(d15, d15_, d18, d18_)
+    s39, s39_ = by.plus_one(1.0, -1.0 * d20, -1.0 * d20_)
+    s40, s40_ = by.plus_two(s39, s39_, s38, s38_)
+    s41, s41_ = by.times_one(-1.0 * d3, s40, s40_)
+    s42, s42_ = by.plus_two(s37, s37_, s41, s41_)
+    s43, s43_ = by.times_one(Omega, s42, s42_)
+    s44, s44_ = by.times_one(-1.0 * d11, d14, d14_)
+    s45, s45_ = by.plus_two(s43, s43_, s44, s44_)
+    N11, N11_ = by.times_one(Omega, s45, s45_)
+    s47, s47_ = by.times(12.0, p)
+    s48, s48_ = by.times(p, p)
+    s49, s49_ = by.times_one(p, s48, s48_)
+    s50, s50_ = by.times_one(p, s49, s49_)
+    s51, s51_ = by.times_two(-1.0 * d7, -1.0 * d7_, s50, s50_)
+    s52, s52_ = by.times_one(-1.0 * xi, d23, d23_)
+    s53, s53_ = by.times_two(s52, s52_, d9, d9_)
+    s54, s54_ = by.plus_two(s51, s51_, s53, s53_)
+    s55, s55_ = by.times_one(Omega, s54, s54_)
+    s56, s56_ = by.times_two(d18, d18_, d6, d6_)
+    s57, s57_ = by.times_one(-1.0 * d0, d18, d18_)
+    s58, s58_ = by.plus_one(1.0, s56, s56_)
+    s59, s59_ = by.plus_two(s58, s58_, s57, s57_)
+    s60, s60_ = by.times_two(-1.0 * d15, -1.0 * d15_, s59, s59_)
+    s61, s61_ = by.plus_two(s55, s55_, s60, s60_)
+    s62, s62_ = by.times_one(Omega, s61, s61_)
+    s63, s63_ = by.plus(2.0, -1.0 * d22)
+    s64, s64_ = by.plus_two(s63, s63_, d5, d5_)
+    s65, s65_ = by.times(-1.0 * d3, xi)
+    s66, s66_ = by.times_two(s65, s65_, s64, s64_)
+    s67, s67_ = by.plus_two(s62, s62_, s66, s66_)
+    s68, s68_ = by.times_one(Omega, s67, s67_)
+    s69, s69_ = by.plus_two(-4.0 * d13, -4.0 * d13_, s47, s47_)
+    N12, N12_ = by.plus_two(s69, s69_, s68, s68_)
+    s71, s71_ = by.times_two(-1.0 * d16, -1.0 * d16_, d4, d4_)
+    s72, s72_ = by.times_one(-1.0 * d3, d7, d7_)
+    s73, s73_ = by.plus_two(s71, s71_, s72, s72_)
+    s74, s74_ = by.times_one(Omega, s73, s73_)
+    s75, s75_ = by.plus_one(d24, s74, s74_)
+    N20, N20_ = by.times_two(d1, d1_, s75, s75_)
+    s77, s77_ = by.times_two(-1.0 * d21, -1.0 * d21_, d4, d4_)
+    s78, s78_ = by.plus_two(-1.0 * d8, -1.0 * d8_, s77, s77_)
+    s79, s79_ = by.times_one(Omega, s78, s78_)
+    s80, s80_ = by.times_one(d22, d18, d18_)
+    s81, s81_ = by.plus_one(1.0, -1.0 * d19, -1.0 * d19_)
+    s82, s82_ = by.plus_two(s81, s81_, s80, s80_)
+    s83, s83_ = by.times_one(-1.0 * d0, s82, s82_)
+    s84, s84_ = by.plus_two(s79, s79_, s83, s83_)
+    s85, s85_ = by.times_one(Omega, s84, s84_)
+    s86, s86_ = by.times(-16.0 * p, xi)
+    s87, s87_ = by.plus_two(s85, s85_, s86, s86_)
+    N21, N21_ = by.times_one(Omega, s87, s87_)
+    s89, s89_ = by.times_two(-1.0 * d17, -1.0 * d17_, d23, d23_)
+    s90, s90_ = by.plus_two(-1.0 * d10, -1.0 * d10_, s89, s89_)
+    s91, s91_ = by.times_one(Omega, s90, s90_)
+    s92, s92_ = by.plus_one(1.0, d20, d20_)
+    s93, s93_ = by.plus_two(s92, s92_, -8.0 * d18, -8.0 * d18_)
+    s94, s94_ = by.times_two(-1.0 * d6, -1.0 * d6_, s93, s93_)
+    s95, s95_ = by.plus_two(s91, s91_, s94, s94_)
+    s96, s96_ = by.times_one(Omega, s95, s95_)
+    s97, s97_ = by.plus_two(-1.0 * d12, -1.0 * d12_, s96, s96_)
+    s98, s98_ = by.times_one(Omega, s97, s97_)
+    N22, N22_ = by.plus_one(d24, s98, s98_)
+    D00 = by.over(N00, N00_, den, 0.0)
+    D01 = by.over(N01, N01_, den, 0.0)
+    D02 = by.over(N02, N02_, den, 0.0)
+    D10 = by.over(N10, N10_, den, 0.0)
+    D11 = by.over(N11, N11_, den, 0.0)
+    D12 = by.over(N12, N12_, den, 0.0)
+    D20 = by.over(N20, N20_, den, 0.0)
+    D21 = by.over(N21, N21_, den, 0.0)
+    D22 = by.over(N22, N22_, den, 0.0)
+    x0 = p - 1
+    x1 = 4*p*x0
+    x2 = p**2
+    x3 = 4*x2
+    x4 = xi*(p - 2)
+    x5 = 8*p
+    B00 = (-x1) / den
+    B01 = 0.0
+    B10 = (Omega*(2*Omega*x0*x2 + x3*x4) - 4*x0) / den
+    B11 = (x3) / den
+    B20 = (Omega*(Omega*x1 + x4*x5)) / den
+    B21 = (x5) / den
+    return D00, D01, D02, D10, D11, D12, D20, D21, D22, B00, B01, B10, B11, B20, B21
 
 
-@_exact
-def _transfer(s):
-    """`transfer` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi, p = s[j], s[48 + j], s[96 + j]
-        x0 = 4*p
-        x1 = 3*p
-        x2 = p - 1
-        x3 = Omega*x2
-        x4 = p*x3
-        x5 = -x0
-        x6 = p**2
-        x7 = 2*x6
-        x8 = x7 + 1
-        x9 = 4*xi
-        x10 = x4*(x1 - 1) + x9*(x5 + x8)
-        x11 = Omega*x10 + x0
-        x12 = -p
-        x13 = xi**2
-        x14 = p - 2
-        x15 = 2*p
-        x16 = x15 - 1
-        x17 = Omega*x16
-        x18 = x17*x2**2
-        x19 = p*x18
-        x20 = p**3
-        x21 = 2*x20
-        x22 = 6*p
-        x23 = x6 + 2
-        x24 = -x22 + x23
-        x25 = 2*xi
-        x26 = x2*x25
-        x27 = x2*x7
-        x28 = x14*xi
-        x29 = -x1 + x6 + 1
-        x30 = 4*x6
-        x31 = Omega*x27
-        den = x0
-        whole = x11
-        P = (Omega**2*x11) / den
-        g1 = (Omega*(Omega*(Omega*(-x19 - x26*(x21 + x24)) - 12*x13*x14*x6) - x9*(x12 + x8)) + x0) / den
-        g2 = (Omega*(Omega*(4*x13*(8*p + 3*x20 - 10*x6 - 2) + x17*x2**3*x25) + x16*x2*x9)) / den
-        u0 = (-Omega*x10 - x15*(x12 + x23)) / whole
-        u1 = (Omega*(x19 + x24*x26) + x27) / whole
-        u2 = (x18*x25) / whole
-        v0 = (Omega*(x20*x3 + x21*x28) + x15) / den
-        v1 = (Omega*(-x28*x7*(x15 - 3) - x29*x4) + x15) / den
-        v2 = (x25*x3*(x20 + x22 - x30 - 2)) / den
-        a0 = (Omega*(x28*x30 + x31) + x0) / den
-        a1 = (Omega*(-x31 - x9*(x0 + x21 - 6*x6 - 1)) + x5) / den
-        a2 = (x29*x3*x9) / den
-        S = whole / den
-        s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j] = P, g1, g2, u0, u1, u2, S, v0, v1, v2, a0, a1, a2
+def transfer(by, Omega, xi, p):
+    """Filter from a load, linear between steps, to the response from rest (see linear_filter).
 
-
-@_compile
-def transfer(Omega, xi, p, out):
-    """Filter from a load, linear between steps, to the response from rest (see linear_filter); out (13, n).
-
-    Rows of out: P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
+    P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
     u = S (q + k0 e0 + k1 e1 + ...) and h*v, h^2*a = k0 e0 + k1 e1 + ...; e1, e2, ... are e0 of the steps before.
     """
-    s = np.ones(16 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j], s[96 + j] = Omega[first + j], xi[first + j], p[first + j]
-        _transfer(s)
-        for r in range(13):
-            for j in range(size):
-                out[r, first + j] = s[(3 + r) * 48 + j]
+    x0 = 4*p
+    x1 = 3*p
+    x2 = p - 1
+    x3 = Omega*x2
+    x4 = p*x3
+    x5 = -x0
+    x6 = p**2
+    x7 = 2*x6
+    x8 = x7 + 1
+    x9 = 4*xi
+    x10 = x4*(x1 - 1) + x9*(x5 + x8)
+    x11 = Omega*x10 + x0
+    x12 = -p
+    x13 = xi**2
+    x14 = p - 2
+    x15 = 2*p
+    x16 = x15 - 1
+    x17 = Omega*x16
+    x18 = x17*x2**2
+    x19 = p*x18
+    x20 = p**3
+    x21 = 2*x20
+    x22 = 6*p
+    x23 = x6 + 2
+    x24 = -x22 + x23
+    x25 = 2*xi
+    x26 = x2*x25
+    x27 = x2*x7
+    x28 = x14*xi
+    x29 = -x1 + x6 + 1
+    x30 = 4*x6
+    x31 = Omega*x27
+    den = x0
+    whole = x11
+    P = (Omega**2*x11) / den
+    g1 = (Omega*(Omega*(Omega*(-x19 - x26*(x21 + x24)) - 12*x13*x14*x6) - x9*(x12 + x8)) + x0) / den
+    g2 = (Omega*(Omega*(4*x13*(8*p + 3*x20 - 10*x6 - 2) + x17*x2**3*x25) + x16*x2*x9)) / den
+    u0 = (-Omega*x10 - x15*(x12 + x23)) / whole
+    u1 = (Omega*(x19 + x24*x26) + x27) / whole
+    u2 = (x18*x25) / whole
+    v0 = (Omega*(x20*x3 + x21*x28) + x15) / den
+    v1 = (Omega*(-x28*x7*(x15 - 3) - x29*x4) + x15) / den
+    v2 = (x25*x3*(x20 + x22 - x30 - 2)) / den
+    a0 = (Omega*(x28*x30 + x31) + x0) / den
+    a1 = (Omega*(-x31 - x9*(x0 + x21 - 6*x6 - 1)) + x5) / den
+    a2 = (x29*x3*x9) / den
+    S = whole / den
+    return P, g1, g2, u0, u1, u2, S, v0, v1, v2, a0, a1, a2

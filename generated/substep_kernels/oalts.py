@@ -77,10 +77,6 @@ FILTER = 0
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
-_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
-# called by kernels alone: not from Python, and so without the code for that
-_exact = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
-
 # contract: a * b + c may become one operation, rounded once
 _fused = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
 _inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"})
@@ -123,76 +119,6 @@ def _angle(y, x):
     angle = 0.7853981633974483 + angle if steep else angle
     angle = 1.5707963267948966 - angle if y > flat else angle
     return 3.141592653589793 - angle if x < 0.0 else angle
-
-
-@_exact
-def _increment(Omega, xi, rho_inf):
-    """Denominator and numerators of A - I. 99 operations."""
-    x0 = rho_inf - 3
-    x1 = rho_inf + 1
-    x2 = x1**2
-    x3 = x0**2*x2
-    x4 = 4*Omega
-    x5 = x0*x1
-    x6 = 4*xi
-    x7 = -x5*x6
-    x8 = x4 + x7
-    x9 = Omega*x8 + x3
-    x10 = 3*rho_inf - 1
-    x11 = x0*x2
-    x12 = x10*x11
-    x13 = x1*x10
-    x14 = Omega*xi
-    x15 = x2*(rho_inf - 2)
-    x16 = rho_inf**2
-    x17 = 4*rho_inf
-    x18 = 2*x2*(x16 - x17 + 1)
-    x19 = 4*x16
-    x20 = Omega**2
-    x21 = rho_inf - 1
-    x22 = x20*x21
-    x23 = 2*rho_inf + 1
-    x24 = x23*x4
-    x25 = -x3
-    x26 = -Omega*x8 + x25
-    den = x9
-    D_00 = Omega*(-x13*x6 - x4) + x12
-    D_01 = 16*rho_inf*x14 - 4*x15
-    D_02 = 8*rho_inf
-    D_03 = -x12 + x13*x4*xi
-    D_04 = 8*x14*x16 - x18
-    D_05 = x19
-    D_10 = 8*x1*x22
-    D_11 = Omega*(-x24 - x7) + x12
-    D_12 = -x17*x5
-    D_13 = -2*x13*x20
-    D_14 = -x12 - x19*x20
-    D_15 = -2*x16*x5
-    D_20 = -4*x11*x22
-    D_21 = Omega*(-8*x11*x21*xi + x15*x4)
-    D_22 = Omega*(4*x0*x1*x23*xi - x24) + x25
-    D_23 = x12*x20
-    D_24 = Omega*(Omega*x18 + 2*x12*xi)
-    D_25 = Omega*(4*x0*x1*x16*xi - x16*x4)
-    D_30 = x9
-    D_31 = 0
-    D_32 = 0
-    D_33 = x26
-    D_34 = 0
-    D_35 = 0
-    D_40 = 0
-    D_41 = x9
-    D_42 = 0
-    D_43 = 0
-    D_44 = x26
-    D_45 = 0
-    D_50 = 0
-    D_51 = 0
-    D_52 = x9
-    D_53 = 0
-    D_54 = 0
-    D_55 = x26
-    return den, D_00, D_01, D_02, D_03, D_04, D_05, D_10, D_11, D_12, D_13, D_14, D_15, D_20, D_21, D_22, D_23, D_24, D_25, D_30, D_31, D_32, D_33, D_34, D_35, D_40, D_41, D_42, D_43, D_44, D_45, D_50, D_51, D_52, D_53, D_54, D_55
 
 
 @_inline
@@ -363,6 +289,9 @@ def _polynomial_at_exact(Omega, xi, p0, p1, k0, k1_3, k1_5, k2_4, k2_6, k3_3, k3
     p0 += Omega * Omega * (k0 + k1_3 * a1_3 + k1_5 * a1_5 + k2_4 * a2_4 + k2_6 * a2_6 + k3_3 * a3_3 + k3_5 * a3_5 + k4_4 * a4_4 + k4_6 * a4_6)
     p1 += Omega * Omega * (k1_3 * b1_3 + k1_5 * b1_5 + k2_4 * b2_4 + k2_6 * b2_6 + k3_3 * b3_3 + k3_5 * b3_5 + k4_4 * b4_4 + k4_6 * b4_6)
     return p0 - xi * p1, p1, Omega * (a1_1 - xi * b1_1), Omega * b1_1, leading
+
+
+_exact = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
 
 
 @_inline
@@ -710,291 +639,240 @@ def stability(Omega, xi, rho_inf, radius, damping, period):
     return refused < 0
 
 
-@_compile
-def amplification(Omega, xi, rho_inf, out):
-    """Amplification matrix in the order of STATE; out (n, 6, 6)."""
-    for i in range(out.shape[0]):
-        (
-            den, D_00, D_01, D_02, D_03, D_04, D_05, D_10, D_11, D_12, D_13, D_14, D_15, D_20, D_21, D_22, D_23,
-            D_24, D_25, D_30, D_31, D_32, D_33, D_34, D_35, D_40, D_41, D_42, D_43, D_44, D_45, D_50, D_51,
-            D_52, D_53, D_54, D_55
-        ) = _increment(Omega[i], xi[i], rho_inf[i])
-        out[i, 0, 0] = 1.0 + D_00 / den
-        out[i, 0, 1] = D_01 / den
-        out[i, 0, 2] = D_02 / den
-        out[i, 0, 3] = D_03 / den
-        out[i, 0, 4] = D_04 / den
-        out[i, 0, 5] = D_05 / den
-        out[i, 1, 0] = D_10 / den
-        out[i, 1, 1] = 1.0 + D_11 / den
-        out[i, 1, 2] = D_12 / den
-        out[i, 1, 3] = D_13 / den
-        out[i, 1, 4] = D_14 / den
-        out[i, 1, 5] = D_15 / den
-        out[i, 2, 0] = D_20 / den
-        out[i, 2, 1] = D_21 / den
-        out[i, 2, 2] = 1.0 + D_22 / den
-        out[i, 2, 3] = D_23 / den
-        out[i, 2, 4] = D_24 / den
-        out[i, 2, 5] = D_25 / den
-        out[i, 3, 0] = D_30 / den
-        out[i, 3, 1] = D_31 / den
-        out[i, 3, 2] = D_32 / den
-        out[i, 3, 3] = 1.0 + D_33 / den
-        out[i, 3, 4] = D_34 / den
-        out[i, 3, 5] = D_35 / den
-        out[i, 4, 0] = D_40 / den
-        out[i, 4, 1] = D_41 / den
-        out[i, 4, 2] = D_42 / den
-        out[i, 4, 3] = D_43 / den
-        out[i, 4, 4] = 1.0 + D_44 / den
-        out[i, 4, 5] = D_45 / den
-        out[i, 5, 0] = D_50 / den
-        out[i, 5, 1] = D_51 / den
-        out[i, 5, 2] = D_52 / den
-        out[i, 5, 3] = D_53 / den
-        out[i, 5, 4] = D_54 / den
-        out[i, 5, 5] = 1.0 + D_55 / den
+def amplification(by, Omega, xi, rho_inf):
+    """Amplification matrix (6, 6) in the order of STATE, row by row."""
+    x0 = rho_inf - 3
+    x1 = rho_inf + 1
+    x2 = x1**2
+    x3 = x0**2*x2
+    x4 = 4*Omega
+    x5 = x0*x1
+    x6 = 4*xi
+    x7 = -x5*x6
+    x8 = x4 + x7
+    x9 = Omega*x8 + x3
+    x10 = 3*rho_inf - 1
+    x11 = x0*x2
+    x12 = x10*x11
+    x13 = x1*x10
+    x14 = Omega*xi
+    x15 = x2*(rho_inf - 2)
+    x16 = rho_inf**2
+    x17 = 4*rho_inf
+    x18 = 2*x2*(x16 - x17 + 1)
+    x19 = 4*x16
+    x20 = Omega**2
+    x21 = rho_inf - 1
+    x22 = x20*x21
+    x23 = 2*rho_inf + 1
+    x24 = x23*x4
+    x25 = -x3
+    x26 = -Omega*x8 + x25
+    den = x9
+    D_00 = (Omega*(-x13*x6 - x4) + x12) / den
+    D_01 = (16*rho_inf*x14 - 4*x15) / den
+    D_02 = (8*rho_inf) / den
+    D_03 = (-x12 + x13*x4*xi) / den
+    D_04 = (8*x14*x16 - x18) / den
+    D_05 = (x19) / den
+    D_10 = (8*x1*x22) / den
+    D_11 = (Omega*(-x24 - x7) + x12) / den
+    D_12 = (-x17*x5) / den
+    D_13 = (-2*x13*x20) / den
+    D_14 = (-x12 - x19*x20) / den
+    D_15 = (-2*x16*x5) / den
+    D_20 = (-4*x11*x22) / den
+    D_21 = (Omega*(-8*x11*x21*xi + x15*x4)) / den
+    D_22 = (Omega*(4*x0*x1*x23*xi - x24) + x25) / den
+    D_23 = (x12*x20) / den
+    D_24 = (Omega*(Omega*x18 + 2*x12*xi)) / den
+    D_25 = (Omega*(4*x0*x1*x16*xi - x16*x4)) / den
+    D_30 = (x9) / den
+    D_31 = 0.0
+    D_32 = 0.0
+    D_33 = (x26) / den
+    D_34 = 0.0
+    D_35 = 0.0
+    D_40 = 0.0
+    D_41 = (x9) / den
+    D_42 = 0.0
+    D_43 = 0.0
+    D_44 = (x26) / den
+    D_45 = 0.0
+    D_50 = 0.0
+    D_51 = 0.0
+    D_52 = (x9) / den
+    D_53 = 0.0
+    D_54 = 0.0
+    D_55 = (x26) / den
+    return (
+        1.0 + D_00, D_01, D_02, D_03, D_04, D_05, D_10, 1.0 + D_11, D_12, D_13, D_14, D_15, D_20, D_21, 1.0
+        + D_22, D_23, D_24, D_25, D_30, D_31, D_32, 1.0 + D_33, D_34, D_35, D_40, D_41, D_42, D_43, 1.0 +
+        D_44, D_45, D_50, D_51, D_52, D_53, D_54, 1.0 + D_55
+    )
 
 
-@_compile
-def stencil(rho_inf, out):
-    """Instants (n, 1) at which the load is taken, in steps after t_n."""
-    for i in range(out.shape[0]):
-        out[i, 0] = 1
+def stencil(by, rho_inf):
+    """Instants at which the load is taken, in steps after t_n."""
+    return 1,
 
 
-# tails are rounding errors, which fastmath would remove
-@_exact
-def _plus(a, b):
-    """The sum of two doubles: head, and tail, which is the rounding error of the head."""
-    head = a + b
-    rest = head - a
-    return head, (a - (head - rest)) + (b - rest)
+def coefficients(by, Omega, xi, rho_inf):
+    """D, B, O, P of linear_march_6_012: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f.
 
-
-@_exact
-def _plus_one(a, b, b_):
-    """The sum of a double and a pair of head and tail."""
-    head, tail = _plus(a, b)
-    tail += b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _plus_two(a, a_, b, b_):
-    """The sum of two pairs of head and tail."""
-    head, tail = _plus(a, b)
-    tail += a_ + b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times(a, b):
-    """The product of two doubles: head and tail, from halves of their digits, whose products are exact."""
-    head, c, d = a * b, 134217729.0 * a, 134217729.0 * b
-    a1, b1 = c - (c - a), d - (d - b)
-    a2, b2 = a - a1, b - b1
-    return head, ((a1 * b1 - head) + a1 * b2 + a2 * b1) + a2 * b2
-
-
-@_exact
-def _times_one(a, b, b_):
-    """The product of a double and a pair of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times_two(a, a_, b, b_):
-    """The product of two pairs of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_ + a_ * b
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _over(a, a_, b, b_):
-    """The quotient of two pairs of head and tail, rounded to a double."""
-    head = a / b
-    product, tail = _times(head, b)
-    return head + ((a - product) - tail + a_ - head * b_) / b
-
-
-@_exact
-def _coefficients(s):
-    """`coefficients` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi, rho_inf = s[j], s[48 + j], s[96 + j]
-        d0, d0_ = _plus(-3.0, rho_inf)
-        d1, d1_ = _plus(1.0, rho_inf)
-        d2, d2_ = _times_two(d1, d1_, d1, d1_)
-        s3, s3_ = _times_two(d0, d0_, d0, d0_)
-        d3, d3_ = _times_two(d2, d2_, s3, s3_)
-        d4 = 4.0 * Omega
-        d5, d5_ = _times_two(d0, d0_, d1, d1_)
-        d6 = 4.0 * xi
-        d7, d7_ = _times_one(-1.0 * d6, d5, d5_)
-        d8, d8_ = _plus_one(d4, d7, d7_)
-        s8, s8_ = _times_one(Omega, d8, d8_)
-        d9, d9_ = _plus_two(d3, d3_, s8, s8_)
-        s10, s10_ = _times(3.0, rho_inf)
-        d10, d10_ = _plus_one(-1.0, s10, s10_)
-        d11, d11_ = _times_two(d0, d0_, d2, d2_)
-        d12, d12_ = _times_two(d10, d10_, d11, d11_)
-        d13, d13_ = _times_two(d1, d1_, d10, d10_)
-        d14, d14_ = _times(Omega, xi)
-        s16, s16_ = _plus(-2.0, rho_inf)
-        d15, d15_ = _times_two(d2, d2_, s16, s16_)
-        d16, d16_ = _times(rho_inf, rho_inf)
-        d17 = 4.0 * rho_inf
-        s19, s19_ = _plus(1.0, -1.0 * d17)
-        s20, s20_ = _plus_two(s19, s19_, d16, d16_)
-        d18, d18_ = _times_two(2.0 * d2, 2.0 * d2_, s20, s20_)
-        d19, d19_ = 4.0 * d16, 4.0 * d16_
-        d20, d20_ = _times(Omega, Omega)
-        d21, d21_ = _plus(-1.0, rho_inf)
-        d22, d22_ = _times_two(d20, d20_, d21, d21_)
-        d23, d23_ = _plus(1.0, 2.0 * rho_inf)
-        d24, d24_ = _times_one(d4, d23, d23_)
-        d25, d25_ = -1.0 * d3, -1.0 * d3_
-        s27, s27_ = _times_one(-1.0 * Omega, d8, d8_)
-        d26, d26_ = _plus_two(d25, d25_, s27, s27_)
-        den, den_ = d9, d9_
-        s29, s29_ = _times_one(-1.0 * d6, d13, d13_)
-        s30, s30_ = _plus_one(-1.0 * d4, s29, s29_)
-        s31, s31_ = _times_one(Omega, s30, s30_)
-        N00, N00_ = _plus_two(d12, d12_, s31, s31_)
-        s33, s33_ = _times_one(16.0 * rho_inf, d14, d14_)
-        N01, N01_ = _plus_two(-4.0 * d15, -4.0 * d15_, s33, s33_)
-        N02 = 8.0 * rho_inf
-        s35, s35_ = _times(d4, xi)
-        s36, s36_ = _times_two(s35, s35_, d13, d13_)
-        N03, N03_ = _plus_two(-1.0 * d12, -1.0 * d12_, s36, s36_)
-        s38, s38_ = _times_two(8.0 * d14, 8.0 * d14_, d16, d16_)
-        N04, N04_ = _plus_two(-1.0 * d18, -1.0 * d18_, s38, s38_)
-        N05, N05_ = d19, d19_
-        N10, N10_ = _times_two(8.0 * d1, 8.0 * d1_, d22, d22_)
-        s41, s41_ = _plus_two(-1.0 * d24, -1.0 * d24_, -1.0 * d7, -1.0 * d7_)
-        s42, s42_ = _times_one(Omega, s41, s41_)
-        N11, N11_ = _plus_two(d12, d12_, s42, s42_)
-        N12, N12_ = _times_one(-1.0 * d17, d5, d5_)
-        N13, N13_ = _times_two(-2.0 * d13, -2.0 * d13_, d20, d20_)
-        s46, s46_ = _times_two(-1.0 * d19, -1.0 * d19_, d20, d20_)
-        N14, N14_ = _plus_two(-1.0 * d12, -1.0 * d12_, s46, s46_)
-        N15, N15_ = _times_two(-2.0 * d16, -2.0 * d16_, d5, d5_)
-        N20, N20_ = _times_two(-4.0 * d11, -4.0 * d11_, d22, d22_)
-        s50, s50_ = _times_one(d4, d15, d15_)
-        s51, s51_ = _times_one(-8.0 * xi, d11, d11_)
-        s52, s52_ = _times_two(s51, s51_, d21, d21_)
-        s53, s53_ = _plus_two(s50, s50_, s52, s52_)
-        N21, N21_ = _times_one(Omega, s53, s53_)
-        s55, s55_ = _times_one(4.0 * xi, d0, d0_)
-        s56, s56_ = _times_two(s55, s55_, d1, d1_)
-        s57, s57_ = _times_two(s56, s56_, d23, d23_)
-        s58, s58_ = _plus_two(-1.0 * d24, -1.0 * d24_, s57, s57_)
-        s59, s59_ = _times_one(Omega, s58, s58_)
-        N22, N22_ = _plus_two(d25, d25_, s59, s59_)
-        N23, N23_ = _times_two(d12, d12_, d20, d20_)
-        s62, s62_ = _times_one(Omega, d18, d18_)
-        s63, s63_ = _times_one(2.0 * xi, d12, d12_)
-        s64, s64_ = _plus_two(s62, s62_, s63, s63_)
-        N24, N24_ = _times_one(Omega, s64, s64_)
-        s66, s66_ = _times_one(-1.0 * d4, d16, d16_)
-        s67, s67_ = _times_one(4.0 * xi, d0, d0_)
-        s68, s68_ = _times_two(s67, s67_, d1, d1_)
-        s69, s69_ = _times_two(s68, s68_, d16, d16_)
-        s70, s70_ = _plus_two(s66, s66_, s69, s69_)
-        N25, N25_ = _times_one(Omega, s70, s70_)
-        N30, N30_ = d9, d9_
-        N31 = 0.0
-        N32 = 0.0
-        N33, N33_ = d26, d26_
-        N34 = 0.0
-        N35 = 0.0
-        N40 = 0.0
-        N41, N41_ = d9, d9_
-        N42 = 0.0
-        N43 = 0.0
-        N44, N44_ = d26, d26_
-        N45 = 0.0
-        N50 = 0.0
-        N51 = 0.0
-        N52, N52_ = d9, d9_
-        N53 = 0.0
-        N54 = 0.0
-        N55, N55_ = d26, d26_
-        D00 = _over(N00, N00_, den, den_)
-        D01 = _over(N01, N01_, den, den_)
-        D02 = _over(N02, 0.0, den, den_)
-        D03 = _over(N03, N03_, den, den_)
-        D04 = _over(N04, N04_, den, den_)
-        D05 = _over(N05, N05_, den, den_)
-        D10 = _over(N10, N10_, den, den_)
-        D11 = _over(N11, N11_, den, den_)
-        D12 = _over(N12, N12_, den, den_)
-        D13 = _over(N13, N13_, den, den_)
-        D14 = _over(N14, N14_, den, den_)
-        D15 = _over(N15, N15_, den, den_)
-        D20 = _over(N20, N20_, den, den_)
-        D21 = _over(N21, N21_, den, den_)
-        D22 = _over(N22, N22_, den, den_)
-        D23 = _over(N23, N23_, den, den_)
-        D24 = _over(N24, N24_, den, den_)
-        D25 = _over(N25, N25_, den, den_)
-        D30 = _over(N30, N30_, den, den_)
-        D31 = _over(N31, 0.0, den, den_)
-        D32 = _over(N32, 0.0, den, den_)
-        D33 = _over(N33, N33_, den, den_)
-        D34 = _over(N34, 0.0, den, den_)
-        D35 = _over(N35, 0.0, den, den_)
-        D40 = _over(N40, 0.0, den, den_)
-        D41 = _over(N41, N41_, den, den_)
-        D42 = _over(N42, 0.0, den, den_)
-        D43 = _over(N43, 0.0, den, den_)
-        D44 = _over(N44, N44_, den, den_)
-        D45 = _over(N45, 0.0, den, den_)
-        D50 = _over(N50, 0.0, den, den_)
-        D51 = _over(N51, 0.0, den, den_)
-        D52 = _over(N52, N52_, den, den_)
-        D53 = _over(N53, 0.0, den, den_)
-        D54 = _over(N54, 0.0, den, den_)
-        D55 = _over(N55, N55_, den, den_)
-        x0 = rho_inf - 3
-        x1 = rho_inf + 1
-        B00 = (4) / den
-        B10 = (-2*x0*x1) / den
-        B20 = (x0**2*x1**2) / den
-        B30 = 0.0
-        B40 = 0.0
-        B50 = 0.0
-        B01 = 0.0
-        B11 = 0.0
-        B21 = 0.0
-        B31 = 0.0
-        B41 = 0.0
-        B51 = 0.0
-        s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j], s[768 + j], s[816 + j], s[864 + j], s[912 + j], s[960 + j], s[1008 + j], s[1056 + j], s[1104 + j], s[1152 + j], s[1200 + j], s[1248 + j], s[1296 + j], s[1344 + j], s[1392 + j], s[1440 + j], s[1488 + j], s[1536 + j], s[1584 + j], s[1632 + j], s[1680 + j], s[1728 + j], s[1776 + j], s[1824 + j], s[1872 + j], s[1920 + j], s[1968 + j], s[2016 + j], s[2064 + j], s[2112 + j], s[2160 + j], s[2208 + j], s[2256 + j], s[2304 + j], s[2352 + j], s[2400 + j] = D00, D01, D02, D03, D04, D05, D10, D11, D12, D13, D14, D15, D20, D21, D22, D23, D24, D25, D30, D31, D32, D33, D34, D35, D40, D41, D42, D43, D44, D45, D50, D51, D52, D53, D54, D55, B00, B01, B10, B11, B20, B21, B30, B31, B40, B41, B50, B51
-
-
-@_compile
-def coefficients(Omega, xi, rho_inf, out):
-    """D, B, O, P of linear_march_6_012: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f; out (48, n).
-
-    The rows of out are the entries of D, B, O, P, matrix by matrix and row by row. D is rounded once. Columns of
-    B and P beyond the scheme's own load instants, up to the march's 2, are zero.
+    Their entries, matrix by matrix and row by row. D is computed in pairs of doubles and rounded once. Columns of B and
+    P beyond the scheme's own load instants, up to the march's 2, are zero.
     """
-    s = np.ones(51 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j], s[96 + j] = Omega[first + j], xi[first + j], rho_inf[first + j]
-        _coefficients(s)
-        for r in range(48):
-            for j in range(size):
-                out[r, first + j] = s[(3 + r) * 48 + j]
+    d0, d0_ = by.plus(-3.0, rho_inf)
+    d1, d1_ = by.plus(1.0, rho_inf)
+    d2, d2_ = by.times_two(d1, d1_, d1, d1_)
+    s3, s3_ = by.times_two(d0, d0_, d0, d0_)
+    d3, d3_ = by.times_two(d2, d2_, s3, s3_)
+    d4 = 4.0 * Omega
+    d5, d5_ = by.times_two(d0, d0_, d1, d1_)
+    d6 = 4.0 * xi
+    d7, d7_ = by.times_one(-1.0 * d6, d5, d5_)
+    d8, d8_ = by.plus_one(d4, d7, d7_)
+    s8, s8_ = by.times_one(Omega, d8, d8_)
+    d9, d9_ = by.plus_two(d3, d3_, s8, s8_)
+    s10, s10_ = by.times(3.0, rho_inf)
+    d10, d10_ = by.plus_one(-1.0, s10, s10_)
+    d11, d11_ = by.times_two(d0, d0_, d2, d2_)
+    d12, d12_ = by.times_two(d10, d10_, d11, d11_)
+    d13, d13_ = by.times_two(d1, d1_, d10, d10_)
+    d14, d14_ = by.times(Omega, xi)
+    s16, s16_ = by.plus(-2.0, rho_inf)
+    d15, d15_ = by.times_two(d2, d2_, s16, s16_)
+    d16, d16_ = by.times(rho_inf, rho_inf)
+    d17 = 4.0 * rho_inf
+    s19, s19_ = by.plus(1.0, -1.0 * d17)
+    s20, s20_ = by.plus_two(s19, s19_, d16, d16_)
+    d18, d18_ = by.times_two(2.0 * d2, 2.0 * d2_, s20, s20_)
+    d19, d19_ = 4.0 * d16, 4.0 * d16_
+    d20, d20_ = by.times(Omega, Omega)
+    d21, d21_ = by.plus(-1.0, rho_inf)
+    d22, d22_ = by.times_two(d20, d20_, d21, d21_)
+    d23, d23_ = by.plus(1.0, 2.0 * rho_inf)
+    d24, d24_ = by.times_one(d4, d23, d23_)
+    d25, d25_ = -1.0 * d3, -1.0 * d3_
+    s27, s27_ = by.times_one(-1.0 * Omega, d8, d8_)
+    d26, d26_ = by.plus_two(d25, d25_, s27, s27_)
+    den, den_ = d9, d9_
+    s29, s29_ = by.times_one(-1.0 * d6, d13, d13_)
+    s30, s30_ = by.plus_one(-1.0 * d4, s29, s29_)
+    s31, s31_ = by.times_one(Omega, s30, s30_)
+    N00, N00_ = by.plus_two(d12, d12_, s31, s31_)
+    s33, s33_ = by.times_one(16.0 * rho_inf, d14, d14_)
+    N01, N01_ = by.plus_two(-4.0 * d15, -4.0 * d15_, s33, s33_)
+    N02 = 8.0 * rho_inf
+    s35, s35_ = by.times(d4, xi)
+    s36, s36_ = by.times_two(s35, s35_, d13, d13_)
+    N03, N03_ = by.plus_two(-1.0 * d12, -1.0 * d12_, s36, s36_)
+    s38, s38_ = by.times_two(8.0 * d14, 8.0 * d14_, d16, d16_)
+    N04, N04_ = by.plus_two(-1.0 * d18, -1.0 * d18_, s38, s38_)
+    N05, N05_ = d19, d19_
+    N10, N10_ = by.times_two(8.0 * d1, 8.0 * d1_, d22, d22_)
+    s41, s41_ = by.plus_two(-1.0 * d24, -1.0 * d24_, -1.0 * d7, -1.0 * d7_)
+    s42, s42_ = by.times_one(Omega, s41, s41_)
+    N11, N11_ = by.plus_two(d12, d12_, s42, s42_)
+    N12, N12_ = by.times_one(-1.0 * d17, d5, d5_)
+    N13, N13_ = by.times_two(-2.0 * d13, -2.0 * d13_, d20, d20_)
+    s46, s46_ = by.times_two(-1.0 * d19, -1.0 * d19_, d20, d20_)
+    N14, N14_ = by.plus_two(-1.0 * d12, -1.0 * d12_, s46, s46_)
+    N15, N15_ = by.times_two(-2.0 * d16, -2.0 * d16_, d5, d5_)
+    N20, N20_ = by.times_two(-4.0 * d11, -4.0 * d11_, d22, d22_)
+    s50, s50_ = by.times_one(d4, d15, d15_)
+    s51, s51_ = by.times_one(-8.0 * xi, d11, d11_)
+    s52, s52_ = by.times_two(s51, s51_, d21, d21_)
+    s53, s53_ = by.plus_two(s50, s50_, s52, s52_)
+    N21, N21_ = by.times_one(Omega, s53, s53_)
+    s55, s55_ = by.times_one(4.0 * xi, d0, d0_)
+    s56, s56_ = by.times_two(s55, s55_, d1, d1_)
+    s57, s57_ = by.times_two(s56, s56_, d23, d23_)
+    s58, s58_ = by.plus_two(-1.0 * d24, -1.0 * d24_, s57, s57_)
+    s59, s59_ = by.times_one(Omega, s58, s58_)
+    N22, N22_ = by.plus_two(d25, d25_, s59, s59_)
+    N23, N23_ = by.times_two(d12, d12_, d20, d20_)
+    s62, s62_ = by.times_one(Omega, d18, d18_)
+    s63, s63_ = by.times_one(2.0 * xi, d12, d12_)
+    s64, s64_ = by.plus_two(s62, s62_, s63, s63_)
+    N24, N24_ = by.times_one(Omega, s64, s64_)
+    s66, s66_ = by.times_one(-1.0 * d4, d16, d16_)
+    s67, s67_ = by.times_one(4.0 * xi, d0, d0_)
+    s68, s68_ = by.times_two(s67, s67_, d1, d1_)
+    s69, s69_ = by.times_two(s68, s68_, d16, d16_)
+    s70, s70_ = by.plus_two(s66, s66_, s69, s69_)
+    N25, N25_ = by.times_one(Omega, s70, s70_)
+    N30, N30_ = d9, d9_
+    N31 = 0.0
+    N32 = 0.0
+    N33, N33_ = d26, d26_
+    N34 = 0.0
+    N35 = 0.0
+    N40 = 0.0
+    N41, N41_ = d9, d9_
+    N42 = 0.0
+    N43 = 0.0
+    N44, N44_ = d26, d26_
+    N45 = 0.0
+    N50 = 0.0
+    N51 = 0.0
+    N52, N52_ = d9, d9_
+    N53 = 0.0
+    N54 = 0.0
+    N55, N55_ = d26, d26_
+    D00 = by.over(N00, N00_, den, den_)
+    D01 = by.over(N01, N01_, den, den_)
+    D02 = by.over(N02, 0.0, den, den_)
+    D03 = by.over(N03, N03_, den, den_)
+    D04 = by.over(N04, N04_, den, den_)
+    D05 = by.over(N05, N05_, den, den_)
+    D10 = by.over(N10, N10_, den, den_)
+    D11 = by.over(N11, N11_, den, den_)
+    D12 = by.over(N12, N12_, den, den_)
+    D13 = by.over(N13, N13_, den, den_)
+    D14 = by.over(N14, N14_, den, den_)
+    D15 = by.over(N15, N15_, den, den_)
+    D20 = by.over(N20, N20_, den, den_)
+    D21 = by.over(N21, N21_, den, den_)
+    D22 = by.over(N22, N22_, den, den_)
+    D23 = by.over(N23, N23_, den, den_)
+    D24 = by.over(N24, N24_, den, den_)
+    D25 = by.over(N25, N25_, den, den_)
+    D30 = by.over(N30, N30_, den, den_)
+    D31 = by.over(N31, 0.0, den, den_)
+    D32 = by.over(N32, 0.0, den, den_)
+    D33 = by.over(N33, N33_, den, den_)
+    D34 = by.over(N34, 0.0, den, den_)
+    D35 = by.over(N35, 0.0, den, den_)
+    D40 = by.over(N40, 0.0, den, den_)
+    D41 = by.over(N41, N41_, den, den_)
+    D42 = by.over(N42, 0.0, den, den_)
+    D43 = by.over(N43, 0.0, den, den_)
+    D44 = by.over(N44, N44_, den, den_)
+    D45 = by.over(N45, 0.0, den, den_)
+    D50 = by.over(N50, 0.0, den, den_)
+    D51 = by.over(N51, 0.0, den, den_)
+    D52 = by.over(N52, N52_, den, den_)
+    D53 = by.over(N53, 0.0, den, den_)
+    D54 = by.over(N54, 0.0, den, den_)
+    D55 = by.over(N55, N55_, den, den_)
+    x0 = rho_inf - 3
+    x1 = rho_inf + 1
+    B00 = (4) / den
+    B10 = (-2*x0*x1) / den
+    B20 = (x0**2*x1**2) / den
+    B30 = 0.0
+    B40 = 0.0
+    B50 = 0.0
+    B01 = 0.0
+    B11 = 0.0
+    B21 = 0.0
+    B31 = 0.0
+    B41 = 0.0
+    B51 = 0.0
+    return (
+        D00, D01, D02, D03, D04, D05, D10, D11, D12, D13, D14, D15, D20, D21, D22, D23, D24, D25, D30, D31,
+        D32, D33, D34, D35, D40, D41, D42, D43, D44, D45, D50, D51, D52, D53, D54, D55, B00, B01, B10, B11,
+        B20, B21, B30, B31, B40, B41, B50, B51
+    )

@@ -85,10 +85,6 @@ FILTER = 2
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
-_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
-# called by kernels alone: not from Python, and so without the code for that
-_exact = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
-
 # contract: a * b + c may become one operation, rounded once
 _fused = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
 _inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"})
@@ -131,90 +127,6 @@ def _angle(y, x):
     angle = 0.7853981633974483 + angle if steep else angle
     angle = 1.5707963267948966 - angle if y > flat else angle
     return 3.141592653589793 - angle if x < 0.0 else angle
-
-
-@_exact
-def _increment(Omega, xi, rho_inf, gamma_t):
-    """Denominator and numerators of A - I. 249 operations."""
-    x0 = gamma_t*rho_inf
-    x1 = -gamma_t + x0
-    x2 = x1 + 2
-    x3 = x2**2
-    x4 = 4*x3
-    x5 = gamma_t**2
-    x6 = -x5
-    x7 = rho_inf*x5
-    x8 = x6 + x7
-    x9 = x8 + 2
-    x10 = 4*x2
-    x11 = x10*xi
-    x12 = -8*gamma_t
-    x13 = 8*x5
-    x14 = gamma_t - 1
-    x15 = Omega*x14**2
-    x16 = x15*x5
-    x17 = 2*gamma_t
-    x18 = x14*xi
-    x19 = x17*x18
-    x20 = x19*x9
-    x21 = gamma_t**3
-    x22 = xi**2
-    x23 = 8*x22
-    x24 = x21*x23
-    x25 = gamma_t**4
-    x26 = 4*x21
-    x27 = rho_inf**2
-    x28 = 2*rho_inf
-    x29 = rho_inf*x26
-    x30 = 16*gamma_t*x22 - 24*x22*x5 + x24 + x25*x27 - x25*x28 + x25 - x26 + x29
-    x31 = Omega**2
-    x32 = 3*x5
-    x33 = -x17
-    x34 = -rho_inf - x33 - 3
-    x35 = x27*x5
-    x36 = x12 + x35 + 6
-    x37 = 7*x5
-    x38 = 2*x21
-    x39 = 4*gamma_t
-    x40 = 4*x0
-    x41 = 4*x7
-    x42 = -x28
-    x43 = x42 + 2
-    x44 = 2*xi
-    x45 = 2*x7
-    x46 = 4*x22
-    x47 = 2*x0
-    x48 = x35 + x47
-    x49 = x28 + x48 + 2
-    x50 = x33 - x45
-    x51 = x49 + x5 + x50
-    x52 = -rho_inf + x47
-    x53 = x52 + 1
-    x54 = 8*x0 - x41
-    x55 = 2*x2
-    x56 = x18*x2
-    x57 = rho_inf + 1
-    x58 = x1 + x57
-    x59 = gamma_t*x46 + x2
-    x60 = rho_inf - 1
-    x61 = x16*x60
-    x62 = x52 + x8 + 3
-    x63 = Omega*gamma_t*x14
-    x64 = -x4
-    x65 = x21*x27
-    x66 = -x21*x28 + x21 + x65
-    x67 = 2*x22
-    den = Omega*(Omega*(Omega*(x16 - x20) + rho_inf*x13*x22 - rho_inf*x24 + x12 + x13 + x30 + 4) + x11*x9) + x4
-    D_00 = x31*(Omega*(-x16 - x19*x34) - x28 - x32 - x36)
-    D_01 = Omega*(Omega*(gamma_t*x14*(rho_inf*x46 - x0*x23 - x46 + x51) - x15*x45*xi) + x44*(x27*x38 - x29 - x35 - x37 + x38 + x39 + x40 + x41 + x43)) + x4
-    D_02 = Omega*(-x15*x7 - x19*x53) + x35 + x43 + x54 + x6
-    D_10 = x31*(Omega*(gamma_t*x15*x58 + x39*x56) + x34*x55)
-    D_11 = Omega*(Omega*(Omega*(x19*x62 + x61) + x55*(4*x22*x5 - x59)) + x11*x34)
-    D_12 = Omega*(x40*x56 + x63*(x48 + x57 - x7)) + x53*x55
-    D_20 = x31*(Omega*(-Omega*x14*(x17 - x32 + x45 + x49 + x66) - x11*x14*x58) + x64)
-    D_21 = Omega*(Omega*(Omega*(-x14*x44*(6*x0 + x27*x32 + x28 + x50 + x6 + x66 + 2) - x51*x63) - x10*(-x22*x28 - x5*x67 + x59 + x67*x7 - x67)) - 8*x3*xi)
-    D_22 = Omega*(Omega*(Omega*(-x20*x60 + x61) + 16*gamma_t*rho_inf*x22 + 16*rho_inf*x21*x22 + 8*x22*x27*x5 - 32*x22*x7 - x23*x65 - x30 - x36 - x37 - x42 - x54) - x11*x62) + x64
-    return den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22
 
 
 @_inline
@@ -510,375 +422,342 @@ def stability(Omega, xi, rho_inf, gamma_t, radius, damping, period):
     return refused < 0
 
 
-@_compile
-def amplification(Omega, xi, rho_inf, gamma_t, out):
-    """Amplification matrix in the order of STATE; out (n, 3, 3)."""
-    for i in range(out.shape[0]):
-        den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22 = _increment(Omega[i], xi[i], rho_inf[i], gamma_t[i])
-        out[i, 0, 0] = 1.0 + D_00 / den
-        out[i, 0, 1] = D_01 / den
-        out[i, 0, 2] = D_02 / den
-        out[i, 1, 0] = D_10 / den
-        out[i, 1, 1] = 1.0 + D_11 / den
-        out[i, 1, 2] = D_12 / den
-        out[i, 2, 0] = D_20 / den
-        out[i, 2, 1] = D_21 / den
-        out[i, 2, 2] = 1.0 + D_22 / den
+def amplification(by, Omega, xi, rho_inf, gamma_t):
+    """Amplification matrix (3, 3) in the order of STATE, row by row."""
+    x0 = gamma_t*rho_inf
+    x1 = -gamma_t + x0
+    x2 = x1 + 2
+    x3 = x2**2
+    x4 = 4*x3
+    x5 = gamma_t**2
+    x6 = -x5
+    x7 = rho_inf*x5
+    x8 = x6 + x7
+    x9 = x8 + 2
+    x10 = 4*x2
+    x11 = x10*xi
+    x12 = -8*gamma_t
+    x13 = 8*x5
+    x14 = gamma_t - 1
+    x15 = Omega*x14**2
+    x16 = x15*x5
+    x17 = 2*gamma_t
+    x18 = x14*xi
+    x19 = x17*x18
+    x20 = x19*x9
+    x21 = gamma_t**3
+    x22 = xi**2
+    x23 = 8*x22
+    x24 = x21*x23
+    x25 = gamma_t**4
+    x26 = 4*x21
+    x27 = rho_inf**2
+    x28 = 2*rho_inf
+    x29 = rho_inf*x26
+    x30 = 16*gamma_t*x22 - 24*x22*x5 + x24 + x25*x27 - x25*x28 + x25 - x26 + x29
+    x31 = Omega**2
+    x32 = 3*x5
+    x33 = -x17
+    x34 = -rho_inf - x33 - 3
+    x35 = x27*x5
+    x36 = x12 + x35 + 6
+    x37 = 7*x5
+    x38 = 2*x21
+    x39 = 4*gamma_t
+    x40 = 4*x0
+    x41 = 4*x7
+    x42 = -x28
+    x43 = x42 + 2
+    x44 = 2*xi
+    x45 = 2*x7
+    x46 = 4*x22
+    x47 = 2*x0
+    x48 = x35 + x47
+    x49 = x28 + x48 + 2
+    x50 = x33 - x45
+    x51 = x49 + x5 + x50
+    x52 = -rho_inf + x47
+    x53 = x52 + 1
+    x54 = 8*x0 - x41
+    x55 = 2*x2
+    x56 = x18*x2
+    x57 = rho_inf + 1
+    x58 = x1 + x57
+    x59 = gamma_t*x46 + x2
+    x60 = rho_inf - 1
+    x61 = x16*x60
+    x62 = x52 + x8 + 3
+    x63 = Omega*gamma_t*x14
+    x64 = -x4
+    x65 = x21*x27
+    x66 = -x21*x28 + x21 + x65
+    x67 = 2*x22
+    den = Omega*(Omega*(Omega*(x16 - x20) + rho_inf*x13*x22 - rho_inf*x24 + x12 + x13 + x30 + 4) + x11*x9) + x4
+    D_00 = (x31*(Omega*(-x16 - x19*x34) - x28 - x32 - x36)) / den
+    D_01 = (Omega*(Omega*(gamma_t*x14*(rho_inf*x46 - x0*x23 - x46 + x51) - x15*x45*xi) + x44*(x27*x38 - x29 - x35 - x37 + x38 + x39 + x40 + x41 + x43)) + x4) / den
+    D_02 = (Omega*(-x15*x7 - x19*x53) + x35 + x43 + x54 + x6) / den
+    D_10 = (x31*(Omega*(gamma_t*x15*x58 + x39*x56) + x34*x55)) / den
+    D_11 = (Omega*(Omega*(Omega*(x19*x62 + x61) + x55*(4*x22*x5 - x59)) + x11*x34)) / den
+    D_12 = (Omega*(x40*x56 + x63*(x48 + x57 - x7)) + x53*x55) / den
+    D_20 = (x31*(Omega*(-Omega*x14*(x17 - x32 + x45 + x49 + x66) - x11*x14*x58) + x64)) / den
+    D_21 = (Omega*(Omega*(Omega*(-x14*x44*(6*x0 + x27*x32 + x28 + x50 + x6 + x66 + 2) - x51*x63) - x10*(-x22*x28 - x5*x67 + x59 + x67*x7 - x67)) - 8*x3*xi)) / den
+    D_22 = (Omega*(Omega*(Omega*(-x20*x60 + x61) + 16*gamma_t*rho_inf*x22 + 16*rho_inf*x21*x22 + 8*x22*x27*x5 - 32*x22*x7 - x23*x65 - x30 - x36 - x37 - x42 - x54) - x11*x62) + x64) / den
+    return 1.0 + D_00, D_01, D_02, D_10, 1.0 + D_11, D_12, D_20, D_21, 1.0 + D_22
 
 
-@_compile
-def stencil(rho_inf, gamma_t, out):
-    """Instants (n, 3) at which the load is taken, in steps after t_n."""
-    for i in range(out.shape[0]):
-        out[i, 0] = 0
-        out[i, 1] = gamma_t[i]
-        out[i, 2] = 1
+def stencil(by, rho_inf, gamma_t):
+    """Instants at which the load is taken, in steps after t_n."""
+    return 0, gamma_t, 1
 
 
-# tails are rounding errors, which fastmath would remove
-@_exact
-def _plus(a, b):
-    """The sum of two doubles: head, and tail, which is the rounding error of the head."""
-    head = a + b
-    rest = head - a
-    return head, (a - (head - rest)) + (b - rest)
+def coefficients(by, Omega, xi, rho_inf, gamma_t):
+    """D, B, O, P of linear_march_2_01y: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f.
 
-
-@_exact
-def _plus_one(a, b, b_):
-    """The sum of a double and a pair of head and tail."""
-    head, tail = _plus(a, b)
-    tail += b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _plus_two(a, a_, b, b_):
-    """The sum of two pairs of head and tail."""
-    head, tail = _plus(a, b)
-    tail += a_ + b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times(a, b):
-    """The product of two doubles: head and tail, from halves of their digits, whose products are exact."""
-    head, c, d = a * b, 134217729.0 * a, 134217729.0 * b
-    a1, b1 = c - (c - a), d - (d - b)
-    a2, b2 = a - a1, b - b1
-    return head, ((a1 * b1 - head) + a1 * b2 + a2 * b1) + a2 * b2
-
-
-@_exact
-def _times_one(a, b, b_):
-    """The product of a double and a pair of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times_two(a, a_, b, b_):
-    """The product of two pairs of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_ + a_ * b
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _over(a, a_, b, b_):
-    """The quotient of two pairs of head and tail, rounded to a double."""
-    head = a / b
-    product, tail = _times(head, b)
-    return head + ((a - product) - tail + a_ - head * b_) / b
-
-
-@_exact
-def _coefficients(s):
-    """`coefficients` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi, rho_inf, gamma_t = s[j], s[48 + j], s[96 + j], s[144 + j]
-        d0, d0_ = _times(gamma_t, rho_inf)
-        s1, s1_ = _plus(2.0, -1.0 * gamma_t)
-        d1, d1_ = _plus_two(s1, s1_, d0, d0_)
-        d2, d2_ = _times_two(d1, d1_, d1, d1_)
-        d3, d3_ = 4.0 * d2, 4.0 * d2_
-        d4, d4_ = _times(gamma_t, gamma_t)
-        d5, d5_ = _times_one(rho_inf, d4, d4_)
-        s6, s6_ = _plus_one(2.0, d5, d5_)
-        s7, s7_ = _plus_two(s6, s6_, -1.0 * d4, -1.0 * d4_)
-        d6, d6_ = _times_one(xi, s7, s7_)
-        d7, d7_ = 4.0 * d1, 4.0 * d1_
-        s9, s9_ = _times(gamma_t, gamma_t)
-        s10, s10_ = _times_one(gamma_t, s9, s9_)
-        d8, d8_ = _times_one(gamma_t, s10, s10_)
-        d9, d9_ = 8.0 * d4, 8.0 * d4_
-        s12, s12_ = _times(gamma_t, gamma_t)
-        d10, d10_ = _times_one(gamma_t, s12, s12_)
-        d11, d11_ = 4.0 * d10, 4.0 * d10_
-        d12, d12_ = _times(xi, xi)
-        d13, d13_ = _times_one(gamma_t, d12, d12_)
-        d14 = 2.0 * rho_inf
-        d15, d15_ = _times(rho_inf, rho_inf)
-        d16, d16_ = _times_two(d12, d12_, d4, d4_)
-        d17, d17_ = _times_two(8.0 * d10, 8.0 * d10_, d12, d12_)
-        d18, d18_ = _plus(-1.0, gamma_t)
-        s20, s20_ = _times_two(d18, d18_, d18, d18_)
-        s21, s21_ = _times_one(Omega, d4, d4_)
-        d19, d19_ = _times_two(s21, s21_, s20, s20_)
-        d20 = 2.0 * gamma_t
-        s23, s23_ = _times_one(d20, d18, d18_)
-        d21, d21_ = _times_two(s23, s23_, d6, d6_)
-        d22, d22_ = _times(Omega, Omega)
-        d23, d23_ = _plus(-1.0, rho_inf)
-        d24, d24_ = _times_two(d19, d19_, d23, d23_)
-        d25, d25_ = _times_one(gamma_t, d18, d18_)
-        s29, s29_ = _times_one(xi, d25, d25_)
-        d26, d26_ = _times_two(s29, s29_, d7, d7_)
-        s31, s31_ = _times_two(d23, d23_, d26, d26_)
-        s32, s32_ = _times_two(d15, d15_, d4, d4_)
-        s33, s33_ = _plus(2.0, d14)
-        s34, s34_ = _plus_one(-1.0 * d20, s33, s33_)
-        s35, s35_ = _plus_two(s34, s34_, d4, d4_)
-        s36, s36_ = _plus_two(s35, s35_, -2.0 * d5, -2.0 * d5_)
-        s37, s37_ = _plus_two(s36, s36_, 2.0 * d0, 2.0 * d0_)
-        s38, s38_ = _plus_two(s37, s37_, s32, s32_)
-        s39, s39_ = _times_one(Omega, d25, d25_)
-        s40, s40_ = _times_two(s39, s39_, s38, s38_)
-        d27, d27_ = _plus_two(s31, s31_, s40, s40_)
-        d28, d28_ = 4.0 * d12, 4.0 * d12_
-        s42, s42_ = _times_one(-24.0, d16, d16_)
-        s43, s43_ = _plus_two(d19, d19_, -1.0 * d21, -1.0 * d21_)
-        s44, s44_ = _times_one(Omega, s43, s43_)
-        s45, s45_ = _times_one(rho_inf, d11, d11_)
-        s46, s46_ = _times_two(d15, d15_, d8, d8_)
-        s47, s47_ = _times_one(-1.0 * d14, d8, d8_)
-        s48, s48_ = _times_one(-1.0 * rho_inf, d17, d17_)
-        s49, s49_ = _times_one(rho_inf, d12, d12_)
-        s50, s50_ = _times_two(s49, s49_, d9, d9_)
-        s51, s51_ = _plus(4.0, -8.0 * gamma_t)
-        s52, s52_ = _plus_two(s51, s51_, d17, d17_)
-        s53, s53_ = _plus_two(s52, s52_, d8, d8_)
-        s54, s54_ = _plus_two(s53, s53_, d9, d9_)
-        s55, s55_ = _plus_two(s54, s54_, -1.0 * d11, -1.0 * d11_)
-        s56, s56_ = _plus_two(s55, s55_, s42, s42_)
-        s57, s57_ = _plus_two(s56, s56_, 16.0 * d13, 16.0 * d13_)
-        s58, s58_ = _plus_two(s57, s57_, s44, s44_)
-        s59, s59_ = _plus_two(s58, s58_, s45, s45_)
-        s60, s60_ = _plus_two(s59, s59_, s46, s46_)
-        s61, s61_ = _plus_two(s60, s60_, s47, s47_)
-        s62, s62_ = _plus_two(s61, s61_, s48, s48_)
-        s63, s63_ = _plus_two(s62, s62_, s50, s50_)
-        s64, s64_ = _times_one(Omega, s63, s63_)
-        s65, s65_ = _times_two(d6, d6_, d7, d7_)
-        s66, s66_ = _plus_two(s64, s64_, s65, s65_)
-        s67, s67_ = _times_one(Omega, s66, s66_)
-        den, den_ = _plus_two(d3, d3_, s67, s67_)
-        s69, s69_ = _plus_two(d24, d24_, d26, d26_)
-        s70, s70_ = _times_one(Omega, s69, s69_)
-        s71, s71_ = _plus_two(-2.0 * d2, -2.0 * d2_, s70, s70_)
-        N00, N00_ = _times_two(d22, d22_, s71, s71_)
-        s73, s73_ = _times_one(Omega, d27, d27_)
-        N01, N01_ = _plus_two(d3, d3_, s73, s73_)
-        s75, s75_ = _times_one(-1.0 * Omega, d27, d27_)
-        s76, s76_ = _plus_two(-1.0 * d3, -1.0 * d3_, s75, s75_)
-        N10, N10_ = _times_two(d22, d22_, s76, s76_)
-        s78, s78_ = _times_two(-1.0 * d21, -1.0 * d21_, d23, d23_)
-        s79, s79_ = _plus_two(d24, d24_, s78, s78_)
-        s80, s80_ = _times_one(Omega, s79, s79_)
-        s81, s81_ = _times_two(d28, d28_, d5, d5_)
-        s82, s82_ = _times_two(-1.0 * d0, -1.0 * d0_, d28, d28_)
-        s83, s83_ = _plus_two(d1, d1_, -4.0 * d16, -4.0 * d16_)
-        s84, s84_ = _plus_two(s83, s83_, 4.0 * d13, 4.0 * d13_)
-        s85, s85_ = _plus_two(s84, s84_, s81, s81_)
-        s86, s86_ = _plus_two(s85, s85_, s82, s82_)
-        s87, s87_ = _times_two(-2.0 * d1, -2.0 * d1_, s86, s86_)
-        s88, s88_ = _plus_two(s80, s80_, s87, s87_)
-        s89, s89_ = _times_one(Omega, s88, s88_)
-        s90, s90_ = _times_one(-8.0 * xi, d2, d2_)
-        s91, s91_ = _plus_two(s89, s89_, s90, s90_)
-        N11, N11_ = _times_one(Omega, s91, s91_)
-        D00 = _over(N00, N00_, den, den_)
-        D01 = _over(N01, N01_, den, den_)
-        D10 = _over(N10, N10_, den, den_)
-        D11 = _over(N11, N11_, den, den_)
-        x0 = gamma_t*rho_inf
-        x1 = -gamma_t + x0 + 2
-        x2 = x1**2
-        x3 = 4*x2
-        x4 = gamma_t**2
-        x5 = rho_inf*x4
-        x6 = 2 - x4
-        x7 = x5 + x6
-        x8 = 4*x1
-        x9 = x8*xi
-        x10 = gamma_t**3
-        x11 = 4*x10
-        x12 = 8*x4
-        x13 = gamma_t - 1
-        x14 = x13**2
-        x15 = Omega*x4
-        x16 = x14*x15
-        x17 = 2*gamma_t*x13*xi
-        x18 = xi**2
-        x19 = x18*x4
-        x20 = rho_inf*x11
-        x21 = 8*x10*x18
-        x22 = 16*x18
-        x23 = x12*x18
-        x24 = rho_inf*x21
-        x25 = 4 - x24
-        x26 = gamma_t**4
-        x27 = rho_inf**2
-        x28 = x26*x27
-        x29 = 2*rho_inf
-        x30 = x26*x29
-        x31 = x26 + x28 - x30
-        x32 = x27*x4
-        x33 = Omega*x14
-        x34 = x33*x5
-        x35 = 2*x0
-        x36 = -rho_inf + x35 + 1
-        x37 = 4*x5
-        x38 = 8*x0
-        x39 = -x37 + x38
-        x40 = rho_inf + 1
-        x41 = 4*x14
-        x42 = gamma_t*xi
-        x43 = 2*x1
-        x44 = x13*x8
-        x45 = x35 - x5
-        x46 = gamma_t*x13
-        x47 = Omega**2
-        x48 = 4*gamma_t
-        x49 = x1*x13
-        x50 = -2*gamma_t + x4 + 2
-        x51 = -2*gamma_t*rho_inf*x13*x7*xi + x34
-        x52 = x0*x22
-        x53 = x23*x27
-        x54 = x21*x27
-        x55 = 24*x18*x5
-        x56 = 4*x18
-        x57 = 2*x5
-        x58 = 2*x10
-        x59 = x24 + x52 + x53 - x54 - x55
-        den_o = Omega*(Omega*(Omega*(x16 - x17*x7) + gamma_t*x22 - 8*gamma_t + rho_inf*x23 - x11 + x12 - 24*x19 + x20 + x21 + x25 + x31) + x7*x9) + x3
-        B00 = (Omega*(-x17*x36 - x34) - x29 + x32 + x39 + x6) / den
-        B01 = (-Omega*x17*x40 + x40*x7) / den
-        B02 = (Omega*(x16 + x41*x42) + x41) / den
-        B10 = (Omega*(Omega*x46*(x32 + x40 + x45) + x0*x44*xi) + x36*x43) / den
-        B11 = (x40*x43 + x40*x46*x47) / den
-        B12 = (Omega*(-x15*x49 - x48*x49*xi) - x44) / den
-        O00 = (x47*(Omega*(Omega*(-Omega*x51 + x11 - x20 + x25 - x26 - x28 + x30 + 2*x32 + x39 - 6*x4 - x52 - x53 + x54 + x55) - x9*(-x45 - x50)) - x3)) / den_o
-        O01 = (Omega*(Omega*(Omega*(Omega*(gamma_t*x13*(8*rho_inf*x18 + 2*rho_inf*x4 + 4*x18*x27*x4 - x29 - x32 - x35 - x5*x56 - x50) - x33*x57*xi) - 2*xi*(-12*x0 + x27*x58 + x31 - 4*x32 + x48 + 12*x5 - x58 + x59 - 4)) - x8*(-x0*x56 + x1 + x18*x48 + x18*x57 - 2*x19 - x56)) - 8*x2*xi)) / den_o
-        P00 = (Omega*(Omega*(Omega*x51 + x29 - x32 + x37 - x38 + x4 + x59 - 2) - x36*x9)) / den_o
-        P01 = (Omega*(-Omega*x40*x7 - x40*x9)) / den_o
-        P02 = (Omega*(x15*x2 + x3*x42) + x3) / den_o
-        B03 = 0.0
-        B13 = 0.0
-        P03 = 0.0
-        s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j], s[768 + j], s[816 + j], s[864 + j], s[912 + j], s[960 + j], s[1008 + j] = D00, D01, D10, D11, B00, B01, B02, B03, B10, B11, B12, B13, O00, O01, P00, P01, P02, P03
-
-
-@_compile
-def coefficients(Omega, xi, rho_inf, gamma_t, out):
-    """D, B, O, P of linear_march_2_01y: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f; out (18, n).
-
-    The rows of out are the entries of D, B, O, P, matrix by matrix and row by row. D is rounded once. Columns of
-    B and P beyond the scheme's own load instants, up to the march's 4, are zero.
+    Their entries, matrix by matrix and row by row. D is computed in pairs of doubles and rounded once. Columns of B and
+    P beyond the scheme's own load instants, up to the march's 4, are zero.
     """
-    s = np.ones(22 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j], s[96 + j], s[144 + j] = Omega[first + j], xi[first + j], rho_inf[first + j], gamma_t[first + j]
-        _coefficients(s)
-        for r in range(18):
-            for j in range(size):
-                out[r, first + j] = s[(4 + r) * 48 + j]
+    d0, d0_ = by.times(gamma_t, rho_inf)
+    s1, s1_ = by.plus(2.0, -1.0 * gamma_t)
+    d1, d1_ = by.plus_two(s1, s1_, d0, d0_)
+    d2, d2_ = by.times_two(d1, d1_, d1, d1_)
+    d3, d3_ = 4.0 * d2, 4.0 * d2_
+    d4, d4_ = by.times(gamma_t, gamma_t)
+    d5, d5_ = by.times_one(rho_inf, d4, d4_)
+    s6, s6_ = by.plus_one(2.0, d5, d5_)
+    s7, s7_ = by.plus_two(s6, s6_, -1.0 * d4, -1.0 * d4_)
+    d6, d6_ = by.times_one(xi, s7, s7_)
+    d7, d7_ = 4.0 * d1, 4.0 * d1_
+    s9, s9_ = by.times(gamma_t, gamma_t)
+    s10, s10_ = by.times_one(gamma_t, s9, s9_)
+    d8, d8_ = by.times_one(gamma_t, s10, s10_)
+    d9, d9_ = 8.0 * d4, 8.0 * d4_
+    s12, s12_ = by.times(gamma_t, gamma_t)
+    d10, d10_ = by.times_one(gamma_t, s12, s12_)
+    d11, d11_ = 4.0 * d10, 4.0 * d10_
+    d12, d12_ = by.times(xi, xi)
+    d13, d13_ = by.times_one(gamma_t, d12, d12_)
+    d14 = 2.0 * rho_inf
+    d15, d15_ = by.times(rho_inf, rho_inf)
+    d16, d16_ = by.times_two(d12, d12_, d4, d4_)
+    d17, d17_ = by.times_two(8.0 * d10, 8.0 * d10_, d12, d12_)
+    d18, d18_ = by.plus(-1.0, gamma_t)
+    s20, s20_ = by.times_two(d18, d18_, d18, d18_)
+    s21, s21_ = by.times_one(Omega, d4, d4_)
+    d19, d19_ = by.times_two(s21, s21_, s20, s20_)
+    d20 = 2.0 * gamma_t
+    s23, s23_ = by.times_one(d20, d18, d18_)
+    d21, d21_ = by.times_two(s23, s23_, d6, d6_)
+    d22, d22_ = by.times(Omega, Omega)
+    d23, d23_ = by.plus(-1.0, rho_inf)
+    d24, d24_ = by.times_two(d19, d19_, d23, d23_)
+    d25, d25_ = by.times_one(gamma_t, d18, d18_)
+    s29, s29_ = by.times_one(xi, d25, d25_)
+    d26, d26_ = by.times_two(s29, s29_, d7, d7_)
+    s31, s31_ = by.times_two(d23, d23_, d26, d26_)
+    s32, s32_ = by.times_two(d15, d15_, d4, d4_)
+    s33, s33_ = by.plus(2.0, d14)
+    s34, s34_ = by.plus_one(-1.0 * d20, s33, s33_)
+    s35, s35_ = by.plus_two(s34, s34_, d4, d4_)
+    s36, s36_ = by.plus_two(s35, s35_, -2.0 * d5, -2.0 * d5_)
+    s37, s37_ = by.plus_two(s36, s36_, 2.0 * d0, 2.0 * d0_)
+    s38, s38_ = by.plus_two(s37, s37_, s32, s32_)
+    s39, s39_ = by.times_one(Omega, d25, d25_)
+    s40, s40_ = by.times_two(s39, s39_, s38, s38_)
+    d27, d27_ = by.plus_two(s31, s31_, s40, s40_)
+    d28, d28_ = 4.0 * d12, 4.0 * d12_
+    s42, s42_ = by.times_one(-24.0, d16, d16_)
+    s43, s43_ = by.plus_two(d19, d19_, -1.0 * d21, -1.0 * d21_)
+    s44, s44_ = by.times_one(Omega, s43, s43_)
+    s45, s45_ = by.times_one(rho_inf, d11, d11_)
+    s46, s46_ = by.times_two(d15, d15_, d8, d8_)
+    s47, s47_ = by.times_one(-1.0 * d14, d8, d8_)
+    s48, s48_ = by.times_one(-1.0 * rho_inf, d17, d17_)
+    s49, s49_ = by.times_one(rho_inf, d12, d12_)
+    s50, s50_ = by.times_two(s49, s49_, d9, d9_)
+    s51, s51_ = by.plus(4.0, -8.0 * gamma_t)
+    s52, s52_ = by.plus_two(s51, s51_, d17, d17_)
+    s53, s53_ = by.plus_two(s52, s52_, d8, d8_)
+    s54, s54_ = by.plus_two(s53, s53_, d9, d9_)
+    s55, s55_ = by.plus_two(s54, s54_, -1.0 * d11, -1.0 * d11_)
+    s56, s56_ = by.plus_two(s55, s55_, s42, s42_)
+    s57, s57_ = by.plus_two(s56, s56_, 16.0 * d13, 16.0 * d13_)
+    s58, s58_ = by.plus_two(s57, s57_, s44, s44_)
+    s59, s59_ = by.plus_two(s58, s58_, s45, s45_)
+    s60, s60_ = by.plus_two(s59, s59_, s46, s46_)
+    s61, s61_ = by.plus_two(s60, s60_, s47, s47_)
+    s62, s62_ = by.plus_two(s61, s61_, s48, s48_)
+    s63, s63_ = by.plus_two(s62, s62_, s50, s50_)
+    s64, s64_ = by.times_one(Omega, s63, s63_)
+    s65, s65_ = by.times_two(d6, d6_, d7, d7_)
+    s66, s66_ = by.plus_two(s64, s64_, s65, s65_)
+    s67, s67_ = by.times_one(Omega, s66, s66_)
+    den, den_ = by.plus_two(d3, d3_, s67, s67_)
+    s69, s69_ = by.plus_two(d24, d24_, d26, d26_)
+    s70, s70_ = by.times_one(Omega, s69, s69_)
+    s71, s71_ = by.plus_two(-2.0 * d2, -2.0 * d2_, s70, s70_)
+    N00, N00_ = by.times_two(d22, d22_, s71, s71_)
+    s73, s73_ = by.times_one(Omega, d27, d27_)
+    N01, N01_ = by.plus_two(d3, d3_, s73, s73_)
+    s75, s75_ = by.times_one(-1.0 * Omega, d27, d27_)
+    s76, s76_ = by.plus_two(-1.0 * d3, -1.0 * d3_, s75, s75_)
+    N10, N10_ = by.times_two(d22, d22_, s76, s76_)
+    s78, s78_ = by.times_two(-1.0 * d21, -1.0 * d21_, d23, d23_)
+    s79, s79_ = by.plus_two(d24, d24_, s78, s78_)
+    s80, s80_ = by.times_one(Omega, s79, s79_)
+    s81, s81_ = by.times_two(d28, d28_, d5, d5_)
+    s82, s82_ = by.times_two(-1.0 * d0, -1.0 * d0_, d28, d28_)
+    s83, s83_ = by.plus_two(d1, d1_, -4.0 * d16, -4.0 * d16_)
+    s84, s84_ = by.plus_two(s83, s83_, 4.0 * d13, 4.0 * d13_)
+    s85, s85_ = by.plus_two(s84, s84_, s81, s81_)
+    s86, s86_ = by.plus_two(s85, s85_, s82, s82_)
+    s87, s87_ = by.times_two(-2.0 * d1, -2.0 * d1_, s86, s86_)
+    s88, s88_ = by.plus_two(s80, s80_, s87, s87_)
+    s89, s89_ = by.times_one(Omega, s88, s88_)
+    s90, s90_ = by.times_one(-8.0 * xi, d2, d2_)
+    s91, s91_ = by.plus_two(s89, s89_, s90, s90_)
+    N11, N11_ = by.times_one(Omega, s91, s91_)
+    D00 = by.over(N00, N00_, den, den_)
+    D01 = by.over(N01, N01_, den, den_)
+    D10 = by.over(N10, N10_, den, den_)
+    D11 = by.over(N11, N11_, den, den_)
+    x0 = gamma_t*rho_inf
+    x1 = -gamma_t + x0 + 2
+    x2 = x1**2
+    x3 = 4*x2
+    x4 = gamma_t**2
+    x5 = rho_inf*x4
+    x6 = 2 - x4
+    x7 = x5 + x6
+    x8 = 4*x1
+    x9 = x8*xi
+    x10 = gamma_t**3
+    x11 = 4*x10
+    x12 = 8*x4
+    x13 = gamma_t - 1
+    x14 = x13**2
+    x15 = Omega*x4
+    x16 = x14*x15
+    x17 = 2*gamma_t*x13*xi
+    x18 = xi**2
+    x19 = x18*x4
+    x20 = rho_inf*x11
+    x21 = 8*x10*x18
+    x22 = 16*x18
+    x23 = x12*x18
+    x24 = rho_inf*x21
+    x25 = 4 - x24
+    x26 = gamma_t**4
+    x27 = rho_inf**2
+    x28 = x26*x27
+    x29 = 2*rho_inf
+    x30 = x26*x29
+    x31 = x26 + x28 - x30
+    x32 = x27*x4
+    x33 = Omega*x14
+    x34 = x33*x5
+    x35 = 2*x0
+    x36 = -rho_inf + x35 + 1
+    x37 = 4*x5
+    x38 = 8*x0
+    x39 = -x37 + x38
+    x40 = rho_inf + 1
+    x41 = 4*x14
+    x42 = gamma_t*xi
+    x43 = 2*x1
+    x44 = x13*x8
+    x45 = x35 - x5
+    x46 = gamma_t*x13
+    x47 = Omega**2
+    x48 = 4*gamma_t
+    x49 = x1*x13
+    x50 = -2*gamma_t + x4 + 2
+    x51 = -2*gamma_t*rho_inf*x13*x7*xi + x34
+    x52 = x0*x22
+    x53 = x23*x27
+    x54 = x21*x27
+    x55 = 24*x18*x5
+    x56 = 4*x18
+    x57 = 2*x5
+    x58 = 2*x10
+    x59 = x24 + x52 + x53 - x54 - x55
+    den_o = Omega*(Omega*(Omega*(x16 - x17*x7) + gamma_t*x22 - 8*gamma_t + rho_inf*x23 - x11 + x12 - 24*x19 + x20 + x21 + x25 + x31) + x7*x9) + x3
+    B00 = (Omega*(-x17*x36 - x34) - x29 + x32 + x39 + x6) / den
+    B01 = (-Omega*x17*x40 + x40*x7) / den
+    B02 = (Omega*(x16 + x41*x42) + x41) / den
+    B10 = (Omega*(Omega*x46*(x32 + x40 + x45) + x0*x44*xi) + x36*x43) / den
+    B11 = (x40*x43 + x40*x46*x47) / den
+    B12 = (Omega*(-x15*x49 - x48*x49*xi) - x44) / den
+    O00 = (x47*(Omega*(Omega*(-Omega*x51 + x11 - x20 + x25 - x26 - x28 + x30 + 2*x32 + x39 - 6*x4 - x52 - x53 + x54 + x55) - x9*(-x45 - x50)) - x3)) / den_o
+    O01 = (Omega*(Omega*(Omega*(Omega*(gamma_t*x13*(8*rho_inf*x18 + 2*rho_inf*x4 + 4*x18*x27*x4 - x29 - x32 - x35 - x5*x56 - x50) - x33*x57*xi) - 2*xi*(-12*x0 + x27*x58 + x31 - 4*x32 + x48 + 12*x5 - x58 + x59 - 4)) - x8*(-x0*x56 + x1 + x18*x48 + x18*x57 - 2*x19 - x56)) - 8*x2*xi)) / den_o
+    P00 = (Omega*(Omega*(Omega*x51 + x29 - x32 + x37 - x38 + x4 + x59 - 2) - x36*x9)) / den_o
+    P01 = (Omega*(-Omega*x40*x7 - x40*x9)) / den_o
+    P02 = (Omega*(x15*x2 + x3*x42) + x3) / den_o
+    B03 = 0.0
+    B13 = 0.0
+    P03 = 0.0
+    return D00, D01, D10, D11, B00, B01, B02, B03, B10, B11, B12, B13, O00, O01, P00, P01, P02, P03
 
 
-@_exact
-def _transfer(s):
-    """`transfer` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi, rho_inf, gamma_t = s[j], s[48 + j], s[96 + j], s[144 + j]
-        x0 = gamma_t*rho_inf
-        x1 = -gamma_t + x0 + 2
-        x2 = x1**2
-        x3 = 4*x2
-        x4 = gamma_t**2
-        x5 = rho_inf*x4
-        x6 = x5 + 2
-        x7 = xi*(-x4 + x6)
-        x8 = 4*x1
-        x9 = gamma_t - 1
-        x10 = Omega*x9**2
-        x11 = x10*x4
-        x12 = 2*gamma_t
-        x13 = x12*x9
-        x14 = xi**2
-        x15 = 24*x14
-        x16 = gamma_t**3
-        x17 = 8*x14*x16
-        x18 = 16*x14
-        x19 = rho_inf*x17
-        x20 = 8*x4
-        x21 = x14*x20
-        x22 = gamma_t**4
-        x23 = 4*x16
-        x24 = rho_inf**2
-        x25 = 2*rho_inf
-        x26 = -8*gamma_t + rho_inf*x23 + x20 + x22*x24 - x22*x25 + x22 - x23 + 4
-        x27 = rho_inf - 1
-        x28 = x8*xi
-        x29 = gamma_t*x9
-        x30 = x28*x29
-        x31 = x27*x30
-        x32 = Omega*(x11*x27**2 + x31) + x3
-        x33 = 2*x0
-        x34 = -x12 + x4
-        x35 = x33 + x34 + 2
-        x36 = rho_inf*x4 - x35
-        x37 = x24*x4
-        x38 = x10*x37
-        x39 = x9*xi
-        x40 = x33*x39
-        x41 = 4*x0
-        x42 = x10*x5
-        x43 = 2*x2
-        x44 = Omega*x29*(x25 + x35 + x37 - 2*x5) + x31
-        den = Omega*(Omega*(Omega*(x11 - x13*x7) + gamma_t*x18 + rho_inf*x21 - x15*x4 + x17 - x19 + x26) + x7*x8) + x3
-        whole = x32
-        P = (Omega**2*x32) / den
-        g1 = (Omega*(Omega*(Omega*(-x36*x40 + x38) + x0*x18 - x15*x5 - x17*x24 + x19 + x21*x24 + x26) + x28*x36) + x3) / den
-        u0 = (Omega*(-x1*x13*xi*(x25 - 1) - x42*(rho_inf - 2)) + x1*(x12 + x4 - x41 + x5 - 6)) / whole
-        u1 = (Omega*(-x1*x40 - x38) - x1*(x34 + x6)) / whole
-        v0 = (Omega*(-x11*x27 - x30) + x43) / den
-        v1 = (Omega*(x1*x39*x41 + x27*x42) + x43) / den
-        a0 = (Omega*x44 + x3) / den
-        a1 = (-Omega*x44 - x3) / den
-        S = whole / den
-        s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j] = P, g1, u0, u1, S, v0, v1, a0, a1
+def transfer(by, Omega, xi, rho_inf, gamma_t):
+    """Filter from a load, linear between steps, to the response from rest (see linear_filter).
 
-
-@_compile
-def transfer(Omega, xi, rho_inf, gamma_t, out):
-    """Filter from a load, linear between steps, to the response from rest (see linear_filter); out (9, n).
-
-    Rows of out: P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
+    P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
     u = S (q + k0 e0 + k1 e1 + ...) and h*v, h^2*a = k0 e0 + k1 e1 + ...; e1, e2, ... are e0 of the steps before.
     """
-    s = np.ones(13 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j], s[96 + j], s[144 + j] = Omega[first + j], xi[first + j], rho_inf[first + j], gamma_t[first + j]
-        _transfer(s)
-        for r in range(9):
-            for j in range(size):
-                out[r, first + j] = s[(4 + r) * 48 + j]
+    x0 = gamma_t*rho_inf
+    x1 = -gamma_t + x0 + 2
+    x2 = x1**2
+    x3 = 4*x2
+    x4 = gamma_t**2
+    x5 = rho_inf*x4
+    x6 = x5 + 2
+    x7 = xi*(-x4 + x6)
+    x8 = 4*x1
+    x9 = gamma_t - 1
+    x10 = Omega*x9**2
+    x11 = x10*x4
+    x12 = 2*gamma_t
+    x13 = x12*x9
+    x14 = xi**2
+    x15 = 24*x14
+    x16 = gamma_t**3
+    x17 = 8*x14*x16
+    x18 = 16*x14
+    x19 = rho_inf*x17
+    x20 = 8*x4
+    x21 = x14*x20
+    x22 = gamma_t**4
+    x23 = 4*x16
+    x24 = rho_inf**2
+    x25 = 2*rho_inf
+    x26 = -8*gamma_t + rho_inf*x23 + x20 + x22*x24 - x22*x25 + x22 - x23 + 4
+    x27 = rho_inf - 1
+    x28 = x8*xi
+    x29 = gamma_t*x9
+    x30 = x28*x29
+    x31 = x27*x30
+    x32 = Omega*(x11*x27**2 + x31) + x3
+    x33 = 2*x0
+    x34 = -x12 + x4
+    x35 = x33 + x34 + 2
+    x36 = rho_inf*x4 - x35
+    x37 = x24*x4
+    x38 = x10*x37
+    x39 = x9*xi
+    x40 = x33*x39
+    x41 = 4*x0
+    x42 = x10*x5
+    x43 = 2*x2
+    x44 = Omega*x29*(x25 + x35 + x37 - 2*x5) + x31
+    den = Omega*(Omega*(Omega*(x11 - x13*x7) + gamma_t*x18 + rho_inf*x21 - x15*x4 + x17 - x19 + x26) + x7*x8) + x3
+    whole = x32
+    P = (Omega**2*x32) / den
+    g1 = (Omega*(Omega*(Omega*(-x36*x40 + x38) + x0*x18 - x15*x5 - x17*x24 + x19 + x21*x24 + x26) + x28*x36) + x3) / den
+    u0 = (Omega*(-x1*x13*xi*(x25 - 1) - x42*(rho_inf - 2)) + x1*(x12 + x4 - x41 + x5 - 6)) / whole
+    u1 = (Omega*(-x1*x40 - x38) - x1*(x34 + x6)) / whole
+    v0 = (Omega*(-x11*x27 - x30) + x43) / den
+    v1 = (Omega*(x1*x39*x41 + x27*x42) + x43) / den
+    a0 = (Omega*x44 + x3) / den
+    a1 = (-Omega*x44 - x3) / den
+    S = whole / den
+    return P, g1, u0, u1, S, v0, v1, a0, a1

@@ -48,10 +48,6 @@ FILTER = 2
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
-_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
-# called by kernels alone: not from Python, and so without the code for that
-_exact = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
-
 # contract: a * b + c may become one operation, rounded once
 _fused = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
 _inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"})
@@ -94,26 +90,6 @@ def _angle(y, x):
     angle = 0.7853981633974483 + angle if steep else angle
     angle = 1.5707963267948966 - angle if y > flat else angle
     return 3.141592653589793 - angle if x < 0.0 else angle
-
-
-@_exact
-def _increment(Omega, xi):
-    """Denominator and numerators of A - I. 46 operations."""
-    x0 = Omega**2
-    x1 = 2*xi
-    x2 = x1 + 1
-    x3 = x1 - 1
-    x4 = x2*x3
-    x5 = 24*xi
-    x6 = xi**2
-    x7 = xi*(2*x6 - 1)
-    x8 = 4*Omega*x7 - 4*x2*x3
-    den = 24
-    D_00 = x0*(Omega*(-Omega*x4 + 8*xi) - 12)
-    D_01 = Omega*(-Omega*x8 - x5) + 24
-    D_10 = x0*(Omega*(Omega*x8 + x5) - 24)
-    D_11 = Omega*(Omega*(Omega*(Omega*(-x2 + 4*x6)*(x3 + 4*x6) - 16*x7) + 12*x4) - 48*xi)
-    return den, D_00, D_01, D_10, D_11
 
 
 @_inline
@@ -377,235 +353,143 @@ def stability(Omega, xi, radius, damping, period):
     return refused < 0
 
 
-@_compile
-def amplification(Omega, xi, out):
-    """Amplification matrix in the order of STATE; out (n, 2, 2)."""
-    for i in range(out.shape[0]):
-        den, D_00, D_01, D_10, D_11 = _increment(Omega[i], xi[i])
-        out[i, 0, 0] = 1.0 + D_00 / den
-        out[i, 0, 1] = D_01 / den
-        out[i, 1, 0] = D_10 / den
-        out[i, 1, 1] = 1.0 + D_11 / den
+def amplification(by, Omega, xi):
+    """Amplification matrix (2, 2) in the order of STATE, row by row."""
+    x0 = Omega**2
+    x1 = 2*xi
+    x2 = x1 + 1
+    x3 = x1 - 1
+    x4 = x2*x3
+    x5 = 24*xi
+    x6 = xi**2
+    x7 = xi*(2*x6 - 1)
+    x8 = 4*Omega*x7 - 4*x2*x3
+    den = 24.0
+    D_00 = (x0*(Omega*(-Omega*x4 + 8*xi) - 12)) / den
+    D_01 = (Omega*(-Omega*x8 - x5) + 24) / den
+    D_10 = (x0*(Omega*(Omega*x8 + x5) - 24)) / den
+    D_11 = (Omega*(Omega*(Omega*(Omega*(-x2 + 4*x6)*(x3 + 4*x6) - 16*x7) + 12*x4) - 48*xi)) / den
+    return 1.0 + D_00, D_01, D_10, 1.0 + D_11
 
 
-@_compile
-def stencil(out):
-    """Instants (n, 3) at which the load is taken, in steps after t_n."""
-    for i in range(out.shape[0]):
-        out[i, 0] = 0
-        out[i, 1] = 1/2
-        out[i, 2] = 1
+def stencil(by):
+    """Instants at which the load is taken, in steps after t_n."""
+    return 0, 1/2, 1
 
 
-# tails are rounding errors, which fastmath would remove
-@_exact
-def _plus(a, b):
-    """The sum of two doubles: head, and tail, which is the rounding error of the head."""
-    head = a + b
-    rest = head - a
-    return head, (a - (head - rest)) + (b - rest)
+def coefficients(by, Omega, xi):
+    """D, B, O, P of linear_march_2_01y: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f.
 
-
-@_exact
-def _plus_one(a, b, b_):
-    """The sum of a double and a pair of head and tail."""
-    head, tail = _plus(a, b)
-    tail += b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _plus_two(a, a_, b, b_):
-    """The sum of two pairs of head and tail."""
-    head, tail = _plus(a, b)
-    tail += a_ + b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times(a, b):
-    """The product of two doubles: head and tail, from halves of their digits, whose products are exact."""
-    head, c, d = a * b, 134217729.0 * a, 134217729.0 * b
-    a1, b1 = c - (c - a), d - (d - b)
-    a2, b2 = a - a1, b - b1
-    return head, ((a1 * b1 - head) + a1 * b2 + a2 * b1) + a2 * b2
-
-
-@_exact
-def _times_one(a, b, b_):
-    """The product of a double and a pair of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times_two(a, a_, b, b_):
-    """The product of two pairs of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_ + a_ * b
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _over(a, a_, b, b_):
-    """The quotient of two pairs of head and tail, rounded to a double."""
-    head = a / b
-    product, tail = _times(head, b)
-    return head + ((a - product) - tail + a_ - head * b_) / b
-
-
-@_exact
-def _coefficients(s):
-    """`coefficients` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi = s[j], s[48 + j]
-        d0, d0_ = _times(Omega, Omega)
-        d1 = 2.0 * xi
-        d2, d2_ = _plus(1.0, d1)
-        d3, d3_ = _plus(-1.0, d1)
-        d4, d4_ = _times_two(d2, d2_, d3, d3_)
-        d5, d5_ = _times(24.0, xi)
-        d6, d6_ = _times(xi, xi)
-        s6, s6_ = _plus_one(-1.0, 2.0 * d6, 2.0 * d6_)
-        d7, d7_ = _times_one(xi, s6, s6_)
-        s8, s8_ = _times_two(-4.0 * d2, -4.0 * d2_, d3, d3_)
-        s9, s9_ = _times_one(4.0 * Omega, d7, d7_)
-        d8, d8_ = _plus_two(s8, s8_, s9, s9_)
-        den = 24.0
-        s11, s11_ = _times_one(-1.0 * Omega, d4, d4_)
-        s12, s12_ = _plus_one(8.0 * xi, s11, s11_)
-        s13, s13_ = _times_one(Omega, s12, s12_)
-        s14, s14_ = _plus_one(-12.0, s13, s13_)
-        N00, N00_ = _times_two(d0, d0_, s14, s14_)
-        s16, s16_ = _times_one(-1.0 * Omega, d8, d8_)
-        s17, s17_ = _plus_two(-1.0 * d5, -1.0 * d5_, s16, s16_)
-        s18, s18_ = _times_one(Omega, s17, s17_)
-        N01, N01_ = _plus_one(24.0, s18, s18_)
-        s20, s20_ = _times_one(Omega, d8, d8_)
-        s21, s21_ = _plus_two(d5, d5_, s20, s20_)
-        s22, s22_ = _times_one(Omega, s21, s21_)
-        s23, s23_ = _plus_one(-24.0, s22, s22_)
-        N10, N10_ = _times_two(d0, d0_, s23, s23_)
-        s25, s25_ = _times(-48.0, xi)
-        s26, s26_ = _times_one(12.0, d4, d4_)
-        s27, s27_ = _plus_two(d3, d3_, 4.0 * d6, 4.0 * d6_)
-        s28, s28_ = _plus_two(-1.0 * d2, -1.0 * d2_, 4.0 * d6, 4.0 * d6_)
-        s29, s29_ = _times_one(Omega, s27, s27_)
-        s30, s30_ = _times_two(s29, s29_, s28, s28_)
-        s31, s31_ = _plus_two(-16.0 * d7, -16.0 * d7_, s30, s30_)
-        s32, s32_ = _times_one(Omega, s31, s31_)
-        s33, s33_ = _plus_two(s26, s26_, s32, s32_)
-        s34, s34_ = _times_one(Omega, s33, s33_)
-        s35, s35_ = _plus_two(s25, s25_, s34, s34_)
-        N11, N11_ = _times_one(Omega, s35, s35_)
-        D00 = _over(N00, N00_, den, 0.0)
-        D01 = _over(N01, N01_, den, 0.0)
-        D10 = _over(N10, N10_, den, 0.0)
-        D11 = _over(N11, N11_, den, 0.0)
-        x0 = 4*xi
-        x1 = 2*xi
-        x2 = x1 + 1
-        x3 = x1 - 1
-        x4 = x2*x3
-        x5 = Omega*x4
-        x6 = Omega*x0
-        x7 = 8*xi
-        x8 = -x7
-        x9 = xi**2
-        x10 = 2*x9 - 1
-        x11 = 48*xi
-        x12 = -x2 + 4*x9
-        x13 = 4*x9
-        x14 = x13 + x3
-        x15 = Omega*x12*x14
-        x16 = x10*x7
-        den_o = 24.0
-        B00 = (Omega*(-x0 + x5) + 4) / den
-        B01 = (8 - x6) / den
-        B02 = 0.0
-        B10 = (Omega*(Omega*(-x10*x6 + 2*x2*x3) + x8) + 4) / den
-        B11 = (Omega*(2*x5 - 16*xi) + 16) / den
-        B12 = (4) / den
-        O00 = (Omega**2*(Omega*(Omega*(Omega*(16*x10*xi - x15) - 12*x4) + x11) - 24)) / den_o
-        O01 = (Omega*(Omega*(Omega*(Omega*(-x1*x5*(x13 - 3) + 4*x12*x14) - x10*x11) + 24*x4) - x11)) / den_o
-        P00 = (Omega*(Omega*(Omega*(x15 - x16) + 4*x4) + x8)) / den_o
-        P01 = (Omega*(Omega*(-Omega*x16 + 8*x2*x3) - 32*xi)) / den_o
-        P02 = (-Omega*x7 + 24) / den_o
-        B03 = 0.0
-        B13 = 0.0
-        P03 = 0.0
-        s[96 + j], s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j], s[768 + j], s[816 + j], s[864 + j], s[912 + j] = D00, D01, D10, D11, B00, B01, B02, B03, B10, B11, B12, B13, O00, O01, P00, P01, P02, P03
-
-
-@_compile
-def coefficients(Omega, xi, out):
-    """D, B, O, P of linear_march_2_01y: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f; out (18, n).
-
-    The rows of out are the entries of D, B, O, P, matrix by matrix and row by row. D is rounded once. Columns of
-    B and P beyond the scheme's own load instants, up to the march's 4, are zero.
+    Their entries, matrix by matrix and row by row. D is computed in pairs of doubles and rounded once. Columns of B and
+    P beyond the scheme's own load instants, up to the march's 4, are zero.
     """
-    s = np.ones(20 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j] = Omega[first + j], xi[first + j]
-        _coefficients(s)
-        for r in range(18):
-            for j in range(size):
-                out[r, first + j] = s[(2 + r) * 48 + j]
+    d0, d0_ = by.times(Omega, Omega)
+    d1 = 2.0 * xi
+    d2, d2_ = by.plus(1.0, d1)
+    d3, d3_ = by.plus(-1.0, d1)
+    d4, d4_ = by.times_two(d2, d2_, d3, d3_)
+    d5, d5_ = by.times(24.0, xi)
+    d6, d6_ = by.times(xi, xi)
+    s6, s6_ = by.plus_one(-1.0, 2.0 * d6, 2.0 * d6_)
+    d7, d7_ = by.times_one(xi, s6, s6_)
+    s8, s8_ = by.times_two(-4.0 * d2, -4.0 * d2_, d3, d3_)
+    s9, s9_ = by.times_one(4.0 * Omega, d7, d7_)
+    d8, d8_ = by.plus_two(s8, s8_, s9, s9_)
+    den = 24.0
+    s11, s11_ = by.times_one(-1.0 * Omega, d4, d4_)
+    s12, s12_ = by.plus_one(8.0 * xi, s11, s11_)
+    s13, s13_ = by.times_one(Omega, s12, s12_)
+    s14, s14_ = by.plus_one(-12.0, s13, s13_)
+    N00, N00_ = by.times_two(d0, d0_, s14, s14_)
+    s16, s16_ = by.times_one(-1.0 * Omega, d8, d8_)
+    s17, s17_ = by.plus_two(-1.0 * d5, -1.0 * d5_, s16, s16_)
+    s18, s18_ = by.times_one(Omega, s17, s17_)
+    N01, N01_ = by.plus_one(24.0, s18, s18_)
+    s20, s20_ = by.times_one(Omega, d8, d8_)
+    s21, s21_ = by.plus_two(d5, d5_, s20, s20_)
+    s22, s22_ = by.times_one(Omega, s21, s21_)
+    s23, s23_ = by.plus_one(-24.0, s22, s22_)
+    N10, N10_ = by.times_two(d0, d0_, s23, s23_)
+    s25, s25_ = by.times(-48.0, xi)
+    s26, s26_ = by.times_one(12.0, d4, d4_)
+    s27, s27_ = by.plus_two(d3, d3_, 4.0 * d6, 4.0 * d6_)
+    s28, s28_ = by.plus_two(-1.0 * d2, -1.0 * d2_, 4.0 * d6, 4.0 * d6_)
+    s29, s29_ = by.times_one(Omega, s27, s27_)
+    s30, s30_ = by.times_two(s29, s29_, s28, s28_)
+    s31, s31_ = by.plus_two(-16.0 * d7, -16.0 * d7_, s30, s30_)
+    s32, s32_ = by.times_one(Omega, s31, s31_)
+    s33, s33_ = by.plus_two(s26, s26_, s32, s32_)
+    s34, s34_ = by.times_one(Omega, s33, s33_)
+    s35, s35_ = by.plus_two(s25, s25_, s34, s34_)
+    N11, N11_ = by.times_one(Omega, s35, s35_)
+    D00 = by.over(N00, N00_, den, 0.0)
+    D01 = by.over(N01, N01_, den, 0.0)
+    D10 = by.over(N10, N10_, den, 0.0)
+    D11 = by.over(N11, N11_, den, 0.0)
+    x0 = 4*xi
+    x1 = 2*xi
+    x2 = x1 + 1
+    x3 = x1 - 1
+    x4 = x2*x3
+    x5 = Omega*x4
+    x6 = Omega*x0
+    x7 = 8*xi
+    x8 = -x7
+    x9 = xi**2
+    x10 = 2*x9 - 1
+    x11 = 48*xi
+    x12 = -x2 + 4*x9
+    x13 = 4*x9
+    x14 = x13 + x3
+    x15 = Omega*x12*x14
+    x16 = x10*x7
+    den_o = 24.0
+    B00 = (Omega*(-x0 + x5) + 4) / den
+    B01 = (8 - x6) / den
+    B02 = 0.0
+    B10 = (Omega*(Omega*(-x10*x6 + 2*x2*x3) + x8) + 4) / den
+    B11 = (Omega*(2*x5 - 16*xi) + 16) / den
+    B12 = (4) / den
+    O00 = (Omega**2*(Omega*(Omega*(Omega*(16*x10*xi - x15) - 12*x4) + x11) - 24)) / den_o
+    O01 = (Omega*(Omega*(Omega*(Omega*(-x1*x5*(x13 - 3) + 4*x12*x14) - x10*x11) + 24*x4) - x11)) / den_o
+    P00 = (Omega*(Omega*(Omega*(x15 - x16) + 4*x4) + x8)) / den_o
+    P01 = (Omega*(Omega*(-Omega*x16 + 8*x2*x3) - 32*xi)) / den_o
+    P02 = (-Omega*x7 + 24) / den_o
+    B03 = 0.0
+    B13 = 0.0
+    P03 = 0.0
+    return D00, D01, D10, D11, B00, B01, B02, B03, B10, B11, B12, B13, O00, O01, P00, P01, P02, P03
 
 
-@_exact
-def _transfer(s):
-    """`transfer` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi = s[j], s[48 + j]
-        x0 = 576*xi
-        x1 = -x0
-        x2 = xi**2
-        x3 = 384*x2 - 48
-        x4 = 2*xi
-        x5 = x4 + 1
-        x6 = x4 - 1
-        x7 = x5*x6
-        x8 = 48*x7*xi
-        x9 = Omega - 8*xi
-        x10 = 48*x2 - 8
-        x11 = Omega*(Omega*(Omega*x9 + x10) - x8)
-        x12 = Omega*(Omega*(x11 + x3) + x1) + 576
-        x13 = 96*Omega*xi*(2*x2 - 1) - 96*x5*x6
-        den = 576.0
-        whole = x12
-        P = (Omega**2*x12) / den
-        g1 = (Omega*(Omega*(Omega*(Omega*(x11 + 384*xi**4) - 768*xi**3) + 1152*x2) - 1152*xi) + 576) / den
-        u0 = (Omega*(Omega*(Omega*(Omega*(-Omega*x9 - x10) + x8) - x3) + 528*xi) - 480) / whole
-        u1 = (Omega*(Omega*(Omega*(Omega*(Omega*(-Omega + 6*xi) - 8*x7) + 32*xi*(3*x2 - 1)) - 96*x2) + 144*xi) - 96) / whole
-        v0 = (Omega*(24*Omega*x7 - 192*xi) + 288) / den
-        v1 = (Omega*(Omega*(x11 + 288*x2 - 24) - 384*xi) + 288) / den
-        a0 = (Omega*(-Omega*x13 + x1) + 576) / den
-        a1 = (Omega*(Omega*x13 + x0) - 576) / den
-        S = whole / den
-        s[96 + j], s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j] = P, g1, u0, u1, S, v0, v1, a0, a1
+def transfer(by, Omega, xi):
+    """Filter from a load, linear between steps, to the response from rest (see linear_filter).
 
-
-@_compile
-def transfer(Omega, xi, out):
-    """Filter from a load, linear between steps, to the response from rest (see linear_filter); out (9, n).
-
-    Rows of out: P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
+    P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
     u = S (q + k0 e0 + k1 e1 + ...) and h*v, h^2*a = k0 e0 + k1 e1 + ...; e1, e2, ... are e0 of the steps before.
     """
-    s = np.ones(11 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j] = Omega[first + j], xi[first + j]
-        _transfer(s)
-        for r in range(9):
-            for j in range(size):
-                out[r, first + j] = s[(2 + r) * 48 + j]
+    x0 = 576*xi
+    x1 = -x0
+    x2 = xi**2
+    x3 = 384*x2 - 48
+    x4 = 2*xi
+    x5 = x4 + 1
+    x6 = x4 - 1
+    x7 = x5*x6
+    x8 = 48*x7*xi
+    x9 = Omega - 8*xi
+    x10 = 48*x2 - 8
+    x11 = Omega*(Omega*(Omega*x9 + x10) - x8)
+    x12 = Omega*(Omega*(x11 + x3) + x1) + 576
+    x13 = 96*Omega*xi*(2*x2 - 1) - 96*x5*x6
+    den = 576.0
+    whole = x12
+    P = (Omega**2*x12) / den
+    g1 = (Omega*(Omega*(Omega*(Omega*(x11 + 384*xi**4) - 768*xi**3) + 1152*x2) - 1152*xi) + 576) / den
+    u0 = (Omega*(Omega*(Omega*(Omega*(-Omega*x9 - x10) + x8) - x3) + 528*xi) - 480) / whole
+    u1 = (Omega*(Omega*(Omega*(Omega*(Omega*(-Omega + 6*xi) - 8*x7) + 32*xi*(3*x2 - 1)) - 96*x2) + 144*xi) - 96) / whole
+    v0 = (Omega*(24*Omega*x7 - 192*xi) + 288) / den
+    v1 = (Omega*(Omega*(x11 + 288*x2 - 24) - 384*xi) + 288) / den
+    a0 = (Omega*(-Omega*x13 + x1) + 576) / den
+    a1 = (Omega*(Omega*x13 + x0) - 576) / den
+    S = whole / den
+    return P, g1, u0, u1, S, v0, v1, a0, a1

@@ -46,10 +46,6 @@ FILTER = 2
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
-_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
-# called by kernels alone: not from Python, and so without the code for that
-_exact = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
-
 # contract: a * b + c may become one operation, rounded once
 _fused = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
 _inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"})
@@ -92,26 +88,6 @@ def _angle(y, x):
     angle = 0.7853981633974483 + angle if steep else angle
     angle = 1.5707963267948966 - angle if y > flat else angle
     return 3.141592653589793 - angle if x < 0.0 else angle
-
-
-@_exact
-def _increment(Omega, xi):
-    """Denominator and numerators of A - I. 41 operations."""
-    x0 = Omega**2
-    x1 = 205632*x0 - 2799360
-    x2 = 51408*x0 - 1088640
-    x3 = 6426*x0 - 66528
-    den = 6531840
-    D_00 = x0*x1
-    D_01 = x0*x2 + 6531840
-    D_02 = x0*x3 + 466560
-    D_10 = x0*(x0*(944640 - 19040*x0) - 6065280)
-    D_11 = x0*(x0*(272160 - 4760*x0) - 3265920)
-    D_12 = x0*(x0*(27580 - 595*x0) - 144000) + 466560
-    D_20 = x0*(-x0*x1 - 6531840)
-    D_21 = x0*(-x0*x2 - 6531840)
-    D_22 = x0*(-x0*x3 - 466560) - 6531840
-    return den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22
 
 
 @_inline
@@ -347,200 +323,102 @@ def stability(Omega, xi, radius, damping, period):
     return refused < 0
 
 
-@_compile
-def amplification(Omega, xi, out):
-    """Amplification matrix in the order of STATE; out (n, 3, 3)."""
-    for i in range(out.shape[0]):
-        den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22 = _increment(Omega[i], xi[i])
-        out[i, 0, 0] = 1.0 + D_00 / den
-        out[i, 0, 1] = D_01 / den
-        out[i, 0, 2] = D_02 / den
-        out[i, 1, 0] = D_10 / den
-        out[i, 1, 1] = 1.0 + D_11 / den
-        out[i, 1, 2] = D_12 / den
-        out[i, 2, 0] = D_20 / den
-        out[i, 2, 1] = D_21 / den
-        out[i, 2, 2] = 1.0 + D_22 / den
+def amplification(by, Omega, xi):
+    """Amplification matrix (3, 3) in the order of STATE, row by row."""
+    x0 = Omega**2
+    x1 = 205632*x0 - 2799360
+    x2 = 51408*x0 - 1088640
+    x3 = 6426*x0 - 66528
+    den = 6531840.0
+    D_00 = (x0*x1) / den
+    D_01 = (x0*x2 + 6531840) / den
+    D_02 = (x0*x3 + 466560) / den
+    D_10 = (x0*(x0*(944640 - 19040*x0) - 6065280)) / den
+    D_11 = (x0*(x0*(272160 - 4760*x0) - 3265920)) / den
+    D_12 = (x0*(x0*(27580 - 595*x0) - 144000) + 466560) / den
+    D_20 = (x0*(-x0*x1 - 6531840)) / den
+    D_21 = (x0*(-x0*x2 - 6531840)) / den
+    D_22 = (x0*(-x0*x3 - 466560) - 6531840) / den
+    return 1.0 + D_00, D_01, D_02, D_10, 1.0 + D_11, D_12, D_20, D_21, 1.0 + D_22
 
 
-@_compile
-def stencil(out):
-    """Instants (n, 4) at which the load is taken, in steps after t_n."""
-    for i in range(out.shape[0]):
-        out[i, 0] = 0
-        out[i, 1] = 1/4
-        out[i, 2] = 7/10
-        out[i, 3] = 1
+def stencil(by):
+    """Instants at which the load is taken, in steps after t_n."""
+    return 0, 1/4, 7/10, 1
 
 
-# tails are rounding errors, which fastmath would remove
-@_exact
-def _plus(a, b):
-    """The sum of two doubles: head, and tail, which is the rounding error of the head."""
-    head = a + b
-    rest = head - a
-    return head, (a - (head - rest)) + (b - rest)
+def coefficients(by, Omega, xi):
+    """D, B, O, P of linear_march_2_01y: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f.
 
-
-@_exact
-def _plus_one(a, b, b_):
-    """The sum of a double and a pair of head and tail."""
-    head, tail = _plus(a, b)
-    tail += b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _plus_two(a, a_, b, b_):
-    """The sum of two pairs of head and tail."""
-    head, tail = _plus(a, b)
-    tail += a_ + b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times(a, b):
-    """The product of two doubles: head and tail, from halves of their digits, whose products are exact."""
-    head, c, d = a * b, 134217729.0 * a, 134217729.0 * b
-    a1, b1 = c - (c - a), d - (d - b)
-    a2, b2 = a - a1, b - b1
-    return head, ((a1 * b1 - head) + a1 * b2 + a2 * b1) + a2 * b2
-
-
-@_exact
-def _times_one(a, b, b_):
-    """The product of a double and a pair of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times_two(a, a_, b, b_):
-    """The product of two pairs of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_ + a_ * b
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _over(a, a_, b, b_):
-    """The quotient of two pairs of head and tail, rounded to a double."""
-    head = a / b
-    product, tail = _times(head, b)
-    return head + ((a - product) - tail + a_ - head * b_) / b
-
-
-@_exact
-def _coefficients(s):
-    """`coefficients` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi = s[j], s[48 + j]
-        d0, d0_ = _times(Omega, Omega)
-        den = 6531840.0
-        s1, s1_ = _times_one(-6426.0, d0, d0_)
-        s2, s2_ = _plus_one(272160.0, s1, s1_)
-        s3, s3_ = _times_two(d0, d0_, s2, s2_)
-        s4, s4_ = _plus_one(-3265920.0, s3, s3_)
-        N00, N00_ = _times_two(d0, d0_, s4, s4_)
-        s6, s6_ = _times_one(51408.0, d0, d0_)
-        s7, s7_ = _plus_one(-1088640.0, s6, s6_)
-        s8, s8_ = _times_two(d0, d0_, s7, s7_)
-        N01, N01_ = _plus_one(6531840.0, s8, s8_)
-        s10, s10_ = _times_one(595.0, d0, d0_)
-        s11, s11_ = _plus_one(-46620.0, s10, s10_)
-        s12, s12_ = _times_two(d0, d0_, s11, s11_)
-        s13, s13_ = _plus_one(1088640.0, s12, s12_)
-        s14, s14_ = _times_two(d0, d0_, s13, s13_)
-        s15, s15_ = _plus_one(-6531840.0, s14, s14_)
-        N10, N10_ = _times_two(d0, d0_, s15, s15_)
-        s17, s17_ = _times_one(-4760.0, d0, d0_)
-        s18, s18_ = _plus_one(272160.0, s17, s17_)
-        s19, s19_ = _times_two(d0, d0_, s18, s18_)
-        s20, s20_ = _plus_one(-3265920.0, s19, s19_)
-        N11, N11_ = _times_two(d0, d0_, s20, s20_)
-        D00 = _over(N00, N00_, den, 0.0)
-        D01 = _over(N01, N01_, den, 0.0)
-        D10 = _over(N10, N10_, den, 0.0)
-        D11 = _over(N11, N11_, den, 0.0)
-        x0 = Omega**2
-        x1 = 119*x0
-        den_o = 120960.0
-        B00 = (x0*(6426*x0 - 66528) + 466560) / den
-        B01 = (1935360 - 205632*x0) / den
-        B02 = (864000) / den
-        B03 = 0.0
-        B10 = (x0*(x0*(27580 - 595*x0) - 144000) + 466560) / den
-        B11 = (x0*(19040*x0 - 864640) + 2580480) / den
-        B12 = (2880000 - 80000*x0) / den
-        B13 = (604800) / den
-        O00 = (x0*(x0*(x0*(x1 - 5040) + 60480) - 120960)) / den_o
-        O01 = (x0*(x0*(20160 - 952*x0) - 120960)) / den_o
-        P00 = (x0*(x0*(1232 - x1) - 8640)) / den_o
-        P01 = (x0*(3808*x0 - 35840)) / den_o
-        P02 = (-16000*x0) / den_o
-        P03 = (120960) / den_o
-        s[96 + j], s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j], s[768 + j], s[816 + j], s[864 + j], s[912 + j] = D00, D01, D10, D11, B00, B01, B02, B03, B10, B11, B12, B13, O00, O01, P00, P01, P02, P03
-
-
-@_compile
-def coefficients(Omega, xi, out):
-    """D, B, O, P of linear_march_2_01y: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f; out (18, n).
-
-    The rows of out are the entries of D, B, O, P, matrix by matrix and row by row. D is rounded once. Columns of
-    B and P beyond the scheme's own load instants, up to the march's 4, are zero.
+    Their entries, matrix by matrix and row by row. D is computed in pairs of doubles and rounded once. Columns of B and
+    P beyond the scheme's own load instants, up to the march's 4, are zero.
     """
-    s = np.ones(20 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j] = Omega[first + j], xi[first + j]
-        _coefficients(s)
-        for r in range(18):
-            for j in range(size):
-                out[r, first + j] = s[(2 + r) * 48 + j]
+    d0, d0_ = by.times(Omega, Omega)
+    den = 6531840.0
+    s1, s1_ = by.times_one(-6426.0, d0, d0_)
+    s2, s2_ = by.plus_one(272160.0, s1, s1_)
+    s3, s3_ = by.times_two(d0, d0_, s2, s2_)
+    s4, s4_ = by.plus_one(-3265920.0, s3, s3_)
+    N00, N00_ = by.times_two(d0, d0_, s4, s4_)
+    s6, s6_ = by.times_one(51408.0, d0, d0_)
+    s7, s7_ = by.plus_one(-1088640.0, s6, s6_)
+    s8, s8_ = by.times_two(d0, d0_, s7, s7_)
+    N01, N01_ = by.plus_one(6531840.0, s8, s8_)
+    s10, s10_ = by.times_one(595.0, d0, d0_)
+    s11, s11_ = by.plus_one(-46620.0, s10, s10_)
+    s12, s12_ = by.times_two(d0, d0_, s11, s11_)
+    s13, s13_ = by.plus_one(1088640.0, s12, s12_)
+    s14, s14_ = by.times_two(d0, d0_, s13, s13_)
+    s15, s15_ = by.plus_one(-6531840.0, s14, s14_)
+    N10, N10_ = by.times_two(d0, d0_, s15, s15_)
+    s17, s17_ = by.times_one(-4760.0, d0, d0_)
+    s18, s18_ = by.plus_one(272160.0, s17, s17_)
+    s19, s19_ = by.times_two(d0, d0_, s18, s18_)
+    s20, s20_ = by.plus_one(-3265920.0, s19, s19_)
+    N11, N11_ = by.times_two(d0, d0_, s20, s20_)
+    D00 = by.over(N00, N00_, den, 0.0)
+    D01 = by.over(N01, N01_, den, 0.0)
+    D10 = by.over(N10, N10_, den, 0.0)
+    D11 = by.over(N11, N11_, den, 0.0)
+    x0 = Omega**2
+    x1 = 119*x0
+    den_o = 120960.0
+    B00 = (x0*(6426*x0 - 66528) + 466560) / den
+    B01 = (1935360 - 205632*x0) / den
+    B02 = (864000) / den
+    B03 = 0.0
+    B10 = (x0*(x0*(27580 - 595*x0) - 144000) + 466560) / den
+    B11 = (x0*(19040*x0 - 864640) + 2580480) / den
+    B12 = (2880000 - 80000*x0) / den
+    B13 = (604800) / den
+    O00 = (x0*(x0*(x0*(x1 - 5040) + 60480) - 120960)) / den_o
+    O01 = (x0*(x0*(20160 - 952*x0) - 120960)) / den_o
+    P00 = (x0*(x0*(1232 - x1) - 8640)) / den_o
+    P01 = (x0*(3808*x0 - 35840)) / den_o
+    P02 = (-16000*x0) / den_o
+    P03 = (120960) / den_o
+    return D00, D01, D10, D11, B00, B01, B02, B03, B10, B11, B12, B13, O00, O01, P00, P01, P02, P03
 
 
-@_exact
-def _transfer(s):
-    """`transfer` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi = s[j], s[48 + j]
-        x0 = Omega**2
-        x1 = 522*x0
-        x2 = x0*(x1 - 38880) + 466560
-        x3 = 3672*x0 - 77760
-        den = 466560.0
-        whole = x2
-        P = (x0*x2) / den
-        g1 = (466560 - 277*Omega**6) / den
-        u0 = (x0*(35208 - x1) - 388800) / whole
-        u1 = (x0*(277*x0 + 3672) - 77760) / whole
-        v0 = (x0*(340*x0 - 19440) + 233280) / den
-        v1 = (x0*(182*x0 - 19440) + 233280) / den
-        a0 = (x0*x3 + 466560) / den
-        a1 = (-x0*x3 - 466560) / den
-        S = whole / den
-        s[96 + j], s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j] = P, g1, u0, u1, S, v0, v1, a0, a1
+def transfer(by, Omega, xi):
+    """Filter from a load, linear between steps, to the response from rest (see linear_filter).
 
-
-@_compile
-def transfer(Omega, xi, out):
-    """Filter from a load, linear between steps, to the response from rest (see linear_filter); out (9, n).
-
-    Rows of out: P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
+    P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
     u = S (q + k0 e0 + k1 e1 + ...) and h*v, h^2*a = k0 e0 + k1 e1 + ...; e1, e2, ... are e0 of the steps before.
     """
-    s = np.ones(11 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j] = Omega[first + j], xi[first + j]
-        _transfer(s)
-        for r in range(9):
-            for j in range(size):
-                out[r, first + j] = s[(2 + r) * 48 + j]
+    x0 = Omega**2
+    x1 = 522*x0
+    x2 = x0*(x1 - 38880) + 466560
+    x3 = 3672*x0 - 77760
+    den = 466560.0
+    whole = x2
+    P = (x0*x2) / den
+    g1 = (466560 - 277*Omega**6) / den
+    u0 = (x0*(35208 - x1) - 388800) / whole
+    u1 = (x0*(277*x0 + 3672) - 77760) / whole
+    v0 = (x0*(340*x0 - 19440) + 233280) / den
+    v1 = (x0*(182*x0 - 19440) + 233280) / den
+    a0 = (x0*x3 + 466560) / den
+    a1 = (-x0*x3 - 466560) / den
+    S = whole / den
+    return P, g1, u0, u1, S, v0, v1, a0, a1

@@ -62,10 +62,6 @@ FILTER = 2
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
-_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
-# called by kernels alone: not from Python, and so without the code for that
-_exact = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
-
 # contract: a * b + c may become one operation, rounded once
 _fused = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
 _inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"})
@@ -108,26 +104,6 @@ def _angle(y, x):
     angle = 0.7853981633974483 + angle if steep else angle
     angle = 1.5707963267948966 - angle if y > flat else angle
     return 3.141592653589793 - angle if x < 0.0 else angle
-
-
-@_exact
-def _increment(Omega, xi):
-    """Denominator and numerators of A - I. 77 operations."""
-    x0 = Omega**2
-    x1 = 12589248000*x0 - 687215575200
-    x2 = 1258924800*x0 - 124114248720
-    x3 = 62946240*x0 - 1925368116
-    den = 616936098240000
-    D_00 = x0*(x0*(x0*x1 + 21870221472000) - 264977222400000)
-    D_01 = x0*(x0*(x0*x2 + 5141134152000) - 102822683040000) + 616936098240000
-    D_02 = x0*(x0*(x0*x3 + 169640116800) - 3835449288000) + 43490826720000
-    D_10 = x0*(x0*(x0*(x0*(96609364600 - 1049104000*x0) - 4375775316000) + 83285413200000) - 573445271520000)
-    D_11 = x0*(x0*(x0*(x0*(14276994060 - 104910400*x0) - 856855692000) + 25705670760000) - 308468049120000)
-    D_12 = x0*(x0*(x0*(x0*(357154343 - 5245520*x0) - 22181992700) + 765358836000) - 19537269840000) + 43490826720000
-    D_20 = x0*(x0*(x0*(-x0*x1 - 21870221472000) + 264977222400000) - 616936098240000)
-    D_21 = x0*(x0*(x0*(-x0*x2 - 5141134152000) + 102822683040000) - 616936098240000)
-    D_22 = x0*(x0*(x0*(-x0*x3 - 169640116800) + 3835449288000) - 43490826720000) - 616936098240000
-    return den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22
 
 
 @_inline
@@ -369,229 +345,132 @@ def stability(Omega, xi, radius, damping, period):
     return refused < 0
 
 
-@_compile
-def amplification(Omega, xi, out):
-    """Amplification matrix in the order of STATE; out (n, 3, 3)."""
-    for i in range(out.shape[0]):
-        den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22 = _increment(Omega[i], xi[i])
-        out[i, 0, 0] = 1.0 + D_00 / den
-        out[i, 0, 1] = D_01 / den
-        out[i, 0, 2] = D_02 / den
-        out[i, 1, 0] = D_10 / den
-        out[i, 1, 1] = 1.0 + D_11 / den
-        out[i, 1, 2] = D_12 / den
-        out[i, 2, 0] = D_20 / den
-        out[i, 2, 1] = D_21 / den
-        out[i, 2, 2] = 1.0 + D_22 / den
+def amplification(by, Omega, xi):
+    """Amplification matrix (3, 3) in the order of STATE, row by row."""
+    x0 = Omega**2
+    x1 = 12589248000*x0 - 687215575200
+    x2 = 1258924800*x0 - 124114248720
+    x3 = 62946240*x0 - 1925368116
+    den = 616936098240000.0
+    D_00 = (x0*(x0*(x0*x1 + 21870221472000) - 264977222400000)) / den
+    D_01 = (x0*(x0*(x0*x2 + 5141134152000) - 102822683040000) + 616936098240000) / den
+    D_02 = (x0*(x0*(x0*x3 + 169640116800) - 3835449288000) + 43490826720000) / den
+    D_10 = (x0*(x0*(x0*(x0*(96609364600 - 1049104000*x0) - 4375775316000) + 83285413200000) - 573445271520000)) / den
+    D_11 = (x0*(x0*(x0*(x0*(14276994060 - 104910400*x0) - 856855692000) + 25705670760000) - 308468049120000)) / den
+    D_12 = (x0*(x0*(x0*(x0*(357154343 - 5245520*x0) - 22181992700) + 765358836000) - 19537269840000) + 43490826720000) / den
+    D_20 = (x0*(x0*(x0*(-x0*x1 - 21870221472000) + 264977222400000) - 616936098240000)) / den
+    D_21 = (x0*(x0*(x0*(-x0*x2 - 5141134152000) + 102822683040000) - 616936098240000)) / den
+    D_22 = (x0*(x0*(x0*(-x0*x3 - 169640116800) + 3835449288000) - 43490826720000) - 616936098240000) / den
+    return 1.0 + D_00, D_01, D_02, D_10, 1.0 + D_11, D_12, D_20, D_21, 1.0 + D_22
 
 
-@_compile
-def stencil(out):
-    """Instants (n, 6) at which the load is taken, in steps after t_n."""
-    for i in range(out.shape[0]):
-        out[i, 0] = 0
-        out[i, 1] = 1/10
-        out[i, 2] = 3/10
-        out[i, 3] = 17/25
-        out[i, 4] = 7/10
-        out[i, 5] = 1
+def stencil(by):
+    """Instants at which the load is taken, in steps after t_n."""
+    return 0, 1/10, 3/10, 17/25, 7/10, 1
 
 
-# tails are rounding errors, which fastmath would remove
-@_exact
-def _plus(a, b):
-    """The sum of two doubles: head, and tail, which is the rounding error of the head."""
-    head = a + b
-    rest = head - a
-    return head, (a - (head - rest)) + (b - rest)
+def coefficients(by, Omega, xi):
+    """D, B, O, P of linear_march_2_01y: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f.
 
-
-@_exact
-def _plus_one(a, b, b_):
-    """The sum of a double and a pair of head and tail."""
-    head, tail = _plus(a, b)
-    tail += b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _plus_two(a, a_, b, b_):
-    """The sum of two pairs of head and tail."""
-    head, tail = _plus(a, b)
-    tail += a_ + b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times(a, b):
-    """The product of two doubles: head and tail, from halves of their digits, whose products are exact."""
-    head, c, d = a * b, 134217729.0 * a, 134217729.0 * b
-    a1, b1 = c - (c - a), d - (d - b)
-    a2, b2 = a - a1, b - b1
-    return head, ((a1 * b1 - head) + a1 * b2 + a2 * b1) + a2 * b2
-
-
-@_exact
-def _times_one(a, b, b_):
-    """The product of a double and a pair of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times_two(a, a_, b, b_):
-    """The product of two pairs of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_ + a_ * b
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _over(a, a_, b, b_):
-    """The quotient of two pairs of head and tail, rounded to a double."""
-    head = a / b
-    product, tail = _times(head, b)
-    return head + ((a - product) - tail + a_ - head * b_) / b
-
-
-@_exact
-def _coefficients(s):
-    """`coefficients` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi = s[j], s[48 + j]
-        d0, d0_ = _times(Omega, Omega)
-        den = 616936098240000.0
-        s1, s1_ = _times_one(-62946240.0, d0, d0_)
-        s2, s2_ = _plus_one(14514616116.0, s1, s1_)
-        s3, s3_ = _times_two(d0, d0_, s2, s2_)
-        s4, s4_ = _plus_one(-856855692000.0, s3, s3_)
-        s5, s5_ = _times_two(d0, d0_, s4, s4_)
-        s6, s6_ = _plus_one(25705670760000.0, s5, s5_)
-        s7, s7_ = _times_two(d0, d0_, s6, s6_)
-        s8, s8_ = _plus_one(-308468049120000.0, s7, s7_)
-        N00, N00_ = _times_two(d0, d0_, s8, s8_)
-        s10, s10_ = _times_one(1258924800.0, d0, d0_)
-        s11, s11_ = _plus_one(-124114248720.0, s10, s10_)
-        s12, s12_ = _times_two(d0, d0_, s11, s11_)
-        s13, s13_ = _plus_one(5141134152000.0, s12, s12_)
-        s14, s14_ = _times_two(d0, d0_, s13, s13_)
-        s15, s15_ = _plus_one(-102822683040000.0, s14, s14_)
-        s16, s16_ = _times_two(d0, d0_, s15, s15_)
-        N01, N01_ = _plus_one(616936098240000.0, s16, s16_)
-        s18, s18_ = _times_one(5245520.0, d0, d0_)
-        s19, s19_ = _plus_one(-1406258343.0, s18, s18_)
-        s20, s20_ = _times_two(d0, d0_, s19, s19_)
-        s21, s21_ = _plus_one(118791357300.0, s20, s20_)
-        s22, s22_ = _times_two(d0, d0_, s21, s21_)
-        s23, s23_ = _plus_one(-5141134152000.0, s22, s22_)
-        s24, s24_ = _times_two(d0, d0_, s23, s23_)
-        s25, s25_ = _plus_one(102822683040000.0, s24, s24_)
-        s26, s26_ = _times_two(d0, d0_, s25, s25_)
-        s27, s27_ = _plus_one(-616936098240000.0, s26, s26_)
-        N10, N10_ = _times_two(d0, d0_, s27, s27_)
-        s29, s29_ = _times_one(-104910400.0, d0, d0_)
-        s30, s30_ = _plus_one(14276994060.0, s29, s29_)
-        s31, s31_ = _times_two(d0, d0_, s30, s30_)
-        s32, s32_ = _plus_one(-856855692000.0, s31, s31_)
-        s33, s33_ = _times_two(d0, d0_, s32, s32_)
-        s34, s34_ = _plus_one(25705670760000.0, s33, s33_)
-        s35, s35_ = _times_two(d0, d0_, s34, s34_)
-        s36, s36_ = _plus_one(-308468049120000.0, s35, s35_)
-        N11, N11_ = _times_two(d0, d0_, s36, s36_)
-        D00 = _over(N00, N00_, den, 0.0)
-        D01 = _over(N01, N01_, den, 0.0)
-        D10 = _over(N10, N10_, den, 0.0)
-        D11 = _over(N11, N11_, den, 0.0)
-        x0 = Omega**2
-        x1 = 5245520*x0
-        x2 = 1049104000*x0
-        x3 = 23080288000*x0
-        x4 = 11434500000000*x0
-        x5 = 108807072000*x0
-        den_o = 51411341520000.0
-        B00 = (x0*(x0*(x0*(62946240*x0 - 1925368116) + 169640116800) - 3835449288000) + 43490826720000) / den
-        B01 = (x0*(x0*(410252119200 - 12589248000*x0) - 9711031176000) + 26592073200000) / den
-        B02 = (x0*(276963456000*x0 - 10853505432000) + 173626021800000) / den
-        B03 = (-137214000000000) / den
-        B04 = (201973127400000 - 1305684864000*x0) / den
-        B05 = 0.0
-        B10 = (x0*(x0*(x0*(x0*(357154343 - x1) - 22181992700) + 765358836000) - 19537269840000) + 43490826720000) / den
-        B11 = (x0*(x0*(x0*(x2 - 73529076600) + 2496998658000) - 16496934300000) + 29546748000000) / den
-        B12 = (x0*(x0*(1769969586000 - x3) - 57311619750000) + 248037174000000) / den
-        B13 = (x4 - 428793750000000) / den
-        B14 = (x0*(x5 - 20911359150000) + 673243758000000) / den
-        B15 = (51411341520000) / den
-        O00 = (x0*(x0*(x0*(x0*(x0*(x1 - 1209551343) + 71404641000) - 2142139230000) + 25705670760000) - 51411341520000)) / den_o
-        O01 = (x0*(x0*(x0*(x0*(10342854060 - 104910400*x0) - 428427846000) + 8568556920000) - 51411341520000)) / den_o
-        P00 = (x0*(x0*(x0*(x0*(160447343 - x1) - 14136676400) + 319620774000) - 3624235560000)) / den_o
-        P01 = (x0*(x0*(x0*(x2 - 34187676600) + 809252598000) - 2216006100000)) / den_o
-        P02 = (x0*(x0*(904458786000 - x3) - 14468835150000)) / den_o
-        P03 = (x4) / den_o
-        P04 = (x0*(x5 - 16831093950000)) / den_o
-        P05 = (51411341520000) / den_o
-        s[96 + j], s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j], s[768 + j], s[816 + j], s[864 + j], s[912 + j], s[960 + j], s[1008 + j], s[1056 + j], s[1104 + j], s[1152 + j], s[1200 + j] = D00, D01, D10, D11, B00, B01, B02, B03, B04, B05, B10, B11, B12, B13, B14, B15, O00, O01, P00, P01, P02, P03, P04, P05
-
-
-@_compile
-def coefficients(Omega, xi, out):
-    """D, B, O, P of linear_march_2_01y: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f; out (24, n).
-
-    The rows of out are the entries of D, B, O, P, matrix by matrix and row by row. D is rounded once. Columns of
-    B and P beyond the scheme's own load instants, up to the march's 6, are zero.
+    Their entries, matrix by matrix and row by row. D is computed in pairs of doubles and rounded once. Columns of B and
+    P beyond the scheme's own load instants, up to the march's 6, are zero.
     """
-    s = np.ones(26 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j] = Omega[first + j], xi[first + j]
-        _coefficients(s)
-        for r in range(24):
-            for j in range(size):
-                out[r, first + j] = s[(2 + r) * 48 + j]
+    d0, d0_ = by.times(Omega, Omega)
+    den = 616936098240000.0
+    s1, s1_ = by.times_one(-62946240.0, d0, d0_)
+    s2, s2_ = by.plus_one(14514616116.0, s1, s1_)
+    s3, s3_ = by.times_two(d0, d0_, s2, s2_)
+    s4, s4_ = by.plus_one(-856855692000.0, s3, s3_)
+    s5, s5_ = by.times_two(d0, d0_, s4, s4_)
+    s6, s6_ = by.plus_one(25705670760000.0, s5, s5_)
+    s7, s7_ = by.times_two(d0, d0_, s6, s6_)
+    s8, s8_ = by.plus_one(-308468049120000.0, s7, s7_)
+    N00, N00_ = by.times_two(d0, d0_, s8, s8_)
+    s10, s10_ = by.times_one(1258924800.0, d0, d0_)
+    s11, s11_ = by.plus_one(-124114248720.0, s10, s10_)
+    s12, s12_ = by.times_two(d0, d0_, s11, s11_)
+    s13, s13_ = by.plus_one(5141134152000.0, s12, s12_)
+    s14, s14_ = by.times_two(d0, d0_, s13, s13_)
+    s15, s15_ = by.plus_one(-102822683040000.0, s14, s14_)
+    s16, s16_ = by.times_two(d0, d0_, s15, s15_)
+    N01, N01_ = by.plus_one(616936098240000.0, s16, s16_)
+    s18, s18_ = by.times_one(5245520.0, d0, d0_)
+    s19, s19_ = by.plus_one(-1406258343.0, s18, s18_)
+    s20, s20_ = by.times_two(d0, d0_, s19, s19_)
+    s21, s21_ = by.plus_one(118791357300.0, s20, s20_)
+    s22, s22_ = by.times_two(d0, d0_, s21, s21_)
+    s23, s23_ = by.plus_one(-5141134152000.0, s22, s22_)
+    s24, s24_ = by.times_two(d0, d0_, s23, s23_)
+    s25, s25_ = by.plus_one(102822683040000.0, s24, s24_)
+    s26, s26_ = by.times_two(d0, d0_, s25, s25_)
+    s27, s27_ = by.plus_one(-616936098240000.0, s26, s26_)
+    N10, N10_ = by.times_two(d0, d0_, s27, s27_)
+    s29, s29_ = by.times_one(-104910400.0, d0, d0_)
+    s30, s30_ = by.plus_one(14276994060.0, s29, s29_)
+    s31, s31_ = by.times_two(d0, d0_, s30, s30_)
+    s32, s32_ = by.plus_one(-856855692000.0, s31, s31_)
+    s33, s33_ = by.times_two(d0, d0_, s32, s32_)
+    s34, s34_ = by.plus_one(25705670760000.0, s33, s33_)
+    s35, s35_ = by.times_two(d0, d0_, s34, s34_)
+    s36, s36_ = by.plus_one(-308468049120000.0, s35, s35_)
+    N11, N11_ = by.times_two(d0, d0_, s36, s36_)
+    D00 = by.over(N00, N00_, den, 0.0)
+    D01 = by.over(N01, N01_, den, 0.0)
+    D10 = by.over(N10, N10_, den, 0.0)
+    D11 = by.over(N11, N11_, den, 0.0)
+    x0 = Omega**2
+    x1 = 5245520*x0
+    x2 = 1049104000*x0
+    x3 = 23080288000*x0
+    x4 = 11434500000000*x0
+    x5 = 108807072000*x0
+    den_o = 51411341520000.0
+    B00 = (x0*(x0*(x0*(62946240*x0 - 1925368116) + 169640116800) - 3835449288000) + 43490826720000) / den
+    B01 = (x0*(x0*(410252119200 - 12589248000*x0) - 9711031176000) + 26592073200000) / den
+    B02 = (x0*(276963456000*x0 - 10853505432000) + 173626021800000) / den
+    B03 = (-137214000000000) / den
+    B04 = (201973127400000 - 1305684864000*x0) / den
+    B05 = 0.0
+    B10 = (x0*(x0*(x0*(x0*(357154343 - x1) - 22181992700) + 765358836000) - 19537269840000) + 43490826720000) / den
+    B11 = (x0*(x0*(x0*(x2 - 73529076600) + 2496998658000) - 16496934300000) + 29546748000000) / den
+    B12 = (x0*(x0*(1769969586000 - x3) - 57311619750000) + 248037174000000) / den
+    B13 = (x4 - 428793750000000) / den
+    B14 = (x0*(x5 - 20911359150000) + 673243758000000) / den
+    B15 = (51411341520000) / den
+    O00 = (x0*(x0*(x0*(x0*(x0*(x1 - 1209551343) + 71404641000) - 2142139230000) + 25705670760000) - 51411341520000)) / den_o
+    O01 = (x0*(x0*(x0*(x0*(10342854060 - 104910400*x0) - 428427846000) + 8568556920000) - 51411341520000)) / den_o
+    P00 = (x0*(x0*(x0*(x0*(160447343 - x1) - 14136676400) + 319620774000) - 3624235560000)) / den_o
+    P01 = (x0*(x0*(x0*(x2 - 34187676600) + 809252598000) - 2216006100000)) / den_o
+    P02 = (x0*(x0*(904458786000 - x3) - 14468835150000)) / den_o
+    P03 = (x4) / den_o
+    P04 = (x0*(x5 - 16831093950000)) / den_o
+    P05 = (51411341520000) / den_o
+    return (
+        D00, D01, D10, D11, B00, B01, B02, B03, B04, B05, B10, B11, B12, B13, B14, B15, O00, O01, P00, P01,
+        P02, P03, P04, P05
+    )
 
 
-@_exact
-def _transfer(s):
-    """`transfer` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi = s[j], s[48 + j]
-        x0 = Omega**2
-        x1 = 2925*x0
-        x2 = x0*(x0*(x0*(x1 - 437580) + 26136000) - 784080000) + 9408960000
-        x3 = 365*x0
-        x4 = 19200*x0 - 1892880
-        den = 9408960000.0
-        whole = x2
-        P = (x0*x2) / den
-        g1 = (Omega**8*(x3 + 1524) + 9408960000) / den
-        u0 = (x0*(x0*(x0*(418380 - x1) - 24243120) + 705672000) - 7840800000) / whole
-        u1 = (x0*(x0*(x0*(17676 - x3) - 1892880) + 78408000) - 1568160000) / whole
-        v0 = (x0*(x0*(x0*(1600*x0 - 217740) + 13068000) - 392040000) + 4704480000) / den
-        v1 = (x0*(x0*(x0*(1325*x0 - 219840) + 13068000) - 392040000) + 4704480000) / den
-        a0 = (x0*(x0*(x0*x4 + 78408000) - 1568160000) + 9408960000) / den
-        a1 = (x0*(x0*(-x0*x4 - 78408000) + 1568160000) - 9408960000) / den
-        S = whole / den
-        s[96 + j], s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j] = P, g1, u0, u1, S, v0, v1, a0, a1
+def transfer(by, Omega, xi):
+    """Filter from a load, linear between steps, to the response from rest (see linear_filter).
 
-
-@_compile
-def transfer(Omega, xi, out):
-    """Filter from a load, linear between steps, to the response from rest (see linear_filter); out (9, n).
-
-    Rows of out: P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
+    P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
     u = S (q + k0 e0 + k1 e1 + ...) and h*v, h^2*a = k0 e0 + k1 e1 + ...; e1, e2, ... are e0 of the steps before.
     """
-    s = np.ones(11 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j] = Omega[first + j], xi[first + j]
-        _transfer(s)
-        for r in range(9):
-            for j in range(size):
-                out[r, first + j] = s[(2 + r) * 48 + j]
+    x0 = Omega**2
+    x1 = 2925*x0
+    x2 = x0*(x0*(x0*(x1 - 437580) + 26136000) - 784080000) + 9408960000
+    x3 = 365*x0
+    x4 = 19200*x0 - 1892880
+    den = 9408960000.0
+    whole = x2
+    P = (x0*x2) / den
+    g1 = (Omega**8*(x3 + 1524) + 9408960000) / den
+    u0 = (x0*(x0*(x0*(418380 - x1) - 24243120) + 705672000) - 7840800000) / whole
+    u1 = (x0*(x0*(x0*(17676 - x3) - 1892880) + 78408000) - 1568160000) / whole
+    v0 = (x0*(x0*(x0*(1600*x0 - 217740) + 13068000) - 392040000) + 4704480000) / den
+    v1 = (x0*(x0*(x0*(1325*x0 - 219840) + 13068000) - 392040000) + 4704480000) / den
+    a0 = (x0*(x0*(x0*x4 + 78408000) - 1568160000) + 9408960000) / den
+    a1 = (x0*(x0*(-x0*x4 - 78408000) + 1568160000) - 9408960000) / den
+    S = whole / den
+    return P, g1, u0, u1, S, v0, v1, a0, a1

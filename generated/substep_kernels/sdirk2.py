@@ -40,10 +40,6 @@ FILTER = 2
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
-_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
-# called by kernels alone: not from Python, and so without the code for that
-_exact = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
-
 # contract: a * b + c may become one operation, rounded once
 _fused = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
 _inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"})
@@ -86,26 +82,6 @@ def _angle(y, x):
     angle = 0.7853981633974483 + angle if steep else angle
     angle = 1.5707963267948966 - angle if y > flat else angle
     return 3.141592653589793 - angle if x < 0.0 else angle
-
-
-@_exact
-def _increment(Omega, xi, gamma):
-    """Denominator and numerators of A - I. 51 operations."""
-    x0 = 4*xi
-    x1 = gamma**2
-    x2 = xi**2
-    x3 = Omega*gamma**4
-    x4 = gamma**3*x0 + x3
-    x5 = Omega**2
-    x6 = 2*xi
-    x7 = x1*x6
-    x8 = Omega*x1*(2*gamma - 1) + x7
-    den = Omega*(Omega*(Omega*x4 + 2*x1*(2*x2 + 1)) + gamma*x0) + 1
-    D_00 = x5*(Omega*(-x3 - x7) + gamma*(gamma - 2))
-    D_01 = Omega*x8 + 1
-    D_10 = x5*(-Omega*x8 - 1)
-    D_11 = Omega*(Omega*(-Omega*x4 - gamma*(4*gamma*x2 - gamma + 2)) - x6)
-    return den, D_00, D_01, D_10, D_11
 
 
 @_inline
@@ -358,230 +334,139 @@ def stability(Omega, xi, gamma, radius, damping, period):
     return refused < 0
 
 
-@_compile
-def amplification(Omega, xi, gamma, out):
-    """Amplification matrix in the order of STATE; out (n, 2, 2)."""
-    for i in range(out.shape[0]):
-        den, D_00, D_01, D_10, D_11 = _increment(Omega[i], xi[i], gamma[i])
-        out[i, 0, 0] = 1.0 + D_00 / den
-        out[i, 0, 1] = D_01 / den
-        out[i, 1, 0] = D_10 / den
-        out[i, 1, 1] = 1.0 + D_11 / den
+def amplification(by, Omega, xi, gamma):
+    """Amplification matrix (2, 2) in the order of STATE, row by row."""
+    x0 = 4*xi
+    x1 = gamma**2
+    x2 = xi**2
+    x3 = Omega*gamma**4
+    x4 = gamma**3*x0 + x3
+    x5 = Omega**2
+    x6 = 2*xi
+    x7 = x1*x6
+    x8 = Omega*x1*(2*gamma - 1) + x7
+    den = Omega*(Omega*(Omega*x4 + 2*x1*(2*x2 + 1)) + gamma*x0) + 1
+    D_00 = (x5*(Omega*(-x3 - x7) + gamma*(gamma - 2))) / den
+    D_01 = (Omega*x8 + 1) / den
+    D_10 = (x5*(-Omega*x8 - 1)) / den
+    D_11 = (Omega*(Omega*(-Omega*x4 - gamma*(4*gamma*x2 - gamma + 2)) - x6)) / den
+    return 1.0 + D_00, D_01, D_10, 1.0 + D_11
 
 
-@_compile
-def stencil(gamma, out):
-    """Instants (n, 2) at which the load is taken, in steps after t_n."""
-    for i in range(out.shape[0]):
-        out[i, 0] = gamma[i]
-        out[i, 1] = 1
+def stencil(by, gamma):
+    """Instants at which the load is taken, in steps after t_n."""
+    return gamma, 1
 
 
-# tails are rounding errors, which fastmath would remove
-@_exact
-def _plus(a, b):
-    """The sum of two doubles: head, and tail, which is the rounding error of the head."""
-    head = a + b
-    rest = head - a
-    return head, (a - (head - rest)) + (b - rest)
+def coefficients(by, Omega, xi, gamma):
+    """D, B, O, P of linear_march_2_01y: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f.
 
-
-@_exact
-def _plus_one(a, b, b_):
-    """The sum of a double and a pair of head and tail."""
-    head, tail = _plus(a, b)
-    tail += b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _plus_two(a, a_, b, b_):
-    """The sum of two pairs of head and tail."""
-    head, tail = _plus(a, b)
-    tail += a_ + b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times(a, b):
-    """The product of two doubles: head and tail, from halves of their digits, whose products are exact."""
-    head, c, d = a * b, 134217729.0 * a, 134217729.0 * b
-    a1, b1 = c - (c - a), d - (d - b)
-    a2, b2 = a - a1, b - b1
-    return head, ((a1 * b1 - head) + a1 * b2 + a2 * b1) + a2 * b2
-
-
-@_exact
-def _times_one(a, b, b_):
-    """The product of a double and a pair of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times_two(a, a_, b, b_):
-    """The product of two pairs of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_ + a_ * b
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _over(a, a_, b, b_):
-    """The quotient of two pairs of head and tail, rounded to a double."""
-    head = a / b
-    product, tail = _times(head, b)
-    return head + ((a - product) - tail + a_ - head * b_) / b
-
-
-@_exact
-def _coefficients(s):
-    """`coefficients` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi, gamma = s[j], s[48 + j], s[96 + j]
-        d0 = 4.0 * xi
-        d1, d1_ = _times(gamma, gamma)
-        d2, d2_ = _times(xi, xi)
-        s2, s2_ = _times(gamma, gamma)
-        s3, s3_ = _times_one(gamma, s2, s2_)
-        s4, s4_ = _times_one(gamma, s3, s3_)
-        d3, d3_ = _times_one(Omega, s4, s4_)
-        s6, s6_ = _times(gamma, gamma)
-        s7, s7_ = _times_one(gamma, s6, s6_)
-        s8, s8_ = _times_one(d0, s7, s7_)
-        d4, d4_ = _plus_two(d3, d3_, s8, s8_)
-        d5, d5_ = _times(Omega, Omega)
-        d6 = 2.0 * xi
-        d7, d7_ = _times_one(d6, d1, d1_)
-        s12, s12_ = _plus(-1.0, 2.0 * gamma)
-        s13, s13_ = _times_one(Omega, d1, d1_)
-        s14, s14_ = _times_two(s13, s13_, s12, s12_)
-        d8, d8_ = _plus_two(d7, d7_, s14, s14_)
-        s16, s16_ = _times_one(Omega, d4, d4_)
-        s17, s17_ = _plus_one(1.0, 2.0 * d2, 2.0 * d2_)
-        s18, s18_ = _times_two(2.0 * d1, 2.0 * d1_, s17, s17_)
-        s19, s19_ = _plus_two(s16, s16_, s18, s18_)
-        s20, s20_ = _times_one(Omega, s19, s19_)
-        s21, s21_ = _times(d0, gamma)
-        s22, s22_ = _plus_two(s20, s20_, s21, s21_)
-        s23, s23_ = _times_one(Omega, s22, s22_)
-        den, den_ = _plus_one(1.0, s23, s23_)
-        s25, s25_ = _plus_two(-1.0 * d3, -1.0 * d3_, -1.0 * d7, -1.0 * d7_)
-        s26, s26_ = _times_one(Omega, s25, s25_)
-        s27, s27_ = _plus(-2.0, gamma)
-        s28, s28_ = _times_one(gamma, s27, s27_)
-        s29, s29_ = _plus_two(s26, s26_, s28, s28_)
-        N00, N00_ = _times_two(d5, d5_, s29, s29_)
-        s31, s31_ = _times_one(Omega, d8, d8_)
-        N01, N01_ = _plus_one(1.0, s31, s31_)
-        s33, s33_ = _times_one(-1.0 * Omega, d8, d8_)
-        s34, s34_ = _plus_one(-1.0, s33, s33_)
-        N10, N10_ = _times_two(d5, d5_, s34, s34_)
-        s36, s36_ = _times_one(-1.0 * Omega, d4, d4_)
-        s37, s37_ = _times_one(4.0 * gamma, d2, d2_)
-        s38, s38_ = _plus(2.0, -1.0 * gamma)
-        s39, s39_ = _plus_two(s38, s38_, s37, s37_)
-        s40, s40_ = _times_one(-1.0 * gamma, s39, s39_)
-        s41, s41_ = _plus_two(s36, s36_, s40, s40_)
-        s42, s42_ = _times_one(Omega, s41, s41_)
-        s43, s43_ = _plus_one(-1.0 * d6, s42, s42_)
-        N11, N11_ = _times_one(Omega, s43, s43_)
-        D00 = _over(N00, N00_, den, den_)
-        D01 = _over(N01, N01_, den, den_)
-        D10 = _over(N10, N10_, den, den_)
-        D11 = _over(N11, N11_, den, den_)
-        x0 = 4*xi
-        x1 = gamma*x0
-        x2 = gamma**2
-        x3 = xi**2
-        x4 = Omega*gamma**4
-        x5 = gamma**3
-        x6 = gamma - 1
-        x7 = 2*gamma
-        x8 = x6*x7
-        x9 = Omega*x2
-        x10 = 2*xi
-        x11 = x10*x6
-        x12 = Omega**2
-        x13 = x7 - 1
-        den_o = Omega*(Omega*(Omega*(x0*x5 + x4) + 2*x2*(2*x3 + 1)) + x1) + 1
-        B00 = (-x11*x9 - x8) / den
-        B01 = (Omega*(x10*x5 + x4) + x2) / den
-        B10 = (-gamma + x12*x2*x6 + 1) / den
-        B11 = (Omega*(Omega*x5 + x10*x2) + gamma) / den
-        O00 = (x12*(Omega*(-Omega*gamma*(3*gamma - 2) - x10*x13) - 1)) / den_o
-        O01 = (Omega*(Omega*(Omega*(-x1*x13 - x13*x9) - 8*gamma*x3 + 4*x3 - 1) - x10)) / den_o
-        P00 = (Omega*(Omega*x8 + x11)) / den_o
-        P01 = (Omega*(x7*xi + x9) + 1) / den_o
-        s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j] = D00, D01, D10, D11, B00, B01, B10, B11, O00, O01, P00, P01
-
-
-@_compile
-def coefficients(Omega, xi, gamma, out):
-    """D, B, O, P of linear_march_2_01y: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f; out (12, n).
-
-    The rows of out are the entries of D, B, O, P, matrix by matrix and row by row. D is rounded once. Columns of
-    B and P beyond the scheme's own load instants, up to the march's 2, are zero.
+    Their entries, matrix by matrix and row by row. D is computed in pairs of doubles and rounded once. Columns of B and
+    P beyond the scheme's own load instants, up to the march's 2, are zero.
     """
-    s = np.ones(15 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j], s[96 + j] = Omega[first + j], xi[first + j], gamma[first + j]
-        _coefficients(s)
-        for r in range(12):
-            for j in range(size):
-                out[r, first + j] = s[(3 + r) * 48 + j]
+    d0 = 4.0 * xi
+    d1, d1_ = by.times(gamma, gamma)
+    d2, d2_ = by.times(xi, xi)
+    s2, s2_ = by.times(gamma, gamma)
+    s3, s3_ = by.times_one(gamma, s2, s2_)
+    s4, s4_ = by.times_one(gamma, s3, s3_)
+    d3, d3_ = by.times_one(Omega, s4, s4_)
+    s6, s6_ = by.times(gamma, gamma)
+    s7, s7_ = by.times_one(gamma, s6, s6_)
+    s8, s8_ = by.times_one(d0, s7, s7_)
+    d4, d4_ = by.plus_two(d3, d3_, s8, s8_)
+    d5, d5_ = by.times(Omega, Omega)
+    d6 = 2.0 * xi
+    d7, d7_ = by.times_one(d6, d1, d1_)
+    s12, s12_ = by.plus(-1.0, 2.0 * gamma)
+    s13, s13_ = by.times_one(Omega, d1, d1_)
+    s14, s14_ = by.times_two(s13, s13_, s12, s12_)
+    d8, d8_ = by.plus_two(d7, d7_, s14, s14_)
+    s16, s16_ = by.times_one(Omega, d4, d4_)
+    s17, s17_ = by.plus_one(1.0, 2.0 * d2, 2.0 * d2_)
+    s18, s18_ = by.times_two(2.0 * d1, 2.0 * d1_, s17, s17_)
+    s19, s19_ = by.plus_two(s16, s16_, s18, s18_)
+    s20, s20_ = by.times_one(Omega, s19, s19_)
+    s21, s21_ = by.times(d0, gamma)
+    s22, s22_ = by.plus_two(s20, s20_, s21, s21_)
+    s23, s23_ = by.times_one(Omega, s22, s22_)
+    den, den_ = by.plus_one(1.0, s23, s23_)
+    s25, s25_ = by.plus_two(-1.0 * d3, -1.0 * d3_, -1.0 * d7, -1.0 * d7_)
+    s26, s26_ = by.times_one(Omega, s25, s25_)
+    s27, s27_ = by.plus(-2.0, gamma)
+    s28, s28_ = by.times_one(gamma, s27, s27_)
+    s29, s29_ = by.plus_two(s26, s26_, s28, s28_)
+    N00, N00_ = by.times_two(d5, d5_, s29, s29_)
+    s31, s31_ = by.times_one(Omega, d8, d8_)
+    N01, N01_ = by.plus_one(1.0, s31, s31_)
+    s33, s33_ = by.times_one(-1.0 * Omega, d8, d8_)
+    s34, s34_ = by.plus_one(-1.0, s33, s33_)
+    N10, N10_ = by.times_two(d5, d5_, s34, s34_)
+    s36, s36_ = by.times_one(-1.0 * Omega, d4, d4_)
+    s37, s37_ = by.times_one(4.0 * gamma, d2, d2_)
+    s38, s38_ = by.plus(2.0, -1.0 * gamma)
+    s39, s39_ = by.plus_two(s38, s38_, s37, s37_)
+    s40, s40_ = by.times_one(-1.0 * gamma, s39, s39_)
+    s41, s41_ = by.plus_two(s36, s36_, s40, s40_)
+    s42, s42_ = by.times_one(Omega, s41, s41_)
+    s43, s43_ = by.plus_one(-1.0 * d6, s42, s42_)
+    N11, N11_ = by.times_one(Omega, s43, s43_)
+    D00 = by.over(N00, N00_, den, den_)
+    D01 = by.over(N01, N01_, den, den_)
+    D10 = by.over(N10, N10_, den, den_)
+    D11 = by.over(N11, N11_, den, den_)
+    x0 = 4*xi
+    x1 = gamma*x0
+    x2 = gamma**2
+    x3 = xi**2
+    x4 = Omega*gamma**4
+    x5 = gamma**3
+    x6 = gamma - 1
+    x7 = 2*gamma
+    x8 = x6*x7
+    x9 = Omega*x2
+    x10 = 2*xi
+    x11 = x10*x6
+    x12 = Omega**2
+    x13 = x7 - 1
+    den_o = Omega*(Omega*(Omega*(x0*x5 + x4) + 2*x2*(2*x3 + 1)) + x1) + 1
+    B00 = (-x11*x9 - x8) / den
+    B01 = (Omega*(x10*x5 + x4) + x2) / den
+    B10 = (-gamma + x12*x2*x6 + 1) / den
+    B11 = (Omega*(Omega*x5 + x10*x2) + gamma) / den
+    O00 = (x12*(Omega*(-Omega*gamma*(3*gamma - 2) - x10*x13) - 1)) / den_o
+    O01 = (Omega*(Omega*(Omega*(-x1*x13 - x13*x9) - 8*gamma*x3 + 4*x3 - 1) - x10)) / den_o
+    P00 = (Omega*(Omega*x8 + x11)) / den_o
+    P01 = (Omega*(x7*xi + x9) + 1) / den_o
+    return D00, D01, D10, D11, B00, B01, B10, B11, O00, O01, P00, P01
 
 
-@_exact
-def _transfer(s):
-    """`transfer` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi, gamma = s[j], s[48 + j], s[96 + j]
-        x0 = 4*xi
-        x1 = gamma**2
-        x2 = 2*x1
-        x3 = Omega*gamma**4
-        x4 = x2*xi
-        x5 = Omega*(x3 + x4)
-        x6 = x5 + 1
-        x7 = 2*gamma
-        x8 = x7 - 1
-        x9 = (gamma - 1)**2
-        x10 = Omega*x1*x8 + x4
-        den = Omega*(Omega*(Omega*(gamma**3*x0 + x3) + x2*(2*xi**2 + 1)) + gamma*x0) + 1
-        whole = x6
-        P = (Omega**2*x6) / den
-        g1 = (Omega*(Omega*x8**2 + 2*x8*xi) + 1) / den
-        u0 = (-Omega*x4*x9 - x9*(x7 + 1)) / whole
-        u1 = (x8*x9) / whole
-        v0 = (-gamma*(gamma - 2) + x5) / den
-        v1 = (x9) / den
-        a0 = (Omega*x10 + 1) / den
-        a1 = (-Omega*x10 - 1) / den
-        S = whole / den
-        s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j] = P, g1, u0, u1, S, v0, v1, a0, a1
+def transfer(by, Omega, xi, gamma):
+    """Filter from a load, linear between steps, to the response from rest (see linear_filter).
 
-
-@_compile
-def transfer(Omega, xi, gamma, out):
-    """Filter from a load, linear between steps, to the response from rest (see linear_filter); out (9, n).
-
-    Rows of out: P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
+    P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
     u = S (q + k0 e0 + k1 e1 + ...) and h*v, h^2*a = k0 e0 + k1 e1 + ...; e1, e2, ... are e0 of the steps before.
     """
-    s = np.ones(12 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j], s[96 + j] = Omega[first + j], xi[first + j], gamma[first + j]
-        _transfer(s)
-        for r in range(9):
-            for j in range(size):
-                out[r, first + j] = s[(3 + r) * 48 + j]
+    x0 = 4*xi
+    x1 = gamma**2
+    x2 = 2*x1
+    x3 = Omega*gamma**4
+    x4 = x2*xi
+    x5 = Omega*(x3 + x4)
+    x6 = x5 + 1
+    x7 = 2*gamma
+    x8 = x7 - 1
+    x9 = (gamma - 1)**2
+    x10 = Omega*x1*x8 + x4
+    den = Omega*(Omega*(Omega*(gamma**3*x0 + x3) + x2*(2*xi**2 + 1)) + gamma*x0) + 1
+    whole = x6
+    P = (Omega**2*x6) / den
+    g1 = (Omega*(Omega*x8**2 + 2*x8*xi) + 1) / den
+    u0 = (-Omega*x4*x9 - x9*(x7 + 1)) / whole
+    u1 = (x8*x9) / whole
+    v0 = (-gamma*(gamma - 2) + x5) / den
+    v1 = (x9) / den
+    a0 = (Omega*x10 + 1) / den
+    a1 = (-Omega*x10 - 1) / den
+    S = whole / den
+    return P, g1, u0, u1, S, v0, v1, a0, a1

@@ -54,10 +54,6 @@ FILTER = 2
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
-_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
-# called by kernels alone: not from Python, and so without the code for that
-_exact = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
-
 # contract: a * b + c may become one operation, rounded once
 _fused = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
 _inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"})
@@ -100,39 +96,6 @@ def _angle(y, x):
     angle = 0.7853981633974483 + angle if steep else angle
     angle = 1.5707963267948966 - angle if y > flat else angle
     return 3.141592653589793 - angle if x < 0.0 else angle
-
-
-@_exact
-def _increment(Omega, xi, gamma):
-    """Denominator and numerators of A - I. 129 operations."""
-    x0 = 48*xi
-    x1 = gamma**2
-    x2 = xi**2
-    x3 = 96*x2 + 24
-    x4 = gamma**3
-    x5 = 8*Omega*gamma**6
-    x6 = gamma**5*x0 + x5
-    x7 = Omega**2
-    x8 = 16*xi
-    x9 = 32*x2
-    x10 = 18*x4 - 15
-    x11 = 91*gamma - 78*x1 + x10
-    x12 = -18*x1
-    x13 = 6*x4
-    x14 = 33*gamma + x13 - 5
-    x15 = 2*xi
-    x16 = x15*(x12 + x14)
-    x17 = 9*gamma + x12 + x13 - 5
-    x18 = x1*x9 + x10
-    x19 = gamma*(75*gamma - 62*x1 + x18)
-    x20 = Omega*x4*(-42*x1 + x14) - 16*x4*xi*(3*gamma - 1)
-    x21 = x1*x2
-    den = Omega*(Omega*(Omega*(Omega*(Omega*x6 + gamma**4*x3) + 32*x4*xi*(2*x2 + 3)) + x1*x3) + gamma*x0) + 8
-    D_00 = x7*(Omega*(Omega*(Omega*(-x16*x4 - x5) - x1*(gamma*x9 + x11)) + x1*x8*(gamma - 3)) + x17)
-    D_01 = Omega*(Omega*(-Omega*x20 + x19) + x16) + 8
-    D_10 = x7*(Omega*(Omega*(Omega*x20 - x19) - x16) - 8)
-    D_11 = Omega*(Omega*(Omega*(Omega*(-Omega*x6 - x1*(x11 + 96*x21)) - gamma*x15*(99*gamma - 70*x1 + x18)) - 132*gamma*x2 + x17 - 24*x2*x4 + 20*x2 + 72*x21) - x8)
-    return den, D_00, D_01, D_10, D_11
 
 
 @_inline
@@ -400,381 +363,302 @@ def stability(Omega, xi, gamma, radius, damping, period):
     return refused < 0
 
 
-@_compile
-def amplification(Omega, xi, gamma, out):
-    """Amplification matrix in the order of STATE; out (n, 2, 2)."""
-    for i in range(out.shape[0]):
-        den, D_00, D_01, D_10, D_11 = _increment(Omega[i], xi[i], gamma[i])
-        out[i, 0, 0] = 1.0 + D_00 / den
-        out[i, 0, 1] = D_01 / den
-        out[i, 1, 0] = D_10 / den
-        out[i, 1, 1] = 1.0 + D_11 / den
+def amplification(by, Omega, xi, gamma):
+    """Amplification matrix (2, 2) in the order of STATE, row by row."""
+    x0 = 48*xi
+    x1 = gamma**2
+    x2 = xi**2
+    x3 = 96*x2 + 24
+    x4 = gamma**3
+    x5 = 8*Omega*gamma**6
+    x6 = gamma**5*x0 + x5
+    x7 = Omega**2
+    x8 = 16*xi
+    x9 = 32*x2
+    x10 = 18*x4 - 15
+    x11 = 91*gamma - 78*x1 + x10
+    x12 = -18*x1
+    x13 = 6*x4
+    x14 = 33*gamma + x13 - 5
+    x15 = 2*xi
+    x16 = x15*(x12 + x14)
+    x17 = 9*gamma + x12 + x13 - 5
+    x18 = x1*x9 + x10
+    x19 = gamma*(75*gamma - 62*x1 + x18)
+    x20 = Omega*x4*(-42*x1 + x14) - 16*x4*xi*(3*gamma - 1)
+    x21 = x1*x2
+    den = Omega*(Omega*(Omega*(Omega*(Omega*x6 + gamma**4*x3) + 32*x4*xi*(2*x2 + 3)) + x1*x3) + gamma*x0) + 8
+    D_00 = (x7*(Omega*(Omega*(Omega*(-x16*x4 - x5) - x1*(gamma*x9 + x11)) + x1*x8*(gamma - 3)) + x17)) / den
+    D_01 = (Omega*(Omega*(-Omega*x20 + x19) + x16) + 8) / den
+    D_10 = (x7*(Omega*(Omega*(Omega*x20 - x19) - x16) - 8)) / den
+    D_11 = (Omega*(Omega*(Omega*(Omega*(-Omega*x6 - x1*(x11 + 96*x21)) - gamma*x15*(99*gamma - 70*x1 + x18)) - 132*gamma*x2 + x17 - 24*x2*x4 + 20*x2 + 72*x21) - x8)) / den
+    return 1.0 + D_00, D_01, D_10, 1.0 + D_11
 
 
-@_compile
-def stencil(gamma, out):
-    """Instants (n, 3) at which the load is taken, in steps after t_n."""
-    for i in range(out.shape[0]):
-        out[i, 0] = gamma[i]
-        out[i, 1] = (1/2)*gamma[i] + 1/2
-        out[i, 2] = 1
+def stencil(by, gamma):
+    """Instants at which the load is taken, in steps after t_n."""
+    return gamma, (1/2)*gamma + 1/2, 1
 
 
-# tails are rounding errors, which fastmath would remove
-@_exact
-def _plus(a, b):
-    """The sum of two doubles: head, and tail, which is the rounding error of the head."""
-    head = a + b
-    rest = head - a
-    return head, (a - (head - rest)) + (b - rest)
+def coefficients(by, Omega, xi, gamma):
+    """D, B, O, P of linear_march_2_01y: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f.
 
-
-@_exact
-def _plus_one(a, b, b_):
-    """The sum of a double and a pair of head and tail."""
-    head, tail = _plus(a, b)
-    tail += b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _plus_two(a, a_, b, b_):
-    """The sum of two pairs of head and tail."""
-    head, tail = _plus(a, b)
-    tail += a_ + b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times(a, b):
-    """The product of two doubles: head and tail, from halves of their digits, whose products are exact."""
-    head, c, d = a * b, 134217729.0 * a, 134217729.0 * b
-    a1, b1 = c - (c - a), d - (d - b)
-    a2, b2 = a - a1, b - b1
-    return head, ((a1 * b1 - head) + a1 * b2 + a2 * b1) + a2 * b2
-
-
-@_exact
-def _times_one(a, b, b_):
-    """The product of a double and a pair of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times_two(a, a_, b, b_):
-    """The product of two pairs of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_ + a_ * b
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _over(a, a_, b, b_):
-    """The quotient of two pairs of head and tail, rounded to a double."""
-    head = a / b
-    product, tail = _times(head, b)
-    return head + ((a - product) - tail + a_ - head * b_) / b
-
-
-@_exact
-def _coefficients(s):
-    """`coefficients` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi, gamma = s[j], s[48 + j], s[96 + j]
-        d0, d0_ = _times(48.0, xi)
-        d1, d1_ = _times(gamma, gamma)
-        d2, d2_ = _times(xi, xi)
-        s3, s3_ = _times_one(96.0, d2, d2_)
-        d3, d3_ = _plus_one(24.0, s3, s3_)
-        s5, s5_ = _times(gamma, gamma)
-        d4, d4_ = _times_one(gamma, s5, s5_)
-        s7, s7_ = _times(gamma, gamma)
-        s8, s8_ = _times_one(gamma, s7, s7_)
-        s9, s9_ = _times_one(gamma, s8, s8_)
-        s10, s10_ = _times_one(gamma, s9, s9_)
-        s11, s11_ = _times_one(gamma, s10, s10_)
-        d5, d5_ = _times_one(8.0 * Omega, s11, s11_)
-        s13, s13_ = _times(gamma, gamma)
-        s14, s14_ = _times_one(gamma, s13, s13_)
-        s15, s15_ = _times_one(gamma, s14, s14_)
-        s16, s16_ = _times_one(gamma, s15, s15_)
-        s17, s17_ = _times_two(d0, d0_, s16, s16_)
-        d6, d6_ = _plus_two(d5, d5_, s17, s17_)
-        d7, d7_ = _times(Omega, Omega)
-        d8 = 16.0 * xi
-        d9, d9_ = 32.0 * d2, 32.0 * d2_
-        s20, s20_ = _times_one(18.0, d4, d4_)
-        d10, d10_ = _plus_one(-15.0, s20, s20_)
-        s22, s22_ = _times_one(-78.0, d1, d1_)
-        s23, s23_ = _times(91.0, gamma)
-        s24, s24_ = _plus_two(d10, d10_, s22, s22_)
-        d11, d11_ = _plus_two(s24, s24_, s23, s23_)
-        d12, d12_ = _times_one(-18.0, d1, d1_)
-        d13, d13_ = _times_one(6.0, d4, d4_)
-        s28, s28_ = _times(33.0, gamma)
-        s29, s29_ = _plus_one(-5.0, d13, d13_)
-        d14, d14_ = _plus_two(s29, s29_, s28, s28_)
-        d15 = 2.0 * xi
-        s31, s31_ = _plus_two(d12, d12_, d14, d14_)
-        d16, d16_ = _times_one(d15, s31, s31_)
-        s33, s33_ = _times(9.0, gamma)
-        s34, s34_ = _plus_one(-5.0, d12, d12_)
-        s35, s35_ = _plus_two(s34, s34_, d13, d13_)
-        d17, d17_ = _plus_two(s35, s35_, s33, s33_)
-        s37, s37_ = _times_two(d1, d1_, d9, d9_)
-        d18, d18_ = _plus_two(d10, d10_, s37, s37_)
-        s39, s39_ = _times_one(-62.0, d1, d1_)
-        s40, s40_ = _times(75.0, gamma)
-        s41, s41_ = _plus_two(d18, d18_, s39, s39_)
-        s42, s42_ = _plus_two(s41, s41_, s40, s40_)
-        d19, d19_ = _times_one(gamma, s42, s42_)
-        s44, s44_ = _times_one(-42.0, d1, d1_)
-        s45, s45_ = _plus_two(d14, d14_, s44, s44_)
-        s46, s46_ = _times_one(Omega, d4, d4_)
-        s47, s47_ = _times_two(s46, s46_, s45, s45_)
-        s48, s48_ = _times(3.0, gamma)
-        s49, s49_ = _plus_one(-1.0, s48, s48_)
-        s50, s50_ = _times_one(-16.0 * xi, d4, d4_)
-        s51, s51_ = _times_two(s50, s50_, s49, s49_)
-        d20, d20_ = _plus_two(s47, s47_, s51, s51_)
-        d21, d21_ = _times_two(d1, d1_, d2, d2_)
-        s54, s54_ = _times_one(Omega, d6, d6_)
-        s55, s55_ = _times(gamma, gamma)
-        s56, s56_ = _times_one(gamma, s55, s55_)
-        s57, s57_ = _times_one(gamma, s56, s56_)
-        s58, s58_ = _times_two(d3, d3_, s57, s57_)
-        s59, s59_ = _plus_two(s54, s54_, s58, s58_)
-        s60, s60_ = _times_one(Omega, s59, s59_)
-        s61, s61_ = _plus_one(3.0, 2.0 * d2, 2.0 * d2_)
-        s62, s62_ = _times_one(32.0 * xi, d4, d4_)
-        s63, s63_ = _times_two(s62, s62_, s61, s61_)
-        s64, s64_ = _plus_two(s60, s60_, s63, s63_)
-        s65, s65_ = _times_one(Omega, s64, s64_)
-        s66, s66_ = _times_two(d1, d1_, d3, d3_)
-        s67, s67_ = _plus_two(s65, s65_, s66, s66_)
-        s68, s68_ = _times_one(Omega, s67, s67_)
-        s69, s69_ = _times_one(gamma, d0, d0_)
-        s70, s70_ = _plus_two(s68, s68_, s69, s69_)
-        s71, s71_ = _times_one(Omega, s70, s70_)
-        den, den_ = _plus_one(8.0, s71, s71_)
-        s73, s73_ = _times_two(-1.0 * d16, -1.0 * d16_, d4, d4_)
-        s74, s74_ = _plus_two(-1.0 * d5, -1.0 * d5_, s73, s73_)
-        s75, s75_ = _times_one(Omega, s74, s74_)
-        s76, s76_ = _times_one(gamma, d9, d9_)
-        s77, s77_ = _plus_two(d11, d11_, s76, s76_)
-        s78, s78_ = _times_two(-1.0 * d1, -1.0 * d1_, s77, s77_)
-        s79, s79_ = _plus_two(s75, s75_, s78, s78_)
-        s80, s80_ = _times_one(Omega, s79, s79_)
-        s81, s81_ = _plus(-3.0, gamma)
-        s82, s82_ = _times_one(d8, d1, d1_)
-        s83, s83_ = _times_two(s82, s82_, s81, s81_)
-        s84, s84_ = _plus_two(s80, s80_, s83, s83_)
-        s85, s85_ = _times_one(Omega, s84, s84_)
-        s86, s86_ = _plus_two(d17, d17_, s85, s85_)
-        N00, N00_ = _times_two(d7, d7_, s86, s86_)
-        s88, s88_ = _times_one(-1.0 * Omega, d20, d20_)
-        s89, s89_ = _plus_two(d19, d19_, s88, s88_)
-        s90, s90_ = _times_one(Omega, s89, s89_)
-        s91, s91_ = _plus_two(d16, d16_, s90, s90_)
-        s92, s92_ = _times_one(Omega, s91, s91_)
-        N01, N01_ = _plus_one(8.0, s92, s92_)
-        s94, s94_ = _times_one(Omega, d20, d20_)
-        s95, s95_ = _plus_two(-1.0 * d19, -1.0 * d19_, s94, s94_)
-        s96, s96_ = _times_one(Omega, s95, s95_)
-        s97, s97_ = _plus_two(-1.0 * d16, -1.0 * d16_, s96, s96_)
-        s98, s98_ = _times_one(Omega, s97, s97_)
-        s99, s99_ = _plus_one(-8.0, s98, s98_)
-        N10, N10_ = _times_two(d7, d7_, s99, s99_)
-        s101, s101_ = _times_one(20.0, d2, d2_)
-        s102, s102_ = _times_one(72.0, d21, d21_)
-        s103, s103_ = _times_one(-1.0 * Omega, d6, d6_)
-        s104, s104_ = _times_one(96.0, d21, d21_)
-        s105, s105_ = _plus_two(d11, d11_, s104, s104_)
-        s106, s106_ = _times_two(-1.0 * d1, -1.0 * d1_, s105, s105_)
-        s107, s107_ = _plus_two(s103, s103_, s106, s106_)
-        s108, s108_ = _times_one(Omega, s107, s107_)
-        s109, s109_ = _times_one(-70.0, d1, d1_)
-        s110, s110_ = _times(99.0, gamma)
-        s111, s111_ = _plus_two(d18, d18_, s109, s109_)
-        s112, s112_ = _plus_two(s111, s111_, s110, s110_)
-        s113, s113_ = _times(-1.0 * d15, gamma)
-        s114, s114_ = _times_two(s113, s113_, s112, s112_)
-        s115, s115_ = _plus_two(s108, s108_, s114, s114_)
-        s116, s116_ = _times_one(Omega, s115, s115_)
-        s117, s117_ = _times(-132.0, gamma)
-        s118, s118_ = _times_two(s117, s117_, d2, d2_)
-        s119, s119_ = _times_one(-24.0, d2, d2_)
-        s120, s120_ = _times_two(s119, s119_, d4, d4_)
-        s121, s121_ = _plus_two(d17, d17_, s101, s101_)
-        s122, s122_ = _plus_two(s121, s121_, s102, s102_)
-        s123, s123_ = _plus_two(s122, s122_, s116, s116_)
-        s124, s124_ = _plus_two(s123, s123_, s118, s118_)
-        s125, s125_ = _plus_two(s124, s124_, s120, s120_)
-        s126, s126_ = _times_one(Omega, s125, s125_)
-        s127, s127_ = _plus_one(-1.0 * d8, s126, s126_)
-        N11, N11_ = _times_one(Omega, s127, s127_)
-        D00 = _over(N00, N00_, den, den_)
-        D01 = _over(N01, N01_, den, den_)
-        D10 = _over(N10, N10_, den, den_)
-        D11 = _over(N11, N11_, den, den_)
-        x0 = 48*xi
-        x1 = gamma**2
-        x2 = xi**2
-        x3 = 4*x2
-        x4 = 24*x3 + 24
-        x5 = 2*x2
-        x6 = gamma**3
-        x7 = 32*xi
-        x8 = x6*x7
-        x9 = gamma**4
-        x10 = 8*Omega
-        x11 = gamma**6*x10
-        x12 = gamma**5
-        x13 = 29*gamma
-        x14 = 90*x1
-        x15 = 30*x6
-        x16 = 6*x1
-        x17 = -16*gamma + x16 + 1
-        x18 = 12*x1*xi
-        x19 = 6*x6
-        x20 = -23*gamma - x16 + x19 + 5
-        x21 = Omega*x6
-        x22 = x20*x21
-        x23 = 2*xi
-        x24 = x1*x2
-        x25 = 8*gamma
-        x26 = x2*x6
-        x27 = -71*gamma + 14*x1 + x19 + 15
-        x28 = x16 + 5
-        x29 = -20*gamma + x28
-        x30 = 4*x29
-        x31 = gamma*x30
-        x32 = x18*x29
-        x33 = x30*xi
-        x34 = Omega*x9
-        x35 = x5 + 1
-        x36 = 16*x35
-        x37 = 3*gamma
-        x38 = 4*xi
-        x39 = x17*x38
-        x40 = Omega**2
-        x41 = 16*xi
-        x42 = 20*x2
-        x43 = 18*x6
-        x44 = x43 - 15
-        x45 = Omega*x1
-        x46 = x19 - 5
-        x47 = gamma*x2
-        x48 = 33*gamma - 42*x1 + x46
-        den_o = Omega*(Omega*(Omega*(Omega*(Omega*(x0*x12 + x11) + x4*x9) + x8*(x5 + 3)) + x1*x4) + gamma*x0) + 8
-        B00 = (Omega*(Omega*(-x1*(x2*x25 - 128*x24 + 48*x26 + x27) - x22*x23) - x17*x18) - x13 + x14 - x15 + 5) / den
-        B01 = (Omega*(Omega*(x30*x35*x6 + x33*x34) + x32) + x31) / den
-        B02 = (Omega*(Omega*(Omega*(x11 + x12*x7) + x36*x9) + x8) + 8*x1) / den
-        B10 = (Omega*(Omega*(Omega*(x22 + x39*x6) + x29*x37*(gamma - 1)) - x20*x23) - 2*x17) / den
-        B11 = (Omega*(x31*xi + x40*(-2*x29*x34 - x33*x6)) + 2*x29) / den
-        B12 = (Omega*(Omega*(Omega*(x10*x12 + x7*x9) + x36*x6) + x1*x7) + x25) / den
-        O00 = (x40*(Omega*(Omega*(Omega*(gamma*x23*(99*gamma - 118*x1 + x44) + x45*(91*gamma - 102*x1 + x44)) + 132*gamma*x2 - 9*gamma - x16 + 24*x2*x6 - 168*x24 - x42 - x46) - x41*(x37 - 1)) - 8)) / den_o
-        O01 = (Omega*(Omega*(Omega*(Omega*(Omega*(x16*x48*xi + x21*x48) + gamma*(-75*gamma + 62*x1 - 60*x2 - 504*x24 + 72*x26 - x43 + 396*x47 + 15)) + x38*(-21*gamma - x19 - 10*x2 - 84*x24 + 12*x26 + x28 + 66*x47)) + 8*x3 - 96*x47 - 8) - x41)) / den_o
-        P00 = (Omega*(Omega*(Omega*(6*gamma*x20*xi + x27*x45) + x13 - x14 + x15 - 24*x24 + 24*x26 + x42 - 92*x47 - 5) + x39)) / den_o
-        P01 = (Omega*(Omega*(Omega*(-x21*x30 - x32) - x31*x35) - x33)) / den_o
-        P02 = (Omega*(Omega*(Omega*(x10*x9 + x8) + x1*x36) + gamma*x7) + 8) / den_o
-        B03 = 0.0
-        B13 = 0.0
-        P03 = 0.0
-        s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j], s[768 + j], s[816 + j], s[864 + j], s[912 + j], s[960 + j] = D00, D01, D10, D11, B00, B01, B02, B03, B10, B11, B12, B13, O00, O01, P00, P01, P02, P03
-
-
-@_compile
-def coefficients(Omega, xi, gamma, out):
-    """D, B, O, P of linear_march_2_01y: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f; out (18, n).
-
-    The rows of out are the entries of D, B, O, P, matrix by matrix and row by row. D is rounded once. Columns of
-    B and P beyond the scheme's own load instants, up to the march's 4, are zero.
+    Their entries, matrix by matrix and row by row. D is computed in pairs of doubles and rounded once. Columns of B and
+    P beyond the scheme's own load instants, up to the march's 4, are zero.
     """
-    s = np.ones(21 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j], s[96 + j] = Omega[first + j], xi[first + j], gamma[first + j]
-        _coefficients(s)
-        for r in range(18):
-            for j in range(size):
-                out[r, first + j] = s[(3 + r) * 48 + j]
+    d0, d0_ = by.times(48.0, xi)
+    d1, d1_ = by.times(gamma, gamma)
+    d2, d2_ = by.times(xi, xi)
+    s3, s3_ = by.times_one(96.0, d2, d2_)
+    d3, d3_ = by.plus_one(24.0, s3, s3_)
+    s5, s5_ = by.times(gamma, gamma)
+    d4, d4_ = by.times_one(gamma, s5, s5_)
+    s7, s7_ = by.times(gamma, gamma)
+    s8, s8_ = by.times_one(gamma, s7, s7_)
+    s9, s9_ = by.times_one(gamma, s8, s8_)
+    s10, s10_ = by.times_one(gamma, s9, s9_)
+    s11, s11_ = by.times_one(gamma, s10, s10_)
+    d5, d5_ = by.times_one(8.0 * Omega, s11, s11_)
+    s13, s13_ = by.times(gamma, gamma)
+    s14, s14_ = by.times_one(gamma, s13, s13_)
+    s15, s15_ = by.times_one(gamma, s14, s14_)
+    s16, s16_ = by.times_one(gamma, s15, s15_)
+    s17, s17_ = by.times_two(d0, d0_, s16, s16_)
+    d6, d6_ = by.plus_two(d5, d5_, s17, s17_)
+    d7, d7_ = by.times(Omega, Omega)
+    d8 = 16.0 * xi
+    d9, d9_ = 32.0 * d2, 32.0 * d2_
+    s20, s20_ = by.times_one(18.0, d4, d4_)
+    d10, d10_ = by.plus_one(-15.0, s20, s20_)
+    s22, s22_ = by.times_one(-78.0, d1, d1_)
+    s23, s23_ = by.times(91.0, gamma)
+    s24, s24_ = by.plus_two(d10, d10_, s22, s22_)
+    d11, d11_ = by.plus_two(s24, s24_, s23, s23_)
+    d12, d12_ = by.times_one(-18.0, d1, d1_)
+    d13, d13_ = by.times_one(6.0, d4, d4_)
+    s28, s28_ = by.times(33.0, gamma)
+    s29, s29_ = by.plus_one(-5.0, d13, d13_)
+    d14, d14_ = by.plus_two(s29, s29_, s28, s28_)
+    d15 = 2.0 * xi
+    s31, s31_ = by.plus_two(d12, d12_, d14, d14_)
+    d16, d16_ = by.times_one(d15, s31, s31_)
+    s33, s33_ = by.times(9.0, gamma)
+    s34, s34_ = by.plus_one(-5.0, d12, d12_)
+    s35, s35_ = by.plus_two(s34, s34_, d13, d13_)
+    d17, d17_ = by.plus_two(s35, s35_, s33, s33_)
+    s37, s37_ = by.times_two(d1, d1_, d9, d9_)
+    d18, d18_ = by.plus_two(d10, d10_, s37, s37_)
+    s39, s39_ = by.times_one(-62.0, d1, d1_)
+    s40, s40_ = by.times(75.0, gamma)
+    s41, s41_ = by.plus_two(d18, d18_, s39, s39_)
+    s42, s42_ = by.plus_two(s41, s41_, s40, s40_)
+    d19, d19_ = by.times_one(gamma, s42, s42_)
+    s44, s44_ = by.times_one(-42.0, d1, d1_)
+    s45, s45_ = by.plus_two(d14, d14_, s44, s44_)
+    s46, s46_ = by.times_one(Omega, d4, d4_)
+    s47, s47_ = by.times_two(s46, s46_, s45, s45_)
+    s48, s48_ = by.times(3.0, gamma)
+    s49, s49_ = by.plus_one(-1.0, s48, s48_)
+    s50, s50_ = by.times_one(-16.0 * xi, d4, d4_)
+    s51, s51_ = by.times_two(s50, s50_, s49, s49_)
+    d20, d20_ = by.plus_two(s47, s47_, s51, s51_)
+    d21, d21_ = by.times_two(d1, d1_, d2, d2_)
+    s54, s54_ = by.times_one(Omega, d6, d6_)
+    s55, s55_ = by.times(gamma, gamma)
+    s56, s56_ = by.times_one(gamma, s55, s55_)
+    s57, s57_ = by.times_one(gamma, s56, s56_)
+    s58, s58_ = by.times_two(d3, d3_, s57, s57_)
+    s59, s59_ = by.plus_two(s54, s54_, s58, s58_)
+    s60, s60_ = by.times_one(Omega, s59, s59_)
+    s61, s61_ = by.plus_one(3.0, 2.0 * d2, 2.0 * d2_)
+    s62, s62_ = by.times_one(32.0 * xi, d4, d4_)
+    s63, s63_ = by.times_two(s62, s62_, s61, s61_)
+    s64, s64_ = by.plus_two(s60, s60_, s63, s63_)
+    s65, s65_ = by.times_one(Omega, s64, s64_)
+    s66, s66_ = by.times_two(d1, d1_, d3, d3_)
+    s67, s67_ = by.plus_two(s65, s65_, s66, s66_)
+    s68, s68_ = by.times_one(Omega, s67, s67_)
+    s69, s69_ = by.times_one(gamma, d0, d0_)
+    s70, s70_ = by.plus_two(s68, s68_, s69, s69_)
+    s71, s71_ = by.times_one(Omega, s70, s70_)
+    den, den_ = by.plus_one(8.0, s71, s71_)
+    s73, s73_ = by.times_two(-1.0 * d16, -1.0 * d16_, d4, d4_)
+    s74, s74_ = by.plus_two(-1.0 * d5, -1.0 * d5_, s73, s73_)
+    s75, s75_ = by.times_one(Omega, s74, s74_)
+    s76, s76_ = by.times_one(gamma, d9, d9_)
+    s77, s77_ = by.plus_two(d11, d11_, s76, s76_)
+    s78, s78_ = by.times_two(-1.0 * d1, -1.0 * d1_, s77, s77_)
+    s79, s79_ = by.plus_two(s75, s75_, s78, s78_)
+    s80, s80_ = by.times_one(Omega, s79, s79_)
+    s81, s81_ = by.plus(-3.0, gamma)
+    s82, s82_ = by.times_one(d8, d1, d1_)
+    s83, s83_ = by.times_two(s82, s82_, s81, s81_)
+    s84, s84_ = by.plus_two(s80, s80_, s83, s83_)
+    s85, s85_ = by.times_one(Omega, s84, s84_)
+    s86, s86_ = by.plus_two(d17, d17_, s85, s85_)
+    N00, N00_ = by.times_two(d7, d7_, s86, s86_)
+    s88, s88_ = by.times_one(-1.0 * Omega, d20, d20_)
+    s89, s89_ = by.plus_two(d19, d19_, s88, s88_)
+    s90, s90_ = by.times_one(Omega, s89, s89_)
+    s91, s91_ = by.plus_two(d16, d16_, s90, s90_)
+    s92, s92_ = by.times_one(Omega, s91, s91_)
+    N01, N01_ = by.plus_one(8.0, s92, s92_)
+    s94, s94_ = by.times_one(Omega, d20, d20_)
+    s95, s95_ = by.plus_two(-1.0 * d19, -1.0 * d19_, s94, s94_)
+    s96, s96_ = by.times_one(Omega, s95, s95_)
+    s97, s97_ = by.plus_two(-1.0 * d16, -1.0 * d16_, s96, s96_)
+    s98, s98_ = by.times_one(Omega, s97, s97_)
+    s99, s99_ = by.plus_one(-8.0, s98, s98_)
+    N10, N10_ = by.times_two(d7, d7_, s99, s99_)
+    s101, s101_ = by.times_one(20.0, d2, d2_)
+    s102, s102_ = by.times_one(72.0, d21, d21_)
+    s103, s103_ = by.times_one(-1.0 * Omega, d6, d6_)
+    s104, s104_ = by.times_one(96.0, d21, d21_)
+    s105, s105_ = by.plus_two(d11, d11_, s104, s104_)
+    s106, s106_ = by.times_two(-1.0 * d1, -1.0 * d1_, s105, s105_)
+    s107, s107_ = by.plus_two(s103, s103_, s106, s106_)
+    s108, s108_ = by.times_one(Omega, s107, s107_)
+    s109, s109_ = by.times_one(-70.0, d1, d1_)
+    s110, s110_ = by.times(99.0, gamma)
+    s111, s111_ = by.plus_two(d18, d18_, s109, s109_)
+    s112, s112_ = by.plus_two(s111, s111_, s110, s110_)
+    s113, s113_ = by.times(-1.0 * d15, gamma)
+    s114, s114_ = by.times_two(s113, s113_, s112, s112_)
+    s115, s115_ = by.plus_two(s108, s108_, s114, s114_)
+    s116, s116_ = by.times_one(Omega, s115, s115_)
+    s117, s117_ = by.times(-132.0, gamma)
+    s118, s118_ = by.times_two(s117, s117_, d2, d2_)
+    s119, s119_ = by.times_one(-24.0, d2, d2_)
+    s120, s120_ = by.times_two(s119, s119_, d4, d4_)
+    s121, s121_ = by.plus_two(d17, d17_, s101, s101_)
+    s122, s122_ = by.plus_two(s121, s121_, s102, s102_)
+    s123, s123_ = by.plus_two(s122, s122_, s116, s116_)
+    s124, s124_ = by.plus_two(s123, s123_, s118, s118_)
+    s125, s125_ = by.plus_two(s124, s124_, s120, s120_)
+    s126, s126_ = by.times_one(Omega, s125, s125_)
+    s127, s127_ = by.plus_one(-1.0 * d8, s126, s126_)
+    N11, N11_ = by.times_one(Omega, s127, s127_)
+    D00 = by.over(N00, N00_, den, den_)
+    D01 = by.over(N01, N01_, den, den_)
+    D10 = by.over(N10, N10_, den, den_)
+    D11 = by.over(N11, N11_, den, den_)
+    x0 = 48*xi
+    x1 = gamma**2
+    x2 = xi**2
+    x3 = 4*x2
+    x4 = 24*x3 + 24
+    x5 = 2*x2
+    x6 = gamma**3
+    x7 = 32*xi
+    x8 = x6*x7
+    x9 = gamma**4
+    x10 = 8*Omega
+    x11 = gamma**6*x10
+    x12 = gamma**5
+    x13 = 29*gamma
+    x14 = 90*x1
+    x15 = 30*x6
+    x16 = 6*x1
+    x17 = -16*gamma + x16 + 1
+    x18 = 12*x1*xi
+    x19 = 6*x6
+    x20 = -23*gamma - x16 + x19 + 5
+    x21 = Omega*x6
+    x22 = x20*x21
+    x23 = 2*xi
+    x24 = x1*x2
+    x25 = 8*gamma
+    x26 = x2*x6
+    x27 = -71*gamma + 14*x1 + x19 + 15
+    x28 = x16 + 5
+    x29 = -20*gamma + x28
+    x30 = 4*x29
+    x31 = gamma*x30
+    x32 = x18*x29
+    x33 = x30*xi
+    x34 = Omega*x9
+    x35 = x5 + 1
+    x36 = 16*x35
+    x37 = 3*gamma
+    x38 = 4*xi
+    x39 = x17*x38
+    x40 = Omega**2
+    x41 = 16*xi
+    x42 = 20*x2
+    x43 = 18*x6
+    x44 = x43 - 15
+    x45 = Omega*x1
+    x46 = x19 - 5
+    x47 = gamma*x2
+    x48 = 33*gamma - 42*x1 + x46
+    den_o = Omega*(Omega*(Omega*(Omega*(Omega*(x0*x12 + x11) + x4*x9) + x8*(x5 + 3)) + x1*x4) + gamma*x0) + 8
+    B00 = (Omega*(Omega*(-x1*(x2*x25 - 128*x24 + 48*x26 + x27) - x22*x23) - x17*x18) - x13 + x14 - x15 + 5) / den
+    B01 = (Omega*(Omega*(x30*x35*x6 + x33*x34) + x32) + x31) / den
+    B02 = (Omega*(Omega*(Omega*(x11 + x12*x7) + x36*x9) + x8) + 8*x1) / den
+    B10 = (Omega*(Omega*(Omega*(x22 + x39*x6) + x29*x37*(gamma - 1)) - x20*x23) - 2*x17) / den
+    B11 = (Omega*(x31*xi + x40*(-2*x29*x34 - x33*x6)) + 2*x29) / den
+    B12 = (Omega*(Omega*(Omega*(x10*x12 + x7*x9) + x36*x6) + x1*x7) + x25) / den
+    O00 = (x40*(Omega*(Omega*(Omega*(gamma*x23*(99*gamma - 118*x1 + x44) + x45*(91*gamma - 102*x1 + x44)) + 132*gamma*x2 - 9*gamma - x16 + 24*x2*x6 - 168*x24 - x42 - x46) - x41*(x37 - 1)) - 8)) / den_o
+    O01 = (Omega*(Omega*(Omega*(Omega*(Omega*(x16*x48*xi + x21*x48) + gamma*(-75*gamma + 62*x1 - 60*x2 - 504*x24 + 72*x26 - x43 + 396*x47 + 15)) + x38*(-21*gamma - x19 - 10*x2 - 84*x24 + 12*x26 + x28 + 66*x47)) + 8*x3 - 96*x47 - 8) - x41)) / den_o
+    P00 = (Omega*(Omega*(Omega*(6*gamma*x20*xi + x27*x45) + x13 - x14 + x15 - 24*x24 + 24*x26 + x42 - 92*x47 - 5) + x39)) / den_o
+    P01 = (Omega*(Omega*(Omega*(-x21*x30 - x32) - x31*x35) - x33)) / den_o
+    P02 = (Omega*(Omega*(Omega*(x10*x9 + x8) + x1*x36) + gamma*x7) + 8) / den_o
+    B03 = 0.0
+    B13 = 0.0
+    P03 = 0.0
+    return D00, D01, D10, D11, B00, B01, B02, B03, B10, B11, B12, B13, O00, O01, P00, P01, P02, P03
 
 
-@_exact
-def _transfer(s):
-    """`transfer` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi, gamma = s[j], s[48 + j], s[96 + j]
-        x0 = 384*xi
-        x1 = gamma**2
-        x2 = xi**2
-        x3 = 768*x2 + 192
-        x4 = gamma**3
-        x5 = gamma**4
-        x6 = gamma**6
-        x7 = 64*Omega*x6
-        x8 = gamma**5
-        x9 = -18*x1
-        x10 = 6*x4
-        x11 = 33*gamma + x10 - 5
-        x12 = 16*xi
-        x13 = x12*(x11 + x9)
-        x14 = x2*x4
-        x15 = Omega*(x13*x4 + x7)
-        x16 = Omega*(Omega*(-330*gamma + 1269*x1 + 256*x14 + x15 - 1376*x4 + 720*x5 + 36*x6 - 216*x8 + 25) + x13) + 64
-        x17 = 3*gamma - 1
-        x18 = 128*xi
-        x19 = 9*gamma
-        x20 = gamma*x2
-        x21 = x1*x2
-        x22 = -42*x1 + x11
-        x23 = 18*x4
-        x24 = gamma - 1
-        x25 = 8*x24
-        x26 = 5 - 28*gamma
-        x27 = x12*x24
-        x28 = 14*x1 + x26
-        x29 = Omega*x24
-        x30 = x28*x29
-        x31 = x24*(-4*gamma + 2*x1 - 1)
-        x32 = x23 - 15
-        x33 = 8*gamma*(75*gamma - 62*x1 + 32*x21 + x32)
-        x34 = 8*Omega*x22*x4 - 128*x17*x4*xi
-        den = Omega*(Omega*(Omega*(Omega*(Omega*(x0*x8 + x7) + x3*x5) + 256*x4*xi*(2*x2 + 3)) + x1*x3) + gamma*x0) + 64
-        whole = x16
-        P = (Omega**2*x16) / den
-        g1 = (Omega*(Omega*(Omega*(Omega*x22**2 - x12*x17*x22) - 96*x1 + 16*x10 - 192*x14 + 16*x19 + 160*x2 - 1056*x20 + 1344*x21 - 16) + x17*x18) + 64) / den
-        u0 = (Omega*(Omega*(-x12*x30*x4 - x24*(305*gamma - 964*x1 - 96*x14 - 384*x2*x5 + 192*x2*x8 + 372*x4 + 108*x5 - 12*x8 - 25)) - x27*(5*x1 + x26 - 36*x4 + 18*x5)) - x25*(7*gamma - 44*x1 + x23 - 8)) / whole
-        u1 = (Omega*(-x22*x30 - 6*x22*x31*xi) + x25*(31*gamma - 56*x1 + x23 - 2)) / whole
-        v0 = (Omega*(Omega*(8*x1*(91*gamma - 78*x1 + 32*x20 + x32) + x15) - x1*x18*(gamma - 3)) - 8*x10 - 8*x19 - 8*x9 + 40) / den
-        v1 = (Omega*(x27*x28 + x29*(305*gamma - 1084*x1 + 1020*x4 - 324*x5 + 36*x8 - 25)) + 24*x31) / den
-        a0 = (Omega*(Omega*(-Omega*x34 + x33) + x13) + 64) / den
-        a1 = (Omega*(Omega*(Omega*x34 - x33) - x13) - 64) / den
-        S = whole / den
-        s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j] = P, g1, u0, u1, S, v0, v1, a0, a1
+def transfer(by, Omega, xi, gamma):
+    """Filter from a load, linear between steps, to the response from rest (see linear_filter).
 
-
-@_compile
-def transfer(Omega, xi, gamma, out):
-    """Filter from a load, linear between steps, to the response from rest (see linear_filter); out (9, n).
-
-    Rows of out: P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
+    P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
     u = S (q + k0 e0 + k1 e1 + ...) and h*v, h^2*a = k0 e0 + k1 e1 + ...; e1, e2, ... are e0 of the steps before.
     """
-    s = np.ones(12 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j], s[96 + j] = Omega[first + j], xi[first + j], gamma[first + j]
-        _transfer(s)
-        for r in range(9):
-            for j in range(size):
-                out[r, first + j] = s[(3 + r) * 48 + j]
+    x0 = 384*xi
+    x1 = gamma**2
+    x2 = xi**2
+    x3 = 768*x2 + 192
+    x4 = gamma**3
+    x5 = gamma**4
+    x6 = gamma**6
+    x7 = 64*Omega*x6
+    x8 = gamma**5
+    x9 = -18*x1
+    x10 = 6*x4
+    x11 = 33*gamma + x10 - 5
+    x12 = 16*xi
+    x13 = x12*(x11 + x9)
+    x14 = x2*x4
+    x15 = Omega*(x13*x4 + x7)
+    x16 = Omega*(Omega*(-330*gamma + 1269*x1 + 256*x14 + x15 - 1376*x4 + 720*x5 + 36*x6 - 216*x8 + 25) + x13) + 64
+    x17 = 3*gamma - 1
+    x18 = 128*xi
+    x19 = 9*gamma
+    x20 = gamma*x2
+    x21 = x1*x2
+    x22 = -42*x1 + x11
+    x23 = 18*x4
+    x24 = gamma - 1
+    x25 = 8*x24
+    x26 = 5 - 28*gamma
+    x27 = x12*x24
+    x28 = 14*x1 + x26
+    x29 = Omega*x24
+    x30 = x28*x29
+    x31 = x24*(-4*gamma + 2*x1 - 1)
+    x32 = x23 - 15
+    x33 = 8*gamma*(75*gamma - 62*x1 + 32*x21 + x32)
+    x34 = 8*Omega*x22*x4 - 128*x17*x4*xi
+    den = Omega*(Omega*(Omega*(Omega*(Omega*(x0*x8 + x7) + x3*x5) + 256*x4*xi*(2*x2 + 3)) + x1*x3) + gamma*x0) + 64
+    whole = x16
+    P = (Omega**2*x16) / den
+    g1 = (Omega*(Omega*(Omega*(Omega*x22**2 - x12*x17*x22) - 96*x1 + 16*x10 - 192*x14 + 16*x19 + 160*x2 - 1056*x20 + 1344*x21 - 16) + x17*x18) + 64) / den
+    u0 = (Omega*(Omega*(-x12*x30*x4 - x24*(305*gamma - 964*x1 - 96*x14 - 384*x2*x5 + 192*x2*x8 + 372*x4 + 108*x5 - 12*x8 - 25)) - x27*(5*x1 + x26 - 36*x4 + 18*x5)) - x25*(7*gamma - 44*x1 + x23 - 8)) / whole
+    u1 = (Omega*(-x22*x30 - 6*x22*x31*xi) + x25*(31*gamma - 56*x1 + x23 - 2)) / whole
+    v0 = (Omega*(Omega*(8*x1*(91*gamma - 78*x1 + 32*x20 + x32) + x15) - x1*x18*(gamma - 3)) - 8*x10 - 8*x19 - 8*x9 + 40) / den
+    v1 = (Omega*(x27*x28 + x29*(305*gamma - 1084*x1 + 1020*x4 - 324*x5 + 36*x8 - 25)) + 24*x31) / den
+    a0 = (Omega*(Omega*(-Omega*x34 + x33) + x13) + 64) / den
+    a1 = (Omega*(Omega*(Omega*x34 - x33) - x13) - 64) / den
+    S = whole / den
+    return P, g1, u0, u1, S, v0, v1, a0, a1

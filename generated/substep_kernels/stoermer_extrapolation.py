@@ -72,10 +72,6 @@ FILTER = 2
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
-_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
-# called by kernels alone: not from Python, and so without the code for that
-_exact = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
-
 # contract: a * b + c may become one operation, rounded once
 _fused = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
 _inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"})
@@ -118,27 +114,6 @@ def _angle(y, x):
     angle = 0.7853981633974483 + angle if steep else angle
     angle = 1.5707963267948966 - angle if y > flat else angle
     return 3.141592653589793 - angle if x < 0.0 else angle
-
-
-@_exact
-def _increment(Omega, xi):
-    """Denominator and numerators of A - I. 57 operations."""
-    x0 = Omega**2
-    x1 = 256*x0 - 10112
-    x2 = 64*x0 - 2688
-    x3 = 8*x0
-    x4 = x3 - 192
-    den = 322560
-    D_00 = x0*(-x0*x1 - 141952)
-    D_01 = x0*(-x0*x2 - 53760) + 322560
-    D_02 = x0*(-x0*x4 - 3328) + 19328
-    D_10 = x0*(x0*(x0*(32*x0 - 1856) + 44096) - 303232)
-    D_11 = x0*(x0*(x0*(x3 - 448) + 13440) - 161280)
-    D_12 = x0*(x0*(x0*(x0 - 32) + 832) - 9664) + 19328
-    D_20 = x0*(x0*(x0*x1 + 141952) - 322560)
-    D_21 = x0*(x0*(x0*x2 + 53760) - 322560)
-    D_22 = x0*(x0*(x0*x4 + 3328) - 19328) - 322560
-    return den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22
 
 
 @_inline
@@ -383,221 +358,124 @@ def stability(Omega, xi, radius, damping, period):
     return refused < 0
 
 
-@_compile
-def amplification(Omega, xi, out):
-    """Amplification matrix in the order of STATE; out (n, 3, 3)."""
-    for i in range(out.shape[0]):
-        den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22 = _increment(Omega[i], xi[i])
-        out[i, 0, 0] = 1.0 + D_00 / den
-        out[i, 0, 1] = D_01 / den
-        out[i, 0, 2] = D_02 / den
-        out[i, 1, 0] = D_10 / den
-        out[i, 1, 1] = 1.0 + D_11 / den
-        out[i, 1, 2] = D_12 / den
-        out[i, 2, 0] = D_20 / den
-        out[i, 2, 1] = D_21 / den
-        out[i, 2, 2] = 1.0 + D_22 / den
+def amplification(by, Omega, xi):
+    """Amplification matrix (3, 3) in the order of STATE, row by row."""
+    x0 = Omega**2
+    x1 = 256*x0 - 10112
+    x2 = 64*x0 - 2688
+    x3 = 8*x0
+    x4 = x3 - 192
+    den = 322560.0
+    D_00 = (x0*(-x0*x1 - 141952)) / den
+    D_01 = (x0*(-x0*x2 - 53760) + 322560) / den
+    D_02 = (x0*(-x0*x4 - 3328) + 19328) / den
+    D_10 = (x0*(x0*(x0*(32*x0 - 1856) + 44096) - 303232)) / den
+    D_11 = (x0*(x0*(x0*(x3 - 448) + 13440) - 161280)) / den
+    D_12 = (x0*(x0*(x0*(x0 - 32) + 832) - 9664) + 19328) / den
+    D_20 = (x0*(x0*(x0*x1 + 141952) - 322560)) / den
+    D_21 = (x0*(x0*(x0*x2 + 53760) - 322560)) / den
+    D_22 = (x0*(x0*(x0*x4 + 3328) - 19328) - 322560) / den
+    return 1.0 + D_00, D_01, D_02, D_10, 1.0 + D_11, D_12, D_20, D_21, 1.0 + D_22
 
 
-@_compile
-def stencil(out):
-    """Instants (n, 7) at which the load is taken, in steps after t_n."""
-    for i in range(out.shape[0]):
-        out[i, 0] = 0
-        out[i, 1] = 1/4
-        out[i, 2] = 1/3
-        out[i, 3] = 1/2
-        out[i, 4] = 2/3
-        out[i, 5] = 3/4
-        out[i, 6] = 1
+def stencil(by):
+    """Instants at which the load is taken, in steps after t_n."""
+    return 0, 1/4, 1/3, 1/2, 2/3, 3/4, 1
 
 
-# tails are rounding errors, which fastmath would remove
-@_exact
-def _plus(a, b):
-    """The sum of two doubles: head, and tail, which is the rounding error of the head."""
-    head = a + b
-    rest = head - a
-    return head, (a - (head - rest)) + (b - rest)
+def coefficients(by, Omega, xi):
+    """D, B, O, P of linear_march_2_01y: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f.
 
-
-@_exact
-def _plus_one(a, b, b_):
-    """The sum of a double and a pair of head and tail."""
-    head, tail = _plus(a, b)
-    tail += b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _plus_two(a, a_, b, b_):
-    """The sum of two pairs of head and tail."""
-    head, tail = _plus(a, b)
-    tail += a_ + b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times(a, b):
-    """The product of two doubles: head and tail, from halves of their digits, whose products are exact."""
-    head, c, d = a * b, 134217729.0 * a, 134217729.0 * b
-    a1, b1 = c - (c - a), d - (d - b)
-    a2, b2 = a - a1, b - b1
-    return head, ((a1 * b1 - head) + a1 * b2 + a2 * b1) + a2 * b2
-
-
-@_exact
-def _times_one(a, b, b_):
-    """The product of a double and a pair of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times_two(a, a_, b, b_):
-    """The product of two pairs of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_ + a_ * b
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _over(a, a_, b, b_):
-    """The quotient of two pairs of head and tail, rounded to a double."""
-    head = a / b
-    product, tail = _times(head, b)
-    return head + ((a - product) - tail + a_ - head * b_) / b
-
-
-@_exact
-def _coefficients(s):
-    """`coefficients` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi = s[j], s[48 + j]
-        d0, d0_ = _times(Omega, Omega)
-        s1, s1_ = _plus_one(-448.0, 8.0 * d0, 8.0 * d0_)
-        s2, s2_ = _times_two(d0, d0_, s1, s1_)
-        s3, s3_ = _plus_one(13440.0, s2, s2_)
-        s4, s4_ = _times_two(d0, d0_, s3, s3_)
-        s5, s5_ = _plus_one(-161280.0, s4, s4_)
-        d1, d1_ = _times_two(d0, d0_, s5, s5_)
-        den = 322560.0
-        N00, N00_ = d1, d1_
-        s7, s7_ = _plus_one(2688.0, -64.0 * d0, -64.0 * d0_)
-        s8, s8_ = _times_two(d0, d0_, s7, s7_)
-        s9, s9_ = _plus_one(-53760.0, s8, s8_)
-        s10, s10_ = _times_two(d0, d0_, s9, s9_)
-        N01, N01_ = _plus_one(322560.0, s10, s10_)
-        s12, s12_ = _plus_one(64.0, -1.0 * d0, -1.0 * d0_)
-        s13, s13_ = _times_two(d0, d0_, s12, s12_)
-        s14, s14_ = _plus_one(-2688.0, s13, s13_)
-        s15, s15_ = _times_two(d0, d0_, s14, s14_)
-        s16, s16_ = _plus_one(53760.0, s15, s15_)
-        s17, s17_ = _times_two(d0, d0_, s16, s16_)
-        s18, s18_ = _plus_one(-322560.0, s17, s17_)
-        N10, N10_ = _times_two(d0, d0_, s18, s18_)
-        N11, N11_ = d1, d1_
-        D00 = _over(N00, N00_, den, 0.0)
-        D01 = _over(N01, N01_, den, 0.0)
-        D10 = _over(N10, N10_, den, 0.0)
-        D11 = _over(N11, N11_, den, 0.0)
-        x0 = Omega**2
-        x1 = 8*x0
-        x2 = 32*x0
-        x3 = 512*x0
-        x4 = 8192*x0
-        den_o = 40320.0
-        B00 = (x0*(x0*(192 - x1) - 3328) + 19328) / den
-        B01 = (x0*(256*x0 - 16384) + 196608) / den
-        B02 = (10368*x0 - 186624) / den
-        B03 = (159744 - 4096*x0) / den
-        B04 = (-93312) / den
-        B05 = (65536) / den
-        B06 = 0.0
-        B10 = (x0*(x0*(x0*(x0 - 32) + 832) - 9664) + 19328) / den
-        B11 = (x0*(x0*(3072 - x2) - 73728) + 262144) / den
-        B12 = (x0*(62208 - 1728*x0) - 279936) / den
-        B13 = (x0*(x3 - 39936) + 319488) / den
-        B14 = (15552*x0 - 279936) / den
-        B15 = (262144 - x4) / den
-        B16 = (19328) / den
-        O00 = (x0*(x0*(x0*(x0*(56 - x0) - 1680) + 20160) - 40320)) / den_o
-        O01 = (x0*(x0*(x0*(x1 - 336) + 6720) - 40320)) / den_o
-        P00 = (x0*(x0*(x0*(x0 - 24) + 416) - 2416)) / den_o
-        P01 = (x0*(x0*(2048 - x2) - 24576)) / den_o
-        P02 = (x0*(23328 - 1296*x0)) / den_o
-        P03 = (x0*(x3 - 19968)) / den_o
-        P04 = (11664*x0) / den_o
-        P05 = (-x4) / den_o
-        P06 = (40320) / den_o
-        B07 = 0.0
-        B17 = 0.0
-        P07 = 0.0
-        s[96 + j], s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j], s[768 + j], s[816 + j], s[864 + j], s[912 + j], s[960 + j], s[1008 + j], s[1056 + j], s[1104 + j], s[1152 + j], s[1200 + j], s[1248 + j], s[1296 + j], s[1344 + j], s[1392 + j], s[1440 + j], s[1488 + j] = D00, D01, D10, D11, B00, B01, B02, B03, B04, B05, B06, B07, B10, B11, B12, B13, B14, B15, B16, B17, O00, O01, P00, P01, P02, P03, P04, P05, P06, P07
-
-
-@_compile
-def coefficients(Omega, xi, out):
-    """D, B, O, P of linear_march_2_01y: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f; out (30, n).
-
-    The rows of out are the entries of D, B, O, P, matrix by matrix and row by row. D is rounded once. Columns of
-    B and P beyond the scheme's own load instants, up to the march's 8, are zero.
+    Their entries, matrix by matrix and row by row. D is computed in pairs of doubles and rounded once. Columns of B and
+    P beyond the scheme's own load instants, up to the march's 8, are zero.
     """
-    s = np.ones(32 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j] = Omega[first + j], xi[first + j]
-        _coefficients(s)
-        for r in range(30):
-            for j in range(size):
-                out[r, first + j] = s[(2 + r) * 48 + j]
+    d0, d0_ = by.times(Omega, Omega)
+    s1, s1_ = by.plus_one(-448.0, 8.0 * d0, 8.0 * d0_)
+    s2, s2_ = by.times_two(d0, d0_, s1, s1_)
+    s3, s3_ = by.plus_one(13440.0, s2, s2_)
+    s4, s4_ = by.times_two(d0, d0_, s3, s3_)
+    s5, s5_ = by.plus_one(-161280.0, s4, s4_)
+    d1, d1_ = by.times_two(d0, d0_, s5, s5_)
+    den = 322560.0
+    N00, N00_ = d1, d1_
+    s7, s7_ = by.plus_one(2688.0, -64.0 * d0, -64.0 * d0_)
+    s8, s8_ = by.times_two(d0, d0_, s7, s7_)
+    s9, s9_ = by.plus_one(-53760.0, s8, s8_)
+    s10, s10_ = by.times_two(d0, d0_, s9, s9_)
+    N01, N01_ = by.plus_one(322560.0, s10, s10_)
+    s12, s12_ = by.plus_one(64.0, -1.0 * d0, -1.0 * d0_)
+    s13, s13_ = by.times_two(d0, d0_, s12, s12_)
+    s14, s14_ = by.plus_one(-2688.0, s13, s13_)
+    s15, s15_ = by.times_two(d0, d0_, s14, s14_)
+    s16, s16_ = by.plus_one(53760.0, s15, s15_)
+    s17, s17_ = by.times_two(d0, d0_, s16, s16_)
+    s18, s18_ = by.plus_one(-322560.0, s17, s17_)
+    N10, N10_ = by.times_two(d0, d0_, s18, s18_)
+    N11, N11_ = d1, d1_
+    D00 = by.over(N00, N00_, den, 0.0)
+    D01 = by.over(N01, N01_, den, 0.0)
+    D10 = by.over(N10, N10_, den, 0.0)
+    D11 = by.over(N11, N11_, den, 0.0)
+    x0 = Omega**2
+    x1 = 8*x0
+    x2 = 32*x0
+    x3 = 512*x0
+    x4 = 8192*x0
+    den_o = 40320.0
+    B00 = (x0*(x0*(192 - x1) - 3328) + 19328) / den
+    B01 = (x0*(256*x0 - 16384) + 196608) / den
+    B02 = (10368*x0 - 186624) / den
+    B03 = (159744 - 4096*x0) / den
+    B04 = (-93312) / den
+    B05 = (65536) / den
+    B06 = 0.0
+    B10 = (x0*(x0*(x0*(x0 - 32) + 832) - 9664) + 19328) / den
+    B11 = (x0*(x0*(3072 - x2) - 73728) + 262144) / den
+    B12 = (x0*(62208 - 1728*x0) - 279936) / den
+    B13 = (x0*(x3 - 39936) + 319488) / den
+    B14 = (15552*x0 - 279936) / den
+    B15 = (262144 - x4) / den
+    B16 = (19328) / den
+    O00 = (x0*(x0*(x0*(x0*(56 - x0) - 1680) + 20160) - 40320)) / den_o
+    O01 = (x0*(x0*(x0*(x1 - 336) + 6720) - 40320)) / den_o
+    P00 = (x0*(x0*(x0*(x0 - 24) + 416) - 2416)) / den_o
+    P01 = (x0*(x0*(2048 - x2) - 24576)) / den_o
+    P02 = (x0*(23328 - 1296*x0)) / den_o
+    P03 = (x0*(x3 - 19968)) / den_o
+    P04 = (11664*x0) / den_o
+    P05 = (-x4) / den_o
+    P06 = (40320) / den_o
+    B07 = 0.0
+    B17 = 0.0
+    P07 = 0.0
+    return (
+        D00, D01, D10, D11, B00, B01, B02, B03, B04, B05, B06, B07, B10, B11, B12, B13, B14, B15, B16, B17,
+        O00, O01, P00, P01, P02, P03, P04, P05, P06, P07
+    )
 
 
-@_exact
-def _transfer(s):
-    """`transfer` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi = s[j], s[48 + j]
-        x0 = Omega**2
-        x1 = 3*x0 - 140
-        x2 = -x0*x1 - 1512
-        x3 = x0*x2
-        x4 = x0*(x0*(x0*(x3 - 40320) + 2257920) - 67737600) + 812851200
-        x5 = x0*x1 + 1512
-        x6 = 161280*x0 - 6773760
-        den = 812851200.0
-        whole = x4
-        P = (x0*x4) / den
-        g1 = (Omega**10*x2 + 812851200) / den
-        u0 = (x0*(x0*(x0*(x0*x5 + 40320) - 2096640) + 60963840) - 677376000) / whole
-        u1 = (x0*(x0*(Omega**4*x5 - 161280) + 6773760) - 135475200) / whole
-        v0 = (x0*(x0*(1128960 - 20160*x0) - 33868800) + 406425600) / den
-        v1 = (x0*(x0*(x0*(x3 - 20160) + 1128960) - 33868800) + 406425600) / den
-        a0 = (x0*(-x0*x6 - 135475200) + 812851200) / den
-        a1 = (x0*(x0*x6 + 135475200) - 812851200) / den
-        S = whole / den
-        s[96 + j], s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j] = P, g1, u0, u1, S, v0, v1, a0, a1
+def transfer(by, Omega, xi):
+    """Filter from a load, linear between steps, to the response from rest (see linear_filter).
 
-
-@_compile
-def transfer(Omega, xi, out):
-    """Filter from a load, linear between steps, to the response from rest (see linear_filter); out (9, n).
-
-    Rows of out: P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
+    P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
     u = S (q + k0 e0 + k1 e1 + ...) and h*v, h^2*a = k0 e0 + k1 e1 + ...; e1, e2, ... are e0 of the steps before.
     """
-    s = np.ones(11 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j] = Omega[first + j], xi[first + j]
-        _transfer(s)
-        for r in range(9):
-            for j in range(size):
-                out[r, first + j] = s[(2 + r) * 48 + j]
+    x0 = Omega**2
+    x1 = 3*x0 - 140
+    x2 = -x0*x1 - 1512
+    x3 = x0*x2
+    x4 = x0*(x0*(x0*(x3 - 40320) + 2257920) - 67737600) + 812851200
+    x5 = x0*x1 + 1512
+    x6 = 161280*x0 - 6773760
+    den = 812851200.0
+    whole = x4
+    P = (x0*x4) / den
+    g1 = (Omega**10*x2 + 812851200) / den
+    u0 = (x0*(x0*(x0*(x0*x5 + 40320) - 2096640) + 60963840) - 677376000) / whole
+    u1 = (x0*(x0*(Omega**4*x5 - 161280) + 6773760) - 135475200) / whole
+    v0 = (x0*(x0*(1128960 - 20160*x0) - 33868800) + 406425600) / den
+    v1 = (x0*(x0*(x0*(x3 - 20160) + 1128960) - 33868800) + 406425600) / den
+    a0 = (x0*(-x0*x6 - 135475200) + 812851200) / den
+    a1 = (x0*(x0*x6 + 135475200) - 812851200) / den
+    S = whole / den
+    return P, g1, u0, u1, S, v0, v1, a0, a1

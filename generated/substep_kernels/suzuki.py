@@ -74,10 +74,6 @@ FILTER = 2
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
-_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
-# called by kernels alone: not from Python, and so without the code for that
-_exact = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
-
 # contract: a * b + c may become one operation, rounded once
 _fused = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
 _inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"})
@@ -120,58 +116,6 @@ def _angle(y, x):
     angle = 0.7853981633974483 + angle if steep else angle
     angle = 1.5707963267948966 - angle if y > flat else angle
     return 3.141592653589793 - angle if x < 0.0 else angle
-
-
-@_exact
-def _increment(Omega, xi, weight):
-    """Denominator and numerators of A - I. 159 operations."""
-    x0 = Omega**2
-    x1 = 8*(weight - 1)
-    x2 = 2*weight - 1
-    x3 = 8*weight
-    x4 = 4*weight
-    x5 = -x4
-    x6 = weight**2
-    x7 = x5 + 5*x6 + 1
-    x8 = x3*x7
-    x9 = x2*x8
-    x10 = weight**3
-    x11 = 3*weight
-    x12 = x11 - 1
-    x13 = x12**2
-    x14 = weight**5
-    x15 = 4*x14
-    x16 = x0*x13*(x4 - 1)
-    x17 = -4*x10*x13*(x3 - 3) + x15*x16
-    x18 = 32*weight*x7
-    x19 = x2*(-5*weight + 7*x6 + 1)
-    x20 = 16*x19*x6
-    x21 = weight**4
-    x22 = x12**3
-    x23 = weight**6
-    x24 = 4*x16*x23 - 16*x21*x22
-    x25 = x6*x7
-    x26 = 16*x25
-    x27 = 8*x10*x19
-    x28 = 2*weight**7*x16
-    x29 = -8*x14*x22 + x28
-    x30 = 4*x2
-    x31 = 16*weight
-    x32 = 2*x21
-    x33 = 2*x23
-    x34 = 40*weight + 100*x10 - 109*x6 - 5
-    x35 = x13*(10*weight - 3)
-    den = 16
-    D_00 = x0*(x0*(-x0*x17 - x9) + x1)
-    D_01 = x0*(x0*(-x0*x24 - x20) - x18) + 16
-    D_02 = x0*(x0*(-x0*x29 - x27) - x26) + x3
-    D_10 = x0*(x0*(x0*(x0*(-x13*x32*(x31 - 5) + x16*x33) + x30*x6*(-x31 + 23*x6 + 3)) - x30*(-x11 + 10*x6 + 1)) + 8*(weight - 2))
-    D_11 = x0*(x0*(x0*(x0*(-x15*x35 + x28) + 4*x10*x34) + x8) - 8)
-    D_12 = x0*(x0*(x0*(x0*(weight**8*x16 - x33*x35) + x32*x34) + 4*x25) + x5) + x3
-    D_20 = x0*(x0*(x0*(x0*x17 + x9) - x1) - 16)
-    D_21 = x0*(x0*(x0*(x0*x24 + x20) + x18) - 16)
-    D_22 = x0*(x0*(x0*(x0*x29 + x27) + x26) - x3) - 16
-    return den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22
 
 
 @_inline
@@ -419,359 +363,294 @@ def stability(Omega, xi, weight, radius, damping, period):
     return refused < 0
 
 
-@_compile
-def amplification(Omega, xi, weight, out):
-    """Amplification matrix in the order of STATE; out (n, 3, 3)."""
-    for i in range(out.shape[0]):
-        den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22 = _increment(Omega[i], xi[i], weight[i])
-        out[i, 0, 0] = 1.0 + D_00 / den
-        out[i, 0, 1] = D_01 / den
-        out[i, 0, 2] = D_02 / den
-        out[i, 1, 0] = D_10 / den
-        out[i, 1, 1] = 1.0 + D_11 / den
-        out[i, 1, 2] = D_12 / den
-        out[i, 2, 0] = D_20 / den
-        out[i, 2, 1] = D_21 / den
-        out[i, 2, 2] = 1.0 + D_22 / den
+def amplification(by, Omega, xi, weight):
+    """Amplification matrix (3, 3) in the order of STATE, row by row."""
+    x0 = Omega**2
+    x1 = 8*(weight - 1)
+    x2 = 2*weight - 1
+    x3 = 8*weight
+    x4 = 4*weight
+    x5 = -x4
+    x6 = weight**2
+    x7 = x5 + 5*x6 + 1
+    x8 = x3*x7
+    x9 = x2*x8
+    x10 = weight**3
+    x11 = 3*weight
+    x12 = x11 - 1
+    x13 = x12**2
+    x14 = weight**5
+    x15 = 4*x14
+    x16 = x0*x13*(x4 - 1)
+    x17 = -4*x10*x13*(x3 - 3) + x15*x16
+    x18 = 32*weight*x7
+    x19 = x2*(-5*weight + 7*x6 + 1)
+    x20 = 16*x19*x6
+    x21 = weight**4
+    x22 = x12**3
+    x23 = weight**6
+    x24 = 4*x16*x23 - 16*x21*x22
+    x25 = x6*x7
+    x26 = 16*x25
+    x27 = 8*x10*x19
+    x28 = 2*weight**7*x16
+    x29 = -8*x14*x22 + x28
+    x30 = 4*x2
+    x31 = 16*weight
+    x32 = 2*x21
+    x33 = 2*x23
+    x34 = 40*weight + 100*x10 - 109*x6 - 5
+    x35 = x13*(10*weight - 3)
+    den = 16.0
+    D_00 = (x0*(x0*(-x0*x17 - x9) + x1)) / den
+    D_01 = (x0*(x0*(-x0*x24 - x20) - x18) + 16) / den
+    D_02 = (x0*(x0*(-x0*x29 - x27) - x26) + x3) / den
+    D_10 = (x0*(x0*(x0*(x0*(-x13*x32*(x31 - 5) + x16*x33) + x30*x6*(-x31 + 23*x6 + 3)) - x30*(-x11 + 10*x6 + 1)) + 8*(weight - 2))) / den
+    D_11 = (x0*(x0*(x0*(x0*(-x15*x35 + x28) + 4*x10*x34) + x8) - 8)) / den
+    D_12 = (x0*(x0*(x0*(x0*(weight**8*x16 - x33*x35) + x32*x34) + 4*x25) + x5) + x3) / den
+    D_20 = (x0*(x0*(x0*(x0*x17 + x9) - x1) - 16)) / den
+    D_21 = (x0*(x0*(x0*(x0*x24 + x20) + x18) - 16)) / den
+    D_22 = (x0*(x0*(x0*(x0*x29 + x27) + x26) - x3) - 16) / den
+    return 1.0 + D_00, D_01, D_02, D_10, 1.0 + D_11, D_12, D_20, D_21, 1.0 + D_22
 
 
-@_compile
-def stencil(weight, out):
-    """Instants (n, 6) at which the load is taken, in steps after t_n."""
-    for i in range(out.shape[0]):
-        out[i, 0] = 0
-        out[i, 1] = 1 - 2*weight[i]
-        out[i, 2] = weight[i]
-        out[i, 3] = 1 - weight[i]
-        out[i, 4] = 2*weight[i]
-        out[i, 5] = 1
+def stencil(by, weight):
+    """Instants at which the load is taken, in steps after t_n."""
+    return 0, 1 - 2*weight, weight, 1 - weight, 2*weight, 1
 
 
-# tails are rounding errors, which fastmath would remove
-@_exact
-def _plus(a, b):
-    """The sum of two doubles: head, and tail, which is the rounding error of the head."""
-    head = a + b
-    rest = head - a
-    return head, (a - (head - rest)) + (b - rest)
+def coefficients(by, Omega, xi, weight):
+    """D, B, O, P of linear_march_2_01y: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f.
 
-
-@_exact
-def _plus_one(a, b, b_):
-    """The sum of a double and a pair of head and tail."""
-    head, tail = _plus(a, b)
-    tail += b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _plus_two(a, a_, b, b_):
-    """The sum of two pairs of head and tail."""
-    head, tail = _plus(a, b)
-    tail += a_ + b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times(a, b):
-    """The product of two doubles: head and tail, from halves of their digits, whose products are exact."""
-    head, c, d = a * b, 134217729.0 * a, 134217729.0 * b
-    a1, b1 = c - (c - a), d - (d - b)
-    a2, b2 = a - a1, b - b1
-    return head, ((a1 * b1 - head) + a1 * b2 + a2 * b1) + a2 * b2
-
-
-@_exact
-def _times_one(a, b, b_):
-    """The product of a double and a pair of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times_two(a, a_, b, b_):
-    """The product of two pairs of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_ + a_ * b
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _over(a, a_, b, b_):
-    """The quotient of two pairs of head and tail, rounded to a double."""
-    head = a / b
-    product, tail = _times(head, b)
-    return head + ((a - product) - tail + a_ - head * b_) / b
-
-
-@_exact
-def _coefficients(s):
-    """`coefficients` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi, weight = s[j], s[48 + j], s[96 + j]
-        d0, d0_ = _times(Omega, Omega)
-        d1 = 4.0 * weight
-        d2, d2_ = _times(weight, weight)
-        s2, s2_ = _times_one(5.0, d2, d2_)
-        s3, s3_ = _plus(1.0, -1.0 * d1)
-        s4, s4_ = _plus_two(s3, s3_, s2, s2_)
-        d3, d3_ = _times_one(weight, s4, s4_)
-        s6, s6_ = _times(weight, weight)
-        d4, d4_ = _times_one(weight, s6, s6_)
-        s8, s8_ = _times(3.0, weight)
-        d5, d5_ = _plus_one(-1.0, s8, s8_)
-        d6, d6_ = _times_two(d5, d5_, d5, d5_)
-        d7, d7_ = 4.0 * d6, 4.0 * d6_
-        d8, d8_ = _plus(-1.0, d1)
-        d9, d9_ = _times_two(d0, d0_, d8, d8_)
-        d10, d10_ = _times_two(d6, d6_, d9, d9_)
-        s14, s14_ = _times(weight, weight)
-        s15, s15_ = _times_one(weight, s14, s14_)
-        s16, s16_ = _times_one(weight, s15, s15_)
-        s17, s17_ = _times_one(weight, s16, s16_)
-        s18, s18_ = _times_one(weight, s17, s17_)
-        s19, s19_ = _times_one(weight, s18, s18_)
-        s20, s20_ = _times_two(2.0 * d10, 2.0 * d10_, s19, s19_)
-        s21, s21_ = _times(weight, weight)
-        s22, s22_ = _times_one(weight, s21, s21_)
-        s23, s23_ = _times_one(weight, s22, s22_)
-        s24, s24_ = _times_one(weight, s23, s23_)
-        s25, s25_ = _times(10.0, weight)
-        s26, s26_ = _plus_one(-3.0, s25, s25_)
-        s27, s27_ = _times_two(-1.0 * d7, -1.0 * d7_, s24, s24_)
-        s28, s28_ = _times_two(s27, s27_, s26, s26_)
-        s29, s29_ = _plus_two(s20, s20_, s28, s28_)
-        s30, s30_ = _times_two(d0, d0_, s29, s29_)
-        s31, s31_ = _times_one(-109.0, d2, d2_)
-        s32, s32_ = _times(40.0, weight)
-        s33, s33_ = _times_one(100.0, d4, d4_)
-        s34, s34_ = _plus_one(-5.0, s31, s31_)
-        s35, s35_ = _plus_two(s34, s34_, s32, s32_)
-        s36, s36_ = _plus_two(s35, s35_, s33, s33_)
-        s37, s37_ = _times_two(4.0 * d4, 4.0 * d4_, s36, s36_)
-        s38, s38_ = _plus_two(s30, s30_, s37, s37_)
-        s39, s39_ = _times_two(d0, d0_, s38, s38_)
-        s40, s40_ = _plus_two(8.0 * d3, 8.0 * d3_, s39, s39_)
-        s41, s41_ = _times_two(d0, d0_, s40, s40_)
-        s42, s42_ = _plus_one(-8.0, s41, s41_)
-        d11, d11_ = _times_two(d0, d0_, s42, s42_)
-        d12, d12_ = 16.0 * d2, 16.0 * d2_
-        s44, s44_ = _times(weight, weight)
-        s45, s45_ = _times_one(weight, s44, s44_)
-        d13, d13_ = _times_one(weight, s45, s45_)
-        s47, s47_ = _times(weight, weight)
-        s48, s48_ = _times_one(weight, s47, s47_)
-        s49, s49_ = _times_one(weight, s48, s48_)
-        s50, s50_ = _times_one(weight, s49, s49_)
-        d14, d14_ = _times_one(weight, s50, s50_)
-        den = 16.0
-        N00, N00_ = d11, d11_
-        s52, s52_ = _times_two(d5, d5_, d5, d5_)
-        s53, s53_ = _times_two(s52, s52_, d5, d5_)
-        s54, s54_ = _times_two(16.0 * d13, 16.0 * d13_, s53, s53_)
-        s55, s55_ = _times_two(-1.0 * d14, -1.0 * d14_, d7, d7_)
-        s56, s56_ = _times_two(s55, s55_, d9, d9_)
-        s57, s57_ = _plus_two(s54, s54_, s56, s56_)
-        s58, s58_ = _times_two(d0, d0_, s57, s57_)
-        s59, s59_ = _plus(-1.0, 2.0 * weight)
-        s60, s60_ = _times(-5.0, weight)
-        s61, s61_ = _times_one(7.0, d2, d2_)
-        s62, s62_ = _plus_one(1.0, s60, s60_)
-        s63, s63_ = _plus_two(s62, s62_, s61, s61_)
-        s64, s64_ = _times_two(-1.0 * d12, -1.0 * d12_, s59, s59_)
-        s65, s65_ = _times_two(s64, s64_, s63, s63_)
-        s66, s66_ = _plus_two(s58, s58_, s65, s65_)
-        s67, s67_ = _times_two(d0, d0_, s66, s66_)
-        s68, s68_ = _plus_two(-32.0 * d3, -32.0 * d3_, s67, s67_)
-        s69, s69_ = _times_two(d0, d0_, s68, s68_)
-        N01, N01_ = _plus_one(16.0, s69, s69_)
-        s71, s71_ = _times_one(-80.0, d4, d4_)
-        s72, s72_ = _times(weight, weight)
-        s73, s73_ = _times_one(weight, s72, s72_)
-        s74, s74_ = _times_one(weight, s73, s73_)
-        s75, s75_ = _times_one(weight, s74, s74_)
-        s76, s76_ = _times_one(weight, s75, s75_)
-        s77, s77_ = _times_one(weight, s76, s76_)
-        s78, s78_ = _times_one(weight, s77, s77_)
-        s79, s79_ = _times_two(-1.0 * d10, -1.0 * d10_, s78, s78_)
-        s80, s80_ = _times(7.0, weight)
-        s81, s81_ = _plus_one(-2.0, s80, s80_)
-        s82, s82_ = _times_two(4.0 * d14, 4.0 * d14_, d6, d6_)
-        s83, s83_ = _times_two(s82, s82_, s81, s81_)
-        s84, s84_ = _plus_two(s79, s79_, s83, s83_)
-        s85, s85_ = _times_two(d0, d0_, s84, s84_)
-        s86, s86_ = _times_one(-125.0, d2, d2_)
-        s87, s87_ = _times(43.0, weight)
-        s88, s88_ = _times_one(122.0, d4, d4_)
-        s89, s89_ = _plus_one(-5.0, s86, s86_)
-        s90, s90_ = _plus_two(s89, s89_, s87, s87_)
-        s91, s91_ = _plus_two(s90, s90_, s88, s88_)
-        s92, s92_ = _times_two(-4.0 * d13, -4.0 * d13_, s91, s91_)
-        s93, s93_ = _plus_two(s85, s85_, s92, s92_)
-        s94, s94_ = _times_two(d0, d0_, s93, s93_)
-        s95, s95_ = _times_one(-30.0, d2, d2_)
-        s96, s96_ = _times(13.0, weight)
-        s97, s97_ = _times_one(23.0, d4, d4_)
-        s98, s98_ = _plus_one(-2.0, s95, s95_)
-        s99, s99_ = _plus_two(s98, s98_, s96, s96_)
-        s100, s100_ = _plus_two(s99, s99_, s97, s97_)
-        s101, s101_ = _times_two(8.0 * d2, 8.0 * d2_, s100, s100_)
-        s102, s102_ = _plus_two(s94, s94_, s101, s101_)
-        s103, s103_ = _times_two(d0, d0_, s102, s102_)
-        s104, s104_ = _plus_two(s71, s71_, -4.0 * d8, -4.0 * d8_)
-        s105, s105_ = _plus_two(s104, s104_, 4.0 * d12, 4.0 * d12_)
-        s106, s106_ = _plus_two(s105, s105_, s103, s103_)
-        s107, s107_ = _times_two(d0, d0_, s106, s106_)
-        s108, s108_ = _plus_one(-16.0, s107, s107_)
-        N10, N10_ = _times_two(d0, d0_, s108, s108_)
-        N11, N11_ = d11, d11_
-        D00 = _over(N00, N00_, den, 0.0)
-        D01 = _over(N01, N01_, den, 0.0)
-        D10 = _over(N10, N10_, den, 0.0)
-        D11 = _over(N11, N11_, den, 0.0)
-        x0 = 8*weight
-        x1 = Omega**2
-        x2 = 4*weight
-        x3 = -x2
-        x4 = weight**2
-        x5 = x3 + 5*x4 + 1
-        x6 = 16*x4
-        x7 = -5*weight + 7*x4 + 1
-        x8 = 2*weight - 1
-        x9 = weight**3
-        x10 = 8*x9
-        x11 = x10*x8
-        x12 = weight**5
-        x13 = 3*weight
-        x14 = x13 - 1
-        x15 = x14**3
-        x16 = weight**7
-        x17 = x14**2
-        x18 = 2*x17
-        x19 = x1*(x2 - 1)
-        x20 = x18*x19
-        x21 = 16*weight
-        x22 = x1*x10
-        x23 = weight - 1
-        x24 = -15*weight + 20*x4 + 3
-        x25 = 8*x4
-        x26 = 4*x12
-        x27 = x17*x19
-        x28 = x14*x8
-        x29 = 4*x9
-        x30 = 4*x4
-        x31 = weight**4
-        x32 = 80*weight - 218*x4 + 200*x9 - 10
-        x33 = weight**6
-        x34 = 10*weight - 3
-        x35 = -8*x14
-        x36 = 4*x14
-        x37 = x1*x36
-        x38 = -8*x15*x31 + x20*x33
-        x39 = x16*x27
-        x40 = x7*x8
-        den_o = 8.0
-        B00 = (x0 + x1*(x1*(x1*(8*x12*x15 - x16*x20) - x11*x7) - x5*x6)) / den
-        B01 = (-x14*x21 + x14*x22) / den
-        B02 = (x1*(x1*(-x11*x17 + x26*x27) - x24*x25) - x21*x23) / den
-        B03 = (x6) / den
-        B04 = (x1*(8*weight*x15 - x27*x29) + 8*x28) / den
-        B05 = 0.0
-        B10 = (x0 + x1*(x1*(x1*(x1*(weight**8*x27 - x18*x33*x34) + x31*x32) + x30*x5) + x3)) / den
-        B11 = (x1*(16*x14*x4 - x31*x37) + x35) / den
-        B12 = (x1*(-x0*x23**2 + x1*(-x1*x38 + x30*(-x13 - 6*x4 + 20*x9 + 1))) + x21) / den
-        B13 = (16*weight - x22) / den
-        B14 = (x1*(x1*(-x17*x30*(7*weight - 2) + x20*x31) + x36*x8**2) + x35) / den
-        B15 = (x0) / den
-        O00 = (x1*(x1*(x1*(x1*(x1*(2*x12*x17*x34 - x39) - x32*x9) - x2*x5) + 4) - 8)) / den_o
-        O01 = (x1*(x1*(x1*(x1*x38 + x25*x40) + x21*x5) - 8)) / den_o
-        P00 = (x1*(x1*(x1*(x1*(-x15*x26 + x39) + x29*x40) + x25*x5) + x3)) / den_o
-        P01 = (x1*(8*weight*x14 - x37*x9)) / den_o
-        P02 = (x1*(x0*x23 + x1*(x1*(-x12*x20 + 4*x17*x8*x9) + x24*x30))) / den_o
-        P03 = (-x1*x25) / den_o
-        P04 = (x1*(x1*(-x15*x2 + x20*x9) - 4*x28)) / den_o
-        P05 = (8) / den_o
-        s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j], s[768 + j], s[816 + j], s[864 + j], s[912 + j], s[960 + j], s[1008 + j], s[1056 + j], s[1104 + j], s[1152 + j], s[1200 + j], s[1248 + j] = D00, D01, D10, D11, B00, B01, B02, B03, B04, B05, B10, B11, B12, B13, B14, B15, O00, O01, P00, P01, P02, P03, P04, P05
-
-
-@_compile
-def coefficients(Omega, xi, weight, out):
-    """D, B, O, P of linear_march_2_01y: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f; out (24, n).
-
-    The rows of out are the entries of D, B, O, P, matrix by matrix and row by row. D is rounded once. Columns of
-    B and P beyond the scheme's own load instants, up to the march's 6, are zero.
+    Their entries, matrix by matrix and row by row. D is computed in pairs of doubles and rounded once. Columns of B and
+    P beyond the scheme's own load instants, up to the march's 6, are zero.
     """
-    s = np.ones(27 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j], s[96 + j] = Omega[first + j], xi[first + j], weight[first + j]
-        _coefficients(s)
-        for r in range(24):
-            for j in range(size):
-                out[r, first + j] = s[(3 + r) * 48 + j]
+    d0, d0_ = by.times(Omega, Omega)
+    d1 = 4.0 * weight
+    d2, d2_ = by.times(weight, weight)
+    s2, s2_ = by.times_one(5.0, d2, d2_)
+    s3, s3_ = by.plus(1.0, -1.0 * d1)
+    s4, s4_ = by.plus_two(s3, s3_, s2, s2_)
+    d3, d3_ = by.times_one(weight, s4, s4_)
+    s6, s6_ = by.times(weight, weight)
+    d4, d4_ = by.times_one(weight, s6, s6_)
+    s8, s8_ = by.times(3.0, weight)
+    d5, d5_ = by.plus_one(-1.0, s8, s8_)
+    d6, d6_ = by.times_two(d5, d5_, d5, d5_)
+    d7, d7_ = 4.0 * d6, 4.0 * d6_
+    d8, d8_ = by.plus(-1.0, d1)
+    d9, d9_ = by.times_two(d0, d0_, d8, d8_)
+    d10, d10_ = by.times_two(d6, d6_, d9, d9_)
+    s14, s14_ = by.times(weight, weight)
+    s15, s15_ = by.times_one(weight, s14, s14_)
+    s16, s16_ = by.times_one(weight, s15, s15_)
+    s17, s17_ = by.times_one(weight, s16, s16_)
+    s18, s18_ = by.times_one(weight, s17, s17_)
+    s19, s19_ = by.times_one(weight, s18, s18_)
+    s20, s20_ = by.times_two(2.0 * d10, 2.0 * d10_, s19, s19_)
+    s21, s21_ = by.times(weight, weight)
+    s22, s22_ = by.times_one(weight, s21, s21_)
+    s23, s23_ = by.times_one(weight, s22, s22_)
+    s24, s24_ = by.times_one(weight, s23, s23_)
+    s25, s25_ = by.times(10.0, weight)
+    s26, s26_ = by.plus_one(-3.0, s25, s25_)
+    s27, s27_ = by.times_two(-1.0 * d7, -1.0 * d7_, s24, s24_)
+    s28, s28_ = by.times_two(s27, s27_, s26, s26_)
+    s29, s29_ = by.plus_two(s20, s20_, s28, s28_)
+    s30, s30_ = by.times_two(d0, d0_, s29, s29_)
+    s31, s31_ = by.times_one(-109.0, d2, d2_)
+    s32, s32_ = by.times(40.0, weight)
+    s33, s33_ = by.times_one(100.0, d4, d4_)
+    s34, s34_ = by.plus_one(-5.0, s31, s31_)
+    s35, s35_ = by.plus_two(s34, s34_, s32, s32_)
+    s36, s36_ = by.plus_two(s35, s35_, s33, s33_)
+    s37, s37_ = by.times_two(4.0 * d4, 4.0 * d4_, s36, s36_)
+    s38, s38_ = by.plus_two(s30, s30_, s37, s37_)
+    s39, s39_ = by.times_two(d0, d0_, s38, s38_)
+    s40, s40_ = by.plus_two(8.0 * d3, 8.0 * d3_, s39, s39_)
+    s41, s41_ = by.times_two(d0, d0_, s40, s40_)
+    s42, s42_ = by.plus_one(-8.0, s41, s41_)
+    d11, d11_ = by.times_two(d0, d0_, s42, s42_)
+    d12, d12_ = 16.0 * d2, 16.0 * d2_
+    s44, s44_ = by.times(weight, weight)
+    s45, s45_ = by.times_one(weight, s44, s44_)
+    d13, d13_ = by.times_one(weight, s45, s45_)
+    s47, s47_ = by.times(weight, weight)
+    s48, s48_ = by.times_one(weight, s47, s47_)
+    s49, s49_ = by.times_one(weight, s48, s48_)
+    s50, s50_ = by.times_one(weight, s49, s49_)
+    d14, d14_ = by.times_one(weight, s50, s50_)
+    den = 16.0
+    N00, N00_ = d11, d11_
+    s52, s52_ = by.times_two(d5, d5_, d5, d5_)
+    s53, s53_ = by.times_two(s52, s52_, d5, d5_)
+    s54, s54_ = by.times_two(16.0 * d13, 16.0 * d13_, s53, s53_)
+    s55, s55_ = by.times_two(-1.0 * d14, -1.0 * d14_, d7, d7_)
+    s56, s56_ = by.times_two(s55, s55_, d9, d9_)
+    s57, s57_ = by.plus_two(s54, s54_, s56, s56_)
+    s58, s58_ = by.times_two(d0, d0_, s57, s57_)
+    s59, s59_ = by.plus(-1.0, 2.0 * weight)
+    s60, s60_ = by.times(-5.0, weight)
+    s61, s61_ = by.times_one(7.0, d2, d2_)
+    s62, s62_ = by.plus_one(1.0, s60, s60_)
+    s63, s63_ = by.plus_two(s62, s62_, s61, s61_)
+    s64, s64_ = by.times_two(-1.0 * d12, -1.0 * d12_, s59, s59_)
+    s65, s65_ = by.times_two(s64, s64_, s63, s63_)
+    s66, s66_ = by.plus_two(s58, s58_, s65, s65_)
+    s67, s67_ = by.times_two(d0, d0_, s66, s66_)
+    s68, s68_ = by.plus_two(-32.0 * d3, -32.0 * d3_, s67, s67_)
+    s69, s69_ = by.times_two(d0, d0_, s68, s68_)
+    N01, N01_ = by.plus_one(16.0, s69, s69_)
+    s71, s71_ = by.times_one(-80.0, d4, d4_)
+    s72, s72_ = by.times(weight, weight)
+    s73, s73_ = by.times_one(weight, s72, s72_)
+    s74, s74_ = by.times_one(weight, s73, s73_)
+    s75, s75_ = by.times_one(weight, s74, s74_)
+    s76, s76_ = by.times_one(weight, s75, s75_)
+    s77, s77_ = by.times_one(weight, s76, s76_)
+    s78, s78_ = by.times_one(weight, s77, s77_)
+    s79, s79_ = by.times_two(-1.0 * d10, -1.0 * d10_, s78, s78_)
+    s80, s80_ = by.times(7.0, weight)
+    s81, s81_ = by.plus_one(-2.0, s80, s80_)
+    s82, s82_ = by.times_two(4.0 * d14, 4.0 * d14_, d6, d6_)
+    s83, s83_ = by.times_two(s82, s82_, s81, s81_)
+    s84, s84_ = by.plus_two(s79, s79_, s83, s83_)
+    s85, s85_ = by.times_two(d0, d0_, s84, s84_)
+    s86, s86_ = by.times_one(-125.0, d2, d2_)
+    s87, s87_ = by.times(43.0, weight)
+    s88, s88_ = by.times_one(122.0, d4, d4_)
+    s89, s89_ = by.plus_one(-5.0, s86, s86_)
+    s90, s90_ = by.plus_two(s89, s89_, s87, s87_)
+    s91, s91_ = by.plus_two(s90, s90_, s88, s88_)
+    s92, s92_ = by.times_two(-4.0 * d13, -4.0 * d13_, s91, s91_)
+    s93, s93_ = by.plus_two(s85, s85_, s92, s92_)
+    s94, s94_ = by.times_two(d0, d0_, s93, s93_)
+    s95, s95_ = by.times_one(-30.0, d2, d2_)
+    s96, s96_ = by.times(13.0, weight)
+    s97, s97_ = by.times_one(23.0, d4, d4_)
+    s98, s98_ = by.plus_one(-2.0, s95, s95_)
+    s99, s99_ = by.plus_two(s98, s98_, s96, s96_)
+    s100, s100_ = by.plus_two(s99, s99_, s97, s97_)
+    s101, s101_ = by.times_two(8.0 * d2, 8.0 * d2_, s100, s100_)
+    s102, s102_ = by.plus_two(s94, s94_, s101, s101_)
+    s103, s103_ = by.times_two(d0, d0_, s102, s102_)
+    s104, s104_ = by.plus_two(s71, s71_, -4.0 * d8, -4.0 * d8_)
+    s105, s105_ = by.plus_two(s104, s104_, 4.0 * d12, 4.0 * d12_)
+    s106, s106_ = by.plus_two(s105, s105_, s103, s103_)
+    s107, s107_ = by.times_two(d0, d0_, s106, s106_)
+    s108, s108_ = by.plus_one(-16.0, s107, s107_)
+    N10, N10_ = by.times_two(d0, d0_, s108, s108_)
+    N11, N11_ = d11, d11_
+    D00 = by.over(N00, N00_, den, 0.0)
+    D01 = by.over(N01, N01_, den, 0.0)
+    D10 = by.over(N10, N10_, den, 0.0)
+    D11 = by.over(N11, N11_, den, 0.0)
+    x0 = 8*weight
+    x1 = Omega**2
+    x2 = 4*weight
+    x3 = -x2
+    x4 = weight**2
+    x5 = x3 + 5*x4 + 1
+    x6 = 16*x4
+    x7 = -5*weight + 7*x4 + 1
+    x8 = 2*weight - 1
+    x9 = weight**3
+    x10 = 8*x9
+    x11 = x10*x8
+    x12 = weight**5
+    x13 = 3*weight
+    x14 = x13 - 1
+    x15 = x14**3
+    x16 = weight**7
+    x17 = x14**2
+    x18 = 2*x17
+    x19 = x1*(x2 - 1)
+    x20 = x18*x19
+    x21 = 16*weight
+    x22 = x1*x10
+    x23 = weight - 1
+    x24 = -15*weight + 20*x4 + 3
+    x25 = 8*x4
+    x26 = 4*x12
+    x27 = x17*x19
+    x28 = x14*x8
+    x29 = 4*x9
+    x30 = 4*x4
+    x31 = weight**4
+    x32 = 80*weight - 218*x4 + 200*x9 - 10
+    x33 = weight**6
+    x34 = 10*weight - 3
+    x35 = -8*x14
+    x36 = 4*x14
+    x37 = x1*x36
+    x38 = -8*x15*x31 + x20*x33
+    x39 = x16*x27
+    x40 = x7*x8
+    den_o = 8.0
+    B00 = (x0 + x1*(x1*(x1*(8*x12*x15 - x16*x20) - x11*x7) - x5*x6)) / den
+    B01 = (-x14*x21 + x14*x22) / den
+    B02 = (x1*(x1*(-x11*x17 + x26*x27) - x24*x25) - x21*x23) / den
+    B03 = (x6) / den
+    B04 = (x1*(8*weight*x15 - x27*x29) + 8*x28) / den
+    B05 = 0.0
+    B10 = (x0 + x1*(x1*(x1*(x1*(weight**8*x27 - x18*x33*x34) + x31*x32) + x30*x5) + x3)) / den
+    B11 = (x1*(16*x14*x4 - x31*x37) + x35) / den
+    B12 = (x1*(-x0*x23**2 + x1*(-x1*x38 + x30*(-x13 - 6*x4 + 20*x9 + 1))) + x21) / den
+    B13 = (16*weight - x22) / den
+    B14 = (x1*(x1*(-x17*x30*(7*weight - 2) + x20*x31) + x36*x8**2) + x35) / den
+    B15 = (x0) / den
+    O00 = (x1*(x1*(x1*(x1*(x1*(2*x12*x17*x34 - x39) - x32*x9) - x2*x5) + 4) - 8)) / den_o
+    O01 = (x1*(x1*(x1*(x1*x38 + x25*x40) + x21*x5) - 8)) / den_o
+    P00 = (x1*(x1*(x1*(x1*(-x15*x26 + x39) + x29*x40) + x25*x5) + x3)) / den_o
+    P01 = (x1*(8*weight*x14 - x37*x9)) / den_o
+    P02 = (x1*(x0*x23 + x1*(x1*(-x12*x20 + 4*x17*x8*x9) + x24*x30))) / den_o
+    P03 = (-x1*x25) / den_o
+    P04 = (x1*(x1*(-x15*x2 + x20*x9) - 4*x28)) / den_o
+    P05 = (8) / den_o
+    return (
+        D00, D01, D10, D11, B00, B01, B02, B03, B04, B05, B10, B11, B12, B13, B14, B15, O00, O01, P00, P01,
+        P02, P03, P04, P05
+    )
 
 
-@_exact
-def _transfer(s):
-    """`transfer` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi, weight = s[j], s[48 + j], s[96 + j]
-        x0 = Omega**2
-        x1 = 4*weight
-        x2 = weight**2
-        x3 = -x1 + 5*x2 + 1
-        x4 = weight**3
-        x5 = x4*(40*weight - 109*x2 + 100*x4 - 5)
-        x6 = weight**5
-        x7 = 10*weight - 3
-        x8 = 3*weight - 1
-        x9 = x8**2
-        x10 = x0*x9*(x1 - 1)
-        x11 = weight**7*x10
-        x12 = x0*(x0*(x0*(-x11 + 2*x6*x7*x9) - 2*x5) - x1*x3) + 4
-        x13 = 2*weight
-        x14 = x13 - 1
-        x15 = weight**4
-        x16 = 1 - 5*weight
-        x17 = 4*x2
-        x18 = 8*weight*x3
-        x19 = x14*x17*(x16 + 7*x2)
-        x20 = weight**6*x10 - 4*x15*x8**3
-        x21 = x0*(-x0*x20 - x19) - x18
-        x22 = x0*(x0*(x0*(-1/2*x11 + x6*x7*x9) - x5) - x13*x3) + 2
-        den = 4.0
-        whole = x12
-        P = (x0*x12) / den
-        g1 = (4) / den
-        u0 = (x0*(x0*(x0*(x11 + x6*x9*(-21*weight + x17 + 6)) - 2*x4*(-42*weight + 54*x15 + 127*x2 - 154*x4 + 5)) + x1*(14*x15 + x16 + 12*x2 - 17*x4)) + 4*x14 - 32*x2 + 40*x4) / whole
-        u1 = (x21) / whole
-        v0 = (x22) / den
-        v1 = (x22) / den
-        a0 = (x0*x21 + 4) / den
-        a1 = (x0*(x0*(x0*x20 + x19) + x18) - 4) / den
-        S = whole / den
-        s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j] = P, g1, u0, u1, S, v0, v1, a0, a1
+def transfer(by, Omega, xi, weight):
+    """Filter from a load, linear between steps, to the response from rest (see linear_filter).
 
-
-@_compile
-def transfer(Omega, xi, weight, out):
-    """Filter from a load, linear between steps, to the response from rest (see linear_filter); out (9, n).
-
-    Rows of out: P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
+    P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
     u = S (q + k0 e0 + k1 e1 + ...) and h*v, h^2*a = k0 e0 + k1 e1 + ...; e1, e2, ... are e0 of the steps before.
     """
-    s = np.ones(12 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j], s[96 + j] = Omega[first + j], xi[first + j], weight[first + j]
-        _transfer(s)
-        for r in range(9):
-            for j in range(size):
-                out[r, first + j] = s[(3 + r) * 48 + j]
+    x0 = Omega**2
+    x1 = 4*weight
+    x2 = weight**2
+    x3 = -x1 + 5*x2 + 1
+    x4 = weight**3
+    x5 = x4*(40*weight - 109*x2 + 100*x4 - 5)
+    x6 = weight**5
+    x7 = 10*weight - 3
+    x8 = 3*weight - 1
+    x9 = x8**2
+    x10 = x0*x9*(x1 - 1)
+    x11 = weight**7*x10
+    x12 = x0*(x0*(x0*(-x11 + 2*x6*x7*x9) - 2*x5) - x1*x3) + 4
+    x13 = 2*weight
+    x14 = x13 - 1
+    x15 = weight**4
+    x16 = 1 - 5*weight
+    x17 = 4*x2
+    x18 = 8*weight*x3
+    x19 = x14*x17*(x16 + 7*x2)
+    x20 = weight**6*x10 - 4*x15*x8**3
+    x21 = x0*(-x0*x20 - x19) - x18
+    x22 = x0*(x0*(x0*(-1/2*x11 + x6*x7*x9) - x5) - x13*x3) + 2
+    den = 4.0
+    whole = x12
+    P = (x0*x12) / den
+    g1 = (4) / den
+    u0 = (x0*(x0*(x0*(x11 + x6*x9*(-21*weight + x17 + 6)) - 2*x4*(-42*weight + 54*x15 + 127*x2 - 154*x4 + 5)) + x1*(14*x15 + x16 + 12*x2 - 17*x4)) + 4*x14 - 32*x2 + 40*x4) / whole
+    u1 = (x21) / whole
+    v0 = (x22) / den
+    v1 = (x22) / den
+    a0 = (x0*x21 + 4) / den
+    a1 = (x0*(x0*(x0*x20 + x19) + x18) - 4) / den
+    S = whole / den
+    return P, g1, u0, u1, S, v0, v1, a0, a1

@@ -35,10 +35,6 @@ FILTER = 2
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
-_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
-# called by kernels alone: not from Python, and so without the code for that
-_exact = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
-
 # contract: a * b + c may become one operation, rounded once
 _fused = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
 _inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"})
@@ -81,19 +77,6 @@ def _angle(y, x):
     angle = 0.7853981633974483 + angle if steep else angle
     angle = 1.5707963267948966 - angle if y > flat else angle
     return 3.141592653589793 - angle if x < 0.0 else angle
-
-
-@_exact
-def _increment(Omega, xi, theta):
-    """Denominator and numerators of A - I. 15 operations."""
-    x0 = 2*xi
-    x1 = Omega**2
-    den = Omega*(Omega*theta**2 + theta*x0) + 1
-    D_00 = -theta*x1
-    D_01 = 1
-    D_10 = -x1
-    D_11 = Omega*(-Omega*theta - x0)
-    return den, D_00, D_01, D_10, D_11
 
 
 @_inline
@@ -327,182 +310,84 @@ def stability(Omega, xi, theta, radius, damping, period):
     return refused < 0
 
 
-@_compile
-def amplification(Omega, xi, theta, out):
-    """Amplification matrix in the order of STATE; out (n, 2, 2)."""
-    for i in range(out.shape[0]):
-        den, D_00, D_01, D_10, D_11 = _increment(Omega[i], xi[i], theta[i])
-        out[i, 0, 0] = 1.0 + D_00 / den
-        out[i, 0, 1] = D_01 / den
-        out[i, 1, 0] = D_10 / den
-        out[i, 1, 1] = 1.0 + D_11 / den
+def amplification(by, Omega, xi, theta):
+    """Amplification matrix (2, 2) in the order of STATE, row by row."""
+    x0 = 2*xi
+    x1 = Omega**2
+    den = Omega*(Omega*theta**2 + theta*x0) + 1
+    D_00 = (-theta*x1) / den
+    D_01 = (1) / den
+    D_10 = (-x1) / den
+    D_11 = (Omega*(-Omega*theta - x0)) / den
+    return 1.0 + D_00, D_01, D_10, 1.0 + D_11
 
 
-@_compile
-def stencil(theta, out):
-    """Instants (n, 2) at which the load is taken, in steps after t_n."""
-    for i in range(out.shape[0]):
-        out[i, 0] = 0
-        out[i, 1] = 1
+def stencil(by, theta):
+    """Instants at which the load is taken, in steps after t_n."""
+    return 0, 1
 
 
-# tails are rounding errors, which fastmath would remove
-@_exact
-def _plus(a, b):
-    """The sum of two doubles: head, and tail, which is the rounding error of the head."""
-    head = a + b
-    rest = head - a
-    return head, (a - (head - rest)) + (b - rest)
+def coefficients(by, Omega, xi, theta):
+    """D, B, O, P of linear_march_2_01y: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f.
 
-
-@_exact
-def _plus_one(a, b, b_):
-    """The sum of a double and a pair of head and tail."""
-    head, tail = _plus(a, b)
-    tail += b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _plus_two(a, a_, b, b_):
-    """The sum of two pairs of head and tail."""
-    head, tail = _plus(a, b)
-    tail += a_ + b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times(a, b):
-    """The product of two doubles: head and tail, from halves of their digits, whose products are exact."""
-    head, c, d = a * b, 134217729.0 * a, 134217729.0 * b
-    a1, b1 = c - (c - a), d - (d - b)
-    a2, b2 = a - a1, b - b1
-    return head, ((a1 * b1 - head) + a1 * b2 + a2 * b1) + a2 * b2
-
-
-@_exact
-def _times_one(a, b, b_):
-    """The product of a double and a pair of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times_two(a, a_, b, b_):
-    """The product of two pairs of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_ + a_ * b
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _over(a, a_, b, b_):
-    """The quotient of two pairs of head and tail, rounded to a double."""
-    head = a / b
-    product, tail = _times(head, b)
-    return head + ((a - product) - tail + a_ - head * b_) / b
-
-
-@_exact
-def _coefficients(s):
-    """`coefficients` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi, theta = s[j], s[48 + j], s[96 + j]
-        d0 = 2.0 * xi
-        d1, d1_ = _times(Omega, Omega)
-        s1, s1_ = _times(theta, theta)
-        s2, s2_ = _times_one(Omega, s1, s1_)
-        s3, s3_ = _times(d0, theta)
-        s4, s4_ = _plus_two(s2, s2_, s3, s3_)
-        s5, s5_ = _times_one(Omega, s4, s4_)
-        den, den_ = _plus_one(1.0, s5, s5_)
-        N00, N00_ = _times_one(-1.0 * theta, d1, d1_)
-        N01 = 1.0
-        N10, N10_ = -1.0 * d1, -1.0 * d1_
-        s8, s8_ = _times(-1.0 * Omega, theta)
-        s9, s9_ = _plus_one(-1.0 * d0, s8, s8_)
-        N11, N11_ = _times_one(Omega, s9, s9_)
-        D00 = _over(N00, N00_, den, den_)
-        D01 = _over(N01, 0.0, den, den_)
-        D10 = _over(N10, N10_, den, den_)
-        D11 = _over(N11, N11_, den, den_)
-        x0 = 2*xi
-        x1 = theta**2
-        x2 = theta - 1
-        x3 = theta*x2
-        x4 = Omega*x3
-        x5 = x0*x2 + x4
-        x6 = xi**2
-        den_o = Omega*(Omega*x1 + theta*x0) + 1
-        B00 = (-x3) / den
-        B01 = (x1) / den
-        B10 = (-x2) / den
-        B11 = (theta) / den
-        O00 = (Omega**2*(-Omega*x5 - 1)) / den_o
-        O01 = (Omega*(Omega*(-4*theta*x6 - x0*x4 + 4*x6 - 1) - x0)) / den_o
-        P00 = (Omega*x5) / den_o
-        P01 = (1) / den_o
-        s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j] = D00, D01, D10, D11, B00, B01, B10, B11, O00, O01, P00, P01
-
-
-@_compile
-def coefficients(Omega, xi, theta, out):
-    """D, B, O, P of linear_march_2_01y: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f; out (12, n).
-
-    The rows of out are the entries of D, B, O, P, matrix by matrix and row by row. D is rounded once. Columns of
-    B and P beyond the scheme's own load instants, up to the march's 2, are zero.
+    Their entries, matrix by matrix and row by row. D is computed in pairs of doubles and rounded once. Columns of B and
+    P beyond the scheme's own load instants, up to the march's 2, are zero.
     """
-    s = np.ones(15 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j], s[96 + j] = Omega[first + j], xi[first + j], theta[first + j]
-        _coefficients(s)
-        for r in range(12):
-            for j in range(size):
-                out[r, first + j] = s[(3 + r) * 48 + j]
+    d0 = 2.0 * xi
+    d1, d1_ = by.times(Omega, Omega)
+    s1, s1_ = by.times(theta, theta)
+    s2, s2_ = by.times_one(Omega, s1, s1_)
+    s3, s3_ = by.times(d0, theta)
+    s4, s4_ = by.plus_two(s2, s2_, s3, s3_)
+    s5, s5_ = by.times_one(Omega, s4, s4_)
+    den, den_ = by.plus_one(1.0, s5, s5_)
+    N00, N00_ = by.times_one(-1.0 * theta, d1, d1_)
+    N01 = 1.0
+    N10, N10_ = -1.0 * d1, -1.0 * d1_
+    s8, s8_ = by.times(-1.0 * Omega, theta)
+    s9, s9_ = by.plus_one(-1.0 * d0, s8, s8_)
+    N11, N11_ = by.times_one(Omega, s9, s9_)
+    D00 = by.over(N00, N00_, den, den_)
+    D01 = by.over(N01, 0.0, den, den_)
+    D10 = by.over(N10, N10_, den, den_)
+    D11 = by.over(N11, N11_, den, den_)
+    x0 = 2*xi
+    x1 = theta**2
+    x2 = theta - 1
+    x3 = theta*x2
+    x4 = Omega*x3
+    x5 = x0*x2 + x4
+    x6 = xi**2
+    den_o = Omega*(Omega*x1 + theta*x0) + 1
+    B00 = (-x3) / den
+    B01 = (x1) / den
+    B10 = (-x2) / den
+    B11 = (theta) / den
+    O00 = (Omega**2*(-Omega*x5 - 1)) / den_o
+    O01 = (Omega*(Omega*(-4*theta*x6 - x0*x4 + 4*x6 - 1) - x0)) / den_o
+    P00 = (Omega*x5) / den_o
+    P01 = (1) / den_o
+    return D00, D01, D10, D11, B00, B01, B10, B11, O00, O01, P00, P01
 
 
-@_exact
-def _transfer(s):
-    """`transfer` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi, theta = s[j], s[48 + j], s[96 + j]
-        x0 = 2*xi
-        x1 = theta - 1
-        x2 = x1**2
-        den = Omega*(Omega*theta**2 + theta*x0) + 1
-        whole = 1.0
-        P = (Omega**2) / den
-        g1 = (Omega*(Omega*x2 + x0*x1) + 1) / den
-        u0 = (x1*(theta + 1)) / whole
-        u1 = (-x2) / whole
-        v0 = (theta) / den
-        v1 = (-x1) / den
-        a0 = (1) / den
-        a1 = (-1) / den
-        S = whole / den
-        s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j] = P, g1, u0, u1, S, v0, v1, a0, a1
+def transfer(by, Omega, xi, theta):
+    """Filter from a load, linear between steps, to the response from rest (see linear_filter).
 
-
-@_compile
-def transfer(Omega, xi, theta, out):
-    """Filter from a load, linear between steps, to the response from rest (see linear_filter); out (9, n).
-
-    Rows of out: P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
+    P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
     u = S (q + k0 e0 + k1 e1 + ...) and h*v, h^2*a = k0 e0 + k1 e1 + ...; e1, e2, ... are e0 of the steps before.
     """
-    s = np.ones(12 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j], s[96 + j] = Omega[first + j], xi[first + j], theta[first + j]
-        _transfer(s)
-        for r in range(9):
-            for j in range(size):
-                out[r, first + j] = s[(3 + r) * 48 + j]
+    x0 = 2*xi
+    x1 = theta - 1
+    x2 = x1**2
+    den = Omega*(Omega*theta**2 + theta*x0) + 1
+    whole = 1.0
+    P = (Omega**2) / den
+    g1 = (Omega*(Omega*x2 + x0*x1) + 1) / den
+    u0 = (x1*(theta + 1)) / whole
+    u1 = (-x2) / whole
+    v0 = (theta) / den
+    v1 = (-x1) / den
+    a0 = (1) / den
+    a1 = (-1) / den
+    S = whole / den
+    return P, g1, u0, u1, S, v0, v1, a0, a1

@@ -87,10 +87,6 @@ FILTER = 2
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
-_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
-# called by kernels alone: not from Python, and so without the code for that
-_exact = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
-
 # contract: a * b + c may become one operation, rounded once
 _fused = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
 _inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"})
@@ -133,108 +129,6 @@ def _angle(y, x):
     angle = 0.7853981633974483 + angle if steep else angle
     angle = 1.5707963267948966 - angle if y > flat else angle
     return 3.141592653589793 - angle if x < 0.0 else angle
-
-
-@_exact
-def _increment(Omega, xi, rho_inf, gamma):
-    """Denominator and numerators of A - I. 348 operations."""
-    x0 = 128*gamma
-    x1 = gamma**2
-    x2 = x1*xi
-    x3 = gamma**3
-    x4 = xi**2
-    x5 = 4*x4 + 1
-    x6 = 2*x4
-    x7 = gamma**4
-    x8 = x7*xi
-    x9 = Omega*gamma**7
-    x10 = 2*x9
-    x11 = 24*gamma**6*xi
-    x12 = Omega**2
-    x13 = 2*gamma
-    x14 = x1 + 2
-    x15 = 32*gamma
-    x16 = 3*x1
-    x17 = rho_inf*x16
-    x18 = -x17
-    x19 = 5*x1
-    x20 = x19 + 6
-    x21 = 8*x2
-    x22 = x17 - x19
-    x23 = 8*gamma
-    x24 = -x23
-    x25 = x24 + 2
-    x26 = x22 + x25
-    x27 = -6*gamma
-    x28 = rho_inf*x1
-    x29 = 2*x28
-    x30 = x16*x4
-    x31 = -x6
-    x32 = x28*x4
-    x33 = x31 + x32
-    x34 = x29 - x30 + x33
-    x35 = 8*x3
-    x36 = gamma*xi
-    x37 = 64*x36
-    x38 = 12*gamma
-    x39 = x19*x4
-    x40 = -3*rho_inf*x1*x4 + x39
-    x41 = 6*x4
-    x42 = 24*gamma
-    x43 = -x4*x42 + x41
-    x44 = 16*x1
-    x45 = x23*x4
-    x46 = x23 - 4
-    x47 = x3*xi
-    x48 = 16*x47
-    x49 = x17*x4
-    x50 = x16 + 2
-    x51 = x27 + x50
-    x52 = x17 + x51
-    x53 = 16*gamma
-    x54 = x4*x53 - x41
-    x55 = 4*x7
-    x56 = 9*x1
-    x57 = x28 + x56
-    x58 = 6 - x42
-    x59 = x53 - 6
-    x60 = x22 + x59
-    x61 = 2*x8
-    x62 = -x45 + x6
-    x63 = -x28
-    x64 = -x50 - x63
-    x65 = x53*xi
-    x66 = 8*x1
-    x67 = x4*x66
-    x68 = x38 - 6
-    x69 = x57 - 2
-    x70 = 4*x47
-    x71 = 7*x1
-    x72 = x17 + x71
-    x73 = Omega*x7
-    x74 = 32*xi
-    x75 = rho_inf*x19
-    x76 = rho_inf + 1
-    x77 = x10*x76
-    x78 = -x16
-    x79 = x33 + x4*x56
-    x80 = x28 + x78
-    x81 = 9*x28
-    x82 = -x0
-    x83 = 2*x1 + x4*x71 + x49
-    x84 = x13 + x83
-    x85 = x1*x4
-    den = Omega*(Omega*(Omega*(Omega*(Omega*(x10 + x11) + 24*gamma**5*x5) + 64*x8*(x6 + 3)) + 96*x3*x5) + 384*x2) + x0
-    D_00 = x12*(Omega*(Omega*(Omega*(-x10 + 2*x26*x7*xi) + x35*(x27 + x34 + 2)) + x21*(-x18 - x20)) - x15*(-x13 + x14))
-    D_01 = Omega*(Omega*(Omega*(Omega*(4*rho_inf*x9*xi + x55*(-x39 + x49 + x52 + x54)) + x48*(x34 + x45 + x46)) + x44*(-x1 - x28 + x38 - x40 - x43 - 6)) - x37*(x14 + x24)) + x0
-    D_02 = Omega*(Omega*(Omega*(rho_inf*x10 + x60*x61) + x35*(10*gamma + rho_inf*x1*x4 - x16 - x28 - x30 - x62 - 4)) - x21*(x57 + x58)) - 32*x1*(gamma - 2)
-    D_10 = x12*(Omega*(Omega*(Omega*(-x69*x70 - x73*(x25 + x72)) + x66*(-x1 - x18 - x67 - x68)) + x26*x65) + 16*x64)
-    D_11 = Omega*(Omega*(Omega*(Omega*(Omega*(-x61*(x59 + x72) - x77) - x35*(x18 + x45 + x59 + x78 + x79)) + 16*x2*(x1 + x58 - x67 + x75)) + x15*(-x31 - x40 - x45 - 2)) + x64*x74)
-    D_12 = Omega*(Omega*(Omega*(x70*(x24 + 11*x28 + x50) + x73*(x20 - x53 + x81)) + x66*(8*x32 + x68 + x80)) + x60*x65) + 16*x23 + 16*x80 - 32
-    D_20 = x12*(Omega*(Omega*(Omega*(-Omega*x35*(x29 + x51) - x21*(17*x1 + x58 + x81)) - x15*(x62 + x84 - 2)) - x69*x74) + x82)
-    D_21 = Omega*(Omega*(Omega*(Omega*(Omega*(-Omega*x52*x55 - x48*(6*x1 + x25 + x75)) - x44*(-x1 + 13*x32 + x43 + x63 + x68 + 21*x85)) - x37*(x46 + x62 + x83)) - 64*x13 - 64*x79) - 256*x36)
-    D_22 = Omega*(Omega*(Omega*(Omega*(Omega*(-x11*x76 - x77) - x35*(10*gamma + 12*x32 + x63 + 12*x85 - 4)) - x21*(48*gamma + 16*x32 + x4*x44 + x57 - 18)) - x15*(x54 + x84)) - x74*(x23 + x69)) + x82
-    return den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22
 
 
 @_inline
@@ -530,442 +424,426 @@ def stability(Omega, xi, rho_inf, gamma, radius, damping, period):
     return refused < 0
 
 
-@_compile
-def amplification(Omega, xi, rho_inf, gamma, out):
-    """Amplification matrix in the order of STATE; out (n, 3, 3)."""
-    for i in range(out.shape[0]):
-        den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22 = _increment(Omega[i], xi[i], rho_inf[i], gamma[i])
-        out[i, 0, 0] = 1.0 + D_00 / den
-        out[i, 0, 1] = D_01 / den
-        out[i, 0, 2] = D_02 / den
-        out[i, 1, 0] = D_10 / den
-        out[i, 1, 1] = 1.0 + D_11 / den
-        out[i, 1, 2] = D_12 / den
-        out[i, 2, 0] = D_20 / den
-        out[i, 2, 1] = D_21 / den
-        out[i, 2, 2] = 1.0 + D_22 / den
+def amplification(by, Omega, xi, rho_inf, gamma):
+    """Amplification matrix (3, 3) in the order of STATE, row by row."""
+    x0 = 128*gamma
+    x1 = gamma**2
+    x2 = x1*xi
+    x3 = gamma**3
+    x4 = xi**2
+    x5 = 4*x4 + 1
+    x6 = 2*x4
+    x7 = gamma**4
+    x8 = x7*xi
+    x9 = Omega*gamma**7
+    x10 = 2*x9
+    x11 = 24*gamma**6*xi
+    x12 = Omega**2
+    x13 = 2*gamma
+    x14 = x1 + 2
+    x15 = 32*gamma
+    x16 = 3*x1
+    x17 = rho_inf*x16
+    x18 = -x17
+    x19 = 5*x1
+    x20 = x19 + 6
+    x21 = 8*x2
+    x22 = x17 - x19
+    x23 = 8*gamma
+    x24 = -x23
+    x25 = x24 + 2
+    x26 = x22 + x25
+    x27 = -6*gamma
+    x28 = rho_inf*x1
+    x29 = 2*x28
+    x30 = x16*x4
+    x31 = -x6
+    x32 = x28*x4
+    x33 = x31 + x32
+    x34 = x29 - x30 + x33
+    x35 = 8*x3
+    x36 = gamma*xi
+    x37 = 64*x36
+    x38 = 12*gamma
+    x39 = x19*x4
+    x40 = -3*rho_inf*x1*x4 + x39
+    x41 = 6*x4
+    x42 = 24*gamma
+    x43 = -x4*x42 + x41
+    x44 = 16*x1
+    x45 = x23*x4
+    x46 = x23 - 4
+    x47 = x3*xi
+    x48 = 16*x47
+    x49 = x17*x4
+    x50 = x16 + 2
+    x51 = x27 + x50
+    x52 = x17 + x51
+    x53 = 16*gamma
+    x54 = x4*x53 - x41
+    x55 = 4*x7
+    x56 = 9*x1
+    x57 = x28 + x56
+    x58 = 6 - x42
+    x59 = x53 - 6
+    x60 = x22 + x59
+    x61 = 2*x8
+    x62 = -x45 + x6
+    x63 = -x28
+    x64 = -x50 - x63
+    x65 = x53*xi
+    x66 = 8*x1
+    x67 = x4*x66
+    x68 = x38 - 6
+    x69 = x57 - 2
+    x70 = 4*x47
+    x71 = 7*x1
+    x72 = x17 + x71
+    x73 = Omega*x7
+    x74 = 32*xi
+    x75 = rho_inf*x19
+    x76 = rho_inf + 1
+    x77 = x10*x76
+    x78 = -x16
+    x79 = x33 + x4*x56
+    x80 = x28 + x78
+    x81 = 9*x28
+    x82 = -x0
+    x83 = 2*x1 + x4*x71 + x49
+    x84 = x13 + x83
+    x85 = x1*x4
+    den = Omega*(Omega*(Omega*(Omega*(Omega*(x10 + x11) + 24*gamma**5*x5) + 64*x8*(x6 + 3)) + 96*x3*x5) + 384*x2) + x0
+    D_00 = (x12*(Omega*(Omega*(Omega*(-x10 + 2*x26*x7*xi) + x35*(x27 + x34 + 2)) + x21*(-x18 - x20)) - x15*(-x13 + x14))) / den
+    D_01 = (Omega*(Omega*(Omega*(Omega*(4*rho_inf*x9*xi + x55*(-x39 + x49 + x52 + x54)) + x48*(x34 + x45 + x46)) + x44*(-x1 - x28 + x38 - x40 - x43 - 6)) - x37*(x14 + x24)) + x0) / den
+    D_02 = (Omega*(Omega*(Omega*(rho_inf*x10 + x60*x61) + x35*(10*gamma + rho_inf*x1*x4 - x16 - x28 - x30 - x62 - 4)) - x21*(x57 + x58)) - 32*x1*(gamma - 2)) / den
+    D_10 = (x12*(Omega*(Omega*(Omega*(-x69*x70 - x73*(x25 + x72)) + x66*(-x1 - x18 - x67 - x68)) + x26*x65) + 16*x64)) / den
+    D_11 = (Omega*(Omega*(Omega*(Omega*(Omega*(-x61*(x59 + x72) - x77) - x35*(x18 + x45 + x59 + x78 + x79)) + 16*x2*(x1 + x58 - x67 + x75)) + x15*(-x31 - x40 - x45 - 2)) + x64*x74)) / den
+    D_12 = (Omega*(Omega*(Omega*(x70*(x24 + 11*x28 + x50) + x73*(x20 - x53 + x81)) + x66*(8*x32 + x68 + x80)) + x60*x65) + 16*x23 + 16*x80 - 32) / den
+    D_20 = (x12*(Omega*(Omega*(Omega*(-Omega*x35*(x29 + x51) - x21*(17*x1 + x58 + x81)) - x15*(x62 + x84 - 2)) - x69*x74) + x82)) / den
+    D_21 = (Omega*(Omega*(Omega*(Omega*(Omega*(-Omega*x52*x55 - x48*(6*x1 + x25 + x75)) - x44*(-x1 + 13*x32 + x43 + x63 + x68 + 21*x85)) - x37*(x46 + x62 + x83)) - 64*x13 - 64*x79) - 256*x36)) / den
+    D_22 = (Omega*(Omega*(Omega*(Omega*(Omega*(-x11*x76 - x77) - x35*(10*gamma + 12*x32 + x63 + 12*x85 - 4)) - x21*(48*gamma + 16*x32 + x4*x44 + x57 - 18)) - x15*(x54 + x84)) - x74*(x23 + x69)) + x82) / den
+    return 1.0 + D_00, D_01, D_02, D_10, 1.0 + D_11, D_12, D_20, D_21, 1.0 + D_22
 
 
-@_compile
-def stencil(rho_inf, gamma, out):
-    """Instants (n, 4) at which the load is taken, in steps after t_n."""
-    for i in range(out.shape[0]):
-        out[i, 0] = 0
-        out[i, 1] = gamma[i]
-        out[i, 2] = 2*gamma[i]
-        out[i, 3] = 1
+def stencil(by, rho_inf, gamma):
+    """Instants at which the load is taken, in steps after t_n."""
+    return 0, gamma, 2*gamma, 1
 
 
-# tails are rounding errors, which fastmath would remove
-@_exact
-def _plus(a, b):
-    """The sum of two doubles: head, and tail, which is the rounding error of the head."""
-    head = a + b
-    rest = head - a
-    return head, (a - (head - rest)) + (b - rest)
+def coefficients(by, Omega, xi, rho_inf, gamma):
+    """D, B, O, P of linear_march_2_01y: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f.
 
-
-@_exact
-def _plus_one(a, b, b_):
-    """The sum of a double and a pair of head and tail."""
-    head, tail = _plus(a, b)
-    tail += b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _plus_two(a, a_, b, b_):
-    """The sum of two pairs of head and tail."""
-    head, tail = _plus(a, b)
-    tail += a_ + b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times(a, b):
-    """The product of two doubles: head and tail, from halves of their digits, whose products are exact."""
-    head, c, d = a * b, 134217729.0 * a, 134217729.0 * b
-    a1, b1 = c - (c - a), d - (d - b)
-    a2, b2 = a - a1, b - b1
-    return head, ((a1 * b1 - head) + a1 * b2 + a2 * b1) + a2 * b2
-
-
-@_exact
-def _times_one(a, b, b_):
-    """The product of a double and a pair of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times_two(a, a_, b, b_):
-    """The product of two pairs of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_ + a_ * b
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _over(a, a_, b, b_):
-    """The quotient of two pairs of head and tail, rounded to a double."""
-    head = a / b
-    product, tail = _times(head, b)
-    return head + ((a - product) - tail + a_ - head * b_) / b
-
-
-@_exact
-def _coefficients(s):
-    """`coefficients` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi, rho_inf, gamma = s[j], s[48 + j], s[96 + j], s[144 + j]
-        d0 = 128.0 * gamma
-        d1, d1_ = _times(gamma, gamma)
-        d2, d2_ = _times_one(xi, d1, d1_)
-        s2, s2_ = _times(gamma, gamma)
-        d3, d3_ = _times_one(gamma, s2, s2_)
-        d4, d4_ = _times(xi, xi)
-        d5, d5_ = 4.0 * d4, 4.0 * d4_
-        d6, d6_ = _plus_one(1.0, d5, d5_)
-        d7, d7_ = 2.0 * d4, 2.0 * d4_
-        s6, s6_ = _times(gamma, gamma)
-        s7, s7_ = _times_one(gamma, s6, s6_)
-        d8, d8_ = _times_one(gamma, s7, s7_)
-        d9, d9_ = _times_one(xi, d8, d8_)
-        s10, s10_ = _times(gamma, gamma)
-        s11, s11_ = _times_one(gamma, s10, s10_)
-        s12, s12_ = _times_one(gamma, s11, s11_)
-        s13, s13_ = _times_one(gamma, s12, s12_)
-        s14, s14_ = _times_one(gamma, s13, s13_)
-        s15, s15_ = _times_one(gamma, s14, s14_)
-        d10, d10_ = _times_one(2.0 * Omega, s15, s15_)
-        s17, s17_ = _times(gamma, gamma)
-        s18, s18_ = _times_one(gamma, s17, s17_)
-        s19, s19_ = _times_one(gamma, s18, s18_)
-        s20, s20_ = _times_one(gamma, s19, s19_)
-        s21, s21_ = _times_one(gamma, s20, s20_)
-        s22, s22_ = _times(24.0, xi)
-        d11, d11_ = _times_two(s22, s22_, s21, s21_)
-        d12, d12_ = _times(Omega, Omega)
-        d13 = 64.0 * gamma
-        d14, d14_ = _plus(1.0, rho_inf)
-        d15, d15_ = _times_two(d10, d10_, d14, d14_)
-        d16, d16_ = _times(3.0, gamma)
-        d17, d17_ = _plus_one(-1.0, d16, d16_)
-        d18, d18_ = 16.0 * d9, 16.0 * d9_
-        d19 = 16.0 * gamma
-        d20, d20_ = _times_one(3.0, d1, d1_)
-        d21, d21_ = _times_one(rho_inf, d20, d20_)
-        d22, d22_ = _plus_two(d20, d20_, d21, d21_)
-        d23, d23_ = 8.0 * d3, 8.0 * d3_
-        s32, s32_ = _times(d0, xi)
-        d24, d24_ = _times_two(s32, s32_, d17, d17_)
-        d25, d25_ = _times(12.0, gamma)
-        d26, d26_ = _times_one(rho_inf, d1, d1_)
-        d27, d27_ = _plus_two(-1.0 * d1, -1.0 * d1_, -1.0 * d26, -1.0 * d26_)
-        s37, s37_ = _times_two(d1, d1_, d5, d5_)
-        s38, s38_ = _times_two(d26, d26_, d5, d5_)
-        s39, s39_ = _plus_one(-6.0, d25, d25_)
-        s40, s40_ = _plus_two(s39, s39_, d27, d27_)
-        s41, s41_ = _plus_two(s40, s40_, s37, s37_)
-        s42, s42_ = _plus_two(s41, s41_, s38, s38_)
-        d28, d28_ = _times_two(16.0 * d1, 16.0 * d1_, s42, s42_)
-        s44, s44_ = _times_one(rho_inf, d16, d16_)
-        s45, s45_ = _plus_one(-2.0, d16, d16_)
-        s46, s46_ = _plus_two(s45, s45_, s44, s44_)
-        s47, s47_ = _times_two(d18, d18_, s46, s46_)
-        s48, s48_ = _times(-6.0, gamma)
-        s49, s49_ = _plus_one(2.0, d22, d22_)
-        s50, s50_ = _plus_two(s49, s49_, s48, s48_)
-        s51, s51_ = _times_one(4.0 * Omega, d8, d8_)
-        s52, s52_ = _times_two(s51, s51_, s50, s50_)
-        d29, d29_ = _plus_two(s47, s47_, s52, s52_)
-        d30, d30_ = _times_one(12.0, d4, d4_)
-        s55, s55_ = _times_one(384.0, d2, d2_)
-        s56, s56_ = _plus_two(d10, d10_, d11, d11_)
-        s57, s57_ = _times_one(Omega, s56, s56_)
-        s58, s58_ = _times(gamma, gamma)
-        s59, s59_ = _times_one(gamma, s58, s58_)
-        s60, s60_ = _times_one(gamma, s59, s59_)
-        s61, s61_ = _times_one(gamma, s60, s60_)
-        s62, s62_ = _times_one(24.0, d6, d6_)
-        s63, s63_ = _times_two(s62, s62_, s61, s61_)
-        s64, s64_ = _plus_two(s57, s57_, s63, s63_)
-        s65, s65_ = _times_one(Omega, s64, s64_)
-        s66, s66_ = _plus_one(3.0, d7, d7_)
-        s67, s67_ = _times_two(64.0 * d9, 64.0 * d9_, s66, s66_)
-        s68, s68_ = _plus_two(s65, s65_, s67, s67_)
-        s69, s69_ = _times_one(Omega, s68, s68_)
-        s70, s70_ = _times_one(96.0, d3, d3_)
-        s71, s71_ = _times_two(s70, s70_, d6, d6_)
-        s72, s72_ = _plus_two(s69, s69_, s71, s71_)
-        s73, s73_ = _times_one(Omega, s72, s72_)
-        s74, s74_ = _plus_two(s55, s55_, s73, s73_)
-        s75, s75_ = _times_one(Omega, s74, s74_)
-        den, den_ = _plus_one(d0, s75, s75_)
-        s77, s77_ = _times_two(-1.0 * d17, -1.0 * d17_, d18, d18_)
-        s78, s78_ = _plus_two(-1.0 * d15, -1.0 * d15_, s77, s77_)
-        s79, s79_ = _times_one(Omega, s78, s78_)
-        s80, s80_ = _times_one(-8.0 * gamma, d4, d4_)
-        s81, s81_ = _plus(6.0, -1.0 * d19)
-        s82, s82_ = _plus_two(s81, s81_, d22, d22_)
-        s83, s83_ = _plus_two(s82, s82_, s80, s80_)
-        s84, s84_ = _times_two(d23, d23_, s83, s83_)
-        s85, s85_ = _plus_two(s79, s79_, s84, s84_)
-        s86, s86_ = _times_one(Omega, s85, s85_)
-        s87, s87_ = _times(gamma, rho_inf)
-        s88, s88_ = _plus(-6.0, gamma)
-        s89, s89_ = _plus_two(s88, s88_, s87, s87_)
-        s90, s90_ = _times_one(32.0 * xi, d3, d3_)
-        s91, s91_ = _times_two(s90, s90_, s89, s89_)
-        s92, s92_ = _plus_two(s86, s86_, s91, s91_)
-        s93, s93_ = _times_one(Omega, s92, s92_)
-        s94, s94_ = _plus_one(-1.0 * d13, s93, s93_)
-        N00, N00_ = _times_two(d12, d12_, s94, s94_)
-        s96, s96_ = _times_one(Omega, d29, d29_)
-        s97, s97_ = _plus_two(d28, d28_, s96, s96_)
-        s98, s98_ = _times_one(Omega, s97, s97_)
-        s99, s99_ = _plus_two(d24, d24_, s98, s98_)
-        s100, s100_ = _times_one(Omega, s99, s99_)
-        N01, N01_ = _plus_one(d0, s100, s100_)
-        s102, s102_ = _times_one(-1.0 * Omega, d29, d29_)
-        s103, s103_ = _plus_two(-1.0 * d28, -1.0 * d28_, s102, s102_)
-        s104, s104_ = _times_one(Omega, s103, s103_)
-        s105, s105_ = _plus_two(-1.0 * d24, -1.0 * d24_, s104, s104_)
-        s106, s106_ = _times_one(Omega, s105, s105_)
-        s107, s107_ = _plus_one(-1.0 * d0, s106, s106_)
-        N10, N10_ = _times_two(d12, d12_, s107, s107_)
-        s109, s109_ = _times_two(-1.0 * d11, -1.0 * d11_, d14, d14_)
-        s110, s110_ = _plus_two(-1.0 * d15, -1.0 * d15_, s109, s109_)
-        s111, s111_ = _times_one(Omega, s110, s110_)
-        s112, s112_ = _times_two(d1, d1_, d30, d30_)
-        s113, s113_ = _times_two(d26, d26_, d30, d30_)
-        s114, s114_ = _plus(-6.0, d19)
-        s115, s115_ = _plus_two(s114, s114_, -1.0 * d20, -1.0 * d20_)
-        s116, s116_ = _plus_two(s115, s115_, -1.0 * d21, -1.0 * d21_)
-        s117, s117_ = _plus_two(s116, s116_, s112, s112_)
-        s118, s118_ = _plus_two(s117, s117_, s113, s113_)
-        s119, s119_ = _times_two(-1.0 * d23, -1.0 * d23_, s118, s118_)
-        s120, s120_ = _plus_two(s111, s111_, s119, s119_)
-        s121, s121_ = _times_one(Omega, s120, s120_)
-        s122, s122_ = _times(9.0, gamma)
-        s123, s123_ = _times_two(d1, d1_, d7, d7_)
-        s124, s124_ = _times_two(d26, d26_, d7, d7_)
-        s125, s125_ = _plus_one(-3.0, d27, d27_)
-        s126, s126_ = _plus_two(s125, s125_, s122, s122_)
-        s127, s127_ = _plus_two(s126, s126_, s123, s123_)
-        s128, s128_ = _plus_two(s127, s127_, s124, s124_)
-        s129, s129_ = _times_two(-64.0 * d2, -64.0 * d2_, s128, s128_)
-        s130, s130_ = _plus_two(s121, s121_, s129, s129_)
-        s131, s131_ = _times_one(Omega, s130, s130_)
-        s132, s132_ = _times_two(d25, d25_, d4, d4_)
-        s133, s133_ = _plus_one(1.0, -1.0 * d5, -1.0 * d5_)
-        s134, s134_ = _plus_two(s133, s133_, s132, s132_)
-        s135, s135_ = _times_one(-1.0 * d13, s134, s134_)
-        s136, s136_ = _plus_two(s131, s131_, s135, s135_)
-        s137, s137_ = _times_one(Omega, s136, s136_)
-        s138, s138_ = _times(-256.0 * gamma, xi)
-        s139, s139_ = _plus_two(s137, s137_, s138, s138_)
-        N11, N11_ = _times_one(Omega, s139, s139_)
-        D00 = _over(N00, N00_, den, den_)
-        D01 = _over(N01, N01_, den, den_)
-        D10 = _over(N10, N10_, den, den_)
-        D11 = _over(N11, N11_, den, den_)
-        x0 = 64*gamma
-        x1 = gamma**2
-        x2 = x1*xi
-        x3 = xi**2
-        x4 = 4*x3
-        x5 = x4 + 1
-        x6 = gamma**3
-        x7 = 48*x6
-        x8 = 2*x3
-        x9 = gamma**4
-        x10 = x9*xi
-        x11 = 32*x10
-        x12 = gamma**5
-        x13 = Omega*gamma**7
-        x14 = gamma**6
-        x15 = x14*xi
-        x16 = 12*x15
-        x17 = gamma - 2
-        x18 = 24*gamma
-        x19 = rho_inf*x1
-        x20 = 2*x13
-        x21 = rho_inf*x20
-        x22 = 16*gamma
-        x23 = 5*x1
-        x24 = 3*x1
-        x25 = rho_inf*x24
-        x26 = x22 - x23 + x25 - 6
-        x27 = 2*x10
-        x28 = 8*gamma
-        x29 = -x28*x3
-        x30 = -10*gamma + x19 + x24 + 4
-        x31 = x1 + x19
-        x32 = x31 - 2
-        x33 = gamma*rho_inf + x17
-        x34 = 3*gamma
-        x35 = x31 - x34 + 1
-        x36 = 8*x10
-        x37 = 6 - x22
-        x38 = x23 + x37
-        x39 = rho_inf*x23 + x38
-        x40 = 4*x6
-        x41 = -4*gamma + x31 + 2
-        x42 = x22*x41
-        x43 = 24*x41
-        x44 = x8 + 1
-        x45 = x40*x41
-        x46 = 32*x6
-        x47 = x19 - x24
-        x48 = x28 + x47 - 2
-        x49 = 12*gamma
-        x50 = 8*x3
-        x51 = x19*x50
-        x52 = 8*x1
-        x53 = Omega*x9
-        x54 = x24 + 2
-        x55 = 32*gamma
-        x56 = x33*x55
-        x57 = x0*xi
-        x58 = Omega**2
-        x59 = 128*xi
-        x60 = 4*Omega
-        x61 = x1*x3
-        x62 = -x18*x3 + x50
-        x63 = x24 + 12*x61 + x62
-        x64 = 4*x1
-        x65 = rho_inf*x13 + rho_inf*x16
-        x66 = x19*x3
-        x67 = -12*x66
-        x68 = x25 + x67
-        x69 = 6*gamma
-        x70 = -6*gamma + x54
-        x71 = 16*xi
-        x72 = 2*Omega*x6
-        den_o = Omega*(Omega*(Omega*(Omega*(Omega*(x13 + x16) + 12*x12*x5) + x11*(x8 + 3)) + x5*x7) + 192*x2) + x0
-        B00 = (Omega*(Omega*(Omega*(x21 + x26*x27) + 8*x6*(rho_inf*x1*x3 - x24*x3 - x29 - x30 - x8)) - 8*x2*(9*x1 - x18 + x19 + 6)) - 32*x1*x17) / den
-        B01 = (Omega*(Omega*(-Omega*x35*x36 - x40*(x1*x4 + x19*x4 + x29 + x39)) - x33*x7*xi) - x22*x32) / den
-        B02 = (Omega*(Omega*(Omega*x27*x41 + x44*x45) + x2*x43) + x42) / den
-        B03 = (Omega*(Omega*(Omega*(16*x15 + x20) + 16*x12*x44) + 64*x10) + x46) / den
-        B10 = (Omega*(Omega*(Omega*(x40*xi*(11*x19 - x28 + x54) + x53*(9*x19 + x38)) + x52*(x47 + x49 + x51 - 6)) + x22*x26*xi) + 16*x48) / den
-        B11 = (Omega*(Omega*(Omega*(x33*x36 + 4*x35*x53) - x1*x43) - x35*x57) - x56) / den
-        B12 = (Omega*(x42*xi + x58*(-x41*x53 - x45*xi)) + 16*x41) / den
-        B13 = (Omega*(Omega*(Omega*(32*x12*xi + x14*x60) + 32*x44*x9) + x59*x6) + 64*x1) / den
-        O00 = (x58*(Omega*(Omega*(Omega*(Omega*(Omega*x65 + x40*(-6*x1 - x37 - x68)) + 32*x2*(9*gamma + 2*rho_inf*x1*x3 - x19 - x64 - 3)) - x22*(x63 - 2)) - x57*(x34 - 2)) - x0)) / den_o
-        O01 = (Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(x21*xi + 2*x9*(-x68 - x70)) + 24*x6*xi*(4*rho_inf*x1*x3 - 2*x19 - x70)) + x52*(72*gamma*x3 + 16*x19*xi**4 - 24*x3 + x31 - x49 - 36*x61 + x67 + 6)) - x55*xi*(x63 + x69 - 4)) - x0*(x3*x69 - x4 + 1)) - gamma*x59)) / den_o
-        P00 = (Omega*(Omega*(Omega*(Omega*(-Omega*x65 - x40*(-x30 - x67)) - x64*xi*(48*gamma - 15*x1 + x19 + 16*x66 - 18)) - x22*(2*gamma - x1 + x22*x3 - x23*x3 + x25*x3 - 6*x3)) - x48*x71)) / den_o
-        P01 = (Omega*(Omega*(Omega*(48*x2*x35 + x39*x72) + x28*(x1*x50 + x32 + x51 + x62)) + x56*xi)) / den_o
-        P02 = (Omega*(Omega*(Omega*(-12*x2*x41 - x41*x72) - x28*x41*x44) - x41*x71)) / den_o
-        P03 = (Omega*(Omega*(Omega*(x11 + x12*x60) + x44*x46) + 128*x2) + x0) / den_o
-        s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j], s[768 + j], s[816 + j], s[864 + j], s[912 + j], s[960 + j], s[1008 + j] = D00, D01, D10, D11, B00, B01, B02, B03, B10, B11, B12, B13, O00, O01, P00, P01, P02, P03
-
-
-@_compile
-def coefficients(Omega, xi, rho_inf, gamma, out):
-    """D, B, O, P of linear_march_2_01y: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f; out (18, n).
-
-    The rows of out are the entries of D, B, O, P, matrix by matrix and row by row. D is rounded once. Columns of
-    B and P beyond the scheme's own load instants, up to the march's 4, are zero.
+    Their entries, matrix by matrix and row by row. D is computed in pairs of doubles and rounded once. Columns of B and
+    P beyond the scheme's own load instants, up to the march's 4, are zero.
     """
-    s = np.ones(22 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j], s[96 + j], s[144 + j] = Omega[first + j], xi[first + j], rho_inf[first + j], gamma[first + j]
-        _coefficients(s)
-        for r in range(18):
-            for j in range(size):
-                out[r, first + j] = s[(4 + r) * 48 + j]
+    d0 = 128.0 * gamma
+    d1, d1_ = by.times(gamma, gamma)
+    d2, d2_ = by.times_one(xi, d1, d1_)
+    s2, s2_ = by.times(gamma, gamma)
+    d3, d3_ = by.times_one(gamma, s2, s2_)
+    d4, d4_ = by.times(xi, xi)
+    d5, d5_ = 4.0 * d4, 4.0 * d4_
+    d6, d6_ = by.plus_one(1.0, d5, d5_)
+    d7, d7_ = 2.0 * d4, 2.0 * d4_
+    s6, s6_ = by.times(gamma, gamma)
+    s7, s7_ = by.times_one(gamma, s6, s6_)
+    d8, d8_ = by.times_one(gamma, s7, s7_)
+    d9, d9_ = by.times_one(xi, d8, d8_)
+    s10, s10_ = by.times(gamma, gamma)
+    s11, s11_ = by.times_one(gamma, s10, s10_)
+    s12, s12_ = by.times_one(gamma, s11, s11_)
+    s13, s13_ = by.times_one(gamma, s12, s12_)
+    s14, s14_ = by.times_one(gamma, s13, s13_)
+    s15, s15_ = by.times_one(gamma, s14, s14_)
+    d10, d10_ = by.times_one(2.0 * Omega, s15, s15_)
+    s17, s17_ = by.times(gamma, gamma)
+    s18, s18_ = by.times_one(gamma, s17, s17_)
+    s19, s19_ = by.times_one(gamma, s18, s18_)
+    s20, s20_ = by.times_one(gamma, s19, s19_)
+    s21, s21_ = by.times_one(gamma, s20, s20_)
+    s22, s22_ = by.times(24.0, xi)
+    d11, d11_ = by.times_two(s22, s22_, s21, s21_)
+    d12, d12_ = by.times(Omega, Omega)
+    d13 = 64.0 * gamma
+    d14, d14_ = by.plus(1.0, rho_inf)
+    d15, d15_ = by.times_two(d10, d10_, d14, d14_)
+    d16, d16_ = by.times(3.0, gamma)
+    d17, d17_ = by.plus_one(-1.0, d16, d16_)
+    d18, d18_ = 16.0 * d9, 16.0 * d9_
+    d19 = 16.0 * gamma
+    d20, d20_ = by.times_one(3.0, d1, d1_)
+    d21, d21_ = by.times_one(rho_inf, d20, d20_)
+    d22, d22_ = by.plus_two(d20, d20_, d21, d21_)
+    d23, d23_ = 8.0 * d3, 8.0 * d3_
+    s32, s32_ = by.times(d0, xi)
+    d24, d24_ = by.times_two(s32, s32_, d17, d17_)
+    d25, d25_ = by.times(12.0, gamma)
+    d26, d26_ = by.times_one(rho_inf, d1, d1_)
+    d27, d27_ = by.plus_two(-1.0 * d1, -1.0 * d1_, -1.0 * d26, -1.0 * d26_)
+    s37, s37_ = by.times_two(d1, d1_, d5, d5_)
+    s38, s38_ = by.times_two(d26, d26_, d5, d5_)
+    s39, s39_ = by.plus_one(-6.0, d25, d25_)
+    s40, s40_ = by.plus_two(s39, s39_, d27, d27_)
+    s41, s41_ = by.plus_two(s40, s40_, s37, s37_)
+    s42, s42_ = by.plus_two(s41, s41_, s38, s38_)
+    d28, d28_ = by.times_two(16.0 * d1, 16.0 * d1_, s42, s42_)
+    s44, s44_ = by.times_one(rho_inf, d16, d16_)
+    s45, s45_ = by.plus_one(-2.0, d16, d16_)
+    s46, s46_ = by.plus_two(s45, s45_, s44, s44_)
+    s47, s47_ = by.times_two(d18, d18_, s46, s46_)
+    s48, s48_ = by.times(-6.0, gamma)
+    s49, s49_ = by.plus_one(2.0, d22, d22_)
+    s50, s50_ = by.plus_two(s49, s49_, s48, s48_)
+    s51, s51_ = by.times_one(4.0 * Omega, d8, d8_)
+    s52, s52_ = by.times_two(s51, s51_, s50, s50_)
+    d29, d29_ = by.plus_two(s47, s47_, s52, s52_)
+    d30, d30_ = by.times_one(12.0, d4, d4_)
+    s55, s55_ = by.times_one(384.0, d2, d2_)
+    s56, s56_ = by.plus_two(d10, d10_, d11, d11_)
+    s57, s57_ = by.times_one(Omega, s56, s56_)
+    s58, s58_ = by.times(gamma, gamma)
+    s59, s59_ = by.times_one(gamma, s58, s58_)
+    s60, s60_ = by.times_one(gamma, s59, s59_)
+    s61, s61_ = by.times_one(gamma, s60, s60_)
+    s62, s62_ = by.times_one(24.0, d6, d6_)
+    s63, s63_ = by.times_two(s62, s62_, s61, s61_)
+    s64, s64_ = by.plus_two(s57, s57_, s63, s63_)
+    s65, s65_ = by.times_one(Omega, s64, s64_)
+    s66, s66_ = by.plus_one(3.0, d7, d7_)
+    s67, s67_ = by.times_two(64.0 * d9, 64.0 * d9_, s66, s66_)
+    s68, s68_ = by.plus_two(s65, s65_, s67, s67_)
+    s69, s69_ = by.times_one(Omega, s68, s68_)
+    s70, s70_ = by.times_one(96.0, d3, d3_)
+    s71, s71_ = by.times_two(s70, s70_, d6, d6_)
+    s72, s72_ = by.plus_two(s69, s69_, s71, s71_)
+    s73, s73_ = by.times_one(Omega, s72, s72_)
+    s74, s74_ = by.plus_two(s55, s55_, s73, s73_)
+    s75, s75_ = by.times_one(Omega, s74, s74_)
+    den, den_ = by.plus_one(d0, s75, s75_)
+    s77, s77_ = by.times_two(-1.0 * d17, -1.0 * d17_, d18, d18_)
+    s78, s78_ = by.plus_two(-1.0 * d15, -1.0 * d15_, s77, s77_)
+    s79, s79_ = by.times_one(Omega, s78, s78_)
+    s80, s80_ = by.times_one(-8.0 * gamma, d4, d4_)
+    s81, s81_ = by.plus(6.0, -1.0 * d19)
+    s82, s82_ = by.plus_two(s81, s81_, d22, d22_)
+    s83, s83_ = by.plus_two(s82, s82_, s80, s80_)
+    s84, s84_ = by.times_two(d23, d23_, s83, s83_)
+    s85, s85_ = by.plus_two(s79, s79_, s84, s84_)
+    s86, s86_ = by.times_one(Omega, s85, s85_)
+    s87, s87_ = by.times(gamma, rho_inf)
+    s88, s88_ = by.plus(-6.0, gamma)
+    s89, s89_ = by.plus_two(s88, s88_, s87, s87_)
+    s90, s90_ = by.times_one(32.0 * xi, d3, d3_)
+    s91, s91_ = by.times_two(s90, s90_, s89, s89_)
+    s92, s92_ = by.plus_two(s86, s86_, s91, s91_)
+    s93, s93_ = by.times_one(Omega, s92, s92_)
+    s94, s94_ = by.plus_one(-1.0 * d13, s93, s93_)
+    N00, N00_ = by.times_two(d12, d12_, s94, s94_)
+    s96, s96_ = by.times_one(Omega, d29, d29_)
+    s97, s97_ = by.plus_two(d28, d28_, s96, s96_)
+    s98, s98_ = by.times_one(Omega, s97, s97_)
+    s99, s99_ = by.plus_two(d24, d24_, s98, s98_)
+    s100, s100_ = by.times_one(Omega, s99, s99_)
+    N01, N01_ = by.plus_one(d0, s100, s100_)
+    s102, s102_ = by.times_one(-1.0 * Omega, d29, d29_)
+    s103, s103_ = by.plus_two(-1.0 * d28, -1.0 * d28_, s102, s102_)
+    s104, s104_ = by.times_one(Omega, s103, s103_)
+    s105, s105_ = by.plus_two(-1.0 * d24, -1.0 * d24_, s104, s104_)
+    s106, s106_ = by.times_one(Omega, s105, s105_)
+    s107, s107_ = by.plus_one(-1.0 * d0, s106, s106_)
+    N10, N10_ = by.times_two(d12, d12_, s107, s107_)
+    s109, s109_ = by.times_two(-1.0 * d11, -1.0 * d11_, d14, d14_)
+    s110, s110_ = by.plus_two(-1.0 * d15, -1.0 * d15_, s109, s109_)
+    s111, s111_ = by.times_one(Omega, s110, s110_)
+    s112, s112_ = by.times_two(d1, d1_, d30, d30_)
+    s113, s113_ = by.times_two(d26, d26_, d30, d30_)
+    s114, s114_ = by.plus(-6.0, d19)
+    s115, s115_ = by.plus_two(s114, s114_, -1.0 * d20, -1.0 * d20_)
+    s116, s116_ = by.plus_two(s115, s115_, -1.0 * d21, -1.0 * d21_)
+    s117, s117_ = by.plus_two(s116, s116_, s112, s112_)
+    s118, s118_ = by.plus_two(s117, s117_, s113, s113_)
+    s119, s119_ = by.times_two(-1.0 * d23, -1.0 * d23_, s118, s118_)
+    s120, s120_ = by.plus_two(s111, s111_, s119, s119_)
+    s121, s121_ = by.times_one(Omega, s120, s120_)
+    s122, s122_ = by.times(9.0, gamma)
+    s123, s123_ = by.times_two(d1, d1_, d7, d7_)
+    s124, s124_ = by.times_two(d26, d26_, d7, d7_)
+    s125, s125_ = by.plus_one(-3.0, d27, d27_)
+    s126, s126_ = by.plus_two(s125, s125_, s122, s122_)
+    s127, s127_ = by.plus_two(s126, s126_, s123, s123_)
+    s128, s128_ = by.plus_two(s127, s127_, s124, s124_)
+    s129, s129_ = by.times_two(-64.0 * d2, -64.0 * d2_, s128, s128_)
+    s130, s130_ = by.plus_two(s121, s121_, s129, s129_)
+    s131, s131_ = by.times_one(Omega, s130, s130_)
+    s132, s132_ = by.times_two(d25, d25_, d4, d4_)
+    s133, s133_ = by.plus_one(1.0, -1.0 * d5, -1.0 * d5_)
+    s134, s134_ = by.plus_two(s133, s133_, s132, s132_)
+    s135, s135_ = by.times_one(-1.0 * d13, s134, s134_)
+    s136, s136_ = by.plus_two(s131, s131_, s135, s135_)
+    s137, s137_ = by.times_one(Omega, s136, s136_)
+    s138, s138_ = by.times(-256.0 * gamma, xi)
+    s139, s139_ = by.plus_two(s137, s137_, s138, s138_)
+    N11, N11_ = by.times_one(Omega, s139, s139_)
+    D00 = by.over(N00, N00_, den, den_)
+    D01 = by.over(N01, N01_, den, den_)
+    D10 = by.over(N10, N10_, den, den_)
+    D11 = by.over(N11, N11_, den, den_)
+    x0 = 64*gamma
+    x1 = gamma**2
+    x2 = x1*xi
+    x3 = xi**2
+    x4 = 4*x3
+    x5 = x4 + 1
+    x6 = gamma**3
+    x7 = 48*x6
+    x8 = 2*x3
+    x9 = gamma**4
+    x10 = x9*xi
+    x11 = 32*x10
+    x12 = gamma**5
+    x13 = Omega*gamma**7
+    x14 = gamma**6
+    x15 = x14*xi
+    x16 = 12*x15
+    x17 = gamma - 2
+    x18 = 24*gamma
+    x19 = rho_inf*x1
+    x20 = 2*x13
+    x21 = rho_inf*x20
+    x22 = 16*gamma
+    x23 = 5*x1
+    x24 = 3*x1
+    x25 = rho_inf*x24
+    x26 = x22 - x23 + x25 - 6
+    x27 = 2*x10
+    x28 = 8*gamma
+    x29 = -x28*x3
+    x30 = -10*gamma + x19 + x24 + 4
+    x31 = x1 + x19
+    x32 = x31 - 2
+    x33 = gamma*rho_inf + x17
+    x34 = 3*gamma
+    x35 = x31 - x34 + 1
+    x36 = 8*x10
+    x37 = 6 - x22
+    x38 = x23 + x37
+    x39 = rho_inf*x23 + x38
+    x40 = 4*x6
+    x41 = -4*gamma + x31 + 2
+    x42 = x22*x41
+    x43 = 24*x41
+    x44 = x8 + 1
+    x45 = x40*x41
+    x46 = 32*x6
+    x47 = x19 - x24
+    x48 = x28 + x47 - 2
+    x49 = 12*gamma
+    x50 = 8*x3
+    x51 = x19*x50
+    x52 = 8*x1
+    x53 = Omega*x9
+    x54 = x24 + 2
+    x55 = 32*gamma
+    x56 = x33*x55
+    x57 = x0*xi
+    x58 = Omega**2
+    x59 = 128*xi
+    x60 = 4*Omega
+    x61 = x1*x3
+    x62 = -x18*x3 + x50
+    x63 = x24 + 12*x61 + x62
+    x64 = 4*x1
+    x65 = rho_inf*x13 + rho_inf*x16
+    x66 = x19*x3
+    x67 = -12*x66
+    x68 = x25 + x67
+    x69 = 6*gamma
+    x70 = -6*gamma + x54
+    x71 = 16*xi
+    x72 = 2*Omega*x6
+    den_o = Omega*(Omega*(Omega*(Omega*(Omega*(x13 + x16) + 12*x12*x5) + x11*(x8 + 3)) + x5*x7) + 192*x2) + x0
+    B00 = (Omega*(Omega*(Omega*(x21 + x26*x27) + 8*x6*(rho_inf*x1*x3 - x24*x3 - x29 - x30 - x8)) - 8*x2*(9*x1 - x18 + x19 + 6)) - 32*x1*x17) / den
+    B01 = (Omega*(Omega*(-Omega*x35*x36 - x40*(x1*x4 + x19*x4 + x29 + x39)) - x33*x7*xi) - x22*x32) / den
+    B02 = (Omega*(Omega*(Omega*x27*x41 + x44*x45) + x2*x43) + x42) / den
+    B03 = (Omega*(Omega*(Omega*(16*x15 + x20) + 16*x12*x44) + 64*x10) + x46) / den
+    B10 = (Omega*(Omega*(Omega*(x40*xi*(11*x19 - x28 + x54) + x53*(9*x19 + x38)) + x52*(x47 + x49 + x51 - 6)) + x22*x26*xi) + 16*x48) / den
+    B11 = (Omega*(Omega*(Omega*(x33*x36 + 4*x35*x53) - x1*x43) - x35*x57) - x56) / den
+    B12 = (Omega*(x42*xi + x58*(-x41*x53 - x45*xi)) + 16*x41) / den
+    B13 = (Omega*(Omega*(Omega*(32*x12*xi + x14*x60) + 32*x44*x9) + x59*x6) + 64*x1) / den
+    O00 = (x58*(Omega*(Omega*(Omega*(Omega*(Omega*x65 + x40*(-6*x1 - x37 - x68)) + 32*x2*(9*gamma + 2*rho_inf*x1*x3 - x19 - x64 - 3)) - x22*(x63 - 2)) - x57*(x34 - 2)) - x0)) / den_o
+    O01 = (Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(x21*xi + 2*x9*(-x68 - x70)) + 24*x6*xi*(4*rho_inf*x1*x3 - 2*x19 - x70)) + x52*(72*gamma*x3 + 16*x19*xi**4 - 24*x3 + x31 - x49 - 36*x61 + x67 + 6)) - x55*xi*(x63 + x69 - 4)) - x0*(x3*x69 - x4 + 1)) - gamma*x59)) / den_o
+    P00 = (Omega*(Omega*(Omega*(Omega*(-Omega*x65 - x40*(-x30 - x67)) - x64*xi*(48*gamma - 15*x1 + x19 + 16*x66 - 18)) - x22*(2*gamma - x1 + x22*x3 - x23*x3 + x25*x3 - 6*x3)) - x48*x71)) / den_o
+    P01 = (Omega*(Omega*(Omega*(48*x2*x35 + x39*x72) + x28*(x1*x50 + x32 + x51 + x62)) + x56*xi)) / den_o
+    P02 = (Omega*(Omega*(Omega*(-12*x2*x41 - x41*x72) - x28*x41*x44) - x41*x71)) / den_o
+    P03 = (Omega*(Omega*(Omega*(x11 + x12*x60) + x44*x46) + 128*x2) + x0) / den_o
+    return D00, D01, D10, D11, B00, B01, B02, B03, B10, B11, B12, B13, O00, O01, P00, P01, P02, P03
 
 
-@_exact
-def _transfer(s):
-    """`transfer` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi, rho_inf, gamma = s[j], s[48 + j], s[96 + j], s[144 + j]
-        x0 = xi**2
-        x1 = 4*x0
-        x2 = x1 + 1
-        x3 = gamma**2
-        x4 = 48*x3
-        x5 = 2*x0
-        x6 = gamma**3
-        x7 = x6*xi
-        x8 = gamma**4
-        x9 = 12*x8
-        x10 = Omega*gamma**6
-        x11 = gamma**5
-        x12 = 3*gamma
-        x13 = x12 - 1
-        x14 = 64*xi
-        x15 = x13*x14
-        x16 = rho_inf + 1
-        x17 = 8*x7
-        x18 = x13*x17
-        x19 = 6*gamma
-        x20 = -x19
-        x21 = rho_inf*x6
-        x22 = Omega*(Omega*(Omega*(x10*x16**2 + x16*x18) + 16*x20 + 16*x21*x5 - 16*x21 + 144*x3 + 16*x5*x6 - 16*x6 + 16) + x15) + 64
-        x23 = x12 - 2
-        x24 = 3*x3
-        x25 = 8*x0
-        x26 = 24*gamma
-        x27 = 16*xi
-        x28 = rho_inf**2*x10
-        x29 = x20 + x24 + 2
-        x30 = 4*x21
-        x31 = x21*x25
-        x32 = -x26 - x30 + x31 + 4
-        x33 = -6*x3
-        x34 = x19 + x21
-        x35 = -x24
-        x36 = 12*gamma
-        x37 = x36 + x6 - 4
-        x38 = x21 + x33 + x37
-        x39 = 48*gamma
-        x40 = 8*x21
-        x41 = 3*x11
-        x42 = rho_inf*x41 + x41
-        x43 = rho_inf*x3
-        x44 = 8*gamma
-        x45 = x10*x16
-        x46 = rho_inf*x24
-        x47 = 3*x8
-        x48 = x44*(x1*x3 + x1*x43 - x3 + x36 - x43 - 6)
-        x49 = 2*Omega*x6*(x29 + x46) + x17*(rho_inf*x12 + x23)
-        den = Omega*(Omega*(Omega*(Omega*(Omega*(x10 + 12*x11*xi) + x2*x9) + 32*x7*(x5 + 3)) + x2*x4) + 192*gamma*xi) + 64
-        whole = x22
-        P = (Omega**2*x22) / den
-        g1 = (Omega*(Omega*(Omega*(Omega*(Omega*(x28 - x29*x30*xi) - 48*rho_inf*x0*x8 + 24*rho_inf*x8 + 4*x32 + 4*x4 - 144*x6 + 36*x8) - x27*(-18*gamma + x1*x21 - 3*x21 + 24*x3 - 9*x6 + 4)) - 16*x0*x26 + 192*x0*x3 + 16*x24 + 16*x25) + x14*x23) + 64) / den
-        u0 = (Omega*(Omega*(Omega*(-rho_inf*x10*(rho_inf + 2) - 2*x7*(rho_inf*x36 - 4*rho_inf + x38)) - 32*x0*x21 - 2*x25*x6 - 144*x3 + 2*x39 + 2*x40 - 2*x42 + 12*x6 + 2*x9 - 16) - x27*(x35 + x37)) + 8*x33 + 8*x34 + 8*x6 - 64) / whole
-        u1 = (Omega*(Omega*(Omega*(-2*x21*x38*xi - x28) - 2*rho_inf*x9 - 192*x3 - 2*x31 + 2*x39 + 2*x40 + 2*x42 + 148*x6 - 48*x8 - 16) - x27*(x34 + x35 - 2)) - x44*(x20 + x3 + x43 + 6)) / whole
-        v0 = (Omega*(Omega*(Omega*(x18 + x45) - 4*x3*(-gamma*x25 - 16*gamma + x24 + x46 + 6)) - x27*x3*(gamma*rho_inf + gamma - 6)) + 32) / den
-        v1 = (Omega*(Omega*(Omega*(rho_inf*x45 + x13*x40*xi) + 4*rho_inf*x47 + 168*x3 + 4*x32 + 4*x47 - 80*x6) + x27*x38) + 32) / den
-        a0 = (Omega*(Omega*(Omega*x49 + x48) + x15) + 64) / den
-        a1 = (Omega*(Omega*(-Omega*x49 - x48) - x15) - 64) / den
-        S = whole / den
-        s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j] = P, g1, u0, u1, S, v0, v1, a0, a1
+def transfer(by, Omega, xi, rho_inf, gamma):
+    """Filter from a load, linear between steps, to the response from rest (see linear_filter).
 
-
-@_compile
-def transfer(Omega, xi, rho_inf, gamma, out):
-    """Filter from a load, linear between steps, to the response from rest (see linear_filter); out (9, n).
-
-    Rows of out: P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
+    P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
     u = S (q + k0 e0 + k1 e1 + ...) and h*v, h^2*a = k0 e0 + k1 e1 + ...; e1, e2, ... are e0 of the steps before.
     """
-    s = np.ones(13 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j], s[96 + j], s[144 + j] = Omega[first + j], xi[first + j], rho_inf[first + j], gamma[first + j]
-        _transfer(s)
-        for r in range(9):
-            for j in range(size):
-                out[r, first + j] = s[(4 + r) * 48 + j]
+    x0 = xi**2
+    x1 = 4*x0
+    x2 = x1 + 1
+    x3 = gamma**2
+    x4 = 48*x3
+    x5 = 2*x0
+    x6 = gamma**3
+    x7 = x6*xi
+    x8 = gamma**4
+    x9 = 12*x8
+    x10 = Omega*gamma**6
+    x11 = gamma**5
+    x12 = 3*gamma
+    x13 = x12 - 1
+    x14 = 64*xi
+    x15 = x13*x14
+    x16 = rho_inf + 1
+    x17 = 8*x7
+    x18 = x13*x17
+    x19 = 6*gamma
+    x20 = -x19
+    x21 = rho_inf*x6
+    x22 = Omega*(Omega*(Omega*(x10*x16**2 + x16*x18) + 16*x20 + 16*x21*x5 - 16*x21 + 144*x3 + 16*x5*x6 - 16*x6 + 16) + x15) + 64
+    x23 = x12 - 2
+    x24 = 3*x3
+    x25 = 8*x0
+    x26 = 24*gamma
+    x27 = 16*xi
+    x28 = rho_inf**2*x10
+    x29 = x20 + x24 + 2
+    x30 = 4*x21
+    x31 = x21*x25
+    x32 = -x26 - x30 + x31 + 4
+    x33 = -6*x3
+    x34 = x19 + x21
+    x35 = -x24
+    x36 = 12*gamma
+    x37 = x36 + x6 - 4
+    x38 = x21 + x33 + x37
+    x39 = 48*gamma
+    x40 = 8*x21
+    x41 = 3*x11
+    x42 = rho_inf*x41 + x41
+    x43 = rho_inf*x3
+    x44 = 8*gamma
+    x45 = x10*x16
+    x46 = rho_inf*x24
+    x47 = 3*x8
+    x48 = x44*(x1*x3 + x1*x43 - x3 + x36 - x43 - 6)
+    x49 = 2*Omega*x6*(x29 + x46) + x17*(rho_inf*x12 + x23)
+    den = Omega*(Omega*(Omega*(Omega*(Omega*(x10 + 12*x11*xi) + x2*x9) + 32*x7*(x5 + 3)) + x2*x4) + 192*gamma*xi) + 64
+    whole = x22
+    P = (Omega**2*x22) / den
+    g1 = (Omega*(Omega*(Omega*(Omega*(Omega*(x28 - x29*x30*xi) - 48*rho_inf*x0*x8 + 24*rho_inf*x8 + 4*x32 + 4*x4 - 144*x6 + 36*x8) - x27*(-18*gamma + x1*x21 - 3*x21 + 24*x3 - 9*x6 + 4)) - 16*x0*x26 + 192*x0*x3 + 16*x24 + 16*x25) + x14*x23) + 64) / den
+    u0 = (Omega*(Omega*(Omega*(-rho_inf*x10*(rho_inf + 2) - 2*x7*(rho_inf*x36 - 4*rho_inf + x38)) - 32*x0*x21 - 2*x25*x6 - 144*x3 + 2*x39 + 2*x40 - 2*x42 + 12*x6 + 2*x9 - 16) - x27*(x35 + x37)) + 8*x33 + 8*x34 + 8*x6 - 64) / whole
+    u1 = (Omega*(Omega*(Omega*(-2*x21*x38*xi - x28) - 2*rho_inf*x9 - 192*x3 - 2*x31 + 2*x39 + 2*x40 + 2*x42 + 148*x6 - 48*x8 - 16) - x27*(x34 + x35 - 2)) - x44*(x20 + x3 + x43 + 6)) / whole
+    v0 = (Omega*(Omega*(Omega*(x18 + x45) - 4*x3*(-gamma*x25 - 16*gamma + x24 + x46 + 6)) - x27*x3*(gamma*rho_inf + gamma - 6)) + 32) / den
+    v1 = (Omega*(Omega*(Omega*(rho_inf*x45 + x13*x40*xi) + 4*rho_inf*x47 + 168*x3 + 4*x32 + 4*x47 - 80*x6) + x27*x38) + 32) / den
+    a0 = (Omega*(Omega*(Omega*x49 + x48) + x15) + 64) / den
+    a1 = (Omega*(Omega*(-Omega*x49 - x48) - x15) - 64) / den
+    S = whole / den
+    return P, g1, u0, u1, S, v0, v1, a0, a1

@@ -95,10 +95,6 @@ FILTER = 2
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
-_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
-# called by kernels alone: not from Python, and so without the code for that
-_exact = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
-
 # contract: a * b + c may become one operation, rounded once
 _fused = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
 _inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"})
@@ -141,107 +137,6 @@ def _angle(y, x):
     angle = 0.7853981633974483 + angle if steep else angle
     angle = 1.5707963267948966 - angle if y > flat else angle
     return 3.141592653589793 - angle if x < 0.0 else angle
-
-
-@_exact
-def _increment(Omega, xi, rho_inf, gamma):
-    """Denominator and numerators of A - I. 405 operations."""
-    x0 = 10*gamma - 3
-    x1 = 36*gamma
-    x2 = x0*x1
-    x3 = gamma**2
-    x4 = x0*x3
-    x5 = 216*xi
-    x6 = gamma**3
-    x7 = xi**2
-    x8 = 4*x7
-    x9 = 108*x0*(x8 + 1)
-    x10 = gamma**4
-    x11 = 2*x7
-    x12 = x0*xi
-    x13 = Omega*x0
-    x14 = 36*gamma**7*x13
-    x15 = Omega**2
-    x16 = -102*x3 - 3
-    x17 = 20*gamma
-    x18 = 84*x6
-    x19 = x17 + x18
-    x20 = 42*gamma
-    x21 = 1 - x20
-    x22 = 6*x3
-    x23 = 24*x3
-    x24 = 17*gamma
-    x25 = 12*x6 - 3
-    x26 = x23 + x24 + x25
-    x27 = 2*x0
-    x28 = x27*x6
-    x29 = x28*xi
-    x30 = x3*x7
-    x31 = 168*x30
-    x32 = -52*gamma - 30*x3 + 9
-    x33 = 48*x6
-    x34 = 96*x6
-    x35 = gamma*x8 + x33 + x34*x7
-    x36 = x22 - 3
-    x37 = x27*xi
-    x38 = 72*x7
-    x39 = 12*x7
-    x40 = gamma*x11 - x3*x39
-    x41 = 18*x3
-    x42 = x41 - 1
-    x43 = 6*gamma
-    x44 = x0*x43
-    x45 = x23*x7
-    x46 = x35 - x45
-    x47 = 2*x4
-    x48 = x47*xi
-    x49 = 9*gamma
-    x50 = -x41
-    x51 = x10*x13*(x49 + x50 + 6*x6 - 1)
-    x52 = 6*x7
-    x53 = gamma*x7
-    x54 = -70*x53
-    x55 = 38*gamma + x16
-    x56 = 36*x6
-    x57 = x44*xi
-    x58 = 56*gamma - 66*x3 - 9
-    x59 = 84*x3
-    x60 = 35*gamma
-    x61 = x25 - x59 + x60
-    x62 = x0*(x21 + x23)
-    x63 = x6*x7
-    x64 = x43 - 1
-    x65 = 132*x3
-    x66 = x21 + x65
-    x67 = x34 + 3
-    x68 = -x23 - x24
-    x69 = x13*x6
-    x70 = 24*x6
-    x71 = x33*x7 + x70
-    x72 = 3*gamma
-    x73 = x64*(x72 - 1)
-    x74 = 6*x10*x13*x73
-    x75 = 1 - x43
-    x76 = 8*x7
-    x77 = 144*x30
-    x78 = 72*gamma
-    x79 = x7*x78
-    x80 = -x2
-    x81 = x39 + 192*x6 + 384*x63
-    x82 = -96*x30 - 68*x53 + x81
-    x83 = 156*x6
-    x84 = 2*gamma
-    den = Omega*(Omega*(Omega*(Omega*(Omega*(gamma**6*x0*x5 + x14) + gamma**5*x9) + 144*x10*x12*(x11 + 3)) + x6*x9) + x4*x5) + x2
-    D_00 = x15*(Omega*(Omega*(Omega*(-x14 - x26*x29) + x4*(-x31 + x32 + x35)) + x12*x22*(x21 + 36*x3)) + x0*(x16 + x19))
-    D_01 = Omega*(Omega*(Omega*(Omega*(-x28*(72*gamma - 108*x3 - x31 - x52 - x54 + 24*x6*x7 - 9) - 12*x51*xi) + x48*(-106*gamma + 222*x3 + x46 + 9)) + x44*(x38*x6 + x40 + x42)) + x37*(x19 + x36)) + x2
-    D_02 = Omega*(Omega*(Omega*(-x29*x61 - 6*x51) + x4*(x46 + x58)) + x57*(19*gamma - 42*x3 + x56 - 2)) + x0*(x18 + x55)
-    D_10 = x15*(Omega*(Omega*(Omega*(-x29*x66 - x69*(x67 + x68)) - x0*x49*(-x22 + 8*x6 + 16*x63 + x64)) - x26*x37) + x62)
-    D_11 = Omega*(Omega*(Omega*(Omega*(Omega*(-x29*(x59 - x60 + x67) - x74) - x47*(54*gamma + x40 + x50 + 264*x63 - 9)) - x57*(x1 + x50 + x71 - 5)) - x27*(48*x30 + x49 - x52 + 34*x53 + x7*x70)) + 2*x62*xi)
-    D_12 = Omega*(Omega*(Omega*(-x48*(163*gamma - 330*x3 + 132*x6 - 18) - x69*(127*gamma - 240*x3 + x34 - 15)) - x0*x72*(18*gamma - 54*x3 + x71 - x76 - x77 + x79 - 1)) - x37*x61) + x0*(x23 + x75)
-    D_20 = x15*(Omega*(Omega*(Omega*(-Omega*x4*(x32 + x83) - x57*(x18 + x68 + 3)) - x0*(x16 + x17 + x82)) - x37*x66) + x80)
-    D_21 = Omega*(Omega*(Omega*(Omega*(Omega*(-x48*(-214*gamma + 258*x3 + x83 + 27) - 18*x64*x69*(x84 - 1)) - x44*(x42 + x45 + x54 + 168*x63 + 10*x7)) - x37*(x36 + x82 + x84)) - 4*x0*(-x20*x7 + x49 + x65*x7 + x7)) - x12*x78)
-    D_22 = Omega*(Omega*(Omega*(Omega*(Omega*(-x12*x56*x73 - x74) - x4*(1296*x30 + x38 - 648*x53 + x58 + x83)) - x57*(gamma + x18 + 12*x3 + x76 + x77 - x79 - 1)) - x0*(336*x30 - 140*x53 + x55 + x81)) - x37*(x65 + x75)) + x80
-    return den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22
 
 
 @_inline
@@ -524,465 +419,448 @@ def stability(Omega, xi, rho_inf, gamma, radius, damping, period):
     return refused < 0
 
 
-@_compile
-def amplification(Omega, xi, rho_inf, gamma, out):
-    """Amplification matrix in the order of STATE; out (n, 3, 3)."""
-    for i in range(out.shape[0]):
-        den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22 = _increment(Omega[i], xi[i], rho_inf[i], gamma[i])
-        out[i, 0, 0] = 1.0 + D_00 / den
-        out[i, 0, 1] = D_01 / den
-        out[i, 0, 2] = D_02 / den
-        out[i, 1, 0] = D_10 / den
-        out[i, 1, 1] = 1.0 + D_11 / den
-        out[i, 1, 2] = D_12 / den
-        out[i, 2, 0] = D_20 / den
-        out[i, 2, 1] = D_21 / den
-        out[i, 2, 2] = 1.0 + D_22 / den
+def amplification(by, Omega, xi, rho_inf, gamma):
+    """Amplification matrix (3, 3) in the order of STATE, row by row."""
+    x0 = 10*gamma - 3
+    x1 = 36*gamma
+    x2 = x0*x1
+    x3 = gamma**2
+    x4 = x0*x3
+    x5 = 216*xi
+    x6 = gamma**3
+    x7 = xi**2
+    x8 = 4*x7
+    x9 = 108*x0*(x8 + 1)
+    x10 = gamma**4
+    x11 = 2*x7
+    x12 = x0*xi
+    x13 = Omega*x0
+    x14 = 36*gamma**7*x13
+    x15 = Omega**2
+    x16 = -102*x3 - 3
+    x17 = 20*gamma
+    x18 = 84*x6
+    x19 = x17 + x18
+    x20 = 42*gamma
+    x21 = 1 - x20
+    x22 = 6*x3
+    x23 = 24*x3
+    x24 = 17*gamma
+    x25 = 12*x6 - 3
+    x26 = x23 + x24 + x25
+    x27 = 2*x0
+    x28 = x27*x6
+    x29 = x28*xi
+    x30 = x3*x7
+    x31 = 168*x30
+    x32 = -52*gamma - 30*x3 + 9
+    x33 = 48*x6
+    x34 = 96*x6
+    x35 = gamma*x8 + x33 + x34*x7
+    x36 = x22 - 3
+    x37 = x27*xi
+    x38 = 72*x7
+    x39 = 12*x7
+    x40 = gamma*x11 - x3*x39
+    x41 = 18*x3
+    x42 = x41 - 1
+    x43 = 6*gamma
+    x44 = x0*x43
+    x45 = x23*x7
+    x46 = x35 - x45
+    x47 = 2*x4
+    x48 = x47*xi
+    x49 = 9*gamma
+    x50 = -x41
+    x51 = x10*x13*(x49 + x50 + 6*x6 - 1)
+    x52 = 6*x7
+    x53 = gamma*x7
+    x54 = -70*x53
+    x55 = 38*gamma + x16
+    x56 = 36*x6
+    x57 = x44*xi
+    x58 = 56*gamma - 66*x3 - 9
+    x59 = 84*x3
+    x60 = 35*gamma
+    x61 = x25 - x59 + x60
+    x62 = x0*(x21 + x23)
+    x63 = x6*x7
+    x64 = x43 - 1
+    x65 = 132*x3
+    x66 = x21 + x65
+    x67 = x34 + 3
+    x68 = -x23 - x24
+    x69 = x13*x6
+    x70 = 24*x6
+    x71 = x33*x7 + x70
+    x72 = 3*gamma
+    x73 = x64*(x72 - 1)
+    x74 = 6*x10*x13*x73
+    x75 = 1 - x43
+    x76 = 8*x7
+    x77 = 144*x30
+    x78 = 72*gamma
+    x79 = x7*x78
+    x80 = -x2
+    x81 = x39 + 192*x6 + 384*x63
+    x82 = -96*x30 - 68*x53 + x81
+    x83 = 156*x6
+    x84 = 2*gamma
+    den = Omega*(Omega*(Omega*(Omega*(Omega*(gamma**6*x0*x5 + x14) + gamma**5*x9) + 144*x10*x12*(x11 + 3)) + x6*x9) + x4*x5) + x2
+    D_00 = (x15*(Omega*(Omega*(Omega*(-x14 - x26*x29) + x4*(-x31 + x32 + x35)) + x12*x22*(x21 + 36*x3)) + x0*(x16 + x19))) / den
+    D_01 = (Omega*(Omega*(Omega*(Omega*(-x28*(72*gamma - 108*x3 - x31 - x52 - x54 + 24*x6*x7 - 9) - 12*x51*xi) + x48*(-106*gamma + 222*x3 + x46 + 9)) + x44*(x38*x6 + x40 + x42)) + x37*(x19 + x36)) + x2) / den
+    D_02 = (Omega*(Omega*(Omega*(-x29*x61 - 6*x51) + x4*(x46 + x58)) + x57*(19*gamma - 42*x3 + x56 - 2)) + x0*(x18 + x55)) / den
+    D_10 = (x15*(Omega*(Omega*(Omega*(-x29*x66 - x69*(x67 + x68)) - x0*x49*(-x22 + 8*x6 + 16*x63 + x64)) - x26*x37) + x62)) / den
+    D_11 = (Omega*(Omega*(Omega*(Omega*(Omega*(-x29*(x59 - x60 + x67) - x74) - x47*(54*gamma + x40 + x50 + 264*x63 - 9)) - x57*(x1 + x50 + x71 - 5)) - x27*(48*x30 + x49 - x52 + 34*x53 + x7*x70)) + 2*x62*xi)) / den
+    D_12 = (Omega*(Omega*(Omega*(-x48*(163*gamma - 330*x3 + 132*x6 - 18) - x69*(127*gamma - 240*x3 + x34 - 15)) - x0*x72*(18*gamma - 54*x3 + x71 - x76 - x77 + x79 - 1)) - x37*x61) + x0*(x23 + x75)) / den
+    D_20 = (x15*(Omega*(Omega*(Omega*(-Omega*x4*(x32 + x83) - x57*(x18 + x68 + 3)) - x0*(x16 + x17 + x82)) - x37*x66) + x80)) / den
+    D_21 = (Omega*(Omega*(Omega*(Omega*(Omega*(-x48*(-214*gamma + 258*x3 + x83 + 27) - 18*x64*x69*(x84 - 1)) - x44*(x42 + x45 + x54 + 168*x63 + 10*x7)) - x37*(x36 + x82 + x84)) - 4*x0*(-x20*x7 + x49 + x65*x7 + x7)) - x12*x78)) / den
+    D_22 = (Omega*(Omega*(Omega*(Omega*(Omega*(-x12*x56*x73 - x74) - x4*(1296*x30 + x38 - 648*x53 + x58 + x83)) - x57*(gamma + x18 + 12*x3 + x76 + x77 - x79 - 1)) - x0*(336*x30 - 140*x53 + x55 + x81)) - x37*(x65 + x75)) + x80) / den
+    return 1.0 + D_00, D_01, D_02, D_10, 1.0 + D_11, D_12, D_20, D_21, 1.0 + D_22
 
 
-@_compile
-def stencil(rho_inf, gamma, out):
-    """Instants (n, 4) at which the load is taken, in steps after t_n."""
-    for i in range(out.shape[0]):
-        out[i, 0] = 0
-        out[i, 1] = 3/5
-        out[i, 2] = 2*gamma[i]
-        out[i, 3] = 1
+def stencil(by, rho_inf, gamma):
+    """Instants at which the load is taken, in steps after t_n."""
+    return 0, 3/5, 2*gamma, 1
 
 
-# tails are rounding errors, which fastmath would remove
-@_exact
-def _plus(a, b):
-    """The sum of two doubles: head, and tail, which is the rounding error of the head."""
-    head = a + b
-    rest = head - a
-    return head, (a - (head - rest)) + (b - rest)
+def coefficients(by, Omega, xi, rho_inf, gamma):
+    """D, B, O, P of linear_march_2_01y: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f.
 
-
-@_exact
-def _plus_one(a, b, b_):
-    """The sum of a double and a pair of head and tail."""
-    head, tail = _plus(a, b)
-    tail += b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _plus_two(a, a_, b, b_):
-    """The sum of two pairs of head and tail."""
-    head, tail = _plus(a, b)
-    tail += a_ + b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times(a, b):
-    """The product of two doubles: head and tail, from halves of their digits, whose products are exact."""
-    head, c, d = a * b, 134217729.0 * a, 134217729.0 * b
-    a1, b1 = c - (c - a), d - (d - b)
-    a2, b2 = a - a1, b - b1
-    return head, ((a1 * b1 - head) + a1 * b2 + a2 * b1) + a2 * b2
-
-
-@_exact
-def _times_one(a, b, b_):
-    """The product of a double and a pair of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times_two(a, a_, b, b_):
-    """The product of two pairs of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_ + a_ * b
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _over(a, a_, b, b_):
-    """The quotient of two pairs of head and tail, rounded to a double."""
-    head = a / b
-    product, tail = _times(head, b)
-    return head + ((a - product) - tail + a_ - head * b_) / b
-
-
-@_exact
-def _coefficients(s):
-    """`coefficients` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi, rho_inf, gamma = s[j], s[48 + j], s[96 + j], s[144 + j]
-        s0, s0_ = _times(10.0, gamma)
-        d0, d0_ = _plus_one(-3.0, s0, s0_)
-        d1, d1_ = _times_one(gamma, d0, d0_)
-        d2, d2_ = _times_one(36.0, d1, d1_)
-        d3, d3_ = _times(gamma, gamma)
-        d4, d4_ = _times_one(xi, d0, d0_)
-        d5, d5_ = _times_one(216.0, d4, d4_)
-        s7, s7_ = _times(gamma, gamma)
-        d6, d6_ = _times_one(gamma, s7, s7_)
-        d7, d7_ = _times(xi, xi)
-        d8, d8_ = 4.0 * d7, 4.0 * d7_
-        s10, s10_ = _plus_one(1.0, d8, d8_)
-        s11, s11_ = _times_one(108.0, d0, d0_)
-        d9, d9_ = _times_two(s11, s11_, s10, s10_)
-        s13, s13_ = _times(gamma, gamma)
-        s14, s14_ = _times_one(gamma, s13, s13_)
-        d10, d10_ = _times_one(gamma, s14, s14_)
-        d11, d11_ = _times_one(36.0, d0, d0_)
-        d12, d12_ = _times(Omega, Omega)
-        d13, d13_ = _times_one(18.0, d1, d1_)
-        d14, d14_ = _times(9.0, gamma)
-        d15, d15_ = _times_one(xi, d1, d1_)
-        d16, d16_ = _times_one(12.0, d15, d15_)
-        d17, d17_ = _times_two(d3, d3_, d7, d7_)
-        d18, d18_ = _times(6.0, gamma)
-        d19, d19_ = _plus_one(-1.0, d18, d18_)
-        d20, d20_ = _plus_two(d19, d19_, -2.0 * d3, -2.0 * d3_)
-        d21, d21_ = _times_one(18.0, d3, d3_)
-        d22, d22_ = _times_two(d0, d0_, d21, d21_)
-        d23, d23_ = _times_one(xi, d11, d11_)
-        d24, d24_ = _times_two(d10, d10_, d19, d19_)
-        d25, d25_ = _times(3.0, gamma)
-        d26, d26_ = _plus_one(-1.0, d25, d25_)
-        d27, d27_ = _times_one(Omega, d0, d0_)
-        s33, s33_ = _times_one(6.0, d24, d24_)
-        s34, s34_ = _times_two(s33, s33_, d26, d26_)
-        d28, d28_ = _times_two(s34, s34_, d27, d27_)
-        s36, s36_ = _times_one(xi, d19, d19_)
-        d29, d29_ = _times_two(s36, s36_, d2, d2_)
-        d30, d30_ = _times_one(gamma, d7, d7_)
-        s39, s39_ = _times_one(-36.0, d30, d30_)
-        s40, s40_ = _times_one(72.0, d17, d17_)
-        s41, s41_ = _plus_two(d8, d8_, s39, s39_)
-        d31, d31_ = _plus_two(s41, s41_, s40, s40_)
-        s43, s43_ = _plus_one(-1.0, d21, d21_)
-        s44, s44_ = _plus_two(s43, s43_, d31, d31_)
-        s45, s45_ = _times_two(d0, d0_, d18, d18_)
-        d32, d32_ = _times_two(s45, s45_, s44, s44_)
-        d33, d33_ = _times_two(d19, d19_, d6, d6_)
-        s48, s48_ = _plus_one(1.0, -1.0 * d14, -1.0 * d14_)
-        s49, s49_ = _plus_two(s48, s48_, 16.0 * d3, 16.0 * d3_)
-        s50, s50_ = _times_two(d23, d23_, d3, d3_)
-        s51, s51_ = _times_two(s50, s50_, s49, s49_)
-        s52, s52_ = _plus(-1.0, 2.0 * gamma)
-        s53, s53_ = _times_one(18.0, d27, d27_)
-        s54, s54_ = _times_two(s53, s53_, d33, d33_)
-        s55, s55_ = _times_two(s54, s54_, s52, s52_)
-        d34, d34_ = _plus_two(s51, s51_, s55, s55_)
-        d35, d35_ = -1.0 * d8, -1.0 * d8_
-        s57, s57_ = _times(gamma, gamma)
-        s58, s58_ = _times_one(gamma, s57, s57_)
-        s59, s59_ = _times_one(gamma, s58, s58_)
-        s60, s60_ = _times_one(gamma, s59, s59_)
-        s61, s61_ = _times_one(gamma, s60, s60_)
-        s62, s62_ = _times_two(d5, d5_, s61, s61_)
-        s63, s63_ = _times(gamma, gamma)
-        s64, s64_ = _times_one(gamma, s63, s63_)
-        s65, s65_ = _times_one(gamma, s64, s64_)
-        s66, s66_ = _times_one(gamma, s65, s65_)
-        s67, s67_ = _times_one(gamma, s66, s66_)
-        s68, s68_ = _times_one(gamma, s67, s67_)
-        s69, s69_ = _times_one(Omega, d11, d11_)
-        s70, s70_ = _times_two(s69, s69_, s68, s68_)
-        s71, s71_ = _plus_two(s62, s62_, s70, s70_)
-        s72, s72_ = _times_one(Omega, s71, s71_)
-        s73, s73_ = _times(gamma, gamma)
-        s74, s74_ = _times_one(gamma, s73, s73_)
-        s75, s75_ = _times_one(gamma, s74, s74_)
-        s76, s76_ = _times_one(gamma, s75, s75_)
-        s77, s77_ = _times_two(d9, d9_, s76, s76_)
-        s78, s78_ = _plus_two(s72, s72_, s77, s77_)
-        s79, s79_ = _times_one(Omega, s78, s78_)
-        s80, s80_ = _plus_one(3.0, 2.0 * d7, 2.0 * d7_)
-        s81, s81_ = _times_one(144.0, d10, d10_)
-        s82, s82_ = _times_two(s81, s81_, d4, d4_)
-        s83, s83_ = _times_two(s82, s82_, s80, s80_)
-        s84, s84_ = _plus_two(s79, s79_, s83, s83_)
-        s85, s85_ = _times_one(Omega, s84, s84_)
-        s86, s86_ = _times_two(d6, d6_, d9, d9_)
-        s87, s87_ = _plus_two(s85, s85_, s86, s86_)
-        s88, s88_ = _times_one(Omega, s87, s87_)
-        s89, s89_ = _times_two(d3, d3_, d5, d5_)
-        s90, s90_ = _plus_two(s88, s88_, s89, s89_)
-        s91, s91_ = _times_one(Omega, s90, s90_)
-        den, den_ = _plus_two(d2, d2_, s91, s91_)
-        s93, s93_ = _times_two(-1.0 * d23, -1.0 * d23_, d24, d24_)
-        s94, s94_ = _plus_two(-1.0 * d28, -1.0 * d28_, s93, s93_)
-        s95, s95_ = _times_one(Omega, s94, s94_)
-        s96, s96_ = _plus_two(d20, d20_, 8.0 * d17, 8.0 * d17_)
-        s97, s97_ = _times_two(-1.0 * d22, -1.0 * d22_, s96, s96_)
-        s98, s98_ = _plus_two(s95, s95_, s97, s97_)
-        s99, s99_ = _times_one(Omega, s98, s98_)
-        s100, s100_ = _plus_one(-1.0, d14, d14_)
-        s101, s101_ = _times_two(-1.0 * d16, -1.0 * d16_, s100, s100_)
-        s102, s102_ = _plus_two(s99, s99_, s101, s101_)
-        s103, s103_ = _times_one(Omega, s102, s102_)
-        s104, s104_ = _plus_two(-1.0 * d13, -1.0 * d13_, s103, s103_)
-        N00, N00_ = _times_two(d12, d12_, s104, s104_)
-        s106, s106_ = _times_one(Omega, d34, d34_)
-        s107, s107_ = _plus_two(d32, d32_, s106, s106_)
-        s108, s108_ = _times_one(Omega, s107, s107_)
-        s109, s109_ = _plus_two(d29, d29_, s108, s108_)
-        s110, s110_ = _times_one(Omega, s109, s109_)
-        N01, N01_ = _plus_two(d2, d2_, s110, s110_)
-        s112, s112_ = _times_one(-1.0 * Omega, d34, d34_)
-        s113, s113_ = _plus_two(-1.0 * d32, -1.0 * d32_, s112, s112_)
-        s114, s114_ = _times_one(Omega, s113, s113_)
-        s115, s115_ = _plus_two(-1.0 * d29, -1.0 * d29_, s114, s114_)
-        s116, s116_ = _times_one(Omega, s115, s115_)
-        s117, s117_ = _plus_two(-1.0 * d2, -1.0 * d2_, s116, s116_)
-        N10, N10_ = _times_two(d12, d12_, s117, s117_)
-        s119, s119_ = _times_one(-72.0, d15, d15_)
-        s120, s120_ = _times_two(-1.0 * d23, -1.0 * d23_, d26, d26_)
-        s121, s121_ = _times_two(s120, s120_, d33, d33_)
-        s122, s122_ = _plus_two(-1.0 * d28, -1.0 * d28_, s121, s121_)
-        s123, s123_ = _times_one(Omega, s122, s122_)
-        s124, s124_ = _plus_two(d20, d20_, d31, d31_)
-        s125, s125_ = _times_two(-1.0 * d22, -1.0 * d22_, s124, s124_)
-        s126, s126_ = _plus_two(s123, s123_, s125, s125_)
-        s127, s127_ = _times_one(Omega, s126, s126_)
-        s128, s128_ = _times_one(12.0, d30, d30_)
-        s129, s129_ = _plus_one(2.0, d25, d25_)
-        s130, s130_ = _plus_two(s129, s129_, d35, d35_)
-        s131, s131_ = _plus_two(s130, s130_, s128, s128_)
-        s132, s132_ = _times_two(-1.0 * d16, -1.0 * d16_, d19, d19_)
-        s133, s133_ = _times_two(s132, s132_, s131, s131_)
-        s134, s134_ = _plus_two(s127, s127_, s133, s133_)
-        s135, s135_ = _times_one(Omega, s134, s134_)
-        s136, s136_ = _times_one(24.0, d30, d30_)
-        s137, s137_ = _plus_one(1.0, d35, d35_)
-        s138, s138_ = _plus_two(s137, s137_, s136, s136_)
-        s139, s139_ = _times_two(-1.0 * d13, -1.0 * d13_, s138, s138_)
-        s140, s140_ = _plus_two(s135, s135_, s139, s139_)
-        s141, s141_ = _times_one(Omega, s140, s140_)
-        s142, s142_ = _plus_two(s119, s119_, s141, s141_)
-        N11, N11_ = _times_one(Omega, s142, s142_)
-        D00 = _over(N00, N00_, den, den_)
-        D01 = _over(N01, N01_, den, den_)
-        D10 = _over(N10, N10_, den, den_)
-        D11 = _over(N11, N11_, den, den_)
-        x0 = 10*gamma
-        x1 = x0 - 3
-        x2 = 36*x1
-        x3 = gamma*x2
-        x4 = gamma**2
-        x5 = x1*x4
-        x6 = 216*xi
-        x7 = xi**2
-        x8 = 4*x7
-        x9 = 108*x8 + 108
-        x10 = gamma**3
-        x11 = x1*x10
-        x12 = 2*x7
-        x13 = 144*xi
-        x14 = gamma**4
-        x15 = x1*x14
-        x16 = x13*x15
-        x17 = gamma**5
-        x18 = x1*x17
-        x19 = Omega*x2
-        x20 = gamma**7*x19
-        x21 = gamma**6
-        x22 = x1*x21
-        x23 = 38*gamma
-        x24 = 102*x4
-        x25 = 84*x10
-        x26 = 36*x10
-        x27 = 6*gamma
-        x28 = x1*xi
-        x29 = x27*x28
-        x30 = 56*gamma
-        x31 = 66*x4
-        x32 = 48*x10
-        x33 = gamma*x8
-        x34 = 24*x4
-        x35 = x34*x7
-        x36 = 96*x10
-        x37 = 18*x4
-        x38 = -x37
-        x39 = 6*x10
-        x40 = 9*gamma
-        x41 = x40 - 1
-        x42 = x38 + x39 + x41
-        x43 = Omega*x15*x42
-        x44 = 6*x43
-        x45 = 12*x10
-        x46 = 70*gamma - 168*x4 + 2*x45 - 6
-        x47 = 6*x4
-        x48 = 1 - x27
-        x49 = x47 + x48
-        x50 = 200*x49
-        x51 = x4*x50
-        x52 = 600*x10*x49*xi
-        x53 = Omega*x17
-        x54 = x50*xi
-        x55 = x12 + 1
-        x56 = x14*x50
-        x57 = 34*x4
-        x58 = 20*x10
-        x59 = 12*gamma
-        x60 = x59 - 1
-        x61 = x60*xi
-        x62 = -22*x4 + x41 + x58
-        x63 = x62*xi
-        x64 = 18*x63
-        x65 = Omega*x10
-        x66 = x4*x7
-        x67 = 82*gamma + 180*x10 - 210*x4 - 9
-        x68 = 3*x4
-        x69 = x1*x26
-        x70 = 72*x55
-        x71 = x1*(x34 + x48)
-        x72 = 18*gamma
-        x73 = 24*x10
-        x74 = 8*x7
-        x75 = 72*x7
-        x76 = gamma*x75
-        x77 = 144*x66
-        x78 = x32*x7
-        x79 = 3*gamma
-        x80 = 2*x4
-        x81 = 100*x49
-        x82 = Omega**2
-        x83 = x2*x4
-        x84 = x79 - 1
-        x85 = 72*gamma*x28
-        x86 = gamma*x7
-        x87 = -x8
-        x88 = 36*x86
-        x89 = -x4*x75 + x7*x73
-        x90 = x87 + x88 + x89
-        x91 = x39 + x90
-        x92 = x42*x69*xi + x44
-        x93 = x59*x7
-        x94 = x87 + 1
-        x95 = 12*x4
-        x96 = xi**4
-        x97 = 12*x7
-        x98 = x10*x7
-        x99 = -x76 - 1
-        x100 = x88 + x94
-        den_o = Omega*(Omega*(Omega*(Omega*(Omega*(x20 + x22*x6) + x18*x9) + x16*(x12 + 3)) + x11*x9) + x5*x6) + x3
-        B00 = (Omega*(Omega*(Omega*(-x11*x46*xi - x44) + x5*(x30 - x31 + x32 + x33 - x35 + x36*x7 - 9)) + x29*(19*gamma + x26 - 42*x4 - 2)) + x1*(x23 - x24 + x25 - 3)) / den
-        B01 = (Omega*(Omega*(-x53*x54 - x55*x56) - x52) - x51) / den
-        B02 = (Omega*(Omega*(-x64*x65 - x68*(-x33 + 48*x66 + x67)) - x37*x61) + 9*x0 - 9*x57 + 9*x58 - 9) / den
-        B03 = (Omega*(Omega*(Omega*(x13*x22 + x20) + x18*x70) + x16) + x69) / den
-        B10 = (Omega*(Omega*(Omega*(-Omega*x11*(127*gamma + x36 - 240*x4 - 15) - x28*x80*(163*gamma + 132*x10 - 330*x4 - 18)) - x1*x79*(-54*x4 + x72 + x73 - x74 + x76 - x77 + x78 - 1)) - x28*x46) + x71) / den
-        B11 = (Omega*(-x51*xi + x82*(x53*x81 + x56*xi)) - gamma*x81) / den
-        B12 = (Omega*(Omega*(Omega*(x39*x61 + 9*x62*x65) - x1*x40*x49) - x64) - 3*x60) / den
-        B13 = (Omega*(Omega*(Omega*(x13*x18 + x19*x21) + x15*x70) + x11*x13) + x83) / den
-        O00 = (x82*(Omega*(Omega*(Omega*(Omega*(-Omega*x92 - x1*x37*(x48 + x80 + x91)) - x28*x59*(x26 + x38 - x40 + x90 + 2)) - x1*x72*(x35 + x47 + x8 - 24*x86 - 1)) - x84*x85) - x3)) / den_o
-        O01 = (Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(-18*x11*(-8*gamma + x100 + x89 + x95) - 12*x43*xi) - x83*xi*(-15*gamma + x37 + x91 + 2)) - x1*x27*(144*gamma*x96 + x36*x96 + x37 - 288*x4*x96 - 16*x96 + x97 + 144*x98 + x99)) - x85*(x12 + x68 + x7*x95 + x84 - x93)) - x3*(x93 + x94)) - x85)) / den_o
-        P00 = (Omega*(Omega*(Omega*(Omega*(Omega*x92 + x5*(-x30 + x31 - x32 - 1296*x66 - x75 + 648*x86 + 432*x98 + 9)) + x29*(-gamma + 48*x10*x7 - x45 - x74 - x77 - x95 - x99)) + x1*(-x23 + x24 - x25 - 336*x66 + x78 + 140*x86 - x97 + 3)) - 2*x71*xi)) / den_o
-        P01 = (Omega*(Omega*(Omega*(Omega*x56 + x52) + x51*x55) + gamma*x54)) / den_o
-        P02 = (Omega*(Omega*(Omega*(Omega*x67*x68 + 54*gamma*x63) - 9*x0 + 9*x100 + 9*x57 - 9*x58 - 792*x66 + 720*x98) + 6*x61)) / den_o
-        P03 = (Omega*(Omega*(Omega*(x16 + x17*x19) + x11*x70) + x13*x5) + x3) / den_o
-        s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j], s[768 + j], s[816 + j], s[864 + j], s[912 + j], s[960 + j], s[1008 + j] = D00, D01, D10, D11, B00, B01, B02, B03, B10, B11, B12, B13, O00, O01, P00, P01, P02, P03
-
-
-@_compile
-def coefficients(Omega, xi, rho_inf, gamma, out):
-    """D, B, O, P of linear_march_2_01y: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f; out (18, n).
-
-    The rows of out are the entries of D, B, O, P, matrix by matrix and row by row. D is rounded once. Columns of
-    B and P beyond the scheme's own load instants, up to the march's 4, are zero.
+    Their entries, matrix by matrix and row by row. D is computed in pairs of doubles and rounded once. Columns of B and
+    P beyond the scheme's own load instants, up to the march's 4, are zero.
     """
-    s = np.ones(22 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j], s[96 + j], s[144 + j] = Omega[first + j], xi[first + j], rho_inf[first + j], gamma[first + j]
-        _coefficients(s)
-        for r in range(18):
-            for j in range(size):
-                out[r, first + j] = s[(4 + r) * 48 + j]
+    s0, s0_ = by.times(10.0, gamma)
+    d0, d0_ = by.plus_one(-3.0, s0, s0_)
+    d1, d1_ = by.times_one(gamma, d0, d0_)
+    d2, d2_ = by.times_one(36.0, d1, d1_)
+    d3, d3_ = by.times(gamma, gamma)
+    d4, d4_ = by.times_one(xi, d0, d0_)
+    d5, d5_ = by.times_one(216.0, d4, d4_)
+    s7, s7_ = by.times(gamma, gamma)
+    d6, d6_ = by.times_one(gamma, s7, s7_)
+    d7, d7_ = by.times(xi, xi)
+    d8, d8_ = 4.0 * d7, 4.0 * d7_
+    s10, s10_ = by.plus_one(1.0, d8, d8_)
+    s11, s11_ = by.times_one(108.0, d0, d0_)
+    d9, d9_ = by.times_two(s11, s11_, s10, s10_)
+    s13, s13_ = by.times(gamma, gamma)
+    s14, s14_ = by.times_one(gamma, s13, s13_)
+    d10, d10_ = by.times_one(gamma, s14, s14_)
+    d11, d11_ = by.times_one(36.0, d0, d0_)
+    d12, d12_ = by.times(Omega, Omega)
+    d13, d13_ = by.times_one(18.0, d1, d1_)
+    d14, d14_ = by.times(9.0, gamma)
+    d15, d15_ = by.times_one(xi, d1, d1_)
+    d16, d16_ = by.times_one(12.0, d15, d15_)
+    d17, d17_ = by.times_two(d3, d3_, d7, d7_)
+    d18, d18_ = by.times(6.0, gamma)
+    d19, d19_ = by.plus_one(-1.0, d18, d18_)
+    d20, d20_ = by.plus_two(d19, d19_, -2.0 * d3, -2.0 * d3_)
+    d21, d21_ = by.times_one(18.0, d3, d3_)
+    d22, d22_ = by.times_two(d0, d0_, d21, d21_)
+    d23, d23_ = by.times_one(xi, d11, d11_)
+    d24, d24_ = by.times_two(d10, d10_, d19, d19_)
+    d25, d25_ = by.times(3.0, gamma)
+    d26, d26_ = by.plus_one(-1.0, d25, d25_)
+    d27, d27_ = by.times_one(Omega, d0, d0_)
+    s33, s33_ = by.times_one(6.0, d24, d24_)
+    s34, s34_ = by.times_two(s33, s33_, d26, d26_)
+    d28, d28_ = by.times_two(s34, s34_, d27, d27_)
+    s36, s36_ = by.times_one(xi, d19, d19_)
+    d29, d29_ = by.times_two(s36, s36_, d2, d2_)
+    d30, d30_ = by.times_one(gamma, d7, d7_)
+    s39, s39_ = by.times_one(-36.0, d30, d30_)
+    s40, s40_ = by.times_one(72.0, d17, d17_)
+    s41, s41_ = by.plus_two(d8, d8_, s39, s39_)
+    d31, d31_ = by.plus_two(s41, s41_, s40, s40_)
+    s43, s43_ = by.plus_one(-1.0, d21, d21_)
+    s44, s44_ = by.plus_two(s43, s43_, d31, d31_)
+    s45, s45_ = by.times_two(d0, d0_, d18, d18_)
+    d32, d32_ = by.times_two(s45, s45_, s44, s44_)
+    d33, d33_ = by.times_two(d19, d19_, d6, d6_)
+    s48, s48_ = by.plus_one(1.0, -1.0 * d14, -1.0 * d14_)
+    s49, s49_ = by.plus_two(s48, s48_, 16.0 * d3, 16.0 * d3_)
+    s50, s50_ = by.times_two(d23, d23_, d3, d3_)
+    s51, s51_ = by.times_two(s50, s50_, s49, s49_)
+    s52, s52_ = by.plus(-1.0, 2.0 * gamma)
+    s53, s53_ = by.times_one(18.0, d27, d27_)
+    s54, s54_ = by.times_two(s53, s53_, d33, d33_)
+    s55, s55_ = by.times_two(s54, s54_, s52, s52_)
+    d34, d34_ = by.plus_two(s51, s51_, s55, s55_)
+    d35, d35_ = -1.0 * d8, -1.0 * d8_
+    s57, s57_ = by.times(gamma, gamma)
+    s58, s58_ = by.times_one(gamma, s57, s57_)
+    s59, s59_ = by.times_one(gamma, s58, s58_)
+    s60, s60_ = by.times_one(gamma, s59, s59_)
+    s61, s61_ = by.times_one(gamma, s60, s60_)
+    s62, s62_ = by.times_two(d5, d5_, s61, s61_)
+    s63, s63_ = by.times(gamma, gamma)
+    s64, s64_ = by.times_one(gamma, s63, s63_)
+    s65, s65_ = by.times_one(gamma, s64, s64_)
+    s66, s66_ = by.times_one(gamma, s65, s65_)
+    s67, s67_ = by.times_one(gamma, s66, s66_)
+    s68, s68_ = by.times_one(gamma, s67, s67_)
+    s69, s69_ = by.times_one(Omega, d11, d11_)
+    s70, s70_ = by.times_two(s69, s69_, s68, s68_)
+    s71, s71_ = by.plus_two(s62, s62_, s70, s70_)
+    s72, s72_ = by.times_one(Omega, s71, s71_)
+    s73, s73_ = by.times(gamma, gamma)
+    s74, s74_ = by.times_one(gamma, s73, s73_)
+    s75, s75_ = by.times_one(gamma, s74, s74_)
+    s76, s76_ = by.times_one(gamma, s75, s75_)
+    s77, s77_ = by.times_two(d9, d9_, s76, s76_)
+    s78, s78_ = by.plus_two(s72, s72_, s77, s77_)
+    s79, s79_ = by.times_one(Omega, s78, s78_)
+    s80, s80_ = by.plus_one(3.0, 2.0 * d7, 2.0 * d7_)
+    s81, s81_ = by.times_one(144.0, d10, d10_)
+    s82, s82_ = by.times_two(s81, s81_, d4, d4_)
+    s83, s83_ = by.times_two(s82, s82_, s80, s80_)
+    s84, s84_ = by.plus_two(s79, s79_, s83, s83_)
+    s85, s85_ = by.times_one(Omega, s84, s84_)
+    s86, s86_ = by.times_two(d6, d6_, d9, d9_)
+    s87, s87_ = by.plus_two(s85, s85_, s86, s86_)
+    s88, s88_ = by.times_one(Omega, s87, s87_)
+    s89, s89_ = by.times_two(d3, d3_, d5, d5_)
+    s90, s90_ = by.plus_two(s88, s88_, s89, s89_)
+    s91, s91_ = by.times_one(Omega, s90, s90_)
+    den, den_ = by.plus_two(d2, d2_, s91, s91_)
+    s93, s93_ = by.times_two(-1.0 * d23, -1.0 * d23_, d24, d24_)
+    s94, s94_ = by.plus_two(-1.0 * d28, -1.0 * d28_, s93, s93_)
+    s95, s95_ = by.times_one(Omega, s94, s94_)
+    s96, s96_ = by.plus_two(d20, d20_, 8.0 * d17, 8.0 * d17_)
+    s97, s97_ = by.times_two(-1.0 * d22, -1.0 * d22_, s96, s96_)
+    s98, s98_ = by.plus_two(s95, s95_, s97, s97_)
+    s99, s99_ = by.times_one(Omega, s98, s98_)
+    s100, s100_ = by.plus_one(-1.0, d14, d14_)
+    s101, s101_ = by.times_two(-1.0 * d16, -1.0 * d16_, s100, s100_)
+    s102, s102_ = by.plus_two(s99, s99_, s101, s101_)
+    s103, s103_ = by.times_one(Omega, s102, s102_)
+    s104, s104_ = by.plus_two(-1.0 * d13, -1.0 * d13_, s103, s103_)
+    N00, N00_ = by.times_two(d12, d12_, s104, s104_)
+    s106, s106_ = by.times_one(Omega, d34, d34_)
+    s107, s107_ = by.plus_two(d32, d32_, s106, s106_)
+    s108, s108_ = by.times_one(Omega, s107, s107_)
+    s109, s109_ = by.plus_two(d29, d29_, s108, s108_)
+    s110, s110_ = by.times_one(Omega, s109, s109_)
+    N01, N01_ = by.plus_two(d2, d2_, s110, s110_)
+    s112, s112_ = by.times_one(-1.0 * Omega, d34, d34_)
+    s113, s113_ = by.plus_two(-1.0 * d32, -1.0 * d32_, s112, s112_)
+    s114, s114_ = by.times_one(Omega, s113, s113_)
+    s115, s115_ = by.plus_two(-1.0 * d29, -1.0 * d29_, s114, s114_)
+    s116, s116_ = by.times_one(Omega, s115, s115_)
+    s117, s117_ = by.plus_two(-1.0 * d2, -1.0 * d2_, s116, s116_)
+    N10, N10_ = by.times_two(d12, d12_, s117, s117_)
+    s119, s119_ = by.times_one(-72.0, d15, d15_)
+    s120, s120_ = by.times_two(-1.0 * d23, -1.0 * d23_, d26, d26_)
+    s121, s121_ = by.times_two(s120, s120_, d33, d33_)
+    s122, s122_ = by.plus_two(-1.0 * d28, -1.0 * d28_, s121, s121_)
+    s123, s123_ = by.times_one(Omega, s122, s122_)
+    s124, s124_ = by.plus_two(d20, d20_, d31, d31_)
+    s125, s125_ = by.times_two(-1.0 * d22, -1.0 * d22_, s124, s124_)
+    s126, s126_ = by.plus_two(s123, s123_, s125, s125_)
+    s127, s127_ = by.times_one(Omega, s126, s126_)
+    s128, s128_ = by.times_one(12.0, d30, d30_)
+    s129, s129_ = by.plus_one(2.0, d25, d25_)
+    s130, s130_ = by.plus_two(s129, s129_, d35, d35_)
+    s131, s131_ = by.plus_two(s130, s130_, s128, s128_)
+    s132, s132_ = by.times_two(-1.0 * d16, -1.0 * d16_, d19, d19_)
+    s133, s133_ = by.times_two(s132, s132_, s131, s131_)
+    s134, s134_ = by.plus_two(s127, s127_, s133, s133_)
+    s135, s135_ = by.times_one(Omega, s134, s134_)
+    s136, s136_ = by.times_one(24.0, d30, d30_)
+    s137, s137_ = by.plus_one(1.0, d35, d35_)
+    s138, s138_ = by.plus_two(s137, s137_, s136, s136_)
+    s139, s139_ = by.times_two(-1.0 * d13, -1.0 * d13_, s138, s138_)
+    s140, s140_ = by.plus_two(s135, s135_, s139, s139_)
+    s141, s141_ = by.times_one(Omega, s140, s140_)
+    s142, s142_ = by.plus_two(s119, s119_, s141, s141_)
+    N11, N11_ = by.times_one(Omega, s142, s142_)
+    D00 = by.over(N00, N00_, den, den_)
+    D01 = by.over(N01, N01_, den, den_)
+    D10 = by.over(N10, N10_, den, den_)
+    D11 = by.over(N11, N11_, den, den_)
+    x0 = 10*gamma
+    x1 = x0 - 3
+    x2 = 36*x1
+    x3 = gamma*x2
+    x4 = gamma**2
+    x5 = x1*x4
+    x6 = 216*xi
+    x7 = xi**2
+    x8 = 4*x7
+    x9 = 108*x8 + 108
+    x10 = gamma**3
+    x11 = x1*x10
+    x12 = 2*x7
+    x13 = 144*xi
+    x14 = gamma**4
+    x15 = x1*x14
+    x16 = x13*x15
+    x17 = gamma**5
+    x18 = x1*x17
+    x19 = Omega*x2
+    x20 = gamma**7*x19
+    x21 = gamma**6
+    x22 = x1*x21
+    x23 = 38*gamma
+    x24 = 102*x4
+    x25 = 84*x10
+    x26 = 36*x10
+    x27 = 6*gamma
+    x28 = x1*xi
+    x29 = x27*x28
+    x30 = 56*gamma
+    x31 = 66*x4
+    x32 = 48*x10
+    x33 = gamma*x8
+    x34 = 24*x4
+    x35 = x34*x7
+    x36 = 96*x10
+    x37 = 18*x4
+    x38 = -x37
+    x39 = 6*x10
+    x40 = 9*gamma
+    x41 = x40 - 1
+    x42 = x38 + x39 + x41
+    x43 = Omega*x15*x42
+    x44 = 6*x43
+    x45 = 12*x10
+    x46 = 70*gamma - 168*x4 + 2*x45 - 6
+    x47 = 6*x4
+    x48 = 1 - x27
+    x49 = x47 + x48
+    x50 = 200*x49
+    x51 = x4*x50
+    x52 = 600*x10*x49*xi
+    x53 = Omega*x17
+    x54 = x50*xi
+    x55 = x12 + 1
+    x56 = x14*x50
+    x57 = 34*x4
+    x58 = 20*x10
+    x59 = 12*gamma
+    x60 = x59 - 1
+    x61 = x60*xi
+    x62 = -22*x4 + x41 + x58
+    x63 = x62*xi
+    x64 = 18*x63
+    x65 = Omega*x10
+    x66 = x4*x7
+    x67 = 82*gamma + 180*x10 - 210*x4 - 9
+    x68 = 3*x4
+    x69 = x1*x26
+    x70 = 72*x55
+    x71 = x1*(x34 + x48)
+    x72 = 18*gamma
+    x73 = 24*x10
+    x74 = 8*x7
+    x75 = 72*x7
+    x76 = gamma*x75
+    x77 = 144*x66
+    x78 = x32*x7
+    x79 = 3*gamma
+    x80 = 2*x4
+    x81 = 100*x49
+    x82 = Omega**2
+    x83 = x2*x4
+    x84 = x79 - 1
+    x85 = 72*gamma*x28
+    x86 = gamma*x7
+    x87 = -x8
+    x88 = 36*x86
+    x89 = -x4*x75 + x7*x73
+    x90 = x87 + x88 + x89
+    x91 = x39 + x90
+    x92 = x42*x69*xi + x44
+    x93 = x59*x7
+    x94 = x87 + 1
+    x95 = 12*x4
+    x96 = xi**4
+    x97 = 12*x7
+    x98 = x10*x7
+    x99 = -x76 - 1
+    x100 = x88 + x94
+    den_o = Omega*(Omega*(Omega*(Omega*(Omega*(x20 + x22*x6) + x18*x9) + x16*(x12 + 3)) + x11*x9) + x5*x6) + x3
+    B00 = (Omega*(Omega*(Omega*(-x11*x46*xi - x44) + x5*(x30 - x31 + x32 + x33 - x35 + x36*x7 - 9)) + x29*(19*gamma + x26 - 42*x4 - 2)) + x1*(x23 - x24 + x25 - 3)) / den
+    B01 = (Omega*(Omega*(-x53*x54 - x55*x56) - x52) - x51) / den
+    B02 = (Omega*(Omega*(-x64*x65 - x68*(-x33 + 48*x66 + x67)) - x37*x61) + 9*x0 - 9*x57 + 9*x58 - 9) / den
+    B03 = (Omega*(Omega*(Omega*(x13*x22 + x20) + x18*x70) + x16) + x69) / den
+    B10 = (Omega*(Omega*(Omega*(-Omega*x11*(127*gamma + x36 - 240*x4 - 15) - x28*x80*(163*gamma + 132*x10 - 330*x4 - 18)) - x1*x79*(-54*x4 + x72 + x73 - x74 + x76 - x77 + x78 - 1)) - x28*x46) + x71) / den
+    B11 = (Omega*(-x51*xi + x82*(x53*x81 + x56*xi)) - gamma*x81) / den
+    B12 = (Omega*(Omega*(Omega*(x39*x61 + 9*x62*x65) - x1*x40*x49) - x64) - 3*x60) / den
+    B13 = (Omega*(Omega*(Omega*(x13*x18 + x19*x21) + x15*x70) + x11*x13) + x83) / den
+    O00 = (x82*(Omega*(Omega*(Omega*(Omega*(-Omega*x92 - x1*x37*(x48 + x80 + x91)) - x28*x59*(x26 + x38 - x40 + x90 + 2)) - x1*x72*(x35 + x47 + x8 - 24*x86 - 1)) - x84*x85) - x3)) / den_o
+    O01 = (Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(-18*x11*(-8*gamma + x100 + x89 + x95) - 12*x43*xi) - x83*xi*(-15*gamma + x37 + x91 + 2)) - x1*x27*(144*gamma*x96 + x36*x96 + x37 - 288*x4*x96 - 16*x96 + x97 + 144*x98 + x99)) - x85*(x12 + x68 + x7*x95 + x84 - x93)) - x3*(x93 + x94)) - x85)) / den_o
+    P00 = (Omega*(Omega*(Omega*(Omega*(Omega*x92 + x5*(-x30 + x31 - x32 - 1296*x66 - x75 + 648*x86 + 432*x98 + 9)) + x29*(-gamma + 48*x10*x7 - x45 - x74 - x77 - x95 - x99)) + x1*(-x23 + x24 - x25 - 336*x66 + x78 + 140*x86 - x97 + 3)) - 2*x71*xi)) / den_o
+    P01 = (Omega*(Omega*(Omega*(Omega*x56 + x52) + x51*x55) + gamma*x54)) / den_o
+    P02 = (Omega*(Omega*(Omega*(Omega*x67*x68 + 54*gamma*x63) - 9*x0 + 9*x100 + 9*x57 - 9*x58 - 792*x66 + 720*x98) + 6*x61)) / den_o
+    P03 = (Omega*(Omega*(Omega*(x16 + x17*x19) + x11*x70) + x13*x5) + x3) / den_o
+    return D00, D01, D10, D11, B00, B01, B02, B03, B10, B11, B12, B13, O00, O01, P00, P01, P02, P03
 
 
-@_exact
-def _transfer(s):
-    """`transfer` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi, rho_inf, gamma = s[j], s[48 + j], s[96 + j], s[144 + j]
-        x0 = 216*xi
-        x1 = gamma**2
-        x2 = xi**2
-        x3 = 4*x2
-        x4 = 108*x3 + 108
-        x5 = gamma**3
-        x6 = 2*x2
-        x7 = gamma**4
-        x8 = 6*gamma
-        x9 = x8 - 1
-        x10 = 36*xi
-        x11 = x10*x9
-        x12 = 8*x2
-        x13 = gamma*x2
-        x14 = x9**2
-        x15 = 3*gamma - 1
-        x16 = x15*xi
-        x17 = Omega*(Omega*(Omega*(Omega*x14*x15**2 + 6*x14*x16) + 3*x9*(-x12 + 24*x13 + x8 + 1)) + x11) + 36
-        x18 = 3*x1
-        x19 = 12*gamma
-        x20 = x1*x2
-        x21 = 36*x1
-        x22 = 12*x5
-        x23 = 18*x1
-        x24 = -x23
-        x25 = 6*x5
-        x26 = 9*gamma
-        x27 = x26 - 1
-        x28 = x24 + x25 + x27
-        x29 = Omega*x28**2
-        x30 = 6*xi
-        x31 = x28*x30
-        x32 = 24*x5
-        x33 = 36*x7
-        x34 = x2*x32
-        x35 = x12 - 72*x13 + 144*x20
-        x36 = 42*x1 + x33
-        x37 = 72*x1
-        x38 = 1 - x26
-        x39 = Omega*x28
-        x40 = x26 - 2
-        x41 = x2*x37
-        x42 = 36*x13
-        x43 = 12*xi
-        x44 = x15*x9
-        x45 = 6*x23 + 6*x3 + 6*x41 - 6*x42 - 6
-        x46 = Omega*x23*x9*(2*gamma - 1) + gamma*x10*(16*x1 + x38)
-        den = Omega*(Omega*(Omega*(Omega*(Omega*(36*Omega*gamma**6 + gamma**5*x0) + x4*x7) + 144*x5*xi*(x6 + 3)) + x1*x4) + gamma*x0) + 36
-        whole = x17
-        P = (Omega**2*x17) / den
-        g1 = (Omega*(Omega*(Omega*(Omega*(Omega*(x29 + x31*(6*x1 - x8 + 1)) + 3*x12 - 288*x13 + 3*x19 - 1440*x2*x5 + 432*x2*x7 + 1080*x20 - 3*x21 + 3*x32 + 3*x33 - 3) + 24*xi*(-9*x1 + 18*x13 - x2*x21 + x2*x22 + 18*x5 - x6)) + 36*x18 - 36*x19*x2 + 432*x20 + 36*x6) + 72*x16) + 36) / den
-        u0 = (Omega*(Omega*(Omega*(x30*(-15*gamma + x37 - 110*x5 + 18*x7 + 1) + x39*(x23 + x25 + x38)) + 3*x34 - 3*x35 - 3*x36 + 144*x5 + 3) - x10*(-x18 + 2*x5 + x9)) - 30) / whole
-        u1 = (Omega*(Omega*(Omega*(2*x28*x40*xi - x29) - 3*x19 - 3*x3 + 3*x34 + 3*x36 - 3*x41 + 3*x42 - 216*x5 + 3) + x30*(x22 + x24 + 1)) - 6) / whole
-        v0 = (Omega*(Omega*(Omega*(Omega*x25*x44 + x11*x5) + 18*gamma*(x1*x12 - 2*x1 + x9)) + x27*x43) + 18) / den
-        v1 = (Omega*(Omega*(Omega*(-x31*x9 - x39*x44) - 144*x2*x5 + 3*x22 + 3*x35 + 3*x9) + x40*x43) + 18) / den
-        a0 = (Omega*(Omega*(Omega*x46 + x45) + x11) + 36) / den
-        a1 = (Omega*(Omega*(-Omega*x46 - x45) - x11) - 36) / den
-        S = whole / den
-        s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j] = P, g1, u0, u1, S, v0, v1, a0, a1
+def transfer(by, Omega, xi, rho_inf, gamma):
+    """Filter from a load, linear between steps, to the response from rest (see linear_filter).
 
-
-@_compile
-def transfer(Omega, xi, rho_inf, gamma, out):
-    """Filter from a load, linear between steps, to the response from rest (see linear_filter); out (9, n).
-
-    Rows of out: P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
+    P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
     u = S (q + k0 e0 + k1 e1 + ...) and h*v, h^2*a = k0 e0 + k1 e1 + ...; e1, e2, ... are e0 of the steps before.
     """
-    s = np.ones(13 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j], s[96 + j], s[144 + j] = Omega[first + j], xi[first + j], rho_inf[first + j], gamma[first + j]
-        _transfer(s)
-        for r in range(9):
-            for j in range(size):
-                out[r, first + j] = s[(4 + r) * 48 + j]
+    x0 = 216*xi
+    x1 = gamma**2
+    x2 = xi**2
+    x3 = 4*x2
+    x4 = 108*x3 + 108
+    x5 = gamma**3
+    x6 = 2*x2
+    x7 = gamma**4
+    x8 = 6*gamma
+    x9 = x8 - 1
+    x10 = 36*xi
+    x11 = x10*x9
+    x12 = 8*x2
+    x13 = gamma*x2
+    x14 = x9**2
+    x15 = 3*gamma - 1
+    x16 = x15*xi
+    x17 = Omega*(Omega*(Omega*(Omega*x14*x15**2 + 6*x14*x16) + 3*x9*(-x12 + 24*x13 + x8 + 1)) + x11) + 36
+    x18 = 3*x1
+    x19 = 12*gamma
+    x20 = x1*x2
+    x21 = 36*x1
+    x22 = 12*x5
+    x23 = 18*x1
+    x24 = -x23
+    x25 = 6*x5
+    x26 = 9*gamma
+    x27 = x26 - 1
+    x28 = x24 + x25 + x27
+    x29 = Omega*x28**2
+    x30 = 6*xi
+    x31 = x28*x30
+    x32 = 24*x5
+    x33 = 36*x7
+    x34 = x2*x32
+    x35 = x12 - 72*x13 + 144*x20
+    x36 = 42*x1 + x33
+    x37 = 72*x1
+    x38 = 1 - x26
+    x39 = Omega*x28
+    x40 = x26 - 2
+    x41 = x2*x37
+    x42 = 36*x13
+    x43 = 12*xi
+    x44 = x15*x9
+    x45 = 6*x23 + 6*x3 + 6*x41 - 6*x42 - 6
+    x46 = Omega*x23*x9*(2*gamma - 1) + gamma*x10*(16*x1 + x38)
+    den = Omega*(Omega*(Omega*(Omega*(Omega*(36*Omega*gamma**6 + gamma**5*x0) + x4*x7) + 144*x5*xi*(x6 + 3)) + x1*x4) + gamma*x0) + 36
+    whole = x17
+    P = (Omega**2*x17) / den
+    g1 = (Omega*(Omega*(Omega*(Omega*(Omega*(x29 + x31*(6*x1 - x8 + 1)) + 3*x12 - 288*x13 + 3*x19 - 1440*x2*x5 + 432*x2*x7 + 1080*x20 - 3*x21 + 3*x32 + 3*x33 - 3) + 24*xi*(-9*x1 + 18*x13 - x2*x21 + x2*x22 + 18*x5 - x6)) + 36*x18 - 36*x19*x2 + 432*x20 + 36*x6) + 72*x16) + 36) / den
+    u0 = (Omega*(Omega*(Omega*(x30*(-15*gamma + x37 - 110*x5 + 18*x7 + 1) + x39*(x23 + x25 + x38)) + 3*x34 - 3*x35 - 3*x36 + 144*x5 + 3) - x10*(-x18 + 2*x5 + x9)) - 30) / whole
+    u1 = (Omega*(Omega*(Omega*(2*x28*x40*xi - x29) - 3*x19 - 3*x3 + 3*x34 + 3*x36 - 3*x41 + 3*x42 - 216*x5 + 3) + x30*(x22 + x24 + 1)) - 6) / whole
+    v0 = (Omega*(Omega*(Omega*(Omega*x25*x44 + x11*x5) + 18*gamma*(x1*x12 - 2*x1 + x9)) + x27*x43) + 18) / den
+    v1 = (Omega*(Omega*(Omega*(-x31*x9 - x39*x44) - 144*x2*x5 + 3*x22 + 3*x35 + 3*x9) + x40*x43) + 18) / den
+    a0 = (Omega*(Omega*(Omega*x46 + x45) + x11) + 36) / den
+    a1 = (Omega*(Omega*(-Omega*x46 - x45) - x11) - 36) / den
+    S = whole / den
+    return P, g1, u0, u1, S, v0, v1, a0, a1

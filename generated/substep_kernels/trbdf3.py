@@ -53,10 +53,6 @@ FILTER = 2
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
-_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
-# called by kernels alone: not from Python, and so without the code for that
-_exact = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
-
 # contract: a * b + c may become one operation, rounded once
 _fused = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
 _inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"})
@@ -99,29 +95,6 @@ def _angle(y, x):
     angle = 0.7853981633974483 + angle if steep else angle
     angle = 1.5707963267948966 - angle if y > flat else angle
     return 3.141592653589793 - angle if x < 0.0 else angle
-
-
-@_exact
-def _increment(Omega, xi):
-    """Denominator and numerators of A - I. 158 operations."""
-    x0 = xi**2
-    x1 = 8*Omega
-    x2 = x1 + 256*xi
-    x3 = 452*x0
-    x4 = Omega**2
-    x5 = 72*Omega
-    x6 = 8*x0
-    den = Omega*(Omega*(Omega*(Omega*(Omega*x2 + 6*x3 + 594) + 18*xi*(528*x0 + 695)) + 65448*x0 + 13932) + 145800*xi) + 104976
-    D_00 = x4*(Omega*(Omega*(Omega*(-x1 - 240*xi) - 3672*x0 - 522) - 23382*xi) - 35640)
-    D_01 = Omega*(Omega*(Omega*(-144*Omega*x0 + 360*xi*(6*x0 - 7)) + 18684*x0 - 6156) + 74520*xi) + 104976
-    D_02 = Omega*(Omega*(1080*x0 - x5*xi - 288) + 9342*xi) + 16848
-    D_10 = x4*(Omega*(Omega*(Omega*(-x1 + 480*xi) - 4752*x0 + 4176) - 32940*xi) - 80838)
-    D_11 = Omega*(Omega*(Omega*(Omega*(Omega*(-x1 - 184*xi) - 3792*x0 + 378) - 36*xi*(264*x0 + 611)) - 65880*x0 - 56538) - 161676*xi)
-    D_12 = Omega*(Omega*(Omega*(36*Omega - 540*xi) - 4743) - 216*xi) + 24138
-    D_20 = x4*(Omega*(Omega*(Omega*(-x5 + 2520*xi) + 432*x0 + 21708) + 15876*xi) - 104976)
-    D_21 = Omega*(Omega*(Omega*(Omega*(576*Omega*xi + 36*x6 + 6156) + 108*xi*(x6 + 99)) + 31752*x0 - 104976) - 209952*xi)
-    D_22 = Omega*(Omega*(Omega*(Omega*(-Omega*x2 - 6*x3 - 306) - 54*xi*(176*x0 + 229)) - 65016*x0 - 30780) - 194076*xi) - 104976
-    return den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22
 
 
 @_inline
@@ -364,256 +337,161 @@ def stability(Omega, xi, radius, damping, period):
     return refused < 0
 
 
-@_compile
-def amplification(Omega, xi, out):
-    """Amplification matrix in the order of STATE; out (n, 3, 3)."""
-    for i in range(out.shape[0]):
-        den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22 = _increment(Omega[i], xi[i])
-        out[i, 0, 0] = 1.0 + D_00 / den
-        out[i, 0, 1] = D_01 / den
-        out[i, 0, 2] = D_02 / den
-        out[i, 1, 0] = D_10 / den
-        out[i, 1, 1] = 1.0 + D_11 / den
-        out[i, 1, 2] = D_12 / den
-        out[i, 2, 0] = D_20 / den
-        out[i, 2, 1] = D_21 / den
-        out[i, 2, 2] = 1.0 + D_22 / den
+def amplification(by, Omega, xi):
+    """Amplification matrix (3, 3) in the order of STATE, row by row."""
+    x0 = xi**2
+    x1 = 8*Omega
+    x2 = x1 + 256*xi
+    x3 = 452*x0
+    x4 = Omega**2
+    x5 = 72*Omega
+    x6 = 8*x0
+    den = Omega*(Omega*(Omega*(Omega*(Omega*x2 + 6*x3 + 594) + 18*xi*(528*x0 + 695)) + 65448*x0 + 13932) + 145800*xi) + 104976
+    D_00 = (x4*(Omega*(Omega*(Omega*(-x1 - 240*xi) - 3672*x0 - 522) - 23382*xi) - 35640)) / den
+    D_01 = (Omega*(Omega*(Omega*(-144*Omega*x0 + 360*xi*(6*x0 - 7)) + 18684*x0 - 6156) + 74520*xi) + 104976) / den
+    D_02 = (Omega*(Omega*(1080*x0 - x5*xi - 288) + 9342*xi) + 16848) / den
+    D_10 = (x4*(Omega*(Omega*(Omega*(-x1 + 480*xi) - 4752*x0 + 4176) - 32940*xi) - 80838)) / den
+    D_11 = (Omega*(Omega*(Omega*(Omega*(Omega*(-x1 - 184*xi) - 3792*x0 + 378) - 36*xi*(264*x0 + 611)) - 65880*x0 - 56538) - 161676*xi)) / den
+    D_12 = (Omega*(Omega*(Omega*(36*Omega - 540*xi) - 4743) - 216*xi) + 24138) / den
+    D_20 = (x4*(Omega*(Omega*(Omega*(-x5 + 2520*xi) + 432*x0 + 21708) + 15876*xi) - 104976)) / den
+    D_21 = (Omega*(Omega*(Omega*(Omega*(576*Omega*xi + 36*x6 + 6156) + 108*xi*(x6 + 99)) + 31752*x0 - 104976) - 209952*xi)) / den
+    D_22 = (Omega*(Omega*(Omega*(Omega*(-Omega*x2 - 6*x3 - 306) - 54*xi*(176*x0 + 229)) - 65016*x0 - 30780) - 194076*xi) - 104976) / den
+    return 1.0 + D_00, D_01, D_02, D_10, 1.0 + D_11, D_12, D_20, D_21, 1.0 + D_22
 
 
-@_compile
-def stencil(out):
-    """Instants (n, 4) at which the load is taken, in steps after t_n."""
-    for i in range(out.shape[0]):
-        out[i, 0] = 0
-        out[i, 1] = 1/3
-        out[i, 2] = 2/3
-        out[i, 3] = 1
+def stencil(by):
+    """Instants at which the load is taken, in steps after t_n."""
+    return 0, 1/3, 2/3, 1
 
 
-# tails are rounding errors, which fastmath would remove
-@_exact
-def _plus(a, b):
-    """The sum of two doubles: head, and tail, which is the rounding error of the head."""
-    head = a + b
-    rest = head - a
-    return head, (a - (head - rest)) + (b - rest)
+def coefficients(by, Omega, xi):
+    """D, B, O, P of linear_march_2_01y: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f.
 
-
-@_exact
-def _plus_one(a, b, b_):
-    """The sum of a double and a pair of head and tail."""
-    head, tail = _plus(a, b)
-    tail += b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _plus_two(a, a_, b, b_):
-    """The sum of two pairs of head and tail."""
-    head, tail = _plus(a, b)
-    tail += a_ + b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times(a, b):
-    """The product of two doubles: head and tail, from halves of their digits, whose products are exact."""
-    head, c, d = a * b, 134217729.0 * a, 134217729.0 * b
-    a1, b1 = c - (c - a), d - (d - b)
-    a2, b2 = a - a1, b - b1
-    return head, ((a1 * b1 - head) + a1 * b2 + a2 * b1) + a2 * b2
-
-
-@_exact
-def _times_one(a, b, b_):
-    """The product of a double and a pair of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times_two(a, a_, b, b_):
-    """The product of two pairs of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_ + a_ * b
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _over(a, a_, b, b_):
-    """The quotient of two pairs of head and tail, rounded to a double."""
-    head = a / b
-    product, tail = _times(head, b)
-    return head + ((a - product) - tail + a_ - head * b_) / b
-
-
-@_exact
-def _coefficients(s):
-    """`coefficients` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi = s[j], s[48 + j]
-        d0, d0_ = _times(xi, xi)
-        d1, d1_ = _times_one(528.0, d0, d0_)
-        s2, s2_ = _plus_one(695.0, d1, d1_)
-        s3, s3_ = _times(18.0, xi)
-        d2, d2_ = _times_two(s3, s3_, s2, s2_)
-        d3 = 8.0 * Omega
-        d4, d4_ = _plus(d3, 256.0 * xi)
-        d5, d5_ = _times_one(452.0, d0, d0_)
-        d6, d6_ = _times(Omega, Omega)
-        d7, d7_ = _times(-32724.0, xi)
-        s9, s9_ = _times(145800.0, xi)
-        s10, s10_ = _times_one(65448.0, d0, d0_)
-        s11, s11_ = _times_one(6.0, d5, d5_)
-        s12, s12_ = _times_one(Omega, d4, d4_)
-        s13, s13_ = _plus_one(594.0, s11, s11_)
-        s14, s14_ = _plus_two(s13, s13_, s12, s12_)
-        s15, s15_ = _times_one(Omega, s14, s14_)
-        s16, s16_ = _plus_two(d2, d2_, s15, s15_)
-        s17, s17_ = _times_one(Omega, s16, s16_)
-        s18, s18_ = _plus_one(13932.0, s10, s10_)
-        s19, s19_ = _plus_two(s18, s18_, s17, s17_)
-        s20, s20_ = _times_one(Omega, s19, s19_)
-        s21, s21_ = _plus_two(s9, s9_, s20, s20_)
-        s22, s22_ = _times_one(Omega, s21, s21_)
-        den, den_ = _plus_one(104976.0, s22, s22_)
-        s24, s24_ = _times_one(-4752.0, d0, d0_)
-        s25, s25_ = _times(-168.0, xi)
-        s26, s26_ = _plus_one(-1.0 * d3, s25, s25_)
-        s27, s27_ = _times_one(Omega, s26, s26_)
-        s28, s28_ = _plus_one(-234.0, s24, s24_)
-        s29, s29_ = _plus_two(s28, s28_, s27, s27_)
-        s30, s30_ = _times_one(Omega, s29, s29_)
-        s31, s31_ = _plus_two(d7, d7_, s30, s30_)
-        s32, s32_ = _times_one(Omega, s31, s31_)
-        s33, s33_ = _plus_one(-52488.0, s32, s32_)
-        N00, N00_ = _times_two(d6, d6_, s33, s33_)
-        s35, s35_ = _times(40824.0, xi)
-        s36, s36_ = _times(-1944.0, Omega)
-        s37, s37_ = _times_one(xi, s36, s36_)
-        s38, s38_ = _plus_one(-6156.0, s37, s37_)
-        s39, s39_ = _times_one(Omega, s38, s38_)
-        s40, s40_ = _plus_two(s35, s35_, s39, s39_)
-        s41, s41_ = _times_one(Omega, s40, s40_)
-        N01, N01_ = _plus_one(104976.0, s41, s41_)
-        s43, s43_ = _times_one(-9.0, d1, d1_)
-        s44, s44_ = _times(-44.0, Omega)
-        s45, s45_ = _times(1020.0, xi)
-        s46, s46_ = _plus_two(s44, s44_, s45, s45_)
-        s47, s47_ = _times_one(Omega, s46, s46_)
-        s48, s48_ = _plus_one(8919.0, s43, s43_)
-        s49, s49_ = _plus_two(s48, s48_, s47, s47_)
-        s50, s50_ = _times_one(Omega, s49, s49_)
-        s51, s51_ = _plus_two(d7, d7_, s50, s50_)
-        s52, s52_ = _times_one(Omega, s51, s51_)
-        s53, s53_ = _plus_one(-104976.0, s52, s52_)
-        N10, N10_ = _times_two(d6, d6_, s53, s53_)
-        s55, s55_ = _times(-209952.0, xi)
-        s56, s56_ = _times_one(-65448.0, d0, d0_)
-        s57, s57_ = _times_one(-6.0, d5, d5_)
-        s58, s58_ = _times_one(-1.0 * Omega, d4, d4_)
-        s59, s59_ = _plus_one(378.0, s57, s57_)
-        s60, s60_ = _plus_two(s59, s59_, s58, s58_)
-        s61, s61_ = _times_one(Omega, s60, s60_)
-        s62, s62_ = _plus_two(-1.0 * d2, -1.0 * d2_, s61, s61_)
-        s63, s63_ = _times_one(Omega, s62, s62_)
-        s64, s64_ = _plus_one(-56538.0, s56, s56_)
-        s65, s65_ = _plus_two(s64, s64_, s63, s63_)
-        s66, s66_ = _times_one(Omega, s65, s65_)
-        s67, s67_ = _plus_two(s55, s55_, s66, s66_)
-        N11, N11_ = _times_one(Omega, s67, s67_)
-        D00 = _over(N00, N00_, den, den_)
-        D01 = _over(N01, N01_, den, den_)
-        D10 = _over(N10, N10_, den, den_)
-        D11 = _over(N11, N11_, den, den_)
-        x0 = xi**2
-        x1 = 72*Omega
-        x2 = Omega*(Omega*(1080*x0 - x1*xi - 288) + 9342*xi) + 16848
-        x3 = 144*Omega
-        x4 = 48*x0 + 25
-        x5 = Omega*(Omega*(Omega*(36*Omega - 540*xi) - 4743) - 216*xi) + 24138
-        x6 = 180*Omega
-        x7 = Omega*(Omega*(Omega*(x3 + 72*xi) + 216*x0 - 8424) - 24138*xi)
-        den_o = Omega*(Omega*(Omega*(Omega*(Omega*(4*Omega + 128*xi) + 1356*x0 + 297) + 9*xi*(528*x0 + 695)) + 32724*x0 + 6966) + 72900*xi) + 52488
-        B00 = (x2) / den
-        B01 = (x2) / den
-        B02 = (Omega*(Omega*(1728*x0 + x3*xi + 360) + 9504*xi) + 12960) / den
-        B03 = (Omega*(Omega*(Omega*(8*Omega + 168*xi) + 18*x4) + 4536*xi) + 5832) / den
-        B10 = (x5) / den
-        B11 = (x5) / den
-        B12 = (Omega*(Omega*(Omega*(-x1 - 864*xi) - 1908) + 8208*xi) + 24624) / den
-        B13 = (Omega*(Omega*(Omega*(44*Omega + 924*xi) + 99*x4) + 24948*xi) + 32076) / den
-        O00 = (Omega**2*(Omega*(Omega*(Omega*(-x6 + 1188*xi) + 19278) + 32076*xi) - 52488)) / den_o
-        O01 = (Omega*(Omega*(Omega*(3078*Omega + 22194*xi) + 64152*x0 - 52488) - 104976*xi)) / den_o
-        P00 = (x7) / den_o
-        P01 = (x7) / den_o
-        P02 = (Omega*(Omega*(Omega*(-x6 - 2844*xi) - 8208*x0 - 6480) - 24624*xi)) / den_o
-        P03 = (Omega*(Omega*(Omega*(x1 + 1512*xi) + 162*x4) + 40824*xi) + 52488) / den_o
-        s[96 + j], s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j], s[768 + j], s[816 + j], s[864 + j], s[912 + j] = D00, D01, D10, D11, B00, B01, B02, B03, B10, B11, B12, B13, O00, O01, P00, P01, P02, P03
-
-
-@_compile
-def coefficients(Omega, xi, out):
-    """D, B, O, P of linear_march_2_01y: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f; out (18, n).
-
-    The rows of out are the entries of D, B, O, P, matrix by matrix and row by row. D is rounded once. Columns of
-    B and P beyond the scheme's own load instants, up to the march's 4, are zero.
+    Their entries, matrix by matrix and row by row. D is computed in pairs of doubles and rounded once. Columns of B and
+    P beyond the scheme's own load instants, up to the march's 4, are zero.
     """
-    s = np.ones(20 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j] = Omega[first + j], xi[first + j]
-        _coefficients(s)
-        for r in range(18):
-            for j in range(size):
-                out[r, first + j] = s[(2 + r) * 48 + j]
+    d0, d0_ = by.times(xi, xi)
+    d1, d1_ = by.times_one(528.0, d0, d0_)
+    s2, s2_ = by.plus_one(695.0, d1, d1_)
+    s3, s3_ = by.times(18.0, xi)
+    d2, d2_ = by.times_two(s3, s3_, s2, s2_)
+    d3 = 8.0 * Omega
+    d4, d4_ = by.plus(d3, 256.0 * xi)
+    d5, d5_ = by.times_one(452.0, d0, d0_)
+    d6, d6_ = by.times(Omega, Omega)
+    d7, d7_ = by.times(-32724.0, xi)
+    s9, s9_ = by.times(145800.0, xi)
+    s10, s10_ = by.times_one(65448.0, d0, d0_)
+    s11, s11_ = by.times_one(6.0, d5, d5_)
+    s12, s12_ = by.times_one(Omega, d4, d4_)
+    s13, s13_ = by.plus_one(594.0, s11, s11_)
+    s14, s14_ = by.plus_two(s13, s13_, s12, s12_)
+    s15, s15_ = by.times_one(Omega, s14, s14_)
+    s16, s16_ = by.plus_two(d2, d2_, s15, s15_)
+    s17, s17_ = by.times_one(Omega, s16, s16_)
+    s18, s18_ = by.plus_one(13932.0, s10, s10_)
+    s19, s19_ = by.plus_two(s18, s18_, s17, s17_)
+    s20, s20_ = by.times_one(Omega, s19, s19_)
+    s21, s21_ = by.plus_two(s9, s9_, s20, s20_)
+    s22, s22_ = by.times_one(Omega, s21, s21_)
+    den, den_ = by.plus_one(104976.0, s22, s22_)
+    s24, s24_ = by.times_one(-4752.0, d0, d0_)
+    s25, s25_ = by.times(-168.0, xi)
+    s26, s26_ = by.plus_one(-1.0 * d3, s25, s25_)
+    s27, s27_ = by.times_one(Omega, s26, s26_)
+    s28, s28_ = by.plus_one(-234.0, s24, s24_)
+    s29, s29_ = by.plus_two(s28, s28_, s27, s27_)
+    s30, s30_ = by.times_one(Omega, s29, s29_)
+    s31, s31_ = by.plus_two(d7, d7_, s30, s30_)
+    s32, s32_ = by.times_one(Omega, s31, s31_)
+    s33, s33_ = by.plus_one(-52488.0, s32, s32_)
+    N00, N00_ = by.times_two(d6, d6_, s33, s33_)
+    s35, s35_ = by.times(40824.0, xi)
+    s36, s36_ = by.times(-1944.0, Omega)
+    s37, s37_ = by.times_one(xi, s36, s36_)
+    s38, s38_ = by.plus_one(-6156.0, s37, s37_)
+    s39, s39_ = by.times_one(Omega, s38, s38_)
+    s40, s40_ = by.plus_two(s35, s35_, s39, s39_)
+    s41, s41_ = by.times_one(Omega, s40, s40_)
+    N01, N01_ = by.plus_one(104976.0, s41, s41_)
+    s43, s43_ = by.times_one(-9.0, d1, d1_)
+    s44, s44_ = by.times(-44.0, Omega)
+    s45, s45_ = by.times(1020.0, xi)
+    s46, s46_ = by.plus_two(s44, s44_, s45, s45_)
+    s47, s47_ = by.times_one(Omega, s46, s46_)
+    s48, s48_ = by.plus_one(8919.0, s43, s43_)
+    s49, s49_ = by.plus_two(s48, s48_, s47, s47_)
+    s50, s50_ = by.times_one(Omega, s49, s49_)
+    s51, s51_ = by.plus_two(d7, d7_, s50, s50_)
+    s52, s52_ = by.times_one(Omega, s51, s51_)
+    s53, s53_ = by.plus_one(-104976.0, s52, s52_)
+    N10, N10_ = by.times_two(d6, d6_, s53, s53_)
+    s55, s55_ = by.times(-209952.0, xi)
+    s56, s56_ = by.times_one(-65448.0, d0, d0_)
+    s57, s57_ = by.times_one(-6.0, d5, d5_)
+    s58, s58_ = by.times_one(-1.0 * Omega, d4, d4_)
+    s59, s59_ = by.plus_one(378.0, s57, s57_)
+    s60, s60_ = by.plus_two(s59, s59_, s58, s58_)
+    s61, s61_ = by.times_one(Omega, s60, s60_)
+    s62, s62_ = by.plus_two(-1.0 * d2, -1.0 * d2_, s61, s61_)
+    s63, s63_ = by.times_one(Omega, s62, s62_)
+    s64, s64_ = by.plus_one(-56538.0, s56, s56_)
+    s65, s65_ = by.plus_two(s64, s64_, s63, s63_)
+    s66, s66_ = by.times_one(Omega, s65, s65_)
+    s67, s67_ = by.plus_two(s55, s55_, s66, s66_)
+    N11, N11_ = by.times_one(Omega, s67, s67_)
+    D00 = by.over(N00, N00_, den, den_)
+    D01 = by.over(N01, N01_, den, den_)
+    D10 = by.over(N10, N10_, den, den_)
+    D11 = by.over(N11, N11_, den, den_)
+    x0 = xi**2
+    x1 = 72*Omega
+    x2 = Omega*(Omega*(1080*x0 - x1*xi - 288) + 9342*xi) + 16848
+    x3 = 144*Omega
+    x4 = 48*x0 + 25
+    x5 = Omega*(Omega*(Omega*(36*Omega - 540*xi) - 4743) - 216*xi) + 24138
+    x6 = 180*Omega
+    x7 = Omega*(Omega*(Omega*(x3 + 72*xi) + 216*x0 - 8424) - 24138*xi)
+    den_o = Omega*(Omega*(Omega*(Omega*(Omega*(4*Omega + 128*xi) + 1356*x0 + 297) + 9*xi*(528*x0 + 695)) + 32724*x0 + 6966) + 72900*xi) + 52488
+    B00 = (x2) / den
+    B01 = (x2) / den
+    B02 = (Omega*(Omega*(1728*x0 + x3*xi + 360) + 9504*xi) + 12960) / den
+    B03 = (Omega*(Omega*(Omega*(8*Omega + 168*xi) + 18*x4) + 4536*xi) + 5832) / den
+    B10 = (x5) / den
+    B11 = (x5) / den
+    B12 = (Omega*(Omega*(Omega*(-x1 - 864*xi) - 1908) + 8208*xi) + 24624) / den
+    B13 = (Omega*(Omega*(Omega*(44*Omega + 924*xi) + 99*x4) + 24948*xi) + 32076) / den
+    O00 = (Omega**2*(Omega*(Omega*(Omega*(-x6 + 1188*xi) + 19278) + 32076*xi) - 52488)) / den_o
+    O01 = (Omega*(Omega*(Omega*(3078*Omega + 22194*xi) + 64152*x0 - 52488) - 104976*xi)) / den_o
+    P00 = (x7) / den_o
+    P01 = (x7) / den_o
+    P02 = (Omega*(Omega*(Omega*(-x6 - 2844*xi) - 8208*x0 - 6480) - 24624*xi)) / den_o
+    P03 = (Omega*(Omega*(Omega*(x1 + 1512*xi) + 162*x4) + 40824*xi) + 52488) / den_o
+    return D00, D01, D10, D11, B00, B01, B02, B03, B10, B11, B12, B13, O00, O01, P00, P01, P02, P03
 
 
-@_exact
-def _transfer(s):
-    """`transfer` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi = s[j], s[48 + j]
-        x0 = xi**2
-        x1 = 4*Omega
-        x2 = 16362*xi
-        x3 = Omega*(x1 + 84*xi)
-        x4 = Omega*(Omega*(2376*x0 + x3 - 369) + x2) + 52488
-        x5 = Omega*xi
-        x6 = -2376*x0 + 360*x5 + 3078
-        den = Omega*(Omega*(Omega*(Omega*(Omega*(x1 + 128*xi) + 1356*x0 + 297) + 9*xi*(528*x0 + 695)) + 32724*x0 + 6966) + 72900*xi) + 52488
-        whole = x4
-        P = (Omega**2*x4) / den
-        g1 = (Omega*(4941*Omega - 32076*xi) + 52488) / den
-        u0 = (Omega*(Omega*(-1188*x0 + 36*x5 + 666) - 9369*xi) - 42444) / whole
-        u1 = (-8019) / whole
-        v0 = (Omega*(Omega*(2376*x0 + x3 - 189) + 15174*xi) + 28269) / den
-        v1 = (Omega*(-180*Omega + 1188*xi) + 24219) / den
-        a0 = (Omega*(-Omega*x6 + x2) + 52488) / den
-        a1 = (Omega*(Omega*x6 - x2) - 52488) / den
-        S = whole / den
-        s[96 + j], s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j] = P, g1, u0, u1, S, v0, v1, a0, a1
+def transfer(by, Omega, xi):
+    """Filter from a load, linear between steps, to the response from rest (see linear_filter).
 
-
-@_compile
-def transfer(Omega, xi, out):
-    """Filter from a load, linear between steps, to the response from rest (see linear_filter); out (9, n).
-
-    Rows of out: P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
+    P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
     u = S (q + k0 e0 + k1 e1 + ...) and h*v, h^2*a = k0 e0 + k1 e1 + ...; e1, e2, ... are e0 of the steps before.
     """
-    s = np.ones(11 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j] = Omega[first + j], xi[first + j]
-        _transfer(s)
-        for r in range(9):
-            for j in range(size):
-                out[r, first + j] = s[(2 + r) * 48 + j]
+    x0 = xi**2
+    x1 = 4*Omega
+    x2 = 16362*xi
+    x3 = Omega*(x1 + 84*xi)
+    x4 = Omega*(Omega*(2376*x0 + x3 - 369) + x2) + 52488
+    x5 = Omega*xi
+    x6 = -2376*x0 + 360*x5 + 3078
+    den = Omega*(Omega*(Omega*(Omega*(Omega*(x1 + 128*xi) + 1356*x0 + 297) + 9*xi*(528*x0 + 695)) + 32724*x0 + 6966) + 72900*xi) + 52488
+    whole = x4
+    P = (Omega**2*x4) / den
+    g1 = (Omega*(4941*Omega - 32076*xi) + 52488) / den
+    u0 = (Omega*(Omega*(-1188*x0 + 36*x5 + 666) - 9369*xi) - 42444) / whole
+    u1 = (-8019) / whole
+    v0 = (Omega*(Omega*(2376*x0 + x3 - 189) + 15174*xi) + 28269) / den
+    v1 = (Omega*(-180*Omega + 1188*xi) + 24219) / den
+    a0 = (Omega*(-Omega*x6 + x2) + 52488) / den
+    a1 = (Omega*(Omega*x6 - x2) - 52488) / den
+    S = whole / den
+    return P, g1, u0, u1, S, v0, v1, a0, a1

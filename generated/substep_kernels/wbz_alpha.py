@@ -40,10 +40,6 @@ FILTER = 3
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
-_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
-# called by kernels alone: not from Python, and so without the code for that
-_exact = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
-
 # contract: a * b + c may become one operation, rounded once
 _fused = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
 _inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"})
@@ -86,32 +82,6 @@ def _angle(y, x):
     angle = 0.7853981633974483 + angle if steep else angle
     angle = 1.5707963267948966 - angle if y > flat else angle
     return 3.141592653589793 - angle if x < 0.0 else angle
-
-
-@_exact
-def _increment(Omega, xi, alpha_B):
-    """Denominator and numerators of A - I. 44 operations."""
-    x0 = alpha_B - 1
-    x1 = 4*x0
-    x2 = x0**2
-    x3 = 2*alpha_B - 1
-    x4 = 4*x3*xi
-    x5 = Omega**2
-    x6 = alpha_B**2
-    x7 = 2*Omega
-    x8 = x7*xi
-    x9 = 8*xi
-    den = Omega*(Omega*x2 - x4) - x1
-    D_00 = -x2*x5
-    D_01 = -x1 - x8*(x3 + x6)
-    D_02 = -x0*(alpha_B + 1) - x6*x8
-    D_10 = 2*x3*x5
-    D_11 = Omega*(x3*x7 + x4)
-    D_12 = x5*x6 + 2
-    D_20 = -4*x5
-    D_21 = Omega*(-4*Omega - x9)
-    D_22 = Omega*(-x7 - x9) - 4
-    return den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22
 
 
 @_inline
@@ -452,209 +422,120 @@ def stability(Omega, xi, alpha_B, radius, damping, period):
     return refused < 0
 
 
-@_compile
-def amplification(Omega, xi, alpha_B, out):
-    """Amplification matrix in the order of STATE; out (n, 3, 3)."""
-    for i in range(out.shape[0]):
-        den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22 = _increment(Omega[i], xi[i], alpha_B[i])
-        out[i, 0, 0] = 1.0 + D_00 / den
-        out[i, 0, 1] = D_01 / den
-        out[i, 0, 2] = D_02 / den
-        out[i, 1, 0] = D_10 / den
-        out[i, 1, 1] = 1.0 + D_11 / den
-        out[i, 1, 2] = D_12 / den
-        out[i, 2, 0] = D_20 / den
-        out[i, 2, 1] = D_21 / den
-        out[i, 2, 2] = 1.0 + D_22 / den
+def amplification(by, Omega, xi, alpha_B):
+    """Amplification matrix (3, 3) in the order of STATE, row by row."""
+    x0 = alpha_B - 1
+    x1 = 4*x0
+    x2 = x0**2
+    x3 = 2*alpha_B - 1
+    x4 = 4*x3*xi
+    x5 = Omega**2
+    x6 = alpha_B**2
+    x7 = 2*Omega
+    x8 = x7*xi
+    x9 = 8*xi
+    den = Omega*(Omega*x2 - x4) - x1
+    D_00 = (-x2*x5) / den
+    D_01 = (-x1 - x8*(x3 + x6)) / den
+    D_02 = (-x0*(alpha_B + 1) - x6*x8) / den
+    D_10 = (2*x3*x5) / den
+    D_11 = (Omega*(x3*x7 + x4)) / den
+    D_12 = (x5*x6 + 2) / den
+    D_20 = (-4*x5) / den
+    D_21 = (Omega*(-4*Omega - x9)) / den
+    D_22 = (Omega*(-x7 - x9) - 4) / den
+    return 1.0 + D_00, D_01, D_02, D_10, 1.0 + D_11, D_12, D_20, D_21, 1.0 + D_22
 
 
-@_compile
-def stencil(alpha_B, out):
-    """Instants (n, 1) at which the load is taken, in steps after t_n."""
-    for i in range(out.shape[0]):
-        out[i, 0] = 1
+def stencil(by, alpha_B):
+    """Instants at which the load is taken, in steps after t_n."""
+    return 1,
 
 
-# tails are rounding errors, which fastmath would remove
-@_exact
-def _plus(a, b):
-    """The sum of two doubles: head, and tail, which is the rounding error of the head."""
-    head = a + b
-    rest = head - a
-    return head, (a - (head - rest)) + (b - rest)
+def coefficients(by, Omega, xi, alpha_B):
+    """D, B, O, P of linear_march_3_012: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f.
 
-
-@_exact
-def _plus_one(a, b, b_):
-    """The sum of a double and a pair of head and tail."""
-    head, tail = _plus(a, b)
-    tail += b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _plus_two(a, a_, b, b_):
-    """The sum of two pairs of head and tail."""
-    head, tail = _plus(a, b)
-    tail += a_ + b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times(a, b):
-    """The product of two doubles: head and tail, from halves of their digits, whose products are exact."""
-    head, c, d = a * b, 134217729.0 * a, 134217729.0 * b
-    a1, b1 = c - (c - a), d - (d - b)
-    a2, b2 = a - a1, b - b1
-    return head, ((a1 * b1 - head) + a1 * b2 + a2 * b1) + a2 * b2
-
-
-@_exact
-def _times_one(a, b, b_):
-    """The product of a double and a pair of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times_two(a, a_, b, b_):
-    """The product of two pairs of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_ + a_ * b
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _over(a, a_, b, b_):
-    """The quotient of two pairs of head and tail, rounded to a double."""
-    head = a / b
-    product, tail = _times(head, b)
-    return head + ((a - product) - tail + a_ - head * b_) / b
-
-
-@_exact
-def _coefficients(s):
-    """`coefficients` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi, alpha_B = s[j], s[48 + j], s[96 + j]
-        d0, d0_ = _plus(-1.0, alpha_B)
-        d1, d1_ = 4.0 * d0, 4.0 * d0_
-        d2, d2_ = _times_two(d0, d0_, d0, d0_)
-        d3, d3_ = _plus(-1.0, 2.0 * alpha_B)
-        d4, d4_ = _times_one(4.0 * xi, d3, d3_)
-        d5, d5_ = _times(Omega, Omega)
-        d6, d6_ = _times(alpha_B, alpha_B)
-        d7 = 2.0 * Omega
-        d8, d8_ = _times(d7, xi)
-        d9 = 8.0 * xi
-        s7, s7_ = _times_one(Omega, d2, d2_)
-        s8, s8_ = _plus_two(-1.0 * d4, -1.0 * d4_, s7, s7_)
-        s9, s9_ = _times_one(Omega, s8, s8_)
-        den, den_ = _plus_two(-1.0 * d1, -1.0 * d1_, s9, s9_)
-        N00, N00_ = _times_two(-1.0 * d2, -1.0 * d2_, d5, d5_)
-        s12, s12_ = _plus_two(d3, d3_, d6, d6_)
-        s13, s13_ = _times_two(-1.0 * d8, -1.0 * d8_, s12, s12_)
-        N01, N01_ = _plus_two(-1.0 * d1, -1.0 * d1_, s13, s13_)
-        s15, s15_ = _plus(1.0, alpha_B)
-        s16, s16_ = _times_two(-1.0 * d0, -1.0 * d0_, s15, s15_)
-        s17, s17_ = _times_two(-1.0 * d6, -1.0 * d6_, d8, d8_)
-        N02, N02_ = _plus_two(s16, s16_, s17, s17_)
-        N10, N10_ = _times_two(2.0 * d3, 2.0 * d3_, d5, d5_)
-        s20, s20_ = _times_one(d7, d3, d3_)
-        s21, s21_ = _plus_two(d4, d4_, s20, s20_)
-        N11, N11_ = _times_one(Omega, s21, s21_)
-        s23, s23_ = _times_two(d5, d5_, d6, d6_)
-        N12, N12_ = _plus_one(2.0, s23, s23_)
-        N20, N20_ = -4.0 * d5, -4.0 * d5_
-        s25, s25_ = _plus(-1.0 * d9, -4.0 * Omega)
-        N21, N21_ = _times_one(Omega, s25, s25_)
-        s27, s27_ = _plus(-1.0 * d7, -1.0 * d9)
-        s28, s28_ = _times_one(Omega, s27, s27_)
-        N22, N22_ = _plus_one(-4.0, s28, s28_)
-        D00 = _over(N00, N00_, den, den_)
-        D01 = _over(N01, N01_, den, den_)
-        D02 = _over(N02, N02_, den, den_)
-        D10 = _over(N10, N10_, den, den_)
-        D11 = _over(N11, N11_, den, den_)
-        D12 = _over(N12, N12_, den, den_)
-        D20 = _over(N20, N20_, den, den_)
-        D21 = _over(N21, N21_, den, den_)
-        D22 = _over(N22, N22_, den, den_)
-        B00 = ((alpha_B - 1)**2) / den
-        B10 = (-2*(2*alpha_B - 1)) / den
-        B20 = (4) / den
-        B01 = 0.0
-        B11 = 0.0
-        B21 = 0.0
-        s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j], s[768 + j], s[816 + j] = D00, D01, D02, D10, D11, D12, D20, D21, D22, B00, B01, B10, B11, B20, B21
-
-
-@_compile
-def coefficients(Omega, xi, alpha_B, out):
-    """D, B, O, P of linear_march_3_012: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f; out (15, n).
-
-    The rows of out are the entries of D, B, O, P, matrix by matrix and row by row. D is rounded once. Columns of
-    B and P beyond the scheme's own load instants, up to the march's 2, are zero.
+    Their entries, matrix by matrix and row by row. D is computed in pairs of doubles and rounded once. Columns of B and
+    P beyond the scheme's own load instants, up to the march's 2, are zero.
     """
-    s = np.ones(18 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j], s[96 + j] = Omega[first + j], xi[first + j], alpha_B[first + j]
-        _coefficients(s)
-        for r in range(15):
-            for j in range(size):
-                out[r, first + j] = s[(3 + r) * 48 + j]
+    d0, d0_ = by.plus(-1.0, alpha_B)
+    d1, d1_ = 4.0 * d0, 4.0 * d0_
+    d2, d2_ = by.times_two(d0, d0_, d0, d0_)
+    d3, d3_ = by.plus(-1.0, 2.0 * alpha_B)
+    d4, d4_ = by.times_one(4.0 * xi, d3, d3_)
+    d5, d5_ = by.times(Omega, Omega)
+    d6, d6_ = by.times(alpha_B, alpha_B)
+    d7 = 2.0 * Omega
+    d8, d8_ = by.times(d7, xi)
+    d9 = 8.0 * xi
+    s7, s7_ = by.times_one(Omega, d2, d2_)
+    s8, s8_ = by.plus_two(-1.0 * d4, -1.0 * d4_, s7, s7_)
+    s9, s9_ = by.times_one(Omega, s8, s8_)
+    den, den_ = by.plus_two(-1.0 * d1, -1.0 * d1_, s9, s9_)
+    N00, N00_ = by.times_two(-1.0 * d2, -1.0 * d2_, d5, d5_)
+    s12, s12_ = by.plus_two(d3, d3_, d6, d6_)
+    s13, s13_ = by.times_two(-1.0 * d8, -1.0 * d8_, s12, s12_)
+    N01, N01_ = by.plus_two(-1.0 * d1, -1.0 * d1_, s13, s13_)
+    s15, s15_ = by.plus(1.0, alpha_B)
+    s16, s16_ = by.times_two(-1.0 * d0, -1.0 * d0_, s15, s15_)
+    s17, s17_ = by.times_two(-1.0 * d6, -1.0 * d6_, d8, d8_)
+    N02, N02_ = by.plus_two(s16, s16_, s17, s17_)
+    N10, N10_ = by.times_two(2.0 * d3, 2.0 * d3_, d5, d5_)
+    s20, s20_ = by.times_one(d7, d3, d3_)
+    s21, s21_ = by.plus_two(d4, d4_, s20, s20_)
+    N11, N11_ = by.times_one(Omega, s21, s21_)
+    s23, s23_ = by.times_two(d5, d5_, d6, d6_)
+    N12, N12_ = by.plus_one(2.0, s23, s23_)
+    N20, N20_ = -4.0 * d5, -4.0 * d5_
+    s25, s25_ = by.plus(-1.0 * d9, -4.0 * Omega)
+    N21, N21_ = by.times_one(Omega, s25, s25_)
+    s27, s27_ = by.plus(-1.0 * d7, -1.0 * d9)
+    s28, s28_ = by.times_one(Omega, s27, s27_)
+    N22, N22_ = by.plus_one(-4.0, s28, s28_)
+    D00 = by.over(N00, N00_, den, den_)
+    D01 = by.over(N01, N01_, den, den_)
+    D02 = by.over(N02, N02_, den, den_)
+    D10 = by.over(N10, N10_, den, den_)
+    D11 = by.over(N11, N11_, den, den_)
+    D12 = by.over(N12, N12_, den, den_)
+    D20 = by.over(N20, N20_, den, den_)
+    D21 = by.over(N21, N21_, den, den_)
+    D22 = by.over(N22, N22_, den, den_)
+    B00 = ((alpha_B - 1)**2) / den
+    B10 = (-2*(2*alpha_B - 1)) / den
+    B20 = (4) / den
+    B01 = 0.0
+    B11 = 0.0
+    B21 = 0.0
+    return D00, D01, D02, D10, D11, D12, D20, D21, D22, B00, B01, B10, B11, B20, B21
 
 
-@_exact
-def _transfer(s):
-    """`transfer` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi, alpha_B = s[j], s[48 + j], s[96 + j]
-        x0 = alpha_B - 1
-        x1 = 2*alpha_B
-        x2 = x1 - 1
-        x3 = 4*xi
-        x4 = alpha_B + 1
-        x5 = x4**2
-        x6 = x1 + 1
-        den = Omega*(Omega*x0**2 - x2*x3) - 4*x0
-        whole = 4.0
-        P = (4*Omega**2) / den
-        g1 = (Omega*(Omega*x5 - x3*x6) - 4*x2) / den
-        g2 = (4*alpha_B) / den
-        u0 = (x4*(alpha_B - 3)) / whole
-        u1 = (-x5) / whole
-        u2 = 0.0
-        v0 = (-2*x2) / den
-        v1 = (2*x6) / den
-        v2 = 0.0
-        a0 = (4) / den
-        a1 = (-4) / den
-        a2 = 0.0
-        S = whole / den
-        s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j] = P, g1, g2, u0, u1, u2, S, v0, v1, v2, a0, a1, a2
+def transfer(by, Omega, xi, alpha_B):
+    """Filter from a load, linear between steps, to the response from rest (see linear_filter).
 
-
-@_compile
-def transfer(Omega, xi, alpha_B, out):
-    """Filter from a load, linear between steps, to the response from rest (see linear_filter); out (13, n).
-
-    Rows of out: P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
+    P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
     u = S (q + k0 e0 + k1 e1 + ...) and h*v, h^2*a = k0 e0 + k1 e1 + ...; e1, e2, ... are e0 of the steps before.
     """
-    s = np.ones(16 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j], s[96 + j] = Omega[first + j], xi[first + j], alpha_B[first + j]
-        _transfer(s)
-        for r in range(13):
-            for j in range(size):
-                out[r, first + j] = s[(3 + r) * 48 + j]
+    x0 = alpha_B - 1
+    x1 = 2*alpha_B
+    x2 = x1 - 1
+    x3 = 4*xi
+    x4 = alpha_B + 1
+    x5 = x4**2
+    x6 = x1 + 1
+    den = Omega*(Omega*x0**2 - x2*x3) - 4*x0
+    whole = 4.0
+    P = (4*Omega**2) / den
+    g1 = (Omega*(Omega*x5 - x3*x6) - 4*x2) / den
+    g2 = (4*alpha_B) / den
+    u0 = (x4*(alpha_B - 3)) / whole
+    u1 = (-x5) / whole
+    u2 = 0.0
+    v0 = (-2*x2) / den
+    v1 = (2*x6) / den
+    v2 = 0.0
+    a0 = (4) / den
+    a1 = (-4) / den
+    a2 = 0.0
+    S = whole / den
+    return P, g1, g2, u0, u1, u2, S, v0, v1, v2, a0, a1, a2

@@ -43,10 +43,6 @@ FILTER = 3
 # instants, in steps, at which the start takes the load
 START_STENCIL = ()
 
-_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
-# called by kernels alone: not from Python, and so without the code for that
-_exact = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
-
 # contract: a * b + c may become one operation, rounded once
 _fused = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
 _inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"})
@@ -89,31 +85,6 @@ def _angle(y, x):
     angle = 0.7853981633974483 + angle if steep else angle
     angle = 1.5707963267948966 - angle if y > flat else angle
     return 3.141592653589793 - angle if x < 0.0 else angle
-
-
-@_exact
-def _increment(Omega, xi, theta):
-    """Denominator and numerators of A - I. 66 operations."""
-    x0 = 12*theta
-    x1 = theta**2
-    x2 = 12*xi
-    x3 = Omega**2
-    x4 = theta - 1
-    x5 = 2*theta
-    x6 = 3*theta
-    x7 = Omega*x1
-    x8 = 24*xi
-    den = Omega*(2*Omega*theta**3 + x1*x2) + x0
-    D_00 = -2*x3
-    D_01 = Omega*(Omega*x4*x5*(theta + 1) + 4*xi*(3*x1 - 1)) + x0
-    D_02 = Omega*(x4*x7 + x5*xi*(x6 - 2)) + 2*x6 - 2
-    D_10 = -6*x3
-    D_11 = Omega*(-6*Omega*theta - x2)
-    D_12 = Omega*(x0*x4*xi + x7*(x5 - 3)) + 6*x5 - 6
-    D_20 = -12*x3
-    D_21 = Omega*(-Omega*x0 - x8)
-    D_22 = Omega*(-theta*x8 - 6*x7) - 12
-    return den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22
 
 
 @_inline
@@ -459,237 +430,146 @@ def stability(Omega, xi, theta, radius, damping, period):
     return refused < 0
 
 
-@_compile
-def amplification(Omega, xi, theta, out):
-    """Amplification matrix in the order of STATE; out (n, 3, 3)."""
-    for i in range(out.shape[0]):
-        den, D_00, D_01, D_02, D_10, D_11, D_12, D_20, D_21, D_22 = _increment(Omega[i], xi[i], theta[i])
-        out[i, 0, 0] = 1.0 + D_00 / den
-        out[i, 0, 1] = D_01 / den
-        out[i, 0, 2] = D_02 / den
-        out[i, 1, 0] = D_10 / den
-        out[i, 1, 1] = 1.0 + D_11 / den
-        out[i, 1, 2] = D_12 / den
-        out[i, 2, 0] = D_20 / den
-        out[i, 2, 1] = D_21 / den
-        out[i, 2, 2] = 1.0 + D_22 / den
+def amplification(by, Omega, xi, theta):
+    """Amplification matrix (3, 3) in the order of STATE, row by row."""
+    x0 = 12*theta
+    x1 = theta**2
+    x2 = 12*xi
+    x3 = Omega**2
+    x4 = theta - 1
+    x5 = 2*theta
+    x6 = 3*theta
+    x7 = Omega*x1
+    x8 = 24*xi
+    den = Omega*(2*Omega*theta**3 + x1*x2) + x0
+    D_00 = (-2*x3) / den
+    D_01 = (Omega*(Omega*x4*x5*(theta + 1) + 4*xi*(3*x1 - 1)) + x0) / den
+    D_02 = (Omega*(x4*x7 + x5*xi*(x6 - 2)) + 2*x6 - 2) / den
+    D_10 = (-6*x3) / den
+    D_11 = (Omega*(-6*Omega*theta - x2)) / den
+    D_12 = (Omega*(x0*x4*xi + x7*(x5 - 3)) + 6*x5 - 6) / den
+    D_20 = (-12*x3) / den
+    D_21 = (Omega*(-Omega*x0 - x8)) / den
+    D_22 = (Omega*(-theta*x8 - 6*x7) - 12) / den
+    return 1.0 + D_00, D_01, D_02, D_10, 1.0 + D_11, D_12, D_20, D_21, 1.0 + D_22
 
 
-@_compile
-def stencil(theta, out):
-    """Instants (n, 2) at which the load is taken, in steps after t_n."""
-    for i in range(out.shape[0]):
-        out[i, 0] = 0
-        out[i, 1] = 1
+def stencil(by, theta):
+    """Instants at which the load is taken, in steps after t_n."""
+    return 0, 1
 
 
-# tails are rounding errors, which fastmath would remove
-@_exact
-def _plus(a, b):
-    """The sum of two doubles: head, and tail, which is the rounding error of the head."""
-    head = a + b
-    rest = head - a
-    return head, (a - (head - rest)) + (b - rest)
+def coefficients(by, Omega, xi, theta):
+    """D, B, O, P of linear_march_3_012: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f.
 
-
-@_exact
-def _plus_one(a, b, b_):
-    """The sum of a double and a pair of head and tail."""
-    head, tail = _plus(a, b)
-    tail += b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _plus_two(a, a_, b, b_):
-    """The sum of two pairs of head and tail."""
-    head, tail = _plus(a, b)
-    tail += a_ + b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times(a, b):
-    """The product of two doubles: head and tail, from halves of their digits, whose products are exact."""
-    head, c, d = a * b, 134217729.0 * a, 134217729.0 * b
-    a1, b1 = c - (c - a), d - (d - b)
-    a2, b2 = a - a1, b - b1
-    return head, ((a1 * b1 - head) + a1 * b2 + a2 * b1) + a2 * b2
-
-
-@_exact
-def _times_one(a, b, b_):
-    """The product of a double and a pair of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _times_two(a, a_, b, b_):
-    """The product of two pairs of head and tail."""
-    head, tail = _times(a, b)
-    tail += a * b_ + a_ * b
-    total = head + tail
-    return total, tail - (total - head)
-
-
-@_exact
-def _over(a, a_, b, b_):
-    """The quotient of two pairs of head and tail, rounded to a double."""
-    head = a / b
-    product, tail = _times(head, b)
-    return head + ((a - product) - tail + a_ - head * b_) / b
-
-
-@_exact
-def _coefficients(s):
-    """`coefficients` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi, theta = s[j], s[48 + j], s[96 + j]
-        d0, d0_ = _times(12.0, theta)
-        d1, d1_ = _times(theta, theta)
-        d2, d2_ = _times(12.0, xi)
-        d3, d3_ = _times(Omega, Omega)
-        d4, d4_ = _plus(-1.0, theta)
-        d5 = 2.0 * theta
-        d6, d6_ = _times(3.0, theta)
-        d7, d7_ = _times_one(Omega, d1, d1_)
-        d8, d8_ = _times(24.0, xi)
-        s8, s8_ = _times_two(d1, d1_, d2, d2_)
-        s9, s9_ = _times(theta, theta)
-        s10, s10_ = _times_one(theta, s9, s9_)
-        s11, s11_ = _times_one(2.0 * Omega, s10, s10_)
-        s12, s12_ = _plus_two(s8, s8_, s11, s11_)
-        s13, s13_ = _times_one(Omega, s12, s12_)
-        den, den_ = _plus_two(d0, d0_, s13, s13_)
-        N00, N00_ = -2.0 * d3, -2.0 * d3_
-        s15, s15_ = _times_one(3.0, d1, d1_)
-        s16, s16_ = _plus_one(-1.0, s15, s15_)
-        s17, s17_ = _times_one(4.0 * xi, s16, s16_)
-        s18, s18_ = _plus(1.0, theta)
-        s19, s19_ = _times(Omega, d5)
-        s20, s20_ = _times_two(s19, s19_, d4, d4_)
-        s21, s21_ = _times_two(s20, s20_, s18, s18_)
-        s22, s22_ = _plus_two(s17, s17_, s21, s21_)
-        s23, s23_ = _times_one(Omega, s22, s22_)
-        N01, N01_ = _plus_two(d0, d0_, s23, s23_)
-        s25, s25_ = _times_two(d4, d4_, d7, d7_)
-        s26, s26_ = _plus_one(-2.0, d6, d6_)
-        s27, s27_ = _times(d5, xi)
-        s28, s28_ = _times_two(s27, s27_, s26, s26_)
-        s29, s29_ = _plus_two(s25, s25_, s28, s28_)
-        s30, s30_ = _times_one(Omega, s29, s29_)
-        s31, s31_ = _plus_one(-2.0, 2.0 * d6, 2.0 * d6_)
-        N02, N02_ = _plus_two(s31, s31_, s30, s30_)
-        N10, N10_ = _times_one(-6.0, d3, d3_)
-        s34, s34_ = _times(-6.0, Omega)
-        s35, s35_ = _times_one(theta, s34, s34_)
-        s36, s36_ = _plus_two(-1.0 * d2, -1.0 * d2_, s35, s35_)
-        N11, N11_ = _times_one(Omega, s36, s36_)
-        s38, s38_ = _times(6.0, d5)
-        s39, s39_ = _plus(-3.0, d5)
-        s40, s40_ = _times_two(d7, d7_, s39, s39_)
-        s41, s41_ = _times_one(xi, d0, d0_)
-        s42, s42_ = _times_two(s41, s41_, d4, d4_)
-        s43, s43_ = _plus_two(s40, s40_, s42, s42_)
-        s44, s44_ = _times_one(Omega, s43, s43_)
-        s45, s45_ = _plus_one(-6.0, s38, s38_)
-        N12, N12_ = _plus_two(s45, s45_, s44, s44_)
-        N20, N20_ = _times_one(-12.0, d3, d3_)
-        s48, s48_ = _times_one(-1.0 * Omega, d0, d0_)
-        s49, s49_ = _plus_two(-1.0 * d8, -1.0 * d8_, s48, s48_)
-        N21, N21_ = _times_one(Omega, s49, s49_)
-        s51, s51_ = _times_one(-6.0, d7, d7_)
-        s52, s52_ = _times_one(-1.0 * theta, d8, d8_)
-        s53, s53_ = _plus_two(s51, s51_, s52, s52_)
-        s54, s54_ = _times_one(Omega, s53, s53_)
-        N22, N22_ = _plus_one(-12.0, s54, s54_)
-        D00 = _over(N00, N00_, den, den_)
-        D01 = _over(N01, N01_, den, den_)
-        D02 = _over(N02, N02_, den, den_)
-        D10 = _over(N10, N10_, den, den_)
-        D11 = _over(N11, N11_, den, den_)
-        D12 = _over(N12, N12_, den, den_)
-        D20 = _over(N20, N20_, den, den_)
-        D21 = _over(N21, N21_, den, den_)
-        D22 = _over(N22, N22_, den, den_)
-        x0 = theta - 1
-        B00 = (-2*x0) / den
-        B01 = (2*theta) / den
-        B10 = (-6*x0) / den
-        B11 = (6*theta) / den
-        B20 = (-12*x0) / den
-        B21 = (12*theta) / den
-        s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j], s[768 + j], s[816 + j] = D00, D01, D02, D10, D11, D12, D20, D21, D22, B00, B01, B10, B11, B20, B21
-
-
-@_compile
-def coefficients(Omega, xi, theta, out):
-    """D, B, O, P of linear_march_3_012: x1 = x0 + D x0 + B h^2 f and y1 = O x0 + P h^2 f; out (15, n).
-
-    The rows of out are the entries of D, B, O, P, matrix by matrix and row by row. D is rounded once. Columns of
-    B and P beyond the scheme's own load instants, up to the march's 2, are zero.
+    Their entries, matrix by matrix and row by row. D is computed in pairs of doubles and rounded once. Columns of B and
+    P beyond the scheme's own load instants, up to the march's 2, are zero.
     """
-    s = np.ones(18 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j], s[96 + j] = Omega[first + j], xi[first + j], theta[first + j]
-        _coefficients(s)
-        for r in range(15):
-            for j in range(size):
-                out[r, first + j] = s[(3 + r) * 48 + j]
+    d0, d0_ = by.times(12.0, theta)
+    d1, d1_ = by.times(theta, theta)
+    d2, d2_ = by.times(12.0, xi)
+    d3, d3_ = by.times(Omega, Omega)
+    d4, d4_ = by.plus(-1.0, theta)
+    d5 = 2.0 * theta
+    d6, d6_ = by.times(3.0, theta)
+    d7, d7_ = by.times_one(Omega, d1, d1_)
+    d8, d8_ = by.times(24.0, xi)
+    s8, s8_ = by.times_two(d1, d1_, d2, d2_)
+    s9, s9_ = by.times(theta, theta)
+    s10, s10_ = by.times_one(theta, s9, s9_)
+    s11, s11_ = by.times_one(2.0 * Omega, s10, s10_)
+    s12, s12_ = by.plus_two(s8, s8_, s11, s11_)
+    s13, s13_ = by.times_one(Omega, s12, s12_)
+    den, den_ = by.plus_two(d0, d0_, s13, s13_)
+    N00, N00_ = -2.0 * d3, -2.0 * d3_
+    s15, s15_ = by.times_one(3.0, d1, d1_)
+    s16, s16_ = by.plus_one(-1.0, s15, s15_)
+    s17, s17_ = by.times_one(4.0 * xi, s16, s16_)
+    s18, s18_ = by.plus(1.0, theta)
+    s19, s19_ = by.times(Omega, d5)
+    s20, s20_ = by.times_two(s19, s19_, d4, d4_)
+    s21, s21_ = by.times_two(s20, s20_, s18, s18_)
+    s22, s22_ = by.plus_two(s17, s17_, s21, s21_)
+    s23, s23_ = by.times_one(Omega, s22, s22_)
+    N01, N01_ = by.plus_two(d0, d0_, s23, s23_)
+    s25, s25_ = by.times_two(d4, d4_, d7, d7_)
+    s26, s26_ = by.plus_one(-2.0, d6, d6_)
+    s27, s27_ = by.times(d5, xi)
+    s28, s28_ = by.times_two(s27, s27_, s26, s26_)
+    s29, s29_ = by.plus_two(s25, s25_, s28, s28_)
+    s30, s30_ = by.times_one(Omega, s29, s29_)
+    s31, s31_ = by.plus_one(-2.0, 2.0 * d6, 2.0 * d6_)
+    N02, N02_ = by.plus_two(s31, s31_, s30, s30_)
+    N10, N10_ = by.times_one(-6.0, d3, d3_)
+    s34, s34_ = by.times(-6.0, Omega)
+    s35, s35_ = by.times_one(theta, s34, s34_)
+    s36, s36_ = by.plus_two(-1.0 * d2, -1.0 * d2_, s35, s35_)
+    N11, N11_ = by.times_one(Omega, s36, s36_)
+    s38, s38_ = by.times(6.0, d5)
+    s39, s39_ = by.plus(-3.0, d5)
+    s40, s40_ = by.times_two(d7, d7_, s39, s39_)
+    s41, s41_ = by.times_one(xi, d0, d0_)
+    s42, s42_ = by.times_two(s41, s41_, d4, d4_)
+    s43, s43_ = by.plus_two(s40, s40_, s42, s42_)
+    s44, s44_ = by.times_one(Omega, s43, s43_)
+    s45, s45_ = by.plus_one(-6.0, s38, s38_)
+    N12, N12_ = by.plus_two(s45, s45_, s44, s44_)
+    N20, N20_ = by.times_one(-12.0, d3, d3_)
+    s48, s48_ = by.times_one(-1.0 * Omega, d0, d0_)
+    s49, s49_ = by.plus_two(-1.0 * d8, -1.0 * d8_, s48, s48_)
+    N21, N21_ = by.times_one(Omega, s49, s49_)
+    s51, s51_ = by.times_one(-6.0, d7, d7_)
+    s52, s52_ = by.times_one(-1.0 * theta, d8, d8_)
+    s53, s53_ = by.plus_two(s51, s51_, s52, s52_)
+    s54, s54_ = by.times_one(Omega, s53, s53_)
+    N22, N22_ = by.plus_one(-12.0, s54, s54_)
+    D00 = by.over(N00, N00_, den, den_)
+    D01 = by.over(N01, N01_, den, den_)
+    D02 = by.over(N02, N02_, den, den_)
+    D10 = by.over(N10, N10_, den, den_)
+    D11 = by.over(N11, N11_, den, den_)
+    D12 = by.over(N12, N12_, den, den_)
+    D20 = by.over(N20, N20_, den, den_)
+    D21 = by.over(N21, N21_, den, den_)
+    D22 = by.over(N22, N22_, den, den_)
+    x0 = theta - 1
+    B00 = (-2*x0) / den
+    B01 = (2*theta) / den
+    B10 = (-6*x0) / den
+    B11 = (6*theta) / den
+    B20 = (-12*x0) / den
+    B21 = (12*theta) / den
+    return D00, D01, D02, D10, D11, D12, D20, D21, D22, B00, B01, B10, B11, B20, B21
 
 
-@_exact
-def _transfer(s):
-    """`transfer` of a block of lanes: arguments in the first rows of s, results in the rows that follow."""
-    for j in range(48):
-        Omega, xi, theta = s[j], s[48 + j], s[96 + j]
-        x0 = 6*theta
-        x1 = theta**3
-        x2 = theta**2
-        x3 = 6*xi
-        x4 = 2*theta
-        x5 = 6*x4 - 6
-        x6 = 3*theta
-        x7 = theta - 1
-        x8 = 6*x7
-        den = Omega*(Omega*x1 + x2*x3) + x0
-        whole = 6.0
-        P = (6*Omega**2) / den
-        g1 = (Omega*(Omega*(2*x1 - 3*x2 - x6 + 5) + x3*(2*x2 - x4 - 1)) + x5) / den
-        g2 = (Omega*(-Omega*x7**3 - x3*x7**2) - x8) / den
-        u0 = (theta - 6) / whole
-        u1 = (4*theta - 5) / whole
-        u2 = (x7) / whole
-        v0 = (x6) / den
-        v1 = (3) / den
-        v2 = (-3*x7) / den
-        a0 = (x0) / den
-        a1 = (-x5) / den
-        a2 = (x8) / den
-        S = whole / den
-        s[144 + j], s[192 + j], s[240 + j], s[288 + j], s[336 + j], s[384 + j], s[432 + j], s[480 + j], s[528 + j], s[576 + j], s[624 + j], s[672 + j], s[720 + j] = P, g1, g2, u0, u1, u2, S, v0, v1, v2, a0, a1, a2
+def transfer(by, Omega, xi, theta):
+    """Filter from a load, linear between steps, to the response from rest (see linear_filter).
 
-
-@_compile
-def transfer(Omega, xi, theta, out):
-    """Filter from a load, linear between steps, to the response from rest (see linear_filter); out (13, n).
-
-    Rows of out: P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
+    P, g1, ..., k of u, S, k of h*v, k of h^2*a. In a step e0 = h^2 f + g1 e1 + ... - P q, then q += e0,
     u = S (q + k0 e0 + k1 e1 + ...) and h*v, h^2*a = k0 e0 + k1 e1 + ...; e1, e2, ... are e0 of the steps before.
     """
-    s = np.ones(16 * 48)
-    for first in range(0, out.shape[1], 48):
-        size = min(48, out.shape[1] - first)
-        for j in range(size):
-            s[j], s[48 + j], s[96 + j] = Omega[first + j], xi[first + j], theta[first + j]
-        _transfer(s)
-        for r in range(13):
-            for j in range(size):
-                out[r, first + j] = s[(3 + r) * 48 + j]
+    x0 = 6*theta
+    x1 = theta**3
+    x2 = theta**2
+    x3 = 6*xi
+    x4 = 2*theta
+    x5 = 6*x4 - 6
+    x6 = 3*theta
+    x7 = theta - 1
+    x8 = 6*x7
+    den = Omega*(Omega*x1 + x2*x3) + x0
+    whole = 6.0
+    P = (6*Omega**2) / den
+    g1 = (Omega*(Omega*(2*x1 - 3*x2 - x6 + 5) + x3*(2*x2 - x4 - 1)) + x5) / den
+    g2 = (Omega*(-Omega*x7**3 - x3*x7**2) - x8) / den
+    u0 = (theta - 6) / whole
+    u1 = (4*theta - 5) / whole
+    u2 = (x7) / whole
+    v0 = (x6) / den
+    v1 = (3) / den
+    v2 = (-3*x7) / den
+    a0 = (x0) / den
+    a1 = (-x5) / den
+    a2 = (x8) / den
+    S = whole / den
+    return P, g1, g2, u0, u1, u2, S, v0, v1, v2, a0, a1, a2

@@ -36,7 +36,7 @@ _SCHEME_MODULE = {
     *("radius", "damping", "period", "rest", "count", "kept", "growth", "shift", "angle", "root", "third"),
     *("less", "modulus2", "discriminant", "square", "scale", "opposite", "found", "njit", "size", "whole"),
     *("P", "S", "den_", "total", "product", "real", "split", "inverse", "cosine", "refused"),
-    *("better", "near", "near_damping", "near_period", "second", "swap", "largest", "other"),
+    *("better", "near", "near_damping", "near_period", "second", "swap", "largest", "other", "by"),
 }
 # names that functions of the module of a scheme on a scene use
 _SCENE_STEP = {

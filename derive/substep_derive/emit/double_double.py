@@ -1,7 +1,7 @@
 """Polynomials -> lines that evaluate them in pairs of doubles, head and tail, 32 digits in all.
 
 Over n steps of a march the rounding error of its coefficients grows about n*Omega times, so that they are computed in
-such pairs and rounded only once, at the end. The functions that the lines call are in the template DOUBLE_DOUBLE.
+such pairs and rounded only once, at the end. What the lines call is the arithmetic `by` that formulas are given.
 """
 
 from collections.abc import Sequence
@@ -67,7 +67,7 @@ class DoubleDouble:
         name = f"s{next(self._fresh)}"
         given = [part for number in sorted((a, b), key=lambda n: n[1] is not None) for part in number if part]
         kind = {2: "", 3: "_one", 4: "_two"}[len(given)]
-        self.lines.append(f"{name}, {name}_ = _{operation}{kind}({', '.join(given)})")
+        self.lines.append(f"{name}, {name}_ = by.{operation}{kind}({', '.join(given)})")
         return name, f"{name}_"
 
 

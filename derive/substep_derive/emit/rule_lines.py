@@ -1,7 +1,7 @@
 """OneRule -> lines that compute the matrices of a step from R and S, in pairs of doubles, each entry rounded once.
 
 Horner's rule in alpha + beta*L loses digits where the eigenvalues of L lie far apart, so that doubles would not do.
-The functions that the lines call are in the templates ONE_RULE and DOUBLE_DOUBLE.
+What the lines call is the arithmetic `by` that formulas are given.
 """
 
 from collections.abc import Iterable
@@ -31,7 +31,7 @@ class _Lines:
         self._L = ", ".join(self.square)
         self.lines = [*self._pairs.lines]
         Q = self.at_L(rule.den)
-        self.lines.append(f"c0, c0_, d0, d0_, n0, n0_ = _conjugate({', '.join(Q)}, {self._L})")
+        self.lines.append(f"c0, c0_, d0, d0_, n0, n0_ = by.conjugate({', '.join(Q)}, {self._L})")
 
     def constant(self, c: Expr) -> str:
         """Head and tail of a coefficient."""
@@ -53,11 +53,11 @@ class _Lines:
 
     def times_L(self, value: list[str], plus: str = ZERO) -> list[str]:
         """The value times L, and a number added."""
-        return self._assigned(f"_horner({', '.join(value)}, {self._L}, {plus})")
+        return self._assigned(f"by.horner({', '.join(value)}, {self._L}, {plus})")
 
     def over_Q(self, p: Coefficients) -> list[str]:
         """p(L)/Q(L) times n0."""
-        return self._assigned(f"_product({', '.join(self.at_L(p))}, c0, c0_, d0, d0_, {self._L})")
+        return self._assigned(f"by.product({', '.join(self.at_L(p))}, c0, c0_, d0, d0_, {self._L})")
 
     def free(self, rule: OneRule) -> tuple[list[str], list[str], list[str]]:
         """The rows of R(L) - 1 and the lower row of L R(L), which gives the acceleration, times n0."""
@@ -75,7 +75,7 @@ class _Lines:
         """The pair n0*scale."""
         if scale == 1:
             return ["n0", "n0_"]
-        self.lines.append(f"{name}, {name}_ = _times_two(n0, n0_, {self.constant(scale)})")
+        self.lines.append(f"{name}, {name}_ = by.times_two(n0, n0_, {self.constant(scale)})")
         return [name, f"{name}_"]
 
     def pair(self, call: str) -> list[str]:
@@ -86,11 +86,11 @@ class _Lines:
 
     def plus(self, a: list[str], b: list[str]) -> list[str]:
         """The sum of two pairs."""
-        return self.pair(f"_plus_two({', '.join([*a, *b])})")
+        return self.pair(f"by.plus_two({', '.join([*a, *b])})")
 
     def entry(self, name: str, numerator: list[str], den: list[str]) -> None:
         """Assign an entry."""
-        self.lines.append(f"{name} = _over({', '.join([*numerator, *den])})")
+        self.lines.append(f"{name} = by.over({', '.join([*numerator, *den])})")
 
 
 def coefficient_lines(rule: OneRule, end: int, instants: int) -> list[str]:
@@ -126,7 +126,7 @@ def increment_lines(rule: OneRule) -> list[str]:
     for i, (row, load) in enumerate(zip(to.free(rule), to.loaded(S), strict=True)):
         for j in range(2):
             own = ", ".join([*row[2 * j : 2 * j + 2], to.constant(scale), *load])
-            difference = to.pair(f"_difference({own}, {to.square[j]})")
+            difference = to.pair(f"by.difference({own}, {to.square[j]})")
             to.entry(entry_name("D_", i, j), difference, den)
         to.entry(entry_name("D_", i, 2), load, den)
     to.lines.append(f"{entry_name('D_', 2, 2)} -= 1.0")

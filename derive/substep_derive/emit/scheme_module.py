@@ -1,15 +1,12 @@
 """SchemeKernels -> text of a module. The text depends on the declarations alone, byte for byte."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from itertools import product
 from textwrap import indent, wrap
 
-from sympy import Expr, Integer, Symbol, count_ops, eye, factor
+from sympy import Expr, Integer, count_ops, factor
 
 from ..algebra import rational
-from ..algebra.constant import approximated
 from ..declare.digest import scheme_digest
-from ..declare.names import entry_name
 from ..declare.scheme import Scheme
 from ..declare.symbols import Omega, state_label, xi
 from ..kernels.kernel import Kernel, entries, nested
@@ -18,20 +15,18 @@ from ..kernels.scheme import SchemeKernels
 from ..motion.effective import EffectiveSystem
 from ..oscillator.one_rule import OneRule
 from ..oscillator.stability_polynomial import rate
-from .coefficients import coefficient_functions
+from .formulas import formulas
 from .index import index_entry
 from .printing import PRINTER, decimal, docstring, fill, literal_tuple
-from .rule_lines import increment_lines
 from .stability import stability_functions
 from .templates.elementary import ELEMENTARY
-from .templates.one_rule import INCREMENT, ONE_RULE
-from .templates.scheme import BANNER, SCHEME_FUNCTIONS, SCHEME_HEADER, START
+from .templates.scheme import BANNER, SCHEME_HEADER
 
 
 def print_kernel(kernel: Kernel) -> str:
-    """One jitted scalar function: common subexpressions, then the named outputs."""
+    """One jitted scalar function, inlined in its loop: common subexpressions, then the named outputs."""
     subexpressions, outputs = rational.cse([e for _, e in kernel.outputs])
-    subexpressions = [*(kernel.first or ()), *subexpressions]
+    subexpressions = [*kernel.first, *subexpressions]
     operations = sum(int(count_ops(e)) for e in (*(e for _, e in subexpressions), *outputs))
     lines = [f"{name} = {PRINTER.doprint(e)}" for name, e in subexpressions]
     lines += [f"{name} = {PRINTER.doprint(e)}" for (name, _), e in zip(kernel.outputs, outputs, strict=True)]
@@ -39,7 +34,7 @@ def print_kernel(kernel: Kernel) -> str:
     arguments = ", ".join(a.name for a in kernel.arguments)
     returned = ", ".join(name for name, _ in kernel.outputs)
     return (
-        f"\n\n@{'_exact' if kernel.first is None else '_inline'}\ndef {kernel.name}({arguments}):\n"
+        f"\n\n@_inline\ndef {kernel.name}({arguments}):\n"
         f'    """{kernel.docstring} {operations} operations."""\n{body}\n    return {returned}\n'
     )
 
@@ -107,12 +102,7 @@ def _start(scheme: Scheme) -> list[str]:
 def scheme_module(kernels: SchemeKernels, source: str) -> str:
     """Text of generated/substep_kernels/<name>.py."""
     scheme, form, amplification = kernels.scheme, kernels.form, kernels.amplification
-    names = {kernel.name: [name for name, _ in kernel.outputs] for kernel in kernels.matrices}
-    m = len(scheme.state)
-    own = [name for name, _ in entries("D_", eye(m))]
     arguments = [Omega.name, xi.name, *(p.name for p in scheme.parameters)]
-    at_i = {p.symbol: Symbol(f"{p.name}[i]") for p in scheme.parameters}
-    typed = {"arguments": ", ".join(arguments), "arguments_i": ", ".join(f"{a}[i]" for a in arguments)}
     parts = [
         fill(BANNER, source=source, digest=scheme_digest(scheme)),
         fill(
@@ -131,48 +121,11 @@ def scheme_module(kernels: SchemeKernels, source: str) -> str:
             start_stencil=literal_tuple(str(float(tau)) for tau in amplification.start_stencil),
         ),
         fill(ELEMENTARY),
-        _increment(kernels.rule, arguments, own) if kernels.rule else "",
-        *(print_kernel(kernel) for kernel in (*kernels.matrices, *kernels.stability)),
+        *(print_kernel(kernel) for kernel in kernels.stability),
         stability_functions(kernels, arguments),
-        fill(
-            SCHEME_FUNCTIONS,
-            **typed,
-            m=m,
-            K=len(form.stencil),
-            store_amplification=_stores("out", "D_", m, m, identity=True, over="" if kernels.rule else " / den"),
-            increment_names=_assigned(names.get("_increment", own)),
-            store_stencil="\n".join(
-                f"        out[i, {k}] = {PRINTER.doprint(approximated(tau).subs(at_i))}"
-                for k, tau in enumerate(form.stencil)
-            ),
-            parameters_comma="".join(f"{p.name}, " for p in scheme.parameters),
-        ),
-        coefficient_functions(kernels, arguments),
+        formulas(kernels, arguments),
     ]
-    if "_start" in names:
-        K = len(amplification.start_stencil)
-        stores = "\n".join(part for part in (_stores("given", "S_", m, 3), _stores("load", "T_", m, K)) if part)
-        parts.append(fill(START, **typed, m=m, K=K, start_names=_assigned(names["_start"]), store_start=stores))
     return "".join(parts)
-
-
-def _increment(rule: OneRule, arguments: Sequence[str], names: Sequence[str]) -> str:
-    lines = indent("\n".join(increment_lines(rule)), "    ")
-    return fill(ONE_RULE) + fill(INCREMENT, arguments=", ".join(arguments), lines=lines, names=", ".join(names))
-
-
-def _stores(target: str, name: str, rows: int, columns: int, *, identity: bool = False, over: str = " / den") -> str:
-    """Lines that store entries over their denominator, or the identity plus these, in the array target."""
-    return "\n".join(
-        f"        {target}[i, {j}, {k}] = {'1.0 + ' if identity and j == k else ''}{entry_name(name, j, k)}{over}"
-        for j, k in product(range(rows), range(columns))
-    )
-
-
-def _assigned(names: Sequence[str]) -> str:
-    """The names as the left side of an assignment, over several lines if need be."""
-    lines = wrap(", ".join(names), 100)
-    return lines[0] if len(lines) == 1 else "(\n            " + "\n            ".join(lines) + "\n        )"
 
 
 def own_module(scheme: Scheme) -> str:

@@ -19,7 +19,7 @@ class Kernel:
     arguments: tuple[Symbol, ...]
     outputs: tuple[tuple[str, Expr], ...]
     docstring: str
-    first: tuple[tuple[str, Expr], ...] | None = None  # named sums that come first; given: inlined in its loop
+    first: tuple[tuple[str, Expr], ...] = ()  # named sums that come first
 
 
 def entries(name: str, matrix: Matrix) -> list[tuple[str, Expr]]:

@@ -2,16 +2,16 @@
 
 from dataclasses import dataclass
 
-from sympy import Expr, Integer, eye
+from sympy import Expr, Integer
 
 from ..declare.scheme import Scheme
-from ..declare.symbols import Omega, xi
+from ..declare.symbols import xi
 from ..motion.effective import EffectiveSystem, effective_systems
 from ..oscillator.amplification import Amplification
 from ..oscillator.one_rule import OneRule
 from ..oscillator.transfer import Transfer
 from .eigenvalue_defect import EigenvalueDefect
-from .kernel import Kernel, entries, polynomial_kernel
+from .kernel import Kernel
 from .march_form import MarchForm
 from .stability import factor_coefficients, live_coefficients, never_negative, stability_kernels
 
@@ -27,8 +27,8 @@ class SchemeKernels:
     polynomial in lambda whose roots are the live eigenvalues, those that are not always 0; positive: whether the last
     of them is positive at all parameters. factor: coefficients, lowest first, of the stability polynomial whose product
     at the oscillator's two s this is; None if there are at most three live eigenvalues, or no such product. defect: the
-    polynomial's value at the exact eigenvalue. rule: R and S of a step that is written by these, else None. matrices,
-    stability: the polynomials from which matrices and stability functions are computed.
+    polynomial's value at the exact eigenvalue. rule: R and S of a step that is written by these, else None. stability:
+    the polynomials from which stability functions are computed.
     """
 
     form: MarchForm
@@ -39,7 +39,6 @@ class SchemeKernels:
     factor: tuple[Expr, ...] | None
     defect: EigenvalueDefect
     rule: OneRule | None
-    matrices: tuple[Kernel, ...]
     stability: tuple[Kernel, ...]
 
     @classmethod
@@ -61,7 +60,6 @@ class SchemeKernels:
             factor=factor,
             defect=defect,
             rule=rule,
-            matrices=_matrices(amplification, rule),
             stability=stability_kernels(scheme, live, factor, defect),
         )
 
@@ -74,17 +72,3 @@ class SchemeKernels:
     def amplification(self) -> Amplification:
         """The scheme's amplification matrix in closed form."""
         return self.form.amplification
-
-
-def _matrices(amplification: Amplification, rule: OneRule | None) -> tuple[Kernel, ...]:
-    """Kernels of A - I, unless a rule gives it, and, where the scheme has its own start, of the start's matrices."""
-    arguments = (Omega, xi, *amplification.scheme.values)
-    step, start = amplification.step, amplification.start
-    increment = [("den", step.den), *entries("D_", step.N - step.den * eye(step.N.rows))]
-    doc = "Denominator and numerators of A - I."
-    kernels = [] if rule else [polynomial_kernel("_increment", arguments, increment, doc)]
-    if start is not None:
-        outputs = [("den", start.den), *entries("S_", start.N), *entries("T_", start.load_N)]
-        doc = "Denominator and numerators of the state at t = 0 from u, h*v, h^2*a and the load."
-        kernels.append(polynomial_kernel("_start", arguments, outputs, doc))
-    return tuple(kernels)

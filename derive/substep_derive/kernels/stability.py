@@ -96,7 +96,7 @@ def _inlined(name: str, arguments: tuple[Symbol, ...], outputs: dict[str, Expr],
     form too.
     """
     if constants_of(outputs.values()):  # numbers without common factors
-        return Kernel(name, arguments, tuple((key, nested(e, arguments[0])) for key, e in outputs.items()), doc, ())
+        return Kernel(name, arguments, tuple((key, nested(e, arguments[0])) for key, e in outputs.items()), doc)
     first = arguments[0]
     degree = {v: max(len(coefficients(e, v)) - 1 for e in outputs.values()) for v in arguments if v not in (first, xi)}
     order = [xi, *sorted(degree, key=lambda v: (degree[v], v.name))]

@@ -41,9 +41,7 @@ class Fitted:
     unsure: float = 0.0
 
 
-def solve(
-    scheme: Scheme, names: Sequence[str], at: Oscillators, residual: Residual, worth: float = math.inf
-) -> Fitted:
+def solve(scheme: Scheme, names: Sequence[str], at: Oscillators, residual: Residual, worth: float = math.inf) -> Fitted:
     """The scheme with the named parameters such that the residual is least.
 
     The parameters enter a step rationally, so that a residual that can vanish does so from one of a few starts. worth:

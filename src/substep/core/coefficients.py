@@ -7,7 +7,7 @@ replaced by h^2 a + 2 xi Omega h v + Omega^2 u at the start, with which the bala
 the amplification matrix of x less the identity, rounded once.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import cache
 from math import prod
 from typing import TYPE_CHECKING
@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .arrays import Array, common_shape, flat, read_only
+from .arrays import Array, common_shape, flat
+from .formulas import evaluated
 from .stability import points
 
 if TYPE_CHECKING:
@@ -66,7 +67,9 @@ def coefficients(scheme: "Scheme", Omega: ArrayLike, xi: ArrayLike) -> tuple[Arr
     K is here the number of instants of the scheme's stencil.
     """
     _, (Omegas, xis, *parameters) = points(scheme, Omega, xi)
-    rows, (m, R, K), loads = _coefficient_rows(scheme, Omegas, xis, parameters), sizes(scheme), scheme.info.loads
+    refuse_damping(scheme, xi)
+    rows = evaluated(scheme.kernels.coefficients, len(Omegas), (Omegas, xis, *parameters))
+    (m, R, K), loads = sizes(scheme), scheme.info.loads
     D, B, y_x, y_f = np.split(rows.T, np.cumsum([m * m, m * K, R * m]), axis=1)
     B, y_f = B.reshape(-1, m, K)[..., :loads], y_f.reshape(len(D), R, K)[..., :loads]
     return D.reshape(-1, m, m), B, y_x.reshape(len(D), R, m), y_f
@@ -74,15 +77,8 @@ def coefficients(scheme: "Scheme", Omega: ArrayLike, xi: ArrayLike) -> tuple[Arr
 
 def coefficient_rows(scheme: "Scheme", Omega: Array, xi: Array) -> Array:
     """D, B, O, P as rows (m*m + m*K + R*m + R*K, P) of the `sizes`, for Omega and xi (P,)."""
-    if len(Omega) == 1 and all(x.ndim == 0 for x in scheme.kernel_parameters):
-        return _coefficient_rows(scheme, Omega, xi, scheme.one_point)
-    return _coefficient_rows(scheme, Omega, xi, scheme.kernel_parameters)
-
-
-def _coefficient_rows(scheme: "Scheme", Omega: Array, xi: Array, parameters: Sequence[Array]) -> Array:
     refuse_damping(scheme, xi)
-    m, R, K = sizes(scheme)
-    return _rows(scheme.kernels.coefficients, m * m + m * K + R * (m + K), Omega, xi, parameters)
+    return evaluated(scheme.kernels.coefficients, len(Omega), (Omega, xi, *scheme.kernel_parameters))
 
 
 def transfer_rows(scheme: "Scheme", Omega: Array, xi: Array) -> Array:
@@ -91,20 +87,7 @@ def transfer_rows(scheme: "Scheme", Omega: Array, xi: Array) -> Array:
     The rows are described at `transfer` in the generated module; order is the module's FILTER, which must not be 0.
     """
     refuse_damping(scheme, xi)
-    return _rows(scheme.kernels.transfer, 4 * scheme.kernels.FILTER + 1, Omega, xi, scheme.kernel_parameters)
-
-
-def _rows(function: Callable[..., None], rows: int, Omega: Array, xi: Array, parameters: Sequence[Array]) -> Array:
-    out = np.empty((rows, len(Omega)))
-    if all(x.shape == Omega.shape for x in parameters):
-        function(*(read_only(x) for x in (Omega, xi, *parameters)), out)
-        return out
-    inputs = np.empty((2 + len(parameters), len(Omega)))
-    for row, values in zip(inputs, (Omega, xi, *parameters), strict=True):
-        row[:] = values
-    inputs.flags.writeable = False  # kernels are compiled for read-only inputs
-    function(*inputs, out)
-    return out
+    return evaluated(scheme.kernels.transfer, len(Omega), (Omega, xi, *scheme.kernel_parameters))
 
 
 def start_coefficients(scheme: "Scheme", Omega: ArrayLike, xi: ArrayLike) -> tuple[Array, Array]:
@@ -112,20 +95,18 @@ def start_coefficients(scheme: "Scheme", Omega: ArrayLike, xi: ArrayLike) -> tup
     refuse_damping(scheme, xi)
     _, arguments = points(scheme, Omega, xi)
     n, m = arguments[0].size, len(scheme.info.state)
-    out = np.empty((n, m, 3)), np.empty((n, m, len(scheme.kernels.START_STENCIL)))
-    scheme.kernels.start(*arguments, *out)
-    return out
+    S, T = np.split(evaluated(scheme.kernels.start, n, arguments).T, [3 * m], axis=1)
+    return S.reshape(n, m, 3), T.reshape(n, m, len(scheme.kernels.START_STENCIL))
 
 
 def stencil(scheme: "Scheme") -> Array:
     """Instants at which a step takes the load, in steps after t_n: (..., K), read-only."""
     values = scheme.kernel_parameters
     shape = common_shape(scheme.kernels.PARAMETERS, values)
-    out = np.empty((prod(shape), scheme.info.loads))
-    scheme.kernels.stencil(*(flat(value, shape) for value in values), out)
-    out = out.reshape(*shape, -1)
-    out.flags.writeable = False
-    return out
+    found = evaluated(scheme.kernels.stencil, prod(shape), [flat(value, shape) for value in values])
+    found = np.ascontiguousarray(found.T).reshape(*shape, -1)
+    found.flags.writeable = False
+    return found
 
 
 def loaded_within(stencil: Array) -> bool:

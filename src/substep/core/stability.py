@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 
 from .arrays import Array, common_shape, dot, flat
 from .errors import float_array, non_negative
+from .formulas import evaluated
 from .norms import largest_norm_of_powers
 from .threads import spread
 
@@ -25,7 +26,8 @@ PART = 1 << 13  # points of a call where some inputs are single numbers: these a
 HIDDEN_FROM = 1e8  # Omega; two eigenvalues part by about 1/Omega where they have one limit, and below they part clearly
 LARGE_DAMPING = 1e5  # of two positive eigenvalues that part so little, damping is of this size or above, or NaN
 AS_ONE = 8.0 * float(np.finfo(float).eps) ** 0.25  # relative distance to which rounding parts a fourfold eigenvalue
-NANOSECONDS = {"spectral_radius": 0.6, "stability": 4.0}  # per point, of the fastest schemes
+MATRICES = 1 << 11  # amplification matrices that are computed at a time, in the second cache
+NANOSECONDS = {"spectral_radius": 0.6, "stability": 4.0, "amplification": 20.0}  # per point, of the fastest schemes
 
 
 def points(scheme: "Scheme", Omega: ArrayLike, xi: ArrayLike) -> tuple[tuple[int, ...], list[Array]]:
@@ -39,13 +41,27 @@ def amplification(scheme: "Scheme", Omega: ArrayLike, xi: ArrayLike) -> Array:
     """Amplification matrix (..., m, m) of the free oscillator, in the order of the scheme's state."""
     m = len(scheme.info.state)
     shape, arguments = points(scheme, Omega, xi)
-    out = np.empty((arguments[0].size, m, m))
-    scheme.kernels.amplification(*arguments, out)
+    out = _amplification(scheme, arguments)
     if not np.isfinite(out).all():
         _require_finite(scheme, "amplification matrix", abs(out).max(axis=(1, 2)), *arguments[:2])
     if not scheme.info.damping:
         out[arguments[1] != 0.0] = np.nan
     return out.reshape(*shape, m, m)
+
+
+def _amplification(scheme: "Scheme", arguments: Sequence[Array]) -> Array:
+    """The matrices (n, m, m) at Omega, xi and parameters (n,) each."""
+    n, m = arguments[0].size, len(scheme.info.state)
+    out = np.empty((n, m * m))
+
+    def part(begin: int, end: int) -> None:
+        for first in range(begin, end, MATRICES):
+            last = min(first + MATRICES, end)
+            some = [a[first:last] for a in arguments]
+            out[first:last] = evaluated(scheme.kernels.amplification, last - first, some).T
+
+    spread(part, n, MATRICES, nanoseconds=n * NANOSECONDS["amplification"])
+    return out.reshape(n, m, m)
 
 
 def spectral_radius(scheme: "Scheme", Omega: ArrayLike, xi: ArrayLike) -> Array:
@@ -133,9 +149,7 @@ def _require_told_apart(scheme: "Scheme", radius: Array, damping: Array, Omega: 
     if not odd.any():
         return
     arguments = [a[odd] for a in arguments]
-    A = np.empty((arguments[0].size, *2 * [len(scheme.state)]))
-    scheme.kernels.amplification(*arguments, A)
-    scaled = _in_energy_norm(scheme, A, arguments[0])
+    scaled = _in_energy_norm(scheme, _amplification(scheme, arguments), arguments[0])
     beyond = ~np.isfinite(scaled).all(axis=(1, 2))  # no eigenvalue is known, so that none can be told from another
     values = np.linalg.eigvals(np.where(beyond[:, None, None], 0.0, scaled))
     sizes, distances = abs(values), abs(values[:, :, None] - values[:, None, :])

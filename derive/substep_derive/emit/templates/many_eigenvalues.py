@@ -2,6 +2,9 @@
 
 MORE_EIGENVALUES = '''
 
+_exact = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
+
+
 @_inline
 def _value_and_slope(x, y, c):
     """Value and slope of the polynomial at x + iy, and what bounds the rounding of the value, a multiple of eps.

@@ -25,40 +25,6 @@ MARCH, LOADS, KEPT, CARRIER = "{march}", {loads}, {kept}, {carrier}
 FILTER = {filter_order}
 # instants, in steps, at which the start takes the load
 START_STENCIL = {start_stencil}
-
-_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
-# called by kernels alone: not from Python, and so without the code for that
-_exact = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
-'''
-
-SCHEME_FUNCTIONS = '''
-
-@_compile
-def amplification({arguments}, out):
-    """Amplification matrix in the order of STATE; out (n, {m}, {m})."""
-    for i in range(out.shape[0]):
-        {increment_names} = _increment({arguments_i})
-{store_amplification}
-
-
-@_compile
-def stencil({parameters_comma}out):
-    """Instants (n, {K}) at which the load is taken, in steps after t_n."""
-    for i in range(out.shape[0]):
-{store_stencil}
-'''
-
-START = '''
-
-@_compile
-def start({arguments}, given, load):
-    """Matrices given (n, {m}, 3) and load (n, {m}, {K}) of the state at t = 0.
-
-    The state is given @ (u, h*v, h^2*a) + load @ h^2 f(START_STENCIL*h).
-    """
-    for i in range(given.shape[0]):
-        {start_names} = _start({arguments_i})
-{store_start}
 '''
 
 INDEX = '''"""The schemes of the catalogue as plain data, which can be read without importing numba or SymPy.
