@@ -279,3 +279,18 @@ def test_a_shape_that_no_scheme_of_the_catalogue_has_is_printed_on_first_use(
     assert run.__name__ == f"run_{K}"
     assert len(list(tmp_path.glob("*.py"))) == 1
     assert linear._kernels.__wrapped__(name, K)[0] is march
+
+
+@pytest.mark.parametrize("stride", [1, 3])
+@pytest.mark.parametrize(
+    "load", [ss.Record(0.03, np.sin(np.arange(50.0))), ss.Harmonic(1.0, 3.0)], ids=["record", "sine"]
+)
+def test_a_lane_marched_piece_by_piece_is_the_lane_marched_at_once(
+    load: ss.Record | ss.Harmonic, stride: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = ss.scene("linear_oscillator", omega=2.0, xi=0.1, load=load)
+    whole = ss.march(scene, "newmark_bdf2", dt=0.1, t_end=30.0, stride=stride)
+    monkeypatch.setattr(linear, "CHUNK", 7)
+    pieces = ss.march(scene, "newmark_bdf2", dt=0.1, t_end=30.0, stride=stride)
+    for name in ("t", "u", "v", "a"):
+        assert np.array_equal(getattr(pieces, name), getattr(whole, name))

@@ -28,7 +28,7 @@ from .step_loads import StepLoads
 
 COMPLETED, NON_FINITE = STATUSES.index("completed"), STATUSES.index("non_finite")
 NANOSECONDS = 0.25  # for a step of a lane
-CHUNK = 12288  # steps of a single lane that are marched at a time: their loads, and rows not asked for, stay near
+CHUNK = 32768  # steps of a single lane that are marched at a time: their loads, and rows not asked for, stay near
 LOADED, BLOCKS = 128, 4  # steps and blocks that are marched at a time if each lane has its own loads: these stay near
 
 
