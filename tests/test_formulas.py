@@ -142,10 +142,10 @@ def test_rows_are_used_again() -> None:
     np.testing.assert_allclose(evaluated(long, 2, [np.array([0.5, 0.25])]), [[2.0, 4.0 / 3.0]])
 
 
-@pytest.mark.parametrize("exponent", [0, -1, 0.5, 1000])
+@pytest.mark.parametrize("exponent", [0, -1, 0.5])
 def test_a_power_that_is_no_product_is_refused(exponent: Any) -> None:
     def power(by: Any, x: Any) -> tuple[Any, ...]:
         return (x**exponent,)
 
-    with pytest.raises(TypeError, match="whole power from 1 to 64"):
+    with pytest.raises(TypeError, match="whole power from 1 on"):
         evaluated(power, 1, [np.ones(1)])

@@ -16,7 +16,6 @@ from .arrays import Array
 from .kernel_modules import loaded
 
 Pair = tuple[Any, Any]  # head and tail
-MOST_POWER = 64  # beyond it a power is not a product of its base with itself
 
 
 def evaluated(function: Callable[..., Sequence[Any]], P: int, arguments: Sequence[Array]) -> Array:
@@ -133,8 +132,8 @@ class _Number:
         return self._record.double("multiply", (-1.0,), (self,))
 
     def __pow__(self, exponent: Any) -> "_Number":
-        if not isinstance(exponent, int) or not 0 < exponent <= MOST_POWER:
-            raise TypeError(f"expected a whole power from 1 to {MOST_POWER} in a formula, got {exponent!r}")
+        if not isinstance(exponent, int) or exponent < 1:
+            raise TypeError(f"expected a whole power from 1 on in a formula, got {exponent!r}; write 1/x**n for others")
         half = self ** (exponent // 2) if exponent > 1 else None
         square = None if half is None else half * half
         return self if square is None else square * self if exponent % 2 else square
@@ -189,7 +188,7 @@ class _Program:
 
 @cache
 def _program(function: Callable[..., Sequence[Any]]) -> _Program:
-    """What the function does, with as few rows as its numbers need, none of which is kept longer than it is read."""
+    """What the function does. A row is used again once its number has been read for the last time."""
     record = _Record()
     inputs = [record.number() for _ in range(function.__code__.co_argcount - 1)]
     outputs = [record.name(x) for x in function(Pairs(record), *inputs)]
