@@ -72,10 +72,10 @@ def test_kernel_steps_as_the_papers_do(scheme: str, scene: str) -> None:
 @pytest.mark.pairs
 @pytest.mark.parametrize(("scheme", "scene"), PAIRS)
 def test_lanes_in_blocks_are_the_lanes_alone(scheme: str, scene: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Blocks of 3 for 4 lanes: steps, lengths of run and bounds differ, one lane is stopped by its bound or fails."""
+    """Blocks of 3 for 4 lanes: steps, lengths of run and bounds differ; after one lane has ended, others may fail."""
     hand, s = SCENES[scene], ss.scheme(scheme, **PARAMETERS.get(scheme, {}))
     mine = variant(scene, load=push if scene == "linear_oscillator" else None, **hand.parameters)
-    dt, n = hand.dt * np.array([1.0, 0.7, 40.0, 1.3]), np.array([7, 9, 6, 5])
+    dt, n = hand.dt * np.array([1.0, 0.7, 40.0, 1.3]), np.array([2, 9, 6, 5])
     bound = np.array([np.inf, np.inf, 1e300, 0.5 * mine.E0])
     module = plain(scheme, scene)
     monkeypatch.setattr(module, "WIDTH", 3)

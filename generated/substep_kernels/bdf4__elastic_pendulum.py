@@ -126,7 +126,7 @@ def _lane(h, EA, L, m, tolerance, state, bound, first, n, stride, out, iteration
         v_1_x = a_1_x*c5 + (48/25)*v_0_x - 36/25*v_m1_x + (16/25)*v_m2_x - 3/25*v_m3_x
         v_1_y = a_1_y*c5 + (48/25)*v_0_y - 36/25*v_m1_y + (16/25)*v_m2_y - 3/25*v_m3_y
         energy = c11*(v_1_x**2 + v_1_y**2) + c12*(-c7 + u_1_x**2 + u_1_y**2)**2
-        if not np.isfinite(a_1_x + a_1_y + u_0_x + u_0_y + u_1_x + u_1_y + u_m1_x + u_m1_y + u_m2_x + u_m2_y + v_0_x + v_0_y + v_1_x + v_1_y + v_m1_x + v_m1_y + v_m2_x + v_m2_y + energy):
+        if not np.isfinite(a_1_x + a_1_y + u_0_x + u_0_y + u_m1_x + u_m1_y + u_m2_x + u_m2_y + v_0_x + v_0_y + v_m1_x + v_m1_y + v_m2_x + v_m2_y + energy):
             status, done = NON_FINITE, i
             break
         if energy > bound:
@@ -185,13 +185,57 @@ WIDTH = 64
 
 
 @_inner
+def _leave(rows, leaves, of_lane, runs, begin, end, place, state, peak, newton, common):
+    """Hand over the results of lanes that leave, and put a copy of one that stays in their place; whether one does."""
+    other = -1
+    for j in range(begin, end):
+        if runs[j] and leaves[j] == 0.0:
+            other = j
+        elif runs[j]:
+            runs[j], lane = False, j - place
+            peak[lane] = rows[40, j]
+            state[lane, 0, 0] = rows[16, j]
+            state[lane, 0, 1] = rows[17, j]
+            state[lane, 1, 0] = rows[26, j]
+            state[lane, 1, 1] = rows[27, j]
+            state[lane, 2, 0] = rows[18, j]
+            state[lane, 2, 1] = rows[19, j]
+            state[lane, 3, 0] = rows[28, j]
+            state[lane, 3, 1] = rows[29, j]
+            state[lane, 4, 0] = rows[20, j]
+            state[lane, 4, 1] = rows[21, j]
+            state[lane, 5, 0] = rows[30, j]
+            state[lane, 5, 1] = rows[31, j]
+            state[lane, 6, 0] = rows[22, j]
+            state[lane, 6, 1] = rows[23, j]
+            state[lane, 7, 0] = rows[32, j]
+            state[lane, 7, 1] = rows[33, j]
+            newton[lane, 0, 0] = common[0, 0] + rows[46, j]
+            newton[lane, 1, 0] = max(common[1, 0], rows[47, j])
+    if other >= 0:
+        for j in range(begin, end):
+            if leaves[j] > 0.0:
+                of_lane[j] = of_lane[other]
+                for r in range(rows.shape[0]):
+                    rows[r, j] = rows[r, other]
+    return other >= 0
+
+
+@_inner
 def _block(lane0, lane1, h, EA, L, m, tolerance, state, bound, first, n, stride, out, iterations, newton, peak, n_done, status):
-    """March lanes lane0 to lane1, at most WIDTH, in vector registers; the last one is repeated to fill the last."""
+    """March lanes lane0 to lane1, at most WIDTH, in vector registers.
+
+    Every column of the rows is marched: behind the last lane, and where a lane has left, stand copies of others.
+    """
     _widest()
-    rows = np.zeros((47, WIDTH + 16))
+    rows = np.zeros((48, WIDTH + 16))
     begin = -(rows.ctypes.data // 8) & 7  # at a cache line
     end = begin + 8 * ((lane1 - lane0 + 7) // 8)
-    place = begin - lane0  # a lane stands at place + lane in the rows
+    place = begin - lane0  # a lane stands in column place + lane
+    of_lane = np.zeros(WIDTH + 16, dtype=np.int64)  # whose numbers a column has
+    runs = np.zeros(WIDTH + 16, dtype=np.bool_)  # whether they are its own lane's
+    # Newton's iterations of steps in which all lanes took the same number: their sum, and the most
+    common = np.zeros((2, 1), dtype=np.int64)
     a_1_x = rows[0]
     a_1_y = rows[1]
     c0 = rows[2]
@@ -233,14 +277,17 @@ def _block(lane0, lane1, h, EA, L, m, tolerance, state, bound, first, n, stride,
     tolerance_ = rows[38]
     bound_ = rows[39]
     peak_ = rows[40]
-    running = rows[41]
-    seen = rows[42]
+    seen = rows[41]
+    leaves = rows[42]
     size = rows[43]
-    taken_0 = rows[44]
-    sum_0 = rows[45]
-    most_0 = rows[46]
+    go_0 = rows[44]
+    idle_0 = rows[45]
+    sum_0 = rows[46]
+    most_0 = rows[47]
     for j in range(begin, end):
-        lane = min(j - place, lane1 - 1)
+        lane = of_lane[j] = min(j - place, lane1 - 1)
+        runs[j] = j - place == lane
+        n_done[lane], status[lane] = n[lane], COMPLETED
         h_[j] = h[lane]
         EA_[j] = EA[lane]
         L_[j] = L[lane]
@@ -263,6 +310,7 @@ def _block(lane0, lane1, h, EA, L, m, tolerance, state, bound, first, n, stride,
         u_m3_y[j] = state[lane, 6, 1]
         v_m3_x[j] = state[lane, 7, 0]
         v_m3_y[j] = state[lane, 7, 1]
+        go_0[j] = 1.0
         peak_[j] = -np.inf
     for j in range(begin, end):
         c0[j] = (432/625)*h_[j]
@@ -279,28 +327,32 @@ def _block(lane0, lane1, h, EA, L, m, tolerance, state, bound, first, n, stride,
         c11[j] = (1/2)*m_[j]
         c12[j] = (1/8)*EA_[j]/L_[j]**3
         near_0[j] = ((tolerance_[j]/abs(c2[j])) if (c2[j] != 0) else (np.inf))
-    for lane in range(lane0, lane1):
-        status[lane], n_done[lane] = COMPLETED, n[lane]
-        running[place + lane] = np.nan  # size of a correction not yet made; 0.0 for a lane that has stopped
-    last, ends = n[lane0:lane1].max(), first
-    for i in range(first, last):
-        if i == ends:
-            ends = last
-            for lane in range(lane0, lane1):
-                if n[lane] <= i:
-                    running[place + lane], bound_[place + lane] = 0.0, np.nan
+    i, ends, left = first, first, 0
+    while True:
+        if i == ends or left > 0:
+            ends = n[lane0:lane1].max()
+            for j in range(begin, end):
+                if n[of_lane[j]] > i:
+                    ends = min(ends, n[of_lane[j]])
                 else:
-                    ends = min(ends, n[lane])
+                    leaves[j] = 1.0
+            if not _leave(rows, leaves, of_lane, runs, begin, end, place, state, peak, newton, common):
+                return
+            left = 0
+        waited = False
         for j in range(begin, end):
             u_star_x[j] = -c0[j]*v_m1_x[j] - c1[j]*v_m3_x[j] + c3[j]*v_m2_x[j] + c4[j]*v_0_x[j] + (48/25)*u_0_x[j] - 36/25*u_m1_x[j] + (16/25)*u_m2_x[j] - 3/25*u_m3_x[j]
             u_star_y[j] = -c0[j]*v_m1_y[j] - c1[j]*v_m3_y[j] + c3[j]*v_m2_y[j] + c4[j]*v_0_y[j] + (48/25)*u_0_y[j] - 36/25*u_m1_y[j] + (16/25)*u_m2_y[j] - 3/25*u_m3_y[j]
             a_1_x[j] = c6[j]*(u_0_x[j] - u_star_x[j])
             a_1_y[j] = c6[j]*(u_0_y[j] - u_star_y[j])
-            size[j], taken_0[j] = running[j], 0.0
-        for _ in range(50):
+        for passes_0 in range(1, 51):
+            if 0 < left < end - begin:
+                waited = True
+                for j in range(begin, end):
+                    go_0[j] = 0.0 if size[j] <= near_0[j] else 1.0
+                    idle_0[j] += 1.0 - go_0[j]
             left = 0
             for j in range(begin, end):
-                going = not size[j] <= near_0[j]
                 u_1_x = a_1_x[j]*c2[j] + u_star_x[j]
                 u_1_y = a_1_y[j]*c2[j] + u_star_y[j]
                 x0 = u_1_x**2
@@ -315,39 +367,35 @@ def _block(lane0, lane1, h, EA, L, m, tolerance, state, bound, first, n, stride,
                 jacobian_01 = x5
                 jacobian_10 = x5
                 jacobian_11 = c9[j]*x1 + x4
-                one_over_det = 1/(jacobian_00*jacobian_11 - jacobian_01*jacobian_10)
+                one_over_det = go_0[j]/(jacobian_00*jacobian_11 - jacobian_01*jacobian_10)
                 change_0 = one_over_det*(-jacobian_01*residual_1 + jacobian_11*residual_0)
                 change_1 = one_over_det*(jacobian_00*residual_1 - jacobian_10*residual_0)
-                change_0 = change_0 if going else 0.0
-                change_1 = change_1 if going else 0.0
                 a_1_x[j] = a_1_x[j] - change_0
                 a_1_y[j] = a_1_y[j] - change_1
                 largest = abs(change_0)
                 largest = abs(change_1) if abs(change_1) > largest else largest
                 size[j] = largest
-                taken_0[j] += 1.0 if going else 0.0
-                left = left if largest <= near_0[j] else 1
+                left += 0 if largest <= near_0[j] else 1
             if left == 0:
                 break
         if left > 0:
-            for lane in range(lane0, lane1):
-                j = place + lane
-                if running[j] != 0.0 and not size[j] <= near_0[j]:
+            for j in range(begin, end):
+                if not size[j] <= near_0[j]:
+                    leaves[j], lane = 1.0, of_lane[j]
                     n_done[lane], status[lane] = i, NEWTON_FAILED
-                    running[j], bound_[j] = 0.0, np.nan
-                    taken_0[j] = 0.0
-        stopped = 0
+                go_0[j], idle_0[j] = 1.0, 0.0
+            continue  # the others begin the step again
+        bad = 0
         for j in range(begin, end):
             u_1_x = a_1_x[j]*c2[j] + u_star_x[j]
             u_1_y = a_1_y[j]*c2[j] + u_star_y[j]
             v_1_x = a_1_x[j]*c5[j] + (48/25)*v_0_x[j] - 36/25*v_m1_x[j] + (16/25)*v_m2_x[j] - 3/25*v_m3_x[j]
             v_1_y = a_1_y[j]*c5[j] + (48/25)*v_0_y[j] - 36/25*v_m1_y[j] + (16/25)*v_m2_y[j] - 3/25*v_m3_y[j]
             energy = c11[j]*(v_1_x**2 + v_1_y**2) + c12[j]*(-c7[j] + u_1_x**2 + u_1_y**2)**2
-            total = a_1_x[j] + a_1_y[j] + u_0_x[j] + u_0_y[j] + u_1_x + u_1_y + u_m1_x[j] + u_m1_y[j] + u_m2_x[j] + u_m2_y[j] + v_0_x[j] + v_0_y[j] + v_1_x + v_1_y + v_m1_x[j] + v_m1_y[j] + v_m2_x[j] + v_m2_y[j] + energy
-            now = energy + (total - total)  # NaN unless all are finite
+            now = energy + 0.0 * (a_1_x[j] + a_1_y[j] + u_0_x[j] + u_0_y[j] + u_m1_x[j] + u_m1_y[j] + u_m2_x[j] + u_m2_y[j] + v_0_x[j] + v_0_y[j] + v_m1_x[j] + v_m1_y[j] + v_m2_x[j] + v_m2_y[j] + energy)  # NaN unless all are finite
             seen[j] = now
             good = now <= bound_[j]
-            stopped = stopped if good else 1
+            bad += 0 if good else 1
             top = peak_[j]
             u_m3_x_j = u_m3_x[j]
             u_m2_x_j = u_m2_x[j]
@@ -382,55 +430,37 @@ def _block(lane0, lane1, h, EA, L, m, tolerance, state, bound, first, n, stride,
             u_0_y[j] = u_1_y if good else u_0_y_j
             v_0_x[j] = v_1_x if good else v_0_x_j
             v_0_y[j] = v_1_y if good else v_0_y_j
-        if stopped > 0:
-            stopped = 0
+        if bad > 0:
             for j in range(begin, end):
-                stopped += (running[j] != 0.0) & (not seen[j] <= bound_[j])
-        if stopped > 0:
-            for lane in range(lane0, lane1):
-                j = place + lane
-                if running[j] != 0.0 and not seen[j] <= bound_[j]:
+                if not seen[j] <= bound_[j]:
+                    leaves[j], lane = 1.0, of_lane[j]
                     n_done[lane], status[lane] = i, ENERGY_BOUND if seen[j] > bound_[j] else NON_FINITE
-                    running[j], bound_[j] = 0.0, np.nan
-                    taken_0[j] = 0.0
-        for j in range(begin, end):
-            sum_0[j] += taken_0[j]
-            most_0[j] = max(most_0[j], taken_0[j])
+            if not _leave(rows, leaves, of_lane, runs, begin, end, place, state, peak, newton, common):
+                return
         if i < iterations.shape[1]:
-            for lane in range(lane0, lane1):
-                iterations[lane, i, 0] = taken_0[place + lane]
+            for j in range(begin, end):
+                if runs[j]:
+                    iterations[j - place, i, 0] = passes_0 - idle_0[j]
+        if waited:
+            for j in range(begin, end):
+                taken = passes_0 - idle_0[j]
+                sum_0[j] += taken
+                most_0[j] = max(most_0[j], taken)
+                go_0[j], idle_0[j] = 1.0, 0.0
+        else:
+            common[0, 0] += passes_0
+            common[1, 0] = max(common[1, 0], passes_0)
         if (i + 1) // stride < out.shape[1] and (i + 1) % stride == 0:
-            for lane in range(lane0, lane1):
-                j = place + lane
-                if seen[j] <= bound_[j]:
-                    row = out[lane, (i + 1) // stride]
+            for j in range(begin, end):
+                if runs[j]:
+                    row = out[j - place, (i + 1) // stride]
                     row[0, 0] = u_0_x[j]
                     row[0, 1] = u_0_y[j]
                     row[1, 0] = v_0_x[j]
                     row[1, 1] = v_0_y[j]
                     row[2, 0] = a_1_x[j]
                     row[2, 1] = a_1_y[j]
-    for lane in range(lane0, lane1):
-        j = place + lane
-        peak[lane] = peak_[j]
-        state[lane, 0, 0] = u_0_x[j]
-        state[lane, 0, 1] = u_0_y[j]
-        state[lane, 1, 0] = v_0_x[j]
-        state[lane, 1, 1] = v_0_y[j]
-        state[lane, 2, 0] = u_m1_x[j]
-        state[lane, 2, 1] = u_m1_y[j]
-        state[lane, 3, 0] = v_m1_x[j]
-        state[lane, 3, 1] = v_m1_y[j]
-        state[lane, 4, 0] = u_m2_x[j]
-        state[lane, 4, 1] = u_m2_y[j]
-        state[lane, 5, 0] = v_m2_x[j]
-        state[lane, 5, 1] = v_m2_y[j]
-        state[lane, 6, 0] = u_m3_x[j]
-        state[lane, 6, 1] = u_m3_y[j]
-        state[lane, 7, 0] = v_m3_x[j]
-        state[lane, 7, 1] = v_m3_y[j]
-        newton[lane, 0, 0] = sum_0[j]
-        newton[lane, 1, 0] = most_0[j]
+        i += 1
 
 
 @_compile

@@ -201,7 +201,7 @@ def _lane(h, gamma, EA, L, m, tolerance, state, bound, first, n, stride, out, it
         v_1_x = a_0_x*c14 + a_1_x*c13 + a_p_x*c16 - a_q_x*c15 + v_0_x
         v_1_y = a_0_y*c14 + a_1_y*c13 + a_p_y*c16 - a_q_y*c15 + v_0_y
         energy = c17*(v_1_x**2 + v_1_y**2) + c18*(-c3 + u_1_x**2 + u_1_y**2)**2
-        if not np.isfinite(a_1_x + a_1_y + u_1_x + u_1_y + v_1_x + v_1_y + energy):
+        if not np.isfinite(a_1_x + a_1_y + energy):
             status, done = NON_FINITE, i
             break
         if energy > bound:
@@ -248,13 +248,51 @@ WIDTH = 64
 
 
 @_inner
+def _leave(rows, leaves, of_lane, runs, begin, end, place, state, peak, newton, common):
+    """Hand over the results of lanes that leave, and put a copy of one that stays in their place; whether one does."""
+    other = -1
+    for j in range(begin, end):
+        if runs[j] and leaves[j] == 0.0:
+            other = j
+        elif runs[j]:
+            runs[j], lane = False, j - place
+            peak[lane] = rows[43, j]
+            state[lane, 0, 0] = rows[30, j]
+            state[lane, 0, 1] = rows[31, j]
+            state[lane, 1, 0] = rows[34, j]
+            state[lane, 1, 1] = rows[35, j]
+            state[lane, 2, 0] = rows[0, j]
+            state[lane, 2, 1] = rows[1, j]
+            newton[lane, 0, 0] = common[0, 0] + rows[49, j]
+            newton[lane, 1, 0] = max(common[1, 0], rows[50, j])
+            newton[lane, 0, 1] = common[0, 1] + rows[53, j]
+            newton[lane, 1, 1] = max(common[1, 1], rows[54, j])
+            newton[lane, 0, 2] = common[0, 2] + rows[57, j]
+            newton[lane, 1, 2] = max(common[1, 2], rows[58, j])
+    if other >= 0:
+        for j in range(begin, end):
+            if leaves[j] > 0.0:
+                of_lane[j] = of_lane[other]
+                for r in range(rows.shape[0]):
+                    rows[r, j] = rows[r, other]
+    return other >= 0
+
+
+@_inner
 def _block(lane0, lane1, h, gamma, EA, L, m, tolerance, state, bound, first, n, stride, out, iterations, newton, peak, n_done, status):
-    """March lanes lane0 to lane1, at most WIDTH, in vector registers; the last one is repeated to fill the last."""
+    """March lanes lane0 to lane1, at most WIDTH, in vector registers.
+
+    Every column of the rows is marched: behind the last lane, and where a lane has left, stand copies of others.
+    """
     _widest()
-    rows = np.zeros((56, WIDTH + 16))
+    rows = np.zeros((59, WIDTH + 16))
     begin = -(rows.ctypes.data // 8) & 7  # at a cache line
     end = begin + 8 * ((lane1 - lane0 + 7) // 8)
-    place = begin - lane0  # a lane stands at place + lane in the rows
+    place = begin - lane0  # a lane stands in column place + lane
+    of_lane = np.zeros(WIDTH + 16, dtype=np.int64)  # whose numbers a column has
+    runs = np.zeros(WIDTH + 16, dtype=np.bool_)  # whether they are its own lane's
+    # Newton's iterations of steps in which all lanes took the same number: their sum, and the most
+    common = np.zeros((2, 3), dtype=np.int64)
     a_0_x = rows[0]
     a_0_y = rows[1]
     a_1_x = rows[2]
@@ -299,20 +337,25 @@ def _block(lane0, lane1, h, gamma, EA, L, m, tolerance, state, bound, first, n, 
     tolerance_ = rows[41]
     bound_ = rows[42]
     peak_ = rows[43]
-    running = rows[44]
-    seen = rows[45]
+    seen = rows[44]
+    leaves = rows[45]
     size = rows[46]
-    taken_0 = rows[47]
-    sum_0 = rows[48]
-    most_0 = rows[49]
-    taken_1 = rows[50]
-    sum_1 = rows[51]
-    most_1 = rows[52]
-    taken_2 = rows[53]
-    sum_2 = rows[54]
-    most_2 = rows[55]
+    go_0 = rows[47]
+    idle_0 = rows[48]
+    sum_0 = rows[49]
+    most_0 = rows[50]
+    go_1 = rows[51]
+    idle_1 = rows[52]
+    sum_1 = rows[53]
+    most_1 = rows[54]
+    go_2 = rows[55]
+    idle_2 = rows[56]
+    sum_2 = rows[57]
+    most_2 = rows[58]
     for j in range(begin, end):
-        lane = min(j - place, lane1 - 1)
+        lane = of_lane[j] = min(j - place, lane1 - 1)
+        runs[j] = j - place == lane
+        n_done[lane], status[lane] = n[lane], COMPLETED
         h_[j] = h[lane]
         gamma_[j] = gamma[lane]
         EA_[j] = EA[lane]
@@ -326,6 +369,9 @@ def _block(lane0, lane1, h, gamma, EA, L, m, tolerance, state, bound, first, n, 
         v_0_y[j] = state[lane, 1, 1]
         a_0_x[j] = state[lane, 2, 0]
         a_0_y[j] = state[lane, 2, 1]
+        go_0[j] = 1.0
+        go_1[j] = 1.0
+        go_2[j] = 1.0
         peak_[j] = -np.inf
     for j in range(begin, end):
         c0[j] = gamma_[j]**2*h_[j]**2
@@ -350,28 +396,32 @@ def _block(lane0, lane1, h, gamma, EA, L, m, tolerance, state, bound, first, n, 
         near_0[j] = ((tolerance_[j]/abs(c0[j])) if (c0[j] != 0) else (np.inf))
         near_1[j] = ((tolerance_[j]/abs(c0[j])) if (c0[j] != 0) else (np.inf))
         near_2[j] = ((tolerance_[j]/abs(c0[j])) if (c0[j] != 0) else (np.inf))
-    for lane in range(lane0, lane1):
-        status[lane], n_done[lane] = COMPLETED, n[lane]
-        running[place + lane] = np.nan  # size of a correction not yet made; 0.0 for a lane that has stopped
-    last, ends = n[lane0:lane1].max(), first
-    for i in range(first, last):
-        if i == ends:
-            ends = last
-            for lane in range(lane0, lane1):
-                if n[lane] <= i:
-                    running[place + lane], bound_[place + lane] = 0.0, np.nan
+    i, ends, left = first, first, 0
+    while True:
+        if i == ends or left > 0:
+            ends = n[lane0:lane1].max()
+            for j in range(begin, end):
+                if n[of_lane[j]] > i:
+                    ends = min(ends, n[of_lane[j]])
                 else:
-                    ends = min(ends, n[lane])
+                    leaves[j] = 1.0
+            if not _leave(rows, leaves, of_lane, runs, begin, end, place, state, peak, newton, common):
+                return
+            left = 0
+        waited = False
         for j in range(begin, end):
             u_star_x[j] = a_0_x[j]*c0[j] + c1[j]*v_0_x[j] + u_0_x[j]
             u_star_y[j] = a_0_y[j]*c0[j] + c1[j]*v_0_y[j] + u_0_y[j]
             a_p_x[j] = c2[j]*(u_0_x[j] - u_star_x[j])
             a_p_y[j] = c2[j]*(u_0_y[j] - u_star_y[j])
-            size[j], taken_0[j] = running[j], 0.0
-        for _ in range(50):
+        for passes_0 in range(1, 51):
+            if 0 < left < end - begin:
+                waited = True
+                for j in range(begin, end):
+                    go_0[j] = 0.0 if size[j] <= near_0[j] else 1.0
+                    idle_0[j] += 1.0 - go_0[j]
             left = 0
             for j in range(begin, end):
-                going = not size[j] <= near_0[j]
                 u_p_x = a_p_x[j]*c0[j] + u_star_x[j]
                 u_p_y = a_p_y[j]*c0[j] + u_star_y[j]
                 x0 = u_p_x**2
@@ -386,27 +436,24 @@ def _block(lane0, lane1, h, gamma, EA, L, m, tolerance, state, bound, first, n, 
                 jacobian_01 = x5
                 jacobian_10 = x5
                 jacobian_11 = c5[j]*x1 + x4
-                one_over_det = 1/(jacobian_00*jacobian_11 - jacobian_01*jacobian_10)
+                one_over_det = go_0[j]/(jacobian_00*jacobian_11 - jacobian_01*jacobian_10)
                 change_0 = one_over_det*(-jacobian_01*residual_1 + jacobian_11*residual_0)
                 change_1 = one_over_det*(jacobian_00*residual_1 - jacobian_10*residual_0)
-                change_0 = change_0 if going else 0.0
-                change_1 = change_1 if going else 0.0
                 a_p_x[j] = a_p_x[j] - change_0
                 a_p_y[j] = a_p_y[j] - change_1
                 largest = abs(change_0)
                 largest = abs(change_1) if abs(change_1) > largest else largest
                 size[j] = largest
-                taken_0[j] += 1.0 if going else 0.0
-                left = left if largest <= near_0[j] else 1
+                left += 0 if largest <= near_0[j] else 1
             if left == 0:
                 break
         if left > 0:
-            for lane in range(lane0, lane1):
-                j = place + lane
-                if running[j] != 0.0 and not size[j] <= near_0[j]:
+            for j in range(begin, end):
+                if not size[j] <= near_0[j]:
+                    leaves[j], lane = 1.0, of_lane[j]
                     n_done[lane], status[lane] = i, NEWTON_FAILED
-                    running[j], bound_[j] = 0.0, np.nan
-                    taken_0[j] = 0.0
+                go_0[j], idle_0[j] = 1.0, 0.0
+            continue  # the others begin the step again
         for j in range(begin, end):
             u_p_x = a_p_x[j]*c0[j] + u_star_x[j]
             u_p_y = a_p_y[j]*c0[j] + u_star_y[j]
@@ -414,11 +461,14 @@ def _block(lane0, lane1, h, gamma, EA, L, m, tolerance, state, bound, first, n, 
             u_star_y[j] = -a_0_y[j]*c9[j] - a_p_y[j]*c8[j] + c7[j]*v_0_y[j] + u_0_y[j]
             a_q_x[j] = c2[j]*(u_p_x - u_star_x[j])
             a_q_y[j] = c2[j]*(u_p_y - u_star_y[j])
-            size[j], taken_1[j] = running[j], 0.0
-        for _ in range(50):
+        for passes_1 in range(1, 51):
+            if 0 < left < end - begin:
+                waited = True
+                for j in range(begin, end):
+                    go_1[j] = 0.0 if size[j] <= near_1[j] else 1.0
+                    idle_1[j] += 1.0 - go_1[j]
             left = 0
             for j in range(begin, end):
-                going = not size[j] <= near_1[j]
                 u_q_x = a_q_x[j]*c0[j] + u_star_x[j]
                 u_q_y = a_q_y[j]*c0[j] + u_star_y[j]
                 x0 = u_q_x**2
@@ -433,28 +483,25 @@ def _block(lane0, lane1, h, gamma, EA, L, m, tolerance, state, bound, first, n, 
                 jacobian_01 = x5
                 jacobian_10 = x5
                 jacobian_11 = c5[j]*x1 + x4
-                one_over_det = 1/(jacobian_00*jacobian_11 - jacobian_01*jacobian_10)
+                one_over_det = go_1[j]/(jacobian_00*jacobian_11 - jacobian_01*jacobian_10)
                 change_0 = one_over_det*(-jacobian_01*residual_1 + jacobian_11*residual_0)
                 change_1 = one_over_det*(jacobian_00*residual_1 - jacobian_10*residual_0)
-                change_0 = change_0 if going else 0.0
-                change_1 = change_1 if going else 0.0
                 a_q_x[j] = a_q_x[j] - change_0
                 a_q_y[j] = a_q_y[j] - change_1
                 largest = abs(change_0)
                 largest = abs(change_1) if abs(change_1) > largest else largest
                 size[j] = largest
-                taken_1[j] += 1.0 if going else 0.0
-                left = left if largest <= near_1[j] else 1
+                left += 0 if largest <= near_1[j] else 1
             if left == 0:
                 break
         if left > 0:
-            for lane in range(lane0, lane1):
-                j = place + lane
-                if running[j] != 0.0 and not size[j] <= near_1[j]:
+            for j in range(begin, end):
+                if not size[j] <= near_1[j]:
+                    leaves[j], lane = 1.0, of_lane[j]
                     n_done[lane], status[lane] = i, NEWTON_FAILED
-                    running[j], bound_[j] = 0.0, np.nan
-                    taken_0[j] = 0.0
-                    taken_1[j] = 0.0
+                go_0[j], idle_0[j] = 1.0, 0.0
+                go_1[j], idle_1[j] = 1.0, 0.0
+            continue  # the others begin the step again
         for j in range(begin, end):
             u_q_x = a_q_x[j]*c0[j] + u_star_x[j]
             u_q_y = a_q_y[j]*c0[j] + u_star_y[j]
@@ -462,11 +509,14 @@ def _block(lane0, lane1, h, gamma, EA, L, m, tolerance, state, bound, first, n, 
             u_star_y[j] = a_0_y[j]*c10[j] + a_p_y[j]*c11[j] - a_q_y[j]*c12[j] + h_[j]*v_0_y[j] + u_0_y[j]
             a_1_x[j] = c2[j]*(u_q_x - u_star_x[j])
             a_1_y[j] = c2[j]*(u_q_y - u_star_y[j])
-            size[j], taken_2[j] = running[j], 0.0
-        for _ in range(50):
+        for passes_2 in range(1, 51):
+            if 0 < left < end - begin:
+                waited = True
+                for j in range(begin, end):
+                    go_2[j] = 0.0 if size[j] <= near_2[j] else 1.0
+                    idle_2[j] += 1.0 - go_2[j]
             left = 0
             for j in range(begin, end):
-                going = not size[j] <= near_2[j]
                 u_1_x = a_1_x[j]*c0[j] + u_star_x[j]
                 u_1_y = a_1_y[j]*c0[j] + u_star_y[j]
                 x0 = u_1_x**2
@@ -481,41 +531,37 @@ def _block(lane0, lane1, h, gamma, EA, L, m, tolerance, state, bound, first, n, 
                 jacobian_01 = x5
                 jacobian_10 = x5
                 jacobian_11 = c5[j]*x1 + x4
-                one_over_det = 1/(jacobian_00*jacobian_11 - jacobian_01*jacobian_10)
+                one_over_det = go_2[j]/(jacobian_00*jacobian_11 - jacobian_01*jacobian_10)
                 change_0 = one_over_det*(-jacobian_01*residual_1 + jacobian_11*residual_0)
                 change_1 = one_over_det*(jacobian_00*residual_1 - jacobian_10*residual_0)
-                change_0 = change_0 if going else 0.0
-                change_1 = change_1 if going else 0.0
                 a_1_x[j] = a_1_x[j] - change_0
                 a_1_y[j] = a_1_y[j] - change_1
                 largest = abs(change_0)
                 largest = abs(change_1) if abs(change_1) > largest else largest
                 size[j] = largest
-                taken_2[j] += 1.0 if going else 0.0
-                left = left if largest <= near_2[j] else 1
+                left += 0 if largest <= near_2[j] else 1
             if left == 0:
                 break
         if left > 0:
-            for lane in range(lane0, lane1):
-                j = place + lane
-                if running[j] != 0.0 and not size[j] <= near_2[j]:
+            for j in range(begin, end):
+                if not size[j] <= near_2[j]:
+                    leaves[j], lane = 1.0, of_lane[j]
                     n_done[lane], status[lane] = i, NEWTON_FAILED
-                    running[j], bound_[j] = 0.0, np.nan
-                    taken_0[j] = 0.0
-                    taken_1[j] = 0.0
-                    taken_2[j] = 0.0
-        stopped = 0
+                go_0[j], idle_0[j] = 1.0, 0.0
+                go_1[j], idle_1[j] = 1.0, 0.0
+                go_2[j], idle_2[j] = 1.0, 0.0
+            continue  # the others begin the step again
+        bad = 0
         for j in range(begin, end):
             u_1_x = a_1_x[j]*c0[j] + u_star_x[j]
             u_1_y = a_1_y[j]*c0[j] + u_star_y[j]
             v_1_x = a_0_x[j]*c14[j] + a_1_x[j]*c13[j] + a_p_x[j]*c16[j] - a_q_x[j]*c15[j] + v_0_x[j]
             v_1_y = a_0_y[j]*c14[j] + a_1_y[j]*c13[j] + a_p_y[j]*c16[j] - a_q_y[j]*c15[j] + v_0_y[j]
             energy = c17[j]*(v_1_x**2 + v_1_y**2) + c18[j]*(-c3[j] + u_1_x**2 + u_1_y**2)**2
-            total = a_1_x[j] + a_1_y[j] + u_1_x + u_1_y + v_1_x + v_1_y + energy
-            now = energy + (total - total)  # NaN unless all are finite
+            now = energy + 0.0 * (a_1_x[j] + a_1_y[j] + energy)  # NaN unless all are finite
             seen[j] = now
             good = now <= bound_[j]
-            stopped = stopped if good else 1
+            bad += 0 if good else 1
             top = peak_[j]
             u_0_x_j = u_0_x[j]
             u_0_y_j = u_0_y[j]
@@ -532,57 +578,51 @@ def _block(lane0, lane1, h, gamma, EA, L, m, tolerance, state, bound, first, n, 
             v_0_y[j] = v_1_y if good else v_0_y_j
             a_0_x[j] = a_1_x_j if good else a_0_x_j
             a_0_y[j] = a_1_y_j if good else a_0_y_j
-        if stopped > 0:
-            stopped = 0
+        if bad > 0:
             for j in range(begin, end):
-                stopped += (running[j] != 0.0) & (not seen[j] <= bound_[j])
-        if stopped > 0:
-            for lane in range(lane0, lane1):
-                j = place + lane
-                if running[j] != 0.0 and not seen[j] <= bound_[j]:
+                if not seen[j] <= bound_[j]:
+                    leaves[j], lane = 1.0, of_lane[j]
                     n_done[lane], status[lane] = i, ENERGY_BOUND if seen[j] > bound_[j] else NON_FINITE
-                    running[j], bound_[j] = 0.0, np.nan
-                    taken_0[j] = 0.0
-                    taken_1[j] = 0.0
-                    taken_2[j] = 0.0
-        for j in range(begin, end):
-            sum_0[j] += taken_0[j]
-            most_0[j] = max(most_0[j], taken_0[j])
-            sum_1[j] += taken_1[j]
-            most_1[j] = max(most_1[j], taken_1[j])
-            sum_2[j] += taken_2[j]
-            most_2[j] = max(most_2[j], taken_2[j])
+            if not _leave(rows, leaves, of_lane, runs, begin, end, place, state, peak, newton, common):
+                return
         if i < iterations.shape[1]:
-            for lane in range(lane0, lane1):
-                iterations[lane, i, 0] = taken_0[place + lane]
-                iterations[lane, i, 1] = taken_1[place + lane]
-                iterations[lane, i, 2] = taken_2[place + lane]
+            for j in range(begin, end):
+                if runs[j]:
+                    iterations[j - place, i, 0] = passes_0 - idle_0[j]
+                    iterations[j - place, i, 1] = passes_1 - idle_1[j]
+                    iterations[j - place, i, 2] = passes_2 - idle_2[j]
+        if waited:
+            for j in range(begin, end):
+                taken = passes_0 - idle_0[j]
+                sum_0[j] += taken
+                most_0[j] = max(most_0[j], taken)
+                go_0[j], idle_0[j] = 1.0, 0.0
+                taken = passes_1 - idle_1[j]
+                sum_1[j] += taken
+                most_1[j] = max(most_1[j], taken)
+                go_1[j], idle_1[j] = 1.0, 0.0
+                taken = passes_2 - idle_2[j]
+                sum_2[j] += taken
+                most_2[j] = max(most_2[j], taken)
+                go_2[j], idle_2[j] = 1.0, 0.0
+        else:
+            common[0, 0] += passes_0
+            common[1, 0] = max(common[1, 0], passes_0)
+            common[0, 1] += passes_1
+            common[1, 1] = max(common[1, 1], passes_1)
+            common[0, 2] += passes_2
+            common[1, 2] = max(common[1, 2], passes_2)
         if (i + 1) // stride < out.shape[1] and (i + 1) % stride == 0:
-            for lane in range(lane0, lane1):
-                j = place + lane
-                if seen[j] <= bound_[j]:
-                    row = out[lane, (i + 1) // stride]
+            for j in range(begin, end):
+                if runs[j]:
+                    row = out[j - place, (i + 1) // stride]
                     row[0, 0] = u_0_x[j]
                     row[0, 1] = u_0_y[j]
                     row[1, 0] = v_0_x[j]
                     row[1, 1] = v_0_y[j]
                     row[2, 0] = a_0_x[j]
                     row[2, 1] = a_0_y[j]
-    for lane in range(lane0, lane1):
-        j = place + lane
-        peak[lane] = peak_[j]
-        state[lane, 0, 0] = u_0_x[j]
-        state[lane, 0, 1] = u_0_y[j]
-        state[lane, 1, 0] = v_0_x[j]
-        state[lane, 1, 1] = v_0_y[j]
-        state[lane, 2, 0] = a_0_x[j]
-        state[lane, 2, 1] = a_0_y[j]
-        newton[lane, 0, 0] = sum_0[j]
-        newton[lane, 1, 0] = most_0[j]
-        newton[lane, 0, 1] = sum_1[j]
-        newton[lane, 1, 1] = most_1[j]
-        newton[lane, 0, 2] = sum_2[j]
-        newton[lane, 1, 2] = most_2[j]
+        i += 1
 
 
 @_compile

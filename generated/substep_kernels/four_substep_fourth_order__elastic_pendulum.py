@@ -236,7 +236,7 @@ def _lane(h, EA, L, m, tolerance, state, bound, first, n, stride, out, iteration
         v_1_x = a_0_x*c20 + a_1_x*c17 - a_p_x*c19 + a_q_x*c21 - a_r_x*c18 + v_0_x
         v_1_y = a_0_y*c20 + a_1_y*c17 - a_p_y*c19 + a_q_y*c21 - a_r_y*c18 + v_0_y
         energy = c22*(v_1_x**2 + v_1_y**2) + c23*(-c2 + u_1_x**2 + u_1_y**2)**2
-        if not np.isfinite(a_1_x + a_1_y + u_1_x + u_1_y + v_1_x + v_1_y + energy):
+        if not np.isfinite(a_1_x + a_1_y + energy):
             status, done = NON_FINITE, i
             break
         if energy > bound:
@@ -287,13 +287,53 @@ WIDTH = 64
 
 
 @_inner
+def _leave(rows, leaves, of_lane, runs, begin, end, place, state, peak, newton, common):
+    """Hand over the results of lanes that leave, and put a copy of one that stays in their place; whether one does."""
+    other = -1
+    for j in range(begin, end):
+        if runs[j] and leaves[j] == 0.0:
+            other = j
+        elif runs[j]:
+            runs[j], lane = False, j - place
+            peak[lane] = rows[50, j]
+            state[lane, 0, 0] = rows[38, j]
+            state[lane, 0, 1] = rows[39, j]
+            state[lane, 1, 0] = rows[42, j]
+            state[lane, 1, 1] = rows[43, j]
+            state[lane, 2, 0] = rows[0, j]
+            state[lane, 2, 1] = rows[1, j]
+            newton[lane, 0, 0] = common[0, 0] + rows[56, j]
+            newton[lane, 1, 0] = max(common[1, 0], rows[57, j])
+            newton[lane, 0, 1] = common[0, 1] + rows[60, j]
+            newton[lane, 1, 1] = max(common[1, 1], rows[61, j])
+            newton[lane, 0, 2] = common[0, 2] + rows[64, j]
+            newton[lane, 1, 2] = max(common[1, 2], rows[65, j])
+            newton[lane, 0, 3] = common[0, 3] + rows[68, j]
+            newton[lane, 1, 3] = max(common[1, 3], rows[69, j])
+    if other >= 0:
+        for j in range(begin, end):
+            if leaves[j] > 0.0:
+                of_lane[j] = of_lane[other]
+                for r in range(rows.shape[0]):
+                    rows[r, j] = rows[r, other]
+    return other >= 0
+
+
+@_inner
 def _block(lane0, lane1, h, EA, L, m, tolerance, state, bound, first, n, stride, out, iterations, newton, peak, n_done, status):
-    """March lanes lane0 to lane1, at most WIDTH, in vector registers; the last one is repeated to fill the last."""
+    """March lanes lane0 to lane1, at most WIDTH, in vector registers.
+
+    Every column of the rows is marched: behind the last lane, and where a lane has left, stand copies of others.
+    """
     _widest()
-    rows = np.zeros((66, WIDTH + 16))
+    rows = np.zeros((70, WIDTH + 16))
     begin = -(rows.ctypes.data // 8) & 7  # at a cache line
     end = begin + 8 * ((lane1 - lane0 + 7) // 8)
-    place = begin - lane0  # a lane stands at place + lane in the rows
+    place = begin - lane0  # a lane stands in column place + lane
+    of_lane = np.zeros(WIDTH + 16, dtype=np.int64)  # whose numbers a column has
+    runs = np.zeros(WIDTH + 16, dtype=np.bool_)  # whether they are its own lane's
+    # Newton's iterations of steps in which all lanes took the same number: their sum, and the most
+    common = np.zeros((2, 4), dtype=np.int64)
     a_0_x = rows[0]
     a_0_y = rows[1]
     a_1_x = rows[2]
@@ -345,23 +385,29 @@ def _block(lane0, lane1, h, EA, L, m, tolerance, state, bound, first, n, stride,
     tolerance_ = rows[48]
     bound_ = rows[49]
     peak_ = rows[50]
-    running = rows[51]
-    seen = rows[52]
+    seen = rows[51]
+    leaves = rows[52]
     size = rows[53]
-    taken_0 = rows[54]
-    sum_0 = rows[55]
-    most_0 = rows[56]
-    taken_1 = rows[57]
-    sum_1 = rows[58]
-    most_1 = rows[59]
-    taken_2 = rows[60]
-    sum_2 = rows[61]
-    most_2 = rows[62]
-    taken_3 = rows[63]
-    sum_3 = rows[64]
-    most_3 = rows[65]
+    go_0 = rows[54]
+    idle_0 = rows[55]
+    sum_0 = rows[56]
+    most_0 = rows[57]
+    go_1 = rows[58]
+    idle_1 = rows[59]
+    sum_1 = rows[60]
+    most_1 = rows[61]
+    go_2 = rows[62]
+    idle_2 = rows[63]
+    sum_2 = rows[64]
+    most_2 = rows[65]
+    go_3 = rows[66]
+    idle_3 = rows[67]
+    sum_3 = rows[68]
+    most_3 = rows[69]
     for j in range(begin, end):
-        lane = min(j - place, lane1 - 1)
+        lane = of_lane[j] = min(j - place, lane1 - 1)
+        runs[j] = j - place == lane
+        n_done[lane], status[lane] = n[lane], COMPLETED
         h_[j] = h[lane]
         EA_[j] = EA[lane]
         L_[j] = L[lane]
@@ -374,6 +420,10 @@ def _block(lane0, lane1, h, EA, L, m, tolerance, state, bound, first, n, stride,
         v_0_y[j] = state[lane, 1, 1]
         a_0_x[j] = state[lane, 2, 0]
         a_0_y[j] = state[lane, 2, 1]
+        go_0[j] = 1.0
+        go_1[j] = 1.0
+        go_2[j] = 1.0
+        go_3[j] = 1.0
         peak_[j] = -np.inf
     for j in range(begin, end):
         c0[j] = (1/4)*h_[j]**2
@@ -404,28 +454,32 @@ def _block(lane0, lane1, h, EA, L, m, tolerance, state, bound, first, n, stride,
         near_1[j] = ((tolerance_[j]/abs(c0[j])) if (c0[j] != 0) else (np.inf))
         near_2[j] = ((tolerance_[j]/abs(c0[j])) if (c0[j] != 0) else (np.inf))
         near_3[j] = ((tolerance_[j]/abs(c0[j])) if (c0[j] != 0) else (np.inf))
-    for lane in range(lane0, lane1):
-        status[lane], n_done[lane] = COMPLETED, n[lane]
-        running[place + lane] = np.nan  # size of a correction not yet made; 0.0 for a lane that has stopped
-    last, ends = n[lane0:lane1].max(), first
-    for i in range(first, last):
-        if i == ends:
-            ends = last
-            for lane in range(lane0, lane1):
-                if n[lane] <= i:
-                    running[place + lane], bound_[place + lane] = 0.0, np.nan
+    i, ends, left = first, first, 0
+    while True:
+        if i == ends or left > 0:
+            ends = n[lane0:lane1].max()
+            for j in range(begin, end):
+                if n[of_lane[j]] > i:
+                    ends = min(ends, n[of_lane[j]])
                 else:
-                    ends = min(ends, n[lane])
+                    leaves[j] = 1.0
+            if not _leave(rows, leaves, of_lane, runs, begin, end, place, state, peak, newton, common):
+                return
+            left = 0
+        waited = False
         for j in range(begin, end):
             u_star_x[j] = a_0_x[j]*c0[j] + h_[j]*v_0_x[j] + u_0_x[j]
             u_star_y[j] = a_0_y[j]*c0[j] + h_[j]*v_0_y[j] + u_0_y[j]
             a_p_x[j] = c1[j]*(u_0_x[j] - u_star_x[j])
             a_p_y[j] = c1[j]*(u_0_y[j] - u_star_y[j])
-            size[j], taken_0[j] = running[j], 0.0
-        for _ in range(50):
+        for passes_0 in range(1, 51):
+            if 0 < left < end - begin:
+                waited = True
+                for j in range(begin, end):
+                    go_0[j] = 0.0 if size[j] <= near_0[j] else 1.0
+                    idle_0[j] += 1.0 - go_0[j]
             left = 0
             for j in range(begin, end):
-                going = not size[j] <= near_0[j]
                 u_p_x = a_p_x[j]*c0[j] + u_star_x[j]
                 u_p_y = a_p_y[j]*c0[j] + u_star_y[j]
                 x0 = u_p_x**2
@@ -440,27 +494,24 @@ def _block(lane0, lane1, h, EA, L, m, tolerance, state, bound, first, n, stride,
                 jacobian_01 = x5
                 jacobian_10 = x5
                 jacobian_11 = c4[j]*x1 + x4
-                one_over_det = 1/(jacobian_00*jacobian_11 - jacobian_01*jacobian_10)
+                one_over_det = go_0[j]/(jacobian_00*jacobian_11 - jacobian_01*jacobian_10)
                 change_0 = one_over_det*(-jacobian_01*residual_1 + jacobian_11*residual_0)
                 change_1 = one_over_det*(jacobian_00*residual_1 - jacobian_10*residual_0)
-                change_0 = change_0 if going else 0.0
-                change_1 = change_1 if going else 0.0
                 a_p_x[j] = a_p_x[j] - change_0
                 a_p_y[j] = a_p_y[j] - change_1
                 largest = abs(change_0)
                 largest = abs(change_1) if abs(change_1) > largest else largest
                 size[j] = largest
-                taken_0[j] += 1.0 if going else 0.0
-                left = left if largest <= near_0[j] else 1
+                left += 0 if largest <= near_0[j] else 1
             if left == 0:
                 break
         if left > 0:
-            for lane in range(lane0, lane1):
-                j = place + lane
-                if running[j] != 0.0 and not size[j] <= near_0[j]:
+            for j in range(begin, end):
+                if not size[j] <= near_0[j]:
+                    leaves[j], lane = 1.0, of_lane[j]
                     n_done[lane], status[lane] = i, NEWTON_FAILED
-                    running[j], bound_[j] = 0.0, np.nan
-                    taken_0[j] = 0.0
+                go_0[j], idle_0[j] = 1.0, 0.0
+            continue  # the others begin the step again
         for j in range(begin, end):
             u_p_x = a_p_x[j]*c0[j] + u_star_x[j]
             u_p_y = a_p_y[j]*c0[j] + u_star_y[j]
@@ -468,11 +519,14 @@ def _block(lane0, lane1, h, EA, L, m, tolerance, state, bound, first, n, stride,
             u_star_y[j] = a_0_y[j]*c7[j] - a_p_y[j]*c6[j] + c8[j]*v_0_y[j] + u_0_y[j]
             a_q_x[j] = c1[j]*(u_p_x - u_star_x[j])
             a_q_y[j] = c1[j]*(u_p_y - u_star_y[j])
-            size[j], taken_1[j] = running[j], 0.0
-        for _ in range(50):
+        for passes_1 in range(1, 51):
+            if 0 < left < end - begin:
+                waited = True
+                for j in range(begin, end):
+                    go_1[j] = 0.0 if size[j] <= near_1[j] else 1.0
+                    idle_1[j] += 1.0 - go_1[j]
             left = 0
             for j in range(begin, end):
-                going = not size[j] <= near_1[j]
                 u_q_x = a_q_x[j]*c0[j] + u_star_x[j]
                 u_q_y = a_q_y[j]*c0[j] + u_star_y[j]
                 x0 = u_q_x**2
@@ -487,28 +541,25 @@ def _block(lane0, lane1, h, EA, L, m, tolerance, state, bound, first, n, stride,
                 jacobian_01 = x5
                 jacobian_10 = x5
                 jacobian_11 = c4[j]*x1 + x4
-                one_over_det = 1/(jacobian_00*jacobian_11 - jacobian_01*jacobian_10)
+                one_over_det = go_1[j]/(jacobian_00*jacobian_11 - jacobian_01*jacobian_10)
                 change_0 = one_over_det*(-jacobian_01*residual_1 + jacobian_11*residual_0)
                 change_1 = one_over_det*(jacobian_00*residual_1 - jacobian_10*residual_0)
-                change_0 = change_0 if going else 0.0
-                change_1 = change_1 if going else 0.0
                 a_q_x[j] = a_q_x[j] - change_0
                 a_q_y[j] = a_q_y[j] - change_1
                 largest = abs(change_0)
                 largest = abs(change_1) if abs(change_1) > largest else largest
                 size[j] = largest
-                taken_1[j] += 1.0 if going else 0.0
-                left = left if largest <= near_1[j] else 1
+                left += 0 if largest <= near_1[j] else 1
             if left == 0:
                 break
         if left > 0:
-            for lane in range(lane0, lane1):
-                j = place + lane
-                if running[j] != 0.0 and not size[j] <= near_1[j]:
+            for j in range(begin, end):
+                if not size[j] <= near_1[j]:
+                    leaves[j], lane = 1.0, of_lane[j]
                     n_done[lane], status[lane] = i, NEWTON_FAILED
-                    running[j], bound_[j] = 0.0, np.nan
-                    taken_0[j] = 0.0
-                    taken_1[j] = 0.0
+                go_0[j], idle_0[j] = 1.0, 0.0
+                go_1[j], idle_1[j] = 1.0, 0.0
+            continue  # the others begin the step again
         for j in range(begin, end):
             u_q_x = a_q_x[j]*c0[j] + u_star_x[j]
             u_q_y = a_q_y[j]*c0[j] + u_star_y[j]
@@ -516,11 +567,14 @@ def _block(lane0, lane1, h, EA, L, m, tolerance, state, bound, first, n, stride,
             u_star_y[j] = -a_0_y[j]*c10[j] - a_p_y[j]*c9[j] + a_q_y[j]*c11[j] + c12[j]*v_0_y[j] + u_0_y[j]
             a_r_x[j] = c1[j]*(u_q_x - u_star_x[j])
             a_r_y[j] = c1[j]*(u_q_y - u_star_y[j])
-            size[j], taken_2[j] = running[j], 0.0
-        for _ in range(50):
+        for passes_2 in range(1, 51):
+            if 0 < left < end - begin:
+                waited = True
+                for j in range(begin, end):
+                    go_2[j] = 0.0 if size[j] <= near_2[j] else 1.0
+                    idle_2[j] += 1.0 - go_2[j]
             left = 0
             for j in range(begin, end):
-                going = not size[j] <= near_2[j]
                 u_r_x = a_r_x[j]*c0[j] + u_star_x[j]
                 u_r_y = a_r_y[j]*c0[j] + u_star_y[j]
                 x0 = u_r_x**2
@@ -535,29 +589,26 @@ def _block(lane0, lane1, h, EA, L, m, tolerance, state, bound, first, n, stride,
                 jacobian_01 = x5
                 jacobian_10 = x5
                 jacobian_11 = c4[j]*x1 + x4
-                one_over_det = 1/(jacobian_00*jacobian_11 - jacobian_01*jacobian_10)
+                one_over_det = go_2[j]/(jacobian_00*jacobian_11 - jacobian_01*jacobian_10)
                 change_0 = one_over_det*(-jacobian_01*residual_1 + jacobian_11*residual_0)
                 change_1 = one_over_det*(jacobian_00*residual_1 - jacobian_10*residual_0)
-                change_0 = change_0 if going else 0.0
-                change_1 = change_1 if going else 0.0
                 a_r_x[j] = a_r_x[j] - change_0
                 a_r_y[j] = a_r_y[j] - change_1
                 largest = abs(change_0)
                 largest = abs(change_1) if abs(change_1) > largest else largest
                 size[j] = largest
-                taken_2[j] += 1.0 if going else 0.0
-                left = left if largest <= near_2[j] else 1
+                left += 0 if largest <= near_2[j] else 1
             if left == 0:
                 break
         if left > 0:
-            for lane in range(lane0, lane1):
-                j = place + lane
-                if running[j] != 0.0 and not size[j] <= near_2[j]:
+            for j in range(begin, end):
+                if not size[j] <= near_2[j]:
+                    leaves[j], lane = 1.0, of_lane[j]
                     n_done[lane], status[lane] = i, NEWTON_FAILED
-                    running[j], bound_[j] = 0.0, np.nan
-                    taken_0[j] = 0.0
-                    taken_1[j] = 0.0
-                    taken_2[j] = 0.0
+                go_0[j], idle_0[j] = 1.0, 0.0
+                go_1[j], idle_1[j] = 1.0, 0.0
+                go_2[j], idle_2[j] = 1.0, 0.0
+            continue  # the others begin the step again
         for j in range(begin, end):
             u_r_x = a_r_x[j]*c0[j] + u_star_x[j]
             u_r_y = a_r_y[j]*c0[j] + u_star_y[j]
@@ -565,11 +616,14 @@ def _block(lane0, lane1, h, EA, L, m, tolerance, state, bound, first, n, stride,
             u_star_y[j] = a_0_y[j]*c15[j] - a_p_y[j]*c14[j] + a_q_y[j]*c16[j] - a_r_y[j]*c13[j] + h_[j]*v_0_y[j] + u_0_y[j]
             a_1_x[j] = c1[j]*(u_r_x - u_star_x[j])
             a_1_y[j] = c1[j]*(u_r_y - u_star_y[j])
-            size[j], taken_3[j] = running[j], 0.0
-        for _ in range(50):
+        for passes_3 in range(1, 51):
+            if 0 < left < end - begin:
+                waited = True
+                for j in range(begin, end):
+                    go_3[j] = 0.0 if size[j] <= near_3[j] else 1.0
+                    idle_3[j] += 1.0 - go_3[j]
             left = 0
             for j in range(begin, end):
-                going = not size[j] <= near_3[j]
                 u_1_x = a_1_x[j]*c0[j] + u_star_x[j]
                 u_1_y = a_1_y[j]*c0[j] + u_star_y[j]
                 x0 = u_1_x**2
@@ -584,42 +638,38 @@ def _block(lane0, lane1, h, EA, L, m, tolerance, state, bound, first, n, stride,
                 jacobian_01 = x5
                 jacobian_10 = x5
                 jacobian_11 = c4[j]*x1 + x4
-                one_over_det = 1/(jacobian_00*jacobian_11 - jacobian_01*jacobian_10)
+                one_over_det = go_3[j]/(jacobian_00*jacobian_11 - jacobian_01*jacobian_10)
                 change_0 = one_over_det*(-jacobian_01*residual_1 + jacobian_11*residual_0)
                 change_1 = one_over_det*(jacobian_00*residual_1 - jacobian_10*residual_0)
-                change_0 = change_0 if going else 0.0
-                change_1 = change_1 if going else 0.0
                 a_1_x[j] = a_1_x[j] - change_0
                 a_1_y[j] = a_1_y[j] - change_1
                 largest = abs(change_0)
                 largest = abs(change_1) if abs(change_1) > largest else largest
                 size[j] = largest
-                taken_3[j] += 1.0 if going else 0.0
-                left = left if largest <= near_3[j] else 1
+                left += 0 if largest <= near_3[j] else 1
             if left == 0:
                 break
         if left > 0:
-            for lane in range(lane0, lane1):
-                j = place + lane
-                if running[j] != 0.0 and not size[j] <= near_3[j]:
+            for j in range(begin, end):
+                if not size[j] <= near_3[j]:
+                    leaves[j], lane = 1.0, of_lane[j]
                     n_done[lane], status[lane] = i, NEWTON_FAILED
-                    running[j], bound_[j] = 0.0, np.nan
-                    taken_0[j] = 0.0
-                    taken_1[j] = 0.0
-                    taken_2[j] = 0.0
-                    taken_3[j] = 0.0
-        stopped = 0
+                go_0[j], idle_0[j] = 1.0, 0.0
+                go_1[j], idle_1[j] = 1.0, 0.0
+                go_2[j], idle_2[j] = 1.0, 0.0
+                go_3[j], idle_3[j] = 1.0, 0.0
+            continue  # the others begin the step again
+        bad = 0
         for j in range(begin, end):
             u_1_x = a_1_x[j]*c0[j] + u_star_x[j]
             u_1_y = a_1_y[j]*c0[j] + u_star_y[j]
             v_1_x = a_0_x[j]*c20[j] + a_1_x[j]*c17[j] - a_p_x[j]*c19[j] + a_q_x[j]*c21[j] - a_r_x[j]*c18[j] + v_0_x[j]
             v_1_y = a_0_y[j]*c20[j] + a_1_y[j]*c17[j] - a_p_y[j]*c19[j] + a_q_y[j]*c21[j] - a_r_y[j]*c18[j] + v_0_y[j]
             energy = c22[j]*(v_1_x**2 + v_1_y**2) + c23[j]*(-c2[j] + u_1_x**2 + u_1_y**2)**2
-            total = a_1_x[j] + a_1_y[j] + u_1_x + u_1_y + v_1_x + v_1_y + energy
-            now = energy + (total - total)  # NaN unless all are finite
+            now = energy + 0.0 * (a_1_x[j] + a_1_y[j] + energy)  # NaN unless all are finite
             seen[j] = now
             good = now <= bound_[j]
-            stopped = stopped if good else 1
+            bad += 0 if good else 1
             top = peak_[j]
             u_0_x_j = u_0_x[j]
             u_0_y_j = u_0_y[j]
@@ -636,63 +686,58 @@ def _block(lane0, lane1, h, EA, L, m, tolerance, state, bound, first, n, stride,
             v_0_y[j] = v_1_y if good else v_0_y_j
             a_0_x[j] = a_1_x_j if good else a_0_x_j
             a_0_y[j] = a_1_y_j if good else a_0_y_j
-        if stopped > 0:
-            stopped = 0
+        if bad > 0:
             for j in range(begin, end):
-                stopped += (running[j] != 0.0) & (not seen[j] <= bound_[j])
-        if stopped > 0:
-            for lane in range(lane0, lane1):
-                j = place + lane
-                if running[j] != 0.0 and not seen[j] <= bound_[j]:
+                if not seen[j] <= bound_[j]:
+                    leaves[j], lane = 1.0, of_lane[j]
                     n_done[lane], status[lane] = i, ENERGY_BOUND if seen[j] > bound_[j] else NON_FINITE
-                    running[j], bound_[j] = 0.0, np.nan
-                    taken_0[j] = 0.0
-                    taken_1[j] = 0.0
-                    taken_2[j] = 0.0
-                    taken_3[j] = 0.0
-        for j in range(begin, end):
-            sum_0[j] += taken_0[j]
-            most_0[j] = max(most_0[j], taken_0[j])
-            sum_1[j] += taken_1[j]
-            most_1[j] = max(most_1[j], taken_1[j])
-            sum_2[j] += taken_2[j]
-            most_2[j] = max(most_2[j], taken_2[j])
-            sum_3[j] += taken_3[j]
-            most_3[j] = max(most_3[j], taken_3[j])
+            if not _leave(rows, leaves, of_lane, runs, begin, end, place, state, peak, newton, common):
+                return
         if i < iterations.shape[1]:
-            for lane in range(lane0, lane1):
-                iterations[lane, i, 0] = taken_0[place + lane]
-                iterations[lane, i, 1] = taken_1[place + lane]
-                iterations[lane, i, 2] = taken_2[place + lane]
-                iterations[lane, i, 3] = taken_3[place + lane]
+            for j in range(begin, end):
+                if runs[j]:
+                    iterations[j - place, i, 0] = passes_0 - idle_0[j]
+                    iterations[j - place, i, 1] = passes_1 - idle_1[j]
+                    iterations[j - place, i, 2] = passes_2 - idle_2[j]
+                    iterations[j - place, i, 3] = passes_3 - idle_3[j]
+        if waited:
+            for j in range(begin, end):
+                taken = passes_0 - idle_0[j]
+                sum_0[j] += taken
+                most_0[j] = max(most_0[j], taken)
+                go_0[j], idle_0[j] = 1.0, 0.0
+                taken = passes_1 - idle_1[j]
+                sum_1[j] += taken
+                most_1[j] = max(most_1[j], taken)
+                go_1[j], idle_1[j] = 1.0, 0.0
+                taken = passes_2 - idle_2[j]
+                sum_2[j] += taken
+                most_2[j] = max(most_2[j], taken)
+                go_2[j], idle_2[j] = 1.0, 0.0
+                taken = passes_3 - idle_3[j]
+                sum_3[j] += taken
+                most_3[j] = max(most_3[j], taken)
+                go_3[j], idle_3[j] = 1.0, 0.0
+        else:
+            common[0, 0] += passes_0
+            common[1, 0] = max(common[1, 0], passes_0)
+            common[0, 1] += passes_1
+            common[1, 1] = max(common[1, 1], passes_1)
+            common[0, 2] += passes_2
+            common[1, 2] = max(common[1, 2], passes_2)
+            common[0, 3] += passes_3
+            common[1, 3] = max(common[1, 3], passes_3)
         if (i + 1) // stride < out.shape[1] and (i + 1) % stride == 0:
-            for lane in range(lane0, lane1):
-                j = place + lane
-                if seen[j] <= bound_[j]:
-                    row = out[lane, (i + 1) // stride]
+            for j in range(begin, end):
+                if runs[j]:
+                    row = out[j - place, (i + 1) // stride]
                     row[0, 0] = u_0_x[j]
                     row[0, 1] = u_0_y[j]
                     row[1, 0] = v_0_x[j]
                     row[1, 1] = v_0_y[j]
                     row[2, 0] = a_0_x[j]
                     row[2, 1] = a_0_y[j]
-    for lane in range(lane0, lane1):
-        j = place + lane
-        peak[lane] = peak_[j]
-        state[lane, 0, 0] = u_0_x[j]
-        state[lane, 0, 1] = u_0_y[j]
-        state[lane, 1, 0] = v_0_x[j]
-        state[lane, 1, 1] = v_0_y[j]
-        state[lane, 2, 0] = a_0_x[j]
-        state[lane, 2, 1] = a_0_y[j]
-        newton[lane, 0, 0] = sum_0[j]
-        newton[lane, 1, 0] = most_0[j]
-        newton[lane, 0, 1] = sum_1[j]
-        newton[lane, 1, 1] = most_1[j]
-        newton[lane, 0, 2] = sum_2[j]
-        newton[lane, 1, 2] = most_2[j]
-        newton[lane, 0, 3] = sum_3[j]
-        newton[lane, 1, 3] = most_3[j]
+        i += 1
 
 
 @_compile

@@ -97,7 +97,7 @@ def _lane(h, p, EA, L, m, state, bound, first, n, stride, out):
         v_1_x = -a_0_x*c10 + a_1_x*c5 - a_p_x*c9 + v_p_x
         v_1_y = -a_0_y*c10 + a_1_y*c5 - a_p_y*c9 + v_p_y
         energy = c11*(v_1_x**2 + v_1_y**2) + c12*(-c6 + u_1_x**2 + u_1_y**2)**2
-        if not np.isfinite(a_1_x + a_1_y + u_1_x + u_1_y + v_1_x + v_1_y + energy):
+        if not np.isfinite(a_1_x + a_1_y + energy):
             status, done = NON_FINITE, i
             break
         if energy > bound:
@@ -132,13 +132,43 @@ WIDTH = 64
 
 
 @_inner
+def _leave(rows, leaves, of_lane, runs, begin, end, place, state, peak):
+    """Hand over the results of lanes that leave, and put a copy of one that stays in their place; whether one does."""
+    other = -1
+    for j in range(begin, end):
+        if runs[j] and leaves[j] == 0.0:
+            other = j
+        elif runs[j]:
+            runs[j], lane = False, j - place
+            peak[lane] = rows[25, j]
+            state[lane, 0, 0] = rows[15, j]
+            state[lane, 0, 1] = rows[16, j]
+            state[lane, 1, 0] = rows[17, j]
+            state[lane, 1, 1] = rows[18, j]
+            state[lane, 2, 0] = rows[0, j]
+            state[lane, 2, 1] = rows[1, j]
+    if other >= 0:
+        for j in range(begin, end):
+            if leaves[j] > 0.0:
+                of_lane[j] = of_lane[other]
+                for r in range(rows.shape[0]):
+                    rows[r, j] = rows[r, other]
+    return other >= 0
+
+
+@_inner
 def _block(lane0, lane1, h, p, EA, L, m, state, bound, first, n, stride, out, peak, n_done, status):
-    """March lanes lane0 to lane1, at most WIDTH, in vector registers; the last one is repeated to fill the last."""
+    """March lanes lane0 to lane1, at most WIDTH, in vector registers.
+
+    Every column of the rows is marched: behind the last lane, and where a lane has left, stand copies of others.
+    """
     _widest()
     rows = np.zeros((28, WIDTH + 16))
     begin = -(rows.ctypes.data // 8) & 7  # at a cache line
     end = begin + 8 * ((lane1 - lane0 + 7) // 8)
-    place = begin - lane0  # a lane stands at place + lane in the rows
+    place = begin - lane0  # a lane stands in column place + lane
+    of_lane = np.zeros(WIDTH + 16, dtype=np.int64)  # whose numbers a column has
+    runs = np.zeros(WIDTH + 16, dtype=np.bool_)  # whether they are its own lane's
     a_0_x = rows[0]
     a_0_y = rows[1]
     c0 = rows[2]
@@ -165,10 +195,12 @@ def _block(lane0, lane1, h, p, EA, L, m, state, bound, first, n, stride, out, pe
     m_ = rows[23]
     bound_ = rows[24]
     peak_ = rows[25]
-    running = rows[26]
-    seen = rows[27]
+    seen = rows[26]
+    leaves = rows[27]
     for j in range(begin, end):
-        lane = min(j - place, lane1 - 1)
+        lane = of_lane[j] = min(j - place, lane1 - 1)
+        runs[j] = j - place == lane
+        n_done[lane], status[lane] = n[lane], COMPLETED
         h_[j] = h[lane]
         p_[j] = p[lane]
         EA_[j] = EA[lane]
@@ -196,19 +228,19 @@ def _block(lane0, lane1, h, p, EA, L, m, state, bound, first, n, stride, out, pe
         c10[j] = (1/2)*h_[j]*(p_[j] - 1)*(2*p_[j] - 1)/p_[j]
         c11[j] = (1/2)*m_[j]
         c12[j] = (1/8)*EA_[j]/L_[j]**3
-    for lane in range(lane0, lane1):
-        status[lane], n_done[lane] = COMPLETED, n[lane]
-        running[place + lane] = np.nan  # size of a correction not yet made; 0.0 for a lane that has stopped
-    last, ends = n[lane0:lane1].max(), first
-    for i in range(first, last):
-        if i == ends:
-            ends = last
-            for lane in range(lane0, lane1):
-                if n[lane] <= i:
-                    running[place + lane], bound_[place + lane] = 0.0, np.nan
+    i, ends, left = first, first, 0
+    while True:
+        if i == ends or left > 0:
+            ends = n[lane0:lane1].max()
+            for j in range(begin, end):
+                if n[of_lane[j]] > i:
+                    ends = min(ends, n[of_lane[j]])
                 else:
-                    ends = min(ends, n[lane])
-        stopped = 0
+                    leaves[j] = 1.0
+            if not _leave(rows, leaves, of_lane, runs, begin, end, place, state, peak):
+                return
+            left = 0
+        bad = 0
         for j in range(begin, end):
             u_p_x = a_0_x[j]*c1[j] + c0[j]*v_0_x[j] + u_0_x[j]
             u_p_y = a_0_y[j]*c1[j] + c0[j]*v_0_y[j] + u_0_y[j]
@@ -229,11 +261,10 @@ def _block(lane0, lane1, h, p, EA, L, m, state, bound, first, n, stride, out, pe
             v_1_x = -a_0_x[j]*c10[j] + a_1_x*c5[j] - a_p_x*c9[j] + v_p_x
             v_1_y = -a_0_y[j]*c10[j] + a_1_y*c5[j] - a_p_y*c9[j] + v_p_y
             energy = c11[j]*(v_1_x**2 + v_1_y**2) + c12[j]*(-c6[j] + u_1_x**2 + u_1_y**2)**2
-            total = a_1_x + a_1_y + u_1_x + u_1_y + v_1_x + v_1_y + energy
-            now = energy + (total - total)  # NaN unless all are finite
+            now = energy + 0.0 * (a_1_x + a_1_y + energy)  # NaN unless all are finite
             seen[j] = now
             good = now <= bound_[j]
-            stopped = stopped if good else 1
+            bad += 0 if good else 1
             top = peak_[j]
             u_0_x_j = u_0_x[j]
             u_0_y_j = u_0_y[j]
@@ -248,36 +279,24 @@ def _block(lane0, lane1, h, p, EA, L, m, state, bound, first, n, stride, out, pe
             v_0_y[j] = v_1_y if good else v_0_y_j
             a_0_x[j] = a_1_x if good else a_0_x_j
             a_0_y[j] = a_1_y if good else a_0_y_j
-        if stopped > 0:
-            stopped = 0
+        if bad > 0:
             for j in range(begin, end):
-                stopped += (running[j] != 0.0) & (not seen[j] <= bound_[j])
-        if stopped > 0:
-            for lane in range(lane0, lane1):
-                j = place + lane
-                if running[j] != 0.0 and not seen[j] <= bound_[j]:
+                if not seen[j] <= bound_[j]:
+                    leaves[j], lane = 1.0, of_lane[j]
                     n_done[lane], status[lane] = i, ENERGY_BOUND if seen[j] > bound_[j] else NON_FINITE
-                    running[j], bound_[j] = 0.0, np.nan
+            if not _leave(rows, leaves, of_lane, runs, begin, end, place, state, peak):
+                return
         if (i + 1) // stride < out.shape[1] and (i + 1) % stride == 0:
-            for lane in range(lane0, lane1):
-                j = place + lane
-                if seen[j] <= bound_[j]:
-                    row = out[lane, (i + 1) // stride]
+            for j in range(begin, end):
+                if runs[j]:
+                    row = out[j - place, (i + 1) // stride]
                     row[0, 0] = u_0_x[j]
                     row[0, 1] = u_0_y[j]
                     row[1, 0] = v_0_x[j]
                     row[1, 1] = v_0_y[j]
                     row[2, 0] = a_0_x[j]
                     row[2, 1] = a_0_y[j]
-    for lane in range(lane0, lane1):
-        j = place + lane
-        peak[lane] = peak_[j]
-        state[lane, 0, 0] = u_0_x[j]
-        state[lane, 0, 1] = u_0_y[j]
-        state[lane, 1, 0] = v_0_x[j]
-        state[lane, 1, 1] = v_0_y[j]
-        state[lane, 2, 0] = a_0_x[j]
-        state[lane, 2, 1] = a_0_y[j]
+        i += 1
 
 
 @_compile

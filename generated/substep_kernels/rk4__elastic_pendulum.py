@@ -113,7 +113,7 @@ def _lane(h, EA, L, m, state, bound, first, n, stride, out):
         v_1_x = a_0_x*c8 + a_p_x*c6 + a_q_x*c6 + a_r_x*c8 + v_0_x
         v_1_y = a_0_y*c8 + a_p_y*c6 + a_q_y*c6 + a_r_y*c8 + v_0_y
         energy = c10*(-c2 + u_1_x**2 + u_1_y**2)**2 + c9*(v_1_x**2 + v_1_y**2)
-        if not np.isfinite(u_1_x + u_1_y + v_1_x + v_1_y + energy):
+        if not np.isfinite(energy):
             status, done = NON_FINITE, i
             break
         if energy > bound:
@@ -142,13 +142,41 @@ WIDTH = 64
 
 
 @_inner
+def _leave(rows, leaves, of_lane, runs, begin, end, place, state, peak):
+    """Hand over the results of lanes that leave, and put a copy of one that stays in their place; whether one does."""
+    other = -1
+    for j in range(begin, end):
+        if runs[j] and leaves[j] == 0.0:
+            other = j
+        elif runs[j]:
+            runs[j], lane = False, j - place
+            peak[lane] = rows[20, j]
+            state[lane, 0, 0] = rows[11, j]
+            state[lane, 0, 1] = rows[12, j]
+            state[lane, 1, 0] = rows[13, j]
+            state[lane, 1, 1] = rows[14, j]
+    if other >= 0:
+        for j in range(begin, end):
+            if leaves[j] > 0.0:
+                of_lane[j] = of_lane[other]
+                for r in range(rows.shape[0]):
+                    rows[r, j] = rows[r, other]
+    return other >= 0
+
+
+@_inner
 def _block(lane0, lane1, h, EA, L, m, state, bound, first, n, stride, out, peak, n_done, status):
-    """March lanes lane0 to lane1, at most WIDTH, in vector registers; the last one is repeated to fill the last."""
+    """March lanes lane0 to lane1, at most WIDTH, in vector registers.
+
+    Every column of the rows is marched: behind the last lane, and where a lane has left, stand copies of others.
+    """
     _widest()
     rows = np.zeros((23, WIDTH + 16))
     begin = -(rows.ctypes.data // 8) & 7  # at a cache line
     end = begin + 8 * ((lane1 - lane0 + 7) // 8)
-    place = begin - lane0  # a lane stands at place + lane in the rows
+    place = begin - lane0  # a lane stands in column place + lane
+    of_lane = np.zeros(WIDTH + 16, dtype=np.int64)  # whose numbers a column has
+    runs = np.zeros(WIDTH + 16, dtype=np.bool_)  # whether they are its own lane's
     c0 = rows[0]
     c1 = rows[1]
     c10 = rows[2]
@@ -170,10 +198,12 @@ def _block(lane0, lane1, h, EA, L, m, state, bound, first, n, stride, out, peak,
     m_ = rows[18]
     bound_ = rows[19]
     peak_ = rows[20]
-    running = rows[21]
-    seen = rows[22]
+    seen = rows[21]
+    leaves = rows[22]
     for j in range(begin, end):
-        lane = min(j - place, lane1 - 1)
+        lane = of_lane[j] = min(j - place, lane1 - 1)
+        runs[j] = j - place == lane
+        n_done[lane], status[lane] = n[lane], COMPLETED
         h_[j] = h[lane]
         EA_[j] = EA[lane]
         L_[j] = L[lane]
@@ -196,19 +226,19 @@ def _block(lane0, lane1, h, EA, L, m, state, bound, first, n, stride, out, peak,
         c8[j] = (1/6)*h_[j]
         c9[j] = (1/2)*m_[j]
         c10[j] = (1/8)*EA_[j]/L_[j]**3
-    for lane in range(lane0, lane1):
-        status[lane], n_done[lane] = COMPLETED, n[lane]
-        running[place + lane] = np.nan  # size of a correction not yet made; 0.0 for a lane that has stopped
-    last, ends = n[lane0:lane1].max(), first
-    for i in range(first, last):
-        if i == ends:
-            ends = last
-            for lane in range(lane0, lane1):
-                if n[lane] <= i:
-                    running[place + lane], bound_[place + lane] = 0.0, np.nan
+    i, ends, left = first, first, 0
+    while True:
+        if i == ends or left > 0:
+            ends = n[lane0:lane1].max()
+            for j in range(begin, end):
+                if n[of_lane[j]] > i:
+                    ends = min(ends, n[of_lane[j]])
                 else:
-                    ends = min(ends, n[lane])
-        stopped = 0
+                    leaves[j] = 1.0
+            if not _leave(rows, leaves, of_lane, runs, begin, end, place, state, peak):
+                return
+            left = 0
+        bad = 0
         for j in range(begin, end):
             u_p_x = c0[j]*v_0_x[j] + u_0_x[j]
             u_p_y = c0[j]*v_0_y[j] + u_0_y[j]
@@ -245,11 +275,10 @@ def _block(lane0, lane1, h, EA, L, m, state, bound, first, n, stride, out, peak,
             v_1_x = a_0_x*c8[j] + a_p_x*c6[j] + a_q_x*c6[j] + a_r_x*c8[j] + v_0_x[j]
             v_1_y = a_0_y*c8[j] + a_p_y*c6[j] + a_q_y*c6[j] + a_r_y*c8[j] + v_0_y[j]
             energy = c10[j]*(-c2[j] + u_1_x**2 + u_1_y**2)**2 + c9[j]*(v_1_x**2 + v_1_y**2)
-            total = u_1_x + u_1_y + v_1_x + v_1_y + energy
-            now = energy + (total - total)  # NaN unless all are finite
+            now = energy + 0.0 * (energy)  # NaN unless all are finite
             seen[j] = now
             good = now <= bound_[j]
-            stopped = stopped if good else 1
+            bad += 0 if good else 1
             top = peak_[j]
             u_0_x_j = u_0_x[j]
             u_0_y_j = u_0_y[j]
@@ -260,32 +289,22 @@ def _block(lane0, lane1, h, EA, L, m, state, bound, first, n, stride, out, peak,
             u_0_y[j] = u_1_y if good else u_0_y_j
             v_0_x[j] = v_1_x if good else v_0_x_j
             v_0_y[j] = v_1_y if good else v_0_y_j
-        if stopped > 0:
-            stopped = 0
+        if bad > 0:
             for j in range(begin, end):
-                stopped += (running[j] != 0.0) & (not seen[j] <= bound_[j])
-        if stopped > 0:
-            for lane in range(lane0, lane1):
-                j = place + lane
-                if running[j] != 0.0 and not seen[j] <= bound_[j]:
+                if not seen[j] <= bound_[j]:
+                    leaves[j], lane = 1.0, of_lane[j]
                     n_done[lane], status[lane] = i, ENERGY_BOUND if seen[j] > bound_[j] else NON_FINITE
-                    running[j], bound_[j] = 0.0, np.nan
+            if not _leave(rows, leaves, of_lane, runs, begin, end, place, state, peak):
+                return
         if (i + 1) // stride < out.shape[1] and (i + 1) % stride == 0:
-            for lane in range(lane0, lane1):
-                j = place + lane
-                if seen[j] <= bound_[j]:
-                    row = out[lane, (i + 1) // stride]
+            for j in range(begin, end):
+                if runs[j]:
+                    row = out[j - place, (i + 1) // stride]
                     row[0, 0] = u_0_x[j]
                     row[0, 1] = u_0_y[j]
                     row[1, 0] = v_0_x[j]
                     row[1, 1] = v_0_y[j]
-    for lane in range(lane0, lane1):
-        j = place + lane
-        peak[lane] = peak_[j]
-        state[lane, 0, 0] = u_0_x[j]
-        state[lane, 0, 1] = u_0_y[j]
-        state[lane, 1, 0] = v_0_x[j]
-        state[lane, 1, 1] = v_0_y[j]
+        i += 1
 
 
 @_compile

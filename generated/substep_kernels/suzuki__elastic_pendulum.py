@@ -131,7 +131,7 @@ def _lane(h, weight, EA, L, m, state, bound, first, n, stride, out):
         v_1_x = a_1_x*c2 + a_s_x*c2 + v_s_x
         v_1_y = a_1_y*c2 + a_s_y*c2 + v_s_y
         energy = c12*(v_1_x**2 + v_1_y**2) + c13*(-c4 + u_1_x**2 + u_1_y**2)**2
-        if not np.isfinite(a_1_x + a_1_y + u_1_x + u_1_y + v_1_x + v_1_y + energy):
+        if not np.isfinite(a_1_x + a_1_y + energy):
             status, done = NON_FINITE, i
             break
         if energy > bound:
@@ -166,13 +166,43 @@ WIDTH = 64
 
 
 @_inner
+def _leave(rows, leaves, of_lane, runs, begin, end, place, state, peak):
+    """Hand over the results of lanes that leave, and put a copy of one that stays in their place; whether one does."""
+    other = -1
+    for j in range(begin, end):
+        if runs[j] and leaves[j] == 0.0:
+            other = j
+        elif runs[j]:
+            runs[j], lane = False, j - place
+            peak[lane] = rows[26, j]
+            state[lane, 0, 0] = rows[16, j]
+            state[lane, 0, 1] = rows[17, j]
+            state[lane, 1, 0] = rows[18, j]
+            state[lane, 1, 1] = rows[19, j]
+            state[lane, 2, 0] = rows[0, j]
+            state[lane, 2, 1] = rows[1, j]
+    if other >= 0:
+        for j in range(begin, end):
+            if leaves[j] > 0.0:
+                of_lane[j] = of_lane[other]
+                for r in range(rows.shape[0]):
+                    rows[r, j] = rows[r, other]
+    return other >= 0
+
+
+@_inner
 def _block(lane0, lane1, h, weight, EA, L, m, state, bound, first, n, stride, out, peak, n_done, status):
-    """March lanes lane0 to lane1, at most WIDTH, in vector registers; the last one is repeated to fill the last."""
+    """March lanes lane0 to lane1, at most WIDTH, in vector registers.
+
+    Every column of the rows is marched: behind the last lane, and where a lane has left, stand copies of others.
+    """
     _widest()
     rows = np.zeros((29, WIDTH + 16))
     begin = -(rows.ctypes.data // 8) & 7  # at a cache line
     end = begin + 8 * ((lane1 - lane0 + 7) // 8)
-    place = begin - lane0  # a lane stands at place + lane in the rows
+    place = begin - lane0  # a lane stands in column place + lane
+    of_lane = np.zeros(WIDTH + 16, dtype=np.int64)  # whose numbers a column has
+    runs = np.zeros(WIDTH + 16, dtype=np.bool_)  # whether they are its own lane's
     a_0_x = rows[0]
     a_0_y = rows[1]
     c0 = rows[2]
@@ -200,10 +230,12 @@ def _block(lane0, lane1, h, weight, EA, L, m, state, bound, first, n, stride, ou
     m_ = rows[24]
     bound_ = rows[25]
     peak_ = rows[26]
-    running = rows[27]
-    seen = rows[28]
+    seen = rows[27]
+    leaves = rows[28]
     for j in range(begin, end):
-        lane = min(j - place, lane1 - 1)
+        lane = of_lane[j] = min(j - place, lane1 - 1)
+        runs[j] = j - place == lane
+        n_done[lane], status[lane] = n[lane], COMPLETED
         h_[j] = h[lane]
         weight_[j] = weight[lane]
         EA_[j] = EA[lane]
@@ -232,19 +264,19 @@ def _block(lane0, lane1, h, weight, EA, L, m, state, bound, first, n, stride, ou
         c11[j] = (1/2)*h_[j]**2*weight_[j]*(3*weight_[j] - 1)
         c12[j] = (1/2)*m_[j]
         c13[j] = (1/8)*EA_[j]/L_[j]**3
-    for lane in range(lane0, lane1):
-        status[lane], n_done[lane] = COMPLETED, n[lane]
-        running[place + lane] = np.nan  # size of a correction not yet made; 0.0 for a lane that has stopped
-    last, ends = n[lane0:lane1].max(), first
-    for i in range(first, last):
-        if i == ends:
-            ends = last
-            for lane in range(lane0, lane1):
-                if n[lane] <= i:
-                    running[place + lane], bound_[place + lane] = 0.0, np.nan
+    i, ends, left = first, first, 0
+    while True:
+        if i == ends or left > 0:
+            ends = n[lane0:lane1].max()
+            for j in range(begin, end):
+                if n[of_lane[j]] > i:
+                    ends = min(ends, n[of_lane[j]])
                 else:
-                    ends = min(ends, n[lane])
-        stopped = 0
+                    leaves[j] = 1.0
+            if not _leave(rows, leaves, of_lane, runs, begin, end, place, state, peak):
+                return
+            left = 0
+        bad = 0
         for j in range(begin, end):
             u_p_x = a_0_x[j]*c1[j] + c0[j]*v_0_x[j] + u_0_x[j]
             u_p_y = a_0_y[j]*c1[j] + c0[j]*v_0_y[j] + u_0_y[j]
@@ -292,11 +324,10 @@ def _block(lane0, lane1, h, weight, EA, L, m, state, bound, first, n, stride, ou
             v_1_x = a_1_x*c2[j] + a_s_x*c2[j] + v_s_x
             v_1_y = a_1_y*c2[j] + a_s_y*c2[j] + v_s_y
             energy = c12[j]*(v_1_x**2 + v_1_y**2) + c13[j]*(-c4[j] + u_1_x**2 + u_1_y**2)**2
-            total = a_1_x + a_1_y + u_1_x + u_1_y + v_1_x + v_1_y + energy
-            now = energy + (total - total)  # NaN unless all are finite
+            now = energy + 0.0 * (a_1_x + a_1_y + energy)  # NaN unless all are finite
             seen[j] = now
             good = now <= bound_[j]
-            stopped = stopped if good else 1
+            bad += 0 if good else 1
             top = peak_[j]
             u_0_x_j = u_0_x[j]
             u_0_y_j = u_0_y[j]
@@ -311,36 +342,24 @@ def _block(lane0, lane1, h, weight, EA, L, m, state, bound, first, n, stride, ou
             v_0_y[j] = v_1_y if good else v_0_y_j
             a_0_x[j] = a_1_x if good else a_0_x_j
             a_0_y[j] = a_1_y if good else a_0_y_j
-        if stopped > 0:
-            stopped = 0
+        if bad > 0:
             for j in range(begin, end):
-                stopped += (running[j] != 0.0) & (not seen[j] <= bound_[j])
-        if stopped > 0:
-            for lane in range(lane0, lane1):
-                j = place + lane
-                if running[j] != 0.0 and not seen[j] <= bound_[j]:
+                if not seen[j] <= bound_[j]:
+                    leaves[j], lane = 1.0, of_lane[j]
                     n_done[lane], status[lane] = i, ENERGY_BOUND if seen[j] > bound_[j] else NON_FINITE
-                    running[j], bound_[j] = 0.0, np.nan
+            if not _leave(rows, leaves, of_lane, runs, begin, end, place, state, peak):
+                return
         if (i + 1) // stride < out.shape[1] and (i + 1) % stride == 0:
-            for lane in range(lane0, lane1):
-                j = place + lane
-                if seen[j] <= bound_[j]:
-                    row = out[lane, (i + 1) // stride]
+            for j in range(begin, end):
+                if runs[j]:
+                    row = out[j - place, (i + 1) // stride]
                     row[0, 0] = u_0_x[j]
                     row[0, 1] = u_0_y[j]
                     row[1, 0] = v_0_x[j]
                     row[1, 1] = v_0_y[j]
                     row[2, 0] = a_0_x[j]
                     row[2, 1] = a_0_y[j]
-    for lane in range(lane0, lane1):
-        j = place + lane
-        peak[lane] = peak_[j]
-        state[lane, 0, 0] = u_0_x[j]
-        state[lane, 0, 1] = u_0_y[j]
-        state[lane, 1, 0] = v_0_x[j]
-        state[lane, 1, 1] = v_0_y[j]
-        state[lane, 2, 0] = a_0_x[j]
-        state[lane, 2, 1] = a_0_y[j]
+        i += 1
 
 
 @_compile

@@ -43,8 +43,8 @@ _SCENE_STEP = {
     *("h", "i", "j", "n", "u", "v", "a", "np", "njit", "first", "last", "state", "forces", "start_forces"),
     *("lane", "lane0", "lane1", "place"),
     *("bound", "stride", "out", "row", "iterations", "newton", "count", "peak", "n_done", "status", "done", "energy"),
-    *("tolerance", "one_over_det", "largest", "rows", "begin", "end", "ends", "running", "seen", "size"),
-    *("going", "good", "top", "old", "new", "left", "stopped", "now", "total", "r"),
+    *("tolerance", "one_over_det", "largest", "rows", "begin", "end", "ends", "seen", "size"),
+    *("of_lane", "runs", "leaves", "good", "bad", "top", "old", "new", "left", "waited", "taken", "common", "now", "r"),
     *("COMPLETED", "NEWTON_FAILED", "NON_FINITE", "ENERGY_BOUND", "WIDTH"),
 }
 _SCENE_MODULE = {"np", "displacement", "velocity", "t", "f", "value"}
@@ -56,7 +56,7 @@ _FUNCTIONS = {  # of generated modules
 _SCHEME_FORMS = re.compile(r"[A-Za-z][\d_]+")
 # components of vectors, constants, what is numbered; one that ends in an underscore may be a row of a block
 _SCENE_STEP_FORMS = re.compile(
-    r"[uvar]_.+|([cx]|near_|taken_|sum_|most_|residual_|change_|jacobian_|K0_|f_)\d[\d_]*|.+_"
+    r"[uvar]_.+|([cx]|near_|taken_|passes_|go_|idle_|sum_|most_|residual_|change_|jacobian_|K0_|f_)\d[\d_]*|.+_"
 )
 _SCENE_FORMS = re.compile(r"(x|value_)\d+")
 

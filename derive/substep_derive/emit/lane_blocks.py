@@ -1,8 +1,10 @@
 """SceneStep -> text of its march over blocks of lanes: steps outside, lanes inside, which fill vector registers.
 
 The lines are those of the one-lane march with a name `u` replaced by `u[j]` of lane j; a name that is used in only one
-loop over lanes stays a number. A lane that has converged, failed or ended keeps its values by selection, not by a
-branch, so that the result of each lane is the same as if it were marched alone.
+loop over lanes stays a number. The result of each lane is the same as if it were marched alone: one that has converged
+gets corrections of 0; one that fails keeps its state by selection, and then gives its place to a copy of another, as
+one that has ended does. So no loop asks which lanes are at work, and iterations are counted once for all lanes as long
+as all take the same number.
 """
 
 from collections.abc import Iterable, Sequence
@@ -13,10 +15,12 @@ from sympy import Expr, Matrix, Symbol
 from ..kernels.scene_step import BalanceStep, SceneStep
 from ..motion.components import Assignments, assign
 from .printing import KernelPrinter, block, fill, lines
-from .templates.scene import BLOCK, BLOCK_COUNT, BLOCK_NEWTON
+from .templates.scene import BLOCK, BLOCK_COUNT, BLOCK_COUNTS, BLOCK_NEWTON
 
 WIDTH = 64  # most lanes of a block: the rows of a step fit a first cache of 32 kB
 LOOP = "for j in range(begin, end):"
+# arguments of the function that lanes leave by, those of Newton's counts not among them
+_LEAVING = "rows", "leaves", "of_lane", "runs", "begin", "end", "place", "state", "peak"
 
 
 def march_block(p: SceneStep, arguments: Sequence[str], state: Sequence[tuple[str, str]]) -> str:
@@ -26,47 +30,60 @@ def march_block(p: SceneStep, arguments: Sequence[str], state: Sequence[tuple[st
     near = [str(s) for s, _ in p.near]
     held = {*_shared(p, loops), *(name for name, _ in state), *(str(s) for s, _ in p.constants), *near, *loads}
     scalars = ["h", *(s.name for s in p.parameters(p.expressions)), *(["tolerance"] if p.newton else []), "bound"]
-    rows = [*sorted(held), *(f"{name}_" for name in (*scalars, "peak")), "running", "seen"]
     iterated = [k for k, step in enumerate(p.steps) if step.first is not None]
-    rows += ["size"] if iterated else []
-    rows += [f"{name}_{k}" for k in iterated for name in ("taken", "sum", "most")]
+    rows = [*sorted(held), *(f"{name}_" for name in (*scalars, "peak")), "seen", "leaves"]
+    rows += ["size", *(f"{name}_{k}" for k in iterated for name in ("go", "idle", "sum", "most"))] if iterated else []
     names = {name: f"{name}[j]" for name in held} | {name: f"{name}_[j]" for name in scalars}
     w = KernelPrinter(names)
+    leaving = [*_LEAVING, *(["newton", "common"] if iterated else [])]
+    leave = f"_leave({', '.join(leaving)})"
     steps = [_given(loads)] if loads else []
     for k, bodies in zip(iterated, loops[:-1], strict=True):
-        start = f"\n{LOOP}\n" + _bodies(w, bodies) + f"\n    size[j], taken_{k}[j] = running[j], 0.0"
-        steps += [indent(start.strip("\n"), "        "), _newton(w, p.steps[k], k, iterated)]
+        steps += [indent(f"{LOOP}\n{_bodies(w, bodies)}", "        "), _newton(w, p.steps[k], k, iterated)]
     after = {str(new): old for old, new in p.shift}
     kept = [[after.get(str(e), e) for e in vector] for vector in p.report]
     stores = [f"row[{kind}, {i}] = {w.doprint(e)}" for kind, vector in enumerate(kept) for i, e in enumerate(vector)]
     read_shift, shift = _shift(w, p.shift)
     constants = lines([*p.constants, *p.near], 2, w)
-    counts = [f"newton[lane, {r}, {k}] = {name}_{k}[j]" for k in iterated for r, name in enumerate(("sum", "most"))]
     return fill(
         BLOCK,
         width=WIDTH,
         arguments=", ".join(arguments),
+        leaving=", ".join(leaving),
+        results=_results(rows, iterated, state),
         rows=len(rows),
+        counts=fill(BLOCK_COUNTS, balances=len(iterated)) if iterated else "",
         allocate=_lines((f"{name} = rows[{k}]" for k, name in enumerate(rows)), 1),
         read=_lines(
             [
                 *(f"{name}_[j] = {name}[lane]" for name in scalars),
                 *(f"{name}[j] = state[lane, {place}]" for name, place in state),
+                *(f"go_{k}[j] = 1.0" for k in iterated),
                 "peak_[j] = -np.inf",
             ],
             2,
         ),
         constants=f"    {LOOP}\n{constants}\n" if constants else "",
-        not_counted=f"{_not_counted(iterated)}\n" if iterated else "",
-        count=_count(iterated) if iterated else "",
+        leave=leave,
+        waiting="        waited = False\n" if iterated else "",
         steps="".join(f"{text}\n" for text in steps),
         reported=indent(_bodies(w, loops[-1]), "        "),
         sum=" + ".join(w.doprint(Symbol(name)) for name in p.finite),
         read_shift=read_shift,
         shift=shift,
+        count=_count(iterated) if iterated else "",
         store=_lines(stores, 5),
-        write_state=_lines([*(f"state[lane, {place}] = {name}[j]" for name, place in state), *counts], 2),
     )
+
+
+def _results(rows: Sequence[str], iterated: Sequence[int], state: Sequence[tuple[str, str]]) -> str:
+    """Lines that hand over what a lane's column of the rows holds."""
+    at = {name: f"rows[{k}, j]" for k, name in enumerate(rows)}
+    found = [f"peak[lane] = {at['peak_']}", *(f"state[lane, {place}] = {at[name]}" for name, place in state)]
+    for k in iterated:
+        found += [f"newton[lane, 0, {k}] = common[0, {k}] + {at[f'sum_{k}']}"]
+        found += [f"newton[lane, 1, {k}] = max(common[1, {k}], {at[f'most_{k}']})"]
+    return _lines(found, 3)
 
 
 # What one loop over lanes computes: lists of assignments, each with whether to name its common subexpressions.
@@ -122,7 +139,7 @@ def _bodies(w: KernelPrinter, loop: _Loop) -> str:
 
 def _given(loads: Sequence[str]) -> str:
     """Lines that read the loads of a step; one row of forces may serve all lanes."""
-    read = (f"{name}[j] = forces[(j - place) % forces.shape[0], i, {k}]" for k, name in enumerate(loads))
+    read = (f"{name}[j] = forces[of_lane[j] % forces.shape[0], i, {k}]" for k, name in enumerate(loads))
     return _lines([LOOP, *(f"    {line}" for line in read)], 2)
 
 
@@ -136,28 +153,33 @@ def _shift(w: KernelPrinter, shift: Assignments) -> tuple[str, str]:
 
 
 def _newton(w: KernelPrinter, step: BalanceStep, k: int, iterated: Sequence[int]) -> str:
-    entries, solve, change = step.correction()
+    going = Symbol(f"go_{k}")
+    entries, solve, change = step.correction(going)
     # what an iteration assigns is a number, under a name of its own where other loops have the same as a row
     moving = {str(s) for s, _ in step.moving}
-    local = KernelPrinter({name: f"{name}_j" if name in moving else text for name, text in w.names.items()})
+    names = {name: f"{name}_j" if name in moving else text for name, text in w.names.items()}
+    local = KernelPrinter(names | {str(going): f"{going}[j]"})
     body = [lines(step.moving, 4, local), block(entries, 4, local)[0], lines(solve, 4, local)]
-    body.append(_lines((f"{c} = {c} if going else 0.0" for c in change), 4))
     body.append(lines([(z, z - c) for z, c in zip(step.z, change, strict=True)], 4, w))
     body.append(_lines(largest_of(change), 4))
-    not_counted = _not_counted([j for j in iterated if j <= k])
-    return fill(BLOCK_NEWTON, iteration="\n".join(body), balance=k, not_counted=not_counted).strip("\n")
+    again = _lines((_all_go(j) for j in iterated if j <= k), 4)
+    return fill(BLOCK_NEWTON, iteration="\n".join(body), balance=k, again=again).strip("\n")
 
 
-def _not_counted(iterated: Iterable[int]) -> str:
-    """Lines that take back the iterations of a step that a lane does not complete."""
-    return _lines((f"taken_{k}[j] = 0.0" for k in iterated), 5)
+def _all_go(k: int) -> str:
+    """The line after which no lane waits in an iteration of balance k."""
+    return f"go_{k}[j], idle_{k}[j] = 1.0, 0.0"
 
 
 def _count(iterated: Sequence[int]) -> str:
-    """Lines that add the iterations of a step to their sum, keep the most, and those of each step if asked for."""
-    added = ((f"sum_{k}[j] += taken_{k}[j]", f"most_{k}[j] = max(most_{k}[j], taken_{k}[j])") for k in iterated)
-    stored = (f"iterations[lane, i, {k}] = taken_{k}[place + lane]" for k in iterated)
-    return fill(BLOCK_COUNT, count=_lines((line for two in added for line in two), 3), store=_lines(stored, 4))
+    """Lines that count the iterations of a step: their sum, the most, and those of each step if asked for."""
+    own, common = [], []
+    for k in iterated:
+        own += [f"taken = passes_{k} - idle_{k}[j]", f"sum_{k}[j] += taken", f"most_{k}[j] = max(most_{k}[j], taken)"]
+        own += [_all_go(k)]
+        common += [f"common[0, {k}] += passes_{k}", f"common[1, {k}] = max(common[1, {k}], passes_{k})"]
+    stored = (f"iterations[j - place, i, {k}] = passes_{k} - idle_{k}[j]" for k in iterated)
+    return fill(BLOCK_COUNT, own=_lines(own, 4), common=_lines(common, 3), store=_lines(stored, 5))
 
 
 def largest_of(change: Matrix) -> list[str]:

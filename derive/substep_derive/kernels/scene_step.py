@@ -8,7 +8,7 @@ Newton's iteration is needed for a nonlinear force that depends on z.
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from sympy import Abs, Add, Dummy, Expr, Integer, Matrix, Mul, Ne, Piecewise, Symbol, diag, oo, symbols, zeros
+from sympy import Abs, Add, Dummy, Expr, Integer, Matrix, Mul, Ne, Piecewise, S, Symbol, diag, oo, symbols, zeros
 
 from ..declare.errors import DeclarationError
 from ..declare.names import check_pair, entry_name
@@ -68,14 +68,14 @@ class BalanceStep:
             return self.free * error / J[0]
         return J.adjugate() * (self.free * error) * Symbol("one_over_det")
 
-    def correction(self) -> tuple[Assignments, Assignments, Matrix]:
-        """Assignments of residual and Jacobian; the solve, written out; Newton's correction by name."""
+    def correction(self, factor: Expr = S.One) -> tuple[Assignments, Assignments, Matrix]:
+        """Assignments of residual and Jacobian; the solve, written out; Newton's correction, times factor, by name."""
         size, R, J = len(self.z), self.residual_names, self.jacobian_names
         entries = assign(R, self.residual) + [(s, e) for s, e in zip(J, self.jacobian, strict=True) if e != 0]
         change, one_over = Matrix(symbols(f"change_:{size}")), Symbol("one_over_det")
         if size == 1:
-            return entries, assign(change, R / J[0]), change
-        solve = assign(Matrix([one_over, *change]), Matrix([1 / J.det(), *(J.adjugate() * R * one_over)]))
+            return entries, assign(change, factor * R / J[0]), change
+        solve = assign(Matrix([one_over, *change]), Matrix([factor / J.det(), *(J.adjugate() * R * one_over)]))
         return entries, solve, change
 
 
@@ -197,9 +197,13 @@ class SceneStep:
 
     @property
     def finite(self) -> list[str]:
-        """Names of the numbers that have to be finite for a step to count as completed, the energy last."""
-        moved = {str(new) for _, new in self.shift}
-        return [*sorted({str(e) for vector in self.report for e in vector} | moved), "energy"]
+        """Names of the numbers that have to be finite for a step to count as completed, the energy last.
+
+        Those of which the energy is a polynomial are left out: if one is not finite, neither is the energy.
+        """
+        names = {str(e) for vector in self.report for e in vector} | {str(new) for _, new in self.shift}
+        seen = {str(s) for s in self.energy.free_symbols if self.energy.is_polynomial(s)}
+        return [*sorted(names - seen), "energy"]
 
     @property
     def near_series(self) -> list[NearSeries]:

@@ -206,61 +206,79 @@ WIDTH = {width}
 
 
 @_inner
+def _leave({leaving}):
+    """Hand over the results of lanes that leave, and put a copy of one that stays in their place; whether one does."""
+    other = -1
+    for j in range(begin, end):
+        if runs[j] and leaves[j] == 0.0:
+            other = j
+        elif runs[j]:
+            runs[j], lane = False, j - place
+{results}
+    if other >= 0:
+        for j in range(begin, end):
+            if leaves[j] > 0.0:
+                of_lane[j] = of_lane[other]
+                for r in range(rows.shape[0]):
+                    rows[r, j] = rows[r, other]
+    return other >= 0
+
+
+@_inner
 def _block(lane0, lane1, {arguments}):
-    """March lanes lane0 to lane1, at most WIDTH, in vector registers; the last one is repeated to fill the last."""
+    """March lanes lane0 to lane1, at most WIDTH, in vector registers.
+
+    Every column of the rows is marched: behind the last lane, and where a lane has left, stand copies of others.
+    """
     _widest()
     rows = np.zeros(({rows}, WIDTH + 16))
     begin = -(rows.ctypes.data // 8) & 7  # at a cache line
     end = begin + 8 * ((lane1 - lane0 + 7) // 8)
-    place = begin - lane0  # a lane stands at place + lane in the rows
-{allocate}
+    place = begin - lane0  # a lane stands in column place + lane
+    of_lane = np.zeros(WIDTH + 16, dtype=np.int64)  # whose numbers a column has
+    runs = np.zeros(WIDTH + 16, dtype=np.bool_)  # whether they are its own lane's
+{counts}{allocate}
     for j in range(begin, end):
-        lane = min(j - place, lane1 - 1)
+        lane = of_lane[j] = min(j - place, lane1 - 1)
+        runs[j] = j - place == lane
+        n_done[lane], status[lane] = n[lane], COMPLETED
 {read}
-{constants}    for lane in range(lane0, lane1):
-        status[lane], n_done[lane] = COMPLETED, n[lane]
-        running[place + lane] = np.nan  # size of a correction not yet made; 0.0 for a lane that has stopped
-    last, ends = n[lane0:lane1].max(), first
-    for i in range(first, last):
-        if i == ends:
-            ends = last
-            for lane in range(lane0, lane1):
-                if n[lane] <= i:
-                    running[place + lane], bound_[place + lane] = 0.0, np.nan
+{constants}    i, ends, left = first, first, 0
+    while True:
+        if i == ends or left > 0:
+            ends = n[lane0:lane1].max()
+            for j in range(begin, end):
+                if n[of_lane[j]] > i:
+                    ends = min(ends, n[of_lane[j]])
                 else:
-                    ends = min(ends, n[lane])
-{steps}        stopped = 0
+                    leaves[j] = 1.0
+            if not {leave}:
+                return
+            left = 0
+{waiting}{steps}        bad = 0
         for j in range(begin, end):
 {reported}
-            total = {sum}
-            now = energy + (total - total)  # NaN unless all are finite
+            now = energy + 0.0 * ({sum})  # NaN unless all are finite
             seen[j] = now
             good = now <= bound_[j]
-            stopped = stopped if good else 1
+            bad += 0 if good else 1
             top = peak_[j]
 {read_shift}
             peak_[j] = now if good & (now > top) else top
 {shift}
-        if stopped > 0:
-            stopped = 0
+        if bad > 0:
             for j in range(begin, end):
-                stopped += (running[j] != 0.0) & (not seen[j] <= bound_[j])
-        if stopped > 0:
-            for lane in range(lane0, lane1):
-                j = place + lane
-                if running[j] != 0.0 and not seen[j] <= bound_[j]:
+                if not seen[j] <= bound_[j]:
+                    leaves[j], lane = 1.0, of_lane[j]
                     n_done[lane], status[lane] = i, ENERGY_BOUND if seen[j] > bound_[j] else NON_FINITE
-                    running[j], bound_[j] = 0.0, np.nan
-{not_counted}{count}        if (i + 1) // stride < out.shape[1] and (i + 1) % stride == 0:
-            for lane in range(lane0, lane1):
-                j = place + lane
-                if seen[j] <= bound_[j]:
-                    row = out[lane, (i + 1) // stride]
+            if not {leave}:
+                return
+{count}        if (i + 1) // stride < out.shape[1] and (i + 1) % stride == 0:
+            for j in range(begin, end):
+                if runs[j]:
+                    row = out[j - place, (i + 1) // stride]
 {store}
-    for lane in range(lane0, lane1):
-        j = place + lane
-        peak[lane] = peak_[j]
-{write_state}
+        i += 1
 
 
 @_compile
@@ -270,28 +288,41 @@ def march_block({arguments}):
         _block(lane, min(lane + WIDTH, h.size), {arguments})
 '''
 
+# Newton's correction is taken times go: 0 for lanes that have converged and wait for others of their block
 BLOCK_NEWTON = """
-        for _ in range(50):
+        for passes_{balance} in range(1, 51):
+            if 0 < left < end - begin:
+                waited = True
+                for j in range(begin, end):
+                    go_{balance}[j] = 0.0 if size[j] <= near_{balance}[j] else 1.0
+                    idle_{balance}[j] += 1.0 - go_{balance}[j]
             left = 0
             for j in range(begin, end):
-                going = not size[j] <= near_{balance}[j]
 {iteration}
                 size[j] = largest
-                taken_{balance}[j] += 1.0 if going else 0.0
-                left = left if largest <= near_{balance}[j] else 1
+                left += 0 if largest <= near_{balance}[j] else 1
             if left == 0:
                 break
         if left > 0:
-            for lane in range(lane0, lane1):
-                j = place + lane
-                if running[j] != 0.0 and not size[j] <= near_{balance}[j]:
+            for j in range(begin, end):
+                if not size[j] <= near_{balance}[j]:
+                    leaves[j], lane = 1.0, of_lane[j]
                     n_done[lane], status[lane] = i, NEWTON_FAILED
-                    running[j], bound_[j] = 0.0, np.nan
-{not_counted}"""
+{again}
+            continue  # the others begin the step again
+"""
 
-BLOCK_COUNT = """        for j in range(begin, end):
-{count}
-        if i < iterations.shape[1]:
-            for lane in range(lane0, lane1):
+BLOCK_COUNTS = """    # Newton's iterations of steps in which all lanes took the same number: their sum, and the most
+    common = np.zeros((2, {balances}), dtype=np.int64)
+"""
+
+BLOCK_COUNT = """        if i < iterations.shape[1]:
+            for j in range(begin, end):
+                if runs[j]:
 {store}
+        if waited:
+            for j in range(begin, end):
+{own}
+        else:
+{common}
 """
