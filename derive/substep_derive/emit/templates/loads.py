@@ -30,14 +30,14 @@ def interpolate(samples, dt, t, out):
     A time that differs from a sample's by at most 1e-9 dt counts as the sample's.
     """
     _widest()
-    last = samples.size - 1
-    place, share = np.empty(AT_ONCE, np.int64), np.empty(AT_ONCE)
+    last, later = samples.size - 1, samples[1:]
+    place, share = np.empty(AT_ONCE, np.uint64), np.empty(AT_ONCE)
     for first in range(0, t.size, AT_ONCE):
         time, value = t[first : first + AT_ONCE], out[first : first + AT_ONCE]
         for i in range(time.size):
             position = time[i] / dt
-            nearest = np.rint(position)
-            position = nearest if abs(position - nearest) <= 1e-9 else position
+            before = np.floor(position + 1e-9)
+            position = position if position - before > 1e-9 else before
             inside = 0.0 <= position and position <= last
             position = position if inside else 0.0
             before = np.floor(min(position, last - 1.0))
@@ -45,8 +45,7 @@ def interpolate(samples, dt, t, out):
             share[i] = position - before
             value[i] = 1.0 if inside else 0.0
         for i in range(time.size):
-            k = place[i]
-            value[i] *= samples[k] * (1.0 - share[i]) + samples[k + 1] * share[i]
+            value[i] *= samples[place[i]] * (1.0 - share[i]) + later[place[i]] * share[i]
 
 
 @_exact
@@ -56,21 +55,18 @@ def interpolate_steps(samples, dt, h, tau, first, out):
     Where many of them lie between the first sample and the last but one, these need not be looked for one by one.
     """
     _widest()
-    most = min(samples.size - 2, FAR)
-    place, share, t = np.empty(AT_ONCE, np.int32), np.empty(AT_ONCE), np.empty(AT_ONCE)
+    most, later = min(samples.size - 2, FAR), samples[1:]
+    place, share, t = np.empty(AT_ONCE, np.uint32), np.empty(AT_ONCE), np.empty(AT_ONCE)
     for begin in range(0, out.size, AT_ONCE):
         value, step = out[begin : begin + AT_ONCE], np.float64(first + begin)
         if step + tau >= 0.0 and (step + value.size + tau) * h / dt < most:
             for i in range(value.size):
                 position = (step + np.float64(np.int32(i)) + tau) * h / dt
-                nearest = np.rint(position)
-                position = nearest if abs(position - nearest) <= 1e-9 else position
-                before = np.floor(position)
+                before = np.floor(position + 1e-9)
                 place[i] = np.int32(before)
-                share[i] = position - before
+                share[i] = position - before if position - before > 1e-9 else 0.0
             for i in range(value.size):
-                k = np.int64(place[i])
-                value[i] = samples[k] * (1.0 - share[i]) + samples[k + 1] * share[i]
+                value[i] = samples[place[i]] * (1.0 - share[i]) + later[place[i]] * share[i]
         else:
             for i in range(value.size):
                 t[i] = (step + np.float64(i) + tau) * h
