@@ -162,8 +162,11 @@ def test_fuzzed_declarations_march_as_they_are_written(declared: Any) -> None:
     arrays["newton"] = np.zeros((1, 2, len(scheme.balances)), dtype=np.int64)
     arrays["iterations"] = np.zeros((1, n, len(scheme.balances)), dtype=np.int64)
     arrays |= {"n_done": np.zeros(1, dtype=np.int64), "status": np.zeros(1, dtype=np.int64), "peak": np.zeros(1)}
+    for k, (kind, _) in enumerate(module.STATE):
+        arrays["state"][:, k] = arrays[kind]
     with np.errstate(all="ignore"):
-        module.start(*(arrays[name] for name in module.START_ARGUMENTS))
+        if module.START_ARGUMENTS:
+            module.start(*(arrays[name] for name in module.START_ARGUMENTS))
         module.march(*(arrays[name] for name in module.ARGUMENTS))
     assume(arrays["status"][0] == 0)
     size = np.abs(rows).max(axis=0)

@@ -21,7 +21,7 @@ SCENE = "elastic_pendulum"
 # arguments of march, in order; those of SCALARS hold one number for each lane
 ARGUMENTS = ("h", "EA", "L", "m", "state", "bound", "first", "n", "stride", "out", "peak", "n_done", "status",)
 SCALARS = ("h", "EA", "L", "m",)
-START_ARGUMENTS = ("h", "u", "v", "a", "state",)
+START_ARGUMENTS = ()
 # rows of the state: u, v or a, and how many steps before t_n
 STATE = (("u", 0), ("v", 0), ("a", 0),)
 REPORTED = "uva"
@@ -340,27 +340,3 @@ def march(h, EA, L, m, state, bound, first, n, stride, out, peak, n_done, status
     """
     for lane in range(h.size):
         status[lane], n_done[lane], peak[lane] = _lane(h[lane], EA[lane], L[lane], m[lane], state[lane], bound[lane], first, n[lane], stride, out[lane])
-
-
-@_inner
-def _start(h, u, v, a, state):
-    """State of one lane at t = 0."""
-    u_0_x = u[0]
-    u_0_y = u[1]
-    v_0_x = v[0]
-    v_0_y = v[1]
-    a_0_x = a[0]
-    a_0_y = a[1]
-    state[0, 0] = u_0_x
-    state[0, 1] = u_0_y
-    state[1, 0] = v_0_x
-    state[1, 1] = v_0_y
-    state[2, 0] = a_0_x
-    state[2, 1] = a_0_y
-
-
-@_compile
-def start(h, u, v, a, state):
-    """Compute state (lanes, 3, 2) from u, v, a (lanes, 2) at t = 0."""
-    for lane in range(h.size):
-        _start(h[lane], u[lane], v[lane], a[lane], state[lane])

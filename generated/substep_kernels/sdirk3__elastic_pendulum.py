@@ -27,7 +27,7 @@ SCENE = "elastic_pendulum"
 # arguments of march, in order; those of SCALARS hold one number for each lane
 ARGUMENTS = ("h", "gamma", "EA", "L", "m", "tolerance", "state", "bound", "first", "n", "stride", "out", "iterations", "newton", "peak", "n_done", "status",)
 SCALARS = ("h", "gamma", "EA", "L", "m", "tolerance",)
-START_ARGUMENTS = ("h", "u", "v", "a", "state",)
+START_ARGUMENTS = ()
 # rows of the state: u, v or a, and how many steps before t_n
 STATE = (("u", 0), ("v", 0),)
 REPORTED = "uva"
@@ -613,23 +613,3 @@ def march(h, gamma, EA, L, m, tolerance, state, bound, first, n, stride, out, it
     """
     for lane in range(h.size):
         status[lane], n_done[lane], peak[lane] = _lane(h[lane], gamma[lane], EA[lane], L[lane], m[lane], tolerance[lane], state[lane], bound[lane], first, n[lane], stride, out[lane], iterations[lane], newton[lane])
-
-
-@_inner
-def _start(h, u, v, a, state):
-    """State of one lane at t = 0."""
-    u_0_x = u[0]
-    u_0_y = u[1]
-    v_0_x = v[0]
-    v_0_y = v[1]
-    state[0, 0] = u_0_x
-    state[0, 1] = u_0_y
-    state[1, 0] = v_0_x
-    state[1, 1] = v_0_y
-
-
-@_compile
-def start(h, u, v, a, state):
-    """Compute state (lanes, 2, 2) from u, v, a (lanes, 2) at t = 0."""
-    for lane in range(h.size):
-        _start(h[lane], u[lane], v[lane], a[lane], state[lane])

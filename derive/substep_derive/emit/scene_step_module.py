@@ -199,8 +199,11 @@ def _calls(arguments: Sequence[str]) -> list[str]:
 
 
 def _start(p: SceneStep) -> tuple[list[str], str]:
-    """Names of the arguments and text of `start`; neither where another scheme marches first."""
-    if p.start is None:
+    """Names of the arguments and text of `start`; neither where another scheme marches first, or u, v, a are the state.
+
+    The latter are copied, which need not be compiled.
+    """
+    if p.start is None or [str(e) for e in p.start.state.T] == [name for name, _ in state_places(p)]:
         return [], ""
     expressions = [*p.start.state, *(e for _, e in p.start.constants)]
     used = {s.name for e in expressions for s in e.free_symbols}

@@ -87,13 +87,14 @@ def march_lanes(
     """
     module = pair_kernels(scene, scheme)
     P, steps = len(dt), int(n.max(initial=0))
+    rows = _rows_kept(scheme, module, steps, stride, history, reader)
     u, v, a = (_of_lanes(x, (P, scene.u0.shape[-1])) for x in start or (scene.u0, scene.v0, scene.a0))
     scalars = {"h": dt, "tolerance": TOLERANCE * scene.length, "bound": bound, **scene.parameters, **scheme.parameters}
     arrays: dict[str, Any] = {
         **{name: _of_lanes(x, (P,)) for name, x in scalars.items()},
         **{"u": u, "v": v, "a": a, "n": np.array(n, dtype=np.int64), "first": 0, "stride": stride},
         "state": np.empty((P, len(module.STATE), u.shape[1])),
-        "out": np.zeros((P, _rows_kept(module, steps, stride, history, reader), len(module.REPORTED), u.shape[1])),
+        "out": np.zeros((P, rows, len(module.REPORTED), u.shape[1])),
         "newton": np.zeros((P, 2, scheme.balances), dtype=np.int64),
         "iterations": np.zeros((P, steps if counts else 0, scheme.balances), dtype=np.int64),
         **{name: np.empty(P, dtype=np.int64) for name in ("n_done", "status")},
@@ -107,10 +108,13 @@ def march_lanes(
         arrays["forces"] = scene.forces((np.arange(steps)[:, None] + stencil[:, None]) * dt[:, None, None])
         arrays["start_forces"] = scene.forces(at_start * dt[:, None])
     head = None
-    if module.START_ARGUMENTS:
+    if scheme.starter is not None:
+        head = _head(scene, scheme, module, arrays, (u, v, a))
+    elif module.START_ARGUMENTS:
         module.start(*(arrays[name] for name in module.START_ARGUMENTS))
     else:
-        head = _head(scene, scheme, module, arrays, (u, v, a))
+        for k, (kind, _) in enumerate(module.STATE):
+            arrays["state"][:, k] = arrays[kind]
     _run(module, arrays, P, steps // stride + 1, reader)
     peak = np.maximum(arrays["peak"], scene.energy(np.zeros(P), u, v))
     if head is not None:
@@ -136,11 +140,13 @@ def _of_lanes(x: Any, shape: tuple[int, ...]) -> Array:
     return found
 
 
-def _rows_kept(module: ModuleType, steps: int, stride: int, history: bool, reader: Reader | None) -> int:
+def _rows_kept(
+    scheme: Scheme, module: ModuleType, steps: int, stride: int, history: bool, reader: Reader | None
+) -> int:
     """Rows of all lanes that are in memory at once: none, all, or for a reader those that the starter gives."""
     if history:
         return steps // stride + 1
-    if reader is None or module.START_ARGUMENTS:
+    if reader is None or scheme.starter is None:
         return 0
     return min(steps, max(lag for _, lag in module.STATE)) // stride + 1
 
