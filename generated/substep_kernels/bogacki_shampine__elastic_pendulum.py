@@ -274,7 +274,7 @@ def _block(lane0, lane1, h, EA, L, m, state, bound, first, n, stride, out, peak,
             now = energy + 0.0 * (a_1_x + a_1_y + energy)  # NaN unless all are finite
             seen[j] = now
             good = now <= bound_[j]
-            bad += 0 if good else 1
+            bad = bad if good else 1
             top = peak_[j]
             u_0_x_j = u_0_x[j]
             u_0_y_j = u_0_y[j]

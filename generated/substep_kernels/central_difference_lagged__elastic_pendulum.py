@@ -233,7 +233,7 @@ def _block(lane0, lane1, h, EA, L, m, state, bound, first, n, stride, out, peak,
             now = energy + 0.0 * (a_reported_x[j] + a_reported_y[j] + v_1o2_x + v_1o2_y + energy)  # NaN unless all are finite
             seen[j] = now
             good = now <= bound_[j]
-            bad += 0 if good else 1
+            bad = bad if good else 1
             top = peak_[j]
             v_m1o2_x_j = v_m1o2_x[j]
             v_m1o2_y_j = v_m1o2_y[j]

@@ -353,7 +353,7 @@ def _block(lane0, lane1, h, alpha_m, alpha_f, beta, gamma, EA, L, m, tolerance, 
             now = energy + 0.0 * (a_1_x[j] + a_1_y[j] + energy)  # NaN unless all are finite
             seen[j] = now
             good = now <= bound_[j]
-            bad += 0 if good else 1
+            bad = bad if good else 1
             top = peak_[j]
             u_0_x_j = u_0_x[j]
             u_0_y_j = u_0_y[j]

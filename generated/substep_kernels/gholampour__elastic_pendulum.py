@@ -353,7 +353,7 @@ def _block(lane0, lane1, h, delta, alpha_g, EA, L, m, tolerance, state, bound, f
             now = energy + 0.0 * (a_0_x[j] + a_0_y[j] + a_1_x[j] + a_1_y[j] + energy)  # NaN unless all are finite
             seen[j] = now
             good = now <= bound_[j]
-            bad += 0 if good else 1
+            bad = bad if good else 1
             top = peak_[j]
             a_m1_x_j = a_m1_x[j]
             a_0_x_j = a_0_x[j]

@@ -388,7 +388,7 @@ def _block(lane0, lane1, h, rho_inf, EA, L, m, tolerance, state, bound, first, n
             now = energy + 0.0 * (a_0_x[j] + a_0_y[j] + a_1_x[j] + a_1_y[j] + u_0_x[j] + u_0_y[j] + v_0_x[j] + v_0_y[j] + energy)  # NaN unless all are finite
             seen[j] = now
             good = now <= bound_[j]
-            bad += 0 if good else 1
+            bad = bad if good else 1
             top = peak_[j]
             u_m1_x_j = u_m1_x[j]
             u_0_x_j = u_0_x[j]

@@ -367,7 +367,7 @@ def _block(lane0, lane1, h, EA, L, m, tolerance, state, bound, first, n, stride,
             now = energy + 0.0 * (a_1_x[j] + a_1_y[j] + u_0_x[j] + u_0_y[j] + u_m1_x[j] + u_m1_y[j] + v_0_x[j] + v_0_y[j] + v_m1_x[j] + v_m1_y[j] + energy)  # NaN unless all are finite
             seen[j] = now
             good = now <= bound_[j]
-            bad += 0 if good else 1
+            bad = bad if good else 1
             top = peak_[j]
             u_m2_x_j = u_m2_x[j]
             u_m1_x_j = u_m1_x[j]

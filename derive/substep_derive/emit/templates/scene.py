@@ -261,7 +261,7 @@ def _block(lane0, lane1, {arguments}):
             now = energy + 0.0 * ({sum})  # NaN unless all are finite
             seen[j] = now
             good = now <= bound_[j]
-            bad += 0 if good else 1
+            bad = bad if good else 1
             top = peak_[j]
 {read_shift}
             peak_[j] = now if good & (now > top) else top
