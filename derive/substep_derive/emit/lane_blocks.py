@@ -52,7 +52,7 @@ def march_block(p: SceneStep, arguments: Sequence[str], state: Sequence[tuple[st
         leaving=", ".join(leaving),
         results=_results(rows, iterated, state),
         rows=len(rows),
-        counts=fill(BLOCK_COUNTS, balances=len(iterated)) if iterated else "",
+        counts=fill(BLOCK_COUNTS, balances=len(p.steps)) if iterated else "",
         allocate=_lines((f"{name} = rows[{k}]" for k, name in enumerate(rows)), 1),
         read=_lines(
             [
