@@ -12,6 +12,8 @@ from . import (
     jobs_adaptive,
     jobs_calls,
     jobs_choice,
+    jobs_commands,
+    jobs_compiling,
     jobs_cores,
     jobs_modes,
     jobs_pendulum,
@@ -37,6 +39,8 @@ JOBS = (
     jobs_accuracy,
     jobs_schemes,
     jobs_startup,
+    jobs_compiling,
+    jobs_commands,
     jobs_structures,
     jobs_modes,
     jobs_choice,
@@ -49,7 +53,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
     parser.add_argument("--quick", action="store_true", help="fewer schemes, rounds and steps: about a minute")
     parser.add_argument(
-        "--full", action="store_true", help="also compile every scheme, and the whole committed set, from nothing"
+        "--full", action="store_true", help="also compile every scheme, and run the two commands in a fresh clone"
     )
     parser.add_argument("--only", action="append", choices=NAMES, metavar="NAME", help=f"one of {', '.join(NAMES)}")
     parser.add_argument(
@@ -65,7 +69,7 @@ def main() -> None:
         if options.only and module.NAME not in options.only:
             continue
         began = time.perf_counter()
-        full = {"full": options.full} if module in (jobs_startup, jobs_schemes) else {}
+        full = {"full": options.full} if module in (jobs_compiling, jobs_commands) else {}
         found = module.job(options.quick, **full)
         jobs.append(found)
         report.show(found, console)

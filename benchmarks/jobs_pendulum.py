@@ -5,7 +5,7 @@ import numpy as np
 import substep as ss
 
 from . import limits, ours, peers
-from .job import Job, Table
+from .job import BESIDE_C, Job, Table
 from .linear import scheme
 from .peers_march import NumbaLsoda, scipy_pendulum
 from .timing import Alternative, cores, measure
@@ -34,7 +34,7 @@ def job(quick: bool) -> Job:
                 table = _batch(found, name, case, EA, a0, n, rounds)
                 found.tables.append(table)
                 text = f"pendulum, {name}, {case}: "
-                found.compare(table, text + "substep / C", "substep", "C, vectors", "<=", 1.1)
+                found.compare(table, text + "substep / C", "substep", "C, vectors", "<=", BESIDE_C)
                 leads = ("substep, one lane", "substep"), ("C, scalar", "C, vectors")
                 found.compare_leads(table, text + "lead of the batch over one lane, of C's", *leads, 0.9)
         _one_run(found, rounds)

@@ -10,14 +10,13 @@ from substep.marching.linear import march_linear
 
 from . import jobs_pendulum, jobs_spectrum, ours, peers
 from .job import Job, Table
-from .jobs_startup import compiling
 from .linear import record, scheme
-from .timing import Alternative, Measured, cores, measure
+from .timing import Alternative, cores, measure
 
 NAME = "schemes"
 
 
-def job(quick: bool, full: bool = False) -> Job:
+def job(quick: bool) -> Job:
     """A table for each kind of work, a row a scheme with kernels of its own."""
     found = Job(NAME, "All schemes, one core")
     random, rounds = np.random.default_rng(2015), 3 if quick else 7
@@ -61,20 +60,8 @@ def job(quick: bool, full: bool = False) -> Job:
         ):
             rows = [Alternative(name, kind, partial(run, scheme(name)), units) for name in names]
             found.tables.append(Table(what, unit, measure(rows, rounds), {}))
-    if full:
-        what = "compiling what the three stability functions need, nothing cached"
-        found.tables.append(Table(what, "scheme", list(map(_compiled, names))))
-    else:
-        found.skipped["compile time of each scheme"] = "minutes: only with --full"
     found.notes.append(
         "houbolt, park, gholampour and oalts begin with steps of another scheme, so that no "
         "filter gives their peaks; oalts and park have more than three live eigenvalues, found by iteration."
     )
     return found
-
-
-def _compiled(name: str) -> Measured:
-    """CPU seconds of the first stability functions of a scheme, once; numba itself is loaded before."""
-    before = "import substep as ss; ss.scheme('newmark').spectral_radius(0.1)"
-    seconds = compiling(before, f"ss.scheme('{name}').stability([0.1, 1.0])")
-    return Measured(name, "substep", np.array([seconds]), {})

@@ -7,7 +7,7 @@ import numpy as np
 import substep as ss
 
 from . import limits, ours, peers, reference
-from .job import Job, Table
+from .job import BESIDE_C, Job, Table
 from .linear import SCHEMES, TwoLoads, record, scheme
 from .peers_march import OPENSEES, OpenSees
 from .timing import Alternative, cores, measure
@@ -27,8 +27,8 @@ def job(quick: bool) -> Job:
             table = _run(found, name, n, rounds)
             found.tables.append(table)
             kernel = "substep, the kernel in it"
-            found.compare(table, f"single run, {name}: the kernel / C", kernel, "C", "<=", 1.05)
-            found.compare(table, f"single run, {name}: substep / C", "substep", "C", "<=", 1.05)
+            found.compare(table, f"single run, {name}: the kernel / C", kernel, "C", "<=", BESIDE_C)
+            found.compare(table, f"single run, {name}: substep / C", "substep", "C", "<=", BESIDE_C)
             if name == "newmark_bdf2":
                 found.compare(
                     table, f"single run, {name}: openseespy Newmark / substep, a step", "openseespy Newmark", "substep",

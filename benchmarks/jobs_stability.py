@@ -5,7 +5,7 @@ from functools import partial
 import numpy as np
 
 from . import limits, ours, peers, reference
-from .job import Job, Table
+from .job import BESIDE_C, Job, Table
 from .linear import SCHEMES, scheme
 from .timing import Alternative, cores, measure
 
@@ -56,7 +56,7 @@ def job(quick: bool) -> Job:
             compared = ((sweep, "sweep, all three", SAME), (radius, "rho alone", "C"), (radius, "rho alone", SAME))
             for table, what, limit in compared:
                 text = f"stability, {name}, {what}"
-                found.compare(table, f"{text}: substep / {limit}", "substep", limit, "<=", 1.1)
+                found.compare(table, f"{text}: substep / {limit}", "substep", limit, "<=", BESIDE_C)
                 leads = ("np.linalg.eigvals", "substep"), ("np.linalg.eigvals", limit)
                 found.compare_leads(table, f"{text}: lead over eigvals, of C's", *leads, 0.9)
     found.notes.append(

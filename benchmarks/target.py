@@ -33,7 +33,7 @@ def wide_registers() -> dict[str, int]:
     The code is that of the march of many oscillators, which both fill with the widest vectors of their target.
     """
     from numba import float64, int64, njit, types  # noqa: PLC0415 (after the target is known)
-    from substep_kernels.linear_march_2_01y import _final_2  # noqa: PLC0415
+    from substep_kernels.marches.linear_march_2_01y import _final_2  # noqa: PLC0415
 
     from . import limits  # noqa: PLC0415
 

@@ -109,11 +109,14 @@ def uncompiled(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 @pytest.fixture
 def plain_functions(monkeypatch: pytest.MonkeyPatch) -> None:
     """Functions of committed modules, such as a scheme's amplification matrix, as plain Python."""
-    from plain_kernels import committed
+    from plain_kernels import committed, itself
 
-    from substep.core import kernel_modules
+    from substep.core import eigenvalues, kernel_modules
 
     monkeypatch.setattr(kernel_modules, "committed", committed)
+    monkeypatch.setattr(eigenvalues, "committed", committed)
+    monkeypatch.setattr(eigenvalues, "address", itself)
+    eigenvalues._eigenvalues.cache_clear()
 
 
 @pytest.fixture

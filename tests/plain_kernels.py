@@ -55,7 +55,7 @@ def gate_pairs() -> tuple[tuple[str, str], ...]:
 @cache
 def text(scheme: str, scene: str) -> str:
     """The text of a pair's module; that the committed ones are what is printed is tested in test_generated."""
-    committed = GENERATED / f"{scheme}__{scene}.py"
+    committed = GENERATED / "pairs" / f"{scheme}__{scene}.py"
     if committed.exists():
         return committed.read_text(encoding="utf-8")
     digests = scheme_digest(BY_NAME[scheme]), scene_digest(SCENE_BY_NAME[scene])
@@ -80,7 +80,12 @@ def plain_adaptive(scheme: Any, scene: Any, terms: Any, order: int) -> SimpleNam
 @cache
 def committed(name: str) -> SimpleNamespace:
     """A committed module with its kernels as Python functions: for `kernel_modules.committed`."""
-    return uncompiled((GENERATED / f"{name}.py").read_text(encoding="utf-8"))
+    return uncompiled((GENERATED / f"{name.replace('.', '/')}.py").read_text(encoding="utf-8"))
+
+
+def itself(kernel: Callable[..., None], whole: int = 1) -> Callable[..., None]:
+    """A kernel in place of its address: for `eigenvalues.address`."""
+    return kernel
 
 
 def uncompiled(source: str) -> SimpleNamespace:

@@ -8,13 +8,13 @@ import mpmath
 import numpy as np
 import pytest
 from inner_kernels import from_python
-from substep_kernels import houbolt
+from substep_kernels.shared import eigenvalues_3
 
 EPS = np.finfo(float).eps
 RNG = np.random.default_rng(9)
 SIZES = 10.0 ** np.arange(-8.0, 9.0, 2.0)
 OMEGAS = 10 ** RNG.uniform(-6, 0, 200)
-monic_of, pair_of, real_root = map(from_python, (houbolt._monic, houbolt._pair, houbolt._real_root))
+monic_of, pair_of, real_root = map(from_python, (eigenvalues_3._monic, eigenvalues_3._pair, eigenvalues_3._real_root))
 
 
 def monic(*roots: Any) -> list[Fraction]:

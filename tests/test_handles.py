@@ -15,7 +15,7 @@ from substep_derive import Balance, Parameter, Scene, Scheme
 from substep_derive.declare.scene import optional
 from substep_derive.declare.symbols import gamma, h, knot, rate
 from substep_kernels.index import SCHEMES
-from substep_kernels.scenes import SCENES
+from substep_kernels.scene_index import SCENES
 from sympy import Interval, Rational, Symbol
 
 import substep as ss

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from plain_kernels import SCENE_BY_NAME, gate_pairs, motion, plain, text, variant
 from substep_derive.declare.symbols import knot
-from substep_kernels.scenes import SCENES as SCENES_INDEX
+from substep_kernels.scene_index import SCENES as SCENES_INDEX
 
 import substep as ss
 from substep.core.response import STATUSES
@@ -77,10 +77,10 @@ def test_a_kernel_holds_what_its_scene_needs(scheme: str, scene: str) -> None:
     read = {n.id for n in ast.walk(function) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Load)}
     assert arguments <= read, "an argument that nothing reads"
     # a parameter that only the default of another one reads is no argument of a kernel
-    of_scheme = {p.name for p in BY_NAME[scheme].parameters if p.symbol in BY_NAME[scheme].mentioned}
+    of_scheme = {f"{p.name}_" for p in BY_NAME[scheme].parameters if p.symbol in BY_NAME[scheme].mentioned}
     control = CONTROL | ({"forces"} if scene == "linear_oscillator" else set())
     control |= set() if linear or explicit else {"tolerance", "iterations", "newton"}
-    assert arguments - of_scheme == {"h"} | SYMBOLS[scene] | control
+    assert arguments - of_scheme == {"h"} | {f"{name}_" for name in SYMBOLS[scene]} | control
     if scene != "rigid_pendulum":  # whose force vanishes, and with it what weights the force
         assert of_scheme <= arguments
     inner = [n for n in ast.walk(loop) if isinstance(n, ast.For | ast.While) and n is not loop]

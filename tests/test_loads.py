@@ -30,7 +30,7 @@ from substep.sweeps import chunks
 Array = np.ndarray
 EPS = np.finfo(float).eps
 RNG = np.random.default_rng(5)
-LOADS = Path(__file__).parents[1] / "generated" / "substep_kernels" / "loads.py"
+LOADS = Path(__file__).parents[1] / "generated" / "substep_kernels" / "shared" / "loads.py"
 PLAIN = uncompiled(LOADS.read_text(encoding="utf-8"))
 
 

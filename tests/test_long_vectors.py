@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from numba import float64, int64, njit, types
 from scipy import sparse
-from substep_kernels import combinations, linear_filter, linear_march_2_01y
+from substep_kernels.marches import linear_filter, linear_march_2_01y
+from substep_kernels.shared import combinations
 
 from substep.structures.combine import add_product, combined, inner_products, products
 from substep.structures.low_rank import LowRank

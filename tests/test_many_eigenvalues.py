@@ -5,7 +5,7 @@ from typing import Any
 import mpmath
 import numpy as np
 import pytest
-from inner_kernels import from_python
+from inner_kernels import block_of, from_python
 from plain_kernels import uncompiled
 from stepping import MP
 from stepping import amplification as stepped
@@ -16,7 +16,7 @@ from substep_derive.emit.scheme_module import own_module
 from substep_derive.oscillator.amplification import Amplification
 from substep_derive.oscillator.spectrum import live
 from substep_derive.oscillator.stability_polynomial import rate, stability_polynomial
-from substep_kernels import oalts, park
+from substep_kernels.shared import eigenvalues_2_twice, eigenvalues_3_twice
 from sympy import Expr, Poly, Rational, Symbol
 from test_stability import exact_spectrum
 
@@ -195,19 +195,21 @@ def test_a_pair_on_the_unit_circle_beside_a_real_eigenvalue_there() -> None:
     assert period == pytest.approx(ss.scheme("newmark", beta=0.25, gamma=0.5).period_error(Omega), rel=1e-12)
 
 
-@pytest.mark.parametrize(("module", "n"), [(park, 3), (oalts, 2)], ids=["park", "oalts"])
+@pytest.mark.parametrize(("name", "module", "n"), [("park", eigenvalues_3_twice, 3), ("oalts", eigenvalues_2_twice, 2)])
 @pytest.mark.parametrize("spread", [(-2, 1), (-6, 8)], ids=str)
-def test_few_steps_find_all_roots(module: Any, n: int, spread: tuple[int, int]) -> None:
+def test_few_steps_find_all_roots(name: str, module: Any, n: int, spread: tuple[int, int]) -> None:
     """The starts are within some percent, so that three steps of third order and a look suffice; here one more may."""
-    inner = (module._coefficients_at, module._start_roots, module._closer_roots)
-    coefficients_at, start_roots, closer_roots = map(from_python, inner)
+    start_roots, closer_roots = map(from_python, (module._start_roots, module._closer_roots))
+    polynomial = ss.scheme(name).kernels.polynomial
     random = np.random.default_rng(8)
     lanes = np.ones((4 * n + 2, 32))
     for _ in range(16):
         Omega, xi = 10 ** random.uniform(*spread, 32), random.uniform(0, 0.9, 32) * random.choice([0, 1], 32)
         for j in range(32):
             parameters = [random.uniform(0.01, 0.99)] if n == 2 else []
-            lanes[2 * n :, j] = coefficients_at(Omega[j], xi[j], *parameters, False)
+            root = Omega[j] * complex(-xi[j], np.sqrt(1 - xi[j] ** 2))
+            point = (Omega[j], xi[j], *parameters, root.real, root.imag)
+            lanes[2 * n :, j] = block_of(polynomial, point, 2 * n + 3)[1:]
         s = lanes.ravel().copy()
         start_roots(s)
         steps = [closer_roots(s) for _ in range(6)]

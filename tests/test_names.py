@@ -1,6 +1,7 @@
 """Whatever parameters, coordinates and outputs are named, the kernels are right, or the name is refused."""
 
 import ast
+import inspect
 import keyword
 import os
 from collections.abc import Iterable
@@ -11,10 +12,11 @@ import numpy as np
 import pytest
 from declared import BY_NAME
 from plain_kernels import SCENE_BY_NAME, text
-from substep_derive import Balance, DeclarationError, Family, Parameter, Scene, Scheme, certify
+from substep_derive import Balance, DeclarationError, Family, Parameter, Scene, Scheme, certify, derive, estimator
 from substep_derive.__main__ import GENERATED
 from substep_derive.declare.scene import optional
 from substep_derive.declare.symbols import h, knot, rate
+from substep_derive.emit.standalone import standalone
 from sympy import Interval, Rational, Symbol
 
 import substep as ss
@@ -211,21 +213,91 @@ def test_a_name_is_given_once() -> None:
         Scheme("mine", {Symbol("u_1", real=True): u0 + h * v0, v1: v0 + h * rho * a1}, (Balance.at(knot(1), 1),))
 
 
-# --- the check knows every name that kernels use
+# --- no name of a kernel's own is like a parameter's
 
 
-def in_scope(source: str, mine: set[str]) -> set[str]:
-    """Names in the functions that take or unpack all of these."""
+def ours(source: str, theirs: set[str]) -> set[str]:
+    """All names in the text but for those of parameters."""
     found: set[str] = set()
-    for function in ast.parse(source).body:
-        if not isinstance(function, ast.FunctionDef):
-            continue
-        names = {node.id for node in ast.walk(function) if isinstance(node, ast.Name)}
-        stored = {n.id for n in ast.walk(function) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
-        arguments = {node.arg for node in ast.walk(function) if isinstance(node, ast.arg)}
-        if mine <= stored | arguments or function.name == "stencil":
-            found |= {function.name} | names | arguments
-    return found
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Name):
+            found.add(node.id)
+        elif isinstance(node, ast.arg):
+            found.add(node.arg)
+        elif isinstance(node, ast.FunctionDef):
+            found.add(node.name)
+    return found - theirs
+
+
+def assert_apart(source: str, parameters: Iterable[Any], *, all_used: bool = True) -> None:
+    """Every parameter is printed with an underscore at its end, and nothing else is but coordinates."""
+    theirs = {f"{p.name}_" for p in parameters}
+    names = ours(source, set())
+    assert not any(name.endswith("_") for name in names - theirs)
+    assert theirs <= names or not all_used
+    assert not names & {p.name for p in parameters}
+
+
+@pytest.mark.parametrize("name", [s.name for s in BY_NAME.values() if s.parent is None])
+def test_parameters_are_apart_in_the_module_and_the_plan_of_a_scheme(name: str) -> None:
+    for file in (f"schemes/{name}.py", f"plans/{name}.py"):
+        assert_apart((GENERATED / file).read_text(encoding="utf-8"), BY_NAME[name].parameters)
+
+
+@pytest.mark.parametrize("scene", SCENE_BY_NAME)
+def test_parameters_are_apart_in_a_scenes_modules(scene: str) -> None:
+    declared = SCENE_BY_NAME[scene]
+    coordinates = {f"{s}_" for s in (*declared.coordinates, *declared.rates)}
+    for function in ast.parse((GENERATED / f"scenes/{scene}.py").read_text(encoding="utf-8")).body:
+        if isinstance(function, ast.FunctionDef) and not function.name.startswith("_"):
+            names = ours(ast.unparse(function), coordinates)
+            assert {name for name in names if name.endswith("_")} == {f"{p.name}_" for p in declared.parameters}
+    for scheme in ("newmark", "newmark_bdf2", "energy_momentum", "kr_alpha", "generalized_alpha_mixed_displacement"):
+        both = (*BY_NAME[scheme].parameters, *declared.parameters)
+        assert_apart(text(scheme, scene), both, all_used=False)
+
+
+# what the march in chosen steps calls its own numbers, and what the estimate's functions are called with
+OF_CHOSEN_STEPS = (
+    *(
+        "weight_0",
+        "weight_4",
+        "length",
+        "power",
+        "atol_u",
+        "atol_v",
+        "share_v",
+        "t_last",
+        "factor_0",
+        "proposed",
+        "held",
+    ),
+    *("before", "last", "size", "fast", "floor", "part", "accepted", "targets", "times", "low", "made", "known"),
+)
+
+
+@pytest.mark.usefixtures("plain_adaptive")
+@pytest.mark.parametrize("name", OF_CHOSEN_STEPS)
+def test_a_march_in_chosen_steps_is_right_whatever_parameters_are_called(name: str) -> None:
+    def end(scene: Scene, scheme: Scheme) -> Array:
+        return ss.march(ss.scene(scene), ss.scheme(scheme), tol=1e-3, t_end=1.0).u[-1]
+
+    expected = end(with_names("k", "q"), with_a_parameter("kappa"))
+    for scene, scheme in (
+        (with_names(name, "q"), with_a_parameter("kappa")),
+        (with_names("k", "q"), with_a_parameter(name)),
+    ):
+        np.testing.assert_allclose(end(scene, scheme), expected, rtol=0, atol=1e-13)
+
+
+def test_an_option_of_a_function_that_takes_parameters_is_no_parameter() -> None:
+    """Their keyword arguments, by inspection of all public functions."""
+    for function in (ss.scheme, ss.scene, ss.sweep, derive, certify, estimator):
+        parameters = inspect.signature(function).parameters.values()
+        options = [p.name for p in parameters if p.kind in (p.POSITIONAL_OR_KEYWORD, p.KEYWORD_ONLY)]
+        assert accepted(with_a_parameter, options) == []
+    assert accepted(with_a_parameter, ["language"]) == ["language"]
+    assert "language" in standalone(with_a_parameter("language"), "python", language="3/5")
 
 
 def accepted(declare: Any, names: Iterable[str]) -> list[str]:
@@ -238,29 +310,6 @@ def accepted(declare: Any, names: Iterable[str]) -> list[str]:
         except DeclarationError:
             pass
     return found
-
-
-@pytest.mark.parametrize("name", [s.name for s in BY_NAME.values() if s.parent is None and s.parameters])
-def test_names_of_a_schemes_module_are_refused(name: str) -> None:
-    mine = {p.name for p in BY_NAME[name].parameters}
-    used = in_scope((GENERATED / f"{name}.py").read_text(encoding="utf-8"), {"Omega", *mine})
-    assert {"coefficients", "by", "den"} <= used
-    assert accepted(with_a_parameter, used - mine) == []
-
-
-@pytest.mark.parametrize("scene", SCENE_BY_NAME)
-def test_names_of_a_scenes_modules_are_refused(scene: str) -> None:
-    declared = SCENE_BY_NAME[scene]
-    theirs = {p.name for p in declared.parameters}
-    own = {str(s) for s in (*declared.coordinates, *declared.rates, *declared.invariants)} | set(declared.outputs)
-    used = in_scope((GENERATED / f"scene_{scene}.py").read_text(encoding="utf-8"), theirs) - own
-    for scheme in ("newmark", "newmark_bdf2", "energy_momentum", "kr_alpha", "generalized_alpha_mixed_displacement"):
-        mine = {p.name for p in BY_NAME[scheme].parameters}
-        found = in_scope(text(scheme, scene), theirs) | in_scope(text(scheme, scene), {"h"})
-        assert {"h", "state", "energy"} <= found
-        assert accepted(with_a_parameter, found - mine - theirs) == []
-        used |= found - mine
-    assert accepted(lambda name: with_names(name, "q"), used - theirs) == []
 
 
 def test_keywords_are_refused() -> None:

@@ -93,7 +93,7 @@ def test_which_schemes_have_one_and_that_modules_are_written_by_it_from_four_sta
     for name in ("bathe", "rho_inf_bathe", "three_substep", "esdirk32"):
         assert rule(name).degree < LEAST_DEGREE
     assert all(rule(name).degree >= LEAST_DEGREE for name in TYPED)
-    texts = {name: GENERATED / f"{name}.py" for name in BY_NAME}
+    texts = {name: GENERATED / "schemes" / f"{name}.py" for name in BY_NAME}
     assert {name for name, path in texts.items() if path.exists() and "by.horner(" in path.read_text()} == {*TYPED}
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from inner_kernels import from_python
+from inner_kernels import block_of
 from substep_derive import Balance, Parameter, Scheme, certify, derive
 from substep_derive.declare.symbols import gamma, h, knot
 from sympy import Interval, Rational
@@ -178,7 +178,7 @@ def test_a_leading_coefficient_below_zero(folder: Path) -> None:
         balances=(Balance.at(end, 1),),
     )
     below, usual = ss.scheme(mine, gamma=-4), ss.scheme("newmark", beta=0.25, gamma=0.5)
-    assert from_python(below.kernels._quadratic)(1.0, 0.1, -4.0)[0] < 0
+    assert block_of(below.kernels.polynomial, (1.0, 0.1, -4.0), 6)[1] < 0  # c2, after whether it is conservative
     Omega = np.logspace(-6, 3, 40)
     for xi in (0.0, 0.1):
         found, expected = below.stability(Omega, xi), usual.stability(Omega, xi)

@@ -155,7 +155,7 @@ def test_near_a_singularity_the_series_is_not_trusted(x0: float, x1: float) -> N
 
 
 def test_log_cosh_neither_overflows_nor_loses_digits() -> None:
-    from substep_kernels.scene_softening import _log_cosh
+    from substep_kernels.scenes.softening import _log_cosh
 
     x = np.array([0.0, 1e-9, -1e-4, 0.3, -2.0, 19.0, 21.0, 800.0, -1e6])
     with mpmath.workdps(40):

@@ -120,7 +120,7 @@ def test_a_scheme_page_holds_closed_forms_and_the_proof(tmp_path: Path, monkeypa
         assert (markdown.plain(form.text) if isinstance(form.value, str) else latex(form.value)) in text, form.name
     assert certify("newmark").text in text
     assert "| `beta` | $\\left[0, \\infty\\right)$ | 0.25 |" in text
-    assert "newmark.py <../../../generated/substep_kernels/newmark.py>" in text
+    assert "schemes/newmark.py <../../../generated/substep_kernels/schemes/newmark.py>" in text
     assert f"```c\n{standalone('newmark', 'c')}```\n" in text
     assert (tmp_path / "newmark.svg").exists()
 

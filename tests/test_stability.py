@@ -11,8 +11,8 @@ from oracle import amplification as stepped
 from published import AMPLITUDE_ERROR_PERCENT, GENERALIZED_ALPHA_LOSS, PERIOD_ERROR_PERCENT, RATIOS, SPRADIUS_NEWMARK
 
 import substep as ss
+from substep.core.eigenvalues import PART
 from substep.core.norms import spectral_norm
-from substep.core.stability import PART
 
 EPS = np.finfo(float).eps
 TABLE_4_1 = ((0.25, 0.5), (0.3025, 0.6), (0.36, 0.7), (0.4225, 0.8), (0.49, 0.9))

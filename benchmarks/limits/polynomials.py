@@ -8,7 +8,7 @@ from mpmath import atan, atanh, chebyfit, mp, sqrt
 from substep_derive import derive
 from substep_derive.algebra.rational import cse
 from substep_derive.emit.eigenvalue_defect import defect_lines
-from substep_derive.emit.stability import SMALL_OMEGA
+from substep_derive.emit.stability import AT_EXACT, SMALL_OMEGA
 from substep_derive.kernels.kernel import Kernel
 from substep_derive.kernels.scheme import SchemeKernels
 from sympy.printing.c import C99CodePrinter
@@ -67,31 +67,25 @@ def _kernel(kernel: Kernel, inputs: str) -> Iterator[str]:
 
 
 def _residual(kernels: SchemeKernels, defect: Kernel) -> Iterator[str]:
-    """C lines of the kernel `_defect` and of the text that substep's `_polynomial_at_exact` is printed from."""
+    """C lines of the kernel `_defect`, and of the text that substep's `defect` is printed from."""
     yield from _kernel(defect, "in")
     declared = {name for name, _ in defect.outputs}
     for line in defect_lines(kernels.defect, SMALL_OMEGA):
         yield from _translated(ast.parse(line), declared)
+    yield from (f"out[{i}] = {value};" for i, value in enumerate(AT_EXACT[1]))
 
 
 def _translated(line: ast.Module, declared: set[str]) -> Iterator[str]:
-    """C text of a line of Python that assigns or returns sums and products; new names are added to `declared`."""
+    """C text of a line of Python that assigns sums and products; new names are added to `declared`."""
     for statement in line.body:
         match statement:
-            case ast.Assign(targets=[ast.Tuple(elts=names)], value=ast.Call(args=[y, z, ast.Tuple(elts=constants)])):
+            case ast.Assign(targets=[ast.Tuple(elts=names)], value=ast.Tuple(elts=values)):
                 targets = [ast.unparse(name) for name in names]
                 yield from (f"vec {name};" for name in targets if name not in declared)
-                table = ", ".join(map(ast.unparse, constants))
-                pointers = ", ".join(f"&{name}" for name in targets)
-                size = len(constants)
-                yield f"in_square({pointers}, {ast.unparse(y)}, {ast.unparse(z)}, (const double[]){{{table}}}, {size});"
                 declared.update(targets)
-            case ast.Assign(targets=[ast.Tuple(elts=names)], value=ast.Tuple(elts=values)):
-                for name, value in zip(names, values, strict=True):
-                    yield f"vec {ast.unparse(name)} = all(0.0) + ({ast.unparse(value)});"
-                    declared.add(ast.unparse(name))
-            case ast.Return(value=ast.Tuple(elts=values)):
-                yield from (f"out[{i}] = {ast.unparse(value)};" for i, value in enumerate(values))
+                found = (f"vec new_{i} = all(0.0) + ({ast.unparse(value)});" for i, value in enumerate(values))
+                kept = (f"{name} = new_{i};" for i, name in enumerate(targets))
+                yield f"{{ {' '.join([*found, *kept])} }}"  # all values are computed before a name changes
             case ast.Assign(targets=[ast.Name(id=name)], value=value):
                 yield f"vec {name} = {ast.unparse(value)};"
             case _:

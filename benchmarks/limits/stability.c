@@ -7,16 +7,6 @@
 #define HALF_PI 1.57079632679489661923
 #define TAN_PI_8 0.41421356237309504880
 
-// (u, v), where u + v s^2 is the polynomial in s^2 of these constants, highest first, and s^4 = -y s^2 - z
-INLINE void in_square(vec *u, vec *v, vec y, vec z, const double *constants, int n) {
-    *u = all(constants[1]), *v = all(constants[0]);
-#pragma GCC unroll 16
-    for (int i = 2; i < n; i++) {
-        vec below = *u - y * *v;
-        *u = constants[i] - z * *v, *v = below;
-    }
-}
-
 #include "polynomials.h"
 
 INLINE vec horner(vec x, const double *coefficients, int n) {

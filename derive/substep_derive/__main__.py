@@ -18,7 +18,7 @@ GENERATED = Path(__file__).parents[2] / "generated" / "substep_kernels"
 
 def differences(folder: Path, files: dict[str, str]) -> list[str]:
     """What a fresh derivation would change in the folder, one line a file."""
-    present = {path.name for path in _files(folder)}
+    present = _files(folder)
     lines = [f"{name}: missing" for name in sorted(files.keys() - present)]
     lines += [f"{name}: stale, no declaration emits it" for name in sorted(present - files.keys())]
     lines += [
@@ -29,14 +29,15 @@ def differences(folder: Path, files: dict[str, str]) -> list[str]:
     return lines
 
 
-def _files(folder: Path) -> list[Path]:
-    """The files of a folder that a derivation may write: modules, the explorer's, the table and the stamp."""
-    return [path for path in folder.glob("*") if path.suffix in (".py", ".js", ".md", ".txt")]
+def _files(folder: Path) -> set[str]:
+    """Paths of the files in a folder that a derivation may write: modules, the explorer's, the table and the stamp."""
+    kinds = (".py", ".js", ".md", ".txt")
+    return {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.suffix in kinds}
 
 
 def up_to_date(folder: Path) -> bool:
     """Whether the folder's stamp is the one that belongs to its files and to this generator, without deriving."""
-    files = {path.name: path.read_text(encoding="utf-8") for path in _files(folder)}
+    files = {name: (folder / name).read_text(encoding="utf-8") for name in _files(folder)}
     return stamped(files) == files
 
 
@@ -60,12 +61,13 @@ def main() -> int:
             )
         return bool(found)
     options.folder.mkdir(parents=True, exist_ok=True)
-    for path in _files(options.folder):
-        if path.name not in files:
-            path.unlink()
+    for name in _files(options.folder) - files.keys():
+        (options.folder / name).unlink()
     changed = {line.split(":")[0] for line in found} & files.keys()
     for name in sorted(changed):  # the others are left alone, so that numba's cache of them stays valid
-        (options.folder / name).write_text(files[name], encoding="utf-8", newline="\n")
+        path = options.folder / name
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(files[name], encoding="utf-8", newline="\n")
     size = sum(len(text.encode()) for text in files.values())
     print(
         f"{len(files)} files, {size / 1000:.0f} kB, {len(found)} changed, {time.process_time():.1f} s of process time"

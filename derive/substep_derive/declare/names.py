@@ -28,37 +28,10 @@ _DERIVATION = {"h", "omega", "Omega", "xi", "lambda", "mu", "z", "M", "C", "K0",
 _CALLS = {
     *("name", "scene", "scheme", "dt", "t_end", "keep", "samples", "energy_bound", "a0", "load", "save", "client"),
     *("progress", "tol", "rtol", "atol", "dt_first", "dt_min", "dt_max", "grid", "rung"),
+    *("held_only", "damped", "changing"),
 }
-# names that functions of a scheme's module use, where its parameters are in scope
-_SCHEME_MODULE = {
-    *("det", "q", "w", "given", "out", "i", "k", "n", "x", "y", "z", "den", "den_o", "increment", "load"),
-    *("outputs", "outputs_load", "Omega", "xi", "math", "np", "half", "leading", "s", "j", "r", "first"),
-    *("radius", "damping", "period", "rest", "count", "kept", "growth", "shift", "angle", "root", "third"),
-    *("less", "modulus2", "discriminant", "square", "scale", "opposite", "found", "njit", "size", "whole"),
-    *("P", "S", "den_", "total", "product", "real", "split", "inverse", "cosine", "refused"),
-    *("better", "near", "near_damping", "near_period", "second", "swap", "largest", "other", "by"),
-}
-# names that functions of the module of a scheme on a scene use
-_SCENE_STEP = {
-    *("h", "i", "j", "n", "u", "v", "a", "np", "njit", "first", "last", "state", "forces", "start_forces"),
-    *("lane", "lane0", "lane1", "place"),
-    *("bound", "stride", "out", "row", "iterations", "newton", "count", "peak", "n_done", "status", "done", "energy"),
-    *("tolerance", "one_over_det", "largest", "rows", "begin", "end", "ends", "seen", "size"),
-    *("of_lane", "runs", "leaves", "good", "bad", "top", "old", "new", "left", "waited", "taken", "common", "now", "r"),
-    *("COMPLETED", "NEWTON_FAILED", "NON_FINITE", "ENERGY_BOUND", "WIDTH"),
-}
-_SCENE_MODULE = {"np", "displacement", "velocity", "t", "f", "value"}
-_FUNCTIONS = {  # of generated modules
-    *("amplification", "coefficients", "march", "march_block", "spectral_radius", "stability", "start"),
-    *("start_stencil", "stencil", "transfer", "energy", "acceleration", "angular_momentum"),
-}
-# a letter with digits and underscores, as in x1, N01_ or k1_2
-_SCHEME_FORMS = re.compile(r"[A-Za-z][\d_]+")
-# components of vectors, constants, what is numbered; one that ends in an underscore may be a row of a block
-_SCENE_STEP_FORMS = re.compile(
-    r"[uvar]_.+|([cx]|near_|taken_|passes_|go_|idle_|sum_|most_|residual_|change_|jacobian_|K0_|f_)\d[\d_]*|.+_"
-)
-_SCENE_FORMS = re.compile(r"(x|value_)\d+")
+# functions of a scene's module, and what these use, beside functions for its outputs
+_SCENE_FUNCTIONS = {"energy", "acceleration", "angular_momentum", "np"}
 
 
 def python_name(symbol: Symbol) -> str:
@@ -84,6 +57,14 @@ def _label_name(label: str) -> str:
     return "Z" + "".join(c if re.match("[A-Ya-z0-9]", c) else f"Z{ord(c):x}Z" for c in label)
 
 
+def printed(parameter: Symbol) -> Symbol:
+    """A parameter as kernels print it: with an underscore at its end, with which no name of a kernel's own ends.
+
+    So a user may give a parameter any name; the order of names, and with it that of sums, stays the same.
+    """
+    return Symbol(f"{parameter.name}_")
+
+
 def entry_name(name: str, *place: int) -> str:
     """The name of a matrix entry: D01 for (0, 1) of D; with an index beyond 9, D_1_11 for (1, 11)."""
     return name + ("".join(map(str, place)) if max(place) < 10 else "".join(f"_{i}" for i in place))
@@ -100,8 +81,7 @@ def check_scheme(
     names = [p.name for p in parameters]
     for name in names:
         _check_identifier(scheme, "parameter", name)
-        own = name in _DERIVATION | _CALLS | _SCHEME_MODULE | _SCENE_STEP | _FUNCTIONS
-        if own or _SCHEME_FORMS.fullmatch(name) or _SCENE_STEP_FORMS.fullmatch(name):
+        if name in _DERIVATION | _CALLS or knot_of(Symbol(name)):
             raise _taken(scheme, "parameter", name)
     arguments = [a.name for a in family_arguments]
     for name in arguments:
@@ -138,17 +118,18 @@ def check_scene(
     values, q = [p.name for p in parameters], [s.name for s in coordinates]
     for name in values:
         _check_identifier(scene, "parameter", name)
-        own = name in _CALLS | _SCENE_MODULE | _SCENE_STEP | _FUNCTIONS
-        if own or _SCENE_FORMS.fullmatch(name) or _SCENE_STEP_FORMS.fullmatch(name):
+        if name in _CALLS or knot_of(Symbol(name)):
             raise _taken(scene, "parameter", name)
     for name in q:
         _check_identifier(scene, "coordinate", name)
-        if name in _SCENE_MODULE | {"h"} or _SCENE_FORMS.fullmatch(name) or f"{name}_j" in q:
-            raise _taken(scene, "coordinate", name)
+        if name.endswith("_"):  # it stands at the end of names in kernels: see `printed`
+            raise DeclarationError(
+                f"{scene}: expected a coordinate whose name does not end with an underscore, got '{name}'; rename it"
+            )
     _check_distinct(scene, [*values, *q, *(s.name for s in derived), "t", "f", "h"])
     for name in outputs:
         _check_identifier(scene, "output", name)
-        if name in _FUNCTIONS | _SCENE_MODULE:
+        if name in _SCENE_FUNCTIONS:
             raise _taken(scene, "output", name)
 
 
@@ -178,6 +159,6 @@ def _check_distinct(owner: str, names: list[str]) -> None:
 
 def _taken(owner: str, what: str, name: str) -> DeclarationError:
     return DeclarationError(
-        f"{owner}: expected a {what} whose name is free in generated code, got '{name}', which is used there itself; "
+        f"{owner}: expected a {what} whose name is free, got '{name}', which means something else here; "
         f"rename the {what}"
     )

@@ -4,13 +4,14 @@ Raises `DeclarationError`, which names the expression at fault, for energies tha
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 from sympy import Expr, Interval, Matrix, S, Symbol, oo, sympify
 
 from .errors import DeclarationError
-from .names import check_scene
+from .names import check_scene, printed
 from .parameter import Parameter
 from .symbols import acceleration, rate, sampled, t
 
@@ -95,6 +96,31 @@ class Scene:
                 f"{self.name}: the {what} holds '{unknown[0]}', expected only "
                 f"{', '.join(sorted(map(str, allowed)))}; declare it or correct the name"
             )
+
+    @cached_property
+    def in_kernels(self) -> "Scene":
+        """The scene with its parameters named as kernels print them: see `names.printed`."""
+        names: dict[Symbol, Expr] = {p.symbol: printed(p.symbol) for p in self.parameters}
+
+        def renamed(e: Any) -> Any:
+            return None if e is None else sympify(e).subs(names, simultaneous=True)
+
+        def all_renamed(expressions: Mapping[Any, Any]) -> dict[Any, Any]:
+            return {key: renamed(e) for key, e in expressions.items()}
+
+        return replace(
+            self,
+            kinetic=renamed(self.kinetic),
+            potential=renamed(self.potential),
+            parameters=tuple(replace(p, symbol=names[p.symbol], default=renamed(p.default)) for p in self.parameters),
+            start=all_renamed(self.start),
+            length=renamed(self.length),
+            invariants=all_renamed(self.invariants),
+            dissipation=renamed(self.dissipation),
+            load=all_renamed(self.load),
+            outputs=all_renamed(self.outputs),
+            energy_scale=renamed(self.energy_scale),
+        )
 
     @property
     def rates(self) -> tuple[Symbol, ...]:

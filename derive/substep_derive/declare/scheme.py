@@ -15,6 +15,7 @@ from ..algebra.constant import Constant, approximated, constants_of, replaced
 from ..algebra.exact_number import exact_number
 from .checks import check, expression
 from .errors import DeclarationError
+from .names import printed
 from .parameter import Family, Parameter, Root
 from .published import Published
 from .symbols import Knot, N, f, knot_of, lattice
@@ -143,6 +144,22 @@ class Scheme:
             report=replaced(self.report),
             embedded=replaced(self.embedded),
             balances=tuple(Balance(*slots) for slots in balances),
+        )
+
+    @cached_property
+    def in_kernels(self) -> "Scheme":
+        """The scheme with its parameters named as kernels print them: see `names.printed`."""
+        names: dict[Symbol, Expr] = {s: printed(s) for s in self.values}
+        own = (replace(p, symbol=names[p.symbol], default=p.default.subs(names)) for p in self.parameters)
+        return replace(
+            self,
+            parameters=tuple(own),
+            families=(),
+            relations=_replaced(self.relations, names),
+            start=_replaced(self.start, names) if isinstance(self.start, Mapping) else self.start,
+            report=_replaced(self.report, names),
+            embedded=_replaced(self.embedded, names),
+            balances=tuple(balance.replace(names) for balance in self.balances),
         )
 
     @property

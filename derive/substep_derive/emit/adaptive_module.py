@@ -5,6 +5,7 @@ from textwrap import indent, wrap
 
 from sympy import Expr, Matrix, Symbol
 
+from ..declare.names import printed
 from ..declare.symbols import h, knot, knot_of, t
 from ..estimate.estimator import acceleration_lag
 from ..estimate.held import END, HALVED, START
@@ -13,8 +14,8 @@ from ..kernels.interpolant import Interpolant, share
 from ..kernels.local_error import LocalError, Terms, combined, weight_names
 from ..kernels.scene_step import SceneStep
 from ..motion.components import Assignments, assign, component_names
-from .printing import KernelPrinter, block, docstring, fill, lines, literal_tuple, operations
-from .scene_step_module import balance_text, both_digests, helpers, state_places
+from .printing import KERNEL_PRINTER, KernelPrinter, block, docstring, fill, lines, literal_tuple, operations
+from .scene_step_module import balance_text, helpers, state_places
 from .templates.adaptive import (
     ACCELERATION,
     ADAPTED,
@@ -32,7 +33,6 @@ from .templates.adaptive import (
     RESTART,
     UNEVEN,
 )
-from .templates.scheme import BANNER
 
 # what is asked of a run: names of the kernel, after the parameters and the weights
 ASKED = (
@@ -43,13 +43,13 @@ ASKED = (
 HALVES_GIVEN = ("numbers", "start", "t", "load", "samples", "middle")
 
 
-def adaptive_module(p: AdaptiveStep, source: str) -> str:
-    """Text of the module; a parameter is printed with an underscore at its end, which keeps it from other names."""
+def adaptive_module(p: AdaptiveStep, banner: str) -> str:
+    """Text of the module."""
     step, motion = p.step, p.step.motion
     parameters = [s.name for s in step.parameters(p.expressions)]
     weights = [s.name for s in weight_names(p.terms)]
-    w = KernelPrinter({name: f"{name}_" for name in parameters})
-    read = [f"{w.names.get(n, n)} = numbers[{k}]" for k, n in enumerate((*parameters, *weights, *ASKED))]
+    w = KERNEL_PRINTER
+    read = [f"{name} = numbers[{k}]" for k, name in enumerate((*parameters, *weights, *ASKED))]
     numbers = _lines(read, 1)
     accelerate, call = _acceleration(p, w)
     lane, counts = _lane(p, w, numbers, call)
@@ -68,7 +68,7 @@ def adaptive_module(p: AdaptiveStep, source: str) -> str:
         degree=p.between.degree,
         operations=counts,
     )
-    return "".join([fill(BANNER, source=source, digest=both_digests(step)), header, *helpers(text, step), text])
+    return "".join([banner, header, *helpers(text, step), text])
 
 
 def _errors(terms: Terms) -> str:
@@ -360,7 +360,8 @@ def _restart(p: AdaptiveStep, old_places: Iterable[tuple[str, str]]) -> str:
 
 def local_error_module(found: LocalError) -> str:
     """Text of a module that holds the terms of an estimate of the local error, and their weights as a function."""
-    printed = KernelPrinter()
+    names = {s.name: printed(s).name for s in found.parameters}
+    w = KernelPrinter(names)
     return fill(
         LOCAL_ERROR,
         scheme=found.scheme.name,
@@ -369,6 +370,6 @@ def local_error_module(found: LocalError) -> str:
         order=found.order,
         lag=acceleration_lag(found.scheme),
         parameters=literal_tuple(f'"{s.name}"' for s in found.parameters),
-        arguments=", ".join(s.name for s in found.parameters),
-        weights=literal_tuple(printed.doprint(e) for e in found.weights),
+        arguments=", ".join(names.values()),
+        weights=literal_tuple(w.doprint(e) for e in found.weights),
     )

@@ -15,7 +15,7 @@ Number = tuple[str, str | None]  # texts of head and tail; None: the number is a
 
 
 class DoubleDouble:
-    """Collects the lines; the tail of a name x that has one is in x_."""
+    """Collects the lines; the tail of a name x that has one is in xt."""
 
     def __init__(self) -> None:
         self.lines: list[str] = []
@@ -35,19 +35,19 @@ class DoubleDouble:
             if tail is None:
                 self.lines.append(f"{name} = {head}")
             elif self.lines and self.lines[-1].startswith(f"{head}, {tail} = "):  # e's last operation: name its result
-                self.lines[-1] = self.lines[-1].replace(f"{head}, {tail}", f"{name}, {name}_", 1)
+                self.lines[-1] = self.lines[-1].replace(f"{head}, {tail}", f"{name}, {name}t", 1)
                 self._tailed.add(name)
             else:
-                self.lines.append(f"{name}, {name}_ = {head}, {tail}")
+                self.lines.append(f"{name}, {name}t = {head}, {tail}")
                 self._tailed.add(name)
 
     def pair(self, name: str) -> str:
         """Head and tail of an assigned name, as arguments."""
-        return f"{name}, {name}_" if name in self._tailed else f"{name}, 0.0"
+        return f"{name}, {name}t" if name in self._tailed else f"{name}, 0.0"
 
     def _of(self, e: Expr) -> Number:
         if e.is_Symbol:
-            return str(e), f"{e}_" if str(e) in self._tailed else None
+            return str(e), f"{e}t" if str(e) in self._tailed else None
         if isinstance(e, Rational):
             tail = float(e - Rational(float(e)))
             return repr(float(e)), repr(tail) if tail else None
@@ -67,8 +67,8 @@ class DoubleDouble:
         name = f"s{next(self._fresh)}"
         given = [part for number in sorted((a, b), key=lambda n: n[1] is not None) for part in number if part]
         kind = {2: "", 3: "_one", 4: "_two"}[len(given)]
-        self.lines.append(f"{name}, {name}_ = by.{operation}{kind}({', '.join(given)})")
-        return name, f"{name}_"
+        self.lines.append(f"{name}, {name}t = by.{operation}{kind}({', '.join(given)})")
+        return name, f"{name}t"
 
 
 def _power_of_two(text: str) -> bool:

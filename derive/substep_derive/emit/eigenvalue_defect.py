@@ -8,10 +8,9 @@ from ..kernels.eigenvalue_defect import EigenvalueDefect, series, until_negligib
 
 
 def defect_lines(defect: EigenvalueDefect, small_Omega: float) -> Iterator[str]:
-    """Lines that compute, from Omega, xi and the outputs of `_defect`, what the emitted function returns.
+    """Lines that compute, from Omega, xi and the outputs of the kernel `_defect`, the polynomial's value p0 + p1 zeta.
 
-    That is p0, p1, x, y, leading: with r = sqrt(1 - xi^2), the polynomial's value over Omega^3 is p0 + i r p1 at
-    tau = x + i r y of the exact eigenvalue.
+    It is that over Omega^3, at tau = Omega (a1_1 + b1_1 zeta) of the exact eigenvalue.
     """
     highest = max(n for _, n in defect.tails)
     yield "x, w = 2.0 * xi, Omega * Omega"
@@ -26,7 +25,11 @@ def defect_lines(defect: EigenvalueDefect, small_Omega: float) -> Iterator[str]:
         if j > 1 and not starts:
             continue
         constants = [_number(c) for c in until_negligible(j, top, small_Omega)]
-        yield f"u, v = _in_square(y, z, ({', '.join(reversed(constants))}))"
+        *rest, last, highest = (
+            constants  # u + v s^2 is the polynomial in s^2 with these constants, where s^4 = -y s^2 - z
+        )
+        yield f"u, v = {last}, {highest}"
+        yield from (f"u, v = {constant} - z * v, u - y * v" for constant in reversed(rest))
         yield f"c{j}, d{j} = u - w * v, -x * w * v"
         yield f"a{j}_{top} = c{j} * z{top} - d{j} * y{top}"
         yield f"b{j}_{top} = c{j} * y{top} + d{j} * (z{top} - x * y{top})"
@@ -40,7 +43,6 @@ def defect_lines(defect: EigenvalueDefect, small_Omega: float) -> Iterator[str]:
     scale = " * ".join(["Omega"] * (defect.terms - 3))
     yield f"p0 += {scale} * (k0 + " + " + ".join(f"k{name} * a{name}" for name in names) + ")"
     yield f"p1 += {scale} * (" + " + ".join(f"k{name} * b{name}" for name in names) + ")"
-    yield "return p0 - xi * p1, p1, Omega * (a1_1 - xi * b1_1), Omega * b1_1, leading"
 
 
 def _number(value: Rational) -> str:

@@ -10,34 +10,35 @@ from ..declare.errors import DeclarationError
 from ..declare.parameter import Family, Parameter, Root
 from ..declare.scheme import Scheme
 from ..declare.symbols import knot_of, lattice, state_label
-from ..kernels.march_form import MarchForm
 from .printing import KERNEL_PRINTER, fill, literal_tuple
 from .templates.scheme import BANNER, INDEX
 
 
-def index_module(forms: Iterable[MarchForm]) -> str:
-    """Text of generated/substep_kernels/index.py: names, parameters, families and members, without numba."""
+def index_module(schemes: Iterable[tuple[Scheme, int]]) -> str:
+    """Text of generated/substep_kernels/index.py: names, parameters, families and members, without numba.
+
+    schemes: each with the number of load instants of a step.
+    """
     lines = ["{"]
-    for form in forms:
-        described = index_entry(form)
-        lines += [f'    "{form.scheme.name}": {{', *(f"        {line}" for line in described), "    },"]
+    for scheme, loads in schemes:
+        described = index_entry(scheme, loads)
+        lines += [f'    "{scheme.name}": {{', *(f"        {line}" for line in described), "    },"]
     body = "\n".join([*lines, "}"])
     text = fill(INDEX, imports=numpy_for(body), schemes=body)
     checked = hashlib.sha256(text.encode()).hexdigest()
     return fill(BANNER, source="substep_derive.schemes", digest=checked) + text
 
 
-def index_entry(form: MarchForm, *, own: bool = False) -> list[str]:
-    """Lines of one scheme's entry; own: the scheme is the user's, not of the catalogue."""
-    scheme = form.scheme
+def index_entry(scheme: Scheme, loads: int, *, own: bool = False) -> list[str]:
+    """Lines of one scheme's entry; loads: load instants of a step; own: it is the user's scheme."""
     history = [knot_of(s) or ("", "0") for s in scheme.state]
     described = {
-        "module": repr(scheme.parent or scheme.name),
+        "module": repr(f"schemes.{scheme.parent or scheme.name}"),
         "parameters": literal_tuple(_parameter(scheme, k) for k in range(len(scheme.parameters))),
         "families": "{" + ", ".join(_family(family) for family in scheme.families) + "}",
         "fixed": repr({name: float(value) for name, value in scheme.fixed.items()}),
         "balances": repr(len(scheme.balances)),
-        "loads": repr(len(form.stencil)),
+        "loads": repr(loads),
         "state": repr(tuple(state_label(s) for s in scheme.state)),
         "history": repr(tuple(("uva".index(kind), int(-(lattice(label) or 0))) for kind, label in history)),
         "start": repr(_start(scheme)),

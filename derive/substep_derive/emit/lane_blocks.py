@@ -31,9 +31,10 @@ def march_block(p: SceneStep, arguments: Sequence[str], state: Sequence[tuple[st
     held = {*_shared(p, loops), *(name for name, _ in state), *(str(s) for s, _ in p.constants), *near, *loads}
     scalars = ["h", *(s.name for s in p.parameters(p.expressions)), *(["tolerance"] if p.newton else []), "bound"]
     iterated = [k for k, step in enumerate(p.steps) if step.first is not None]
-    rows = [*sorted(held), *(f"{name}_" for name in (*scalars, "peak")), "seen", "leaves"]
+    row_of = {name: f"row_{name[:-1]}" if name.endswith("_") else f"{name}_row" for name in (*scalars, "peak")}
+    rows = [*sorted(held), *row_of.values(), "seen", "leaves"]
     rows += ["size", *(f"{name}_{k}" for k in iterated for name in ("go", "idle", "sum", "most"))] if iterated else []
-    names = {name: f"{name}[j]" for name in held} | {name: f"{name}_[j]" for name in scalars}
+    names = {name: f"{name}[j]" for name in held} | {name: f"{row_of[name]}[j]" for name in scalars}
     w = KernelPrinter(names)
     leaving = [*_LEAVING, *(["newton", "common"] if iterated else [])]
     leave = f"_leave({', '.join(leaving)})"
@@ -56,10 +57,10 @@ def march_block(p: SceneStep, arguments: Sequence[str], state: Sequence[tuple[st
         allocate=_lines((f"{name} = rows[{k}]" for k, name in enumerate(rows)), 1),
         read=_lines(
             [
-                *(f"{name}_[j] = {name}[lane]" for name in scalars),
+                *(f"{row_of[name]}[j] = {name}[lane]" for name in scalars),
                 *(f"{name}[j] = state[lane, {place}]" for name, place in state),
                 *(f"go_{k}[j] = 1.0" for k in iterated),
-                "peak_[j] = -np.inf",
+                "peak_row[j] = -np.inf",
             ],
             2,
         ),
@@ -79,7 +80,7 @@ def march_block(p: SceneStep, arguments: Sequence[str], state: Sequence[tuple[st
 def _results(rows: Sequence[str], iterated: Sequence[int], state: Sequence[tuple[str, str]]) -> str:
     """Lines that hand over what a lane's column of the rows holds."""
     at = {name: f"rows[{k}, j]" for k, name in enumerate(rows)}
-    found = [f"peak[lane] = {at['peak_']}", *(f"state[lane, {place}] = {at[name]}" for name, place in state)]
+    found = [f"peak[lane] = {at['peak_row']}", *(f"state[lane, {place}] = {at[name]}" for name, place in state)]
     for k in iterated:
         found += [f"newton[lane, 0, {k}] = common[0, {k}] + {at[f'sum_{k}']}"]
         found += [f"newton[lane, 1, {k}] = max(common[1, {k}], {at[f'most_{k}']})"]
@@ -146,8 +147,8 @@ def _given(loads: Sequence[str]) -> str:
 def _shift(w: KernelPrinter, shift: Assignments) -> tuple[str, str]:
     """Lines that read what a shift moves, and that select the new values: to read in a selection prevents vectors."""
     rows = dict.fromkeys(str(s) for both in shift for s in both if str(s) in w.names)
-    local = KernelPrinter({name: f"{name}_j" for name in rows})
-    read = lines([(f"{name}_j", Symbol(name)) for name in rows], 3, w)
+    local = KernelPrinter({name: f"j_{name}" for name in rows})
+    read = lines([(f"j_{name}", Symbol(name)) for name in rows], 3, w)
     chosen = (f"{w.doprint(old)} = {local.doprint(new)} if good else {local.doprint(old)}" for old, new in shift)
     return read, _lines(chosen, 3)
 
@@ -157,7 +158,7 @@ def _newton(w: KernelPrinter, step: BalanceStep, k: int, iterated: Sequence[int]
     entries, solve, change = step.correction(going)
     # what an iteration assigns is a number, under a name of its own where other loops have the same as a row
     moving = {str(s) for s, _ in step.moving}
-    names = {name: f"{name}_j" if name in moving else text for name, text in w.names.items()}
+    names = {name: f"j_{name}" if name in moving else text for name, text in w.names.items()}
     local = KernelPrinter(names | {str(going): f"{going}[j]"})
     body = [lines(step.moving, 4, local), block(entries, 4, local)[0], lines(solve, 4, local)]
     body.append(lines([(z, z - c) for z, c in zip(step.z, change, strict=True)], 4, w))

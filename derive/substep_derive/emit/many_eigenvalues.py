@@ -1,130 +1,94 @@
-"""Coefficients of a polynomial -> text of the functions that find its roots, for more than three live eigenvalues.
+"""EigenvalueKind -> text of the module that finds the roots of a polynomial, for more than three live eigenvalues.
 
 The polynomial is that of the live eigenvalues or, where there is one, the stability polynomial: then each root stands
 for itself and its conjugate.
 """
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator
 from textwrap import indent
+from typing import Any
 
-from ..kernels.scheme import SchemeKernels
+from ..kernels.eigenvalue_kind import EigenvalueKind
 from .printing import fill
-from .templates.many_eigenvalues import BOTH_FACTORS, COEFFICIENTS, COEFFICIENTS_OF_FACTOR, MORE_EIGENVALUES
+from .templates.many_eigenvalues import BESIDE, FIND_BOTH_ROOTS, FIND_ROOTS, MORE_EIGENVALUES
 
 WIDTH = 32  # points side by side: their coefficients and roots stay in the first cache
 
 
-@dataclass(frozen=True)
-class MoreEigenvalues:
-    """What is printed for more than three live eigenvalues.
+def coefficient_names(kind: EigenvalueKind) -> list[str]:
+    """Names of the coefficients of the polynomial in a root, highest first; real and imaginary part where complex."""
+    return [f"c{k}{part}" for k in range(kind.roots, -1, -1) for part in (("", "i") if kind.twice else ("",))]
 
-    n: number of roots that are found. halves: whether they are those of the stability polynomial. opposite: names of
-    the outputs of `_asymmetry`.
+
+def more_eigenvalues(
+    kind: EigenvalueKind, small_Omega: float, driver: Callable[[int, int, int, bool], str], **shared: Any
+) -> str:
+    """Text of the module for more than three live eigenvalues; driver: text of the functions
+    that are called, from numbers of rows and of other eigenvalues; shared: parts that other modules have too.
     """
+    n, twice = kind.roots, kind.twice
+    roots = [f"{part}{k}" for k in range(n) for part in "xy"]
+    prepared = [*roots, "square"] if twice else roots  # what is known of the roots at each point, row by row
+    others = [name for k in range(1 if twice else 2, n) for name in (f"h{k}", f"y{k}")]
+    coefficients = coefficient_names(kind)
+    scratch = [*roots, *coefficients]
 
-    n: int
-    halves: bool
-    opposite: tuple[str, ...]
+    def at(wanted: Iterable[str]) -> str:
+        return ", ".join(f"s[{scratch.index(name)} * {WIDTH} + j]" for name in wanted)
 
-    @classmethod
-    def of(cls, kernels: SchemeKernels) -> "MoreEigenvalues":
-        """From the polynomials of a scheme."""
-        c = kernels.live if kernels.factor is None else kernels.factor
-        asymmetry = next(kernel for kernel in kernels.stability if kernel.name == "_asymmetry")
-        return cls(len(c) - 1, kernels.factor is not None, tuple(name for name, _ in asymmetry.outputs))
+    return fill(
+        MORE_EIGENVALUES,
+        **shared,
+        live=kind.live,
+        of=", at most pairs of conjugates, from the roots of the stability polynomial" if twice else "",
+        small_Omega=small_Omega,
+        n=n,
+        exponent=2**31 // n,
+        low=2 * n - 1,
+        high=2 * n + 1,
+        low_of_square=f"{n - 1}.0 / {2 * n}.0",
+        middle=2.0 - 2.0 * (n % 4),
+        width=WIDTH,
+        c_j=", ".join(f"({at([f'c{k}'])}, {at([f'c{k}i']) if twice else '0.0'})" for k in range(n, -1, -1)),
+        z=", ".join(roots),
+        z_j=at(roots),
+        uv=", ".join(f"{part}{k}" for k in range(n) for part in "uv"),
+        starts=_lines(_start(k, n, at([f"x{k}", f"y{k}"])) for k in range(n)),
+        steps=_lines(_step(k, n) for k in range(n)),
+        ends=_lines(f"{at([f'y{k}'])} = _surely_complex(x{k}, y{k}, c)" for k in range(n)),
+        scratch_rows=len(scratch),
+        coefficients=len(coefficients),
+        first_coefficient=2 * n,
+        root_rows=2 * n,
+        beside=fill(BESIDE, root_rows=2 * n) if twice else "",
+        prepared=", ".join(prepared),
+        prepared_i=", ".join(_found(range(len(prepared)))),
+        placed=indent("\n".join(_placed(n, twice)), "    "),
+        is_complex="y0 != 0.0" if twice else "y0 > 0.0",
+        others=", ".join(others),
+        found_i=", ".join(_found(range(4 + len(others)))),
+        find=fill(FIND_BOTH_ROOTS, root_rows=2 * n) if twice else fill(FIND_ROOTS),
+        driver=driver(1 + len(coefficients), max(len(prepared), 4 + len(others)), len(others) // 2, twice),
+    )
 
-    @property
-    def find(self) -> str:
-        """Name of the function that stores what `_eigenvalues` takes of each point, a row each."""
-        return "_find_both_roots" if self.halves else "_find_roots"
 
-    @property
-    def prepared(self) -> list[str]:
-        """Names of these rows: the roots and, beside roots of the stability polynomial, what its other half gives."""
-        return [*self._roots(), "square"] if self.halves else self._roots()
+def _found(rows: Iterable[int]) -> Iterator[str]:
+    return (f"found[{k} * BLOCK + i]" if k > 1 else ("found[i]", "found[BLOCK + i]")[k] for k in rows)
 
-    def others(self, real: str, imaginary: str) -> list[tuple[str, ...]]:
-        """Names of real and imaginary parts of the eigenvalues beside those of the largest pair."""
-        return [(f"{real}{k}", f"{imaginary}{k}") for k in range(1 if self.halves else 2, self.n)]
 
-    def text(self, arguments: Sequence[str], names: Mapping[str, str | int], small_Omega: float) -> str:
-        """Text of `_spectral_radii`, `_eigenvalues` and all that they call."""
-        n, rows = self.n, self._roots()
-        parts = ("", "_") if self.halves else ("",)
-        coefficients = [f"c{k}{part}" for k in range(n, -1, -1) for part in parts]
-        scratch = [*rows, *coefficients]
-
-        def at(wanted: Iterable[str]) -> str:
-            return ", ".join(f"s[{scratch.index(name)} * {WIDTH} + j]" for name in wanted)
-
-        all_arguments = ", ".join(arguments)
-        evaluated = {
-            "arguments": all_arguments,
-            "outputs": ", ".join(f"{name}{k}{part}" for name in "cb" for k in range(n + 1) for part in parts),
-            "chosen": ", ".join(f"b{name[1:]} if near else {name}" for name in coefficients),
-        }
-        if self.halves:
-            given = "".join(f", {a}" for a in arguments[2:])
-            text = fill(COEFFICIENTS_OF_FACTOR, **evaluated, parameters=given)
-            both = fill(BOTH_FACTORS, arguments=all_arguments, rows=2 * n)
-        else:
-            text, both = fill(COEFFICIENTS, **evaluated), ""
-        whole, divided = (" + ".join(f"abs({name})" for name in self.opposite if name[0] == kind) for kind in "wy")
-        return fill(
-            MORE_EIGENVALUES,
-            **names,
-            n=n,
-            exponent=2**31 // n,
-            low=2 * n - 1,
-            high=2 * n + 1,
-            low_of_square=f"{n - 1}.0 / {2 * n}.0",
-            middle=2.0 - 2.0 * (n % 4),
-            small_Omega=small_Omega,
-            coefficients=text,
-            width=WIDTH,
-            c_j=", ".join(f"({at([f'c{k}'])}, {at([f'c{k}_']) if self.halves else '0.0'})" for k in range(n, -1, -1)),
-            coefficients_j=at(coefficients),
-            z=", ".join(rows),
-            z_j=at(rows),
-            uv=", ".join(f"{part}{k}" for k in range(n) for part in "uv"),
-            starts=_lines(_start(k, n, at([f"x{k}", f"y{k}"])) for k in range(n)),
-            steps=_lines(_step(k, n) for k in range(n)),
-            ends=_lines(f"{at([f'y{k}'])} = _surely_complex(x{k}, y{k}, c)" for k in range(n)),
-            scratch_rows=len(scratch),
-            rows=2 * n,
-            second_argument=", second" if self.halves else "",
-            second=", second" if self.halves else "",
-            arguments_first=", ".join(f"{a}[first + j]" for a in arguments),
-            both=both,
-            asymmetry=", ".join(self.opposite),
-            whole=whole,
-            divided=divided,
-            find=self.find,
-            prepared=", ".join(self.prepared),
-            prepared_i=", ".join(f"s[{k}, i]" for k in range(len(self.prepared))),
-            prepared_rows=len(self.prepared),
-            placed=indent("\n".join(self._placed()), "    "),
-            is_complex="y0 != 0.0" if self.halves else "y0 > 0.0",
-            others=", ".join(name for pair in self.others("h", "y") for name in pair),
-        )
-
-    def _roots(self) -> list[str]:
-        return [f"{part}{k}" for k in range(self.n) for part in "xy"]
-
-    def _placed(self) -> Iterator[str]:
-        """Lines that make the largest complex pair the first eigenvalue and, if pairs are two roots, the second."""
-        n, beside = self.n, ", square" if self.halves else ""
-        yield from (f"h{k}, l{k}, m{k} = _eigenvalue(x{k}, y{k}, near)" for k in range(n))
-        yield f"square = max({', '.join(f'm{k}' for k in range(n))}{beside})"
-        for k in range(1, n):
-            paired, single = (f"y{k} != 0.0", "y0 == 0.0") if self.halves else (f"y{k} > 0.0", "y0 <= 0.0")
-            yield f"swap = {paired} and ({single} or m{k} > 1.000000000002 * m0)"
-            yield _swapped(0, k, "hlmy")
-        for k in range(2, 0 if self.halves else n):
-            yield f"swap = abs(h{k} - h0) + abs(y{k} + y0) < abs(h1 - h0) + abs(y1 + y0)"
-            yield _swapped(1, k, "hy")
+def _placed(n: int, twice: bool) -> Iterator[str]:
+    """Lines that make the largest complex pair the first eigenvalue and, if pairs are two roots, the second."""
+    beside = ", square" if twice else ""
+    yield from (f"h{k}, l{k}, m{k} = _eigenvalue(x{k}, y{k}, near)" for k in range(n))
+    yield f"square = max({', '.join(f'm{k}' for k in range(n))}{beside})"
+    for k in range(1, n):
+        paired, single = (f"y{k} != 0.0", "y0 == 0.0") if twice else (f"y{k} > 0.0", "y0 <= 0.0")
+        yield f"swap = {paired} and ({single} or m{k} > 1.000000000002 * m0)"
+        yield _swapped(0, k, "hlmy")
+    for k in range(2, 0 if twice else n):
+        yield f"swap = abs(h{k} - h0) + abs(y{k} + y0) < abs(h1 - h0) + abs(y1 + y0)"
+        yield _swapped(1, k, "hy")
 
 
 def _lines(lines: Iterable[str]) -> str:

@@ -11,7 +11,7 @@ from textwrap import indent, wrap
 from typing import Any
 
 from ..declare.names import entry_name
-from ..kernels.march_shape import LOADS, Shape
+from ..kernels.march_shape import Shape
 from .printing import fill
 from .templates.march import MARCH, MARCH_HEADER, RUN, RUN_AHEAD
 from .templates.widest import WIDEST
@@ -23,7 +23,7 @@ INLINE = 12  # most multiply-adds of a step of one lane that hide behind the cha
 BLOCKS = 10  # blocks of one stretch of a history's rows, whose numbers fit the second cache
 
 
-def march_module(shape: Shape, loads: Iterable[int] = LOADS) -> str:
+def march_module(shape: Shape, loads: Iterable[int]) -> str:
     """Text of the module of a shape, without its banner."""
     s = _Shape(shape, 2)
     head = fill(MARCH_HEADER, reported=", ".join(s.reported), m=s.m, width=WIDTH, blocks=BLOCKS, ahead=AHEAD)

@@ -16,12 +16,13 @@ from .templates.scheme import BANNER
 
 def plan_module(scheme: Scheme, source: str) -> str:
     """Text of a scheme's plan. Raises DeclarationError for coefficients that a plan has no systems for."""
-    plan, start = Plan.of(scheme), Plan.of_start(scheme)
-    arguments = ", ".join([h.name, *(s.name for s in scheme.values)])
+    inside = scheme.in_kernels
+    plan, start = Plan.of(inside), Plan.of_start(inside)
+    arguments = ", ".join([h.name, *(s.name for s in inside.values)])
     text = fill(BANNER, source=source, digest=scheme_digest(scheme)) + fill(
         PLAN_HEADER,
         name=scheme.name,
-        equations=docstring(equations(plan)),
+        equations=docstring(equations(Plan.of(scheme))),
         parameters=literal_tuple(repr(s.name) for s in scheme.values),
         state=literal_tuple(repr(python_name(s)) for s in plan.given),
     )

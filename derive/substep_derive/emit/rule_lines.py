@@ -31,7 +31,7 @@ class _Lines:
         self._L = ", ".join(self.square)
         self.lines = [*self._pairs.lines]
         Q = self.at_L(rule.den)
-        self.lines.append(f"c0, c0_, d0, d0_, n0, n0_ = by.conjugate({', '.join(Q)}, {self._L})")
+        self.lines.append(f"c0, c0t, d0, d0t, n0, n0t = by.conjugate({', '.join(Q)}, {self._L})")
 
     def constant(self, c: Expr) -> str:
         """Head and tail of a coefficient."""
@@ -39,7 +39,7 @@ class _Lines:
 
     def _assigned(self, call: str) -> list[str]:
         i = next(self._fresh)
-        names = [f"a{i}", f"a{i}_", f"b{i}", f"b{i}_"]
+        names = [f"a{i}", f"a{i}t", f"b{i}", f"b{i}t"]
         self.lines.append(f"{', '.join(names)} = {call}")
         return names
 
@@ -57,12 +57,12 @@ class _Lines:
 
     def over_Q(self, p: Coefficients) -> list[str]:
         """p(L)/Q(L) times n0."""
-        return self._assigned(f"by.product({', '.join(self.at_L(p))}, c0, c0_, d0, d0_, {self._L})")
+        return self._assigned(f"by.product({', '.join(self.at_L(p))}, c0, c0t, d0, d0t, {self._L})")
 
     def free(self, rule: OneRule) -> tuple[list[str], list[str], list[str]]:
         """The rows of R(L) - 1 and the lower row of L R(L), which gives the acceleration, times n0."""
         upper = self.times_L(self.over_Q(rule.increment[1:]))  # L ((R - 1)/L), which is exactly 0 at Omega = 0
-        R = [*self.plus(upper[:2], ["n0", "n0_"]), *upper[2:]]
+        R = [*self.plus(upper[:2], ["n0", "n0t"]), *upper[2:]]
         return upper, self.times_L(upper), self.times_L(self.times_L(R))
 
     def loaded(self, S: Coefficients) -> tuple[list[str], list[str], list[str]]:
@@ -74,15 +74,15 @@ class _Lines:
     def den(self, name: str, scale: Expr) -> list[str]:
         """The pair n0*scale."""
         if scale == 1:
-            return ["n0", "n0_"]
-        self.lines.append(f"{name}, {name}_ = by.times_two(n0, n0_, {self.constant(scale)})")
-        return [name, f"{name}_"]
+            return ["n0", "n0t"]
+        self.lines.append(f"{name}, {name}t = by.times_two(n0, n0t, {self.constant(scale)})")
+        return [name, f"{name}t"]
 
     def pair(self, call: str) -> list[str]:
         """A name for the pair that a call returns."""
         i = next(self._fresh)
-        self.lines.append(f"a{i}, a{i}_ = {call}")
-        return [f"a{i}", f"a{i}_"]
+        self.lines.append(f"a{i}, a{i}t = {call}")
+        return [f"a{i}", f"a{i}t"]
 
     def plus(self, a: list[str], b: list[str]) -> list[str]:
         """The sum of two pairs."""
@@ -101,7 +101,7 @@ def coefficient_lines(rule: OneRule, end: int, instants: int) -> list[str]:
     to = _Lines(rule, [c for S, scale in rule.loads for c in (*S, scale)])
     for (name, i), row in zip((("D", 0), ("D", 1), ("O", 0)), to.free(rule), strict=True):
         for j in range(2):
-            to.entry(entry_name(name, i, j), row[2 * j : 2 * j + 2], ["n0", "n0_"])
+            to.entry(entry_name(name, i, j), row[2 * j : 2 * j + 2], ["n0", "n0t"])
     for k, (S, scale) in enumerate(rule.loads):
         den = to.den(f"m{k}", scale)
         u, v, a = to.loaded(S)

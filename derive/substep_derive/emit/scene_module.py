@@ -7,11 +7,12 @@ from collections.abc import Iterable
 from sympy import Expr, Matrix, Symbol, sympify
 
 from ..declare.digest import scene_digest
+from ..declare.names import printed
 from ..declare.parameter import Parameter
 from ..declare.symbols import sampled, t
 from ..motion.equations import EquationsOfMotion
 from .index import domain_text, number, numpy_for
-from .printing import block, docstring, fill, literal_tuple
+from .printing import KernelPrinter, block, docstring, fill, literal_tuple
 from .templates.scene import LOG_COSH, SCENE_FUNCTION, SCENE_HEADER, SCENES
 from .templates.scheme import BANNER
 
@@ -34,9 +35,10 @@ def energies_and_forces(motion: EquationsOfMotion) -> str:
 
 
 def scene_module(motion: EquationsOfMotion) -> str:
-    """Text of generated/substep_kernels/scene_<name>.py."""
+    """Text of generated/substep_kernels/scenes/<name>.py."""
     scene = motion.scene
-    values = tuple(p.symbol for p in scene.parameters)
+    declared, motion = motion, motion.in_kernels
+    values = tuple(p.symbol for p in motion.scene.parameters)
     acceleration = motion.consistent_acceleration
     functions = [
         _function("energy", values, "Kinetic energy and potential, in J for units of kg, m, s.", motion, motion.energy),
@@ -60,7 +62,7 @@ def scene_module(motion: EquationsOfMotion) -> str:
                 SCENE_HEADER,
                 name=scene.name,
                 reference=docstring(scene.reference + "."),
-                equations=docstring(energies_and_forces(motion)),
+                equations=docstring(energies_and_forces(declared)),
             ),
             helper,
             body,
@@ -76,9 +78,10 @@ def _function(name: str, values: tuple[Symbol, ...], doc: str, motion: Equations
     read = {s for e in rows for s in e.free_symbols}
     places = [(q, f"displacement[..., {k}]") for k, q in enumerate(motion.coordinates)]
     places += [(r, f"velocity[..., {k}]") for k, r in enumerate(motion.scene.rates)]
-    taken = "".join(f"    {s} = {text}\n" for s, text in places if s in read)
+    w = KernelPrinter({s.name: printed(s).name for s, _ in places})  # as with parameters, no other name is like these
+    taken = "".join(f"    {w.doprint(s)} = {text}\n" for s, text in places if s in read)
     outputs = [(f"value_{k}" if len(rows) > 1 else "value", e) for k, e in enumerate(rows)]
-    body, _ = block(outputs)
+    body, _ = block(outputs, printer=w)
     of_all = ", ".join(name for name, _ in outputs)
     return fill(
         SCENE_FUNCTION,
@@ -91,7 +94,7 @@ def _function(name: str, values: tuple[Symbol, ...], doc: str, motion: Equations
 
 
 def scenes_index(motions: Iterable[EquationsOfMotion]) -> str:
-    """Text of generated/substep_kernels/scenes.py."""
+    """Text of generated/substep_kernels/scene_index.py."""
     body = ["{", *(f'    "{m.scene.name}": {scene_entry(m)},' for m in motions), "}"]
     text = fill(SCENES, imports=numpy_for("\n".join(body)), scenes="\n".join(body))
     checked = hashlib.sha256(text.encode()).hexdigest()
@@ -101,14 +104,15 @@ def scenes_index(motions: Iterable[EquationsOfMotion]) -> str:
 def scene_entry(motion: EquationsOfMotion) -> str:
     """Plain data about one scene, as text."""
     scene = motion.scene
-    arguments = ", ".join(p.name for p in scene.parameters)
+    inside = scene.in_kernels
+    arguments = ", ".join(p.name for p in inside.parameters)
 
     def function(text: str) -> str:
         return f"lambda {arguments}: {text}".replace("lambda :", "lambda:")
 
-    u, v = ([sympify(scene.start[s]) for s in symbols] for symbols in (motion.coordinates, scene.rates))
-    given = [sympify(scene.start[a]) for a in scene.accelerations if a in scene.start]
-    oscillator = motion.oscillator
+    u, v = ([sympify(inside.start[s]) for s in symbols] for symbols in (motion.coordinates, scene.rates))
+    given = [sympify(inside.start[a]) for a in scene.accelerations if a in scene.start]
+    oscillator = motion.in_kernels.oscillator
     start = [literal_tuple(number(e) for e in vector) if vector else "None" for vector in (u, v, given)]
     entry = {
         "coordinates": literal_tuple(
@@ -116,8 +120,8 @@ def scene_entry(motion: EquationsOfMotion) -> str:
         ),
         "parameters": literal_tuple(_parameter(p) for p in scene.parameters),
         "start": function(f"({', '.join(start)})"),
-        "length": function(number(sympify(scene.length))),
-        "energy_scale": "None" if scene.energy_scale is None else function(number(scene.energy_scale)),
+        "length": function(number(sympify(inside.length))),
+        "energy_scale": "None" if scene.energy_scale is None else function(number(inside.energy_scale)),
         "outputs": literal_tuple(f'"{name}"' for name in scene.outputs),
         "angular_momentum": repr(motion.angular_momentum is not None),
         "sampled": repr(motion.is_sampled),

@@ -1,12 +1,10 @@
 """SceneStep -> text of a module that holds the whole march of one scheme on one scene, and calls only itself."""
 
-import hashlib
 from collections.abc import Iterable, Sequence
 from textwrap import indent, wrap
 
 from sympy import Symbol, symbols
 
-from ..declare.digest import scene_digest, scheme_digest
 from ..declare.symbols import knot_of, lattice
 from ..kernels.near_series import NearSeries
 from ..kernels.scene_step import BalanceStep, SceneStep
@@ -29,12 +27,11 @@ from .templates.scene import (
     START,
     STENCIL,
 )
-from .templates.scheme import BANNER
 from .templates.widest import WIDEST, WIDEST_IMPORTS
 
 
-def scene_step_module(p: SceneStep, systems: Sequence[EffectiveSystem], source: str) -> str:
-    """Text of generated/substep_kernels/<scheme>__<scene>.py; systems: one for each balance of the scheme."""
+def scene_step_module(p: SceneStep, systems: Sequence[EffectiveSystem], banner: str) -> str:
+    """Text of the module <scheme>__<scene>.py; systems: one for each balance of the scheme."""
     parameters = [s.name for s in p.parameters(p.expressions)]
     lane = ["h", *parameters, *(["tolerance"] if p.newton else [])]
     forces = ["forces"] if p.motion.is_sampled else []
@@ -46,7 +43,7 @@ def scene_step_module(p: SceneStep, systems: Sequence[EffectiveSystem], source: 
     start_names, start = _start(p)
     text = "".join([body, _march(p, arguments, results, lane), start, _stencil(p)])
     parts = [
-        fill(BANNER, source=source, digest=both_digests(p)),
+        banner,
         fill(
             SCENE_STEP_HEADER,
             imports=WIDEST_IMPORTS,
@@ -65,11 +62,6 @@ def scene_step_module(p: SceneStep, systems: Sequence[EffectiveSystem], source: 
         text,
     ]
     return "".join(parts)
-
-
-def both_digests(p: SceneStep) -> str:
-    """sha256 of the digests of the scheme's and the scene's declaration."""
-    return hashlib.sha256((scheme_digest(p.scheme) + scene_digest(p.motion.scene)).encode()).hexdigest()
 
 
 def residuals(systems: Sequence[EffectiveSystem]) -> str:

@@ -1,15 +1,15 @@
 """SchemeKernels -> text of a module. The text depends on the declarations alone, byte for byte."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from textwrap import indent, wrap
+from textwrap import wrap
 
-from sympy import Expr, Integer, count_ops, factor
+from sympy import Expr, Integer, Symbol, factor
 
-from ..algebra import rational
 from ..declare.digest import scheme_digest
+from ..declare.names import printed
 from ..declare.scheme import Scheme
-from ..declare.symbols import Omega, state_label, xi
-from ..kernels.kernel import Kernel, entries, nested
+from ..declare.symbols import Omega, state_label
+from ..kernels.kernel import entries, nested
 from ..kernels.march_shape import loads_for, shape_name
 from ..kernels.scheme import SchemeKernels
 from ..motion.effective import EffectiveSystem
@@ -17,26 +17,9 @@ from ..oscillator.one_rule import OneRule
 from ..oscillator.stability_polynomial import rate
 from .formulas import formulas
 from .index import index_entry
-from .printing import PRINTER, decimal, docstring, fill, literal_tuple
-from .stability import stability_functions
-from .templates.elementary import ELEMENTARY
+from .printing import decimal, docstring, fill, literal_tuple
+from .stability import polynomials
 from .templates.scheme import BANNER, SCHEME_HEADER
-
-
-def print_kernel(kernel: Kernel) -> str:
-    """One jitted scalar function, inlined in its loop: common subexpressions, then the named outputs."""
-    subexpressions, outputs = rational.cse([e for _, e in kernel.outputs])
-    subexpressions = [*kernel.first, *subexpressions]
-    operations = sum(int(count_ops(e)) for e in (*(e for _, e in subexpressions), *outputs))
-    lines = [f"{name} = {PRINTER.doprint(e)}" for name, e in subexpressions]
-    lines += [f"{name} = {PRINTER.doprint(e)}" for (name, _), e in zip(kernel.outputs, outputs, strict=True)]
-    body = indent("\n".join(lines), "    ")
-    arguments = ", ".join(a.name for a in kernel.arguments)
-    returned = ", ".join(name for name, _ in kernel.outputs)
-    return (
-        f"\n\n@_inline\ndef {kernel.name}({arguments}):\n"
-        f'    """{kernel.docstring} {operations} operations."""\n{body}\n    return {returned}\n'
-    )
 
 
 def relations(scheme: Scheme, systems: Iterable[EffectiveSystem]) -> list[str]:
@@ -54,26 +37,27 @@ def relations(scheme: Scheme, systems: Iterable[EffectiveSystem]) -> list[str]:
 def relations_and_amplification(kernels: SchemeKernels) -> str:
     """`relations`, and A as a paper has it, for the module's docstring."""
     scheme, step = kernels.scheme, kernels.amplification.step
+    declared = {printed(s): s for s in scheme.values}
     lines = relations(scheme, kernels.systems)
     if kernels.rule is None:
         labels = [state_label(s) for s in scheme.state]
         lines += [
             "",
             f"Amplification matrix N/den in ({', '.join(labels)}):",
-            f"    den = {decimal(nested(step.den, Omega))}",
+            f"    den = {decimal(nested(step.den.xreplace(declared), Omega))}",
         ]
-        lines += [f"    {name} = {decimal(nested(e, Omega))}" for name, e in entries("N_", step.N)]
+        lines += [f"    {name} = {decimal(nested(e, Omega))}" for name, e in entries("N_", step.N.xreplace(declared))]
     else:
-        lines += _rule(kernels.rule, kernels.form.stencil)
+        lines += _rule(kernels.rule, kernels.form.stencil, declared)
     wrapped = (wrap(line, 110, subsequent_indent=" " * 8, break_long_words=False) or [""] for line in lines)
     return "\n".join(part for line in wrapped for part in line)
 
 
-def _rule(rule: OneRule, stencil: Sequence[Expr]) -> list[str]:
+def _rule(rule: OneRule, stencil: Sequence[Expr], declared: Mapping[Symbol, Symbol]) -> list[str]:
     """R and S of a step."""
 
     def text(coefficients: Sequence[Expr]) -> str:
-        return str(sum((factor(c) * rate**k for k, c in enumerate(coefficients)), Integer(0)))
+        return str(sum((factor(c.xreplace(declared)) * rate**k for k, c in enumerate(coefficients)), Integer(0)))
 
     lines = [
         "",
@@ -83,8 +67,8 @@ def _rule(rule: OneRule, stencil: Sequence[Expr]) -> list[str]:
         f"    R = ({text(rule.numerator)})/Q",
     ]
     for k, ((S, scale), tau) in enumerate(zip(rule.loads, stencil, strict=True)):
-        over = "Q" if scale == 1 else f"({factor(scale)})/Q"
-        lines.append(f"    S_{k} = ({text(S)})/{over}{f' of f({tau})' if k else ''}")
+        over = "Q" if scale == 1 else f"({factor(scale.xreplace(declared))})/Q"
+        lines.append(f"    S_{k} = ({text(S)})/{over}{f' of f({tau.xreplace(declared)})' if k else ''}")
     return lines
 
 
@@ -100,14 +84,14 @@ def _start(scheme: Scheme) -> list[str]:
 
 
 def scheme_module(kernels: SchemeKernels, source: str) -> str:
-    """Text of generated/substep_kernels/<name>.py."""
+    """Text of generated/substep_kernels/schemes/<name>.py."""
     scheme, form, amplification = kernels.scheme, kernels.form, kernels.amplification
-    arguments = [Omega.name, xi.name, *(p.name for p in scheme.parameters)]
+    arguments = [s.name for s in kernels.arguments]
     parts = [
         fill(BANNER, source=source, digest=scheme_digest(scheme)),
         fill(
             SCHEME_HEADER,
-            title=f"{scheme.name}: stability functions and march coefficients.",
+            title=f"{scheme.name}: stability polynomials and march coefficients.",
             reference=docstring(scheme.reference + "."),
             relations=docstring(relations_and_amplification(kernels)),
             name=scheme.name,
@@ -120,9 +104,7 @@ def scheme_module(kernels: SchemeKernels, source: str) -> str:
             carrier=form.carrier,
             start_stencil=literal_tuple(str(float(tau)) for tau in amplification.start_stencil),
         ),
-        fill(ELEMENTARY),
-        *(print_kernel(kernel) for kernel in kernels.stability),
-        stability_functions(kernels, arguments),
+        polynomials(kernels),
         formulas(kernels, arguments),
     ]
     return "".join(parts)
@@ -131,5 +113,5 @@ def scheme_module(kernels: SchemeKernels, source: str) -> str:
 def own_module(scheme: Scheme) -> str:
     """Text of a module for a scheme of the user's own: as a committed one, with its index entry as ENTRY."""
     kernels = SchemeKernels.of(scheme)
-    entry = "\n".join(f"    {line}" for line in index_entry(kernels.form, own=True))
+    entry = "\n".join(f"    {line}" for line in index_entry(scheme, len(kernels.form.stencil), own=True))
     return f"{scheme_module(kernels, f'the declaration of {scheme.name}')}\n\nENTRY = {{\n{entry}\n}}\n"

@@ -1,88 +1,125 @@
-"""SchemeKernels -> text of the stability functions of a module, chosen by the number of live eigenvalues alone."""
+"""SchemeKernels -> text of a module's stability polynomials; EigenvalueKind -> text of the module that solves them.
 
-from collections.abc import Iterable, Iterator, Sequence
-from textwrap import indent
+A scheme's module stores the coefficients of its polynomials, at the points of a block. What follows from them does not
+depend on the scheme but for the number of live eigenvalues, so that it is printed, and compiled, once for all schemes.
+"""
 
+from collections.abc import Iterable, Sequence
+from textwrap import indent, wrap
+
+from sympy import Symbol, count_ops
+
+from ..algebra import rational
+from ..kernels.eigenvalue_kind import EigenvalueKind
+from ..kernels.kernel import Kernel
 from ..kernels.scheme import SchemeKernels
 from .eigenvalue_defect import defect_lines
-from .many_eigenvalues import MoreEigenvalues
-from .printing import fill
-from .templates.eigenvalues import THREE_EIGENVALUES, TWO_EIGENVALUES
-from .templates.stability import MONIC, NEAR, PAIR, STABILITY
+from .many_eigenvalues import coefficient_names, more_eigenvalues
+from .printing import PRINTER, fill
+from .templates.eigenvalues import DRIVER, FIND, THREE_EIGENVALUES, TWO_EIGENVALUES
+from .templates.elementary import ANGLE, CALL, CALL_IMPORTS, COMPILE, LOG1P, REFUSED
+from .templates.stability import BLOCK_KERNEL, ERRORS, POLYNOMIALS
 
 SMALL_OMEGA = 0.125  # below: exact eigenvalue plus its defect; above: direct formulas
-BLOCK = 2048  # points of a block: its arrays stay in the second cache, and it is long beside starting its loops
+BLOCK = 512  # points of a block: its rows stay in the caches
 
 
-def stability_functions(kernels: SchemeKernels, arguments: Sequence[str]) -> str:
-    """Text that follows the kernels of a module; arguments: Omega, xi and the parameters."""
-    degree = len(kernels.live) - 1
-    names = {
-        "arguments": ", ".join(arguments),
-        "arguments_i": ", ".join(f"{a}[i]" for a in arguments),
+def polynomials(kernels: SchemeKernels) -> str:
+    """Text of `polynomial` and `defect` of a scheme's module."""
+    polynomial, asymmetry, defect = kernels.stability
+    kind, names = kernels.kind, [name for name, _ in polynomial.outputs]
+    lines, operations = _assignments(polynomial)
+    conserved, more = _assignments(asymmetry)
+    lines, values = [*lines, *conserved, _conservative(asymmetry)], names
+    inputs = kernels.arguments
+    if kind.roots > 3 or kind.twice:
+        names = coefficient_names(kind)
+        inputs += polynomial.arguments[:2] if kind.twice else ()
+        values = [f"b{name[1:]} if near else {name}" for name in names]
+        lines.append(f"near = Omega * (xi if xi > 1.0 else 1.0) < {SMALL_OMEGA}")
+    doc = "conservative: 1 where the polynomial, or it over lambda, reads the same backwards, so that pairs are on the"
+    doc = f"{polynomial.docstring} {doc} unit circle, else 0."
+    outputs, results = ["conservative", *names], ["conservative", *values]
+    text = fill(POLYNOMIALS, block=BLOCK, eigenvalues=kind.name)
+    text += _kernel("polynomial", inputs, lines, outputs, results, doc, operations + more)
+    lines, operations = _assignments(defect)
+    lines += defect_lines(kernels.defect, SMALL_OMEGA)
+    return text + _kernel("defect", kernels.arguments, lines, *AT_EXACT, defect.docstring + _AT_EXACT_DOC, operations)
+
+
+# what `defect` stores, and the texts of these values
+AT_EXACT = (
+    ("p0", "p1", "x", "y", "leading"),
+    ("p0 - xi * p1", "p1", "Omega * (a1_1 - xi * b1_1)", "Omega * b1_1", "leading"),
+)
+_AT_EXACT_DOC = (
+    " The polynomial in tau = 2 (lambda - 1)/(lambda + 1) has the value Omega^3 (p0 + i r p1) at the exact eigenvalue "
+    "e^s, where r = sqrt(1 - xi^2) and tau = x + i r y; s = Omega zeta, where zeta^2 = -2 xi zeta - 1. aj_n + bj_n "
+    "zeta is the power series of tau^j from s^n on, divided by Omega^n."
+)
+
+
+def eigenvalues_module(kind: EigenvalueKind) -> str:
+    """Text of the module that finds the eigenvalues of a kind, without its banner."""
+    shared = {
+        "compile": fill(COMPILE, block=BLOCK, imports=fill(CALL_IMPORTS)),
+        "call": fill(CALL),
+        "refused": fill(REFUSED),
     }
-    blocks = {"arguments_slice": ", ".join(f"{a}[i:k]" for a in arguments), "block": BLOCK}
-    no_xi = {"arguments_no_xi": ", ".join((arguments[0], *arguments[2:]))}
-    before, taken, beside = "", 0, list[tuple[str, ...]]()  # rows that are prepared; the other eigenvalues' names
-    if degree == 2:
-        text = fill(TWO_EIGENVALUES, **names, **no_xi, size="c2" if kernels.positive else "abs(c2)")
-    elif degree == 3:
-        text = fill(THREE_EIGENVALUES, **names, **no_xi, **blocks)
-        taken, beside = 6, [("third",)]
-        before = fill(MONIC, arguments_i=names["arguments_i"], monic=_rows(range(taken)))
-    else:
-        more = MoreEigenvalues.of(kernels)
-        text = more.text(arguments, {**names, **no_xi, **blocks}, SMALL_OMEGA)
-        taken, beside = len(more.prepared), more.others("u", "v")
-        before = f"\n    {more.find}({names['arguments']}, s)"
-    beside_names = [name for eigenvalue in beside for name in eigenvalue]
-    found = range(4 + len(beside_names))
-    conjugates = kernels.factor is not None
-    return "".join(
-        [
-            fill(
-                PAIR,
-                outputs=", ".join(kernels.defect.outputs),
-                lines=_indented(defect_lines(kernels.defect, SMALL_OMEGA)),
-            ),
-            text,
-            fill(
-                NEAR,
-                **names,
-                more="".join(f", {name}" for name in beside_names),
-                others=_indented(_others(beside, conjugates)),
-                re=found.stop,
-                im=found.stop + 1,
-                kept_i=_rows(found[3:]),
-                small_Omega=SMALL_OMEGA,
-                size=max(found.stop + 2, taken),
-                before=before,
-                found_i=_rows(found),
-                prepared_i=f", {_rows(range(taken))}" if taken else "",
-            ),
-            fill(STABILITY, arguments=names["arguments"], **blocks),
-        ]
+    if kind.twice or kind.roots > 3:
+        return more_eigenvalues(kind, SMALL_OMEGA, _driver, **shared, angle=fill(ANGLE))
+    if kind.roots == 2:
+        return fill(TWO_EIGENVALUES, **shared, find=fill(FIND), driver=_driver(6, 4, 0, False))
+    return fill(THREE_EIGENVALUES, **shared, find=fill(FIND), driver=_driver(7, 6, 1, False))
+
+
+def _driver(rows: int, found: int, others: int, conjugates: bool) -> str:
+    counts = {"others_count": others, "conjugates": int(conjugates)}
+    return fill(DRIVER, rows=rows, found=found, **counts, small_Omega=SMALL_OMEGA)
+
+
+def errors_module() -> str:
+    """Text of the module that computes damping and period error from eigenvalues, without its banner."""
+    header = fill(COMPILE, block=BLOCK, imports="from numba import njit\n")
+    return fill(ERRORS, compile=header, log1p=fill(LOG1P), angle=fill(ANGLE), small_Omega=SMALL_OMEGA)
+
+
+def _assignments(kernel: Kernel) -> tuple[list[str], int]:
+    """Lines that assign common subexpressions, then the outputs; and their operations."""
+    subexpressions, outputs = rational.cse([e for _, e in kernel.outputs])
+    named = [*kernel.first, *subexpressions, *zip((name for name, _ in kernel.outputs), outputs, strict=True)]
+    return [f"{name} = {PRINTER.doprint(e)}" for name, e in named], sum(int(count_ops(e)) for _, e in named)
+
+
+def _conservative(asymmetry: Kernel) -> str:
+    """Line that says whether complex pairs can only be on the unit circle."""
+    kinds = ([f"abs({name})" for name, _ in asymmetry.outputs if name[0] == kind] for kind in "wy")
+    zero = " or ".join(f"{' + '.join(names)} == 0.0" for names in kinds if names)
+    return f"conservative = 1.0 if xi == 0.0 and ({zero}) else 0.0"
+
+
+def _kernel(
+    name: str,
+    inputs: Iterable[Symbol],
+    lines: Iterable[str],
+    outputs: Sequence[str],
+    values: Sequence[str],
+    docstring: str,
+    operations: int,
+) -> str:
+    """Text of a kernel whose lines are done at each point of a block; rows of its inputs and of its outputs."""
+    read = [f"{s} = {_at('points', k)}" for k, s in enumerate(inputs)]
+    stored = [f"{_at('rows', k)} = {value}" for k, value in enumerate(values)]
+    return fill(
+        BLOCK_KERNEL,
+        name=name,
+        outputs=", ".join(outputs),
+        operations=operations,
+        docstring=indent("\n".join(wrap(docstring, 110)), "    "),
+        inputs=", ".join(map(str, inputs)),
+        body=indent("\n".join([*read, *lines, *stored]), " " * 8),
     )
 
 
-def _rows(numbers: Iterable[int]) -> str:
-    return ", ".join(f"s[{j}, i]" for j in numbers)
-
-
-def _others(eigenvalues: Sequence[tuple[str, ...]], conjugates: bool) -> Iterator[str]:
-    """Lines that multiply g0 + i g1 by the distances of the exact tau from the other n eigenvalues.
-
-    Their product is (1 - tau/2)^n times that of e^s - lambda. eigenvalues: names of the real and imaginary part, or of
-    a real one; conjugates: whether each stands for its conjugate too.
-    """
-    if eigenvalues:
-        yield "e0, e1, d0, d1 = 1.0 + 0.5 * x, 0.5 * y, 1.0 - 0.5 * x, -0.5 * y  # e^s = e/d"
-    for real, *imaginary in eigenvalues:
-        for minus, plus in (("-", "+"), ("+", "-")) if conjugates else (("-", "+"),):
-            rest = [f" {plus} {i} * d1" for i in imaginary], [f" {minus} {i} * d0" for i in imaginary]
-            yield f"j0, j1 = e0 - {real} * d0{''.join(rest[0])}, e1 - {real} * d1{''.join(rest[1])}"
-            yield "g0, g1 = g0 * j0 - g1 * j1, g0 * j1 + g1 * j0"
-
-
-def _indented(lines: Iterable[str]) -> str:
-    return indent("\n".join(lines), "    ")
+def _at(rows: str, k: int) -> str:
+    return f"{rows}[i]" if k == 0 else f"{rows}[BLOCK + i]" if k == 1 else f"{rows}[{k} * BLOCK + i]"

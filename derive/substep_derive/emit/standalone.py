@@ -34,7 +34,7 @@ from .scheme_module import relations
 Text = Callable[[Expr], str]
 
 
-def standalone(scheme: str | Scheme, language: str, **parameters: Any) -> str:
+def standalone(scheme: str | Scheme, language: str, /, **parameters: Any) -> str:
     """The text of one file that needs nothing besides the language itself: see docs/emit.md.
 
     scheme: a name of the catalogue, or a declaration. language: a key of `LANGUAGES`. parameters: exact values, as

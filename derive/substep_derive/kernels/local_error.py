@@ -15,6 +15,7 @@ from ..algebra.algebraic import Field, generator
 from ..declare.names import python_name
 from ..declare.parameter import Root
 from ..declare.parameter_set import ParameterSet
+from ..declare.related import related
 from ..declare.scheme import Scheme
 from ..declare.symbols import h, knot_of
 from ..estimate.estimator import Estimate, Estimator, estimator, estimator_at, kappa
@@ -85,7 +86,7 @@ def _found(scheme: Scheme, exact: Mapping[str, Any], damped: bool) -> Estimator:
     fixed = scheme.fix(exact) if exact else scheme
     if fixed.constant is not None or any(_irrational(p.default) for p in fixed.parameters):
         return estimator_at(ParameterSet.of(scheme, None, exact), damped=damped, changing=True)
-    return estimator(scheme, damped=damped, changing=True, **exact)
+    return estimator(related(scheme, exact) if exact else scheme, damped=damped, changing=True)
 
 
 def _irrational(default: Any) -> bool:

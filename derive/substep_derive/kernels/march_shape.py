@@ -1,8 +1,6 @@
 """The shape of a linear march: how many numbers it carries, and where in them u, h*v and h^2*a stand."""
 
-# load instants a step of every shape's committed kernels, beside those that a scheme of the catalogue needs; a scheme
-# with fewer fills up with zeros
-LOADS = (2, 4)
+LEAST_LOADS = 2  # load instants a step of the smallest kernel; a scheme with fewer fills up with zeros
 # how many numbers are carried; places of u, h*v and h^2*a among them, -1 for one that is an output of its own
 Shape = tuple[int, tuple[int, int, int]]
 
@@ -23,4 +21,4 @@ def shape_of(name: str) -> Shape:
 
 def loads_for(count: int) -> int:
     """Number of load instants of the smallest kernel that can take `count` of them."""
-    return max(LOADS[0], count + count % 2)
+    return max(LEAST_LOADS, count + count % 2)

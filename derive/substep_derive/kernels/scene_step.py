@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from sympy import Abs, Add, Dummy, Expr, Integer, Matrix, Mul, Ne, Piecewise, S, Symbol, diag, oo, symbols, zeros
 
 from ..declare.errors import DeclarationError
-from ..declare.names import check_pair, entry_name
+from ..declare.names import entry_name
 from ..declare.scene import POSITIVE
 from ..declare.scheme import Scheme
 from ..declare.symbols import N, N_discrete, knot, knot_of, lattice, successor, t
@@ -127,9 +127,9 @@ class SceneStep:
 
         read: further symbols of the step that have to be computed.
 
-        Raises DeclarationError for coefficients that are no matrices of the scene, or a parameter that both have.
+        Raises DeclarationError for coefficients that are no matrices of the scene, or a scene with damping that the
+        scheme does not take.
         """
-        check_pair(scheme.name, motion.scene.name, scheme.values, [p.symbol for p in motion.scene.parameters])
         damped = not motion.damping.is_zero_matrix
         if damped and not scheme.takes_damping:
             raise DeclarationError(

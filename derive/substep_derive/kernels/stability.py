@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 
 from sympy import Add, Expr, Integer, Poly, Symbol, expand, factor, horner
 
-from ..algebra.constant import approximated, constants_of
+from ..algebra.constant import constants_of
 from ..algebra.expanded import coefficients
 from ..algebra.rational import factored
 from ..declare.scheme import Scheme
@@ -25,12 +25,6 @@ def factor_coefficients(amplification: Amplification) -> tuple[Expr, ...] | None
     """Coefficients, lowest first, of the stability polynomial, polynomials in `rate`; None if there is none."""
     found = stability_polynomial(live(amplification.charpoly))
     return tuple(reversed(found.all_coeffs())) if found is not None else None
-
-
-def never_negative(polynomial: Expr, scheme: Scheme) -> bool:
-    """Whether no term of the polynomial can be negative at any Omega, xi and parameters; it may be >= 0 without."""
-    bounded = all(p.domain.start >= 0 for p in scheme.parameters if polynomial.has(p.symbol))
-    return bounded and all(c > 0 for c in Poly(approximated(polynomial), Omega, xi, *scheme.values).coeffs())
 
 
 def stability_kernels(
@@ -153,9 +147,9 @@ def _factor(c: Sequence[Expr], parameters: Iterable[Symbol]) -> Kernel:
         f"{name}{j}{suffix}": part
         for name, coefficients in (("c", c), ("b", about_one(c)))
         for j, e in enumerate(coefficients)
-        for suffix, part in zip(("", "_"), _parts(e, re, im), strict=True)
+        for suffix, part in zip(("", "i"), _parts(e, re, im), strict=True)
     }
-    doc = "Stability polynomial at s0 + i*s1: c0 + i*c0_ + (c1 + i*c1_)*lambda + ...; b0, ...: in powers of lambda - 1."
+    doc = "Stability polynomial at s0 + i*s1: c0 + i*c0i + (c1 + i*c1i)*lambda + ...; b0, ...: in powers of lambda - 1."
     return _inlined("_polynomial", (re, im, *parameters), parts, doc)
 
 

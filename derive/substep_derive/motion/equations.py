@@ -19,6 +19,11 @@ class EquationsOfMotion:
 
     scene: Scene
 
+    @cached_property
+    def in_kernels(self) -> "EquationsOfMotion":
+        """The same with parameters named as kernels print them."""
+        return EquationsOfMotion(self.scene.in_kernels)
+
     @property
     def coordinates(self) -> tuple[Symbol, ...]:
         """The coordinates' symbols."""

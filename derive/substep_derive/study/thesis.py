@@ -57,6 +57,7 @@ from .region import Region
 u0, v0, a0 = knot(0)
 u1, v1, a1 = knot(1)
 
+CHAPTER_5 = ("newmark_bdf2", "bathe")  # the schemes that chapter 5 marches on the elastic pendulum
 # (beta, gamma) of Table 4.1, and gamma_t of figures 4.1 to 4.5
 newmark_sets = tuple(
     (Fraction(beta), Fraction(gamma))

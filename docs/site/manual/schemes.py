@@ -159,11 +159,11 @@ def _form(name: str, form: ClosedForm) -> Iterator[str]:
 
 
 def _code(scheme: Scheme) -> Iterator[str]:
-    module = f"{scheme.parent or scheme.name}.py"
-    pair = f"{scheme.name}__elastic_pendulum.py"
+    module = f"schemes/{scheme.parent or scheme.name}.py"
+    pair = f"pairs/{scheme.name}__elastic_pendulum.py"
     yield from ["## Code", ""]
     for file, what in (
-        (module, "stability functions and coefficients of the march"),
+        (module, "stability polynomials and coefficients of the march"),
         (pair, "the march of the pendulum"),
     ):
         path = ROOT / "generated" / "substep_kernels" / file

@@ -1,8 +1,8 @@
 """What the index says about a scheme or a scene, with names and types: only this module reads an entry's literals.
 
-The committed index (`substep_kernels.index`, `substep_kernels.scenes`) and the `ENTRY` of a module in the user's cache
-hold the same plain literals. `SchemeInfo.of` and `SceneInfo.of` turn one of them into what the rest of the package
-reads.
+The committed index (`substep_kernels.index`, `substep_kernels.scene_index`) and the `ENTRY` of a module in the user's
+cache hold the same plain literals. `SchemeInfo.of` and `SceneInfo.of` turn one of them into what the rest of the
+package reads.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -168,7 +168,7 @@ class SceneInfo:
         """From an entry of the index; module and declaration are those of a scene of the user's own."""
         return cls(
             name=name,
-            module=module or f"scene_{name}",
+            module=module or f"scenes.{name}",
             parameters=_by_name(
                 ParameterInfo(*literal, default=None if default is None else lambda *_, number=default: number)
                 for *literal, default in entry["parameters"]

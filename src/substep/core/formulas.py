@@ -24,7 +24,7 @@ def evaluated(function: Callable[..., Sequence[Any]], P: int, arguments: Sequenc
     inputs, out = np.empty((len(arguments), P)), np.empty((len(program.outputs), P))
     for row, values in zip(inputs, arguments, strict=True):
         row[...] = values
-    loaded("formulas").evaluate(program.operations, program.numbers, program.outputs, program.rows, inputs, out)
+    loaded("shared.formulas").evaluate(program.operations, program.numbers, program.outputs, program.rows, inputs, out)
     return out
 
 
@@ -192,7 +192,7 @@ def _program(function: Callable[..., Sequence[Any]]) -> _Program:
     record = _Record()
     inputs = [record.number() for _ in range(function.__code__.co_argcount - 1)]
     outputs = [record.name(x) for x in function(Pairs(record), *inputs)]
-    kinds = {name: k for k, name in enumerate(loaded("formulas").OPERATIONS)}
+    kinds = {name: k for k, name in enumerate(loaded("shared.formulas").OPERATIONS)}
     row: dict[Any, int] = {name: k for k, name in enumerate([*record.constants, *(x.name for x in inputs)])}
     last = {name: k for k, (_, made, a, b) in enumerate(record.operations) for name in (*made, *a, *b)}
     kept, rows, free = {*row, *outputs}, len(row), list[int]()

@@ -1,9 +1,11 @@
 """Generated modules, imported on first use, and with them numba."""
 
+from collections.abc import Callable, Mapping
 from functools import cache
 from importlib import import_module
 from importlib.util import find_spec
 from types import ModuleType
+from typing import Any
 
 
 @cache
@@ -18,3 +20,28 @@ def loaded(module: str | ModuleType) -> ModuleType:
     found = module if isinstance(module, ModuleType) else committed(module)
     assert found is not None  # the index names only what is committed
     return found
+
+
+def printed(parameters: Mapping[str, Any]) -> dict[str, Any]:
+    """Parameters by the names that they have in kernels: with an underscore at the end, as no other name there."""
+    return {f"{name}_": value for name, value in parameters.items()}
+
+
+@cache
+def address(kernel: Callable[..., None], whole: int = 1) -> int | Callable[..., None]:
+    """Where a kernel of blocks is, compiled or read from numba's cache on first use; itself if numba compiles nothing.
+
+    kernel: a function of so many whole numbers, then of pointers to rows of doubles.
+    """
+    from numba import cfunc, config, types  # noqa: PLC0415 (on first use)
+
+    if config.DISABLE_JIT:
+        return kernel
+    pointers = [types.CPointer(types.float64)] * (kernel.__code__.co_argcount - whole)
+    signature = types.void(*[types.int64] * whole, *pointers)
+    compiled = cfunc(signature, cache=True, error_model="numpy", fastmath={"contract"})(kernel)
+    _kept.append(compiled)
+    return compiled.address
+
+
+_kept: list[Any] = []  # compiled code is freed with the object that holds it

@@ -54,7 +54,7 @@ class Harmonic:
         else:
             parameters = parameters.reshape(3, -1, 1)
             x = values.reshape(parameters.shape[1], -1)
-        if not loaded("loads").harmonic(x, parameters):
+        if not loaded("shared.loads").harmonic(x, parameters):
             values[...] = np.multiply(amplitude, np.sin(np.multiply(omega, values) + phase))
         return values[()]
 
@@ -136,13 +136,14 @@ class Record:
         """Load at the times t; an instant that differs from a sample's only by rounding counts as the sample's."""
         times = np.asarray(t, dtype=np.float64)
         values = np.empty(times.shape)
-        loaded("loads").interpolate(self._values, float(self.dt), read_only(times), values.reshape(-1))
+        loaded("shared.loads").interpolate(self._values, float(self.dt), read_only(times), values.reshape(-1))
         return values[()]
 
     def at_steps(self, steps: range, tau: float, dt: float) -> Array:
         """Load at the times (k + tau)*dt of the steps k, consecutive ones, to the last bit as at an array of them."""
         values = np.empty(len(steps))
-        loaded("loads").interpolate_steps(self._values, float(self.dt), float(dt), float(tau), steps.start, values)
+        between = float(self.dt), float(dt), float(tau)
+        loaded("shared.loads").interpolate_steps(self._values, *between, steps.start, values)
         return values
 
     def __repr__(self) -> str:
@@ -226,7 +227,7 @@ def _changed(operation: np.ufunc, x: Array, y: ArrayLike) -> Array:
 def _sine(x: Array) -> Array:
     """sin(x) of an array that may be overwritten, to 2 units in the last place."""
     x = np.asarray(x, dtype=np.float64, order="C")
-    if not loaded("loads").sine(x.reshape(-1)):
+    if not loaded("shared.loads").sine(x.reshape(-1)):
         np.sin(x, out=x)
     return x[()]
 

@@ -18,7 +18,7 @@ from .loads import Load, LoadLanes, values_at
 if TYPE_CHECKING:
     from ..derived.modules import SceneDeclaration
 
-SCENES: Mapping[str, Mapping[str, Any]] = loaded("scenes").SCENES
+SCENES: Mapping[str, Mapping[str, Any]] = loaded("scene_index").SCENES
 STRAIN_MEASURES = {"green_lagrange": "elastic_pendulum", "engineering": "elastic_pendulum_engineering"}
 
 
@@ -63,13 +63,13 @@ class Scene:
     @property
     def length(self) -> float:
         """What Newton's tolerance is relative to."""
-        return self.info.length(**self.parameters)
+        return self.info.length(*self.parameters.values())
 
     @property
     def E0(self) -> float:
         """Energy at t = 0 or, where that is 0, the largest potential scale of the scene; J."""
         at_start = float(self.energy(np.zeros(()), self.u0, self.v0))
-        return at_start or (self.info.energy_scale(**self.parameters) if self.info.energy_scale else 0.0)
+        return at_start or (self.info.energy_scale(*self.parameters.values()) if self.info.energy_scale else 0.0)
 
     def lanes(self, where: slice) -> "Scene":
         """The scene of some of its lanes."""
@@ -232,7 +232,7 @@ def make_scene(info: SceneInfo, values: Mapping[str, Any], a0: ArrayLike | str |
         )
     swept = [*values.values(), *(load.parameters.values() if isinstance(load, LoadLanes) else ())]
     lanes = np.broadcast_shapes(*map(np.shape, swept))
-    u0, v0, given = (None if x is None else _joined(x, lanes) for x in info.start(**values))
+    u0, v0, given = (None if x is None else _joined(x, lanes) for x in info.start(*values.values()))
     assert u0 is not None
     assert v0 is not None
     draft = Scene(info, MappingProxyType(dict(values)), u0, v0, u0, load, a0)

@@ -7,13 +7,14 @@ Omega below 1e-150 the errors are their limits, 0. Of a scheme that takes no dam
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from .arrays import Array, common_shape, dot, flat
+from .eigenvalues import stability_at_points
 from .errors import float_array, non_negative
 from .formulas import evaluated
 from .norms import largest_norm_of_powers
@@ -22,7 +23,6 @@ from .threads import spread
 if TYPE_CHECKING:
     from .schemes import Scheme
 
-PART = 1 << 13  # points of a call where some inputs are single numbers: these are repeated so often, and fit the cache
 HIDDEN_FROM = 1e8  # Omega; two eigenvalues part by about 1/Omega where they have one limit, and below they part clearly
 LARGE_DAMPING = 1e5  # of two positive eigenvalues that part so little, damping is of this size or above, or NaN
 AS_ONE = 8.0 * float(np.finfo(float).eps) ** 0.25  # relative distance to which rounding parts a fourfold eigenvalue
@@ -101,21 +101,18 @@ def power_norm(scheme: "Scheme", Omega: ArrayLike, xi: ArrayLike, n: int) -> Arr
 
 
 def _evaluated(scheme: "Scheme", function: str, outputs: int, Omega: ArrayLike, xi: ArrayLike) -> list[Array]:
-    """The outputs of a kernel at all points, each of the common shape; many points are spread over threads.
+    """The spectral radius, and if there are three outputs the errors, at all points, each of the common shape.
 
     The kernels return whether a value of Omega or xi is bad or a radius is not finite, so that these are searched only
     for the error message.
     """
-    module, parameters = scheme.kernels, scheme.kernel_parameters
     given = float_array("Omega", Omega), float_array("xi", xi)
-    shape = common_shape(("Omega", "xi", *module.PARAMETERS), (*given, *parameters))
-    n, kernel = math.prod(shape), getattr(module, function)
+    arguments = (*given, *scheme.kernel_parameters)
+    shape = common_shape(("Omega", "xi", *scheme.kernels.PARAMETERS), arguments)
+    n = math.prod(shape)
     out = np.empty((outputs, n))
-    if n <= PART:
-        own = scheme.one_point if n == 1 else [flat(a, shape) for a in parameters]
-        refused = kernel(flat(given[0], shape), flat(given[1], shape), *own, *out)
-    else:
-        refused = _spread(kernel, (*given, *parameters), shape, out, NANOSECONDS[function])
+    flats = [a.reshape(1) if a.size == 1 else flat(a, shape) for a in arguments]
+    refused = stability_at_points(scheme.kernels, flats, out, NANOSECONDS[function])
     if n == 0 or refused:
         for name, value in (("Omega", Omega), ("xi", xi)):
             non_negative(name, value)
@@ -169,21 +166,3 @@ def _in_energy_norm(scheme: "Scheme", A: Array, Omega: Array) -> Array:
     kinds = np.array([kind for kind, _ in scheme.info.history])
     scale = np.broadcast_to(Omega[..., None], A.shape[:-1]) ** (1.0 - kinds)
     return scale[..., :, None] * A / scale[..., None, :]
-
-
-def _spread(
-    kernel: Callable[..., bool], arrays: Sequence[Array], shape: tuple[int, ...], out: Array, nanoseconds: float
-) -> bool:
-    """Call the kernel for parts of the points, on all cores if they are many; returns whether a value is bad."""
-    n, numbers, refused = out.shape[1], [a.size == 1 for a in arrays], []
-    inputs = [flat(a, (PART,) if one else shape) for a, one in zip(arrays, numbers, strict=True)]
-    most = PART if any(numbers) else n
-
-    def part(begin: int, end: int) -> None:
-        for first in range(begin, end, most):
-            last = min(first + most, end)
-            own = (a[: last - first] if one else a[first:last] for a, one in zip(inputs, numbers, strict=True))
-            refused.append(kernel(*own, *out[:, first:last]))
-
-    spread(part, n, PART, nanoseconds=n * nanoseconds)
-    return any(refused)

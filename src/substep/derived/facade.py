@@ -155,7 +155,7 @@ def fact_row(scheme: "str | Declaration", **parameters: Any) -> Mapping[str, Any
     return row(derived(scheme, **parameters).scheme)
 
 
-def standalone(scheme: "str | Declaration", language: str, **parameters: Any) -> str:
+def standalone(scheme: "str | Declaration", language: str, /, **parameters: Any) -> str:
     """A scheme as the text of one file in another language: see `substep_derive.emit.standalone.standalone`."""
     from substep_derive.emit.standalone import standalone as of  # noqa: PLC0415
 

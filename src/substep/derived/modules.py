@@ -69,6 +69,14 @@ def march_module(name: str, K: int) -> ModuleType:
     return cached_module(f"{name} {K}", lambda: printed(shape_of(name), (K,)))
 
 
+def eigenvalues_module(name: str) -> ModuleType:
+    """Kernels that find more eigenvalues than any scheme of the catalogue has."""
+    from substep_derive.emit.stability import eigenvalues_module as printed  # noqa: PLC0415
+    from substep_derive.kernels.eigenvalue_kind import EigenvalueKind  # noqa: PLC0415
+
+    return cached_module(name, lambda: printed(EigenvalueKind.named(name)))
+
+
 def local_error_module(scheme: "str | Declaration", given: Mapping[str, float], damped: bool) -> ModuleType:
     """How a scheme's local error is estimated at the parameters given, others at their default, with damping or not.
 

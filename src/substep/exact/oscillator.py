@@ -69,7 +69,7 @@ def _march(
     omega: Array, xi: Array, h: float, x: Array, samples: Array, stride: int, out: Array | None, peak: Array
 ) -> None:
     """March x (2, P), u and h*v, through the samples; rows go into `out`, the largest values into `peak`."""
-    from substep_kernels.linear_march_2_01y import WIDTH, march_2  # noqa: PLC0415 (numba on first use)
+    from substep_kernels.marches.linear_march_2_01y import WIDTH, march_2  # noqa: PLC0415 (numba on first use)
 
     n, P = len(samples) - 1, len(omega)
     D, B = increments(omega * h, xi)

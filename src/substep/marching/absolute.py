@@ -30,7 +30,7 @@ def absolute_rows(scheme: Scheme, C: Array, o: Oscillators, K: int) -> tuple[str
     u, v, _ = (next(others) if p == "y" else ahead[int(p)] / o.dt**kind for kind, p in enumerate(places))
     force = 2.0 * o.xi * o.omega * v + o.omega**2 * u
     shape = coefficients.march_name(m, (*places[:2], "y"))
-    carries_v = places[1] != "y" and committed(shape) is not None
+    carries_v = places[1] != "y" and committed(f"marches.{shape}") is not None
     if not carries_v:
         shape = coefficients.march_name(m, (places[0], "y", "y"))
     outputs = [u] * (places[0] == "y") + [v] * (not carries_v) + [force]

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..core.errors import real_array, real_number
+from ..core.kernel_modules import printed
 from ..core.loads import as_numbers, break_points
 from ..core.response import STATUSES, Response, Statistics
 from ..core.scenes import Scene
@@ -143,7 +144,7 @@ def lanes_of(
     load, samples = NO_LOAD if scene.load is None else as_numbers(scene.load)
     length, weights = scene.length, enumerate(error.weights)
     named = {
-        **scene.parameters, **scheme.parameters, **{f"weight_{k}": x for k, x in weights}, **vars(asked),
+        **printed({**scene.parameters, **scheme.parameters}), **{f"weight_{k}": x for k, x in weights}, **vars(asked),
         "tolerance": TOLERANCE * length, "power": 0.5 / (error.order + 1), "length": length, "t_end": t_end,
         "bound": bound, "rung": module.RUNG if asked.rung is None else asked.rung,
     }  # fmt: skip

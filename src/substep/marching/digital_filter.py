@@ -77,6 +77,6 @@ def filter_peaks(T: Array, order: int, f: Array, followed: int) -> Array:
 @cache
 def _kernel(order: int, followed: int) -> tuple[Callable[..., None], int]:
     """The kernel for a filter of that order that follows u, or u, v and a; and how many lanes it takes at once."""
-    from substep_kernels import linear_filter  # noqa: PLC0415 (numba on first use)
+    from substep_kernels.marches import linear_filter  # noqa: PLC0415 (numba on first use)
 
     return getattr(linear_filter, f"peaks_{order}_{followed}"), linear_filter.WIDTH

@@ -183,7 +183,7 @@ def _kernels(name: str, K: int) -> tuple[Callable[..., None], Callable[..., None
 
     name: of the module, which determines the shape of the march; K: load instants a step.
     """
-    module = committed(name)
+    module = committed(f"marches.{name}")
     if module is None or not hasattr(module, f"march_{K}"):
         from ..derived.modules import march_module  # noqa: PLC0415 (the one door to SymPy)
 

@@ -179,7 +179,7 @@ def march_oscillators(
     """
     assert scene.info.oscillator is not None
     values, start = np.empty((4, P)), np.empty((3, P))
-    for row, x in zip(values, (*scene.info.oscillator(**scene.parameters), dt), strict=True):
+    for row, x in zip(values, (*scene.info.oscillator(*scene.parameters.values()), dt), strict=True):
         row[:] = x
     for row, x in zip(start, (scene.u0, scene.v0, scene.a0), strict=True):
         row[:] = x[..., 0]

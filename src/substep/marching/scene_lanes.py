@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ..core.arrays import copy_rows
 from ..core.errors import no_acceleration
-from ..core.kernel_modules import committed
+from ..core.kernel_modules import committed, printed
 from ..core.scenes import Scene
 from ..core.schemes import Array, Scheme
 from ..core.threads import spread
@@ -57,7 +57,7 @@ def pair_kernels(scene: Scene, scheme: Scheme) -> ModuleType:
 
 @cache
 def _from_catalogue(scheme: str, scene: str) -> ModuleType:
-    module = committed(f"{scheme}__{scene}")
+    module = committed(f"pairs.{scheme}__{scene}")
     if module is None:
         from ..derived.modules import uncommitted_pair  # noqa: PLC0415 (the one door to SymPy)
 
@@ -89,7 +89,8 @@ def march_lanes(
     P, steps = len(dt), int(n.max(initial=0))
     rows = _rows_kept(scheme, module, steps, stride, history, reader)
     u, v, a = (_of_lanes(x, (P, scene.u0.shape[-1])) for x in start or (scene.u0, scene.v0, scene.a0))
-    scalars = {"h": dt, "tolerance": TOLERANCE * scene.length, "bound": bound, **scene.parameters, **scheme.parameters}
+    scalars = {"h": dt, "tolerance": TOLERANCE * scene.length, "bound": bound}
+    scalars |= printed({**scene.parameters, **scheme.parameters})
     arrays: dict[str, Any] = {
         **{name: _of_lanes(x, (P,)) for name, x in scalars.items()},
         **{"u": u, "v": v, "a": a, "n": np.array(n, dtype=np.int64), "first": 0, "stride": stride},

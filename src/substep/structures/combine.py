@@ -27,7 +27,7 @@ def combined(rows: Array, X: Array, out: Array | None = None, then: Array | None
         out = np.empty((len(rows) + len(then), *X.shape[1:]))
     n = math.prod(X.shape[1:])
     vectors = np.ascontiguousarray(X, dtype=np.float64).reshape(len(X), n)
-    kernel = loaded("combinations").combine
+    kernel = loaded("shared.combinations").combine
     kernel(np.ascontiguousarray(rows), np.ascontiguousarray(then), vectors, out.reshape(len(out), n))
     return out
 
@@ -35,14 +35,14 @@ def combined(rows: Array, X: Array, out: Array | None = None, then: Array | None
 def inner_products(X: Array, Y: Array) -> Array:
     """The inner products (V, W) of vectors X (V, n) with vectors Y (W, n)."""
     out = np.empty((len(X), len(Y)))
-    loaded("combinations").inner_products(np.ascontiguousarray(X), np.ascontiguousarray(Y), out)
+    loaded("shared.combinations").inner_products(np.ascontiguousarray(X), np.ascontiguousarray(Y), out)
     return out
 
 
 def add_product(matrix: Any, x: Array, to: Array) -> None:
     """Add the product of a matrix, dense, sparse or of low rank, with x (n,) or (n, L) to `to`."""
     if x.ndim == 1 and (rows := _in_rows(matrix)):
-        loaded("combinations").add_product(*rows, x, to)
+        loaded("shared.combinations").add_product(*rows, x, to)
     else:
         np.add(to, matrix @ x, out=to)
 
@@ -51,7 +51,7 @@ def products(matrix: Any, X: Array) -> Array:
     """The products (V, n) of a matrix, dense, sparse or of low rank, with vectors X (V, n)."""
     found, rows = np.zeros(X.shape), _in_rows(matrix)
     if rows and len(X) == 2:
-        loaded("combinations").add_two_products(*rows, np.ascontiguousarray(X), found)
+        loaded("shared.combinations").add_two_products(*rows, np.ascontiguousarray(X), found)
         return found
     for x, product in zip(X, found, strict=True):
         add_product(matrix, x, product)

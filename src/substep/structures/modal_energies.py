@@ -35,7 +35,7 @@ class ModalEnergies:
             self.before = X[0, :2].copy()  # no step leads to the start
         weights = factor**2 * np.array([np.ones(len(modes)), modes.omega**2, np.diag(modes.damping)])
         forces = np.ascontiguousarray(modes.load_factors.T * factor)
-        kernel = loaded("combinations").sums_over_modes
+        kernel = loaded("shared.combinations").sums_over_modes
         kernel(X, self.before, weights, forces, self.h, self.found[first : first + len(X)])
         self.before = X[-1, :2].copy()
 

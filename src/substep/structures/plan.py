@@ -128,7 +128,7 @@ def _values(scheme: Scheme, module: ModuleType) -> list[float]:
 def _module(scheme: Scheme) -> ModuleType:
     """The generated plan; that of a scheme of the user's own is printed on first use."""
     if scheme.info.declaration is None:
-        return _committed(scheme.info.module if isinstance(scheme.info.module, str) else scheme.name)
+        return _committed(scheme.kernels.NAME)
     from ..derived.modules import own_plan_module  # noqa: PLC0415 (the one door to SymPy)
 
     return own_plan_module(scheme.info.declaration)
@@ -136,7 +136,7 @@ def _module(scheme: Scheme) -> ModuleType:
 
 @cache
 def _committed(name: str) -> ModuleType:
-    module = committed(f"plan_{name}")
+    module = committed(f"plans.{name}")
     assert module is not None  # every scheme of the index has one
     return module
 

@@ -67,6 +67,6 @@ class Forces:
 
 def step_control() -> Any:
     """The scenes' controller."""
-    from substep_kernels import step_control as found  # noqa: PLC0415 (on first use)
+    from substep_kernels.shared import step_control as found  # noqa: PLC0415 (on first use)
 
     return found

@@ -1,6 +1,65 @@
-"""The fixed text of eigenvalues in generated stability functions: a pair, or a pair and a real one."""
+"""The fixed text of modules that find two or three eigenvalues from what a scheme's `polynomial` stores."""
 
-TWO_EIGENVALUES = '''
+DRIVER = '''
+
+@_inner
+def _read(inputs, first, n, points):
+    """Copy n points from column `first` on to the rows of a block."""
+    for k in range(inputs.shape[0]):
+        row = inputs[k, first : first + n]
+        for i in range(n):
+            points[k * BLOCK + i] = row[i]
+
+
+@_compile
+def spectral_radius(polynomial, inputs, out, begin):
+    """Store the spectral radius in row 0 of out; see `stability`."""
+    refused, total = np.int64(0), inputs.shape[1]
+    points, rows, found = np.empty((inputs.shape[0] + 2) * BLOCK), np.empty({rows} * BLOCK), np.empty({found} * BLOCK)
+    for first in range(0, total, BLOCK):
+        n = min(BLOCK, total - first)
+        _read(inputs, first, n, points)
+        _find(polynomial, n, inputs.shape[0], points, rows, found)
+        refused |= _radii(n, points, rows, found, out[0, begin + first : begin + first + n])
+    return refused < 0
+
+
+@_compile
+def stability(polynomial, defect, errors, inputs, out, begin):
+    """Store spectral radius, numerical damping and period error in the rows of out, from column `begin` on.
+
+    inputs (k, n): Omega, xi and parameters of a scheme, row by row. polynomial, defect: of the scheme's module;
+    errors: of the module of that name; functions, or their addresses. damping: that of the complex pair of largest
+    modulus, less the physical one; period: the numerical period over the exact one, less 1; both are NaN where all
+    eigenvalues are real. Returns whether any Omega, xi or radius is negative or not finite.
+    """
+    refused, total = np.int64(0), inputs.shape[1]
+    points, rows, found = np.empty((inputs.shape[0] + 2) * BLOCK), np.empty({rows} * BLOCK), np.empty({found} * BLOCK)
+    exact = np.empty(7 * BLOCK)  # what `defect` stores, and two rows of scratch
+    for first in range(0, total, BLOCK):
+        n = min(BLOCK, total - first)
+        _read(inputs, first, n, points)
+        _find(polynomial, n, inputs.shape[0], points, rows, found)
+        i, k, near = begin + first, begin + first + n, 0
+        refused |= _eigenvalues(n, points, rows, found, out[0, i:k])
+        for j in range(n):
+            near += points[j] < {small_Omega}
+        if near > 0:
+            _call(defect, n, points, exact)
+        _call(errors, n, near, {others_count}, {conjugates}, points, rows, found, exact, out[1, i:k], out[2, i:k])
+    return refused < 0
+'''
+
+FIND = """
+
+@_inner
+def _find(polynomial, n, k, points, rows, found):
+    _call(polynomial, n, points, rows)
+"""
+
+TWO_EIGENVALUES = '''"""Eigenvalues of schemes that have a pair which is not always 0."""
+{compile}
+{call}{refused}
 
 @_inline
 def _radius(c2, b0, q, half, det):
@@ -9,40 +68,42 @@ def _radius(c2, b0, q, half, det):
     Near lambda = 1, b0/c2 = det(I - A) and q/c2 = 1 - det A keep all digits; elsewhere trace and determinant do. There
     is only one division, the last, so that a pair on the unit circle has radius 1 exactly.
     """
-    size, total = {size}, 0.5 * (b0 + q)
+    size, total = abs(c2), 0.5 * (b0 + q)
     split = total * total - b0 * c2 if abs(b0) < 0.5 * size else half * half - det * c2  # < 0: complex
     product = c2 - q if abs(q) < 0.5 * size else det
     real = 0.0 if split < 0.0 else abs(half)
     return (real + math.sqrt(product * c2 if split < 0.0 else split)) / size, product, split
 
 
-@_inline
-def _is_conservative({arguments}):
-    """Whether the polynomial reads the same backwards, so that a complex pair is on the unit circle."""
-    return xi == 0.0 and _asymmetry({arguments_no_xi}) == 0.0
-
-
-@_inline
-def _eigenvalues({arguments}):
-    """Spectral radius; of the pair half +- i*root: half, less = modulus2 - 1, modulus2, root (-1 if real)."""
-    c2, b0, q, half, det = _quadratic({arguments})
-    radius, product, split = _radius(c2, b0, q, half, det)
-    inverse = 1.0 / c2
-    root = math.sqrt(abs(split)) * abs(inverse) if split < 0.0 else -1.0
-    return radius, half * inverse, -q * inverse, product * inverse, root
+@_inner
+def _radii(n, points, rows, found, radius):
+    refused = np.int64(0)
+    for i in range(n):
+        largest, _, _ = _radius(
+            rows[BLOCK + i], rows[2 * BLOCK + i], rows[3 * BLOCK + i], rows[4 * BLOCK + i], rows[5 * BLOCK + i]
+        )
+        radius[i] = largest
+        refused |= _refused(points[i], points[BLOCK + i], largest)
+    return refused
 
 
 @_inner
-def _spectral_radii({arguments}, radius):
-    """Store the spectral radius at each point; return all `_refused`, negative if one is."""
+def _eigenvalues(n, points, rows, found, radius):
     refused = np.int64(0)
-    for i in range(radius.size):
-        radius[i], _, _ = _radius(*_quadratic({arguments_i}))
-        refused |= _refused(Omega[i], xi[i], radius[i])
+    for i in range(n):
+        c2, b0, q, half = rows[BLOCK + i], rows[2 * BLOCK + i], rows[3 * BLOCK + i], rows[4 * BLOCK + i]
+        largest, product, split = _radius(c2, b0, q, half, rows[5 * BLOCK + i])
+        inverse = 1.0 / c2
+        found[i], found[BLOCK + i], found[2 * BLOCK + i] = half * inverse, -q * inverse, product * inverse
+        found[3 * BLOCK + i] = math.sqrt(abs(split)) * abs(inverse) if split < 0.0 else -1.0
+        radius[i] = largest
+        refused |= _refused(points[i], points[BLOCK + i], largest)
     return refused
-'''
+{find}{driver}'''
 
-THREE_EIGENVALUES = '''
+THREE_EIGENVALUES = '''"""Eigenvalues of schemes that have three which are not always 0: a pair, and a real one."""
+{compile}
+{call}{refused}
 
 @_inline
 def _closer(y, p, size):
@@ -116,41 +177,49 @@ def _modulus(half, modulus2, discriminant, third):
     return modulus if modulus > abs(third) else abs(third)
 
 
-@_inline
-def _is_conservative({arguments}):
-    """Whether the polynomial, or it over lambda, reads the same backwards: a complex pair is on the unit circle."""
-    w0, w1, y0, y1 = _asymmetry({arguments_no_xi})
-    return xi == 0.0 and (abs(w0) + abs(w1) == 0.0 or abs(y0) + abs(y1) == 0.0)
-
-
-@_inline
-def _eigenvalues({arguments}, a2, a1, a0, b0, b1, third):
-    """Spectral radius; of the pair half +- i*root: half, less = modulus2 - 1, modulus2, root (-1 if real); third."""
-    half, less, modulus2, discriminant = _pair(a2, a1, a0, b0, b1, third)
-    root = math.sqrt(abs(discriminant)) if discriminant > 0.0 else -1.0
-    less, modulus2 = (0.0, 1.0) if _is_conservative({arguments}) else (less, modulus2)
-    return _modulus(half, modulus2, discriminant, third), half, less, modulus2, root, third
+@_inner
+def _prepare(n, rows, found):
+    """Store the coefficients over the highest one, and the real root."""
+    for i in range(n):
+        a2, a1, a0, b0, b1, third = _monic(
+            rows[BLOCK + i], rows[2 * BLOCK + i], rows[3 * BLOCK + i], rows[4 * BLOCK + i], rows[5 * BLOCK + i],
+            rows[6 * BLOCK + i],
+        )
+        found[i], found[BLOCK + i], found[2 * BLOCK + i] = a2, a1, a0
+        found[3 * BLOCK + i], found[4 * BLOCK + i], found[5 * BLOCK + i] = b0, b1, third
 
 
 @_inner
-def _spectral_radii_of_block({arguments}, radius, s):
-    """`_spectral_radii` of a block of points; in two loops, so that the processor overlaps their iterations."""
+def _radii(n, points, rows, found, radius):
     refused = np.int64(0)
-    for i in range(radius.size):
-        s[0, i], s[1, i], s[2, i], s[3, i], s[4, i], s[5, i] = _monic(*_cubic({arguments_i}))
-    for i in range(radius.size):
-        half, _, modulus2, discriminant = _pair(s[0, i], s[1, i], s[2, i], s[3, i], s[4, i], s[5, i])
-        radius[i] = _modulus(half, modulus2, discriminant, s[5, i])
-        refused |= _refused(Omega[i], xi[i], radius[i])
+    _prepare(n, rows, found)
+    for i in range(n):
+        third = found[5 * BLOCK + i]
+        half, _, modulus2, discriminant = _pair(
+            found[i], found[BLOCK + i], found[2 * BLOCK + i], found[3 * BLOCK + i], found[4 * BLOCK + i], third
+        )
+        largest = _modulus(half, modulus2, discriminant, third)
+        radius[i] = largest
+        refused |= _refused(points[i], points[BLOCK + i], largest)
     return refused
 
 
 @_inner
-def _spectral_radii({arguments}, radius):
-    """Store the spectral radius at each point; return all `_refused`, negative if one is."""
-    refused, s = np.int64(0), np.empty((6, {block}))
-    for i in range(0, radius.size, {block}):
-        k = min(i + {block}, radius.size)
-        refused |= _spectral_radii_of_block({arguments_slice}, radius[i:k], s)
+def _eigenvalues(n, points, rows, found, radius):
+    refused = np.int64(0)
+    _prepare(n, rows, found)
+    for i in range(n):
+        third = found[5 * BLOCK + i]
+        half, less, modulus2, discriminant = _pair(
+            found[i], found[BLOCK + i], found[2 * BLOCK + i], found[3 * BLOCK + i], found[4 * BLOCK + i], third
+        )
+        largest = _modulus(half, modulus2, discriminant, third)
+        on_circle = rows[i] != 0.0
+        found[i] = half
+        found[BLOCK + i], found[2 * BLOCK + i] = 0.0 if on_circle else less, 1.0 if on_circle else modulus2
+        found[3 * BLOCK + i] = math.sqrt(abs(discriminant)) if discriminant > 0.0 else -1.0
+        found[4 * BLOCK + i], found[5 * BLOCK + i] = third, 0.0
+        radius[i] = largest
+        refused |= _refused(points[i], points[BLOCK + i], largest)
     return refused
-'''
+{find}{driver}'''

@@ -1,15 +1,61 @@
-"""Fixed text of the elementary functions in generated modules."""
+"""Fixed text of what several shared modules of stability functions have: how they compile, and elementary functions."""
 
-# numba does not vectorise log1p and atan2; these are polynomials of least maximal error without branches
-ELEMENTARY = '''
+COMPILE = """
+import math
+
+import numpy as np
+{imports}
+# points of a block: a row of a block is one variable at all its points
+BLOCK = {block}
+
 # contract: a * b + c may become one operation, rounded once
-_fused = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={{"contract"}})
+_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={{"contract"}})
 _inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={{"contract"}})
 _inline = njit(
     nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={{"contract"}},
     forceinline=True,
 )
+"""
 
+CALL_IMPORTS = """from llvmlite import ir
+from numba import njit
+from numba.core import cgutils, types
+from numba.extending import intrinsic, overload
+"""
+
+# numba's cache does not notice a change of a function that another module calls; a call by address does not need it to
+CALL = '''
+
+@intrinsic
+def _call_at(typing, address, arguments):
+    """Call the C function at the address, with whole numbers and with pointers to the data of arrays."""
+
+    def lower(context, builder, signature, values):
+        given = []
+        for kind, value in zip(signature.args[1], cgutils.unpack_tuple(builder, values[1])):
+            if isinstance(kind, types.Array):
+                given.append(context.make_array(kind)(context, builder, value).data)
+            else:
+                given.append(context.cast(builder, value, kind, types.int64))
+        kind = ir.FunctionType(ir.VoidType(), [value.type for value in given])
+        builder.call(builder.inttoptr(values[0], kind.as_pointer()), given)
+        return context.get_dummy_value()
+
+    return types.none(types.int64, arguments), lower
+
+
+def _call(function, *arguments):
+    """Call a kernel of another module: in compiled code by its address."""
+    function(*arguments)
+
+
+@overload(_call)
+def _call_compiled(function, *arguments):
+    return lambda function, *arguments: _call_at(function, arguments)
+'''
+
+# numba does not vectorise log1p and atan2; these are polynomials of least maximal error without branches
+LOG1P = '''
 
 @_inline
 def _log1p(u, m):
@@ -26,7 +72,9 @@ def _log1p(u, m):
     half = 0.5 * f * f
     log = f - (half - (s * (half + z * (0.6666666666666734 + z * p)) + (rest + k * 1.9082149292705877e-10)))
     return k * 0.6931471803691238 + log  # ln 2 in two parts
+'''
 
+ANGLE = '''
 
 @_inline
 def _angle(y, x):
@@ -44,4 +92,13 @@ def _angle(y, x):
     angle = 0.7853981633974483 + angle if steep else angle
     angle = 1.5707963267948966 - angle if y > flat else angle
     return 3.141592653589793 - angle if x < 0.0 else angle
+'''
+
+REFUSED = '''
+
+@_inline
+def _refused(Omega, xi, radius):
+    """A negative integer if Omega or xi is negative or -0, or their sum is not finite: bits beyond the largest one."""
+    a, b, largest = np.float64(Omega).view(np.int64), np.float64(xi).view(np.int64), np.int64(0x7FEFFFFFFFFFFFFF)
+    return a | b | (largest - np.float64(abs(Omega + xi + radius)).view(np.int64))
 '''

@@ -1,9 +1,9 @@
-"""The fixed text of eigenvalues in generated stability functions: more than three."""
+"""The fixed text of the modules that find more live eigenvalues: see `eigenvalues`, whose functions they have too."""
 
-MORE_EIGENVALUES = '''
-
+MORE_EIGENVALUES = '''"""Eigenvalues of schemes that have {live} that are not always 0{of}."""
+{compile}
 _exact = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
-
+{call}{refused}{angle}
 
 @_inline
 def _value_and_slope(x, y, c):
@@ -124,7 +124,7 @@ def _eigenvalue(x, y, near):
     square = x * x + y * y
     less = square + 2.0 * x if near else square - 1.0
     return x + 1.0 if near else x, less, 1.0 + less if near else square
-{coefficients}
+
 
 @_inner
 def _start_roots(s):
@@ -157,35 +157,29 @@ def _end_roots(s):
 
 
 @_exact
-def _find_roots({arguments}, found{second_argument}):
+def _roots(n, rows, found):
     """Store real and imaginary part of each root in the rows of found.
 
     By Aberth's iteration in blocks of {width} points side by side, until no root of a block's points moves.
     """
     s = np.ones({scratch_rows} * {width})
-    for first in range(0, Omega.size, {width}):
-        size = min({width}, Omega.size - first)
-        for j in range(size):
-            {coefficients_j} = _coefficients_at({arguments_first}{second})
+    for first in range(0, n, {width}):
+        size = min({width}, n - first)
+        for r in range({coefficients}):
+            for j in range(size):
+                s[({first_coefficient} + r) * {width} + j] = rows[(1 + r) * BLOCK + first + j]
         _start_roots(s)
         for _ in range(200):
             if _closer_roots(s) == 0:
                 break
         _end_roots(s)
-        for r in range({rows}):
+        for r in range({root_rows}):
             for j in range(size):
-                found[r, first + j] = s[r * {width} + j]
-{both}
+                found[r * BLOCK + first + j] = s[r * {width} + j]
+{beside}
 
 @_inline
-def _is_conservative({arguments}):
-    """Whether the polynomial, or it over lambda, reads the same backwards: complex pairs may be on the unit circle."""
-    {asymmetry} = _asymmetry({arguments_no_xi})
-    return xi == 0.0 and ({whole} == 0.0 or {divided} == 0.0)
-
-
-@_inline
-def _eigenvalues({arguments}, {prepared}):
+def _placed(Omega, xi, on_circle, {prepared}):
     """Spectral radius; half the trace, modulus^2 - 1, modulus^2, imaginary part of the largest complex pair; others.
 
     The imaginary part is -1 where there is no complex pair. A pair that can only be on the unit circle has modulus 1
@@ -195,77 +189,80 @@ def _eigenvalues({arguments}, {prepared}):
     near = _is_near(Omega, xi)
 {placed}
     root = abs(y0) if {is_complex} else -1.0
-    less, modulus2 = (0.0, 1.0) if abs(l0) < 1e-6 and _is_conservative({arguments}) else (l0, m0)
+    less, modulus2 = (0.0, 1.0) if abs(l0) < 1e-6 and on_circle else (l0, m0)
     return math.sqrt(square), h0, less, modulus2, root, {others}
 
 
 @_inner
-def _spectral_radii_of_block({arguments}, radius, s):
-    """`_spectral_radii` of a block of points."""
+def _radii(n, points, rows, found, radius):
     refused = np.int64(0)
-    {find}({arguments}, s)
-    for i in range(radius.size):
-        radius[i] = _eigenvalues({arguments_i}, {prepared_i})[0]
-        refused |= _refused(Omega[i], xi[i], radius[i])
+    for i in range(n):
+        largest = _placed(points[i], points[BLOCK + i], rows[i] != 0.0, {prepared_i})[0]
+        radius[i] = largest
+        refused |= _refused(points[i], points[BLOCK + i], largest)
     return refused
 
 
 @_inner
-def _spectral_radii({arguments}, radius):
-    """Store the spectral radius at each point; return all `_refused`, negative if one is."""
-    refused, s = np.int64(0), np.empty(({prepared_rows}, {block}))
-    for i in range(0, radius.size, {block}):
-        k = min(i + {block}, radius.size)
-        refused |= _spectral_radii_of_block({arguments_slice}, radius[i:k], s)
+def _eigenvalues(n, points, rows, found, radius):
+    refused = np.int64(0)
+    for i in range(n):
+        largest, {found_i} = _placed(
+            points[i], points[BLOCK + i], rows[i] != 0.0, {prepared_i}
+        )
+        radius[i] = largest
+        refused |= _refused(points[i], points[BLOCK + i], largest)
     return refused
-'''
+{find}{driver}'''
 
-COEFFICIENTS = '''
+FIND_ROOTS = """
 
-@_inline
-def _coefficients_at({arguments}):
-    """Real and imaginary part of the coefficients of the polynomial in a root, highest first."""
-    {outputs} = _polynomial({arguments})
-    near = _is_near(Omega, xi)
-    return {chosen}
-'''
+@_inner
+def _find(polynomial, n, k, points, rows, found):
+    _call(polynomial, n, points, rows)
+    _roots(n, rows, found)
+"""
 
-COEFFICIENTS_OF_FACTOR = '''
-
-@_inline
-def _coefficients_at({arguments}, second):
-    """Real and imaginary part of the coefficients of the polynomial in a root, highest first.
-
-    It is the stability polynomial at s = s0 + i s1, the first or second root of s^2 + 2 xi Omega s + Omega^2.
-    """
-    cosine = math.sqrt(abs(1.0 - xi * xi))
-    rest = xi + cosine
-    s0 = -Omega * (xi if xi < 1.0 else rest if second else 1.0 / rest)
-    s1 = Omega * cosine if xi < 1.0 else 0.0
-    {outputs} = _polynomial(s0, s1{parameters})
-    near = _is_near(Omega, xi)
-    return {chosen}
-'''
-
-BOTH_FACTORS = '''
+BESIDE = '''
 
 @_exact
-def _find_both_roots({arguments}, found):
-    """As `_find_roots`; in the row below, the largest modulus^2 of eigenvalues that are not their conjugates.
+def _beside(n, points, other, found):
+    """In the row below the roots, the largest modulus^2 of eigenvalues that are not their conjugates; 0 where all are.
 
     Those are the eigenvalues at the second root s, where the oscillator is damped critically or more.
     """
-    _find_roots({arguments}, found, False)
+    for i in range(n):
+        found[{root_rows} * BLOCK + i] = 0.0
+        xi = points[BLOCK + i]
+        if xi >= 1.0:
+            for k in range(0, {root_rows}, 2):
+                square = _eigenvalue(other[k * BLOCK + i], other[(k + 1) * BLOCK + i], _is_near(points[i], xi))[2]
+                found[{root_rows} * BLOCK + i] = max(found[{root_rows} * BLOCK + i], square)
+'''
+
+FIND_BOTH_ROOTS = '''
+
+@_inner
+def _find_at(polynomial, second, n, k, points, rows, found):
+    """The roots at the first or second root of s^2 + 2 xi Omega s + Omega^2, which rows k and k + 1 of points hold."""
+    for i in range(n):
+        Omega, xi = points[i], points[BLOCK + i]
+        cosine = math.sqrt(abs(1.0 - xi * xi))
+        rest = xi + cosine
+        points[k * BLOCK + i] = -Omega * (xi if xi < 1.0 else rest if second else 1.0 / rest)
+        points[(k + 1) * BLOCK + i] = Omega * cosine if xi < 1.0 else 0.0
+    _call(polynomial, n, points, rows)
+    _roots(n, rows, found)
+
+
+@_inner
+def _find(polynomial, n, k, points, rows, found):
     largest = 0.0
-    for i in range(Omega.size):
-        found[{rows}, i] = 0.0
-        largest = max(largest, xi[i])
+    for i in range(n):
+        largest = max(largest, points[BLOCK + i])
+    other = np.empty({root_rows} * BLOCK if largest >= 1.0 else 0)
     if largest >= 1.0:
-        other = np.empty(({rows}, Omega.size))
-        _find_roots({arguments}, other, True)
-        for i in range(Omega.size):
-            if xi[i] >= 1.0:
-                for k in range(0, {rows}, 2):
-                    square = _eigenvalue(other[k, i], other[k + 1, i], _is_near(Omega[i], xi[i]))[2]
-                    found[{rows}, i] = max(found[{rows}, i], square)
+        _find_at(polynomial, True, n, k, points, rows, other)
+    _find_at(polynomial, False, n, k, points, rows, found)
+    _beside(n, points, other, found)
 '''

@@ -260,17 +260,17 @@ def _block(lane0, lane1, {arguments}):
 {reported}
             now = energy + 0.0 * ({sum})  # NaN unless all are finite
             seen[j] = now
-            good = now <= bound_[j]
+            good = now <= bound_row[j]
             bad = bad if good else 1
-            top = peak_[j]
+            top = peak_row[j]
 {read_shift}
-            peak_[j] = now if good & (now > top) else top
+            peak_row[j] = now if good & (now > top) else top
 {shift}
         if bad > 0:
             for j in range(begin, end):
-                if not seen[j] <= bound_[j]:
+                if not seen[j] <= bound_row[j]:
                     leaves[j], lane = 1.0, of_lane[j]
-                    n_done[lane], status[lane] = i, ENERGY_BOUND if seen[j] > bound_[j] else NON_FINITE
+                    n_done[lane], status[lane] = i, ENERGY_BOUND if seen[j] > bound_row[j] else NON_FINITE
             if not {leave}:
                 return
 {count}        if (i + 1) // stride < out.shape[1] and (i + 1) % stride == 0:

@@ -11,11 +11,6 @@ SCHEME_HEADER = '''"""{title}
 {relations}
 """
 
-import math
-
-import numpy as np
-from numba import njit
-
 NAME = "{name}"
 STATE = {state}
 PARAMETERS = {parameters}

@@ -1,13 +1,25 @@
-"""The fixed text of generated stability functions; every {field} is filled by `emit`."""
+"""The fixed text of stability functions; every {field} is filled by `emit`."""
 
-PAIR = '''
+# of each scheme's module
+POLYNOMIALS = """
+# points of a block: a row is one variable at all its points; the module that finds the eigenvalues
+BLOCK, EIGENVALUES = {block}, "{eigenvalues}"
+"""
 
-@_inline
-def _refused(Omega, xi, radius):
-    """A negative integer if Omega or xi is negative or -0, or their sum is not finite: bits beyond the largest one."""
-    a, b, largest = np.float64(Omega).view(np.int64), np.float64(xi).view(np.int64), np.int64(0x7FEFFFFFFFFFFFFF)
-    return a | b | (largest - np.float64(abs(Omega + xi + radius)).view(np.int64))
+BLOCK_KERNEL = '''
 
+def {name}(n, points, rows):
+    """Rows {outputs} at n points of a block. {operations} operations.
+
+{docstring}
+    points: rows {inputs}.
+    """
+    for i in range(n):
+{body}
+'''
+
+ERRORS = '''"""Numerical damping and period error of the largest complex pair."""
+{compile}{log1p}{angle}
 
 @_inline
 def _errors_of_pair(Omega, xi, half, less, modulus2, root):
@@ -37,109 +49,66 @@ def _errors_of_distance(Omega, xi, root, re, im):
     return xi < 1.0 and (still or close), damping, period
 
 
-@_inline
-def _in_square(y, z, constants):
-    """u and v, where u + v s^2 is the polynomial in s^2 with these constants, highest first, and s^4 = -y s^2 - z."""
-    u, v = constants[1], constants[0]
-    for constant in constants[2:]:
-        u, v = constant - z * v, u - y * v
-    return u, v
-
-
-@_inline
-def _polynomial_at_exact(Omega, xi, {outputs}):
-    """p0, p1, x, y, leading: the polynomial in tau has the value Omega^3 (p0 + i r p1) at the exact eigenvalue e^s.
-
-    There tau = 2 (lambda - 1)/(lambda + 1) is x + i r y, with r = sqrt(1 - xi^2); s = Omega zeta, where
-    zeta^2 = -2 xi zeta - 1. aj_n + bj_n zeta is the power series of tau^j from s^n on, divided by Omega^n.
-    """
-{lines}
-'''
-
-MONIC = """
-    for i in range(n):
-        {monic} = _monic(*_cubic({arguments_i}))"""
-
-NEAR = '''
-
-@_inline
-def _distance_from_exact({arguments}, half, less, modulus2, root{more}):
-    """tanh of half the distance in s between the eigenvalue half + i root and the exact one e^s; real, imaginary part.
-
-    In tau = 2 (lambda - 1)/(lambda + 1) the pair is (less/2 +- i root)/scale. At the exact tau = x + i r y the
-    polynomial is `leading` times the product of the distances from all its roots. Over those from the conjugate (f) and
-    from the other roots, it is the distance from the pair in tau, which divided by h is the tanh.
-    """
-    p0, p1, x, y, leading = _polynomial_at_exact(Omega, xi, *_defect({arguments}))
-    cosine, scale = math.sqrt(abs(1.0 - xi * xi)), 0.25 * (1.0 + 2.0 * half + modulus2)
-    p1, y, less = cosine * p1, cosine * y, 0.5 * less
-    f0, f1 = scale * x - less, scale * y + root  # scale times the distance in tau from the conjugate
-    h0, h1 = scale - 0.25 * (less * x - root * y), -0.25 * (less * y + root * x)
-    g0, g1 = f0 * h0 - f1 * h1, f0 * h1 + f1 * h0
-{others}
-    scale *= -0.5 * Omega * Omega * Omega / (leading * (g0 * g0 + g1 * g1))
-    growth = 0.0 if _is_conservative({arguments}) else scale * (p0 * g0 + p1 * g1)
-    return growth, scale * (p1 * g0 - p0 * g1)
-
-
 @_inner
-def _errors_near_zero({arguments}, s, damping, period):
+def _near_zero(n, others, conjugates, points, rows, found, exact, damping, period):
     """Replace the errors at points near Omega = 0 whose pair is close to the exact one; return how many there are.
 
-    There are two loops, so that the processor overlaps their iterations.
+    In tau = 2 (lambda - 1)/(lambda + 1) the pair is (less/2 +- i root)/scale. At the exact tau = x + i r y, where r^2 =
+    1 - xi^2, the polynomial is `leading` times the product of the distances from all its roots. Over those from the
+    conjugate (f) and from the other roots, it is the distance from the pair in tau, which divided by h is the tanh of
+    half the distance in s. Each loop is over all points, so that the processor does several of them at a time.
     """
+    for i in range(n):
+        half, less, modulus2, root = found[i], 0.5 * found[BLOCK + i], found[2 * BLOCK + i], found[3 * BLOCK + i]
+        xi, x = points[BLOCK + i], exact[2 * BLOCK + i]
+        y, scale = math.sqrt(abs(1.0 - xi * xi)) * exact[3 * BLOCK + i], 0.25 * (1.0 + 2.0 * half + modulus2)
+        f0, f1 = scale * x - less, scale * y + root  # scale times the distance in tau from the conjugate
+        h0, h1 = scale - 0.25 * (less * x - root * y), -0.25 * (less * y + root * x)
+        exact[5 * BLOCK + i], exact[6 * BLOCK + i] = f0 * h0 - f1 * h1, f0 * h1 + f1 * h0
+    for k in range(others):  # their product is (1 - tau/2)^n times that of e^s - lambda
+        for i in range(n):
+            real, imaginary = found[(4 + 2 * k) * BLOCK + i], found[(5 + 2 * k) * BLOCK + i]
+            xi, x, g0, g1 = points[BLOCK + i], exact[2 * BLOCK + i], exact[5 * BLOCK + i], exact[6 * BLOCK + i]
+            y = math.sqrt(abs(1.0 - xi * xi)) * exact[3 * BLOCK + i]
+            e0, e1, d0, d1 = 1.0 + 0.5 * x, 0.5 * y, 1.0 - 0.5 * x, -0.5 * y  # e^s = e/d
+            j0, j1 = e0 - real * d0 + imaginary * d1, e1 - real * d1 - imaginary * d0
+            g0, g1 = g0 * j0 - g1 * j1, g0 * j1 + g1 * j0
+            j0, j1 = e0 - real * d0 - imaginary * d1, e1 - real * d1 + imaginary * d0
+            h0, h1 = g0 * j0 - g1 * j1, g0 * j1 + g1 * j0
+            exact[5 * BLOCK + i], exact[6 * BLOCK + i] = h0 if conjugates else g0, h1 if conjugates else g1
+    for i in range(n):
+        Omega, xi, half, modulus2 = points[i], points[BLOCK + i], found[i], found[2 * BLOCK + i]
+        p0, p1, leading = exact[i], math.sqrt(abs(1.0 - xi * xi)) * exact[BLOCK + i], exact[4 * BLOCK + i]
+        g0, g1, scale = exact[5 * BLOCK + i], exact[6 * BLOCK + i], 0.25 * (1.0 + 2.0 * half + modulus2)
+        scale *= -0.5 * Omega * Omega * Omega / (leading * (g0 * g0 + g1 * g1))
+        exact[5 * BLOCK + i] = 0.0 if rows[i] != 0.0 else scale * (p0 * g0 + p1 * g1)
+        exact[6 * BLOCK + i] = scale * (p1 * g0 - p0 * g1)
     count = 0
-    for i in range(period.size):
-        s[{re}, i], s[{im}, i] = _distance_from_exact({arguments_i}, s[0, i], s[1, i], s[2, i], {kept_i})
-    for i in range(period.size):
-        better, near_damping, near_period = _errors_of_distance(Omega[i], xi[i], s[3, i], s[{re}, i], s[{im}, i])
-        better = better and Omega[i] < {small_Omega}
+    for i in range(n):
+        better, near_damping, near_period = _errors_of_distance(
+            points[i], points[BLOCK + i], found[3 * BLOCK + i], exact[5 * BLOCK + i], exact[6 * BLOCK + i]
+        )
+        better = better and points[i] < {small_Omega}
         damping[i], period[i] = near_damping if better else damping[i], near_period if better else period[i]
         count += better
     return count
 
 
-@_inner
-def _stability_of_block({arguments}, radius, damping, period):
-    """`stability` of a block of points; returns all `_refused`.
+def errors(n, near, others, conjugates, points, rows, found, exact, damping, period):
+    """Numerical damping and period error at n points of a block.
 
-    Near Omega = 0, damping and period error follow from the distance of the pair from the exact one, if that is small.
+    near: how many points have Omega < {small_Omega}: there they follow from the distance of the pair from the exact
+    one, if that is small. points: rows Omega, xi; rows: its first is not 0 where a pair is on the unit circle; found:
+    rows half the trace, modulus^2 - 1, modulus^2 and imaginary part of the pair (-1 if real), then real and imaginary
+    part of each of the other eigenvalues, `others` in number; conjugates: whether each stands for its conjugate too;
+    exact: what `defect` of the scheme's module has stored, and two rows of scratch. NaN where all eigenvalues are real.
     """
-    n, count, refused = radius.size, 0, np.int64(0)
-    s = np.empty(({size}, n)){before}
+    if near == n and _near_zero(n, others, conjugates, points, rows, found, exact, damping, period) == n:
+        return
     for i in range(n):
-        radius[i], {found_i} = _eigenvalues({arguments_i}{prepared_i})
-        refused |= _refused(Omega[i], xi[i], radius[i])
-    for i in range(n):
-        count += Omega[i] < {small_Omega}
-    if count == n and _errors_near_zero({arguments}, s, damping, period) == n:
-        return refused
-    for i in range(n):
-        damping[i], period[i] = _errors_of_pair(Omega[i], xi[i], s[0, i], s[1, i], s[2, i], s[3, i])
-    if count > 0:
-        _errors_near_zero({arguments}, s, damping, period)
-    return refused
-'''
-
-STABILITY = '''
-
-@_fused
-def spectral_radius({arguments}, out):
-    """Spectral radius; 1-D arrays of one length. Returns whether any Omega, xi or radius is negative or not finite."""
-    return _spectral_radii({arguments}, out) < 0
-
-
-@_fused
-def stability({arguments}, radius, damping, period):
-    """Spectral radius, numerical damping ratio and period error in one pass; 1-D arrays of one length.
-
-    damping: that of the complex pair of largest modulus, less the physical one; period: the numerical
-    period over the exact one, less 1; both are NaN where all eigenvalues are real. Returns whether
-    any Omega, xi or radius is negative or not finite.
-    """
-    refused = np.int64(0)
-    for i in range(0, radius.size, {block}):
-        k = min(i + {block}, radius.size)
-        refused |= _stability_of_block({arguments_slice}, radius[i:k], damping[i:k], period[i:k])
-    return refused < 0
+        damping[i], period[i] = _errors_of_pair(
+            points[i], points[BLOCK + i], found[i], found[BLOCK + i], found[2 * BLOCK + i], found[3 * BLOCK + i]
+        )
+    if near > 0:
+        _near_zero(n, others, conjugates, points, rows, found, exact, damping, period)
 '''
