@@ -1,6 +1,8 @@
 """The page of results: what stands in the folder, with the captions figures carry, as valid HTML."""
 
 import json
+import struct
+import zlib
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -101,6 +103,62 @@ def test_the_same_files_give_the_same_bytes(folder: Path) -> None:
     assert ((folder / "models.png").read_bytes(), (folder / "models.svg").read_bytes()) == picture
     assert page.write(folder).read_bytes() == once
     assert "<dc:description>Models.</dc:description>" in (folder / "models.svg").read_text(encoding="utf-8")
+
+
+FOUND = [
+    {"figure": "models", "text": "7 < 8 models differ.", "claims": ["C1", "C9"]},
+    {"figure": "figure_5_10", "text": "It ends at 0.2.", "claims": []},
+    {"figure": "not_drawn_yet", "text": "Nothing is known of it.", "claims": []},
+]
+
+
+def test_the_page_opens_with_what_was_found_each_with_its_figure(folder: Path) -> None:
+    (folder / "found.json").write_text(json.dumps(FOUND), encoding="utf-8")
+    text = page.write(folder).read_text(encoding="utf-8")
+    found = Reader(text)
+    assert len(set(found.ids)) == len(found.ids)
+    assert found.images[:2] == ["models.png", "figure_5_10.png"]  # in the order given, before all sections
+    assert len(found.images) == 2 + 3
+    assert found.texts["h2"][0] == "What was found"
+    assert text.index("7 &lt; 8 models differ.") < text.index('id="section-1"')
+    assert {"#models", "#figure_5_10", "#C1"} <= set(found.links)
+    assert "#C9" not in found.links  # not in the ledger
+    assert "not_drawn_yet" not in text
+    assert all(link[1:] in found.ids for link in found.links if link.startswith("#"))
+
+
+def test_a_page_that_grows_says_so_and_is_whole_at_any_time(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    text = page.write(folder, "3 of 35 figures are drawn").read_text(encoding="utf-8")
+    assert "3 of 35 figures are drawn" in text
+    assert 'http-equiv="refresh"' in text
+    assert Reader(text).images == ["figure_5_1.png", "figure_5_10.png", "models.png"]
+    assert "refresh" not in page.write(folder).read_text(encoding="utf-8")
+
+    def interrupted(self: Path, *_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Path, "write_text", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        page.write(folder)
+    assert Reader((folder / "index.html").read_text(encoding="utf-8")).images
+
+
+def test_an_algebraic_number_is_a_short_cell(folder: Path) -> None:
+    root = "6*CRootOf(269*Omega**6 - 270*Omega**4 + 90*Omega**2 - 10, 1)"
+    (folder / "catalogue.csv").write_text(f'scheme,critical_Omega\nrkn43,"{root}"\n', encoding="utf-8")
+    cells = Reader(page.write(folder).read_text(encoding="utf-8")).texts["td"]
+    assert "6*CRootOf(…)" in cells
+    assert not any("Omega**" in cell for cell in cells)
+
+
+def test_captions_after_the_pixels_are_found(folder: Path) -> None:
+    """Some programs write a PNG's texts last."""
+    Image.new("RGB", (4, 4)).save(folder / "models.png")
+    pixels, end = (folder / "models.png").read_bytes(), 12  # of the last chunk, IEND: length, name and checksum
+    texts = (b"tEXtDescription\0Written last.", b"tEXtKeywords\0Models")
+    chunks = (struct.pack(">I", len(text) - 4) + text + struct.pack(">I", zlib.crc32(text)) for text in texts)
+    (folder / "models.png").write_bytes(pixels[:-end] + b"".join(chunks) + pixels[-end:])
+    assert "Written last." in [picture.caption for picture in page.pictures(folder)]
 
 
 def test_a_figure_without_a_caption_is_an_error_that_names_it(folder: Path) -> None:

@@ -1,4 +1,4 @@
-"""The page of results, index.html: every figure with its caption, the ledger of claims, and the tables.
+"""The page of results, index.html: what was found, every figure with its caption, the ledger of claims, the tables.
 
 The page shows every file of its folder; no list of files is kept elsewhere.
 """
@@ -16,6 +16,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from PIL import Image
 
 LONGEST = 100  # most rows of a table that is shown; a longer one is only linked
+ROOT = re.compile(r"CRootOf\([^()]*\)")  # a root of a polynomial, which may have a hundred terms
 NUMBER = re.compile(r"[-+]?\d+\.\d{6,}(e[-+]?\d+)?")  # a number shown to six digits, of which the file has more
 
 
@@ -41,16 +42,19 @@ class CsvTable:
     rows: Sequence[Sequence[str]]
 
 
-def write(folder: Path) -> Path:
+def write(folder: Path, growing: str = "") -> Path:
     """Write index.html into the folder of results and return its path; the same files give the same bytes.
 
     Figures are PNG files, whose metadata hold section and caption (`charts.save`); the ledger is read from claims.json
-    if there is one, tables from CSV files. Raises ValueError, which names the file, for a figure without a caption.
+    and the sentences with which the page opens from found.json if there are such files, tables from CSV files.
+    growing: how far the results are, of a page that reloads itself since more will come. Raises ValueError, which names
+    the file, for a figure without a caption.
     """
     tables = [_table(path) for path in sorted(folder.glob("*.csv"), key=_natural)]
     names = [table.file for table in tables]
     by_section = sorted(pictures(folder, names), key=lambda picture: picture.section)
-    ledger = folder / "claims.json"
+    claims, found = (_read(folder / f"{name}.json") for name in ("claims", "found"))
+    drawn, verdicts = {picture.name: picture for picture in by_section}, {c["id"]: c["verdict"] for c in claims}
     environment = Environment(
         loader=PackageLoader("substep.figures"),
         autoescape=True,
@@ -61,12 +65,15 @@ def write(folder: Path) -> Path:
     environment.filters["short"] = _short
     contents: Mapping[str, Any] = {
         "sections": [(name, list(own)) for name, own in groupby(by_section, key=lambda picture: picture.section)],
-        "claims": json.loads(ledger.read_text(encoding="utf-8")) if ledger.exists() else [],
+        "found": [(drawn[one["figure"]], one["text"], one["claims"]) for one in found if one["figure"] in drawn],
+        "verdicts": verdicts,
+        "claims": claims,
         "tables": tables,
+        "growing": growing,
     }
-    path = folder / "index.html"
-    path.write_text(environment.get_template("index.html").render(contents), encoding="utf-8")
-    return path
+    path, part = folder / "index.html", folder / "index.html.part"
+    part.write_text(environment.get_template("index.html").render(contents), encoding="utf-8")
+    return part.replace(path)
 
 
 def pictures(folder: Path, files: Sequence[str] = ()) -> list[Picture]:
@@ -77,6 +84,11 @@ def pictures(folder: Path, files: Sequence[str] = ()) -> list[Picture]:
     return [_picture(path, files) for path in sorted(folder.glob("*.png"), key=_natural)]
 
 
+def _read(path: Path) -> list[Any]:
+    """The list that a JSON file holds, empty where there is no such file."""
+    return json.loads(path.read_text(encoding="utf-8")) if path.exists() else []
+
+
 def _natural(path: Path) -> list[str]:
     """A key by which file names sort with 2 before 10."""
     return [part.zfill(9) if part.isdigit() else part for part in re.split(r"(\d+)", path.stem)]
@@ -84,7 +96,8 @@ def _natural(path: Path) -> list[str]:
 
 def _picture(path: Path, files: Sequence[str]) -> Picture:
     with Image.open(path) as image:
-        image.load()  # metadata may follow the pixels
+        if "Description" not in image.info:
+            image.load()  # metadata may follow the pixels, which take a hundred times as long to read
         (width, height), metadata = image.size, image.info
     section, caption = metadata.get("Keywords"), metadata.get("Description")
     if not section or not caption:
@@ -108,4 +121,4 @@ def _table(path: Path) -> CsvTable:
 
 
 def _short(text: str) -> str:
-    return f"{float(text):.6g}" if NUMBER.fullmatch(text) else text
+    return f"{float(text):.6g}" if NUMBER.fullmatch(text) else ROOT.sub("CRootOf(…)", text)
