@@ -27,4 +27,4 @@ def compile_kernels(names: Sequence[str]) -> None:
 def compile_catalogue() -> None:
     """Compile the committed kernels of every scheme into numba's cache, on all cores."""
     with ProcessPoolExecutor(cores(), mp_context=get_context("spawn")) as pool:
-        list(pool.map(compile_kernels, sharing()))
+        list(pool.map(compile_kernels, sharing(ss.schemes())))

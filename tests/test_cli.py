@@ -1,16 +1,11 @@
 """The command line, as a user types it."""
 
 import math
-import os
 import shlex
 import subprocess
 import sys
-import time
 from collections.abc import Callable
 from dataclasses import replace
-from fractions import Fraction
-from functools import partial
-from multiprocessing import active_children
 from pathlib import Path
 
 import numpy as np
@@ -24,11 +19,7 @@ from substep.cli.commands import app
 from substep.derived import facade
 from substep.figures import charts
 from substep.studies import failures
-from substep.studies.energy_charts import energy_under_changing_steps
-from substep.studies.estimator_charts import effectivity_chart
-from substep.studies.precision import jobs as precision
-from substep.thesis import claims, figures_5
-from substep.thesis import reproduce as reproduction
+from substep.thesis import claims
 
 runner = CliRunner()
 
@@ -92,67 +83,6 @@ def test_conditions_and_equivalences() -> None:
     assert runner.invoke(app, ["equivalences", "bathe"]).exit_code == 2  # one alone has no other to share with
     assert runner.invoke(app, ["conditions", "newmarc"]).exit_code == 2
     assert runner.invoke(app, ["conditions", "yoshida6"]).exit_code == 2  # decided by certify alone
-
-
-def test_kernels_compiled_ahead_are_those_that_jobs_march(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Compilation ahead of all jobs, which happens only on several cores."""
-    marched: list[str] = []
-    monkeypatch.setattr(reproduction, "march", lambda scene, *_: marched.append(scene.name))
-    reproduction._compile(["newmark_bdf2"])
-    assert set(marched) == {case.make().name for case in (*reproduction.CASES, *failures.CASES)}
-    marched.clear()
-    reproduction._compile(["bathe"])  # not in the quick battery
-    assert set(marched) == {case.make().name for case in reproduction.CASES}
-
-
-def test_no_module_is_compiled_by_two_processes() -> None:
-    groups = reproduction.sharing()
-    modules = [{ss.scheme(name).kernels.__name__ for name in names} for names in groups]
-    assert all(len(found) == 1 for found in modules)
-    assert len(set.union(*modules)) == len(groups)
-    assert sorted(name for names in groups for name in names) == sorted(ss.schemes())
-
-
-@pytest.mark.long
-def test_reproduce_draws_every_panel_and_writes_its_numbers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Chapter 5, the battery, the ledger and charts of estimates and of energies have tests of their own.
-
-    The gate makes a piece of the first three and leaves the charts out; `make verify` makes all.
-    """
-    if not os.environ.get("SUBSTEP_VERIFY"):
-        own = (effectivity_chart, energy_under_changing_steps)
-        monkeypatch.setattr(reproduction, "CHARTS", [chart for chart in reproduction.CHARTS if chart not in own])
-        monkeypatch.setattr(figures_5, "JOBS", figures_5.JOBS[:1])
-        monkeypatch.setattr(claims, "CLAIMS", claims.CLAIMS[:1])
-        monkeypatch.setattr(failures, "joined", lambda folder, parts: [failures.Row("a", "b", 1, "c", None, 1)])
-        monkeypatch.setattr(failures, "count", lambda: 0)
-        monkeypatch.setattr(precision, "jobs", lambda full: ())
-        monkeypatch.setattr(reproduction, "cores", lambda: 1)  # nothing is compiled ahead
-    result = runner.invoke(app, ["reproduce", "--folder", str(tmp_path)])
-    assert result.exit_code == 0, result.output
-    assert "min of work, the first time" in result.output
-    assert all(f"{stage}: done after" in result.output for stage in ("drawing", "judging"))  # as many as announced
-    for number in range(1, 6):
-        for suffix in ("png", "svg"):
-            assert (tmp_path / f"figure_4_{number}.{suffix}").stat().st_size > 10_000
-        for panel in ("a_spectral_radius", "b_amplitude_error", "c_period_error"):
-            header, *rows = (tmp_path / f"figure_4_{number}{panel}.csv").read_text().splitlines()
-            assert header.startswith("h/T,beta=0.25 gamma=0.5,")
-            assert header.endswith(",bathe")
-            assert len(rows) in (501, 201)
-            assert all(len(row.split(",")) == 7 for row in rows)
-    for chart in ("catalogue_spectra", "trade_off_equal_cost", "stability_region", "figure_5_2"):
-        assert (tmp_path / f"{chart}.png").stat().st_size > 10_000
-    catalogue = (tmp_path / "catalogue.csv").read_text().splitlines()
-    assert len(catalogue) == 1 + len(ss.schemes())
-    assert 'fox_goodwin,"2, 2, 2",9.89898,sqrt(6),sqrt(6),no,no,U0-V1,2.44949,"2, 2, 2",4,yes,no,yes' in catalogue
-    page = (tmp_path / "index.html").read_text()
-    assert all(f'src="{name}.png"' in page for name in ("figure_4_1", "catalogue_spectra", "figure_5_2"))
-    assert "## C2.1: true" in (tmp_path / "claims.md").read_text()
-    table = (tmp_path / "chapter_4_properties.csv").read_text().splitlines()
-    assert len(table) == 27
-    assert table[1] == "bathe,,,,0,2,3,1/288,2,1/24"
-    assert table[-1] == "newmark_bdf2,4/5,49/100,9/10,20/49,1,1,2/15,2,293/4500"
 
 
 def test_run_marches_and_writes_the_history(tmp_path: Path) -> None:
@@ -282,40 +212,6 @@ def test_claims_and_failures_print_what_was_found_before_ctrl_c(
         assert all(word in result.output for word in wanted)
         assert " ".join(result.output.split()).endswith("what was printed or written before is complete and kept")
         assert claims.CLAIMS[2].id not in result.output
-
-
-def test_reproduce_keeps_tables_ledger_and_page_when_the_timing_is_interrupted(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def stop(folder: Path) -> None:
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(reproduction, "jobs", lambda full: (partial(reproduction.figure_4, 1, Fraction(1, 5)),))
-    monkeypatch.setattr(reproduction, "parameter_sets", lambda: iter([("bathe", {})]))
-    monkeypatch.setattr(reproduction, "cores", lambda: 1)
-    monkeypatch.setattr(claims, "CLAIMS", claims.CLAIMS[:1])
-    monkeypatch.setattr(failures, "joined", lambda folder, parts: [])
-    monkeypatch.setattr(failures, "count", lambda: 0)
-    monkeypatch.setattr(precision, "jobs", lambda full: (stop,))
-    assert runner.invoke(app, ["reproduce", "--folder", str(tmp_path)]).exit_code == 130
-    page = (tmp_path / "index.html").read_text()
-    assert all(name in page for name in ("figure_4_1.png", "catalogue.csv", claims.CLAIMS[0].id))
-
-
-def test_processes_of_reproduce_end_at_once_when_it_is_interrupted(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(reproduction, "cores", lambda: 2)
-    others, begun = active_children(), time.perf_counter()
-
-    def interrupted() -> None:
-        with reproduction._workers() as each:
-            next(each(time.sleep, [0.0, 60.0, 60.0, 60.0]))
-            assert len(active_children()) == len(others) + 2
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        interrupted()
-    assert active_children() == others
-    assert time.perf_counter() - begun < 30.0  # the processes' start, on a busy machine
 
 
 @pytest.mark.parametrize("command", [*typer.main.get_command(app).commands])

@@ -11,9 +11,10 @@ from sympy import simplify
 from typer.testing import CliRunner
 
 import substep as ss
-from substep.cli import commands
-from substep.cli.lines import folded
+from substep.cli import commands, results
+from substep.cli.lines import folded, labelled
 from substep.studies.failures import Row
+from substep.thesis.claims import CLAIMS, Judgement
 
 runner = CliRunner()
 COMMANDS = typer.main.get_command(commands.app).commands  # pyright: ignore
@@ -79,10 +80,38 @@ def test_help_breaks_lines_only_where_the_terminal_ends(command: str, monkeypatc
 
 
 def test_failures_cut_no_name(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    monkeypatch.setattr(commands.console, "_width", 80)
+    monkeypatch.setattr(results.console, "_width", 80)
     longest = max(ss.schemes(), key=len)
     rows = [Row(longest, scene, 0.12345, "Newton failed", 1234.5, 1.234e-5) for scene in ss.scenes()]
-    commands._print_failures(rows)
+    results._print_failures(rows)
     printed = capsys.readouterr().out
     assert "…" not in printed
     assert max(map(len, printed.splitlines())) <= 80
+
+
+def test_claims_are_printed_in_full_within_80_columns(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The evidence in one wide column: in a table of four it took thrice as many lines."""
+    monkeypatch.setenv("COLUMNS", "80")
+    evidence = "at gamma_t = 0.2 it is stable exactly for Omega in (0, sqrt(30)/3], and nowhere else; " * 8
+    results._print_claims([Judgement(c.id, c.text, "partly", evidence, c.command) for c in CLAIMS], len(CLAIMS))
+    printed = capsys.readouterr().out
+    lines = printed.splitlines()
+    assert max(map(len, lines)) <= 80
+    assert len(lines) <= 16 * len(CLAIMS)
+    said = " ".join(printed.split())
+    assert all(f"{c.id} partly {c.text} found: {evidence.strip()}" in said for c in CLAIMS)
+
+
+@pytest.mark.parametrize("columns", [40, 80])
+def test_labelled_text_has_a_column_of_its_own(columns: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", str(columns))
+    text = "as many words as fill some lines of a terminal, however wide or narrow that terminal may be"
+    first, *others = labelled("label", text, 8).splitlines()
+    assert first.startswith("label   as many")
+    assert others
+    assert all(line.startswith(" " * 8) and line[8] != " " for line in others)
+    assert max(map(len, [first, *others])) <= columns
+    assert " ".join([first, *others]).split() == ["label", *text.split()]
+    assert labelled("label", "", 8).strip() == "label"

@@ -1,16 +1,14 @@
 """The command line `substep`."""
 
 import math
-from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from inspect import getdoc
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
-from rich.progress import Progress
-from rich.table import Column, Table
+from rich.table import Table
 from typer.core import TyperGroup
 
 from ..core.schemes import scheme
@@ -42,11 +40,10 @@ from .emission import emit
 from .estimators import estimator
 from .explorer import explorer
 from .lines import folded
+from .results import claims, failures, reproduce
 
 if TYPE_CHECKING:
     from ..derived.facade import Equivalence
-    from ..studies.failures import Row
-    from ..thesis.claims.judgement import Judgement
 
 INTERRUPTED = 130  # the exit code of a shell's command that Ctrl-C ended
 STOPPED = 3
@@ -94,106 +91,6 @@ def main(
 
     Begin with `substep schemes`, `substep show bathe` and `substep run duffing bathe --dt 0.01 --t-end 10`.
     """
-
-
-def reproduce(
-    folder: Annotated[Path, typer.Option(help="where the results go")] = Path("results"),
-    full: Annotated[
-        bool, typer.Option("--full", help="the 1000 s runs, every scheme on every scene, fine maps")
-    ] = False,
-) -> None:
-    """Draw the thesis's figures and the charts, map where methods fail, write the numbers, judge the claims."""
-    from ..thesis import reproduce as job  # noqa: PLC0415 (Matplotlib only when asked for)
-
-    stages = job.stages(full)
-    work = sum(stage.jobs * stage.seconds for stage in stages)
-    console.print(f"about {work / 60:.0f} min of work, the first time; compiled kernels are kept")
-    with Progress(console=console) as progress:
-        bars = {stage.name: progress.add_task(stage.name, total=stage.jobs) for stage in stages if stage.jobs}
-        seconds = {stage.name: stage.seconds for stage in stages}
-        all_of_it = progress.add_task("in all", total=work)
-
-        def step(stage: str) -> None:
-            progress.advance(bars[stage])
-            progress.advance(all_of_it, seconds[stage])
-            done = progress.tasks[bars[stage]]
-            if done.finished:
-                progress.console.print(f"{stage}: done after {done.elapsed:.0f} s")
-
-        results = job.reproduce(folder, step, full=full)
-    table = Table(
-        Column("scheme", no_wrap=True),
-        *(Column(name, overflow="fold") for name in ("order u, v, a", "ρ∞", "Ω_cr", "A", "L", "overshoot")),
-        title="Every scheme at its default parameters (all columns: catalogue.csv)",
-    )
-    for row in results.catalogue:
-        table.add_row(row.scheme, row.order, row.rho_inf, row.critical_Omega, row.A_stable, row.L_stable, row.overshoot)
-    console.print(table)
-    table = Table(
-        Column("scheme", no_wrap=True),
-        *(Column(name, overflow="fold") for name in ("γ_t", "β", "γ", "ρ∞", "order", "damping", "period error")),
-        title="Chapter 4 at ξ = 0: exact leading terms in Ω (as CSV: chapter_4_properties.csv)",
-    )
-    for name, split, beta, gamma, rho, order, k, damping, n, period in results.properties:
-        table.add_row(name, split, beta, gamma, rho, order, f"{damping} Ω^{k}", f"{period} Ω^{n}")
-    console.print(table)
-    outcomes = Counter(row.word for row in results.failures)
-    counts = ", ".join(f"{number} {outcome}" for outcome, number in outcomes.most_common())
-    console.print(f"Where methods fail, {outcomes.total()} runs: {counts} (failures.csv, or `substep failures`)")
-    _print_claims(results.claims, len(results.claims))
-    console.print(f"figures, tables and the ledger (claims.md), all on one page: {folder.resolve() / 'index.html'}")
-
-
-def failures(
-    folder: Annotated[Path, typer.Option(help="where tables and maps go")] = Path("results"),
-    full: Annotated[bool, typer.Option("--full", help="every scheme on every scene, maps of 500 x 500 runs")] = False,
-) -> None:
-    """Run schemes where they fail and report each run as survived, gains energy, blew up or Newton failed."""
-    from ..studies import failures as battery  # noqa: PLC0415
-
-    found: list[Row] = []
-
-    def step(rows: "list[Row]") -> None:
-        found.extend(rows)
-        progress.advance(task)
-
-    try:
-        with Progress(console=console) as progress:
-            task = progress.add_task("battery", total=battery.count())
-            battery.battery(folder, step, full)
-    finally:  # what was found before Ctrl-C is printed too
-        _print_failures(found)
-    console.print(f"tables and maps are in {folder.resolve()}")
-
-
-def _print_failures(rows: "Sequence[Row]") -> None:
-    columns = (Column(name, overflow="fold") for name in ("scene", "h (s)", "", "at t (s)", "max E/E0"))
-    table = Table(Column("scheme", no_wrap=True), *columns, title="Where methods fail")
-    for row in rows:
-        at = "" if row.t is None else f"{row.t:.4g}"
-        table.add_row(row.scheme, row.scene, f"{row.h:.4g}", row.word, at, f"{row.max_ratio:.4g}")
-    console.print(table)
-
-
-def claims() -> None:
-    """Judge what the thesis claims and print, line by line, verdict and evidence."""
-    from ..thesis import claims as ledger  # noqa: PLC0415
-
-    found: list[Judgement] = []
-    try:
-        with Progress(console=console) as progress:
-            for judgement in progress.track(ledger.judge(), len(ledger.CLAIMS), description="claims"):
-                found.append(judgement)
-    finally:  # what was judged before Ctrl-C is printed too
-        _print_claims(found, len(ledger.CLAIMS))
-
-
-def _print_claims(found: "list[Judgement]", of: int) -> None:
-    title = "The thesis's claims" if len(found) == of else f"The thesis's claims: the first {len(found)} of {of}"
-    table = Table("", "verdict", "claim", "found", title=title)
-    for j in found:
-        table.add_row(j.id, j.verdict, j.claim, j.evidence)
-    console.print(table)
 
 
 def certify(

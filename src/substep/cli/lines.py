@@ -1,5 +1,6 @@
 """Text in lines no wider than the terminal."""
 
+from itertools import zip_longest
 from textwrap import wrap
 
 from rich.console import Console
@@ -22,6 +23,12 @@ def wrapped(label: str, text: str, indent: str = "  ") -> str:
     lines = wrap(" ".join(terms), widest, initial_indent=indent, subsequent_indent=f"{indent}    ",
                  break_long_words=False, break_on_hyphens=False)  # fmt: skip
     return "\n".join(lines).replace(HARD_SPACE, " ")
+
+
+def labelled(label: str, text: str, room: int = 9) -> str:
+    """Label and text in lines no wider than the terminal; the text has a column of its own, which begins at `room`."""
+    lines = wrap(text, max(40, width()) - room, break_long_words=False, break_on_hyphens=False) or [""]
+    return "\n".join(f"{start:<{room}}{line}" for start, line in zip_longest([label], lines, fillvalue=""))
 
 
 def folded(text: str) -> str:

@@ -110,7 +110,7 @@ def _picture(path: Path, files: Sequence[str]) -> Picture:
 
 
 def _table(path: Path) -> CsvTable:
-    with path.open(encoding="utf-8", newline="") as file:
+    with path.open(encoding="utf-8", errors="replace", newline="") as file:  # it may end within a letter as yet
         reader = csv.reader(file)
         header, rows, size = next(reader, []), [], 0
         for row in reader:

@@ -90,22 +90,31 @@ EQUAL_COST = (
 )
 
 
+def compared() -> dict[str, Scheme]:
+    """Schemes by label that are compared at equal cost: Newmark-BDF2 with numbers from Table 4.1, and EQUAL_COST."""
+    label = r"newmark_bdf2, $\gamma_t$ = .5, $\beta$ = .3025, $\gamma$ = .6"
+    newmark_bdf2 = scheme("newmark_bdf2", gamma_t=0.5, beta=0.3025, gamma=0.6)
+    return {label: newmark_bdf2, **{name: scheme(name) for name in EQUAL_COST}}
+
+
+def at_equal_cost(s: Scheme, solves: Array | float) -> tuple[Array, Array]:
+    """Amplitude error a period and period error of the undamped oscillator, in %, at so many solves a period.
+
+    A scheme with k solves a step takes steps k times as long. solves: any shape, which both errors have.
+    """
+    Omega = 2 * np.pi * s.balances / np.asarray(solves)
+    return 100 * np.abs(s.amplitude_error(Omega)), 100 * np.abs(s.period_error(Omega))
+
+
 @styled
 def trade_off(folder: Path) -> None:
     """Amplitude error against period error at equal cost: the same number of solves per period."""
     solves = np.logspace(np.log10(8), np.log10(200), 60)  # per period
-    compared = {
-        r"newmark_bdf2, $\gamma_t$ = .5, $\beta$ = .3025, $\gamma$ = .6": scheme(
-            "newmark_bdf2", gamma_t=0.5, beta=0.3025, gamma=0.6
-        ),
-        **{name: scheme(name) for name in EQUAL_COST},
-    }
     figure = Figure(figsize=(8.5, 6))
     axes = figure.subplots()
     columns: dict[str, Array] = {"solves per period": solves}
-    for i, (label, s) in enumerate(compared.items()):
-        omega = 2 * np.pi * s.balances / solves  # a scheme with k solves a step takes steps k times as long
-        amplitude, period = 100 * np.abs(s.amplitude_error(omega)), 100 * np.abs(s.period_error(omega))
+    for i, (label, s) in enumerate(compared().items()):
+        amplitude, period = at_equal_cost(s, solves)
         colour, style = (REFERENCE, "-") if s.name == "bathe" else look(i)
         axes.loglog(period, amplitude, color=colour, linestyle=style, label=label)
         for count, marker in ((20, "o"), (100, "s")):
@@ -143,7 +152,7 @@ def stability_region(folder: Path) -> None:
     axes.set_facecolor("0.85")
     figure.colorbar(mesh, ax=axes, label=r"$\rho_\infty$ (grey: unstable for some $\Omega$)")
     for marker, stable, label in (("o", True, "certified stable"), ("x", False, "certified unstable")):
-        points = [p for p in CERTIFIED if _certified(*p) is stable]
+        points = [p for p in CERTIFIED if certified(*p) is stable]
         x, y = ([float(p[k]) for p in points] for k in (0, 1))
         face = {"facecolors": "none"} if stable else {}
         axes.scatter(x, y, marker=marker, color="#D55E00", s=36, label=label, **face)
@@ -171,7 +180,8 @@ CERTIFIED = tuple(
 )
 
 
-def _certified(split: Fraction, gamma: Fraction) -> bool:
+def certified(split: Fraction, gamma: Fraction) -> bool:
+    """Whether Newmark-BDF2 with the beta of `stability_region` is stable at every step, by certificate."""
     beta = (gamma + Fraction(1, 2)) ** 2 / 4
     return facade.certificate("newmark_bdf2", gamma_t=split, beta=beta, gamma=gamma).stable
 

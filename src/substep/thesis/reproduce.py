@@ -1,13 +1,16 @@
-"""`substep reproduce`: the thesis's figures, the other charts, tables and the ledger, with all numbers behind them."""
+"""`substep reproduce`: the thesis's figures, the ledger and what was found; with `--full` the rest of the studies."""
 
 import csv
+import math
 import signal
-from collections.abc import Callable, Iterator, Sequence
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import astuple, dataclass, fields
 from fractions import Fraction
 from functools import partial
+from itertools import groupby
 from multiprocessing import active_children, get_context
 from operator import call
 from pathlib import Path
@@ -17,20 +20,25 @@ import numpy as np
 
 from ..core.schemes import Array, Scheme, scheme, schemes
 from ..core.threads import cores
+from ..derived import facade
 from ..derived.facade import CatalogueRow, Properties, catalogue_row, properties
 from ..figures import page
 from ..figures.charts import save, save_csv, stability_figure
 from ..marching.run import march
 from ..studies import failures
-from ..studies.catalogue_charts import CHARTS
+from ..studies.catalogue_charts import CHARTS, EQUAL_COST, stability_region, trade_off
+from ..studies.failures import maps
 from ..studies.precision import jobs as precision
 from ..studies.precision.cases import CASES
 from . import claims, figures_5
+from . import found as sentences
+from .claims.chapter_2 import OTHERS
 from .claims.judgement import Judgement
 from .parameter_sets import NEWMARK_SETS, SPLITS
 
 RADIUS_RATIOS = np.logspace(-2, 3, 501)
 ERROR_RATIOS = np.linspace(0.0, 0.2, 201)
+GROWS = 5.0  # s, after which the page is written again while figures are drawn
 
 
 def chapter_4_schemes(split: Fraction) -> dict[str, Scheme]:
@@ -95,30 +103,54 @@ def property_row(case: tuple[str, dict[str, Fraction]]) -> list[str]:
     return [name, *shown, found.rho_inf, str(found.order), *terms[0], *terms[1]]
 
 
+def certificates(folder: Path) -> None:
+    """Prove for which Omega each curve of chapter 4 is stable, undamped: chapter_4_certificates.csv."""
+    lines = [("scheme", "gamma_t", "beta", "gamma", "certificate", "its proof")]
+    for name, parameters in parameter_sets():
+        text = facade.certificate(name, **parameters).text
+        result = next(line for line in text.splitlines() if line.startswith("Result: "))
+        shown = (str(parameters.get(key, "")) for key in ("gamma_t", "beta", "gamma"))
+        options = "".join(f" --{key.replace('_', '-')} {value}" for key, value in parameters.items())
+        lines.append((name, *shown, result.removeprefix("Result: "), f"substep certify {name}{options}"))
+    _write(folder / "chapter_4_certificates.csv", lines)
+
+
 def tables(folder: Path, catalogue: list[CatalogueRow], rows: list[list[str]]) -> None:
     """Write the tables of every scheme at its default parameters and of chapter 4's parameter sets, as CSV."""
-    header = [f.name for f in fields(CatalogueRow)]
-    for name, lines in (
-        ("catalogue", [header, *(astuple(row) for row in catalogue)]), ("chapter_4_properties", [HEADER, *rows]),
-    ):  # fmt: skip
-        with (folder / f"{name}.csv").open("w", encoding="utf-8", newline="") as file:
-            csv.writer(file).writerows(lines)
+    _write(folder / "catalogue.csv", [[f.name for f in fields(CatalogueRow)], *(astuple(row) for row in catalogue)])
+    _write(folder / "chapter_4_properties.csv", [HEADER, *rows])
+
+
+def _write(path: Path, lines: Iterable[Iterable[object]]) -> None:
+    with path.open("w", encoding="utf-8", newline="") as file:
+        csv.writer(file).writerows(lines)
 
 
 @dataclass(frozen=True)
 class Results:
-    """What `reproduce` found: rows of the tables of the catalogue, of chapter 4 and of failures, and the ledger."""
+    """What `reproduce` found: the ledger, the sentences with which the page opens, and outcomes where methods fail."""
 
-    catalogue: list[CatalogueRow]
-    properties: list[list[str]]
-    failures: list[failures.Row]
     claims: list[Judgement]
+    found: list[sentences.Found]
+    failures: list[failures.Row]
+
+
+def failure_map(folder: Path) -> None:
+    """The map of failures of the thesis's scheme over the step and gamma_t."""
+    maps.draw(folder, maps.MAPS[0], failures.QUICK_POINTS)
 
 
 def jobs(full: bool) -> tuple[Callable[[Path], object], ...]:
-    """The jobs that measure no time, one for each figure, chart or table; full: the long runs too."""
-    chapter_4 = (partial(figure_4, number, split) for number, split in enumerate(SPLITS, start=1))
-    return (*chapter_4, *CHARTS, *figures_5.JOBS, precision.operations, *(figures_5.LONG_JOBS if full else ()))
+    """The jobs that measure no time, one for each figure, chart or table; full: those of the catalogue too.
+
+    The first two, a figure of each chapter of the thesis, compile the kernels of all its figures. The map of failures
+    is among those of the battery, which only the full form runs.
+    """
+    chapter_4 = [partial(figure_4, number, split) for number, split in enumerate(SPLITS, start=1)]
+    thesis = (chapter_4[0], figures_5.JOBS[0], *chapter_4[1:], *figures_5.JOBS[1:])
+    light = (stability_region, trade_off, certificates)
+    rest = (*(chart for chart in CHARTS if chart not in light), precision.operations, *figures_5.LONG_JOBS)
+    return (*thesis, *light, *(rest if full else (failure_map,)))
 
 
 def _draw(folder: Path, full: bool, i: int) -> None:
@@ -126,22 +158,36 @@ def _draw(folder: Path, full: bool, i: int) -> None:
     jobs(full)[i](folder)
 
 
-def _compile(names: Sequence[str]) -> None:
+def chapters() -> list[list[claims.Claim]]:
+    """The claims by chapter: those of one share runs, so that one process judges them."""
+    return [list(own) for _, own in groupby(claims.CLAIMS, key=lambda claim: claim.id[:2])]
+
+
+def _judged(own: list[claims.Claim]) -> list[Judgement]:
+    return [claims.judged(claim) for claim in own]
+
+
+def _compile(full: bool, names: Sequence[str]) -> None:
     """Compile kernels of schemes into numba's cache, in a process of its own, since numba compiles on one core."""
     for name in names:
         s = scheme(name)
         s.stability(1.0)
-        models = [case.make() for case in CASES]
-        if name in failures.outcomes.QUICK:
+        models = [case.make() for case in CASES] if full else []
+        if full and name in failures.outcomes.QUICK:
             models += [case.make() for case in failures.table.CASES]
         for model in models:
             march(model, s, 1e-4, 2e-4)
 
 
-def sharing() -> list[list[str]]:
+def compiled_ahead(full: bool) -> list[list[str]]:
+    """Names of schemes whose kernels jobs and judges need besides those of the first figures, as `sharing` has them."""
+    return sharing(schemes() if full else {*OTHERS, *EQUAL_COST})
+
+
+def sharing(names: Iterable[str]) -> list[list[str]]:
     """Names of schemes, those that share a module together, so that no two processes compile it; the most first."""
     found: dict[object, list[str]] = {}
-    for name in schemes():
+    for name in sorted(names, key=schemes().index):
         found.setdefault(scheme(name).info.module, []).append(name)
     return sorted(found.values(), key=len, reverse=True)
 
@@ -170,55 +216,80 @@ def _workers() -> Iterator[Callable[..., Iterator[Any]]]:
 
 @dataclass(frozen=True)
 class Stage:
-    """A part of `reproduce`: its name, how many jobs it has, and about how many seconds each of them takes."""
+    """A part of `reproduce`: its name, how many jobs it has, and about how many CPU seconds each of them takes.
+
+    alone: nothing runs beside these jobs, since they measure times.
+    """
 
     name: str
     jobs: int
     seconds: float
+    alone: bool = False
 
 
 def stages(full: bool = False) -> tuple[Stage, ...]:
-    """What `reproduce` does, in the order in which it begins; the seconds are those of a first run on two cores."""
-    ahead = len(sharing()) if cores() > 1 else 0
-    return (
-        Stage("compiling", ahead, 3.5),
-        Stage("drawing", len(jobs(full)), 1.3),
-        Stage("where methods fail", failures.count(), 1.5),
-        Stage("judging", len(claims.CLAIMS), 0.5),
-        Stage("timing", len(precision.jobs(full)), 10.0),
-        Stage("drawing times", len(precision.jobs(full)), 2.5),
+    """What `reproduce` does, in the order in which it begins; the seconds are those of a first run."""
+    ahead = len(compiled_ahead(full)) if cores() > 1 else 0
+    light = (
+        Stage("drawing", len(jobs(full)), 2.5),
+        Stage("compiling", ahead, 8.0 if full else 3.5),
+        Stage("judging", len(chapters()) + len(sentences.SENTENCES), 4.0),
     )
+    battery, timed = failures.count(), len(precision.jobs(False))
+    rest = (
+        Stage("where methods fail", battery, 3.0),
+        Stage("timing", timed, 20.0, alone=True),
+        Stage("drawing times", timed, 5.0),
+    )
+    return (*light, *(rest if full else ()))
 
 
 def reproduce(folder: Path, step: Callable[[str], object], *, full: bool = False) -> Results:
-    """Write everything into the folder. full: long runs and fine maps as well.
+    """Write everything into the folder; full: the studies of the catalogue, timings and long runs as well.
 
+    The page grows as figures come, and is complete for what there is when this ends, also by an error or Ctrl-C.
     step(name): called after each job of each of the `stages(full)`, with the stage's name.
     """
     folder.mkdir(parents=True, exist_ok=True)
     page.pictures(folder)  # raises for a figure that the page would refuse, before the work
+    try:
+        return _reproduce(folder, step, full)
+    finally:
+        page.write(folder)
 
-    def waited(stage: str, found: Iterator[Any]) -> list[Any]:
-        return [(one, step(stage))[0] for one in found]
 
-    numbers = range(len(jobs(full)))
+def _reproduce(folder: Path, step: Callable[[str], object], full: bool) -> Results:
+    draw, numbers = partial(_draw, folder, full), range(len(jobs(full)))
+    drawn, written = 0, -math.inf
+
+    def waited(stage: str, results: Iterator[Any]) -> list[Any]:
+        return [(one, step(stage))[0] for one in results]
+
+    def grown(stage: str, results: Iterator[Any]) -> None:
+        nonlocal drawn, written
+        for _ in results:
+            step(stage)
+            drawn += 1
+            if time.monotonic() > written + GROWS:
+                page.write(folder, f"{drawn} of {len(numbers)} figures and tables are drawn")
+                written = time.monotonic()
+
     with _workers() as each:
-        first = each(partial(_draw, folder, full), numbers[:1])  # a figure to look at while the others wait
-        compiled = each(_compile, sharing() if each is not map else [])
-        waited("drawing", first)
+        grown("drawing", each(draw, numbers[:2]))
+        compiled = each(partial(_compile, full), compiled_ahead(full) if each is not map else [])
+        figures = each(draw, numbers[2:])
+        parts = each(partial(failures.part, folder, False), range(failures.count()) if full else ())
+        judged, found = each(_judged, chapters()), each(call, sentences.SENTENCES)
         waited("compiling", compiled)
-        drawn = each(partial(_draw, folder, full), numbers[1:])
-        parts = each(partial(failures.part, folder, full), range(failures.count()))
-        judged = each(claims.judged, claims.CLAIMS)
-        waited("drawing", drawn)
-        outcomes = failures.joined(folder, waited("where methods fail", parts))
-        judgements = waited("judging", judged)
-        catalogue = [catalogue_row(name) for name in schemes()]
-        of_chapter_4 = [property_row(case) for case in parameter_sets()]
-        tables(folder, catalogue, of_chapter_4)
-        claims.write(folder, judgements)
-        page.write(folder)  # to be read while the rest is timed, and kept if that is interrupted
-        timed = waited("timing", (job(folder) for job in precision.jobs(full)))  # nothing else runs beside these
-        waited("drawing times", each(call, timed))
-    page.write(folder)
-    return Results(catalogue, of_chapter_4, outcomes, judgements)
+        grown("drawing", figures)
+        outcomes = failures.joined(folder, waited("where methods fail", parts)) if full else []
+        ledger = [judgement for own in waited("judging", judged) for judgement in own]
+        results = Results(ledger, waited("judging", found), outcomes)
+        tables(folder, [catalogue_row(name) for name in schemes()], [property_row(case) for case in parameter_sets()])
+        claims.write(folder, results.claims)
+        sentences.write(folder, results.found)
+        if full:
+            page.write(folder, "times are being measured")
+            timed = waited("timing", (job(folder) for job in precision.jobs(False)))  # nothing else runs beside these
+            waited("drawing times", each(call, timed))
+    return results

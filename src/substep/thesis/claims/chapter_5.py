@@ -126,13 +126,13 @@ def claim_5_4() -> tuple[Verdict, str]:
     )
 
 
-def _apart(march: March) -> dict[Parameters, float]:
+def distances(march: March) -> dict[Parameters, float]:
     """Largest distance in m from Bathe's position at the same time."""
     found = runs(march)
     return {key: float(np.linalg.norm(found[key].u - found[None].u, axis=1).max()) for key in SETS}
 
 
-def _rings(march: March) -> float:
+def rings_apart(march: March) -> float:
     """Largest difference in m between a scheme's and Bathe's least or greatest distance from the pivot."""
     radii = {key: np.linalg.norm(run.u, axis=1) for key, run in runs(march).items()}
     rings = {key: np.array([r.min(), r.max()]) for key, r in radii.items()}
@@ -143,12 +143,12 @@ def claim_5_5() -> tuple[Verdict, str]:
     """Distances from the positions of Bathe's scheme at the same time, and differences of the rings that paths fill."""
     parts, texts = [], []
     for march in MARCHES:
-        apart, close = _apart(march), VISIBLE * march.scene.length
+        apart, close = distances(march), VISIBLE * march.scene.length
         agreeing = [key for key, distance in apart.items() if distance <= close]
-        parts += [len(agreeing) == len(SETS), _rings(march) <= close]
+        parts += [len(agreeing) == len(SETS), rings_apart(march) <= close]
         texts.append(
             f"{where(march)}: within {close:.2g} m for {len(agreeing)} of {len(SETS)} sets, at most "
-            f"{max(apart.values()):.3g} m; rings differ by {_rings(march):.2g} m"
+            f"{max(apart.values()):.3g} m; rings differ by {rings_apart(march):.2g} m"
         )
     return overall(*parts), (
         "without their time all curves fill one ring; positions at the same time part, distance from Bathe's over "
