@@ -5,11 +5,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+import sympy as sp
 from declared import BY_NAME, NAMES
 from hypothesis import given
 from hypothesis import strategies as st
 from mpmath import mp, mpf
 from plain_kernels import committed
+from substep_derive import Balance, N, Parameter, Scheme, f, h, knot
 
 import substep as ss
 from substep.core import kernel_modules
@@ -112,7 +114,7 @@ def test_pairs_have_thirty_digits(numbers: list[float]) -> None:
 
 
 def _powers(by: Any, x: Any) -> tuple[Any, ...]:
-    return x**2, x**3, -x, 2 - x, 1 / x, x / 4, 3 * x, x - 1, x + 1, -0.0 * x, 0.5, x
+    return x**2, x**3, -x, 2 - x, 1 / x, x / 4, 3 * x, x - 1, x + 1, -0.0 * x, 0.5, x, x**-2, x**0, x**-1
 
 
 @pytest.mark.parametrize("compiled", [True, False])
@@ -122,7 +124,23 @@ def test_a_point_among_others_is_the_point_alone(n: int, compiled: bool, monkeyp
     if not compiled:
         monkeypatch.setattr(kernel_modules, "committed", committed)
     found = evaluated(_powers, n, [x])
-    exact = x * x, x * x * x, -x, 2 - x, 1 / x, x / 4, 3 * x, x - 1, x + 1, -0.0 * x, 0.5 + 0 * x, x
+    exact = (
+        x * x,
+        x * x * x,
+        -x,
+        2 - x,
+        1 / x,
+        x / 4,
+        3 * x,
+        x - 1,
+        x + 1,
+        -0.0 * x,
+        0.5 + 0 * x,
+        x,
+        1 / (x * x),
+        1 + 0 * x,
+        1 / x,
+    )
     assert np.array_equal(found, np.array(exact))
     assert np.signbit(found[9]).all()
     for k in range(n):
@@ -142,10 +160,47 @@ def test_rows_are_used_again() -> None:
     np.testing.assert_allclose(evaluated(long, 2, [np.array([0.5, 0.25])]), [[2.0, 4.0 / 3.0]])
 
 
-@pytest.mark.parametrize("exponent", [0, -1, 0.5])
-def test_a_power_that_is_no_product_is_refused(exponent: Any) -> None:
+def test_a_power_that_is_no_rational_function_is_refused() -> None:
     def power(by: Any, x: Any) -> tuple[Any, ...]:
-        return (x**exponent,)
+        return (x**0.5,)
 
-    with pytest.raises(TypeError, match="whole power from 1 on"):
+    with pytest.raises(TypeError, match="expected a whole power"):
         evaluated(power, 1, [np.ones(1)])
+
+
+def weighted(weight: sp.Expr, gamma: sp.Symbol) -> Scheme:
+    """Newmark's step with beta = gamma/2 whose load is weighted, and taken twice with weights whose sum is 1."""
+    u0, v0, a0 = knot(0)
+    u1, v1, a1 = end = knot(1)
+    load = weight * f(0) + (1 - weight) * f(1)
+    return Scheme(
+        "weighted",
+        {u1: u0 + h * v0 + h**2 * ((1 - gamma) * a0 + gamma * a1) / 2, v1: v0 + h * ((1 - gamma) * a0 + gamma * a1)},
+        (Balance(end.a, end.v, N(end.u), load),),
+        (Parameter(gamma, sp.Interval(sp.Rational(1, 2), 2), sp.Rational(3, 5)),),
+    )
+
+
+@pytest.mark.usefixtures("plain_functions")
+@pytest.mark.parametrize(
+    "weight",
+    ["1/gamma**2", "gamma**-3/(1 + gamma**2)", "(gamma - 3)**(-2)", "1/(1/gamma + 1/(gamma + 1))**2", "gamma**0"],
+)
+def test_any_rational_function_of_the_parameters_weights_a_load(
+    weight: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Against the step written out: solved for a_1 number by number."""
+    tmp_path.chmod(0o700)
+    monkeypatch.setenv("SUBSTEP_CACHE", str(tmp_path))
+    gamma, g, xi, dt, n = sp.Symbol("gamma"), 0.7, 0.1, 0.2, 25
+    s = ss.scheme(weighted(sp.sympify(weight, {"gamma": gamma}), gamma), gamma=g)
+    w = float(sp.sympify(weight, {"gamma": gamma}).subs(gamma, g))
+    scene = ss.scene("linear_oscillator", omega=2.0, xi=xi, load=ss.Harmonic(1.0, 3.0))
+    found = ss.march(scene, s, dt=dt, t_end=n * dt).u[:, 0]
+    u, v, t = 1.0, 0.0, dt * np.arange(n + 1)
+    loads, a = np.sin(3.0 * t), float(scene.a0[0])
+    for k in range(n):
+        p, q = u + dt * v + dt**2 * (1 - g) / 2 * a, v + dt * (1 - g) * a
+        a = (w * loads[k] + (1 - w) * loads[k + 1] - 4 * xi * q - 4 * p) / (1 + 4 * xi * dt * g + 4 * dt**2 * g / 2)
+        u, v = p + dt**2 * g / 2 * a, q + dt * g * a
+        assert found[k + 1] == pytest.approx(u, rel=1e-12, abs=1e-13)

@@ -217,6 +217,11 @@ class Algebraic:
     def __str__(self) -> str:
         return f"{self.value} where {self.definition}"
 
+    def __float__(self) -> float:
+        """The nearest float."""
+        field = Field(self)
+        return field.nearest(field.number(self.value))
+
     def _with(self, other: Any, combine: Callable[..., Expr], *, swapped: bool = False) -> "Algebraic":
         if isinstance(other, Algebraic) and not self.shares_generator(other):
             raise ValueError(f"two different algebraic numbers: {self} and {other}; use functions of a single one")

@@ -131,9 +131,11 @@ class _Number:
     def __neg__(self) -> "_Number":
         return self._record.double("multiply", (-1.0,), (self,))
 
-    def __pow__(self, exponent: Any) -> "_Number":
-        if not isinstance(exponent, int) or exponent < 1:
-            raise TypeError(f"expected a whole power from 1 on in a formula, got {exponent!r}; write 1/x**n for others")
+    def __pow__(self, exponent: Any) -> "_Number | float":
+        if not isinstance(exponent, int):
+            raise TypeError(f"expected a whole power in a formula, got {exponent!r}: formulas are rational functions")
+        if exponent < 1:
+            return 1.0 / self**-exponent if exponent else 1.0
         half = self ** (exponent // 2) if exponent > 1 else None
         square = None if half is None else half * half
         return self if square is None else square * self if exponent % 2 else square

@@ -26,6 +26,24 @@ def require_memory(shape: Iterable[int], cure: str) -> None:
         )
 
 
+def require_histories(steps: int, stride: int, row: int, step: int) -> None:
+    """Raises MemoryError for a run whose histories do not fit in memory.
+
+    row: numbers that are kept every stride-th step; step: those that are kept of each step.
+    """
+    have = available_memory()
+    need = 8 * ((steps // stride + 1) * row + steps * step)
+    if have is None or need <= have:
+        return
+    cure = "take a longer dt or an earlier t_end"
+    if (rest := have // 2 - 8 * steps * step) > 0:
+        cure = f"{cure}, or keep fewer rows with stride={math.ceil(8 * steps * row / rest)}"
+    raise MemoryError(
+        f"expected the histories to fit in memory, got {steps:.6g} steps, which take {need / 1e9:.3g} GB, of "
+        f"{have / 1e9:.3g} GB free; {cure}"
+    )
+
+
 def require_factors(unknowns: int, need: float) -> None:
     """Raises MemoryError for factors of at least `need` bytes that do not fit in memory."""
     have = available_memory()

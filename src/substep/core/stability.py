@@ -87,10 +87,10 @@ def amplitude_error(numerical_damping: Array) -> Array:
 def power_norm(scheme: "Scheme", Omega: ArrayLike, xi: ArrayLike, n: int) -> Array:
     """The largest of ||A||, ||A^2||, ..., ||A^n|| in the energy norm of (omega*u, v, a/omega); inf on overflow.
 
-    Raises ValueError for n < 1 and for Omega = 0.
+    Raises ValueError for an n that is no whole number from 1 on, and for Omega = 0.
     """
-    if n < 1:
-        raise ValueError(f"expected n >= 1 powers, got {n}; give how many powers of A are looked at")
+    if isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 1:
+        raise ValueError(f"expected n >= 1 powers, a whole number, got {n!r}; give how many powers of A are looked at")
     omega = non_negative("Omega", Omega)
     if (omega == 0).any():
         raise ValueError("expected Omega > 0, got 0, where the energy does not depend on u; give a positive Omega")

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..core.arrays import Array
 from ..core.errors import called_as, real_number, require_numbers, unknown_name
+from ..core.memory import require_histories
 from ..core.response import STATUSES, Response, Status
 from ..core.scenes import Scene, scene_info, scenes
 from ..core.scenes import scene as make_scene
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from ..derived.modules import Declaration
 
 CHOSEN = ("rtol", "atol", "dt_first", "dt_min", "dt_max", "grid", "rung")  # arguments of `march` for chosen steps
+MOST_STEPS = 2**53  # beyond, not every whole number is a double
 
 
 def require_stride(stride: Any) -> None:
@@ -55,8 +57,16 @@ def require_in_order(function: str, scene: Any, scheme: Any) -> None:
 
 
 def number_of_steps(dt: float, t_end: float) -> int:
-    """t_end/dt. Raises ValueError, which names the two nearest t_end, unless it is whole to 1e-9, relative."""
+    """t_end/dt. Raises ValueError, which names the two nearest t_end, unless it is whole to 1e-9, relative.
+
+    So it does for more steps than a double counts one by one.
+    """
     ratio = t_end / dt
+    if not ratio <= MOST_STEPS:
+        raise ValueError(
+            f"expected at most 2**53 steps, got t_end/dt = {t_end:.12g}/{dt:.12g} = {ratio:.3g}; take a longer dt or an "
+            "earlier t_end"
+        )
     n = round(ratio)
     if abs(ratio - n) > 1e-9 * max(1.0, ratio) or n == 0:
         low = math.floor(ratio)
@@ -134,7 +144,9 @@ def march(
     dt = real_number("dt", dt, positive=True)
     n = number_of_steps(dt, t_end)
     if scene.info.oscillator:
+        require_histories(n, stride, 3, 0 if bound == math.inf else 3)
         return _oscillator_response(scene, scheme, dt, n, bound, stride)
+    require_histories(n, stride, 3 * scene.u0.shape[-1], scheme.balances + scheme.info.loads * scene.info.sampled)
     lanes = march_lanes(
         scene, scheme, np.array([dt]), np.array([n]), bound=bound, stride=stride, history=True, counts=True
     )

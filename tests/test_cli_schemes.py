@@ -1,0 +1,61 @@
+"""Every command that takes a scheme, for every scheme of the catalogue."""
+
+import inspect
+import os
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from declared import NAMES, UNDAMPED
+from typer.testing import CliRunner
+
+from substep.cli.commands import app
+
+VERIFY = bool(os.environ.get("SUBSTEP_VERIFY"))
+# a command line for a scheme, {} its name; those that the gate runs for every scheme first, as they derive little
+CHEAP = {"certify": "certify {}", "emit": "emit {} --language python"}
+DEAR = {
+    "show": "show {}",
+    "conditions": "conditions {}",
+    "estimator": "estimator {}",
+    "chart": "chart {} -o chart.png",
+    "run": "run duffing {} --dt 0.01 --t-end 0.02",
+}
+# commands whose schemes are many, found by the command itself, or integrators of other programs
+OTHERS = {
+    "schemes",
+    "scenes",
+    "explorer",
+    "choose",
+    "spectrum",
+    "equivalences",
+    "design",
+    "audit",
+    "failures",
+    "claims",
+}
+OTHERS |= {"reproduce"}
+SOME = NAMES if VERIFY else NAMES[:: len(NAMES) // 3]
+RUNS = [(command, name) for command in CHEAP for name in NAMES] + [(command, name) for command in DEAR for name in SOME]
+
+
+def test_no_command_is_left_out() -> None:
+    callbacks: list[Callable[..., Any]] = [c.callback for c in app.registered_commands if c.callback]
+    commands = {c.name or f.__name__.replace("_", "-") for c, f in zip(app.registered_commands, callbacks, strict=True)}
+    assert commands == CHEAP.keys() | DEAR.keys() | OTHERS
+    one = {"name", "scheme_name"}
+    taking = {f.__name__ for f in callbacks if one & inspect.signature(f).parameters.keys()}
+    assert CHEAP.keys() | DEAR.keys() <= taking | {"chart"}
+
+
+@pytest.mark.usefixtures("plain_functions", "uncompiled")
+@pytest.mark.parametrize(("command", "name"), RUNS)
+def test_a_command_ends_with_a_result_or_a_reason(
+    command: str, name: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Any
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    result = CliRunner().invoke(app, {**CHEAP, **DEAR}[command].format(name).split())
+    assert result.exception is None or isinstance(result.exception, SystemExit), repr(result.exception)
+    refused = command == "conditions" or (command, name in UNDAMPED) == ("run", True)
+    assert result.exit_code == 0 or (refused and result.exit_code == 2), result.output
+    assert result.output
