@@ -111,6 +111,18 @@ def test_an_account_goes_on_to_the_bit_where_a_force_takes_velocities(tmp_path: 
     same(march(4.0, save=tmp_path / "run"), whole)
 
 
+@pytest.mark.parametrize("start", [{"u0": 0.1}, {"u0": 0.0, "load": PUSH}], ids=["drawn", "pushed"])
+def test_forces_that_differ_in_their_damping_only_are_two_marches_also_from_rest(tmp_path: Any, start: Any) -> None:
+    def march(c: float, t_end: float = 1.0) -> Any:
+        drag = ss.structure(M, internal_force=lambda u, v: K @ u + c * v, tangent=lambda u, v: (K, c * M), **start)
+        return ss.march(drag, "bathe", 0.1, t_end, save=tmp_path / "run", account=False)
+
+    march(0.1)
+    assert march(0.1, 2.0).status == "completed"
+    with pytest.raises(ValueError, match="internal force"):
+        march(0.2, 3.0)
+
+
 @pytest.mark.filterwarnings("ignore:.* has (dissipated|gained)")
 @pytest.mark.parametrize("scheme", [s.name for s in ALL])
 def test_a_saved_march_is_continued_to_a_later_end(tmp_path: Any, scheme: str) -> None:

@@ -186,6 +186,7 @@ class ChosenSteps:
 
     def _taken(self, march: StructureSteps, X: Array, rows: Array, end: float, middle: float, h: float) -> Taken:
         """Go on from the end of a step."""
+        march.look(X, [self.t + system.instant * h for system in march.steps.systems])
         if self.carries:
             own = self.known.get(("end", "a"))
             self.known["start", "a"] = self.forces.acceleration(end, middle, *rows[:2]) if own is None else own.copy()

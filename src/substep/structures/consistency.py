@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
+from .internal_force import ROUNDING
 from .structure import Structure
 
 REACH = 1e-6  # of the displacements, relative to the largest at the start, or to 1 if that is smaller
 TOLERANCE = 1e-2  # relative; a tangent by finite differences is far within it
-ROUNDING = 64 * np.finfo(np.float64).eps
 
 
 def require_finite_start(structure: Structure) -> None:
@@ -39,12 +39,15 @@ def require_own_tangent(structure: Structure, who: str) -> None:
 
 
 def require_own_potential(structure: Structure, who: str) -> None:
-    """Raises ValueError where the potential does not change by the work of the internal force; who relies on that."""
+    """Raises ValueError where the potential does not change by the work of the internal force at rest.
+
+    who: what relies on that.
+    """
     s, (d, states) = structure, _path(structure)
     assert s.internal is not None
     with np.errstate(all="ignore"):
         energy = [s.internal.energy(u) for u in states[::2]]
-        slopes = [s.internal(0.0, u, s.v0) @ d for u in states]
+        slopes = [s.internal(0.0, u, np.zeros_like(s.v0)) @ d for u in states]
     _require("potential", "the work of internal_force", who, energy, slopes)
 
 

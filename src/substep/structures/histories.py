@@ -28,13 +28,14 @@ WARN = 0.05  # share of the energy beyond which what the scheme dissipates or ga
 class Energies(NamedTuple):
     """Where the account of energy stands: the last u and v, `both` (2, n), what follows from them, and the sums so far.
 
-    held: internal force N(u) (n,). resisted: C times the change of u in the last step, and C v, (2, n); None without
-    damping. loads (J,): the values of the loads' functions. moved (J, 2): inner products of the load vectors with u, v.
+    held: K u (n,), or the part of an internal force that `worked_at` returns, if any. resisted: C times the change of u
+    in the last step, and C v, (2, n); None without damping. loads (J,): the values of the loads' functions. moved
+    (J, 2): inner products of the load vectors with u, v.
     quadrature: as in `Account`.
     """
 
     both: Array
-    held: Array
+    held: Array | None
     resisted: Array | None
     loads: Array
     moved: Array
@@ -55,15 +56,16 @@ class Energies(NamedTuple):
         if s.internal is None and isinstance(s.C, Rayleigh):
             by_mass, by_stiffness = products(s.M, moving), products(s.K, both)
             held, inertia = by_stiffness[0].copy(), by_mass[1]
-            if before is not None:
+            if before is not None and before.held is not None:
                 by_stiffness[0] -= before.held
             resisted = s.C.alpha * by_mass + s.C.beta * by_stiffness
         else:
-            held, inertia = s.restoring(t, u, v), products(s.M, moving[1:])[0]
+            held, inertia = worked_at(s, t, u, v), products(s.M, moving[1:])[0]
             if s.C is not None:
                 resisted = products(s.damping, moving)
         strain = 0.0
         if s.internal is None:
+            assert held is not None
             strain = 0.5 * dot(u, held)
         elif s.internal.potential is not None:
             strain = s.internal.energy(u)
@@ -79,28 +81,31 @@ class Energies(NamedTuple):
         """After a step of length h to u, v, `both` (2, n), at the time t, under these loads (J,), `half` at its middle.
 
         The rules of the work take products of forces and motions. Here these are rows: motions over the change of u and
-        v at both ends, forces over the loads and, where the work of the internal force is its strain energy, that force
-        at the start, the middle and the end; `known` are the inner products of what they are rows over.
+        v at both ends, forces over the loads and what there is of an internal force to add up, at the start, the middle
+        and the end; `known` are the inner products of what they are rows over.
         """
         between = None
-        if s.internal is not None and s.internal.potential is None:
-            # before the force at the end, which the next step takes again
-            between = s.restoring(t - 0.5 * h, *middle(self.both[0], both[0], self.both[1], both[1], h))
+        if s.internal is not None:  # before the force at the end, which the next step takes again
+            between = worked_at(s, t - 0.5 * h, *middle(self.both[0], both[0], self.both[1], both[1], h))
         new = Energies.of(s, both, t, loads, self)
         motions = np.array([both[0] - self.both[0], self.both[1], both[1]])
         change, *ends = np.eye(3)
         forces = [self.loads, half, loads]
         known = np.column_stack([new.moved[:, 0] - self.moved[:, 0], self.moved[:, 1], new.moved[:, 1]])
         work, damped = 0.5 * float((self.loads + loads) @ known[:, 0]), 0.0
-        if between is not None:
+        if s.internal is not None and self.held is not None and between is not None and new.held is not None:
             of_force = inner_products(np.array([self.held, between, new.held]), motions)
-            new = new._replace(strain=self.strain + 0.5 * float(of_force[0, 0] + of_force[2, 0]))
+            own = 0.5 * float(of_force[0, 0] + of_force[2, 0])
+            if s.internal.potential is None:
+                new = new._replace(strain=self.strain + own)
+            else:
+                damped += own
             known = np.concatenate([known, of_force])
             forces = [np.append(values, -row) for values, row in zip(forces, np.eye(3), strict=True)]
         finer = float(of_work(forces, change, ends, h, lambda force, motion: force @ known @ motion))
         if new.resisted is not None and self.resisted is not None:
             by_damping = inner_products(motions, np.array([new.resisted[0], self.resisted[1], new.resisted[1]]))
-            damped = float(by_damping[0, 0]) / h
+            damped += float(by_damping[0, 0]) / h
             finer -= float(of_damped((change, change), ends, ends, h, lambda x, y: x @ by_damping @ y))
         return new._replace(work=self.work + work, damped=self.damped + damped, quadrature=self.quadrature + finer)
 
@@ -114,6 +119,18 @@ class Energies(NamedTuple):
     def row(self) -> tuple[float, float, float, float, float]:
         """Kinetic and strain energy, work, damped energy and quadrature."""
         return self.kinetic, self.strain, self.work, self.damped, self.quadrature
+
+
+def worked_at(s: Structure, t: float, u: Array, v: Array) -> Array | None:
+    """What the account of energy takes the work of: K u (n,), or that part of an internal force which no potential has.
+
+    That part is all of a force without a potential, whose work is its strain energy, and else what velocities add to
+    it, whose work is damped energy; None for a force of u alone with a potential.
+    """
+    force = s.internal
+    if force is None or force.potential is None:
+        return s.restoring(t, u, v)
+    return force.damping(t, u, v) if force.reads > 1 else None
 
 
 class Histories:

@@ -3,6 +3,7 @@
 import inspect
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -11,12 +12,15 @@ from ..core.arrays import Array, dot
 from ..core.errors import float_array, real_number
 from .matrices import Matrix, checked, reduced
 
+ROUNDING = 64 * np.finfo(np.float64).eps  # of a force, within which two of its values are the same
+
 
 @dataclass(eq=False)
 class InternalForce:
     """N(t, u, v) (n,), its tangent (n, n) and its potential, if given, from functions of all N displacements T q.
 
-    The last two forces are kept: a scheme that takes the force at both ends of a step computes each but once.
+    The last two forces are kept: a scheme that takes the force at both ends of a step computes each but once. A
+    potential is that of the force at rest, N(t, u, 0); the rest of the force is its damping.
     """
 
     T: Matrix
@@ -46,10 +50,22 @@ class InternalForce:
         self.kept = [(t, u.copy(), v.copy(), found), *self.kept[:1]]
         return found
 
-    @property
+    @cached_property
     def reads(self) -> int:
         """1 for N(u), 2 for N(u, v), 3 for N(t, u, v)."""
         return _arguments(self.force)
+
+    def damping(self, t: float, u: Array, v: Array) -> Array:
+        """What velocities add to the force (n,): N(t, u, v) - N(t, u, 0)."""
+        if self.reads < 2:
+            return np.zeros_like(u)
+        at_rest = self(t, u, np.zeros_like(v))
+        return self(t, u, v) - at_rest
+
+    def damps(self, t: float, u: Array, v: Array) -> bool:
+        """Whether the force is another one for v than at rest, by more than rounding."""
+        added = float(np.abs(self.damping(t, u, v)).max())
+        return added > ROUNDING * float(np.abs(self(t, u, v)).max())
 
     def stiffness(self, t: float, u: Array, v: Array) -> tuple[Matrix, Matrix | None]:
         """The derivative of the force by u, and that by v where the user's function gives a pair."""
@@ -68,14 +84,18 @@ class InternalForce:
         return real_number("what potential returns", self.potential(self.T @ u))
 
     def discrete_gradient(self, t: float, old: Array, new: Array, v: Array, mass: Matrix) -> Array:
-        """Gonzalez (1996): the force at the midpoint, corrected along M (new - old): its work is the potential's."""
-        change = new - old
-        middle = self(t, 0.5 * (old + new), v)
+        """Gonzalez (1996): the force at the midpoint, corrected along M (new - old): its work is the potential's.
+
+        That is the force at rest; the damping at the midpoint, for v, is added to it.
+        """
+        change, half = new - old, 0.5 * (old + new)
+        added = self.damping(t, half, v)
+        middle = self(t, half, np.zeros_like(v))
         weight = mass @ change
         square = dot(change, weight)
-        if square == 0.0:
-            return middle
-        return middle + (self.energy(new) - self.energy(old) - dot(middle, change)) / square * weight
+        if square != 0.0:
+            middle = middle + (self.energy(new) - self.energy(old) - dot(middle, change)) / square * weight
+        return middle + added
 
     def _called(self, function: Callable[..., Any], t: float, u: Array, v: Array) -> Any:
         given = (t, self.T @ u, self.T @ v)

@@ -47,13 +47,18 @@ def march_structure(
 
     dofs: names or numbers of the degrees of freedom to keep, all by default. stride: keep every stride-th step.
     account: whether to add up energies, at a product with each of M and K a step, two that read it once where there is
-    damping, and one internal force more where that has no potential. A warning is given where the scheme has dissipated
-    or gained more than 5 % of the energy in play, beyond what the work is uncertain by, and where M or K is not
-    symmetric, so that there is no account. save: a folder for a Zarr store, written as the march goes on; the same call
-    again, or one with a later t_end, goes on from the last checkpoint, even after a kill, and gives the same to the
-    bit. progress: a bar on the terminal once a second has passed. newton: "simplified" keeps a tangent while the
-    iteration contracts by a factor of 5, "full" takes one in every iteration; line_search: halve a correction by which
-    the residual grows.
+    damping, and one internal force more where that has no potential, or four where it has one and takes v. A warning is
+    given where the scheme has dissipated or gained more than 5 % of the energy in play, beyond what the work is
+    uncertain by, and where M or K is not symmetric, so that there is no account. save: a folder for a Zarr store,
+    written as the march goes on; the same call again, or one with a later t_end, goes on from the last checkpoint, even
+    after a kill, and gives the same to the bit. progress: a bar on the terminal once a second has passed. newton:
+    "simplified" keeps a tangent while the iteration contracts by a factor of 5, "full" takes one in every iteration;
+    line_search: halve a correction by which the residual grows.
+
+    Damping may be in an internal force that takes v. A scheme of u'' = g(t, u) refuses it, at the start and, by one
+    evaluation of such a force a step, when it sets in later. Where coefficients of a scheme take C, as those of
+    KR-alpha do, they take the derivative of the force by v at the start besides; a warning is given when the damping
+    has become another.
 
     tol: steps are chosen in place of dt, by the estimates and the controller of scenes (docs/adaptive.md). A step is
     accepted if the root of the mean square of its estimated errors of u and v over all free degrees of freedom, each
@@ -82,6 +87,7 @@ def march_structure(
         )
         account = False
     require_stride(stride)
+    t_end = real_number("t_end", t_end, positive=True)
     kept = structure.kept(dofs)
     iteration = Iteration(newton == "full", line_search)
     if tol is not None:

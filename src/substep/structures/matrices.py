@@ -105,6 +105,15 @@ def combination(terms: Sequence[tuple[float, Matrix]]) -> Matrix:
     return Updated(found, low)
 
 
+def added(A: Matrix, B: Matrix) -> Matrix:
+    """A + B, known by its products only where one of them is so, or of low rank."""
+    from scipy.sparse.linalg import aslinearoperator  # noqa: PLC0415
+
+    if any(is_operator(x) or isinstance(x, LowRank) for x in (A, B)):
+        return aslinearoperator(_operand(A)) + aslinearoperator(_operand(B))
+    return A + B
+
+
 def _operand(matrix: Matrix) -> Any:
     return matrix.operator() if isinstance(matrix, LowRank) else matrix
 

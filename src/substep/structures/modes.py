@@ -197,10 +197,11 @@ class Modes:
 def modes_of(structure: Structure, n: int) -> Modes:
     """The n lowest modes; raises as `eigenmodes` does."""
     omega, shapes, statics = eigenmodes(structure, n)
-    if structure.C is None:
+    C = structure.at_start.C
+    if C is None:
         damping = np.zeros((n, n))
-    elif isinstance(structure.C, Rayleigh):
-        damping = np.diag(structure.C.alpha + structure.C.beta * omega**2)
+    elif isinstance(C, Rayleigh):
+        damping = np.diag(C.alpha + C.beta * omega**2)
     else:
-        damping = shapes.T @ (structure.C @ shapes)
+        damping = shapes.T @ (C @ shapes)
     return Modes(structure, omega, shapes, damping, statics)

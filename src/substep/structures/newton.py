@@ -90,6 +90,12 @@ class NonlinearSystem:
         """
         X[self.place] = self._solved(X, load, t)
 
+    def taken_at(self, X: Array) -> tuple[Array, Array | None]:
+        """u and v, None where it takes none, at which a complete X (V, n) has the last of its forces."""
+        row, velocity = self.system.displacements[-1], self.system.velocity
+        u, v = (self._at(x, X, X[self.place] if x[self.place] else None) for x in (row, velocity))
+        return u, v if velocity.any() else None
+
     def _solved(self, X: Array, load: Array | None, t: float) -> Array:
         j = self.place
         known = self._linear(X[:j], slice(0, j)) - (0.0 if load is None else load)
@@ -108,7 +114,7 @@ class NonlinearSystem:
         previous, fresh = 0.0, False  # the size of the correction before, 0 if it was another tangent's
         for self.count in range(1, ITERATIONS + 1):
             if self.solve is None or self.iteration.full:
-                self.taken = t, np.array([self._at(self.system.damping, X, z), *self._displacements(X, z)])
+                self.taken = t, np.array([self._at(self.system.velocity, X, z), *self._displacements(X, z)])
                 try:
                     self.solve, fresh = self._factorized(*self.taken), True
                 except ValueError as error:
@@ -168,7 +174,7 @@ class NonlinearSystem:
 
     def _force(self, X: Array, z: Array | None, t: float) -> Array:
         s = self.system
-        v = self._at(s.damping, X, z)
+        v = self._at(s.velocity, X, z)
         total = np.zeros(X.shape[1])
         for w, row in s.forces:
             total += w * self.internal(t, self._at(row, X, z), v)

@@ -6,7 +6,7 @@ vectors of the state and of the unknowns of the systems, in the order in which t
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, cached_property
 from types import ModuleType
 from typing import Any
 
@@ -41,6 +41,15 @@ class System:
     def displacements(self) -> list[Array]:
         """The rows of the displacements at which it takes the internal force; of a discrete gradient the later one."""
         return [row for _, row in self.forces] + [row for _, _, row in self.differences]
+
+    @cached_property
+    def velocity(self) -> Array:
+        """The row of the velocity at which it takes the internal force: what C multiplies, over the sum of all w.
+
+        That sum is 1 where the system is a balance as it stands, and -1 where it is the negative of one.
+        """
+        total = sum(w for w, _ in self.forces) + sum(w for w, _, _ in self.differences)
+        return self.damping / (round(total, 12) or 1.0)
 
     def moves_force(self, of_velocity: bool) -> bool:
         """Whether the internal force, of displacements or of velocities too, depends on the unknown."""

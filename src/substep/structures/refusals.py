@@ -7,16 +7,24 @@ from .low_rank import LowRank
 from .matrices import asymmetry, indefinite, is_operator
 from .plan import start_of, step_of
 from .structure import Structure
+from .velocity import (
+    OF_DISPLACEMENTS,
+    damped_at_start,
+    needs_no_damping,
+    require_tangent_by_velocity,
+    takes_damping_at_start,
+)
 
 
 def require_suited(structure: Structure, scheme: Scheme, h: float) -> None:
     """Raises ValueError for a scheme, or the one that starts it, that is not for this structure in steps of h.
 
-    Damping is not for a scheme of u'' = g(t, u). Degrees of freedom without mass are not for a scheme none of whose
-    balances has K on its unknown: what it computes of them is nothing the equation of motion says, or not defined. An
-    internal force without a potential is not for a discrete gradient, one without a tangent only for a scheme that
-    takes it where all is known. An internal force has to be finite at the start, and what of its tangent and potential
-    the result depends on has to belong to it.
+    Damping, also that of an internal force at the start, is not for a scheme of u'' = g(t, u). Degrees of freedom
+    without mass are not for a scheme none of whose balances has K on its unknown: what it computes of them is nothing
+    the equation of motion says, or not defined. An internal force without a potential is not for a discrete gradient,
+    one without a tangent only for a scheme that takes it where all is known, and one that depends on v only with its
+    derivative by v for a scheme that takes the damping at the start. An internal force has to be finite at the start,
+    and what of its tangent and potential the result depends on has to belong to it.
     """
     require_finite_start(structure)
     one: Scheme | None = scheme
@@ -28,15 +36,17 @@ def require_suited(structure: Structure, scheme: Scheme, h: float) -> None:
             if force.potential is None and any(x.differences for x in systems):
                 raise ValueError(
                     f"{who} takes a discrete gradient: expected potential= for this structure, got none; give the "
-                    "function whose slope the internal force is, or take another scheme"
+                    "function whose slope the internal force is, or take another scheme, such as average_acceleration"
                 )
             own_start = one.starter is None and one.info.start != "given"
             every = (*systems, *(start_of(one, h).systems if own_start else ()))
             if force.tangent is None and any(x.stiffness.any() or x.moves_force(force.reads > 1) for x in every):
                 raise ValueError(
                     f"{who} takes the tangent of the internal force: expected tangent= for this structure, got none; "
-                    "give it, or take an explicit scheme such as central_difference"
+                    "give it, or take an explicit scheme such as dormand_prince"
                 )
+            if any(takes_damping_at_start(x) for x in every):
+                require_tangent_by_velocity(structure, who)
             by_stiffness = isinstance(structure.C, Rayleigh) and structure.C.beta != 0.0
             if by_stiffness or any(x.stiffness.any() for x in every):  # else the tangent is Newton's alone
                 require_own_tangent(structure, who)
@@ -46,17 +56,22 @@ def require_suited(structure: Structure, scheme: Scheme, h: float) -> None:
             raise ValueError(
                 f"{who} is explicit: expected mass at each degree of freedom, got none at "
                 f"{structure.named(int(structure.massless[0]))}; condense such degrees of freedom, or take an implicit "
-                "scheme"
+                "scheme, such as bathe"
             )
         one = one.starter
 
 
 def require_undamped(structure: Structure, scheme: Scheme, who: str) -> None:
-    """Raises ValueError for a structure with damping and a scheme that takes none; who: what the error calls it."""
-    if structure.C is not None and not scheme.info.damping:
-        raise ValueError(
-            f"{who} is a scheme for u'' = g(t, u): expected a structure without damping; take another scheme"
-        )
+    """Raises ValueError for damping, also in an internal force at the start, and a scheme that takes none.
+
+    who: what the error calls the scheme.
+    """
+    if scheme.info.damping:
+        return
+    if structure.C is not None:
+        raise needs_no_damping(who, "a structure without damping, got one with C")
+    if damped_at_start(structure):
+        raise needs_no_damping(who, f"{OF_DISPLACEMENTS} at the start")
 
 
 def require_definite_mass(structure: Structure) -> None:

@@ -22,8 +22,9 @@ class Account:
     """Energies (n+1,) in the structure's units, in balance: work = kinetic + strain - those at the start + damped +
     numerical + residual.
 
-    work: of the loads, and damped: by the damping matrix, from t = 0, by the trapezoidal rule over each step, in which
-    the average acceleration scheme keeps the balance exactly. quadrature: what a finer rule would add to the work less
+    work: of the loads, and damped: by the damping matrix and, where the internal force has a potential, by what
+    velocities add to it, from t = 0, by the trapezoidal rule over each step, in which the average acceleration scheme
+    keeps the balance exactly. quadrature: what a finer rule would add to the work less
     the damped energy, and less a strain energy that is itself the work of an internal force; see
     `substep.structures.quadrature`. numerical: what the scheme itself has dissipated by both rules, 0 where one finds a
     loss and the other a gain. residual: what is left over, which is known no better than the work is.

@@ -142,7 +142,8 @@ def described(structure: Structure, scheme: Scheme, h: float, t_end: float, **ch
     loads = [(x, repr(g) if is_known(g) else "", values_at(g, instants)) for x, g in structure.loads]
     found["loads"] = _digest(*(part for load in loads for part in load))
     if (force := structure.internal) is not None:
-        sizes = max(reach(structure, t_end), h * rms(structure.v0)), rms(structure.v0)
+        moved = max(reach(structure, t_end), h * rms(structure.v0))
+        sizes = moved, max(rms(structure.v0), moved / t_end)  # of velocities also where it starts at rest
         random, values = np.random.default_rng(0), []
         for t in random.uniform(0.0, t_end, STATES):
             u, v = (size * random.normal(size=structure.size) for size in sizes)

@@ -15,18 +15,23 @@ from .linear import Factors, LinearSystem
 from .newton import Iteration, NonlinearSystem, Tangent
 from .plan import Steps, System, start_of, step_of
 from .structure import Structure
+from .velocity import Watch
 
 BLOCK = 256  # steps for which the loads are sampled at once
 
 
 @dataclass(frozen=True)
 class StructureSteps:
-    """All systems of a plan on a structure, ready to be solved step by step; repeated: see `Steps`."""
+    """All systems of a plan on a structure, ready to be solved step by step; repeated: see `Steps`.
+
+    watch: what looks at the internal force after a step, if need be.
+    """
 
     run: "Run"
     steps: Steps
     systems: tuple[LinearSystem | NonlinearSystem, ...]
     repeated: int | None
+    watch: Watch | None
 
     def loads(self, first: int, count: int) -> list[Array]:
         """For each system the sum of w g(t_n + tau h), (count, J), for the J loads and the steps n from `first` on."""
@@ -80,6 +85,14 @@ class StructureSteps:
                 load = combined(factors[None], shapes.T)[0] if cases is None else shapes @ (factors[:, None] * cases)
             solver.put(X, load, t, ahead)
             ahead = 0
+
+    def look(self, X: Array, times: Sequence[float]) -> None:
+        """Look at the internal force where the last system of a step, with X complete, has taken it; see `Watch`."""
+        for t, solver in list(zip(times, self.systems, strict=True))[::-1] if self.watch is not None else ():
+            if isinstance(solver, NonlinearSystem) and self.watch is not None:
+                u, v = solver.taken_at(X)
+                self.watch.look(t, u, combined(self.steps.report[1:2], X)[0] if v is None else v)
+                return
 
     def times(self, n: int) -> list[float]:
         """The mean instant of the loads of each system in step n of constant length."""
@@ -137,12 +150,12 @@ class Run:
         for solver in systems[-1:]:
             if isinstance(solver, LinearSystem):
                 steps = steps.less(solver.rest)
-        return StructureSteps(self, steps, systems, repeated)
+        return StructureSteps(self, steps, systems, repeated, Watch.of(self.structure, self.scheme, steps))
 
     def _system(self, system: System, last: bool) -> LinearSystem | NonlinearSystem:
         if self.structure.internal is not None and system.displacements:
             return NonlinearSystem(self.structure, system, self.structure.internal, self.iteration)
-        return LinearSystem.of(self.structure, system, last, self.factors, f"a step of {self.scheme.name}")
+        return LinearSystem.of(self.structure.at_start, system, last, self.factors, f"a step of {self.scheme.name}")
 
     def marched(
         self, n: int, state: Array | None = None, done: int = 0, tangents: Sequence[Tangent | None] = ()
@@ -174,7 +187,9 @@ class Run:
             count = min(BLOCK, n - first)
             loads = march.loads(first, count)
             for i in range(count):
-                march.complete(X, [rows[i] for rows in loads], march.times(first + i), advanced=first + i > done)
+                times = march.times(first + i)
+                march.complete(X, [rows[i] for rows in loads], times, advanced=first + i > done)
+                march.look(X, times)
                 yield X, march
                 march.advance(X, after)
                 X, after = after, X

@@ -21,6 +21,7 @@ from .given import Dof, LoadPair, loads_of, names_of, numbered, place_of
 from .internal_force import InternalForce
 from .matrices import (
     Matrix,
+    added,
     asymmetry,
     checked,
     combination,
@@ -78,6 +79,18 @@ class Structure:
         if self.C is None:
             return 0.0 * self.M
         return self.C.matrix(self.M, self.K) if isinstance(self.C, Rayleigh) else self.C
+
+    @cached_property
+    def force_damping(self) -> Matrix | None:
+        """The derivative of the internal force by v (n, n) at the start, where its tangent is a pair; else None."""
+        given = self.internal is not None and self.internal.tangent is not None
+        return self.internal.stiffness(0.0, self.u0, self.v0)[1] if given else None  # type: ignore[union-attr]
+
+    @cached_property
+    def at_start(self) -> "Structure":
+        """As coefficients of schemes and modes know it, which take K at u0: with `force_damping` as part of C."""
+        more = self.force_damping
+        return self if more is None else replace(self, C=more if self.C is None else added(self.damping, more))
 
     @cached_property
     def massless(self) -> NDArray[np.intp]:

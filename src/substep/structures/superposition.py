@@ -27,6 +27,7 @@ from .modes import Modes
 from .refusals import require_linear
 from .response import Account, StructureResponse
 from .structure import structure
+from .velocity import needs_no_damping
 
 ALONE = 1 << 18  # multiplications of a product that OpenBLAS does not share out among threads; see `combine`
 Lanes = tuple[Load | None, Oscillators, Array]  # a load, the lanes under it, and the factor (m,) of each
@@ -127,7 +128,7 @@ def _checked(
     if dt is None:
         raise ValueError("expected dt, a constant step, for modes, got none; give dt, or march the structure with tol")
     if not s.info.damping and modes.damping.any():
-        raise ValueError(f"{s.name} is a scheme for u'' = g(t, u): expected modes without damping; take another scheme")
+        raise needs_no_damping(s.name, "modes without damping, got some that are damped")
     require_stride(stride)
     h = real_number("dt", dt, positive=True)
     return s, h, number_of_steps(h, real_number("t_end", t_end, positive=True))
