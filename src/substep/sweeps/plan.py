@@ -8,45 +8,29 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import cached_property
 from itertools import product
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
+from typing import TYPE_CHECKING, Any, NamedTuple, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..core.entries import SceneInfo, SchemeInfo
-from ..core.errors import inside, number_or_row, real_array, real_number, require_numbers, unknown_name
+from ..core.errors import real_array, real_number
 from ..core.loads import Load, LoadLanes, Record, is_known
 from ..core.scenes import Scene, checked_parameters, make_scene, scene_info
-from ..core.schemes import Array, Scheme, scheme_info
+from ..core.schemes import Scheme
 from ..core.schemes import scheme as make_scheme
 from ..marching.adaptive import ROWS
 from ..marching.linear import LOADED
-from ..marching.run import CHOSEN, number_of_steps
+from ..marching.run import number_of_steps
 from .chosen_steps import check_chosen, step_of
+from .request import RESERVED, Axis, Keep, Owner, asked, checked_end
 
 if TYPE_CHECKING:
     from ..derived.modules import Declaration, SceneDeclaration
 
-Keep = Literal["final", "peak", "history"]
-Owner = Literal["step", "scheme", "scene", "load"]
 MEMORY = 64e6  # bytes that a chunk takes while it is run
 LANE_STEPS = {True: 5e7, False: 4e6}  # linear march or not -> steps of all lanes of a chunk: about 0.2 s on one core
 CHOSEN_STEPS = 2000  # taken for the number of steps of a run that chooses them
 FOR_A_CLUSTER = 2e6  # fewest such steps of a chunk for another process: sending it must take little of the time
-# names in the Dataset that an axis cannot have
-RESERVED = {"t", "coordinate", "balance", "u", "v", "a", "energy", "peak_u", "peak_v", "peak_a", "peak_energy"} | {
-    "status", "n_done", "newton_iterations", "newton_most", "accepted", "rejected", "t_failed"
-}  # fmt: skip
-
-
-@dataclass(frozen=True, eq=False)
-class Axis:
-    """A dimension: its name in the Dataset, whose parameter it is, the parameter's own name, and its values (n,)."""
-
-    name: str
-    owner: Owner
-    key: str
-    values: Array
 
 
 class Chunk(NamedTuple):
@@ -221,55 +205,34 @@ def planned(
 ) -> Plan:  # fmt: skip
     """The checked plan of the arguments of `sweep`. Raises ValueError before anything is run."""
     step, chosen, values = step_of(dt, tol, values)
-    given: dict[Owner, dict[str, Any]] = {"step": {}, "scheme": {}, "scene": {}, "load": {}}
-    handles: dict[Owner, dict[str, Any]] = {"scheme": {}, "scene": {}}
+    of_handle: Mapping[str, Any] = {}
     if isinstance(scene, Scene):
         if a0 is not None or load is not None:
             raise ValueError(
                 f"expected {'a0' if a0 is not None else 'load'} in the scene's handle; give it to ss.scene"
             )
-        a0, load, handles["scene"] = scene.a0_asked, scene.load, dict(scene.parameters)
+        a0, load, of_handle = scene.a0_asked, scene.load, scene.parameters
         _check_scene(scene)
         of_scene = scene.info
     else:
         strain = {"strain": values.pop("strain")} if scene == "elastic_pendulum" and "strain" in values else {}
         of_scene = scene_info(scene, strain)
-    if isinstance(scheme, Scheme):
-        require_numbers(scheme.name, scheme.parameters, "give it as an axis")
-        handles["scheme"] = {key: float(x) for key, x in scheme.given.items()}
-        _check_scheme(scheme)
-    of_scheme = scheme.info if isinstance(scheme, Scheme) else scheme_info(scheme)
-    axes: list[Axis] = []
-    for name, (owner, key), value in _resolved(of_scene, of_scheme, load, {**step, **values}):
-        family = of_scheme.families.get(key) if owner == "scheme" else None
-        for replaced in family.values if family else (key,):
-            handles.get(owner, {}).pop(replaced, None)
-        array = number_or_row(name, value)
-        if array.ndim:
-            axes.append(Axis(name, owner, key, array.copy()))
-        else:
-            given[owner][key] = float(array)
+    own_load = is_dataclass(load) and not isinstance(load, (Record, type))
+    owned: dict[Owner, list[str]] = {
+        "scene": [*of_scene.parameters],
+        "load": [f.name for f in fields(load) if f.init] if own_load else [],  # type: ignore[arg-type]
+    }
+    of_scheme, axes, given = asked(
+        scheme, {**step, **values}, owned, of_handle, f"{of_scene.name}, their load or the step", RESERVED
+    )
     if given["load"]:
         load = replace(load, **given.pop("load"))  # type: ignore[type-var]
-    given |= {owner: {**of_handle, **given[owner]} for owner, of_handle in handles.items()}
-    if keep not in get_args(Keep):
-        raise unknown_name("keep", str(keep), get_args(Keep))
+    t_end = checked_end(keep, t_end)
     bound = math.inf if energy_bound is None else real_number("energy_bound", energy_bound)
-    t_end = real_number("t_end", t_end, positive=True)
     samples = int(samples) if isinstance(samples, np.integer) else samples
-    plan = Plan(of_scene.source, of_scheme.source, given, a0, load, tuple(axes), t_end, keep, samples, bound, chosen)
+    plan = Plan(of_scene.source, of_scheme.source, given, a0, load, axes, t_end, keep, samples, bound, chosen)
     _check(plan)
     return plan
-
-
-def _check_scheme(scheme: Scheme) -> None:
-    """Raise ValueError for a handle that `dataclasses.replace` changed: a sweep makes schemes from `given` alone."""
-    again = make_scheme(scheme.info.source, **scheme.given).parameters
-    for name, value in scheme.parameters.items():
-        if value != again[name]:
-            raise ValueError(
-                f"expected a scheme as ss.scheme makes it, {name} = {again[name]}, got {value}; make it anew"
-            )
 
 
 def _check_scene(scene: Scene) -> None:
@@ -283,54 +246,10 @@ def _check_scene(scene: Scene) -> None:
             )
 
 
-def _resolved(
-    scene: SceneInfo, scheme: SchemeInfo, load: Load | None, values: Mapping[str, Any]
-) -> Iterator[tuple[str, tuple[Owner, str], Any]]:
-    """(name, (owner, key), value) of each value. Raises ValueError for an unknown or ambiguous name."""
-    own_load = is_dataclass(load) and not isinstance(load, (Record, type))
-    owned: dict[Owner, list[str]] = {
-        "scheme": [*scheme.parameters, *scheme.families],
-        "scene": [*scene.parameters],
-        "load": [f.name for f in fields(load) if f.init] if own_load else [],  # type: ignore[arg-type]
-    }
-    prefixed: dict[str, tuple[Owner, str]] = {
-        f"{owner}_{key}": (owner, key) for owner, keys in owned.items() for key in keys
-    }
-    seen: dict[tuple[Owner, str], str] = {}
-    found: tuple[Owner, str]
-    for name, value in values.items():
-        owners: list[Owner] = [owner for owner, keys in owned.items() if name in keys]
-        if name in ("dt", "tol"):
-            found = "step", name
-        elif len(owners) > 1 or (owners and name in RESERVED):
-            choice = " or ".join(f"{owner}_{name}" for owner in owners)
-            whose = " and ".join(owners) if len(owners) > 1 else f"the {owners[0]} and the results"
-            raise ValueError(f"expected whose {name} is meant, which {whose} have; write {choice}")
-        elif owners:
-            found = owners[0], name
-        elif name in prefixed:
-            found = prefixed[name]
-        else:
-            known = [key for keys in owned.values() for key in keys]
-            raise unknown_name(
-                f"a parameter of {scheme.name}, {scene.name}, their load or the step",
-                name,
-                ["dt", "tol", *CHOSEN, *known],
-            )
-        if found in seen:
-            raise ValueError(f"expected {found[1]} of the {found[0]} once, got {seen[found]} and {name}; drop one")
-        seen[found] = name
-        yield name, found, value
-
-
 def _check(plan: Plan) -> None:
     """Raise ValueError for a bad value, before anything is run."""
-    for key, value in plan.given["step"].items():
-        real_number(key, value, positive=True)
     for axis in plan.axes:
-        if axis.owner == "step":
-            inside(axis.name, axis.values, 0.0, None, True, True)
-        elif axis.owner == "load":
+        if axis.owner == "load":
             known = is_known(plan.load) and axis.values.size > 0  # then what is allowed is an interval
             for value in (axis.values.min(), axis.values.max()) if known else axis.values:
                 replace(plan.load, **{axis.key: float(value)})  # type: ignore[type-var]

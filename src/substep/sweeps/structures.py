@@ -7,13 +7,12 @@ one block of right-hand sides; where there is an internal force each case is a c
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.arrays import Array, named
-from ..core.errors import number_or_row, require_numbers, unknown_name
 from ..core.loads import Record
 from ..core.memory import require_memory
 from ..core.response import STATUSES as ENDED
@@ -29,15 +28,18 @@ from ..structures.plan import step_of
 from ..structures.refusals import require_definite_mass, require_suited
 from ..structures.steps import Run
 from ..structures.structure import Structure, damping_of
+from .chosen_steps import step_of as step_of_sweep
 from .chunks import Results
 from .dataset import MEANINGS, NOT_RUN, STATUSES, Variable
-from .plan import Chunk, Keep
+from .plan import Chunk
+from .request import RESERVED, Axis, Keep, asked, checked_end
 
 if TYPE_CHECKING:
     import xarray
 
     from ..derived.modules import Declaration
 
+OWN = {"dof", "damping", "case"}  # dimensions that no axis of numbers can be
 COMPLETED, FAILED, OVERFLOWED = (ENDED.index(name) for name in ("completed", "newton_failed", "non_finite"))
 
 
@@ -45,14 +47,14 @@ COMPLETED, FAILED, OVERFLOWED = (ENDED.index(name) for name in ("completed", "ne
 class StructurePlan:
     """A checked sweep of a structure as plain data, which is all that a worker is sent.
 
-    scheme: name, or a declaration of the user's own. axes: values of those that are numbers, by name. given: numbers
-    that are the same in all points, by name; of both, dt is the step and the others are the scheme's parameters.
+    scheme: name, or a declaration of the user's own. axes: those that are numbers. given: numbers that are the same in
+    all points, by name; of both, dt is the step and the others are the scheme's parameters.
     cases: structures that differ in their loads only, for each damping. several: whether there is an axis of dampings,
     and one of cases. kept: degrees of freedom.
     """
 
     scheme: "str | Declaration"
-    axes: Mapping[str, Array]
+    axes: tuple[Axis, ...]
     given: Mapping[str, float]
     cases: tuple[tuple[Structure, ...], ...]
     several: tuple[bool, bool]
@@ -63,19 +65,19 @@ class StructurePlan:
     @property
     def dims(self) -> dict[str, int]:
         """The sizes of all axes by their names in the Dataset."""
-        sizes = {name: len(values) for name, values in self.axes.items()}
+        sizes = {axis.name: len(axis.values) for axis in self.axes}
         rest = zip(self.several, ("damping", "case"), (len(self.cases), len(self.cases[0])), strict=True)
         return sizes | {name: size for there, name, size in rest if there}
 
     @property
     def points(self) -> int:
         """How many combinations there are of all axes but that of cases."""
-        return math.prod(map(len, self.axes.values())) * len(self.cases)
+        return math.prod(len(axis.values) for axis in self.axes) * len(self.cases)
 
     def point(self, place: int) -> tuple[Scheme, float, tuple[Structure, ...]]:
         """Scheme, step and cases of the combination with this number, in C order."""
-        *places, damping = np.unravel_index(place, (*map(len, self.axes.values()), len(self.cases)))
-        swept = {name: float(x[i]) for (name, x), i in zip(self.axes.items(), places, strict=True)}
+        *places, damping = np.unravel_index(place, (*(len(axis.values) for axis in self.axes), len(self.cases)))
+        swept = {axis.key: float(axis.values[i]) for axis, i in zip(self.axes, places, strict=True)}
         numbers = {**self.given, **swept}
         h = numbers.pop("dt")
         return make_scheme(self.scheme, **numbers), h, self.cases[damping]
@@ -113,7 +115,7 @@ class StructurePlan:
         """A Dataset with the coordinates and attributes of the sweep, without variables."""
         import xarray  # noqa: PLC0415 (on first use)
 
-        coordinates = {name: named(name, x, {}) for name, x in self.axes.items()}
+        coordinates = {axis.name: named(axis.name, axis.values, {}) for axis in self.axes}
         kind = object if self.cases[0][0].names else np.int64
         coordinates["dof"] = named("dof", np.array(self.kept, dtype=kind), {})
         if self.keep == "history":
@@ -149,24 +151,22 @@ def planned_structure(
     """
     if dt is None:
         raise ValueError("expected dt, a step or several, for a sweep of a structure, got none; march each with tol")
-    if keep not in get_args(Keep):
-        raise unknown_name("a choice of what to keep", keep, get_args(Keep))
+    step, _, parameters = step_of_sweep(dt, None, parameters)
+    t_end = checked_end(keep, t_end)
     if load is not None and ground is not None:
         raise ValueError("expected load or ground as the axis of cases, got both; give one")
     loads, records, dampings = (_listed(name, x) for name, x in (("load", load), ("ground", ground), ("C", C)))
-    scheme = make_scheme(scheme)
-    require_numbers(scheme.name, scheme.parameters, "give it as an axis")
-    values = {name: number_or_row(name, x) for name, x in {"dt": dt, **parameters}.items()}
-    axes = {name: x for name, x in values.items() if x.ndim}
-    if keep == "history" and "dt" in axes:
+    info, axes, given = asked(
+        scheme, {**step, **parameters}, {}, {}, "or an argument of the sweep of a structure", RESERVED | OWN
+    )
+    if keep == "history" and any(axis.owner == "step" for axis in axes):
         raise ValueError("expected one dt where histories are kept, got several; keep 'final' or 'peak', or sweep each")
     damped = [structure] if dampings is None else [replace(structure, C=damping_of(structure, c)) for c in dampings]
     cases = tuple(_cases(s, loads, records, direction) for s in damped)
-    if not all(map(len, (*axes.values(), cases, *cases))):
+    if not all(map(len, (*(axis.values for axis in axes), cases, *cases))):
         raise ValueError("expected at least one value on each axis of a sweep, got an axis without; leave it out")
-    numbers = {**scheme.given, **{name: x for name, x in values.items() if not x.ndim}}
     plan = StructurePlan(
-        scheme.info.source, axes, {name: float(x) for name, x in numbers.items() if name not in axes}, cases,
+        info.source, axes, {**given["step"], **given["scheme"]}, cases,
         (C is not None, load is not None or ground is not None), t_end, keep, tuple(structure.kept(dofs)),
     )  # fmt: skip
     *kept, _ = plan.variables.values()
