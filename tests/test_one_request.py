@@ -50,6 +50,13 @@ def test_steps_and_the_end_of_a_run(kind: str) -> None:
             call(dt=0.3, t_end=1.0)
 
 
+@pytest.mark.parametrize("kind", ["structure", "modes"])
+def test_the_end_of_a_choice(kind: str) -> None:
+    for t_end, message in BAD_ENDS.items():
+        with pytest.raises(ValueError, match=f"^expected {re.escape(message)}"):
+            ss.choose(subjects()[kind], 1e-2, t_end=t_end, quantity=0)
+
+
 @pytest.mark.parametrize("kind", ["scene", "structure", "nonlinear"])
 def test_axes_of_a_sweep(kind: str) -> None:
     subject = subjects()[kind]

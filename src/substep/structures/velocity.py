@@ -54,7 +54,7 @@ class Watch:
     """Looks, step by step, whether velocities add to the internal force what a scheme knows of, and no more.
 
     known: the derivative of the force by v (n, n) that the scheme's coefficients take, None for a scheme of
-    u'' = g(t, u). That costs one evaluation of the force a step.
+    u'' = g(t, u). That costs one evaluation of the force a step, of a scheme with such coefficients two.
     """
 
     force: InternalForce
