@@ -1,6 +1,7 @@
 """Functions that hold formulas: recorded once, done at all points by one kernel."""
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np

@@ -64,8 +64,8 @@ def number_of_steps(dt: float, t_end: float) -> int:
     ratio = t_end / dt
     if not ratio <= MOST_STEPS:
         raise ValueError(
-            f"expected at most 2**53 steps, got t_end/dt = {t_end:.12g}/{dt:.12g} = {ratio:.3g}; take a longer dt or an "
-            "earlier t_end"
+            f"expected at most 2**53 steps, got t_end/dt = {t_end:.12g}/{dt:.12g} = {ratio:.3g}; take a longer dt or "
+            "an earlier t_end"
         )
     n = round(ratio)
     if abs(ratio - n) > 1e-9 * max(1.0, ratio) or n == 0:
