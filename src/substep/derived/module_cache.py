@@ -1,26 +1,35 @@
 """Generated modules in the user's cache: printed once, checked, and imported from real files, so that numba can cache
 what it compiles.
+
+Threads and processes that ask for the same module at the same time wait for the one that prints it.
 """
 
 import hashlib
 import importlib.util
 import os
 import sys
-import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from threading import Lock
 from types import ModuleType
 
 import platformdirs
+
+from . import file_lock
+
+_locks: dict[str, Lock] = {}  # of each module, between threads
 
 
 def cache_folder() -> Path:
     """Folder of the user's own modules: $SUBSTEP_CACHE, or the platform's cache folder; made if missing.
 
-    Raises PermissionError if others own it or may write to it, for what lies there is run as code.
+    Raises PermissionError if others own it or may write to it, for what lies there is run as code; OSError if it
+    cannot be made.
     """
     folder = Path(os.environ.get("SUBSTEP_CACHE") or platformdirs.user_cache_dir("substep"))
-    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+    with _cure(folder):
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     found = folder.stat()
     if hasattr(os, "getuid") and (found.st_uid != os.getuid() or found.st_mode & 0o022):
         raise PermissionError(
@@ -31,17 +40,50 @@ def cache_folder() -> Path:
 
 
 def cached_module(declared: str, text: Callable[[], str]) -> ModuleType:
-    """The module of the declarations with the digest `declared`; text() prints it if the cache has no intact file."""
+    """The module of the declarations with the digest `declared`; text() prints it if the cache has no intact file.
+
+    Raises OSError if it has to be printed and the cache folder cannot be written or locked.
+    """
     from substep_derive.emit.stamp import generator_version  # noqa: PLC0415
 
     module_name = f"substep_own_{hashlib.sha256((generator_version() + declared).encode()).hexdigest()[:24]}"
-    module = sys.modules.get(module_name)
-    if module is None:
-        path = cache_folder() / f"{module_name}.py"
-        if not _intact(path):
-            _write(path, text())
-        module = _load(module_name, path)
+    with _locks.setdefault(module_name, Lock()):  # a module is among sys.modules before it has run
+        module = sys.modules.get(module_name)
+        if module is None:
+            path = cache_folder() / f"{module_name}.py"
+            if not _intact(path):
+                _print(path, text)
+            module = _load(module_name, path)
     return module
+
+
+def _print(path: Path, text: Callable[[], str]) -> None:
+    """Print the module, unless another process has done so while this one waited for it."""
+    with _cure(path.parent):
+        file = path.with_suffix(".lock").open("w", encoding="utf-8")
+    with file:
+        with _cure(path.parent):
+            file_lock.lock(file)
+        try:
+            if not _intact(path):
+                printed = text()
+                with _cure(path.parent):
+                    _write(path, printed)
+        finally:
+            file_lock.unlock(file)
+
+
+@contextmanager
+def _cure(folder: Path) -> Iterator[None]:
+    """Say of which folder an error is, and what helps."""
+    try:
+        yield
+    except OSError as error:
+        raise OSError(
+            error.errno,
+            f"expected a cache folder {folder} that can be made, written and locked, got '{error.strerror}'; "
+            "set SUBSTEP_CACHE to a folder of your own on a local disk",
+        ) from error
 
 
 def _intact(path: Path) -> bool:
@@ -54,11 +96,10 @@ def _intact(path: Path) -> bool:
 
 
 def _write(path: Path, text: str) -> None:
-    """Write the file in one move, so that other processes see either the old file or the whole new one."""
-    checked = "# sha256 " + hashlib.sha256(text.encode()).hexdigest() + "\n" + text
-    with tempfile.NamedTemporaryFile("w", dir=path.parent, delete=False, encoding="utf-8", newline="\n") as file:
-        file.write(checked)
-    Path(file.name).replace(path)
+    """Write the file in one move, so that who reads it sees either the old file or the whole new one."""
+    part = path.with_suffix(".part")
+    part.write_text(f"# sha256 {hashlib.sha256(text.encode()).hexdigest()}\n{text}", encoding="utf-8", newline="\n")
+    part.replace(path)
 
 
 def _load(name: str, path: Path) -> ModuleType:
