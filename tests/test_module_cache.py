@@ -14,6 +14,8 @@ from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import pytest
+from substep_derive.declare.catalogue import find, find_scene
+from substep_derive.emit.stamp import generator_version
 
 from substep.derived import file_lock, module_cache, modules
 
@@ -164,6 +166,31 @@ def test_a_module_that_is_there_needs_no_lock(monkeypatch: pytest.MonkeyPatch) -
     del sys.modules[module_cache.cached_module("a declaration", lambda: "x = 1\n").__name__]
     monkeypatch.setattr(file_lock, "lock", _refuse(errno.EROFS))
     assert module_cache.cached_module("a declaration", lambda: "x = 2\n").x == 1
+
+
+def test_what_was_printed_for_the_catalogue_once_is_found_without_sympy() -> None:
+    """By each process: to import SymPy and declare the catalogue takes seconds."""
+    code = (
+        "import sys; from substep.derived import modules; pair = modules.uncommitted_pair('rk4', 'duffing')\n"
+        "error = modules.local_error_module('newmark', {'beta': 0.3, 'gamma': 0.6}, True)\n"
+        "adaptive = modules.adaptive_pair('newmark', 'duffing', error.TERMS, error.ORDER)\n"
+        "print('sympy' in sys.modules, *(module.__name__ for module in (pair, error, adaptive)))"
+    )
+    found = [subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True) for _ in range(2)]
+    (printed, *names), (imported, *again) = (one.stdout.split() for one in found)
+    assert (printed, imported) == ("True", "False")
+    assert names == again
+    assert len(set(names)) == 3
+
+
+def test_a_name_of_the_catalogue_and_its_declaration_are_printed_alike() -> None:
+    one = modules.uncommitted_pair("rk4", "duffing")
+    other = modules.uncommitted_pair(find("rk4"), find_scene("duffing"))
+    assert Path(str(one.__file__)).read_text() == Path(str(other.__file__)).read_text()
+
+
+def test_the_generators_version_is_that_of_the_generator() -> None:
+    assert module_cache._generator_version() == generator_version()
 
 
 def test_on_windows_a_lock_is_awaited_for_longer_than_its_ten_tries(

@@ -10,6 +10,7 @@ import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 from threading import Lock
 from types import ModuleType
@@ -44,9 +45,7 @@ def cached_module(declared: str, text: Callable[[], str]) -> ModuleType:
 
     Raises OSError if it has to be printed and the cache folder cannot be written or locked.
     """
-    from substep_derive.emit.stamp import generator_version  # noqa: PLC0415
-
-    module_name = f"substep_own_{hashlib.sha256((generator_version() + declared).encode()).hexdigest()[:24]}"
+    module_name = f"substep_own_{hashlib.sha256((_generator_version() + declared).encode()).hexdigest()[:24]}"
     with _locks.setdefault(module_name, Lock()):  # a module is among sys.modules before it has run
         module = sys.modules.get(module_name)
         if module is None:
@@ -55,6 +54,15 @@ def cached_module(declared: str, text: Callable[[], str]) -> ModuleType:
                 _print(path, text)
             module = _load(module_name, path)
     return module
+
+
+@cache
+def _generator_version() -> str:
+    """See `substep_derive.emit.stamp`, which is run by itself: as a part of its package it would import SymPy."""
+    package = importlib.util.find_spec("substep_derive")
+    assert package is not None
+    assert package.origin is not None
+    return _load("substep_stamp", Path(package.origin).with_name("emit") / "stamp.py").generator_version()
 
 
 def _print(path: Path, text: Callable[[], str]) -> None:

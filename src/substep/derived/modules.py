@@ -1,4 +1,7 @@
-"""Modules that are not committed: own schemes and scenes, pairs of scheme and scene, shapes of the linear march."""
+"""Modules that are not committed: own schemes and scenes, pairs of scheme and scene, shapes of the linear march.
+
+For what the catalogue names, SymPy and its declarations are imported only where a module has to be printed.
+"""
 
 from collections.abc import Mapping
 from fractions import Fraction
@@ -10,6 +13,7 @@ from .simple_fraction import simple_fraction
 
 if TYPE_CHECKING:
     import substep_derive
+    from substep_derive.motion.equations import EquationsOfMotion
 
     Declaration = substep_derive.Scheme
     SceneDeclaration = substep_derive.Scene
@@ -50,15 +54,13 @@ def own_scene_module(declaration: "SceneDeclaration") -> ModuleType:
 
 def uncommitted_pair(scheme: "str | Declaration", scene: "str | SceneDeclaration") -> ModuleType:
     """Kernels of a scheme on a scene, named or declared, that are not committed: from the cache, or printed now."""
-    from substep_derive.declare.catalogue import find, find_scene  # noqa: PLC0415
-    from substep_derive.declare.digest import scene_digest, scheme_digest  # noqa: PLC0415
-    from substep_derive.motion.equations import EquationsOfMotion  # noqa: PLC0415
-    from substep_derive.package import catalogue_pair  # noqa: PLC0415
 
-    mine, theirs = find(scheme), find_scene(scene)
-    return cached_module(
-        scheme_digest(mine) + scene_digest(theirs), lambda: catalogue_pair(mine, EquationsOfMotion(theirs))
-    )
+    def text() -> str:
+        from substep_derive.package import catalogue_pair  # noqa: PLC0415
+
+        return catalogue_pair(*_declared(scheme, scene))
+
+    return cached_module(f"pair {_scheme(scheme)} {_scene(scene)}", text)
 
 
 def march_module(name: str, K: int) -> ModuleType:
@@ -83,21 +85,21 @@ def local_error_module(scheme: "str | Declaration", given: Mapping[str, float], 
     Parameters are taken as the simplest fractions that their floats stand for, since an order of accuracy may hold at
     exact values alone. Raises NoEstimator, a ValueError, for a scheme without an estimate from what a step holds.
     """
-    from substep_derive.declare.catalogue import find  # noqa: PLC0415
-    from substep_derive.declare.digest import scheme_digest  # noqa: PLC0415
-    from substep_derive.package import local_error  # noqa: PLC0415
 
-    mine = find(scheme)
-    exact: dict[str, Any] = {}
-    for p in mine.parameters:
-        if p.name in given:
-            simple = simple_fraction(given[p.name])
-            exact[p.name] = Fraction(repr(given[p.name])) if simple is None else simple
-        elif getattr(default := p.default.subs(exact), "is_Rational", False):  # what is irrational stays a symbol
-            exact[p.name] = default
-    values = ", ".join(f"{name}={value}" for name, value in exact.items())
-    key = f"local error {scheme_digest(mine)} {values} {damped}"
-    return cached_module(key, lambda: local_error(mine, exact, damped=damped))
+    def text() -> str:
+        from substep_derive.declare.catalogue import find  # noqa: PLC0415
+        from substep_derive.package import local_error  # noqa: PLC0415
+
+        mine, exact = find(scheme), dict[str, Any]()
+        for p in mine.parameters:
+            if p.name in given:
+                simple = simple_fraction(given[p.name])
+                exact[p.name] = Fraction(repr(given[p.name])) if simple is None else simple
+            elif getattr(default := p.default.subs(exact), "is_Rational", False):  # what is irrational stays a symbol
+                exact[p.name] = default
+        return local_error(mine, exact, damped=damped)
+
+    return cached_module(f"local error {_scheme(scheme)} {sorted(given.items())} {damped}", text)
 
 
 def adaptive_pair(scheme: "str | Declaration", scene: "str | SceneDeclaration", terms: Any, order: int) -> ModuleType:
@@ -106,13 +108,37 @@ def adaptive_pair(scheme: "str | Declaration", scene: "str | SceneDeclaration", 
     terms, order: of the local error's estimate, as `local_error_module` has them. Raises DeclarationError for a scheme
     whose step cannot change.
     """
-    from substep_derive.declare.catalogue import find, find_scene  # noqa: PLC0415
-    from substep_derive.declare.digest import scene_digest, scheme_digest  # noqa: PLC0415
-    from substep_derive.motion.equations import EquationsOfMotion  # noqa: PLC0415
-    from substep_derive.package import adaptive_pair as printed  # noqa: PLC0415
 
-    mine, theirs = find(scheme), find_scene(scene)
-    return cached_module(
-        f"adaptive {scheme_digest(mine)} {scene_digest(theirs)} {terms} {order}",
-        lambda: printed(mine, EquationsOfMotion(theirs), terms, order),
-    )
+    def text() -> str:
+        from substep_derive.package import adaptive_pair as printed  # noqa: PLC0415
+
+        return printed(*_declared(scheme, scene), terms, order)
+
+    return cached_module(f"adaptive {_scheme(scheme)} {_scene(scene)} {terms} {order}", text)
+
+
+def _declared(scheme: "str | Declaration", scene: "str | SceneDeclaration") -> "tuple[Declaration, EquationsOfMotion]":
+    from substep_derive.declare.catalogue import find, find_scene  # noqa: PLC0415
+    from substep_derive.motion.equations import EquationsOfMotion  # noqa: PLC0415
+
+    return find(scheme), EquationsOfMotion(find_scene(scene))
+
+
+def _scheme(scheme: "str | Declaration") -> str:
+    """What tells a scheme from others: its digest or, in the catalogue, its name, since the generator's version that is
+    part of every key depends on the catalogue's declarations.
+    """
+    if isinstance(scheme, str):
+        return scheme
+    from substep_derive.declare.digest import scheme_digest  # noqa: PLC0415
+
+    return scheme_digest(scheme)
+
+
+def _scene(scene: "str | SceneDeclaration") -> str:
+    """What tells a scene from others, as for a scheme."""
+    if isinstance(scene, str):
+        return scene
+    from substep_derive.declare.digest import scene_digest  # noqa: PLC0415
+
+    return scene_digest(scene)
