@@ -125,8 +125,8 @@ def plain_pairs(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     from declared import BY_NAME
     from plain_kernels import SCENE_BY_NAME
     from plain_kernels import uncompiled as plain
+    from substep_derive.emit.first_use import catalogue_pair
     from substep_derive.motion.equations import EquationsOfMotion
-    from substep_derive.package import catalogue_pair
 
     from substep.core import threads
     from substep.marching import scene_lanes

@@ -11,9 +11,9 @@ from typing import Any
 from declared import BY_NAME
 from substep_derive.declare.digest import scene_digest, scheme_digest
 from substep_derive.declare.scenes import ALL
+from substep_derive.emit.first_use import adaptive_pair, catalogue_pair
 from substep_derive.emit.stamp import generator_version
 from substep_derive.motion.equations import EquationsOfMotion
-from substep_derive.package import adaptive_pair, catalogue_pair
 
 import substep as ss
 

@@ -11,9 +11,9 @@ from plain_kernels import uncompiled
 from stepping import MP, Problem, Stepper, amplification, history
 from substep_derive import Balance, DeclarationError, Parameter, Scheme, derive
 from substep_derive.declare.symbols import Omega, h, knot, xi
+from substep_derive.emit.first_use import catalogue_pair
 from substep_derive.emit.scheme_module import own_module
 from substep_derive.motion.equations import EquationsOfMotion
-from substep_derive.package import catalogue_pair
 from sympy import Expr, Integer, Interval, Rational, Symbol, oo
 
 from substep.core.formulas import evaluated

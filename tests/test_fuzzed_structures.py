@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from substep_derive import DeclarationError, Scheme
 from substep_derive.declare.schemes.alpha import kr_alpha
 from substep_derive.declare.symbols import K0, C, M, N, h, knot
-from substep_derive.package import own_plan
+from substep_derive.emit.first_use import own_plan
 from sympy import Integer, Rational, Symbol
 from test_fuzzed_declarations import declarations
 

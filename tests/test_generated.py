@@ -80,7 +80,7 @@ DIGESTS = """
 import hashlib, sys
 from substep_derive.declare.catalogue import find, find_scene
 from substep_derive.motion.equations import EquationsOfMotion
-from substep_derive.package import catalogue_pair
+from substep_derive.emit.first_use import catalogue_pair
 for scheme, scene in zip(sys.argv[1::2], sys.argv[2::2]):
     print(hashlib.sha256(catalogue_pair(find(scheme), EquationsOfMotion(find_scene(scene))).encode()).hexdigest())
 """

@@ -15,8 +15,8 @@ from plain_kernels import uncompiled
 from substep_derive import Scene
 from substep_derive.declare.scene import optional, required
 from substep_derive.declare.symbols import rate, sampled
+from substep_derive.emit.first_use import catalogue_pair
 from substep_derive.motion.equations import EquationsOfMotion
-from substep_derive.package import catalogue_pair
 from sympy import symbols
 
 import substep as ss

@@ -10,10 +10,10 @@ from by_hand import SCENES
 from plain_kernels import SCENE_BY_NAME, uncompiled
 from substep_derive import Balance, Parameter, Scheme, derive
 from substep_derive.declare.symbols import h, knot
+from substep_derive.emit.first_use import catalogue_pair
 from substep_derive.emit.march_module import march_module
 from substep_derive.kernels.march_shape import shape_name, shape_of
 from substep_derive.motion.equations import EquationsOfMotion
-from substep_derive.package import catalogue_pair
 from sympy import Interval, Rational, Symbol
 
 import substep as ss

@@ -91,6 +91,15 @@ def test_a_declaration_of_your_own_does_not_wait_for_the_catalogue() -> None:
     assert run(code) == "False"
 
 
+def test_a_pair_that_is_printed_does_not_wait_for_the_whole_catalogue(tmp_path: Path) -> None:
+    code = (
+        f"import os, sys; os.environ['SUBSTEP_CACHE'] = {str(tmp_path / 'cache')!r}\n"
+        "from substep.derived import modules; modules.uncommitted_pair('rk4', 'duffing'); print([m for m in "
+        "('explicit', 'designed') if f'substep_derive.declare.schemes.{m}' in sys.modules])"
+    )
+    assert run(code) == "['explicit']"
+
+
 @pytest.mark.skipif(not os.environ.get("SUBSTEP_VERIFY"), reason="builds and installs the package: make verify")
 @pytest.mark.parametrize("kind", ["wheel", "sdist"])
 def test_installed_into_an_empty_environment_it_draws_a_chart(kind: str, tmp_path: Path) -> None:

@@ -14,9 +14,9 @@ from scipy.integrate import solve_ivp
 from substep_derive import DeclarationError, Scene
 from substep_derive.declare.scene import optional, required
 from substep_derive.declare.symbols import rate, sampled, t
+from substep_derive.emit.first_use import catalogue_pair
 from substep_derive.motion.differences import divided_difference
 from substep_derive.motion.equations import EquationsOfMotion
-from substep_derive.package import catalogue_pair
 from sympy import Rational, Symbol, cos, cosh, exp, log, sin, sqrt, symbols
 
 import substep as ss

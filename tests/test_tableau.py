@@ -16,8 +16,8 @@ from substep_derive.algebra.rooted_trees import nystrom_order, nystrom_trees, ro
 from substep_derive.declare.catalogue import find_scene
 from substep_derive.declare.schemes.newmark import central_difference
 from substep_derive.declare.symbols import Omega, f, gamma, h, knot
+from substep_derive.emit.first_use import catalogue_pair
 from substep_derive.motion.equations import EquationsOfMotion
-from substep_derive.package import catalogue_pair
 from substep_derive.stability.all_damping import certify_all_damping
 from sympy import Expr, Interval, Matrix, Rational, Symbol, cancel, eye, lambdify
 from sympy.printing.pycode import MpmathPrinter

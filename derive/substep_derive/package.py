@@ -1,26 +1,22 @@
 """Declarations -> derived -> kernels -> text -> every file of generated/substep_kernels."""
 
 import hashlib
-from collections.abc import Iterable, Mapping
-from typing import Any
+from collections.abc import Iterable
 
-from .declare.digest import scene_digest, scheme_digest
 from .declare.errors import DeclarationError
-from .declare.names import check_pair
 from .declare.scene import Scene
 from .declare.scheme import Scheme
-from .emit.adaptive_module import adaptive_module, local_error_module
 from .emit.explorer_module import explorer_module
 from .emit.facts_module import estimators_module, facts_module
 from .emit.filter_module import filter_module
+from .emit.first_use import catalogue_pair
 from .emit.formulas import formulas_module
 from .emit.index import index_module
 from .emit.march_module import march_module
 from .emit.operations import operations_table
 from .emit.plan_module import plan_module
 from .emit.printing import fill
-from .emit.scene_module import scene_entry, scene_module, scenes_index
-from .emit.scene_step_module import scene_step_module
+from .emit.scene_module import scene_module, scenes_index
 from .emit.scheme_module import scheme_module
 from .emit.stability import eigenvalues_module, errors_module
 from .emit.stamp import stamped
@@ -28,12 +24,8 @@ from .emit.templates.combinations import COMBINATIONS
 from .emit.templates.loads import LOADS
 from .emit.templates.scheme import BANNER
 from .emit.templates.step_control import STEP_CONTROL, STEP_CONTROL_HEADER
-from .kernels.adaptive_step import AdaptiveStep
-from .kernels.local_error import LocalError, Terms
 from .kernels.march_shape import Shape, loads_for, shape_name
-from .kernels.scene_step import SceneStep
 from .kernels.scheme import SchemeKernels
-from .motion.effective import effective_systems
 from .motion.equations import EquationsOfMotion
 from .study.estimates import estimates
 from .study.facts import facts
@@ -99,59 +91,12 @@ def _shared(kernels: Iterable[SchemeKernels]) -> dict[str, str]:
     }
 
 
-def catalogue_pair(scheme: Scheme, motion: EquationsOfMotion) -> str:
-    """Text of the module that marches the scheme on the scene."""
-    step = SceneStep.of(*_in_kernels(scheme, motion))
-    return scene_step_module(step, effective_systems(scheme), _banner_of_pair(scheme, motion))
-
-
-def adaptive_pair(scheme: Scheme, motion: EquationsOfMotion, terms: Terms, order: int) -> str:
-    """Text of the module that marches the scheme on the scene in steps that it chooses; terms, order: of `LocalError`.
-
-    Raises DeclarationError for a scheme whose step cannot change.
-    """
-    step = AdaptiveStep.of(*_in_kernels(scheme, motion), terms, order)
-    return adaptive_module(step, _banner_of_pair(scheme, motion))
-
-
-def local_error(scheme: Scheme, exact: Mapping[str, Any], *, damped: bool) -> str:
-    """Text of the module that says how a scheme's local error is estimated, with these parameters fixed.
-
-    damped: whether the estimate has to hold with damping.
-
-    Raises NoEstimator for a scheme without an estimate from what a step holds.
-    """
-    return local_error_module(LocalError.of(scheme, exact, damped=damped))
-
-
-def own_plan(scheme: Scheme) -> str:
-    """Text of the plan of a scheme of the user's own, on a structure."""
-    return plan_module(scheme, f"the declaration of {scheme.name}")
-
-
-def own_scene(scene: Scene) -> str:
-    """Text of a module for a scene of the user's own: as a committed one, with its index entry as ENTRY."""
-    motion = EquationsOfMotion(scene)
-    return f"{scene_module(motion)}\n\nENTRY = {scene_entry(motion)}\n"
-
-
 def _scheme(kernels: SchemeKernels) -> str:
     return scheme_module(kernels, f"the declaration of {kernels.scheme.name} in substep_derive.schemes")
 
 
 def _plan(scheme: Scheme) -> str:
     return plan_module(scheme, f"the declaration of {scheme.name} in substep_derive.schemes")
-
-
-def _in_kernels(scheme: Scheme, motion: EquationsOfMotion) -> tuple[Scheme, EquationsOfMotion]:
-    check_pair(scheme.name, motion.scene.name, scheme.values, [p.symbol for p in motion.scene.parameters])
-    return scheme.in_kernels, motion.in_kernels
-
-
-def _banner_of_pair(scheme: Scheme, motion: EquationsOfMotion) -> str:
-    """Banner with the sha256 of the digests of both declarations."""
-    both = hashlib.sha256((scheme_digest(scheme) + scene_digest(motion.scene)).encode()).hexdigest()
-    return fill(BANNER, source=f"the declarations of {scheme.name} and {motion.scene.name}", digest=both)
 
 
 def _with_banner(text: str) -> str:

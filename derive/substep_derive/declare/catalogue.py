@@ -1,8 +1,10 @@
 """The declared schemes and scenes by name.
 
-The catalogue is imported when something is looked up in it: to declare it all takes longer than to derive one scheme.
+The catalogue is imported when something is looked up in it, and up to what is found: to declare it all takes longer
+than to derive one scheme.
 """
 
+from collections.abc import Iterator
 from difflib import get_close_matches
 from typing import Any
 
@@ -36,16 +38,16 @@ def as_member(scheme: Scheme) -> tuple[str, dict[str, Rational]] | None:
     return None
 
 
-def _schemes() -> tuple[Scheme, ...]:
-    from .schemes import ALL  # noqa: PLC0415
+def _schemes() -> Iterator[Scheme]:
+    from .schemes import declared  # noqa: PLC0415
 
-    return ALL
+    return declared()
 
 
-def _scenes() -> tuple[Scene, ...]:
+def _scenes() -> Iterator[Scene]:
     from .scenes import ALL  # noqa: PLC0415
 
-    return ALL
+    return iter(ALL)
 
 
 def _same_step(one: Scheme, other: Scheme) -> bool:
@@ -53,15 +55,17 @@ def _same_step(one: Scheme, other: Scheme) -> bool:
     return next(parts) == next(parts)
 
 
-def _named(name: str, what: str, declared: tuple[Any, ...]) -> Any:
-    found = {one.name: one for one in declared}
+def _named(name: str, what: str, declared: Iterator[Any]) -> Any:
     if not isinstance(name, str):
         raise DeclarationError(
             f"expected a {what} by name or as a declaration, got {name!r}; of a handle, pass its name, and its "
             "parameters beside it as text such as '1/5'"
         )
-    if name not in found:
-        near = get_close_matches(name, found, n=1)
-        cure = f"did you mean '{near[0]}'? " if near else ""
-        raise DeclarationError(f"expected a {what}, got '{name}'; {cure}known are: {', '.join(found)}")
-    return found[name]
+    others = []
+    for one in declared:
+        if one.name == name:
+            return one
+        others.append(one.name)
+    near = get_close_matches(name, others, n=1)
+    cure = f"did you mean '{near[0]}'? " if near else ""
+    raise DeclarationError(f"expected a {what}, got '{name}'; {cure}known are: {', '.join(others)}")

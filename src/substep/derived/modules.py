@@ -36,7 +36,7 @@ def own_plan_module(declaration: "Declaration") -> ModuleType:
     Raises DeclarationError for coefficients that a plan has no systems for.
     """
     from substep_derive.declare.digest import scheme_digest  # noqa: PLC0415
-    from substep_derive.package import own_plan  # noqa: PLC0415
+    from substep_derive.emit.first_use import own_plan  # noqa: PLC0415
 
     return cached_module(f"plan {scheme_digest(declaration)}", lambda: own_plan(declaration))
 
@@ -47,7 +47,7 @@ def own_scene_module(declaration: "SceneDeclaration") -> ModuleType:
     Raises DeclarationError for energies that do not define a motion.
     """
     from substep_derive.declare.digest import scene_digest  # noqa: PLC0415
-    from substep_derive.package import own_scene  # noqa: PLC0415
+    from substep_derive.emit.first_use import own_scene  # noqa: PLC0415
 
     return cached_module(scene_digest(declaration), lambda: own_scene(declaration))
 
@@ -56,7 +56,7 @@ def uncommitted_pair(scheme: "str | Declaration", scene: "str | SceneDeclaration
     """Kernels of a scheme on a scene, named or declared, that are not committed: from the cache, or printed now."""
 
     def text() -> str:
-        from substep_derive.package import catalogue_pair  # noqa: PLC0415
+        from substep_derive.emit.first_use import catalogue_pair  # noqa: PLC0415
 
         return catalogue_pair(*_declared(scheme, scene))
 
@@ -88,7 +88,7 @@ def local_error_module(scheme: "str | Declaration", given: Mapping[str, float], 
 
     def text() -> str:
         from substep_derive.declare.catalogue import find  # noqa: PLC0415
-        from substep_derive.package import local_error  # noqa: PLC0415
+        from substep_derive.emit.first_use import local_error  # noqa: PLC0415
 
         mine, exact = find(scheme), dict[str, Any]()
         for p in mine.parameters:
@@ -110,7 +110,7 @@ def adaptive_pair(scheme: "str | Declaration", scene: "str | SceneDeclaration", 
     """
 
     def text() -> str:
-        from substep_derive.package import adaptive_pair as printed  # noqa: PLC0415
+        from substep_derive.emit.first_use import adaptive_pair as printed  # noqa: PLC0415
 
         return printed(*_declared(scheme, scene), terms, order)
 

@@ -1,0 +1,71 @@
+"""Texts of the modules that are printed on first use: pairs, estimates of local errors, a user's schemes and scenes.
+
+Nothing here waits for the catalogue, which takes longer to declare than a pair takes to print.
+"""
+
+import hashlib
+from collections.abc import Mapping
+from typing import Any
+
+from ..declare.digest import scene_digest, scheme_digest
+from ..declare.names import check_pair
+from ..declare.scene import Scene
+from ..declare.scheme import Scheme
+from ..kernels.adaptive_step import AdaptiveStep
+from ..kernels.local_error import LocalError, Terms
+from ..kernels.scene_step import SceneStep
+from ..motion.effective import effective_systems
+from ..motion.equations import EquationsOfMotion
+from .adaptive_module import adaptive_module, local_error_module
+from .plan_module import plan_module
+from .printing import fill
+from .scene_module import scene_entry, scene_module
+from .scene_step_module import scene_step_module
+from .templates.scheme import BANNER
+
+
+def catalogue_pair(scheme: Scheme, motion: EquationsOfMotion) -> str:
+    """Text of the module that marches the scheme on the scene."""
+    step = SceneStep.of(*_in_kernels(scheme, motion))
+    return scene_step_module(step, effective_systems(scheme), _banner_of_pair(scheme, motion))
+
+
+def adaptive_pair(scheme: Scheme, motion: EquationsOfMotion, terms: Terms, order: int) -> str:
+    """Text of the module that marches the scheme on the scene in steps that it chooses; terms, order: of `LocalError`.
+
+    Raises DeclarationError for a scheme whose step cannot change.
+    """
+    step = AdaptiveStep.of(*_in_kernels(scheme, motion), terms, order)
+    return adaptive_module(step, _banner_of_pair(scheme, motion))
+
+
+def local_error(scheme: Scheme, exact: Mapping[str, Any], *, damped: bool) -> str:
+    """Text of the module that says how a scheme's local error is estimated, with these parameters fixed.
+
+    damped: whether the estimate has to hold with damping.
+
+    Raises NoEstimator for a scheme without an estimate from what a step holds.
+    """
+    return local_error_module(LocalError.of(scheme, exact, damped=damped))
+
+
+def own_plan(scheme: Scheme) -> str:
+    """Text of the plan of a scheme of the user's own, on a structure."""
+    return plan_module(scheme, f"the declaration of {scheme.name}")
+
+
+def own_scene(scene: Scene) -> str:
+    """Text of a module for a scene of the user's own: as a committed one, with its index entry as ENTRY."""
+    motion = EquationsOfMotion(scene)
+    return f"{scene_module(motion)}\n\nENTRY = {scene_entry(motion)}\n"
+
+
+def _in_kernels(scheme: Scheme, motion: EquationsOfMotion) -> tuple[Scheme, EquationsOfMotion]:
+    check_pair(scheme.name, motion.scene.name, scheme.values, [p.symbol for p in motion.scene.parameters])
+    return scheme.in_kernels, motion.in_kernels
+
+
+def _banner_of_pair(scheme: Scheme, motion: EquationsOfMotion) -> str:
+    """Banner with the sha256 of the digests of both declarations."""
+    both = hashlib.sha256((scheme_digest(scheme) + scene_digest(motion.scene)).encode()).hexdigest()
+    return fill(BANNER, source=f"the declarations of {scheme.name} and {motion.scene.name}", digest=both)
