@@ -2,7 +2,8 @@
 
 import os
 import zlib
-from collections.abc import Iterator, Sequence
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -40,14 +41,14 @@ def pytest_configure() -> None:
 
 
 def pytest_sessionstart(session: pytest.Session) -> None:
-    """Compile the committed kernels before the workers of a whole run begin, once for all of them."""
+    """Compile what all schemes share before the workers of a whole run begin, once for all of them."""
     config = session.config
     whole = config.args_source is pytest.Config.ArgsSource.TESTPATHS and not config.option.keyword
     if whole and not (hasattr(config, "workerinput") or config.option.collectonly):
-        from compiled_ahead import compile_catalogue
+        from compiled_ahead import compile_shared
 
-        config.get_terminal_writer().line("kernels of every scheme are compiled, or read from numba's cache")
-        compile_catalogue()
+        config.get_terminal_writer().line("kernels that all schemes share are compiled, or read from numba's cache")
+        compile_shared()
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
@@ -56,18 +57,26 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     pytest-xdist gives each worker a piece of the list, and each piece begins with its share of the long tests: else one
     worker would run these, and another nearly all the others, with the memory that they take.
 
-    The gate runs a test over the catalogue's schemes for every other scheme, another test for the others, so that it
-    takes half the time and every scheme meets half of the tests; a test marked `pairs` it runs for every scheme, on
-    three scenes: see `plain_kernels.gate_pairs`. `make verify`, and a file run alone, run them all.
+    The gate runs a test over the catalogue's schemes for one scheme of each kind, another test for others, so that
+    every scheme meets many tests; a test marked `every_scheme` it runs for all. A test marked `pairs` it runs for every
+    scheme, on three scenes: see `plain_kernels.gate_pairs`. Of one marked `matrix`, whose many cases take long, it runs
+    every sixth case; one marked `thorough` it leaves to `make verify`, which runs them all, as does a file run alone.
     """
     if whole_gate(config):
-        from declared import NAMES
-        from plain_kernels import gate_pairs
+        from plain_kernels import gate_pairs, kinds
+
+        cases: Counter[str] = Counter()
 
         def runs(item: pytest.Item) -> bool:
+            function, case = item.nodeid.partition("[")[0], cases[item.nodeid.partition("[")[0]]
+            cases[function] += 1
+            if item.get_closest_marker("thorough"):
+                return False
+            if item.get_closest_marker("matrix"):
+                return case % 6 == 0
             if item.get_closest_marker("pairs") and isinstance(item, pytest.Function):
                 return (item.callspec.params["scheme"], item.callspec.params["scene"]) in gate_pairs()
-            return in_gate(item.nodeid.partition("[")[0], _schemes(item), NAMES)
+            return bool(item.get_closest_marker("every_scheme")) or in_gate(function, _schemes(item), kinds())
 
         left = [item for item in items if not runs(item)]
         config.hook.pytest_deselected(items=left)
@@ -85,10 +94,16 @@ def _schemes(item: pytest.Item) -> list[str]:
     return [name for name in (getattr(value, "name", value) for value in values) if isinstance(name, str)]
 
 
-def in_gate(function: str, named: Sequence[str], schemes: Sequence[str]) -> bool:
-    """Whether the gate runs the test for what its parameters name: every other scheme, or anything else."""
-    places = [schemes.index(name) for name in named if name in schemes]
-    return not places or (places[0] + zlib.crc32(function.encode())) % 2 == 0
+def in_gate(function: str, named: Sequence[str], kinds: Mapping[str, object]) -> bool:
+    """Whether the gate runs the test for what its parameters name: one scheme of each kind, or anything else.
+
+    kinds: of each scheme; which one stands for its kind follows from the test's name.
+    """
+    schemes = [name for name in named if name in kinds]
+    if not schemes:
+        return True
+    alike = [name for name in kinds if kinds[name] == kinds[schemes[0]]]
+    return schemes[0] == alike[zlib.crc32(function.encode()) % len(alike)]
 
 
 @pytest.fixture

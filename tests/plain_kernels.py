@@ -39,6 +39,15 @@ def printed(make: Callable[[], str], *digests: str) -> str:
 
 
 @cache
+def kinds() -> dict[str, tuple[str, bool, bool]]:
+    """Of each scheme of the catalogue: how its eigenvalues are found, whether it has sub-steps, and takes damping."""
+    return {
+        name: (ss.scheme(name).kernels.EIGENVALUES, len(scheme.balances) > 1, scheme.takes_damping)
+        for name, scheme in BY_NAME.items()
+    }
+
+
+@cache
 def gate_pairs() -> tuple[tuple[str, str], ...]:
     """The pairs that tests of pairs run in the gate: every scheme on the scene whose kernels are committed, on a linear
     scene and on another nonlinear one, which scenes of each kind are in turn.

@@ -162,6 +162,7 @@ def test_every_scheme_takes_the_load_as_declared(name):
     assert (found.kind, found.start) == ("declared", "computed") and found.error < 1e-10
 
 
+@pytest.mark.thorough
 def test_what_is_no_scheme_is_not_given_a_name(monkeypatch):
     """A step of the trapezoidal rule with a stiffness that grows with the step is in no family."""
 

@@ -77,6 +77,7 @@ DEFECTS: dict[str, tuple[Callable[..., Any], ss.Claims, list[str], str]] = {
 }  # fmt: skip
 
 
+@pytest.mark.matrix
 @pytest.mark.parametrize("defect", DEFECTS)
 def test_a_planted_defect_is_the_one_cause(defect):
     run, claims, kinds, text = DEFECTS[defect]
@@ -85,6 +86,7 @@ def test_a_planted_defect_is_the_one_cause(defect):
     assert text in (report.deviations[0].text if kinds else "")
 
 
+@pytest.mark.thorough
 def test_a_scheme_that_is_one_without_damping_alone_is_named():
     stepper = ss.Stepper(damped_by("ahead", 0, 0, 0.5))
     own = own_runs(stepper, omegas=(0.3, 1.0, 3.0))
@@ -245,6 +247,7 @@ def test_a_given_acceleration_that_is_a_guess_at_most_is_ignored(noise, guess):
     assert report.ignores_a0 and report.judgements[0].verdict == "true" and not report.deviations, report.text
 
 
+@pytest.mark.matrix
 @pytest.mark.parametrize(("kind", "instant"), [("v", -0.5), ("a", -1.0)])
 def test_outputs_that_stand_elsewhere_are_told_and_the_scheme_is_not_accused(kind, instant):
     """Central differences with velocities at half steps, and with the acceleration of the step before."""

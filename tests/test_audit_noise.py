@@ -50,6 +50,7 @@ def nothing_false(report: Report) -> None:
     assert not {"false", "partly"} & {judgement.verdict for judgement in report.judgements}, report.text
 
 
+@pytest.mark.matrix
 @pytest.mark.parametrize("digits", [7, 5, 4, 3])
 @pytest.mark.parametrize("name", SCHEMES)
 def test_printed_digits_are_counted_and_not_held_against_the_scheme(name, digits):
@@ -74,6 +75,7 @@ def test_declared_digits_are_no_deviation():
     assert not ss.audit(printed(declared(ss.scheme("bathe")), "{:.3e}".format, 3.0), ss.Claims("bathe")).deviations
 
 
+@pytest.mark.matrix
 @pytest.mark.parametrize("seed", [0, 1])
 @pytest.mark.parametrize("relative", [1e-6, 1e-4, 1e-3])
 def test_an_error_in_each_step_is_not_held_against_the_scheme(relative, seed):
@@ -95,6 +97,7 @@ PLANTED = {
 }
 
 
+@pytest.mark.matrix
 @pytest.mark.parametrize("defect", PLANTED)
 def test_a_planted_defect_beyond_the_noise_is_the_one_cause(defect):
     parameters, options, claims, digits, kind, text = PLANTED[defect]

@@ -118,6 +118,7 @@ def test_the_time_of_each_process_of_a_program_is_counted_with_what_it_runs(tmp_
             assert 0.38 * times < program.seconds - before < 2.0 * times
 
 
+@pytest.mark.thorough
 def test_parameters_follow_from_arguments_by_identification(planted):
     assert find_dialect(planted, "newmark") == Dialect(
         "newmark", ("beta", "gamma"), {"beta": ((("gamma",), "1"),), "gamma": ((("beta",), "1"),)}
@@ -151,6 +152,7 @@ def test_what_goes_wrong_in_a_program_is_reported(planted):
         planted.stepper("newmark", {"alpha": 1.0})
 
 
+@pytest.mark.thorough
 def test_a_real_program_pyyeti():
     """Its Newmark starts from a zero acceleration; its other solvers are exact for a load that is linear in a step."""
     with Program("pyyeti") as program:

@@ -33,6 +33,7 @@ TAKE_A_SCENE: dict[str, Call] = {
 }
 
 
+@pytest.mark.matrix
 @pytest.mark.usefixtures("uncompiled")
 @pytest.mark.parametrize("entry", TAKE_A_SCHEME)
 def test_a_scheme_is_named_or_a_handle(entry: str) -> None:

@@ -64,6 +64,7 @@ mine = Scheme("mine", parameters=(Parameter(gamma, Interval(half, 2), Rational(3
 """
 
 
+@pytest.mark.matrix
 @pytest.mark.parametrize(("before", "after", "word"), [
     (["show"], [], "K_eff of balance 1: 2*C/h + 2*M/h^2 + K_t(u_1)"),
     (["show"], ["--part", "stiffness"], "K_eff = 2*C/h + 2*M/h^2 + K_t(u_1)"),

@@ -51,6 +51,7 @@ def building(tmp_path: Path) -> dict[str, Path]:
     return files
 
 
+@pytest.mark.matrix
 @pytest.mark.usefixtures("uncompiled")
 @pytest.mark.parametrize("ground", [False, True], ids=["force", "ground"])
 @pytest.mark.parametrize("ratio", [0.0, 0.05])

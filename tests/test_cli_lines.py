@@ -20,6 +20,7 @@ runner = CliRunner()
 COMMANDS = typer.main.get_command(commands.app).commands  # pyright: ignore
 
 
+@pytest.mark.matrix
 @pytest.mark.parametrize(
     "arguments",
     [

@@ -49,6 +49,7 @@ def test_no_command_is_left_out() -> None:
     assert CHEAP.keys() | DEAR.keys() <= taking | {"chart"}
 
 
+@pytest.mark.every_scheme
 @pytest.mark.usefixtures("plain_functions", "uncompiled")
 @pytest.mark.parametrize(("command", "name"), RUNS)
 def test_a_command_ends_with_a_result_or_a_reason(

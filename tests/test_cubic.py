@@ -60,6 +60,7 @@ def moves(c: list[Any], roots: list[Any]) -> list[Any]:
     return found
 
 
+@pytest.mark.thorough
 def test_the_real_root_and_the_pair_of_any_cubic() -> None:
     """Each root is right to its conditioning; the smaller of a real pair, which is not used, to the larger's size."""
     for exact, _ in cubics():

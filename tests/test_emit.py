@@ -242,6 +242,7 @@ def self_tests(language: str, files: Mapping[str, str], folder: Path) -> list[st
     return printed
 
 
+@pytest.mark.matrix
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_every_shape_of_a_file_passes_its_own_test(language: str, tmp_path: Path) -> None:
     lines = self_tests(language, {name: text_of(name, language) for name in SHAPES}, tmp_path)

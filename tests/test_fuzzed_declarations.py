@@ -121,7 +121,7 @@ def _mpf(value: Rational) -> Any:
 
 
 @given(declarations(), st.sampled_from(["1/2", "3", "1/10"]), st.sampled_from(["0", "1/5"]))
-@settings(max_examples=100 if VERIFY else 15, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=100 if VERIFY else 6, deadline=None, suppress_health_check=list(HealthCheck))
 def test_fuzzed_declarations_step_as_they_are_written(declared: Any, omega: str, damping: str) -> None:
     scheme, values = declared
     check_matrix(scheme, values, Rational(omega), Rational(damping))
@@ -136,7 +136,7 @@ def test_histories_of_eleven_and_twelve_entries(deep: int) -> None:
 
 
 @given(declarations(longest=2))
-@settings(max_examples=50 if VERIFY else 10, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=50 if VERIFY else 5, deadline=None, suppress_health_check=list(HealthCheck))
 def test_fuzzed_declarations_march_as_they_are_written(declared: Any) -> None:
     """On Duffing's equation, by the kernel of the pair as plain Python."""
     scheme, values = declared

@@ -138,6 +138,7 @@ def ends_with_a_status(scene: ss.Scene, scheme: ss.Scheme, dt: float) -> None:
     assert found.iterations.max() <= 50
 
 
+@pytest.mark.thorough
 @settings(max_examples=3000 if os.environ.get("SUBSTEP_VERIFY") else 250)
 @given(runs())
 def test_any_run_ends_with_a_status_and_loses_nothing(run: tuple[ss.Scene, ss.Scheme, float]) -> None:

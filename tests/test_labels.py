@@ -76,6 +76,7 @@ LABELS = [
 ]
 
 
+@pytest.mark.matrix
 @pytest.mark.usefixtures("plain_pairs")
 @pytest.mark.parametrize("label", LABELS)
 @pytest.mark.parametrize("scene", ["duffing", "elastic_pendulum"])

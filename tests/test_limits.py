@@ -121,6 +121,7 @@ def test_order_conditions_with_symbolic_parameters() -> None:
     assert order_conditions(BY_NAME["backward_euler"]) == dict.fromkeys("uva", (1,))
 
 
+@pytest.mark.thorough
 def test_order_conditions_are_as_few_as_say_the_same_within_the_intervals() -> None:
     """By hand: the a of generalized-alpha balances between the ends of the step, where it is the mean of both."""
     alpha_m, alpha_f = symbols("alpha_m alpha_f")

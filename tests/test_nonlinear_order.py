@@ -128,6 +128,7 @@ def midpoint_extrapolated(numbers: list[int]) -> Scheme:
     return Scheme("midpoint_extrapolated", {**relations, u1: u_end, v1: v_end}, tuple(balances))
 
 
+@pytest.mark.matrix
 @pytest.mark.parametrize(
     ("scheme", "kind", "order", "system", "n"),
     [

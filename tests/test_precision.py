@@ -89,6 +89,7 @@ def test_reference_resolves_what_is_asked_for() -> None:
     agrees(references.reference(stiff, 0.2, SAMPLES, 1e-4, "a"), "a", 1e-4)
 
 
+@pytest.mark.thorough
 def test_reference_is_not_deceived_by_vibration_that_coarse_steps_damp() -> None:
     agrees(references.reference(ss.scene("bathe_noh"), 1.0, SAMPLES, 1e-5), "u", 1e-5)
 

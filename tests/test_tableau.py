@@ -191,6 +191,7 @@ def test_a_composition_keeps_the_bases_parameters_and_its_loads() -> None:
     assert derive(two.fix({"beta": "1/4", "gamma": "1/2"})).order == (2, 2, 2)
 
 
+@pytest.mark.matrix
 @pytest.mark.parametrize("name", tables.COMPOSITIONS)
 def test_compositions_are_symmetric_and_keep_areas(name: str) -> None:
     """Undamped: a step of -h undoes a step of h, and the map of u and h*v has the determinant 1, for every weight."""
