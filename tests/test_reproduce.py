@@ -100,6 +100,16 @@ def test_no_module_is_compiled_by_two_processes() -> None:
     assert sorted(name for names in groups for name in names) == sorted(ss.schemes())
 
 
+def test_modules_that_find_eigenvalues_are_compiled_first_by_one_process_each() -> None:
+    """Those for many eigenvalues, which take longest, begin."""
+    shared = [ss.scheme(names[0]).kernels.EIGENVALUES for names in reproduction.sharing(ss.schemes())]
+    first = shared[: len(set(shared))]
+    assert len(set(first)) == len(first)
+    assert [name.endswith("_twice") for name in first] == sorted(
+        (name.endswith("_twice") for name in first), reverse=True
+    )
+
+
 @pytest.mark.long
 def test_reproduce_draws_every_panel_and_writes_its_numbers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Chapter 5, the map of failures, the ledger and the sentences have tests of their own.

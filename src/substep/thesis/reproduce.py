@@ -185,11 +185,18 @@ def compiled_ahead(full: bool) -> list[list[str]]:
 
 
 def sharing(names: Iterable[str]) -> list[list[str]]:
-    """Names of schemes, those that share a module together, so that no two processes compile it; the most first."""
+    """Names of schemes, those that share a module together, so that no two processes compile it; the most first.
+
+    Before them come one for each module that finds eigenvalues, so that each is compiled by one process, as soon as
+    there is one: all others then read it from numba's cache. Those for many eigenvalues take longest, and begin.
+    """
     found: dict[object, list[str]] = {}
     for name in sorted(names, key=schemes().index):
         found.setdefault(scheme(name).info.module, []).append(name)
-    return sorted(found.values(), key=len, reverse=True)
+    groups = sorted(found.values(), key=len, reverse=True)
+    kinds = [scheme(group[0]).kernels.EIGENVALUES for group in groups]
+    first = sorted({kinds.index(kind) for kind in kinds}, key=lambda i: (not kinds[i].endswith("_twice"), i))
+    return [groups[i] for i in (*first, *(i for i in range(len(groups)) if i not in first))]
 
 
 @contextmanager
