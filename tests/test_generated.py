@@ -10,6 +10,8 @@ from pathlib import Path
 
 import plain_kernels
 import pytest
+from declared import BY_NAME
+from plain_kernels import kinds
 from substep_derive import __main__ as command
 from substep_derive.__main__ import GENERATED
 from substep_derive.declare.scenes import ALL as SCENES
@@ -34,6 +36,9 @@ def derive_module(*arguments: str, **environment: str) -> subprocess.CompletedPr
     )
 
 
+KINDS = sorted(
+    {kind for kind in kinds().values() if kind[0] != "eigenvalues_4_twice"}
+)  # bdf4 alone takes half a minute
 SESSIONS = [{"PYTHONHASHSEED": "20151", "SYMPY_GROUND_TYPES": "flint"}]
 if os.environ.get("SUBSTEP_VERIFY"):
     SESSIONS += [{"PYTHONHASHSEED": "0"}, {"PYTHONHASHSEED": "1", "SYMPY_GROUND_TYPES": "python"}]
@@ -60,7 +65,33 @@ def tampered(tmp_path: Path) -> Path:
     return folder
 
 
+# prints the digests of the files that schemes have of their own, of the schemes named
+PART = """
+import hashlib, sys
+from substep_derive.declare.scenes import ALL
+from substep_derive.declare.catalogue import find
+from substep_derive.package import package
+for name, text in package([find(name) for name in sys.argv[1:]], ALL).items():
+    if name.partition("/")[0] in ("schemes", "plans", "scenes", "shared", "pairs"):
+        print(name, hashlib.sha256(text.encode()).hexdigest())
+"""
+
+
 @pytest.mark.long
+def test_what_a_scheme_of_each_kind_has_of_its_own_is_what_is_derived() -> None:
+    """The gate's part of the next test, which takes minutes; that of all files is the stamp: see below."""
+    names = [max((n for n, k in kinds().items() if k == kind and not BY_NAME[n].parent), default="") for kind in KINDS]
+    found = subprocess.run(
+        [sys.executable, "-c", PART, *filter(None, names)],
+        env={**os.environ, **SESSIONS[0]}, capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    lines = [line.split() for line in found.stdout.splitlines()]
+    assert len(lines) > 2 * len(names)
+    for name, digest in lines:
+        assert digest == hashlib.sha256((GENERATED / name).read_bytes()).hexdigest(), f"{name}: {CURE}"
+
+
+@pytest.mark.thorough
 @pytest.mark.parametrize("environment", SESSIONS, ids=str)
 def test_committed_text_is_what_is_derived_and_nothing_else_passes(environment: dict[str, str], tampered: Path) -> None:
     found = derive_module("--check", "--folder", str(tampered), **environment)
