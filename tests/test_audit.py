@@ -17,6 +17,7 @@ from substep_derive.declare.symbols import Symbol
 import substep as ss
 from substep.auditing import instrument
 from substep.auditing.claims import judged
+from substep.auditing.declared import declared
 from substep.auditing.exactness import exactness
 from substep.auditing.identify import Identification, identify
 from substep.auditing.loads import load_taking
@@ -314,3 +315,15 @@ def test_wrong_steppers_are_refused_with_the_cure():
         ss.audit(trapezoidal_load(0, 0, 1), ss.Claims("newmark", parameters={"alpha": 1.0}))
     with pytest.raises(ValueError, match="expected a program with an adapter"):
         ss.Program("none")
+
+
+@pytest.mark.parametrize(("name", "given"), [("generalized_alpha", {"rho_inf": 0.8}), ("bathe", {}), ("rk4", {})])
+def test_rho_inf_is_that_of_the_scheme_and_the_measured_one_is_beside_it(name: str, given: dict[str, float]) -> None:
+    s = ss.scheme(name, **given)
+    report = ss.audit(declared(s))
+    assert report.rho_inf == {"generalized_alpha": 0.8, "bathe": 0.0, "rk4": np.inf}[name]
+    near = float(s.spectral_radius(1e4))
+    assert report.measured_rho_inf == (pytest.approx(near, rel=1e-6) if near <= 1 else np.inf)  # whose runs overflow
+    assert f"rho_inf = {report.rho_inf:.4g} ({report.measured_rho_inf:.4g} measured at Omega = 10^4)" in report.text
+    found = report.to_dict()
+    assert float(found["measured_rho_inf"]) == report.measured_rho_inf

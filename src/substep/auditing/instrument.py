@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..core.errors import called_as
+from ..core.schemes import Scheme
 from .causes import Evidence, deviations
 from .claims import Claims, judged
 from .control import controlled_runs
@@ -91,12 +92,13 @@ def audit(stepper: Stepper | Run, claims: Claims | None = None) -> Report:
     by_scheme = critical_Omega(best.scheme.spectral_radius, margin) if best else None
     if not noise.loud and not same_limit(measured, by_scheme, noise):
         measured = critical_Omega(confirmed_radius(radius, long_radius(stepper)), margin)
-    critical = measured
+    critical, measured_rho = measured, float(radius(np.array([LARGE]))[0])
     sure = not noise.loud or (claimed is not None and best is not None and is_claimed(best.scheme, claimed))
     if best is not None and sure:  # its kernel is right for multiple eigenvalues too
         radius, critical = best.scheme.spectral_radius, critical_Omega(best.scheme.spectral_radius, EXACT)
         roots = scheme_roots(best.scheme.amplification)
-    rho_inf = float(radius(np.array([LARGE]))[0])
+    rho_inf = _limit(best.scheme) if best is not None and sure else None
+    rho_inf = measured_rho if rho_inf is None else rho_inf
     orders = observed_orders(stepper, noise)
     judgements = judged(claims, found, orders, rho_inf, critical, noise.of_radius) if claims else ()
     unknown: Mapping[str, Order] = {}
@@ -115,7 +117,7 @@ def audit(stepper: Stepper | Run, claims: Claims | None = None) -> Report:
         growths(stepper, roots, critical, LARGE) if affordable else (),
         energies(stepper, max(noise.size, best.error if best else 0.0)) if affordable and "v" not in instants else (),
         controlled_runs(stepper), failures(own, driven), noise, defaults, left_out(stepper.can, affordable, late),
-        measured, by_scheme, ignored, instants | late,
+        measured, by_scheme, ignored, instants | late, measured_rho_inf=measured_rho,
     )  # fmt: skip
 
 
@@ -187,6 +189,12 @@ def expected_orders(
         return orders, expected
     model = observed_orders(declared(best.scheme, load.loads or None, best.start == "zero"))
     return compared(orders, expected, model, observed_orders(declared(best.scheme)))
+
+
+def _limit(scheme: Scheme) -> float | None:
+    """The spectral radius as Omega -> oo, None where it has no closed form at these parameters."""
+    found = scheme.rho_inf
+    return None if found is None or np.isnan(found) else float(found)
 
 
 def measured_curves(own: Sequence[Measured], tolerance: float) -> tuple[Curve, ...]:

@@ -42,18 +42,20 @@ class Report:
 
     found: the schemes it does the same as, or the nearest one. exact: None, or the load for which its motion is exact.
     orders: of u, v, a, for each motion, damped and undamped; None where exact or not returned. rho_inf: the spectral
-    radius at Omega = 10^4. critical_Omega: None where it is stable up to there, NaN where runs fail that would tell;
-    that of the scheme, where one is identified, beside which measured_critical is that of the program, found by
-    bisection, and scheme_critical the scheme's, to as few digits. overshoot: as the catalogue writes it. loads: how it
-    takes the load. start: where its first acceleration comes from. judgements: of the claims. deviations: root causes.
-    curves: what was measured, for charts. growth: where undamped free motion grows like a power of n. energy: what
-    happens to that of undamped free motion; empty where no velocity at the ends of steps is returned. control: what it
-    does in steps of its own choice, None where it does not choose. failed: Omega, xi and the error where the program
-    raised; what is said of it rests on the other runs. noise: how well it repeats itself, which all that is said rests
-    on. ignores_a0: whether nothing moves from rest with a given acceleration. instants: by how many steps v and a stand
-    after the end of their step, where they do, as the adapter declares it or not. defaults: whether it does the same
-    with the defaults of its arguments written out; None without any. left_out: what was not compared or not run, and
-    why. seconds: of CPU that the audit took here and in the program's own process; None where that is the same one.
+    radius as Omega -> oo of the scheme, where one is identified, beside which measured_rho_inf is that of the program
+    at Omega = 10^4; which stands for it where none is. critical_Omega: None where it is stable up to there, NaN where
+    runs fail that would tell; that of the scheme, where one is identified, beside which measured_critical is that of
+    the program, found by bisection, and scheme_critical the scheme's, to as few digits. overshoot: as the catalogue
+    writes it. loads: how it takes the load. start: where its first acceleration comes from. judgements: of the claims.
+    deviations: root causes. curves: what was measured, for charts. growth: where undamped free motion grows like a
+    power of n. energy: what happens to that of undamped free motion; empty where no velocity at the ends of steps is
+    returned. control: what it does in steps of its own choice, None where it does not choose. failed: Omega, xi and
+    the error where the program raised; what is said of it rests on the other runs. noise: how well it repeats itself,
+    which all that is said rests on. ignores_a0: whether nothing moves from rest with a given acceleration. instants:
+    by how many steps v and a stand after the end of their step, where they do, as the adapter declares it or not.
+    defaults: whether it does the same with the defaults of its arguments written out; None without any. left_out: what
+    was not compared or not run, and why. seconds: of CPU that the audit took here and in the program's own process;
+    None where that is the same one.
     """
 
     stepper: Stepper
@@ -79,6 +81,7 @@ class Report:
     ignores_a0: bool = False
     instants: Mapping[str, float] = field(default_factory=dict)
     seconds: tuple[float, float] | None = None
+    measured_rho_inf: float = math.nan
 
     @property
     def matches(self) -> tuple[Match, ...]:
@@ -159,7 +162,9 @@ class Report:
         found = [("is", self.identified), ("digits", self.noise.text)]
         found += [("nonlinear", line) for line in self.nonlinear]
         found += [("order", f"{name}: {_order(order, self.claimed_order)}") for name, order in self.orders.items()]
-        found.append(("stability", f"rho_inf = {self.rho_inf:.4g}, {self.stable}, overshoot {self.overshoot}"))
+        measured = f"{self.measured_rho_inf:.4g} measured at Omega = 10^4"
+        limits = f"rho_inf = {self.rho_inf:.4g} ({measured}), {self.stable}, overshoot {self.overshoot}"
+        found.append(("stability", limits))
         found += [("growth", growth.text) for growth in self.growth]
         found += [("energy", f"at Omega = {energy.Omega:g}: {energy.text}") for energy in self.energy]
         found += [("own steps", line) for line in (self.control.text if self.control else ())]
@@ -212,6 +217,7 @@ class Report:
             "nonlinear": list(self.nonlinear),
             "orders": {name: list(order) for name, order in self.orders.items()},
             "rho_inf": self.rho_inf,
+            "measured_rho_inf": self.measured_rho_inf,
             "critical_Omega": self.critical_Omega,
             "measured_critical": self.measured_critical,
             "ignores_a0": self.ignores_a0,
