@@ -2,22 +2,24 @@
 
 from dataclasses import replace
 from pathlib import Path
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 
 import numpy as np
 import pytest
 from by_hand import SCENES
-from plain_kernels import SCENE_BY_NAME, uncompiled
+from plain_kernels import SCENE_BY_NAME, itself, uncompiled
 from substep_derive import Balance, Parameter, Scheme, derive
 from substep_derive.declare.symbols import h, knot
 from substep_derive.emit.first_use import catalogue_pair
 from substep_derive.emit.march_module import march_module
+from substep_derive.emit.stability import eigenvalues_module
+from substep_derive.kernels.eigenvalue_kind import EigenvalueKind
 from substep_derive.kernels.march_shape import shape_name, shape_of
 from substep_derive.motion.equations import EquationsOfMotion
 from sympy import Interval, Rational, Symbol
 
 import substep as ss
-from substep.core import coefficients, threads
+from substep.core import coefficients, eigenvalues, threads
 from substep.marching import linear, scene_lanes
 from substep.marching.linear import march_linear
 from substep.marching.oscillators import Oscillators
@@ -75,7 +77,12 @@ def plain_scheme(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
         march = uncompiled(march_module(shape_of(name), (K,)))
         return getattr(march, f"march_{K}"), getattr(march, f"run_{K}"), march.WIDTH
 
+    def finding(name: str) -> SimpleNamespace:
+        return uncompiled(eigenvalues_module(EigenvalueKind.named(name)))
+
     monkeypatch.setattr(linear, "_kernels", kernels)
+    monkeypatch.setattr(eigenvalues, "_eigenvalues", finding)
+    monkeypatch.setattr(eigenvalues, "address", itself)
     return replace(handle, info=replace(handle.info, module=module))
 
 
