@@ -78,12 +78,12 @@ def plain(scheme: str, scene: str) -> SimpleNamespace:
 
 
 @cache
-def plain_adaptive(scheme: Any, scene: Any, terms: Any, order: int) -> SimpleNamespace:
+def plain_adaptive(scheme: Any, scene: Any, terms: Any, order: int, always: bool) -> SimpleNamespace:
     """The module that marches in chosen steps, with its kernels as Python functions: for `adaptive._kernels`."""
     mine = BY_NAME[scheme] if isinstance(scheme, str) else scheme
     on = motion(scene) if isinstance(scene, str) else EquationsOfMotion(scene)
-    digests = scheme_digest(mine), scene_digest(on.scene), repr(terms), str(order)
-    return uncompiled(printed(lambda: adaptive_pair(mine, on, terms, order), *digests))
+    digests = scheme_digest(mine), scene_digest(on.scene), repr(terms), str(order), str(always)
+    return uncompiled(printed(lambda: adaptive_pair(mine, on, terms, order, always), *digests))
 
 
 @cache

@@ -13,6 +13,8 @@ from substep_derive import Balance, Scheme, derive
 from substep_derive.declare.catalogue import find
 from substep_derive.declare.symbols import h, knot, lam
 from substep_derive.emit.scheme_module import own_module
+from substep_derive.emit.stability import eigenvalues_module
+from substep_derive.kernels.eigenvalue_kind import EigenvalueKind
 from substep_derive.oscillator.amplification import Amplification
 from substep_derive.oscillator.spectrum import live
 from substep_derive.oscillator.stability_polynomial import rate, stability_polynomial
@@ -21,6 +23,7 @@ from sympy import Expr, Poly, Rational, Symbol
 from test_stability import exact_spectrum
 
 import substep as ss
+from substep.core import kernel_modules
 
 EPS = np.finfo(float).eps
 u0, v0, a0 = knot(0)
@@ -123,17 +126,21 @@ def companion(c: list[Any]) -> Any:
 PLAIN = [*((multistep(*k), k) for k in ((2, 2), (3, 3), (4, 4), (2, 3))), (with_second_differences(), (4, 0))]
 
 
+@pytest.mark.usefixtures("plain_functions")
 @pytest.mark.parametrize(("scheme", "orders"), PLAIN, ids=lambda x: getattr(x, "name", ""))
 def test_eigenvalues_of_own_schemes(scheme: Scheme, orders: tuple[int, int]) -> None:
     """Radius, damping and period error from a polynomial made by hand, at all sizes and dampings."""
     module = uncompiled(own_module(scheme))
+    shared = uncompiled(eigenvalues_module(EigenvalueKind.named(module.EIGENVALUES)))
     points = [(o, x) for o in (1e-6, 3e-3, 0.11, 0.13, 1.0, 4.0, 1e3, 1e8) for x in (0.0, 0.3, 1.0, 2.5, 60.0)]
     Omega, xi = np.transpose(points)
-    found, alone = np.full((3, Omega.size), np.nan), np.empty(Omega.size)
+    inputs, found, alone = np.array([Omega, xi]), np.full((3, Omega.size), np.nan), np.empty((1, Omega.size))
     with np.errstate(all="ignore"):
-        assert not module.stability(Omega, xi, *found)
-        assert not module.spectral_radius(Omega, xi, alone)
-    assert np.array_equal(alone, found[0])
+        assert not shared.stability(
+            module.polynomial, module.defect, kernel_modules.loaded("shared.errors").errors, inputs, found, 0
+        )
+        assert not shared.spectral_radius(module.polynomial, inputs, alone, 0)
+    assert np.array_equal(alone[0], found[0])
     compared = 0
     for i, (omega, damping) in enumerate(points):
         with mpmath.workdps(90):

@@ -74,7 +74,8 @@ def adaptive_module(p: AdaptiveStep, banner: str) -> str:
 def _errors(terms: Terms) -> str:
     """Lines that say what is estimated."""
     rows = ["Estimated local errors, numerical - exact; the weights are numbers of each lane:"]
-    rows += [f"    of {kind}: {e}" for kind, e in zip("uv", combined(terms), strict=True)]
+    kinds = "u", "v", "v, by the acceleration at the end"
+    rows += [f"    of {kind}: {e}" for kind, e in zip(kinds, combined(terms), strict=False)]
     return "\n".join(line for row in rows for line in wrap(row, 110, subsequent_indent=" " * 8))
 
 
@@ -125,7 +126,7 @@ def _lane(p: AdaptiveStep, w: KernelPrinter, numbers: str, call: _Call) -> tuple
     state = [(name, f"state[{place}]") for name, place in places]
     texts, counts, iteration = _balances(step, w, NOT_CONVERGED)
     reported, more = _reported(p, w, call)
-    size, weighing = _size(p)
+    size, weighing = _size(p, w, call)
     ends = [[w.doprint(e) for e in vector] for vector in step.report]
     old_places = [(f"old_{k}_{i}", f"here[{k}, {i}]") for k in range(3) for i in range(call.size)]
     return fill(
@@ -174,7 +175,7 @@ def _balances(step: SceneStep, w: KernelPrinter, failed: str) -> tuple[str, int,
 
 def _reported(p: AdaptiveStep, w: KernelPrinter, call: _Call) -> tuple[str, int]:
     """Lines that compute what is reported, its energy and the estimated errors; their operations."""
-    step, errors = p.step, [*p.error_u, *p.error_v]
+    step, errors = p.step, [*p.error_u, *p.error_v, *(p.error_end if p.always else [])]
     reported = [*step.reported, (Symbol("energy"), step.energy)]
     between: list[str] = []
     if p.end_is_estimated:
@@ -250,9 +251,16 @@ def _forces(step: SceneStep, w: KernelPrinter) -> str:
     return "".join(f"        f_{k} = _load(load, samples, middle, {at})\n" for k, at in enumerate(instants))
 
 
-def _size(p: AdaptiveStep) -> tuple[str, int]:
+def _size(p: AdaptiveStep, w: KernelPrinter, call: _Call) -> tuple[str, int]:
     """Lines that sum the squares of the weighted errors, and their operations."""
     rows, size, alone = [], len(p.step.motion.coordinates), p.by_before.count(False)
+    end, first = _end_rows(p) if p.error_end else [], []
+    if end and not p.always:
+        if p.takes_end(p.error_end):
+            u, v = ([w.doprint(e) for e in vector] for vector in p.step.report[:2])
+            first += [call(component_names(END.a, p.step.motion), "end", u, v)]
+        first += [*block(p.error_end, 0, w)[0].splitlines(), *end]
+        end = []
     fast = f"{'max(' * size}speed{''.join(f', abs({e}))' for e in p.step.report[1])}"
     rows += [f"fast = {fast}", "floor = atol_v + share_v * fast + 1e-300"]
     late: list[str] = []
@@ -264,10 +272,23 @@ def _size(p: AdaptiveStep) -> tuple[str, int]:
             into += ["size += part * part"]
     if late:
         rows += ["if last == last:", *(f"    {row}" for row in late), f"    size *= {0.5 / size!r}"]
-        rows += ["else:", f"    size *= {1.0 / size!r}"] if alone else []
+        first = [*([f"size *= {1.0 / size!r}"] if alone else []), *first]
+        rows += ["else:", *(f"    {row}" for row in first)] if first else []
     else:
         rows += [f"size *= {0.5 / size!r}"]
-    return _lines(rows, 2), 14 * size + size
+    return _lines([*rows, *end], 2), 14 * size + size + (8 * size if end else 0)
+
+
+def _end_rows(p: AdaptiveStep) -> list[str]:
+    """Lines that put the error by the acceleration at the end in the others' place where it is too large.
+
+    Where it is not, the lengths of steps do not depend on it.
+    """
+    rows = ["late = 0.0"]
+    for i, (name, _) in enumerate(p.error_end):
+        rows += [f"part = {name} / (floor + rtol * max(abs(old_1_{i}), abs({p.step.report[1][i]})))"]
+        rows += ["late += part * part"]
+    return [*rows, f"late *= {1.0 / len(p.error_end)!r}", "size = size if late <= 1.0 else late"]
 
 
 def _dense(p: AdaptiveStep, call: _Call, ends: Sequence[Sequence[str]]) -> str:
@@ -366,6 +387,7 @@ def local_error_module(found: LocalError) -> str:
         LOCAL_ERROR,
         scheme=found.scheme.name,
         terms=found.terms,
+        always=found.always,
         sources=found.sources,
         order=found.order,
         lag=acceleration_lag(found.scheme),

@@ -30,12 +30,14 @@ def catalogue_pair(scheme: Scheme, motion: EquationsOfMotion) -> str:
     return scene_step_module(step, effective_systems(scheme), _banner_of_pair(scheme, motion))
 
 
-def adaptive_pair(scheme: Scheme, motion: EquationsOfMotion, terms: Terms, order: int) -> str:
-    """Text of the module that marches the scheme on the scene in steps that it chooses; terms, order: of `LocalError`.
+def adaptive_pair(scheme: Scheme, motion: EquationsOfMotion, terms: Terms, order: int, always: bool = True) -> str:
+    """Text of the module that marches the scheme on the scene in steps that it chooses.
+
+    terms, order, always: of `LocalError`.
 
     Raises DeclarationError for a scheme whose step cannot change.
     """
-    step = AdaptiveStep.of(*_in_kernels(scheme, motion), terms, order)
+    step = AdaptiveStep.of(*_in_kernels(scheme, motion), terms, order, always)
     return adaptive_module(step, _banner_of_pair(scheme, motion))
 
 

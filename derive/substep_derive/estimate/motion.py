@@ -47,7 +47,7 @@ class SmoothMotion:
                 kept = (((a, b), value) for (a, b), value in found if self.damped or not b)
                 row += [(column, b, (a - b) // 2, value * QQ(1, 2**b)) for (a, b), value in kept]
             self.rows.append(row)
-        leading = [[self._at_rest(row, c) for c in range(n + len(step.state))] for row in self.rows]
+        leading = [[self.at_rest(row, c) for c in range(n + len(step.state))] for row in self.rows]
         try:
             self.inverse = matrix_inverse([row[:n] for row in leading], self.evaluation.field.domain)
         except SingularMatrix as error:
@@ -58,7 +58,8 @@ class SmoothMotion:
             [-sum((self.inverse[i][k] * old[k][j] for k in range(n)), self.zero) for j in range(m)] for i in range(n)
         ]
 
-    def _at_rest(self, row: list[tuple[int, int, int, Any]], column: int) -> Any:
+    def at_rest(self, row: list[tuple[int, int, int, Any]], column: int) -> Any:
+        """The number of a column in a row where the step has no length, so that neither c nor k acts."""
         return next((value for at, i, j, value in row if at == column and i == j == 0), self.zero)
 
     def _manifold(self) -> list[Expansion]:

@@ -24,12 +24,13 @@ class AdaptiveStep:
 
     once: constants that do not depend on h; changing: those that do, and are computed again where h changes; uneven:
     those that depend on kappa, the length of the step before divided by h. error_u, error_v: names and expressions of
-    the estimated errors' components. kept: what is carried from an accepted step to the next for the estimate -> what
-    it is in that step, a symbol of the step or a_*end. by_before: whether the errors of u, of v need the step before.
-    lag: the power of h with which a_0 differs from the motion's own acceleration; None where it does not. halved: the
-    same step, of which two of half the length are made; None where no estimate needs them. acceleration: from the
-    equation of motion, in components of u, v named without a knot, t and the load. between: the interpolant, for one
-    coordinate of a step.
+    the estimated errors' components; error_end: those of the check of the end, none where the others see it; always:
+    whether each step needs it, or only one that has none before it. kept: what is carried from an accepted step to the
+    next for the estimate -> what it is in that step, a symbol of the step or a_*end. by_before: whether the errors of
+    u, of v need the step before. lag: the power of h with which a_0 differs from the motion's own acceleration; None
+    where it does not. halved: the same step, of which two of half the length are made; None where no estimate needs
+    them. acceleration: from the equation of motion, in components of u, v named without a knot, t and the load.
+    between: the interpolant, for one coordinate of a step.
     """
 
     step: SceneStep
@@ -39,6 +40,8 @@ class AdaptiveStep:
     uneven: Assignments
     error_u: Assignments
     error_v: Assignments
+    error_end: Assignments
+    always: bool
     kept: Mapping[Symbol, Symbol]
     by_before: tuple[bool, bool]
     lag: int | None
@@ -47,8 +50,10 @@ class AdaptiveStep:
     between: Interpolant
 
     @classmethod
-    def of(cls, scheme: Scheme, motion: EquationsOfMotion, terms: Terms, order: int) -> "AdaptiveStep":
-        """terms, order: of the local error's estimate (see `LocalError`).
+    def of(
+        cls, scheme: Scheme, motion: EquationsOfMotion, terms: Terms, order: int, always: bool = True
+    ) -> "AdaptiveStep":
+        """terms, order, always: of the local error's estimate (see `LocalError`).
 
         Raises DeclarationError as `SceneStep.of`, and for a scheme whose state holds values before t_n or does not
         begin with u_0, v_0, a_0: its step cannot change.
@@ -79,16 +84,17 @@ class AdaptiveStep:
         )  # fmt: skip
         once, changing, uneven = _by_change(factors, step.constants)
         found = [
-            assign(Matrix([Symbol(name) for name in component_names(Symbol(f"{kind}_*error"), motion)]), e)
-            for kind, e in zip("uv", step.errors, strict=True)
+            assign(Matrix([Symbol(name) for name in component_names(Symbol(kind), motion)]), e)
+            for kind, e in zip(("u_*error", "v_*error", "v_*lateerror"), step.errors, strict=False)
         ]
         u, v = ([Symbol(name) for name in component_names(Symbol(f"{k}_*now"), motion)] for k in "uv")
         place = dict(zip((*motion.coordinates, *motion.scene.rates), (*u, *v), strict=True))
         acceleration = motion.consistent_acceleration.subs({**place, sampled: Symbol("load")}, simultaneous=True)
         halved = SceneStep.of(scheme, motion, now=t) if any(e.has(*HALVED[:2]) for e in errors) else None
         return cls(
-            step, terms, once, [*changing, *step.near], uneven, found[0], found[1], kept, (by_before[0], by_before[1]),
-            lag, halved, acceleration, Interpolant.of(knot(0), knot(1), order),
+            step, terms, once, [*changing, *step.near], uneven, found[0], found[1], found[2] if found[2:] else [],
+            always, kept, (by_before[0], by_before[1]), lag, halved, acceleration,
+            Interpolant.of(knot(0), knot(1), order),
         )  # fmt: skip
 
     @property
@@ -98,9 +104,13 @@ class AdaptiveStep:
 
     @property
     def end_is_estimated(self) -> bool:
-        """Whether an estimate takes the acceleration at the end of the step from the equation of motion."""
+        """Whether each step's estimate takes the acceleration at its end from the equation of motion."""
+        return self.takes_end([*self.error_u, *self.error_v, *(self.error_end if self.always else [])])
+
+    def takes_end(self, errors: Assignments) -> bool:
+        """Whether they contain the acceleration at the end of the step from the equation of motion."""
         names = set(component_names(END.a, self.step.motion))
-        return any(s.name in names for _, e in (*self.error_u, *self.error_v) for s in e.free_symbols)
+        return any(s.name in names for _, e in errors for s in e.free_symbols)
 
     @property
     def refactored(self) -> bool:

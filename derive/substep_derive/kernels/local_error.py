@@ -1,7 +1,8 @@
 """Estimator -> LocalError: the estimated local errors as sums of weights, powers of h and of kappa, and vectors.
 
 Besides what a step holds, an estimate may take an acceleration from the equation of motion at an end of the step,
-values of the step before, which was kappa*h long, and u and v after two half steps (see `estimate.analysis`).
+values of the step before, which was kappa*h long, and u and v after two half steps (see `estimate.analysis`). Where
+they do not see the force at the end of a step, a third sum compares it with what the step assumed (see `estimate.end`).
 """
 
 from collections.abc import Callable, Mapping
@@ -18,14 +19,15 @@ from ..declare.parameter_set import ParameterSet
 from ..declare.related import related
 from ..declare.scheme import Scheme
 from ..declare.symbols import h, knot_of
-from ..estimate.estimator import Estimate, Estimator, estimator, estimator_at, kappa
+from ..estimate.end import end_check
+from ..estimate.estimator import Estimator, estimator, estimator_at, kappa
 from ..estimate.held import END, HALVED, START, earlier
 from ..motion.components import Assignments
 
 # of u or v: (symbol of a knot, power of h, power of kappa) of each term, and the powers of kappa in the denominator,
 # none where it is 1
 TermsOfOne = tuple[tuple[tuple[str, int, int], ...], tuple[int, ...]]
-Terms = tuple[TermsOfOne, TermsOfOne]  # of u, then of v
+Terms = tuple[TermsOfOne, ...]  # of u, of v, and where it is checked of the end
 
 
 @dataclass(frozen=True)
@@ -33,13 +35,15 @@ class LocalError:
     """Estimated local errors (numerical - exact) of u and v: sums of weight * h^i * kappa^j * symbol.
 
     A sum may stand over another one, of weight * kappa^j. order: p, where both are O(h^(p+1)). weights: of the terms of
-    u and of its denominator, then the same of v; expressions in the parameters left free.
+    u and of its denominator, then the same of v; expressions in the parameters left free. Where there is a third sum,
+    of the end, it is an error of v too; always: whether each step needs it, or only one that has none before it.
     """
 
     scheme: Scheme
     terms: Terms
     weights: tuple[Expr, ...]
     order: int
+    always: bool
 
     @classmethod
     def of(cls, scheme: Scheme, exact: Mapping[str, Any], *, damped: bool) -> "LocalError":
@@ -49,11 +53,12 @@ class LocalError:
         may hold there alone. Raises NoEstimator, with the reason, where there is none.
         """
         found = _found(scheme, exact, damped)
-        own = [_collected(one) for one in (found.displacement, found.velocity)]
+        check = end_check(found, damped)
+        own = [_collected(e) for e in (found.u, found.v, *([check.error] if check else []))]
         number = _number(found)
         weights = tuple(number(e) for _, above, _, below in own for e in (*above, *below))
-        u, v = ((terms, powers) for terms, _, powers, _ in own)
-        return cls(found.scheme, (u, v), weights, min(found.order))
+        terms = tuple((terms, powers) for terms, _, powers, _ in own)
+        return cls(found.scheme, terms, weights, min(found.order), check is None or check.always)
 
     @cached_property
     def sources(self) -> dict[str, tuple[str, str]]:
@@ -106,15 +111,15 @@ def weight_names(terms: Terms) -> list[Symbol]:
     return [Symbol(f"weight_{k}") for k in range(sum(len(above) + len(below) for above, below in terms))]
 
 
-def combined(terms: Terms) -> tuple[Expr, Expr]:
-    """The estimated errors of u and v with named weights."""
+def combined(terms: Terms) -> list[Expr]:
+    """The estimated errors with named weights."""
     factors, errors = factored(terms)
     named = dict(factors)
-    return tuple(e.subs(named) for e in errors)  # type: ignore[return-value]
+    return [e.subs(named) for e in errors]
 
 
-def factored(terms: Terms) -> tuple[Assignments, tuple[Expr, Expr]]:
-    """Factors that depend on kappa, each a sum of named weights over another; the errors of u and v with them."""
+def factored(terms: Terms) -> tuple[Assignments, list[Expr]]:
+    """Factors that depend on kappa, each a sum of named weights over another; the estimated errors with them."""
     names, factors, errors = iter(weight_names(terms)), [], []
     for above, below in terms:
         weights = [next(names) for _ in above]
@@ -130,13 +135,12 @@ def factored(terms: Terms) -> tuple[Assignments, tuple[Expr, Expr]]:
                 whole = factors[-1][0]
             error += whole * h**power * Symbol(symbol)
         errors.append(error)
-    return factors, (errors[0], errors[1])
+    return factors, errors
 
 
-def _collected(one: Estimate) -> tuple[tuple[tuple[str, int, int], ...], list[Expr], tuple[int, ...], list[Expr]]:
+def _collected(error: Expr) -> tuple[tuple[tuple[str, int, int], ...], list[Expr], tuple[int, ...], list[Expr]]:
     """(symbol, power of h, power of kappa) of each term, their weights; the same of the denominator."""
-    error = one.error if one.error.has(generator) else factor(one.error)
-    numerator, den = fraction(error)
+    numerator, den = fraction(error if error.has(generator) else factor(error))
     den, below = den.as_independent(kappa, as_Add=False)
     terms: dict[tuple[str, int, int], Expr] = {}
     numerator = expand(numerator)

@@ -33,7 +33,9 @@ class LocalError:
     """terms: of u, then of v, as `local_error_module` has them; weights: their factors; order: p, errors O(h^(p+1)).
 
     sources: of each symbol of the terms, where its value is known and what it is called there; lag: the power of h with
-    which an acceleration in the state differs from the motion's own, None where it does not.
+    which an acceleration in the state differs from the motion's own, None where it does not. A third sum, where there
+    is one, is an error of v by the acceleration at the end; always: whether each step needs it, or only one that has
+    none before it.
     """
 
     terms: Any
@@ -41,6 +43,7 @@ class LocalError:
     order: int
     sources: Mapping[str, tuple[str, str]]
     lag: int | None
+    always: bool = True
 
 
 def schemes() -> tuple[str, ...]:
@@ -397,4 +400,4 @@ def _local_error(scheme: Scheme, given: tuple[str, ...], damped: bool) -> LocalE
             f"expected an estimate of the local error of {scheme.name}, got the weights {weights} at these "
             "parameters; change them, or give dt in place of tol"
         )
-    return LocalError(module.TERMS, weights, module.ORDER, module.SOURCES, module.LAG)
+    return LocalError(module.TERMS, weights, module.ORDER, module.SOURCES, module.LAG, module.ALWAYS)

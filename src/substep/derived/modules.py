@@ -102,19 +102,21 @@ def local_error_module(scheme: "str | Declaration", given: Mapping[str, float], 
     return cached_module(f"local error {_scheme(scheme)} {sorted(given.items())} {damped}", text)
 
 
-def adaptive_pair(scheme: "str | Declaration", scene: "str | SceneDeclaration", terms: Any, order: int) -> ModuleType:
+def adaptive_pair(
+    scheme: "str | Declaration", scene: "str | SceneDeclaration", terms: Any, order: int, always: bool
+) -> ModuleType:
     """Kernels of a scheme on a scene in steps of chosen length: from the cache, or printed now.
 
-    terms, order: of the local error's estimate, as `local_error_module` has them. Raises DeclarationError for a scheme
-    whose step cannot change.
+    terms, order, always: of the local error's estimate, as `local_error_module` has them. Raises DeclarationError for a
+    scheme whose step cannot change.
     """
 
     def text() -> str:
         from substep_derive.emit.first_use import adaptive_pair as printed  # noqa: PLC0415
 
-        return printed(*_declared(scheme, scene), terms, order)
+        return printed(*_declared(scheme, scene), terms, order, always)
 
-    return cached_module(f"adaptive {_scheme(scheme)} {_scene(scene)} {terms} {order}", text)
+    return cached_module(f"adaptive {_scheme(scheme)} {_scene(scene)} {terms} {order} {always}", text)
 
 
 def _declared(scheme: "str | Declaration", scene: "str | SceneDeclaration") -> "tuple[Declaration, EquationsOfMotion]":

@@ -121,14 +121,14 @@ def adaptive_kernels(scene: Scene, scheme: Scheme) -> ModuleType:
     Raises ValueError for a scheme without an estimate of its local error, or whose step cannot change.
     """
     error = scheme.local_error(scene.info.damped)
-    return _kernels(scheme.info.source, scene.info.source, error.terms, error.order)
+    return _kernels(scheme.info.source, scene.info.source, error.terms, error.order, error.always)
 
 
 @cache
-def _kernels(scheme: Any, scene: Any, terms: Any, order: int) -> ModuleType:
+def _kernels(scheme: Any, scene: Any, terms: Any, order: int, always: bool) -> ModuleType:
     from ..derived.modules import adaptive_pair  # noqa: PLC0415 (the one door to SymPy)
 
-    return adaptive_pair(scheme, scene, terms, order)
+    return adaptive_pair(scheme, scene, terms, order, always)
 
 
 def lanes_of(

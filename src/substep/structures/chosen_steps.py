@@ -160,18 +160,19 @@ class ChosenSteps:
         march.begin(X, self.state)
         self.forces.completed(march, X, self.t, middle)
         rows = combined(march.steps.report, X)
-        if self.estimate.names("end") and "a" in self.estimate.names("end"):
+        kinds = self.estimate.kinds(math.isnan(last))
+        if "a" in self.estimate.names("end", kinds):
             self.known["end", "a"] = self.forces.acceleration(end, middle, *rows[:2])
         if names := self.estimate.names("halved"):
             halves = self._halved(0.5 * march.run.h, middle)
             self.known |= {("halved", name): halves["uv".index(name)] for name in names}
-        sizes = []
-        for kind in (0, 1):
-            if self.estimate.by_before[kind] and math.isnan(last):
-                continue  # the first step has none before it
-            error = self.estimate.of(kind, march, X, last / march.run.h, self.known)
-            sizes.append(rms(error / self.scales.of(kind, self.here[kind], rows[kind])) ** 2)
-        size = sum(sizes) / len(sizes) if sizes else 0.0
+        sizes = {}
+        for kind in kinds:
+            error, of = self.estimate.of(kind, march, X, last / march.run.h, self.known), min(kind, 1)
+            sizes[kind] = rms(error / self.scales.of(of, self.here[of], rows[of])) ** 2
+        late = sizes.pop(2, 0.0)
+        size = sum(sizes.values()) / len(sizes) if sizes else 0.0
+        size = size if late <= 1.0 else late  # where it is not too large, lengths do not depend on it
         return X, rows, size if math.isfinite(float(X[-1].sum())) else math.nan
 
     def _halved(self, h: float, middle: float) -> Array:
@@ -188,8 +189,8 @@ class ChosenSteps:
         """Go on from the end of a step."""
         march.look(X, [self.t + system.instant * h for system in march.steps.systems])
         if self.carries:
-            own = self.known.get(("end", "a"))
-            self.known["start", "a"] = self.forces.acceleration(end, middle, *rows[:2]) if own is None else own.copy()
+            own = self.known.pop(("end", "a"), None)
+            self.known["start", "a"] = self.forces.acceleration(end, middle, *rows[:2]) if own is None else own
         for name in self.estimate.names("before"):
             self.known["before", name] = combined(march.steps.rows[name][None], X)[0]
         self.state = combined(march.steps.out, X)

@@ -1,6 +1,6 @@
 """The estimated local error of a step of a structure: the scheme's derived estimate on its vectors."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -20,18 +20,26 @@ class Estimate:
 
     error: LocalError
 
-    def names(self, where: str) -> tuple[str, ...]:
-        """Names of the vectors that it takes from there."""
-        return tuple(name for place, name in self.error.sources.values() if place == where)
+    def names(self, where: str, kinds: Iterable[int] = range(3)) -> tuple[str, ...]:
+        """Names of the vectors that its sums of these kinds take from there."""
+        sums = [above for kind, (above, _) in enumerate(self.error.terms) if kind in kinds]
+        known = [self.error.sources[name] for above in sums for name, _, _ in above]
+        return tuple(dict.fromkeys(name for place, name in known if place == where))
 
     @cached_property
     def by_before(self) -> tuple[bool, bool]:
         """Whether the errors of u, of v need the step before."""
-        u, v = (any(self.error.sources[name][0] == "before" for name, _, _ in above) for above, _ in self.error.terms)
+        u, v = (bool(self.names("before", (kind,))) for kind in (0, 1))
         return u, v
 
+    def kinds(self, first: bool) -> tuple[int, ...]:
+        """The sums that a step needs: 0, 1, 2 for u, v and the end; first: it has no step before it."""
+        found = [kind for kind in (0, 1) if not (first and self.by_before[kind])]
+        return (*found, 2) if len(self.error.terms) > 2 and (first or self.error.always) else (*found,)
+
     def of(self, kind: int, march: StructureSteps, X: Array, kappa: float, known: Mapping[Source, Array]) -> Array:
-        """The estimated error (n,) of u (kind 0) or v (1) after a step X; kappa: length of the step before, over h.
+        """The estimated error (n,) of u (kind 0), or of v (1, or 2 by the end) after a step X; kappa: the length of the
+        step before, over h.
 
         known: the vectors that neither the step nor its report holds.
         """

@@ -254,8 +254,10 @@ LOCAL_ERROR = '''"""The estimate of the local error of {scheme}."""
 
 import numpy as np
 
-# of u, then of v: symbol and power of h of each term
+# of u, then of v, then where it is checked of the acceleration at the end: symbol and power of h of each term
 TERMS = {terms}
+# whether each step needs the third, or only one that has none before it
+ALWAYS = {always}
 # of each symbol: where its value is known, and its name there, u, v, a or as in the scheme's plan on a structure
 SOURCES = {sources}
 ORDER = {order}
@@ -265,6 +267,6 @@ PARAMETERS = {parameters}
 
 
 def weights({arguments}):
-    """The factors of the terms of u, then of v."""
+    """The factors of the terms, in their order."""
     return {weights}
 '''

@@ -75,7 +75,8 @@ def cost(scene: Scene, scheme: Scheme, r: Response) -> Cost:
     """
     assert r.statistics is not None
     made, each = r.statistics, adaptive_kernels(scene, scheme).OPERATIONS
-    steps, named = steps_of(r), set(_names(scheme.local_error(scene.info.damped).terms))
+    error = scheme.local_error(scene.info.damped)
+    steps, named = steps_of(r), set(_names(error.terms if error.always else error.terms[:2]))  # of each step
     marched = 3 * steps if any(name.endswith("*halved") for name in named) else steps
     newton = [count * marched / max(made.accepted, 1) for count in made.newton_iterations]
     solves = round(sum(max(count, marched) for count in newton))
