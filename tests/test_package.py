@@ -2,11 +2,13 @@
 
 import ast
 import os
+import re
 import shutil
 import subprocess
 import sys
 import sysconfig
 import tarfile
+import tomllib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -257,3 +259,13 @@ def test_the_gate_leaves_no_scheme_and_no_test_out() -> None:
         assert sorted(kinds()[name] for name in run) == sorted(set(kinds().values()))
         assert in_gate(function, ["elastic_pendulum"], kinds())
     assert all(any(in_gate(function, [name], kinds()) for function in functions[:200]) for name in NAMES)
+
+
+def test_what_notebooks_say_they_need_is_installed_for_the_site() -> None:
+    """`make docs` executes them with the extra `docs` alone; a notebook names the other extras that it takes."""
+    extras = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["optional-dependencies"]
+    notebooks = "".join(path.read_text(encoding="utf-8") for path in ROOT.glob("notebooks/*.py"))
+    named = set(re.findall(r"\(extra `(\w+)`\)", notebooks))
+    assert "fem" in named
+    for name in named:
+        assert set(extras[name]) <= set(extras["docs"]), name
