@@ -122,7 +122,7 @@ def uncompiled(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 
 @pytest.fixture
-def plain_functions(monkeypatch: pytest.MonkeyPatch) -> None:
+def plain_functions(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """Functions of committed modules, such as a scheme's amplification matrix, as plain Python."""
     from plain_kernels import committed, itself
 
@@ -131,6 +131,8 @@ def plain_functions(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(kernel_modules, "committed", committed)
     monkeypatch.setattr(eigenvalues, "committed", committed)
     monkeypatch.setattr(eigenvalues, "address", itself)
+    eigenvalues._eigenvalues.cache_clear()
+    yield
     eigenvalues._eigenvalues.cache_clear()
 
 

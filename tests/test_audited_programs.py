@@ -180,7 +180,8 @@ def test_every_program_with_an_adapter_has_a_committed_report():
 
 def test_the_page_and_the_table_are_those_of_the_reports():
     assert PAGE.read_text(encoding="utf-8") == page(REPORTS, ROOT / "audits")
-    found, rows = {}, [line for line in PAGE.read_text(encoding="utf-8").splitlines() if line.startswith("| ")]
+    _, _, table = PAGE.read_text(encoding="utf-8").partition("## Every integrator")
+    found, rows = {}, [line for line in table.splitlines() if line.startswith("| ")]
     for path in sorted(REPORTS.glob("*.json")):
         read = json.loads(path.read_text(encoding="utf-8"))
         found |= read["dialects"]

@@ -153,7 +153,7 @@ def test_fuzzed_declarations_march_as_they_are_written(declared: Any) -> None:
     except (ArithmeticError, ZeroDivisionError):
         return
     assume(np.abs(rows).max() < 1e3)
-    scalars = {"h": dt, "tolerance": 1e-12, "k": 1.0, "eps": 1.0, **{k: float(v) for k, v in values.items()}}
+    scalars = {"h": dt, "tolerance": 1e-12, "k_": 1.0, "eps_": 1.0, **{f"{k}_": float(v) for k, v in values.items()}}
     arrays: dict[str, Any] = {name: np.array([x]) for name, x in scalars.items()}
     u, v, a = (np.array([[x]]) for x in (0.2, 0.3, -0.4))
     arrays |= {"u": u, "v": v, "a": a, "n": np.array([n]), "first": 0, "stride": 1, "bound": np.array([np.inf])}

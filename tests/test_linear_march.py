@@ -58,10 +58,11 @@ def oscillators(seed: int, *, dt: float | None = None, consistent: bool = True, 
 
 
 def test_every_shape_is_committed_and_named() -> None:
-    names = {module_of(name).MARCH for name in OWN}
+    own = {name: module_of(f"schemes.{name}") for name in OWN}
+    names = {own[name].MARCH for name in OWN}
     assert all(shape_name(shape_of(name)) == name for name in names)
     assert names == {path.stem for path in GENERATED.glob("marches/linear_march_*.py")}
-    assert all(hasattr(module_of(module_of(name).MARCH), f"march_{module_of(name).LOADS}") for name in OWN)
+    assert all(hasattr(module_of(f"marches.{one.MARCH}"), f"march_{one.LOADS}") for one in own.values())
 
 
 @pytest.mark.usefixtures("uncompiled")

@@ -173,7 +173,7 @@ def test_what_was_printed_for_the_catalogue_once_is_found_without_sympy() -> Non
     code = (
         "import sys; from substep.derived import modules; pair = modules.uncommitted_pair('rk4', 'duffing')\n"
         "error = modules.local_error_module('newmark', {'beta': 0.3, 'gamma': 0.6}, True)\n"
-        "adaptive = modules.adaptive_pair('newmark', 'duffing', error.TERMS, error.ORDER)\n"
+        "adaptive = modules.adaptive_pair('newmark', 'duffing', error.TERMS, error.ORDER, error.ALWAYS)\n"
         "print('sympy' in sys.modules, *(module.__name__ for module in (pair, error, adaptive)))"
     )
     found = [subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True) for _ in range(2)]

@@ -113,7 +113,7 @@ def test_a_torn_file_is_written_again(folder: Path) -> None:
 def test_a_file_that_is_not_what_was_written_is_never_run(torn: Callable[[str], str]) -> None:
     found = []
     for _ in range(2):
-        module = module_cache.cached_module("a declaration", lambda: "x = 1.5\n")
+        module = module_cache.cached_module("a declaration that is torn", lambda: "x = 1.5\n")
         path = Path(str(module.__file__))
         found.append((module.x, path.read_text()))
         path.write_text(torn(found[0][1]))

@@ -43,7 +43,7 @@ def declared(**changes: object) -> Scene:
         ({"start": {u: 1}}, "start says nothing of u_dot"),
         ({"length": w}, "length holds 'w'"),
         ({"load": {u: w * t}}, "load on u holds 'w'"),
-        ({"parameters": (optional(m, 2), required(k), required(u))}, "'u', which is used there itself"),
+        ({"parameters": (optional(m, 2), required(k), required(u))}, "got 'u' twice; rename one"),
     ],
 )
 def test_a_declaration_that_defines_no_motion_is_refused(changes: dict[str, object], message: str) -> None:

@@ -151,7 +151,7 @@ def uncompiled(monkeypatch: pytest.MonkeyPatch) -> None:
 
     @cache
     def module(name: str) -> Any:
-        return plain((GENERATED / "marches" / f"{name}.py").read_text(encoding="utf-8"))
+        return plain((GENERATED / f"{name.replace('.', '/')}.py").read_text(encoding="utf-8"))
 
     @cache
     def march(name: str, K: int) -> tuple[object, object, int]:
