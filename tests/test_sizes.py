@@ -1,7 +1,5 @@
 """Runs that are too long: how many steps that is, how much memory, and a cure that works."""
 
-import re
-
 import numpy as np
 import pytest
 
@@ -37,7 +35,7 @@ def test_the_stride_that_is_named_is_enough(monkeypatch: pytest.MonkeyPatch) -> 
         scene = ss.scene(name, **parameters)
         with pytest.raises(MemoryError, match="GB free") as raised:
             ss.march(scene, "newmark", dt=0.01, t_end=10.0)
-        stride = int(re.search(r"with stride=(\d+)", str(raised.value))[1])
+        stride = int(str(raised.value).rpartition("with stride=")[2])
         assert ss.march(scene, "newmark", dt=0.01, t_end=10.0, stride=stride).status == "completed"
         longer = ss.march(scene, "newmark", dt=0.1, t_end=10.0)
         assert len(longer.t) == 101

@@ -131,4 +131,4 @@ def _print_claims(found: "Sequence[Judgement]", of: int) -> None:
     print("The thesis's claims" if len(found) == of else f"The thesis's claims: the first {len(found)} of {of}")
     for j in found:
         print(labelled(f"{j.id:<6}{j.verdict}", j.claim, 14))
-        print(labelled("      found:", j.evidence, 14))
+        print(labelled("      found:", j.evidence, 14), flush=True)  # before what is said of an interruption
