@@ -113,7 +113,7 @@ def _split(term: Expr, box: Mapping[Symbol, Interval]) -> tuple[int, list[Expr],
     back = {dummy: e for e, dummy in kept.items()}
     sign, known, unknown = 1, [], []
     for part, exponent in zip(fraction(together(rational)), (1, -1), strict=True):
-        number, factors = factor_list(part)
+        number, factors = factor_list(part)[:2]
         for base, power in [(number, 1), *factors]:
             found = sign_on(base, box).value if base.free_symbols <= box.keys() else 0
             turn = found or (-1 if base.free_symbols == {xi} and base.subs(xi, 0) < 0 else 1)
