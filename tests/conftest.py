@@ -5,7 +5,6 @@ import zlib
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -36,8 +35,12 @@ def pytest_configure_node(node: Any) -> None:
 
 
 def pytest_configure() -> None:
-    """Keep what compilation allocates out of this process."""
+    """Keep what compilation allocates out of this process, and what is printed on first use out of the user's cache.
+
+    Modules are named by what they are printed from, so all workers, and the next run, share them.
+    """
     compile_apart()
+    os.environ.setdefault("SUBSTEP_CACHE", str(Path(__file__).parents[1] / ".pytest_cache" / "modules"))
 
 
 def pytest_sessionstart(session: pytest.Session) -> None:
@@ -59,7 +62,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
     The gate runs a test over the catalogue's schemes for one scheme of each kind, another test for others, so that
     every scheme meets many tests; a test marked `every_scheme` it runs for all. A test marked `pairs` it runs for every
-    scheme, on three scenes: see `plain_kernels.gate_pairs`. Of one marked `matrix`, whose many cases take long, it runs
+    scheme, on two scenes: see `plain_kernels.gate_pairs`. Of one marked `matrix`, whose many cases take long, it runs
     every sixth case; one marked `thorough` it leaves to `make verify`, which runs them all, as does a file run alone.
     """
     if whole_gate(config):
@@ -137,42 +140,27 @@ def plain_functions(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 
 @pytest.fixture
-def plain_pairs(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def plain_pairs(monkeypatch: pytest.MonkeyPatch) -> None:
     """Pairs of a declared scheme and any scene as plain Python functions."""
-    from declared import BY_NAME
-    from plain_kernels import SCENE_BY_NAME
+    from plain_kernels import text_of
     from plain_kernels import uncompiled as plain
-    from substep_derive.emit.first_use import catalogue_pair
-    from substep_derive.motion.equations import EquationsOfMotion
 
     from substep.core import threads
     from substep.marching import scene_lanes
 
-    def pair(scene: Any, scheme: Any) -> SimpleNamespace:
-        theirs = scene.info.declaration or SCENE_BY_NAME[scene.name]
-        mine = scheme.info.declaration or BY_NAME[scheme.name]
-        return plain(catalogue_pair(mine, EquationsOfMotion(theirs)))
-
-    monkeypatch.setenv("SUBSTEP_CACHE", str(tmp_path / "cache"))
-    monkeypatch.setattr(scene_lanes, "pair_kernels", pair)
+    pairs = scene_lanes.pair_kernels
+    monkeypatch.setattr(scene_lanes, "pair_kernels", lambda scene, scheme: plain(text_of(pairs(scene, scheme))))
     monkeypatch.setattr(threads, "cores", lambda: 1)
 
 
-@pytest.fixture(scope="session")
-def estimates(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Where the estimates of a session are kept."""
-    return tmp_path_factory.mktemp("estimates")
-
-
 @pytest.fixture
-def plain_adaptive(monkeypatch: pytest.MonkeyPatch, estimates: Path) -> Iterator[None]:
+def plain_adaptive(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """Kernels that choose their steps as plain Python; an overflow there is a rejection, not a warning."""
     from plain_kernels import plain_adaptive as kernels
 
     from substep.core import threads
     from substep.marching import adaptive
 
-    monkeypatch.setenv("SUBSTEP_CACHE", str(estimates))
     monkeypatch.setattr(adaptive, "_kernels", kernels)
     monkeypatch.setattr(threads, "cores", lambda: 1)  # threads do not inherit np.errstate
     with np.errstate(all="ignore"):

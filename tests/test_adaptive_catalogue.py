@@ -79,9 +79,10 @@ def test_each_error_is_controlled_by_itself(name: str, kind: str) -> None:
     assert found[0] / found[1] > 100.0 ** (1.0 - power) / 2.0
 
 
-@pytest.mark.parametrize("name", [name for name in NAMES if not reason(name) and acceleration_lag(BY_NAME[name]) == 1])
+@pytest.mark.parametrize("name", ["hht_alpha", "wbz_alpha", "generalized_alpha", "explicit_generalized_alpha"])
 def test_an_acceleration_that_belongs_to_a_step_follows_its_length(name: str) -> None:
     """Else its difference from the motion's own is that of another length, which is taken for an error of v."""
+    assert acceleration_lag(BY_NAME[name]) == 1
     r = ss.march(DAMPED, name, tol=1e-5, t_end=3.0)
     assert r.statistics is not None
     assert np.count_nonzero(np.abs(np.diff(np.diff(r.t))) > 1e-9) >= 4  # the length changes

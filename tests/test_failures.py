@@ -158,7 +158,9 @@ def test_restitution() -> None:
     assert found == pytest.approx(1, abs=0.01)
 
 
-def test_round_off(tmp_path: Path) -> None:
+@pytest.mark.parametrize("scheme", ss.schemes())
+def test_round_off(scheme: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, uncompiled: None) -> None:
+    monkeypatch.setattr(rounding, "schemes", lambda: (scheme,))
     for row in rounding.round_off(tmp_path):
         if row.scheme == "trbdf3":  # it begins a difference of second order anew in each step, over a third of it
             assert row.u < 1e-22 / row.h**2

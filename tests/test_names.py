@@ -3,7 +3,6 @@
 import ast
 import inspect
 import keyword
-import os
 from collections.abc import Iterable
 from functools import cache
 from typing import Any
@@ -145,14 +144,13 @@ def plain_motion(scene: Scene, scheme: Scheme) -> tuple[Array, Array, Array]:
 
 
 ROLES = ("parameter", "coordinate", "output")
-VERIFY = bool(os.environ.get("SUBSTEP_VERIFY"))
 
 
+@pytest.mark.matrix
 @pytest.mark.usefixtures("plain_pairs")
-@pytest.mark.parametrize(("what", "name"), [(what, name) for i, name in enumerate(SUSPECT)
-                                            for k, what in enumerate(ROLES) if VERIFY or i % 3 == k])  # fmt: skip
+@pytest.mark.parametrize("name", SUSPECT)
+@pytest.mark.parametrize("what", ROLES)
 def test_a_scene_is_right_or_refused_by_name(what: str, name: str) -> None:
-    """The gate gives each name one of the three roles in turn; `make verify` gives it all of them."""
     given = {"parameter": (name, "q"), "coordinate": ("k", name), "output": ("k", "q", name)}[what]
     try:
         found = plain_motion(with_names(*given), with_a_parameter("kappa"))
@@ -164,6 +162,7 @@ def test_a_scene_is_right_or_refused_by_name(what: str, name: str) -> None:
         np.testing.assert_allclose(x, y, rtol=0, atol=1e-13)  # names decide the order of sums
 
 
+@pytest.mark.matrix
 @pytest.mark.usefixtures("plain_pairs")
 @pytest.mark.parametrize("name", SUSPECT)
 def test_a_scheme_is_right_or_refused_by_name(name: str) -> None:
@@ -276,6 +275,7 @@ OF_CHOSEN_STEPS = (
 )
 
 
+@pytest.mark.matrix
 @pytest.mark.usefixtures("plain_adaptive")
 @pytest.mark.parametrize("name", OF_CHOSEN_STEPS)
 def test_a_march_in_chosen_steps_is_right_whatever_parameters_are_called(name: str) -> None:
