@@ -5,6 +5,7 @@ BIN := .venv/bin
 READY := .venv/.ready
 TOOLS := .venv/.tools
 SITE := .venv/.site
+WHEELS := .venv/wheelhouse
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 export PYTHONHASHSEED = 0
 
@@ -24,6 +25,11 @@ $(TOOLS): $(READY)
 $(SITE): $(READY)
 	@echo "installing: Sphinx, into .venv"
 	@$(PIP) -e '.[docs]' && touch $(SITE)
+
+# what all of these install, for the tests that install them again without a network
+$(WHEELS): $(READY)
+	@echo "downloading: all packages once more, into .venv/wheelhouse"
+	@$(PIP) download --dest $(WHEELS) '.[dev,docs]' hatchling editables pip setuptools && touch $(WHEELS)
 
 install: $(READY)
 
@@ -57,7 +63,7 @@ test-browser: $(TOOLS)
 vendor: $(READY)
 	$(BIN)/python -m substep.figures.explorer.vendor
 
-verify: $(TOOLS) $(SITE)
+verify: $(TOOLS) $(SITE) $(WHEELS)
 	SUBSTEP_VERIFY=1 $(BIN)/pytest
 
 notebooks: $(TOOLS)
@@ -67,8 +73,9 @@ notebooks: $(TOOLS)
 docs: $(SITE)
 	$(BIN)/sphinx-build -W --keep-going --quiet -c docs/site docs results/site
 
+# BENCH=--quick takes about a minute, BENCH=--full an hour
 bench: $(TOOLS)
-	$(BIN)/python -m benchmarks
+	$(BIN)/python -m benchmarks $(BENCH)
 
 # installs each program into an environment of its own
 audits: $(TOOLS)

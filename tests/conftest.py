@@ -134,9 +134,9 @@ def plain_functions(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     monkeypatch.setattr(kernel_modules, "committed", committed)
     monkeypatch.setattr(eigenvalues, "committed", committed)
     monkeypatch.setattr(eigenvalues, "address", itself)
-    eigenvalues._eigenvalues.cache_clear()
+    eigenvalues._called.cache_clear()
     yield
-    eigenvalues._eigenvalues.cache_clear()
+    eigenvalues._called.cache_clear()
 
 
 @pytest.fixture

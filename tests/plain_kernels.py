@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
-from types import ModuleType, SimpleNamespace
+from types import ModuleType
 from typing import Any
 
 from declared import BY_NAME
@@ -23,9 +23,9 @@ def motion(name: str) -> EquationsOfMotion:
 
 
 def text_of(module: ModuleType) -> str:
-    """The text that a module was printed as."""
+    """The text that a module was printed as: its file in the cache, but for the first line, a digest."""
     assert module.__file__
-    return Path(module.__file__).read_text(encoding="utf-8")
+    return Path(module.__file__).read_text(encoding="utf-8").partition("\n")[2]
 
 
 @cache
@@ -60,19 +60,19 @@ def text(scheme: str, scene: str) -> str:
 
 
 @cache
-def plain(scheme: str, scene: str) -> SimpleNamespace:
+def plain(scheme: str, scene: str) -> ModuleType:
     """The module with its kernels as Python functions."""
     return uncompiled(text(scheme, scene))
 
 
 @cache
-def plain_adaptive(scheme: Any, scene: Any, terms: Any, order: int, always: bool) -> SimpleNamespace:
+def plain_adaptive(scheme: Any, scene: Any, terms: Any, order: int, always: bool) -> ModuleType:
     """The module that marches in chosen steps, with its kernels as Python functions: for `adaptive._kernels`."""
     return uncompiled(text_of(adaptive_pair(scheme, scene, terms, order, always)))
 
 
 @cache
-def committed(name: str) -> SimpleNamespace:
+def committed(name: str) -> ModuleType:
     """A committed module with its kernels as Python functions: for `kernel_modules.committed`."""
     return uncompiled((GENERATED / f"{name.replace('.', '/')}.py").read_text(encoding="utf-8"))
 
@@ -82,12 +82,12 @@ def itself(kernel: Callable[..., None], whole: int = 1) -> Callable[..., None]:
     return kernel
 
 
-def uncompiled(source: str) -> SimpleNamespace:
+def uncompiled(source: str) -> ModuleType:
     """A module from its text, without numba."""
-    space: dict[str, Any] = {}
+    module = ModuleType("kernels")
     source = source.replace("from numba import njit", "njit = lambda **_: lambda function: function")
-    exec(compile(source, "kernels", "exec"), space)
-    return SimpleNamespace(**space)
+    exec(compile(source, "kernels", "exec"), vars(module))
+    return module
 
 
 def variant(name: str, **options: Any) -> ss.Scene:

@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -14,11 +15,9 @@ import numpy as np
 import pytest
 import tree_sitter_julia
 from by_hand import single
-from declared import BY_NAME, NAMES, UNDAMPED
+from declared import NAMES, UNDAMPED
 from nonlinear_oracle import System, history
-from plain_kernels import printed
 from substep_derive import Parameter, Scheme, h, knot
-from substep_derive.declare.digest import scheme_digest
 from substep_derive.declare.errors import DeclarationError
 from substep_derive.declare.scheme import Balance
 from substep_derive.emit.languages import LANGUAGES
@@ -93,9 +92,10 @@ process.exitCode = scheme.self_test() ? 0 : 1;
 """
 
 
+@cache
 def text_of(scheme: str, language: str) -> str:
-    """The file of a scheme, printed once for all runs of the tests."""
-    return printed(lambda: standalone(scheme, language), f"standalone {language}", scheme_digest(BY_NAME[scheme]))
+    """The file of a scheme."""
+    return standalone(scheme, language)
 
 
 def compiler(name: str) -> str:

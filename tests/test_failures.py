@@ -233,7 +233,7 @@ def test_battery(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     rows = failures.battery(tmp_path, calls.append)
     assert len(calls) == failures.count() == 3
     assert [row for part in calls for row in part] == rows
-    assert {row.scheme for row in rows} == set(ss.schemes())
+    assert {row.scheme for row in rows} == set(outcomes.QUICK)
     assert all(row.word in failures.WORDS for row in rows)
     for name in ("failures", "map_newmark_bdf2_gamma_t", "trapezoidal_rule"):
         for kind in ("png", "svg", "csv"):

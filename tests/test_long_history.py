@@ -2,12 +2,12 @@
 
 from dataclasses import replace
 from pathlib import Path
-from types import ModuleType, SimpleNamespace
+from types import ModuleType
 
 import numpy as np
 import pytest
 from by_hand import SCENES
-from plain_kernels import SCENE_BY_NAME, itself, uncompiled
+from plain_kernels import SCENE_BY_NAME, committed, itself, text_of, uncompiled
 from substep_derive import Balance, Parameter, Scheme, derive
 from substep_derive.declare.symbols import h, knot
 from substep_derive.emit.first_use import catalogue_pair
@@ -70,19 +70,19 @@ def plain_scheme(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
     monkeypatch.setenv("SUBSTEP_CACHE", str(tmp_path / "cache"))
     monkeypatch.setattr(threads, "cores", lambda: 1)
     handle = ss.scheme(multi_step(*request.param))
-    module = ModuleType("long_history")
-    module.__dict__.update(vars(uncompiled(Path(str(handle.kernels.__file__)).read_text(encoding="utf-8"))))
+    module = uncompiled(text_of(handle.kernels))
 
     def kernels(name: str, K: int) -> tuple[object, object, int]:
         march = uncompiled(march_module(shape_of(name), (K,)))
         return getattr(march, f"march_{K}"), getattr(march, f"run_{K}"), march.WIDTH
 
-    def finding(name: str) -> SimpleNamespace:
+    def finding(name: str) -> ModuleType:
         return uncompiled(eigenvalues_module(EigenvalueKind.named(name)))
 
     monkeypatch.setattr(linear, "_kernels", kernels)
     monkeypatch.setattr(eigenvalues, "_eigenvalues", finding)
     monkeypatch.setattr(eigenvalues, "address", itself)
+    monkeypatch.setattr(eigenvalues, "loaded", committed)
     return replace(handle, info=replace(handle.info, module=module))
 
 

@@ -37,6 +37,7 @@ def pendulum(**more: Any) -> tuple[ss.Scene, ss.Structure]:
     return scene, frame
 
 
+@pytest.mark.usefixtures("uncompiled")
 @pytest.mark.parametrize("name", SCHEMES)
 def test_every_scheme_marches_the_pendulum_as_its_kernel_does(name: str) -> None:
     scene, frame = pendulum(EA=1e4)
@@ -52,6 +53,7 @@ def test_every_scheme_marches_the_pendulum_as_its_kernel_does(name: str) -> None
         assert np.abs(x - y).max() <= 1e-9 * np.abs(expected.u).max()
 
 
+@pytest.mark.usefixtures("uncompiled")
 @pytest.mark.parametrize("name", SCHEMES)
 def test_every_scheme_marches_duffing_as_its_kernel_does(name: str) -> None:
     """With the tangent of every iteration to 1e-10; with one that is kept to what its last corrections leave, 1e-8."""
@@ -164,6 +166,7 @@ def spring(**more: Any) -> dict[str, Any]:
     return {"M": [[1.0]], "internal_force": lambda u: u + u**3, "u0": 0.5, "load": ([1.0], ss.Step(1.0)), **more}
 
 
+@pytest.mark.usefixtures("uncompiled")
 @pytest.mark.parametrize("scheme", ALL, ids=lambda s: s.name)
 def test_a_tangent_is_asked_for_by_schemes_that_take_it(scheme: Any) -> None:
     """Those whose kernel of a scene iterates, or whose declaration says so; the others give the same to the bit."""

@@ -11,7 +11,7 @@ from typing import Any
 
 from ..kernels.eigenvalue_kind import EigenvalueKind
 from .printing import fill
-from .templates.many_eigenvalues import BESIDE, FIND_BOTH_ROOTS, FIND_ROOTS, MORE_EIGENVALUES
+from .templates.many_eigenvalues import FIND_BOTH_ROOTS, FIND_ROOTS, MORE_EIGENVALUES
 
 WIDTH = 32  # points side by side: their coefficients and roots stay in the first cache
 
@@ -22,10 +22,10 @@ def coefficient_names(kind: EigenvalueKind) -> list[str]:
 
 
 def more_eigenvalues(
-    kind: EigenvalueKind, small_Omega: float, driver: Callable[[int, int, int, bool], str], **shared: Any
+    kind: EigenvalueKind, small_Omega: float, sizes: Callable[[int, int, int, bool], str], **shared: Any
 ) -> str:
-    """Text of the module for more than three live eigenvalues; driver: text of the functions
-    that are called, from numbers of rows and of other eigenvalues; shared: parts that other modules have too.
+    """Text of the module for more than three live eigenvalues; sizes: text of the constant that says how many rows and
+    other eigenvalues there are; shared: parts that other modules have too.
     """
     n, twice = kind.roots, kind.twice
     roots = [f"{part}{k}" for k in range(n) for part in "xy"]
@@ -61,7 +61,6 @@ def more_eigenvalues(
         coefficients=len(coefficients),
         first_coefficient=2 * n,
         root_rows=2 * n,
-        beside=fill(BESIDE, root_rows=2 * n) if twice else "",
         prepared=", ".join(prepared),
         prepared_i=", ".join(_found(range(len(prepared)))),
         placed=indent("\n".join(_placed(n, twice)), "    "),
@@ -69,7 +68,7 @@ def more_eigenvalues(
         others=", ".join(others),
         found_i=", ".join(_found(range(4 + len(others)))),
         find=fill(FIND_BOTH_ROOTS, root_rows=2 * n) if twice else fill(FIND_ROOTS),
-        driver=driver(1 + len(coefficients), max(len(prepared), 4 + len(others)), len(others) // 2, twice),
+        sizes=sizes(1 + len(coefficients), max(len(prepared), 4 + len(others)), len(others) // 2, twice),
     )
 
 

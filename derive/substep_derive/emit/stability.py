@@ -16,10 +16,11 @@ from ..kernels.scheme import SchemeKernels
 from .eigenvalue_defect import defect_lines
 from .many_eigenvalues import coefficient_names, more_eigenvalues
 from .printing import PRINTER, fill
-from .templates.eigenvalues import DRIVER, FIND, THREE_EIGENVALUES, TWO_EIGENVALUES
+from .templates.eigenvalues import SIZES, STABILITY, THREE_EIGENVALUES, TWO_EIGENVALUES
 from .templates.elementary import ANGLE, CALL, CALL_IMPORTS, COMPILE, LOG1P, REFUSED
 from .templates.stability import BLOCK_KERNEL, ERRORS, POLYNOMIALS
 
+NJIT = "from numba import njit\n"
 SMALL_OMEGA = 0.125  # below: exact eigenvalue plus its defect; above: direct formulas
 BLOCK = 512  # points of a block: its rows stay in the caches
 
@@ -61,26 +62,28 @@ _AT_EXACT_DOC = (
 
 def eigenvalues_module(kind: EigenvalueKind) -> str:
     """Text of the module that finds the eigenvalues of a kind, without its banner."""
-    shared = {
-        "compile": fill(COMPILE, block=BLOCK, imports=fill(CALL_IMPORTS)),
-        "call": fill(CALL),
-        "refused": fill(REFUSED),
-    }
+    imports = fill(CALL_IMPORTS) if kind.twice or kind.roots > 3 else NJIT
+    header = fill(COMPILE, block=BLOCK, imports=imports)
     if kind.twice or kind.roots > 3:
-        return more_eigenvalues(kind, SMALL_OMEGA, _driver, **shared, angle=fill(ANGLE))
+        return more_eigenvalues(kind, SMALL_OMEGA, _sizes, compile=header, call=fill(CALL), angle=fill(ANGLE))
     if kind.roots == 2:
-        return fill(TWO_EIGENVALUES, **shared, find=fill(FIND), driver=_driver(6, 4, 0, False))
-    return fill(THREE_EIGENVALUES, **shared, find=fill(FIND), driver=_driver(7, 6, 1, False))
+        return fill(TWO_EIGENVALUES, compile=header, sizes=_sizes(6, 4, 0, False))
+    return fill(THREE_EIGENVALUES, compile=header, sizes=_sizes(7, 6, 1, False))
 
 
-def _driver(rows: int, found: int, others: int, conjugates: bool) -> str:
-    counts = {"others_count": others, "conjugates": int(conjugates)}
-    return fill(DRIVER, rows=rows, found=found, **counts, small_Omega=SMALL_OMEGA)
+def _sizes(rows: int, found: int, others: int, conjugates: bool) -> str:
+    return fill(SIZES, rows=rows, found=found, others=others, conjugates=int(conjugates))
+
+
+def stability_module() -> str:
+    """Text of the module of the function that stores what is known of eigenvalues, without its banner."""
+    header = fill(COMPILE, block=BLOCK, imports=fill(CALL_IMPORTS))
+    return fill(STABILITY, compile=header, call=fill(CALL), refused=fill(REFUSED), small_Omega=SMALL_OMEGA)
 
 
 def errors_module() -> str:
     """Text of the module that computes damping and period error from eigenvalues, without its banner."""
-    header = fill(COMPILE, block=BLOCK, imports="from numba import njit\n")
+    header = fill(COMPILE, block=BLOCK, imports=NJIT)
     return fill(ERRORS, compile=header, log1p=fill(LOG1P), angle=fill(ANGLE), small_Omega=SMALL_OMEGA)
 
 

@@ -4,9 +4,10 @@ A scheme's module stores the coefficients of its polynomials at the points of a 
 find what follows from them, and call it by its address.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cache
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 
@@ -23,11 +24,8 @@ def stability_at_points(module: ModuleType, arguments: Sequence[Array], out: Arr
     module: of a scheme. arguments: Omega, xi and its PARAMETERS, (n,) or (1,) each. nanoseconds: about how long a point
     takes. Returns whether an Omega, an xi or a radius is negative or not finite.
     """
-    n, shared = out.shape[1], _eigenvalues(module.EIGENVALUES)
-    own, kernel = (address(module.polynomial),), shared.spectral_radius
-    if len(out) == 3:
-        own, kernel = (*own, address(module.defect), address(loaded("shared.errors").errors, 4)), shared.stability
-    refused = False
+    n, refused = out.shape[1], False
+    stability, given = _called(module, len(out) == 3)
 
     def part(begin: int, end: int) -> None:
         nonlocal refused
@@ -36,7 +34,7 @@ def stability_at_points(module: ModuleType, arguments: Sequence[Array], out: Arr
             inputs = np.empty((len(arguments), size))
             for row, values in zip(inputs, arguments, strict=True):
                 row[:] = values if values.size == 1 else values[first : first + size]
-            if kernel(*own, inputs, out, first):
+            if stability(*given, inputs, out, first):
                 refused = True
 
     spread(part, n, PART, nanoseconds=n * nanoseconds)
@@ -44,6 +42,18 @@ def stability_at_points(module: ModuleType, arguments: Sequence[Array], out: Arr
 
 
 @cache
+def _called(module: ModuleType, all_three: bool) -> tuple[Callable[..., bool], tuple[Any, ...]]:
+    """What stores one row, or all three, for a scheme's module; and its arguments that are the same for all points."""
+    shared = _eigenvalues(module.EIGENVALUES)
+    find = getattr(shared, "find", None)  # what two or three eigenvalues do not need
+    kernels = (module.polynomial, 1), (find, 3), (shared.radii, 1), (None, 1), (None, 4)
+    if all_three:
+        errors = loaded("shared.errors").errors
+        kernels = (module.polynomial, 1), (find, 3), (shared.eigenvalues, 1), (module.defect, 1), (errors, 4)
+    addresses = (0 if kernel is None else address(kernel, whole) for kernel, whole in kernels)
+    return loaded("shared.stability").stability, (*addresses, shared.SIZES)
+
+
 def _eigenvalues(name: str) -> ModuleType:
     """The module that finds eigenvalues: committed, or printed on first use for an own scheme with more of them."""
     found = committed(f"shared.{name}")

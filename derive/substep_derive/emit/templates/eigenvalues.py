@@ -1,6 +1,9 @@
-"""The fixed text of modules that find two or three eigenvalues from what a scheme's `polynomial` stores."""
+"""The fixed text of the module that all stability functions are of, and of those that find two or three eigenvalues."""
 
-DRIVER = '''
+STABILITY = '''"""Spectral radius, numerical damping and period error at many points, whatever the scheme."""
+{compile}
+_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={{"contract"}})
+{call}{refused}
 
 @_inner
 def _read(inputs, first, n, points):
@@ -12,54 +15,50 @@ def _read(inputs, first, n, points):
 
 
 @_compile
-def spectral_radius(polynomial, inputs, out, begin):
-    """Store the spectral radius in row 0 of out; see `stability`."""
-    refused, total = np.int64(0), inputs.shape[1]
-    points, rows, found = np.empty((inputs.shape[0] + 2) * BLOCK), np.empty({rows} * BLOCK), np.empty({found} * BLOCK)
-    for first in range(0, total, BLOCK):
-        n = min(BLOCK, total - first)
-        _read(inputs, first, n, points)
-        _find(polynomial, n, inputs.shape[0], points, rows, found)
-        refused |= _radii(n, points, rows, found, out[0, begin + first : begin + first + n])
-    return refused < 0
+def stability(polynomial, find, place, defect, errors, sizes, inputs, out, begin):
+    """Store the spectral radius in row 0 of out, from column `begin` on; in two more rows, damping and period error.
 
-
-@_compile
-def stability(polynomial, defect, errors, inputs, out, begin):
-    """Store spectral radius, numerical damping and period error in the rows of out, from column `begin` on.
-
-    inputs (k, n): Omega, xi and parameters of a scheme, row by row. polynomial, defect: of the scheme's module;
-    errors: of the module of that name; functions, or their addresses. damping: that of the complex pair of largest
-    modulus, less the physical one; period: the numerical period over the exact one, less 1; both are NaN where all
-    eigenvalues are real. Returns whether any Omega, xi or radius is negative or not finite.
+    inputs (k, n): Omega, xi and parameters of a scheme, row by row. The others are functions, or their addresses.
+    polynomial, defect: of the scheme's module; find, sizes, and `radii` or, for three rows, `eigenvalues` for `place`:
+    of the module that finds its eigenvalues, find is 0 where that has none; errors: of the module of that name.
+    damping: that of the complex pair of largest modulus, less the physical one; period: the numerical period over the
+    exact one, less 1; both are NaN where all eigenvalues are real. Returns whether any Omega, xi or radius is negative
+    or not finite.
     """
-    refused, total = np.int64(0), inputs.shape[1]
-    points, rows, found = np.empty((inputs.shape[0] + 2) * BLOCK), np.empty({rows} * BLOCK), np.empty({found} * BLOCK)
-    exact = np.empty(7 * BLOCK)  # what `defect` stores, and two rows of scratch
+    refused, k, total, all_three = np.int64(0), inputs.shape[0], inputs.shape[1], out.shape[0] == 3
+    rows_count, found_count, others, conjugates = sizes
+    points, rows, found = np.empty((k + 2) * BLOCK), np.empty(rows_count * BLOCK), np.empty(found_count * BLOCK)
+    exact = np.empty(7 * BLOCK if all_three else 0)  # what `defect` stores, and two rows of scratch
     for first in range(0, total, BLOCK):
         n = min(BLOCK, total - first)
         _read(inputs, first, n, points)
-        _find(polynomial, n, inputs.shape[0], points, rows, found)
-        i, k, near = begin + first, begin + first + n, 0
-        refused |= _eigenvalues(n, points, rows, found, out[0, i:k])
-        for j in range(n):
-            near += points[j] < {small_Omega}
-        if near > 0:
-            _call(defect, n, points, exact)
-        _call(errors, n, near, {others_count}, {conjugates}, points, rows, found, exact, out[1, i:k], out[2, i:k])
+        if find == 0:
+            _call(polynomial, n, points, rows)
+        else:
+            _call(find, polynomial, n, k, points, rows, found)
+        radius = out[0, begin + first : begin + first + n]
+        _call(place, n, points, rows, found, radius)
+        for i in range(n):
+            refused |= _refused(points[i], points[BLOCK + i], radius[i])
+        if all_three:
+            near = 0
+            for i in range(n):
+                near += points[i] < {small_Omega}
+            if near > 0:
+                _call(defect, n, points, exact)
+            damping = out[1, begin + first : begin + first + n]
+            period = out[2, begin + first : begin + first + n]
+            _call(errors, n, near, others, conjugates, points, rows, found, exact, damping, period)
     return refused < 0
 '''
 
-FIND = """
-
-@_inner
-def _find(polynomial, n, k, points, rows, found):
-    _call(polynomial, n, points, rows)
+SIZES = """
+# rows of a block that are read, and stored; other eigenvalues than the largest pair, each beside its conjugate or not
+SIZES = {rows}, {found}, {others}, {conjugates}
 """
 
 TWO_EIGENVALUES = '''"""Eigenvalues of schemes that have a pair which is not always 0."""
-{compile}
-{call}{refused}
+{compile}{sizes}
 
 @_inline
 def _radius(c2, b0, q, half, det):
@@ -75,21 +74,20 @@ def _radius(c2, b0, q, half, det):
     return (real + math.sqrt(product * c2 if split < 0.0 else split)) / size, product, split
 
 
-@_inner
-def _radii(n, points, rows, found, radius):
-    refused = np.int64(0)
+def radii(n, points, rows, found, radius):
+    """Store the spectral radius at n points of a block, from what the scheme's `polynomial` has stored."""
     for i in range(n):
         largest, _, _ = _radius(
             rows[BLOCK + i], rows[2 * BLOCK + i], rows[3 * BLOCK + i], rows[4 * BLOCK + i], rows[5 * BLOCK + i]
         )
         radius[i] = largest
-        refused |= _refused(points[i], points[BLOCK + i], largest)
-    return refused
 
 
-@_inner
-def _eigenvalues(n, points, rows, found, radius):
-    refused = np.int64(0)
+def eigenvalues(n, points, rows, found, radius):
+    """Store the radius, and in found half the trace, modulus^2 - 1, modulus^2 and imaginary part of the largest pair.
+
+    The imaginary part is -1 where no pair is complex. Below are real and imaginary part of each other eigenvalue.
+    """
     for i in range(n):
         c2, b0, q, half = rows[BLOCK + i], rows[2 * BLOCK + i], rows[3 * BLOCK + i], rows[4 * BLOCK + i]
         largest, product, split = _radius(c2, b0, q, half, rows[5 * BLOCK + i])
@@ -97,13 +95,10 @@ def _eigenvalues(n, points, rows, found, radius):
         found[i], found[BLOCK + i], found[2 * BLOCK + i] = half * inverse, -q * inverse, product * inverse
         found[3 * BLOCK + i] = math.sqrt(abs(split)) * abs(inverse) if split < 0.0 else -1.0
         radius[i] = largest
-        refused |= _refused(points[i], points[BLOCK + i], largest)
-    return refused
-{find}{driver}'''
+'''
 
 THREE_EIGENVALUES = '''"""Eigenvalues of schemes that have three which are not always 0: a pair, and a real one."""
-{compile}
-{call}{refused}
+{compile}{sizes}
 
 @_inline
 def _closer(y, p, size):
@@ -189,24 +184,22 @@ def _prepare(n, rows, found):
         found[3 * BLOCK + i], found[4 * BLOCK + i], found[5 * BLOCK + i] = b0, b1, third
 
 
-@_inner
-def _radii(n, points, rows, found, radius):
-    refused = np.int64(0)
+def radii(n, points, rows, found, radius):
+    """Store the spectral radius at n points of a block, from what the scheme's `polynomial` has stored."""
     _prepare(n, rows, found)
     for i in range(n):
         third = found[5 * BLOCK + i]
         half, _, modulus2, discriminant = _pair(
             found[i], found[BLOCK + i], found[2 * BLOCK + i], found[3 * BLOCK + i], found[4 * BLOCK + i], third
         )
-        largest = _modulus(half, modulus2, discriminant, third)
-        radius[i] = largest
-        refused |= _refused(points[i], points[BLOCK + i], largest)
-    return refused
+        radius[i] = _modulus(half, modulus2, discriminant, third)
 
 
-@_inner
-def _eigenvalues(n, points, rows, found, radius):
-    refused = np.int64(0)
+def eigenvalues(n, points, rows, found, radius):
+    """Store the radius, and in found half the trace, modulus^2 - 1, modulus^2 and imaginary part of the largest pair.
+
+    The imaginary part is -1 where no pair is complex. Below are real and imaginary part of each other eigenvalue.
+    """
     _prepare(n, rows, found)
     for i in range(n):
         third = found[5 * BLOCK + i]
@@ -220,6 +213,4 @@ def _eigenvalues(n, points, rows, found, radius):
         found[3 * BLOCK + i] = math.sqrt(abs(discriminant)) if discriminant > 0.0 else -1.0
         found[4 * BLOCK + i], found[5 * BLOCK + i] = third, 0.0
         radius[i] = largest
-        refused |= _refused(points[i], points[BLOCK + i], largest)
-    return refused
-{find}{driver}'''
+'''

@@ -9,7 +9,6 @@ import numpy as np
 BLOCK = {block}
 
 # contract: a * b + c may become one operation, rounded once
-_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={{"contract"}})
 _inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={{"contract"}})
 _inline = njit(
     nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={{"contract"}},
@@ -28,13 +27,15 @@ CALL = '''
 
 @intrinsic
 def _call_at(typing, address, arguments):
-    """Call the C function at the address, with whole numbers and with pointers to the data of arrays."""
+    """Call the C function at the address, with whole numbers, pointers, and pointers to the data of arrays."""
 
     def lower(context, builder, signature, values):
         given = []
         for kind, value in zip(signature.args[1], cgutils.unpack_tuple(builder, values[1])):
             if isinstance(kind, types.Array):
                 given.append(context.make_array(kind)(context, builder, value).data)
+            elif isinstance(kind, types.CPointer):
+                given.append(value)
             else:
                 given.append(context.cast(builder, value, kind, types.int64))
         kind = ir.FunctionType(ir.VoidType(), [value.type for value in given])

@@ -3,7 +3,7 @@
 MORE_EIGENVALUES = '''"""Eigenvalues of schemes that have {live} that are not always 0{of}."""
 {compile}
 _exact = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
-{call}{refused}{angle}
+{sizes}{call}{angle}
 
 @_inline
 def _value_and_slope(x, y, c):
@@ -176,7 +176,7 @@ def _roots(n, rows, found):
         for r in range({root_rows}):
             for j in range(size):
                 found[r * BLOCK + first + j] = s[r * {width} + j]
-{beside}
+
 
 @_inline
 def _placed(Omega, xi, on_circle, {prepared}):
@@ -193,76 +193,63 @@ def _placed(Omega, xi, on_circle, {prepared}):
     return math.sqrt(square), h0, less, modulus2, root, {others}
 
 
-@_inner
-def _radii(n, points, rows, found, radius):
-    refused = np.int64(0)
+def radii(n, points, rows, found, radius):
+    """Store the spectral radius at n points of a block, from what `find` has stored."""
     for i in range(n):
-        largest = _placed(points[i], points[BLOCK + i], rows[i] != 0.0, {prepared_i})[0]
-        radius[i] = largest
-        refused |= _refused(points[i], points[BLOCK + i], largest)
-    return refused
+        radius[i] = _placed(points[i], points[BLOCK + i], rows[i] != 0.0, {prepared_i})[0]
 
 
-@_inner
-def _eigenvalues(n, points, rows, found, radius):
-    refused = np.int64(0)
+def eigenvalues(n, points, rows, found, radius):
+    """Store the radius, and in found half the trace, modulus^2 - 1, modulus^2 and imaginary part of the largest pair.
+
+    The imaginary part is -1 where no pair is complex. Below are real and imaginary part of each other eigenvalue.
+    """
     for i in range(n):
         largest, {found_i} = _placed(
             points[i], points[BLOCK + i], rows[i] != 0.0, {prepared_i}
         )
         radius[i] = largest
-        refused |= _refused(points[i], points[BLOCK + i], largest)
-    return refused
-{find}{driver}'''
+{find}'''
 
-FIND_ROOTS = """
+FIND_ROOTS = '''
 
-@_inner
-def _find(polynomial, n, k, points, rows, found):
+def find(polynomial, n, k, points, rows, found):
+    """Store the roots of the polynomial at n points of a block, k the number of rows of points."""
     _call(polynomial, n, points, rows)
     _roots(n, rows, found)
-"""
-
-BESIDE = '''
-
-@_exact
-def _beside(n, points, other, found):
-    """In the row below the roots, the largest modulus^2 of eigenvalues that are not their conjugates; 0 where all are.
-
-    Those are the eigenvalues at the second root s, where the oscillator is damped critically or more.
-    """
-    for i in range(n):
-        found[{root_rows} * BLOCK + i] = 0.0
-        xi = points[BLOCK + i]
-        if xi >= 1.0:
-            for k in range(0, {root_rows}, 2):
-                square = _eigenvalue(other[k * BLOCK + i], other[(k + 1) * BLOCK + i], _is_near(points[i], xi))[2]
-                found[{root_rows} * BLOCK + i] = max(found[{root_rows} * BLOCK + i], square)
 '''
 
 FIND_BOTH_ROOTS = '''
 
 @_inner
-def _find_at(polynomial, second, n, k, points, rows, found):
-    """The roots at the first or second root of s^2 + 2 xi Omega s + Omega^2, which rows k and k + 1 of points hold."""
+def _set_root(n, k, points, second):
+    """Store the first or second root of s^2 + 2 xi Omega s + Omega^2, real and imaginary part, in the last two rows."""
     for i in range(n):
         Omega, xi = points[i], points[BLOCK + i]
         cosine = math.sqrt(abs(1.0 - xi * xi))
         rest = xi + cosine
         points[k * BLOCK + i] = -Omega * (xi if xi < 1.0 else rest if second else 1.0 / rest)
         points[(k + 1) * BLOCK + i] = Omega * cosine if xi < 1.0 else 0.0
-    _call(polynomial, n, points, rows)
-    _roots(n, rows, found)
 
 
-@_inner
-def _find(polynomial, n, k, points, rows, found):
+def find(polynomial, n, k, points, rows, found):
+    """Store the roots of the polynomial in a root of s^2 + 2 xi Omega s + Omega^2, at n points of a block.
+
+    points has k rows, and below them two for the root. In the row below those of the roots is the largest modulus^2 of
+    eigenvalues that are not their conjugates, 0 where all are: of those at the second root, where the oscillator is
+    damped critically or more.
+    """
     largest = 0.0
     for i in range(n):
+        found[{root_rows} * BLOCK + i] = 0.0
         largest = max(largest, points[BLOCK + i])
-    other = np.empty({root_rows} * BLOCK if largest >= 1.0 else 0)
-    if largest >= 1.0:
-        _find_at(polynomial, True, n, k, points, rows, other)
-    _find_at(polynomial, False, n, k, points, rows, found)
-    _beside(n, points, other, found)
+    for second in range(1 if largest >= 1.0 else 0, -1, -1):
+        _set_root(n, k, points, second == 1)
+        _call(polynomial, n, points, rows)
+        _roots(n, rows, found)
+        for i in range(n if second else 0):
+            xi = points[BLOCK + i]
+            for r in range(0, {root_rows} if xi >= 1.0 else 0, 2):
+                square = _eigenvalue(found[r * BLOCK + i], found[(r + 1) * BLOCK + i], _is_near(points[i], xi))[2]
+                found[{root_rows} * BLOCK + i] = max(found[{root_rows} * BLOCK + i], square)
 '''

@@ -29,8 +29,7 @@ def battery(folder: Path, step: Callable[[list[Row]], object], full: bool = Fals
     """The whole battery into the folder; the rows of its table, scheme by scheme and scene by scene.
 
     step: called `count()` times, after each part, with the rows of that part. full: every scheme on every scene, and
-    maps of 500 x 500 runs; by default one scheme of each kind runs on scenes whose kernels are not committed, and maps
-    are 100 x 100.
+    maps of 500 x 500 runs; by default one scheme of each kind, and maps of 100 x 100.
     """
     folder.mkdir(parents=True, exist_ok=True)
     parts = []

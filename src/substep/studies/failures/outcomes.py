@@ -25,7 +25,7 @@ GAIN = 1.01  # largest E/E0 of a run that survived
 BLOW_UP = 1e3  # E/E0 beyond which a run has blown up
 
 COLOUR_OF_WORD = ("0.88", COLOURS[1], COLOURS[3], COLOURS[0])
-QUICK = (  # schemes run on scenes whose kernels are not committed: one of each kind, as each costs a compilation
+QUICK = (  # schemes run unless all are asked for: one of each kind, as each costs a compilation
     "central_difference",
     "average_acceleration",
     "generalized_alpha",
