@@ -140,6 +140,21 @@ def plain_functions(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 
 @pytest.fixture
+def plain_marches(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """The committed marches of oscillators as plain Python; an overflow there is a result, not a warning."""
+    from plain_kernels import committed
+
+    from substep.core import threads
+    from substep.marching import linear
+
+    monkeypatch.setattr(linear, "committed", committed)
+    monkeypatch.setattr(linear, "_kernels", linear._kernels.__wrapped__)
+    monkeypatch.setattr(threads, "cores", lambda: 1)  # threads do not inherit np.errstate
+    with np.errstate(all="ignore"):
+        yield
+
+
+@pytest.fixture
 def plain_pairs(monkeypatch: pytest.MonkeyPatch) -> None:
     """Pairs of a declared scheme and any scene as plain Python functions."""
     from plain_kernels import text_of

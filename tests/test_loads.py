@@ -195,6 +195,7 @@ def agree(found: Array, expected: Array) -> bool:
     return np.allclose(found / scale, expected / scale, rtol=0, atol=1e-12)
 
 
+@pytest.mark.usefixtures("plain_marches")
 @pytest.mark.parametrize(("load", "names"), CASES, ids=repr)
 @pytest.mark.parametrize("scheme", ["newmark", "bathe", "houbolt", "kr_alpha"])
 def test_lanes_with_loads_of_their_own_are_each_as_alone(
@@ -326,6 +327,7 @@ def alone(scene: Callable[..., ss.Scene], found: Any, keep: str) -> None:
         assert np.allclose(point["u"], expected, rtol=0, atol=1e-11 * np.abs(r.u).max())
 
 
+@pytest.mark.usefixtures("plain_marches")
 @pytest.mark.parametrize(
     "load", [ss.Record(0.05, RNG.normal(size=40)), ss.Record(0.03, RNG.normal(size=40)), ss.Step(3.0, 0.2)], ids=repr
 )

@@ -117,6 +117,7 @@ def test_history_equals_the_stepped_one(name: str, load: Load | None) -> None:
     assert np.allclose(r.energy, 0.5 * r.v[:, 0] ** 2 + 0.5 * 5.0**2 * r.u[:, 0] ** 2, rtol=1e-14)
 
 
+@pytest.mark.usefixtures("plain_marches")
 @pytest.mark.parametrize("name", RUNS)
 def test_a_record_whose_knots_fall_between_steps_converges_at_the_derived_order(name: str) -> None:
     s = ss.scheme(name, **RUNS[name])

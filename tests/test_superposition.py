@@ -41,6 +41,7 @@ def accounts_differ(found: Any, expected: Any, stride: int = 1) -> float:
     return float(np.abs(own - other[:, ::stride]).max() / np.abs(other).max())
 
 
+@pytest.mark.usefixtures("plain_marches")
 @pytest.mark.parametrize("scheme", ALL, ids=lambda s: s.name)
 def test_every_mode_is_the_single_oscillator_and_all_modes_the_direct_march(scheme: Any) -> None:
     frame, h, n = building(scheme.takes_damping), 0.012, 40

@@ -9,12 +9,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ...core.scenes import scene
 from ...core.schemes import scheme, schemes
 from ...core.style import COLOURS, MOST, REFERENCE, look, styled
 from ...derived import facade
 from ...figures.charts import save
-from ...marching.scene_lanes import pair_kernels
 from .cases import Case
 from .measure import LONG, Run
 from .reference import Reference
@@ -34,13 +32,10 @@ STATISTICS = {"final": "at the end", "maximum": "largest", "rms": "root mean squ
 
 
 def kinds() -> dict[str, list[str]]:
-    """All schemes by the kind of their step, which their kernels and states show."""
+    """All schemes by the kind of their step, which their balances and states show."""
     found: dict[str, list[str]] = {"explicit": [], "one solve a step": [], "several steps": [], "sub-steps": []}
-    where = scene("elastic_pendulum", EA=1e4)
     for name in schemes():
-        s = scheme(name)
-        implicit = len(pair_kernels(where, s).OPERATIONS["iteration"])
-        several = any(lag for _, lag in s.history)
+        implicit, several = facade.iterated(name), any(lag for _, lag in scheme(name).history)
         kind = (
             "explicit" if implicit == 0 else
             "sub-steps" if implicit > 1 else
