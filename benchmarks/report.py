@@ -14,7 +14,7 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table as Grid
 
-from . import limits, target
+from . import limits, registers, target
 from .job import Goal, Job, Table
 
 PACKAGES = ("substep", "numpy", "numba", "scipy", "sympy", "numbalsoda", "pyyeti", "eqsig", "openseespy")
@@ -33,7 +33,7 @@ def machine() -> dict[str, Any]:
     facts["target"] = target.march()
     try:
         facts["compiler"] = f"{limits.compiler()} {' '.join(limits.FLAGS)}"
-        wide = target.wide_registers()
+        wide = registers.wide_registers()
         facts["zmm_registers"] = f"{wide['numba']} in numba's code of one kernel, {wide['C']} in that of C"
     except limits.MissingCompilerError as error:
         facts["compiler"] = str(error)

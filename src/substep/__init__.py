@@ -19,9 +19,9 @@ from .core.schemes import Scheme, scheme, schemes
 from .ground_motion.modal_combination import response_spectrum_analysis, spectrum_beside_history
 from .ground_motion.spectrum import response_spectrum
 from .marching.run import march
-from .structures.damping import ModalDamping, Rayleigh, modal_damping, rayleigh
-from .structures.modes import Modes
-from .structures.structure import Structure, structure
+from .structures.damping import Rayleigh, rayleigh
+from .structures.modal_damping import ModalDamping, modal_damping
+from .structures.structure import Modes, Structure, structure
 from .studies.choosing import choose
 from .sweeps import sweep
 

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from ..core.arrays import Array
 from .causes import Deviation
 from .claims import Judgement
 from .control import Control
+from .curve import Curve
 from .defaults import WrittenOut
 from .free_motion import Energy, Growth
 from .identify import Identification, Match
@@ -23,17 +23,6 @@ from .outputs import instants_text
 from .programs.adapter import LOADS
 from .stability import same_limit
 from .stepper import Stepper
-
-
-@dataclass(frozen=True)
-class Curve:
-    """Measured over Omega at one damping ratio: spectral radius, numerical damping, period error, (n,) each."""
-
-    xi: float
-    Omega: Array
-    radius: Array
-    damping: Array
-    period: Array
 
 
 @dataclass(frozen=True)
@@ -245,7 +234,8 @@ class Report:
         """Write the report as one static page, with the measured curves over those of the identified scheme."""
         from .page import write  # noqa: PLC0415 (loads Matplotlib)
 
-        return write(self, Path(path))
+        matched = self.matches[0].scheme if self.matches else None
+        return write(self, self.curves, matched, Path(path))
 
     def __repr__(self) -> str:
         return f"Report({self.identified!r}, {len(self.deviations)} deviations)"

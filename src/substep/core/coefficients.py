@@ -10,25 +10,22 @@ the amplification matrix of x less the identity, rounded once.
 from collections.abc import Sequence
 from functools import cache
 from math import prod
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from .arrays import Array, common_shape, flat
 from .formulas import evaluated
+from .scheme_record import SchemeRecord
 from .stability import points
 
-if TYPE_CHECKING:
-    from .schemes import Scheme
 
-
-def marched(scheme: "Scheme") -> tuple[int, ...]:
+def marched(scheme: SchemeRecord) -> tuple[int, ...]:
     """Which entries of the scheme's state the linear march carries."""
     return scheme.kernels.KEPT
 
 
-def places(scheme: "Scheme") -> tuple[str, ...]:
+def places(scheme: SchemeRecord) -> tuple[str, ...]:
     """The place of each of u, h*v and h^2*a in x, as text; "y" for one that is not in x."""
     return _places(scheme.kernels.MARCH)
 
@@ -44,7 +41,7 @@ def march_name(m: int, places: Sequence[str]) -> str:
     return f"linear_march_{m}_{'_'.join(places) if any(len(p) > 1 for p in places) else ''.join(places)}"
 
 
-def sizes(scheme: "Scheme") -> tuple[int, int, int]:
+def sizes(scheme: SchemeRecord) -> tuple[int, int, int]:
     """m, the size of x; R, the size of y; K, the load instants a step of the march's kernel.
 
     The scheme's own stencil may have fewer instants; the coefficients of the others are then 0.
@@ -52,7 +49,7 @@ def sizes(scheme: "Scheme") -> tuple[int, int, int]:
     return len(marched(scheme)), places(scheme).count("y"), scheme.kernels.LOADS
 
 
-def refuse_damping(scheme: "Scheme", xi: ArrayLike) -> None:
+def refuse_damping(scheme: SchemeRecord, xi: ArrayLike) -> None:
     """Raises ValueError for xi > 0 and a scheme that takes no damping."""
     if not scheme.info.damping and np.any(xi):
         raise ValueError(
@@ -61,7 +58,7 @@ def refuse_damping(scheme: "Scheme", xi: ArrayLike) -> None:
         )
 
 
-def coefficients(scheme: "Scheme", Omega: ArrayLike, xi: ArrayLike) -> tuple[Array, Array, Array, Array]:
+def coefficients(scheme: SchemeRecord, Omega: ArrayLike, xi: ArrayLike) -> tuple[Array, Array, Array, Array]:
     """D (n, m, m), B (n, m, K), O (n, R, m), P (n, R, K) at the n points of Omega, xi and parameters in C order.
 
     K is here the number of instants of the scheme's stencil.
@@ -75,13 +72,13 @@ def coefficients(scheme: "Scheme", Omega: ArrayLike, xi: ArrayLike) -> tuple[Arr
     return D.reshape(-1, m, m), B, y_x.reshape(len(D), R, m), y_f
 
 
-def coefficient_rows(scheme: "Scheme", Omega: Array, xi: Array) -> Array:
+def coefficient_rows(scheme: SchemeRecord, Omega: Array, xi: Array) -> Array:
     """D, B, O, P as rows (m*m + m*K + R*m + R*K, P) of the `sizes`, for Omega and xi (P,)."""
     refuse_damping(scheme, xi)
     return evaluated(scheme.kernels.coefficients, len(Omega), (Omega, xi, *scheme.kernel_parameters))
 
 
-def transfer_rows(scheme: "Scheme", Omega: Array, xi: Array) -> Array:
+def transfer_rows(scheme: SchemeRecord, Omega: Array, xi: Array) -> Array:
     """Coefficients (4*order + 1, P) of the digital filter from load to response, for Omega and xi (P,).
 
     The rows are described at `transfer` in the generated module; order is the module's FILTER, which must not be 0.
@@ -90,7 +87,7 @@ def transfer_rows(scheme: "Scheme", Omega: Array, xi: Array) -> Array:
     return evaluated(scheme.kernels.transfer, len(Omega), (Omega, xi, *scheme.kernel_parameters))
 
 
-def start_coefficients(scheme: "Scheme", Omega: ArrayLike, xi: ArrayLike) -> tuple[Array, Array]:
+def start_coefficients(scheme: SchemeRecord, Omega: ArrayLike, xi: ArrayLike) -> tuple[Array, Array]:
     """S (n, m, 3), T (n, m, K): the state at t = 0 is S (u, h*v, h^2*a) + T h^2 f, f the load at START_STENCIL*h."""
     refuse_damping(scheme, xi)
     _, arguments = points(scheme, Omega, xi)
@@ -99,7 +96,7 @@ def start_coefficients(scheme: "Scheme", Omega: ArrayLike, xi: ArrayLike) -> tup
     return S.reshape(n, m, 3), T.reshape(n, m, len(scheme.kernels.START_STENCIL))
 
 
-def stencil(scheme: "Scheme") -> Array:
+def stencil(scheme: SchemeRecord) -> Array:
     """Instants at which a step takes the load, in steps after t_n: (..., K), read-only."""
     values = scheme.kernel_parameters
     shape = common_shape(scheme.kernels.PARAMETERS, values)

@@ -6,9 +6,9 @@ first use.
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cache, cached_property, lru_cache, partial
-from types import MappingProxyType, ModuleType
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,11 +16,12 @@ from numpy.typing import ArrayLike
 
 from . import coefficients as march_coefficients
 from . import stability as stability_functions
-from .arrays import Array, Values, by_value, read_only
+from .arrays import Array, Values, by_value
 from .entries import ParameterInfo, SchemeInfo
 from .errors import called_as, unknown_name
 from .facts import Facts, Term, facts_at, facts_at_defaults, rho_inf_forms
 from .kernel_modules import loaded
+from .scheme_record import SchemeRecord
 
 if TYPE_CHECKING:
     from ..derived.modules import Declaration
@@ -148,22 +149,13 @@ def _checked(info: SchemeInfo, parameter: ParameterInfo, value: ArrayLike, why: 
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Scheme:
+class Scheme(SchemeRecord):
     """A time integration scheme with its parameters; make one with `substep.scheme`.
 
     All stability functions take Omega = omega*h >= 0 and the damping ratio xi >= 0, which broadcast
     with each other and with the parameters. Two are equal if they are the same scheme with the same parameters,
     arrays by shape and value; a scheme of the user's own is the same if everything declared about it is.
     """
-
-    info: SchemeInfo
-    parameters: Mapping[str, Array]
-    given: Mapping[str, Array] = field(default_factory=dict[str, Array])  # those that were not left to their default
-
-    @property
-    def name(self) -> str:
-        """The scheme's name."""
-        return self.info.name
 
     @property
     def state(self) -> tuple[str, ...]:
@@ -253,23 +245,6 @@ class Scheme:
         None at other parameters than the defaults, where `substep_derive.derive(...).series` has them.
         """
         return self.facts.damping, self.facts.period
-
-    @cached_property
-    def kernels(self) -> ModuleType:
-        """The generated module, imported (and compiled or read from numba's cache) on first use."""
-        return loaded(self.info.module)
-
-    @cached_property
-    def kernel_parameters(self) -> tuple[Array, ...]:
-        """Values of the module's PARAMETERS, also of those that a member fixes: it shares its parent's module."""
-        fixed = {name: np.float64(value) for name, value in self.info.fixed.items()}
-        values = {**self.parameters, **fixed}
-        return tuple(np.asarray(values[name]) for name in self.kernels.PARAMETERS)
-
-    @cached_property
-    def one_point(self) -> tuple[Array, ...]:
-        """`kernel_parameters` of one point as kernels take them, (1,) each; for parameters that are numbers."""
-        return tuple(read_only(x.reshape(1)) for x in self.kernel_parameters)
 
     @cached_property
     def starter(self) -> "Scheme | None":

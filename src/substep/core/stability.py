@@ -8,7 +8,6 @@ Omega below 1e-150 the errors are their limits, 0. Of a scheme that takes no dam
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,10 +17,8 @@ from .eigenvalues import stability_at_points
 from .errors import float_array, non_negative
 from .formulas import evaluated
 from .norms import largest_norm_of_powers
+from .scheme_record import SchemeRecord
 from .threads import spread
-
-if TYPE_CHECKING:
-    from .schemes import Scheme
 
 HIDDEN_FROM = 1e8  # Omega; two eigenvalues part by about 1/Omega where they have one limit, and below they part clearly
 LARGE_DAMPING = 1e5  # of two positive eigenvalues that part so little, damping is of this size or above, or NaN
@@ -30,14 +27,14 @@ MATRICES = 1 << 11  # amplification matrices that are computed at a time, in the
 NANOSECONDS = {"spectral_radius": 0.6, "stability": 4.0, "amplification": 20.0}  # per point, of the fastest schemes
 
 
-def points(scheme: "Scheme", Omega: ArrayLike, xi: ArrayLike) -> tuple[tuple[int, ...], list[Array]]:
+def points(scheme: SchemeRecord, Omega: ArrayLike, xi: ArrayLike) -> tuple[tuple[int, ...], list[Array]]:
     """The common shape, and Omega, xi and the parameters of the module at each of its points, as kernels take them."""
     arrays = [non_negative("Omega", Omega), non_negative("xi", xi), *scheme.kernel_parameters]
     shape = common_shape(("Omega", "xi", *scheme.kernels.PARAMETERS), arrays)
     return shape, [flat(array, shape) for array in arrays]
 
 
-def amplification(scheme: "Scheme", Omega: ArrayLike, xi: ArrayLike) -> Array:
+def amplification(scheme: SchemeRecord, Omega: ArrayLike, xi: ArrayLike) -> Array:
     """Amplification matrix (..., m, m) of the free oscillator, in the order of the scheme's state."""
     m = len(scheme.info.state)
     shape, arguments = points(scheme, Omega, xi)
@@ -49,7 +46,7 @@ def amplification(scheme: "Scheme", Omega: ArrayLike, xi: ArrayLike) -> Array:
     return out.reshape(*shape, m, m)
 
 
-def _amplification(scheme: "Scheme", arguments: Sequence[Array]) -> Array:
+def _amplification(scheme: SchemeRecord, arguments: Sequence[Array]) -> Array:
     """The matrices (n, m, m) at Omega, xi and parameters (n,) each."""
     n, m = arguments[0].size, len(scheme.info.state)
     out = np.empty((n, m * m))
@@ -64,12 +61,12 @@ def _amplification(scheme: "Scheme", arguments: Sequence[Array]) -> Array:
     return out.reshape(n, m, m)
 
 
-def spectral_radius(scheme: "Scheme", Omega: ArrayLike, xi: ArrayLike) -> Array:
+def spectral_radius(scheme: SchemeRecord, Omega: ArrayLike, xi: ArrayLike) -> Array:
     """Largest modulus of the eigenvalues of the amplification matrix."""
     return _evaluated(scheme, "spectral_radius", 1, Omega, xi)[0]
 
 
-def radius_damping_period(scheme: "Scheme", Omega: ArrayLike, xi: ArrayLike) -> tuple[Array, Array, Array]:
+def radius_damping_period(scheme: SchemeRecord, Omega: ArrayLike, xi: ArrayLike) -> tuple[Array, Array, Array]:
     """Spectral radius, numerical damping and period error, in one pass."""
     radius, damping, period = _evaluated(scheme, "stability", 3, Omega, xi)
     usual = dot(damping.ravel(), damping.ravel()) < LARGE_DAMPING**2 if damping.ndim else abs(damping) < LARGE_DAMPING
@@ -84,7 +81,7 @@ def amplitude_error(numerical_damping: Array) -> Array:
         return 0.0 - np.expm1(-2.0 * np.pi * numerical_damping)
 
 
-def power_norm(scheme: "Scheme", Omega: ArrayLike, xi: ArrayLike, n: int) -> Array:
+def power_norm(scheme: SchemeRecord, Omega: ArrayLike, xi: ArrayLike, n: int) -> Array:
     """The largest of ||A||, ||A^2||, ..., ||A^n|| in the energy norm of (omega*u, v, a/omega); inf on overflow.
 
     Raises ValueError for an n that is no whole number from 1 on, and for Omega = 0.
@@ -100,7 +97,7 @@ def power_norm(scheme: "Scheme", Omega: ArrayLike, xi: ArrayLike, n: int) -> Arr
     return largest.reshape(A.shape[:-2])[()]
 
 
-def _evaluated(scheme: "Scheme", function: str, outputs: int, Omega: ArrayLike, xi: ArrayLike) -> list[Array]:
+def _evaluated(scheme: SchemeRecord, function: str, outputs: int, Omega: ArrayLike, xi: ArrayLike) -> list[Array]:
     """The spectral radius, and if there are three outputs the errors, at all points, each of the common shape.
 
     The kernels return whether a value of Omega or xi is bad or a radius is not finite, so that these are searched only
@@ -122,7 +119,7 @@ def _evaluated(scheme: "Scheme", function: str, outputs: int, Omega: ArrayLike, 
     return list(out.reshape(outputs, *shape))  # of arrays, or of numbers
 
 
-def _require_finite(scheme: "Scheme", what: str, found: Array, Omega: Array, xi: Array) -> None:
+def _require_finite(scheme: SchemeRecord, what: str, found: Array, Omega: Array, xi: Array) -> None:
     """Raise ValueError for the first of the points (n,) at which what was found is NaN or infinite."""
     for i in np.flatnonzero(~np.isfinite(found))[:1]:
         raise ValueError(
@@ -132,7 +129,7 @@ def _require_finite(scheme: "Scheme", what: str, found: Array, Omega: Array, xi:
         )
 
 
-def _require_told_apart(scheme: "Scheme", radius: Array, damping: Array, Omega: ArrayLike, xi: ArrayLike) -> None:
+def _require_told_apart(scheme: SchemeRecord, radius: Array, damping: Array, Omega: ArrayLike, xi: ArrayLike) -> None:
     """Raise ValueError where damping is large or NaN since rounding hides whether two eigenvalues are real or complex.
 
     So it is where two of the large ones, of the matrix in the energy norm, are as one. NaN of real eigenvalues apart
@@ -161,7 +158,7 @@ def _require_told_apart(scheme: "Scheme", radius: Array, damping: Array, Omega: 
         )
 
 
-def _in_energy_norm(scheme: "Scheme", A: Array, Omega: Array) -> Array:
+def _in_energy_norm(scheme: SchemeRecord, A: Array, Omega: Array) -> Array:
     """A (..., m, m) of the state (omega*u, v, a/omega), which is as large in each entry, at Omega (...)."""
     kinds = np.array([kind for kind, _ in scheme.info.history])
     scale = np.broadcast_to(Omega[..., None], A.shape[:-1]) ** (1.0 - kinds)

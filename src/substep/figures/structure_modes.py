@@ -17,7 +17,7 @@ from ..core.schemes import Scheme
 from ..core.schemes import scheme as make_scheme
 from ..core.style import COLOURS, REFERENCE, styled
 from ..structures.damping import Rayleigh
-from ..structures.modes import Modes
+from ..structures.structure import Modes
 from .charts import save
 
 SECTION = "Structures"

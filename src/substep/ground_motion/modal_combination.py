@@ -14,8 +14,8 @@ from ..core.loads import Record
 from ..core.schemes import Scheme
 from ..core.schemes import scheme as make_scheme
 from ..structures.given import Dof
-from ..structures.modes import Modes
 from ..structures.refusals import require_linear
+from ..structures.structure import Modes
 from ..structures.superposition import coordinates
 from .spectrum import as_record, relative, response_spectrum
 

@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 
 from .internal_force import ROUNDING
-from .structure import Structure
+from .model import Model
 
 REACH = 1e-6  # of the displacements, relative to the largest at the start, or to 1 if that is smaller
 TOLERANCE = 1e-2  # relative; a tangent by finite differences is far within it
 
 
-def require_finite_start(structure: Structure) -> None:
+def require_finite_start(structure: Model) -> None:
     """Raises ValueError for an internal force that is not finite at the start."""
     s = structure
     if s.internal is not None and not np.isfinite(found := s.internal(0.0, s.u0, s.v0)).all():
@@ -28,7 +28,7 @@ def require_finite_start(structure: Structure) -> None:
         )
 
 
-def require_own_tangent(structure: Structure, who: str) -> None:
+def require_own_tangent(structure: Model, who: str) -> None:
     """Raises ValueError where the internal force does not change as its tangent says; who relies on that."""
     s, (d, states) = structure, _path(structure)
     assert s.internal is not None
@@ -38,7 +38,7 @@ def require_own_tangent(structure: Structure, who: str) -> None:
     _require("tangent", "the change of internal_force", who, force, slopes)
 
 
-def require_own_potential(structure: Structure, who: str) -> None:
+def require_own_potential(structure: Model, who: str) -> None:
     """Raises ValueError where the potential does not change by the work of the internal force at rest.
 
     who: what relies on that.
@@ -51,7 +51,7 @@ def require_own_potential(structure: Structure, who: str) -> None:
     _require("potential", "the work of internal_force", who, energy, slopes)
 
 
-def _path(s: Structure) -> tuple[Any, list[Any]]:
+def _path(s: Model) -> tuple[Any, list[Any]]:
     """d and the displacements at the start, the middle and the end of the way."""
     d = REACH * max(1.0, float(np.abs(s.u0).max())) * np.cos(np.arange(s.size))
     return d, [s.u0 + x * d for x in (0.0, 0.5, 1.0)]

@@ -13,9 +13,9 @@ from ..core.schemes import scheme as make_scheme
 from .damping import Rayleigh
 from .low_rank import LowRank
 from .matrices import diagonal_of, require_symmetric
+from .model import Model
 from .plan import step_of
 from .refusals import require_decay, require_definite_mass, require_linear, require_undamped
-from .structure import Structure
 
 DENSE = 100  # unknowns up to which LAPACK finds the largest mode in less time than Lanczos's method
 UNSTABLE = 1.0 + 1e-6  # largest spectral radius of a stable step; it may have only half its digits near 1
@@ -42,7 +42,7 @@ class CriticalStep:
     Omega: float | None
 
 
-def largest_mode(structure: Structure) -> tuple[float, Array]:
+def largest_mode(structure: Model) -> tuple[float, Array]:
     """The largest circular frequency, rad/s, and its mass-normalised shape (n,), by LAPACK or Lanczos's method.
 
     Lanczos's method comes to it from below, within 1e-9 of it. Raises ValueError for degrees of freedom without mass,
@@ -64,7 +64,7 @@ def largest_mode(structure: Structure) -> tuple[float, Array]:
     return float(np.sqrt(max(values[0], 0.0))), shapes[:, 0]
 
 
-def frequency_bound(structure: Structure) -> float:
+def frequency_bound(structure: Model) -> float:
     """A bound on all circular frequencies, rad/s, by Gershgorin's circles, for a lumped mass: one pass over K.
 
     Raises ValueError for an M that is not diagonal, degrees of freedom without mass, negative masses, K not symmetric.
@@ -78,7 +78,7 @@ def frequency_bound(structure: Structure) -> float:
     return float(np.sqrt((np.asarray(abs(structure.K).sum(axis=1)).ravel() / mass).max()))
 
 
-def critical_step(structure: Structure, scheme: Scheme | str, *, bound: bool = False) -> CriticalStep:
+def critical_step(structure: Model, scheme: Scheme | str, *, bound: bool = False) -> CriticalStep:
     """The largest step with which a scheme is stable on a linear structure.
 
     bound: take Gershgorin's bound in place of the largest frequency, which makes the step a safe one, and shorter.
@@ -123,7 +123,7 @@ def _exact(value: float) -> Fraction:
     return near if float(near) == value else Fraction(repr(value))
 
 
-def _damped(scheme: Scheme, structure: Structure, omega: float, dt: float) -> float:
+def _damped(scheme: Scheme, structure: Model, omega: float, dt: float) -> float:
     """The step, or the largest below it up to which the scheme is stable on the damped structure."""
     known = _ratios(structure, omega)
     if known is not None:
@@ -145,7 +145,7 @@ def _damped(scheme: Scheme, structure: Structure, omega: float, dt: float) -> fl
     return _stable_below(lambda h: _whole_radius(scheme, stiffness, damping, h) <= UNSTABLE, steps, dt, 1e-6)
 
 
-def _ratios(structure: Structure, omega: float) -> tuple[Array, Array] | None:
+def _ratios(structure: Model, omega: float) -> tuple[Array, Array] | None:
     """Frequencies up to the largest, rad/s, and the damping ratios there; None where damping may couple modes.
 
     Of modal damping those of the damped modes and, if there are others, the largest frequency without damping.
@@ -168,7 +168,7 @@ def _ratios(structure: Structure, omega: float) -> tuple[Array, Array] | None:
     return np.append(own, others), np.append(np.maximum(0.5 * structure.C.d / own, 0.0), np.zeros(len(others)))
 
 
-def _as_rayleigh(structure: Structure) -> Rayleigh | None:
+def _as_rayleigh(structure: Model) -> Rayleigh | None:
     """A damping matrix of many degrees of freedom that is alpha M + beta K as these two numbers; None of any other."""
     x = np.random.default_rng(0).normal(size=structure.size)
     parts, whole = np.stack([structure.M @ x, structure.K @ x], axis=-1), np.asarray(structure.damping @ x)
@@ -178,7 +178,7 @@ def _as_rayleigh(structure: Structure) -> Rayleigh | None:
     return Rayleigh(*numbers.tolist()) if same else None
 
 
-def _modal(structure: Structure) -> tuple[Array, Array]:
+def _modal(structure: Model) -> tuple[Array, Array]:
     """Stiffness (m,) and damping (m, m) in the modes of unit mass, without motions that nothing stiffens or damps.
 
     These have a double eigenvalue 1 in every scheme, which rounding would split. Raises ValueError for more degrees of
@@ -234,7 +234,7 @@ def _stable_below(stable: Callable[[float], bool], steps: Array, dt: float, digi
     return low
 
 
-def _require_mass(structure: Structure) -> None:
+def _require_mass(structure: Model) -> None:
     require_definite_mass(structure)
     require_symmetric("M", structure.M, "for its largest frequency")
     require_symmetric("K", structure.K, "for its largest frequency")

@@ -1,21 +1,11 @@
-"""Damping of a structure that is not given as a matrix."""
+"""Rayleigh damping, by two numbers in place of a matrix."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from ..core.arrays import Array
-from ..core.errors import called_as, non_negative, real_number
-from .low_rank import LowRank
+from ..core.errors import called_as, real_number
 from .matrices import Matrix, combination
-
-if TYPE_CHECKING:
-    from .modes import Modes
-    from .structure import Structure
-
-OTHER = 1e-6  # phi^T M phi differs by more from the unit matrix where shapes are those of another structure
 
 
 @dataclass(frozen=True)
@@ -61,51 +51,3 @@ def rayleigh(xi_1: float, xi_2: float, *, at: tuple[float, float]) -> Rayleigh:
             "modes outside the two frequencies would be driven; bring the ratios nearer to each other"
         )
     return Rayleigh(float(alpha), float(beta))
-
-
-@dataclass(frozen=True, eq=False)
-class ModalDamping:
-    """Damping ratios xi (m,) of the m lowest modes, or of these modes; made by `modal_damping`."""
-
-    xi: Array
-    modes: "Modes | None" = None
-
-    def matrix(self, structure: "Structure") -> LowRank:
-        """C = sum of 2 xi omega (M phi) (M phi)^T in the free degrees of freedom, of low rank.
-
-        Raises ValueError for modes of another structure, and as `Structure.modes`.
-        """
-        modes = structure.modes(len(self.xi)) if self.modes is None else self.modes
-        shapes = modes.free_shapes
-        unit = np.eye(len(modes))
-        if len(shapes) != structure.size or np.abs(shapes.T @ (structure.M @ shapes) - unit).max() > OTHER:
-            raise ValueError(
-                f"expected modes of this structure with {structure.size} free degrees of freedom, got others of "
-                f"{len(shapes)}; take those of a structure with the same M, K, fixed and constraints"
-            )
-        weights = 2.0 * self.xi * modes.omega
-        damped = weights > 0.0
-        return LowRank(np.asfortranarray(structure.M @ shapes[:, damped]), weights[damped])
-
-
-def modal_damping(xi: ArrayLike, modes: "Modes | int | None" = None) -> ModalDamping:
-    """Damping ratios of modes, as C of `substep.structure`: sum of 2 xi omega (M phi) (M phi)^T, all others undamped.
-
-    xi: ratios (m,) of the m lowest modes, or one for all. modes: how many, if xi is one number; or a structure's
-    `Modes`, which are then not computed again. The matrix is full and is never formed: products take 4 n m operations,
-    and effective matrices are those without it, corrected (Woodbury). Of an internal force the modes are those of its
-    tangent at u0. Wilson & Penzien, Int. J. Num. Meth. Eng. 4 (1972) 5-10.
-
-    Raises ValueError for negative ratios, for one number without `modes`, and for as many as there are no modes.
-    """
-    ratios = non_negative("xi", xi)
-    if modes is None or isinstance(modes, int | np.integer):
-        known, count = None, len(ratios) if modes is None and ratios.ndim == 1 else modes
-    else:
-        known, count = modes, len(modes)
-    if count is None or isinstance(modes, bool) or count < 1 or ratios.shape not in ((), (count,)):
-        raise ValueError(
-            "expected xi (m,), a ratio for each of m modes, or one number and modes=m or Modes, got xi of "
-            f"shape {ratios.shape} and modes = {modes!r}; give as many ratios as modes"
-        )
-    return ModalDamping(np.broadcast_to(ratios, (count,)).astype(np.float64), known)

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from ..core.arrays import Array
 from .matrices import Matrix, combination, require_symmetric
+from .model import Model
 from .refusals import require_tangent
 from .solvers import SingularMatrix, factorize, negative_eigenvalues
-from .structure import Structure
 
 DENSE = 400  # unknowns up to which all modes together take less time than a few by Lanczos's method
 SHARE = 3  # and so do more than a third of all modes
@@ -24,7 +24,7 @@ BELOW = 1e-6  # of the largest eigenvalue found: modes are counted up to so far 
 ATTEMPTS = 3  # at finding a mode that was missed
 
 
-def eigenmodes(structure: Structure, n: int) -> tuple[Array, Array, Array | None]:
+def eigenmodes(structure: Model, n: int) -> tuple[Array, Array, Array | None]:
     """The n lowest circular frequencies (n,), rad/s, 0 for rigid modes, mass-normalised shapes (size, n), and statics.
 
     The last are displacements (size, J) under the structure's load vectors, constant in time, where K was factorized to
@@ -53,7 +53,7 @@ def eigenmodes(structure: Structure, n: int) -> tuple[Array, Array, Array | None
     return np.sqrt(np.where(rigid, 0.0, values))[order], (shapes * signs)[:, order], statics
 
 
-def static_response(structure: Structure, loads: Array, rigid: Array) -> Array:
+def static_response(structure: Model, loads: Array, rigid: Array) -> Array:
     """Displacements (size, J) under constant loads (size, J), rigid (size, r) the shapes of all rigid modes.
 
     Of a free body: of its deformation alone, under the loads less the inertia of its rigid motion. Raises ValueError
@@ -87,7 +87,7 @@ def _strainless(K: Matrix, X: Array) -> NDArray[np.bool_]:
     return np.abs(strain) <= ROUNDING * np.einsum("ij,ij->j", abs(X), abs(K) @ abs(X))
 
 
-def _dense(structure: Structure, n: int) -> tuple[Array, Array]:
+def _dense(structure: Model, n: int) -> tuple[Array, Array]:
     from scipy import linalg  # noqa: PLC0415
 
     M, K = (A if isinstance(A, np.ndarray) else A.toarray() for A in (structure.M, structure.K))
@@ -109,7 +109,7 @@ def _dense(structure: Structure, n: int) -> tuple[Array, Array]:
     return values, shapes
 
 
-def _lanczos(structure: Structure, n: int) -> tuple[Array, Array, Array | None]:
+def _lanczos(structure: Model, n: int) -> tuple[Array, Array, Array | None]:
     """Counted, where the solver tells its pivots: of modes with one frequency Lanczos's method may miss one."""
     solve, shift = _inverse(structure)
     statics = solve(structure.load_vectors) if structure.loads and not shift else None
@@ -128,9 +128,7 @@ def _lanczos(structure: Structure, n: int) -> tuple[Array, Array, Array | None]:
             )
 
 
-def _some(
-    structure: Structure, n: int, solve: Callable[[Array], Array], shift: float, attempt: int
-) -> tuple[Array, Array]:
+def _some(structure: Model, n: int, solve: Callable[[Array], Array], shift: float, attempt: int) -> tuple[Array, Array]:
     """n modes by Lanczos's method; each attempt begins with another vector."""
     from scipy import linalg  # noqa: PLC0415
     from scipy.sparse.linalg import LinearOperator, eigsh  # noqa: PLC0415
@@ -146,7 +144,7 @@ def _some(
     return shifted - shift, X @ Y
 
 
-def _missed(structure: Structure, values: Array, shapes: Array) -> int:
+def _missed(structure: Model, values: Array, shapes: Array) -> int:
     """How many eigenvalues below the largest found one were not found; 0 where the solver does not tell.
 
     Sturm's count: K - s M has as many negative pivots as there are eigenvalues below s (Bathe, Finite Element
@@ -159,7 +157,7 @@ def _missed(structure: Structure, values: Array, shapes: Array) -> int:
     return 0 if counted is None else max(0, counted - int(np.count_nonzero(values < s)))
 
 
-def _inverse(structure: Structure) -> tuple[Callable[[Array], Array], float]:
+def _inverse(structure: Model) -> tuple[Callable[[Array], Array], float]:
     """b -> (K + s M)^-1 b, and s: 0 unless K is singular, to rounding."""
     M, K = structure.M, structure.K
     m = np.setdiff1d(np.arange(structure.size), structure.massless)

@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,19 +10,17 @@ from numpy.typing import ArrayLike
 from ..core.arrays import Array
 from ..core.errors import real_array, real_number, unknown_name
 from ..core.loads import Load
-
-if TYPE_CHECKING:
-    from .structure import Structure
+from .matrices import Matrix
 
 Dof = int | str
 LoadPair = tuple[ArrayLike | Mapping[Dof, float], Load]
 
 
-def loads_of(s: "Structure", load: LoadPair | Iterable[LoadPair]) -> tuple[tuple[Array, Load], ...]:
-    """The loads of a structure from what `structure` takes as load."""
-    moving = np.asarray(abs(s.T).sum(axis=1)).ravel()
+def loads_of(T: Matrix, names: tuple[str, ...], load: LoadPair | Iterable[LoadPair]) -> tuple[tuple[Array, Load], ...]:
+    """Loads in the free degrees of freedom from what `structure` takes as load; T, names: of a `Model`."""
+    moving = np.asarray(abs(T).sum(axis=1)).ravel()
     held = np.flatnonzero(moving == 0.0).tolist()
-    return tuple((s.T.T @ _shape(P, s.names, held, s.T.shape[0]), _function(g)) for P, g in _pairs(load))
+    return tuple((T.T @ _shape(P, names, held, T.shape[0]), _function(g)) for P, g in _pairs(load))
 
 
 def names_of(names: Sequence[str], N: int) -> tuple[str, ...]:

@@ -14,13 +14,13 @@ from ..core.schemes import Scheme
 from .combine import combined, inner_products, products
 from .damping import Rayleigh
 from .matrices import is_identity
+from .model import Model
 from .newton import Tangent
 from .plan import step_of
 from .quadrature import middle, of_damped, of_work
 from .response import Account
 from .saved import Saved, described
 from .steps import BLOCK, Run, StructureSteps
-from .structure import Structure
 
 WARN = 0.05  # share of the energy beyond which what the scheme dissipates or gains is worth a warning
 
@@ -46,7 +46,7 @@ class Energies(NamedTuple):
     quadrature: float = 0.0
 
     @classmethod
-    def of(cls, s: Structure, both: Array, t: float, loads: Array, before: "Energies | None" = None) -> "Energies":
+    def of(cls, s: Model, both: Array, t: float, loads: Array, before: "Energies | None" = None) -> "Energies":
         """At u, v, `both` (2, n), under loads (J,), after a step from `before`, if there was one.
 
         A strain energy without a potential is its work, so far 0. What M, C or K multiplies goes through it together.
@@ -73,11 +73,11 @@ class Energies(NamedTuple):
         return cls(both, held, resisted, loads, moved, 0.5 * dot(v, inertia), strain)
 
     @classmethod
-    def at_start(cls, s: Structure) -> "Energies":
+    def at_start(cls, s: Model) -> "Energies":
         """At t = 0."""
         return cls.of(s, np.array([s.u0, s.v0]), 0.0, s.load_values(np.zeros(1))[0])
 
-    def after(self, s: Structure, both: Array, t: float, h: float, loads: Array, half: Array) -> "Energies":
+    def after(self, s: Model, both: Array, t: float, h: float, loads: Array, half: Array) -> "Energies":
         """After a step of length h to u, v, `both` (2, n), at the time t, under these loads (J,), `half` at its middle.
 
         The rules of the work take products of forces and motions. Here these are rows: motions over the change of u and
@@ -121,7 +121,7 @@ class Energies(NamedTuple):
         return self.kinetic, self.strain, self.work, self.damped, self.quadrature
 
 
-def worked_at(s: Structure, t: float, u: Array, v: Array) -> Array | None:
+def worked_at(s: Model, t: float, u: Array, v: Array) -> Array | None:
     """What the account of energy takes the work of: K u (n,), or that part of an internal force which no potential has.
 
     That part is all of a force without a potential, whose work is its strain energy, and else what velocities add to
@@ -241,7 +241,7 @@ class Histories:
             self.energies = Energies.of(self.run.structure, last["energies"], t, loads)._replace(**last["sums"])
 
 
-def selection(structure: Structure, places: list[int]) -> Any:
+def selection(structure: Model, places: list[int]) -> Any:
     """A function of rows (r, n), or of rows and vectors that they combine, to values (r, k) at degrees of freedom.
 
     Rows (r, n, L) of L load cases become (r, k, L).

@@ -20,8 +20,8 @@ from ..core.arrays import Array
 from .combine import add_product, combined
 from .damping import Rayleigh
 from .matrices import Matrix
+from .model import Model, sum_of_matrices
 from .plan import System
-from .structure import Structure, sum_of_matrices
 
 SHORT = 100.0  # (m/k) / max(K_ii / M_ii) beyond which the product with K is kept, so that two digits are lost at most
 SAME = 8 * np.finfo(np.float64).eps  # two ratios that differ by less belong to one effective matrix
@@ -34,7 +34,7 @@ class Factors:
     known: list[tuple[Array, Callable[[Array], Array]]] = field(default_factory=list)
 
     def scaled(
-        self, structure: Structure, m: float, c: float, k: float, what: str
+        self, structure: Model, m: float, c: float, k: float, what: str
     ) -> tuple[float, Callable[[Array], Array]]:
         """A scale, and the function b -> (m M + c C + k K)^-1 scale b."""
         parts, scale = np.array([m, c, k]), k or m
@@ -65,7 +65,7 @@ class LinearSystem:
     tangent = None  # that is kept
 
     @classmethod
-    def of(cls, s: Structure, system: System, last: bool, factors: Factors, what: str) -> "LinearSystem":
+    def of(cls, s: Model, system: System, last: bool, factors: Factors, what: str) -> "LinearSystem":
         """From a system of the plan, the last one or not. Raises ValueError for a singular effective matrix."""
         j = system.place
         by = {"M": system.inertia.copy(), "C": system.damping.copy(), "K": system.linear_stiffness}

@@ -17,18 +17,18 @@ from ..marching.run import number_of_steps, require_stride, require_tol
 from .given import Dof
 from .histories import Histories, accounted
 from .march_chosen import CHOSEN, march_chosen
+from .model import Model
 from .newton import Iteration, NewtonFailed
 from .plan import step_of
 from .refusals import require_definite_mass, require_suited, unsymmetric
 from .response import StructureResponse
 from .steps import Run
-from .structure import Structure
 
 ARGUMENTS = ("dt", "t_end", "tol", "dofs", "stride", "account", "save", "progress", "newton", "line_search")
 
 
 def march_structure(
-    structure: Structure,
+    structure: Model,
     scheme: Scheme | str,
     dt: float | None,
     t_end: float,

@@ -7,7 +7,7 @@ import numpy as np
 
 from ..core.arrays import Array
 from ..core.kernel_modules import loaded
-from .modes import Modes
+from .modes import ModalBasis
 from .quadrature import of_work
 
 
@@ -17,7 +17,7 @@ class ModalEnergies:
     The matrices of modes are diagonal. Work is that of the loads on these modes.
     """
 
-    def __init__(self, modes: Modes, h: float, n: int) -> None:
+    def __init__(self, modes: ModalBasis, h: float, n: int) -> None:
         self.modes, self.h = modes, h
         self.before = np.empty((2, len(modes)))  # q and v in the last row so far
         self.found = np.empty((n + 1, 5 + 2 * len(modes.structure.loads)))  # sums over modes, a row for each step

@@ -3,21 +3,19 @@
 # pyright: reportUnnecessaryIsInstance=false
 # what users give is checked when it comes, whatever its annotation says
 
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.arrays import Array
 from ..core.errors import non_negative
-from .damping import Rayleigh, modal_damping
-from .eigen import eigenmodes, static_response
-from .given import Dof
-from .response import StructureResponse
-from .structure import Structure
+from .damping import Rayleigh
+from .eigen import static_response
+from .low_rank import LowRank
+from .model import Model
 
 COUPLED = 1e-10  # off the diagonal of the modal damping matrix, relative to its largest entry
 
@@ -45,15 +43,15 @@ class Participation:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Modes:
-    """The m lowest modes of a structure; made by `Structure.modes`.
+class ModalBasis:
+    """The m lowest modes of a structure, as coordinates in which it moves; made by `Structure.modes`.
 
     omega (m,): circular frequencies, rad/s, ascending, 0 for rigid modes. free_shapes (n, m): mass-normalised shapes in
     the structure's free degrees of freedom. damping (m, m): phi^T C phi, 1/s. known_statics: `statics`, where the
     factors by which the modes were found gave them.
     """
 
-    structure: Structure
+    structure: Model
     omega: Array
     free_shapes: Array
     damping: Array
@@ -146,13 +144,13 @@ class Modes:
             return f"damping is negative and drives modes (xi = {self.xi.min():.3g} at the least)"
         return "damping acts on a rigid mode, which has no damping ratio"
 
-    def first(self, n: int) -> "Modes":
+    def first(self, n: int) -> Self:
         """The n lowest of them. Raises ValueError for n that is not from 1 to m."""
         if isinstance(n, bool) or not isinstance(n, int | np.integer) or not 1 <= n <= len(self):
             raise ValueError(f"expected from 1 to {len(self)} modes, got {n!r}; compute more with Structure.modes")
         return replace(self, omega=self.omega[:n], free_shapes=self.free_shapes[:, :n], damping=self.damping[:n, :n])
 
-    def damped(self, xi: ArrayLike) -> "Modes":
+    def damped(self, xi: ArrayLike) -> Self:
         """The same modes with these damping ratios in place of the structure's damping: one for all, or (m,).
 
         Their structure is damped likewise, by `modal_damping`, so that modes which are not among these are undamped.
@@ -161,7 +159,8 @@ class Modes:
         ratios = non_negative("xi", xi)
         if ratios.shape not in ((), (len(self),)):
             raise ValueError(f"expected xi as one number or {len(self)}, one for each mode, got shape {ratios.shape}")
-        C = modal_damping(ratios, self).matrix(self.structure) if ratios.any() else None
+        xi = np.broadcast_to(ratios, (len(self),))
+        C = damping_of_modes(self.structure, self.omega, self.free_shapes, xi) if ratios.any() else None
         damping = np.diag(np.broadcast_to(2.0 * ratios * self.omega, self.omega.shape))
         return replace(self, structure=replace(self.structure, C=C), damping=damping)
 
@@ -180,28 +179,24 @@ class Modes:
         moved = self.structure.full_mass @ iota
         return Participation(self.shapes.T @ moved, float(iota @ moved))
 
-    def march(
-        self, scheme: Any, *, dt: float | None, t_end: float, dofs: Iterable[Dof] | None = None, **options: Any
-    ) -> StructureResponse:
-        """Mode superposition; see `substep.structures.superposition.superpose`, and `substep.march`, which calls it."""
-        from .superposition import superpose  # noqa: PLC0415
-
-        return superpose(self, scheme, dt, t_end, dofs=dofs, **options)
-
     def __repr__(self) -> str:
         ends = f"omega from {self.omega[0]:.4g} to {self.omega[-1]:.4g} rad/s"
         kind = "classical damping" if self.classical else "modes coupled by damping"
         return f"Modes({len(self)} of {self.structure.size}, {ends}, {kind})"
 
 
-def modes_of(structure: Structure, n: int) -> Modes:
-    """The n lowest modes; raises as `eigenmodes` does."""
-    omega, shapes, statics = eigenmodes(structure, n)
+def damping_of_modes(structure: Model, omega: Array, shapes: Array, xi: Array) -> LowRank:
+    """C = sum of 2 xi omega (M phi) (M phi)^T in the free degrees of freedom, of low rank; shapes (n, m), xi (m,)."""
+    weights = 2.0 * xi * omega
+    damped = weights > 0.0
+    return LowRank(np.asfortranarray(structure.M @ shapes[:, damped]), weights[damped])
+
+
+def modal_damping_matrix(structure: Model, omega: Array, shapes: Array) -> Array:
+    """phi^T C phi (m, m) of the structure's damping."""
     C = structure.at_start.C
     if C is None:
-        damping = np.zeros((n, n))
-    elif isinstance(C, Rayleigh):
-        damping = np.diag(C.alpha + C.beta * omega**2)
-    else:
-        damping = shapes.T @ (C @ shapes)
-    return Modes(structure, omega, shapes, damping, statics)
+        return np.zeros((len(omega), len(omega)))
+    if isinstance(C, Rayleigh):
+        return np.diag(C.alpha + C.beta * omega**2)
+    return shapes.T @ (C @ shapes)

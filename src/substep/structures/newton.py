@@ -10,9 +10,9 @@ from ..core.arrays import Array, dot
 from .combine import combined
 from .internal_force import InternalForce
 from .matrices import Matrix, combination
+from .model import Model
 from .plan import System
 from .solvers import SingularMatrix
-from .structure import Structure
 
 TOLERANCE = 1e-12  # of the displacement, relative to its change in the step
 EXACT = 4 * np.finfo(np.float64).eps  # of the largest displacement so far
@@ -49,7 +49,7 @@ class NonlinearSystem:
     time, and v and displacements (1 + P, n), at which its tangent was taken, if it has one.
     """
 
-    structure: Structure
+    structure: Model
     system: System
     internal: InternalForce
     iteration: Iteration

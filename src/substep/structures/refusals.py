@@ -5,8 +5,8 @@ from .consistency import require_finite_start, require_own_potential, require_ow
 from .damping import Rayleigh
 from .low_rank import LowRank
 from .matrices import asymmetry, indefinite, is_operator
+from .model import Model
 from .plan import start_of, step_of
-from .structure import Structure
 from .velocity import (
     OF_DISPLACEMENTS,
     damped_at_start,
@@ -16,7 +16,7 @@ from .velocity import (
 )
 
 
-def require_suited(structure: Structure, scheme: Scheme, h: float) -> None:
+def require_suited(structure: Model, scheme: Scheme, h: float) -> None:
     """Raises ValueError for a scheme, or the one that starts it, that is not for this structure in steps of h.
 
     Damping, also that of an internal force at the start, is not for a scheme of u'' = g(t, u). Degrees of freedom
@@ -61,7 +61,7 @@ def require_suited(structure: Structure, scheme: Scheme, h: float) -> None:
         one = one.starter
 
 
-def require_undamped(structure: Structure, scheme: Scheme, who: str) -> None:
+def require_undamped(structure: Model, scheme: Scheme, who: str) -> None:
     """Raises ValueError for damping, also in an internal force at the start, and a scheme that takes none.
 
     who: what the error calls the scheme.
@@ -74,7 +74,7 @@ def require_undamped(structure: Structure, scheme: Scheme, who: str) -> None:
         raise needs_no_damping(who, f"{OF_DISPLACEMENTS} at the start")
 
 
-def require_definite_mass(structure: Structure) -> None:
+def require_definite_mass(structure: Model) -> None:
     """Raises ValueError for a symmetric M with a negative eigenvalue, of which no motion of a structure is."""
     if (place := structure.indefinite) is not None:
         raise ValueError(
@@ -83,7 +83,7 @@ def require_definite_mass(structure: Structure) -> None:
         )
 
 
-def require_decay(structure: Structure) -> None:
+def require_decay(structure: Model) -> None:
     """Raises ValueError for a K or a C with a negative eigenvalue: a motion then grows by itself, whatever the step.
 
     Of C its symmetric part counts, the rest does no work; one of low rank is positive, one known by products is
@@ -108,7 +108,7 @@ def require_decay(structure: Structure) -> None:
         )
 
 
-def require_linear(structure: Structure, what: str) -> None:
+def require_linear(structure: Model, what: str) -> None:
     """Raises ValueError for a structure with an internal force, of which the tangent at u0 alone would count."""
     if structure.internal is not None:
         raise ValueError(
@@ -117,13 +117,13 @@ def require_linear(structure: Structure, what: str) -> None:
         )
 
 
-def require_tangent(structure: Structure, what: str) -> None:
+def require_tangent(structure: Model, what: str) -> None:
     """Raises ValueError for a structure with an internal force that was given no tangent."""
     if structure.K is None:
         raise ValueError(f"expected the tangent at u0 for {what}, got a structure without; give it tangent=")
 
 
-def unsymmetric(structure: Structure) -> str | None:
+def unsymmetric(structure: Model) -> str | None:
     """M or K where it is not symmetric, so that no energy belongs to it: the work of a force is added up without K."""
     matrices = {"M": structure.M} | ({"K": structure.K} if structure.internal is None else {})
     return next((name for name, matrix in matrices.items() if asymmetry(matrix) > 1e-10), None)

@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,10 +10,8 @@ from ..core.arrays import Array
 from ..core.errors import unknown_name
 from ..core.exports import Histories, History
 from ..core.response import Response
-
-if TYPE_CHECKING:
-    from .given import Dof
-    from .structure import Structure
+from .given import Dof
+from .model import Model
 
 
 @dataclass(frozen=True)
@@ -73,7 +70,7 @@ class StructureResponse(Response):
     account: Account | None = None
 
     @property
-    def structure(self) -> "Structure":
+    def structure(self) -> Model:
         """The structure that was marched."""
         return self.scene  # type: ignore[return-value]
 
@@ -137,7 +134,7 @@ class StructureResponse(Response):
         """Empty: a structure has no outputs besides u, v, a and the account of energy."""
         return {}
 
-    def at(self, dof: "Dof") -> tuple[Array, Array, Array | None]:
+    def at(self, dof: Dof) -> tuple[Array, Array, Array | None]:
         """u, v, a (n+1,) of one degree of freedom, None for an a that `a` cannot compute from what was kept.
 
         Raises ValueError for a degree of freedom that was not kept.

@@ -13,8 +13,8 @@ from ..core.loads import is_known, values_at
 from ..core.schemes import Scheme
 from .damping import Rayleigh
 from .matrices import Matrix, arrays_of, is_operator
+from .model import Model
 from .step_lengths import reach, rms
-from .structure import Structure
 
 BUFFER = 1 << 20  # doubles of histories in memory at a time
 IN_MEMORY = 1 << 27  # doubles of histories that a response reads into memory
@@ -124,7 +124,7 @@ class Saved:
         self.group.attrs["last"] = {"name": name, **numbers}
 
 
-def described(structure: Structure, scheme: Scheme, h: float, t_end: float, **choices: Any) -> dict[str, str]:
+def described(structure: Model, scheme: Scheme, h: float, t_end: float, **choices: Any) -> dict[str, str]:
     """What distinguishes one march from another, by name: as it is, or its digest.
 
     Functions of the user's are recognised by values at fixed times until t_end and at fixed states, matrices that are

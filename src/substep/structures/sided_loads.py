@@ -9,15 +9,15 @@ import numpy as np
 
 from ..core.arrays import Array
 from ..core.loads import as_numbers, break_points, is_known, values_at
+from .model import Model
 from .steps import StructureSteps
-from .structure import Structure
 
 
 @dataclass(frozen=True, eq=False)
 class Forces:
     """The loads of a structure on either side of where they jump; targets: times on which steps end, the last t_end."""
 
-    structure: Structure
+    structure: Model
     t_end: float
 
     @cached_property

@@ -9,10 +9,10 @@ import numpy as np
 from ..core.arrays import Array
 from ..core.loads import values_at
 from .linear import Factors
+from .model import Model
 from .plan import step_of
 from .solvers import SingularMatrix, factorize
 from .steps import Run, StructureSteps
-from .structure import Structure
 
 LENGTHS = 6  # of steps, whose factorizations are kept
 SAME = 1e-9  # lengths that differ by less are one
@@ -44,7 +44,7 @@ def rms(x: Array) -> float:
     return math.sqrt(float(np.einsum("i,i->", x, x)) / len(x))
 
 
-def reach(structure: Structure, t_end: float) -> float:
+def reach(structure: Model, t_end: float) -> float:
     """What small displacements are measured by, as `rms`: the start's, or the static ones under the largest loads.
 
     A body that is not held has none, nor is one known without a tangent: then those of free motion under the mean loads

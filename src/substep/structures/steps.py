@@ -12,9 +12,9 @@ from ..core.loads import Load, values_at
 from ..core.schemes import Scheme
 from .combine import combined
 from .linear import Factors, LinearSystem
+from .model import Model
 from .newton import Iteration, NonlinearSystem, Tangent
 from .plan import Steps, System, start_of, step_of
-from .structure import Structure
 from .velocity import Watch
 
 BLOCK = 256  # steps for which the loads are sampled at once
@@ -116,12 +116,12 @@ class Run:
     cases: L structures that differ in their loads only, which are marched at once: vectors are then (n, L).
     """
 
-    structure: Structure
+    structure: Model
     scheme: Scheme
     h: float
     iteration: Iteration = field(default_factory=Iteration)
     factors: Factors = field(default_factory=Factors)
-    cases: tuple[Structure, ...] = ()
+    cases: tuple[Model, ...] = ()
 
     @cached_property
     def loads(self) -> tuple[tuple[Array, Load], ...]:
@@ -226,6 +226,6 @@ class Run:
         columns = zip(self.cases, np.moveaxis(row, -1, 0), strict=True)
         return np.stack([self._moved(case, t, *x) for case, x in columns], axis=-1)
 
-    def _moved(self, case: Structure, t: float, u: Array, v: Array) -> Array:
+    def _moved(self, case: Model, t: float, u: Array, v: Array) -> Array:
         """u, v, a (3, n) under the loads of a case, by the factors of the one structure that all cases are."""
         return np.array([u, v, self.structure.acceleration(t, u, v, case.force(t))])

@@ -22,11 +22,12 @@ from ..marching.oscillators import Oscillators
 from ..marching.run import number_of_steps, require_stride
 from .given import Dof
 from .histories import accounted
+from .march import march_structure
 from .modal_energies import ModalEnergies
-from .modes import Modes
+from .model import Model
+from .modes import ModalBasis
 from .refusals import require_linear
 from .response import Account, StructureResponse
-from .structure import structure
 from .velocity import needs_no_damping
 
 ALONE = 1 << 18  # multiplications of a product that OpenBLAS does not share out among threads; see `combine`
@@ -34,7 +35,7 @@ Lanes = tuple[Load | None, Oscillators, Array]  # a load, the lanes under it, an
 
 
 def superpose(
-    modes: Modes,
+    modes: ModalBasis,
     scheme: Scheme | str,
     dt: float | None,
     t_end: float,
@@ -83,7 +84,7 @@ def superpose(
     )  # fmt: skip
 
 
-def coordinates(modes: Modes, scheme: Scheme | str, dt: float | None, t_end: float, *, stride: int = 1) -> Array:
+def coordinates(modes: ModalBasis, scheme: Scheme | str, dt: float | None, t_end: float, *, stride: int = 1) -> Array:
     """Modal coordinates (rows, 3, m): q, q', q'' of every stride-th step; displacements are shapes @ q.
 
     Rows end at the last that is finite. Raises ValueError as `superpose`.
@@ -94,7 +95,7 @@ def coordinates(modes: Modes, scheme: Scheme | str, dt: float | None, t_end: flo
     return rows[: done // stride + 1]
 
 
-def residual_flexibility(modes: Modes) -> Array:
+def residual_flexibility(modes: ModalBasis) -> Array:
     """Displacements (n, J) of the free degrees of freedom under each load vector, less those of these modes.
 
     Raises ValueError as `Modes.statics` does.
@@ -104,7 +105,7 @@ def residual_flexibility(modes: Modes) -> Array:
     return modes.statics - modes.free_shapes[:, elastic] @ own
 
 
-def modal_lanes(modes: Modes, dt: float) -> list[Lanes]:
+def modal_lanes(modes: ModalBasis, dt: float) -> list[Lanes]:
     """What is marched where every mode is an oscillator: lanes for each load, and for a start that is not rest."""
     whole, omega, xi = modes.structure, modes.omega, modes.xi
     one, steps = np.ones(len(modes)), np.full(len(modes), dt)
@@ -120,7 +121,7 @@ def modal_lanes(modes: Modes, dt: float) -> list[Lanes]:
 
 
 def _checked(
-    modes: Modes, scheme: Scheme | str, dt: float | None, t_end: float, stride: int
+    modes: ModalBasis, scheme: Scheme | str, dt: float | None, t_end: float, stride: int
 ) -> tuple[Scheme, float, int]:
     require_linear(modes.structure, "superposition of modes")
     s = make_scheme(scheme)
@@ -135,7 +136,7 @@ def _checked(
 
 
 def _added_up(
-    modes: Modes, scheme: Scheme, h: float, n: int, stride: int, shapes: Array, rows: Array, account: bool
+    modes: ModalBasis, scheme: Scheme, h: float, n: int, stride: int, shapes: Array, rows: Array, account: bool
 ) -> tuple[Status, int, Account | None]:
     """Put the sums shapes (m, k) of modal coordinates into rows (n // stride + 1, 3, k).
 
@@ -190,16 +191,18 @@ def _abreast(parts: list[Iterator[tuple[int, Array]]]) -> Iterator[tuple[int, li
 
 
 def _together(
-    modes: Modes, scheme: Scheme, h: float, n: int, stride: int, shapes: Array, rows: Array, account: bool
+    modes: ModalBasis, scheme: Scheme, h: float, n: int, stride: int, shapes: Array, rows: Array, account: bool
 ) -> tuple[Status, int, Account | None]:
     """As `_added_up`, for modes that are coupled by damping: marched as a structure with a dense damping matrix."""
     whole = modes.structure
     start = modes.start
-    small = structure(
-        np.eye(len(modes)), np.diag(modes.omega**2), C=modes.damping, u0=start[0], v0=start[1], a0=start[2],
-        load=[(factor, g) for factor, (_, g) in zip(modes.load_factors.T, whole.loads, strict=True)], solver="dense",
+    unit = np.eye(len(modes))
+    loads = tuple((factor, g) for factor, (_, g) in zip(modes.load_factors.T, whole.loads, strict=True))
+    small = Model(
+        M=unit, C=modes.damping, K=np.diag(modes.omega**2), T=unit, loads=loads, u0=start[0], v0=start[1], names=(),
+        solver="dense", a0_given=start[2], full_mass=unit,
     )  # fmt: skip
-    r = small.march(scheme, dt=h, t_end=n * h, stride=stride, account=account)
+    r = march_structure(small, scheme, h, n * h, stride=stride, account=account)
     rows[: len(r.u)] = np.stack([r.u, r.v, r.a], axis=1) @ shapes
     done = n if r.t_failed is None else round(r.t_failed / h) - 1
     return r.status, done, r.account

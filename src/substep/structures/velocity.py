@@ -9,8 +9,8 @@ from ..core.arrays import Array
 from ..core.errors import warn
 from ..core.schemes import Scheme
 from .internal_force import ROUNDING, InternalForce
+from .model import Model
 from .plan import Steps, System
-from .structure import Structure
 
 CHANGED = 1e-2  # of the damping in the force, by which it may differ from what coefficients know of it
 OF_DISPLACEMENTS = "an internal force that does not depend on velocities, got one that does"
@@ -29,7 +29,7 @@ def takes_damping_at_start(system: System) -> bool:
     return not system.displacements and bool(system.damping.any())
 
 
-def damped_at_start(structure: Structure) -> bool:
+def damped_at_start(structure: Model) -> bool:
     """Whether the internal force at u0 depends on velocities, of either sign."""
     s, force = structure, structure.internal
     if force is None or force.reads < 2:
@@ -39,7 +39,7 @@ def damped_at_start(structure: Structure) -> bool:
         return any(force.damps(0.0, s.u0, x) for x in (v, -v))
 
 
-def require_tangent_by_velocity(structure: Structure, who: str) -> None:
+def require_tangent_by_velocity(structure: Model, who: str) -> None:
     """Raises ValueError for such a force whose tangent is no pair; who takes that at the start."""
     if structure.force_damping is None and damped_at_start(structure):
         raise ValueError(
@@ -63,7 +63,7 @@ class Watch:
     warned: bool = False
 
     @classmethod
-    def of(cls, structure: Structure, scheme: Scheme, steps: Steps) -> "Watch | None":
+    def of(cls, structure: Model, scheme: Scheme, steps: Steps) -> "Watch | None":
         """None where there is nothing to look at: a force of u alone, or a scheme that gives it the velocity."""
         force = structure.internal
         if force is None or force.reads < 2:

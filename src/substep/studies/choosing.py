@@ -3,8 +3,7 @@
 from typing import Any
 
 from ..core.errors import called_as
-from ..structures.modes import Modes
-from ..structures.structure import Structure
+from ..structures.structure import Modes, Structure
 
 
 @called_as('choose("duffing", 1e-3, t_end=10.0)')

@@ -16,8 +16,7 @@ from ..core.progress import shown
 from ..core.scenes import Scene
 from ..core.schemes import Scheme
 from ..marching.run import require_in_order
-from ..structures.modes import Modes
-from ..structures.structure import Structure
+from ..structures.structure import Modes, Structure
 from .chunks import Results, run_chunk, run_on_one_core
 from .cluster import run_on
 from .dataset import Variable, template, variables

@@ -14,15 +14,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..core.errors import real_array, real_number
-from ..core.loads import Load, LoadLanes, Record, is_known
+from ..core.loads import Load, LoadLanes, Record, as_numbers, is_known
 from ..core.scenes import Scene, checked_parameters, make_scene, scene_info
 from ..core.schemes import Scheme
 from ..core.schemes import scheme as make_scheme
-from ..marching.adaptive import ROWS
+from ..marching.adaptive import ROWS, Control, adaptive_kernels
 from ..marching.linear import LOADED
 from ..marching.run import number_of_steps
-from .chosen_steps import check_chosen, step_of
-from .request import RESERVED, Axis, Keep, Owner, asked, checked_end
+from .request import RESERVED, Axis, Keep, Owner, asked, checked_end, step_asked
 
 if TYPE_CHECKING:
     from ..derived.modules import Declaration, SceneDeclaration
@@ -204,7 +203,7 @@ def planned(
     a0: ArrayLike | str | None, load: Load | None, values: dict[str, Any],
 ) -> Plan:  # fmt: skip
     """The checked plan of the arguments of `sweep`. Raises ValueError before anything is run."""
-    step, chosen, values = step_of(dt, tol, values)
+    step, chosen, values = step_asked(dt, tol, values)
     of_handle: Mapping[str, Any] = {}
     if isinstance(scene, Scene):
         if a0 is not None or load is not None:
@@ -257,7 +256,7 @@ def _check(plan: Plan) -> None:
     plan.scheme_of_all  # noqa: B018 (making it checks it)
     plan.scene_of_one  # noqa: B018
     if plan.by_tol:
-        check_chosen(plan)
+        _check_chosen(plan)
         return
     swept_dt = any(axis.owner == "step" for axis in plan.axes)
     if plan.samples is None:
@@ -282,3 +281,25 @@ def _check(plan: Plan) -> None:
                 f"expected samples = {N} to divide the number of steps, got {n} steps for dt = {plan.t_end / n:.12g}; "
                 f"take samples = {' or '.join(map(str, fit))}, or dt = {' or '.join(near)}"
             )
+
+
+def _check_chosen(plan: Plan) -> None:
+    """Raise ValueError for what runs that choose their steps cannot be asked for, or a scheme that cannot change it."""
+    if plan.samples is not None:
+        raise ValueError(
+            f"expected samples with dt only, got samples = {plan.samples}; give the times you want as grid="
+        )
+    if (plan.keep == "history") != ("grid" in plan.chosen):
+        got = "none" if plan.keep == "history" else f"it with keep='{plan.keep}'"
+        raise ValueError(
+            f"expected grid=, the times of the rows, with keep='history' where runs choose their steps, got {got}; "
+            "each has steps of its own: " + ("give grid=np.linspace(0, t_end, 101)" if got == "none" else "drop it")
+        )
+    tolerances = [axis.values for axis in plan.axes if axis.owner == "step"]
+    tol = tolerances[0][:1] if tolerances else [plan.given["step"]["tol"]]
+    Control.of(1.0, float(tol[0]) if len(tol) else 1.0, plan.t_end, **plan.chosen)
+    as_numbers(plan.load)
+    swept = {axis.key: axis.values for axis in plan.axes if axis.owner == "scheme"}
+    if all(map(len, swept.values())):
+        first = {key: float(values[0]) for key, values in swept.items()}
+        adaptive_kernels(plan.scene_of_one, make_scheme(plan.scheme, **plan.given["scheme"], **first))

@@ -4,12 +4,14 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
+from numpy.typing import ArrayLike
+
 from ..core.arrays import Array
 from ..core.entries import SchemeInfo
 from ..core.errors import inside, number_or_row, real_number, require_numbers, unknown_name
 from ..core.schemes import Scheme, scheme_info
 from ..core.schemes import scheme as make_scheme
-from ..marching.run import CHOSEN
+from ..marching.run import CHOSEN, require_tol
 
 if TYPE_CHECKING:
     from ..derived.modules import Declaration
@@ -119,3 +121,18 @@ def _resolved(
             raise ValueError(f"expected {found[1]} of the {found[0]} once, got {seen[found]} and {name}; drop one")
         seen[found] = name
         yield name, found, value
+
+
+def step_asked(
+    dt: ArrayLike | None, tol: ArrayLike | None, values: Mapping[str, Any]
+) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
+    """{"dt": ...} or {"tol": ...}; what is asked of chosen steps; the other values. Raises ValueError for both."""
+    if (dt is None) == (tol is None):
+        raise ValueError(
+            f"expected either dt, a constant step, or tol, for chosen steps; got {'none' if dt is None else 'both'}"
+        )
+    chosen = {name: value for name, value in values.items() if name in CHOSEN}
+    if dt is not None:
+        require_tol(chosen)
+    step = {"tol": tol} if dt is None else {"dt": dt}
+    return step, chosen, {name: value for name, value in values.items() if name not in CHOSEN}

@@ -28,11 +28,10 @@ from ..structures.plan import step_of
 from ..structures.refusals import require_definite_mass, require_suited
 from ..structures.steps import Run
 from ..structures.structure import Structure, damping_of
-from .chosen_steps import step_of as step_of_sweep
 from .chunks import Results
 from .dataset import MEANINGS, NOT_RUN, STATUSES, Variable
 from .plan import Chunk
-from .request import RESERVED, Axis, Keep, asked, checked_end
+from .request import RESERVED, Axis, Keep, asked, checked_end, step_asked
 
 if TYPE_CHECKING:
     import xarray
@@ -151,7 +150,7 @@ def planned_structure(
     """
     if dt is None:
         raise ValueError("expected dt, a step or several, for a sweep of a structure, got none; march each with tol")
-    step, _, parameters = step_of_sweep(dt, None, parameters)
+    step, _, parameters = step_asked(dt, None, parameters)
     t_end = checked_end(keep, t_end)
     if load is not None and ground is not None:
         raise ValueError("expected load or ground as the axis of cases, got both; give one")
@@ -218,7 +217,7 @@ def _cases(
         if direction is None:
             raise ValueError("expected direction with ground, got none; give displacements of a unit motion, or names")
         return tuple(s.ground_motion(record, direction) for record in ground)
-    return (s,) if load is None else tuple(replace(s, loads=loads_of(s, case)) for case in load)
+    return (s,) if load is None else tuple(replace(s, loads=loads_of(s.T, s.names, case)) for case in load)
 
 
 def _kinds(scheme: Scheme, h: float) -> int:

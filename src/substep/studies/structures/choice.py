@@ -12,10 +12,9 @@ from ...core.errors import called_as, real_number, unknown_name, warn
 from ...core.schemes import Scheme, schemes
 from ...core.schemes import scheme as make_scheme
 from ...structures.given import Dof
-from ...structures.modes import Modes
 from ...structures.refusals import require_linear
 from ...structures.response import StructureResponse
-from ...structures.structure import Structure
+from ...structures.structure import Modes, Structure
 from .prediction import Parts, Prediction
 
 Model = Literal["any", "direct", "modal"]

@@ -15,7 +15,7 @@ from ...structures.damping import Rayleigh
 from ...structures.eigen import static_response
 from ...structures.given import Dof
 from ...structures.low_rank import LowRank
-from ...structures.modes import Modes
+from ...structures.structure import Modes
 from ...structures.superposition import coordinates, modal_lanes, residual_flexibility
 
 SAMPLES, PHASES = 50, 8  # errors are reported at least so often, and so often in a vibration
