@@ -6,8 +6,8 @@ import numpy as np
 
 import substep as ss
 from substep.structures.examples import solid
-from substep.studies.structures.choice import known_modes
 from substep.studies.structures.prediction import Prediction
+from substep.studies.structures.structure_choice import known_modes
 
 from .job import Job, Table
 from .timing import Alternative, cores, measure

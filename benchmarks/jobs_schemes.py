@@ -3,7 +3,7 @@
 from functools import partial
 
 import numpy as np
-from substep_derive.emit.stability import SMALL_OMEGA
+from substep_derive.emit.stability_module import SMALL_OMEGA
 
 import substep as ss
 from substep.marching.linear import march_linear

@@ -14,11 +14,11 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 import substep as ss
-from substep.structures import solvers
-from substep.structures.combine import add_product, combined
 from substep.structures.examples import cantilever, plate, solid
-from substep.structures.given import loads_of
-from substep.structures.matrices import combination
+from substep.structures.model.given import loads_of
+from substep.structures.solvers import factorization
+from substep.structures.solvers.combine import add_product, combined
+from substep.structures.solvers.matrices import combination
 
 from .job import Job, Table
 from .peers_structures import opensees_solid
@@ -44,7 +44,7 @@ class Kept:
         """The factorization."""
         key = (matrix.nnz, float(matrix.data.sum()), float(matrix.data[::7].sum()))
         if key not in self.known:
-            self.known[key] = solvers.pardiso(matrix)
+            self.known[key] = factorization.pardiso(matrix)
 
         def solve(b: Any) -> Any:
             self.asked.append(key)
@@ -233,7 +233,7 @@ def _effective(cells: int) -> Any:
 def _many_sides(found: Job, cells: int, rounds: int) -> None:
     """A block of right sides beside one after the other."""
     A = _effective(cells)
-    solve = solvers.pardiso(A)
+    solve = factorization.pardiso(A)
     B = np.asfortranarray(np.random.default_rng(0).normal(size=(A.shape[0], SIDES)))
 
     def residual(X: Any) -> dict[str, float]:
@@ -287,13 +287,13 @@ def _solvers(found: Job, cells: int, rounds: int) -> None:
     def residual(solve: Callable[[Any], Any]) -> dict[str, float]:
         return {"residual": float(np.linalg.norm(A @ solve(b) - b) / np.linalg.norm(b))}
 
-    ways: dict[str, Callable[[Any], Any]] = {"PARDISO": solvers.pardiso, "SuperLU": _plain_superlu}
+    ways: dict[str, Callable[[Any], Any]] = {"PARDISO": factorization.pardiso, "SuperLU": _plain_superlu}
     if find_spec("pymetis"):
-        ways["SuperLU in METIS's order"] = solvers.superlu
+        ways["SuperLU in METIS's order"] = factorization.superlu
     else:
         found.skipped["SuperLU in METIS's order"] = "pymetis is not installed"
     if find_spec("cvxopt"):
-        ways["CHOLMOD"] = solvers.cholmod
+        ways["CHOLMOD"] = factorization.cholmod
     else:
         found.skipped["CHOLMOD"] = "cvxopt is not installed"
     errors = {"residual": "norm of A x - b over that of b"}

@@ -225,7 +225,7 @@ assert errors["bathe"] < errors["average_acceleration"]
 # length ratio share their factorization: `solver=` shows it, since it may be a function of one's own.
 
 # %%
-from substep.structures.solvers import superlu
+from substep.structures.solvers.factorization import superlu
 
 counted = []
 

@@ -62,7 +62,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
     The gate runs a test over the catalogue's schemes for one scheme of each kind, another test for others, so that
     every scheme meets many tests; a test marked `every_scheme` it runs for all. A test marked `pairs` it runs for every
-    scheme, on two scenes: see `plain_kernels.gate_pairs`. Of one marked `matrix`, whose many cases take long, it runs
+    scheme, on one scene: see `plain_kernels.gate_pairs`. Of one marked `matrix`, whose many cases take long, it runs
     every sixth case; one marked `thorough` it leaves to `make verify`, which runs them all, as does a file run alone.
     """
     if whole_gate(config):

@@ -9,6 +9,7 @@ from typing import Any
 from declared import BY_NAME
 from substep_derive.declare.scenes import ALL
 from substep_derive.motion.equations import EquationsOfMotion
+from substep_derive.package import COMMITTED
 
 import substep as ss
 from substep.derived.modules import adaptive_pair, uncommitted_pair
@@ -39,17 +40,12 @@ def kinds() -> dict[str, tuple[str, bool, bool]]:
 
 @cache
 def gate_pairs() -> tuple[tuple[str, str], ...]:
-    """The pairs that tests of pairs run in the gate: every scheme on the elastic pendulum, and on a linear or another
-    nonlinear scene, of each kind in turn.
-    """
-    others = [name for name in SCENE_BY_NAME if name != "elastic_pendulum"]
-    linear, nonlinear = ([name for name in others if motion(name).linear == kind] for kind in (True, False))
-    found = []
-    for i, scheme in enumerate(BY_NAME):
-        fit = [name for name in linear if name != "linear_oscillator" or BY_NAME[scheme].takes_damping]
-        other = nonlinear[i // 2 % len(nonlinear)] if i % 2 else fit[i // 2 % len(fit)]
-        found += [(scheme, "elastic_pendulum"), (scheme, other)]
-    return tuple(found)
+    """The pairs that tests of pairs run in the gate: every scheme on one scene, in turn; and the committed ones."""
+    found = list(COMMITTED)
+    for i, (name, scheme) in enumerate(BY_NAME.items()):
+        fit = [scene for scene in SCENE_BY_NAME if scene != "linear_oscillator" or scheme.takes_damping]
+        found.append((name, fit[i % len(fit)]))
+    return tuple(dict.fromkeys(found))
 
 
 @cache

@@ -21,12 +21,12 @@ from substep.auditing.declared import declared
 from substep.auditing.exactness import exactness
 from substep.auditing.identify import Identification, identify
 from substep.auditing.loads import load_taking
+from substep.auditing.measured_stability import critical_Omega, long_radius, measured_radius, overshoot
 from substep.auditing.members import with_all_members
 from substep.auditing.nonlinear import split
 from substep.auditing.orders import observed_orders, written
 from substep.auditing.probes import OMEGAS, RATIOS, driven_runs, own_runs
 from substep.auditing.programs.adapter import Integrator, Spring
-from substep.auditing.stability import critical_Omega, long_radius, measured_radius, overshoot
 from substep.auditing.stepper import as_stepper
 
 

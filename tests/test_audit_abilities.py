@@ -14,10 +14,10 @@ from substep.auditing.defaults import written_out
 from substep.auditing.history import states_before
 from substep.auditing.identify import Match, agreement, identify, levels
 from substep.auditing.loads import load_taking
+from substep.auditing.measured_stability import eigenvalues, tolerance_of
 from substep.auditing.orders import observed_orders
 from substep.auditing.probes import driven_runs, own_runs
 from substep.auditing.programs.adapter import Integrator, Load
-from substep.auditing.stability import eigenvalues, tolerance_of
 
 TRAPEZOIDAL = "newmark(beta = 1/4, gamma = 1/2)"
 STEPS = trapezoidal_load(0, 0, 1)

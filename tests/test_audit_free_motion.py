@@ -12,9 +12,9 @@ import substep as ss
 from substep.auditing.declared import declared
 from substep.auditing.free_motion import energies, growths, measured_roots, meetings, scheme_roots
 from substep.auditing.instrument import LARGE
+from substep.auditing.measured_stability import critical_Omega, measured_radius
 from substep.auditing.noise import measured_noise
 from substep.auditing.probes import own_runs
-from substep.auditing.stability import critical_Omega, measured_radius
 
 UV = ss.Integrator(outputs="uv", damping=False, load="none")
 

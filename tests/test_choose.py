@@ -16,8 +16,8 @@ from typer.testing import CliRunner
 import substep as ss
 from substep.cli.commands import app
 from substep.exact import motions
-from substep.studies.precision import cases, choice, choose, measure
-from substep.studies.precision.choice import SAMPLES, ladder
+from substep.studies.precision import cases, choose, measure, scene_choice
+from substep.studies.precision.scene_choice import SAMPLES, ladder
 
 AMONG = ("newmark_bdf2", "average_acceleration", "energy_momentum", "rk4")
 
@@ -68,10 +68,10 @@ def test_no_more_model_than_the_scene_needs(tmp_path: Path) -> None:
     assert fine.best.model is stiff
     assert "next cheaper" in fine.text
     charts_path = tmp_path / "why.1"
-    choice.chart(fine, charts_path)
+    scene_choice.chart(fine, charts_path)
     assert (tmp_path / "why.1.png").stat().st_size > 10_000
     own = Figure()
-    assert choice.choice_figure(fine, own.subplots()) is own
+    assert scene_choice.choice_figure(fine, own.subplots()) is own
     assert own.axes[0].get_legend() is not None
     only_bar = choose(stiff, 2 * lag, t_end=t_end, quantity="angle", among=among, simpler=())
     assert only_bar.best is not None
@@ -88,7 +88,7 @@ def test_an_interrupted_search_says_what_was_tried(after: int, accuracy: str, mo
             raise KeyboardInterrupt
         return measure.measure(*arguments)
 
-    monkeypatch.setattr(choice, "measure", stopping)
+    monkeypatch.setattr(scene_choice, "measure", stopping)
     command = ["choose", "duffing", "--accuracy", accuracy, "--t-end", "0.3", "--among", "bathe,rk4"]
     command += ["--chosen", "bathe"]
     tried, stopped = after, CliRunner().invoke(app, command)
@@ -103,7 +103,7 @@ def test_an_interrupted_search_says_what_was_tried(after: int, accuracy: str, mo
 
 @pytest.mark.usefixtures("uncompiled")
 def test_requests_beyond_reach_and_wrong_requests(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(choice, "MOST_OPERATIONS", 2e3)
+    monkeypatch.setattr(scene_choice, "MOST_OPERATIONS", 2e3)
     found = choose(KNOWN["damped"], 1e-9, t_end=1.0, among=[ss.scheme("bathe")])
     assert found.best is None
     assert found.runner_up is None

@@ -12,10 +12,10 @@ import substep as ss
 from substep.core.response import Response, Statistics
 from substep.core.schemes import LocalError
 from substep.marching import adaptive
-from substep.studies.precision import cases, charts, choose, chosen_steps, measure
+from substep.studies.precision import cases, charts, choose, measure, tolerance_runs
 from substep.studies.precision import reference as references
-from substep.studies.precision.choice import SAMPLES
 from substep.studies.precision.measure import Cost, Errors, Run
+from substep.studies.precision.scene_choice import SAMPLES
 
 pytestmark = pytest.mark.usefixtures("uncompiled")
 
@@ -44,7 +44,7 @@ def test_a_run_is_measured_by_its_own_statistics(duffing: references.Reference) 
     """Against the march itself, SciPy's motion and, for the counts, the rows of the steps."""
     for name in ("bathe", "noh_bathe"):
         s = ss.scheme(name)
-        run = chosen_steps.measure_chosen(duffing, s, 1e-5, 0)
+        run = tolerance_runs.measure_chosen(duffing, s, 1e-5, 0)
         r = ss.march(duffing.scene, s, t_end=0.6, tol=1e-5)
         assert r.statistics is not None
         assert run.steps == r.statistics.accepted + r.statistics.rejected
@@ -74,19 +74,19 @@ def test_what_an_estimate_needs_besides_the_step_is_counted(
     scene, s = ss.scene("duffing"), ss.scheme("bathe")
     kernels = SimpleNamespace(OPERATIONS={"step": 7, "iteration": (11, 13)})
     terms = tuple(((name, 2),) for name in (*needed, "a_1"))
-    monkeypatch.setattr(chosen_steps, "adaptive_kernels", lambda *_: kernels)
+    monkeypatch.setattr(tolerance_runs, "adaptive_kernels", lambda *_: kernels)
     monkeypatch.setattr(ss.Scheme, "local_error", lambda *_: LocalError(terms, (1.0,), 2, {}, None))
     made = Statistics(8, 2, 0, (16, 24), (3, 3), 0.1, 0.2)
     r = Response(*[np.zeros((9, 1))] * 2, np.zeros((0, 2), int), "completed", None, scene, s, np.nan, None, None, made)
     newton = marched * np.array([20, 30])  # of ten steps
     solves = newton.sum()
-    assert chosen_steps.cost(scene, s, r) == (
+    assert tolerance_runs.cost(scene, s, r) == (
         solves, 2 * solves + 10 * besides, 7 * 10 * marched + newton @ (11, 13),
     )  # fmt: skip
 
 
 def test_finer_tolerances_are_more_accurate_and_timed(duffing: references.Reference) -> None:
-    found = list(chosen_steps.runs(duffing, ss.scheme("noh_bathe"), every=6, repeats=1))
+    found = list(tolerance_runs.runs(duffing, ss.scheme("noh_bathe"), every=6, repeats=1))
     assert [run.tol for run in found] == [10.0**-k for k in (1, 4, 7, 10)][: len(found)]
     errors = [run.errors["u"].maximum for run in found]
     assert len(found) >= 3
@@ -98,23 +98,23 @@ def test_a_run_that_goes_wrong_ends(monkeypatch: pytest.MonkeyPatch, duffing: re
     """The energy of an unloaded scene cannot rise; here the limit lies below what it has from the start."""
     scene = duffing.scene
     largest = 0.5 * float((duffing.v**2).max())
-    assert chosen_steps.most_energy(duffing, scene) == pytest.approx(scene.E0 + 100 * largest)
-    good = chosen_steps.measure_chosen(duffing, ss.scheme("fox_goodwin"), 1e-3, 0)
+    assert tolerance_runs.most_energy(duffing, scene) == pytest.approx(scene.E0 + 100 * largest)
+    good = tolerance_runs.measure_chosen(duffing, ss.scheme("fox_goodwin"), 1e-3, 0)
     assert good.status == "completed"
-    monkeypatch.setattr(chosen_steps, "BEYOND", -0.5)
-    run = chosen_steps.measure_chosen(duffing, ss.scheme("fox_goodwin"), 1e-3, 0)
+    monkeypatch.setattr(tolerance_runs, "BEYOND", -0.5)
+    run = tolerance_runs.measure_chosen(duffing, ss.scheme("fox_goodwin"), 1e-3, 0)
     assert run.status == "energy_bound"
     assert run.errors["u"].maximum == np.inf
     assert 0 < run.cost.operations < good.cost.operations
     pushed = ss.scene("linear_oscillator", omega=6.28, load=ss.Step(1.0))
-    assert chosen_steps.most_energy(references.reference(pushed, 1.0, SAMPLES, 1e-3), pushed) is None
+    assert tolerance_runs.most_energy(references.reference(pushed, 1.0, SAMPLES, 1e-3), pushed) is None
 
 
 @pytest.mark.parametrize("name", ["bathe", "central_difference", "houbolt", "oalts"])
 def test_which_schemes_can_choose_their_steps(name: str) -> None:
     """Those with an estimate of their local error: `march` takes tol for these and refuses the others."""
     scene, s = ss.scene("duffing"), ss.scheme(name)
-    if chosen_steps.can_choose(s, scene):
+    if tolerance_runs.can_choose(s, scene):
         assert ss.march(scene, s, tol=1e-2, t_end=1e-3).statistics is not None
     else:
         with pytest.raises(ValueError):
@@ -134,19 +134,19 @@ def test_the_least_work() -> None:
         run_of("dormand_prince", 70, 1e-5),
     ]
     scene = ss.scene("duffing")
-    assert [s.name for s in chosen_steps.ranked(tried, "u", 1e-4)] == [
+    assert [s.name for s in tolerance_runs.ranked(tried, "u", 1e-4)] == [
         *("houbolt", "bathe", "dormand_prince", "noh_bathe", "tchamwa_wielgosz", "backward_euler"),
     ]
-    assert [s.name for s in chosen_steps.least(tried, scene, "u", 1e-2)] == ["tchamwa_wielgosz"]
-    assert [s.name for s in chosen_steps.least(tried, scene, "u", 1e-4)] == ["bathe"]
-    assert not chosen_steps.least(tried[:1], scene, "u", 1e-4)
+    assert [s.name for s in tolerance_runs.least(tried, scene, "u", 1e-2)] == ["tchamwa_wielgosz"]
+    assert [s.name for s in tolerance_runs.least(tried, scene, "u", 1e-4)] == ["bathe"]
+    assert not tolerance_runs.least(tried[:1], scene, "u", 1e-4)
 
 
 def test_charts_show_chosen_steps_beside_constant_ones(tmp_path: Path) -> None:
     case = cases.FURTHER[0]
     exact = case.reference()
     constant = [measure.measure(exact, ss.scheme("bathe"), n, 0) for n in (800, 1600)]
-    uneven = [chosen_steps.measure_chosen(exact, ss.scheme("bathe"), tol, 0) for tol in (1e-2, 1e-3)]
+    uneven = [tolerance_runs.measure_chosen(exact, ss.scheme("bathe"), tol, 0) for tol in (1e-2, 1e-3)]
     rows = charts._rows(charts.by_method(constant), charts.by_method(uneven))
     assert [row.label for row in rows] == ["sub-steps, order 2", "steps that choose themselves"]
     assert [label for label, *_ in rows[1].curves] == ["bathe, constant steps", "bathe, chosen steps"]

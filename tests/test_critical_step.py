@@ -7,8 +7,8 @@ import pytest
 from plane_elements import cantilever, shear_building
 
 import substep as ss
-from substep.structures import critical
-from substep.structures.critical import critical_step, frequency_bound, largest_mode
+from substep.structures.march import critical
+from substep.structures.march.critical import critical_step, frequency_bound, largest_mode
 
 
 def building(C: Any = None, **more: Any) -> ss.Structure:

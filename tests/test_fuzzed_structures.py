@@ -18,8 +18,8 @@ from sympy import Integer, Rational, Symbol
 from test_fuzzed_declarations import declarations
 
 import substep as ss
-from substep.structures import plan, steps
-from substep.structures.linear import combined
+from substep.structures.march import scheme_plan, steps
+from substep.structures.march.linear import combined
 
 u0, v0, a0 = knot(0)
 u1, v1, a1 = knot(1)
@@ -48,7 +48,7 @@ def marched(scheme: Scheme, values: dict[str, Any], frame: ss.Structure, dt: flo
     history = [("uva".index(s.name[0]), 0) for s in scheme.state]
     handle: Any = SimpleNamespace(name=scheme.name, parameters=values, starter=None, info=info, history=history)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(plan, "_module", lambda scheme: module)
+        patch.setattr(scheme_plan, "_module", lambda scheme: module)
         run = steps.Run(frame, handle, dt)
         return np.array([combined(march.steps.report[:2], X) for X, march in run.marched(n)])
 

@@ -12,7 +12,7 @@ from substep_derive import Balance, Parameter, Scheme, derive
 from substep_derive.declare.symbols import h, knot
 from substep_derive.emit.first_use import catalogue_pair
 from substep_derive.emit.march_module import march_module
-from substep_derive.emit.stability import eigenvalues_module
+from substep_derive.emit.stability_module import eigenvalues_module
 from substep_derive.kernels.eigenvalue_kind import EigenvalueKind
 from substep_derive.kernels.march_shape import shape_name, shape_of
 from substep_derive.motion.equations import EquationsOfMotion

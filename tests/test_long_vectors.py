@@ -9,8 +9,8 @@ from scipy import sparse
 from substep_kernels.marches import linear_filter, linear_march_2_01y
 from substep_kernels.shared import combinations
 
-from substep.structures.combine import add_product, combined, inner_products, products
-from substep.structures.low_rank import LowRank
+from substep.structures.solvers.combine import add_product, combined, inner_products, products
+from substep.structures.solvers.low_rank import LowRank
 
 SIZES = (1, 511, 512, 513, 1100)
 

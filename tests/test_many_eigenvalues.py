@@ -13,7 +13,7 @@ from substep_derive import Balance, Scheme, derive
 from substep_derive.declare.catalogue import find
 from substep_derive.declare.symbols import h, knot, lam
 from substep_derive.emit.scheme_module import own_module
-from substep_derive.emit.stability import eigenvalues_module
+from substep_derive.emit.stability_module import eigenvalues_module
 from substep_derive.kernels.eigenvalue_kind import EigenvalueKind
 from substep_derive.oscillator.amplification import Amplification
 from substep_derive.oscillator.spectrum import live

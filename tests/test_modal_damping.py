@@ -14,7 +14,7 @@ from test_structure_cases import LOADS
 from test_structures import PULSE, STEPS, system
 
 import substep as ss
-from substep.structures.low_rank import LowRank
+from substep.structures.solvers.low_rank import LowRank
 from substep.structures.structure import Modes
 
 RATIOS = [0.05, 0.3, 0.0, 0.02, 0.1]

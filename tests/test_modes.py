@@ -9,7 +9,7 @@ from scipy import linalg, sparse
 from scipy.sparse.linalg import splu
 
 import substep as ss
-from substep.structures import eigen
+from substep.structures.modes import eigen
 
 
 def plane(**more: Any) -> ss.Structure:

@@ -18,7 +18,7 @@ from substep.core.arrays import copy_rows
 from substep.marching import scene_lanes
 from substep.marching.scene_lanes import march_lanes
 from substep.sweeps import chunks
-from substep.sweeps.plan import Plan
+from substep.sweeps.sweep_plan import Plan
 
 Array = np.ndarray
 P = 5

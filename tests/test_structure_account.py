@@ -9,7 +9,7 @@ import pytest
 from numpy.polynomial import Polynomial
 
 import substep as ss
-from substep.structures.quadrature import middle, of_damped, of_work
+from substep.structures.march.quadrature import middle, of_damped, of_work
 
 M = np.diag([2.0, 1.0, 3.0])
 K = np.array([[6.0, -2.0, 0.0], [-2.0, 5.0, -3.0], [0.0, -3.0, 3.0]])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import substep as ss
-from substep.structures.refusals import require_suited
+from substep.structures.march.refusals import require_suited
 
 M = np.diag([2.0, 1.0, 3.0])
 K = np.array([[6.0, -2.0, 0.0], [-2.0, 5.0, -3.0], [0.0, -3.0, 3.0]])

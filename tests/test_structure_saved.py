@@ -14,7 +14,7 @@ import substep as ss
 
 @pytest.mark.parametrize("scheme", ["bathe", "houbolt", "kr_alpha"])
 def test_a_march_on_disk_goes_on_where_it_was_stopped(tmp_path: Any, scheme: str, monkeypatch: Any) -> None:
-    monkeypatch.setattr("substep.structures.saved.BUFFER", 60)  # numbers: a checkpoint every few rows
+    monkeypatch.setattr("substep.structures.march.saved.BUFFER", 60)  # numbers: a checkpoint every few rows
     solved = [0]
 
     def march(count: float, **more: Any) -> Any:
@@ -65,7 +65,7 @@ def test_another_internal_force_is_another_march(tmp_path: Any, start: dict[str,
 @pytest.mark.parametrize("scheme", ["bathe", "houbolt", "energy_momentum"])
 def test_a_nonlinear_march_goes_on_to_the_bit(tmp_path: Any, scheme: str, newton: Any, monkeypatch: Any) -> None:
     """A tangent that is kept is taken again where it was taken."""
-    monkeypatch.setattr("substep.structures.saved.BUFFER", 90)
+    monkeypatch.setattr("substep.structures.march.saved.BUFFER", 90)
     calls = [0]
 
     def march(count: float, t_end: float = 3.0, **more: Any) -> Any:
@@ -180,7 +180,7 @@ def test_damping_that_is_known_by_its_products_is_recognised_by_these(tmp_path: 
 @pytest.mark.parametrize("scheme", ["bathe", "rk4"])
 def test_histories_beyond_the_limit_stay_on_disk(tmp_path: Any, scheme: str, monkeypatch: Any) -> None:
     """All that is asked of them is that of histories in memory, also of a run that was stopped."""
-    monkeypatch.setattr("substep.structures.saved.BUFFER", 60)
+    monkeypatch.setattr("substep.structures.march.saved.BUFFER", 60)
     limit = [0.55]
 
     def load(t: Any) -> Any:
@@ -189,11 +189,11 @@ def test_histories_beyond_the_limit_stay_on_disk(tmp_path: Any, scheme: str, mon
         return np.sin(t)
 
     moved = frame(load=([1.0, 0.0, 0.0], load)).ground_motion(RECORD, 1.0)
-    monkeypatch.setattr("substep.structures.steps.BLOCK", 1)  # loads are asked for step by step
+    monkeypatch.setattr("substep.structures.march.steps.BLOCK", 1)  # loads are asked for step by step
     for status in ("interrupted", "completed"):
         expected = ss.march(moved, scheme, 0.1, 1.0)
         with monkeypatch.context() as patched:
-            patched.setattr("substep.structures.saved.IN_MEMORY", 0)
+            patched.setattr("substep.structures.march.saved.IN_MEMORY", 0)
             found = ss.march(moved, scheme, 0.1, 1.0, save=tmp_path / "run")
         assert found.status == expected.status == status
         assert not isinstance(found.u, np.ndarray)

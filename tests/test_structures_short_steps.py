@@ -10,8 +10,8 @@ from substep_derive.declare.schemes import ALL
 from sympy import Symbol
 
 import substep as ss
-from substep.structures.plan import step_of
-from substep.structures.steps import Run
+from substep.structures.march.scheme_plan import step_of
+from substep.structures.march.steps import Run
 
 M = np.array([[2.0, 0.3], [0.3, 1.0]])
 STIFFNESS = np.array([[3.0, -1.0], [-1.0, 2.0]])

@@ -12,11 +12,11 @@ from scipy.sparse.linalg import LinearOperator, splu
 
 import substep as ss
 from substep.core import memory
-from substep.structures import pardiso as pardiso_module
-from substep.structures import solvers
 from substep.structures.examples import bar, solid
-from substep.structures.fill import factor_entries
-from substep.structures.solvers import SingularMatrix, cholmod, factorize, pardiso, superlu
+from substep.structures.solvers import factorization
+from substep.structures.solvers import pardiso as pardiso_module
+from substep.structures.solvers.factorization import SingularMatrix, cholmod, factorize, pardiso, superlu
+from substep.structures.solvers.fill import factor_entries
 
 N = 200
 GPL = pytest.mark.skipif(not find_spec("cvxopt"), reason="cvxopt is not installed; its licence, the GPL, keeps it out")
@@ -77,7 +77,7 @@ def test_pardiso_keeps_the_half_of_a_symmetric_matrix() -> None:
 def test_what_does_not_fit_in_memory_is_refused_before_it_is_tried(
     solver: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    for module in (memory, solvers):
+    for module in (memory, factorization):
         monkeypatch.setattr(module, "available_memory", lambda: 10_000)
     with pytest.raises(MemoryError, match=r"factors of 882 unknowns .* GB needed of 0.0 GB free"):
         factorize(solid((6, 6, 6)).K, solver)
@@ -89,12 +89,12 @@ def test_factors_of_all_entries_and_unsymmetric_ones_are_refused_too(
 ) -> None:
     A = sparse.csr_array(solid((6, 6, 6)).K)
     if "order" in kind:
-        monkeypatch.setattr(solvers, "find_spec", lambda _: None)
+        monkeypatch.setattr(factorization, "find_spec", lambda _: None)
     if kind == "dense array":
         A = A.toarray()
     elif "unsymmetric" in kind:
         A = A + sparse.csr_array(([A.max()], ([3], [700])), shape=A.shape)
-    for module in (memory, solvers):
+    for module in (memory, factorization):
         monkeypatch.setattr(module, "available_memory", lambda: 10_000)
     with pytest.raises(MemoryError, match=r"factors of 882 unknowns .* GB needed of 0.0 GB free"):
         factorize(A, kind.split(",", maxsplit=1)[0].split(maxsplit=1)[0])
@@ -103,9 +103,9 @@ def test_factors_of_all_entries_and_unsymmetric_ones_are_refused_too(
 def test_superlus_own_order_is_known_before_it_factorizes(monkeypatch: pytest.MonkeyPatch) -> None:
     """The entries that are counted are those that its factor has, but for some that cancel."""
     counted: list[float] = []
-    monkeypatch.setattr(solvers, "find_spec", lambda _: None)
-    monkeypatch.setattr(solvers, "available_memory", lambda: 10_000)
-    monkeypatch.setattr(solvers, "require_factors", lambda _, need: counted.append(need / 16))
+    monkeypatch.setattr(factorization, "find_spec", lambda _: None)
+    monkeypatch.setattr(factorization, "available_memory", lambda: 10_000)
+    monkeypatch.setattr(factorization, "require_factors", lambda _, need: counted.append(need / 16))
     K = sparse.csc_array(solid((8, 8, 8)).K)
     superlu(K)
     known = splu(K, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}).L.nnz
@@ -165,7 +165,7 @@ def test_a_march_with_cholmod_is_that_with_pardiso() -> None:
 
 
 def test_a_solver_that_is_not_installed_is_refused_with_how_to_get_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(solvers, "find_spec", lambda name: None)
+    monkeypatch.setattr(factorization, "find_spec", lambda name: None)
     for name, package in (("cholmod", "cvxopt"), ("pardiso", "pypardiso")):
         with pytest.raises(ValueError, match=f"expected {package} for solver='{name}', got none installed"):
             factorize(matrix("definite"), name)

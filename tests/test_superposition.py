@@ -11,7 +11,7 @@ from substep_derive.declare.schemes import ALL
 
 import substep as ss
 from substep.marching import histories
-from substep.structures.superposition import coordinates
+from substep.structures.modes.superposition import coordinates
 
 pytestmark = pytest.mark.filterwarnings("ignore:.* has (dissipated|gained)")  # what a scheme dissipates is its own
 PULSE, WAVE = ss.HalfSine(1.5, 0.7), ss.Harmonic(0.8, 9.0, 0.4)

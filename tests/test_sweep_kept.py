@@ -14,7 +14,7 @@ from test_sweep import LOAD, OSCILLATOR, sweep
 
 import substep as ss
 from substep import sweeps
-from substep.sweeps.plan import Plan
+from substep.sweeps.sweep_plan import Plan
 
 
 @pytest.fixture
@@ -25,12 +25,12 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.parametrize("lanes", [1, 3, 7, 20, 1000])
 def test_chunks_cover_every_point_once_in_c_order(lanes: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    from substep.sweeps import plan
+    from substep.sweeps import sweep_plan
 
-    monkeypatch.setattr(plan, "LANE_STEPS", {True: lanes * 20.0, False: 0.0})
+    monkeypatch.setattr(sweep_plan, "LANE_STEPS", {True: lanes * 20.0, False: 0.0})
     args = {**OSCILLATOR, "keep": "final"}
     load, dt, t_end, keep = (args.pop(k) for k in ("load", "dt", "t_end", "keep"))
-    made = plan.planned("linear_oscillator", "newmark_bdf2", dt, None, t_end, keep, None, None, None, load, args)
+    made = sweep_plan.planned("linear_oscillator", "newmark_bdf2", dt, None, t_end, keep, None, None, None, load, args)
     seen, flat = [], np.arange(48).reshape(made.shape)
     for chunk in made.chunks(made.piece(cluster=False)):
         assert chunk.last - chunk.first <= lanes
@@ -103,7 +103,7 @@ KILLED = """
 import os, signal, sys
 import numpy as np, substep as ss
 from substep import sweeps
-from substep.sweeps.plan import Plan
+from substep.sweeps.sweep_plan import Plan
 Plan.piece = lambda self, cluster: (5,)
 begun, write = [], sweeps._fill
 

@@ -8,7 +8,7 @@ from mpmath import atan, atanh, chebyfit, mp, sqrt
 from substep_derive import derive
 from substep_derive.algebra.rational import cse
 from substep_derive.emit.eigenvalue_defect import defect_lines
-from substep_derive.emit.stability import AT_EXACT, SMALL_OMEGA
+from substep_derive.emit.stability_module import AT_EXACT, SMALL_OMEGA
 from substep_derive.kernels.kernel import Kernel
 from substep_derive.kernels.scheme import SchemeKernels
 from sympy.printing.c import C99CodePrinter

@@ -18,7 +18,7 @@ from .emit.plan_module import plan_module
 from .emit.printing import fill
 from .emit.scene_module import scene_module, scenes_index
 from .emit.scheme_module import scheme_module
-from .emit.stability import eigenvalues_module, errors_module, stability_module
+from .emit.stability_module import eigenvalues_module, errors_module, stability_module
 from .emit.stamp import stamped
 from .emit.templates.combinations import COMBINATIONS
 from .emit.templates.loads import LOADS

@@ -19,8 +19,8 @@ from .core.schemes import Scheme, scheme, schemes
 from .ground_motion.modal_combination import response_spectrum_analysis, spectrum_beside_history
 from .ground_motion.spectrum import response_spectrum
 from .marching.run import march
-from .structures.damping import Rayleigh, rayleigh
-from .structures.modal_damping import ModalDamping, modal_damping
+from .structures.model.rayleigh import Rayleigh, rayleigh
+from .structures.modes.modal_damping import ModalDamping, modal_damping
 from .structures.structure import Modes, Structure, structure
 from .studies.choosing import choose
 from .sweeps import sweep

@@ -32,7 +32,7 @@ from ..declare.parameter_set import ParameterSet
 from ..declare.scheme import Scheme
 from ..declare.symbols import Omega, xi
 from ..kernels.exact_case import near_values
-from ..kernels.stability import live_coefficients
+from ..kernels.stability_polynomials import live_coefficients
 from ..motion.equations import EquationsOfMotion
 from ..motion.plan import Combination, Plan, Row, System
 from ..oscillator.amplification import Amplification

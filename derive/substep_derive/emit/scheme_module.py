@@ -18,7 +18,7 @@ from ..oscillator.stability_polynomial import rate
 from .formulas import formulas
 from .index import index_entry
 from .printing import decimal, docstring, fill, literal_tuple
-from .stability import polynomials
+from .stability_module import polynomials
 from .templates.scheme import BANNER, SCHEME_HEADER
 
 

@@ -23,7 +23,7 @@ from ..kernels.exact_case import LOAD, OMEGA, STEPS, U0, V0, ExactCase, H, near_
 from ..kernels.exact_case import MASS as TEST_MASS
 from ..kernels.kernel import Kernel, entries, polynomial_kernel
 from ..kernels.scalar_step import DAMPING, MASS, STIFFNESS, ScalarBalance, ScalarStep
-from ..kernels.stability import live_coefficients
+from ..kernels.stability_polynomials import live_coefficients
 from ..motion.effective import effective_systems
 from ..motion.plan import Plan
 from ..oscillator.amplification import Amplification

@@ -12,7 +12,7 @@ from ..declare.scheme import Scheme
 from ..declare.symbols import Omega, knot_of, lattice, mu, t, xi
 from ..oscillator.amplification import Affine, Amplification
 from .eigenvalue_defect import about_one
-from .stability import live_coefficients
+from .stability_polynomials import live_coefficients
 
 DIGITS = 40  # of a parameter that is irrational
 H, MASS, OMEGA, DAMPING_RATIO = Rational(1, 4), Integer(2), Integer(2), Rational(1, 10)

@@ -14,7 +14,7 @@ from .eigenvalue_defect import EigenvalueDefect
 from .eigenvalue_kind import EigenvalueKind
 from .kernel import Kernel
 from .march_form import MarchForm
-from .stability import factor_coefficients, live_coefficients, stability_kernels
+from .stability_polynomials import factor_coefficients, live_coefficients, stability_kernels
 
 LEAST_DEGREE = 4  # of R from which on a step is written by R and S: below, its expanded entries are about as short
 

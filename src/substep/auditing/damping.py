@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from ..core.schemes import Scheme
-from ..structures.plan import step_of
+from ..structures.march.scheme_plan import step_of
 from .identify import Identification, Match, credible, fitted, identify, levels
 from .linear_step import DAMPED_BY, Damping
 from .noise import QUIET, Noise

@@ -7,11 +7,11 @@ from typing import Literal
 import numpy as np
 
 from ..core.arrays import Array
+from .measured_stability import LONGEST, SCAN, eigenvalues, tolerance_of
 from .noise import QUIET, Noise
 from .orders import SETTLED
 from .probes import Measured, measure, oscillators, own_runs
 from .programs.adapter import Load
-from .stability import LONGEST, SCAN, eigenvalues, tolerance_of
 from .stepper import RunFailed, Stepper
 
 Verdict = Literal["conserved", "conserved on average", "lost", "gained"]

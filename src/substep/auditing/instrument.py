@@ -12,6 +12,7 @@ from ..core.schemes import Scheme
 from .causes import Evidence, deviations
 from .claims import Claims, judged
 from .control import controlled_runs
+from .curve import Curve
 from .damping import identify_damped
 from .declared import declared
 from .defaults import written_out
@@ -28,16 +29,7 @@ from .free_motion import (
 )
 from .identify import Identification, Match, is_claimed
 from .loads import LoadTaking, calls_of, load_taking
-from .members import with_all_members
-from .noise import MARGIN, Noise, measured_noise
-from .nonlinear import split
-from .orders import Order, compared, observed_orders
-from .outputs import declared_instants, elsewhere, output_instants, with_late_outputs
-from .probes import Measured, driven_runs, given_runs, own_runs
-from .program import Program
-from .programs.adapter import Integrator
-from .report import Curve, Report
-from .stability import (
+from .measured_stability import (
     confirmed_radius,
     critical_Omega,
     eigenvalues,
@@ -47,6 +39,15 @@ from .stability import (
     same_limit,
     tolerance_of,
 )
+from .members import with_all_members
+from .noise import MARGIN, Noise, measured_noise
+from .nonlinear import split
+from .orders import Order, compared, observed_orders
+from .outputs import declared_instants, elsewhere, output_instants, with_late_outputs
+from .probes import Measured, driven_runs, given_runs, own_runs
+from .program import Program
+from .programs.adapter import Integrator
+from .report import Report
 from .stepper import Run, Stepper, as_stepper
 
 LARGE = 1e4  # Omega for which the spectral radius is its limit, but for 1/Omega

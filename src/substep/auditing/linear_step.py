@@ -15,7 +15,7 @@ import numpy as np
 from ..core.arrays import Array
 from ..core.loads import Load, values_at
 from ..core.schemes import Scheme
-from ..structures.plan import Steps, System, start_of, step_of
+from ..structures.march.scheme_plan import Steps, System, start_of, step_of
 
 Damping = Literal["declared", "predicted", "start", "end"]
 DAMPED_BY: Mapping[Damping, str] = {  # the velocity of the damping force, where it is not the declared one

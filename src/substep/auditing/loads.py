@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 
 from ..core.arrays import Array
-from ..structures.plan import step_of
+from ..structures.march.scheme_plan import step_of
 from .fit import largest, recognise
 from .identify import FIRST, Match, recursion_terms
 from .linear_step import Candidate, Loads

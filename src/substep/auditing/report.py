@@ -17,11 +17,11 @@ from .defaults import WrittenOut
 from .free_motion import Energy, Growth
 from .identify import Identification, Match
 from .loads import LoadTaking
+from .measured_stability import same_limit
 from .noise import QUIET, Noise
 from .orders import Order, written
 from .outputs import instants_text
 from .programs.adapter import LOADS
-from .stability import same_limit
 from .stepper import Stepper
 
 

@@ -34,7 +34,7 @@ from .arguments import (
 from .audits import audit
 from .catalogue import scenes, schemes, show
 from .charts import chart
-from .choice import choose
+from .choose import choose
 from .design import design
 from .emission import emit
 from .estimators import estimator

@@ -73,7 +73,7 @@ def march_module(name: str, K: int) -> ModuleType:
 
 def eigenvalues_module(name: str) -> ModuleType:
     """Kernels that find more eigenvalues than any scheme of the catalogue has."""
-    from substep_derive.emit.stability import eigenvalues_module as printed  # noqa: PLC0415
+    from substep_derive.emit.stability_module import eigenvalues_module as printed  # noqa: PLC0415
     from substep_derive.kernels.eigenvalue_kind import EigenvalueKind  # noqa: PLC0415
 
     return cached_module(name, lambda: printed(EigenvalueKind.named(name)))

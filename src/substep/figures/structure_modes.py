@@ -16,7 +16,7 @@ from ..core.errors import real_number
 from ..core.schemes import Scheme
 from ..core.schemes import scheme as make_scheme
 from ..core.style import COLOURS, REFERENCE, styled
-from ..structures.damping import Rayleigh
+from ..structures.model.rayleigh import Rayleigh
 from ..structures.structure import Modes
 from .charts import save
 

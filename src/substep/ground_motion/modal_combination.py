@@ -13,10 +13,10 @@ from ..core.errors import called_as, real_array, unknown_name
 from ..core.loads import Record
 from ..core.schemes import Scheme
 from ..core.schemes import scheme as make_scheme
-from ..structures.given import Dof
-from ..structures.refusals import require_linear
+from ..structures.march.refusals import require_linear
+from ..structures.model.given import Dof
+from ..structures.modes.superposition import coordinates
 from ..structures.structure import Modes
-from ..structures.superposition import coordinates
 from .spectrum import as_record, relative, response_spectrum
 
 if TYPE_CHECKING:

@@ -96,8 +96,8 @@ def march(
     sampled at the scheme's own instants t_n + tau*dt; stride: keep every stride-th step. energy_bound: stop before the
     first state whose energy exceeds it, in J.
 
-    A structure, or its modes, may stand in place of a scene: `substep.structures.march.march_structure` and
-    `substep.structures.superposition.superpose` say what they take besides.
+    A structure, or its modes, may stand in place of a scene: `march_structure` and `superpose` of
+    `substep.structures.march` and `substep.structures.modes` say what they take besides.
 
     tol: the estimated local error of each step relative to the motion; with it alone rtol = tol, atol of u is
     tol * the scene's length and that of v is tol * the largest |v| so far. More about chosen steps: rtol; atol, of u or

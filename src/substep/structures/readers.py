@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from ..core.arrays import Array
-from .matrices import Matrix
+from .solvers.matrices import Matrix
 from .structure import Structure, structure
 
 KIND = re.compile(

@@ -10,20 +10,20 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from ..core.errors import called_as
-from .constraints import independent, transformation
-from .critical import CriticalStep, critical_step
-from .damping import Rayleigh
-from .eigen import eigenmodes
-from .given import Dof, LoadPair, loads_of, names_of, numbered, place_of
-from .internal_force import InternalForce
-from .march import march_structure
-from .matrices import Matrix, checked, is_operator, reduced
-from .modal_damping import ModalDamping
-from .model import Model
-from .modes import ModalBasis, modal_damping_matrix
-from .response import StructureResponse
-from .solvers import Solver
-from .superposition import superpose
+from .march.critical import CriticalStep, critical_step
+from .march.march_structure import march_structure
+from .march.response import StructureResponse
+from .model.constraints import independent, transformation
+from .model.given import Dof, LoadPair, loads_of, names_of, numbered, place_of
+from .model.internal_force import InternalForce
+from .model.model import Model
+from .model.rayleigh import Rayleigh
+from .modes.eigen import eigenmodes
+from .modes.modal_damping import ModalDamping
+from .modes.modes import ModalBasis, modal_damping_matrix
+from .modes.superposition import superpose
+from .solvers.factorization import Solver
+from .solvers.matrices import Matrix, checked, is_operator, reduced
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -33,7 +33,7 @@ class Modes(ModalBasis):
     def march(
         self, scheme: Any, *, dt: float | None, t_end: float, dofs: Iterable[Dof] | None = None, **options: Any
     ) -> StructureResponse:
-        """Mode superposition; see `substep.structures.superposition.superpose`, and `substep.march`, which calls it."""
+        """Mode superposition: see `superpose`, and `substep.march`, which calls it."""
         return superpose(self, scheme, dt, t_end, dofs=dofs, **options)
 
 
@@ -51,7 +51,7 @@ class Structure(Model):
         return Modes(self, omega, shapes, modal_damping_matrix(self, omega, shapes), statics)
 
     def critical_step(self, scheme: Any, *, bound: bool = False) -> CriticalStep:
-        """The largest step with which a scheme is stable on it; see `substep.structures.critical.critical_step`."""
+        """The largest step with which a scheme is stable on it: see `substep.structures.march.critical`."""
         return critical_step(self, scheme, bound=bound)
 
     def march(self, scheme: Any, *, dt: float | None, t_end: float, **options: Any) -> Any:

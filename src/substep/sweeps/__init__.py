@@ -20,10 +20,10 @@ from ..structures.structure import Modes, Structure
 from .chunks import Results, run_chunk, run_on_one_core
 from .cluster import run_on
 from .dataset import Variable, template, variables
-from .plan import Chunk, Plan, planned
 from .request import Keep
 from .store import Store
 from .structures import planned_structure, run_structures, run_structures_on_one_core
+from .sweep_plan import Chunk, Plan, planned
 
 if TYPE_CHECKING:
     import xarray

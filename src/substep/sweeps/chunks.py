@@ -13,8 +13,8 @@ from ..core.schemes import Array, Scheme
 from ..core.threads import serial
 from ..marching.run import march_oscillators, number_of_steps
 from ..marching.scene_lanes import march_lanes
-from .chosen_steps import march_chosen
-from .plan import Chunk, Plan
+from .chosen_lanes import march_chosen
+from .sweep_plan import Chunk, Plan
 
 Results = dict[str, Any]
 

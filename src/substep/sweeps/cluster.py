@@ -5,7 +5,7 @@ from itertools import islice
 from typing import Any
 
 from .chunks import Results
-from .plan import Chunk
+from .sweep_plan import Chunk
 
 AHEAD = 4  # chunks submitted for each thread of the workers: few, so that results do not pile up
 

@@ -12,8 +12,8 @@ import numpy as np
 from ..core.arrays import named
 from ..core.loads import Load, Record, values_at
 from ..core.response import STATUSES as ENDED
-from .plan import Plan
 from .request import Axis
+from .sweep_plan import Plan
 
 if TYPE_CHECKING:
     import xarray

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..core.errors import optional
 from .dataset import NOT_RUN, Variable
-from .plan import Chunk, Plan
+from .sweep_plan import Chunk, Plan
 
 if TYPE_CHECKING:
     import xarray

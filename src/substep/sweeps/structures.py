@@ -20,18 +20,18 @@ from ..core.schemes import Scheme
 from ..core.schemes import scheme as make_scheme
 from ..core.threads import serial
 from ..marching.run import number_of_steps
-from ..structures.combine import combined
-from ..structures.given import Dof, loads_of
-from ..structures.histories import selection
-from ..structures.newton import NewtonFailed
-from ..structures.plan import step_of
-from ..structures.refusals import require_definite_mass, require_suited
-from ..structures.steps import Run
+from ..structures.march.histories import selection
+from ..structures.march.newton import NewtonFailed
+from ..structures.march.refusals import require_definite_mass, require_suited
+from ..structures.march.scheme_plan import step_of
+from ..structures.march.steps import Run
+from ..structures.model.given import Dof, loads_of
+from ..structures.solvers.combine import combined
 from ..structures.structure import Structure, damping_of
 from .chunks import Results
 from .dataset import MEANINGS, NOT_RUN, STATUSES, Variable
-from .plan import Chunk
 from .request import RESERVED, Axis, Keep, asked, checked_end, step_asked
+from .sweep_plan import Chunk
 
 if TYPE_CHECKING:
     import xarray

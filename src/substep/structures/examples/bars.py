@@ -7,7 +7,7 @@ import numpy as np
 
 from ...core.arrays import Array
 from ...core.loads import Load
-from ..solvers import Solver
+from ..solvers.factorization import Solver
 from ..structure import Structure, structure
 from .checks import counts, positive
 from .naming import placed

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from ...core.loads import Load
-from ..solvers import Solver
+from ..solvers.factorization import Solver
 from ..structure import Structure, structure
 from .checks import counts, positive
 from .naming import placed

@@ -15,8 +15,8 @@ from numpy.typing import ArrayLike
 
 from ...core.arrays import Array
 from ...core.loads import Load
-from ..matrices import Matrix
-from ..solvers import Solver
+from ..solvers.factorization import Solver
+from ..solvers.matrices import Matrix
 from ..structure import Structure, structure
 from .checks import counts, positive
 from .naming import placed

@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 
 from ...core.arrays import Array
-from ..matrices import Matrix
-from ..solvers import Solver
+from ..solvers.factorization import Solver
+from ..solvers.matrices import Matrix
 from ..structure import Structure, structure
 from .checks import counts, positive
 from .naming import placed

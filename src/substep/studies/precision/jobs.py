@@ -11,7 +11,7 @@ from pathlib import Path
 from ...core.scenes import scene
 from ...core.schemes import scheme, schemes
 from ...marching.scene_lanes import pair_kernels
-from . import charts, choice, chosen_steps, crossover, peers
+from . import charts, crossover, peers, scene_choice, tolerance_runs
 from .cases import CASES, FURTHER, Case, runs
 
 Drawing = Callable[[], object]
@@ -36,11 +36,11 @@ def work_precision(case: Case, folder: Path, *, full: bool) -> Drawing:
     constant = runs(case, exact, every=every, repeats=repeats)
     handles = {name: scheme(name) for name in charts.by_method(constant)}
     if full:
-        able = [s for s in handles.values() if chosen_steps.can_choose(s, exact.scene)]
+        able = [s for s in handles.values() if tolerance_runs.can_choose(s, exact.scene)]
     else:
         tried = [(handles[run.method], run) for run in constant]
-        able = chosen_steps.least(tried, exact.scene, "u", GOOD)
-    chosen = [run for s in able for run in chosen_steps.runs(exact, s, every=every, repeats=repeats)]
+        able = tolerance_runs.least(tried, exact.scene, "u", GOOD)
+    chosen = [run for s in able for run in tolerance_runs.runs(exact, s, every=every, repeats=repeats)]
     return partial(charts.work_precision, case, exact, constant, chosen, theirs, missing, folder)
 
 
@@ -56,14 +56,16 @@ def stiff_pendulum(folder: Path, *, full: bool) -> Drawing:
     among = [scheme(name) for name in (schemes() if full else FEW)]
     stiff = scene("elastic_pendulum", EA=1e10, a0=(-19.6, 0.0))
     chosen = None if full else ()
-    found = [choice.choose(stiff, a, t_end=10.0, quantity="angle", among=among, chosen=chosen) for a in ACCURACIES]
+    found = [
+        scene_choice.choose(stiff, a, t_end=10.0, quantity="angle", among=among, chosen=chosen) for a in ACCURACIES
+    ]
     return partial(_choices, found, folder)
 
 
-def _choices(found: Sequence[choice.Choice], folder: Path) -> None:
+def _choices(found: Sequence[scene_choice.Choice], folder: Path) -> None:
     """Charts of what was found for each accuracy."""
     for one in found:
-        choice.chart(one, folder / f"choose_stiff_pendulum_{one.accuracy:.0e}")
+        scene_choice.chart(one, folder / f"choose_stiff_pendulum_{one.accuracy:.0e}")
 
 
 def operations(folder: Path) -> list[tuple[str, int, str, int]]:

@@ -10,13 +10,13 @@ from ...core.schemes import Scheme
 from ...exact.coupled import coupled_histories
 from ...exact.oscillator import exact_histories
 from ...marching.linear import march_linear
-from ...structures.critical import UNSTABLE, largest_mode
-from ...structures.damping import Rayleigh
-from ...structures.eigen import static_response
-from ...structures.given import Dof
-from ...structures.low_rank import LowRank
+from ...structures.march.critical import UNSTABLE, largest_mode
+from ...structures.model.given import Dof
+from ...structures.model.rayleigh import Rayleigh
+from ...structures.modes.eigen import static_response
+from ...structures.modes.superposition import coordinates, modal_lanes, residual_flexibility
+from ...structures.solvers.low_rank import LowRank
 from ...structures.structure import Modes
-from ...structures.superposition import coordinates, modal_lanes, residual_flexibility
 
 SAMPLES, PHASES = 50, 8  # errors are reported at least so often, and so often in a vibration
 SIGNIFICANT = 0.01  # of the largest displacement: a mode that vibrates with less does not count for PHASES

@@ -1,0 +1,1 @@
+"""The march of a structure in time, and its largest stable step."""

@@ -1,0 +1,138 @@
+"""March a structure, and what ends a run."""
+
+import math
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from ...core.errors import real_number, unknown_name, warn
+from ...core.memory import require_memory
+from ...core.progress import shown
+from ...core.response import Status
+from ...core.schemes import Scheme
+from ...core.schemes import scheme as make_scheme
+from ...marching.run import number_of_steps, require_stride, require_tol
+from ..model.given import Dof
+from ..model.model import Model
+from .histories import Histories, accounted
+from .march_chosen import CHOSEN, march_chosen
+from .newton import Iteration, NewtonFailed
+from .refusals import require_definite_mass, require_suited, unsymmetric
+from .response import StructureResponse
+from .scheme_plan import step_of
+from .steps import Run
+
+ARGUMENTS = ("dt", "t_end", "tol", "dofs", "stride", "account", "save", "progress", "newton", "line_search")
+
+
+def march_structure(
+    structure: Model,
+    scheme: Scheme | str,
+    dt: float | None,
+    t_end: float,
+    *,
+    dofs: Iterable[Dof] | None = None,
+    stride: int = 1,
+    account: bool = True,
+    save: str | Path | None = None,
+    progress: bool = True,
+    newton: Literal["simplified", "full"] = "simplified",
+    line_search: bool = False,
+    tol: float | None = None,
+    **chosen: Any,
+) -> StructureResponse:
+    """The response of a structure from t = 0 to t_end in steps of dt, or of tol; `substep.march` calls it.
+
+    dofs: names or numbers of the degrees of freedom to keep, all by default. stride: keep every stride-th step.
+    account: whether to add up energies, at a product with each of M and K a step, two that read it once where there is
+    damping, and one internal force more where that has no potential, or four where it has one and takes v. A warning is
+    given where the scheme has dissipated or gained more than 5 % of the energy in play, beyond what the work is
+    uncertain by, and where M or K is not symmetric, so that there is no account. save: a folder for a Zarr store,
+    written as the march goes on; the same call again, or one with a later t_end, goes on from the last checkpoint, even
+    after a kill, and gives the same to the bit. progress: a bar on the terminal once a second has passed. newton:
+    "simplified" keeps a tangent while the iteration contracts by a factor of 5, "full" takes one in every iteration;
+    line_search: halve a correction by which the residual grows.
+
+    Damping may be in an internal force that takes v. A scheme of u'' = g(t, u) refuses it, at the start and, by one
+    evaluation of such a force a step, when it sets in later. Where coefficients of a scheme take C, as those of
+    KR-alpha do, they take the derivative of the force by v at the start besides; a warning is given when the damping
+    has become another.
+
+    tol: steps are chosen in place of dt, by the estimates and the controller of scenes (docs/adaptive.md). A step is
+    accepted if the root of the mean square of its estimated errors of u and v over all free degrees of freedom, each
+    over its scale, is at most 1. A scale is rtol |.| + atol, by default tol |.| + tol times the largest root of the
+    mean square of u, or of v, so far; of u at least that of the static displacement under the largest loads. More about
+    them: rtol; atol, of u or of u and v, in their units; dt_first, dt_min, dt_max, s; rung, the ratio of the lengths
+    between which steps move, by default the root of 2 where a length has factors of its own. Steps end on t_end and
+    where a load of substep's own jumps or has a kink; each is a row, so that stride and save take dt.
+
+    A run that fails or is interrupted from the keyboard keeps what it has: see Response.status. If a function of the
+    user's raises, the exception's `response` is what was done. Raises ValueError for what `march` does, for unknown
+    degrees of freedom, for a mass matrix with negative eigenvalues, damping or degrees of freedom without mass with a
+    scheme that takes none, for a singular effective matrix, and for another march at `save`; MemoryError for histories
+    that do not fit in memory.
+    """
+    if unknown := [name for name in chosen if name not in CHOSEN]:
+        raise unknown_name("an argument of march for a structure", unknown[0], (*ARGUMENTS, *CHOSEN))
+    if newton not in ("simplified", "full"):
+        raise unknown_name("a kind of Newton's iteration", newton, ("simplified", "full"))
+    scheme = make_scheme(scheme)
+    require_definite_mass(structure)
+    if account and (name := unsymmetric(structure)):
+        warn(
+            f"there is no account of energy where {name} is not symmetric, since no energy belongs to such a matrix; "
+            "march with account=False"
+        )
+        account = False
+    require_stride(stride)
+    t_end = real_number("t_end", t_end, positive=True)
+    kept = structure.kept(dofs)
+    iteration = Iteration(newton == "full", line_search)
+    if tol is not None:
+        if stride != 1 or save is not None:
+            raise ValueError("expected stride and save with dt only, got them with tol; keep some dofs, or give dt")
+        require_suited(structure, scheme, t_end)
+        return march_chosen(Run(structure, scheme, t_end, iteration), tol, t_end, kept, account, progress, chosen)
+    require_tol(chosen)
+    h = real_number("dt", dt, positive=True)
+    n = number_of_steps(h, t_end)
+    require_suited(structure, scheme, h)
+    run = Run(structure, scheme, h, iteration)
+    if save is None:
+        kinds = len(step_of(scheme, h).report[:3])
+        require_memory((n // stride + 1, kinds, len(kept)), "keep fewer dofs, a longer stride, or save= to a folder")
+    found = Histories(run, n, [structure.place(dof) for dof in kept], stride, account, save)
+    status: Status = "completed"
+    try:
+        # a run that overflows ends with a status
+        with np.errstate(all="ignore"), shown(n, found.done, progress, "march", "steps") as advance:
+            for X, march in run.marched(n, found.state, found.done, found.tangents):
+                if not math.isfinite(float(X[-1].sum())):
+                    status = "non_finite"
+                    break
+                found.add(X, march)
+                advance(1)
+    except NewtonFailed:
+        status = "newton_failed"
+    except KeyboardInterrupt:
+        status = "interrupted"
+    except Exception as error:  # of a load or a force of the user's, or a tangent that is singular
+        found.checkpoint()
+        error.response = _response(found, "interrupted", kept)  # type: ignore[attr-defined]
+        error.add_note("what the march had done before is in the attribute `response` of this exception")
+        raise
+    found.checkpoint()
+    return _response(found, status, kept)
+
+
+def _response(found: Histories, status: Status, kept: list[Dof]) -> StructureResponse:
+    run = found.run
+    counts = found.iterations[: found.done]
+    account = accounted(run.scheme, found.accounts[: found.kept], status, f"dt = {run.h:g}")
+    u, v, *a = found.read()
+    return StructureResponse(
+        u, v, counts, status, None if status == "completed" else (found.done + 1) * run.h, run.structure, run.scheme,
+        found.stride * run.h, a[0] if a else None, dofs=tuple(kept), account=account,
+    )  # fmt: skip

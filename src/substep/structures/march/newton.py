@@ -1,0 +1,208 @@
+"""Systems of a plan on a nonlinear structure: Newton's iteration, which keeps a factorization while it contracts."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from ...core.arrays import Array, dot
+from ..model.internal_force import InternalForce
+from ..model.model import Model
+from ..solvers.combine import combined
+from ..solvers.factorization import SingularMatrix
+from ..solvers.matrices import Matrix, combination
+from .scheme_plan import System
+
+TOLERANCE = 1e-12  # of the displacement, relative to its change in the step
+EXACT = 4 * np.finfo(np.float64).eps  # of the largest displacement so far
+ROUNDING = 1e-9  # corrections below this that no longer shrink are rounding
+CONTRACTION = 0.2  # of the corrections, beyond which the tangent is taken anew
+ITERATIONS = 60
+
+
+@dataclass(frozen=True)
+class Iteration:
+    """full: take the tangent in every iteration; line_search: halve a correction that increases the residual."""
+
+    full: bool = False
+    line_search: bool = False
+
+
+class Tangent(NamedTuple):
+    """Where a tangent was taken: at a time, for v and displacements (1 + P, n); largest: displacement until then."""
+
+    t: float
+    at: Array
+    largest: float
+
+
+class NewtonFailed(ArithmeticError):
+    """An iteration that did not converge."""
+
+
+@dataclass(eq=False)
+class NonlinearSystem:
+    """R(z) = M a + C v + K0 x + sum of w N(u) - load = 0, with a, v, x and u affine in the unknown z.
+
+    count: the iterations of the last solution, 0 for an explicit system. solve: the factorization in use; taken: the
+    time, and v and displacements (1 + P, n), at which its tangent was taken, if it has one.
+    """
+
+    structure: Model
+    system: System
+    internal: InternalForce
+    iteration: Iteration
+    count: int = 0
+    solve: Callable[[Array], Array] | None = None
+    taken: tuple[float, Array] | None = None
+    largest: float = 0.0
+    products: dict[str, Matrix] = field(default_factory=dict)
+    scale = 1.0  # what its loads are divided by
+
+    def __post_init__(self) -> None:
+        self.products = {"inertia": self.structure.M, "damping": self.structure.damping, "stiffness": self.structure.K}
+
+    @property
+    def place(self) -> int:
+        """The place of the unknown among the vectors."""
+        return self.system.place
+
+    @property
+    def explicit(self) -> bool:
+        """Whether the internal force does not depend on the unknown."""
+        return not self.system.moves_force(self.internal.reads > 1)
+
+    @property
+    def tangent(self) -> Tangent | None:
+        """The tangent in use, if there is one."""
+        return None if self.taken is None else Tangent(*self.taken, self.largest)
+
+    def keep(self, tangent: Tangent) -> None:
+        """Go on with a tangent that was in use before."""
+        t, at, self.largest = tangent
+        self.taken, self.solve = (t, at), self._factorized(t, at)
+
+    def put(self, X: Array, load: Array | None, t: float, ahead: int = 0) -> None:
+        """Put the unknown in its place of X (V, n), under a load (n,); nothing of it is known ahead.
+
+        Raises NewtonFailed; t is the time at which the force is taken, if it depends on it.
+        """
+        X[self.place] = self._solved(X, load, t)
+
+    def taken_at(self, X: Array) -> tuple[Array, Array | None]:
+        """u and v, None where it takes none, at which a complete X (V, n) has the last of its forces."""
+        row, velocity = self.system.displacements[-1], self.system.velocity
+        u, v = (self._at(x, X, X[self.place] if x[self.place] else None) for x in (row, velocity))
+        return u, v if velocity.any() else None
+
+    def _solved(self, X: Array, load: Array | None, t: float) -> Array:
+        j = self.place
+        known = self._linear(X[:j], slice(0, j)) - (0.0 if load is None else load)
+        if self.explicit:
+            self.count = 0
+            if self.solve is None:
+                self.solve = self._factorized()
+            return -self.solve(known + self._force(X, None, t))
+        return self._iterated(X, known, t)
+
+    def _iterated(self, X: Array, known: Array, t: float) -> Array:
+        row, j = self._displaced(), self.place
+        reach = abs(float(row[j])) or 1.0
+        z = (X[0] - combined(row[None, :j], X[:j])[0]) / row[j] if row[j] else np.zeros(X.shape[1])
+        residual = self._residual(X, z, known, t)
+        previous, fresh = 0.0, False  # the size of the correction before, 0 if it was another tangent's
+        for self.count in range(1, ITERATIONS + 1):
+            if self.solve is None or self.iteration.full:
+                self.taken = t, np.array([self._at(self.system.velocity, X, z), *self._displacements(X, z)])
+                try:
+                    self.solve, fresh = self._factorized(*self.taken), True
+                except ValueError as error:
+                    if self.count == 1 or not isinstance(error.__cause__, SingularMatrix):
+                        raise  # at the last good state the structure itself is undetermined
+                    break
+            z, residual, change = self._moved(X, z, -self.solve(residual), residual, known, t)
+            size = reach * float(np.abs(change).max())
+            u = self._at(row, X, z)
+            self.largest = max(self.largest, float(np.abs(u).max()))
+            within = max(TOLERANCE * float(np.abs(u - X[0]).max()), EXACT * self.largest)
+            if not np.isfinite(size + np.abs(residual).max()):
+                break
+            rate = size / previous if previous else 1.0
+            left = size * min(1.0, rate / (1.0 - rate)) if rate < 1.0 else size  # of a series that shrinks so
+            if left <= within or (previous and rate >= 0.5 and size <= ROUNDING * self.largest):
+                return z
+            if previous and rate > CONTRACTION and not fresh:
+                self.solve, previous = None, 0.0
+            else:
+                previous, fresh = size, False
+        self.solve = None
+        raise NewtonFailed
+
+    def _moved(
+        self, X: Array, z: Array, change: Array, old: Array, known: Array, t: float
+    ) -> tuple[Array, Array, Array]:
+        """z + change, the residual there, and the change; halved while a line search finds the residual grown."""
+        residual = self._residual(X, z + change, known, t)
+        for _ in range(8 if self.iteration.line_search else 0):
+            if dot(residual, residual) <= dot(old, old):  # not where it is NaN
+                break
+            change = 0.5 * change
+            residual = self._residual(X, z + change, known, t)
+        return z + change, residual, change
+
+    def _displaced(self) -> Array:
+        """The row of the displacement that moves most with the unknown."""
+        return max(self.system.displacements, key=lambda row: abs(row[self.place]))
+
+    def _linear(self, X: Array, part: slice) -> Array:
+        """The rows that matrices multiply, of some of the vectors."""
+        total = np.zeros(X.shape[1])
+        for name, matrix in self.products.items():
+            if (row := getattr(self.system, name)[part]).any():
+                total += matrix @ combined(row[None], X)[0]
+        return total
+
+    def _residual(self, X: Array, z: Array, known: Array, t: float) -> Array:
+        j = self.system.place
+        return known + self._linear(z[None], slice(j, j + 1)) + self._force(X, z, t)
+
+    def _at(self, row: Array, X: Array, z: Array | None) -> Array:
+        j = self.system.place
+        found = combined(row[None, :j], X[:j])[0]
+        return found if z is None else found + row[j] * z
+
+    def _force(self, X: Array, z: Array | None, t: float) -> Array:
+        s = self.system
+        v = self._at(s.velocity, X, z)
+        total = np.zeros(X.shape[1])
+        for w, row in s.forces:
+            total += w * self.internal(t, self._at(row, X, z), v)
+        for w, old, new in s.differences:
+            both = self._at(old, X, z), self._at(new, X, z)
+            total += w * self.internal.discrete_gradient(t, *both, v, self.structure.M)
+        return total
+
+    def _displacements(self, X: Array, z: Array) -> list[Array]:
+        """Where the tangents are taken of which the residual's derivative by z consists.
+
+        Of a discrete gradient the tangent at the midpoint stands for its own.
+        """
+        s, j = self.system, self.place
+        found = [self._at(row, X, z) for _, row in s.forces if row[j] != 0.0]
+        found += [0.5 * (self._at(old, X, z) + self._at(new, X, z)) for _, old, new in s.differences]
+        return found or [X[0]]  # where z moves velocities alone
+
+    def _factorized(self, t: float = 0.0, at: Array | None = None) -> Callable[[Array], Array]:
+        """Of the residual's derivative by z; at: v and `_displacements`, none where the force does not depend on z."""
+        s, j = self.system, self.place
+        terms = [(float(getattr(s, name)[j]), matrix) for name, matrix in self.products.items()]
+        if at is not None:
+            weights = [w * row[j] for w, row in s.forces if row[j] != 0.0]
+            weights += [0.5 * w * new[j] for w, _, new in s.differences]
+            for weight, u in zip(weights or [0.0], at[1:], strict=True):
+                K, C = self.internal.stiffness(t, u, at[0])
+                terms.append((weight, K))
+                if C is not None:
+                    terms.append((float(s.damping[j]), C))
+        return self.structure.factorized(combination(terms), "a Newton iteration")

@@ -1,0 +1,129 @@
+"""What is refused of a structure before anything is computed: schemes and questions that do not fit it."""
+
+from ...core.schemes import Scheme
+from ..model.consistency import require_finite_start, require_own_potential, require_own_tangent
+from ..model.model import Model
+from ..model.rayleigh import Rayleigh
+from ..solvers.low_rank import LowRank
+from ..solvers.matrices import asymmetry, indefinite, is_operator
+from .scheme_plan import start_of, step_of
+from .velocity import (
+    OF_DISPLACEMENTS,
+    damped_at_start,
+    needs_no_damping,
+    require_tangent_by_velocity,
+    takes_damping_at_start,
+)
+
+
+def require_suited(structure: Model, scheme: Scheme, h: float) -> None:
+    """Raises ValueError for a scheme, or the one that starts it, that is not for this structure in steps of h.
+
+    Damping, also that of an internal force at the start, is not for a scheme of u'' = g(t, u). Degrees of freedom
+    without mass are not for a scheme none of whose balances has K on its unknown: what it computes of them is nothing
+    the equation of motion says, or not defined. An internal force without a potential is not for a discrete gradient,
+    one without a tangent only for a scheme that takes it where all is known, and one that depends on v only with its
+    derivative by v for a scheme that takes the damping at the start. An internal force has to be finite at the start,
+    and what of its tangent and potential the result depends on has to belong to it.
+    """
+    require_finite_start(structure)
+    one: Scheme | None = scheme
+    while one is not None:
+        who = one.name if one is scheme else f"{one.name}, which starts {scheme.name},"
+        require_undamped(structure, one, who)
+        systems = step_of(one, h).systems
+        if (force := structure.internal) is not None:
+            if force.potential is None and any(x.differences for x in systems):
+                raise ValueError(
+                    f"{who} takes a discrete gradient: expected potential= for this structure, got none; give the "
+                    "function whose slope the internal force is, or take another scheme, such as average_acceleration"
+                )
+            own_start = one.starter is None and one.info.start != "given"
+            every = (*systems, *(start_of(one, h).systems if own_start else ()))
+            if force.tangent is None and any(x.stiffness.any() or x.moves_force(force.reads > 1) for x in every):
+                raise ValueError(
+                    f"{who} takes the tangent of the internal force: expected tangent= for this structure, got none; "
+                    "give it, or take an explicit scheme such as dormand_prince"
+                )
+            if any(takes_damping_at_start(x) for x in every):
+                require_tangent_by_velocity(structure, who)
+            by_stiffness = isinstance(structure.C, Rayleigh) and structure.C.beta != 0.0
+            if by_stiffness or any(x.stiffness.any() for x in every):  # else the tangent is Newton's alone
+                require_own_tangent(structure, who)
+            if any(x.differences for x in systems):
+                require_own_potential(structure, who)
+        if len(structure.massless) and not any(x.linear_stiffness[x.place] for x in systems):
+            raise ValueError(
+                f"{who} is explicit: expected mass at each degree of freedom, got none at "
+                f"{structure.named(int(structure.massless[0]))}; condense such degrees of freedom, or take an implicit "
+                "scheme, such as bathe"
+            )
+        one = one.starter
+
+
+def require_undamped(structure: Model, scheme: Scheme, who: str) -> None:
+    """Raises ValueError for damping, also in an internal force at the start, and a scheme that takes none.
+
+    who: what the error calls the scheme.
+    """
+    if scheme.info.damping:
+        return
+    if structure.C is not None:
+        raise needs_no_damping(who, "a structure without damping, got one with C")
+    if damped_at_start(structure):
+        raise needs_no_damping(who, f"{OF_DISPLACEMENTS} at the start")
+
+
+def require_definite_mass(structure: Model) -> None:
+    """Raises ValueError for a symmetric M with a negative eigenvalue, of which no motion of a structure is."""
+    if (place := structure.indefinite) is not None:
+        raise ValueError(
+            "expected a mass matrix M without negative eigenvalues, got one that gives negative kinetic energy to a "
+            f"motion that shows most in degree of freedom {structure.named(place)}; correct its entries there"
+        )
+
+
+def require_decay(structure: Model) -> None:
+    """Raises ValueError for a K or a C with a negative eigenvalue: a motion then grows by itself, whatever the step.
+
+    Of C its symmetric part counts, the rest does no work; one of low rank is positive, one known by products is
+    believed.
+    """
+    if (place := indefinite(structure.K)) is not None:
+        raise ValueError(
+            "expected a stiffness matrix K without negative eigenvalues, got one under which a motion grows that shows "
+            f"most in degree of freedom {structure.named(place)}, so that no step is stable; correct its entries "
+            "there, or march in steps of an accuracy that you choose"
+        )
+    C = structure.C
+    if C is None or isinstance(C, LowRank) or is_operator(C):
+        return
+    if isinstance(C, Rayleigh) and C.alpha >= 0.0 and C.beta >= 0.0:
+        return
+    if (place := indefinite(0.5 * (structure.damping + structure.damping.T))) is not None:
+        raise ValueError(
+            "expected damping without negative eigenvalues, got one that feeds energy into a motion that shows most in "
+            f"degree of freedom {structure.named(place)}, so that no step is stable; correct the sign of C there, or "
+            "march in steps of an accuracy that you choose"
+        )
+
+
+def require_linear(structure: Model, what: str) -> None:
+    """Raises ValueError for a structure with an internal force, of which the tangent at u0 alone would count."""
+    if structure.internal is not None:
+        raise ValueError(
+            f"expected a linear structure for {what}, got one with internal_force, of which it would know the tangent "
+            "at u0 only; march the structure itself, or linearise it on purpose by structure(M, tangent(u0), ...)"
+        )
+
+
+def require_tangent(structure: Model, what: str) -> None:
+    """Raises ValueError for a structure with an internal force that was given no tangent."""
+    if structure.K is None:
+        raise ValueError(f"expected the tangent at u0 for {what}, got a structure without; give it tangent=")
+
+
+def unsymmetric(structure: Model) -> str | None:
+    """M or K where it is not symmetric, so that no energy belongs to it: the work of a force is added up without K."""
+    matrices = {"M": structure.M} | ({"K": structure.K} if structure.internal is None else {})
+    return next((name for name, matrix in matrices.items() if asymmetry(matrix) > 1e-10), None)

@@ -1,0 +1,154 @@
+"""What a march of a structure returns: histories at the degrees of freedom asked for, and the account of energy."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ...core.arrays import Array
+from ...core.errors import unknown_name
+from ...core.exports import Histories, History
+from ...core.response import Response
+from ..model.given import Dof
+from ..model.model import Model
+
+
+@dataclass(frozen=True)
+class Account:
+    """Energies (n+1,) in the structure's units, in balance: work = kinetic + strain - those at the start + damped +
+    numerical + residual.
+
+    work: of the loads, and damped: by the damping matrix and, where the internal force has a potential, by what
+    velocities add to it, from t = 0, by the trapezoidal rule over each step, in which the average acceleration scheme
+    keeps the balance exactly. quadrature: what a finer rule would add to the work less
+    the damped energy, and less a strain energy that is itself the work of an internal force; see
+    `substep.structures.march.quadrature`. numerical: what the scheme itself has dissipated by both rules, 0 where one
+    finds a loss and the other a gain. residual: what is left over, which is known no better than the work is.
+    """
+
+    kinetic: Array
+    strain: Array
+    work: Array
+    damped: Array
+    quadrature: Array
+
+    @cached_property
+    def numerical(self) -> Array:
+        """Energy that the scheme has dissipated since t = 0, (n+1,): of what two rules find, what is nearer to 0."""
+        missing = self._missing
+        finer = missing + self.quadrature
+        return np.clip(0.0, np.minimum(missing, finer), np.maximum(missing, finer))
+
+    @property
+    def residual(self) -> Array:
+        """What the balance leaves open (n+1,), which is at most the difference between two rules for the work."""
+        return self._missing - self.numerical
+
+    @property
+    def _missing(self) -> Array:
+        mechanical = self.kinetic + self.strain
+        return self.work - self.damped - (mechanical - mechanical[0])
+
+    @property
+    def share(self) -> float:
+        """The largest numerical dissipation relative to the largest energy in play; negative for energy gained."""
+        energies = self.kinetic, self.kinetic + self.strain, self.work, self.damped  # strain may be counted from 0
+        scale = max(float(np.max(np.abs(x))) for x in energies)
+        return float(self.numerical[np.argmax(np.abs(self.numerical))]) / scale if scale > 0.0 else 0.0
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class StructureResponse(Response):
+    """Histories u, v, a (n+1, k) at k degrees of freedom, as `Response` has them of a scene's coordinates.
+
+    dofs: names or numbers of the k columns. a: the scheme's own acceleration, else from the equation of motion, which
+    needs all degrees of freedom. account: None where it was not asked for. On a moving base all is relative to it.
+    """
+
+    dofs: "tuple[Dof, ...]" = ()
+    account: Account | None = None
+
+    @property
+    def structure(self) -> Model:
+        """The structure that was marched."""
+        return self.scene  # type: ignore[return-value]
+
+    @cached_property
+    def a(self) -> Array:
+        """Acceleration (n+1, k). Raises ValueError where it cannot be computed from what was kept."""
+        if self.own_a is not None:
+            return self.own_a
+        s = self.structure
+        if not self._has_a:
+            raise ValueError(
+                "expected all degrees of freedom for the acceleration of a scheme that has none of its own, got "
+                f"{self.u.shape[1]} of {s.T.shape[0]}; march without dofs and fixed, or take a scheme that carries a"
+            )
+        order = np.argsort(self._places)  # of the columns, as the structure has its degrees of freedom
+        rows = zip(self.t[1:], np.asarray(self.u)[1:, order], np.asarray(self.v)[1:, order], strict=True)
+        return np.array([s.a0, *(s.acceleration(t, u, v) for t, u, v in rows)])[:, self._places]
+
+    def _histories(self) -> Histories:
+        """What can be exported: a where it can be computed, energies where there is an account; consistent units."""
+        found = {"u": History(np.asarray(self.u), "", "displacement"), "v": History(np.asarray(self.v), "", "velocity")}
+        if self._has_a:
+            found["a"] = History(np.asarray(self.a), "", "acceleration")
+        if self.account is not None:
+            energies = {"energy": self.energy, "work": self.account.work, "damped": self.account.damped}
+            found |= {name: History(x, "", name) for name, x in energies.items()}
+        return Histories(self.t, found, self.dofs, "dof", self._attrs)
+
+    @property
+    def _subject(self) -> str:
+        return f"a structure of {self.structure.size} degrees of freedom"
+
+    @property
+    def _has_a(self) -> bool:
+        """Whether the scheme has an acceleration of its own, or all degrees of freedom are there to compute one."""
+        s = self.structure
+        return self.own_a is not None or (s.all_free and sorted(self._places) == list(range(s.size)))
+
+    @property
+    def _places(self) -> list[int]:
+        """The numbers of the columns' degrees of freedom."""
+        return [self.structure.place(dof) for dof in self.dofs]
+
+    @cached_property
+    def energy(self) -> Array:
+        """Kinetic and strain energy (n+1,). Raises ValueError without an account."""
+        if self.account is None:
+            raise ValueError(
+                "expected an account of energy, got a march without one; march with account=True, which "
+                "takes symmetric M and K"
+            )
+        return self.account.kinetic + self.account.strain
+
+    @cached_property
+    def angular_momentum(self) -> Array | None:
+        """None: a structure's degrees of freedom say nothing of a point to turn about."""
+        return None
+
+    @cached_property
+    def outputs(self) -> Mapping[str, Array]:
+        """Empty: a structure has no outputs besides u, v, a and the account of energy."""
+        return {}
+
+    def at(self, dof: Dof) -> tuple[Array, Array, Array | None]:
+        """u, v, a (n+1,) of one degree of freedom, None for an a that `a` cannot compute from what was kept.
+
+        Raises ValueError for a degree of freedom that was not kept.
+        """
+        if dof not in self.dofs:
+            raise unknown_name("a degree of freedom that was kept", str(dof), map(str, self.dofs))
+        place = self.dofs.index(dof)
+        return self.u[:, place], self.v[:, place], self.a[:, place] if self._has_a else None
+
+    @cached_property
+    def absolute_a(self) -> Array:
+        """Absolute acceleration (n+1, k) on a moving base: a + iota a_g of each motion. Raises ValueError for none."""
+        s = self.structure
+        if not s.motions:
+            raise ValueError("expected a structure on a moving base, got none; see Structure.ground_motion")
+        base = sum(record(self.t)[:, None] * iota[self._places] for iota, record in s.motions)
+        return np.asarray(self.a) + base

@@ -1,0 +1,183 @@
+"""The plan of a scheme on a structure, with numbers: every vector of a step as a row over the state and the unknowns.
+
+The printed plan (see `substep_derive.motion.plan`) names vectors; here each is a row of coefficients (V,) of the
+vectors of the state and of the unknowns of the systems, in the order in which they become known.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cache, cached_property
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+from ...core.arrays import Array
+from ...core.kernel_modules import committed
+from ...core.schemes import Scheme
+
+Row = Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class System:
+    """M inertia + C damping + K0 stiffness + sum of w N(row) + .. = sum of w f(t_n + tau h), rows (V,).
+
+    place: of its unknown among the vectors; entries beyond it are 0. balance: whether it is one of the scheme's
+    balances, not a quotient of matrices. forces: pairs (w, row); differences: triples of a discrete gradient between
+    two displacements; loads: pairs (w, tau).
+    """
+
+    place: int
+    balance: bool
+    inertia: Array
+    damping: Array
+    stiffness: Array
+    forces: tuple[tuple[float, Array], ...]
+    differences: tuple[tuple[float, Array, Array], ...]
+    loads: tuple[tuple[float, float], ...]
+
+    @property
+    def displacements(self) -> list[Array]:
+        """The rows of the displacements at which it takes the internal force; of a discrete gradient the later one."""
+        return [row for _, row in self.forces] + [row for _, _, row in self.differences]
+
+    @cached_property
+    def velocity(self) -> Array:
+        """The row of the velocity at which it takes the internal force: what C multiplies, over the sum of all w.
+
+        That sum is 1 where the system is a balance as it stands, and -1 where it is the negative of one.
+        """
+        total = sum(w for w, _ in self.forces) + sum(w for w, _, _ in self.differences)
+        return self.damping / (round(total, 12) or 1.0)
+
+    def moves_force(self, of_velocity: bool) -> bool:
+        """Whether the internal force, of displacements or of velocities too, depends on the unknown."""
+        moved = any(row[self.place] for row in self.displacements)
+        return moved or (of_velocity and bool(self.displacements) and self.damping[self.place] != 0.0)
+
+    @property
+    def instant(self) -> float:
+        """The mean instant of its loads, in steps after t_n."""
+        total = sum(w for w, _ in self.loads)
+        return sum(w * tau for w, tau in self.loads) / total if total else 0.0
+
+    @property
+    def linear_stiffness(self) -> Array:
+        """What K multiplies where the structure is linear; a discrete gradient is then that of the midpoint."""
+        total = self.stiffness.copy()
+        for w, row in self.forces:
+            total += w * row
+        for w, old, new in self.differences:
+            total += 0.5 * w * (old + new)
+        return total
+
+
+@dataclass(frozen=True)
+class Steps:
+    """A plan with numbers. given: how many vectors there are before; out: rows of the new state; report: of u, v, a.
+
+    rows: of every vector by its name in the plan.
+    """
+
+    given: int
+    systems: tuple[System, ...]
+    out: Array
+    report: Array
+    rows: Mapping[str, Array]
+
+    @property
+    def vectors(self) -> int:
+        """V, the vectors of the state and the unknowns."""
+        return self.given + len(self.systems)
+
+    @property
+    def repeated(self) -> int | None:
+        """The place of an unknown that the next step's first one is again: its system is the same of the new state."""
+        free = [s for s in self.systems if not (s.forces or s.differences or s.loads)]
+        if not free or free[0] is not self.systems[0]:
+            return None
+        for later in free[1:]:
+            unit = np.eye(self.vectors)[later.place]
+            first = (
+                row[: self.given] @ self.out + row[self.given] * unit
+                for row in (free[0].inertia, free[0].damping, free[0].stiffness)
+            )
+            if all(map(np.array_equal, first, (later.inertia, later.damping, later.stiffness))):
+                return later.place
+        return None
+
+    def less(self, row: Array) -> "Steps":
+        """The same for vectors of which the last unknown is kept less `row` (V - 1,) times the vectors before it."""
+
+        def change(rows: Array) -> Array:
+            return np.append(rows[..., :-1] + rows[..., -1:] * row, rows[..., -1:], axis=-1)
+
+        every = {name: change(vector) for name, vector in self.rows.items()}
+        return replace(self, out=change(self.out), report=change(self.report), rows=every)
+
+
+def step_of(scheme: Scheme, h: float) -> Steps:
+    """What a step of length h computes. The scheme's parameters are numbers."""
+    module = _module(scheme)
+    return _steps(module.STATE, *module.step(h, *_values(scheme, module)))
+
+
+def start_of(scheme: Scheme, h: float) -> Steps:
+    """What the state at t = 0 is, from u_0, v_0, a_0; for a scheme whose start is a function."""
+    module = _module(scheme)
+    return _steps(("u_0", "v_0", "a_0"), *module.start(h, *_values(scheme, module)))
+
+
+def _values(scheme: Scheme, module: ModuleType) -> list[float]:
+    values = {**scheme.parameters, **scheme.info.fixed}
+    return [float(values[name]) for name in module.PARAMETERS]
+
+
+def _module(scheme: Scheme) -> ModuleType:
+    """The generated plan; that of a scheme of the user's own is printed on first use."""
+    if scheme.info.declaration is None:
+        return _committed(scheme.kernels.NAME)
+    from ...derived.modules import own_plan_module  # noqa: PLC0415 (the one door to SymPy)
+
+    return own_plan_module(scheme.info.declaration)
+
+
+@cache
+def _committed(name: str) -> ModuleType:
+    module = committed(f"plans.{name}")
+    assert module is not None  # every scheme of the index has one
+    return module
+
+
+def _steps(given: Sequence[str], operations: Sequence[Any], out: Mapping[str, Row], report: Mapping[str, Row]) -> Steps:
+    unknowns = [name for kind, name, _ in operations if kind == "solve"]
+    places = {name: place for place, name in enumerate([*given, *unknowns])}
+    rows = dict(zip(places, np.eye(len(places)), strict=True))
+
+    def row(terms: Row) -> Array:
+        total = np.zeros(len(places))
+        for name, coefficient in terms.items():
+            if (place := places.get(name)) is None:
+                total += coefficient * rows[name]
+            else:
+                total[place] += coefficient
+        return total
+
+    systems = []
+    for kind, name, body in operations:
+        if kind == "combine":
+            rows[name] = row(body)
+            continue
+        systems.append(
+            System(
+                len(given) + len(systems),
+                not name.startswith("w_"),
+                *(row(body.get(matrix, {})) for matrix in ("M", "C", "K0")),
+                tuple((float(w), row(u)) for w, u in body.get("N", ())),
+                tuple((float(w), row(old), row(new)) for w, old, new in body.get("N_discrete", ())),
+                tuple((float(w), float(tau)) for w, tau in body.get("f", ())),
+            )
+        )
+    made, reported = (np.reshape([row(r) for r in x.values()], (-1, len(places))) for x in (out, report))
+    return Steps(len(given), tuple(systems), made, reported, rows)

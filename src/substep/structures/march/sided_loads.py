@@ -1,0 +1,72 @@
+"""Loads of a structure on either side of the times at which they jump, for steps that end there."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ...core.arrays import Array
+from ...core.loads import as_numbers, break_points, is_known, values_at
+from ..model.model import Model
+from .steps import StructureSteps
+
+
+@dataclass(frozen=True, eq=False)
+class Forces:
+    """The loads of a structure on either side of where they jump; targets: times on which steps end, the last t_end."""
+
+    structure: Model
+    t_end: float
+
+    @cached_property
+    def targets(self) -> Array:
+        """Break points of the loads within (0, t_end), and t_end."""
+        found = [break_points(g, self.t_end) for _, g in self.structure.loads]
+        return np.append(np.unique(np.concatenate([np.empty(0), *found])), self.t_end)
+
+    @cached_property
+    def functions(self) -> list[Callable[[float, float], float]]:
+        """Of each load, its value at a time, seen from a time between the same two break points."""
+        load = step_control()._load
+
+        def made(g: Any) -> Callable[[float, float], float]:
+            if not is_known(g):
+                return lambda t, middle: float(values_at(g, np.array([t]))[0])
+            numbers, samples = as_numbers(g)
+            return lambda t, middle: float(load(numbers[0], samples, middle, t))
+
+        return [made(g) for _, g in self.structure.loads]
+
+    def factors(self, t: float, middle: float) -> Array:
+        """g (J,)."""
+        return np.array([g(t, middle) for g in self.functions])
+
+    def vector(self, t: float, middle: float) -> Array:
+        """The load (n,)."""
+        total = np.zeros(self.structure.size)
+        for (shape, _), g in zip(self.structure.loads, self.factors(t, middle), strict=True):
+            total += g * shape
+        return total
+
+    def acceleration(self, t: float, middle: float, u: Array, v: Array) -> Array:
+        """From the equation of motion (n,), with the load on the side of `middle`."""
+        s = self.structure
+        right = self.vector(t, middle) - s.restoring(t, u, v)
+        return s.solve_mass(right - s.damping @ v if s.C is not None else right)
+
+    def completed(self, march: StructureSteps, X: Array, t: float, middle: float) -> None:
+        """Compute the unknowns of a step from t in X (V, n). Raises NewtonFailed."""
+        h, rows = march.run.h, []
+        for system in march.steps.systems:
+            parts = [w * self.factors(t + tau * h, middle) for w, tau in system.loads]
+            rows.append(sum(parts, np.zeros(len(self.structure.loads))))
+        march.complete(X, rows, [t + system.instant * h for system in march.steps.systems])
+
+
+def step_control() -> Any:
+    """The scenes' controller."""
+    from substep_kernels.shared import step_control as found  # noqa: PLC0415 (on first use)
+
+    return found

@@ -1,0 +1,88 @@
+"""Lengths of chosen steps with their factorizations, and what estimated errors are measured by."""
+
+import math
+from collections import OrderedDict
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from ...core.arrays import Array
+from ...core.loads import values_at
+from ..model.model import Model
+from ..solvers.factorization import SingularMatrix, factorize
+from .linear import Factors
+from .scheme_plan import step_of
+from .steps import Run, StructureSteps
+
+LENGTHS = 6  # of steps, whose factorizations are kept
+SAME = 1e-9  # lengths that differ by less are one
+INSTANTS = 1025  # at which loads are looked at for their largest values
+
+
+@dataclass
+class Lengths:
+    """Steps of each of the last few lengths, ready to be solved."""
+
+    run: Run
+    known: OrderedDict[float, StructureSteps] = field(default_factory=OrderedDict)
+
+    def of(self, h: float) -> StructureSteps:
+        """Those of this length, or of one that differs by rounding."""
+        for other in self.known:
+            if abs(h - other) <= SAME * h:
+                self.known.move_to_end(other)
+                return self.known[other]
+        run = replace(self.run, h=h, factors=Factors())
+        while len(self.known) >= LENGTHS:
+            self.known.popitem(last=False)
+        self.known[h] = run.prepared(step_of(run.scheme, h))
+        return self.known[h]
+
+
+def rms(x: Array) -> float:
+    """The root of the mean square."""
+    return math.sqrt(float(np.einsum("i,i->", x, x)) / len(x))
+
+
+def reach(structure: Model, t_end: float) -> float:
+    """What small displacements are measured by, as `rms`: the start's, or the static ones under the largest loads.
+
+    A body that is not held has none, nor is one known without a tangent: then those of free motion under the mean loads
+    until t_end.
+    """
+    instants, found = np.linspace(0.0, t_end, INSTANTS), rms(structure.u0)
+    sizes = [np.abs(values_at(g, instants)) for _, g in structure.loads]
+    largest, mean = (
+        sum(
+            (shape * float(of(x)) for (shape, _), x in zip(structure.loads, sizes, strict=True)),
+            np.zeros(structure.size),
+        )
+        for of in (np.max, np.mean)
+    )
+    if not largest.any():
+        return found
+    if structure.K is not None:
+        try:
+            return max(found, rms(factorize(structure.K, structure.solver)(largest)))
+        except SingularMatrix:
+            pass
+    return max(found, 0.5 * t_end**2 * rms(structure.solve_mass(mean)))
+
+
+@dataclass
+class Scales:
+    """What errors are divided by: atol + share * (the largest RMS so far) + rtol * |.|, of each component."""
+
+    rtol: float
+    atol: tuple[float, float]
+    share: tuple[float, float]
+    largest: list[float]
+
+    def of(self, kind: int, old: Array, new: Array) -> Array:
+        """Of u (kind 0) or v (1), from the values at both ends of a step."""
+        floor = self.atol[kind] + self.share[kind] * max(self.largest[kind], rms(new)) + 1e-300
+        return floor + self.rtol * np.maximum(np.abs(old), np.abs(new))
+
+    def saw(self, rows: Array) -> None:
+        """Take account of u and v that were reached."""
+        self.largest = [max(x, rms(row)) for x, row in zip(self.largest, rows, strict=False)]

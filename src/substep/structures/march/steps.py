@@ -1,0 +1,231 @@
+"""Steps of a scheme on a structure: its plan with numbers, its start, and the loads at its instants."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from ...core.arrays import Array
+from ...core.errors import no_acceleration
+from ...core.loads import Load, values_at
+from ...core.schemes import Scheme
+from ..model.model import Model
+from ..solvers.combine import combined
+from .linear import Factors, LinearSystem
+from .newton import Iteration, NonlinearSystem, Tangent
+from .scheme_plan import Steps, System, start_of, step_of
+from .velocity import Watch
+
+BLOCK = 256  # steps for which the loads are sampled at once
+
+
+@dataclass(frozen=True)
+class StructureSteps:
+    """All systems of a plan on a structure, ready to be solved step by step; repeated: see `Steps`.
+
+    watch: what looks at the internal force after a step, if need be.
+    """
+
+    run: "Run"
+    steps: Steps
+    systems: tuple[LinearSystem | NonlinearSystem, ...]
+    repeated: int | None
+    watch: Watch | None
+
+    def loads(self, first: int, count: int) -> list[Array]:
+        """For each system the sum of w g(t_n + tau h), (count, J), for the J loads and the steps n from `first` on."""
+        n = np.arange(first, first + count, dtype=np.float64)
+        functions = [g for _, g in self.run.loads]
+        found = []
+        for system in self.steps.systems:
+            total = np.zeros((count, len(functions)))
+            for w, tau in system.loads:
+                for j, g in enumerate(functions):
+                    total[:, j] += w * values_at(g, (n + tau) * self.run.h)
+            found.append(total)
+        return found
+
+    @cached_property
+    def ahead(self) -> Array:
+        """Rows (S, given) of what the first system takes of the state, if no more than there are unknowns."""
+        for first in self.systems[:1] if self.repeated is None else ():
+            if isinstance(first, LinearSystem) and len(first.rows) <= len(self.systems):
+                return first.rows
+        return np.empty((0, self.steps.given))
+
+    def begin(self, X: Array, state: Array) -> None:
+        """Put the state into X (V, n), and behind it, in the unknowns' places, what the first system takes."""
+        given = self.steps.given
+        X[:given] = state
+        combined(self.ahead, X[:given], X[given : given + len(self.ahead)])
+
+    def advance(self, X: Array, after: Array) -> None:
+        """Begin the next step in `after` from a complete X; block by block, so that the new state is read from caches.
+
+        The same to the bit as `begin` with that state; a repeated unknown is there already.
+        """
+        combined(self.steps.out, X, after[: self.steps.given + len(self.ahead)], then=self.ahead)
+        if self.repeated is not None:
+            after[self.steps.given] = X[self.repeated]
+
+    def complete(self, X: Array, loads: Sequence[Array], times: Sequence[float], *, advanced: bool = False) -> None:
+        """Compute the unknowns of a step that has begun, with the loads (J,) and the mean instant of each system.
+
+        advanced: whether it began by `advance`. Raises NewtonFailed.
+        """
+        shapes, cases, ahead = self.run.shapes, self.run.by_case, len(self.ahead)
+        known = self.steps.given if advanced and self.repeated is not None else None
+        for system, solver, values, t in zip(self.steps.systems, self.systems, loads, times, strict=True):
+            if system.place == known:
+                continue
+            load = None
+            if shapes.shape[1] and system.loads:
+                factors = values / solver.scale
+                load = combined(factors[None], shapes.T)[0] if cases is None else shapes @ (factors[:, None] * cases)
+            solver.put(X, load, t, ahead)
+            ahead = 0
+
+    def look(self, X: Array, times: Sequence[float]) -> None:
+        """Look at the internal force where the last system of a step, with X complete, has taken it; see `Watch`."""
+        for t, solver in list(zip(times, self.systems, strict=True))[::-1] if self.watch is not None else ():
+            if isinstance(solver, NonlinearSystem) and self.watch is not None:
+                u, v = solver.taken_at(X)
+                self.watch.look(t, u, combined(self.steps.report[1:2], X)[0] if v is None else v)
+                return
+
+    def times(self, n: int) -> list[float]:
+        """The mean instant of the loads of each system in step n of constant length."""
+        return [(n + system.instant) * self.run.h for system in self.steps.systems]
+
+    @property
+    def tangents(self) -> list[Tangent | None]:
+        """The tangents that the systems keep, as far as they do."""
+        return [solver.tangent for solver in self.systems]
+
+    @property
+    def counts(self) -> list[int]:
+        """The iterations of each balance in the last step."""
+        return [solver.count for system, solver in zip(self.steps.systems, self.systems, strict=True) if system.balance]
+
+
+@dataclass(frozen=True)
+class Run:
+    """A march of a structure with a scheme in steps of h. factors: of its linear effective matrices, as far as made.
+
+    cases: L structures that differ in their loads only, which are marched at once: vectors are then (n, L).
+    """
+
+    structure: Model
+    scheme: Scheme
+    h: float
+    iteration: Iteration = field(default_factory=Iteration)
+    factors: Factors = field(default_factory=Factors)
+    cases: tuple[Model, ...] = ()
+
+    @cached_property
+    def loads(self) -> tuple[tuple[Array, Load], ...]:
+        """The J loads of all cases, one after another."""
+        return tuple(load for s in self.cases or (self.structure,) for load in s.loads)
+
+    @cached_property
+    def shapes(self) -> Array:
+        """The vectors of the loads (n, J)."""
+        return np.array([shape for shape, _ in self.loads]).reshape(-1, self.structure.size).T
+
+    @cached_property
+    def by_case(self) -> Array | None:
+        """1 where a load (J,) belongs to a case (L,); None where there are no cases."""
+        if not self.cases:
+            return None
+        whose = [case for case, s in enumerate(self.cases) for _ in s.loads]
+        return np.equal.outer(whose, np.arange(len(self.cases))).astype(np.float64)
+
+    def prepared(self, steps: Steps) -> StructureSteps:
+        """The plan on the structure. Raises ValueError for a singular effective matrix."""
+        repeated = steps.repeated
+        systems = tuple(
+            self._system(system, system is steps.systems[-1] and system.place != repeated) for system in steps.systems
+        )
+        for solver in systems[-1:]:
+            if isinstance(solver, LinearSystem):
+                steps = steps.less(solver.rest)
+        return StructureSteps(self, steps, systems, repeated, Watch.of(self.structure, self.scheme, steps))
+
+    def _system(self, system: System, last: bool) -> LinearSystem | NonlinearSystem:
+        if self.structure.internal is not None and system.displacements:
+            return NonlinearSystem(self.structure, system, self.structure.internal, self.iteration)
+        return LinearSystem.of(self.structure.at_start, system, last, self.factors, f"a step of {self.scheme.name}")
+
+    def marched(
+        self, n: int, state: Array | None = None, done: int = 0, tangents: Sequence[Tangent | None] = ()
+    ) -> Iterator[tuple[Array, StructureSteps]]:
+        """X (V, n), complete, of each step after the first `done` of n, and of what: steps.report @ X are u, v, a.
+
+        X is written anew in every step. state: that after `done` steps, by default the start; tangents: those that were
+        kept then. Where another scheme marches the first steps, those are its own. Raises NewtonFailed.
+        """
+        if state is None and self.scheme.starter is not None:
+            history = [self.given]
+            lag = max(steps for _, steps in self.scheme.history)
+            if len(step_of(self.scheme.starter, self.h).report) < len(step_of(self.scheme, self.h).report):
+                raise no_acceleration(self.scheme.name, self.scheme.starter.name)
+            starter = replace(self, scheme=self.scheme.starter)
+            for X, march in starter.marched(min(lag, n)):
+                history.append(self._with_acceleration(combined(march.steps.report, X), len(history) * self.h))
+                yield X, march
+            if (done := len(history) - 1) == n:
+                return
+            state = np.array([history[lag - steps][kind] for kind, steps in self.scheme.history])
+        march = self.prepared(step_of(self.scheme, self.h))
+        for solver, tangent in zip(march.systems, tangents, strict=False):
+            if tangent is not None and isinstance(solver, NonlinearSystem):
+                solver.keep(tangent)
+        X, after = self.room(march.steps), self.room(march.steps)
+        march.begin(X, self._started() if state is None else state)
+        for first in range(done, n, BLOCK):
+            count = min(BLOCK, n - first)
+            loads = march.loads(first, count)
+            for i in range(count):
+                times = march.times(first + i)
+                march.complete(X, [rows[i] for rows in loads], times, advanced=first + i > done)
+                march.look(X, times)
+                yield X, march
+                march.advance(X, after)
+                X, after = after, X
+
+    @property
+    def given(self) -> Array:
+        """u, v, a at t = 0, (3, n) or (3, n, L)."""
+        s = self.structure
+        if not self.cases or s.a0_given is not None:
+            start = np.array([s.u0, s.v0, s.a0])
+            return np.repeat(start[..., None], len(self.cases), axis=-1) if self.cases else start
+        return np.stack([self._moved(case, 0.0, s.u0, s.v0) for case in self.cases], axis=-1)
+
+    def room(self, steps: Steps) -> Array:
+        """Memory for the vectors of a step, (V, n) or (V, n, L)."""
+        return np.empty((steps.vectors, self.structure.size, *([len(self.cases)] if self.cases else [])))
+
+    def _started(self) -> Array:
+        """The state at t = 0 of a scheme that starts by itself."""
+        if self.scheme.info.start == "given":
+            return self.given[[kind for kind, _ in self.scheme.history]]
+        start = self.prepared(start_of(self.scheme, self.h))
+        X = self.room(start.steps)
+        start.begin(X, self.given)
+        start.complete(X, [rows[0] for rows in start.loads(0, 1)], start.times(0))
+        return combined(start.steps.out, X)
+
+    def _with_acceleration(self, row: Array, t: float) -> Array:
+        """u, v, a (3, n) of a row that may lack a."""
+        if len(row) == 3:
+            return row
+        if not self.cases:
+            return self._moved(self.structure, t, *row)
+        columns = zip(self.cases, np.moveaxis(row, -1, 0), strict=True)
+        return np.stack([self._moved(case, t, *x) for case, x in columns], axis=-1)
+
+    def _moved(self, case: Model, t: float, u: Array, v: Array) -> Array:
+        """u, v, a (3, n) under the loads of a case, by the factors of the one structure that all cases are."""
+        return np.array([u, v, self.structure.acceleration(t, u, v, case.force(t))])

@@ -1,0 +1,97 @@
+"""What is given of a structure beside its matrices: names, degrees of freedom, loads; checked."""
+
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...core.arrays import Array
+from ...core.errors import real_array, real_number, unknown_name
+from ...core.loads import Load
+from ..solvers.matrices import Matrix
+
+Dof = int | str
+LoadPair = tuple[ArrayLike | Mapping[Dof, float], Load]
+
+
+def loads_of(T: Matrix, names: tuple[str, ...], load: LoadPair | Iterable[LoadPair]) -> tuple[tuple[Array, Load], ...]:
+    """Loads in the free degrees of freedom from what `structure` takes as load; T, names: of a `Model`."""
+    moving = np.asarray(abs(T).sum(axis=1)).ravel()
+    held = np.flatnonzero(moving == 0.0).tolist()
+    return tuple((T.T @ _shape(P, names, held, T.shape[0]), _function(g)) for P, g in _pairs(load))
+
+
+def names_of(names: Sequence[str], N: int) -> tuple[str, ...]:
+    """Names of all N degrees of freedom, or none. Raises ValueError for what is no list of N different strings."""
+    known = tuple(names)
+    if isinstance(names, str):
+        raise ValueError(f"expected names as a list, one for each degree of freedom, got {names!r}; give a list")
+    if known and len(known) != N:
+        raise ValueError(f"expected {N} different names, one for each degree of freedom, got {len(known)}")
+    for name, times in Counter(known).items():
+        if not isinstance(name, str):
+            raise ValueError(f"expected names of degrees of freedom as strings, got {name!r}; or leave names out")
+        if times > 1:
+            raise ValueError(f"expected {N} different names, got {name!r} {times} times; rename all but one")
+    return known
+
+
+def numbered(names: Iterable[str]) -> dict[str, int]:
+    """The number of each degree of freedom, by name."""
+    return {name: number for number, name in enumerate(names)}
+
+
+def place_of(dof: Dof, numbers: Mapping[str, int], N: int) -> int:
+    """The number of a degree of freedom, by name or number. Raises ValueError for one that is not there.
+
+    numbers: of all N by their names, or empty.
+    """
+    if isinstance(dof, str):
+        if not numbers:
+            raise ValueError(
+                f"expected a degree of freedom from 0 to {N - 1}, got {dof!r}; to ask by name, give names= to it"
+            )
+        if dof not in numbers:
+            raise unknown_name("a degree of freedom", dof, numbers)
+        return numbers[dof]
+    if isinstance(dof, bool) or not isinstance(dof, int | np.integer) or not 0 <= dof < N:
+        raise ValueError(f"expected a degree of freedom from 0 to {N - 1} or its name, got {dof!r}")
+    return int(dof)
+
+
+def _pairs(load: LoadPair | Iterable[LoadPair]) -> list[LoadPair]:
+    if isinstance(load, tuple) and len(load) == 2 and callable(load[1]) and not callable(load[0]):
+        return [cast("LoadPair", load)]
+    pairs: list[LoadPair] = list(cast("Iterable[LoadPair]", load)) if isinstance(load, Iterable) else [load]
+    for pair in pairs:
+        if not isinstance(pair, tuple) or len(pair) != 2:
+            raise ValueError(
+                f"expected load as pairs (P, g) of a vector and a function of time, got {repr(pair)[:60]} in place of "
+                "a pair; give a list of tuples"
+            )
+    return pairs
+
+
+def _shape(P: ArrayLike | Mapping[Dof, float], names: tuple[str, ...], held: Sequence[int], N: int) -> Array:
+    if isinstance(P, Mapping):
+        shape, numbers = np.zeros(N), numbered(names)
+        for dof, value in P.items():
+            shape[place_of(dof, numbers, N)] = real_number("a load", value)
+    else:
+        shape = real_array("load", P).copy()
+        if shape.shape != (N,):
+            raise ValueError(f"expected a load with {N} components, one for each degree of freedom, got {shape.shape}")
+    if loaded := [dof for dof in held if shape[dof] != 0.0]:
+        name = f"'{names[loaded[0]]}'" if names else loaded[0]
+        raise ValueError(f"expected no load on the fixed degree of freedom {name}, got {shape[loaded[0]]}; remove it")
+    return shape
+
+
+def _function(g: Any) -> Load:
+    if not callable(g):
+        raise ValueError(
+            f"expected a function of time such as ss.Step or ss.Record with each load vector, got {type(g).__name__}"
+        )
+    return g

@@ -1,0 +1,1 @@
+"""Natural modes of a structure, damping by modes, superposition."""

@@ -1,0 +1,1 @@
+"""Matrices of structures: sums, low rank, factorizations."""
