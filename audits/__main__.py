@@ -1,8 +1,8 @@
 """Audit programs and write what comes out: `python -m audits FOLDER [PROGRAM ...]`, or `python -m audits` for the page.
 
-FOLDER holds the environments that environments.sh makes. The reports go to reports/, one file a program, and the page
-docs/audits.md is written from them and from the scripts that show a deviation without this package, the table in
-docs/conventions.md from the dialects that were found.
+FOLDER holds the environments that environments.sh makes. The reports go to reports/, one compressed file a program, and
+the page docs/audits.md is written from them and from the scripts that show a deviation without this package, the table
+in docs/conventions.md from the dialects that were found.
 """
 
 import json
@@ -17,10 +17,10 @@ from substep.auditing.dialects import TABLE, Dialect, find_dialect, to_plain
 from substep.auditing.instrument import audit_program
 from substep.auditing.program import Program, programs
 
+from . import evidence
 from .page import conventions, page
 
 HERE = Path(__file__).parent
-REPORTS = HERE / "reports"
 PAGE = HERE.parent / "docs" / "audits.md"
 CONVENTIONS = PAGE.with_name("conventions.md")
 
@@ -89,15 +89,14 @@ def main() -> None:
             except (RuntimeError, ValueError) as error:
                 print(f"{name}: {error}", flush=True)
                 continue
-            REPORTS.mkdir(exist_ok=True)
-            (REPORTS / f"{name}.json").write_text(json.dumps(found, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+            evidence.write(name, found)
             for script in sorted((HERE / name).glob("*.py")):
                 script.with_suffix(".txt").write_text(shown(script, python), encoding="utf-8")
     found = {}
-    for path in sorted(REPORTS.glob("*.json")):
-        found |= json.loads(path.read_text(encoding="utf-8"))["dialects"]
+    for name in evidence.audited():
+        found |= evidence.read(name)["dialects"]
     TABLE.write_text(json.dumps(found, indent=1, allow_nan=False) + "\n", encoding="utf-8")
-    PAGE.write_text(page(REPORTS, HERE), encoding="utf-8")
+    PAGE.write_text(page(HERE), encoding="utf-8")
     table = {name: Dialect.from_plain(entry) for name, entry in found.items()}
     CONVENTIONS.write_text(conventions(CONVENTIONS.read_text(encoding="utf-8"), table), encoding="utf-8")
 

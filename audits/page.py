@@ -4,7 +4,6 @@ Besides, the table in docs/conventions.md: other programs' arguments as paramete
 """
 
 import ast
-import json
 import math
 import textwrap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -15,6 +14,8 @@ from substep.auditing.claims import unstated
 from substep.auditing.dialects import Dialect
 from substep.auditing.free_motion import percent
 from substep.auditing.orders import UNDAMPED, written
+
+from . import evidence
 
 FINDINGS = """# What integrators of other programs do
 
@@ -47,9 +48,9 @@ ENERGY_AT = 0.5
 BEGIN, END = "<!-- make audits -->", "<!-- end -->"
 
 
-def page(reports: Path, scripts: Path) -> str:
+def page(scripts: Path) -> str:
     """The text of the page."""
-    found = [json.loads(path.read_text(encoding="utf-8")) for path in sorted(reports.glob("*.json"))]
+    found = [evidence.read(name) for name in evidence.audited()]
     lines = [FINDINGS, *_table(FOUND, (row for x in found for r in x["reports"] for row in _findings(x, r)))]
     lines += ["", HEAD, *_table(COLUMNS, (_cells(x, r) for x in found for r in x["reports"]))]
     lines += ["", "## The programs", ""]

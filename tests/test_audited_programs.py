@@ -19,7 +19,8 @@ from substep.auditing.program import ADAPTERS, Program, programs
 
 ROOT = Path(__file__).parents[1]
 sys.path.append(str(ROOT))
-from audits.__main__ import CONVENTIONS, PAGE, REPORTS  # noqa: E402
+from audits import evidence  # noqa: E402
+from audits.__main__ import CONVENTIONS, PAGE  # noqa: E402
 from audits.page import conventions, page  # noqa: E402
 
 ADAPTER = '''
@@ -175,15 +176,14 @@ def test_a_real_program_scipy():
 
 
 def test_every_program_with_an_adapter_has_a_committed_report():
-    assert {path.stem for path in REPORTS.glob("*.json")} == set(programs())
+    assert evidence.audited() == sorted(programs())
 
 
 def test_the_page_and_the_table_are_those_of_the_reports():
-    assert PAGE.read_text(encoding="utf-8") == page(REPORTS, ROOT / "audits")
+    assert PAGE.read_text(encoding="utf-8") == page(ROOT / "audits")
     _, _, table = PAGE.read_text(encoding="utf-8").partition("## Every integrator")
     found, rows = {}, [line for line in table.splitlines() if line.startswith("| ")]
-    for path in sorted(REPORTS.glob("*.json")):
-        read = json.loads(path.read_text(encoding="utf-8"))
+    for read in map(evidence.read, evidence.audited()):
         found |= read["dialects"]
         titled = [row for row in rows if row.startswith(f"| {read['program']} {read['version']} | ")]
         assert len(titled) == len(read["reports"]), "the page has one table, with a row for each integrator"
@@ -227,7 +227,7 @@ def concerned(program: str) -> set[str]:
 @pytest.mark.parametrize("program", programs())
 def test_every_deviation_of_a_report_is_shown_by_a_script(program):
     """What is held against a program can be seen without this package, but for digits, which its report counts."""
-    reports = json.loads((REPORTS / f"{program}.json").read_text(encoding="utf-8"))["reports"]
+    reports = evidence.read(program)["reports"]
     kinds = {r["integrator"]: {deviation["kind"] for deviation in r["deviations"]} - {"precision"} for r in reports}
     named = concerned(program)
     assert named <= set(kinds), "scripts name integrators that the report does not have"
@@ -241,7 +241,7 @@ REFUSED = {"akantu.newmark_beta", "easyfea.hht_beyond_half"}  # with values that
 def test_dialects_step_as_the_reports_say(program):
     """With the arguments of a report, the converter's scheme moves as the identified one does."""
     at = Oscillators(np.array([0.3, 1.0, 1.7]), np.array([0.0, 0.05, 0.5]), 0.5)
-    for report in json.loads((REPORTS / f"{program}.json").read_text(encoding="utf-8"))["reports"]:
+    for report in evidence.read(program)["reports"]:
         name, found = f"{program}.{report['integrator']}", next(iter(report["matches"]), {})
         if name not in dialects() or "parameters" not in found:  # which older reports do not have
             continue

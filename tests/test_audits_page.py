@@ -1,6 +1,5 @@
 """docs/audits.md is what its generator makes of the stored reports, and can be read."""
 
-import json
 import re
 import sys
 from pathlib import Path
@@ -16,7 +15,7 @@ def page(monkeypatch: pytest.MonkeyPatch) -> str:
     sys.modules.pop("audits", None)
     from audits.page import page as made
 
-    return made(ROOT / "audits" / "reports", ROOT / "audits")
+    return made(ROOT / "audits")
 
 
 def test_the_page_is_what_is_generated(page: str) -> None:
@@ -25,7 +24,9 @@ def test_the_page_is_what_is_generated(page: str) -> None:
 
 def test_a_finding_a_row_and_equal_schemes_are_folded_away(page: str) -> None:
     """Against the reports: every statement of a manual that does not hold has one row."""
-    reports = [json.loads(path.read_text(encoding="utf-8")) for path in (ROOT / "audits" / "reports").glob("*.json")]
+    from audits import evidence
+
+    reports = [evidence.read(name) for name in evidence.audited()]
     wrong = [
         claim
         for program in reports
