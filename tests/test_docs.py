@@ -24,8 +24,7 @@ from substep.core.scenes import scene_info
 from substep.core.schemes import scheme_info
 
 ROOT = Path(__file__).parents[1]
-COMPILED = ("sweeps",)  # pages whose runs are so many that plain Python would take longer than compiling
-FEWER = {"1000)": "100)"}  # points of the gate's grids, on those pages
+LONG = ("structures", "sweeps")  # pages whose blocks take a quarter of a minute and more: left to `make verify`
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 NOT_RUN = (  # beginnings of commands that the pages show and that are parsed only
     "substep reproduce",  # draws everything, which takes minutes; test_cli draws less
@@ -80,7 +79,11 @@ def test_every_block_has_a_language(page: Path) -> None:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("page", [p for p in PAGES if blocks(p, "python")], ids=lambda page: page.stem)
+@pytest.mark.parametrize(
+    "page",
+    [pytest.param(p, marks=[pytest.mark.thorough] * (p.stem in LONG)) for p in PAGES if blocks(p, "python")],
+    ids=lambda page: page.stem,
+)
 def test_python_blocks_run(page: Path, tmp_path: Path) -> None:
     """In the gate without compiling, which other tests do; compiled in `make verify`."""
     lines: list[str] = []  # each line of the program has the number that it has in the page
@@ -94,11 +97,7 @@ def test_python_blocks_run(page: Path, tmp_path: Path) -> None:
     paths = os.pathsep.join([str(tmp_path), *(path for path in sys.path if path)])
     environment = {**os.environ, "MPLBACKEND": "Agg", "PYTHONPATH": paths}
     if not os.environ.get("SUBSTEP_VERIFY"):
-        if page.stem in COMPILED:
-            for many, few in FEWER.items():
-                program.write_text(program.read_text(encoding="utf-8").replace(many, few), encoding="utf-8")
-        else:
-            environment["NUMBA_DISABLE_JIT"] = "1"
+        environment["NUMBA_DISABLE_JIT"] = "1"
     command = [sys.executable, "-W", "error::DeprecationWarning:__main__", str(program)]
     done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
