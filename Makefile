@@ -6,7 +6,7 @@ READY := .venv/.ready
 TOOLS := .venv/.tools
 SITE := .venv/.site
 WHEELS := .venv/wheelhouse
-PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
+PIP := $(BIN)/python -m pip --quiet --disable-pip-version-check
 export PYTHONHASHSEED = 0
 
 all: derive reproduce
@@ -14,17 +14,17 @@ all: derive reproduce
 # what `make` needs; SciPy's solvers are drawn beside the schemes
 $(READY): pyproject.toml
 	@echo "installing: the package and what it imports, into .venv"
-	@$(PYTHON) -m venv .venv && $(PIP) -e . && touch $(READY)
+	@$(PYTHON) -m venv .venv && $(PIP) install -e . && touch $(READY)
 
 # what tests, lint, notebooks and benchmarks need besides
 $(TOOLS): $(READY)
 	@echo "installing: the tools of the tests, into .venv"
-	@$(PIP) -e '.[dev]' && $(BIN)/pyright --version && touch $(TOOLS)
+	@$(PIP) install -e '.[dev]' && $(BIN)/pyright --version && touch $(TOOLS)
 
 # what builds the site, and executes the notebooks for it
 $(SITE): $(READY)
 	@echo "installing: Sphinx, into .venv"
-	@$(PIP) -e '.[docs]' && touch $(SITE)
+	@$(PIP) install -e '.[docs]' && touch $(SITE)
 
 # what all of these install, for the tests that install them again without a network
 $(WHEELS): $(READY)
