@@ -259,6 +259,9 @@ def test_spectrum_prints_writes_and_draws(tmp_path: Path) -> None:
     result = runner.invoke(app, ["spectrum", str(file), *options, "--csv", str(out), "--chart", str(tmp_path / "s")])
     assert result.exit_code == 0, result.output
     assert "315 samples" in result.output
+    assert "accelerations read in m/s^2" in result.output
+    in_g = runner.invoke(app, ["spectrum", str(file), *options, "--unit", "g"])
+    assert "accelerations read in g" in in_g.output
     assert "0.57" in result.output
     header, *rows = out.read_text().splitlines()
     assert header.startswith("period (s),displacement (m),velocity (m s-1),acceleration (m s-2),pseudo_velocity")

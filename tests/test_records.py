@@ -1,12 +1,14 @@
 """Records from files: two columns, .AT2 in its variants, and errors that name file and line."""
 
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import substep as ss
-from substep.ground_motion.records import STANDARD_GRAVITY, read_record
+from substep.ground_motion.records import read_record
+from substep.ground_motion.units import LEAST, STANDARD_GRAVITY, UNITS, unit_named
 
 VALUES = np.array([0.0, 0.1, -0.25, 3e-4, 0.02, 0.5, -0.125])
 AT2 = """PEER NGA STRONG MOTION DATABASE RECORD
@@ -39,22 +41,22 @@ def write(folder: Path, text: str, name: str = "motion.txt") -> Path:
 def test_peer_files(tmp_path: Path, sizes: str, units: str, name: str) -> None:
     text = AT2.replace("NPTS=      7, DT=   .0050 SEC,", sizes)
     text = text.replace("ACCELERATION TIME SERIES IN UNITS OF G", units)
-    dt, values = read_record(write(tmp_path, text, name))
-    assert dt == 0.005
+    dt, values, unit = read_record(write(tmp_path, text, name))
+    assert (dt, unit) == (0.005, "g")
     assert np.array_equal(values, STANDARD_GRAVITY * VALUES)
 
 
 @pytest.mark.parametrize("form", ["{:.4f} {:.17g}", "{:.4f},{:.17g}", "  {:.4f}\t{:.17g}   # g"])
 def test_two_columns(tmp_path: Path, form: str) -> None:
     rows = [form.format(0.5 + 0.005 * i, x) for i, x in enumerate(VALUES)]
-    dt, values = read_record(write(tmp_path, "\n".join(["# time, acceleration", "", *rows])))
-    assert dt == 0.005
+    dt, values, unit = read_record(write(tmp_path, "\n".join(["# time, acceleration", "", *rows])))
+    assert (dt, unit) == (0.005, "m/s^2")
     assert np.array_equal(values, VALUES)
 
 
 def test_times_of_few_digits_and_the_step_that_is_known_better(tmp_path: Path) -> None:
     t = np.arange(1000) / 128
-    path = write(tmp_path, "\n".join(f"{time:.4f} {i}" for i, time in enumerate(t)))
+    path = write(tmp_path, "\n".join(f"{time:.4f} {i % 7}" for i, time in enumerate(t)))
     assert abs(read_record(path)[0] * 128 - 1) < 1e-5
     assert read_record(path, 1 / 128)[0] == 1 / 128
     with pytest.raises(ValueError, match=r"motion.txt, line \d+: expected steps of the given dt = 0.0079"):
@@ -70,6 +72,12 @@ def test_a_spectrum_of_a_file(tmp_path: Path) -> None:
     array = ss.response_spectrum(STANDARD_GRAVITY * VALUES, 0.005, [0.1, 1.0])
     assert same.equals(found)
     assert array.equals(found)
+    assert (found.attrs["unit"], array.attrs["unit"]) == ("g", "m/s^2")
+    in_g = ss.response_spectrum(VALUES, 0.005, [0.1, 1.0], unit="g")
+    record = ss.response_spectrum(ss.Record(0.005, VALUES), periods=[0.1, 1.0], unit=STANDARD_GRAVITY)
+    assert in_g.equals(found)
+    assert record.equals(found)
+    assert in_g.attrs["unit"] == "g"
 
 
 @pytest.mark.parametrize(
@@ -118,3 +126,61 @@ def test_a_given_step_that_is_not_the_files(tmp_path: Path) -> None:
         read_record(path, -0.01)
     with pytest.raises(OSError, match="nowhere"):
         read_record(tmp_path / "nowhere.txt")
+
+
+HEADERS = {
+    "# time (s), acc (g)": "g",
+    "# t, a [ g ]": "g",
+    "# acceleration in g, of a station": "g",
+    "# units: g": "g",
+    "# time (s)  acceleration (m/s2)": "m/s^2",
+    "# m/s^2": "m/s^2",
+    "# a, m/sec/sec": "m/s^2",
+    "# a in m s^-2": "m/s^2",
+    "# cm/s/s": "cm/s^2",
+    "# CM/SEC**2": "cm/s^2",
+    "# Gal": "gal",
+    "# gal (cm/s2)": "cm/s^2",
+    "# in/s^2": "in/s^2",
+}
+
+
+@pytest.mark.parametrize("header", HEADERS)
+def test_a_unit_above_the_data_is_believed_and_reported(tmp_path: Path, header: str) -> None:
+    path = write(tmp_path, "\n".join([header, *(f"{0.01 * i:.2f} {x:.17g}" for i, x in enumerate(VALUES))]))
+    _, values, unit = read_record(path)
+    assert unit == HEADERS[header]
+    np.testing.assert_allclose(values, UNITS[unit] * VALUES, rtol=1e-15)
+    assert read_record(path, unit=unit).unit == unit
+    other = "in/s^2" if unit != "in/s^2" else "g"
+    with pytest.raises(ValueError, match=rf"motion.txt: expected unit='{re.escape(unit)}', as the file says, got"):
+        read_record(path, unit=other)
+
+
+@pytest.mark.parametrize(
+    "text", ["# time, acceleration", "# g-force of a gale", "# file of m/s", "# km/s^2", "# 10 g/10", ""]
+)
+def test_what_names_no_unit(text: str) -> None:
+    assert unit_named(text) is None
+
+
+def test_a_unit_is_never_guessed(tmp_path: Path) -> None:
+    """Accelerations in cm/s^2, or in g of a small tremor, were read as m/s^2 without a word."""
+    rows = [f"{0.01 * i:.2f} {{:.6g}}" for i in range(7)]
+    for scale in (300.0, 0.1 * LEAST):
+        path = write(tmp_path, "\n".join(row.format(scale * x) for row, x in zip(rows, VALUES, strict=True)))
+        with pytest.raises(
+            ValueError, match=r"motion.txt: expected the unit .* g in m/s\^2, .* g in g, .* g in cm/s\^2"
+        ):
+            read_record(path)
+        found = read_record(path, unit="cm/s2")
+        assert found.unit == "cm/s^2"
+        np.testing.assert_allclose(found.values, 0.01 * scale * VALUES, rtol=1e-5)
+        np.testing.assert_allclose(read_record(path, unit=0.0254).values, 0.0254 * scale * VALUES, rtol=1e-5)
+    two = write(tmp_path, "# g: cm/s2 (g)\n0 1\n0.01 2\n")
+    with pytest.raises(ValueError, match=r"motion.txt: expected one unit of acceleration, got cm/s\^2 and g"):
+        read_record(two)
+    for wrong in ("ft/s2", "", -1.0):
+        with pytest.raises(ValueError, match="unit"):
+            read_record(path, unit=wrong)
+    assert not read_record(write(tmp_path, "0 0\n0.01 0\n")).values.any()

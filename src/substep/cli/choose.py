@@ -86,7 +86,7 @@ def choose(
         require_files(mass, stiffness, load)
         candidates = schemes_of(among)
         if mass is not None and stiffness is not None:
-            record = _record(load)
+            record = _record(load, ground)
             end = record.dt * (len(record.samples) - 1) if t_end is None else t_end
             here = _structure(mass, stiffness, record, integers("--at", at), ground, integers("--fixed", fixed))
             if not quantity.isdecimal():
@@ -131,13 +131,14 @@ def _require_one(context: typer.Context, scene_name: str, mass: Path | None, sti
         raise ValueError(f"expected options of {kind}, got {options}; leave that out")
 
 
-def _record(load: Path | None) -> "Record":
+def _record(load: Path | None, ground: bool) -> "Record":
     from ..core.loads import Record  # noqa: PLC0415
     from ..ground_motion.records import read_record  # noqa: PLC0415
 
     if load is None:
         raise ValueError("expected --load, a file of two columns, time (s) and load, got none; give it")
-    return Record(*read_record(load))
+    found = read_record(load, unit=None if ground else 1.0)  # a load at degrees of freedom has units of its own
+    return Record(found.dt, found.values)
 
 
 def _structure(

@@ -213,10 +213,11 @@ def run(
 
 def spectrum(
     context: typer.Context,
-    file: Annotated[Path, typer.Argument(help="two columns, time (s) and acceleration (m/s^2), or a PEER .AT2")],
+    file: Annotated[Path, typer.Argument(help="two columns, time (s) and acceleration, or a PEER .AT2")],
     xi: Annotated[float, typer.Option(help="damping ratio")] = 0.05,
     scheme_name: SchemeOption = "average_acceleration",
     periods: Annotated[str, typer.Option(help="in s, as 0.1,0.5,1; by default 200 from 0.02 to 10 s")] = "",
+    unit: Annotated[str, typer.Option(help="g, m/s^2, cm/s^2, gal or in/s^2; by default what the file says")] = "",
     csv: Annotated[Path | None, typer.Option(help="write the spectrum here")] = None,
     chart: Annotated[Path | None, typer.Option(help="draw it here, without suffix")] = None,
 ) -> None:
@@ -231,7 +232,8 @@ def spectrum(
         require_folders(csv, chart)
         T = [number("--periods", text) for text in periods.split(",")] if periods else PERIODS
         with working(f"response spectrum of {file.name}"):
-            s = response_spectrum(file, periods=T, xi=xi, scheme=scheme_of(scheme_name, exact_options(context.args)))
+            own = scheme_of(scheme_name, exact_options(context.args))
+            s = response_spectrum(file, periods=T, xi=xi, scheme=own, unit=unit or None)
     except (ValueError, OSError) as error:
         raise typer.BadParameter(str(error)) from error
     settings = f"{s.samples} samples, dt = {s.dt:g} s, xi = {xi:g}, {' '.join((s.scheme, s.parameters)).strip()}"
@@ -242,6 +244,7 @@ def spectrum(
         row = (f"{float(value[at]):.6g} {value.units}", f"{float(s.period[at]):.4g}", f"{100 * float(error[at]):.3g} %")
         table.add_row(name, *row, f"{100 * float(error[off]):.3g} %", f"{float(s.period[off]):.4g}")
     console.print(table)
+    console.print(f"accelerations read in {s.unit}")
     if s.unstable:
         console.print(f"{s.scheme} is unstable at {s.unstable} of {s.sizes['period']} periods: inf there")
     if csv is not None or chart is not None:

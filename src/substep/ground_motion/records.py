@@ -2,13 +2,14 @@
 
 import re
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from ..core.errors import real_number
 from ..core.schemes import Array
+from .units import UNITS, require_plausible, unit_named, unit_of
 
-STANDARD_GRAVITY = 9.80665  # m/s^2
 UNEVEN = 0.01  # largest distance of a printed time from equal steps, as a part of a step
 AT2_HEADER = 4  # lines before the samples
 NUMBER = r"([0-9]*\.?[0-9]+(?:[eEdD][-+]?[0-9]+)?)"
@@ -18,19 +19,56 @@ AT2_SIZES = (  # NPTS= 4000, DT= .01000 SEC, and the older 4000 0.0100 NPTS, DT
 )
 
 
-def read_record(path: Path, dt: float | None = None) -> tuple[float, Array]:
+class FileRecord(NamedTuple):
+    """What a file has: the step dt, s; ground acceleration (n,), m/s^2; and the unit that it stands in there."""
+
+    dt: float
+    values: Array
+    unit: str
+
+
+def read_record(path: Path, dt: float | None = None, unit: str | float | None = None) -> FileRecord:
     """Step in s and ground acceleration (n,) in m/s^2 of a file.
 
-    A suffix .AT2, in any case, means PEER's format, in g; any other file has two columns, time in s and acceleration in
-    m/s^2, separated by blanks or a comma, with comments after '#'. dt, s: to be given where the times are printed with
-    too few digits. Raises ValueError, which names file and line, for text that is not a number, for a time more than a
-    hundredth of a step from equal steps, for an .AT2 file whose number of samples is not that of its header or whose
-    unit is not g, and for a dt that is not the file's; OSError for a file that cannot be read.
+    A suffix .AT2, in any case, means PEER's format, in g; any other file has two columns, time in s and acceleration,
+    separated by blanks or a comma, with comments after '#'. dt, s: to be given where the times are printed with too few
+    digits. unit: of the accelerations, one of `units.UNITS` or a factor to m/s^2; by default the one that a comment
+    above the data names, else m/s^2 if its peak is that of a ground motion.
+
+    Raises ValueError, which names file and line, for text that is not a number, for a time more than a hundredth of a
+    step from equal steps, for an .AT2 file whose number of samples is not that of its header or whose unit is not g,
+    for a dt or a unit that is not the file's, and for accelerations without a unit whose peak is above 5 g or below
+    1e-4 g in m/s^2; OSError for a file that cannot be read.
     """
     lines = path.read_text(encoding="utf-8-sig", errors="replace").splitlines()
     if dt is not None:
         real_number("dt", dt, positive=True)
-    return _at2(path, lines, dt) if path.suffix.lower() == ".at2" else _two_columns(path, lines, dt)
+    given = None if unit is None else unit_of(unit)
+    if path.suffix.lower() == ".at2":
+        step, values, named = (*_at2(path, lines, dt), "g")
+    else:
+        step, values = _two_columns(path, lines, dt)
+        named = _unit_above(path, lines) if given is None or isinstance(unit, str) else None
+    if given is None and named is None:
+        require_plausible(str(path), values)
+    name, factor = given or (named or "m/s^2", UNITS[named or "m/s^2"])
+    if named is not None and factor != UNITS[named]:
+        raise ValueError(f"{path}: expected unit='{named}', as the file says, got {unit!r}; leave it out")
+    return FileRecord(step, factor * values, name)
+
+
+def _unit_above(path: Path, lines: list[str]) -> str | None:
+    """The unit that the comments above the data name."""
+    above = []
+    for line in lines:
+        data, _, comment = line.partition("#")
+        if data.strip():
+            break
+        above.append(comment)
+    try:
+        return unit_named("\n".join(above))
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error
 
 
 def _numbers(path: Path, number: int, texts: list[str]) -> list[float]:
@@ -93,4 +131,4 @@ def _at2(path: Path, lines: list[str], dt: float | None) -> tuple[float, Array]:
         raise ValueError(f"{path}, line {at + 1}: expected two samples or more and DT > 0, got {n} and {step:g}")
     if dt is not None and abs(dt - step) > 1e-9 * step:
         raise ValueError(f"{path}, line {at + 1}: expected the given dt = {dt:g} s, got DT = {step:g} s; leave dt out")
-    return step, STANDARD_GRAVITY * np.array(values)
+    return step, np.array(values)

@@ -16,6 +16,7 @@ from ..exact.oscillator import exact_peaks
 from ..marching.linear import march_linear
 from ..marching.oscillators import Oscillators
 from .records import read_record
+from .units import unit_of
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -40,11 +41,14 @@ def response_spectrum(
     scheme: str | Scheme = "average_acceleration",
     *,
     errors: bool = True,
+    unit: str | float | None = None,
 ) -> "Dataset":
     """Peak response of oscillators u'' + 2 xi omega u' + omega^2 u = -a_g, omega = 2 pi/period, from rest.
 
-    record: ground acceleration (n,) in m/s^2 with its step dt in s, or the path of a file: two columns, time (s) and
-    acceleration (m/s^2), or PEER's .AT2 (g); a file, or a `Record`, has its own dt, and another one is an error.
+    record: ground acceleration (n,) with its step dt in s, or the path of a file: two columns, time (s) and
+    acceleration, or PEER's .AT2 (g); a file, or a `Record`, has its own dt, and another one is an error. unit: of the
+    accelerations, "g", "m/s^2", "cm/s^2", "gal", "in/s^2" or a factor to m/s^2, by default m/s^2 or what the file says;
+    attrs["unit"] is the one that was taken.
     periods (P,) in s, by default 200 from 0.02 to 10 s. xi: damping ratio, or several (X,). scheme: a name or a handle,
     whose parameters are numbers; it steps from sample to sample.
 
@@ -66,7 +70,8 @@ def response_spectrum(
     from xarray import Dataset  # noqa: PLC0415 (on first use)
 
     source = str(record) if isinstance(record, str | Path) else "array"
-    load, T, damping, s = as_record(record, dt), _periods(periods), non_negative("xi", xi), _numbers_only(scheme)
+    load, taken = record_in(record, dt, unit)
+    T, damping, s = _periods(periods), non_negative("xi", xi), _numbers_only(scheme)
     refuse_damping(s, damping)
     if damping.ndim > 1 or not damping.size:
         raise ValueError(f"expected xi to be a number or a row of them, got shape {damping.shape}")
@@ -95,6 +100,7 @@ def response_spectrum(
         "dt": load.dt,
         "samples": len(load.samples),
         "source": source,
+        "unit": taken,
         "unstable": int(np.count_nonzero(~stable)),
     }
     return Dataset(variables, coordinates, attrs)
@@ -102,15 +108,25 @@ def response_spectrum(
 
 def as_record(record: ArrayLike | str | Path | Record, dt: float | None = None) -> Record:
     """A record of ground acceleration as `response_spectrum` takes it, with its step; raises what that raises."""
+    return record_in(record, dt)[0]
+
+
+def record_in(
+    record: ArrayLike | str | Path | Record, dt: float | None = None, unit: str | float | None = None
+) -> tuple[Record, str]:
+    """The record in m/s^2, and the unit in which it was given; see `response_spectrum`."""
     if isinstance(record, str | Path):
-        return Record(*read_record(Path(record), dt))
+        found = read_record(Path(record), dt, unit)
+        return Record(found.dt, found.values), found.unit
+    name, factor = ("m/s^2", 1.0) if unit is None else unit_of(unit)
     if isinstance(record, Record):
         if dt is not None and real_number("dt of the record", dt) != record.dt:
             raise ValueError(f"expected the record's own dt = {record.dt:g} s, got {dt:g} s; leave dt out")
-        return record
+        return record if factor == 1.0 else Record(record.dt, factor * record.samples), name
     if dt is None:
         raise ValueError("expected dt of the record, got none; give the step between its samples in s")
-    return Record(real_number("dt of the record", dt, positive=True), record)
+    step = real_number("dt of the record", dt, positive=True)
+    return Record(step, record if factor == 1.0 else factor * real_array("record", record)), name
 
 
 def _periods(periods: ArrayLike) -> Array:
