@@ -263,7 +263,7 @@ def _load_cases(found: Job, cells: int, n: int, rounds: int) -> None:
     def marches() -> Any:
         return np.stack([ss.march(m, account=False, **run).u for m in alone])
 
-    alone = [replace(model, loads=loads_of(model, load)) for load in loads]
+    alone = [replace(model, loads=loads_of(model.T, model.names, load)) for load in loads]
     reference = marches()
 
     def error(u: Any) -> dict[str, float]:

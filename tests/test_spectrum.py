@@ -100,6 +100,7 @@ def test_the_spectrum_is_a_dataset_that_tells_units_and_errors() -> None:
     assert s.displacement.dims == ("xi", "period")
     assert s.attrs == {
         "scheme": "newmark_bdf2", "parameters": "gamma_t = 0.5, beta = 0.25, gamma = 0.5", "dt": DT, "samples": 400,
+        "unit": "m/s^2",
         "source": "array", "unstable": 0,
     }  # fmt: skip
     assert {name: s[name].units for name in s.variables} == {
