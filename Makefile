@@ -73,7 +73,7 @@ notebooks: $(TOOLS)
 docs: $(SITE)
 	$(BIN)/sphinx-build -W --keep-going --quiet -c docs/site docs results/site
 
-# BENCH=--quick takes about a minute, BENCH=--full an hour
+# BENCH=--quick takes some minutes
 bench: $(TOOLS)
 	$(BIN)/python -m benchmarks $(BENCH)
 

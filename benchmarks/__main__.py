@@ -51,7 +51,7 @@ NAMES = tuple(module.NAME for module in JOBS)
 def main() -> None:
     """Parse the options and run."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
-    parser.add_argument("--quick", action="store_true", help="fewer schemes, rounds and steps: about a minute")
+    parser.add_argument("--quick", action="store_true", help="fewer schemes, rounds and steps: some minutes")
     parser.add_argument(
         "--full", action="store_true", help="also compile every scheme, and run the two commands in a fresh clone"
     )
