@@ -133,13 +133,15 @@ def test_eigenvalues_of_own_schemes(scheme: Scheme, orders: tuple[int, int]) -> 
     module = uncompiled(own_module(scheme))
     shared = uncompiled(eigenvalues_module(EigenvalueKind.named(module.EIGENVALUES)))
     points = [(o, x) for o in (1e-6, 3e-3, 0.11, 0.13, 1.0, 4.0, 1e3, 1e8) for x in (0.0, 0.3, 1.0, 2.5, 60.0)]
-    Omega, xi = np.transpose(points)
-    inputs, found, alone = np.array([Omega, xi]), np.full((3, Omega.size), np.nan), np.empty((1, Omega.size))
-    stability, errors = (getattr(kernel_modules.loaded(f"shared.{name}"), name) for name in ("stability", "errors"))
-    polynomial_of, rest, sizes = module.polynomial, (module.defect, errors), shared.SIZES
+    inputs = np.transpose(points).copy()
+    n = len(points)
+    found, alone = np.full((3, n), np.nan), np.empty((1, n))
+    common, errors = kernel_modules.loaded("shared.stability"), kernel_modules.loaded("shared.errors").errors
+    first, rest = (common.copy, module.polynomial, shared.find), (module.defect, errors)
+    given = shared.SIZES, 2, np.empty(4 * common.BLOCK), (0, 1), inputs
     with np.errstate(all="ignore"):
-        assert not stability(polynomial_of, shared.find, shared.eigenvalues, *rest, sizes, inputs, found, 0)
-        assert not stability(polynomial_of, shared.find, shared.radii, 0, 0, sizes, inputs, alone, 0)
+        assert not common.stability(*first, shared.eigenvalues, *rest, *given, found, 0, n)
+        assert not common.stability(*first, shared.radii, 0, 0, *given, alone, 0, n)
     assert np.array_equal(alone[0], found[0])
     compared = 0
     for i, (omega, damping) in enumerate(points):

@@ -12,10 +12,11 @@ from typing import Any
 import numpy as np
 
 from .arrays import Array
-from .kernel_modules import address, committed, loaded
+from .kernel_modules import address, addresses, committed, loaded
 from .threads import spread
 
-PART = 1 << 13  # points of a call, whose inputs stay in the second cache
+NONE = np.empty(0, np.int64)
+PART = 1 << 13  # points, of which a thread takes a whole number
 
 
 def stability_at_points(module: ModuleType, arguments: Sequence[Array], out: Array, nanoseconds: float) -> bool:
@@ -25,33 +26,37 @@ def stability_at_points(module: ModuleType, arguments: Sequence[Array], out: Arr
     takes. Returns whether an Omega, an xi or a radius is negative or not finite.
     """
     n, refused = out.shape[1], False
-    stability, given = _called(module, len(out) == 3)
+    stability, width, given = _called(module, len(out) == 3)
+    varying, inputs, kept = NONE, NONE, []
+    if n != 1:
+        varying = np.array([k for k, values in enumerate(arguments) if values.size != 1], np.int64)
+        kept = [np.ascontiguousarray(arguments[k]) for k in varying]  # their addresses are good as long as they are
+        inputs = addresses(kept)
 
     def part(begin: int, end: int) -> None:
         nonlocal refused
-        for first in range(begin, end, PART):
-            size = min(end - first, PART)
-            inputs = np.empty((len(arguments), size))
-            for row, values in zip(inputs, arguments, strict=True):
-                row[:] = values if values.size == 1 else values[first : first + size]
-            if stability(*given, inputs, out, first):
-                refused = True
+        points = np.empty((len(arguments) + 2, width))
+        for row, values in zip(points, arguments, strict=False):
+            if values.size == 1:
+                row[:] = values
+        if stability(*given, len(arguments), points.reshape(-1), varying, inputs, out, begin, end):
+            refused = True
 
     spread(part, n, PART, nanoseconds=n * nanoseconds)
     return refused
 
 
 @cache
-def _called(module: ModuleType, all_three: bool) -> tuple[Callable[..., bool], tuple[Any, ...]]:
-    """What stores one row, or all three, for a scheme's module; and its arguments that are the same for all points."""
+def _called(module: ModuleType, all_three: bool) -> tuple[Callable[..., bool], int, tuple[Any, ...]]:
+    """What stores one row, or all three, for a scheme's module; the points of its block; its fixed arguments."""
     shared = _eigenvalues(module.EIGENVALUES)
     find = getattr(shared, "find", None)  # what two or three eigenvalues do not need
-    kernels = (module.polynomial, 1), (find, 3), (shared.radii, 1), (None, 1), (None, 4)
+    common = loaded("shared.stability")
+    kernels = [(common.copy, 2), (module.polynomial, 1), (find, 3), (shared.radii, 1), (None, 1), (None, 4)]
     if all_three:
-        errors = loaded("shared.errors").errors
-        kernels = (module.polynomial, 1), (find, 3), (shared.eigenvalues, 1), (module.defect, 1), (errors, 4)
-    addresses = (0 if kernel is None else address(kernel, whole) for kernel, whole in kernels)
-    return loaded("shared.stability").stability, (*addresses, shared.SIZES)
+        kernels[3:] = (shared.eigenvalues, 1), (module.defect, 1), (loaded("shared.errors").errors, 4)
+    given = (0 if kernel is None else address(kernel, whole) for kernel, whole in kernels)
+    return common.stability, common.BLOCK, (*given, shared.SIZES)
 
 
 def _eigenvalues(name: str) -> ModuleType:

@@ -1,11 +1,15 @@
 """Generated modules, imported on first use, and with them numba."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from importlib import import_module
 from importlib.util import find_spec
 from types import ModuleType
 from typing import Any
+
+import numpy as np
+
+from .arrays import Array
 
 
 @cache
@@ -42,6 +46,18 @@ def address(kernel: Callable[..., None], whole: int = 1) -> int | Callable[..., 
     compiled = cfunc(signature, cache=True, error_model="numpy", fastmath={"contract"})(kernel)
     _kept.append(compiled)
     return compiled.address
+
+
+def addresses(arrays: Sequence[Array]) -> Array | tuple[Array, ...]:
+    """Where contiguous arrays are, for kernels that are called by their address; themselves if numba compiles nothing.
+
+    The arrays must be kept as long as their addresses are used.
+    """
+    from numba import config  # noqa: PLC0415 (on first use)
+
+    if config.DISABLE_JIT:
+        return tuple(arrays)
+    return np.array([array.ctypes.data for array in arrays], np.int64)
 
 
 _kept: list[Any] = []  # compiled code is freed with the object that holds it

@@ -5,38 +5,37 @@ STABILITY = '''"""Spectral radius, numerical damping and period error at many po
 _compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={{"contract"}})
 {call}{refused}
 
-@_inner
-def _read(inputs, first, n, points):
-    """Copy n points from column `first` on to the rows of a block."""
-    for k in range(inputs.shape[0]):
-        row = inputs[k, first : first + n]
-        for i in range(n):
-            points[k * BLOCK + i] = row[i]
+def copy(first, n, values, row):
+    """Copy n numbers from values[first] on."""
+    for i in range(n):
+        row[i] = values[first + i]
 
 
 @_compile
-def stability(polynomial, find, place, defect, errors, sizes, inputs, out, begin):
-    """Store the spectral radius in row 0 of out, from column `begin` on; in two more rows, damping and period error.
+def stability(copy, polynomial, find, place, defect, errors, sizes, k, points, varying, inputs, out, begin, end):
+    """Store the spectral radius in row 0 of out, columns begin to end; in two more rows, damping and period error.
 
-    inputs (k, n): Omega, xi and parameters of a scheme, row by row. The others are functions, or their addresses.
-    polynomial, defect: of the scheme's module; find, sizes, and `radii` or, for three rows, `eigenvalues` for `place`:
-    of the module that finds its eigenvalues, find is 0 where that has none; errors: of the module of that name.
-    damping: that of the complex pair of largest modulus, less the physical one; period: the numerical period over the
-    exact one, less 1; both are NaN where all eigenvalues are real. Returns whether any Omega, xi or radius is negative
-    or not finite.
+    points: one block of k + 2 rows: Omega, xi and the parameters of a scheme, and two rows of scratch. Those that
+    `varying` names differ from point to point: each is read from the column `begin` of its array in inputs on. These
+    are arrays or, as the functions, addresses. polynomial, defect: of the scheme's module; find, sizes, and `radii` or,
+    for three rows, `eigenvalues` for `place`: of the module that finds its eigenvalues, find is 0 where that has none;
+    errors: of the module of that name. damping: that of the complex pair of largest modulus, less the physical one;
+    period: the numerical period over the exact one, less 1; both are NaN where all eigenvalues are real. Returns
+    whether any Omega, xi or radius is negative or not finite.
     """
-    refused, k, total, all_three = np.int64(0), inputs.shape[0], inputs.shape[1], out.shape[0] == 3
+    refused, all_three = np.int64(0), out.shape[0] == 3
     rows_count, found_count, others, conjugates = sizes
-    points, rows, found = np.empty((k + 2) * BLOCK), np.empty(rows_count * BLOCK), np.empty(found_count * BLOCK)
+    rows, found = np.empty(rows_count * BLOCK), np.empty(found_count * BLOCK)
     exact = np.empty(7 * BLOCK if all_three else 0)  # what `defect` stores, and two rows of scratch
-    for first in range(0, total, BLOCK):
-        n = min(BLOCK, total - first)
-        _read(inputs, first, n, points)
+    for first in range(begin, end, BLOCK):
+        n = min(BLOCK, end - first)
+        for j in range(len(varying)):
+            _call(copy, first, n, inputs[j], points[varying[j] * BLOCK :])
         if find == 0:
             _call(polynomial, n, points, rows)
         else:
             _call(find, polynomial, n, k, points, rows, found)
-        radius = out[0, begin + first : begin + first + n]
+        radius = out[0, first : first + n]
         _call(place, n, points, rows, found, radius)
         for i in range(n):
             refused |= _refused(points[i], points[BLOCK + i], radius[i])
@@ -46,8 +45,8 @@ def stability(polynomial, find, place, defect, errors, sizes, inputs, out, begin
                 near += points[i] < {small_Omega}
             if near > 0:
                 _call(defect, n, points, exact)
-            damping = out[1, begin + first : begin + first + n]
-            period = out[2, begin + first : begin + first + n]
+            damping = out[1, first : first + n]
+            period = out[2, first : first + n]
             _call(errors, n, near, others, conjugates, points, rows, found, exact, damping, period)
     return refused < 0
 '''
