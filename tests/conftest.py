@@ -134,6 +134,7 @@ def plain_functions(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     monkeypatch.setattr(kernel_modules, "committed", committed)
     monkeypatch.setattr(eigenvalues, "committed", committed)
     monkeypatch.setattr(eigenvalues, "address", itself)
+    monkeypatch.setattr(eigenvalues, "addresses", tuple)
     eigenvalues._called.cache_clear()
     yield
     eigenvalues._called.cache_clear()
