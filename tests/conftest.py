@@ -81,9 +81,9 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
                 return (item.callspec.params["scheme"], item.callspec.params["scene"]) in gate_pairs()
             return bool(item.get_closest_marker("every_scheme")) or in_gate(function, _schemes(item), kinds())
 
-        left = [item for item in items if not runs(item)]
-        config.hook.pytest_deselected(items=left)
-        items[:] = [item for item in items if item not in set(left)]
+        chosen = [runs(item) for item in items]
+        config.hook.pytest_deselected(items=[item for item, run in zip(items, chosen, strict=True) if not run])
+        items[:] = [item for item, run in zip(items, chosen, strict=True) if run]
     workers = getattr(config, "workerinput", {"workercount": 1})["workercount"]
     long = [item for item in items if item.get_closest_marker("long")]
     others = [item for item in items if not item.get_closest_marker("long")]
