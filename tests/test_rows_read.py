@@ -55,7 +55,7 @@ def test_rows_are_those_of_the_history(name: str, stride: int, monkeypatch: pyte
             assert np.array_equal(getattr(lanes, kept), getattr(whole, kept), equal_nan=True), kept
 
 
-@pytest.mark.usefixtures("plain_marches")
+@pytest.mark.usefixtures("plain_marches", "uncompiled")
 @pytest.mark.parametrize("name", ["newmark_bdf2", "rk4", "park"])  # own a, none, a starter
 @pytest.mark.parametrize("keep", ["peak", "history"])
 def test_a_sweep_is_its_points_also_where_runs_end_early(

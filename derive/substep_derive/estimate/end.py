@@ -15,7 +15,7 @@ from ..algebra.algebraic import generator
 from ..algebra.rational import SingularMatrix, matrix_inverse
 from ..declare.scheme import Scheme
 from ..declare.symbols import C, N, f, h, knot_of
-from ..oscillator.amplification import reported
+from ..step.step import Step
 from .estimator import Estimate, Estimator
 from .expansion import Expansion
 from .held import END, HALVED, START
@@ -112,7 +112,7 @@ def _extrapolation(motion: SmoothMotion, known: list[Expansion], end: Expansion,
 
 def _end_symbol(scheme: Scheme, damped: bool) -> Symbol:
     """a_*end, or the step's own symbol for the same."""
-    u, v, _ = reported(scheme)
+    u, v, _ = Step.of(scheme).reported
     for balance in scheme.balances:
         different = C * (balance.damping - v) if damped else Integer(0)
         if balance.inertia.is_Symbol and expand(different + balance.force - N(u) - balance.load + f(Integer(1))) == 0:

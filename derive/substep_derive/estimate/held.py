@@ -13,13 +13,14 @@ from sympy import Dummy, Expr, Matrix, Symbol, zeros
 from ..algebra import rational
 from ..declare.scheme import Scheme
 from ..declare.symbols import C, Knot, M, N, N_discrete, f, knot, knot_of, lattice
-from ..oscillator.amplification import coefficients, instants, reported
+from ..oscillator.amplification import coefficients
+from ..step.step import Step, instants
 
 END, START, EMBEDDED, HALVED = (knot(f"*{name}") for name in ("end", "start", "embedded", "halved"))
 
 
 @dataclass(frozen=True)
-class Step:
+class HeldStep:
     """matrix * (unknowns, state, loads, forces) = 0, entries polynomials in Omega, xi and the parameters.
 
     unknowns: new symbols, those of END and perhaps of EMBEDDED. stencil: the loads' instants. forces: the arguments of
@@ -34,20 +35,19 @@ class Step:
     matrix: Matrix
 
     @classmethod
-    def of(cls, scheme: Scheme) -> "Step":
+    def of(cls, scheme: Scheme) -> "HeldStep":
         """Derived once for equal schemes. Raises DeclarationError as `Amplification.of`."""
-        return _step(scheme)
+        return _held(scheme)
 
 
 @cache
-def _step(scheme: Scheme) -> Step:
-    u, v, _ = reported(scheme)
+def _held(scheme: Scheme) -> HeldStep:
+    step = Step.of(scheme)
+    u, v, _ = step.reported
     added = {END.u: u, END.v: v}
     added |= {getattr(EMBEDDED, (knot_of(s) or ("u", ""))[0]): e for s, e in scheme.embedded.items()}
-    equations = [symbol - e for symbol, e in (*scheme.relations.items(), *added.items())]
-    equations += [M * b.inertia + C * b.damping + b.force - b.load for b in scheme.balances]
-    equations += [M * END.a + C * END.v + N(END.u) - f(1)]
-    unknowns, state = (*scheme.unknowns, *added, END.a), scheme.state
+    equations = [*step.equations, *(symbol - e for symbol, e in added.items()), M * END.a + C * END.v + N(END.u) - f(1)]
+    unknowns, state = (*step.unknowns, *added, END.a), step.state
     stencil = instants(equations, scheme.typical)
     atoms = sorted({atom for e in equations for atom in e.atoms(N, N_discrete)}, key=str)
     linear = coefficients(equations, [*unknowns, *state], stencil)
@@ -61,7 +61,7 @@ def _step(scheme: Scheme) -> Step:
                     [e.subs(atom, one).subs(loads).replace(_is_force, lambda _: 0)], [one, *unknowns, *state], ()
                 )[0, 0]
     matrix = rational.clear_rows(linear.row_join(own))
-    return Step(scheme, unknowns, state, stencil, tuple(atom.args for atom in atoms), matrix)
+    return HeldStep(scheme, unknowns, state, stencil, tuple(atom.args for atom in atoms), matrix)
 
 
 def _is_force(e: Expr) -> bool:

@@ -16,7 +16,7 @@ from ..declare.errors import InconsistentScheme
 from ..declare.symbols import h, knot_of, lattice, successor
 from ..oscillator.evaluation import Evaluation
 from .expansion import Expansion, Key, derivative, load, of_g, taylor, weight
-from .held import END, HALVED, START, Step, earlier
+from .held import END, HALVED, START, HeldStep, earlier
 
 Rows = list[list[Any]]
 
@@ -29,7 +29,7 @@ class SmoothMotion:
 
     def __init__(self, evaluation: Evaluation, top: int, damped: bool = True) -> None:
         self.evaluation, self.top, self.damped = evaluation, top, damped
-        self.step = Step.of(evaluation.scheme)
+        self.step = HeldStep.of(evaluation.scheme)
         self.one = evaluation.field.domain.one
         self.zero = evaluation.field.domain.zero
         self._read()

@@ -15,7 +15,7 @@ from ..algebra import rational
 from ..declare.scheme import Scheme
 from ..declare.symbols import knot, knot_of, successor
 from ..oscillator.evaluation import Evaluation
-from .held import END, HALVED, START, Step, earlier
+from .held import END, HALVED, START, HeldStep, earlier
 
 Polynomial = dict[tuple[int, int], Any]  # (power of Omega, power of xi) -> number
 Row = list[Polynomial]  # one for each symbol of the state
@@ -29,7 +29,7 @@ def kind_of(symbol: Symbol) -> int:
 @cache
 def held_rows(scheme: Scheme) -> tuple[dict[Symbol, Matrix], Expr]:
     """Symbol -> numerators of its row over the state, times its power of h; and their common denominator."""
-    step = Step.of(scheme)
+    step = HeldStep.of(scheme)
     n, m = len(step.unknowns), len(step.state)
     solution, den = rational.solve(step.matrix[:, :n], -step.matrix[:, n : n + m])
     rows = {s: solution[i, :] for i, s in enumerate(step.unknowns)}

@@ -12,7 +12,7 @@ from ..estimate.estimator import acceleration_lag, kappa
 from ..estimate.held import END, HALVED, START, earlier
 from ..motion.components import Assignments, assign, component_names
 from ..motion.equations import EquationsOfMotion
-from ..oscillator.amplification import reported
+from ..step.step import Step
 from .interpolant import Interpolant
 from .local_error import Terms, factored, weight_names
 from .scene_step import SceneStep
@@ -72,7 +72,7 @@ class AdaptiveStep:
         before = _before(scheme, {s for e in errors for s in e.free_symbols})
         by_before = tuple(bool(e.free_symbols & before.keys()) for e in errors)
         names = {s: Symbol(f"{s.name[0]}_*before{k}") for k, s in enumerate(before)}
-        at_end = dict(zip(END[:2], reported(scheme.in_doubles)[:2], strict=True))
+        at_end = dict(zip(END[:2], Step.of(scheme.in_doubles).reported[:2], strict=True))
         errors = [e.subs({**at_end, **names}, simultaneous=True) for e in errors]
         kept = {names[s]: source for s, source in before.items()}
         lag = acceleration_lag(scheme)

@@ -17,9 +17,8 @@ from ..declare.scheme import Scheme
 from ..declare.symbols import N, N_discrete, knot, knot_of, lattice, successor, t
 from ..motion.components import STEP, Assignments, Writer, assign
 from ..motion.differences import Difference, DifferenceSlope
-from ..motion.effective import Stage, stages
 from ..motion.equations import EquationsOfMotion
-from ..oscillator.amplification import instants, reported
+from ..step.step import Stage, Step, instants
 from .near_series import NearSeries
 
 
@@ -137,9 +136,8 @@ class SceneStep:
                 f"{motion.scene.name}; take another scheme, or declare the scene without dissipation"
             )
         near = scheme.in_doubles
-        prior, found = stages(near)
-        own_a = knot(1).a in near.unknowns or knot(1).a in near.report
-        outputs = reported(near)[: 3 if own_a else 2]
+        lowered = Step.of(near)
+        prior, found, outputs = lowered.prior, lowered.stages, lowered.outputs
         stencil = instants([*(b.load for b in near.balances), *outputs], near.typical)
         w = Writer(near, motion, stencil, now=now)
         w.fixed.update(weights)
@@ -219,8 +217,8 @@ class SceneStep:
 
 def _start(scheme: Scheme, motion: EquationsOfMotion) -> Start:
     scheme = scheme.in_doubles
-    assert isinstance(scheme.start, Mapping)
-    expressions = [scheme.start.get(s, s) for s in scheme.state]
+    expressions = Step.of(scheme).start
+    assert expressions is not None
     stencil = instants(expressions, scheme.typical)
     w = Writer(scheme, motion, stencil)
     state = Matrix.hstack(*(w.hoisted(w.vector(e).subs(STEP, 0)) for e in expressions))
@@ -228,7 +226,7 @@ def _start(scheme: Scheme, motion: EquationsOfMotion) -> Start:
 
 
 def _wanted(
-    scheme: Scheme, prior: dict[Symbol, Expr], found: Sequence[Stage], outputs: Iterable[Expr], *, damped: bool
+    scheme: Scheme, prior: Mapping[Symbol, Expr], found: Sequence[Stage], outputs: Iterable[Expr], *, damped: bool
 ) -> set[Symbol]:
     """Symbols of the new step that a balance, the next step or the report reads; damped: the scene has damping."""
     wanted = {s for e in outputs for s in e.free_symbols} | {successor(s) for s in scheme.state}

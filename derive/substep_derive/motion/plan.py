@@ -15,8 +15,8 @@ from sympy import Dummy, Expr, Integer, Symbol, cancel, factor, fraction, sympif
 
 from ..declare.errors import DeclarationError
 from ..declare.scheme import Scheme
-from ..declare.symbols import K0, C, K_t, M, N, N_discrete, f, knot, knot_of, successor
-from .effective import Stage, stages
+from ..declare.symbols import K0, C, K_t, M, N, N_discrete, f, knot, knot_of
+from ..step.step import Stage, Step
 
 MATRICES = (M, C, K0)
 Row = Mapping[Symbol, Expr]  # vector -> its coefficient, a number once h and the parameters are given
@@ -85,14 +85,12 @@ class Plan:
     @classmethod
     def of_start(cls, scheme: Scheme) -> "Plan | None":
         """The plan of the state at t = 0 from u_0, v_0, a_0; None where it is these or another scheme marches."""
-        if scheme.start_scheme is not None or not scheme.start:
+        step = Step.of(scheme.in_doubles)
+        if step.start is None or not scheme.start:
             return None
-        assert isinstance(scheme.start, Mapping)
-        near = scheme.in_doubles
-        w = _Writer(near)
-        given = dict(cast(Mapping[Symbol, Expr], near.start))
+        w = _Writer(step.scheme)
         # K0 is the tangent at u_0, and so is the only K_t that a start can read
-        out = {s: w.row(sympify(given.get(s, s)).replace(K_t, lambda where: K0)) for s in near.state}
+        out = {s: w.row(e.replace(K_t, lambda where: K0)) for s, e in zip(step.state, step.start, strict=True)}
         return w.plan(knot(0), out, {})
 
 
@@ -100,15 +98,14 @@ class Plan:
 def _plan(scheme: Scheme) -> Plan:
     near = scheme.in_doubles
     w = _Writer(near)
-    prior, found = stages(near)
-    for s, e in prior.items():
+    step = Step.of(near)
+    for s, e in step.prior.items():
         w.combine(s, e)
-    for stage in found:
+    for stage in step.stages:
         w.balance(stage)
-    out = {s: w.row(successor(s)) for s in near.state}
-    ends = [s for s in knot(1) if s.name[0] != "a" or s in near.unknowns or s in near.report]
-    report = {s.name[0]: w.row(near.report.get(s, s)) for s in ends}
-    return w.plan(near.state, out, report)
+    out = {s: w.row(after) for s, after in zip(step.state, step.after, strict=True)}
+    report = {kind: w.row(e) for kind, e in zip("uva", step.outputs, strict=False)}
+    return w.plan(step.state, out, report)
 
 
 class _Writer:

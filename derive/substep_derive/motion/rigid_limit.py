@@ -21,7 +21,8 @@ from ..declare.errors import DeclarationError, InconsistentScheme
 from ..declare.parameter import Parameter
 from ..declare.scheme import Scheme
 from ..declare.symbols import K0, C, M, N, h, knot, knot_of, lattice
-from .effective import affine, effective_systems, new_accelerations
+from ..step.step import Step
+from .effective import effective_systems
 
 u0, v0, a0 = start = knot(0)
 u1, v1, a1 = end = knot(1)
@@ -109,7 +110,8 @@ class _RigidStep:
         # with h, so that it is never Q itself
         self.field = rational.RationalFunctions([h, *scheme.values], scheme.constant)
         self.one, self.zero = self.field.domain.one, self.field.domain.zero
-        z = new_accelerations(scheme)
+        lowered = Step.of(scheme)
+        z = lowered.accelerations
         at = [knot((knot_of(symbol) or ("", ""))[1]) for symbol in z]
         for k, balance, system in zip(at, scheme.balances, effective_systems(scheme), strict=True):
             if (balance.inertia, balance.force) != (k.a, N(k.u)) or system.explicit:
@@ -129,8 +131,7 @@ class _RigidStep:
                 "them, which have no rigid limit; write the relations without the matrices"
             )
         # u, h*v, h^2*a have one dimension, so that a relation between them is the one of u, v, a at h = 1
-        relations = {symbol: e.subs(h, 1) for symbol, e in scheme.relations.items()}
-        self.solved = affine(relations, [s for s in scheme.unknowns if s not in z], scheme.name)
+        self.solved = {symbol: e.subs(h, 1) for symbol, e in lowered.solved.items()}
         self.balances = [(k.u, k.a) for k in at]
 
     def __call__(

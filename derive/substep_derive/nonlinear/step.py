@@ -5,7 +5,7 @@ constant coefficients, since N adds 2 to the weight, C 1 and K0 2: one matrix, t
 one after another, implicit or not.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -14,9 +14,9 @@ from sympy import QQ, Expr, Symbol
 
 from ..declare.errors import DeclarationError
 from ..declare.scheme import Scheme
-from ..declare.symbols import K0, C, M, N, f, knot, knot_of, lattice, successor
-from ..oscillator.amplification import reported
+from ..declare.symbols import K0, C, N, f, knot, knot_of, lattice
 from ..oscillator.evaluation import Evaluation
+from ..step.step import Step
 from .forms import Applied, Form, Term, form
 from .trees import Level, Series, Trees, U, V, add
 
@@ -33,11 +33,10 @@ class StepSeries:
         scheme, number = self.evaluation.scheme, self.number
         self.scheme, self.state, self.unknowns = scheme, scheme.state, scheme.unknowns
         self.one = self.evaluation.field.domain.one
-        equations = [symbol - e for symbol, e in scheme.relations.items()]
-        equations += [M * b.inertia + C * b.damping + b.force - b.load for b in scheme.balances]
-        self.equations = [form(scheme.name, e, number) for e in equations]
-        self.reports = [form(scheme.name, e, number) for e in reported(scheme)]
-        self.after = [successor(s) for s in self.state]
+        step = Step.of(scheme)
+        self.equations = [form(scheme.name, e, number) for e in step.equations]
+        self.reports = [form(scheme.name, e, number) for e in step.reported]
+        self.after = step.after
 
     def number(self, value: Expr) -> Any:
         """A function of the parameters as a number of the field."""
@@ -46,9 +45,8 @@ class StepSeries:
     @property
     def reads_tangent(self) -> bool:
         """Whether K0 occurs in the step."""
-        given = [*self.scheme.relations.values(), *reported(self.scheme)]
-        given += [e for b in self.scheme.balances for e in (b.inertia, b.damping, b.force)]
-        return any(e.has(K0) for e in given)
+        step = Step.of(self.scheme)
+        return any(e.has(K0) for e in (*step.equations, *step.reported))
 
     @cached_property
     def starter(self) -> "StepSeries | None":
@@ -62,9 +60,9 @@ class StepSeries:
     @cached_property
     def starts(self) -> list[Form]:
         """How the state follows from u_0, v_0, a_0, where expressions give it."""
-        start = self.scheme.start
-        assert isinstance(start, Mapping)
-        return [form(self.scheme.name, start.get(s, s), self.number) for s in self.state]
+        start = Step.of(self.scheme).start
+        assert start is not None
+        return [form(self.scheme.name, e, self.number) for e in start]
 
     @cached_property
     def consistent(self) -> Form:

@@ -5,17 +5,18 @@ drops out, so h = 1 and omega = Omega from the start. Relations and balances tog
 system, the pencil  new*X + old*x0 + load*f = 0, whether the step is composite or not.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
 from typing import cast
 
-from sympy import Dummy, Expr, Integer, Matrix, Poly, Symbol, cancel, default_sort_key, eye, zeros
+from sympy import Dummy, Expr, Integer, Matrix, Poly, Symbol, cancel, eye, zeros
 
 from ..algebra import rational
 from ..declare.errors import DeclarationError
 from ..declare.scheme import Scheme
 from ..declare.symbols import K0, C, K_t, M, N, N_discrete, Omega, f, h, knot, knot_of, lam, mu, successor, xi
+from ..step.step import Step, instants
 
 LINEAR_OSCILLATOR = {h: Integer(1), M: Integer(1), C: 2 * xi * Omega, K0: Omega**2}
 
@@ -24,12 +25,6 @@ def on_oscillator(expression: Expr) -> Expr:
     """The expression with the linear oscillator's N and K_t; its discrete gradient is the mean of two forces."""
     linear = expression.replace(N, lambda u: Omega**2 * u).replace(K_t, lambda u: Omega**2)
     return linear.replace(N_discrete, lambda u, w: Omega**2 * (u + w) / 2).subs(LINEAR_OSCILLATOR)
-
-
-def instants(expressions: Iterable[Expr], typical: Mapping[Symbol, Expr]) -> tuple[Expr, ...]:
-    """Arguments of all loads f(tau), in their order of time at typical parameters."""
-    found = {load.args[0] for e in expressions for load in e.atoms(f)}
-    return tuple(sorted(found, key=lambda tau: (tau.subs(typical), default_sort_key(tau))))
 
 
 def coefficients(expressions: Sequence[Expr], columns: Sequence[Symbol], stencil: Sequence[Expr]) -> Matrix:
@@ -45,14 +40,6 @@ def coefficients(expressions: Sequence[Expr], columns: Sequence[Symbol], stencil
     if wrong := [e for e in (cancel(e) for e in rest if e != 0) if e != 0]:
         raise ValueError(str(wrong[0]))
     return matrix
-
-
-def reported(scheme: Scheme) -> tuple[Expr, Expr, Expr]:
-    """u, v, a that a scheme reports at t_n + h; without an a_1 of its own, a follows from the equation of motion."""
-    u1, v1, a1 = knot(1)
-    v = scheme.report.get(v1, v1)
-    own = a1 if a1 in scheme.unknowns else (f(Integer(1)) - C * v - N(u1)) / M
-    return scheme.report.get(u1, u1), v, scheme.report.get(a1, own)
 
 
 @dataclass(frozen=True)
@@ -73,12 +60,10 @@ class Pencil:
 
     @classmethod
     def _derived(cls, scheme: Scheme) -> "Pencil":
-        unknowns, state = scheme.unknowns, scheme.state
-        equations = [symbol - expression for symbol, expression in scheme.relations.items()]
-        equations += [M * b.inertia + C * b.damping + b.force - b.load for b in scheme.balances]
-        stencil = instants([*equations, *reported(scheme)], scheme.typical)
+        step = Step.of(scheme)
+        unknowns, state, stencil = step.unknowns, step.state, step.stencil
         try:
-            matrix = coefficients(equations, [*unknowns, *state], stencil)
+            matrix = coefficients(step.equations, [*unknowns, *state], stencil)
         except ValueError as error:
             raise DeclarationError(f"{scheme.name}: not linear in the knots' u, v, a: {error}") from error
         n, m = len(unknowns), len(state)
@@ -162,8 +147,7 @@ class Amplification:
         rows = {symbol: solution[i, :] for i, symbol in enumerate(pencil.unknowns)}
         for j, symbol in enumerate(pencil.state):
             rows.setdefault(symbol, den * eye(solution.cols)[j, :])
-        after = [successor(s) for s in pencil.state]
-        reports = reported(scheme)
+        after, reports = Step.of(scheme).after, Step.of(scheme).reported
         read = sorted({s for e in reports for s in e.free_symbols if knot_of(s)}, key=str)
         if missing := [s for s in (*after, *read) if s not in rows]:
             raise DeclarationError(
@@ -176,7 +160,7 @@ class Amplification:
         known = Matrix.vstack(*(rows[s] for s in rows), den * load)
         outputs = coefficients(derived, list(rows), pencil.stencil) * known if derived else zeros(0, known.cols)
         charpoly = rational.primitive(pencil.characteristic, lam).shift(1).replace(lam, mu)
-        start, start_stencil = _start(scheme, pencil.state, at_zero)
+        start, start_stencil = _start(scheme, at_zero)
         return cls(
             scheme,
             pencil.stencil,
@@ -205,11 +189,9 @@ def _amplification(scheme: Scheme) -> Amplification:
     return Amplification._derived(scheme)
 
 
-def _start(
-    scheme: Scheme, state: Sequence[Symbol], at_zero: Mapping[Symbol, Expr]
-) -> tuple[Affine | None, tuple[Expr, ...]]:
-    if not isinstance(scheme.start, Mapping) or not scheme.start:
+def _start(scheme: Scheme, at_zero: Mapping[Symbol, Expr]) -> tuple[Affine | None, tuple[Expr, ...]]:
+    expressions = Step.of(scheme).start
+    if expressions is None or not scheme.start:
         return None, ()
-    expressions = [scheme.start.get(s, s) for s in state]
     stencil = instants(expressions, scheme.typical)
     return Affine.of(coefficients(expressions, knot(0), stencil), 3, at_zero), stencil

@@ -13,8 +13,9 @@ from itertools import accumulate, zip_longest
 from sympy import Expr, Integer, Matrix, Poly, cancel, prod, zeros
 
 from ..algebra import rational
-from ..declare.symbols import lam, successor
-from .amplification import Amplification, Pencil, coefficients, reported
+from ..declare.symbols import lam
+from ..step.step import Step
+from .amplification import Amplification, Pencil, coefficients
 from .one_rule import SQUARE, OneRule, at_oscillator
 from .spectrum import live
 
@@ -97,11 +98,10 @@ def _numerators(a: Amplification, p: Poly) -> list[Poly] | None:
     columns = [*pencil.unknowns, *pencil.state]
     n, size = len(pencil.unknowns), len(pencil.unknowns) + len(pencil.state)
     shift = zeros(len(pencil.state), size)
-    for j, symbol in enumerate(pencil.state):
-        after = successor(symbol)
+    for j, after in enumerate(Step.of(a.scheme).after):
         shift[j, n + j] = lam
         shift[j, columns.index(after)] += -1
-    outputs = coefficients(reported(a.scheme), columns, pencil.stencil)
+    outputs = coefficients(Step.of(a.scheme).reported, columns, pencil.stencil)
     weights = Matrix([1 - tau + tau * lam for tau in pencil.stencil])
     system = pencil.new.row_join(pencil.old).col_join(shift)
     load = (-pencil.load * weights).col_join(zeros(len(pencil.state), 1))
