@@ -12,6 +12,7 @@ from typing import Any
 
 from sympy import QQ, Expr, Symbol
 
+from ..algebra.rational import SingularMatrix, matrix_inverse
 from ..declare.errors import DeclarationError
 from ..declare.scheme import Scheme
 from ..declare.symbols import K0, C, N, f, knot, knot_of, lattice
@@ -75,32 +76,17 @@ class StepSeries:
 
         Raises DeclarationError if the equations do not determine the unknowns as h -> 0.
         """
-        n, place = len(self.unknowns), {s: j for j, s in enumerate(self.unknowns)}
-        zero = self.one - self.one
-        rows: list[dict[int, Any]] = []
-        for i, equation in enumerate(self.equations):
-            row = {place[s]: c for s, c in equation.plain().items() if s in place and c}
-            rows.append(row | {n + i: -self.one})
-        for j in range(n):
-            pivot = next((i for i in range(j, n) if rows[i].get(j)), None)
-            if pivot is None:
-                raise DeclarationError(
-                    f"{self.scheme.name}: as h -> 0 the relations and balances do not determine {self.unknowns[j]}"
-                )
-            rows[j], rows[pivot] = rows[pivot], rows[j]
-            top = rows[j].pop(j)
-            rows[j] = {k: c / top for k, c in rows[j].items()}
-            for i in range(n):
-                c = rows[i].pop(j, zero) if i != j else zero
-                if c:
-                    for k, value in rows[j].items():
-                        rows[i][k] = rows[i].get(k, zero) - c * value
-        found: list[list[tuple[int, Any]]] = [[] for _ in range(n)]
-        for j, row in enumerate(rows):
-            for k, c in row.items():
-                if c:
-                    found[k - n].append((j, c))
-        return found
+        n, zero = len(self.unknowns), self.one - self.one
+        plain = [equation.plain() for equation in self.equations]
+        rows = [[coefficients.get(s, zero) for s in self.unknowns] for coefficients in plain]
+        try:
+            inverse = matrix_inverse(rows, self.evaluation.field.domain)
+        except SingularMatrix as error:
+            raise DeclarationError(
+                f"{self.scheme.name}: as h -> 0 the relations and balances do not determine "
+                f"{', '.join(map(str, self.unknowns))}"
+            ) from error
+        return [[(j, -inverse[j][i]) for j in range(n) if inverse[j][i]] for i in range(n)]
 
     def step(self, of: Trees, state: Sequence[Series], direction: int = 1) -> tuple[list[Series], list[Series]]:
         """(new state, u and h v and h^2 a as reported) of a step from a state, as long as the state's series.
