@@ -100,7 +100,7 @@ def single_lane(name: str, omega: float, xi: float, load: ss.Record, out: Array)
 def single_kernel(name: str, omega: float, xi: float, load: ss.Record, out: Array) -> Callable[[], Array]:
     """The same as `single_lane`, with what the call prepares done once beforehand: a call runs the kernel alone."""
     n = len(out) - 1
-    run = linear._prepared(scheme(name), at_rest(np.array([omega]), xi, load), n, load)
+    run = linear.prepared(scheme(name), at_rest(np.array([omega]), xi, load), n, load)
     given, start, loads = run.C[:, 0].copy(), run.x[:, 0].copy(), run.loads.of_all(0, n)
 
     def march() -> Array:

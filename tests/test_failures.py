@@ -144,7 +144,7 @@ def test_alternating_steps() -> None:
     assert errors[0] / errors[1] == pytest.approx(4, rel=0.02)
 
 
-def test_restitution() -> None:
+def test_restitution(uncompiled: None) -> None:
     frequencies, phases = np.array([1.0, 10.0, 100.0]), np.arange(10) / 10
     found, status = contact.restitution("energy_momentum", frequencies, phases)
     assert np.isfinite(found[status != NEWTON]).all()

@@ -235,7 +235,7 @@ def test_ranges_of_steps_end_where_a_row_is_or_have_none() -> None:
         (2, 2, 1, 5),
     ):
         at, rows = first, []
-        for begin, end, base, pace in linear._pieces(first, n, stride, most):
+        for begin, end, base, pace in linear.pieces(first, n, stride, most):
             assert begin == at < end <= begin + most
             assert end - base <= most
             stored = [k for k in range(begin + 1, end + 1) if (k - base) % pace == 0]

@@ -67,9 +67,9 @@ def coefficients(scheme: SchemeRecord, Omega: ArrayLike, xi: ArrayLike) -> tuple
     refuse_damping(scheme, xi)
     rows = evaluated(scheme.kernels.coefficients, len(Omegas), (Omegas, xis, *parameters))
     (m, R, K), loads = sizes(scheme), scheme.info.loads
-    D, B, y_x, y_f = np.split(rows.T, np.cumsum([m * m, m * K, R * m]), axis=1)
-    B, y_f = B.reshape(-1, m, K)[..., :loads], y_f.reshape(len(D), R, K)[..., :loads]
-    return D.reshape(-1, m, m), B, y_x.reshape(len(D), R, m), y_f
+    D, b, y_x, y_f = np.split(rows.T, np.cumsum([m * m, m * K, R * m]), axis=1)
+    B, O_f = b.reshape(-1, m, K)[..., :loads], y_f.reshape(len(D), R, K)[..., :loads]
+    return D.reshape(-1, m, m), B, y_x.reshape(len(D), R, m), O_f
 
 
 def coefficient_rows(scheme: SchemeRecord, Omega: Array, xi: Array) -> Array:

@@ -27,10 +27,13 @@ def stability_at_points(module: ModuleType, arguments: Sequence[Array], out: Arr
     """
     n, refused = out.shape[1], False
     stability, width, given = _called(module, len(out) == 3)
-    varying, inputs, kept = NONE, NONE, []
+    varying, inputs = NONE, NONE
+    kept: list[Array] = []
     if n != 1:
         varying = np.array([k for k, values in enumerate(arguments) if values.size != 1], np.int64)
-        kept = [np.ascontiguousarray(arguments[k]) for k in varying]  # their addresses are good as long as they are
+        kept = [
+            np.ascontiguousarray(arguments[int(k)]) for k in varying
+        ]  # their addresses are good as long as they are
         inputs = addresses(kept)
 
     def part(begin: int, end: int) -> None:

@@ -170,7 +170,7 @@ class SceneInfo:
             name=name,
             module=module or f"scenes.{name}",
             parameters=_by_name(
-                ParameterInfo(*literal, default=None if default is None else lambda *_, number=default: number)
+                ParameterInfo(*literal, default=None if default is None else _constant(default))
                 for *literal, default in entry["parameters"]
             ),
             coordinates=entry["coordinates"],
@@ -190,6 +190,10 @@ class SceneInfo:
     def source(self) -> "str | SceneDeclaration":
         """What `substep.scene` makes it from: a name of the catalogue, or the user's declaration."""
         return self.name if self.declaration is None else self.declaration
+
+
+def _constant(default: float) -> Callable[..., float]:
+    return lambda *_: default
 
 
 def _by_name(parameters: Any) -> Mapping[str, ParameterInfo]:

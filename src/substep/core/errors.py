@@ -10,7 +10,7 @@ from functools import wraps
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
-from typing import Any, ParamSpec, TypeVar
+from typing import Any, ParamSpec, TypeVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -36,7 +36,7 @@ def unknown_name(what: str, name: str, known: Iterable[str]) -> ValueError:
 
 def warn(message: str) -> None:
     """Warn of the line that called this package, however many of its own functions lie between."""
-    level, frame = 1, sys._getframe()
+    level, frame = 1, sys._getframe()  # pyright: ignore[reportPrivateUsage]
     while frame is not None and Path(frame.f_code.co_filename).is_relative_to(OWN):
         level, frame = level + 1, frame.f_back
     warnings.warn(message, stacklevel=level)
@@ -166,9 +166,10 @@ def inside(
 
 def non_negative(name: str, value: ArrayLike) -> NDArray[np.float64]:
     """The value as an array of finite numbers not below 0, else a ValueError."""
-    plain = type(value) is np.ndarray and value.dtype == np.float64 and value.size > 0
-    if plain and value.min() >= 0 and value.max() < np.inf:  # the usual case, without temporary arrays; NaN fails it
-        return value
+    if type(value) is np.ndarray and value.dtype == np.float64 and value.size > 0:
+        plain = cast("NDArray[np.float64]", value)
+        if plain.min() >= 0 and plain.max() < np.inf:  # the usual case, without temporary arrays; NaN fails it
+            return plain
     array = real_array(name, value)
     if (array < 0).any():
         raise ValueError(f"expected {name} >= 0, got {array.min()}; give non-negative values")

@@ -34,7 +34,7 @@ def to_dataset(found: Histories) -> "Dataset":
     """Quantities over t and the columns, with units and meanings as attributes."""
     import xarray  # noqa: PLC0415 (on first use)
 
-    variables = {}
+    variables: dict[str, Any] = {}
     for name, (values, unit, meaning) in found.quantities.items():
         attrs = {"units": unit, "long_name": meaning} if unit else {"long_name": meaning}
         variables[name] = named(("t", found.dimension)[: values.ndim], values, attrs)

@@ -43,25 +43,34 @@ class Facts:
     period: Term | None = None
 
 
+def _printed() -> Any:
+    """The module that `make derive` prints."""
+    from substep_kernels import facts  # noqa: PLC0415 (on first use)
+
+    return facts
+
+
 def facts_at_defaults(name: str) -> Facts:
     """Those of a scheme of the catalogue at its default parameters."""
-    from substep_kernels.facts import CATALOGUE  # noqa: PLC0415 (on first use)
-
-    row = CATALOGUE[name]
+    row: Mapping[str, Any] = _printed().CATALOGUE[name]
     decided = {"yes": True, "no": False, "open": None}
+    damping, period = (
+        (0, 0.0) if row[key] is None else (row[key][0], _float(row[key][1])) for key in ("damping", "period")
+    )
     return Facts(
-        **{key: row[key] for key in ("order", "overshoot")},
+        order=row["order"],
+        overshoot=row["overshoot"],
+        A_stable=decided[row["A_stable"]],
+        L_stable=decided[row["L_stable"]],
+        damping=damping,
+        period=period,
         **row["values"],
-        **{key: decided[row[key]] for key in ("A_stable", "L_stable")},
-        **{key: (0, 0.0) if row[key] is None else (row[key][0], _float(row[key][1])) for key in ("damping", "period")},
     )
 
 
 def facts_at(info: SchemeInfo, parameters: Mapping[str, Array]) -> Facts:
     """Those of a scheme of the catalogue with parameters, as far as its closed forms and conditions tell."""
-    from substep_kernels.facts import FORMS  # noqa: PLC0415 (on first use)
-
-    forms = FORMS[info.name]
+    forms: Mapping[str, Any] = _printed().FORMS[info.name]
     if any(x.ndim for x in parameters.values()):
         limits = np.vectorize(lambda *values: _rho_inf(forms, values), otypes=[np.float64])
         return Facts(rho_inf=limits(*parameters.values()))
@@ -84,9 +93,8 @@ def facts_at(info: SchemeInfo, parameters: Mapping[str, Array]) -> Facts:
 
 def rho_inf_forms(info: SchemeInfo) -> tuple[str, str]:
     """rho_inf in the parameters as text and in LaTeX, empty where generated/ has no such form."""
-    from substep_kernels.facts import FORMS  # noqa: PLC0415 (on first use)
-
-    form = FORMS.get(info.name) if info.declaration is None else None
+    known: Mapping[str, Mapping[str, Any]] = _printed().FORMS
+    form = known.get(info.name) if info.declaration is None else None
     return (form["limit_text"], form["limit_latex"]) if form else ("", "")
 
 

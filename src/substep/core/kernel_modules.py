@@ -5,9 +5,10 @@ from functools import cache
 from importlib import import_module
 from importlib.util import find_spec
 from types import ModuleType
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .arrays import Array
 
@@ -37,27 +38,31 @@ def address(kernel: Callable[..., None], whole: int = 1) -> int | Callable[..., 
 
     kernel: a function of so many whole numbers, then of pointers to rows of doubles.
     """
-    from numba import cfunc, config, types  # noqa: PLC0415 (on first use)
+    from numba import cfunc, types  # noqa: PLC0415 (on first use)
 
-    if config.DISABLE_JIT:
+    if _uncompiled():
         return kernel
     pointers = [types.CPointer(types.float64)] * (kernel.__code__.co_argcount - whole)
     signature = types.void(*[types.int64] * whole, *pointers)
-    compiled = cfunc(signature, cache=True, error_model="numpy", fastmath={"contract"})(kernel)
+    compiled: Any = cfunc(signature, cache=True, error_model="numpy", fastmath={"contract"})(kernel)
     _kept.append(compiled)
     return compiled.address
 
 
-def addresses(arrays: Sequence[Array]) -> Array | tuple[Array, ...]:
+def addresses(arrays: Sequence[Array]) -> NDArray[np.int64] | tuple[Array, ...]:
     """Where contiguous arrays are, for kernels that are called by their address; themselves if numba compiles nothing.
 
     The arrays must be kept as long as their addresses are used.
     """
-    from numba import config  # noqa: PLC0415 (on first use)
-
-    if config.DISABLE_JIT:
+    if _uncompiled():
         return tuple(arrays)
     return np.array([array.ctypes.data for array in arrays], np.int64)
+
+
+def _uncompiled() -> bool:
+    import numba  # noqa: PLC0415 (on first use)
+
+    return bool(cast("Any", numba).config.DISABLE_JIT)
 
 
 _kept: list[Any] = []  # compiled code is freed with the object that holds it

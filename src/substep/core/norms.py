@@ -47,16 +47,16 @@ def spectral_norm(M: Array) -> Array:
     P, m, _ = M.shape
     scale = np.abs(M).max(axis=(1, 2))
     finite = np.isfinite(scale)
-    M = M / np.where(finite & (scale > 0.0), scale, 1.0)[:, None, None]
+    scaled = M / np.where(finite & (scale > 0.0), scale, 1.0)[:, None, None]
     if m > 3:
         norms = np.zeros(P)
-        norms[finite] = np.linalg.norm(M[finite], 2, axis=(1, 2))
+        norms[finite] = np.linalg.norm(scaled[finite], 2, axis=(1, 2))
         return np.where(finite, scale * norms, np.inf)
-    M = np.ascontiguousarray(M.transpose(1, 2, 0))
+    rows = np.ascontiguousarray(scaled.transpose(1, 2, 0))
     G = np.zeros((6, P))
     for k, (i, j) in enumerate(((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))):
         if j < m:
-            G[k] = np.einsum("kp,kp->p", M[:, i], M[:, j])
+            G[k] = np.einsum("kp,kp->p", rows[:, i], rows[:, j])
     third = (G[0] + G[1] + G[2]) / 3.0
     G[:3] -= third
     a, b, c, d, e, f = G
@@ -68,7 +68,7 @@ def spectral_norm(M: Array) -> Array:
             d * (a + b) + e * f, e * (a + c) + d * f, f * (b + c) + d * e,
         ]
     )  # fmt: skip
-    C *= math.sqrt(6.0) / size2
+    np.multiply(C, math.sqrt(6.0) / size2, out=C)
     C[:3] -= math.sqrt(2.0 / 3.0)
     B = G / size
     angle = 2.0 * np.arctan2(np.sqrt(WEIGHTS @ (B - C) ** 2), np.sqrt(WEIGHTS @ (B + C) ** 2))

@@ -1,7 +1,7 @@
 """A progress bar for a sweep or a march that takes longer than a second."""
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
@@ -14,7 +14,7 @@ AFTER = 1.0  # s that it takes before its bar is shown
 @contextmanager
 def shown(
     total: int, done: int, show: bool, what: str = "sweep", unit: str = "runs"
-) -> Iterator[Callable[[int], None]]:
+) -> Generator[Callable[[int], None]]:
     """Yields a function to call with the number of units just done; shows a bar on stderr if that is a terminal."""
     begin, bar = time.monotonic(), None
 

@@ -8,6 +8,8 @@ Omega below 1e-150 the errors are their limits, 0. Of a scheme that takes no dam
 
 import math
 from collections.abc import Sequence
+from operator import index
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -81,19 +83,22 @@ def amplitude_error(numerical_damping: Array) -> Array:
         return 0.0 - np.expm1(-2.0 * np.pi * numerical_damping)
 
 
-def power_norm(scheme: SchemeRecord, Omega: ArrayLike, xi: ArrayLike, n: int) -> Array:
+def power_norm(scheme: SchemeRecord, Omega: ArrayLike, xi: ArrayLike, n: Any) -> Array:
     """The largest of ||A||, ||A^2||, ..., ||A^n|| in the energy norm of (omega*u, v, a/omega); inf on overflow.
 
     Raises ValueError for an n that is no whole number from 1 on, and for Omega = 0.
     """
-    if isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 1:
+    try:
+        whole = 0 if isinstance(n, bool) else index(n)
+    except TypeError:
+        whole = 0
+    if whole < 1:
         raise ValueError(f"expected n >= 1 powers, a whole number, got {n!r}; give how many powers of A are looked at")
     omega = non_negative("Omega", Omega)
     if (omega == 0).any():
         raise ValueError("expected Omega > 0, got 0, where the energy does not depend on u; give a positive Omega")
-    A = amplification(scheme, omega, xi)
-    A = _in_energy_norm(scheme, A, omega)
-    largest = largest_norm_of_powers(A.reshape(-1, *A.shape[-2:]), n)
+    A = _in_energy_norm(scheme, amplification(scheme, omega, xi), omega)
+    largest = largest_norm_of_powers(A.reshape(-1, *A.shape[-2:]), whole)
     return largest.reshape(A.shape[:-2])[()]
 
 
@@ -144,7 +149,7 @@ def _require_told_apart(scheme: SchemeRecord, radius: Array, damping: Array, Ome
         return
     arguments = [a[odd] for a in arguments]
     scaled = _in_energy_norm(scheme, _amplification(scheme, arguments), arguments[0])
-    beyond = ~np.isfinite(scaled).all(axis=(1, 2))  # no eigenvalue is known, so that none can be told from another
+    beyond: Any = ~np.isfinite(scaled).all(axis=(1, 2))  # no eigenvalue is known, so that none can be told from another
     values = np.linalg.eigvals(np.where(beyond[:, None, None], 0.0, scaled))
     sizes, distances = abs(values), abs(values[:, :, None] - values[:, None, :])
     close = distances <= AS_ONE * sizes.max(axis=1)[:, None, None]

@@ -3,6 +3,9 @@
 A function that draws is decorated with `styled`, so that the sheet holds within it and nowhere else.
 """
 
+# pyright: standard
+# Matplotlib's and SciPy's types are partly unknown
+
 from typing import Any
 
 import numpy as np

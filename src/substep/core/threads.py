@@ -1,7 +1,7 @@
 """Work spread over the cores this process may use, by threads: kernels release the interpreter's lock."""
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -20,7 +20,7 @@ def cores() -> int:
 
 
 @contextmanager
-def serial() -> Iterator[None]:
+def serial() -> Generator[None]:
     """Kernels called inside use one core: in a cluster's worker the other cores run other chunks of a sweep."""
     token = _serial.set(True)
     try:

@@ -6,8 +6,9 @@ On a moving ground it is the absolute acceleration, with the sign turned.
 import numpy as np
 
 from ..core import coefficients
+from ..core.arrays import Array
 from ..core.kernel_modules import committed
-from ..core.schemes import Array, Scheme
+from ..core.schemes import Scheme
 from .oscillators import Oscillators
 
 
@@ -26,7 +27,8 @@ def absolute_rows(scheme: Scheme, C: Array, o: Oscillators, K: int) -> tuple[str
     R = places.count("y")
     D, B, y_x, y_f, _ = np.split(C, np.cumsum([m * m, m * K, R * m, R * K]))
     ahead = np.concatenate([D.reshape(m, m, P) + np.eye(m)[..., None], B.reshape(m, K, P)], axis=1)
-    others = iter(np.concatenate([y_x.reshape(R, m, P), y_f.reshape(R, K, P)], axis=1))
+    reported: Array = np.concatenate([y_x.reshape(R, m, P), y_f.reshape(R, K, P)], axis=1)
+    others = iter(reported)
     u, v, _ = (next(others) if p == "y" else ahead[int(p)] / o.dt**kind for kind, p in enumerate(places))
     force = 2.0 * o.xi * o.omega * v + o.omega**2 * u
     shape = coefficients.march_name(m, (*places[:2], "y"))

@@ -10,12 +10,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..core.arrays import Array
 from ..core.errors import real_array, real_number
 from ..core.kernel_modules import printed
 from ..core.loads import as_numbers, break_points
 from ..core.response import STATUSES, Response, Statistics
 from ..core.scenes import Scene
-from ..core.schemes import Array, Scheme
+from ..core.schemes import Scheme
 from ..core.threads import spread
 from .scene_lanes import TOLERANCE
 
@@ -235,11 +236,13 @@ def march_adaptive(
         counts[module.ROWS] = 0
         x |= _buffers(1, 2 * x["times"].shape[1], scene.u0.shape[-1], module.BALANCES, gridded)
     times, out, iterations = kept[0] if len(kept) == 1 else (np.concatenate(part) for part in zip(*kept, strict=True))
-    status, number, made = STATUSES[x["status"][0]], control.tolist(), counts.tolist()
+    status: str = STATUSES[int(x["status"][0])]
+    number, made = control.tolist(), counts.tolist()
     failed = None if status == "completed" else number[module.TIME] + number[module.PROPOSED]
-    accepted, *rest = (made[place] for place in (module.ACCEPTED, module.REJECTED, module.FAILED))
+    accepted, rejected, not_converged = (made[x] for x in (module.ACCEPTED, module.REJECTED, module.FAILED))
     steps = (number[module.SMALLEST], number[module.LARGEST]) if accepted else (math.nan, math.nan)
-    statistics = Statistics(accepted, *rest, *map(tuple, x["newton"][0].tolist()), *steps)
+    iterations_of, most_of = (tuple(row) for row in x["newton"][0].tolist())
+    statistics = Statistics(accepted, rejected, not_converged, iterations_of, most_of, *steps)
     return Response(
         out[:, 0], out[:, 1], iterations[1:], status, failed, scene, scheme, math.nan, out[:, 2], times, statistics
     )  # fmt: skip

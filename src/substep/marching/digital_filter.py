@@ -9,9 +9,10 @@ from functools import cache
 
 import numpy as np
 
+from ..core.arrays import Array
 from ..core.coefficients import transfer_rows
 from ..core.loads import Load, Record
-from ..core.schemes import Array, Scheme
+from ..core.schemes import Scheme
 from ..core.threads import spread
 from .oscillators import Oscillators
 

@@ -7,7 +7,7 @@ import numpy as np
 from ..core.arrays import Array, read_only
 from ..core.loads import Load
 from ..core.schemes import Scheme
-from .linear import LOADED, _pieces, _prepared
+from .linear import LOADED, pieces, prepared
 from .oscillators import Oscillators
 
 NEAR = 1 << 17  # doubles of a block: a megabyte stays in a core's second cache
@@ -25,7 +25,7 @@ def histories(
     yield 0, o.start[None]
     if not n or not P:
         return
-    r = _prepared(scheme, o, n, load)
+    r = prepared(scheme, o, n, load)
     if r.head is not None and len(kept := r.head.out[stride::stride]):
         yield 1, kept
     most = max(4, NEAR // (3 * P))
@@ -39,7 +39,7 @@ def histories(
             np.zeros((r.loads.K, most, P)),
         )
     block, nothing = np.empty((most + 1, 3, P)), np.empty((3, 0))
-    for begin, end, base, pace in _pieces(r.first, n, stride, most):
+    for begin, end, base, pace in pieces(r.first, n, stride, most):
         if room.size:
             loads.of_each(base, end, slice(0, P), room)
         r.march_lanes(

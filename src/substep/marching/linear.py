@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core import coefficients
-from ..core.arrays import read_only
+from ..core.arrays import Array, read_only
 from ..core.kernel_modules import committed
 from ..core.loads import Load, LoadLanes, Record, values_at
 from ..core.response import STATUSES
-from ..core.schemes import Array, Scheme
+from ..core.schemes import Scheme
 from ..core.threads import spread
 from .absolute import absolute_rows, with_absolute
 from .digital_filter import peaks_from_rest
@@ -112,22 +112,23 @@ class _Run(NamedTuple):
     head: LinearLanes | None  # results of these first steps, if there is a starter
 
 
-def _prepared(scheme: Scheme, o: Oscillators, n: int, load: Load | None, absolute: bool = False) -> _Run:
+def prepared(scheme: Scheme, o: Oscillators, n: int, load: Load | None, absolute: bool = False) -> _Run:
     """The kernels and their arrays, ready for the first step that the scheme itself marches."""
     module, Omega, stencil = scheme.kernels, o.omega * o.dt, scheme.stencil()
     state, head, first = _started(scheme, o, Omega, n, load)
     excess = _excess(o, Omega, state, load) if module.CARRIER else np.zeros(len(Omega))
-    if stencil.ndim == 1 and not excess.any() and _linear_within_steps(scheme, load, o.dt, n):
-        C = _coefficients(scheme, Omega, o, stencil)
+    at_ends = stencil.ndim == 1 and not excess.any() and _linear_within_steps(scheme, load, o.dt, n)
+    C = _coefficients(scheme, Omega, o, stencil if at_ends else None)
+    if at_ends:
         loads = StepLoads(load, np.array([0.0, 1.0]), o.dt, 2, excess, _samples(load, o.dt, n))
     else:
-        C = _coefficients(scheme, Omega, o)
         loads = StepLoads(load, stencil, o.dt, module.LOADS, excess * o.mass / o.dt**2)
     x = np.ascontiguousarray(state[list(coefficients.marched(scheme))])
     shape = module.MARCH
     if absolute:
-        shape, C = absolute_rows(scheme, C, o, loads.K)
+        shape, absolute_C = absolute_rows(scheme, C, o, loads.K)
         head = head and replace(head, out=with_absolute(o, head.out))
+        return _Run(*_kernels(shape, loads.K), absolute_C, x, loads, first, head)
     return _Run(*_kernels(shape, loads.K), C, x, loads, first, head)
 
 
@@ -137,12 +138,12 @@ def _coefficients(scheme: Scheme, Omega: Array, o: Oscillators, stencil: Array |
     The last rows are 1/h and 1/h^2 for those of v, a that are taken from x. With a stencil, the loads are those at the
     two ends of a step, between which the load is linear; without, those at the scheme's own instants.
     """
-    m, R, K = coefficients.sizes(scheme)
+    m, R, instants = coefficients.sizes(scheme)
     C, D = coefficients.coefficient_rows(scheme, Omega, o.xi), m * m  # D stays as it is, to the last bit
     rest = C[D:]
     if stencil is not None:
-        rest, K = _to_ends(m, R, K, stencil.tobytes()) @ rest, 2
-    kinds = _factors(m, K, coefficients.places(scheme))
+        rest = _to_ends(m, R, instants, stencil.tobytes()) @ rest
+    kinds = _factors(m, instants if stencil is None else 2, coefficients.places(scheme))
     h, found = o.dt, np.empty((D + len(kinds), len(o.dt)))
     found[:D], found[D : D + len(rest)], found[D + len(rest) :] = C[:D], rest, 1.0
     found[D:] *= np.array([np.ones(len(h)), 1.0 / h, 1.0 / (h * h), h * h / o.mass, h / o.mass, 1.0 / o.mass])[kinds]
@@ -251,7 +252,7 @@ def _in_blocks(
     scheme: Scheme, o: Oscillators, n: int, load: Load | None, stride: int, lanes: LinearLanes, absolute: bool
 ) -> Array:
     """March all lanes side by side into `lanes`; returns their last state (m, P)."""
-    r, P = _prepared(scheme, o, n, load, absolute), len(o.omega)
+    r, P = prepared(scheme, o, n, load, absolute), len(o.omega)
     K, loads, shared = r.loads.K, r.loads, (read_only(np.empty(0)),) * r.loads.K
     if loads.shared:
         shared, loaded, together, most = loads.of_all(0, n), 0, P, n
@@ -262,7 +263,7 @@ def _in_blocks(
         for lane in range(first, last, together):
             some = slice(lane, min(lane + together, last))
             room = np.zeros((K, loaded, some.stop - some.start))
-            for begin, end, base, pace in _pieces(r.first, n, stride if len(lanes.out) else n, most):
+            for begin, end, base, pace in pieces(r.first, n, stride if len(lanes.out) else n, most):
                 if loaded:
                     loads.of_each(base, end, some, room)
                 before = lanes.peak[:, some].copy()
@@ -278,7 +279,7 @@ def _in_blocks(
     return r.x
 
 
-def _pieces(first: int, n: int, stride: int, most: int) -> Iterator[tuple[int, int, int, int]]:
+def pieces(first: int, n: int, stride: int, most: int) -> Iterator[tuple[int, int, int, int]]:
     """Ranges of the steps first to n - 1: begin, end, and the step from which rows are counted, one every `pace` steps.
 
     A range has at most `most` steps with those before it from which rows are counted. It ends where a row is, or it has
@@ -306,7 +307,7 @@ def _alone(
     scheme: Scheme, o: Oscillators, n: int, load: Load | None, stride: int, lanes: LinearLanes, j: int, absolute: bool
 ) -> None:
     """March lane j alone, up to the first step that is not finite, into its place of the results."""
-    r = _prepared(scheme.lane(j), o.lane(j), n, load.lane(j) if isinstance(load, LoadLanes) else load, absolute)
+    r = prepared(scheme.lane(j), o.lane(j), n, load.lane(j) if isinstance(load, LoadLanes) else load, absolute)
     if lanes.peak.size:
         lanes.peak[:, j] = 0.0
     if r.head is not None:

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from ..core.schemes import Array
+from ..core.arrays import Array
 
 
 class Oscillators(NamedTuple):

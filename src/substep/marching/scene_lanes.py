@@ -5,16 +5,16 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from types import ModuleType
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.arrays import copy_rows
+from ..core.arrays import Array, copy_rows
 from ..core.errors import no_acceleration
 from ..core.kernel_modules import committed, printed
 from ..core.scenes import Scene
-from ..core.schemes import Array, Scheme
+from ..core.schemes import Scheme
 from ..core.threads import spread
 
 FEW = 16  # fewer lanes march one by one: in a block all lanes wait for the one whose Newton iteration takes longest
@@ -133,9 +133,11 @@ def march_lanes(
 
 def _of_lanes(x: Any, shape: tuple[int, ...]) -> Array:
     """The numbers of P lanes (P, ...), in the form for which kernels are compiled: as they are if they have it."""
-    right = isinstance(x, np.ndarray) and x.shape == shape and x.dtype == np.float64
-    if right and x.flags.c_contiguous and x.flags.writeable:  # kernels only read it
-        return x
+    if isinstance(x, np.ndarray):
+        given = cast("Array", x)
+        right = given.shape == shape and given.dtype == np.float64
+        if right and given.flags.c_contiguous and given.flags.writeable:  # kernels only read it
+            return given
     found = np.empty(shape)
     found[...] = x
     return found
@@ -163,7 +165,9 @@ def _columns(numbers: Sequence[Any], P: int) -> Array:
     return np.array([np.full(P, x) for x in numbers]).reshape(len(numbers), P).T
 
 
-def _head(scene: Scene, scheme: Scheme, module: ModuleType, arrays: dict[str, Any], start: tuple[Array, ...]) -> Lanes:
+def _head(
+    scene: Scene, scheme: Scheme, module: ModuleType, arrays: dict[str, Any], start: tuple[Array, Array, Array]
+) -> Lanes:
     """March the first steps with the scheme's starter; fill the state and the rows of these steps.
 
     Sets `first`, the step from which the scheme itself goes on, and lowers n of the lanes that have failed by then.
@@ -205,7 +209,7 @@ def _run(module: ModuleType, arrays: Mapping[str, Any], lanes: int, rows: int, r
         room = np.empty((together, rows, *early.shape[2:]))
         for begin in range(first, last, together):
             chosen = slice(begin, min(begin + together, last))
-            own = [x[chosen] if isinstance(x, np.ndarray) else x for x in given]
+            own: list[Any] = [x[chosen] if isinstance(x, np.ndarray) else x for x in given]
             own[place] = out = room[: chosen.stop - begin]
             if early.shape[1]:
                 out[:, : early.shape[1]] = early[chosen]

@@ -4,9 +4,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..core.arrays import read_only
+from ..core.arrays import Array, read_only
 from ..core.loads import Load, LoadLanes, Record, is_known, values_at
-from ..core.schemes import Array
 
 
 @dataclass(frozen=True, eq=False)
