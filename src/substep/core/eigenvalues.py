@@ -31,9 +31,9 @@ def stability_at_points(module: ModuleType, arguments: Sequence[Array], out: Arr
     kept: list[Array] = []
     if n != 1:
         varying = np.array([k for k, values in enumerate(arguments) if values.size != 1], np.int64)
-        kept = [
-            np.ascontiguousarray(arguments[int(k)]) for k in varying
-        ]  # their addresses are good as long as they are
+        # kept until the end, since kernels read them by their addresses
+        kept = [np.ascontiguousarray(arguments[int(k)], np.float64) for k in varying]
+        assert all(x.shape == (n,) for x in kept)  # kernels would read beyond them
         inputs = addresses(kept)
 
     def part(begin: int, end: int) -> None:

@@ -239,10 +239,10 @@ def march_adaptive(
     status: str = STATUSES[int(x["status"][0])]
     number, made = control.tolist(), counts.tolist()
     failed = None if status == "completed" else number[module.TIME] + number[module.PROPOSED]
-    accepted, rejected, not_converged = (made[x] for x in (module.ACCEPTED, module.REJECTED, module.FAILED))
+    accepted, rejected, failures = (made[place] for place in (module.ACCEPTED, module.REJECTED, module.FAILED))
     steps = (number[module.SMALLEST], number[module.LARGEST]) if accepted else (math.nan, math.nan)
     iterations_of, most_of = (tuple(row) for row in x["newton"][0].tolist())
-    statistics = Statistics(accepted, rejected, not_converged, iterations_of, most_of, *steps)
+    statistics = Statistics(accepted, rejected, failures, iterations_of, most_of, *steps)
     return Response(
         out[:, 0], out[:, 1], iterations[1:], status, failed, scene, scheme, math.nan, out[:, 2], times, statistics
     )  # fmt: skip
