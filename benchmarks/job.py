@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Literal
 
-from .timing import Measured, Ratio, quartiles, ratio
+from .timing import Measured, Ratio, ratio
 
 BESIDE_C = 1.3  # what is asked of a kernel: its time over that of C for the same work, whatever the CPU
 
@@ -66,19 +66,6 @@ class Job:
             return
         found: Ratio = ratio(a, b)
         self.goals.append(Goal(text, sense, bound, found.median, found.low, found.high))
-
-    def compare_leads(
-        self, table: Table, text: str, ours: tuple[str, str], limits: tuple[str, str], bound: float
-    ) -> None:
-        """A goal on substep's lead, time of its first row over that of its second, over the lead that C has."""
-        rows = [table.row(name) for name in (*ours, *limits)]
-        if None in rows:
-            missing = next(name for name, row in zip((*ours, *limits), rows, strict=True) if row is None)
-            self.goals.append(Goal(text, ">=", bound, None, why=f"{missing} was left out"))
-            return
-        slow, fast, slow_limit, fast_limit = (row.samples for row in rows if row is not None)
-        found = quartiles(slow / fast / (slow_limit / fast_limit))
-        self.goals.append(Goal(text, ">=", bound, found.median, found.low, found.high))
 
     def below(self, text: str, bound: float, values: Iterable[float], unit: str = "") -> None:
         """A goal on the largest of some errors."""

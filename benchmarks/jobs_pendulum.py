@@ -35,8 +35,6 @@ def job(quick: bool) -> Job:
                 found.tables.append(table)
                 text = f"pendulum, {name}, {case}: "
                 found.compare(table, text + "substep / C", "substep", "C, vectors", "<=", BESIDE_C)
-                leads = ("substep, one lane", "substep"), ("C, scalar", "C, vectors")
-                found.compare_leads(table, text + "lead of the batch over one lane, of C's", *leads, 0.9)
         _one_run(found, rounds)
     found.notes.append(
         "All start Newton from the last converged position and stop at a correction of 1e-12 of the length. In the "

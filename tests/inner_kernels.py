@@ -15,7 +15,6 @@ def from_python(inner: Any) -> Any:
 def block_of(kernel: Any, inputs: Sequence[float], rows: int) -> list[float]:
     """The rows that a kernel of blocks, as plain Python, stores at one point."""
     size = kernel.__globals__["BLOCK"]
-    points, stored = np.zeros(len(inputs) * size), np.zeros(rows * size)
-    points[::size] = inputs
-    kernel(1, points, stored)
+    stored = np.zeros(rows * size)
+    kernel(1, [[x] for x in inputs], stored)
     return stored[::size].tolist()

@@ -137,11 +137,11 @@ def test_eigenvalues_of_own_schemes(scheme: Scheme, orders: tuple[int, int]) -> 
     n = len(points)
     found, alone = np.full((3, n), np.nan), np.empty((1, n))
     common, errors = kernel_modules.loaded("shared.stability"), kernel_modules.loaded("shared.errors").errors
-    first, rest = (common.copy, module.polynomial, shared.find), (module.defect, errors)
-    given = shared.SIZES, 2, np.empty(4 * common.BLOCK), (0, 1), inputs
+    first, rest = (common.look, module.polynomial, shared.find), (module.defect, errors)
+    given = shared.SIZES, np.empty((4, common.BLOCK)), (0, 1), inputs, np.inf
     with np.errstate(all="ignore"):
-        assert not common.stability(*first, shared.eigenvalues, *rest, *given, found, 0, n)
-        assert not common.stability(*first, shared.radii, 0, 0, *given, alone, 0, n)
+        assert not common.stability(*first, shared.eigenvalues, *rest, *given, found, 0, n)[0]
+        assert not common.stability(*first, shared.radii, 0, 0, *given, alone, 0, n)[0]
     assert np.array_equal(alone[0], found[0])
     compared = 0
     for i, (omega, damping) in enumerate(points):

@@ -178,5 +178,5 @@ def test_any_size_and_stride_gives_the_same_bits(name: str) -> None:
 
 def _called(s: ss.Scheme, function: str, values: list[Any]) -> Any:
     out = np.empty((3 if function == "stability" else 1, values[0].size))
-    stability_at_points(s.kernels, values, out, 1.0)
+    stability_at_points(s.kernels, values, np.inf, out, 1.0)
     return out

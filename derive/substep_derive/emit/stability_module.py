@@ -103,7 +103,7 @@ def _conservative(asymmetry: Kernel) -> str:
 
 def _kernel(
     name: str,
-    inputs: Iterable[Symbol],
+    inputs: Sequence[Symbol],
     lines: Iterable[str],
     outputs: Sequence[str],
     values: Sequence[str],
@@ -111,8 +111,9 @@ def _kernel(
     operations: int,
 ) -> str:
     """Text of a kernel whose lines are done at each point of a block; rows of its inputs and of its outputs."""
-    read = [f"{s} = {_at('points', k)}" for k, s in enumerate(inputs)]
-    stored = [f"{_at('rows', k)} = {value}" for k, value in enumerate(values)]
+    rows = [f"row_{k}" for k, _ in enumerate(inputs)]  # read before the loop, in which they do not change
+    read = [f"{s} = {row}[i]" for s, row in zip(inputs, rows, strict=True)]
+    stored = [f"{_row(k)} = {value}" for k, value in enumerate(values)]
     return fill(
         BLOCK_KERNEL,
         name=name,
@@ -120,9 +121,11 @@ def _kernel(
         operations=operations,
         docstring=indent("\n".join(wrap(docstring, 110)), "    "),
         inputs=", ".join(map(str, inputs)),
+        rows=", ".join(rows),
+        points=", ".join(f"points[{k}]" for k in range(len(rows))),
         body=indent("\n".join([*read, *lines, *stored]), " " * 8),
     )
 
 
-def _at(rows: str, k: int) -> str:
-    return f"{rows}[i]" if k == 0 else f"{rows}[BLOCK + i]" if k == 1 else f"{rows}[{k} * BLOCK + i]"
+def _row(k: int) -> str:
+    return ("rows[i]", "rows[BLOCK + i]")[k] if k < 2 else f"rows[{k} * BLOCK + i]"

@@ -34,7 +34,10 @@ class Stage:
 
     @property
     def c_u(self) -> Expr:
-        """The derivative by z of the displacement at which the internal force is taken; 0 for an explicit balance."""
+        """The derivative by z of the displacement that moves with the balance; 0 for an explicit balance.
+
+        Where the balance takes the force of a mixture, as at (1 - alpha_f) u_1 + alpha_f u_0, that is of u_1 itself.
+        """
         return factor(sum((self.in_z[s].diff(self.z) for s in self.moved if s in self.in_z), 0 * self.z))
 
     @property
@@ -54,8 +57,8 @@ class Step:
 
     unknowns: symbols that it determines; state: old symbols that it reads; after: for each of these, its successor in
     the next step. equations: expressions that are 0, first of the relations, then of the balances. reported: u, v, a at
-    t_n + h; without an a_1 of the scheme's own, a follows from the equation of motion. start: the state at t = 0 from
-    u_0, v_0, a_0 and loads; None where another scheme marches the first steps.
+    t_n + h; own_acceleration: whether a is the scheme's own a_1, else it follows from the equation of motion. start:
+    the state at t = 0 from u_0, v_0, a_0 and loads; None where another scheme marches the first steps.
     """
 
     scheme: Scheme

@@ -57,13 +57,14 @@ def polynomial(n, points, rows):
     Stability polynomial at s0 + i*s1: c0 + i*c0i + (c1 + i*c1i)*lambda + ...; b0, ...: in powers of lambda - 1.
     conservative: 1 where the polynomial, or it over lambda, reads the same backwards, so that pairs are on the
     unit circle, else 0.
-    points: rows Omega, xi, s0, s1.
+    points: a row each of Omega, xi, s0, s1.
     """
+    row_0, row_1, row_2, row_3 = points[0], points[1], points[2], points[3]
     for i in range(n):
-        Omega = points[i]
-        xi = points[BLOCK + i]
-        s0 = points[2 * BLOCK + i]
-        s1 = points[3 * BLOCK + i]
+        Omega = row_0[i]
+        xi = row_1[i]
+        s0 = row_2[i]
+        s1 = row_3[i]
         x0 = 2*s0
         x1 = x0 - 3
         x2 = 2*s1
@@ -103,11 +104,12 @@ def defect(n, points, rows):
     = 2 (lambda - 1)/(lambda + 1) has the value Omega^3 (p0 + i r p1) at the exact eigenvalue e^s, where r =
     sqrt(1 - xi^2) and tau = x + i r y; s = Omega zeta, where zeta^2 = -2 xi zeta - 1. aj_n + bj_n zeta is the
     power series of tau^j from s^n on, divided by Omega^n.
-    points: rows Omega, xi.
+    points: a row each of Omega, xi.
     """
+    row_0, row_1 = points[0], points[1]
     for i in range(n):
-        Omega = points[i]
-        xi = points[BLOCK + i]
+        Omega = row_0[i]
+        xi = row_1[i]
         r0 = 2*xi**2 - 1
         r1 = 4*xi**2 - 3
         x0 = (8/3)*Omega

@@ -47,15 +47,16 @@ def polynomial(n, points, rows):
     c3*lambda^3 + ... + c0 = 0 for eigenvalues not always 0; b0, b1: its value and slope at lambda = 1.
     conservative: 1 where the polynomial, or it over lambda, reads the same backwards, so that pairs are on the
     unit circle, else 0.
-    points: rows Omega, xi, alpha_m_, alpha_f_, beta_, gamma_.
+    points: a row each of Omega, xi, alpha_m_, alpha_f_, beta_, gamma_.
     """
+    row_0, row_1, row_2, row_3, row_4, row_5 = points[0], points[1], points[2], points[3], points[4], points[5]
     for i in range(n):
-        Omega = points[i]
-        xi = points[BLOCK + i]
-        alpha_m_ = points[2 * BLOCK + i]
-        alpha_f_ = points[3 * BLOCK + i]
-        beta_ = points[4 * BLOCK + i]
-        gamma_ = points[5 * BLOCK + i]
+        Omega = row_0[i]
+        xi = row_1[i]
+        alpha_m_ = row_2[i]
+        alpha_f_ = row_3[i]
+        beta_ = row_4[i]
+        gamma_ = row_5[i]
         r0 = alpha_f_ - 1
         r1 = alpha_m_ - 1
         r2 = 2*gamma_ + 1
@@ -103,15 +104,16 @@ def defect(n, points, rows):
     = 2 (lambda - 1)/(lambda + 1) has the value Omega^3 (p0 + i r p1) at the exact eigenvalue e^s, where r =
     sqrt(1 - xi^2) and tau = x + i r y; s = Omega zeta, where zeta^2 = -2 xi zeta - 1. aj_n + bj_n zeta is the
     power series of tau^j from s^n on, divided by Omega^n.
-    points: rows Omega, xi, alpha_m_, alpha_f_, beta_, gamma_.
+    points: a row each of Omega, xi, alpha_m_, alpha_f_, beta_, gamma_.
     """
+    row_0, row_1, row_2, row_3, row_4, row_5 = points[0], points[1], points[2], points[3], points[4], points[5]
     for i in range(n):
-        Omega = points[i]
-        xi = points[BLOCK + i]
-        alpha_m_ = points[2 * BLOCK + i]
-        alpha_f_ = points[3 * BLOCK + i]
-        beta_ = points[4 * BLOCK + i]
-        gamma_ = points[5 * BLOCK + i]
+        Omega = row_0[i]
+        xi = row_1[i]
+        alpha_m_ = row_2[i]
+        alpha_f_ = row_3[i]
+        beta_ = row_4[i]
+        gamma_ = row_5[i]
         r0 = 2*gamma_ - 1
         r1 = 2*xi - 1
         r2 = 2*alpha_f_ - 1

@@ -46,12 +46,13 @@ def polynomial(n, points, rows):
     c3*lambda^3 + ... + c0 = 0 for eigenvalues not always 0; b0, b1: its value and slope at lambda = 1.
     conservative: 1 where the polynomial, or it over lambda, reads the same backwards, so that pairs are on the
     unit circle, else 0.
-    points: rows Omega, xi, alpha_.
+    points: a row each of Omega, xi, alpha_.
     """
+    row_0, row_1, row_2 = points[0], points[1], points[2]
     for i in range(n):
-        Omega = points[i]
-        xi = points[BLOCK + i]
-        alpha_ = points[2 * BLOCK + i]
+        Omega = row_0[i]
+        xi = row_1[i]
+        alpha_ = row_2[i]
         r0 = alpha_ - 1
         r1 = alpha_ + 1
         r2 = 2*alpha_ - 1
@@ -92,12 +93,13 @@ def defect(n, points, rows):
     = 2 (lambda - 1)/(lambda + 1) has the value Omega^3 (p0 + i r p1) at the exact eigenvalue e^s, where r =
     sqrt(1 - xi^2) and tau = x + i r y; s = Omega zeta, where zeta^2 = -2 xi zeta - 1. aj_n + bj_n zeta is the
     power series of tau^j from s^n on, divided by Omega^n.
-    points: rows Omega, xi, alpha_.
+    points: a row each of Omega, xi, alpha_.
     """
+    row_0, row_1, row_2 = points[0], points[1], points[2]
     for i in range(n):
-        Omega = points[i]
-        xi = points[BLOCK + i]
-        alpha_ = points[2 * BLOCK + i]
+        Omega = row_0[i]
+        xi = row_1[i]
+        alpha_ = row_2[i]
         r0 = alpha_*(12*alpha_ + 6) - 1
         r1 = alpha_*(9*alpha_ + 6) - 2
         r2 = alpha_*(7*alpha_ + 4) - 1

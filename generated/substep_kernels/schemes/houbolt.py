@@ -50,11 +50,12 @@ def polynomial(n, points, rows):
     c3*lambda^3 + ... + c0 = 0 for eigenvalues not always 0; b0, b1: its value and slope at lambda = 1.
     conservative: 1 where the polynomial, or it over lambda, reads the same backwards, so that pairs are on the
     unit circle, else 0.
-    points: rows Omega, xi.
+    points: a row each of Omega, xi.
     """
+    row_0, row_1 = points[0], points[1]
     for i in range(n):
-        Omega = points[i]
-        xi = points[BLOCK + i]
+        Omega = row_0[i]
+        xi = row_1[i]
         x0 = Omega*xi
         x1 = 9*Omega
         c3 = Omega*(3*Omega + 11*xi) + 6
@@ -85,11 +86,12 @@ def defect(n, points, rows):
     = 2 (lambda - 1)/(lambda + 1) has the value Omega^3 (p0 + i r p1) at the exact eigenvalue e^s, where r =
     sqrt(1 - xi^2) and tau = x + i r y; s = Omega zeta, where zeta^2 = -2 xi zeta - 1. aj_n + bj_n zeta is the
     power series of tau^j from s^n on, divided by Omega^n.
-    points: rows Omega, xi.
+    points: a row each of Omega, xi.
     """
+    row_0, row_1 = points[0], points[1]
     for i in range(n):
-        Omega = points[i]
-        xi = points[BLOCK + i]
+        Omega = row_0[i]
+        xi = row_1[i]
         r0 = 2*xi - 1
         r1 = 2*xi**2 - 1
         x0 = 11*xi

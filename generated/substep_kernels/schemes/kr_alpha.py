@@ -73,12 +73,13 @@ def polynomial(n, points, rows):
     c3*lambda^3 + ... + c0 = 0 for eigenvalues not always 0; b0, b1: its value and slope at lambda = 1.
     conservative: 1 where the polynomial, or it over lambda, reads the same backwards, so that pairs are on the
     unit circle, else 0.
-    points: rows Omega, xi, rho_inf_.
+    points: a row each of Omega, xi, rho_inf_.
     """
+    row_0, row_1, row_2 = points[0], points[1], points[2]
     for i in range(n):
-        Omega = points[i]
-        xi = points[BLOCK + i]
-        rho_inf_ = points[2 * BLOCK + i]
+        Omega = row_0[i]
+        xi = row_1[i]
+        rho_inf_ = row_2[i]
         r0 = rho_inf_ + 1
         r1 = rho_inf_ - 3
         r2 = rho_inf_ - 2
@@ -129,12 +130,13 @@ def defect(n, points, rows):
     = 2 (lambda - 1)/(lambda + 1) has the value Omega^3 (p0 + i r p1) at the exact eigenvalue e^s, where r =
     sqrt(1 - xi^2) and tau = x + i r y; s = Omega zeta, where zeta^2 = -2 xi zeta - 1. aj_n + bj_n zeta is the
     power series of tau^j from s^n on, divided by Omega^n.
-    points: rows Omega, xi, rho_inf_.
+    points: a row each of Omega, xi, rho_inf_.
     """
+    row_0, row_1, row_2 = points[0], points[1], points[2]
     for i in range(n):
-        Omega = points[i]
-        xi = points[BLOCK + i]
-        rho_inf_ = points[2 * BLOCK + i]
+        Omega = row_0[i]
+        xi = row_1[i]
+        rho_inf_ = row_2[i]
         r0 = rho_inf_ + 1
         r1 = rho_inf_*(7*rho_inf_ - 10) + 7
         r2 = rho_inf_*(11*rho_inf_ - 14) + 11

@@ -69,14 +69,15 @@ def polynomial(n, points, rows):
     c2*lambda^2 - 2*half*lambda + det = 0 for eigenvalues not always 0; b0: its value at 1; q = c2 - det.
     conservative: 1 where the polynomial, or it over lambda, reads the same backwards, so that pairs are on the
     unit circle, else 0.
-    points: rows Omega, xi, gamma_t_, beta_, gamma_.
+    points: a row each of Omega, xi, gamma_t_, beta_, gamma_.
     """
+    row_0, row_1, row_2, row_3, row_4 = points[0], points[1], points[2], points[3], points[4]
     for i in range(n):
-        Omega = points[i]
-        xi = points[BLOCK + i]
-        gamma_t_ = points[2 * BLOCK + i]
-        beta_ = points[3 * BLOCK + i]
-        gamma_ = points[4 * BLOCK + i]
+        Omega = row_0[i]
+        xi = row_1[i]
+        gamma_t_ = row_2[i]
+        beta_ = row_3[i]
+        gamma_ = row_4[i]
         r0 = gamma_t_ - 1
         r1 = gamma_t_ - 2
         r2 = 2*gamma_ - 1
@@ -127,14 +128,15 @@ def defect(n, points, rows):
     = 2 (lambda - 1)/(lambda + 1) has the value Omega^3 (p0 + i r p1) at the exact eigenvalue e^s, where r =
     sqrt(1 - xi^2) and tau = x + i r y; s = Omega zeta, where zeta^2 = -2 xi zeta - 1. aj_n + bj_n zeta is the
     power series of tau^j from s^n on, divided by Omega^n.
-    points: rows Omega, xi, gamma_t_, beta_, gamma_.
+    points: a row each of Omega, xi, gamma_t_, beta_, gamma_.
     """
+    row_0, row_1, row_2, row_3, row_4 = points[0], points[1], points[2], points[3], points[4]
     for i in range(n):
-        Omega = points[i]
-        xi = points[BLOCK + i]
-        gamma_t_ = points[2 * BLOCK + i]
-        beta_ = points[3 * BLOCK + i]
-        gamma_ = points[4 * BLOCK + i]
+        Omega = row_0[i]
+        xi = row_1[i]
+        gamma_t_ = row_2[i]
+        beta_ = row_3[i]
+        gamma_ = row_4[i]
         r0 = 2*gamma_ - 1
         r1 = gamma_t_ - 2
         r2 = 2*xi - 1

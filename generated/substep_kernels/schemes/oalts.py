@@ -82,14 +82,15 @@ def polynomial(n, points, rows):
     Stability polynomial at s0 + i*s1: c0 + i*c0i + (c1 + i*c1i)*lambda + ...; b0, ...: in powers of lambda - 1.
     conservative: 1 where the polynomial, or it over lambda, reads the same backwards, so that pairs are on the
     unit circle, else 0.
-    points: rows Omega, xi, rho_inf_, s0, s1.
+    points: a row each of Omega, xi, rho_inf_, s0, s1.
     """
+    row_0, row_1, row_2, row_3, row_4 = points[0], points[1], points[2], points[3], points[4]
     for i in range(n):
-        Omega = points[i]
-        xi = points[BLOCK + i]
-        rho_inf_ = points[2 * BLOCK + i]
-        s0 = points[3 * BLOCK + i]
-        s1 = points[4 * BLOCK + i]
+        Omega = row_0[i]
+        xi = row_1[i]
+        rho_inf_ = row_2[i]
+        s0 = row_3[i]
+        s1 = row_4[i]
         r0 = rho_inf_ + 1
         r1 = 3*rho_inf_ - 1
         r2 = rho_inf_ - 1
@@ -148,12 +149,13 @@ def defect(n, points, rows):
     = 2 (lambda - 1)/(lambda + 1) has the value Omega^3 (p0 + i r p1) at the exact eigenvalue e^s, where r =
     sqrt(1 - xi^2) and tau = x + i r y; s = Omega zeta, where zeta^2 = -2 xi zeta - 1. aj_n + bj_n zeta is the
     power series of tau^j from s^n on, divided by Omega^n.
-    points: rows Omega, xi, rho_inf_.
+    points: a row each of Omega, xi, rho_inf_.
     """
+    row_0, row_1, row_2 = points[0], points[1], points[2]
     for i in range(n):
-        Omega = points[i]
-        xi = points[BLOCK + i]
-        rho_inf_ = points[2 * BLOCK + i]
+        Omega = row_0[i]
+        xi = row_1[i]
+        rho_inf_ = row_2[i]
         r0 = rho_inf_ + 1
         r1 = 2*xi**2 - 1
         r2 = rho_inf_*(rho_inf_ - 1) + 1

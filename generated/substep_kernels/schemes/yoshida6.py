@@ -178,11 +178,12 @@ def polynomial(n, points, rows):
     c2*lambda^2 - 2*half*lambda + det = 0 for eigenvalues not always 0; b0: its value at 1; q = c2 - det.
     conservative: 1 where the polynomial, or it over lambda, reads the same backwards, so that pairs are on the
     unit circle, else 0.
-    points: rows Omega, xi.
+    points: a row each of Omega, xi.
     """
+    row_0, row_1 = points[0], points[1]
     for i in range(n):
-        Omega = points[i]
-        xi = points[BLOCK + i]
+        Omega = row_0[i]
+        xi = row_1[i]
         x0 = Omega**2
         c2 = 1
         b0 = x0*(x0*(x0*(x0*(x0*(x0*(x0*(x0*((0.00043548543023099937)*x0 + 0.001769724722475242) - 0.00755917464041823) - 0.02441969421827804) + 0.02743881689449601) + 0.043332673103746736) + 1/360) - 1/12) + 1)
@@ -206,11 +207,12 @@ def defect(n, points, rows):
     = 2 (lambda - 1)/(lambda + 1) has the value Omega^3 (p0 + i r p1) at the exact eigenvalue e^s, where r =
     sqrt(1 - xi^2) and tau = x + i r y; s = Omega zeta, where zeta^2 = -2 xi zeta - 1. aj_n + bj_n zeta is the
     power series of tau^j from s^n on, divided by Omega^n.
-    points: rows Omega, xi.
+    points: a row each of Omega, xi.
     """
+    row_0, row_1 = points[0], points[1]
     for i in range(n):
-        Omega = points[i]
-        xi = points[BLOCK + i]
+        Omega = row_0[i]
+        xi = row_1[i]
         x0 = Omega**2
         p0 = (0.04338227627834991)*Omega**5
         p1 = 0

@@ -19,13 +19,16 @@ NONE = np.empty(0, np.int64)
 PART = 1 << 13  # points, of which a thread takes a whole number
 
 
-def stability_at_points(module: ModuleType, arguments: Sequence[Array], out: Array, nanoseconds: float) -> bool:
+def stability_at_points(
+    module: ModuleType, arguments: Sequence[Array], large: float, out: Array, nanoseconds: float
+) -> tuple[bool, bool]:
     """Store spectral radius and, in a second and third row of out (1 or 3, n), damping and period error.
 
     module: of a scheme. arguments: Omega, xi and its PARAMETERS, (n,) or (1,) each. nanoseconds: about how long a point
-    takes. Returns whether an Omega, an xi or a radius is negative or not finite.
+    takes. Returns whether an Omega, an xi or a radius is negative or not finite, and whether the size of a damping is
+    `large`, or it is NaN.
     """
-    n, refused = out.shape[1], False
+    n, refused, beyond = out.shape[1], False, False
     stability, width, given = _called(module, len(out) == 3)
     varying, inputs = NONE, NONE
     kept: list[Array] = []
@@ -37,25 +40,25 @@ def stability_at_points(module: ModuleType, arguments: Sequence[Array], out: Arr
         inputs = addresses(kept)
 
     def part(begin: int, end: int) -> None:
-        nonlocal refused
-        points = np.empty((len(arguments) + 2, width))
-        for row, values in zip(points, arguments, strict=False):
+        nonlocal refused, beyond
+        block = np.empty((len(arguments) + 2, width))
+        for row, values in zip(block, arguments, strict=False):
             if values.size == 1:
                 row[:] = values
-        if stability(*given, len(arguments), points.reshape(-1), varying, inputs, out, begin, end):
-            refused = True
+        some_refused, some_beyond = stability(*given, block, varying, inputs, large, out, begin, end)
+        refused, beyond = refused or some_refused, beyond or some_beyond
 
     spread(part, n, PART, nanoseconds=n * nanoseconds)
-    return refused
+    return refused, beyond
 
 
 @cache
-def _called(module: ModuleType, all_three: bool) -> tuple[Callable[..., bool], int, tuple[Any, ...]]:
+def _called(module: ModuleType, all_three: bool) -> tuple[Callable[..., tuple[bool, bool]], int, tuple[Any, ...]]:
     """What stores one row, or all three, for a scheme's module; the points of its block; its fixed arguments."""
     shared = _eigenvalues(module.EIGENVALUES)
     find = getattr(shared, "find", None)  # what two or three eigenvalues do not need
     common = loaded("shared.stability")
-    kernels = [(common.copy, 2), (module.polynomial, 1), (find, 3), (shared.radii, 1), (None, 1), (None, 4)]
+    kernels = [(common.look, 1), (module.polynomial, 1), (find, 3), (shared.radii, 1), (None, 1), (None, 4)]
     if all_three:
         kernels[3:] = (shared.eigenvalues, 1), (module.defect, 1), (loaded("shared.errors").errors, 4)
     given = (0 if kernel is None else address(kernel, whole) for kernel, whole in kernels)

@@ -36,13 +36,15 @@ def printed(parameters: Mapping[str, Any]) -> dict[str, Any]:
 def address(kernel: Callable[..., None], whole: int = 1) -> int | Callable[..., None]:
     """Where a kernel of blocks is, compiled or read from numba's cache on first use; itself if numba compiles nothing.
 
-    kernel: a function of so many whole numbers, then of pointers to rows of doubles.
+    kernel: a function of so many whole numbers, then of pointers to doubles; `points` are pointers to rows of them.
     """
     from numba import cfunc, types  # noqa: PLC0415 (on first use)
 
     if _uncompiled():
         return kernel
-    pointers = [types.CPointer(types.float64)] * (kernel.__code__.co_argcount - whole)
+    row, code = types.CPointer(types.float64), kernel.__code__
+    names = code.co_varnames[whole : code.co_argcount]
+    pointers = [types.CPointer(row) if name == "points" else row for name in names]
     signature = types.void(*[types.int64] * whole, *pointers)
     compiled: Any = cfunc(signature, cache=True, error_model="numpy", fastmath={"contract"})(kernel)
     _kept.append(compiled)

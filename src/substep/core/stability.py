@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .arrays import Array, common_shape, dot, flat
+from .arrays import Array, common_shape, flat
 from .eigenvalues import stability_at_points
 from .errors import float_array, non_negative
 from .formulas import evaluated
@@ -65,14 +65,13 @@ def _amplification(scheme: SchemeRecord, arguments: Sequence[Array]) -> Array:
 
 def spectral_radius(scheme: SchemeRecord, Omega: ArrayLike, xi: ArrayLike) -> Array:
     """Largest modulus of the eigenvalues of the amplification matrix."""
-    return _evaluated(scheme, "spectral_radius", 1, Omega, xi)[0]
+    return _evaluated(scheme, "spectral_radius", 1, Omega, xi)[0][0]
 
 
 def radius_damping_period(scheme: SchemeRecord, Omega: ArrayLike, xi: ArrayLike) -> tuple[Array, Array, Array]:
     """Spectral radius, numerical damping and period error, in one pass."""
-    radius, damping, period = _evaluated(scheme, "stability", 3, Omega, xi)
-    usual = dot(damping.ravel(), damping.ravel()) < LARGE_DAMPING**2 if damping.ndim else abs(damping) < LARGE_DAMPING
-    if not usual:  # one value is large or NaN
+    (radius, damping, period), beyond = _evaluated(scheme, "stability", 3, Omega, xi)
+    if beyond:
         _require_told_apart(scheme, radius, damping, Omega, xi)
     return radius, damping, period
 
@@ -102,8 +101,12 @@ def power_norm(scheme: SchemeRecord, Omega: ArrayLike, xi: ArrayLike, n: Any) ->
     return largest.reshape(A.shape[:-2])[()]
 
 
-def _evaluated(scheme: SchemeRecord, function: str, outputs: int, Omega: ArrayLike, xi: ArrayLike) -> list[Array]:
+def _evaluated(
+    scheme: SchemeRecord, function: str, outputs: int, Omega: ArrayLike, xi: ArrayLike
+) -> tuple[list[Array], bool]:
     """The spectral radius, and if there are three outputs the errors, at all points, each of the common shape.
+
+    Also whether a damping is NaN or as large as LARGE_DAMPING.
 
     The kernels return whether a value of Omega or xi is bad or a radius is not finite, so that these are searched only
     for the error message.
@@ -114,14 +117,14 @@ def _evaluated(scheme: SchemeRecord, function: str, outputs: int, Omega: ArrayLi
     n = math.prod(shape)
     out = np.empty((outputs, n))
     flats = [a.reshape(1) if a.size == 1 else flat(a, shape) for a in arguments]
-    refused = stability_at_points(scheme.kernels, flats, out, NANOSECONDS[function])
+    refused, beyond = stability_at_points(scheme.kernels, flats, LARGE_DAMPING, out, NANOSECONDS[function])
     if n == 0 or refused:
         for name, value in (("Omega", Omega), ("xi", xi)):
             non_negative(name, value)
         _require_finite(scheme, "spectral radius", out[0], *(flat(x, shape) for x in given))
     if not scheme.info.damping:
         out[:, flat(given[1], shape) != 0.0] = np.nan
-    return list(out.reshape(outputs, *shape))  # of arrays, or of numbers
+    return list(out.reshape(outputs, *shape)), beyond  # of arrays, or of numbers
 
 
 def _require_finite(scheme: SchemeRecord, what: str, found: Array, Omega: Array, xi: Array) -> None:

@@ -5,50 +5,75 @@ STABILITY = '''"""Spectral radius, numerical damping and period error at many po
 _compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={{"contract"}})
 {call}{refused}
 
-def copy(first, n, values, row):
-    """Copy n numbers from values[first] on."""
+def _rows(block):
+    """The rows of an array: in compiled code their addresses."""
+    return list(block)
+
+
+@overload(_rows)
+def _rows_compiled(block):
+    return lambda block: np.array([block[k].ctypes.data for k in range(len(block))])
+
+
+def _from(row, i):
+    """A row from its i-th value on: in compiled code by its address."""
+    return row[i:]
+
+
+@overload(_from)
+def _from_compiled(row, i):
+    return lambda row, i: row + 8 * i
+
+
+def look(n, points, radius, seen):
+    """Store whether any of n points of a block is refused, and how many have Omega < {small_Omega}."""
+    Omegas, xis = points[0], points[1]
+    refused, near = np.int64(0), 0
     for i in range(n):
-        row[i] = values[first + i]
+        refused |= _refused(Omegas[i], xis[i], radius[i])
+        near += Omegas[i] < {small_Omega}
+    seen[0], seen[1] = 1.0 if refused < 0 else 0.0, float(near)
 
 
 @_compile
-def stability(copy, polynomial, find, place, defect, errors, sizes, k, points, varying, inputs, out, begin, end):
+def stability(look, polynomial, find, place, defect, errors, sizes, block, varying, inputs, large, out, begin, end):
     """Store the spectral radius in row 0 of out, columns begin to end; in two more rows, damping and period error.
 
-    points: one block of k + 2 rows: Omega, xi and the parameters of a scheme, and two rows of scratch. Those that
-    `varying` names differ from point to point: each is read from the column `begin` of its array in inputs on. These
-    are arrays or, as the functions, addresses. polynomial, defect: of the scheme's module; find, sizes, and `radii` or,
-    for three rows, `eigenvalues` for `place`: of the module that finds its eigenvalues, find is 0 where that has none;
-    errors: of the module of that name. damping: that of the complex pair of largest modulus, less the physical one;
-    period: the numerical period over the exact one, less 1; both are NaN where all eigenvalues are real. Returns
-    whether any Omega, xi or radius is negative or not finite.
+    block: a row each for Omega, xi and the parameters of a scheme, and two rows of scratch. Those that `varying` names
+    differ from point to point: each is read from the column `begin` of its array in inputs on. These are arrays or, as
+    the functions, addresses. polynomial, defect: of the scheme's module; find, sizes, and `radii` or, for three rows,
+    `eigenvalues` for `place`: of the module that finds its eigenvalues, find is 0 where that has none; errors: of the
+    module of that name. damping: that of the complex pair of largest modulus, less the physical one; period: the
+    numerical period over the exact one, less 1; both are NaN where all eigenvalues are real. Returns whether any
+    Omega, xi or radius is negative or not finite, and whether the size of any damping is `large`, or it is NaN.
     """
-    refused, all_three = np.int64(0), out.shape[0] == 3
+    refused, beyond, all_three = False, 0, out.shape[0] == 3
+    points, seen = _rows(block), np.empty(2)
     rows_count, found_count, others, conjugates = sizes
     rows, found = np.empty(rows_count * BLOCK), np.empty(found_count * BLOCK)
     exact = np.empty(7 * BLOCK if all_three else 0)  # what `defect` stores, and two rows of scratch
     for first in range(begin, end, BLOCK):
         n = min(BLOCK, end - first)
         for j in range(len(varying)):
-            _call(copy, first, n, inputs[j], points[varying[j] * BLOCK :])
+            points[varying[j]] = _from(inputs[j], first)
         if find == 0:
             _call(polynomial, n, points, rows)
         else:
-            _call(find, polynomial, n, k, points, rows, found)
+            _call(find, polynomial, n, len(block) - 2, points, rows, found)
         radius = out[0, first : first + n]
         _call(place, n, points, rows, found, radius)
-        for i in range(n):
-            refused |= _refused(points[i], points[BLOCK + i], radius[i])
+        _call(look, n, points, radius, seen)
+        refused |= seen[0] > 0.0
         if all_three:
-            near = 0
-            for i in range(n):
-                near += points[i] < {small_Omega}
+            near = np.int64(seen[1])
             if near > 0:
                 _call(defect, n, points, exact)
             damping = out[1, first : first + n]
             period = out[2, first : first + n]
             _call(errors, n, near, others, conjugates, points, rows, found, exact, damping, period)
-    return refused < 0
+            for i in range(n):
+                beyond += not abs(damping[i]) < large
+    return refused, beyond > 0
 '''
 
 SIZES = """
@@ -61,16 +86,23 @@ TWO_EIGENVALUES = '''"""Eigenvalues of schemes that have a pair which is not alw
 
 @_inline
 def _radius(c2, b0, q, half, det):
-    """Spectral radius; c2 times the pair's squared modulus; c2^2 times the square of half the pair's difference.
+    """|c2| times the spectral radius; c2 times the pair's squared modulus; c2^2 times that of half its difference.
 
-    Near lambda = 1, b0/c2 = det(I - A) and q/c2 = 1 - det A keep all digits; elsewhere trace and determinant do. There
-    is only one division, the last, so that a pair on the unit circle has radius 1 exactly.
+    Near lambda = 1, b0/c2 = det(I - A) and q/c2 = 1 - det A keep all digits; elsewhere trace and determinant do.
+    Nothing is divided by c2 here, so that a pair on the unit circle has radius 1 exactly.
     """
     size, total = abs(c2), 0.5 * (b0 + q)
     split = total * total - b0 * c2 if abs(b0) < 0.5 * size else half * half - det * c2  # < 0: complex
     product = c2 - q if abs(q) < 0.5 * size else det
     real = 0.0 if split < 0.0 else abs(half)
-    return (real + math.sqrt(product * c2 if split < 0.0 else split)) / size, product, split
+    return real + math.sqrt(product * c2 if split < 0.0 else split), product, split
+
+
+@_inline
+def _divided(x, c, inverse):
+    """x/c from 1/c: with the remainder, which a fused multiply-add has exactly, it is rounded as a division is."""
+    y = x * inverse
+    return y + (x - c * y) * inverse
 
 
 def radii(n, points, rows, found, radius):
@@ -79,7 +111,7 @@ def radii(n, points, rows, found, radius):
         largest, _, _ = _radius(
             rows[BLOCK + i], rows[2 * BLOCK + i], rows[3 * BLOCK + i], rows[4 * BLOCK + i], rows[5 * BLOCK + i]
         )
-        radius[i] = largest
+        radius[i] = largest / abs(rows[BLOCK + i])
 
 
 def eigenvalues(n, points, rows, found, radius):
@@ -93,7 +125,7 @@ def eigenvalues(n, points, rows, found, radius):
         inverse = 1.0 / c2
         found[i], found[BLOCK + i], found[2 * BLOCK + i] = half * inverse, -q * inverse, product * inverse
         found[3 * BLOCK + i] = math.sqrt(abs(split)) * abs(inverse) if split < 0.0 else -1.0
-        radius[i] = largest
+        radius[i] = _divided(largest, abs(c2), abs(inverse))
 '''
 
 THREE_EIGENVALUES = '''"""Eigenvalues of schemes that have three which are not always 0: a pair, and a real one."""

@@ -195,8 +195,9 @@ def _placed(Omega, xi, on_circle, {prepared}):
 
 def radii(n, points, rows, found, radius):
     """Store the spectral radius at n points of a block, from what `find` has stored."""
+    Omegas, xis = points[0], points[1]
     for i in range(n):
-        radius[i] = _placed(points[i], points[BLOCK + i], rows[i] != 0.0, {prepared_i})[0]
+        radius[i] = _placed(Omegas[i], xis[i], rows[i] != 0.0, {prepared_i})[0]
 
 
 def eigenvalues(n, points, rows, found, radius):
@@ -204,9 +205,10 @@ def eigenvalues(n, points, rows, found, radius):
 
     The imaginary part is -1 where no pair is complex. Below are real and imaginary part of each other eigenvalue.
     """
+    Omegas, xis = points[0], points[1]
     for i in range(n):
         largest, {found_i} = _placed(
-            points[i], points[BLOCK + i], rows[i] != 0.0, {prepared_i}
+            Omegas[i], xis[i], rows[i] != 0.0, {prepared_i}
         )
         radius[i] = largest
 {find}'''
@@ -224,12 +226,13 @@ FIND_BOTH_ROOTS = '''
 @_inner
 def _set_root(n, k, points, second):
     """Store the first or second root of s^2 + 2 xi Omega s + Omega^2, real and imaginary part, in the last two rows."""
+    Omegas, xis, real, imaginary = points[0], points[1], points[k], points[k + 1]
     for i in range(n):
-        Omega, xi = points[i], points[BLOCK + i]
+        Omega, xi = Omegas[i], xis[i]
         cosine = math.sqrt(abs(1.0 - xi * xi))
         rest = xi + cosine
-        points[k * BLOCK + i] = -Omega * (xi if xi < 1.0 else rest if second else 1.0 / rest)
-        points[(k + 1) * BLOCK + i] = Omega * cosine if xi < 1.0 else 0.0
+        real[i] = -Omega * (xi if xi < 1.0 else rest if second else 1.0 / rest)
+        imaginary[i] = Omega * cosine if xi < 1.0 else 0.0
 
 
 def find(polynomial, n, k, points, rows, found):
@@ -239,17 +242,17 @@ def find(polynomial, n, k, points, rows, found):
     eigenvalues that are not their conjugates, 0 where all are: of those at the second root, where the oscillator is
     damped critically or more.
     """
-    largest = 0.0
+    Omegas, xis, largest = points[0], points[1], 0.0
     for i in range(n):
         found[{root_rows} * BLOCK + i] = 0.0
-        largest = max(largest, points[BLOCK + i])
+        largest = max(largest, xis[i])
     for second in range(1 if largest >= 1.0 else 0, -1, -1):
         _set_root(n, k, points, second == 1)
         _call(polynomial, n, points, rows)
         _roots(n, rows, found)
         for i in range(n if second else 0):
-            xi = points[BLOCK + i]
+            xi = xis[i]
             for r in range(0, {root_rows} if xi >= 1.0 else 0, 2):
-                square = _eigenvalue(found[r * BLOCK + i], found[(r + 1) * BLOCK + i], _is_near(points[i], xi))[2]
+                square = _eigenvalue(found[r * BLOCK + i], found[(r + 1) * BLOCK + i], _is_near(Omegas[i], xi))[2]
                 found[{root_rows} * BLOCK + i] = max(found[{root_rows} * BLOCK + i], square)
 '''
