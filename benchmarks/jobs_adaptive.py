@@ -6,8 +6,9 @@ import numpy as np
 
 import substep as ss
 from substep.exact.pendulum import ElasticPendulum
-from substep.marching.adaptive import Control, adaptive_kernels, lanes_of
+from substep.marching.adaptive import adaptive_kernels, lanes_of
 from substep.marching.scene_lanes import march_lanes
+from substep.run.clock import Control
 
 from . import peers
 from .job import Goal, Job, Table
@@ -119,7 +120,7 @@ def _overhead(found: Job, rounds: int) -> None:
         s = scheme(name)
         module = adaptive_kernels(pendulum, s)
         asked = Control.of(pendulum.length, 1e-6, T_END)
-        arguments = lanes_of(pendulum, s, asked, T_END, rows=50_000)
+        arguments = lanes_of(pendulum, s, asked, rows=50_000)
 
         def chosen(module: object = module, arguments: dict[str, np.ndarray] = arguments) -> np.ndarray:
             arguments["counts"][:] = 0

@@ -12,7 +12,8 @@ import substep as ss
 from substep.core.response import Statistics
 from substep.exact.pendulum import ElasticPendulum
 from substep.marching import adaptive
-from substep.marching.adaptive import Control, march_adaptive
+from substep.marching.adaptive import march_adaptive
+from substep.run.clock import Control
 
 # second values of another order; and the order of the value that is marched
 PAIRS = {"bogacki_shampine": 3, "dormand_prince": 5, "rkn64": 6, "stoermer_extrapolation": 8}
@@ -61,7 +62,7 @@ def test_steps_of_one_length_are_those_of_a_constant_step(
     s, model, dt, n = ss.scheme(scheme), SCENES[scene], 1e-3, 12
     asked = Control.of(model.length, 1e6, n * dt, dt_first=dt, dt_max=dt)
     try:
-        r = march_adaptive(model, s, asked, n * dt)
+        r = march_adaptive(model, s, asked)
     except ValueError as error:  # no estimate, a start of its own, or damping where the scheme takes none
         assert s.name in str(error)
         return
@@ -184,7 +185,7 @@ def test_statistics_count_what_the_rows_show(scheme: Any) -> None:
 def test_full_rows_are_gone_on_from_without_a_trace(rows: int) -> None:
     scene = SCENES["linear_oscillator"]
     s, asked = ss.scheme("bathe"), Control.of(scene.length, 1e-4, 3.0)
-    once, often = (march_adaptive(scene, s, asked, 3.0, rows=n) for n in (10_000, rows))
+    once, often = (march_adaptive(scene, s, asked, rows=n) for n in (10_000, rows))
     assert len(once.t) > 64
     assert once.statistics == often.statistics
     for name in ("t", "u", "v", "a", "newton_iterations"):

@@ -8,7 +8,8 @@ from substep_derive.declare.symbols import knot
 from substep_derive.estimate.estimator import acceleration_lag
 
 import substep as ss
-from substep.marching.adaptive import Control, march_adaptive
+from substep.marching.adaptive import march_adaptive
+from substep.run.clock import Control
 
 pytestmark = pytest.mark.usefixtures("plain_adaptive")
 
@@ -72,7 +73,7 @@ def test_each_error_is_controlled_by_itself(name: str, kind: str) -> None:
     power = 1.0 / (s.local_error(damped=True).order + 1)
     for tol in (1e-3, 1e-5):
         atol = (tol, 1e6) if kind == "u" else (1e6, tol)
-        r = march_adaptive(DAMPED, s, Control.of(DAMPED.length, tol, 2.0, rtol=0.0, atol=atol), 2.0)
+        r = march_adaptive(DAMPED, s, Control.of(DAMPED.length, tol, 2.0, rtol=0.0, atol=atol))
         found.append(np.abs((r.u if kind == "u" else r.v) - exact(DAMPED, r.t)[:, "uv".index(kind)]).max())
         steps.append(len(r.t) - 1)
     assert 1 / 1.5 < steps[1] / steps[0] / 100.0**power < 1.5

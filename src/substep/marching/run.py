@@ -14,28 +14,14 @@ from ..core.scenes import Scene, scene_info, scenes
 from ..core.scenes import scene as make_scene
 from ..core.schemes import Scheme, schemes
 from ..core.schemes import scheme as make_scheme
-from .adaptive import Control, march_adaptive
+from ..run.clock import CHOSEN, ConstantSteps, Control, steps_of
+from .adaptive import march_adaptive
 from .linear import LinearLanes, march_linear
 from .oscillators import Oscillators
 from .scene_lanes import march_lanes
 
 if TYPE_CHECKING:
     from ..derived.modules import Declaration
-
-CHOSEN = ("rtol", "atol", "dt_first", "dt_min", "dt_max", "grid", "rung")  # arguments of `march` for chosen steps
-MOST_STEPS = 2**53  # beyond, not every whole number is a double
-
-
-def require_stride(stride: Any) -> None:
-    """Raises ValueError for a stride that is not a whole number of steps."""
-    if isinstance(stride, bool) or not isinstance(stride, int | np.integer) or stride < 1:
-        raise ValueError(f"expected stride >= 1, a whole number of steps, got {stride!r}; give such a one")
-
-
-def require_tol(chosen: Iterable[str]) -> None:
-    """Raises ValueError for an argument of chosen steps, by name, where the step is constant."""
-    for name in chosen:
-        raise ValueError(f"expected {name} with tol only, got it with dt; give tol in place of dt, or drop it")
 
 
 def _require_known(scene: Any, chosen: Iterable[str]) -> None:
@@ -54,28 +40,6 @@ def require_in_order(function: str, scene: Any, scheme: Any) -> None:
         raise ValueError(
             f"expected the scene, then the scheme, got them exchanged; call {function}({scheme!r}, {scene!r}, ...)"
         )
-
-
-def number_of_steps(dt: float, t_end: float) -> int:
-    """t_end/dt. Raises ValueError, which names the two nearest t_end, unless it is whole to 1e-9, relative.
-
-    So it does for more steps than a double counts one by one.
-    """
-    ratio = t_end / dt
-    if not ratio <= MOST_STEPS:
-        raise ValueError(
-            f"expected at most 2**53 steps, got t_end/dt = {t_end:.12g}/{dt:.12g} = {ratio:.3g}; take a longer dt or "
-            "an earlier t_end"
-        )
-    n = round(ratio)
-    if abs(ratio - n) > 1e-9 * max(1.0, ratio) or n == 0:
-        low = math.floor(ratio)
-        around = [f"{k * dt:.12g}" for k in (low, low + 1) if k > 0]
-        raise ValueError(
-            f"expected t_end to be a multiple of dt = {dt:.12g}, got {t_end:.12g}; "
-            f"the nearest {'is' if len(around) == 1 else 'are'} {' and '.join(around)}"
-        )
-    return n
 
 
 @called_as('march("duffing", "bathe", dt=0.01, t_end=10.0)')
@@ -117,60 +81,47 @@ def march(
     """
     require_in_order("march", scene, scheme)
     marched_by: Callable[..., Response] | None = getattr(scene, "march", None)  # of a structure or its modes
-    if marched_by is None:
-        _require_known(scene, chosen)
-    scheme = make_scheme(scheme)
-    require_numbers(scheme.name, scheme.parameters, "substep.sweep takes arrays")
-    require_stride(stride)
-    if t_end is None or (dt is None) == (tol is None):
-        got = ", ".join(f"{name} = {x}" for name, x in (("dt", dt), ("tol", tol), ("t_end", t_end)) if x is not None)
-        raise ValueError(
-            f"expected t_end and either dt, a constant step, or tol, for steps that are chosen; got {got or 'none'}"
-        )
-    t_end = real_number("t_end", t_end, positive=True)
     if marched_by is not None:
         options = {"tol": tol, "energy_bound": energy_bound, **chosen}
         given = {name: x for name, x in options.items() if x is not None}
         return marched_by(scheme, dt=dt, t_end=t_end, stride=stride, **given)
+    _require_known(scene, chosen)
+    scheme = make_scheme(scheme)
+    require_numbers(scheme.name, scheme.parameters, "substep.sweep takes arrays")
     scene = make_scene(scene)
-    if dt is not None:
-        require_tol(chosen)
-    if tol is not None and stride != 1:
-        raise ValueError(f"expected stride with dt only, got {stride}; give the times you want as grid=")
+    steps = steps_of(dt, tol, t_end, stride=stride, length=scene.length, chosen=chosen)
     bound = math.inf if energy_bound is None else real_number("energy_bound", energy_bound)
-    if tol is not None:
-        return march_adaptive(scene, scheme, Control.of(scene.length, tol, t_end, **chosen), t_end, bound=bound)
-    assert dt is not None
-    dt = real_number("dt", dt, positive=True)
-    n = number_of_steps(dt, t_end)
+    if isinstance(steps, Control):
+        return march_adaptive(scene, scheme, steps, bound=bound)
+    n, stride = steps.n, steps.stride
     if scene.info.oscillator:
         require_histories(n, stride, 3, 0 if bound == math.inf else 3)
-        return _oscillator_response(scene, scheme, dt, n, bound, stride)
+        return _oscillator_response(scene, scheme, steps, bound)
     require_histories(n, stride, 3 * scene.u0.shape[-1], scheme.balances + scheme.info.loads * scene.info.sampled)
     lanes = march_lanes(
-        scene, scheme, np.array([dt]), np.array([n]), bound=bound, stride=stride, history=True, counts=True
+        scene, scheme, np.array([steps.dt]), np.array([n]), bound=bound, stride=stride, history=True, counts=True
     )
     n_done = int(lanes.n_done[0])
     rows = lanes.out[0, : n_done // stride + 1]
     iterations = lanes.iterations[0, :n_done]
-    return _response(scene, scheme, dt, stride, rows, n_done, STATUSES[int(lanes.status[0])], iterations)
+    return _response(scene, scheme, steps, rows, n_done, STATUSES[int(lanes.status[0])], iterations)
 
 
 def _response(
-    scene: Scene, scheme: Scheme, dt: float, stride: int, rows: Array, n_done: int, status: Status, iterations: Any
+    scene: Scene, scheme: Scheme, steps: ConstantSteps, rows: Array, n_done: int, status: Status, iterations: Any
 ) -> Response:
     """The response from rows (steps, 3, d) of u, v, a, or (steps, 2, d) of u, v for a scheme without its own a."""
-    failed = None if status == "completed" else (n_done + 1) * dt
+    failed = None if status == "completed" else (n_done + 1) * steps.dt
     a = rows[:, 2] if rows.shape[1] > 2 else None
-    return Response(rows[:, 0], rows[:, 1], iterations, status, failed, scene, scheme, stride * dt, a)
+    return Response(rows[:, 0], rows[:, 1], iterations, status, failed, scene, scheme, steps.stride * steps.dt, a)
 
 
-def _oscillator_response(scene: Scene, scheme: Scheme, dt: float, n: int, bound: float, stride: int) -> Response:
-    lanes = march_oscillators(scene, scheme, dt, n, 1, bound=bound, stride=stride)
+def _oscillator_response(scene: Scene, scheme: Scheme, steps: ConstantSteps, bound: float) -> Response:
+    lanes = march_oscillators(scene, scheme, steps.dt, steps.n, 1, bound=bound, stride=steps.stride)
     n_done = int(lanes.n_done[0])
     iterations = np.ndarray((n_done, scheme.balances), np.int64, bytes(8), strides=(0, 0))  # read-only zeros, as one 0
-    rows = lanes.out[: n_done // stride + 1]
-    return _response(scene, scheme, dt, stride, rows, n_done, STATUSES[int(lanes.status[0])], iterations)
+    rows = lanes.out[: n_done // steps.stride + 1]
+    return _response(scene, scheme, steps, rows, n_done, STATUSES[int(lanes.status[0])], iterations)
 
 
 def march_oscillators(

@@ -16,11 +16,11 @@ from ..core.progress import shown
 from ..core.scenes import Scene
 from ..core.schemes import Scheme
 from ..marching.run import require_in_order
+from ..run.axes import Keep
 from ..structures.structure import Modes, Structure
 from .chunks import Results, run_chunk, run_on_one_core
 from .cluster import run_on
 from .dataset import Variable, template, variables
-from .request import Keep
 from .store import Store
 from .structures import planned_structure, run_structures, run_structures_on_one_core
 from .sweep_plan import Chunk, Plan, planned

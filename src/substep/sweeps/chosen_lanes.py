@@ -7,7 +7,8 @@ import numpy as np
 from ..core.response import STATUSES
 from ..core.scenes import Scene
 from ..core.schemes import Array, Scheme
-from ..marching.adaptive import Control, march_lanes_adaptive
+from ..marching.adaptive import march_lanes_adaptive
+from ..run.clock import Control
 from .sweep_plan import Plan
 
 
@@ -28,7 +29,7 @@ def march_chosen(plan: Plan, scene: Scene, scheme: Scheme, tol: Any, P: int) -> 
             peaks[lane] = np.fmax(peaks[lane], np.abs(rows).max(axis=0))
 
     reader = largest if plan.keep == "peak" else None
-    module, x = march_lanes_adaptive(scene, scheme, asked, plan.t_end, P, bound=plan.bound, reader=reader)
+    module, x = march_lanes_adaptive(scene, scheme, asked, P, bound=plan.bound, reader=reader)
     counts, control, status = x["counts"], x["control"], x["status"]
     if plan.keep == "peak":
         start = scene.energy(np.zeros(P), *(np.ascontiguousarray(starts[:, k]) for k in (0, 1)))

@@ -11,8 +11,9 @@ from ..core.loads import is_known
 from ..core.scenes import Scene
 from ..core.schemes import Array, Scheme
 from ..core.threads import serial
-from ..marching.run import march_oscillators, number_of_steps
+from ..marching.run import march_oscillators
 from ..marching.scene_lanes import march_lanes
+from ..run.clock import number_of_steps
 from .chosen_lanes import march_chosen
 from .sweep_plan import Chunk, Plan
 

@@ -12,7 +12,7 @@ import numpy as np
 from ..core.arrays import named
 from ..core.loads import Load, Record, values_at
 from ..core.response import STATUSES as ENDED
-from .request import Axis
+from ..run.axes import Axis
 from .sweep_plan import Plan
 
 if TYPE_CHECKING:

@@ -19,7 +19,8 @@ from ..core.response import STATUSES as ENDED
 from ..core.schemes import Scheme
 from ..core.schemes import scheme as make_scheme
 from ..core.threads import serial
-from ..marching.run import number_of_steps
+from ..run.axes import RESERVED, Axis, Keep, asked, checked_end, step_asked
+from ..run.clock import number_of_steps
 from ..structures.march.histories import selection
 from ..structures.march.newton import NewtonFailed
 from ..structures.march.refusals import require_definite_mass, require_suited
@@ -30,7 +31,6 @@ from ..structures.solvers.combine import combined
 from ..structures.structure import Structure, damping_of
 from .chunks import Results
 from .dataset import MEANINGS, NOT_RUN, STATUSES, Variable
-from .request import RESERVED, Axis, Keep, asked, checked_end, step_asked
 from .sweep_plan import Chunk
 
 if TYPE_CHECKING:

@@ -18,10 +18,10 @@ from ..core.loads import Load, LoadLanes, Record, as_numbers, is_known
 from ..core.scenes import Scene, checked_parameters, make_scene, scene_info
 from ..core.schemes import Scheme
 from ..core.schemes import scheme as make_scheme
-from ..marching.adaptive import ROWS, Control, adaptive_kernels
+from ..marching.adaptive import ROWS, adaptive_kernels
 from ..marching.linear import LOADED
-from ..marching.run import number_of_steps
-from .request import RESERVED, Axis, Keep, Owner, asked, checked_end, step_asked
+from ..run.axes import RESERVED, Axis, Keep, Owner, asked, checked_end, step_asked
+from ..run.clock import Control, number_of_steps
 
 if TYPE_CHECKING:
     from ..derived.modules import Declaration, SceneDeclaration

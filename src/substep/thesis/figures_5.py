@@ -23,8 +23,8 @@ from ..core.style import COLOURS, styled
 from ..derived import facade
 from ..exact.pendulum import ElasticPendulum
 from ..figures.charts import curves, save
-from ..marching.run import number_of_steps
 from ..marching.scene_lanes import Lanes, march_lanes
+from ..run.clock import number_of_steps
 from .parameter_sets import NEWMARK_SETS
 
 Parameters = tuple[Fraction, Fraction, Fraction]  # gamma_t, beta, gamma

@@ -1,22 +1,19 @@
 """March a structure with tol: what is kept of steps that it chooses, and what ends a run."""
 
-from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
 from ...core.arrays import Array
 from ...core.progress import shown
 from ...core.response import Statistics, Status
-from ...marching.adaptive import Control
+from ...run.clock import Control
 from ..model.given import Dof
 from .histories import Energies, accounted, selection
 from .response import StructureResponse
 from .step_control import ChosenSteps, Taken
 from .steps import Run
 
-CHOSEN = ("rtol", "atol", "dt_first", "dt_min", "dt_max", "rung")  # arguments of `march` with tol
 PARTS = 1000  # of the span, for the bar
 
 
@@ -64,12 +61,12 @@ class ChosenHistories:
 
 
 def march_chosen(
-    run: Run, tol: float, t_end: float, kept: list[Dof], account: bool, progress: bool, chosen: Mapping[str, Any]
+    run: Run, asked: Control, own_atol: bool, kept: list[Dof], account: bool, progress: bool
 ) -> StructureResponse:
-    """The march with tol; chosen: what was asked of its steps, by name."""
-    asked, s = Control.of(1.0, tol, t_end, **chosen), run.structure
-    share_u, atol_u = (0.0, asked.atol_u) if "atol" in chosen else (asked.atol_u, 0.0)
-    march = ChosenSteps(run, replace(asked, atol_u=atol_u), t_end, (share_u, asked.share_v))
+    """The march with tol; own_atol: whether atol was given, else its part of u is one of the largest u so far."""
+    s, t_end = run.structure, asked.t_end
+    share_u, atol_u = (0.0, asked.atol_u) if own_atol else (asked.atol_u, 0.0)
+    march = ChosenSteps(run, replace(asked, atol_u=atol_u), (share_u, asked.share_v))
     found = ChosenHistories(run, [s.place(dof) for dof in kept], account)
     status: Status = "interrupted"  # unless it ends
     try:

@@ -7,17 +7,17 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ...core.errors import real_number, unknown_name, warn
+from ...core.errors import require_numbers, unknown_name, warn
 from ...core.memory import require_memory
 from ...core.progress import shown
 from ...core.response import Status
 from ...core.schemes import Scheme
 from ...core.schemes import scheme as make_scheme
-from ...marching.run import number_of_steps, require_stride, require_tol
+from ...run.clock import CHOSEN, Control, steps_of
 from ..model.given import Dof
 from ..model.model import Model
 from .histories import Histories, accounted
-from .march_chosen import CHOSEN, march_chosen
+from .march_chosen import march_chosen
 from .newton import Iteration, NewtonFailed
 from .refusals import require_definite_mass, require_suited, unsymmetric
 from .response import StructureResponse
@@ -31,7 +31,7 @@ def march_structure(
     structure: Model,
     scheme: Scheme | str,
     dt: float | None,
-    t_end: float,
+    t_end: float | None,
     *,
     dofs: Iterable[Dof] | None = None,
     stride: int = 1,
@@ -74,11 +74,16 @@ def march_structure(
     scheme that takes none, for a singular effective matrix, and for another march at `save`; MemoryError for histories
     that do not fit in memory.
     """
-    if unknown := [name for name in chosen if name not in CHOSEN]:
-        raise unknown_name("an argument of march for a structure", unknown[0], (*ARGUMENTS, *CHOSEN))
+    known = tuple(name for name in CHOSEN if name != "grid")  # rows are steps
+    if unknown := [name for name in chosen if name not in known]:
+        raise unknown_name("an argument of march for a structure", unknown[0], (*ARGUMENTS, *known))
     if newton not in ("simplified", "full"):
         raise unknown_name("a kind of Newton's iteration", newton, ("simplified", "full"))
     scheme = make_scheme(scheme)
+    require_numbers(scheme.name, scheme.parameters, "substep.sweep takes arrays")
+    if tol is not None and (stride != 1 or save is not None):
+        raise ValueError("expected stride and save with dt only, got them with tol; keep some dofs, or give dt")
+    steps = steps_of(dt, tol, t_end, stride=stride, chosen=chosen)
     require_definite_mass(structure)
     if account and (name := unsymmetric(structure)):
         warn(
@@ -86,20 +91,14 @@ def march_structure(
             "march with account=False"
         )
         account = False
-    require_stride(stride)
-    t_end = real_number("t_end", t_end, positive=True)
     kept = structure.kept(dofs)
     iteration = Iteration(newton == "full", line_search)
-    if tol is not None:
-        if stride != 1 or save is not None:
-            raise ValueError("expected stride and save with dt only, got them with tol; keep some dofs, or give dt")
-        require_suited(structure, scheme, t_end)
-        return march_chosen(Run(structure, scheme, t_end, iteration), tol, t_end, kept, account, progress, chosen)
-    require_tol(chosen)
-    h = real_number("dt", dt, positive=True)
-    n = number_of_steps(h, t_end)
+    h = steps.t_end if isinstance(steps, Control) else steps.dt
     require_suited(structure, scheme, h)
     run = Run(structure, scheme, h, iteration)
+    if isinstance(steps, Control):
+        return march_chosen(run, steps, "atol" in chosen, kept, account, progress)
+    n, stride = steps.n, steps.stride
     if save is None:
         kinds = len(step_of(scheme, h).report[:3])
         require_memory((n // stride + 1, kinds, len(kept)), "keep fewer dofs, a longer stride, or save= to a folder")

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...core.arrays import Array
 from ...core.response import Status
-from ...marching.adaptive import Control
+from ...run.clock import Control
 from ..solvers.combine import combined
 from .local_error import Estimate, Source
 from .newton import NewtonFailed
@@ -40,12 +40,12 @@ class Taken:
 class ChosenSteps:
     """A march in steps of chosen length: `steps` makes them; t: how far it is, s; status: how it ended."""
 
-    def __init__(self, run: Run, asked: Control, t_end: float, shares: tuple[float, float]) -> None:
+    def __init__(self, run: Run, asked: Control, shares: tuple[float, float]) -> None:
         """shares: of the largest u and v so far in their scales.
 
         Raises ValueError for a scheme without an estimate of its error, and for degrees of freedom without mass.
         """
-        s, scheme = run.structure, run.scheme
+        s, scheme, t_end = run.structure, run.scheme, asked.t_end
         if len(s.massless):
             raise ValueError(
                 f"expected mass at each degree of freedom where steps are chosen, got none at "

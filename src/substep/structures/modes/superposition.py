@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...core.arrays import Array
-from ...core.errors import real_number, require_numbers, unknown_name
+from ...core.errors import require_numbers, unknown_name
 from ...core.loads import Load, values_at
 from ...core.memory import require_memory
 from ...core.response import Status
@@ -19,7 +19,7 @@ from ...core.schemes import scheme as make_scheme
 from ...marching.histories import histories
 from ...marching.linear import march_linear
 from ...marching.oscillators import Oscillators
-from ...marching.run import number_of_steps, require_stride
+from ...run.clock import ConstantSteps
 from ..march.histories import accounted
 from ..march.march_structure import march_structure
 from ..march.refusals import require_linear
@@ -40,7 +40,7 @@ def superpose(
     modes: ModalBasis,
     scheme: Scheme | str,
     dt: float | None,
-    t_end: float,
+    t_end: float | None,
     *,
     dofs: Iterable[Dof] | None = None,
     stride: int = 1,
@@ -64,8 +64,8 @@ def superpose(
     if others:
         known = ("dofs", "stride", "static_correction", "account")
         raise unknown_name("an argument of march for modes", next(iter(others)), known)
-    s, h, n = _checked(modes, scheme, dt, t_end, stride)
-    whole = modes.structure
+    s, steps = _checked(modes, scheme, dt, t_end, stride)
+    whole, h, n = modes.structure, steps.dt, steps.n
     kept = whole.kept(dofs)
     places = [whole.place(dof) for dof in kept]
     part = whole.T[places]
@@ -91,9 +91,9 @@ def coordinates(modes: ModalBasis, scheme: Scheme | str, dt: float | None, t_end
 
     Rows end at the last that is finite. Raises ValueError as `superpose`.
     """
-    s, h, n = _checked(modes, scheme, dt, t_end, stride)
-    rows = np.empty((n // stride + 1, 3, len(modes)))
-    _, done, _ = _added_up(modes, s, h, n, stride, np.eye(len(modes)), rows, account=False)
+    s, steps = _checked(modes, scheme, dt, t_end, stride)
+    rows = np.empty((steps.n // stride + 1, 3, len(modes)))
+    _, done, _ = _added_up(modes, s, steps.dt, steps.n, stride, np.eye(len(modes)), rows, account=False)
     return rows[: done // stride + 1]
 
 
@@ -123,8 +123,8 @@ def modal_lanes(modes: ModalBasis, dt: float) -> list[Lanes]:
 
 
 def _checked(
-    modes: ModalBasis, scheme: Scheme | str, dt: float | None, t_end: float, stride: int
-) -> tuple[Scheme, float, int]:
+    modes: ModalBasis, scheme: Scheme | str, dt: float | None, t_end: float | None, stride: int
+) -> tuple[Scheme, ConstantSteps]:
     require_linear(modes.structure, "superposition of modes")
     s = make_scheme(scheme)
     require_numbers(s.name, s.parameters, "march once for each")
@@ -132,9 +132,7 @@ def _checked(
         raise ValueError("expected dt, a constant step, for modes, got none; give dt, or march the structure with tol")
     if not s.info.damping and modes.damping.any():
         raise needs_no_damping(s.name, "modes without damping, got some that are damped")
-    require_stride(stride)
-    h = real_number("dt", dt, positive=True)
-    return s, h, number_of_steps(h, real_number("t_end", t_end, positive=True))
+    return s, ConstantSteps.of(dt, t_end, stride=stride)
 
 
 def _added_up(

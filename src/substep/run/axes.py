@@ -11,7 +11,7 @@ from ..core.entries import SchemeInfo
 from ..core.errors import inside, number_or_row, real_number, require_numbers, unknown_name
 from ..core.schemes import Scheme, scheme_info
 from ..core.schemes import scheme as make_scheme
-from ..marching.run import CHOSEN, require_tol
+from .clock import CHOSEN, require_tol
 
 if TYPE_CHECKING:
     from ..derived.modules import Declaration
@@ -70,7 +70,9 @@ def asked(
         if owner == "step":
             inside(name, array, 0.0, None, True, True)
         axes.append(Axis(name, owner, key, array.copy()))
-    return info, tuple(axes), given | {owner: {**of_handle, **given[owner]} for owner, of_handle in handles.items()}
+    for owner, of_handle in handles.items():
+        given[owner] = {**of_handle, **given[owner]}
+    return info, tuple(axes), given
 
 
 def checked_end(keep: Any, t_end: Any) -> float:

@@ -1,0 +1,175 @@
+"""The steps of a run, dt or tol: all that a user asks of them, checked before anything is marched."""
+
+import math
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..core.arrays import Array
+from ..core.errors import real_array, real_number
+
+CHOSEN = ("rtol", "atol", "dt_first", "dt_min", "dt_max", "grid", "rung")  # what is asked of chosen steps, with tol
+MOST_STEPS = 2**53  # beyond, not every whole number is a double
+
+
+@dataclass(frozen=True)
+class ConstantSteps:
+    """n steps of dt (s) from t = 0 to t_end, of which every stride-th is kept."""
+
+    dt: float
+    n: int
+    t_end: float
+    stride: int = 1
+
+    @classmethod
+    def of(cls, dt: Any, t_end: Any, *, stride: Any = 1) -> "ConstantSteps":
+        """Raises ValueError for a step or an end that is not positive, and for an end that is no multiple of dt."""
+        _require_stride(stride)
+        t_end, dt = real_number("t_end", t_end, positive=True), real_number("dt", dt, positive=True)
+        return cls(dt, number_of_steps(dt, t_end), t_end, int(stride))
+
+
+@dataclass(frozen=True)
+class Control:
+    """What is asked of steps that are chosen from t = 0 to t_end (s); rtol, atol_u and share_v may be (P,), for lanes.
+
+    A step is accepted if the root of the mean square of its estimated errors, each over its scale, is at most 1. The
+    scale of a component of u is atol_u + rtol*|u|, that of v is atol_v + share_v*(largest |v| so far) + rtol*|v|.
+    dt_first: 0 to choose it from the first accelerations; dt_min, dt_max: bounds, s. grid (n,): times at which rows are
+    wanted, None for a row a step. rung: ratio of the lengths between which steps move, 0 for any length, None for what
+    the kernels' derivation says.
+    """
+
+    t_end: float
+    rtol: Any
+    atol_u: Any
+    atol_v: float
+    share_v: Any
+    dt_first: float = 0.0
+    dt_min: float = 0.0
+    dt_max: float = math.inf
+    grid: Array | None = None
+    rung: float | None = None
+
+    @classmethod
+    def of(
+        cls,
+        length: float,
+        tol: float,
+        t_end: float,
+        *,
+        rtol: float | None = None,
+        atol: float | Sequence[float] | None = None,
+        dt_first: float | None = None,
+        dt_min: float | None = None,
+        dt_max: float | None = None,
+        grid: ArrayLike | None = None,
+        rung: float | None = None,
+    ) -> "Control":
+        """Checked arguments of `march`; length: of the scene. Raises ValueError, with the cure."""
+        tol, t_end = real_number("tol", tol, positive=True), real_number("t_end", t_end, positive=True)
+        rtol = tol if rtol is None else real_number("rtol", rtol)
+        atol_u, atol_v, share_v = tol * length, 0.0, tol
+        if atol is not None:
+            given = real_array("atol", atol)
+            if given.shape not in ((), (2,)):
+                raise ValueError(f"expected atol of u, or of u and v, got shape {given.shape}; give one or two numbers")
+            atol_u = float(given.flat[0])
+            if given.ndim:
+                atol_v, share_v = float(given[1]), 0.0
+        if min(rtol, atol_u, atol_v) < 0 or (rtol == 0 and atol_u == 0) or (rtol == 0 and atol_v + share_v == 0):
+            raise ValueError(
+                f"expected rtol >= 0 and atol >= 0, not both 0, got {rtol} and {atol}; one of them must bound the error"
+            )
+        found = {"dt_first": dt_first, "dt_min": dt_min, "dt_max": dt_max}
+        steps = {name: real_number(name, x, positive=True) for name, x in found.items() if x is not None}
+        low, high = steps.get("dt_min", 0.0), steps.get("dt_max", math.inf)
+        if low > high:
+            raise ValueError(f"expected dt_min <= dt_max, got {low} > {high}; exchange them or drop one")
+        if "dt_first" in steps and not low <= steps["dt_first"] <= high:
+            raise ValueError(
+                f"expected dt_first between dt_min = {low} and dt_max = {high}, got {steps['dt_first']}; "
+                "change it, or leave it out"
+            )
+        if rung is not None and (rung := real_number("rung", rung)) != 0.0 and not 1.0 < rung <= 10.0:
+            raise ValueError(
+                f"expected rung between 1 and 10, the ratio of two lengths of steps, or 0 for any length, got {rung}; "
+                "take 2**0.5, or leave it out"
+            )
+        rows = None if grid is None else _grid(grid, t_end)
+        return cls(t_end, rtol, atol_u, atol_v, share_v, **steps, grid=rows, rung=rung)
+
+    def over(self, length: Any, tol: Any, given: Collection[str]) -> "Control":
+        """The same for lanes: scene's lengths and tolerances (P,); given: arguments that stay as they are."""
+        own: dict[str, Any] = {} if "rtol" in given else {"rtol": tol}
+        if "atol" not in given:
+            own["atol_u"] = tol * length
+        return replace(self, **own, share_v=tol if self.share_v else 0.0)
+
+
+def _grid(grid: ArrayLike, t_end: float) -> Array:
+    times = real_array("grid", grid).copy()
+    if times.ndim != 1 or not times.size or (np.diff(times) <= 0).any():
+        raise ValueError(f"expected grid to be a row of ascending times, got shape {times.shape}; sort it, each once")
+    if times[0] < 0.0 or times[-1] > t_end * (1.0 + 1e-12):
+        raise ValueError(
+            f"expected grid within 0 and t_end = {t_end:.12g}, got {times[0]:.12g} to {times[-1]:.12g}; cut it, or "
+            "change t_end"
+        )
+    return np.minimum(times, t_end)
+
+
+def _require_stride(stride: Any) -> None:
+    if isinstance(stride, bool) or not isinstance(stride, int | np.integer) or stride < 1:
+        raise ValueError(f"expected stride >= 1, a whole number of steps, got {stride!r}; give such a one")
+
+
+def steps_of(
+    dt: Any, tol: Any, t_end: Any, *, stride: Any = 1, length: float = 1.0, chosen: Mapping[str, Any]
+) -> ConstantSteps | Control:
+    """Constant steps if dt is given, chosen ones if tol is; length: of the scene; chosen: of CHOSEN, by name.
+
+    Raises ValueError for neither or both, for what goes with the other, and for values that no run can have.
+    """
+    if t_end is None or (dt is None) == (tol is None):
+        got = ", ".join(f"{name} = {x}" for name, x in (("dt", dt), ("tol", tol), ("t_end", t_end)) if x is not None)
+        raise ValueError(
+            f"expected t_end and either dt, a constant step, or tol, for steps that are chosen; got {got or 'none'}"
+        )
+    if dt is not None:
+        require_tol(chosen)
+        return ConstantSteps.of(dt, t_end, stride=stride)
+    if stride != 1:
+        raise ValueError(f"expected stride with dt only, got {stride}; give the times you want as grid=")
+    return Control.of(length, tol, t_end, **chosen)
+
+
+def require_tol(chosen: Iterable[str]) -> None:
+    """Raises ValueError for an argument of chosen steps, by name, where the step is constant."""
+    for name in chosen:
+        raise ValueError(f"expected {name} with tol only, got it with dt; give tol in place of dt, or drop it")
+
+
+def number_of_steps(dt: float, t_end: float) -> int:
+    """t_end/dt. Raises ValueError, which names the two nearest t_end, unless it is whole to 1e-9, relative.
+
+    So it does for more steps than a double counts one by one.
+    """
+    ratio = t_end / dt
+    if not ratio <= MOST_STEPS:
+        raise ValueError(
+            f"expected at most 2**53 steps, got t_end/dt = {t_end:.12g}/{dt:.12g} = {ratio:.3g}; take a longer dt or "
+            "an earlier t_end"
+        )
+    n = round(ratio)
+    if abs(ratio - n) > 1e-9 * max(1.0, ratio) or n == 0:
+        low = math.floor(ratio)
+        around = [f"{k * dt:.12g}" for k in (low, low + 1) if k > 0]
+        raise ValueError(
+            f"expected t_end to be a multiple of dt = {dt:.12g}, got {t_end:.12g}; "
+            f"the nearest {'is' if len(around) == 1 else 'are'} {' and '.join(around)}"
+        )
+    return n
