@@ -195,7 +195,7 @@ def test_the_account_of_a_few_modes_closes_and_what_a_scheme_dissipates_brings_a
 
 def test_what_modes_cannot_do_is_refused_by_name() -> None:
     modes = building(True).modes(2)
-    with pytest.raises(ValueError, match="expected t_end and either dt, a constant step"):
+    with pytest.raises(ValueError, match="expected dt, a constant step, for modes, got none"):
         ss.march(modes, "bathe", t_end=1.0)
     with pytest.raises(ValueError, match="an argument of march for modes, .*; got 'tol'"):
         ss.march(modes, "bathe", t_end=1.0, tol=1e-3)
