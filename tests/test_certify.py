@@ -224,7 +224,7 @@ def test_wrong_calls() -> None:
         certify("beta1_beta2_bathe", rho_inf=SQRT_3)
     with pytest.raises(DeclarationError, match="given twice"):
         certify("beta1_beta2_bathe", rho_inf=SQRT_3 - 1, beta1="1/2")
-    with pytest.raises(DeclarationError, match=r"did you mean 'newmark'\? known are: "):
+    with pytest.raises(DeclarationError, match=r"did you mean 'newmark'\? near are: "):
         certify("newmrk")
     with pytest.raises(TypeError, match=r"'0\.25'"):
         certify("newmark", beta=0.25)

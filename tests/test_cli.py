@@ -1,6 +1,7 @@
 """The command line, as a user types it."""
 
 import math
+import re
 import shlex
 import subprocess
 import sys
@@ -279,3 +280,18 @@ def test_spectrum_prints_writes_and_draws(tmp_path: Path) -> None:
     bad = runner.invoke(app, ["spectrum", str(file), "--periods", "1,x"])
     assert bad.exit_code == 2
     assert "for --periods, got 'x'" in " ".join(bad.output.replace("│", " ").split())
+
+
+def test_without_arguments_it_answers_four_questions(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Each question with commands that work; of `choose`, which takes a minute, other tests run some."""
+    monkeypatch.setenv("COLUMNS", "200")
+    monkeypatch.chdir(tmp_path)
+    shown = runner.invoke(app, []).output
+    for question in ("Which scheme do I take?", "Is it stable?", "How large a step?", "What does my program do?"):
+        assert question in shown
+    commands = re.findall(r"`substep (\w.*?)`", shown)
+    assert len(commands) == 7
+    for command in commands:
+        if not command.startswith("choose"):
+            found = runner.invoke(app, shlex.split(command))
+            assert found.exit_code == 0, (command, found.output)

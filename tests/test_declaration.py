@@ -109,7 +109,7 @@ def test_parameters_are_exact_and_inside_their_interval() -> None:
 
 def test_what_is_no_scheme_of_the_catalogue_is_named_before_those_that_are() -> None:
     with pytest.raises(
-        DeclarationError, match=r"^expected a scheme, got 'newmarc'; did you mean 'newmark'\? known are: "
+        DeclarationError, match=r"^expected a scheme, got 'newmarc'; did you mean 'newmark'\? near are: "
     ):
         derive("newmarc")
     with pytest.raises(

@@ -172,9 +172,9 @@ def test_energy_bound_stops_before_it_is_passed() -> None:
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: ss.scheme("newmarc"), "did you mean 'newmark'.*known are"),
+        (lambda: ss.scheme("newmarc"), "did you mean 'newmark'.*near are"),
         (lambda: ss.scheme("newmark", betta=1), "did you mean 'beta'"),
-        (lambda: ss.scheme("hht"), "did you mean 'hht_alpha'"),
+        (lambda: ss.scheme("hht_alfa"), "did you mean 'hht_alpha'"),
         (lambda: ss.scheme("newmark", beta="0.25"), "expected parameter beta of newmark to be a real number.*'0.25'"),
         (lambda: ss.scheme("newmark", beta=1j), "expected parameter beta of newmark to be real"),
         (lambda: ss.march("duffing", "bathe", dt=True, t_end=1), "expected dt to be a real number.*True"),

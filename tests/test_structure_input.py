@@ -285,7 +285,14 @@ def test_one_of_many_names_is_found_at_once_and_a_wrong_one_is_answered_briefly(
     assert many.kept(None) == names
     assert many.place("u49999") == 49_999
     with pytest.raises(
-        ValueError, match=r"got 'u50001'; did you mean 'u.*'\? *known are: u0, u1, .* and 49800 more"
+        ValueError, match=r"got 'u50001'; did you mean 'u.*'\? near are: u.*, .*; there are 50000"
     ) as found:
         many.place("u50001")
     assert len(str(found.value)) < 3000
+
+
+def test_a_damping_ratio_in_place_of_a_matrix_is_answered_by_the_dampings_that_take_one() -> None:
+    with pytest.raises(
+        ValueError, match=r"C as a matrix, got 0.05; .*ss.modal_damping\(0.05, .*ss.rayleigh\(0.05, 0.05"
+    ):
+        ss.structure(np.eye(2), np.eye(2), C=0.05)

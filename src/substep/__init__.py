@@ -12,6 +12,7 @@ from .auditing.instrument import audit
 from .auditing.program import Program
 from .auditing.programs.adapter import Integrator
 from .auditing.stepper import Stepper
+from .core.emission import emit
 from .core.loads import HalfSine, Harmonic, Record, Step
 from .core.response import Response
 from .core.scenes import Scene, scene, scenes
@@ -53,6 +54,7 @@ __all__ = [
     "audit",
     "choose",
     "dialect",
+    "emit",
     "march",
     "modal_damping",
     "rayleigh",

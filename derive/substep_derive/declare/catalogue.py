@@ -14,6 +14,8 @@ from .errors import DeclarationError
 from .scene import Scene
 from .scheme import Scheme
 
+NEAREST = 5  # names that answer an unknown one
+
 
 def find(scheme: str | Scheme) -> Scheme:
     """The scheme of that name; a declaration is returned as it is. Raises DeclarationError for anything else."""
@@ -61,11 +63,18 @@ def _named(name: str, what: str, declared: Iterator[Any]) -> Any:
             f"expected a {what} by name or as a declaration, got {name!r}; of a handle, pass its name, and its "
             "parameters beside it as text such as '1/5'"
         )
-    others = []
+    others, meant = [], []
     for one in declared:
         if one.name == name:
             return one
         others.append(one.name)
-    near = get_close_matches(name, others, n=1)
-    cure = f"did you mean '{near[0]}'? " if near else ""
-    raise DeclarationError(f"expected a {what}, got '{name}'; {cure}known are: {', '.join(others)}")
+        if name in getattr(one, "synonyms", ()):
+            meant.append(one)
+    if len(meant) == 1:
+        return meant[0]
+    if meant:
+        which = " or ".join(f"'{one.name}'" for one in meant)
+        raise DeclarationError(f"expected one {what}, got '{name}', which may be {which}; write which")
+    near = get_close_matches(name, others, n=NEAREST, cutoff=0.3)
+    cure = f"did you mean '{near[0]}'? near are: {', '.join(near)}; " if near else ""
+    raise DeclarationError(f"expected a {what}, got '{name}'; {cure}`substep {what}s` lists all {len(others)}")

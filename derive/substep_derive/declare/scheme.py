@@ -71,6 +71,8 @@ class Scheme:
     local error (Hairer, Norsett & Wanner I, II.4).
     parent: for a member of a family, the scheme whose parameters `fixed` it fixes.
     published: what the literature states about it, for tests.
+    synonyms: other names that people give it, in small letters with words joined by _; one that several schemes have
+    stands for none of them.
     """
 
     name: str
@@ -85,6 +87,7 @@ class Scheme:
     parent: str | None = None
     fixed: Mapping[str, Rational] = field(default_factory=dict)
     published: Published | None = field(default=None, compare=False)
+    synonyms: tuple[str, ...] = field(default=(), compare=False)
 
     def __post_init__(self) -> None:
         for name in ("relations", "start", "report", "embedded"):
@@ -283,9 +286,14 @@ class Scheme:
             embedded=_replaced(self.embedded, exact),
             balances=tuple(balance.replace(exact) for balance in self.balances),
             published=published,
+            synonyms=(),
             parent=self.parent or self.name,
             fixed={**self.fixed, **{key.name: value for key, value in exact.items()}},
         )
+
+    def known_as(self, *synonyms: str) -> "Scheme":
+        """The same scheme with these synonyms."""
+        return replace(self, synonyms=synonyms)
 
 
 def both_given(scheme: str, symbol: Symbol, by: Symbol, given: Expr, follows: Expr) -> DeclarationError:

@@ -47,6 +47,7 @@ def index_entry(scheme: Scheme, loads: int, *, own: bool = False) -> list[str]:
     }
     if scheme.decided:
         described["decided"] = "{" + ", ".join(_decided(s, *by) for s, by in scheme.decided.items()) + "}"
+    described |= {"synonyms": repr(scheme.synonyms)} if scheme.synonyms else {}
     described |= {} if scheme.takes_damping else {"damping": "False"}
     return [f'"{key}": {text},' for key, text in described.items()]
 

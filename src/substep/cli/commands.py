@@ -89,7 +89,13 @@ def main(
 ) -> None:
     """Direct time integration schemes for structural dynamics: declared once, derived, compiled.
 
-    Begin with `substep schemes`, `substep show bathe` and `substep run duffing bathe --dt 0.01 --t-end 10`.
+    Which scheme do I take? `substep choose duffing --accuracy 1e-3 --t-end 10`, `substep schemes`
+
+    Is it stable? `substep certify bathe`, `substep show bathe`
+
+    How large a step? `substep chart bathe newmark`, `substep run duffing bathe --dt 0.01 --t-end 10`
+
+    What does my program do? `substep audit scipy`
     """
 
 

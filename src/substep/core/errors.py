@@ -16,21 +16,54 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 FEW = 8  # names that are listed before what came
-MANY = 200  # names beyond which a message does not list them all
+MANY = 25  # names beyond which a message lists the nearest alone
+NEAREST = 5
+# what people write -> ours, and how it follows
+WRITTEN = {
+    "zeta": ("xi", "xi, the damping ratio"),
+    "damping": ("xi", "xi, the damping ratio"),
+    "c": ("xi", "xi = c/(2 sqrt(k m))"),
+    "T": ("omega", "omega = 2 pi/T"),
+    "period": ("omega", "omega = 2 pi/period"),
+    "f": ("omega", "omega = 2 pi f"),
+    "frequency": ("omega", "omega = 2 pi frequency"),
+    "k": ("omega", "omega = sqrt(k/m)"),
+    "m": ("omega", "omega = sqrt(k/m), the load per unit of mass"),
+    "x0": ("u0", "u0"),
+    "h": ("dt", "dt"),
+    "step": ("dt", "dt"),
+    "time_step": ("dt", "dt"),
+    "delta_t": ("dt", "dt"),
+    "tf": ("t_end", "t_end"),
+    "tmax": ("t_end", "t_end"),
+    "t_final": ("t_end", "t_end"),
+    "duration": ("t_end", "t_end"),
+    "alpha": ("rho_inf", "rho_inf, the spectral radius at infinity"),
+}
 OWN = Path(__file__).parents[1]  # the folder of this package
 P = ParamSpec("P")
 T = TypeVar("T")
 
 
-def unknown_name(what: str, name: str, known: Iterable[str]) -> ValueError:
-    """The error for a name that is not among the known ones; it names the nearest of them."""
+def unknown_name(what: str, name: str, known: Iterable[str], lists: str = "") -> ValueError:
+    """The error for a name that is not among the known ones; it names the nearest of them.
+
+    lists: what lists them all, where they are many.
+    """
     known = tuple(known)
     low = name.lower()
     near = get_close_matches(low, known, n=1) or sorted((x for x in known if low and x.startswith(low)), key=len)
     cure = f"; did you mean '{near[0]}'?" if near else ""
+    ours, how = WRITTEN.get(name, ("", ""))
+    if ours in known:
+        cure = f"; here it is {how};" if len(known) > FEW else f"; here it is {how}"
+    if len(known) > MANY:
+        nearest = ", ".join(get_close_matches(low, known, n=NEAREST, cutoff=0.3)) or ", ".join(known[:NEAREST])
+        return ValueError(
+            f"expected {what}, got '{name}'{cure or ';'} near are: {nearest}; {lists or f'there are {len(known)}'}"
+        )
     if len(known) > FEW:
-        rest = f" and {len(known) - MANY} more" if len(known) > MANY else ""
-        return ValueError(f"expected {what}, got '{name}'{cure or ';'} known are: {', '.join(known[:MANY])}{rest}")
+        return ValueError(f"expected {what}, got '{name}'{cure or ';'} known are: {', '.join(known)}")
     return ValueError(f"expected {what}, one of: {', '.join(known) or 'none'}; got '{name}'{cure}")
 
 

@@ -152,4 +152,9 @@ def damping_of(s: Model, C: Any) -> Matrix | Rayleigh | None:
         )
     if isinstance(C, ModalDamping):
         return C.matrix(s)
+    if isinstance(C, int | float):
+        raise ValueError(
+            f"expected C as a matrix, got {C}; for a ratio of the modes give C=ss.modal_damping({C}, modes=10), "
+            f"or of two frequencies C=ss.rayleigh({C}, {C}, at=(omega_1, omega_2))"
+        )
     return C if C is None or isinstance(C, Rayleigh) else reduced(checked("C", C, s.T.shape[0]), s.T)

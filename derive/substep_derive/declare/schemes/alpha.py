@@ -38,7 +38,7 @@ def hht(name: str, force: Expr) -> Scheme:
     )
 
 
-hht_alpha = hht("hht_alpha", mixed(N(u1), N(u0), -alpha))
+hht_alpha = hht("hht_alpha", mixed(N(u1), N(u0), -alpha)).known_as("hht", "hilber_hughes_taylor")
 hht_alpha_mixed_displacement = hht("hht_alpha_mixed_displacement", N(mixed(u1, u0, -alpha)))
 
 wbz_alpha = Scheme(
@@ -49,6 +49,7 @@ wbz_alpha = Scheme(
     balances=(Balance(mixed(a1, a0, alpha_B), v1, N(u1), f(1)),),
     reference="Wood, Bossak & Zienkiewicz, Int. J. Numer. Methods Eng. 15 (1980) 1562-1566; thesis (2.27)-(2.30)",
     published=Published("Wood, Bossak & Zienkiewicz (1980)", 2, rho_inf, oo, (alpha_B <= 0,)),
+    synonyms=("wbz", "bossak", "wood_bossak_zienkiewicz", "bossak_newmark"),
 )
 
 
@@ -75,7 +76,9 @@ def chung_hulbert(name: str, force: Expr) -> Scheme:
     )
 
 
-generalized_alpha = chung_hulbert("generalized_alpha", mixed(N(u1), N(u0), alpha_f))
+generalized_alpha = chung_hulbert("generalized_alpha", mixed(N(u1), N(u0), alpha_f)).known_as(
+    "gen_alpha", "generalised_alpha", "g_alpha", "genalpha", "chung_hulbert"
+)
 generalized_alpha_mixed_displacement = chung_hulbert("generalized_alpha_mixed_displacement", N(mixed(u1, u0, alpha_f)))
 
 _rho_b = Symbol("rho_b")
@@ -136,7 +139,9 @@ def kolay_ricles(name: str, start: dict[Symbol, Expr], report: dict[Symbol, Expr
 
 
 # the scheme's v_n stands for v(t_n - gamma*h)
-kr_alpha = kolay_ricles("kr_alpha", {v0: v0 - _g * h * _alpha1 * a0}, {v1: v1 + _g * h * _alpha1 * a1})
+kr_alpha = kolay_ricles("kr_alpha", {v0: v0 - _g * h * _alpha1 * a0}, {v1: v1 + _g * h * _alpha1 * a1}).known_as(
+    "kr", "kolay_ricles"
+)
 kr_alpha_plain_start = kolay_ricles("kr_alpha_plain_start", {}, {})
 
 ALL = (

@@ -35,6 +35,7 @@ newmark_bdf2 = Scheme(
     },
     balances=(Balance.at(inner, gamma_t), Balance.at(end, 1)),
     reference="Kumar, M.Tech thesis, IIT Guwahati (2015), (3.2)-(3.24)",
+    synonyms=("tr_bdf2", "trbdf2"),
 )
 
 bathe = Scheme(
@@ -47,13 +48,14 @@ bathe = Scheme(
     balances=(Balance.at(inner, half), Balance.at(end, 1)),
     reference="Bathe & Baig, Comput. Struct. 83 (2005) 2513-2524",
     published=Published("Bathe & Noh, Comput. Struct. 98-99 (2012) 1-6", 2, 0, oo),
+    synonyms=("two_step_bathe", "bathe_baig", "tr_bdf2", "trbdf2"),
 )
 
 silva_bezerra = newmark_bdf2.fix(
     {"beta": quarter, "gamma": half},
     name="silva_bezerra",
     reference="Silva & Bezerra, Math. Probl. Eng. 10 (2008) 1-25",
-)
+).known_as("tr_bdf2", "trbdf2")
 
 _trapezoid = {
     ug: u0 + gamma_t * h / 2 * (v0 + vg),

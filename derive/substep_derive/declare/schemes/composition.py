@@ -21,7 +21,7 @@ forest_ruth = composition(
     parameters=(Parameter(weight, Interval(1, _Q(3, 2)), Root(6 * weight**3 - 12 * weight**2 + 6 * weight - 1)),),
     reference="Forest & Ruth, Physica D 43 (1990) 105-117; Yoshida, Phys. Lett. A 150 (1990) 262-268",
     published=Published("Yoshida (1990)", 4),
-)
+).known_as("yoshida4", "yoshida_4")
 
 _verlet = nystrom("verlet", A_bar=((), (half,)), b_bar=(half, 0), b=(half, half), c=(0, 1))
 
@@ -44,6 +44,6 @@ yoshida6 = composition(
     [outer * inner for outer in (_outer, 1 - 2 * _outer, _outer) for inner in (_inner, 1 - 2 * _inner, _inner)],
     reference="Yoshida, Phys. Lett. A 150 (1990) 262-268, the triple jump of the triple jump",
     published=Published("Yoshida (1990)", 6),
-)
+).known_as("yoshida")
 
 ALL = (forest_ruth, suzuki, yoshida6)

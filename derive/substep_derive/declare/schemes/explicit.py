@@ -17,6 +17,7 @@ forward_euler = Scheme(
     balances=(Balance.at(start, 0),),
     reference="Euler; thesis (2.10)-(2.11)",
     published=Published("Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I (1993), II.1", 1, oo, 0),
+    synonyms=("explicit_euler", "euler"),
 )
 
 _vb = knot("-1/2").v
@@ -30,6 +31,7 @@ central_difference_lagged = Scheme(
     start={_vb: v0 - h / 2 * (f(0) - C * v0 - N(u0)) / M},
     report={v1: _vf + h / 2 * _lagged, a1: _lagged},
     reference="Belytschko, Liu & Moran, Nonlinear Finite Elements (2000), box 6.1",
+    synonyms=("leapfrog",),
 )
 
 _up, _vp, _ap = second = knot("p")
@@ -42,6 +44,7 @@ rk2 = Scheme(
     balances=(Balance.at(start, 0), Balance.at(second, half)),
     reference="Runge's midpoint rule; thesis (2.7)",
     published=Published("Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I (1993), II.1", 2, oo, 0),
+    synonyms=("runge_kutta", "explicit_midpoint", "midpoint", "midpoint_rule"),
 )
 
 rk4 = Scheme(
@@ -59,6 +62,7 @@ rk4 = Scheme(
     balances=(Balance.at(start, 0), Balance.at(second, half), Balance.at(third, half), Balance.at(fourth, 1)),
     reference="Kutta, Z. Math. Phys. 46 (1901) 435-453; thesis (2.8)-(2.9)",
     published=Published("Hairer & Wanner, Solving Ordinary Differential Equations II (1996), IV.2", 4, oo, 2 * sqrt(2)),
+    synonyms=("runge_kutta", "runge_kutta_4", "classical_runge_kutta"),
 )
 
 _q1 = (1 - 2 * p) / (2 * p * (1 - p))
@@ -77,6 +81,7 @@ noh_bathe = Scheme(
     },
     balances=(Balance(_ap, v0 + p * h * a0, N(_up), f(p)), Balance(a1, _vp + _rh * _ap, N(u1), f(1))),
     reference="Noh & Bathe, Comput. Struct. 129 (2013) 178-193",
+    synonyms=("explicit_bathe", "noh_bathe_explicit"),
 )
 
 tchamwa_wielgosz = Scheme(
@@ -85,6 +90,7 @@ tchamwa_wielgosz = Scheme(
     relations={u1: u0 + h * v0 + phi * h**2 * a0, v1: v0 + h * a0},
     balances=(Balance.at(end, 1),),
     reference="Tchamwa, Conway & Wielgosz, ASME PVP 398 (1999); Maheo, Grolleau & Rio, Comput. Mech. 51 (2013)",
+    synonyms=("tchamwa",),
 )
 
 _gp, _gq = 1 / gamma_t, 1 / (1 - gamma_t)

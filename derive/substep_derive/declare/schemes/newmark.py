@@ -26,13 +26,17 @@ newmark = Scheme(
     published=Published(
         "Hughes, The Finite Element Method (1987), ch. 9; thesis (2.17)", 2, 1, oo, (2 * beta >= gamma, gamma >= half)
     ),
+    synonyms=("newmark_beta",),
 )
 
 _table = "Hughes, The Finite Element Method (1987), table 9.1.1"
 
 average_acceleration = newmark.fix(
     {"beta": "1/4", "gamma": half}, name="average_acceleration", published=Published(_table, 2, 1, oo)
-)
+).known_as(
+    "trapezoidal", "trapezoidal_rule", "trapezium_rule", "constant_average_acceleration", "crank_nicolson",
+    "implicit_midpoint",
+)  # fmt: skip
 linear_acceleration = newmark.fix(
     {"beta": "1/6", "gamma": half},
     name="linear_acceleration",
@@ -43,12 +47,15 @@ fox_goodwin = newmark.fix(
     name="fox_goodwin",
     reference="Fox & Goodwin, Proc. Camb. Phil. Soc. 45 (1949) 373-388",
     published=Published(_table, 2, critical_Omega=sqrt(6)),
-)
+).known_as("royal_road", "numerov")
 central_difference = newmark.fix(
     {"beta": 0, "gamma": half},
     name="central_difference",
     reference="Newmark with beta = 0; thesis (2.2)-(2.5)",
     published=Published(_table, 2, oo, 2),
-)
+).known_as(
+    "central_differences", "velocity_verlet", "verlet", "stormer_verlet", "stoermer_verlet", "leapfrog",
+    "explicit_newmark",
+)  # fmt: skip
 
 ALL = (newmark, average_acceleration, linear_acceleration, fox_goodwin, central_difference)

@@ -22,7 +22,7 @@ rkn43 = nystrom(
     b_hat=(_Q(13, 21), _Q(-20, 27), _Q(275, 189), _Q(-1, 3)),
     reference="Dormand, El-Mikkawy & Prince, IMA J. Numer. Anal. 7 (1987) 235-250, RKN4(3)4FM",
     published=Published("Dormand, El-Mikkawy & Prince (1987)", 4, oo),
-)
+).known_as("runge_kutta_nystrom")
 
 _b_bar = (_Q(151, 2142), _Q(5, 116), _Q(385, 1368), _Q(55, 168), _Q(-6250, 28101), 0)
 
@@ -49,7 +49,7 @@ rkn64 = nystrom(
     ),
     reference="Dormand, El-Mikkawy & Prince, IMA J. Numer. Anal. 7 (1987) 235-250, RKN6(4)6FM",
     published=Published("Dormand, El-Mikkawy & Prince (1987)", 6, oo),
-)
+).known_as("runge_kutta_nystrom")
 
 
 def _stoermer(counts: tuple[int, ...]) -> tuple[list[list[Fraction]], list[Fraction]]:
@@ -100,6 +100,6 @@ stoermer_extrapolation = nystrom(
     reference="Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I (1993), II.14, (14.32)-(14.34), "
     "1, 2, 3, 4 sub-steps; embedded: 2, 3, 4",
     published=Published("Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I (1993), II.14", 8, oo),
-)
+).known_as("odex2", "gragg_bulirsch_stoer")
 
 ALL = (rkn43, rkn64, stoermer_extrapolation)

@@ -17,6 +17,7 @@ backward_euler = Scheme(
     balances=(Balance.at(end, 1),),
     reference="Euler; Bathe, Finite Element Procedures (1996), ch. 9",
     published=Published("Hairer & Wanner, Solving Ordinary Differential Equations II (1996), IV.3", 1, 0, oo),
+    synonyms=("implicit_euler",),
 )
 
 _ut, _vt, _at = knot("t")
@@ -37,6 +38,7 @@ wilson_theta = Scheme(
     published=Published(
         "Bathe & Wilson, Earthq. Eng. Struct. Dyn. 1 (1973) 283-291", 2, None, oo, (2 * theta**2 - 2 * theta - 1 >= 0,)
     ),
+    synonyms=("wilson", "wilsons_theta"),
 )
 
 collocation = Scheme(
@@ -74,6 +76,7 @@ theta_method = Scheme(
     published=Published(
         "Wood, Practical Time-stepping Schemes (1990), ch. 2", 1, (1 - theta) / theta, oo, (2 * theta >= 1,)
     ),
+    synonyms=("theta", "moreau_jean"),
 )
 
 energy_momentum = Scheme(
@@ -82,6 +85,7 @@ energy_momentum = Scheme(
     balances=(Balance((v1 - v0) / h, (v0 + v1) / 2, N_discrete(u0, u1), f(half)),),
     reference="Simo & Tarnow, ZAMP 43 (1992) 757-792; Gonzalez, J. Nonlinear Sci. 6 (1996) 449-467",
     published=Published("Simo & Tarnow, ZAMP 43 (1992) 757-792", 2, 1, oo),
+    synonyms=("implicit_midpoint", "midpoint", "midpoint_rule", "simo_tarnow"),
 )
 
 ALL = (backward_euler, wilson_theta, collocation, theta_method, energy_momentum)

@@ -19,7 +19,7 @@ bogacki_shampine = tableau(
     b_hat=(_Q(7, 24), _Q(1, 4), _Q(1, 3), _Q(1, 8)),
     reference="Bogacki & Shampine, Appl. Math. Lett. 2 (1989) 321-325",
     published=Published("Bogacki & Shampine (1989)", 3, oo),
-)
+).known_as("rk23", "ode23")
 
 _b = (_Q(35, 384), 0, _Q(500, 1113), _Q(125, 192), _Q(-2187, 6784), _Q(11, 84), 0)
 
@@ -42,7 +42,7 @@ dormand_prince = tableau(
     ),
     reference="Dormand & Prince, J. Comput. Appl. Math. 6 (1980) 19-26",
     published=Published("Dormand & Prince (1980)", 5, oo),
-)
+).known_as("dopri5", "rk45", "ode45", "dormand_prince_5")
 
 _r = Constant("theta", sqrt(5))
 

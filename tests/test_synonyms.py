@@ -1,0 +1,97 @@
+"""Schemes by the names that people write, and what is answered to names that are not ours."""
+
+import re
+
+import pytest
+from declared import BY_NAME
+from substep_derive import derive
+from substep_derive.declare.errors import DeclarationError
+
+import substep as ss
+
+CLAIMED: dict[str, list[str]] = {}
+for _name, _scheme in BY_NAME.items():
+    for _synonym in _scheme.synonyms:
+        CLAIMED.setdefault(_synonym, []).append(_name)
+
+
+@pytest.mark.parametrize(("synonym", "names"), CLAIMED.items())
+def test_a_synonym_is_the_one_scheme_that_has_it(synonym: str, names: list[str]) -> None:
+    assert re.fullmatch("[a-z0-9]+(_[a-z0-9]+)*", synonym)
+    assert synonym not in BY_NAME
+    if len(names) == 1:
+        assert ss.scheme(synonym) == ss.scheme(names[0])
+        return
+    for call, error in ((ss.scheme, ValueError), (derive, DeclarationError)):
+        with pytest.raises(error, match=f"which may be '?{names[0]}'? or .*write which"):
+            call(synonym)
+
+
+@pytest.mark.parametrize(
+    ("written", "name"),
+    {
+        "Newmark-beta": "newmark",
+        "Newmark's method": "newmark",
+        "trapezoidal rule": "average_acceleration",
+        "Constant Average Acceleration": "average_acceleration",
+        "HHT": "hht_alpha",
+        "HHT-alpha": "hht_alpha",
+        "gen_alpha": "generalized_alpha",
+        "Generalized-alpha method": "generalized_alpha",
+        "velocity Verlet": "central_difference",
+        "Störmer-Verlet": "central_difference",
+        "Crank-Nicolson": "average_acceleration",
+        "implicit Euler": "backward_euler",
+        "Houbolt's method": "houbolt",
+        "Wilson's theta": "wilson_theta",
+        "Bathe": "bathe",
+    }.items(),
+)
+def test_however_it_is_written(written: str, name: str) -> None:
+    assert ss.scheme(written).name == name
+    assert ss.march("duffing", written, dt=0.1, t_end=0.2).scheme.name == name
+
+
+def test_the_derivation_knows_them_too() -> None:
+    assert derive("crank_nicolson").A == derive("average_acceleration").A
+
+
+@pytest.mark.parametrize(
+    ("written", "names"),
+    {
+        "TR-BDF2": {"bathe", "silva_bezerra", "newmark_bdf2"},
+        "leapfrog": {"central_difference", "central_difference_lagged"},
+        "midpoint rule": {"rk2", "energy_momentum"},
+    }.items(),
+)
+def test_what_may_be_several_is_asked(written: str, names: set[str]) -> None:
+    with pytest.raises(ValueError, match=f"expected one scheme, got '{written}', which may be") as caught:
+        ss.scheme(written)
+    assert names == {name for name in re.findall(r"\w+", str(caught.value)) if name in BY_NAME}
+
+
+def test_an_unknown_scheme_is_answered_by_the_nearest_five() -> None:
+    with pytest.raises(ValueError, match=r"did you mean 'newmark'\? near are: (\w+, ){4}\w+; substep.schemes\(\)"):
+        ss.scheme("newmarc")
+
+
+@pytest.mark.parametrize(
+    ("given", "answer"),
+    [
+        ({"T": 0.5}, r"omega = 2 pi/T"),
+        ({"f": 2.0}, r"omega = 2 pi f"),
+        ({"omega": 1.0, "zeta": 0.05}, "xi, the damping ratio"),
+        ({"omega": 1.0, "damping": 0.05}, "xi, the damping ratio"),
+        ({"k": 4.0}, r"omega = sqrt\(k/m\)"),
+        ({"omega": 1.0, "c": 0.1}, r"xi = c/\(2 sqrt\(k m\)\)"),
+    ],
+)
+def test_a_parameter_that_people_write_is_answered_by_ours(given: dict[str, float], answer: str) -> None:
+    with pytest.raises(ValueError, match=f"got '{list(given)[-1]}'; here it is {answer}"):
+        ss.scene("linear_oscillator", **given)
+
+
+@pytest.mark.parametrize(("given", "ours"), {"h": "dt", "time_step": "dt", "tmax": "t_end"}.items())
+def test_an_argument_that_people_write_is_answered_by_ours(given: str, ours: str) -> None:
+    with pytest.raises(ValueError, match=f"an argument of march, got '{given}'; here it is {ours};"):
+        ss.march("duffing", "bathe", **{given: 0.1})
