@@ -1,6 +1,7 @@
 """What `import substep` costs and loads, and the layer borders that no linter sees."""
 
 import ast
+import inspect
 import os
 import re
 import shutil
@@ -8,6 +9,7 @@ import subprocess
 import sys
 import sysconfig
 import tarfile
+import textwrap
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
@@ -269,3 +271,12 @@ def test_what_notebooks_say_they_need_is_installed_for_the_site() -> None:
     assert "fem" in named
     for name in named:
         assert set(extras[name]) <= set(extras["docs"]), name
+
+
+@pytest.mark.parametrize("name", [name for name in ss.__all__ if inspect.isfunction(getattr(ss, name))])
+def test_a_signature_fits_a_screen(name: str) -> None:
+    """Types by the names of their aliases, and no default that prints an array."""
+    shown = f"{name}{inspect.signature(getattr(ss, name))}"
+    assert len(textwrap.wrap(shown, 80)) <= 12
+    assert "Union[" not in shown
+    assert "array(" not in shown

@@ -1,5 +1,7 @@
 """The audit: probe a stepper, identify it, judge what is claimed of it."""
 
+from __future__ import annotations
+
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -68,6 +70,12 @@ def audit(stepper: Stepper | Run, claims: Claims | None = None) -> Report:
     Raises ValueError for a stepper that raises on every oscillator or returns something else, that returns no finite u
     after t = 0 or does not move, and for claims that no scheme can have. Where it raises on some oscillators, the audit
     rests on the others, and the report lists these.
+
+    >>> def run(omega, xi, dt, n, u0, v0, load):
+    ...     r = ss.march(ss.scene("linear_oscillator", omega=omega, xi=xi, u0=u0, v0=v0), "bathe", dt, n * dt)
+    ...     return r.u[:, 0], r.v[:, 0], r.a[:, 0]
+    >>> ss.audit(run, ss.Claims("bathe")).identified.partition(" = ")[0]
+    'bathe'
     """
     stepper = as_stepper(stepper)
     claimed = claims.claimed_scheme() if claims else None

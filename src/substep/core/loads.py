@@ -1,5 +1,7 @@
 """Loads, functions of time that a march samples at the scheme's own instants."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -167,7 +169,7 @@ class LoadLanes:
         """Load of each lane at the times t (..., P) or (..., 1), (..., P)."""
         return self.kind.formula(t, **self.parameters)
 
-    def lanes(self, where: slice) -> "LoadLanes":
+    def lanes(self, where: slice) -> LoadLanes:
         """Those of some of the lanes."""
         return LoadLanes(self.kind, {name: x[where] if np.ndim(x) else x for name, x in self.parameters.items()})
 
@@ -175,7 +177,7 @@ class LoadLanes:
         """That of lane j."""
         return self.kind(**{name: float(x[j] if np.ndim(x) else x) for name, x in self.parameters.items()})
 
-    def along_first_axis(self, dimensions: int) -> "LoadLanes":
+    def along_first_axis(self, dimensions: int) -> LoadLanes:
         """The same for times (P, ...) or (1, ...) of so many dimensions, to loads (P, ...)."""
         inner = (1,) * (dimensions - 1)
         values = ((name, np.asarray(x)) for name, x in self.parameters.items())

@@ -1,5 +1,7 @@
 """Scenes, the problems that are marched. Each is declared by its energies; its parameters are checked here, once."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
@@ -71,7 +73,7 @@ class Scene:
         at_start = float(self.energy(np.zeros(()), self.u0, self.v0))
         return at_start or (self.info.energy_scale(*self.parameters.values()) if self.info.energy_scale else 0.0)
 
-    def lanes(self, where: slice) -> "Scene":
+    def lanes(self, where: slice) -> Scene:
         """The scene of some of its lanes."""
         values = {name: x[where] if np.ndim(x) else x for name, x in self.parameters.items()}
         load = self.load.lanes(where) if isinstance(self.load, LoadLanes) else self.load
@@ -132,13 +134,17 @@ class Scene:
 
 
 def scenes() -> tuple[str, ...]:
-    """Names of all scenes; one that differs only in the strain measure is an option of its scene."""
+    """Names of all scenes; one that differs only in the strain measure is an option of its scene.
+
+    >>> "duffing" in ss.scenes()
+    True
+    """
     return tuple(name for name in SCENES if name not in STRAIN_MEASURES.values() or name == "elastic_pendulum")
 
 
 @called_as('scene("linear_oscillator", omega=6.28, xi=0.02)')
 def scene(
-    name: "str | Scene | SceneDeclaration",
+    name: str | Scene | SceneDeclaration,
     *,
     a0: ArrayLike | str | None = None,
     load: Load | None = None,
@@ -165,7 +171,7 @@ def scene(
     return make_scene(info, checked_parameters(info, parameters, real_number), a0, load)
 
 
-def scene_info(name: "str | SceneDeclaration", parameters: dict[str, Any]) -> SceneInfo:
+def scene_info(name: str | SceneDeclaration, parameters: dict[str, Any]) -> SceneInfo:
     """Description of a scene of the catalogue, or of the user's own, which is derived if it is not in the cache.
 
     Removes the strain measure, which decides between two scenes of the catalogue, from the parameters. Raises

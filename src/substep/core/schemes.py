@@ -4,6 +4,8 @@ The description of a scheme comes from the generated index; its compiled module,
 first use.
 """
 
+from __future__ import annotations
+
 import math
 import re
 import unicodedata
@@ -50,12 +52,16 @@ class LocalError:
 
 
 def schemes() -> tuple[str, ...]:
-    """Names of all schemes, members of families included."""
+    """Names of all schemes, members of families included.
+
+    >>> ss.schemes()[:3]
+    ('forward_euler', 'central_difference_lagged', 'rk2')
+    """
     return tuple(SCHEMES)
 
 
 @called_as('scheme("newmark", beta=0.25, gamma=0.5)')
-def scheme(name: "str | Scheme | Declaration", **parameters: ArrayLike) -> "Scheme":
+def scheme(name: str | Scheme | Declaration, **parameters: ArrayLike) -> Scheme:
     """A handle of the scheme; parameters not given take the default of the declaration.
 
     name: of the catalogue, or a declaration of your own (`substep_derive.Scheme`), which is derived and
@@ -104,7 +110,7 @@ def scheme(name: "str | Scheme | Declaration", **parameters: ArrayLike) -> "Sche
     return Scheme(info, MappingProxyType(complete), MappingProxyType(given))
 
 
-def scheme_info(name: "str | Declaration") -> SchemeInfo:
+def scheme_info(name: str | Declaration) -> SchemeInfo:
     """Description of a scheme of the catalogue, or of the user's own, which is derived if it is not in the cache.
 
     Raises ValueError for an unknown name, DeclarationError for a declaration that does not define one step.
@@ -274,7 +280,7 @@ class Scheme(SchemeRecord):
         return self.facts.damping, self.facts.period
 
     @cached_property
-    def starter(self) -> "Scheme | None":
+    def starter(self) -> Scheme | None:
         """The scheme that marches the first steps; None for one that starts by itself."""
         if self.info.starter is None:
             return None
@@ -289,7 +295,7 @@ class Scheme(SchemeRecord):
         """
         return _local_error(self, tuple(sorted(self.given)), damped)
 
-    def lane(self, j: int) -> "Scheme":
+    def lane(self, j: int) -> Scheme:
         """The scheme with the parameters of lane j, where they are arrays (P,); itself where none are."""
         if not any(x.ndim for x in self.parameters.values()):
             return self

@@ -1,10 +1,13 @@
 """March a scene with a scheme."""
 
+from __future__ import annotations
+
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..core.arrays import Array
 from ..core.errors import called_as, real_number, require_numbers, unknown_name
@@ -24,14 +27,13 @@ if TYPE_CHECKING:
     from ..derived.modules import Declaration
 
 
-def _require_known(scene: Any, chosen: Iterable[str]) -> None:
-    """Raises ValueError for an argument that march does not have, before any other is looked at."""
-    for name in chosen:
-        if name not in CHOSEN:
-            known = ["dt", "t_end", "tol", "energy_bound", "stride", *CHOSEN]
-            of_scene = isinstance(scene, str) and scene in scenes() and name in scene_info(scene, {}).parameters
-            cure = f"; it is a parameter of the scene: ss.scene({scene!r}, {name}=...)" if of_scene else ""
-            raise ValueError(f"{unknown_name('an argument of march', name, known)}{cure}")
+def _require_known(scene: Any, others: Iterable[str]) -> None:
+    """Raises ValueError for an argument that the march of a scene does not have, before any other is looked at."""
+    for name in others:
+        known = ["dt", "t_end", "tol", "energy_bound", "stride", *CHOSEN]
+        of_scene = isinstance(scene, str) and scene in scenes() and name in scene_info(scene, {}).parameters
+        cure = f"; it is a parameter of the scene: ss.scene({scene!r}, {name}=...)" if of_scene else ""
+        raise ValueError(f"{unknown_name('an argument of march', name, known)}{cure}")
 
 
 def require_in_order(function: str, scene: Any, scheme: Any) -> None:
@@ -45,14 +47,21 @@ def require_in_order(function: str, scene: Any, scheme: Any) -> None:
 @called_as('march("duffing", "bathe", dt=0.01, t_end=10.0)')
 def march(
     scene: Any,
-    scheme: "Scheme | str | Declaration",
+    scheme: Scheme | str | Declaration,
     dt: float | None = None,
     t_end: float | None = None,
     *,
-    tol: float | None = None,
-    energy_bound: float | None = None,
     stride: int = 1,
-    **chosen: Any,
+    energy_bound: float | None = None,
+    tol: float | None = None,
+    rtol: float | None = None,
+    atol: float | Sequence[float] | None = None,
+    dt_first: float | None = None,
+    dt_min: float | None = None,
+    dt_max: float | None = None,
+    grid: ArrayLike | None = None,
+    rung: float | None = None,
+    **of_structure: Any,
 ) -> Response:
     """The response of the scene from t = 0 to t_end in steps of dt (s), or in steps chosen so that errors keep to tol.
 
@@ -61,7 +70,7 @@ def march(
     first state whose energy exceeds it, in J.
 
     A structure, or its modes, may stand in place of a scene: `march_structure` and `superpose` of
-    `substep.structures.march` and `substep.structures.modes` say what they take besides.
+    `substep.structures.march` and `substep.structures.modes` say what they take besides, of_structure.
 
     tol: the estimated local error of each step relative to the motion; with it alone rtol = tol, atol of u is
     tol * the scene's length and that of v is tol * the largest |v| so far. More about chosen steps: rtol; atol, of u or
@@ -80,12 +89,15 @@ def march(
     0.9990
     """
     require_in_order("march", scene, scheme)
+    asked = {"rtol": rtol, "atol": atol, "dt_first": dt_first, "dt_min": dt_min, "dt_max": dt_max}
+    asked |= {"grid": grid, "rung": rung}
+    chosen = {name: x for name, x in asked.items() if x is not None}
     marched_by: Callable[..., Response] | None = getattr(scene, "march", None)  # of a structure or its modes
     if marched_by is not None:
-        options = {"tol": tol, "energy_bound": energy_bound, **chosen}
+        options = {"tol": tol, "energy_bound": energy_bound, **of_structure}
         given = {name: x for name, x in options.items() if x is not None}
-        return marched_by(scheme, dt=dt, t_end=t_end, stride=stride, **given)
-    _require_known(scene, chosen)
+        return marched_by(scheme, dt=dt, t_end=t_end, stride=stride, **given, **chosen)
+    _require_known(scene, of_structure)
     scheme = make_scheme(scheme)
     require_numbers(scheme.name, scheme.parameters, "substep.sweep takes arrays")
     scene = make_scene(scene)

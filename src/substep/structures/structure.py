@@ -1,8 +1,9 @@
 """A structure and its modes, as users have them: made from matrices, checked, marched."""
 
+from __future__ import annotations
+
 # pyright: reportUnnecessaryIsInstance=false
 # what users give is checked when it comes, whatever its annotation says
-
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -41,7 +42,7 @@ class Modes(ModalBasis):
 class Structure(Model):
     """A structure in its free degrees of freedom; make one with `substep.structure`."""
 
-    def modes(self, n: int) -> "Modes":
+    def modes(self, n: int) -> Modes:
         """The n lowest natural modes, undamped, with the damping of each; see `Modes`.
 
         Raises ValueError for more modes than degrees of freedom with mass, and for M or K that is not symmetric or not

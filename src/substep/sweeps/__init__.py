@@ -1,5 +1,7 @@
 """Many runs in one call: the outer product of any parameters, with its results in one Dataset."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import closing
@@ -34,8 +36,8 @@ if TYPE_CHECKING:
 
 @called_as('sweep("duffing", "bathe", dt=0.01, t_end=10.0, u0=[0.5, 1.0])')
 def sweep(
-    scene: "Scene | str | SceneDeclaration | Structure",
-    scheme: "Scheme | str | Declaration",
+    scene: Scene | str | SceneDeclaration | Structure,
+    scheme: Scheme | str | Declaration,
     *,
     t_end: float,
     dt: ArrayLike | None = None,
@@ -46,10 +48,10 @@ def sweep(
     a0: ArrayLike | str | None = None,
     load: Load | Sequence[Any] | None = None,
     save: str | Path | None = None,
-    client: "Client | None" = None,
+    client: Client | None = None,
     progress: bool = True,
     **axes: Any,
-) -> "xarray.Dataset":
+) -> xarray.Dataset:
     """March every combination of the axes from t = 0 to t_end (s); one Dataset with a dimension for each.
 
     scene, scheme: a name or declaration, or a handle, which stands for the parameters that it was given. The axes
@@ -126,7 +128,7 @@ Blocks = Generator[tuple[Chunk, Results]]
 
 
 def _collected(
-    shell: "xarray.Dataset",
+    shell: xarray.Dataset,
     variables: dict[str, Variable],
     dims: Mapping[str, int],
     targets: Mapping[str, Any],
@@ -134,7 +136,7 @@ def _collected(
     blocks: Blocks,
     progress: bool,
     store: Store | None = None,
-) -> "xarray.Dataset":
+) -> xarray.Dataset:
     """The Dataset of all blocks; of what there is where they end by Ctrl-C, or in the exception where they raise.
 
     shell: its coordinates and attributes. dims: its axes with their sizes. targets: where the results of each variable
@@ -142,7 +144,7 @@ def _collected(
     """
     left = {chunk.first: chunk for chunk in todo}
 
-    def result(interrupted: bool) -> "xarray.Dataset":
+    def result(interrupted: bool) -> xarray.Dataset:
         if store is not None:
             store.mark(interrupted)
             return store.read()

@@ -1,5 +1,7 @@
 """Rayleigh damping, by two numbers in place of a matrix."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np
@@ -37,6 +39,10 @@ def rayleigh(xi_1: float, xi_2: float, *, at: tuple[float, float]) -> Rayleigh:
 
     Raises ValueError for frequencies that are not positive and different, and for ratios that need a negative alpha or
     beta, which would drive the modes below or above.
+
+    >>> damping = ss.rayleigh(0.05, 0.05, at=(6.0, 30.0))
+    >>> round(damping.alpha, 3), round(damping.beta, 5)
+    (0.5, 0.00278)
     """
     ratios = [real_number(name, x) for name, x in (("xi_1", xi_1), ("xi_2", xi_2))]
     if np.shape(at) != (2,):

@@ -1,5 +1,7 @@
 """Damping ratios of modes in place of a damping matrix."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np
@@ -49,6 +51,10 @@ def modal_damping(xi: ArrayLike, modes: ModalBasis | int | None = None) -> Modal
     tangent at u0. Wilson & Penzien, Int. J. Num. Meth. Eng. 4 (1972) 5-10.
 
     Raises ValueError for negative ratios, for one number without `modes`, and for as many as there are no modes.
+
+    >>> frame = ss.structure(np.eye(2), [[5.0, -2.0], [-2.0, 2.0]], C=ss.modal_damping(0.05, modes=2))
+    >>> frame.modes(2).xi.round(12)
+    array([0.05, 0.05])
     """
     ratios = non_negative("xi", xi)
     if modes is None or isinstance(modes, int | np.integer):
