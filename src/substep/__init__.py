@@ -17,6 +17,7 @@ from .core.loads import HalfSine, Harmonic, Record, Step
 from .core.response import Response
 from .core.scenes import Scene, scene, scenes
 from .core.schemes import Scheme, scheme, schemes
+from .ground_motion.intensity import intensity
 from .ground_motion.modal_combination import response_spectrum_analysis, spectrum_beside_history
 from .ground_motion.spectrum import response_spectrum
 from .marching.run import march
@@ -55,6 +56,7 @@ __all__ = [
     "choose",
     "dialect",
     "emit",
+    "intensity",
     "march",
     "modal_damping",
     "rayleigh",
