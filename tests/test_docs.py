@@ -163,8 +163,8 @@ def test_examples_of_docstrings_run(tmp_path: Path) -> None:
     assert [name for name, (_, failed) in found.items() if failed] == [], reports
     with_examples = {name for name, (count, _) in found.items() if count}
     assert with_examples >= {
-        "certify", "choose", "derive", "dialect", "intensity", "march", "response_spectrum", "scene", "scheme",
-        "Scheme.stability", "structure", "sweep",
+        "certify", "choose", "derive", "dialect", "intensity", "march", "response_spectrum",
+        "response_spectrum_rotated", "scene", "scheme", "Scheme.stability", "structure", "sweep",
     }  # fmt: skip
 
 

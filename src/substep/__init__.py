@@ -19,6 +19,7 @@ from .core.scenes import Scene, scene, scenes
 from .core.schemes import Scheme, scheme, schemes
 from .ground_motion.intensity import intensity
 from .ground_motion.modal_combination import response_spectrum_analysis, spectrum_beside_history
+from .ground_motion.rotated import response_spectrum_rotated
 from .ground_motion.spectrum import response_spectrum
 from .marching.run import march
 from .structures.model.rayleigh import Rayleigh, rayleigh
@@ -62,6 +63,7 @@ __all__ = [
     "rayleigh",
     "response_spectrum",
     "response_spectrum_analysis",
+    "response_spectrum_rotated",
     "scene",
     "scenes",
     "scheme",
