@@ -163,7 +163,7 @@ def test_examples_of_docstrings_run(tmp_path: Path) -> None:
     assert [name for name, (_, failed) in found.items() if failed] == [], reports
     with_examples = {name for name, (count, _) in found.items() if count}
     assert with_examples >= {
-        "certify", "choose", "derive", "dialect", "intensity", "march", "response_spectrum",
+        "certify", "choose", "derive", "design_spectrum", "dialect", "intensity", "march", "response_spectrum",
         "response_spectrum_rotated", "scene", "scheme", "Scheme.stability", "structure", "sweep",
     }  # fmt: skip
 

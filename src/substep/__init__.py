@@ -17,6 +17,7 @@ from .core.loads import HalfSine, Harmonic, Record, Step
 from .core.response import Response
 from .core.scenes import Scene, scene, scenes
 from .core.schemes import Scheme, scheme, schemes
+from .ground_motion.design_spectrum import design_spectrum
 from .ground_motion.intensity import intensity
 from .ground_motion.modal_combination import response_spectrum_analysis, spectrum_beside_history
 from .ground_motion.rotated import response_spectrum_rotated
@@ -55,6 +56,7 @@ __all__ = [
     "Structure",
     "audit",
     "choose",
+    "design_spectrum",
     "dialect",
     "emit",
     "intensity",
