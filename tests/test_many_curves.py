@@ -142,6 +142,12 @@ def test_spectra_are_drawn_into_given_axes() -> None:
         charts.spectrum_figure(found, axes=axes[:5])
 
 
+def test_the_ground_itself_has_no_place_on_an_axis_of_log_periods() -> None:
+    with_ground = ss.response_spectrum(np.sin(np.arange(20.0)), dt=0.1, periods=[0.0, 0.5, 1.0])
+    for panel in charts.spectrum_figure(with_ground).axes:
+        assert all(np.array_equal(line.get_xdata(), [0.5, 1.0]) for line in panel.get_lines())
+
+
 def test_a_response_of_many_coordinates_is_labelled_at_the_ends() -> None:
     K = 50.0 * (2 * np.eye(MOST + 1) - np.eye(MOST + 1, k=1) - np.eye(MOST + 1, k=-1))
     many = ss.march(ss.structure(np.eye(MOST + 1), K, u0=np.arange(MOST + 1.0)), "bathe", dt=0.05, t_end=0.5)

@@ -124,6 +124,8 @@ def test_a_spectrum_that_was_computed_before_is_interpolated() -> None:
     own = ss.response_spectrum_analysis(modes, quake(), 1.0)
     at_periods = ss.response_spectrum(quake(), periods=modes.periods, xi=0.05)
     assert np.allclose(ss.response_spectrum_analysis(modes, at_periods, 1.0).u, own.u, rtol=1e-12)
+    with_ground = ss.response_spectrum(quake(), periods=[0.0, *modes.periods, 0.0], xi=0.05)
+    assert np.allclose(ss.response_spectrum_analysis(modes, with_ground, 1.0).u, own.u, rtol=1e-12)
     fine = ss.response_spectrum(quake(), periods=np.geomspace(0.05, 2.0, 2000), xi=0.05)
     assert np.allclose(ss.response_spectrum_analysis(modes, fine, 1.0).u, own.u, rtol=1e-2)
 
@@ -135,6 +137,8 @@ def test_what_cannot_be_combined_is_refused_by_name() -> None:
         analyse(modes, flat, 1.0, combine="sum")  # pyright: ignore
     with pytest.raises(ValueError, match="expected a spectrum from .* got one from 0.1 to 0.2 s"):
         analyse(modes, S, 1.0)
+    with pytest.raises(ValueError, match="expected a spectrum from .* got one of the ground alone"):
+        analyse(modes, ss.response_spectrum(quake(), periods=[0.0], xi=0.05), 1.0)
     with pytest.raises(ValueError, match=r"at the modes' damping ratios, 0.02 .* got one at \[0.05\]"):
         analyse(modes.damped(0.02), S, 1.0)
     with pytest.raises(ValueError, match="pseudo-acceleration >= 0 for each of 2 modes"):

@@ -101,7 +101,7 @@ def test_the_spectrum_is_a_dataset_that_tells_units_and_errors() -> None:
     assert s.attrs == {
         "scheme": "newmark_bdf2", "parameters": "gamma_t = 0.5, beta = 0.25, gamma = 0.5", "dt": DT, "samples": 400,
         "unit": "m/s^2",
-        "source": "array", "unstable": 0,
+        "source": "array", "unstable": 0, "good_from": 0.5,
     }  # fmt: skip
     assert {name: s[name].units for name in s.variables} == {
         "displacement": "m", "velocity": "m s-1", "acceleration": "m s-2", "pseudo_velocity": "m s-1",
@@ -121,6 +121,7 @@ def test_the_spectrum_is_a_dataset_that_tells_units_and_errors() -> None:
     assert float(alone.xi) == 0.02
     assert np.allclose(alone.acceleration, s.acceleration[0], rtol=1e-12)
     assert not [name for name in alone.variables if str(name).endswith("error")]
+    assert "good_from" not in alone.attrs
     assert ss.response_spectrum(f, DT).sizes["period"] == 200
 
 
@@ -173,7 +174,7 @@ def test_peaks_are_those_of_histories(name: str, offset: float) -> None:
     s, load = ss.scheme(name), ss.Record(DT, motion(31) + offset)
     xi = np.array([0.0, 0.05, 0.3, 0.05]) * (name not in UNDAMPED)
     omega = 2 * np.pi / np.array([5.0, 1.0, 0.4, 2.0]) * (1.0 if name != "forward_euler" else 0.1)
-    o = spectrum._at_rest(omega, xi, load)
+    o = spectrum.at_rest(omega, xi, load)
     for lanes in (o, o.lane(1)):
         with np.errstate(all="ignore"):  # a block's unused lanes
             u, v, _ = march_linear(s, lanes, 30, load).out.transpose(1, 0, 2)
@@ -206,6 +207,48 @@ def test_where_the_scheme_is_unstable_values_and_errors_are_infinite() -> None:
     assert ss.response_spectrum(motion(), DT, T[:2], 0.0, "central_difference", errors=False).attrs["unstable"] == 2
 
 
+@pytest.mark.parametrize("xi", [0.05, [0.0, 0.2]], ids=["one xi", "two"])
+def test_a_period_of_0_is_the_ground_itself(xi: Any) -> None:
+    """Other periods keep their values to the bit; a stiff oscillator, exactly solved, tends to the ground."""
+    f = motion()
+    others = ss.response_spectrum(f, DT, [0.5, 1e-5], xi)
+    s = ss.response_spectrum(f, DT, [0.5, 0.0, 1e-5], xi)
+    assert s.isel(period=[0, 2]).equals(others)
+    ground, stiff = s.sel(period=0.0), others.sel(period=1e-5)
+    for name, error in (("acceleration", "acceleration_error"), ("pseudo_acceleration", "displacement_error")):
+        assert (ground[name] == np.abs(f).max()).all()
+        assert np.allclose(stiff[name] / (1.0 + stiff[error]), ground[name], rtol=1e-3)
+    for name in ("displacement", "velocity", "pseudo_velocity", *(f"{name}_error" for name in spectrum.QUANTITIES)):
+        assert (ground[name] == 0.0).all(), name
+    alone = ss.response_spectrum(f, DT, [0.0], xi)
+    assert alone.equals(s.isel(period=[1]))
+    assert (alone.unstable, alone.good_from) == (0, 0.0)
+
+
+def test_frequencies_in_place_of_periods() -> None:
+    f, hertz = motion(), [8.0, 0.5, 2.0]
+    s = ss.response_spectrum(f, DT, frequencies=hertz, xi=[0.02, 0.05])
+    assert s.frequency.dims == ("period",)
+    assert s.frequency.units == "Hz"
+    assert s.frequency.to_numpy().tolist() == hertz
+    assert s.drop_vars("frequency").identical(ss.response_spectrum(f, DT, [0.125, 2.0, 0.5], [0.02, 0.05]))
+
+
+def test_from_which_period_on_values_are_good_to_1_percent() -> None:
+    f, T = motion(), np.geomspace(4.0, 0.05, 60)
+    for xi in (0.05, [0.01, 0.1]):
+        s = ss.response_spectrum(f, DT, T, xi)
+        errors = np.abs(np.atleast_2d(s.acceleration_error)).max(axis=0)
+        good = [float(t) for i, t in enumerate(T) if max(errors[: i + 1]) <= 0.01]
+        assert 0.05 < s.good_from == min(good) < 4.0
+        bad = ss.response_spectrum(f, DT, T[errors > 0.01], xi)
+        assert np.isnan(bad.good_from)
+        mixed = np.random.default_rng(5).permutation(T)
+        assert ss.response_spectrum(f, DT, mixed, xi).good_from == s.good_from
+    assert ss.response_spectrum(f, DT, [0.0, 0.05], 0.05).good_from != 0.0  # the ground is good, what follows is not
+    assert np.isnan(ss.response_spectrum(f, DT, [0.01], 0.0, "central_difference").good_from)  # not stable
+
+
 def test_a_record_of_zeros_has_no_error() -> None:
     s = ss.response_spectrum(np.zeros(10), DT, [0.1, 1.0])
     assert (s.displacement == 0.0).all()
@@ -219,8 +262,11 @@ def test_a_record_of_zeros_has_no_error() -> None:
         ({"dt": -1.0}, "expected dt of the record > 0"),
         ({"record": np.ones((3, 2))}, "at least two samples in one row"),
         ({"record": [0.0, np.nan]}, "values of the record to be finite"),
-        ({"periods": [0.0, 1.0]}, "expected periods > 0"),
+        ({"periods": [0.0, -1.0]}, "expected periods >= 0, got -1.0; give positive periods, in s, or 0 for the ground"),
         ({"periods": 1.0}, r"expected periods in one row, got shape \(\)"),
+        ({"frequencies": [2.0, 0.0]}, "expected frequencies > 0, got 0.0; .* the ground is periods=0"),
+        ({"frequencies": [[2.0]]}, r"expected frequencies in one row, got shape \(1, 1\).* in Hz"),
+        ({"frequencies": [1.0], "periods": [1.0]}, "expected either periods or frequencies, got both; leave one"),
         ({"xi": -0.1}, "expected xi >= 0"),
         ({"xi": [[0.1]]}, "expected xi to be a number or a row"),
         ({"scheme": "bath"}, "did you mean 'bathe'"),

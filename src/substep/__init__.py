@@ -17,7 +17,10 @@ from .core.loads import HalfSine, Harmonic, Record, Step
 from .core.response import Response
 from .core.scenes import Scene, scene, scenes
 from .core.schemes import Scheme, scheme, schemes
+from .ground_motion.design_spectrum import design_spectrum
+from .ground_motion.intensity import intensity
 from .ground_motion.modal_combination import response_spectrum_analysis, spectrum_beside_history
+from .ground_motion.rotated import response_spectrum_rotated
 from .ground_motion.spectrum import response_spectrum
 from .marching.run import march
 from .structures.model.rayleigh import Rayleigh, rayleigh
@@ -53,13 +56,16 @@ __all__ = [
     "Structure",
     "audit",
     "choose",
+    "design_spectrum",
     "dialect",
     "emit",
+    "intensity",
     "march",
     "modal_damping",
     "rayleigh",
     "response_spectrum",
     "response_spectrum_analysis",
+    "response_spectrum_rotated",
     "scene",
     "scenes",
     "scheme",

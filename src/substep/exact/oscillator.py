@@ -47,7 +47,8 @@ def exact_peaks(omega: Array, xi: Array, load: Record) -> Array:
     The last is the absolute acceleration where the load is that of a moving ground.
     """
     peak = np.zeros((3, len(omega)))
-    _march(omega, xi, load.dt, np.zeros((2, len(omega))), load.samples, len(load.samples) - 1, None, peak)
+    if len(omega):
+        _march(omega, xi, load.dt, np.zeros((2, len(omega))), load.samples, len(load.samples) - 1, None, peak)
     return peak
 
 

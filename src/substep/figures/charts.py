@@ -149,10 +149,12 @@ def quantity_figure(
 def spectrum_figure(spectrum: "Dataset", axes: Sequence[Axes] | None = None) -> Figure:
     """SD, SV and SA of a `response_spectrum` at one xi, dashed the pseudo-quantities, and below the scheme's error.
 
+    A period of 0, the ground itself, is left out, since the axis of periods is logarithmic.
     axes: six to draw into, in place of a new figure with a title: three for the spectra, then three for their errors.
     Raises ValueError for another number of axes.
     """
-    s, T = spectrum, spectrum.period.to_numpy()
+    s = spectrum.isel(period=spectrum.period.to_numpy() > 0.0)
+    T = s.period.to_numpy()
     if axes is None:
         panels = Figure(figsize=(13, 6.2)).subplots(2, 3, sharex=True, height_ratios=(1.7, 1))
     elif np.size(axes) == 6:

@@ -216,12 +216,13 @@ def _interpolated(modes: Modes, spectrum: "Dataset") -> Array:
             f"expected the spectrum at the modes' damping ratios, {modes.xi.min():.4g} to {modes.xi.max():.4g}, "
             f"got one at {xi.tolist()}; give the record, or modes.damped({xi[0]:g})"
         )
-    order = np.argsort(given)
-    low, high = given[order[[0, -1]]]
+    order = np.argsort(given)[np.count_nonzero(given == 0.0) :]  # without the ground itself
+    low, high = given[order].min(initial=np.inf), given[order].max(initial=0.0)
     if modes.periods.min() < low or modes.periods.max() > high:
         raise ValueError(
             f"expected a spectrum from {modes.periods.min():.3g} to {modes.periods.max():.3g} s, got one "
-            f"from {low:g} to {high:g} s; compute it there, or give the record"
+            + (f"from {low:g} to {high:g} s" if order.size else "of the ground alone")
+            + "; compute it there, or give the record"
         )
     values = np.squeeze(spectrum.displacement.to_numpy())
     return np.interp(np.log(modes.periods), np.log(given[order]), np.atleast_1d(values)[order])

@@ -1,7 +1,7 @@
 """Response spectra of an acceleration record, with the relative error of each value that the scheme causes."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,11 +19,12 @@ from .records import read_record
 from .units import unit_of
 
 if TYPE_CHECKING:
-    from xarray import Dataset
+    from xarray import Dataset, Variable
 
 PERIODS = np.geomspace(0.02, 10.0, 200)
 PERIODS.flags.writeable = False
 UNSTABLE = 1.0 + 1e-6  # largest spectral radius of a stable step; it may have only half its digits near 1
+GOOD = 0.01  # largest error of SA from attrs["good_from"] on
 
 QUANTITIES = {
     "displacement": ("spectral displacement SD, relative to the ground", "m"),
@@ -40,6 +41,7 @@ def response_spectrum(
     xi: ArrayLike = 0.05,
     scheme: str | Scheme = "average_acceleration",
     *,
+    frequencies: ArrayLike | None = None,
     errors: bool = True,
     unit: str | float | None = None,
 ) -> "Dataset":
@@ -49,16 +51,20 @@ def response_spectrum(
     acceleration, or PEER's .AT2 (g); a file, or a `Record`, has its own dt, and another one is an error. unit: of the
     accelerations, "g", "m/s^2", "cm/s^2", "gal", "in/s^2" or a factor to m/s^2, by default m/s^2 or what the file says;
     attrs["unit"] is the one that was taken.
-    periods (P,) in s, by default 200 from 0.02 to 10 s. xi: damping ratio, or several (X,). scheme: a name or a handle,
-    whose parameters are numbers; it steps from sample to sample.
+    periods (P,) in s, by default 200 from 0.02 to 10 s; 0 is the ground itself, with SD = SV = 0 and SA the largest
+    ground acceleration, of which pseudo_acceleration has the limit. frequencies (P,) > 0 in Hz, in place of periods,
+    are kept as a coordinate beside them. xi: damping ratio, or several (X,). scheme: a name or a handle, whose
+    parameters are numbers; it steps from sample to sample.
 
     Returns a Dataset over period, and over xi where several were given: displacement (m) and velocity (m/s) relative to
     the ground, acceleration (m/s^2) absolute, |2 xi omega v + omega^2 u|; pseudo_velocity = omega*SD,
     pseudo_acceleration = omega^2*SD. Peaks are those at the record's samples: between them, and of periods of a few
     dt, the response may be larger; append zeros to a record to include the free vibration that follows it.
     errors: also displacement_error, velocity_error, acceleration_error, each the relative error of that peak against
-    the exact response to the record, linear between its samples, at the same instants (Nigam & Jennings 1969). Where
-    the scheme is unstable at dt, or overflows, values and errors are inf; attrs["unstable"] counts them.
+    the exact response to the record, linear between its samples, at the same instants (Nigam & Jennings 1969), and
+    attrs["good_from"], s: the shortest of the periods such that it and all longer ones have an acceleration_error of at
+    most 1 %, at each xi; NaN if there is none. Where the scheme is unstable at dt, or overflows, values and errors are
+    inf; attrs["unstable"] counts them.
 
     Raises ValueError for input outside of these ranges or shapes, OSError for a file that cannot be read.
 
@@ -69,40 +75,44 @@ def response_spectrum(
     """
     from xarray import Dataset  # noqa: PLC0415 (on first use)
 
-    source = str(record) if isinstance(record, str | Path) else "array"
     load, taken = record_in(record, dt, unit)
-    T, damping, s = _periods(periods), non_negative("xi", xi), _numbers_only(scheme)
+    T, damping, s = natural_periods(periods, frequencies), non_negative("xi", xi), numbers_only(scheme)
     refuse_damping(s, damping)
     if damping.ndim > 1 or not damping.size:
         raise ValueError(f"expected xi to be a number or a row of them, got shape {damping.shape}")
-    shape = (*damping.shape, len(T))
-    omega, lanes_xi = (np.broadcast_to(x, shape).flatten() for x in (2.0 * np.pi / T, damping[..., None]))
+    swings = T > 0.0
+    lanes = (*damping.shape, int(np.count_nonzero(swings)))
+    omega, lanes_xi = (np.broadcast_to(x, lanes).flatten() for x in (2.0 * np.pi / T[swings], damping[..., None]))
     peaks, stable = _peaks(s, omega, lanes_xi, load)
-    dims = ("xi", "period")[-len(shape) :]
+    dims = ("xi", "period")[-len(lanes) :]
+
+    def variable(values: Array, of_ground: float, long_name: str, units: str) -> "Variable":
+        """Of all periods, from the values of the oscillators and that of the ground, where the period is 0."""
+        whole = np.full((*damping.shape, len(T)), of_ground)
+        whole[..., swings] = values.reshape(lanes)
+        return named(dims, whole, {"long_name": long_name, "units": units})
+
+    of_ground = (0.0, 0.0, float(np.abs(load.samples).max()))
     variables = {
-        name: named(dims, peak.reshape(shape), {"long_name": text, "units": unit})
-        for (name, (text, unit)), peak in zip(QUANTITIES.items(), peaks, strict=True)
+        name: variable(peak, ground, text, unit)
+        for (name, (text, unit)), peak, ground in zip(QUANTITIES.items(), peaks, of_ground, strict=True)
     }
     for power, name in ((1, "velocity"), (2, "acceleration")):
-        text = {"long_name": f"pseudo-spectral {name}, omega^{power} SD", "units": QUANTITIES[name][1]}
-        variables[f"pseudo_{name}"] = named(dims, (omega**power * peaks[0]).reshape(shape), text)
+        text = f"pseudo-spectral {name}, omega^{power} SD"
+        variables[f"pseudo_{name}"] = variable(omega**power * peaks[0], of_ground[power], text, QUANTITIES[name][1])
+    attrs = attributes(s, load, source_of(record), taken, int(np.count_nonzero(~stable)))
     if errors:
         for name, peak, exact in zip(QUANTITIES, peaks, exact_peaks(omega, lanes_xi, load), strict=True):
-            text = {"long_name": f"relative error of the scheme's spectral {name}", "units": "1"}
-            variables[f"{name}_error"] = named(dims, relative(peak, exact).reshape(shape), text)
+            text = f"relative error of the scheme's spectral {name}"
+            variables[f"{name}_error"] = variable(relative(peak, exact), 0.0, text, "1")
+        attrs["good_from"] = _good_from(T, variables["acceleration_error"].to_numpy())
     coordinates = {
         "period": named("period", T, {"long_name": "natural period", "units": "s"}),
         "xi": named(dims[:-1], damping, {"long_name": "damping ratio", "units": "1"}),
     }
-    attrs = {
-        "scheme": s.name,
-        "parameters": ", ".join(f"{key} = {float(value)}" for key, value in s.parameters.items()),
-        "dt": load.dt,
-        "samples": len(load.samples),
-        "source": source,
-        "unit": taken,
-        "unstable": int(np.count_nonzero(~stable)),
-    }
+    if frequencies is not None:
+        text = {"long_name": "natural frequency", "units": "Hz"}
+        coordinates["frequency"] = named("period", real_array("frequencies", frequencies), text)
     return Dataset(variables, coordinates, attrs)
 
 
@@ -129,16 +139,48 @@ def record_in(
     return Record(step, record if factor == 1.0 else factor * real_array("record", record)), name
 
 
-def _periods(periods: ArrayLike) -> Array:
-    T = real_array("periods", periods)
-    if T.ndim != 1 or not T.size:
-        raise ValueError(f"expected periods in one row, got shape {T.shape}; give a list of them, in s")
-    if (T <= 0.0).any():
-        raise ValueError(f"expected periods > 0, got {T.min()}; give positive periods, in s")
-    return T
+def source_of(record: ArrayLike | str | Path | Record) -> str:
+    """Where a record comes from: the path of a file, else "array"."""
+    return str(record) if isinstance(record, str | Path) else "array"
 
 
-def _numbers_only(scheme: str | Scheme) -> Scheme:
+def attributes(s: Scheme, load: Record, source: str, unit: str, unstable: int) -> dict[str, Any]:
+    """Attributes of a spectrum: the scheme, the record, and at how many periods the scheme is unstable."""
+    return {
+        "scheme": s.name,
+        "parameters": ", ".join(f"{key} = {float(value)}" for key, value in s.parameters.items()),
+        "dt": load.dt,
+        "samples": len(load.samples),
+        "source": source,
+        "unit": unit,
+        "unstable": unstable,
+    }
+
+
+def natural_periods(periods: ArrayLike, frequencies: ArrayLike | None = None) -> Array:
+    """Periods (P,) >= 0 in s, as given or of frequencies (P,) > 0 in Hz; raises ValueError for others and for both."""
+    if frequencies is None:
+        T = _row("periods", periods, "s")
+        if (T < 0.0).any():
+            raise ValueError(f"expected periods >= 0, got {T.min()}; give positive periods, in s, or 0 for the ground")
+        return T
+    if periods is not PERIODS:
+        raise ValueError("expected either periods or frequencies, got both; leave one of them out")
+    f = _row("frequencies", frequencies, "Hz")
+    if (f <= 0.0).any():
+        raise ValueError(f"expected frequencies > 0, got {f.min()}; give positive ones, in Hz; the ground is periods=0")
+    return 1.0 / f
+
+
+def _row(name: str, values: ArrayLike, unit: str) -> Array:
+    row = real_array(name, values)
+    if row.ndim != 1 or not row.size:
+        raise ValueError(f"expected {name} in one row, got shape {row.shape}; give a list of them, in {unit}")
+    return row
+
+
+def numbers_only(scheme: str | Scheme) -> Scheme:
+    """The handle of a scheme; raises ValueError for parameters that are arrays."""
     s = make_scheme(scheme)
     for key, value in s.parameters.items():
         if value.ndim:
@@ -146,20 +188,33 @@ def _numbers_only(scheme: str | Scheme) -> Scheme:
     return s
 
 
+def is_stable(s: Scheme, omega: Array, xi: ArrayLike, dt: float) -> NDArray[np.bool_]:
+    """Where the scheme is stable in steps of dt (P,), for omega (P,) in rad/s and xi."""
+    return s.spectral_radius(omega * dt, xi) <= UNSTABLE
+
+
 def _peaks(s: Scheme, omega: Array, xi: Array, load: Record) -> tuple[Array, NDArray[np.bool_]]:
     """Largest |u|, |v|, |2 xi omega v + omega^2 u| (3, P), inf where not stable; and where it is stable (P,)."""
     peaks = np.full((3, len(omega)), np.inf)
-    stable = s.spectral_radius(omega * load.dt, xi) <= UNSTABLE
-    some = _at_rest(omega[stable], xi[stable], load)
+    stable = is_stable(s, omega, xi, load.dt)
+    some = at_rest(omega[stable], xi[stable], load)
     peaks[:, stable] = march_linear(s, some, len(load.samples) - 1, load, keep="peak_absolute").peak
     peaks[:, ~np.isfinite(peaks).all(axis=0)] = np.inf
     return peaks, np.isfinite(peaks[0])
 
 
-def _at_rest(omega: Array, xi: Array, load: Record) -> Oscillators:
+def at_rest(omega: Array, xi: Array, load: Record) -> Oscillators:
+    """Oscillators (P,) of unit mass at rest, with the acceleration of the record's first sample, and its step."""
     start = np.zeros((3, len(omega)))
     start[2] = load.samples[0]
     return Oscillators(omega, xi, np.ones(len(omega)), np.full(len(omega), load.dt), start)
+
+
+def _good_from(T: Array, error: Array) -> float:
+    """The shortest of the periods T (P,) from which on no error (..., P) is beyond GOOD; NaN if there is none."""
+    good = (np.abs(error) <= GOOD).reshape(-1, len(T)).all(axis=0)
+    longest_bad = T[~good].max(initial=-1.0)
+    return float(min(T[longest_bad < T], default=np.nan))
 
 
 def relative(found: Array, exact: Array) -> Array:

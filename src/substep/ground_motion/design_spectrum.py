@@ -1,0 +1,108 @@
+"""Elastic design spectra of building codes, as curves beside the response spectra of records."""
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..core.arrays import Array, named
+from ..core.errors import called_as, non_negative, real_number, unknown_name
+from .spectrum import PERIODS, natural_periods
+from .units import STANDARD_GRAVITY
+
+if TYPE_CHECKING:
+    from xarray import Dataset
+
+SOIL = {  # type of spectrum: ground type: S, T_B, T_C, T_D; EN 1998-1:2004, tables 3.2 and 3.3, recommended values
+    1: {
+        "A": (1.0, 0.15, 0.4, 2.0),
+        "B": (1.2, 0.15, 0.5, 2.0),
+        "C": (1.15, 0.2, 0.6, 2.0),
+        "D": (1.35, 0.2, 0.8, 2.0),
+        "E": (1.4, 0.15, 0.5, 2.0),
+    },
+    2: {
+        "A": (1.0, 0.05, 0.25, 1.2),
+        "B": (1.35, 0.05, 0.25, 1.2),
+        "C": (1.5, 0.1, 0.25, 1.2),
+        "D": (1.8, 0.1, 0.3, 1.2),
+        "E": (1.6, 0.05, 0.25, 1.2),
+    },
+}
+LONGEST = 4.0  # s, the period up to which EN 1998-1, 3.2.2.2 goes
+
+
+@called_as('design_spectrum("ec8", periods, a_g=2.5, ground="B")')
+def design_spectrum(code: str, periods: ArrayLike = PERIODS, **parameters: Any) -> "Dataset":
+    """The horizontal elastic design spectrum of a code: a Dataset with acceleration, m/s^2, over period.
+
+    code: "ec8", EN 1998-1:2004, 3.2.2.2, equations (3.2) to (3.6), with the parameters a_g, design ground acceleration
+    on ground of type A, m/s^2; ground, "A" to "E"; type, 1 by default, or 2, for surface-wave magnitudes up to 5.5; xi,
+    0.05 by default, from which the damping correction eta = sqrt(10/(5 + 100 xi)) >= 0.55 follows. S, T_B, T_C and T_D
+    are the recommended ones, of which a National Annex may have others. Beyond 4 s, where its Annex A begins, values
+    are NaN.
+    "asce7", ASCE 7-16, 11.4.6, equations (11.4-5) to (11.4-7), for a damping ratio of 0.05, with the parameters S_DS
+    and S_D1, design spectral accelerations in g, as the standard gives them; T_L, long-period transition period, s.
+    periods (P,) >= 0 in s, by default those of `substep.response_spectrum`.
+
+    attrs name the clause, the parameters and what follows from them: S, T_B, T_C, T_D and eta, or T_0 and T_S. Raises
+    ValueError for a code, ground or type that there is not, for parameters that are not positive and for a T_L below
+    T_S; TypeError for parameters that the code does not take, or that are missing.
+
+    >>> code = ss.design_spectrum("ec8", [0.0, 0.3, 1.0], a_g=2.5, ground="B")
+    >>> code.acceleration.to_numpy().round(3).tolist()  # m/s^2
+    [3.0, 7.5, 3.75]
+    """
+    if code not in CODES:
+        raise unknown_name("a code", str(code), CODES)
+    return CODES[code](natural_periods(periods), **parameters)
+
+
+@called_as('design_spectrum("ec8", periods, a_g=2.5, ground="B")')
+def _ec8(periods: Array, *, a_g: float, ground: str, type: int = 1, xi: float = 0.05) -> "Dataset":
+    if type not in SOIL:
+        raise unknown_name("a type of spectrum", str(type), map(str, SOIL))
+    if ground not in SOIL[type]:
+        raise unknown_name("a type of ground", str(ground), SOIL[type])
+    damping = float(non_negative("xi", real_number("xi", xi)))
+    S, T_B, T_C, T_D = SOIL[type][ground]
+    eta = max(float(np.sqrt(10.0 / (5.0 + 100.0 * damping))), 0.55)
+    at_0 = real_number("a_g", a_g, positive=True) * S
+    acceleration = _branches(periods, at_0, 2.5 * eta * at_0, T_B, T_C, T_D)
+    acceleration[periods > LONGEST] = np.nan
+    attrs = {"code": "EN 1998-1:2004, 3.2.2.2", "a_g": a_g, "ground": ground, "type": type}
+    return _dataset(periods, acceleration, damping, attrs | {"S": S, "T_B": T_B, "T_C": T_C, "T_D": T_D, "eta": eta})
+
+
+@called_as('design_spectrum("asce7", periods, S_DS=1.0, S_D1=0.6, T_L=8.0)')
+def _asce7(periods: Array, *, S_DS: float, S_D1: float, T_L: float) -> "Dataset":
+    given = {"S_DS": S_DS, "S_D1": S_D1, "T_L": T_L}
+    plateau, at_1, T_D = (real_number(name, value, positive=True) for name, value in given.items())
+    T_S = at_1 / plateau
+    if T_D < T_S:
+        raise ValueError(f"expected T_L >= T_S = S_D1/S_DS = {T_S:g} s, got {T_D:g} s; correct one of the three")
+    acceleration = STANDARD_GRAVITY * _branches(periods, 0.4 * plateau, plateau, 0.2 * T_S, T_S, T_D)
+    attrs = {"code": "ASCE 7-16, 11.4.6", **given, "T_0": 0.2 * T_S, "T_S": T_S}
+    return _dataset(periods, acceleration, 0.05, attrs)
+
+
+CODES: dict[str, Callable[..., "Dataset"]] = {"ec8": _ec8, "asce7": _asce7}
+
+
+def _branches(T: Array, at_0: float, plateau: float, T_B: float, T_C: float, T_D: float) -> Array:
+    """Linear from T = 0 to T_B, constant to T_C, as 1/T to T_D, as 1/T^2 beyond."""
+    falling = np.maximum(T, T_C)
+    beyond = plateau * (T_C / falling) * np.minimum(1.0, T_D / falling)
+    return np.where(T < T_B, at_0 + (plateau - at_0) * T / T_B, beyond)
+
+
+def _dataset(T: Array, acceleration: Array, xi: float, attrs: Mapping[str, Any]) -> "Dataset":
+    from xarray import Dataset  # noqa: PLC0415 (on first use)
+
+    text = {"long_name": "elastic design spectrum, pseudo-acceleration", "units": "m s-2"}
+    coordinates = {
+        "period": named("period", T, {"long_name": "natural period", "units": "s"}),
+        "xi": named((), np.array(xi), {"long_name": "damping ratio", "units": "1"}),
+    }
+    return Dataset({"acceleration": named("period", acceleration, text)}, coordinates, attrs)
