@@ -231,12 +231,12 @@ def spectrum(
 
     Parameters of the scheme follow as numbers.
     """
-    from ..ground_motion.spectrum import PERIODS, QUANTITIES, response_spectrum  # noqa: PLC0415
+    from ..ground_motion.spectrum import QUANTITIES, response_spectrum  # noqa: PLC0415
 
     try:
         require_files(file)
         require_folders(csv, chart)
-        T = [number("--periods", text) for text in periods.split(",")] if periods else PERIODS
+        T = [number("--periods", text) for text in periods.split(",")] if periods else None
         with working(f"response spectrum of {file.name}"):
             own = scheme_of(scheme_name, exact_options(context.args))
             s = response_spectrum(file, periods=T, xi=xi, scheme=own, unit=unit or None)

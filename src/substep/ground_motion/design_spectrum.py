@@ -1,5 +1,7 @@
 """Elastic design spectra of building codes, as curves beside the response spectra of records."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -8,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from ..core.arrays import Array, named
 from ..core.errors import called_as, non_negative, real_number, unknown_name
-from .spectrum import PERIODS, natural_periods
+from .spectrum import natural_periods
 from .units import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
@@ -34,7 +36,7 @@ LONGEST = 4.0  # s, the period up to which EN 1998-1, 3.2.2.2 goes
 
 
 @called_as('design_spectrum("ec8", periods, a_g=2.5, ground="B")')
-def design_spectrum(code: str, periods: ArrayLike = PERIODS, **parameters: Any) -> "Dataset":
+def design_spectrum(code: str, periods: ArrayLike | None = None, **parameters: Any) -> Dataset:
     """The horizontal elastic design spectrum of a code: a Dataset with acceleration, m/s^2, over period.
 
     code: "ec8", EN 1998-1:2004, 3.2.2.2, equations (3.2) to (3.6), with the parameters a_g, design ground acceleration
@@ -60,7 +62,7 @@ def design_spectrum(code: str, periods: ArrayLike = PERIODS, **parameters: Any) 
 
 
 @called_as('design_spectrum("ec8", periods, a_g=2.5, ground="B")')
-def _ec8(periods: Array, *, a_g: float, ground: str, type: int = 1, xi: float = 0.05) -> "Dataset":
+def _ec8(periods: Array, *, a_g: float, ground: str, type: int = 1, xi: float = 0.05) -> Dataset:
     if type not in SOIL:
         raise unknown_name("a type of spectrum", str(type), map(str, SOIL))
     if ground not in SOIL[type]:
@@ -76,7 +78,7 @@ def _ec8(periods: Array, *, a_g: float, ground: str, type: int = 1, xi: float = 
 
 
 @called_as('design_spectrum("asce7", periods, S_DS=1.0, S_D1=0.6, T_L=8.0)')
-def _asce7(periods: Array, *, S_DS: float, S_D1: float, T_L: float) -> "Dataset":
+def _asce7(periods: Array, *, S_DS: float, S_D1: float, T_L: float) -> Dataset:
     given = {"S_DS": S_DS, "S_D1": S_D1, "T_L": T_L}
     plateau, at_1, T_D = (real_number(name, value, positive=True) for name, value in given.items())
     T_S = at_1 / plateau
@@ -87,7 +89,7 @@ def _asce7(periods: Array, *, S_DS: float, S_D1: float, T_L: float) -> "Dataset"
     return _dataset(periods, acceleration, 0.05, attrs)
 
 
-CODES: dict[str, Callable[..., "Dataset"]] = {"ec8": _ec8, "asce7": _asce7}
+CODES: dict[str, Callable[..., Dataset]] = {"ec8": _ec8, "asce7": _asce7}
 
 
 def _branches(T: Array, at_0: float, plateau: float, T_B: float, T_C: float, T_D: float) -> Array:
@@ -97,7 +99,7 @@ def _branches(T: Array, at_0: float, plateau: float, T_B: float, T_C: float, T_D
     return np.where(T < T_B, at_0 + (plateau - at_0) * T / T_B, beyond)
 
 
-def _dataset(T: Array, acceleration: Array, xi: float, attrs: Mapping[str, Any]) -> "Dataset":
+def _dataset(T: Array, acceleration: Array, xi: float, attrs: Mapping[str, Any]) -> Dataset:
     from xarray import Dataset  # noqa: PLC0415 (on first use)
 
     text = {"long_name": "elastic design spectrum, pseudo-acceleration", "units": "m s-2"}

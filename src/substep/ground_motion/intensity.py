@@ -1,5 +1,7 @@
 """How strong a ground motion is: peaks, Arias intensity, cumulative absolute velocity, significant durations."""
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,5 +1,7 @@
 """Response spectra of two horizontal components, over all directions in which they can be rotated."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,7 +15,7 @@ from ..core.errors import called_as, non_negative, real_array, real_number
 from ..core.loads import Record
 from ..core.schemes import Scheme
 from ..marching.histories import histories
-from .spectrum import PERIODS, at_rest, attributes, is_stable, natural_periods, numbers_only, record_in, source_of
+from .spectrum import at_rest, attributes, is_stable, natural_periods, numbers_only, record_in, source_of
 
 if TYPE_CHECKING:
     from xarray import Dataset, Variable
@@ -27,13 +29,13 @@ def response_spectrum_rotated(
     x: ArrayLike | str | Path | Record,
     y: ArrayLike | str | Path | Record,
     dt: float | None = None,
-    periods: ArrayLike = PERIODS,
+    periods: ArrayLike | None = None,  # 200 from 0.02 to 10 s
     xi: float = 0.05,
     scheme: str | Scheme = "average_acceleration",
     *,
     percentiles: ArrayLike = (0, 50, 100),
     unit: str | float | None = None,
-) -> "Dataset":
+) -> Dataset:
     """RotD00, RotD50 and RotD100: percentiles, over all directions, of the peak response to two horizontal components.
 
     x, y: ground accelerations at right angles to each other, of the same dt and length; dt, periods (P,), scheme and
@@ -67,7 +69,7 @@ def response_spectrum_rotated(
     displacement, pseudo = _over_angles(s, T, float(damping), first, second)
     found = np.isfinite(displacement).all(axis=0)
 
-    def variable(values: Array, long_name: str, units: str) -> "Variable":
+    def variable(values: Array, long_name: str, units: str) -> Variable:
         """Percentiles of values (180, P), inf where not all are found."""
         whole = np.full((len(parts), len(T)), np.inf)
         whole[:, found] = np.percentile(values[:, found], parts, axis=0)

@@ -1,5 +1,7 @@
 """Response spectra of an acceleration record, with the relative error of each value that the scheme causes."""
 
+from __future__ import annotations
+
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -37,14 +39,14 @@ QUANTITIES = {
 def response_spectrum(
     record: ArrayLike | str | Path | Record,
     dt: float | None = None,
-    periods: ArrayLike = PERIODS,
+    periods: ArrayLike | None = None,  # 200 from 0.02 to 10 s
     xi: ArrayLike = 0.05,
     scheme: str | Scheme = "average_acceleration",
     *,
     frequencies: ArrayLike | None = None,
     errors: bool = True,
     unit: str | float | None = None,
-) -> "Dataset":
+) -> Dataset:
     """Peak response of oscillators u'' + 2 xi omega u' + omega^2 u = -a_g, omega = 2 pi/period, from rest.
 
     record: ground acceleration (n,) with its step dt in s, or the path of a file: two columns, time (s) and
@@ -86,7 +88,7 @@ def response_spectrum(
     peaks, stable = _peaks(s, omega, lanes_xi, load)
     dims = ("xi", "period")[-len(lanes) :]
 
-    def variable(values: Array, of_ground: float, long_name: str, units: str) -> "Variable":
+    def variable(values: Array, of_ground: float, long_name: str, units: str) -> Variable:
         """Of all periods, from the values of the oscillators and that of the ground, where the period is 0."""
         whole = np.full((*damping.shape, len(T)), of_ground)
         whole[..., swings] = values.reshape(lanes)
@@ -157,14 +159,14 @@ def attributes(s: Scheme, load: Record, source: str, unit: str, unstable: int) -
     }
 
 
-def natural_periods(periods: ArrayLike, frequencies: ArrayLike | None = None) -> Array:
+def natural_periods(periods: ArrayLike | None, frequencies: ArrayLike | None = None) -> Array:
     """Periods (P,) >= 0 in s, as given or of frequencies (P,) > 0 in Hz; raises ValueError for others and for both."""
     if frequencies is None:
-        T = _row("periods", periods, "s")
+        T = PERIODS if periods is None else _row("periods", periods, "s")
         if (T < 0.0).any():
             raise ValueError(f"expected periods >= 0, got {T.min()}; give positive periods, in s, or 0 for the ground")
         return T
-    if periods is not PERIODS:
+    if periods is not None:
         raise ValueError("expected either periods or frequencies, got both; leave one of them out")
     f = _row("frequencies", frequencies, "Hz")
     if (f <= 0.0).any():
