@@ -9,7 +9,7 @@ import pytest
 from plane_elements import shear_building
 
 import substep as ss
-from substep.ground_motion.units import STANDARD_GRAVITY
+from substep.core.units import STANDARD_GRAVITY
 
 TABLE_3_2 = "A 1.0 0.15 0.4 2.0; B 1.2 0.15 0.5 2.0; C 1.15 0.20 0.6 2.0; D 1.35 0.20 0.8 2.0; E 1.4 0.15 0.5 2.0"
 TABLE_3_3 = "A 1.0 0.05 0.25 1.2; B 1.35 0.05 0.25 1.2; C 1.5 0.10 0.25 1.2; D 1.8 0.10 0.30 1.2; E 1.6 0.05 0.25 1.2"

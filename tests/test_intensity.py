@@ -10,7 +10,7 @@ from scipy.interpolate import PPoly
 from scipy.optimize import brentq
 
 import substep as ss
-from substep.ground_motion.units import STANDARD_GRAVITY
+from substep.core.units import STANDARD_GRAVITY
 
 G = STANDARD_GRAVITY
 MEASURES = ("pga", "pgv", "pgd", "arias", "cav", "d5_95", "d5_75", "start")

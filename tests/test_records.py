@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import substep as ss
-from substep.ground_motion.records import read_record
-from substep.ground_motion.units import LEAST, STANDARD_GRAVITY, UNITS, unit_named
+from substep import read_record
+from substep.core.units import LEAST, STANDARD_GRAVITY, UNITS, unit_named
 
 VALUES = np.array([0.0, 0.1, -0.25, 3e-4, 0.02, 0.5, -0.125])
 AT2 = """PEER NGA STRONG MOTION DATABASE RECORD
@@ -41,24 +41,25 @@ def write(folder: Path, text: str, name: str = "motion.txt") -> Path:
 def test_peer_files(tmp_path: Path, sizes: str, units: str, name: str) -> None:
     text = AT2.replace("NPTS=      7, DT=   .0050 SEC,", sizes)
     text = text.replace("ACCELERATION TIME SERIES IN UNITS OF G", units)
-    dt, values, unit = read_record(write(tmp_path, text, name))
-    assert (dt, unit) == (0.005, "g")
-    assert np.array_equal(values, STANDARD_GRAVITY * VALUES)
+    path = write(tmp_path, text, name)
+    found = read_record(path)
+    assert (found.dt, found.unit, found.source) == (0.005, "g", str(path))
+    assert np.array_equal(found.samples, STANDARD_GRAVITY * VALUES)
 
 
 @pytest.mark.parametrize("form", ["{:.4f} {:.17g}", "{:.4f},{:.17g}", "  {:.4f}\t{:.17g}   # g"])
 def test_two_columns(tmp_path: Path, form: str) -> None:
     rows = [form.format(0.5 + 0.005 * i, x) for i, x in enumerate(VALUES)]
-    dt, values, unit = read_record(write(tmp_path, "\n".join(["# time, acceleration", "", *rows])))
-    assert (dt, unit) == (0.005, "m/s^2")
-    assert np.array_equal(values, VALUES)
+    found = read_record(write(tmp_path, "\n".join(["# time, acceleration", "", *rows])))
+    assert (found.dt, found.unit) == (0.005, "m/s^2")
+    assert np.array_equal(found.samples, VALUES)
 
 
 def test_times_of_few_digits_and_the_step_that_is_known_better(tmp_path: Path) -> None:
     t = np.arange(1000) / 128
     path = write(tmp_path, "\n".join(f"{time:.4f} {i % 7}" for i, time in enumerate(t)))
-    assert abs(read_record(path)[0] * 128 - 1) < 1e-5
-    assert read_record(path, 1 / 128)[0] == 1 / 128
+    assert abs(read_record(path).dt * 128 - 1) < 1e-5
+    assert read_record(path, 1 / 128).dt == 1 / 128
     with pytest.raises(ValueError, match=r"motion.txt, line \d+: expected steps of the given dt = 0.0079"):
         read_record(path, 0.0079)
 
@@ -119,7 +120,7 @@ def test_two_columns_that_are_none(tmp_path: Path, text: str, message: str) -> N
 
 def test_a_given_step_that_is_not_the_files(tmp_path: Path) -> None:
     path = write(tmp_path, AT2, "motion.AT2")
-    assert read_record(path, 0.005)[0] == 0.005
+    assert read_record(path, 0.005).dt == 0.005
     with pytest.raises(ValueError, match=r"expected the given dt = 0.01 s, got DT = 0.005 s"):
         read_record(path, 0.01)
     with pytest.raises(ValueError, match="expected dt > 0"):
@@ -148,9 +149,10 @@ HEADERS = {
 @pytest.mark.parametrize("header", HEADERS)
 def test_a_unit_above_the_data_is_believed_and_reported(tmp_path: Path, header: str) -> None:
     path = write(tmp_path, "\n".join([header, *(f"{0.01 * i:.2f} {x:.17g}" for i, x in enumerate(VALUES))]))
-    _, values, unit = read_record(path)
+    found = read_record(path)
+    unit = found.unit
     assert unit == HEADERS[header]
-    np.testing.assert_allclose(values, UNITS[unit] * VALUES, rtol=1e-15)
+    np.testing.assert_allclose(found.samples, UNITS[unit] * VALUES, rtol=1e-15)
     assert read_record(path, unit=unit).unit == unit
     other = "in/s^2" if unit != "in/s^2" else "g"
     with pytest.raises(ValueError, match=rf"motion.txt: expected unit='{re.escape(unit)}', as the file says, got"):
@@ -175,12 +177,38 @@ def test_a_unit_is_never_guessed(tmp_path: Path) -> None:
             read_record(path)
         found = read_record(path, unit="cm/s2")
         assert found.unit == "cm/s^2"
-        np.testing.assert_allclose(found.values, 0.01 * scale * VALUES, rtol=1e-5)
-        np.testing.assert_allclose(read_record(path, unit=0.0254).values, 0.0254 * scale * VALUES, rtol=1e-5)
+        np.testing.assert_allclose(found.samples, 0.01 * scale * VALUES, rtol=1e-5)
+        np.testing.assert_allclose(read_record(path, unit=0.0254).samples, 0.0254 * scale * VALUES, rtol=1e-5)
     two = write(tmp_path, "# g: cm/s2 (g)\n0 1\n0.01 2\n")
     with pytest.raises(ValueError, match=r"motion.txt: expected one unit of acceleration, got cm/s\^2 and g"):
         read_record(two)
     for wrong in ("ft/s2", "", -1.0):
         with pytest.raises(ValueError, match="unit"):
             read_record(path, unit=wrong)
-    assert not read_record(write(tmp_path, "0 0\n0.01 0\n")).values.any()
+    assert not read_record(write(tmp_path, "0 0\n0.01 0\n")).samples.any()
+
+
+def test_a_record_has_its_unit_and_source(tmp_path: Path) -> None:
+    """Values are converted once, whoever takes the record; another unit than its own is refused."""
+    t = 0.01 * np.arange(400)
+    a = np.sin(7.0 * t) * np.exp(-t)
+    given = ss.Record(0.01, a, unit="cm/s2", source="by hand")
+    assert repr(given) == "Record(dt=0.01, 400 samples, unit='cm/s^2', source='by hand')"
+    assert np.array_equal(given.samples, a * UNITS["cm/s^2"])
+    assert given == ss.Record(0.01, given.samples) == ss.Record(0.01, a, unit=0.01)
+    expected = ss.response_spectrum(given.samples, dt=0.01, periods=[0.5])
+    for found in (
+        ss.response_spectrum(given, periods=[0.5]),
+        ss.response_spectrum(given, periods=[0.5], unit="gal"),
+        ss.response_spectrum(a, dt=0.01, periods=[0.5], unit="cm/s^2"),
+        ss.response_spectrum(ss.Record(0.01, a), periods=[0.5], unit="cm/s^2"),
+    ):
+        assert found.displacement.item() == expected.displacement.item()
+    assert ss.response_spectrum(given, periods=[0.5]).attrs["source"] == "by hand"
+    with pytest.raises(ValueError, match=r"expected unit='cm/s\^2', as the record says, got 'g'; leave it out"):
+        ss.response_spectrum(given, periods=[0.5], unit="g")
+    path = write(tmp_path, "# t, a in g\n0 0\n0.01 0.1\n")
+    assert ss.read_record(path) == ss.Record(0.01, [0.0, 0.1 * STANDARD_GRAVITY])
+    for wrong in ("ft/s2", -1.0):
+        with pytest.raises(ValueError, match="expected unit"):
+            ss.Record(0.01, a, unit=wrong)

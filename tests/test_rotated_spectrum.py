@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import substep as ss
-from substep.ground_motion.units import STANDARD_GRAVITY
+from substep.core.units import STANDARD_GRAVITY
 
 Array = np.ndarray
 DT = 0.02

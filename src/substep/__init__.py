@@ -20,6 +20,7 @@ from .core.schemes import Scheme, scheme, schemes
 from .ground_motion.design_spectrum import design_spectrum
 from .ground_motion.intensity import intensity
 from .ground_motion.modal_combination import response_spectrum_analysis, spectrum_beside_history
+from .ground_motion.records import read_record
 from .ground_motion.rotated import response_spectrum_rotated
 from .ground_motion.spectrum import response_spectrum
 from .marching.run import march
@@ -63,6 +64,7 @@ __all__ = [
     "march",
     "modal_damping",
     "rayleigh",
+    "read_record",
     "response_spectrum",
     "response_spectrum_analysis",
     "response_spectrum_rotated",

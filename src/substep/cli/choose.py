@@ -132,13 +132,11 @@ def _require_one(context: typer.Context, scene_name: str, mass: Path | None, sti
 
 
 def _record(load: Path | None, ground: bool) -> "Record":
-    from ..core.loads import Record  # noqa: PLC0415
     from ..ground_motion.records import read_record  # noqa: PLC0415
 
     if load is None:
         raise ValueError("expected --load, a file of two columns, time (s) and load, got none; give it")
-    found = read_record(load, unit=None if ground else 1.0)  # a load at degrees of freedom has units of its own
-    return Record(found.dt, found.values)
+    return read_record(load, unit=None if ground else 1.0)  # a load at degrees of freedom has units of its own
 
 
 def _structure(

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from .arrays import Array, read_only
 from .errors import float_array, real_array, real_number
 from .kernel_modules import loaded
+from .units import unit_of
 
 
 class Load(Protocol):
@@ -115,23 +116,34 @@ class HalfSine:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Record:
-    """Samples at 0, dt, 2 dt, ..., linear between them, 0 after the last. Two are equal for equal dt and samples."""
+    """Samples at 0, dt, 2 dt, ..., linear between them, 0 after the last. Two are equal for equal dt and samples.
+
+    unit: of ground accelerations, "g", "m/s^2", "cm/s^2", "gal", "in/s^2" or a factor to m/s^2, in which `samples` are;
+    without a unit, samples are the values. source: where they come from.
+    """
 
     dt: float
     values: ArrayLike
     _values: Array = field(init=False)
+    unit: str | float = field(default="", kw_only=True)
+    source: str = field(default="", kw_only=True)
 
     def __post_init__(self) -> None:
         real_number("dt of the record", self.dt, positive=True)
         values = real_array("values of the record", self.values).copy()
         if values.ndim != 1 or values.size < 2:
             raise ValueError(f"expected a record of at least two samples in one row, got shape {values.shape}")
+        if self.unit != "":
+            name, factor = unit_of(self.unit)
+            if isinstance(self.unit, str):
+                object.__setattr__(self, "unit", name)
+            values *= factor
         values.flags.writeable = False
         object.__setattr__(self, "_values", values)
 
     @property
     def samples(self) -> Array:
-        """The values (n,), read only."""
+        """The values (n,), with a unit in m/s^2, read only."""
         return self._values
 
     def __call__(self, t: Array) -> Array:
@@ -149,7 +161,8 @@ class Record:
         return values
 
     def __repr__(self) -> str:
-        return f"Record(dt={self.dt}, {len(self._values)} samples)"
+        known = "".join(f", {name}={x!r}" for name, x in (("unit", self.unit), ("source", self.source)) if x != "")
+        return f"Record(dt={self.dt}, {len(self._values)} samples{known})"
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Record) and self.dt == other.dt and np.array_equal(self._values, other._values)

@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike
 
 from ..core.arrays import Array, named
 from ..core.errors import called_as, non_negative, real_number, unknown_name
+from ..core.units import STANDARD_GRAVITY
 from .spectrum import natural_periods
-from .units import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
     from xarray import Dataset

@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike
 from ..core.arrays import Array
 from ..core.errors import called_as
 from ..core.loads import Record
-from .spectrum import record_in
-from .units import STANDARD_GRAVITY
+from ..core.units import STANDARD_GRAVITY, unit_of
+from .spectrum import record_of
 
 
 @dataclass(frozen=True, repr=False)
@@ -66,7 +66,7 @@ def intensity(
     >>> ss.intensity([2.0, 2.0, 2.0], dt=0.5)  # 2 m/s^2 for 1 s
     Intensity(PGA 2 m/s^2, PGV 2 m/s, PGD 1 m, Arias 0.6407 m/s, CAV 2 m/s, D5-95 0.9 s and D5-75 0.7 s from 0.05 s on)
     """
-    load, taken = record_in(record, dt, unit)
+    load = record_of(record, dt, unit)
     a, h = load.samples, float(load.dt)
     before, after = a[:-1], a[1:]
     velocity, displacement = _peaks(a, h)
@@ -81,7 +81,7 @@ def intensity(
         d5_95=at_95 - start,
         d5_75=at_75 - start,
         start=start,
-        unit=taken,
+        unit=unit_of(load.unit)[0],
     )
 
 

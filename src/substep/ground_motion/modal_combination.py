@@ -19,7 +19,7 @@ from ..structures.march.refusals import require_linear
 from ..structures.model.given import Dof
 from ..structures.modes.superposition import coordinates
 from ..structures.structure import Modes
-from .spectrum import as_record, relative, response_spectrum
+from .spectrum import record_of, relative, response_spectrum
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -158,7 +158,7 @@ def spectrum_beside_history(
     """
     from xarray import Dataset  # noqa: PLC0415 (on first use)
 
-    motion = as_record(record, dt)
+    motion = record_of(record, dt)
     cqc = response_spectrum_analysis(modes, motion, direction, dofs=dofs, scheme=scheme)
     at_rest = replace(modes.structure, loads=(), motions=(), u0=0.0 * modes.structure.u0, v0=0.0 * modes.structure.v0)
     moved = replace(at_rest, a0_given=None).ground_motion(motion, direction)

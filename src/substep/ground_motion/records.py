@@ -2,13 +2,13 @@
 
 import re
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
-from ..core.errors import real_number
+from ..core.errors import called_as, real_number
+from ..core.loads import Record
 from ..core.schemes import Array
-from .units import UNITS, require_plausible, unit_named, unit_of
+from ..core.units import UNITS, require_plausible, unit_named, unit_of
 
 UNEVEN = 0.01  # largest distance of a printed time from equal steps, as a part of a step
 AT2_HEADER = 4  # lines before the samples
@@ -19,16 +19,9 @@ AT2_SIZES = (  # NPTS= 4000, DT= .01000 SEC, and the older 4000 0.0100 NPTS, DT
 )
 
 
-class FileRecord(NamedTuple):
-    """What a file has: the step dt, s; ground acceleration (n,), m/s^2; and the unit that it stands in there."""
-
-    dt: float
-    values: Array
-    unit: str
-
-
-def read_record(path: Path, dt: float | None = None, unit: str | float | None = None) -> FileRecord:
-    """Step in s and ground acceleration (n,) in m/s^2 of a file.
+@called_as('read_record("motion.AT2")')
+def read_record(path: str | Path, dt: float | None = None, unit: str | float | None = None) -> Record:
+    """The ground acceleration of a file, in m/s^2, with the unit in which it stands there.
 
     A suffix .AT2, in any case, means PEER's format, in g; any other file has two columns, time in s and acceleration,
     separated by blanks or a comma, with comments after '#'. dt, s: to be given where the times are printed with too few
@@ -39,7 +32,13 @@ def read_record(path: Path, dt: float | None = None, unit: str | float | None = 
     step from equal steps, for an .AT2 file whose number of samples is not that of its header or whose unit is not g,
     for a dt or a unit that is not the file's, and for accelerations without a unit whose peak is above 5 g or below
     1e-4 g in m/s^2; OSError for a file that cannot be read.
+
+    >>> np.savetxt("motion.txt", [[0.0, 0.0], [0.01, 0.1], [0.02, 0.3]], header="time (s), acceleration (g)")
+    >>> motion = ss.read_record("motion.txt")
+    >>> motion, float(motion.samples[-1].round(3))  # m/s^2
+    (Record(dt=0.01, 3 samples, unit='g', source='motion.txt'), 2.942)
     """
+    path = Path(path)
     lines = path.read_text(encoding="utf-8-sig", errors="replace").splitlines()
     if dt is not None:
         real_number("dt", dt, positive=True)
@@ -51,10 +50,10 @@ def read_record(path: Path, dt: float | None = None, unit: str | float | None = 
         named = _unit_above(path, lines) if given is None or isinstance(unit, str) else None
     if given is None and named is None:
         require_plausible(str(path), values)
-    name, factor = given or (named or "m/s^2", UNITS[named or "m/s^2"])
-    if named is not None and factor != UNITS[named]:
+    if given is not None and named is not None and given[1] != UNITS[named]:
         raise ValueError(f"{path}: expected unit='{named}', as the file says, got {unit!r}; leave it out")
-    return FileRecord(step, factor * values, name)
+    taken = (named or "m/s^2") if unit is None else unit
+    return Record(step, values, unit=taken, source=str(path))
 
 
 def _unit_above(path: Path, lines: list[str]) -> str | None:

@@ -15,7 +15,7 @@ from ..core.errors import called_as, non_negative, real_array, real_number
 from ..core.loads import Record
 from ..core.schemes import Scheme
 from ..marching.histories import histories
-from .spectrum import at_rest, attributes, is_stable, natural_periods, numbers_only, record_in, source_of
+from .spectrum import at_rest, attributes, is_stable, natural_periods, numbers_only, record_of
 
 if TYPE_CHECKING:
     from xarray import Dataset, Variable
@@ -59,7 +59,7 @@ def response_spectrum_rotated(
     """
     from xarray import Dataset  # noqa: PLC0415 (on first use)
 
-    (first, unit_of_x), (second, unit_of_y) = (record_in(component, dt, unit) for component in (x, y))
+    first, second = (record_of(component, dt, unit) for component in (x, y))
     _require_alike(first, second)
     T, damping, s = natural_periods(periods), non_negative("xi", real_number("xi", xi)), numbers_only(scheme)
     refuse_damping(s, damping)
@@ -88,10 +88,7 @@ def response_spectrum_rotated(
         "period": named("period", T, {"long_name": "natural period", "units": "s"}),
         "xi": named((), damping, {"long_name": "damping ratio", "units": "1"}),
     }
-    source, taken = (
-        " and ".join(dict.fromkeys(both)) for both in ((source_of(x), source_of(y)), (unit_of_x, unit_of_y))
-    )
-    return Dataset(variables, coordinates, attributes(s, first, source, taken, int(np.count_nonzero(~found))))
+    return Dataset(variables, coordinates, attributes(s, (first, second), int(np.count_nonzero(~found))))
 
 
 def _require_alike(x: Record, y: Record) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,11 +16,11 @@ from ..core.errors import called_as, non_negative, real_array, real_number
 from ..core.loads import Record
 from ..core.schemes import Scheme
 from ..core.schemes import scheme as make_scheme
+from ..core.units import unit_of
 from ..exact.oscillator import exact_peaks
 from ..marching.linear import march_linear
 from ..marching.oscillators import Oscillators
 from .records import read_record
-from .units import unit_of
 
 if TYPE_CHECKING:
     from xarray import Dataset, Variable
@@ -77,7 +79,7 @@ def response_spectrum(
     """
     from xarray import Dataset  # noqa: PLC0415 (on first use)
 
-    load, taken = record_in(record, dt, unit)
+    load = record_of(record, dt, unit)
     T, damping, s = natural_periods(periods, frequencies), non_negative("xi", xi), numbers_only(scheme)
     refuse_damping(s, damping)
     if damping.ndim > 1 or not damping.size:
@@ -102,7 +104,7 @@ def response_spectrum(
     for power, name in ((1, "velocity"), (2, "acceleration")):
         text = f"pseudo-spectral {name}, omega^{power} SD"
         variables[f"pseudo_{name}"] = variable(omega**power * peaks[0], of_ground[power], text, QUANTITIES[name][1])
-    attrs = attributes(s, load, source_of(record), taken, int(np.count_nonzero(~stable)))
+    attrs = attributes(s, (load,), int(np.count_nonzero(~stable)))
     if errors:
         for name, peak, exact in zip(QUANTITIES, peaks, exact_peaks(omega, lanes_xi, load), strict=True):
             text = f"relative error of the scheme's spectral {name}"
@@ -118,43 +120,34 @@ def response_spectrum(
     return Dataset(variables, coordinates, attrs)
 
 
-def as_record(record: ArrayLike | str | Path | Record, dt: float | None = None) -> Record:
-    """A record of ground acceleration as `response_spectrum` takes it, with its step; raises what that raises."""
-    return record_in(record, dt)[0]
-
-
-def record_in(
+def record_of(
     record: ArrayLike | str | Path | Record, dt: float | None = None, unit: str | float | None = None
-) -> tuple[Record, str]:
-    """The record in m/s^2, and the unit in which it was given; see `response_spectrum`."""
+) -> Record:
+    """The record in m/s^2, with the unit in which it was given and where it comes from; see `response_spectrum`."""
     if isinstance(record, str | Path):
-        found = read_record(Path(record), dt, unit)
-        return Record(found.dt, found.values), found.unit
-    name, factor = ("m/s^2", 1.0) if unit is None else unit_of(unit)
-    if isinstance(record, Record):
-        if dt is not None and real_number("dt of the record", dt) != record.dt:
-            raise ValueError(f"expected the record's own dt = {record.dt:g} s, got {dt:g} s; leave dt out")
-        return record if factor == 1.0 else Record(record.dt, factor * record.samples), name
-    if dt is None:
-        raise ValueError("expected dt of the record, got none; give the step between its samples in s")
-    step = real_number("dt of the record", dt, positive=True)
-    return Record(step, record if factor == 1.0 else factor * real_array("record", record)), name
+        return read_record(record, dt, unit)
+    if not isinstance(record, Record):
+        if dt is None:
+            raise ValueError("expected dt of the record, got none; give the step between its samples in s")
+        return Record(dt, record, unit="m/s^2" if unit is None else unit, source="array")
+    if dt is not None and real_number("dt of the record", dt) != record.dt:
+        raise ValueError(f"expected the record's own dt = {record.dt:g} s, got {dt:g} s; leave dt out")
+    if record.unit == "":
+        return replace(record, unit="m/s^2" if unit is None else unit, source=record.source or "array")
+    if unit is not None and unit_of(unit)[1] != unit_of(record.unit)[1]:
+        raise ValueError(f"expected unit={record.unit!r}, as the record says, got {unit!r}; leave it out")
+    return record
 
 
-def source_of(record: ArrayLike | str | Path | Record) -> str:
-    """Where a record comes from: the path of a file, else "array"."""
-    return str(record) if isinstance(record, str | Path) else "array"
-
-
-def attributes(s: Scheme, load: Record, source: str, unit: str, unstable: int) -> dict[str, Any]:
-    """Attributes of a spectrum: the scheme, the record, and at how many periods the scheme is unstable."""
+def attributes(s: Scheme, records: Sequence[Record], unstable: int) -> dict[str, Any]:
+    """Attributes of a spectrum: the scheme, records of one length, and at how many periods the scheme is unstable."""
     return {
         "scheme": s.name,
         "parameters": ", ".join(f"{key} = {float(value)}" for key, value in s.parameters.items()),
-        "dt": load.dt,
-        "samples": len(load.samples),
-        "source": source,
-        "unit": unit,
+        "dt": records[0].dt,
+        "samples": len(records[0].samples),
+        "source": " and ".join(dict.fromkeys(record.source for record in records)),
+        "unit": " and ".join(dict.fromkeys(unit_of(record.unit)[0] for record in records)),
         "unstable": unstable,
     }
 

@@ -4,8 +4,8 @@ import re
 
 import numpy as np
 
-from ..core.errors import real_number
-from ..core.schemes import Array
+from .arrays import Array
+from .errors import real_number
 
 STANDARD_GRAVITY = 9.80665  # m/s^2
 UNITS = {"m/s^2": 1.0, "g": STANDARD_GRAVITY, "cm/s^2": 0.01, "gal": 0.01, "in/s^2": 0.0254}
