@@ -1,6 +1,7 @@
 """A response as a Dataset, as a DataFrame and as a figure."""
 
 import builtins
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -108,3 +109,18 @@ def test_plot_draws_into_given_axes_and_refuses_what_does_not_fit() -> None:
         r.plot("u", "v", axes=axes[0])
     with pytest.raises(ValueError, match="did you mean 'energy'"):
         r.plot("enrgy")
+
+
+@pytest.mark.parametrize("name", RUNS)
+def test_what_is_saved_comes_back(name: str, tmp_path: Path) -> None:
+    r, path = RUNS[name](), tmp_path / "response.nc"
+    r.save(path)
+    assert ss.load(path).identical(r.to_xarray())
+
+
+def test_what_cannot_be_loaded(tmp_path: Path) -> None:
+    (tmp_path / "no.nc").write_text("no netCDF")
+    with pytest.raises(ValueError, match=r"expected a netCDF file, got .*no.nc"):
+        ss.load(tmp_path / "no.nc")
+    with pytest.raises(OSError, match=r"nowhere.nc"):
+        ss.load(tmp_path / "nowhere.nc")

@@ -13,6 +13,7 @@ from .auditing.program import Program
 from .auditing.programs.adapter import Integrator
 from .auditing.stepper import Stepper
 from .core.emission import emit
+from .core.exports import load
 from .core.loads import HalfSine, Harmonic, Record, Step
 from .core.response import Response
 from .core.scenes import Scene, scene, scenes
@@ -61,6 +62,7 @@ __all__ = [
     "dialect",
     "emit",
     "intensity",
+    "load",
     "march",
     "modal_damping",
     "rayleigh",

@@ -1,11 +1,13 @@
 """A response as a Dataset of xarray's and a DataFrame of pandas'; `history_figure` draws it."""
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from .arrays import Array, named
+from .errors import called_as
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -45,6 +47,25 @@ def to_dataset(found: Histories) -> "Dataset":
         found.dimension: named(found.dimension, labels, {}),
     }
     return xarray.Dataset(variables, coordinates, dict(found.attrs))
+
+
+@called_as('load("response.nc")')
+def load(path: str | Path) -> "Dataset":
+    """The Dataset of a netCDF file, of `Response.save`, or of a sweep or spectrum by `to_netcdf(path, engine="scipy")`.
+
+    Raises OSError for a file that cannot be read, and ValueError for one that is not netCDF.
+
+    >>> ss.march("duffing", "bathe", dt=0.1, t_end=1.0).save("duffing.nc")
+    >>> found = ss.load("duffing.nc")
+    >>> found.attrs["scheme"], dict(found.u.sizes)
+    ('bathe', {'t': 11, 'coordinate': 1})
+    """
+    import xarray  # noqa: PLC0415 (on first use)
+
+    try:
+        return xarray.load_dataset(path, engine="scipy")  # pyright: ignore[reportUnknownMemberType]
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"expected a netCDF file, got {path}: {error}; write one by Response.save") from error
 
 
 def to_frame(found: Histories) -> "DataFrame":

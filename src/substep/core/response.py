@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
@@ -134,6 +135,13 @@ class Response:
     def to_xarray(self) -> "Dataset":
         """u, v, a over t and coordinate, energy and the scene's own outputs over t; with units and settings."""
         return to_dataset(self._histories())
+
+    def save(self, path: str | Path) -> None:
+        """Write `to_xarray` to a netCDF file, which `substep.load` reads, and any other program that knows the format.
+
+        Raises OSError where the file cannot be written.
+        """
+        self.to_xarray().to_netcdf(path, engine="scipy")  # pyright: ignore[reportUnknownMemberType]
 
     def to_pandas(self) -> "DataFrame":
         """The same with a row for each time and a column for each history, such as "u x".

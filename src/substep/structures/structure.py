@@ -6,7 +6,7 @@ from __future__ import annotations
 # what users give is checked when it comes, whatever its annotation says
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Literal
 
 from numpy.typing import ArrayLike
 
@@ -15,6 +15,7 @@ from .march.critical import CriticalStep, critical_step
 from .march.march_structure import march_structure
 from .march.response import StructureResponse
 from .model.constraints import independent, transformation
+from .model.equilibrium import equilibrium
 from .model.given import Dof, LoadPair, loads_of, names_of, numbered, place_of
 from .model.internal_force import InternalForce
 from .model.model import Model
@@ -70,7 +71,7 @@ def structure(
     potential: Callable[..., Any] | None = None,
     C: Any = None,
     load: LoadPair | Iterable[LoadPair] = (),
-    u0: ArrayLike = 0.0,
+    u0: ArrayLike | Literal["static"] = 0.0,
     v0: ArrayLike = 0.0,
     a0: ArrayLike | None = None,
     fixed: Iterable[Dof] = (),
@@ -87,9 +88,10 @@ def structure(
 
     C: a matrix, `substep.rayleigh(...)`, `substep.modal_damping(...)`, or None. load: pairs (P, g) of a vector (N,), or
     a mapping from degrees of freedom to numbers, and a function of time such as `substep.Record`; or one such pair.
-    u0, v0, a0: (N,) or one number for all; a0 by default from the equation of motion. fixed: degrees of freedom held at
-    0. constraints: T (N, n), the displacements of all as T q of those that are independent. names: of all N, for
-    `fixed`, `load` and `dofs`.
+    u0, v0, a0: (N,) or one number for all; a0 by default from the equation of motion. u0="static": the displacements
+    in equilibrium with the loads at t = 0, of an internal force by Newton's iteration from zero with its tangent.
+    fixed: degrees of freedom held at 0. constraints: T (N, n), the displacements of all as T q of those that are
+    independent. names: of all N, for `fixed`, `load` and `dofs`.
     solver: "auto", "dense", "superlu", "pardiso", "cholmod", or a function from a matrix to a function b -> x.
 
     Raises ValueError for both or neither of K and internal_force, for other shapes, complex or not finite entries,
@@ -120,7 +122,10 @@ def structure(
     held = sorted({place_of(dof, numbers, N) for dof in fixed})
     T = transformation(N, held, constraints)
     internal = None if internal_force is None else InternalForce(T, internal_force, tangent, potential)
-    start = {"u0": u0, "v0": v0} | ({} if a0 is None else {"a0": a0})
+    static = isinstance(u0, str)
+    if static and u0 != "static":
+        raise ValueError(f"expected u0 as displacements or 'static', got {u0!r}; give numbers")
+    start = {"u0": 0.0 if static else u0, "v0": v0} | ({} if a0 is None else {"a0": a0})
     free = {name: independent(name, x, T, known) for name, x in start.items()}
     stiffness = None
     if internal is None:
@@ -141,7 +146,12 @@ def structure(
         full_mass=mass,
         internal=internal,
     )
-    return replace(bare, C=damping_of(bare, C), loads=loads_of(T, known, load))
+    loaded = replace(bare, loads=loads_of(T, known, load))
+    if static:
+        at_rest = equilibrium(loaded)
+        tangent_there = stiffness if internal is None else internal.stiffness(0.0, at_rest, free["v0"])[0]
+        loaded = replace(loaded, u0=at_rest, K=tangent_there)
+    return replace(loaded, C=damping_of(loaded, C))
 
 
 def damping_of(s: Model, C: Any) -> Matrix | Rayleigh | None:

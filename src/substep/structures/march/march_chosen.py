@@ -9,7 +9,7 @@ from ...core.progress import shown
 from ...core.response import Statistics, Status
 from ...run.clock import Control
 from ..model.given import Dof
-from .histories import Energies, accounted, selection
+from .histories import Energies, accounted, held_at_start, selection
 from .response import StructureResponse
 from .step_control import ChosenSteps, Taken
 from .steps import Run
@@ -56,7 +56,9 @@ class ChosenHistories:
             rows[:, 0], rows[:, 1], counts, status, None if status == "completed" else march.t + march.proposed,
             self.run.structure, self.run.scheme, np.nan, rows[:, 2] if made and kinds == 3 else None,
             np.array(self.times), statistics,
-            dofs=tuple(kept), account=accounted(self.run.scheme, self.accounts, status, step),
+            dofs=tuple(kept), account=accounted(
+                self.run.scheme, self.accounts, status, step, held_at_start(self.run.structure)
+            ),
         )  # fmt: skip
 
 

@@ -16,7 +16,7 @@ from ...core.schemes import scheme as make_scheme
 from ...run.clock import CHOSEN, Control, steps_of
 from ..model.given import Dof
 from ..model.model import Model
-from .histories import Histories, accounted
+from .histories import Histories, accounted, held_at_start
 from .march_chosen import march_chosen
 from .newton import Iteration, NewtonFailed
 from .refusals import require_definite_mass, require_suited, unsymmetric
@@ -129,7 +129,9 @@ def march_structure(
 def _response(found: Histories, status: Status, kept: list[Dof]) -> StructureResponse:
     run = found.run
     counts = found.iterations[: found.done]
-    account = accounted(run.scheme, found.accounts[: found.kept], status, f"dt = {run.h:g}")
+    account = accounted(
+        run.scheme, found.accounts[: found.kept], status, f"dt = {run.h:g}", held_at_start(run.structure)
+    )
     u, v, *a = found.read()
     return StructureResponse(
         u, v, counts, status, None if status == "completed" else (found.done + 1) * run.h, run.structure, run.scheme,
