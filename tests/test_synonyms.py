@@ -49,7 +49,11 @@ def test_a_synonym_is_the_one_scheme_that_has_it(synonym: str, names: list[str])
 )
 def test_however_it_is_written(written: str, name: str) -> None:
     assert ss.scheme(written).name == name
-    assert ss.march("duffing", written, dt=0.1, t_end=0.2).scheme.name == name
+
+
+def test_a_march_takes_them_too() -> None:
+    oscillator = ss.scene("linear_oscillator", omega=2.0)
+    assert ss.march(oscillator, "Crank-Nicolson", dt=0.1, t_end=0.2).scheme == ss.scheme("average_acceleration")
 
 
 def test_the_derivation_knows_them_too() -> None:
