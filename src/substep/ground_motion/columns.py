@@ -34,9 +34,7 @@ def columns(path: Path, lines: list[str], dt: float | None, resampled: bool) -> 
     """
     start = _start(lines)
     header = [number for number, line in enumerate(lines[:start], start=1) if _fields(line)]
-    skipped = (
-        f"line{'s' if len(header) > 1 else ''} {' to '.join(map(str, dict.fromkeys([*header[:1], *header[-1:]])))}"
-    )
+    skipped = f"lines {header[0]} to {header[-1]}" if len(header) > 1 else f"line {sum(header)}"
     if header and start == len(lines):
         line = lines[header[0] - 1].strip()
         raise ValueError(f"{path}, line {header[0]}: expected numbers below a header, got none below '{line[:60]}'")
@@ -47,7 +45,7 @@ def columns(path: Path, lines: list[str], dt: float | None, resampled: bool) -> 
             raise
         raise ValueError(f"{error}; skipped as a header: {skipped}") from error
     if header:
-        warn(f"{path}: skipped as a header: {skipped}; put '#' before it to say so")
+        warn(f"{path}: skipped as a header: {skipped}; put '#' before what is no data")
     return found._replace(above="\n".join(lines[:start]))
 
 
@@ -78,10 +76,11 @@ def _is_number(text: str) -> bool:
 def _fields(line: str) -> list[str]:
     """What stands between semicolons, tabs, commas or blanks before '#'; the first two may part decimal commas."""
     text = line.partition("#")[0].strip()
+    decimal = "," if "." not in text else "."
     if ";" in text:
-        return [field.strip().replace(",", ".") for field in text.removesuffix(";").split(";")]
+        return [field.strip().replace(decimal, ".") for field in text.removesuffix(";").split(";")]
     words = text.split()
-    if "\t" in text and all(DECIMAL_COMMA.fullmatch(word) for word in words if "," in word):
+    if "\t" in text and "." not in text and all(DECIMAL_COMMA.fullmatch(word) for word in words if "," in word):
         return [word.replace(",", ".") for word in words]
     return re.split(r"\s*,\s*|\s+", text.removesuffix(",").rstrip()) if "," in text else words
 
@@ -130,7 +129,7 @@ def _row_by_row(path: Path, lines: list[str], rows: list[Row]) -> Array:
     values = np.array([x for row in rows for x in row.values])
     if len(values) < 2:
         raise ValueError(f"{path}: expected at least two numbers, got {len(values)}")
-    if 1 < width <= COMPONENTS:
+    if len(rows) > 1 and 1 < width <= COMPONENTS:
         warn(
             f"{path}: read {len(values)} accelerations row by row, {width} a line; if these are components, choose one "
             "and write it alone"
