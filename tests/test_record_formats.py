@@ -92,6 +92,10 @@ def test_a_record_comes_back_from_every_format(tmp_path_factory: pytest.TempPath
         assert (found.dt, found.source) == (DT, str(path)), name
 
 
+def test_the_mark_of_utf_8_is_no_header(tmp_path: Path) -> None:
+    assert np.array_equal(read_record(write(tmp_path, two_columns(VALUES, ";").encode("utf-8-sig"))).samples, VALUES)
+
+
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "cp1252"])
 @pytest.mark.parametrize(
     ("header", "lines"),
@@ -130,6 +134,7 @@ def test_a_header_is_skipped_with_a_warning_and_its_unit_believed(
         # decimal commas
         ("0.01;1,234\n", None, "line 1: expected numbers below a header"),
         ("0,01 0,1\n0,02 0,2\n", None, "line 1: expected two columns.* got 4.*separate decimal commas by ';'"),
+        ("0.01\t0,1\n0.02\t0,2\n", None, r"line 1: expected two columns.* got 3: '0.01\t0,1'"),
         ("0,12\n0,05\n0,31\n", 0.01, "line 1: expected one acceleration a line.* 2 columns: '0,12'.* decimal points"),
         # times
         ("0 1\n0.01 2\n0.01 3\n", None, "line 3: expected equal steps.*got t = 0.01 s after 0.01 s; .*delete the line"),
@@ -229,6 +234,10 @@ def test_every_format_is_resampled_within_the_error_of_interpolation(tmp_path: P
         ValueError, match=r"line 4: expected equal steps, or with resample= ascending times, got t = 0.02"
     ):
         read_record(path, resample=0.01)
+    path = write(tmp_path, "0 1\n0.01 2\n0.04 3\n")
+    assert read_record(path, resample=0.01).samples.tolist() == pytest.approx([1.0, 2.0, 7 / 3, 8 / 3, 3.0])
+    with pytest.raises(ValueError, match=r"line 3: expected steps of the given dt = 0.01 s"):
+        read_record(path, 0.01, resample=0.01)
     with pytest.raises(ValueError, match="expected resample > 0"):
         read_record(path, resample=0.0)
 

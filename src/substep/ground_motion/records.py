@@ -31,9 +31,9 @@ def read_record(
     skipped with a warning. Of times only the steps count: the record starts at 0, wherever they do. No baseline is
     corrected.
 
-    dt, s: of accelerations alone, or where times are printed with too few digits. unit: of the accelerations, one of
-    `units.UNITS` or a factor to m/s^2; by default the one that the file says, text in a line above the data, else of
-    text m/s^2 if its peak is that of a ground motion. SAC, miniSEED and GSE do not say it.
+    dt, s: of accelerations alone, or of times that are printed with too few digits, which are held to it. unit: of the
+    accelerations, one of `units.UNITS` or a factor to m/s^2; by default the one that the file says, text in a line
+    above the data, else of text m/s^2 if its peak is that of a ground motion. SAC, miniSEED and GSE do not say it.
     resample, s: the step of the record that is made by interpolating linearly from the first time to the last, whose
     steps then need not be equal; what is left at the end, less than a step, is dropped. Where a was smooth, this is
     wrong by at most h^2 max|a''|/8 for steps h of the file: it takes from high frequencies. No filter precedes it, so
