@@ -10,9 +10,11 @@ import numpy as np
 import pytest
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
+from typer.testing import CliRunner
 
 import substep as ss
 from substep import read_record
+from substep.cli.commands import app
 from substep.core.units import STANDARD_GRAVITY
 
 DT = 0.005
@@ -301,3 +303,15 @@ def test_obspy_is_needed_for_seismic_formats_alone(tmp_path: Path, monkeypatch: 
     with pytest.raises(ImportError, match=r"expected obspy for .*NWH.EW.*pip install 'substep\[seismic\]'"):
         read_record(write(tmp_path, KNET, "NWH.EW"))
     assert ss.response_spectrum(write(tmp_path, in_rows(VALUES, 5), "x.ns"), DT, [0.1]).attrs["samples"] == 7
+
+
+def test_the_command_takes_accelerations_alone_and_says_that_obspy_is_needed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "obspy", None)
+    alone, seismic = write(tmp_path, in_rows(VALUES, 5)), write(tmp_path, KNET, "NWH.EW")
+    done = CliRunner().invoke(app, ["spectrum", str(alone), "--dt", "0.005", "--periods", "0.1"])
+    assert (done.exit_code, "7 samples, dt = 0.005 s" in done.output) == (0, True)
+    for path, cure in ((alone, "give dt for accelerations alone"), (seismic, "pip install 'substep[seismic]'")):
+        result = CliRunner().invoke(app, ["spectrum", str(path)], env={"COLUMNS": "400"})
+        assert (result.exit_code, cure in result.output) == (2, True)
