@@ -276,7 +276,7 @@ def test_knet_by_obspy(tmp_path: Path, traces: list[SimpleNamespace], name: str)
         read_record(path, unit="gal")
 
 
-@pytest.mark.parametrize("suffix", [".sac", ".mseed", ".GSE", ".v1"])
+@pytest.mark.parametrize("suffix", [".sac", ".mseed", ".GSE"])
 def test_samples_by_obspy_need_a_unit(tmp_path: Path, traces: list[SimpleNamespace], suffix: str) -> None:
     path = write(tmp_path, b"\x00\xe4@\xc6\x00", f"motion{suffix}")
     with pytest.raises(
@@ -296,6 +296,13 @@ def test_samples_by_obspy_need_a_unit(tmp_path: Path, traces: list[SimpleNamespa
         ValueError, match=r"expected one trace, got 2: XX.A..HNE, XX.A..HNN; choose one, as substep.Record"
     ):
         read_record(path, unit="g")
+
+
+@pytest.mark.parametrize("name", ["CHAN001.V2", "motion.v1"])
+def test_what_obspy_does_not_read_either(tmp_path: Path, name: str) -> None:
+    path = write(tmp_path, "CORRECTED ACCELEROGRAM\n  1  2\n", name)
+    with pytest.raises(ValueError, match=rf"{name}: expected a format that is read, got CSMIP's .*; write its accel"):
+        read_record(path)
 
 
 def test_obspy_is_needed_for_seismic_formats_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -25,6 +25,8 @@ KNET_HEADER = 17  # lines before the samples
 KNET_FORMAT = "KNET"  # ObsPy's name of it, in a trace's stats
 SEISMIC = re.compile(r"\.(sac|mseed|gse|v[12]|(ew|ns|ud)[12]?)", re.IGNORECASE)
 
+UNREAD = (".v1", ".v2")  # of CSMIP and COSMOS, in blocks of acceleration, velocity and displacement
+
 
 class Read(NamedTuple):
     """What a file says: accelerations (n,) in their unit, None for none, a step apart or at times (n,)."""
@@ -138,6 +140,11 @@ def is_seismic(path: Path, lines: list[str]) -> bool:
 
 def seismic(path: Path, dt: float | None, unit: str | float | None) -> Read:
     """A file of one trace, read by ObsPy: K-NET's in m/s^2, by its scale, others as they stand; raises ValueError."""
+    if path.suffix.lower() in UNREAD:
+        raise ValueError(
+            f"{path}: expected a format that is read, got CSMIP's or COSMOS's {path.suffix}, which ObsPy does not read "
+            "either; write its accelerations alone, as a file *.txt, and give dt"
+        )
     obspy = optional("obspy", f"{path}, a file of seismology", "seismic")
     try:
         traces = list(obspy.read(str(path)))
