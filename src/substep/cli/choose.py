@@ -54,7 +54,7 @@ def choose(
     ] = None,
     stiffness: Annotated[Path | None, typer.Option(rich_help_panel=PANEL, help="matrix K, likewise")] = None,
     load: Annotated[
-        Path | None, typer.Option(rich_help_panel=PANEL, help="two columns, time (s) and load, or a PEER .AT2")
+        Path | None, typer.Option(rich_help_panel=PANEL, help="two columns, time (s) and load, or a record")
     ] = None,
     at: Annotated[str, typer.Option(rich_help_panel=PANEL, help="degrees of freedom with that load, as 0,3")] = "",
     ground: Annotated[
@@ -105,7 +105,7 @@ def choose(
             found = scene_choice.choose(
                 scene, accuracy, t_end=end, quantity=quantity, among=candidates, chosen=schemes_of(chosen)
             )
-    except (ValueError, OSError) as error:
+    except (ValueError, OSError, ImportError) as error:
         raise typer.BadParameter(str(error)) from error
     Console().print(found.text, highlight=False)
     if file is not None:

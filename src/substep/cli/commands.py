@@ -219,10 +219,11 @@ def run(
 
 def spectrum(
     context: typer.Context,
-    file: Annotated[Path, typer.Argument(help="two columns, time (s) and acceleration, or a PEER .AT2")],
+    file: Annotated[Path, typer.Argument(help="a record: columns of text, PEER's .AT2, ESM's ASCII and others")],
     xi: Annotated[float, typer.Option(help="damping ratio")] = 0.05,
     scheme_name: SchemeOption = "average_acceleration",
     periods: Annotated[str, typer.Option(help="in s, as 0.1,0.5,1; by default 200 from 0.02 to 10 s")] = "",
+    dt: Annotated[float | None, typer.Option(help="step in s, of a file of accelerations alone")] = None,
     unit: Annotated[str, typer.Option(help="g, m/s^2, cm/s^2, gal or in/s^2; by default what the file says")] = "",
     csv: Annotated[Path | None, typer.Option(help="write the spectrum here")] = None,
     chart: Annotated[Path | None, typer.Option(help="draw it here, without suffix")] = None,
@@ -239,8 +240,8 @@ def spectrum(
         T = [number("--periods", text) for text in periods.split(",")] if periods else None
         with working(f"response spectrum of {file.name}"):
             own = scheme_of(scheme_name, exact_options(context.args))
-            s = response_spectrum(file, periods=T, xi=xi, scheme=own, unit=unit or None)
-    except (ValueError, OSError) as error:
+            s = response_spectrum(file, dt, T, xi, own, unit=unit or None)
+    except (ValueError, OSError, ImportError) as error:
         raise typer.BadParameter(str(error)) from error
     settings = f"{s.samples} samples, dt = {s.dt:g} s, xi = {xi:g}, {' '.join((s.scheme, s.parameters)).strip()}"
     table = Table("", "largest", "at T (s)", "its error", "largest error", "at T (s)", title=f"{file.name}: {settings}")

@@ -51,10 +51,10 @@ def response_spectrum(
 ) -> Dataset:
     """Peak response of oscillators u'' + 2 xi omega u' + omega^2 u = -a_g, omega = 2 pi/period, from rest.
 
-    record: ground acceleration (n,) with its step dt in s, or the path of a file: two columns, time (s) and
-    acceleration, or PEER's .AT2 (g); a file, or a `Record`, has its own dt, and another one is an error. unit: of the
-    accelerations, "g", "m/s^2", "cm/s^2", "gal", "in/s^2" or a factor to m/s^2, by default m/s^2 or what the file says;
-    attrs["unit"] is the one that was taken.
+    record: ground acceleration (n,) with its step dt in s, or the path of a file, as `read_record` takes it with dt and
+    unit; where a file, or a `Record`, has its own dt, another one is an error. unit: of the accelerations, "g",
+    "m/s^2", "cm/s^2", "gal", "in/s^2" or a factor to m/s^2, by default m/s^2 or what the file says; attrs["unit"] is
+    the one that was taken.
     periods (P,) in s, by default 200 from 0.02 to 10 s; 0 is the ground itself, with SD = SV = 0 and SA the largest
     ground acceleration, of which pseudo_acceleration has the limit. frequencies (P,) > 0 in Hz, in place of periods,
     are kept as a coordinate beside them. xi: damping ratio, or several (X,). scheme: a name or a handle, whose
