@@ -46,7 +46,10 @@ def stability_at_points(
             if values.size == 1:
                 row[:] = values
         some_refused, some_beyond = stability(*given, block, varying, inputs, large, out, begin, end)
-        refused, beyond = refused or some_refused, beyond or some_beyond
+        if some_refused:  # never set back, whatever another thread has seen
+            refused = True
+        if some_beyond:
+            beyond = True
 
     spread(part, n, PART, nanoseconds=n * nanoseconds)
     return refused, beyond

@@ -38,7 +38,6 @@ WRITTEN = {
     "tmax": ("t_end", "t_end"),
     "t_final": ("t_end", "t_end"),
     "duration": ("t_end", "t_end"),
-    "alpha": ("rho_inf", "rho_inf, the spectral radius at infinity"),
 }
 OWN = Path(__file__).parents[1]  # the folder of this package
 P = ParamSpec("P")
