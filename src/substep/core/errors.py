@@ -173,6 +173,17 @@ def number_or_row(name: str, value: ArrayLike) -> NDArray[np.float64]:
     return array
 
 
+def damping_ratio(name: str, value: ArrayLike) -> NDArray[np.float64]:
+    """Damping ratios of a structure as an array, else a ValueError: also for those above 1, as of percent."""
+    ratios = non_negative(name, value)
+    if (ratios > 1.0).any():
+        largest = float(ratios.max())
+        raise ValueError(
+            f"expected {name} as a ratio, at most 1, got {largest:g}; {largest:g} % is {largest / 100.0:g}"
+        )
+    return ratios
+
+
 def require_numbers(owner: str, parameters: Mapping[str, NDArray[np.float64]], cure: str) -> None:
     """Raises ValueError, with the cure, for the first parameter that is an array."""
     for name, value in parameters.items():

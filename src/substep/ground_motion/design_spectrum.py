@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.arrays import Array, named
-from ..core.errors import called_as, non_negative, real_number, unknown_name
+from ..core.errors import called_as, damping_ratio, real_number, unknown_name
 from ..core.units import STANDARD_GRAVITY
 from .spectrum import natural_periods
 
@@ -67,7 +67,7 @@ def _ec8(periods: Array, *, a_g: float, ground: str, type: int = 1, xi: float = 
         raise unknown_name("a type of spectrum", str(type), map(str, SOIL))
     if ground not in SOIL[type]:
         raise unknown_name("a type of ground", str(ground), SOIL[type])
-    damping = float(non_negative("xi", real_number("xi", xi)))
+    damping = float(damping_ratio("xi", real_number("xi", xi)))
     S, T_B, T_C, T_D = SOIL[type][ground]
     eta = max(float(np.sqrt(10.0 / (5.0 + 100.0 * damping))), 0.55)
     at_0 = real_number("a_g", a_g, positive=True) * S

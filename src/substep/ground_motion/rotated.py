@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from ..core.arrays import Array, named
 from ..core.coefficients import refuse_damping
-from ..core.errors import called_as, non_negative, real_array, real_number
+from ..core.errors import called_as, damping_ratio, real_array, real_number
 from ..core.loads import Record
 from ..core.schemes import Scheme
 from ..marching.histories import histories
@@ -61,7 +61,7 @@ def response_spectrum_rotated(
 
     first, second = (record_of(component, dt, unit) for component in (x, y))
     _require_alike(first, second)
-    T, damping, s = natural_periods(periods), non_negative("xi", real_number("xi", xi)), numbers_only(scheme)
+    T, damping, s = natural_periods(periods), damping_ratio("xi", real_number("xi", xi)), numbers_only(scheme)
     refuse_damping(s, damping)
     parts = real_array("percentiles", percentiles)
     if parts.ndim != 1 or not parts.size or (parts < 0.0).any() or (parts > 100.0).any():

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..core.arrays import Array, named
 from ..core.coefficients import refuse_damping
-from ..core.errors import called_as, non_negative, real_array, real_number
+from ..core.errors import called_as, damping_ratio, real_array, real_number
 from ..core.loads import Record
 from ..core.schemes import Scheme
 from ..core.schemes import scheme as make_scheme
@@ -80,7 +80,7 @@ def response_spectrum(
     from xarray import Dataset  # noqa: PLC0415 (on first use)
 
     load = record_of(record, dt, unit)
-    T, damping, s = natural_periods(periods, frequencies), non_negative("xi", xi), numbers_only(scheme)
+    T, damping, s = natural_periods(periods, frequencies), damping_ratio("xi", xi), numbers_only(scheme)
     refuse_damping(s, damping)
     if damping.ndim > 1 or not damping.size:
         raise ValueError(f"expected xi to be a number or a row of them, got shape {damping.shape}")

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...core.errors import called_as, real_number
+from ...core.errors import called_as, damping_ratio, real_number
 from ..solvers.matrices import Matrix, combination
 
 
@@ -45,6 +45,7 @@ def rayleigh(xi_1: float, xi_2: float, *, at: tuple[float, float]) -> Rayleigh:
     (0.5, 0.00278)
     """
     ratios = [real_number(name, x) for name, x in (("xi_1", xi_1), ("xi_2", xi_2))]
+    damping_ratio("xi", [max(x, 0.0) for x in ratios])  # negative ones are answered below
     if np.shape(at) != (2,):
         raise ValueError(f"expected at as two circular frequencies, rad/s, got {at!r}; give a list [omega_1, omega_2]")
     omegas = [real_number("a frequency of Rayleigh damping", omega, positive=True) for omega in at]

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...core.arrays import Array
-from ...core.errors import non_negative
+from ...core.errors import damping_ratio, non_negative
 from ..model.model import Model
 from ..solvers.low_rank import LowRank
 from .eigen import eigenmodes
@@ -56,7 +56,7 @@ def modal_damping(xi: ArrayLike, modes: ModalBasis | int | None = None) -> Modal
     >>> frame.modes(2).xi.round(12)
     array([0.05, 0.05])
     """
-    ratios = non_negative("xi", xi)
+    ratios = damping_ratio("xi", xi) if np.ndim(xi) == 0 else non_negative("xi", xi)  # those of modes may be above 1
     if modes is None or isinstance(modes, int | np.integer):
         known, count = None, len(ratios) if modes is None and ratios.ndim == 1 else modes
     else:
