@@ -261,6 +261,7 @@ def test_spectrum_prints_writes_and_draws(tmp_path: Path) -> None:
     assert result.exit_code == 0, result.output
     assert "315 samples" in result.output
     assert "accelerations read in m/s^2" in result.output
+    assert "SA is within 1 % of the exact response from T = 0.1 s on" in result.output
     in_g = runner.invoke(app, ["spectrum", str(file), *options, "--unit", "g"])
     assert "accelerations read in g" in in_g.output
     assert "0.57" in result.output

@@ -252,6 +252,8 @@ def spectrum(
         table.add_row(name, *row, f"{100 * float(error[off]):.3g} %", f"{float(s.period[off]):.4g}")
     console.print(table)
     console.print(f"accelerations read in {s.unit}")
+    if s.good_from == s.good_from:  # NaN where not even the longest period is
+        console.print(f"SA is within 1 % of the exact response from T = {s.good_from:.4g} s on")
     if s.unstable:
         console.print(f"{s.scheme} is unstable at {s.unstable} of {s.sizes['period']} periods: inf there")
     if csv is not None or chart is not None:
