@@ -23,9 +23,7 @@ def test_a_ratio_above_1_is_taken_for_percent(given: Callable[[Any], Any]) -> No
     given(0.05)
     given(1.0)
     for percent, ratio in ((5, "0.05"), (2.5, "0.025")):
-        with pytest.raises(
-            ValueError, match=f"xi as a ratio, at most 1, got {percent}; {percent} % is {ratio}"
-        ):
+        with pytest.raises(ValueError, match=f"xi as a ratio, at most 1, got {percent}; {percent} % is {ratio}"):
             given(percent)
 
 
