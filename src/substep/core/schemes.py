@@ -7,8 +7,6 @@ first use.
 from __future__ import annotations
 
 import math
-import re
-import unicodedata
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, lru_cache, partial
@@ -24,13 +22,11 @@ from .arrays import Array, Values, by_value
 from .entries import ParameterInfo, SchemeInfo
 from .errors import called_as, unknown_name
 from .facts import Facts, Term, facts_at, facts_at_defaults, rho_inf_forms
-from .kernel_modules import loaded
+from .scheme_names import SCHEMES, named
 from .scheme_record import SchemeRecord
 
 if TYPE_CHECKING:
     from ..derived.modules import Declaration
-
-SCHEMES: Mapping[str, Mapping[str, Any]] = loaded("index").SCHEMES
 
 
 @dataclass(frozen=True)
@@ -119,7 +115,7 @@ def scheme_info(name: str | Declaration) -> SchemeInfo:
         first, colon, given = name.partition(":")
         if colon and first in SCHEMES:
             raise ValueError(f"expected a scheme's name, got '{name}'; write scheme('{first}', {given}) in Python")
-        return _in_catalogue(_named(name))
+        return _in_catalogue(named(name))
     if not hasattr(name, "takes_damping"):
         raise ValueError(
             f"expected a scheme by name, handle or declaration, got {name!r}; substep.schemes() lists the names"
@@ -128,33 +124,6 @@ def scheme_info(name: str | Declaration) -> SchemeInfo:
 
     module = own_scheme_module(name)
     return SchemeInfo.of(name.name, module.ENTRY, module, name)
-
-
-def _named(name: str) -> str:
-    """The catalogue's name of the scheme that is meant by a name, or by a synonym, however it is written."""
-    if name in SCHEMES:
-        return name
-    plain = unicodedata.normalize("NFKD", re.sub("['’]s?", "", name.lower())).encode("ascii", "ignore").decode()
-    written = re.sub(r"[\W_]+", "_", plain).strip("_")
-    synonyms = _synonyms()
-    for asked in (written, re.sub("_(method|scheme|algorithm)$", "", written)):
-        if asked in SCHEMES:
-            return asked
-        if len(meant := synonyms.get(asked, ())) == 1:
-            return meant[0]
-        if meant:
-            raise ValueError(f"expected one scheme, got '{name}', which may be {' or '.join(meant)}; write which")
-    raise unknown_name("a scheme", name, (*SCHEMES, *synonyms), "substep.schemes(), or `substep schemes`, lists all")
-
-
-@cache
-def _synonyms() -> Mapping[str, tuple[str, ...]]:
-    """Names of schemes by each synonym."""
-    found: dict[str, tuple[str, ...]] = {}
-    for name, entry in SCHEMES.items():
-        for synonym in entry.get("synonyms", ()):
-            found[synonym] = (*found.get(synonym, ()), name)
-    return MappingProxyType(found)
 
 
 @cache

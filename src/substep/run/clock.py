@@ -17,11 +17,10 @@ MOST_STEPS = 2**53  # beyond, not every whole number is a double
 
 @dataclass(frozen=True)
 class ConstantSteps:
-    """n steps of dt (s) from t = 0 to t_end, of which every stride-th is kept."""
+    """n steps of dt (s) from t = 0 on, of which every stride-th is kept."""
 
     dt: float
     n: int
-    t_end: float
     stride: int = 1
 
     @classmethod
@@ -29,7 +28,7 @@ class ConstantSteps:
         """Raises ValueError for a step or an end that is not positive, and for an end that is no multiple of dt."""
         _require_stride(stride)
         t_end, dt = real_number("t_end", t_end, positive=True), real_number("dt", dt, positive=True)
-        return cls(dt, number_of_steps(dt, t_end), t_end, int(stride))
+        return cls(dt, number_of_steps(dt, t_end), int(stride))
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,43 @@
+"""The catalogue's index of schemes, and which of them is meant by a name."""
+
+import re
+import unicodedata
+from collections.abc import Mapping
+from functools import cache
+from types import MappingProxyType
+from typing import Any
+
+from .errors import unknown_name
+from .kernel_modules import loaded
+
+SCHEMES: Mapping[str, Mapping[str, Any]] = loaded("index").SCHEMES
+
+
+def named(name: str) -> str:
+    """The catalogue's name of the scheme that is meant by a name, or by a synonym, however it is written.
+
+    Raises ValueError for a synonym of several schemes, and for an unknown name.
+    """
+    if name in SCHEMES:
+        return name
+    plain = unicodedata.normalize("NFKD", re.sub("['’]s?", "", name.lower())).encode("ascii", "ignore").decode()
+    written = re.sub(r"[\W_]+", "_", plain).strip("_")
+    synonyms = _synonyms()
+    for asked in (written, re.sub("_(method|scheme|algorithm)$", "", written)):
+        if asked in SCHEMES:
+            return asked
+        if len(meant := synonyms.get(asked, ())) == 1:
+            return meant[0]
+        if meant:
+            raise ValueError(f"expected one scheme, got '{name}', which may be {' or '.join(meant)}; write which")
+    raise unknown_name("a scheme", name, (*SCHEMES, *synonyms), "substep.schemes(), or `substep schemes`, lists all")
+
+
+@cache
+def _synonyms() -> Mapping[str, tuple[str, ...]]:
+    """Names of schemes by each synonym."""
+    found: dict[str, tuple[str, ...]] = {}
+    for name, entry in SCHEMES.items():
+        for synonym in entry.get("synonyms", ()):
+            found[synonym] = (*found.get(synonym, ()), name)
+    return MappingProxyType(found)
