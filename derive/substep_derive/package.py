@@ -12,6 +12,7 @@ from .emit.filter_module import filter_module
 from .emit.first_use import catalogue_pair
 from .emit.formulas import formulas_module
 from .emit.index import index_module
+from .emit.interpolant_module import interpolant_module
 from .emit.march_module import march_module
 from .emit.operations import operations_table
 from .emit.plan_module import plan_module
@@ -84,6 +85,7 @@ def _shared(kernels: Iterable[SchemeKernels]) -> dict[str, str]:
     return {
         "combinations": COMBINATIONS,
         "formulas": formulas_module(),
+        "interpolant": interpolant_module(),
         "loads": LOADS,
         "step_control": STEP_CONTROL_HEADER + STEP_CONTROL,
         "errors": errors_module(),

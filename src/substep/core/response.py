@@ -1,6 +1,6 @@
 """What a march returns."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from .arrays import Array
 from .exports import Histories, History, to_dataset, to_frame
+from .state import State
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -67,8 +68,36 @@ class Response:
     scheme: "Scheme"
     step: float  # s between two rows; NaN where steps are uneven
     own_a: Array | None
-    times: Array | None = None  # s, where steps are uneven
+    times: Array | None = None  # s, where they are not multiples of the step
     statistics: Statistics | None = None
+    started: State | None = None  # where the march went on from
+    last: Callable[[], State] | None = None  # where it stands, as far as the march knows it
+    t_events: Array | None = None  # s, where the march was to end at an event: of each the time, NaN without one
+
+    @cached_property
+    def state(self) -> State:
+        """Where the run stands: what `march(start=)` goes on from, for this scheme or another, this load or another.
+
+        After a failure it is the last row, without a history of the scheme. Raises ValueError where that row does not
+        hold all degrees of freedom.
+        """
+        if self.last is not None:
+            return self.last()
+        return State(float(self.t[-1]), *self._last_row)
+
+    @property
+    def has_a(self) -> bool:
+        """Whether `a` is known."""
+        return True
+
+    def at_times(self, times: Array) -> dict[str, Any]:
+        """What else there is of each row, by the names of fields, at other times."""
+        return {}
+
+    @property
+    def _last_row(self) -> list[Array]:
+        """u, v, a (d,) in the last row."""
+        return [np.array(x[-1]) for x in (self.u, self.v, self.a)]
 
     @cached_property
     def t(self) -> Array:
@@ -80,7 +109,8 @@ class Response:
         """Acceleration (n+1, ndof)."""
         if self.own_a is not None:
             return self.own_a
-        return np.concatenate([self.scene.a0[None], self.scene.acceleration(self.t, self.u, self.v)[1:]])
+        first = self.scene.a0 if self.started is None or self.started.a is None else self.started.a
+        return np.concatenate([first[None], self.scene.acceleration(self.t, self.u, self.v)[1:]])
 
     @cached_property
     def energy(self) -> Array:

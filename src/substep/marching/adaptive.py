@@ -15,6 +15,7 @@ from ..core.loads import as_numbers, break_points
 from ..core.response import STATUSES, Response, Statistics
 from ..core.scenes import Scene
 from ..core.schemes import Scheme
+from ..core.state import State
 from ..core.threads import spread
 from ..run.clock import Control
 from .scene_lanes import TOLERANCE
@@ -43,15 +44,26 @@ def _kernels(scheme: Any, scene: Any, terms: Any, order: int, always: bool) -> M
 
 
 def lanes_of(
-    scene: Scene, scheme: Scheme, asked: Control, P: int = 1, *, bound: Any = math.inf, rows: int = 0
+    scene: Scene,
+    scheme: Scheme,
+    asked: Control,
+    P: int = 1,
+    *,
+    bound: Any = math.inf,
+    rows: int = 0,
+    start: State | None = None,
 ) -> dict[str, Any]:
-    """The arguments of the kernel, by name, for P runs of one scene and scheme; rows: of the buffers without a grid."""
+    """The arguments of the kernel, by name, for P runs of one scene and scheme; rows: of the buffers without a grid.
+
+    start: where they go on from, in place of the scene's start.
+    """
     error, d = scheme.local_error(scene.info.damped), scene.u0.shape[-1]
     module = adaptive_kernels(scene, scheme)
     grid = NO_GRID if asked.grid is None else asked.grid
     breaks = NO_GRID if scene.load is None else break_points(scene.load, asked.t_end)
+    breaks = breaks[breaks > asked.t_begin]
     if grid.size and error.order > module.DEGREE:  # the interpolant would lose what the steps have gained
-        breaks = np.union1d(breaks, grid[(grid > 0.0) & (grid < asked.t_end)])
+        breaks = np.union1d(breaks, grid[(grid > asked.t_begin) & (grid < asked.t_end)])
     load, samples = NO_LOAD if scene.load is None else as_numbers(scene.load)
     length, weights = scene.length, enumerate(error.weights)
     named = {
@@ -62,14 +74,15 @@ def lanes_of(
     numbers = np.empty((P, len(module.SCALARS)))
     for k, name in enumerate(module.SCALARS):
         numbers[:, k] = named[name]
-    start = np.empty((P, 3, d))
-    start[:, 0], start[:, 1], start[:, 2] = scene.u0, scene.v0, scene.a0
+    vectors = np.empty((P, 3, d))
+    for k, (name, x) in enumerate((("u", scene.u0), ("v", scene.v0), ("a", scene.a0))):
+        vectors[:, k] = x if start is None else getattr(start, name)
     targets = np.empty((1, len(breaks) + 1))
     targets[0, :-1], targets[0, -1] = breaks, asked.t_end
     size = grid.size or rows
     return {
         "numbers": numbers,
-        "start": start,
+        "start": vectors,
         "load": load,
         "samples": samples,
         "targets": targets,
@@ -130,11 +143,17 @@ def march_lanes_adaptive(
 
 
 def march_adaptive(
-    scene: Scene, scheme: Scheme, asked: Control, *, bound: float = math.inf, rows: int = ROWS
+    scene: Scene,
+    scheme: Scheme,
+    asked: Control,
+    *,
+    bound: float = math.inf,
+    rows: int = ROWS,
+    start: State | None = None,
 ) -> Response:
-    """One run. bound: energy in J before which it stops; rows: of the first buffer."""
+    """One run. bound: energy in J before which it stops; rows: of the first buffer; start: where it goes on from."""
     module = adaptive_kernels(scene, scheme)
-    x = lanes_of(scene, scheme, asked, bound=bound, rows=rows)
+    x = lanes_of(scene, scheme, asked, bound=bound, rows=rows, start=start)
     counts, control, gridded = x["counts"][0], x["control"][0], asked.grid is not None
     kept: list[tuple[Array, Array, NDArray[np.int64]]] = []
     while True:
@@ -153,6 +172,11 @@ def march_adaptive(
     steps = (number[module.SMALLEST], number[module.LARGEST]) if accepted else (math.nan, math.nan)
     iterations_of, most_of = (tuple(row) for row in x["newton"][0].tolist())
     statistics = Statistics(accepted, rejected, failures, iterations_of, most_of, *steps)
+
+    def last() -> State:
+        return State(number[module.TIME], *x["here"][0].copy(), dt_next=number[module.PROPOSED])
+
     return Response(
-        out[:, 0], out[:, 1], iterations[1:], status, failed, scene, scheme, math.nan, out[:, 2], times, statistics
+        out[:, 0], out[:, 1], iterations[1:], status, failed, scene, scheme, math.nan, out[:, 2], times, statistics,
+        started=start, last=last,
     )  # fmt: skip

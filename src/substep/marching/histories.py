@@ -7,6 +7,7 @@ import numpy as np
 from ..core.arrays import Array, read_only
 from ..core.loads import Load
 from ..core.schemes import Scheme
+from ..run.clock import AT_ZERO, Begin
 from .linear import LOADED, pieces, prepared
 from .oscillators import Oscillators
 
@@ -14,9 +15,18 @@ NEAR = 1 << 17  # doubles of a block: a megabyte stays in a core's second cache
 
 
 def histories(
-    scheme: Scheme, o: Oscillators, n: int, load: Load | None = None, *, stride: int = 1
+    scheme: Scheme,
+    o: Oscillators,
+    n: int,
+    load: Load | None = None,
+    *,
+    stride: int = 1,
+    begin: Begin = AT_ZERO,
+    last: Array | None = None,
 ) -> Iterator[tuple[int, Array]]:
     """Pairs of a row's number and a block (rows, 3, P) from that row on: u, v, a of every stride-th of n steps.
+
+    begin: as for `march_linear`. last (m, P): takes what is marched, after the last step.
 
     Together they are the history of `march_linear`, row 0 included. A block is overwritten by the next one. A lane that
     overflows goes on with infinities or NaN.
@@ -25,7 +35,7 @@ def histories(
     yield 0, o.start[None]
     if not n or not P:
         return
-    r = prepared(scheme, o, n, load)
+    r = prepared(scheme, o, n, load, begin=begin)
     if r.head is not None and len(kept := r.head.out[stride::stride]):
         yield 1, kept
     most = max(4, NEAR // (3 * P))
@@ -39,11 +49,13 @@ def histories(
             np.zeros((r.loads.K, most, P)),
         )
     block, nothing = np.empty((most + 1, 3, P)), np.empty((3, 0))
-    for begin, end, base, pace in pieces(r.first, n, stride, most):
+    for done, end, base, pace in pieces(r.first, n, stride, most):
         if room.size:
             loads.of_each(base, end, slice(0, P), room)
         r.march_lanes(
-            r.C, r.x, *(f[base:end] for f in shared), room, begin - base, end - base, pace, block, nothing, 0, P
+            r.C, r.x, *(f[base:end] for f in shared), room, done - base, end - base, pace, block, nothing, 0, P
         )  # fmt: skip
-        if count := end // stride - begin // stride:
-            yield begin // stride + 1, block[1 : 1 + count]
+        if end == n and last is not None:
+            last[:] = r.x
+        if count := end // stride - done // stride:
+            yield done // stride + 1, block[1 : 1 + count]

@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,7 @@ from ..core.loads import Load, LoadLanes, Record, values_at
 from ..core.response import STATUSES
 from ..core.schemes import Scheme
 from ..core.threads import spread
+from ..run.clock import AT_ZERO, Begin
 from .absolute import absolute_rows, with_absolute
 from .digital_filter import peaks_from_rest
 from .oscillators import Oscillators
@@ -38,13 +39,15 @@ class LinearLanes:
 
     out (rows, 3, P): u, v, a every stride steps, NaN after n_done; no rows where no history was asked for. peak: the
     largest |u|, |v|, |a| or in its place |2 xi omega v + omega^2 u| (3, P), or |u| (1, P), from t = 0 to n_done; (0, P)
-    if a history was asked for. n_done (P,): steps completed. status (P,): index in response.STATUSES.
+    if a history was asked for. n_done (P,): steps completed. status (P,): index in response.STATUSES. x (m, P): what is
+    marched, after the last step; none where peaks were filtered.
     """
 
     out: Array
     peak: Array
     n_done: NDArray[np.int64]
     status: NDArray[np.int64]
+    x: Array
 
 
 def march_linear(
@@ -56,9 +59,11 @@ def march_linear(
     stride: int = 1,
     keep: Literal["history", "peak", "peak_u", "peak_absolute"] = "history",
     out: Array | None = None,
+    begin: Begin = AT_ZERO,
 ) -> LinearLanes:
     """March n steps of all P oscillators; the scheme's parameters may be arrays (P,).
 
+    begin: where the steps begin, with rows (m, P) of what is marched where the scheme does not start anew.
     load: a function of times of any shape, or LoadLanes; it is divided by the masses. The samples of a Record with a
     sample at each step are not copied. keep: what LinearLanes is to hold; "peak_absolute": the force of spring and
     dashpot over the mass in place of the acceleration, which on a moving ground is the absolute acceleration. out:
@@ -68,19 +73,20 @@ def march_linear(
     P, rows = len(o.omega), n // stride + 1 if keep == "history" else 0
     followed, absolute = {"history": 0, "peak_u": 1}.get(keep, 3), keep == "peak_absolute"
     done = np.full(P, n), np.full(P, COMPLETED)
-    if followed and P:
+    if followed and P and begin is AT_ZERO:
         peak = peaks_from_rest(scheme, o, n, load, followed, absolute)
         if peak is not None and np.isfinite(peak).all():
-            return LinearLanes(np.empty((0, 3, P)), peak, *done)
-    lanes = LinearLanes(_history(out, (rows, 3, P)), np.zeros((3 if followed else 0, P)), *done)
+            return LinearLanes(np.empty((0, 3, P)), peak, *done, np.empty((0, P)))
+    x = np.empty((len(coefficients.marched(scheme)), P))
+    lanes = LinearLanes(_history(out, (rows, 3, P)), np.zeros((3 if followed else 0, P)), *done, x)
     if rows:
         lanes.out[0] = o.start
     if P == 1:
-        _alone(scheme, o, n, load, stride, lanes, 0, absolute)
+        _alone(scheme, o, n, load, stride, lanes, 0, absolute, begin)
     elif P and n:
-        x = _in_blocks(scheme, o, n, load, stride, lanes, absolute)
+        x[:] = _in_blocks(scheme, o, n, load, stride, lanes, absolute, begin)
         for j in np.flatnonzero(~np.isfinite(x).all(axis=0)):
-            _alone(scheme, o, n, load, stride, lanes, int(j), absolute)
+            _alone(scheme, o, n, load, stride, lanes, int(j), absolute, begin)
     if not followed:
         return lanes
     np.maximum(lanes.peak, np.abs(with_absolute(o, o.start) if absolute else o.start), out=lanes.peak)
@@ -112,18 +118,26 @@ class _Run(NamedTuple):
     head: LinearLanes | None  # results of these first steps, if there is a starter
 
 
-def prepared(scheme: Scheme, o: Oscillators, n: int, load: Load | None, absolute: bool = False) -> _Run:
+def prepared(
+    scheme: Scheme, o: Oscillators, n: int, load: Load | None, absolute: bool = False, begin: Begin = AT_ZERO
+) -> _Run:
     """The kernels and their arrays, ready for the first step that the scheme itself marches."""
     module, Omega, stencil = scheme.kernels, o.omega * o.dt, scheme.stencil()
-    state, head, first = _started(scheme, o, Omega, n, load)
-    excess = _excess(o, Omega, state, load) if module.CARRIER else np.zeros(len(Omega))
-    at_ends = stencil.ndim == 1 and not excess.any() and _linear_within_steps(scheme, load, o.dt, n)
+    excess, head, first = np.zeros(len(Omega)), None, 0
+    if begin.rows is None:
+        state, head, first = _started(scheme, o, Omega, n, load, begin)
+        x = state[list(coefficients.marched(scheme))]
+        if module.CARRIER:
+            excess = _excess(o, Omega, state, load, begin)
+    else:
+        x = begin.rows.copy()
+    at_ends = stencil.ndim == 1 and not excess.any() and _linear_within_steps(scheme, load, o.dt, n, begin)
     C = _coefficients(scheme, Omega, o, stencil if at_ends else None)
     if at_ends:
-        loads = StepLoads(load, np.array([0.0, 1.0]), o.dt, 2, excess, _samples(load, o.dt, n))
+        loads = StepLoads(load, np.array([0.0, 1.0]), o.dt, 2, excess, begin, _samples(load, o.dt, n, begin))
     else:
-        loads = StepLoads(load, stencil, o.dt, module.LOADS, excess * o.mass / o.dt**2)
-    x = np.ascontiguousarray(state[list(coefficients.marched(scheme))])
+        loads = StepLoads(load, stencil, o.dt, module.LOADS, excess * o.mass / o.dt**2, begin)
+    x = np.ascontiguousarray(x)
     shape = module.MARCH
     if absolute:
         shape, absolute_C = absolute_rows(scheme, C, o, loads.K)
@@ -193,7 +207,7 @@ def _kernels(name: str, K: int) -> tuple[Callable[..., None], Callable[..., None
 
 
 def _started(
-    scheme: Scheme, o: Oscillators, Omega: Array, n: int, load: Load | None
+    scheme: Scheme, o: Oscillators, Omega: Array, n: int, load: Load | None, begin: Begin
 ) -> tuple[Array, LinearLanes | None, int]:
     """The scheme's state (s, P) at its first own step; the starter's results, if there is one, and steps."""
     units = np.array([np.ones(len(o.dt)), o.dt, o.dt * o.dt])
@@ -202,21 +216,24 @@ def _started(
         return given[[kind for kind, _ in scheme.history]], None, 0
     if scheme.info.start == "function":
         S, T = coefficients.start_coefficients(scheme, Omega, o.xi)
-        at_start = np.array(scheme.kernels.START_STENCIL)[:, None] * o.dt
+        at_start = begin.origin + (begin.first + np.array(scheme.kernels.START_STENCIL)[:, None]) * o.dt
         forces = o.dt**2 / o.mass * (values_at(load, at_start) if load else np.zeros_like(at_start))
         return np.einsum("pmk,kp->mp", S, given) + np.einsum("pmk,kp->mp", T, forces), None, 0
     assert scheme.starter is not None
     first = min(max(lag for _, lag in scheme.history), n)
-    head = march_linear(scheme.starter, o, first, load)
+    head = march_linear(scheme.starter, o, first, load, begin=begin)
     return np.stack([head.out[max(first - lag, 0), kind] * units[kind] for kind, lag in scheme.history]), head, first
 
 
-def _excess(o: Oscillators, Omega: Array, state: Array, load: Load | None) -> Array:
+def _excess(o: Oscillators, Omega: Array, state: Array, load: Load | None, begin: Begin) -> Array:
     """h^2 (a + 2 xi omega v + omega^2 u - load) at the start (P,): 0 where the given acceleration is consistent.
 
     A value below 1e-15 of the sum of the terms' moduli is rounding, and counts as 0.
     """
-    value = load.samples[0] if isinstance(load, Record) else values_at(load, np.zeros(1)) if load else 0.0
+    value: Any = 0.0
+    if load is not None:
+        at_zero = isinstance(load, Record) and begin is AT_ZERO
+        value = load.samples[0] if at_zero else values_at(load, begin.origin + begin.first * o.dt)
     terms = Omega**2 * state[0], 2 * o.xi * Omega * state[1], state[2], o.dt**2 / o.mass * value
     if len(Omega) == 1:  # numbers, at a fourth of the time
         terms = tuple(float(x[0]) for x in terms)
@@ -226,33 +243,41 @@ def _excess(o: Oscillators, Omega: Array, state: Array, load: Load | None) -> Ar
     return np.where(abs(excess) <= 1e-15 * size, 0.0, excess).reshape(len(Omega))
 
 
-def _linear_within_steps(scheme: Scheme, load: Load | None, dt: Array, n: int) -> bool:
+def _linear_within_steps(scheme: Scheme, load: Load | None, dt: Array, n: int, begin: Begin) -> bool:
     """Whether the load is linear within each step and taken only there, so that its values at the ends determine it.
 
     So it is for a record with a whole number of steps from sample to sample, and a scheme that takes the load within
     its step.
     """
-    if not isinstance(load, Record) or not scheme.loaded_within or not (dt == dt[0]).all():
+    if not isinstance(load, Record) or begin.origin or not scheme.loaded_within or not (dt == dt[0]).all():
         return False
-    whole = round(load.dt / dt[0])
+    whole, n = round(load.dt / dt[0]), begin.first + n
     if abs(load.dt - whole * dt[0]) * n > 1e-9 * load.dt:  # what a record takes for rounding
         return False
     jumps = (len(load.samples) - 1) * whole < n  # to 0 after the last sample
     return not jumps or bool(np.isin(scheme.stencil(), (0.0, 1.0)).all())
 
 
-def _samples(load: Load | None, dt: Array, n: int) -> tuple[Array, Array] | None:
+def _samples(load: Load | None, dt: Array, n: int, begin: Begin) -> tuple[Array, Array] | None:
     """Those of a record with a sample at each step, at the start and at the end of the steps, without a copy."""
-    if not isinstance(load, Record) or load.dt != dt[0] or len(load.samples) <= n:
+    first, end = begin.first, begin.first + n
+    if not isinstance(load, Record) or load.dt != dt[0] or len(load.samples) <= end:
         return None
-    return load.samples[:n, None], load.samples[1 : n + 1, None]
+    return load.samples[first:end, None], load.samples[first + 1 : end + 1, None]
 
 
 def _in_blocks(
-    scheme: Scheme, o: Oscillators, n: int, load: Load | None, stride: int, lanes: LinearLanes, absolute: bool
+    scheme: Scheme,
+    o: Oscillators,
+    n: int,
+    load: Load | None,
+    stride: int,
+    lanes: LinearLanes,
+    absolute: bool,
+    begin: Begin,
 ) -> Array:
     """March all lanes side by side into `lanes`; returns their last state (m, P)."""
-    r, P = prepared(scheme, o, n, load, absolute), len(o.omega)
+    r, P = prepared(scheme, o, n, load, absolute, begin), len(o.omega)
     K, loads, shared = r.loads.K, r.loads, (read_only(np.empty(0)),) * r.loads.K
     if loads.shared:
         shared, loaded, together, most = loads.of_all(0, n), 0, P, n
@@ -304,32 +329,43 @@ def _rows_of_head(r: _Run, stride: int, lanes: LinearLanes, j: slice) -> None:
 
 
 def _alone(
-    scheme: Scheme, o: Oscillators, n: int, load: Load | None, stride: int, lanes: LinearLanes, j: int, absolute: bool
+    scheme: Scheme,
+    o: Oscillators,
+    n: int,
+    load: Load | None,
+    stride: int,
+    lanes: LinearLanes,
+    j: int,
+    absolute: bool,
+    begin: Begin,
 ) -> None:
     """March lane j alone, up to the first step that is not finite, into its place of the results."""
-    r = prepared(scheme.lane(j), o.lane(j), n, load.lane(j) if isinstance(load, LoadLanes) else load, absolute)
+    if begin.rows is not None:
+        begin = begin._replace(rows=begin.rows[:, j : j + 1])
+    r = prepared(scheme.lane(j), o.lane(j), n, load.lane(j) if isinstance(load, LoadLanes) else load, absolute, begin)
     if lanes.peak.size:
         lanes.peak[:, j] = 0.0
     if r.head is not None:
         _rows_of_head(r, stride, lanes, slice(j, j + 1))
         lanes.n_done[j], lanes.status[j] = r.head.n_done[0], r.head.status[0]
     direct = stride == 1 and lanes.out.shape[2] == 1 and len(lanes.out) > 0
-    begin, x, C = r.first, r.x[:, 0].copy(), r.C[:, 0].copy()
+    done, x, C = r.first, r.x[:, 0].copy(), r.C[:, 0].copy()
     most = n if direct and r.loads.at_hand else min(n, CHUNK)
     room = np.empty((0 if direct else most, 3))
-    while begin < n and lanes.status[j] == COMPLETED:
-        end = min(n, begin + most)
-        rows = lanes.out[begin + 1 : end + 1, :, 0] if direct else room[: end - begin]
-        r.march_one(C, x, *r.loads.of_all(begin, end), rows)
+    while done < n and lanes.status[j] == COMPLETED:
+        end = min(n, done + most)
+        rows = lanes.out[done + 1 : end + 1, :, 0] if direct else room[: end - done]
+        r.march_one(C, x, *r.loads.of_all(done, end), rows)
         lanes.n_done[j] = end
         if not all(map(math.isfinite, rows[-1].tolist())):
             good = int(np.argmin(np.isfinite(rows).all(axis=1)))
-            lanes.n_done[j], lanes.status[j], rows = begin + good, NON_FINITE, rows[:good]
+            lanes.n_done[j], lanes.status[j], rows = done + good, NON_FINITE, rows[:good]
         if lanes.peak.size and len(rows):
             lanes.peak[:, j] = np.maximum(lanes.peak[:, j], np.abs(rows).max(axis=0))
         if not direct:
-            at = np.arange(-(-(begin + 1) // stride), (begin + len(rows)) // stride + 1)
-            lanes.out[at[: len(lanes.out)], :, j] = rows[at * stride - begin - 1] if len(lanes.out) else 0.0
-        begin = end
+            at = np.arange(-(-(done + 1) // stride), (done + len(rows)) // stride + 1)
+            lanes.out[at[: len(lanes.out)], :, j] = rows[at * stride - done - 1] if len(lanes.out) else 0.0
+        done = end
+    lanes.x[:, j] = x
     if lanes.n_done[j] < n:
         lanes.out[lanes.n_done[j] // stride + 1 :, :, j] = np.nan

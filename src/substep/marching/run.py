@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..core import coefficients
 from ..core.arrays import Array
+from ..core.between_steps import Event, ascending, ended, sampled
 from ..core.errors import called_as, real_number, require_numbers, unknown_name
 from ..core.memory import require_histories
 from ..core.response import STATUSES, Response, Status
@@ -17,7 +20,8 @@ from ..core.scenes import Scene, scene_info, scenes
 from ..core.scenes import scene as make_scene
 from ..core.schemes import Scheme, schemes
 from ..core.schemes import scheme as make_scheme
-from ..run.clock import CHOSEN, ConstantSteps, Control, steps_of
+from ..core.state import State, bare, whose
+from ..run.clock import AT_ZERO, CHOSEN, Begin, ConstantSteps, Control, steps_of
 from .adaptive import march_adaptive
 from .linear import LinearLanes, march_linear
 from .oscillators import Oscillators
@@ -30,7 +34,7 @@ if TYPE_CHECKING:
 def _require_known(scene: Any, others: Iterable[str]) -> None:
     """Raises ValueError for an argument that the march of a scene does not have, before any other is looked at."""
     for name in others:
-        known = ["dt", "t_end", "tol", "energy_bound", "stride", *CHOSEN]
+        known = ["dt", "t_end", "tol", "energy_bound", "stride", "start", "at", "until", *CHOSEN]
         of_scene = isinstance(scene, str) and scene in scenes() and name in scene_info(scene, {}).parameters
         cure = f"; it is a parameter of the scene: ss.scene({scene!r}, {name}=...)" if of_scene else ""
         raise ValueError(f"{unknown_name('an argument of march', name, known)}{cure}")
@@ -61,6 +65,9 @@ def march(
     dt_max: float | None = None,
     grid: ArrayLike | None = None,
     rung: float | None = None,
+    start: Response | State | Mapping[str, Any] | None = None,
+    at: ArrayLike | None = None,
+    until: Event | Sequence[Event] | None = None,
     **of_structure: Any,
 ) -> Response:
     """The response of the scene from t = 0 to t_end in steps of dt (s), or in steps chosen so that errors keep to tol.
@@ -68,6 +75,15 @@ def march(
     scene, scheme: handles, declarations, or names, which stand for their defaults. dt: the constant step; the load is
     sampled at the scheme's own instants t_n + tau*dt; stride: keep every stride-th step. energy_bound: stop before the
     first state whose energy exceeds it, in J.
+
+    start: a response, its `state`, or a dictionary of t, u, v and, where known, a and history, from which the run goes
+    on: t_end is then of the same time, and the load and the scene may be other ones. With the same scheme and dt it is
+    the run that was not broken, to the bit; another scheme or dt starts from u, v, a. See docs/going_on.md.
+
+    at: ascending times at which rows are wanted in place of those of the steps: by Hermite's polynomial in u, v and a
+    at both ends of a step, whose error is of higher order than the scheme's up to order four. until: a function of
+    t, u (d,) and v (d,), or several; the run ends at the first root of one, found within its step, t_end at the latest,
+    and `t_events` of the response says when.
 
     A structure, or its modes, may stand in place of a scene: `march_structure` and `superpose` of
     `substep.structures.march` and `substep.structures.modes` say what they take besides, of_structure.
@@ -92,48 +108,138 @@ def march(
     asked = {"rtol": rtol, "atol": atol, "dt_first": dt_first, "dt_min": dt_min, "dt_max": dt_max}
     asked |= {"grid": grid, "rung": rung}
     chosen = {name: x for name, x in asked.items() if x is not None}
+    if at is None and until is None:
+        return _marched(scene, scheme, dt, t_end, stride, energy_bound, tol, start, chosen, of_structure)
+    if stride != 1 or grid is not None:
+        raise ValueError("expected at or until without stride and grid, got them together; give the times as at=")
+    if at is not None and tol is not None and until is None and getattr(scene, "march", None) is None:
+        chosen["grid"] = ascending("at", at)
+        return _marched(scene, scheme, dt, t_end, stride, energy_bound, tol, start, chosen, of_structure)
+    r = _marched(scene, scheme, dt, t_end, stride, energy_bound, tol, start, chosen, of_structure)
+    r = r if until is None else ended(r, until)
+    return r if at is None else sampled(r, at)
+
+
+def _marched(
+    scene: Any,
+    scheme: Any,
+    dt: float | None,
+    t_end: float | None,
+    stride: int,
+    energy_bound: float | None,
+    tol: float | None,
+    start: Any,
+    chosen: dict[str, Any],
+    of_structure: dict[str, Any],
+) -> Response:
+    """`march`, with a row for each stride-th step, each chosen step, or each time of the grid."""
     marched_by: Callable[..., Response] | None = getattr(scene, "march", None)  # of a structure or its modes
     if marched_by is not None:
-        options = {"tol": tol, "energy_bound": energy_bound, **of_structure}
+        options = {"tol": tol, "energy_bound": energy_bound, "start": start, **of_structure}
         given = {name: x for name, x in options.items() if x is not None}
         return marched_by(scheme, dt=dt, t_end=t_end, stride=stride, **given, **chosen)
     _require_known(scene, of_structure)
     scheme = make_scheme(scheme)
     require_numbers(scheme.name, scheme.parameters, "substep.sweep takes arrays")
     scene = make_scene(scene)
-    steps = steps_of(dt, tol, t_end, stride=stride, length=scene.length, chosen=chosen)
+    state = None if start is None else _on_scene(scene, State.given(start))
+    steps = steps_of(dt, tol, t_end, stride=stride, length=scene.length, start=state, chosen=chosen)
     bound = math.inf if energy_bound is None else real_number("energy_bound", energy_bound)
     if isinstance(steps, Control):
-        return march_adaptive(scene, scheme, steps, bound=bound)
+        return march_adaptive(scene, scheme, steps, bound=bound, start=state)
     n, stride = steps.n, steps.stride
     if scene.info.oscillator:
         require_histories(n, stride, 3, 0 if bound == math.inf else 3)
-        return _oscillator_response(scene, scheme, steps, bound)
+        return _oscillator_response(scene, scheme, steps, bound, state)
     require_histories(n, stride, 3 * scene.u0.shape[-1], scheme.balances + scheme.info.loads * scene.info.sampled)
+    labels = bare(scheme.state)
     lanes = march_lanes(
-        scene, scheme, np.array([steps.dt]), np.array([n]), bound=bound, stride=stride, history=True, counts=True
-    )
+        scene, scheme, np.array([steps.dt]), np.array([n]), start=_vectors(scene, state),
+        begin=_begun(steps, state, labels, "scene", scheme), bound=bound, stride=stride, history=True, counts=True,
+    )  # fmt: skip
     n_done = int(lanes.n_done[0])
     rows = lanes.out[0, : n_done // stride + 1]
-    iterations = lanes.iterations[0, :n_done]
-    return _response(scene, scheme, steps, rows, n_done, STATUSES[int(lanes.status[0])], iterations)
+    status, iterations = STATUSES[int(lanes.status[0])], lanes.iterations[0, :n_done]
+    known = "scene", labels, lanes.state[0]
+    return _response(scene, scheme, steps, rows, n_done, status, iterations, state, known)
+
+
+def _on_scene(scene: Scene, state: State) -> State:
+    """The state where a run of the scene begins, with its acceleration. Raises ValueError for other coordinates."""
+    for name, x in (("u", state.u), ("v", state.v), ("a", state.a), *state.history.items()):
+        if x is not None and x.shape != scene.u0.shape:
+            coordinates = ", ".join(name for name, _ in scene.coordinates)
+            raise ValueError(
+                f"expected {name} of start with {len(scene.u0)} numbers, for the coordinates {coordinates} of "
+                f"{scene.name}, got shape {x.shape}; give one for each"
+            )
+    if state.a is not None:
+        return state
+    return replace(state, a=scene.acceleration(np.array([state.t]), state.u[None], state.v[None])[0])
+
+
+def _vectors(scene: Scene, state: State | None) -> tuple[Array, Array, Array]:
+    """u, v, a where a run begins, (1, d) each."""
+    if state is None:
+        return scene.u0, scene.v0, scene.a0
+    assert state.a is not None
+    return state.u, state.v, state.a
+
+
+def _begun(steps: ConstantSteps, state: State | None, labels: Sequence[str], kind: str, scheme: Scheme) -> Begin:
+    """Where steps begin, with what the scheme carries there if that is known."""
+    if state is None:
+        return steps.begin
+    return steps.begin._replace(rows=state.rows(labels, whose(scheme, kind), steps.dt))
 
 
 def _response(
-    scene: Scene, scheme: Scheme, steps: ConstantSteps, rows: Array, n_done: int, status: Status, iterations: Any
+    scene: Scene,
+    scheme: Scheme,
+    steps: ConstantSteps,
+    rows: Array,
+    n_done: int,
+    status: Status,
+    iterations: Any,
+    started: State | None,
+    known: tuple[str, Sequence[str], Array] | None,
 ) -> Response:
-    """The response from rows (steps, 3, d) of u, v, a, or (steps, 2, d) of u, v for a scheme without its own a."""
-    failed = None if status == "completed" else (n_done + 1) * steps.dt
-    a = rows[:, 2] if rows.shape[1] > 2 else None
-    return Response(rows[:, 0], rows[:, 1], iterations, status, failed, scene, scheme, steps.stride * steps.dt, a)
+    """The response from rows (steps, 3, d) of u, v, a, or (steps, 2, d) of u, v for a scheme without its own a.
+
+    known: what the scheme carries after the last step, as the kind of run, labels and rows; it belongs to the last row,
+    if that is not an earlier one.
+    """
+    failed = None if status == "completed" else steps.time(n_done + 1)
+    own_a = rows[:, 2] if rows.shape[1] > 2 else None
+
+    def last() -> State:
+        at_end = (len(rows) - 1) * steps.stride
+        made = {"dt": steps.dt, "steps": steps.begin.first + at_end, "origin": steps.begin.origin}
+        if known is not None and at_end == n_done:
+            kind, labels, x = known
+            made |= {"history": dict(zip(labels, x.copy(), strict=True)), "of": whose(scheme, kind)}
+        return State(steps.time(at_end), *(x.copy() for x in rows[-1]), **made)
+
+    return Response(
+        rows[:, 0], rows[:, 1], iterations, status, failed, scene, scheme, steps.stride * steps.dt, own_a,
+        steps.times(len(rows)), started=started, last=last,
+    )  # fmt: skip
 
 
-def _oscillator_response(scene: Scene, scheme: Scheme, steps: ConstantSteps, bound: float) -> Response:
-    lanes = march_oscillators(scene, scheme, steps.dt, steps.n, 1, bound=bound, stride=steps.stride)
+def _oscillator_response(
+    scene: Scene, scheme: Scheme, steps: ConstantSteps, bound: float, state: State | None
+) -> Response:
+    labels = [scheme.state[k] for k in coefficients.marched(scheme)]
+    lanes = march_oscillators(
+        scene, scheme, steps.dt, steps.n, 1, start=_vectors(scene, state),
+        begin=_begun(steps, state, labels, "oscillator", scheme), bound=bound, stride=steps.stride,
+    )  # fmt: skip
     n_done = int(lanes.n_done[0])
     iterations = np.ndarray((n_done, scheme.balances), np.int64, bytes(8), strides=(0, 0))  # read-only zeros, as one 0
     rows = lanes.out[: n_done // steps.stride + 1]
-    return _response(scene, scheme, steps, rows, n_done, STATUSES[int(lanes.status[0])], iterations)
+    status = STATUSES[int(lanes.status[0])]
+    known = ("oscillator", labels, lanes.x) if status == "completed" else None
+    return _response(scene, scheme, steps, rows, n_done, status, iterations, state, known)
 
 
 def march_oscillators(
@@ -143,26 +249,28 @@ def march_oscillators(
     n: int,
     P: int,
     *,
+    start: tuple[Array, Array, Array] | None = None,
+    begin: Begin = AT_ZERO,
     bound: float = math.inf,
     stride: int = 1,
     keep: Literal["history", "peak"] = "history",
 ) -> LinearLanes:
     """P runs of n steps of a linear oscillator's scene; parameters of scene, load and scheme may be arrays (P,).
 
-    bound, J: a lane ends before the first state whose energy exceeds it; with a bound all histories are in memory at
+    start, begin: as for `march_lanes` of scenes. bound, J: a lane ends before the first state whose energy exceeds it; with a bound all histories are in memory at
     once.
     """
     assert scene.info.oscillator is not None
-    values, start = np.empty((4, P)), np.empty((3, P))
+    values, vectors = np.empty((4, P)), np.empty((3, P))
     for row, x in zip(values, (*scene.info.oscillator(*scene.parameters.values()), dt), strict=True):
         row[:] = x
-    for row, x in zip(start, (scene.u0, scene.v0, scene.a0), strict=True):
+    for row, x in zip(vectors, start or (scene.u0, scene.v0, scene.a0), strict=True):
         row[:] = x[..., 0]
     omega, xi, mass, steps = values
-    o = Oscillators(omega, xi, mass, steps, start)
+    o = Oscillators(omega, xi, mass, steps, vectors)
     if bound == math.inf:
-        return march_linear(scheme, o, n, scene.load, stride=stride, keep=keep)
-    lanes = march_linear(scheme, o, n, scene.load)
+        return march_linear(scheme, o, n, scene.load, stride=stride, keep=keep, begin=begin)
+    lanes = march_linear(scheme, o, n, scene.load, begin=begin)
     u, v = (lanes.out[:, kind].T[..., None] for kind in (0, 1))
     beyond = scene.energy(dt * np.arange(n + 1.0), u, v) > bound  # False after n_done, where it is NaN
     ended = beyond.any(axis=1)
@@ -171,5 +279,6 @@ def march_oscillators(
     for j in np.flatnonzero(ended):
         lanes.out[n_done[j] + 1 :, :, j] = np.nan
     if keep == "peak":
-        return LinearLanes(lanes.out[:0], np.nanmax(np.abs(lanes.out), axis=0), n_done, status)
-    return LinearLanes(lanes.out[::stride], lanes.peak, n_done, status)
+        peak = np.nanmax(np.abs(lanes.out), axis=0)
+        return replace(lanes, out=lanes.out[:0], peak=peak, n_done=n_done, status=status)
+    return replace(lanes, out=lanes.out[::stride], n_done=n_done, status=status)

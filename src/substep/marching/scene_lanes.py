@@ -16,6 +16,7 @@ from ..core.kernel_modules import committed, printed
 from ..core.scenes import Scene
 from ..core.schemes import Scheme
 from ..core.threads import spread
+from ..run.clock import AT_ZERO, Begin
 
 FEW = 16  # fewer lanes march one by one: in a block all lanes wait for the one whose Newton iteration takes longest
 LEAST = 64  # lanes of a thread's part, a block: with fewer the processor waits for the results of an iteration
@@ -72,6 +73,7 @@ def march_lanes(
     n: NDArray[np.int64],
     *,
     start: tuple[Array, Array, Array] | None = None,
+    begin: Begin = AT_ZERO,
     bound: Any = np.inf,
     stride: int = 1,
     history: bool = False,
@@ -80,7 +82,8 @@ def march_lanes(
 ) -> Lanes:
     """P runs with steps dt (P,) of n (P,) steps each; the scheme's parameters may be arrays (P,).
 
-    start: u, v, a at t = 0, (P, d) each, where they differ from the scene's. bound: energy in J beyond which a
+    start: u, v, a at the start, (P, d) each, where they differ from the scene's. begin: when that is, for all lanes of
+    one dt, with rows (P, m, d) of the state where the scheme does not start anew. bound: energy in J beyond which a
     lane stops, a number or (P,). history: keep every stride-th step in `out`; counts: keep `iterations`. reader:
     called, by several threads at once, for ranges of lanes that together are all, with every stride-th step of theirs;
     it may change these rows, which are written over after it returns.
@@ -106,11 +109,14 @@ def march_lanes(
     if scene.info.sampled:
         values = [np.broadcast_to(x, P) for x in scheme.parameters.values()]
         stencil, at_start = (_columns(f(*values), P) for f in (module.stencil, module.start_stencil))
-        arrays["forces"] = scene.forces((np.arange(steps)[:, None] + stencil[:, None]) * dt[:, None, None])
-        arrays["start_forces"] = scene.forces(at_start * dt[:, None])
+        every = np.arange(begin.first, begin.first + steps)[:, None]
+        arrays["forces"] = scene.forces(begin.origin + (every + stencil[:, None]) * dt[:, None, None])
+        arrays["start_forces"] = scene.forces(begin.origin + (begin.first + at_start) * dt[:, None])
     head = None
-    if scheme.starter is not None:
-        head = _head(scene, scheme, module, arrays, (u, v, a))
+    if begin.rows is not None:
+        arrays["state"][:] = begin.rows
+    elif scheme.starter is not None:
+        head = _head(scene, scheme, module, arrays, (u, v, a), begin)
     elif module.START_ARGUMENTS:
         module.start(*(arrays[name] for name in module.START_ARGUMENTS))
     else:
@@ -166,7 +172,12 @@ def _columns(numbers: Sequence[Any], P: int) -> Array:
 
 
 def _head(
-    scene: Scene, scheme: Scheme, module: ModuleType, arrays: dict[str, Any], start: tuple[Array, Array, Array]
+    scene: Scene,
+    scheme: Scheme,
+    module: ModuleType,
+    arrays: dict[str, Any],
+    start: tuple[Array, Array, Array],
+    begin: Begin,
 ) -> Lanes:
     """March the first steps with the scheme's starter; fill the state and the rows of these steps.
 
@@ -180,7 +191,7 @@ def _head(
     steps = np.minimum(n, first)
     head = march_lanes(
         scene, scheme.starter, arrays["h"], steps,
-        start=start, bound=arrays["bound"], history=True, counts=True,
+        start=start, begin=begin, bound=arrays["bound"], history=True, counts=True,
     )  # fmt: skip
     for k, (kind, lag) in enumerate(module.STATE):
         arrays["state"][:, k] = head.out[every, np.maximum(steps - lag, 0), "uva".index(kind)]

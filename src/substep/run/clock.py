@@ -3,37 +3,90 @@
 import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.arrays import Array
+from ..core.between_steps import ascending
 from ..core.errors import real_array, real_number
+from ..core.state import State
 
 CHOSEN = ("rtol", "atol", "dt_first", "dt_min", "dt_max", "grid", "rung")  # what is asked of chosen steps, with tol
 MOST_STEPS = 2**53  # beyond, not every whole number is a double
 
 
+class Begin(NamedTuple):
+    """Where the steps of a run begin: at the time origin + first*dt (s), so that a run that goes on counts further.
+
+    rows: what the scheme carries there, in the form of the march that it is for; None where the scheme is to start.
+    """
+
+    first: int = 0
+    origin: float = 0.0
+    rows: Array | None = None
+
+
+AT_ZERO = Begin()
+
+
 @dataclass(frozen=True)
 class ConstantSteps:
-    """n steps of dt (s) from t = 0 on, of which every stride-th is kept."""
+    """n steps of dt (s), of which every stride-th is kept, from t = 0 or from where `begin` says."""
 
     dt: float
     n: int
     stride: int = 1
+    begin: Begin = AT_ZERO
 
     @classmethod
-    def of(cls, dt: Any, t_end: Any, *, stride: Any = 1) -> "ConstantSteps":
-        """Raises ValueError for a step or an end that is not positive, and for an end that is no multiple of dt."""
+    def of(cls, dt: Any, t_end: Any, *, stride: Any = 1, start: State | None = None) -> "ConstantSteps":
+        """start: where the steps begin, at t = 0 by default.
+
+        Raises ValueError for a step or an end that is not positive, for an end that is not a multiple of dt after the
+        start, and for one that is not after it.
+        """
         _require_stride(stride)
         t_end, dt = real_number("t_end", t_end, positive=True), real_number("dt", dt, positive=True)
-        return cls(dt, number_of_steps(dt, t_end), int(stride))
+        begin = AT_ZERO if start is None else _begin(start, dt)
+        if start is not None:
+            _require_after(t_end, start.t)
+        return cls(dt, number_of_steps(dt, t_end, begin.origin) - begin.first, int(stride), begin)
+
+    def time(self, steps: int) -> float:
+        """The time after so many steps, s."""
+        return self.begin.origin + (self.begin.first + steps) * self.dt
+
+    def times(self, count: int) -> Array | None:
+        """The times (count,) of rows of a run that goes on; None for one from t = 0, where they need no memory."""
+        first, origin, _ = self.begin
+        if first == 0 and origin == 0.0:
+            return None
+        return origin + (self.stride * self.dt) * (first / self.stride + np.arange(float(count)))
+
+
+def _begin(start: State, dt: float) -> Begin:
+    """Steps are counted from the same time as those before, if they are of the same length; else from t = 0 if that is
+    a whole number of steps ago, and from the start if not.
+    """
+    if start.dt == dt:
+        return Begin(start.steps, start.origin)
+    ago = start.t / dt
+    whole = round(ago) if abs(ago) <= MOST_STEPS else 0
+    return Begin(whole) if whole >= 0 and abs(ago - whole) <= 1e-9 * max(1.0, ago) else Begin(0, start.t)
+
+
+def _require_after(t_end: float, t: float) -> None:
+    if t_end <= t * (1.0 + 1e-12):
+        raise ValueError(
+            f"expected t_end after the start at t = {t:.12g}, since time goes on, got {t_end:.12g}; give a later one"
+        )
 
 
 @dataclass(frozen=True)
 class Control:
-    """What is asked of steps that are chosen from t = 0 to t_end (s); rtol, atol_u and share_v may be (P,), for lanes.
+    """What is asked of steps that are chosen from t_begin to t_end (s); rtol, atol_u and share_v may be (P,), for lanes.
 
     A step is accepted if the root of the mean square of its estimated errors, each over its scale, is at most 1. The
     scale of a component of u is atol_u + rtol*|u|, that of v is atol_v + share_v*(largest |v| so far) + rtol*|v|.
@@ -52,6 +105,7 @@ class Control:
     dt_max: float = math.inf
     grid: Array | None = None
     rung: float | None = None
+    t_begin: float = 0.0
 
     @classmethod
     def of(
@@ -67,8 +121,12 @@ class Control:
         dt_max: float | None = None,
         grid: ArrayLike | None = None,
         rung: float | None = None,
+        start: State | None = None,
     ) -> "Control":
-        """Checked arguments of `march`; length: of the scene. Raises ValueError, with the cure."""
+        """Checked arguments of `march`; length: of the scene; start: where steps begin, at t = 0 by default.
+
+        Raises ValueError, with the cure.
+        """
         tol, t_end = real_number("tol", tol, positive=True), real_number("t_end", t_end, positive=True)
         rtol = tol if rtol is None else real_number("rtol", rtol)
         atol_u, atol_v, share_v = tol * length, 0.0, tol
@@ -98,8 +156,13 @@ class Control:
                 f"expected rung between 1 and 10, the ratio of two lengths of steps, or 0 for any length, got {rung}; "
                 "take 2**0.5, or leave it out"
             )
-        rows = None if grid is None else _grid(grid, t_end)
-        return cls(t_end, rtol, atol_u, atol_v, share_v, **steps, grid=rows, rung=rung)
+        t_begin = 0.0
+        if start is not None:
+            _require_after(t_end, t_begin := start.t)
+            if "dt_first" not in steps and start.dt_next is not None:
+                steps["dt_first"] = min(max(start.dt_next, low), high)
+        rows = None if grid is None else _grid(grid, t_begin, t_end)
+        return cls(t_end, rtol, atol_u, atol_v, share_v, **steps, grid=rows, rung=rung, t_begin=t_begin)
 
     def over(self, length: Any, tol: Any, given: Collection[str]) -> "Control":
         """The same for lanes: scene's lengths and tolerances (P,); given: arguments that stay as they are."""
@@ -109,14 +172,12 @@ class Control:
         return replace(self, **own, share_v=tol if self.share_v else 0.0)
 
 
-def _grid(grid: ArrayLike, t_end: float) -> Array:
-    times = real_array("grid", grid).copy()
-    if times.ndim != 1 or not times.size or (np.diff(times) <= 0).any():
-        raise ValueError(f"expected grid to be a row of ascending times, got shape {times.shape}; sort it, each once")
-    if times[0] < 0.0 or times[-1] > t_end * (1.0 + 1e-12):
+def _grid(grid: ArrayLike, t_begin: float, t_end: float) -> Array:
+    times = ascending("grid", grid)
+    if times[0] < t_begin or times[-1] > t_end * (1.0 + 1e-12):
         raise ValueError(
-            f"expected grid within 0 and t_end = {t_end:.12g}, got {times[0]:.12g} to {times[-1]:.12g}; cut it, or "
-            "change t_end"
+            f"expected grid within {t_begin:.12g} and t_end = {t_end:.12g}, got {times[0]:.12g} to {times[-1]:.12g}; "
+            "cut it, or change t_end"
         )
     return np.minimum(times, t_end)
 
@@ -127,7 +188,14 @@ def _require_stride(stride: Any) -> None:
 
 
 def steps_of(
-    dt: Any, tol: Any, t_end: Any, *, stride: Any = 1, length: float = 1.0, chosen: Mapping[str, Any]
+    dt: Any,
+    tol: Any,
+    t_end: Any,
+    *,
+    stride: Any = 1,
+    length: float = 1.0,
+    start: State | None = None,
+    chosen: Mapping[str, Any],
 ) -> ConstantSteps | Control:
     """Constant steps if dt is given, chosen ones if tol is; length: of the scene; chosen: of CHOSEN, by name.
 
@@ -140,10 +208,10 @@ def steps_of(
         )
     if dt is not None:
         require_tol(chosen)
-        return ConstantSteps.of(dt, t_end, stride=stride)
+        return ConstantSteps.of(dt, t_end, stride=stride, start=start)
     if stride != 1:
         raise ValueError(f"expected stride with dt only, got {stride}; give the times you want as grid=")
-    return Control.of(length, tol, t_end, **chosen)
+    return Control.of(length, tol, t_end, start=start, **chosen)
 
 
 def require_tol(chosen: Iterable[str]) -> None:
@@ -152,23 +220,24 @@ def require_tol(chosen: Iterable[str]) -> None:
         raise ValueError(f"expected {name} with tol only, got it with dt; give tol in place of dt, or drop it")
 
 
-def number_of_steps(dt: float, t_end: float) -> int:
-    """t_end/dt. Raises ValueError, which names the two nearest t_end, unless it is whole to 1e-9, relative.
+def number_of_steps(dt: float, t_end: float, origin: float = 0.0) -> int:
+    """(t_end - origin)/dt. Raises ValueError, which names the two nearest t_end, unless it is whole to 1e-9, relative.
 
     So it does for more steps than a double counts one by one.
     """
-    ratio = t_end / dt
+    ratio = (t_end - origin) / dt
     if not ratio <= MOST_STEPS:
         raise ValueError(
-            f"expected at most 2**53 steps, got t_end/dt = {t_end:.12g}/{dt:.12g} = {ratio:.3g}; take a longer dt or "
+            f"expected at most 2**53 steps, got t_end/dt = {t_end - origin:.12g}/{dt:.12g} = {ratio:.3g}; take a longer dt or "
             "an earlier t_end"
         )
     n = round(ratio)
     if abs(ratio - n) > 1e-9 * max(1.0, ratio) or n == 0:
         low = math.floor(ratio)
-        around = [f"{k * dt:.12g}" for k in (low, low + 1) if k > 0]
+        around = [f"{origin + k * dt:.12g}" for k in (low, low + 1) if k > 0]
+        after = f" after t = {origin:.12g}" if origin else ""
         raise ValueError(
-            f"expected t_end to be a multiple of dt = {dt:.12g}, got {t_end:.12g}; "
+            f"expected t_end to be a multiple of dt = {dt:.12g}{after}, got {t_end:.12g}; "
             f"the nearest {'is' if len(around) == 1 else 'are'} {' and '.join(around)}"
         )
     return n

@@ -74,9 +74,9 @@ class Energies(NamedTuple):
         return cls(both, held, resisted, loads, moved, 0.5 * dot(v, inertia), strain)
 
     @classmethod
-    def at_start(cls, s: Model) -> "Energies":
-        """At t = 0."""
-        return cls.of(s, np.array([s.u0, s.v0]), 0.0, s.load_values(np.zeros(1))[0])
+    def at_start(cls, s: Model, both: Array, t: float) -> "Energies":
+        """At u, v, `both` (2, n), where a march begins at the time t."""
+        return cls.of(s, both, t, s.load_values(np.array([t]))[0])
 
     def after(self, s: Model, both: Array, t: float, h: float, loads: Array, half: Array) -> "Energies":
         """After a step of length h to u, v, `both` (2, n), at the time t, under these loads (J,), `half` at its middle.
@@ -149,7 +149,8 @@ class Histories:
         self.kinds = 3 if len(step_of(run.scheme, run.h).report) == 3 else 2
         self.select = selection(s, places)
         self.n, self.sampled = n, (0, np.empty((0, 2, 0)))
-        self.energies = Energies.at_start(s) if account else None
+        given = run.given
+        self.energies = Energies.at_start(s, given[:2], run.time(0)) if account else None
         self.accounts = [] if self.energies is None else [self.energies.row]
         self.iterations = np.zeros((n, run.scheme.balances), np.int64)
         self.state: Array | None = None
@@ -160,11 +161,11 @@ class Histories:
             self.rows = np.empty(shape)
         else:
             choices = {"dofs": places, "stride": stride, "account": account}
-            self.saved = Saved(save, shape, n, run.h, lambda end: described(s, run.scheme, run.h, end, **choices))
+            self.saved = Saved(save, shape, n, run.h, lambda end: described(run, end, **choices))
             if self.saved.last is not None:
                 self._resume(self.saved.last)
         if not self.done:
-            self._put(0, self.select(np.array([s.u0, s.v0, s.a0][: self.kinds])))
+            self._put(0, self.select(given[: self.kinds]))
 
     def add(self, X: Array, march: StructureSteps) -> None:
         """A step, with all that is kept of it."""
@@ -174,7 +175,7 @@ class Histories:
         kept = done % self.stride == 0
         if energies is not None:
             both = combined(march.steps.report[:2], X)
-            energies = energies.after(s, both, done * h, h, *self._loads(done))
+            energies = energies.after(s, both, self.run.time(done), h, *self._loads(done))
             if kept:
                 self.accounts.append(energies.row)
         if kept:
@@ -218,7 +219,9 @@ class Histories:
             first = done - 1
             steps = np.arange(done, min(first + BLOCK, self.n) + 1, dtype=np.float64)
             at = self.run.structure.load_values
-            values = np.stack([at(steps * self.run.h), at((steps - 0.5) * self.run.h)], axis=1)
+            first_step, origin = self.run.begin.first, self.run.begin.origin
+            ends, halves = (origin + (first_step + n) * self.run.h for n in (steps, steps - 0.5))
+            values = np.stack([at(ends), at(halves)], axis=1)
             self.sampled = first, values
         end, half = values[done - first - 1]
         return end, half
@@ -237,7 +240,7 @@ class Histories:
         ]
         if self.energies is not None:
             self.accounts = [tuple(row) for row in last["accounts"].tolist()]
-            t = self.done * self.run.h
+            t = self.run.time(self.done)
             loads = self.run.structure.load_values(np.array([t]))[0]
             self.energies = Energies.of(self.run.structure, last["energies"], t, loads)._replace(**last["sums"])
 
@@ -280,6 +283,7 @@ def accounted(scheme: Scheme, rows: Sequence[Any], status: Status, step: str, at
     return account
 
 
-def held_at_start(s: Model) -> float:
+def held_at_start(run: Run) -> float:
     """About the energy that an internal force holds at the start, which the account counts from 0."""
-    return 0.0 if s.internal is None else float(np.abs(s.u0) @ np.abs(s.restoring(0.0, s.u0, s.v0)))
+    s, (u, v, _) = run.structure, run.given
+    return 0.0 if s.internal is None else float(np.abs(u) @ np.abs(s.restoring(run.time(0), u, v)))

@@ -7,6 +7,7 @@ import numpy as np
 from ...core.arrays import Array
 from ...core.progress import shown
 from ...core.response import Statistics, Status
+from ...core.state import State
 from ...run.clock import Control
 from ..model.given import Dof
 from .histories import Energies, accounted, held_at_start, selection
@@ -20,12 +21,13 @@ PARTS = 1000  # of the span, for the bar
 class ChosenHistories:
     """What a march with tol has so far: rows of u, v, a at the degrees of freedom asked for, energies, iterations."""
 
-    def __init__(self, run: Run, places: list[int], account: bool) -> None:
+    def __init__(self, run: Run, places: list[int], account: bool, started: State | None) -> None:
         s = run.structure
+        self.started = started
         self.run, self.select = run, selection(s, places)
         self.rows: list[Array] = [self.select(run.given)]
-        self.times, self.lengths, self.counts = [0.0], [0.0], [[0] * run.scheme.balances]
-        self.energies = Energies.at_start(s) if account else None
+        self.times, self.lengths, self.counts = [run.time(0)], [0.0], [[0] * run.scheme.balances]
+        self.energies = Energies.at_start(s, run.given[:2], run.time(0)) if account else None
         self.accounts = [] if self.energies is None else [self.energies.row]
 
     def add(self, taken: Taken) -> None:
@@ -57,26 +59,30 @@ class ChosenHistories:
             self.run.structure, self.run.scheme, np.nan, rows[:, 2] if made and kinds == 3 else None,
             np.array(self.times), statistics,
             dofs=tuple(kept), account=accounted(
-                self.run.scheme, self.accounts, status, step, held_at_start(self.run.structure)
+                self.run.scheme, self.accounts, status, step, held_at_start(self.run)
             ),
+            started=self.started, last=march.state_now,
         )  # fmt: skip
 
 
 def march_chosen(
-    run: Run, asked: Control, own_atol: bool, kept: list[Dof], account: bool, progress: bool
+    run: Run, asked: Control, own_atol: bool, kept: list[Dof], account: bool, progress: bool, started: State | None
 ) -> StructureResponse:
-    """The march with tol; own_atol: whether atol was given, else its part of u is one of the largest u so far."""
-    s, t_end = run.structure, asked.t_end
+    """The march with tol; own_atol: whether atol was given, else its part of u is one of the largest u so far.
+
+    started: the state that the run begins at, None for the structure's start.
+    """
+    s, span = run.structure, asked.t_end - asked.t_begin
     share_u, atol_u = (0.0, asked.atol_u) if own_atol else (asked.atol_u, 0.0)
     march = ChosenSteps(run, replace(asked, atol_u=atol_u), (share_u, asked.share_v))
-    found = ChosenHistories(run, [s.place(dof) for dof in kept], account)
+    found = ChosenHistories(run, [s.place(dof) for dof in kept], account, started)
     status: Status = "interrupted"  # unless it ends
     try:
         with np.errstate(all="ignore"), shown(PARTS, 0, progress, "march", "parts") as advance:
             done = 0
             for taken in march.steps():
                 found.add(taken)
-                now = int(PARTS * taken.t / t_end)
+                now = int(PARTS * (taken.t - asked.t_begin) / span)
                 advance(now - done)
                 done = now
         status = march.status

@@ -1,30 +1,36 @@
 """March a structure, and what ends a run."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 
+from ...core.arrays import Array
 from ...core.errors import require_numbers, unknown_name, warn
 from ...core.memory import require_memory
 from ...core.progress import shown
 from ...core.response import Status
 from ...core.schemes import Scheme
 from ...core.schemes import scheme as make_scheme
-from ...run.clock import CHOSEN, Control, steps_of
+from ...core.state import State, bare, whose
+from ...run.clock import CHOSEN, Begin, ConstantSteps, Control, steps_of
 from ..model.given import Dof
 from ..model.model import Model
+from ..solvers.combine import combined
 from .histories import Histories, accounted, held_at_start
 from .march_chosen import march_chosen
-from .newton import Iteration, NewtonFailed
+from .newton import Iteration, NewtonFailed, Tangent
 from .refusals import require_definite_mass, require_suited, unsymmetric
 from .response import StructureResponse
 from .scheme_plan import step_of
-from .steps import Run
+from .start import vectors
+from .steps import Run, StructureSteps
 
-ARGUMENTS = ("dt", "t_end", "tol", "dofs", "stride", "account", "save", "progress", "newton", "line_search")
+KIND = "structure"  # of run, as states name it
+ARGUMENTS = ("dt", "t_end", "tol", "start", "dofs", "stride", "account", "save", "progress", "newton", "line_search")
 
 
 def march_structure(
@@ -41,6 +47,7 @@ def march_structure(
     newton: Literal["simplified", "full"] = "simplified",
     line_search: bool = False,
     tol: float | None = None,
+    start: Any = None,
     **chosen: Any,
 ) -> StructureResponse:
     """The response of a structure from t = 0 to t_end in steps of dt, or of tol; `substep.march` calls it.
@@ -68,6 +75,10 @@ def march_structure(
     between which steps move, by default the root of 2 where a length has factors of its own. Steps end on t_end and
     where a load of substep's own jumps or has a kink; each is a row, so that stride and save take dt.
 
+    start: as for scenes, with u, v, a (N,) of all degrees of freedom, from which the run goes on; the account of energy
+    begins there anew. The tangent that coefficients of KR-alpha and Rayleigh damping take stays that at the
+    structure's u0.
+
     A run that fails or is interrupted from the keyboard keeps what it has: see Response.status. If a function of the
     user's raises, the exception's `response` is what was done. Raises ValueError for what `march` does, for unknown
     degrees of freedom, for a mass matrix with negative eigenvalues, damping or degrees of freedom without mass with a
@@ -83,7 +94,8 @@ def march_structure(
     require_numbers(scheme.name, scheme.parameters, "substep.sweep takes arrays")
     if tol is not None and (stride != 1 or save is not None):
         raise ValueError("expected stride and save with dt only, got them with tol; keep some dofs, or give dt")
-    steps = steps_of(dt, tol, t_end, stride=stride, chosen=chosen)
+    state = None if start is None else State.given(start)
+    steps = steps_of(dt, tol, t_end, stride=stride, start=state, chosen=chosen)
     require_definite_mass(structure)
     if account and (name := unsymmetric(structure)):
         warn(
@@ -97,19 +109,26 @@ def march_structure(
     require_suited(structure, scheme, h)
     run = Run(structure, scheme, h, iteration)
     if isinstance(steps, Control):
-        return march_chosen(run, steps, "atol" in chosen, kept, account, progress)
-    n, stride = steps.n, steps.stride
+        if state is not None:
+            run = replace(run, begin=Begin(0, state.t), start=vectors(structure, state))
+        return march_chosen(run, steps, "atol" in chosen, kept, account, progress, state)
+    n, stride, tangents = steps.n, steps.stride, ()
+    if state is not None:
+        rows = state.rows(bare(scheme.state), whose(scheme, KIND), h)
+        run = replace(run, begin=steps.begin._replace(rows=rows), start=vectors(structure, state))
+        tangents = _tangents(state) if rows is not None else ()
     if save is None:
         kinds = len(step_of(scheme, h).report[:3])
         require_memory((n // stride + 1, kinds, len(kept)), "keep fewer dofs, a longer stride, or save= to a folder")
     found = Histories(run, n, [structure.place(dof) for dof in kept], stride, account, save)
     status: Status = "completed"
+    X, march = None, None
     try:
         # a run that overflows ends with a status
         with np.errstate(all="ignore"), shown(n, found.done, progress, "march", "steps") as advance:
-            for X, march in run.marched(n, found.state, found.done, found.tangents):
+            for X, march in run.marched(n, found.state, found.done, found.tangents or tangents):
                 if not math.isfinite(float(X[-1].sum())):
-                    status = "non_finite"
+                    status, X = "non_finite", None
                     break
                 found.add(X, march)
                 advance(1)
@@ -119,21 +138,58 @@ def march_structure(
         status = "interrupted"
     except Exception as error:  # of a load or a force of the user's, or a tangent that is singular
         found.checkpoint()
-        error.response = _response(found, "interrupted", kept)  # type: ignore[attr-defined]
+        error.response = _response(found, "interrupted", kept, steps, state)  # type: ignore[attr-defined]
         error.add_note("what the march had done before is in the attribute `response` of this exception")
         raise
     found.checkpoint()
-    return _response(found, status, kept)
+    last = None if X is None or march is None else _last(run, march, X, found.done, steps)
+    return _response(found, status, kept, steps, state, last)
 
 
-def _response(found: Histories, status: Status, kept: list[Dof]) -> StructureResponse:
+def _last(run: Run, march: StructureSteps, X: Array, done: int, steps: ConstantSteps) -> Callable[[], State]:
+    """Where a march stands whose last step is X (V, n), complete."""
+    vectors = combined(march.steps.report, X)
+    rows = combined(march.steps.out, X) if march.run.scheme is run.scheme else ()  # else the starter's
+    tangents = march.tangents
+
+    def last() -> State:
+        more = {f"tangent {k} at": x.at for k, x in enumerate(tangents) if x is not None}
+        more |= {f"tangent {k}": np.array([x.t, x.largest]) for k, x in enumerate(tangents) if x is not None}
+        known = {"history": dict(zip(bare(run.scheme.state), rows, strict=True)), "more": more} if len(rows) else {}
+        return State(
+            steps.time(done), *(run.structure.T @ x for x in vectors), of=whose(run.scheme, KIND), dt=run.h,
+            steps=steps.begin.first + done, origin=steps.begin.origin, **known,
+        )  # fmt: skip
+
+    return last
+
+
+def _tangents(state: State) -> list[Tangent | None]:
+    """Those that systems kept where a march of the same scheme ended."""
+    numbers = [int(name.split()[1]) for name in state.more if name.endswith(" at")]
+    found: list[Tangent | None] = [None] * (max(numbers, default=-1) + 1)
+    for k in numbers:
+        t, largest = state.more[f"tangent {k}"].tolist()
+        found[k] = Tangent(t, state.more[f"tangent {k} at"], largest)
+    return found
+
+
+def _response(
+    found: Histories,
+    status: Status,
+    kept: list[Dof],
+    steps: ConstantSteps,
+    started: State | None,
+    last: Callable[[], State] | None = None,
+) -> StructureResponse:
     run = found.run
     counts = found.iterations[: found.done]
     account = accounted(
-        run.scheme, found.accounts[: found.kept], status, f"dt = {run.h:g}", held_at_start(run.structure)
+        run.scheme, found.accounts[: found.kept], status, f"dt = {run.h:g}", held_at_start(run)
     )
     u, v, *a = found.read()
     return StructureResponse(
-        u, v, counts, status, None if status == "completed" else (found.done + 1) * run.h, run.structure, run.scheme,
-        found.stride * run.h, a[0] if a else None, dofs=tuple(kept), account=account,
+        u, v, counts, status, None if status == "completed" else steps.time(found.done + 1), run.structure, run.scheme,
+        found.stride * run.h, a[0] if a else None, steps.times(len(u)), started=started, last=last, dofs=tuple(kept),
+        account=account,
     )  # fmt: skip

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from ...core.exports import Histories, History
 from ...core.response import Response
 from ..model.given import Dof
 from ..model.model import Model
+from .start import vectors
 
 
 @dataclass(frozen=True)
@@ -80,19 +82,37 @@ class StructureResponse(Response):
         if self.own_a is not None:
             return self.own_a
         s = self.structure
-        if not self._has_a:
+        if not self.has_a:
             raise ValueError(
                 "expected all degrees of freedom for the acceleration of a scheme that has none of its own, got "
                 f"{self.u.shape[1]} of {s.T.shape[0]}; march without dofs and fixed, or take a scheme that carries a"
             )
         order = np.argsort(self._places)  # of the columns, as the structure has its degrees of freedom
         rows = zip(self.t[1:], np.asarray(self.u)[1:, order], np.asarray(self.v)[1:, order], strict=True)
-        return np.array([s.a0, *(s.acceleration(t, u, v) for t, u, v in rows)])[:, self._places]
+        first = s.a0 if self.started is None else vectors(s, self.started)[2]
+        return np.array([first, *(s.acceleration(t, u, v) for t, u, v in rows)])[:, self._places]
+
+    def at_times(self, times: Array) -> dict[str, Any]:
+        """The account of energy, linear between the rows, so that it stays in balance."""
+        if self.account is None:
+            return {}
+        return {"account": Account(**{name: np.interp(times, self.t, x) for name, x in vars(self.account).items()})}
+
+    @property
+    def _last_row(self) -> list[Array]:
+        """u, v, a (N,) in the last row. Raises ValueError where not all degrees of freedom were kept."""
+        order, N = np.argsort(self._places), self.structure.T.shape[0]
+        if len(set(self.dofs)) < N:
+            raise ValueError(
+                f"expected all degrees of freedom for the state where the march has failed, got {len(self.dofs)} of "
+                f"{N}; march without dofs, or go on from an earlier state"
+            )
+        return [np.asarray(x)[-1][order] for x in (self.u, self.v, self.a)]
 
     def _histories(self) -> Histories:
         """What can be exported: a where it can be computed, energies where there is an account; consistent units."""
         found = {"u": History(np.asarray(self.u), "", "displacement"), "v": History(np.asarray(self.v), "", "velocity")}
-        if self._has_a:
+        if self.has_a:
             found["a"] = History(np.asarray(self.a), "", "acceleration")
         if self.account is not None:
             energies = {"energy": self.energy, "work": self.account.work, "damped": self.account.damped}
@@ -104,7 +124,7 @@ class StructureResponse(Response):
         return f"a structure of {self.structure.size} degrees of freedom"
 
     @property
-    def _has_a(self) -> bool:
+    def has_a(self) -> bool:
         """Whether the scheme has an acceleration of its own, or all degrees of freedom are there to compute one."""
         s = self.structure
         return self.own_a is not None or (s.all_free and sorted(self._places) == list(range(s.size)))
@@ -142,7 +162,7 @@ class StructureResponse(Response):
         if dof not in self.dofs:
             raise unknown_name("a degree of freedom that was kept", str(dof), map(str, self.dofs))
         place = self.dofs.index(dof)
-        return self.u[:, place], self.v[:, place], self.a[:, place] if self._has_a else None
+        return self.u[:, place], self.v[:, place], self.a[:, place] if self.has_a else None
 
     @cached_property
     def absolute_a(self) -> Array:

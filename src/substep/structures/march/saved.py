@@ -10,11 +10,11 @@ import numpy as np
 from ...core.arrays import Array
 from ...core.errors import optional
 from ...core.loads import is_known, values_at
-from ...core.schemes import Scheme
-from ..model.model import Model
+from ...core.state import whose
 from ..model.rayleigh import Rayleigh
 from ..solvers.matrices import Matrix, arrays_of, is_operator
 from .step_lengths import reach, rms
+from .steps import Run
 
 BUFFER = 1 << 20  # doubles of histories in memory at a time
 IN_MEMORY = 1 << 27  # doubles of histories that a response reads into memory
@@ -124,20 +124,22 @@ class Saved:
         self.group.attrs["last"] = {"name": name, **numbers}
 
 
-def described(structure: Model, scheme: Scheme, h: float, t_end: float, **choices: Any) -> dict[str, str]:
+def described(run: Run, t_end: float, **choices: Any) -> dict[str, str]:
     """What distinguishes one march from another, by name: as it is, or its digest.
 
     Functions of the user's are recognised by values at fixed times until t_end and at fixed states, matrices that are
     known by their products only by some of these.
     """
-    own = scheme.kernels.__name__ if scheme.info.declaration is not None else ""
-    found = {"scheme": f"{scheme!r}{own}", "dt": repr(h), **{name: repr(x) for name, x in choices.items()}}
+    structure, h = run.structure, run.h
+    found = {"scheme": whose(run.scheme), "dt": repr(h), **{name: repr(x) for name, x in choices.items()}}
     found["names"] = _digest(structure.names)
     for name, matrix in zip("MCK", (structure.M, structure.C, structure.K), strict=True):
         plain = isinstance(matrix, Rayleigh) or matrix is None
         found[name] = repr(matrix) if plain else _digest(*_parts(matrix))
     found["constraints"] = _digest(*arrays_of(structure.T))
     found["start"] = _digest(structure.u0, structure.v0, structure.a0_given)
+    if run.start is not None:
+        found["start"] = _digest(run.start, *run.begin)
     instants = np.linspace(0.0, t_end, INSTANTS)
     loads = [(x, repr(g) if is_known(g) else "", values_at(g, instants)) for x, g in structure.loads]
     found["loads"] = _digest(*(part for load in loads for part in load))

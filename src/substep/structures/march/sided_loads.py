@@ -15,16 +15,18 @@ from .steps import StructureSteps
 
 @dataclass(frozen=True, eq=False)
 class Forces:
-    """The loads of a structure on either side of where they jump; targets: times on which steps end, the last t_end."""
+    """The loads of a structure from t_begin to t_end, on either side of where they jump; targets: on which steps end."""
 
     structure: Model
+    t_begin: float
     t_end: float
 
     @cached_property
     def targets(self) -> Array:
-        """Break points of the loads within (0, t_end), and t_end."""
+        """Break points of the loads within (t_begin, t_end), and t_end."""
         found = [break_points(g, self.t_end) for _, g in self.structure.loads]
-        return np.append(np.unique(np.concatenate([np.empty(0), *found])), self.t_end)
+        every = np.unique(np.concatenate([np.empty(0), *found]))
+        return np.append(every[every > self.t_begin], self.t_end)
 
     @cached_property
     def functions(self) -> list[Callable[[float, float], float]]:

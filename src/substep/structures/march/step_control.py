@@ -8,6 +8,7 @@ import numpy as np
 
 from ...core.arrays import Array
 from ...core.response import Status
+from ...core.state import State
 from ...run.clock import Control
 from ..solvers.combine import combined
 from .local_error import Estimate, Source
@@ -56,7 +57,7 @@ class ChosenSteps:
             scheme.local_error(s.C is not None or (s.internal is not None and s.internal.reads > 1))
         )
         self.power = 0.5 / (self.estimate.error.order + 1)
-        self.forces, self.lengths = Forces(s, t_end), Lengths(run)
+        self.forces, self.lengths = Forces(s, asked.t_begin, t_end), Lengths(run)
         changing = [
             x for x in step_of(scheme, t_end).systems
             if x.linear_stiffness[x.place] != 0.0 or (s.C is not None and x.damping[x.place] != 0.0)
@@ -64,27 +65,32 @@ class ChosenSteps:
         self.rung = asked.rung if asked.rung is not None else math.sqrt(2.0) if changing else 0.0
         self.change = CHANGE / max(len(changing), 1)  # in steps
         self.length = reach(s, t_end)
-        self.scales = Scales(asked.rtol, (asked.atol_u, asked.atol_v), shares, [self.length, rms(s.v0)])
+        self.here: Array = run.given
+        self.scales = Scales(asked.rtol, (asked.atol_u, asked.atol_v), shares, [self.length, rms(self.here[1])])
         self.status: Status = "completed"
-        self.t: float = 0.0
+        self.t: float = asked.t_begin
         self.proposed: float = math.nan
         self.accepted: int = 0
         self.rejected: int = 0
         self.failed: int = 0
         self.lag, self.kinds = self.estimate.error.lag, [kind for kind, _ in scheme.history]
         self.carries = self.lag is not None or bool(self.estimate.names("start"))  # the motion's own a at the start
-        self.here: Array = run.given
-        self.state: Array = run.given[self.kinds]
+        self.state: Array = self.here[self.kinds]
         self.known: dict[Source, Array] = {}
+
+    def state_now(self) -> State:
+        """What a later march goes on from."""
+        u, v, *a = (self.run.structure.T @ x for x in self.here[: len(step_of(self.run.scheme, 1.0).report)])
+        return State(self.t, u, v, a[0] if a else None, dt_next=self.proposed)
 
     def steps(self) -> Iterator[Taken]:
         """The accepted steps. Raises ValueError for a singular effective matrix."""
         asked, control = self.asked, step_control()
         targets: list[float] = self.forces.targets.tolist()
         at: int = 0
-        middle: float = 0.5 * targets[0]
+        middle: float = 0.5 * (self.t + targets[0])
         if self.carries:
-            self.known["start", "a"] = self.forces.acceleration(0.0, middle, *self.here[:2])
+            self.known["start", "a"] = self.forces.acceleration(self.t, middle, *self.here[:2])
         first = self.first(middle)
         base: float = asked.dt_first or first
         held: float = base

@@ -10,6 +10,7 @@ from ...core.arrays import Array
 from ...core.errors import no_acceleration
 from ...core.loads import Load, values_at
 from ...core.schemes import Scheme
+from ...run.clock import AT_ZERO, Begin
 from ..model.model import Model
 from ..solvers.combine import combined
 from .linear import Factors, LinearSystem
@@ -35,6 +36,7 @@ class StructureSteps:
 
     def loads(self, first: int, count: int) -> list[Array]:
         """For each system the sum of w g(t_n + tau h), (count, J), for the J loads and the steps n from `first` on."""
+        origin, first = self.run.begin.origin, self.run.begin.first + first
         n = np.arange(first, first + count, dtype=np.float64)
         functions = [g for _, g in self.run.loads]
         found = []
@@ -42,7 +44,7 @@ class StructureSteps:
             total = np.zeros((count, len(functions)))
             for w, tau in system.loads:
                 for j, g in enumerate(functions):
-                    total[:, j] += w * values_at(g, (n + tau) * self.run.h)
+                    total[:, j] += w * values_at(g, origin + (n + tau) * self.run.h)
             found.append(total)
         return found
 
@@ -96,7 +98,7 @@ class StructureSteps:
 
     def times(self, n: int) -> list[float]:
         """The mean instant of the loads of each system in step n of constant length."""
-        return [(n + system.instant) * self.run.h for system in self.steps.systems]
+        return [self.run.time(n + system.instant) for system in self.steps.systems]
 
     @property
     def tangents(self) -> list[Tangent | None]:
@@ -113,7 +115,9 @@ class StructureSteps:
 class Run:
     """A march of a structure with a scheme in steps of h. factors: of its linear effective matrices, as far as made.
 
-    cases: L structures that differ in their loads only, which are marched at once: vectors are then (n, L).
+    cases: L structures that differ in their loads only, which are marched at once: vectors are then (n, L). begin: where
+    the steps begin, with rows (S, n) of the state where the scheme does not start anew; start (3, n): u, v, a there,
+    in place of the structure's.
     """
 
     structure: Model
@@ -122,6 +126,12 @@ class Run:
     iteration: Iteration = field(default_factory=Iteration)
     factors: Factors = field(default_factory=Factors)
     cases: tuple[Model, ...] = ()
+    begin: Begin = AT_ZERO
+    start: Array | None = None
+
+    def time(self, steps: float) -> float:
+        """The time after so many steps, s."""
+        return self.begin.origin + (self.begin.first + steps) * self.h
 
     @cached_property
     def loads(self) -> tuple[tuple[Array, Load], ...]:
@@ -165,6 +175,7 @@ class Run:
         X is written anew in every step. state: that after `done` steps, by default the start; tangents: those that were
         kept then. Where another scheme marches the first steps, those are its own. Raises NewtonFailed.
         """
+        state = self.begin.rows if state is None else state
         if state is None and self.scheme.starter is not None:
             history = [self.given]
             lag = max(steps for _, steps in self.scheme.history)
@@ -172,7 +183,7 @@ class Run:
                 raise no_acceleration(self.scheme.name, self.scheme.starter.name)
             starter = replace(self, scheme=self.scheme.starter)
             for X, march in starter.marched(min(lag, n)):
-                history.append(self._with_acceleration(combined(march.steps.report, X), len(history) * self.h))
+                history.append(self._with_acceleration(combined(march.steps.report, X), self.time(len(history))))
                 yield X, march
             if (done := len(history) - 1) == n:
                 return
@@ -196,7 +207,9 @@ class Run:
 
     @property
     def given(self) -> Array:
-        """u, v, a at t = 0, (3, n) or (3, n, L)."""
+        """u, v, a where the steps begin, (3, n) or (3, n, L)."""
+        if self.start is not None:
+            return self.start
         s = self.structure
         if not self.cases or s.a0_given is not None:
             start = np.array([s.u0, s.v0, s.a0])
@@ -208,7 +221,7 @@ class Run:
         return np.empty((steps.vectors, self.structure.size, *([len(self.cases)] if self.cases else [])))
 
     def _started(self) -> Array:
-        """The state at t = 0 of a scheme that starts by itself."""
+        """The state at the start of a scheme that starts by itself."""
         if self.scheme.info.start == "given":
             return self.given[[kind for kind, _ in self.scheme.history]]
         start = self.prepared(start_of(self.scheme, self.h))

@@ -7,6 +7,7 @@ import numpy as np
 
 from ...core.arrays import Array
 from ...core.kernel_modules import loaded
+from ...run.clock import ConstantSteps
 from ..march.quadrature import of_work
 from .modes import ModalBasis
 
@@ -17,8 +18,8 @@ class ModalEnergies:
     The matrices of modes are diagonal. Work is that of the loads on these modes.
     """
 
-    def __init__(self, modes: ModalBasis, h: float, n: int) -> None:
-        self.modes, self.h = modes, h
+    def __init__(self, modes: ModalBasis, steps: ConstantSteps) -> None:
+        self.modes, self.steps, n = modes, steps, steps.n
         self.before = np.empty((2, len(modes)))  # q and v in the last row so far
         self.found = np.empty((n + 1, 5 + 2 * len(modes.structure.loads)))  # sums over modes, a row for each step
 
@@ -36,7 +37,7 @@ class ModalEnergies:
         weights = factor**2 * np.array([np.ones(len(modes)), modes.omega**2, np.diag(modes.damping)])
         forces = np.ascontiguousarray(modes.load_factors.T * factor)
         kernel = loaded("shared.combinations").sums_over_modes
-        kernel(X, self.before, weights, forces, self.h, self.found[first : first + len(X)])
+        kernel(X, self.before, weights, forces, self.steps.dt, self.found[first : first + len(X)])
         self.before = X[-1, :2].copy()
 
     def rows(self, done: int) -> Array:
@@ -44,11 +45,12 @@ class ModalEnergies:
 
         Steps up to the number `done` were added.
         """
-        h, J, loaded_by = self.h, len(self.modes.structure.loads), self.modes.structure.load_values
+        h, J, loaded_by = self.steps.dt, len(self.modes.structure.loads), self.modes.structure.load_values
         kinetic, strain, along, odd, even = self.found[: done + 1, :5].T
         moved, rates = self.found[1 : done + 1, 5 : 5 + J], self.found[: done + 1, 5 + J :]
         steps = np.arange(done + 1)
-        f, half = loaded_by(steps * h), loaded_by((steps[1:] - 0.5) * h)
+        first, origin, _ = self.steps.begin
+        f, half = (loaded_by(origin + (first + at) * h) for at in (steps, steps[1:] - 0.5))
         work = 0.5 * ((f[:-1] + f[1:]) * moved).sum(axis=1)
         finer = of_work((f[:-1], half, f[1:]), moved, (rates[:-1], rates[1:]), h, np.multiply).sum(axis=1)
         finer -= odd[1:] * (h / 12) + even[1:] / (20 * h)

@@ -4,23 +4,24 @@ An oscillator is a lane of the linear march. Each load has lanes of its own, fro
 the start; what belongs to a mode is a factor of its lanes, and goes into the matrix that adds the modes up.
 """
 
-from collections.abc import Iterable, Iterator
-from typing import Any
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ...core.arrays import Array
 from ...core.errors import require_numbers, unknown_name
-from ...core.loads import Load, values_at
 from ...core.memory import require_memory
 from ...core.response import Status
 from ...core.schemes import Scheme
 from ...core.schemes import scheme as make_scheme
+from ...core.state import State, whose
 from ...marching.histories import histories
 from ...marching.linear import march_linear
-from ...marching.oscillators import Oscillators
 from ...run.clock import ConstantSteps
 from ..march.histories import accounted
+from ..march.march_structure import KIND as STRUCTURE
 from ..march.march_structure import march_structure
 from ..march.refusals import require_linear
 from ..march.response import Account, StructureResponse
@@ -30,10 +31,10 @@ from ..model.given import Dof
 from ..model.model import Model
 from ..solvers.matrices import checked, reduced
 from .modal_energies import ModalEnergies
+from .modal_lanes import going_on, kind_of, modal_start, room_for
 from .modes import ModalBasis
 
 ALONE = 1 << 18  # multiplications of a product that OpenBLAS does not share out among threads; see `combine`
-Lanes = tuple[Load | None, Oscillators, Array]  # a load, the lanes under it, and the factor (m,) of each
 
 
 def superpose(
@@ -46,6 +47,7 @@ def superpose(
     stride: int = 1,
     static_correction: bool = False,
     account: bool = True,
+    start: Any = None,
     **others: Any,
 ) -> StructureResponse:
     """The response of a structure from t = 0 to t_end in steps of dt by the superposition of its modes.
@@ -55,17 +57,19 @@ def superpose(
     step. static_correction: add to u what the other modes contribute to the static response under the load at each
     time, their residual flexibility; u alone is corrected, and it is that of the load already at t = 0. The part of the
     start and of loads that the modes do not have is left out otherwise. account: whether to add up the energies of the
-    modes at each step, without the correction; a warning is given as in a march of the structure.
+    modes at each step, without the correction; a warning is given as in a march of the structure. start: as for the
+    structure; of another start than that of these modes, the part that they have.
 
     Raises ValueError for what `march` does, for a structure with an internal force, for unknown degrees of freedom, for
     damping with a scheme that takes none, and for static_correction of a free body not all of whose rigid modes are
     given; MemoryError for histories that do not fit in memory.
     """
     if others:
-        known = ("dofs", "stride", "static_correction", "account")
+        known = ("dofs", "stride", "static_correction", "account", "start")
         raise unknown_name("an argument of march for modes", next(iter(others)), known)
-    s, steps = _checked(modes, scheme, dt, t_end, stride)
-    whole, h, n = modes.structure, steps.dt, steps.n
+    state = None if start is None else State.given(start)
+    s, steps = _checked(modes, scheme, dt, t_end, stride, state)
+    whole, n = modes.structure, steps.n
     kept = whole.kept(dofs)
     places = [whole.place(dof) for dof in kept]
     part = whole.T[places]
@@ -73,16 +77,17 @@ def superpose(
     shapes = np.ascontiguousarray((part[:, columns] @ modes.free_shapes[columns]).T)
     require_memory((n // stride + 1, 3, len(places)), "keep fewer dofs, or a longer stride")
     rows = np.empty((n // stride + 1, 3, len(places)))
-    status, done, energies = _added_up(modes, s, h, n, stride, shapes, rows, account)
+    status, done, energies, last = _added_up(modes, s, steps, shapes, rows, account, state)
     rows = rows[: done // stride + 1]
-    u = rows[:, 0]
+    u, times = rows[:, 0], steps.times(len(rows))
     if static_correction and whole.loads:
-        loads = whole.load_values(np.arange(len(rows)) * (stride * h))
+        loads = whole.load_values(np.arange(len(rows)) * (stride * steps.dt) if times is None else times)
         u += loads @ (whole.T[places] @ residual_flexibility(modes)).T
-    failed = None if status == "completed" else (done + 1) * h
+    failed = None if status == "completed" else steps.time(done + 1)
     iterations = np.zeros((done, s.balances), np.int64)
     return StructureResponse(
-        u, rows[:, 1], iterations, status, failed, whole, s, stride * h, rows[:, 2], dofs=tuple(kept), account=energies
+        u, rows[:, 1], iterations, status, failed, whole, s, stride * steps.dt, rows[:, 2], times, started=state,
+        last=last, dofs=tuple(kept), account=energies,
     )  # fmt: skip
 
 
@@ -93,7 +98,7 @@ def coordinates(modes: ModalBasis, scheme: Scheme | str, dt: float | None, t_end
     """
     s, steps = _checked(modes, scheme, dt, t_end, stride)
     rows = np.empty((steps.n // stride + 1, 3, len(modes)))
-    _, done, _ = _added_up(modes, s, steps.dt, steps.n, stride, np.eye(len(modes)), rows, account=False)
+    done = _added_up(modes, s, steps, np.eye(len(modes)), rows, account=False).done
     return rows[: done // stride + 1]
 
 
@@ -107,23 +112,13 @@ def residual_flexibility(modes: ModalBasis) -> Array:
     return modes.statics - modes.free_shapes[:, elastic] @ own
 
 
-def modal_lanes(modes: ModalBasis, dt: float) -> list[Lanes]:
-    """What is marched where every mode is an oscillator: lanes for each load, and for a start that is not rest."""
-    whole, omega, xi = modes.structure, modes.omega, modes.xi
-    one, steps = np.ones(len(modes)), np.full(len(modes), dt)
-    own, found = modes.start.copy(), []
-    for (_, g), factor in zip(whole.loads, modes.load_factors.T, strict=True):
-        at_rest = np.zeros((3, len(modes)))
-        at_rest[2] = values_at(g, np.zeros(1))[0]
-        own[2] -= factor * at_rest[2]
-        found.append((g, Oscillators(omega, xi, one, steps, at_rest), factor))
-    if whole.a0_given is None:
-        own[2] = -2.0 * xi * omega * own[1] - omega**2 * own[0]
-    return [*found, (None, Oscillators(omega, xi, one, steps, own), one)] if own.any() or not found else found
-
-
 def _checked(
-    modes: ModalBasis, scheme: Scheme | str, dt: float | None, t_end: float | None, stride: int
+    modes: ModalBasis,
+    scheme: Scheme | str,
+    dt: float | None,
+    t_end: float | None,
+    stride: int,
+    state: State | None = None,
 ) -> tuple[Scheme, ConstantSteps]:
     require_linear(modes.structure, "superposition of modes")
     s = make_scheme(scheme)
@@ -132,27 +127,44 @@ def _checked(
         raise ValueError("expected dt, a constant step, for modes, got none; give dt, or march the structure with tol")
     if not s.info.damping and modes.damping.any():
         raise needs_no_damping(s.name, "modes without damping, got some that are damped")
-    return s, ConstantSteps.of(dt, t_end, stride=stride)
+    return s, ConstantSteps.of(dt, t_end, stride=stride, start=state)
+
+
+class _Ended(NamedTuple):
+    """How a superposition ended, steps done, the account of energy if one is wanted, and where it stands, if known."""
+
+    status: Status
+    done: int
+    account: Account | None
+    last: Callable[[], State] | None
 
 
 def _added_up(
-    modes: ModalBasis, scheme: Scheme, h: float, n: int, stride: int, shapes: Array, rows: Array, account: bool
-) -> tuple[Status, int, Account | None]:
-    """Put the sums shapes (m, k) of modal coordinates into rows (n // stride + 1, 3, k).
-
-    Returns how it ended, the steps done, and the account of energy if one is wanted.
-    """
+    modes: ModalBasis,
+    scheme: Scheme,
+    steps: ConstantSteps,
+    shapes: Array,
+    rows: Array,
+    account: bool,
+    state: State | None = None,
+) -> _Ended:
+    """Put the sums shapes (m, k) of modal coordinates into rows (n // stride + 1, 3, k)."""
     if not modes.lanes:
-        return _together(modes, scheme, h, n, stride, shapes, rows, account)
-    lanes, status, done = modal_lanes(modes, h), "completed", 0
-    factors = [factor for _, _, factor in lanes]
+        return _together(modes, scheme, steps, shapes, rows, account, state)
+    lanes, n, stride = going_on(modes, scheme, steps, state), steps.n, steps.stride
+    factors = [lane.factor for lane in lanes]
     summed = [shapes * factor[:, None] for factor in factors]
-    energies = ModalEnergies(modes, h, n) if account else None
+    energies = ModalEnergies(modes, steps) if account else None
     pace = 1 if account else stride  # steps between the rows of a block, of which every `every`-th is kept
-    every = stride // pace
+    every, x, ends = stride // pace, room_for(scheme, lanes), np.empty((len(lanes), 3, len(modes)))
+    parts = [
+        histories(scheme, lane.oscillators, n, lane.load, stride=pace, begin=lane.begin, last=to)
+        for lane, to in zip(lanes, x, strict=True)
+    ]
+    status, done = "completed", 0
     try:
         with np.errstate(over="ignore", invalid="ignore"):  # an overflow is a status
-            for at, blocks in _abreast([histories(scheme, o, n, load, stride=pace) for load, o, _ in lanes]):
+            for at, blocks in _abreast(parts):
                 if energies is not None:
                     energies.add(at, blocks, factors)
                 kept, first = [q[-at % every :: every] for q in blocks], -(-at // every)
@@ -160,17 +172,48 @@ def _added_up(
                 _sum(kept, summed, to.reshape(3 * len(to), shapes.shape[1]))
                 if not np.isfinite(to[-1:]).all():  # what overflows does not come back
                     good = first + int(np.argmin(np.isfinite(to).all(axis=(1, 2))))
-                    last = min(march_linear(scheme, o, n, load, stride=n).n_done.min() for load, o, _ in lanes)
+                    last = min(
+                        march_linear(scheme, lane.oscillators, n, lane.load, stride=n, begin=lane.begin).n_done.min()
+                        for lane in lanes
+                    )
                     status, done = "non_finite", min(int(last), good * stride - 1)
                     break
                 done = min(n, (first + len(to) - 1) * stride)
+                if len(kept[0]):
+                    ends[:] = [q[-1] for q in kept]
             else:
                 done = n
     except KeyboardInterrupt:
         status = "interrupted"
     with np.errstate(over="ignore", invalid="ignore"):
         energy = () if energies is None else energies.rows(done)[::stride]
-    return status, done, accounted(scheme, energy, status, f"dt = {h:g}")
+    found = accounted(scheme, energy, status, f"dt = {steps.dt:g}")
+    if status != "completed":
+        return _Ended(status, done, found, None)
+    at_end = n - n % stride
+
+    def last_state() -> State:
+        own = {"lanes": x, "rows": ends, "factors": np.array(factors)} if at_end == n else {}
+        total = sum((factor * end for factor, end in zip(factors, ends, strict=True)), np.zeros_like(ends[0]))
+        return _stands(modes, scheme, steps, at_end, total, {}, own)
+
+    return _Ended(status, done, found, last_state)
+
+
+def _stands(
+    modes: ModalBasis,
+    scheme: Scheme,
+    steps: ConstantSteps,
+    done: int,
+    coordinates: Array,
+    history: Mapping[str, Array],
+    more: Mapping[str, Array],
+) -> State:
+    """Where a superposition stands with modal coordinates q, q', q'' (3, m)."""
+    return State(
+        steps.time(done), *(modes.shapes @ q for q in coordinates), history, whose(scheme, kind_of(modes)), steps.dt,
+        steps.begin.first + done, steps.begin.origin, more=more,
+    )  # fmt: skip
 
 
 def _sum(blocks: list[Array], summed: list[Array], to: Array) -> None:
@@ -191,11 +234,17 @@ def _abreast(parts: list[Iterator[tuple[int, Array]]]) -> Iterator[tuple[int, li
 
 
 def _together(
-    modes: ModalBasis, scheme: Scheme, h: float, n: int, stride: int, shapes: Array, rows: Array, account: bool
-) -> tuple[Status, int, Account | None]:
+    modes: ModalBasis,
+    scheme: Scheme,
+    steps: ConstantSteps,
+    shapes: Array,
+    rows: Array,
+    account: bool,
+    state: State | None,
+) -> _Ended:
     """As `_added_up`, for modes that are coupled by damping: marched as a structure with a dense damping matrix."""
     whole = modes.structure
-    start = modes.start
+    start = modal_start(modes, state)
     unit = transformation(len(modes), [], None)
     given = {"M": np.eye(len(modes)), "C": modes.damping, "K": np.diag(modes.omega**2)}
     matrices = {name: reduced(checked(name, x), unit) for name, x in given.items()}
@@ -204,7 +253,20 @@ def _together(
         **matrices, T=unit, loads=loads, u0=start[0], v0=start[1], names=(), solver="dense", a0_given=start[2],
         full_mass=matrices["M"],
     )  # fmt: skip
-    r = march_structure(small, scheme, h, n * h, stride=stride, account=account)
+    inner = None
+    if state is not None:
+        mine = whose(scheme, STRUCTURE) if state.of == whose(scheme, kind_of(modes)) else ""
+        inner = replace(state, u=start[0], v=start[1], a=start[2], of=mine)
+    t_end = steps.time(steps.n)
+    r = march_structure(small, scheme, steps.dt, t_end, stride=steps.stride, account=account, start=inner)
     rows[: len(r.u)] = np.stack([r.u, r.v, r.a], axis=1) @ shapes
-    done = n if r.t_failed is None else round(r.t_failed / h) - 1
-    return r.status, done, r.account
+    done = steps.n if r.t_failed is None else len(r.newton_iterations)
+    if r.status != "completed":
+        return _Ended(r.status, done, r.account, None)
+
+    def last_state() -> State:
+        ended = r.state
+        coordinates = np.array([ended.u, ended.v, r.a[-1] if ended.a is None else ended.a])
+        return _stands(modes, scheme, steps, ended.steps - steps.begin.first, coordinates, ended.history, ended.more)
+
+    return _Ended(r.status, done, r.account, last_state)

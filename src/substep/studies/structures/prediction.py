@@ -10,11 +10,13 @@ from ...core.schemes import Scheme
 from ...exact.coupled import coupled_histories
 from ...exact.oscillator import exact_histories
 from ...marching.linear import march_linear
+from ...run.clock import ConstantSteps
 from ...structures.march.critical import UNSTABLE, largest_mode
 from ...structures.model.given import Dof
 from ...structures.model.rayleigh import Rayleigh
 from ...structures.modes.eigen import static_response
-from ...structures.modes.superposition import coordinates, modal_lanes, residual_flexibility
+from ...structures.modes.modal_lanes import modal_lanes
+from ...structures.modes.superposition import coordinates, residual_flexibility
 from ...structures.solvers.low_rank import LowRank
 from ...structures.structure import Modes
 
@@ -86,9 +88,10 @@ class Prediction:
             start = modes.start[:2]
             return coupled_histories(modes.omega, modes.damping, modes.load_factors, dt, start, given, stride)
         total, of_load = np.zeros((rows + 1, len(modes))), iter(given.T)
-        for load, o, factor in modal_lanes(modes, dt):
-            samples = np.zeros(n + 1) if load is None else next(of_load)
-            total += factor * exact_histories(o.omega, o.xi, dt, o.start[:2], samples, stride)[:, 0]
+        for lane in modal_lanes(modes, ConstantSteps(dt, n)):
+            o = lane.oscillators
+            samples = np.zeros(n + 1) if lane.load is None else next(of_load)
+            total += lane.factor * exact_histories(o.omega, o.xi, dt, o.start[:2], samples, stride)[:, 0]
         return total
 
     def by_scheme(self, scheme: Scheme, n: int, rows: int) -> Array:
@@ -101,8 +104,8 @@ class Prediction:
                 found[: len(own)] = own
                 return found * self.weights
             total = np.zeros((rows + 1, len(modes)))
-            for load, o, factor in modal_lanes(modes, dt):
-                total += factor * march_linear(scheme, o, n, load, stride=stride).out[:, 0]
+            for lane in modal_lanes(modes, ConstantSteps(dt, n)):
+                total += lane.factor * march_linear(scheme, lane.oscillators, n, lane.load, stride=stride).out[:, 0]
             return total * self.weights
 
     @cached_property

@@ -1,0 +1,126 @@
+"""A response at other times than the ends of its steps, and up to an event."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .arrays import Array
+from .errors import real_array
+from .kernel_modules import loaded
+
+if TYPE_CHECKING:
+    from .response import Response
+
+Event = Callable[[float, Array, Array], float]  # of t, u (d,) and v (d,); a root of it is the event
+R = TypeVar("R", bound="Response")
+SHARE = 4e-16  # of a step, to which the time of an event is found
+
+
+def ascending(name: str, times: ArrayLike) -> Array:
+    """A row of ascending times. Raises ValueError for anything else."""
+    found = real_array(name, times).copy()
+    if found.ndim != 1 or not found.size or (np.diff(found) <= 0).any():
+        raise ValueError(f"expected {name} to be a row of ascending times, got shape {found.shape}; sort it, each once")
+    return found
+
+
+def sampled(r: R, times: ArrayLike) -> R:
+    """The response at these times, by Hermite's polynomial of each step, those after its last row left out.
+
+    Raises ValueError for times that do not ascend, and for one before its first row.
+    """
+    wanted = ascending("at", times)
+    if wanted[0] < r.t[0] - 1e-12 * abs(r.t[0]):
+        raise ValueError(
+            f"expected at within the run, which begins at t = {r.t[0]:.12g}, got {wanted[0]:.12g}; leave it out"
+        )
+    wanted = wanted[wanted <= r.t[-1] * (1.0 + 1e-12)]
+    u, v, a = _at(r, np.clip(wanted, r.t[0], r.t[-1]))
+    return replace(r, u=u, v=v, own_a=a, times=wanted, **r.at_times(wanted))
+
+
+def ended(r: R, until: Event | Sequence[Event]) -> R:
+    """The response up to the first root of an event after its first row; the whole one where there is none.
+
+    The response has a row for each step. Its last row is at that root, found within the step by Hermite's polynomial, and `t_events` says of which event.
+    Raises ValueError for an event that is not a function of t, u and v with a number for value.
+    """
+    events = [until] if callable(until) else list(until)
+    roots = [_first_root(r, event) for event in events]
+    t_events = np.array([np.nan if root is None else root for root in roots])
+    if np.isnan(t_events).all():
+        return replace(r, t_events=t_events)
+    end = float(np.nanmin(t_events))
+    t_events[t_events > end] = np.nan
+    k = int(np.searchsorted(r.t, end))  # of the first row that is not before it
+    times = np.append(r.t[:k], end)
+    u, v, a = _at(r, times)
+    return replace(
+        r, u=u, v=v, own_a=a, times=times, newton_iterations=r.newton_iterations[:k], status="completed", t_failed=None,
+        last=None, t_events=t_events, **r.at_times(times),
+    )  # fmt: skip
+
+
+def _at(r: Response, times: Array) -> tuple[Array, Array, Array | None]:
+    """u, v, a (k, d) at times within the run; rows of steps' ends as they are."""
+    t, u, v = r.t, np.asarray(r.u), np.asarray(r.v)
+    a = np.asarray(r.a) if r.has_a else None
+    k = np.clip(np.searchsorted(t, times, side="right") - 1, 0, max(len(t) - 2, 0))
+    if len(t) == 1:
+        return u[k], v[k], None if a is None else a[k]
+    h = (t[k + 1] - t[k])[:, None]
+    share = (times - t[k])[:, None] / h
+    module = loaded("shared.interpolant")
+    if a is None:
+        found = module.of_velocities(share, h, u[k], v[k], u[k + 1], v[k + 1])
+    else:
+        order = min(r.scheme.order[:2]) if r.scheme.order else 2
+        between = module.high if order >= module.HIGH else module.low
+        found = between(share, h, u[k], v[k], a[k], u[k + 1], v[k + 1], a[k + 1])
+    at_end = (times == t[k]) * 1 + (times == t[k + 1]) * 2
+    for x, of in zip(found, (u, v, a), strict=True):
+        for place in (1, 2):
+            if of is not None:
+                x[at_end == place] = of[k[at_end == place] + place - 1]
+    return found[0], found[1], None if a is None else found[2]
+
+
+def _first_root(r: Response, event: Event) -> float | None:
+    """The time of the first change of sign of an event after the first row, None where there is none."""
+
+    def value(t: float, u: Array, v: Array) -> float:
+        found: Any = event(t, u, v)
+        if np.ndim(found) != 0 or not np.isreal(found) or np.isnan(found):
+            raise ValueError(
+                f"expected until as a function of t, u, v with one number for value, got {found!r} at t = {t:.6g}; "
+                "return such as u[0] - 0.1, whose sign changes at the event"
+            )
+        return float(found)
+
+    before = value(float(r.t[0]), r.u[0], r.v[0])
+    for k in range(1, len(r.t)):
+        now = value(float(r.t[k]), r.u[k], r.v[k])
+        if now == 0.0:
+            return float(r.t[k])
+        if before * now < 0.0:
+            return _within(r, k, value)
+        before = now
+    return None
+
+
+def _within(r: Response, k: int, value: Event) -> float:
+    """The root between rows k - 1 and k."""
+    from scipy.optimize import brentq  # noqa: PLC0415 (on first use)
+
+    begin, end = float(r.t[k - 1]), float(r.t[k])
+
+    def at(t: float) -> float:
+        u, v, _ = _at(r, np.array([t]))
+        return value(t, u[0], v[0])
+
+    return float(brentq(at, begin, end, xtol=max(SHARE * (end - begin), 4e-16 * end), rtol=8.9e-16))

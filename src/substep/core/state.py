@@ -1,0 +1,163 @@
+"""Where a run stands: what a later run goes on from."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+
+from .arrays import Array, named
+from .errors import real_array, real_number, unknown_name
+from .scheme_record import SchemeRecord
+
+if TYPE_CHECKING:
+    from xarray import Dataset
+
+UNITS = ("", "h*", "h^2*")  # of u, v, a in the labels of a scheme's state
+GIVEN = ("t", "u", "v", "a", "history")  # what a dictionary may say
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """Displacement, velocity and acceleration at the time t (s), and what the scheme carries into its next step.
+
+    u, v, a (d,): of the coordinates of a scene or of all degrees of freedom of a structure; a is the scheme's own where
+    it has one, None to take it from the equation of motion. history: rows (k,) by their labels, as `Scheme.state` has
+    them for the oscillator ("u", "h*v", "u[-1]") and without the h elsewhere; empty where none is known.
+
+    The history is that of a scheme, with its parameters, and of a kind of run, both in `of`, and of steps of `dt` (s):
+    with these, a run goes on as if it had not been broken, else the scheme starts anew from u, v, a. steps: of this dt
+    since the time `origin`, for the instants of the load to be the same to the bit. dt_next: of a run with chosen
+    steps, the length of its next one, s. more: what else only such a run reads, as the tangents that an iteration keeps.
+    """
+
+    t: float
+    u: Array
+    v: Array
+    a: Array | None = None
+    history: Mapping[str, Array] = field(default_factory=dict[str, Array])
+    of: str = ""
+    dt: float = np.nan
+    steps: int = 0
+    origin: float = 0.0
+    dt_next: float | None = None
+    more: Mapping[str, Array] = field(default_factory=dict[str, Array])
+
+    @classmethod
+    def given(cls, start: Any) -> State:
+        """The state that a user gives: of a response, of its file, or a dictionary of u, v and what else is known.
+
+        Raises ValueError for anything else, for numbers that are not finite, and for other names.
+        """
+        if isinstance(start, State):
+            return start
+        if (state := getattr(start, "state", None)) is not None:
+            return state
+        if hasattr(start, "attrs") and "history" in start:
+            return cls._of_dataset(start)
+        if not isinstance(start, Mapping) or not {"u", "v"} <= start.keys():
+            raise ValueError(
+                "expected start as a response, its `state`, what ss.load reads of a saved state, or a dictionary with "
+                f"u and v, got {repr(start)[:60]}; give r, or {{'t': 0.0, 'u': ..., 'v': ..., 'a': ...}}"
+            )
+        parts = cast("Mapping[str, Any]", start)
+        if unknown := [name for name in parts if name not in GIVEN]:
+            raise unknown_name("a part of start", str(unknown[0]), GIVEN)
+        rows = {name: np.atleast_1d(real_array(name, x)) for name, x in parts.items() if name in "uva"}
+        history = {label: np.atleast_1d(real_array(label, x)) for label, x in parts.get("history", {}).items()}
+        return cls(real_number("t of start", parts.get("t", 0.0)), **rows, history=history)
+
+    def goes_on(self, of: str, dt: float) -> bool:
+        """Whether it is where a run `of` this scheme and kind in steps of dt can go on as if it had not been broken."""
+        return self.of == of and self.dt == dt
+
+    def rows(self, labels: Sequence[str], of: str, dt: float) -> Array | None:
+        """The rows (m, k) of these labels for a run `of` that scheme and kind in steps of dt, None where not known.
+
+        A history that a user has given is not asked for its scheme; raises ValueError where a label is missing in it.
+        """
+        if not self.history or (self.of and not self.goes_on(of, dt)):
+            return None
+        found: list[Array] = []
+        for label in labels:
+            at = self.history.get(label)
+            if at is None and not self.of:
+                at = self._scaled(label, dt)
+            if at is None:
+                raise ValueError(
+                    f"expected {label} in the history of start, got {', '.join(self.history)}; a scheme that carries "
+                    f"{', '.join(labels)} needs each of them, or none for it to start anew from u, v, a"
+                )
+            found.append(at)
+        return np.array(found)
+
+    def _scaled(self, label: str, dt: float) -> Array | None:
+        """A row that is there without the power of h of the label, or with one that the label does not have."""
+        power, bare = _power(label)
+        for other, x in self.history.items():
+            has, name = _power(other)
+            if name == bare:
+                return x * dt ** (power - has)
+        return None
+
+    def save(self, path: str | Path) -> None:
+        """Write it to a netCDF file, which `substep.load` reads for `march(start=)`; OSError where it cannot."""
+        self.to_xarray().to_netcdf(path, engine="scipy")  # pyright: ignore[reportUnknownMemberType]
+
+    def to_xarray(self) -> Dataset:
+        """u, v, a over the coordinates, the rows of the history over their labels, and all numbers as attributes."""
+        import xarray  # noqa: PLC0415 (on first use)
+
+        vectors = {name: x for name in "uva" if (x := getattr(self, name)) is not None}
+        found: dict[str, Any] = {name: named("place", x, {}) for name, x in vectors.items()}
+        found["history"] = named(("label", "row"), np.array(list(self.history.values())).reshape(len(self.history), -1), {})
+        numbers = {name: getattr(self, name) for name in ("t", "dt", "origin")}
+        attrs = {**numbers, "steps": float(self.steps), "of": self.of, "dt_next": self.dt_next or np.nan}
+        found |= {f"more {name}": named(tuple(f"{name} {k}" for k in range(x.ndim)), x, {}) for name, x in self.more.items()}
+        labels = named("label", np.array(list(self.history), dtype=object), {})
+        return xarray.Dataset(found, {"label": labels} if self.history else {}, attrs)
+
+    @classmethod
+    def _of_dataset(cls, found: Dataset) -> State:
+        vectors = {name: np.array(found[name].values, np.float64) for name in ("u", "v", "a") if name in found}
+        rows = zip(found["label"].values, found["history"].values, strict=True) if "label" in found.coords else ()
+        numbers = {name: float(found.attrs[name]) for name in ("t", "dt", "origin", "dt_next")}
+        return cls(
+            **vectors, **{**numbers, "dt_next": None if np.isnan(numbers["dt_next"]) else numbers["dt_next"]},
+            steps=int(found.attrs["steps"]), of=str(found.attrs["of"]),
+            history={str(label): np.array(row, np.float64) for label, row in rows},
+            more={
+                str(name).removeprefix("more "): np.array(x.values, np.float64)
+                for name, x in found.items() if str(name).startswith("more ")
+            },
+        )  # fmt: skip
+
+    def consistent(self) -> State:
+        """The same without an acceleration or a history: a run from it takes a from the equation of motion."""
+        return replace(self, a=None, history={}, of="", dt_next=None, more={})
+
+    def __repr__(self) -> str:
+        kept = f"history {', '.join(self.history)}" if self.history else "no history"
+        return f"State(t = {self.t:.6g} s, {len(self.u)} coordinates, {kept})"
+
+
+def whose(scheme: SchemeRecord, kind: str = "") -> str:
+    """A scheme in words, one of the user's own with the digest of its declaration; in a run of that kind: `State.of`."""
+    own = scheme.kernels.__name__ if scheme.info.declaration is not None else ""
+    return f"{kind and kind + ': '}{scheme!r}{own}"
+
+
+def bare(labels: Iterable[str]) -> list[str]:
+    """Labels without powers of h: those of a scheme's state where it is not that of the oscillator."""
+    return [_power(label)[1] for label in labels]
+
+
+def _power(label: str) -> tuple[int, str]:
+    """The power of h in a label, and the label without it."""
+    for power in (2, 1):
+        if label.startswith(UNITS[power]):
+            return power, label[len(UNITS[power]) :]
+    return 0, label

@@ -1,0 +1,21 @@
+"""Where a march of a structure goes on from."""
+
+import numpy as np
+
+from ...core.arrays import Array
+from ...core.state import State
+from ..model.constraints import independent
+from ..model.model import Model
+
+
+def vectors(structure: Model, state: State) -> Array:
+    """u, v, a (3, n) of the free degrees of freedom; a from the equation of motion where the state has none.
+
+    Raises ValueError for numbers of another count than all degrees of freedom, and for those that the constraints do
+    not allow.
+    """
+    given = ("u", state.u), ("v", state.v), ("a", state.a)
+    found = [independent(f"{name} of start", x, structure.T, structure.names) for name, x in given if x is not None]
+    if len(found) < 3:
+        found.append(structure.acceleration(state.t, *found))
+    return np.array(found)
