@@ -11,6 +11,7 @@ from typing import Any, Literal
 from numpy.typing import ArrayLike
 
 from ..core.errors import called_as
+from ..core.loads import Load, Record
 from .march.critical import CriticalStep, critical_step
 from .march.march_structure import march_structure
 from .march.response import StructureResponse
@@ -20,6 +21,7 @@ from .model.given import Dof, LoadPair, loads_of, names_of, numbered, place_of
 from .model.internal_force import InternalForce
 from .model.model import Model
 from .model.rayleigh import Rayleigh
+from .model.supports import accelerated, displaced
 from .modes.eigen import eigenmodes
 from .modes.modal_damping import ModalDamping
 from .modes.modes import ModalBasis, modal_damping_matrix
@@ -52,6 +54,35 @@ class Structure(Model):
         omega, shapes, statics = eigenmodes(self, n)
         return Modes(self, omega, shapes, modal_damping_matrix(self, omega, shapes), statics)
 
+    def support_motion(
+        self,
+        dofs: Iterable[Dof],
+        *,
+        acceleration: Record | None = None,
+        displacement: Load | None = None,
+        velocity: Load | None = None,
+    ) -> Structure:
+        """The same structure, of which these supports, fixed degrees of freedom, move together; others stay.
+
+        acceleration, m/s^2: the response is then that beyond the static displacements under the supports' own, and
+        damping between supports and structure is left out, as is usual; displacement, with the velocity where damping
+        acts on the supports: the response is the motion itself; a Record is 0 after its end. Call it again for supports that move otherwise.
+
+        Raises ValueError for degrees of freedom that are free, for both or neither of acceleration and displacement,
+        and for an internal force. Chopra, Dynamics of Structures, 9.7.
+
+        >>> bridge = ss.structure(np.eye(3), [[2.0, -1, -1], [-1, 1, 0], [-1, 0, 1]], fixed=[1, 2])
+        >>> shaken = bridge.support_motion([1], displacement=ss.Step(0.1))
+        >>> shaken = shaken.support_motion([2], displacement=ss.Step(0.1, start=0.2))
+        >>> print(f"{ss.march(shaken, 'bathe', dt=0.01, t_end=1.0).u[-1, 0]:.4f}")
+        0.0711
+        """
+        if (acceleration is None) == (displacement is None):
+            raise ValueError("expected acceleration or displacement of the supports, one of the two; give one")
+        if acceleration is not None:
+            return accelerated(self, acceleration, dofs)  # type: ignore[return-value]
+        return displaced(self, displacement, velocity, dofs)  # type: ignore[arg-type, return-value]
+
     def critical_step(self, scheme: Any, *, bound: bool = False) -> CriticalStep:
         """The largest step with which a scheme is stable on it: see `substep.structures.march.critical`."""
         return critical_step(self, scheme, bound=bound)
@@ -73,7 +104,7 @@ def structure(
     load: LoadPair | Iterable[LoadPair] = (),
     u0: ArrayLike | Literal["static"] = 0.0,
     v0: ArrayLike = 0.0,
-    a0: ArrayLike | None = None,
+    a0: ArrayLike | Literal["consistent"] | None = None,
     fixed: Iterable[Dof] = (),
     constraints: Any = None,
     names: Sequence[str] = (),
@@ -88,7 +119,7 @@ def structure(
 
     C: a matrix, `substep.rayleigh(...)`, `substep.modal_damping(...)`, or None. load: pairs (P, g) of a vector (N,), or
     a mapping from degrees of freedom to numbers, and a function of time such as `substep.Record`; or one such pair.
-    u0, v0, a0: (N,) or one number for all; a0 by default from the equation of motion. u0="static": the displacements
+    u0, v0, a0: (N,) or one number for all; a0 by default, and as "consistent", from the equation of motion. u0="static": the displacements
     in equilibrium with the loads at t = 0, of an internal force by Newton's iteration from zero with its tangent.
     fixed: degrees of freedom held at 0. constraints: T (N, n), the displacements of all as T q of those that are
     independent. names: of all N, for `fixed`, `load` and `dofs`.
@@ -125,11 +156,14 @@ def structure(
     static = isinstance(u0, str)
     if static and u0 != "static":
         raise ValueError(f"expected u0 as displacements or 'static', got {u0!r}; give numbers")
-    start = {"u0": 0.0 if static else u0, "v0": v0} | ({} if a0 is None else {"a0": a0})
+    if isinstance(a0, str) and a0 != "consistent":
+        raise ValueError(f"expected a0 as accelerations or 'consistent', got {a0!r}; give numbers")
+    start = {"u0": 0.0 if static else u0, "v0": v0} | ({} if a0 is None or isinstance(a0, str) else {"a0": a0})
     free = {name: independent(name, x, T, known) for name, x in start.items()}
-    stiffness = None
+    stiffness = whole = None
     if internal is None:
-        stiffness = reduced(checked("K", K, N), T)
+        whole = checked("K", K, N)
+        stiffness = reduced(whole, T)
     elif tangent is not None:
         stiffness = internal.stiffness(0.0, free["u0"], free["v0"])[0]
     bare = Structure(
@@ -144,6 +178,7 @@ def structure(
         solver=solver,
         a0_given=free.get("a0"),
         full_mass=mass,
+        full_stiffness=whole,
         internal=internal,
     )
     loaded = replace(bare, loads=loads_of(T, known, load))

@@ -39,6 +39,7 @@ class Model:
     modes are damped, Rayleigh damping, or None. T (N, n): the displacements of all N degrees of freedom are T q.
     loads: pairs of a vector (n,) and a function of time. u0, v0 (n,). names: of all N degrees of freedom, or empty.
     motions: of the ground, pairs of displacements (N,) for a unit motion of the base, and its acceleration.
+    full_mass, full_stiffness: M and K (N, N), the latter None with an internal force.
     """
 
     M: Matrix
@@ -53,6 +54,7 @@ class Model:
     a0_given: Array | None = None
     motions: tuple[tuple[Array, Record], ...] = ()
     full_mass: Matrix = None
+    full_stiffness: Matrix = None
     internal: InternalForce | None = None
 
     @property

@@ -1,0 +1,92 @@
+"""Supports that move: loads of the free degrees of freedom from the motion of those that are held."""
+
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ...core.arrays import Array
+from ...core.loads import Load, Record
+from .given import Dof
+from .model import Model
+from .rayleigh import Rayleigh
+
+
+def accelerated(s: Model, record: Record, dofs: Iterable[Dof]) -> Model:
+    """The structure with these supports moved together by an acceleration of the ground.
+
+    Its motion is that beyond the displacements which the supports would give it if they moved slowly: those are
+    `influence` times the displacement of the ground. Chopra, Dynamics of Structures, 9.7 (multiple supports).
+    """
+    return s.ground_motion(record, influence(s, dofs))
+
+
+def displaced(s: Model, displacement: Load, velocity: Load | None, dofs: Iterable[Dof]) -> Model:
+    """The structure with these supports moved together by a displacement, by the forces of the springs that they hold.
+
+    Its motion is that itself, not relative to anything. velocity: of the supports, for the forces of the dashpots that
+    they hold. Raises ValueError where these are there without a velocity, or known only among the free degrees of
+    freedom, and for mass that couples with a support.
+    """
+    moved = _moved(s, dofs)
+    if _forces(s, s.full_mass, moved).any():
+        raise ValueError(
+            "expected supports that no mass couples with, got a mass matrix that does; give acceleration= in place of "
+            "displacement=, or a lumped mass"
+        )
+    held = _forces(s, _stiffness(s), moved)
+    loads = [*s.loads, (-held, displacement)]
+    if isinstance(s.C, Rayleigh):
+        damped = s.C.beta * held
+        if damped.any() and velocity is None:
+            raise ValueError(
+                "expected velocity= with displacement=, since damping proportional to the stiffness acts between the "
+                "supports and the structure, got none; give the velocity of the supports too"
+            )
+        if damped.any() and velocity is not None:
+            loads.append((-damped, velocity))
+    elif s.C is not None:
+        raise ValueError(
+            "expected damping between supports and structure that is known: none or ss.rayleigh, got a matrix of the "
+            "free degrees of freedom; give acceleration= in place of displacement=, or the force as a load"
+        )
+    return replace(s, loads=tuple(loads))
+
+
+def influence(s: Model, dofs: Iterable[Dof]) -> Array:
+    """Static displacements (N,) of all degrees of freedom where these supports are displaced by one.
+
+    Raises ValueError for one that is not held, and for a structure without K or whose K is singular.
+    """
+    moved = _moved(s, dofs)
+    held = _forces(s, _stiffness(s), moved)
+    return moved - s.T @ s.factorized(s.K, "K, the stiffness matrix, for moved supports")(held)
+
+
+def _moved(s: Model, dofs: Iterable[Dof]) -> Array:
+    """1 at these degrees of freedom (N,), which are held, 0 at others."""
+    free = np.asarray(abs(s.T).sum(axis=1)).ravel() > 0.0
+    found = np.zeros(s.T.shape[0])
+    for dof in s.kept(dofs):
+        place = s.place(dof)
+        if free[place]:
+            raise ValueError(f"expected supports, degrees of freedom that are fixed, got {dof!r}, which moves; fix it")
+        found[place] = 1.0
+    if not found.any():
+        raise ValueError("expected at least one support that moves, got none; name degrees of freedom that are fixed")
+    return found
+
+
+def _stiffness(s: Model) -> Any:
+    if s.internal is not None:
+        raise ValueError(
+            "expected K for supports that move, got an internal force, which takes the displacement of its supports "
+            "itself; move them in it, as a function of t, u and v"
+        )
+    return s.full_stiffness
+
+
+def _forces(s: Model, matrix: Any, moved: Array) -> Array:
+    """What a matrix (N, N) makes of the supports' motion in the free degrees of freedom (n,)."""
+    return np.asarray(s.T.T @ (matrix @ moved))
