@@ -12,9 +12,9 @@ export PYTHONHASHSEED = 0
 all: derive reproduce
 
 # what `make` needs; SciPy's solvers are drawn beside the schemes
-$(READY): pyproject.toml
-	@echo "installing: the package and what it imports, into .venv"
-	@$(PYTHON) -m venv .venv && $(PIP) install -e . && touch $(READY)
+$(READY): pyproject.toml extras/pyproject.toml
+	@echo "installing: the package, its extras and what they import, into .venv"
+	@$(PYTHON) -m venv .venv && $(PIP) install -e . -e extras && touch $(READY)
 
 # what tests, lint, notebooks and benchmarks need besides
 $(TOOLS): $(READY)
@@ -34,10 +34,12 @@ $(WHEELS): $(READY)
 install: $(READY)
 
 derive: $(READY)
-	$(BIN)/python -m substep_derive
+	$(BIN)/python -m substep_derive && $(BIN)/python -m substep_explorer.derive && $(BIN)/python -m substep_thesis.derive
 
 derive-check: $(READY)
 	$(BIN)/python -m substep_derive --check
+	$(BIN)/python -m substep_explorer.derive --check
+	$(BIN)/python -m substep_thesis.derive --check
 
 reproduce: $(READY)
 	$(BIN)/substep reproduce
@@ -61,7 +63,7 @@ test-browser: $(TOOLS)
 
 # Chart.js as npm has it, with its licence and its sha256
 vendor: $(READY)
-	$(BIN)/python -m substep.figures.explorer.vendor
+	$(BIN)/python -m substep_explorer.vendor
 
 verify: $(TOOLS) $(SITE) $(WHEELS)
 	SUBSTEP_VERIFY=1 $(BIN)/pytest

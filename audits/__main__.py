@@ -13,9 +13,9 @@ from datetime import date
 from pathlib import Path
 from typing import Any
 
-from substep.auditing.dialects import TABLE, Dialect, find_dialect, to_plain
-from substep.auditing.instrument import audit_program
-from substep.auditing.program import Program, programs
+from substep_audit.dialects import TABLE, Dialect, find_dialect, to_plain
+from substep_audit.instrument import audit_program
+from substep_audit.program import Program, programs
 
 from . import evidence
 from .page import conventions, page

@@ -10,10 +10,10 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from substep.auditing.claims import unstated
-from substep.auditing.dialects import Dialect
-from substep.auditing.free_motion import percent
-from substep.auditing.orders import UNDAMPED, written
+from substep_audit.claims import unstated
+from substep_audit.dialects import Dialect
+from substep_audit.free_motion import percent
+from substep_audit.orders import UNDAMPED, written
 
 from . import evidence
 

@@ -12,22 +12,22 @@ from audited_steppers import TRAPEZOIDAL, generalized_alpha, trapezoidal_load
 from declared import BY_NAME, NAMES, random_parameters
 from dense_steps import march
 from nonlinear_oracle import System, history
+from substep_audit import instrument
+from substep_audit.claims import judged
+from substep_audit.declared import declared
+from substep_audit.exactness import exactness
+from substep_audit.identify import Identification, identify
+from substep_audit.loads import load_taking
+from substep_audit.measured_stability import critical_Omega, long_radius, measured_radius, overshoot
+from substep_audit.members import with_all_members
+from substep_audit.nonlinear import split
+from substep_audit.orders import observed_orders, written
+from substep_audit.probes import OMEGAS, RATIOS, driven_runs, own_runs
+from substep_audit.programs.adapter import Integrator, Spring
+from substep_audit.stepper import as_stepper
 from substep_derive.declare.symbols import Symbol
 
 import substep as ss
-from substep.auditing import instrument
-from substep.auditing.claims import judged
-from substep.auditing.declared import declared
-from substep.auditing.exactness import exactness
-from substep.auditing.identify import Identification, identify
-from substep.auditing.loads import load_taking
-from substep.auditing.measured_stability import critical_Omega, long_radius, measured_radius, overshoot
-from substep.auditing.members import with_all_members
-from substep.auditing.nonlinear import split
-from substep.auditing.orders import observed_orders, written
-from substep.auditing.probes import OMEGAS, RATIOS, driven_runs, own_runs
-from substep.auditing.programs.adapter import Integrator, Spring
-from substep.auditing.stepper import as_stepper
 
 
 def densely_stepped(name: str, values: dict[str, Any]) -> ss.Stepper:

@@ -7,17 +7,17 @@ from typing import Any
 import numpy as np
 import pytest
 from audited_steppers import generalized_alpha, trapezoidal_load
+from substep_audit.claims import judged
+from substep_audit.defaults import written_out
+from substep_audit.history import states_before
+from substep_audit.identify import Match, agreement, identify, levels
+from substep_audit.loads import load_taking
+from substep_audit.measured_stability import eigenvalues, tolerance_of
+from substep_audit.orders import observed_orders
+from substep_audit.probes import driven_runs, own_runs
+from substep_audit.programs.adapter import Integrator, Load
 
 import substep as ss
-from substep.auditing.claims import judged
-from substep.auditing.defaults import written_out
-from substep.auditing.history import states_before
-from substep.auditing.identify import Match, agreement, identify, levels
-from substep.auditing.loads import load_taking
-from substep.auditing.measured_stability import eigenvalues, tolerance_of
-from substep.auditing.orders import observed_orders
-from substep.auditing.probes import driven_runs, own_runs
-from substep.auditing.programs.adapter import Integrator, Load
 
 TRAPEZOIDAL = "newmark(beta = 1/4, gamma = 1/2)"
 STEPS = trapezoidal_load(0, 0, 1)

@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 import pytest
 from audited_steppers import trapezoidal_load
+from substep_audit.control import TOLERANCES, Control, controlled_runs
 
 import substep as ss
-from substep.auditing.control import TOLERANCES, Control, controlled_runs
 from substep.studies.estimator_charts import effectivity
 
 

@@ -6,18 +6,18 @@ from typing import Any
 import numpy as np
 import pytest
 from audited_steppers import BETA, CHUNG, GAMMA, OPTIMAL, TRAPEZOIDAL, damped_by, generalized_alpha, trapezoidal_load
+from substep_audit.claims import judged
+from substep_audit.damping import identify_damped
+from substep_audit.declared import declared
+from substep_audit.exactness import exactness
+from substep_audit.identify import Match, agreement, differing
+from substep_audit.loads import LoadTaking, load_taking
+from substep_audit.noise import QUIET
+from substep_audit.orders import MOTIONS, observed_orders, written
+from substep_audit.probes import driven_runs, given_runs, own_runs
+from substep_audit.programs.adapter import Integrator
 
 import substep as ss
-from substep.auditing.claims import judged
-from substep.auditing.damping import identify_damped
-from substep.auditing.declared import declared
-from substep.auditing.exactness import exactness
-from substep.auditing.identify import Match, agreement, differing
-from substep.auditing.loads import LoadTaking, load_taking
-from substep.auditing.noise import QUIET
-from substep.auditing.orders import MOTIONS, observed_orders, written
-from substep.auditing.probes import driven_runs, given_runs, own_runs
-from substep.auditing.programs.adapter import Integrator
 
 CENTRAL = ss.Claims("newmark", order=2, parameters={"beta": 0.0, "gamma": 0.5})
 HILBER = ss.Claims("generalized_alpha", parameters={"alpha_m": 0.0, "alpha_f": 0.1, "beta": 0.3025, "gamma": 0.6})

@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 from audited_steppers import generalized_alpha, trapezoidal_load
 from declared import NAMES
+from substep_audit.declared import declared
+from substep_audit.free_motion import energies, growths, measured_roots, meetings, scheme_roots
+from substep_audit.instrument import LARGE
+from substep_audit.measured_stability import critical_Omega, measured_radius
+from substep_audit.noise import measured_noise
+from substep_audit.probes import own_runs
 
 import substep as ss
-from substep.auditing.declared import declared
-from substep.auditing.free_motion import energies, growths, measured_roots, meetings, scheme_roots
-from substep.auditing.instrument import LARGE
-from substep.auditing.measured_stability import critical_Omega, measured_radius
-from substep.auditing.noise import measured_noise
-from substep.auditing.probes import own_runs
 
 UV = ss.Integrator(outputs="uv", damping=False, load="none")
 

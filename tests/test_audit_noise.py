@@ -8,15 +8,15 @@ from typing import Any
 import numpy as np
 import pytest
 from audited_steppers import BETA, CHUNG, GAMMA, OPTIMAL, TRAPEZOIDAL, generalized_alpha
+from substep_audit.declared import declared
+from substep_audit.identify import Identification, agreement, identify
+from substep_audit.loads import load_taking
+from substep_audit.members import with_all_members
+from substep_audit.noise import measured_noise
+from substep_audit.probes import driven_runs, own_runs
+from substep_audit.report import Report
 
 import substep as ss
-from substep.auditing.declared import declared
-from substep.auditing.identify import Identification, agreement, identify
-from substep.auditing.loads import load_taking
-from substep.auditing.members import with_all_members
-from substep.auditing.noise import measured_noise
-from substep.auditing.probes import driven_runs, own_runs
-from substep.auditing.report import Report
 
 SCHEMES = ("newmark", "generalized_alpha", "bathe", "central_difference", "houbolt", "rk4")
 

@@ -9,13 +9,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from substep_audit import program as programs_module
+from substep_audit.dialects import TABLE, Dialect, dialects, find_dialect, to_plain
+from substep_audit.instrument import audit_program
+from substep_audit.linear_step import Candidate, Oscillators, with_parameters
+from substep_audit.program import ADAPTERS, Program, programs
 
 import substep as ss
-from substep.auditing import program as programs_module
-from substep.auditing.dialects import TABLE, Dialect, dialects, find_dialect, to_plain
-from substep.auditing.instrument import audit_program
-from substep.auditing.linear_step import Candidate, Oscillators, with_parameters
-from substep.auditing.program import ADAPTERS, Program, programs
 
 ROOT = Path(__file__).parents[1]
 sys.path.append(str(ROOT))

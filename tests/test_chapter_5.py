@@ -11,11 +11,11 @@ from declared import NAMES
 from substep_derive import derive
 from substep_derive.oscillator.evaluation import Evaluation
 from substep_derive.oscillator.order import order_of
+from substep_thesis import figures_5
+from substep_thesis.claims import chapter_5 as judges
 from sympy import Rational
 
 import substep as ss
-from substep.thesis import figures_5
-from substep.thesis.claims import chapter_5 as judges
 
 MOST = {"gamma_t": 0.9, "beta": 0.49, "gamma": 0.9}  # the most dissipative set of the thesis
 # quadrature of the conserved quantities, independent of substep.exact_pendulum; EA = 1e4 N, in m

@@ -19,13 +19,12 @@ from substep_derive.declare.schemes.multi_step import gholampour
 from substep_derive.declare.symbols import C, gamma_t, h, knot
 from substep_derive.oscillator.accuracy import leading_terms
 from substep_derive.oscillator.amplification import Amplification
-from substep_derive.study import ledger as algebra
-from substep_derive.study import thesis
+from substep_thesis import claims
+from substep_thesis.claims import chapter_2
+from substep_thesis.claims.judgement import overall
+from substep_thesis.derive import findings as algebra
+from substep_thesis.derive import printed
 from sympy import Integer, Interval, Rational
-
-from substep.thesis import claims
-from substep.thesis.claims import chapter_2
-from substep.thesis.claims.judgement import overall
 
 # Verdicts and why each is the right one: textbooks, the papers, or the numbers that the tests below find again.
 EXPECTED = {
@@ -78,7 +77,7 @@ def test_every_claim_has_one_judge() -> None:
 
 
 def test_texts_do_not_depend_on_docstrings() -> None:
-    code = "from substep.thesis.claims import CLAIMS; print([(c.id, c.text, c.command) for c in CLAIMS])"
+    code = "from substep_thesis.claims import CLAIMS; print([(c.id, c.text, c.command) for c in CLAIMS])"
     plain, stripped = (
         subprocess.run([sys.executable, *options, "-c", code], capture_output=True, text=True, check=True).stdout
         for options in ([], ["-OO"])
@@ -239,46 +238,46 @@ def verdict(judge: Callable[[], algebra.Finding]) -> str:
 
 def test_a_verdict_follows_the_formula(monkeypatch: pytest.MonkeyPatch) -> None:
     """Printed formulas corrected on purpose, right ones broken on purpose."""
-    right = thesis.printed_a31()
-    monkeypatch.setattr(thesis, "printed_a31", lambda: right / 2)
+    right = printed.printed_a31()
+    monkeypatch.setattr(printed, "printed_a31", lambda: right / 2)
     assert verdict(algebra.claim_4_1) == "true"
-    monkeypatch.setattr(thesis, "composite_is_bathe", lambda: False)
+    monkeypatch.setattr(printed, "composite_is_bathe", lambda: False)
     assert verdict(algebra.claim_4_2) == "false"
-    monkeypatch.setattr(thesis, "second_sub_step_end_printed", Integer(1))
+    monkeypatch.setattr(printed, "second_sub_step_end_printed", Integer(1))
     assert verdict(algebra.misprint_p15) == "true"
-    monkeypatch.setattr(thesis, "wilson_printed", thesis.wilson_theta)
+    monkeypatch.setattr(printed, "wilson_printed", printed.wilson_theta)
     assert verdict(algebra.misprint_2_20) == "true"
-    monkeypatch.setattr(thesis, "newmark_conditions", thesis.newmark_conditions[:1])
+    monkeypatch.setattr(printed, "newmark_conditions", printed.newmark_conditions[:1])
     assert verdict(algebra.claim_2_1) == "partly"
 
 
 def test_a_region_follows_the_scheme(monkeypatch: pytest.MonkeyPatch) -> None:
     """With a wrong slope in Gholampour's scheme its region is refuted; with the right one as printed both hold."""
     with monkeypatch.context() as broken:
-        region = thesis.gholampour_region
-        broken.setattr(thesis, "gholampour_region", lambda _=None: region(thesis.gholampour_printed))
+        region = printed.gholampour_region
+        broken.setattr(printed, "gholampour_region", lambda _=None: region(printed.gholampour_printed))
         assert verdict(algebra.claim_2_10) == "false"
-    monkeypatch.setattr(thesis, "gholampour_printed", gholampour)
+    monkeypatch.setattr(printed, "gholampour_printed", gholampour)
     assert verdict(algebra.claim_2_10) == "true"
     assert verdict(algebra.misprint_2_54) == "true"
 
 
 def test_the_claimed_interval_of_hht_alpha_decides(monkeypatch: pytest.MonkeyPatch) -> None:
     assert chapter_2.claim_2_7()[0] == "partly"
-    monkeypatch.setattr(thesis, "hht_values", Interval(-Rational(1, 2), 0))
+    monkeypatch.setattr(printed, "hht_values", Interval(-Rational(1, 2), 0))
     assert chapter_2.claim_2_7()[0] == "true"
-    monkeypatch.setattr(thesis, "wilson_values", Interval(Rational(136, 100), 2))
+    monkeypatch.setattr(printed, "wilson_values", Interval(Rational(136, 100), 2))
     assert verdict(algebra.claim_2_4) == "false"
 
 
 def test_printed_ratio_is_a_number() -> None:
-    assert thesis.a31_ratio() == Rational(2)
+    assert printed.a31_ratio() == Rational(2)
 
 
 def test_the_second_sub_step_ends_with_the_step() -> None:
     """By the formula's coefficients, on u = t in the judge and here on u = t^2, which it differentiates exactly too."""
-    assert thesis.second_sub_step_end() == 1
-    relation = thesis.silva_bezerra.relations[knot(1).v]
+    assert printed.second_sub_step_end() == 1
+    relation = printed.silva_bezerra.relations[knot(1).v]
     parabola = {knot(0).u: 0, knot("g").u: (gamma_t * h) ** 2, knot(1).u: h**2}
     assert (relation.subs(parabola) - 2 * h).simplify() == 0
 
@@ -286,22 +285,22 @@ def test_the_second_sub_step_ends_with_the_step() -> None:
 def test_the_end_is_derived_from_the_coefficients(monkeypatch: pytest.MonkeyPatch) -> None:
     """A first-order difference over the second sub-step, taken for a step h after t_n, would end elsewhere."""
     v1, (u1, ug) = knot(1).v, (knot(1).u, knot("g").u)
-    other = replace(thesis.silva_bezerra, relations={**thesis.silva_bezerra.relations, v1: (u1 - ug) / h})
-    monkeypatch.setattr(thesis, "silva_bezerra", other)
-    assert thesis.second_sub_step_end() == 1 + gamma_t
+    other = replace(printed.silva_bezerra, relations={**printed.silva_bezerra.relations, v1: (u1 - ug) / h})
+    monkeypatch.setattr(printed, "silva_bezerra", other)
+    assert printed.second_sub_step_end() == 1 + gamma_t
     assert verdict(algebra.misprint_p15) == "false"
 
 
 def test_only_inconsistency_is_taken_for_inconsistency(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(InconsistentScheme, match="wilson_printed is not consistent"):
-        leading_terms(Amplification.of(thesis.wilson_printed))
-    assert not thesis.is_consistent(thesis.wilson_printed)
+        leading_terms(Amplification.of(printed.wilson_printed))
+    assert not printed.is_consistent(printed.wilson_printed)
     u1 = knot(1).u
-    relations = {**thesis.wilson_theta.relations, u1: thesis.wilson_theta.relations[u1] + knot(1).v * knot(1).a}
-    mistyped = replace(thesis.wilson_theta, name="mistyped", relations=relations)
+    relations = {**printed.wilson_theta.relations, u1: printed.wilson_theta.relations[u1] + knot(1).v * knot(1).a}
+    mistyped = replace(printed.wilson_theta, name="mistyped", relations=relations)
     with pytest.raises(DeclarationError, match="not linear"):
-        thesis.is_consistent(mistyped)
-    monkeypatch.setattr(thesis, "wilson_printed", mistyped)
+        printed.is_consistent(mistyped)
+    monkeypatch.setattr(printed, "wilson_printed", mistyped)
     with pytest.raises(DeclarationError, match="not linear"):
         algebra.misprint_2_20()
 
@@ -313,12 +312,12 @@ def test_certificates_agree_with_the_claimed_regions() -> None:
         for share in map(Fraction, ("0", "1/2", "1")):
             point = {"delta": delta, "alpha_g": low + share * (high - low)}
             assert certify("gholampour", **point).stable
-            assert not certify(thesis.gholampour_printed, **point).stable
+            assert not certify(printed.gholampour_printed, **point).stable
 
 
 def test_a_stiffness_without_damping_would_confirm_the_printed_one(monkeypatch: pytest.MonkeyPatch) -> None:
-    stiffnesses = [system.effective_stiffness for system in thesis.derive("newmark_bdf2").balances]
+    stiffnesses = [system.effective_stiffness for system in printed.derive("newmark_bdf2").balances]
     assert verdict(algebra.misprint_3_9) == "false"
     undamped = SimpleNamespace(balances=[SimpleNamespace(effective_stiffness=k.subs(C, 0)) for k in stiffnesses])
-    monkeypatch.setattr(thesis, "derive", lambda _: undamped)
+    monkeypatch.setattr(printed, "derive", lambda _: undamped)
     assert verdict(algebra.misprint_3_9) == "true"

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 import typer
 from matplotlib.figure import Figure
+from substep_thesis import claims
 from typer.testing import CliRunner
 
 import substep as ss
@@ -20,7 +21,6 @@ from substep.cli.commands import app
 from substep.derived import facade
 from substep.figures import charts
 from substep.studies import failures
-from substep.thesis import claims
 
 runner = CliRunner()
 

@@ -7,6 +7,7 @@ import typer
 from substep_derive import certify
 from substep_derive.declare.catalogue import find
 from substep_derive.estimate.quality import filter_of, in_paper
+from substep_thesis.claims import CLAIMS, Judgement
 from sympy import simplify
 from typer.testing import CliRunner
 
@@ -14,7 +15,6 @@ import substep as ss
 from substep.cli import commands, results
 from substep.cli.lines import folded, labelled
 from substep.studies.failures import Row
-from substep.thesis.claims import CLAIMS, Judgement
 
 runner = CliRunner()
 COMMANDS = typer.main.get_command(commands.app).commands  # pyright: ignore

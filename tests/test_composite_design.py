@@ -19,9 +19,10 @@ from substep_derive.declare.schemes.designed import (
     four_substep_fourth_order,
     three_substep_third_order,
 )
-from substep_derive.study.design import Answer, design
-from substep_derive.study.design.stability_function import StabilityFunction, approximate, coefficient, is_stable
-from substep_derive.study.design.stability_function import rational_number as rational
+from substep_design.answer import Answer
+from substep_design.design import design
+from substep_design.stability_function import StabilityFunction, approximate, coefficient, is_stable
+from substep_design.stability_function import rational_number as rational
 from sympy import Poly, Rational, Symbol, cancel, cos, pi, simplify, sqrt, sympify
 from typer.testing import CliRunner
 
@@ -137,7 +138,7 @@ def test_without_time_it_is_undecided_and_says_what_was_tried(monkeypatch: pytes
     assert found.verdict == "undecided"
     assert "0 s of CPU time" in found.text
     clock = count()
-    monkeypatch.setattr("substep_derive.study.design.answer.process_time", lambda: next(clock))
+    monkeypatch.setattr("substep_design.answer.process_time", lambda: next(clock))
     short = design(sub_steps=3, order=3, rho_inf="free", cpu_seconds=3)
     assert short.verdict == "undecided"
     assert short.text.count("done: A-stability") == 2

@@ -8,7 +8,9 @@ from substep_derive.algebra.algebraic import Algebraic
 from substep_derive.declare.symbols import beta, gamma_t
 from substep_derive.stability.certificate import certify
 from substep_derive.stability.conditions import conditions
-from substep_derive.study.design import design, least_period_error, region, rho, second_order_region
+from substep_design.design import design
+from substep_design.parameters import least_period_error, rho
+from substep_design.second_order import region, second_order_region
 from sympy import Rational, simplify, sqrt
 
 EXHAUSTIVE = os.environ.get("SUBSTEP_VERIFY") == "1"

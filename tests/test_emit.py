@@ -20,8 +20,8 @@ from nonlinear_oracle import System, history
 from substep_derive import Parameter, Scheme, h, knot
 from substep_derive.declare.errors import DeclarationError
 from substep_derive.declare.scheme import Balance
-from substep_derive.emit.languages import LANGUAGES
-from substep_derive.emit.standalone import standalone
+from substep_languages.languages import LANGUAGES
+from substep_languages.standalone import standalone
 from sympy import Interval, Rational, Symbol
 from test_pairs import PARAMETERS
 from tree_sitter import Language, Parser

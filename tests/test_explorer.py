@@ -18,6 +18,7 @@ from by_hand import SCENES
 from declared import BY_NAME, NAMES, UNDAMPED
 from nonlinear_oracle import history
 from substep_derive import certify
+from substep_explorer import page as explorer
 from substep_kernels.facts import CATALOGUE
 from sympy import sympify
 from test_emit import check_stability
@@ -27,7 +28,6 @@ from typer.testing import CliRunner
 
 import substep as ss
 from substep.cli.commands import app
-from substep.figures import explorer
 
 OMEGA, XI, STEPS = (1e-3, 0.1, 0.5, 1.3, 3.0, 10.0), (0.0, 0.05), 25
 MARCHED = ("linear_oscillator", "simple_pendulum", "elastic_pendulum")

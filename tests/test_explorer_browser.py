@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 import pytest
 from declared import NAMES
+from substep_explorer import page as explorer
 from test_explorer import check_functions, check_marches, requests
 
 import substep as ss
-from substep.figures import explorer
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 

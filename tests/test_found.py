@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from oracle import amplification as stepped
+from substep_thesis import found
+from substep_thesis.catalogue_charts import CERTIFIED, EQUAL_COST
 
 import substep as ss
 from substep.core.schemes import Array
-from substep.studies.catalogue_charts import CERTIFIED, EQUAL_COST
-from substep.thesis import found
 
 SETS = ((0.25, 0.5), (0.3025, 0.6), (0.36, 0.7), (0.4225, 0.8), (0.49, 0.9))  # Table 4.1
 BATHE = {"gamma_t": 0.5, "beta": 0.25, "gamma": 0.5}

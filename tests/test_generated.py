@@ -13,6 +13,7 @@ import pytest
 from declared import BY_NAME
 from plain_kernels import kinds
 from substep_derive import __main__ as command
+from substep_derive import written
 from substep_derive.__main__ import GENERATED
 from substep_derive.declare.scenes import ALL as SCENES
 from substep_derive.declare.schemes import ALL
@@ -47,7 +48,7 @@ if os.environ.get("SUBSTEP_VERIFY"):
 @pytest.fixture
 def derived(monkeypatch: pytest.MonkeyPatch) -> None:
     """The command's derivation gives the committed text; that it does is tested in processes of their own."""
-    committed = {name: (GENERATED / name).read_text() for name in command._files(GENERATED)}
+    committed = {name: (GENERATED / name).read_text() for name in written.files_in(GENERATED)}
     monkeypatch.setattr(command, "package", lambda *_: committed)
 
 
@@ -134,16 +135,16 @@ def test_deriving_writes_what_differs_and_removes_what_is_stale(
     tampered: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def changed() -> dict[str, int]:
-        return {name: (tampered / name).stat().st_mtime_ns for name in command._files(tampered)}
+        return {name: (tampered / name).stat().st_mtime_ns for name in written.files_in(tampered)}
 
     before = changed()
     monkeypatch.setattr(sys, "argv", ["substep_derive", "--folder", str(tampered)])
     assert command.main() == 0
-    assert command.differences(tampered, command.package(ALL, SCENES)) == []
+    assert written.differences(tampered, command.package(ALL, SCENES)) == []
     after = changed()
-    written = {name for name in after if after[name] != before.get(name)}
-    assert written == {"schemes/bathe.py", "schemes/newmark.py", "operations.md"}
-    assert command.up_to_date(tampered)
+    rewritten = {name for name in after if after[name] != before.get(name)}
+    assert rewritten == {"schemes/bathe.py", "schemes/newmark.py", "operations.md"}
+    assert written.up_to_date(tampered)
 
 
 @pytest.mark.usefixtures("derived")
@@ -175,13 +176,13 @@ def test_a_check_derives_whatever_the_stamp_says(monkeypatch: pytest.MonkeyPatch
 
 
 def test_an_edited_missing_or_added_file_breaks_the_stamp(tampered: Path, tmp_path: Path) -> None:
-    assert command.up_to_date(GENERATED)
-    assert not command.up_to_date(tampered)
-    assert not command.up_to_date(tmp_path)
+    assert written.up_to_date(GENERATED)
+    assert not written.up_to_date(tampered)
+    assert not written.up_to_date(tmp_path)
     for change in ("edited", "missing", "added", "no stamp"):
         folder = tmp_path / change
         shutil.copytree(GENERATED, folder, ignore=shutil.ignore_patterns("__pycache__"))
-        assert command.up_to_date(folder)
+        assert written.up_to_date(folder)
         if change == "edited":
             edited = folder / "schemes" / "rk4.py"
             edited.write_text(edited.read_text().replace("2.0", "3.0", 1))
@@ -189,7 +190,7 @@ def test_an_edited_missing_or_added_file_breaks_the_stamp(tampered: Path, tmp_pa
             (folder / "more.py").write_text("")
         else:
             (folder / {"missing": "schemes/rk4.py", "no stamp": stamp.STAMP}[change]).unlink()
-        assert not command.up_to_date(folder), change
+        assert not written.up_to_date(folder), change
 
 
 def test_the_stamp_depends_on_the_generator_and_on_sympy_but_not_on_the_machine(
@@ -227,8 +228,7 @@ def test_every_scheme_has_its_module_and_nothing_else_is_there() -> None:
     modules |= {f"pairs/{scheme}__{scene}" for scheme, scene in COMMITTED}
     modules |= {f"{name.partition('/')[0]}/__init__" for name in modules}
     modules |= {"__init__", "estimators", "facts", "index", "scene_index"}
-    assert command._files(GENERATED) == {f"{name}.py" for name in modules} | {
-        "explorer.js",
+    assert written.files_in(GENERATED) == {f"{name}.py" for name in modules} | {
         "operations.md",
         stamp.STAMP,
     }

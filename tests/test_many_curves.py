@@ -11,11 +11,11 @@ from matplotlib import rcParams, style
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.text import Annotation
+from substep_thesis import catalogue_charts
 
 import substep as ss
 from substep.core.style import MOST, label_ends
 from substep.figures import charts
-from substep.studies import catalogue_charts
 from substep.studies.precision import charts as precision
 from substep.studies.precision.measure import Cost, Errors, Run
 

@@ -15,7 +15,7 @@ from substep_derive import Balance, DeclarationError, Family, Parameter, Scene, 
 from substep_derive.__main__ import GENERATED
 from substep_derive.declare.scene import optional
 from substep_derive.declare.symbols import h, knot, rate
-from substep_derive.emit.standalone import standalone
+from substep_languages.standalone import standalone
 from sympy import Interval, Rational, Symbol
 
 import substep as ss

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 from PIL import Image
+from substep_thesis import page
 
-from substep.figures import page
 from substep.figures.charts import save, save_csv
 
 VOID = {"meta", "link", "img", "br", "hr"}

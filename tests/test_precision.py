@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from substep_thesis.derive.printed import undamped_order
 
 import substep as ss
 from substep.core.scenes import SCENES
-from substep.derived import facade
 from substep.exact import motions
 from substep.studies.precision import cases, charts, crossover, jobs, measure, peers
 from substep.studies.precision import reference as references
@@ -116,7 +116,7 @@ def test_every_scheme_reaches_its_derived_order(name: str, duffing: references.R
     coarse, fine = (measure.measure(duffing, ss.scheme(name), n * SAMPLES, 0) for n in times)
     assert np.isnan(fine.seconds)
     slope = np.log2(coarse.errors["u"].maximum / fine.errors["u"].maximum)
-    order = facade.thesis().undamped_order(name)[0] if name in BETTER_UNDAMPED else charts.order(name)
+    order = undamped_order(name)[0] if name in BETTER_UNDAMPED else charts.order(name)
     assert slope == pytest.approx(order, abs=0.35)
     assert (order > charts.order(name)) == (name in BETTER_UNDAMPED)
 

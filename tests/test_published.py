@@ -11,8 +11,8 @@ from substep_derive.declare.parameter_set import ParameterSet
 from substep_derive.oscillator.evaluation import Evaluation
 from substep_derive.oscillator.spectrum import rho_infinity_at
 from substep_derive.stability.conditions import conditions
-from substep_derive.study.region import same_conditions
 from substep_kernels.facts import CATALOGUE
+from substep_thesis.derive.region import same_conditions
 from sympy import oo, simplify, sympify
 
 FACTS = ("order", "rho_inf", "critical_Omega", "stable_if")

@@ -7,8 +7,8 @@ from substep_derive.declare.schemes.alpha import generalized_alpha
 from substep_derive.declare.symbols import alpha_f, alpha_g, alpha_m, beta, delta, gamma, theta
 from substep_derive.stability.certificate import certify
 from substep_derive.stability.conditions import conditions
-from substep_derive.study import thesis
-from substep_derive.study.region import Region, same_conditions, stable_values
+from substep_thesis.derive import printed
+from substep_thesis.derive.region import Region, same_conditions, stable_values
 from sympy import And, Eq, FiniteSet, Interval, Or, Rational, Symbol, oo, sqrt
 
 half, third = Rational(1, 2), Rational(1, 3)
@@ -20,7 +20,7 @@ def inside_the_declared_intervals(region: Region) -> list[dict[str, Any]]:
     return [point for point in region.points() if all(x in domains[name] for name, x in point.items())]
 
 
-@pytest.mark.parametrize("region", [thesis.wbz_region, thesis.generalized_alpha_region, thesis.gholampour_region()])
+@pytest.mark.parametrize("region", [printed.wbz_region, printed.generalized_alpha_region, printed.gholampour_region()])
 def test_a_region_proved_stable_is_stable_by_certificate(region: Region) -> None:
     assert region.stable
     assert not region.unstable
@@ -31,12 +31,12 @@ def test_a_region_proved_stable_is_stable_by_certificate(region: Region) -> None
 
 def test_the_printed_regions_are_those_of_the_thesis() -> None:
     """Points of the coordinates satisfy the printed inequalities, and each inequality is reached as an equation."""
-    for point in thesis.gholampour_region().points():
+    for point in printed.gholampour_region().points():
         at = {delta: point["delta"], alpha_g: point["alpha_g"]}
-        assert all(c.subs(at) for c in thesis.gholampour_conditions)
-    assert {"delta": third, "alpha_g": third / 2} in thesis.gholampour_region().points()
+        assert all(c.subs(at) for c in printed.gholampour_conditions)
+    assert {"delta": third, "alpha_g": third / 2} in printed.gholampour_region().points()
     touched = set()
-    for point in thesis.generalized_alpha_region.points():
+    for point in printed.generalized_alpha_region.points():
         m, f, b, g = (point[x.name] for x in (alpha_m, alpha_f, beta, gamma))
         gaps = (f - m, half - f, b - Rational(1, 4) - (f - m) / 2)  # (2.36), (2.36), (2.37)
         assert min(gaps) >= 0
@@ -46,9 +46,9 @@ def test_the_printed_regions_are_those_of_the_thesis() -> None:
 
 
 def test_a_region_that_is_wrong_is_refuted_at_an_exact_point() -> None:
-    printed = thesis.gholampour_region(thesis.gholampour_printed)
-    assert printed.unstable
-    assert not certify(thesis.gholampour_printed, **printed.counterexample or {}).stable
+    as_printed = printed.gholampour_region(printed.gholampour_printed)
+    assert as_printed.unstable
+    assert not certify(printed.gholampour_printed, **as_printed.counterexample or {}).stable
     too_low = Region(  # (2.37) with a smaller beta: stable for some of it only
         generalized_alpha,
         {alpha_m: third * 0, alpha_f: half / 2, beta: Rational(1, 5) + above, gamma: Rational(3, 4)},
@@ -106,7 +106,7 @@ def test_conditions_are_compared_as_mathematics() -> None:
     assert not same_conditions(newmark, (2 * beta >= gamma,))
     assert not same_conditions(newmark, (Or(2 * beta >= gamma, gamma >= half),))
     assert not same_conditions(newmark, (2 * beta >= gamma, Eq(gamma, half)))
-    assert same_conditions(conditions("gholampour"), thesis.gholampour_conditions)
+    assert same_conditions(conditions("gholampour"), printed.gholampour_conditions)
     assert not same_conditions(conditions("rk4"), ())  # not free of Omega: not all there is
 
 
@@ -115,7 +115,7 @@ def test_exact_sets_of_one_parameter() -> None:
     assert stable_values(conditions("wilson_theta")) == Interval((1 + sqrt(3)) / 2, oo)
     assert stable_values(conditions("wbz_alpha")) == Interval(-1, 0)
     assert stable_values(conditions("silva_bezerra")) == Interval.open(0, 1)
-    assert thesis.hht_values.is_subset(stable_values(conditions("hht_alpha")))
+    assert printed.hht_values.is_subset(stable_values(conditions("hht_alpha")))
     assert FiniteSet(Rational(136, 100)).intersect(stable_values(conditions("wilson_theta"))).is_empty
     with pytest.raises(ValueError, match="expected one parameter"):
         stable_values(conditions("newmark"))
@@ -126,4 +126,4 @@ def test_the_exact_set_ends_where_certificates_do(tiny: Any) -> None:
     assert certify("hht_alpha", alpha=-half).stable
     assert not certify("hht_alpha", alpha=-half - tiny).stable
     assert not certify("hht_alpha", alpha=tiny).stable
-    assert not Region(thesis.wilson_theta, {theta: Rational(1366, 1000) + above}, {above: Interval(0, oo)}).stable
+    assert not Region(printed.wilson_theta, {theta: Rational(1366, 1000) + above}, {above: Interval(0, oo)}).stable

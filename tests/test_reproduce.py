@@ -9,6 +9,10 @@ from pathlib import Path
 
 import pytest
 from matplotlib.figure import Figure
+from substep_thesis import claims, figures_5, found
+from substep_thesis import reproduce as reproduction
+from substep_thesis.catalogue_charts import CHARTS, stability_region, trade_off
+from substep_thesis.claims import chapter_2, chapter_4
 from typer.testing import CliRunner
 
 import substep as ss
@@ -16,11 +20,7 @@ from substep.cli.commands import app
 from substep.core import stability
 from substep.figures.charts import save
 from substep.studies import failures
-from substep.studies.catalogue_charts import CHARTS, stability_region, trade_off
 from substep.studies.precision import jobs as precision
-from substep.thesis import claims, figures_5, found
-from substep.thesis import reproduce as reproduction
-from substep.thesis.claims import chapter_2, chapter_4
 
 runner = CliRunner()
 SCREEN = 24  # lines

@@ -6,8 +6,7 @@ from pathlib import Path
 
 from jupyter_client.manager import KernelManager
 from sphinx.application import Sphinx
-
-from substep.figures.explorer import write as write_explorer
+from substep_explorer.page import write as write_explorer
 
 sys.path.insert(0, str(Path(__file__).parent))
 

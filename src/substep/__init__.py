@@ -6,13 +6,9 @@ s.spectral_radius([0.1, 10.0])
 r = ss.march(ss.scene("linear_oscillator", omega=6.28), s, dt=0.01, t_end=10.0)
 """
 
-from .auditing.claims import Claims
-from .auditing.dialects import dialect
-from .auditing.instrument import audit
-from .auditing.program import Program
-from .auditing.programs.adapter import Integrator
-from .auditing.stepper import Stepper
-from .core.emission import emit
+from typing import TYPE_CHECKING, Any
+
+from .core import extras
 from .core.exports import load
 from .core.loads import HalfSine, Harmonic, Record, Step
 from .core.response import Response
@@ -31,36 +27,48 @@ from .structures.structure import Modes, Structure, structure
 from .studies.choosing import choose
 from .sweeps import sweep
 
+if TYPE_CHECKING:  # what extras/ brings; here for type checkers alone
+    from substep_audit.claims import Claims
+    from substep_audit.dialects import dialect
+    from substep_audit.instrument import audit
+    from substep_audit.program import Program
+    from substep_audit.programs.adapter import Integrator
+    from substep_audit.stepper import Stepper
+    from substep_languages.emission import emit
 
-def __getattr__(name: str) -> str:
-    if name != "__version__":
-        raise AttributeError(f"module 'substep' has no attribute '{name}'")
-    from importlib.metadata import version  # noqa: PLC0415 (on first use: it takes a tenth of the import of substep)
+    __version__: str
+else:
 
-    return version("substep")
+    def __getattr__(name: str) -> Any:
+        """The version; else what an installed package brings under that name: see `core.extras`."""
+        if name == "__version__":
+            from importlib.metadata import version  # noqa: PLC0415 (on first use, as in `core.extras`)
+
+            return version("substep")
+        found = None if name.startswith("_") else extras.brought(extras.NAMES, name)
+        if found is None:
+            raise AttributeError(f"module 'substep' has no attribute '{name}'")
+        return found
+
+    def __dir__() -> list[str]:
+        """The public names: those of `__all__`, which a star imports, and those that installed packages bring."""
+        return sorted([*__all__, *extras.installed(extras.NAMES)])
 
 
 __all__ = [
-    "Claims",
     "HalfSine",
     "Harmonic",
-    "Integrator",
     "ModalDamping",
     "Modes",
-    "Program",
     "Rayleigh",
     "Record",
     "Response",
     "Scene",
     "Scheme",
     "Step",
-    "Stepper",
     "Structure",
-    "audit",
     "choose",
     "design_spectrum",
-    "dialect",
-    "emit",
     "intensity",
     "load",
     "march",
@@ -78,3 +86,5 @@ __all__ = [
     "structure",
     "sweep",
 ]
+if TYPE_CHECKING:
+    __all__ += ["Claims", "Integrator", "Program", "Stepper", "audit", "dialect", "emit"]

@@ -14,17 +14,25 @@ SOURCES = Path(__file__).parents[1]
 
 
 @cache
-def generator_version() -> str:
-    """Digest of the generator's sources and SymPy's minor version: another one may print other text."""
-    sources = [*SOURCES.rglob("*.py"), *SOURCES.rglob("*.j2")]
-    texts = ((path.relative_to(SOURCES).as_posix(), path.read_text("utf-8")) for path in sources)
+def generator_version(*more: Path) -> str:
+    """Digest of the generator's sources and SymPy's minor version: another one may print other text.
+
+    more: folders of further sources, of a generator that stands on this one.
+    """
+    sources = [
+        (folder, path) for folder in (SOURCES, *more) for kind in ("*.py", "*.j2") for path in folder.rglob(kind)
+    ]
+    texts = ((path.relative_to(folder).as_posix(), path.read_text("utf-8")) for folder, path in sources)
     return _digest(("SymPy", ".".join(version("sympy").split(".")[:2])), *sorted(texts))
 
 
-def stamped(files: Mapping[str, str]) -> dict[str, str]:
-    """File name -> text of these files and of the stamp that belongs to them and to this generator."""
+def stamped(files: Mapping[str, str], *more: Path) -> dict[str, str]:
+    """File name -> text of these files and of the stamp that belongs to them and to this generator.
+
+    more: as for `generator_version`.
+    """
     texts = sorted((name, text) for name, text in files.items() if name != STAMP)
-    found = _digest(("generator", generator_version()), *texts)
+    found = _digest(("generator", generator_version(*more)), *texts)
     return {**dict(texts), STAMP: f"{found}\nof the generator's sources, SymPy's minor version and the files here\n"}
 
 

@@ -1,1 +1,1 @@
-"""Questions about a scheme: its whole derivation, its profile, equivalent schemes, design, claims of the thesis."""
+"""Questions about a scheme: its whole derivation, its profile, and equivalent schemes."""

@@ -1,4 +1,4 @@
-"""What derivation finds once and for all, as plain data: rows of tables, and findings on the thesis's claims."""
+"""What derivation finds once and for all, as plain data: rows of tables."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -14,9 +14,7 @@ from ..oscillator.evaluation import Evaluation
 from ..stability.paper import PRINTER, as_in_paper
 from .derivation import derive
 from .forms import forms
-from .ledger import JUDGES
 from .profile import profile
-from .thesis import compared, newmark_sets, splits
 
 
 def facts(schemes: Iterable[Scheme]) -> dict[str, Any]:
@@ -25,13 +23,6 @@ def facts(schemes: Iterable[Scheme]) -> dict[str, Any]:
     return {
         "CATALOGUE": {scheme.name: row(scheme) for scheme in schemes},
         "FORMS": {scheme.name: forms(scheme) for scheme in schemes if scheme.parameters},
-        "SPLITS": tuple(map(str, splits)),
-        "NEWMARK_SETS": tuple(tuple(map(str, pair)) for pair in newmark_sets),
-        "PROPERTIES": {
-            (name, *sorted(f"{key}={value}" for key, value in parameters.items())): properties(name, parameters)
-            for name, parameters in compared
-        },
-        "FINDINGS": {key: judge() for key, judge in JUDGES.items()},
     }
 
 
@@ -57,25 +48,6 @@ def row(scheme: Scheme) -> dict[str, Any]:
         "period": period,
         "values": {name: _value(x) for name, x in (("rho_inf", p.rho_inf), ("critical_Omega", p.critical_Omega))},
         "stiffness": tuple(PRINTER.doprint(as_in_paper(x.effective_stiffness, scheme)) for x in d.balances),
-    }
-
-
-def properties(name: str, parameters: Mapping[str, Any]) -> dict[str, Any]:
-    """rho_inf, order of the free vibration, and the first term (power of Omega, coefficient) of each error, undamped.
-
-    Exact values as text; None for an error that is 0.
-    """
-    d = derive(name, **parameters)
-
-    def first(terms: Mapping[int, Any]) -> tuple[int, str] | None:
-        values = ((power, coefficient.subs(xi, 0)) for power, coefficient in sorted(terms.items()))
-        return next(((power, str(value)) for power, value in values if value != 0), None)
-
-    return {
-        "rho_inf": str(d.rho_inf),
-        "order": d.series.order,
-        "damping": first(d.series.numerical_damping),
-        "period": first(d.series.period_error),
     }
 
 

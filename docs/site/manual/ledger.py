@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from substep.thesis.claims import judge
+from substep_thesis.claims import judge
 
 from .markdown import code, plain
 

@@ -34,6 +34,11 @@ SYMBOLS = {
 }
 
 
+def public_names(module: ModuleType) -> list[str]:
+    """The public names of one of the packages, those that the extras bring to it among them."""
+    return dir(module) if module is ss else list(module.__all__)
+
+
 def pages() -> dict[str, Callable[[Path], str]]:
     """Name of a page -> its text."""
     own = {f"reference/{name}": lambda _, name=name: page(name) for name in PACKAGES}
@@ -50,7 +55,9 @@ def page(package: str) -> str:
     module, about = PACKAGES[package]
     lines = [f"# {package}", "", about, ""]
     for title, kind in (("Functions", "function"), ("Classes", "class"), ("Symbols", "data")):
-        names = [name for name in sorted(module.__all__, key=str.lower) if directive(getattr(module, name)) == kind]
+        names = [
+            name for name in sorted(public_names(module), key=str.lower) if directive(getattr(module, name)) == kind
+        ]
         if names:
             lines += [f"## {title}", "", "```{eval-rst}"]
             lines += [line for name in names for line in entry(package, name, kind)]
@@ -67,7 +74,7 @@ def further() -> dict[str, Any]:
     public = {
         f"{package}.{name}": getattr(module, name)
         for package, (module, _) in PACKAGES.items()
-        for name in module.__all__
+        for name in public_names(module)
     }
     waiting = list(public.values())
     while waiting:

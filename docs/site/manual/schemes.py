@@ -11,9 +11,9 @@ from substep_derive.declare import schemes as declared
 from substep_derive.declare.catalogue import find
 from substep_derive.declare.published import Published
 from substep_derive.declare.scheme import Scheme
-from substep_derive.emit.standalone import standalone
 from substep_derive.study.closed_forms import ClosedForm, closed_forms
 from substep_kernels.facts import CATALOGUE
+from substep_languages.standalone import standalone
 from sympy import And, latex, sympify
 
 import substep as ss

@@ -46,10 +46,9 @@ def chart(
         _work_precision(file.parent, full)
         return
     from ..figures import charts  # noqa: PLC0415 (Matplotlib only when asked for)
-    from ..thesis.reproduce import ERROR_RATIOS, RADIUS_RATIOS  # noqa: PLC0415
 
     file = file.with_suffix("") if file.suffix in (".png", ".svg") else file
-    wide, narrow = 2 * math.pi * RADIUS_RATIOS, 2 * math.pi * ERROR_RATIOS
+    wide, narrow = 2 * math.pi * charts.RADIUS_RATIOS, 2 * math.pi * charts.ERROR_RATIOS
     try:
         require_folders(file)
         with working(f"drawing {', '.join(names)}"):
@@ -61,8 +60,8 @@ def chart(
                 _require_values("period_error", period, xi)
                 figure = charts.stability_figure(
                     f"Spectral radius, amplitude and period error at $\\xi$ = {xi:g}",
-                    (RADIUS_RATIOS, {name: s.spectral_radius(wide, xi) for name, s in drawn.items()}),
-                    (ERROR_RATIOS, amplitude, period),
+                    (charts.RADIUS_RATIOS, {name: s.spectral_radius(wide, xi) for name, s in drawn.items()}),
+                    (charts.ERROR_RATIOS, amplitude, period),
                 )
                 what = "(a) spectral radius, (b) amplitude error a period, (c) period error"
             else:

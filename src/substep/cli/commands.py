@@ -1,8 +1,6 @@
 """The command line `substep`."""
 
 import math
-from collections.abc import Callable
-from inspect import getdoc
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -11,6 +9,7 @@ from rich.console import Console
 from rich.table import Table
 from typer.core import TyperGroup
 
+from ..core import extras
 from ..core.schemes import scheme
 from .arguments import (
     SceneArgument,
@@ -31,16 +30,13 @@ from .arguments import (
     source_of,
     working,
 )
-from .audits import audit
 from .catalogue import scenes, schemes, show
 from .charts import chart
 from .choose import choose
-from .design import design
-from .emission import emit
+from .command import Command
 from .estimators import estimator
-from .explorer import explorer
+from .failures import failures
 from .lines import folded
-from .results import claims, failures, reproduce
 
 if TYPE_CHECKING:
     from ..derived.facade import Equivalence
@@ -50,7 +46,26 @@ STOPPED = 3
 
 
 class Guide(TyperGroup):
-    """The commands in the order in which they are added; Ctrl-C ends them with a line that says what is kept."""
+    """The commands in the order in which they are added, then those that other packages bring.
+
+    Ctrl-C ends them with a line that says what is kept.
+    """
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        """The names of all commands."""
+        return [*dict.fromkeys((*self.commands, *extras.installed(extras.COMMANDS)))]
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """The command of that name; None where there is none."""
+        if cmd_name not in self.commands:
+            try:
+                command: Command | None = extras.brought(extras.COMMANDS, cmd_name)
+            except ImportError as error:
+                ctx.fail(str(error))
+            if command is None:
+                return None
+            self.add_command(command.alone(), cmd_name)
+        return super().get_command(ctx, cmd_name)
 
     def invoke(self, ctx: Any) -> Any:
         """Run the command."""
@@ -271,32 +286,21 @@ def spectrum(
             )  # fmt: skip
 
 
-def _add(panel: str, example: str, command: Callable[..., None], *, parameters: bool = False) -> None:
-    """Add a command; parameters: those of schemes and scenes follow it as options, which it reads itself."""
-    settings = {"allow_extra_args": True, "ignore_unknown_options": True} if parameters else None
-    paragraphs = (getdoc(command) or "").split("\n\n")
-    shown = "\n\n".join(" ".join(lines.split()) for lines in paragraphs)  # Rich breaks lines where the terminal ends
-    app.command(help=shown, rich_help_panel=panel, epilog=f"Example: {example}", context_settings=settings)(command)
-
-
-PARAMETERS = {"parameters": True}
-_add("What there is", "substep schemes --references", schemes)
-_add("What there is", "substep show newmark_bdf2 --part amplification", show)
-_add("What there is", "substep scenes --references", scenes)
-_add("What there is", "substep explorer --out explorer.html", explorer)
-_add("Runs", "substep run elastic_pendulum bathe --EA 1e4 --dt 0.01 --t-end 30", run, **PARAMETERS)
-_add(
-    "Runs", "substep choose elastic_pendulum --EA 1e4 --accuracy 1e-3 --among bathe,noh_bathe,rk4", choose, **PARAMETERS
-)
-_add("Runs", "substep spectrum motion.AT2 --scheme bathe --xi 0.02 --chart out", spectrum, **PARAMETERS)
-_add("Runs", "substep chart bathe newmark:beta=1/4,gamma=.6 --xi .05 --quantity period_error", chart)
-_add("Proofs", "substep certify newmark_bdf2 --gamma-t 1/5 --beta 0.3025 --gamma 3/5", certify, **PARAMETERS)
-_add("Proofs", "substep conditions newmark", conditions)
-_add("Proofs", "substep estimator newmark_bdf2 --gamma 1/2", estimator, **PARAMETERS)
-_add("Proofs", "substep equivalences bathe silva_bezerra", equivalences)
-_add("Proofs", "substep design --sub-steps 3 --order 3 --rho-inf free", design)
-_add("Programs and results", "substep audit opensees --integrator HHT", audit, **PARAMETERS)
-_add("Programs and results", "substep emit bathe --language c --out bathe.c", emit, **PARAMETERS)
-_add("Programs and results", "substep failures --folder results", failures)
-_add("Programs and results", "substep claims", claims)
-_add("Programs and results", "substep reproduce --folder results", reproduce)
+for command in (
+    Command("What there is", "substep schemes --references", schemes),
+    Command("What there is", "substep show newmark_bdf2 --part amplification", show),
+    Command("What there is", "substep scenes --references", scenes),
+    Command("Runs", "substep run elastic_pendulum bathe --EA 1e4 --dt 0.01 --t-end 30", run, parameters=True),
+    Command(
+        "Runs", "substep choose elastic_pendulum --EA 1e4 --accuracy 1e-3 --among bathe,noh_bathe,rk4", choose,
+        parameters=True,
+    ),
+    Command("Runs", "substep spectrum motion.AT2 --scheme bathe --xi 0.02 --chart out", spectrum, parameters=True),
+    Command("Runs", "substep chart bathe newmark:beta=1/4,gamma=.6 --xi .05 --quantity period_error", chart),
+    Command("Proofs", "substep certify newmark_bdf2 --gamma-t 1/5 --beta 0.3025 --gamma 3/5", certify, parameters=True),
+    Command("Proofs", "substep conditions newmark", conditions),
+    Command("Proofs", "substep estimator newmark_bdf2 --gamma 1/2", estimator, parameters=True),
+    Command("Proofs", "substep equivalences bathe silva_bezerra", equivalences),
+    Command("Programs and results", "substep failures --folder results", failures),
+):  # fmt: skip
+    command.add(app)

@@ -5,19 +5,16 @@ What never changes is read from generated/; SymPy is imported only when somethin
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
-from fractions import Fraction
 from pathlib import Path
 from runpy import run_path
-from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from substep_kernels.estimators import ESTIMATORS
-from substep_kernels.facts import CATALOGUE, FINDINGS, PROPERTIES
+from substep_kernels.facts import CATALOGUE
 
 if TYPE_CHECKING:
     from substep_derive import Certificate, Derivation, Estimator
     from substep_derive import Scheme as Declaration
-    from substep_derive.oscillator.overshoot import Overshoot
     from substep_derive.stability.conditions import Conditions
     from substep_derive.study.closed_forms import ClosedForm
     from substep_derive.study.equivalence import Equivalence
@@ -35,16 +32,6 @@ def conditions(name: "str | Declaration") -> "Conditions":
     from substep_derive.stability.conditions import conditions as of  # noqa: PLC0415
 
     return of(name)
-
-
-def stable_values(name: "str | Declaration") -> Any:
-    """The values of a scheme's only parameter for which it is stable at every Omega > 0, undamped: a set of SymPy.
-
-    See `substep_derive.study.region.stable_values`.
-    """
-    from substep_derive.study.region import stable_values as of  # noqa: PLC0415
-
-    return of(conditions(name))
 
 
 def order_conditions(name: "str | Declaration") -> "dict[str, tuple[str, ...]]":
@@ -160,20 +147,6 @@ def fact_row(scheme: "str | Declaration", **parameters: Any) -> Mapping[str, Any
     return row(derived(scheme, **parameters).scheme)
 
 
-def standalone(scheme: "str | Declaration", language: str, /, **parameters: Any) -> str:
-    """A scheme as the text of one file in another language: see `substep_derive.emit.standalone.standalone`."""
-    from substep_derive.emit.standalone import standalone as of  # noqa: PLC0415
-
-    return of(scheme, language, **parameters)
-
-
-def suffix_of(language: str) -> str:
-    """What the name of a file in that language ends in, such as .F90: a compiler decides by it how the file is read."""
-    from substep_derive.emit.standalone import language_of  # noqa: PLC0415
-
-    return f".{language_of(language).suffix}"
-
-
 def declaration(file: Path, name: str) -> "Declaration":
     """The scheme of that name in a Python file of the user's own, which is run.
 
@@ -187,35 +160,6 @@ def declaration(file: Path, name: str) -> "Declaration":
         known = ", ".join(schemes) or "none"
         raise ValueError(f"expected the name of a declaration in {file}, got '{name}'; it declares: {known}")
     return schemes[name]
-
-
-def second_order_betas(rho_inf: Fraction, gamma_t: Fraction) -> list[float]:
-    """Values of beta that give newmark_bdf2 second order, stability at every Omega and this rho_inf.
-
-    See `substep_derive.study.design.region`.
-    """
-    from substep_derive.study.design import region  # noqa: PLC0415
-
-    curves = [(float(r.beta.subs("gamma_t", gamma_t)), r.intervals) for r in region(rho_inf)]
-    return [beta for beta, cells in curves if any(float(low) < gamma_t < float(high) for low, high, *_ in cells)]
-
-
-def design(scheme: "str | Declaration | None" = None, **wishes: Any) -> Any:
-    """Exact parameters from requirements, of a declared scheme or of a composite scheme of `sub_steps` sub-steps.
-
-    See `substep_derive.study.design.design`.
-    """
-    from substep_derive.study.design import design as of  # noqa: PLC0415
-
-    return of(scheme, **wishes) if scheme is not None else of(**wishes)
-
-
-def overshoot(name: str) -> "Overshoot":
-    """Overshoot class of a scheme, such as U0-V1, at almost all values of its parameters."""
-    from substep_derive.oscillator.evaluation import Evaluation  # noqa: PLC0415
-    from substep_derive.oscillator.overshoot import overshoot as of  # noqa: PLC0415
-
-    return of(Evaluation.free(derived(name).scheme))
 
 
 @dataclass(frozen=True)
@@ -246,53 +190,8 @@ def rigid_energy(name: str, **parameters: Any) -> RigidEnergy:
     return RigidEnergy(*texts, changes)
 
 
-def thesis() -> ModuleType:
-    """The module that compares the thesis's printed formulas with derived ones: `substep_derive.study.thesis`."""
-    from substep_derive.study import thesis as printed  # noqa: PLC0415
-
-    return printed
-
-
-def undamped(expression: Any) -> Any:
-    """A derived expression at xi = 0, factored."""
-    from substep_derive.declare.symbols import xi  # noqa: PLC0415
-
-    return expression.subs(xi, 0).factor()
-
-
 def closed_forms(name: "str | Declaration", part: str = "all") -> "Iterator[ClosedForm]":
     """What is derived about a scheme, as named forms: see `substep_derive.study.closed_forms`."""
     from substep_derive.study.closed_forms import closed_forms as derived  # noqa: PLC0415
 
     return derived(name, part)
-
-
-@dataclass(frozen=True)
-class Properties:
-    """Exact properties of one parameter set, undamped, as text: rho_inf, leading error terms (power, coefficient)."""
-
-    rho_inf: str
-    order: int
-    damping: tuple[int, str] | None
-    period: tuple[int, str] | None
-
-
-def properties(name: str, parameters: Mapping[str, Fraction]) -> Properties:
-    """rho_inf, order of the free vibration, and the first term (power of Omega, coefficient) of each error.
-
-    Those of the thesis's chapter 4 are in generated/; others are derived: see `substep_derive.study.facts.properties`.
-    """
-    found = PROPERTIES.get((name, *sorted(f"{key}={value}" for key, value in parameters.items())))
-    if found is None:
-        from substep_derive.study.facts import properties as derive_properties  # noqa: PLC0415
-
-        found = derive_properties(name, parameters)
-    return Properties(**found)
-
-
-def finding(claim: str) -> tuple[tuple[bool, ...], str]:
-    """Whether each part of a claim that algebra alone judges holds, and the evidence, as derived when generated/ was.
-
-    See `substep_derive.study.ledger`.
-    """
-    return FINDINGS[claim]

@@ -14,6 +14,8 @@ from ..core.style import COLOURS, MOST, REFERENCE, name_curves, styled
 if TYPE_CHECKING:
     from xarray import Dataset
 
+RADIUS_RATIOS = np.logspace(-2, 3, 501)  # h/T at which spectral radii are drawn, and errors
+ERROR_RATIOS = np.linspace(0.0, 0.2, 201)
 ROUNDING = 1e-6  # by which a computed spectral radius exceeds 1 where eigenvalues meet on the circle
 
 

@@ -9,6 +9,7 @@ MODULES = (
     *("explicit", "newmark", "one_step", "alpha", "multi_step", "composite"),
     *("runge_kutta", "diagonally_implicit", "nystrom", "composition", "designed"),
 )
+EXAMPLES = ("newmark_bdf2", "bathe")  # whose kernels on the elastic pendulum are committed
 
 
 def declared() -> Iterator[Scheme]:

@@ -1,15 +1,11 @@
 """The fixed text of the modules of derived facts; every {field} is filled."""
 
-FACTS = '''"""Derived facts about the catalogue and the thesis, as plain data, so that no run has to derive them.
+FACTS = '''"""Derived facts about the catalogue, as plain data, so that no run has to derive them.
 
 CATALOGUE: scheme -> its properties at its default parameters, exact values as text; order is that of u, v and a,
 damping and period are the first terms, undamped, as (power of Omega, coefficient), None for an error that is 0, and
 values holds numbers. FORMS: scheme with parameters -> what decides properties at any of them, see
 substep_derive.study.forms.
-SPLITS, NEWMARK_SETS: gamma_t of the thesis's figures 4.1 to 4.5, and (beta, gamma) of its Table 4.1. PROPERTIES: these
-sets and Bathe's scheme, as (scheme, "parameter=value", ...), sorted -> rho_inf, order, and the first term of numerical
-damping and of period error at small Omega as (power, coefficient), undamped; None for an error that is 0. FINDINGS: id
-of a claim of the thesis that algebra alone judges -> whether each part of it holds, and the evidence.
 """
 
 from math import inf

@@ -1,0 +1,1 @@
+"""Design: from requirements to exact parameters of a declared scheme, or to a composite scheme that meets them."""

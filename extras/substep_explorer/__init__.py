@@ -1,0 +1,1 @@
+"""`substep explorer`: one page with every scheme, to be opened in any browser."""
