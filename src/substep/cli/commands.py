@@ -179,13 +179,13 @@ def run(
     csv: Annotated[Path | None, typer.Option(help="write the history here")] = None,
 ) -> None:
     """March a scene. Parameters of both follow as numbers: --EA 1e4 --gamma-t 0.2."""
-    from ..core.scenes import scene_info  # noqa: PLC0415
+    from ..core.scenes import arguments_of, scene_info  # noqa: PLC0415
     from ..figures.charts import save_csv  # noqa: PLC0415
     from ..marching.run import march  # noqa: PLC0415
 
     try:
         require_folders(csv)
-        known = scene_info(scene_name, {}).parameters
+        known = arguments_of(scene_info(scene_name, {}))
         try:
             s = scheme_of(scheme_name, {k: x for k, x in exact_options(context.args).items() if k not in known})
         except ValueError as error:

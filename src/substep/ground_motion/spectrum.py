@@ -16,7 +16,7 @@ from ..core.errors import called_as, damping_ratio, real_array, real_number
 from ..core.loads import Record
 from ..core.schemes import Scheme
 from ..core.schemes import scheme as make_scheme
-from ..core.units import unit_of
+from ..core.units import require_plausible, require_step, unit_of
 from .peaks import GOOD, peaks_at_samples, peaks_refined, relative
 from .records import read_record
 
@@ -52,8 +52,8 @@ def response_spectrum(
 
     record: ground acceleration (n,) with its step dt in s, or the path of a file, as `read_record` takes it with dt and
     unit; where a file, or a `Record`, has its own dt, another one is an error. unit: of the accelerations, "g",
-    "m/s^2", "cm/s^2", "gal", "in/s^2" or a factor to m/s^2, by default m/s^2 or what the file says; attrs["unit"] is
-    the one that was taken.
+    "m/s^2", "cm/s^2", "gal", "in/s^2" or a factor to m/s^2, by default what the file says, else m/s^2 if their peak is
+    that of a ground motion, 1e-4 g to 5 g; attrs["unit"] is the one that was taken.
     periods (P,) in s, by default 200 from 0.02 to 10 s; 0 is the ground itself, with SD = SV = 0 and SA the largest
     ground acceleration, of which pseudo_acceleration has the limit. frequencies (P,) > 0 in Hz, in place of periods,
     are kept as a coordinate beside them. xi: damping ratio, or several (X,). scheme: a name or a handle, whose
@@ -75,7 +75,8 @@ def response_spectrum(
 
     `history(T=0.5)` of the result is the `substep.Response` of one oscillator: see docs/spectra.md.
 
-    Raises ValueError for input outside of these ranges or shapes, OSError for a file that cannot be read.
+    Raises ValueError for input outside of these ranges or shapes, and for a dt above 1 s, likely in ms; OSError for a
+    file that cannot be read.
 
     >>> shaken = np.sin(2 * np.pi * np.arange(0.0, 10.0, 0.02))  # m/s^2, with a period of 1 s
     >>> spectrum = ss.response_spectrum(shaken, dt=0.02, periods=[0.5, 1.0, 2.0])
@@ -143,14 +144,22 @@ def record_of(
     if not isinstance(record, Record):
         if dt is None:
             raise ValueError("expected dt of the record, got none; give the step between its samples in s")
-        return Record(dt, record, unit="m/s^2" if unit is None else unit, source="array")
+        require_step("dt of the record", real_number("dt of the record", dt, positive=True))
+        return _with_unit(Record(dt, record, source="array"), unit)
     if dt is not None and real_number("dt of the record", dt) != record.dt:
         raise ValueError(f"expected the record's own dt = {record.dt:g} s, got {dt:g} s; leave dt out")
     if record.unit == "":
-        return replace(record, unit="m/s^2" if unit is None else unit, source=record.source or "array")
+        return _with_unit(replace(record, source=record.source or "array"), unit)
     if unit is not None and unit_of(unit)[1] != unit_of(record.unit)[1]:
         raise ValueError(f"expected unit={record.unit!r}, as the record says, got {unit!r}; leave it out")
     return record
+
+
+def _with_unit(record: Record, unit: str | float | None) -> Record:
+    """A record of plain numbers in the unit that is given, without one in m/s^2, or a ValueError if it cannot be."""
+    if unit is None:
+        require_plausible("the record", record.samples)
+    return replace(record, unit="m/s^2" if unit is None else unit)
 
 
 def attributes(s: Scheme, records: Sequence[Record], unstable: int) -> dict[str, Any]:
