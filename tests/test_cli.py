@@ -283,6 +283,47 @@ def test_spectrum_prints_writes_and_draws(tmp_path: Path) -> None:
     assert "for --periods, got 'x'" in " ".join(bad.output.replace("│", " ").split())
 
 
+def test_spectrum_resamples_and_refines_as_python_does(tmp_path: Path) -> None:
+    file, out = tmp_path / "uneven.txt", tmp_path / "out.csv"
+    t = np.cumsum(np.where(np.arange(300) % 3 == 0, 0.013, 0.008))
+    np.savetxt(file, np.column_stack([t, np.sin(9 * t) * np.sin(t)]), header="time (s), acceleration (g)")
+    options = ["--periods", "0.03,0.1,1", "--csv", str(out)]
+    refused = runner.invoke(app, ["spectrum", str(file), *options])
+    assert refused.exit_code == 2
+    assert "resample=dt" in refused.output
+    found = runner.invoke(app, ["spectrum", str(file), *options, "--resample", "0.01", "--refine", "auto"])
+    assert found.exit_code == 0, found.output
+    record = ss.read_record(file, resample=0.01)
+    s = ss.response_spectrum(record, periods=[0.03, 0.1, 1.0], refine="auto")
+    header, *rows = out.read_text(encoding="utf-8").splitlines()
+    columns = header.split(",")
+    assert columns.index("steps (1)") == 6
+    for i, row in enumerate(rows):
+        values = dict(zip(columns, map(float, row.split(",")), strict=True))
+        assert values["steps (1)"] == int(s.steps[i])
+        assert values["acceleration (m s-2)"] == pytest.approx(float(s.acceleration[i]), rel=1e-6)
+    more = int((s.steps > 1).sum())
+    assert more >= 1
+    said = " ".join(found.output.split())
+    assert f"{more} of 3 periods took more than a step a sample, at most {int(s.steps.max())}" in said
+    assert "accelerations read in g" in said
+    wrong = runner.invoke(app, ["spectrum", str(file), "--resample", "0.01", "--refine", "4"])
+    assert wrong.exit_code == 2
+    assert 'expected refine="auto"' in " ".join(wrong.output.replace("│", " ").split())
+
+
+def test_run_takes_a_period_in_place_of_omega() -> None:
+    options = ["--dt", "0.1", "--t-end", "1", "--xi", "0.1"]
+    by_period, by_omega = (
+        runner.invoke(app, ["run", "linear_oscillator", "bathe", *options, *given])
+        for given in (["--T", "0.5"], ["--omega", f"{4 * math.pi!r}"])
+    )
+    assert by_period.exit_code == 0, by_period.output
+    assert by_period.output == by_omega.output
+    both = runner.invoke(app, ["run", "linear_oscillator", "bathe", *options, "--T", "0.5", "--f", "2"])
+    assert "got f and T; drop all but one" in " ".join(both.output.replace("│", " ").split())
+
+
 def test_without_arguments_it_answers_four_questions(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """Each question with commands that work; other tests run `choose`, which takes a minute, and `audit`."""
     monkeypatch.setenv("COLUMNS", "200")

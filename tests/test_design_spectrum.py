@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -35,8 +36,8 @@ def test_eurocode_8_branch_by_branch(type: int, ground: str, S: str, T_B: str, T
     found = ss.design_spectrum("ec8", T, a_g=2.5, ground=ground, type=type, xi=xi)
     assert found.acceleration.to_numpy() == pytest.approx([S_e(t) for t in T.tolist()], rel=1e-13)
     assert found.attrs == {
-        "code": "EN 1998-1:2004, 3.2.2.2", "a_g": 2.5, "ground": ground, "type": type, "S": float(S), "T_B": b,
-        "T_C": c, "T_D": d, "eta": pytest.approx(eta),
+        "code": "EN 1998-1:2004, 3.2.2.2", "a_g": 2.5, "unit": "m/s^2", "ground": ground, "type": type, "S": float(S),
+        "T_B": b, "T_C": c, "T_D": d, "eta": pytest.approx(eta),
     }  # fmt: skip
     assert float(found.xi) == xi
 
@@ -55,14 +56,67 @@ def test_asce_7_branch_by_branch() -> None:
     periods = [*T, 0.2 * T_S, T_S, T_L, 7.0, 20.0]
     found = ss.design_spectrum("asce7", periods, S_DS=S_DS, S_D1=S_D1, T_L=T_L)
     assert found.acceleration.to_numpy() / STANDARD_GRAVITY == pytest.approx([S_a(t) for t in periods], rel=1e-13)
-    expected = {"code": "ASCE 7-16, 11.4.6", "S_DS": 1.1, "S_D1": 0.66, "T_L": 3.0}
+    expected = {"code": "ASCE 7-16, 11.4.6", "S_DS": 1.1, "S_D1": 0.66, "T_L": 3.0, "unit": "g"}
     assert found.attrs == expected | {"T_0": pytest.approx(0.12), "T_S": pytest.approx(0.6)}
     assert float(found.xi) == 0.05
 
 
+S_A, F = (0.85, 0.9, 0.425, 0.257, 0.08, 0.029), (0.9, 1.1, 1.24, 1.3, 1.35, 1.4)
+
+
+def test_nbcc_2015_branch_by_branch() -> None:
+    """Up to 0.2 s the larger of two values, that of 0.5 s with these F, that of 0.2 s in the last one."""
+    at_02, at_05, at_1, at_2, at_5, at_10 = (f * s for f, s in zip(F, S_A, strict=True))
+
+    def S(t: float) -> float:
+        if t <= 0.2:
+            return max(at_02, at_05)
+        if t <= 0.5:
+            return max(at_02, at_05) + (at_05 - max(at_02, at_05)) * (t - 0.2) / 0.3
+        if t <= 1.0:
+            return at_05 + (at_1 - at_05) * (t - 0.5) / 0.5
+        if t <= 2.0:
+            return at_1 + (at_2 - at_1) * (t - 1.0)
+        if t <= 5.0:
+            return at_2 + (at_5 - at_2) * (t - 2.0) / 3.0
+        return at_5 + (at_10 - at_5) * (t - 5.0) / 5.0 if t <= 10.0 else at_10
+
+    periods = [*T, 5.0, 7.0, 10.0, 12.0]
+    found = ss.design_spectrum("nbcc", periods, S_a=S_A, F=F)
+    assert found.acceleration.to_numpy() / STANDARD_GRAVITY == pytest.approx([S(t) for t in periods], rel=1e-13)
+    assert (found.code, found.unit, float(found.xi)) == ("NBCC 2015, 4.1.8.4.(9)", "g", 0.05)
+    assert (found.S_a.tolist(), found.F.tolist()) == (list(S_A), list(F))
+    hard = ss.design_spectrum("nbcc", [0.0, 0.35, 0.5], S_a=(0.9, 0.7, 0.4, 0.2, 0.1, 0.05)).acceleration
+    assert hard.to_numpy() / STANDARD_GRAVITY == pytest.approx([0.9, 0.8, 0.7], rel=1e-13)
+
+
+def test_a_spectrum_of_a_code_is_saved_with_its_parameters(tmp_path: Path) -> None:
+    for code, given in GIVEN.items():
+        found = ss.design_spectrum(code, T, **given)
+        found.to_netcdf(tmp_path / f"{code}.nc", engine="scipy")
+        assert ss.load(tmp_path / f"{code}.nc").identical(found)
+
+
+@pytest.mark.parametrize(("code", "scaled"), [("ec8", ["a_g"]), ("asce7", ["S_DS", "S_D1"]), ("nbcc", ["S_a"])])
+def test_accelerations_in_any_unit(code: str, scaled: list[str]) -> None:
+    given, default = GIVEN[code], 1.0 if code == "ec8" else STANDARD_GRAVITY
+    expected = ss.design_spectrum(code, T, **given).acceleration
+    for unit, factor in (("g", STANDARD_GRAVITY), ("m/s^2", 1.0), ("cm/s^2", 0.01), (2.0, 2.0)):
+        other = given | {name: np.multiply(given[name], default / factor) for name in scaled}
+        found = ss.design_spectrum(code, T, **other, unit=unit)
+        assert np.allclose(found.acceleration, expected, rtol=1e-13, equal_nan=True)
+        assert found.unit == (unit if isinstance(unit, str) else "2 m/s^2")
+
+
+GIVEN: dict[str, dict[str, Any]] = {
+    "ec8": {"a_g": 1.0, "ground": "A"},
+    "asce7": {"S_DS": 1.0, "S_D1": 0.6, "T_L": 8.0},
+    "nbcc": {"S_a": S_A},
+}
 CALLS: dict[str, Callable[..., Any]] = {
     "ec8": lambda T, scale=1.0: ss.design_spectrum("ec8", T, a_g=2.0 * scale, ground="D", xi=0.03),
     "asce7": lambda T, scale=1.0: ss.design_spectrum("asce7", T, S_DS=scale, S_D1=0.7 * scale, T_L=2.5),
+    "nbcc": lambda T, scale=1.0: ss.design_spectrum("nbcc", T, S_a=scale * np.array(S_A), F=F),
 }
 
 
@@ -101,7 +155,7 @@ def test_a_structure_under_a_code() -> None:
 @pytest.mark.parametrize(
     ("code", "change", "message"),
     [
-        ("nbcc", {}, "expected a code, one of: ec8, asce7; got 'nbcc'"),
+        ("nbc", {}, "expected a code, one of: ec8, asce7, nbcc; got 'nbc'; did you mean 'nbcc'?"),
         ("ec8", {"ground": "F"}, "expected a type of ground, one of: A, B, C, D, E; got 'F'"),
         ("ec8", {"type": 3}, "expected a type of spectrum, one of: 1, 2; got '3'"),
         ("ec8", {"a_g": 0.0}, "expected a_g > 0"),
@@ -109,20 +163,32 @@ def test_a_structure_under_a_code() -> None:
         ("ec8", {"periods": [-1.0]}, "expected periods >= 0"),
         ("asce7", {"S_DS": -1.0}, "expected S_DS > 0"),
         ("asce7", {"T_L": math.nan}, "expected T_L to be finite"),
+        ("ec8", {"a_g": 0.25}, 'expected a_g in m/s.2, got 0.25, which is very low seismicity; give unit="g" or'),
+        ("asce7", {"S_DS": 9.81}, 'expected S_DS in g, got 9.81; give unit="m/s.2", as it seems, or unit="g"'),
+        ("nbcc", {"S_a": [8.3, 7.4, 4.1, 2.5, 0.8, 0.3]}, 'expected S_a in g, got 8.3; give unit="m/s.2", as it s'),
+        (
+            "nbcc",
+            {"S_a": S_A[:5]},
+            r"expected S_a > 0 at the periods 0.2, 0.5, 1, 2, 5, 10 s, got \[0.85, .*; give six",
+        ),
+        ("nbcc", {"F": 0.0}, "expected F > 0 at the periods"),
+        ("nbcc", {"unit": "kg"}, "expected unit as one of m/s.2, g"),
         ("asce7", {"T_L": 0.5}, "expected T_L >= T_S = S_D1/S_DS = 0.6 s, got 0.5 s"),
     ],
 )
 def test_what_is_refused(code: str, change: dict[str, Any], message: str) -> None:
-    given = {"asce7": {"S_DS": 1.0, "S_D1": 0.6, "T_L": 8.0}}.get(code, {"a_g": 1.0, "ground": "A"})
     with pytest.raises(ValueError, match=message):
-        ss.design_spectrum(code, **{"periods": T, **given, **change})
+        ss.design_spectrum(code, **{"periods": T, **GIVEN.get(code, {}), **change})
 
 
 @pytest.mark.parametrize(
     ("call", "words"),
     [
         (lambda: ss.design_spectrum("ec8", T, a_g=2.5), ['"ec8", periods, a_g=2.5, ground="B"', "'ground'"]),
-        (lambda: ss.design_spectrum("ec8", T, a_g=2.5, ground="A", S_DS=1.0), ["'S_DS'", "a_g, ground, type, xi"]),
+        (
+            lambda: ss.design_spectrum("ec8", T, a_g=2.5, ground="A", S_DS=1.0),
+            ["'S_DS'", "a_g, ground, type, xi, unit"],
+        ),
         (lambda: ss.design_spectrum("asce7", T, S_DS=1.0, S_D1=0.6), ['"asce7", periods, S_DS=1.0', "'T_L'"]),
         (ss.design_spectrum, ['"ec8", periods', "'code'"]),
     ],

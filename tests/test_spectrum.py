@@ -19,6 +19,7 @@ from substep_derive.kernels.march_shape import shape_of
 import substep as ss
 from substep.exact.oscillator import exact_peaks, increments
 from substep.ground_motion import spectrum
+from substep.ground_motion.peaks import at_rest
 from substep.marching import digital_filter, linear
 from substep.marching.linear import march_linear
 
@@ -174,7 +175,7 @@ def test_peaks_are_those_of_histories(name: str, offset: float) -> None:
     s, load = ss.scheme(name), ss.Record(DT, motion(31) + offset)
     xi = np.array([0.0, 0.05, 0.3, 0.05]) * (name not in UNDAMPED)
     omega = 2 * np.pi / np.array([5.0, 1.0, 0.4, 2.0]) * (1.0 if name != "forward_euler" else 0.1)
-    o = spectrum.at_rest(omega, xi, load)
+    o = at_rest(omega, xi, load)
     for lanes in (o, o.lane(1)):
         with np.errstate(all="ignore"):  # a block's unused lanes
             u, v, _ = march_linear(s, lanes, 30, load).out.transpose(1, 0, 2)

@@ -82,8 +82,8 @@ def test_an_unknown_scheme_is_answered_by_the_nearest_five() -> None:
 @pytest.mark.parametrize(
     ("given", "answer"),
     [
-        ({"T": 0.5}, r"omega = 2 pi/T"),
-        ({"f": 2.0}, r"omega = 2 pi f"),
+        ({"period": 0.5}, r"omega = 2 pi/period"),
+        ({"frequency": 2.0}, r"omega = 2 pi frequency"),
         ({"omega": 1.0, "zeta": 0.05}, "xi, the damping ratio"),
         ({"omega": 1.0, "damping": 0.05}, "xi, the damping ratio"),
         ({"k": 4.0}, r"omega = sqrt\(k/m\)"),

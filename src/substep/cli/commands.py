@@ -194,13 +194,13 @@ def run(
     csv: Annotated[Path | None, typer.Option(help="write the history here")] = None,
 ) -> None:
     """March a scene. Parameters of both follow as numbers: --EA 1e4 --gamma-t 0.2."""
-    from ..core.scenes import scene_info  # noqa: PLC0415
+    from ..core.scenes import arguments_of, scene_info  # noqa: PLC0415
     from ..figures.charts import save_csv  # noqa: PLC0415
     from ..marching.run import march  # noqa: PLC0415
 
     try:
         require_folders(csv)
-        known = scene_info(scene_name, {}).parameters
+        known = arguments_of(scene_info(scene_name, {}))
         try:
             s = scheme_of(scheme_name, {k: x for k, x in exact_options(context.args).items() if k not in known})
         except ValueError as error:
@@ -240,6 +240,8 @@ def spectrum(
     periods: Annotated[str, typer.Option(help="in s, as 0.1,0.5,1; by default 200 from 0.02 to 10 s")] = "",
     dt: Annotated[float | None, typer.Option(help="step in s, of a file of accelerations alone")] = None,
     unit: Annotated[str, typer.Option(help="g, m/s^2, cm/s^2, gal or in/s^2; by default what the file says")] = "",
+    resample: Annotated[float | None, typer.Option(help="interpolate the record to this step in s first")] = None,
+    refine: Annotated[str, typer.Option(help="auto: more steps a sample where a period needs them for 1 %")] = "",
     csv: Annotated[Path | None, typer.Option(help="write the spectrum here")] = None,
     chart: Annotated[Path | None, typer.Option(help="draw it here, without suffix")] = None,
 ) -> None:
@@ -247,6 +249,7 @@ def spectrum(
 
     Parameters of the scheme follow as numbers.
     """
+    from ..ground_motion.records import read_record  # noqa: PLC0415
     from ..ground_motion.spectrum import QUANTITIES, response_spectrum  # noqa: PLC0415
 
     try:
@@ -255,7 +258,8 @@ def spectrum(
         T = [number("--periods", text) for text in periods.split(",")] if periods else None
         with working(f"response spectrum of {file.name}"):
             own = scheme_of(scheme_name, exact_options(context.args))
-            s = response_spectrum(file, dt, T, xi, own, unit=unit or None)
+            record = read_record(file, dt, unit or None, resample=resample)
+            s = response_spectrum(record, periods=T, xi=xi, scheme=own, refine=refine or None)
     except (ValueError, OSError, ImportError) as error:
         raise typer.BadParameter(str(error)) from error
     settings = f"{s.samples} samples, dt = {s.dt:g} s, xi = {xi:g}, {' '.join((s.scheme, s.parameters)).strip()}"
@@ -269,6 +273,11 @@ def spectrum(
     console.print(f"accelerations read in {s.unit}")
     if s.good_from == s.good_from:  # NaN where not even the longest period is
         console.print(f"SA is within 1 % of the exact response from T = {s.good_from:.4g} s on")
+    if refine:
+        more = int((s.steps > 1).sum())
+        console.print(
+            f"{more} of {s.sizes['period']} periods took more than a step a sample, at most {int(s.steps.max())}"
+        )
     if s.unstable:
         console.print(f"{s.scheme} is unstable at {s.unstable} of {s.sizes['period']} periods: inf there")
     if csv is not None or chart is not None:

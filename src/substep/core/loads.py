@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from .arrays import Array, read_only
 from .errors import float_array, real_array, real_number
 from .kernel_modules import loaded
-from .units import unit_of
+from .units import TURN, require_angle, unit_of
 
 
 class Load(Protocol):
@@ -29,7 +29,7 @@ class Harmonic:
     """The load amplitude * sin(omega*t + phase) at t in s.
 
     amplitude: in N, or in the unit of the load that it stands for; omega: in rad/s; phase: in rad. Raises ValueError
-    unless each is one finite number.
+    unless each is one finite number, and for a phase of whole degrees: a whole number beyond 2 pi.
     """
 
     amplitude: float
@@ -39,10 +39,16 @@ class Harmonic:
     def __post_init__(self) -> None:
         for name in ("amplitude", "omega", "phase"):
             real_number(name, getattr(self, name))
+        if float(self.phase).is_integer():  # a phase that was computed hardly ever is
+            require_angle("phase", float(self.phase))
 
     def __call__(self, t: Array) -> Array:
         """Load at the times t."""
         return self.formula(t, self.amplitude, self.omega, self.phase)
+
+    def __repr__(self) -> str:
+        period = f", T={TURN / abs(self.omega):.5g} s" if self.omega else ""
+        return f"Harmonic(amplitude={self.amplitude}, omega={self.omega}{period}, phase={self.phase})"
 
     @staticmethod
     def formula(t: Array, amplitude: ArrayLike, omega: ArrayLike, phase: ArrayLike) -> Array:

@@ -157,6 +157,12 @@ class Response:
         return self.scene.name
 
     @property
+    def _pace(self) -> str:
+        """How many rows a period of the oscillator has, by which a step in ms or an omega in Hz shows; else nothing."""
+        period = getattr(self.scene, "period", None)
+        return "" if period is None or self.step != self.step else f"{period / self.step:.3g} rows a period, "
+
+    @property
     def _attrs(self) -> dict[str, Any]:
         parameters = {f"scheme_{name}": float(x) for name, x in self.scheme.parameters.items()}
         failed = {} if self.t_failed is None else {"t_failed": self.t_failed}
@@ -194,5 +200,5 @@ class Response:
         return to_figure(self._histories(), quantities or ("u",), axes, f"{scheme} on {self._subject}{end}")
 
     def __repr__(self) -> str:
-        end = f"{len(self.t)} rows to t = {self.t[-1]:.6g} s, {self.status}"
+        end = f"{len(self.t)} rows to t = {self.t[-1]:.6g} s, {self._pace}{self.status}"
         return f"{type(self).__name__}({self.scheme} on {self.scene}, {end})"

@@ -16,11 +16,13 @@ from .entries import SceneInfo
 from .errors import called_as, real_array, real_number, unknown_name
 from .kernel_modules import loaded
 from .loads import Load, LoadLanes, values_at
+from .units import TURN, require_angle, require_ratio
 
 if TYPE_CHECKING:
     from ..derived.modules import SceneDeclaration
 
 SCENES: Mapping[str, Mapping[str, Any]] = loaded("scene_index").SCENES
+OF_OSCILLATOR = ("f", "T", "overdamped")  # arguments that are no parameters of the declaration
 STRAIN_MEASURES = {"green_lagrange": "elastic_pendulum", "engineering": "elastic_pendulum_engineering"}
 
 
@@ -66,6 +68,12 @@ class Scene:
     def length(self) -> float:
         """What Newton's tolerance is relative to."""
         return self.info.length(*self.parameters.values())
+
+    @property
+    def period(self) -> float | None:
+        """Undamped natural period of a linear oscillator, s; None for another scene, and for lanes of several."""
+        omega = self.info.oscillator(*self.parameters.values())[0] if self.info.oscillator else None
+        return TURN / omega if isinstance(omega, float) and omega else None
 
     @property
     def E0(self) -> float:
@@ -117,6 +125,7 @@ class Scene:
 
     def __repr__(self) -> str:
         values = [f"{name}={x}" for name, x in self.parameters.items()]
+        values += [] if self.period is None else [f"T={self.period:.5g} s"]
         load = [] if self.load is None else [f"load={self.load!r}"]
         return f"Scene({', '.join([self.name, *values, f'a0={self.a0.tolist()}', *load])})"
 
@@ -152,14 +161,18 @@ def scene(
 ) -> Scene:
     """The scene of that name, or of a declaration of your own (`substep_derive.Scene`); a handle stands for itself.
 
-    Parameters not given take the default of the declaration. a0: the initial acceleration, one number for each
-    coordinate; "consistent" takes it from the equation of motion; by default as the scene declares it. load:
-    a function of time in s, for scenes that take one. elastic_pendulum also takes strain = "green_lagrange"
-    or "engineering". Raises ValueError for unknown names, missing parameters and bad values.
+    Parameters not given take the default of the declaration. linear_oscillator takes exactly one of omega, rad/s, f,
+    Hz, and T, s; its xi is a ratio, and one of 2 or more, where percent is likelier, needs overdamped=True. a0: the
+    initial acceleration, one number for each coordinate; "consistent" takes it from the equation of motion; by default
+    as the scene declares it. load: a function of time in s, for scenes that take one. elastic_pendulum also takes
+    strain = "green_lagrange" or "engineering". Raises ValueError for unknown names, missing parameters and bad values,
+    such as an angle beyond a turn.
 
     >>> pendulum = ss.scene("elastic_pendulum", EA=1e4, a0="consistent")
     >>> pendulum.coordinates, round(pendulum.E0, 3)  # the energy at the start, J
     ((('x', 'm'), ('y', 'm')), 297.992)
+    >>> ss.scene("linear_oscillator", T=0.5, xi=0.05).parameters["omega"]  # rad/s
+    12.566370614359172
     """
     if isinstance(name, Scene):
         if parameters or a0 is not None or load is not None:
@@ -168,7 +181,34 @@ def scene(
             )
         return name
     info = scene_info(name, parameters)
-    return make_scene(info, checked_parameters(info, parameters, real_number), a0, load)
+    meant = bool(parameters.pop("overdamped", False)) if info.oscillator else False
+    values = checked_parameters(info, _with_omega(info, parameters), real_number)
+    if info.oscillator and not meant and "xi" in values:
+        require_ratio(f"xi of {info.name}", values["xi"])
+    return make_scene(info, values, a0, load)
+
+
+def arguments_of(info: SceneInfo) -> tuple[str, ...]:
+    """What `scene` takes as numbers: the parameters and, of a linear oscillator, what may stand in their place."""
+    return (*info.parameters, *(name for name in OF_OSCILLATOR if info.oscillator and name not in info.parameters))
+
+
+def _with_omega(info: SceneInfo, given: Mapping[str, Any]) -> Mapping[str, Any]:
+    """The parameters of a linear oscillator with omega, rad/s, in place of f, Hz, or T, s; else as they are."""
+    if info.oscillator is None or "omega" not in info.parameters or {"f", "T"} & set(info.parameters):
+        return given
+    names = [name for name in ("omega", "f", "T") if name in given]
+    if len(names) > 1:
+        raise ValueError(
+            f"expected exactly one of omega, rad/s, f, Hz, and T, s, of {info.name}, got {' and '.join(names)}; drop "
+            "all but one"
+        )
+    if names in ([], ["omega"]):
+        return given
+    name = names[0]
+    value = real_number(f"parameter {name} of {info.name}", given[name], positive=True)
+    omega = TURN * value if name == "f" else TURN / value
+    return {"omega": omega, **{key: x for key, x in given.items() if key != name}}
 
 
 def scene_info(name: str | SceneDeclaration, parameters: dict[str, Any]) -> SceneInfo:
@@ -209,18 +249,21 @@ def checked_parameters(
     for key in parameters:
         if key not in info.parameters:
             more = ["strain"] if info.name.startswith("elastic_pendulum") else []
-            known = [*info.parameters, *more, "a0", *(["load"] if info.sampled else [])]
+            known = [*arguments_of(info), *more, "a0", *(["load"] if info.sampled else [])]
             raise unknown_name(f"a parameter of {info.name}", key, known)
     values: dict[str, Any] = {}
     for key, parameter in info.parameters.items():
         if key not in parameters and parameter.default is None and parameter.polynomial is None:
+            others = "; T, s, or f, Hz, may stand in its place" if key == "omega" and info.oscillator else ""
             raise ValueError(
                 f"expected a value for {key} of {info.name}, got none; give it by "
-                f"ss.scene({info.name!r}, {key}=...), or as --{key.replace('_', '-')} in a command"
+                f"ss.scene({info.name!r}, {key}=...), or as --{key.replace('_', '-')} in a command{others}"
             )
         what = f"parameter {key} of {info.name}"
         given = parameters[key] if key in parameters else parameter.default_of(info.name, values)
         value = parameter.inside(what, number(what, given))
+        if key == "u0" and info.declaration is None and info.coordinates[0][1] == "rad":
+            require_angle(what, value)
         values[key] = value if value.ndim else float(value)
     return values
 

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.arrays import Array, named
-from ..core.errors import called_as, damping_ratio, real_number, unknown_name
-from ..core.units import STANDARD_GRAVITY
+from ..core.errors import called_as, damping_ratio, real_array, real_number, unknown_name
+from ..core.units import LARGEST, STANDARD_GRAVITY, unit_of
 from .spectrum import natural_periods
 
 if TYPE_CHECKING:
@@ -33,6 +33,8 @@ SOIL = {  # type of spectrum: ground type: S, T_B, T_C, T_D; EN 1998-1:2004, tab
     },
 }
 LONGEST = 4.0  # s, the period up to which EN 1998-1, 3.2.2.2 goes
+VERY_LOW = 0.39  # m/s^2, a_g at most, of what EN 1998-1, 3.2.1(5)P calls so, and where it need not be observed
+NBCC_PERIODS = np.array([0.2, 0.5, 1.0, 2.0, 5.0, 10.0])  # s
 
 
 @called_as('design_spectrum("ec8", periods, a_g=2.5, ground="B")')
@@ -45,16 +47,28 @@ def design_spectrum(code: str, periods: ArrayLike | None = None, **parameters: A
     are the recommended ones, of which a National Annex may have others. Beyond 4 s, where its Annex A begins, values
     are NaN.
     "asce7", ASCE 7-16, 11.4.6, equations (11.4-5) to (11.4-7), for a damping ratio of 0.05, with the parameters S_DS
-    and S_D1, design spectral accelerations in g, as the standard gives them; T_L, long-period transition period, s.
-    periods (P,) >= 0 in s, by default those of `substep.response_spectrum`.
+    and S_D1, design spectral accelerations; T_L, long-period transition period, s.
+    "nbcc", National Building Code of Canada 2015, 4.1.8.4.(9), for a damping ratio of 0.05, with the parameters S_a,
+    spectral accelerations of the site on ground of class C at the periods 0.2, 0.5, 1, 2, 5 and 10 s, and F, by which
+    the site's class multiplies each, by default 1, that of class C. S is F S_a at these periods, at 0.2 s the larger of
+    its values at 0.2 and 0.5 s, linear between them, constant below 0.2 s and beyond 10 s. Not covered: hazard values
+    of places, the tables of F, the cut-offs and importance factors of the base shear, the 2020 edition, whose values
+    are of the site's own class.
+    unit: of a_g, S_DS, S_D1 and S_a, "g", "m/s^2", "cm/s^2", "gal", "in/s^2" or a factor to m/s^2, by default m/s^2 for
+    "ec8" and g for the others, as these codes print them. periods (P,) >= 0 in s, by default those of
+    `substep.response_spectrum`.
 
-    attrs name the clause, the parameters and what follows from them: S, T_B, T_C, T_D and eta, or T_0 and T_S. Raises
-    ValueError for a code, ground or type that there is not, for parameters that are not positive and for a T_L below
-    T_S; TypeError for parameters that the code does not take, or that are missing.
+    attrs name the clause, the parameters as they are given, their unit, and what follows: S, T_B, T_C, T_D and eta, or
+    T_0 and T_S. Raises ValueError for a code, ground or type that there is not, for parameters that are not positive,
+    for a T_L below T_S and for accelerations without a unit that are likely in another one: a_g up to 0.39 m/s^2, very
+    low seismicity, and others above 5 g; TypeError for parameters that the code does not take, or that are missing.
 
     >>> code = ss.design_spectrum("ec8", [0.0, 0.3, 1.0], a_g=2.5, ground="B")
     >>> code.acceleration.to_numpy().round(3).tolist()  # m/s^2
     [3.0, 7.5, 3.75]
+    >>> code = ss.design_spectrum("nbcc", [0.1, 0.75, 20.0], S_a=[0.85, 0.75, 0.42, 0.26, 0.08, 0.03])
+    >>> (code.acceleration / 9.80665).to_numpy().round(3).tolist()  # g
+    [0.85, 0.585, 0.03]
     """
     if code not in CODES:
         raise unknown_name("a code", str(code), CODES)
@@ -62,7 +76,15 @@ def design_spectrum(code: str, periods: ArrayLike | None = None, **parameters: A
 
 
 @called_as('design_spectrum("ec8", periods, a_g=2.5, ground="B")')
-def _ec8(periods: Array, *, a_g: float, ground: str, type: int = 1, xi: float = 0.05) -> Dataset:
+def _ec8(
+    periods: Array,
+    *,
+    a_g: float,
+    ground: str,
+    type: int = 1,
+    xi: float = 0.05,
+    unit: str | float | None = None,
+) -> Dataset:
     if type not in SOIL:
         raise unknown_name("a type of spectrum", str(type), map(str, SOIL))
     if ground not in SOIL[type]:
@@ -70,26 +92,56 @@ def _ec8(periods: Array, *, a_g: float, ground: str, type: int = 1, xi: float = 
     damping = float(damping_ratio("xi", real_number("xi", xi)))
     S, T_B, T_C, T_D = SOIL[type][ground]
     eta = max(float(np.sqrt(10.0 / (5.0 + 100.0 * damping))), 0.55)
-    at_0 = real_number("a_g", a_g, positive=True) * S
+    at_rock = real_number("a_g", a_g, positive=True)
+    if unit is None and at_rock <= VERY_LOW:
+        raise ValueError(
+            f'expected a_g in m/s^2, got {at_rock:g}, which is very low seismicity; give unit="g" or unit="m/s^2"'
+        )
+    used, factor = unit_of("m/s^2" if unit is None else unit)
+    at_0 = at_rock * factor * S
     acceleration = _branches(periods, at_0, 2.5 * eta * at_0, T_B, T_C, T_D)
     acceleration[periods > LONGEST] = np.nan
-    attrs = {"code": "EN 1998-1:2004, 3.2.2.2", "a_g": a_g, "ground": ground, "type": type}
+    attrs = {"code": "EN 1998-1:2004, 3.2.2.2", "a_g": a_g, "unit": used, "ground": ground, "type": type}
     return _dataset(periods, acceleration, damping, attrs | {"S": S, "T_B": T_B, "T_C": T_C, "T_D": T_D, "eta": eta})
 
 
 @called_as('design_spectrum("asce7", periods, S_DS=1.0, S_D1=0.6, T_L=8.0)')
-def _asce7(periods: Array, *, S_DS: float, S_D1: float, T_L: float) -> Dataset:
+def _asce7(periods: Array, *, S_DS: float, S_D1: float, T_L: float, unit: str | float | None = None) -> Dataset:
     given = {"S_DS": S_DS, "S_D1": S_D1, "T_L": T_L}
     plateau, at_1, T_D = (real_number(name, value, positive=True) for name, value in given.items())
     T_S = at_1 / plateau
     if T_D < T_S:
         raise ValueError(f"expected T_L >= T_S = S_D1/S_DS = {T_S:g} s, got {T_D:g} s; correct one of the three")
-    acceleration = STANDARD_GRAVITY * _branches(periods, 0.4 * plateau, plateau, 0.2 * T_S, T_S, T_D)
-    attrs = {"code": "ASCE 7-16, 11.4.6", **given, "T_0": 0.2 * T_S, "T_S": T_S}
+    used, factor = _in_g("S_DS", plateau, unit)
+    acceleration = factor * _branches(periods, 0.4 * plateau, plateau, 0.2 * T_S, T_S, T_D)
+    attrs = {"code": "ASCE 7-16, 11.4.6", **given, "unit": used, "T_0": 0.2 * T_S, "T_S": T_S}
     return _dataset(periods, acceleration, 0.05, attrs)
 
 
-CODES: dict[str, Callable[..., Dataset]] = {"ec8": _ec8, "asce7": _asce7}
+@called_as('design_spectrum("nbcc", periods, S_a=[0.85, 0.75, 0.42, 0.26, 0.08, 0.03])')
+def _nbcc(periods: Array, *, S_a: ArrayLike, F: ArrayLike = 1.0, unit: str | float | None = None) -> Dataset:
+    hazard, site = real_array("S_a", S_a), real_array("F", F)
+    for name, values, shapes in (("S_a", hazard, [(6,)]), ("F", site, [(6,), ()])):
+        if values.shape not in shapes or not (values > 0.0).all():
+            raise ValueError(
+                f"expected {name} > 0 at the periods {', '.join(f'{T:g}' for T in NBCC_PERIODS)} s, got "
+                f"{values.tolist()}; give six values"
+            )
+    used, factor = _in_g("S_a", float(hazard.max()), unit)
+    S = site * hazard
+    S[0] = max(S[0], S[1])
+    attrs = {"code": "NBCC 2015, 4.1.8.4.(9)", "S_a": hazard, "F": np.broadcast_to(site, 6).copy(), "unit": used}
+    return _dataset(periods, factor * np.interp(periods, NBCC_PERIODS, S), 0.05, attrs)
+
+
+CODES: dict[str, Callable[..., Dataset]] = {"ec8": _ec8, "asce7": _asce7, "nbcc": _nbcc}
+
+
+def _in_g(name: str, value: float, unit: str | float | None) -> tuple[str, float]:
+    """The unit that was given, by name and factor to m/s^2, or g, unless the value is likely not in it."""
+    if unit is None and value * STANDARD_GRAVITY > LARGEST:
+        raise ValueError(f'expected {name} in g, got {value:g}; give unit="m/s^2", as it seems, or unit="g"')
+    return unit_of("g" if unit is None else unit)
 
 
 def _branches(T: Array, at_0: float, plateau: float, T_B: float, T_C: float, T_D: float) -> Array:

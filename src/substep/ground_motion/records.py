@@ -8,7 +8,7 @@ import numpy as np
 from ..core.arrays import Array
 from ..core.errors import called_as, real_number
 from ..core.loads import Record
-from ..core.units import UNITS, require_plausible, unit_named, unit_of
+from ..core.units import UNITS, require_plausible, require_step, unit_named, unit_of
 from .columns import columns, starts_with_numbers
 from .formats import Read, at2, esm, is_at2, is_esm, is_seismic, seismic
 
@@ -42,7 +42,8 @@ def read_record(
     Raises ValueError, which names file and line, for what is not a number, for unequal steps without resample, times
     that do not ascend, a time more than a hundredth of a step from equal steps, for a number of samples that is not the
     header's, for what is no acceleration, for a dt or a unit that is not the file's, and for accelerations of text
-    without a unit whose peak is above 5 g or below 1e-4 g in m/s^2; ImportError where ObsPy is needed and not
+    without a unit whose peak is above 5 g or below 1e-4 g in m/s^2, and for steps above 1 s, which are likely ms;
+    ImportError where ObsPy is needed and not
     installed; OSError for a file that cannot be read.
 
     >>> np.savetxt("motion.txt", [[0.0, 0.0], [0.01, 0.1], [0.02, 0.3]], header="time (s), acceleration (g)")
@@ -57,11 +58,12 @@ def read_record(
             real_number(name, step, positive=True)
     given = None if unit is None else unit_of(unit)
     found = _read(path, lines, dt, unit, resampled=resample is not None)
+    require_step(str(path), found.step)
     named = found.unit
     if named is None and (given is None or isinstance(unit, str)):
         named = _unit_above(path, found.above)
     if given is None and named is None:
-        require_plausible(str(path), found.values)
+        require_plausible(str(path), found.values, ", or name it in a comment above the data")
     if given is not None and named is not None and given[1] != UNITS[named]:
         raise ValueError(f"{path}: expected unit='{named}', as the file says, got {unit!r}; leave it out")
     step, values = (

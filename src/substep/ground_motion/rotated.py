@@ -15,7 +15,8 @@ from ..core.errors import called_as, damping_ratio, real_array, real_number
 from ..core.loads import Record
 from ..core.schemes import Scheme
 from ..marching.histories import histories
-from .spectrum import at_rest, attributes, is_stable, natural_periods, numbers_only, record_of
+from .peaks import at_rest, is_stable
+from .spectrum import attributes, natural_periods, numbers_only, record_of
 
 if TYPE_CHECKING:
     from xarray import Dataset, Variable

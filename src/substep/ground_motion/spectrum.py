@@ -16,19 +16,17 @@ from ..core.errors import called_as, damping_ratio, real_array, real_number
 from ..core.loads import Record
 from ..core.schemes import Scheme
 from ..core.schemes import scheme as make_scheme
-from ..core.units import unit_of
-from ..exact.oscillator import exact_peaks
-from ..marching.linear import march_linear
-from ..marching.oscillators import Oscillators
+from ..core.units import require_plausible, require_step, unit_of
+from .peaks import GOOD, peaks_at_samples, peaks_refined, relative
 from .records import read_record
 
 if TYPE_CHECKING:
-    from xarray import Dataset, Variable
+    from xarray import Variable
+
+    from .history import Spectrum
 
 PERIODS = np.geomspace(0.02, 10.0, 200)
 PERIODS.flags.writeable = False
-UNSTABLE = 1.0 + 1e-6  # largest spectral radius of a stable step; it may have only half its digits near 1
-GOOD = 0.01  # largest error of SA from attrs["good_from"] on
 
 QUANTITIES = {
     "displacement": ("spectral displacement SD, relative to the ground", "m"),
@@ -48,13 +46,14 @@ def response_spectrum(
     frequencies: ArrayLike | None = None,
     errors: bool = True,
     unit: str | float | None = None,
-) -> Dataset:
+    refine: str | None = None,
+) -> Spectrum:
     """Peak response of oscillators u'' + 2 xi omega u' + omega^2 u = -a_g, omega = 2 pi/period, from rest.
 
     record: ground acceleration (n,) with its step dt in s, or the path of a file, as `read_record` takes it with dt and
     unit; where a file, or a `Record`, has its own dt, another one is an error. unit: of the accelerations, "g",
-    "m/s^2", "cm/s^2", "gal", "in/s^2" or a factor to m/s^2, by default m/s^2 or what the file says; attrs["unit"] is
-    the one that was taken.
+    "m/s^2", "cm/s^2", "gal", "in/s^2" or a factor to m/s^2, by default what the file says, else m/s^2 if their peak is
+    that of a ground motion, 1e-4 g to 5 g; attrs["unit"] is the one that was taken.
     periods (P,) in s, by default 200 from 0.02 to 10 s; 0 is the ground itself, with SD = SV = 0 and SA the largest
     ground acceleration, of which pseudo_acceleration has the limit. frequencies (P,) > 0 in Hz, in place of periods,
     are kept as a coordinate beside them. xi: damping ratio, or several (X,). scheme: a name or a handle, whose
@@ -69,15 +68,22 @@ def response_spectrum(
     attrs["good_from"], s: the shortest of the periods such that it and all longer ones have an acceleration_error of at
     most 1 %, at each xi; NaN if there is none. Where the scheme is unstable at dt, or overflows, values and errors are
     inf; attrs["unstable"] counts them.
+    refine: "auto" steps each oscillator in 2, 4, 8, ... equal steps from sample to sample, where it needs them, through
+    the same record, until its three peaks are within 1 % of the exact response at all times, to which the errors are
+    relative then, not at the samples alone; `steps` is how many it took. A record of n samples allows 2^24/n of them;
+    where that is too few, the errors say so.
 
-    Raises ValueError for input outside of these ranges or shapes, OSError for a file that cannot be read.
+    `history(T=0.5)` of the result is the `substep.Response` of one oscillator: see docs/spectra.md.
+
+    Raises ValueError for input outside of these ranges or shapes, and for a dt above 1 s, likely in ms; OSError for a
+    file that cannot be read.
 
     >>> shaken = np.sin(2 * np.pi * np.arange(0.0, 10.0, 0.02))  # m/s^2, with a period of 1 s
     >>> spectrum = ss.response_spectrum(shaken, dt=0.02, periods=[0.5, 1.0, 2.0])
     >>> float(spectrum.displacement.idxmax())  # s
     1.0
     """
-    from xarray import Dataset  # noqa: PLC0415 (on first use)
+    from .history import MadeFrom, Spectrum  # noqa: PLC0415 (loads xarray)
 
     load = record_of(record, dt, unit)
     T, damping, s = natural_periods(periods, frequencies), damping_ratio("xi", xi), numbers_only(scheme)
@@ -87,12 +93,16 @@ def response_spectrum(
     swings = T > 0.0
     lanes = (*damping.shape, int(np.count_nonzero(swings)))
     omega, lanes_xi = (np.broadcast_to(x, lanes).flatten() for x in (2.0 * np.pi / T[swings], damping[..., None]))
-    peaks, stable = _peaks(s, omega, lanes_xi, load)
+    if refine not in (None, "auto"):
+        raise ValueError(f'expected refine="auto", or none for the steps of the record, got {refine!r}')
+    auto = refine is not None
+    found = peaks_refined(s, omega, lanes_xi, load) if auto else peaks_at_samples(s, omega, lanes_xi, load, errors)
+    peaks = found.found
     dims = ("xi", "period")[-len(lanes) :]
 
-    def variable(values: Array, of_ground: float, long_name: str, units: str) -> Variable:
+    def variable(values: Array | NDArray[np.int64], of_ground: float, long_name: str, units: str) -> Variable:
         """Of all periods, from the values of the oscillators and that of the ground, where the period is 0."""
-        whole = np.full((*damping.shape, len(T)), of_ground)
+        whole = np.full((*damping.shape, len(T)), of_ground, values.dtype)
         whole[..., swings] = values.reshape(lanes)
         return named(dims, whole, {"long_name": long_name, "units": units})
 
@@ -104,9 +114,12 @@ def response_spectrum(
     for power, name in ((1, "velocity"), (2, "acceleration")):
         text = f"pseudo-spectral {name}, omega^{power} SD"
         variables[f"pseudo_{name}"] = variable(omega**power * peaks[0], of_ground[power], text, QUANTITIES[name][1])
-    attrs = attributes(s, (load,), int(np.count_nonzero(~stable)))
-    if errors:
-        for name, peak, exact in zip(QUANTITIES, peaks, exact_peaks(omega, lanes_xi, load), strict=True):
+    attrs = attributes(s, (load,), int(np.count_nonzero(~np.isfinite(peaks[0]))))
+    if auto:
+        text = "steps of the scheme from sample to sample"
+        variables["steps"] = variable(found.factor, 1, text, "1")
+    if errors and found.exact is not None:
+        for name, peak, exact in zip(QUANTITIES, peaks, found.exact, strict=True):
             text = f"relative error of the scheme's spectral {name}"
             variables[f"{name}_error"] = variable(relative(peak, exact), 0.0, text, "1")
         attrs["good_from"] = _good_from(T, variables["acceleration_error"].to_numpy())
@@ -117,7 +130,9 @@ def response_spectrum(
     if frequencies is not None:
         text = {"long_name": "natural frequency", "units": "Hz"}
         coordinates["frequency"] = named("period", real_array("frequencies", frequencies), text)
-    return Dataset(variables, coordinates, attrs)
+    spectrum = Spectrum(variables, coordinates, attrs)
+    spectrum.made_from = MadeFrom(load, s, auto)
+    return spectrum
 
 
 def record_of(
@@ -129,14 +144,22 @@ def record_of(
     if not isinstance(record, Record):
         if dt is None:
             raise ValueError("expected dt of the record, got none; give the step between its samples in s")
-        return Record(dt, record, unit="m/s^2" if unit is None else unit, source="array")
+        require_step("dt of the record", real_number("dt of the record", dt, positive=True))
+        return _with_unit(Record(dt, record, source="array"), unit)
     if dt is not None and real_number("dt of the record", dt) != record.dt:
         raise ValueError(f"expected the record's own dt = {record.dt:g} s, got {dt:g} s; leave dt out")
     if record.unit == "":
-        return replace(record, unit="m/s^2" if unit is None else unit, source=record.source or "array")
+        return _with_unit(replace(record, source=record.source or "array"), unit)
     if unit is not None and unit_of(unit)[1] != unit_of(record.unit)[1]:
         raise ValueError(f"expected unit={record.unit!r}, as the record says, got {unit!r}; leave it out")
     return record
+
+
+def _with_unit(record: Record, unit: str | float | None) -> Record:
+    """A record of plain numbers in the unit that is given, without one in m/s^2, or a ValueError if it cannot be."""
+    if unit is None:
+        require_plausible("the record", record.samples)
+    return replace(record, unit="m/s^2" if unit is None else unit)
 
 
 def attributes(s: Scheme, records: Sequence[Record], unstable: int) -> dict[str, Any]:
@@ -183,36 +206,8 @@ def numbers_only(scheme: str | Scheme) -> Scheme:
     return s
 
 
-def is_stable(s: Scheme, omega: Array, xi: ArrayLike, dt: float) -> NDArray[np.bool_]:
-    """Where the scheme is stable in steps of dt (P,), for omega (P,) in rad/s and xi."""
-    return s.spectral_radius(omega * dt, xi) <= UNSTABLE
-
-
-def _peaks(s: Scheme, omega: Array, xi: Array, load: Record) -> tuple[Array, NDArray[np.bool_]]:
-    """Largest |u|, |v|, |2 xi omega v + omega^2 u| (3, P), inf where not stable; and where it is stable (P,)."""
-    peaks = np.full((3, len(omega)), np.inf)
-    stable = is_stable(s, omega, xi, load.dt)
-    some = at_rest(omega[stable], xi[stable], load)
-    peaks[:, stable] = march_linear(s, some, len(load.samples) - 1, load, keep="peak_absolute").peak
-    peaks[:, ~np.isfinite(peaks).all(axis=0)] = np.inf
-    return peaks, np.isfinite(peaks[0])
-
-
-def at_rest(omega: Array, xi: Array, load: Record) -> Oscillators:
-    """Oscillators (P,) of unit mass at rest, with the acceleration of the record's first sample, and its step."""
-    start = np.zeros((3, len(omega)))
-    start[2] = load.samples[0]
-    return Oscillators(omega, xi, np.ones(len(omega)), np.full(len(omega), load.dt), start)
-
-
 def _good_from(T: Array, error: Array) -> float:
     """The shortest of the periods T (P,) from which on no error (..., P) is beyond GOOD; NaN if there is none."""
     good = (np.abs(error) <= GOOD).reshape(-1, len(T)).all(axis=0)
     longest_bad = T[~good].max(initial=-1.0)
     return float(min(T[longest_bad < T], default=np.nan))
-
-
-def relative(found: Array, exact: Array) -> Array:
-    """found/exact - 1; 0 where both are equal, also to 0; inf where only exact is 0."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.where(found == exact, 0.0, found / exact - 1.0)
