@@ -38,6 +38,25 @@ WRITTEN = {
     "tmax": ("t_end", "t_end"),
     "t_final": ("t_end", "t_end"),
     "duration": ("t_end", "t_end"),
+    "n": ("t_end", "t_end = n dt"),
+    "steps": ("t_end", "t_end = steps dt"),
+    "n_steps": ("t_end", "t_end = n_steps dt"),
+    "nsteps": ("t_end", "t_end = nsteps dt"),
+    "num_steps": ("t_end", "t_end = num_steps dt"),
+    "t": ("dt", "dt and t_end, the step and the end"),
+    "tspan": ("t_end", "t_end, as runs begin at t = 0"),
+    "t_span": ("t_end", "t_end, as runs begin at t = 0"),
+    "delta": ("gamma", "gamma, which Bathe's books call delta"),
+    "spectral_radius": ("rho_inf", "rho_inf, the spectral radius at infinity"),
+    "spectralRadius": ("rho_inf", "rho_inf, the spectral radius at infinity"),
+    "radius": ("rho_inf", "rho_inf, the spectral radius at infinity"),
+    "symplectic_euler": ("tchamwa_wielgosz", "tchamwa_wielgosz with phi=1"),
+    "SymplecticEuler": ("tchamwa_wielgosz", "tchamwa_wielgosz with phi=1"),
+    "semi_implicit_euler": ("tchamwa_wielgosz", "tchamwa_wielgosz with phi=1"),
+    "F": ("load", "load, pairs of a vector and a function of time"),
+    "force": ("load", "load, pairs of a vector and a function of time"),
+    "osc_freqs": ("frequencies", "frequencies, in Hz"),
+    "freqs": ("frequencies", "frequencies, in Hz"),
 }
 OWN = Path(__file__).parents[1]  # the folder of this package
 P = ParamSpec("P")
@@ -115,7 +134,10 @@ def _misfit(function: Callable[..., Any], args: tuple[Any, ...], kwargs: Mapping
     try:
         takes.bind(*args, **kwargs)
     except TypeError as error:
-        return f"{error}; it takes {', '.join(at_first)} and, by name only, {', '.join([*by_name, *others]) or 'none'}"
+        ours, how = next((WRITTEN[name] for name in kwargs if name in WRITTEN.keys() - takes.parameters), ("", ""))
+        cure = f"; here it is {how}" if ours in takes.parameters else ""
+        named = ", ".join([*by_name, *others]) or "none"
+        return f"{error}{cure}; it takes {', '.join(at_first)} and, by name only, {named}"
     return "it takes other arguments"
 
 

@@ -20,10 +20,8 @@ def named(name: str) -> str:
     """
     if name in SCHEMES:
         return name
-    plain = unicodedata.normalize("NFKD", re.sub("['’]s?", "", name.lower())).encode("ascii", "ignore").decode()
-    written = re.sub(r"[\W_]+", "_", plain).strip("_")
-    synonyms = _synonyms()
-    for asked in (written, re.sub("_(method|scheme|algorithm)$", "", written)):
+    synonyms, apart = _synonyms(), re.sub(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", name)
+    for asked in (*_written(name), *_written(apart)):
         if asked in SCHEMES:
             return asked
         if len(meant := synonyms.get(asked, ())) == 1:
@@ -31,6 +29,13 @@ def named(name: str) -> str:
         if meant:
             raise ValueError(f"expected one scheme, got '{name}', which may be {' or '.join(meant)}; write which")
     raise unknown_name("a scheme", name, (*SCHEMES, *synonyms), "substep.schemes(), or `substep schemes`, lists all")
+
+
+def _written(name: str) -> tuple[str, str]:
+    """A name in small letters with words joined by _, and the same without a last word such as method."""
+    plain = unicodedata.normalize("NFKD", re.sub("['’]s?", "", name.lower())).encode("ascii", "ignore").decode()
+    written = re.sub(r"[\W_]+", "_", plain).strip("_")
+    return written, re.sub("_(method|scheme|algorithm)$", "", written)
 
 
 @cache

@@ -28,6 +28,13 @@ from .scheme_record import SchemeRecord
 if TYPE_CHECKING:
     from ..derived.modules import Declaration
 
+# parameters that some programs count from the other end of the step -> how theirs become ours
+OF_THE_NEW_STATE = {
+    "alpha": 'ss.dialect("opensees.HHT", alpha=0.9)',
+    "alpha_m": 'ss.dialect("opensees.GeneralizedAlpha", alphaM=1.1, alphaF=0.8)',
+    "alpha_f": 'ss.dialect("opensees.GeneralizedAlpha", alphaM=1.1, alphaF=0.8)',
+}
+
 
 @dataclass(frozen=True)
 class LocalError:
@@ -145,7 +152,12 @@ def _decided(info: SchemeInfo, key: str, by: str, follows: ArrayLike, given: Arr
 
 
 def _checked(info: SchemeInfo, parameter: ParameterInfo, value: ArrayLike, why: str = "") -> Array:
-    array = parameter.inside(f"parameter {parameter.name} of {info.name}{why}", value).copy()
+    try:
+        array = parameter.inside(f"parameter {parameter.name} of {info.name}{why}", value).copy()
+    except ValueError as error:
+        if parameter.name not in OF_THE_NEW_STATE:
+            raise
+        raise ValueError(f"{error}; of programs that count it from 1: {OF_THE_NEW_STATE[parameter.name]}") from None
     array.flags.writeable = False
     return array
 

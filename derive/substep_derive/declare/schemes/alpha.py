@@ -140,9 +140,9 @@ def kolay_ricles(name: str, start: dict[Symbol, Expr], report: dict[Symbol, Expr
 
 # the scheme's v_n stands for v(t_n - gamma*h)
 kr_alpha = kolay_ricles("kr_alpha", {v0: v0 - _g * h * _alpha1 * a0}, {v1: v1 + _g * h * _alpha1 * a1}).known_as(
-    "kr", "kolay_ricles"
+    "kr", "kolay_ricles", "kr_alpha_explicit"
 )
-kr_alpha_plain_start = kolay_ricles("kr_alpha_plain_start", {}, {})
+kr_alpha_plain_start = kolay_ricles("kr_alpha_plain_start", {}, {}).known_as("kr_alpha_explicit")
 
 ALL = (
     hht_alpha,

@@ -80,6 +80,7 @@ rho_inf_bathe = Scheme(
     balances=(Balance.at(inner, gamma_t), Balance.at(end, 1)),
     reference="Noh & Bathe, Comput. Struct. 212 (2019) 299-310",
     published=Published("Noh & Bathe (2019)", 2, rho_inf, oo),
+    synonyms=("rho_infinity_bathe", "rho_bathe"),
 )
 
 _w0, _w1, _w2 = gamma_t * (1 - beta1), gamma_t * beta1 + (1 - gamma_t) * (1 - beta2), (1 - gamma_t) * beta2

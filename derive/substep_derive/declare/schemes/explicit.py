@@ -31,7 +31,7 @@ central_difference_lagged = Scheme(
     start={_vb: v0 - h / 2 * (f(0) - C * v0 - N(u0)) / M},
     report={v1: _vf + h / 2 * _lagged, a1: _lagged},
     reference="Belytschko, Liu & Moran, Nonlinear Finite Elements (2000), box 6.1",
-    synonyms=("leapfrog",),
+    synonyms=("leapfrog", "leap_frog"),
 )
 
 _up, _vp, _ap = second = knot("p")

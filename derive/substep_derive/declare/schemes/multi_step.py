@@ -106,8 +106,8 @@ def backward_differences(order: int, start: Scheme, published: Published) -> Sch
     )
 
 
-bdf2 = backward_differences(2, average_acceleration, Published("Gear (1971), ch. 11", 2, 0, oo))
-bdf3 = backward_differences(3, average_acceleration, Published("Gear (1971), ch. 11", 3, 0))
-bdf4 = backward_differences(4, dormand_prince, Published("Gear (1971), ch. 11", 4, 0))
+bdf2 = backward_differences(2, average_acceleration, Published("Gear (1971), ch. 11", 2, 0, oo)).known_as("gear")
+bdf3 = backward_differences(3, average_acceleration, Published("Gear (1971), ch. 11", 3, 0)).known_as("gear")
+bdf4 = backward_differences(4, dormand_prince, Published("Gear (1971), ch. 11", 4, 0)).known_as("gear")
 
 ALL = (houbolt, park, gholampour, oalts, bdf2, bdf3, bdf4)

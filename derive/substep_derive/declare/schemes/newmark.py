@@ -35,7 +35,7 @@ average_acceleration = newmark.fix(
     {"beta": "1/4", "gamma": half}, name="average_acceleration", published=Published(_table, 2, 1, oo)
 ).known_as(
     "trapezoidal", "trapezoidal_rule", "trapezium_rule", "constant_average_acceleration", "crank_nicolson",
-    "implicit_midpoint",
+    "implicit_midpoint", "average_constant_acceleration",
 )  # fmt: skip
 linear_acceleration = newmark.fix(
     {"beta": "1/6", "gamma": half},
@@ -54,8 +54,8 @@ central_difference = newmark.fix(
     reference="Newmark with beta = 0; thesis (2.2)-(2.5)",
     published=Published(_table, 2, oo, 2),
 ).known_as(
-    "central_differences", "velocity_verlet", "verlet", "stormer_verlet", "stoermer_verlet", "leapfrog",
-    "explicit_newmark",
+    "central_differences", "velocity_verlet", "verlet", "stormer_verlet", "stoermer_verlet", "leapfrog", "leap_frog",
+    "stormer", "stoermer", "explicit_newmark", "newmark_explicit",
 )  # fmt: skip
 
 ALL = (newmark, average_acceleration, linear_acceleration, fox_goodwin, central_difference)

@@ -76,7 +76,7 @@ theta_method = Scheme(
     published=Published(
         "Wood, Practical Time-stepping Schemes (1990), ch. 2", 1, (1 - theta) / theta, oo, (2 * theta >= 1,)
     ),
-    synonyms=("theta", "moreau_jean"),
+    synonyms=("theta", "one_step_theta", "moreau_jean"),
 )
 
 energy_momentum = Scheme(
