@@ -83,4 +83,139 @@ def test_modes_go_on_to_the_bit(scheme: str, coupled: bool, start: str) -> None:
         return
     still = {"u0": 0.0, "v0": 0.0} if start == "rest" else {}
     modes = frame(C=0.05 * np.diag([3.0, 1.0, 1.0]) if coupled else None, **still).modes(3)
-    broken(modes, scheme, 0.05, (1.0, 1.05, 2.0), account=False)
+    whole = ss.march(modes, scheme, dt=0.05, t_end=2.0, account=False)
+    first = ss.march(modes, scheme, dt=0.05, t_end=1.0, account=False)
+    then = ss.march(modes, scheme, dt=0.05, t_end=2.0, start=first, account=False)
+    last, expected = then.state, whole.state
+    assert last.history.keys() == expected.history.keys()
+    assert last.more.keys() == expected.more.keys()
+    for kind in ("history", "more"):
+        for name, x in getattr(last, kind).items():
+            assert np.array_equal(x, getattr(expected, kind)[name]), name
+    assert np.allclose(then.u, whole.u[20:], rtol=0.0, atol=1e-15)  # the sum over modes rounds as their number of rows
+
+
+OSCILLATOR = ss.scene("linear_oscillator", omega=3.0, xi=0.02, u0=0.3, v0=-1.0, load=LOADS["record"])
+EXACT_ALIKE = ("bathe", "generalized_alpha", "bdf3", "park", "rk4")
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_a_state_that_was_saved_goes_on_as_the_one_in_memory(scheme: str, tmp_path: Path) -> None:
+    scene = OSCILLATOR if scheme not in UNDAMPED else ss.scene("linear_oscillator", omega=3.0, u0=0.3)
+    first = ss.march(scene, scheme, dt=0.05, t_end=1.5)
+    first.state.save(tmp_path / "state.nc")
+    one, other = (
+        ss.march(scene, scheme, dt=0.05, t_end=3.0, start=start) for start in (first, ss.load(tmp_path / "state.nc"))
+    )
+    assert np.array_equal(one.u, other.u)
+    assert np.array_equal(one.a, other.a)
+
+
+@pytest.mark.parametrize("model", [frame(), frame().modes(2), frame(K=None, internal_force=hardening, tangent=slope)])
+def test_the_state_of_a_structure_is_saved_with_what_its_march_keeps(model: Any, tmp_path: Path) -> None:
+    first = ss.march(model, "generalized_alpha", dt=0.05, t_end=0.5, account=False)
+    first.state.save(tmp_path / "state.nc")
+    one, other = (
+        ss.march(model, "generalized_alpha", dt=0.05, t_end=1.0, start=start, account=False)
+        for start in (first.state, ss.load(tmp_path / "state.nc"))
+    )
+    assert np.array_equal(one.u, other.u)
+
+
+def exact(scene: ss.Scene, t: np.ndarray) -> np.ndarray:
+    """u of the undamped oscillator of unit frequency from (1, 0) at t = 0."""
+    return np.cos(scene.parameters["omega"] * t)
+
+
+@pytest.mark.parametrize("to", ["newmark", "bathe", "bdf3", "generalized_alpha", "rk4", "houbolt"])
+@pytest.mark.parametrize("dt", [0.01, 0.003, 1 / 128])
+def test_another_scheme_and_step_start_from_the_motion(to: str, dt: float) -> None:
+    scene = ss.scene("linear_oscillator", omega=1.0)
+    first = ss.march(scene, "rk4", dt=0.01, t_end=1.0)
+    r = ss.march(scene, to, dt=dt, t_end=1.0 + 300 * dt, start=first)
+    assert r.t[0] == 1.0
+    assert r.t[-1] == pytest.approx(1.0 + 300 * dt, rel=1e-12)
+    error = np.abs(r.u[:, 0] - exact(scene, r.t)).max()
+    assert error < 60.0 * dt**2, error
+
+
+def test_the_load_goes_on_where_it_was() -> None:
+    load = ss.Harmonic(1.0, 2.0)
+    scene = ss.scene("linear_oscillator", omega=3.0, load=load, u0=0.0)
+    whole = ss.march(scene, "rkn64", dt=0.01, t_end=3.0)
+    first = ss.march(scene, "rkn64", dt=0.01, t_end=1.0)
+    finer = ss.march(scene, "rkn64", dt=0.007, t_end=1.0 + 0.007 * 200, start=first)
+    assert np.abs(finer.u[-1, 0] - np.interp(finer.t[-1], whole.t, whole.u[:, 0])) < 1e-4
+    assert finer.u[100, 0] == pytest.approx(whole.u[170, 0], abs=1e-9)
+
+
+def test_stages_of_load_one_after_another() -> None:
+    """Dead load at rest, a push, free vibration: the last stage is that of the same start by hand."""
+    dead, push = ([0.0, 1.0, 0.0], ss.Step(1.0)), ([0.0, 0.0, 1.0], ss.Step(0.5))
+    model = frame(load=[dead], u0="static", v0=0.0)
+    still = ss.march(model, "generalized_alpha", dt=0.05, t_end=1.0)
+    assert np.abs(still.u - still.u[0]).max() < 1e-14
+    pushed = ss.march(frame(load=[dead, push], u0=0.0, v0=0.0), "generalized_alpha", dt=0.05, t_end=2.0, start=still)
+    free = ss.march(model, "generalized_alpha", dt=0.05, t_end=4.0, start=pushed)
+    by_hand = frame(load=[dead], u0=pushed.u[-1], v0=pushed.v[-1], a0=pushed.a[-1])
+    expected = ss.march(by_hand, "generalized_alpha", dt=0.05, t_end=2.0)
+    assert np.allclose(free.u, expected.u, rtol=0.0, atol=1e-13)
+    assert free.t[0] == 2.0
+    assert free.t[-1] == 4.0
+
+
+def test_modes_take_what_another_load_leaves() -> None:
+    model = frame(C=None)
+    shaken = ss.march(model.modes(3), "generalized_alpha", dt=0.05, t_end=1.0)
+    other = frame(load=([0.0, 1.0, 1.0], LOADS["own"]))
+    by_modes = ss.march(other.modes(3), "generalized_alpha", dt=0.05, t_end=2.0, start=shaken)
+    whole = ss.march(other, "generalized_alpha", dt=0.05, t_end=2.0, start=ss.march(
+        model, "generalized_alpha", dt=0.05, t_end=1.0))  # fmt: skip
+    assert np.allclose(by_modes.u, whole.u, rtol=0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize("scheme", ["bathe", "newmark", "generalized_alpha"])
+def test_chosen_steps_go_on(scheme: str) -> None:
+    model = frame(C=0.02 * np.diag([3.0, 1.0, 1.0]))
+    whole = ss.march(model, scheme, tol=1e-6, t_end=4.0, account=False)
+    first = ss.march(model, scheme, tol=1e-6, t_end=1.7, account=False)
+    then = ss.march(model, scheme, tol=1e-6, t_end=4.0, start=first, account=False)
+    assert then.t[0] == 1.7
+    assert then.t[-1] == 4.0
+    assert then.statistics.shortest > 0.2 * first.statistics.shortest
+    assert np.abs(then.u[-1] - whole.u[-1]).max() < 1e-4
+
+
+def test_what_was_lost_in_a_failure_starts_anew() -> None:
+    first = ss.march("duffing", "central_difference", dt=0.1, t_end=2.0, energy_bound=1e9)
+    assert first.state.history
+    broken = ss.march(ss.scene("linear_oscillator", omega=100.0), "central_difference", dt=0.1, t_end=100.0)
+    assert broken.status == "non_finite"
+    assert not broken.state.history
+    assert broken.state.t == broken.t[-1]
+
+
+@pytest.mark.parametrize(
+    ("start", "match"),
+    [
+        (3.0, "expected start as a response"),
+        ({"u": 1.0}, "a dictionary with u and v"),
+        ({"u": 1.0, "v": 0.0, "w": 2.0}, "a part of start"),
+        ({"u": [1.0, 2.0], "v": 0.0}, "with 1 numbers"),
+        ({"u": np.nan, "v": 0.0}, "u"),
+        ({"u": 1.0, "v": 0.0, "a": 0.0, "history": {"u[-1]": 1.0}}, r"expected u\b.* in the history"),
+        ({"t": 4.0, "u": 1.0, "v": 0.0}, "t_end after the start"),
+    ],
+)
+def test_what_no_run_can_go_on_from_is_refused(start: Any, match: str) -> None:
+    with pytest.raises(ValueError, match=match):
+        ss.march(ss.scene("linear_oscillator", omega=1.0), "houbolt", dt=0.1, t_end=3.0, start=start)
+
+
+def test_a_history_of_the_users_own_is_taken() -> None:
+    scene, dt = ss.scene("linear_oscillator", omega=2.0), 0.05
+    whole = ss.march(scene, "houbolt", dt=dt, t_end=2.0)
+    u = whole.u[:, 0]
+    start = {"t": 1.0, "u": u[20], "v": whole.v[20, 0], "history": {"u": u[20], "u[-1]": u[19], "u[-2]": u[18]}}
+    r = ss.march(scene, "houbolt", dt=dt, t_end=2.0, start=start)
+    assert np.allclose(r.u[:, 0], u[20:], rtol=1e-13, atol=1e-14)

@@ -6,7 +6,7 @@ from ..declare.symbols import knot
 from ..kernels.interpolant import Interpolant
 from .printing import block, fill
 
-HEADER = '''"""The motion between two steps: Hermite's polynomial in displacement, velocity and acceleration at both ends.
+HEADER = '''"""The motion between two steps: Hermite's polynomial in u, v and a at both ends.
 
 Functions of share = (t - t_n)/h, of h and of the values at both ends, which broadcast; they return u, v, a. Hairer,
 Norsett & Wanner, Solving Ordinary Differential Equations I (1993), II.6.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -47,7 +47,8 @@ def sampled(r: R, times: ArrayLike) -> R:
 def ended(r: R, until: Event | Sequence[Event]) -> R:
     """The response up to the first root of an event after its first row; the whole one where there is none.
 
-    The response has a row for each step. Its last row is at that root, found within the step by Hermite's polynomial, and `t_events` says of which event.
+    The response has a row for each step. Its last row is at that root, found within the step by Hermite's polynomial,
+    and `t_events` says of which event.
     Raises ValueError for an event that is not a function of t, u and v with a number for value.
     """
     events = [until] if callable(until) else list(until)
@@ -100,7 +101,6 @@ def _first_root(r: Response, event: Event) -> float | None:
                 f"expected until as a function of t, u, v with one number for value, got {found!r} at t = {t:.6g}; "
                 "return such as u[0] - 0.1, whose sign changes at the event"
             )
-        return float(found)
 
     before = value(float(r.t[0]), r.u[0], r.v[0])
     for k in range(1, len(r.t)):
@@ -115,7 +115,7 @@ def _first_root(r: Response, event: Event) -> float | None:
 
 def _within(r: Response, k: int, value: Event) -> float:
     """The root between rows k - 1 and k."""
-    from scipy.optimize import brentq  # noqa: PLC0415 (on first use)
+    from scipy.optimize import brentq  # noqa: PLC0415  # pyright: ignore
 
     begin, end = float(r.t[k - 1]), float(r.t[k])
 
@@ -123,4 +123,5 @@ def _within(r: Response, k: int, value: Event) -> float:
         u, v, _ = _at(r, np.array([t]))
         return value(t, u[0], v[0])
 
-    return float(brentq(at, begin, end, xtol=max(SHARE * (end - begin), 4e-16 * end), rtol=8.9e-16))
+    root = cast("Callable[..., float]", brentq)
+    return root(at, begin, end, xtol=max(SHARE * (end - begin), 4e-16 * end), rtol=8.9e-16)

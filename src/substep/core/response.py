@@ -83,7 +83,8 @@ class Response:
         """
         if self.last is not None:
             return self.last()
-        return State(float(self.t[-1]), *self._last_row)
+        u, v, a = self._last_row
+        return State(float(self.t[-1]), u, v, a)
 
     @property
     def has_a(self) -> bool:
@@ -95,9 +96,9 @@ class Response:
         return {}
 
     @property
-    def _last_row(self) -> list[Array]:
+    def _last_row(self) -> tuple[Array, Array, Array]:
         """u, v, a (d,) in the last row."""
-        return [np.array(x[-1]) for x in (self.u, self.v, self.a)]
+        return np.array(self.u[-1]), np.array(self.v[-1]), np.array(self.a[-1])
 
     @cached_property
     def t(self) -> Array:

@@ -31,7 +31,8 @@ class State:
     The history is that of a scheme, with its parameters, and of a kind of run, both in `of`, and of steps of `dt` (s):
     with these, a run goes on as if it had not been broken, else the scheme starts anew from u, v, a. steps: of this dt
     since the time `origin`, for the instants of the load to be the same to the bit. dt_next: of a run with chosen
-    steps, the length of its next one, s. more: what else only such a run reads, as the tangents that an iteration keeps.
+    steps, the length of its next one, s. more: what else only such a run reads, as the tangents that an iteration
+    keeps.
     """
 
     t: float
@@ -56,19 +57,24 @@ class State:
             return start
         if (state := getattr(start, "state", None)) is not None:
             return state
-        if hasattr(start, "attrs") and "history" in start:
+        if "origin" in getattr(start, "attrs", ()):
             return cls._of_dataset(start)
+        shown = repr(start)[:60]
         if not isinstance(start, Mapping) or not {"u", "v"} <= start.keys():
             raise ValueError(
                 "expected start as a response, its `state`, what ss.load reads of a saved state, or a dictionary with "
-                f"u and v, got {repr(start)[:60]}; give r, or {{'t': 0.0, 'u': ..., 'v': ..., 'a': ...}}"
+                f"u and v, got {shown}; give r, or {{'t': 0.0, 'u': ..., 'v': ..., 'a': ...}}"
             )
         parts = cast("Mapping[str, Any]", start)
         if unknown := [name for name in parts if name not in GIVEN]:
             raise unknown_name("a part of start", str(unknown[0]), GIVEN)
-        rows = {name: np.atleast_1d(real_array(name, x)) for name, x in parts.items() if name in "uva"}
+        u, v = (np.atleast_1d(real_array(name, parts[name])) for name in ("u", "v"))
+        a = parts.get("a", "consistent")
+        if isinstance(a, str) and a != "consistent":
+            raise ValueError(f"expected a of start as numbers or 'consistent', got {a!r}; give one, or leave it out")
+        own_a = None if isinstance(a, str) else np.atleast_1d(real_array("a", a))
         history = {label: np.atleast_1d(real_array(label, x)) for label, x in parts.get("history", {}).items()}
-        return cls(real_number("t of start", parts.get("t", 0.0)), **rows, history=history)
+        return cls(real_number("t of start", parts.get("t", 0.0)), u, v, own_a, history)
 
     def goes_on(self, of: str, dt: float) -> bool:
         """Whether it is where a run `of` this scheme and kind in steps of dt can go on as if it had not been broken."""
@@ -113,26 +119,26 @@ class State:
 
         vectors = {name: x for name in "uva" if (x := getattr(self, name)) is not None}
         found: dict[str, Any] = {name: named("place", x, {}) for name, x in vectors.items()}
-        found["history"] = named(("label", "row"), np.array(list(self.history.values())).reshape(len(self.history), -1), {})
+        if self.history:
+            found["history"] = named(("label", "row"), np.array(list(self.history.values())), {})
         numbers = {name: getattr(self, name) for name in ("t", "dt", "origin")}
         attrs = {**numbers, "steps": float(self.steps), "of": self.of, "dt_next": self.dt_next or np.nan}
-        found |= {f"more {name}": named(tuple(f"{name} {k}" for k in range(x.ndim)), x, {}) for name, x in self.more.items()}
+        found |= {
+            f"more {name}": named(tuple(f"{name} {k}" for k in range(x.ndim)), x, {}) for name, x in self.more.items()
+        }
         labels = named("label", np.array(list(self.history), dtype=object), {})
         return xarray.Dataset(found, {"label": labels} if self.history else {}, attrs)
 
     @classmethod
     def _of_dataset(cls, found: Dataset) -> State:
-        vectors = {name: np.array(found[name].values, np.float64) for name in ("u", "v", "a") if name in found}
-        rows = zip(found["label"].values, found["history"].values, strict=True) if "label" in found.coords else ()
-        numbers = {name: float(found.attrs[name]) for name in ("t", "dt", "origin", "dt_next")}
+        arrays = {str(name): np.array(x.values, np.float64) for name, x in found.items()}
+        labels = [str(label) for label in found["label"].values] if "label" in found.coords else []
+        t, dt, origin, dt_next = (float(found.attrs[name]) for name in ("t", "dt", "origin", "dt_next"))
         return cls(
-            **vectors, **{**numbers, "dt_next": None if np.isnan(numbers["dt_next"]) else numbers["dt_next"]},
-            steps=int(found.attrs["steps"]), of=str(found.attrs["of"]),
-            history={str(label): np.array(row, np.float64) for label, row in rows},
-            more={
-                str(name).removeprefix("more "): np.array(x.values, np.float64)
-                for name, x in found.items() if str(name).startswith("more ")
-            },
+            t, arrays["u"], arrays["v"], arrays.get("a"),
+            dict(zip(labels, arrays.get("history", ()), strict=True)), str(found.attrs["of"]), dt,
+            int(found.attrs["steps"]), origin, None if np.isnan(dt_next) else dt_next,
+            {name.removeprefix("more "): x for name, x in arrays.items() if name.startswith("more ")},
         )  # fmt: skip
 
     def consistent(self) -> State:
@@ -145,7 +151,7 @@ class State:
 
 
 def whose(scheme: SchemeRecord, kind: str = "") -> str:
-    """A scheme in words, one of the user's own with the digest of its declaration; in a run of that kind: `State.of`."""
+    """A scheme in words, the user's own with the digest of its declaration, and the kind of a run: `State.of`."""
     own = scheme.kernels.__name__ if scheme.info.declaration is not None else ""
     return f"{kind and kind + ': '}{scheme!r}{own}"
 

@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import Any, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -230,10 +230,11 @@ def _excess(o: Oscillators, Omega: Array, state: Array, load: Load | None, begin
 
     A value below 1e-15 of the sum of the terms' moduli is rounding, and counts as 0.
     """
-    value: Any = 0.0
-    if load is not None:
-        at_zero = isinstance(load, Record) and begin is AT_ZERO
-        value = load.samples[0] if at_zero else values_at(load, begin.origin + begin.first * o.dt)
+    value: Array | float = 0.0
+    if isinstance(load, Record) and begin is AT_ZERO:
+        value = load.samples[0]
+    elif load is not None:
+        value = values_at(load, begin.origin + begin.first * o.dt)
     terms = Omega**2 * state[0], 2 * o.xi * Omega * state[1], state[2], o.dt**2 / o.mass * value
     if len(Omega) == 1:  # numbers, at a fourth of the time
         terms = tuple(float(x[0]) for x in terms)
@@ -288,13 +289,13 @@ def _in_blocks(
         for lane in range(first, last, together):
             some = slice(lane, min(lane + together, last))
             room = np.zeros((K, loaded, some.stop - some.start))
-            for begin, end, base, pace in pieces(r.first, n, stride if len(lanes.out) else n, most):
+            for done, end, base, pace in pieces(r.first, n, stride if len(lanes.out) else n, most):
                 if loaded:
                     loads.of_each(base, end, some, room)
                 before = lanes.peak[:, some].copy()
                 r.march_lanes(
-                    r.C, r.x, *(f[base:end] for f in shared), room, begin - base, end - base, pace,
-                    lanes.out[begin // stride :], lanes.peak, some.start, some.stop,
+                    r.C, r.x, *(f[base:end] for f in shared), room, done - base, end - base, pace,
+                    lanes.out[done // stride :], lanes.peak, some.start, some.stop,
                 )  # fmt: skip
                 np.maximum(lanes.peak[:, some], before, out=lanes.peak[:, some])
 

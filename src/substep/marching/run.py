@@ -257,8 +257,8 @@ def march_oscillators(
 ) -> LinearLanes:
     """P runs of n steps of a linear oscillator's scene; parameters of scene, load and scheme may be arrays (P,).
 
-    start, begin: as for `march_lanes` of scenes. bound, J: a lane ends before the first state whose energy exceeds it; with a bound all histories are in memory at
-    once.
+    start, begin: as for `march_lanes` of scenes. bound, J: a lane ends before the first state whose energy exceeds it;
+    with a bound all histories are in memory at once.
     """
     assert scene.info.oscillator is not None
     values, vectors = np.empty((4, P)), np.empty((3, P))

@@ -15,7 +15,8 @@ class StepLoads:
 
     load: None for no load. stencil: the scheme's own instants in steps after t_n, (k,) or (P, k), k <= K; at the others
     the load is 0. dt (P,): steps in s. excess (P,): what is added to the load at the first instant of the first step.
-    begin: where the steps begin. values: the load at the scheme's instants of all steps, (n, 1 or P) each, if it was evaluated beforehand.
+    begin: where the steps begin. values: the load at the scheme's instants of all steps, (n, 1 or P) each, if it was
+    evaluated beforehand.
     """
 
     load: Load | None

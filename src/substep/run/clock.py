@@ -86,7 +86,7 @@ def _require_after(t_end: float, t: float) -> None:
 
 @dataclass(frozen=True)
 class Control:
-    """What is asked of steps that are chosen from t_begin to t_end (s); rtol, atol_u and share_v may be (P,), for lanes.
+    """What is asked of steps chosen from t_begin to t_end (s); rtol, atol_u and share_v may be (P,), for lanes.
 
     A step is accepted if the root of the mean square of its estimated errors, each over its scale, is at most 1. The
     scale of a component of u is atol_u + rtol*|u|, that of v is atol_v + share_v*(largest |v| so far) + rtol*|v|.
@@ -228,8 +228,8 @@ def number_of_steps(dt: float, t_end: float, origin: float = 0.0) -> int:
     ratio = (t_end - origin) / dt
     if not ratio <= MOST_STEPS:
         raise ValueError(
-            f"expected at most 2**53 steps, got t_end/dt = {t_end - origin:.12g}/{dt:.12g} = {ratio:.3g}; take a longer dt or "
-            "an earlier t_end"
+            f"expected at most 2**53 steps, got t_end/dt = {t_end - origin:.12g}/{dt:.12g} = {ratio:.3g}; take "
+            "a longer dt or an earlier t_end"
         )
     n = round(ratio)
     if abs(ratio - n) > 1e-9 * max(1.0, ratio) or n == 0:

@@ -66,7 +66,8 @@ class Structure(Model):
 
         acceleration, m/s^2: the response is then that beyond the static displacements under the supports' own, and
         damping between supports and structure is left out, as is usual; displacement, with the velocity where damping
-        acts on the supports: the response is the motion itself; a Record is 0 after its end. Call it again for supports that move otherwise.
+        acts on the supports: the response is the motion itself; a Record is 0 after its end. Call it again for supports
+        that move otherwise.
 
         Raises ValueError for degrees of freedom that are free, for both or neither of acceleration and displacement,
         and for an internal force. Chopra, Dynamics of Structures, 9.7.
@@ -119,10 +120,10 @@ def structure(
 
     C: a matrix, `substep.rayleigh(...)`, `substep.modal_damping(...)`, or None. load: pairs (P, g) of a vector (N,), or
     a mapping from degrees of freedom to numbers, and a function of time such as `substep.Record`; or one such pair.
-    u0, v0, a0: (N,) or one number for all; a0 by default, and as "consistent", from the equation of motion. u0="static": the displacements
-    in equilibrium with the loads at t = 0, of an internal force by Newton's iteration from zero with its tangent.
-    fixed: degrees of freedom held at 0. constraints: T (N, n), the displacements of all as T q of those that are
-    independent. names: of all N, for `fixed`, `load` and `dofs`.
+    u0, v0, a0: (N,) or one number for all; a0 by default, and as "consistent", from the equation of motion.
+    u0="static": the displacements in equilibrium with the loads at t = 0, of an internal force by Newton's iteration
+    from zero with its tangent. fixed: degrees of freedom held at 0. constraints: T (N, n), the displacements of all as
+    T q of those that are independent. names: of all N, for `fixed`, `load` and `dofs`.
     solver: "auto", "dense", "superlu", "pardiso", "cholmod", or a function from a matrix to a function b -> x.
 
     Raises ValueError for both or neither of K and internal_force, for other shapes, complex or not finite entries,

@@ -1,35 +1,31 @@
 """March a structure, and what ends a run."""
 
 import math
-from collections.abc import Callable, Iterable
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 
-from ...core.arrays import Array
 from ...core.errors import require_numbers, unknown_name, warn
 from ...core.memory import require_memory
 from ...core.progress import shown
 from ...core.response import Status
 from ...core.schemes import Scheme
 from ...core.schemes import scheme as make_scheme
-from ...core.state import State, bare, whose
-from ...run.clock import CHOSEN, Begin, ConstantSteps, Control, steps_of
+from ...core.state import State
+from ...run.clock import CHOSEN, ConstantSteps, Control, steps_of
 from ..model.given import Dof
 from ..model.model import Model
-from ..solvers.combine import combined
+from .going_on import begun, stands
 from .histories import Histories, accounted, held_at_start
 from .march_chosen import march_chosen
 from .newton import Iteration, NewtonFailed, Tangent
 from .refusals import require_definite_mass, require_suited, unsymmetric
 from .response import StructureResponse
 from .scheme_plan import step_of
-from .start import vectors
-from .steps import Run, StructureSteps
+from .steps import Run
 
-KIND = "structure"  # of run, as states name it
 ARGUMENTS = ("dt", "t_end", "tol", "start", "dofs", "stride", "account", "save", "progress", "newton", "line_search")
 
 
@@ -107,30 +103,35 @@ def march_structure(
     iteration = Iteration(newton == "full", line_search)
     h = steps.t_end if isinstance(steps, Control) else steps.dt
     require_suited(structure, scheme, h)
-    run = Run(structure, scheme, h, iteration)
+    run, tangents = begun(Run(structure, scheme, h, iteration), steps, state)
     if isinstance(steps, Control):
-        if state is not None:
-            run = replace(run, begin=Begin(0, state.t), start=vectors(structure, state))
         return march_chosen(run, steps, "atol" in chosen, kept, account, progress, state)
-    n, stride, tangents = steps.n, steps.stride, ()
-    if state is not None:
-        rows = state.rows(bare(scheme.state), whose(scheme, KIND), h)
-        run = replace(run, begin=steps.begin._replace(rows=rows), start=vectors(structure, state))
-        tangents = _tangents(state) if rows is not None else ()
     if save is None:
-        kinds = len(step_of(scheme, h).report[:3])
-        require_memory((n // stride + 1, kinds, len(kept)), "keep fewer dofs, a longer stride, or save= to a folder")
-    found = Histories(run, n, [structure.place(dof) for dof in kept], stride, account, save)
-    status: Status = "completed"
-    X, march = None, None
+        shape = steps.n // steps.stride + 1, len(step_of(scheme, h).report[:3]), len(kept)
+        require_memory(shape, "keep fewer dofs, a longer stride, or save= to a folder")
+    found = Histories(run, steps.n, [structure.place(dof) for dof in kept], steps.stride, account, save)
+    return _stepped(found, tangents, steps, kept, progress, state)
+
+
+def _stepped(
+    found: Histories,
+    tangents: Sequence[Tangent | None],
+    steps: ConstantSteps,
+    kept: list[Dof],
+    progress: bool,
+    state: State | None,
+) -> StructureResponse:
+    """March to the end, or to what ends the run before it; tangents: that systems keep where it begins."""
+    run, status, last = found.run, "completed", None
     try:
         # a run that overflows ends with a status
-        with np.errstate(all="ignore"), shown(n, found.done, progress, "march", "steps") as advance:
-            for X, march in run.marched(n, found.state, found.done, found.tangents or tangents):
+        with np.errstate(all="ignore"), shown(steps.n, found.done, progress, "march", "steps") as advance:
+            for X, march in run.marched(steps.n, found.state, found.done, found.tangents or tangents):
                 if not math.isfinite(float(X[-1].sum())):
-                    status, X = "non_finite", None
+                    status, last = "non_finite", None
                     break
                 found.add(X, march)
+                last = X, march
                 advance(1)
     except NewtonFailed:
         status = "newton_failed"
@@ -142,36 +143,7 @@ def march_structure(
         error.add_note("what the march had done before is in the attribute `response` of this exception")
         raise
     found.checkpoint()
-    last = None if X is None or march is None else _last(run, march, X, found.done, steps)
-    return _response(found, status, kept, steps, state, last)
-
-
-def _last(run: Run, march: StructureSteps, X: Array, done: int, steps: ConstantSteps) -> Callable[[], State]:
-    """Where a march stands whose last step is X (V, n), complete."""
-    vectors = combined(march.steps.report, X)
-    rows = combined(march.steps.out, X) if march.run.scheme is run.scheme else ()  # else the starter's
-    tangents = march.tangents
-
-    def last() -> State:
-        more = {f"tangent {k} at": x.at for k, x in enumerate(tangents) if x is not None}
-        more |= {f"tangent {k}": np.array([x.t, x.largest]) for k, x in enumerate(tangents) if x is not None}
-        known = {"history": dict(zip(bare(run.scheme.state), rows, strict=True)), "more": more} if len(rows) else {}
-        return State(
-            steps.time(done), *(run.structure.T @ x for x in vectors), of=whose(run.scheme, KIND), dt=run.h,
-            steps=steps.begin.first + done, origin=steps.begin.origin, **known,
-        )  # fmt: skip
-
-    return last
-
-
-def _tangents(state: State) -> list[Tangent | None]:
-    """Those that systems kept where a march of the same scheme ended."""
-    numbers = [int(name.split()[1]) for name in state.more if name.endswith(" at")]
-    found: list[Tangent | None] = [None] * (max(numbers, default=-1) + 1)
-    for k in numbers:
-        t, largest = state.more[f"tangent {k}"].tolist()
-        found[k] = Tangent(t, state.more[f"tangent {k} at"], largest)
-    return found
+    return _response(found, status, kept, steps, state, None if last is None else stands(*last, run, found.done, steps))
 
 
 def _response(
@@ -184,9 +156,7 @@ def _response(
 ) -> StructureResponse:
     run = found.run
     counts = found.iterations[: found.done]
-    account = accounted(
-        run.scheme, found.accounts[: found.kept], status, f"dt = {run.h:g}", held_at_start(run)
-    )
+    account = accounted(run.scheme, found.accounts[: found.kept], status, f"dt = {run.h:g}", held_at_start(run))
     u, v, *a = found.read()
     return StructureResponse(
         u, v, counts, status, None if status == "completed" else steps.time(found.done + 1), run.structure, run.scheme,

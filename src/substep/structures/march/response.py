@@ -13,7 +13,7 @@ from ...core.exports import Histories, History
 from ...core.response import Response
 from ..model.given import Dof
 from ..model.model import Model
-from .start import vectors
+from ..model.state_vectors import vectors
 
 
 @dataclass(frozen=True)
@@ -99,7 +99,7 @@ class StructureResponse(Response):
         return {"account": Account(**{name: np.interp(times, self.t, x) for name, x in vars(self.account).items()})}
 
     @property
-    def _last_row(self) -> list[Array]:
+    def _last_row(self) -> tuple[Array, Array, Array]:
         """u, v, a (N,) in the last row. Raises ValueError where not all degrees of freedom were kept."""
         order, N = np.argsort(self._places), self.structure.T.shape[0]
         if len(set(self.dofs)) < N:
@@ -107,7 +107,7 @@ class StructureResponse(Response):
                 f"expected all degrees of freedom for the state where the march has failed, got {len(self.dofs)} of "
                 f"{N}; march without dofs, or go on from an earlier state"
             )
-        return [np.asarray(x)[-1][order] for x in (self.u, self.v, self.a)]
+        return np.asarray(self.u)[-1][order], np.asarray(self.v)[-1][order], np.asarray(self.a)[-1][order]
 
     def _histories(self) -> Histories:
         """What can be exported: a where it can be computed, energies where there is an account; consistent units."""

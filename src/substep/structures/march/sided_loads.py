@@ -15,7 +15,7 @@ from .steps import StructureSteps
 
 @dataclass(frozen=True, eq=False)
 class Forces:
-    """The loads of a structure from t_begin to t_end, on either side of where they jump; targets: on which steps end."""
+    """The loads of a structure from t_begin to t_end, on either side of where they jump; targets: ends of steps."""
 
     structure: Model
     t_begin: float

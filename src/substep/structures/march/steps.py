@@ -115,9 +115,9 @@ class StructureSteps:
 class Run:
     """A march of a structure with a scheme in steps of h. factors: of its linear effective matrices, as far as made.
 
-    cases: L structures that differ in their loads only, which are marched at once: vectors are then (n, L). begin: where
-    the steps begin, with rows (S, n) of the state where the scheme does not start anew; start (3, n): u, v, a there,
-    in place of the structure's.
+    cases: L structures that differ in their loads only, which are marched at once: vectors are then (n, L). begin:
+    where the steps begin, with rows (S, n) of the state where the scheme does not start anew; start (3, n): u, v, a
+    there, in place of the structure's.
     """
 
     structure: Model

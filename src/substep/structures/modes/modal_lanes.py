@@ -12,7 +12,7 @@ from ...core.schemes import Scheme
 from ...core.state import State, whose
 from ...marching.oscillators import Oscillators
 from ...run.clock import AT_ZERO, Begin, ConstantSteps
-from ..march.start import vectors
+from ..model.state_vectors import vectors
 from .modes import ModalBasis
 
 

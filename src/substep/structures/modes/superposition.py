@@ -20,8 +20,8 @@ from ...core.state import State, whose
 from ...marching.histories import histories
 from ...marching.linear import march_linear
 from ...run.clock import ConstantSteps
+from ..march.going_on import KIND as STRUCTURE
 from ..march.histories import accounted
-from ..march.march_structure import KIND as STRUCTURE
 from ..march.march_structure import march_structure
 from ..march.refusals import require_linear
 from ..march.response import Account, StructureResponse

@@ -1,11 +1,11 @@
-"""Where a march of a structure goes on from."""
+"""The motion that a march of a structure goes on from, in its free degrees of freedom."""
 
 import numpy as np
 
 from ...core.arrays import Array
 from ...core.state import State
-from ..model.constraints import independent
-from ..model.model import Model
+from .constraints import independent
+from .model import Model
 
 
 def vectors(structure: Model, state: State) -> Array:

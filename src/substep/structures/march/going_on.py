@@ -1,0 +1,59 @@
+"""Where a march of a structure goes on from, and where it stands."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ...core.arrays import Array
+from ...core.state import State, bare, whose
+from ...run.clock import Begin, ConstantSteps, Control
+from ..model.state_vectors import vectors
+from ..solvers.combine import combined
+from .newton import Tangent
+from .steps import Run, StructureSteps
+
+KIND = "structure"  # of run, as states name it
+
+
+def begun(run: Run, steps: ConstantSteps | Control, state: State | None) -> tuple[Run, Sequence[Tangent | None]]:
+    """The run from where a state stands, and the tangents that its systems keep there; itself without a state."""
+    if state is None:
+        return run, ()
+    start = vectors(run.structure, state)
+    if isinstance(steps, Control):
+        return replace(run, begin=Begin(0, state.t), start=start), ()
+    rows = state.rows(bare(run.scheme.state), whose(run.scheme, KIND), run.h)
+    moved = replace(run, begin=steps.begin._replace(rows=rows), start=start)
+    return moved, () if rows is None else _tangents(state)
+
+
+def _tangents(state: State) -> list[Tangent | None]:
+    """Those that systems kept where a march of the same scheme ended."""
+    numbers = [int(name.split()[1]) for name in state.more if name.endswith(" at")]
+    found: list[Tangent | None] = [None] * (max(numbers, default=-1) + 1)
+    for k in numbers:
+        t, largest = state.more[f"tangent {k}"].tolist()
+        found[k] = Tangent(t, state.more[f"tangent {k} at"], largest)
+    return found
+
+
+def stands(X: Array, march: StructureSteps, run: Run, done: int, steps: ConstantSteps) -> Callable[[], State]:
+    """The state after so many steps, of which X (V, n), complete, is the last."""
+    motion, tangents = combined(march.steps.report, X), march.tangents
+    rows = combined(march.steps.out, X) if march.run.scheme is run.scheme else ()  # else the starter's
+
+    def last() -> State:
+        more = {f"tangent {k} at": x.at for k, x in enumerate(tangents) if x is not None}
+        more |= {f"tangent {k}": np.array([x.t, x.largest]) for k, x in enumerate(tangents) if x is not None}
+        u, v, *a = (run.structure.T @ x for x in motion)
+        here = State(
+            steps.time(done), u, v, a[0] if a else None, dt=run.h, steps=steps.begin.first + done,
+            origin=steps.begin.origin,
+        )  # fmt: skip
+        if not len(rows):
+            return here
+        history = dict(zip(bare(run.scheme.state), rows, strict=True))
+        return replace(here, history=history, of=whose(run.scheme, KIND), more=more)
+
+    return last
