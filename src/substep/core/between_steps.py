@@ -101,6 +101,7 @@ def _first_root(r: Response, event: Event) -> float | None:
                 f"expected until as a function of t, u, v with one number for value, got {found!r} at t = {t:.6g}; "
                 "return such as u[0] - 0.1, whose sign changes at the event"
             )
+        return float(found)
 
     before = value(float(r.t[0]), r.u[0], r.v[0])
     for k in range(1, len(r.t)):
