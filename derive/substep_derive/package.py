@@ -1,6 +1,5 @@
 """Declarations -> derived -> kernels -> text -> every file of generated/substep_kernels."""
 
-import hashlib
 from collections.abc import Iterable
 
 from .declare.errors import DeclarationError
@@ -15,14 +14,13 @@ from .emit.index import index_module
 from .emit.march_module import march_module
 from .emit.operations import operations_table
 from .emit.plan_module import plan_module
-from .emit.printing import fill
+from .emit.printing import with_banner
 from .emit.scene_module import scene_module, scenes_index
 from .emit.scheme_module import scheme_module
 from .emit.stability_module import eigenvalues_module, errors_module, stability_module
 from .emit.stamp import stamped
 from .emit.templates.combinations import COMBINATIONS
 from .emit.templates.loads import LOADS
-from .emit.templates.scheme import BANNER
 from .emit.templates.step_control import STEP_CONTROL, STEP_CONTROL_HEADER
 from .kernels.march_shape import Shape, loads_for, shape_name
 from .kernels.scheme import SchemeKernels
@@ -60,10 +58,10 @@ def package(schemes: Iterable[Scheme], scenes: Iterable[Scene]) -> dict[str, str
         **{f"schemes/{k.scheme.name}": _scheme(k) for k in own},
         **{f"plans/{k.scheme.name}": _plan(k.scheme) for k in own},
         **{f"scenes/{name}": scene_module(motion) for name, motion in motions.items()},
-        **{f"shared/{name}": _with_banner(text) for name, text in _shared(kernels.values()).items()},
-        "marches/linear_filter": _with_banner(filter_module()),
+        **{f"shared/{name}": with_banner("substep_derive", text) for name, text in _shared(kernels.values()).items()},
+        "marches/linear_filter": with_banner("substep_derive", filter_module()),
         **{
-            f"marches/{shape_name(shape)}": _with_banner(march_module(shape, sorted(counts)))
+            f"marches/{shape_name(shape)}": with_banner("substep_derive", march_module(shape, sorted(counts)))
             for shape, counts in sorted(shapes.items())
         },
     }
@@ -98,8 +96,3 @@ def _scheme(kernels: SchemeKernels) -> str:
 
 def _plan(scheme: Scheme) -> str:
     return plan_module(scheme, f"the declaration of {scheme.name} in substep_derive.schemes")
-
-
-def _with_banner(text: str) -> str:
-    """The text of a module that depends on no declaration, under a banner with the text's own digest."""
-    return fill(BANNER, source="substep_derive", digest=hashlib.sha256(text.encode()).hexdigest()) + text

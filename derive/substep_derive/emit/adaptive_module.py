@@ -1,21 +1,21 @@
-"""AdaptiveStep -> text of a module that marches one scheme on one scene in steps of chosen length."""
+"""EstimatedBody -> text of a module that marches one scheme on one scene in steps of chosen length."""
 
-from collections.abc import Iterable, Sequence
-from textwrap import indent, wrap
+from collections.abc import Iterable
+from dataclasses import replace
+from textwrap import wrap
+from typing import Any
 
-from sympy import Expr, Matrix, Symbol
+from sympy import Symbol
 
-from ..declare.names import printed
-from ..declare.symbols import h, knot, knot_of, t
-from ..estimate.estimator import acceleration_lag
+from ..declare.symbols import knot
 from ..estimate.held import END, HALVED, START
-from ..kernels.adaptive_step import AdaptiveStep
-from ..kernels.interpolant import Interpolant, share
-from ..kernels.local_error import LocalError, Terms, combined, weight_names
-from ..kernels.scene_step import SceneStep
-from ..motion.components import Assignments, assign, component_names
-from .printing import KERNEL_PRINTER, KernelPrinter, block, docstring, fill, lines, literal_tuple, operations
-from .scene_step_module import balance_text, helpers, state_places
+from ..kernels.balance_step import Part
+from ..kernels.estimated_body import EstimatedBody
+from ..kernels.local_error import Terms, combined, weight_names
+from .one_lane import ONE_LANE
+from .pair_module import helpers
+from .printing import KERNEL_PRINTER, KernelPrinter, block, docstring, fill, lines, literal_tuple, operations, placed
+from .step_text import TOL, step_text
 from .templates.adaptive import (
     ACCELERATION,
     ADAPTED,
@@ -23,16 +23,16 @@ from .templates.adaptive import (
     ADAPTIVE_LANE,
     ADAPTIVE_MARCH,
     AGAIN,
-    COUNT_STEP,
     DENSE,
     FIRST,
     HALVES,
     JUMP,
-    LOCAL_ERROR,
-    NOT_CONVERGED,
     RESTART,
     UNEVEN,
 )
+from .templates.decorators import COMPILE_AND_INNER
+from .templates.pair import COUNT
+from .templates.step_control import STEP_CONTROL
 
 # what is asked of a run: names of the kernel, after the parameters and the weights
 ASKED = (
@@ -43,32 +43,25 @@ ASKED = (
 HALVES_GIVEN = ("numbers", "start", "t", "load", "samples", "middle")
 
 
-def adaptive_module(p: AdaptiveStep, banner: str) -> str:
+def adaptive_module(p: EstimatedBody, banner: str) -> str:
     """Text of the module."""
-    step, motion = p.step, p.step.motion
-    parameters = [s.name for s in step.parameters(p.expressions)]
-    weights = [s.name for s in weight_names(p.terms)]
-    w = KERNEL_PRINTER
-    read = [f"{name} = numbers[{k}]" for k, name in enumerate((*parameters, *weights, *ASKED))]
-    numbers = _lines(read, 1)
-    accelerate, call = _acceleration(p, w)
-    lane, counts = _lane(p, w, numbers, call)
-    march = fill(ADAPTIVE_MARCH, d=len(motion.coordinates))
-    text = "".join([accelerate, _first(p, numbers, call), _halved(p, w, numbers), lane, march])
+    to, body = _Writer(p), p.body
+    lane, counts = to.lane()
+    text = "".join([to.accelerations(), to.first(), to.halved(), lane, fill(ADAPTIVE_MARCH, d=len(to.d))])
     header = fill(
         ADAPTIVE_HEADER,
-        scheme=step.scheme.name,
-        scene=motion.scene.name,
+        scheme=body.scheme.name,
+        scene=body.motion.scene.name,
         errors=docstring(_errors(p.terms)),
-        scalars=literal_tuple(f'"{name}"' for name in (*parameters, *weights, *ASKED)),
-        balances=len(step.steps),
+        scalars=literal_tuple(f'"{name}"' for name in to.scalars),
+        balances=len(body.steps),
         rung=repr(2**0.5 if p.refactored else 0.0),
         change=f"{sum(operations([a]) for a in p.changing) / max(counts['step'], 1):.3g}",
-        state=len(step.scheme.state) + len(p.kept),
+        state=len(body.scheme.state) + len(p.kept),
         degree=p.between.degree,
         operations=counts,
     )
-    return "".join([banner, header, *helpers(text, step), text])
+    return "".join([banner, header, COMPILE_AND_INNER, STEP_CONTROL, *helpers(text, body), text])
 
 
 def _errors(terms: Terms) -> str:
@@ -79,319 +72,243 @@ def _errors(terms: Terms) -> str:
     return "\n".join(line for row in rows for line in wrap(row, 110, subsequent_indent=" " * 8))
 
 
-def _lines(texts: Iterable[str], depth: int) -> str:
-    return indent("\n".join(texts), "    " * depth)
+class _Writer:
+    """Writes the functions of the module.
 
-
-def _acceleration(p: AdaptiveStep, w: KernelPrinter) -> tuple[str, "_Call"]:
-    """Text of `_acceleration`, and how it is called."""
-    motion = p.step.motion
-    used = {s for e in p.acceleration for s in e.free_symbols}
-    u, v = ([Symbol(name) for name in component_names(Symbol(f"{k}_*now"), motion)] for k in "uv")
-    given = [w.doprint(s) for s in p.step.parameters(p.acceleration)]
-    names = [f"value_{k}" for k in range(len(u))]
-    body, _ = block(list(zip(names, p.acceleration, strict=True)), 1, w)
-    arguments = [*given, "t", "load", *map(str, (*u, *v))]
-    text = fill(ACCELERATION, arguments=", ".join(arguments), body=body, value=", ".join(names))
-    return text, _Call(given, Symbol("load") in used, len(u))
-
-
-class _Call:
-    """How `_acceleration` is called in the lane's function: with loads only where the scene takes one."""
-
-    def __init__(self, given: Sequence[str], loaded: bool, size: int) -> None:
-        self.given, self.loaded, self.size = given, loaded, size
-
-    def __call__(self, targets: Sequence[str], t: str, u: Iterable[str], v: Iterable[str]) -> str:
-        load = f"_load(load, samples, middle, {t})" if self.loaded else "0.0"
-        return f"{', '.join(targets)} = _acceleration({', '.join([*self.given, t, load, *u, *v])})"
-
-
-def _first(p: AdaptiveStep, numbers: str, call: _Call) -> str:
-    size = range(call.size)
-    names = [f"value_{k}" for k in size]
-    return fill(
-        FIRST,
-        numbers=numbers,
-        first_acceleration=_lines([call(names, "t", *([f"start[{k}, {i}]" for i in size] for k in (0, 1)))], 1),
-        a_first=_lines((f"size[0, {i}] = {name}" for i, name in enumerate(names)), 1),
-        second_acceleration=_lines([call(names, "t", *([f"size[{k}, {i}]" for i in size] for k in (1, 2)))], 1),
-        a_second=_lines((f"size[1, {i}] = {name}" for i, name in enumerate(names)), 1),
-    )
-
-
-def _lane(p: AdaptiveStep, w: KernelPrinter, numbers: str, call: _Call) -> tuple[str, dict[str, object]]:
-    step = p.step
-    places = [*state_places(step), *_kept_places(p)]
-    state = [(name, f"state[{place}]") for name, place in places]
-    texts, counts, iteration = _balances(step, w, NOT_CONVERGED)
-    reported, more = _reported(p, w, call)
-    size, weighing = _size(p, w, call)
-    ends = [[w.doprint(e) for e in vector] for vector in step.report]
-    old_places = [(f"old_{k}_{i}", f"here[{k}, {i}]") for k in range(3) for i in range(call.size)]
-    return fill(
-        ADAPTIVE_LANE,
-        numbers=numbers,
-        initial=_lines(_components(p, "u", "start[0, {}]"), 1),
-        once=lines(p.once, 1, w),
-        begin=_begin(p, call),
-        read_state=_lines((f"{name} = {place}" for name, place in state), 1),
-        changing=lines(p.changing, 3, w),
-        no_step="    at_h, at_last = np.nan, np.nan\n" if p.uneven else "",
-        adapted=_adapted(p),
-        uneven=fill(UNEVEN, uneven=lines(p.uneven, 3, w)) if p.uneven else "",
-        forces=_forces(p.step, w),
-        steps=texts,
-        reported=reported,
-        size=size,
-        sum=" + ".join(step.finite),
-        count="".join(fill(COUNT_STEP, balance=k) for k in p.newton_balances),
-        dense=_dense(p, call, ends),
-        remember=_remember(p, call, ends),
-        shift=_shift(p, w, call, ends),
-        jump=_jump(p, w),
-        measured="last == last" if any(p.by_before) else "True",
-        restart=_restart(p, old_places),
-        first_old=_lines((f"{name} = {at}" for name, at in old_places), 1),
-        old_back=_lines((f"{at} = {name}" for name, at in old_places), 1),
-        store=_lines((f"out[row, {k}, {i}] = old_{k}_{i}" for k in range(3) for i in range(call.size)), 3),
-        write_state=_lines((f"{place} = {name}" for name, place in state), 1),
-    ), {"step": counts + more + weighing, "iteration": iteration}
-
-
-def _balances(step: SceneStep, w: KernelPrinter, failed: str) -> tuple[str, int, tuple[int, ...]]:
-    """Text of what comes before and in the balances; its operations, and those of an iteration of each."""
-    texts, counts, iteration = [], 0, []
-    if step.prior:
-        text, counts = block(step.prior, 2, w)
-        texts.append(text)
-    for k, balance in enumerate(step.steps):
-        text, once, again = balance_text(balance, k, failed, w)
-        texts.append(text)
-        counts += once
-        iteration += [again] if again else []
-    return "\n".join(texts), counts, tuple(iteration)
-
-
-def _reported(p: AdaptiveStep, w: KernelPrinter, call: _Call) -> tuple[str, int]:
-    """Lines that compute what is reported, its energy and the estimated errors; their operations."""
-    step, errors = p.step, [*p.error_u, *p.error_v, *(p.error_end if p.always else [])]
-    reported = [*step.reported, (Symbol("energy"), step.energy)]
-    between: list[str] = []
-    if p.end_is_estimated:
-        u, v = ([w.doprint(e) for e in vector] for vector in step.report[:2])
-        between += [call(component_names(END.a, step.motion), "end", u, v)]
-    if p.halved is not None:
-        names = [name for s in HALVED[:2] for name in component_names(s, step.motion)]
-        state = [name for name, _ in state_places(step)]
-        between += [f"{', '.join(names)} = _halved({', '.join([*HALVES_GIVEN, '0.5 * h', *state])})"]
-    if not between:
-        return block([*reported, *errors], 2, w)
-    text, count = block(reported, 2, w)
-    more, again = block(errors, 2, w)
-    return "\n".join([text, _lines(between, 2), more]), count + again
-
-
-def _halved(p: AdaptiveStep, w: KernelPrinter, numbers: str) -> str:
-    """Text of a function that makes two steps of h."""
-    if p.halved is None:
-        return ""
-    step = p.halved
-    u, v = ([w.doprint(e) for e in vector] for vector in step.report[:2])
-    reported, _ = block([*step.reported], 2, w) if step.reported else ("", 0)
-    given = [f"begin_{k}" for k in range(len(state_places(step)))]
-    return fill(
-        HALVES,
-        arguments=", ".join([*HALVES_GIVEN, "h", *given]),
-        numbers=numbers,
-        initial=_lines(_components(p, "u", "start[0, {}]"), 1),
-        constants=lines([*step.constants, *step.near], 1, w),
-        state=_lines((f"{name} = {x}" for (name, _), x in zip(state_places(step), given, strict=True)), 1),
-        forces=_forces(step, w),
-        steps=_balances(step, w, f"return {', '.join(['np.nan'] * (len(u) + len(v)))}")[0],
-        reported=reported,
-        shift=lines(step.shift, 2, w),
-        result=", ".join([*u, *v]),
-    )
-
-
-def _kept_places(p: AdaptiveStep) -> list[tuple[str, str]]:
-    """Name of every component of what is kept besides the scheme's state, and its row and column."""
-    first = len(p.step.scheme.state)
-    return [
-        (name, f"{first + j}, {i}")
-        for j, s in enumerate(p.kept)
-        for i, name in enumerate(component_names(s, p.step.motion))
-    ]
-
-
-def _components(p: AdaptiveStep, kind: str, place: str) -> list[str]:
-    """Lines that read the components of u_0, v_0 or a_0, whose places are filled with their numbers."""
-    names = component_names(Symbol(f"{kind}_0"), p.step.motion)
-    return [f"{name} = {place.format(i)}" for i, name in enumerate(names)]
-
-
-def _begin(p: AdaptiveStep, call: _Call) -> str:
-    """Lines that take the state from the start."""
-    kinds = [(knot_of(s) or ("u", ""))[0] for s in p.step.scheme.state]
-    rows = [f"state[{j}] = start[{'uva'.index(kind)}]" for j, kind in enumerate(kinds)]
-    for j, s in enumerate(p.kept, start=len(kinds)):
-        if s == START.a:
-            u, v = ([f"start[{k}, {i}]" for i in range(call.size)] for k in (0, 1))
-            rows += [call([f"state[{j}, {i}]" for i in range(call.size)], "0.0", u, v)]
-        else:
-            rows += [f"state[{j}] = 0.0"]
-    return _lines(rows, 2)
-
-
-def _forces(step: SceneStep, w: KernelPrinter) -> str:
-    if not step.motion.is_sampled:
-        return ""
-    instants = (w.doprint(t + tau * h) for tau in step.stencil)
-    return "".join(f"        f_{k} = _load(load, samples, middle, {at})\n" for k, at in enumerate(instants))
-
-
-def _size(p: AdaptiveStep, w: KernelPrinter, call: _Call) -> tuple[str, int]:
-    """Lines that sum the squares of the weighted errors, and their operations."""
-    rows, size, alone = [], len(p.step.motion.coordinates), p.by_before.count(False)
-    end, first = _end_rows(p) if p.error_end else [], []
-    if end and not p.always:
-        if p.takes_end(p.error_end):
-            u, v = ([w.doprint(e) for e in vector] for vector in p.step.report[:2])
-            first += [call(component_names(END.a, p.step.motion), "end", u, v)]
-        first += [*block(p.error_end, 0, w)[0].splitlines(), *end]
-        end = []
-    fast = f"{'max(' * size}speed{''.join(f', abs({e}))' for e in p.step.report[1])}"
-    rows += [f"fast = {fast}", "floor = atol_v + share_v * fast + 1e-300"]
-    late: list[str] = []
-    for kind, (errors, base) in enumerate(((p.error_u, "atol_u"), (p.error_v, "floor"))):
-        into = late if p.by_before[kind] else rows
-        for i, (name, _) in enumerate(errors):
-            new = p.step.report[kind][i]
-            into += [f"part = {name} / ({base} + rtol * max(abs(old_{kind}_{i}), abs({new})))"]
-            into += ["size += part * part"]
-    if late:
-        rows += ["if last == last:", *(f"    {row}" for row in late), f"    size *= {0.5 / size!r}"]
-        first = [*([f"size *= {1.0 / size!r}"] if alone else []), *first]
-        rows += ["else:", *(f"    {row}" for row in first)] if first else []
-    else:
-        rows += [f"size *= {0.5 / size!r}"]
-    return _lines([*rows, *end], 2), 14 * size + size + (8 * size if end else 0)
-
-
-def _end_rows(p: AdaptiveStep) -> list[str]:
-    """Lines that put the error by the acceleration at the end in the others' place where it is too large.
-
-    Where it is not, the lengths of steps do not depend on it.
+    scalars: names of a lane's numbers. d: places of the coordinates. start, old: names of u, v, a at the start of a run
+    and of a step; ends: of u, v and, where the scheme has its own, a at the end of a step. end_a: names of a at the end
+    from the equation of motion.
     """
-    rows = ["late = 0.0"]
-    for i, (name, _) in enumerate(p.error_end):
-        rows += [f"part = {name} / (floor + rtol * max(abs(old_1_{i}), abs({p.step.report[1][i]})))"]
-        rows += ["late += part * part"]
-    return [*rows, f"late *= {1.0 / len(p.error_end)!r}", "size = size if late <= 1.0 else late"]
 
+    def __init__(self, p: EstimatedBody) -> None:
+        self.p, self.body, self.w = p, p.body, KERNEL_PRINTER
+        parameters, weights = self.body.parameters(p.expressions), weight_names(p.terms)
+        self.scalars = [*(s.name for s in (*parameters, *weights)), *ASKED]
+        self.numbers = placed((f"{name} = numbers[{k}]" for k, name in enumerate(self.scalars)), 1)
+        self.d = range(len(self.body.motion.coordinates))
+        self.start, self.old = self._rows("start[{}, {}]"), self._rows("old_{}_{}")
+        self.ends = [[self.w.doprint(e) for e in vector] for vector in self.body.report]
+        self.end_a = self.body.components(END.a)
+        self.old_back = [(f"here[{k}, {i}]", name) for k, row in enumerate(self.old) for i, name in enumerate(row)]
+        u_0 = zip(self.body.components("u_0"), self.start[0], strict=True)
+        self.initial = placed((f"{name} = {place}" for name, place in u_0), 1)
 
-def _dense(p: AdaptiveStep, call: _Call, ends: Sequence[Sequence[str]]) -> str:
-    """Lines that fill a row of the grid from the interpolant of the step."""
-    size = range(call.size)
-    now = [f"now_{i}" for i in size]
-    before: list[str] = []
-    begin, end = ([f"old_2_{i}" for i in size], ends[2] if p.own_acceleration else now)
-    if not p.own_acceleration:
-        begin = [f"then_{i}" for i in size]
-        before = [
-            call(begin, "t", *([f"old_{k}_{i}" for i in size] for k in (0, 1))),
-            call(now, "end", ends[0], ends[1]),
+    def _rows(self, text: str) -> list[list[str]]:
+        """Texts of the components of u, v, a."""
+        return [[text.format(k, i) for i in self.d] for k in range(3)]
+
+    def accelerations(self) -> str:
+        """Text of `_acceleration`."""
+        p, given = self.p, self.body.parameters(self.p.acceleration)
+        outputs = [(f"value_{i}", e) for i, e in enumerate(p.acceleration)]
+        names = [*(self.w.doprint(s) for s in given), "t", "load"]
+        names += [name for kind in "uv" for name in self.body.components(f"{kind}_*now")]
+        return fill(
+            ACCELERATION,
+            arguments=", ".join(names),
+            body=block(outputs, 1, self.w)[0],
+            value=", ".join(name for name, _ in outputs),
+        )
+
+    def acceleration(self, targets: Iterable[str], t: str, u: Iterable[str], v: Iterable[str]) -> str:
+        """The line that computes it; with a load only where the scene takes one."""
+        p = self.p
+        load = f"_load(load, samples, middle, {t})" if p.acceleration.has(Symbol("load")) else "0.0"
+        given = (self.w.doprint(s) for s in self.body.parameters(p.acceleration))
+        return f"{', '.join(targets)} = _acceleration({', '.join([*given, t, load, *u, *v])})"
+
+    def acceleration_at_end(self, targets: Iterable[str]) -> str:
+        """The line that computes it at the end of a step."""
+        return self.acceleration(targets, "end", self.ends[0], self.ends[1])
+
+    def first(self) -> str:
+        """Text of `_first`, which has the acceleration, a trial's u and v, and its acceleration in the rows of size."""
+        size = self._rows("size[{}, {}]")
+        return fill(
+            FIRST,
+            numbers=self.numbers,
+            first=placed([self.acceleration(size[0], "t", self.start[0], self.start[1])], 1),
+            second=placed([self.acceleration(size[1], "t", size[1], size[2])], 1),
+        )
+
+    def halved(self) -> str:
+        """Text of a function that makes two steps of h; none where no estimate needs it."""
+        body = self.p.halved
+        if body is None:
+            return ""
+        results = [self.w.doprint(e) for vector in body.report[:2] for e in vector]
+        failed = replace(TOL, failed=f"return {', '.join(['np.nan'] * len(results))}")
+        step = step_text(body, failed, ONE_LANE, [Part(body.reported)])
+        given = [f"begin_{k}" for k in range(len(body.places))]
+        return fill(
+            HALVES,
+            arguments=", ".join([*HALVES_GIVEN, "h", *given]),
+            numbers=self.numbers,
+            initial=self.initial,
+            constants=lines([*body.constants, *body.near], 1, self.w),
+            state=placed((f"{name} = {x}" for (name, _), x in zip(body.places, given, strict=True)), 1),
+            steps=step.phases,
+            reported=step.last,
+            shift=lines(body.shift, 2, self.w),
+            result=", ".join(results),
+        )
+
+    def lane(self) -> tuple[str, dict[str, Any]]:
+        """Text of `_lane`, and operations of a step, the estimate included, and of each iteration."""
+        p, body, w = self.p, self.body, self.w
+        state = [
+            (name, f"state[{place}]") for name, place in (*body.places, *body.places_of(p.kept, len(body.scheme.state)))
         ]
-    values = [ends[0], ends[1], end]
-    at_end = [f"out[place, {k}, {i}] = {values[k][i]}" for k in range(3) for i in size]
-    rows: list[str] = []
-    old = [[f"old_0_{i}" for i in size], [f"old_1_{i}" for i in size], begin]
-    for i in size:
-        names = {s.name: old[k][i] for k, s in enumerate(knot(0))} | {
-            s.name: values[k][i] for k, s in enumerate(knot(1))
-        }
-        rows += [block(_between(p.between, i), 4, KernelPrinter(names))[0]]
-    texts = [_lines(before, 3)] if before else []
-    return "\n".join([*texts, fill(DENSE, at_end=_lines(at_end, 4), between="\n".join(rows))])
+        step = step_text(body, TOL, ONE_LANE, self._results())
+        size, weighing = self._size()
+        return fill(
+            ADAPTIVE_LANE,
+            numbers=self.numbers,
+            initial=self.initial,
+            once=lines(p.once, 1, w),
+            begin=self._begin(),
+            read_state=placed((f"{name} = {place}" for name, place in state), 1),
+            changing=lines(p.changing, 3, w),
+            no_step="    at_h, at_last = np.nan, np.nan\n" if p.uneven else "",
+            adapted=self._adapted(),
+            uneven=fill(UNEVEN, uneven=lines(p.uneven, 3, w)) if p.uneven else "",
+            steps=step.phases,
+            reported=step.last,
+            size=size,
+            sum=" + ".join(body.finite),
+            count="".join(fill(COUNT, balance=k, row="row") for k in body.iterated),
+            dense=self._dense(),
+            remember=self._remember(),
+            shift=self._shift(),
+            jump=self._jump(),
+            measured="last == last" if any(p.by_before) else "True",
+            restart=self._restart(),
+            first_old=placed((f"{name} = {at}" for at, name in self.old_back), 1),
+            old_back=self._old_back(1),
+            store=placed((f"out[row, {k}, {i}] = {self.old[k][i]}" for k in range(3) for i in self.d), 3),
+            write_state=placed((f"{place} = {name}" for name, place in state), 1),
+        ), {**step.operations, "step": step.operations["step"] + weighing}
 
+    def _old_back(self, depth: int) -> str:
+        return placed((f"{at} = {name}" for at, name in self.old_back), depth)
 
-def _between(found: Interpolant, i: int) -> list[tuple[str, Expr]]:
-    assert found.u.has(share)
-    return [(f"out[place, {k}, {i}]", e) for k, e in enumerate((found.u, found.v, found.a))]
+    def _results(self) -> list[Part | str]:
+        """What is reported, its energy and the estimated errors."""
+        p, body = self.p, self.body
+        errors = [*p.error_u, *p.error_v, *(p.error_end if p.always else [])]
+        between: list[str] = []
+        if p.end_is_estimated:
+            between += [self.acceleration_at_end(self.end_a)]
+        if p.halved is not None:
+            names = [name for s in HALVED[:2] for name in body.components(s)]
+            state = [name for name, _ in body.places]
+            between += [f"{', '.join(names)} = _halved({', '.join([*HALVES_GIVEN, '0.5 * h', *state])})"]
+        return [Part(body.results), *between, Part(errors)] if between else [Part([*body.results, *errors])]
 
+    def _begin(self) -> str:
+        """Lines that take the state from the start."""
+        rows = [f"state[{j}] = start[{knot(0).index(s)}]" for j, s in enumerate(self.body.scheme.state)]
+        for j, s in enumerate(self.p.kept, start=len(rows)):
+            if s == START.a:
+                rows += [self.acceleration([f"state[{j}, {i}]" for i in self.d], "0.0", *self.start[:2])]
+            else:
+                rows += [f"state[{j}] = 0.0"]
+        return placed(rows, 2)
 
-def _remember(p: AdaptiveStep, call: _Call, ends: Sequence[Sequence[str]]) -> str:
-    """Lines that keep what was reached, for the scales of the next step, for rows and for the interpolant."""
-    size = range(call.size)
-    rows = [f"old_{k}_{i} = {ends[k][i]}" for k in range(len(ends)) for i in size]
-    text = _lines([*rows, "speed = fast"], 2)
-    if p.own_acceleration:
-        return text
-    if p.end_is_estimated:
-        made = _lines((f"old_2_{i} = {name}" for i, name in enumerate(component_names(END.a, p.step.motion))), 2)
-        return text + "\n" + made
-    made = call([f"old_2_{i}" for i in size], "end", ends[0], ends[1])
-    return text + "\n" + _lines(["if row < times.size or end >= t_end:", f"    {made}"], 2)
-
-
-def _adapted(p: AdaptiveStep) -> str:
-    """Lines that bring an acceleration which depends on the length of its step to that of the next."""
-    if p.lag is None:
-        return ""
-    both = zip(*(component_names(s, p.step.motion) for s in (knot(0).a, START.a)), strict=True)
-    return fill(ADAPTED, lag=p.lag, rows=_lines((f"{a} = {own} + ratio * ({a} - {own})" for a, own in both), 3))
-
-
-def _shift(p: AdaptiveStep, w: KernelPrinter, call: _Call, ends: Sequence[Sequence[str]]) -> str:
-    """Lines that keep what an estimate reads of this step in the next, and make its end the start of that."""
-    rows = []
-    for s, source in p.kept.items():
-        names = component_names(s, p.step.motion)
-        if source == END.a and not p.end_is_estimated:
-            rows += [call(names, "end", ends[0], ends[1])]
+    def _size(self) -> tuple[str, int]:
+        """Lines that sum the squares of the weighted errors, and their operations."""
+        p, d = self.p, len(self.d)
+        end, first = self._end_rows() if p.error_end else [], list[str]()
+        if end and not p.always:
+            first += [self.acceleration_at_end(self.end_a)] if p.takes_end(p.error_end) else []
+            first += [*block(p.error_end, 0, self.w)[0].splitlines(), *end]
+            end = []
+        fast = f"{'max(' * d}speed{''.join(f', abs({e}))' for e in self.ends[1])}"
+        rows, late = [f"fast = {fast}", "floor = atol_v + share_v * fast + 1e-300"], list[str]()
+        for kind, (errors, base) in enumerate(((p.error_u, "atol_u"), (p.error_v, "floor"))):
+            into = late if p.by_before[kind] else rows
+            for i, (name, _) in enumerate(errors):
+                scale = f"{base} + rtol * max(abs({self.old[kind][i]}), abs({self.ends[kind][i]}))"
+                into += [f"part = {name} / ({scale})", "size += part * part"]
+        if late:
+            rows += ["if last == last:", *(f"    {row}" for row in late), f"    size *= {0.5 / d!r}"]
+            alone = [f"size *= {1.0 / d!r}"] if not all(p.by_before) else []
+            rows += ["else:", *(f"    {row}" for row in (*alone, *first))] if alone or first else []
         else:
-            found = component_names(source, p.step.motion)
-            rows += [f"{new} = {old}" for new, old in zip(names, found, strict=True)]
-    return "\n".join(part for part in (_lines(rows, 2), lines(p.step.shift, 2, w)) if part)
+            rows += [f"size *= {0.5 / d!r}"]
+        return placed([*rows, *end], 2), 15 * d + (8 * d if end else 0)
 
+    def _end_rows(self) -> list[str]:
+        """Lines that put the error by the acceleration at the end in the others' place where it is too large.
 
-def _jump(p: AdaptiveStep, w: KernelPrinter) -> str:
-    """Lines for a jump of the load at the end of a step: the acceleration jumps with it, by M^-1 of it."""
-    if not p.step.motion.is_sampled:
-        return ""
-    slope = p.acceleration.diff(Symbol("load"))
-    found: Assignments = []
-    if knot(0).a in p.step.scheme.state:
-        found = assign(p.step_components("a"), slope)
-    if START.a in p.kept:
-        found += assign(Matrix([Symbol(name) for name in component_names(START.a, p.step.motion)]), slope)
-    rows = [f"{w.doprint(name)} += {w.doprint(e)} * jump" for name, e in found if e != 0]
-    rows += [f"old_2_{i} += {w.doprint(e)} * jump" for i, e in enumerate(slope) if e != 0]
-    return fill(JUMP, jumps=_lines(rows, 4))
+        Where it is not, the lengths of steps do not depend on it.
+        """
+        rows = ["late = 0.0"]
+        for (name, _), old, new in zip(self.p.error_end, self.old[1], self.ends[1], strict=True):
+            rows += [f"part = {name} / (floor + rtol * max(abs({old}), abs({new})))", "late += part * part"]
+        return [*rows, f"late *= {1.0 / len(self.d)!r}", "size = size if late <= 1.0 else late"]
 
+    def _dense(self) -> str:
+        """Lines that fill a row of the grid from the interpolant of the step."""
+        p, before = self.p, list[str]()
+        begin, end = self.old[2], self.ends[2] if p.own_acceleration else [f"now_{i}" for i in self.d]
+        if not p.own_acceleration:
+            begin = [f"then_{i}" for i in self.d]
+            before = [self.acceleration(begin, "t", *self.old[:2]), self.acceleration_at_end(end)]
+        old, new = (*self.old[:2], begin), (*self.ends[:2], end)
+        rows = list[str]()
+        for i in self.d:
+            names = {s.name: row[i] for s, row in (*zip(knot(0), old, strict=True), *zip(knot(1), new, strict=True))}
+            motion = [(f"out[place, {k}, {i}]", e) for k, e in enumerate((p.between.u, p.between.v, p.between.a))]
+            rows += [block(motion, 4, KernelPrinter(names))[0]]
+        at_end = placed((f"out[place, {k}, {i}] = {new[k][i]}" for k in range(3) for i in self.d), 4)
+        filled = fill(DENSE, at_end=at_end, between="\n".join(rows))
+        return "\n".join([*([placed(before, 3)] if before else []), filled])
 
-def _restart(p: AdaptiveStep, old_places: Iterable[tuple[str, str]]) -> str:
-    """Lines for a break point of the load, behind which the step before does not help to estimate an error."""
-    if not any(p.by_before):
-        return ""
-    again = fill(AGAIN, old_back=_lines((f"{at} = {name}" for name, at in old_places), 3)) if p.by_before[0] else ""
-    return fill(RESTART, again=again)
+    def _remember(self) -> str:
+        """Lines that keep what was reached, for the scales of the next step, for rows and for the interpolant."""
+        rows = [f"{old} = {new}" for k, end in enumerate(self.ends) for old, new in zip(self.old[k], end, strict=True)]
+        rows += ["speed = fast"]
+        if not self.p.own_acceleration and self.p.end_is_estimated:
+            rows += [f"{old} = {name}" for old, name in zip(self.old[2], self.end_a, strict=True)]
+        elif not self.p.own_acceleration:
+            rows += ["if row < times.size or end >= t_end:", f"    {self.acceleration_at_end(self.old[2])}"]
+        return placed(rows, 2)
 
+    def _adapted(self) -> str:
+        """Lines that bring an acceleration which depends on the length of its step to that of the next."""
+        if self.p.lag is None:
+            return ""
+        both = zip(*(self.body.components(s) for s in (knot(0).a, START.a)), strict=True)
+        return fill(
+            ADAPTED, lag=self.p.lag, rows=placed((f"{a} = {own} + ratio * ({a} - {own})" for a, own in both), 3)
+        )
 
-def local_error_module(found: LocalError) -> str:
-    """Text of a module that holds the terms of an estimate of the local error, and their weights as a function."""
-    names = {s.name: printed(s).name for s in found.parameters}
-    w = KernelPrinter(names)
-    return fill(
-        LOCAL_ERROR,
-        scheme=found.scheme.name,
-        terms=found.terms,
-        always=found.always,
-        sources=found.sources,
-        order=found.order,
-        lag=acceleration_lag(found.scheme),
-        parameters=literal_tuple(f'"{s.name}"' for s in found.parameters),
-        arguments=", ".join(names.values()),
-        weights=literal_tuple(w.doprint(e) for e in found.weights),
-    )
+    def _shift(self) -> str:
+        """Lines that keep what an estimate reads of this step in the next, and make its end the start of that."""
+        rows = list[str]()
+        for s, source in self.p.kept.items():
+            names = self.body.components(s)
+            if source == END.a and not self.p.end_is_estimated:
+                rows += [self.acceleration_at_end(names)]
+            else:
+                found = self.body.components(source)
+                rows += [f"{new} = {old}" for new, old in zip(names, found, strict=True)]
+        return "\n".join(part for part in (placed(rows, 2), lines(self.body.shift, 2, self.w)) if part)
+
+    def _jump(self) -> str:
+        """Lines for a jump of the load at the end of a step: the acceleration jumps with it, by M^-1 of it."""
+        if not self.body.loads:
+            return ""
+        slope = self.p.acceleration.diff(Symbol("load"))
+        carried = [s for s in (knot(0).a, START.a) if s in self.body.scheme.state or s in self.p.kept]
+        rows = list[str]()
+        for names in (*map(self.body.components, carried), self.old[2]):
+            rows += [f"{name} += {self.w.doprint(e)} * jump" for name, e in zip(names, slope, strict=True) if e != 0]
+        return fill(JUMP, jumps=placed(rows, 4))
+
+    def _restart(self) -> str:
+        """Lines for a break point of the load, behind which the step before does not help to estimate an error."""
+        if not any(self.p.by_before):
+            return ""
+        return fill(RESTART, again=fill(AGAIN, old_back=self._old_back(3)) if self.p.by_before[0] else "")

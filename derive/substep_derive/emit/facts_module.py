@@ -1,25 +1,24 @@
 """Derived facts -> text of the module that holds them as plain data."""
 
-import hashlib
 from collections.abc import Mapping
 from typing import Any
 
-from .printing import fill
+from .printing import fill, with_banner
 from .templates.facts import ESTIMATORS, FACTS
-from .templates.scheme import BANNER
 
 
 def facts_module(facts: Mapping[str, Any]) -> str:
     """Text of generated/substep_kernels/facts.py: values of numbers and texts alone, a table's row on each line."""
-    text = fill(FACTS, values="\n".join(f"{name} = {_literal(value)}" for name, value in facts.items()))
-    return fill(BANNER, source="substep_derive.study.facts", digest=hashlib.sha256(text.encode()).hexdigest()) + text
+    return with_banner("substep_derive.study.facts", fill(FACTS, values=_literals(facts)))
 
 
 def estimators_module(estimates: Mapping[str, Any]) -> str:
     """Text of generated/substep_kernels/estimators.py: the catalogue's estimators as plain data."""
-    text = fill(ESTIMATORS, values="\n".join(f"{name} = {_literal(value)}" for name, value in estimates.items()))
-    digest = hashlib.sha256(text.encode()).hexdigest()
-    return fill(BANNER, source="substep_derive.study.estimates", digest=digest) + text
+    return with_banner("substep_derive.study.estimates", fill(ESTIMATORS, values=_literals(estimates)))
+
+
+def _literals(values: Mapping[str, Any]) -> str:
+    return "\n".join(f"{name} = {_literal(value)}" for name, value in values.items())
 
 
 def _literal(value: Any) -> str:

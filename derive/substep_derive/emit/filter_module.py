@@ -1,8 +1,9 @@
 """Order of a digital filter -> text of the kernels that find the peaks of its output."""
 
 from ..oscillator.transfer import ORDERS
-from .march_module import WIDTH, nested, place_lines
-from .printing import fill
+from .march_module import WIDTH, nested, stretch
+from .printing import fill, placed
+from .templates.decorators import COMPILE_AND_INNER
 from .templates.march import FILTER, FILTER_HEADER
 from .templates.widest import WIDEST, WIDEST_IMPORTS
 
@@ -10,7 +11,7 @@ from .templates.widest import WIDEST, WIDEST_IMPORTS
 def filter_module() -> str:
     """Text of linear_filter.py, without its banner."""
     head = fill(FILTER_HEADER, imports=WIDEST_IMPORTS, whole=2 * WIDTH)
-    return head + WIDEST + "".join(_kernels(d, followed) for d in ORDERS for followed in (1, 3))
+    return head + COMPILE_AND_INNER + WIDEST + "".join(_kernels(d, followed) for d in ORDERS for followed in (1, 3))
 
 
 def filter_rows(d: int) -> list[str]:
@@ -50,11 +51,10 @@ def _kernels(d: int, followed: int) -> str:
         ]
 
     step = [line for stage in zip(lines(0), lines(1), strict=True) for half in stage for line in half]
-    halves = [(name, half) for half in range(2) for name in moving]
-    return fill(
+    places = {f"{name}_{half}": at(name, half) for half in range(2) for name in moving}
+    doc = "March a block n samples f from sample i on; rows of s: q, e1, ... and the peaks, then those of `transfer`."
+    return stretch(f"_filter_{d}_{followed}", doc, 2, places, {"f0": "f"}, lambda depth: placed(step, depth)) + fill(
         FILTER,
-        d=d, followed=followed, width=WIDTH, whole=2 * WIDTH, rows=len(row), given=len(given), moved=len(moving),
-        peaks=row["t0"], scale=2 * WIDTH * row["S"], moving=", ".join(f"{name}_{half}" for name, half in halves),
-        at_moving=", ".join(at(name, half) for name, half in halves),
-        step=place_lines(step, 4), step_alone=place_lines(step, 3),
+        d=d, followed=followed, whole=2 * WIDTH, rows=len(row), given=len(given), moved=len(moving),
+        peaks=row["t0"], scale=2 * WIDTH * row["S"],
     )  # fmt: skip

@@ -11,23 +11,24 @@ from ..declare.digest import scene_digest, scheme_digest
 from ..declare.names import check_pair
 from ..declare.scene import Scene
 from ..declare.scheme import Scheme
-from ..kernels.adaptive_step import AdaptiveStep
+from ..kernels.body import Body
+from ..kernels.estimated_body import EstimatedBody
 from ..kernels.local_error import LocalError, Terms
-from ..kernels.scene_step import SceneStep
 from ..motion.effective import effective_systems
 from ..motion.equations import EquationsOfMotion
-from .adaptive_module import adaptive_module, local_error_module
+from .adaptive_module import adaptive_module
+from .local_error_module import local_error_module
+from .pair_module import pair_module
 from .plan_module import plan_module
 from .printing import fill
 from .scene_module import scene_entry, scene_module
-from .scene_step_module import scene_step_module
 from .templates.scheme import BANNER
 
 
 def catalogue_pair(scheme: Scheme, motion: EquationsOfMotion) -> str:
     """Text of the module that marches the scheme on the scene."""
-    step = SceneStep.of(*_in_kernels(scheme, motion))
-    return scene_step_module(step, effective_systems(scheme), _banner_of_pair(scheme, motion))
+    body = Body.of(*_in_kernels(scheme, motion))
+    return pair_module(body, effective_systems(scheme), _banner_of_pair(scheme, motion))
 
 
 def adaptive_pair(scheme: Scheme, motion: EquationsOfMotion, terms: Terms, order: int, always: bool = True) -> str:
@@ -37,8 +38,8 @@ def adaptive_pair(scheme: Scheme, motion: EquationsOfMotion, terms: Terms, order
 
     Raises DeclarationError for a scheme whose step cannot change.
     """
-    step = AdaptiveStep.of(*_in_kernels(scheme, motion), terms, order, always)
-    return adaptive_module(step, _banner_of_pair(scheme, motion))
+    body = EstimatedBody.of(*_in_kernels(scheme, motion), terms, order, always)
+    return adaptive_module(body, _banner_of_pair(scheme, motion))
 
 
 def local_error(scheme: Scheme, exact: Mapping[str, Any], *, damped: bool) -> str:

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable, Sequence
 from itertools import product
-from textwrap import wrap
 from typing import Any
 
 from sympy import Expr, Integer, Matrix, eye
@@ -18,7 +17,7 @@ from ..kernels.scheme import SchemeKernels
 from ..oscillator.transfer import Transfer
 from .double_double import DoubleDouble
 from .filter_module import filter_rows
-from .printing import PRINTER, fill
+from .printing import PRINTER, fill, wrapped
 from .rule_lines import coefficient_lines, increment_lines
 from .templates.formulas import AMPLIFICATION, COEFFICIENTS, FORMULAS, FUNCTION, START, STENCIL, TRANSFER
 
@@ -50,15 +49,13 @@ def formulas(kernels: SchemeKernels, arguments: Sequence[str]) -> str:
 
 def _function(name: str, doc: str, arguments: Sequence[str], lines: Iterable[str], returned: Sequence[str]) -> str:
     """Text of a function of the arguments that holds formulas; what it returns has the names or texts given."""
-    texts = wrap(", ".join(returned) + ("," if len(returned) == 1 else ""), 100)
-    values = texts[0] if len(texts) == 1 else "(\n        " + "\n        ".join(texts) + "\n    )"
     return fill(
         FUNCTION,
         name=name,
         doc=doc,
         arguments=", ".join(["by", *arguments]),
         lines="".join(f"    {line}\n" for line in lines),
-        returned=values,
+        returned=wrapped(returned),
     )
 
 

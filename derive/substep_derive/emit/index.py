@@ -1,6 +1,5 @@
 """Declarations -> text of the index, from which the runtime knows the schemes without numba or SymPy."""
 
-import hashlib
 from collections.abc import Iterable
 
 from sympy import Expr, Float, Poly, Pow, Symbol, factor, fraction, together
@@ -10,8 +9,8 @@ from ..declare.errors import DeclarationError
 from ..declare.parameter import Family, Parameter, Root
 from ..declare.scheme import Scheme
 from ..declare.symbols import knot_of, lattice, state_label
-from .printing import KERNEL_PRINTER, fill, literal_tuple
-from .templates.scheme import BANNER, INDEX
+from .printing import KERNEL_PRINTER, fill, literal_tuple, with_banner
+from .templates.scheme import INDEX
 
 
 def index_module(schemes: Iterable[tuple[Scheme, int]]) -> str:
@@ -25,8 +24,7 @@ def index_module(schemes: Iterable[tuple[Scheme, int]]) -> str:
         lines += [f'    "{scheme.name}": {{', *(f"        {line}" for line in described), "    },"]
     body = "\n".join([*lines, "}"])
     text = fill(INDEX, imports=numpy_for(body), schemes=body)
-    checked = hashlib.sha256(text.encode()).hexdigest()
-    return fill(BANNER, source="substep_derive.schemes", digest=checked) + text
+    return with_banner("substep_derive.schemes", text)
 
 
 def index_entry(scheme: Scheme, loads: int, *, own: bool = False) -> list[str]:

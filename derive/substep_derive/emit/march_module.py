@@ -5,15 +5,15 @@ but an output of its own.
 """
 
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping
 from itertools import product
-from textwrap import indent, wrap
 from typing import Any
 
 from ..declare.names import entry_name
 from ..kernels.march_shape import Shape
-from .printing import fill
-from .templates.march import MARCH, MARCH_HEADER, RUN, RUN_AHEAD
+from .printing import fill, placed, wrapped
+from .templates.decorators import COMPILE_AND_INNER
+from .templates.march import MARCH, MARCH_HEADER, RUN, RUN_AHEAD, STORE, STRETCH
 from .templates.widest import WIDEST
 
 WIDTH = 48  # lanes of a block: 6 vector registers of 8, enough to hide the latency of the recurrence
@@ -27,7 +27,32 @@ def march_module(shape: Shape, loads: Iterable[int]) -> str:
     """Text of the module of a shape, without its banner."""
     s = _Shape(shape, 2)
     head = fill(MARCH_HEADER, reported=", ".join(s.reported), m=s.m, width=WIDTH, blocks=BLOCKS, ahead=AHEAD)
-    return head + WIDEST + "".join(_Shape(shape, K).kernels() for K in loads)
+    return head + COMPILE_AND_INNER + fill(STORE) + WIDEST + "".join(_Shape(shape, K).kernels() for K in loads)
+
+
+def stretch(
+    name: str, doc: str, at_once: int, moving: Mapping[str, str], loads: Mapping[str, str], step: Callable[[int], str]
+) -> str:
+    """Text of a function that marches a block through a stretch of steps; lanes stay in registers for at_once of them.
+
+    moving: names of what changes from step to step, and their places in the block. loads: names of a step's loads, and
+    of the arrays they are read from. step: lines of a step of one lane, at a depth of indentation.
+    """
+    return fill(
+        STRETCH,
+        name=name,
+        docstring=doc,
+        steps_at_once=at_once,
+        width=WIDTH,
+        moving=", ".join(moving),
+        places=", ".join(moving.values()),
+        f=", ".join(loads),
+        F=", ".join(dict.fromkeys(loads.values())),
+        f_at_k=", ".join(f"{F}[i + k]" for F in loads.values()),
+        f_at_i=", ".join(f"{F}[i]" for F in loads.values()),
+        step=step(4),
+        step_alone=step(3),
+    )
 
 
 class _Shape:
@@ -55,9 +80,9 @@ class _Shape:
         """Text of the place of a lane's number in its block."""
         return f"s[{self.row[name] * WIDTH} + j]" if self.row[name] else "s[j]"
 
-    def sum(self, name: str, i: int, in_block: bool) -> str:
-        """Text of row i of D or O times x plus that of B or P times the load; in_block: coefficients from it."""
-        return nested(self.terms(name, i, in_block))
+    def sum(self, name: str, i: int) -> str:
+        """Text of row i of D or O times x plus that of B or P times the load, with coefficients from the block."""
+        return nested(self.terms(name, i, True))
 
     def terms(self, name: str, i: int, in_block: bool) -> list[str]:
         """Text of the terms of row i of D or O times x, and of B or P times the load."""
@@ -76,42 +101,53 @@ class _Shape:
         rows = [f"1/h{'^2' if z == 'z2' else ''}" for z in self.scales.values()]
         return " and ".join(rows) or "nothing else"
 
-    def step(self, depth: int, in_block: bool = True) -> str:
-        """Lines of one step; in_block: with coefficients read from the block."""
-        lines = [f"{name} = {self.sum('O', i, in_block)}" for i, name in enumerate(self.y)]
-        lines += [f"c{i} = {self.sum('D', i, in_block)}" for i in range(self.m)]
-        return place_lines([*lines, *(f"{name} += c{i}" for i, name in enumerate(self.x))], depth)
+    def step(self, depth: int) -> str:
+        """Lines of one step of a lane in its block."""
+        lines = [f"{name} = {self.sum('O', i)}" for i, name in enumerate(self.y)]
+        lines += [f"c{i} = {self.sum('D', i)}" for i in range(self.m)]
+        return placed([*lines, *(f"{name} += c{i}" for i, name in enumerate(self.x))], depth)
+
+    def step_with_peaks(self, depth: int) -> str:
+        """The same, and the largest |u|, |v|, |a| so far."""
+        largest = (f"max({t}, abs({self.scaled_in_block(e)}))" for t, e in zip(self.t, self.reported, strict=True))
+        peaks = f"{', '.join(self.t)} = {', '.join(largest)}"
+        return f"{self.step(depth)}\n{placed([peaks], depth)}"
 
     def kernels(self) -> str:
         """Text of all kernels for K load instants."""
-        K, xy, xyt = self.K, [*self.x, *self.y], [*self.x, *self.y, *self.t]
+        K, loads = self.K, dict(zip(self.f, self.F, strict=True))
+        xy, xyt = ({name: self.at(name) for name in (*self.x, *self.y, *t)} for t in ((), self.t))
         at_once = STEPS_AT_ONCE if self.m < 4 else 1
-        scaled = [self.scaled_in_block(name) for name in self.reported]
-        largest = (f"max({t}, abs({e}))" for t, e in zip(self.t, scaled, strict=True))
+        stretches = (
+            ("_final", "for its last state and outputs", xy, self.step),
+            ("_peaks", "for the largest |u|, |v|, |a| too", xyt, self.step_with_peaks),
+        )
+        text = "".join(
+            stretch(f"{name}_{K}", f"March a block n steps from step i on, {what}.", at_once, moving, loads, step)
+            for name, what, moving, step in stretches
+        )
         inline = (self.m + self.R) * (self.m + K) <= INLINE
-        ahead: dict[str, Any] = {
-            "sums": self.R + self.m, "ahead": self.loads_ahead(),
-            "f_ahead": ", ".join(f"{F}[first : first + AHEAD]" for F in self.F),
-        }  # fmt: skip
-        return fill(
+        run: dict[str, Any] = {"f_at_i": ", ".join(f"{F}[i]" for F in self.F)}
+        if not inline:
+            ahead = ", ".join(f"{F}[first : first + AHEAD]" for F in self.F)
+            run = {"sums": self.R + self.m, "ahead": self.loads_ahead(), "f_ahead": ahead}
+        return text + fill(
             MARCH + (RUN if inline else RUN_AHEAD),
-            **({} if inline else ahead),
+            **run,
             K=K, m=self.m, width=WIDTH, steps_at_once=at_once, rows=len(self.row),
             before=self.before, given=len(self.row) - self.before,
             peaks=self.row["t0"], own=self.row["own0"], scales=self.scales_text(),
-            x=", ".join(self.x), xy=", ".join(xy), xyt=", ".join(xyt), t=", ".join(self.t),
+            x=", ".join(self.x), xyt=", ".join(xyt), at_xyt=", ".join(xyt.values()),
             f=", ".join(self.f), F=", ".join(self.F),
             at_x=", ".join(f"x[{r}]" for r in range(self.m)),
-            at_xy=", ".join(map(self.at, xy)), at_xyt=", ".join(map(self.at, xyt)),
-            f_at_k=", ".join(f"{F}[i + k]" for F in self.F), f_at_i=", ".join(f"{F}[i]" for F in self.F),
+            f_at_k=", ".join(f"{F}[i + k]" for F in self.F),
             f_of_lane=", ".join(self.at(f"own{k}") for k in range(K)),
-            scaled=", ".join(scaled),
+            scaled=", ".join(map(self.scaled_in_block, self.reported)),
             staged=", ".join(f"rows[{BLOCKS * WIDTH} * (3 * k + {r}) + j]" for r in range(3)),
             at_x_in_block=", ".join(map(self.at, self.x)),
-            step=self.step(4), step_alone=self.step(3), step_own=self.step(2),
+            step=self.step(3), step_with_peaks=self.step_with_peaks(2),
             one=self.one_lane(inline),
-            largest=", ".join(largest),
-            takes=place_lines(
+            takes=placed(
                 (
                     f"place = min(max(at + {r} * lanes, 0), FAR)\n"
                     f"for j in range(size):\n    values[place + j] = {self.scaled_in_block(name, in_block=True)}"
@@ -119,7 +155,7 @@ class _Shape:
                 ),
                 5,
             ),
-            coefficients=_wrapped([*self.entries, *self.scales.values()]),
+            coefficients=wrapped([*self.entries, *self.scales.values()]),
         )  # fmt: skip
 
     def loads_ahead(self) -> str:
@@ -127,7 +163,7 @@ class _Shape:
         rows = [("O", i) for i in range(self.R)] + [("D", i) for i in range(self.m)]
         sums = (nested(self.terms(name, i, False)[self.m :]) for name, i in rows)
         lines = (f"loaded[{_row(r)}i] = {text}" for r, text in enumerate(sums))
-        return place_lines((re.sub(r"\bf(\d+)", r"f\1[i]", line) for line in lines), 3)
+        return placed((re.sub(r"\bf(\d+)", r"f\1[i]", line) for line in lines), 3)
 
     def one_lane(self, inline: bool) -> str:
         """Lines of a step of one lane: x1 = (x0 + D_ii x0) + (the other terms), whose first sum is rounded once.
@@ -147,7 +183,7 @@ class _Shape:
             lines.append(f"c{i} = ({name} + {own}) + ({nested(others)})")
         stored = (f"{self.scales[name]} * {name}" if name in self.scales else name for name in self.reported)
         lines += [f"{name} = c{i}" for i, name in enumerate(self.x)]
-        return place_lines([*lines, *(f"{rows}, {k}] = {e}" for k, e in enumerate(stored))], at)
+        return placed([*lines, *(f"{rows}, {k}] = {e}" for k, e in enumerate(stored))], at)
 
 
 def _row(r: int) -> str:
@@ -161,13 +197,3 @@ def nested(terms: Iterable[str]) -> str:
     for k, term in enumerate(reversed(others)):
         text = f"{term} + ({text})" if k else f"{term} + {text}"
     return text
-
-
-def place_lines(texts: Iterable[str], depth: int) -> str:
-    """Lines at that depth of indentation."""
-    return indent("\n".join(texts), "    " * depth)
-
-
-def _wrapped(names: list[str]) -> str:
-    lines = wrap(", ".join(names), 100)
-    return lines[0] if len(lines) == 1 else "(\n        " + "\n        ".join(lines) + "\n    )"

@@ -1,14 +1,16 @@
 """Small printing tools of the emitters."""
 
+import hashlib
 from collections.abc import Iterable, Mapping, Sequence
 from string import Formatter
-from textwrap import indent
+from textwrap import indent, wrap
 from typing import Any
 
 from sympy import Expr, Float, Rational, Symbol, count_ops
 from sympy.printing.pycode import PythonCodePrinter
 
 from ..algebra import rational
+from .templates.scheme import BANNER
 
 WHOLE = 2**53  # whole numbers up to this one are doubles
 
@@ -96,7 +98,12 @@ def block(
 def lines(assigned: Iterable[tuple[Any, Expr]], depth: int = 1, printer: KernelPrinter = KERNEL_PRINTER) -> str:
     """One line an assignment, in the order given."""
     named = ((name if isinstance(name, str) else printer.doprint(name), e) for name, e in assigned)
-    return indent("\n".join(f"{name} = {printer.doprint(e)}" for name, e in named), "    " * depth)
+    return placed((f"{name} = {printer.doprint(e)}" for name, e in named), depth)
+
+
+def placed(texts: Iterable[str], depth: int) -> str:
+    """Lines at that depth of indentation."""
+    return indent("\n".join(texts), "    " * depth)
 
 
 def operations(assigned: Iterable[tuple[Any, Expr]]) -> int:
@@ -110,6 +117,11 @@ def fill(template: str, **fields: object) -> str:
     if wanted != set(fields):
         raise KeyError(f"template wants {sorted(wanted)}, got {sorted(fields)}")
     return template.format(**fields)
+
+
+def with_banner(source: str, text: str) -> str:
+    """The text of a module below a banner with its own digest; source: what it is generated from."""
+    return fill(BANNER, source=source, digest=hashlib.sha256(text.encode()).hexdigest()) + text
 
 
 def decimal(e: Expr) -> Expr:
@@ -126,3 +138,9 @@ def docstring(text: str) -> str:
 def literal_tuple(items: Iterable[str]) -> str:
     """Text of a tuple whose items have these texts."""
     return "(" + "".join(f"{item}, " for item in items).rstrip() + ")"
+
+
+def wrapped(names: Sequence[str]) -> str:
+    """Text of the names as a tuple on one line, or between brackets on several."""
+    rows = wrap(", ".join(names) + ("," if len(names) == 1 else ""), 100)
+    return rows[0] if len(rows) == 1 else "(\n        " + "\n        ".join(rows) + "\n    )"

@@ -1,6 +1,5 @@
 """Scene -> text of its module: energies, invariants and accelerations in NumPy; and its entry in the index."""
 
-import hashlib
 import json
 from collections.abc import Iterable
 
@@ -12,7 +11,7 @@ from ..declare.parameter import Parameter
 from ..declare.symbols import sampled, t
 from ..motion.equations import EquationsOfMotion
 from .index import domain_text, number, numpy_for
-from .printing import KernelPrinter, block, docstring, fill, literal_tuple
+from .printing import KernelPrinter, block, docstring, fill, literal_tuple, with_banner
 from .templates.scene import LOG_COSH, SCENE_FUNCTION, SCENE_HEADER, SCENES
 from .templates.scheme import BANNER
 
@@ -97,8 +96,7 @@ def scenes_index(motions: Iterable[EquationsOfMotion]) -> str:
     """Text of generated/substep_kernels/scene_index.py."""
     body = ["{", *(f'    "{m.scene.name}": {scene_entry(m)},' for m in motions), "}"]
     text = fill(SCENES, imports=numpy_for("\n".join(body)), scenes="\n".join(body))
-    checked = hashlib.sha256(text.encode()).hexdigest()
-    return fill(BANNER, source="substep_derive.scenes", digest=checked) + text
+    return with_banner("substep_derive.scenes", text)
 
 
 def scene_entry(motion: EquationsOfMotion) -> str:

@@ -16,8 +16,9 @@ from ..kernels.scheme import SchemeKernels
 from .eigenvalue_defect import defect_lines
 from .many_eigenvalues import coefficient_names, more_eigenvalues
 from .printing import PRINTER, fill
+from .templates.decorators import COMPILE, INLINE, INNER
 from .templates.eigenvalues import SIZES, STABILITY, THREE_EIGENVALUES, TWO_EIGENVALUES
-from .templates.elementary import ANGLE, CALL, CALL_IMPORTS, COMPILE, LOG1P, REFUSED
+from .templates.elementary import ANGLE, CALL, CALL_IMPORTS, LOG1P, POINTWISE, REFUSED
 from .templates.stability import BLOCK_KERNEL, ERRORS, POLYNOMIALS
 
 NJIT = "from numba import njit\n"
@@ -62,13 +63,16 @@ _AT_EXACT_DOC = (
 
 def eigenvalues_module(kind: EigenvalueKind) -> str:
     """Text of the module that finds the eigenvalues of a kind, without its banner."""
-    imports = fill(CALL_IMPORTS) if kind.twice or kind.roots > 3 else NJIT
-    header = fill(COMPILE, block=BLOCK, imports=imports)
     if kind.twice or kind.roots > 3:
-        return more_eigenvalues(kind, SMALL_OMEGA, _sizes, compile=header, call=fill(CALL), angle=fill(ANGLE))
+        begin = _begin(CALL_IMPORTS)
+        return more_eigenvalues(kind, SMALL_OMEGA, _sizes, compile=begin, call=fill(CALL), angle=fill(ANGLE))
     if kind.roots == 2:
-        return fill(TWO_EIGENVALUES, compile=header, sizes=_sizes(6, 4, 0, False))
-    return fill(THREE_EIGENVALUES, compile=header, sizes=_sizes(7, 6, 1, False))
+        return fill(TWO_EIGENVALUES, compile=_begin(NJIT), sizes=_sizes(6, 4, 0, False))
+    return fill(THREE_EIGENVALUES, compile=_begin(NJIT), sizes=_sizes(7, 6, 1, False))
+
+
+def _begin(imports: str) -> str:
+    return fill(POINTWISE, block=BLOCK, imports=imports) + INNER + INLINE
 
 
 def _sizes(rows: int, found: int, others: int, conjugates: bool) -> str:
@@ -77,14 +81,13 @@ def _sizes(rows: int, found: int, others: int, conjugates: bool) -> str:
 
 def stability_module() -> str:
     """Text of the module of the function that stores what is known of eigenvalues, without its banner."""
-    header = fill(COMPILE, block=BLOCK, imports=fill(CALL_IMPORTS))
-    return fill(STABILITY, compile=header, call=fill(CALL), refused=fill(REFUSED), small_Omega=SMALL_OMEGA)
+    parts = {"compile": _begin(CALL_IMPORTS), "stored": COMPILE, "call": fill(CALL), "refused": fill(REFUSED)}
+    return fill(STABILITY, **parts, small_Omega=SMALL_OMEGA)
 
 
 def errors_module() -> str:
     """Text of the module that computes damping and period error from eigenvalues, without its banner."""
-    header = fill(COMPILE, block=BLOCK, imports=NJIT)
-    return fill(ERRORS, compile=header, log1p=fill(LOG1P), angle=fill(ANGLE), small_Omega=SMALL_OMEGA)
+    return fill(ERRORS, compile=_begin(NJIT), log1p=fill(LOG1P), angle=fill(ANGLE), small_Omega=SMALL_OMEGA)
 
 
 def _assignments(kernel: Kernel) -> tuple[list[str], int]:

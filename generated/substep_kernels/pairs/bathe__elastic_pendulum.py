@@ -195,6 +195,22 @@ def _lane(h, EA_, L_, m_, tolerance, state, bound, first, n, stride, out, iterat
     return status, done, peak
 
 
+@_compile
+def march(h, EA_, L_, m_, tolerance, state, bound, first, n, stride, out, iterations, newton, peak, n_done, status):
+    """March every lane n steps of bathe.
+
+    h, EA_, L_, m_, tolerance: one number for each lane. state (lanes, 3, 2), rows as STATE: on entry at step
+    first, on return after the last step completed. out (lanes, rows, 3, 2): u, v, a every stride steps; row 0 is
+    left to the caller. peak (lanes,): largest energy after the steps of this call. first: steps completed before
+    it. n_done (lanes,): steps completed in all, at most n (lanes,); status (lanes,). A lane stops before a state
+    that is not finite or whose energy exceeds bound (lanes,). tolerance: a balance's Newton iteration ends at a
+    correction of u that is no larger. newton (lanes, 2, balances): Newton iterations of the steps completed,
+    their sum and the most in one step; iterations (lanes, rows, balances): those of each of the first rows steps.
+    """
+    for lane in range(h.size):
+        status[lane], n_done[lane], peak[lane] = _lane(h[lane], EA_[lane], L_[lane], m_[lane], tolerance[lane], state[lane], bound[lane], first, n[lane], stride, out[lane], iterations[lane], newton[lane])
+
+
 # most lanes of a block. A row holds one variable of all its lanes; the rows of a step stay in the first-level cache
 WIDTH = 64
 
@@ -310,8 +326,6 @@ def _block(lane0, lane1, h, EA_, L_, m_, tolerance, state, bound, first, n, stri
         v_0_y[j] = state[lane, 1, 1]
         a_0_x[j] = state[lane, 2, 0]
         a_0_y[j] = state[lane, 2, 1]
-        go_0[j] = 1.0
-        go_1[j] = 1.0
         peak_row[j] = -np.inf
     for j in range(begin, end):
         c0[j] = (1/2)*h_row[j]
@@ -342,6 +356,8 @@ def _block(lane0, lane1, h, EA_, L_, m_, tolerance, state, bound, first, n, stri
                     ends = min(ends, n[of_lane[j]])
                 else:
                     leaves[j] = 1.0
+                go_0[j], idle_0[j] = 1.0, 0.0
+                go_1[j], idle_1[j] = 1.0, 0.0
             if not _leave(rows, leaves, of_lane, runs, begin, end, place, state, peak, newton, common):
                 return
             left = 0
@@ -389,7 +405,6 @@ def _block(lane0, lane1, h, EA_, L_, m_, tolerance, state, bound, first, n, stri
                 if not size[j] <= near_0[j]:
                     leaves[j], lane = 1.0, of_lane[j]
                     n_done[lane], status[lane] = i, NEWTON_FAILED
-                go_0[j], idle_0[j] = 1.0, 0.0
             continue  # the others begin the step again
         for j in range(begin, end):
             u_g_x = a_g_x[j]*c1[j] + u_star_x[j]
@@ -438,8 +453,6 @@ def _block(lane0, lane1, h, EA_, L_, m_, tolerance, state, bound, first, n, stri
                 if not size[j] <= near_1[j]:
                     leaves[j], lane = 1.0, of_lane[j]
                     n_done[lane], status[lane] = i, NEWTON_FAILED
-                go_0[j], idle_0[j] = 1.0, 0.0
-                go_1[j], idle_1[j] = 1.0, 0.0
             continue  # the others begin the step again
         bad = 0
         for j in range(begin, end):
@@ -513,19 +526,3 @@ def march_block(h, EA_, L_, m_, tolerance, state, bound, first, n, stride, out, 
     """The same results as march, WIDTH lanes at a time."""
     for lane in range(0, h.size, WIDTH):
         _block(lane, min(lane + WIDTH, h.size), h, EA_, L_, m_, tolerance, state, bound, first, n, stride, out, iterations, newton, peak, n_done, status)
-
-
-@_compile
-def march(h, EA_, L_, m_, tolerance, state, bound, first, n, stride, out, iterations, newton, peak, n_done, status):
-    """March every lane n steps of bathe.
-
-    h, EA_, L_, m_, tolerance: one number for each lane. state (lanes, 3, 2), rows as STATE: on entry at step
-    first, on return after the last step completed. out (lanes, rows, 3, 2): u, v, a every stride steps; row 0 is
-    left to the caller. peak (lanes,): largest energy after the steps of this call. first: steps completed before
-    it. n_done (lanes,): steps completed in all, at most n (lanes,); status (lanes,). A lane stops before a state
-    that is not finite or whose energy exceeds bound (lanes,). tolerance: a balance's Newton iteration ends at a
-    correction of u that is no larger. newton (lanes, 2, balances): Newton iterations of the steps completed,
-    their sum and the most in one step; iterations (lanes, rows, balances): those of each of the first rows steps.
-    """
-    for lane in range(h.size):
-        status[lane], n_done[lane], peak[lane] = _lane(h[lane], EA_[lane], L_[lane], m_[lane], tolerance[lane], state[lane], bound[lane], first, n[lane], stride, out[lane], iterations[lane], newton[lane])

@@ -1,7 +1,5 @@
 """The fixed text of the module that marches a scheme on a scene in steps of chosen length; every {field} is filled."""
 
-from .step_control import STEP_CONTROL
-
 ADAPTIVE_HEADER = '''"""{scheme} on {scene}: steps that are chosen from the estimated local error.
 
 {errors}
@@ -28,12 +26,7 @@ OPERATIONS = {operations}
 RUNG, CHANGE = {rung}, {change}
 COMPLETED, NON_FINITE, ENERGY_BOUND, STEP_TOO_SMALL, BUFFER_FULL = 0, 2, 3, 4, 5
 # contract: a product and a sum may become one operation; sums keep their order
-_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={{"contract"}})
-# called by kernels alone: not from Python, and so without the code for that
-_inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={{"contract"}})
 '''
-
-ADAPTIVE_HEADER += STEP_CONTROL
 
 ACCELERATION = '''
 
@@ -50,9 +43,8 @@ FIRST = '''
 def _first(numbers, start, t, load, samples, middle):
     """Length of a step of which nothing is known before it; start: u, v, a at t. And the speed that it is scaled by."""
 {numbers}
-{first_acceleration}
     size = np.empty((3, start.shape[1]))
-{a_first}
+{first}
     fast = _fastest(start, size[0], length)
     u_scale = atol_u + rtol * np.abs(start[0]) + 1e-300
     v_scale = atol_v + share_v * fast + rtol * np.abs(start[1]) + 1e-300
@@ -60,8 +52,7 @@ def _first(numbers, start, t, load, samples, middle):
     size[1] = start[0] + trial * start[1]
     size[2] = start[1] + trial * size[0]
     t += trial
-{second_acceleration}
-{a_second}
+{second}
     if fast == 0.0:  # complete rest: only the load tells how fast the motion will be
         fast = np.sqrt(length * np.abs(size[1]).max())
         v_scale = v_scale + share_v * fast
@@ -79,8 +70,7 @@ def _halved({arguments}):
 {constants}
 {state}
     for _ in range(2):
-{forces}{steps}
-{reported}
+{steps}{reported}
 {shift}
         t += h
     return {result}
@@ -163,8 +153,7 @@ def _lane(numbers, start, load, samples, targets, grid, state, here, control, co
             known = h
 {changing}
         h = known  # the same number, but not computed from the last step's error: the processor need not wait for it
-{adapted}{uneven}{forces}{steps}
-{reported}
+{adapted}{uneven}{steps}{reported}
         size = 0.0
 {size}
         if not np.isfinite({sum} + size):
@@ -203,17 +192,6 @@ def _lane(numbers, start, load, samples, targets, grid, state, here, control, co
     counts[TARGET], counts[ROWS], counts[GRID], counts[ACCEPTED] = at, row, place, accepted
     return status
 '''
-
-NOT_CONVERGED = """counts[FAILED] += 1
-counts[REJECTED] += 1
-proposed, before = 0.25 * h, -1.0
-continue"""
-
-COUNT_STEP = """        newton[0, {balance}] += taken_{balance}
-        newton[1, {balance}] = max(newton[1, {balance}], taken_{balance})
-        if row < iterations.shape[0]:
-            iterations[row, {balance}] = taken_{balance}
-"""
 
 DENSE = """            if grid[place] == end:
 {at_end}

@@ -2,8 +2,7 @@
 
 STABILITY = '''"""Spectral radius, numerical damping and period error at many points, whatever the scheme."""
 {compile}
-_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={{"contract"}})
-{call}{refused}
+{stored}{call}{refused}
 
 def _rows(block):
     """The rows of an array: in compiled code their addresses."""

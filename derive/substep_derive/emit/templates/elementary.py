@@ -1,6 +1,6 @@
-"""Fixed text of what several shared modules of stability functions have: how they compile, and elementary functions."""
+"""Fixed text of what several shared modules of stability functions have: their beginning, and elementary functions."""
 
-COMPILE = """
+POINTWISE = """
 import math
 
 import numpy as np
@@ -9,11 +9,6 @@ import numpy as np
 BLOCK = {block}
 
 # contract: a * b + c may become one operation, rounded once
-_inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={{"contract"}})
-_inline = njit(
-    nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={{"contract"}},
-    forceinline=True,
-)
 """
 
 CALL_IMPORTS = """from llvmlite import ir

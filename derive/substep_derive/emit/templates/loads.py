@@ -1,5 +1,6 @@
 """Fixed text of the module that evaluates loads."""
 
+from .decorators import INLINE
 from .widest import WIDEST, WIDEST_IMPORTS
 
 LOADS = (
@@ -15,11 +16,8 @@ FAR = 1 << 30  # beyond it the place in a record is not found as an integer of 3
 
 _exact = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
 _fused = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
-_inline = njit(
-    nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"},
-    forceinline=True,
-)
 """
+    + INLINE
     + WIDEST
     + '''
 

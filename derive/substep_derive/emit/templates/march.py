@@ -28,10 +28,9 @@ AHEAD = {ahead}  # steps of one lane whose loads are multiplied by their coeffic
 LARGE = 1 << 20  # numbers of a history that is stored past the caches, which could not hold it
 FAR = 1 << 50  # beyond any index; loops are vectorised if their first index is known to lie from 0 to FAR
 
-_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={{"contract"}})
-# called by kernels alone: not from Python, and so without the code for that
-_inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={{"contract"}})
+'''
 
+STORE = '''
 
 @intrinsic
 def _stream(typing, values, place, row, at):
@@ -76,49 +75,29 @@ def _store(values, place, row, at, size):
         values[place + j] = row[at + j]
 '''
 
+STRETCH = '''
+
+@_inner
+def {name}(s, {F}, i, n):
+    """{docstring}"""
+    _widest()
+    whole = i + n - n % {steps_at_once}
+    for i in range(i, whole, {steps_at_once}):
+        for j in range({width}):
+            {moving} = {places}
+            for k in range({steps_at_once}):
+                {f} = {f_at_k}
+{step}
+            {places} = {moving}
+    for i in range(whole, whole + n % {steps_at_once}):
+        {f} = {f_at_i}
+        for j in range({width}):
+            {moving} = {places}
+{step_alone}
+            {places} = {moving}
+'''
+
 MARCH = '''
-
-@_inner
-def _final_{K}(s, {F}, i, n):
-    """March a block n steps from step i on, for its last state and outputs."""
-    _widest()
-    whole = i + n - n % {steps_at_once}
-    for i in range(i, whole, {steps_at_once}):
-        for j in range({width}):
-            {xy} = {at_xy}
-            for k in range({steps_at_once}):
-                {f} = {f_at_k}
-{step}
-            {at_xy} = {xy}
-    for i in range(whole, whole + n % {steps_at_once}):
-        {f} = {f_at_i}
-        for j in range({width}):
-            {xy} = {at_xy}
-{step_alone}
-            {at_xy} = {xy}
-
-
-@_inner
-def _peaks_{K}(s, {F}, i, n):
-    """March a block n steps from step i on, for the largest |u|, |v|, |a| too."""
-    _widest()
-    whole = i + n - n % {steps_at_once}
-    for i in range(i, whole, {steps_at_once}):
-        for j in range({width}):
-            {xyt} = {at_xyt}
-            for k in range({steps_at_once}):
-                {f} = {f_at_k}
-{step}
-                {t} = {largest}
-            {at_xyt} = {xyt}
-    for i in range(whole, whole + n % {steps_at_once}):
-        {f} = {f_at_i}
-        for j in range({width}):
-            {xyt} = {at_xyt}
-{step_alone}
-            {t} = {largest}
-            {at_xyt} = {xyt}
-
 
 @_inner
 def _own_loads_{K}(s):
@@ -127,8 +106,7 @@ def _own_loads_{K}(s):
     for j in range({width}):
         {xyt} = {at_xyt}
         {f} = {f_of_lane}
-{step_own}
-        {t} = {largest}
+{step_with_peaks}
         {at_xyt} = {xyt}
 
 
@@ -140,7 +118,7 @@ def _history_{K}(s, rows, {F}, i):
         {x} = {at_x_in_block}
         for k in range({steps_at_once}):
             {f} = {f_at_k}
-{step_alone}
+{step}
             {staged} = {scaled}
         {at_x_in_block} = {x}
 
@@ -245,33 +223,9 @@ from numba import njit
 {imports}
 WIDTH = {whole}  # lanes of a block
 
-_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={{"contract"}})
-# called by kernels alone: not from Python, and so without the code for that
-_inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={{"contract"}})
 '''
 
 FILTER = '''
-
-@_inner
-def _filter_{d}_{followed}(s, f):
-    """March a block through all samples f; rows of s: q, e1, ... and the peaks, then those of `transfer`."""
-    _widest()
-    n = f.size - 1
-    whole = 1 + n - n % 2
-    for i in range(1, whole, 2):
-        for j in range({width}):
-            {moving} = {at_moving}
-            for k in range(2):
-                f0 = f[i + k]
-{step}
-            {at_moving} = {moving}
-    for i in range(whole, n + 1):
-        f0 = f[i]
-        for j in range({width}):
-            {moving} = {at_moving}
-{step_alone}
-            {at_moving} = {moving}
-
 
 @_compile
 def peaks_{d}_{followed}(T, f, peak, begin, end):
@@ -284,7 +238,7 @@ def peaks_{d}_{followed}(T, f, peak, begin, end):
         for r in range({given}):
             for j in range(size):
                 s[({moved} + r) * {whole} + j] = T[r, first + j]
-        _filter_{d}_{followed}(s, f)
+        _filter_{d}_{followed}(s, f, 1, f.size - 1)
         for r in range({followed}):
             for j in range(size):
                 peak[r, first + j] = s[({peaks} + r) * {whole} + j]

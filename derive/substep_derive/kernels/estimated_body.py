@@ -1,4 +1,4 @@
-"""SceneStep -> AdaptiveStep: a step whose length the march chooses, with its estimated local error."""
+"""Body x estimator -> EstimatedBody: a step whose length the march chooses, with its estimated local error."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -13,14 +13,14 @@ from ..estimate.held import END, HALVED, START, earlier
 from ..motion.components import Assignments, assign, component_names
 from ..motion.equations import EquationsOfMotion
 from ..step.step import Step
+from .body import Body
 from .interpolant import Interpolant
 from .local_error import Terms, factored, weight_names
-from .scene_step import SceneStep
 
 
 @dataclass(frozen=True)
-class AdaptiveStep:
-    """step: as of a constant step, with h a variable and the time t_n = t.
+class EstimatedBody:
+    """body: as of a constant step, with h a variable and the time t_n = t.
 
     once: constants that do not depend on h; changing: those that do, and are computed again where h changes; uneven:
     those that depend on kappa, the length of the step before divided by h. error_u, error_v: names and expressions of
@@ -33,7 +33,7 @@ class AdaptiveStep:
     between: the interpolant, for one coordinate of a step.
     """
 
-    step: SceneStep
+    body: Body
     terms: Terms
     once: Assignments
     changing: Assignments
@@ -45,17 +45,17 @@ class AdaptiveStep:
     kept: Mapping[Symbol, Symbol]
     by_before: tuple[bool, bool]
     lag: int | None
-    halved: SceneStep | None
+    halved: Body | None
     acceleration: Matrix
     between: Interpolant
 
     @classmethod
     def of(
         cls, scheme: Scheme, motion: EquationsOfMotion, terms: Terms, order: int, always: bool = True
-    ) -> "AdaptiveStep":
+    ) -> "EstimatedBody":
         """terms, order, always: of the local error's estimate (see `LocalError`).
 
-        Raises DeclarationError as `SceneStep.of`, and for a scheme whose state holds values before t_n or does not
+        Raises DeclarationError as `Body.of`, and for a scheme whose state holds values before t_n or does not
         begin with u_0, v_0, a_0: its step cannot change.
         """
         if earlier_ones := [s for s in scheme.state if s not in knot(0)]:
@@ -78,21 +78,21 @@ class AdaptiveStep:
         lag = acceleration_lag(scheme)
         if lag is not None or any(e.has(START.a) for e in errors):
             kept[START.a] = END.a
-        step = SceneStep.of(
+        body = Body.of(
             scheme, motion, now=t, errors=errors, weights=[*weight_names(terms), *(name for name, _ in factors)],
             read=before.values(),
         )  # fmt: skip
-        once, changing, uneven = _by_change(factors, step.constants)
+        once, changing, uneven = _by_change(factors, body.constants)
         found = [
             assign(Matrix([Symbol(name) for name in component_names(Symbol(kind), motion)]), e)
-            for kind, e in zip(("u_*error", "v_*error", "v_*lateerror"), step.errors, strict=False)
+            for kind, e in zip(("u_*error", "v_*error", "v_*lateerror"), body.errors, strict=False)
         ]
         u, v = ([Symbol(name) for name in component_names(Symbol(f"{k}_*now"), motion)] for k in "uv")
         place = dict(zip((*motion.coordinates, *motion.scene.rates), (*u, *v), strict=True))
         acceleration = motion.consistent_acceleration.subs({**place, sampled: Symbol("load")}, simultaneous=True)
-        halved = SceneStep.of(scheme, motion, now=t) if any(e.has(*HALVED[:2]) for e in errors) else None
+        halved = Body.of(scheme, motion, now=t) if any(e.has(*HALVED[:2]) for e in errors) else None
         return cls(
-            step, terms, once, [*changing, *step.near], uneven, found[0], found[1], found[2] if found[2:] else [],
+            body, terms, once, [*changing, *body.near], uneven, found[0], found[1], found[2] if found[2:] else [],
             always, kept, (by_before[0], by_before[1]), lag, halved, acceleration,
             Interpolant.of(knot(0), knot(1), order),
         )  # fmt: skip
@@ -100,7 +100,7 @@ class AdaptiveStep:
     @property
     def own_acceleration(self) -> bool:
         """Whether the scheme reports an acceleration of its own."""
-        return len(self.step.report) > 2
+        return len(self.body.report) > 2
 
     @property
     def end_is_estimated(self) -> bool:
@@ -109,28 +109,19 @@ class AdaptiveStep:
 
     def takes_end(self, errors: Assignments) -> bool:
         """Whether they contain the acceleration at the end of the step from the equation of motion."""
-        names = set(component_names(END.a, self.step.motion))
+        names = set(self.body.components(END.a))
         return any(s.name in names for _, e in errors for s in e.free_symbols)
 
     @property
     def refactored(self) -> bool:
         """Whether the scene is linear and an effective mass depends on h, so that its inverse changes with the step."""
         depends = {name for name, _ in self.changing}
-        return self.step.motion.linear and any(depends & step.inverse.free_symbols for step in self.step.steps)
-
-    @property
-    def newton_balances(self) -> list[int]:
-        """Places of the balances that iterate."""
-        return [k for k, step in enumerate(self.step.steps) if step.first is not None]
+        return self.body.motion.linear and any(depends & step.inverse.free_symbols for step in self.body.steps)
 
     @property
     def expressions(self) -> list[Expr]:
         """Every expression that a run computes."""
-        return [*self.step.expressions, *self.acceleration]
-
-    def step_components(self, kind: str) -> Matrix:
-        """Symbols of the components of u_0, v_0 or a_0."""
-        return Matrix([Symbol(name) for name in component_names(Symbol(f"{kind}_0"), self.step.motion)])
+        return [*self.body.expressions, *self.acceleration]
 
 
 def _before(scheme: Scheme, used: set[Symbol]) -> dict[Symbol, Symbol]:

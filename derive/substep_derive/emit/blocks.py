@@ -1,0 +1,133 @@
+"""The layout of lanes side by side: steps outside, lanes inside, which fill vector registers.
+
+The lines are those of the one-lane march with a name `u` replaced by `u[j]` of lane j, where u is a row of the block; a
+name that is used in only one loop over lanes stays a number. The result of each lane is the same as if it were marched
+alone: one that has converged gets corrections of 0; one that fails keeps its state by selection, and then gives its
+place to a copy of another, as one that has ended does. So no loop asks which lanes are at work, and iterations are
+counted once for all lanes as long as all take the same number.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+
+from sympy import Symbol
+
+from ..kernels.balance_step import Part
+from ..kernels.body import Body
+from .printing import KernelPrinter, fill, lines, placed
+from .step_text import Layout, StepText
+from .templates.block import BLOCK, BLOCK_COUNT, BLOCK_COUNTS
+from .templates.step import NEWTON_SIDE_BY_SIDE
+
+WIDTH = 64  # most lanes of a block: the rows of a step fit a first cache of 32 kB
+EACH = "for j in range(begin, end):"
+# arguments of the function that lanes leave by, those of Newton's counts not among them
+_LEAVING = "rows", "leaves", "of_lane", "runs", "begin", "end", "place", "state", "peak"
+
+
+def scalar_rows(body: Body) -> dict[str, str]:
+    """Of each number that a lane is given: the name of its row."""
+    names = [*body.scalars, "bound"]
+    return {name: f"row_{name[:-1]}" if name.endswith("_") else f"{name}_row" for name in names}
+
+
+def vector_rows(body: Body) -> list[str]:
+    """Names of variables that are rows: the state, constants, loads, and what one loop over lanes passes to another."""
+    constants = [s for s, _ in (*body.constants, *body.near)]
+    return sorted({*_shared(body), *(name for name, _ in body.places), *map(str, (*constants, *body.loads))})
+
+
+def _shared(body: Body) -> set[str]:
+    """Names that one loop over lanes assigns and another reads."""
+    *phases, last = body.phases
+    results = Part(body.results)
+    after = {str(new): str(old) for old, new in body.shift}
+    groups = [(phase.assigned, phase.read) for phase in phases]
+    groups.append((last.assigned | results.assigned, last.read | results.read | after.keys() | set(body.finite)))
+    groups.append((set(), {str(s) for v in body.report for e in v if str(e) not in after for s in e.free_symbols}))
+    return {
+        name
+        for k, (assigned, _) in enumerate(groups)
+        for name in assigned
+        if any(name in read for j, (_, read) in enumerate(groups) if j != k)
+    }
+
+
+def _names(body: Body) -> Mapping[str, str]:
+    """Text of every variable that is a row: its place in this."""
+    rows = {name: name for name in (*vector_rows(body), *(f"go_{k}" for k in body.iterated))} | scalar_rows(body)
+    return {name: f"{row}[j]" for name, row in rows.items()}
+
+
+def _march(body: Body, step: StepText, arguments: Sequence[str]) -> str:
+    """Text of `march_block`."""
+    w, iterated, row_of = step.printer, body.iterated, scalar_rows(body)
+    rows = [*vector_rows(body), *row_of.values(), "peak_row", "seen", "leaves"]
+    rows += ["size", *(f"{name}_{k}" for k in iterated for name in ("go", "idle", "sum", "most"))] if iterated else []
+    leaving = [*_LEAVING, *(["newton", "common"] if iterated else [])]
+    after = {str(new): old for old, new in body.shift}
+    kept = [[after.get(str(e), e) for e in vector] for vector in body.report]
+    stores = [f"row[{kind}, {i}] = {w.doprint(e)}" for kind, vector in enumerate(kept) for i, e in enumerate(vector)]
+    read = [f"{row}[j] = {name}[lane]" for name, row in row_of.items()]
+    read += [*(f"{name}[j] = state[lane, {place}]" for name, place in body.places), "peak_row[j] = -np.inf"]
+    constants = lines([*body.constants, *body.near], 2, w)
+    read_shift, shift = _shift(body, w)
+    return fill(
+        BLOCK,
+        width=WIDTH,
+        arguments=", ".join(arguments),
+        leaving=", ".join(leaving),
+        results=_results(body, rows),
+        rows=len(rows),
+        counts=fill(BLOCK_COUNTS, balances=len(body.steps)) if iterated else "",
+        allocate=placed((f"{name} = rows[{k}]" for k, name in enumerate(rows)), 1),
+        read=placed(read, 2),
+        constants=f"    {EACH}\n{constants}\n" if constants else "",
+        all_go=f"{placed(map(_all_go, iterated), 4)}\n" if iterated else "",
+        leave=f"_leave({', '.join(leaving)})",
+        waiting="        waited = False\n" if iterated else "",
+        steps=step.phases,
+        reported=step.last,
+        sum=" + ".join(w.doprint(Symbol(name)) for name in body.finite),
+        read_shift=read_shift,
+        shift=shift,
+        count=_count(iterated) if iterated else "",
+        store=placed(stores, 5),
+    )
+
+
+def _results(body: Body, rows: Sequence[str]) -> str:
+    """Lines that hand over what a lane's column of the rows holds."""
+    at = {name: f"rows[{k}, j]" for k, name in enumerate(rows)}
+    found = [f"peak[lane] = {at['peak_row']}", *(f"state[lane, {place}] = {at[name]}" for name, place in body.places)]
+    for k in body.iterated:
+        found += [f"newton[lane, 0, {k}] = common[0, {k}] + {at[f'sum_{k}']}"]
+        found += [f"newton[lane, 1, {k}] = max(common[1, {k}], {at[f'most_{k}']})"]
+    return placed(found, 3)
+
+
+def _shift(body: Body, w: KernelPrinter) -> tuple[str, str]:
+    """Lines that read what a shift moves, and that select the new values: to read in a selection prevents vectors."""
+    rows = dict.fromkeys(str(s) for both in body.shift for s in both if str(s) in w.names)
+    local = KernelPrinter({name: f"j_{name}" for name in rows})
+    read = lines([(f"j_{name}", Symbol(name)) for name in rows], 3, w)
+    chosen = (f"{w.doprint(old)} = {local.doprint(new)} if good else {local.doprint(old)}" for old, new in body.shift)
+    return read, placed(chosen, 3)
+
+
+def _all_go(k: int) -> str:
+    """The line after which no lane waits in an iteration of balance k."""
+    return f"go_{k}[j], idle_{k}[j] = 1.0, 0.0"
+
+
+def _count(iterated: Iterable[int]) -> str:
+    """Lines that count the iterations of a step: their sum, the most, and those of each step if asked for."""
+    own, common, stored = [], [], []
+    for k in iterated:
+        own += [f"taken = passes_{k} - idle_{k}[j]", f"sum_{k}[j] += taken", f"most_{k}[j] = max(most_{k}[j], taken)"]
+        own += [_all_go(k)]
+        common += [f"common[0, {k}] += passes_{k}", f"common[1, {k}] = max(common[1, {k}], passes_{k})"]
+        stored += [f"iterations[j - place, i, {k}] = passes_{k} - idle_{k}[j]"]
+    return fill(BLOCK_COUNT, own=placed(own, 4), common=placed(common, 3), store=placed(stored, 5))
+
+
+BLOCK_OF_LANES = Layout(EACH, NEWTON_SIDE_BY_SIDE, "of_lane[j] % forces.shape[0], ", _names, _march)

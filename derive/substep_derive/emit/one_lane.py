@@ -1,0 +1,69 @@
+"""The layout of one lane after another, in steps of one length: a function marches a lane through all its steps."""
+
+from collections.abc import Sequence
+from textwrap import indent, wrap
+
+from ..kernels.body import Body
+from .printing import fill, lines, placed
+from .step_text import Layout, StepText
+from .templates.pair import COUNT, COUNT_NONE, LANE
+from .templates.step import NEWTON
+
+RESULTS = "peak", "n_done", "status"
+
+
+def _march(body: Body, step: StepText, arguments: Sequence[str]) -> str:
+    """Text of `march`."""
+    given = arguments[: -len(RESULTS)]
+    return fill(
+        LANE,
+        lane_arguments=", ".join(given),
+        read_state=placed((f"{name} = state[{place}]" for name, place in body.places), 1),
+        constants=lines([*body.constants, *body.near]),
+        steps=step.phases,
+        reported=step.last,
+        sum=" + ".join(body.finite),
+        count_none=COUNT_NONE if body.iterated else "",
+        count="".join(fill(COUNT, balance=k, row="i") for k in body.iterated),
+        shift=lines(body.shift, 2),
+        store=placed((f"row[{k}, {i}] = {e}" for k, vector in enumerate(body.report) for i, e in enumerate(vector)), 3),
+        write_state=placed((f"state[{place}] = {name}" for name, place in body.places), 1),
+        arguments=", ".join(arguments),
+        scheme=body.scheme.name,
+        docstring=indent("\n".join(wrap(_meaning(body), 110)), "    "),
+        lane_call=", ".join(of_lane(given)),
+    )
+
+
+def _meaning(body: Body) -> str:
+    """What the arguments are."""
+    d, kinds = len(body.motion.coordinates), "uva"[: len(body.report)]
+    text = (
+        f"{', '.join(body.scalars)}: one number for each lane. "
+        f"state (lanes, {len(body.scheme.state)}, {d}), rows as STATE: "
+        "on entry at step first, on return after the last step completed. "
+        f"out (lanes, rows, {len(kinds)}, {d}): {', '.join(kinds)} every "
+        "stride steps; row 0 is left to the caller. "
+        "peak (lanes,): largest energy after the steps of this call. first: steps completed before it. "
+        "n_done (lanes,): steps completed in all, at most n (lanes,); "
+        "status (lanes,). A lane stops before a state that is not finite or whose energy exceeds bound (lanes,)."
+    )
+    if body.loads:
+        text += f" forces (lanes or 1, n, {len(body.stencil)}): the load at the stencil."
+    if body.iterated:
+        text += (
+            " tolerance: a balance's Newton iteration ends at a correction of u that is no larger. "
+            "newton (lanes, 2, balances): Newton iterations of the steps completed, their sum and the most in one step"
+            "; iterations (lanes, rows, balances): those of each of the first rows steps."
+        )
+    return text
+
+
+def of_lane(arguments: Sequence[str]) -> list[str]:
+    """Arguments of the call for one lane; one row of forces may serve all lanes."""
+    forces = {name: f"{name}[lane % {name}.shape[0]]" for name in ("forces", "start_forces")}
+    own = {"first": "first", "stride": "stride"} | forces
+    return [own.get(name, f"{name}[lane]") for name in arguments]
+
+
+ONE_LANE = Layout("", NEWTON, "", lambda body: {}, _march)

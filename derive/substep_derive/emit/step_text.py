@@ -1,0 +1,132 @@
+"""Body x Clock x Layout -> text of one step, in every kernel that marches a scheme on a scene.
+
+A clock says how the time of a lane goes on, a layout where the numbers of lanes lie, a body what a step computes.
+"""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+from sympy import Matrix, S, Symbol
+
+from ..declare.symbols import h, t
+from ..kernels.balance_step import Newton, Part, Straight
+from ..kernels.body import Body
+from .printing import KernelPrinter, block, fill, lines, operations, placed
+from .templates.step import NEWTON_FAILED, NOT_CONVERGED
+
+
+@dataclass(frozen=True)
+class Clock:
+    """How the time of a lane goes on.
+
+    load: text of a load, the `k`-th of the stencil, which is that at the time `at`; `lane` is as in `Layout`. failed:
+    lines that leave a step of which an iteration does not converge, where a function marches one lane.
+    """
+
+    load: str
+    failed: str
+
+
+# steps of one length, all loads given; and steps that are chosen
+DT = Clock("forces[{lane}i, {k}]", NEWTON_FAILED)
+TOL = Clock("_load(load, samples, middle, {at})", NOT_CONVERGED)
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Where the numbers of lanes lie.
+
+    each: the line above lines that are done for each lane; empty where a function marches one lane. newton: the text of
+    an iteration. lane: which lane's loads are read, in an array of those of all. names: of a body, the texts of the
+    variables that are not numbers under their own names. march: text of the functions that march all lanes in steps of
+    one length, from the body, the text of its step and the names of the march's arguments.
+    """
+
+    each: str
+    newton: str
+    lane: str
+    names: Callable[[Body], Mapping[str, str]]
+    march: Callable[[Body, "StepText", Sequence[str]], str]
+
+    @property
+    def depth(self) -> int:
+        """Indentation of the lines of a lane."""
+        return 3 if self.each else 2
+
+
+@dataclass(frozen=True)
+class StepText:
+    """Text of one step. phases: all but the last, which the results close; operations: of a step, of each iteration."""
+
+    phases: str
+    last: str
+    operations: dict[str, object]
+    printer: KernelPrinter
+
+
+def step_text(body: Body, clock: Clock, layout: Layout, results: Iterable[Part | str]) -> StepText:
+    """What a step computes; results: what follows its phases, in the same lines of a lane as the last of them."""
+    to = _Writer(clock, layout, KernelPrinter(layout.names(body)))
+    *phases, last = body.phases
+    texts = [to.each(to.loads(body))] if body.loads else []
+    for phase in phases:
+        texts.append(to.newton(phase) if isinstance(phase, Newton) else to.each(to.straight(phase.parts)))
+    assert isinstance(last, Straight)  # as `phases` says
+    text = to.straight([*last.parts, *results])
+    found = {"step": to.operations, "iteration": tuple(to.of_iterations)}
+    return StepText("".join(f"{text}\n" for text in texts), text, found, to.printer)
+
+
+class _Writer:
+    """Writes the phases of a step, and counts their operations."""
+
+    def __init__(self, clock: Clock, layout: Layout, printer: KernelPrinter) -> None:
+        self.clock, self.layout, self.printer = clock, layout, printer
+        self.operations, self.of_iterations = 0, list[int]()
+
+    def each(self, text: str) -> str:
+        """The lines of a lane, for each lane."""
+        return "\n".join([*([placed([self.layout.each], 2)] if self.layout.each else []), text])
+
+    def loads(self, body: Body) -> str:
+        """Lines that read the loads of a step."""
+        w, instants = self.printer, (self.printer.doprint(t + tau * h) for tau in body.stencil)
+        read = (self.clock.load.format(lane=self.layout.lane, k=k, at=at) for k, at in enumerate(instants))
+        return placed((f"{w.doprint(s)} = {text}" for s, text in zip(body.loads, read, strict=True)), self.layout.depth)
+
+    def straight(self, parts: Sequence[Part | str]) -> str:
+        """Lines of assignments."""
+        texts: list[str] = []
+        for part in parts:
+            if isinstance(part, str):
+                texts.append(placed([part], self.layout.depth))
+            elif part.assignments:
+                text, count = self._part(part, self.layout.depth, self.printer)
+                texts.append(text)
+                self.operations += count
+        return "\n".join(texts)
+
+    def newton(self, phase: Newton) -> str:
+        """An iteration: all that it assigns but the unknown is a number, of a name that no other variable has."""
+        step, k, depth, w = phase.balance, phase.k, self.layout.depth + 1, self.printer
+        local = KernelPrinter({name: f"j_{name}" if name in phase.moving else text for name, text in w.names.items()})
+        # a lane that has converged waits for others by corrections of 0
+        entries, solve, change = step.correction(Symbol(f"go_{k}") if self.layout.each else S.One)
+        update = [(z, z - c) for z, c in zip(step.z, change, strict=True)]
+        parts = [Part(step.moving, False), Part(entries), Part(solve, False), Part(update, False)]
+        texts = [self._part(part, depth, local) for part in parts]
+        self.of_iterations.append(sum(count for _, count in texts) + len(step.z))
+        iteration = "\n".join([*(text for text, _ in texts), placed(_largest_of(change), depth)])
+        failed = {} if self.layout.each else {"failed": placed([self.clock.failed], depth)}
+        return fill(self.layout.newton, iteration=iteration, balance=k, **failed).strip("\n")
+
+    def _part(self, part: Part, depth: int, printer: KernelPrinter) -> tuple[str, int]:
+        if part.named:
+            return block(part.assignments, depth, printer)
+        return lines(part.assignments, depth, printer), operations(part.assignments)
+
+
+def _largest_of(change: Matrix) -> list[str]:
+    """Lines that find the largest component of the correction; a comparison is one instruction, max several."""
+    first, *more = (f"abs({c})" for c in change)
+    return [f"largest = {first}", *(f"largest = {c} if {c} > largest else largest" for c in more)]

@@ -1,0 +1,105 @@
+"""The fixed text of a march over blocks of lanes; every {field} is filled."""
+
+BLOCK = '''
+
+# most lanes of a block. A row holds one variable of all its lanes; the rows of a step stay in the first-level cache
+WIDTH = {width}
+
+
+@_inner
+def _leave({leaving}):
+    """Hand over the results of lanes that leave, and put a copy of one that stays in their place; whether one does."""
+    other = -1
+    for j in range(begin, end):
+        if runs[j] and leaves[j] == 0.0:
+            other = j
+        elif runs[j]:
+            runs[j], lane = False, j - place
+{results}
+    if other >= 0:
+        for j in range(begin, end):
+            if leaves[j] > 0.0:
+                of_lane[j] = of_lane[other]
+                for r in range(rows.shape[0]):
+                    rows[r, j] = rows[r, other]
+    return other >= 0
+
+
+@_inner
+def _block(lane0, lane1, {arguments}):
+    """March lanes lane0 to lane1, at most WIDTH, in vector registers.
+
+    Every column of the rows is marched: behind the last lane, and where a lane has left, stand copies of others.
+    """
+    _widest()
+    rows = np.zeros(({rows}, WIDTH + 16))
+    begin = -(rows.ctypes.data // 8) & 7  # at a cache line
+    end = begin + 8 * ((lane1 - lane0 + 7) // 8)
+    place = begin - lane0  # a lane stands in column place + lane
+    of_lane = np.zeros(WIDTH + 16, dtype=np.int64)  # whose numbers a column has
+    runs = np.zeros(WIDTH + 16, dtype=np.bool_)  # whether they are its own lane's
+{counts}{allocate}
+    for j in range(begin, end):
+        lane = of_lane[j] = min(j - place, lane1 - 1)
+        runs[j] = j - place == lane
+        n_done[lane], status[lane] = n[lane], COMPLETED
+{read}
+{constants}    i, ends, left = first, first, 0
+    while True:
+        if i == ends or left > 0:
+            ends = n[lane0:lane1].max()
+            for j in range(begin, end):
+                if n[of_lane[j]] > i:
+                    ends = min(ends, n[of_lane[j]])
+                else:
+                    leaves[j] = 1.0
+{all_go}            if not {leave}:
+                return
+            left = 0
+{waiting}{steps}        bad = 0
+        for j in range(begin, end):
+{reported}
+            now = energy + 0.0 * ({sum})  # NaN unless all are finite
+            seen[j] = now
+            good = now <= bound_row[j]
+            bad = bad if good else 1
+            top = peak_row[j]
+{read_shift}
+            peak_row[j] = now if good & (now > top) else top
+{shift}
+        if bad > 0:
+            for j in range(begin, end):
+                if not seen[j] <= bound_row[j]:
+                    leaves[j], lane = 1.0, of_lane[j]
+                    n_done[lane], status[lane] = i, ENERGY_BOUND if seen[j] > bound_row[j] else NON_FINITE
+            if not {leave}:
+                return
+{count}        if (i + 1) // stride < out.shape[1] and (i + 1) % stride == 0:
+            for j in range(begin, end):
+                if runs[j]:
+                    row = out[j - place, (i + 1) // stride]
+{store}
+        i += 1
+
+
+@_compile
+def march_block({arguments}):
+    """The same results as march, WIDTH lanes at a time."""
+    for lane in range(0, h.size, WIDTH):
+        _block(lane, min(lane + WIDTH, h.size), {arguments})
+'''
+
+BLOCK_COUNTS = """    # Newton's iterations of steps in which all lanes took the same number: their sum, and the most
+    common = np.zeros((2, {balances}), dtype=np.int64)
+"""
+
+BLOCK_COUNT = """        if i < iterations.shape[1]:
+            for j in range(begin, end):
+                if runs[j]:
+{store}
+        if waited:
+            for j in range(begin, end):
+{own}
+        else:
+{common}
+"""

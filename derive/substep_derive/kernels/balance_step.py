@@ -1,0 +1,228 @@
+"""Balance x Scene -> BalanceStep: how a kernel solves one balance for its new acceleration z.
+
+A balance's displacement is p + c_u z with p the predictor. So a linear scene or an explicit balance needs only the
+constant matrix c_a M + c_v C + c_u K, inverted once a run; Newton's iteration is needed for a nonlinear force that
+depends on z.
+"""
+
+from dataclasses import dataclass
+
+from sympy import Add, Dummy, Expr, Integer, Matrix, Mul, S, Symbol, diag, symbols, zeros
+
+from ..declare.names import entry_name
+from ..declare.scene import POSITIVE
+from ..declare.symbols import N, N_discrete
+from ..motion.components import Assignments, Writer, assign
+from ..motion.equations import EquationsOfMotion
+from ..step.step import Stage
+
+
+@dataclass(frozen=True)
+class BalanceStep:
+    """One balance as the kernel computes it; vectors and matrices have a row for each coordinate.
+
+    z: the unknown acceleration. before: assignments made once a step. moving: those that depend on z and are repeated
+    in every Newton iteration. residual: of the balance, a function of what before and moving assign. jacobian: its
+    derivative with respect to z. first: the z from which the iteration starts. reach: c_u, the derivative of the
+    displacement with respect to z. after: assignments once z is known. A balance without iteration has first = None,
+    and z = -inverse * residual with a constant inverse. free: the residual's derivative by z without internal force.
+    """
+
+    z: Matrix
+    before: Assignments
+    moving: Assignments
+    residual: Matrix
+    jacobian: Matrix
+    inverse: Matrix
+    first: Matrix | None
+    reach: Expr
+    after: Assignments
+    free: Matrix
+
+    @property
+    def residual_names(self) -> Matrix:
+        """The names that the residual's components have in the kernel."""
+        return Matrix(symbols(f"residual_:{len(self.z)}"))
+
+    @property
+    def jacobian_names(self) -> Matrix:
+        """The names that the Jacobian's entries have in the kernel; 0 for an entry that is 0."""
+        names = [[Symbol(entry_name("jacobian_", i, j)) for j in range(len(self.z))] for i in range(len(self.z))]
+        return Matrix(names).multiply_elementwise(self.jacobian.applyfunc(lambda e: Integer(int(e != 0))))
+
+    def filtered(self, error: Matrix) -> Matrix:
+        """The error times free over the effective mass: bounded where a component is stiff, and equal for small steps.
+
+        Shampine & Baca, Appl. Numer. Math. 1 (1985) 495-506; with the Jacobian of the last iteration, if there is one.
+        """
+        if self.first is None:
+            return self.inverse * self.free * error
+        J = self.jacobian_names
+        if len(self.z) == 1:
+            return self.free * error / J[0]
+        return J.adjugate() * (self.free * error) * Symbol("one_over_det")
+
+    def correction(self, factor: Expr = S.One) -> tuple[Assignments, Assignments, Matrix]:
+        """Assignments of residual and Jacobian; the solve, written out; Newton's correction, times factor, by name."""
+        size, R, J = len(self.z), self.residual_names, self.jacobian_names
+        entries = assign(R, self.residual) + [(s, e) for s, e in zip(J, self.jacobian, strict=True) if e != 0]
+        change, one_over = Matrix(symbols(f"change_:{size}")), Symbol("one_over_det")
+        if size == 1:
+            return entries, assign(change, factor * R / J[0]), change
+        solve = assign(Matrix([one_over, *change]), Matrix([factor / J.det(), *(J.adjugate() * R * one_over)]))
+        return entries, solve, change
+
+
+@dataclass(frozen=True)
+class Part:
+    """Assignments, and whether their common subexpressions get names."""
+
+    assignments: Assignments
+    named: bool = True
+
+    @property
+    def assigned(self) -> set[str]:
+        """Names that it assigns."""
+        return {str(s) for s, _ in self.assignments}
+
+    @property
+    def read(self) -> set[str]:
+        """Names that it reads."""
+        return {str(s) for _, e in self.assignments for s in e.free_symbols}
+
+
+@dataclass(frozen=True)
+class Straight:
+    """A phase of a step that is computed line by line."""
+
+    parts: tuple[Part, ...]
+
+    @property
+    def assigned(self) -> set[str]:
+        """Names that it assigns."""
+        return set().union(*(part.assigned for part in self.parts))
+
+    @property
+    def read(self) -> set[str]:
+        """Names that it reads."""
+        return set().union(*(part.read for part in self.parts))
+
+
+@dataclass(frozen=True)
+class Newton:
+    """A phase of a step that iterates the k-th balance."""
+
+    k: int
+    balance: BalanceStep
+
+    @property
+    def moving(self) -> set[str]:
+        """Names that each iteration assigns anew."""
+        return {str(s) for s, _ in self.balance.moving}
+
+    @property
+    def assigned(self) -> set[str]:
+        """Names that it leaves with a value."""
+        return {str(z) for z in self.balance.z}
+
+    @property
+    def read(self) -> set[str]:
+        """Names that it reads."""
+        b = self.balance
+        expressions = [*(e for _, e in b.moving), *b.residual, *b.jacobian, *b.z]
+        return {str(s) for e in expressions for s in e.free_symbols} - self.moving
+
+
+def written(w: Writer, expressions: dict[Symbol, Expr]) -> Assignments:
+    """Assignments of the components of symbols, each from its expression."""
+    return [both for s, e in expressions.items() for both in assign(w.components(s), w.hoisted(w.vector(e)))]
+
+
+def predicted(k: int) -> Symbol:
+    """Symbol of a balance's predictor, a displacement at z = 0; k counts them where a force takes two displacements."""
+    return Symbol(f"u_*star{k or ''}")
+
+
+def balance_step(w: Writer, stage: Stage, last: Symbol, wanted: set[Symbol]) -> BalanceStep:
+    """One balance; it is iterated if its force depends on z and is nonlinear."""
+    z = w.components(stage.z)
+    at_zero = dict.fromkeys(z, Integer(0))
+
+    def solved(e: Expr) -> Matrix:
+        return w.vector(e.subs(stage.in_z, simultaneous=True))
+
+    inertia = w.motion.mass * solved(stage.balance.inertia) + w.motion.damping * solved(stage.balance.damping)
+    still = inertia.subs(at_zero) - w.vector(stage.balance.load)  # the residual at z = 0, without the internal force
+    slope = free = inertia.jacobian(z)  # the residual's derivative by z, without that of the internal force
+    moved = sorted(stage.moved, key=str)
+    reach: dict[Symbol, Expr] = {}
+    before: Assignments = []
+    after: Assignments = []
+    for k, s in enumerate(moved):
+        whole, predictor = w.hoisted(solved(s)), w.components(predicted(k))
+        reach[s] = whole[0].diff(z[0])
+        before += assign(predictor, whole.subs(at_zero))
+        after += assign(w.components(s), predictor + reach[s] * z)
+    reached = list(after)
+    after += written(w, {s: e for s, e in stage.in_z.items() if s in wanted and s not in reach})
+    if stage.c_u == 0 or w.motion.linear:
+        force = stage.balance.force.subs({s: predicted(k) for k, s in enumerate(moved)})
+        displacement = stage.balance.force.replace(N, lambda u: u).replace(N_discrete, lambda u0, u1: (u0 + u1) / 2)
+        for s, c_u in reach.items():
+            slope = slope + displacement.diff(s) * c_u * w.motion.tangent([Integer(0)] * w.size)
+        residual = w.hoisted(still + w.vector(force))
+        return BalanceStep(z, before, [], residual, slope, w.inverse(slope), None, Integer(0), after, free)
+    mixed, forces, known, by_z = _moving_force(w, stage, reach)
+    per_mass = _per_mass(w.motion)
+    slope, forces, by_z, still = (_scaled(w, per_mass, matrix) for matrix in (slope, forces, by_z, still + known))
+    rest = w.hoisted(still)
+    residual = slope * z + forces
+    if any(e != 0 for e in rest):
+        before += assign(w.components(Symbol("r")), rest)
+        residual += w.components(Symbol("r"))
+    unknown, c_u = next(iter(reach.items()))
+    one_over = w.reciprocal(solved(unknown)[0].diff(z[0]), c_u)
+    first = (w.components(last) - w.components(predicted(0))) * one_over
+    return BalanceStep(
+        z, before, reached + mixed, w.hoisted(residual), w.hoisted(slope + by_z), Matrix(), first, c_u, after, slope
+    )
+
+
+def _per_mass(motion: EquationsOfMotion) -> list[Expr]:
+    """1/mass for each row of a balance, which spares a product in every iteration; 1 if a mass may be zero."""
+    sure = {p.symbol: Dummy(positive=True) for p in motion.scene.parameters if p.domain.is_subset(POSITIVE)}
+    masses = [e.subs(sure) for e in motion.mass.diagonal()]
+    if motion.mass != diag(*motion.mass.diagonal()) or not all(e.is_positive for e in masses):
+        return [Integer(1)] * len(masses)
+    return [1 / e for e in motion.mass.diagonal()]
+
+
+def _scaled(w: Writer, factors: list[Expr], matrix: Matrix) -> Matrix:
+    """The matrix with each row multiplied by its factor."""
+    return Matrix(matrix.rows, matrix.cols, lambda i, j: _distributed(w, factors[i], matrix[i, j]))
+
+
+def _distributed(w: Writer, factor: Expr, e: Expr) -> Expr:
+    """factor*e; multiplied into a sum if each term has a constant, with which the factor is combined once a run."""
+    terms = Add.make_args(e)
+    known = [any(not a.is_number and a.free_symbols <= w.fixed for a in Mul.make_args(term)) for term in terms]
+    return Add(*(factor * term for term in terms)) if all(known) else factor * e
+
+
+def _moving_force(w: Writer, stage: Stage, reach: dict[Symbol, Expr]) -> tuple[Assignments, Matrix, Matrix, Matrix]:
+    """Mixed displacements that depend on z; forces that depend on z and that do not; the former's derivative by z."""
+    force = stage.balance.force
+    arguments = sorted({a for atom in force.atoms(N, N_discrete) for a in atom.args if not a.is_Symbol}, key=str)
+    names = {a: Symbol(f"u_*mix{k}") for k, a in enumerate(a for a in arguments if a.free_symbols & stage.moved)}
+    force = force.subs(names)
+    follows = {*stage.moved, *names.values()}
+    known = force.subs({a: 0 for a in force.atoms(N, N_discrete) if a.free_symbols & follows})
+    forces = w.vector(force - known)
+    by_z = zeros(w.size)
+    for s, c_u in reach.items():
+        by_s = forces.jacobian(w.components(s))
+        for a, name in names.items():
+            by_s += forces.jacobian(w.components(name)) * w.vector(a).jacobian(w.components(s))
+        by_z += by_s.applyfunc(lambda e, c_u=c_u: _distributed(w, c_u, e))
+    mixed = [both for a, name in names.items() for both in assign(w.components(name), w.hoisted(w.vector(a)))]
+    return mixed, forces, w.vector(known), by_z

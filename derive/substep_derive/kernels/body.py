@@ -1,0 +1,228 @@
+"""Step x Scene -> Body: what a step computes, component by component, and nothing the scene does not need.
+
+A body says nothing of how time goes on or of where the numbers of a lane lie: any kernel's step is printed from it.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+from sympy import Abs, Expr, Integer, Matrix, Ne, Piecewise, Symbol, oo
+
+from ..declare.errors import DeclarationError
+from ..declare.scheme import Scheme
+from ..declare.symbols import knot, knot_of, lattice, successor, t
+from ..motion.components import STEP, Assignments, Writer, assign, component_names
+from ..motion.differences import Difference, DifferenceSlope
+from ..motion.equations import EquationsOfMotion
+from ..step.step import Stage, Step, instants
+from .balance_step import BalanceStep, Newton, Part, Straight, balance_step, written
+from .near_series import NearSeries
+
+
+@dataclass(frozen=True)
+class Start:
+    """The state at t = 0 from u_0, v_0, a_0 and the loads at the stencil; a column for each symbol of the state."""
+
+    constants: Assignments
+    state: Matrix
+    stencil: tuple[Expr, ...]
+
+
+@dataclass(frozen=True)
+class Body:
+    """A step of the scheme on the scene.
+
+    constants: assignments made once a run, in order. prior: assignments before the first balance. shift: component
+    of the state -> its successor, oldest first. report: components of u, v and, where the scheme has its own, a at
+    t_n + h; reported: the assignments that compute them. energy: that of the reported u, v. stencil: instants of the
+    load, in steps after t_n. start: None where another scheme marches first. errors: components of the estimated local
+    errors, where they were asked for.
+    """
+
+    scheme: Scheme
+    motion: EquationsOfMotion
+    constants: Assignments
+    prior: Assignments
+    steps: tuple[BalanceStep, ...]
+    shift: Assignments
+    reported: Assignments
+    report: tuple[Matrix, ...]
+    energy: Expr
+    stencil: tuple[Expr, ...]
+    start: Start | None
+    errors: tuple[Matrix, ...] = ()
+
+    @classmethod
+    def of(
+        cls,
+        scheme: Scheme,
+        motion: EquationsOfMotion,
+        *,
+        now: Expr | None = None,
+        errors: Sequence[Expr] = (),
+        weights: Iterable[Symbol] = (),
+        read: Iterable[Symbol] = (),
+    ) -> "Body":
+        """now: the time t_n, by default i*h. errors: linear in knots' symbols; weights: numbers that they contain.
+
+        read: further symbols of the step that have to be computed.
+
+        Raises DeclarationError for coefficients that are no matrices of the scene, or a scene with damping that the
+        scheme does not take.
+        """
+        damped = not motion.damping.is_zero_matrix
+        if damped and not scheme.takes_damping:
+            raise DeclarationError(
+                f"{scheme.name} is a scheme for u'' = g(t, u): expected a scene without damping, got "
+                f"{motion.scene.name}; take another scheme, or declare the scene without dissipation"
+            )
+        near = scheme.in_doubles
+        lowered = Step.of(near)
+        prior, found, outputs = lowered.prior, lowered.stages, lowered.outputs
+        stencil = instants([*(b.load for b in near.balances), *outputs], near.typical)
+        w = Writer(near, motion, stencil, now=now)
+        w.fixed.update(weights)
+        wanted = _wanted(near, prior, found, [*outputs, *errors, *read], damped=damped)
+        known = written(w, {s: e for s, e in prior.items() if s in wanted})
+        last, steps = knot(0).u, []
+        for stage in found:
+            steps.append(balance_step(w, stage, last, wanted))
+            last = next(iter(stage.moved), last)
+        oldest_first = sorted(near.state, key=lambda s: lattice((knot_of(s) or ("", "0"))[1]) or 0)
+        shift = [both for s in oldest_first for both in assign(w.components(s), w.components(successor(s)))]
+        report, assigned = [], []
+        for e, kind in zip(outputs, "uva", strict=False):
+            vector = w.hoisted(w.vector(e))
+            names = vector if e.is_Symbol else w.components(Symbol(f"{kind}_*reported"))
+            assigned += [] if e.is_Symbol else assign(names, vector)
+            report.append(names)
+        at = dict(zip((*motion.coordinates, *motion.scene.rates), (*report[0], *report[1]), strict=True))
+        energy = w.hoist(motion.energy.subs({**at, t: w.instant(Integer(1))}, simultaneous=True))
+        estimates = [w.vector(e) for e in errors]
+        for stage, step in list(zip(found, steps, strict=True))[::-1]:
+            if stage.c_u != 0:  # the last implicit balance
+                estimates = [step.filtered(e) for e in estimates]
+                break
+        estimates = tuple(w.hoisted(e) for e in estimates)
+        return cls(
+            scheme, motion, w.constants, known, tuple(steps), shift, assigned, tuple(report), energy, stencil,
+            _start(scheme, motion) if scheme.start_scheme is None else None, estimates,
+        )  # fmt: skip
+
+    @property
+    def expressions(self) -> list[Expr]:
+        """Every expression that a run computes, except those of its start."""
+        lists = [self.constants, self.prior, self.reported]
+        lists += [a for s in self.steps for a in (s.before, s.moving, s.after)]
+        matrices = [m for s in self.steps for m in (s.residual, s.jacobian, s.inverse, s.first) if m is not None]
+        matrices += self.errors
+        return [e for pairs in lists for _, e in pairs] + [e for m in matrices for e in m] + [self.energy]
+
+    def parameters(self, expressions: Iterable[Expr]) -> tuple[Symbol, ...]:
+        """Parameters of the scheme and the scene that the expressions contain, in the order declared."""
+        used = {s for e in expressions for s in e.free_symbols}
+        declared = (*self.scheme.values, *(p.symbol for p in self.motion.scene.parameters))
+        return tuple(s for s in declared if s in used)
+
+    @property
+    def near(self) -> Assignments:
+        """How small the last correction of z has to be for that of the displacement to be within the tolerance."""
+        within = Symbol("tolerance")
+        return [
+            (Symbol(f"near_{k}"), Piecewise((within / Abs(step.reach), Ne(step.reach, 0)), (oo, True)))
+            for k, step in enumerate(self.steps)
+            if step.first is not None
+        ]
+
+    @property
+    def finite(self) -> list[str]:
+        """Names of the numbers that have to be finite for a step to count as completed, the energy last.
+
+        Those of which the energy is a polynomial are left out: if one is not finite, neither is the energy.
+        """
+        names = {str(e) for vector in self.report for e in vector} | {str(new) for _, new in self.shift}
+        seen = {str(s) for s in self.energy.free_symbols if self.energy.is_polynomial(s)}
+        return [*sorted(names - seen), "energy"]
+
+    @property
+    def near_series(self) -> list[NearSeries]:
+        """The Taylor series of each function whose divided differences a run computes."""
+        found = {a for e in self.expressions for a in e.atoms(Difference, DifferenceSlope)}
+        return [NearSeries.of(name) for name in sorted({str(a.args[0]) for a in found})]
+
+    @property
+    def phases(self) -> tuple[Straight | Newton, ...]:
+        """A step up to what it reports, in order: Newton's iterations, and before and after each a straight phase."""
+        found: list[Straight | Newton] = []
+        parts = [Part(self.prior)]
+        for k, step in enumerate(self.steps):
+            parts.append(Part(step.before))
+            if step.first is None:
+                R = step.residual_names
+                parts += [Part(assign(R, step.residual)), Part(assign(step.z, -step.inverse * R), named=False)]
+            else:
+                parts.append(Part(assign(step.z, step.first), named=False))
+                found += [Straight(tuple(parts)), Newton(k, step)]
+                parts = []
+            parts.append(Part(step.after))
+        return (*found, Straight(tuple(parts)))
+
+    @property
+    def results(self) -> Assignments:
+        """What is computed after the phases: what is reported, and its energy."""
+        return [*self.reported, (Symbol("energy"), self.energy)]
+
+    @property
+    def iterated(self) -> list[int]:
+        """Places of the balances that iterate."""
+        return [k for k, step in enumerate(self.steps) if step.first is not None]
+
+    @property
+    def scalars(self) -> list[str]:
+        """Names of the numbers that a lane is given: h, the parameters, and the tolerance of iterations."""
+        tolerance = ["tolerance"] if self.iterated else []
+        return ["h", *(s.name for s in self.parameters(self.expressions)), *tolerance]
+
+    @property
+    def loads(self) -> list[Symbol]:
+        """Names of the loads at the stencil; none where the scene takes no load from the user."""
+        return [Symbol(f"f_{k}") for k in range(len(self.stencil))] if self.motion.is_sampled else []
+
+    def components(self, s: Symbol | str) -> list[str]:
+        """Names of a vector's components."""
+        return component_names(Symbol(s) if isinstance(s, str) else s, self.motion)
+
+    @property
+    def places(self) -> list[tuple[str, str]]:
+        """Name of every component of the state, and its row and column."""
+        return self.places_of(self.scheme.state)
+
+    def places_of(self, vectors: Iterable[Symbol], first: int = 0) -> list[tuple[str, str]]:
+        """Name of every component of vectors that are rows from the first on, and its row and column."""
+        rows = enumerate(vectors, start=first)
+        return [(name, f"{j}, {i}") for j, s in rows for i, name in enumerate(self.components(s))]
+
+
+def _start(scheme: Scheme, motion: EquationsOfMotion) -> Start:
+    scheme = scheme.in_doubles
+    expressions = Step.of(scheme).start
+    assert expressions is not None
+    stencil = instants(expressions, scheme.typical)
+    w = Writer(scheme, motion, stencil)
+    state = Matrix.hstack(*(w.hoisted(w.vector(e).subs(STEP, 0)) for e in expressions))
+    return Start(w.constants, state, stencil)
+
+
+def _wanted(
+    scheme: Scheme, prior: Mapping[Symbol, Expr], found: Sequence[Stage], outputs: Iterable[Expr], *, damped: bool
+) -> set[Symbol]:
+    """Symbols of the new step that a balance, the next step or the report reads; damped: the scene has damping."""
+    wanted = {s for e in outputs for s in e.free_symbols} | {successor(s) for s in scheme.state}
+    for stage in found:
+        own, balance = {*stage.in_z, stage.z}, stage.balance
+        read = {s for e in (*stage.in_z.values(), balance.inertia, balance.force) for s in e.free_symbols}
+        read |= balance.damping.free_symbols if damped else set()
+        wanted |= {s for s in read - own if knot_of(s)}
+    for e in prior.values():
+        wanted |= {s for s in e.free_symbols if knot_of(s)}
+    return wanted
