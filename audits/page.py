@@ -25,11 +25,11 @@ also those of which the manuals say nothing.
 
 ## Where a program and its manual differ
 
-Each sentence of a manual that does not hold, and below it the integrators of which it does not: what runs in its
-place, with the first way in which it departs from that, and what it costs a user: the order that is left and in which
-motions (free; driven from a start that is not at rest; from rest), where motion begins to grow, or what becomes of
-the energy of undamped free motion in a period at Omega = 1/2. Orders are powers of h with which errors of u fall,
-Omega is omega h.
+Each sentence of a manual that does not hold, and below it the integrators of which it does not: what runs, with the
+first way that was found in which it departs from this scheme, and what that costs a user: the order that is left and
+in which motions (free; driven from a start that is not at rest; from rest), where motion begins to grow, or what
+becomes of the energy of undamped free motion in a period at Omega = 1/2. Orders are powers of h with which errors of
+u fall, Omega is omega h.
 """
 HEAD = """## Every integrator
 
