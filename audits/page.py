@@ -129,7 +129,8 @@ def _runs(r: Mapping[str, Any], claim: Mapping[str, Any]) -> str:
     if claim["claim"] not in kinds:
         return claim["found"]
     departs = [one["text"] for one in r["deviations"] if one["kind"] in kinds[claim["claim"]]]
-    return "; ".join([_canonical(r)[0], *departs[:1]])
+    runs = _canonical(r)[0]
+    return "; ".join([runs, *(text for text in departs[:1] if not text.startswith(f"it is {runs}"))])
 
 
 def _cost(r: Mapping[str, Any], claim: Mapping[str, Any]) -> str:
