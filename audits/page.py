@@ -148,7 +148,7 @@ def _cost(r: Mapping[str, Any], claim: Mapping[str, Any]) -> str:
         limit.split()[0].rstrip(";"), f"stable up to Omega = {limit}"
     )
     orders = [written(_number(order[0])) for name, order in r["orders"].items() if not name.startswith(UNDAMPED)]
-    left = f"order {' and '.join(dict.fromkeys(orders))}; " if len(set(orders)) == 1 else ""
+    left = f"{_of_order(orders[0])}; " if len(set(orders)) == 1 else ""
     if not left and orders:
         left = "; ".join(f"{_of_order(order)} {where}" for order, where in zip(orders, WHERE, strict=True)) + "; "
     return left + stable + (f"; energy {energy}" if energy != "–" else "")
