@@ -104,6 +104,18 @@ def test_python_blocks_run(page: Path, tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
 
 
+def test_the_front_page_has_a_picture_ten_lines_and_four_questions() -> None:
+    """In this order; its blocks of Python stand alone, since a visitor copies one."""
+    text = PAGES[0].read_text(encoding="utf-8")
+    programs = [block for _, block in blocks(PAGES[0], "python")]
+    assert all(block.startswith("import ") for block in programs)
+    assert len([line for line in programs[0].splitlines() if line]) == 10
+    _, _, after = text.partition("## Four questions\n")
+    assert text.index("![") < text.index(programs[0]) < text.index(after)
+    asked = re.findall(r"^\| ([A-Z][^|]+\?) \| `substep ", after.partition("\n## ")[0], re.MULTILINE)
+    assert asked == ["Which scheme?", "Is it stable?", "How large a step?", "What does my program do?"]
+
+
 def parameters() -> set[str]:
     """Names of all parameters of schemes, their families and scenes: options of commands that take these."""
     schemes = [scheme_info(name) for name in ss.schemes()]
