@@ -120,7 +120,7 @@ def test_a_step_of_a_ground_motion_in_milliseconds_is_asked_about(dt: float, tmp
 def test_an_array_whose_unit_cannot_be_m_per_s_2_is_asked_about(scale: float, reading: str) -> None:
     record = scale * SHAKEN / np.abs(SHAKEN).max()
     for given in ({"record": record, "dt": 0.02}, {"record": ss.Record(0.02, record)}):
-        with pytest.raises(ValueError, match=f"the record: expected the unit of accelerations, got none .*{reading}"):
+        with pytest.raises(ValueError, match=f"the record: expected the unit of accelera.*{reading}.*ss.Record"):
             ss.response_spectrum(**given)
         assert ss.response_spectrum(**given, unit="m/s^2", periods=[1.0]).unit == "m/s^2"
     assert ss.intensity(record, dt=0.02, unit="cm/s^2").pga == pytest.approx(0.01 * scale)

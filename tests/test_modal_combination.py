@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 from plane_elements import shear_building
 from scipy.linalg import solve_continuous_lyapunov
+from scipy.signal import StateSpace, lsim
 
 import substep as ss
 from substep.ground_motion.modal_combination import cqc_correlation
+from substep.ground_motion.peaks import refined
 
 m, k = 2.0, 800.0
 
@@ -154,3 +156,16 @@ def test_what_cannot_be_combined_is_refused_by_name() -> None:
         analyse(modes, flat, [0.0, 0.0])
     with pytest.raises(ValueError, match="a peak of each of 2 modes"):
         analyse(modes, flat, 1.0).combined([1.0, 2.0, 3.0])
+
+
+def test_a_mode_that_damps_more_than_critically_has_its_peak_too() -> None:
+    """Two oscillators that know nothing of each other, the second overdamped; each by SciPy."""
+    K, C = (4.0 * np.pi**2, 400.0), (0.6, 60.0)
+    modes = ss.structure(np.eye(2), np.diag(K), C=np.diag(C)).modes(2)
+    assert modes.xi.max() == pytest.approx(1.5)
+    record = refined(quake(), 8)
+    found = ss.response_spectrum_analysis(modes, record, [1.0, 1.0], scheme="fox_goodwin")
+    for j, (k, c) in enumerate(zip(K, C, strict=True)):
+        system = StateSpace([[0.0, 1.0], [-k, -c]], [[0.0], [-1.0]], [[1.0, 0.0]], [[0.0]])
+        _, u, _ = lsim(system, record.samples, record.dt * np.arange(len(record.samples)))
+        assert found.u[j] == pytest.approx(np.abs(u).max(), rel=2e-4)

@@ -99,3 +99,8 @@ def test_a_parameter_that_people_write_is_answered_by_ours(given: dict[str, floa
 def test_an_argument_that_people_write_is_answered_by_ours(given: str, ours: str) -> None:
     with pytest.raises(ValueError, match=f"an argument of march, got '{given}'; here it is {ours};"):
         ss.march("duffing", "bathe", **{given: 0.1})
+
+
+def test_a_sweep_answers_a_period_by_omega() -> None:
+    with pytest.raises(ValueError, match="got 'T'; here it is omega = 2 pi/T"):
+        ss.sweep("linear_oscillator", "bathe", dt=0.1, t_end=1.0, T=[0.5, 1.0])

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.arrays import Array, named
+from ..core.coefficients import refuse_damping
 from ..core.errors import called_as, real_array, unknown_name
 from ..core.loads import Record
 from ..core.schemes import Scheme
@@ -19,7 +20,8 @@ from ..structures.march.refusals import require_linear
 from ..structures.model.given import Dof
 from ..structures.modes.superposition import coordinates
 from ..structures.structure import Modes
-from .spectrum import record_of, relative, response_spectrum
+from .peaks import peaks_at_samples, relative
+from .spectrum import numbers_only, record_of
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -210,14 +212,14 @@ def _displacements(modes: Modes, spectrum: Any, dt: float | None, scheme: str | 
                 + (f" and {given.min():g}" if given.size else "")
             )
         return given / modes.omega**2
-    ratios, which = np.unique(modes.xi, return_inverse=True)
-    found = response_spectrum(spectrum, dt, modes.periods, ratios, scheme, errors=False)
-    peaks = found.displacement.to_numpy()[which, np.arange(len(modes))]
+    load, s = record_of(spectrum, dt), numbers_only(scheme)
+    refuse_damping(s, modes.xi)
+    peaks = peaks_at_samples(s, modes.omega, modes.xi, load, errors=False).found[0]
     if not np.isfinite(peaks).all():
         bad = int(np.argmin(np.isfinite(peaks)))
         raise ValueError(
-            f"expected a scheme that is stable for all modes at the record's step of {found.dt:g} s, got "
-            f"{found.scheme}, which is not at the period {modes.periods[bad]:.3g} s; take one that is, or fewer modes"
+            f"expected a scheme that is stable for all modes at the record's step of {load.dt:g} s, got "
+            f"{s.name}, which is not at the period {modes.periods[bad]:.3g} s; take one that is, or fewer modes"
         )
     return peaks
 

@@ -158,7 +158,7 @@ def record_of(
 def _with_unit(record: Record, unit: str | float | None) -> Record:
     """A record of plain numbers in the unit that is given, without one in m/s^2, or a ValueError if it cannot be."""
     if unit is None:
-        require_plausible("the record", record.samples)
+        require_plausible("the record", record.samples, ", or ss.Record(dt, values, unit=...)")
     return replace(record, unit="m/s^2" if unit is None else unit)
 
 
