@@ -29,7 +29,7 @@ $(SITE): $(READY)
 # what all of these install, for the tests that install them again without a network
 $(WHEELS): $(READY)
 	@echo "downloading: all packages once more, into .venv/wheelhouse"
-	@$(PIP) download --dest $(WHEELS) '.[dev,docs]' hatchling editables pip setuptools && touch $(WHEELS)
+	@$(PIP) download --dest $(WHEELS) '.[dev,docs]' ./extras hatchling editables pip setuptools && touch $(WHEELS)
 
 install: $(READY)
 

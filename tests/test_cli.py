@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import typer
+from all_commands import all_commands
 from matplotlib.figure import Figure
 from substep_thesis import claims
 from typer.testing import CliRunner
@@ -215,14 +215,14 @@ def test_claims_and_failures_print_what_was_found_before_ctrl_c(
         assert claims.CLAIMS[2].id not in result.output
 
 
-@pytest.mark.parametrize("command", [*typer.main.get_command(app).commands])
+@pytest.mark.parametrize("command", all_commands())
 def test_help_has_an_example_that_the_command_takes(command: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "200")
     output = runner.invoke(app, [command, "--help"]).output
     (example,) = [line for line in output.splitlines() if "Example: substep " in line]
     _, name, *arguments = shlex.split(example.split("Example: ")[1])
     assert name == command
-    typer.main.get_command(app).commands[command].make_context(command, arguments)  # pyright: ignore
+    all_commands()[command].make_context(command, arguments)
 
 
 def test_help_and_lists_come_without_numba_sympy_or_matplotlib() -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-import typer
+from all_commands import all_commands
 from typer.testing import CliRunner
 
 import substep as ss
@@ -16,7 +16,7 @@ from substep.cli.arguments import schemes_of
 from substep.derived import facade
 
 runner = CliRunner()
-COMMANDS = typer.main.get_command(commands.app).commands  # pyright: ignore
+COMMANDS = all_commands()
 
 
 @pytest.mark.parametrize(

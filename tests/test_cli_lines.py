@@ -3,21 +3,22 @@
 from inspect import cleandoc
 
 import pytest
-import typer
+from all_commands import all_commands
 from substep_derive import certify
 from substep_derive.declare.catalogue import find
 from substep_derive.estimate.quality import filter_of, in_paper
+from substep_thesis import command
 from substep_thesis.claims import CLAIMS, Judgement
 from sympy import simplify
 from typer.testing import CliRunner
 
 import substep as ss
-from substep.cli import commands, results
+from substep.cli import commands, failures
 from substep.cli.lines import folded, labelled
 from substep.studies.failures import Row
 
 runner = CliRunner()
-COMMANDS = typer.main.get_command(commands.app).commands  # pyright: ignore
+COMMANDS = all_commands()
 
 
 @pytest.mark.matrix
@@ -72,19 +73,19 @@ def test_folded_lines_keep_every_letter_and_their_indentation(columns: int, monk
     assert (lines == text.splitlines()) == (columns == 1000)
 
 
-@pytest.mark.parametrize("command", COMMANDS)
-def test_help_breaks_lines_only_where_the_terminal_ends(command: str, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("name", COMMANDS)
+def test_help_breaks_lines_only_where_the_terminal_ends(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "600")
-    shown = [line.strip() for line in runner.invoke(commands.app, [command, "--help"]).output.splitlines()]
-    for paragraph in cleandoc(COMMANDS[command].callback.__doc__).split("\n\n"):
+    shown = [line.strip() for line in runner.invoke(commands.app, [name, "--help"]).output.splitlines()]
+    for paragraph in cleandoc(COMMANDS[name].callback.__doc__).split("\n\n"):
         assert " ".join(paragraph.split()) in shown
 
 
 def test_failures_cut_no_name(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    monkeypatch.setattr(results.console, "_width", 80)
+    monkeypatch.setattr(failures.console, "_width", 80)
     longest = max(ss.schemes(), key=len)
     rows = [Row(longest, scene, 0.12345, "Newton failed", 1234.5, 1.234e-5) for scene in ss.scenes()]
-    results._print_failures(rows)
+    failures._print_failures(rows)
     printed = capsys.readouterr().out
     assert "…" not in printed
     assert max(map(len, printed.splitlines())) <= 80
@@ -96,7 +97,7 @@ def test_claims_are_printed_in_full_within_80_columns(
     """The evidence in one wide column: in a table of four it took thrice as many lines."""
     monkeypatch.setenv("COLUMNS", "80")
     evidence = "at gamma_t = 0.2 it is stable exactly for Omega in (0, sqrt(30)/3], and nowhere else; " * 8
-    results._print_claims([Judgement(c.id, c.text, "partly", evidence, c.command) for c in CLAIMS], len(CLAIMS))
+    command._print_claims([Judgement(c.id, c.text, "partly", evidence, c.command) for c in CLAIMS], len(CLAIMS))
     printed = capsys.readouterr().out
     lines = printed.splitlines()
     assert max(map(len, lines)) <= 80

@@ -2,10 +2,10 @@
 
 import inspect
 import os
-from collections.abc import Callable
 from typing import Any
 
 import pytest
+from all_commands import all_commands
 from declared import NAMES, UNDAMPED
 from typer.testing import CliRunner
 
@@ -41,11 +41,10 @@ RUNS = [(command, name) for command in CHEAP for name in NAMES] + [(command, nam
 
 
 def test_no_command_is_left_out() -> None:
-    callbacks: list[Callable[..., Any]] = [c.callback for c in app.registered_commands if c.callback]
-    commands = {c.name or f.__name__.replace("_", "-") for c, f in zip(app.registered_commands, callbacks, strict=True)}
-    assert commands == CHEAP.keys() | DEAR.keys() | OTHERS
+    commands = all_commands()
+    assert commands.keys() == CHEAP.keys() | DEAR.keys() | OTHERS
     one = {"name", "scheme_name"}
-    taking = {f.__name__ for f in callbacks if one & inspect.signature(f).parameters.keys()}
+    taking = {name for name, c in commands.items() if one & inspect.signature(c.callback).parameters.keys()}
     assert CHEAP.keys() | DEAR.keys() <= taking | {"chart"}
 
 

@@ -15,12 +15,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import typer
-from typer.core import TyperGroup
+from all_commands import all_commands
 
 import substep as ss
 from substep.cli.arguments import exact_options
-from substep.cli.commands import app
 from substep.core.scenes import scene_info
 from substep.core.schemes import scheme_info
 
@@ -128,13 +126,11 @@ def parameters() -> set[str]:
 def test_commands_are_taken_by_the_command_line(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Parsed, not run: the command is there, and so are its options."""
     monkeypatch.chdir(tmp_path)
-    group = typer.main.get_command(app)
-    assert isinstance(group, TyperGroup)
-    known = parameters()
+    taken, known = all_commands(), parameters()
     for line in commands(page):
         _, name, *arguments = shlex.split(line, comments=True)
-        assert name in group.commands, line
-        context = group.commands[name].make_context(name, arguments)
+        assert name in taken, line
+        context = taken[name].make_context(name, arguments)
         assert exact_options(context.args).keys() <= known, line
 
 

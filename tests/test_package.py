@@ -18,8 +18,11 @@ from typing import Any
 import numpy as np
 import pytest
 from substep_derive.declare.schemes import ALL
+from typer.testing import CliRunner
 
 import substep as ss
+from substep.cli.commands import app
+from substep.core import extras
 
 ROOT = Path(__file__).parents[1]
 DERIVE = ROOT / "derive" / "substep_derive"
@@ -103,10 +106,102 @@ def test_a_pair_that_is_printed_does_not_wait_for_the_whole_catalogue(tmp_path: 
     assert run(code) == "['explicit']"
 
 
+ABSENT = r"expected the package substep-extras for .*, got none installed; pip install \./extras"
+
+
+@pytest.fixture
+def without_extras(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As where extras/ is not installed: no package declares an entry point."""
+    monkeypatch.setattr(extras, "installed", lambda _: {})
+
+
+@pytest.mark.usefixtures("without_extras")
+@pytest.mark.parametrize("name", extras.OF_EXTRAS[extras.NAMES])
+def test_a_name_of_the_extras_says_what_to_install(name: str) -> None:
+    with pytest.raises(ImportError, match=ABSENT):
+        getattr(ss, name)
+    with pytest.raises(ImportError, match=ABSENT):
+        exec(f"from substep import {name}")
+    assert name not in dir(ss)
+
+
+@pytest.mark.usefixtures("without_extras")
+@pytest.mark.parametrize("name", extras.OF_EXTRAS[extras.COMMANDS])
+def test_a_command_of_the_extras_says_what_to_install(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "400")
+    result = CliRunner().invoke(app, [name, "--help"])
+    assert result.exit_code == 2
+    assert re.search(ABSENT, result.output)
+    listed = CliRunner().invoke(app, ["--help"])
+    assert listed.exit_code == 0
+    assert not re.search(rf"^│ {name} ", listed.output, re.MULTILINE)
+    assert re.search(r"^│ march|^│ run ", listed.output, re.MULTILINE)
+
+
+@pytest.mark.usefixtures("without_extras")
+def test_the_core_is_whole_without_the_extras() -> None:
+    found: dict[str, Any] = {}
+    exec("from substep import *", found)
+    assert set(dir(ss)) == found.keys() - {"__builtins__"}
+    with pytest.raises(AttributeError, match="no attribute 'marsh'"):
+        _ = ss.marsh
+
+
+def test_the_extras_bring_what_the_core_says_of_them() -> None:
+    for group, names in extras.OF_EXTRAS.items():
+        assert tuple(extras.installed(group)) == names
+        assert all(extras.brought(group, name) is not None for name in names)
+    assert {*ss.__all__, *extras.OF_EXTRAS[extras.NAMES]} == set(dir(ss))
+
+
+def test_what_the_extras_bring_is_looked_up_when_it_is_asked_for() -> None:
+    code = (
+        "import sys, substep; substep.schemes(); own = [m for m in sys.modules if m.startswith('substep_')]; "
+        "print([m for m in own if 'kernels' not in m], 'importlib.metadata' in sys.modules)"
+    )
+    assert run(code) == "[] False"
+
+
+# what the core does by itself, and how it answers for what it does not have
+WITHOUT = """
+import substep as ss
+from substep_derive import derive
+from typer.testing import CliRunner
+from substep.cli.commands import app
+print(derive("bathe").order[0] ** 6)
+print(ss.sweep("linear_oscillator", "bathe", dt=0.1, t_end=1.0, omega=[1.0, 2.0, 3.0]).sizes["omega"])
+print(ss.march("duffing", "bathe", dt=0.1, t_end=1.0).status)
+try:
+    ss.audit
+except ImportError as error:
+    print("pip install ./extras" in str(error))
+print(CliRunner().invoke(app, ["audit", "list"]).exit_code)
+"""
+# what the extras bring: an audit of the average acceleration method, a program's arguments, a file in another language
+WITH = """
+import substep as ss
+def run(omega, xi, dt, n, u0, v0, load):
+    u, v, a = [u0], [v0], [load(0.0) - 2 * xi * omega * v0 - omega**2 * u0]
+    for i in range(1, n + 1):
+        p, q = u[-1] + dt * v[-1] + dt**2 / 4 * a[-1], v[-1] + dt / 2 * a[-1]
+        mass = 1 + xi * omega * dt + (omega * dt / 2) ** 2
+        a.append((load(i * dt) - 2 * xi * omega * q - omega**2 * p) / mass)
+        u.append(p + dt**2 / 4 * a[-1])
+        v.append(q + dt / 2 * a[-1])
+    return u, v, a
+report = ss.audit(run, ss.Claims("average_acceleration", order=2))
+print(report.identified.startswith("average_acceleration"), len(report.deviations))
+print(round(float(ss.dialect("opensees.HHT", alpha=0.9).parameters["alpha"]), 12), "def " in ss.emit("bathe", "python"))
+"""
+
+
 @pytest.mark.skipif(not os.environ.get("SUBSTEP_VERIFY"), reason="builds and installs the package: make verify")
 @pytest.mark.parametrize("kind", ["wheel", "sdist"])
 def test_installed_into_an_empty_environment_it_draws_a_chart(kind: str, tmp_path: Path) -> None:
-    """From a wheel of this folder, and from one of the source archive alone; what it imports is that of these tests."""
+    """From a wheel of this folder, and from one of the source archive alone; what it imports is that of these tests.
+
+    First the core alone, then the extras beside it.
+    """
 
     def python(*arguments: str, interpreter: Path = Path(sys.executable), cwd: Path = tmp_path) -> str:
         environment = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
@@ -131,9 +226,15 @@ def test_installed_into_an_empty_environment_it_draws_a_chart(kind: str, tmp_pat
         ).strip()
     )
     installer = ("-m", "pip", "install", "--quiet", "--no-deps", "--no-index", "--target", str(packages))
-    python(*installer, str(next(tmp_path.glob("*.whl"))))
-    # what is imported, but not the editable installation there, whose .pth file is read in its own folder only
-    (packages / "imported.pth").write_text(f"{sysconfig.get_path('purelib')}\n", encoding="utf-8")
+    (core,) = tmp_path.glob("*.whl")
+    python(*installer, str(core))
+    # what is imported, but nothing of the project's own installation there
+    imported = tmp_path / "imported"
+    imported.mkdir()
+    for path in Path(sysconfig.get_path("purelib")).iterdir():
+        if "substep" not in path.name and path.suffix != ".pth":
+            (imported / path.name).symlink_to(path)
+    (packages / "imported.pth").write_text(f"{imported}\n", encoding="utf-8")
     code = "import substep as a, substep_derive as b, substep_kernels as c; print(a.__file__, b.__file__, c.__file__)"
     found = python("-c", code, interpreter=bin_folder / "python").split()
     assert all(Path(path).is_relative_to(packages) for path in found), found
@@ -141,6 +242,16 @@ def test_installed_into_an_empty_environment_it_draws_a_chart(kind: str, tmp_pat
     python("-c", command, "chart", "bathe", "houbolt", "--file", "chart", interpreter=bin_folder / "python")
     assert (tmp_path / "chart.png").stat().st_size > 10_000
     assert "newmark_bdf2" in python("-c", command, "certify", "newmark_bdf2", interpreter=bin_folder / "python")
+    assert python("-c", WITHOUT, interpreter=bin_folder / "python").split() == ["64", "3", "completed", "True", "2"]
+    python("-m", "hatchling", "build", "-t", "wheel", "-d", str(tmp_path), cwd=source / "extras")
+    (wheel,) = tmp_path.glob("substep_extras*.whl")
+    python(*installer, str(wheel))
+    assert python("-c", WITH, interpreter=bin_folder / "python").split() == ["True", "0", "-0.1", "True"]
+    assert "A-stable" in python("-c", command, "design", "--sub-steps", "2", interpreter=bin_folder / "python")
+    python("-c", command, "emit", "bathe", "--language", "c", "--out", "bathe.c", interpreter=bin_folder / "python")
+    python("-c", command, "explorer", interpreter=bin_folder / "python")
+    assert (tmp_path / "explorer.html").stat().st_size > 500_000
+    assert (tmp_path / "bathe.c").read_text(encoding="utf-8").startswith("// bathe")
 
 
 def test_only_algebra_touches_the_low_level_of_sympy() -> None:

@@ -61,7 +61,7 @@ class Guide(TyperGroup):
             try:
                 command: Command | None = extras.brought(extras.COMMANDS, cmd_name)
             except ImportError as error:
-                ctx.fail(str(error))
+                return ctx.fail(str(error))
             if command is None:
                 return None
             self.add_command(command.alone(), cmd_name)
