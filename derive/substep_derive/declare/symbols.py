@@ -65,6 +65,16 @@ def lattice(label: str) -> Fraction | None:
         return None
 
 
+def kind_of(symbol: Symbol) -> int:
+    """0, 1, 2 for a displacement, velocity, acceleration."""
+    return "uva".index((knot_of(symbol) or ("u", ""))[0])
+
+
+def steps_back(symbol: Symbol) -> Fraction:
+    """How many steps before t_n the symbol of a state stands: 1 for u_-1, 1/2 for v_-1/2."""
+    return -(lattice((knot_of(symbol) or ("", "0"))[1]) or Fraction(0))
+
+
 def successor(symbol: Symbol) -> Symbol:
     """The symbol of the same kind one step later: u_0 for u_-1, v_1/2 for v_-1/2."""
     kind, label = knot_of(symbol) or ("", "")

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from sympy import Symbol
 
-from ..kernels.balance_step import Part
+from ..kernels.balance_step import Part, Straight
 from ..kernels.body import Body
 from .printing import KernelPrinter, fill, lines, placed
 from .step_text import Layout, StepText
@@ -39,10 +39,10 @@ def vector_rows(body: Body) -> list[str]:
 def _shared(body: Body) -> set[str]:
     """Names that one loop over lanes assigns and another reads."""
     *phases, last = body.phases
-    results = Part(body.results)
-    after = {str(new): str(old) for old, new in body.shift}
+    last = Straight((*last.parts, Part(body.results)))
+    after = {str(new) for _, new in body.shift}
     groups = [(phase.assigned, phase.read) for phase in phases]
-    groups.append((last.assigned | results.assigned, last.read | results.read | after.keys() | set(body.finite)))
+    groups.append((last.assigned, last.read | after | set(body.finite)))
     groups.append((set(), {str(s) for v in body.report for e in v if str(e) not in after for s in e.free_symbols}))
     return {
         name

@@ -8,7 +8,7 @@ from ..declare.catalogue import as_member
 from ..declare.errors import DeclarationError
 from ..declare.parameter import Family, Parameter, Root
 from ..declare.scheme import Scheme
-from ..declare.symbols import knot_of, lattice, state_label
+from ..declare.symbols import kind_of, state_label, steps_back
 from .printing import KERNEL_PRINTER, fill, literal_tuple, with_banner
 from .templates.scheme import INDEX
 
@@ -29,7 +29,6 @@ def index_module(schemes: Iterable[tuple[Scheme, int]]) -> str:
 
 def index_entry(scheme: Scheme, loads: int, *, own: bool = False) -> list[str]:
     """Lines of one scheme's entry; loads: load instants of a step; own: it is the user's scheme."""
-    history = [knot_of(s) or ("", "0") for s in scheme.state]
     described = {
         "module": repr(f"schemes.{scheme.parent or scheme.name}"),
         "parameters": literal_tuple(_parameter(scheme, k) for k in range(len(scheme.parameters))),
@@ -38,7 +37,7 @@ def index_entry(scheme: Scheme, loads: int, *, own: bool = False) -> list[str]:
         "balances": repr(len(scheme.balances)),
         "loads": repr(loads),
         "state": repr(tuple(state_label(s) for s in scheme.state)),
-        "history": repr(tuple(("uva".index(kind), int(-(lattice(label) or 0))) for kind, label in history)),
+        "history": repr(tuple((kind_of(s), int(steps_back(s))) for s in scheme.state)),
         "start": repr(_start(scheme)),
         "starter": repr(_starter(scheme, own)),
         "reference": repr(scheme.reference),

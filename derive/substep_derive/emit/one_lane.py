@@ -1,7 +1,7 @@
 """The layout of one lane after another, in steps of one length: a function marches a lane through all its steps."""
 
 from collections.abc import Sequence
-from textwrap import indent, wrap
+from textwrap import wrap
 
 from ..kernels.body import Body
 from .printing import fill, lines, placed
@@ -30,7 +30,7 @@ def _march(body: Body, step: StepText, arguments: Sequence[str]) -> str:
         write_state=placed((f"state[{place}] = {name}" for name, place in body.places), 1),
         arguments=", ".join(arguments),
         scheme=body.scheme.name,
-        docstring=indent("\n".join(wrap(_meaning(body), 110)), "    "),
+        docstring=placed(wrap(_meaning(body), 110), 1),
         lane_call=", ".join(of_lane(given)),
     )
 

@@ -3,9 +3,9 @@
 from collections.abc import Iterable, Sequence
 from textwrap import wrap
 
-from sympy import Symbol, symbols
+from sympy import symbols
 
-from ..declare.symbols import knot_of, lattice
+from ..declare.symbols import kind_of, steps_back
 from ..kernels.balance_step import Part
 from ..kernels.body import Body
 from ..kernels.near_series import NearSeries
@@ -41,15 +41,11 @@ def pair_module(body: Body, systems: Sequence[EffectiveSystem], banner: str) -> 
         arguments=literal_tuple(f'"{name}"' for name in arguments),
         scalars=literal_tuple(f'"{name}"' for name in body.scalars),
         start_arguments=literal_tuple(f'"{name}"' for name in start_names),
-        state=literal_tuple(f'("{kind}", {-(lattice(label) or 0)})' for kind, label in map(_knot, body.scheme.state)),
+        state=literal_tuple(f'("{"uva"[kind_of(s)]}", {steps_back(s)})' for s in body.scheme.state),
         reported="uva"[: len(body.report)],
         operations=steps[0].operations,
     )
     return "".join([banner, header, COMPILE_AND_INNER, WIDEST, *helpers(text, body), text])
-
-
-def _knot(s: Symbol) -> tuple[str, str]:
-    return knot_of(s) or ("u", "0")
 
 
 def residuals(systems: Sequence[EffectiveSystem]) -> str:

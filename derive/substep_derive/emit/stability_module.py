@@ -5,7 +5,7 @@ depend on the scheme but for the number of live eigenvalues, so that it is print
 """
 
 from collections.abc import Iterable, Sequence
-from textwrap import indent, wrap
+from textwrap import wrap
 
 from sympy import Symbol, count_ops
 
@@ -15,7 +15,7 @@ from ..kernels.kernel import Kernel
 from ..kernels.scheme import SchemeKernels
 from .eigenvalue_defect import defect_lines
 from .many_eigenvalues import coefficient_names, more_eigenvalues
-from .printing import PRINTER, fill
+from .printing import PRINTER, fill, placed
 from .templates.decorators import COMPILE, INLINE, INNER
 from .templates.eigenvalues import SIZES, STABILITY, THREE_EIGENVALUES, TWO_EIGENVALUES
 from .templates.elementary import ANGLE, CALL, CALL_IMPORTS, LOG1P, POINTWISE, REFUSED
@@ -122,11 +122,11 @@ def _kernel(
         name=name,
         outputs=", ".join(outputs),
         operations=operations,
-        docstring=indent("\n".join(wrap(docstring, 110)), "    "),
+        docstring=placed(wrap(docstring, 110), 1),
         inputs=", ".join(map(str, inputs)),
         rows=", ".join(rows),
         points=", ".join(f"points[{k}]" for k in range(len(rows))),
-        body=indent("\n".join([*read, *lines, *stored]), " " * 8),
+        body=placed([*read, *lines, *stored], 2),
     )
 
 

@@ -8,12 +8,12 @@ from typing import Any
 from sympy import QQ, Symbol
 
 from ..declare.errors import DeclarationError
-from ..declare.symbols import knot
+from ..declare.symbols import kind_of, knot
 from ..oscillator.evaluation import Evaluation
 from .expansion import Expansion
 from .held import END, START
 from .motion import SmoothMotion
-from .stiff import Growth, kind_of
+from .stiff import Growth
 
 HIGHEST = (4, 6, 8, 11)  # weights up to which a local error is looked for, one after the other
 

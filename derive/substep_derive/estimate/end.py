@@ -14,13 +14,12 @@ from sympy import QQ, Expr, Integer, Rational, Symbol, expand, factor
 from ..algebra.algebraic import generator
 from ..algebra.rational import SingularMatrix, matrix_inverse
 from ..declare.scheme import Scheme
-from ..declare.symbols import C, N, f, h, knot_of
+from ..declare.symbols import C, N, f, h, kind_of, knot_of
 from ..step.step import Step
 from .estimator import Estimate, Estimator
 from .expansion import Expansion
 from .held import END, HALVED, START
 from .motion import SmoothMotion
-from .stiff import kind_of
 
 # shares of h times the difference that count as an error of v: where it is of the estimate's order in h, and where it
 # is of a lower one, and would else reject short steps of a smooth motion
@@ -55,10 +54,10 @@ def _late(motion: SmoothMotion) -> Mapping[Symbol, list[Any]]:
     step = motion.step
     first = len(step.unknowns) + len(step.state)
     places = [first + k for k, tau in enumerate(step.stencil) if tau.subs(step.scheme.typical) >= 1]
-    columns = [[motion.at_rest(row, place) for row in motion.rows] for place in places]
+    columns = [[motion.equations.at_rest(row, place) for row in motion.equations.rows] for place in places]
     return {
         s: [-sum((x * c for x, c in zip(row, column, strict=True)), motion.zero) for column in columns]
-        for s, row in zip(step.unknowns, motion.inverse, strict=True)
+        for s, row in zip(step.unknowns, motion.equations.inverse, strict=True)
     }
 
 

@@ -10,11 +10,11 @@ from sympy import Expr, Integer, Symbol, factor
 from ..algebra.algebraic import Field, generator
 from ..algebra.rational import affine_solutions
 from ..declare.errors import DeclarationError
-from ..declare.symbols import h
+from ..declare.symbols import h, kind_of
 from ..oscillator.evaluation import Evaluation
 from .expansion import Expansion, weight
 from .sparse import reduction, sparsest
-from .stiff import Growth, kind_of
+from .stiff import Growth
 
 FASTEST = 4  # power of Omega up to which an estimate's growth matters; beyond, the fewest terms decide
 

@@ -6,12 +6,12 @@ from sympy import Derivative, Expr, I, Integer, Symbol, cancel, exp, factor, fra
 
 from ..declare.errors import DeclarationError
 from ..declare.scheme import Scheme
-from ..declare.symbols import C, K_t, M, Omega, h, knot, knot_of, successor, xi
+from ..declare.symbols import C, K_t, M, Omega, h, kind_of, knot, knot_of, successor, xi
 from ..motion.effective import effective_systems
 from ..stability.paper import as_in_paper, in_powers
 from .estimator import Estimate, Estimator, kappa
 from .held import END, START
-from .stiff import Growth, Polynomial, Row, kind_of
+from .stiff import Growth, Polynomial, Row
 
 K = Symbol("K")  # the tangent stiffness
 

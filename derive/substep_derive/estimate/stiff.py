@@ -13,17 +13,12 @@ from sympy import QQ, Expr, Matrix, Symbol, eye, oo
 
 from ..algebra import rational
 from ..declare.scheme import Scheme
-from ..declare.symbols import knot, knot_of, successor
+from ..declare.symbols import kind_of, knot, successor
 from ..oscillator.evaluation import Evaluation
 from .held import END, HALVED, START, HeldStep, earlier
 
 Polynomial = dict[tuple[int, int], Any]  # (power of Omega, power of xi) -> number
 Row = list[Polynomial]  # one for each symbol of the state
-
-
-def kind_of(symbol: Symbol) -> int:
-    """0, 1, 2 for a displacement, velocity, acceleration."""
-    return "uva".index((knot_of(symbol) or ("u", ""))[0])
 
 
 @cache

@@ -80,16 +80,6 @@ class Part:
     assignments: Assignments
     named: bool = True
 
-    @property
-    def assigned(self) -> set[str]:
-        """Names that it assigns."""
-        return {str(s) for s, _ in self.assignments}
-
-    @property
-    def read(self) -> set[str]:
-        """Names that it reads."""
-        return {str(s) for _, e in self.assignments for s in e.free_symbols}
-
 
 @dataclass(frozen=True)
 class Straight:
@@ -98,14 +88,19 @@ class Straight:
     parts: tuple[Part, ...]
 
     @property
+    def assignments(self) -> Assignments:
+        """All of them, in order."""
+        return [both for part in self.parts for both in part.assignments]
+
+    @property
     def assigned(self) -> set[str]:
-        """Names that it assigns."""
-        return set().union(*(part.assigned for part in self.parts))
+        """Names that it leaves with a value."""
+        return {str(s) for s, _ in self.assignments}
 
     @property
     def read(self) -> set[str]:
         """Names that it reads."""
-        return set().union(*(part.read for part in self.parts))
+        return {str(s) for _, e in self.assignments for s in e.free_symbols}
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from sympy import Abs, Expr, Integer, Matrix, Ne, Piecewise, Symbol, oo
 
 from ..declare.errors import DeclarationError
 from ..declare.scheme import Scheme
-from ..declare.symbols import knot, knot_of, lattice, successor, t
+from ..declare.symbols import knot, knot_of, steps_back, successor, t
 from ..motion.components import STEP, Assignments, Writer, assign, component_names
 from ..motion.differences import Difference, DifferenceSlope
 from ..motion.equations import EquationsOfMotion
@@ -88,7 +88,7 @@ class Body:
         for stage in found:
             steps.append(balance_step(w, stage, last, wanted))
             last = next(iter(stage.moved), last)
-        oldest_first = sorted(near.state, key=lambda s: lattice((knot_of(s) or ("", "0"))[1]) or 0)
+        oldest_first = sorted(near.state, key=steps_back, reverse=True)
         shift = [both for s in oldest_first for both in assign(w.components(s), w.components(successor(s)))]
         report, assigned = [], []
         for e, kind in zip(outputs, "uva", strict=False):

@@ -9,7 +9,7 @@ from sympy import Abs, Expr, Integer, Matrix, Poly, Rational, Symbol, arg, log, 
 
 from ..declare.parameter_set import ParameterSet
 from ..declare.scheme import Scheme
-from ..declare.symbols import Omega, knot_of, lattice, mu, t, xi
+from ..declare.symbols import Omega, kind_of, mu, steps_back, t, xi
 from ..oscillator.amplification import Affine, Amplification
 from .eigenvalue_defect import about_one
 from .stability_polynomials import live_coefficients
@@ -98,13 +98,13 @@ def _scaled(
     amplification = Amplification.of(scheme)
     history = [first]
     if scheme.start_scheme is not None:
-        lag = max(map(_back, scheme.state))
+        lag = int(max(map(steps_back, scheme.state)))
         history = _scaled(scheme.start_scheme, at, first, load, lag)
-        state = Matrix([history[lag - _back(s)][_kind(s)] for s in scheme.state])
+        state = Matrix([history[lag - int(steps_back(s))][kind_of(s)] for s in scheme.state])
     elif amplification.start is not None:
         state = _Map.of(amplification.start, amplification.start_stencil, at).applied(Matrix(first), load, 0)
     else:
-        state = Matrix([first[_kind(s)] for s in scheme.state])
+        state = Matrix([first[kind_of(s)] for s in scheme.state])
     step, outputs = (_Map.of(m, amplification.stencil, at) for m in (amplification.step, amplification.outputs))
     for n in range(len(history) - 1, steps):
         new, others = step.applied(state, load, n), iter(outputs.applied(state, load, n))
@@ -130,13 +130,3 @@ class _Map:
         """From the state at t = n h."""
         new = self.of_state * state
         return new + self.of_loads * Matrix([load((n + tau) * H) for tau in self.stencil]) if self.stencil else new
-
-
-def _kind(symbol: Symbol) -> int:
-    """0, 1, 2 for u, v, a."""
-    return "uva".index((knot_of(symbol) or "u")[0])
-
-
-def _back(symbol: Symbol) -> int:
-    """How many steps before t_n the symbol of a state stands."""
-    return -int(lattice((knot_of(symbol) or ("", "0"))[1]) or 0)

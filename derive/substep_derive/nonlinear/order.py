@@ -14,7 +14,7 @@ from typing import Any
 
 from sympy import QQ
 
-from ..declare.symbols import knot_of, lattice
+from ..declare.symbols import kind_of, steps_back
 from ..oscillator.evaluation import Evaluation
 from ..oscillator.order import AtLeast, Triple
 from .parasitic import annihilator, first_parasitic
@@ -156,8 +156,7 @@ def _march(step: StepSeries, of: Trees, weight: int) -> Iterator[tuple[list[Seri
             state, report = ([flow(of, s, -1, step.one) for s in both] for both in step.starter.step(of, state))
             rows = [[flow(of, s, -1, step.one) for s in row] for row in rows]
             rows.append(report)
-        at = [knot_of(s) or ("u", "0") for s in step.state]
-        state = [rows[steps + int(lattice(label) or 0)]["uva".index(kind)] for kind, label in at]
+        state = [rows[steps - int(steps_back(s))][kind_of(s)] for s in step.state]
         report = rows[-1]
     while True:
         yield state, report

@@ -15,7 +15,7 @@ from sympy import QQ, Expr, Symbol
 from ..algebra.rational import SingularMatrix, matrix_inverse
 from ..declare.errors import DeclarationError
 from ..declare.scheme import Scheme
-from ..declare.symbols import K0, C, N, f, knot, knot_of, lattice
+from ..declare.symbols import K0, C, N, f, knot, knot_of, steps_back
 from ..oscillator.evaluation import Evaluation
 from ..step.step import Step
 from .forms import Applied, Form, Term, form
@@ -309,7 +309,7 @@ def _multiplied(p: list[Any], q: list[Any]) -> list[Any]:
 
 def lag(scheme: Scheme) -> int:
     """How many steps before t_n the oldest entry of the state is."""
-    return max(int(-(lattice((knot_of(s) or ("", "0"))[1]) or 0)) for s in scheme.state)
+    return int(max(map(steps_back, scheme.state)))
 
 
 def exact(of: Trees, one: Any, weight: int) -> tuple[Series, Series, Series]:

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from typing import TypeVar
 
-from ..declare.symbols import knot_of, lattice
+from ..declare.symbols import kind_of, steps_back
 from .amplification import Affine, Amplification
 
 T = TypeVar("T")
@@ -18,16 +18,15 @@ def start_up(amplification: Amplification, given: Sequence[T], apply: Apply) -> 
     scheme = amplification.scheme
     if scheme.start_scheme is None:
         if amplification.start is None:
-            return [given["uva".index((knot_of(s) or ("u", ""))[0])] for s in scheme.state], 0
+            return [given[kind_of(s)] for s in scheme.state], 0
         return list(apply(amplification.start, given)), 0
     starter = Amplification.of(scheme.start_scheme)
-    at = [knot_of(s) or ("u", "0") for s in scheme.state]
-    steps = max(int(-(lattice(label) or 0)) for _, label in at)
+    steps = int(max(map(steps_back, scheme.state)))
     history, state = [list(given)], start_up(starter, given, apply)[0]
     for _ in range(steps):
         state, reported = stepped(starter, state, apply)
         history.append(reported)
-    return [history[steps + int(lattice(label) or 0)]["uva".index(kind)] for kind, label in at], steps
+    return [history[steps - int(steps_back(s))][kind_of(s)] for s in scheme.state], steps
 
 
 def stepped(amplification: Amplification, state: Sequence[T], apply: Apply) -> tuple[list[T], list[T]]:

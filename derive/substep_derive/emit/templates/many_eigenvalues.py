@@ -64,7 +64,9 @@ def _square(z):
 def _scaled(z, factor):
     """A complex number times a real one."""
     return complex(z.real * factor, z.imag * factor)
+'''
 
+FIRST_GUESS = '''
 
 @_inline
 def _root(w):
@@ -110,7 +112,9 @@ def _around(c):
     u = _root(half + root if half.real * root.real + half.imag * root.imag > 0.0 else half - root)
     v = _scaled(v * u.conjugate(), 1.0 / _square(u))
     return z, _scaled(u + v, radius), _scaled(u - v, radius)
+'''
 
+EIGENVALUE_OF_ROOT = '''
 
 @_inline
 def _is_near(Omega, xi):
@@ -124,7 +128,9 @@ def _eigenvalue(x, y, near):
     square = x * x + y * y
     less = square + 2.0 * x if near else square - 1.0
     return x + 1.0 if near else x, less, 1.0 + less if near else square
+'''
 
+ROOTS_OF_A_BLOCK = '''
 
 @_inner
 def _start_roots(s):
@@ -176,7 +182,9 @@ def _roots(n, rows, found):
         for r in range({root_rows}):
             for j in range(size):
                 found[r * BLOCK + first + j] = s[r * {width} + j]
+'''
 
+PLACED = '''
 
 @_inline
 def _placed(Omega, xi, on_circle, {prepared}):
@@ -211,7 +219,7 @@ def eigenvalues(n, points, rows, found, radius):
             Omegas[i], xis[i], rows[i] != 0.0, {prepared_i}
         )
         radius[i] = largest
-{find}'''
+'''
 
 FIND_ROOTS = '''
 
