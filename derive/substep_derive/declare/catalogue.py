@@ -57,13 +57,13 @@ def _same_step(one: Scheme, other: Scheme) -> bool:
     return next(parts) == next(parts)
 
 
-def _named(name: str, what: str, declared: Iterator[Any]) -> Any:
+def _named(name: Any, what: str, declared: Iterator[Any]) -> Any:
     if not isinstance(name, str):
         raise DeclarationError(
             f"expected a {what} by name or as a declaration, got {name!r}; of a handle, pass its name, and its "
             "parameters beside it as text such as '1/5'"
         )
-    others, meant = [], []
+    others, meant = list[str](), list[Any]()
     for one in declared:
         if one.name == name:
             return one

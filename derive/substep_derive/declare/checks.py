@@ -5,6 +5,7 @@ Every check raises `DeclarationError`, which names the scheme, the symbol or rel
 
 from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
+from functools import cached_property
 from typing import Any, Protocol
 
 from sympy import Add, Expr, Mul, Pow, Rational, Symbol, SympifyError, preorder_traversal, sympify
@@ -32,12 +33,12 @@ class _Declared(Protocol):
     @property
     def families(self) -> tuple[Family, ...]: ...
     @property
-    def start(self) -> Any: ...
+    def start(self) -> "Mapping[Symbol, Expr] | _Declared": ...
     @property
     def report(self) -> Mapping[Symbol, Expr]: ...
     @property
     def embedded(self) -> Mapping[Symbol, Expr]: ...
-    @property
+    @cached_property
     def constants(self) -> tuple[Constant, ...]: ...
     @property
     def parent(self) -> str | None: ...
@@ -112,7 +113,7 @@ def _families(scheme: _Declared) -> None:
 
 def _symbols(scheme: _Declared) -> None:
     declared = set(scheme.values) | {h, M, C, K0}
-    start = scheme.start if isinstance(scheme.start, Mapping) else {}
+    start: Mapping[Symbol, Expr] = scheme.start if isinstance(scheme.start, Mapping) else {}
     added = (
         *(x for both in (*start.items(), *scheme.report.items(), *scheme.embedded.items()) for x in both),
         *(b.load for b in scheme.balances),
@@ -158,7 +159,7 @@ def _constant(scheme: _Declared) -> None:
 
 
 def _exact(scheme: _Declared) -> None:
-    start = scheme.start if isinstance(scheme.start, Mapping) else {}
+    start: Mapping[Symbol, Expr] = scheme.start if isinstance(scheme.start, Mapping) else {}
     given = (scheme.relations, start, scheme.report, scheme.embedded)
     expressions = [e for mapping in given for e in mapping.values()]
     expressions += [e for b in scheme.balances for e in (b.inertia, b.damping, b.force, b.load)]
@@ -193,7 +194,8 @@ def _balances(scheme: _Declared) -> None:
                 f"{where}: expected the internal force at displacements, got the unknown {moving[0]} in {b.force}; "
                 "give that displacement a knot of its own: a relation for it, and N of its symbol"
             )
-        bare = b.load.replace(f, lambda tau: Symbol("f"))
+        load: Expr = b.load
+        bare = load.replace(f, lambda tau: Symbol("f"))
         if knots := sorted(s for s in map(str, bare.free_symbols) if knot_of(Symbol(s))):
             raise DeclarationError(f"{where}: expected a load of f(tau) alone, got {knots[0]}; write it into force")
         for load in b.load.atoms(f):

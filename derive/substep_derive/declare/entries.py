@@ -78,7 +78,7 @@ class Entries:
 
         Raises DeclarationError for a row whose sum is not the expected one.
         """
-        evened = []
+        evened: list[list[Expr]] = []
         for k, (row, total) in enumerate(zip(rows, expected, strict=True), start=1):
             found = sum(row, Integer(0))
             if self.numbers([[found - total]])[0][0]:

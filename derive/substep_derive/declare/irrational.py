@@ -62,11 +62,11 @@ def generated(
             f"{name}: expected exact entries, irrational ones real and algebraic such as sqrt(2), cbrt(2) or "
             f"cos(pi/18), got {listed}; let any other number be a Parameter"
         ) from error
-    tables = [[[_replaced(x, values) for x in row] for row in table] for table in given]
+    exact: list[Table] = [[[_replaced(x, values) for x in row] for row in table] for table in given]
     if number.is_Rational:  # all of them are only written with radicals
-        return parameters, tables
+        return parameters, exact
     declared = Parameter(theta, _around(root), Root(root.polynomial.as_expr(theta)))
-    return (*parameters, declared), tables
+    return (*parameters, declared), exact
 
 
 def _read(value: Any) -> Any:

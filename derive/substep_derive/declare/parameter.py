@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 from sympy import (
     QQ,
@@ -57,7 +57,7 @@ class Parameter:
 
     symbol: Symbol
     domain: Interval
-    default: Expr | Root  # or None, for a scene's parameter that has to be given
+    default: Any  # an Expr or a Root; None for a scene's parameter that has to be given
 
     @property
     def written(self) -> str:
@@ -65,9 +65,10 @@ class Parameter:
         return written_interval(self.name, self.domain)
 
     def __post_init__(self) -> None:
-        if not isinstance(self.symbol, Symbol):
+        symbol, domain = cast(tuple[Any, Any], (self.symbol, self.domain))  # which a user may have given wrong
+        if not isinstance(symbol, Symbol):
             raise DeclarationError(f"expected a SymPy Symbol as a parameter, got {self.symbol!r}; write Symbol('...')")
-        ends = (self.domain.start, self.domain.end) if isinstance(self.domain, Interval) else ()
+        ends = (self.domain.start, self.domain.end) if isinstance(domain, Interval) else ()
         if not ends or not all(isinstance(end, Rational) or end.is_infinite for end in ends):
             raise DeclarationError(
                 f"{self.name}: expected an interval with rational or infinite ends and more than one number in it, "
@@ -106,7 +107,7 @@ class Parameter:
         default = self.default.equation if isinstance(self.default, Root) else self.default
         return default.free_symbols - {self.symbol}
 
-    def inside(self, share: Rational) -> Rational:
+    def inside(self, share: Rational) -> Expr:
         """The number at this share of the way through the interval.
 
         In a half-infinite interval it lies this far from the finite end; in an infinite one it is 2*share - 1.
@@ -145,13 +146,13 @@ class Parameter:
         (root,) = found
         if root.rational is not None:
             return Rational(int(root.rational.numerator), int(root.rational.denominator))
-        ends = (Rational(int(end.numerator), int(end.denominator)) for end in (root.low, root.high))
-        return Algebraic(tuple(int(c) for c in root.polynomial.all_coeffs()), tuple(ends))
+        low, high = (Rational(int(end.numerator), int(end.denominator)) for end in (root.low, root.high))
+        return Algebraic(tuple(int(c) for c in root.polynomial.all_coeffs()), (low, high))
 
 
 def _roots_inside(polynomial: Poly, domain: Interval) -> list[RealRoot]:
     """The distinct real roots that lie in an interval."""
-    found = []
+    found: list[RealRoot] = []
     for factor in irreducible(polynomial):
         for root in real_roots(factor) if factor.degree() else []:
             if all(_beside(root, end, side, is_open) for end, side, is_open in _ends(domain)):

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Any
 
-from sympy.logic.boolalg import Boolean
+from sympy import Basic
 
 
 @dataclass(frozen=True)
@@ -20,4 +20,4 @@ class Published:
     order: int | None = None
     rho_inf: Any = None
     critical_Omega: Any = None
-    stable_if: tuple[Boolean, ...] = ()
+    stable_if: tuple[Basic, ...] = ()

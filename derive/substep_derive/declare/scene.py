@@ -51,10 +51,10 @@ class Scene:
     parameters: tuple[Parameter, ...]
     start: Mapping[Symbol, Any]
     length: Any
-    invariants: Mapping[Symbol, Expr] = field(default_factory=dict)
+    invariants: Mapping[Symbol, Expr] = field(default_factory=dict[Symbol, Expr])
     dissipation: Expr = S.Zero
-    load: Mapping[Symbol, Expr] = field(default_factory=dict)
-    outputs: Mapping[str, Expr] = field(default_factory=dict)
+    load: Mapping[Symbol, Expr] = field(default_factory=dict[Symbol, Expr])
+    outputs: Mapping[str, Expr] = field(default_factory=dict[str, Expr])
     energy_scale: Expr | None = None
     reference: str = ""
 

@@ -80,18 +80,19 @@ class Scheme:
     balances: tuple[Balance, ...]
     parameters: tuple[Parameter, ...] = ()
     families: tuple[Family, ...] = ()
-    start: "Mapping[Symbol, Expr] | Scheme" = field(default_factory=dict)
-    report: Mapping[Symbol, Expr] = field(default_factory=dict)
-    embedded: Mapping[Symbol, Expr] = field(default_factory=dict)
+    start: "Mapping[Symbol, Expr] | Scheme" = field(default_factory=dict[Symbol, Expr])
+    report: Mapping[Symbol, Expr] = field(default_factory=dict[Symbol, Expr])
+    embedded: Mapping[Symbol, Expr] = field(default_factory=dict[Symbol, Expr])
     reference: str = ""
     parent: str | None = None
-    fixed: Mapping[str, Rational] = field(default_factory=dict)
+    fixed: Mapping[str, Rational] = field(default_factory=dict[str, Rational])
     published: Published | None = field(default=None, compare=False)
     synonyms: tuple[str, ...] = field(default=(), compare=False)
 
     def __post_init__(self) -> None:
         for name in ("relations", "start", "report", "embedded"):
-            if isinstance(given := getattr(self, name), Mapping):
+            given: Mapping[Symbol, Any] | Scheme = getattr(self, name)
+            if isinstance(given, Mapping):
                 object.__setattr__(self, name, {s: expression(self.name, e) for s, e in given.items()})
         check(self)
 
@@ -215,7 +216,8 @@ class Scheme:
         Such as rho_inf where gamma alone makes the step: a given gamma is the default for one rho_inf. None where that
         default reads a third parameter.
         """
-        given = (self.start if isinstance(self.start, Mapping) else {}, self.report, self.embedded)
+        start: Mapping[Symbol, Expr] = self.start if isinstance(self.start, Mapping) else {}
+        given = (start, self.report, self.embedded)
         read = self.mentioned.union(*(e.free_symbols for mapping in given for e in mapping.values()))
         found: dict[Symbol, tuple[Symbol, Expr]] = {}
         for p in self.parameters:
@@ -268,7 +270,7 @@ class Scheme:
         exact = self.exact(values)
         for symbol, (by, follows) in self.decided.items():
             if by in exact:
-                value = follows.subs(exact)
+                value: Any = follows.subs(exact)
                 if symbol in exact and abs(exact[symbol] - value) > TOLERANCE:
                     raise both_given(self.name, symbol, by, exact[symbol], value)
                 _check_inside(self.name, next(p for p in self.parameters if p.symbol == symbol), value)

@@ -46,10 +46,10 @@ def tableau(
     c, weights that do not sum to 1, and b_hat of the same order as b.
     """
     hats = [] if b_hat is None else [b_hat]
-    parameters, (A, (b, c, *hats)) = generated(name, parameters, (A, (b, c, *hats)))
-    table = Entries(name, parameters, (A, (b, c, *hats)))
+    parameters, (rows, (b, c, *hats)) = generated(name, parameters, (A, (b, c, *hats)))
+    table = Entries(name, parameters, (rows, (b, c, *hats)))
     c_ = table.vector("c", c)
-    A_ = table.sums("the entries of row {k} of A", table.lower("A", A, len(c_)), c_)
+    A_ = table.sums("the entries of row {k} of A", table.lower("A", rows, len(c_)), c_)
     (b_,) = table.sums("the entries of b", [table.vector("b", b, len(c_))], [Integer(1)])
     second = None
     if hats:
@@ -103,13 +103,12 @@ def nystrom(
         table.lower("A_bar", A_bar, len(c_)),
         *(table.vector(what, row, len(c_)) for what, row in (("b", b), ("b_bar", b_bar))),
     )
-    A_ = None if A is None else table.lower("A", velocities, len(c_))
+    given = None if A is None else table.lower("A", velocities, len(c_))
     twice = table.sums(
         "twice the entries of row {k} of A_bar", [[2 * e for e in row] for row in squares], [x**2 for x in c_]
     )
     squares = [[e / 2 for e in row] for row in twice]
-    if A_ is not None:
-        A_ = table.sums("the entries of row {k} of A", A_, c_)
+    A_ = None if given is None else table.sums("the entries of row {k} of A", given, c_)
     (bar,) = table.sums("the entries of b_bar", [bar], [Rational(1, 2)])
     (b_,) = table.sums("the entries of b", [b_], [Integer(1)])
     hats: dict[str, list[Expr]] = {}
@@ -168,7 +167,7 @@ def _scheme(stages: _Stages, hats: Mapping[str, list[Expr]] | None, rest: dict[s
         return v0 + h * _combined(weights, knots)
 
     relations: dict[Symbol, Expr] = {}
-    balances = []
+    balances: list[Balance] = []
     for i, (at, c) in enumerate(zip(knots, stages.c, strict=True)):
         if at not in (knot(0), knot(1)):
             relations[at.u] = displacement(c, stages.A_bar[i])
@@ -178,7 +177,7 @@ def _scheme(stages: _Stages, hats: Mapping[str, list[Expr]] | None, rest: dict[s
             balances.append(Balance(at.a, at.v if stages.A is not None else Integer(0), N(at.u), f(c)))
     relations[u1] = displacement(Integer(1), stages.b_bar)
     relations[v1] = velocity(stages.b)
-    embedded = {}
+    embedded: dict[Symbol, Expr] = {}
     if hats and "u" in hats:
         embedded[u1] = displacement(Integer(1), hats["u"])
     if hats and "v" in hats:

@@ -65,7 +65,7 @@ class BalanceStep:
     def correction(self, factor: Expr = S.One) -> tuple[Assignments, Assignments, Matrix]:
         """Assignments of residual and Jacobian; the solve, written out; Newton's correction, times factor, by name."""
         size, R, J = len(self.z), self.residual_names, self.jacobian_names
-        entries = assign(R, self.residual) + [(s, e) for s, e in zip(J, self.jacobian, strict=True) if e != 0]
+        entries = [*assign(R, self.residual), *((s, e) for s, e in assign(J, self.jacobian) if e != 0)]
         change, one_over = Matrix(symbols(f"change_:{size}")), Symbol("one_over_det")
         if size == 1:
             return entries, assign(change, factor * R / J[0]), change

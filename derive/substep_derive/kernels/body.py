@@ -84,13 +84,13 @@ class Body:
         w.fixed.update(weights)
         wanted = _wanted(near, prior, found, [*outputs, *errors, *read], damped=damped)
         known = written(w, {s: e for s, e in prior.items() if s in wanted})
-        last, steps = knot(0).u, []
+        last, steps = knot(0).u, list[BalanceStep]()
         for stage in found:
             steps.append(balance_step(w, stage, last, wanted))
             last = next(iter(stage.moved), last)
         oldest_first = sorted(near.state, key=steps_back, reverse=True)
         shift = [both for s in oldest_first for both in assign(w.components(s), w.components(successor(s)))]
-        report, assigned = [], []
+        report, assigned = list[Matrix](), Assignments()
         for e, kind in zip(outputs, "uva", strict=False):
             vector = w.hoisted(w.vector(e))
             names = vector if e.is_Symbol else w.components(Symbol(f"{kind}_*reported"))

@@ -49,20 +49,16 @@ class ExactCase:
         """At these values of the scheme's parameters and constant, computed once for equal ones."""
         return _exact_case(scheme, tuple(values.items()))
 
-    @classmethod
-    def _computed(cls, scheme: Scheme, values: Mapping[Symbol, Rational]) -> "ExactCase":
-        damping = DAMPING_RATIO if scheme.takes_damping else Integer(0)
-        at = {**values, Omega: OMEGA * H, xi: damping}
-        amplification = Amplification.of(scheme)
-        return cls(
-            at[Omega], damping, _Map.of(amplification.step, (), at).of_state,
-            *_spectrum(amplification, at), tuple(_marched(scheme, at, STEPS)),
-        )  # fmt: skip
-
 
 @cache
 def _exact_case(scheme: Scheme, values: tuple[tuple[Symbol, Rational], ...]) -> ExactCase:
-    return ExactCase._computed(scheme, dict(values))
+    damping = DAMPING_RATIO if scheme.takes_damping else Integer(0)
+    at = {**dict(values), Omega: OMEGA * H, xi: damping}
+    amplification = Amplification.of(scheme)
+    return ExactCase(
+        at[Omega], damping, _Map.of(amplification.step, (), at).of_state,
+        *_spectrum(amplification, at), tuple(_marched(scheme, at, STEPS)),
+    )  # fmt: skip
 
 
 def _spectrum(amplification: Amplification, at: Mapping[Symbol, Rational]) -> tuple[Expr, Expr | None, Expr | None]:

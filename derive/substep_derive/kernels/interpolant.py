@@ -49,7 +49,7 @@ def _polynomial(begin: Sequence[Symbol], end: Sequence[Symbol]) -> tuple[Expr, i
     degree = len(begin) + len(end) - 1
     coefficients = symbols(f"p:{degree + 1}")
     polynomial = sum((c * share**k for k, c in enumerate(coefficients)), Integer(0))
-    equations = []
+    equations: list[Expr] = []
     for values, place in ((begin, 0), (end, 1)):
         equations += [
             polynomial.diff(share, order).subs(share, place) - value * h**order for order, value in enumerate(values)

@@ -68,7 +68,7 @@ class LocalError:
         end, a from the equation of motion; "start": that a at the start; "halved": u, v after two half steps.
         """
         before = {earlier(s): s for s in (*self.scheme.unknowns, *self.scheme.state)}
-        found = {}
+        found: dict[str, tuple[str, str]] = {}
         for name in sorted({name for above, _ in self.terms for name, _, _ in above}):
             s = Symbol(name)
             known = [where for where, ends in (("end", END), ("start", START), ("halved", HALVED)) if s in ends]
@@ -120,7 +120,7 @@ def combined(terms: Terms) -> list[Expr]:
 
 def factored(terms: Terms) -> tuple[Assignments, list[Expr]]:
     """Factors that depend on kappa, each a sum of named weights over another; the estimated errors with them."""
-    names, factors, errors = iter(weight_names(terms)), [], []
+    names, factors, errors = iter(weight_names(terms)), Assignments(), list[Expr]()
     for above, below in terms:
         weights = [next(names) for _ in above]
         den = sum((next(names) * kappa**power for power in below), Integer(0)) if below else Integer(1)
@@ -150,6 +150,6 @@ def _collected(error: Expr) -> tuple[tuple[tuple[str, int, int], ...], list[Expr
                 weight, power = term.as_independent(h, as_Add=False)
                 key = symbol.name, int(power.as_base_exp()[1]) if power != 1 else 0, of_kappa
                 terms[key] = terms.get(key, Integer(0)) + weight
-    known = Poly(below, kappa).terms() if below != 1 else []
+    known: list[tuple[tuple[int], Expr]] = Poly(below, kappa).terms() if below != 1 else []
     weights = [e if e.has(generator) else factor(e) for e in terms.values()]
     return (*terms,), weights, tuple(power for (power,), _ in known), [c for _, c in known]

@@ -146,7 +146,7 @@ def _balance(system: System, waiting: Iterable[Combination]) -> ScalarBalance:
     effective_mass = sum((matrix * slope(_sum(row)) for matrix, row in rows.items()), Integer(0))
     places = [(w, None, _sum(row)) for w, row in system.forces]
     places += [(w, _sum(before), _sum(row)) for w, before, row in system.differences]
-    forces = []
+    forces: list[Force] = []
     for k, (w, before, displacement) in enumerate(places, start=1):
         moves = slope(displacement)
         force = Force(Symbol(f"force_{k}"), Symbol(f"slope_{k}") if moves != 0 else None, displacement, before)

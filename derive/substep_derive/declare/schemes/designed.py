@@ -42,15 +42,15 @@ three_substep_third_order = tableau(
 
 
 _c = (Integer(0), 2 * gamma, Rational(3, 4), Rational(2, 3), Integer(1))
-_32 = 3 * (3 - 8 * gamma) / (64 * gamma)
-_43 = 8 * (1 - 12 * gamma + 36 * gamma**2 - 24 * gamma**3) / (81 * gamma * (3 - 8 * gamma))
-_42 = (Rational(2, 9) - 2 * gamma / 3 - 3 * _43 / 4) / (2 * gamma)
-_2, _3, _4 = (
+_a32 = 3 * (3 - 8 * gamma) / (64 * gamma)
+_a43 = 8 * (1 - 12 * gamma + 36 * gamma**2 - 24 * gamma**3) / (81 * gamma * (3 - 8 * gamma))
+_a42 = (Rational(2, 9) - 2 * gamma / 3 - 3 * _a43 / 4) / (2 * gamma)
+_b2, _b3, _b4 = (
     1 / (12 * gamma * (3 - 8 * gamma)),
     16 * (1 - 12 * gamma + 24 * gamma**2) / (9 * (3 - 8 * gamma)),
     9 * gamma / 2,
 )
-_weights = (1 - _2 - _3 - _4 - gamma, _2, _3, _4, gamma)
+_weights = (1 - _b2 - _b3 - _b4 - gamma, _b2, _b3, _b4, gamma)
 # 1/96 of the divided difference of the rates at 0, 3/4, 2/3 and 1, which vanishes for quadratic ones
 _difference = (-Rational(1, 48), 0, -Rational(2, 3), Rational(9, 16), Rational(1, 8))
 
@@ -59,8 +59,8 @@ four_substep = tableau(
     A=(
         (0,),
         (gamma, gamma),
-        (_c[2] - _32 - gamma, _32, gamma),
-        (_c[3] - _42 - _43 - gamma, _42, _43, gamma),
+        (_c[2] - _a32 - gamma, _a32, gamma),
+        (_c[3] - _a42 - _a43 - gamma, _a42, _a43, gamma),
         _weights,
     ),
     b=_weights,

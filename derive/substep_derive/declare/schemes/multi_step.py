@@ -1,6 +1,6 @@
 """Multi-step schemes: the state holds earlier steps, and each says how it starts."""
 
-from sympy import Expr, Interval, Rational, binomial, oo
+from sympy import Expr, Integer, Interval, Rational, binomial, oo
 
 from ..parameter import Parameter
 from ..published import Published
@@ -92,9 +92,8 @@ def backward_differences(order: int, start: Scheme, published: Published) -> Sch
     def rate(kind: str) -> Expr:
         """Sum of the backward differences, each over its order."""
         values = [getattr(knot(1 - steps), kind) for steps in range(order + 1)]
-        return sum(
-            Rational((-1) ** i * binomial(j, i), j) * values[i] for j in range(1, order + 1) for i in range(j + 1)
-        )
+        terms = (Rational((-1) ** i * binomial(j, i), j) * values[i] for j in range(1, order + 1) for i in range(j + 1))
+        return sum(terms, Integer(0))
 
     return Scheme(
         f"bdf{order}",
