@@ -277,3 +277,15 @@ def test_absolute_tolerances_bound_the_error_by_themselves() -> None:
         for x in (1e-4, 1e-6)
     )  # fmt: skip
     assert 10 < cost(tight).accepted / cost(loose).accepted * 4 < 40
+
+
+@pytest.mark.parametrize("held", [True, False])
+def test_a_structure_that_has_nothing_but_velocity_at_the_start_is_marched(held: bool) -> None:
+    K = np.array([[6.0, -2.0], [-2.0, 4.0]]) if held else np.zeros((2, 2))
+    model = ss.structure(np.eye(2), K, v0=[3.0, 0.0])
+    r = ss.march(model, "bathe", tol=1e-6, t_end=2.0, account=False)
+    assert r.status == "completed"
+    omega2, shapes = np.linalg.eigh(K)
+    q = shapes.T @ [3.0, 0.0]
+    exact = shapes @ (q * np.sin(2.0 * omega2**0.5) / omega2**0.5 if held else 2.0 * q)
+    assert np.abs(r.u[-1] - exact).max() < 1e-4

@@ -37,7 +37,7 @@ from .templates.step_control import STEP_CONTROL
 # what is asked of a run: names of the kernel, after the parameters and the weights
 ASKED = (
     *("tolerance", "power", "rtol", "atol_u", "atol_v", "share_v", "length", "dt_first", "dt_min", "dt_max"),
-    *("t_end", "bound", "rung"),
+    *("t_begin", "t_end", "bound", "rung"),
 )
 # what `_halved` is given besides the length and the state
 HALVES_GIVEN = ("numbers", "start", "t", "load", "samples", "middle")
@@ -210,7 +210,7 @@ class _Writer:
         rows = [f"state[{j}] = start[{knot(0).index(s)}]" for j, s in enumerate(self.body.scheme.state)]
         for j, s in enumerate(self.p.kept, start=len(rows)):
             if s == START.a:
-                rows += [self.acceleration([f"state[{j}, {i}]" for i in self.d], "0.0", *self.start[:2])]
+                rows += [self.acceleration([f"state[{j}, {i}]" for i in self.d], "t_begin", *self.start[:2])]
             else:
                 rows += [f"state[{j}] = 0.0"]
         return placed(rows, 2)

@@ -40,7 +40,7 @@ def _meaning(body: Body) -> str:
     d, kinds = len(body.motion.coordinates), "uva"[: len(body.report)]
     text = (
         f"{', '.join(body.scalars)}: one number for each lane. "
-        f"state (lanes, {len(body.scheme.state)}, {d}), rows as STATE: "
+        f"state (lanes, {len(body.carried)}, {d}), rows as STATE: "
         "on entry at step first, on return after the last step completed. "
         f"out (lanes, rows, {len(kinds)}, {d}): {', '.join(kinds)} every "
         "stride steps; row 0 is left to the caller. "

@@ -9,6 +9,7 @@ from ..declare.symbols import kind_of, steps_back
 from ..kernels.balance_step import Part
 from ..kernels.body import Body
 from ..kernels.near_series import NearSeries
+from ..motion.components import SINCE
 from ..motion.effective import EffectiveSystem
 from .blocks import BLOCK_OF_LANES
 from .one_lane import ONE_LANE, RESULTS, of_lane
@@ -41,7 +42,7 @@ def pair_module(body: Body, systems: Sequence[EffectiveSystem], banner: str) -> 
         arguments=literal_tuple(f'"{name}"' for name in arguments),
         scalars=literal_tuple(f'"{name}"' for name in body.scalars),
         start_arguments=literal_tuple(f'"{name}"' for name in start_names),
-        state=literal_tuple(f'("{"uva"[kind_of(s)]}", {steps_back(s)})' for s in body.scheme.state),
+        state=literal_tuple(f'("{"uva"[kind_of(s)]}", {steps_back(s)})' for s in body.carried),
         reported="uva"[: len(body.report)],
         operations=steps[0].operations,
     )
@@ -64,13 +65,14 @@ def _start(body: Body) -> tuple[list[str], str]:
     The latter are copied, which need not be compiled.
     """
     start = body.start
-    if start is None or [str(e) for e in start.state.T] == [name for name, _ in body.places]:
+    if start is None or [str(e) for e in start.state.T] == [name for name, _ in body.places_of(body.scheme.state)]:
         return [], ""
     expressions = [*start.state, *(e for _, e in start.constants)]
     used = {s.name for e in expressions for s in e.free_symbols}
     loads = len(start.stencil) if body.motion.is_sampled else 0
     parameters = [s.name for s in body.parameters(expressions)]
-    arguments = ["h", *parameters, *(["start_forces"] if loads else []), *"uva", "state"]
+    since = [SINCE.name] if SINCE.name in used else []
+    arguments = ["h", *parameters, *since, *(["start_forces"] if loads else []), *"uva", "state"]
     given = [(f"f_{k}", f"start_forces[{k}]") for k in range(loads)]
     given += [(name, f"{kind}[{i}]") for kind in "uva" for i, name in enumerate(body.components(f"{kind}_0"))]
     state = start.state

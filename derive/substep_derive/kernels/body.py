@@ -4,14 +4,14 @@ A body says nothing of how time goes on or of where the numbers of a lane lie: a
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from sympy import Abs, Expr, Integer, Matrix, Ne, Piecewise, Symbol, oo
 
 from ..declare.errors import DeclarationError
 from ..declare.scheme import Scheme
 from ..declare.symbols import knot, knot_of, steps_back, successor, t
-from ..motion.components import STEP, Assignments, Writer, assign, component_names
+from ..motion.components import BEGAN, SINCE, STEPS, Assignments, Writer, assign, component_names
 from ..motion.differences import Difference, DifferenceSlope
 from ..motion.equations import EquationsOfMotion
 from ..step.step import Stage, Step, instants
@@ -63,7 +63,7 @@ class Body:
         weights: Iterable[Symbol] = (),
         read: Iterable[Symbol] = (),
     ) -> "Body":
-        """now: the time t_n, by default i*h. errors: linear in knots' symbols; weights: numbers that they contain.
+        """now: the time t_n, by default that of the steps completed, with K0 at the start of the first run and not of this one. errors: linear in knots' symbols; weights: numbers that they contain.
 
         read: further symbols of the step that have to be computed.
 
@@ -80,7 +80,7 @@ class Body:
         lowered = Step.of(near)
         prior, found, outputs = lowered.prior, lowered.stages, lowered.outputs
         stencil = instants([*(b.load for b in near.balances), *outputs], near.typical)
-        w = Writer(near, motion, stencil, now=now)
+        w = Writer(near, motion, stencil, now=now, began=BEGAN if now is None else knot(0).u)
         w.fixed.update(weights)
         wanted = _wanted(near, prior, found, [*outputs, *errors, *read], damped=damped)
         known = written(w, {s: e for s, e in prior.items() if s in wanted})
@@ -104,10 +104,13 @@ class Body:
                 estimates = [step.filtered(e) for e in estimates]
                 break
         estimates = tuple(w.hoisted(e) for e in estimates)
-        return cls(
-            scheme, motion, w.constants, known, tuple(steps), shift, assigned, tuple(report), energy, stencil,
-            _start(scheme, motion) if scheme.start_scheme is None else None, estimates,
+        start = _start(scheme, motion) if scheme.start_scheme is None else None
+        made = cls(
+            scheme, motion, w.constants, known, tuple(steps), shift, assigned, tuple(report), energy, stencil, start,
+            estimates,
         )  # fmt: skip
+        counted = any(e.has(STEPS[0]) for e in made.expressions)
+        return replace(made, prior=[STEPS, *known]) if counted else made
 
     @property
     def expressions(self) -> list[Expr]:
@@ -179,9 +182,10 @@ class Body:
 
     @property
     def scalars(self) -> list[str]:
-        """Names of the numbers that a lane is given: h, the parameters, and the tolerance of iterations."""
+        """Names of the numbers that a lane is given: h, the parameters, steps before, and the tolerance of iterations."""
         tolerance = ["tolerance"] if self.iterated else []
-        return ["h", *(s.name for s in self.parameters(self.expressions)), *tolerance]
+        since = [SINCE.name] if any(e.has(SINCE) for e in self.expressions) else []
+        return ["h", *(s.name for s in self.parameters(self.expressions)), *since, *tolerance]
 
     @property
     def loads(self) -> list[Symbol]:
@@ -193,9 +197,16 @@ class Body:
         return component_names(Symbol(s) if isinstance(s, str) else s, self.motion)
 
     @property
+    def carried(self) -> tuple[Symbol, ...]:
+        """The state, and where its tangent at the start is a matrix of the scheme, the displacement there."""
+        names = set(self.components(BEGAN))
+        began = any(s.name in names for e in self.expressions for s in e.free_symbols)
+        return (*self.scheme.state, BEGAN) if began else self.scheme.state
+
+    @property
     def places(self) -> list[tuple[str, str]]:
-        """Name of every component of the state, and its row and column."""
-        return self.places_of(self.scheme.state)
+        """Name of every component of what is carried, and its row and column."""
+        return self.places_of(self.carried)
 
     def places_of(self, vectors: Iterable[Symbol], first: int = 0) -> list[tuple[str, str]]:
         """Name of every component of vectors that are rows from the first on, and its row and column."""
@@ -208,8 +219,8 @@ def _start(scheme: Scheme, motion: EquationsOfMotion) -> Start:
     expressions = Step.of(scheme).start
     assert expressions is not None
     stencil = instants(expressions, scheme.typical)
-    w = Writer(scheme, motion, stencil)
-    state = Matrix.hstack(*(w.hoisted(w.vector(e).subs(STEP, 0)) for e in expressions))
+    w = Writer(scheme, motion, stencil, began=knot(0).u)
+    state = Matrix.hstack(*(w.hoisted(w.vector(e).subs(STEPS[0], SINCE)) for e in expressions))
     return Start(w.constants, state, stencil)
 
 

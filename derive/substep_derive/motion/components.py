@@ -10,7 +10,9 @@ from ..declare.scheme import Scheme
 from ..declare.symbols import K0, C, K_t, M, N, N_discrete, f, h, knot, knot_of, sampled, t
 from .equations import EquationsOfMotion
 
-STEP = Symbol("i")  # the number of steps completed
+SINCE = Symbol("since")  # the number of steps before the run, where it goes on from another
+STEPS = Symbol("steps"), Symbol("i") + SINCE  # those completed in all
+BEGAN = Symbol("u_*began")  # the displacement at the start of the first run, where K0 is taken
 TANGENT = Symbol("K_t")  # stands for the tangent stiffness that a scheme's start reads
 
 Assignments = list[tuple[Symbol, Expr]]
@@ -38,11 +40,12 @@ class Writer:
     fixed: set[Symbol] = field(default_factory=set)
     named: dict[Expr, Symbol] = field(default_factory=dict)
     K0: Matrix = field(default_factory=Matrix)
-    now: Expr | None = None  # the time t_n, by default i*h
+    now: Expr | None = None  # the time t_n, by default that of so many steps
+    began: Symbol = BEGAN  # the displacement at which K0 is taken
 
     def __post_init__(self) -> None:
         self.fixed |= set(self.scheme.values) | {p.symbol for p in self.motion.scene.parameters} | {h}
-        tangent = self.motion.tangent(list(self.components(knot(0).u)))
+        tangent = self.motion.tangent(list(self.components(self.began)))
         self.K0 = tangent
         if any(e.has(K0) for e in (*self.scheme.relations.values(), *(b.inertia for b in self.scheme.balances))):
             names = Matrix(self.size, self.size, lambda i, j: Symbol(entry_name("K0_", i, j)))
@@ -53,7 +56,7 @@ class Writer:
 
     def instant(self, tau: Expr) -> Expr:
         """The time t_n + tau*h."""
-        return h * (STEP + tau) if self.now is None else self.now + tau * h
+        return h * (STEPS[0] + tau) if self.now is None else self.now + tau * h
 
     @property
     def size(self) -> int:

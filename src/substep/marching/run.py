@@ -25,7 +25,7 @@ from ..run.clock import AT_ZERO, CHOSEN, Begin, ConstantSteps, Control, steps_of
 from .adaptive import march_adaptive
 from .linear import LinearLanes, march_linear
 from .oscillators import Oscillators
-from .scene_lanes import march_lanes
+from .scene_lanes import march_lanes, pair_kernels
 
 if TYPE_CHECKING:
     from ..derived.modules import Declaration
@@ -152,7 +152,8 @@ def _marched(
         require_histories(n, stride, 3, 0 if bound == math.inf else 3)
         return _oscillator_response(scene, scheme, steps, bound, state)
     require_histories(n, stride, 3 * scene.u0.shape[-1], scheme.balances + scheme.info.loads * scene.info.sampled)
-    labels = bare(scheme.state)
+    more = len(pair_kernels(scene, scheme).STATE) - len(scheme.state)
+    labels = [*bare(scheme.state), *["u of the tangent"] * more]
     lanes = march_lanes(
         scene, scheme, np.array([steps.dt]), np.array([n]), start=_vectors(scene, state),
         begin=_begun(steps, state, labels, "scene", scheme), bound=bound, stride=stride, history=True, counts=True,

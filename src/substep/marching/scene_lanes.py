@@ -92,7 +92,7 @@ def march_lanes(
     P, steps = len(dt), int(n.max(initial=0))
     rows = _rows_kept(scheme, module, steps, stride, history, reader)
     u, v, a = (_of_lanes(x, (P, scene.u0.shape[-1])) for x in start or (scene.u0, scene.v0, scene.a0))
-    scalars = {"h": dt, "tolerance": TOLERANCE * scene.length, "bound": bound}
+    scalars = {"h": dt, "since": begin.first + begin.origin / dt, "tolerance": TOLERANCE * scene.length, "bound": bound}
     scalars |= printed({**scene.parameters, **scheme.parameters})
     arrays: dict[str, Any] = {
         **{name: _of_lanes(x, (P,)) for name, x in scalars.items()},
@@ -119,6 +119,7 @@ def march_lanes(
         head = _head(scene, scheme, module, arrays, (u, v, a), begin)
     elif module.START_ARGUMENTS:
         module.start(*(arrays[name] for name in module.START_ARGUMENTS))
+        arrays["state"][:, len(scheme.state) :] = u[:, None]  # where a scheme takes the tangent at the start
     else:
         for k, (kind, _) in enumerate(module.STATE):
             arrays["state"][:, k] = arrays[kind]

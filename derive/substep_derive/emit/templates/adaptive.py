@@ -109,19 +109,19 @@ def _lane(numbers, start, load, samples, targets, grid, state, here, control, co
     if counts[BEGUN] == 0:
         counts[BEGUN] = 1
         here[:] = start
-        middle = 0.5 * targets[0]
+        middle = 0.5 * (t_begin + targets[0])
 {begin}
-        control[TIME], control[LAST], control[PEAK], control[SMALLEST] = 0.0, np.nan, -np.inf, np.inf
+        control[TIME], control[LAST], control[PEAK], control[SMALLEST] = t_begin, np.nan, -np.inf, np.inf
         control[BEFORE], control[LARGEST] = -1.0, 0.0
-        control[PROPOSED], control[SPEED] = _first(numbers, start, 0.0, load, samples, middle)
+        control[PROPOSED], control[SPEED] = _first(numbers, start, t_begin, load, samples, middle)
         if dt_first > 0.0:
             control[PROPOSED] = dt_first
         control[BASE] = control[HELD] = control[PROPOSED]
         if times.size > 0 and grid.size == 0:
-            times[0], counts[ROWS] = 0.0, 1
+            times[0], counts[ROWS] = t_begin, 1
             out[0] = start
-        while counts[GRID] < grid.size and grid[counts[GRID]] <= 0.0:
-            times[counts[GRID]] = 0.0
+        while counts[GRID] < grid.size and grid[counts[GRID]] <= t_begin:
+            times[counts[GRID]] = t_begin
             out[counts[GRID]] = start
             counts[GRID] += 1
 {read_state}
@@ -139,7 +139,7 @@ def _lane(numbers, start, load, samples, targets, grid, state, here, control, co
         if targets[at] <= t or middle != middle:
             while targets[at] <= t:
                 at += 1
-            middle = 0.5 * (targets[at] + (targets[at - 1] if at > 0 else 0.0))
+            middle = 0.5 * (targets[at] + (targets[at - 1] if at > 0 else t_begin))
         if proposed != held:
             if rung > 1.0:
                 proposed = _on_ladder(proposed, held, base, rung, t_end - t, dt_min, CHANGE)
@@ -212,7 +212,7 @@ def march(
 ):
     """March every lane in steps of chosen length until t_end, a failure, or full rows; call again to go on.
 
-    numbers (lanes, SCALARS); start (lanes, 3, {d}): u, v, a at t = 0; load (lanes or 1, 4), samples of a record;
+    numbers (lanes, SCALARS); start (lanes, 3, {d}): u, v, a at t_begin; load (lanes or 1, 4), samples of a record;
     targets (lanes or 1, n): times on which steps end, ascending, the last t_end; grid (n,): times at which rows are
     wanted, none for a row at the start and after each step. counts[:, BEGUN] = 0 begins a run. state (lanes, STATE,
     {d}), here (lanes, 3, {d}): the state, and u, v, a, at the time control[:, TIME]; where a run has failed,

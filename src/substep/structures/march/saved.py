@@ -144,7 +144,7 @@ def described(run: Run, t_end: float, **choices: Any) -> dict[str, str]:
     loads = [(x, repr(g) if is_known(g) else "", values_at(g, instants)) for x, g in structure.loads]
     found["loads"] = _digest(*(part for load in loads for part in load))
     if (force := structure.internal) is not None:
-        moved = max(reach(structure, t_end), h * rms(structure.v0))
+        moved = max(reach(structure, t_end, structure.u0, structure.v0), h * rms(structure.v0))
         sizes = moved, max(rms(structure.v0), moved / t_end)  # of velocities also where it starts at rest
         random, values = np.random.default_rng(0), []
         for t in random.uniform(0.0, t_end, STATES):

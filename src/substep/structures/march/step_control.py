@@ -47,6 +47,7 @@ class ChosenSteps:
         Raises ValueError for a scheme without an estimate of its error, and for degrees of freedom without mass.
         """
         s, scheme, t_end = run.structure, run.scheme, asked.t_end
+        self.here: Array = run.given
         if len(s.massless):
             raise ValueError(
                 f"expected mass at each degree of freedom where steps are chosen, got none at "
@@ -64,8 +65,7 @@ class ChosenSteps:
         ]  # fmt: skip
         self.rung = asked.rung if asked.rung is not None else math.sqrt(2.0) if changing else 0.0
         self.change = CHANGE / max(len(changing), 1)  # in steps
-        self.length = reach(s, t_end)
-        self.here: Array = run.given
+        self.length = reach(s, t_end, *self.here[:2])
         self.scales = Scales(asked.rtol, (asked.atol_u, asked.atol_v), shares, [self.length, rms(self.here[1])])
         self.status: Status = "completed"
         self.t: float = asked.t_begin

@@ -44,13 +44,14 @@ def rms(x: Array) -> float:
     return math.sqrt(float(np.einsum("i,i->", x, x)) / len(x))
 
 
-def reach(structure: Model, t_end: float) -> float:
+def reach(structure: Model, t_end: float, u: Array, v: Array) -> float:
     """What small displacements are measured by, as `rms`: the start's, or the static ones under the largest loads.
 
     A body that is not held has none, nor is one known without a tangent: then those of free motion under the mean loads
-    until t_end.
+    until t_end. u, v (n,): at the start. With neither a displacement nor a load, those for which the springs store the
+    energy that the start has.
     """
-    instants, found = np.linspace(0.0, t_end, INSTANTS), rms(structure.u0)
+    instants, found = np.linspace(0.0, t_end, INSTANTS), rms(u)
     sizes = [np.abs(values_at(g, instants)) for _, g in structure.loads]
     largest, mean = (
         sum(
@@ -60,13 +61,20 @@ def reach(structure: Model, t_end: float) -> float:
         for of in (np.max, np.mean)
     )
     if not largest.any():
-        return found
+        return found or _swing(structure, t_end, v)
     if structure.K is not None:
         try:
             return max(found, rms(factorize(structure.K, structure.solver)(largest)))
         except SingularMatrix:
             pass
     return max(found, 0.5 * t_end**2 * rms(structure.solve_mass(mean)))
+
+
+def _swing(structure: Model, t_end: float, v: Array) -> float:
+    """The root of the mean square of displacements along v with the energy of v, at most those of free flight."""
+    stored = 0.0 if structure.K is None else float(v @ (structure.K @ v))
+    flight = t_end * rms(v)
+    return min(flight, math.sqrt(float(v @ (structure.M @ v)) / stored) * rms(v)) if stored > 0.0 else flight
 
 
 @dataclass
