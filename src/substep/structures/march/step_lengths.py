@@ -61,7 +61,7 @@ def reach(structure: Model, t_end: float, u: Array, v: Array) -> float:
         for of in (np.max, np.mean)
     )
     if not largest.any():
-        return found or _swing(structure, t_end, v)
+        return found or _swing(structure, t_end, u, v)
     if structure.K is not None:
         try:
             return max(found, rms(factorize(structure.K, structure.solver)(largest)))
@@ -70,10 +70,14 @@ def reach(structure: Model, t_end: float, u: Array, v: Array) -> float:
     return max(found, 0.5 * t_end**2 * rms(structure.solve_mass(mean)))
 
 
-def _swing(structure: Model, t_end: float, v: Array) -> float:
-    """The root of the mean square of displacements along v with the energy of v, at most those of free flight."""
-    stored = 0.0 if structure.K is None else float(v @ (structure.K @ v))
-    flight = t_end * rms(v)
+def _swing(structure: Model, t_end: float, u: Array, v: Array) -> float:
+    """The root of the mean square of displacements along v with the energy of v, at most those of free flight.
+
+    The stiffness is that of the force itself, for the tangent need not be its derivative.
+    """
+    flight, brief = t_end * rms(v), 1e-6 * t_end
+    force = structure.restoring(0.0, u + brief * v, v) - structure.restoring(0.0, u, v)
+    stored = float(v @ force) / brief
     return min(flight, math.sqrt(float(v @ (structure.M @ v)) / stored) * rms(v)) if stored > 0.0 else flight
 
 
