@@ -251,3 +251,105 @@ def test_a_history_of_the_users_own_is_taken() -> None:
     start = {"t": 1.0, "u": u[20], "v": whole.v[20, 0], "history": {"u": u[20], "u[-1]": u[19], "u[-2]": u[18]}}
     r = ss.march(scene, "houbolt", dt=dt, t_end=2.0, start=start)
     assert np.allclose(r.u[:, 0], u[20:], rtol=1e-13, atol=1e-14)
+
+
+def test_a_scene_starts_at_rest_under_its_load() -> None:
+    scene = ss.scene("linear_oscillator", omega=3.0, u0="static", load=lambda t: 2.0 + 0.0 * t)
+    assert scene.parameters["u0"] == pytest.approx(2.0 / 9.0, rel=1e-14)
+    r = ss.march(scene, "generalized_alpha", dt=0.1, t_end=5.0)
+    assert np.abs(r.u - 2.0 / 9.0).max() < 1e-13
+    assert ss.scene("duffing", u0="static").parameters["u0"] == 0.0
+    with pytest.raises(ValueError, match="'static'"):
+        ss.scene("duffing", u0="rest")
+
+
+def test_a_start_that_is_inconsistent_is_named_with_its_jump() -> None:
+    scene = ss.scene("linear_oscillator", omega=2.0, a0=1.0)
+    r = ss.march(scene, "newmark", dt=0.1, t_end=1.0)
+    assert r.jump == pytest.approx([5.0])  # 1 - (-omega^2 u0)
+    assert "a starts 5 from the equation of motion" in repr(r)
+    assert "starts" not in repr(ss.march(ss.scene("linear_oscillator", omega=2.0), "newmark", dt=0.1, t_end=1.0))
+    loaded = frame(load=[([1.0, 0.0, 0.0], ss.Step(3.0))])
+    first = ss.march(frame(load=[]), "generalized_alpha", dt=0.05, t_end=1.0)
+    added = ss.march(loaded, "generalized_alpha", dt=0.05, t_end=2.0, start=first)
+    anew = ss.march(loaded, "generalized_alpha", dt=0.05, t_end=2.0, start=first.state.consistent())
+    assert np.abs(added.jump).max() > 1.0
+    assert np.abs(anew.jump).max() < 1e-12
+
+
+# at, until
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_rows_at_any_time_keep_the_order_of_the_scheme(scheme: str) -> None:
+    """Between the steps the error is at most a few times that at their ends."""
+    scene = ss.scene("linear_oscillator", omega=3.0, u0=1.0, v0=-2.0)
+    steps = ss.march(scene, scheme, dt=0.01, t_end=2.0)
+    times = np.linspace(0.0, 2.0, 777)
+    r = ss.march(scene, scheme, dt=0.01, t_end=2.0, at=times)
+    assert np.array_equal(r.t, times)
+
+    def error(at: ss.Response) -> float:
+        return float(np.abs(at.u[:, 0] - np.cos(3.0 * at.t) + 2.0 / 3.0 * np.sin(3.0 * at.t)).max())
+
+    order = (ss.scheme(scheme).order or (2,))[0]
+    assert error(r) <= 1.1 * error(steps) + (1e-12 if order <= 4 else 1e-9)
+    ends = ss.march(scene, scheme, dt=0.01, t_end=2.0, at=steps.t)
+    assert np.array_equal(ends.u, steps.u)
+    assert np.array_equal(ends.v, steps.v)
+
+
+@pytest.mark.parametrize("model", ["oscillator", "structure", "modes"])
+@pytest.mark.parametrize("steps", [{"dt": 0.01}, {"tol": 1e-8}])
+def test_a_run_ends_at_the_first_of_its_events(model: str, steps: dict[str, float]) -> None:
+    if model == "modes" and "tol" in steps:
+        return
+    made = {
+        "oscillator": lambda: ss.scene("linear_oscillator", omega=2.0, u0=1.0),
+        "structure": lambda: ss.structure([[1.0]], [[4.0]], u0=1.0),
+        "modes": lambda: ss.structure([[1.0]], [[4.0]], u0=1.0).modes(1),
+    }[model]()
+    events = [lambda t, u, v: u[0] + 0.5, lambda t, u, v: u[0], lambda t, u, v: t - 10.0]
+    r = ss.march(made, "newmark", **steps, t_end=4.0, until=events)
+    assert r.t_events is not None
+    assert np.isnan(r.t_events[[0, 2]]).all()
+    assert r.t_events[1] == pytest.approx(np.pi / 4, abs=1e-4)
+    assert r.t[-1] == r.t_events[1]
+    assert abs(r.u[-1, 0]) < 1e-14
+    assert r.status == "completed"
+    assert np.isfinite(r.energy).all()
+    assert len(r.energy) == len(r.t)
+    on = ss.march(made, "newmark", dt=0.01, t_end=r.t[-1] + 0.5, start=r)
+    assert on.v[0, 0] == pytest.approx(-2.0, abs=1e-3)
+
+
+def test_an_event_at_the_start_is_not_one() -> None:
+    r = ss.march(ss.scene("linear_oscillator", omega=2.0, u0=0.0, v0=1.0), "rk4", dt=0.01, t_end=9.0,
+                 until=lambda t, u, v: u[0])  # fmt: skip
+    assert r.t[-1] == pytest.approx(np.pi / 2, abs=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("options", "match"),
+    [
+        ({"at": [0.0, 2.0, 1.0]}, "ascending"),
+        ({"at": [-1.0, 0.0]}, "within the run"),
+        ({"at": [0.5], "stride": 2}, "without stride"),
+        ({"until": lambda t, u, v: u}, "one number"),
+        ({"until": lambda t, u, v: np.nan}, "one number"),
+    ],
+)
+def test_times_and_events_that_cannot_be_are_refused(options: dict[str, Any], match: str) -> None:
+    with pytest.raises(ValueError, match=match):
+        ss.march(ss.scene("linear_oscillator", omega=1.0), "newmark", dt=0.1, t_end=1.0, **options)
+
+
+def test_rows_of_a_structure_at_any_time_keep_their_account_in_balance() -> None:
+    model = frame(C=0.05 * np.diag([3.0, 1.0, 1.0]))
+    r = ss.march(model, "newmark", dt=0.05, t_end=2.0, at=np.linspace(0.0, 2.0, 33), dofs=[0, 2])
+    assert r.u.shape == (33, 2)
+    account = r.account
+    assert account is not None
+    mechanical = account.kinetic + account.strain
+    left = account.work - account.damped - (mechanical - mechanical[0]) - account.numerical - account.residual
+    assert np.abs(left).max() < 1e-14

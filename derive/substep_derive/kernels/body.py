@@ -63,9 +63,10 @@ class Body:
         weights: Iterable[Symbol] = (),
         read: Iterable[Symbol] = (),
     ) -> "Body":
-        """now: the time t_n, by default that of the steps completed, with K0 at the start of the first run and not of this one. errors: linear in knots' symbols; weights: numbers that they contain.
+        """now: the time t_n; by default that of the steps completed, and K0 is then that at the start of the first run.
 
-        read: further symbols of the step that have to be computed.
+        errors: linear in knots' symbols; weights: numbers that they contain. read: further symbols of the step that
+        have to be computed.
 
         Raises DeclarationError for coefficients that are no matrices of the scene, or a scene with damping that the
         scheme does not take.
@@ -181,7 +182,7 @@ class Body:
 
     @property
     def scalars(self) -> list[str]:
-        """Names of the numbers that a lane is given: h, the parameters, steps before, and the tolerance of iterations."""
+        """Names of the numbers that a lane is given: h, parameters, steps before, and the tolerance of iterations."""
         tolerance = ["tolerance"] if self.iterated else []
         since = [SINCE.name] if any(e.has(SINCE) for e in self.expressions) else []
         return ["h", *(s.name for s in self.parameters(self.expressions)), *since, *tolerance]

@@ -7,7 +7,7 @@ from sympy import Add, Dummy, Expr, Matrix, Mul, Piecewise, Symbol, cancel, diag
 from ..declare.errors import DeclarationError
 from ..declare.names import entry_name, python_name
 from ..declare.scheme import Scheme
-from ..declare.symbols import K0, C, K_t, M, N, N_discrete, f, h, knot, knot_of, sampled, t
+from ..declare.symbols import K0, C, K_t, M, N, N_discrete, f, h, knot_of, sampled, t
 from .equations import EquationsOfMotion
 
 SINCE = Symbol("since")  # the number of steps before the run, where it goes on from another

@@ -86,6 +86,15 @@ class Response:
         u, v, a = self._last_row
         return State(float(self.t[-1]), u, v, a)
 
+    @cached_property
+    def jump(self) -> Array:
+        """How far a (d,) in the first row is from the one of the equation of motion there: 0 for a consistent start.
+
+        A scheme that carries a feels it in its first steps. `State.consistent` starts without it.
+        """
+        t, u, v = self.t[:1], np.asarray(self.u)[:1], np.asarray(self.v)[:1]
+        return (np.asarray(self.a)[:1] - self.scene.acceleration(t, u, v))[0]
+
     @property
     def has_a(self) -> bool:
         """Whether `a` is known."""
@@ -200,6 +209,12 @@ class Response:
         end = "" if self.status == "completed" else f", {self.status}"
         return to_figure(self._histories(), quantities or ("u",), axes, f"{scheme} on {self._subject}{end}")
 
+    @property
+    def _jumped(self) -> str:
+        """How far the start is from the equation of motion, in words, if that is more than rounding."""
+        jump = float(np.abs(self.jump).max())
+        return f", a starts {jump:.3g} from the equation of motion" if jump > 1e-6 * float(np.abs(self.a).max()) else ""
+
     def __repr__(self) -> str:
-        end = f"{len(self.t)} rows to t = {self.t[-1]:.6g} s, {self._pace}{self.status}"
+        end = f"{len(self.t)} rows to t = {self.t[-1]:.6g} s, {self._pace}{self.status}{self._jumped}"
         return f"{type(self).__name__}({self.scheme} on {self.scene}, {end})"

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from types import MappingProxyType, ModuleType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -165,7 +166,8 @@ def scene(
     Hz, and T, s; its xi is a ratio, and one of 2 or more, where percent is likelier, needs overdamped=True. a0: the
     initial acceleration, one number for each coordinate; "consistent" takes it from the equation of motion; by default
     as the scene declares it. load: a function of time in s, for scenes that take one. elastic_pendulum also takes
-    strain = "green_lagrange" or "engineering". Raises ValueError for unknown names, missing parameters and bad values,
+    strain = "green_lagrange" or "engineering". u0="static", where there is a u0: the displacement at which it stays at
+    rest under the load at t = 0. Raises ValueError for unknown names, missing parameters and bad values,
     such as an angle beyond a turn.
 
     >>> pendulum = ss.scene("elastic_pendulum", EA=1e4, a0="consistent")
@@ -181,11 +183,44 @@ def scene(
             )
         return name
     info = scene_info(name, parameters)
+    static = isinstance(parameters.get("u0"), str) and "u0" in info.parameters
+    if static and parameters["u0"] != "static":
+        raise ValueError(f"expected u0 as a displacement or 'static', got {parameters['u0']!r}; give a number")
+    if static:
+        parameters["u0"] = 0.0
     meant = bool(parameters.pop("overdamped", False)) if info.oscillator else False
     values = checked_parameters(info, _with_omega(info, parameters), real_number)
     if info.oscillator and not meant and "xi" in values:
         require_ratio(f"xi of {info.name}", values["xi"])
+    if static:
+        values["u0"] = _equilibrium(make_scene(info, values, a0, load))
     return make_scene(info, values, a0, load)
+
+
+def _equilibrium(scene: Scene) -> float:
+    """The displacement nearest to 0 at which a scene of one coordinate stays at rest under its load at t = 0.
+
+    Raises ValueError for more coordinates, and where the iteration finds none.
+    """
+    from scipy.optimize import root_scalar  # noqa: PLC0415  # pyright: ignore
+
+    if scene.u0.shape != (1,):
+        raise ValueError(
+            f"expected u0='static' for a scene of one coordinate, got {len(scene.u0)} of {scene.name}; give the "
+            "displacements, or march from start={'u': ..., 'v': ...}"
+        )
+
+    def acceleration(u: float) -> float:
+        return float(scene.acceleration(np.zeros(1), np.array([[u]]), np.zeros((1, 1)))[0, 0])
+
+    if acceleration(0.0) == 0.0:
+        return 0.0
+    found: Any = cast("Callable[..., Any]", root_scalar)(acceleration, x0=0.0, x1=1e-3 * scene.length, xtol=1e-14)
+    if not found.converged or not math.isfinite(found.root):
+        raise ValueError(
+            f"expected a displacement at which {scene.name} stays at rest, found none; give u0 as a number"
+        )
+    return float(found.root)
 
 
 def arguments_of(info: SceneInfo) -> tuple[str, ...]:

@@ -160,6 +160,6 @@ def _response(
     u, v, *a = found.read()
     return StructureResponse(
         u, v, counts, status, None if status == "completed" else steps.time(found.done + 1), run.structure, run.scheme,
-        found.stride * run.h, a[0] if a else None, steps.times(found.kept), started=started, last=last, dofs=tuple(kept),
-        account=account,
+        found.stride * run.h, a[0] if a else None, steps.times(found.kept), started=started, last=last,
+        dofs=tuple(kept), account=account,
     )  # fmt: skip

@@ -1,7 +1,7 @@
 """What a march of a structure returns: histories at the degrees of freedom asked for, and the account of energy."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import Any
 
@@ -96,7 +96,8 @@ class StructureResponse(Response):
         """The account of energy, linear between the rows, so that it stays in balance."""
         if self.account is None:
             return {}
-        return {"account": Account(**{name: np.interp(times, self.t, x) for name, x in vars(self.account).items()})}
+        found = {f.name: np.interp(times, self.t, getattr(self.account, f.name)) for f in fields(self.account)}
+        return {"account": Account(**found)}
 
     @property
     def _last_row(self) -> tuple[Array, Array, Array]:
@@ -122,6 +123,18 @@ class StructureResponse(Response):
     @property
     def _subject(self) -> str:
         return f"a structure of {self.structure.size} degrees of freedom"
+
+    @cached_property
+    def jump(self) -> Array:
+        """How far a (N,) at the start is from the one of the equation of motion: see `Response.jump`."""
+        s, started = self.structure, self.started
+        t = 0.0 if started is None else started.t
+        u, v, a = (s.u0, s.v0, s.a0) if started is None else vectors(s, started)
+        return s.T @ (a - s.acceleration(t, u, v))
+
+    @property
+    def _jumped(self) -> str:
+        return ""  # which would take a factorization of M
 
     @property
     def has_a(self) -> bool:
