@@ -58,13 +58,10 @@ def package(schemes: Iterable[Scheme], scenes: Iterable[Scene]) -> dict[str, str
         **{f"schemes/{k.scheme.name}": _scheme(k) for k in own},
         **{f"plans/{k.scheme.name}": _plan(k.scheme) for k in own},
         **{f"scenes/{name}": scene_module(motion) for name, motion in motions.items()},
-        **{f"shared/{name}": with_banner("substep_derive", text) for name, text in _shared(kernels.values()).items()},
-        "marches/linear_filter": with_banner("substep_derive", filter_module()),
-        **{
-            f"marches/{shape_name(shape)}": with_banner("substep_derive", march_module(shape, sorted(counts)))
-            for shape, counts in sorted(shapes.items())
-        },
     }
+    marches = {f"marches/{shape_name(shape)}": march_module(shape, sorted(shapes[shape])) for shape in sorted(shapes)}
+    undeclared = {**_shared(kernels.values()), "marches/linear_filter": filter_module(), **marches}
+    modules |= {name: with_banner("substep_derive", text) for name, text in undeclared.items()}
     modules |= {
         f"pairs/{scheme}__{scene}": catalogue_pair(kernels[scheme].scheme, motions[scene])
         for scheme, scene in COMMITTED
@@ -80,13 +77,13 @@ def package(schemes: Iterable[Scheme], scenes: Iterable[Scene]) -> dict[str, str
 def _shared(kernels: Iterable[SchemeKernels]) -> dict[str, str]:
     """Name -> text, without banners, of the modules that are the same for all schemes."""
     return {
-        "combinations": COMBINATIONS,
-        "formulas": formulas_module(),
-        "loads": LOADS,
-        "step_control": STEP_CONTROL_HEADER + STEP_CONTROL,
-        "errors": errors_module(),
-        "stability": stability_module(),
-        **{kind.name: eigenvalues_module(kind) for kind in {k.kind: None for k in kernels}},
+        "shared/combinations": COMBINATIONS,
+        "shared/formulas": formulas_module(),
+        "shared/loads": LOADS,
+        "shared/step_control": STEP_CONTROL_HEADER + STEP_CONTROL,
+        "shared/errors": errors_module(),
+        "shared/stability": stability_module(),
+        **{f"shared/{kind.name}": eigenvalues_module(kind) for kind in {k.kind: None for k in kernels}},
     }
 
 

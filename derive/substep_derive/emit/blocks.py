@@ -9,9 +9,9 @@ counted once for all lanes as long as all take the same number.
 
 from collections.abc import Iterable, Mapping, Sequence
 
-from sympy import Symbol
+from sympy import Expr, Symbol
 
-from ..kernels.balance_step import Part, Straight
+from ..kernels.balance_step import BalanceStep, Part, Phase
 from ..kernels.body import Body
 from .printing import KernelPrinter, fill, lines, placed
 from .step_text import Layout, StepText
@@ -39,17 +39,31 @@ def vector_rows(body: Body) -> list[str]:
 def _shared(body: Body) -> set[str]:
     """Names that one loop over lanes assigns and another reads."""
     *phases, last = body.phases
-    last = Straight((*last.parts, Part(body.results)))
+    assert isinstance(last, tuple)  # as `phases` says
     after = {str(new) for _, new in body.shift}
-    groups = [(phase.assigned, phase.read) for phase in phases]
-    groups.append((last.assigned, last.read | after | set(body.finite)))
-    groups.append((set(), {str(s) for v in body.report for e in v if str(e) not in after for s in e.free_symbols}))
+    groups = [_flow(phase) for phase in (*phases, (*last, Part(body.results)))]
+    groups[-1][1].update(after, body.finite)
+    groups.append((set(), _read(e for vector in body.report for e in vector if str(e) not in after)))
     return {
         name
         for k, (assigned, _) in enumerate(groups)
         for name in assigned
         if any(name in read for j, (_, read) in enumerate(groups) if j != k)
     }
+
+
+def _flow(phase: Phase) -> tuple[set[str], set[str]]:
+    """Names that a phase leaves with a value, and that it reads."""
+    if isinstance(phase, BalanceStep):
+        moving = dict(phase.moving)
+        read = _read([*moving.values(), *phase.residual, *phase.jacobian, *phase.z])
+        return set(map(str, phase.z)), read - set(map(str, moving))
+    assigned = [both for part in phase for both in part.assignments]
+    return {str(s) for s, _ in assigned}, _read(e for _, e in assigned)
+
+
+def _read(expressions: Iterable[Expr]) -> set[str]:
+    return {str(s) for e in expressions for s in e.free_symbols}
 
 
 def _names(body: Body) -> Mapping[str, str]:

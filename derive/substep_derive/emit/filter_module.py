@@ -52,8 +52,17 @@ def _kernels(d: int, followed: int) -> str:
 
     step = [line for stage in zip(lines(0), lines(1), strict=True) for half in stage for line in half]
     places = {f"{name}_{half}": at(name, half) for half in range(2) for name in moving}
-    doc = "March a block n samples f from sample i on; rows of s: q, e1, ... and the peaks, then those of `transfer`."
-    return stretch(f"_filter_{d}_{followed}", doc, 2, places, {"f0": "f"}, lambda depth: placed(step, depth)) + fill(
+    doc = "March a block through all samples f; rows of s: q, e1, ... and the peaks, then those of `transfer`."
+    text = stretch(
+        f"_filter_{d}_{followed}",
+        doc,
+        2,
+        places,
+        {"f0": "f"},
+        lambda depth: placed(step, depth),
+        "i, n = 1, f.size - 1",
+    )
+    return text + fill(
         FILTER,
         d=d, followed=followed, whole=2 * WIDTH, rows=len(row), given=len(given), moved=len(moving),
         peaks=row["t0"], scale=2 * WIDTH * row["S"],

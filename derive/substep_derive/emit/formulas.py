@@ -10,7 +10,7 @@ from ..algebra import rational
 from ..algebra.constant import approximated
 from ..declare.names import entry_name
 from ..declare.symbols import Omega
-from ..kernels.kernel import nested
+from ..kernels.kernel import entries, nested
 from ..kernels.march_form import MarchForm
 from ..kernels.march_shape import loads_for, shape_name
 from ..kernels.scheme import SchemeKernels
@@ -84,8 +84,7 @@ def _coefficients(kernels: SchemeKernels, arguments: Sequence[str]) -> str:
 
 def _named(name: str, matrix: Matrix, den: str) -> list[tuple[str, Expr, str]]:
     """The entries of a matrix of numerators row by row: name, numerator, and the name of their denominator."""
-    places = product(range(matrix.rows), range(matrix.cols))
-    return [(entry_name(name, *place), matrix[place], den) for place in places]
+    return [(entry, e, den) for entry, e in entries(name, matrix)]
 
 
 def _increment(form: MarchForm) -> list[str]:

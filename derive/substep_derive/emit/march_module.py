@@ -31,12 +31,19 @@ def march_module(shape: Shape, loads: Iterable[int]) -> str:
 
 
 def stretch(
-    name: str, doc: str, at_once: int, moving: Mapping[str, str], loads: Mapping[str, str], step: Callable[[int], str]
+    name: str,
+    doc: str,
+    at_once: int,
+    moving: Mapping[str, str],
+    loads: Mapping[str, str],
+    step: Callable[[int], str],
+    begin: str = "",
 ) -> str:
     """Text of a function that marches a block through a stretch of steps; lanes stay in registers for at_once of them.
 
     moving: names of what changes from step to step, and their places in the block. loads: names of a step's loads, and
-    of the arrays they are read from. step: lines of a step of one lane, at a depth of indentation.
+    of the arrays they are read from. step: lines of a step of one lane, at a depth of indentation. begin: the line that
+    gives the first step i and the number n of steps, where these are not arguments: known, i is not looked at again.
     """
     return fill(
         STRETCH,
@@ -47,7 +54,8 @@ def stretch(
         moving=", ".join(moving),
         places=", ".join(moving.values()),
         f=", ".join(loads),
-        F=", ".join(dict.fromkeys(loads.values())),
+        arguments=", ".join(["s", *loads.values(), *([] if begin else ["i", "n"])]),
+        begin=begin and placed([begin], 1) + "\n",
         f_at_k=", ".join(f"{F}[i + k]" for F in loads.values()),
         f_at_i=", ".join(f"{F}[i]" for F in loads.values()),
         step=step(4),

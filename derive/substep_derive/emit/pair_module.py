@@ -13,24 +13,27 @@ from ..motion.effective import EffectiveSystem
 from .blocks import BLOCK_OF_LANES
 from .one_lane import ONE_LANE, RESULTS, of_lane
 from .printing import KERNEL_PRINTER, block, docstring, fill, lines, literal_tuple, placed
-from .step_text import DT, step_text
+from .step_text import DT, Layout, step_text
 from .templates.decorators import COMPILE_AND_INNER
 from .templates.pair import PAIR_HEADER, START, STENCIL
 from .templates.scene import LOG_COSH
 from .templates.step import DIFFERENCE, SINC, SINC_SLOPE
 from .templates.widest import WIDEST, WIDEST_IMPORTS
 
-LAYOUTS = ONE_LANE, BLOCK_OF_LANES  # those in which each pair marches; of the first are the operations that it states
+# the layouts in which each pair marches; of the first are the operations that it states
+LAYOUTS: tuple[Layout, ...] = (ONE_LANE, BLOCK_OF_LANES)
 
 
-def pair_module(body: Body, systems: Sequence[EffectiveSystem], banner: str) -> str:
+def pair_module(
+    body: Body, systems: Sequence[EffectiveSystem], banner: str, layouts: Sequence[Layout] = LAYOUTS
+) -> str:
     """Text of the module <scheme>__<scene>.py; systems: one for each balance of the scheme."""
     counted = ["iterations", "newton"] if body.iterated else []
     forces = ["forces"] if body.loads else []
     arguments = [*body.scalars, "state", *forces, "bound", "first", "n", "stride", "out", *counted, *RESULTS]
-    steps = [step_text(body, DT, layout, [Part(body.results)]) for layout in LAYOUTS]
+    steps = [step_text(body, DT, layout, [Part(body.results)]) for layout in layouts]
     start_names, start = _start(body)
-    marches = (layout.march(body, step, arguments) for layout, step in zip(LAYOUTS, steps, strict=True))
+    marches = (layout.march(body, step, arguments) for layout, step in zip(layouts, steps, strict=True))
     text = "".join([*marches, start, _stencil(body)])
     header = fill(
         PAIR_HEADER,

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from sympy import Matrix, S, Symbol
 
 from ..declare.symbols import h, t
-from ..kernels.balance_step import Newton, Part, Straight
+from ..kernels.balance_step import BalanceStep, Part
 from ..kernels.body import Body
 from .printing import KernelPrinter, block, fill, lines, operations, placed
 from .templates.step import NEWTON_FAILED, NOT_CONVERGED
@@ -27,14 +27,14 @@ class Clock:
     failed: str
 
 
-# steps of one length, all loads given; and steps that are chosen
+# the table of clocks: steps of one length, whose loads are given; and steps that are chosen
 DT = Clock("forces[{lane}i, {k}]", NEWTON_FAILED)
 TOL = Clock("_load(load, samples, middle, {at})", NOT_CONVERGED)
 
 
 @dataclass(frozen=True)
 class Layout:
-    """Where the numbers of lanes lie.
+    """Where the numbers of lanes lie: a row of the table in `pair_module`.
 
     each: the line above lines that are done for each lane; empty where a function marches one lane. newton: the text of
     an iteration. lane: which lane's loads are read, in an array of those of all. names: of a body, the texts of the
@@ -70,9 +70,9 @@ def step_text(body: Body, clock: Clock, layout: Layout, results: Iterable[Part |
     *phases, last = body.phases
     texts = [to.each(to.loads(body))] if body.loads else []
     for phase in phases:
-        texts.append(to.newton(phase) if isinstance(phase, Newton) else to.each(to.straight(phase.parts)))
-    assert isinstance(last, Straight)  # as `phases` says
-    text = to.straight([*last.parts, *results])
+        texts.append(to.newton(phase) if isinstance(phase, BalanceStep) else to.each(to.straight(phase)))
+    assert isinstance(last, tuple)  # as `phases` says
+    text = to.straight([*last, *results])
     found = {"step": to.operations, "iteration": tuple(to.of_iterations)}
     return StepText("".join(f"{text}\n" for text in texts), text, found, to.printer)
 
@@ -106,10 +106,11 @@ class _Writer:
                 self.operations += count
         return "\n".join(texts)
 
-    def newton(self, phase: Newton) -> str:
+    def newton(self, step: BalanceStep) -> str:
         """An iteration: all that it assigns but the unknown is a number, of a name that no other variable has."""
-        step, k, depth, w = phase.balance, phase.k, self.layout.depth + 1, self.printer
-        local = KernelPrinter({name: f"j_{name}" if name in phase.moving else text for name, text in w.names.items()})
+        k, depth, names = step.k, self.layout.depth + 1, self.printer.names
+        moving = {str(s) for s, _ in step.moving}
+        local = KernelPrinter({name: f"j_{name}" if name in moving else text for name, text in names.items()})
         # a lane that has converged waits for others by corrections of 0
         entries, solve, change = step.correction(Symbol(f"go_{k}") if self.layout.each else S.One)
         update = [(z, z - c) for z, c in zip(step.z, change, strict=True)]
@@ -118,7 +119,8 @@ class _Writer:
         self.of_iterations.append(sum(count for _, count in texts) + len(step.z))
         iteration = "\n".join([*(text for text, _ in texts), placed(_largest_of(change), depth)])
         failed = {} if self.layout.each else {"failed": placed([self.clock.failed], depth)}
-        return fill(self.layout.newton, iteration=iteration, balance=k, **failed).strip("\n")
+        near = local.doprint(Symbol(f"near_{k}"))
+        return fill(self.layout.newton, iteration=iteration, near=near, balance=k, **failed).strip("\n")
 
     def _part(self, part: Part, depth: int, printer: KernelPrinter) -> tuple[str, int]:
         if part.named:

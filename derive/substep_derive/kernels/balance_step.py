@@ -19,7 +19,7 @@ from ..step.step import Stage
 
 @dataclass(frozen=True)
 class BalanceStep:
-    """One balance as the kernel computes it; vectors and matrices have a row for each coordinate.
+    """The k-th balance as the kernel computes it; vectors and matrices have a row for each coordinate.
 
     z: the unknown acceleration. before: assignments made once a step. moving: those that depend on z and are repeated
     in every Newton iteration. residual: of the balance, a function of what before and moving assign. jacobian: its
@@ -28,6 +28,7 @@ class BalanceStep:
     and z = -inverse * residual with a constant inverse. free: the residual's derivative by z without internal force.
     """
 
+    k: int
     z: Matrix
     before: Assignments
     moving: Assignments
@@ -81,51 +82,8 @@ class Part:
     named: bool = True
 
 
-@dataclass(frozen=True)
-class Straight:
-    """A phase of a step that is computed line by line."""
-
-    parts: tuple[Part, ...]
-
-    @property
-    def assignments(self) -> Assignments:
-        """All of them, in order."""
-        return [both for part in self.parts for both in part.assignments]
-
-    @property
-    def assigned(self) -> set[str]:
-        """Names that it leaves with a value."""
-        return {str(s) for s, _ in self.assignments}
-
-    @property
-    def read(self) -> set[str]:
-        """Names that it reads."""
-        return {str(s) for _, e in self.assignments for s in e.free_symbols}
-
-
-@dataclass(frozen=True)
-class Newton:
-    """A phase of a step that iterates the k-th balance."""
-
-    k: int
-    balance: BalanceStep
-
-    @property
-    def moving(self) -> set[str]:
-        """Names that each iteration assigns anew."""
-        return {str(s) for s, _ in self.balance.moving}
-
-    @property
-    def assigned(self) -> set[str]:
-        """Names that it leaves with a value."""
-        return {str(z) for z in self.balance.z}
-
-    @property
-    def read(self) -> set[str]:
-        """Names that it reads."""
-        b = self.balance
-        expressions = [*(e for _, e in b.moving), *b.residual, *b.jacobian, *b.z]
-        return {str(s) for e in expressions for s in e.free_symbols} - self.moving
+# what a step computes between iterations, or the balance that is iterated
+Phase = tuple[Part, ...] | BalanceStep
 
 
 def written(w: Writer, expressions: dict[Symbol, Expr]) -> Assignments:
@@ -138,7 +96,7 @@ def predicted(k: int) -> Symbol:
     return Symbol(f"u_*star{k or ''}")
 
 
-def balance_step(w: Writer, stage: Stage, last: Symbol, wanted: set[Symbol]) -> BalanceStep:
+def balance_step(w: Writer, k: int, stage: Stage, last: Symbol, wanted: set[Symbol]) -> BalanceStep:
     """One balance; it is iterated if its force depends on z and is nonlinear."""
     z = w.components(stage.z)
     at_zero = dict.fromkeys(z, Integer(0))
@@ -153,20 +111,20 @@ def balance_step(w: Writer, stage: Stage, last: Symbol, wanted: set[Symbol]) -> 
     reach: dict[Symbol, Expr] = {}
     before: Assignments = []
     after: Assignments = []
-    for k, s in enumerate(moved):
-        whole, predictor = w.hoisted(solved(s)), w.components(predicted(k))
+    for number, s in enumerate(moved):
+        whole, predictor = w.hoisted(solved(s)), w.components(predicted(number))
         reach[s] = whole[0].diff(z[0])
         before += assign(predictor, whole.subs(at_zero))
         after += assign(w.components(s), predictor + reach[s] * z)
     reached = list(after)
     after += written(w, {s: e for s, e in stage.in_z.items() if s in wanted and s not in reach})
     if stage.c_u == 0 or w.motion.linear:
-        force = stage.balance.force.subs({s: predicted(k) for k, s in enumerate(moved)})
+        force = stage.balance.force.subs({s: predicted(number) for number, s in enumerate(moved)})
         displacement = stage.balance.force.replace(N, lambda u: u).replace(N_discrete, lambda u0, u1: (u0 + u1) / 2)
         for s, c_u in reach.items():
             slope = slope + displacement.diff(s) * c_u * w.motion.tangent([Integer(0)] * w.size)
         residual = w.hoisted(still + w.vector(force))
-        return BalanceStep(z, before, [], residual, slope, w.inverse(slope), None, Integer(0), after, free)
+        return BalanceStep(k, z, before, [], residual, slope, w.inverse(slope), None, Integer(0), after, free)
     mixed, forces, known, by_z = _moving_force(w, stage, reach)
     per_mass = _per_mass(w.motion)
     slope, forces, by_z, still = (_scaled(w, per_mass, matrix) for matrix in (slope, forces, by_z, still + known))
@@ -179,7 +137,7 @@ def balance_step(w: Writer, stage: Stage, last: Symbol, wanted: set[Symbol]) -> 
     one_over = w.reciprocal(solved(unknown)[0].diff(z[0]), c_u)
     first = (w.components(last) - w.components(predicted(0))) * one_over
     return BalanceStep(
-        z, before, reached + mixed, w.hoisted(residual), w.hoisted(slope + by_z), Matrix(), first, c_u, after, slope
+        k, z, before, reached + mixed, w.hoisted(residual), w.hoisted(slope + by_z), Matrix(), first, c_u, after, slope
     )
 
 

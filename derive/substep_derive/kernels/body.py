@@ -15,7 +15,7 @@ from ..motion.components import STEP, Assignments, Writer, assign, component_nam
 from ..motion.differences import Difference, DifferenceSlope
 from ..motion.equations import EquationsOfMotion
 from ..step.step import Stage, Step, instants
-from .balance_step import BalanceStep, Newton, Part, Straight, balance_step, written
+from .balance_step import BalanceStep, Part, Phase, balance_step, written
 from .near_series import NearSeries
 
 
@@ -86,7 +86,7 @@ class Body:
         known = written(w, {s: e for s, e in prior.items() if s in wanted})
         last, steps = knot(0).u, list[BalanceStep]()
         for stage in found:
-            steps.append(balance_step(w, stage, last, wanted))
+            steps.append(balance_step(w, len(steps), stage, last, wanted))
             last = next(iter(stage.moved), last)
         oldest_first = sorted(near.state, key=steps_back, reverse=True)
         shift = [both for s in oldest_first for both in assign(w.components(s), w.components(successor(s)))]
@@ -151,21 +151,20 @@ class Body:
         return [NearSeries.of(name) for name in sorted({str(a.args[0]) for a in found})]
 
     @property
-    def phases(self) -> tuple[Straight | Newton, ...]:
-        """A step up to what it reports, in order: Newton's iterations, and before and after each a straight phase."""
-        found: list[Straight | Newton] = []
+    def phases(self) -> tuple[Phase, ...]:
+        """A step up to what it reports, in order; the last phase iterates nothing."""
+        found: list[Phase] = []
         parts = [Part(self.prior)]
-        for k, step in enumerate(self.steps):
+        for step in self.steps:
             parts.append(Part(step.before))
             if step.first is None:
                 R = step.residual_names
                 parts += [Part(assign(R, step.residual)), Part(assign(step.z, -step.inverse * R), named=False)]
             else:
-                parts.append(Part(assign(step.z, step.first), named=False))
-                found += [Straight(tuple(parts)), Newton(k, step)]
+                found += [(*parts, Part(assign(step.z, step.first), named=False)), step]
                 parts = []
             parts.append(Part(step.after))
-        return (*found, Straight(tuple(parts)))
+        return (*found, tuple(parts))
 
     @property
     def results(self) -> Assignments:
@@ -175,7 +174,7 @@ class Body:
     @property
     def iterated(self) -> list[int]:
         """Places of the balances that iterate."""
-        return [k for k, step in enumerate(self.steps) if step.first is not None]
+        return [step.k for step in self.steps if step.first is not None]
 
     @property
     def scalars(self) -> list[str]:

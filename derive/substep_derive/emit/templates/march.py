@@ -78,10 +78,10 @@ def _store(values, place, row, at, size):
 STRETCH = '''
 
 @_inner
-def {name}(s, {F}, i, n):
+def {name}({arguments}):
     """{docstring}"""
     _widest()
-    whole = i + n - n % {steps_at_once}
+{begin}    whole = i + n - n % {steps_at_once}
     for i in range(i, whole, {steps_at_once}):
         for j in range({width}):
             {moving} = {places}
@@ -238,7 +238,7 @@ def peaks_{d}_{followed}(T, f, peak, begin, end):
         for r in range({given}):
             for j in range(size):
                 s[({moved} + r) * {whole} + j] = T[r, first + j]
-        _filter_{d}_{followed}(s, f, 1, f.size - 1)
+        _filter_{d}_{followed}(s, f)
         for r in range({followed}):
             for j in range(size):
                 peak[r, first + j] = s[({peaks} + r) * {whole} + j]

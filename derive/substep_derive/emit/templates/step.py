@@ -5,7 +5,7 @@
 NEWTON = """
         for taken_{balance} in range(1, 51):
 {iteration}
-            if largest <= near_{balance}:
+            if largest <= {near}:
                 break
         else:
 {failed}"""
@@ -23,18 +23,18 @@ NEWTON_SIDE_BY_SIDE = """
             if 0 < left < end - begin:
                 waited = True
                 for j in range(begin, end):
-                    go_{balance}[j] = 0.0 if size[j] <= near_{balance}[j] else 1.0
+                    go_{balance}[j] = 0.0 if size[j] <= {near} else 1.0
                     idle_{balance}[j] += 1.0 - go_{balance}[j]
             left = 0
             for j in range(begin, end):
 {iteration}
                 size[j] = largest
-                left += 0 if largest <= near_{balance}[j] else 1
+                left += 0 if largest <= {near} else 1
             if left == 0:
                 break
         if left > 0:
             for j in range(begin, end):
-                if not size[j] <= near_{balance}[j]:
+                if not size[j] <= {near}:
                     leaves[j], lane = 1.0, of_lane[j]
                     n_done[lane], status[lane] = i, NEWTON_FAILED
             continue  # the others begin the step again
