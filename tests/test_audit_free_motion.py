@@ -9,7 +9,7 @@ from audited_steppers import generalized_alpha, trapezoidal_load
 from declared import NAMES
 from substep_audit.declared import declared
 from substep_audit.free_motion import energies, growths, measured_roots, meetings, scheme_roots
-from substep_audit.instrument import LARGE
+from substep_audit.limits import LARGE
 from substep_audit.measured_stability import critical_Omega, measured_radius
 from substep_audit.noise import measured_noise
 from substep_audit.probes import own_runs

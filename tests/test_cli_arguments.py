@@ -100,6 +100,13 @@ def test_several_schemes_are_separated_by_commas_as_are_their_parameters() -> No
         schemes_of("newmark:beta")
 
 
+@pytest.mark.parametrize(("mistyped", "meant"), [("certifyy", "certify"), ("auditt", "audit")])
+def test_a_mistyped_command_is_answered_with_the_nearest(mistyped: str, meant: str) -> None:
+    result = CliRunner().invoke(commands.app, [mistyped])
+    assert result.exit_code == 2
+    assert f"Did you mean '{meant}'?" in result.output
+
+
 def test_the_manual_lists_every_command() -> None:
     page = (Path(__file__).parents[1] / "docs" / "commands.md").read_text(encoding="utf-8")
     assert set(COMMANDS) == set(re.findall(r"^substep (\w+)", page, re.MULTILINE))

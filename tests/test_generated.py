@@ -21,6 +21,8 @@ from substep_derive.emit import stamp
 from substep_derive.emit.operations import function_costs
 from substep_derive.emit.printing import fill
 from substep_derive.package import COMMITTED
+from substep_explorer.derive import __main__ as explorer
+from substep_thesis.derive import __main__ as thesis
 
 import substep as ss
 
@@ -105,6 +107,28 @@ def test_committed_text_is_what_is_derived_and_nothing_else_passes(environment: 
         "operations.md: differs from what its declaration emits",
         "schemes/bathe.py: differs from what its declaration emits",
     ]
+
+
+EXTRAS = {"explorer": (explorer, explorer.SOURCES), "thesis": (thesis, (thesis.HERE,))}
+
+
+@pytest.mark.parametrize("name", EXTRAS)
+def test_what_the_extras_derive_has_the_stamp_of_its_generator(name: str, tmp_path: Path) -> None:
+    derives, sources = EXTRAS[name]
+    folder = tmp_path / "generated"
+    shutil.copytree(derives.GENERATED, folder, ignore=shutil.ignore_patterns("__pycache__"))
+    assert written.up_to_date(folder, *sources)
+    assert not written.up_to_date(folder)  # their own sources count
+    (edited,) = (path for path in folder.iterdir() if path.name in ("explorer.js", "facts.py"))
+    edited.write_text(edited.read_text(encoding="utf-8") + "\n", encoding="utf-8")
+    assert not written.up_to_date(folder, *sources), CURE
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("name", EXTRAS)
+def test_what_the_extras_commit_is_what_they_derive(name: str) -> None:
+    derives, _ = EXTRAS[name]
+    assert written.differences(derives.GENERATED, derives.package()) == [], CURE
 
 
 PAIRS = [(scheme.name, "elastic_pendulum") for scheme in ALL if (scheme.name, "elastic_pendulum") not in COMMITTED]

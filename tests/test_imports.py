@@ -9,9 +9,12 @@ import pytest
 ROOT = Path(__file__).parents[1]
 
 
-@pytest.mark.parametrize("package", ["substep", "substep_derive", "benchmarks"])
-def test_files_import_each_other_in_no_circle(package: str, monkeypatch: pytest.MonkeyPatch) -> None:
+EXTRAS = sorted(path.name for path in (ROOT / "extras").glob("substep_*"))
+
+
+@pytest.mark.parametrize("packages", [["substep", "substep_derive", *EXTRAS], ["benchmarks"]], ids=len)
+def test_files_import_each_other_in_no_circle(packages: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(ROOT)
-    graph = grimp.build_graph(package, cache_dir=None)
+    graph = grimp.build_graph(*packages, cache_dir=None)
     imports = {module: graph.find_modules_directly_imported_by(module) for module in graph.modules}
     TopologicalSorter(imports).prepare()  # raises CycleError, which names the circle

@@ -63,6 +63,8 @@ class Guide(TyperGroup):
             except ImportError as error:
                 return ctx.fail(str(error))
             if command is None:
+                for name in extras.installed(extras.COMMANDS):  # so that the nearest of all is named
+                    self.get_command(ctx, name)
                 return None
             self.add_command(command.alone(), cmd_name)
         return super().get_command(ctx, cmd_name)
