@@ -214,6 +214,8 @@ def test_chosen_steps_go_on(scheme: str) -> None:
     then = ss.march(model, scheme, tol=1e-6, t_end=4.0, start=first, account=False)
     assert then.t[0] == 1.7
     assert then.t[-1] == 4.0
+    assert then.statistics is not None
+    assert first.statistics is not None
     assert then.statistics.shortest > 0.2 * first.statistics.shortest
     assert np.abs(then.u[-1] - whole.u[-1]).max() < 1e-4
 
