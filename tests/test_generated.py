@@ -247,7 +247,8 @@ def test_every_scheme_has_its_module_and_nothing_else_is_there() -> None:
     modules |= {f"marches/{ss.scheme(name).kernels.MARCH}" for name in own}
     modules |= {f"shared/{ss.scheme(name).kernels.EIGENVALUES}" for name in own}
     modules |= {
-        f"shared/{name}" for name in ("combinations", "errors", "formulas", "loads", "stability", "step_control")
+        f"shared/{name}"
+        for name in ("combinations", "errors", "formulas", "interpolant", "loads", "stability", "step_control")
     }
     modules |= {f"pairs/{scheme}__{scene}" for scheme, scene in COMMITTED}
     modules |= {f"{name.partition('/')[0]}/__init__" for name in modules}

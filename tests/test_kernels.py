@@ -35,6 +35,7 @@ EXPLICIT = {
     ),
 }
 LINEAR = {"linear_oscillator", "bathe_noh", "rigid_pendulum"}
+WITH_TIME = {"bathe_noh"}  # scenes that know the time
 CONTROL = {"state", "bound", "first", "n", "stride", "out"}
 # what each scene's equation of motion and energy hold, read off their textbooks
 SYMBOLS = {
@@ -80,6 +81,7 @@ def test_a_kernel_holds_what_its_scene_needs(scheme: str, scene: str) -> None:
     # a parameter that only the default of another one reads is no argument of a kernel
     of_scheme = {f"{p.name}_" for p in BY_NAME[scheme].parameters if p.symbol in BY_NAME[scheme].mentioned}
     control = CONTROL | ({"forces"} if scene == "linear_oscillator" else set())
+    control |= {"since"} if scene in WITH_TIME else set()
     control |= set() if linear or explicit else {"tolerance", "iterations", "newton"}
     assert arguments - of_scheme == {"h"} | {f"{name}_" for name in SYMBOLS[scene]} | control
     if scene != "rigid_pendulum":  # whose force vanishes, and with it what weights the force

@@ -50,7 +50,7 @@ TYPED: dict[str, tuple[Callable[[], Any], str]] = {
     "Bathe's delta": (lambda: ss.scheme("newmark", delta=0.5), "here it is gamma"),
     "the symplectic Euler method": (
         lambda: ss.scheme("SymplecticEuler"),
-        "got 'SymplecticEuler'; here it is tchamwa_wielgosz with phi=1;",
+        r"which is tchamwa_wielgosz at phi=1; write ss\.scheme\('tchamwa_wielgosz', phi=1\)",
     ),
     "KRAlphaExplicit of OpenSees": (
         lambda: ss.scheme("KRAlphaExplicit"),

@@ -12,13 +12,18 @@ import substep as ss
 CLAIMED: dict[str, list[str]] = {}
 for _name, _scheme in BY_NAME.items():
     for _synonym in _scheme.synonyms:
-        CLAIMED.setdefault(_synonym, []).append(_name)
+        _known, _, _values = _synonym.partition(": ")
+        CLAIMED.setdefault(_known, []).append(f"{_name} at {_values}" if _values else _name)
 
 
 @pytest.mark.parametrize(("synonym", "names"), CLAIMED.items())
 def test_a_synonym_is_the_one_scheme_that_has_it(synonym: str, names: list[str]) -> None:
     assert re.fullmatch("[a-z0-9]+(_[a-z0-9]+)*", synonym)
     assert synonym not in BY_NAME
+    if " at " in names[0]:
+        with pytest.raises(ValueError, match=f"which is {names[0]}; write"):
+            ss.scheme(synonym)
+        return
     if len(names) == 1:
         assert ss.scheme(synonym) == ss.scheme(names[0])
         return

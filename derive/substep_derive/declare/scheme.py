@@ -72,7 +72,7 @@ class Scheme:
     parent: for a member of a family, the scheme whose parameters `fixed` it fixes.
     published: what the literature states about it, for tests.
     synonyms: other names that people give it, in small letters with words joined by _; one that several schemes have
-    stands for none of them.
+    stands for none of them, and one such as "symplectic_euler: phi=1" for the scheme at those parameters.
     """
 
     name: str

@@ -25,7 +25,13 @@ def named(name: str) -> str:
         if asked in SCHEMES:
             return asked
         if len(meant := synonyms.get(asked, ())) == 1:
-            return meant[0]
+            own, _, values = meant[0].partition(": ")
+            if values:
+                raise ValueError(
+                    f"expected a scheme's name, got '{name}', which is {own} at {values}; write "
+                    f"ss.scheme('{own}', {values})"
+                )
+            return own
         if meant:
             raise ValueError(f"expected one scheme, got '{name}', which may be {' or '.join(meant)}; write which")
     raise unknown_name("a scheme", name, (*SCHEMES, *synonyms), "substep.schemes(), or `substep schemes`, lists all")
@@ -40,9 +46,10 @@ def _written(name: str) -> tuple[str, str]:
 
 @cache
 def _synonyms() -> Mapping[str, tuple[str, ...]]:
-    """Names of schemes by each synonym."""
+    """Names of schemes by each synonym, with the parameters for which it stands, if it does."""
     found: dict[str, tuple[str, ...]] = {}
     for name, entry in SCHEMES.items():
         for synonym in entry.get("synonyms", ()):
-            found[synonym] = (*found.get(synonym, ()), name)
+            known, _, values = synonym.partition(": ")
+            found[known] = (*found.get(known, ()), f"{name}: {values}" if values else name)
     return MappingProxyType(found)

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from functools import cache
+from functools import cache, partial
 from types import ModuleType
 from typing import Any
 
@@ -172,10 +172,7 @@ def march_adaptive(
     steps = (number[module.SMALLEST], number[module.LARGEST]) if accepted else (math.nan, math.nan)
     iterations_of, most_of = (tuple(row) for row in x["newton"][0].tolist())
     statistics = Statistics(accepted, rejected, failures, iterations_of, most_of, *steps)
-
-    def last() -> State:
-        return State(number[module.TIME], *x["here"][0].copy(), dt_next=number[module.PROPOSED])
-
+    last = partial(State, number[module.TIME], *x["here"][0].copy(), dt_next=number[module.PROPOSED])
     return Response(
         out[:, 0], out[:, 1], iterations[1:], status, failed, scene, scheme, math.nan, out[:, 2], times, statistics,
         started=start, last=last,

@@ -234,7 +234,7 @@ def _excess(o: Oscillators, Omega: Array, state: Array, load: Load | None, begin
     if isinstance(load, Record) and begin is AT_ZERO:
         value = load.samples[0]
     elif load is not None:
-        value = values_at(load, begin.origin + begin.first * o.dt)
+        value = values_at(load, np.zeros(1) if begin is AT_ZERO else begin.origin + begin.first * o.dt)
     terms = Omega**2 * state[0], 2 * o.xi * Omega * state[1], state[2], o.dt**2 / o.mass * value
     if len(Omega) == 1:  # numbers, at a fourth of the time
         terms = tuple(float(x[0]) for x in terms)

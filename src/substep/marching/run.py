@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -212,19 +213,31 @@ def _response(
     """
     failed = None if status == "completed" else steps.time(n_done + 1)
     own_a = rows[:, 2] if rows.shape[1] > 2 else None
-
-    def last() -> State:
-        at_end = (len(rows) - 1) * steps.stride
-        made = {"dt": steps.dt, "steps": steps.begin.first + at_end, "origin": steps.begin.origin}
-        if known is not None and at_end == n_done:
-            kind, labels, x = known
-            made |= {"history": dict(zip(labels, x.copy(), strict=True)), "of": whose(scheme, kind)}
-        return State(steps.time(at_end), *(x.copy() for x in rows[-1]), **made)
-
+    last = partial(_stands, scheme, steps, (len(rows) - 1) * steps.stride, n_done, rows[-1], known)
     return Response(
         rows[:, 0], rows[:, 1], iterations, status, failed, scene, scheme, steps.stride * steps.dt, own_a,
         steps.times(len(rows)), started=started, last=last,
     )  # fmt: skip
+
+
+def _stands(
+    scheme: Scheme,
+    steps: ConstantSteps,
+    at_end: int,
+    n_done: int,
+    row: Array,
+    known: tuple[str, Sequence[str], Array] | None,
+) -> State:
+    """The state in the last row, after at_end of the n_done steps."""
+    u, v, *a = row.copy()
+    here = State(
+        steps.time(at_end), u, v, a[0] if a else None, dt=steps.dt, steps=steps.begin.first + at_end,
+        origin=steps.begin.origin,
+    )  # fmt: skip
+    if known is None or at_end != n_done:
+        return here
+    kind, labels, x = known
+    return replace(here, history=dict(zip(labels, x.copy(), strict=True)), of=whose(scheme, kind))
 
 
 def _oscillator_response(

@@ -90,7 +90,7 @@ tchamwa_wielgosz = Scheme(
     relations={u1: u0 + h * v0 + phi * h**2 * a0, v1: v0 + h * a0},
     balances=(Balance.at(end, 1),),
     reference="Tchamwa, Conway & Wielgosz, ASME PVP 398 (1999); Maheo, Grolleau & Rio, Comput. Mech. 51 (2013)",
-    synonyms=("tchamwa",),
+    synonyms=("tchamwa", "symplectic_euler: phi=1", "semi_implicit_euler: phi=1"),
 )
 
 _gp, _gq = 1 / gamma_t, 1 / (1 - gamma_t)

@@ -2,12 +2,15 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from ...core.arrays import Array
+from ...core.schemes import Scheme
 from ...core.state import State, bare, whose
 from ...run.clock import Begin, ConstantSteps, Control
+from ..model.model import Model
 from ..model.state_vectors import vectors
 from ..solvers.combine import combined
 from .newton import Tangent
@@ -40,20 +43,29 @@ def _tangents(state: State) -> list[Tangent | None]:
 
 def stands(X: Array, march: StructureSteps, run: Run, done: int, steps: ConstantSteps) -> Callable[[], State]:
     """The state after so many steps, of which X (V, n), complete, is the last."""
-    motion, tangents = combined(march.steps.report, X), march.tangents
-    rows = combined(march.steps.out, X) if march.run.scheme is run.scheme else ()  # else the starter's
+    motion, rows = combined(march.steps.report, X), None
+    if march.run.scheme is run.scheme:  # and not the one that starts it
+        rows = combined(march.steps.out, X)
+    return partial(_state, run.structure, run.scheme, steps, done, motion, rows, march.tangents)
 
-    def last() -> State:
-        more = {f"tangent {k} at": x.at for k, x in enumerate(tangents) if x is not None}
-        more |= {f"tangent {k}": np.array([x.t, x.largest]) for k, x in enumerate(tangents) if x is not None}
-        u, v, *a = (run.structure.T @ x for x in motion)
-        here = State(
-            steps.time(done), u, v, a[0] if a else None, dt=run.h, steps=steps.begin.first + done,
-            origin=steps.begin.origin,
-        )  # fmt: skip
-        if not len(rows):
-            return here
-        history = dict(zip(bare(run.scheme.state), rows, strict=True))
-        return replace(here, history=history, of=whose(run.scheme, KIND), more=more)
 
-    return last
+def _state(
+    structure: Model,
+    scheme: Scheme,
+    steps: ConstantSteps,
+    done: int,
+    motion: Array,
+    rows: Array | None,
+    tangents: Sequence[Tangent | None],
+) -> State:
+    """The state with u, v and, where the scheme has its own, a, and what the scheme carries, if it is under way."""
+    u, v, *a = (structure.T @ x for x in motion)
+    here = State(
+        steps.time(done), u, v, a[0] if a else None, dt=steps.dt, steps=steps.begin.first + done,
+        origin=steps.begin.origin,
+    )  # fmt: skip
+    if rows is None:
+        return here
+    more = {f"tangent {k} at": x.at for k, x in enumerate(tangents) if x is not None}
+    more |= {f"tangent {k}": np.array([x.t, x.largest]) for k, x in enumerate(tangents) if x is not None}
+    return replace(here, history=dict(zip(bare(scheme.state), rows, strict=True)), of=whose(scheme, KIND), more=more)

@@ -1,6 +1,7 @@
 """March a structure with tol: what is kept of steps that it chooses, and what ends a run."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -61,7 +62,7 @@ class ChosenHistories:
             dofs=tuple(kept), account=accounted(
                 self.run.scheme, self.accounts, status, step, held_at_start(self.run)
             ),
-            started=self.started, last=march.state_now,
+            started=self.started, last=partial(replace, march.stands),
         )  # fmt: skip
 
 

@@ -78,7 +78,8 @@ class ChosenSteps:
         self.state: Array = self.here[self.kinds]
         self.known: dict[Source, Array] = {}
 
-    def state_now(self) -> State:
+    @property
+    def stands(self) -> State:
         """What a later march goes on from."""
         u, v, *a = (self.run.structure.T @ x for x in self.here[: len(step_of(self.run.scheme, 1.0).report)])
         return State(self.t, u, v, a[0] if a else None, dt_next=self.proposed)

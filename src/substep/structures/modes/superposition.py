@@ -6,6 +6,7 @@ the start; what belongs to a mode is a factor of its lanes, and goes into the ma
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -191,13 +192,9 @@ def _added_up(
     if status != "completed":
         return _Ended(status, done, found, None)
     at_end = n - n % stride
-
-    def last_state() -> State:
-        own = {"lanes": x, "rows": ends, "factors": np.array(factors)} if at_end == n else {}
-        total = sum((factor * end for factor, end in zip(factors, ends, strict=True)), np.zeros_like(ends[0]))
-        return _stands(modes, scheme, steps, at_end, total, {}, own)
-
-    return _Ended(status, done, found, last_state)
+    own = {"lanes": x, "rows": ends, "factors": np.array(factors)} if at_end == n else {}
+    total = sum((factor * end for factor, end in zip(factors, ends, strict=True)), np.zeros_like(ends[0]))
+    return _Ended(status, done, found, partial(_stands, modes, scheme, steps, at_end, total, {}, own))
 
 
 def _stands(
@@ -263,10 +260,7 @@ def _together(
     done = steps.n if r.t_failed is None else len(r.newton_iterations)
     if r.status != "completed":
         return _Ended(r.status, done, r.account, None)
-
-    def last_state() -> State:
-        ended = r.state
-        coordinates = np.array([ended.u, ended.v, r.a[-1] if ended.a is None else ended.a])
-        return _stands(modes, scheme, steps, ended.steps - steps.begin.first, coordinates, ended.history, ended.more)
-
-    return _Ended(r.status, done, r.account, last_state)
+    ended = r.state
+    motion, at_end = np.array([ended.u, ended.v, r.a[-1] if ended.a is None else ended.a]), ended.steps
+    last = partial(_stands, modes, scheme, steps, at_end - steps.begin.first, motion, ended.history, ended.more)
+    return _Ended(r.status, done, r.account, last)
