@@ -4,6 +4,7 @@ import ast
 import os
 from collections.abc import Sequence
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 import pytest
@@ -115,7 +116,7 @@ def runs(draw: st.DrawFn, pairs: Sequence[tuple[str, str]] = SOME) -> tuple[ss.S
     scheme, scene = draw(st.sampled_from(pairs))
     rng = np.random.default_rng(draw(st.integers(0, 10**6)))
     parameters = {k: float(Fraction(str(v))) for k, v in random_parameters(BY_NAME[scheme], rng).items()}
-    options: dict[str, object] = {}
+    options: dict[str, Any] = {}
     for key, low, high, *_, default in SCENES_INDEX[scene]["parameters"]:
         size = 10.0 ** draw(st.floats(-3, 3)) * (default or 1.0)
         if low == 0.0 and draw(st.booleans()):
@@ -124,6 +125,10 @@ def runs(draw: st.DrawFn, pairs: Sequence[tuple[str, str]] = SOME) -> tuple[ss.S
             options[key] = -abs(size) if high == 0.0 else draw(st.sampled_from([-1.0, 0.0, 1.0])) * size
         elif default is None:
             options[key] = size
+    if scene == "linear_oscillator":
+        options["overdamped"] = True  # ratios are meant as they are
+    if scene == "simple_pendulum" and abs(float(options.get("u0", 0.0))) > 6.0:
+        options["u0"] = 6.0  # rad: more than a turn is refused
     d = len(motion(scene).coordinates)
     a0 = draw(st.sampled_from([None, "consistent", [draw(st.floats(-1e3, 1e3))] * d]))
     return variant(scene, a0=a0, **options), ss.scheme(scheme, **parameters), 10.0 ** draw(st.floats(-7, 2))
