@@ -201,3 +201,40 @@ def test_an_end_within_rounding_of_the_start_is_refused() -> None:
     for end in (0.3, 0.3 + 1e-12, 0.3 + 1e-11):
         with pytest.raises(ValueError, match="t_end after the start"):
             ss.march(SPRING, "newmark", dt=0.1, t_end=end, start=first)
+
+
+@pytest.mark.filterwarnings("ignore:kr_alpha takes the damping at the start")
+@pytest.mark.parametrize("scheme", ["kr_alpha", "bathe", "noh_bathe"])
+def test_instants_within_a_step_round_as_those_of_the_run_that_is_not_broken(scheme: str) -> None:
+    model = ss.structure(
+        M, internal_force=lambda t, u, v: K @ u + 0.1 * np.abs(v) * v + np.sin(t), u0=[0.1, 0.2, 0.3],
+        tangent=lambda t, u, v: (K, np.diag(0.2 * np.abs(v))),
+    )  # fmt: skip
+    whole = ss.march(model, scheme, dt=0.07, t_end=4.2, account=False)
+    first = ss.march(model, scheme, dt=0.07, t_end=0.56, account=False)
+    then = ss.march(model, scheme, dt=0.07, t_end=4.2, account=False, start=first)
+    assert np.array_equal(then.u, whole.u[8:])
+    assert np.array_equal(then.v, whole.v[8:])
+
+
+def test_a_velocity_of_supports_is_not_dropped_silently() -> None:
+    with pytest.raises(ValueError, match="velocity with displacement only"):
+        ss.structure(M, K, fixed=[0]).support_motion(
+            [0], acceleration=ss.Record(0.1, [0.0, 1.0]), velocity=lambda t: 0.0 * t
+        )
+
+
+@pytest.mark.parametrize("omega", [1e-4, 1.0, 1e6])
+def test_a_scene_rests_at_any_size_of_displacement(omega: float) -> None:
+    scene = ss.scene("linear_oscillator", omega=omega, u0="static", load=ss.Step(1e6))
+    assert scene.parameters["u0"] == pytest.approx(1e6 / omega**2, rel=1e-12)
+
+
+def test_a_saved_march_that_goes_on_knows_its_loads_where_it_is(tmp_path: Any) -> None:
+    """Loads that differ only within the march, from 1 s to 2 s, not within its length after 0."""
+    pytest.importorskip("zarr")
+    one, other = (frame(load=([1.0, 0, 0], lambda t, x=x: np.where(t > 1.2, x, 0.0))) for x in (1.0, 2.0))
+    first = start_of(one)
+    ss.march(one, "bdf3", dt=0.05, t_end=2.0, start=first, save=tmp_path / "march")
+    with pytest.raises(ValueError, match="another loads"):
+        ss.march(other, "bdf3", dt=0.05, t_end=2.0, start=first, save=tmp_path / "march")

@@ -126,8 +126,8 @@ class Saved:
 def described(run: Run, t_end: float, **choices: Any) -> dict[str, str]:
     """What distinguishes one march from another, by name: as it is, or its digest.
 
-    Functions of the user's are recognised by values at fixed times until t_end and at fixed states, matrices that are
-    known by their products only by some of these.
+    t_end: after the start of the march. Functions of the user's are recognised by values at fixed times until then and
+    at fixed states, matrices that are known by their products only by some of these.
     """
     structure, h = run.structure, run.h
     found = {"scheme": whose(run.scheme), "dt": repr(h), **{name: repr(x) for name, x in choices.items()}}
@@ -139,14 +139,15 @@ def described(run: Run, t_end: float, **choices: Any) -> dict[str, str]:
     found["start"] = digest(structure.u0, structure.v0, structure.a0_given)
     if run.start is not None:
         found["start"] = digest(run.start, *run.begin)
-    instants = np.linspace(0.0, t_end, INSTANTS)
+    begin = run.time(0)
+    instants = begin + np.linspace(0.0, t_end, INSTANTS)
     loads = [(x, repr(g) if is_known(g) else "", values_at(g, instants)) for x, g in structure.loads]
     found["loads"] = digest(*(part for load in loads for part in load))
     if (force := structure.internal) is not None:
         moved = max(reach(structure, t_end, structure.u0, structure.v0), h * rms(structure.v0))
         sizes = moved, max(rms(structure.v0), moved / t_end)  # of velocities also where it starts at rest
         random, values = np.random.default_rng(0), []
-        for t in random.uniform(0.0, t_end, STATES):
+        for t in begin + random.uniform(0.0, t_end, STATES):
             u, v = (size * random.normal(size=structure.size) for size in sizes)
             values += [force(t, u, v), force.energy(u) if force.potential is not None else 0.0]
         found["internal force"] = digest(*values)
