@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 Event = Callable[[float, Array, Array], float]  # of t, u (d,) and v (d,); a root of it is the event
 R = TypeVar("R", bound="Response")
 SHARE = 4e-16  # of a step, to which the time of an event is found
+AT_START = 1e-9  # of the first step, within which a root is that of the event at which the run before has ended
 
 
 def ascending(name: str, times: ArrayLike) -> Array:
@@ -39,9 +40,21 @@ def sampled(r: R, times: ArrayLike) -> R:
         raise ValueError(
             f"expected at within the run, which begins at t = {r.t[0]:.12g}, got {wanted[0]:.12g}; leave it out"
         )
-    wanted = wanted[wanted <= r.t[-1] * (1.0 + 1e-12)]
+    wanted = wanted[wanted <= r.t[-1] + 1e-12 * abs(r.t[-1])]
+    if not wanted.size:
+        raise ValueError(
+            f"expected a time in at that the run has reached, got none up to t = {r.t[-1]:.12g}, where it has ended, "
+            f"{r.status}; give earlier ones"
+        )
     u, v, a = _at(r, np.clip(wanted, r.t[0], r.t[-1]))
-    return replace(r, u=u, v=v, own_a=a, times=wanted, **r.at_times(wanted))
+    last = r.last or (lambda: r.state)
+    return replace(r, u=u, v=v, own_a=a, times=wanted, step=np.nan, last=last, **r.at_times(wanted))
+
+
+def require_reached(times: Array, t_end: float) -> None:
+    """Raises ValueError for times of which the last is beyond the end of a run."""
+    if times[-1] > t_end + 1e-12 * abs(t_end):
+        raise ValueError(f"expected at up to t_end = {t_end:.12g}, got {times[-1]:.12g}; cut it, or change t_end")
 
 
 def ended(r: R, until: Event | Sequence[Event]) -> R:
@@ -51,7 +64,12 @@ def ended(r: R, until: Event | Sequence[Event]) -> R:
     and `t_events` says of which event.
     Raises ValueError for an event that is not a function of t, u and v with a number for value.
     """
-    events = [until] if callable(until) else list(until)
+    events: list[Any] = list(until) if isinstance(until, Iterable) and not isinstance(until, str) else [until]
+    if not events or not all(map(callable, events)):
+        raise ValueError(
+            f"expected until as a function of t, u, v or a list of them, got {repr(until)[:60]}; give such as "
+            "lambda t, u, v: u[0] - 0.1, whose sign changes at the event"
+        )
     roots = [_first_root(r, event) for event in events]
     t_events = np.array([np.nan if root is None else root for root in roots])
     if np.isnan(t_events).all():
@@ -96,7 +114,9 @@ def _first_root(r: Response, event: Event) -> float | None:
 
     def value(t: float, u: Array, v: Array) -> float:
         found: Any = event(t, u, v)
-        if np.ndim(found) != 0 or not np.isreal(found) or np.isnan(found):
+        found = found[()] if isinstance(found, np.ndarray) else found
+        real = isinstance(found, int | float | np.integer | np.floating) and not isinstance(found, bool)
+        if not real or np.isnan(found):
             raise ValueError(
                 f"expected until as a function of t, u, v with one number for value, got {found!r} at t = {t:.6g}; "
                 "return such as u[0] - 0.1, whose sign changes at the event"
@@ -109,7 +129,9 @@ def _first_root(r: Response, event: Event) -> float | None:
         if now == 0.0:
             return float(r.t[k])
         if before * now < 0.0:
-            return _within(r, k, value)
+            root, begin = _within(r, k, value), float(r.t[0])
+            if root - begin > max(AT_START * (float(r.t[1]) - begin), 4e-15 * abs(begin)):
+                return root
         before = now
     return None
 
@@ -125,4 +147,4 @@ def _within(r: Response, k: int, value: Event) -> float:
         return value(t, u[0], v[0])
 
     root = cast("Callable[..., float]", brentq)
-    return root(at, begin, end, xtol=max(SHARE * (end - begin), 4e-16 * end), rtol=8.9e-16)
+    return root(at, begin, end, xtol=max(SHARE * (end - begin), 4e-16 * abs(end)), rtol=8.9e-16)

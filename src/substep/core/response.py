@@ -105,8 +105,8 @@ class Response:
         return {}
 
     @property
-    def _last_row(self) -> tuple[Array, Array, Array]:
-        """u, v, a (d,) in the last row."""
+    def _last_row(self) -> tuple[Array, Array, Array | None]:
+        """u, v, a (d,) in the last row; None for an a that is not known."""
         return np.array(self.u[-1]), np.array(self.v[-1]), np.array(self.a[-1])
 
     @cached_property

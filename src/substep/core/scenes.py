@@ -213,9 +213,12 @@ def _equilibrium(scene: Scene) -> float:
     def acceleration(u: float) -> float:
         return float(scene.acceleration(np.zeros(1), np.array([[u]]), np.zeros((1, 1)))[0, 0])
 
-    if acceleration(0.0) == 0.0:
+    if (loaded := acceleration(0.0)) == 0.0:
         return 0.0
-    found: Any = cast("Callable[..., Any]", root_scalar)(acceleration, x0=0.0, x1=1e-3 * scene.length, xtol=1e-14)
+    x1 = 1e-3 * scene.length
+    while acceleration(x1) == loaded and x1 < 1e100:  # too short to be felt beside the load
+        x1 *= 1e3
+    found: Any = cast("Callable[..., Any]", root_scalar)(acceleration, x0=0.0, x1=x1, xtol=1e-14, rtol=4e-15)
     if not found.converged or not math.isfinite(found.root):
         raise ValueError(
             f"expected a displacement at which {scene.name} stays at rest, found none; give u0 as a number"

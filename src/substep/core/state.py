@@ -69,11 +69,18 @@ class State:
         if unknown := [name for name in parts if name not in GIVEN]:
             raise unknown_name("a part of start", str(unknown[0]), GIVEN)
         u, v = (np.atleast_1d(real_array(name, parts[name])) for name in ("u", "v"))
-        a = parts.get("a", "consistent")
+        a, carried = parts.get("a"), parts.get("history")
+        a = "consistent" if a is None else a
         if isinstance(a, str) and a != "consistent":
             raise ValueError(f"expected a of start as numbers or 'consistent', got {a!r}; give one, or leave it out")
         own_a = None if isinstance(a, str) else np.atleast_1d(real_array("a", a))
-        history = {label: np.atleast_1d(real_array(label, x)) for label, x in parts.get("history", {}).items()}
+        if carried is not None and not isinstance(carried, Mapping):
+            raise ValueError(
+                f"expected history of start as rows by the labels of Scheme.state, got {repr(carried)[:60]}; give "
+                "{'u': ..., 'u[-1]': ...}, or leave it out"
+            )
+        rows = cast("Mapping[str, Any]", carried or {})
+        history = {label: np.atleast_1d(real_array(label, x)) for label, x in rows.items()}
         return cls(real_number("t of start", parts.get("t", 0.0)), u, v, own_a, history)
 
     def goes_on(self, of: str, dt: float) -> bool:
@@ -98,7 +105,20 @@ class State:
                     f"{', '.join(labels)} needs each of them, or none for it to start anew from u, v, a"
                 )
             found.append(at)
+            self._require_same(label, at, dt)
         return np.array(found)
+
+    def _require_same(self, label: str, x: Array, dt: float) -> None:
+        """Raises ValueError for a row of a user's history that is u or v now and differs from them."""
+        power, name = _power(label)
+        now = {"u": self.u, "v": self.v}.get(name)
+        if self.of or now is None:
+            return
+        if x.shape != now.shape or not np.allclose(x, now * dt**power, rtol=1e-9, atol=0.0):
+            raise ValueError(
+                f"expected {label} in the history of start to be what {name} of start says, {now * dt**power}, got "
+                f"{x}; give the same twice"
+            )
 
     def _scaled(self, label: str, dt: float) -> Array | None:
         """A row that is there without the power of h of the label, or with one that the label does not have."""

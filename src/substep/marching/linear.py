@@ -127,10 +127,10 @@ def prepared(
     if begin.rows is None:
         state, head, first = _started(scheme, o, Omega, n, load, begin)
         x = state[list(coefficients.marched(scheme))]
-        if module.CARRIER:
-            excess = _excess(o, Omega, state, load, begin)
     else:
-        x = begin.rows.copy()
+        state, x = o.start * np.array([np.ones(len(o.dt)), o.dt, o.dt * o.dt]), begin.rows.copy()
+    if module.CARRIER:
+        excess = _excess(o, Omega, state, load, begin)
     at_ends = stencil.ndim == 1 and not excess.any() and _linear_within_steps(scheme, load, o.dt, n, begin)
     C = _coefficients(scheme, Omega, o, stencil if at_ends else None)
     if at_ends:
@@ -228,8 +228,11 @@ def _started(
 def _excess(o: Oscillators, Omega: Array, state: Array, load: Load | None, begin: Begin) -> Array:
     """h^2 (a + 2 xi omega v + omega^2 u - load) at the start (P,): 0 where the given acceleration is consistent.
 
-    A value below 1e-15 of the sum of the terms' moduli is rounding, and counts as 0.
+    A value below 1e-15 of the sum of the terms' moduli is rounding, and counts as 0; where the march goes on, below
+    1e-9, since the acceleration is then the rounded one of a step, which is consistent unless the load, or the
+    oscillator, has become another.
     """
+    rounding = 1e-15 if begin.rows is None else 1e-9
     value: Array | float = 0.0
     if isinstance(load, Record) and begin is AT_ZERO:
         value = load.samples[0]
@@ -241,7 +244,7 @@ def _excess(o: Oscillators, Omega: Array, state: Array, load: Load | None, begin
     spring, dashpot, inertia, force = terms
     excess = spring + dashpot + inertia - force
     size = abs(spring) + abs(dashpot) + abs(inertia) + abs(force)
-    return np.where(abs(excess) <= 1e-15 * size, 0.0, excess).reshape(len(Omega))
+    return np.where(abs(excess) <= rounding * size, 0.0, excess).reshape(len(Omega))
 
 
 def _linear_within_steps(scheme: Scheme, load: Load | None, dt: Array, n: int, begin: Begin) -> bool:

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from ..core import coefficients
 from ..core.arrays import Array
-from ..core.between_steps import Event, ascending, ended, sampled
+from ..core.between_steps import Event, ascending, ended, require_reached, sampled
 from ..core.errors import called_as, real_number, require_numbers, unknown_name
 from ..core.memory import require_histories
 from ..core.response import STATUSES, Response, Status
@@ -111,6 +111,8 @@ def march(
     chosen = {name: x for name, x in asked.items() if x is not None}
     if at is None and until is None:
         return _marched(scene, scheme, dt, t_end, stride, energy_bound, tol, start, chosen, of_structure)
+    if at is not None and t_end is not None:
+        require_reached(ascending("at", at), real_number("t_end", t_end))
     if stride != 1 or grid is not None:
         raise ValueError("expected at or until without stride and grid, got them together; give the times as at=")
     if at is not None and tol is not None and until is None and getattr(scene, "march", None) is None:

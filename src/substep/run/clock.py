@@ -48,11 +48,14 @@ class ConstantSteps:
         start, and for one that is not after it.
         """
         _require_stride(stride)
-        t_end, dt = real_number("t_end", t_end, positive=True), real_number("dt", dt, positive=True)
+        t_end, dt = real_number("t_end", t_end, positive=start is None), real_number("dt", dt, positive=True)
         begin = AT_ZERO if start is None else _begin(start, dt)
         if start is not None:
             _require_after(t_end, start.t)
-        return cls(dt, number_of_steps(dt, t_end, begin.origin) - begin.first, int(stride), begin)
+        n = number_of_steps(dt, t_end, begin.origin) - begin.first
+        if n == 0:
+            raise _not_after(t_end, begin.origin + begin.first * dt)
+        return cls(dt, n, int(stride), begin)
 
     def time(self, steps: int) -> float:
         """The time after so many steps, s."""
@@ -74,14 +77,18 @@ def _begin(start: State, dt: float) -> Begin:
         return Begin(start.steps, start.origin)
     ago = start.t / dt
     whole = round(ago) if abs(ago) <= MOST_STEPS else 0
-    return Begin(whole) if whole >= 0 and abs(ago - whole) <= 1e-9 * max(1.0, ago) else Begin(0, start.t)
+    return Begin(whole) if whole >= 0 and abs(ago - whole) <= 1e-9 + 4e-16 * ago else Begin(0, start.t)
 
 
 def _require_after(t_end: float, t: float) -> None:
-    if t_end <= t * (1.0 + 1e-12):
-        raise ValueError(
-            f"expected t_end after the start at t = {t:.12g}, since time goes on, got {t_end:.12g}; give a later one"
-        )
+    if t_end <= t + 4e-16 * abs(t):
+        raise _not_after(t_end, t)
+
+
+def _not_after(t_end: float, t: float) -> ValueError:
+    return ValueError(
+        f"expected t_end after the start at t = {t:.12g}, since time goes on, got {t_end:.12g}; give a later one"
+    )
 
 
 @dataclass(frozen=True)
@@ -174,7 +181,7 @@ class Control:
 
 def _grid(grid: ArrayLike, t_begin: float, t_end: float) -> Array:
     times = ascending("grid", grid)
-    if times[0] < t_begin or times[-1] > t_end * (1.0 + 1e-12):
+    if times[0] < t_begin or times[-1] > t_end + 1e-12 * abs(t_end):
         raise ValueError(
             f"expected grid within {t_begin:.12g} and t_end = {t_end:.12g}, got {times[0]:.12g} to {times[-1]:.12g}; "
             "cut it, or change t_end"
@@ -231,8 +238,8 @@ def number_of_steps(dt: float, t_end: float, origin: float = 0.0) -> int:
             f"expected at most 2**53 steps, got t_end/dt = {t_end - origin:.12g}/{dt:.12g} = {ratio:.3g}; take "
             "a longer dt or an earlier t_end"
         )
-    n = round(ratio)
-    if abs(ratio - n) > 1e-9 * max(1.0, ratio) or n == 0:
+    n, rounding = round(ratio), 4e-16 * abs(origin) / dt
+    if abs(ratio - n) > 1e-9 * max(1.0, ratio) + rounding or n == 0:
         low = math.floor(ratio)
         around = [f"{origin + k * dt:.12g}" for k in (low, low + 1) if k > 0]
         after = f" after t = {origin:.12g}" if origin else ""

@@ -67,7 +67,8 @@ class Structure(Model):
         acceleration, m/s^2: the response is then that beyond the static displacements under the supports' own, and
         damping between supports and structure is left out, as is usual; displacement, with the velocity where damping
         acts on the supports: the response is the motion itself; a Record is 0 after its end. Call it again for supports
-        that move otherwise.
+        that move otherwise. By a displacement, damping proportional to the mass acts on the motion itself, as dashpots
+        to a place at rest do; by an acceleration it acts on the motion beyond the static one.
 
         Raises ValueError for degrees of freedom that are free, for both or neither of acceleration and displacement,
         and for an internal force. Chopra, Dynamics of Structures, 9.7.
@@ -80,6 +81,11 @@ class Structure(Model):
         """
         if (acceleration is None) == (displacement is None):
             raise ValueError("expected acceleration or displacement of the supports, one of the two; give one")
+        if acceleration is not None and velocity is not None:
+            raise ValueError(
+                "expected velocity with displacement only, got it with acceleration, where damping between supports "
+                "and structure is left out; leave it out, or give displacement="
+            )
         if acceleration is not None:
             return accelerated(self, acceleration, dofs)  # type: ignore[return-value]
         return displaced(self, displacement, velocity, dofs)  # type: ignore[arg-type, return-value]

@@ -6,17 +6,22 @@ from functools import partial
 
 import numpy as np
 
-from ...core.arrays import Array
+from ...core.arrays import Array, digest
 from ...core.schemes import Scheme
 from ...core.state import State, bare, whose
 from ...run.clock import Begin, ConstantSteps, Control
+from ..model.constraints import independent
 from ..model.model import Model
 from ..model.state_vectors import vectors
 from ..solvers.combine import combined
+from ..solvers.matrices import arrays_of
 from .newton import Tangent
 from .steps import Run, StructureSteps
 
-KIND = "structure"  # of run, as states name it
+
+def kind_of(structure: Model) -> str:
+    """Of run, as states name it: what the scheme carries is of these free degrees of freedom."""
+    return f"structure {digest(*arrays_of(structure.T))[:12]}"
 
 
 def begun(run: Run, steps: ConstantSteps | Control, state: State | None) -> tuple[Run, Sequence[Tangent | None]]:
@@ -26,9 +31,23 @@ def begun(run: Run, steps: ConstantSteps | Control, state: State | None) -> tupl
     start = vectors(run.structure, state)
     if isinstance(steps, Control):
         return replace(run, begin=Begin(0, state.t), start=start), ()
-    rows = state.rows(bare(run.scheme.state), whose(run.scheme, KIND), run.h)
+    rows = _own_rows(state, run)
     moved = replace(run, begin=steps.begin._replace(rows=rows), start=start)
     return moved, () if rows is None else _tangents(state)
+
+
+def _own_rows(state: State, run: Run) -> Array | None:
+    """What the scheme carries, in the free degrees of freedom; a user may give it in all of them.
+
+    Raises ValueError for rows of another length.
+    """
+    s = run.structure
+    if state.history and not state.of:
+        rows = {label: x if len(x) == s.size else independent(f"{label} of the history of start", x, s.T, s.names)
+                for label, x in state.history.items()}  # fmt: skip
+        motion = independent("u of start", state.u, s.T, s.names), independent("v of start", state.v, s.T, s.names)
+        state = replace(state, history=rows, u=motion[0], v=motion[1])
+    return state.rows(bare(run.scheme.state), whose(run.scheme, kind_of(s)), run.h)
 
 
 def _tangents(state: State) -> list[Tangent | None]:
@@ -68,4 +87,4 @@ def _state(
         return here
     more = {f"tangent {k} at": x.at for k, x in enumerate(tangents) if x is not None}
     more |= {f"tangent {k}": np.array([x.t, x.largest]) for k, x in enumerate(tangents) if x is not None}
-    return replace(here, history=dict(zip(bare(scheme.state), rows, strict=True)), of=whose(scheme, KIND), more=more)
+    return replace(here, history=dict(zip(bare(scheme.state), rows, strict=True)), of=whose(scheme, kind_of(structure)), more=more)

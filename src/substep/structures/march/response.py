@@ -100,15 +100,19 @@ class StructureResponse(Response):
         return {"account": Account(**found)}
 
     @property
-    def _last_row(self) -> tuple[Array, Array, Array]:
-        """u, v, a (N,) in the last row. Raises ValueError where not all degrees of freedom were kept."""
+    def _last_row(self) -> tuple[Array, Array, Array | None]:
+        """u, v, a (N,) in the last row, None for an a that is not known.
+
+        Raises ValueError where not all degrees of freedom were kept.
+        """
         order, N = np.argsort(self._places), self.structure.T.shape[0]
         if len(set(self.dofs)) < N:
             raise ValueError(
-                f"expected all degrees of freedom for the state where the march has failed, got {len(self.dofs)} of "
-                f"{N}; march without dofs, or go on from an earlier state"
+                "expected all degrees of freedom for the state of a march that failed or ended at an event, got "
+                f"{len(self.dofs)} of {N}; march without dofs, or go on from an earlier state"
             )
-        return np.asarray(self.u)[-1][order], np.asarray(self.v)[-1][order], np.asarray(self.a)[-1][order]
+        u, v, *a = (np.asarray(x)[-1][order] for x in (self.u, self.v, *([self.a] if self.has_a else [])))
+        return u, v, a[0] if a else None
 
     def _histories(self) -> Histories:
         """What can be exported: a where it can be computed, energies where there is an account; consistent units."""

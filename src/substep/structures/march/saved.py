@@ -1,13 +1,12 @@
 """A march on disk: histories row by row, and the state from which a later call of the same march goes on."""
 
-import hashlib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ...core.arrays import Array
+from ...core.arrays import Array, digest
 from ...core.errors import optional
 from ...core.loads import is_known, values_at
 from ...core.state import whose
@@ -127,30 +126,31 @@ class Saved:
 def described(run: Run, t_end: float, **choices: Any) -> dict[str, str]:
     """What distinguishes one march from another, by name: as it is, or its digest.
 
-    Functions of the user's are recognised by values at fixed times until t_end and at fixed states, matrices that are
-    known by their products only by some of these.
+    t_end: after the start of the march. Functions of the user's are recognised by values at fixed times until then and
+    at fixed states, matrices that are known by their products only by some of these.
     """
     structure, h = run.structure, run.h
     found = {"scheme": whose(run.scheme), "dt": repr(h), **{name: repr(x) for name, x in choices.items()}}
-    found["names"] = _digest(structure.names)
+    found["names"] = digest(structure.names)
     for name, matrix in zip("MCK", (structure.M, structure.C, structure.K), strict=True):
         plain = isinstance(matrix, Rayleigh) or matrix is None
-        found[name] = repr(matrix) if plain else _digest(*_parts(matrix))
-    found["constraints"] = _digest(*arrays_of(structure.T))
-    found["start"] = _digest(structure.u0, structure.v0, structure.a0_given)
+        found[name] = repr(matrix) if plain else digest(*_parts(matrix))
+    found["constraints"] = digest(*arrays_of(structure.T))
+    found["start"] = digest(structure.u0, structure.v0, structure.a0_given)
     if run.start is not None:
-        found["start"] = _digest(run.start, *run.begin)
-    instants = np.linspace(0.0, t_end, INSTANTS)
+        found["start"] = digest(run.start, *run.begin)
+    begin = run.time(0)
+    instants = begin + np.linspace(0.0, t_end, INSTANTS)
     loads = [(x, repr(g) if is_known(g) else "", values_at(g, instants)) for x, g in structure.loads]
-    found["loads"] = _digest(*(part for load in loads for part in load))
+    found["loads"] = digest(*(part for load in loads for part in load))
     if (force := structure.internal) is not None:
         moved = max(reach(structure, t_end, structure.u0, structure.v0), h * rms(structure.v0))
         sizes = moved, max(rms(structure.v0), moved / t_end)  # of velocities also where it starts at rest
         random, values = np.random.default_rng(0), []
-        for t in random.uniform(0.0, t_end, STATES):
+        for t in begin + random.uniform(0.0, t_end, STATES):
             u, v = (size * random.normal(size=structure.size) for size in sizes)
             values += [force(t, u, v), force.energy(u) if force.potential is not None else 0.0]
-        found["internal force"] = _digest(*values)
+        found["internal force"] = digest(*values)
     return found
 
 
@@ -158,11 +158,3 @@ def _parts(matrix: Matrix) -> tuple[Array, ...]:
     if is_operator(matrix):
         return (np.asarray(matrix @ np.random.default_rng(0).normal(size=(matrix.shape[1], PRODUCTS))),)
     return arrays_of(matrix)
-
-
-def _digest(*parts: Any) -> str:
-    found = hashlib.sha256()
-    for part in parts:
-        array = isinstance(part, np.ndarray)
-        found.update(np.ascontiguousarray(part).tobytes() if array else repr(part).encode())
-    return found.hexdigest()

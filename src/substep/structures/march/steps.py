@@ -98,7 +98,8 @@ class StructureSteps:
 
     def times(self, n: int) -> list[float]:
         """The mean instant of the loads of each system in step n of constant length."""
-        return [self.run.time(n + system.instant) for system in self.steps.systems]
+        run, n = self.run, self.run.begin.first + n  # first the whole number, to round as a run that is not broken
+        return [run.begin.origin + (n + system.instant) * run.h for system in self.steps.systems]
 
     @property
     def tangents(self) -> list[Tangent | None]:

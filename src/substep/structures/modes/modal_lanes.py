@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...core import coefficients
-from ...core.arrays import Array
+from ...core.arrays import Array, digest
 from ...core.loads import Load, values_at
 from ...core.schemes import Scheme
 from ...core.state import State, whose
@@ -78,8 +78,8 @@ def going_on(modes: ModalBasis, scheme: Scheme, steps: ConstantSteps, state: Sta
 
 
 def kind_of(modes: ModalBasis) -> str:
-    """Of run, as states name it."""
-    return f"{len(modes)} modes"
+    """Of run, as states name it: what the scheme carries is of coordinates of these shapes, one by one or coupled."""
+    return f"{len(modes)} {'modes' if modes.lanes else 'coupled modes'} {digest(modes.shapes)[:12]}"
 
 
 def room_for(scheme: Scheme, lanes: Sequence[ModalLane]) -> Array:

@@ -21,7 +21,7 @@ from ...core.state import State, whose
 from ...marching.histories import histories
 from ...marching.linear import march_linear
 from ...run.clock import ConstantSteps
-from ..march.going_on import KIND as STRUCTURE
+from ..march.going_on import kind_of as structure_kind
 from ..march.histories import accounted
 from ..march.march_structure import march_structure
 from ..march.refusals import require_linear
@@ -69,6 +69,11 @@ def superpose(
         known = ("dofs", "stride", "static_correction", "account", "start")
         raise unknown_name("an argument of march for modes", next(iter(others)), known)
     state = None if start is None else State.given(start)
+    if state is not None and state.history and not state.of:
+        raise ValueError(
+            "expected start of modes without a history, since a scheme carries modal coordinates, got one; leave it "
+            "out for the scheme to start anew from u, v, a, or give the response of these modes"
+        )
     s, steps = _checked(modes, scheme, dt, t_end, stride, state)
     whole, n = modes.structure, steps.n
     kept = whole.kept(dofs)
@@ -207,9 +212,10 @@ def _stands(
     more: Mapping[str, Array],
 ) -> State:
     """Where a superposition stands with modal coordinates q, q', q'' (3, m)."""
+    of = whose(scheme, kind_of(modes)) if history or more else ""
     return State(
-        steps.time(done), *(modes.shapes @ q for q in coordinates), history, whose(scheme, kind_of(modes)), steps.dt,
-        steps.begin.first + done, steps.begin.origin, more=more,
+        steps.time(done), *(modes.shapes @ q for q in coordinates), history, of, steps.dt, steps.begin.first + done,
+        steps.begin.origin, more=more,
     )  # fmt: skip
 
 
@@ -252,7 +258,7 @@ def _together(
     )  # fmt: skip
     inner = None
     if state is not None:
-        mine = whose(scheme, STRUCTURE) if state.of == whose(scheme, kind_of(modes)) else ""
+        mine = whose(scheme, structure_kind(small)) if state.of == whose(scheme, kind_of(modes)) else ""
         inner = replace(state, u=start[0], v=start[1], a=start[2], of=mine)
     t_end = steps.time(steps.n)
     r = march_structure(small, scheme, steps.dt, t_end, stride=steps.stride, account=account, start=inner)
