@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..core.errors import optional
-from .dataset import NOT_RUN, Variable
-from .sweep_plan import Chunk, Plan
+from .sweep_plan import NOT_RUN, Chunk, SweepPlan, Variable
 
 if TYPE_CHECKING:
     import xarray
@@ -23,8 +22,13 @@ class Store:
     """The store at a path, created if there is none. Raises ValueError if it holds another sweep."""
 
     def __init__(
-        self, path: Path, plan: Plan, template: "xarray.Dataset", variables: dict[str, Variable], piece: tuple[int, ...]
-    ) -> None:
+        self,
+        path: Path,
+        plan: SweepPlan,
+        template: "xarray.Dataset",
+        variables: dict[str, Variable],
+        piece: tuple[int, ...],
+    ) -> None:  # fmt: skip
         zarr = optional("zarr", "save=", "save")
         self.path = path
         if path.exists():
@@ -32,7 +36,7 @@ class Store:
         else:
             _create(path, plan, template, variables, piece)
         self.group: Any = zarr.open_group(path, mode="r+")
-        self.piece: tuple[int, ...] = tuple(self.group.attrs["chunk"]) if plan.axes else ()
+        self.piece: tuple[int, ...] = tuple(self.group.attrs["chunk"]) if plan.dims else ()
         self.targets: dict[str, Any] = {name: self.group[name] for name in variables}
 
     def is_done(self, chunk: Chunk) -> bool:
@@ -82,7 +86,7 @@ class Store:
 
 
 def _create(
-    path: Path, plan: Plan, template: "xarray.Dataset", variables: dict[str, Variable], piece: tuple[int, ...]
+    path: Path, plan: SweepPlan, template: "xarray.Dataset", variables: dict[str, Variable], piece: tuple[int, ...]
 ) -> None:
     """Create the store under another name, then rename it, so that it has all its variables or does not exist."""
     import tempfile  # noqa: PLC0415 (on first use)
@@ -102,7 +106,7 @@ def _create(
                 chunks=(*piece, *(max(size, 1) for size in of.sizes)),
                 dtype=of.fill.dtype,
                 fill_value=of.fill,
-                dimension_names=(*(axis.name for axis in plan.axes), *of.dims),
+                dimension_names=(*plan.dims, *of.dims),
                 attributes=of.attrs,
             )
         draft.rename(path)
