@@ -45,10 +45,10 @@ def test_ctrl_c_returns_what_is_done(save: bool, tmp_path: Path, monkeypatch: py
     call = {**OSCILLATOR, **({"save": tmp_path / "s.zarr"} if save else {})}
     whole, run = ss.sweep("linear_oscillator", "newmark_bdf2", **OSCILLATOR), ScenePlan.run
 
-    def interrupted(plan: ScenePlan, first: int, last: int) -> Any:
+    def interrupted(plan: ScenePlan, first: int, *rest: Any) -> Any:
         if first >= 20:
             raise KeyboardInterrupt
-        return run(plan, first, last)
+        return run(plan, first, *rest)
 
     monkeypatch.setattr(ScenePlan, "run", interrupted)
     found = ss.sweep("linear_oscillator", "newmark_bdf2", **call).load()
@@ -140,7 +140,7 @@ def test_a_killed_sweep_is_resumed_and_another_refused(tmp_path: Path, monkeypat
         with pytest.raises(ValueError, match=message):
             ss.sweep("linear_oscillator", "newmark", **changed, save=path)
     seen = []
-    monkeypatch.setattr(ScenePlan, "run", lambda plan, first, last: (seen.append(first), run(plan, first, last))[1])
+    monkeypatch.setattr(ScenePlan, "run", lambda plan, first, *rest: (seen.append(first), run(plan, first, *rest))[1])
     found = ss.sweep("linear_oscillator", "newmark", **call, save=path).load()
     assert seen == [10, 15, 20]
     monkeypatch.undo()

@@ -97,18 +97,19 @@ def sweep(
             "expected a scene or a structure to sweep, got modes; sweep their structure, or march modes one by one"
         )
     require_in_order("sweep", scene, scheme)
-    shared = {"dt": dt, "tol": tol, "t_end": t_end, "keep": keep, "samples": samples, "energy_bound": energy_bound}
+    shared: dict[str, Any] = {"dt": dt, "tol": tol, "t_end": t_end, "keep": keep, "samples": samples}
+    shared |= {"energy_bound": energy_bound, "a0": a0, "load": load}
     if isinstance(scene, Structure):
-        plan = planned_structure(scene, scheme, **shared, a0=a0, load=load, save=save, **axes)
+        plan = planned_structure(scene, scheme, **shared, save=save, **axes)
     else:
-        plan = planned(scene, scheme, **shared, a0=a0, load=cast("Load | None", load), values=axes)
+        plan = planned(scene, scheme, **shared, values=axes)
     variables, shell, piece = plan.variables, plan.template(), plan.piece(client is not None)
-    store = None if save is None else Store(Path(save), plan, shell, variables, piece)
+    store = None if save is None else Store(Path(save), plan, shell, piece)
     targets = _targets(variables, plan.shape) if store is None else store.targets
     todo = plan.chunks(piece if store is None else store.piece)
     if store is not None:
         todo = [chunk for chunk in todo if not store.is_done(chunk)]
-    room = targets if store is None and plan.in_place else {}
+    room = targets if store is None else None
     blocks = _here(plan, todo, room) if client is None else run_on(client, plan, todo)
     left = {chunk.first: chunk for chunk in todo}
 
@@ -149,15 +150,12 @@ def _targets(variables: Mapping[str, Variable], shape: tuple[int, ...]) -> dict[
     }
 
 
-def _here(plan: SweepPlan, chunks: Sequence[Chunk], room: Mapping[str, Array]) -> Blocks:
-    """Run the chunks one after another; room: where results of lanes that are read block by block go at once."""
+def _here(plan: SweepPlan, chunks: Sequence[Chunk], targets: Mapping[str, Array] | None) -> Blocks:
+    """Run the chunks one after another; targets: in which their results may be put at once."""
     for chunk in chunks:
-        if not room:
-            yield chunk, plan.run(chunk.first, chunk.last)
-            continue
-        places = {name: target[chunk.where] for name, target in room.items()}  # contiguous, as a chunk's points are
-        own = {name: x.reshape(-1, *x.shape[len(plan.shape) :]) for name, x in places.items()}
-        yield chunk, plan.run(chunk.first, chunk.last, own)
+        places = {name: target[chunk.where] for name, target in (targets or {}).items()}  # contiguous, as points are
+        room = {name: x.reshape(-1, *x.shape[len(plan.shape) :]) for name, x in places.items()}
+        yield chunk, plan.run(chunk.first, chunk.last, room)
 
 
 def _fill(

@@ -40,4 +40,4 @@ def run_on(client: Any, plan: SweepPlan, chunks: Sequence[Chunk]) -> Generator[t
 def _run(chunk: Chunk, plan: SweepPlan) -> Results:
     """Results of a chunk on one core, in a worker whose other cores run other chunks."""
     with serial():
-        return plan.run(chunk.first, chunk.last)
+        return plan.run(chunk.first, chunk.last, {})

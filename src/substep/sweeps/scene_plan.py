@@ -92,22 +92,17 @@ class ScenePlan(SweepPlan):
         whose = {"scheme": self.scheme_of_all.name, "scene": self.scene_of_one.name, "load": load}
         return {"long_name": f"{axis.key} of {whose[axis.owner]}"}
 
-    def run(self, first: int, last: int, room: Results | None = None) -> Results:
+    def run(self, first: int, last: int, room: Results) -> Results:
         """See `SweepPlan.run`."""
         found: Results = {}
         for places, scene, scheme, step in self.groups(np.arange(first, last)):
             whole = len(places) == last - first
-            group = march_group(self, scene, scheme, step, len(places), room if whole and room else {})
+            group = march_group(self, scene, scheme, step, len(places), room if whole else {})
             if whole:
                 return group
             for name, values in group.items():
                 found.setdefault(name, np.empty((last - first, *values.shape[1:]), values.dtype))[places] = values
         return found
-
-    @property
-    def in_place(self) -> bool:
-        """Lanes that are read block by block are put where they go."""
-        return not self.oscillator
 
     @cached_property
     def scheme_of_all(self) -> Scheme:

@@ -86,7 +86,7 @@ class StructurePlan(SweepPlan):
         """The scheme, and numbers that are the same in all points."""
         return {"scheme": self.point(0)[0].name, **self.given["step"], **self.given["scheme"]}
 
-    def run(self, first: int, last: int, room: Results | None = None) -> Results:
+    def run(self, first: int, last: int, room: Results) -> Results:
         """See `SweepPlan.run`."""
         place, case = divmod(first, len(self.cases[0]))
         scheme, h, cases = self.point(place)
@@ -153,7 +153,7 @@ def planned_structure(
     several = C is not None, load is not None or ground is not None
     plan = StructurePlan(**vars(request), cases=cases, several=several, kept=tuple(structure.kept(dofs)))
     require_definite_mass(structure)
-    assert plan.steps  # raises for an end that is no multiple of a step
+    plan.steps  # noqa: B018 (raises for an end that is no multiple of a step)
     for one, h, (first, *_) in map(plan.point, range(math.prod(plan.shape) // (len(cases[0])))):
         require_suited(first, one, h)
     return plan

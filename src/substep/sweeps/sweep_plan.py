@@ -89,16 +89,11 @@ class SweepPlan(Asked, ABC):
         """The shape of a chunk, which may be less at an end of an axis; cluster: whether another process runs it."""
 
     @abstractmethod
-    def run(self, first: int, last: int, room: Results | None = None) -> Results:
+    def run(self, first: int, last: int, room: Results) -> Results:
         """Results of the points first to last - 1, by the variables' names in the Dataset, each (last - first, ...).
 
-        room: where some of them may be put, by name and of that shape; the others are new arrays.
+        room: where some of them may be put, by name and of that shape, or none; the others are new arrays.
         """
-
-    @property
-    def in_place(self) -> bool:
-        """Whether results can be put where a caller has room for them."""
-        return False
 
     @property
     def dims(self) -> dict[str, int]:

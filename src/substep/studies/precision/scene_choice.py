@@ -204,11 +204,11 @@ def choose(
         for model in (scene, *(model for model in simple if quantity in shared(scene, model))):
             before = len(tried)
             steps = {s: _constant(exact, model, s) for s in methods}
-            tried.extend(_search(exact, model, steps, quantity, accuracy, _limit(tried, accuracy)))
+            tried.extend(_search(model, steps, quantity, accuracy, _limit(tried, accuracy)))
             constant = [(c.scheme, c.run) for c in tried[before:]]
             wanted = least(constant, model, quantity, accuracy) if uneven is None else uneven
             tolerances = {s: _chosen(exact, model, s) for s in wanted}
-            tried.extend(_search(exact, model, tolerances, quantity, accuracy, _limit(tried, accuracy)))
+            tried.extend(_search(model, tolerances, quantity, accuracy, _limit(tried, accuracy)))
     except KeyboardInterrupt:
         if not tried:
             raise
@@ -246,7 +246,6 @@ def _repeated(exact: Reference, best: Candidate) -> Run:
 
 
 def _search(
-    exact: Reference,
     model: Scene,
     ladders: Mapping[Scheme, Iterator[Run]],
     quantity: str,
