@@ -25,7 +25,7 @@ from substep.core.loads import LoadLanes, values_at
 from substep.marching import linear, run, scene_lanes
 from substep.marching.linear import march_linear
 from substep.marching.oscillators import Oscillators
-from substep.sweeps import chunks
+from substep.sweeps import lanes as sweep_lanes
 
 Array = np.ndarray
 EPS = np.finfo(float).eps
@@ -283,7 +283,7 @@ def test_a_sweep_over_parameters_of_a_load_is_one_march(
         marches.append(args[4])
         return run.march_oscillators(*args, **more)
 
-    monkeypatch.setattr(chunks, "march_oscillators", counted)
+    monkeypatch.setattr(sweep_lanes, "march_oscillators", counted)
     swept = {f"load_{name}": np.linspace(*PARAMETERS[load][name], 3) for name in names}
     fixed: dict[str, Any] = {"xi": 0.05, "u0": 0.3}
     found = ss.sweep(

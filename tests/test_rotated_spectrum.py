@@ -165,7 +165,7 @@ def test_histories_are_never_whole_in_memory() -> None:
         ({"xi": -0.1}, "expected xi >= 0"),
         ({"periods": -1.0}, "expected periods in one row"),
         ({"dt": 0.03}, "the record's own dt = 0.02 s, got 0.03 s"),
-        ({"scheme": ss.scheme("newmark", beta=[0.25, 0.3])}, "expected one number for beta of newmark"),
+        ({"scheme": ss.scheme("newmark", beta=[0.25, 0.3])}, "expected one value for beta of newmark"),
     ],
 )
 def test_what_is_refused(change: dict[str, Any], message: str) -> None:

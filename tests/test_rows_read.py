@@ -13,12 +13,11 @@ from plain_kernels import variant
 from test_pairs import PARAMETERS
 
 import substep as ss
-from substep import sweeps
 from substep.core.arrays import copy_rows
 from substep.marching import scene_lanes
 from substep.marching.scene_lanes import march_lanes
-from substep.sweeps import chunks
-from substep.sweeps.sweep_plan import Plan
+from substep.sweeps import lanes as sweep_lanes
+from substep.sweeps.scene_plan import ScenePlan
 
 Array = np.ndarray
 P = 5
@@ -65,7 +64,7 @@ def test_a_sweep_is_its_points_also_where_runs_end_early(
     v0, dt, n = np.linspace(1.0, 8.0, 23), 0.02, 12
     bound = ss.scene("elastic_pendulum", EA=1e3, v0=4.1).E0
     monkeypatch.setattr(scene_lanes, "NEAR", 1)
-    monkeypatch.setattr(Plan, "piece", lambda self, cluster: (17,))
+    monkeypatch.setattr(ScenePlan, "piece", lambda self, cluster: (17,))
     more: dict[str, Any] = {"energy_bound": bound, "keep": keep, "progress": False}
     found = ss.sweep("elastic_pendulum", name, dt=dt, t_end=n * dt, EA=1e3, v0=v0, **more)
     done = found["n_done"].values
@@ -84,17 +83,17 @@ def test_a_sweep_is_its_points_also_where_runs_end_early(
 
 
 def test_histories_of_chunks_that_were_not_run_are_reset(monkeypatch: pytest.MonkeyPatch) -> None:
-    run = sweeps.run_chunk
+    run = ScenePlan.run
 
-    def interrupted(plan: Plan, first: int, *rest: Any) -> Any:
+    def interrupted(plan: ScenePlan, first: int, *rest: Any) -> Any:
         if first:
             for x in rest[1].values():
                 x[...] = 5  # half written
             raise KeyboardInterrupt
         return run(plan, first, *rest)
 
-    monkeypatch.setattr(sweeps, "run_chunk", interrupted)
-    monkeypatch.setattr(Plan, "piece", lambda self, cluster: (2,))
+    monkeypatch.setattr(ScenePlan, "run", interrupted)
+    monkeypatch.setattr(ScenePlan, "piece", lambda self, cluster: (2,))
     found = ss.sweep("elastic_pendulum", "newmark", dt=0.1, t_end=0.3, EA=[1e3, 1e4, 1e5], keep="history")
     assert found["status"].values.tolist() == [0, 0, -1]
     assert found.attrs["interrupted"] == 1
@@ -123,7 +122,7 @@ def test_a_load_of_the_users_own_is_evaluated_by_the_calling_thread_alone(monkey
     monkeypatch.setattr(scene_lanes, "spread", elsewhere)
     for keep in ("peak", "history"):
         plan: Any = SimpleNamespace(keep=keep, bound=np.inf)
-        found, _, n_done, _ = chunks._others(plan, scene, s, hand.dt, n, 1, lanes, {})
+        found, _, n_done, _ = sweep_lanes._others(plan, scene, s, hand.dt, n, 1, lanes, {})
         assert (n_done == n).all()
         assert callers == {threading.get_ident()}
         whole = march_lanes(scene, s, np.full(lanes, hand.dt), np.full(lanes, n), history=True)
@@ -145,4 +144,4 @@ def test_rows_are_copied_and_folded(d: int) -> None:
         assert np.array_equal(to, x[:, :, 1])
         x[1, rows // 2 + 1 :] = np.nan
         expected = np.nanmax(np.abs(x), axis=1)
-        assert np.array_equal(chunks._largest(x.copy()), expected)
+        assert np.array_equal(sweep_lanes._largest(x.copy()), expected)

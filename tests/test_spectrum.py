@@ -271,7 +271,7 @@ def test_a_record_of_zeros_has_no_error() -> None:
         ({"xi": -0.1}, "expected xi >= 0"),
         ({"xi": [[0.1]]}, "expected xi to be a number or a row"),
         ({"scheme": "bath"}, "did you mean 'bathe'"),
-        ({"scheme": ss.scheme("newmark", beta=[0.25, 0.3])}, "expected one number for beta of newmark"),
+        ({"scheme": ss.scheme("newmark", beta=[0.25, 0.3])}, "expected one value for beta of newmark"),
     ],
 )
 def test_what_is_refused(change: dict[str, Any], message: str) -> None:

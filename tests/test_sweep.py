@@ -7,8 +7,8 @@ import pytest
 import xarray as xr
 
 import substep as ss
-from substep import sweeps
 from substep.core.response import Response
+from substep.sweeps.scene_plan import ScenePlan
 
 RNG = np.random.default_rng(11)
 LOAD = ss.Harmonic(1.0, 3.0, 0.2)
@@ -218,7 +218,7 @@ def sweep(**more: Any) -> xr.Dataset:
 def test_wrong_input_says_what_was_expected_and_the_cure(
     call: Any, message: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(sweeps, "run_chunk", None)  # nothing is run before
+    monkeypatch.setattr(ScenePlan, "run", None)  # nothing is run before
     with pytest.raises(ValueError, match=message):
         call()
 

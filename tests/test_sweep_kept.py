@@ -13,24 +13,23 @@ import xarray as xr
 from test_sweep import LOAD, OSCILLATOR, sweep
 
 import substep as ss
-from substep import sweeps
-from substep.sweeps.sweep_plan import Plan
+from substep.sweeps.scene_plan import ScenePlan
 
 
 @pytest.fixture
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
     """Divides sweeps into chunks of a few points."""
-    monkeypatch.setattr(Plan, "piece", lambda self, cluster: (1,) * (len(self.shape) - 2) + (2, self.shape[-1]))
+    monkeypatch.setattr(ScenePlan, "piece", lambda self, cluster: (1,) * (len(self.shape) - 2) + (2, self.shape[-1]))
 
 
 @pytest.mark.parametrize("lanes", [1, 3, 7, 20, 1000])
 def test_chunks_cover_every_point_once_in_c_order(lanes: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    from substep.sweeps import sweep_plan
+    from substep.sweeps import scene_plan
 
-    monkeypatch.setattr(sweep_plan, "LANE_STEPS", {True: lanes * 20.0, False: 0.0})
+    monkeypatch.setattr(scene_plan, "LANE_STEPS", {True: lanes * 20.0, False: 0.0})
     args = {**OSCILLATOR, "keep": "final"}
     load, dt, t_end, keep = (args.pop(k) for k in ("load", "dt", "t_end", "keep"))
-    made = sweep_plan.planned("linear_oscillator", "newmark_bdf2", dt, None, t_end, keep, None, None, None, load, args)
+    made = scene_plan.planned("linear_oscillator", "newmark_bdf2", dt, None, t_end, keep, None, None, None, load, args)
     seen, flat = [], np.arange(48).reshape(made.shape)
     for chunk in made.chunks(made.piece(cluster=False)):
         assert chunk.last - chunk.first <= lanes
@@ -44,14 +43,14 @@ def test_chunks_cover_every_point_once_in_c_order(lanes: int, monkeypatch: pytes
 @pytest.mark.parametrize("save", [False, True])
 def test_ctrl_c_returns_what_is_done(save: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     call = {**OSCILLATOR, **({"save": tmp_path / "s.zarr"} if save else {})}
-    whole, run = ss.sweep("linear_oscillator", "newmark_bdf2", **OSCILLATOR), sweeps.run_chunk
+    whole, run = ss.sweep("linear_oscillator", "newmark_bdf2", **OSCILLATOR), ScenePlan.run
 
-    def interrupted(plan: Plan, first: int, last: int) -> Any:
+    def interrupted(plan: ScenePlan, first: int, *rest: Any) -> Any:
         if first >= 20:
             raise KeyboardInterrupt
-        return run(plan, first, last)
+        return run(plan, first, *rest)
 
-    monkeypatch.setattr(sweeps, "run_chunk", interrupted)
+    monkeypatch.setattr(ScenePlan, "run", interrupted)
     found = ss.sweep("linear_oscillator", "newmark_bdf2", **call).load()
     assert found.attrs["interrupted"] == 1
     flat = found.stack(point=found["status"].dims)
@@ -61,10 +60,10 @@ def test_ctrl_c_returns_what_is_done(save: bool, tmp_path: Path, monkeypatch: py
     xr.testing.assert_equal(whole.where(found["status"] == 0)["u"], found["u"])
     if save:
         seen = []
-        monkeypatch.setattr(sweeps, "run_chunk", lambda plan, *span: (seen.append(span[0]), run(plan, *span))[1])
+        monkeypatch.setattr(ScenePlan, "run", lambda plan, *span: (seen.append(span[0]), run(plan, *span))[1])
         xr.testing.assert_identical(ss.sweep("linear_oscillator", "newmark_bdf2", **call).load(), whole)
         assert seen == list(range(20, 48, 4))
-        monkeypatch.setattr(sweeps, "run_chunk", None)
+        monkeypatch.setattr(ScenePlan, "run", None)
         xr.testing.assert_identical(ss.sweep("linear_oscillator", "newmark_bdf2", **call).load(), whole)
 
 
@@ -103,8 +102,8 @@ KILLED = """
 import os, signal, sys
 import numpy as np, substep as ss
 from substep import sweeps
-from substep.sweeps.sweep_plan import Plan
-Plan.piece = lambda self, cluster: (5,)
+from substep.sweeps.scene_plan import ScenePlan
+ScenePlan.piece = lambda self, cluster: (5,)
 begun, write = [], sweeps._fill
 
 class Deadly(dict):  # of the third chunk u is written, the status is not
@@ -120,7 +119,7 @@ ss.sweep("linear_oscillator", "newmark", dt=0.1, t_end=1.0, omega=np.arange(1.0,
 
 
 def test_a_killed_sweep_is_resumed_and_another_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path, run = tmp_path / "sweep.zarr", sweeps.run_chunk
+    path, run = tmp_path / "sweep.zarr", ScenePlan.run
     call = {"dt": 0.1, "t_end": 1.0, "omega": np.arange(1.0, 23.0)}
     done = subprocess.run([sys.executable, "-c", KILLED, str(path)], capture_output=True, check=False)
     assert done.returncode == -signal.SIGKILL, done.stderr
@@ -141,7 +140,7 @@ def test_a_killed_sweep_is_resumed_and_another_refused(tmp_path: Path, monkeypat
         with pytest.raises(ValueError, match=message):
             ss.sweep("linear_oscillator", "newmark", **changed, save=path)
     seen = []
-    monkeypatch.setattr(sweeps, "run_chunk", lambda plan, first, last: (seen.append(first), run(plan, first, last))[1])
+    monkeypatch.setattr(ScenePlan, "run", lambda plan, first, *rest: (seen.append(first), run(plan, first, *rest))[1])
     found = ss.sweep("linear_oscillator", "newmark", **call, save=path).load()
     assert seen == [10, 15, 20]
     monkeypatch.undo()
@@ -211,7 +210,7 @@ def test_a_bar_on_a_terminal_after_a_second_only(
     sweep()
     assert capsys.readouterr() == ("", "")
     monkeypatch.setattr(progress, "AFTER", 0.0)
-    monkeypatch.setattr(Plan, "piece", lambda self, cluster: (1,))
+    monkeypatch.setattr(ScenePlan, "piece", lambda self, cluster: (1,))
     sweep(progress=False)
     assert capsys.readouterr() == ("", "")
     sweep()

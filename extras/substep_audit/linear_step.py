@@ -15,6 +15,7 @@ import numpy as np
 from substep.core.arrays import Array
 from substep.core.loads import Load, values_at
 from substep.core.schemes import Scheme
+from substep.run.schemes import carried
 from substep.structures.march.scheme_plan import Steps, System, start_of, step_of
 
 Damping = Literal["declared", "predicted", "start", "end"]
@@ -146,14 +147,15 @@ class Candidate:
         rows[:, 0] = first
         with np.errstate(all="ignore"):
             if self.scheme.starter is not None:
-                lag = self.lag
+                lag = self.scheme.starting_steps
                 past = Candidate(self.scheme.starter, self.at).histories(start, a0, min(lag, n), load)
                 if np.isnan(past[..., 2]).any():
                     past[..., 2] = self._accelerations(past, load)
                 rows[:, : lag + 1] = past
                 if n <= lag:
                     return rows
-                state, done = np.stack([rows[:, lag - steps, kind] for kind, steps in self.state], axis=-1), lag
+                state = np.ascontiguousarray(carried(self.state, lag, lambda k, kind: rows[:, k, kind]).T)
+                done = lag
             else:
                 state, done = self._started(first, load), 0
             both = np.concatenate([self.step.report, self.step.out], axis=1)

@@ -29,11 +29,6 @@ class Region:
     intervals: tuple[tuple[Expr, Expr, bool, bool], ...]
 
 
-def second_order_region() -> tuple[Any, ...]:
-    """Inequalities in (gamma_t, beta) for which newmark_bdf2 is of order 2 and stable for every Omega > 0."""
-    return conditions(derive("newmark_bdf2", gamma=Rational(1, 2)).scheme).inequalities
-
-
 def region(rho_inf: Any) -> tuple[Region, ...]:
     """Where newmark_bdf2 is of order 2, stable for every Omega > 0, and has a given rho_inf: curves in (gamma_t, beta).
 
@@ -49,13 +44,13 @@ def region(rho_inf: Any) -> tuple[Region, ...]:
     for root in dict.fromkeys((wished, -wished)):
         for values in solutions([p.eval(root)], [beta]):
             curve = factor(values[beta])
-            intervals = _stable_intervals(stable, curve, wished)
+            intervals = _stable_intervals(stable, curve)
             if intervals:
                 found.append(Region(wished, curve, intervals))
     return tuple(found)
 
 
-def _stable_intervals(stable: Conditions, curve: Expr, wished: Rational) -> tuple[tuple[Expr, Expr, bool, bool], ...]:
+def _stable_intervals(stable: Conditions, curve: Expr) -> tuple[tuple[Expr, Expr, bool, bool], ...]:
     """The stable intervals of gamma_t on the curve, each decided at one rational between zeros of the inequalities."""
     sides = [e.lhs - e.rhs for condition in stable.inequalities for e in condition.atoms(Relational)]
     polynomials = [part for e in (*sides, beta) for part in fraction(together(e.subs(beta, curve)))]

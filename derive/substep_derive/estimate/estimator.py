@@ -159,15 +159,13 @@ def _symbolic(scheme: Scheme) -> Evaluation:
     return Evaluation.symbolic(scheme, (*scheme.values, kappa))
 
 
-def estimator_at(
-    parameters: ParameterSet, *, held_only: bool = False, damped: bool = True, changing: bool = False
-) -> Estimator:
+def estimator_at(parameters: ParameterSet, *, damped: bool = True, changing: bool = False) -> Estimator:
     """The default estimator at a parameter set, whose values may be irrational; there is no kappa in its formulas.
 
-    held_only, damped, changing: as in `estimator`. Raises NoEstimator.
+    damped, changing: as in `estimator`. Raises NoEstimator.
     """
     analysis = analysis_of(Evaluation.at(parameters), damped and parameters.scheme.takes_damping)
-    return _found(analysis, analysis, held_only, changing)
+    return _found(analysis, analysis, False, changing)
 
 
 def _highest(analysis: Analysis) -> int:

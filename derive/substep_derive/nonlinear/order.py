@@ -54,15 +54,15 @@ class NonlinearOrder:
     errors: tuple[Error, ...]
 
 
-def nonlinear_order(evaluation: Evaluation, highest_weight: int = HIGHEST_WEIGHT) -> NonlinearOrder:
+def nonlinear_order(evaluation: Evaluation) -> NonlinearOrder:
     """The orders at the numbers that an evaluation has for the parameters.
 
     Raises InconsistentScheme for a step whose matrix as h -> 0 does not have the eigenvalue 1 exactly twice.
     """
     step = StepSeries(evaluation)
     seen: dict[int, Errors] = {}  # by weight, in all trees: those without damping or load are the same without it
-    uva, errors = _order(step, (True, True), highest_weight, seen)
-    found = [_order(step, kind, highest_weight, seen)[0] for kind in ((False, False), (True, False), (False, True))]
+    uva, errors = _order(step, (True, True), HIGHEST_WEIGHT, seen)
+    found = [_order(step, kind, HIGHEST_WEIGHT, seen)[0] for kind in ((False, False), (True, False), (False, True))]
     return NonlinearOrder(*found, uva, errors)
 
 

@@ -40,18 +40,16 @@ class AtLeast(int):
 
 @dataclass(frozen=True)
 class Order:
-    """Orders of (u, v, a), the leading error constant of each: error = constant * (omega h)^order.
+    """Orders of (u, v, a), and in free vibration the leading error constants of each: constant * (omega h)^order.
 
-    The constants are pairs (alpha, beta) for alpha + beta*zeta, zeta^2 = -2*xi*zeta - 1. Those of u, v, a are
-    relative to 1, omega, omega^2 times the static displacement in forced vibration, and to the exact mode in
-    free vibration (its drift over a span of one radian). An order is `AtLeast` the length of its series if all
+    The constants are pairs (alpha, beta) for alpha + beta*zeta, zeta^2 = -2*xi*zeta - 1, relative to the exact mode
+    (its drift over a span of one radian). An order is `AtLeast` the length of its series if all
     terms are zero.
     """
 
     free: Triple
     forced: Triple
     free_constants: tuple[Any, ...]
-    forced_constants: tuple[Any, ...]
 
     @property
     def uva(self) -> Triple:
@@ -242,7 +240,7 @@ def order_of(evaluation: Evaluation, damping: Rational) -> Order:
         if not any(isinstance(order, AtLeast) for order in orders) or terms >= MOST_TERMS:
             return Order(
                 *(cast(Triple, tuple(k for k, _ in found)) for found in (free, forced)),
-                *(tuple(c for _, c in found) for found in (free, forced)),
+                tuple(c for _, c in free),
             )
         terms = min(2 * terms - 1, MOST_TERMS)
 

@@ -203,13 +203,6 @@ def damping_ratio(name: str, value: ArrayLike) -> NDArray[np.float64]:
     return ratios
 
 
-def require_numbers(owner: str, parameters: Mapping[str, NDArray[np.float64]], cure: str) -> None:
-    """Raises ValueError, with the cure, for the first parameter that is an array."""
-    for name, value in parameters.items():
-        if value.ndim:
-            raise ValueError(f"expected one value for {name} of {owner}, got an array; {cure}")
-
-
 def inside(
     name: str, value: ArrayLike, low: float | None, high: float | None, low_open: bool, high_open: bool
 ) -> NDArray[np.float64]:
@@ -236,11 +229,3 @@ def non_negative(name: str, value: ArrayLike) -> NDArray[np.float64]:
     if (array < 0).any():
         raise ValueError(f"expected {name} >= 0, got {array.min()}; give non-negative values")
     return array
-
-
-def no_acceleration(scheme: str, starter: str) -> ValueError:
-    """The error for a scheme with an acceleration of its own that is started by one without, off one oscillator."""
-    return ValueError(
-        f"expected a scheme to start {scheme} that finds an acceleration, as it does itself, got {starter}, which "
-        "does so on one linear oscillator only; start it with one that carries a, such as dormand_prince"
-    )

@@ -7,7 +7,7 @@ from types import ModuleType
 
 import numpy as np
 
-from .arrays import Array, read_only
+from .arrays import Array
 from .entries import SchemeInfo
 from .kernel_modules import loaded
 
@@ -36,8 +36,3 @@ class SchemeRecord:
         fixed = {name: np.float64(value) for name, value in self.info.fixed.items()}
         values = {**self.parameters, **fixed}
         return tuple(np.asarray(values[name]) for name in self.kernels.PARAMETERS)
-
-    @cached_property
-    def one_point(self) -> tuple[Array, ...]:
-        """`kernel_parameters` of one point as kernels take them, (1,) each; for parameters that are numbers."""
-        return tuple(read_only(x.reshape(1)) for x in self.kernel_parameters)

@@ -269,6 +269,11 @@ class Scheme(SchemeRecord):
         declared: Any = self.info.declaration  # a starter without a name is declared with the scheme
         return scheme(name, **parameters) if name else scheme(declared.start_scheme)
 
+    @cached_property
+    def starting_steps(self) -> int:
+        """How many steps the starter marches before the scheme itself goes on; 0 for one that starts by itself."""
+        return 0 if self.starter is None else max(lag for _, lag in self.history)
+
     def local_error(self, damped: bool) -> LocalError:
         """How a step with these numbers for parameters estimates its local error; damped: on a scene with damping.
 

@@ -16,12 +16,13 @@ from ..core.errors import called_as, real_array, unknown_name
 from ..core.loads import Record
 from ..core.schemes import Scheme
 from ..core.schemes import scheme as make_scheme
+from ..run.schemes import numbers_only
 from ..structures.march.refusals import require_linear
 from ..structures.model.given import Dof
 from ..structures.modes.superposition import coordinates
 from ..structures.structure import Modes
 from .peaks import peaks_at_samples, relative
-from .spectrum import numbers_only, record_of
+from .spectrum import record_of
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -212,7 +213,7 @@ def _displacements(modes: Modes, spectrum: Any, dt: float | None, scheme: str | 
                 + (f" and {given.min():g}" if given.size else "")
             )
         return given / modes.omega**2
-    load, s = record_of(spectrum, dt), numbers_only(scheme)
+    load, s = record_of(spectrum, dt), numbers_only(scheme, "call once for each")
     refuse_damping(s, modes.xi)
     peaks = peaks_at_samples(s, modes.omega, modes.xi, load, errors=False).found[0]
     if not np.isfinite(peaks).all():

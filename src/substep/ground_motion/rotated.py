@@ -15,8 +15,9 @@ from ..core.errors import called_as, damping_ratio, real_array, real_number
 from ..core.loads import Record
 from ..core.schemes import Scheme
 from ..marching.histories import histories
+from ..run.schemes import numbers_only
 from .peaks import at_rest, is_stable
-from .spectrum import attributes, natural_periods, numbers_only, record_of
+from .spectrum import attributes, natural_periods, record_of
 
 if TYPE_CHECKING:
     from xarray import Dataset, Variable
@@ -62,7 +63,8 @@ def response_spectrum_rotated(
 
     first, second = (record_of(component, dt, unit) for component in (x, y))
     _require_alike(first, second)
-    T, damping, s = natural_periods(periods), damping_ratio("xi", real_number("xi", xi)), numbers_only(scheme)
+    T, damping = natural_periods(periods), damping_ratio("xi", real_number("xi", xi))
+    s = numbers_only(scheme, "call once for each")
     refuse_damping(s, damping)
     parts = real_array("percentiles", percentiles)
     if parts.ndim != 1 or not parts.size or (parts < 0.0).any() or (parts > 100.0).any():

@@ -15,8 +15,8 @@ from ..core.coefficients import refuse_damping
 from ..core.errors import called_as, damping_ratio, real_array, real_number
 from ..core.loads import Record
 from ..core.schemes import Scheme
-from ..core.schemes import scheme as make_scheme
 from ..core.units import require_plausible, require_step, unit_of
+from ..run.schemes import numbers_only
 from .peaks import GOOD, peaks_at_samples, peaks_refined, relative
 from .records import read_record
 
@@ -86,7 +86,8 @@ def response_spectrum(
     from .history import MadeFrom, Spectrum  # noqa: PLC0415 (loads xarray)
 
     load = record_of(record, dt, unit)
-    T, damping, s = natural_periods(periods, frequencies), damping_ratio("xi", xi), numbers_only(scheme)
+    T, damping = natural_periods(periods, frequencies), damping_ratio("xi", xi)
+    s = numbers_only(scheme, "call once for each")
     refuse_damping(s, damping)
     if damping.ndim > 1 or not damping.size:
         raise ValueError(f"expected xi to be a number or a row of them, got shape {damping.shape}")
@@ -195,15 +196,6 @@ def _row(name: str, values: ArrayLike, unit: str) -> Array:
     if row.ndim != 1 or not row.size:
         raise ValueError(f"expected {name} in one row, got shape {row.shape}; give a list of them, in {unit}")
     return row
-
-
-def numbers_only(scheme: str | Scheme) -> Scheme:
-    """The handle of a scheme; raises ValueError for parameters that are arrays."""
-    s = make_scheme(scheme)
-    for key, value in s.parameters.items():
-        if value.ndim:
-            raise ValueError(f"expected one number for {key} of {s.name}, got shape {value.shape}; call once for each")
-    return s
 
 
 def _good_from(T: Array, error: Array) -> float:

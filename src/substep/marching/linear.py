@@ -22,6 +22,7 @@ from ..core.response import STATUSES
 from ..core.schemes import Scheme
 from ..core.threads import spread
 from ..run.clock import AT_ZERO, Begin
+from ..run.schemes import carried
 from .absolute import absolute_rows, with_absolute
 from .digital_filter import peaks_from_rest
 from .oscillators import Oscillators
@@ -220,9 +221,9 @@ def _started(
         forces = o.dt**2 / o.mass * (values_at(load, at_start) if load else np.zeros_like(at_start))
         return np.einsum("pmk,kp->mp", S, given) + np.einsum("pmk,kp->mp", T, forces), None, 0
     assert scheme.starter is not None
-    first = min(max(lag for _, lag in scheme.history), n)
+    first = min(scheme.starting_steps, n)
     head = march_linear(scheme.starter, o, first, load, begin=begin)
-    return np.stack([head.out[max(first - lag, 0), kind] * units[kind] for kind, lag in scheme.history]), head, first
+    return carried(scheme.history, first, lambda k, kind: head.out[k, kind] * units[kind]), head, first
 
 
 def _excess(o: Oscillators, Omega: Array, state: Array, load: Load | None, begin: Begin) -> Array:

@@ -14,15 +14,15 @@ from numpy.typing import ArrayLike
 from ..core import coefficients
 from ..core.arrays import Array
 from ..core.between_steps import Event, ascending, ended, require_reached, sampled
-from ..core.errors import called_as, real_number, require_numbers, unknown_name
+from ..core.errors import called_as, real_number, unknown_name
 from ..core.memory import require_histories
 from ..core.response import STATUSES, Response, Status
 from ..core.scenes import Scene, scene_info, scenes
 from ..core.scenes import scene as make_scene
 from ..core.schemes import Scheme, schemes
-from ..core.schemes import scheme as make_scheme
 from ..core.state import State, bare, whose
 from ..run.clock import AT_ZERO, CHOSEN, Begin, ConstantSteps, Control, steps_of
+from ..run.schemes import numbers_only
 from .adaptive import march_adaptive
 from .linear import LinearLanes, march_linear
 from .oscillators import Oscillators
@@ -142,8 +142,7 @@ def _marched(
         given = {name: x for name, x in options.items() if x is not None}
         return marched_by(scheme, dt=dt, t_end=t_end, stride=stride, **given, **chosen)
     _require_known(scene, of_structure)
-    scheme = make_scheme(scheme)
-    require_numbers(scheme.name, scheme.parameters, "substep.sweep takes arrays")
+    scheme = numbers_only(scheme, "substep.sweep takes arrays")
     scene = make_scene(scene)
     state = None if start is None else _on_scene(scene, State.given(start))
     steps = steps_of(dt, tol, t_end, stride=stride, length=scene.length, start=state, chosen=chosen)

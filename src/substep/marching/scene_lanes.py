@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.arrays import Array, copy_rows
-from ..core.errors import no_acceleration
 from ..core.kernel_modules import committed, printed
 from ..core.scenes import Scene
 from ..core.schemes import Scheme
 from ..core.threads import spread
 from ..run.clock import AT_ZERO, Begin
+from ..run.schemes import carried, require_acceleration
 
 FEW = 16  # fewer lanes march one by one: in a block all lanes wait for the one whose Newton iteration takes longest
 LEAST = 64  # lanes of a thread's part, a block: with fewer the processor waits for the results of an iteration
@@ -158,7 +158,7 @@ def _rows_kept(
         return steps // stride + 1
     if reader is None or scheme.starter is None:
         return 0
-    return min(steps, max(lag for _, lag in module.STATE)) // stride + 1
+    return min(steps, scheme.starting_steps) // stride + 1
 
 
 def _put_start(arrays: Mapping[str, Any], lanes: slice, out: Array) -> None:
@@ -185,22 +185,20 @@ def _head(
     Sets `first`, the step from which the scheme itself goes on, and lowers n of the lanes that have failed by then.
     """
     assert scheme.starter is not None
-    if len(pair_kernels(scene, scheme.starter).REPORTED) < len(module.REPORTED):
-        raise no_acceleration(scheme.name, scheme.starter.name)
-    first = max(lag for _, lag in module.STATE)
+    require_acceleration(scheme, len(module.REPORTED), len(pair_kernels(scene, scheme.starter).REPORTED))
     n, every = arrays["n"], np.arange(len(arrays["n"]))
-    steps = np.minimum(n, first)
+    steps = np.minimum(n, scheme.starting_steps)
     head = march_lanes(
         scene, scheme.starter, arrays["h"], steps,
         start=start, begin=begin, bound=arrays["bound"], history=True, counts=True,
     )  # fmt: skip
-    for k, (kind, lag) in enumerate(module.STATE):
-        arrays["state"][:, k] = head.out[every, np.maximum(steps - lag, 0), "uva".index(kind)]
+    history = [("uva".index(kind), lag) for kind, lag in module.STATE]
+    arrays["state"][:] = carried(history, steps, lambda k, kind: head.out[every, k, kind]).swapaxes(0, 1)
     out = arrays["out"]
     for row in range(min(out.shape[1], int(steps.max(initial=0)) // arrays["stride"] + 1)):
         out[:, row] = head.out[:, row * arrays["stride"], : out.shape[2]]
     arrays["n"] = np.where(head.n_done < steps, head.n_done, n)
-    arrays["first"] = first
+    arrays["first"] = scheme.starting_steps
     return head
 
 

@@ -2,16 +2,17 @@
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from numpy.typing import ArrayLike
 
 from ..core.arrays import Array
-from ..core.entries import SchemeInfo
-from ..core.errors import inside, number_or_row, real_number, require_numbers, unknown_name
+from ..core.errors import inside, number_or_row, real_number, unknown_name
 from ..core.schemes import Scheme, scheme_info
 from ..core.schemes import scheme as make_scheme
-from .clock import CHOSEN, require_tol
+from .clock import CHOSEN, end_asked, number_of_steps, require_one, require_tol
+from .schemes import numbers_only
 
 if TYPE_CHECKING:
     from ..derived.modules import Declaration
@@ -34,24 +35,64 @@ class Axis:
     values: Array
 
 
-def asked(
-    scheme: "Scheme | str | Declaration",
-    values: Mapping[str, Any],
-    owned: Mapping[Owner, Sequence[str]],
-    of_scene: Mapping[str, Any],
-    others: str,
-    reserved: Collection[str],
-) -> tuple[SchemeInfo, tuple[Axis, ...], dict[Owner, dict[str, Any]]]:
-    """The scheme, the axes in the order of `values`, and by owner the values that are the same in all points.
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Asked:
+    """What a user asked of a sweep, checked, as plain data.
 
-    Those of the scheme are its handle's, as far as no value replaces them, by itself or through a family, and those of
-    a scene are `of_scene`, its handle's. owned: the parameters of the others, who are `others` in words. reserved:
-    names that an axis cannot have. Raises ValueError for names and values that do not fit, and for a step or a
-    tolerance that is not positive.
+    scheme: name, or a declaration of the user's own. axes: in the order of the call. given: parameters that are the
+    same in all points, by owner. chosen: what is asked of steps that runs choose, as in `substep.march`, by name.
+    t_end, s.
     """
+
+    scheme: "str | Declaration"
+    axes: tuple[Axis, ...]
+    given: dict[Owner, dict[str, Any]]
+    chosen: Mapping[str, Any]
+    t_end: float
+    keep: Keep
+
+    @property
+    def by_tol(self) -> bool:
+        """Whether each run chooses its steps."""
+        return "tol" in self.given["step"] or any((axis.owner, axis.key) == ("step", "tol") for axis in self.axes)
+
+    @cached_property
+    def steps(self) -> tuple[int, ...]:
+        """How many steps a run takes, for each dt; none where runs choose. Raises ValueError as `number_of_steps`."""
+        if self.by_tol:
+            return ()
+        swept = [axis.values for axis in self.axes if axis.owner == "step"]
+        every = swept[0] if swept else [self.given["step"]["dt"]]
+        return tuple(number_of_steps(float(dt), self.t_end) for dt in every)
+
+    def values(self, owner: Owner, at: Mapping[Axis, Any]) -> dict[str, Any]:
+        """The owner's parameters by name, those that are swept where `at` says, a number or an array for each axis."""
+        swept = {axis.key: axis.values[i] for axis, i in at.items() if axis.owner == owner}
+        return {**self.given.get(owner, {}), **swept}
+
+
+def asked(
+    scheme: "Scheme | str | Declaration", dt: ArrayLike | None, tol: ArrayLike | None, t_end: Any, keep: Any,
+    values: Mapping[str, Any], owned: Mapping[Owner, Sequence[str]], of_scene: Mapping[str, Any], others: str,
+    reserved: Collection[str],
+) -> Asked:  # fmt: skip
+    """The request of a sweep, checked.
+
+    values: axes, parameters, and what is asked of chosen steps. Parameters of the scheme that no value replaces, by
+    itself or through a family, are its handle's, and those of a scene are `of_scene`, its handle's. owned: the
+    parameters of the others, who are `others` in words. reserved: names that an axis cannot have. Raises ValueError for
+    names and values that do not fit, for both or neither of dt and tol, and for a step, a tolerance or an end that is
+    not positive.
+    """
+    require_one(dt, tol, t_end)
+    chosen = {name: value for name, value in values.items() if name in CHOSEN}
+    if dt is not None:
+        require_tol(chosen)
+    step = {"tol": tol} if dt is None else {"dt": dt}
+    values = {**step, **{name: value for name, value in values.items() if name not in CHOSEN}}
     handles: dict[Owner, dict[str, Any]] = {"scheme": {}, "scene": dict(of_scene)}
     if isinstance(scheme, Scheme):
-        require_numbers(scheme.name, scheme.parameters, "give it as an axis")
+        numbers_only(scheme, "give it as an axis")
         _require_made(scheme)
         handles["scheme"] = {key: float(x) for key, x in scheme.given.items()}
     info = scheme.info if isinstance(scheme, Scheme) else scheme_info(scheme)
@@ -72,14 +113,10 @@ def asked(
         axes.append(Axis(name, owner, key, array.copy()))
     for owner, of_handle in handles.items():
         given[owner] = {**of_handle, **given[owner]}
-    return info, tuple(axes), given
-
-
-def checked_end(keep: Any, t_end: Any) -> float:
-    """t_end. Raises ValueError for one that is not positive, and for an unknown choice of what to keep."""
     if keep not in get_args(Keep):
         raise unknown_name("keep", str(keep), get_args(Keep))
-    return real_number("t_end", t_end, positive=True)
+    end = end_asked(t_end)
+    return Asked(scheme=info.source, axes=tuple(axes), given=given, chosen=chosen, t_end=end, keep=keep)
 
 
 def _require_made(scheme: Scheme) -> None:
@@ -123,18 +160,3 @@ def _resolved(
             raise ValueError(f"expected {found[1]} of the {found[0]} once, got {seen[found]} and {name}; drop one")
         seen[found] = name
         yield name, found, value
-
-
-def step_asked(
-    dt: ArrayLike | None, tol: ArrayLike | None, values: Mapping[str, Any]
-) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
-    """{"dt": ...} or {"tol": ...}; what is asked of chosen steps; the other values. Raises ValueError for both."""
-    if (dt is None) == (tol is None):
-        raise ValueError(
-            f"expected either dt, a constant step, or tol, for chosen steps; got {'none' if dt is None else 'both'}"
-        )
-    chosen = {name: value for name, value in values.items() if name in CHOSEN}
-    if dt is not None:
-        require_tol(chosen)
-    step = {"tol": tol} if dt is None else {"dt": dt}
-    return step, chosen, {name: value for name, value in values.items() if name not in CHOSEN}

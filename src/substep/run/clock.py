@@ -48,7 +48,8 @@ class ConstantSteps:
         start, and for one that is not after it.
         """
         _require_stride(stride)
-        t_end, dt = real_number("t_end", t_end, positive=start is None), real_number("dt", dt, positive=True)
+        t_end = end_asked(t_end) if start is None else real_number("t_end", t_end)
+        dt = real_number("dt", dt, positive=True)
         begin = AT_ZERO if start is None else _begin(start, dt)
         if start is not None:
             _require_after(t_end, start.t)
@@ -134,7 +135,7 @@ class Control:
 
         Raises ValueError, with the cure.
         """
-        tol, t_end = real_number("tol", tol, positive=True), real_number("t_end", t_end, positive=True)
+        tol, t_end = real_number("tol", tol, positive=True), end_asked(t_end)
         rtol = tol if rtol is None else real_number("rtol", rtol)
         atol_u, atol_v, share_v = tol * length, 0.0, tol
         if atol is not None:
@@ -208,17 +209,27 @@ def steps_of(
 
     Raises ValueError for neither or both, for what goes with the other, and for values that no run can have.
     """
-    if t_end is None or (dt is None) == (tol is None):
-        got = ", ".join(f"{name} = {x}" for name, x in (("dt", dt), ("tol", tol), ("t_end", t_end)) if x is not None)
-        raise ValueError(
-            f"expected t_end and either dt, a constant step, or tol, for steps that are chosen; got {got or 'none'}"
-        )
+    require_one(dt, tol, t_end)
     if dt is not None:
         require_tol(chosen)
         return ConstantSteps.of(dt, t_end, stride=stride, start=start)
     if stride != 1:
         raise ValueError(f"expected stride with dt only, got {stride}; give the times you want as grid=")
     return Control.of(length, tol, t_end, start=start, **chosen)
+
+
+def require_one(dt: Any, tol: Any, t_end: Any) -> None:
+    """Raises ValueError unless t_end and one of dt and tol are given."""
+    if t_end is None or (dt is None) == (tol is None):
+        got = ", ".join(f"{name} = {x}" for name, x in (("dt", dt), ("tol", tol), ("t_end", t_end)) if x is not None)
+        raise ValueError(
+            f"expected t_end and either dt, a constant step, or tol, for steps that are chosen; got {got or 'none'}"
+        )
+
+
+def end_asked(t_end: Any) -> float:
+    """t_end, s. Raises ValueError for anything but a positive number."""
+    return real_number("t_end", t_end, positive=True)
 
 
 def require_tol(chosen: Iterable[str]) -> None:

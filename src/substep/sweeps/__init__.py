@@ -14,18 +14,18 @@ from numpy.typing import ArrayLike
 from ..core.arrays import Array, named
 from ..core.errors import called_as
 from ..core.loads import Load
+from ..core.memory import require_memory
 from ..core.progress import shown
 from ..core.scenes import Scene
 from ..core.schemes import Scheme
 from ..marching.run import require_in_order
 from ..run.axes import Keep
 from ..structures.structure import Modes, Structure
-from .chunks import Results, run_chunk, run_on_one_core
 from .cluster import run_on
-from .dataset import Variable, template, variables
+from .scene_plan import planned
 from .store import Store
-from .structures import planned_structure, run_structures, run_structures_on_one_core
-from .sweep_plan import Chunk, Plan, planned
+from .structure_plan import planned_structure
+from .sweep_plan import Chunk, Results, SweepPlan, Variable
 
 if TYPE_CHECKING:
     import xarray
@@ -60,7 +60,7 @@ def sweep(
     which each run chooses steps of its own, with rtol, atol, dt_first, dt_min, dt_max, rung as in `substep.march`; then
     keep="history" needs grid, the times of its rows.
 
-    A structure is swept as `substep.sweeps.structures.planned_structure` says.
+    A structure is swept as `substep.sweeps.structure_plan.planned_structure` says.
 
     axes: any parameter of scheme, scene or load (except of a Record), or a family's argument, by name: a row of values
     becomes a dimension, in the order of the call, a number does not. A name that two of them have needs a prefix, as in
@@ -97,51 +97,20 @@ def sweep(
             "expected a scene or a structure to sweep, got modes; sweep their structure, or march modes one by one"
         )
     require_in_order("sweep", scene, scheme)
+    shared: dict[str, Any] = {"dt": dt, "tol": tol, "t_end": t_end, "keep": keep, "samples": samples}
+    shared |= {"energy_bound": energy_bound, "a0": a0, "load": load}
     if isinstance(scene, Structure):
-        if "account" in axes:
-            raise ValueError("a sweep of a structure keeps no account of energy: march the point with account=True")
-        given = {"tol": tol, "samples": samples, "energy_bound": energy_bound, "a0": a0, "save": save}
-        if dt is not None and (asked := [name for name, x in given.items() if x is not None]):
-            raise ValueError(f"expected a sweep of a structure without {asked[0]}, got one; march each point with it")
-        cases = cast("Sequence[Any] | None", load)  # of a structure, loads of several cases
-        marches = planned_structure(scene, scheme, t_end=t_end, dt=dt, keep=keep, load=cases, **axes)
-        todo, of = marches.chunks, marches.variables
-        if client is None:
-            blocks = ((chunk, run_structures(chunk, marches)) for chunk in todo)
-        else:
-            blocks = run_on(client, run_structures_on_one_core, marches, todo)
-        targets = _targets(of, marches.dims)
-        return _collected(marches.template(), of, marches.dims, targets, todo, blocks, progress)
-    plan = planned(scene, scheme, dt, tol, t_end, keep, samples, energy_bound, a0, cast("Load | None", load), axes)
-    of, shell, piece = variables(plan), template(plan), plan.piece(client is not None)
-    store = None if save is None else Store(Path(save), plan, shell, of, piece)
-    chunks = plan.chunks(piece if store is None else store.piece)
-    todo = chunks if store is None else [chunk for chunk in chunks if not store.is_done(chunk)]
-    dims = dict(zip((axis.name for axis in plan.axes), plan.shape, strict=True))
-    targets = _targets(of, dims) if store is None else store.targets
-    room = targets if store is None else {}
-    blocks = _here(plan, todo, room) if client is None else run_on(client, run_on_one_core, plan, todo)
-    return _collected(shell, of, dims, targets, todo, blocks, progress, store)
-
-
-Blocks = Generator[tuple[Chunk, Results]]
-
-
-def _collected(
-    shell: xarray.Dataset,
-    variables: dict[str, Variable],
-    dims: Mapping[str, int],
-    targets: Mapping[str, Any],
-    todo: Sequence[Chunk],
-    blocks: Blocks,
-    progress: bool,
-    store: Store | None = None,
-) -> xarray.Dataset:
-    """The Dataset of all blocks; of what there is where they end by Ctrl-C, or in the exception where they raise.
-
-    shell: its coordinates and attributes. dims: its axes with their sizes. targets: where the results of each variable
-    go. todo: the chunks that blocks are of.
-    """
+        plan = planned_structure(scene, scheme, **shared, save=save, **axes)
+    else:
+        plan = planned(scene, scheme, **shared, values=axes)
+    variables, shell, piece = plan.variables, plan.template(), plan.piece(client is not None)
+    store = None if save is None else Store(Path(save), plan, shell, piece)
+    targets = _targets(variables, plan.shape) if store is None else store.targets
+    todo = plan.chunks(piece if store is None else store.piece)
+    if store is not None:
+        todo = [chunk for chunk in todo if not store.is_done(chunk)]
+    room = targets if store is None else None
+    blocks = _here(plan, todo, room) if client is None else run_on(client, plan, todo)
     left = {chunk.first: chunk for chunk in todo}
 
     def result(interrupted: bool) -> xarray.Dataset:
@@ -150,11 +119,11 @@ def _collected(
             return store.read()
         for chunk in left.values():
             _reset(targets, variables, chunk)
-        found = {name: named((*dims, *v.dims), targets[name], v.attrs) for name, v in variables.items()}
+        found = {name: named((*plan.dims, *v.dims), targets[name], v.attrs) for name, v in variables.items()}
         return shell.assign(found).assign_attrs(interrupted=int(interrupted))
 
     try:
-        _fill(targets, variables, blocks, left, math.prod(dims.values()), progress)
+        _fill(targets, variables, blocks, left, math.prod(plan.shape), progress)
     except KeyboardInterrupt:
         return result(interrupted=True)
     except Exception as error:
@@ -164,24 +133,29 @@ def _collected(
     return result(interrupted=False)
 
 
-def _targets(variables: Mapping[str, Variable], dims: Mapping[str, int]) -> dict[str, Any]:
-    """Where the results of each variable go. Only the status begins with its fill value: chunks left are reset."""
-    shapes = {name: (*dims.values(), *v.sizes) for name, v in variables.items()}
+Blocks = Generator[tuple[Chunk, Results]]
+
+
+def _targets(variables: Mapping[str, Variable], shape: tuple[int, ...]) -> dict[str, Array]:
+    """Where the results of each variable go. Only the status begins with its fill value: chunks left are reset.
+
+    Raises MemoryError where they do not fit in memory.
+    """
+    shapes = {name: (*shape, *v.sizes) for name, v in variables.items()}
+    size = sum(math.prod(shapes[name]) * v.fill.dtype.itemsize for name, v in variables.items())
+    require_memory([-(-size // 8)], "keep 'peak' or 'final', or less of each run, sweep in parts, or save= to a folder")
     return {
         name: np.full(shapes[name], v.fill) if name == "status" else np.empty(shapes[name], v.fill.dtype)
         for name, v in variables.items()
     }
 
 
-def _here(plan: Plan, chunks: Sequence[Chunk], targets: Mapping[str, Any]) -> Blocks:
-    """Run the chunks one after another; results of lanes that are read block by block go into the targets at once."""
+def _here(plan: SweepPlan, chunks: Sequence[Chunk], targets: Mapping[str, Array] | None) -> Blocks:
+    """Run the chunks one after another; targets: in which their results may be put at once."""
     for chunk in chunks:
-        if plan.oscillator or not targets:
-            yield chunk, run_chunk(plan, chunk.first, chunk.last)
-            continue
-        places = {name: target[chunk.where] for name, target in targets.items()}  # contiguous, as a chunk's points are
+        places = {name: target[chunk.where] for name, target in (targets or {}).items()}  # contiguous, as points are
         room = {name: x.reshape(-1, *x.shape[len(plan.shape) :]) for name, x in places.items()}
-        yield chunk, run_chunk(plan, chunk.first, chunk.last, room)
+        yield chunk, plan.run(chunk.first, chunk.last, room)
 
 
 def _fill(

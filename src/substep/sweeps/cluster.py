@@ -1,19 +1,17 @@
 """Chunks run by the workers of a dask.distributed cluster; if a worker dies, another runs its chunks again."""
 
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Generator, Sequence
 from itertools import islice
 from typing import Any
 
-from .chunks import Results
-from .sweep_plan import Chunk
+from ..core.threads import serial
+from .sweep_plan import Chunk, Results, SweepPlan
 
 AHEAD = 4  # chunks submitted for each thread of the workers: few, so that results do not pile up
 
 
-def run_on(
-    client: Any, run: Callable[..., Results], plan: Any, chunks: Sequence[Chunk]
-) -> Generator[tuple[Chunk, Results]]:
-    """Each chunk with its results, run(chunk, plan=plan), as they arrive.
+def run_on(client: Any, plan: SweepPlan, chunks: Sequence[Chunk]) -> Generator[tuple[Chunk, Results]]:
+    """Each chunk with its results, as they arrive.
 
     Raises ValueError for anything but a synchronous client.
     """
@@ -26,7 +24,7 @@ def run_on(
 
     def submit(some: list[Chunk]) -> list[Any]:
         # map sends the plan, which may hold a long record, once; submit would send it with each chunk
-        futures = client.map(run, some, plan=plan, pure=False)
+        futures = client.map(_run, some, plan=plan, pure=False)
         running.update({future.key: (future, c) for future, c in zip(futures, some, strict=True)})
         return futures
 
@@ -37,3 +35,9 @@ def run_on(
             arriving.update(submit(list(islice(waiting, 1))))
     finally:
         client.cancel([future for future, _ in running.values()])
+
+
+def _run(chunk: Chunk, plan: SweepPlan) -> Results:
+    """Results of a chunk on one core, in a worker whose other cores run other chunks."""
+    with serial():
+        return plan.run(chunk.first, chunk.last, {})

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..core.errors import optional
-from .dataset import NOT_RUN, Variable
-from .sweep_plan import Chunk, Plan
+from .sweep_plan import NOT_RUN, Chunk, SweepPlan
 
 if TYPE_CHECKING:
     import xarray
@@ -22,18 +21,16 @@ IGNORED = {"interrupted", "chunk"}  # attributes that may differ when a later ca
 class Store:
     """The store at a path, created if there is none. Raises ValueError if it holds another sweep."""
 
-    def __init__(
-        self, path: Path, plan: Plan, template: "xarray.Dataset", variables: dict[str, Variable], piece: tuple[int, ...]
-    ) -> None:
+    def __init__(self, path: Path, plan: SweepPlan, template: "xarray.Dataset", piece: tuple[int, ...]) -> None:
         zarr = optional("zarr", "save=", "save")
         self.path = path
         if path.exists():
             self._check(template)
         else:
-            _create(path, plan, template, variables, piece)
+            _create(path, plan, template, piece)
         self.group: Any = zarr.open_group(path, mode="r+")
-        self.piece: tuple[int, ...] = tuple(self.group.attrs["chunk"]) if plan.axes else ()
-        self.targets: dict[str, Any] = {name: self.group[name] for name in variables}
+        self.piece: tuple[int, ...] = tuple(self.group.attrs["chunk"]) if plan.dims else ()
+        self.targets: dict[str, Any] = {name: self.group[name] for name in plan.variables}
 
     def is_done(self, chunk: Chunk) -> bool:
         """Whether all of the chunk was written."""
@@ -81,9 +78,7 @@ class Store:
                 raise ValueError(f"expected {name}[{k}] = {there[k]} as in {self.path}, got {here[k]}; {cure}")
 
 
-def _create(
-    path: Path, plan: Plan, template: "xarray.Dataset", variables: dict[str, Variable], piece: tuple[int, ...]
-) -> None:
+def _create(path: Path, plan: SweepPlan, template: "xarray.Dataset", piece: tuple[int, ...]) -> None:
     """Create the store under another name, then rename it, so that it has all its variables or does not exist."""
     import tempfile  # noqa: PLC0415 (on first use)
 
@@ -95,14 +90,14 @@ def _create(
         marked = template.assign_attrs(interrupted=1, chunk=list(piece))
         marked.to_zarr(draft, consolidated=False, zarr_format=3)
         group = zarr.open_group(draft, mode="r+")
-        for name, of in variables.items():
+        for name, of in plan.variables.items():
             group.create_array(
                 name,
                 shape=(*plan.shape, *of.sizes),
                 chunks=(*piece, *(max(size, 1) for size in of.sizes)),
                 dtype=of.fill.dtype,
                 fill_value=of.fill,
-                dimension_names=(*(axis.name for axis in plan.axes), *of.dims),
+                dimension_names=(*plan.dims, *of.dims),
                 attributes=of.attrs,
             )
         draft.rename(path)

@@ -7,9 +7,8 @@ from fractions import Fraction
 import numpy as np
 
 from ...core.arrays import Array
-from ...core.errors import require_numbers
 from ...core.schemes import Scheme
-from ...core.schemes import scheme as make_scheme
+from ...run.schemes import numbers_only
 from ..model.model import Model
 from ..model.rayleigh import Rayleigh
 from ..solvers.low_rank import LowRank
@@ -94,8 +93,7 @@ def critical_step(structure: Model, scheme: Scheme | str, *, bound: bool = False
     from ...derived import facade  # noqa: PLC0415 (SymPy)
 
     require_linear(structure, "a critical step")
-    s = make_scheme(scheme)
-    require_numbers(s.name, s.parameters, "ask once for each")
+    s = numbers_only(scheme, "ask once for each")
     if bound:
         omega, xi = frequency_bound(structure), 0.0
         if structure.C is not None and not isinstance(structure.C, Rayleigh):

@@ -7,14 +7,14 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ...core.errors import require_numbers, unknown_name, warn
+from ...core.errors import unknown_name, warn
 from ...core.memory import require_memory
 from ...core.progress import shown
 from ...core.response import Status
 from ...core.schemes import Scheme
-from ...core.schemes import scheme as make_scheme
 from ...core.state import State
 from ...run.clock import CHOSEN, ConstantSteps, Control, steps_of
+from ...run.schemes import numbers_only
 from ..model.given import Dof
 from ..model.model import Model
 from .going_on import begun, stands
@@ -86,8 +86,7 @@ def march_structure(
         raise unknown_name("an argument of march for a structure", unknown[0], (*ARGUMENTS, *known))
     if newton not in ("simplified", "full"):
         raise unknown_name("a kind of Newton's iteration", newton, ("simplified", "full"))
-    scheme = make_scheme(scheme)
-    require_numbers(scheme.name, scheme.parameters, "substep.sweep takes arrays")
+    scheme = numbers_only(scheme, "substep.sweep takes arrays")
     if tol is not None and (stride != 1 or save is not None):
         raise ValueError("expected stride and save with dt only, got them with tol; keep some dofs, or give dt")
     state = None if start is None else State.given(start)

@@ -7,10 +7,10 @@ from functools import cached_property
 import numpy as np
 
 from ...core.arrays import Array
-from ...core.errors import no_acceleration
 from ...core.loads import Load, values_at
 from ...core.schemes import Scheme
 from ...run.clock import AT_ZERO, Begin
+from ...run.schemes import carried, require_acceleration
 from ..model.model import Model
 from ..solvers.combine import combined
 from .linear import Factors, LinearSystem
@@ -179,16 +179,16 @@ class Run:
         state = self.begin.rows if state is None else state
         if state is None and self.scheme.starter is not None:
             history = [self.given]
-            lag = max(steps for _, steps in self.scheme.history)
-            if len(step_of(self.scheme.starter, self.h).report) < len(step_of(self.scheme, self.h).report):
-                raise no_acceleration(self.scheme.name, self.scheme.starter.name)
+            require_acceleration(
+                self.scheme, *(len(step_of(one, self.h).report) for one in (self.scheme, self.scheme.starter))
+            )
             starter = replace(self, scheme=self.scheme.starter)
-            for X, march in starter.marched(min(lag, n)):
+            for X, march in starter.marched(min(self.scheme.starting_steps, n)):
                 history.append(self._with_acceleration(combined(march.steps.report, X), self.time(len(history))))
                 yield X, march
             if (done := len(history) - 1) == n:
                 return
-            state = np.array([history[lag - steps][kind] for kind, steps in self.scheme.history])
+            state = carried(self.scheme.history, done, lambda k, kind: history[k][kind])
         march = self.prepared(step_of(self.scheme, self.h))
         for solver, tangent in zip(march.systems, tangents, strict=False):
             if tangent is not None and isinstance(solver, NonlinearSystem):

@@ -12,15 +12,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...core.arrays import Array
-from ...core.errors import require_numbers, unknown_name
+from ...core.errors import unknown_name
 from ...core.memory import require_memory
 from ...core.response import Status
 from ...core.schemes import Scheme
-from ...core.schemes import scheme as make_scheme
 from ...core.state import State, whose
 from ...marching.histories import histories
 from ...marching.linear import march_linear
 from ...run.clock import ConstantSteps
+from ...run.schemes import numbers_only
 from ..march.going_on import kind_of as structure_kind
 from ..march.histories import accounted
 from ..march.march_structure import march_structure
@@ -127,8 +127,7 @@ def _checked(
     state: State | None = None,
 ) -> tuple[Scheme, ConstantSteps]:
     require_linear(modes.structure, "superposition of modes")
-    s = make_scheme(scheme)
-    require_numbers(s.name, s.parameters, "march once for each")
+    s = numbers_only(scheme, "march once for each")
     if dt is None:
         raise ValueError("expected dt, a constant step, for modes, got none; give dt, or march the structure with tol")
     if not s.info.damping and modes.damping.any():

@@ -68,14 +68,14 @@ SWING_PARTS, TOP_PARTS = (20, 100), (20, 100, 1000)  # steps per period
 TOP_SPAN = 200.0  # s
 
 
-def fall_time(away: float = AWAY) -> float:
-    """When a pendulum u'' + sin u = 0, released at rest at the double nearest pi, is `away` (rad) from pi, s.
+def fall_time() -> float:
+    """When a pendulum u'' + sin u = 0, released at rest at the double nearest pi, is AWAY (rad) from pi, s.
 
     It starts at delta = 1.22e-16 from the top, and with sin(angle/2) = sin(delta/2) cosh(w) its energy integral is
-    t = integral of 1/sqrt(1 - sin^2(delta/2) cosh^2 w), to w = acosh(sin(away/2)/sin(delta/2)): about ln(2 away/delta).
+    t = integral of 1/sqrt(1 - sin^2(delta/2) cosh^2 w), to w = acosh(sin(AWAY/2)/sin(delta/2)): about ln(2 AWAY/delta).
     """
     small = math.sin(math.sin(math.pi) / 2)  # sin(math.pi) is by how much the double math.pi falls short of pi
-    end = math.acosh(math.sin(away / 2) / small)
+    end = math.acosh(math.sin(AWAY / 2) / small)
     x, weights = np.polynomial.legendre.leggauss(200)
     w = end * (x + 1) / 2
     return float(end / 2 * np.sum(weights / np.sqrt(1 - (small * np.cosh(w)) ** 2)))

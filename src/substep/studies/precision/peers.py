@@ -17,8 +17,6 @@ SCIPY = ("RK45", "DOP853", "Radau", "LSODA")
 COMPILED = ("dop853", "lsoda")  # numbalsoda
 TOLERANCES = tuple(10.0**-k for k in range(2, 13))
 
-Slope = Callable[[float, Array], Array]
-
 
 @njit
 def _oscillator(t: float, y: Array, p: Array) -> tuple[float, ...]:

@@ -17,6 +17,7 @@ from ...core.scenes import scene as make_scene
 from ...core.schemes import Scheme, scheme, schemes
 from ...core.style import COLOURS, REFERENCE, look, name_curves, styled
 from ...figures.charts import save
+from ...run.clock import end_asked
 from .cases import SAMPLES
 from .charts import SECTION
 from .measure import Run, measure, quantities, shared
@@ -187,7 +188,7 @@ def choose(
     `chosen` that cannot change its step, and a scene whose motion is neither known nor resolved by 4 million
     Runge-Kutta steps.
     """
-    accuracy, t_end = real_number("accuracy", accuracy, positive=True), real_number("t_end", t_end, positive=True)
+    accuracy, t_end = real_number("accuracy", accuracy, positive=True), end_asked(t_end)
     scene = make_scene(scene)
     if quantity not in quantities(scene):
         raise unknown_name(f"a quantity of {scene.name}", str(quantity), quantities(scene))
@@ -203,11 +204,11 @@ def choose(
         for model in (scene, *(model for model in simple if quantity in shared(scene, model))):
             before = len(tried)
             steps = {s: _constant(exact, model, s) for s in methods}
-            tried.extend(_search(exact, model, steps, quantity, accuracy, _limit(tried, accuracy)))
+            tried.extend(_search(model, steps, quantity, accuracy, _limit(tried, accuracy)))
             constant = [(c.scheme, c.run) for c in tried[before:]]
             wanted = least(constant, model, quantity, accuracy) if uneven is None else uneven
             tolerances = {s: _chosen(exact, model, s) for s in wanted}
-            tried.extend(_search(exact, model, tolerances, quantity, accuracy, _limit(tried, accuracy)))
+            tried.extend(_search(model, tolerances, quantity, accuracy, _limit(tried, accuracy)))
     except KeyboardInterrupt:
         if not tried:
             raise
@@ -245,7 +246,6 @@ def _repeated(exact: Reference, best: Candidate) -> Run:
 
 
 def _search(
-    exact: Reference,
     model: Scene,
     ladders: Mapping[Scheme, Iterator[Run]],
     quantity: str,

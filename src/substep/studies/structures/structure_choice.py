@@ -11,6 +11,7 @@ from ...core import coefficients
 from ...core.errors import called_as, real_number, unknown_name, warn
 from ...core.schemes import Scheme, schemes
 from ...core.schemes import scheme as make_scheme
+from ...run.clock import end_asked
 from ...structures.march.refusals import require_linear
 from ...structures.march.response import StructureResponse
 from ...structures.model.given import Dof
@@ -144,7 +145,7 @@ def choose(
     Raises ValueError for an accuracy or span that is not positive, an unknown quantity, model or scheme, a degree of
     freedom that does not move, a structure with an internal force, and as `Structure.modes`.
     """
-    accuracy, t_end = real_number("accuracy", accuracy, positive=True), real_number("t_end", t_end, positive=True)
+    accuracy, t_end = real_number("accuracy", accuracy, positive=True), end_asked(t_end)
     if model not in get_args(Model):
         raise unknown_name("a model", str(model), get_args(Model))
     if isinstance(structure, Modes):

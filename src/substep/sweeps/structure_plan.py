@@ -7,6 +7,7 @@ one block of right-hand sides; where there is an internal force each case is a c
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,12 +15,10 @@ from numpy.typing import ArrayLike
 
 from ..core.arrays import Array, named
 from ..core.loads import Record
-from ..core.memory import require_memory
 from ..core.response import STATUSES as ENDED
 from ..core.schemes import Scheme
 from ..core.schemes import scheme as make_scheme
-from ..core.threads import serial
-from ..run.axes import RESERVED, Axis, Keep, asked, checked_end, step_asked
+from ..run.axes import RESERVED, Keep, asked
 from ..run.clock import number_of_steps
 from ..structures.march.histories import selection
 from ..structures.march.newton import NewtonFailed
@@ -29,9 +28,7 @@ from ..structures.march.steps import Run
 from ..structures.model.given import Dof, loads_of
 from ..structures.solvers.combine import combined
 from ..structures.structure import Structure, damping_of
-from .chunks import Results
-from .dataset import MEANINGS, NOT_RUN, STATUSES, Variable
-from .sweep_plan import Chunk
+from .sweep_plan import STATUS, Results, SweepPlan, Variable
 
 if TYPE_CHECKING:
     import xarray
@@ -42,85 +39,67 @@ OWN = {"dof", "damping", "case"}  # dimensions that no axis of numbers can be
 COMPLETED, FAILED, OVERFLOWED = (ENDED.index(name) for name in ("completed", "newton_failed", "non_finite"))
 
 
-@dataclass(frozen=True, eq=False)
-class StructurePlan:
-    """A checked sweep of a structure as plain data, which is all that a worker is sent.
+@dataclass(frozen=True, eq=False, kw_only=True)
+class StructurePlan(SweepPlan):
+    """cases: structures that differ in their loads only, for each damping. kept: degrees of freedom.
 
-    scheme: name, or a declaration of the user's own. axes: those that are numbers. given: numbers that are the same in
-    all points, by name; of both, dt is the step and the others are the scheme's parameters.
-    cases: structures that differ in their loads only, for each damping. several: whether there is an axis of dampings,
-    and one of cases. kept: degrees of freedom.
+    several: whether there is an axis of dampings, and one of cases.
     """
 
-    scheme: "str | Declaration"
-    axes: tuple[Axis, ...]
-    given: Mapping[str, float]
     cases: tuple[tuple[Structure, ...], ...]
     several: tuple[bool, bool]
-    t_end: float
-    keep: Keep
     kept: tuple[Dof, ...]
 
     @property
     def dims(self) -> dict[str, int]:
-        """The sizes of all axes by their names in the Dataset."""
-        sizes = {axis.name: len(axis.values) for axis in self.axes}
+        """The sizes of all axes, those of dampings and cases last."""
         rest = zip(self.several, ("damping", "case"), (len(self.cases), len(self.cases[0])), strict=True)
-        return sizes | {name: size for there, name, size in rest if there}
-
-    @property
-    def points(self) -> int:
-        """How many combinations there are of all axes but that of cases."""
-        return math.prod(len(axis.values) for axis in self.axes) * len(self.cases)
+        return super().dims | {name: size for there, name, size in rest if there}
 
     def point(self, place: int) -> tuple[Scheme, float, tuple[Structure, ...]]:
         """Scheme, step and cases of the combination with this number, in C order."""
         *places, damping = np.unravel_index(place, (*(len(axis.values) for axis in self.axes), len(self.cases)))
-        swept = {axis.key: float(axis.values[i]) for axis, i in zip(self.axes, places, strict=True)}
-        numbers = {**self.given, **swept}
-        h = numbers.pop("dt")
-        return make_scheme(self.scheme, **numbers), h, self.cases[damping]
+        at = dict(zip(self.axes, places, strict=True))
+        scheme = make_scheme(self.scheme, **self.values("scheme", at))
+        return scheme, float(self.values("step", at)["dt"]), self.cases[damping]
 
-    @property
-    def chunks(self) -> list[Chunk]:
-        """All chunks, in C order."""
-        cases = len(self.cases[0])
-        together = cases if self.cases[0][0].internal is None else 1
-        sizes = tuple(self.dims.values())
-        shape = sizes if self.several[1] else (*sizes, 1)  # with an axis of cases, also where there is but one
-        found = []
-        for first in range(0, self.points * cases, together):
-            *place, case = (int(i) for i in np.unravel_index(first, shape))
-            where = (*(slice(i, i + 1) for i in place), slice(case, case + together))
-            found.append(Chunk(first, first + together, where[: len(sizes)]))
-        return found
+    def piece(self, cluster: bool) -> tuple[int, ...]:
+        """One point, with all cases of a linear structure."""
+        together = len(self.cases[0]) if self.cases[0][0].internal is None else 1
+        return (*(1 for _ in self.shape[1:]), together) if self.shape else ()
 
     @property
     def variables(self) -> dict[str, Variable]:
-        """The variables of the Dataset by name, the status last."""
+        """Of u, v and a of the scheme's own as they are kept, and the status."""
         scheme, h, _ = self.point(0)
-        found, rows = {}, {"t": number_of_steps(h, self.t_end) + 1} if self.keep == "history" else {}
-        inner = {**rows, "dof": len(self.kept)}
-        for name in "uva"[: _kinds(scheme, h)]:
-            first, last = "largest " * (self.keep == "peak"), " at t_end" * (self.keep == "final")
-            attrs = {"long_name": f"{first}{MEANINGS[name]}{last}"}
-            found[f"peak_{name}" if self.keep == "peak" else name] = Variable(
-                tuple(inner), tuple(inner.values()), np.float64(np.nan), attrs
-            )
-        attrs = {"long_name": "how the run ended", **STATUSES}
-        return {**found, "status": Variable((), (), np.int8(NOT_RUN), attrs)}
+        dof = "dof", len(self.kept)
+        return {**dict(self.motion(name, dof) for name in "uva"[: _kinds(scheme, h)]), "status": STATUS}
 
-    def template(self) -> "xarray.Dataset":
-        """A Dataset with the coordinates and attributes of the sweep, without variables."""
-        import xarray  # noqa: PLC0415 (on first use)
-
-        coordinates = {axis.name: named(axis.name, axis.values, {}) for axis in self.axes}
+    @property
+    def labels(self) -> "dict[str, xarray.Variable]":
+        """The degrees of freedom."""
         kind = object if self.cases[0][0].names else np.int64
-        coordinates["dof"] = named("dof", np.array(self.kept, dtype=kind), {})
-        if self.keep == "history":
-            t = np.arange(self.variables["u"].sizes[0]) * self.given["dt"]
-            coordinates["t"] = named("t", t, {"long_name": "time"})
-        return xarray.Dataset(coords=coordinates, attrs={"scheme": self.point(0)[0].name, **self.given})
+        return {"dof": named("dof", np.array(self.kept, dtype=kind), {})}
+
+    @property
+    def attrs(self) -> dict[str, Any]:
+        """The scheme, and numbers that are the same in all points."""
+        return {"scheme": self.point(0)[0].name, **self.given["step"], **self.given["scheme"]}
+
+    def run(self, first: int, last: int, room: Results) -> Results:
+        """See `SweepPlan.run`."""
+        place, case = divmod(first, len(self.cases[0]))
+        scheme, h, cases = self.point(place)
+        some, n = cases[case : case + last - first], number_of_steps(h, self.t_end)
+        if some[0].internal is None:
+            table, status = _marched(Run(some[0], scheme, h, cases=some), n, self)
+            table = np.moveaxis(table, -1, 0)
+        else:
+            table, status = _marched(Run(some[0], scheme, h), n, self)
+            table = table[None]
+        *names, _ = self.variables
+        found = dict(zip(names, np.moveaxis(table, 1, 0), strict=True))
+        return {**found, "status": np.full(len(some), status, np.int8)}
 
 
 def planned_structure(
@@ -130,6 +109,11 @@ def planned_structure(
     t_end: float,
     dt: ArrayLike | None = None,
     keep: Keep = "final",
+    tol: ArrayLike | None = None,
+    samples: int | None = None,
+    energy_bound: float | None = None,
+    a0: ArrayLike | str | None = None,
+    save: str | Path | None = None,
     dofs: Iterable[Dof] | None = None,
     load: Sequence[Any] | None = None,
     ground: Sequence[Record] | None = None,
@@ -150,54 +134,29 @@ def planned_structure(
     """
     if dt is None:
         raise ValueError("expected dt, a step or several, for a sweep of a structure, got none; march each with tol")
-    step, _, parameters = step_asked(dt, None, parameters)
-    t_end = checked_end(keep, t_end)
+    if "account" in parameters:
+        raise ValueError("a sweep of a structure keeps no account of energy: march the point with account=True")
+    others = {"tol": tol, "samples": samples, "energy_bound": energy_bound, "a0": a0, "save": save}
+    if refused := [name for name, x in others.items() if x is not None]:
+        raise ValueError(f"expected a sweep of a structure without {refused[0]}, got one; march each point with it")
     if load is not None and ground is not None:
         raise ValueError("expected load or ground as the axis of cases, got both; give one")
     loads, records, dampings = (_listed(name, x) for name, x in (("load", load), ("ground", ground), ("C", C)))
-    info, axes, given = asked(
-        scheme, {**step, **parameters}, {}, {}, "or an argument of the sweep of a structure", RESERVED | OWN
-    )
-    if keep == "history" and any(axis.owner == "step" for axis in axes):
+    text = "or an argument of the sweep of a structure"
+    request = asked(scheme, dt, None, t_end, keep, parameters, {}, {}, text, RESERVED | OWN)
+    if keep == "history" and any(axis.owner == "step" for axis in request.axes):
         raise ValueError("expected one dt where histories are kept, got several; keep 'final' or 'peak', or sweep each")
     damped = [structure] if dampings is None else [replace(structure, C=damping_of(structure, c)) for c in dampings]
     cases = tuple(_cases(s, loads, records, direction) for s in damped)
-    if not all(map(len, (*(axis.values for axis in axes), cases, *cases))):
+    if not all(map(len, (*(axis.values for axis in request.axes), cases, *cases))):
         raise ValueError("expected at least one value on each axis of a sweep, got an axis without; leave it out")
-    plan = StructurePlan(
-        info.source, axes, {**given["step"], **given["scheme"]}, cases,
-        (C is not None, load is not None or ground is not None), t_end, keep, tuple(structure.kept(dofs)),
-    )  # fmt: skip
-    *kept, _ = plan.variables.values()
-    require_memory(
-        (len(kept), *plan.dims.values(), *kept[0].sizes), "keep fewer dofs, 'peak' or 'final', or sweep in parts"
-    )
+    several = C is not None, load is not None or ground is not None
+    plan = StructurePlan(**vars(request), cases=cases, several=several, kept=tuple(structure.kept(dofs)))
     require_definite_mass(structure)
-    for one, h, (first, *_) in map(plan.point, range(plan.points)):
-        number_of_steps(h, t_end)
+    plan.steps  # noqa: B018 (raises for an end that is no multiple of a step)
+    for one, h, (first, *_) in map(plan.point, range(math.prod(plan.shape) // (len(cases[0])))):
         require_suited(first, one, h)
     return plan
-
-
-def run_structures(chunk: Chunk, plan: StructurePlan) -> Results:
-    """Results of a chunk's points, by the variables' names in the Dataset, each (last - first, ...)."""
-    place, first = divmod(chunk.first, len(plan.cases[0]))
-    scheme, h, cases = plan.point(place)
-    some, n = cases[first : first + chunk.last - chunk.first], number_of_steps(h, plan.t_end)
-    if some[0].internal is None:
-        table, status = _marched(Run(some[0], scheme, h, cases=some), n, plan)
-        table = np.moveaxis(table, -1, 0)
-    else:
-        table, status = _marched(Run(some[0], scheme, h), n, plan)
-        table = table[None]
-    *names, _ = plan.variables
-    return {**dict(zip(names, np.moveaxis(table, 1, 0), strict=True)), "status": np.full(len(some), status, np.int8)}
-
-
-def run_structures_on_one_core(chunk: Chunk, plan: StructurePlan) -> Results:
-    """`run_structures` on one core, in a worker of a cluster whose other cores run other chunks."""
-    with serial():
-        return run_structures(chunk, plan)
 
 
 def _listed(name: str, values: Any) -> Sequence[Any] | None:

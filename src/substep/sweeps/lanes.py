@@ -1,0 +1,148 @@
+"""Points of a sweep of a scene as the lanes of one march; results are arrays (P, ...)."""
+
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core.arrays import copy_rows
+from ..core.loads import is_known
+from ..core.response import STATUSES
+from ..core.scenes import Scene
+from ..core.schemes import Array, Scheme
+from ..marching.adaptive import march_lanes_adaptive
+from ..marching.run import march_oscillators
+from ..marching.scene_lanes import march_lanes
+from ..run.clock import Control, number_of_steps
+from .sweep_plan import Results, SweepPlan
+
+
+class Marched(NamedTuple):
+    """What is kept by name; Newton's iterations (P, 2, balances); steps completed (P,); status (P,) as in `Lanes`."""
+
+    kept: Results
+    newton: NDArray[np.int64]
+    done: NDArray[np.int64]
+    status: NDArray[np.int64]
+
+
+def march_group(plan: SweepPlan, scene: Scene, scheme: Scheme, step: Any, P: int, room: Results) -> Results:
+    """Results of P points that share dt, or with tol the scheme, and a load of the user's own; step: dt or tol.
+
+    scene: what is swept is (P,), and so may be tol. room: as in `SweepPlan.run`.
+    """
+    if plan.by_tol:
+        marched = _chosen(plan, scene, scheme, step, P)
+    else:
+        n = number_of_steps(step, plan.t_end)
+        stride = {"final": n, "peak": 1, "history": plan.stride(n)}[plan.keep]
+        march = _oscillators if scene.info.oscillator else _others
+        marched = march(plan, scene, scheme, step, n, stride, P, room)
+        marched.kept["n_done"] = marched.done
+    with np.errstate(invalid="ignore"):
+        mean = marched.newton[:, 0] / marched.done[:, None]  # NaN if no step was completed
+    of_newton = {"newton_iterations": mean, "newton_most": marched.newton[:, 1]}
+    return {**marched.kept, **of_newton, "status": marched.status.astype(np.int8)}
+
+
+def _oscillators(
+    plan: SweepPlan, scene: Scene, scheme: Scheme, dt: float, n: int, stride: int, P: int, _: Results
+) -> Marched:  # fmt: skip
+    """March linear oscillators."""
+    keep = "peak" if plan.keep == "peak" else "history"
+    lanes = march_oscillators(scene, scheme, dt, n, P, bound=plan.bound, stride=stride, keep=keep)
+    of_march = np.zeros((P, 2, scheme.balances), dtype=np.int64), lanes.n_done, lanes.status
+    if keep == "peak":
+        return Marched({f"peak_{name}": x[:, None] for name, x in zip("uva", lanes.peak, strict=True)}, *of_march)
+    t, first = np.arange(len(lanes.out)) * (stride * dt), int(plan.keep == "final")
+    u, v, a = (lanes.out[first:, kind].T[..., None] for kind in range(3))
+    found = {"u": u, "v": v, "a": a, "energy": scene.energy(t[first:], u, v)}
+    return Marched({name: x[:, 0] if first else x for name, x in found.items()}, *of_march)
+
+
+def _others(
+    plan: SweepPlan, scene: Scene, scheme: Scheme, dt: float, n: int, stride: int, P: int, room: Results
+) -> Marched:  # fmt: skip
+    """March lanes of any other scene; their rows are read block by block, while they are in the cache."""
+    t, d, rows = np.arange(n // stride + 1) * (stride * dt), scene.u0.shape[-1], n // stride + 1
+    shapes = {f"peak_{name}": (P, d) for name in "uva"}
+    if plan.keep != "peak":
+        rows = 1 if plan.keep == "final" else rows
+        shapes = {**dict.fromkeys("uva", (P, rows, d)), "energy": (P, rows)}
+    kept = {name: room[name].reshape(shape) if room else np.empty(shape) for name, shape in shapes.items()}
+    of_rows = scene
+    if not is_known(scene.load):  # threads evaluate only what is known
+        forces = scene.forces(t)
+        of_rows = replace(scene, load=lambda _: forces)
+
+    def read(where: slice, out: Array) -> None:
+        some, own = of_rows.lanes(where), out.shape[2] > 2
+        u, v = out[:, :, 0], out[:, :, 1]
+        a = out[:, :, 2] if own else _accelerations(some, t, u, v)
+        if plan.keep == "peak":
+            largest = [*_largest(out).swapaxes(0, 1), *([] if own else [_largest(a)])]
+            for name, x in zip("uva", largest, strict=True):
+                kept[f"peak_{name}"][where] = x
+            return
+        u, v, a = (x[:, -rows:] for x in (u, v, a))
+        for name, x in zip("uva", (u, v, a), strict=True):
+            copy_rows(x, kept[name][where])
+        kept["energy"][where] = some.energy(t[-rows:], u, v)
+
+    steps = np.full(P, dt), np.full(P, n)
+    lanes = march_lanes(scene, scheme, *steps, bound=plan.bound, stride=stride, reader=read)
+    if plan.keep == "peak":
+        kept["peak_energy"] = lanes.peak
+    found = {name: x[:, 0] if plan.keep == "final" else x for name, x in kept.items()}
+    return Marched(found, lanes.newton, lanes.n_done, lanes.status)
+
+
+def _chosen(plan: SweepPlan, scene: Scene, scheme: Scheme, tol: Any, P: int) -> Marched:
+    """March lanes that choose their steps; they share the scheme and the load."""
+    grid = {"final": np.array([plan.t_end]), "peak": None, "history": plan.chosen.get("grid")}[plan.keep]
+    more = {name: value for name, value in plan.chosen.items() if name != "grid"}
+    one = Control.of(1.0, float(np.max(tol)), plan.t_end, **more, grid=grid)
+    asked = one.over(scene.length, tol, {*more})
+    starts = np.stack([np.broadcast_to(x, (P, x.shape[-1])) for x in (scene.u0, scene.v0, scene.a0)], axis=1)
+    peaks = np.abs(starts)
+
+    def largest(lane: int, rows: Array) -> None:
+        if len(rows):
+            peaks[lane] = np.fmax(peaks[lane], np.abs(rows).max(axis=0))
+
+    reader = largest if plan.keep == "peak" else None
+    module, x = march_lanes_adaptive(scene, scheme, asked, P, bound=plan.bound, reader=reader)
+    counts, control, status = x["counts"], x["control"], x["status"]
+    if plan.keep == "peak":
+        start = scene.energy(np.zeros(P), *(np.ascontiguousarray(starts[:, k]) for k in (0, 1)))
+        found = {f"peak_{name}": peaks[:, k] for k, name in enumerate("uva")}
+        found["peak_energy"] = np.fmax(control[:, module.PEAK], start)
+    else:
+        out = x["out"]
+        assert asked.grid is not None
+        rows = {name: np.ascontiguousarray(out[:, :, k]) for k, name in enumerate("uva")}
+        rows["energy"] = scene.energy(asked.grid, rows["u"], rows["v"])
+        found = {name: value[:, 0] if plan.keep == "final" else value for name, value in rows.items()}
+    ended, made = control[:, module.TIME] + control[:, module.PROPOSED], counts[:, module.ACCEPTED]
+    found |= {"accepted": made, "rejected": counts[:, module.REJECTED]}
+    found["t_failed"] = np.where(status == STATUSES.index("completed"), np.nan, ended)
+    return Marched(found, x["newton"], made, status)
+
+
+def _largest(x: Array) -> Array:
+    """Largest modulus over the second axis of x (P, rows, ...), NaN left out; x, contiguous, is overwritten."""
+    np.abs(x, out=x)
+    rows = x.shape[1]
+    while rows > 1:  # the later half onto the earlier one: contiguous, as a maximum over the axis itself is not
+        half = (rows + 1) // 2
+        np.fmax(x[:, : rows - half], x[:, half:rows], out=x[:, : rows - half])
+        rows = half
+    return x[:, 0]
+
+
+def _accelerations(scene: Scene, t: Array, u: Array, v: Array) -> Array:
+    """Accelerations (P, rows, d) of a scheme without its own: from the equation of motion, the start's as given."""
+    a = scene.acceleration(t, u, v)
+    a[:, 0] = scene.a0
+    return a

@@ -1,0 +1,290 @@
+"""A sweep of a scene: points that can be the lanes of one march, and how many of them a chunk has."""
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, fields, is_dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, ClassVar, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..core.arrays import named
+from ..core.errors import real_array, real_number
+from ..core.loads import Load, LoadLanes, Record, as_numbers, is_known
+from ..core.scenes import Scene, checked_parameters, make_scene, scene_info
+from ..core.schemes import Scheme
+from ..core.schemes import scheme as make_scheme
+from ..marching.adaptive import ROWS, adaptive_kernels
+from ..marching.linear import LOADED
+from ..run.axes import RESERVED, Axis, Keep, Owner, asked
+from ..run.clock import Control
+from .description import description, name_of
+from .lanes import march_group
+from .sweep_plan import MEANINGS, STATUS, Results, SweepPlan, Variable
+
+if TYPE_CHECKING:
+    import xarray
+
+    from ..derived.modules import Declaration, SceneDeclaration
+
+MEMORY = 64e6  # bytes that a chunk takes while it is run
+LANE_STEPS = {True: 5e7, False: 4e6}  # linear march or not -> steps of all lanes of a chunk: about 0.2 s on one core
+CHOSEN_STEPS = 2000  # taken for the number of steps of a run that chooses them
+FOR_A_CLUSTER = 2e6  # fewest such steps of a chunk for another process: sending it must take little of the time
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class ScenePlan(SweepPlan):
+    """scene: name, or a declaration of the user's own. a0, load: as in `substep.sweep`."""
+
+    scene: "str | SceneDeclaration"
+    a0: ArrayLike | str | None
+    load: Load | None
+    time_attrs: ClassVar[dict[str, str]] = {"units": "s", "long_name": "time"}
+
+    @property
+    def variables(self) -> dict[str, Variable]:
+        """Of u, v, a and energy as they are kept, Newton's iterations, steps and the status."""
+        units = {unit for _, unit in self.scene_of_one.coordinates}
+        unit = units.pop() if len(units) == 1 else "of the coordinate"
+        unit_of = {"u": unit, "v": f"{unit}/s", "a": f"{unit}/s^2"}
+        coordinate = "coordinate", len(self.scene_of_one.coordinates)
+        balance = "balance", self.scheme_of_all.balances
+        found = dict(
+            self.motion(name, coordinate, largest="largest modulus of", units=unit_of[name])
+            for name in MEANINGS if name != "energy"
+        )  # fmt: skip
+        if self.keep != "peak" or self.by_tol or not self.oscillator:
+            found |= [self.motion("energy", units="J")]
+        nan, none, one = np.float64(np.nan), np.int64(0), {"units": "1"}
+        mean, most = (f"Newton's iterations, {x}" for x in ("mean of the steps done", "most of any step"))
+        found["newton_iterations"] = Variable.of(nan, balance, **one, long_name=mean)
+        found["newton_most"] = Variable.of(none, balance, **one, long_name=most)
+        if self.by_tol:
+            found["accepted"] = Variable.of(none, **one, long_name="steps accepted")
+            found["rejected"] = Variable.of(none, **one, long_name="steps rejected")
+            found["t_failed"] = Variable.of(nan, units="s", long_name="end of the step that could not be made")
+        else:
+            found["n_done"] = Variable.of(none, **one, long_name="steps completed")
+        return {**found, "status": STATUS}
+
+    @property
+    def labels(self) -> "dict[str, xarray.Variable]":
+        """The coordinates of the scene, and the balances of the scheme."""
+        scene, scheme = self.scene_of_one, self.scheme_of_all
+        names, balances = np.array([name for name, _ in scene.coordinates], dtype=object), np.arange(scheme.balances)
+        return {
+            "coordinate": named("coordinate", names, {"long_name": f"coordinate of {scene.name}"}),
+            "balance": named("balance", 1 + balances, {"long_name": f"balance of {scheme.name}"}),
+        }
+
+    @property
+    def attrs(self) -> dict[str, Any]:
+        """See `description`."""
+        return description(self, self.scene_of_one, self.scheme_of_all, self.a0, self.load)
+
+    def about(self, axis: Axis) -> dict[str, Any]:
+        """Its unit, and whose parameter it is."""
+        if axis.owner == "step":
+            return {"units": "s", "long_name": "step"} if axis.key == "dt" else {"units": "1", "long_name": "tolerance"}
+        load = f"the load {name_of(self.load)}"
+        whose = {"scheme": self.scheme_of_all.name, "scene": self.scene_of_one.name, "load": load}
+        return {"long_name": f"{axis.key} of {whose[axis.owner]}"}
+
+    def run(self, first: int, last: int, room: Results) -> Results:
+        """See `SweepPlan.run`."""
+        found: Results = {}
+        for places, scene, scheme, step in self.groups(np.arange(first, last)):
+            whole = len(places) == last - first
+            group = march_group(self, scene, scheme, step, len(places), room if whole else {})
+            if whole:
+                return group
+            for name, values in group.items():
+                found.setdefault(name, np.empty((last - first, *values.shape[1:]), values.dtype))[places] = values
+        return found
+
+    @cached_property
+    def scheme_of_all(self) -> Scheme:
+        """The scheme with parameters that broadcast over its axes; making it checks all combinations of values."""
+        swept = [axis for axis in self.axes if axis.owner == "scheme"]
+        spread = (axis.values.reshape(-1, *(1,) * (len(swept) - 1 - k)) for k, axis in enumerate(swept))
+        return make_scheme(
+            self.scheme, **self.given["scheme"], **{a.key: x for a, x in zip(swept, spread, strict=True)}
+        )
+
+    @cached_property
+    def scene_of_one(self) -> Scene:
+        """The scene at the first value of each axis, NaN for an axis without values; making it checks all values."""
+        swept = {axis.key: axis.values for axis in self.axes if axis.owner == "scene"}
+        info = scene_info(self.scene, {})
+        values = checked_parameters(info, {**self.given["scene"], **swept}, real_array)
+        ones = {key: float(x[0] if np.size(x) else np.nan) if np.ndim(x) else x for key, x in values.items()}
+        return make_scene(info, ones, self.a0, self.load)
+
+    @property
+    def oscillator(self) -> bool:
+        """Whether the scene is a linear oscillator, which the linear march runs."""
+        return self.scene_of_one.info.oscillator is not None
+
+    def groups(self, points: NDArray[np.int64]) -> Iterator[tuple[NDArray[np.int64], Scene, Scheme, Any]]:
+        """The points in groups that can be the lanes of one march: their places, scene, scheme, and dt or tol.
+
+        Points of a group share the step, and a load of the user's own. Where they choose their steps, they share the
+        load and the scheme's parameters, on which its estimate depends.
+        """
+        at = dict(zip(self.axes, np.unravel_index(points, (1, *self.shape))[1:], strict=True))
+        common = ("scheme", "load") if self.by_tol else ("step",) if is_known(self.load) else ("step", "load")
+        keys = [at[axis] for axis in self.axes if axis.owner in common]
+        if not keys:
+            yield np.arange(len(points)), *self._lanes(at)
+            return
+        order = np.lexsort(keys)
+        changes = [np.diff(key[order]) != 0 for key in keys]
+        for places in np.split(order, np.flatnonzero(np.any(changes, axis=0)) + 1):
+            yield places, *self._lanes({axis: index[places] for axis, index in at.items()})
+
+    def _lanes(self, at: Mapping[Axis, NDArray[np.int64]]) -> tuple[Scene, Scheme, Any]:
+        """Scene and scheme of points given by their index on each axis, arrays for what is swept; and dt or tol."""
+        one = {owner: self.values(owner, {a: i[0] for a, i in at.items()}) for owner in get_args(Owner)}
+        load = self.load
+        if one["load"] and is_known(load) and not self.by_tol:
+            own = {f.name: getattr(load, f.name) for f in fields(load)}  # type: ignore[arg-type]
+            load = LoadLanes(type(load), {**own, **self.values("load", at)})  # type: ignore[arg-type]
+        elif one["load"]:
+            load = replace(load, **{name: float(x) for name, x in one["load"].items()})  # type: ignore[type-var]
+        info = scene_info(self.scene, {})
+        scene = make_scene(info, checked_parameters(info, self.values("scene", at), real_array), self.a0, load)
+        if self.by_tol:
+            return scene, make_scheme(self.scheme, **one["scheme"]), self.values("step", at)["tol"]
+        return scene, make_scheme(self.scheme, **self.values("scheme", at)), float(one["step"]["dt"])
+
+    def piece(self, cluster: bool) -> tuple[int, ...]:
+        """Shape of a chunk: one value of each leading axis, a piece of one axis, the whole of each trailing axis."""
+        n = max(self.steps, default=CHOSEN_STEPS if self.by_tol else 1)
+        lanes = min(LANE_STEPS[self.oscillator and not self.by_tol] / n, MEMORY / self._bytes_of_a_lane(n))
+        lanes = max(1.0, lanes, FOR_A_CLUSTER / n if cluster else 0.0)
+        piece: list[int] = []
+        for size in (max(size, 1) for size in reversed(self.shape)):
+            here = max(1, min(size, int(lanes)))
+            piece.append(-(-size // -(-size // here)))  # pieces of nearly equal size
+            lanes = lanes / size if here == size else 0.0
+        return tuple(reversed(piece))
+
+    def _bytes_of_a_lane(self, n: int) -> float:
+        """Memory in bytes that a run takes: its rows, a copy of them to compute results from, and loads."""
+        d, scheme = len(self.scene_of_one.coordinates), self.scheme_of_all
+        if self.by_tol:
+            rows = {"final": 1, "peak": ROWS}.get(self.keep) or len(self.times)
+            return 8.0 * (rows * (6 * d + 4) + 100)
+        whole = self.bound < math.inf or (self.keep == "peak" and not self.oscillator)
+        rows = n + 1 if whole else len(self.times) if self.keep == "history" else 2 * (self.keep == "final")
+        own_load = any(axis.owner in ("scheme", "load") for axis in self.axes) or not self.oscillator
+        sampled = min(n, LOADED) if self.oscillator and is_known(self.load) else n  # steps at a time
+        loads = 2 * sampled * scheme.info.loads if self.load is not None and own_load else 0
+        return 8.0 * (rows * (6 * d + 2) + loads + 50)
+
+
+def planned(
+    scene: "Scene | str | SceneDeclaration", scheme: "Scheme | str | Declaration", dt: ArrayLike | None,
+    tol: ArrayLike | None, t_end: float, keep: Keep, samples: int | None, energy_bound: float | None,
+    a0: ArrayLike | str | None, load: Load | None, values: dict[str, Any],
+) -> ScenePlan:  # fmt: skip
+    """The checked plan of the arguments of `sweep`. Raises ValueError before anything is run."""
+    of_handle: Mapping[str, Any] = {}
+    if isinstance(scene, Scene):
+        if a0 is not None or load is not None:
+            raise ValueError(
+                f"expected {'a0' if a0 is not None else 'load'} in the scene's handle; give it to ss.scene"
+            )
+        a0, load, of_handle = scene.a0_asked, scene.load, scene.parameters
+        _check_scene(scene)
+        of_scene = scene.info
+    else:
+        strain = {"strain": values.pop("strain")} if scene == "elastic_pendulum" and "strain" in values else {}
+        of_scene = scene_info(scene, strain)
+    own_load = is_dataclass(load) and not isinstance(load, (Record, type))
+    owned: dict[Owner, list[str]] = {
+        "scene": [*of_scene.parameters],
+        "load": [f.name for f in fields(load) if f.init] if own_load else [],  # type: ignore[arg-type]
+    }
+    others = f"{of_scene.name}, their load or the step"
+    request = asked(scheme, dt, tol, t_end, keep, values, owned, of_handle, others, RESERVED)
+    if own := request.given.pop("load"):
+        load = replace(load, **own)  # type: ignore[type-var]
+    bound = math.inf if energy_bound is None else real_number("energy_bound", energy_bound)
+    samples = int(samples) if isinstance(samples, np.integer) else samples
+    plan = ScenePlan(**vars(request), samples=samples, bound=bound, scene=of_scene.source, a0=a0, load=load)
+    _check(plan)
+    return plan
+
+
+def _check_scene(scene: Scene) -> None:
+    """Raise ValueError for a scene that `dataclasses.replace` changed: a sweep makes scenes from their parameters."""
+    again = make_scene(scene.info, scene.parameters, scene.a0_asked, scene.load)
+    for name in ("u0", "v0", "a0"):
+        given, made = getattr(scene, name), getattr(again, name)
+        if not np.array_equal(given, made, equal_nan=True):
+            raise ValueError(
+                f"expected a scene as ss.scene makes it, {name} = {made}, got {given}; set parameters instead"
+            )
+
+
+def _check(plan: ScenePlan) -> None:
+    """Raise ValueError for a bad value, before anything is run."""
+    for axis in plan.axes:
+        if axis.owner == "load":
+            known = is_known(plan.load) and axis.values.size > 0  # then what is allowed is an interval
+            for value in (axis.values.min(), axis.values.max()) if known else axis.values:
+                replace(plan.load, **{axis.key: float(value)})  # type: ignore[type-var]
+    steps = plan.steps
+    plan.scheme_of_all  # noqa: B018 (making it checks it)
+    plan.scene_of_one  # noqa: B018
+    if plan.by_tol:
+        _check_chosen(plan)
+        return
+    swept_dt = any(axis.owner == "step" for axis in plan.axes)
+    if plan.samples is None:
+        if swept_dt and plan.keep == "history":
+            raise ValueError(
+                "expected samples=N for histories of several dt, which share one grid of N intervals, got none; "
+                f"N has to divide the numbers of steps, so that {math.gcd(*steps)} is the finest"
+            )
+        return
+    if plan.keep != "history":
+        raise ValueError(f"expected samples with keep='history' only, got keep='{plan.keep}'; drop samples")
+    N = plan.samples
+    if not isinstance(N, int) or N < 1:
+        raise ValueError(f"expected samples to be a whole number of intervals >= 1, got {N!r}")
+    for n in steps:
+        if n % N:
+            common = math.gcd(*steps)
+            fit = [next(k for k in range(min(N, common), 0, -1) if common % k == 0)]
+            fit += [next(k for k in range(N, common + 1) if common % k == 0)] if common > N else []
+            near = [f"{plan.t_end / (k * N):.12g}" for k in (n // N + 1, n // N) if k]
+            raise ValueError(
+                f"expected samples = {N} to divide the number of steps, got {n} steps for dt = {plan.t_end / n:.12g}; "
+                f"take samples = {' or '.join(map(str, fit))}, or dt = {' or '.join(near)}"
+            )
+
+
+def _check_chosen(plan: ScenePlan) -> None:
+    """Raise ValueError for what runs that choose their steps cannot be asked for, or a scheme that cannot change it."""
+    if plan.samples is not None:
+        raise ValueError(
+            f"expected samples with dt only, got samples = {plan.samples}; give the times you want as grid="
+        )
+    if (plan.keep == "history") != ("grid" in plan.chosen):
+        got = "none" if plan.keep == "history" else f"it with keep='{plan.keep}'"
+        raise ValueError(
+            f"expected grid=, the times of the rows, with keep='history' where runs choose their steps, got {got}; "
+            "each has steps of its own: " + ("give grid=np.linspace(0, t_end, 101)" if got == "none" else "drop it")
+        )
+    tolerances = [axis.values for axis in plan.axes if axis.owner == "step"]
+    tol = tolerances[0][:1] if tolerances else [plan.given["step"]["tol"]]
+    Control.of(1.0, float(tol[0]) if len(tol) else 1.0, plan.t_end, **plan.chosen)
+    as_numbers(plan.load)
+    swept = {axis.key: axis.values for axis in plan.axes if axis.owner == "scheme"}
+    if all(map(len, swept.values())):
+        first = {key: float(values[0]) for key, values in swept.items()}
+        adaptive_kernels(plan.scene_of_one, make_scheme(plan.scheme, **plan.given["scheme"], **first))
