@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -26,6 +27,8 @@ if TYPE_CHECKING:
     from .history import Spectrum
 
 PERIODS = np.geomspace(0.02, 10.0, 200)
+# names of what is no scheme of steps: the exact response to a record, linear between its samples
+EXACT = ("exact", "nigam", "nigam_jennings", "piecewise_exact", "piecewise_linear", "duhamel")
 PERIODS.flags.writeable = False
 
 QUANTITIES = {
@@ -199,6 +202,12 @@ def _row(name: str, values: ArrayLike, unit: str) -> Array:
 
 def numbers_only(scheme: str | Scheme) -> Scheme:
     """The handle of a scheme; raises ValueError for parameters that are arrays."""
+    if isinstance(scheme, str) and re.sub(r"[\W_]+", "_", scheme.lower()).strip("_") in EXACT:
+        raise ValueError(
+            f"expected a scheme, got '{scheme}', the exact response to a record that is linear between its samples, to "
+            "which the errors of response_spectrum are relative; its peaks are displacement/(1 + displacement_error), "
+            'or take scheme="dormand_prince", which comes closest to it, with refine="auto"'
+        )
     s = make_scheme(scheme)
     for key, value in s.parameters.items():
         if value.ndim:

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...core.arrays import Array
-from ...core.errors import require_numbers, unknown_name
+from ...core.errors import require_numbers
 from ...core.memory import require_memory
 from ...core.response import Status
 from ...core.schemes import Scheme
@@ -23,7 +23,7 @@ from ...run.clock import ConstantSteps
 from ..march.going_on import KIND as STRUCTURE
 from ..march.histories import accounted
 from ..march.march_structure import march_structure
-from ..march.refusals import require_linear
+from ..march.refusals import require_linear, unknown_argument
 from ..march.response import Account, StructureResponse
 from ..march.velocity import needs_no_damping
 from ..model.constraints import transformation
@@ -66,7 +66,7 @@ def superpose(
     """
     if others:
         known = ("dofs", "stride", "static_correction", "account", "start")
-        raise unknown_name("an argument of march for modes", next(iter(others)), known)
+        raise unknown_argument("an argument of march for modes", next(iter(others)), known)
     state = None if start is None else State.given(start)
     s, steps = _checked(modes, scheme, dt, t_end, stride, state)
     whole, n = modes.structure, steps.n
