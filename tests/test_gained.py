@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 from substep_derive import Scene, rate
 from sympy import S, symbols
+from typer.testing import CliRunner
 
 import substep as ss
+from substep.cli.commands import app
 from substep.marching.run import marched
 
 OMEGA = 10.0
@@ -108,6 +110,14 @@ def test_damping_that_is_negative_is_the_motion_s_own() -> None:
     r = marched(swelling, "rk4", 0.05, 10.0)
     assert r.energy[-1] > 1e3 * r.energy[0]
     assert said(swelling, "rk4", dt=0.05, t_end=10.0) == ""
+
+
+def test_the_command_says_it_on_stderr() -> None:
+    run = ["run", "linear_oscillator", "central_difference", "--omega", "10", "--dt", "1", "--t-end", "30"]
+    result = CliRunner().invoke(app, run)
+    assert result.exit_code == 0
+    assert "warning: central_difference is unstable at omega*dt = 10" in result.stderr
+    assert "unstable" not in result.stdout
 
 
 def test_studies_march_without_a_word() -> None:
