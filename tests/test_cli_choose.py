@@ -23,17 +23,19 @@ def test_choose_recommends_and_draws_why(tmp_path: Path) -> None:
     result = runner.invoke(app, [*wish, "--file", str(tmp_path / "why")])
     assert result.exit_code == 0, result.output
     assert "on linear_oscillator, dt =" in result.output
+    assert f"marching {len(ss.schemes())} schemes, each in finer and finer steps; --among" in result.stderr
     assert (tmp_path / "why.png").stat().st_size > 10_000
     for bad in (["--quantity", "angle"], ["--accuracy", "0"], ["--omega", "-1"]):
         assert runner.invoke(app, [*wish, *bad]).exit_code == 2
     bar = ["elastic_pendulum", "--EA", "1e8", "--strain", "engineering", "--a0", "-19.6,0", "--quantity", "angle"]
     bar += ["--among", "bathe,newmark", "--chosen", "bathe"]
     rigid = runner.invoke(app, ["choose", *bar, "--accuracy", "1e-1", "--t-end", "0.1"])
-    assert rigid.output.startswith(("bathe on rigid_pendulum", "newmark on rigid_pendulum"))
+    assert rigid.stdout.startswith(("bathe on rigid_pendulum", "newmark on rigid_pendulum"))
     assert runner.invoke(app, [*wish, "--among", "bath"]).exit_code == 2
     parameters = ["--among", "newmark:beta=.3,gamma=3/5,wilson_theta:theta=2", "--chosen", "wilson_theta:theta=2"]
     own = runner.invoke(app, [*wish, *parameters])
-    assert own.output.startswith(("newmark(beta=0.3, gamma=0.6) on", "wilson_theta(theta=2) on")), own.output
+    assert "marching 2 schemes, each in finer and finer steps\n" in own.stderr
+    assert own.stdout.startswith(("newmark(beta=0.3, gamma=0.6) on", "wilson_theta(theta=2) on")), own.output
     unknown = runner.invoke(app, ["choose", "rigid_pendulum", "--accuracy", "1e-2"])
     assert unknown.exit_code == 2
     assert "--t-end" in unknown.output

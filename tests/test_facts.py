@@ -130,6 +130,27 @@ def test_parameters_that_are_no_simple_fractions_leave_stability_to_certify() ->
     assert (many.order, many.critical_Omega) == (None, None)
 
 
+@pytest.mark.parametrize(
+    ("name", "beta"), [("linear_acceleration", 1 / 6), ("fox_goodwin", 1 / 12), ("central_difference", 0.0)]
+)
+def test_facts_at_the_parameters_of_a_member_are_the_member_s(name: str, beta: float) -> None:
+    """The limit of Newmark's scheme at gamma = 1/2 is 1/sqrt(1/4 - beta)."""
+    given = ss.scheme("newmark", beta=beta, gamma=0.5)
+    assert given.critical_Omega == pytest.approx(1.0 / math.sqrt(0.25 - beta), rel=1e-14)
+    assert given.facts == ss.scheme(name).facts
+    assert ss.scheme("newmark", beta=beta, gamma=0.6).critical_Omega is None
+
+
+@pytest.mark.parametrize(("name", "given"), [("newmark", {"gamma": 0.4}), ("hht_alpha", {"alpha": 0.1})])
+def test_a_handle_says_that_its_parameters_take_stability_away(name: str, given: dict[str, float]) -> None:
+    s = ss.scheme(name, **given)
+    assert s.spectral_radius(1.0) > 1.0
+    assert s.A_stable is False
+    assert repr(s).endswith(", not A-stable)")
+    assert "A-stable" not in repr(ss.scheme(name))
+    assert "A-stable" not in repr(ss.scheme("rk4"))  # which no parameter takes it from
+
+
 def test_facts_come_without_sympy_or_numba_and_only_when_asked_for() -> None:
     code = (
         "import sys, substep as ss; s = ss.scheme('bathe'); assert 'substep_kernels.facts' not in sys.modules;"

@@ -84,6 +84,37 @@ TYPED: dict[str, tuple[Callable[[], Any], str]] = {
     ),
     "damping as a ratio": (lambda: ss.structure(MASS, K, C=0.05), r"C=ss\.modal_damping\(0\.05, modes=10\)"),
     "damping in percent": (lambda: ss.rayleigh(5.0, 5.0, at=(1.0, 9.0)), "5 % is 0.05"),
+    "a start of the structure": (
+        lambda: ss.march(ss.structure(MASS, K), "bathe", dt=0.1, t_end=1.0, u0=[1.0, 0.0]),
+        r"ss\.structure\(M, K, u0=\.\.\.\); a run begins elsewhere by start=",
+    ),
+    "a load of the modes": (
+        lambda: ss.march(ss.structure(MASS, K).modes(2), "bathe", dt=0.1, t_end=1.0, load=np.ones(2)),
+        r"ss\.structure\(M, K, load=\.\.\.\)",
+    ),
+    "a load as a matrix": (
+        lambda: ss.structure(MASS, K, load=np.ones((2, 9))),
+        r"\(\{i: 1\.0\}, ss\.Record\(dt, F\[i\]\)\)",
+    ),
+    "a load as a vector": (
+        lambda: ss.structure(MASS, K, load=np.ones(2)),
+        r"as \(P, ss\.Step\(1\.0\)\) for a vector P",
+    ),
+    "a load as a function": (lambda: ss.structure(MASS, K, load=np.sin), r"give \(P, g\), where P says how much"),
+    "one degree of freedom": (
+        lambda: ss.structure(1.0, 4.0),
+        r"M .* got shape \(\); of one degree .* give \[\[1\.0\]\]",
+    ),
+    "its stiffness": (lambda: ss.structure([[1.0]], 4.0), r"K .* got shape \(\); of one degree .* give \[\[4\.0\]\]"),
+    "a diagonal": (lambda: ss.structure([1.0, 1.0], K), r"of a diagonal give np\.diag"),
+    "a period of a spectrum": (
+        lambda: ss.response_spectrum([0.0, 1.0], dt=0.01, T=[1.0]),
+        "argument 'T'; here it is periods, in s; it takes",
+    ),
+    "the exact response as a scheme": (
+        lambda: ss.response_spectrum([0.0, 1.0], dt=0.01, scheme="Nigam-Jennings"),
+        r'displacement/\(1 \+ displacement_error\), or take scheme="dormand_prince", .* with refine="auto"',
+    ),
     "no mass in an explicit scheme": (
         lambda: ss.march(ss.structure(np.diag([1.0, 0.0]), K), "central_difference", dt=0.1, t_end=1.0),
         "take an implicit scheme, such as bathe",

@@ -7,6 +7,7 @@ import numpy as np
 import typer
 from rich.console import Console
 
+from ..core.schemes import schemes
 from .arguments import (
     SceneArgument,
     StartOption,
@@ -21,7 +22,10 @@ from .arguments import (
 )
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from ..core.loads import Record
+    from ..core.schemes import Scheme
     from ..structures.structure import Structure
     from ..studies.structures.structure_choice import Model
 
@@ -85,6 +89,7 @@ def choose(
         _require_one(context, scene_name, mass, stiffness)
         require_files(mass, stiffness, load)
         candidates = schemes_of(among)
+        _announce(candidates)
         if mass is not None and stiffness is not None:
             record = _record(load, ground)
             end = record.dt * (len(record.samples) - 1) if t_end is None else t_end
@@ -112,6 +117,15 @@ def choose(
         scene_choice.chart(found, file)
     if found.interrupted:
         raise KeyboardInterrupt
+
+
+def _announce(candidates: "Sequence[Scheme] | None") -> None:
+    """Say on stderr how many schemes are marched, before it begins, and what makes them fewer."""
+    n = len(schemes() if candidates is None else candidates)
+    fewer = "; --among bathe,noh_bathe,rk4 takes fewer, and less time" if candidates is None else ""
+    Console(stderr=True).print(
+        f"marching {n} scheme{'s' * (n > 1)}, each in finer and finer steps{fewer}", soft_wrap=True
+    )
 
 
 def _require_one(context: typer.Context, scene_name: str, mass: Path | None, stiffness: Path | None) -> None:

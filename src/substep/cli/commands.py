@@ -106,7 +106,8 @@ def main(
 ) -> None:
     """Direct time integration schemes for structural dynamics: declared once, derived, compiled.
 
-    Which scheme do I take? `substep choose duffing --accuracy 1e-3 --t-end 10`, `substep schemes`
+    Which scheme do I take? `substep choose duffing --accuracy 1e-3 --t-end 2 --among bathe,noh_bathe,rk4`,
+    `substep schemes`
 
     Is it stable? `substep certify bathe`, `substep show bathe`
 
@@ -198,7 +199,8 @@ def run(
     """March a scene. Parameters of both follow as numbers: --EA 1e4 --gamma-t 0.2."""
     from ..core.scenes import arguments_of, scene_info  # noqa: PLC0415
     from ..figures.charts import save_csv  # noqa: PLC0415
-    from ..marching.run import march  # noqa: PLC0415
+    from ..marching.gained import gained  # noqa: PLC0415
+    from ..marching.run import marched  # noqa: PLC0415
 
     try:
         require_folders(csv)
@@ -209,7 +211,8 @@ def run(
             raise ValueError(f"{error}; parameters of {scene_name}: {', '.join(known) or 'none'}") from error
         here = scene_of(scene_name, a0, strain, {k: x for k, x in numbers(context.args).items() if k in known})
         with working(f"marching {scene_name}"):
-            r = march(here, s, dt, t_end)
+            r = marched(here, s, dt, t_end)
+            warning = gained(r, dt)
     except ValueError as error:
         raise typer.BadParameter(str(error)) from error
     names = [name for name, _ in here.coordinates]
@@ -226,6 +229,8 @@ def run(
     console.print(table)
     if r.t_failed is not None:
         console.print(f"stopped in the step that ends at t = {r.t_failed:.12g} s; the end is the last good state")
+    if warning:
+        Console(stderr=True).print(f"warning: {warning}", highlight=False, soft_wrap=True)
     if r.newton_iterations.any():
         console.print(f"Newton iterations a step and balance: {r.newton_iterations.mean():.3g} in the mean")
     if csv is not None:

@@ -55,6 +55,13 @@ WRITTEN = {
     "osc_freqs": ("frequencies", "frequencies, in Hz"),
     "freqs": ("frequencies", "frequencies, in Hz"),
 }
+# of these, what they are for a function of many oscillators
+OF_MANY = {
+    "T": ("periods", "periods, in s"),
+    "period": ("periods", "periods, in s"),
+    "f": ("frequencies", "frequencies, in Hz"),
+    "frequency": ("frequencies", "frequencies, in Hz"),
+}
 OWN = Path(__file__).parents[1]  # the folder of this package
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -131,8 +138,8 @@ def _misfit(function: Callable[..., Any], args: tuple[Any, ...], kwargs: Mapping
     try:
         takes.bind(*args, **kwargs)
     except TypeError as error:
-        ours, how = next((WRITTEN[name] for name in kwargs if name in WRITTEN.keys() - takes.parameters), ("", ""))
-        cure = f"; here it is {how}" if ours in takes.parameters else ""
+        meant = (table[name] for name in kwargs for table in (WRITTEN, OF_MANY) if name in table)
+        cure = next((f"; here it is {how}" for ours, how in meant if ours in takes.parameters), "")
         named = ", ".join([*by_name, *others]) or "none"
         return f"{error}{cure}; it takes {', '.join(at_first)} and, by name only, {named}"
     return "it takes other arguments"

@@ -1,9 +1,10 @@
 """What derivation has found about a scheme, read from generated/ without SymPy: order, limits, stability, first errors.
 
-The facts of the catalogue hold at a scheme's default parameters. At others the emitted closed forms and conditions
-decide, in exact arithmetic where every parameter is a simple fraction: what is necessary without damping, and what
-suffices at every damping ratio. What they do not decide is None, as is all about a scheme of the user's own.
-`substep_derive.certify` and `substep_derive.derive` then tell it, exactly.
+The facts of the catalogue hold at a scheme's default parameters, and at those of members that fix all of them, as
+linear_acceleration does those of newmark. At others the emitted closed forms and conditions decide, in exact arithmetic
+where every parameter is a simple fraction: what is necessary without damping, and what suffices at every damping ratio.
+What they do not decide is None, as is all about a scheme of the user's own. `substep_derive.certify` and
+`substep_derive.derive` then tell it, exactly.
 """
 
 import math
@@ -17,6 +18,7 @@ import numpy as np
 from ..derived.simple_fraction import simple_fraction
 from .arrays import Array
 from .entries import SchemeInfo
+from .scheme_names import SCHEMES
 
 Term = tuple[int, float]
 Number = Fraction | float
@@ -69,12 +71,19 @@ def facts_at_defaults(name: str) -> Facts:
 
 
 def facts_at(info: SchemeInfo, parameters: Mapping[str, Array]) -> Facts:
-    """Those of a scheme of the catalogue with parameters, as far as its closed forms and conditions tell."""
+    """Those of a scheme of the catalogue with parameters, as far as its closed forms and conditions tell.
+
+    At the parameters of a member of the catalogue they are the member's.
+    """
     forms: Mapping[str, Any] = _printed().FORMS[info.name]
     if any(x.ndim for x in parameters.values()):
         limits = np.vectorize(lambda *values: _rho_inf(forms, values), otypes=[np.float64])
         return Facts(rho_inf=limits(*parameters.values()))
-    floats = [float(x) for x in parameters.values()]
+    values = {name: float(x) for name, x in parameters.items()}
+    for name, entry in SCHEMES.items():
+        if entry["module"] == info.module and not entry["parameters"] and entry["fixed"] == values:
+            return facts_at_defaults(name)
+    floats = list(values.values())
     exact = [simple_fraction(x) for x in floats]
     if None in exact:
         return Facts(order=_order(info, forms, floats), rho_inf=_rho_inf(forms, floats))

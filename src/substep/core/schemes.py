@@ -227,16 +227,26 @@ class Scheme(SchemeRecord):
 
     @property
     def critical_Omega(self) -> float | None:
-        """The Omega up to which the scheme is stable, undamped; inf where it is for every Omega.
+        """The Omega up to which the scheme is stable, undamped; inf where it is for every Omega, 0 where for none.
 
-        None if not known, as at other parameters than the defaults where it is not stable throughout:
-        `substep_derive.certify` gives it.
+        None where it is not known without SymPy, which is not to say that there is no limit: so it is where the scheme
+        is not stable throughout, at parameters which are neither the defaults nor those of a member such as
+        linear_acceleration. `substep_derive.certify`, and `substep show newmark:gamma=2/5`, give it.
+
+        >>> print(f"{ss.scheme('newmark', beta=1 / 6, gamma=0.5).critical_Omega:.3f}")  # linear acceleration
+        3.464
         """
         return self.facts.critical_Omega
 
     @property
     def A_stable(self) -> bool | None:
-        """Whether it is stable for every Omega and damping ratio; None if not known: `substep_derive.certify`."""
+        """Whether it is stable for every Omega and damping ratio; None if not known: `substep_derive.certify`.
+
+        The handle says so where parameters that were given take it away from a scheme which has it by default.
+
+        >>> ss.scheme("newmark", gamma=0.4)  # below 1/2, numerical damping is negative
+        Scheme(newmark, beta=0.25, gamma=0.4, not A-stable)
+        """
         return self.facts.A_stable
 
     @property
@@ -367,8 +377,9 @@ class Scheme(SchemeRecord):
         return partial(scheme, self.info.source, **self.given), ()
 
     def __repr__(self) -> str:
-        values = (f"{name}={_written(value)}" for name, value in self.parameters.items())
-        return f"Scheme({', '.join([self.name, *values])})"
+        values = [f"{name}={_written(value)}" for name, value in self.parameters.items()]
+        lost = self.A_stable is False and facts_at_defaults(self.name).A_stable
+        return f"Scheme({', '.join([self.name, *values, *['not A-stable'] * bool(lost)])})"
 
 
 def _written(value: Array) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -26,6 +27,8 @@ if TYPE_CHECKING:
     from .history import Spectrum
 
 PERIODS = np.geomspace(0.02, 10.0, 200)
+# names of what is no scheme of steps: the exact response to a record, linear between its samples
+EXACT = ("exact", "nigam", "nigam_jennings", "piecewise_exact", "piecewise_linear", "duhamel")
 PERIODS.flags.writeable = False
 
 QUANTITIES = {
@@ -87,7 +90,7 @@ def response_spectrum(
 
     load = record_of(record, dt, unit)
     T, damping = natural_periods(periods, frequencies), damping_ratio("xi", xi)
-    s = numbers_only(scheme, "call once for each")
+    s = _scheme(scheme)
     refuse_damping(s, damping)
     if damping.ndim > 1 or not damping.size:
         raise ValueError(f"expected xi to be a number or a row of them, got shape {damping.shape}")
@@ -196,6 +199,17 @@ def _row(name: str, values: ArrayLike, unit: str) -> Array:
     if row.ndim != 1 or not row.size:
         raise ValueError(f"expected {name} in one row, got shape {row.shape}; give a list of them, in {unit}")
     return row
+
+
+def _scheme(scheme: str | Scheme) -> Scheme:
+    """The handle of a scheme. Raises ValueError for parameters that are arrays, and for what the exact one is called."""
+    if isinstance(scheme, str) and re.sub(r"[\W_]+", "_", scheme.lower()).strip("_") in EXACT:
+        raise ValueError(
+            f"expected a scheme, got '{scheme}', the exact response to a record that is linear between its samples, to "
+            "which the errors of response_spectrum are relative; its peaks are displacement/(1 + displacement_error), "
+            'or take scheme="dormand_prince", which comes closest to it, with refine="auto"'
+        )
+    return numbers_only(scheme, "call once for each")
 
 
 def _good_from(T: Array, error: Array) -> float:

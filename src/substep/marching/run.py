@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -14,7 +15,7 @@ from numpy.typing import ArrayLike
 from ..core import coefficients
 from ..core.arrays import Array
 from ..core.between_steps import Event, ascending, ended, require_reached, sampled
-from ..core.errors import called_as, real_number, unknown_name
+from ..core.errors import called_as, real_number, unknown_name, warn
 from ..core.memory import require_histories
 from ..core.response import STATUSES, Response, Status
 from ..core.scenes import Scene, scene_info, scenes
@@ -24,6 +25,7 @@ from ..core.state import State, bare, whose
 from ..run.clock import AT_ZERO, CHOSEN, Begin, ConstantSteps, Control, steps_of
 from ..run.schemes import numbers_only
 from .adaptive import march_adaptive
+from .gained import gained
 from .linear import LinearLanes, march_linear
 from .oscillators import Oscillators
 from .scene_lanes import march_lanes, pair_kernels
@@ -97,7 +99,8 @@ def march(
 
     Raises ValueError for dt <= 0, for t_end that is not a multiple of dt, for tol <= 0, for both or neither of dt and
     tol, for a scheme whose parameters are arrays or that cannot change its step, and for a load that is not finite. A
-    run that fails does not raise: see Response.status.
+    run that fails does not raise: see Response.status. Warns where a completed run of a scene has gained energy that
+    nothing gave it, tenfold or more: on a linear oscillator at an unstable step, on others where they conserve it.
 
     >>> r = ss.march(ss.scene("linear_oscillator", omega=2 * np.pi), "bathe", dt=0.05, t_end=1.0)
     >>> r.status, r.u.shape
@@ -109,33 +112,44 @@ def march(
     asked = {"rtol": rtol, "atol": atol, "dt_first": dt_first, "dt_min": dt_min, "dt_max": dt_max}
     asked |= {"grid": grid, "rung": rung}
     chosen = {name: x for name, x in asked.items() if x is not None}
+    given = scene, scheme, dt, t_end, stride, energy_bound, tol, start
     if at is None and until is None:
-        return _marched(scene, scheme, dt, t_end, stride, energy_bound, tol, start, chosen, of_structure)
+        return _warned(marched(*given, chosen, of_structure), dt)
     if at is not None and t_end is not None:
         require_reached(ascending("at", at), real_number("t_end", t_end))
     if stride != 1 or grid is not None:
         raise ValueError("expected at or until without stride and grid, got them together; give the times as at=")
     if at is not None and tol is not None and until is None and getattr(scene, "march", None) is None:
         chosen["grid"] = ascending("at", at)
-        return _marched(scene, scheme, dt, t_end, stride, energy_bound, tol, start, chosen, of_structure)
-    r = _marched(scene, scheme, dt, t_end, stride, energy_bound, tol, start, chosen, of_structure)
-    r = r if until is None else ended(r, until)
+        return _warned(marched(*given, chosen, of_structure), dt)
+    r = marched(*given, chosen, of_structure)
+    r = _warned(r if until is None else ended(r, until), dt)
     return r if at is None else sampled(r, at)
 
 
-def _marched(
+def _warned(r: Response, dt: float | None) -> Response:
+    """The response, with a warning where a scheme has gained energy on a scene; a structure's march has its own."""
+    if isinstance(r.scene, Scene) and (said := gained(r, dt)):
+        warn(said)
+    return r
+
+
+def marched(
     scene: Any,
     scheme: Any,
-    dt: float | None,
-    t_end: float | None,
-    stride: int,
-    energy_bound: float | None,
-    tol: float | None,
-    start: Any,
-    chosen: dict[str, Any],
-    of_structure: dict[str, Any],
+    dt: float | None = None,
+    t_end: float | None = None,
+    stride: int = 1,
+    energy_bound: float | None = None,
+    tol: float | None = None,
+    start: Any = None,
+    chosen: Mapping[str, Any] = MappingProxyType({}),
+    of_structure: Mapping[str, Any] = MappingProxyType({}),
 ) -> Response:
-    """`march`, with a row for each stride-th step, each chosen step, or each time of the grid."""
+    """`march`, with a row for each stride-th step, each chosen step, or each time of the grid, and without a warning.
+
+    Studies call it, which judge what a run has gained themselves.
+    """
     marched_by: Callable[..., Response] | None = getattr(scene, "march", None)  # of a structure or its modes
     if marched_by is not None:
         options = {"tol": tol, "energy_bound": energy_bound, "start": start, **of_structure}

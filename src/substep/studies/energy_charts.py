@@ -11,7 +11,7 @@ from ..core.schemes import Array, scheme
 from ..core.style import COLOURS, styled
 from ..derived import facade
 from ..figures.charts import save, save_csv
-from ..marching.run import march
+from ..marching.run import marched
 
 SCHEMES = ("central_difference", "rkn64")  # symplectic; a pair of high order, which is not
 TOL, T_END = 1e-5, 100.0  # s
@@ -41,9 +41,9 @@ def nature(name: str) -> str:
 def drift(model: Scene, name: str, tol: float, times: Array) -> Drift:
     """Energy errors of a scheme on an undamped scene without load; times (n,): ascending, s, the last is the span."""
     t_end = float(times[-1])
-    chosen = march(model, scheme(name), t_end=t_end, tol=tol)
+    chosen = marched(model, scheme(name), t_end=t_end, tol=tol)
     steps = len(chosen.t) - 1
-    constant = march(model, scheme(name), t_end / steps, t_end)
+    constant = marched(model, scheme(name), t_end / steps, t_end)
     largest = (np.maximum.accumulate(np.abs(r.energy / model.E0 - 1.0)) for r in (chosen, constant))
     places = (np.searchsorted(r.t, times * (1 + 1e-12), side="right") - 1 for r in (chosen, constant))
     return Drift(name, nature(name), steps, times, *(e[k] for e, k in zip(largest, places, strict=True)))

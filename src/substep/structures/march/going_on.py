@@ -87,4 +87,6 @@ def _state(
         return here
     more = {f"tangent {k} at": x.at for k, x in enumerate(tangents) if x is not None}
     more |= {f"tangent {k}": np.array([x.t, x.largest]) for k, x in enumerate(tangents) if x is not None}
-    return replace(here, history=dict(zip(bare(scheme.state), rows, strict=True)), of=whose(scheme, kind_of(structure)), more=more)
+    return replace(
+        here, history=dict(zip(bare(scheme.state), rows, strict=True)), of=whose(scheme, kind_of(structure)), more=more
+    )

@@ -21,7 +21,7 @@ from .going_on import begun, stands
 from .histories import Histories, accounted, held_at_start
 from .march_chosen import march_chosen
 from .newton import Iteration, NewtonFailed, Tangent
-from .refusals import require_definite_mass, require_suited, unsymmetric
+from .refusals import require_definite_mass, require_suited, unknown_argument, unsymmetric
 from .response import StructureResponse
 from .scheme_plan import step_of
 from .steps import Run
@@ -83,7 +83,7 @@ def march_structure(
     """
     known = tuple(name for name in CHOSEN if name != "grid")  # rows are steps
     if unknown := [name for name in chosen if name not in known]:
-        raise unknown_name("an argument of march for a structure", unknown[0], (*ARGUMENTS, *known))
+        raise unknown_argument("an argument of march for a structure", unknown[0], (*ARGUMENTS, *known))
     if newton not in ("simplified", "full"):
         raise unknown_name("a kind of Newton's iteration", newton, ("simplified", "full"))
     scheme = numbers_only(scheme, "substep.sweep takes arrays")

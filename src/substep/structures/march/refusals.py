@@ -1,5 +1,8 @@
 """What is refused of a structure before anything is computed: schemes and questions that do not fit it."""
 
+from collections.abc import Iterable
+
+from ...core.errors import unknown_name
 from ...core.schemes import Scheme
 from ..model.consistency import require_finite_start, require_own_potential, require_own_tangent
 from ..model.model import Model
@@ -14,6 +17,15 @@ from .velocity import (
     require_tangent_by_velocity,
     takes_damping_at_start,
 )
+
+OF_STRUCTURE = ("u0", "v0", "a0", "load", "C", "fixed", "constraints", "names", "solver", "tangent", "potential")
+
+
+def unknown_argument(what: str, name: str, known: Iterable[str]) -> ValueError:
+    """The error for an argument that the march of a structure does not have; it says so of one of `ss.structure`."""
+    mine = f"; it is an argument of the structure: ss.structure(M, K, {name}=...)" if name in OF_STRUCTURE else ""
+    begins = "; a run begins elsewhere by start={'u': ..., 'v': ...}" if name in ("u0", "v0") else ""
+    return ValueError(f"{unknown_name(what, name, known)}{mine}{begins}")
 
 
 def require_suited(structure: Model, scheme: Scheme, h: float) -> None:

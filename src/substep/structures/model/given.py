@@ -69,9 +69,23 @@ def _pairs(load: LoadPair | Iterable[LoadPair]) -> list[LoadPair]:
         if not isinstance(pair, tuple) or len(pair) != 2:
             raise ValueError(
                 f"expected load as pairs (P, g) of a vector and a function of time, got {repr(pair)[:60]} in place of "
-                "a pair; give a list of tuples"
+                f"a pair; {_pair_of(load)}"
             )
     return pairs
+
+
+def _pair_of(load: Any) -> str:
+    """How to make pairs of what was given as load in their place."""
+    if callable(load):
+        return "give (P, g), where P says how much of this function g each degree of freedom takes, as {0: 1.0}"
+    if isinstance(load, np.ndarray) and load.ndim == 2:
+        return (
+            "of a matrix F (N, n) of samples at steps of dt give a pair for each degree of freedom that is loaded: "
+            "[({i: 1.0}, ss.Record(dt, F[i])) for i in range(N)]"
+        )
+    if isinstance(load, np.ndarray):
+        return "give (P, g), as (P, ss.Step(1.0)) for a vector P (N,) that stays, or ({0: 1.0}, ss.Record(dt, samples))"
+    return "give a list of tuples"
 
 
 def _shape(P: ArrayLike | Mapping[Dof, float], names: tuple[str, ...], held: Sequence[int], N: int) -> Array:

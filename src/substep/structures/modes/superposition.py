@@ -12,7 +12,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...core.arrays import Array
-from ...core.errors import unknown_name
 from ...core.memory import require_memory
 from ...core.response import Status
 from ...core.schemes import Scheme
@@ -24,7 +23,7 @@ from ...run.schemes import numbers_only
 from ..march.going_on import kind_of as structure_kind
 from ..march.histories import accounted
 from ..march.march_structure import march_structure
-from ..march.refusals import require_linear
+from ..march.refusals import require_linear, unknown_argument
 from ..march.response import Account, StructureResponse
 from ..march.velocity import needs_no_damping
 from ..model.constraints import transformation
@@ -67,7 +66,7 @@ def superpose(
     """
     if others:
         known = ("dofs", "stride", "static_correction", "account", "start")
-        raise unknown_name("an argument of march for modes", next(iter(others)), known)
+        raise unknown_argument("an argument of march for modes", next(iter(others)), known)
     state = None if start is None else State.given(start)
     if state is not None and state.history and not state.of:
         raise ValueError(

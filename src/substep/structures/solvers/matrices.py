@@ -57,7 +57,11 @@ def checked(name: str, value: Any, size: int | None = None) -> Matrix:
     matrix = finite(name, value)
     shape: tuple[int, ...] = np.shape(matrix)
     if len(shape) != 2 or shape[0] != shape[1]:
-        raise ValueError(f"expected {name} to be a square matrix, got shape {shape}")
+        cures = {
+            0: f"; of one degree of freedom give [[{value}]], or march ss.scene('linear_oscillator', omega=...)",
+            1: "; of a diagonal give np.diag(...)",
+        }
+        raise ValueError(f"expected {name} to be a square matrix, got shape {shape}{cures.get(len(shape), '')}")
     if size is not None and shape[0] != size:
         raise ValueError(f"expected {name} to be {size} x {size} as the mass matrix, got shape {shape}")
     return matrix

@@ -13,7 +13,7 @@ from ...core.schemes import Array, Scheme, scheme, schemes
 from ...core.style import COLOURS, styled
 from ...derived import facade
 from ...figures.charts import curves, save, save_csv
-from ...marching.run import march
+from ...marching.run import marched
 from .outcomes import SECTION, write_rows
 
 CROSSING = (0.99, 1.01)  # times the critical Omega
@@ -62,7 +62,7 @@ def limits_crossed(folder: Path, full: bool = False) -> list[LimitRow]:
         radii = s.spectral_radius(Omegas)
         needed = np.log(CROSSING_GROWTH) / max(np.log(radii[1]), 1e-9)
         n = int(np.clip(np.ceil(needed), *CROSSING_STEPS))
-        runs = (march(oscillator, s, float(x), float(x) * n) for x in Omegas)
+        runs = (marched(oscillator, s, float(x), float(x) * n) for x in Omegas)
         u = (float(np.abs(r.u[n // 2 :]).max()) for r in runs)
         rows.append(LimitRow(name, text, n, *u, *radii.tolist()))
     write_rows(folder / "limits_crossed.csv", rows)
@@ -87,7 +87,7 @@ def overshoot(folder: Path, full: bool = False) -> list[OvershootRow]:
     oscillator = scene("linear_oscillator", omega=2 * np.pi)
     rows = []
     for name in schemes():
-        r = march(oscillator, scheme(name), OVERSHOOT_RATIO, OVERSHOOT_RATIO * OVERSHOOT_STEPS)
+        r = marched(oscillator, scheme(name), OVERSHOOT_RATIO, OVERSHOOT_RATIO * OVERSHOOT_STEPS)
         rows.append(OvershootRow(name, float(np.abs(r.u).max()), float(np.abs(r.v).max() / (2 * np.pi))))
     write_rows(folder / "overshoot.csv", rows)
     free = without_limit()

@@ -12,7 +12,7 @@ from ...core.coefficients import sizes
 from ...core.response import Response, Status
 from ...core.scenes import Scene
 from ...core.schemes import Array, Scheme
-from ...marching.run import march
+from ...marching.run import marched
 from ...marching.scene_lanes import pair_kernels
 from .reference import QUANTITIES, Reference
 
@@ -99,7 +99,7 @@ def measure(exact: Reference, scheme: Scheme, steps: int, repeats: int, model: S
     dt, stride = t_end / steps, steps // (len(exact.t) - 1)
 
     def run() -> Response:
-        return march(scene, scheme, dt, t_end, stride=stride)
+        return marched(scene, scheme, dt, t_end, stride=stride)
 
     r, seconds = run(), np.nan  # the first run compiles
     if repeats:

@@ -8,7 +8,7 @@ import numpy as np
 from ...core.scenes import Scene
 from ...core.schemes import Array, scheme
 from ...exact import motions
-from ...marching.run import march
+from ...marching.run import marched
 
 MOST_STEPS = 1 << 22
 LOADED = 1 << 16  # least number of steps under a load, so that no pulse falls between two of them
@@ -66,7 +66,7 @@ def reference(scene: Scene, t_end: float, samples: int, wished: float, quantity:
     while scene.load is not None and steps < LOADED:
         steps *= 2
     while steps <= MOST_STEPS:
-        r = march(scene, rk4, t_end / steps, t_end, stride=steps // samples)
+        r = marched(scene, rk4, t_end / steps, t_end, stride=steps // samples)
         fine = np.stack([r.u, r.v]) if r.status == "completed" else None
         if fine is not None and coarse is not None:
             value = compared(*fine)

@@ -10,7 +10,7 @@ from ...core.response import Response
 from ...core.scenes import Scene
 from ...core.schemes import Scheme
 from ...marching.adaptive import adaptive_kernels
-from ...marching.run import march
+from ...marching.run import marched
 from .measure import LONG, Cost, Run, against, failed, timed
 from .reference import Reference
 
@@ -38,7 +38,7 @@ def measure_chosen(exact: Reference, scheme: Scheme, tol: float, repeats: int, m
     bound = most_energy(exact, scene)
 
     def run() -> Response:
-        return march(scene, scheme, t_end=t_end, tol=tol, grid=exact.t, energy_bound=bound)
+        return marched(scene, scheme, t_end=t_end, tol=tol, chosen={"grid": exact.t}, energy_bound=bound)
 
     r, seconds = run(), np.nan  # the first run compiles
     if repeats:

@@ -1,0 +1,83 @@
+"""What there is to say of a run that has gained energy which nothing gave it."""
+
+import math
+
+import numpy as np
+
+from ..core.arrays import Array
+from ..core.coefficients import coefficients
+from ..core.response import Response
+from ..core.schemes import Scheme
+
+TIMES = 10.0  # the energy at the start, beyond which the one at the end is looked into
+SHORT = 0.05  # omega*dt of the shortest step that is looked at for a stable one
+TRIED = 400
+UNSTABLE = 1.0 + 1e-11  # below which a radius is rounding, where eigenvalues are apart as at SHORT
+
+
+def gained(r: Response, dt: float | None) -> str:
+    """That the scheme has gained energy in a run of a scene which is completed, and the cure; else nothing.
+
+    Of a linear oscillator in constant steps, whatever drives it, it is said where the energy at the end is more than
+    ten times that at the start and the scheme's spectral radius, over these steps, by itself makes so much of it. Of
+    other scenes it is said where nothing drives or damps them, so that their energy is constant, and it has grown to
+    more than ten times that at the start, by more than half of the largest kinetic energy: so that an energy which
+    cancels at the start does not count.
+    """
+    if r.status != "completed" or len(r.u) < 2:
+        return ""
+    ends = [0, -1]
+    first, last = r.scene.energy(r.t[ends], r.u[ends], r.v[ends])
+    if not last > TIMES * abs(first):
+        return ""
+    if r.scene.info.oscillator and dt is not None:
+        return _unstable(r, dt)
+    if not _conservative(r):
+        return ""
+    scale = abs(r.scene.E0)
+    kinetic = float(np.nanmax(r.energy - r.scene.energy(r.t, r.u, np.zeros_like(r.v))))
+    if not (last > TIMES * scale and last - first > 0.5 * kinetic):
+        return ""
+    return (
+        f"{r.scheme.name} has gained energy on {r.scene.name}, which conserves it: {last:.3g} J at t = {r.t[-1]:.6g} "
+        f"from {first:.3g} J; {'take a smaller step' if dt else 'take a smaller tol'}, or another scheme"
+    )
+
+
+def _unstable(r: Response, dt: float) -> str:
+    """That the step is unstable on a linear oscillator, if its growth explains the energy at the end."""
+    assert r.scene.info.oscillator is not None
+    omega, xi, _ = r.scene.info.oscillator(*r.scene.parameters.values())
+    if xi < 0.0:  # of a scene of the user's own, whose motion grows by itself
+        return ""
+    Omega, steps = omega * dt, (r.t[-1] - r.t[0]) / dt
+    radius = _radii(r.scheme, np.array([Omega]), xi)[0]
+    if not 2.0 * steps * math.log(max(radius, 1.0)) > math.log(TIMES):
+        return ""
+    said = f"{r.scheme.name} is unstable at omega*dt = {Omega:.6g}, xi = {xi:.6g}: its spectral radius is {radius:.6g}"
+    shorter = np.geomspace(min(SHORT, Omega), Omega, TRIED)
+    stable = _radii(r.scheme, shorter, xi) <= UNSTABLE
+    exact = r.scheme.critical_Omega if xi == 0.0 else None
+    if exact == 0.0 or not stable[0]:
+        return f"{said}, and above 1 at shorter steps too; take another scheme, or other parameters"
+    limit = exact if exact and exact < Omega else float(shorter[np.argmin(stable) - 1])
+    return f"{said}; it is stable up to omega*dt = {limit:.4g}: take dt up to {limit / omega:.4g} s, or another scheme"
+
+
+def _radii(scheme: Scheme, Omega: Array, xi: float) -> Array:
+    """The spectral radius of a step at each Omega (n,), from the coefficients that a march has at hand."""
+    D = coefficients(scheme, Omega, xi)[0]
+    return abs(np.linalg.eigvals(D + np.eye(D.shape[1]))).max(axis=1)
+
+
+def _conservative(r: Response) -> bool:
+    """Whether nothing drives the scene or takes energy from it, as far as a state beside the start tells at all times.
+
+    A declared load, or a prescribed motion, shows in the acceleration or in the energy there.
+    """
+    scene = r.scene
+    if scene.load is not None or (scene.info.damped and not scene.info.oscillator):
+        return False
+    u, v = (np.tile(x + scene.length, (len(r.t), 1)) for x in (scene.u0, scene.v0))
+    found = (scene.energy(r.t, u, v), *scene.acceleration(r.t, u, v).T)
+    return all(bool((x == x[0]).all()) for x in found)
