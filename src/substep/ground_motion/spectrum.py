@@ -202,7 +202,7 @@ def _row(name: str, values: ArrayLike, unit: str) -> Array:
 
 
 def _scheme(scheme: str | Scheme) -> Scheme:
-    """The handle of a scheme. Raises ValueError for parameters that are arrays, and for what the exact one is called."""
+    """The handle of a scheme. Raises ValueError for arrays of parameters, and for what the exact response is called."""
     if isinstance(scheme, str) and re.sub(r"[\W_]+", "_", scheme.lower()).strip("_") in EXACT:
         raise ValueError(
             f"expected a scheme, got '{scheme}', the exact response to a record that is linear between its samples, to "
