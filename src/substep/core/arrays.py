@@ -3,7 +3,7 @@
 import hashlib
 from collections.abc import Iterable, Mapping
 from math import prod
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -82,5 +82,5 @@ def digest(*parts: Any) -> str:
     found = hashlib.sha256()
     for part in parts:
         array = isinstance(part, np.ndarray)
-        found.update(np.ascontiguousarray(part).tobytes() if array else repr(part).encode())
+        found.update(np.ascontiguousarray(cast("Array", part)).tobytes() if array else repr(part).encode())
     return found.hexdigest()

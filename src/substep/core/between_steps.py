@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
@@ -64,11 +65,12 @@ def ended(r: R, until: Event | Sequence[Event]) -> R:
     and `t_events` says of which event.
     Raises ValueError for an event that is not a function of t, u and v with a number for value.
     """
-    events: list[Any] = list(until) if isinstance(until, Iterable) and not isinstance(until, str) else [until]
+    given = cast("Any", until)
+    events: list[Any] = list(cast("Sequence[Any]", given)) if isinstance(given, list | tuple) else [given]
     if not events or not all(map(callable, events)):
         raise ValueError(
-            f"expected until as a function of t, u, v or a list of them, got {repr(until)[:60]}; give such as "
-            "lambda t, u, v: u[0] - 0.1, whose sign changes at the event"
+            f"expected until as a function of t, u, v or a list of them, got {repr(cast(object, given))[:60]}; give "
+            "such as lambda t, u, v: u[0] - 0.1, whose sign changes at the event"
         )
     roots = [_first_root(r, event) for event in events]
     t_events = np.array([np.nan if root is None else root for root in roots])
@@ -114,9 +116,7 @@ def _first_root(r: Response, event: Event) -> float | None:
 
     def value(t: float, u: Array, v: Array) -> float:
         found: Any = event(t, u, v)
-        found = found[()] if isinstance(found, np.ndarray) else found
-        real = isinstance(found, int | float | np.integer | np.floating) and not isinstance(found, bool)
-        if not real or np.isnan(found):
+        if np.ndim(found) or np.asarray(found).dtype.kind not in "iuf" or math.isnan(found):
             raise ValueError(
                 f"expected until as a function of t, u, v with one number for value, got {found!r} at t = {t:.6g}; "
                 "return such as u[0] - 0.1, whose sign changes at the event"
