@@ -175,10 +175,10 @@ class ScenePlan(SweepPlan):
         """Memory in bytes that a run takes: its rows, a copy of them to compute results from, and loads."""
         d, scheme = len(self.scene_of_one.coordinates), self.scheme_of_all
         if self.by_tol:
-            rows = {"final": 1, "peak": ROWS}.get(self.keep) or len(self.times)
+            rows = {"final": 1, "peak": ROWS}.get(self.keep) or self.rows
             return 8.0 * (rows * (6 * d + 4) + 100)
         whole = self.bound < math.inf or (self.keep == "peak" and not self.oscillator)
-        rows = n + 1 if whole else len(self.times) if self.keep == "history" else 2 * (self.keep == "final")
+        rows = n + 1 if whole else self.rows if self.keep == "history" else 2 * (self.keep == "final")
         own_load = any(axis.owner in ("scheme", "load") for axis in self.axes) or not self.oscillator
         sampled = min(n, LOADED) if self.oscillator and is_known(self.load) else n  # steps at a time
         loads = 2 * sampled * scheme.info.loads if self.load is not None and own_load else 0

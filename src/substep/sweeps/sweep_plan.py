@@ -121,12 +121,16 @@ class SweepPlan(Asked, ABC):
         return 1 if self.samples is None else n // self.samples
 
     @property
+    def rows(self) -> int:
+        """How many rows a history has, with that of the start or on the grid."""
+        return len(self.chosen["grid"]) if self.by_tol else 1 + (self.samples or max(self.steps, default=0))
+
+    @property
     def times(self) -> Array:
-        """Of the rows of a history, with that of the start or on the grid, s."""
+        """Of the rows of a history, s."""
         if self.by_tol:
             return np.asarray(self.chosen["grid"], dtype=np.float64)
-        intervals = self.samples or max(self.steps, default=0)
-        return np.arange(intervals + 1) * (self.t_end / intervals if self.samples else self.given["step"]["dt"])
+        return np.arange(self.rows) * (self.t_end / self.samples if self.samples else self.given["step"]["dt"])
 
     def motion(
         self, name: str, *inner: tuple[str, int], largest: str = "largest", **attrs: Any
@@ -135,7 +139,7 @@ class SweepPlan(Asked, ABC):
 
         largest: its peak in words.
         """
-        rows = [("t", len(self.times))] if self.keep == "history" else []
+        rows = [("t", self.rows)] if self.keep == "history" else []
         meaning, peak = MEANINGS[name], "peak_" * (self.keep == "peak")
         text = {"final": f"{meaning} at t_end", "peak": f"{largest} {meaning}", "history": meaning}[self.keep]
         return peak + name, Variable.of(np.float64(np.nan), *rows, *inner, **attrs, long_name=text)
