@@ -18,8 +18,8 @@ UNSTABLE = 1.0 + 1e-11  # below which a radius is rounding, where eigenvalues ar
 def gained(r: Response, dt: float | None) -> str:
     """That the scheme has gained energy in a run of a scene which is completed, and the cure; else nothing.
 
-    Of a linear oscillator in constant steps, whatever drives it, it is said where the motion at the end holds more
-    than about ten times the energy of the start and the scheme's spectral radius, over these steps, by itself makes so much of it. Of
+    Of a linear oscillator in constant steps, whatever drives it, it is said where the motion at the end holds about ten
+    times the energy of the start or more, and the scheme's spectral radius, over these steps, makes so much of any. Of
     other scenes it is said where nothing drives or damps them, so that their energy is constant, and it has grown to
     more than ten times that at the start, by more than half of the largest kinetic energy: so that an energy which
     cancels at the start does not count.
