@@ -70,8 +70,8 @@ def test_choose_reads_a_structure_from_files(building: dict[str, Path], ground: 
     options = ["--at", ",".join(map(str, at)), "--quantity", "4", "--accuracy", "1e-2", "--model", "direct"]
     options += ["--among", "bathe,newmark", "--damping-ratio", str(ratio), *["--ground"] * ground]
     result = runner.invoke(app, ["choose", *files, *options])
-    assert result.exit_code == 0, result.output
-    assert " ".join(result.output.split()) == " ".join(expected.text.split())
+    assert result.exit_code == 0, result.stdout
+    assert " ".join(result.stdout.split()) == " ".join(expected.text.split())
 
 
 def test_choose_refuses_what_is_neither_a_scene_nor_a_structure(building: dict[str, Path]) -> None:

@@ -31,6 +31,7 @@ def test_central_difference_beyond_its_limit_is_unstable() -> None:
     text = said(FREE, "central_difference", dt=1.0, t_end=40.0)
     assert "central_difference is unstable at omega*dt = 10, xi = 0: its spectral radius is 97.9898" in text
     assert "stable up to omega*dt = 2: take dt up to 0.2 s" in text
+    assert said(FREE, "central_difference", dt=1.0, t_end=100.0)  # where squares overflow
 
 
 def test_the_step_that_is_named_is_stable_with_damping_too() -> None:

@@ -18,20 +18,20 @@ UNSTABLE = 1.0 + 1e-11  # below which a radius is rounding, where eigenvalues ar
 def gained(r: Response, dt: float | None) -> str:
     """That the scheme has gained energy in a run of a scene which is completed, and the cure; else nothing.
 
-    Of a linear oscillator in constant steps, whatever drives it, it is said where the energy at the end is more than
-    ten times that at the start and the scheme's spectral radius, over these steps, by itself makes so much of it. Of
+    Of a linear oscillator in constant steps, whatever drives it, it is said where the motion at the end holds about ten
+    times the energy of the start or more, and the scheme's spectral radius, over these steps, makes so much of any. Of
     other scenes it is said where nothing drives or damps them, so that their energy is constant, and it has grown to
     more than ten times that at the start, by more than half of the largest kinetic energy: so that an energy which
     cancels at the start does not count.
     """
     if r.status != "completed" or len(r.u) < 2:
         return ""
+    if r.scene.info.oscillator and dt is not None:
+        return _unstable(r, dt)
     ends = [0, -1]
     first, last = r.scene.energy(r.t[ends], r.u[ends], r.v[ends])
     if not last > TIMES * abs(first):
         return ""
-    if r.scene.info.oscillator and dt is not None:
-        return _unstable(r, dt)
     if not _conservative(r):
         return ""
     scale = abs(r.scene.E0)
@@ -47,8 +47,9 @@ def gained(r: Response, dt: float | None) -> str:
 def _unstable(r: Response, dt: float) -> str:
     """That the step is unstable on a linear oscillator, if its growth explains the energy at the end."""
     assert r.scene.info.oscillator is not None
-    omega, xi, _ = r.scene.info.oscillator(*r.scene.parameters.values())
-    if xi < 0.0:  # of a scene of the user's own, whose motion grows by itself
+    omega, xi = (float(x) for x in r.scene.info.oscillator(*r.scene.parameters.values())[:2])
+    first, last = (max(abs(omega * float(r.u[row, 0])), abs(float(r.v[row, 0]))) for row in (0, -1))
+    if not last > math.sqrt(TIMES) * first or xi < 0.0 or r.scheme.A_stable:  # xi < 0: of a motion that grows by itself
         return ""
     Omega, steps = omega * dt, (r.t[-1] - r.t[0]) / dt
     radius = _radii(r.scheme, np.array([Omega]), xi)[0]

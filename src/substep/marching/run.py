@@ -129,7 +129,7 @@ def march(
 
 def _warned(r: Response, dt: float | None) -> Response:
     """The response, with a warning where a scheme has gained energy on a scene; a structure's march has its own."""
-    if isinstance(r.scene, Scene) and (said := gained(r, dt)):
+    if not hasattr(r.scene, "march") and (said := gained(r, dt)):
         warn(said)
     return r
 
