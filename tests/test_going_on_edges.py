@@ -238,3 +238,24 @@ def test_a_saved_march_that_goes_on_knows_its_loads_where_it_is(tmp_path: Any) -
     ss.march(one, "bdf3", dt=0.05, t_end=2.0, start=first, save=tmp_path / "march")
     with pytest.raises(ValueError, match="another loads"):
         ss.march(other, "bdf3", dt=0.05, t_end=2.0, start=first, save=tmp_path / "march")
+
+
+@pytest.mark.parametrize("scheme", ["dormand_prince", "rk4", "newmark"])
+@pytest.mark.parametrize("kind", ["structure", "scene"])
+@pytest.mark.parametrize("steps", [{"tol": 1e-6}, {"dt": 0.01}])
+def test_rows_in_the_step_before_a_load_jumps_do_not_feel_it(kind: str, scheme: str, steps: dict[str, float]) -> None:
+    load = ss.Step(5.0, start=0.5)
+    if kind == "structure":
+        model: Any = ss.structure([[1.0]], [[9.0]], u0=1.0, load=([1.0], load))
+    else:
+        model = ss.scene("linear_oscillator", omega=3.0, u0=1.0, load=load)
+    until = {"until": lambda t, u, v: t - 1.4}  # so that rows are taken between steps in any case
+    r = ss.march(model, scheme, **steps, t_end=1.5, at=np.linspace(0.0, 1.5, 301), **until)
+    t = r.t
+    exact = np.cos(3.0 * t) + 5.0 / 9.0 * np.where(t > 0.5, 1.0 - np.cos(3.0 * (t - 0.5)), 0.0)
+    ends = ss.march(model, scheme, **steps, t_end=1.5)
+    at_ends = np.cos(3.0 * ends.t) + 5.0 / 9.0 * np.where(ends.t > 0.5, 1.0 - np.cos(3.0 * (ends.t - 0.5)), 0.0)
+    longest = float(np.diff(ends.t).max())
+    assert (
+        np.abs(r.u[:, 0] - exact).max() < 1.2 * np.abs(ends.u[:, 0] - at_ends).max() + 81.0 / 384.0 * longest**4 * 2.0
+    )

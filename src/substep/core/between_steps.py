@@ -13,12 +13,14 @@ from numpy.typing import ArrayLike
 from .arrays import Array
 from .errors import real_array
 from .kernel_modules import loaded
+from .loads import jumps
 
 if TYPE_CHECKING:
     from .response import Response
 
 Event = Callable[[float, Array, Array], float]  # of t, u (d,) and v (d,); a root of it is the event
 R = TypeVar("R", bound="Response")
+JUMP = 1e-9  # of a step, by which its end may differ from the time at which a load jumps
 SHARE = 4e-16  # of a step, to which the time of an event is found
 AT_START = 1e-9  # of the first step, within which a root is that of the event at which the run before has ended
 
@@ -88,7 +90,10 @@ def ended(r: R, until: Event | Sequence[Event]) -> R:
 
 
 def _at(r: Response, times: Array) -> tuple[Array, Array, Array | None]:
-    """u, v, a (k, d) at times within the run; rows of steps' ends as they are."""
+    """u, v, a (k, d) at times within the run; rows of steps' ends as they are.
+
+    The step before a jump of the load ends with the acceleration after it, so that u and v alone make its polynomial.
+    """
     t, u, v = r.t, np.asarray(r.u), np.asarray(r.v)
     a = np.asarray(r.a) if r.has_a else None
     k = np.clip(np.searchsorted(t, times, side="right") - 1, 0, max(len(t) - 2, 0))
@@ -97,12 +102,15 @@ def _at(r: Response, times: Array) -> tuple[Array, Array, Array | None]:
     h = (t[k + 1] - t[k])[:, None]
     share = (times - t[k])[:, None] / h
     module = loaded("shared.interpolant")
-    if a is None:
-        found = module.of_velocities(share, h, u[k], v[k], u[k + 1], v[k + 1])
-    else:
+    found: list[Array] = list(module.of_velocities(share, h, u[k], v[k], u[k + 1], v[k + 1]))
+    if a is not None:
         order = min(r.scheme.order[:2]) if r.scheme.order else 2
         between = module.high if order >= module.HIGH else module.low
-        found = between(share, h, u[k], v[k], a[k], u[k + 1], v[k + 1], a[k + 1])
+        whole: list[Array] = list(between(share, h, u[k], v[k], a[k], u[k + 1], v[k + 1], a[k + 1]))
+        breaks = np.concatenate([jumps(load) for load in r.loads] or [np.empty(0)])
+        away = np.asarray(np.abs(t[k + 1, None] - breaks) > JUMP * h)
+        smooth = away.all(axis=1, keepdims=True)
+        found = [np.where(smooth, x, y) for x, y in zip(whole, found, strict=True)]
     at_end = (times == t[k]) * 1 + (times == t[k + 1]) * 2
     for x, of in zip(found, (u, v, a), strict=True):
         for place in (1, 2):

@@ -266,6 +266,15 @@ def break_points(load: Load | None, t_end: float) -> Array:
     return found[(found > 0.0) & (found < t_end)]
 
 
+def jumps(load: Load | None) -> Array:
+    """Times at which a load jumps, ascending; one of the user's own is taken for continuous."""
+    if isinstance(load, Step) and load.amplitude != 0.0:
+        return np.array([load.start])
+    if isinstance(load, Record) and load.samples[-1] != 0.0:
+        return np.array([load.dt * (len(load.samples) - 1)])
+    return np.empty(0)
+
+
 def as_numbers(load: Load | None) -> tuple[Array, Array]:
     """A load of this module as kernels that choose their steps take it: kind and parameters (1, 4), samples.
 

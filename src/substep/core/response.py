@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from .arrays import Array
 from .exports import Histories, History, to_dataset, to_frame
+from .loads import Load
 from .state import State
 
 if TYPE_CHECKING:
@@ -94,6 +95,11 @@ class Response:
         """
         t, u, v = self.t[:1], np.asarray(self.u)[:1], np.asarray(self.v)[:1]
         return (np.asarray(self.a)[:1] - self.scene.acceleration(t, u, v))[0]
+
+    @property
+    def loads(self) -> Sequence[Load | None]:
+        """The loads, as functions of time."""
+        return (self.scene.load,)
 
     @property
     def has_a(self) -> bool:

@@ -1,6 +1,6 @@
 """What a march of a structure returns: histories at the degrees of freedom asked for, and the account of energy."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import Any
@@ -10,6 +10,7 @@ import numpy as np
 from ...core.arrays import Array
 from ...core.errors import unknown_name
 from ...core.exports import Histories, History
+from ...core.loads import Load
 from ...core.response import Response
 from ..model.given import Dof
 from ..model.model import Model
@@ -139,6 +140,11 @@ class StructureResponse(Response):
     @property
     def _jumped(self) -> str:
         return ""  # which would take a factorization of M
+
+    @property
+    def loads(self) -> Sequence[Load]:
+        """The loads' functions of time."""
+        return [g for _, g in self.structure.loads]
 
     @property
     def has_a(self) -> bool:
