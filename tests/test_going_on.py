@@ -108,6 +108,7 @@ def test_a_nonlinear_structure_goes_on_to_the_bit(scheme: str) -> None:
     broken(frame(K=None, internal_force=hardening, tangent=slope), scheme, 0.05, (0.5, 0.55, 1.0), account=False)
 
 
+@pytest.mark.usefixtures("plain_marches")
 @pytest.mark.parametrize("start", ["moving", "rest"])
 @pytest.mark.parametrize("coupled", [False, True])
 @pytest.mark.parametrize("scheme", SCHEMES)

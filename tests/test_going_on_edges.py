@@ -240,6 +240,7 @@ def test_a_saved_march_that_goes_on_knows_its_loads_where_it_is(tmp_path: Any) -
         ss.march(other, "bdf3", dt=0.05, t_end=2.0, start=first, save=tmp_path / "march")
 
 
+@pytest.mark.usefixtures("plain_adaptive")
 @pytest.mark.parametrize("scheme", ["dormand_prince", "rk4", "newmark"])
 @pytest.mark.parametrize("kind", ["structure", "scene"])
 @pytest.mark.parametrize("steps", [{"tol": 1e-6}, {"dt": 0.01}])

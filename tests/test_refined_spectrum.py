@@ -44,6 +44,7 @@ def true_peaks(offset: float = 0.0) -> Array:
     return np.array([np.abs(exact_history(t, motion() + offset, k)).max(axis=1) for t, k in pairs]).T
 
 
+@pytest.mark.matrix
 @pytest.mark.parametrize("offset", [0.0, 0.5], ids=["from 0", "from a jump"])
 @pytest.mark.parametrize("scheme", ["average_acceleration", "central_difference", "three_substep", "houbolt"])
 def test_values_are_within_1_percent_of_the_exact_response_at_all_times(scheme: str, offset: float) -> None:

@@ -103,7 +103,10 @@ def sweep(
         plan = planned_structure(scene, scheme, **shared, save=save, **axes)
     else:
         plan = planned(scene, scheme, **shared, values=axes)
-    variables, shell, piece = plan.variables, plan.template(), plan.piece(client is not None)
+    variables = plan.variables
+    if save is None:
+        _require_room(variables, plan.shape)
+    shell, piece = plan.template(), plan.piece(client is not None)
     store = None if save is None else Store(Path(save), plan, shell, piece)
     targets = _targets(variables, plan.shape) if store is None else store.targets
     todo = plan.chunks(piece if store is None else store.piece)
@@ -136,14 +139,16 @@ def sweep(
 Blocks = Generator[tuple[Chunk, Results]]
 
 
-def _targets(variables: Mapping[str, Variable], shape: tuple[int, ...]) -> dict[str, Array]:
-    """Where the results of each variable go. Only the status begins with its fill value: chunks left are reset.
+def _require_room(variables: Mapping[str, Variable], shape: tuple[int, ...]) -> None:
+    """Raises MemoryError where the results do not fit in memory."""
+    size = sum(math.prod((*shape, *v.sizes)) * v.fill.dtype.itemsize for v in variables.values())
+    cure = "keep fewer dofs or samples, 'peak' or 'final', sweep in parts, or save= to a folder"
+    require_memory([-(-size // 8)], cure)
 
-    Raises MemoryError where they do not fit in memory.
-    """
+
+def _targets(variables: Mapping[str, Variable], shape: tuple[int, ...]) -> dict[str, Array]:
+    """Where the results of each variable go. Only the status begins with its fill value: chunks left are reset."""
     shapes = {name: (*shape, *v.sizes) for name, v in variables.items()}
-    size = sum(math.prod(shapes[name]) * v.fill.dtype.itemsize for name, v in variables.items())
-    require_memory([-(-size // 8)], "keep 'peak' or 'final', or less of each run, sweep in parts, or save= to a folder")
     return {
         name: np.full(shapes[name], v.fill) if name == "status" else np.empty(shapes[name], v.fill.dtype)
         for name, v in variables.items()
